@@ -17,12 +17,12 @@ namespace latticed::bench {
 namespace {
 
 constexpr double kMeshPadding = 0.05;
-constexpr int kProbeResolution = 8;  // 46,000 triangles: enough to see how many the planes cut
+constexpr int kProbeResolution = 8;  // 46,000 triangles: enough to estimate how many the planes cut
 
 using SharedMesh = std::shared_ptr<const PolygonMesh>;
 using SharedPlan = std::shared_ptr<const DeformPlan>;
 
-// The knot at `resolution`, which may be beyond the sample's own.
+// The knot at `resolution`, which may exceed the sample's largest.
 absl::StatusOr<SharedMesh> Knot(int resolution) {
   int subdivisions = 0;
   while ((resolution >> subdivisions) > kMaxSampleResolution) ++subdivisions;
@@ -43,7 +43,7 @@ absl::StatusOr<SharedPlan> PlanOf(SharedMesh mesh, std::array<int, 3> degree) {
   return MakePlan(std::move(mesh), lattice.structure);
 }
 
-// patches = by_area r² + by_length r: triangles, and what the planes add along their curves.
+// patches = by_area r² + by_length r: the triangles, plus those that the planes add along their curves.
 absl::StatusOr<int> ResolutionFor(size_t patches, std::array<int, 3> degree) {
   LATTICED_ASSIGN_OR_RETURN(const auto mesh, Knot(kProbeResolution));
   LATTICED_ASSIGN_OR_RETURN(const auto probe, PlanOf(mesh, degree));

@@ -1,18 +1,19 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Meshes whose plan has as many patches as one wants: those of the paper's models, whose files
-// nobody has.
+// Meshes whose plan has a given number of patches. They stand for the paper's models, whose files
+// are not available.
 //
-//   The sample mesh `knot` (a tube along a torus knot, which spreads over the boxes), its quads cut
-//   in two, in a lattice of 6 x 6 x 6 knot boxes fitted to it, at the least resolution that gives
-//   enough patches; above the sample's largest resolution each triangle becomes four. Then faces go
-//   from the end of the list until the plan has the number asked for: a face's patches do not
+//   The mesh is the sample `knot`, a tube along a torus knot that spreads over the boxes, with its
+//   quads cut in two, in a fitted lattice of 6 x 6 x 6 knot boxes. The resolution is about the
+//   smallest that gives enough patches. Above the sample's largest resolution each triangle becomes
+//   four. Then faces are removed, from the last on, until the plan has the number. A face's patches
+//   do not depend on other faces, and most faces are one patch.
 //   depend on other faces, and most faces are one patch.
 //
-// The lattice's structure stays that of the whole mesh, so that all degrees split it alike.
+// The lattice's structure stays that of the whole mesh, so all degrees split the mesh alike.
 //
-// Errors   kInternal where the plan of what is left has another number
+// Errors   kInternal if the plan of the remaining mesh has another number of patches
 // Threads  pure
 #ifndef LATTICED_TESTS_BENCH_EXACT_MESH_H_
 #define LATTICED_TESTS_BENCH_EXACT_MESH_H_
@@ -26,24 +27,24 @@
 
 namespace latticed::bench {
 
-inline constexpr int kBoxesPerAxis = 6;  // 216 knot boxes; 8 control points an axis at degree 2
+inline constexpr int kBoxesPerAxis = 6;  // 216 knot boxes; 8 control points per axis at degree 2
 
-// Polygons as fans from their first corner: for convex ones. Attributes and groups are dropped.
+// Cuts convex polygons into fans from their first corner. Drops attributes and groups.
 [[nodiscard]] PolygonMesh Fans(const PolygonMesh& polygons);
 
-// Each triangle in four, at the middles of its edges; the same is dropped.
+// Cuts each triangle in four at the middles of its edges. Drops attributes and groups.
 [[nodiscard]] PolygonMesh Subdivide(const PolygonMesh& triangles);
 
-// `mesh` without the faces that bring `plan` of it above `patches`. Not enough patches, or faces
-// that do not add up: kInternal.
+// Returns plan.mesh without the faces that bring `plan` above `patches`. kInternal if there are too
+// few patches, or if no faces add up to the excess.
 [[nodiscard]] absl::StatusOr<PolygonMesh> Trim(const DeformPlan& plan, size_t patches);
 
 // A plan of exactly `patches` patches for control points of `degree`.
 [[nodiscard]] absl::StatusOr<std::shared_ptr<const DeformPlan>> MakeExactPlan(
     size_t patches, std::array<int, 3> degree);
 
-// The same without trimming, at least `patches` and at most a few percent more: for large numbers,
-// of which one plan takes long enough.
+// The same without trimming: at least `patches`, and at most a few percent more. For large numbers,
+// where making two plans would take too long.
 [[nodiscard]] absl::StatusOr<std::shared_ptr<const DeformPlan>> MakeRoughPlan(
     size_t patches, std::array<int, 3> degree);
 

@@ -3,11 +3,11 @@
 //
 // latticed_bench [paper] [--large] [--markdown FILE] [flags of Google Benchmark]
 //
-//   paper            the tables of Cui & Feng 2014 for this machine (paper.h), and nothing else
-//   --large          10^7 patches on the GPU too
-//   --markdown FILE  the results again, with commit, command and machine
+//   paper            only the tables of Cui & Feng 2014 for this machine (paper.h)
+//   --large          also 10^7 patches on the GPU
+//   --markdown FILE  also writes the results to FILE, with commit, command and machine
 //
-// Exits with 1 when a result is not what the definition says.
+// Exits with 1 if a result differs from the definition.
 #include <cstdio>
 #include <span>
 #include <string_view>
@@ -30,7 +30,7 @@ struct Options {
   std::string command;
 };
 
-// Takes our own arguments away; what is left is Google Benchmark's.
+// Removes our own arguments. The others are for Google Benchmark.
 Options Parse(int& argc, char** argv) {
   constexpr std::string_view kMarkdown = "--markdown";
   Options options;

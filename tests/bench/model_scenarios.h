@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Samples, and the models in $LATTICED_SHARED/models (../shared where it is unset), each under a
+// Sample meshes, and the models in $LATTICED_SHARED/models (../shared if it is unset), each under a
 // jittered lattice of 5 x 5 x 5 control points and degree 2.
 //
 // Threads  one at a time
@@ -18,10 +18,10 @@ namespace latticed::bench {
 inline constexpr std::array kModelNames{"knot", "vase",           "fandisk", "rocker-arm",
                                         "spot", "stanford-bunny", "teapot"};
 
-// Samples always are.
+// True for samples. For models, whether the file exists.
 [[nodiscard]] bool HasModel(const std::string& name);
 
-// Of one that is there; holds until another is asked for.
+// For a model that exists. The reference holds until another model is asked for.
 [[nodiscard]] const Scenario& ModelScenario(const std::string& name);
 
 }  // namespace latticed::bench

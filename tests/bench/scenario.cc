@@ -20,7 +20,7 @@ namespace latticed::bench {
 namespace {
 
 constexpr uint32_t kSeed = 20140601;
-constexpr double kJitter = 0.3;  // of a knot box, as in the study that the numbers come from
+constexpr double kJitter = 0.3;  // fraction of a knot box
 constexpr double kPadding = 0.05;
 
 std::vector<Vec3d> Jittered(const LatticeStructure& structure, std::mt19937& random) {
@@ -101,7 +101,7 @@ std::unique_ptr<DeformView> MakeView(const Scenario& scenario, Pipeline pipeline
       new std::map<int, std::unique_ptr<Backend>>;
   auto& backend = (*backends)[threads];
   if (backend == nullptr) backend = MakeCpuBackend({.threads = threads, .encoder = nullptr});
-  // The view keeps what it needs of its target alive.
+  // The view keeps alive what it needs of its target.
   auto view = Checked(Checked(backend->Prepare(scenario.plan, pipeline))->CreateView(spec));
   CheckOk(view->Evaluate(scenario.control_points[0], scenario.box, scenario.all_chunks));
   return view;

@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What benchmarks run on: a mesh under a jittered lattice, its plan, and two sets of control points
-// to alternate between, so that every frame has work to do.
+// The scenarios of benchmarks: a mesh under a jittered lattice, its plan, and two sets of control
+// points. Benchmarks alternate between the sets, so every frame has work to do.
 //
 // Units    the torus has radii 1 and 0.4; jitter is a fraction of a knot box
-// Threads  scenarios are immutable; targets are made per thread count
+// Threads  scenarios are immutable. MakeView keeps one backend per number of threads
 #ifndef LATTICED_TESTS_BENCH_SCENARIO_H_
 #define LATTICED_TESTS_BENCH_SCENARIO_H_
 
@@ -32,19 +32,19 @@ struct Scenario {
   size_t points(int segments) const;
 };
 
-// Quads on a torus, `around` x `across` of them.
+// A torus of `around` x `across` quads.
 [[nodiscard]] std::shared_ptr<const PolygonMesh> MakeTorus(int around, int across);
 
-// A fitted lattice of `size` and `degree`; control points move by up to 0.3 knot boxes. Ends the
-// program on an error: a benchmark without its scenario means nothing.
+// Fits a lattice of `size` and `degree`; control points move by up to 0.3 knot boxes. Errors end
+// the program, because a benchmark without its scenario means nothing.
 [[nodiscard]] Scenario MakeScenario(std::string name, std::shared_ptr<const PolygonMesh> mesh,
                                     std::array<int, 3> size, std::array<int, 3> degree);
 
-// The same for a plan that is made already.
+// The same for an existing plan.
 [[nodiscard]] Scenario MakeScenario(std::string name, std::shared_ptr<const DeformPlan> plan);
 
-// The paper's smallest and largest models in patches (17,119 and 113,663), to within 1 %, on 5 x 5
-// x 5 knot boxes; made once.
+// About as many patches as the paper's smallest and largest models (17,119 and 113,663, to within
+// 1 %), on 5 x 5 x 5 knot boxes. Made once.
 [[nodiscard]] const Scenario& SmallScenario(int degree);
 [[nodiscard]] const Scenario& LargeScenario();
 
@@ -52,14 +52,14 @@ struct Scenario {
 [[nodiscard]] std::unique_ptr<DeformView> MakeView(const Scenario& scenario, Pipeline pipeline,
                                                    const ViewSpec& spec, int threads);
 
-// In wire layout.
+// Returns the chunk's bytes in wire layout.
 [[nodiscard]] std::vector<uint8_t> ReadChunk(const Scenario& scenario, DeformView& view,
                                              uint32_t chunk);
 
-// Ends the program with `status` where it is not OK.
+// Ends the program with `status` if it is not OK.
 void CheckOk(const absl::Status& status);
 
-// What `made` holds; ends the program where it is an error.
+// Returns the value of `made`. Ends the program if it is an error.
 template <class T>
 [[nodiscard]] T Checked(absl::StatusOr<T> made) {
   CheckOk(made.status());

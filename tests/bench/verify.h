@@ -11,8 +11,8 @@
 
 namespace latticed::bench {
 
-// `view` holds control_points[0]; about 64 of its chunks are compared. kInternal naming the first
-// point that is wrong, and by how much.
+// `view` was evaluated with control_points[0]. About 64 of its chunks are compared. kInternal names
+// the first wrong point and its error.
 [[nodiscard]] absl::Status Verify(const Scenario& scenario, Pipeline pipeline, DeformView& view);
 
 }  // namespace latticed::bench

@@ -1,23 +1,22 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Multiply-adds that a method needs, in scalars: for floors, and for formula (20).
+// Counts the multiply-adds of scalars that a method needs: for lower bounds, and for formula (20).
 //
-//   fused    per component, M(d) = (d+1)(d+2)/2 coefficients of a bivariate polynomial of degree d
-//     composition  Horner in u, then v, then w; a step multiplies by a linear form of three terms:
-//                  3 ((nv+1)(nw+1) sum M(0 … nu-1) + (nw+1) sum M(nu … nu+nv-1)
+//   fused    per component; M(d) = (d+1)(d+2)/2 coefficients of a bivariate polynomial of degree d
+//     composition  Horner in u, then v, then w. A step multiplies by a linear form of three terms:
 //                     + sum M(nu+nv … n-1))
 //     a row        collapse and its slope, two rows at once by parity: n(n+1)/2 + n(n-1)/2 = n²
-//     a point      position, both slopes, points x and -x at once: ((n+1) + n + n) / 2
-//     normal       12 a point: cross product, square, scaling
-//   below 4 segments direct evaluation takes less: value and three derivatives of R per component,
-//     (nv+1)(nw+1)(2nu-1) + (nw+1)(3nv-1) + 4nw-1, and 18 for both tangents
-//   Sliver-proof frames and shared points come on top (82 a point for 63), as do
-//   comparisons, conversions and addresses: what is here, no form of this method goes below.
+//     a point      position and both slopes, points x and -x at once: ((n+1) + n + n) / 2
+//     normal       12 per point: cross product, square, scaling
+//   Below 4 segments direct evaluation takes less: R and its three derivatives, per component
+//     (nv+1)(nw+1)(2nu-1) + (nw+1)(3nv-1) + 4nw-1, and 18 for both tangents.
+//   Not counted: frames for slivers and shared points (82 multiply-adds per point instead of 63),
+//     comparisons, conversions and addresses. No form of this method needs less than the count.
 //
 //   two-stage        Method 1: (6), (17)      3 m²f + 9 m q f
 //                    Method 2: (24), (25)     3 m²q + 9 m q f     equal at f = q
-//   (20) as printed counts a product of a number and a vector once: m²f + 3mqf against
+//   (20) as printed counts the product of a number and a vector once: m²f + 3mqf against
 //   3 m²q + 3mqf, equal at f = 3q.
 #ifndef LATTICED_TESTS_BENCH_WORK_H_
 #define LATTICED_TESTS_BENCH_WORK_H_
@@ -36,20 +35,20 @@ constexpr double Coefficients(int first, int last) {
   return sum;
 }
 
-// x, y and z of one patch.
+// For x, y and z of one patch.
 constexpr double CompositionWork(std::array<int, 3> degree) {
   const int u = degree[0], uv = u + degree[1], n = uv + degree[2];
   return 9 * ((degree[1] + 1) * (degree[2] + 1) * Coefficients(0, u) +
               (degree[2] + 1) * Coefficients(u, uv) + Coefficients(uv, n));
 }
 
-// One point with its tangents, from the lattice.
+// For one point with its tangents, from the lattice.
 constexpr double DirectWork(std::array<int, 3> degree) {
   const int u = degree[0], v = degree[1], w = degree[2];
   return 3 * ((v + 1) * (w + 1) * (2 * u - 1) + (w + 1) * (3 * v - 1) + 4 * w - 1) + 18;
 }
 
-// One patch with facet normals, by the cheaper form.
+// For one patch with facet normals, by the cheaper form.
 constexpr double FusedWork(std::array<int, 3> degree, int segments) {
   const int n = degree[0] + degree[1] + degree[2];
   const double points = 0.5 * (segments + 1) * (segments + 2);

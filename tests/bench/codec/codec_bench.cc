@@ -1,17 +1,17 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// From vertices to Draco streams, every chunk of a deformed torus, smooth normals, 12 and 8 bits, one
-// thread: libdraco beside our writer, from floats and from integers, under each instruction set.
-// All streams are decoded and compared before any is timed.
+// From vertices to Draco streams: every chunk of a deformed torus, smooth normals, 12 and 8 bits,
+// one thread. libdraco is compared with our writer, from floats and from integers, under each
+// instruction set. All streams are decoded and compared before they are timed.
 //
-// Then bytes of whole updates, for two samples and five models under a jittered lattice: of our
-// writer, of libdraco on the same points in the same order, and of our writer row by row. Counters:
+// Then the bytes of whole updates, for two samples and five models under a jittered lattice. Counters:
 //
-//   bytes_point, libdraco_bytes_point  over all chunks
-//   percent                            how many more bytes ours take
-//   row_by_row_bytes_point             of ours on the points row by row
-//   serpentine_saves_percent           of these
+//   bytes_point               bytes per point over all chunks, by our writer
+//   libdraco_bytes_point      the same by libdraco, for the same points in the same order
+//   percent                   how much more than libdraco our writer takes
+//   row_by_row_bytes_point    by our writer, with the points row by row
+//   serpentine_saves_percent  how much less than row by row our order takes
 #include <algorithm>
 #include <array>
 #include <cstring>
@@ -45,7 +45,7 @@ struct ChunkData {
   size_t points = 0;
   std::vector<uint8_t> integers;  // QUANTISED layout
   std::vector<float> floats;      // RAW layout, positions in grid units
-  DracoGeometry geometry;         // the same as libdraco takes it
+  DracoGeometry geometry;         // the same vertices in libdraco's form
 
   QuantisedVertices vertices() const {
     return QuantisedVertices::FromBytes(integers, points, kPositionBits, kNormalBits);
@@ -80,10 +80,10 @@ ChunkData MakeChunk(size_t points, std::vector<uint8_t> integers) {
   return chunk;
 }
 
-// `integers`: whole patches in the QUANTISED layout of `spec`. The order that the serpentine one is
-// measured against: rows of a patch that all run from corner 0 to corner 1.
+// `integers` are whole patches in the QUANTISED layout of `spec`. Returns them with every row of a
+// patch running from corner 0 to corner 1, the order that the serpentine one is measured against.
 std::vector<uint8_t> RowByRow(std::span<const uint8_t> integers, const ViewSpec& spec) {
-  std::vector<size_t> from;  // of the points of a patch
+  std::vector<size_t> from;  // index by place in a patch
   for (int row = 0; row <= spec.segments; ++row) {
     for (int column = 0; column <= spec.segments - row; ++column) {
       from.push_back(static_cast<size_t>(PointIndex(spec.segments, row, column)));
@@ -124,7 +124,7 @@ const std::vector<ChunkData>& Chunks(bool row_by_row) {
   return (*chunks)[row_by_row ? 1 : 0];
 }
 
-// `encode` fills the streams of all chunks.
+// `encode` fills the streams of all chunks. They are checked before it is timed.
 template <class Encode>
 void Measure(benchmark::State& state, const std::vector<ChunkData>& chunks, const Encode& encode) {
   Streams streams(chunks.size());
@@ -134,7 +134,7 @@ void Measure(benchmark::State& state, const std::vector<ChunkData>& chunks, cons
     return state.SkipWithError("a stream decodes to other integers");
   }
   for (auto _ : state) {
-    streams.assign(chunks.size(), {});  // as in a server, which keeps the ones before
+    streams.assign(chunks.size(), {});  // new memory, because a server keeps older streams
     encode(streams);
   }
   size_t points = 0, bytes = 0;
@@ -185,7 +185,7 @@ void Writer(benchmark::State& state, const WriterCase& c) {
   });
 }
 
-// Through a view: the backend's threads, and bytes handed on.
+// Through a view: includes the backend's threads and handing the bytes on.
 void View(benchmark::State& state, int threads) {
   const Scenario& scenario = SmallScenario(2);
   const ViewSpec spec{.normals = NormalMode::kSmooth};
@@ -195,7 +195,7 @@ void View(benchmark::State& state, int threads) {
   }
 }
 
-// The streams of all chunks by our writer, a group at a time, as a backend has them.
+// The streams of all chunks by our writer, in groups of its batch size, as backends encode them.
 Streams Written(const Scenario& scenario, const ViewSpec& spec, const Streams& chunks) {
   const auto writer = MakeChunkEncoder("latticed");
   Streams streams(chunks.size());

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A block of points at a time, in loops that compilers turn into vectors: no branches, each component
-// by itself. A normal is rounded in float32 where that cannot differ from the definition, which
-// rounds in double; else by the definition.
+// Rounds a block of points at a time, in loops that compilers vectorise: no branches, each
+// component by itself. The definition rounds normals in double. Here a normal is rounded in float32
+// where that cannot differ, otherwise by the definition.
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -13,7 +13,7 @@
 #define HWY_TARGET_INCLUDE "tests/bench/codec/quantise_vertices.cc"
 #define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_SSE4 | HWY_AVX3_DL)
 #include "hwy/foreach_target.h"  // IWYU pragma: keep
-// After foreach_target, as Highway asks.
+// Highway asks for this include after foreach_target.h.
 #include "core/codec/octahedral.h"
 #include "hwy/highway.h"
 #include "tests/bench/codec/quantise_vertices.h"
@@ -22,12 +22,12 @@ HWY_BEFORE_NAMESPACE();
 namespace latticed::quantise {
 namespace HWY_NAMESPACE {
 
-// Points that are rounded together, and a component of them.
+// A block is the points that are rounded together; a plane is one component of them.
 constexpr size_t kBlock = 64;
 using Plane = float[kBlock];
 
-// Of a number up to 2^23, which has no bits for a fraction: the low bits of the sum are the integer,
-// rounded to even.
+// A float of 2^23 or more has no bits for a fraction. After adding 2^23 to a smaller number, the
+// low bits are the integer, rounded to even.
 constexpr float kNoFraction = 0x1p23f;
 inline float Rounded(float value) { return (value + kNoFraction) - kNoFraction; }
 
@@ -40,7 +40,7 @@ void StoreIntegers(const Plane& values, void* out) {
   std::memcpy(out, integers, sizeof(integers));
 }
 
-// Two components at a time: there are loads and shuffles for those.
+// Reads two components at a time, because there are loads and shuffles for pairs.
 template <size_t kComponents>
 void SplitPairs(const float* points, Plane& first, Plane& second) {
   float pairs[2 * kBlock];
@@ -61,15 +61,15 @@ void ClampToGrid(Plane& values, float scale, float offset, float top) {
   }
 }
 
-// How near to where rounding turns float32 is not to be trusted: half a dozen roundings of numbers up
-// to `centre`, 2^-24 of them each; doubled.
+// How near to a half the fraction may be before float32 is not trusted: six roundings of numbers up
+// to `centre`, 2^-24 of them each, doubled.
 constexpr float kSlack = 0x1p-20f;
-// L1 norms between which float32 is to be trusted. Draco's shortest normal is 1e-6.
+// Float32 is trusted for L1 norms between these. Draco's shortest normal is 1e-6.
 constexpr float kShortest = 1e-5f, kLongest = 1e30f;
 
-// QuantiseNormal in float32: y becomes s, and z t. Returns whether any of them could differ, and
-// which in `doubtful`: those near to where rounding turns, on the rim of the octahedral square, too
-// short or not finite.
+// QuantiseNormal in float32: y becomes s and z becomes t. Returns whether any result could differ
+// from the definition, and marks those in `doubtful`: normals near a half, on the rim of the
+// octahedral square, too short, or not finite.
 bool QuantiseNormals(const Plane& x, Plane& y, Plane& z, float centre, int32_t* doubtful) {
   const float most = 0.5f - centre * kSlack;
   int32_t any = 0;
@@ -77,17 +77,17 @@ bool QuantiseNormals(const Plane& x, Plane& y, Plane& z, float centre, int32_t* 
     const float sum = std::abs(x[i]) + std::abs(y[i]) + std::abs(z[i]), scale = centre / sum;
     const float gx = std::abs(x[i]) * scale, gy = std::abs(y[i]) * scale;
     const float ix = Rounded(gx), iy = Rounded(gy);
-    // z takes the rounding errors of x and y; where it cannot, y does.
+    // z takes the rounding errors of x and y. If that makes it negative, y takes the rest.
     const float rest = centre - ix - iy;
     const float ay = iy + (rest < 0.0f ? rest : 0.0f), az = rest > 0.0f ? rest : 0.0f;
-    // Behind the diamond: mirrored at its nearest side, where centre - |z| = |y| + |x|.
+    // Behind the diamond: mirror at the nearest side, where centre - |z| = |y| + |x|.
     const float fold = x[i] < 0.0f ? ix : 0.0f;
     y[i] = centre + std::copysign(ay + fold, y[i]);
     z[i] = centre + std::copysign(az + fold, z[i] + 0.0f);  // -0 is not below 0
 
     const float off_x = std::abs(gx - ix), off_y = std::abs(gy - iy), least = ay < az ? ay : az;
     float off = off_x < off_y ? off_y : off_x;
-    off = least > 0.0f ? off : off + fold;  // the rim names directions twice
+    off = least > 0.0f ? off : off + fold;  // on the rim two points are one direction
     off = sum > kShortest ? off : 1.0f;
     off = sum < kLongest ? off : 1.0f;
     doubtful[i] = off < most ? 0 : 1;
@@ -114,7 +114,7 @@ void StoreNormals(const float* points, int bits, Plane& x, Plane& y, Plane& z, u
   StoreIntegers<T>(z, t);
 }
 
-// T: what s and t are stored as.
+// T is the type that s and t are stored as.
 template <class T, bool kNormals>
 void QuantiseBlock(const FloatVertices& v, const float* points, const QuantisedPlanes& out) {
   Plane plane[6];
@@ -145,7 +145,7 @@ void QuantiseBlocks(const FloatVertices& v, const QuantisedPlanes& planes) {
   }
   const size_t rest = v.point_count - i;
   if (rest == 0) return;
-  // The last points, in a block with others.
+  // The last points, in a block padded with zeros.
   float block[kComponents * kBlock] = {};
   std::memcpy(block, points, rest * kComponents * sizeof(float));
   uint16_t position[3][kBlock];

@@ -1,10 +1,9 @@
 #!/usr/bin/env bash
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
-#
-# against_blender.sh BUILD: Blender's lattice modifier (Debian's package blender) and latticed's CPU
-# backend on as many vertices, by turns, on two threads. Blender moves 1,129,969 vertices, without
-# normals, and copies its mesh; latticed evaluates 1,134,672 exact points with normals.
+# against_blender.sh BUILD: compares Blender's lattice modifier (Debian's package blender) with latticed's CPU
+# backend on about the same number of vertices, in turn, on two threads. Blender moves 1,129,969 vertices
+# without normals and copies its mesh. latticed evaluates 1,134,672 exact points with normals.
 set -euo pipefail
 build=$1
 here=$(dirname "$(readlink -f "$0")")

@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# Run by Blender: a 7 x 7 x 7 B-spline lattice modifier on 1,129,969 vertices. Prints the median time
-# in milliseconds of a whole depsgraph update after one lattice point moved, and of the same update
-# without the modifier.
+# Blender runs this: a 7 x 7 x 7 B-spline lattice modifier on 1,129,969 vertices. Prints the median
+# time in milliseconds of a whole depsgraph update after one lattice point has moved, and of the
+# same update without the modifier.
 import statistics
 import time
 

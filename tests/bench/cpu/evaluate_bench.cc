@@ -17,7 +17,7 @@ struct Case {
   Pipeline pipeline = Pipeline::kFused;
   ViewSpec spec;
   int threads = 1;
-  bool lane_order = false;  // of the fused pipeline: its fastest stores
+  bool lane_order = false;  // fused only: its fastest stores
 };
 
 ViewSpec Float32(NormalMode normals, int segments = 10) {
@@ -60,7 +60,7 @@ const char* NormalsName(NormalMode normals) {
   return "";
 }
 
-// One frame an iteration: new control points, all chunks.
+// Each iteration evaluates all chunks for new control points.
 void Frames(benchmark::State& state, const Scenario& scenario, const Case& c) {
   const auto view = MakeCaseView(scenario, c);
   if (const absl::Status verified = Verify(scenario, c.pipeline, *view); !verified.ok()) {
@@ -88,7 +88,7 @@ void Register(const char* scenario_name, int degree, std::vector<Case> cases,
   }
 }
 
-// About where a patch's own polynomial begins to pay.
+// Around the number of segments from which composing a patch's own polynomial is faster.
 void RegisterFewSegments() {
   std::vector<Case> cases, other_degrees;
   for (const int segments : {1, 2, 3, 4, 5, 6}) {

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What no implementation can beat on this machine: writing the vertices once by streaming stores;
-// and for the form of the paper, its product alone, in tiles that stay in the L2 cache, without
-// samples, normals or rearranging (formula (25); an upper bound of any blocked form's speed).
+// Lower bounds of time on this machine: writing the vertices once by streaming stores; and, for the
+// paper's form, product (25) alone, in tiles that stay in the L2 cache, without samples, normals or
+// rearranging. No blocked form is faster than that product.
 #include <cstddef>
 #include <memory>
 #include <string>

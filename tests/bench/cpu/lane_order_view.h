@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The fused kernel with its vertices as its lanes have them: the fastest stores there are, to measure
-// those in wire order by. Encodes nothing.
+// The fused kernel with vertices in the order of its vector lanes. These are its fastest stores, so
+// stores in wire order are measured against them. Does not encode.
 #ifndef LATTICED_TESTS_BENCH_CPU_LANE_ORDER_VIEW_H_
 #define LATTICED_TESTS_BENCH_CPU_LANE_ORDER_VIEW_H_
 

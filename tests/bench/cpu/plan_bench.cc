@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Making a plan: 25,000, 50,000 and 100,000 faces in an 8 x 8 x 8 lattice of degree 2, one core.
+// Making a plan: 25,000, 50,000 and 100,000 faces, an 8 x 8 x 8 lattice of degree 2, one core.
 #include <array>
 #include <memory>
 

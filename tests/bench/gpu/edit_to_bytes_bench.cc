@@ -2,8 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // From an edit to all Draco bytes of its update in host memory, by the host's clock: Evaluate, then
-// Encode, 12 and 8 bits, digests compared as the server has it. encode_ms is Encode alone, downloads
-// and waits included; ns_point is that over the points of the chunks. Streams are compared with the host writer's first.
+// Encode with 12 and 8 bits and digests, as the server calls them. encode_ms is Encode alone,
+// including downloads and waits; ns_point is encode_ms divided by the points of the chunks. Before
+// timing, the streams are compared with those of the host's writer.
 #include <algorithm>
 #include <chrono>
 #include <utility>
@@ -23,7 +24,7 @@ using Clock = std::chrono::steady_clock;
 constexpr int kBytesRuns = 200, kBytesWarmUps = 5;
 constexpr size_t kComparedByteChunks = 64;
 
-// All chunks, or those that a control point of most, median or least effect touches.
+// All chunks, or those that the control point of most, median or least effect touches.
 enum class Edited { kAll, kMostPoint, kMedianPoint, kLeastPoint };
 
 double MillisecondsSince(Clock::time_point start) {
@@ -35,7 +36,7 @@ double Quantile(std::vector<double> values, double share) {
   return values[static_cast<size_t>(share * static_cast<double>(values.size() - 1))];
 }
 
-// Some chunks by the host's writer, against the view's own streams; libdraco's time for them.
+// The result of comparing some chunks with the host's writer, and libdraco's time for the same chunks.
 struct Compared {
   absl::Status status;
   double libdraco_ns_point = 0;

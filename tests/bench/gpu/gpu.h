@@ -1,14 +1,14 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The CUDA device as benchmarks see it: its backend, its ceilings, and clocks for what a view
+// The CUDA device as benchmarks see it: its backend, its measured limits, and clocks for what a view
 // enqueues. A build without CUDA compiles gpu_stub.cc instead of gpu_cuda.cc and has no device.
 //
-// Times    medians and least of the runs, milliseconds, each run after the L2 cache was written
-//          full of something else. The stream waits at a gate until all of a run's work is on it,
-//          so that no time of the host is in them, but for LaunchToResult and WallTime, which are of
-//          the host. WallTime flushes no cache.
-// Errors   of the device end the program: a benchmark without its device means nothing
+// Times    median and minimum of the runs, in milliseconds. The L2 cache is overwritten before each
+//          run. A gate holds the stream until all work of a run is enqueued, so host time is not
+//          counted. Exceptions: LaunchToResult and WallTime use the host's clock, and WallTime does
+//          not flush the cache
+// Errors   a device error ends the program, because a benchmark without its device means nothing
 // Threads  one
 #ifndef LATTICED_TESTS_BENCH_GPU_GPU_H_
 #define LATTICED_TESTS_BENCH_GPU_GPU_H_
@@ -27,7 +27,7 @@
 
 namespace latticed::bench {
 
-// Per second, measured.
+// Measured rates, per second.
 struct GpuFloors {
   double written = 0;        // bytes, write only
   double copied = 0;         // bytes read plus bytes written, device to device
@@ -44,35 +44,35 @@ struct GpuTimes {
   return {values[values.size() / 2], values.front()};
 }
 
-// Of one evaluation. `copy` brings the control points, `rest` is what follows the last named stage.
+// One stage of an evaluation. `copy` copies the control points; `rest` follows the last named stage.
 struct GpuStage {
   std::string name;
   double device_ms = 0;  // median
-  double host_ms = 0;    // median: enqueueing it
+  double host_ms = 0;    // median of the time to enqueue it
 };
 
-// Of one evaluation on one device or several, by the host's clock.
+// One evaluation on one device or several, by the host's clock.
 struct WallTimes {
-  GpuTimes whole;         // until the last device is done
+  GpuTimes whole;         // until the last device has finished
   double enqueue_ms = 0;  // median: until Evaluate returns
 };
 
-// Of all patches, and what making them takes with the copy of the lattice's control points.
+// The control nets of all patches, and the time to make them, including the copy of control points.
 struct BezierNets {
-  std::vector<NetPoint> nets;  // of the first set of control points
+  std::vector<NetPoint> nets;  // for the first set of control points
   GpuTimes times;
 };
 
-// The tensor-product comparator: its stages "copy", "control points" and "rest", the tessellation;
-// and all of it.
+// The tensor-product comparator: its stages "copy", "control points" and "rest" (the tessellation),
+// and the whole.
 struct TensorTimes {
   std::vector<GpuStage> stages;
   GpuTimes whole;
 };
-// Asked once, before anything is timed, about the vertices of the first set of control points.
+// Called once before timing, with the vertices of the first set of control points.
 using TensorCheck = std::function<absl::Status(std::span<const TensorVertex> vertices)>;
 
-// Evaluates the view that is timed, once; `run` counts.
+// Evaluates the timed view once. `run` counts the calls.
 using GpuWork = std::function<absl::Status(int run)>;
 
 class Gpu {
@@ -80,35 +80,35 @@ class Gpu {
   virtual ~Gpu() = default;
   virtual Backend& backend() = 0;
   virtual const GpuFloors& floors() = 0;  // measured on the first call, in less than a second
-  // The surfaces of a plan from two sets of the lattice's control points by turns. The errors are
-  // those of `check`.
+  // Evaluates the surfaces of a plan, alternating between two sets of the lattice's control points.
+  // Returns the errors of `check`.
   virtual absl::StatusOr<TensorTimes> TensorProduct(
       const std::shared_ptr<const DeformPlan>& plan, const TensorSurfaces& surfaces,
       std::span<const std::vector<Vec3d>, 2> control_points, const TensorCheck& check,
       int runs) = 0;
-  // Control points by formula (6), from two sets of the lattice's by turns.
+  // Control nets by formula (6), alternating between two sets of the lattice's control points.
   virtual BezierNets ControlNets(const std::shared_ptr<const DeformPlan>& plan,
                                  std::span<const std::vector<Vec3d>, 2> control_points,
                                  int runs) = 0;
 
-  // Events around one Evaluate of the view.
+  // Measures one Evaluate of the view, by events around it.
   virtual GpuTimes DeviceTime(DeformView& view, const GpuWork& work, int runs) = 0;
   // The host's clock, from the call of Evaluate until its results are in device memory.
   virtual GpuTimes LaunchToResult(DeformView& view, const GpuWork& work, int runs) = 0;
-  // How many devices this machine has, and a backend on the first `count` of them, all of whose
-  // plans span where there are two or more.
+  // The devices of this machine, and a backend on the first `count` of them. With two or more,
+  // every plan spans all of them.
   virtual int device_count() const = 0;
   virtual std::unique_ptr<Backend> OnDevices(int count) = 0;
-  // Of a view of such a backend.
+  // For a view of a backend of OnDevices.
   virtual WallTimes WallTime(DeformView& view, const GpuWork& work, int runs) = 0;
-  // Events between the stages too, in order; a stage that returns is added up.
+  // Also records events between the stages. The times of a stage that occurs twice are added.
   virtual std::vector<GpuStage> Stages(DeformView& view, const GpuWork& work, int runs) = 0;
   // Formula (24) for patches of degree n, in double, as (18) is.
   virtual GpuTimes Formula24(int n, int segments, int runs) = 0;
 };
 
-// Made on the first call, for device 0. kUnimplemented in a build without CUDA, kUnavailable
-// without a device.
+// Made for device 0 on the first call. kUnimplemented in a build without CUDA, kUnavailable without
+// a device.
 [[nodiscard]] absl::StatusOr<Gpu*> TheGpu();
 
 }  // namespace latticed::bench

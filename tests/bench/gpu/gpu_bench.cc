@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Rows of the CUDA backend, next to the ceilings of the same device in the same run (gpu.h):
+// Rows of the CUDA backend, beside the limits of the same device in the same run (gpu.h):
 //
 //   the row's time  one Evaluate on the device, from the copy of control points to the last vertex
-//   kernels_ms      the same without that copy
-//   bytes_ms        floor: bytes of vertices / measured write bandwidth
-//   fma_ms          floor: multiply-adds of the method (work.h) / measured rate
-//   of_floor        the larger floor / kernels_ms
+//   kernels_ms      sum of its stages without that copy
+//   bytes_ms        lower bound: bytes of vertices / measured write bandwidth
+//   fma_ms          lower bound: multiply-adds of the method (work.h) / measured rate
+//   of_floor        the larger bound / kernels_ms
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -63,12 +63,12 @@ void SetFloors(benchmark::State& state, const Scenario& scenario, const GpuCase&
   state.counters["ns_patch"] = kernels_ms * 1e6 / patches;
 }
 
-// "samples" becomes the counter "ms:samples".
+// The stage "samples" becomes the counter "ms:samples".
 void SetStages(benchmark::State& state, const std::vector<GpuStage>& stages) {
   for (const GpuStage& stage : stages) state.counters["ms:" + stage.name] = stage.device_ms;
 }
 
-// All chunks, new control points each time.
+// Evaluates all chunks, with new control points each time.
 void Frames(benchmark::State& state, const Scenario& scenario, const GpuCase& c) {
   Gpu& gpu = **TheGpu();
   const auto view = MakeGpuView(gpu.backend(), scenario, c.pipeline, c.spec);
@@ -101,7 +101,7 @@ void RegisterModel(const PaperModel& model, const std::array<int, 3>& degree, Pi
            [&model, degree]() -> const Scenario& { return ModelScenario(model, degree); });
 }
 
-// The paper's models: the fused forms and each pipeline, of the largest model in all forms.
+// The paper's models: the fused pipeline in all forms, the others in one. The largest model has all.
 void RegisterModels() {
   constexpr std::array kPaper{2, 2, 2};
   for (const PaperModel& model : PaperModels()) {
@@ -119,7 +119,7 @@ void RegisterModels() {
   }
 }
 
-// About where `fused` begins to compose (MostDirectSegments).
+// Around the number of segments from which `fused` composes (MostDirectSegments).
 void RegisterFewSegments(VertexFormat format) {
   for (const int segments : {1, 2, 3, 4, 5, 6}) {
     for (const NormalMode normals : {NormalMode::kFacet, NormalMode::kSmooth}) {
@@ -132,7 +132,7 @@ void RegisterFewSegments(VertexFormat format) {
   }
 }
 
-// Other degrees and segments, of the largest model.
+// Other degrees and segments, for the largest model.
 void RegisterShapes() {
   const PaperModel& model = PaperModels().back();
   for (const VertexFormat format : {VertexFormat::kFloat32, VertexFormat::kQuantised}) {
@@ -149,7 +149,7 @@ void RegisterShapes() {
   }
 }
 
-// The paper's comparators, of its smallest and largest model.
+// The paper's comparators, for its smallest and largest model.
 void TensorProduct(benchmark::State& state, const PaperModel& model) {
   const auto run = MeasureTensorProduct(**TheGpu(), ModelScenario(model, {2, 2, 2}), kRuns);
   if (!run.ok()) return Skip(state, run.status());
@@ -170,7 +170,7 @@ void RegisterTensorProduct() {
   }
 }
 
-// The row's time: control points and captured tessellation, by the faster source.
+// The row's time is that of the control points plus the captured tessellation, by the faster source.
 void TessellationShaders(benchmark::State& state, const PaperModel& model) {
   Gpu& gpu = **TheGpu();
   const Scenario& scenario = ModelScenario(model, {2, 2, 2});
@@ -214,7 +214,7 @@ void RegisterScale(bool large) {
   }
 }
 
-// What a plan takes of the device's memory once there is a view with such normals; nothing is timed.
+// Device memory that a plan takes once it has a view with these normals. Nothing is timed.
 void PlanMemory(benchmark::State& state, Pipeline pipeline, NormalMode normals) {
   const Scenario& scenario = ModelScenario(PaperModels().back(), {2, 2, 2});
   const auto target = Checked((**TheGpu()).backend().Prepare(scenario.plan, pipeline));

@@ -23,14 +23,14 @@ using Clock = std::chrono::steady_clock;
 
 constexpr int kWarmUps = 3;
 constexpr double kWarmUpMs = 30;
-// The matrices of (24) and a cuBLAS workspace; a comparator's control points and vertices.
+// The matrices of (24) and a cuBLAS workspace, or a comparator's control points and vertices.
 constexpr uint64_t kOwnBytes = uint64_t{2} << 30;
 
 double Milliseconds(Clock::time_point from, Clock::time_point to) {
   return std::chrono::duration<double, std::milli>(to - from).count();
 }
 
-// Asked again and again: waiting has a wake-up.
+// Polls, because a blocking wait would add the thread's wake-up time.
 void Await(const CudaLane& lane) {
   cudaError_t state = cudaErrorNotReady;
   while (state == cudaErrorNotReady) state = cudaStreamQuery(lane.stream().get());
@@ -44,7 +44,7 @@ CudaLane& LaneOf(DeformView& view) {
   return cuda_view->lane();
 }
 
-// Of each part where the view spans devices.
+// The lanes of all parts if the view spans devices, otherwise of the view.
 std::vector<CudaLane*> LanesOf(DeformView& view) {
   const auto* const spanned = dynamic_cast<SpannedView*>(&view);
   if (spanned == nullptr) return {&LaneOf(view)};
@@ -53,21 +53,21 @@ std::vector<CudaLane*> LanesOf(DeformView& view) {
   return lanes;
 }
 
-// Tells `mark` of the lane's stages while it lives.
+// While it lives, `mark` is called at the lane's stages.
 class StageMarks {
  public:
   StageMarks(CudaLane& lane, CudaLane::StageMark mark) : lane_(lane) {
     lane_.set_stage_mark(std::move(mark));
   }
   ~StageMarks() { lane_.set_stage_mark({}); }
-  StageMarks(const StageMarks&) = delete;  // takes the mark away once
+  StageMarks(const StageMarks&) = delete;  // removes the mark once
   StageMarks& operator=(const StageMarks&) = delete;
 
  private:
   CudaLane& lane_;
 };
 
-// The runs of one stage.
+// The times of one stage in all runs.
 struct StageRuns {
   std::string name;
   std::vector<double> device_ms, host_ms;
@@ -80,7 +80,7 @@ StageRuns& Find(std::vector<StageRuns>& stages, const std::string& name) {
   return stages.emplace_back(StageRuns{.name = name, .device_ms = {}, .host_ms = {}});
 }
 
-// Loads kernels, makes buffers and handles, lets clocks rise.
+// Loads kernels, creates buffers and handles, and lets the device's clocks rise.
 void WarmUp(const CudaLane& lane, const GpuWork& work) {
   const auto start = Clock::now();
   for (int run = 0; run < kWarmUps || Milliseconds(start, Clock::now()) < kWarmUpMs; ++run) {
@@ -89,7 +89,7 @@ void WarmUp(const CudaLane& lane, const GpuWork& work) {
   CheckOk(lane.stream().Synchronize("the warm-up"));
 }
 
-// Control points by turns.
+// Alternates between the two sets of control points.
 template <class Maker>
 GpuWork WorkOf(Maker& maker, std::span<const std::vector<Vec3d>, 2> control_points) {
   return [&maker, control_points](int run) {
@@ -260,7 +260,7 @@ class CudaGpu : public Gpu {
   }
 
   std::unique_ptr<Backend> backend_;
-  std::shared_ptr<CudaContext> context_;  // ours, beside the backend's
+  std::shared_ptr<CudaContext> context_;  // the benchmark's own, beside the backend's
   GpuTimer timer_;
   std::optional<GpuFloors> floors_;
 };
@@ -272,7 +272,7 @@ absl::StatusOr<Gpu*> MakeGpu() {
   own.memory_bytes = kOwnBytes;
   LATTICED_ASSIGN_OR_RETURN(auto context, CudaContext::Create(own.devices.front(), own));
   CheckCuda(cudaSetDevice(own.devices.front()), "the device");
-  return new CudaGpu(std::move(backend), std::move(context));  // until the process ends
+  return new CudaGpu(std::move(backend), std::move(context));  // lives until the process ends
 }
 
 }  // namespace

@@ -1,17 +1,17 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// One scene on one, two and four devices (core/view/device_group.h), all of one run:
+// One scene on one, two and four devices (core/view/device_group.h), all in one run:
 //
-//   the row's time  by the host's clock, from the call of Evaluate until the last device is done:
-//                   the copies of control points are in it, and one device's launch after another's
-//   enqueue_ms      of that, until Evaluate returns
-//   ratio           the time on one device / this one
+//   the row's time  by the host's clock, from the call of Evaluate until the last device is done;
+//                   includes copying control points and launching on one device after another
+//   enqueue_ms      the part until Evaluate returns
+//   ratio           the time on one device / this time
 //
-// Of these rows nothing is brought to the host, as in most of the GPU. Those of draco end when all
-// Draco bytes of the update, 12 and 8 bits, are in pinned host memory, in batches as the server has
-// them, the update before kept until then. No cache is flushed: the vertices of
-// 10^7 patches are a hundred times what it holds and more, quantised ones of 10^5 just as much.
+// Like most GPU rows, these bring nothing to the host. The rows "draco" end when all Draco bytes of
+// the update, 12 and 8 bits, are in pinned host memory. They encode in batches and keep the previous
+// update meanwhile, as the server does. No cache is flushed: the vertices of 10^7 patches take more
+// than a hundred times the L2 cache, and the quantised ones of 10^5 patches about all of it.
 #include <algorithm>
 #include <chrono>
 #include <map>
@@ -34,7 +34,7 @@ const char* Name(VertexFormat format) {
   return format == VertexFormat::kQuantised ? "quantised" : "float32";
 }
 
-// Milliseconds on one device, of the rows before, by patches and kind.
+// Milliseconds on one device, from earlier rows, by patches and kind.
 std::map<std::pair<size_t, std::string>, double>& OnOne() {
   static auto* const times = new std::map<std::pair<size_t, std::string>, double>;
   return *times;

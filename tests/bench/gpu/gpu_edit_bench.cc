@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// One control point of an 8 x 8 x 8 lattice moves, or of the same mesh's in a lattice of as many control
-// points as there may be: only dirty chunks are evaluated. The row's time is from the call of Evaluate
-// until the vertices are in device memory, by the host's clock; device_ms is by events, and ms:copy,
-// where the evaluation is divided for it, until the control points are on the device. Points that touch
-// the most, the median and the least patches (of those that touch any), and all chunks by the same call;
-// with 10 segments, and with 4, as a view may have while its lattice is dragged.
+// One control point moves, and only the dirty chunks are evaluated: in an 8 x 8 x 8 lattice, and in
+// one of 32 x 32 x 32 around the same mesh. The row's time is by the host's clock, from the call of
+// Evaluate until the vertices are in device memory. device_ms is by events. ms:copy is the time
+// until the control points are on the device. The points are those that touch the most, the median
+// and the least patches; "all" evaluates all chunks by the same call. With 10 segments, and with 4,
+// as views have while a lattice is dragged.
 #include <algorithm>
 #include <cstring>
 #include <utility>
@@ -21,9 +21,9 @@ namespace {
 constexpr int kEditRuns = 100;
 constexpr int kEditSegments = 10, kFewSegments = 4;
 constexpr size_t kComparedChunks = 64;
-constexpr int kLargeSize = 32;  // an axis: 32,768 control points
+constexpr int kLargeSize = 32;  // per axis: 32,768 control points
 
-// Where in the order of control points by dirty patches.
+// A control point by its rank in the number of patches that it touches; kAll marks all chunks dirty.
 enum class Pick { kMost, kMedian, kLeast, kAll };
 
 struct Edit {
@@ -43,7 +43,7 @@ Edit PickEdit(const Scenario& scenario, Pick pick) {
   return {effect.point, effect.patches, DirtyChunks(scenario, effect.point)};
 }
 
-// After edits the view must hold, bit for bit, what a full evaluation gives.
+// After edits, the view must hold the same bits as after a full evaluation.
 absl::Status CompareWithFull(const Scenario& scenario, DeformView& view,
                              const std::vector<uint32_t>& chunks) {
   const size_t stride = std::max<size_t>(1, chunks.size() / kComparedChunks);
@@ -123,7 +123,7 @@ void RegisterGpuEditBenches() {
                    });
     }
   }
-  // For comparison: this pipeline evaluates all patches whatever is dirty.
+  // For comparison: gemm evaluates all patches, however few are dirty.
   RegisterOnce("gpu/one-control-point/gemm/float32/most", [](benchmark::State& state) {
     OnePoint(state, SmallLattice(), Pipeline::kGemm,
              GpuSpec(VertexFormat::kFloat32, NormalMode::kFacet, kEditSegments), Pick::kMost);

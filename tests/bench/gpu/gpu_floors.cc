@@ -12,10 +12,10 @@ namespace {
 constexpr int kFloorRuns = 20;
 constexpr size_t kDeviceBytes = size_t{1} << 30;
 constexpr size_t kHostBytes = size_t{256} << 20;
-constexpr int kBlocksPerProcessor = 8;  // times 256 threads: all that a multiprocessor holds
+constexpr int kBlocksPerProcessor = 8;  // times 256 threads: the most that a multiprocessor holds
 constexpr double kSecondsPerMs = 1e-3;
 
-// Device memory for the length of a measurement.
+// Device memory for the duration of a measurement.
 class Scratch {
  public:
   explicit Scratch(size_t bytes) { CheckCuda(cudaMalloc(&data_, bytes), "memory of a floor"); }
@@ -33,7 +33,7 @@ double PerSecond(double amount, GpuTimes times) { return amount / (times.median 
 void MeasureDevice(GpuTimer& timer, cudaStream_t stream, GpuFloors& floors) {
   const Scratch a(kDeviceBytes), b(kDeviceBytes);
   constexpr double kBytes{kDeviceBytes};
-  // The better of the runtime's fill and ours is the ceiling.
+  // The faster of the runtime's fill and ours is the limit.
   const GpuTimes set = timer.Median(stream, kFloorRuns, [&] {
     CheckCuda(cudaMemsetAsync(a.get(), 1, kDeviceBytes, stream), "a fill");
   });

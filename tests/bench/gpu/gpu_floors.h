@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the current device can do at most, measured: bandwidths on 1 GiB (256 MiB to and from the
-// host), float32 multiply-adds on registers. Less than a second.
+// Measured limits of the current device: bandwidths on 1 GiB (256 MiB to and from the host), and
+// float32 multiply-adds on registers. Takes less than a second.
 //
 // Errors   end the program
 // Threads  one

@@ -9,7 +9,8 @@ constexpr unsigned kFillThreads = 256;
 constexpr unsigned kFillsPerThread = 4;
 constexpr long long kMostGateCycles = 40'000'000;  // 20 ms at 2 GHz
 
-// Neighbouring threads write neighbouring 16 bytes, four times a thread, a block's span apart.
+// Neighbouring threads write neighbouring 16 bytes. Each thread writes four times, kFillThreads
+// elements apart.
 __global__ void __launch_bounds__(kFillThreads) FillKernel(float4* to, size_t count, float value) {
   const size_t first = size_t{blockIdx.x} * kFillThreads * kFillsPerThread + threadIdx.x;
 #pragma unroll
@@ -19,7 +20,7 @@ __global__ void __launch_bounds__(kFillThreads) FillKernel(float4* to, size_t co
   }
 }
 
-// Independent chains hide the latency of each; all of them end in the result.
+// Independent chains hide each other's latency. All of them enter the result.
 __global__ void __launch_bounds__(kMultiplyAddThreads) MultiplyAddKernel(float factor, float* out) {
   const unsigned i = blockIdx.x * kMultiplyAddThreads + threadIdx.x;
   const float start = static_cast<float>(threadIdx.x);

@@ -11,19 +11,19 @@
 
 namespace latticed::bench {
 
-// `count` times 16 bytes, written and not read.
+// Writes `count` times 16 bytes and reads nothing.
 cudaError_t LaunchFill(float4* to, size_t count, float value, cudaStream_t stream);
 
-// kMultiplyAddsPerThread in each of `blocks` x kMultiplyAddThreads threads; `out` has as many
-// floats.
+// Runs kMultiplyAddsPerThread in each of `blocks` x kMultiplyAddThreads threads. `out` holds one
+// float per thread.
 inline constexpr int kMultiplyAddThreads = 256;
 inline constexpr int kMultiplyAddRounds = 2'048;
 inline constexpr int kMultiplyAddChains = 16;
 inline constexpr double kMultiplyAddsPerThread = double{kMultiplyAddRounds} * kMultiplyAddChains;
 cudaError_t LaunchMultiplyAdds(int blocks, float factor, float* out, cudaStream_t stream);
 
-// Holds the stream until *flag, in pinned host memory, is `ticket` or more; 20 ms at most, so that
-// a host that waits for the stream meanwhile is not stuck.
+// Holds the stream until *flag, in pinned host memory, is at least `ticket`. It gives up after
+// 20 ms, so a host that waits for the stream meanwhile does not hang.
 cudaError_t LaunchGate(const unsigned* flag, unsigned ticket, cudaStream_t stream);
 
 }  // namespace latticed::bench

@@ -19,11 +19,11 @@ namespace {
 constexpr std::array kPaperModels{PaperModel{"bird", 17'119}, PaperModel{"amphora", 19'924},
                                   PaperModel{"snail", 46'742}, PaperModel{"spaceship", 96'314},
                                   PaperModel{"tree", 113'663}};
-// An exact plan is made twice.
+// Up to this size a plan is exact, which means making it twice.
 constexpr size_t kMostExact = 1'000'000;
-// Plans of more take seconds: say what the wait is for.
+// Larger plans take seconds, so the reason for the wait is printed.
 constexpr size_t kManyPatches = 500'000;
-// About as many as views have patches compared.
+// About the number of patches of which a view's points are compared.
 constexpr size_t kVerifiedSurfaces = 2'000;
 
 // Made on the first call and kept.

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The kernels of tensor_product.h and bezier_net.h: each call enqueues one and returns its launch
-// error.
+// The kernels of tensor_product.h and bezier_net.h. Each call enqueues one and returns its launch error.
 #ifndef LATTICED_TESTS_BENCH_PAPER_COMPARATOR_KERNELS_H_
 #define LATTICED_TESTS_BENCH_PAPER_COMPARATOR_KERNELS_H_
 
@@ -13,11 +12,11 @@
 
 namespace latticed::bench {
 
-// m is that of job.tables, which the host cannot read.
+// `m` equals job.tables->m, which is in device memory.
 cudaError_t LaunchBezierNets(const NetJob& job, int m, cudaStream_t stream);
 
 cudaError_t LaunchTensorControl(const TensorJob& job, cudaStream_t stream);
-// most_lines: of a group, which the host cannot read in the job.
+// `most_lines` is the largest number of lines of a group. The job has it in device memory only.
 cudaError_t LaunchTensorTessellation(const TensorJob& job, size_t most_lines, cudaStream_t stream);
 
 }  // namespace latticed::bench

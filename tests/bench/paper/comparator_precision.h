@@ -2,11 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // How far the vertices of a comparator are from the definition in double (core/ffd/direct_ffd.h),
-// each at its very own place.
+// each at its own surface coordinates.
 //
 //   position error  largest |p - definition| / diagonal of the deformed points
-//   normal error    largest angle / (kappa aspect), kappa <= 100, aspect <= 1,000; the comparators
-//                   have no frame for slivers, so that rounding grows with the aspect
+//   normal error    largest angle / (kappa aspect), where kappa <= 100 and aspect <= 1,000. The
+//                   comparators have no frame for slivers, so rounding grows with the aspect
 //
 // Threads  pure
 #ifndef LATTICED_TESTS_BENCH_PAPER_COMPARATOR_PRECISION_H_
@@ -27,8 +27,8 @@ struct ComparatorPrecision {
 
   double distance = 0;  // world units
   double normal = 0;
-  Bounds deformed;             // of the points by the definition
-  size_t distinct_points = 0;  // of a patch of the shaders: different coordinates
+  Bounds deformed;             // of the points, by the definition
+  size_t distinct_points = 0;  // shaders only: distinct coordinates of a patch
 
   double position() const { return distance / deformed.diagonal(); }
 
@@ -46,7 +46,7 @@ struct ComparatorPrecision {
     deformed.Extend(other.deformed);
     distinct_points = std::max(distinct_points, other.distinct_points);
   }
-  // kInternal where one of the errors is larger than allowed: positions as those of GEMM pipelines.
+  // kInternal if an error is too large. Positions have the limit of GEMM pipelines.
   [[nodiscard]] absl::Status Check(double most_normal) const {
     if (position() <= testing::kGemmPosition && normal <= most_normal) return absl::OkStatus();
     return absl::InternalError(fmt::format(

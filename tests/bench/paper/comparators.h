@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The paper's comparators on the CUDA device, each with the lattice on a lane of its own.
+// The paper's comparators on the CUDA device. Each has a copy of the lattice, on its own lane.
 //
-// Stages   of the tensor product: "copy", "control points", and the rest
+// Stages   of the tensor product: "copy", "control points" and "rest"
 // Errors   end the program
-// Threads  one; Enqueue puts a copy of the control points and the kernels on the lane, and does not
-//          wait; Download waits for what the last Enqueue made
+// Threads  one. Enqueue puts a copy of the control points and the kernels on the lane, and does not
+//          wait. Download waits for the results of the last Enqueue
 #ifndef LATTICED_TESTS_BENCH_PAPER_COMPARATORS_H_
 #define LATTICED_TESTS_BENCH_PAPER_COMPARATORS_H_
 
@@ -45,7 +45,7 @@ class DeviceLattice {
     return to;
   }
   void Send(std::span<const Vec3d> control_points) { CheckOk(frame_.Upload(control_points)); }
-  // Relative to the plan's local origin, as the control points are there.
+  // Relative to the plan's local origin, like the control points on the device.
   VolumeView volume() const;
   CudaLane& lane() const { return *lane_; }
   cudaStream_t stream() const { return lane_->stream().get(); }
@@ -59,10 +59,10 @@ class DeviceLattice {
   std::shared_ptr<DeviceMemory> memory_;
   std::shared_ptr<CudaLane> lane_;
   CudaFrame frame_;
-  DeviceBuffer<double> knots_;  // of u, then v, then w
+  DeviceBuffer<double> knots_;  // of u, v, w in order
 };
 
-// Control points by formula (6) of all patches of a plan (bezier_net.h).
+// Computes the control points of all patches of a plan by formula (6) (bezier_net.h).
 class BezierNetMaker {
  public:
   BezierNetMaker(const std::shared_ptr<const DeformPlan>& plan, CudaContext& context);
@@ -78,7 +78,7 @@ class BezierNetMaker {
   DeviceBuffer<NetPoint> nets_;
 };
 
-// Control points of all surfaces of the plan, then the vertices of their trimmed grids
+// Computes the control points of all surfaces of a plan, then the vertices of their trimmed grids
 // (tensor_product.h).
 class TensorProductMaker {
  public:

@@ -34,9 +34,9 @@ std::string Millions(double count) { return fmt::format("{:.1f}", count * 1e-6);
 std::string Name(const Row& row) { return row.model.name; }
 std::string Patches(const Row& row) { return fmt::format("{}", row.model.patches); }
 
-// Sums of the stages samples, (24), (25) and rearranging in the paper's Table 3, on its GTX 465,
-// and the same with drawing, for its smallest and its largest model. With drawing sources disagree,
-// so both are shown.
+// The paper's Table 3, on its GTX 465, for its smallest and largest model: the sum of samples,
+// (24), (25) and rearranging, and the same with drawing. Sources disagree on the sums with drawing,
+// so both values are shown.
 struct PaperSum {
   const char* computed;
   const char* drawn;
@@ -115,16 +115,16 @@ Section Stages(const std::vector<Row>& rows) {
   return section;
 }
 
-// Of `ms` for so many points.
+// Nanoseconds per point.
 double PointNs(double ms, double points) { return ms * 1e6 / points; }
 std::string Ns(double value) { return std::isnan(value) ? "-" : fmt::format("{:.4f}", value); }
 
-// Of our own pipelines: each patch has all of its pattern.
+// Our pipelines evaluate all points of a patch's pattern.
 double PatternPoints(const Row& row) {
   return static_cast<double>(row.model.patches) * PointsPerPatch(kPaperSegments);
 }
 
-// Of the tensor product.
+// Times of the tensor product.
 double TensorMs(const Row& row) {
   return row.gpu.tensor.ok() ? row.gpu.tensor->times.whole.median : kNotMeasured;
 }

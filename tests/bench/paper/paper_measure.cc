@@ -19,7 +19,7 @@ using Clock = std::chrono::steady_clock;
 
 ViewSpec PaperSpec() { return GpuSpec(VertexFormat::kFloat32, NormalMode::kFacet, 10); }
 
-// Null where the backend lacks the pipeline.
+// Null if the backend lacks the pipeline.
 std::unique_ptr<DeformView> View(Gpu& gpu, const Scenario& scenario, Pipeline pipeline) {
   auto view = MakeGpuView(gpu.backend(), scenario, pipeline, PaperSpec());
   if (absl::IsUnimplemented(view.status())) return nullptr;

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The times behind the paper's tables (paper.h), of one model: milliseconds, medians; every view is
-// verified first, a wrong one ends the program. NaN where there is no GPU or no such pipeline.
+// The times of the paper's tables (paper.h) for one model: medians, in milliseconds. Every view is
+// verified first; a wrong one ends the program. NaN if there is no GPU or no such pipeline.
 #ifndef LATTICED_TESTS_BENCH_PAPER_PAPER_MEASURE_H_
 #define LATTICED_TESTS_BENCH_PAPER_PAPER_MEASURE_H_
 
@@ -20,19 +20,19 @@ struct PaperGpuTimes {
   double formulas2123 = kNotMeasured;  // nine products
   double trivial = kNotMeasured;       // one whole evaluation
   // gemm
-  double edit = kNotMeasured;  // of the host: control points made ready and sent on their way
+  double edit = kNotMeasured;  // host: control points prepared and the copy enqueued
   double copy = kNotMeasured;
   double samples = kNotMeasured;
-  double formula24 = kNotMeasured;  // by itself: the pipeline keeps its result
+  double formula24 = kNotMeasured;  // timed apart, because the pipeline keeps its result
   double formula25 = kNotMeasured;
-  double rearrange = kNotMeasured;  // with normals
-  double shared = kNotMeasured;     // shared points: watertightness, not in the paper
+  double rearrange = kNotMeasured;  // includes normals
+  double shared = kNotMeasured;     // shared points for watertightness, not in the paper
   double optimal = kNotMeasured;    // one whole evaluation, without (24)
   // control-net
   double formulas617 = kNotMeasured;  // both products
-  // the tensor-product comparator; why there is none
+  // the tensor-product comparator, or why there is none
   absl::StatusOr<TensorRun> tensor = absl::UnavailableError("there is no GPU");
-  // the tessellation-shader comparator; why there is none
+  // the tessellation-shader comparator, or why there is none
   absl::StatusOr<ShaderTimes> shaders = absl::UnavailableError("there is no GPU");
   // fused
   double fused = kNotMeasured;

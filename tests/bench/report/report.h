@@ -1,10 +1,9 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Tables of results, for people: as text on the terminal, as Markdown in a file that says what
-// made it.
+// Tables of results: as text for the terminal, or as Markdown in a file that names how it was made.
 //
-// Errors   WriteMarkdown: kInternal where the file cannot be written
+// Errors   WriteMarkdown: kInternal if the file cannot be written
 // Threads  plain data and pure functions
 #ifndef LATTICED_TESTS_BENCH_REPORT_REPORT_H_
 #define LATTICED_TESTS_BENCH_REPORT_REPORT_H_
@@ -21,14 +20,14 @@ struct Section {
   std::string title;
   std::vector<std::string> notes;
   std::vector<std::string> columns;
-  std::vector<std::vector<std::string>> rows;  // as many cells as columns
+  std::vector<std::vector<std::string>> rows;  // one cell per column
 };
 
-// Columns as wide as their widest cell; the first to the left, the others to the right.
+// Columns are as wide as their widest cell. The first is aligned left, the others right.
 [[nodiscard]] std::string ToText(const Section& section);
 [[nodiscard]] std::string ToMarkdown(const Section& section);
 
-// "2026-11-21, commit …", the command, the machine, then the sections.
+// Writes the date, the commit, the machine and the command, then the sections.
 [[nodiscard]] absl::Status WriteMarkdown(const std::string& path, const std::string& command,
                                          std::span<const Section> sections);
 

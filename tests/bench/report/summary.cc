@@ -12,7 +12,7 @@
 namespace latticed::bench {
 namespace {
 
-// Google Benchmark appends its settings and the aggregate's name to a benchmark's own.
+// The name without the settings and the aggregate's name, which Google Benchmark appends.
 std::string OwnName(const benchmark::BenchmarkReporter::Run& run) {
   return run.run_name.function_name;
 }

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-//
-// One line a benchmark: median and least time of its repetitions, then its counters. At the end the
-// ratios of medians that the design promises (targets.h), each beside its target: of one run, since
+// One line per benchmark: median and least time of its repetitions, then its counters. At the end
+// the targets (targets.h), each beside its measured value. All values of a ratio are from one run,
+// because machines are noisy.
 // machines are noisy.
 #ifndef LATTICED_TESTS_BENCH_REPORT_SUMMARY_H_
 #define LATTICED_TESTS_BENCH_REPORT_SUMMARY_H_
@@ -22,7 +22,7 @@ class SummaryReporter : public benchmark::BenchmarkReporter {
   SummaryReporter();
   bool ReportContext(const Context& context) override;
   void ReportRuns(const std::vector<Run>& reports) override;
-  // The table; rows whose benchmarks were filtered out are left out.
+  // The table of targets. Rows whose benchmarks did not run are left out.
   Section Targets() const;
   // All rows so far.
   const Section& rows() const { return rows_; }
@@ -32,7 +32,7 @@ class SummaryReporter : public benchmark::BenchmarkReporter {
   void ReportError(const Run& run);
 
   std::map<std::string, double>
-      values_;  // medians in ms by benchmark; counters by "benchmark:counter"
+      values_;  // medians in ms by benchmark, and counters by "benchmark:counter"
   Section rows_;
   bool failed_ = false;
 };

@@ -12,8 +12,8 @@
 namespace latticed::bench {
 namespace {
 
-// `numerator` over `denominator`, or `numerator` alone: a benchmark's time in milliseconds, or
-// "benchmark:counter".
+// The value is `numerator` / `denominator`, or `numerator` alone. Each names a benchmark, whose
+// time is in milliseconds, or "benchmark:counter".
 struct Target {
   std::string text;
   std::string numerator, denominator;
@@ -45,7 +45,7 @@ void AddCpu(Targets& targets) {
   targets.insert(targets.end(), cpu.begin(), cpu.end());
 }
 
-// The writer under AVX-512 ("AVX3") and without vectors.
+// The Draco writer, under AVX-512 ("AVX3"), AVX2 and without vectors.
 void AddCodec(Targets& targets) {
   const std::string codec = "codec/torus-17k/", ours = codec + "latticed/", bytes = ":bytes_point";
   const std::string theirs = codec + "libdraco", best = ours + "AVX3/integers";
@@ -81,7 +81,7 @@ void AddStreaming(Targets& targets) {
   }
 }
 
-// Both with the copy of control points and without: the design's numbers come from kernels alone.
+// Times with and without the copy of control points, since the targets come from kernels alone.
 void AddGpu(Targets& targets) {
   const std::string tree = "gpu/tree-113663/fused/2x2x2/", bird = "gpu/bird-17119/fused/2x2x2/";
   const std::string facet = "float32/facet/10segments", quantised = "quantised/facet/10segments";
@@ -114,7 +114,7 @@ void AddGpu(Targets& targets) {
   }
 }
 
-// Edits to Draco bytes in host memory.
+// From edits to Draco bytes in host memory.
 void AddGpuEncode(Targets& targets) {
   const std::string tree = "gpu/edit-to-bytes/tree-113663/", bird = "gpu/edit-to-bytes/bird-17119/";
   const Targets rows{
@@ -130,7 +130,7 @@ void AddGpuEncode(Targets& targets) {
   targets.insert(targets.end(), rows.begin(), rows.end());
 }
 
-// Other shapes against the larger of their floors; scale against 10^5 patches.
+// Other shapes, as a share of their larger lower bound; and time per patch, compared with 10^5 patches.
 void AddGpuShapes(Targets& targets) {
   for (const char* format : {"float32", "quantised"}) {
     for (const char* shape :
@@ -152,7 +152,7 @@ void AddGpuShapes(Targets& targets) {
   }
 }
 
-// One scene on several devices against the same on one.
+// One scene on several devices, compared with one device.
 void AddDevices(Targets& targets) {
   for (const char* format : {"float32", "quantised"}) {
     const auto row = [&](int devices) {

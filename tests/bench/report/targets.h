@@ -1,7 +1,6 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-//
-// The numbers to reach, each as a ratio of two benchmarks of one run or as one
+// The targets, each for the ratio of two benchmarks of one run or for one value.
 // value.
 #ifndef LATTICED_TESTS_BENCH_REPORT_TARGETS_H_
 #define LATTICED_TESTS_BENCH_REPORT_TARGETS_H_
@@ -13,8 +12,8 @@
 
 namespace latticed::bench {
 
-// `values`: medians in ms by benchmark; counters by "benchmark:counter". Targets whose benchmarks
-// did not run are left out.
+// `values` holds medians in ms by benchmark, and counters by "benchmark:counter". Targets whose
+// benchmarks did not run are left out.
 [[nodiscard]] Section TargetSection(const std::map<std::string, double>& values);
 
 }  // namespace latticed::bench

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Delivery of finished chunks by the real server over loopback, one stream, read as a client does
-// that parses nothing: a view whose vertices exist already, so that nothing is evaluated.
+// Delivery of finished chunks by the real server over loopback, on one stream, to a client that
+// parses nothing. The view's vertices exist already, so nothing is evaluated.
 #include <grpcpp/generic/generic_stub.h>
 #include <grpcpp/grpcpp.h>
 
@@ -57,7 +57,7 @@ class Delivery {
     watch_ = Checked(client.Deform(watch));
   }
 
-  // Reads one whole update; the time and the bytes after its first message of chunks.
+  // Reads one whole update. Counts time and bytes after its first message of chunks.
   struct Read {
     double seconds = 0;
     size_t bytes = 0;

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The scene engine under an editor that never rests: the time from one whole update to the next,
-// and how old an update is when it is whole. Without a transport.
+// The scene engine under an editor that never pauses, without a transport: the time from one
+// complete update to the next, and age_ms, the time from an update's edit until it is complete.
 #include <string>
 #include <utility>
 
@@ -20,7 +20,7 @@ void Updates(benchmark::State& state, Backend* backend, Encoding encoding) {
   const Editor editor(scene);
   for (int warm_up = 0; warm_up < 3; ++warm_up) reader.NextUpdate();
 
-  // Of the update when it is whole.
+  // Sum of the ages of updates at their completion.
   absl::Duration age;
   for (auto _ : state) {
     const UpdateEnds end = reader.NextUpdate();

@@ -1,11 +1,12 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A scene of 1,000 patches beside one of 1,000,000 whose editor never rests: edit to whole update of
-// the small one, alone and beside, by turns in one run.
+// A scene of 1,000 patches beside one of 1,000,000 whose editor never pauses. Measures the time
+// from an edit of the small scene to the complete update, alone and beside the huge one,
+// alternating in one run.
 //
-//   bound = 2 updates of its own (the median alone) + one batch of chunks of the other, evaluated
-//           and encoded (its share of the other's median update)
+//   bound = 2 updates of the small scene (median alone) + one batch of chunks of the huge scene,
+//           evaluated and encoded (the batch's share of the huge scene's median update)
 #include <algorithm>
 #include <atomic>
 #include <memory>
@@ -24,11 +25,11 @@
 namespace latticed::bench {
 namespace {
 
-constexpr int kWorkers = 3;  // as a server has
+constexpr int kWorkers = 3;  // as in a server
 constexpr int kRounds = 8;
 constexpr int kAlonePerRound = 40, kBesidePerRound = 100;
 
-// To within 3 % as many patches as they are called.
+// The names give the number of patches, to within 3 %.
 const Scenario& Small() {
   static const auto* scenario =
       new Scenario(MakeScenario("torus-1k", MakeTorus(24, 12), {7, 7, 7}, {2, 2, 2}));
@@ -45,13 +46,13 @@ double Quantile(std::vector<double> values, double q) {
   return values[static_cast<size_t>(q * static_cast<double>(values.size() - 1) + 0.5)];
 }
 
-// Edits a scene without rest and reads all of its updates.
+// Edits a scene without pause and reads all of its updates.
 class BusyScene {
  public:
   explicit BusyScene(const std::shared_ptr<Scene>& scene)
       : reader_(scene), editor_(std::in_place, scene), thread_([this] { Run(); }) {}
   ~BusyScene() { Stop(); }
-  // At the end of an update: those that were read, of each what it took to evaluate and encode.
+  // Stops at the end of an update. Returns the time of each update to evaluate and encode.
   const std::vector<absl::Duration>& Stop() {
     stopping_ = true;
     if (thread_.joinable()) thread_.join();
@@ -71,7 +72,7 @@ class BusyScene {
   std::optional<Editor> editor_;
   std::atomic<bool> stopping_ = false;
   std::vector<absl::Duration> updates_;
-  std::thread thread_;  // last: it uses all of the above
+  std::thread thread_;  // last, because it uses all members above
 };
 
 void Measure(Reader& reader, Circling& moves, int count, std::vector<double>& into) {

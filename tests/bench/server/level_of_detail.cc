@@ -4,10 +4,10 @@
 // level_of_detail HOST:PORT MAX_BYTES_PER_SECOND
 //
 // Drags every second control point of a scene of 17,119 patches, so that all chunks change, at 60
-// edits a second, over whatever link leads to the server, and measures what the watcher sees: complete
-// updates a second while dragging, and the time from the last edit to full detail; for a gesture that
-// is committed, and for edits that just stop. What is there in the end must be, byte for byte, what GetUpdate gives. Fails below 20 a
-// second and above 300 ms. See level_of_detail.sh, which makes the link.
+// edits per second. Measures what a watcher gets over the link to the server: complete updates per
+// second while dragging, and the time from the last edit to full detail. It does so for a gesture
+// that is committed, and for edits that just stop. Fails if the final chunks differ in a byte from
+// GetUpdate's, below 20 updates per second, or above 300 ms. level_of_detail.sh makes the link.
 #include <grpcpp/grpcpp.h>
 
 #include <charconv>
@@ -56,7 +56,7 @@ struct Update {
   size_t bytes = 0;
 };
 
-// A Deform stream whose events a thread takes in as they come, acknowledging updates.
+// A Deform stream. A thread receives its events and acknowledges updates.
 class Watch {
  public:
   Watch(v1::SceneService::Stub& stub, v1::WatchRequest request) : stream_(stub.Deform(&context_)) {
@@ -74,7 +74,7 @@ class Watch {
     const MutexLock lock(&write_mutex_);
     stream_->Write(request);
   }
-  // Waits for full detail of the edit with that sequence.
+  // Waits for full detail of the edit with this sequence number.
   Update WaitForFullDetail(uint64_t sequence) {
     const MutexLock lock(&mutex_);
     const auto here = [&]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
@@ -135,7 +135,7 @@ class Watch {
   std::vector<Update> updates_ ABSL_GUARDED_BY(mutex_);
   Chunks chunks_ ABSL_GUARDED_BY(mutex_);
   bool ended_ ABSL_GUARDED_BY(mutex_) = false;
-  Chunks staged_;  // of the reader
+  Chunks staged_;  // used by the reader thread only
   std::thread reader_;
 };
 
@@ -165,7 +165,7 @@ class LevelOfDetailRun {
     watch_.mutable_view()->set_max_bytes_per_second(max_bytes_per_second);
   }
 
-  // Whether both numbers are kept, in a drag of one gesture or of edits without one.
+  // Drags in one gesture, or by edits without one. Returns whether both limits are kept.
   bool Drag(bool gesture) {
     Watch watch(*stub_, watch_);
     watch.WaitForFullDetail(sequence_);
@@ -198,7 +198,7 @@ class LevelOfDetailRun {
   }
 
  private:
-  // Shakes every second control point.
+  // Moves every second control point to and fro.
   v1::DeformRequest Edit(bool gesture, v1::GesturePhase phase) {
     v1::DeformRequest request;
     v1::EditBatch& batch = *request.mutable_edit();

@@ -2,10 +2,9 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# level_of_detail.sh BUILD: a server behind a link shaped to 100 Mbit/s, in a network namespace of its
-# own, and a watcher that drags a scene of 17,119 patches there and says how fast it could take in.
-# Prints updates a second and the time to full detail, and fails where they are missed. Needs root,
-# and Debian's package iproute2.
+# level_of_detail.sh BUILD: starts a server in its own network namespace, behind a link shaped to 100 Mbit/s. A
+# watcher drags a scene of 17,119 patches there. Prints updates per second and the time to full detail, and
+# fails if a limit is missed. Needs root and Debian's package iproute2.
 set -euo pipefail
 build=$(readlink -f "$1")
 bytes_per_second=11500000  # 100 Mbit/s less 8 % for TCP/IP, HTTP/2 and the rest of the messages

@@ -39,7 +39,7 @@ SceneConfig ConfigOf(const Scenario& scenario, Encoding encoding) {
 }
 
 Circling::Circling(std::shared_ptr<Scene> scene) : scene_(std::move(scene)) {
-  // Sequences of an editor rise: each of these is another.
+  // An editor's sequence numbers must ascend, so each Circling is another editor.
   static std::atomic<int> editors = 0;
   batch_.editor_id = fmt::format("editor-{}", ++editors);
   batch_.structure_id = scene_->State()->structure_id;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A scene of the engine under an editor and a watcher, without a transport.
+// A scene of the engine with an editor and a watcher, without a transport.
 #ifndef LATTICED_TESTS_BENCH_SERVER_WATCHED_SCENE_H_
 #define LATTICED_TESTS_BENCH_SERVER_WATCHED_SCENE_H_
 
@@ -18,18 +18,18 @@
 
 namespace latticed::bench {
 
-// All that this machine has, made once.
+// All backends of this machine, made once.
 [[nodiscard]] const std::vector<std::unique_ptr<Backend>>& AllBackends();
 
 // A scene of the scenario's mesh and lattice whose default view has `encoding`.
 [[nodiscard]] SceneConfig ConfigOf(const Scenario& scenario, Encoding encoding);
 
-// Moves all control points round a circle, each time by the golden angle: however many moves an
-// update merges, they never leave the points where they were. Threads: one at a time.
+// Moves all control points around a circle, by the golden angle each time. However many moves an
+// update merges, the points end up somewhere else. Threads: one at a time.
 class Circling {
  public:
   explicit Circling(std::shared_ptr<Scene> scene);
-  // The revision that it made.
+  // Returns the revision that the move made.
   uint64_t Move();
 
  private:
@@ -39,7 +39,7 @@ class Circling {
   double angle_ = 0;
 };
 
-// Moves them every millisecond until it is destroyed.
+// Moves the control points every millisecond until it is destroyed.
 class Editor {
  public:
   explicit Editor(std::shared_ptr<Scene> scene)
@@ -57,11 +57,11 @@ class Editor {
   std::thread thread_;
 };
 
-// Takes every update of the default view at once.
+// Takes every update of the default view as soon as it comes.
 class Reader {
  public:
   explicit Reader(std::shared_ptr<Scene> scene);
-  // The next one, when it is whole.
+  // Waits for the next update to be complete.
   UpdateEnds NextUpdate();
 
  private:

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Details travel with a status unchanged, whatever characters clients put into ids.
+// Details stay unchanged in a status, whatever characters clients put into ids.
 #include "core/base/error.h"
 
 #include <gtest/gtest.h>

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// One release of the lock serves all who can go on, in the end, whatever they wait for.
+// One release of the lock eventually serves every waiter that can continue, whatever each waits for.
 #include "core/base/mutex.h"
 
 #include <gtest/gtest.h>
@@ -33,7 +33,7 @@ TEST(MutexTest, OneReleaseServesEveryWaiterThatCanGoOn) {
   EXPECT_EQ(items, 0);
 }
 
-// Each thread changes what another waits for and waits at once, without a release in between.
+// Each thread changes what the other waits for and then waits at once, without a release in between.
 TEST(MutexTest, AWaiterServesOthersByWhatItChangedBefore) {
   Mutex mutex;
   int turn = 0;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A poll passes on what it is told.
+// A poll returns the status of its check.
 #include "core/base/stop_check.h"
 
 #include <gtest/gtest.h>

@@ -18,7 +18,7 @@ TEST(Utf8Test, WhatIsInNoCharacterIsReplaced) {
   const std::string r = "\xEF\xBF\xBD";
 
   EXPECT_EQ(ValidUtf8("a\xE4z"), "a" + r + "z");            // Latin-1
-  EXPECT_EQ(ValidUtf8("\x80"), r);                          // goes on from nothing
+  EXPECT_EQ(ValidUtf8("\x80"), r);                          // continuation byte without a start
   EXPECT_EQ(ValidUtf8("\xC0\xAF"), r + r);                  // overlong
   EXPECT_EQ(ValidUtf8("\xE0\x80\x80"), r + r + r);          // overlong
   EXPECT_EQ(ValidUtf8("\xED\xA0\x80"), r + r + r);          // surrogate

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// One suite for every encoder: libdraco must decode exactly the integers that went in.
+// One suite for every encoder: libdraco must decode exactly the encoded integers.
 #include "core/codec/chunk_encoder.h"
 
 #include <array>
@@ -61,7 +61,7 @@ TEST_P(ChunkEncoderTest, IntegersSurviveAtAllSizes) {
 
 TEST_P(ChunkEncoderTest, AnyRangeIsExact) {
   const Chunk chunk = MakeChunk(500, 14, 10, Data::kRandom, kEncoderSeed);
-  // Far outside of what six decimals of text could carry.
+  // Far outside the range that six decimals of text can hold.
   for (const double range : {0x1p-60, 0x1p-20, 1.0, 0x1p+40, 0x1p+100}) {
     ASSERT_OK_AND_ASSIGN(const auto stream,
                          testing::EncodePoints(*encoder_, chunk.vertices(), range));
@@ -102,7 +102,7 @@ void ExpectMeshDecodes(const ChunkEncoder& encoder, const Chunk& chunk,
   }
 }
 
-// The triangles of whole chunks at all segments; two of segments 32 fill 16-bit indices.
+// The triangles of whole chunks of 32 patches, up to the largest number of segments.
 TEST_P(ChunkEncoderTest, MeshStreamsOfPatchesDecode) {
   for (const int segments : {1, 2, 3, 10, 31, 32}) {
     const TessellationPattern& pattern = TessellationPattern::Get(segments);
@@ -128,8 +128,8 @@ TEST_P(ChunkEncoderTest, MeshStreamsWithoutPatternDecode) {
   ExpectMeshDecodes(*encoder_, MakeChunk(kPoints, 12, 8, Data::kWalk, kEncoderSeed), triangles);
 }
 
-// Points and triangles so regular that a compressed connectivity takes under three bytes a face,
-// which libdraco's decoder refuses.
+// Points and triangles are so regular that compressed connectivity would take less than three bytes
+// per face, which libdraco's decoder refuses.
 TEST_P(ChunkEncoderTest, MeshStreamsOfRegularChunksDecode) {
   for (const size_t points : {480u, 2112u}) {
     Triangles triangles;

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Chunks for the tests of encoders: vertices in the QUANTISED layout beside the integers that a
-// stream of them must hold.
+// Chunks for tests of encoders: vertices in the QUANTISED layout, and the integers that their
+// stream must hold.
 #ifndef LATTICED_TESTS_CORE_CODEC_CHUNK_FIXTURES_H_
 #define LATTICED_TESTS_CORE_CODEC_CHUNK_FIXTURES_H_
 
@@ -44,18 +44,18 @@ inline uint32_t NextValue(Data data, size_t i, uint32_t last, uint32_t top, std:
       return i % 2 == 0 ? 0 : top;
     case Data::kRamp:
       return static_cast<uint32_t>(i) % (top + 1);
-    case Data::kWalk:  // small steps, and a jump now and then as between patches
+    case Data::kWalk:  // small steps, and now and then a jump as between patches
       return i % 66 == 0 ? static_cast<uint32_t>(random()) % (top + 1)
                          : (last + static_cast<uint32_t>(random()) % 7) % (top + 1);
-    case Data::kEven:  // 64 steps, each as often
+    case Data::kEven:  // 64 step sizes, all equally often
       return (last + 1 + static_cast<uint32_t>(i) % 64) % (top + 1);
-    case Data::kJumps:  // the same again most of the time, or else anything
+    case Data::kJumps:  // mostly the same value, otherwise any
       return i % 8 == 0 ? static_cast<uint32_t>(random()) % (top + 1) : last;
   }
   return 0;
 }
 
-// normal_bits = 0: no normals.
+// With normal_bits = 0 there are no normals.
 inline Chunk MakeChunk(size_t points, int position_bits, int normal_bits, Data data,
                        unsigned seed) {
   std::mt19937 random(seed);
@@ -85,7 +85,7 @@ inline Chunk MakeChunk(size_t points, int position_bits, int normal_bits, Data d
   return chunk;
 }
 
-// Triangles of a fan around the first point.
+// The triangles of a fan around the first point.
 inline std::vector<std::array<uint32_t, 3>> Fan(size_t points) {
   std::vector<std::array<uint32_t, 3>> fan;
   for (uint32_t i = 2; i < points; ++i) fan.push_back({0, i - 1, i});

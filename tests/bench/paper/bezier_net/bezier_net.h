@@ -1,19 +1,19 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Control points of the paper's second comparator, as tessellation shaders read them.
+// Control points of the paper's second comparator, in the layout that tessellation shaders read.
 //                                      Cui & Feng 2014, doi:10.1007/s11766-014-3239-6, formula (6)
 //
-//   T = inv(B) Rs,  Rs the m samples R(corner + j/n along + k/n across), i + j + k = n
+//   T = inv(B) Rs;  Rs: the m samples R(corner + j/n along + k/n across), i + j + k = n
 //
-// Relative to the sample of corner 0 and in double until it is rounded once: inv(B) costs float32 a
-// digit at n = 6, which normals would show. One call an index of a step, so that a test on the host
-// runs what a block runs:
+// Samples are relative to that of corner 0, and in double until the result is rounded once: at
+// n = 6, inv(B) would cost float32 a digit, which normals would show. Each function runs one index
+// of a step, so that a test on the host runs the same code as a block on the device:
 //
-//   NetSample | NetControl          ( | : all calls of the group are done)
+//   NetSample | NetControl          ( | : all indices of the group are done)
 //
 // Layout   a patch is m + 1 vectors of four floats: T in the order of bernstein.h, then corner 0
-//          relative to the plan's local origin; the fourth float is 1
+//          relative to the plan's local origin. The fourth float is 1
 // Threads  distinct indices of a step may run at once
 #ifndef LATTICED_TESTS_BENCH_PAPER_BEZIER_NET_BEZIER_NET_H_
 #define LATTICED_TESTS_BENCH_PAPER_BEZIER_NET_BEZIER_NET_H_
@@ -29,17 +29,17 @@
 #include "core/ffd/volume_point.h"
 
 namespace latticed {
-struct DeformPlan;  // whose header is not for kernels
+struct DeformPlan;  // its header cannot be compiled for the device
 }
 
 namespace latticed::bench {
 
 inline constexpr int kMostNet = BernsteinCount(3 * limits::kMaxDegree);
-inline constexpr int kNetGroup = 4;  // patches a block
+inline constexpr int kNetGroup = 4;  // patches per block
 
 struct NetPatch {
   int span[3];
-  int outside;  // 1: under the identity map, corner and edges in the world
+  int outside;  // 1: under the identity map; corner and edges are in the world
   Vec3d corner, along, across;
 };
 
@@ -50,7 +50,7 @@ struct alignas(16) NetPoint {
 struct NetTables {
   int degree;
   int m;
-  uint8_t j[kMostNet], k[kMostNet];     // of a sample and of a control point
+  uint8_t j[kMostNet], k[kMostNet];     // indices of a sample and of a control point
   double inverse[kMostNet * kMostNet];  // m x m, column-major
 };
 
@@ -59,7 +59,7 @@ struct NetJob {
   size_t count;
   VolumeView volume;
   const NetTables* tables;
-  NetPoint* nets;  // m + 1 a patch
+  NetPoint* nets;  // m + 1 per patch
 };
 
 struct NetGroup {
@@ -86,7 +86,7 @@ LATTICED_HD inline void NetControl(const NetJob& job, size_t first, int step,
   const Vec3d* samples = group.sample[in_group];
   const Vec3d centre = samples[0];
   Vec3d sum;
-  for (int i = 1; i < m; ++i) {  // the first of them is zero
+  for (int i = 1; i < m; ++i) {  // the first sample is zero
     sum += job.tables->inverse[row + m * i] * (samples[i] - centre);
   }
   NetPoint* net = job.nets + patch * static_cast<size_t>(m + 1);
@@ -95,7 +95,7 @@ LATTICED_HD inline void NetControl(const NetJob& job, size_t first, int step,
   if (row == 0) net[m] = {place.x, place.y, place.z, 1};
 }
 
-// Made on the host in double, once. degree in 3 … 9.
+// Computed once on the host, in double. degree is 3 … 9.
 [[nodiscard]] NetTables MakeNetTables(int degree);
 // World coordinates are relative to the plan's local origin.
 [[nodiscard]] std::vector<NetPatch> MakeNetPatches(const DeformPlan& plan);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A block takes kNetGroup patches through the steps of bezier_net.h, a thread a sample.
+// A block takes kNetGroup patches through the steps of bezier_net.h, one thread per sample.
 #include "tests/bench/paper/comparator_kernels.h"
 
 namespace latticed::bench {
@@ -9,7 +9,7 @@ namespace {
 
 __global__ void __launch_bounds__(kNetGroup* kMostNet)
     NetKernel(const __grid_constant__ NetJob job) {
-  // As bytes: shared memory has no constructors.
+  // Raw bytes, because shared memory has no constructors.
   __shared__ alignas(NetGroup) unsigned char memory[sizeof(NetGroup)];
   auto& group = *reinterpret_cast<NetGroup*>(memory);
   const size_t first = size_t{blockIdx.x} * kNetGroup;

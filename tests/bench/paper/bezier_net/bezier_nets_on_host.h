@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the kernel of bezier_net.h makes, by its steps on the host in their order: for tests, which
-// have no device.
+// Runs the steps of bezier_net.h on the host in order, for tests without a device. Returns what the
+// kernel would.
 #ifndef LATTICED_TESTS_BENCH_PAPER_BEZIER_NET_BEZIER_NETS_ON_HOST_H_
 #define LATTICED_TESTS_BENCH_PAPER_BEZIER_NET_BEZIER_NETS_ON_HOST_H_
 

@@ -69,7 +69,7 @@ out vec4 colour;
 void main() { colour = vec4(0.5 + 0.5 * normal, 1.0); }
 )";
 
-// Expression of B^{i+j+k}_ijk by powers x1 … of b0, y1 … of b1, z1 … of b2.
+// B^{i+j+k}_ijk as an expression of the powers x1 … of b0, y1 … of b1 and z1 … of b2.
 std::string Weight(int i, int j, int k) {
   constexpr double kOne = 1;
   std::string text = fmt::format("{:.1f}", Bernstein(i, j, k, kOne, kOne, kOne));
@@ -81,7 +81,7 @@ std::string Weight(int i, int j, int k) {
 
 std::string WeightName(int i, int j, int k) { return fmt::format("w_{}_{}_{}", i, j, k); }
 
-// Powers of the coordinates, then the polynomials of `degree`.
+// Defines the powers of the coordinates, then the polynomials of `degree`.
 std::string Weights(int degree) {
   std::string text;
   for (const char* const b : {"x", "y", "z"}) {

@@ -29,7 +29,7 @@ bool CanOpen(const auto& libraries) {
   return false;
 }
 
-// libepoxy ends the program where it finds no library: so look first.
+// libepoxy ends the program if it finds no library, so look for them first.
 absl::Status CheckLibraries() {
   if (!CanOpen(kEgl)) return absl::UnavailableError("there is no libEGL.so.1");
   if (!CanOpen(kGl))
@@ -38,7 +38,7 @@ absl::Status CheckLibraries() {
   const auto has = [all](const char* extension) {
     return all != nullptr && epoxy_extension_in_string(all, extension);
   };
-  // The older name of the two that follow it.
+  // EGL_EXT_device_base is the older name of the two extensions after it.
   const bool devices = has("EGL_EXT_device_base") ||
                        (has("EGL_EXT_device_enumeration") && has("EGL_EXT_device_query"));
   if (!devices) return absl::UnavailableError("this libEGL lists no devices");

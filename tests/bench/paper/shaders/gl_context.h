@@ -4,13 +4,13 @@
 // OpenGL 4.5 without a window: a surfaceless context on an EGL device.
 //                                 EGL_EXT_device_enumeration, EGL_EXT_platform_device
 //
-// libEGL and libOpenGL (or libGL) are the system's and are opened when the first context is made;
-// a program that has this runs where they are missing.
+// libEGL and libOpenGL (or libGL) are the system's. They are opened when the first context is made,
+// so a program that links this also runs where they are missing.
 //
-// A display is shared by all contexts of its device and stays until the process ends.
+// All contexts of a device share its display, which stays open until the process ends.
 //
-// Errors   kUnavailable naming what is missing
-// Threads  the context is used on the thread that made it alone
+// Errors   kUnavailable, naming what is missing
+// Threads  a context is used only on the thread that made it
 #ifndef LATTICED_TESTS_BENCH_PAPER_SHADERS_GL_CONTEXT_H_
 #define LATTICED_TESTS_BENCH_PAPER_SHADERS_GL_CONTEXT_H_
 
@@ -24,7 +24,7 @@ namespace latticed::bench {
 
 class GlContext {
  public:
-  // On the first device that is as wanted and that has OpenGL 4.5; current.
+  // Uses the first device that matches `wanted` and has OpenGL 4.5. The context is current afterwards.
   [[nodiscard]] static absl::StatusOr<std::unique_ptr<GlContext>> Create(ShaderDevice wanted);
   ~GlContext();
   GlContext(const GlContext&) = delete;  // owns the context
@@ -37,7 +37,7 @@ class GlContext {
 
  private:
   GlContext(void* display, void* context) : display_(display), context_(context) {}
-  // Of one EGL device.
+  // Makes a context on one EGL device.
   static absl::StatusOr<std::unique_ptr<GlContext>> Make(void* device);
 
   void* display_;
@@ -45,7 +45,7 @@ class GlContext {
   std::string description_;
 };
 
-// kInternal, or kResourceExhausted, with `what` where OpenGL has noted an error since the last call.
+// kInternal or kResourceExhausted, with `what`, if OpenGL has recorded an error since the last call.
 [[nodiscard]] absl::Status GlStatus(const char* what);
 
 }  // namespace latticed::bench

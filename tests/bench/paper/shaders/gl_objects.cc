@@ -10,7 +10,7 @@
 namespace latticed::bench {
 namespace {
 
-constexpr GLsizei kMostWords = 4'096;  // of a compiler
+constexpr GLsizei kMostWords = 4'096;  // characters of a compiler's message
 
 GLuint Created(const auto& create) {
   GLuint id = 0;
@@ -47,7 +47,7 @@ absl::StatusOr<GlProgram> GlProgram::Create(std::span<const Stage> stages,
     glGetShaderiv(shader, GL_COMPILE_STATUS, &compiled);
     glGetShaderInfoLog(shader, kMostWords, nullptr, words.data());
     glAttachShader(id, shader);
-    glDeleteShader(shader);  // goes with the program
+    glDeleteShader(shader);  // deleted with the program
     if (compiled != GL_TRUE) return absl::InternalError(words.data());
   }
   if (!captured.empty()) {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Objects of OpenGL, each with one owner.
+// OpenGL objects, each with one owner.
 //
 // Errors   kResourceExhausted, kInternal
 // Threads  that of the context
@@ -40,15 +40,15 @@ class GlObject {
   GLuint id_;
 };
 
-// Memory of the device, of a size that stays.
+// Device memory of a fixed size.
 class GlBuffer {
  public:
   GlBuffer() = default;
-  // A copy of `bytes` bytes at `from`; not initialised where that is null.
+  // Copies `bytes` bytes from `from`. If `from` is null, the memory is uninitialised.
   [[nodiscard]] static absl::StatusOr<GlBuffer> Create(size_t bytes, const void* from);
 
   GLuint id() const { return object_.id(); }
-  // The first `bytes` bytes; waits for what was drawn before.
+  // Reads the first `bytes` bytes, after everything drawn before.
   void Read(size_t bytes, void* to) const;
 
  private:
@@ -67,7 +67,7 @@ class GlProgram {
   };
 
   // Transform feedback takes the outputs named in `captured`, interleaved. kInternal with the
-  // compiler's or linker's own words.
+  // message of the compiler or linker.
   [[nodiscard]] static absl::StatusOr<GlProgram> Create(std::span<const Stage> stages,
                                                         std::span<const char* const> captured);
 
@@ -80,14 +80,14 @@ class GlProgram {
   GlObject<Delete> object_;
 };
 
-// A square picture to draw into, four bytes a pixel.
+// A square picture to draw into, four bytes per pixel.
 class GlTarget {
  public:
   explicit GlTarget(int size);
 
-  // What is drawn next goes here.
+  // Directs what is drawn next to this picture.
   void Bind() const;
-  // Red, green, blue, alpha; waits for what was drawn.
+  // Red, green, blue, alpha. Waits for everything drawn.
   std::vector<uint8_t> Read() const;
 
  private:
@@ -102,13 +102,13 @@ class GlTarget {
   GlObject<DeletePixels> pixels_;
 };
 
-// What the device counts between two points of its command stream.
+// Counts on the device between two points of its command stream.
 class GlQuery {
  public:
-  // GL_TIME_ELAPSED, nanoseconds; GL_PRIMITIVES_GENERATED …
+  // `counted`: GL_TIME_ELAPSED (nanoseconds), GL_PRIMITIVES_GENERATED …
   explicit GlQuery(GLenum counted);
 
-  // Waits until the device has come so far.
+  // Waits until the device has run the commands.
   uint64_t Count(const auto& commands) const {
     glBeginQuery(counted_, object_.id());
     commands();

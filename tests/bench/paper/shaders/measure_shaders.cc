@@ -15,7 +15,7 @@
 namespace latticed::bench {
 namespace {
 
-// As many places of as many patches each as views are compared at.
+// Vertices are compared in as many places as Verify compares chunks, a chunk's number of patches each.
 constexpr size_t kVerifiedPlaces = 64;
 
 // Made on the first call.
@@ -27,8 +27,8 @@ const absl::StatusOr<std::unique_ptr<GlContext>>& TheContext(ShaderDevice device
   return contexts->emplace(device, GlContext::Create(device)).first->second;
 }
 
-// Half the side of a cube around the local origin that holds the surface: the hull of its control
-// points.
+// Half the side of a cube around the local origin that holds all control points, and with them the
+// surface.
 float Extent(const Scenario& scenario) {
   double extent = 0;
   for (const Vec3d& p : scenario.control_points[0]) {

@@ -4,10 +4,10 @@
 // The tessellation-shader comparator on a scenario: verified, then timed. A build without libepoxy
 // compiles measure_shaders_stub.cc instead of measure_shaders.cc.
 //
-// Times    of the tessellation alone, by the device's clock (GL_TIME_ELAPSED); making the nets is
-//          CUDA's part and timed there, and nothing is counted for handing them from one to the other
-// Errors   kUnimplemented in the stub; kUnavailable without such a device; kInternal where captured
-//          vertices are not what the definition says
+// Times    of the tessellation alone, by the device's clock (GL_TIME_ELAPSED). CUDA makes the nets
+//          and times that part. Handing the nets from CUDA to OpenGL is not counted
+// Errors   kUnimplemented in the stub; kUnavailable if there is no matching device; kInternal if
+//          captured vertices differ from the definition
 // Threads  one, always the same: the context stays until the process ends
 #ifndef LATTICED_TESTS_BENCH_PAPER_SHADERS_MEASURE_SHADERS_H_
 #define LATTICED_TESTS_BENCH_PAPER_SHADERS_MEASURE_SHADERS_H_
@@ -30,9 +30,9 @@ inline constexpr int kShaderLevel = 10;
 
 struct ShaderTimes {
   std::string device;
-  GpuTimes control;  // by formula (6): not of MeasureShaders, which is given the nets
-  size_t triangles = 0, distinct_points = 0;  // a patch
-  // Control points as vertices of patches, and read from a buffer; the former for small nets alone.
+  GpuTimes control;  // by formula (6); MeasureShaders gets the nets and leaves it unset
+  size_t triangles = 0, distinct_points = 0;  // per patch
+  // Control points as vertices of patches (small nets only), and read from a buffer.
   struct Source {
     static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
     GpuTimes captured{kNone, kNone};  // into memory: positions and normals
@@ -45,7 +45,7 @@ struct ShaderTimes {
   double drawn() const { return std::fmin(vertices.drawn.median, buffer.drawn.median); }
 };
 
-// `nets` are those of control_points[0].
+// `nets` belong to control_points[0].
 [[nodiscard]] absl::StatusOr<ShaderTimes> MeasureShaders(const Scenario& scenario,
                                                          std::span<const NetPoint> nets,
                                                          ShaderDevice device, int runs);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-//
-// Where shaders run. A row of a GPU comes from kCuda alone: Mesa's software renderer, which tests
+// The device that shaders run on. A GPU's row uses kCuda only. Tests also use Mesa's software
+// renderer, which never counts as a GPU.
 // use, is never taken for one.
 #ifndef LATTICED_TESTS_BENCH_PAPER_SHADERS_SHADER_DEVICE_H_
 #define LATTICED_TESTS_BENCH_PAPER_SHADERS_SHADER_DEVICE_H_
@@ -9,7 +9,7 @@
 namespace latticed::bench {
 
 enum class ShaderDevice {
-  kCuda,  // the CUDA device 0, under its vendor's own driver
+  kCuda,  // CUDA device 0, with its vendor's own driver
   kAny,
 };
 

@@ -14,11 +14,11 @@ namespace latticed::bench {
 namespace {
 
 constexpr int kPictureSize = 256;
-constexpr size_t kFlushBytes = size_t{256} << 20;  // as gpu_timer.cc
+constexpr size_t kFlushBytes = size_t{256} << 20;  // as in gpu_timer.cc
 constexpr double kWarmUpMs = 30;
 constexpr double kMsPerNs = 1e-6;
 
-// What the two programs capture of a vertex.
+// What each of the two programs captures per vertex.
 struct Captured {
   Vec3f position, normal;
 };
@@ -26,7 +26,7 @@ struct Probed {
   Vec3f coordinate;
   int32_t patch;
 };
-constexpr size_t kVertices = 3;  // a triangle
+constexpr size_t kVertices = 3;  // per triangle
 
 absl::StatusOr<GlProgram> Link(const BezierShaders& shaders, bool fragments,
                                std::span<const char* const> captured) {
@@ -96,7 +96,7 @@ absl::Status ShaderTessellator::MakeCaptureBuffers() {
 
 void ShaderTessellator::Use(const GlProgram& program) const {
   glUseProgram(program.id());
-  target_.Bind();  // there is no other, and OpenGL draws nothing without one
+  target_.Bind();  // the only framebuffer; OpenGL draws nothing without one
   glBindVertexArray(vertex_array_);
   glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, nets_.id());
   glPatchParameteri(GL_PATCH_VERTICES, PatchVertices());

@@ -8,16 +8,16 @@
 //        -> transform feedback: positions and normals, 24 bytes a vertex
 //        or -> a small picture
 //
-// OpenGL has a pattern of its own: at level 10 a patch gives 150 triangles with 91 distinct points,
-// where the paper's has 100 with 66; and transform feedback writes three vertices a triangle.
-// Patches go in batches whose captured vertices fit a buffer, each over the one before it: the
-// bandwidth is that of all, the memory is not.
+// OpenGL's pattern differs from the paper's: at level 10 a patch has 150 triangles with 91 distinct
+// points, the paper's has 100 with 66. Transform feedback writes three vertices per triangle.
+// Patches are captured in batches that fit a buffer, and each batch overwrites the previous one.
+// This measures the bandwidth for all patches without their memory.
 //
-// What is timed is what Capture returns. Only coordinates and patch numbers, which no user of the
-// algorithm captures, come from a second program of the same shaders, vertex by vertex in the same
-// order.
+// The timed program is the one that Capture runs for positions and normals. Coordinates and patch
+// numbers, which no user of the algorithm captures, come from a second program. It has the same
+// shaders and gives vertices in the same order.
 //
-// Errors   kInternal, kResourceExhausted; kInvalidArgument where a net has too many vertices
+// Errors   kInternal, kResourceExhausted; kInvalidArgument if a net has too many vertices
 // Threads  that of the context
 #ifndef LATTICED_TESTS_BENCH_PAPER_SHADERS_SHADER_TESSELLATOR_H_
 #define LATTICED_TESTS_BENCH_PAPER_SHADERS_SHADER_TESSELLATOR_H_
@@ -42,9 +42,9 @@ class ShaderTessellator {
     int degree = 6;
     int level = 10;
     NetSource source = NetSource::kBuffer;
-    size_t capture_bytes = size_t{1} << 30;  // of one batch, at most
+    size_t capture_bytes = size_t{1} << 30;  // at most, per batch
   };
-  // `nets` as bezier_net.h lays them out. Needs a current context.
+  // `nets` has the layout of bezier_net.h. Needs a current context.
   [[nodiscard]] static absl::StatusOr<std::unique_ptr<ShaderTessellator>> Create(
       const Spec& spec, std::span<const NetPoint> nets);
   ~ShaderTessellator();
@@ -55,12 +55,12 @@ class ShaderTessellator {
   size_t triangles_per_patch() const { return triangles_; }
   size_t batch_patches() const { return batch_; }
 
-  // Three vertices a triangle of patches [first, first + count), in the device's order.
+  // Three vertices per triangle of patches [first, first + count), in the device's order.
   [[nodiscard]] absl::StatusOr<std::vector<ShaderVertex>> Capture(size_t first, size_t count);
-  // The picture of all patches whose points lie within `extent` of the origin on every axis.
+  // Draws all patches. The picture shows points within `extent` of the origin on every axis.
   [[nodiscard]] absl::StatusOr<std::vector<uint8_t>> Draw(float extent);
 
-  // All patches, by the device's clock, each run after a full L2 cache and alone on the device.
+  // Times all patches by the device's clock. Before each run the L2 cache is flushed and the device idle.
   [[nodiscard]] absl::StatusOr<GpuTimes> TimeCaptured(int runs);
   [[nodiscard]] absl::StatusOr<GpuTimes> TimeDrawn(float extent, int runs);
 

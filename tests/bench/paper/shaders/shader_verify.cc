@@ -14,8 +14,8 @@
 namespace latticed::bench {
 namespace {
 
-// Tessellators count in fixed point, often of 16 bits: the sum of three coordinates, and that of a
-// patch's areas.
+// Tessellators compute in fixed point, often with 16 bits. This is the limit for the sum of three
+// coordinates, and for the sum of a patch's areas.
 constexpr double kCoordinateError = 1e-4;
 
 double Aspect(const DeformPlan& plan, size_t patch) {
@@ -30,14 +30,14 @@ double Aspect(const DeformPlan& plan, size_t patch) {
   return longest * longest / Norm(Cross(corner[1] - corner[0], corner[2] - corner[0]));
 }
 
-// Twice the area of a triangle in (b1, b2): those of a patch add up to 1.
+// Twice the area of a triangle in (b1, b2). The areas of a patch add up to 1.
 double Area(const ShaderVertex* v) {
   const Vec3d a = ToDouble(v[0].coordinate), b = ToDouble(v[1].coordinate);
   const Vec3d c = ToDouble(v[2].coordinate);
   return std::abs((b.y - a.y) * (c.z - a.z) - (c.y - a.y) * (b.z - a.z));
 }
 
-// Finite vertices, coordinates in the triangle, every place once.
+// Checks that vertices are finite, coordinates are in the triangle, and triangles cover the patch once.
 absl::Status CheckPattern(size_t patch, std::span<const ShaderVertex> vertices) {
   double area = 0;
   for (size_t i = 0; i + 2 < vertices.size(); i += 3) area += Area(&vertices[i]);

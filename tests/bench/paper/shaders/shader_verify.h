@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Compares captured vertices with the definition, each at the very coordinates that the tessellator
-// gave it (comparator_precision.h).
+// Compares captured vertices with the definition, each at the exact coordinates that the
+// tessellator gave it (comparator_precision.h).
 //
 //   aspect  longest edge^2 / (2 area) of the patch at rest: Pu x Pv of rounded control points loses
-//           as much
+//           this factor of accuracy
 //
 // Threads  pure
 #ifndef LATTICED_TESTS_BENCH_PAPER_SHADERS_SHADER_VERIFY_H_
@@ -21,12 +21,12 @@
 
 namespace latticed::bench {
 
-// Control points are off by 2^-24 of the patch, differences of two by 2^-23, tangents of degree n by
-// n 2^-23, in each of two tangents: 1.4e-6 at n = 6; as much again for the sums.
+// Rounding moves control points by 2^-24 of the patch, differences of two by 2^-23, and tangents of
+// degree n by n 2^-23. Two tangents at n = 6 give 1.4e-6. The sums add about the same.
 inline constexpr double kShaderNormalError = 3e-6;
 
-// Patches [first, first + count), three vertices a triangle. kInternal where patches do not follow
-// each other, have unlike numbers of vertices, or are not covered once by their triangles.
+// Compares patches [first, first + count), three vertices per triangle. kInternal if patches are
+// not in order, have different numbers of vertices, or are not covered once by their triangles.
 [[nodiscard]] absl::StatusOr<ComparatorPrecision> CompareShaders(
     const DeformPlan& plan, std::span<const Vec3d> control_points, size_t first, size_t count,
     std::span<const ShaderVertex> vertices);

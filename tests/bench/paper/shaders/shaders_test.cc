@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The tessellation shaders on whatever OpenGL there is, Mesa's software renderer in CI, against the
-// definition. Skips where there is none, and fails instead where LATTICED_REQUIRE_OPENGL is set.
+// Compares the tessellation shaders with the definition, on any OpenGL; CI has Mesa's software
+// renderer. Without OpenGL the tests skip, or fail if LATTICED_REQUIRE_OPENGL is set.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -21,8 +21,8 @@
 namespace latticed::bench {
 namespace {
 
-// 27,391 tessellated points at level 10: past 65,535 of one draw, Mesa 22.3's software renderer gives
-// those of the first patches again.
+// These are 27,391 tessellated points at level 10. Past 65,535 points in one draw, Mesa 22.3's
+// software renderer repeats the points of the first patches.
 constexpr size_t kPatches = 301;
 
 class ShadersTest : public ::testing::Test {
@@ -48,7 +48,7 @@ class ShadersTest : public ::testing::Test {
     return made.ok() ? *std::move(made) : nullptr;
   }
 
-  // All vertices, compared with the definition.
+  // Compares all vertices with the definition.
   ComparatorPrecision Check(ShaderTessellator& tessellator) {
     const auto vertices = tessellator.Capture(0, kPatches);
     EXPECT_OK(vertices);
@@ -86,7 +86,7 @@ TEST_F(ShadersTest, BatchesThatFitASmallBufferAreAllPatches) {
   const auto tessellator = Make({.degree = 6, .level = 4, .capture_bytes = 64 << 10});
   ASSERT_NE(tessellator, nullptr);
 
-  // Level 4: 3 (2 * 4 - 2) triangles in the outer ring, 6 around the middle; 72 bytes each.
+  // Level 4: 3 (2 * 4 - 2) triangles in the outer ring, 6 around the middle. Each takes 72 bytes.
   EXPECT_EQ(tessellator->triangles_per_patch(), 24u);
   EXPECT_EQ(tessellator->batch_patches(), 37u);
   EXPECT_EQ(Check(*tessellator).distinct_points, 19u);
@@ -134,7 +134,7 @@ TEST_F(ShadersTest, MeasuringVerifiesAndTimesBothSources) {
   EXPECT_GT(times.vertices.captured.median, 0);
   EXPECT_GT(times.buffer.drawn.median, 0);
   EXPECT_LE(times.captured(), times.vertices.captured.median);
-  // Nets of other control points.
+  // These nets are of other control points.
   EXPECT_THAT(wrong, testing::StatusIs(absl::StatusCode::kInternal));
 }
 

@@ -6,31 +6,31 @@
 //
 //   X(s, t) = R(corner + s along + t across), degree n x n over (s, t) in [0, 1]², n = nu + nv + nw
 //   control points  C = inv(S) R inv(T)',  R the (n+1)² samples at (i/n, j/n), S = T Bernstein
-//   trimmed to the polygon, tessellated over what it leaves of a uniform grid (trimmed_grid.h)
+//   trimmed to the polygon, tessellated over the rest of a uniform grid (trimmed_grid.h)
 //
-// One surface for each polygon that a knot box leaves of a source triangle (sub_polygons.h), over
-// the smallest rectangle in its plane (parameter_rectangle.h), at kTensorSegments cells along each
-// side. Samples may lie outside of the box: there R goes on as the box's polynomial, so that X is
-// exact on the polygon. n = 6 alone, as in the paper's tables.
+// There is one surface per polygon that a knot box leaves of a source triangle (sub_polygons.h). It
+// spans the smallest rectangle in the polygon's plane (parameter_rectangle.h), with kTensorSegments
+// cells along each side. Samples may lie outside the box. There R continues as the box's
+// polynomial, so X is exact on the polygon. Only n = 6 is implemented, as in the paper's tables.
 //
-// Of that paper the abstract was at hand, and what is said of it later. Not known are how it turns
-// the rectangle, its grid's resolution, how it cuts cells on the boundary, and what it makes anew for
-// each edit. Here all that does not depend on control points is made once on the host, as
-// our plans are: rectangles, and the (s, t) of trimmed points. Normals are those of points, as all
-// have them here; the abstract speaks of triangles' normals. Neighbours place points on their common
-// side each for itself: that algorithm is not watertight.
+// Only the abstract of the paper of 2013, and what later papers say of it, were available. They do
+// not say how it turns the rectangle, the grid's resolution, how it cuts boundary cells, or what it
+// computes again for each edit. Here everything that does not depend on control points is made once
+// on the host, like our plans: rectangles, and the (s, t) of trimmed points. Normals are per point,
+// as in all our pipelines; the abstract speaks of normals of triangles. Neighbours compute the
+// points of their common side separately, so the algorithm is not watertight.
 //
-// Work is in steps of a group of surfaces, one call an index of the step, so that a test on the host
-// runs what a block runs:
+// Work is in steps for a group of surfaces. Each function runs one index of its step, so that a
+// test on the host runs the same code as a block on the device:
 //
 //   control points  ControlSample | ControlRelative | ControlHalf | ControlWhole
-//   tessellation    LoadControl | CollapseLine | TessellationPoint      ( | : all calls are done)
+//   tessellation    LoadControl | CollapseLine | TessellationPoint      ( | : all indices are done)
 //
-// A line is a t: those of grid rows, and that of each point between two rows. A surface collapses to
-// a curve on each of its lines, of which its points there are points.
+// A line is a value of t: that of a grid row, or that of a point between two rows. On each line a
+// surface collapses to a curve in s, which passes through the line's points.
 //
-// Layout   control: surface, component, row of s, column of t. Samples are relative to that of the
-//          middle, in double before they are rounded, as our own pipelines' are
+// Layout   control: surface, component, row of s, column of t. Samples are relative to the middle
+//          sample, in double before rounding, as in our own pipelines
 // Threads  distinct indices of a step may run at once
 #ifndef LATTICED_TESTS_BENCH_PAPER_TENSOR_TENSOR_PRODUCT_H_
 #define LATTICED_TESTS_BENCH_PAPER_TENSOR_TENSOR_PRODUCT_H_
@@ -48,14 +48,14 @@ namespace latticed::bench {
 inline constexpr int kTensorDegree = 6;
 inline constexpr int kTensorOrder = kTensorDegree + 1;
 inline constexpr int kTensorNet = kTensorOrder * kTensorOrder;
-// Cells along each side of a rectangle: as many as segments of a patch's edge, so that points of a
-// triangle that no plane cuts lie as close to each other as those of the patch that it is.
+// Cells along each side of a rectangle: the number of segments of a patch's edge. The points of a
+// triangle that no plane cuts then lie as close together as those of its patch.
 inline constexpr int kTensorSegments = 10;
-inline constexpr int kTensorGroup = 4;  // surfaces a block
+inline constexpr int kTensorGroup = 4;  // surfaces per block
 
 struct TensorSurface {
   int span[3];
-  uint32_t first_line, first_point;  // of all; those of the next surface follow
+  uint32_t first_line, first_point;  // of all; the next surface's follow
   Vec3d corner, along, across;       // in parameters of the lattice
 };
 
@@ -79,18 +79,18 @@ struct TensorInverse {
 };
 
 struct TensorJob {
-  const TensorSurface* surfaces;  // count + 1: where lines and points of the last one end
+  const TensorSurface* surfaces;  // count + 1: the last entry holds where lines and points end
   size_t count;
   const TensorLine* lines;
   const TensorPoint* points;
   const TensorInverse* inverse;
   VolumeView volume;
-  Vec3d* centres;  // X(1/2, 1/2), a surface
-  float* control;  // 3 * kTensorNet a surface
+  Vec3d* centres;  // X(1/2, 1/2), one per surface
+  float* control;  // 3 * kTensorNet per surface
   TensorVertex* vertices;
 };
 
-// First surface of the group after that of `first`.
+// The first surface after the group of `first`.
 LATTICED_HD inline size_t GroupEnd(const TensorJob& job, size_t first) {
   return first + kTensorGroup < job.count ? first + kTensorGroup : job.count;
 }
@@ -103,14 +103,14 @@ LATTICED_HD inline int GroupPoints(const TensorJob& job, size_t first) {
                           job.surfaces[first].first_point);
 }
 
-// The Bernstein polynomials at x, and a sixth of their derivatives: of tangents directions are
-// asked.
+// The Bernstein polynomials at x, and a sixth of their derivatives: only the direction of tangents
+// is used.
 struct TensorBasis {
   float value[kTensorOrder], slope[kTensorOrder];
 };
 LATTICED_HD inline TensorBasis TensorBasisAt(float x) {
   const float y = 1 - x;
-  float lower[kTensorOrder] = {1};  // those of degree d
+  float lower[kTensorOrder] = {1};  // the polynomials of degree d
   for (int d = 1; d < kTensorDegree; ++d) {
     for (int k = d; k > 0; --k) lower[k] = y * lower[k] + x * lower[k - 1];
     lower[0] *= y;
@@ -132,8 +132,8 @@ struct TensorControlGroup {
 };
 inline constexpr int kTensorControlSteps = kTensorGroup * kTensorNet;
 
-// X on a line, and a sixth of dX/dt, by s. With its last word a curve has an odd number of them, so
-// that curves begin in different banks of shared memory.
+// X on a line, and a sixth of dX/dt, as curves in s. The struct has an odd number of 4-byte words,
+// so that curves begin in different banks of shared memory.
 struct TensorCurve {
   float value[3][kTensorOrder], slope[3][kTensorOrder];
   uint32_t surface;
@@ -209,7 +209,7 @@ LATTICED_HD inline void LoadControl(const TensorJob& job, size_t first, int step
       job.control[surface * 3 * kTensorNet + static_cast<size_t>(k)];
 }
 
-// One component of one line: 3 * GroupLines steps.
+// Collapses one component of one line. There are 3 * GroupLines steps.
 LATTICED_HD inline void CollapseLine(const TensorJob& job, size_t first, int step,
                                      const TensorTessellationGroup& group) {
   const int lines = GroupLines(job, first), c = step / lines, l = step % lines;
@@ -229,7 +229,7 @@ LATTICED_HD inline void CollapseLine(const TensorJob& job, size_t first, int ste
   if (c == 0) curve.surface = line.surface;
 }
 
-// GroupPoints steps.
+// There are GroupPoints steps.
 LATTICED_HD inline void TessellationPoint(const TensorJob& job, size_t first, int step,
                                           const TensorTessellationGroup& group) {
   const size_t index = job.surfaces[first].first_point + static_cast<size_t>(step);

@@ -7,8 +7,8 @@
 namespace latticed::bench {
 namespace {
 
-constexpr int kControlThreads = kTensorControlSteps;  // a sample each
-// A group has some 80 lines, three steps each, and 340 points: two rounds and three, nearly full.
+constexpr int kControlThreads = kTensorControlSteps;  // one sample per thread
+// A group has about 80 lines of three steps and 340 points: two and three rounds, nearly full.
 constexpr int kTessellationThreads = 128;
 
 using Control = float[kTensorGroup][3][kTensorNet];
@@ -19,7 +19,7 @@ unsigned Groups(const TensorJob& job) {
 
 __global__ void __launch_bounds__(kControlThreads)
     ControlKernel(const __grid_constant__ TensorJob job) {
-  // As bytes: shared memory has no constructors.
+  // Raw bytes, because shared memory has no constructors.
   __shared__ alignas(TensorControlGroup) unsigned char memory[sizeof(TensorControlGroup)];
   auto& group = *reinterpret_cast<TensorControlGroup*>(memory);
   const size_t first = size_t{blockIdx.x} * kTensorGroup;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The comparator's steps on the host, in the order of its kernels, against the definition.
+// Compares the comparator's steps, run on the host in the order of its kernels, with the definition.
 #include "tests/bench/paper/tensor/tensor_product.h"
 
 #include <gtest/gtest.h>
@@ -110,7 +110,7 @@ TEST(TensorProductTest, TrimmedSurfacesMatchTheDefinition) {
   }
 }
 
-// What the comparison must notice on a device that nobody looks at.
+// The comparison must notice these errors on a device, where nobody looks at the vertices.
 TEST(TensorProductTest, WrongVerticesAreNoticed) {
   const Plan plan = Tube();
   ASSERT_NE(plan, nullptr);

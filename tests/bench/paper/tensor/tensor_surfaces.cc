@@ -22,8 +22,7 @@ double Bernstein(int index, double x) {
   return binomial * std::pow(x, index) * std::pow(1 - x, kTensorDegree - index);
 }
 
-// Gauss-Jordan; the Bernstein matrix of distinct parameters is totally positive and needs no
-// pivots.
+// Gauss-Jordan. The Bernstein matrix of distinct parameters is totally positive, so it needs no pivots.
 Matrix Inverse(Matrix a) {
   Matrix inverse{};
   for (size_t i = 0; i < kTensorOrder; ++i) inverse[i][i] = 1;
@@ -45,7 +44,7 @@ Matrix Inverse(Matrix a) {
 }
 
 void AddPoints(const TrimmedGrid& grid, uint32_t surface, TensorSurfaces& to) {
-  double t = -1;  // of no point
+  double t = -1;  // less than any point's t
   for (const TrimmedPoint& point : grid.points) {
     if (point.t != t) to.lines.push_back({static_cast<float>(point.t), surface});
     t = point.t;

@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the tensor-product comparator (tensor_product.h) keeps of a plan: surfaces, and where their
-// trimmed points are. Made on the host in double, once, then rounded.
+// The surfaces of a plan and their trimmed points, for the tensor-product comparator
+// (tensor_product.h). Made once on the host in double, then rounded.
 //
-// Errors   those of sub_polygons.h; kUnimplemented for patches that are not of degree 6
+// Errors   those of sub_polygons.h; kUnimplemented if the patches are not of degree 6
 // Threads  pure
 #ifndef LATTICED_TESTS_BENCH_PAPER_TENSOR_TENSOR_SURFACES_H_
 #define LATTICED_TESTS_BENCH_PAPER_TENSOR_TENSOR_SURFACES_H_
@@ -21,19 +21,19 @@
 namespace latticed::bench {
 
 struct TensorSurfaces {
-  std::vector<SubPolygon> polygons;     // one a surface
-  std::vector<TensorSurface> surfaces;  // and where the last one's lines and points end
+  std::vector<SubPolygon> polygons;     // one per surface
+  std::vector<TensorSurface> surfaces;  // plus an end of lines and points
   std::vector<TensorLine> lines;
   std::vector<TensorPoint> points;
-  size_t triangles = 0;   // of all trimmed grids
-  size_t most_lines = 0;  // of a group
+  size_t triangles = 0;   // in all trimmed grids
+  size_t most_lines = 0;  // largest number in a group
 
   size_t count() const { return polygons.size(); }
 };
 
 [[nodiscard]] absl::StatusOr<TensorSurfaces> MakeTensorSurfaces(const DeformPlan& plan);
 
-// In the world; `normal` is that of the polygon's plane.
+// In the world. `normal` is that of the polygon's plane.
 [[nodiscard]] ParameterRectangle RectangleOf(const DeformPlan& plan, const SubPolygon& polygon,
                                              Vec3d normal);
 

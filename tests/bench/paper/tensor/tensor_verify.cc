@@ -23,8 +23,8 @@ struct PatchPoint {
   std::array<double, 3> barycentrics{};
 };
 
-// The patch of the polygon that holds a point of its plane. Rounding may put the point a little
-// outside of all; barycentrics tell where it is all the same.
+// Finds the patch of the polygon that contains x, a point of the polygon's plane. If rounding puts
+// x outside all patches, returns the nearest one, whose barycentrics still name the place.
 PatchPoint FindInPatches(const DeformPlan& plan, const SubPolygon& polygon, Vec3d normal, Vec3d x) {
   PatchPoint best;
   double deepest = -std::numeric_limits<double>::infinity();
@@ -65,7 +65,7 @@ absl::Status AddSurface(const DeformPlan& plan, const DirectFfd& direct,
     if (!IsFinite(position) || !IsFinite(got_normal)) {
       return absl::InternalError(fmt::format("surface {}: a vertex that is no number", surface));
     }
-    // A polygon without area has no patch that could say where the point is.
+    // No patch of a polygon without area can name the point's place.
     if (place.barycentrics == std::array<double, 3>{}) continue;
     precision.Add(direct.Evaluate(place.patch, place.barycentrics, DirectFfd::Normal::kFacet),
                   position, got_normal, aspect);

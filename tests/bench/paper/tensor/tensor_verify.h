@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Compares the vertices of the tensor-product comparator (tensor_product.h) with the definition, each
-// at its own (s, t), found again in the patches of its polygon (comparator_precision.h).
+// Compares the vertices of the tensor-product comparator (tensor_product.h) with the definition.
+// Each is looked up by its own (s, t) in the patches of its polygon (comparator_precision.h).
 //
-//   aspect  longer side of the parameter rectangle / the shorter one: rounded control points take as
-//           much from the tangent across
+//   aspect  longer / shorter side of the parameter rectangle: rounding of control points costs the
+//           tangent across this factor of accuracy
 //
 // Threads  pure
 #ifndef LATTICED_TESTS_BENCH_PAPER_TENSOR_TENSOR_VERIFY_H_
@@ -21,11 +21,11 @@
 
 namespace latticed::bench {
 
-// Of all points of the paper's models the largest is 1.4e-5. By norms alone, rows of inv(S) that add
-// up to 89 in two directions and slopes of degree 6, it could be 6 * 89^2 * 2^-24, 3e-3.
+// The largest error over all points of the paper's models is 1.4e-5. The bound by norms is
+// 6 * 89^2 * 2^-24 = 3e-3: rows of inv(S) add up to 89, in two directions, and slopes have degree 6.
 inline constexpr double kTensorNormalError = 4e-5;
 
-// Every `stride`-th surface; `vertices` are those of all. kInternal where one is no number.
+// Compares every `stride`-th surface. `vertices` are those of all. kInternal if a vertex is not finite.
 [[nodiscard]] absl::StatusOr<ComparatorPrecision> CompareTensor(
     const DeformPlan& plan, std::span<const Vec3d> control_points, const TensorSurfaces& surfaces,
     std::span<const TensorVertex> vertices, size_t stride);

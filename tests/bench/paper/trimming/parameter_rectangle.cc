@@ -19,7 +19,7 @@ struct Interval {
   double Part(double x) const { return length() > 0 ? (x - low) / length() : 0; }
 };
 
-// Of the corners along unit vectors, from the first corner.
+// How far the corners extend along two unit vectors, measured from the first corner.
 struct Extents {
   Vec3d x_axis, y_axis;
   Interval x, y;
@@ -28,7 +28,8 @@ struct Extents {
   double perimeter() const { return 2 * (x.length() + y.length()); }
 };
 
-// An acute triangle has three smallest rectangles, but for rounding.
+// Prefers the smaller area, then the smaller perimeter: but for rounding, the three rectangles of
+// an acute triangle have the same area.
 bool IsBetter(const Extents& a, const Extents& b) {
   constexpr double kSame = 1e-9;
   if (a.area() < (1 - kSame) * b.area()) return true;
@@ -55,7 +56,7 @@ ParameterRectangle SmallestRectangle(std::span<const Vec3d> corners, Vec3d norma
     const Extents extents = ExtentsAlong(corners, side / length, normal);
     if (!best || IsBetter(extents, *best)) best = extents;
   }
-  if (!best) best = ExtentsAlong(corners, {1, 0, 0}, normal);  // all corners are one
+  if (!best) best = ExtentsAlong(corners, {1, 0, 0}, normal);  // all corners coincide
   ParameterRectangle result{
       .corner = corners[0] + best->x.low * best->x_axis + best->y.low * best->y_axis,
       .along = best->x.length() * best->x_axis,

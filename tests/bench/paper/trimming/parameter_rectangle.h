@@ -2,16 +2,16 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The rectangle in the plane of a convex polygon over which its tensor-product surface is defined:
-// of all that hold the polygon the one of least area, which has a side along a side of the polygon;
-// where several are as small, as of an acute triangle, the one nearest to a square.
+// the one of least area that holds the polygon. It has a side along a side of the polygon. Where
+// several are as small, as for an acute triangle, it is the one nearest to a square.
 //                                      Freeman & Shapira 1975, doi:10.1145/360881.360919
 //
-// How Cui & Feng 2013 turn theirs is not known here; a smaller one has its samples nearer to the
-// knot box, and fewer cells that are dropped.
+// How Cui & Feng 2013 turn their rectangle is not known here. A smaller one has its samples nearer
+// to the knot box, and drops fewer cells.
 //
 //   x = corner + s along + t across,  s, t in [0, 1];  along x across points along the normal
 //
-// Units    of the corners: world
+// Units    the corners are in the world
 // Threads  pure
 #ifndef LATTICED_TESTS_BENCH_PAPER_TRIMMING_PARAMETER_RECTANGLE_H_
 #define LATTICED_TESTS_BENCH_PAPER_TRIMMING_PARAMETER_RECTANGLE_H_
@@ -29,8 +29,8 @@ struct ParameterRectangle {
   std::vector<TrimmedPoint> polygon;  // the corners, in [0, 1]²
 };
 
-// Corners in their winding around the unit normal. A polygon without area has a rectangle without
-// one, and zeros where a coordinate has no meaning.
+// `corners` are in their winding around the unit `normal`. A polygon without area has a rectangle
+// without area, with 0 for coordinates that have no meaning.
 [[nodiscard]] ParameterRectangle SmallestRectangle(std::span<const Vec3d> corners, Vec3d normal);
 
 }  // namespace latticed::bench

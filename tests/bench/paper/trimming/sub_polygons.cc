@@ -14,7 +14,7 @@ namespace {
 
 using Edge = std::array<uint32_t, 2>;
 
-// Those that are on one patch alone, each from its patch's winding.
+// The edges of one patch only, each in its patch's winding.
 std::vector<Edge> Sides(const DeformPlan& plan, const std::vector<uint32_t>& patches) {
   std::vector<Edge> sides;
   for (const uint32_t patch : patches) {
@@ -32,7 +32,7 @@ std::vector<Edge> Sides(const DeformPlan& plan, const std::vector<uint32_t>& pat
   return sides;
 }
 
-// The ends of the sides, one after the other; empty where they are not one ring.
+// Joins the sides end to end. Empty if they are not one ring.
 std::vector<uint32_t> Ring(std::vector<Edge> sides) {
   std::vector<uint32_t> corners;
   while (!sides.empty()) {
@@ -56,7 +56,7 @@ absl::StatusOr<std::vector<SubPolygon>> FindSubPolygons(const DeformPlan& plan) 
   if (plan.outside_patches > 0) {
     return absl::UnimplementedError("polygons outside the frame have no knot box");
   }
-  using Key = std::pair<uint32_t, std::array<uint32_t, 3>>;  // box, corners of the triangle
+  using Key = std::pair<uint32_t, std::array<uint32_t, 3>>;  // box, and corners of the triangle
   absl::flat_hash_map<Key, size_t> places;
   places.reserve(plan.patches.size());
   std::vector<SubPolygon> polygons;

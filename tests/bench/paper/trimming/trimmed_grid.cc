@@ -11,7 +11,7 @@
 namespace latticed::bench {
 namespace {
 
-constexpr double kSnap = 0x1p-40;  // as the splitter's
+constexpr double kSnap = 0x1p-40;  // as in the splitter
 
 // Cuts the polygon at all rows, ascending, and each slab at all columns.
 class Trimmer {
@@ -31,20 +31,20 @@ class Trimmer {
   }
 
  private:
-  using Polygon = std::vector<uint16_t>;  // points of the result
+  using Polygon = std::vector<uint16_t>;  // indices of points of the result
   using Coordinate = double TrimmedPoint::*;
   static constexpr uint16_t kNone = 0xffff;
 
   double Line(int index) const { return double{1} * index / segments_; }
 
-  // Of the grid line that x is on.
+  // The index of the grid line that x is on.
   std::optional<int> LineAt(double x) const {
     const auto nearest = static_cast<int>(std::lround(x * segments_));
     if (!(std::abs(x - Line(nearest)) <= kSnap)) return std::nullopt;
     return nearest;
   }
 
-  // Each point of the grid once: cells on all sides of it ask for it.
+  // Adds each point of the grid only once, because every cell around it asks for it.
   uint16_t Add(TrimmedPoint point) {
     const auto column = LineAt(point.s), row = LineAt(point.t);
     if (column) point.s = Line(*column);
@@ -76,7 +76,7 @@ class Trimmer {
     EmitFan(slab);
   }
 
-  // Moves what is below a line out of `polygon`; false where the line does not cross it.
+  // Moves the part below a line out of `polygon`. Returns false if the line does not cross it.
   bool CutBelow(Polygon& polygon, Coordinate axis, int line, Polygon* below) {
     const double x = Line(line);
     const auto at = [&](uint16_t id) { return result_.points[id].*axis; };
@@ -110,7 +110,7 @@ class Trimmer {
   void EmitFan(const Polygon& cell) {
     for (size_t k = 1; k + 1 < cell.size(); ++k) {
       const std::array<uint16_t, 3> triangle{cell[0], cell[k], cell[k + 1]};
-      // Points of a narrow tip can be one point of the grid.
+      // In a narrow tip, several points can snap to one point of the grid.
       if (triangle[0] == triangle[1] || triangle[1] == triangle[2] || triangle[2] == triangle[0]) {
         continue;
       }
@@ -135,7 +135,7 @@ class Trimmer {
   }
 
   int segments_;
-  std::vector<uint16_t> grid_points_;  // where a row and a column cross, row by row
+  std::vector<uint16_t> grid_points_;  // points where a row and a column cross
   TrimmedGrid result_;
 };
 

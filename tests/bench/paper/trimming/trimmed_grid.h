@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a convex polygon leaves of a uniform grid over the unit square.
+// The part of a uniform grid over the unit square that lies in a convex polygon.
 //
 //   grid lines  s = i / segments, t = j / segments, i, j = 0 … segments
-//   a cell      inside the polygon is kept whole; across its boundary it is clipped against it, and
-//               what remains, a convex polygon too, is cut into a fan; outside it is dropped
+//   cells       inside the polygon a cell is kept whole. At the boundary it is clipped against the
+//               polygon, and the remaining convex polygon is cut into a fan. Others are dropped
 //   points      grid points, crossings of grid lines and sides, corners of the polygon; each once
 //
 // Threads  pure
@@ -24,11 +24,11 @@ struct TrimmedPoint {
 };
 
 struct TrimmedGrid {
-  std::vector<TrimmedPoint> points;  // by t, then s: those of a line follow each other
+  std::vector<TrimmedPoint> points;  // sorted by t, then s, so the points of a line are adjacent
   std::vector<std::array<uint16_t, 3>> triangles;  // in the winding of the polygon
 };
 
-// Of corners in the unit square. What is within 2^-40 of a grid line is on it.
+// `polygon` has its corners in the unit square. Points within 2^-40 of a grid line are moved onto it.
 [[nodiscard]] TrimmedGrid TrimGrid(std::span<const TrimmedPoint> polygon, int segments);
 
 }  // namespace latticed::bench

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // usage: node compare_streams.mjs FOLDER NODE_MODULES
-// Decodes what write_streams.cc wrote with draco3d, the decoder that browsers use, and compares all
+// Decodes the streams of write_streams.cc with draco3d, the decoder of browsers, and compares all
 // integers.
 import assert from 'node:assert/strict';
 import { readdirSync, readFileSync } from 'node:fs';
@@ -13,7 +13,7 @@ const [folder, modules] = process.argv.slice(2);
 const draco3d = createRequire(join(modules, 'x'))('draco3d');
 const draco = await draco3d.createDecoderModule({});
 
-// As an array of point times components; null where the stream has no such attribute.
+// Returns point times components as one array; null if the stream has no such attribute.
 function integers(decoder, cloud, type) {
   const id = decoder.GetAttributeId(cloud, type);
   if (id < 0) return null;
@@ -25,7 +25,7 @@ function integers(decoder, cloud, type) {
   return result;
 }
 
-// Bits of POSITION, or of NORMAL: 0 where the stream has no such attribute.
+// The bits of POSITION or NORMAL; 0 if the stream has no such attribute.
 function quantisationBits(decoder, cloud, type) {
   const id = decoder.GetAttributeId(cloud, type);
   if (id < 0) return 0;
@@ -57,7 +57,7 @@ function decode(bytes) {
 }
 
 let meshes = 0;
-const streams = {};  // by points
+const streams = {};  // number of streams by number of points
 const pairsOfBits = new Set();
 const names = readdirSync(folder).filter((name) => name.endsWith('.drc'));
 for (const name of names) {

@@ -3,8 +3,8 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # usage: draco3d_test.sh WRITE_STREAMS FOLDER NODE_MODULES
-# Our streams, decoded by the npm package draco3d, which the viewer's build has installed. Skips (77) where
-# there is no node or no viewer, and fails there if LATTICED_REQUIRE_NODE is set.
+# Decodes our streams with the npm package draco3d, which the viewer's build has installed. Without node or the
+# package it skips (77), or fails if LATTICED_REQUIRE_NODE is set.
 set -euo pipefail
 readonly write_streams=$1 folder=$2 modules=$3 here=$(dirname "$(readlink -f "$0")")
 
