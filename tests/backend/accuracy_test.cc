@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Positions and normals of every backend and pipeline against the definition in double.
+// Compares positions and normals of every backend and pipeline with the definition in double.
 #include <gtest/gtest.h>
 
 #include <utility>
@@ -14,7 +14,7 @@ namespace latticed::testing {
 namespace {
 
 constexpr uint32_t kAccuracySeed = 20140310;
-constexpr double kNoise = 0.08;  // of the frame: strong bends, few folds
+constexpr double kNoise = 0.08;  // fraction of the frame: strong bends, few folds
 
 ViewSpec FloatView(int segments, NormalMode normals) {
   return {.segments = segments, .normals = normals, .format = VertexFormat::kFloat32};
@@ -87,7 +87,7 @@ TEST_P(Accuracy, ObliqueAndMirroredFramesMatchDefinition) {
 }
 
 TEST_P(Accuracy, OnePatchMatchesDefinition) {
-  // No interior knot: the triangle stays whole.
+  // There is no interior knot, so the triangle stays whole.
   Check(OneTriangle(), {.degree = {2, 2, 2}, .extra = {0, 0, 0}},
         FloatView(10, NormalMode::kFacet));
 }
@@ -115,7 +115,7 @@ TEST_P(Accuracy, PartlyAndWhollyOutsideMatchDefinition) {
 }
 
 TEST_P(Accuracy, FlatAndKnotAlignedMeshesMatchDefinition) {
-  // Scale 1: the grid's lines lie in the knot planes, the cube's faces in those of the frame.
+  // At scale 1 the grid's lines lie in knot planes, and the cube's faces in the planes of the frame.
   for (std::array<int, 3> degree : {std::array{1, 1, 1}, {2, 2, 2}, {3, 3, 3}}) {
     const LatticeOptions options{.degree = degree, .extra = {3, 3, 3}, .scale = 1.0};
     CheckFewAndMany(FlatGrid(4, 0.0), options, NormalMode::kFacet);
@@ -124,7 +124,7 @@ TEST_P(Accuracy, FlatAndKnotAlignedMeshesMatchDefinition) {
 }
 
 TEST_P(Accuracy, FarFromTheOriginMatchesDefinition) {
-  // 1,000 diagonals away; the definition itself keeps 12 digits of D there.
+  // 1,000 diagonals away. The definition itself keeps 12 digits of D there.
   const Vec3d far{1500, -2000, 1200};
   CheckFewAndMany(TorusMesh(8, 6, far), {.degree = {2, 2, 2}}, NormalMode::kFacet);
   CheckFewAndMany(TorusMesh(8, 6, far), {.degree = {3, 3, 3}}, NormalMode::kSmooth);
@@ -143,7 +143,7 @@ TEST_P(Accuracy, HundredThousandPatchesMatchDefinition) {
   ASSERT_NE(plan, nullptr);
   ASSERT_GE(plan->patches.size(), 100'000u);
 
-  // A prime stride meets every lane and every place in a chunk.
+  // A prime stride covers every lane and every place in a chunk.
   ExpectMatchesDefinition(plan, Jitter(structure, kNoise, kAccuracySeed),
                           FloatView(2, NormalMode::kFacet), 101);
 }
@@ -180,7 +180,7 @@ TEST_P(Accuracy, RealMeshesMatchDefinition) {
   }
 }
 
-// Squares of areas are beyond what a float holds.
+// The squares of areas exceed the range of float32.
 TEST_P(Accuracy, HugeAndTinyLatticesMatchDefinition) {
   constexpr std::array<std::pair<double, double>, 6> kScales{
       {{1e-3, 1e-9}, {1e-3, 1e10}, {1, 1e-9}, {1, 1e10}, {1e14, 1e-9}, {1e14, 3e3}}};
@@ -200,7 +200,7 @@ TEST_P(Accuracy, HugeAndTinyLatticesMatchDefinition) {
   }
 }
 
-// A thin patch's normals are what a float holds, and products on the way to them are not.
+// The normals of a thin patch fit in float32, but intermediate products do not.
 TEST_P(Accuracy, HugeLatticesOfThinMeshesMatchDefinition) {
   PolygonMesh mesh = TorusMesh(6, 5);
   for (Vec3d& p : mesh.positions) p = {100 * p.x, 1e-4 * p.y, 1e-4 * p.z};

@@ -105,7 +105,7 @@ size_t CountCracks(const DeformPlan& plan, std::span<const Vec3d> control_points
                    std::span<const ViewPoint> points) {
   const TessellationPattern& pattern = TessellationPattern::Get(segments);
   const std::vector<bool> attached = AttachedSeams(plan, control_points);
-  // By vertex or edge, one side of a detached seam at a time, and the place along the edge.
+  // The vertex or edge, the side of a detached seam, and the place along the edge.
   using Place = std::tuple<uint32_t, bool, size_t>;
   std::map<Place, Vec3d> corners, inner;
   size_t cracks = 0;
@@ -123,7 +123,7 @@ size_t CountCracks(const DeformPlan& plan, std::span<const Vec3d> control_points
       const uint32_t v = patch.vertex[i], e = patch.edge[i];
       const auto& along = pattern.edge_points[i];
       compare(corners, {v, apart(plan.vertices[v].seam), 0}, along[0]);
-      // The ends belong to the vertices, whose seams may differ from the edge's.
+      // Both ends belong to the vertices, whose seams may differ from the edge's.
       for (size_t k = 1; k + 1 < along.size(); ++k) {
         const size_t place = patch.edge_reversed[i] ? along.size() - 1 - k : k;
         compare(inner, {e, apart(plan.edges[e].seam), place}, along[k]);

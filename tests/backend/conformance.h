@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The conformance suite: every backend by name, every pipeline, against the definition in double
-// (tests/support/definition.h). The bodies know core/backend.h and nothing of what lies behind it.
+// The conformance suite compares every backend, by name, and every pipeline with the definition in
+// double (tests/support/definition.h). The test bodies use core/backend.h only.
 #ifndef LATTICED_TESTS_BACKEND_CONFORMANCE_H_
 #define LATTICED_TESTS_BACKEND_CONFORMANCE_H_
 
@@ -23,8 +23,8 @@
 
 namespace latticed::testing {
 
-// Segments: 3 are the most that every backend evaluates point by point, whatever the degrees; 7 are the
-// fewest that each composes.
+// Numbers of segments. Up to 3, every backend evaluates point by point, whatever the degrees. From
+// 7 on, every backend composes.
 inline constexpr std::array kFewAndMany = {3, 7};
 
 struct Subject {
@@ -38,16 +38,16 @@ inline void PrintTo(const Subject& subject, std::ostream* stream) {
 [[nodiscard]] std::string SubjectName(const ::testing::TestParamInfo<Subject>& info);
 
 using Plan = std::shared_ptr<const DeformPlan>;
-// Fails the test where the plan cannot be made.
+// Fails the test if the plan cannot be made.
 [[nodiscard]] Plan MakeTestPlan(PolygonMesh mesh, const LatticeStructure& structure);
 [[nodiscard]] std::vector<uint32_t> AllChunks(const DeformPlan& plan);
 // A box around everything that the control points can reach.
 [[nodiscard]] QuantisationBox BoxFor(const DeformPlan& plan, std::span<const Vec3d> control_points);
 
-// Null where it is not here: then the running test has failed where LATTICED_REQUIRE_BACKENDS names
-// it, else is skipped.
+// Null if there is no such backend here. The running test then fails if LATTICED_REQUIRE_BACKENDS
+// names it, and is skipped otherwise.
 [[nodiscard]] std::unique_ptr<Backend> BackendOrSkip(const std::string& name);
-// Null, and fails the test, where it cannot be made.
+// Null, and the test fails, if the view cannot be made.
 [[nodiscard]] std::unique_ptr<DeformView> MakeView(Backend& backend, Pipeline pipeline,
                                                    const Plan& plan, const ViewSpec& spec);
 // By chunk, in wire layout.
@@ -60,7 +60,7 @@ using Plan = std::shared_ptr<const DeformPlan>;
 [[nodiscard]] std::vector<ViewPoint> Decode(const DeformPlan& plan, const ViewSpec& spec,
                                             const QuantisationBox& box,
                                             const std::vector<std::vector<uint8_t>>& chunks);
-// How often patches that meet at a vertex or an edge have different positions there.
+// Counts the patches at a vertex or an edge whose position there differs from the first patch's.
 [[nodiscard]] size_t CountCracks(const DeformPlan& plan, std::span<const Vec3d> control_points,
                                  int segments, std::span<const ViewPoint> points);
 
@@ -75,7 +75,7 @@ class BackendTest : public ::testing::TestWithParam<Subject> {
                                      const ViewSpec& spec) {
     return testing::EvaluateAll(*backend_, GetParam().pipeline, plan, control_points, spec);
   }
-  // Positions and normals of every `stride`-th patch against the definition.
+  // Compares positions and normals of every `stride`-th patch with the definition.
   void ExpectMatchesDefinition(const Plan& plan, std::span<const Vec3d> control_points,
                                const ViewSpec& spec, size_t stride = 1);
 

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A plan shared out among devices gives the bits that one device gives: all formats, normals and
-// encodings, whole evaluations and dirty chunks. (That it keeps the interface's contract, the rest
-// of the suite shows by the names "…-spanned".)
+// A plan that is shared among devices gives the same bits as on one device: all formats, normals
+// and encodings, whole evaluations and dirty chunks. The rest of the suite, under the names
+// "…-spanned", tests that it keeps the interface's contract.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -26,7 +26,7 @@ struct Case {
   LatticeOptions lattice;
 };
 
-// 22, 14, 50 and 3 chunks or so: cuts inside boxes, at planes, through seams and unconnected pieces.
+// About 22, 14, 50 and 3 chunks: cuts inside boxes, at planes, through seams and unconnected pieces.
 std::vector<Case> Cases() {
   return {
       {"partly outside", TorusMesh(20, 12), {.scale = 0.8}},
@@ -88,7 +88,7 @@ TEST_P(Spanned, WholeEvaluationsHaveTheBitsOfOneDevice) {
         SCOPED_TRACE(fmt::format("{}, normals {}, {} segments", c.name, static_cast<int>(normals),
                                  spec.segments));
         Views views = MakeViews(spec);
-        // At rest seams are attached, and then no longer.
+        // Seams are attached at rest, and later detached.
         Evaluate(views, plan_->identity_points, BoxFor(*plan_, points_), AllChunks(*plan_));
         ExpectSameBits(views);
         Evaluate(views, points_, BoxFor(*plan_, points_), AllChunks(*plan_));
@@ -117,7 +117,7 @@ TEST_P(Spanned, DirtyChunksHaveTheBitsOfOneDevice) {
       Evaluate(views, points, box, dirty.Chunks());
       ExpectSameBits(views);
     }
-    // No chunk, one of the last part alone, and both sides of every cut.
+    // No chunk, one chunk of the last part only, and both sides of every cut.
     const auto last = static_cast<uint32_t>(plan_->chunk_count()) - 1;
     for (const std::vector<uint32_t>& chunks :
          {std::vector<uint32_t>{}, {last}, {0, last}, {last / 3, last / 3 + 1}}) {
@@ -131,7 +131,7 @@ TEST_P(Spanned, EncodedBytesAreThoseOfOneDeviceInTheOrderAsked) {
   ASSERT_NO_FATAL_FAILURE(Prepare(Cases().front()));
   ASSERT_OK_AND_ASSIGN(const auto target, spanned_->Prepare(plan_, Pipeline::kFused));
   ViewTraits traits = target->Traits({});
-  traits.encode_batch = traits.device_chunks.size();  // the parts by turns
+  traits.encode_batch = traits.device_chunks.size();  // alternate between the parts
   const std::vector<uint32_t> chunks = EncodeOrder(traits, AllChunks(*plan_));
   for (const Encoding encoding :
        {Encoding::kRaw, Encoding::kQuantised, Encoding::kDracoPoints, Encoding::kDracoMesh}) {
@@ -171,7 +171,7 @@ TEST_P(Spanned, PartsHaveWhatTheirPatchesNeedAndSayWhere) {
   EXPECT_LT(plan_bytes, 3 * one->memory().at("plan"));
   const uint64_t on_one = DeviceBytes(one->memory());
   const uint64_t on_all = DeviceBytes(spanned->memory());
-  // What lies at the cuts is in both neighbours, the boxes are everywhere.
+  // Both neighbours hold the data at a cut, and every part holds the boxes.
   EXPECT_GE(on_all, on_one);
   EXPECT_LE(on_all, 2 * on_one);
   uint64_t told = 0;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The contract of targets and views: formats, encodings, control nets, refusals, memory.
+// The contract of targets and views: formats, encodings, control nets, refusals and memory.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -56,7 +56,7 @@ TEST_P(View, IntegersAreTheFloatsRounded) {
       const auto got = EvaluateAll(plan_, points_, spec);
 
       ASSERT_EQ(got.size(), exact.size());
-      // Half a step, and what float32 may lose before it.
+      // Half a step, plus the error of float32 before rounding.
       const double tolerance = 0.5 * box_.step(position_bits) + 1e-6 * box_.range;
       for (size_t i = 0; i < got.size(); ++i) {
         for (int axis = 0; axis < 3; ++axis) {
@@ -166,7 +166,7 @@ TEST_P(View, ControlNetsSpanTheDeformedPatches) {
 
 // The bytes depend on the chunk alone.
 TEST_P(View, DracoStreamsAreOurWritersOfTheIntegers) {
-  // More chunks than a device leaves to the threads of the host.
+  // More chunks than a device leaves to the host's threads.
   PolygonMesh mesh = TorusMesh(60, 40);
   const LatticeStructure structure = MakeStructure(mesh.ComputeBounds(), {});
   const Plan plan = MakeTestPlan(std::move(mesh), structure);

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// No cracks: both sides of every plan edge and all patches around a vertex have the same integers
-// (and the same floats), at rest and after any edits; and what a watcher gathers from dirty chunks
-// equals a full evaluation bit for bit.
+// No cracks: both sides of every plan edge, and all patches around a vertex, have the same integers
+// and the same floats, at rest and after any edits. The chunks that a watcher gathers after edits
+// equal a full evaluation, bit for bit.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -46,7 +46,7 @@ std::vector<Scenario> Scenarios() {
 
 class Watertight : public BackendTest {
  protected:
-  // Edits single control points and small groups; now and then one goes back to its identity place.
+  // Edits single control points and small groups. Now and then a point returns to its identity place.
   static std::vector<uint32_t> RandomEdit(const DeformPlan& plan, std::vector<Vec3d>& points,
                                           std::mt19937& random) {
     std::uniform_int_distribution<size_t> any(0, points.size() - 1);
@@ -65,8 +65,8 @@ class Watertight : public BackendTest {
     return indices;
   }
 
-  // `edits` random edits: the chunks that a watcher was sent against a full evaluation, at rest,
-  // after every so many edits and after the last.
+  // Makes `edits` random edits. Compares the chunks that a watcher was sent with a full evaluation:
+  // at rest, after every `compare_every` edits, and after the last.
   void Run(const Scenario& scenario, const ViewSpec& spec, int edits, int compare_every = 1) {
     const LatticeStructure structure =
         MakeStructure(scenario.mesh.ComputeBounds(), scenario.options);
@@ -101,7 +101,7 @@ class Watertight : public BackendTest {
     }
   }
 
-  // Ever fewer chunks, each time to other control points, against a full evaluation.
+  // Evaluates fewer chunks each round, with other control points, and compares with a full evaluation.
   void EvaluateAnyChunks(const Plan& plan, const ViewSpec& spec) {
     const auto some = MakeView(plan, spec), full = MakeView(plan, spec);
     ASSERT_NE(some, nullptr);
@@ -155,7 +155,7 @@ TEST_P(Watertight, SmoothFloatsAfterRandomEdits) {
   }
 }
 
-// As many segments as CUDA evaluates point by point.
+// The largest numbers of segments that CUDA evaluates point by point.
 TEST_P(Watertight, MostPointsOneByOneAfterRandomEdits) {
   Run({"six segments", TorusMesh(8, 6), {.degree = {3, 3, 3}, .scale = 0.8}},
       {.segments = 6, .normals = NormalMode::kSmooth, .position_bits = 16}, 6);
@@ -171,7 +171,7 @@ TEST_P(Watertight, ThousandEditsWithoutNormals) {
   }
 }
 
-// The products evaluate all patches at every edit, so they get fewer.
+// The pipelines with products evaluate all patches at every edit, so they get fewer edits.
 TEST_P(Watertight, RealMeshesAfterAThousandEdits) {
   std::vector<RealMesh> meshes = RealMeshes();
   if (meshes.empty()) GTEST_SKIP() << "no meshes in $LATTICED_SHARED/models";
@@ -187,7 +187,7 @@ TEST_P(Watertight, RealMeshesAfterAThousandEdits) {
 TEST_P(Watertight, RandomCasesAfterRandomEdits) {
   std::vector<uint32_t> seeds(40);
   std::iota(seeds.begin(), seeds.end(), 1u);
-  seeds.push_back(344);  // a vertex shared by patches of which none lies in its owner box
+  seeds.push_back(344);  // a vertex shared by patches, none of which is in its owner box
   for (uint32_t seed : seeds) {
     RandomCase one = DrawCase(seed);
     ViewSpec spec{.segments = one.segments,
@@ -200,7 +200,7 @@ TEST_P(Watertight, RandomCasesAfterRandomEdits) {
   }
 }
 
-// Backends may bring to a device, and make polynomials of, what the dirty chunks need alone.
+// Backends may copy to a device, and compose polynomials of, only what the dirty chunks need.
 std::vector<Scenario> LargeLattices() {
   return {
       {"inside", TorusMesh(16, 8), {.extra = {14, 15, 14}}},
@@ -223,8 +223,8 @@ TEST_P(Watertight, LargeLatticesAfterRandomEdits) {
   }
 }
 
-// Chunks need not be the dirty ones: those that are named come to the control points that are given,
-// whatever earlier calls named and gave.
+// Chunks need not be dirty. A call brings the named chunks to the given control points, whatever
+// earlier calls did.
 TEST_P(Watertight, AnyChunksOfALargeLatticeComeToTheControlPointsGiven) {
   for (const Scenario& scenario : LargeLattices()) {
     const LatticeStructure structure =
@@ -240,7 +240,7 @@ TEST_P(Watertight, AnyChunksOfALargeLatticeComeToTheControlPointsGiven) {
   }
 }
 
-// A GPU divides chunks where they are few.
+// A GPU divides chunks if there are few.
 TEST_P(Watertight, FewChunksOfManyHaveTheSameBits) {
   PolygonMesh mesh = TorusMesh(300, 170);
   const LatticeStructure structure = MakeStructure(mesh.ComputeBounds(), {.extra = {5, 5, 5}});
@@ -278,7 +278,7 @@ TEST_P(Watertight, AttachedSeamsHoldUntilTheirControlPointsMove) {
   const Plan plan = MakeTestPlan(mesh, structure);
   ASSERT_FALSE(plan->seams.empty());
   std::vector<Vec3d> points = IdentityControlPoints(structure);
-  // An inner control point: no basis value on any face.
+  // An inner control point, whose basis functions are zero on every face.
   points[static_cast<size_t>(structure.Index(2, 2, 2))] += Vec3d{0.3, 0, 0};
   for (const bool seam : AttachedSeams(*plan, points)) EXPECT_TRUE(seam);
   for (const int segments : kFewAndMany) {

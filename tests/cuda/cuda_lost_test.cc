@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A device that is lost for good: each in a process of its own, since a process never gets it back.
-// What a server makes of it: tests/server/devices/device_lost_test.cc.
+// A device that is lost for good. Each test runs in its own process, because a process never gets
+// the device back. tests/server/devices/device_lost_test.cc tests how a server reacts.
 #include <cstdlib>
 #include <iostream>
 #include <vector>
@@ -19,7 +19,7 @@ class CudaLost : public CudaTest {
  protected:
   CudaLost() : CudaTest(29) { GTEST_FLAG_SET(death_test_style, "threadsafe"); }
 
-  // Says of every call whether it tells of the loss; then ends the process.
+  // Prints for every call whether it reports the loss, then ends the process.
   [[noreturn]] void LoseDevice() {
     const ViewSpec spec{.segments = 4};
     auto backend = MakeCudaBackend({.memory_bytes = 64 * kMiB});

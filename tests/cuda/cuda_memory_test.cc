@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Budgets, failed allocations, leaks and repeated bits, through the interface where that can show
-// them.
+// Budgets, failed allocations, leaks and repeatable bits, through the backend's interface where possible.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -25,8 +24,8 @@
 namespace latticed::testing {
 namespace {
 
-// Every layout of the device's vertices: words of 16 and 32 bits, wide normals, floats, without
-// normals; from one segment to the most.
+// Every layout of the device's vertices: words of 16 and 32 bits, wide normals, floats, and without
+// normals; from 1 to 32 segments.
 const std::array kSpecs{
     ViewSpec{.segments = 4, .normals = NormalMode::kSmooth},
     ViewSpec{.segments = 1, .position_bits = 16},
@@ -35,8 +34,8 @@ const std::array kSpecs{
     ViewSpec{.segments = 7, .normals = NormalMode::kSmooth, .format = VertexFormat::kFloat32},
     ViewSpec{.segments = 10, .normals = NormalMode::kNone, .format = VertexFormat::kFloat32},
     ViewSpec{.segments = 3, .normals = NormalMode::kSmooth, .normal_bits = 12}};
-// Those of them whose scenes have the most different buffers: integers, which are encoded as streams
-// too, and floats, with smooth normals and without any.
+// The specs whose scenes differ most in their buffers: integers, which are also encoded as streams;
+// floats with smooth normals; and floats without normals.
 const std::array kRefusedSpecs{kSpecs[0], kSpecs[4], kSpecs[5]};
 
 class CudaMemory : public CudaTest {
@@ -49,9 +48,9 @@ class CudaMemory : public CudaTest {
     std::unique_ptr<DeformView> view;
   };
 
-  // What is behind a backend of one device, whose pinned bytes that does not tell. Refuses one
-  // allocation once left_ others are made; none where that is below 0. One thread: the test's few
-  // chunks are then too many for the host's Draco writer.
+  // The context behind a backend of one device, because the backend does not report pinned bytes.
+  // It refuses one allocation after left_ others, or none if left_ is negative. With one thread,
+  // the test's few chunks are too many for the host's Draco writer.
   absl::StatusOr<std::shared_ptr<CudaContext>> MakeRefusingDevice() {
     return CudaContext::Create(0, {.memory_bytes = 256 * kMiB,
                                    .threads = 1,
@@ -59,7 +58,7 @@ class CudaMemory : public CudaTest {
                                      return left_ >= 0 && left_-- == 0;
                                    }});
   }
-  // All that anyone holds, of the device's memory and pinned.
+  // All memory in use, on the device and pinned.
   struct Held {
     MemoryUse use;
     uint64_t free_bytes = 0, pinned_bytes = 0;
@@ -73,7 +72,7 @@ class CudaMemory : public CudaTest {
     EXPECT_EQ(now.free_bytes, before.free_bytes);
     EXPECT_EQ(now.pinned_bytes, before.pinned_bytes);
   }
-  // Evaluate, control nets, encode.
+  // Evaluates, makes control nets, and encodes.
   absl::StatusOr<Bytes> Use(const Scene& scene) {
     const std::vector<uint32_t> chunks = AllChunks(*plan_);
     if (auto s = scene.view->Evaluate(points_, BoxFor(*plan_, points_), chunks); !s.ok()) return s;
@@ -94,7 +93,7 @@ class CudaMemory : public CudaTest {
   absl::StatusOr<Scene> Make(const std::shared_ptr<CudaContext>& device, Pipeline pipeline) {
     return MakeScene(MakeCudaTarget(plan_, pipeline, device));
   }
-  // One whole use: prepare, view and the above; nothing of it is left.
+  // One whole use: prepares, makes a view and uses it. Releases everything.
   template <typename Device>
   absl::StatusOr<Bytes> Use(Device& device, Pipeline pipeline) {
     const auto scene = Make(device, pipeline);
@@ -102,7 +101,7 @@ class CudaMemory : public CudaTest {
     return Use(*scene);
   }
 
-  // Every pipeline with every one of kRefusedSpecs.
+  // Every pipeline with each of kRefusedSpecs.
   static std::vector<std::pair<ViewSpec, Pipeline>> RefusedScenes() {
     std::vector<std::pair<ViewSpec, Pipeline>> scenes;
     for (const ViewSpec& spec : kRefusedSpecs) {
@@ -114,7 +113,7 @@ class CudaMemory : public CudaTest {
     return fmt::format("{}, {} segments, allocation {}", PipelineName(pipeline), spec.segments,
                        allocation);
   }
-  // Whether the allocation that it was to refuse came.
+  // Whether the allocation to refuse was reached.
   bool Refused() { return std::exchange(left_, -1) < 0; }
 
   ViewSpec spec_ = kSpecs.front();
@@ -175,7 +174,7 @@ TEST_F(CudaMemory, RefusalsLeaveALivingSceneAsItWas) {
     spec_ = spec;
     ASSERT_OK_AND_ASSIGN(const auto living, Make(device, pipeline));
     ASSERT_OK_AND_ASSIGN(const auto expected, Use(living));
-    ASSERT_OK(Use(device, pipeline));  // a second scene at once has a lane of its own
+    ASSERT_OK(Use(device, pipeline));  // a second scene at the same time has its own lane
     const Held one_scene = HeldOn(*device);
     EXPECT_GT(one_scene.pinned_bytes, 0u);
     int refused = 0;
@@ -195,7 +194,7 @@ TEST_F(CudaMemory, RefusalsLeaveALivingSceneAsItWas) {
   }
 }
 
-// Each has a workspace of 4 MiB; which pipeline a scene has is the client's choice.
+// Each workspace takes 4 MiB, and clients choose a scene's pipeline.
 TEST_F(CudaMemory, ManyScenesOfMatrixProductsLeaveFewWorkspaces) {
   ASSERT_OK_AND_ASSIGN(const auto backend, MakeCudaBackend({.memory_bytes = 256 * kMiB}));
   const auto workspaces = [&] { return backend->devices().front().use["gemm_workspace"]; };
@@ -258,7 +257,7 @@ TEST_F(CudaMemory, SmallBudgetsGoThroughInTilesWithinTheSameTolerance) {
   for (size_t c = 0; c < tiled->size(); ++c) ASSERT_EQ((*tiled)[c].size(), (*whole)[c].size());
   size_t differing = 0, count = 0;
   for (size_t c = 0; c < tiled->size(); ++c) {
-    // 16-bit positions of 12 bits: a rounding apart at most.
+    // Positions of 12 bits in 16-bit words: they differ by one rounding at most.
     const size_t integers = 3 * ChunkPoints(*plan_, c, 4);
     for (size_t i = 0; i < integers; ++i, ++count) {
       const int a = (*tiled)[c][2 * i] | (*tiled)[c][2 * i + 1] << 8;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a scene reports of its memory, as in GetScene: its purposes sum up to what the device reports of itself.
+// The memory that a scene reports, as in GetScene: its purposes add up to the device's own report.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -19,7 +19,7 @@ constexpr ViewSpec kSpec{.segments = 4};
 class CudaPurposes : public CudaTest {
  protected:
   CudaPurposes() : CudaTest(17) {}
-  // As the device names purposes: without the prefix.
+  // Adds purposes under the device's names, without the prefix.
   static void AddDevicePart(const MemoryUse& of, MemoryUse& sum) {
     for (const auto& [purpose, bytes] : of) {
       if (purpose.starts_with(kDevicePurpose)) sum[purpose.substr(kDevicePurpose.size())] += bytes;
@@ -45,7 +45,7 @@ TEST_F(CudaPurposes, TheDeviceReportsTheSumOfAllPurposes) {
     AddDevicePart(target->memory(), sum);
     AddDevicePart(view->memory(), sum);
     EXPECT_EQ(target->device_use(), (DeviceUse{{0, sum.at("plan")}}));
-    if (!fused) sum["gemm_workspace"] = 4 * kMiB;  // the lane's, of no scene
+    if (!fused) sum["gemm_workspace"] = 4 * kMiB;  // belongs to the lane, not to a scene
     const DeviceState state = backend->devices().front();
     EXPECT_EQ(state.use, sum);
     uint64_t bytes = 0;

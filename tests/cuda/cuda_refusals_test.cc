@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What does not fit a device is refused before anything is allocated, with all bytes that it asks for
-// and those that are free.
+// A request that does not fit a device is refused before anything is allocated. The refusal names
+// all bytes that it asks for, and the free bytes.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -16,7 +16,7 @@
 namespace latticed::testing {
 namespace {
 
-// Two of which are the first to need the plan's normals.
+// Two of these are the first to need the plan's normals.
 const std::array kRefusalSpecs{
     ViewSpec{.segments = 4, .normals = NormalMode::kSmooth},
     ViewSpec{.segments = 32, .normal_bits = 12},
@@ -26,7 +26,7 @@ class CudaRefusals : public CudaTest {
  protected:
   CudaRefusals() : CudaTest(3) {}
 
-  // What a plan and the first view of a device take.
+  // The bytes of a plan and of the first view on a device.
   struct FirstView {
     uint64_t plan_bytes = 0, view_bytes = 0;
   };
@@ -66,8 +66,8 @@ TEST_F(CudaRefusals, APlanThatDoesNotFitIsRefusedBeforeAnythingIsAllocated) {
   }
 }
 
-// Also the first on its device, which brings what it will share with others: stage matrices and a
-// workspace of cuBLAS.
+// Includes the first view on a device, which also creates what later views share: stage matrices
+// and a cuBLAS workspace.
 TEST_F(CudaRefusals, AViewThatDoesNotFitIsRefusedBeforeAnythingIsAllocated) {
   for (const Pipeline pipeline : kPipelines) {
     for (const ViewSpec& spec : kRefusalSpecs) {

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What scenes and views share on a device is made once. Who asks for memory need not wait for it.
+// What scenes and views share on a device is made once. A request for the memory in use need not
+// wait for it.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -38,8 +39,8 @@ class CudaSharing : public CudaTest {
               return false;
             }};
   }
-  // Runs `slow`, on a thread, as far as its allocation for `purpose`; `other` must end while it waits
-  // there. Once a test.
+  // Runs `slow` on a thread up to its allocation for `purpose`. `other` must end while `slow` waits
+  // there. Once per test.
   void WhileHeld(std::string_view purpose, const std::function<void()>& slow,
                  const std::function<void()>& other) {
     held_purpose_ = purpose;

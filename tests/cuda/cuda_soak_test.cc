@@ -1,9 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Scenes come and go for long: two thousand times a plan is prepared, viewed, evaluated, edited,
-// encoded and dropped, and device and host have as much memory afterwards as at the start. Takes
-// some seconds.
+// Scenes come and go: two thousand times a plan is prepared, viewed, evaluated, edited, encoded and
+// dropped. Afterwards device and host have as much free memory as at the start. Takes some seconds.
 #include <cuda_runtime_api.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -21,12 +20,13 @@
 namespace latticed::testing {
 namespace {
 
-// By then every pipeline has run with every view: lanes, workspaces and the pool have their size.
+// By then every pipeline has run with every view, so lanes, workspaces and the pool have their
+// final size.
 constexpr size_t kWarmUp = 200;
 constexpr size_t kLookEvery = 100;
-// A pool grows by so much at a time, where blocks are given back in another order than before.
+// A pool may grow by this step, if blocks are freed in another order than before.
 constexpr uint64_t kPoolStep = 32 * kMiB;
-// What the process may grow by in all cycles: 36 KiB each.
+// The limit for the growth of the process over all cycles: 36 KiB per cycle.
 constexpr uint64_t kHostRoom = 64 * kMiB;
 constexpr uint32_t kSeed = 11;
 
@@ -45,7 +45,7 @@ class CudaSoak : public CudaTest {
  protected:
   CudaSoak() : CudaTest(kSeed) {}
 
-  // Create, evaluate, edit, encode, delete.
+  // Creates, evaluates, edits, encodes and deletes.
   absl::Status Cycle(Backend& backend, Pipeline pipeline, const ViewKind& kind) {
     auto target = backend.Prepare(plan_, pipeline);
     if (!target.ok()) return target.status();
@@ -61,14 +61,14 @@ class CudaSoak : public CudaTest {
     return (*target)->ControlNets(points_, 0, 2).status();
   }
 
-  // Resident bytes of this process, pinned ones among them.
+  // Resident bytes of this process, including pinned memory.
   static uint64_t HostBytes() {
     std::ifstream statm("/proc/self/statm");
     uint64_t pages = 0, resident = 0;
     statm >> pages >> resident;
     return resident * static_cast<uint64_t>(sysconf(_SC_PAGESIZE));
   }
-  // Free bytes of all devices: of their budgets, counted to the byte by us, and by the driver.
+  // Free bytes of all devices: of their budgets, which we count to the byte, and by the driver.
   struct Free {
     uint64_t budgets = 0, devices = 0;
   };
@@ -87,7 +87,8 @@ class CudaSoak : public CudaTest {
   void ExpectMemoryStaysFlat(const CudaOptions& options, std::span<const Pipeline> pipelines,
                              size_t cycles) {
     ASSERT_OK_AND_ASSIGN(const auto backend, MakeCudaBackend(options));
-    // The pool of each part grows, and is seen as often as there are parts where all are on one device.
+    // The pool of each part can grow. If all parts are on one device, that growth is counted once
+    // per part.
     const uint64_t pool_steps = options.devices.size() * options.devices.size() * kPoolStep;
     Free before;
     uint64_t host_before = 0;
@@ -112,7 +113,7 @@ TEST_F(CudaSoak, TwoThousandScenesLeaveMemoryFlat) {
   ExpectMemoryStaysFlat({.memory_bytes = 256 * kMiB, .threads = 1}, kPipelines, 2'000);
 }
 
-// On two devices, or twice on one where there is no second.
+// On two devices, or twice on one if there is no second.
 TEST_F(CudaSoak, SpannedScenesLeaveMemoryFlat) {
   ExpectMemoryStaysFlat({.devices = {0, CheckDevice(1).ok() ? 1 : 0},
                          .span_patches = 1,

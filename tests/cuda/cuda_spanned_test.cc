@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// One plan on two devices, or twice on one where there is no second: failed allocations in either
-// part, and budgets. Leaks: cuda_soak_test.cc. That its bits are those of one device:
+// One plan on two devices, or twice on one if there is no second: failed allocations in either
+// part, and budgets. Leaks are tested in cuda_soak_test.cc, and equal bits in
 // tests/backend/spanned_test.cc.
 #include <gtest/gtest.h>
 
@@ -33,7 +33,8 @@ class CudaSpanned : public CudaTest {
             .refuse_allocation = {}};
   }
 
-  // Prepare, view, whole evaluation, dirty chunks on either side of the cut, encode.
+  // Prepares, makes a view, evaluates everything, then dirty chunks on either side of the cut, and
+  // encodes.
   absl::StatusOr<Bytes> Use(Backend& backend, const ViewSpec& spec) {
     auto target = backend.Prepare(plan_, Pipeline::kFused);
     if (!target.ok()) return target.status();
@@ -59,7 +60,8 @@ class CudaSpanned : public CudaTest {
 };
 
 TEST_F(CudaSpanned, EveryFailedAllocationOfEitherPartIsRefusedCleanly) {
-  // Allocations until one is refused; below 0: none is. Two parts encode at once.
+  // Allocations until one is refused; none is if this is negative. Atomic, because two parts encode
+  // at once.
   std::atomic<int> left = -1;
   CudaOptions options = OnTwo();
   options.refuse_allocation = [&left](std::string_view, uint64_t) { return left-- == 0; };

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Errors of the runtime and of cuBLAS as statuses. Needs no device.
+// Errors of the CUDA runtime and of cuBLAS as statuses. Needs no device.
 #include "cuda/device/cuda_status.h"
 
 #include <gtest/gtest.h>

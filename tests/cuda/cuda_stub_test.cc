@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A build without CUDA says so, to who asks for a device and to the suites that skip for it.
+// A build without CUDA says so, both to callers that ask for a device and to the suites that then skip.
 #include <gtest/gtest.h>
 
 #include "cuda/cuda_backend.h"

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A fixture that needs a device, and a small plan for it to work on: skips without one, and fails
-// where LATTICED_REQUIRE_BACKENDS names cuda.
+// A fixture that needs a device, with a small plan. It skips without a device, or fails if
+// LATTICED_REQUIRE_BACKENDS names cuda.
 #ifndef LATTICED_TESTS_CUDA_CUDA_TEST_H_
 #define LATTICED_TESTS_CUDA_CUDA_TEST_H_
 
@@ -47,7 +47,8 @@ class CudaTest : public ::testing::Test {
   const uint32_t seed_;
 };
 
-// The budget's, counted to the byte by us: after the first use, since lanes keep their workspaces.
+// Compares the budgets, which we count to the byte. Call it after a first use, since lanes keep
+// their workspaces.
 inline void ExpectSameUse(const Backend& backend, const DeviceState& before) {
   const DeviceState state = backend.devices().front();
   EXPECT_EQ(state.free_bytes, before.free_bytes);

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The device's writer against the host's, byte for byte: what the host's streams hold is proven with
-// stock decoders (tests/core/codec/).
+// Compares the device's writer with the host's, byte for byte. Stock decoders check the host's
+// streams (tests/core/codec/).
 #include "cuda/draco/device_draco_writer.h"
 
 #include <algorithm>
@@ -41,7 +41,7 @@ class DeviceDracoWriterTest : public CudaTest {
     return *std::move(buffer);
   }
 
-  // Chunks `numbers`, of `chunks`, by both writers; `mesh`: with triangles.
+  // Encodes those of `chunks` that `numbers` names, with both writers. `mesh`: with triangles.
   void ExpectTheHostsBytes(std::span<const Chunk> chunks, std::span<const uint32_t> numbers,
                            bool mesh, uint32_t entry_room = 0) {
     const Chunk &first = chunks.front(), &last = chunks.back();
@@ -71,7 +71,7 @@ class DeviceDracoWriterTest : public CudaTest {
     }
   }
 
-  // Full chunks of each kind of data, and a last one that is smaller.
+  // Full chunks of each kind of data, then a smaller last one.
   static std::vector<Chunk> AllKinds(size_t points, int position_bits, int normal_bits) {
     std::vector<Chunk> chunks;
     constexpr unsigned kKinds = std::size(kAllData);
@@ -92,7 +92,7 @@ class DeviceDracoWriterTest : public CudaTest {
   std::shared_ptr<CudaLane> lane_;
 };
 
-// Points that keep whole chunks at multiples of 4 bytes, as 32 patches do.
+// With these numbers of points, whole chunks end at multiples of 4 bytes, as 32 patches do.
 TEST_F(DeviceDracoWriterTest, AllSizesAndBits) {
   for (const size_t points : {4u, 96u, 2112u, 17'952u}) {
     for (int position_bits = 8; position_bits <= 16; ++position_bits) {
@@ -104,7 +104,7 @@ TEST_F(DeviceDracoWriterTest, AllSizesAndBits) {
   }
 }
 
-// Whole chunks, as a scene has them.
+// Whole chunks, as in a scene.
 TEST_F(DeviceDracoWriterTest, EveryNumberOfSegments) {
   for (int segments = limits::kMinSegments; segments <= limits::kMaxSegments; ++segments) {
     const int points = limits::kPatchesPerChunk * PointsPerPatch(segments);
@@ -139,7 +139,7 @@ TEST_F(DeviceDracoWriterTest, SomeOfTheChunks) {
   ExpectTheHostsBytes(chunks, std::vector<uint32_t>{14}, true);
 }
 
-// More chunks than sets of wide counts, each of which needs one; and room for one table at a time.
+// More chunks than sets of wide counts, where each chunk needs a set; and space for one table at a time.
 TEST_F(DeviceDracoWriterTest, MemoryThatChunksWaitFor) {
   std::vector<Chunk> chunks;
   for (unsigned i = 0; i < 3 * kernels::kWideSlots; ++i) {

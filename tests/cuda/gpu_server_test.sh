@@ -3,11 +3,12 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # usage: gpu_server_test.sh [FOLDER]
-# The server on a real device, by the programs in FOLDER (that of this script: an unpacked bundle's
-# bin), with a small budget: device memory by purpose, scenes moved out and used again, a view beyond
-# the budget refused with what all of it asks and what is free, updates that the load generator verifies;
-# the page that --http serves, and an update by gRPC-Web. What these do in every case, tests/server shows
-# with devices that are made up.
+#
+# Tests the server on a real device, with the programs in FOLDER (default: the folder of this script, an
+# unpacked bundle's bin) and a small budget: device memory by purpose; eviction of scenes and their return;
+# refusal of a view beyond the budget, with the bytes that it asks for and the free bytes; updates that the load
+# generator verifies; the page of --http; and an update by gRPC-Web. tests/server covers these in detail with
+# fake devices.
 set -euo pipefail
 folder=${1:-$(dirname "$(readlink -f "$0")")}
 readonly most_scenes=60
@@ -32,7 +33,7 @@ export LATTICED_SERVER
 readonly admin=$(said admin)
 
 ctl() { "$folder/latticectl" "$@" >"$work/ctl.log" 2>&1; }
-# The answer, with its head, to a request whose body is read from a file, if there is one.
+# Prints the response, with its headers, to a request whose body is read from FILE, if given.
 ask() {  # ADDRESS METHOD PATH [TYPE FILE]
   exec 3<>"/dev/tcp/${1%:*}/${1##*:}"
   printf '%s %s HTTP/1.1\r\nHost: %s\r\nConnection: close\r\n' "$2" "$3" "$1" >&3
@@ -57,7 +58,7 @@ ctl scene show scene-0001 && grep -q 'bytes of device_' "$work/ctl.log" || fail 
 
 http=$(said http)
 ask "$http" GET / >"$work/page"
-# Without the viewer, which a build without npm lacks, the page says that.
+# A build without npm lacks the viewer. Its page then says so.
 viewer='without its viewer'
 [[ -e $folder/../share/latticed/viewer/index.html ]] && viewer='<script type="module"'
 grep -q "$viewer" "$work/page" || fail "no page, or another than that of $viewer"
@@ -84,7 +85,7 @@ fi
 grep -q OUT_OF_MEMORY "$work/ctl.log" || fail "the refusal gives another reason"
 refusal='s/.*the view on device 0 needs \([0-9]*\) bytes, \([0-9]*\) are free.*/\1 \2/p'
 read -r asked free < <(sed -n "$refusal" "$work/ctl.log") || fail "the refusal says not what is asked and free"
-# Two triangles a quad at least, of 561 vertices in 8 bytes each, and what a view has besides.
+# At least two triangles per quad, with 561 vertices of 8 bytes each. A view needs more besides.
 vertices=$((2 * $(grep -c '^f ' "$work/large.obj") * 561 * 8))
 ((free <= 24 << 20 && asked > vertices)) || fail "$asked bytes are asked, of vertices alone $vertices; $free are free"
 echo "refused: $(tail -n 1 "$work/ctl.log")"

@@ -3,14 +3,14 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # usage: gpu_test.sh [FOLDER]
-# All tests that need a GPU, by the test programs in FOLDER (that of this script: an unpacked bundle's
-# bin): the conformance suite with CUDA required, what only CUDA has, and parts of both under
-# compute-sanitizer where it is installed. Needs no network and installs nothing. With
-# LATTICED_REQUIRE_SANITIZER=1 nothing runs and it fails where compute-sanitizer is not installed.
 #
-# Programs run beside each other on the one device, $LATTICED_GPU_TESTS_AT_ONCE of them, for they wait
-# for the host more than for it; but those alone that look at how much memory the device has left, or
-# lose it.
+# Runs all tests that need a GPU, with the test programs in FOLDER (default: the folder of this script, an
+# unpacked bundle's bin): the conformance suite with CUDA required, the tests of CUDA only, and parts of both
+# under compute-sanitizer if it is installed. Needs no network and installs nothing. With
+# LATTICED_REQUIRE_SANITIZER=1 it fails at once if compute-sanitizer is not installed.
+#
+# $LATTICED_GPU_TESTS_AT_ONCE programs share the device, because they wait for the host more than for the
+# device. Tests that look at the device's free memory, or lose the device, run alone.
 set -euo pipefail
 folder=${1:-$(dirname "$(readlink -f "$0")")}
 export LATTICED_REQUIRE_BACKENDS=${LATTICED_REQUIRE_BACKENDS:-cpu,cuda}
@@ -26,7 +26,7 @@ run_alone() {  # NAME COMMAND…
   shift
   log=$(mktemp -p "$work")
   { "$@" >"$log" 2>&1 && ! grep -q '^\[==========\] 0 tests' "$log"; } || passed=false
-  # Whole results, one after the other.
+  # The lock keeps each program's results together.
   flock "$work/lock" bash -s "$name" "$passed" $((SECONDS - start)) "$log" "$work/failed" <<'END'
     if $2; then
       printf '%-52s %4d s  %s\n' "$1" "$3" "$(grep -E '^\[  PASSED' "$4" | tail -n 1)"
@@ -48,7 +48,7 @@ nvidia-smi -L 2>/dev/null || echo "nvidia-smi says nothing of a GPU"
 run_alone "a device that is lost" "$folder/cuda_backend_test" --gtest_filter='CudaLost.*'
 run_alone "what is left of the device's memory, 2,000 scenes" "$folder/cuda_backend_test" --gtest_filter='CudaSoak.*'
 
-# What takes longest comes first.
+# The slowest suites start first.
 for suite in Watertight Accuracy View Spanned; do
   run "conformance, $suite" "$folder/backend_test" --gtest_filter="*/$suite.*cuda*:Backends.*"
 done
@@ -58,24 +58,24 @@ run "what views share, made at once" "$folder/cuda_backend_test" --gtest_filter=
 run "one scene on several devices" "$folder/cuda_backend_test" --gtest_filter='CudaSpanned.*'
 run "Draco streams, byte for byte the host's" "$folder/cuda_backend_test" --gtest_filter='DeviceDracoWriterTest.*:RansEntry*'
 run "statuses, pinned memory" "$folder/cuda_backend_test" --gtest_filter='CudaStatusTest.*:PinnedMemoryTest.*'
-# A benchmark's comparator, built where libepoxy was; skips where there is no OpenGL.
+# A benchmark's comparator, which is built where libepoxy is present. It skips without OpenGL.
 [[ -x $folder/bench_shaders_test ]] && run "tessellation shaders" "$folder/bench_shaders_test"
 run "the server, by its command line" "$folder/gpu_server_test.sh" "$folder"
 
-# Small sizes; and without the allocation that is meant to fail, which memcheck would report.
+# Small sizes, without the allocation that is meant to fail, because memcheck would report it.
 readonly sanitized=(  # NAME PROGRAM FILTER …
   memory cuda_backend_test '*-*MoreThanTheDevice*:*Repeated*:*ManyScenes*:*AllSizes*:*AllPairs*:*LargestChunk*:CudaSoak.*:CudaLost.*'
   view backend_test '*/View.*cuda*'
   watertight backend_test '*QuantisedAfterRandomEdits/cuda*:*Attached*/cuda*'
   accuracy backend_test '*AllDegreeMixes*/cuda*:*AllSegments*/cuda_*fused:*FillNoLanes*/cuda*:*PartlyAndWholly*/cuda*:*Collapsed*/cuda*')
-# The same kernels again, which racecheck takes minutes for.
+# Runs the same kernels again, for which racecheck takes minutes.
 readonly not_raced=(
   'large lattices' backend_test '*SmoothFloats*/cuda*:*AnyChunks*/cuda_fused'
   spanned backend_test '*/Spanned.*cuda*')
 sanitize() {  # RUN TOOL
   local only=() skipped='' programs=("${sanitized[@]}" "${not_raced[@]}") i
-  # Races are in kernels, which the tests of memory run by the hundred: racecheck takes minutes for
-  # these, and for the products of cuBLAS, which are not ours.
+  # Races occur in kernels. The memory tests run hundreds of them, and racecheck would take minutes. The same
+  # holds for the products of cuBLAS, which are not ours.
   if [[ $2 == racecheck ]]; then
     only=(--kernel-name kns=latticed) skipped=':CudaMemory.*:CudaRefusals.*:CudaSpanned.EveryFailed*' programs=("${sanitized[@]}")
   fi
@@ -87,8 +87,8 @@ sanitize() {  # RUN TOOL
 if command -v compute-sanitizer >/dev/null; then
   for tool in racecheck memcheck synccheck; do sanitize run "$tool"; done
   wait
-  # Beside other programs, and never without them, initcheck says of a kernel that was launched early
-  # that the control points it waited for are not there.
+  # Beside other programs, initcheck can report that a kernel launched early has uninitialised control points,
+  # although the kernel waits for them. It never does so when it runs alone.
   sanitize run_alone initcheck
 else
   unchecked=', but nothing was checked with compute-sanitizer: it is not installed'

@@ -33,7 +33,7 @@ TEST_F(PinnedMemoryTest, ABlockIsPinnedFromEndToEnd) {
     for (const uint8_t* at : {buffer.data(), buffer.data() + buffer.size() - 1}) {
       ASSERT_EQ(cudaPointerGetAttributes(&attributes, at), cudaSuccess);
       EXPECT_EQ(attributes.type, cudaMemoryTypeHost) << bytes;
-      // The upload kernel reads it where the host does.
+      // The upload kernel reads it at the host's address.
       EXPECT_EQ(attributes.devicePointer, at) << bytes;
     }
   }

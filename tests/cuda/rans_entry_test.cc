@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Steps of the device's states against division, for every probability: all states at which the
-// quotient changes, and their neighbours.
+// Compares steps of the device's states with division. Short steps: for every probability, the states
+// at which the quotient changes and those before them. Long steps: random probabilities and states.
 #include "cuda/draco/rans_entry.h"
 
 #include <gtest/gtest.h>

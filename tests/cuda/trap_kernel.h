@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A kernel that the device gives up on, as on an address that is none.
+// A kernel that traps, so that the device fails as it does on an invalid address.
 #ifndef LATTICED_TESTS_CUDA_TRAP_KERNEL_H_
 #define LATTICED_TESTS_CUDA_TRAP_KERNEL_H_
 
 namespace latticed::testing {
 
-// On the current device; waits. Whatever CUDA is asked by this process afterwards fails.
+// Traps on the current device and waits. Every later CUDA call of this process fails.
 void TrapDevice();
 
 }  // namespace latticed::testing

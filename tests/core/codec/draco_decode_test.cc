@@ -52,7 +52,7 @@ TEST(DracoMesh, RoundTrip) {
   ASSERT_EQ(back.face_count(), mesh.triangles.size());
   ASSERT_TRUE(back.has_normals());
   ASSERT_TRUE(back.has_uvs());
-  // Half a step of the longest edge (z: 2), and float rounding at 100.
+  // Half a step of the longest edge (z: 2), plus float rounding at 100.
   const double tolerance = 0.5 * 2.0 / 65535 + 100 * 0x1p-23;
   for (size_t i = 0; i < mesh.positions.size(); ++i) {
     for (int axis = 0; axis < 3; ++axis) {
@@ -102,7 +102,7 @@ TEST(DracoMesh, BarePositionsAndAFlatMesh) {
 TEST(DracoMesh, EveryTruncationIsRefused) {
   ASSERT_OK_AND_ASSIGN(const auto stream, WriteDracoMesh(MakeGrid()));
   for (size_t size = 0; size < stream.size(); ++size) {
-    // Copied, so that a sanitizer sees reads past the end.
+    // A copy, so that a sanitizer sees reads past the end.
     const std::string cut = stream.substr(0, size);
     const auto mesh = ReadDracoMesh(cut);
     ASSERT_THAT(mesh, StatusIs(absl::StatusCode::kInvalidArgument)) << size << " bytes";
@@ -118,7 +118,7 @@ TEST(DracoMesh, CorruptBytesNeverCrash) {
     std::string corrupt = stream;
     for (int k = 0; k < 3; ++k) corrupt[random() % corrupt.size()] = static_cast<char>(random());
     const auto mesh = ReadDracoMesh(corrupt);
-    // Flipped payload bits may still be a mesh; then it is a valid one.
+    // Changed payload bits may still decode to a mesh, which must then be valid.
     if (mesh.ok()) {
       EXPECT_OK(Validate(*mesh)) << "seed " << kSeed << " round " << round;
     }
@@ -133,12 +133,12 @@ TEST(DracoMesh, OtherFilesAreRefused) {
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("DRACO")));
 }
 
-// Header of a mesh or point cloud of version 2.2 / 2.3 and what follows.
+// The header of a mesh or point cloud of version 2.2 or 2.3, then `rest`.
 std::string Header(char minor, char geometry, char method, const std::string& rest) {
   return std::string("DRACO") + '\2' + minor + geometry + method + std::string(2, '\0') + rest;
 }
 
-// Found by fuzzing: 43 bytes of version 2.1 whose attribute announces 460 million points.
+// Found by fuzzing: 43 bytes of version 2.1 with an attribute that announces 460 million points.
 TEST(DracoAnnouncement, AChunkThatIsAKdTreeIsRefusedBeforeItIsDecoded) {
   std::string cloud("DRACO\x02\x01\0\x01\0\0\0\x02\0\0\x02\x02\x02\x02\x02", 20);
   cloud += std::string(17, '\x01') + "\xff\xa4\xfe\xf8\x01\x01";

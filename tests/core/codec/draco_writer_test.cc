@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Our writer as a server calls it: a group of chunks at a time, whose states the vector code keeps
-// in lockstep. For each instruction set, stream by stream, the same bytes as from the chunk alone on
-// a single state, which libdraco decodes to exactly the integers that went in. Then what it promises
-// besides: it survives any values, and takes no more bytes than libdraco.
+// Our writer as a server calls it: for a group of chunks, whose states the vector code advances in
+// lockstep. Under each instruction set, every stream must have the same bytes as the chunk written
+// alone with a single state, and libdraco must decode it to the integers that went in. Further
+// tests: the writer survives any values, and takes no more bytes than libdraco.
 #include <algorithm>
 #include <array>
 #include <set>
@@ -75,9 +75,9 @@ void ExpectGroupIsAsOneByOne(const Shape& shape, std::span<const Data> kinds, si
   ExpectGroupIsAsOneByOne(MakeChunks(shape, kinds, count));
 }
 
-// Every pair of bits with every kind of data, each at another shape: 1 to 32 segments, and as many
-// patches as have about 2,000 points at most. Tables of 12 and 13 bits, and larger ones, which are
-// not for the lanes.
+// Every pair of bits with every kind of data. Each has another shape: 1 to 32 segments, and patches
+// with about 2,000 points at most. This covers tables of 12 and 13 bits, and larger ones, which the
+// lanes do not handle.
 TEST(DracoLanes, IntegersSurviveAtBitsAndShapesTogether) {
   constexpr size_t kMostPoints = 2112;
   std::mt19937 random(kWriterSeed);
@@ -97,14 +97,14 @@ TEST(DracoLanes, IntegersSurviveAtBitsAndShapesTogether) {
   EXPECT_EQ(segments_seen.size(), 32u);
 }
 
-// From seven chunks on, fewer than sixteen: the other lanes repeat the last one's.
+// With 7 to 15 chunks, the other lanes repeat the last chunk.
 TEST(DracoLanes, IntegersSurviveInGroupsThatAreNotFull) {
   for (size_t count = 1; count < kFull; ++count) {
     ExpectGroupIsAsOneByOne({467, 14, 10}, kAllData, count);
   }
 }
 
-// As the last chunk of a scene may have.
+// The last chunk of a scene may be smaller.
 TEST(DracoLanes, IntegersSurviveWhereOneChunkHasAnotherSize) {
   for (const size_t count : {2u, 3u, 4u, 5u, 8u, 9u, 17u, 35u}) {
     std::vector<Chunk> chunks = MakeChunks({467, 12, 8}, kAllData, count - 1);
@@ -113,7 +113,7 @@ TEST(DracoLanes, IntegersSurviveWhereOneChunkHasAnotherSize) {
   }
 }
 
-// 4,096 patches of one segment, 32 of 32, and as many points as a chunk may have.
+// 4,096 patches of 1 segment, 32 patches of 32 segments, and the largest number of points of a chunk.
 TEST(DracoLanes, IntegersSurviveInLargeChunks) {
   for (const Data& kind : kAllData) {
     ExpectGroupIsAsOneByOne({size_t{4096} * 3, 12, 8}, {&kind, 1}, kFull);
@@ -123,7 +123,7 @@ TEST(DracoLanes, IntegersSurviveInLargeChunks) {
   ExpectGroupIsAsOneByOne({65'535, 10, 7}, {&kWalk, 1}, kFull);
 }
 
-// Values that no view has cannot lead the writer astray.
+// Values that no view produces must not break the writer.
 TEST(DracoWriter, ValuesOutOfRangeAreHarmless) {
   for (const auto& [position_bits, normal_bits] : {std::pair{12, 8}, {8, 6}, {16, 12}}) {
     Chunk chunk = MakeChunk(467, position_bits, normal_bits, Data::kRandom, kWriterSeed);
@@ -171,7 +171,7 @@ TEST(DracoWriter, KeepsNoMoreMemoryThanItSays) {
   }
 }
 
-// Nothing to gain from: stored plainly, two bytes a value.
+// Random data does not compress, so it is stored plainly, with two bytes per value.
 TEST(DracoWriter, RandomDataTakesNoMoreThanPlainSymbols) {
   const Chunk chunk = MakeChunk(2112, 16, 12, Data::kRandom, kWriterSeed);
   ASSERT_OK_AND_ASSIGN(const auto stream,

@@ -60,8 +60,8 @@ TEST_P(OctahedralBits, RandomDirectionsRoundAsDracoDoes) {
 }
 
 TEST_P(OctahedralBits, ErrorIsWithinACell) {
-  // A cell is 2 / top wide on the octahedron, whose faces stretch by at most 3 onto the sphere (at
-  // the faces' centres, at distance 1/sqrt(3)); half a cell off in two coordinates.
+  // A cell is 2 / top wide on the octahedron. The octahedron's faces stretch by at most 3 onto the
+  // sphere, at their centres, at distance 1/sqrt(3). The error is half a cell in each of two coordinates.
   const double bound = 3.0 * std::sqrt(2.0) / OctahedralMax(GetParam());
   constexpr unsigned kSeed = 11;
   std::mt19937 random(kSeed);

@@ -25,7 +25,7 @@ RansTable TableOf(std::vector<uint32_t> counts) {
   return table;
 }
 
-// Every symbol that occurs has a probability, in ascending order, and they sum up to M.
+// Every symbol that occurs has a probability, in ascending order, and the probabilities sum to M.
 void ExpectLegal(const std::vector<uint32_t>& counts) {
   const RansTable table = TableOf(counts);
   ASSERT_NE(table.bit_length(), 0);
@@ -47,7 +47,7 @@ TEST(RansTable, ProbabilitiesSumUp) {
   std::mt19937 random(kSeed);
   for (int round = 0; round < 300; ++round) {
     SCOPED_TRACE(::testing::Message() << "seed " << kSeed << " round " << round);
-    // From flat to steep, from a few symbols to more than 2,048.
+    // Counts from flat to steep, and from a few symbols to more than 2,048.
     std::vector<uint32_t> counts(1 + random() % (round % 10 == 0 ? 9000 : 300));
     const uint32_t top = 1u << (random() % 14);
     for (uint32_t& count : counts) count = random() % 3 == 0 ? 0 : random() % (random() % top + 1);
@@ -56,7 +56,8 @@ TEST(RansTable, ProbabilitiesSumUp) {
   }
 }
 
-// As many symbols as a precision admits, one more, and others: each as often, or one far more so.
+// Numbers of symbols at, around and between the limits of each precision. All are equally frequent,
+// or one is far more so.
 TEST(RansTable, ProbabilitiesOfExtremeCountsSumUp) {
   for (const uint32_t count : {1u, 2u, 3u, 63u, 196'605u, 0x7FFFFFFFu, 0xFFFFFFFFu}) {
     SCOPED_TRACE(::testing::Message() << "one symbol, " << count);
@@ -79,12 +80,13 @@ TEST(RansTable, ProbabilitiesOfExtremeCountsSumUp) {
   }
 }
 
-// What a symbol takes in the table and in the stream.
+// The bits that a symbol takes in the table and in the stream.
 double BitsOf(uint32_t count, double probability, int precision) {
   const double bytes = probability < 64 ? 1 : probability < 16'384 ? 2 : 3;
   return 8 * bytes + count * (precision - std::log2(probability));
 }
-// With the probability that is best where each of M costs `price` bits, these included. M <= 2^14.
+// The same with the best probability if each unit of probability costs `price` bits, these
+// included. M <= 2^14.
 double LeastBitsAt(double price, uint32_t count, int precision) {
   const double best = std::clamp(count / std::log(2.0) / price, 1.0, std::exp2(precision));
   double least = 1e300;
@@ -94,7 +96,8 @@ double LeastBitsAt(double price, uint32_t count, int precision) {
   return least;
 }
 
-// No probabilities that sum up to M take less, whatever the price (Lagrange): the best of some.
+// A lower bound for all probabilities that sum to M, for any price (Lagrange). Returns the best
+// over some prices.
 double LeastBits(const std::vector<uint32_t>& counts, int precision) {
   const double total = std::accumulate(counts.begin(), counts.end(), 0.0);
   double least = 0;
@@ -113,7 +116,7 @@ TEST(RansTable, TakesNoByteMoreThanAnyProbabilities) {
   constexpr unsigned kSeed = 29;
   std::mt19937 random(kSeed);
   for (int round = 0; round < 40; ++round) {
-    // Small steps most of the time, and jumps between patches.
+    // Mostly small steps, and jumps between patches.
     std::geometric_distribution<uint32_t> step(0.002 + 0.0075 * round);
     std::vector<uint32_t> counts(4096);
     for (int i = 0; i < 6336; ++i) {
@@ -138,7 +141,7 @@ TEST(RansEncoder, DivisionByMultiplicationIsExact) {
   };
   for (int round = 0; round < 100'000; ++round) {
     const uint32_t p = 1 + random() % (1u << (random() % 21));
-    const uint64_t multiple = uint64_t{random() % 1024} * p;  // the hardest are beside multiples
+    const uint64_t multiple = uint64_t{random() % 1024} * p;  // the hardest are next to multiples
     expect_exact(p, multiple);
     expect_exact(p, multiple + p - 1);
   }

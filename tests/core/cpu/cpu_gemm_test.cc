@@ -14,7 +14,7 @@ namespace {
 using testing::StatusIs;
 
 TEST(CpuGemm, TwoByThreeByTwoByHand) {
-  // [1 3 5; 2 4 6] * [1 4; 2 5; 3 6] with spare rows in every stride.
+  // [1 3 5; 2 4 6] * [1 4; 2 5; 3 6], with an unused row in the strides of a, b and c.
   const std::vector<float> a{1, 2, 9, 3, 4, 9, 5, 6, 9}, b{1, 2, 3, 9, 4, 5, 6, 9};
   std::vector<float> c(6, -1);
 

@@ -9,7 +9,7 @@
 namespace latticed {
 namespace {
 
-// Halves the smallest normal number where the compiler cannot.
+// Halves the smallest normal number at run time.
 float HalfOfSmallest() {
   volatile float smallest = std::numeric_limits<float>::min();
   return smallest / 2;

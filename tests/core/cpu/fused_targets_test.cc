@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The fused kernel under each instruction set that this machine has, not only the one that dispatch
-// would choose: all against the definition, and watertight by itself.
+// The fused kernel under each instruction set of this machine, not only the dispatched one. Each
+// must match the definition and be watertight.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -47,7 +47,7 @@ TEST(FusedTargets, EveryInstructionSetMatchesDefinition) {
         SCOPED_TRACE(fmt::format("{}, degree {} {} {}, seed {}", FusedTargetName(), degree[0],
                                  degree[1], degree[2], kSeed));
         const PolygonMesh mesh = TorusMesh(11, 7);
-        // Some pieces outside, so that seams take part.
+        // Some pieces lie outside, so that seams take part.
         const Plan plan = MakeTestPlan(
             mesh, MakeStructure(mesh.ComputeBounds(), {.degree = degree, .scale = 0.9}));
         Check(plan, plan->identity_points, normals);

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Plans of small meshes that a hand can check, and of grids and real meshes: area, provenance, edges,
-// ownership.
+// Plans of small meshes that can be checked by hand, and of grids and real meshes: area,
+// provenance, edges and ownership.
 #include "core/ffd/deform_plan.h"
 
 #include <gmock/gmock.h>
@@ -26,7 +26,7 @@ namespace {
 using ::latticed::testing::StatusIs;
 using ::testing::HasSubstr;
 
-constexpr double kLength = 1e-9;  // of the mesh's diagonal
+constexpr double kLength = 1e-9;  // fraction of the mesh's diagonal
 
 std::shared_ptr<PolygonMesh> Grid(int n, double wave) {
   auto mesh = std::make_shared<PolygonMesh>(testing::FlatGrid(n, 0));
@@ -49,13 +49,13 @@ LatticeStructure Cube(std::array<int, 3> size, std::array<int, 3> degree, Vec3d 
   return s;
 }
 
-// The same for the triangles of a mesh, by the project's rule, and for the patches of its plan.
+// Area and edge lengths, both of a mesh's triangles (by the project's rule) and of its plan's patches.
 struct Measures {
   double area = 0;
-  std::map<int, double> length;  // of the edges that so many triangles share
+  std::map<int, double> length;  // of edges, by the number of triangles that share them
 };
 
-// Edges by the positions of their ends: seams of normals or UVs are no boundary.
+// Edges are identified by the positions of their ends, since seams of normals or UVs are no boundary.
 using Position = std::tuple<double, double, double>;
 using EdgeUse = std::map<std::pair<Position, Position>, int>;
 
@@ -101,7 +101,7 @@ Measures OfPlan(const DeformPlan& plan) {
   return Finish(area, use);
 }
 
-// Area, edges by the number of patches that meet there, and where each corner comes from.
+// The plan keeps the area, the edges by the number of patches that meet there, and each corner's origin.
 void ExpectKeepsTheMesh(const std::shared_ptr<const PolygonMesh>& mesh,
                         const LatticeStructure& structure, double area_tolerance) {
   ASSERT_OK_AND_ASSIGN(const auto plan, MakePlan(mesh, structure));
@@ -111,7 +111,7 @@ void ExpectKeepsTheMesh(const std::shared_ptr<const PolygonMesh>& mesh,
   const Measures source = OfMesh(*mesh), cut = OfPlan(p);
 
   EXPECT_NEAR(cut.area, source.area, area_tolerance * source.area);
-  // Cutting adds edges of two patches inside faces, and none of any other kind.
+  // Cutting adds edges between two patches inside faces, and no other edges.
   for (const int count : {1, 3, 4, 5, 6, 7, 8}) {
     const auto of = [count](const Measures& m) {
       const auto found = m.length.find(count);
@@ -149,7 +149,7 @@ TEST(DeformPlan, CutsOneTriangleAtOnePlane) {
 
   ASSERT_OK_AND_ASSIGN(const auto plan,
                        MakePlan(mesh, Cube({3, 2, 2}, {1, 1, 1}, {0, 0, 0}, {1, 1, 1})));
-  // a quadrilateral left of u = 1, a triangle right of it
+  // There is a quadrilateral left of u = 1 and a triangle right of it.
   EXPECT_EQ(plan->patches.size(), 3u);
   EXPECT_EQ(plan->box_patches, (std::vector<uint32_t>{0, 2, 3, 3}));
   EXPECT_DOUBLE_EQ(OfPlan(*plan).area, 0.5);
@@ -234,7 +234,7 @@ TEST(DeformPlan, StopsWhereverItIsToldTo) {
   };
   ASSERT_OK(MakePlan(mesh, structure, go_on));
   const size_t most = asked;
-  // Vertices and faces while it splits, then faces, patches and edges, some of them twice.
+  // Splitting steps over vertices and faces. Then there are faces, patches and edges, some of them twice.
   ASSERT_GE(most * StopPoll::kStepsPerCheck, 10 * mesh->face_count());
 
   for (size_t nth = 1; nth <= most; ++nth) {

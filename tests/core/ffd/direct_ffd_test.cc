@@ -21,7 +21,7 @@ void ExpectNear(Vec3d got, Vec3d expected, double tolerance) {
   EXPECT_NEAR(got.z, expected.z, tolerance);
 }
 
-// An oblique, left-handed frame, so that no axis may be mistaken for another.
+// An oblique, left-handed frame, so that a mix-up of axes is noticed.
 LatticeStructure ObliqueStructure(std::array<int, 3> degree) {
   LatticeStructure s;
   s.degree = degree;
@@ -170,7 +170,7 @@ TEST_F(OnePatch, CollapsedLatticeFallsBackToTheRestNormal) {
 }
 
 TEST_F(OnePatch, AFoldTakesTheNormalOfTheCentroid) {
-  // The edge v = 0 of the cube collapses to a point: J is singular there only.
+  // The edge v = 0 of the cube collapses to a point, so J is singular only there.
   for (size_t i : {0u, 1u, 4u, 5u}) points_[i] = {0.5, 0, 0.5};
   for (uint32_t v : {0u, 1u}) plan_.vertices[v].parameter.y = 0;
   const DirectFfd ffd(plan_, points_);

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Drags against the formula, solved densely in long double, and against what a least-squares
-// solution must be.
+// Drags, compared with a dense solution of the formula in long double, and with the conditions that
+// a least-squares solution must satisfy.
 #include "core/ffd/direct_manipulation.h"
 
 #include <cmath>
@@ -62,7 +62,7 @@ Lattice Moved(Lattice lattice, const ControlPointMoves& moves) {
   return lattice;
 }
 
-// Row of N: what one unit of each control point moves the point by.
+// A row of N: how far one unit of each control point moves the point.
 std::vector<long double> BasisValues(const Lattice& lattice, Vec3d point) {
   std::vector<long double> values;
   std::vector<Vec3d> unit(lattice.control_points.size());
@@ -74,7 +74,7 @@ std::vector<long double> BasisValues(const Lattice& lattice, Vec3d point) {
   return values;
 }
 
-// N' (N N')^-1 dS by elimination.
+// Computes N' (N N')^-1 dS by elimination.
 std::vector<Vec3d> SolveDensely(const Lattice& lattice, const std::vector<Vec3d>& points,
                                 const std::vector<Vec3d>& wanted) {
   const size_t k = points.size();
@@ -185,7 +185,7 @@ TEST(DirectManipulation, MorePointsThanControlPointsLeaveTheLeastSquares) {
 
   const Lattice moved = Moved(lattice, moves);
   double largest = 0;
-  std::vector<Vec3d> normal(8);  // N' of what is left
+  std::vector<Vec3d> normal(8);  // N' times the residual
   for (size_t i = 0; i < points.size(); ++i) {
     const Vec3d left = targets[i] - Deform(moved, points[i]);
     largest = std::max(largest, Norm(left));

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The dirty chunks of every single control point, and of all together, against a search of all boxes:
-// knots of every kind, empty spans among them, pieces outside.
+// The dirty chunks of each control point, and of all together, compared with a search of all boxes.
+// Covers knots of every kind, including empty spans, and pieces outside.
 #include "core/ffd/dirty_set.h"
 
 #include <gtest/gtest.h>
@@ -22,7 +22,7 @@ struct Expected {
   uint64_t boxes = 0;
 };
 
-// By definition: boxes whose spans the control point's basis functions reach.
+// By definition: the boxes that the control point's basis functions reach.
 void AddEffectOf(const DeformPlan& plan, uint32_t index, Expected& effect,
                  std::set<uint32_t>& seen) {
   const LatticeStructure& s = plan.structure;
@@ -80,7 +80,7 @@ TEST(DirtySetOfEveryControlPoint, IsWhatASearchOfAllBoxesFinds) {
       }
       ExpectEffect(plan, {all.front(), all.back(), all.front()});
       ExpectEffect(plan, all);
-      // Across the ends of rows, and with gaps.
+      // Ranges across the ends of rows, and with gaps.
       const auto row = static_cast<uint32_t>(structure.size[0]);
       ExpectEffect(plan, {row - 2, row - 1, row, row + 1, row + 3, 3 * row, 3 * row - 1});
     }

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// An edit history over the unit cube, its clock, and short ways to say batches.
+// An edit history over the unit cube, its clock, and short helpers to apply batches.
 #ifndef LATTICED_TESTS_CORE_FFD_EDIT_HISTORY_FIXTURE_H_
 #define LATTICED_TESTS_CORE_FFD_EDIT_HISTORY_FIXTURE_H_
 
@@ -53,7 +53,7 @@ class EditHistoryTest : public ::testing::Test {
   static std::string Reason(const absl::StatusOr<EditOutcome>& result) {
     return error::DetailsOf(result.status()).reason;
   }
-  // How far control point i is from where it began, along x.
+  // How far control point i is from its start, along x.
   double Moved(size_t i) const {
     return history_.lattice().control_points[i].x - history_.initial().control_points[i].x;
   }

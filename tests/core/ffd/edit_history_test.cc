@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Order of batches, preconditions and gestures of several editors.
+// The order of batches, preconditions, and gestures of several editors.
 #include "tests/core/ffd/edit_history_fixture.h"
 
 namespace latticed {
@@ -100,7 +100,7 @@ TEST_F(EditHistoryTest, RefusesBatchesWithoutEdits) {
   EXPECT_THAT(End("ann", "g", GesturePhase::kUpdate), StatusIs(absl::StatusCode::kInvalidArgument));
   EXPECT_THAT(Drag("ann", "g", {0}, 1, GesturePhase::kCancel),
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("edits")));
-  // Without a gesture_id the phase says nothing.
+  // Without a gesture_id, the phase is ignored.
   EXPECT_OK(
       Apply({.editor_id = "ann", .gesture_phase = GesturePhase::kCancel, .edits = {Move({0}, 1)}}));
 }
@@ -125,7 +125,7 @@ TEST_F(EditHistoryTest, AnUpdateReplacesTheOneBefore) {
   EXPECT_EQ(Moved(0), 3);  // not 4
   ASSERT_OK(Drag("ann", "g", {0}, 2));
   EXPECT_EQ(Moved(0), 2);
-  EXPECT_EQ(Moved(1), 0);  // what the update before did elsewhere is taken back
+  EXPECT_EQ(Moved(1), 0);  // the previous update's other moves are undone
   ASSERT_OK(Drag("ann", "g", {0}, 5, GesturePhase::kCommit));
   EXPECT_EQ(Moved(0), 5);
   EXPECT_FALSE(history_.gesture_open());
@@ -189,7 +189,7 @@ TEST_F(EditHistoryTest, AGestureCommitsAfter60SecondsOfSilence) {
   EXPECT_FALSE(history_.gesture_open());
   EXPECT_EQ(Moved(0), 1);
 
-  // The hand was still: the drag goes on as the same step, and does not drift.
+  // The editor only paused: the drag continues as the same step, and does not drift.
   ASSERT_OK(Drag("ann", "g", {0}, 2));
   EXPECT_EQ(Moved(0), 2);
   EXPECT_EQ(history_.undo_steps(), 1u);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Knot insertion against formula (1) evaluated before and after, and what it refuses.
+// Knot insertion, compared with formula (1) before and after, and its refusals.
 #include "core/ffd/knot_insertion.h"
 
 #include <cmath>
@@ -55,7 +55,7 @@ TEST(KnotInsertionTest, KeepsTheShapeAtEveryDegreeClampedAndUnclamped) {
   SCOPED_TRACE(kSeed);
   std::mt19937_64 random(kSeed);
   std::uniform_real_distribution<double> unit(0, 1);
-  const Vec3d offset{5000, -7000, 100};  // far from the origin: nothing may depend on it
+  const Vec3d offset{5000, -7000, 100};  // far from the origin: results must not depend on it
   for (int mix = 0; mix < 27; ++mix) {
     const std::array<int, 3> degree{1 + mix % 3, 1 + mix / 3 % 3, 1 + mix / 9};
     for (const bool clamped : {true, false}) {
@@ -83,7 +83,8 @@ TEST(KnotInsertionTest, KeepsTheShapeAtEveryDegreeClampedAndUnclamped) {
           t[a] = begin + unit(random) * (lattice.structure.domain_end(a) - begin);
         }
         const double moved = Norm(Evaluate(refined, t) - Evaluate(lattice, t));
-        // Knot insertion keeps the shape to 1e-12 of the diagonal; far from the origin a coordinate itself has no more than its own last bits.
+        // Knot insertion keeps the shape to 1e-12 of the diagonal, plus the rounding of the
+        // coordinates, which grows far from the origin.
         const double rounding = 4 * std::numeric_limits<double>::epsilon() * Norm(bounds.max);
         ASSERT_LE(moved, 1e-12 * bounds.diagonal() + rounding)
             << "degrees " << degree[0] << degree[1] << degree[2] << " clamped " << clamped;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Cutting by itself: snapping, shared cut points, convex triangulation.
+// Cutting on its own: snapping, shared cut points, convex triangulation.
 #include "core/ffd/knot_split.h"
 
 #include <gtest/gtest.h>
@@ -40,7 +40,7 @@ TEST(KnotSplit, VerticesWithinTheSnapAreOnThePlane) {
 }
 
 TEST(KnotSplit, NeighboursShareCutPointsAcrossSeamsOfIndices) {
-  // Two triangles over a diagonal whose ends are stored twice, as at a UV seam.
+  // Two triangles share a diagonal, whose ends are stored twice, as at a UV seam.
   const PolygonMesh mesh = Triangles({{0.1, 0.1, 0.2},
                                       {0.9, 0.1, 0.2},
                                       {0.8, 0.9, 0.2},
@@ -49,7 +49,7 @@ TEST(KnotSplit, NeighboursShareCutPointsAcrossSeamsOfIndices) {
                                       {0.2, 0.8, 0.2}},
                                      {0, 1, 2, 3, 4, 5});
   ASSERT_OK_AND_ASSIGN(const auto split, SplitAtKnots(mesh, UnitCube(4)));
-  // Euler: V - E + F = 1 for a disc, which no doubled vertex would give.
+  // Euler: V - E + F = 1 for a disc. A doubled vertex would break this.
   std::vector<std::pair<uint32_t, uint32_t>> edges;
   std::vector<uint32_t> vertices;
   for (const SplitPiece& piece : split.pieces) {
@@ -74,7 +74,7 @@ TEST(KnotSplit, DropsTrianglesOfTwoPositions) {
 }
 
 TEST(ConvexTriangulation, AvoidsTrianglesWithoutArea) {
-  // A square with a vertex in the middle of each side: a fan from a corner would make slivers.
+  // A square with a vertex in the middle of each side, where a fan from a corner would make slivers.
   const std::vector<Vec3d> points{{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {2, 1, 0},
                                   {2, 2, 0}, {1, 2, 0}, {0, 2, 0}, {0, 1, 0}};
   double area = 0, worst = 1;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What each edit does to a lattice, and what it refuses with which field path.
+// The effect of each edit on a lattice, and the field path of each refusal.
 #include "core/ffd/lattice_edit.h"
 
 #include <cmath>
@@ -93,7 +93,7 @@ TEST_F(LatticeEditTest, RefusesByField) {
       {ReplaceControlPoints{std::vector<Vec3d>(27, Vec3d{0, 0, kNan})},
        "replace_control_points.control_points[2]", "NOT_FINITE"},
       {TransformControlPoints{{0}, not_finite}, "transform_control_points.matrix", "NOT_FINITE"},
-      // What float32 cannot hold.
+      // Values that float32 cannot hold.
       {SetControlPoints{{0}, {{0, 0, -1.1e18}}}, "set_control_points.positions[2]", "OUT_OF_RANGE"},
       {MoveControlPoints{{3}, {9e17, 0, 0}}, "move_control_points.offset", "OUT_OF_RANGE"},
       {SetControlPoints{{0, 1}, {{}}}, "set_control_points.positions", "INVALID_FIELD"},
@@ -101,7 +101,7 @@ TEST_F(LatticeEditTest, RefusesByField) {
        "INVALID_FIELD"},
       {TransformControlPoints{{0}, projective}, "transform_control_points.matrix", "INVALID_FIELD"},
       {TransformControlPoints{{0}, {}}, "transform_control_points.matrix", "INVALID_FIELD"},
-      // What must stand alone.
+      // Edits that must be alone in their batch.
       {Undo{}, "undo", "INVALID_FIELD"},
       {Redo{}, "redo", "INVALID_FIELD"},
       {InsertKnot{0, 0.5}, "insert_knot", "INVALID_FIELD"},

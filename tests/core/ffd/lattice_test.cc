@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Lattices: what is refused and with which field, fitting, the identity, frames.
+// Lattices: refusals with their fields, fitting, the identity and frames.
 #include "core/ffd/lattice.h"
 
 #include <gmock/gmock.h>

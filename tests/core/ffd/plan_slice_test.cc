@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A slice says of each of its patches what the plan says.
+// A slice has the same data for each of its patches as the plan.
 #include "core/ffd/plan_slice.h"
 
 #include <gtest/gtest.h>

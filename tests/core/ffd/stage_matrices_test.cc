@@ -37,7 +37,7 @@ TEST(StageMatrices, InverseTimesBernsteinIsIdentity) {
 }
 
 TEST(StageMatrices, StackReproducesPolynomialsOfItsDegree) {
-  // f = b1^a b2^(n-a) sampled at the m points must come back at every pattern point, with slopes.
+  // f = b1^a b2^(n-a), sampled at the m points, must come back at every pattern point, with its slopes.
   for (int n = 3; n <= 9; ++n) {
     for (int s : {1, 2, 10, 32}) {
       ASSERT_OK(StageMatrices::Get(n, s));

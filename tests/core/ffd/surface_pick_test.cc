@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Picks against the definition: what is hit is a point of the exact surface on the ray, and no
-// triangle of a fine tessellation comes before it.
+// Picks, compared with the definition: the hit is a point of the exact surface on the ray, and no
+// triangle of a fine tessellation is hit before it.
 #include "core/ffd/surface_pick.h"
 
 #include <cmath>
@@ -19,7 +19,7 @@
 namespace latticed::testing {
 namespace {
 
-constexpr double kOnRay = 1e-9;  // of the diagonal; what SceneService.Pick promises
+constexpr double kOnRay = 1e-9;  // fraction of the diagonal, as SceneService.Pick promises
 
 class Picker {
  public:
@@ -38,7 +38,7 @@ class Picker {
   Vec3d At(size_t patch, std::array<double, 3> b) const {
     return ffd_.EvaluatePosition(patch, b).position;
   }
-  // Where along the ray it is hit; infinity where not.
+  // Returns the ray's parameter at the hit, or infinity if there is none.
   double Pick(const Ray& ray) {
     const auto hit = PickSurface(*plan_, tree_, control_points_, ray);
     EXPECT_OK(hit);
@@ -74,7 +74,7 @@ class Picker {
 
 constexpr int kSegments = 6;
 
-// All points of all patches, once.
+// The points of every patch.
 std::vector<Vec3d> Tessellate(const Picker& picker) {
   const auto& pattern = TessellationPattern::Get(kSegments);
   std::vector<Vec3d> points;
@@ -87,8 +87,8 @@ std::vector<Vec3d> Tessellate(const Picker& picker) {
   return points;
 }
 
-// Along the ray, from a point of the patch on, where the patch itself meets the ray's line well
-// inside; infinity where it does not, or not transversally.
+// Newton's iteration from a point of the patch. Returns the ray's parameter where the ray's line
+// meets the patch, or infinity if it does not meet it well inside and transversally.
 double Refine(const Picker& picker, size_t patch, double s, double t, const Ray& ray) {
   constexpr double kNone = std::numeric_limits<double>::infinity();
   const auto& v = picker.plan().patches[patch].vertex;
@@ -121,7 +121,7 @@ double Refine(const Picker& picker, size_t patch, double s, double t, const Ray&
   return inside && along > 0 ? along : kNone;
 }
 
-// The first of the roots that Newton's iteration finds from each triangle that the ray meets, or
+// The first root that Newton's iteration finds, started from each triangle that the ray meets or
 // passes near.
 double FirstRoot(const Picker& picker, const std::vector<Vec3d>& points, const Ray& ray) {
   constexpr double kNear = 0.2;  // in barycentrics
@@ -196,7 +196,7 @@ TEST(SurfacePick, FindsTheFirstRootOfRandomRays) {
   EXPECT_GT(misses, 100u);
 }
 
-// A ray from outside through a point of the surface, which it must not pass.
+// A ray from outside through a point of the surface must hit at that point or before.
 void ExpectNotPassed(Picker& picker, size_t patch, std::array<double, 3> b, Vec3d direction,
                      double slack) {
   const double away = 1.5 * picker.bounds().diagonal();
@@ -231,7 +231,7 @@ TEST(SurfacePick, RaysThatOnlyTouchOrCutAtASmallAngle) {
       const Vec3d normal = picker.ffd().Evaluate(patch, b, DirectFfd::Normal::kFacet).normal;
       const Vec3d tangent = Unit(Cross(normal, rays.Direction()));
       const double angle = i % 2 == 0 ? 0 : std::pow(10, -1 - 6 * rays.Unit());
-      // Where a curve of radius r leaves its tangent by kTouch: sqrt(2 r kTouch) from the point.
+      // A curve of radius r is kTouch away from its tangent at sqrt(2 r kTouch) from the point.
       ExpectNotPassed(picker, patch, b, Unit(tangent + angle * normal), 1e-4);
     }
   }

@@ -16,7 +16,7 @@ namespace {
 TEST(TessellationPattern, TwoSegmentsByHand) {
   const TessellationPattern& p = TessellationPattern::Get(2);
 
-  // Row 0 forth, row 1 back, row 2 is corner 2.
+  // Row 0 runs forward, row 1 backward, and row 2 is corner 2.
   const std::vector<std::array<uint8_t, 3>> points{{2, 0, 0}, {1, 1, 0}, {0, 2, 0},
                                                    {0, 1, 1}, {1, 0, 1}, {0, 0, 2}};
   const std::vector<std::array<uint16_t, 3>> triangles{{0, 1, 4}, {1, 3, 4}, {1, 2, 3}, {4, 3, 5}};
@@ -37,7 +37,7 @@ TEST(TessellationPattern, EveryCountIsAFullTriangulation) {
     std::set<std::array<uint8_t, 3>> distinct(p.points.begin(), p.points.end());
     EXPECT_EQ(distinct.size(), p.points.size());
     for (const auto& point : p.points) EXPECT_EQ(point[0] + point[1] + point[2], s);
-    // Every directed edge once, and boundary edges only on the rim: a manifold in one winding.
+    // Every directed edge occurs once, and only the rim is boundary: a manifold with one winding.
     std::map<std::pair<int, int>, int> directed;
     for (const auto& t : p.triangles) {
       const auto& a = p.points[t[0]];

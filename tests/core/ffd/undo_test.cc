@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Undo, redo and the memory of an edit history.
+// Undo, redo and the memory use of an edit history.
 #include <chrono>
 #include <random>
 
@@ -38,7 +38,7 @@ TEST_F(EditHistoryTest, UndoAndRedoWalkTheStepsOfOneEditor) {
 TEST_F(EditHistoryTest, ANewEditClearsTheCallersRedo) {
   ASSERT_OK(Do("ann", Move({0}, 1)));
   ASSERT_OK(Do("ann", Undo{}));
-  ASSERT_OK(Do("bob", Move({5}, 1)));  // of another editor, elsewhere: no reason to forget
+  ASSERT_OK(Do("bob", Move({5}, 1)));  // another editor, other points: keeps ann's redo
   ASSERT_OK(Do("ann", Redo{}));
   ASSERT_OK(Do("ann", Undo{}));
   ASSERT_OK(Do("ann", Move({3}, 1)));
@@ -110,7 +110,7 @@ TEST_F(EditHistoryTest, InsertedKnotsComeAndGo) {
   ASSERT_OK(Do("ann", Redo{}));
   EXPECT_EQ(history_.lattice().structure, after.structure);
   EXPECT_EQ(history_.lattice().control_points, after.control_points);
-  ASSERT_OK(Do("ann", Redo{}));  // the move of point 79, whose index means the same again
+  ASSERT_OK(Do("ann", Redo{}));  // the move of point 79: its index is valid again
   EXPECT_EQ(history_.structure_id(), 4u);
 }
 
@@ -168,7 +168,7 @@ TEST(EditHistoryMemoryTest, Keeps64MiB) {
   bounds.Extend(Vec3d{0, 0, 0});
   bounds.Extend(Vec3d{1, 1, 1});
   EditHistory history(*FitLattice(bounds, {32, 32, 32}, {2, 2, 2}, 0));
-  // 32,768 points of 28 bytes: 73 steps fill the history.
+  // 32,768 points of 28 bytes: 73 steps fill 64 MiB.
   for (uint64_t n = 1; n <= 100; ++n) {
     const EditBatch batch{.editor_id = "ann",
                           .sequence = n,
@@ -214,7 +214,8 @@ TEST_F(EditHistoryTest, ForgetsTheEditorSilentLongestButNeverTheLast) {
   EXPECT_EQ(history_.last_sequence("cat"), 1u);
 }
 
-// What is added and taken away as steps come, change and go is what there is in the end.
+// Memory is counted by additions and removals, as steps come, change and go. In the end the count
+// must be exact.
 TEST_F(EditHistoryTest, CountsItsMemoryHoweverStepsComeAndGo) {
   ASSERT_OK(Do("ann", Move({0}, 1)));
   ASSERT_OK(Do("bob", Move({9}, 1)));
@@ -248,7 +249,7 @@ TEST_F(EditHistoryTest, CountsItsMemoryHoweverStepsComeAndGo) {
   EXPECT_EQ(history_.MemoryBytes(), nothing);
 }
 
-// Two editors at random; undoing the scene to the end must lead back to the start, bit for bit.
+// Two editors edit at random. Undoing the whole scene must restore the start, bit for bit.
 TEST_F(EditHistoryTest, UndoingAllOfARandomSessionRestoresTheStart) {
   constexpr uint64_t kSeed = 42;
   SCOPED_TRACE(kSeed);

@@ -34,8 +34,8 @@ std::string Floats(const std::vector<float>& values) {
   return bytes;
 }
 
-// One node with one triangle (0,0,0) (1,0,0) (0,1,0), normals z, indices in ushort; a test changes
-// what it is about.
+// One node with one triangle (0,0,0) (1,0,0) (0,1,0), normals along z, indices in ushort. Each test
+// changes the part that it tests.
 struct Triangle {
   json document = json::parse(R"({
     "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
@@ -53,7 +53,7 @@ struct Triangle {
   absl::StatusOr<PolygonMesh> Read() const { return ReadGlb(Glb(document.dump(), binary)); }
 };
 
-// Without indices.
+// The same with six points and without indices.
 Triangle SixPoints(const std::vector<float>& coordinates) {
   Triangle file;
   file.binary = Floats(coordinates);
@@ -111,7 +111,7 @@ TEST(GlbReaderTest, ListsStripsFansAndNoIndices) {
   ASSERT_OK_AND_ASSIGN(const auto strip, file.Read());
   EXPECT_EQ(strip.face_count(), 4u);
   const auto corners = testing::CornerPositions(strip);
-  for (size_t c = 0; c < corners.size(); c += 3) {  // all look the same way
+  for (size_t c = 0; c < corners.size(); c += 3) {  // all have the same orientation
     EXPECT_EQ(Cross(corners[c + 1] - corners[c], corners[c + 2] - corners[c]), (Vec3d{0, 0, 1}));
   }
   file.primitive()["mode"] = 6;
@@ -337,7 +337,7 @@ TEST(GlbWriterTest, FarAwayMeshesKeepTheirPrecision) {
   ASSERT_OK_AND_ASSIGN(const auto bytes, WriteGlb(mesh));
   ASSERT_OK_AND_ASSIGN(const auto read, ReadGlb(bytes));
   EXPECT_EQ(testing::CornerPositions(read),
-            testing::CornerPositions(mesh));  // floats step by 64 there
+            testing::CornerPositions(mesh));  // float32 has steps of 64 there
 }
 
 TEST(GlbWriterTest, IsValidGltf) {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Small meshes and file builders that the tests of the formats share.
+// Small meshes and file builders for the tests of the formats.
 #ifndef LATTICED_TESTS_CORE_MESH_MESH_FIXTURES_H_
 #define LATTICED_TESTS_CORE_MESH_MESH_FIXTURES_H_
 
@@ -18,7 +18,7 @@
 
 namespace latticed::testing {
 
-// A refusal as every reader makes it: code, reason, and a message that holds `message`.
+// A reader's refusal: code, reason, and a message that contains `message`.
 MATCHER_P(IsMalformed, message,
           "is INVALID_ARGUMENT, MALFORMED_FILE, with a message that holds '" +
               std::string(message) + "'") {
@@ -29,7 +29,7 @@ MATCHER_P(IsMalformed, message,
          status.message().find(message) != std::string::npos;
 }
 
-// Number as raw bytes, little or big endian.
+// The number as raw bytes, little or big endian.
 template <typename T>
 std::string Raw(T value, bool big_endian = false) {
   std::string bytes(reinterpret_cast<const char*>(&value), sizeof(T));
@@ -37,7 +37,7 @@ std::string Raw(T value, bool big_endian = false) {
   return bytes;
 }
 
-// Two triangles of a unit square with normals, uvs and a group each; all numbers exact as floats.
+// A unit square of two triangles with normals, uvs and one group each. All numbers are exact as floats.
 inline TriangleMesh SquareOfTwoGroups(Vec3d origin = {}) {
   TriangleMesh mesh;
   mesh.positions = {origin, origin + Vec3d{1, 0, 0}, origin + Vec3d{1, 1, 0.5},
@@ -50,7 +50,7 @@ inline TriangleMesh SquareOfTwoGroups(Vec3d origin = {}) {
   return mesh;
 }
 
-// What a corner-wise comparison needs of a mesh, whatever the order of its vertices.
+// The data per corner, which does not depend on the order of vertices.
 inline std::vector<Vec3d> CornerPositions(const PolygonMesh& mesh) {
   std::vector<Vec3d> positions;
   for (uint32_t v : mesh.corner_vertices) positions.push_back(mesh.positions[v]);

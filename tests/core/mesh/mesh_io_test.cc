@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The dispatch by format, and whole meshes (the samples, and real models where present) through
-// every format and back.
+// The dispatch by format, and whole meshes (samples, and real models if present), written to and
+// read from every format.
 #include "core/mesh/mesh_io.h"
 
 #include <map>
@@ -40,7 +40,7 @@ TriangleMesh Triangulated(const PolygonMesh& mesh) {
   return result;
 }
 
-// Every corner comes back in its place, to float precision.
+// Every corner must come back in its place, to float precision.
 void ExpectSurvivesEveryFormat(const PolygonMesh& mesh) {
   const TriangleMesh triangles = Triangulated(mesh);
   const std::vector<Vec3d> wanted = testing::CornerPositions(triangles);
@@ -125,7 +125,7 @@ TEST(MeshIoTest, RealModelsAreReadWholeAndSurviveEveryFormat) {
 TEST(MeshIoTest, GlbTurnsEveryUpAxisToYAndScalesToMetres) {
   const struct {
     const char* up;
-    Vec3d x, y, z;  // images of the axes of half a metre each
+    Vec3d x, y, z;  // images of the axes, scaled by half a metre per unit
   } cases[] = {{"x", {0, 0.5, 0}, {-0.5, 0, 0}, {0, 0, 0.5}},
                {"y", {0.5, 0, 0}, {0, 0.5, 0}, {0, 0, 0.5}},
                {"z", {0.5, 0, 0}, {0, 0, -0.5}, {0, 0.5, 0}},

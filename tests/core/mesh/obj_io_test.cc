@@ -73,7 +73,7 @@ TEST(ObjReaderTest, NumbersInEveryNotation) {
   ASSERT_OK_AND_ASSIGN(const auto mesh,
                        ReadObj("v 1e-3 -2.5E+2 +.5\nv 1. 0 0 1.0\nv 0 1 0 0.1 0.2 0.3\nf 1 2 3\n"));
   EXPECT_EQ(mesh.positions[0], (Vec3d{1e-3, -250, 0.5}));
-  EXPECT_EQ(mesh.positions[2], (Vec3d{0, 1, 0}));  // colours are no coordinates
+  EXPECT_EQ(mesh.positions[2], (Vec3d{0, 1, 0}));  // colours are not coordinates
 }
 
 TEST(ObjReaderTest, GroupsAreMaterialsElseGroupsElseObjects) {

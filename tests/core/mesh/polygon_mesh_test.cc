@@ -32,7 +32,7 @@ TEST(PolygonMeshTest, AValidMeshPasses) { EXPECT_OK(Validate(Quad())); }
 
 TEST(PolygonMeshTest, BoundsHoldAllVerticesOfFaces) {
   PolygonMesh mesh = Quad();
-  mesh.positions.push_back({100, 100, 100});  // of no face
+  mesh.positions.push_back({100, 100, 100});  // on no face
   const Bounds bounds = mesh.ComputeBounds();
   EXPECT_EQ(bounds.min, (Vec3d{0, 0, -3}));
   EXPECT_EQ(bounds.max, (Vec3d{2, 1, 0}));
@@ -46,7 +46,7 @@ TEST(PolygonMeshTest, MemoryGrowsWithTheMesh) {
   EXPECT_GE(mesh.MemoryBytes(), before + 996 * sizeof(Vec3d));
 }
 
-// A valid mesh with one thing broken, and what the refusal says.
+// A valid mesh with one fault, and the message of its refusal.
 struct Broken {
   void (*change)(PolygonMesh*);
   const char* message;

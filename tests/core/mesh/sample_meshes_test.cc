@@ -18,7 +18,7 @@ using ::latticed::testing::FacePositions;
 using ::latticed::testing::StatusIs;
 using ::testing::HasSubstr;
 
-// Edges by how often they are used in their direction less the other way round; zeros left out.
+// For each directed edge, its uses minus those of the opposite edge. Only positive counts are kept.
 std::map<std::pair<uint32_t, uint32_t>, int> BoundaryEdges(const PolygonMesh& mesh) {
   std::map<std::pair<uint32_t, uint32_t>, int> uses;
   for (size_t f = 0; f < mesh.face_count(); ++f) {
@@ -34,7 +34,7 @@ std::map<std::pair<uint32_t, uint32_t>, int> BoundaryEdges(const PolygonMesh& me
   return uses;
 }
 
-// By the divergence theorem; positive for a closed mesh whose faces look outward.
+// By the divergence theorem. Positive for a closed mesh whose faces are oriented outward.
 double Volume(const PolygonMesh& mesh) {
   double volume = 0;
   for (size_t f = 0; f < mesh.face_count(); ++f) {
@@ -80,7 +80,7 @@ TEST(SampleMeshesTest, KnotHasQuadsUvsAndNormals) {
   EXPECT_EQ(mesh.corner_count(), 4 * mesh.face_count());
   EXPECT_EQ(mesh.uvs.size(), 241u * 25);
   EXPECT_EQ(mesh.normals.size(), mesh.positions.size());
-  for (size_t f = 0; f < mesh.face_count(); f += 97) {  // the normal looks where the face does
+  for (size_t f = 0; f < mesh.face_count(); f += 97) {  // normals and faces are oriented alike
     const Vec3d n = NewellNormal(FacePositions(mesh, f));
     const uint32_t corner = mesh.face_offsets[f];
     ASSERT_GT(Dot(n, ToDouble(mesh.normals[mesh.corner_normals[corner]])), 0.8 * Norm(n));

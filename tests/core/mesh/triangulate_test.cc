@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A triangulation is right when every triangle has the polygon's winding and the areas add up to
-// the polygon's: triangles that left it or overlapped would add up to more.
+// A triangulation is right if every triangle has the polygon's winding and the areas add up to the
+// polygon's area. Triangles that leave the polygon or overlap would add up to more.
 #include "core/mesh/triangulate.h"
 
 #include <gtest/gtest.h>
@@ -23,7 +23,7 @@ Triangles Triangulate(const std::vector<Vec3d>& polygon) {
   return triangles;
 }
 
-// Every polygon edge is used once in its direction, every diagonal once in each.
+// Every edge of the polygon is used once, in its direction, and every diagonal once in each direction.
 void ExpectCoversEveryEdge(size_t corners, const Triangles& triangles) {
   std::vector<std::pair<uint32_t, uint32_t>> edges;
   for (const auto& t : triangles) {
@@ -40,7 +40,7 @@ void ExpectCoversEveryEdge(size_t corners, const Triangles& triangles) {
   EXPECT_EQ(unpaired, corners);
 }
 
-// For polygons in one plane.
+// Only for plane polygons.
 void ExpectDivides(const std::vector<Vec3d>& polygon, double tolerance = 1e-12) {
   const Triangles triangles = Triangulate(polygon);
 
@@ -70,7 +70,7 @@ std::vector<Vec3d> Reversed(std::vector<Vec3d> polygon) {
   return polygon;
 }
 
-// From every start, in both windings, flat and tilted.
+// Starting at every corner, in both windings, flat and tilted.
 void ExpectDividesFromEveryStart(std::vector<Vec3d> polygon) {
   for (size_t start = 0; start < polygon.size(); ++start) {
     ExpectDivides(polygon);
@@ -93,7 +93,7 @@ TEST(TriangulateTest, QuadTakesTheShorterDiagonalThatDividesIt) {
             (Triangles{{0, 1, 3}, {1, 2, 3}}));
   EXPECT_EQ(Triangulate({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}),
             (Triangles{{0, 1, 2}, {0, 2, 3}}));
-  // An arrowhead: only the reflex corner's diagonal.
+  // An arrowhead, which only the diagonal from its reflex corner divides.
   ExpectDividesFromEveryStart({{0, 0, 0}, {4, 1, 0}, {0, 2, 0}, {1, 1, 0}});
 }
 
@@ -139,13 +139,13 @@ TEST(TriangulateTest, PointsOnStraightEdgesMakeNoOverlap) {
                                      {3, 3, 0}, {2, 3, 0}, {0, 3, 0}, {0, 2, 0}, {0, 1, 0}};
   ExpectDivides(square);
   ExpectDivides(Tilted(square));
-  for (const auto& t : Triangulate(square)) {  // and none is wasted: every triangle has an area
+  for (const auto& t : Triangulate(square)) {  // every triangle has an area
     EXPECT_GT(Norm(Cross(square[t[1]] - square[t[0]], square[t[2]] - square[t[0]])), 0.5);
   }
 }
 
 TEST(TriangulateTest, HoleBridgedByADoubledEdge) {
-  // An outer square, a bridge from (0,0) to (1,1), the hole clockwise, the bridge back.
+  // An outer square, a bridge from (0,0) to (1,1), the hole clockwise, and the bridge back.
   const std::vector<Vec3d> keyhole = {{0, 0, 0}, {3, 0, 0}, {3, 3, 0}, {0, 3, 0}, {0, 0, 0},
                                       {1, 1, 0}, {1, 2, 0}, {2, 2, 0}, {2, 1, 0}, {1, 1, 0}};
   ExpectDividesFromEveryStart(keyhole);

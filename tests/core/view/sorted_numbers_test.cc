@@ -11,7 +11,7 @@
 namespace latticed {
 namespace {
 
-// Longer than a few vectors of the widest unit.
+// Longer than a few vectors of the widest instruction set.
 constexpr size_t kCount = 100;
 
 TEST(SortedNumbers, OneThatDoesNotRiseIsSeenAtEveryPlace) {

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// How a view hands out what is to be encoded. That its bytes are those of one device:
-// tests/backend/spanned_test.cc.
+// How a view divides Encode among its parts. tests/backend/spanned_test.cc shows that the bytes are
+// those of one device.
 #include "core/view/spanned_view.h"
 
 #include <gtest/gtest.h>
@@ -23,7 +23,7 @@ namespace {
 
 using Chunks = std::vector<uint32_t>;
 
-// Parts that have come to Encode; each waits there for `wanted` of them, or a minute.
+// Counts the parts that have called Encode. Each waits there for `wanted` parts, for a minute at most.
 struct Meeting {
   std::atomic<int> came = 0;
   int wanted = 1;
@@ -35,7 +35,7 @@ struct Meeting {
   }
 };
 
-// Encodes a chunk of its own numbering as that number plus `name`.
+// Encodes each chunk, in the part's own numbers, as that number plus `name`.
 class PartView : public DeformView {
  public:
   PartView(Meeting& meeting, uint8_t name) : meeting_(meeting), name_(name) {}
@@ -70,7 +70,7 @@ class PartView : public DeformView {
 
 class SpannedViewTest : public ::testing::Test {
  protected:
-  // Ten chunks and more: 0 to 5 are the first part's.
+  // At least twelve chunks. The first part has chunks 0 to 5.
   void SetUp() override {
     PolygonMesh mesh = TorusMesh(24, 20);
     const LatticeStructure structure = MakeStructure(mesh.ComputeBounds(), {});

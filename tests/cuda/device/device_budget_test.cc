@@ -50,7 +50,8 @@ TEST(DeviceBudget, RefusesAllOfWhatDoesNotFitAndNamesAllOfIt) {
               StatusIs(absl::StatusCode::kResourceExhausted));
 }
 
-// Two that need two blocks each, and room for one of them: one has both, never each of them one.
+// Each thread reserves two blocks, and memory suffices for one thread at a time: it gets both
+// blocks or none.
 TEST(DeviceBudget, ThreadsThatReserveAtOnceNeverHaveMoreThanThereIs) {
   constexpr int kThreads = 4, kRounds = 2'000;
   constexpr uint64_t kBlock = 30;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the fused kernel knows of a plan in 24 bytes a patch, against the plan. Needs no device.
+// Compares the fused kernel's 24 bytes per patch with the plan. Needs no device.
 #include "cuda/plan/pack_patches.h"
 
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@
 namespace latticed::testing {
 namespace {
 
-// Partly outside, on knot planes (the cube's faces), with boxes in every direction.
+// Partly outside, on knot planes (the cube's faces), and with boxes in every direction.
 std::vector<Plan> Plans() {
   std::vector<Plan> plans;
   for (PolygonMesh& mesh : std::vector<PolygonMesh>{TorusMesh(16, 9), CubeMesh(4)}) {
@@ -81,8 +81,8 @@ TEST(PackPatches, OwnersAreThoseOfThePlan) {
   EXPECT_GT(seams, 20u);
 }
 
-// Every use of a corner or edge names the first one, its direction included; on either side of a seam
-// there is another.
+// Every use of a corner or an edge names the first use, with its direction. The two sides of a seam
+// are counted apart.
 TEST(FeatureUses, NumberTheDistinctCornersAndEdgesOfAChunk) {
   for (const Plan& plan : Plans()) {
     ASSERT_NE(plan, nullptr);

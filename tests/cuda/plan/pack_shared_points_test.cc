@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The packed table of shared points against core/ffd/shared_points.h. Needs no device.
+// Compares the packed table of shared points with core/ffd/shared_points.h. Needs no device.
 #include "cuda/plan/pack_shared_points.h"
 
 #include <gtest/gtest.h>
@@ -37,7 +37,7 @@ std::set<Copy> Expected(const DeformPlan& plan) {
   return copies;
 }
 
-// As the kernel reads them.
+// Reads the copies as the kernel does.
 std::set<Copy> Unpacked(const DeformPlan& plan, const PackedSharedPoints& packed) {
   std::set<Copy> copies;
   for (uint32_t p = 0; p < plan.patches.size(); ++p) {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Needs no device.
+// Packing a direction keeps it to 2^-29 rad. Needs no device.
 #include "cuda/plan/packed_direction.h"
 
 #include <gtest/gtest.h>

@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Usage: draco3d_write_streams FOLDER. Streams of our writer, and beside each what it must hold, for
-// another decoder to compare (compare_streams.mjs):
+// Usage: draco3d_write_streams FOLDER. Writes streams of our writer, and beside each the integers
+// that it must hold, for another decoder to compare (compare_streams.mjs):
 //
-//   N.drc    the stream, written alone or in a group, as a server does; a third are meshes
+//   N.drc    the stream, written alone or in a group, as a server does; about a third are meshes
 //   N.bin    little-endian uint32: position values of all points, x y z each; then s t of normals
 #include <array>
 #include <cstdio>
@@ -48,7 +48,7 @@ bool WriteStream(const std::string& folder, unsigned number, const Chunk& chunk)
   return stream.ok() && WriteFiles(folder, number, chunk, *stream);
 }
 
-// As many chunks as the writer takes at a time, of every kind of data by turns, numbered from
+// Writes one full batch of the writer's chunks, with all kinds of data in turn, numbered from
 // `number` on.
 bool WriteGroup(const std::string& folder, size_t points, int position_bits, int normal_bits,
                 bool meshes, unsigned& number) {
@@ -69,7 +69,7 @@ bool WriteGroup(const std::string& folder, size_t points, int position_bits, int
   return true;
 }
 
-// Every kind of data in a chunk of its own, numbered from `number` on.
+// Writes every kind of data in its own chunk, numbered from `number` on.
 bool WriteAllData(const std::string& folder, size_t points, int position_bits, int normal_bits,
                   unsigned& number) {
   for (const Data data : kAllData) {
@@ -79,9 +79,9 @@ bool WriteAllData(const std::string& folder, size_t points, int position_bits, i
   return true;
 }
 
-// Every pair of bits in the points of a patch, alone and in groups; chunks of a point and of the
-// usual size; 4,096 patches of one segment, 32 of 32, and as many points as a chunk may have; groups
-// of the usual size.
+// Every pair of bits for the points of one patch, alone and in groups. Chunks of one point, of the
+// usual size, of 4,096 patches of 1 segment, of 32 patches of 32 segments, and of the largest
+// number of points. Groups of the usual size.
 bool WriteStreams(const std::string& folder) {
   unsigned number = 0;
   for (int position_bits = 8; position_bits <= 16; ++position_bits) {
