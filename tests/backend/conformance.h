@@ -60,7 +60,7 @@ using Plan = std::shared_ptr<const DeformPlan>;
 [[nodiscard]] std::vector<ViewPoint> Decode(const DeformPlan& plan, const ViewSpec& spec,
                                             const QuantisationBox& box,
                                             const std::vector<std::vector<uint8_t>>& chunks);
-// Counts the patches at a vertex or an edge whose position there differs from the first patch's.
+// Counts the points at vertices and edges where a patch's position differs from the first patch's.
 [[nodiscard]] size_t CountCracks(const DeformPlan& plan, std::span<const Vec3d> control_points,
                                  int segments, std::span<const ViewPoint> points);
 

@@ -2,7 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Scenes come and go: two thousand times a plan is prepared, viewed, evaluated, edited, encoded and
-// dropped. Afterwards device and host have as much free memory as at the start. Takes some seconds.
+// dropped. In the end device and host must use the memory that they used after the warm-up, within
+// the limits below. Takes some seconds.
 #include <cuda_runtime_api.h>
 #include <gtest/gtest.h>
 #include <unistd.h>

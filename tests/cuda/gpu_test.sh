@@ -39,7 +39,7 @@ run_alone() {  # NAME COMMAND…
 END
   rm -f "$log"
 }
-run() {  # NAME COMMAND…, as soon as there is room beside the others
+run() {  # NAME COMMAND…: waits until fewer than at_once programs run
   while (($(jobs -rp | wc -l) >= at_once)); do wait -n || true; done
   run_alone "$@" &
 }

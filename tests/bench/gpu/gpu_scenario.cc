@@ -23,7 +23,7 @@ constexpr std::array kPaperModels{PaperModel{"bird", 17'119}, PaperModel{"amphor
 constexpr size_t kMostExact = 1'000'000;
 // Larger plans take seconds, so the reason for the wait is printed.
 constexpr size_t kManyPatches = 500'000;
-// About the number of patches of which a view's points are compared.
+// Verify compares about this number of a view's patches.
 constexpr size_t kVerifiedSurfaces = 2'000;
 
 // Made on the first call and kept.

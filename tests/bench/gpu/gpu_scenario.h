@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The scenarios of GPU benchmarks: as many patches as the paper's models have, or a given number
-// (exact_mesh.h), and views of them that are verified before they are timed.
+// The scenarios of GPU benchmarks: the patch counts of the paper's models, or a given count
+// (exact_mesh.h). Their views are verified before they are timed.
 #ifndef LATTICED_TESTS_BENCH_GPU_GPU_SCENARIO_H_
 #define LATTICED_TESTS_BENCH_GPU_GPU_SCENARIO_H_
 

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // latticed_bench paper: measures on this machine what the tables of Cui & Feng 2014 (doi
-// 10.1007/s11766-014-3239-6) compare, on as many patches as their models have (exact_mesh.h). Known
-// figures of the paper stand beside. The others are "not known"; none is estimated.
+// 10.1007/s11766-014-3239-6) compare, with the patch counts of their models (exact_mesh.h). Figures
+// of the paper that are known here are shown too. The others are "not known"; none is estimated.
 //
 //   products    trivial form, (18) and (21)-(23), against the optimal form, (24) and (25)
 //   devices     the trivial, optimal and fused forms on the CPU and on the GPU

@@ -234,7 +234,8 @@ TEST(DeformPlan, StopsWhereverItIsToldTo) {
   };
   ASSERT_OK(MakePlan(mesh, structure, go_on));
   const size_t most = asked;
-  // Splitting steps over vertices and faces. Then there are faces, patches and edges, some of them twice.
+  // The poll counts vertices and faces while splitting, then faces, patches and edges, some of them
+  // twice.
   ASSERT_GE(most * StopPoll::kStepsPerCheck, 10 * mesh->face_count());
 
   for (size_t nth = 1; nth <= most; ++nth) {

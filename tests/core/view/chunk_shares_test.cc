@@ -24,7 +24,7 @@ TEST(ChunkShares, AreNoneWhereThereAreFewerChunksThanDevices) {
   EXPECT_EQ(ShareChunks(1, 10, Free{100, 100, 100}), (Shares{0, 0, 1, 1}));
 }
 
-// No device has enough room. The device that is asked refuses, and says how much is free.
+// No device has enough memory. The device that is asked refuses, and says how much is free.
 TEST(ChunkShares, AreEqualWhereNobodyHasRoom) {
   EXPECT_EQ(ShareChunks(4, 10, Free{0, 0}), (Shares{0, 2, 4}));
 }

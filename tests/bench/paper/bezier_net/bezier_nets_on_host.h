@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Runs the steps of bezier_net.h on the host in order, for tests without a device. Returns what the
-// kernel would.
+// Runs the steps of bezier_net.h on the host in order, for tests without a device. Returns the nets
+// as the kernel makes them.
 #ifndef LATTICED_TESTS_BENCH_PAPER_BEZIER_NET_BEZIER_NETS_ON_HOST_H_
 #define LATTICED_TESTS_BENCH_PAPER_BEZIER_NET_BEZIER_NETS_ON_HOST_H_
 

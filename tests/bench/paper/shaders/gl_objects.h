@@ -4,7 +4,7 @@
 // OpenGL objects, each with one owner.
 //
 // Errors   kResourceExhausted, kInternal
-// Threads  that of the context
+// Threads  only the context's thread
 #ifndef LATTICED_TESTS_BENCH_PAPER_SHADERS_GL_OBJECTS_H_
 #define LATTICED_TESTS_BENCH_PAPER_SHADERS_GL_OBJECTS_H_
 

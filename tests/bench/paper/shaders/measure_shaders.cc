@@ -15,7 +15,7 @@
 namespace latticed::bench {
 namespace {
 
-// Vertices are compared in as many places as Verify compares chunks, a chunk's number of patches each.
+// The number of places whose vertices are compared, each with the patches of one chunk, as in Verify.
 constexpr size_t kVerifiedPlaces = 64;
 
 // Made on the first call.

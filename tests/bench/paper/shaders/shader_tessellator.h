@@ -18,7 +18,7 @@
 // shaders and gives vertices in the same order.
 //
 // Errors   kInternal, kResourceExhausted; kInvalidArgument if a net has too many vertices
-// Threads  that of the context
+// Threads  only the context's thread
 #ifndef LATTICED_TESTS_BENCH_PAPER_SHADERS_SHADER_TESSELLATOR_H_
 #define LATTICED_TESTS_BENCH_PAPER_SHADERS_SHADER_TESSELLATOR_H_
 

@@ -6,7 +6,7 @@
 //
 //   X(s, t) = R(corner + s along + t across), degree n x n over (s, t) in [0, 1]², n = nu + nv + nw
 //   control points  C = inv(S) R inv(T)',  R the (n+1)² samples at (i/n, j/n), S = T Bernstein
-//   trimmed to the polygon, tessellated over the rest of a uniform grid (trimmed_grid.h)
+//   trimmed to the polygon; tessellated over the part of a uniform grid in it (trimmed_grid.h)
 //
 // There is one surface per polygon that a knot box leaves of a source triangle (sub_polygons.h). It
 // spans the smallest rectangle in the polygon's plane (parameter_rectangle.h), with kTensorSegments
@@ -26,7 +26,7 @@
 //   control points  ControlSample | ControlRelative | ControlHalf | ControlWhole
 //   tessellation    LoadControl | CollapseLine | TessellationPoint      ( | : all indices are done)
 //
-// A line is a value of t: that of a grid row, or that of a point between two rows. On each line a
+// A line is a value of t, either of a grid row or of a point between two rows. On each line a
 // surface collapses to a curve in s, which passes through the line's points.
 //
 // Layout   control: surface, component, row of s, column of t. Samples are relative to the middle
