@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Services of a test's own making on a free port of the loopback, which misbehave as it wants.
+// Serves a test's own services, which may misbehave, on a free loopback port.
 #ifndef LATTICED_TESTS_CLIENT_FAKE_SERVER_H_
 #define LATTICED_TESTS_CLIENT_FAKE_SERVER_H_
 
@@ -15,7 +15,7 @@ namespace latticed::client {
 
 class FakeServer {
  public:
-  // The services must outlive it.
+  // The services must outlive the server.
   explicit FakeServer(std::initializer_list<grpc::Service*> services) {
     grpc::ServerBuilder builder;
     builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port_);

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// latticectl apply with the server in its own process: the identity lattice reproduces the mesh, in
-// every format, encoding and pipeline, and a moved lattice moves it as the definition says.
+// latticectl apply with the server in its own process. The identity lattice reproduces the mesh in every
+// format, encoding and pipeline. An affine map of the lattice maps the mesh in the same way.
 #include <algorithm>
 #include <cmath>
 
@@ -54,7 +54,7 @@ class LatticectlApply : public LatticectlTest {
     return mesh.ok() ? *std::move(mesh) : PolygonMesh{};
   }
 
-  // All points on the unit cube, area 6.
+  // Expects all points on the surface of the unit cube, and an area of 6.
   static void ExpectCube(const PolygonMesh& mesh, double tolerance) {
     ASSERT_GT(mesh.face_count(), 100u);
     double worst = 0;
@@ -70,9 +70,9 @@ class LatticectlApply : public LatticectlTest {
   }
 };
 
-// 1e-6 of the diagonal for any pipeline.
+// Any pipeline's error is at most 1e-6 of the cube's diagonal, which is below 3.
 constexpr double kFloatTolerance = 1e-6 * 3;
-// Half a step of 12 bits in a box of range 2 or 4, in three coordinates.
+// 12 bits over a range of 2 or 4. Half a step in each of three coordinates is less than one step.
 constexpr double kQuantisedTolerance = 4.0 / 4095;
 
 TEST_F(LatticectlApply, IdentityReproducesTheMeshInEveryFormatAndEncoding) {
@@ -107,7 +107,7 @@ TEST_F(LatticectlApply, ViewFlagsReachTheServerAndUvsComeFromTheFile) {
 
 TEST_F(LatticectlApply, AMovedLatticeMovesTheMeshAndKeepsTheVertexOrder) {
   const PolygonMesh rest = Apply("rest.ply");
-  // An affine map of all control points is the same map of the surface.
+  // An affine map of all control points maps the surface in the same way.
   auto lattice = ReadLattice(Path("L.json"));
   ASSERT_OK(lattice);
   for (int i = 0; i + 2 < lattice->control_points_size(); i += 3) {

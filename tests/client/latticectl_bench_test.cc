@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The load generator as a user meets it, against a server in this process. The tests look at its counts,
-// not at how long anything takes.
+// The load generator's command against a server in this process. The tests check counts, not durations.
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -20,7 +19,7 @@ using ::testing::HasSubstr;
 
 class LatticectlBench : public LatticectlServer {
  protected:
-  // A bench of a small vase.
+  // The arguments of a bench of a small vase.
   std::vector<std::string> Vase(std::vector<std::string> flags) const {
     flags.insert(flags.begin(), {"bench", Path("vase.obj"), "--segments", "2"});
     return flags;
@@ -36,7 +35,7 @@ TEST_F(LatticectlBench, ClosedLoopOfScenesEditorsAndWatchersCountsEveryEdit) {
   EXPECT_EQ(result["edits"], 2 * 2 * 5);
   EXPECT_EQ(result["editors"]["streams"], 2 * 2);
   EXPECT_EQ(result["watchers"]["streams"], 2 * 3);
-  // Every edit of a scene on every stream of it.
+  // Every stream shows all 10 edits of its scene.
   for (const char* latency : {"firstChunk", "updateEnd"}) {
     EXPECT_EQ(result["editors"][latency]["count"], 2 * 2 * 10) << latency;
     EXPECT_EQ(result["watchers"][latency]["count"], 2 * 3 * 10) << latency;
@@ -71,8 +70,8 @@ TEST_F(LatticectlBench, OpenLoopSendsEveryEdit) {
   EXPECT_EQ(result["editsReplaced"], 0);
   EXPECT_EQ(result["server"]["apply"]["count"], 40);
   EXPECT_EQ(result["editors"]["updateEnd"]["count"], 2 * 40);
-  EXPECT_EQ(result["editors"]["decoded"]["count"], 40);  // the first editor's
-  EXPECT_GE(result["seconds"], 0.095);                   // the last one is due then
+  EXPECT_EQ(result["editors"]["decoded"]["count"], 40);  // by the first editor
+  EXPECT_GE(result["seconds"], 0.095);                   // the last edit is due then
   EXPECT_EQ(result["pace"], "open loop, 200 edits/s an editor");
   EXPECT_EQ(result["moved"], "one control point");
 }
@@ -85,7 +84,7 @@ TEST_F(LatticectlBench, AnEditThatNoChunkShowsHasAnUpdateWithoutBytes) {
 }
 
 TEST_F(LatticectlBench, IntervalModeReplacesWhatItCouldNotSend) {
-  // No server answers ten thousand batches a second, one after the other.
+  // No server answers 10,000 batches per second one after the other.
   const auto result = Bench({"--interval", "0.1", "--edits", "400"});
   EXPECT_EQ(result["edits"], 400);
   EXPECT_GT(result["editsReplaced"], 0);
@@ -113,8 +112,8 @@ TEST_F(LatticectlBench, StalledAndSlowWatchersAreToldApart) {
 }
 
 TEST_F(LatticectlBench, UpdatesThatGiveWayAreCountedAsRestartedAndSuperseded) {
-  // Full detail, 1.5 MB, follows 80 ms after an edit and takes three times the interval of edits to
-  // send. On a machine too busy to begin it before the next edit, a longer interval succeeds.
+  // An update in full detail (1.5 MB) begins 80 ms after an edit and takes three edit intervals to send.
+  // If the machine is too busy to begin it before the next edit, a longer interval succeeds.
   nlohmann::json result;
   for (const double interval : {0.2, 0.8, 3.2}) {
     const std::string rate = fmt::format("{}", 1 / interval);
@@ -129,7 +128,7 @@ TEST_F(LatticectlBench, UpdatesThatGiveWayAreCountedAsRestartedAndSuperseded) {
 }
 
 TEST_F(LatticectlBench, PrintsASectionOfADocument) {
-  // With the server in this process.
+  // The command starts its own server, in this process.
   const std::string text =
       MustRun({"bench", "vase", "--resolution", "1", "--edits", "2", "--segments", "1"});
   for (const char* part :

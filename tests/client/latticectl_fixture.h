@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Runs latticectl's commands and latticectl-bench in this process, in a folder of the test's own.
+// Runs latticectl's commands and latticectl-bench in this process. Each test has a temporary folder.
 #ifndef LATTICED_TESTS_CLIENT_LATTICECTL_FIXTURE_H_
 #define LATTICED_TESTS_CLIENT_LATTICECTL_FIXTURE_H_
 
@@ -40,7 +40,7 @@ class LatticectlTest : public ::testing::Test {
     return {code, out.str(), err.str()};
   }
 
-  // Fails the test where the command does.
+  // Returns the standard output. Fails the test if the command fails.
   static std::string MustRun(const std::vector<std::string>& arguments) {
     const RunResult result = Latticectl(arguments);
     EXPECT_EQ(result.code, 0) << result.err;

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// latticectl interrupted by SIGINT or SIGTERM: what it has made on a server is deleted again, and
-// its exit code says the signal. The signal is sent from inside the call that it is to meet.
+// latticectl, interrupted by SIGINT or SIGTERM, deletes what it has made on a server, and its exit code
+// names the signal. The fake server sends the signal from inside the call to be interrupted.
 #include <signal.h>
 #include <unistd.h>
 
@@ -28,12 +28,12 @@ using ::testing::HasSubstr;
 constexpr int kInterrupted = 128;
 constexpr char kTriangle[] = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
 
-// As a shell starts a program in the foreground; one in the background may ignore SIGINT.
+// Restores the default actions: a program that a shell starts in the background may ignore SIGINT.
 void TakeSignals() {
   for (const int number : {SIGINT, SIGTERM}) signal(number, SIG_DFL);
 }
 
-// A server's meshes and scenes, and which rpc is interrupted.
+// A server that stores ids of meshes and scenes, and sends `signal` during the call `interrupted_rpc`.
 class FakeServices final : public v1::MeshService::Service, public v1::SceneService::Service {
  public:
   std::string interrupted_rpc;
@@ -72,7 +72,7 @@ class FakeServices final : public v1::MeshService::Service, public v1::SceneServ
     scene->set_id(request->scene_id());
     return grpc::Status::OK;
   }
-  // Without end: only a cancellation gets the command out of here.
+  // Never ends by itself: only a cancellation ends the call.
   grpc::Status GetUpdate(grpc::ServerContext* context, const v1::GetUpdateRequest*,
                          grpc::ServerWriter<v1::SceneEvent>*) override {
     (void)Interrupt("GetUpdate");
@@ -85,7 +85,7 @@ class FakeServices final : public v1::MeshService::Service, public v1::SceneServ
   }
 
  private:
-  // Whether it was this one.
+  // Sends the signal if `rpc` is the call to be interrupted. Returns whether it is.
   bool Interrupt(const std::string& rpc) const {
     if (rpc != interrupted_rpc) return false;
     kill(getpid(), signal);
@@ -116,7 +116,7 @@ class LatticectlInterrupt : public LatticectlTest {
   void SetUp() override {
     LatticectlTest::SetUp();
     TakeSignals();
-    // Many parts: more than a connection buffers while nobody reads from it.
+    // 32 MiB, in many parts: more than a connection buffers while the server does not read.
     ASSERT_OK(WriteFile(Path("mesh.obj"), kTriangle + std::string(size_t{32} << 20, '#')));
     ASSERT_OK(WriteFile(Path("small.obj"), kTriangle));
     MustRun({"lattice", Path("small.obj"), "-o", Path("L.json")});
@@ -150,7 +150,7 @@ TEST_F(LatticectlInterrupt, ApplyDeletesItsSceneAndItsMeshWhereverItIs) {
       EXPECT_TRUE(things_.meshes.empty());
     }
   }
-  EXPECT_GE(things_.ever.size(), 5u);  // the mesh, and a scene a run that came so far
+  EXPECT_GE(things_.ever.size(), 5u);  // the mesh, and a scene for each run that created one
 }
 
 TEST_F(LatticectlInterrupt, ApplyLeavesAMeshThatWasThere) {
@@ -163,7 +163,7 @@ TEST_F(LatticectlInterrupt, ApplyLeavesAMeshThatWasThere) {
   EXPECT_EQ(things_.meshes, std::set<std::string>{id});
 }
 
-// An error output that is a terminal, and interrupts when its progress bars match `text`.
+// A terminal's error output. Sends `signal` once, when the progress bars match the expression `text`.
 class InterruptingOutput final : public std::stringbuf {
  public:
   InterruptingOutput(const std::string& text, int signal) : text_(text), signal_(signal) {}
@@ -183,7 +183,7 @@ class InterruptingOutput final : public std::stringbuf {
 
 class LatticectlInterruptDrag : public LatticectlServer {
  protected:
-  // Error output is left out: it holds progress bars.
+  // The result leaves out the error output, which holds progress bars.
   RunResult RunUntil(const std::string& text, int signal,
                      std::vector<std::string> arguments) const {
     TakeSignals();
@@ -198,7 +198,7 @@ class LatticectlInterruptDrag : public LatticectlServer {
 
 // These drags are too long to end by themselves.
 TEST_F(LatticectlInterruptDrag, BenchSaysWhatItHasMeasuredAndDeletesItsSceneAndItsMesh) {
-  // A percent is 50 edits: some are measured when the first one shows.
+  // The bar changes with each percent, 50 edits: some are measured when it shows the first percent.
   const RunResult result =
       RunUntil("[1-9][0-9]* of 5,000", SIGTERM,
                {"bench", Path("vase.obj"), "--segments", "1", "--rate", "100", "--edits", "5000"});

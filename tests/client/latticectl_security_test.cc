@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// latticectl against a server that asks for tokens, and for a certificate of the client's: what is
-// let in, what is refused, and what is said then.
+// latticectl against a server that asks for tokens or for client certificates: who is admitted, who is
+// refused, and with which message.
 #include <cstdlib>
 #include <memory>
 
@@ -24,7 +24,7 @@ class LatticectlSecurity : public LatticectlTest {
     ASSERT_NE(server_, nullptr);
   }
 
-  // The port under a name that the certificate is for.
+  // The server's address, with the host name in its certificate.
   std::string Address() const {
     const std::string address = server_->address();
     return "localhost" + address.substr(address.rfind(':'));
@@ -45,7 +45,7 @@ class LatticectlSecurity : public LatticectlTest {
     options_.token_file = Path("tokens");
   }
 
-  // NAME.key, and NAME.pem for localhost, signed by itself.
+  // Writes NAME.key and NAME.pem, a self-signed certificate for localhost. False if openssl fails.
   bool MakeCertificate(const std::string& name) const {
     const std::string command = fmt::format(
         "cd '{}' && openssl req -x509 -newkey rsa:2048 -nodes -days 2 -subj /CN=localhost "
@@ -99,7 +99,7 @@ TEST_F(LatticectlSecurity, OnlyACertificateOfTheClientAuthorityIsLetIn) {
   const std::vector<std::vector<std::string>> refused{
       {},                                // no TLS
       {"--tls-ca", Path("server.pem")},  // no certificate
-      Certificate("stranger"),           // signed by another
+      Certificate("stranger"),           // not signed by the client authority
       {"--tls-ca", Path("client.pem"),   // does not trust the server
        "--tls-cert", Path("client.pem"), "--tls-key", Path("client.key")}};
   for (const auto& flags : refused) {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Runs latticectl's commands against a real server in this process that they reach by address.
+// Runs latticectl's commands against a real server in this process, which they reach by its address.
 #ifndef LATTICED_TESTS_CLIENT_LATTICECTL_SERVER_FIXTURE_H_
 #define LATTICED_TESTS_CLIENT_LATTICECTL_SERVER_FIXTURE_H_
 
@@ -32,7 +32,7 @@ class LatticectlServer : public LatticectlTest {
   std::string Run(std::vector<std::string> arguments) const {
     return MustRun(AtServer(std::move(arguments)));
   }
-  // The command fails, and says why in one sentence.
+  // Expects the command to fail with exit code 1 and an error output that matches `why`.
   void ExpectFailure(std::vector<std::string> arguments,
                      const ::testing::Matcher<std::string>& why) const {
     const RunResult result = Latticectl(AtServer(std::move(arguments)));

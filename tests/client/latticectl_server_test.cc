@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The commands that need a running server, against one in this process that they reach by address.
+// The commands that need a running server, against one in this process, which they reach by its address.
 #include <string>
 #include <thread>
 #include <vector>
@@ -33,7 +33,7 @@ TEST_F(LatticectlServerTest, InfoSaysWhatTheServerIs) {
 TEST_F(LatticectlServerTest, HealthIsToldByTheExitCodeAndNeedsNoToken) {
   Options options = QuietOptions();
   options.token_file = Path("tokens");
-  options.drain_delay = absl::Seconds(5);  // for a machine that stalls
+  options.drain_delay = absl::Seconds(5);  // enough for a machine that stalls
   ASSERT_OK(WriteFile(options.token_file, std::string(64, 'a') + " admin somebody\n"));
   const auto server = StartServer(options);
   const auto health = [&] {

@@ -117,7 +117,7 @@ TEST_F(LatticectlUsage, LatticeIsTheJsonOfTheMessage) {
   const auto lattice = ReadLattice(Path("L.json"));
   ASSERT_OK(lattice);
 
-  // The same bits as the fit itself.
+  // The file has the same bits as the fit.
   Bounds bounds;
   for (const Vec3d p : {Vec3d{0.1, 0, 0}, Vec3d{1, 0, 0.3}, Vec3d{0, 1, 0.7}}) bounds.Extend(p);
   const auto expected = FitLattice(bounds, {5, 4, 6}, {2, 3, 1}, 0.1);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The stream against a server that breaks: what it sends when it opens itself again.
+// A Deform stream against a faulty server: what the client sends when it opens the stream again.
 #include "client/cpp/library/stream.h"
 
 #include <algorithm>
@@ -22,8 +22,8 @@ using ::latticed::testing::StatusIs;
 using Events = grpc::ServerReaderWriter<v1::SceneEvent, v1::DeformRequest>;
 
 // Answers every edit with a result and an empty update. Stream number n in `failures` ends with that
-// status after `edits_until_failure` unanswered edits. Like the server it refuses an edit below the
-// last one as out of order.
+// status after `edits_until_failure` unanswered edits. Like the real server, it refuses an edit as out of
+// order if its sequence is below an earlier one.
 class FlakyScenes final : public v1::SceneService::Service {
  public:
   std::map<int, grpc::Status> failures;
@@ -94,7 +94,7 @@ class DeformStreamTest : public ::testing::Test {
     ASSERT_OK(stream);
     stream_ = *std::move(stream);
   }
-  // The sequence of an edit that was sent.
+  // Sends an edit and returns its sequence.
   uint64_t Send(const v1::EditBatch& batch = OneEdit()) {
     const auto sequence = stream_->Send(batch);
     EXPECT_OK(sequence);
@@ -197,7 +197,7 @@ TEST_F(DeformStreamTest, EditsWhoseAnswersWereLostAreNotRefused) {
   ASSERT_TRUE(step->update.has_value()) << "of the stream that was opened again";
   EXPECT_OK(stream_->WaitFor(second));
   EXPECT_OK(stream_->WaitFor(first));
-  // The answer to the first one tells of both: the second may still be on its way.
+  // The update after the first edit covers both edits: the second may still be on its way.
   stream_->HalfClose();
   auto last = stream_->Next();
   while (last.ok() && !last->ended()) last = stream_->Next();
@@ -223,7 +223,7 @@ TEST_F(DeformStreamTest, HalfCloseEndsItAfterTheLastEdit) {
   EXPECT_THAT(stream_->Send(OneEdit()), StatusIs(absl::StatusCode::kFailedPrecondition));
 }
 
-// Refuses all calls for the moment.
+// Refuses all calls as UNAVAILABLE.
 class BusyScenes final : public v1::SceneService::Service {
  public:
   int reads = 0, deletions = 0;
@@ -250,7 +250,7 @@ TEST(Client, MakesACallFourTimesInAllAndADeletionOnce) {
 }
 
 TEST(Client, NoServerIsUnavailable) {
-  // Port 1 of the loopback: nobody listens there.
+  // No server listens on loopback port 1.
   const auto client = Client::Connect({.address = "127.0.0.1:1"});
   EXPECT_THAT(client->GetServerInfo(), StatusIs(absl::StatusCode::kUnavailable));
 }

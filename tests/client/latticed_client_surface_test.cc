@@ -16,7 +16,7 @@ namespace {
 
 using ::latticed::testing::StatusIs;
 
-// Two chunks of one patch each, one segment: 3 points and 1 triangle a patch.
+// Two chunks of one patch each. A patch has one segment: 3 points and 1 triangle.
 v1::SceneEvent TopologyEvent(const std::string& id = "t1") {
   v1::SceneEvent event;
   v1::Topology* topology = event.mutable_topology();
@@ -123,7 +123,7 @@ void ApplyUpdate(Surface& surface, v1::Encoding encoding, const std::string& a,
   EXPECT_EQ((*update)->bytes, a.size() + b.size());
 }
 
-// The points of chunks that begin at 10 and 20, scaled as the encoding does.
+// Expects the points of chunks that begin at 10 and 20, times `step`.
 void ExpectPoints(const Surface& surface, double step) {
   const auto points = surface.Decode();
   ASSERT_OK(points);
@@ -175,7 +175,7 @@ TEST(Surface, APartialUpdateDoesNotCount) {
   ApplyOk(surface, ChunkEvent(2, 0, RawChunk(99)));
   ExpectPoints(surface, 1.0);
 
-  // A restart replaces what has begun.
+  // A new update discards the one that has begun.
   ApplyOk(surface, BeginEvent(3, 0, v1::ENCODING_RAW));
   const auto update = surface.Apply(EndEvent(3, 8));
   ASSERT_OK(update);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The client's unary calls and uploads against a real server in this process.
+// The client's calls, uploads and streams against a real server in this process.
 #include "client/cpp/library/latticed_client.h"
 
 #include <stop_token>
@@ -30,7 +30,7 @@ class ClientTest : public ::testing::Test {
     header.set_format(v1::MESH_FORMAT_OBJ);
     return client.UploadMesh(kTriangle, header, progress);
   }
-  // A request for a scene of the triangle, which is uploaded.
+  // Uploads the triangle. Returns a request for a scene of it.
   static v1::CreateSceneRequest SceneRequest(Client& client) {
     const auto mesh = UploadTriangle(client);
     EXPECT_OK(mesh);
@@ -38,7 +38,7 @@ class ClientTest : public ::testing::Test {
     request.set_mesh(mesh.value_or(v1::Mesh()).id());
     return request;
   }
-  // A request to watch a new scene of the triangle.
+  // Creates a scene of the triangle. Returns a request to watch it.
   static v1::WatchRequest WatchOfNewScene(Client& client) {
     const auto scene = client.CreateScene(SceneRequest(client));
     EXPECT_OK(scene);
@@ -58,7 +58,7 @@ class ClientTest : public ::testing::Test {
   std::unique_ptr<Client> client_;
 };
 
-// Two triangles over six vertices of zeros, or one over one vertex more: the same bytes.
+// A raw mesh of triangles. 6 vertices and 2 faces take as many bytes as 7 vertices and 1 face.
 v1::MeshHeader RawHeader(uint64_t vertices, uint64_t faces) {
   v1::MeshHeader header;
   header.set_format(v1::MESH_FORMAT_RAW);
@@ -69,7 +69,7 @@ v1::MeshHeader RawHeader(uint64_t vertices, uint64_t faces) {
 }
 
 TEST_F(ClientTest, TheSameBytesInAnotherLayoutAreAnotherMesh) {
-  // 3 floats a vertex, 3 indices a face: n vertices and m faces are 12 (n + m) bytes.
+  // 3 floats per vertex, 3 indices per face: n vertices and m faces take 12 (n + m) bytes.
   const std::string bytes(12 * 8, '\0');
   const auto first = client_->UploadMesh(bytes, RawHeader(6, 2));
   ASSERT_OK(first);
@@ -185,7 +185,7 @@ TEST_F(ClientTest, ExportsCarryUpAxisAndUnit) {
   }
   const std::string glb = export_as(v1::EXPORT_FORMAT_GLB);
   EXPECT_THAT(glb, ::testing::HasSubstr(R"("extras":{"metersPerUnit":0.01,"upAxis":"z"})"));
-  // A reader that knows glTF alone sees metres, +y up.
+  // A reader that ignores the extras sees metres and +y up.
   const auto read = ReadMesh(MeshFormat::kGlb, glb);
   ASSERT_OK(read);
   const Bounds bounds = read->ComputeBounds();

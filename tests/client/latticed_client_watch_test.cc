@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A watch without edits: acknowledgements and heartbeats by ControlWatch, and what it does when its
-// stream breaks.
+// A watch without edits. It acknowledges updates and answers heartbeats by ControlWatch, and opens its
+// stream again when it breaks.
 #include "client/cpp/library/watch.h"
 
 #include <memory>
@@ -18,8 +18,8 @@
 namespace latticed::client {
 namespace {
 
-// Sends the next update when the one before is acknowledged. After its first update, stream number n in
-// `failures` ends with that status, and in `goaways` with a goaway of that many seconds.
+// Sends the next update when the last one is acknowledged. After its first update, stream number n ends
+// with failures[n], or with a goaway whose retry_after is goaways[n] seconds.
 class AcknowledgedScenes final : public v1::SceneService::Service {
  public:
   std::map<int, grpc::Status> failures;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// How edits and updates become latencies, by literal times.
+// How the latencies follow from the times of edits and updates.
 #include "client/cpp/load/load_report.h"
 
 #include <cmath>
@@ -19,7 +19,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-// An update of that revision, of one chunk of 100 bytes.
+// Adds an update of that revision, with one chunk of 100 bytes, to the log.
 void TakeUpdate(uint64_t revision, bool restart, UpdateLog* log) {
   v1::SceneEvent event;
   event.mutable_update_begin()->set_revision(revision);
@@ -47,10 +47,10 @@ TEST(LatencyRecorder, TakesTheNearestRank) {
 
 TEST(StreamGroup, AnUpdateAnswersAllEditsThatItHolds) {
   UpdateLog log;
-  TakeUpdate(2, true, &log);  // the warm-up's
+  TakeUpdate(2, true, &log);  // of the warm-up
   TakeUpdate(4, false, &log);
   TakeUpdate(5, true, &log);
-  TakeUpdate(6, false, &log);  // nobody's that is counted
+  TakeUpdate(6, false, &log);  // answers no counted edit
   const absl::Time end = log.updates()[1].end;
   const std::vector<TimedEdit> edits{{end - absl::Milliseconds(9), 3},
                                      {end - absl::Milliseconds(5), 4},
@@ -68,7 +68,7 @@ TEST(StreamGroup, AnUpdateAnswersAllEditsThatItHolds) {
   EXPECT_EQ(group.update_end.count(), 4u);
   EXPECT_EQ(group.first_chunk.count(), 4u);
   EXPECT_EQ(group.decoded.count(), 0u);
-  EXPECT_NEAR(group.update_end.Summarise().p50, 5, 1e-6);  // of 9, 5, 8 and above 1
+  EXPECT_NEAR(group.update_end.Summarise().p50, 5, 1e-6);  // of 9, 5, 8 and a little more than 1 ms
   ServerStages stages;
   stages.Add(log, {}, 2);
   EXPECT_EQ(stages.encode.count(), 3u);
@@ -77,10 +77,10 @@ TEST(StreamGroup, AnUpdateAnswersAllEditsThatItHolds) {
 
 TEST(ServerStages, AddsTheEditThatMadeAnUpdatesRevisionToTheUpdate) {
   UpdateLog log;
-  TakeUpdate(2, false, &log);  // the warm-up's
+  TakeUpdate(2, false, &log);  // of the warm-up
   for (const uint64_t revision : {4u, 5u, 5u, 6u}) TakeUpdate(revision, false, &log);
   const std::vector<AppliedBatch> batches{
-      {.revision = 3, .apply_time = absl::Milliseconds(90)},  // merged
+      {.revision = 3, .apply_time = absl::Milliseconds(90)},  // merged into revision 4
       {.revision = 4, .apply_time = absl::Milliseconds(10)},
       {.revision = 5, .apply_time = absl::Milliseconds(20)}};
   ServerStages stages;

@@ -21,7 +21,7 @@ inline Options QuietOptions() {
   return options;
 }
 
-// Fails the test where it does not start.
+// Null if the server does not start; the test then fails.
 inline std::unique_ptr<InProcessServer> StartServer(const Options& options = QuietOptions()) {
   auto server = InProcessServer::Start(options);
   EXPECT_OK(server);

@@ -3,7 +3,7 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # usage: with_server.sh BUILD COMMAND…
-# Runs COMMAND beside BUILD's server, whose address is LATTICED_SERVER, on a free port of the loopback.
+# Starts BUILD's server on a free loopback port and runs COMMAND with its address in LATTICED_SERVER.
 set -euo pipefail
 build=$1
 shift

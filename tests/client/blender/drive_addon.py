@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # usage: blender --background --factory-startup --python-exit-code 1 --python drive_addon.py -- ADDON.zip
-# Installs the add-on as a person would, connects it to LATTICED_SERVER, edits the lattice, and compares
-# what the result object shows with Blender's own lattice modifier on the same points.
+# Installs the add-on as a person would, connects it to LATTICED_SERVER and edits the lattice. Compares the
+# result object with Blender's own lattice modifier on the same points.
 import os
 import sys
 import time
@@ -11,7 +11,7 @@ import time
 import bpy
 import numpy as np
 
-TOLERANCE = 6e-4  # two roundings to a grid of 16 bits over 8 to 16 units, one of them deformed
+TOLERANCE = 6e-4  # points at rest and results are both rounded to 16 bits over a range of 8 to 16 units
 SEED = 20261122
 
 
@@ -27,7 +27,7 @@ def coordinates(mesh):
 
 
 def wait_for(condition, what):
-    """Timers do not run in the background: their function is called here."""
+    """Calls the timer's function itself: Blender runs no timers with --background."""
     from latticed_blender.live import LIVE
 
     deadline = time.monotonic() + 60
@@ -39,14 +39,14 @@ def wait_for(condition, what):
 
 
 def runs_by_timer():
-    """Whether Blender calls the timer's function, and again after that: where it returns None, Blender removes it."""
+    """Whether the timer is registered and stays so: Blender removes a timer whose function returns None."""
     from latticed_blender.live import tick
 
     return bpy.app.timers.is_registered(tick) and tick() is not None
 
 
 def objects():
-    """Undo makes new ones of the same names."""
+    """Finds both objects by name: an undo replaces them by new objects."""
     return bpy.data.objects["Torus"], bpy.data.objects["Lattice"]
 
 
@@ -62,7 +62,7 @@ def make_lattice():
     data.points_u, data.points_v, data.points_w = 4, 3, 2
     lattice = bpy.data.objects.new("Lattice", data)
     bpy.context.collection.objects.link(lattice)
-    lattice.scale, lattice.rotation_euler = (0.6, 0.8, 0.5), (0.0, 0.2, 0.3)  # the torus reaches out of it
+    lattice.scale, lattice.rotation_euler = (0.6, 0.8, 0.5), (0.0, 0.2, 0.3)  # the torus reaches out of the lattice
     lattice.select_set(True)
     bpy.context.view_layer.update()
 
@@ -103,7 +103,7 @@ def compare(rest, what, distance=None, tolerance=TOLERANCE):
 
 
 def set_points(move):
-    """Puts every lattice point where `move` takes it from its place at rest."""
+    """Sets the position of every lattice point to `move` of its position at rest."""
     data = objects()[1].data
     for point in data.points:
         point.co_deform = move(np.array(point.co))
@@ -118,7 +118,7 @@ def set_interpolation(interpolation):
 
 
 def connect(interpolation):
-    """To a lattice at rest; returns the result's points."""
+    """Connects with the lattice at rest. Returns the points of the result."""
     set_interpolation(interpolation)
     set_points(lambda place: place)
     if result() is not None:
@@ -134,7 +134,7 @@ def follows_every_interpolation(random):
         rest = connect(interpolation)
         set_points(lambda place: place + 0.3 * random.standard_normal(3))
         compare(rest, interpolation)
-    set_interpolation("KEY_CARDINAL")  # another scene on the server, but on the same knots
+    set_interpolation("KEY_CARDINAL")  # a new scene on the server, but with the same knots
     compare(rest, "KEY_CARDINAL, while it was connected")
     return rest
 
@@ -177,12 +177,12 @@ def follows_edit_mode(rest):
 
 
 def compare_vertices(what):
-    """As compare, but only the mesh's vertices: each is a point of the result, whatever the patches are."""
+    """Like compare, for the mesh's vertices only. Each is a point of the result, whatever the patches are."""
 
     def farthest(expected, shown):
         return np.linalg.norm(expected[:, None] - shown, axis=-1).min(axis=1).max()
 
-    # 2: the distance is over three coordinates.
+    # A distance is at most sqrt(3) times its largest coordinate.
     compare(coordinates(objects()[0].data), what, farthest, 2 * TOLERANCE)
 
 
@@ -212,7 +212,7 @@ def follows_the_view(rest):
 
 
 def leaves_no_timer():
-    """Neither when it disconnects, nor when the add-on is disabled."""
+    """Checks that a disconnect stops the timer, and so does disabling the add-on."""
     from latticed_blender.live import tick
 
     bpy.context.scene.latticed.address = os.environ["LATTICED_SERVER"]

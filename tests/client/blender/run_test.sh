@@ -3,8 +3,8 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # usage: run_test.sh BUILD
-# The add-on in a real Blender without a window, Debian's, against a real server. Skips (77) where there is
-# none, and fails there under LATTICED_REQUIRE_BLENDER.
+# Runs the add-on in Debian's Blender, without a window, against a real server. Without Blender or a Python
+# module it exits with 77 (skipped), or fails if LATTICED_REQUIRE_BLENDER is set.
 set -euo pipefail
 here=$(dirname "$(readlink -f "$0")")
 root=$(readlink -f "$here/../../..")

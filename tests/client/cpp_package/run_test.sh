@@ -3,8 +3,8 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # usage: run_test.sh BUILD
-# The C++ client's package as BUILD installs it: no programs, and every header that its headers include. The
-# example, built outside of the tree against such a package, is README's: readme_test.
+# Installs the C++ client's package from BUILD. Checks that it holds no programs, and every header that its
+# headers include. readme_test builds README's example against such a package.
 set -euo pipefail
 build=$(readlink -f "$1")
 work=$build/cpp_package
@@ -16,7 +16,7 @@ fail() { echo "$*"; exit 1; }
 cmake --install "$build" --component client --prefix "$work/installed" >"$work/install.txt"
 [[ ! -e $work/installed/bin ]] || fail "the component holds programs"
 
-# The tree's headers name each other from its root, the generated ones from theirs.
+# Paths of core/, client/ and google/rpc/ start in include/latticed; those of latticed/ (generated) in include.
 missing=$(grep -rhoP '^#include "\K[^"]+' "$installed" | sort -u | while read -r header; do
   case $header in
     core/* | client/* | google/rpc/*) [[ -f $installed/$header ]] || echo "$header" ;;

@@ -3,8 +3,8 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # usage: run_test.sh BUILD
-# A Go client generated from the protos as they are, against a real server, with Debian's packages and
-# no network. Skips (77) where they are missing, and fails there under LATTICED_REQUIRE_GO.
+# Generates a Go client from the protos with Debian's packages, without a network, and runs it against a
+# real server. Without the packages it exits with 77 (skipped), or fails if LATTICED_REQUIRE_GO is set.
 set -euo pipefail
 here=$(dirname "$(readlink -f "$0")")
 root=$(readlink -f "$here/../../..")
@@ -28,8 +28,8 @@ rm -rf "$work/src"
 mkdir -p "$work/src/smoke"
 cp "$here/smoke.go" "$work/src/smoke"
 export GO111MODULE=off GOFLAGS= CGO_ENABLED=0 GOPATH=$work:$debian GOCACHE=$work/cache
-# Debian's own protoc-gen-go is too old for `optional`, and its newer ones exclude packages that the
-# build needs; their source does not.
+# Debian's older packages of protoc-gen-go do not know `optional`; the newer ones conflict with packages that
+# the build needs. The source, in golang-google-protobuf-dev, has neither problem.
 go build -o "$work/bin/protoc-gen-go" google.golang.org/protobuf/cmd/protoc-gen-go
 
 mapfile -t protos < <(cd "$root/proto" && printf '%s\n' latticed/v1/*.proto)

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Smoke is a client of latticed with nothing but what protoc makes of the protos: it asks the server
-// what it can do, uploads a triangle, puts it under a lattice, moves all control points by 1 along x,
-// and checks that every vertex of the update has moved so; then that a refused call says why.
+// Smoke is a client of latticed made only from protoc's output. It asks the server what it can do, uploads
+// a triangle, creates a scene of it and moves all control points by 1 along x. It checks that the smallest x
+// of the update has moved by 1, and that a call for a deleted scene fails with NOT_FOUND.
 package main
 
 import (
@@ -31,7 +31,7 @@ const (
 	offset   = 1.0
 )
 
-// codec is that of grpc for messages of google.golang.org/protobuf, which Debian's grpc is older than.
+// codec encodes messages of google.golang.org/protobuf. Debian's grpc is too old to know them.
 type codec struct{}
 
 func (codec) Marshal(message interface{}) ([]byte, error) {
@@ -48,7 +48,7 @@ func check(err error) {
 	}
 }
 
-// ask checks that a server answers what it is, and can do all that this client wants of it.
+// ask checks that the server describes itself and can do all that this client needs.
 func ask(ctx context.Context, server v1.ServerServiceClient) {
 	info, err := server.GetServerInfo(ctx, &v1.GetServerInfoRequest{})
 	check(err)
@@ -91,7 +91,7 @@ func move(ctx context.Context, scenes v1.SceneServiceClient, scene *v1.Scene) *v
 	return result
 }
 
-// leftmost is the smallest x of all points of an update, in the world; and their number.
+// leftmost returns the smallest x of an update's points, in world coordinates, and the number of points.
 func leftmost(ctx context.Context, scenes v1.SceneServiceClient, scene string, revision uint64) (float64, int) {
 	view := &v1.ViewOptions{
 		Encoding: v1.Encoding_ENCODING_RAW, Normals: v1.NormalMode_NORMAL_MODE_NONE, Segments: 4,

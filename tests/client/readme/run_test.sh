@@ -3,9 +3,9 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # usage: run_test.sh BUILD
-# Every fenced block of the READMEs as it stands there, beside a real server, in a folder outside of the tree that
-# looks like it after ./dev run; and what each leaves. A block that is neither run nor in `exempt` is a failure. Skips (77) where
-# some cannot run, after the others, and fails there under LATTICED_REQUIRE_PYTHON, _NODE and _CURL.
+# Runs every fenced block of the READMEs beside a real server and checks the results, in a folder outside the tree that
+# looks like the tree after ./dev run. A block that is neither run nor in `exempt` is a failure. If a tool is missing,
+# its blocks are left out and the script exits with 77 (skipped), or fails under LATTICED_REQUIRE_PYTHON, _NODE, _CURL.
 set -euo pipefail
 here=$(dirname "$(readlink -f "$0")")
 root=$(readlink -f "$here/../../..")
@@ -25,7 +25,7 @@ has_python() { /usr/bin/python3 -c 'import ensurepip, google.protobuf, grpc, num
 has_node() { type node npm >/dev/null 2>&1; }
 has_curl() { type curl strings >/dev/null 2>&1; }
 skipped=()
-can_run() {  # WHAT NAME…: or the blocks are noted
+can_run() {  # TOOL NAME…: false without the tool, and notes the named blocks as skipped
   local require=LATTICED_REQUIRE_${1^^} name
   "has_$1" && return
   [[ -z ${!require:-} ]] || fail "this machine lacks what the blocks for $1 need"
@@ -39,7 +39,7 @@ free_port() {  # FIRST
   while (exec 3<>"/dev/tcp/127.0.0.1/$port") 2>/dev/null; do ((++port)); done
   echo "$port"
 }
-# Ten updates of a drag that lifts the top of the fitted lattice by 1, and the surface by less: the margin.
+# Expects ten updates of a drag that lifts the top of the fitted lattice by 1. Below its margin the surface rises less.
 expect_lift() {
   awk '/^at rest|^revision 0:/ { rest = $NF } /^revision [1-9]/ { steps += $2 + 0 == steps + 1; lifted = $NF - rest }
        END { exit !(steps == 10 && lifted > 0.5 && lifted < 1) }' output.txt || fail "the drag went wrong"
@@ -51,7 +51,7 @@ own_mesh() {
 }
 
 picture() {
-  # A narrow vase in place of ./dev run's knot, whose picture takes half a minute.
+  # A narrow vase replaces ./dev run's knot, whose picture takes half a minute.
   local latticectl=build/client/cpp/latticectl name
   mkdir build/quickstart
   "$latticectl" sample vase --resolution 1 -o vase.obj
@@ -71,7 +71,7 @@ python_client() {
 }
 
 cpp_client() {
-  # What is in its environment spares time alone.
+  # These variables only save build time.
   CMAKE_BUILD_TYPE=Debug CMAKE_CXX_COMPILER_LAUNCHER=$(command -v ccache || true) CCACHE_BASEDIR=$work CCACHE_NOHASHDIR=1 \
     run "README.md, From C++, Node, Blender, and other languages, 1" shell
   expect_lift
@@ -109,7 +109,7 @@ cp -r "$root/proto" "$work"
 ln -s "$build"/{client,server,cmake_install.cmake} "$work/build"
 printf '#!/bin/sh\n[ "$*" = "build latticed_client" ]  # which is built\n' >"$work/dev"
 chmod +x "$work/dev"
-export PATH=/usr/bin:$PATH  # Debian's Python has Debian's modules
+export PATH=/usr/bin:$PATH  # only Debian's Python finds Debian's modules
 
 cd "$root"
 for readme in README.md client/*/README.md docker/README.md; do read_blocks "$readme"; done
