@@ -27,7 +27,7 @@ def box(client):
 
 @pytest.fixture
 def scene(client, box):
-    """Under 4 x 3 x 5 control points, so that no two axes can be mistaken for each other."""
+    """A scene of the box with 4 x 3 x 5 control points: a test that swaps two axes fails."""
     view = latticed.View(segments=4, encoding="quantised", position_bits=16, normal_bits=12)
     with client.create_scene(box, size=(4, 3, 5), degree=(3, 1, 2), view=view, delete_on_exit=True) as made:
         yield made

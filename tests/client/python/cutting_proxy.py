@@ -1,19 +1,19 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
-"""A TCP proxy that can break all of its connections, or lose without a word what comes back on them."""
+"""A TCP proxy that can break all its connections, or silently drop what the server sends on them."""
 import socket
 import threading
 
 
 class CuttingProxy:
-    """Forwards a port of its own to one on the loopback."""
+    """Forwards its own loopback port to another."""
 
     def __init__(self, port):
         self._target = ("127.0.0.1", port)
         self._listener = socket.create_server(("127.0.0.1", 0))
         self._lock = threading.Lock()
         self._sockets = []
-        self._deaf = set()  # those of _sockets that nothing comes back to
+        self._deaf = set()  # sockets whose answers are dropped
         threading.Thread(target=self._accept, daemon=True).start()
 
     @property
@@ -26,7 +26,7 @@ class CuttingProxy:
                 try:
                     end.shutdown(socket.SHUT_RDWR)
                 except OSError:
-                    pass  # its other end was closed before
+                    pass  # the other end has already closed it
             self._sockets.clear()
 
     def lose_answers(self):

@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
-"""The deformation by its definition, in double precision, and meshes small enough to know by heart."""
+"""The deformation computed from its definition, in double precision, and a small mesh."""
 import numpy as np
 
-# A box whose faces are quads, and a tetrahedron and a pentagon for faces of other sizes.
+# A box of 2 x 1 x 3 units whose faces are quads.
 BOX_POSITIONS = np.array(
     [[0, 0, 0], [2, 0, 0], [2, 1, 0], [0, 1, 0], [0, 0, 3], [2, 0, 3], [2, 1, 3], [0, 1, 3]], dtype=float
 )
@@ -12,7 +12,7 @@ BOX_AREA = 2 * (2 * 1 + 2 * 3 + 1 * 3)
 
 
 def basis(knots, degree, parameter):
-    """All B-spline basis functions at one parameter of the domain, by Cox and de Boor."""
+    """The values of all B-spline basis functions at one parameter of the domain, by the Cox-de Boor recursion."""
     count = len(knots) - degree - 1
     span = min(np.searchsorted(knots, parameter, side="right") - 1, count - 1)
     values = np.zeros(len(knots) - 1)
@@ -29,7 +29,7 @@ def basis(knots, degree, parameter):
 
 
 def deform(lattice, points):
-    """R(u,v,w) of every point inside the frame."""
+    """R(u, v, w), the deformed position, of every point. Points must lie inside the lattice's frame."""
     shares = (np.asarray(points) - lattice.origin) @ np.linalg.inv(lattice.edges)
     deformed = []
     for share in shares:
@@ -43,6 +43,6 @@ def deform(lattice, points):
 
 
 def area(update):
-    """The area of all triangles."""
+    """The total area of an update's triangles."""
     a, b, c = update.points.reshape(-1, 3)[update.triangles].transpose(1, 0, 2)
     return np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2

@@ -3,8 +3,8 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # usage: run_tests.sh BUILD [PYTEST-ARGUMENT…]
-# The Python client against the programs in BUILD, by Debian's own interpreter: another python3 on PATH
-# has no Debian modules. Where they are missing it skips (77), or fails under LATTICED_REQUIRE_PYTHON.
+# Tests the Python client against the programs in BUILD, with Debian's interpreter: no other python3 has Debian's
+# modules. Without a module it exits with 77 (skipped), or fails if LATTICED_REQUIRE_PYTHON is set.
 set -euo pipefail
 root=$(cd "$(dirname "$(readlink -f "$0")")/../../.." && pwd)
 build=$(readlink -f "$1")

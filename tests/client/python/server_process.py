@@ -14,7 +14,7 @@ LATTICECTL = BUILD / "client/cpp/latticectl"
 
 
 class ServerProcess:
-    """Stopped, without a delay, at the end of its with block."""
+    """Starts a server, and stops it without a drain delay at the end of a with block."""
 
     def __init__(self, *arguments):
         self._log = tempfile.NamedTemporaryFile("r", prefix="latticed-", suffix=".txt")

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
-"""A server that says less than it promised, or fails at first."""
+"""Servers that send less than they announced, or fail the first calls."""
 import hashlib
 from concurrent.futures import ThreadPoolExecutor
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
-"""The add-on's parts that need no Blender: the mapping of its lattices, and the thread that shows them.
+"""The add-on's parts that need no Blender: the mapping of lattices, and the thread of a live session.
 tests/client/blender compares whole surfaces with Blender's own modifier."""
 import time
 
@@ -17,7 +17,7 @@ VIEW = latticed.View(segments=3, normals="facet", encoding="quantised", position
 
 
 def weights(interpolation, t):
-    """Blender's, of the lattice points -1, 0, 1, 2 (key_curve_position_weights)."""
+    """Blender's weights of the lattice points -1, 0, 1 and 2 at t, 0 to 1 (key_curve_position_weights)."""
     if interpolation == "KEY_LINEAR":
         return np.array([0, 1 - t, t, 0])
     if interpolation == "KEY_BSPLINE":
@@ -39,7 +39,7 @@ def weights(interpolation, t):
 
 
 def blender_rows(interpolation, count, x):
-    """Share of each lattice point in the displacement at x; Blender takes the nearest of those that are not."""
+    """The weight of each lattice point at x. In place of a missing point Blender takes the nearest one."""
     shares = np.zeros(count)
     if count == 1:
         return np.ones(1)
@@ -63,7 +63,7 @@ def test_an_axis_is_blenders_everywhere_on_the_mesh(interpolation, count, beyond
     for x in np.linspace(low, high, 41):
         shares = definition.basis(axis.knots, axis.degree, x)
         np.testing.assert_allclose(shares @ axis.weights, blender_rows(interpolation, count, x), atol=1e-12)
-        assert shares @ greville == pytest.approx(x, abs=1e-12)  # with no displacement it stays
+        assert shares @ greville == pytest.approx(x, abs=1e-12)  # without displacements the point stays
 
 
 def test_an_unknown_interpolation_is_refused():
@@ -72,7 +72,7 @@ def test_an_unknown_interpolation_is_refused():
 
 
 def grid(random, interpolation=("KEY_BSPLINE", "KEY_LINEAR", "KEY_CARDINAL"), counts=(4, 3, 5), scale=0.2):
-    """A lattice askew of the mesh, which reaches out of it."""
+    """A lattice at an angle to the mesh. The mesh reaches out of the lattice."""
     w, v, u = (np.linspace(-0.5, 0.5, n) for n in reversed(counts))
     rest = np.stack(np.meshgrid(w, v, u, indexing="ij")[::-1], axis=-1)
     to_mesh = np.eye(4)

@@ -36,7 +36,7 @@ def test_an_error_names_kind_and_id(client):
 
 
 class Recorder(grpc.GenericRpcHandler):
-    """A server that implements nothing, and remembers what it was asked."""
+    """A server that implements no call. It records the name and metadata of each call."""
 
     def __init__(self):
         self.calls = []
@@ -46,7 +46,7 @@ class Recorder(grpc.GenericRpcHandler):
 
     @contextmanager
     def served(self):
-        """Its address, until the end of the block."""
+        """Gives the server's address. The server stops at the end of the block."""
         server = grpc.server(ThreadPoolExecutor(), handlers=[self])
         port = server.add_insecure_port("127.0.0.1:0")
         server.start()

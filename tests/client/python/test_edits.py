@@ -63,7 +63,7 @@ def test_a_knot_more_changes_the_lattice_and_not_the_shape(scene, random):
     assert (result.structure_id, after.structure_id, after.size) == (2, 2, (4, 3, 6))
     np.testing.assert_allclose(scene.evaluate(points).positions, before, atol=1e-12)
     np.testing.assert_allclose(definition.deform(after, points), before, atol=1e-12)
-    scene.move(after.indices[-1], (1, 0, 0))  # for the new structure
+    scene.move(after.indices[-1], (1, 0, 0))  # an edit of the new structure is accepted
 
 
 def test_a_gesture_is_one_step_and_does_not_drift(scene):

@@ -29,7 +29,7 @@ def test_what_the_readme_shows_runs(server, tmp_path):
         r"(\d+) patches, up to \[(\S+) (\S+) (\S+) ?\]\n", re.sub(" +", " ", printed)
     ).groups()
     assert int(patches) > 10000
-    assert float(x) > 1.05 and 0.65 < float(y) < 0.7  # at rest it is round about the z axis
+    assert float(x) > 1.05 and 0.65 < float(y) < 0.7  # at rest the vase is round about the z axis
     assert (tmp_path / "deformed.glb").read_bytes()[:4] == b"glTF"
 
 
@@ -40,7 +40,7 @@ def test_the_twist_makes_a_picture(server, tmp_path):
     data = (tmp_path / "twist.png").read_bytes()
     width, height = struct.unpack(">II", data[16:24])
     assert data.startswith(b"\x89PNG") and height == 60 and width > 2 * height
-    assert len(data) > 2000  # a blank one packs to less
+    assert len(data) > 2000  # a blank picture is smaller
 
 
 def test_a_wheel_is_built_without_a_network_and_leaves_nothing_in_the_sources(tmp_path):

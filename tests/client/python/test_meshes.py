@@ -79,7 +79,7 @@ def write_obj(path, positions, faces):
 
 
 def test_a_file_is_uploaded_once_and_its_progress_told(client, tmp_path):
-    n = 181  # above one part of 768 KiB
+    n = 181  # the file is larger than one part of 768 KiB
     x, y = np.meshgrid(np.arange(float(n)), np.arange(float(n)))
     corner = (np.arange(n - 1)[:, None] * n + np.arange(n - 1)).reshape(-1, 1)
     faces = corner + np.array([0, 1, n + 1, n])

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
-"""Picks of the surface, and drags of what was picked. The box is 2 x 1 x 3 with a corner at the origin."""
+"""Picks on the surface, and drags of picked points. The box is 2 x 1 x 3 with a corner at the origin."""
 import numpy as np
 import pytest
 

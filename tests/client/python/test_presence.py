@@ -31,7 +31,7 @@ def test_a_stream_that_opens_again_shows_itself_again(scene):
     with scene.watch() as bob, scene.deform(editor_id="alice") as alice:
         alice.show("Alice")
         wait_for(lambda: bob.others)
-        alice._call.cancel()  # as a connection that breaks
+        alice._call.cancel()  # like a broken connection
         wait_for(lambda: alice.reconnections == 1)
         alice.wait(alice.move([0], (1, 0, 0)))
         wait_for(lambda: bob.others == {"alice": latticed.Presence("Alice")})

@@ -21,7 +21,7 @@ def proxy(server):
 
 @pytest.fixture
 def remote(proxy, scene):
-    """The scene through the proxy."""
+    """The scene, reached through the proxy."""
     with latticed.connect(proxy.address) as client:
         yield client.scene(scene.id)
 

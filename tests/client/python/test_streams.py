@@ -161,7 +161,7 @@ def test_an_idle_stream_lives_by_heartbeats():
         scene = client.create_scene(client.upload_arrays(definition.BOX_POSITIONS, definition.BOX_FACES))
         with scene.watch(RAW) as watch, scene.deform(RAW) as deform:
             assert watch.next_update(timeout=60).revision == deform.next_update(timeout=60).revision == 0
-            time.sleep(1)  # three silent heartbeats pause a watcher
+            time.sleep(1)  # a watcher silent for three heartbeats would be paused
             scene.move([0], (1, 0, 0))
 
             assert watch.next_update(timeout=60).revision == deform.next_update(timeout=60).revision == 1

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
-"""Events by hand: one patch of one triangle, which a server would send so, and what none would."""
+"""Events made by hand for one patch of one triangle: some as a server sends them, some as no server does."""
 import grpc
 import latticed
 import numpy as np

@@ -12,7 +12,7 @@ from latticed import draco
 import definition
 
 RAW = latticed.View(encoding="raw")
-# Vertices are evaluated in single precision, of coordinates up to 5.
+# The error of vertices, which are evaluated in single precision: coordinates are at most 5.
 FLOAT32 = 5e-6
 
 
@@ -57,7 +57,7 @@ def test_encodings_agree(scene, random):
         assert (update.view.encoding, update.view.position_bits) == ("quantised", bits)
         np.testing.assert_allclose(update.points, raw.points, atol=update.step / 2 + FLOAT32)
         np.testing.assert_allclose(update.relative_points + update.origin, update.points, atol=1e-5)
-        # Half a cell in y and z, so at most a whole one in x, of a vector that is 1 / sqrt(3) or longer.
+        # Rounding costs half a cell in y and z and at most one in x. The vector's length is at least 1 / sqrt(3).
         assert np.linalg.norm(update.normals - raw.normals, axis=-1).max() < 18**0.5 / (
             2**normal_bits - 2
         )
@@ -99,7 +99,7 @@ def test_without_a_decoder_updates_are_quantised_and_that_is_said_once(client, b
 
 
 class StandIn:
-    """DracoPy, of which Debian has no package: answers with what a decoder makes of the same integers."""
+    """Stands in for DracoPy, which Debian does not package: returns what a decoder makes of the same integers."""
 
     def __init__(self, quantised):
         chunks = [quantised.topology.patches_of(chunk) for chunk in range(quantised.topology.chunks)]
