@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a session acknowledges, by which the server begins the next update.
+// Which updates a session acknowledges. An acknowledgement lets the server begin another update.
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { AckPace } from '@src/session/ack_pace';
@@ -20,7 +20,7 @@ test('after an update that replaced an unseen one, each is acknowledged with the
   assert.equal(pace.take(last, undefined), last);
 
   pace.take(last + 2n, last + 1n);
-  pace.opened(); // its updates have other numbers
+  pace.opened(); // the updates of a new stream are numbered from 1
   assert.equal(pace.take(1n, undefined), 1n);
 });
 
@@ -39,7 +39,8 @@ test('an update of a lost stream that was still being decoded is shown, and the 
 });
 
 test('where what came could not be read all is asked for anew, whatever was still being decoded', async (t) => {
-  const fixture = await SessionFixture.live(t, { decodesAtOnce: false, backOff: { firstMs: 1000, lastMs: 1000 } }); // it is decoded before
+  // The pause before the next stream is longer than the decoding.
+  const fixture = await SessionFixture.live(t, { decodesAtOnce: false, backOff: { firstMs: 1000, lastMs: 1000 } });
   const { sockets, worker } = fixture;
   let shown = 0;
   fixture.session.on('update', () => ++shown);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Streams that are lost and servers that restart, where no test in a browser comes to it.
+// Lost streams and restarted servers, in cases that no test in a browser reaches.
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { Code, ConnectError } from '@connectrpc/connect';
@@ -20,7 +20,7 @@ test('where twice no WebSocket opens but calls pass, gRPC-Web is used; where tha
   const fixture = new SessionFixture(t);
   const { server, sockets, watches } = fixture;
   await fixture.reconnect(unavailable);
-  await fixture.lose(unavailable); // it was heard
+  await fixture.lose(unavailable); // does not count: this stream had opened
   server.refusal = new ConnectError('down', Code.Unavailable);
   await fixture.lose(unavailable);
   server.refusal = undefined;
@@ -31,7 +31,7 @@ test('where twice no WebSocket opens but calls pass, gRPC-Web is used; where tha
 
   watches.newest.hello();
   assert.equal(fixture.session.status.state, 'live');
-  const { deadlines } = server;  // so that a dead connection of the browser's ends the call
+  const { deadlines } = server;  // which end calls on a dead connection
   assert.ok(deadlines.length > 0 && deadlines.every((ms) => ms > 0 && ms <= 5000), `${deadlines}`);
   const { length } = sockets.opened;
   watches.newest.end(unavailable);
@@ -53,7 +53,7 @@ test('when the network is back, or the page is looked at, no pause is waited for
   for (const [count, wake] of (['networkBack', 'seen'] as const).entries()) {
     fixture.stream.hello();
     fixture.awake!.seen();
-    assert.equal(fixture.sockets.opened.length, count + 1);  // all is well
+    assert.equal(fixture.sockets.opened.length, count + 1);  // a live stream is kept
     fixture.stream.end(unavailable);
     fixture.awake![wake]();
     assert.equal(fixture.sockets.opened.length, count + 2);
@@ -132,7 +132,7 @@ test('a mesh that is too large to read back is told of; what failed for a lost c
 });
 
 test('where the browser gives no database, saving says so, and the page has what was saved', async () => {
-  const store = new IndexedSceneStore();  // Node has none
+  const store = new IndexedSceneStore();  // Node has no database
   const mesh = storedMesh('mesh-1', { name: 'cube' }, new Blob([Uint8Array.of(1, 2, 3)]));
 
   await assert.rejects(store.saveMesh(mesh), /^Error: the browser keeps nothing for this page, as in some private windows/);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Environment: LATTICED_WRITE_STREAMS, the program of tests/core/codec/draco3d, whose streams are decoded.
+// Environment: LATTICED_WRITE_STREAMS, the program of tests/core/codec/draco3d that writes the streams to decode.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
 import { mkdtempSync, readdirSync, readFileSync, rmSync } from 'node:fs';
@@ -39,7 +39,7 @@ test('one decoder reads every stream of the server\'s writer to the integers tha
 
     if (points === sizes.at(-1)) decodeAgain = decode;
     assert.equal(got.length, NUMBERS_PER_POINT * points);
-    let wrong = 0;  // an assertion of each value would take seconds
+    let wrong = 0;  // one assertion per value would take seconds
     for (let i = 0; i < points; ++i) {
       for (let axis = 0; axis < 3; ++axis) {
         const value = got[6 * i + axis];

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The documentation as the server serves it, against the sources themselves: the text of the .proto files and the READMEs.
+// Compares the documentation that the server serves with its sources, the .proto files and the READMEs.
 import assert from 'node:assert/strict';
 import { existsSync, readdirSync, readFileSync, realpathSync } from 'node:fs';
 import { join } from 'node:path';
@@ -26,7 +26,7 @@ async function page(path: string): Promise<string> {
 
 const collapsed = (text: string) => text.replace(/\s+/g, ' ').trim();
 
-/** What a reader sees of a page. */
+/** The text of a page that a reader sees. */
 function visible(html: string): string {
   const text = html.replace(/<\/?(a|code|em|strong)\b[^>]*>/g, '').replace(/<[^>]*>/g, ' ');
   const entities: Record<string, string> = { '&lt;': '<', '&gt;': '>', '&quot;': '"', '&amp;': '&', '&#39;': "'" };

@@ -89,7 +89,7 @@ test('soft selection falls from the nearest selected point to the radius', () =>
 
 test('the mirror reflects a move; a point in the middle stays in the middle', () => {
   const mirror = [true, true, false] as const;
-  // (1,0,0) is not in the middle of u, of which there are 4; of v the middle is 1 of 3: index 5 is (1,1,0).
+  // Index 5 is the point (1, 1, 0): in the middle of the 3 points along v, but not of the 4 along u.
   const spread = beginSpread(lattice, Uint32Array.of(5), { ...off, mirror }, shown);
 
   const edit = buildEdit(spread, { kind: 'move', offset: [0.25, 0.5, 1] }, [0, 0, 0]);

@@ -9,7 +9,7 @@ import { DEFAULT_SETTINGS, rememberedSettings } from '@src/state/settings';
 import { Store } from '@src/state/store';
 import { fitLattice } from './support/fitted_lattice';
 
-/** An editor whose session writes down what it is asked. */
+/** An editor whose session records its edits in `log`. */
 function open(): { editor: Editor; log: (LatticeEdit | string)[] } {
   const log: (LatticeEdit | string)[] = [];
   const session = {
@@ -45,8 +45,8 @@ test('a typed position moves the pivot there', () => {
 test('a knot is offered in the middle of the widest interval', () => {
   const { editor } = open();
 
-  assert.equal(editor.knotBetween(0), 0.5); // 0 0 0 1 2 2 2: the first of two alike
-  assert.equal(editor.knotBetween(1), 0.5); // 0 0 0 1 1 1
+  assert.equal(editor.knotBetween(0), 0.5); // knots 0 0 0 1 2 2 2: the first of two equal intervals
+  assert.equal(editor.knotBetween(1), 0.5); // knots 0 0 0 1 1 1
 });
 
 test('taste is remembered from visit to visit, what depends on the mesh is not, and broken storage is no error', () => {

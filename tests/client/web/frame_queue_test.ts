@@ -33,7 +33,7 @@ test('two frames that take little may be on their way; of those that take long o
   t.mock.method(performance, 'now', () => now);
   const graphics = new FakeGraphics();
   const queue = new FrameQueue(graphics as unknown as WebGL2RenderingContext);
-  /** Draws so many frames, which are done some time later; returns whether there was room for another. */
+  /** Draws frames that are finished `ms` later. Returns whether the queue had room for another frame. */
   const draw = async (frames: number, ms: number): Promise<boolean> => {
     const done = Array.from({ length: frames }, () => queue.add());
     const hasRoom = !queue.isFull;

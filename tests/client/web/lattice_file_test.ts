@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Files of a lattice between the viewer and latticectl, either way, compared with what a server has of them.
+// Lattice files that the viewer writes and latticectl reads, and the reverse, compared with the server's lattice.
 // Environment: LATTICED and LATTICECTL, the programs.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
@@ -26,7 +26,7 @@ function latticectl(...words: readonly string[]): void {
   execFileSync(process.env.LATTICECTL!, words, { cwd: folder, stdio: ['ignore', 'ignore', 'inherit'] });
 }
 
-/** The lattice that the server gives a scene made by latticectl with these words. */
+/** Creates a scene by latticectl with these arguments. Returns the lattice that the server gives it. */
 async function latticeOfServer(scene: string, ...words: readonly string[]): Promise<Lattice> {
   latticectl('scene', 'create', 'mesh.obj', '--id', scene, '--server', server.grpcAddress, ...words);
   const state = await new LatticedServer(server.origin).scenes.getLattice({ scene });

@@ -82,7 +82,7 @@ test('knot box edges pass through the corners of the frame', () => {
 
   const lines = knotBoxLines(lattice, 2);
 
-  // Planes 3, 2, 2 along u, v, w; edges along u: 2 boxes x 4, along v: 1 x 6, along w: 1 x 6, two lines each.
+  // There are 3, 2 and 2 knot planes along u, v and w, so 2 x 4, 1 x 6 and 1 x 6 edges along them, of two lines each.
   assert.equal(lines.length, 6 * 2 * (8 + 6 + 6));
   assert.deepEqual(pointAt(lines, 0).map((x) => Number(x.toFixed(12))), [-1.2, -0.2, 1.8]);
 });

@@ -9,7 +9,7 @@ import { FakeServer } from './support/fake_server';
 import { MemorySceneStore } from './support/memory_scene_store';
 import { cubeLattice, until } from './support/session_fixture';
 
-/** One whose download waits until it is released. */
+/** A server whose downloads wait until release() is called. */
 class HeldServer extends FakeServer {
   release!: () => void;
 
@@ -42,7 +42,7 @@ test('a mesh is fetched once for its pictures, for its texture and to be kept, w
   assert.deepEqual(await bytesOf((await store.mesh('mesh-1'))?.content), [1, 2, 3]);
   assert.equal(server.downloads, 1);
   assert.deepEqual(await bytesOf((await services.downloadMesh('mesh-1', keeper)).content), [1, 2, 3]);
-  assert.equal(server.downloads, 2); // no page has one in memory for ever
+  assert.equal(server.downloads, 2); // a page does not keep the file in memory
 });
 
 test('a scene that is left ends the download of its mesh, and says nothing of it', async () => {

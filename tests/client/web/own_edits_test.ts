@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Own edits on top of the server's lattice: what the cage shows and what is sent, answer by answer.
+// Own edits on top of the server's lattice: what the cage shows and what is sent after each answer.
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { GesturePhase } from 'latticed/v1/edit_pb';
@@ -29,7 +29,7 @@ test('an edit is shown at once and stays where it is until answer and delta are 
     if (!answerFirst) fixture.accept(batch.sequence, 1n);
 
     assert.equal(fixture.x(1), 0.75);
-    assert.deepEqual(moved, [[1]]);  // and not once more for the delta
+    assert.deepEqual(moved, [[1]]);  // once: the delta moves nothing more
     fixture.delta(2n, [1], [0.1, 0, 0], 'somebody');
     assert.equal(fixture.x(1), 0.1);
   }
@@ -156,8 +156,8 @@ for (const [what, lattice] of [
     const gesture = fixture.session.gesture({ ended: () => ++ended });
     gesture.update(move(0.1));
     gesture.update(move(0.2));
-    fixture.accept(fixture.stream.edits[0].sequence, 1n); // the second goes
-    gesture.update(move(0.3)); // waits
+    fixture.accept(fixture.stream.edits[0].sequence, 1n); // the second update is sent
+    gesture.update(move(0.3)); // the third update waits
 
     fixture.state(lattice, 1n, 2n);
     fixture.accept(fixture.stream.edits[1].sequence, 3n);

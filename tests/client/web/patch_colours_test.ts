@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a look needs besides points, where the server does not give it at once.
+// What a look needs besides points, when the server fails or does not answer at once.
 import assert from 'node:assert/strict';
 import { test, type TestContext } from 'node:test';
 import { DataArrayTexture } from 'three';
@@ -11,13 +11,13 @@ import { noPatches, SessionFixture, until } from './support/session_fixture';
 const REST: RestCorners = { origin: [0, 0, 0], corners: Float32Array.of(0, 0, 0, 1, 0, 0, 0, 1, 0) };
 const ORIGINS: PatchOrigins = { corners: Uint32Array.of(0, 1, 2), barycentrics: Float64Array.of(1, 0, 0, 0, 1, 0, 0, 0, 1) };
 
-/** What has been asked, for the test to answer. */
+/** A pending request, which the test answers. */
 interface Ask<T> {
   resolve(answer: T): void;
   reject(error: Error): void;
 }
 
-/** Patches whose every answer the test gives. */
+/** Patches whose requests the test answers. */
 class AskedPatches implements PatchSource {
   readonly rest: Ask<RestCorners>[] = [];
   readonly uvs: Ask<PatchOrigins>[] = [];
@@ -30,7 +30,7 @@ function asked<T>(asks: Ask<T>[]): Promise<T> {
   return new Promise((resolve, reject) => void asks.push({ resolve, reject }));
 }
 
-/** A session that shows one triangle at (4, 4, 4), and what it failed to get. */
+/** A session that shows one triangle at (4, 4, 4), its patches, and its failed requests. */
 async function shown(t: TestContext): Promise<{ fixture: SessionFixture; patches: AskedPatches; failed: string[] }> {
   const patches = new AskedPatches();
   const fixture = await SessionFixture.live(t, { patches });
@@ -48,7 +48,7 @@ test('a shape at rest that could not be had is told of once for each cause and c
   surface.setLook({ colouring: 'displacement' });
   patches.rest[0].reject(new Error('no room'));
   await until(() => failed.length === 1);
-  surface.setLook({ wireframe: true }); // nothing else was chosen
+  surface.setLook({ wireframe: true }); // the colouring is the same: nothing is asked again
   assert.equal(patches.rest.length, 1);
   await fixture.reconnect();
   patches.rest[1].reject(new Error('no room'));
@@ -60,7 +60,7 @@ test('a shape at rest that could not be had is told of once for each cause and c
   patches.rest[3].reject(new Error('no right'));
   await until(() => failed.length === 3);
   assert.equal(surface.displacementRange, 0);
-  await fixture.reconnect(); // the answer is lost with the connection
+  await fixture.reconnect(); // asks again, and loses the answer with the connection
   await fixture.reconnect();
   patches.rest[5].resolve(REST);
   await until(() => surface.displacementRange > 0);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A server that was restarted and keeps nothing: edits that it never answered, in orders that no test in a browser can set.
+// A restarted server that kept nothing, and edits that it never answered, in orders that no test in a browser can set.
 import assert from 'node:assert/strict';
 import { test, type TestContext } from 'node:test';
 import { Code, ConnectError } from '@connectrpc/connect';
@@ -16,7 +16,7 @@ const OTHER_STRUCTURE = fitLattice({ min: [0, 0, 0], max: [1, 1, 1] }, { size: [
 const move = (x: number): LatticeEdit => ({ kind: 'move', indices: Uint32Array.of(1), offset: [x, 0, 0] });
 const lift = (indices: number[], y: number): LatticeEdit => ({ kind: 'move', indices: Uint32Array.from(indices), offset: [0, y, 0] });
 
-/** A window of a scene that another one made again on the next run of the server, while these edits of its own were unanswered. */
+/** A window with these unanswered edits, on a restarted server where another window has restored the scene. */
 async function restoredElsewhere(t: TestContext, ...edits: LatticeEdit[]): Promise<SessionFixture> {
   const fixture = await SessionFixture.live(t);
   for (const edit of edits) fixture.session.apply(edit);
@@ -26,7 +26,7 @@ async function restoredElsewhere(t: TestContext, ...edits: LatticeEdit[]): Promi
   return fixture;
 }
 
-/** What the newest stream was sent of control points put in places. */
+/** The edits sent on the newest stream. All of them must set control points. */
 function placed(fixture: SessionFixture): [indices: number[], positions: number[]][] {
   return fixture.stream.edits.flatMap(({ edits }) => edits).map(({ edit }) => {
     assert.ok(edit.case === 'setControlPoints', edit.case);
@@ -55,9 +55,9 @@ test('edits that a restored scene cannot take are dropped, in words, whether the
 test('an edit that is made while this window restores the scene is sent to it', async (t) => {
   const fixture = await SessionFixture.live(t);
   fixture.server.bootId = 'boot-2';
-  fixture.session.apply(move(0.25)); // in flight, and in the lattice that the scene is made with
+  fixture.session.apply(move(0.25)); // in flight; the scene is restored with it
   const { scenes } = fixture.server;
-  scenes.set = (id, request) => { // as the server makes the scene
+  scenes.set = (id, request) => { // while the server creates the scene
     fixture.session.apply(lift([2], 0.5));
     return Map.prototype.set.call(scenes, id, request);
   };
@@ -92,8 +92,8 @@ test('own edits go again, and who restored the scene stays known, where its firs
   fixture.server.bootId = 'boot-2';
   fixture.session.apply(move(0.25));
   await fixture.lose(noScene);
-  await fixture.reconnect(); // before its hello
-  fixture.state(); // of another window, which made the scene without the edit
+  await fixture.reconnect(); // the first stream ends before its hello
+  fixture.state(); // another window has created the scene without the edit
 
   assert.deepEqual(placed(fixture), [[[1], [0.75, 0, 0]]]);
   assert.match(fixture.session.status.text, /this browser restored/);
@@ -112,7 +112,7 @@ test('own edits go again, as their newest places, where the server restarts twic
   assert.deepEqual(fixture.said, []);
 });
 
-/** A window whose point 1 was put at 0.75 without an answer, on the stream of a restored scene that has not opened. */
+/** A window that moved point 1 to 0.75 without an answer. Its stream to the restored scene has not opened yet. */
 async function reopened(t: TestContext): Promise<SessionFixture> {
   const fixture = await SessionFixture.live(t);
   fixture.session.apply(move(0.25));

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// From events to the vertex buffer, without a GPU.
+// How events become the vertex buffer, without a GPU.
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { create } from '@bufbuild/protobuf';
@@ -16,7 +16,7 @@ import { TopologyLayout } from '@src/surface/topology_layout';
 import { FakeWorker } from './support/fake_worker';
 import { decoderWasm, noPatches, until } from './support/session_fixture';
 
-// Three patches of one triangle in two chunks: patches 0 and 1, patch 2.
+// Three patches of one triangle each. Patches 0 and 1 are chunk 0; patch 2 is chunk 1.
 const topology = create(TopologySchema, {
   topologyId: 't', patchCount: 3n, pointCount: 9n, triangleCount: 3n, segments: 1,
   chunkRuns: [{ chunkCount: 1, patchesPerChunk: 2 }, { chunkCount: 1, patchesPerChunk: 1 }],
@@ -87,7 +87,7 @@ test('where the next update has ended before one is decoded, both are one, and n
 
   const { end, surface, patches, bytes } = receiving.got[0];
   assert.equal(end.updateId, 2n);
-  assert.deepEqual([patches, bytes], [3, 126]); // each patch once, all bytes
+  assert.deepEqual([patches, bytes], [3, 126]); // counts each patch once, but all bytes
   assert.deepEqual(surface!.chunks.map(({ index, decoded }) => [index, decoded.points[0]]).sort(), [[0, 2], [1, 1]]);
 });
 
@@ -137,5 +137,5 @@ test('all of a chunk is sent that is written after a coarser one of the same fir
     buffer.write(layout.firstPointOf(0), new Uint16Array(6 * layout.pointCount).fill(segments));
   }
 
-  assert.deepEqual(data.updateRanges, [{ start: 0, count: 6 * 4 * 66 }]); // of four patches of 66 points
+  assert.deepEqual(data.updateRanges, [{ start: 0, count: 6 * 4 * 66 }]); // 6 per point; four patches of 66 points
 });

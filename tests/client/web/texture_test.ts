@@ -12,7 +12,7 @@ import { objCorners } from '@src/intake/obj_uvs';
 import { plyCorners } from '@src/intake/ply_uvs';
 import { GlbMaker } from './e2e/glb';
 
-const GRID = {} as ImageBitmapSource; // stands for a picture
+const GRID = {} as ImageBitmapSource; // stands in for a picture
 
 function mesh(name: string, content: string | Uint8Array<ArrayBuffer>): MeshFile {
   return { name, format: name.slice(name.lastIndexOf('.') + 1) as MeshFormatName, content: new Blob([content]) };

@@ -7,7 +7,7 @@ import type { Motion, MotionKind } from '@src/edit/motion';
 import { TransformSession, snapStep, type TransformView } from '@src/edit/transform_session';
 import { WORLD_BASIS } from '@src/lattice/vec';
 
-// Looks along -z, x right and y up, 100 pixels a unit, the pivot at (200, 100), where the pointer begins 100 pixels to the right.
+// Looks along -z, x right and y up, 100 pixels per unit. The pointer begins 100 pixels to the right of the pivot.
 const FRONT: TransformView = {
   basis: WORLD_BASIS,
   jacobian: [[100, 0, 0], [0, -100, 0]],
@@ -19,7 +19,7 @@ const FRONT: TransformView = {
 const FROM_BEHIND: TransformView = { ...FRONT, axes: [[1, 0, 0], [0, -1, 0], [0, 0, -1]] };
 const QUARTER = Math.PI / 2;
 
-/** Keys, or a place of the pointer and what is held there. */
+/** Keys, or a pointer position and the modifier key held there. */
 type Step = string | readonly [x: number, y: number, held?: 'Shift' | 'Ctrl'];
 
 function after(kind: MotionKind, steps: readonly Step[], view = FRONT): TransformSession {
@@ -35,7 +35,7 @@ function after(kind: MotionKind, steps: readonly Step[], view = FRONT): Transfor
   return session;
 }
 
-/** An offset, the factors of a scaling, or the axis of a turn, as long as its angle. */
+/** The offset of a move, the factors of a scaling, or the axis of a turn times its angle. */
 function numbersOf(motion: Motion): readonly number[] {
   if (motion.kind === 'move') return motion.offset;
   return motion.kind === 'scale' ? motion.factors : motion.axis.map((x) => x * motion.angle);

@@ -17,7 +17,7 @@ import type { Viewport } from '@src/viewport/viewport';
 
 const size = { width: 800, height: 600 };
 
-/** Looks from z = 10 at the origin, y up; 90 degrees high, so that the origin's plane is 20 units high. */
+/** Looks from z = 10 at the origin, y up. Its field of view is 90 degrees high: 20 units at the origin. */
 function camera(): PerspectiveCamera {
   const made = new PerspectiveCamera(90, size.width / size.height, 1, 100);
   made.position.set(0, 0, 10);
@@ -49,8 +49,8 @@ test('chords name letters by their key, digits of both pads, and other signs by 
   assert.equal(press('Z', 'KeyZ', { metaKey: true, shiftKey: true }), 'Ctrl+Shift+Z');
   assert.equal(press('å', 'KeyA', { altKey: true }), 'Alt+A');
   assert.equal(press('z', 'KeyY', { ctrlKey: true }), 'Ctrl+Z'); // a German keyboard
-  assert.equal(press('я', 'KeyZ', { ctrlKey: true }), 'Ctrl+Z'); // a Russian one
-  assert.equal(press('.', 'KeyE'), '.'); // Dvorak
+  assert.equal(press('я', 'KeyZ', { ctrlKey: true }), 'Ctrl+Z'); // a Russian keyboard
+  assert.equal(press('.', 'KeyE'), '.'); // a Dvorak keyboard
   assert.equal(press('1', 'Numpad1'), '1');
   assert.equal(press('?', 'Slash', { shiftKey: true }), '?');
   assert.equal(press('Escape', 'Escape'), 'Escape');
@@ -84,7 +84,7 @@ for (const [name, vertices, faces] of [['knot', 5760, 5760], ['vase', 4704, 4608
   });
 }
 
-/** A pull from (400, 300) of a front view, 30 pixels a unit, whose pick answers as it is told. */
+/** A pull from (400, 300) in a front view at 30 pixels per unit. `picked` answers its pick. */
 function pullOf(picked: () => Promise<unknown>) {
   const log: (LatticeEdit | string)[] = [];
   const misses: unknown[] = [];

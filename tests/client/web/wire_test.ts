@@ -16,11 +16,11 @@ import { WatchStream } from '@src/wire/watch_stream';
 import { bytes, inWords } from '@src/wire/words';
 import { until } from './support/session_fixture';
 
-/** A stream over gRPC-Web to a service of the test, whose watch says hello when it is let, and goes on until it is closed. */
+/** A stream over gRPC-Web to the test's service. Its watch says hello once `isOpen` resolves, and lasts until closed. */
 class Watched {
   readonly events: SceneEvent['event'][] = [];
   readonly ends: (ServerError | undefined)[] = [];
-  /** What the watch named: in its header, and in its request. */
+  /** The scene that each watch named, in its header and in its request. */
   readonly scenes: (string | null)[] = [];
   readonly stream: WatchStream;
 

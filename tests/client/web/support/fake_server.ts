@@ -7,28 +7,28 @@ import { SceneSchema, SceneService, type CreateSceneRequest } from 'latticed/v1/
 import { ServerInfoSchema, ServerService, type Feature, type ServerInfo } from 'latticed/v1/server_pb';
 import { LatticedServer } from '@src/wire/latticed_server';
 
-/** The unary calls that a session makes, answered from memory. */
+/** Answers a session's calls, other than its stream, from memory. */
 export class FakeServer {
   bootId = 'boot-1';
-  /** What calls fail with. */
+  /** The error of GetServerInfo, if it is to fail. */
   refusal: ConnectError | undefined;
   features: Feature[] = [];
-  /** Whether scenes are not there. */
+  /** Whether GetScene fails with NOT_FOUND. */
   deleted = false;
   readonly meshes = new Map<string, Uint8Array>();
   readonly scenes = new Map<string, CreateSceneRequest>();
-  /** What a mesh is said to have in place of its bytes. */
+  /** The size that GetMesh states in place of the real one. */
   meshBytes: bigint | undefined;
-  /** Calls of DownloadMesh. */
+  /** The number of DownloadMesh calls. */
   downloads = 0;
   downloadRefusal: ConnectError | undefined;
-  /** What a mesh is said to be. */
+  /** More fields of GetMesh's answer. */
   meshFacts: MessageInitShape<typeof MeshSchema> = {};
-  /** What downloads wait for. */
+  /** Downloads wait for this. */
   hold: Promise<void> | undefined;
-  /** Downloads that the page ended while they waited. */
+  /** The number of downloads that the page ended while they waited. */
   abandoned = 0;
-  /** In ms, of the calls that have one, the newest last. */
+  /** The deadlines of GetServerInfo and Pick calls that have one, in ms, the newest last. */
   readonly deadlines: number[] = [];
   private uploaded: number[] = [];
 

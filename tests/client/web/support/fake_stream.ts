@@ -10,7 +10,7 @@ import { DeformRequestSchema, type ControlWatchRequest, type DeformRequest } fro
 import type { OpenStream, SceneStream, StreamHandlers, WatchRequestInit } from '@src/wire/scene_stream';
 import type { ServerError } from '@src/wire/server_error';
 
-/** One stream whose server is the test. */
+/** A stream whose server is the test. */
 export class FakeStream implements SceneStream {
   readonly sent: DeformRequest[] = [];
   isClosed = false;
@@ -19,7 +19,7 @@ export class FakeStream implements SceneStream {
 
   send(message: MessageInitShape<typeof DeformRequestSchema>): void {
     const made = create(DeformRequestSchema, message);
-    toBinary(DeformRequestSchema, made);  // throws for what cannot be sent
+    toBinary(DeformRequestSchema, made);  // throws if it cannot be sent
     this.sent.push(made);
   }
 

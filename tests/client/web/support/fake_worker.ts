@@ -3,7 +3,7 @@
 import { ChunkDecoder } from '@src/decode/chunk_decoder';
 import type { DecodeAnswer, DecodeJob, DecodeRequest, DecodeWorker } from '@src/decode/decode_pool';
 
-/** A worker that decodes when told to. */
+/** A worker that decodes when work() is called, or at once. */
 export class FakeWorker implements DecodeWorker {
   onmessage: ((event: { data: DecodeAnswer }) => void) | null = null;
   onerror: ((event: { message?: string }) => void) | null = null;
@@ -14,7 +14,7 @@ export class FakeWorker implements DecodeWorker {
     this.decoder = FakeWorker.shared ??= ChunkDecoder.create(wasm);
   }
 
-  private static shared: Promise<ChunkDecoder> | undefined;  // compiling it takes long
+  private static shared: Promise<ChunkDecoder> | undefined;  // compiling the decoder takes long
 
   postMessage(message: DecodeRequest): void {
     if (message.kind !== 'job') return;
@@ -22,7 +22,7 @@ export class FakeWorker implements DecodeWorker {
     if (this.atOnce) void this.work();
   }
 
-  /** Does what lies here, in order. */
+  /** Decodes all waiting jobs, in order. */
   async work(): Promise<void> {
     const decoder = await this.decoder;
     for (const job of this.jobs.splice(0)) {

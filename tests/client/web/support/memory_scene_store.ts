@@ -3,7 +3,7 @@
 import type { SceneStore } from '@src/session/store/indexed_scene_store';
 import type { StoredMesh, StoredScene } from '@src/session/store/scene_store';
 
-/** A browser's store, as long as the test runs. */
+/** A browser's store of scenes, in memory. */
 export class MemorySceneStore implements SceneStore {
   private readonly meshes = new Map<string, StoredMesh>();
   private readonly scenes = new Map<string, StoredScene>();

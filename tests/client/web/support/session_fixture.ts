@@ -24,7 +24,7 @@ export { until };
 
 export const decoderWasm = new Uint8Array(readFileSync('node_modules/draco3d/draco_decoder.wasm')).buffer;
 
-/** Patches that nobody asks for. */
+/** Patches for tests that never ask for their origins or rest shape. */
 export const noPatches: PatchSource = {
   origins: () => Promise.reject(new Error('not asked for')),
   restCorners: () => Promise.reject(new Error('not asked for')),
@@ -35,15 +35,15 @@ export interface Options {
   readonly features?: FakeServer['features'];
   readonly backOff?: BackOff;
   readonly patches?: PatchSource;
-  /** Whether the one worker decodes what it gets at once, which it does unless told otherwise. */
+  /** Whether the worker decodes each chunk at once. Default: true. */
   readonly decodesAtOnce?: boolean;
 }
 
-/** What a stream ends with where the connection is lost, and where the server has no such scene. */
+/** The errors that end a stream: the connection is lost, or the server has no such scene. */
 export const unavailable = new ServerError(Code.Unavailable, '', 'the connection is lost');
 export const noScene = new ServerError(Code.NotFound, 'NOT_FOUND', 'no scene scene-0001');
 
-/** A session whose server is the test; its lattice has 3 x 3 x 3 points over the unit cube. It is closed after the test. */
+/** A session whose server is the test, which closes it. Its lattice has 3 x 3 x 3 points over the unit cube. */
 export class SessionFixture {
   readonly server = new FakeServer();
   readonly sockets = new FakeStreams();
@@ -54,7 +54,7 @@ export class SessionFixture {
   readonly said: string[] = [];
   readonly notKept: string[] = [];
   readonly session: LiveSession;
-  /** What the page wakes, until the session is closed. */
+  /** The connection that the page wakes; undefined once the session is closed. */
   awake: Wakeable | undefined;
 
   constructor(t: TestContext, options: Options = {}) {
@@ -78,7 +78,7 @@ export class SessionFixture {
     t.after(() => this.session.close());
   }
 
-  /** Connected, with the first lattice. */
+  /** A connected session that has its first lattice. */
   static async live(t: TestContext, options: Options = {}): Promise<SessionFixture> {
     const fixture = new SessionFixture(t, options);
     fixture.stream.hello(fixture.server.bootId);
@@ -92,14 +92,14 @@ export class SessionFixture {
     return this.sockets.newest;
   }
 
-  /** The stream ends, and the session opens the next one. */
+  /** Ends the stream, and waits until the session opens the next one. */
   async lose(error?: ServerError): Promise<void> {
     const { length } = this.sockets.opened;
     this.stream.end(error);
     await until(() => this.sockets.opened.length > length);
   }
 
-  /** The same, and the next one is there. */
+  /** Like lose(); the next stream then says hello. */
   async reconnect(error?: ServerError, bootId = this.server.bootId): Promise<void> {
     await this.lose(error);
     this.stream.hello(bootId);
@@ -117,7 +117,7 @@ export class SessionFixture {
     this.stream.event({ case: 'editResult', value: { sequence, revision, structureId: 1n } });
   }
 
-  /** Sends a whole update of one triangle, all of whose points are at (value, value, value). */
+  /** Sends a complete update of one triangle whose points are all at (value, value, value). */
   sendTriangle(updateId: bigint, value = 0): void {
     const { stream } = this;
     stream.event({ case: 'topology', value: {
@@ -130,13 +130,13 @@ export class SessionFixture {
     stream.event({ case: 'updateEnd', value: { updateId, resumeToken: Uint8Array.of(Number(updateId)) } });
   }
 
-  /** x of a control point as it is shown. */
+  /** The x of a control point that the page shows. */
   x(index: number): number {
     return this.session.lattice.points[3 * index]!;
   }
 }
 
-/** Control points at 0, 1/2 and 1 per axis: number 0 at the origin, 1 at (0.5, 0, 0). */
+/** A lattice with points at 0, 1/2 and 1 along each axis. Point 0 is at the origin, point 1 at (0.5, 0, 0). */
 export function cubeLattice(): Lattice {
   return fitLattice({ min: [0, 0, 0], max: [1, 1, 1] }, { size: [3, 3, 3], degree: [2, 2, 2], padding: 0 });
 }

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 
-/** Waits until something holds, for a minute at most, and returns it. */
+/** Waits, for a minute at most, until `holds` returns something true, and returns that. */
 export async function until<T>(holds: () => T | Promise<T>, say: () => unknown = () => holds.toString()): Promise<T> {
   for (const end = Date.now() + 60_000; ; await new Promise((resolve) => setTimeout(resolve, 5))) {
     const answer = await holds();
