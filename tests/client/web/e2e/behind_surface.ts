@@ -4,7 +4,7 @@ import type { Page } from 'playwright-core';
 import type {} from '@src/main'; // window.latticed
 import { coordinates, sub, type Basis, type Vec3 } from '@src/lattice/vec';
 
-/** The control points that triangles of the surface hide from the eye, and those that none does; both beyond doubt, by a pixel. */
+/** Control points that the surface hides, and those that it shows. A point within a pixel of an edge may be neither. */
 export async function behindSurface(page: Page): Promise<{ hidden: number[]; shown: number[] }> {
   const { triangles, rays } = await page.evaluate(() => {
     const { viewport, scene } = window.latticed;
@@ -31,7 +31,7 @@ export async function behindSurface(page: Page): Promise<{ hidden: number[]; sho
   return { hidden: withCount(2), shown: withCount(0) };
 }
 
-/** Whether the straight line from a to b passes through a triangle. */
+/** Whether the line segment from a to b passes through a triangle. */
 function isBetween([p, q, r]: Basis, a: Vec3, b: Vec3): boolean {
   const edges: Basis = [sub(q, p), sub(r, p), sub(a, b)];
   const [s, t, way] = coordinates(edges, sub(a, p)); // a + way (b - a) = p + s (q - p) + t (r - p)

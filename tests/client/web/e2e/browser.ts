@@ -6,7 +6,7 @@ import { join } from 'node:path';
 import type { TestContext } from 'node:test';
 import { chromium, type Browser, type BrowserContext, type BrowserContextOptions, type Page } from 'playwright-core';
 
-const PATIENCE_MS = 120_000; // of whoever waits for a page; Playwright's 30 s are few where a machine does other things too
+const PATIENCE_MS = 120_000; // Playwright's timeout of 30 s is too short on a busy machine
 const OPTIONS = {
   executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium',
   timeout: PATIENCE_MS,
@@ -15,7 +15,7 @@ const OPTIONS = {
     '--disable-background-timer-throttling', '--disable-renderer-backgrounding'],
 };
 
-/** Debian's Chromium with software OpenGL, whose contexts keep nothing on disk. Environment: CHROMIUM, another program. */
+/** Starts Debian's Chromium, or the program CHROMIUM, with software OpenGL. Its contexts store nothing on disk. */
 export async function launch(): Promise<Browser> {
   const browser = await chromium.launch(OPTIONS);
   const newContext = browser.newContext.bind(browser);
@@ -28,7 +28,7 @@ function patient(context: BrowserContext): BrowserContext {
   return context;
 }
 
-/** The same as a person has it, with a folder for what pages keep, which goes after the test: it is written to until the end. */
+/** Like launch(), with a person's profile folder. It is deleted after Chromium, which writes to it until it ends. */
 export async function launchWithProfile(t: TestContext): Promise<BrowserContext> {
   const folder = mkdtempSync(join(tmpdir(), 'latticed-profile-'));
   const context = patient(await chromium.launchPersistentContext(folder, OPTIONS));
@@ -39,7 +39,7 @@ export async function launchWithProfile(t: TestContext): Promise<BrowserContext>
   return context;
 }
 
-/** A page whose errors are kept: a test fails on them. It trusts certificates that servers have signed themselves. */
+/** Opens a page and records its errors, on which tests fail. The page trusts self-signed certificates. */
 export async function openPage(
   browser: Browser, address: string, context: BrowserContextOptions = {},
 ): Promise<{ page: Page; errors: string[] }> {
@@ -53,7 +53,7 @@ export async function openPage(
   return { page, errors };
 }
 
-/** Lets no WebSocket of the pages of a context open, as a proxy does that knows none. */
+/** Makes every WebSocket of a context's pages fail, like a proxy that does not know WebSockets. */
 export function stopWebSockets(context: BrowserContext): Promise<void> {
   return context.addInitScript(() => {
     window.WebSocket = class {
@@ -67,7 +67,7 @@ export function stopWebSockets(context: BrowserContext): Promise<void> {
   });
 }
 
-/** Gives the pages of a context a smaller disk: bytes that an origin may keep. */
+/** Limits the bytes that the page's origin may store. */
 export async function limitStorage(page: Page, bytes: number): Promise<void> {
   const session = await page.context().newCDPSession(page);
   await session.send('Storage.overrideQuotaForOrigin', { origin: new URL(page.url()).origin, quotaSize: bytes });

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Pictures of four squares, and what a page shows of them.
+// Pictures of four coloured squares, and the colours that a page shows.
 import type { Page } from 'playwright-core';
 import type {} from '@src/main'; // window.latticed
 import { GlbMaker } from './glb';
@@ -10,7 +10,7 @@ import { colourAt } from './viewer_page';
 export const TEXTURED = { pbrMetallicRoughness: { baseColorTexture: { index: 0 } } };
 export const ONE_NODE = { scene: 0, scenes: [{ nodes: [0] }], nodes: [{ mesh: 0 }] };
 
-/** Four squares of colours: above left, above right, below left, below right. */
+/** A PNG file of four squares: upper left, upper right, lower left, lower right. */
 export async function paint(page: Page, ...colours: string[]): Promise<Buffer> {
   const png = await page.evaluate((four) => {
     const canvas = Object.assign(document.createElement('canvas'), { width: 64, height: 64 });
@@ -24,7 +24,7 @@ export async function paint(page: Page, ...colours: string[]): Promise<Buffer> {
   return Buffer.from(png, 'base64');
 }
 
-/** Looks straight onto the sheet, without the cage, in its colours. */
+/** Looks straight at the sheet, without the cage, and waits until its texture is shown. */
 export async function lookAtColours(of: Page): Promise<void> {
   await of.evaluate(() => {
     window.latticed.settings.set({ cage: false, gizmo: 'none' });
@@ -34,7 +34,7 @@ export async function lookAtColours(of: Page): Promise<void> {
   await of.waitForFunction(() => window.latticed.scene!.session.surface.isTextured);
 }
 
-/** Which of red, green, blue or white a place of the sheet has. */
+/** The colour at a place of the sheet: red, green, blue or white. */
 export async function nameAt(of: Page, x: number, y: number): Promise<string> {
   const [r, g, b] = await colourAt(of, [x, y, 0]);
   const most = Math.max(r, g, b);
@@ -43,14 +43,14 @@ export async function nameAt(of: Page, x: number, y: number): Promise<string> {
   return names[strong as keyof typeof names] ?? `${[r, g, b]}`;
 }
 
-/** The colours of a square of side 2. */
+/** The colours of the four quarters of a square of side 2 around (x, y). */
 export async function quarters(of: Page, x = 0, y = 0): Promise<string> {
   const names: string[] = [];
   for (const [dx, dy] of [[-0.5, 0.5], [0.5, 0.5], [-0.5, -0.5], [0.5, -0.5]]) names.push(await nameAt(of, x + dx, y + dy));
   return names.join(' ');
 }
 
-/** The square with a picture inside, and so many bytes that nothing uses. */
+/** A GLB file of the square with an embedded picture, and `unused` bytes that nothing uses. */
 export function squareGlb(content: Buffer, unused = 0): Buffer {
   const glb = new GlbMaker();
   const primitives = [{ ...glb.square(), material: 0 }];

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The viewer in Chromium when the network between it and the server fails, and the server lives on.
+// The viewer in Chromium when the network between it and the server fails and the server runs on.
 // Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer.
 import assert from 'node:assert/strict';
 import { after, test } from 'node:test';
@@ -14,7 +14,7 @@ import { TcpProxy } from './tcp_proxy';
 import { torusObj } from './torus';
 import { controlPoint, createScene, dropFiles, live, segmentsCome } from './viewer_page';
 
-const OBJ = torusObj(24, 12); // one of eight knot boxes has the corner, so that most chunks do not change with it
+const OBJ = torusObj(24, 12); // the corner changes only one of eight knot boxes, so most chunks stay
 
 let proxy: TcpProxy;
 let sockets: TappedSocket[];
@@ -23,7 +23,7 @@ let scene: string;
 const heartbeat = (interval: string): string[] => ['--heartbeat-interval', interval]; // a page notices a silence of three
 
 useStage({
-  serverOptions: heartbeat('60s'), // long before which each test is over, however slow the machine is
+  serverOptions: heartbeat('60s'), // longer than any test, also on a slow machine
   address: async () => (proxy = await TcpProxy.to(server.port)).origin,
   begin: async () => {
     sockets = tapSockets(page);
@@ -39,7 +39,7 @@ useStage({
 });
 after(() => proxy.close());
 
-/** Steps of 1/4 and 1/8 add up without rounding. */
+/** Moves the corner. Steps of 1/4 and 1/8 add up without rounding. */
 function move(offset: Vec3): Promise<void> {
   return page.evaluate(
     ([index, by]) => window.latticed.scene!.session.apply({ kind: 'move', indices: Uint32Array.of(index), offset: by }),
@@ -51,7 +51,7 @@ async function revision(): Promise<number> {
   return Number((await direct.scenes.getScene({ scene })).revision);
 }
 
-/** States of the session, as they are told from now on. */
+/** Records the session's states from now on. The returned function gives them. */
 async function states(): Promise<() => Promise<string[]>> {
   const told = await page.evaluateHandle(() => {
     const all: string[] = [];
@@ -61,14 +61,14 @@ async function states(): Promise<() => Promise<string[]>> {
   return () => told.jsonValue();
 }
 
-/** Waits until the page and the server have a point where all edits so far put it, and the surface is there too. */
+/** Waits until the page and the server have the corner at `target`, and the surface follows the definition. */
 async function arrives(target: readonly number[]): Promise<void> {
   await until(async () => String(await pointAtServer(CORNER)) === String(target));
   assert.deepEqual(await controlPoint(page, CORNER), target);
   await followsDefinition(page, OBJ);
 }
 
-/** What came on connections since so many: they go on where the one before was lost, with what has changed. */
+/** Checks that all sockets after the first `since` resumed the stream, and brought only some of the chunks. */
 function assertResumed(since: number): void {
   const later = sockets.slice(since).filter(({ hello }) => hello !== undefined);
   const chunks = later.reduce((sum, socket) => sum + socket.chunks, 0);
@@ -83,13 +83,13 @@ test('a connection that is cut in the middle of edits comes back by itself: each
   const opened = sockets.length;
 
   proxy.holdAnswers();
-  await move([-0.25, 0, 0]); // arrives, and of the answer the page knows nothing
+  await move([-0.25, 0, 0]); // arrives, but its answer does not
   await until(async () => (await revision()) === first + 1);
   await move([0, -0.25, 0]); // waits for that answer
   proxy.cut();
   await page.locator('.connection[data-state=retrying]').waitFor();
   await page.locator('.banner').getByText('The server cannot be reached. Trying again …').waitFor();
-  await move([0, 0, -0.25]); // of nobody but the page
+  await move([0, 0, -0.25]); // only the page has this edit
   assert.equal(await revision(), first + 1);
   proxy.mend();
   await page.locator('.connection[data-state=live]').waitFor();
@@ -121,7 +121,7 @@ test('a page that is looked at after a sleep, in which nothing came, opens anoth
 
   const state = await page.evaluate(() => {
     const { now } = Date;
-    Date.now = () => now() + 3_600_000; // while timers stood still
+    Date.now = () => now() + 3_600_000; // an hour later, in which timers stood still
     document.dispatchEvent(new Event('visibilitychange'));
     Date.now = now;
     return window.latticed.scene!.session.status.state;
@@ -140,7 +140,7 @@ test('a connection that neither carries anything nor ends is noticed, and anothe
   const told = await states();
   const opened = sockets.length;
 
-  proxy.shut(); // until the test has looked at what the server has: a page on a slow machine may have noticed by then
+  proxy.shut(); // until the server has been asked: on a slow machine the page may notice before that
   proxy.freeze();
   await move([0.125, 0, 0]);
   assert.equal(await revision(), first);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The surface that a page shows, read back, against the definition of the deformation: B-spline volumes in double.
+// Compares the surface that a page shows with the definition of the deformation: B-spline volumes in double precision.
 import assert from 'node:assert/strict';
 import type { Page } from 'playwright-core';
 import type {} from '@src/main'; // window.latticed
@@ -12,7 +12,7 @@ import { Lattice } from '@src/lattice/lattice';
 import { coordinates, distance, sub, type Vec3 } from '@src/lattice/vec';
 import { sourcePlaces } from './source_places';
 
-const FLOAT_STEP = 1e-5; // of meshes of a few units: what floats may be off
+const FLOAT_STEP = 1e-5; // the error of floats, on meshes of a few units
 
 /** What a page shows: its lattice, and every point received. */
 export interface Shown {
@@ -20,9 +20,9 @@ export interface Shown {
   readonly topology: string;
   /** Barycentrics of a patch's points, three each, times the segments. */
   readonly pattern: readonly number[];
-  /** Of each patch in turn. */
+  /** The points of each patch in turn. */
   readonly points: readonly Vec3[];
-  /** Of the grid of positions, in world units; of floats what they may be off. */
+  /** The step of the position grid, in world units; for floats their error. */
   readonly step: number;
 }
 
@@ -45,7 +45,7 @@ export async function shownBy(page: Page): Promise<Shown> {
   return { ...shown, lattice: read };
 }
 
-/** Where the lattice takes a point of the world. */
+/** Where the lattice moves a point of the world. */
 export function deformed(lattice: Lattice, p: Vec3): Vec3 {
   const x = coordinates(frameEdges(lattice.frame), sub(p, lattice.frame.origin));
   const parameter = ([0, 1, 2] as const).map(
@@ -54,27 +54,27 @@ export function deformed(lattice: Lattice, p: Vec3): Vec3 {
   return evaluate(lattice, parameter as unknown as Vec3);
 }
 
-const WORST_MISS = 0.9; // of the grid's step: half of one along each axis, and what evaluation in floats adds
+const WORST_MISS = 0.9; // grid steps: half a step along each axis makes 0.87; floats add a little
 const UNCOVERED = 1e-6;
 
-/** Largest distance of any point of any patch from where the definition takes its place on the mesh, in grid steps. */
+/** The largest distance, in grid steps, of a point of a patch from the position that the definition gives. */
 async function worstPoint(page: Page, obj: string): Promise<number> {
   const { topology, pattern, points, step, lattice } = await shownBy(page);
   const source = await sourcePlaces(page, topology, pattern, obj);
-  if (source === undefined || source.places.length !== points.length) return Infinity; // its own topology is on its way
+  if (source === undefined || source.places.length !== points.length) return Infinity; // a newer topology is on its way
   assert.ok(source.uncovered < UNCOVERED, `patches are ${source.uncovered} of a face from covering the mesh once`);
   return source.places.reduce((worst, place, i) => {
     const miss = distance(points[i], deformed(lattice, place)) / step;
-    return miss <= worst ? worst : miss; // NaN is the worst
+    return miss <= worst ? worst : miss; // NaN counts as the worst
   }, 0);
 }
 
 /**
- * Waits until every point of every patch is where the definition says: on a busy machine an update takes its time.
+ * Waits until every point of every patch is where the definition says. On a busy machine an update may take long.
  * @param obj The page's mesh, of triangles.
  */
 export async function followsDefinition(page: Page, obj: string): Promise<void> {
-  for (const end = Date.now() + 60_000; ; await page.waitForTimeout(100)) { // the page has the machine for itself meanwhile
+  for (const end = Date.now() + 60_000; ; await page.waitForTimeout(100)) { // leaves the machine to the page meanwhile
     const worst = await worstPoint(page, obj);
     if (worst < WORST_MISS) return;
     assert.ok(Date.now() < end, `${worst} steps`);

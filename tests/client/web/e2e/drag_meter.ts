@@ -1,18 +1,18 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a drag on the viewer's page takes, by time stamps inside the page.
+// Measures a drag on the viewer's page by time stamps inside the page.
 import type { CDPSession, Page } from 'playwright-core';
 import type {} from '@src/main'; // window.latticed
 import type { UpdateInfo } from '@src/session/scene_session';
 
-/** Milliseconds, but for `seconds`. */
+/** In milliseconds, except `seconds`. */
 export interface Measured {
-  /** Of own edits, each with the time from the newest edit that it holds until its points are in the vertex buffer. */
+  /** Updates of own edits, each with the time from its newest edit until its points are in the vertex buffer. */
   readonly updates: readonly (UpdateInfo & { readonly msFromEdit: number })[];
-  /** Of each frame that shows another update: from the newest edit that it shows until its pixels are there. */
+  /** For each frame that shows a new update: from the newest edit that it shows until its pixels are drawn. */
   readonly toPixels: readonly number[];
-  /** Of the same frames: from its first call until its pixels are there. */
+  /** For the same frames: from a frame's first call until its pixels are drawn. */
   readonly drawing: readonly number[];
   readonly seconds: number;
 }
@@ -22,7 +22,7 @@ interface Meter {
   readonly toPixels: number[];
   readonly drawing: number[];
   began: number;
-  /** Of the newest update. */
+  /** The revision of the newest update. */
   revision: number;
 }
 
@@ -33,10 +33,10 @@ export interface Wanted {
   readonly frames: number;
 }
 
-const MOVE_MS = 8; // a mouse tells of itself 125 times a second
+const MOVE_MS = 8; // a mouse reports 125 times per second
 const WARM_UP: Wanted = { updates: 5, frames: 2 };
 
-/** Moves what is selected of the scene that a page shows, by the key G and the mouse. */
+/** Drags control points of a page's scene with the key G and the mouse. */
 export class DragMeter {
   private constructor(private readonly page: Page, private readonly mouse: CDPSession) {}
 
@@ -45,7 +45,7 @@ export class DragMeter {
     return new DragMeter(page, await page.context().newCDPSession(page));
   }
 
-  /** The drag is taken back at its end. */
+  /** Drags these control points until `wanted` is measured. The drag is cancelled at its end. */
   async measure(indices: readonly number[], wanted: Wanted): Promise<Measured> {
     await this.page.evaluate((points) => window.latticed.scene!.editor.selection.select(points), [...indices]);
     const box = (await this.page.locator('canvas').boundingBox())!;
@@ -72,7 +72,7 @@ export class DragMeter {
     await this.page.waitForFunction((least) => (window as unknown as MeteredWindow).meter.revision >= least, revision);
   }
 
-  /** Around the middle, until all that is wanted has come. */
+  /** Moves the mouse around (x, y) until all that is wanted has come. */
   private async move(x: number, y: number, wanted: Wanted): Promise<void> {
     for (let step = 1; !(await this.has(wanted)); ++step) {
       const angle = (2 * Math.PI * step) / 96;
@@ -94,11 +94,11 @@ export class DragMeter {
 
 /** Runs in the page. */
 function install(): void {
-  const LOOK_MS = 4; // browsers allow no less, and to look all the time takes a processor from what draws
+  const LOOK_MS = 4; // the shortest timer of browsers; polling all the time would slow the drawing
   const { viewport, scene } = window.latticed;
   const meter: Meter = { updates: [], toPixels: [], drawing: [], began: 0, revision: -1 };
   Object.assign(window, { meter });
-  let undrawn: number | undefined; // when the newest edit was made that an update has brought and no frame shows
+  let undrawn: number | undefined; // the time of the newest edit in an update that no frame shows yet
   let frameBegan = 0;
   scene!.session.on('update', (info) => {
     meter.revision = info.revision;
@@ -111,7 +111,7 @@ function install(): void {
     if (undrawn === undefined) return;
     const [edit, began] = [undrawn, frameBegan];
     undrawn = undefined;
-    // The calls of a frame return before it is drawn: a fence tells when it is.
+    // A frame's calls return before it is drawn. A fence tells when it is drawn.
     const gl = viewport.renderer.getContext() as WebGL2RenderingContext;
     const fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0)!;
     gl.flush();

@@ -7,14 +7,14 @@ export type Place = readonly [number, number];
 const STEPS = 8;
 
 /**
- * Fingers that come down one after the other, go together from places of the page to others, and rest there: Chromium
- * drops a tap soon after a fling.
+ * Puts fingers down one after the other and moves them together along their ways. They rest at the end: Chromium ignores
+ * a tap soon after a fling.
  *
- * @param alone How far the first one has gone before the second comes, 0 to 1.
+ * @param alone The part of its way, 0 to 1, that the first finger has gone when the others come.
  */
 export async function swipe(page: Page, ways: readonly (readonly [from: Place, to: Place])[], alone = 0): Promise<void> {
   const session = await page.context().newCDPSession(page);
-  /** The first fingers, so far along their ways. */
+  /** Sends an event with the first `fingers` fingers at the part `along` of their ways. */
   const touch = (type: 'touchStart' | 'touchMove' | 'touchEnd', along: number, fingers = ways.length): Promise<unknown> => {
     const touchPoints = ways.slice(0, fingers).map(([from, to], id) => {
       const done = id > 0 ? Math.max(along - alone, 0) / (1 - alone) : along;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Pages of others in Chromium, of the same site (another port) and of another, that try to use a server of this computer.
+// Foreign pages in Chromium, of the same site (another port) and of another, that try to use this computer's server.
 // Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer.
 import assert from 'node:assert/strict';
 import { createServer, type Server } from 'node:http';
@@ -20,7 +20,7 @@ const SCENE = 'a-scene-of-this-computer';
 let foreign: Server;
 let edit: number[]; // a framed message that moves a control point
 
-/** Every way of a page to reach a server; each says what came of it. */
+/** Every way in which a page can reach a server. An attempt returns its outcome. */
 const WAYS: Record<string, { attempt: (page: Page) => Promise<string>; refused: string }> = {
   'fetch with CORS': { attempt: (page) => post(page, 'cors'), refused: 'TypeError: Failed to fetch' },
   'fetch without CORS': { attempt: (page) => post(page, 'no-cors'), refused: 'opaque' },
@@ -48,7 +48,7 @@ function loadImage(page: Page): Promise<string> {
   }), `${server.origin}/export/${SCENE}.obj`);
 }
 
-/** Into a frame, so that the page stays. */
+/** Submits a form into a frame, so that the page stays. */
 function submitForm(page: Page): Promise<string> {
   return page.evaluate((url) => new Promise<string>((resolve) => {
     const frame = document.createElement('iframe');
@@ -73,7 +73,7 @@ async function revision(): Promise<bigint> {
   return (await direct.scenes.getScene({ scene: SCENE })).revision;
 }
 
-/** Requests that the server says that it has stopped. */
+/** The number of requests that the server has logged as stopped. */
 function stopped(): number {
   return server.logged.split('\n').filter((line) => line.includes('HTTP request stopped')).length;
 }

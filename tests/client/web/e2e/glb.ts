@@ -1,20 +1,20 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// GLB files for tests: glTF 2.0, chapter 4.4.
+// GLB files for tests, as in glTF 2.0, chapter 4.4.
 
 const COMPONENT_TYPES = { Float32Array: 5126, Uint16Array: 5123 } as const;
 const SIZES = { SCALAR: 1, VEC2: 2, VEC3: 3 } as const;
 
-/** A square over -1 to 1, two triangles. */
+/** A square over -1 to 1, of two triangles. */
 export const SQUARE = {
   positions: Float32Array.of(-1, -1, 0, 1, -1, 0, 1, 1, 0, -1, 1, 0),
-  /** The whole picture, the right way up; v counts downwards. */
+  /** Show the whole picture upright. v counts downwards. */
   uvs: Float32Array.of(0, 1, 1, 1, 1, 0, 0, 0),
   indices: Uint16Array.of(0, 1, 2, 0, 2, 3),
 };
 
-/** Takes numbers and pictures, then the rest of the document. */
+/** Builds a GLB file: add numbers and pictures first, then call file() with the rest of the document. */
 export class GlbMaker {
   private readonly parts: Buffer[] = [];
   private readonly views: object[] = [];
@@ -22,7 +22,7 @@ export class GlbMaker {
   private readonly images: object[] = [];
   private length = 0;
 
-  /** The index of an accessor. */
+  /** Adds an accessor. Returns its index. */
   accessor(values: Float32Array | Uint16Array, type: keyof typeof SIZES): number {
     const size = SIZES[type];
     const axis = (a: number): number[] => Array.from(values).filter((_, i) => i % size === a);
@@ -33,12 +33,12 @@ export class GlbMaker {
     return this.accessors.push({ bufferView, componentType, count, type, min: limits(Math.min), max: limits(Math.max) }) - 1;
   }
 
-  /** The index of an image: a PNG inside, or one that stays outside. */
+  /** Adds an image, a PNG inside the file or one outside. Returns its index. */
   image(content: Buffer | { uri: string }): number {
     return this.images.push(content instanceof Buffer ? { bufferView: this.view(content), mimeType: 'image/png' } : content) - 1;
   }
 
-  /** A primitive's square, with its own positions and coordinates. */
+  /** Adds a square. Returns the attributes and indices of its primitive. */
   square({ positions = SQUARE.positions, uvs = SQUARE.uvs, indices = SQUARE.indices } = {}): { attributes: Record<string, number>; indices: number } {
     return {
       attributes: { POSITION: this.accessor(positions, 'VEC3'), TEXCOORD_0: this.accessor(uvs, 'VEC2') },

@@ -1,20 +1,20 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a page takes in Chromium: JavaScript's objects and buffers by themselves, and all of its processes, in which workers,
-// WebAssembly and what is drawn lie as well.
+// The memory that a page takes in Chromium: JavaScript's objects and buffers, and all of its processes, which also hold
+// workers, WebAssembly and what is drawn.
 import assert from 'node:assert/strict';
 import { existsSync, readFileSync } from 'node:fs';
 import type { CDPSession, Page } from 'playwright-core';
 
 const OS_PAGE_BYTES = 4096;
 
-/** How much more a page may take. */
+/** By how much each number may grow. */
 const LIMITS = { objects: 2e6, buffers: 1e5, nodes: 50, listeners: 10, processes: 32e6 };
 
 /**
- * Runs something that has run before, and fails where the page takes more afterwards. Collections of garbage and caches
- * leave less than the limits; a buffer of a kilobyte at each of a thousand steps is more.
+ * Runs something that has run before, and fails if the page takes more memory afterwards. Garbage and caches leave less
+ * than the limits. A leak of a kilobyte of buffers at each of a thousand steps exceeds them.
  */
 export async function assertFlat(page: Page, run: () => Promise<unknown>): Promise<void> {
   const session = await page.context().newCDPSession(page);
@@ -32,7 +32,7 @@ export async function assertFlat(page: Page, run: () => Promise<unknown>): Promi
   assert.ok(kinds.every((kind) => grown[kind] <= LIMITS[kind]), `more than before: ${JSON.stringify(grown)}`);
 }
 
-/** Bytes after a collection of garbage, and numbers of what the document has. */
+/** Bytes after a garbage collection, and the document's numbers of nodes and listeners. */
 async function taken(session: CDPSession): Promise<Record<'objects' | 'buffers' | 'nodes' | 'listeners', number>> {
   await session.send('HeapProfiler.collectGarbage');
   const { usedSize, embedderHeapUsedSize, backingStorageSize: buffers } = await session.send('Runtime.getHeapUsage');
@@ -40,7 +40,7 @@ async function taken(session: CDPSession): Promise<Record<'objects' | 'buffers' 
   return { objects: usedSize + embedderHeapUsedSize, buffers, nodes, listeners };
 }
 
-/** Those that run pages, and the GPU's. */
+/** The processes that run pages, and the GPU process. */
 async function processesOf(page: Page): Promise<{ id: number; bytes: number }[]> {
   const session = await page.context().browser()!.newBrowserCDPSession();
   const { processInfo } = await session.send('SystemInfo.getProcessInfo');
@@ -48,7 +48,7 @@ async function processesOf(page: Page): Promise<{ id: number; bytes: number }[]>
   return processInfo.filter(({ type }) => type === 'renderer' || type === 'GPU').map(({ id }) => ({ id, bytes: privateBytes(id) }));
 }
 
-/** Resident pages but for those that files and other processes share (proc(5), statm); 0 of a process that has ended. */
+/** Bytes of resident pages that are not shared with files or processes (proc(5), statm). 0 if the process has ended. */
 function privateBytes(process: number): number {
   const file = `/proc/${process}/statm`;
   if (!existsSync(file)) return 0;

@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Pages whose server, which keeps nothing, is killed and started again.
+// For tests that kill and restart a page's server, which keeps nothing.
 import type { Page } from 'playwright-core';
 import { until } from '../support/until';
 
 const RESTORED = 'The server was restarted; (this browser|another window) restored mesh and lattice';
 
-/** Waits until the browser has what it takes to restore the page's scene: only then may the server go. */
+/** Waits until the browser stores what it needs to restore the page's scene. Only then may a test kill the server. */
 export async function keeps(page: Page): Promise<void> {
   await until(() => page.evaluate(() => new Promise<boolean>((resolve) => {
     const { opener, scene } = window.latticed;
@@ -16,13 +16,13 @@ export async function keeps(page: Page): Promise<void> {
       const transaction = request.result.transaction(['meshes', 'scenes']);
       const mesh = transaction.objectStore('meshes').getKey((opener as unknown as { mesh: { id: string } }).mesh.id);
       const kept = transaction.objectStore('scenes').getKey(scene!.session.sceneId);
-      request.result.close(); // when all is answered
+      request.result.close(); // takes effect after the transaction
       transaction.oncomplete = () => resolve(mesh.result !== undefined && kept.result !== undefined);
     };
   })));
 }
 
-/** Keeps what the page tells from now on: its toasts go after some seconds. */
+/** Records the page's toasts from now on. A toast disappears after some seconds. */
 export function keepToasts(page: Page): Promise<void> {
   return page.evaluate(() => {
     const toasts: string[] = [];
@@ -35,7 +35,7 @@ export function keepToasts(page: Page): Promise<void> {
   });
 }
 
-/** Waits until the page has told what fits, and returns the first group of that. */
+/** Waits until a recorded toast matches `words`. Returns the first group of the match. */
 export async function toldOf(page: Page, words: string): Promise<string> {
   const said = await page.waitForFunction((pattern) => {
     const { toasts } = window as unknown as { toasts: string[] };
@@ -45,7 +45,7 @@ export async function toldOf(page: Page, words: string): Promise<string> {
   return (await said.jsonValue())!.group;
 }
 
-/** Waits until the page says so. */
+/** Waits until a toast says who restored the scene: "this browser" or "another window". */
 export function whoRestored(page: Page): Promise<string> {
   return toldOf(page, RESTORED);
 }

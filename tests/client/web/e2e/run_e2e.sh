@@ -3,8 +3,8 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # usage: run_e2e.sh LATTICED LATTICECTL WEB VIEWER NAME: the programs, the viewer's build folder, the viewer, which tests
-# The viewer in Chromium against the server: the tests of NAME_e2e_test.ts. Skips (77) where there is no Chromium, and
-# fails there under LATTICED_REQUIRE_CHROMIUM. Screenshots are left in WEB/shots.
+# Runs NAME_e2e_test.ts, which tests the viewer in Chromium against the server. Without Chromium it exits with 77
+# (skipped), or fails if LATTICED_REQUIRE_CHROMIUM is set. Screenshots are left in WEB/shots.
 set -euo pipefail
 export LATTICED=$1 LATTICECTL=$2 LATTICED_PAGE=$3/tests/page LATTICED_VIEWER=$4 LATTICED_SHOTS=$3/shots
 export CHROMIUM=${CHROMIUM:-$(command -v chromium || true)}

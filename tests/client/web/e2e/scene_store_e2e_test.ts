@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What Chromium keeps for the page: of other versions of it, of several windows, and where there is little room.
+// What Chromium stores for the page: with other versions of the page, with several windows, and with little room.
 // Environment: LATTICED, CHROMIUM; LATTICED_PAGE, the folder of the page.
 import assert from 'node:assert/strict';
 import { after, before, test, type TestContext } from 'node:test';
@@ -20,7 +20,7 @@ async function openHarness(): Promise<Page> {
   return page;
 }
 
-/** A page of the same origin that asks for no database by itself. */
+/** A page of the same origin that does not open the database itself. */
 async function openBare(): Promise<Page> {
   const page = await context.newPage();
   await page.goto(`${server.origin}/harness.js`);
@@ -34,7 +34,7 @@ function save(page: Page, mesh: string, files: readonly (readonly [name: string,
   }, [mesh, files, beside] as const);
 }
 
-/** Names and contents. */
+/** The names and contents of the files stored beside a mesh. */
 function beside(page: Page, mesh: string): Promise<string[]> {
   return page.evaluate(async (id) => {
     const files = await window.store.companions(id);
@@ -113,7 +113,7 @@ test('pictures that two windows keep beside one mesh are there all, the newest o
   await context.close();
 });
 
-/** A page of a browser of its own, which has 10 MB to keep meshes in. */
+/** A page in its own browser, whose storage is 10 MB. */
 async function storingPage(t: TestContext): Promise<Page> {
   const storing = await (await launchWithProfile(t)).newPage();
   await storing.goto(server.origin);
@@ -123,7 +123,7 @@ async function storingPage(t: TestContext): Promise<Page> {
 
 test('for a mesh without room the oldest scenes are forgotten, none in vain; what is refused stays with the page', async (t) => {
   const storing = await storingPage(t);
-  /** Which of meshes a to d and scenes 1 to 3 are there; in capitals what only the page has. */
+  /** Which of the meshes a to d and the scenes 1 to 3 exist. A mesh in capitals is only in the page. */
   const there = (): Promise<string> => storing.evaluate(async () => {
     const { store } = window;
     const found = [...'abcd'].map(async (id) =>
@@ -151,13 +151,13 @@ test('for a mesh without room the oldest scenes are forgotten, none in vain; wha
   assert.equal(await there(), 'ab123');
   assert.equal(await save([['c', 3]], []), '');
   assert.equal(await there(), 'bc23');
-  assert.equal(await save([['d', 8]], []), 'the browser has no room left for it'); // b and c together have 7
+  assert.equal(await save([['d', 8]], []), 'the browser has no room left for it'); // b and c together take 7 MB
   assert.equal(await there(), 'bcD23');
   await storing.reload();
   assert.equal(await there(), 'bc23');
   await storing.evaluate(() => {
     const { now } = Date;
-    Date.now = () => now() + 2 * 3600 * 1000; // of c no scene was made
+    Date.now = () => now() + 2 * 3600 * 1000; // no scene uses c
     return window.store.forgetOld();
   });
   assert.equal(await there(), 'b23');
@@ -181,12 +181,12 @@ test('what was dropped beside a mesh is kept with it, counts with it for room, a
   assert.equal(await keep('a', 3), '');
   await makeScene('2', 'b', 1);
   assert.equal(await keep('b', 2), '');
-  assert.equal(await keep('b', 5), ''); // in place of 2, and of a
+  assert.equal(await keep('b', 5), ''); // replaces the 2 MB, and evicts a
   assert.deepEqual(await there(), ['5 of b.png: 5000000']);
   assert.equal(await storing.evaluate(() => window.store.keepsMesh('a')), false);
   assert.equal(await keep('b', 11), 'the browser has no room left for it');
   assert.deepEqual(await there(), ['5 of b.png: 5000000']);
-  assert.equal(await keep('x', 1), ''); // of a mesh that nobody has
+  assert.equal(await keep('x', 1), ''); // beside a mesh that is not stored
   await storing.evaluate(() => window.store.forgetOld());
   assert.deepEqual(await there(), ['5 of b.png: 5000000']);
 });

@@ -3,7 +3,7 @@
 import { spawn, type ChildProcess } from 'node:child_process';
 import { connect, createServer } from 'node:net';
 
-/** The server under test, on the CPU; it may be killed and started again at the same address. */
+/** The server under test, on the CPU. It can be killed and restarted at the same address. */
 export class ServerProcess {
   private child: ChildProcess | undefined;
   private log = '';
@@ -11,7 +11,7 @@ export class ServerProcess {
   private constructor(
     readonly port: number, private readonly grpcPort: number, private readonly webRoot: string, private more: readonly string[]) {}
 
-  /** With more options of the program. Environment: LATTICED, the program. */
+  /** Starts the server with more options. Environment: LATTICED, the program. */
   static async start(webRoot: string, more: readonly string[] = []): Promise<ServerProcess> {
     const server = new ServerProcess(await freePort(20_000), await freePort(26_000), webRoot, more);
     await server.restart();
@@ -31,12 +31,12 @@ export class ServerProcess {
     return this.log;
   }
 
-  /** Stops the process where it is, as a machine does that has no time for it; connections stay. */
+  /** Pauses the process, like a machine that has no time for it. Connections stay open. */
   halt(): void {
     this.child!.kill('SIGSTOP');
   }
 
-  /** Lets it go on. */
+  /** Resumes the process. */
   goOn(): void {
     this.child!.kill('SIGCONT');
   }
@@ -53,7 +53,7 @@ export class ServerProcess {
     throw new Error(`latticed did not start: ${this.log}`);
   }
 
-  /** As a power cut would; of a process that has ended already it does nothing. */
+  /** Kills the process, as a power cut would. Does nothing if it has already ended. */
   async kill(): Promise<void> {
     const child = this.child!;
     if (child.exitCode !== null || child.signalCode !== null) return;
@@ -74,7 +74,7 @@ function isOpen(port: number): Promise<boolean> {
   });
 }
 
-/** One of 6,000 ports, below those that the system gives to others: a server that is started again finds it free. */
+/** A free one of 6,000 ports. The system gives none of them to others, so a restarted server can use it again. */
 async function freePort(first: 20_000 | 26_000): Promise<number> {
   for (;;) {
     const port = first + Math.floor(6000 * Math.random());

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A sheet over -1 to 1 whose texture coordinates go from 0 to 1, u right and v up: 16 quads.
+// A sheet of 16 quads over -1 to 1. Its texture coordinates go from 0 to 1, u to the right and v up.
 
 const vertices = Array.from({ length: 5 }, (_, j) => Array.from({ length: 5 }, (__, i) => [i / 4, j / 4] as const)).flat();
 const quads = Array.from({ length: 16 }, (_, q) => {
@@ -9,14 +9,14 @@ const quads = Array.from({ length: 16 }, (_, q) => {
   return [at, at + 1, at + 6, at + 5];
 });
 
-/** @param material A line before each quad, counted in rows from below. */
+/** @param material The line before a quad. Quads are numbered in rows from below. */
 export function sheetObj(material: (quad: number) => string = () => ''): string {
   const lines = vertices.flatMap(([u, v]) => [`v ${2 * u - 1} ${2 * v - 1} 0`, `vt ${u} ${v}`]);
   const faces = quads.flatMap((quad, q) => [material(q), `f ${quad.map((i) => `${i + 1}/${i + 1}`).join(' ')}`]);
   return ['mtllib sheet.mtl', ...lines, ...faces].join('\n');
 }
 
-/** Without texture coordinates. */
+/** The sheet without texture coordinates. */
 export function plainSheetObj(): string {
   return sheetObj().replace(/^vt.*\n/gm, '').replace(/\/\d+/g, '');
 }

@@ -4,7 +4,7 @@ import { fromBinary } from '@bufbuild/protobuf';
 import { SceneEventSchema, type Hello, type SceneEvent } from 'latticed/v1/event_pb';
 import type { Page } from 'playwright-core';
 
-/** One WebSocket of a page, with what came on it. */
+/** A WebSocket of a page, with the events that came on it. */
 export class TappedSocket {
   readonly events: SceneEvent['event'][] = [];
 
@@ -15,13 +15,13 @@ export class TappedSocket {
     return undefined;
   }
 
-  /** In the tables of the topologies that came. */
+  /** The number of chunks in all topologies that came. */
   get chunksOfTopology(): number {
     const runs = this.events.flatMap((event) => (event.case === 'topology' ? event.value.chunkRuns : []));
     return runs.reduce((sum, { chunkCount }) => sum + chunkCount, 0);
   }
 
-  /** Different ones that came. */
+  /** The number of different chunks that came. */
   get chunks(): number {
     const indices = this.events.flatMap((event) => (event.case === 'chunks' ? event.value.chunks.map(({ index }) => index) : []));
     return new Set(indices).size;

@@ -8,15 +8,15 @@ import { add, cross, dot, scale, type Basis, type Vec3 } from '@src/lattice/vec'
 import type { PatchOrigins, PatchSource } from '@src/surface/patch_colours';
 
 export interface SourcePlaces {
-  /** One for each point of each patch, in the order of the page's points. */
+  /** A place for each point of each patch, in the order of the page's points. */
   readonly places: readonly Vec3[];
-  /** How far the patches are from covering each face once: 0 where they do. */
+  /** How far the patches are from covering each face once; 0 if they do. */
   readonly uncovered: number;
 }
 
-const ANSWER_MS = 3000; // then another call takes another connection: a test may have frozen this one
+const ANSWER_MS = 3000; // then the caller asks again, on another connection: a test may have frozen this one
 
-/** Corners and barycentrics of each patch, as the server tells the page; undefined where it has another topology by now. */
+/** Corners and barycentrics of each patch, from the server. Undefined if it has another topology or does not answer. */
 async function originsOf(page: Page, topology: string): Promise<PatchOrigins | undefined> {
   const told = await page.evaluate(async ([id, ms]) => {
     const { patches } = window.latticed.scene!.session.surface as unknown as { patches: { source: PatchSource } };
@@ -28,8 +28,8 @@ async function originsOf(page: Page, topology: string): Promise<PatchOrigins | u
 }
 
 /**
- * Undefined where the server does not tell.
- * @param pattern Of a patch's points, three numbers each that add up to the segments.
+ * Undefined if the server does not tell.
+ * @param pattern Three numbers for each point of a patch. They add up to the segments.
  * @param obj The mesh, of triangles.
  */
 export async function sourcePlaces(
@@ -59,7 +59,7 @@ function blend([a, b, c]: readonly Vec3[], [i, j, k]: readonly number[]): Vec3 {
   return add(scale(a, i), add(scale(b, j), scale(c, k)));
 }
 
-/** Corners are numbered along faces, here of three each. */
+/** The triangles of an OBJ file. The server numbers corners along the faces, three per face. */
 function trianglesOf(obj: string): Basis[] {
   const numbers = (line: string): number[] => line.split(' ').slice(1).map((word) => parseFloat(word));
   const lines = obj.split('\n');

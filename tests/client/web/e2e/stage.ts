@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the tests of a file share: a server, a browser and a page of it. One file is one process, so they are its variables.
+// What the tests of a file share: a server, a browser and a page. Each file is a process, so these are variables.
 import { join } from 'node:path';
 import { after, before } from 'node:test';
 import type { Browser, BrowserContextOptions, Page } from 'playwright-core';
@@ -17,24 +17,24 @@ import { createScene, dropFiles, segmentsCome } from './viewer_page';
 export { until };
 
 export let server: ServerProcess;
-/** Calls that no page makes. */
+/** Calls the server directly, not from a page. */
 export let direct: LatticedServer;
 export let browser: Browser;
 export let page: Page;
-/** Of the page; tests fail on them. */
+/** The page's errors, on which tests fail. */
 export let errors: string[];
 
 export interface StageOptions {
-  /** More options of the server's program. */
+  /** More options of the server. */
   readonly serverOptions?: readonly string[];
   /** Where the page is opened, in place of the server's origin. */
   readonly address?: () => string | Promise<string>;
   readonly context?: BrowserContextOptions;
-  /** What the page shows before the first test. */
+  /** Prepares the page before the first test. */
   readonly begin?: () => Promise<unknown>;
 }
 
-/** Starts all of it before the first test of the file, and ends it after the last. */
+/** Starts server, browser and page before the first test of the file, and ends them after the last. */
 export function useStage({ serverOptions, address = () => server.origin, context, begin }: StageOptions = {}): void {
   before(async () => {
     server = await ServerProcess.start(process.env.LATTICED_VIEWER!, serverOptions);
@@ -53,7 +53,7 @@ export function useStage({ serverOptions, address = () => server.origin, context
 export const CORNER = 63;
 export const OBJ = torusObj(12, 8);
 
-/** Drops OBJ, and takes the lattice that is offered. At 2 segments frames are quick. */
+/** Drops OBJ and takes the lattice that is offered. With 2 segments frames draw quickly. */
 export async function openTorus(segments = 2): Promise<void> {
   await dropFiles(page, [['torus.obj', OBJ]]);
   await createScene(page);
@@ -68,7 +68,7 @@ export async function setView(view: Parameters<LiveSession['setView']>[0], of = 
   }, view);
 }
 
-/** Keeps a picture for people where LATTICED_SHOTS names a folder. */
+/** Saves a screenshot for people if LATTICED_SHOTS names a folder. */
 export async function shot(name: string, of = page): Promise<void> {
   if (process.env.LATTICED_SHOTS) await of.screenshot({ path: join(process.env.LATTICED_SHOTS, `${name}.png`) });
 }

@@ -2,13 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 import { connect, createServer, type AddressInfo, type Server, type Socket } from 'node:net';
 
-/** A browser's connection and the one that goes on to the server. */
+/** A browser's connection, and the one to the server that continues it. */
 interface Pair {
   readonly browser: Socket;
   readonly server: Socket;
 }
 
-/** A way to a server that a test can cut, as networks do, while the server lives on. */
+/** A proxy before a server. A test can break its connections, as networks do, while the server runs on. */
 export class TcpProxy {
   private readonly pairs = new Set<Pair>();
   private isShut = false;
@@ -17,7 +17,7 @@ export class TcpProxy {
     listener.on('connection', (browser) => this.join(browser));
   }
 
-  /** To a port of this computer. */
+  /** Forwards to a port of this computer. */
   static async to(port: number): Promise<TcpProxy> {
     const listener = createServer();
     await new Promise<void>((resolve, reject) => listener.once('error', reject).listen(0, '127.0.0.1', resolve));
@@ -28,21 +28,21 @@ export class TcpProxy {
     return `http://127.0.0.1:${(this.listener.address() as AddressInfo).port}`;
   }
 
-  /** What the server sends on connections that are open arrives no longer; what the browser sends does. */
+  /** On open connections, what the server sends no longer arrives. What the browser sends still does. */
   holdAnswers(): void {
     for (const { browser, server } of this.pairs) server.unpipe(browser).pause();
   }
 
-  /** Connections of now carry nothing more, either way, and neither end is told. New ones are as they should be. */
+  /** Open connections carry nothing more in either direction, and neither end is told. New ones work. */
   freeze(): void {
     this.holdAnswers();
     for (const pair of this.pairs) {
       pair.browser.unpipe(pair.server).pause();
-      pair.browser.removeAllListeners('close');  // of which the server learns nothing
+      pair.browser.removeAllListeners('close');  // the server must not learn of a close
     }
   }
 
-  /** Resets new connections until `mend`; those that are open stay. */
+  /** Resets new connections until `mend`. Open ones stay. */
   shut(): void {
     this.isShut = true;
   }
@@ -60,7 +60,7 @@ export class TcpProxy {
     this.isShut = false;
   }
 
-  /** Without a reset: where a frozen connection is reset, Node (20) may never end. */
+  /** Closes all without a reset: after a reset of a frozen connection, Node 20 may never exit. */
   close(): void {
     this.listener.close();
     for (const { browser, server } of this.pairs) {

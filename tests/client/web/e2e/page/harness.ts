@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-/** A page with nothing but the store that viewers keep scenes in. */
+/** A page with only the store in which viewers keep scenes. */
 import { IndexedSceneStore } from '@src/session/store/indexed_scene_store';
 
 declare global {
