@@ -16,7 +16,7 @@ import { WatchStream } from '@src/wire/watch_stream';
 import { bytes, inWords } from '@src/wire/words';
 import { until } from './support/session_fixture';
 
-/** A stream over gRPC-Web to the test's service. Its watch says hello once `isOpen` resolves, and lasts until closed. */
+/** A stream over gRPC-Web to the test's service. Its watch says hello after `isOpen`, and lasts until it is closed. */
 class Watched {
   readonly events: SceneEvent['event'][] = [];
   readonly ends: (ServerError | undefined)[] = [];

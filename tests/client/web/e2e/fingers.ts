@@ -7,8 +7,8 @@ export type Place = readonly [number, number];
 const STEPS = 8;
 
 /**
- * Puts fingers down one after the other and moves them together along their ways. They rest at the end: Chromium ignores
- * a tap soon after a fling.
+ * Puts fingers down one after the other and moves them along their ways. They rest at the end, because Chromium
+ * ignores a tap soon after a fling.
  *
  * @param alone The part of its way, 0 to 1, that the first finger has gone when the others come.
  */

@@ -2,11 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // usage: node viewer_bench.mjs [--markdown FILE] [--mesh NAME] [--updates N] [--frames N]
-// Time from an edit to its pixels in the viewer in Chromium on loopback, while a person drags, and where it goes, as a
-// table in Markdown, which is added to FILE. Of one mesh alone, knot, vase or fandisk.obj; of so many updates and frames, in
-// place of 60 while the surface is hidden and 12 while it is shown. Environment: LATTICED, LATTICECTL, CHROMIUM;
-// LATTICED_VIEWER, the folder of the viewer; LATTICED_SHARED, a folder with real meshes in models/ (samples are taken in place
-// of those that are missing).
+// Measures the time from an edit to its pixels in the viewer in Chromium on loopback, while a person drags, and where
+// the time goes. Adds a Markdown table to FILE. --mesh takes one mesh alone: knot, vase or fandisk.obj. --updates (60)
+// counts while the surface is hidden, --frames (12) while it is shown. Environment: LATTICED, LATTICECTL, CHROMIUM;
+// LATTICED_VIEWER, the folder of the viewer; LATTICED_SHARED, a folder with real meshes in models/. If a mesh is
+// missing, a sample replaces it.
 import { execFileSync } from 'node:child_process';
 import { appendFileSync, existsSync, mkdtempSync, readFileSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
@@ -27,7 +27,7 @@ interface Sample {
   readonly size: Size;
 }
 
-/** 1,060, 5,034 and 17,068 patches: samples of latticectl, and a file of models/, or where it is missing a sample of 16,448. */
+/** 1,060, 5,034 and 17,068 patches: two samples and a file. If it is missing, a sample of 16,448 patches. */
 const MESHES: readonly { readonly model?: string; readonly size?: Size; readonly sample: Sample }[] = [
   { sample: { name: 'knot', resolution: 1, size: [4, 4, 4] } },
   { sample: { name: 'vase', resolution: 2, size: [4, 4, 4] } },
@@ -43,7 +43,7 @@ const { values: options } = parseArgs({ options: {
 const HIDDEN = { updates: Number(options.updates), frames: 0 };
 const SHOWN = { updates: 0, frames: Number(options.frames) };
 
-/** A mesh, and the lattice that it gets. */
+/** A mesh, and the size of the lattice that it gets. */
 interface Subject {
   readonly name: string;
   readonly content: Buffer;
@@ -69,7 +69,7 @@ function percentile(values: readonly number[], fraction: number): number {
 const ms = (value: number): string => value.toFixed(value < 10 ? 1 : 0);
 const spread = (values: readonly number[]): string[] => [ms(percentile(values, 0.5)), ms(percentile(values, 0.95))];
 
-/** What a person does: drops the mesh, says how many control points, creates the scene. */
+/** Does what a person does: drops the mesh, fills in the numbers of control points, creates the scene. */
 async function openSubject(page: Page, { name, content, size }: Subject): Promise<void> {
   await dropFiles(page, [[name, content]]);
   await meshUploaded(page);
@@ -81,7 +81,7 @@ async function openSubject(page: Page, { name, content, size }: Subject): Promis
   await live(page);
 }
 
-/** Changes the view, and waits until the surface is here so. */
+/** Changes the encoding of the view, and waits until the whole surface has come in it. */
 function setEncoding(page: Page, encoding: string): Promise<void> {
   return page.evaluate(([name, segments]) => {
     const { settings, scene } = window.latticed;
@@ -132,7 +132,7 @@ async function measure(subject: Subject): Promise<void> {
   const [u, v, w] = subject.size;
   const all = Array.from({ length: u * v * w }, (_, i) => i);
   const upper = (u >> 1) + u * ((v >> 1) + v * (w - 1)); // in the middle of the uppermost plane
-  for (const encoding of ['quantised', 'raw', 'draco']) { // the page begins with draco
+  for (const encoding of ['quantised', 'raw', 'draco']) { // draco is last: the page begins with it
     await setEncoding(page, encoding);
     for (const [moved, indices] of [['all points', all], ['one point', [upper]]] as const) {
       const measured: Measured[] = [];

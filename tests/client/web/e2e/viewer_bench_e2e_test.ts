@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The viewer's benchmark, short: that it measures, not how much.
+// A short run of the viewer's benchmark. Checks that it measures, not what it measures.
 import assert from 'node:assert/strict';
 import { execFile } from 'node:child_process';
 import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
@@ -11,7 +11,7 @@ import { test } from 'node:test';
 import { promisify } from 'node:util';
 
 const run = promisify(execFile);
-const NUMBERS_FROM = 4; // after mesh, patches, encoding, what was moved
+const NUMBERS_FROM = 4; // the columns before are mesh, patches, encoding and moved
 
 test('the bench fills its table of every encoding, with every part of the way to the pixels', async (t) => {
   const folder = mkdtempSync(join(tmpdir(), 'latticed-bench-'));

@@ -65,7 +65,7 @@ test('a GLB has a picture for each primitive, by its transform, under the transf
   ];
   const turned = glb.square({ uvs: new Float32Array(8) });
   turned.attributes.TEXCOORD_1 = glb.accessor(SQUARE.uvs, 'VEC2');
-  // The left half and the right one, joined by triangles without area.
+  // The left and right halves, joined by triangles without area.
   const strip = glb.square({
     positions: Float32Array.of(-1, -1, 0, 0, -1, 0, -1, 1, 0, 0, 1, 0, 0, -1, 0, 1, -1, 0, 0, 1, 0, 1, 1, 0),
     uvs: Float32Array.of(0, 1, 0.5, 1, 0, 0, 0.5, 0, 0.5, 1, 1, 1, 0.5, 0, 1, 0),
@@ -106,7 +106,8 @@ test('a GLB has a picture for each primitive, by its transform, under the transf
     'red green blue white', 'white blue green red', 'white blue green red', // as it is, the other picture, half a turn
     'green red white blue', 'blue red white green', 'red green blue white', // mirrored, a quarter turn clockwise, a strip
   ]);
-  assert.deepEqual([await nameAt(page, 1.9, -0.1), await nameAt(page, 2.9, -0.1)], ['red', 'green']); // where the strip's triangles turn
+  // These points are in triangles of the strip whose winding is reversed.
+  assert.deepEqual([await nameAt(page, 1.9, -0.1), await nameAt(page, 2.9, -0.1)], ['red', 'green']);
 });
 
 test('a GLB says which of its colours are not shown, and takes a picture that is dropped for the one it names', async () => {
@@ -126,7 +127,7 @@ test('a GLB says which of its colours are not shown, and takes a picture that is
   await page.getByText('named.glb names the picture art/Squares one.png, which was not dropped with it.').waitFor();
   await page.getByText('The colours of vertices that named.glb has are not shown.').waitFor();
   await page.getByText('Materials of named.glb are of KHR_materials_pbrSpecularGlossiness, whose pictures are not shown.').waitFor();
-  errors.length = 0; // three says it in the console too
+  errors.length = 0; // three.js reports it in the console too
   await dropFiles(page, [['squares one.png', picture]]);
   await page.getByText('named.glb clamps or mirrors pictures outside of 0 to 1; they are shown repeated.').waitFor();
   await lookAtColours(page);

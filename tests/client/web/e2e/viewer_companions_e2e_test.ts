@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What was dropped beside a mesh, in the viewer in Chromium: after a reload, in other windows and browsers.
+// Files dropped beside a mesh, in the viewer in Chromium: after a reload, in other windows and in other browsers.
 // Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer.
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
@@ -27,7 +27,7 @@ useStage({
   },
 });
 
-/** Waits until this browser keeps a picture beside the mesh that is open; returns the names of all that it keeps there. */
+/** Waits until this browser keeps a picture beside the open mesh. Returns the names of all files kept beside it. */
 async function keptBeside(of: Page, name: string, content: Buffer): Promise<string[]> {
   const names = await until(() => of.evaluate(async ([picture, base64]) => {
     const { services, opener } = window.latticed;
@@ -39,20 +39,20 @@ async function keptBeside(of: Page, name: string, content: Buffer): Promise<stri
   return names!;
 }
 
-/** Makes this browser forget all meshes, but not what was dropped beside them. */
+/** Deletes all meshes that this browser keeps, but not the files dropped beside them. */
 async function forgetMeshes(of: Page): Promise<void> {
   await of.evaluate(() => new Promise<void>((resolve) => {
     const request = indexedDB.open('latticed');
     request.onsuccess = () => {
       const transaction = request.result.transaction(['meshes', 'contents'], 'readwrite');
       for (const table of ['meshes', 'contents']) transaction.objectStore(table).clear();
-      request.result.close(); // when all is answered
+      request.result.close(); // takes effect after the transaction
       transaction.oncomplete = () => resolve();
     };
   }));
 }
 
-/** With the picture squares.png. */
+/** A material with the picture squares.png. */
 const MTL = 'newmtl all\nmap_Kd squares.png\n';
 
 function materialSheet(): string {
@@ -63,7 +63,7 @@ test('pictures dropped beside an OBJ are shown after a restart of the server', a
   await dropFiles(page, [['sheet.mtl', MTL], ['squares.png', other], ['sheet.obj', materialSheet()]]);
   await createScene(page);
   await lookAtColours(page);
-  await dropFiles(page, [['squares.png', picture]]); // in place of the one before
+  await dropFiles(page, [['squares.png', picture]]); // replaces the picture before
   await keptBeside(page, 'squares.png', picture);
 
   await keeps(page);
@@ -74,7 +74,7 @@ test('pictures dropped beside an OBJ are shown after a restart of the server', a
   await page.goto(address);
   await live(page, 'restored');
   await comesTo(page, 'red green blue white');
-  errors.length = 0; // of calls for the scene that was lost
+  errors.length = 0; // calls for the lost scene fail
 });
 
 test('a picture that is dropped after a reload, before the mesh is here again, is kept beside the others', async () => {
@@ -94,7 +94,7 @@ test('a picture that is dropped after a reload, before the mesh is here again, i
   await keeps(page);
 });
 
-/** Drops the sheet with the picture of red, green, blue and white, or alone; waits until it is shown. */
+/** Drops the sheet, alone or with `picture`, and waits until it is shown. */
 async function openSheet(of: Page, isPictured: boolean): Promise<void> {
   const pictures = isPictured ? [['sheet.mtl', MTL], ['squares.png', picture]] as const : [];
   await dropFiles(of, [...pictures, ['sheet.obj', materialSheet()]]);
@@ -102,7 +102,7 @@ async function openSheet(of: Page, isPictured: boolean): Promise<void> {
   if (isPictured) await lookAtColours(of);
 }
 
-/** Looks at the sheet, and waits until it is shown so: what one look shows may be the picture of before. */
+/** Waits until the sheet has these colours. At first it may still show the picture before. */
 async function comesTo(of: Page, colours: string): Promise<void> {
   await lookAtColours(of);
   await until(async () => (await quarters(of)) === colours, async () => `${await quarters(of)} is not ${colours}`);
@@ -137,7 +137,7 @@ test('a picture that is dropped on a scene just restored, before its mesh is kno
   await comesTo(fresh, 'white blue green red');
   assert.deepEqual(await fresh.locator('.toast-error').allInnerTexts(), []);
   await page.locator('.connection[data-state=restored]').waitFor(); // the other window's scene was lost too
-  freshErrors.length = errors.length = 0; // of calls for the scene that was lost
+  freshErrors.length = errors.length = 0; // calls for the lost scene fail
 });
 
 test('pictures that are dropped in one window come to the browser\'s other windows of the mesh, but not in place of another look', async (t) => {
@@ -175,7 +175,7 @@ test('a GLB above 64 MiB that another browser uploaded is shown plain, says wher
   await elsewhere.getByText('The colours of this mesh are inside its file of 67.1 MB: choose the texture to fetch it.').waitFor();
   assert.equal(await colouringOf(elsewhere), 'plain');
 
-  await elsewhere.keyboard.press('n'); // the panel
+  await elsewhere.keyboard.press('n'); // opens the panel
   await elsewhere.getByLabel('Colour', { exact: true }).selectOption('texture');
   await comesTo(elsewhere, 'red green blue white');
   assert.deepEqual(errorsElsewhere, []);
@@ -199,7 +199,7 @@ test('another browser shows a mesh without what was dropped beside it, and says 
   await live(elsewhere);
   assert.equal(await colouringOf(elsewhere), 'plain');
 
-  await elsewhere.keyboard.press('n'); // the panel
+  await elsewhere.keyboard.press('n'); // opens the panel
   await elsewhere.getByLabel('Colour', { exact: true }).selectOption('texture');
   await elsewhere.getByText('This browser has no pictures for sheet.obj, and shows a grid. Those dropped in another stay there.').waitFor();
   await lookAtColours(elsewhere); // the grid

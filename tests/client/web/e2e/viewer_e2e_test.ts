@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The viewer in Chromium against the real server, by the mouse and the keys of a person.
+// The viewer in Chromium against the real server, steered by mouse and keys.
 // Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer; LATTICED_SHOTS, a folder for screenshots.
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
@@ -14,9 +14,9 @@ import { browser, CORNER, errors, OBJ, page, press, selected as selection, serve
 import { colourAt, controlPoint, dropFiles, frames, live, onScreen, saved } from './viewer_page';
 
 
-const readBacks: string[] = []; // addresses of calls for a mesh that the page has itself
+const readBacks: string[] = []; // addresses of calls for a mesh that the page already has
 
-/** Waits until a window shows what another has selected: a ring in its colour around a control point, and a dot with its name. */
+/** Waits until a window shows another's selection: a dot with its name, and a ring in its colour around a point. */
 async function seesSelection(seer: Page, editor: Page, index: number, words: string): Promise<void> {
   const { name, colour } = await editor.evaluate(
     () => (window.latticed.opener as unknown as { person: { name: string; colour: number } }).person,
@@ -25,7 +25,7 @@ async function seesSelection(seer: Page, editor: Page, index: number, words: str
   await frames(seer);
   const rgb: Vec3 = [colour >> 16, (colour >> 8) & 255, colour & 255];
   const ring = await colourAt(seer, await controlPoint(seer, index), 6);
-  assert.ok(distance(ring, rgb) < 8, `${ring} is not ${rgb}`); // linear colours of 8 bits
+  assert.ok(distance(ring, rgb) < 8, `${ring} is not ${rgb}`); // linear colours are rounded to 8 bits
 }
 
 useStage({ begin: async () => page.on('request', (request) => request.url().endsWith('/DownloadMesh') && readBacks.push(request.url())) });
@@ -38,10 +38,10 @@ test('a file that is no mesh is refused in words, on the page', async () => {
     .getByText(/vertex|vertices/i)
     .waitFor();
   await page.getByRole('button', { name: 'Cancel' }).click();
-  await page.locator('dialog').waitFor({ state: 'detached' }); // with a frame: until then its fields are there too
+  await page.locator('dialog').waitFor({ state: 'detached' }); // until the next frame its fields are still there
   await dropFiles(page, [['part.step', 'ISO-10303-21;']]);
   await page.locator('.toast-error').getByText('part.step is no mesh').waitFor();
-  errors.length = 0; // the refused call is in the console too
+  errors.length = 0; // the console reports the refused call too
 });
 
 test('a dropped file becomes a scene with the lattice that is asked for', async () => {
@@ -52,15 +52,15 @@ test('a dropped file becomes a scene with the lattice that is asked for', async 
   await page.getByText('80 control points').waitFor();
   await shot('viewer_fit');
   await page.getByLabel('Points along u').fill('1');
-  await page.getByLabel('Points along u').press('Enter'); // refused by the browser: 2 are the least
+  await page.getByLabel('Points along u').press('Enter'); // the browser refuses it: the least is 2
   await page.getByLabel('Points along u').fill('4');
   await page.getByLabel('Points along u').press('Enter');
 
   await live(page);
-  assert.equal(await page.locator('.toast-error').count(), 0); // of what was no mesh
+  assert.equal(await page.locator('.toast-error').count(), 0); // that of part.step is gone
   assert.match(page.url(), /\?scene=[0-9a-f]{32}$/);
   assert.equal(await page.evaluate(() => window.latticed.scene!.session.lattice.count), 64);
-  await setView({ segments: 3 }); // quick frames
+  await setView({ segments: 3 }); // frames draw quickly
 });
 
 test('the mouse drags a control point: it stays below the pointer, and the surface goes where the definition says', async () => {
@@ -134,9 +134,9 @@ test('a second window shows the same scene, follows, and may insert a knot that 
   const { page: other, errors: otherErrors } = await openPage(browser, page.url());
   await live(other);
   await setView({ segments: 3 }, other);
-  await seesSelection(other, page, CORNER, '64 control points'); // of before it was opened
+  await seesSelection(other, page, CORNER, '64 control points'); // selected before it was opened
   await other.evaluate(() => window.latticed.settings.set({ colouring: 'displacement' }));
-  await other.locator('.heat-legend').getByText(/^0\.\d+$/).waitFor(); // the dragged corner's, without another update
+  await other.locator('.heat-legend').getByText(/^0\.\d+$/).waitFor(); // of the dragged corner; no update came
 
   await page.keyboard.press('Alt+a');
   await page.mouse.click(...(await onScreen(page, 0)));
@@ -152,7 +152,7 @@ test('a second window shows the same scene, follows, and may insert a knot that 
   await other.keyboard.press('k');
   await other.getByLabel('Knot', { exact: true }).fill('7');
   await other.getByLabel('Knot', { exact: true }).press('Enter');
-  await other.locator('.toast-error').getByText(/knot/i).waitFor(); // refused: not between the ends
+  await other.locator('.toast-error').getByText(/knot/i).waitFor(); // refused: 7 is not between the end knots
   await other.locator('.toast-error').getByRole('button', { name: 'Close' }).click();
   await other.keyboard.press('k');
   await other.getByLabel('Knot', { exact: true }).press('Enter');
@@ -170,13 +170,13 @@ test('the surface itself is pulled: what was pressed comes along to where the po
   const [x, y] = await page.evaluate(() => {
     const { viewport, scene } = window.latticed;
     const { bounds } = scene!.session.surface;
-    // The near side of the ring, seen from the camera.
+    // The side of the torus near the camera.
     const away = viewport.rig.basis()[2];
     const [px, py] = viewport.project([away[0] * 1.1, away[1] * 1.1, bounds.max.z * 0.5])!;
     const box = viewport.canvas.getBoundingClientRect();
     return [box.left + px, box.top + py];
   });
-  /** The surface under a place of the page. */
+  /** The point of the surface under a place of the page. */
   const picked = (px: number, py: number): Promise<Vec3 | undefined> =>
     page.evaluate(
       async ([u, v]) => {
@@ -191,7 +191,7 @@ test('the surface itself is pulled: what was pressed comes along to where the po
   await page.keyboard.press('p');
   await page.mouse.move(x, y);
   await page.mouse.down();
-  for (let step = 1; step <= 8; ++step) await page.mouse.move(x - 5 * step, y + 4 * step); // the pick is on its way
+  for (let step = 1; step <= 8; ++step) await page.mouse.move(x - 5 * step, y + 4 * step); // the pick is still open
   await page.locator('.hint.running').getByText(/^Pull {2}\S+ {2}\S+ {2}\S+ {3}\(\S+\)$/).waitFor();
   await page.mouse.move(x - 41, y + 32);
   assert.ok(await page.locator('.pull-line').isHidden()); // nothing is out of reach
@@ -228,14 +228,14 @@ test('a lattice that was saved brings its shape back when it is dropped on the p
 test('a sample becomes a scene, whose upper plane R Z 4 5 turns about its middle', async () => {
   const { page: fresh, errors: freshErrors } = await openPage(browser, server.origin);
   await fresh.emulateMedia({ colorScheme: 'dark' });
-  await fresh.setViewportSize({ width: 1200, height: 760 }); // the README's picture
+  await fresh.setViewportSize({ width: 1200, height: 760 }); // the size of the README's picture
   await fresh.locator('[data-sample=knot]').click();
   await fresh.getByText('5,760 faces').waitFor();
   await fresh.getByRole('button', { name: 'Create scene' }).click();
   await live(fresh);
   await fresh.keyboard.press('n');
   const before = await controlPoint(fresh, CORNER);
-  const opposite = await controlPoint(fresh, 48); // of the same plane
+  const opposite = await controlPoint(fresh, 48); // the opposite corner of the same plane
 
   await fresh.evaluate((corner) => window.latticed.scene!.editor.selection.select([corner]), CORNER);
   for (const key of ['Shift+W', 'r', 'z', '4', '5', 'Enter']) await fresh.keyboard.press(key);
@@ -249,7 +249,7 @@ test('a sample becomes a scene, whose upper plane R Z 4 5 turns about its middle
     before[2],
   ];
   assert.ok(distance(after, turned) < 1e-9, `${after} is not ${turned}`);
-  await fresh.locator('[data-hud=updates]').getByText(/^0$/).waitFor(); // all of it is here
+  await fresh.locator('[data-hud=updates]').getByText(/^0$/).waitFor(); // no more updates come
   await shot('viewer', fresh);
   assert.deepEqual(freshErrors, []);
   await fresh.close();
@@ -266,7 +266,7 @@ test('the help lists the key of every command, and Escape closes it', async () =
   assert.deepEqual(keys.filter((key) => !listed.includes(key)), []);
   await page.keyboard.press('End'); // scrolls
   await page.waitForFunction(() => document.querySelector('.help-scroll')!.scrollTop > 0);
-  await page.keyboard.press('Tab'); // past its only button, out of the page
+  await page.keyboard.press('Tab'); // moves the focus past the only button, out of the page
   await page.keyboard.press('h');
   assert.equal(await page.evaluate(() => window.latticed.scene!.editor.selection.hiddenCount), 0);
   await page.keyboard.press('Escape');

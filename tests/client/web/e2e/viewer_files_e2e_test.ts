@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Files in and out of the viewer in Chromium: chosen or dropped, downloaded, and with tokens; all of it over TLS.
+// Files that the viewer in Chromium opens, chosen or dropped, and that it downloads. Uses tokens and TLS.
 // Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer; LATTICED_SHOTS, a folder for screenshots.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
@@ -17,20 +17,20 @@ import { sheetObj } from './sheet';
 import { allPoints, browser, errors, page, press, select, server, shot, useStage } from './stage';
 import { controlPoint, createScene, dropFiles, latticeIn, live, meshUploaded, saved } from './viewer_page';
 
-/** A grey pixel. */
+/** A PNG file of one grey pixel. */
 const DOT = Buffer.from('iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptVAAAACklEQVR42mNoAAAAggCB2kUIOwAAAABJRU5ErkJggg==', 'base64');
 const TOKENS = { edit: 'let-me-edit', read: 'let-me-look' } as const;
 
 const folder = mkdtempSync(join(tmpdir(), 'latticed-viewer-'));
 let draco: { bytes: Buffer; faces: number };
 
-/** Answers the browser's dialog for files, which something opens. */
+/** Chooses files in the browser's file dialog, which `open` opens. */
 async function choose(files: readonly (readonly [name: string, content: string | Buffer])[], open: () => Promise<void>): Promise<void> {
   const [chooser] = await Promise.all([page.waitForEvent('filechooser'), open()]);
   await chooser.setFiles(files.map(([name, content]) => ({ name, mimeType: '', buffer: Buffer.from(content) })));
 }
 
-/** What a format of the open dialog writes. */
+/** Downloads a format of the open export dialog. */
 async function exported(format: string): Promise<{ name: string; bytes: Buffer }> {
   const [download] = await Promise.all([
     page.waitForEvent('download'), page.locator('.export-choice', { hasText: format.toUpperCase() }).click()]);
@@ -48,7 +48,7 @@ useStage({
   serverOptions: ['--token-file', join(folder, 'tokens'), '--tls-cert', certificate, '--tls-key', key,
     '--memory', '24MiB', '--max-mesh-bytes', '1MiB'],
   address: () => `${server.origin}/#token=${TOKENS.edit}`,
-  begin: async () => page.on('filechooser', () => {}), // who begins to listen with the key that opens it may be late
+  begin: async () => page.on('filechooser', () => {}), // early, so that no dialog is missed
 });
 after(() => rmSync(folder, { recursive: true }));
 
@@ -76,10 +76,10 @@ test('what is too large for the server is refused in words: how much it is, and 
   await error.getByText(/^Too large for the server: \S+ MB of memory are wanted for the scene's plan, and \S+ MB are free\.$/).waitFor();
   await shot('viewer_no_memory');
   await page.getByRole('button', { name: 'Cancel' }).click();
-  errors.length = 0; // the refused call is in the console too
+  errors.length = 0; // the console reports the refused call too
 });
 
-/** A tetrahedron, 1 wide. */
+/** A tetrahedron, 1 unit wide. */
 function tetrahedronStl(): string {
   const corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]];
   const facets = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]].map((facet) =>
@@ -87,7 +87,7 @@ function tetrahedronStl(): string {
   return `solid one\n${facets.join('\n')}\nendsolid one\n`;
 }
 
-/** Waits for the dialog that offers a lattice for it, takes it, and sees the whole of it. */
+/** Waits until the dialog shows the tetrahedron, creates its scene, and checks the bounds of its surface. */
 async function tetrahedronShown(): Promise<void> {
   await page.getByText('tetrahedron.stl: 4 vertices, 4 faces, 1 × 1 × 1').waitFor();
   await createScene(page);
@@ -144,7 +144,7 @@ test('every format is downloaded with the token of the page, which a reload keep
 
 test('an export has the segments and normals that the page shows, or the segments that its dialog is told', async () => {
   const patches = await page.evaluate(() => window.latticed.scene!.session.surface.patchCount);
-  await page.keyboard.press('n'); // the panel
+  await page.keyboard.press('n'); // opens the panel
   await page.getByLabel('Normals', { exact: true }).selectOption('none');
   await page.getByRole('slider', { name: 'Segments' }).fill('3');
   await page.keyboard.press('n');
@@ -169,7 +169,7 @@ test('an export has the segments and normals that the page shows, or the segment
   await page.keyboard.press('Control+e');
   await page.getByRole('spinbutton', { name: 'Segments' }).fill('2');
   draco = { bytes: (await exported('drc')).bytes, faces: 4 * patches };
-  assert.equal(await page.evaluate(() => window.latticed.settings.value.view.segments), 3); // what is shown stays
+  assert.equal(await page.evaluate(() => window.latticed.settings.value.view.segments), 3); // the view does not change
 });
 
 test('a Draco file that is dropped becomes a scene, which has no pictures to show', async () => {
@@ -188,7 +188,7 @@ test('a Draco file that is dropped becomes a scene, which has no pictures to sho
 test('a lattice of another frame that is chosen makes another scene of the mesh, whose axes transforms have and whose shape a reset brings back', async () => {
   const before = await page.evaluate(() => ({ id: window.latticed.scene!.session.sceneId, url: location.href }));
   const lattice = latticeIn([[0, -2.2, -1], [2.2, 2.2, 0], [-2.2, 2.2, 0], [0, 0, 2]], 3, 2);
-  lattice.points[3 * 26 + 2] += 0.5; // the last one, at (0, 2.2, 1) at rest
+  lattice.points[3 * 26 + 2] += 0.5; // the last point, which is at (0, 2.2, 1) at rest
 
   await choose([['lattice.json', latticeToJson(lattice)]], async () => {
     await page.locator('.menu-button').getByText('File', { exact: true }).click();
@@ -298,7 +298,7 @@ test('a token that may only look sees the scene; its edit goes back, and of the 
   for (const key of ['a', 'g', 'z', '1', 'Enter']) await looker.keyboard.press(key);
   await looker.locator('.toast-error').getByText(/^The token of this page does not allow that/).waitFor();
   assert.deepEqual(await allPoints(looker), before);
-  await looker.keyboard.press('n'); // the panel
+  await looker.keyboard.press('n'); // opens the panel
   await looker.getByLabel('Colour', { exact: true }).selectOption('displacement');
 
   const words = 'Displacement, knot boxes and rest shape cannot be shown. ' +

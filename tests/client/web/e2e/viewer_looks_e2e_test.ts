@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What each look of the surface draws where, by the colours of pixels: a sheet in the plane of the screen, whose upper right
-// corner one control point has pulled to the left, so that light is the same everywhere; at last a roof, shaded by each kind of
-// normals, and a pull at what cannot follow.
+// What each look of the surface draws, by the colours of pixels. Most tests show a flat sheet in the plane of the
+// screen, which is lit evenly. One control point has pulled its upper right corner to the left. The last tests pull a
+// surface that cannot follow, and shade a roof by each kind of normals.
 // Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer; LATTICED_SHOTS, a folder for screenshots.
 import assert from 'node:assert/strict';
 import { afterEach, test } from 'node:test';
@@ -18,22 +18,22 @@ import { changesView, colourAt, createScene, dropFiles, frames, latticeIn, live,
 const CORNER = 31; // the last of 4 x 4 x 2 control points
 const PULL: Vec3 = [-1, 0, 0];
 const OUTSIDE: readonly Vec3[] = [[1.05, 0.95, 0], [0.95, 1.05, 0], [-1.05, -0.5, 0]];
-const SAME = 3; // levels of 255 that colours of one thing may differ by
-const BROAD = 30; // pixels that a patch is wide, at the least, where its lines are told apart
+const SAME = 3; // RGB distance, at 255 per channel, by which colours of one thing may differ
+const BROAD = 30; // the least width, in pixels, of a patch whose lines are checked
 const SEGMENTS = 3;
 
 let shown: Shown;
 let background: Vec3;
 let plain: Vec3;
 
-/** 3 x 3 squares over -1 to 1, of two triangles each: the planes between knot boxes cut those in the middle. */
+/** 3 x 3 squares of two triangles each over -1 to 1. The planes between knot boxes cut the squares in the middle. */
 function sheet(): string {
   const vertices = Array.from({ length: 16 }, (_, i) => `v ${(2 * (i % 4)) / 3 - 1} ${(2 * Math.floor(i / 4)) / 3 - 1} 0`);
   const faces = [0, 1, 2, 4, 5, 6, 8, 9, 10].flatMap((i) => [`f ${i + 1} ${i + 2} ${i + 6}`, `f ${i + 1} ${i + 6} ${i + 5}`]);
   return [...vertices, ...faces].join('\n');
 }
 
-/** The colours of the view, 0 to 255, where points of the world are. */
+/** The colours of the view, 0 to 255, at points of the world. */
 function coloursAt(points: readonly Vec3[]): Promise<Vec3[]> {
   return page.evaluate((list) => {
     const { viewport } = window.latticed;
@@ -50,7 +50,7 @@ function coloursAt(points: readonly Vec3[]): Promise<Vec3[]> {
   }, points);
 }
 
-/** Where places of the mesh are now. */
+/** Where the lattice moves these places of the mesh. */
 const moved = (places: readonly Vec3[]): Vec3[] => places.map((place) => deformed(shown.lattice, place));
 
 function assertAll(colours: readonly Vec3[], wanted: Vec3, what: string): void {
@@ -58,12 +58,12 @@ function assertAll(colours: readonly Vec3[], wanted: Vec3, what: string): void {
   for (const colour of colours) assert.ok(distance(colour, wanted) <= SAME, `${what}: ${colour} is not ${wanted}`);
 }
 
-/** Draws another look, from when that is seen. */
+/** Changes the look, and waits until the view shows it. */
 function look(settings: object): Promise<void> {
   return changesView(page, 500, () => page.evaluate((other) => window.latticed.settings.set(other), settings));
 }
 
-/** The same, by the look's key. */
+/** Like look(), by the look's key. */
 function toggle(key: string): Promise<void> {
   return changesView(page, 500, () => press(key));
 }
@@ -94,7 +94,7 @@ afterEach(async () => {
   await page.evaluate(() => window.latticed.settings.set({ colouring: 'plain', ghost: false, wireframe: false, patchEdges: false }));
 });
 
-/** What a colour of the heat map is called. */
+/** The name of a colour of the heat map. */
 function hue(colour: Vec3): string {
   const { r, g, b } = new Color().setRGB(colour[0] / 255, colour[1] / 255, colour[2] / 255, 'srgb');
   if (r > 2 * g && r > 2 * b) return 'red';
@@ -110,7 +110,7 @@ test('a heat map whose first call is lost is said to be missing, and is there on
   await page.evaluate(() => window.latticed.settings.set({ colouring: 'displacement' }));
   await page.locator('.toast-error').getByText('Displacement, knot boxes and rest shape cannot be shown.').waitFor();
   await page.unroute(CALL);
-  errors.length = 0; // the lost call is in the console too
+  errors.length = 0; // the console reports the lost call too
 
   await page.evaluate(() => window.dispatchEvent(new Event('online')));
 
@@ -122,7 +122,7 @@ test('a heat map whose first call is lost is said to be missing, and is there on
 test('the heat map is red at the corner that was moved, cold at the others, and its legend says how far that is', async () => {
   const corner: Vec3 = [1, 1, 0];
   const most = distance(deformed(shown.lattice, corner), corner);
-  /** Where the diagonal has moved by a fraction of that. */
+  /** The place on the diagonal that has moved by this fraction of `most`. */
   const placeMoved = (fraction: number): Vec3 => {
     let [low, high] = [0, 1];
     for (let step = 0; step < 40; ++step) {
@@ -141,19 +141,19 @@ test('the heat map is red at the corner that was moved, cold at the others, and 
 
   assert.deepEqual(colours.map(hue), ['red', 'yellow', 'green', 'blue']);
   assert.deepEqual(cold.map(hue), Array(4).fill('dark blue'));
-  await page.locator('.heat-legend').waitFor(); // with the next frame
+  await page.locator('.heat-legend').waitFor(); // it comes with the next frame
   const end = Number(await page.locator('.heat-legend span').last().innerText());
   assert.ok(Math.abs(end / most - 1) < 0.01, `${end} is not ${most}`);
 });
 
 test('the ghost tints where the rest shape is and the deformed one is not, and nothing beside it', async () => {
-  const left: readonly Vec3[] = [[0.85, 0.9, 0], [0.95, 0.95, 0], [0.95, 0.8, 0]]; // by the surface
+  const left: readonly Vec3[] = [[0.85, 0.9, 0], [0.95, 0.95, 0], [0.95, 0.8, 0]]; // places that the surface has left
   const both: readonly Vec3[] = [[-0.9, -0.9, 0], [0.2, -0.7, 0], [0.3, 0.9, 0]];
   assertAll(await coloursAt([...OUTSIDE, ...left]), background, 'without a ghost');
   assertAll(await coloursAt(both), plain, 'the surface');
 
   await toggle('t');
-  const tint = add(scale(background, 0.8), scale(plain, 0.2)); // it lets most through
+  const tint = add(scale(background, 0.8), scale(plain, 0.2)); // the ghost is 20 % opaque
   await shot('viewer_look_ghost');
 
   assert.ok(distance(tint, background) > 5 * SAME, `${tint}`);
@@ -180,24 +180,24 @@ test('every knot box has one colour, of all patches in it, and no other has the 
   for (const [i, one] of [...colours, plain, background].entries()) {
     for (const other of [...colours, plain, background].slice(0, i)) assert.ok(distance(one, other) > 5 * SAME, `${one}, ${other}`);
   }
-  for (const key of 'jjcc') await toggle(key); // edges of boxes, and the cage
+  for (const key of 'jjcc') await toggle(key); // shows and hides the edges of boxes, then the cage
 });
 
 interface Places {
-  /** On edges that two patches share. */
+  /** Points on edges that two patches share. */
   readonly edges: Vec3[];
-  /** On lines between points of a patch, off its edges. */
+  /** Points on lines between points of a patch, but not on its edges. */
   readonly lines: Vec3[];
-  /** In the middle of a patch's triangles. */
+  /** The middle of each triangle of a patch. */
   readonly cells: Vec3[];
 }
 
-/** Places of patches that are broad enough on the screen. */
+/** Places on patches that are wide enough on the screen. */
 async function placesOnPatches(): Promise<Places> {
   const { points, pattern } = shown;
   const triangles = await page.evaluate(() =>
     [...window.latticed.scene!.session.surface.layout!.patternTriangles]);
-  const pixels = distance([...(await placeOf(page, [1, 0, 0])), 0], [...(await placeOf(page, [0, 0, 0])), 0]); // of a unit
+  const pixels = distance([...(await placeOf(page, [1, 0, 0])), 0], [...(await placeOf(page, [0, 0, 0])), 0]); // a unit
   const count = pattern.length / 3;
   const onEdge = (...numbers: number[]): boolean => [0, 1, 2].some((k) => numbers.every((n) => pattern[3 * n + k] === 0));
   const middle = (...all: Vec3[]): Vec3 => scale(all.reduce(add), 1 / all.length);
@@ -214,12 +214,12 @@ async function placesOnPatches(): Promise<Places> {
       }
     }
   }
-  // The outermost are seen from one side only, and may be beside their pixel.
+  // An edge on the rim belongs to one patch only, and may miss its pixel: it is left out.
   found.edges.push(...edges.filter((edge) => edges.filter((other) => distance(edge, other) < 4 * shown.step).length > 1));
   return found;
 }
 
-/** The least altitude of a triangle in the plane of the screen. */
+/** The smallest altitude of a triangle in the plane of the screen. */
 function breadth([ax, ay]: Vec3, [bx, by]: Vec3, [cx, cy]: Vec3): number {
   const area = Math.abs((bx - ax) * (cy - ay) - (by - ay) * (cx - ax));
   return area / Math.max(Math.hypot(bx - ax, by - ay), Math.hypot(cx - bx, cy - by), Math.hypot(ax - cx, ay - cy));
@@ -246,7 +246,7 @@ test('lines lie on the edges of patches and not inside; those of the wireframe i
   for (const colour of onLines) assert.ok(brightness(colour) < 0.95 * brightness(plain), `${colour}, where ${plain} is the surface`);
 });
 
-/** Looks from above at what is open, without its cage. */
+/** Looks at the open scene from above, without its cage. */
 async function lookFromAbove(): Promise<void> {
   await page.evaluate(() => {
     window.latticed.settings.set({ cage: false, gizmo: 'none', orthographic: true });
@@ -256,7 +256,7 @@ async function lookFromAbove(): Promise<void> {
   await frames(page);
 }
 
-/** The ends of the line to what is out of reach, in pixels of the page. */
+/** The ends of the line from the pulled point to its target out of reach, in pixels of the page. */
 function pullLine(): Promise<number[]> {
   return page.evaluate(() => {
     const line = document.querySelector('.pull-line line')!;
@@ -306,7 +306,7 @@ async function roofColours(): Promise<Vec3[]> {
   return colours;
 }
 
-const EDGE = 30; // of 255 per channel, length of the three: neighbours that a person sees apart
+const EDGE = 30; // the RGB distance, at 255 per channel, at which a person sees an edge
 const FLAT = 6;
 
 

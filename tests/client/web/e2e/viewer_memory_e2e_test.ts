@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the viewer's page takes in Chromium while a person works in it.
+// The memory that the viewer's page takes in Chromium while a person works in it.
 // Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer.
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
@@ -11,21 +11,21 @@ import { CORNER, errors, OBJ, openTorus, page, select, useStage } from './stage'
 import { torusObj } from './torus';
 import { createScene, dropFiles, frames, onScreen, segmentsCome } from './viewer_page';
 
-const A_FRAME = 4; // steps of a mouse, at 240 a second; the page hears of them as one move
-const INNER = 42; // moves all of the surface
-const HANDLES = 10; // three uploads a handle when it is first drawn, be it in the tenth gesture
+const A_FRAME = 4; // steps of a mouse, at 240 per second; the page gets them as one move
+const INNER = 42; // moves the whole surface
+const HANDLES = 10; // three.js uploads a handle when it is first drawn, which may be in the tenth gesture
 const SMALL_OBJ = torusObj(3, 3);
 const UPDATES = 5000; // each of which may leave 400 bytes of objects
-const WARM_UP = 2500; // updates until V8 has as much memory as it will take: some 40 MB
-const FRAME_MS = 200; // of a slow screen: more frames take longer than all of the updates
+const WARM_UP = 2500; // updates until V8 takes no more memory: about 40 MB
+const FRAME_MS = 200; // a slow screen: more frames would take longer than all updates
 
-/** What three has on the GPU. */
+/** The numbers of geometries and textures that three.js has on the GPU. */
 function drawn(): Promise<{ geometries: number; textures: number }> {
   return page.evaluate(() => ({ ...window.latticed.viewport.renderer.info.memory }));
 }
 
 useStage({
-  context: { viewport: { width: 480, height: 360 } }, // quick frames
+  context: { viewport: { width: 480, height: 360 } }, // frames draw quickly
   begin: async () => {
     await openTorus();
     await select(CORNER);
@@ -34,10 +34,10 @@ useStage({
 });
 
 test('200 moves of the mouse and 400 steps of a drag leave what the page takes as it is, and the surface where the definition says', async () => {
-  const mouse = await page.context().newCDPSession(page); // Playwright's own moves would ask the page for more
+  const mouse = await page.context().newCDPSession(page); // Playwright's own moves make more calls to the page
   const send = (type: 'mousePressed' | 'mouseMoved' | 'mouseReleased', x: number, y: number, buttons: number): Promise<unknown> =>
     mouse.send('Input.dispatchMouseEvent', { type, x, y, button: buttons ? 'left' : 'none', buttons, clickCount: 1 });
-  /** Around and around from a place, past the handles where the corner has them; a frame at a time. */
+  /** Moves the mouse in loops from a place, over the handles if they are shown. Waits once per frame. */
   const around = async ([x, y]: readonly [number, number], steps: number, buttons: number): Promise<void> => {
     for (let step = 1; step <= steps; ++step) {
       const angle = (2 * Math.PI * step) / 96;
@@ -45,7 +45,7 @@ test('200 moves of the mouse and 400 steps of a drag leave what the page takes a
       if (step % A_FRAME === 0) await moved;
     }
   };
-  /** Ends with the point somewhere else. */
+  /** Moves the mouse, then drags the corner, which ends somewhere else. */
   const work = async (moves: number, steps: number): Promise<void> => {
     await page.evaluate(() => window.latticed.settings.set({ gizmo: 'move' }));
     await around(await onScreen(page, CORNER), moves, 0);
@@ -77,7 +77,7 @@ test('200 moves of the mouse and 400 steps of a drag leave what the page takes a
 });
 
 test('5,000 updates of the surface, beside cage, panel and head-up line, leave what the page takes as it is', async () => {
-  /** A gesture around and around, each of whose steps waits for the update that holds the one before. */
+  /** A gesture in loops. Each step waits for an update that holds it or an earlier one. */
   const drag = (steps: number): Promise<{ received: number; frames: number; rate: number }> =>
     page.evaluate(async ([inner, count]) => {
       const { viewport, scene } = window.latticed;
@@ -102,7 +102,7 @@ test('5,000 updates of the surface, beside cage, panel and head-up line, leave w
       for (const end of ends) end();
       return { ...seen, rate };
     }, [INNER, steps] as const);
-  /** The surface comes, and is drawn or not: frames take longer than all the rest without a graphics card. */
+  /** Sets the segments, and whether the surface is drawn: without a graphics card frames take most of the time. */
   const show = async (segments: number, surface: boolean): Promise<void> => {
     await page.evaluate(([n, isDrawn]) => {
       const { settings } = window.latticed;
@@ -116,7 +116,7 @@ test('5,000 updates of the surface, beside cage, panel and head-up line, leave w
   await page.evaluate((ms) => {
     window.requestAnimationFrame = (draw) => window.setTimeout(() => draw(performance.now()), ms);
   }, FRAME_MS);
-  await show(1, false); // what stays of every update does not go with its points
+  await show(1, false); // few points: what an update leaves does not depend on them
   await page.locator('.panel').waitFor();
   assert.ok(await page.evaluate(() => window.latticed.settings.value.cage));
   await drag(WARM_UP);

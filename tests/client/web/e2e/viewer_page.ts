@@ -24,7 +24,7 @@ export function dropFiles(page: Page, files: readonly (readonly [name: string, c
   );
 }
 
-/** Waits until the dialog has the mesh: until then it may take the focus for its button. */
+/** Waits until the dialog has the mesh. Until then its button may still take the focus. */
 export function meshUploaded(page: Page): Promise<void> {
   return page.getByText(/vertices, .* faces/).waitFor();
 }
@@ -40,20 +40,20 @@ export async function createScene(page: Page): Promise<void> {
   }, before);
 }
 
-/** Waits until the page's scene is connected, or restored, its surface is here, and the camera looks at it. */
+/** Waits until the page's scene is connected or restored, its surface has come, and the camera looks at it. */
 export async function live(of: Page, state: 'live' | 'restored' = 'live'): Promise<void> {
   await of.locator(`.connection[data-state=${state}]`).waitFor();
   await of.waitForFunction(() => (window.latticed.scene?.session.surface.patchCount ?? 0) > 0);
   await frames(of);
 }
 
-/** Waits until the surface is here with so many segments: what was asked for comes some time later. */
+/** Waits until the surface has this number of segments. It comes some time after it was asked for. */
 export async function segmentsCome(of: Page, segments: number): Promise<void> {
   await of.waitForFunction((n) =>
     window.latticed.scene!.session.surface.layout?.segments === n, segments);
 }
 
-/** Waits until a control point is at a place, as the server says. */
+/** Waits until the page has a control point at a place. */
 export async function pointComesTo(of: Page, index: number, place: Vec3): Promise<void> {
   await of.waitForFunction(([i, x, y, z]) => {
     const { points } = window.latticed.scene!.session.lattice;
@@ -62,8 +62,8 @@ export async function pointComesTo(of: Page, index: number, place: Vec3): Promis
 }
 
 /**
- * Waits until what has changed is taken in and drawn: handles are pressed where they were drawn last. Where a graphics
- * processor has enough to do, frames wait.
+ * Waits until all changes are drawn: a press hits a handle where it was drawn last. Frames wait while the graphics
+ * processor is busy.
  */
 export function frames(of: Page): Promise<void> {
   return of.evaluate(() => new Promise((resolve, reject) => {
@@ -74,7 +74,7 @@ export function frames(of: Page): Promise<void> {
       else if (performance.now() > end) reject(new Error('a frame is wanted, again and again'));
       else requestAnimationFrame(() => next(left - 1));
     };
-    next(2); // the first takes in what has changed
+    next(2); // the first frame takes in the changes
   }));
 }
 
@@ -101,7 +101,7 @@ export async function onScreen(of: Page, index: number): Promise<[number, number
   return placeOf(of, await controlPoint(of, index));
 }
 
-/** Where the handle that moves along Z is on the screen, of handles at a point. */
+/** Where the handle that moves along Z is on the screen, if the handles are at `point`. */
 export function upperHandle(of: Page, point: Vec3): Promise<[number, number]> {
   return of.evaluate(([px, py, pz]) => {
     const { viewport } = window.latticed;
@@ -131,7 +131,7 @@ export function camera(of: Page): Promise<Camera> {
   });
 }
 
-/** The colour of the page's view so many pixels to the right of where a point of the world is, 0 to 255. */
+/** The colour of the view, 0 to 255, at `right` pixels to the right of a point of the world. */
 export function colourAt(page: Page, point: Vec3, right = 0): Promise<[number, number, number]> {
   return page.evaluate(
     ([p, aside]) => {
@@ -148,7 +148,7 @@ export function colourAt(page: Page, point: Vec3, right = 0): Promise<[number, n
   );
 }
 
-/** Does something, and waits until that many pixels of the view are others than before. */
+/** Does something, and waits until it has changed this number of pixels of the view or more. */
 export async function changesView(of: Page, pixels: number, act: () => Promise<void>): Promise<void> {
   await of.evaluate(() => {
     const { viewport } = window.latticed;
@@ -167,12 +167,12 @@ export async function changesView(of: Page, pixels: number, act: () => Promise<v
   await of.waitForFunction((n) => (window as unknown as { changed(): number }).changed() >= n, pixels, { polling: 50 });
 }
 
-/** What the browser has saved. */
+/** The bytes of a download. */
 export async function saved(download: Download): Promise<Buffer> {
   return readFileSync(await download.path());
 }
 
-/** A lattice at rest in a frame: so many control points along each axis, all of one degree. */
+/** A lattice at rest in a frame. `points` is the number of control points along each axis. */
 export function latticeIn([origin, u, v, w]: readonly [Vec3, Vec3, Vec3, Vec3], points: number, degree: number): Lattice {
   const knots = knotVectors(() => clampedUniformKnots(degree, points));
   const structure = { frame: { origin, u, v, w }, degree: [degree, degree, degree], size: [points, points, points], knots } as const;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A tablet's fingers in the viewer in Chromium, and its screens.
+// The viewer in Chromium on a tablet: fingers, and small screens.
 // Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer; LATTICED_SHOTS, a folder for screenshots.
 import assert from 'node:assert/strict';
 import { beforeEach, test } from 'node:test';
@@ -11,7 +11,7 @@ import { allPoints, CORNER, errors, openTorus, page, pointAtServer, select, sele
 import { camera, controlPoint, frames, onScreen, placeOf, upperHandle } from './viewer_page';
 
 const BESIDE = 62;
-const EMPTY: Place = [80, 430]; // nothing is there
+const EMPTY: Place = [80, 430]; // an empty place of the view
 
 let rest: Vec3;
 let points: number[]; // at rest
@@ -25,7 +25,7 @@ function shifted([x, y]: Place, dx: number, dy: number): Place {
   return [x + dx, y + dy];
 }
 
-/** The way in the plane across Z, from the corner at rest, that a finger's way on the screen means. */
+/** The move in the plane across Z, from the corner at rest, that matches a finger's move on the screen. */
 async function wayAcrossZ(right: number, down: number): Promise<Vec3> {
   const pixelsAlong = async (unit: Vec3): Promise<[number, number]> => {
     const step = 1e-3;
@@ -39,7 +39,7 @@ async function wayAcrossZ(right: number, down: number): Promise<Vec3> {
   return [(right * yDown - yRight * down) / area, (xRight * down - right * xDown) / area, 0];
 }
 
-/** Taps a button of the transform that runs, and waits until it shows that it is on or off. */
+/** Taps a button of the running transform, and waits until it shows that it is on or off. */
 async function tapSwitch(name: string, pressed: boolean): Promise<void> {
   await page.getByRole('button', { name, exact: true }).tap();
   await page.getByRole('button', { name, exact: true, pressed }).waitFor();
@@ -65,7 +65,7 @@ beforeEach(async () => {
   });
   await page.waitForFunction(
     (at) => window.latticed.scene!.session.lattice.points.every((x, i) => Math.abs(x - at[i]) < 1e-9), points);
-  await frames(page); // handles
+  await frames(page); // draws the handles
 });
 
 test('one finger turns the view, two shift it, and a pinch zooms; neither points nor the selection change', async () => {
@@ -85,7 +85,7 @@ test('one finger turns the view, two shift it, and a pinch zooms; neither points
   const far = await distanceOfCamera();
   await swipe(page, [[EMPTY, shifted(EMPTY, -40, 0)], [shifted(EMPTY, 80, 0), shifted(EMPTY, 120, 0)]]);
   const zoomed = far / (await distanceOfCamera());
-  assert.ok(Math.abs(zoomed - 2) < 0.1, `${zoomed}`); // as the fingers' distance from each other
+  assert.ok(Math.abs(zoomed - 2) < 0.1, `${zoomed}`); // the fingers' distance from each other doubles
   assert.deepEqual(await allPoints(), points);
   assert.deepEqual(await selected(), [CORNER]);
 });
@@ -113,7 +113,7 @@ for (const what of ['a point', 'a handle']) {
     const [x, y] = await placeOf(page, [0, 0, 0]);
     assert.ok(Math.hypot(x - from[0], y - from[1]) > 15, `${[x - from[0], y - from[1]]}`);
 
-    // The next finger is a finger like any other.
+    // The next finger drags as usual.
     const [px, py] = await onScreen(page, 0);
     await swipe(page, [[[px, py], [px + 40, py - 20]]]);
     const [nowX, nowY] = await onScreen(page, 0);
@@ -141,7 +141,7 @@ test('fingers select one by one, also below a handle, drag a point, and steer a 
   await page.locator('.transform-bar').waitFor();
   await swipe(page, [[[400, 400], [440, 340]]]);
   assert.ok(distance(await controlPoint(page, CORNER), rest) > 0.1);
-  // Clicks come some time after the fingers that make them.
+  // A click comes some time after its tap.
   await page.getByRole('button', { name: 'Z', exact: true }).tap();
   await page.getByRole('button', { name: 'Z', exact: true, pressed: true }).waitFor();
   await page.getByLabel('Amount').fill('-0.25');

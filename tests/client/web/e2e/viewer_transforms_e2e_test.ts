@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Transforms in the viewer in Chromium: Blender's keys and the wheel, and the handles.
+// Transforms in the viewer in Chromium, by Blender's keys, the wheel and the handles.
 // Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer.
 import assert from 'node:assert/strict';
 import { beforeEach, test } from 'node:test';
@@ -22,7 +22,7 @@ function assertNear(got: Vec3, wanted: Vec3, most = 1e-9): void {
   assert.ok(distance(got, wanted) < most, `${got} is not ${wanted}`);
 }
 
-/** Whether a number is a multiple of a step, but not none of it. */
+/** Whether a number is a multiple of a step other than 0. */
 function isStepped(x: number, step: number): boolean {
   return Math.abs(x) > step / 2 && Math.abs(x / step - Math.round(x / step)) < 1e-6;
 }
@@ -46,7 +46,7 @@ beforeEach(async () => {
   await comesTo(CORNER, rest);
   await select(CORNER);
   await page.evaluate(() => window.latticed.scene!.frameAll());
-  await frames(page); // handles
+  await frames(page); // draws the handles
 });
 
 test('G 1 Tab 2 Tab - . 5 Enter moves by three numbers', async () => {
@@ -54,7 +54,7 @@ test('G 1 Tab 2 Tab - . 5 Enter moves by three numbers', async () => {
 
   const there = await controlPoint(page, CORNER);
   assert.ok(distance(there, [rest[0] + 1, rest[1] + 2, rest[2] - 0.5]) < 1e-12, `${there} from ${rest}`);
-  assert.equal(await page.evaluate(() => document.activeElement?.tagName), 'BODY'); // Tab went nowhere else
+  assert.equal(await page.evaluate(() => document.activeElement?.tagName), 'BODY'); // Tab did not move the focus
 });
 
 test('the point below the pointer is not marked while a transform runs', async () => {
@@ -210,7 +210,7 @@ test('a dragged point snaps with Ctrl, and with Shift goes a tenth of the way', 
     return way;
   };
 
-  const free = await dragWith('a'); // which means nothing
+  const free = await dragWith('a'); // a key without a meaning
   const snapped = await dragWith('Control');
   const fine = await dragWith('Shift');
 
@@ -224,8 +224,8 @@ test('a dragged point snaps with Ctrl, and with Shift goes a tenth of the way', 
 
 test('. takes the active point or each as the pivot, S 2 scales about it, and Alt-U does the same on the other side', async () => {
   const beside = await controlPoint(page, BESIDE);
-  const across = await controlPoint(page, 60); // of the same row along u, 60 to 63
-  await select(BESIDE, CORNER); // the active one is the last
+  const across = await controlPoint(page, 60); // the other end of the row along u, 60 to 63
+  await select(BESIDE, CORNER); // the last one is active
 
   await press('s', '2', 'Enter');
   const middle = scale(add(rest, beside), 0.5);
@@ -241,7 +241,7 @@ test('. takes the active point or each as the pivot, S 2 scales about it, and Al
   await press('Control+z');
   await comesTo(BESIDE, beside);
 
-  await press('.', 's', '2', 'Enter'); // each about itself stays
+  await press('.', 's', '2', 'Enter'); // a point scaled about itself stays
   assert.equal(await page.evaluate(() => window.latticed.settings.value.pivot), 'each');
   assertNear(await controlPoint(page, BESIDE), beside);
 
@@ -252,7 +252,7 @@ test('. takes the active point or each as the pivot, S 2 scales about it, and Al
 });
 
 test('the panel mirrors over v, w, and both', async () => {
-  const images = [[51, [1, -0.5, 0.25]], [15, [1, 0.5, -0.25]], [3, [1, -0.5, -0.25]]] as const; // of point 63
+  const images = [[51, [1, -0.5, 0.25]], [15, [1, 0.5, -0.25]], [3, [1, -0.5, -0.25]]] as const; // images of point 63
   const at = await Promise.all(images.map(([index]) => controlPoint(page, index)));
   await press('n');
   for (const axis of ['v', 'w']) await page.getByTitle(`Mirror over ${axis}`).click();
@@ -277,7 +277,7 @@ test('the axes of the view are those of the camera', async () => {
 test('handles turn and scale about the pivot, with Ctrl in steps', async () => {
   const beside = await controlPoint(page, BESIDE);
   const pivot = scale(add(rest, beside), 0.5);
-  /** Drags a handle with Ctrl from so far from the pivot, in heights of the view, along a direction of the world. */
+  /** Drags a handle with Ctrl. It is at `heights` heights of the view from the pivot, along a world direction. */
   const dragHandle = async (gizmo: 'rotate' | 'scale', along: Vec3, heights: number, way: readonly [number, number]): Promise<void> => {
     await page.evaluate((kind) => window.latticed.settings.set({ gizmo: kind }), gizmo);
     await frames(page);
@@ -296,7 +296,7 @@ test('handles turn and scale about the pivot, with Ctrl in steps', async () => {
   await select(BESIDE, CORNER);
   const view = await page.evaluate(() => window.latticed.viewport.rig.basis()[2]);
 
-  // The ring around Z, where it is nearest.
+  // The point of the ring around Z that is nearest to the camera.
   await dragHandle('rotate', scale([view[0], view[1], 0], 1 / Math.hypot(view[0], view[1])), 0.107, [37, 0]);
   const [dx, dy, dz] = sub(await controlPoint(page, CORNER), pivot);
   const degrees = (Math.atan2(dy, dx) * 180) / Math.PI;

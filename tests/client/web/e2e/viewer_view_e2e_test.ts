@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What is seen in the viewer in Chromium, and what of it can be selected: cameras, looks, what the surface hides.
+// What the viewer in Chromium shows, and what can be selected: cameras, looks, points that the surface hides.
 // Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer; LATTICED_SHOTS, a folder for screenshots.
 import assert from 'node:assert/strict';
 import { beforeEach, test } from 'node:test';
@@ -17,7 +17,7 @@ import {
 const INNER = [21, 22, 25, 26, 37, 38, 41, 42];
 
 
-/** Selects by a box around all of the view. */
+/** Selects with a box around the whole view. Returns the selection. */
 async function boxOverAll(): Promise<number[]> {
   const { x, y, width, height } = (await page.locator('canvas').boundingBox())!;
   await press('b');
@@ -29,13 +29,13 @@ async function boxOverAll(): Promise<number[]> {
   return selected();
 }
 
-/** Undoes what was done last, and waits until a control point is back. */
+/** Undoes the last edit, and waits until a control point is back at `place`. */
 async function undo(place: Vec3, index = CORNER): Promise<void> {
   await press('Control+z');
   await pointComesTo(page, index, place);
 }
 
-/** Drags where there is nothing, right and down. */
+/** Drags from an empty place to the right and down. */
 async function dragEmpty(button: 'left' | 'right'): Promise<void> {
   await page.mouse.move(70, 380);
   await page.mouse.down({ button });
@@ -57,7 +57,7 @@ useStage({
     await page.getByLabel('Padding').fill('25');
     await page.getByLabel('Padding').press('Tab');
     await createScene(page);
-    await setView({ segments: 2 }); // quick frames
+    await setView({ segments: 2 }); // frames draw quickly
   },
 });
 
@@ -79,7 +79,7 @@ test('the lattice has the degrees and the padding of its dialog', async () => {
   });
 
   assert.deepEqual(degree, [2, 2, 1]);
-  assertNear(frame.origin, [-2.1, -2.1, -1.1], 1e-6, 'origin'); // radii 1 and 0.4, a quarter of 2.8 around
+  assertNear(frame.origin, [-2.1, -2.1, -1.1], 1e-6, 'origin'); // radii 1 and 0.4; padding a quarter of 2.8
   assertNear(add(frame.u, add(frame.v, frame.w)), [4.2, 4.2, 2.2], 1e-6, 'edges');
 });
 
@@ -123,12 +123,12 @@ test('front, side, top and their opposites look along the axes; F brings what is
 
 test('5 makes parallels stay parallel, shows the same part of the world, and goes back', async () => {
   await press('1');
-  // The corners of the front and those of the back behind them.
+  // The four corners of the front, then the corner of the back behind each.
   const corners = (): Promise<[number, number][]> => Promise.all([0, 3, 48, 51, 12, 15, 60, 63].map((i) => onScreen(page, i)));
   const gaps = (places: [number, number][]): number[] =>
     [0, 1, 2, 3].map((i) => Math.hypot(places[i][0] - places[i + 4][0], places[i][1] - places[i + 4][1]));
   const inPerspective = await corners();
-  /** Pixels of a unit across the line of sight, at the target. */
+  /** Pixels per unit across the line of sight, at the target. */
   const unit = async (): Promise<number> => {
     const { basis, target } = await camera(page);
     const [x, y] = await placeOf(page, target);
@@ -199,7 +199,7 @@ test('visible only, a box takes exactly the points that the surface does not hid
   await shot('viewer_visible_only');
 
   // A point that comes out from behind the surface can be selected at once.
-  const back = (await behindSurface(page)).hidden.at(-1)!; // of the upper ones
+  const back = (await behindSurface(page)).hidden.at(-1)!; // in the uppermost plane
   await select(back);
   const rest = await controlPoint(page, back);
   await press('g', 'z', '.', '7', 'Enter');
@@ -232,7 +232,7 @@ test('inner points that are hidden are neither drawn nor selected, until they ar
   await frames(page);
 
   assert.deepEqual(await colourAt(page, at), disc);
-  assertNear(disc, [0x4a, 0x5a, 0x72], 3, 'disc'); // linear colours of 8 bits
+  assertNear(disc, [0x4a, 0x5a, 0x72], 3, 'disc'); // linear colours are rounded to 8 bits
   assert.deepEqual(empty, [0xe9, 0xed, 0xf3]);
   await page.evaluate(() => window.latticed.settings.set({ surface: true }));
 });
@@ -249,13 +249,13 @@ test('bits and encoding of the panel are those of what comes, which the head-up 
   const fine = await step();
 
   await page.getByRole('slider', { name: 'Position bits' }).fill('8');
-  await waitForStep(8 * fine, 32 * fine); // 2 to the 4 of 12 bits
+  await waitForStep(8 * fine, 32 * fine); // 2^4 times the step of 12 bits
   await page.getByRole('slider', { name: 'Normal bits' }).fill('11');
   await page.waitForFunction(() => {
     const { uniforms } = window.latticed.scene!.session.surface as unknown as { uniforms: { octahedralMax: { value: number } } };
-    return uniforms.octahedralMax.value === 2 ** 11 - 2; // what the shader undoes
+    return uniforms.octahedralMax.value === 2 ** 11 - 2; // by which the shader decodes normals
   });
-  const idle = (): Promise<(string | null)[]> => // nothing of the stream depends on them
+  const idle = (): Promise<(string | null)[]> => // sliders that do not affect the stream are disabled
     page.locator('input[type=range]:disabled').evaluateAll((sliders) => sliders.map((slider) => slider.getAttribute('aria-label')));
   assert.deepEqual(await idle(), []);
   await page.getByRole('combobox', { name: 'Normals' }).selectOption('none');
@@ -263,7 +263,7 @@ test('bits and encoding of the panel are those of what comes, which the head-up 
   await page.getByRole('combobox', { name: 'Normals' }).selectOption('smooth');
   await page.getByRole('combobox', { name: 'Encoding' }).selectOption('raw');
   assert.deepEqual(await idle(), ['Position bits', 'Normal bits']);
-  await waitForStep(1 - 1e-9, 1 + 1e-9); // floats are world units
+  await waitForStep(1 - 1e-9, 1 + 1e-9); // floats are in world units
   await page.evaluate(() => {
     const seen: unknown[] = [];
     window.latticed.scene!.session.on('update', (info) => info.patchesSent > 0 && seen.push(info));
@@ -345,7 +345,7 @@ test('on a laptop all tools and the panel are there without scrolling sideways, 
 
   const hidden = await page.evaluate(() => ['.header', '.tools', '.side', '.footer'].flatMap((part) => {
     const element = document.querySelector(part)!;
-    const down = part === '.side' ? 0 : element.scrollHeight - element.clientHeight; // the panel's sections go on below
+    const down = part === '.side' ? 0 : element.scrollHeight - element.clientHeight; // the panel may scroll down
     return down > 0 || element.scrollWidth > element.clientWidth ? [part] : [];
   }));
   assert.deepEqual(hidden, []);

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Several windows on one scene: more than the six HTTP/1.1 connections that a browser opens to a server for all of them
-// together; and when the server, which keeps nothing, is killed and started again: one of them is quicker and restores the
-// scene, the others go on with it. Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer.
+// Several windows on one scene. They may be more than the six HTTP/1.1 connections that a browser opens to a server.
+// After the server, which keeps nothing, is killed and restarted, one window restores the scene and the others use it.
+// Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer.
 import assert from 'node:assert/strict';
 import { test, type TestContext } from 'node:test';
 import { MeshFormat } from 'latticed/v1/mesh_pb';
@@ -20,7 +20,7 @@ const LET_GO = 'The server was restarted, so what was being moved was let go whe
 
 let scene: string;
 
-/** As another browser is. */
+/** A context that shares nothing with others, like another browser. */
 async function openContext(t: TestContext): Promise<BrowserContext> {
   const context = await browser.newContext({ viewport: { width: 320, height: 240 } });
   t.after(() => context.close());
@@ -39,12 +39,12 @@ async function openWindows(context: BrowserContext, count: number): Promise<Page
   return windows;
 }
 
-/** What the server has. */
+/** The scene's control points at the server. */
 async function controlPoints(): Promise<number[]> {
   return (await direct.scenes.getLattice({ scene })).lattice!.controlPoints;
 }
 
-/** Moves a control point down by quarters, whose sums are exact, and changes what is expected. */
+/** Moves a control point down by quarters, which add up without rounding, and updates `expected`. */
 async function move(of: Page, index: number, quarters: number, expected: number[]): Promise<void> {
   expected[3 * index + 2] -= quarters / 4;
   await of.evaluate(
@@ -52,7 +52,7 @@ async function move(of: Page, index: number, quarters: number, expected: number[
     [index, quarters] as const);
 }
 
-/** Waits until the server and all windows have these control points, and the last window's surface is where those put it. */
+/** Waits until the server and all windows have these control points, and the last window's surface follows them. */
 async function allHave(windows: readonly Page[], expected: readonly number[]): Promise<void> {
   await until(async () => String(await controlPoints()) === String(expected));
   for (const each of windows) {
@@ -61,7 +61,7 @@ async function allHave(windows: readonly Page[], expected: readonly number[]): P
   await followsDefinition(windows.at(-1)!, OBJ);
 }
 
-/** What lies straight below a point, if anything. */
+/** The point of the surface straight below a place, if any. */
 function pickBelow(of: Page, x: number, y: number): Promise<readonly number[] | undefined> {
   return of.evaluate(async (from) => (await window.latticed.scene!.session.pick([...from, 10], [0, 0, -1]))?.position, [x, y] as const);
 }
@@ -70,7 +70,7 @@ useStage({
   context: { viewport: { width: 640, height: 480 } },
   begin: async () => {
     const mesh = await uploadMesh(direct, { format: MeshFormat.OBJ }, new Blob([OBJ]));
-    // Few points: the windows share a processor, which also draws.
+    // Few points, because the windows share a processor, which also draws.
     scene = (await direct.scenes.createScene({ mesh: mesh.id, sceneId: randomId(), defaultView: { segments: 2 } })).id;
   },
 });
@@ -124,7 +124,7 @@ for (const [whose, isOther] of [['one browser', false], ['two browsers', true]] 
 
     await server.kill();
     for (const window of windows) await window.locator('.connection[data-state=retrying]').waitFor();
-    await move(first, 21, 1, expected); // people go on meanwhile
+    await move(first, 21, 1, expected); // edits go on meanwhile
     await move(second, 63, 2, expected);
     await server.restart();
 
@@ -155,13 +155,13 @@ test('a move by G whose server is killed goes on in the cage, and is let go once
   await press('g');
   await page.mouse.move(x - 20, y + 10, { steps: 4 });
   await until(async () => (await controlPoints())[3 * CORNER] !== rest[3 * CORNER]);
-  await page.mouse.move(x - 40, y + 20, { steps: 4 }); // some of these are on their way
+  await page.mouse.move(x - 40, y + 20, { steps: 4 }); // some of these moves are not answered yet
   await server.kill();
   await page.locator('.connection[data-state=retrying]').waitFor();
   const cut = await controlPoint(page, CORNER);
   await page.mouse.move(x - 60, y + 30, { steps: 4 });
   const there = await controlPoint(page, CORNER);
-  assert.notDeepEqual(there, cut); // the cage answers without a server
+  assert.notDeepEqual(there, cut); // the cage moves without a server
   const moved = rest.map((value, i) => (i >= 3 * CORNER ? there[i - 3 * CORNER] : value));
 
   await server.restart();
