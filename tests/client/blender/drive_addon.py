@@ -72,7 +72,7 @@ def result():
 
 
 def by_the_modifier(rest):
-    """Where Blender's own lattice modifier puts points that are at `rest`."""
+    """The positions to which Blender's own lattice modifier moves points at `rest`."""
     bpy.context.view_layer.update()
     torus, lattice = objects()
     mesh = bpy.data.meshes.new("points")

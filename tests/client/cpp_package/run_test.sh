@@ -4,7 +4,7 @@
 #
 # usage: run_test.sh BUILD
 # Installs the C++ client's package from BUILD. Checks that it holds no programs, and every header that its
-# headers include. readme_test builds README's example against such a package.
+# headers include. readme_test builds README's example against an installed package.
 set -euo pipefail
 build=$(readlink -f "$1")
 work=$build/cpp_package

@@ -31,7 +31,7 @@ test('where twice no WebSocket opens but calls pass, gRPC-Web is used; where tha
 
   watches.newest.hello();
   assert.equal(fixture.session.status.state, 'live');
-  const { deadlines } = server;  // which end calls on a dead connection
+  const { deadlines } = server;  // they end calls on a dead connection
   assert.ok(deadlines.length > 0 && deadlines.every((ms) => ms > 0 && ms <= 5000), `${deadlines}`);
   const { length } = sockets.opened;
   watches.newest.end(unavailable);

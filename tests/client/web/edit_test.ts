@@ -10,7 +10,7 @@ import { Selection } from '@src/edit/selection';
 import { pointAt } from '@src/lattice/vec';
 import { fitLattice } from './support/fitted_lattice';
 
-// Points 0, 1, 2, 3 along u at x = 0, 0.5, 1.5, 2.
+// Points 0 to 3 along u are at x = 0, 0.5, 1.5 and 2.
 const lattice = fitLattice({ min: [0, 0, 0], max: [2, 1, 1] }, { size: [4, 3, 3], degree: [2, 2, 2], padding: 0 });
 const off = {
   soft: { enabled: false, radius: 1, falloff: 'linear' },

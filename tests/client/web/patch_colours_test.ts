@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a look needs besides points, when the server fails or does not answer at once.
+// Data that a look needs besides points, when the server fails or does not answer at once.
 import assert from 'node:assert/strict';
 import { test, type TestContext } from 'node:test';
 import { DataArrayTexture } from 'three';

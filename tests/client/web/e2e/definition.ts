@@ -14,7 +14,7 @@ import { sourcePlaces } from './source_places';
 
 const FLOAT_STEP = 1e-5; // the error of floats, on meshes of a few units
 
-/** What a page shows: its lattice, and every point received. */
+/** The lattice that a page shows, and every point that it has received. */
 export interface Shown {
   readonly lattice: Lattice;
   readonly topology: string;
@@ -45,7 +45,7 @@ export async function shownBy(page: Page): Promise<Shown> {
   return { ...shown, lattice: read };
 }
 
-/** Where the lattice moves a point of the world. */
+/** The position to which the lattice moves a point of the world. */
 export function deformed(lattice: Lattice, p: Vec3): Vec3 {
   const x = coordinates(frameEdges(lattice.frame), sub(p, lattice.frame.origin));
   const parameter = ([0, 1, 2] as const).map(

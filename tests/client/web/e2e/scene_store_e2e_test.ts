@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What Chromium stores for the page: with other versions of the page, with several windows, and with little room.
+// The page's storage in Chromium: with other versions of the page, with several windows, and with little room.
 // Environment: LATTICED, CHROMIUM; LATTICED_PAGE, the folder of the page.
 import assert from 'node:assert/strict';
 import { after, before, test, type TestContext } from 'node:test';

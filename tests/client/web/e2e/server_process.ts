@@ -26,7 +26,7 @@ export class ServerProcess {
     return `127.0.0.1:${this.grpcPort}`;
   }
 
-  /** What the server has logged. */
+  /** The server's log so far. */
   get logged(): string {
     return this.log;
   }

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Where each point of a page's patches lies on the mesh before any deformation.
+// The place of each point of a page's patches on the mesh, before any deformation.
 import type { Page } from 'playwright-core';
 import type {} from '@src/main'; // window.latticed
 import { add, cross, dot, scale, type Basis, type Vec3 } from '@src/lattice/vec';

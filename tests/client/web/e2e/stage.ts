@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the tests of a file share: a server, a browser and a page. Each file is a process, so these are variables.
+// The tests of a file share a server, a browser and a page. Each file is a process, so these are variables.
 import { join } from 'node:path';
 import { after, before } from 'node:test';
 import type { Browser, BrowserContextOptions, Page } from 'playwright-core';
@@ -27,7 +27,7 @@ export let errors: string[];
 export interface StageOptions {
   /** More options of the server. */
   readonly serverOptions?: readonly string[];
-  /** Where the page is opened, in place of the server's origin. */
+  /** The address of the page, in place of the server's origin. */
   readonly address?: () => string | Promise<string>;
   readonly context?: BrowserContextOptions;
   /** Prepares the page before the first test. */
@@ -90,7 +90,7 @@ export function allPoints(of = page): Promise<number[]> {
   return of.evaluate(() => [...window.latticed.scene!.session.lattice.points]);
 }
 
-/** Where the server has a control point of the page's scene. */
+/** The server's position of a control point of the page's scene. */
 export async function pointAtServer(index: number): Promise<number[]> {
   const scene = await page.evaluate(() => window.latticed.scene!.session.sceneId);
   return (await direct.scenes.getLattice({ scene })).lattice!.controlPoints.slice(3 * index, 3 * index + 3);

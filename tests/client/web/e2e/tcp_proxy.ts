@@ -28,7 +28,7 @@ export class TcpProxy {
     return `http://127.0.0.1:${(this.listener.address() as AddressInfo).port}`;
   }
 
-  /** On open connections, what the server sends no longer arrives. What the browser sends still does. */
+  /** On open connections, data from the server no longer arrives. Data from the browser still does. */
   holdAnswers(): void {
     for (const { browser, server } of this.pairs) server.unpipe(browser).pause();
   }
@@ -60,7 +60,7 @@ export class TcpProxy {
     this.isShut = false;
   }
 
-  /** Closes all without a reset: after a reset of a frozen connection, Node 20 may never exit. */
+  /** Closes all connections, without a reset: after a reset of a frozen connection, Node 20 may never exit. */
   close(): void {
     this.listener.close();
     for (const { browser, server } of this.pairs) {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What each look of the surface draws, by the colours of pixels. Most tests show a flat sheet in the plane of the
+// Checks each look of the surface by the colours of pixels. Most tests show a flat sheet in the plane of the
 // screen, which is lit evenly. One control point has pulled its upper right corner to the left. The last tests pull a
 // surface that cannot follow, and shade a roof by each kind of normals.
 // Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer; LATTICED_SHOTS, a folder for screenshots.
@@ -50,7 +50,7 @@ function coloursAt(points: readonly Vec3[]): Promise<Vec3[]> {
   }, points);
 }
 
-/** Where the lattice moves these places of the mesh. */
+/** The positions to which the lattice moves these places of the mesh. */
 const moved = (places: readonly Vec3[]): Vec3[] => places.map((place) => deformed(shown.lattice, place));
 
 function assertAll(colours: readonly Vec3[], wanted: Vec3, what: string): void {

@@ -15,7 +15,7 @@ const A_FRAME = 4; // steps of a mouse, at 240 per second; the page gets them as
 const INNER = 42; // moves the whole surface
 const HANDLES = 10; // three.js uploads a handle when it is first drawn, which may be in the tenth gesture
 const SMALL_OBJ = torusObj(3, 3);
-const UPDATES = 5000; // each of which may leave 400 bytes of objects
+const UPDATES = 5000; // an update may leave 400 bytes of objects
 const WARM_UP = 2500; // updates until V8 takes no more memory: about 40 MB
 const FRAME_MS = 200; // a slow screen: more frames would take longer than all updates
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a person does on the viewer's page.
+// Actions of a person on the viewer's page, and what the page then shows.
 import { readFileSync } from 'node:fs';
 import type { Download, Page } from 'playwright-core';
 import type {} from '@src/main'; // window.latticed
@@ -78,7 +78,7 @@ export function frames(of: Page): Promise<void> {
   }));
 }
 
-/** Where a control point is in the world. */
+/** The position of a control point in the world. */
 export function controlPoint(of: Page, index: number): Promise<Vec3> {
   return of.evaluate(
     (i) => [...window.latticed.scene!.session.lattice.points.slice(3 * i, 3 * i + 3)] as unknown as Vec3,
@@ -86,7 +86,7 @@ export function controlPoint(of: Page, index: number): Promise<Vec3> {
   );
 }
 
-/** Where a point of the world is on the screen, in pixels of the page. */
+/** The position of a world point on the screen, in pixels of the page. */
 export function placeOf(of: Page, point: Vec3): Promise<[number, number]> {
   return of.evaluate((p) => {
     const { viewport } = window.latticed;
@@ -96,12 +96,12 @@ export function placeOf(of: Page, point: Vec3): Promise<[number, number]> {
   }, point);
 }
 
-/** Where a control point is on the screen, in pixels of the page. */
+/** The position of a control point on the screen, in pixels of the page. */
 export async function onScreen(of: Page, index: number): Promise<[number, number]> {
   return placeOf(of, await controlPoint(of, index));
 }
 
-/** Where the handle that moves along Z is on the screen, if the handles are at `point`. */
+/** The position on the screen of the handle that moves along Z, if the handles are at `point`. */
 export function upperHandle(of: Page, point: Vec3): Promise<[number, number]> {
   return of.evaluate(([px, py, pz]) => {
     const { viewport } = window.latticed;

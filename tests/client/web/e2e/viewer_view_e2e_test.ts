@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the viewer in Chromium shows, and what can be selected: cameras, looks, points that the surface hides.
+// The view of the viewer in Chromium, and selection in it: cameras, looks, points that the surface hides.
 // Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer; LATTICED_SHOTS, a folder for screenshots.
 import assert from 'node:assert/strict';
 import { beforeEach, test } from 'node:test';

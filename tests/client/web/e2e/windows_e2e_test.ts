@@ -124,7 +124,7 @@ for (const [whose, isOther] of [['one browser', false], ['two browsers', true]] 
 
     await server.kill();
     for (const window of windows) await window.locator('.connection[data-state=retrying]').waitFor();
-    await move(first, 21, 1, expected); // edits go on meanwhile
+    await move(first, 21, 1, expected); // while the server is down
     await move(second, 63, 2, expected);
     await server.restart();
 

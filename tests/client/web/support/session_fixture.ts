@@ -43,7 +43,7 @@ export interface Options {
 export const unavailable = new ServerError(Code.Unavailable, '', 'the connection is lost');
 export const noScene = new ServerError(Code.NotFound, 'NOT_FOUND', 'no scene scene-0001');
 
-/** A session whose server is the test, which closes it. Its lattice has 3 x 3 x 3 points over the unit cube. */
+/** A session whose server is the test. It ends with the test. Its lattice has 3 x 3 x 3 points over the unit cube. */
 export class SessionFixture {
   readonly server = new FakeServer();
   readonly sockets = new FakeStreams();
