@@ -13,7 +13,7 @@ node_18_unpack() {
   version=$(apt-cache madison nodejs | awk '$3 ~ /^18\./ { print $3; exit }')
   if [[ -z $version ]]; then
     grep -qs '^VERSION_CODENAME=bookworm$' /etc/os-release &&
-      die "apt knows of no nodejs 18, which Debian 12 has"
+      die "apt finds no nodejs 18, although this is Debian 12"
     not_run "this machine's distribution has no Node 18"
     return
   fi

@@ -14,7 +14,7 @@ step() {  # NAME COMMAND…: runs the command and records its time; a failure en
   shift
   log=build/ci/${ci_step//[^A-Za-z0-9]/-}.txt
   printf '%-44s' "$ci_step"
-  ("$@") >"$log" 2>&1 || { echo "FAILED"; tail -n 150 "$log"; die "$ci_step failed; all of it: $log"; }
+  ("$@") >"$log" 2>&1 || { echo "FAILED"; tail -n 150 "$log"; die "$ci_step failed; full log: $log"; }
   printf '%7d  %s\n' $((SECONDS - start)) "$ci_step" >>build/ci/seconds.txt
   echo "$((SECONDS - start)) s$(grep -qsF "$ci_step: " build/ci/skipped.txt && echo ', NOT RUN')"
 }

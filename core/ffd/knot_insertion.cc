@@ -33,9 +33,8 @@ absl::Status Check(const LatticeStructure& s, int axis, double value, std::strin
   const auto there = std::count(s.knots[a].begin(), s.knots[a].end(), value);
   if (there >= s.degree[a]) {
     return error::InvalidField(
-        path, fmt::format("knot {} is there {} times already, the degree {} allows "
-                          "no more",
-                          value, there, s.degree[a]));
+        path, fmt::format("knot {} already has multiplicity {}; degree {} allows no more", value,
+                          there, s.degree[a]));
   }
   const int layer = s.control_point_count() / s.size[a];
   if (s.control_point_count() + layer > limits::kMaxControlPoints) {

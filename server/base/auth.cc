@@ -70,7 +70,8 @@ absl::StatusOr<Authenticator> Authenticator::FromText(std::string_view text) {
     result.tokens_->insert_or_assign(absl::AsciiStrToLower(words[0]), Caller{words[2], *role});
   }
   if (result.tokens_->empty()) {
-    return absl::InvalidArgumentError("token file: holds no token, so nobody could call");
+    return absl::InvalidArgumentError(
+        "token file: contains no token, so no caller would be accepted");
   }
   return result;
 }

@@ -22,7 +22,7 @@ namespace latticed {
 namespace {
 
 constexpr char kFooter[] =
-    "Every option may also stand in the environment (LATTICED_LISTEN, LATTICED_MAX_MESH_BYTES, …) "
+    "Every option can also be set in the environment (LATTICED_LISTEN, LATTICED_MAX_MESH_BYTES, …) "
     "or in a\n"
     "TOML file given by --config (listen = \"…\", max-mesh-bytes = \"1GiB\"). Flags win over the\n"
     "environment, the environment over the file. --print-config writes such a file.";
@@ -32,7 +32,7 @@ CLI::Option* AddDuration(CLI::App& app, const std::string& name, absl::Duration&
   const auto parse = [&value, name](const std::string& text) {
     if (!absl::ParseDuration(text, &value)) {
       throw CLI::ValidationError(
-          name, fmt::format("'{}' is no duration; write 500ms, 10s, 5m or 24h", text));
+          name, fmt::format("'{}' is not a duration; write 500ms, 10s, 5m or 24h", text));
     }
   };
   return app.add_option_function<std::string>(name, parse, help)
@@ -57,8 +57,8 @@ void AddDevices(CLI::App& app, std::vector<int>& devices) {
       const bool known = absl::SimpleAtoi(part, &device) && device >= 0 &&
                          std::find(devices.begin(), devices.end(), device) == devices.end();
       if (!known) {
-        throw CLI::ValidationError("--devices",
-                                   fmt::format("'{}' is no list of devices; write 0 or 0,1", text));
+        throw CLI::ValidationError(
+            "--devices", fmt::format("'{}' is not a list of devices; write 0 or 0,1", text));
       }
       devices.push_back(device);
     }
@@ -89,21 +89,20 @@ void Define(CLI::App& app, Options& o) {
       ->check(CLI::Range(0, 1024));
   AddDevices(app, o.devices);
   app.add_option("--span-patches", o.span_patches,
-                 "A scene of so many patches, or beyond the memory of each of --devices, takes "
-                 "them all")
+                 "A scene with at least this many patches, or too large for any one of --devices, "
+                 "uses them all")
       ->check(CLI::PositiveNumber);
   AddBytes(app, "--gpu-memory", o.gpu_memory_bytes,
            "Memory of each CUDA device for scenes, such as 16GiB; 0: nine tenths of what is free");
-  AddBytes(
-      app, "--memory", o.memory_bytes,
-      "Host memory for meshes, plans, views and streams, such as 4GiB; requests that wait, and "
-      "replies that are not taken, may each take an eighth of it more");
+  AddBytes(app, "--memory", o.memory_bytes,
+           "Host memory for meshes, plans, views and streams, such as 4GiB; waiting requests, and "
+           "replies not yet read, may each use another eighth of it");
   AddBytes(app, "--transport-memory", o.transport_memory_bytes,
-           "Host memory for what gRPC buffers of all connections, beside --memory");
+           "Host memory for what gRPC buffers for all connections, beside --memory");
   app.add_option(
          "--max-connections", o.max_connections,
-         "Most connections of --listen (but for a Unix socket), and of --http; 0: as many as "
-         "--transport-memory has room for, at 2.5 MiB each")
+         "Most connections of --listen (except a Unix socket), and of --http; 0: as many as "
+         "fit in --transport-memory, at 2.5 MiB each")
       ->check(CLI::Range(0, 1'000'000));
   AddBytes(app, "--max-mesh-bytes", o.max_mesh_bytes, "Largest single upload");
   app.add_option("--max-scenes", o.max_scenes, "Most scenes at a time")
@@ -114,7 +113,7 @@ void Define(CLI::App& app, Options& o) {
                  "Address for browsers, host:port: the viewer, gRPC-Web, WebSocket, downloads");
   app.add_option("--admin", o.admin, "Address of /healthz, /readyz and /metrics, host:port");
   AddList(app, "--allowed-hosts", o.allowed_hosts,
-          "Names that --http goes by, besides those of loopback and its own");
+          "Host names accepted by --http, besides loopback's and its own");
   AddList(app, "--cors-origin", o.cors_origins,
           "Sites whose pages may use --http, such as https://app.example");
   app.add_option(
@@ -130,12 +129,13 @@ void Define(CLI::App& app, Options& o) {
       ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}));
   app.add_option("--log-format", o.log_format, "Lines for people, or JSON for machines")
       ->check(CLI::IsMember({"text", "json"}));
-  AddDuration(app, "--heartbeat-interval", o.heartbeat_interval, "Between heartbeats of a stream");
+  AddDuration(app, "--heartbeat-interval", o.heartbeat_interval,
+              "Time between heartbeats of a stream");
   AddDuration(app, "--first-message-timeout", o.first_message_timeout,
-              "For the first message of a stream, then it ends");
-  AddDuration(app, "--drain-delay", o.drain_delay, "From NOT_SERVING to the end of serving");
+              "Time limit for the first message of a stream");
+  AddDuration(app, "--drain-delay", o.drain_delay, "Time from NOT_SERVING until calls are refused");
   AddDuration(app, "--drain-timeout", o.drain_timeout,
-              "For running calls, then they are cancelled");
+              "Time for running calls to end before they are cancelled");
   AddDuration(app, "--scene-idle-ttl", o.scene_idle_ttl, "Default idle_ttl of a scene");
   app.add_option("--encoder", o.encoder, "Writer of Draco streams: our own, or libdraco")
       ->check(CLI::IsMember({"latticed", "reference"}));

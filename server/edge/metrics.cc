@@ -57,8 +57,9 @@ void AddHostMemory(const v1::ServerInfo& info, MetricFamilies& out) {
   auto bytes = out.Gauge("latticed_host_memory_bytes", "Host memory in use, by purpose.");
   for (const auto& [purpose, size] : info.host_bytes()) bytes.Add(size, {{"purpose", purpose}});
   out.Gauge("latticed_host_memory_budget_bytes", "--memory.").Add(budget);
-  out.Gauge("latticed_host_memory_reserved_bytes", "Of the budget, what is taken.").Add(reserved);
-  out.Gauge("latticed_host_memory_free_bytes", "Of the budget, what is free.")
+  out.Gauge("latticed_host_memory_reserved_bytes", "Bytes of the budget that are reserved.")
+      .Add(reserved);
+  out.Gauge("latticed_host_memory_free_bytes", "Bytes of the budget that are free.")
       .Add(budget > reserved ? budget - reserved : 0);
 }
 
@@ -94,13 +95,13 @@ void AddEngine(const EngineCounts& counts, MetricFamilies& out) {
   out.Counter("latticed_evaluations_total", "Evaluations of views begun.").Add(counts.evaluations);
   out.Counter("latticed_updates_begun_total", "Updates of watchers begun.")
       .Add(counts.updates_begun);
-  out.Counter("latticed_updates_finished_total", "Of these, sent in full.")
+  out.Counter("latticed_updates_finished_total", "Updates of watchers sent in full.")
       .Add(counts.updates_finished);
   out.Counter("latticed_updates_superseded_total",
-              "Of these, given up on the way for a newer one in less detail.")
+              "Updates of watchers given up for a newer one in less detail.")
       .Add(counts.updates_superseded);
   out.Counter("latticed_updates_restarted_total",
-              "Of these, in place of one that was begun and not finished.")
+              "Updates of watchers begun in place of an unfinished one.")
       .Add(counts.updates_restarted);
   out.Counter("latticed_snapshots_retired_total",
               "Snapshots dropped while a watcher was too slow to take them.")
@@ -145,7 +146,7 @@ void AddConnections(const ConnectionCounts& grpc, const ConnectionCounts& http,
   auto open = out.Gauge("latticed_connections", "Connections, by port.");
   auto most = out.Gauge("latticed_connections_limit", "Most connections, by port.");
   auto refused = out.Counter("latticed_connections_refused_total",
-                             "Connections closed since there were as many, by port.");
+                             "Connections refused because the limit was reached, by port.");
   for (const auto& [port, counts] : {std::pair("grpc", grpc), std::pair("http", http)}) {
     if (counts.most == 0) continue;
     open.Add(counts.open, {{"port", port}});

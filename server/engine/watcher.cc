@@ -23,7 +23,7 @@ absl::Status CheckMaxPoints(const WatchView& view, const DeformPlan& plan) {
   if (view.max_points == 0 || least <= view.max_points) return absl::OkStatus();
   return error::InvalidField(
       "view.max_points",
-      fmt::format("got {}, 1 segment makes {} points already", view.max_points, least),
+      fmt::format("got {}, 1 segment already needs {} points", view.max_points, least),
       "OUT_OF_RANGE");
 }
 

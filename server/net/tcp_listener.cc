@@ -52,7 +52,7 @@ absl::StatusOr<std::shared_ptr<TcpListener>> TcpListener::Open(net::io_context& 
                                                                OnSocket on_socket) {
   const size_t colon = listen.rfind(':');
   if (colon == std::string::npos) {
-    return absl::InvalidArgumentError(fmt::format("{}: '{}' is no host:port", flag, listen));
+    return absl::InvalidArgumentError(fmt::format("{}: '{}' is not host:port", flag, listen));
   }
   std::string host = listen.substr(0, colon);
   if (host.starts_with('[') && host.ends_with(']')) host = host.substr(1, host.size() - 2);

@@ -82,7 +82,7 @@ absl::Status ListMeshes(const CallContext& context, const v1::ListMeshesRequest&
   LATTICED_ASSIGN_OR_RETURN(const LabelFilter filter, LabelFilter::Parse(request.filter()));
   // A page token is the last mesh id of the page before, and mesh ids are SHA-256 hashes.
   if (!request.page_token().empty() && !IsSha256Hex(request.page_token())) {
-    return error::InvalidField("page_token", "is none that this server gave out");
+    return error::InvalidField("page_token", "was not issued by this server");
   }
   PageRoom room(page_size);
   for (const auto& mesh : env.meshes.All()) {

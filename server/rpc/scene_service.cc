@@ -57,7 +57,7 @@ absl::StatusOr<PageKey> FromToken(const std::string& token) {
   const size_t dot = token.find('.');
   int64_t nanos = 0;
   if (dot == std::string::npos || !absl::SimpleAtoi(token.substr(0, dot), &nanos)) {
-    return error::InvalidField("page_token", "is none that this server gave out");
+    return error::InvalidField("page_token", "was not issued by this server");
   }
   return PageKey{nanos, token.substr(dot + 1)};
 }

@@ -79,7 +79,7 @@ class UploadStream final : public CallReactor<grpc::ServerReadReactor<v1::Upload
   absl::Status Take() {
     if (upload_ == nullptr) return TakeHeader();
     if (request_.has_data()) return upload_->Append(request_.data());
-    return error::InvalidField("header", "comes first, and once");
+    return error::InvalidField("header", "must be the first message and must not be repeated");
   }
 
   absl::Status TakeHeader() {

@@ -30,7 +30,8 @@ absl::Status ParseMessage(const grpc::ByteBuffer& bytes, google::protobuf::Messa
   grpc::ByteBuffer copy(bytes);
   grpc::ProtoBufferReader reader(&copy);
   if (reader.status().ok() && message->ParseFromZeroCopyStream(&reader)) return absl::OkStatus();
-  return error::InvalidField("message", fmt::format("the bytes are no {}", message->GetTypeName()));
+  return error::InvalidField("message",
+                             fmt::format("cannot be parsed as {}", message->GetTypeName()));
 }
 
 absl::StatusOr<std::shared_ptr<Scene>> FindScene(const ServerEnv& env, const CallInfo& call,

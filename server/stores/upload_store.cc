@@ -15,13 +15,13 @@ namespace {
 
 absl::Status SizeMismatch(uint64_t got, uint64_t announced) {
   return error::InvalidField(
-      "data", fmt::format("{} bytes came, header.total_bytes announced {}", got, announced),
+      "data", fmt::format("received {} bytes, header.total_bytes is {}", got, announced),
       "SIZE_MISMATCH");
 }
 
 absl::Status Expired() {
   return error::WithDetails(
-      absl::NotFoundError(fmt::format("the upload was dropped, since nothing came for {} seconds",
+      absl::NotFoundError(fmt::format("the upload was dropped, because no data came for {} seconds",
                                       limits::kUploadIdleSeconds)),
       {.reason = "NOT_FOUND"});
 }

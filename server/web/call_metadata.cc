@@ -29,7 +29,7 @@ absl::StatusOr<CallMetadata> ToMetadata(const HttpFields& fields) {
   for (const HttpField& field : fields) {
     if (std::ranges::find(kRead, field.name) == kRead.end()) continue;
     if (!std::ranges::all_of(field.value, absl::ascii_isprint)) {
-      return error::InvalidField(field.name, "holds what metadata cannot: printable ASCII");
+      return error::InvalidField(field.name, "must be printable ASCII");
     }
     metadata.push_back(field);
   }

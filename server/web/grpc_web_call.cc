@@ -91,7 +91,7 @@ void GrpcWebCall::SendNext() {
     return call_->Write(**message);
   }
   if (!body_ended_) return ReadBody();
-  if (!frames_.empty()) return Fail(error::InvalidField("body", "ends inside of a frame"));
+  if (!frames_.empty()) return Fail(error::InvalidField("body", "ends in the middle of a frame"));
   call_->WritesDone();
 }
 

@@ -35,7 +35,7 @@ HttpResponse TextAnswer(int status, std::string_view text) {
 }
 
 HttpResponse MethodNotAllowed(std::string_view allowed) {
-  HttpResponse answer = TextAnswer(405, "this address takes " + std::string(allowed) + " alone");
+  HttpResponse answer = TextAnswer(405, "this address accepts only " + std::string(allowed));
   answer.fields.push_back({"allow", std::string(allowed)});
   return answer;
 }
@@ -89,10 +89,10 @@ absl::StatusOr<HttpFields> QueryParameters(const std::string& query,
     const std::string name = text.substr(0, equals);
     if (std::ranges::find(known, name) == known.end()) {
       return error::InvalidField(
-          "query", fmt::format("'{}' is none of its parameters: {}", name, fmt::join(known, ", ")));
+          "query", fmt::format("'{}' is not a parameter; known: {}", name, fmt::join(known, ", ")));
     }
     if (std::ranges::find(parameters, name, &HttpField::name) != parameters.end()) {
-      return error::InvalidField("query", fmt::format("'{}' is there twice", name));
+      return error::InvalidField("query", fmt::format("'{}' is given twice", name));
     }
     std::string value;
     if (equals == text.size() || !PercentDecode(text.substr(equals + 1), &value)) {

@@ -182,7 +182,7 @@ void HttpConnection::OnHead(error_code failure) {
   }
   if (failure.category() == http::make_error_code(http::error::end_of_stream).category() &&
       failure != http::error::end_of_stream && failure != http::error::partial_message) {
-    return Reply(TextAnswer(400, "this is no request of HTTP/1.1: " + failure.message()));
+    return Reply(TextAnswer(400, "not a request of HTTP/1.1: " + failure.message()));
   }
   if (failure) return Leave();
   Describe();

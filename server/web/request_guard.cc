@@ -76,7 +76,7 @@ bool RequestGuard::OriginConfigured(std::string_view origin) const {
 std::optional<HttpResponse> RequestGuard::Stop(const HttpRequest& request) const {
   const std::string_view host = request.Field("host");
   if (!HostAllowed(host)) {
-    return TextAnswer(403, fmt::format("this server does not go by the name '{}'; its operator may "
+    return TextAnswer(403, fmt::format("'{}' is not a host name of this server; its operator may "
                                        "add it to --allowed-hosts",
                                        host));
   }

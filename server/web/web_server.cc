@@ -31,7 +31,7 @@ namespace {
 constexpr int kThreads = 2;
 
 const HttpHandler kRefuse = [](const std::shared_ptr<HttpExchange>& exchange) {
-  HttpResponse answer = TextAnswer(503, "this server has as many connections as fit");
+  HttpResponse answer = TextAnswer(503, "this server has reached its limit of connections");
   answer.fields.push_back({"retry-after", "1"});
   answer.fields.push_back({"connection", "close"});
   exchange->Reply(std::move(answer));

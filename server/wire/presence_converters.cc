@@ -40,7 +40,7 @@ absl::StatusOr<Presence> FromProto(const v1::Presence& message) {
     return error::OutOfRange(fmt::format("presence.selected_indices[{}]", i), indices[i], 0,
                              limits::kMaxControlPoints - 1);
   }
-  if (message.left()) return error::InvalidField("presence.left", "is for the server to say");
+  if (message.left()) return error::InvalidField("presence.left", "is set only by the server");
   return Presence{.editor_id = message.editor_id(),
                   .name = message.name(),
                   .colour = message.colour(),

@@ -112,7 +112,7 @@ absl::StatusOr<PolygonMesh> Trim(const DeformPlan& plan, size_t patches) {
     kept[f] = false;
     excess -= patches_of[f];
   }
-  if (excess > 0) return absl::InternalError("no faces add up to the patches that must go");
+  if (excess > 0) return absl::InternalError("no set of faces has exactly the excess patches");
   for (size_t f = 0; f < mesh.face_count(); ++f) {
     if (!kept[f]) continue;
     result.corner_vertices.insert(result.corner_vertices.end(),

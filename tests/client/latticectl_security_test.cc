@@ -77,7 +77,7 @@ TEST_F(LatticectlSecurity, AReadTokenWatchesAndDoesNotEdit) {
 
   const RunResult refused = At({"edit", "reset", "scene-one"}, read);
   EXPECT_EQ(refused.code, 1);
-  EXPECT_THAT(refused.err, HasSubstr("take a token of that role (PERMISSION_DENIED, request "));
+  EXPECT_THAT(refused.err, HasSubstr("use a token with that role (PERMISSION_DENIED, request "));
   const RunResult unknown = At({"scene", "list"}, {"--token", "wrong"});
   EXPECT_EQ(unknown.code, 1);
   EXPECT_THAT(unknown.err, AllOf(HasSubstr("--token"), HasSubstr("(UNAUTHENTICATED, request ")));

@@ -23,7 +23,7 @@ class LatticectlServerTest : public LatticectlServer {
 
 TEST_F(LatticectlServerTest, InfoSaysWhatTheServerIs) {
   const std::string info = Run({"info"});
-  for (const char* text : {"cpu", "0, that slow readers", "0, for want of host memory",
+  for (const char* text : {"cpu", "0, while slow readers", "0, because host memory was short",
                            "connections           up to "}) {
     EXPECT_THAT(info, HasSubstr(text));
   }
@@ -66,7 +66,7 @@ TEST_F(LatticectlServerTest, UploadDoesNotPassOverTheUnitsThatAMeshHasAlready) {
   EXPECT_EQ(RunJson({"upload", vase, "--up-axis", "z"})["upAxis"], "UP_AXIS_Z");
   Run({"upload", vase, "--up-axis", "z"});
   Run({"upload", vase});
-  const auto stays = HasSubstr("is there with up +z, which stays");
+  const auto stays = HasSubstr("already exists with up +z, which does not change");
   ExpectFailure({"upload", vase, "--up-axis", "y"}, stays);
   ExpectFailure({"upload", vase, "--meters-per-unit", "1"}, stays);
 }

@@ -54,7 +54,7 @@ create_and_use() {  # SCENE
 ctl info --health || fail "the server is not healthy"
 ctl sample knot -o "$work/knot.obj" || fail "sample"
 create_and_use scene-0001
-ctl scene show scene-0001 && grep -q 'bytes of device_' "$work/ctl.log" || fail "no device memory is told"
+ctl scene show scene-0001 && grep -q 'bytes of device_' "$work/ctl.log" || fail "device memory is not reported"
 
 http=$(said http)
 ask "$http" GET / >"$work/page"
@@ -84,7 +84,7 @@ if ctl scene create "$work/large.obj" --id scene-large --segments 32 &&
 fi
 grep -q OUT_OF_MEMORY "$work/ctl.log" || fail "the refusal gives another reason"
 refusal='s/.*the view on device 0 needs \([0-9]*\) bytes, \([0-9]*\) are free.*/\1 \2/p'
-read -r asked free < <(sed -n "$refusal" "$work/ctl.log") || fail "the refusal says not what is asked and free"
+read -r asked free < <(sed -n "$refusal" "$work/ctl.log") || fail "the refusal lacks requested and free bytes"
 # At least two triangles per quad, with 561 vertices of 8 bytes each. A view needs more besides.
 vertices=$((2 * $(grep -c '^f ' "$work/large.obj") * 561 * 8))
 ((free <= 24 << 20 && asked > vertices)) || fail "$asked bytes are asked, of vertices alone $vertices; $free are free"

@@ -44,7 +44,7 @@ run() {  # NAME COMMAND…: waits until fewer than at_once programs run
   run_alone "$@" &
 }
 
-nvidia-smi -L 2>/dev/null || echo "nvidia-smi says nothing of a GPU"
+nvidia-smi -L 2>/dev/null || echo "nvidia-smi lists no GPU"
 run_alone "a device that is lost" "$folder/cuda_backend_test" --gtest_filter='CudaLost.*'
 run_alone "what is left of the device's memory, 2,000 scenes" "$folder/cuda_backend_test" --gtest_filter='CudaSoak.*'
 

@@ -44,9 +44,9 @@ std::string InfoText(const v1::ServerInfo& info) {
   table.AddRow(
       {"host memory", fmt::format("{} reserved of {}", FormatBytes(info.reserved_host_bytes()),
                                   FormatBytes(limits.max_host_bytes()))});
-  table.AddRow({"retired snapshots", fmt::format("{}, that slow readers were being sent",
+  table.AddRow({"retired snapshots", fmt::format("{}, while slow readers were receiving them",
                                                  FormatCount(info.retired_snapshots()))});
-  table.AddRow({"forgotten undo steps", fmt::format("{}, for want of host memory",
+  table.AddRow({"forgotten undo steps", fmt::format("{}, because host memory was short",
                                                     FormatCount(info.forgotten_undo_steps()))});
   table.AddRow({"segments", fmt::format("{} to {}", limits.min_segments(), limits.max_segments())});
   table.AddRow(

@@ -25,7 +25,7 @@ std::string Advice(const error::Details& details) {
   }
   static const auto* const kAdvice = new std::map<std::string, std::string>{
       {"UNAUTHENTICATED", "give a token with --token or $LATTICED_TOKEN"},
-      {"PERMISSION_DENIED", "take a token of that role"},
+      {"PERMISSION_DENIED", "use a token with that role"},
       {"OUT_OF_MEMORY",
        "take fewer --segments, or free memory with 'latticectl scene delete' and "
        "'latticectl meshes delete'"},

@@ -42,9 +42,10 @@ absl::Status CheckUnits(const v1::Mesh& mesh, const v1::MeshUnits& asked) {
     return absl::OkStatus();
   }
   const MeshUnits units{UpAxisName(mesh.up_axis()), mesh.meters_per_unit()};
-  return absl::AlreadyExistsError(fmt::format(
-      "mesh {} is there with {}, which stays; 'latticectl meshes delete' makes room for another",
-      mesh.id(), units.known() ? Describe(units) : "unknown axis and unit"));
+  return absl::AlreadyExistsError(
+      fmt::format("mesh {} already exists with {}, which does not change; 'latticectl meshes "
+                  "delete' makes room for another",
+                  mesh.id(), units.known() ? Describe(units) : "unknown axis and unit"));
 }
 
 absl::Status RunUpload(const MeshFlags& flags, Client& client, Console console) {

@@ -39,7 +39,7 @@ def set_points(points: npt.ArrayLike, positions: npt.ArrayLike) -> edit_pb2.Edit
     indices, places = _indices(points), np.asarray(positions, dtype=float)
     if places.shape[-1:] != (3,) or places.size != 3 * indices.size:
         raise ValueError(
-            f"{indices.size} control points want as many positions, not the shape {places.shape}"
+            f"{indices.size} control points need as many positions, not the shape {places.shape}"
         )
     change = edit_pb2.SetControlPoints(indices=indices, positions=places.reshape(-1))
     return edit_pb2.Edit(set_control_points=change)
@@ -74,7 +74,7 @@ def drag(points: Union[SurfacePoint, Sequence[SurfacePoint]], targets: npt.Array
     held = [points] if isinstance(points, SurfacePoint) else list(points)
     places = np.asarray(targets, dtype=float).reshape(-1)
     if places.size != 3 * len(held):
-        raise ValueError(f"{len(held)} points want as many targets, not {places.size} numbers")
+        raise ValueError(f"{len(held)} points need as many targets, not {places.size} numbers")
     change = edit_pb2.DragPoints(points=[point.to_proto() for point in held], targets=places)
     return edit_pb2.Edit(drag_points=change)
 

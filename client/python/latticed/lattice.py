@@ -21,7 +21,7 @@ def vector(xyz: npt.ArrayLike) -> common_pb2.Vec3:
     """Converts three numbers."""
     numbers = np.asarray(xyz, dtype=float)
     if numbers.shape != (3,):
-        raise ValueError(f"x, y and z are wanted, not the shape {numbers.shape}")
+        raise ValueError(f"x, y and z are needed, not the shape {numbers.shape}")
     return common_pb2.Vec3(x=numbers[0], y=numbers[1], z=numbers[2])
 
 

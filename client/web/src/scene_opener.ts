@@ -123,7 +123,7 @@ export class SceneOpener {
     const grid = uvGrid();
     const { corners, layers, notes } = await meshLayers(mesh.file, mesh.companions, grid);
     const lacksPictures = !mesh.isDropped && mesh.companions.length === 0 && layers.some(({ picture }) => picture === grid);
-    const elsewhere = `This browser has no pictures for ${mesh.file.name}, and shows a grid. Those dropped in another stay there.`;
+    const elsewhere = `This browser has no pictures for ${mesh.file.name}, and shows a grid. Pictures dropped in another browser are only there.`;
     return { texture: await layerTexture(layers), corners, notes: lacksPictures ? [...notes, elsewhere] : notes };
   }
 
@@ -136,7 +136,7 @@ export class SceneOpener {
       mesh.takesKept = true;
       mesh.unkept = mesh.unkept.filter((file) => !unkept.includes(file)); // others may have come meanwhile
     } catch (error) {
-      this.app.toasts.fail(`After a reload this mesh will be without what was dropped beside it: ${inWords(error)}`);
+      this.app.toasts.fail(`The files dropped with this mesh will be missing after a reload: ${inWords(error)}`);
     }
   }
 

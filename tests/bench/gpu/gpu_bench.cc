@@ -252,7 +252,7 @@ void Floors(benchmark::State& state) {
 
 void RegisterGpuBenches(bool large) {
   if (const auto gpu = TheGpu(); !gpu.ok()) {
-    fmt::print(stderr, "latticed_bench: no rows of a GPU: {}\n",
+    fmt::print(stderr, "latticed_bench: GPU benchmarks skipped: {}\n",
                std::string(gpu.status().message()));
     return;
   }

@@ -107,7 +107,7 @@ Section Stages(const std::vector<Row>& rows) {
   }
   section.notes = {
       "Models: the sample knot, cut to the paper's numbers of patches and named after its models, "
-      "which are not to be had.",
+      "which are not available.",
       "Paper: Table 3 on its GTX 465, smallest and largest model; single stages and other models "
       "are not in our sources.",
       "Rearranging includes normals. Shared points make the surface watertight; the paper has no "
@@ -159,7 +159,7 @@ Section Algorithms(const std::vector<Row>& rows) {
     section.rows.push_back(std::move(cells));
   }
   section.notes = {
-      "Tensor product: Cui & Feng 2013, two kernels of our own making. A surface of degree 6 x 6 "
+      "Tensor product: Cui & Feng 2013, two kernels that we wrote. A surface of degree 6 x 6 "
       "for each polygon that a knot box leaves of a source triangle, from 49 samples over the "
       "smallest rectangle in its plane; a grid of 10 x 10 cells over the rectangle, cells on the "
       "polygon's boundary clipped against it. Rectangles and trimming are made once, as our plans "

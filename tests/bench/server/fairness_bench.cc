@@ -106,7 +106,7 @@ void SmallBesideHuge(benchmark::State& state, Backend* backend) {
     for (const absl::Duration d : busy.Stop()) huge_ms.push_back(absl::ToDoubleMilliseconds(d));
   }
   const double chunks = static_cast<double>(huge->State()->plan->chunk_count());
-  const double batch_ms = Quantile(huge_ms, 0.5) * std::min(BatchOf(*small) / chunks, 1.0);
+  const double batch_ms = Quantile(huge_ms, 0.5) * std::min(BatchOf(*huge) / chunks, 1.0);
   const double bound_ms = 2 * Quantile(alone, 0.5) + batch_ms, p99_ms = Quantile(beside, 0.99);
   for (auto _ : state) state.SetIterationTime(p99_ms * 1e-3);
   state.counters["alone_ms"] = Quantile(alone, 0.5);

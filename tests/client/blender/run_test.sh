@@ -11,7 +11,7 @@ root=$(readlink -f "$here/../../..")
 build=$(readlink -f "$1")
 work=$build/blender
 if ! command -v blender >/dev/null || ! /usr/bin/python3 -c 'import google.protobuf, grpc, numpy, setuptools' 2>/dev/null; then
-  echo "skipped, for want of: blender, or python3-grpcio, python3-protobuf, python3-numpy, python3-setuptools"
+  echo "skipped, missing: blender, or python3-grpcio, python3-protobuf, python3-numpy, python3-setuptools"
   [[ -n ${LATTICED_REQUIRE_BLENDER:-} ]] && exit 1
   exit 77
 fi

@@ -18,7 +18,7 @@ command -v protoc-gen-go-grpc >/dev/null || missing+=(protoc-gen-go-grpc)
 [[ -d $debian/src/google.golang.org/grpc ]] || missing+=(golang-google-grpc-dev)
 [[ -d $debian/src/google.golang.org/protobuf ]] || missing+=(golang-google-protobuf-dev)
 if ((${#missing[@]})); then
-  echo "skipped, for want of: ${missing[*]}"
+  echo "skipped, missing: ${missing[*]}"
   [[ -n ${LATTICED_REQUIRE_GO:-} ]] && exit 1
   exit 77
 fi

@@ -61,7 +61,7 @@ func ask(ctx context.Context, server v1.ServerServiceClient) {
 		obj = obj || format == v1.MeshFormat_MESH_FORMAT_OBJ
 	}
 	if !raw || !obj || info.BootId == "" || info.Limits.MaxMeshBytes < uint64(len(triangle)) {
-		log.Fatalf("such a server is of no use: %v", info)
+		log.Fatalf("the server lacks what this client needs: %v", info)
 	}
 }
 
@@ -141,7 +141,7 @@ func main() {
 	fmt.Printf("revision %d: %d patches, %d points, leftmost %g, was %g\n",
 		result.Revision, scene.Patches, count, moved, rest)
 	if result.Revision != 1 || count != 15*int(scene.Patches) || math.Abs(moved-rest-offset) > 1e-6 {
-		log.Fatal("that is not what was asked for")
+		log.Fatal("the update does not match the edit")
 	}
 
 	_, err = scenes.DeleteScene(ctx, &v1.DeleteSceneRequest{Scene: id})

@@ -23,7 +23,7 @@ print(*[package for name, package in names.items() if not has(name)])
 MODULES
 )
 if [[ -n $missing ]]; then
-  echo "skipped, for want of: $missing"
+  echo "skipped, missing: $missing"
   [[ -n ${LATTICED_REQUIRE_PYTHON:-} ]] && exit 1
   exit 77
 fi

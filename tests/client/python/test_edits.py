@@ -95,9 +95,9 @@ def test_a_gesture_left_by_an_exception_is_cancelled(scene):
 @pytest.mark.parametrize(
     "edit, text",
     [
-        (lambda scene: scene.set_points([0, 1], [[0, 0, 0]]), "2 control points want as many positions"),
+        (lambda scene: scene.set_points([0, 1], [[0, 0, 0]]), "2 control points need as many positions"),
         (lambda scene: scene.move([0.5], (1, 0, 0)), "integers or by a mask"),
-        (lambda scene: scene.move([0], (1, 0)), r"x, y and z are wanted, not the shape \(2,\)"),
+        (lambda scene: scene.move([0], (1, 0)), r"x, y and z are needed, not the shape \(2,\)"),
         (lambda scene: scene.transform([0], np.eye(3)), r"shape \(4, 4\)"),
         (lambda scene: scene.insert_knot("x", 1), "axis is one of u, v, w"),
         (lambda scene: scene.reset("zero"), "to is one of identity, initial"),

@@ -31,5 +31,5 @@ def test_drags_take_picked_points_to_their_targets(scene):
     np.testing.assert_allclose(there.positions, targets, atol=1e-12)
     assert result.drag_residual < 1e-12
     assert scene.drag([top, top], [[0, 0, 0], [0, 0, 2]]).drag_residual == pytest.approx(1)
-    with pytest.raises(ValueError, match="2 points want as many targets"):
+    with pytest.raises(ValueError, match="2 points need as many targets"):
         scene.drag([top, side], targets[:1])

@@ -88,7 +88,7 @@ test('a view that is too large for the server is taken back to the one before, i
 
   assert.deepEqual(views, [{ segments: 4, normals: 'facet', encoding: 'quantised', positionBits: 12, normalBits: 8 }]);
   assert.equal(fixture.stream.request.view?.segments, 4);
-  assert.deepEqual(fixture.said, ['Too large for the server: 4.49 GB of memory are wanted for the view, and 43.6 MB are free.']);
+  assert.deepEqual(fixture.said, ['Too large for the server: 4.49 GB of memory are needed for the view, and 43.6 MB are free.']);
   await fixture.lose(tooLarge);
   assert.equal(fixture.said.length, 1);
 });

@@ -196,7 +196,7 @@ test('another structure ends the open gesture, which is told and said, also wher
   fixture.state(cubeLattice(), 3n, 3n);
 
   assert.equal(ended, 1);
-  assert.deepEqual(fixture.said, ['The lattice got other control points meanwhile, so what was being moved was let go.']);
+  assert.deepEqual(fixture.said, ['The lattice got other control points meanwhile, so your move ended.']);
 });
 
 test('an edit beside an open gesture commits that, which is told, and goes after it', async (t) => {

@@ -10,7 +10,7 @@ import type { LatticeEdit } from '@src/session/edits/lattice_edit';
 import { SessionFixture, cubeLattice, noScene, until } from './support/session_fixture';
 import { fitLattice } from './support/fitted_lattice';
 
-const LET_GO = 'The server was restarted, so what was being moved was let go where it was.';
+const LET_GO = 'The server was restarted, so your move ended and keeps its last position.';
 const OTHER_STRUCTURE = fitLattice({ min: [0, 0, 0], max: [1, 1, 1] }, { size: [4, 3, 3], degree: [2, 2, 2], padding: 0 });
 
 const move = (x: number): LatticeEdit => ({ kind: 'move', indices: Uint32Array.of(1), offset: [x, 0, 0] });

@@ -65,7 +65,7 @@ test('files are told apart by their names, and those that cannot be taken are re
   await assert.rejects(read(new File([], 'part.stl')), /part.stl is empty/);
   const large = new File([new Uint8Array(2500)], 'part.ply');
   assert.equal((await read(large, 2500)).content.size, 2500);
-  await assert.rejects(read(large, 2000), /part.ply is too large for the server: it has 2.50 kB, and 2.00 kB are the most\./);
+  await assert.rejects(read(large, 2000), /part.ply is too large for the server: it has 2.50 kB, and the limit is 2.00 kB\./);
   const unreadable = { arrayBuffer: () => Promise.reject(new Error('NotFoundError')) } as Blob;
   const folder = Object.assign(new File(['x'], 'part.obj'), { slice: () => unreadable });
   await assert.rejects(read(folder), /The browser cannot read part.obj, 1 bytes\./);
@@ -107,7 +107,7 @@ function pullOf(picked: () => Promise<unknown>) {
 const HELD = { face: 7, corners: [21, 22, 23], barycentrics: [0.2, 0.3, 0.5], position: [1, 2, 3] } as const;
 
 test('a pull that was let go before its pick was answered is said not to be made; one that was taken back needs no word', async () => {
-  for (const [letGo, wanted] of [['end', /let go before the server had found/], ['cancel', /^$/]] as const) {
+  for (const [letGo, wanted] of [['end', /before the server found the pressed point/], ['cancel', /^$/]] as const) {
     const { log, misses, drag } = pullOf(() => Promise.resolve(HELD));
     drag.move(430, 285);
     drag[letGo]();

@@ -54,7 +54,7 @@ test('what a socket closes with is the status of the stream', () => {
 
 test('errors are sentences: too large says how much is free, a role which one it takes, a bad file why', () => {
   const needs = 'the upload needs 5000000000 bytes, 1234567 are free';
-  const words = 'Too large for the server: 5.00 GB of memory are wanted for the upload, and 1.23 MB are free.';
+  const words = 'Too large for the server: 5.00 GB of memory are needed for the upload, and 1.23 MB are free.';
   const metadata = { asked_bytes: '5000000000', free_bytes: '1234567' };
   assert.equal(inWords(new ServerError(Code.ResourceExhausted, 'OUT_OF_MEMORY', needs, metadata)), words);
   assert.equal(inWords(ServerError.fromClose(4008, `OUT_OF_MEMORY: ${needs}`)), words);
@@ -81,7 +81,7 @@ test('an export is asked for as it is shown, and one that the server has no memo
     const refusal = await download().then(() => 'none', inWords);
 
     assert.deepEqual(asked, Array(2).fill('http://test/export/scene-1.ply?segments=20&normals=facet'));
-    assert.equal(refusal, 'Too large for the server: 8.26 GB of memory are wanted for the export, and 731 kB are free.');
+    assert.equal(refusal, 'Too large for the server: 8.26 GB of memory are needed for the export, and 731 kB are free.');
   } finally {
     globalThis.fetch = fetchOfNode;
   }

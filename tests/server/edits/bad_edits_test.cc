@@ -234,10 +234,9 @@ TEST_F(BadEditsTest, AKnotIsInsertedAtMostDegreeTimes) {
   structure_id_ = result.structure_id();
   const std::string before = Lattice().SerializeAsString();
 
-  const Refusal refusal{
-      .reason = "INVALID_FIELD",
-      .field = "edits[0].insert_knot.value",
-      .message = "knot 0.5 is there 2 times already, the degree 2 allows no more"};
+  const Refusal refusal{.reason = "INVALID_FIELD",
+                        .field = "edits[0].insert_knot.value",
+                        .message = "knot 0.5 already has multiplicity 2; degree 2 allows no more"};
   ExpectRefusal(Apply(Batch(3, {Knot(0.5)})), refusal);
 
   EXPECT_EQ(Lattice().SerializeAsString(), before);

@@ -81,7 +81,7 @@ class GoldenTest : public ServerTest {
 
   static void ExpectSame(const std::string& name, const std::string& bytes) {
     EXPECT_TRUE(Golden(name, bytes) == bytes)
-        << name << " is not what it was; where that is meant, see the top of this test";
+        << name << " has changed; if this is intended, see the top of this test";
   }
 };
 

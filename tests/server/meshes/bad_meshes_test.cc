@@ -147,7 +147,7 @@ TEST_F(BadMeshesTest, BytesMustBeAsAnnouncedInEveryFormat) {
       ExpectRefusal(Upload(file.header, bytes),
                     {.reason = "SIZE_MISMATCH",
                      .field = "data",
-                     .message = fmt::format("{} bytes came, header.total_bytes announced {}",
+                     .message = fmt::format("received {} bytes, header.total_bytes is {}",
                                             bytes.size(), size)});
     }
     EXPECT_EQ(MeshCount(), 0);

@@ -102,7 +102,7 @@ TEST_F(BadViewsTest, MaxPointsBelowOneSegmentAreRefused) {
   const uint64_t patches = Get().patches();
   const Refusal refusal{.reason = "OUT_OF_RANGE",
                         .field = "view.max_points",
-                        .message = std::to_string(3 * patches) + " points already"};
+                        .message = "already needs " + std::to_string(3 * patches) + " points"};
   auto request = For<v1::GetUpdateRequest>();
   request.mutable_view()->set_max_points(3 * patches - 1);
   ExpectRefusal(UpdateStatus(request), refusal);

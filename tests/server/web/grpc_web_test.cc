@@ -189,12 +189,13 @@ TEST_F(WebTest, BadFramesAreRefusedInTheTrailers) {
   std::string flags = Frame("x");
   flags[0] = 0x40;
 
-  for (const BadBody& bad : {BadBody{"too large", huge, 8, "1048576"},
-                             {"compressed", compressed, 12, "compression"},
-                             {"flags", flags, 3, "0x40"},
-                             {"cut", Frame("cut off").substr(0, 8), 3, "ends inside of a frame"},
-                             {"no message", "", 12, ""},
-                             {"no protobuf", Frame("\xff\xff\xff"), 12, ""}}) {
+  for (const BadBody& bad :
+       {BadBody{"too large", huge, 8, "1048576"},
+        {"compressed", compressed, 12, "compression"},
+        {"flags", flags, 3, "0x40"},
+        {"cut", Frame("cut off").substr(0, 8), 3, "ends in the middle of a frame"},
+        {"no message", "", 12, ""},
+        {"no protobuf", Frame("\xff\xff\xff"), 12, ""}}) {
     GrpcWebAnswer answer = Call(kInfo, bad.body);
     EXPECT_EQ(answer.http.status, 200) << bad.name;
     EXPECT_EQ(answer.code, bad.code) << bad.name << ": " << answer.trailers["grpc-message"];

@@ -79,7 +79,7 @@ TEST_F(WebTest, ConnectionsAboveTheLimitAreToldSo) {
   EXPECT_EQ(answer.status, 503);
   EXPECT_EQ(answer.fields.at("retry-after"), "1");
   EXPECT_EQ(answer.fields.at("connection"), "close");
-  EXPECT_THAT(answer.body, HasSubstr("as many connections as fit"));
+  EXPECT_THAT(answer.body, HasSubstr("reached its limit of connections"));
   EXPECT_EQ(after_body.status, 503) << "it reaches a client that still sends";
   EXPECT_TRUE(free) << "one has left";
   const std::string metrics = Admin("/metrics").body;

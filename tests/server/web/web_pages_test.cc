@@ -249,7 +249,7 @@ TEST_F(WebTest, AQueryOfADownloadThatMeansNothingIsRefused) {
       {"normals=rough", "normals: got 'rough', allowed are none, facet, smooth"},
       {"segments", "query: 'segments' has no value that can be read"},
       {"segments=%zz", "query: 'segments=%zz' has no value that can be read"},
-      {"segments=4&segments=8", "query: 'segments' is there twice"},
+      {"segments=4&segments=8", "query: 'segments' is given twice"},
       {"segments=4&bits=8", "query: 'bits' is none of its parameters: segments, normals"}};
 
   for (const auto& [query, why] : cases) {

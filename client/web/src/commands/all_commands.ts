@@ -92,8 +92,8 @@ async function copyLink(app: CommandTarget): Promise<void> {
   try {
     await navigator.clipboard.writeText(link);
     const { companionsStay } = app.opener;
-    const unshared = companionsStay ? ` What was dropped beside the mesh stays ${companionsStay}.` : '';
-    app.toasts.tell(`The link is copied. Who opens it edits the same scene.${unshared}`);
+    const unshared = companionsStay ? ` Files dropped with the mesh stay ${companionsStay}.` : '';
+    app.toasts.tell(`The link is copied. Everyone who opens it edits the same scene.${unshared}`);
   } catch {
     app.toasts.tell(`Copy this link: ${link}`); // no clipboard without https
   }

@@ -32,7 +32,7 @@ export async function glbLayers(name: string, file: ArrayBuffer, pictures: reado
   const found = new GlbPictures(pictures);
   try {
     const gltf = await new GLTFLoader(found.manager).register(refuseKtx(name)).parseAsync(file, '');
-    if ((gltf.scene as Group | undefined) === undefined) throw new Error(`${name} has no scene that says which pictures are shown.`);
+    if ((gltf.scene as Group | undefined) === undefined) throw new Error(`${name} has no scene, so its pictures cannot be chosen.`);
     const { isWrapped, ...read } = new CornerReader(gltf).read();
     const notes = [...unshown(name, gltf.parser, isWrapped), ...found.missing.map((picture) => missing(name, picture))];
     if (found.broken) notes.push(`A picture of ${name} cannot be read.`);
@@ -141,7 +141,7 @@ function layerOf({ map, color }: MeshStandardMaterial): Layer {
 function unshown(name: string, { json }: GLTFParser, isWrapped: boolean): string[] {
   const primitives: Primitive[] = (json.meshes ?? []).flatMap((mesh: { primitives: Primitive[] }) => mesh.primitives);
   const notes: string[] = [];
-  if (primitives.some(({ attributes }) => 'COLOR_0' in attributes)) notes.push(`The colours of vertices that ${name} has are not shown.`);
+  if (primitives.some(({ attributes }) => 'COLOR_0' in attributes)) notes.push(`The vertex colours of ${name} are not shown.`);
   if (isWrapped) notes.push(`${name} clamps or mirrors pictures outside of 0 to 1; they are shown repeated.`);
   if ((json.extensionsUsed ?? []).includes('KHR_materials_pbrSpecularGlossiness')) {
     notes.push(`Materials of ${name} are of KHR_materials_pbrSpecularGlossiness, whose pictures are not shown.`);

@@ -49,7 +49,7 @@ export async function readMeshFile(file: File, mostBytes: () => Promise<number>)
   if (file.size === 0) throw new Error(`${file.name} is empty.`);
   const most = await mostBytes();
   if (most > 0 && file.size > most) {
-    throw new Error(`${file.name} is too large for the server: it has ${bytes(file.size)}, and ${bytes(most)} are the most.`);
+    throw new Error(`${file.name} is too large for the server: it has ${bytes(file.size)}, and the limit is ${bytes(most)}.`);
   }
   const first = file.slice(0, 1);
   await first.arrayBuffer().catch(() => {

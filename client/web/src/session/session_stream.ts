@@ -123,7 +123,7 @@ export class SessionStream implements ConnectionHost {
     this.listeners.emit('presence', this.presences.others);
     if (!this.restored) return this.tell('live', 'Connected.');
     const who = this.restored.by === 'here' ? 'this browser' : 'another window';
-    this.tell('restored', `The server was restarted; ${who} restored mesh and lattice. What was done before cannot be undone.`);
+    this.tell('restored', `The server was restarted; ${who} restored mesh and lattice. Earlier edits cannot be undone.`);
   }
 
   event({ event }: SceneEvent): void {
@@ -139,7 +139,7 @@ export class SessionStream implements ConnectionHost {
     if (this.restored?.bootId === this.bootId) this.restored = undefined;  // its stream has been open
     const isFull = error?.reason === 'OUT_OF_MEMORY';
     if (isFull) this.takeViewBack(error);
-    const advice = isFull ? ' Fewer segments take less.' : '';
+    const advice = isFull ? ' Fewer segments need less memory.' : '';
     this.tell('retrying', error ? `${inWords(error)}${advice} Trying again …` : 'The connection ended. Connecting again …');
   }
 
@@ -238,7 +238,7 @@ export class SessionStream implements ConnectionHost {
   private useless(error: Error): void {
     this.startAnew();
     this.lost();
-    this.tell('retrying', `What the server sent cannot be shown (${error.message}). Asking again …`);
+    this.tell('retrying', `The server's data cannot be shown (${error.message}). Asking again …`);
     this.connection.reopen();
   }
 

@@ -106,7 +106,7 @@ export interface PullListener {
 
 /** Pulls the surface at the pressed point, in the plane through it that faces the viewer. */
 export class PullDrag implements Drag {
-  private static readonly TOO_QUICK = 'The surface was let go before the server had found the point that was pressed.';
+  private static readonly TOO_QUICK = 'You released the surface before the server found the pressed point.';
 
   private pull: SurfacePull | undefined;
   private at: Place;

@@ -15,13 +15,13 @@ export function inWords(error: unknown): string {
   switch (failure.reason) {
     case 'NOTHING_TO_UNDO': return 'There is nothing to undo.';
     case 'NOTHING_TO_REDO': return 'There is nothing to redo.';
-    case 'UNDO_CONFLICT': return 'Somebody else has moved the same points since, so the step stays.';
+    case 'UNDO_CONFLICT': return 'Somebody else has moved the same points since, so this step cannot be undone.';
     case 'STRUCTURE_CHANGED': return 'The lattice got other control points meanwhile, so the edit was dropped.';
     case 'OUT_OF_MEMORY': return outOfMemory(failure);
     case 'MALFORMED_FILE': return sentence(failure.message.replace(/^data: /, ''));
     case 'PERMISSION_DENIED':
-      return `The token of this page does not allow that: it takes the role "${failure.metadata.role ?? 'edit'}".`;
-    case 'UNAUTHENTICATED': return 'The server wants a token: open the page with #token=… at the end of its address.';
+      return `The token of this page does not allow that: it needs the role "${failure.metadata.role ?? 'edit'}".`;
+    case 'UNAUTHENTICATED': return 'The server needs a token: open the page with #token=… at the end of its address.';
   }
   if (failure.code === Code.Unavailable && !failure.reason) return 'The server cannot be reached.';
   if (failure.code === Code.DeadlineExceeded && !failure.reason) return 'The server did not answer in time.';
@@ -45,7 +45,7 @@ function outOfMemory({ message, metadata }: ServerError): string {
   if (!wanted || !left) return sentence(message);
   const forWhat = what === undefined ? '' : ` for ${what}`;
   const [needed, available] = [bytes(Number(wanted)), bytes(Number(left))];
-  return `Too large for the server: ${needed} of memory are wanted${forWhat}, and ${available} are free.`;
+  return `Too large for the server: ${needed} of memory are needed${forWhat}, and ${available} are free.`;
 }
 
 /** A number of bytes with a unit; three digits from kB on. */

@@ -129,7 +129,7 @@ absl::StatusOr<std::vector<ShaderVertex>> ShaderTessellator::Capture(size_t firs
       return written.Count([&] { CapturePatches(program, to, first, patches); }) == triangles;
     };
     if (!capture(programs_.captured, captured_) || !capture(programs_.probe, probed_)) {
-      return absl::InternalError("OpenGL captured another number of triangles than it made");
+      return absl::InternalError("OpenGL captured a different number of triangles");
     }
     captured.resize(triangles * kVertices);
     captured_.Read(captured.size() * sizeof(Captured), captured.data());

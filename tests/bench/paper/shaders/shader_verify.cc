@@ -44,7 +44,7 @@ absl::Status CheckPattern(size_t patch, std::span<const ShaderVertex> vertices) 
   for (const ShaderVertex& v : vertices) {
     const Vec3d b = ToDouble(v.coordinate);
     if (!IsFinite(ToDouble(v.position)) || !IsFinite(ToDouble(v.normal))) {
-      return absl::InternalError(fmt::format("patch {}: a vertex that is no number", patch));
+      return absl::InternalError(fmt::format("patch {}: a vertex is not finite", patch));
     }
     if (v.patch != static_cast<int64_t>(patch) || !(std::min({b.x, b.y, b.z}) >= 0) ||
         !(std::abs(b.x + b.y + b.z - 1) <= kCoordinateError)) {

@@ -72,7 +72,7 @@ ParameterRectangle RectangleOf(const DeformPlan& plan, const SubPolygon& polygon
 
 absl::StatusOr<TensorSurfaces> MakeTensorSurfaces(const DeformPlan& plan) {
   if (plan.structure.patch_degree() != kTensorDegree) {
-    return absl::UnimplementedError("the comparator knows patches of degree 6 alone");
+    return absl::UnimplementedError("the comparator supports only degree 6");
   }
   LATTICED_ASSIGN_OR_RETURN(auto polygons, FindSubPolygons(plan));
   TensorSurfaces result{.polygons = std::move(polygons)};

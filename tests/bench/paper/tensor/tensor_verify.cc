@@ -63,7 +63,7 @@ absl::Status AddSurface(const DeformPlan& plan, const DirectFfd& direct,
     const Vec3d position = plan.local_origin + ToDouble(vertices[i].position);
     const Vec3d got_normal = ToDouble(vertices[i].normal);
     if (!IsFinite(position) || !IsFinite(got_normal)) {
-      return absl::InternalError(fmt::format("surface {}: a vertex that is no number", surface));
+      return absl::InternalError(fmt::format("surface {}: a vertex is not finite", surface));
     }
     // No patch of a polygon without area can name the point's place.
     if (place.barycentrics == std::array<double, 3>{}) continue;

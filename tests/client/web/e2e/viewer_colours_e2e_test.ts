@@ -125,7 +125,7 @@ test('a GLB says which of its colours are not shown, and takes a picture that is
   await dropFiles(page, [['named.glb', content]]);
   await createScene(page);
   await page.getByText('named.glb names the picture art/Squares one.png, which was not dropped with it.').waitFor();
-  await page.getByText('The colours of vertices that named.glb has are not shown.').waitFor();
+  await page.getByText('The vertex colours of named.glb are not shown.').waitFor();
   await page.getByText('Materials of named.glb are of KHR_materials_pbrSpecularGlossiness, whose pictures are not shown.').waitFor();
   errors.length = 0; // three.js reports it in the console too
   await dropFiles(page, [['squares one.png', picture]]);

@@ -201,7 +201,7 @@ test('another browser shows a mesh without what was dropped beside it, and says 
 
   await elsewhere.keyboard.press('n'); // opens the panel
   await elsewhere.getByLabel('Colour', { exact: true }).selectOption('texture');
-  await elsewhere.getByText('This browser has no pictures for sheet.obj, and shows a grid. Those dropped in another stay there.').waitFor();
+  await elsewhere.getByText('This browser has no pictures for sheet.obj, and shows a grid. Pictures dropped in another browser are only there.').waitFor();
   await lookAtColours(elsewhere); // the grid
   await elsewhere.close();
 });
@@ -228,11 +228,11 @@ test('a scene and pictures that the browser has no room for are shown, and it is
   await full.locator('.toast-error').getByText('If the server is restarted, this scene may be lost: the browser has no room left for it.').waitFor();
   await shot('viewer_not_kept', full);
   await full.locator('.toast-error').getByText(
-    'After a reload this mesh will be without what was dropped beside it: the browser has no room left for it.').waitFor();
+    'The files dropped with this mesh will be missing after a reload: the browser has no room left for it.').waitFor();
   await comesTo(full, 'red green blue white');
   await full.context().grantPermissions(['clipboard-write']);
   await full.evaluate(() => window.latticed.commands.get('share').run());
-  await full.getByText('The link is copied. Who opens it edits the same scene. What was dropped beside the mesh stays on this page.').waitFor();
+  await full.getByText('The link is copied. Everyone who opens it edits the same scene. Files dropped with the mesh stay on this page.').waitFor();
   await full.close();
 });
 

@@ -57,14 +57,14 @@ test('without a token the page says that one is wanted', async () => {
 
   await stranger.locator('[data-sample=slab]').click();
 
-  await stranger.locator('.fit .error').getByText('The server wants a token').waitFor();
+  await stranger.locator('.fit .error').getByText('The server needs a token').waitFor();
   await stranger.close();
 });
 
 test('what is too large for the server is refused in words: how much it is, and how much there is', async () => {
   await dropFiles(page, [['large.obj', '#'.repeat(1_200_000)]]);
   const toast = page.locator('.toast-error');
-  await toast.getByText('large.obj is too large for the server: it has 1.20 MB, and 1.05 MB are the most.').waitFor();
+  await toast.getByText('large.obj is too large for the server: it has 1.20 MB, and the limit is 1.05 MB.').waitFor();
   await shot('viewer_too_large');
   await toast.getByRole('button', { name: 'Close' }).click();
 
@@ -73,7 +73,7 @@ test('what is too large for the server is refused in words: how much it is, and 
   for (const axis of ['u', 'v', 'w']) await page.getByLabel(`Points along ${axis}`).fill('30');
   await page.getByRole('button', { name: 'Create scene' }).click();
   const error = page.locator('.fit .error');
-  await error.getByText(/^Too large for the server: \S+ MB of memory are wanted for the scene's plan, and \S+ MB are free\.$/).waitFor();
+  await error.getByText(/^Too large for the server: \S+ MB of memory are needed for the scene's plan, and \S+ MB are free\.$/).waitFor();
   await shot('viewer_no_memory');
   await page.getByRole('button', { name: 'Cancel' }).click();
   errors.length = 0; // the console reports the refused call too
@@ -134,7 +134,7 @@ test('every format is downloaded with the token of the page, which a reload keep
 
   await page.context().grantPermissions(['clipboard-read', 'clipboard-write']);
   await page.evaluate(() => window.latticed.commands.get('share').run());
-  await page.getByText('The link is copied. Who opens it edits the same scene. What was dropped beside the mesh stays in this browser.').waitFor();
+  await page.getByText('The link is copied. Everyone who opens it edits the same scene. Files dropped with the mesh stay in this browser.').waitFor();
   const link = await page.evaluate(() => navigator.clipboard.readText());
   assert.match(link, /\?scene=[0-9a-f]{32}$/);
   const [socket] = await Promise.all([page.waitForEvent('websocket'), page.reload()]);
@@ -302,7 +302,7 @@ test('a token that may only look sees the scene; its edit goes back, and of the 
   await looker.getByLabel('Colour', { exact: true }).selectOption('displacement');
 
   const words = 'Displacement, knot boxes and rest shape cannot be shown. ' +
-    'The token of this page does not allow that: it takes the role "edit".';
+    'The token of this page does not allow that: it needs the role "edit".';
   await looker.locator('.toast-error').getByText(words).waitFor();
   await looker.close();
 });

@@ -16,7 +16,7 @@ import { keeps, keepToasts, toldOf, whoRestored } from './restarts';
 import { allPoints, browser, CORNER, direct, OBJ, openTorus, page, press, select, server, until, useStage } from './stage';
 import { controlPoint, frames, live, onScreen } from './viewer_page';
 
-const LET_GO = 'The server was restarted, so what was being moved was let go where it was.';
+const LET_GO = 'The server was restarted, so your move ended and keeps its last position.';
 
 let scene: string;
 

@@ -6,6 +6,6 @@ export async function until<T>(holds: () => T | Promise<T>, say: () => unknown =
   for (const end = Date.now() + 60_000; ; await new Promise((resolve) => setTimeout(resolve, 5))) {
     const answer = await holds();
     if (answer) return answer;
-    if (Date.now() > end) throw new Error(`waited in vain: ${String(await say())}`);
+    if (Date.now() > end) throw new Error(`timed out waiting for: ${String(await say())}`);
   }
 }

@@ -107,6 +107,6 @@ bool WriteStreams(const std::string& folder) {
 
 int main(int argc, char** argv) {
   if (argc == 2 && latticed::testing::WriteStreams(argv[1])) return 0;
-  std::fputs("usage: draco3d_write_streams FOLDER, one that can be written to\n", stderr);
+  std::fputs("usage: draco3d_write_streams FOLDER (writable)\n", stderr);
   return 1;
 }

@@ -19,8 +19,8 @@ import type { Gesture, GestureListener, SessionEvents } from '../scene_session';
 /** Keeps the lattice that is shown in step with the server's: edits go out, states and deltas come in. */
 export class LatticeSync {
   private static readonly DROPPED = 'The lattice got other control points meanwhile, so unsent edits were dropped.';
-  private static readonly CHANGED = 'The lattice got other control points meanwhile, so what was being moved was let go.';
-  private static readonly RESTARTED = 'The server was restarted, so what was being moved was let go where it was.';
+  private static readonly CHANGED = 'The lattice got other control points meanwhile, so your move ended.';
+  private static readonly RESTARTED = 'The server was restarted, so your move ended and keeps its last position.';
 
   private readonly queue: EditQueue;
   private model: LatticeModel | undefined;

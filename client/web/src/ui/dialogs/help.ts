@@ -33,7 +33,7 @@ const FILES: readonly (readonly [string, string])[] = [
   ['GLB', 'With its own pictures, or those dropped with it'],
   ['Pictures', 'Stay in this browser, with the mesh; others see those inside a GLB'],
   ['STL DRC', 'Shown without pictures'],
-  ['JSON', 'A lattice, as of latticectl lattice'],
+  ['JSON', 'A lattice, as latticectl lattice writes it'],
 ];
 
 export function showHelp(commands: readonly Command[]): void {
