@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // usage: [LATTICED_SERVER=ADDRESS] drag IN.obj OUT.ply
-// Uploads a mesh, lifts the top of the lattice around it by 1 in one gesture of ten steps, says what
-// each update brought, and exports the deformed surface.
+// Uploads a mesh, lifts the top of the lattice around it by 1 in one gesture of ten steps, prints the
+// size of each update, and exports the deformed surface.
 #include <algorithm>
 #include <cstdlib>
 #include <fstream>
@@ -23,7 +23,7 @@ using latticed::client::Surface;
 
 constexpr int kSteps = 10;
 
-// The value, or the end of the program with the reason.
+// Returns the value, or prints the error and ends the program.
 template <typename T>
 T OrExit(absl::StatusOr<T> result) {
   if (result.ok()) return *std::move(result);

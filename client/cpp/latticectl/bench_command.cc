@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The load generator is a program of its own, beside this one: who only uses latticectl need not build it.
+// The load generator is a separate program in the same folder, so latticectl can be built without it.
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -19,7 +19,7 @@ namespace {
 
 constexpr char kBenchProgram[] = "latticectl-bench";
 
-// Returns only where the program cannot be started.
+// Replaces this process by the load generator. Returns only if that fails.
 absl::Status StartBench(std::vector<std::string> arguments) {
   std::error_code failure;
   const auto program =
@@ -39,7 +39,7 @@ absl::Status StartBench(std::vector<std::string> arguments) {
 void AddBenchCommand(CLI::App& app, CommandLine& line) {
   CLI::App* command =
       app.add_subcommand("bench", "Puts a server under load and measures it; see bench --help");
-  command->set_help_flag();  // --help is the program's, like all that follows
+  command->set_help_flag();  // --help and all other arguments go to the load generator
   command->prefix_command();
   SetAction(*command, line, [command] { return StartBench(command->remaining()); });
 }

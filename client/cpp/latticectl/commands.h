@@ -24,10 +24,10 @@ struct CommandLine {
   Interruption interruption;  // for commands that delete what they have made
 };
 
-// Makes `run` the action of a command line that names `command`, and no subcommand of it.
+// Makes `run` the action of command lines that name `command` but none of its subcommands.
 void SetAction(CLI::App& command, CommandLine& line, std::function<absl::Status()> run);
 
-// Parses a command line of `app` and runs the action. Returns what RunLatticectl does.
+// Parses a command line of `app` and runs the action. Returns the exit codes of RunLatticectl.
 [[nodiscard]] int RunCommandLine(CLI::App& app, CommandLine& line, int argc,
                                  const char* const* argv);
 

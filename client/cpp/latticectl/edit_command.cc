@@ -27,9 +27,9 @@ namespace {
 struct EditFlags : ServerFlags {
   std::string scene, editor;
   std::vector<std::string> points;  // "i,j,k"
-  std::vector<double> vector;       // of --by or --to
-  std::vector<double> by;           // of drag, in place of --to
-  std::vector<double> ray, at;      // the point that drag moves
+  std::vector<double> vector;       // --by of move, --to of set and drag
+  std::vector<double> by;           // --by of drag, instead of --to
+  std::vector<double> ray, at;      // drag moves this point; one of the two is set
   double knot = 0;
   v1::LatticeAxis axis = v1::LATTICE_AXIS_U;
   v1::ResetTarget target = v1::RESET_TARGET_IDENTITY;
@@ -43,7 +43,7 @@ constexpr NamedValues<v1::ResetTarget, 2> kTargets{
 constexpr NamedValues<v1::UndoScope, 2> kScopes{
     {{"mine", v1::UNDO_SCOPE_MINE}, {"scene", v1::UNDO_SCOPE_SCENE}}};
 
-// Six numbers: where the ray begins and where it goes.
+// Six numbers: the ray's origin and its direction.
 CLI::Option* AddRayFlag(CLI::App& command, std::vector<double>& ray) {
   return command
       .add_option("--ray", ray, "Ray X,Y,Z,DX,DY,DZ in the world: where it begins, where it goes")
@@ -62,7 +62,7 @@ v1::PickRequest PickRequestOf(const std::string& scene, const std::vector<double
 using EditMaker =
     std::function<absl::Status(const EditFlags&, const v1::LatticeState&, Client&, v1::Edit&)>;
 
-// Made of user and host, so that it stays the same from call to call: redo finds what undo did.
+// Derived from user and host. All calls of a user are one editor, so redo finds an earlier call's undo.
 std::string StableEditorId() {
   char host[256] = "";
   (void)gethostname(host, sizeof(host) - 1);
@@ -104,7 +104,7 @@ absl::Status MakeSet(const EditFlags& flags, const v1::LatticeState& state, Clie
   return AppendIndices(flags, state, set.mutable_indices());
 }
 
-// The point that --ray picks, or that --at names: FACE, three corners, three barycentrics.
+// The point that --ray picks, or that --at gives as FACE, three corners, three barycentrics.
 absl::StatusOr<v1::SurfacePoint> HeldPoint(const EditFlags& flags, Client& client) {
   if (!flags.ray.empty()) return client.Pick(PickRequestOf(flags.scene, flags.ray));
   v1::SurfacePoint point;
@@ -148,7 +148,7 @@ absl::Status MakeDrag(const EditFlags& flags, const v1::LatticeState&, Client& c
   return absl::OkStatus();
 }
 
-// An edit that its flags alone make.
+// For edits that depend only on flags.
 EditMaker FromFlags(void (*fill)(const EditFlags&, v1::Edit&)) {
   return [fill](const EditFlags& flags, const v1::LatticeState&, Client&, v1::Edit& edit) {
     fill(flags, edit);
@@ -161,7 +161,7 @@ absl::Status Run(const EditFlags& flags, const EditMaker& make, Client& client, 
   v1::EditBatch batch;
   batch.set_scene(flags.scene);
   batch.set_editor_id(flags.editor.empty() ? StableEditorId() : flags.editor);
-  // The clock rises from call to call, also for an editor that is used again.
+  // An editor's sequences must rise from one call of this program to the next; the clock does.
   batch.set_sequence(static_cast<uint64_t>(absl::ToUnixMicros(absl::Now())));
   batch.set_structure_id(lattice.structure_id());
   LATTICED_RETURN_IF_ERROR(make(flags, lattice, client, *batch.add_edits()));

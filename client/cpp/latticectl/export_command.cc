@@ -24,7 +24,7 @@ struct ExportFlags : ServerFlags {
   v1::ViewOptions view;
 };
 
-// UNSPECIFIED for another extension.
+// The format of a path's extension; UNSPECIFIED for an unknown one.
 v1::ExportFormat FormatOf(const std::string& path) {
   static const auto* const kFormats = new std::map<std::string, v1::ExportFormat>{
       {".ply", v1::EXPORT_FORMAT_PLY}, {".obj", v1::EXPORT_FORMAT_OBJ},

@@ -34,7 +34,7 @@ absl::StatusOr<std::string> ReadFile(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   if (!file) return CannotRead(path, std::strerror(errno));
   std::ostringstream bytes;
-  // An empty file sets failbit of `bytes`.
+  // Copying an empty file would set failbit of `bytes`.
   if (file.peek() != std::ifstream::traits_type::eof()) bytes << file.rdbuf();
   if (file.bad() || !bytes) return CannotRead(path, std::strerror(errno));
   return std::move(bytes).str();

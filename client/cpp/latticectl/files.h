@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Files that command lines name. Errors are one sentence with the file's name.
+// Reads and writes files that a command line names. Errors are one sentence with the file's name.
 #ifndef LATTICED_CLIENT_CPP_LATTICECTL_FILES_H_
 #define LATTICED_CLIENT_CPP_LATTICECTL_FILES_H_
 
@@ -25,17 +25,17 @@ struct MeshFile {
   std::string bytes;
 };
 [[nodiscard]] absl::StatusOr<MeshFile> ReadMeshFile(const std::string& path);
-// A name of 'latticectl sample' as the OBJ file that it writes, or else the file of that name.
+// For a name that 'latticectl sample' takes, returns the OBJ file of that sample; else reads a file.
 [[nodiscard]] absl::StatusOr<MeshFile> SampleOrFile(const std::string& name,
                                                     int resolution = kDefaultSampleResolution);
-// Draco included, unlike ReadMesh.
+// Parses any format, Draco included (ReadMesh does not know Draco).
 [[nodiscard]] absl::StatusOr<PolygonMesh> ParseMesh(const MeshFile& file);
-// Any format, DRC included, by the path's extension.
+// Writes any format, DRC included; the path's extension selects it.
 [[nodiscard]] absl::Status WriteMeshFile(const std::string& path, const TriangleMesh& mesh);
 
 [[nodiscard]] v1::MeshFormat ToProto(MeshFormat format);
 
-// For CLI11: an error text for a path whose extension is no mesh format, else empty.
+// A check for CLI11: returns an error text if the path's extension is no mesh format, else "".
 [[nodiscard]] std::string CheckMeshFileName(const std::string& path);
 
 }  // namespace latticed::client

@@ -12,8 +12,8 @@
 namespace latticed::client {
 namespace {
 
-// A handler and not sigwait: threads that libraries start have no signal blocked, and one of them
-// would get it.
+// A handler is used and not sigwait: threads that libraries start do not block these signals, so the
+// kernel could deliver a signal to one of them.
 constexpr std::array<int, 2> kSignals = {SIGINT, SIGTERM};
 std::array<struct sigaction, 2> actions_before;
 std::atomic<int> caught = 0;

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// SIGINT and SIGTERM as a request to stop, for commands that must first delete what they have made
-// on a server. A signal that was ignored when the process started stays ignored.
+// Turns SIGINT and SIGTERM into a request to stop, for commands that must first delete scenes and
+// meshes on a server. A signal that was ignored when the process started stays ignored.
 //
 //   Interruption interruption;
 //   const std::stop_token stop = interruption.Catch();
@@ -22,11 +22,11 @@ class Interruption {
   Interruption() = default;  // catches nothing yet
   // Restores the signals' actions.
   ~Interruption();
-  Interruption(const Interruption&) = delete;  // its thread waits at its address
+  Interruption(const Interruption&) = delete;  // its thread uses its address
   Interruption& operator=(const Interruption&) = delete;
 
-  // May be called once. The first signal from now on requests the stop. A second one has its former
-  // action, so that a user can cut the deletion short.
+  // May be called once. The first signal from now on requests the stop, and restores the previous
+  // actions: a user can end the deletion by a second signal.
   [[nodiscard]] std::stop_token Catch();
   // The signal that was caught; 0: none.
   int signal() const;

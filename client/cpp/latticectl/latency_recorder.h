@@ -30,7 +30,7 @@ class LatencyRecorder {
     if (values_.empty()) return {};
     std::vector<double> sorted = values_;
     std::sort(sorted.begin(), sorted.end());
-    const auto nearest_rank = [&sorted](double p) {  // the share p of the values is this or less
+    const auto nearest_rank = [&sorted](double p) {  // >= the share p of the values
       const double rank = std::ceil(p * static_cast<double>(sorted.size()));
       return sorted[static_cast<size_t>(rank) - 1];
     };

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Lattices in files: the proto3 JSON of latticed.v1.Lattice, which MessageJson writes in full, with
-// as many digits as bring the same bits back. Reading takes any proto3 JSON, so knots and control
-// points may be missing, and refuses names that the message does not have.
+// Lattices in files: the proto3 JSON of latticed.v1.Lattice. MessageJson writes every field, with
+// enough digits to read the same doubles back. ReadLattice takes any proto3 JSON, so knots and
+// control points may be missing. It refuses unknown field names.
 #ifndef LATTICED_CLIENT_CPP_LATTICECTL_LATTICE_JSON_H_
 #define LATTICED_CLIENT_CPP_LATTICECTL_LATTICE_JSON_H_
 
@@ -32,7 +32,7 @@ struct FitFlags {
 };
 void AddFitFlags(CLI::App& command, FitFlags& flags);
 [[nodiscard]] v1::LatticeFit ToProto(const FitFlags& flags);
-// For CLI11: an error text unless it is three whole numbers.
+// A check for CLI11: returns an error text unless `text` is three whole numbers.
 [[nodiscard]] std::string CheckAxes(const std::string& text);
 // Parses a text that CheckAxes has passed.
 [[nodiscard]] std::array<int, 3> ParseAxes(const std::string& text);

@@ -16,9 +16,9 @@ namespace {
 
 constexpr int kFailed = 1;
 constexpr int kWrongUsage = 2;
-constexpr int kInterrupted = 128;  // and the signal's number, as shells have it
+constexpr int kInterrupted = 128;  // plus the signal's number, as in shells
 
-// What a person can do about a server's refusal; empty where its message says it.
+// Returns how a user can get past a server's refusal; empty where the server's message suffices.
 std::string Advice(const error::Details& details) {
   if (details.retry_after_ms > 0) {
     return fmt::format("try again in {:.3g} s", details.retry_after_ms / 1e3);
@@ -40,7 +40,7 @@ std::string Advice(const error::Details& details) {
   return kind->second == "mesh" ? "'latticectl meshes' shows what there is" : "";
 }
 
-// One sentence. In parentheses: the reason, and the request's id in the server's log.
+// Prints one sentence. In parentheses: the reason, and the request's id in the server's log.
 void PrintFailure(const absl::Status& status, std::ostream& err) {
   const error::Details details = error::DetailsOf(status);
   const std::string advice = Advice(details);

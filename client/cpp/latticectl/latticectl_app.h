@@ -4,7 +4,7 @@
 // The command-line client as a function, so that tests run it in their own process.
 //
 // Returns  0 done; 1 failed, one sentence on err; 2 wrong usage, explained on err; 130 and 143
-//          interrupted by SIGINT or SIGTERM, after it has deleted what it made on a server
+//          interrupted by SIGINT or SIGTERM, after deleting its temporary scenes and meshes
 #ifndef LATTICED_CLIENT_CPP_LATTICECTL_LATTICECTL_APP_H_
 #define LATTICED_CLIENT_CPP_LATTICECTL_LATTICECTL_APP_H_
 
@@ -12,11 +12,11 @@
 
 namespace latticed::client {
 
-// Where a command writes: results on out, progress and errors on err.
+// A command writes results to out, and progress and errors to err.
 struct Console {
   std::ostream& out;
   std::ostream& err;
-  bool err_is_terminal = false;  // progress bars only there
+  bool err_is_terminal = false;  // progress bars are shown only on a terminal
 };
 
 [[nodiscard]] int RunLatticectl(int argc, const char* const* argv, Console console);

@@ -35,7 +35,7 @@ std::string MeshesText(const std::vector<v1::Mesh>& meshes) {
   return table.Text();
 }
 
-// The same bytes are one mesh, with the units of their first upload.
+// The server keeps one mesh for the same bytes, with the units of the first upload.
 absl::Status CheckUnits(const v1::Mesh& mesh, const v1::MeshUnits& asked) {
   if ((asked.up_axis() == v1::UP_AXIS_UNSPECIFIED || asked.up_axis() == mesh.up_axis()) &&
       (asked.meters_per_unit() == 0 || asked.meters_per_unit() == mesh.meters_per_unit())) {

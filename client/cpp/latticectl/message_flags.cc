@@ -38,7 +38,7 @@ CLI::Validator NormalBits() { return CLI::Range(limits::kMinNormalBits, limits::
 constexpr NamedValues<v1::UpAxis, 3> kUpAxes{
     {{"x", v1::UP_AXIS_X}, {"y", v1::UP_AXIS_Y}, {"z", v1::UP_AXIS_Z}}};
 
-// For CLI11, whose own check prints the largest double with 309 digits.
+// A check for CLI11. CLI11's own range check would print the largest double with 309 digits.
 std::string CheckLength(const std::string& text) {
   double length = 0;
   const bool good = absl::SimpleAtod(text, &length) && length > 0 && std::isfinite(length);

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Options that fill in a message of the protocol. An option that is not given leaves its field as it
-// is; an empty field of a view takes the scene's default view.
+// is; an empty field of a view takes the value of the scene's default view.
 #ifndef LATTICED_CLIENT_CPP_LATTICECTL_MESSAGE_FLAGS_H_
 #define LATTICED_CLIENT_CPP_LATTICECTL_MESSAGE_FLAGS_H_
 
@@ -31,7 +31,7 @@ std::string NameOf(const NamedValues<Value, N>& names, Value wanted, const char*
   return otherwise;
 }
 
-// Calls `set` with the value of the name that is given. `names` lives as long as the command.
+// Calls `set` with the value of the name on the command line. `names` must outlive the command.
 template <typename Value, size_t N>
 CLI::Option* AddNamedOption(CLI::App& command, const std::string& option,
                             const NamedValues<Value, N>& names, std::function<void(Value)> set,
@@ -48,7 +48,7 @@ CLI::Option* AddNamedOption(CLI::App& command, const std::string& option,
 
 // --segments, --normals, --encoding, --position-bits, --normal-bits.
 void AddViewFlags(CLI::App& command, v1::ViewOptions& view);
-// Options in force while edits come: --max-points, --max-bytes-per-second, --drag-…-bits.
+// Options that apply while edits come: --max-points, --max-bytes-per-second, --drag-…-bits.
 void AddDragFlags(CLI::App& command, v1::ViewOptions& view);
 
 // --pipeline: fused, gemm, gemm12, control-net.
@@ -58,7 +58,7 @@ void AddPipelineFlag(CLI::App& command, v1::Pipeline& pipeline);
 [[nodiscard]] std::string EncodingName(v1::Encoding encoding);
 [[nodiscard]] std::string NormalModeName(v1::NormalMode normals);
 
-// --up-axis z, --meters-per-unit 0.001: what the numbers of a mesh file mean.
+// --up-axis z, --meters-per-unit 0.001: the axis and the length unit of a mesh file.
 void AddUnitsFlags(CLI::App& command, v1::MeshUnits& units);
 // "x", "y", "z"; empty for an unknown one.
 [[nodiscard]] std::string UpAxisName(v1::UpAxis axis);

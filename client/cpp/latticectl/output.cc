@@ -14,7 +14,7 @@ namespace latticed::client {
 namespace {
 
 constexpr int kPercentPerMark = 4;
-// Back to the begin of the line, and erase it.
+// Moves the cursor to the start of the line and erases the line.
 constexpr char kWipe[] = "\r\x1b[K";
 
 }  // namespace

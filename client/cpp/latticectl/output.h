@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What commands print: JSON for programs (--json; messages of the protocol as proto3 JSON, one document
-// per command), tables and numbers for people.
+// Output of commands. For programs (--json): JSON, with messages of the protocol as proto3 JSON, one
+// document per command; `watch` prints one per update. For people: tables and numbers.
 #ifndef LATTICED_CLIENT_CPP_LATTICECTL_OUTPUT_H_
 #define LATTICED_CLIENT_CPP_LATTICECTL_OUTPUT_H_
 
@@ -27,7 +27,7 @@ namespace latticed::client {
 void AddJsonFlag(CLI::App& command, bool& json);
 void PrintJson(const nlohmann::json& json, std::ostream& out);
 [[nodiscard]] std::string MessageJson(const google::protobuf::Message& message);
-// What a command has to say: JSON where `as_json`, else a text for people.
+// Prints a command's result: as JSON if `as_json`, else the text.
 void PrintResult(bool as_json, const nlohmann::json& json, std::string_view text,
                  std::ostream& out);
 void PrintResult(bool as_json, const google::protobuf::Message& message, std::string_view text,
@@ -42,7 +42,8 @@ void PrintJsonArray(const std::vector<Message>& messages, std::ostream& out) {
   out << "]\n";
 }
 
-// Columns as wide as their widest cell, two spaces apart. An empty header prints no head line.
+// A table: each column has the width of its widest cell; two spaces separate columns. An empty header
+// prints no head line.
 class TextTable {
  public:
   explicit TextTable(std::vector<std::string> header = {}) : header_(std::move(header)) {}
@@ -58,7 +59,7 @@ class TextTable {
 [[nodiscard]] std::string FormatCount(uint64_t count);              // "1,129,920"
 [[nodiscard]] std::string FormatMilliseconds(double milliseconds);  // "12.3 ms"
 
-// A progress bar of one line on a terminal; nothing elsewhere.
+// A progress bar of one line. It is shown only on a terminal.
 //
 //   upload [##########          ]  50 %  1.00 MiB of 2.00 MiB
 class ProgressBar {
@@ -71,7 +72,7 @@ class ProgressBar {
   ProgressBar& operator=(const ProgressBar&) = delete;
 
   void Show(uint64_t done, uint64_t total);
-  // For the client's rpcs; must not outlive the bar.
+  // A Progress for the client's rpcs that calls Show. It must not outlive the bar.
   Progress callback();
 
  private:

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The first run: a sample mesh, a lattice of 4 x 4 x 5 control points around it, and a scripted
-// drag of one gesture that twists its upper layers and leans the top over, streamed as Draco.
+// A first look at latticed: uploads a sample mesh, puts a lattice of 4 x 4 x 5 control points around
+// it, and runs a scripted drag, one gesture that twists the upper layers and leans the top over.
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <filesystem>
@@ -28,7 +28,7 @@ namespace {
 
 constexpr double kRawBytesPerPoint = 24;  // float32 position and normal
 constexpr double kTopTwist = 0.5 * std::numbers::pi;
-constexpr double kTopLean = 0.35;  // of the lattice's first edge
+constexpr double kTopLean = 0.35;  // as a fraction of the lattice's first edge
 
 struct QuickstartFlags {
   SessionFlags session;
@@ -97,7 +97,7 @@ absl::Status WriteSurface(Client& client, const v1::Scene& scene, const v1::Mesh
   return absl::OkStatus();
 }
 
-// A closed loop: each edit is sent when the update with the one before it is complete.
+// Closed loop: sends each edit when the update with the previous edit is complete.
 absl::Status Drag(Client& client, const v1::Scene& scene, int steps, Console console,
                   Report* report) {
   v1::WatchRequest watch;
@@ -157,7 +157,7 @@ absl::StatusOr<Report> RunOn(Client& client, const QuickstartFlags& flags, Conso
   LATTICED_RETURN_IF_ERROR(Drag(client, scene, flags.steps, console, &report));
   LATTICED_RETURN_IF_ERROR(
       WriteSurface(client, scene, mesh, file, folder + "deformed", console, &report));
-  made.Keep();  // to be looked at
+  made.Keep();  // so that the user can look at the scene
   return report;
 }
 

@@ -44,10 +44,11 @@ absl::StatusOr<FetchedSurface> FetchSurface(Client& client, const std::string& s
   return result;
 }
 
-// A failed call may have made its scene or mesh: a broken connection loses the reply.
+// Also deletes scenes and meshes of failed calls: the server may have made them before the reply was
+// lost.
 TemporaryScenes::~TemporaryScenes() {
   for (const std::string& scene : scenes_to_delete_) (void)client_.DeleteScene(scene);
-  // Without force: a mesh that another client has put into a scene meanwhile stays.
+  // Without force, a mesh stays if another client has used it for a scene meanwhile.
   for (const std::string& mesh : meshes_to_delete_) {
     (void)client_.DeleteMesh(mesh, /*force=*/false);
   }

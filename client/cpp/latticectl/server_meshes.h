@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Meshes and scenes that commands bring to a server, and the surfaces that they fetch.
+// Creates meshes and scenes on a server for commands, and fetches surfaces.
 //
-// Errors   the server's; of files
+// Errors   those of the server and of files
 // Threads  one at a time
 #ifndef LATTICED_CLIENT_CPP_LATTICECTL_SERVER_MESHES_H_
 #define LATTICED_CLIENT_CPP_LATTICECTL_SERVER_MESHES_H_
@@ -19,7 +19,7 @@
 
 namespace latticed::client {
 
-// Shows a progress bar. An empty name becomes the file's.
+// Uploads with a progress bar. An empty name becomes the file's name.
 [[nodiscard]] absl::StatusOr<v1::Mesh> Upload(Client& client, const MeshFile& file,
                                               v1::MeshHeader header, Console console);
 
@@ -28,15 +28,15 @@ struct FetchedSurface {
   uint64_t patches = 0;
   uint64_t bytes = 0;  // of chunk data
 };
-// One update in the view's encoding, as a mesh. Texture coordinates and groups come from `file`,
-// the source of `mesh`.
+// Fetches one update in the view's encoding, as a mesh. Texture coordinates and groups come from
+// `file`, the source of `mesh`.
 [[nodiscard]] absl::StatusOr<FetchedSurface> FetchSurface(Client& client, const std::string& scene,
                                                           const v1::ViewOptions& view,
                                                           const v1::Mesh& mesh,
                                                           const MeshFile& file, Console console);
 
-// Scenes that a command makes for itself on a shared server, and their meshes. They are deleted at
-// the end, also after an error or an interruption; a mesh only where this command brought it.
+// Temporary scenes of a command on a shared server, and their meshes. The destructor deletes them,
+// also after an error or an interruption. It deletes a mesh only if this command uploaded it.
 //
 //   TemporaryScenes made(client);
 //   const auto mesh = made.Upload(file, {}, console);
@@ -45,15 +45,15 @@ class TemporaryScenes {
  public:
   explicit TemporaryScenes(Client& client) : client_(client) {}
   ~TemporaryScenes();
-  TemporaryScenes(const TemporaryScenes&) = delete;  // deletes once
+  TemporaryScenes(const TemporaryScenes&) = delete;  // a copy would delete them too
   TemporaryScenes& operator=(const TemporaryScenes&) = delete;
 
-  // Shows a progress bar.
+  // Uploads with a progress bar.
   [[nodiscard]] absl::StatusOr<v1::Mesh> Upload(const MeshFile& file, v1::MeshHeader header,
                                                 Console console);
-  // Makes a scene of the mesh uploaded last: fills in scene_id and mesh.
+  // Creates a scene of the last uploaded mesh. Fills in scene_id and mesh.
   [[nodiscard]] absl::StatusOr<v1::Scene> Create(v1::CreateSceneRequest request);
-  // Deletes nothing: the scenes stay.
+  // Makes the destructor delete nothing.
   void Keep();
 
  private:

@@ -56,7 +56,7 @@ void AddSessionFlags(CLI::App& command, SessionFlags& flags, ServerChoice choice
 Session::Session() = default;
 Session::Session(Session&&) noexcept = default;
 Session::~Session() {
-  client_.reset();  // its channel before its server
+  client_.reset();  // its channel must close before the server stops
 }
 
 absl::StatusOr<Session> Session::Open(const SessionFlags& flags, std::stop_token stop) {
@@ -66,9 +66,9 @@ absl::StatusOr<Session> Session::Open(const SessionFlags& flags, std::stop_token
   } else {
     Options options;
     options.backend = flags.backend;
-    options.log_level = "warn";  // its log is this program's error output
+    options.log_level = "warn";  // the server logs to this program's standard error
     options.drain_delay = absl::ZeroDuration();
-    options.max_connections = 1'000'000;  // all of them are this program's
+    options.max_connections = 1'000'000;  // only this program connects
     LATTICED_ASSIGN_OR_RETURN(session.server_, InProcessServer::Start(options));
     session.connection_.address = session.server_->address();
   }
@@ -84,7 +84,7 @@ std::unique_ptr<Client> Session::NewClient() const {
 
 absl::Status Session::Explain(const absl::Status& status) const {
   if (!absl::IsUnavailable(status) || server_ != nullptr) return status;
-  // A server that answered, for instance because it drains, says itself what to do.
+  // If a server answered, for instance while it drains, its message says enough.
   if (error::DetailsOf(status).metadata.contains("request_id")) return status;
   return absl::UnavailableError(
       fmt::format("{}; no answer from {}: start a server there with 'latticed --listen {}', or "

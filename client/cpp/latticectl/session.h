@@ -34,7 +34,7 @@ struct SessionFlags {
   std::string tls_ca, tls_cert, tls_key;  // PEM files
 };
 
-// What commands that ask a running server have in common.
+// Flags of every command that needs a running server.
 struct ServerFlags {
   SessionFlags session;
   bool json = false;
@@ -42,7 +42,7 @@ struct ServerFlags {
 
 enum class ServerChoice {
   kRequired,   // --server, by default $LATTICED_SERVER, else the daemon's own default address
-  kInProcess,  // without --server one runs here; --backend says on what
+  kInProcess,  // without --server the command runs one itself, on --backend
 };
 void AddSessionFlags(CLI::App& command, SessionFlags& flags, ServerChoice choice);
 
@@ -55,23 +55,23 @@ class Session {
   ~Session();
 
   Client& client() { return *client_; }
-  // Another client of the server, with a connection of its own, which no request of stop cancels.
+  // Makes another client with its own connection. A request of `stop` does not cancel its calls.
   [[nodiscard]] std::unique_ptr<Client> NewClient() const;
-  // Adds to an error what a person can do about it.
+  // Adds advice for the user to an error: how to reach a server that did not answer.
   absl::Status Explain(const absl::Status& status) const;
 
  private:
   Session();
-  Connection connection_;  // of further clients
+  Connection connection_;  // for NewClient
   std::unique_ptr<InProcessServer> server_;
   std::unique_ptr<Client> client_;
 };
 
-// Opens a session and runs `use` on it. Explains its error.
+// Opens a session and runs `use` on it. Applies Explain to the error of `use`.
 [[nodiscard]] absl::Status WithSession(const SessionFlags& flags, const std::stop_token& stop,
                                        const std::function<absl::Status(Session&)>& use);
 
-// Adds ServerFlags to a command, and makes run(flags, client, console) the command's action.
+// Adds the options of ServerFlags to a command, and makes run(flags, client, console) its action.
 template <typename Flags, typename Run>
 void SetServerAction(CLI::App& command, const std::shared_ptr<Flags>& flags, CommandLine& line,
                      Run run) {

@@ -22,7 +22,7 @@ struct WatchFlags : ServerFlags {
   uint64_t updates = std::numeric_limits<uint64_t>::max();
 };
 
-// One line an update, in JSON as well, and at once: a watch is endless.
+// Prints one line per update, also in JSON, and flushes it at once, because a watch has no end.
 void PrintUpdate(const CompleteUpdate& update, const Surface& surface, bool json,
                  std::ostream& out) {
   const v1::UpdateTimings& timings = update.end.timings();

@@ -37,7 +37,7 @@ absl::Status DecodeRaw(std::string_view data, size_t point_count, const v1::View
   return absl::OkStatus();
 }
 
-// Element i of a plane of `width` bytes a value, little endian.
+// Returns value i of a plane with `width` bytes per value, little endian.
 uint32_t PlaneValue(std::string_view plane, size_t width, size_t i) {
   uint32_t value = 0;
   std::memcpy(&value, plane.data() + width * i, width);

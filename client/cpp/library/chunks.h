@@ -22,14 +22,13 @@
 
 namespace latticed::client {
 
-// Points in stream order: patch after patch, each in the order of TessellationPattern.points.
+// Points in stream order: patch by patch, and within a patch in the order of TessellationPattern.points.
 struct DecodedPoints {
   std::vector<Vec3d> positions;  // world
   std::vector<Vec3f> normals;    // unit, or empty
 };
 
-// Appends the points of one chunk to `points`. `view` is UpdateBegin.view, whose fields are all
-// set.
+// Appends the points of one chunk to `points`. `view` is UpdateBegin.view, with all fields set.
 [[nodiscard]] absl::Status DecodeChunk(std::string_view data, size_t point_count,
                                        const v1::ViewOptions& view,
                                        const v1::Quantisation& quantisation, DecodedPoints* points);

@@ -44,11 +44,11 @@ std::unique_ptr<Client> Client::Connect(const Connection& connection, std::stop_
         {connection.tls_ca_pem, connection.tls_key_pem, connection.tls_cert_pem});
   }
   grpc::ChannelArguments arguments;
-  // By default grpc waits 1 s before it connects again, and later up to two minutes: too long for a
-  // drag.
+  // By default gRPC pauses 1 s before it reconnects, and later up to two minutes. That is too long
+  // for a drag.
   arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 100);
   arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 5'000);
-  // A connection that vanished silently is noticed after the sum of these two.
+  // gRPC notices a silently lost connection after at most the sum of these two times, 40 s.
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, 30'000);
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 10'000);
   if (connection.alone) arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
@@ -104,7 +104,7 @@ absl::Status Client::CheckHealth() {
   using grpc::health::v1::Health;
   using grpc::health::v1::HealthCheckResponse;
   const auto stub = Health::NewStub(channel_);
-  // Not repeated: it asks how the server is at this moment.
+  // Not repeated: the caller wants the server's health at this moment.
   LATTICED_ASSIGN_OR_RETURN(const auto response,
                             CallOnce(*stub, &Health::Stub::Check, {}, "", stop_));
   if (response.status() == HealthCheckResponse::SERVING) return absl::OkStatus();

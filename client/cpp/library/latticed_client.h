@@ -3,13 +3,13 @@
 //
 // The C++ client of latticed: one object per server, one function per rpc. It uploads in parts,
 // reads all pages of lists, makes scene ids and routing metadata, returns whole updates, and
-// resumes streams (stream.h). It repeats calls, four attempts in all, after errors that MayRetry
-// names. It does not repeat deletions, since the second would not find what the first has deleted.
+// resumes streams (stream.h). It makes up to four attempts at a call after errors that MayRetry
+// names, but only one at a deletion: a second one would not find what the first has deleted.
 //
 //   auto client = Client::Connect({.address = "127.0.0.1:50151"});
-//   auto mesh = (*client)->UploadMesh(bytes, header);
-//   auto scene = (*client)->CreateScene(request);     // request.mesh = mesh->id()
-//   auto update = (*client)->GetUpdate({.scene = scene->id()});
+//   auto mesh = client->UploadMesh(bytes, header);
+//   auto scene = client->CreateScene(create);         // create.mesh = mesh->id()
+//   auto surface = client->GetUpdate(get);            // get.scene = scene->id()
 //
 // Errors   the server's, with reason and field in error::DetailsOf; kUnavailable without a server
 // Threads  any number may call
@@ -38,37 +38,36 @@ namespace latticed::client {
 struct Connection {
   std::string address;       // host:port, or unix:path
   std::string token;         // bearer token; empty: none is sent
-  bool tls = false;          // implied by the files
+  bool tls = false;          // implied by tls_ca_pem and tls_cert_pem
   std::string tls_ca_pem;    // roots to trust; empty: the system's
-  std::string tls_cert_pem;  // client certificate and key, where the server asks for one
+  std::string tls_cert_pem;  // client certificate and key, if the server asks for them
   std::string tls_key_pem;
-  bool alone = false;  // not shared with other clients of this process
+  bool alone = false;  // its own connection, not shared with other clients of this process
 };
 
-// How many of `total` bytes or chunks are done.
+// Called with the work done so far and in all: bytes, or for GetUpdate thousandths of the update.
 using Progress = std::function<void(uint64_t done, uint64_t total)>;
 
-// 128 random bits as hexadecimal digits: a scene id.
+// A random scene id: 128 bits as hexadecimal digits.
 [[nodiscard]] std::string RandomSceneId();
-// A random UUID (version 4): an editor id.
+// A random editor id: a UUID of version 4.
 [[nodiscard]] std::string RandomEditorId();
 
 class Client {
  public:
-  // Does not wait for the server: the first call tells whether it is there. A request of `stop`
-  // cancels all calls and streams, present and later ones. It does not cancel deletions, a
-  // CreateScene that has begun, or the last part of an upload: the caller must know what there is
-  // to delete.
+  // Does not wait for the server: without one, the first call fails. A request of `stop` cancels all
+  // calls and streams, present and later ones. It does not cancel deletions, a CreateScene that has
+  // begun, or the last part of an upload, because the caller must know what exists on the server.
   [[nodiscard]] static std::unique_ptr<Client> Connect(const Connection& connection,
                                                        std::stop_token stop = {});
   Client(std::shared_ptr<grpc::Channel> channel, std::string token, std::stop_token stop = {});
 
   [[nodiscard]] absl::StatusOr<v1::ServerInfo> GetServerInfo();
-  // Asks the standard health service, which needs no token. kUnavailable unless the server serves.
+  // Asks gRPC's standard health service, without a token. kUnavailable unless the server is serving.
   [[nodiscard]] absl::Status CheckHealth();
 
-  // Fills in total_bytes and sha256 of the header. Sends nothing where the server has the same
-  // bytes in the same format. RAW is always sent, since only the server can compare layouts.
+  // Fills in total_bytes and sha256 of the header. Sends nothing if the server has the same bytes in
+  // the same format. RAW is always sent, because only the server can compare layouts.
   [[nodiscard]] absl::StatusOr<v1::Mesh> UploadMesh(std::string_view bytes, v1::MeshHeader header,
                                                     const Progress& progress = {});
   [[nodiscard]] absl::StatusOr<v1::Mesh> GetMesh(const std::string& mesh);
@@ -81,19 +80,19 @@ class Client {
   [[nodiscard]] absl::StatusOr<std::vector<v1::Scene>> ListScenes(const std::string& filter = "");
   [[nodiscard]] absl::Status DeleteScene(const std::string& scene);
   [[nodiscard]] absl::StatusOr<v1::LatticeState> GetLattice(const std::string& scene);
-  // An editor of a scene has one batch on its way at a time: threads that share it call this one after
-  // the other. A batch that another overtook is refused with OUT_OF_ORDER.
+  // Only one call per editor of a scene may run at a time. A batch that arrives after one with a higher
+  // sequence of the same editor is refused with OUT_OF_ORDER.
   [[nodiscard]] absl::StatusOr<v1::EditResult> ApplyEdits(const v1::EditBatch& batch);
   [[nodiscard]] absl::StatusOr<v1::EvaluatePointsResponse> EvaluatePoints(
       const v1::EvaluatePointsRequest& request);
 
-  // The first point of the surface on a ray; kNotFound, reason NOTHING_HIT, where it meets none.
+  // The first point of the surface on a ray; kNotFound, reason NOTHING_HIT, if the ray misses it.
   [[nodiscard]] absl::StatusOr<v1::SurfacePoint> Pick(const v1::PickRequest& request);
 
   // One complete update.
   [[nodiscard]] absl::StatusOr<Surface> GetUpdate(const v1::GetUpdateRequest& request,
                                                   const Progress& progress = {});
-  // All parts as one.
+  // Returns all parts merged into one.
   [[nodiscard]] absl::StatusOr<v1::TopologyPart> GetTopology(const std::string& scene,
                                                              const std::string& topology_id);
   struct ExportedFile {
@@ -103,10 +102,10 @@ class Client {
   [[nodiscard]] absl::StatusOr<ExportedFile> Export(const v1::ExportRequest& request,
                                                     const Progress& progress = {});
 
-  // Watches: see WatchStream.
+  // Opens a stream of updates: see WatchStream.
   [[nodiscard]] absl::StatusOr<std::unique_ptr<WatchStream>> Watch(v1::WatchRequest watch,
                                                                    EventObserver observer = {});
-  // Edits and watches: see DeformStream.
+  // Opens a stream of edits and updates: see DeformStream.
   [[nodiscard]] absl::StatusOr<std::unique_ptr<DeformStream>> Deform(v1::WatchRequest watch,
                                                                      EventObserver observer = {});
 
@@ -119,20 +118,20 @@ class Client {
   using StreamMethod = std::unique_ptr<grpc::ClientReader<Message>> (Stub::*)(grpc::ClientContext*,
                                                                               const Request&);
 
-  // A context with the token, and the routing key where `scene` is not empty.
+  // Makes a context with the token, and with the routing key unless `scene` is empty.
   std::unique_ptr<grpc::ClientContext> NewContext(const std::string& scene = "") const;
   // Makes a unary call about `scene`. A request of `stop` cancels it.
   template <typename Stub, typename Request, typename Response>
   absl::StatusOr<Response> CallOnce(Stub& stub, Method<Stub, Request, Response> method,
                                     const Request& request, const std::string& scene,
                                     const std::stop_token& stop);
-  // The same, repeated after errors that MayRetry names.
+  // Like CallOnce, but with up to four attempts after errors that MayRetry names.
   template <typename Stub, typename Request, typename Response>
   absl::StatusOr<Response> Call(Stub& stub, Method<Stub, Request, Response> method,
                                 const Request& request, const std::string& scene,
                                 const std::stop_token& stop);
-  // Reads all messages of a call about request.scene(), repeated like Call. Each attempt begins
-  // with `begin`; an error of `take` ends the call.
+  // Reads all messages of a call about request.scene(), with attempts like Call. Each attempt begins
+  // with `begin`; an error of `take` ends the attempt.
   template <typename Request, typename Message>
   absl::Status Receive(StreamMethod<v1::SceneService::Stub, Request, Message> method,
                        const Request& request, const std::function<void()>& begin,

@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Makes a triangle mesh of decoded points: with the triangles of the pattern, and with texture
-// coordinates and groups of the source mesh, which GetTopology's provenance carries over.
+// Makes a triangle mesh from decoded points, with the triangles of the pattern. GetTopology's
+// provenance adds texture coordinates and groups of the source mesh.
 //
-//   vertex order  patch after patch, pattern order inside: it depends only on mesh, knots, frame
-//                 and segments, never on control points
+//   vertex order  patch by patch, in pattern order within a patch. It depends only on mesh, knots,
+//                 frame and segments, never on control points
 //   uv            of point (i0, i1, i2) of a patch: sum over patch corners c, triangle corners k of
 //                 i_c / segments * barycentrics[3 c + k] * uv(corner k)
 //
@@ -26,8 +26,8 @@ namespace latticed::client {
 [[nodiscard]] absl::StatusOr<TriangleMesh> AssembleMesh(const v1::Topology& topology,
                                                         DecodedPoints points);
 
-// Adds texture coordinates and groups of `source`, the mesh that was uploaded. `provenance` is all
-// of GetTopology in one part.
+// Adds texture coordinates and groups of `source`, the uploaded mesh. `provenance` is the whole
+// result of GetTopology.
 [[nodiscard]] absl::Status CarryAttributes(const PolygonMesh& source, const v1::Topology& topology,
                                            const v1::TopologyPart& provenance, TriangleMesh* mesh);
 

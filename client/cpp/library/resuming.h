@@ -1,14 +1,14 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The base of streams of scene events. It opens itself again with its resume token after a goaway,
-// or after an error that MayRetry names: five times in a row, with pauses that double from 100 ms.
+// The base of streams of scene events. After a goaway, or after an error that MayRetry names, it opens
+// itself again with its resume token: up to five times in a row, with pauses that double from 100 ms.
 //
 //   stream.Start();
 //   auto event = stream.Read();                   // … until nullopt
 //   stream.Worked(resume_token);                  // whenever an update is complete
 //
-// Errors   the server's, after five attempts in a row to open it again
+// Errors   the server's; those that MayRetry names only after five failed attempts to reopen
 // Threads  one at a time; Cancel from any
 #ifndef LATTICED_CLIENT_CPP_LIBRARY_RESUMING_H_
 #define LATTICED_CLIENT_CPP_LIBRARY_RESUMING_H_
@@ -32,21 +32,21 @@
 
 namespace latticed::client {
 
-// Called with every event as it comes, in the thread that reads, before the stream takes it.
-// Nothing is read while it runs, so a slow observer is a slow reader.
+// Called with every event on the reading thread, before the stream handles the event. Nothing is read
+// while it runs, so a slow observer is a slow reader.
 using EventObserver = std::function<void(const v1::SceneEvent&)>;
 
 // Presence of other editors, by editor_id.
 using Others = std::map<std::string, v1::Presence>;
 
-// Rpc is grpc::ClientReader or grpc::ClientReaderWriter, which have no public base in common.
+// Rpc is grpc::ClientReader or grpc::ClientReaderWriter, which share no public base class.
 template <typename Rpc>
 class ResumingStream {
  public:
   ResumingStream(const ResumingStream&) = delete;
   ResumingStream& operator=(const ResumingStream&) = delete;
 
-  // Ends the rpc and pauses between two of them.
+  // Ends the rpc, or the pause before the next one.
   void Cancel() {
     const MutexLock lock(&mutex_);
     cancelled_ = true;
@@ -57,7 +57,7 @@ class ResumingStream {
   const std::optional<CompleteUpdate>& first_update() const { return first_update_; }
   const Surface& surface() const { return surface_; }
   const v1::Hello& hello() const { return hello_; }
-  // Who else is there, as far as the stream has been read.
+  // The other editors that are present, according to the events read so far.
   const Others& others() const { return others_; }
   // How often the stream had to open itself again.
   int reconnections() const { return reconnections_; }
@@ -78,7 +78,7 @@ class ResumingStream {
   }
 
   virtual std::unique_ptr<grpc::ClientContext> NewContext() = 0;
-  // Makes the rpc, and sends its first requests.
+  // Starts the rpc and sends its first requests.
   virtual std::unique_ptr<Rpc> OpenRpc(grpc::ClientContext* context) = 0;
 
   void Start() {
@@ -91,7 +91,7 @@ class ResumingStream {
     rpc_ = OpenRpc(context_.get());
   }
 
-  // Waits for the next event, but handles goaway and presence itself; nullopt when the stream was
+  // Waits for the next event. Handles goaway and presence itself. Returns nullopt when the stream was
   // cancelled or has ended OK.
   [[nodiscard]] absl::StatusOr<std::optional<v1::SceneEvent>> Read() {
     while (rpc_ != nullptr) {
@@ -115,13 +115,13 @@ class ResumingStream {
     return std::nullopt;
   }
 
-  // An update is complete: the stream resumes after it, and its failures are counted anew.
+  // Called when an update is complete. The stream will resume after it, and counts failures from 0.
   void Worked(std::string resume_token) {
     failures_in_a_row_ = 0;
     watch_.set_resume_token(std::move(resume_token));
   }
 
-  // Where requests are written; null when the stream has ended.
+  // The rpc, to write requests; null when the stream has ended.
   Rpc* rpc() const { return rpc_.get(); }
   // Its resume_token is always the newest.
   const v1::WatchRequest& watch() const { return watch_; }
@@ -132,10 +132,11 @@ class ResumingStream {
 
  private:
   static constexpr int kMostFailuresInARow = 5;
-  // A server may ask for any pause; a longer one would overflow the clock.
+  // A server may ask for any pause. A much longer one would overflow the clock.
   static constexpr absl::Duration kLongestPause = absl::Hours(24 * 365);
 
-  // The rpc has ended: makes another where that helps; the error is why not.
+  // Called when the rpc has ended. Starts another unless the stream has ended OK or was cancelled.
+  // Returns the error if another attempt cannot help.
   absl::Status Restart() {
     const absl::Status status = FromGrpc(rpc_->Finish(), *context_);
     rpc_.reset();
@@ -151,7 +152,7 @@ class ResumingStream {
     return absl::OkStatus();
   }
 
-  // After it the server tells of all who are there.
+  // After hello the server sends the presence of all editors.
   void TakeHello(const v1::Hello& hello) {
     hello_ = hello;
     others_.clear();
@@ -185,10 +186,10 @@ class ResumingStream {
 
   Mutex mutex_;  // Cancel is called from other threads
   bool cancelled_ ABSL_GUARDED_BY(mutex_) = false;
-  // Only the reading thread replaces it, under the mutex, and it alone reads it without.
+  // Only the reading thread replaces it, with the mutex held. Only that thread reads it without the mutex.
   std::unique_ptr<grpc::ClientContext> context_;
   std::unique_ptr<Rpc> rpc_;                                        // uses *context_
-  const std::stop_callback<std::function<void()>> cancel_on_stop_;  // last: uses all
+  const std::stop_callback<std::function<void()>> cancel_on_stop_;  // last: uses the others
 };
 
 }  // namespace latticed::client

@@ -21,7 +21,7 @@ constexpr absl::Duration kFirstPause = absl::Milliseconds(100);
 constexpr char kDomain[] = "latticed";
 constexpr char kRequestId[] = "latticed-request-id";
 
-// A number that the server put into the metadata for error::Details.
+// Removes a number from the metadata, for a field of error::Details. 0 if there is none.
 uint64_t TakeNumber(std::map<std::string, std::string>& metadata, const std::string& key) {
   const auto entry = metadata.extract(key);
   uint64_t number = 0;
@@ -36,7 +36,7 @@ void Read(const google::rpc::ErrorInfo& info, error::Details& details) {
   details.free_bytes = TakeNumber(details.metadata, "free_bytes");
 }
 
-// "memory: asked 5 bytes, free 3 bytes", all violations of them.
+// All violations, for example "memory: asked 5 bytes, free 3 bytes".
 std::string Describe(const google::rpc::QuotaFailure& quota) {
   std::string text;
   for (const auto& violation : quota.violations()) {
@@ -57,7 +57,7 @@ error::Details DetailsIn(const google::rpc::Status& status) {
       Read(info, details);
     } else if (any.UnpackTo(&bad_request) && bad_request.field_violations_size() > 0) {
       details.field = bad_request.field_violations(0).field();
-    } else if (any.UnpackTo(&quota) && details.asked_bytes == 0) {  // else it says nothing more
+    } else if (any.UnpackTo(&quota) && details.asked_bytes == 0) {  // else in ErrorInfo
       details.metadata["quota"] = Describe(quota);
     } else if (any.UnpackTo(&retry)) {
       details.retry_after_ms = static_cast<uint32_t>(retry.retry_delay().seconds() * 1000 +
@@ -74,7 +74,7 @@ absl::Status FromRpc(const google::rpc::Status& status) {
   absl::Status result(static_cast<absl::StatusCode>(status.code()), status.message());
   if (status.details_size() == 0) return result;
   error::Details details = DetailsIn(status);
-  // Another server, a proxy for instance, gives no reason of ours; its field or delay still counts.
+  // A proxy's error has no reason of latticed, but its field or retry delay is used.
   if (details.reason.empty()) details.reason = error::DetailsOf(result).reason;
   return error::WithDetails(std::move(result), details);
 }

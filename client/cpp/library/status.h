@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Errors of rpcs: grpc::Status -> absl::Status, with the reason and field of its google.rpc details
-// in error::DetailsOf.
+// Converts errors of rpcs: grpc::Status -> absl::Status, with the reason and field of its google.rpc
+// details in error::DetailsOf.
 //
-// Threads  pure functions
+// Threads  pure functions, except that WithRetries sleeps
 #ifndef LATTICED_CLIENT_CPP_LIBRARY_STATUS_H_
 #define LATTICED_CLIENT_CPP_LIBRARY_STATUS_H_
 
@@ -20,8 +20,8 @@
 namespace latticed::client {
 
 [[nodiscard]] absl::Status FromGrpc(const grpc::Status& status);
-// The same for an rpc that has finished. Where a server answered, the details' metadata has
-// "request_id", which the server's log names.
+// The same for an rpc that has finished. If a server answered, the details' metadata also has
+// "request_id", the request's id in the server's log.
 [[nodiscard]] absl::Status FromGrpc(const grpc::Status& status, const grpc::ClientContext& context);
 // Converts EditResult.status; OK for code 0.
 [[nodiscard]] absl::Status FromRpc(const google::rpc::Status& status);
@@ -29,15 +29,15 @@ namespace latticed::client {
 // kCancelled: the error of a call that would begin after a request to stop.
 [[nodiscard]] absl::Status Stopped();
 
-// Whether a repeated call may succeed: after CANCELLED (by a proxy), INTERNAL (a broken transport),
+// Whether another attempt may succeed: after CANCELLED (by a proxy), INTERNAL (a broken transport),
 // UNKNOWN (a proxy ended the stream without a status) and UNAVAILABLE.
 [[nodiscard]] bool MayRetry(const absl::Status& status);
 
-// Calls an idempotent function up to four times while MayRetry, after pauses of 100, 200 and 400
-// ms. A request of `stop` ends that.
+// Calls an idempotent function until it returns no error that MayRetry names, up to four times, with
+// pauses of 100, 200 and 400 ms. After a request of `stop` it begins no further attempt.
 [[nodiscard]] absl::Status WithRetries(const std::stop_token& stop,
                                        const std::function<absl::Status()>& call);
-// The pause after the given number of failures in a row, from 1: 100 ms, doubled by each.
+// The pause after the given number of failures in a row (1 or more): 100 ms, doubled by each failure.
 [[nodiscard]] absl::Duration PauseAfter(int failures);
 
 }  // namespace latticed::client

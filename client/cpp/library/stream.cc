@@ -26,7 +26,7 @@ absl::StatusOr<std::unique_ptr<DeformStream>> DeformStream::Open(Client* client,
   std::unique_ptr<DeformStream> stream(
       new DeformStream(client, std::move(watch), std::move(observer)));
   stream->Start();
-  // After the first complete update the lattice is known, and errors of the watch have been told.
+  // With the first complete update the lattice is known, and the server has accepted the watch.
   LATTICED_ASSIGN_OR_RETURN(auto first, stream->Next());
   if (first.ended() && client->stop_.stop_requested()) return Stopped();
   stream->first_update_ = std::move(first.update);
@@ -62,8 +62,8 @@ absl::StatusOr<uint64_t> DeformStream::Send(v1::EditBatch batch) {
   if (half_closed_ || rpc() == nullptr) {
     return absl::FailedPreconditionError("the stream takes no more edits");
   }
-  // An update tells only the sequences of the stream's own editor: another's edit would never be
-  // seen.
+  // Updates report only sequences of the stream's own editor, so WaitFor could not see an edit of
+  // another one.
   if (!batch.editor_id().empty() && batch.editor_id() != editor_id()) {
     return absl::InvalidArgumentError(
         fmt::format("editor_id: this stream is editor {}'s; {} wants a stream of its own",
@@ -74,7 +74,7 @@ absl::StatusOr<uint64_t> DeformStream::Send(v1::EditBatch batch) {
   v1::DeformRequest request;
   *request.mutable_edit() = batch;
   unanswered_.push_back(std::move(batch));
-  // A broken stream is noticed by Next, which opens it again and sends what is unanswered.
+  // If the stream is broken, Next notices it, opens it again and sends the unanswered edits.
   (void)rpc()->Write(request);
   return last_sequence_;
 }
@@ -125,8 +125,8 @@ absl::StatusOr<DeformStream::Step> DeformStream::Take(v1::SceneEvent event) {
   return step;
 }
 
-// The edit was sent twice, and the server took a later one before the break. So it took this one
-// too, with an unknown result: it keeps only an editor's last answer.
+// The edit was sent twice, and the server handled a later one before the connection broke. It handled
+// this one too. The answer is lost, because the server keeps only an editor's last answer.
 bool DeformStream::IsLostAnswer(const v1::EditResult& result) const {
   return result.sequence() <= resent_ && result.status().code() != 0 &&
          error::DetailsOf(FromRpc(result.status())).reason == kOutOfOrder;
@@ -143,7 +143,7 @@ void DeformStream::Answer(const v1::EditResult& result) {
 
 void DeformStream::Remember(const CompleteUpdate& update) {
   Worked(update.end.resume_token());
-  // An editor that edited before this stream goes on above its old sequences.
+  // An editor that sent edits before this stream continues above its old sequences.
   last_sequence_ = std::max(last_sequence_, update.end.applied_sequence());
   newest_update_ = update;
 }
@@ -154,7 +154,7 @@ absl::StatusOr<CompleteUpdate> DeformStream::WaitFor(uint64_t sequence) {
         fmt::format("edit {} was never sent: the last one was {}", sequence, last_sequence_));
   }
   for (;;) {
-    // A refusal first: its sequence may lie below that of an edit which an update holds.
+    // Refusals are checked first: an update's sequence also passes those of refused edits.
     const auto refusal = refusals_.find(sequence);
     if (refusal != refusals_.end()) return refusal->second;
     if (newest_update_.has_value() && newest_update_->end.applied_sequence() >= sequence) {

@@ -2,14 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // A Deform stream that lives as long as its user wants. It acknowledges updates, answers
-// heartbeats, and opens itself again like every ResumingStream; it then sends unanswered edits
-// again. Sequences make an edit that is sent twice count once.
+// heartbeats, and opens itself again like every ResumingStream. It then sends unanswered edits
+// again; by their sequences the server applies each once.
 //
-//   stream->Send(batch);                          // returns at once; sequence and editor filled in
+//   stream->Send(batch);                          // returns at once; fills in the sequence
 //   auto step = stream->Next();                   // waits for the next result or update
-//   auto update = stream->WaitFor(sequence);      // … or for the update that holds an edit
+//   auto update = stream->WaitFor(sequence);      // waits for an update that holds the edit
 //
-// Errors   the server's, after five attempts in a row to open it again; kDataLoss as Surface
+// Errors   those of ResumingStream; kDataLoss as Surface
 // Threads  one at a time; Cancel from any
 #ifndef LATTICED_CLIENT_CPP_LIBRARY_STREAM_H_
 #define LATTICED_CLIENT_CPP_LIBRARY_STREAM_H_
@@ -33,24 +33,25 @@ class Client;
 class DeformStream final
     : public ResumingStream<grpc::ClientReaderWriter<v1::DeformRequest, v1::SceneEvent>> {
  public:
-  // The result of Next. Both are empty when the stream has ended OK.
+  // The result of Next. Both are empty when the stream has ended OK or was cancelled.
   struct Step {
     std::optional<CompleteUpdate> update;
     std::optional<v1::EditResult> result;
     bool ended() const { return !update.has_value() && !result.has_value(); }
   };
 
-  // Sends edits; returns their sequence. An empty structure_id becomes the lattice's newest.
-  // kInvalidArgument for another editor than the stream's, kFailedPrecondition once it has ended.
+  // Sends edits; returns their sequence. A structure_id of 0 becomes the lattice's newest.
+  // kInvalidArgument for an editor that is not the stream's; kFailedPrecondition after HalfClose or
+  // the stream's end.
   [[nodiscard]] absl::StatusOr<uint64_t> Send(v1::EditBatch batch);
   // Waits for the next edit result or complete update.
   [[nodiscard]] absl::StatusOr<Step> Next();
-  // Waits for an update that holds the edit, in any order of sequences; where one came earlier,
-  // returns the newest. A refused edit returns its refusal; the last 1,024 refusals are kept.
+  // Waits for an update that holds the edit, and returns the newest update. May be called for edits in
+  // any order. For a refused edit returns the refusal; the stream keeps the 1,024 newest refusals.
   // kInvalidArgument for a sequence that was never sent.
   [[nodiscard]] absl::StatusOr<CompleteUpdate> WaitFor(uint64_t sequence);
-  // Shows others who this editor is and what it has selected, until the stream ends; editor_id is
-  // filled in. A refusal of the server ends the stream. kFailedPrecondition once it has ended.
+  // Shows others who this editor is and what it has selected, until the stream ends. Fills in
+  // editor_id. If the server refuses, it ends the stream. kFailedPrecondition as for Send.
   [[nodiscard]] absl::Status Show(v1::Presence presence);
   // No more edits: the stream ends after the update that holds the last one.
   void HalfClose();

@@ -43,7 +43,7 @@ absl::StatusOr<std::optional<CompleteUpdate>> Surface::Apply(v1::SceneEvent even
     case v1::SceneEvent::kUpdateEnd:
       return TakeEnd(event.update_end());
     default:
-      break;  // hello, results and heartbeats are the stream's; others are of later versions
+      break;  // the stream handles hello, results and heartbeats; later versions may add events
   }
   LATTICED_RETURN_IF_ERROR(status);
   return std::nullopt;

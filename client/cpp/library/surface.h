@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The surface of a watcher: SceneEvents in, complete updates out. An update that has not ended
-// changes nothing (proto/latticed/v1/event.proto).
+// The surface of a watcher: takes SceneEvents, returns complete updates. An update changes the surface
+// only when it has ended (proto/latticed/v1/event.proto).
 //
-// Errors   kDataLoss when events contradict each other: that stream cannot be trusted any more
+// Errors   kDataLoss when events contradict each other: the stream cannot be trusted any more
 // Threads  one at a time
 #ifndef LATTICED_CLIENT_CPP_LIBRARY_SURFACE_H_
 #define LATTICED_CLIENT_CPP_LIBRARY_SURFACE_H_
@@ -33,23 +33,23 @@ class Surface {
  public:
   // Takes one event; returns an update when this event completes it.
   [[nodiscard]] absl::StatusOr<std::optional<CompleteUpdate>> Apply(v1::SceneEvent event);
-  // Forgets an update that has begun: its stream has broken.
+  // Drops an update that has begun, because its stream has broken.
   void DropPartialUpdate();
 
-  // Whether a complete update is here.
+  // Whether an update has been completed.
   bool complete() const { return complete_; }
   // These three belong to the newest complete update.
   const v1::Topology& topology() const { return topology_; }
   const v1::ViewOptions& view() const { return view_; }
   uint64_t revision() const { return revision_; }
-  // Bytes of all chunks that are here.
+  // Bytes of all chunks of the surface.
   uint64_t bytes() const;
-  // How much of the update in progress is here, 0 to 1.
+  // The received share of the update in progress, 0 to 1; 1 if none is in progress.
   double progress() const;
-  // The lattice after the newest edit that the server has told of.
+  // The lattice after the newest edit that the server has reported.
   const v1::LatticeState& lattice() const { return lattice_; }
 
-  // The grid announced last. All chunks have it unless an update is in progress.
+  // The quantisation grid announced last. All chunks use it unless an update is in progress.
   const v1::Quantisation& quantisation() const;
   size_t chunk_count() const { return chunks_.size(); }
   struct PatchRange {
@@ -66,8 +66,8 @@ class Surface {
  private:
   struct HeldChunk {
     std::string data;
-    // As announced when the chunk came: after a change of view an id may come again with other
-    // bits.
+    // The grid announced before the chunk. After a change of view the server may send the same id
+    // with other bits.
     std::shared_ptr<const v1::Quantisation> quantisation;
   };
 

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Rpcs of latticed_client.h that stream one way: uploads, updates, topologies, exports. All of them
-// are repeated after a broken connection.
+// The rpcs of latticed_client.h that stream one way: uploads, updates, topologies, exports. All are
+// repeated after a broken connection.
 #include <algorithm>
 #include <functional>
 #include <optional>
@@ -37,7 +37,7 @@ absl::StatusOr<v1::Mesh> Client::UploadMesh(std::string_view bytes, v1::MeshHead
                                             const Progress& progress) {
   header.set_total_bytes(bytes.size());
   header.set_sha256(Sha256Hex(bytes));
-  // A Mesh does not tell its RawLayout: the same bytes may be another mesh.
+  // A Mesh does not hold its RawLayout, so a client cannot see whether the layouts are the same.
   if (header.format() != v1::MESH_FORMAT_RAW) {
     if (auto present = GetMesh(header.sha256());
         present.ok() && present->format() == header.format()) {
@@ -56,7 +56,7 @@ absl::StatusOr<v1::Mesh> Client::UploadMesh(std::string_view bytes, v1::MeshHead
     bool open = writer->Write(request);
     for (size_t sent = 0; open && sent < bytes.size();) {
       const std::string_view part = bytes.substr(sent, limits::kMaxPartBytes);
-      if (sent + part.size() == bytes.size()) cancel.reset();  // the server may keep it from here
+      if (sent + part.size() == bytes.size()) cancel.reset();  // the server may keep the mesh now
       request.set_data(part.data(), part.size());
       open = writer->Write(request);
       sent += part.size();

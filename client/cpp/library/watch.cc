@@ -12,7 +12,7 @@
 namespace latticed::client {
 namespace {
 
-// A ControlWatch that takes longer is given up: reading goes on, and finds out what is wrong.
+// A ControlWatch that takes longer is abandoned. Reading goes on, and returns the stream's error.
 constexpr auto kControlTimeout = std::chrono::seconds(10);
 
 }  // namespace
@@ -71,8 +71,7 @@ absl::StatusOr<std::optional<CompleteUpdate>> WatchStream::Next() {
 }
 
 absl::StatusOr<std::optional<CompleteUpdate>> WatchStream::Take(v1::SceneEvent event) {
-  // A ControlWatch that fails is no error of its own: Next opens a broken stream again, and an
-  // unbroken one goes on.
+  // A failed ControlWatch is ignored: Next opens a broken stream again, and an intact one goes on.
   if (event.has_hello() && shown_.has_value()) (void)ControlPresence();
   if (event.has_heartbeat()) (void)Control({});
   auto update = surface_.Apply(std::move(event));

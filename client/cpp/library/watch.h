@@ -1,15 +1,15 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A watch without edits, for which a read token suffices. It acknowledges updates and answers
+// A watch without edits, for which a token of role read suffices. It acknowledges updates and answers
 // heartbeats by ControlWatch, and opens itself again like every ResumingStream.
 //
 //   auto watch = client->Watch(request);
 //   for (auto update = (*watch)->first_update(); update.has_value(); …) {
-//     …                                           // (*watch)->surface() shows the update
+//     …                                           // (*watch)->surface() holds the update
 //     auto next = (*watch)->Next();
 //
-// Errors   the server's, after five attempts in a row to open it again; kDataLoss as Surface
+// Errors   those of ResumingStream; kDataLoss as Surface
 // Threads  one at a time; Cancel from any
 #ifndef LATTICED_CLIENT_CPP_LIBRARY_WATCH_H_
 #define LATTICED_CLIENT_CPP_LIBRARY_WATCH_H_
@@ -31,7 +31,7 @@ class WatchStream final : public ResumingStream<grpc::ClientReader<v1::SceneEven
  public:
   // Waits for the next complete update; nullopt when the watch was cancelled or has ended OK.
   [[nodiscard]] absl::StatusOr<std::optional<CompleteUpdate>> Next();
-  // Changes the view, pauses or resumes; scene and watch_id are filled in.
+  // Changes the view, pauses or resumes. Fills in scene and watch_id.
   [[nodiscard]] absl::Status Control(v1::ControlWatchRequest request);
   // Shows others who this watch's editor is until the watch ends. The watch must name its editor,
   // and needs the role edit.

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // latticectl-bench, the load generator, as a function, so that tests run it in their own process.
-// Users start it as 'latticectl bench'. Returns what RunLatticectl does.
+// Users start it as 'latticectl bench'. Returns the exit codes of RunLatticectl.
 #ifndef LATTICED_CLIENT_CPP_LOAD_BENCH_APP_H_
 #define LATTICED_CLIENT_CPP_LOAD_BENCH_APP_H_
 

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The edits of a scene, by all of its editors: when each was due, and the revision that holds it.
+// The edits of a scene by all of its editors: when each was due, and the revision that holds it.
 //
-// Threads  Add from any; the rest when all editors are done
+// Threads  Add may be called by any thread; all else only when all editors are done
 #ifndef LATTICED_CLIENT_CPP_LOAD_EDIT_LOG_H_
 #define LATTICED_CLIENT_CPP_LOAD_EDIT_LOG_H_
 
@@ -29,8 +29,8 @@ struct AppliedBatch {
 
 class EditLog {
  public:
-  // Adds an applied batch of one edit. `due` also has the earlier edits that this one replaced
-  // before they were sent.
+  // Adds an applied batch of one edit. `due` has the due times of the edit and of earlier edits that it
+  // replaced before they were sent.
   void Add(const std::vector<absl::Time>& due, const v1::EditResult& result) {
     const MutexLock lock(&mutex_);
     for (const absl::Time time : due) edits_.push_back({time, result.revision()});
@@ -38,7 +38,7 @@ class EditLog {
                                                absl::Microseconds(result.timings().apply_us())});
   }
 
-  // Sorts by revision what these return.
+  // Sorts edits() and batches() by revision.
   void Sort() {
     std::ranges::stable_sort(edits_, {}, &TimedEdit::revision);
     std::ranges::sort(batches_, {}, &AppliedBatch::revision);
@@ -47,7 +47,7 @@ class EditLog {
   const std::vector<AppliedBatch>& batches() const { return batches_; }
 
  private:
-  Mutex mutex_;  // while editors add; not needed to read when all are done
+  Mutex mutex_;  // only needed while editors add
   std::vector<TimedEdit> edits_;
   std::vector<AppliedBatch> batches_;
 };

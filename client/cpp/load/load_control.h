@@ -1,9 +1,10 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Shared by the threads of a run: its deadline, its progress, and its first failure, which ends it.
+// State that the threads of a run share: its deadline, its progress, and its first failure, which ends
+// the run.
 //
-// Threads  safe; Begin before the threads start
+// Threads  safe; Begin must be called before the threads start
 #ifndef LATTICED_CLIENT_CPP_LOAD_LOAD_CONTROL_H_
 #define LATTICED_CLIENT_CPP_LOAD_LOAD_CONTROL_H_
 
@@ -28,8 +29,8 @@ class LoadControl {
 
   void Begin(absl::Time deadline) { deadline_ = deadline; }
 
-  // Sleeps until `time`. Returns false at once when the run was stopped, or when its deadline is
-  // not after `time`. An edit that was due before the deadline is still made after it.
+  // Sleeps until `time`. Returns false soon after the run was stopped, and at once if its deadline is
+  // not after `time`. An edit that was due before the deadline is sent even if the deadline has passed.
   bool SleepUntil(absl::Time time) const {
     while (!Stopped() && time < deadline_) {
       const absl::Duration left = time - absl::Now();

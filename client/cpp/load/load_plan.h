@@ -3,10 +3,10 @@
 //
 // A load: the editors and watchers of each scene, and when the next edit is due.
 //
-//   closed    when the update with the last edit is complete, and decoded where the plan says so
+//   closed    when the update with the last edit is complete, and decoded if the plan says so
 //   open      every period, whatever the server does
-//   interval  every period, but one batch is on its way at a time; meanwhile the newest edit
-//             replaces those that wait, as in a browser's drag
+//   interval  every period, but an editor has only one unanswered batch at a time; meanwhile the
+//             newest edit replaces those that wait, as in a browser's drag
 //
 // The latency of an edit with a period counts from the time it was due, not from when it was sent.
 #ifndef LATTICED_CLIENT_CPP_LOAD_LOAD_PLAN_H_
@@ -32,23 +32,24 @@ enum class Decoding {
 
 struct LoadPlan {
   int scenes = 1;
-  int editors = 1;         // of each scene, like all that follow; editors watch too
+  int editors = 1;         // per scene, like the next three; editors also watch
   int watchers = 0;        // read as fast as they can
   int slow = 0;            // read slow_rate
   int stalled = 0;         // read one update and then nothing
   double slow_rate = 1e6;  // bytes per second
   LoadMode mode = LoadMode::kClosed;
-  absl::Duration period;                               // open and interval
+  absl::Duration period;                               // of modes open and interval
   uint64_t edits = 100;                                // of each editor
-  absl::Duration duration = absl::InfiniteDuration();  // the run ends then at the latest
-  // An edit moves every second control point, so that all chunks change; or one, each in its turn.
+  absl::Duration duration = absl::InfiniteDuration();  // no edit is due later than this
+  // True: an edit moves every second control point, so all chunks change. False: it moves one point, and
+  // the edits take the points in turn.
   bool all_points = true;
   Decoding decoding = Decoding::kFirst;
   v1::ViewOptions view;
 };
 
-// Edit number `step`. It moves control points by a tenth of the lattice's first edge, there and
-// back: a long run does not drift.
+// Edit number `step`. It moves control points by a tenth of the lattice's first edge, and the next
+// edit of the same points moves them back. A long run does not drift.
 [[nodiscard]] v1::EditBatch MakeLoadEdit(const v1::LatticeState& lattice, bool all_points,
                                          uint64_t step);
 

@@ -38,7 +38,7 @@ void ServerStages::Add(const UpdateLog& log, std::span<const AppliedBatch> batch
     const auto batch =
         std::ranges::lower_bound(batches, update.revision, {}, &AppliedBatch::revision);
     const bool made_it = batch != batches.end() && batch->revision == update.revision;
-    // Not where a revision comes again, in more detail.
+    // Skips a revision that comes again in more detail.
     if (made_it && update.revision > newest) {
       arrival_to_bytes.Add(batch->apply_time + applied_to_begin);
     }

@@ -19,11 +19,11 @@ namespace {
 
 using Kind = LoadStream::Kind;
 
-// Between the last thread's start and the first edit.
+// Time for all threads to start before the first edit is due.
 constexpr absl::Duration kStartDelay = absl::Milliseconds(20);
-constexpr uint64_t kWarmUpEdits = 4;  // an even number: all points are back where they were
+constexpr uint64_t kWarmUpEdits = 4;  // an even number returns all points to their places
 
-// Processor time, user and system together.
+// Processor time of a process, user plus system. Process 0 is this one.
 absl::StatusOr<absl::Duration> CpuTimeOf(int process) {
   clockid_t clock{};
   timespec time{};
@@ -33,7 +33,7 @@ absl::StatusOr<absl::Duration> CpuTimeOf(int process) {
   return absl::DurationFromTimespec(time);
 }
 
-// Names the scene in the message. Keeps the details.
+// Adds the scene to the error's message. Keeps its details.
 absl::Status About(const std::string& scene, const absl::Status& status) {
   if (status.ok()) return status;
   return error::WithDetails(absl::Status(status.code(), fmt::format("scene {}: {}", scene,
@@ -90,7 +90,7 @@ class SceneLoad {
     for (const auto& stream : streams_) stream->WaitUntilEdited();
   }
 
-  // Waits until all streams that keep up have the last revision.
+  // Waits until all streams that keep up have received the last revision.
   absl::Status Settle() {
     LATTICED_ASSIGN_OR_RETURN(const auto scene, client_->GetScene(scene_));
     return WaitForAll(scene.revision());
@@ -100,7 +100,7 @@ class SceneLoad {
     for (const auto& stream : streams_) stream->Close();
   }
 
-  // Verifies a few chunks of each stream that keeps up.
+  // Verifies a few chunks of each stream that keeps up, and adds this scene to the report.
   absl::Status AddTo(LoadReport* report) {
     SurfaceVerifier verifier(client_.get(), scene_);
     edits_.Sort();
@@ -139,12 +139,11 @@ class SceneLoad {
   const std::string scene_;
   const std::unique_ptr<Client> client_;  // for unary calls
   v1::LatticeState lattice_;
-  uint64_t first_revision_ = 0;  // before the measured edits
+  uint64_t first_revision_ = 0;  // the revision before the measured edits
   EditLog edits_;
-  std::vector<std::unique_ptr<LoadStream>> streams_;  // last: they use all
+  std::vector<std::unique_ptr<LoadStream>> streams_;  // last member: they use the others
 };
 
-// Counters that grow during the run.
 absl::StatusOr<LoadCounters> ReadCounters(Client& client, const LoadProcesses& processes) {
   LoadCounters counters;
   LATTICED_ASSIGN_OR_RETURN(const auto info, client.GetServerInfo());

@@ -1,11 +1,12 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Runs a load on scenes, and verifies the streams' surfaces before it reports a number.
+// Runs a load on scenes, and verifies the streams' surfaces before it returns any number.
 //
-// A request of `stop` ends the edits. The run then still settles, verifies and reports.
+// A request of `stop` ends the edits. The run still waits for their updates, verifies and reports.
 //
-// Errors   the first of any stream, SurfaceVerifier's; kCancelled when stopped before the first edit
+// Errors   the first error of any stream; those of SurfaceVerifier; kCancelled if stopped before the
+//          first edit
 #ifndef LATTICED_CLIENT_CPP_LOAD_LOAD_RUN_H_
 #define LATTICED_CLIENT_CPP_LOAD_LOAD_RUN_H_
 
@@ -22,17 +23,17 @@
 
 namespace latticed::client {
 
-// Makes a client with a connection of its own.
+// Makes a client with its own connection.
 using NewClient = std::function<std::unique_ptr<Client>()>;
 
-// Which processes' processor time is reported.
+// The processes whose processor time is reported.
 struct LoadProcesses {
   bool own_holds_server = false;  // the server runs in this process
-  int server = 0;                 // its process id, where it runs on this machine and is known
+  int server = 0;                 // the process id of another server on this machine; 0: unknown
 };
 
-// `scenes` are ids. Progress counts the edits of all editors; its total is 0 where the duration ends
-// the run.
+// `scenes` are ids. Progress counts the edits of all editors; its total is 0 if the plan has a
+// duration.
 [[nodiscard]] absl::StatusOr<LoadReport> RunLoad(
     const LoadPlan& plan, const std::vector<std::string>& scenes, const NewClient& new_client,
     const LoadProcesses& processes, const Progress& progress, const std::stop_token& stop);

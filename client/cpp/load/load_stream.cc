@@ -85,7 +85,7 @@ void LoadStream::WaitUntilEdited() {
 
 absl::Status LoadStream::WaitFor(uint64_t revision) {
   if (started_) return log_.WaitFor(revision);
-  while (log_.revision() < revision) {  // no thread reads yet
+  while (log_.revision() < revision) {  // this thread must read: no other does before Start
     LATTICED_RETURN_IF_ERROR(Next());
   }
   return absl::OkStatus();

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Prints a load's report: as Markdown, for people and documents, or as JSON, for programs.
+// Formats a load's report: as Markdown for people and documents, or as JSON for programs.
 #ifndef LATTICED_CLIENT_CPP_LOAD_REPORT_OUTPUT_H_
 #define LATTICED_CLIENT_CPP_LOAD_REPORT_OUTPUT_H_
 
@@ -13,7 +13,7 @@
 
 namespace latticed::client {
 
-// A section with a heading.
+// One section with a heading.
 [[nodiscard]] std::string LoadMarkdown(const LoadPlan& plan, const LoadReport& report);
 [[nodiscard]] nlohmann::json LoadJson(const LoadPlan& plan, const LoadReport& report);
 

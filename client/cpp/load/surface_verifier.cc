@@ -13,8 +13,8 @@ namespace latticed::client {
 namespace {
 
 constexpr size_t kChunks = 4;
-constexpr size_t kPointsPerChunk = 1024;  // one EvaluatePoints takes up to 4,096
-constexpr double kPrecision = 1e-6;       // fraction of D
+constexpr size_t kPointsPerChunk = 1024;  // one EvaluatePoints takes up to 4,096 points
+constexpr double kPrecision = 1e-6;       // as a fraction of D
 
 std::vector<Vec3d> VectorsOf(const google::protobuf::RepeatedField<double>& flat) {
   std::vector<Vec3d> vectors;
@@ -59,7 +59,7 @@ absl::Status SurfaceVerifier::Check(const Surface& surface, size_t offset,
   for (size_t i = 0; i < positions.size(); ++i) {
     const Vec3d got = positions[i], off = Max(got - expected[i], expected[i] - got);
     const double of_allowed = std::max({off.x, off.y, off.z}) / allowed;
-    if (!(of_allowed <= 1)) {  // also where it is not a number
+    if (!(of_allowed <= 1)) {  // also true for NaN
       return absl::DataLossError(fmt::format(
           "a point of revision {} is off by {:.3g} times what is allowed: decoded {} {} {}, "
           "EvaluatePoints says {} {} {}",
@@ -80,7 +80,7 @@ absl::Status SurfaceVerifier::Sample(const Surface& surface, size_t chunk,
   const size_t count = decoded.positions.size();
   const size_t per_patch = count / patches.count;
   size_t stride = (count + kPointsPerChunk - 1) / kPointsPerChunk;
-  while (std::gcd(stride, per_patch) > 1) ++stride;  // so that patches differ in their points
+  while (std::gcd(stride, per_patch) > 1) ++stride;  // so that all points of the pattern occur
   for (size_t i = 0; i < count; i += stride) {
     const uint64_t patch = patches.first + i / per_patch;
     if (provenance_.on_lattice_face(static_cast<int>(patch))) continue;

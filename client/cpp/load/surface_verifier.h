@@ -1,14 +1,14 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Compares the surface of a stream with the definition in double: EvaluatePoints at the same surface
-// points. Nobody else may edit the scene meanwhile.
+// Compares the surface of a stream with the definition in double precision: EvaluatePoints at the same
+// surface points. Nobody may edit the scene meanwhile.
 //
-//   |decoded - definition| <= step / 2 + 1e-6 * D   by coordinate; D = diagonal of all control points
+//   |decoded - definition| <= step / 2 + 1e-6 * D   per coordinate; D = diagonal of all control points
 //
-// Not compared: patches on the lattice's faces, where the surface may be torn.
+// Patches on the lattice's faces are not compared: the surface may be torn there.
 //
-// Errors   kDataLoss for a point that is elsewhere, kAborted when somebody else edits; the server's
+// Errors   kDataLoss for a point beyond this bound; kAborted if somebody edited the scene; the server's
 // Threads  one at a time
 #ifndef LATTICED_CLIENT_CPP_LOAD_SURFACE_VERIFIER_H_
 #define LATTICED_CLIENT_CPP_LOAD_SURFACE_VERIFIER_H_
@@ -26,7 +26,7 @@ namespace latticed::client {
 
 struct VerifiedPoints {
   uint64_t surfaces = 0, points = 0;
-  double worst = 0;  // share of what is allowed
+  double worst = 0;  // the largest deviation, divided by the bound
 };
 
 class SurfaceVerifier {
@@ -37,10 +37,10 @@ class SurfaceVerifier {
   [[nodiscard]] absl::Status Check(const Surface& surface, size_t offset, VerifiedPoints* verified);
 
  private:
-  // Adds points of a chunk, and their places in the source mesh.
+  // Adds points of a chunk to `positions`, and their places in the source mesh to `request`.
   absl::Status Sample(const Surface& surface, size_t chunk, v1::EvaluatePointsRequest* request,
                       std::vector<Vec3d>* positions) const;
-  // `point` counts in the pattern.
+  // `point` is an index into the pattern's points.
   v1::SurfacePoint SurfacePointOf(const Surface& surface, uint64_t patch, size_t point) const;
 
   Client* const client_;

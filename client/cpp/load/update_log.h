@@ -1,13 +1,14 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The updates of one stream as they come: time and size of each.
+// Logs the time and size of each update of a stream.
 //
 //   client.Watch(request, [&log](const v1::SceneEvent& event) { log.Take(event); });
-//   if (auto status = log.DecodeNewest(surface); …)         // where decoding is measured
-//   log.WaitFor(revision)                                   // in any thread
+//   if (auto status = log.DecodeNewest(surface); …)         // if decoding is measured
+//   log.WaitFor(revision)                                   // on any thread
 //
-// Threads  one takes and decodes; revision and WaitFor from any; the rest when that thread is done
+// Threads  one calls Take and DecodeNewest; any calls revision, WaitFor and Fail; all else when the
+//          first is done
 #ifndef LATTICED_CLIENT_CPP_LOAD_UPDATE_LOG_H_
 #define LATTICED_CLIENT_CPP_LOAD_UPDATE_LOG_H_
 
@@ -24,9 +25,9 @@ namespace latticed::client {
 
 struct LoggedUpdate {
   uint64_t revision = 0;
-  absl::Time first_chunk;  // equals `end` where no chunk has changed
+  absl::Time first_chunk;  // equals `end` if no chunk has changed
   absl::Time end;
-  absl::Time decoded = absl::InfinitePast();  // not decoded
+  absl::Time decoded = absl::InfinitePast();  // InfinitePast: not decoded
   uint64_t bytes = 0;                         // of chunk data
   v1::UpdateTimings timings;
 };
@@ -45,7 +46,7 @@ class UpdateLog {
   void Fail(const absl::Status& status);
 
   const std::vector<LoggedUpdate>& updates() const { return updates_; }
-  // Revisions of updates that replaced one that had not ended.
+  // Revisions of updates that replaced an update that had not ended.
   const std::vector<uint64_t>& restarts() const { return restarts_; }
 
  private:
