@@ -3,7 +3,7 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # usage: make_addon.py OUT.zip
-# Packs the add-on with the Python client, as Blender's preferences install it.
+# Packs the add-on and the Python client into a file that Blender's preferences can install.
 import subprocess
 import sys
 import tempfile

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Gathers the protos in protos/, from where the program loads them, and makes their TypeScript types.
+// Copies the protos to protos/, where the program loads them, and generates their TypeScript types.
 import { execFileSync } from 'node:child_process';
 import { cpSync, existsSync, mkdirSync, rmSync } from 'node:fs';
 
@@ -20,7 +20,7 @@ mkdirSync(`${here}protos/google/rpc`, { recursive: true });
 cpSync(`${here}../../proto/latticed`, `${here}protos/latticed`, { recursive: true });
 cpSync(`${googleapis}/${status}`, `${here}protos/${status}`);
 
-// As loadSync's options in src/services.ts.
+// The same options as for loadSync in src/services.ts.
 execFileSync(`${here}node_modules/.bin/proto-loader-gen-types`, [
   '--longs=Number', '--enums=String', '--defaults', '--oneofs',
   '--grpcLib=@grpc/grpc-js', '--importFileExtension=.js', '-I', `${here}protos`, '-O', `${here}src/generated`,

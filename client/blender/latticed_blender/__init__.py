@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
-"""Add-on for Blender: the exact deformation of a mesh by a lattice object, from a latticed server, live.
+"""Add-on for Blender: shows the exact deformation of a mesh by a lattice object, live from a latticed server.
 
-The Python client stands in the folder modules, where make_addon.py puts it; grpcio and protobuf are those of
-Blender's interpreter: Debian's python3-grpcio and python3-protobuf for Debian's Blender.
+make_addon.py puts the Python client into the folder modules. grpcio and protobuf must be installed in
+Blender's Python; for Debian's Blender they are python3-grpcio and python3-protobuf.
 """
 import importlib.util
 import sys
@@ -25,7 +25,7 @@ if importlib.util.find_spec("latticed") is None and _MODULES.is_dir():
 
 
 def register():
-    from . import live, panel  # which import bpy, so that the rest can be tested without
+    from . import live, panel  # here, since they import bpy: tests of other modules have no bpy
 
     panel.register()
     live.register()

@@ -1,22 +1,22 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
-"""One axis of Blender's lattice as one axis of a B-spline lattice, exactly.
+"""Converts one axis of Blender's lattice to one axis of a B-spline lattice, exactly.
 
-Blender adds to a point at x, counted in lattice points from the first one on, the displacement
+The coordinate x is 0 at the first lattice point and count - 1 at the last. Blender adds to a point at x
 
     D(x) = sum over k of weight_k(x - floor(x)) d[floor(x) + k]     k = -1, 0, 1, 2
 
-of its lattice points, where an index outside of 0 … count - 1 is the nearest of them: so beyond the
-lattice D goes over into that of its end within one spacing. The four kinds of weights are
+where d[i] is the displacement of lattice point i. An index outside of 0 … count - 1 means the nearest
+lattice point, so D is constant from one spacing beyond the lattice. The four kinds of weights are
 
     KEY_LINEAR        a polygon: degree 1
     KEY_BSPLINE       uniform cubic B-splines: knots at the integers, without multiple ones at the ends
     KEY_CATMULL_ROM, KEY_CARDINAL
-                      cubic Hermite splines, tangents tension * (d[i + 1] - d[i - 1]), 1/2 and 0.71: on
-                      double knots, with the control points d[i] ± tangent / 3
+                      cubic Hermite splines with tangents tension * (d[i + 1] - d[i - 1]), tension 1/2 and
+                      0.71: double knots, and the control points d[i] ± tangent / 3
 
-all of them piecewise polynomials, hence B-splines. These reproduce linear functions with control points at
-their Greville abscissae, so that x + D(x) has the control points abscissa + displacement.
+All are piecewise polynomials and therefore B-splines. The B-spline of the function x has its Greville
+abscissae as control points, so x + D(x) has the control points abscissa + displacement.
 """
 from __future__ import annotations
 
@@ -36,8 +36,8 @@ Row = npt.NDArray[np.float64]
 @dataclass(frozen=True)
 class AxisMap:
     """degree   1 or 3
-    knots    in lattice points: 0 is the first, count - 1 the last
-    weights  (m, count): displacements of the m control points = weights @ those of the lattice points
+    knots    as values of x
+    weights  (m, count): displacements of the m control points = weights @ displacements of the lattice points
     """
 
     degree: int
@@ -50,7 +50,7 @@ class AxisMap:
 
 
 def map_axis(interpolation: str, count: int, low: float, high: float) -> AxisMap:
-    """An axis of `count` lattice points for a mesh from `low` to `high`, which its domain covers.
+    """Maps an axis of `count` lattice points. Its domain covers the mesh, which extends from `low` to `high`.
 
     ValueError for an interpolation that Blender does not have."""
     if interpolation not in INTERPOLATIONS:
@@ -58,8 +58,8 @@ def map_axis(interpolation: str, count: int, low: float, high: float) -> AxisMap
     if count == 1:  # the same displacement everywhere
         first, last = math.floor(low) - 1.0, math.ceil(high) + 1.0
         return AxisMap(1, np.array([first, first, last, last]), np.ones((2, 1)))
-    # Where the mesh reaches out of the lattice the domain does too. From one spacing on D is constant: there a
-    # single knot box goes on past the mesh's end.
+    # If the mesh extends beyond the lattice, so does the domain. D is constant from one spacing beyond the
+    # lattice, so a single knot box covers the rest of the mesh.
     begin = math.floor(min(low, -1.0)) - 1.0 if low < 0 else None
     end = math.ceil(max(high, float(count))) + 1.0 if high > count - 1 else None
     if interpolation == "KEY_LINEAR":
@@ -70,7 +70,7 @@ def map_axis(interpolation: str, count: int, low: float, high: float) -> AxisMap
 
 
 def _of(index: int, count: int) -> Row:
-    """The displacement of one lattice point, or of the nearest where there is none of that index."""
+    """The weights of lattice point `index`, or of the nearest lattice point if there is none."""
     row = np.zeros(count)
     row[min(max(index, 0), count - 1)] = 1.0
     return row
@@ -90,7 +90,7 @@ def _linear(count: int, begin: Optional[float], end: Optional[float]) -> AxisMap
 
 
 def _b_spline(count: int, begin: Optional[float], end: Optional[float]) -> AxisMap:
-    """A function whose displacement is not the end's has knots from -1 to count alone: integers, in both cases."""
+    """Only basis functions of the two end points use knots before -1 or after count, which may be far apart."""
     last = count - 1.0
     lower = [-3.0, -2.0, -1.0] if begin is None else [begin] * 4 + [-1.0]
     upper = [last + 1, last + 2, last + 3] if end is None else [last + 1] + [end] * 4

@@ -17,7 +17,7 @@ def _array(collection, name, width, kind):
 
 
 def read_mesh(source):
-    """The mesh object's own mesh, in its own space, without modifiers. ValueError where it has no faces."""
+    """Reads the object's own mesh, in its own space, without modifiers. ValueError if it has no faces."""
     if source.mode == "EDIT":
         source.update_from_editmode()
     mesh = source.data
@@ -34,8 +34,8 @@ def read_mesh(source):
 
 
 def read_lattice(lattice, source, known=None):
-    """A lattice object's points, as edits, shape keys and hooks leave them, seen from the mesh object; `known`:
-    the same lattice before, if it was read."""
+    """Reads a lattice object's points, after edits, shape keys and hooks, relative to the mesh object.
+    `known` is the result of an earlier call for the same lattice, or None."""
     data = lattice.data
     evaluated = lattice.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
     shape = (data.points_w, data.points_v, data.points_u, 3)
@@ -48,8 +48,8 @@ def read_lattice(lattice, source, known=None):
 
 
 def _rest(lattice, shape, known):
-    """In edit mode Blender 3.4 reads `co` of the wrong point. A copy has no edit mode and reads right. The number
-    of points cannot change in edit mode."""
+    """The points at rest. In edit mode Blender 3.4 reads `co` of wrong points, but a copy, which has no edit
+    mode, reads right. The number of points cannot change in edit mode."""
     if lattice.mode != "EDIT":
         return _array(lattice.data.points, "co", 3, np.float32).astype(float).reshape(shape)
     if known is not None and known.rest.shape == shape:
@@ -61,7 +61,7 @@ def _rest(lattice, shape, known):
 
 
 def make_result(source):
-    """An empty mesh object that moves with the source, in its collections."""
+    """Makes an empty mesh object that moves with the source, in the source's collections."""
     result = bpy.data.objects.new(
         f"{source.name} (latticed)", bpy.data.meshes.new(f"{source.name} (latticed)")
     )
@@ -74,7 +74,7 @@ def make_result(source):
 
 
 def write_surface(result, surface: Surface):
-    """Writes points and normals; triangles only where their number changed."""
+    """Writes points and normals, and triangles if the number of points or triangles changed."""
     mesh = result.data
     points, triangles = surface.positions, surface.triangles
     if len(mesh.vertices) != len(points) or len(mesh.polygons) != len(triangles):

@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
-"""A lattice object of Blender as a lattice of latticed: the same deformation, at every point of the mesh.
+"""Converts a lattice object of Blender to a latticed lattice with the same deformation at every mesh point.
 
-Everything is in the mesh object's own space, as in Blender's lattice modifier: objects that move together
-change nothing. See axis_map for what the interpolations become.
+Everything is in the mesh object's own space, as in Blender's lattice modifier, so moving both objects
+together changes nothing. axis_map says how each interpolation is converted.
 """
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ FloatArray = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class BlenderLattice:
-    """rest, deformed  (nw, nv, nu, 3): its points at rest, a grid along the axes, and as edited; its own space
+    """rest, deformed  (nw, nv, nu, 3): its points at rest, a grid along the axes, and as edited; own space
     interpolation   of u, v, w: "KEY_BSPLINE", …
-    to_mesh         4 x 4, on columns: from its own space to the mesh object's
+    to_mesh         4 x 4 matrix for column vectors, from the lattice's own space to the mesh object's
     """
 
     rest: FloatArray
@@ -43,7 +43,7 @@ class BlenderLattice:
 
     @property
     def spacing(self) -> FloatArray:
-        """From point to point on each axis; 1 on an axis of one point."""
+        """The distance between points on each axis; 1 on an axis of one point."""
         steps = self.rest[-1, -1, -1] - self.first
         return np.array([step / (n - 1) if n > 1 else 1.0 for step, n in zip(steps, self.counts)])
 
@@ -51,7 +51,7 @@ class BlenderLattice:
         return self.same_structure(other) and np.array_equal(self.deformed, other.deformed)
 
     def same_structure(self, other: BlenderLattice) -> bool:
-        """Whether an edit of control points alone leads from one to the other."""
+        """Whether the two differ at most in their control points."""
         return (
             self.interpolation == other.interpolation
             and self.rest.shape == other.rest.shape
@@ -61,9 +61,9 @@ class BlenderLattice:
 
 
 class LatticeMap:
-    """Maps lattices of one structure to the lattice that covers one mesh.
+    """Maps Blender lattices of one structure to latticed's lattice, which covers one mesh.
 
-    ValueError where the lattice or its object has no volume."""
+    ValueError if the lattice or its object has no volume."""
 
     def __init__(self, grid: BlenderLattice, mesh_positions: npt.ArrayLike) -> None:
         self._linear = grid.to_mesh[:3, :3]
@@ -86,7 +86,7 @@ class LatticeMap:
         self._rest.control_points = self._rest.rest()
 
     def control_points(self, grid: BlenderLattice) -> FloatArray:
-        """Those of latticed for another state of the same lattice: (nw, nv, nu, 3) of latticed's sizes."""
+        """latticed's control points, (nw, nv, nu, 3), for another state of the same lattice."""
         moved = (grid.deformed - grid.rest) @ self._linear.T
         u, v, w = (axis.weights for axis in self._axes)
         for weights, axis in ((u, 2), (v, 1), (w, 0)):
@@ -94,6 +94,6 @@ class LatticeMap:
         return self._rest.control_points + moved
 
     def lattice(self, grid: BlenderLattice) -> latticed.Lattice:
-        """As control_points, with degrees, knots and frame."""
+        """Like control_points, but with degrees, knots and frame."""
         rest = self._rest
         return latticed.Lattice(self.control_points(grid), rest.degree, rest.knots, rest.origin, rest.edges)

@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
-"""The one live session: it sends changes of Blender's objects, and writes surfaces into the result.
+"""The one live session: sends changes of Blender's objects, and writes surfaces into the result object.
 
-Objects are found through the scene's settings at every step and never kept, since undo and loading replace
-them. Main thread only.
+Each step finds the objects through the scene's settings and keeps no reference, because undo and loading
+replace objects. Main thread only.
 """
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def _view(settings):
     return latticed.View(
         segments=settings.segments,
         normals=settings.normals.lower(),
-        encoding="quantised",  # the finest grid, for which no decoder is needed
+        encoding="quantised",  # needs no Draco decoder
         position_bits=16,
         normal_bits=12,
     )
@@ -29,16 +29,16 @@ def _view(settings):
 
 class Live:
     """connected   whether there is a session
-    status      the session's state, or why it ended, in words
+    status      the session's state, or why it ended, as text
     """
 
     def __init__(self):
         self._session = None
-        self._scene = ""  # name of the scene that it belongs to
+        self._scene = ""  # name of the session's Blender scene
         self._ended = "Not connected"
         self._shown = ""  # the status that panels show
-        self._dirty = set()  # of "mesh", "lattice", "view": must be read again
-        self._grid = None  # the lattice as it was read last
+        self._dirty = set()  # "mesh", "lattice" or "view", each of which must be read again
+        self._grid = None  # the lattice as last read
         self._newest = None  # the surface that the result shows
 
     @property
@@ -50,7 +50,7 @@ class Live:
         return self._session.status if self.connected else self._ended
 
     def connect(self, scene, source, lattice):
-        """ValueError, in words, for objects that cannot be shown."""
+        """Starts a session. ValueError, with a text for the user, for objects that cannot be shown."""
         self.disconnect()
         settings = scene.latticed
         mesh, grid = blender_data.read_mesh(source), blender_data.read_lattice(lattice, source)
@@ -64,25 +64,25 @@ class Live:
             bpy.app.timers.register(tick, persistent=True)
 
     def disconnect(self, reason="Not connected"):
-        """The result stays as it is."""
+        """Ends the session. The result object stays as it is."""
         if self.connected:
             self._session.close()
         self._session, self._ended = None, reason
 
     def touch(self, what):
-        """The next tick reads this again."""
+        """Makes the next tick read this again: "mesh", "lattice" or "view"."""
         if self.connected:
             self._dirty.add(what)
 
     def tick(self):
-        """Runs every few milliseconds while there is a session; returns when to run again."""
+        """Runs every 20 ms while there is a session. Returns the next pause in seconds, or None to stop."""
         if self.connected:
             self._step(self._settings())
         self._show_status()
         return _TICK_SECONDS if self.connected else None
 
     def notice(self, updates):
-        """Takes the updates of a depsgraph."""
+        """Marks as dirty the objects that a depsgraph's updates name."""
         settings = self._settings()
         if not self.connected or self._what_is_gone(settings):
             return
@@ -91,7 +91,7 @@ class Live:
             if changed in (settings.lattice, settings.lattice.data):
                 self.touch("lattice")
             elif changed == settings.source and update.is_updated_transform:
-                self.touch("lattice")  # it has moved relative to the mesh
+                self.touch("lattice")  # the mesh has moved relative to it
             elif changed == settings.source.data and update.is_updated_geometry:
                 self.touch("mesh")
 
@@ -104,13 +104,13 @@ class Live:
             blender_data.write_surface(settings.result, self._newest)
 
     def _settings(self):
-        """None where the scene is gone."""
+        """The session's settings; None if its scene is gone."""
         scene = bpy.data.scenes.get(self._scene)
         return scene.latticed if scene is not None else None
 
     @staticmethod
     def _what_is_gone(settings):
-        """Objects that were deleted may still stand in the settings, but in no scene."""
+        """Names what is missing, or "". A deleted object may still be in the settings, but is in no scene."""
         if settings is None:
             return "scene"
         needed = (("mesh", settings.source), ("lattice", settings.lattice), ("result", settings.result))
@@ -168,7 +168,7 @@ def on_depsgraph_update(_, depsgraph):
 
 @persistent
 def on_frame_change(*_):
-    """A frame change names no objects."""
+    """A frame change does not name changed objects, so the lattice is read again."""
     LIVE.touch("lattice")
 
 

@@ -1,9 +1,8 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
-"""The thread that talks to the server beside Blender's own. It knows nothing of Blender.
+"""A thread beside Blender's own, which talks to the server. It does not use Blender.
 
-Only the newest state of the lattice is sent, and only the newest surface is kept: each replaces one that
-nobody has taken yet.
+It sends only the newest state of the lattice, and keeps only the newest surface.
 """
 from __future__ import annotations
 
@@ -18,8 +17,8 @@ import numpy.typing as npt
 
 from .lattice_map import BlenderLattice, LatticeMap
 
-_LOOK_SECONDS = 0.02  # between two looks at the stream while there is nothing to send
-_EDIT_SECONDS = 30.0  # the most that an edit may take to be seen
+_LOOK_SECONDS = 0.02  # between two polls of the stream while there is nothing to send
+_EDIT_SECONDS = 30.0  # the longest wait for the update that holds an edit
 
 
 @dataclass(frozen=True)
@@ -41,8 +40,8 @@ class SourceMesh:
 
 @dataclass(frozen=True)
 class Surface:
-    """A surface from the server: positions and normals (points, 3), normals None where the view has none, and
-    triangles (triangles, 3), the same object as long as only points move."""
+    """A surface from the server: positions and normals (points, 3), and triangles (triangles, 3). normals is
+    None if the view has none. triangles is the same object as long as only points move."""
 
     positions: npt.NDArray[np.float32]
     normals: Optional[npt.NDArray[np.float32]]
@@ -51,7 +50,7 @@ class Surface:
 
 
 def in_words(error: Exception, address: str) -> str:
-    """For the panel."""
+    """The error as a text for the panel."""
     if isinstance(error, latticed.LatticedError):
         if error.code == grpc.StatusCode.UNAVAILABLE:
             return f"No server answers at {address}"
@@ -60,9 +59,10 @@ def in_words(error: Exception, address: str) -> str:
 
 
 class LiveSession:
-    """From its making until close; any thread may call it.
+    """A session, from construction to close. Any thread may call it.
 
-    running  False once it has failed or was closed; status says why, in words
+    running  False once it has failed or was closed
+    status   its state, or why it ended, as text
     """
 
     def __init__(
@@ -70,7 +70,7 @@ class LiveSession:
     ) -> None:
         self.address = address
         self._token = token or None
-        self._changed = threading.Condition()  # of all that follows
+        self._changed = threading.Condition()  # guards all that follow
         self._mesh = mesh
         self._grid: BlenderLattice = grid
         self._view = view
@@ -88,7 +88,7 @@ class LiveSession:
         grid: Optional[BlenderLattice] = None,
         view: Optional[latticed.View] = None,
     ) -> None:
-        """Sets what is shown from here on; None leaves it as before."""
+        """Sets the mesh, lattice and view to show; None leaves one as it is."""
         with self._changed:
             if mesh is not None and not mesh.same(self._mesh):
                 self._mesh = mesh
@@ -98,13 +98,13 @@ class LiveSession:
             self._changed.notify_all()
 
     def take(self) -> Optional[Surface]:
-        """The newest surface, once."""
+        """Returns the newest surface, or None if an earlier call returned it."""
         with self._changed:
             surface, self._surface = self._surface, None
             return surface
 
     def close(self) -> None:
-        """Ends it, and deletes its scene on the server; waits for that a second at most."""
+        """Ends the session, which deletes its scene on the server. Waits for that at most a second."""
         with self._changed:
             self._closing = True
             self._changed.notify_all()
@@ -122,7 +122,7 @@ class LiveSession:
             self.status, self.running = status, False
 
     def _show_one_structure(self, client: latticed.Client) -> None:
-        """Returns when the session is closed, or when more than the lattice's points changes."""
+        """Returns when the session is closed, or when the mesh or the lattice's structure has changed."""
         with self._changed:
             mesh, grid, view, shown = self._mesh, self._grid, self._view, self._edits
         mapping = LatticeMap(grid, mesh.positions)
@@ -148,7 +148,7 @@ class LiveSession:
 
     @staticmethod
     def _newest(stream: latticed.DeformStream) -> Optional[latticed.Update]:
-        """None where nothing came. Raises the stream's error."""
+        """Returns the newest update, or None if none has come. Raises the stream's error."""
         try:
             return stream.next_update(timeout=0)
         except TimeoutError:
@@ -159,7 +159,7 @@ class LiveSession:
             self.status = status
 
     def _publish(self, update: Optional[latticed.Update], scene: latticed.Scene) -> None:
-        """Decoded here, so that Blender's thread has only to copy."""
+        """Decodes the update on this thread, so that Blender's thread only copies."""
         if update is None:
             return
         normals = update.normals

@@ -7,7 +7,7 @@ import bpy
 
 from .live import LIVE
 
-_STATUS_WIDTH = 28  # characters that a sidebar of the usual width has room for
+_STATUS_WIDTH = 28  # in characters; it fits a sidebar of the usual width
 _NORMALS = (
     ("FACET", "Facet", "The exact normals of the deformed surface: the mesh's faces stay visible"),
     ("SMOOTH", "Smooth", "The mesh's vertex normals, carried along by the deformation"),
@@ -56,7 +56,7 @@ class LatticedSettings(bpy.types.PropertyGroup):
 
 
 def _chosen(context, settings):
-    """The mesh and the lattice to connect: those that are selected, else those of the last time."""
+    """The mesh and the lattice to connect: the selected ones, or else the ones of the last session."""
     selected = {thing.type: thing for thing in context.selected_objects}
     active = context.active_object
     if active is not None:
@@ -69,7 +69,7 @@ class LATTICED_OT_connect(bpy.types.Operator):
 
     bl_idname = "latticed.connect"
     bl_label = "Connect"
-    bl_options = {"UNDO"}  # an undo of the first edit after it comes back to here
+    bl_options = {"UNDO"}  # an undo step: undoing the first edit after it restores this state
 
     def execute(self, context):
         settings = context.scene.latticed

@@ -57,7 +57,7 @@ error::Details DetailsIn(const google::rpc::Status& status) {
       Read(info, details);
     } else if (any.UnpackTo(&bad_request) && bad_request.field_violations_size() > 0) {
       details.field = bad_request.field_violations(0).field();
-    } else if (any.UnpackTo(&quota) && details.asked_bytes == 0) {  // else in ErrorInfo
+    } else if (any.UnpackTo(&quota) && details.asked_bytes == 0) {  // otherwise ErrorInfo has it
       details.metadata["quota"] = Describe(quota);
     } else if (any.UnpackTo(&retry)) {
       details.retry_after_ms = static_cast<uint32_t>(retry.retry_delay().seconds() * 1000 +

@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Chunks of ENCODING_DRACO_POINTS to arrays, by draco3d.
+// Decodes chunks of ENCODING_DRACO_POINTS to arrays, by draco3d.
 import draco3d from 'draco3d';
 import type { Decoder, DecoderModule, PointCloud } from 'draco3d';
 
 export interface Points {
-  positions: Float32Array;  // x y z of each, relative to Quantisation.origin
-  normals: Float32Array;    // unit vectors; empty where the view has none
+  positions: Float32Array;  // x y z of each point, relative to Quantisation.origin
+  normals: Float32Array;    // x y z of each, unit vectors; empty if the view has none
 }
 
 export class DracoPoints {
@@ -17,7 +17,7 @@ export class DracoPoints {
     return new DracoPoints(await draco3d.createDecoderModule({}));
   }
 
-  /** Throws for bytes that are no Draco point cloud. */
+  /** Throws if the bytes are no Draco point cloud. */
   decode(data: Uint8Array): Points {
     const { draco } = this;
     const buffer = new draco.DecoderBuffer();

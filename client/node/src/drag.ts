@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // usage: [LATTICED_SERVER=ADDRESS] node dist/drag.js IN.obj
-// Uploads a mesh, lifts the top of the lattice around it by 1 in one gesture of ten steps, and says
-// what each update brought: chunks, bytes, and how far the decoded surface reaches.
+// Uploads a mesh, lifts the top of the lattice around it by 1 in one gesture of ten steps, and prints
+// of each update its chunks, its bytes, and the top of the decoded surface.
 import { createHash, randomUUID } from 'node:crypto';
 import { readFileSync } from 'node:fs';
 import { basename } from 'node:path';
@@ -16,7 +16,7 @@ import { about, call, connect, type Services } from './services.js';
 import { Surface } from './surface.js';
 
 const STEPS = 10;
-const PART_BYTES = 768 * 1024;  // the most that one message may hold
+const PART_BYTES = 768 * 1024;  // the most data bytes that one message may hold
 
 function upload({ meshes }: Services, path: string): Promise<Mesh__Output> {
   const bytes = readFileSync(path);
@@ -55,7 +55,7 @@ function lift(surface: Surface, step: number): EditBatch {
   };
 }
 
-// The next step goes when the update that holds the last one is here.
+// Sends each step when the update that holds the previous step has come.
 async function drag({ scenes }: Services, scene: Scene__Output): Promise<void> {
   const surface = new Surface(await DracoPoints.create());
   const stream = scenes.Deform(about(scene.id));

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The services of latticed.v1 as typed clients of grpc-js, from the protos.
+// Typed grpc-js clients of latticed.v1's services, from the protos.
 import * as grpc from '@grpc/grpc-js';
 import { loadSync } from '@grpc/proto-loader';
 import { fileURLToPath } from 'node:url';
@@ -17,7 +17,7 @@ const definition = loadSync(['latticed/v1/mesh.proto', 'latticed/v1/scene.proto'
 });
 const { v1 } = (grpc.loadPackageDefinition(definition) as unknown as MeshProtos & SceneProtos).latticed;
 
-// How long grpc waits before it connects again, and how it notices a connection that vanished silently.
+// Shorter pauses before gRPC reconnects, and pings that notice a silently lost connection.
 const options: grpc.ChannelOptions = {
   'grpc.initial_reconnect_backoff_ms': 100,
   'grpc.max_reconnect_backoff_ms': 5_000,
@@ -37,7 +37,7 @@ export function connect(address: string, credentials = grpc.credentials.createIn
   };
 }
 
-/** The routing key, which every call about a scene carries. */
+/** The metadata of every call about a scene: the routing key for proxies. */
 export function about(scene: string): grpc.Metadata {
   const metadata = new grpc.Metadata();
   metadata.set('latticed-scene', scene);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The surface that a watcher holds: SceneEvents in, complete updates out. An update replaces only the
+// The surface of a watcher: takes SceneEvents, returns complete updates. An update replaces only the
 // chunks it holds, and only when it has ended.
 import type { SceneEvent__Output } from './generated/latticed/v1/SceneEvent.js';
 import type { Topology__Output } from './generated/latticed/v1/Topology.js';
@@ -15,12 +15,12 @@ interface HeldChunk extends Points {
 
 export interface Update {
   end: UpdateEnd__Output;
-  chunks: number;  // that came with it, of all
-  bytes: number;
+  chunks: number;  // how many the update held
+  bytes: number;   // of chunk data
 }
 
 export class Surface {
-  controlPoints: number[] = [];  // x y z of each, u fastest, at the newest revision heard of
+  controlPoints: number[] = [];  // x y z of each, u fastest, after the newest reported edit
   size: Triple = [0, 0, 0];      // of the lattice: control points of u, v, w
   structureId = 0;
   topology: Topology__Output | undefined;
@@ -33,14 +33,14 @@ export class Surface {
 
   constructor(private readonly draco: DracoPoints) {}
 
-  /** Takes one event in; an update where it completes one. */
+  /** Takes one event; returns an update if the event completes it. */
   take(event: SceneEvent__Output): Update | undefined {
     if (event.latticeState?.lattice) {
       const { controlPoints, size } = event.latticeState.lattice;
       this.controlPoints = [...controlPoints];
       this.size = [size?.u ?? 0, size?.v ?? 0, size?.w ?? 0];
       this.structureId = event.latticeState.structureId;
-    } else if (event.latticeDelta?.structureId === this.structureId) {  // else a latticeState follows
+    } else if (event.latticeDelta?.structureId === this.structureId) {  // otherwise a latticeState follows
       const { indices, positions } = event.latticeDelta;
       indices.forEach((index, i) => this.controlPoints.splice(3 * index, 3, ...positions.slice(3 * i, 3 * i + 3)));
     } else if (event.topology) {
@@ -64,7 +64,7 @@ export class Surface {
     return undefined;
   }
 
-  /** Of all points, the smallest and largest coordinates in the world. */
+  /** The smallest and largest world coordinates of all points. */
   bounds(): { low: number[]; high: number[] } {
     const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
     for (const { positions, origin } of this.held) {
