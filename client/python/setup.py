@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# Adds to the package what protoc makes of ../../proto: latticed.v1, and google.rpc for machines that
-# have no googleapis-common-protos. protoc is grpcio-tools where that is installed, as in pip's own
-# build environment, and otherwise the one on PATH with its grpc_python_plugin.
+# Adds modules that protoc generates to the package: latticed.v1 from ../../proto, and google.rpc for
+# machines without googleapis-common-protos. Uses the protoc of grpcio-tools if that is installed, as in
+# pip's own build environment, and otherwise protoc and grpc_python_plugin on PATH.
 import importlib.metadata
 import importlib.util
 import os
@@ -49,8 +49,8 @@ def grpc_tools_version():
 
 
 def compiler():
-    """The command that compiles protos, and the include folders of its own."""
-    if has("grpc_tools") and grpc_tools_version() >= (1, 51):  # Debian's is of 2018
+    """The command that compiles protos, with its own include folders."""
+    if has("grpc_tools") and grpc_tools_version() >= (1, 51):  # Debian's version is from 2018
         import grpc_tools
 
         return [sys.executable, "-m", "grpc_tools.protoc", f"-I{Path(grpc_tools.__file__).parent}/_proto"]
@@ -65,7 +65,7 @@ def compiler():
 
 class BuildWithProtos(build_py):
     def run(self):
-        # Files of an earlier build would be packed too.
+        # Otherwise files of an earlier build would be packed too.
         shutil.rmtree(Path(self.build_lib) / "latticed", ignore_errors=True)
         super().run()
         out, include = Path(self.build_lib).resolve(), googleapis()
@@ -82,7 +82,7 @@ class BuildWithProtos(build_py):
         subprocess.check_call([*command, f"--python_out={out}/latticed/googleapis", *rpc], cwd=PROTO)
 
 
-# Older versions of setuptools want the folder of setup.cfg's egg_base to be there.
+# Older versions of setuptools need the folder of setup.cfg's egg_base to exist.
 (HERE.parent.parent / "build" / "python").mkdir(parents=True, exist_ok=True)
 os.chdir(HERE)
 setup(packages=["latticed"], package_data={"latticed": ["py.typed"]}, cmdclass={"build_py": BuildWithProtos})

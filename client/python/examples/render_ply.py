@@ -3,8 +3,8 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # usage: render_ply.py OUT.png A.ply [B.ply …]
-# Renders binary PLY meshes (float x y z nx ny nz …, uchar int triangles) side by side in one scale: a
-# z-buffer of surface samples, shaded by normal, four samples a pixel. numpy only.
+# Renders binary PLY meshes (float x y z nx ny nz …, uchar int triangles) side by side at one scale. It draws
+# surface samples into a z-buffer with four entries per pixel, shaded by normal. It needs only numpy.
 import re
 import struct
 import sys
@@ -15,7 +15,7 @@ import numpy
 HEIGHT = 520
 SUPERSAMPLING = 2
 BACKGROUND = 250
-VIEW = (-62.0, 28.0)  # turn about z, then tilt, degrees
+VIEW = (-62.0, 28.0)  # turn about z, then tilt, in degrees
 LIGHT = numpy.array([-0.45, -0.35, 0.82])
 
 
@@ -42,12 +42,12 @@ def rotation():
     x = numpy.array(
         [[1, 0, 0], [0, numpy.cos(tilt), -numpy.sin(tilt)], [0, numpy.sin(tilt), numpy.cos(tilt)]]
     )
-    # World z is up: the screen's y is -z, depth is y.
+    # World z is up: the screen's y is -z, and the depth is y.
     return numpy.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]]) @ x @ z
 
 
 def samples(corners, normals):
-    """Points of all triangles, no more than about a pixel apart, with their normals."""
+    """Yields points of all triangles, at most about a pixel apart, and their normals."""
     edges = numpy.linalg.norm(corners[:, :, :2] - numpy.roll(corners, 1, axis=1)[:, :, :2], axis=2).max(
         axis=1
     )
@@ -76,7 +76,7 @@ def render(mesh, scale, width, height):
         x, y = numpy.floor(points[:, 0]).astype(int), numpy.floor(points[:, 1]).astype(int)
         inside = (x >= 0) & (x < width) & (y >= 0) & (y < height)
         pixel, z = (y * width + x)[inside], points[inside, 2]
-        order = numpy.argsort(-z)  # the nearest is written last
+        order = numpy.argsort(-z)  # the nearest sample of a pixel is written last
         pixel, z, n = pixel[order], z[order], directions[inside][order]
         n /= numpy.maximum(numpy.linalg.norm(n, axis=1, keepdims=True), 1e-12)
         view = n @ turn.T
@@ -96,7 +96,7 @@ def write_png(path, grey):
     palette = numpy.stack([levels * 0.86, levels * 0.94, levels * 1.0], axis=1)
     palette[BACKGROUND] = 255
     up = grey.copy()
-    up[1:] -= grey[:-1]  # filter 2: smooth shading makes small differences
+    up[1:] -= grey[:-1]  # PNG filter 2 stores differences, which are small for smooth shading
     rows = numpy.concatenate([numpy.full((height, 1), 2, numpy.uint8), up], axis=1)
     with open(path, "wb") as file:
         file.write(

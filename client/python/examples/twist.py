@@ -3,8 +3,8 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # usage: twist.py OUT.png [--server ADDRESS] [--height PIXELS]
-# From arrays to a picture: a torus knot made by numpy, its lattice twisted, and updates of the stream
-# rendered on the way, each from its points, normals and triangles.
+# Makes a picture from arrays: makes a torus knot with numpy, twists its lattice in two steps, and renders the
+# update before and after each step from its points, normals and triangles.
 import argparse
 
 import latticed
@@ -43,7 +43,7 @@ def knot():
 
 
 def twisted(lattice, angle):
-    """Control points turned about the vertical axis in proportion to their height."""
+    """Control points turned about the vertical axis in proportion to their height, and stretched along it."""
     points = lattice.rest()
     turn = angle * np.linspace(-1, 1, lattice.size[2])[:, None, None]
     c, s = np.cos(turn), np.sin(turn)

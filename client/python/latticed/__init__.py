@@ -13,7 +13,7 @@
             print(update.points.shape, update.triangles.shape)
             scene.export("deformed.ply")
 
-Points, offsets and matrices are in world units. Arrays are numpy arrays. A refusal of the server raises
+Points, offsets and matrices are in world units. Arrays are numpy arrays. Errors of the server raise
 LatticedError. latticed.v1 holds the messages of the protocol.
 """
 from latticed import google_rpc  # first: latticed.v1 needs google.rpc

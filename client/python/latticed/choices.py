@@ -5,7 +5,7 @@ from typing import Any, Mapping
 
 
 def choose(what: str, name: str, choices: Mapping[str, Any]) -> Any:
-    """The value of that name; ValueError for another name."""
+    """Returns the value of `name`; ValueError for an unknown name."""
     if name not in choices:
         raise ValueError(f"{what} is one of {', '.join(filter(None, choices))}, not {name!r}")
     return choices[name]

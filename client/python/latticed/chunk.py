@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
-"""A run of patches as it was sent, and its points.
+"""A chunk: the bytes of a run of patches as they were sent, and its points.
 
     position = origin + integer * step     QUANTISED and Draco, in double
     position = origin + float32            RAW, added in double
@@ -22,7 +22,7 @@ Decoded = Tuple[npt.NDArray[np.floating[Any]], "npt.NDArray[np.float32] | None"]
 
 
 class Chunk:
-    """Decoded when it is first looked at, and once: updates share the chunks that did not change."""
+    """Decoded once, at the first use. Updates share the chunks that did not change."""
 
     def __init__(self, data: bytes, revision: int, quantisation: Any, view: Any, points: int) -> None:
         self.data = data
@@ -37,8 +37,8 @@ class Chunk:
 
     @functools.cached_property
     def decoded(self) -> Decoded:
-        """Positions relative to the origin, (points, 3), in the precision that they came in, and unit
-        normals, or None. LatticedError DATA_LOSS for bytes that are not as announced."""
+        """Positions relative to the origin, (points, 3), float32 for RAW and else float64; and unit normals,
+        or None. LatticedError DATA_LOSS for bytes that contradict the topology or the view."""
         if self._encoding == view_pb2.ENCODING_RAW:
             return self._raw()
         if self._encoding == view_pb2.ENCODING_QUANTISED:
@@ -77,12 +77,12 @@ class Chunk:
         self._expect(len(floats), self._points, "points")
         if self._has_normals:
             self._expect(0 if normals is None else len(normals), self._points, "normals")
-        # The decoder's floats are rounded; the integers that they stand for are not.
+        # The decoder's floats are rounded multiples of the step; this restores the exact ones.
         return np.rint(floats.astype(float) / self.step) * self.step, normals
 
 
 def octahedral_normals(s: npt.NDArray[Any], t: npt.NDArray[Any], bits: int) -> npt.NDArray[np.float32]:
-    """Unit vectors (points, 3) of Draco's octahedral map: s and t are 0 to 2^bits - 2."""
+    """Unit vectors (points, 3) by Draco's octahedral map; s and t are in 0 to 2^bits - 2."""
     top = float(2**bits - 2)
     y, z = 2.0 * s / top - 1.0, 2.0 * t / top - 1.0
     x = 1.0 - np.abs(y) - np.abs(z)

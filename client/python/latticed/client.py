@@ -54,7 +54,7 @@ class Client:
         self._connection.close()
 
     def server_info(self) -> Any:
-        """Version, devices, abilities and limits: latticed.v1.ServerInfo, commented in server.proto."""
+        """Version, devices, encodings and limits: latticed.v1.ServerInfo, described in server.proto."""
         return self._connection.call(self._connection.server.GetServerInfo, server_pb2.GetServerInfoRequest())
 
     def upload(
@@ -67,12 +67,12 @@ class Client:
         labels: Optional[Dict[str, str]] = None,
         progress: Progress = None,
     ) -> Mesh:
-        """Uploads a file: .obj, .ply, .stl, .glb or .drc. Nothing is sent where the server has it already.
+        """Uploads a file: .obj, .ply, .stl, .glb or .drc. Sends nothing if the server has it already.
 
-        name             for people; empty: the file's
-        up_axis          "x", "y" or "z", and metres per unit: carried through to exports
-        progress         True: a bar on standard error, False: none, None: one on a terminal; or a function
-                         that is called with the bytes done and in all
+        name             for people; empty: the file's name
+        up_axis          "x", "y" or "z"; exports keep it, and meters_per_unit
+        progress         True: a bar on standard error; False: none; None: a bar if that is a terminal; or a
+                         function that is called with the bytes done and in all
         """
         suffix = Path(path).suffix.lower()
         if suffix not in SUFFIXES:
@@ -102,10 +102,10 @@ class Client:
     ) -> Mesh:
         """Uploads arrays.
 
-        positions     (vertices, 3); float32 is sent as such, everything else as float64
-        faces         (faces, 3 or more) vertex numbers, or a list of sequences of any length
-        normals, uvs  (vertices, 3 or 2), or of every corner of every face: (corners, …), (faces, k, …)
-        face_groups   (faces,): numbers of group_names, materials for instance
+        positions     (vertices, 3); sent as float32 if they are float32, else as float64
+        faces         (faces, 3 or more) vertex indices, or a list of sequences of any length
+        normals, uvs  (vertices, 3 or 2), or one per corner of each face: (corners, …) or (faces, k, …)
+        face_groups   (faces,): indices into group_names, which may be materials
         The rest as in upload. ValueError for shapes that do not fit together.
         """
         layout, data = raw_mesh(positions, faces, normals, uvs, face_groups, group_names)
@@ -115,12 +115,12 @@ class Client:
         return Mesh(self._connection, upload(self._connection, header, data, show))
 
     def mesh(self, mesh_id: str) -> Mesh:
-        """One that is there."""
+        """The mesh with this id; LatticedError NOT_FOUND if there is none."""
         request = mesh_pb2.GetMeshRequest(mesh=mesh_id)
         return Mesh(self._connection, self._connection.call(self._connection.meshes.GetMesh, request))
 
     def meshes(self, filter: str = "") -> List[Mesh]:
-        """All, or those with the labels of a filter: "key=value" or "key", joined by commas."""
+        """All meshes, or those whose labels match a filter: "key=value" or "key", joined by commas."""
         request = mesh_pb2.ListMeshesRequest(filter=filter)
         pages = self._pages(self._connection.meshes.ListMeshes, request)
         return [Mesh(self._connection, info) for page in pages for info in page.meshes]
@@ -142,15 +142,15 @@ class Client:
     ) -> Scene:
         """Puts a mesh under a lattice.
 
-        lattice          or None: one around the mesh that leaves it as it is, of
-        size, degree     control points and degree of u, v, w: 4, 4, 4 and 2, 2, 2 unless given, and with
-        padding          a margin on every side, of the longest edge of the mesh's bounds: 0.05
-        view             what watchers see who do not say
-        scene_id         [a-z0-9-]{8,63}; empty: 128 random bits. The same request again is the same scene
-        idle_ttl         seconds that it lives unwatched and unedited; the server's own choice unless given
+        lattice          None: an identity lattice around the mesh, made from the next three
+        size, degree     control points and degree of u, v, w; by default 4, 4, 4 and 2, 2, 2
+        padding          margin on every side, as a share of the longest edge of the mesh's bounds; 0.05
+        view             the view of watchers that name none
+        scene_id         [a-z0-9-]{8,63}; empty: a random one. Repeating a request returns the same scene
+        idle_ttl         seconds that the scene lives unwatched and unedited; None: the server's default
         pipeline         how vertices are computed, for comparisons: "fused", "gemm", "gemm12" or
                          "control_net"; empty: "fused"
-        delete_on_exit   of the with block that the scene is used in
+        delete_on_exit   the end of the scene's with block deletes it
         """
         source = lattice_pb2.LatticeSource()
         if lattice is not None:
@@ -185,14 +185,14 @@ class Client:
         return Scene(self._connection, info, delete_on_exit)
 
     def scene(self, scene_id: str) -> Scene:
-        """One that is there."""
+        """The scene with this id; LatticedError NOT_FOUND if there is none."""
         request = scene_pb2.GetSceneRequest(scene=scene_id)
         return Scene(
             self._connection, self._connection.call(self._connection.scenes.GetScene, request, scene_id)
         )
 
     def scenes(self, filter: str = "") -> List[Scene]:
-        """All, oldest first, or those with the labels of a filter."""
+        """All scenes, oldest first, or those whose labels match a filter as in meshes."""
         request = scene_pb2.ListScenesRequest(filter=filter)
         pages = self._pages(self._connection.scenes.ListScenes, request)
         return [Scene(self._connection, info) for page in pages for info in page.scenes]
@@ -214,12 +214,13 @@ def connect(
     tls_cert: Optional[Pem] = None,
     tls_key: Optional[Pem] = None,
 ) -> Client:
-    """Does not wait for the server: the first call tells whether it is there.
+    """Makes a client. Does not wait for the server: without one, the first call fails.
 
-    address  host:port or unix:path; unless given LATTICED_SERVER of the environment, or 127.0.0.1:50151
-    token    bearer token; unless given LATTICED_TOKEN
-    tls      with the system's roots; implied by tls_ca, roots to trust, and by tls_cert and tls_key, a
-             certificate of this client: PEM, as bytes or as the path of a file
+    address            host:port or unix:path; None: $LATTICED_SERVER, or else 127.0.0.1:50151
+    token              bearer token; None: $LATTICED_TOKEN
+    tls                TLS with the system's roots; implied by tls_ca and by tls_cert
+    tls_ca             roots to trust: PEM, as bytes or as the path of a file, like the next two
+    tls_cert, tls_key  a certificate of this client, and its key
     """
     address = address or os.environ.get("LATTICED_SERVER") or "127.0.0.1:50151"
     token = os.environ.get("LATTICED_TOKEN") if token is None else token

@@ -12,14 +12,14 @@ import grpc
 from latticed.retries import once, with_retries
 from latticed.v1 import mesh_pb2_grpc, scene_pb2_grpc, server_pb2_grpc
 
-# PEM: the bytes themselves, or the path of a file.
+# PEM, as bytes or as the path of a file.
 Pem = Union[bytes, str, "os.PathLike[str]"]
 
 _OPTIONS = [
-    # By default grpc waits 1 s before it connects again, and later up to two minutes: too long for a drag.
+    # By default gRPC pauses 1 s before it reconnects, and later up to two minutes: too long for a drag.
     ("grpc.initial_reconnect_backoff_ms", 100),
     ("grpc.max_reconnect_backoff_ms", 5000),
-    # Pings notice a connection that vanished silently. The server allows one every 10 s.
+    # Pings notice a silently lost connection. The server allows one every 10 s.
     ("grpc.keepalive_time_ms", 30000),
     ("grpc.keepalive_timeout_ms", 10000),
 ]
@@ -60,11 +60,11 @@ class Connection:
         return pairs
 
     def call(self, method: Callable[..., Any], request: Any, scene: str = "") -> Any:
-        """An idempotent unary call, repeated after errors that may_retry names."""
+        """Makes an idempotent unary call, with up to four attempts after errors that may_retry names."""
         return with_retries(lambda: method(request, metadata=self.metadata(scene)))
 
     def call_once(self, method: Callable[..., Any], request: Any, scene: str = "") -> Any:
-        """A unary call that is not repeated: a second deletion would find nothing."""
+        """Makes a unary call with one attempt, for deletions: a second attempt would find nothing."""
         return once(lambda: method(request, metadata=self.metadata(scene)))
 
     def close(self) -> None:

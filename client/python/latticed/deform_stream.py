@@ -23,7 +23,7 @@ _MOST_ANSWERS = 1024
 
 
 class Requests:
-    """A queue of requests that grpc reads in a thread of its own until finish. Any thread may write."""
+    """A queue of requests. A thread of gRPC reads it until finish. Any thread may write."""
 
     def __init__(self, watch: scene_pb2.WatchRequest) -> None:
         self._queue: queue.SimpleQueue[Optional[scene_pb2.DeformRequest]] = queue.SimpleQueue()
@@ -42,18 +42,18 @@ class Requests:
 
 
 class DeformStream(UpdateStream, EditCalls[int]):
-    """Edits that return at once, and updates as they come; made by Scene.deform.
+    """A stream of edits, which return at once, and of updates; made by Scene.deform.
 
         with scene.deform() as stream:
             edit = stream.move(stream.lattice.indices[-1], (0.5, 0, 0))
             update = stream.wait(edit)
 
     Every edit returns its sequence. After a break the stream opens itself again and sends unanswered edits
-    once more; sequences make an edit that is sent twice count once. The stream is an editor of its own:
-    its undo reverts its own edits, not those of its scene object.
+    again; by their sequences the server applies each once. The stream is its own editor: its undo reverts
+    its own edits, not those of its Scene object.
 
-    The end of the block waits until every edit is answered, and raises the first refusal that wait or
-    result have not raised. An exception ends the stream at once.
+    The end of the block waits until every edit is answered, and raises the first refusal that neither wait
+    nor result has raised. An exception in the block ends the stream at once.
     """
 
     def __init__(
@@ -74,11 +74,11 @@ class DeformStream(UpdateStream, EditCalls[int]):
         return str(self._watch.editor_id)
 
     def wait(self, sequence: int, timeout: Optional[float] = None) -> Update:
-        """Waits for an update that holds the edit, and returns the newest one that is here.
+        """Waits for an update that holds the edit, and returns the newest update.
 
-        Raises LatticedError where the edit was refused, if that is one of the last 1,024 answers; TimeoutError
-        after `timeout` seconds; ValueError for a sequence that was never sent; CANCELLED where the stream
-        has ended."""
+        Raises LatticedError if the edit was refused (the stream keeps the last 1,024 answers); TimeoutError
+        after `timeout` seconds; ValueError for a sequence that was never sent; LatticedError CANCELLED if the
+        stream has ended."""
         with self._changed:
             self._check_sent(sequence)
             self._wait(
@@ -93,8 +93,8 @@ class DeformStream(UpdateStream, EditCalls[int]):
             return self._hand_out()
 
     def result(self, sequence: int, timeout: Optional[float] = None) -> EditResult:
-        """Waits for the answer to the edit, one of the last 1,024, which comes before its update. Raises as
-        wait; CANCELLED where the answer was lost with a connection."""
+        """Waits for the answer to the edit, which comes before its update. The stream keeps the last 1,024
+        answers. Raises as wait; CANCELLED if the answer was lost with a connection or is no longer kept."""
         with self._changed:
             self._check_sent(sequence)
             self._wait(lambda: all(batch.sequence != sequence for batch in self._unanswered), timeout)
@@ -114,7 +114,7 @@ class DeformStream(UpdateStream, EditCalls[int]):
             self._requests.send(control=scene_pb2.ControlWatchRequest(view=options))
 
     def pause(self, paused: bool = True) -> None:
-        """Stops updates, but not edits and their results, or lets them go on."""
+        """Stops updates, but not edits and their results. paused=False lets updates go on."""
         with self._changed:
             self._paused = paused
             self._requests.send(control=scene_pb2.ControlWatchRequest(pause=paused))
@@ -175,7 +175,7 @@ class DeformStream(UpdateStream, EditCalls[int]):
             raise answer
 
     def _open(self) -> Any:
-        self._requests.finish()  # those of the rpc before
+        self._requests.finish()  # ends the requests of the previous rpc
         self._requests = Requests(self._watch)
         if self._shown is not None:
             self._requests.send(presence=self._shown.to_proto())
@@ -197,7 +197,7 @@ class DeformStream(UpdateStream, EditCalls[int]):
 
     def _complete(self, update: Update, end: Any) -> None:
         super()._complete(update, end)
-        # An editor that edited before this stream goes on above its old sequences.
+        # An editor that sent edits before this stream continues above its old sequences.
         self._last_sequence = max(self._last_sequence, update.applied_sequence)
 
     def _take_result(self, result: Any) -> None:
@@ -213,8 +213,8 @@ class DeformStream(UpdateStream, EditCalls[int]):
             self._changed.notify_all()
 
     def _refuse(self, sequence: int, refusal: LatticedError) -> None:
-        # The edit was sent twice, and the server took a later one before the break. So it took this one too,
-        # with an unknown result: it keeps only an editor's last answer.
+        # The edit was sent twice, and the server handled a later one before the connection broke. It handled
+        # this one too. The answer is lost, because the server keeps only an editor's last answer.
         if refusal.reason == "OUT_OF_ORDER" and sequence <= self._resent:
             return
         self._answers[sequence] = self._unseen_refusals[sequence] = refusal

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
-"""DracoPy, where it is installed: the decoder of the encodings "draco" and "draco_mesh"."""
+"""The decoder of the encodings "draco" and "draco_mesh": DracoPy, if it is installed."""
 from __future__ import annotations
 
 import functools
@@ -16,7 +16,7 @@ _NORMAL = 1  # DracoPy.AttributeType.NORMAL
 
 @functools.lru_cache(maxsize=None)
 def decoder() -> Any:
-    """The module, or None where there is none that tells normals of point clouds: DracoPy from 1.6 on does."""
+    """The module; None if it is missing, or older than 1.6 and cannot return normals of point clouds."""
     try:
         import DracoPy
     except ImportError:
@@ -26,7 +26,7 @@ def decoder() -> Any:
 
 @functools.lru_cache(maxsize=None)
 def say_that_it_is_missing() -> None:
-    """Warns, once a process, at the line that called this package."""
+    """Warns once per process, at the line that called this package."""
     level, frame = 1, sys._getframe()
     while frame.f_back is not None and frame.f_globals["__name__"].startswith("latticed"):
         level, frame = level + 1, frame.f_back
@@ -39,12 +39,12 @@ def say_that_it_is_missing() -> None:
 
 
 def decode(data: bytes) -> Tuple[npt.NDArray[np.float32], npt.NDArray[np.float32] | None]:
-    """Positions relative to the origin, and unit normals where it has any, both (points, 3).
+    """Positions relative to the origin, and unit normals or None, both (points, 3).
 
     ValueError for bytes that are no Draco chunk."""
     try:
         cloud = decoder().decode(data)
-    except Exception as error:  # FileTypeException, TypeError, ValueError, by what is wrong
+    except Exception as error:  # FileTypeException, TypeError or ValueError
         raise ValueError(f"DracoPy: {error}") from error
     normals = cloud.get_attribute_by_type(_NORMAL)
     return (

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
-"""The edits as methods: of scenes, streams and gestures."""
+"""The edits as methods of scenes, streams and gestures."""
 from __future__ import annotations
 
 import uuid
@@ -17,7 +17,7 @@ Applied = TypeVar("Applied")
 
 
 class PointEdits(ABC, Generic[Applied]):
-    """One edit a call; apply says what comes of it."""
+    """One edit per call. Every method returns the result of apply."""
 
     @abstractmethod
     def apply(self, changes: Sequence[edit_pb2.Edit]) -> Applied:
@@ -40,20 +40,20 @@ class PointEdits(ABC, Generic[Applied]):
         return self.apply([edits.replace(control_points)])
 
     def drag(self, points: Union[SurfacePoint, Sequence[SurfacePoint]], targets: npt.ArrayLike) -> Applied:
-        """Moves control points as little as takes points of the surface, those of Scene.pick for instance, to
-        targets, shape (points, 3), world units."""
+        """Moves points of the surface, for example from Scene.pick, to targets, shape (points, 3), world
+        units, by the smallest possible moves of control points."""
         return self.apply([edits.drag(points, targets)])
 
 
 class Gesture(PointEdits[Applied]):
-    """Every update replaces the one before it and begins at the state at the gesture's begin.
+    """Edits that are one step of undo. Each replaces the previous one, and applies to the state at the begin.
 
         with stream.gesture() as drag:
             for share in np.linspace(0, 1, 60):
                 drag.move(lattice.indices[-1], (share, 0, 0))
 
-    It is committed at the end of the block, and cancelled, which restores its begin, where the block is left
-    by an exception.
+    The end of the block commits the gesture. An exception in the block cancels it, which restores the state
+    at its begin.
     """
 
     def __init__(self, apply: Callable[[edit_pb2.EditBatch], Applied], gesture_id: str) -> None:
@@ -64,15 +64,15 @@ class Gesture(PointEdits[Applied]):
         return self._send(edit_pb2.EditBatch(gesture_id=self._gesture_id, gesture_phase=phase, edits=changes))
 
     def apply(self, changes: Sequence[edit_pb2.Edit]) -> Applied:
-        """Several of latticed.edits in place of the update before."""
+        """Applies several of latticed.edits in place of the previous ones."""
         return self._batch(edit_pb2.GESTURE_PHASE_UPDATE, changes)
 
     def commit(self) -> Applied:
-        """Ends it; the last update stays."""
+        """Ends the gesture; its last edits stay."""
         return self._batch(edit_pb2.GESTURE_PHASE_COMMIT)
 
     def cancel(self) -> Applied:
-        """Ends it and restores its begin."""
+        """Ends the gesture and restores the state at its begin."""
         return self._batch(edit_pb2.GESTURE_PHASE_CANCEL)
 
     def __enter__(self) -> Gesture[Applied]:
@@ -86,19 +86,19 @@ class Gesture(PointEdits[Applied]):
 
 
 class EditCalls(PointEdits[Applied]):
-    """A scene, which returns an EditResult, or a stream, which returns a sequence to wait for.
+    """Edits of a scene, which return an EditResult, or of a stream, which return a sequence to wait for.
 
     Control points are named by their indices (Lattice.indices), or by a mask of the shape (nw, nv, nu).
     """
 
     @abstractmethod
     def _apply(self, batch: edit_pb2.EditBatch) -> Applied:
-        """Fills in scene, editor, sequence and, where it is 0, structure, and sends the batch."""
+        """Fills in the sequence, the structure_id if it is 0, and in a Scene also scene and editor. Sends it."""
 
     def apply(self, changes: Sequence[edit_pb2.Edit], expected_revision: int | None = None) -> Applied:
         """Applies several of latticed.edits at once, all or none, as one revision and one step of undo.
 
-        expected_revision: only if the scene is at this revision, or REVISION_CHANGED.
+        expected_revision: refused with REVISION_CHANGED unless the scene is at this revision.
         """
         batch = edit_pb2.EditBatch(edits=changes)
         if expected_revision is not None:
@@ -106,21 +106,21 @@ class EditCalls(PointEdits[Applied]):
         return self._apply(batch)
 
     def insert_knot(self, axis: str, value: float) -> Applied:
-        """Adds a knot to axis "u", "v" or "w": one control point more on it, and the same shape."""
+        """Adds a knot to axis "u", "v" or "w": one more control point on the axis, and the same shape."""
         return self.apply([edits.insert_knot(axis, value)])
 
     def reset(self, to: str = "identity") -> Applied:
-        """Puts all control points back: "identity" to the mesh at rest, "initial" to those of the begin."""
+        """Resets all control points: "identity": the mesh at rest; "initial": as the scene was created."""
         return self.apply([edits.reset(to)])
 
     def undo(self, whose: str = "mine") -> Applied:
-        """Reverts the last step: of this editor, "mine", or of anybody, "scene"."""
+        """Reverts the last step of this editor ("mine") or of any editor ("scene")."""
         return self.apply([edits.undo(whose)])
 
     def redo(self) -> Applied:
-        """Applies the step again that this editor undid last."""
+        """Applies again the last step that this editor has undone."""
         return self.apply([edits.redo()])
 
     def gesture(self) -> Gesture[Applied]:
-        """Edits that are one step of undo: a drag, for instance. See Gesture."""
+        """Begins edits that are one step of undo, for example a drag. See Gesture."""
         return Gesture(self._apply, uuid.uuid4().hex)

@@ -9,15 +9,15 @@ from typing import Any
 
 @dataclass(frozen=True)
 class EditResult:
-    """Edits were applied: all of them, as one revision."""
+    """The result of a batch of edits that were all applied, as one revision."""
 
     sequence: int  # of this editor, from 1
-    revision: int  # the scene's after them
-    structure_id: int  # the lattice's after them
+    revision: int  # the scene's revision after the edits
+    structure_id: int  # the lattice's structure after the edits
     boxes_touched: int  # knot boxes whose shape they changed
     patches_touched: int  # patches in those boxes
-    largest_move: float  # farthest that a control point went, world units
-    timings: Any  # where the server's time went: latticed.v1.EditTimings, microseconds
+    largest_move: float  # the longest way of a control point, world units
+    timings: Any  # times on the server: latticed.v1.EditTimings, microseconds
     drag_residual: float = 0.0  # largest distance that a drag left to a target, world units
 
     @classmethod

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
-"""Edits of control points, each as the latticed.v1.Edit that Scene.apply and DeformStream.apply take.
+"""Makes edits of control points: latticed.v1.Edit messages, for Scene.apply and DeformStream.apply.
 
 Control points are named by their indices (Lattice.indices), or by a mask of the shape (nw, nv, nu).
 """
@@ -67,9 +67,9 @@ def replace(control_points: npt.ArrayLike) -> edit_pb2.Edit:
 
 
 def drag(points: Union[SurfacePoint, Sequence[SurfacePoint]], targets: npt.ArrayLike) -> edit_pb2.Edit:
-    """Moves control points as little as takes points of the surface to targets, shape (points, 3), world units.
-
-    Where not all can be reached, what is left is least in the least-squares sense: EditResult.drag_residual.
+    """Moves points of the surface to targets, shape (points, 3), world units, by the smallest possible moves
+    of control points. If not all targets can be reached, the remaining distances are smallest in the
+    least-squares sense; EditResult.drag_residual is the largest of them.
     """
     held = [points] if isinstance(points, SurfacePoint) else list(points)
     places = np.asarray(targets, dtype=float).reshape(-1)
@@ -80,21 +80,22 @@ def drag(points: Union[SurfacePoint, Sequence[SurfacePoint]], targets: npt.Array
 
 
 def insert_knot(axis: str, value: float) -> edit_pb2.Edit:
-    """Adds a knot to axis "u", "v" or "w": one control point more on it, and the same shape. Stands alone."""
+    """Adds a knot to axis "u", "v" or "w": one more control point on the axis, and the same shape. It must be
+    the only edit of its batch."""
     change = edit_pb2.InsertKnot(axis=choose("axis", axis, _AXES), value=value)
     return edit_pb2.Edit(insert_knot=change)
 
 
 def reset(to: str = "identity") -> edit_pb2.Edit:
-    """Puts all control points back: "identity" to the mesh at rest, "initial" to those of the begin."""
+    """Resets all control points: "identity": the mesh at rest; "initial": as the scene was created."""
     return edit_pb2.Edit(reset=edit_pb2.Reset(target=choose("to", to, _RESETS)))
 
 
 def undo(whose: str = "mine") -> edit_pb2.Edit:
-    """Reverts the last step: of this editor, "mine", or of anybody, "scene". Stands alone."""
+    """Reverts the last step of this editor ("mine") or of any ("scene"). It must be the only edit of its batch."""
     return edit_pb2.Edit(undo=edit_pb2.Undo(scope=choose("whose", whose, _SCOPES)))
 
 
 def redo() -> edit_pb2.Edit:
-    """Applies the step again that this editor undid last. Stands alone."""
+    """Applies again the last step that this editor has undone. It must be the only edit of its batch."""
     return edit_pb2.Edit(redo=edit_pb2.Redo())

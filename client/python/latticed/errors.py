@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
-"""The one exception of this package for what a server answers."""
+"""The exception that this package raises for errors of a server."""
 from __future__ import annotations
 
 from typing import Any, Dict
@@ -18,12 +18,12 @@ _CODES = {code.value[0]: code for code in grpc.StatusCode}
 class LatticedError(Exception):
     """Why a call failed, or an edit was refused.
 
-    code         the status: grpc.StatusCode.NOT_FOUND for instance
-    reason       a name of ErrorReason without its prefix, "STRUCTURE_CHANGED" for instance; may be empty
-    field        path of the field that is wrong in the request; may be empty
-    metadata     ids and numbers of the message
-    retry_after  seconds after which the server wants to be asked again; 0: it does not say
-    request_id   what the server's log calls the request; empty where no server answered
+    code         the status, for example grpc.StatusCode.NOT_FOUND
+    reason       a name of ErrorReason without its prefix, for example "STRUCTURE_CHANGED"; may be empty
+    field        path of the wrong field in the request; may be empty
+    metadata     ids and numbers in the message
+    retry_after  seconds to wait before another attempt; 0: the server does not say
+    request_id   the request's id in the server's log; empty if no server answered
     """
 
     def __init__(
@@ -82,5 +82,5 @@ class LatticedError(Exception):
 
     @classmethod
     def data_loss(cls, message: str) -> LatticedError:
-        """The server's messages contradict each other: the stream cannot be trusted."""
+        """An error for messages of the server that contradict each other: the stream cannot be trusted."""
         return cls(grpc.StatusCode.DATA_LOSS, message)

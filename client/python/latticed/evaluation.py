@@ -22,7 +22,7 @@ class Evaluation:
     """positions  (n, 3): deformed, world units
     jacobians  (n, 3, 3): jacobians[p, i, j] is d deformed i / d rest j
     normals    (n, 3): of the deformed facet, 0 0 0 where undefined; None for points of the world
-    revision   at which all of them were evaluated
+    revision   the scene's revision at which all points were evaluated
     """
 
     positions: npt.NDArray[np.float64]
@@ -32,7 +32,7 @@ class Evaluation:
 
 
 def evaluate_world(connection: Connection, scene: str, points: npt.ArrayLike) -> Evaluation:
-    """Points of the rest world, (n, 3)."""
+    """Evaluates points of the undeformed world, (n, 3)."""
     flat = np.asarray(points, dtype=float).reshape(-1, 3)
 
     def request(begin: int, end: int) -> surface_pb2.EvaluatePointsRequest:
@@ -49,7 +49,8 @@ def evaluate_surface(
     corners: npt.ArrayLike,
     barycentrics: npt.ArrayLike,
 ) -> Evaluation:
-    """Points of the surface by their place in the source mesh: faces (n,), corners and barycentrics (n, 3)."""
+    """Evaluates points of the surface by their place in the source mesh: faces (n,), corners and barycentrics
+    (n, 3)."""
     face, corner = np.asarray(faces).reshape(-1), np.asarray(corners).reshape(-1, 3)
     weights = np.asarray(barycentrics, dtype=float).reshape(-1, 3)
     if not len(face) == len(corner) == len(weights):

@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
-"""google.rpc, in which servers put the details of an error.
+"""google.rpc, the messages of error details.
 
-protobuf refuses two copies of one message in a process: those of googleapis-common-protos come first
-where it is installed, and the copies inside this package serve where it is not, as on Debian.
+protobuf refuses two copies of a message in one process. This module uses googleapis-common-protos if it is
+installed, and otherwise, as on Debian, the copies in this package.
 """
 from pathlib import Path
 

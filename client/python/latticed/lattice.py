@@ -18,7 +18,7 @@ FloatArray = npt.NDArray[np.float64]
 
 
 def vector(xyz: npt.ArrayLike) -> common_pb2.Vec3:
-    """Converts three numbers."""
+    """Converts three numbers to a Vec3."""
     numbers = np.asarray(xyz, dtype=float)
     if numbers.shape != (3,):
         raise ValueError(f"x, y and z are needed, not the shape {numbers.shape}")
@@ -33,14 +33,13 @@ def _axes(numbers: Any) -> Tuple[int, int, int]:
 class Lattice:
     """R(u,v,w) = sum over i,j,k of control_points[k, j, i] N_i(u) N_j(v) N_k(w).
 
-    control_points  shape (nw, nv, nu, 3), world units: u is the fastest axis but for x, y, z, so that
-                    control_points[-1] is the top layer of an upright lattice, and
-                    control_points.reshape(-1, 3)[n] the control point whose index edits call n
+    control_points  shape (nw, nv, nu, 3), world units. control_points[-1] is the top layer of an upright
+                    lattice; control_points.reshape(-1, 3)[n] is the control point with index n in edits
     degree          of u, v, w, each 1 to 3
-    knots           of u, v, w: as many as control points of the axis, and its degree, and 1 more
-    origin, edges   the frame: the knot domain is the box from origin, spanned by the rows of edges,
-                    shape (3, 3): u, v, w
-    structure_id, revision  of the scene that it was read from; 0 where it is of none
+    knots           of u, v, w: control points of the axis + its degree + 1 knots each
+    origin, edges   the frame: the knot domain is the box at origin that the rows of edges, shape (3, 3),
+                    span: u, v, w
+    structure_id, revision  of the scene that it was read from; 0: it was read from none
     """
 
     control_points: FloatArray
@@ -67,7 +66,7 @@ class Lattice:
         return np.arange(self.control_points.size // 3).reshape(self.control_points.shape[:3])
 
     def rest(self) -> FloatArray:
-        """Control points that leave the mesh as it is, shaped as control_points: the Greville abscissae
+        """Control points that leave the mesh as it is, shaped like control_points: the Greville abscissae
         of each axis, (knot i+1 + … + knot i+degree) / degree, placed in the frame."""
         places = []
         for degree, knots in zip(self.degree, self.knots):
@@ -91,7 +90,7 @@ class Lattice:
 
     @classmethod
     def from_proto(cls, lattice: Any, structure_id: int = 0, revision: int = 0) -> Lattice:
-        """Converts a latticed.v1.Lattice, and fills in control points, sizes and knots that it leaves open."""
+        """Converts a latticed.v1.Lattice. Fills in control points, size, degree and knots if unset."""
         nu, nv, nw = _axes(lattice.size) if lattice.HasField("size") else (4, 4, 4)
         degree = _axes(lattice.degree) if lattice.HasField("degree") else (2, 2, 2)
         frame = lattice.frame
@@ -121,7 +120,7 @@ class Lattice:
 
     @classmethod
     def load(cls, path: Union[str, os.PathLike[str]]) -> Lattice:
-        """Reads the JSON that latticectl writes; ValueError where it is none."""
+        """Reads the JSON that latticectl writes; ValueError if the file is not that."""
         try:
             return cls.from_proto(json_format.Parse(Path(path).read_text(), lattice_pb2.Lattice()))
         except json_format.ParseError as error:

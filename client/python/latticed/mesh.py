@@ -18,11 +18,11 @@ from latticed.v1 import mesh_pb2
 
 
 class Mesh:
-    """A mesh on the server, named by the SHA-256 of its bytes; the same bytes twice are one mesh."""
+    """A mesh on the server. Its id is the SHA-256 of its bytes: the same bytes uploaded twice are one mesh."""
 
     def __init__(self, connection: Connection, info: Any) -> None:
         self._connection = connection
-        self.info = info  # latticed.v1.Mesh: every field, commented in mesh.proto
+        self.info = info  # latticed.v1.Mesh, described in mesh.proto
 
     def __repr__(self) -> str:
         return f"<Mesh {self.name or self.id[:8]}: {self.vertices} vertices, {self.faces} faces>"
@@ -54,19 +54,19 @@ class Mesh:
         return dict(self.info.labels)
 
     def download(self, path: Union[str, "os.PathLike[str]"], progress: Progress = None) -> None:
-        """Writes the bytes that were uploaded to a file, which is there whole or not at all; those of arrays
-        are laid out as MESH_FORMAT_RAW says. progress: as in Client.upload."""
+        """Writes the uploaded bytes to a file, as a whole or not at all. Uploaded arrays come in the format
+        MESH_FORMAT_RAW. progress: as in Client.upload."""
         show = progress_function(progress, f"download {Path(path).name}")
         with transfers.whole_file(path) as part, open(part, "wb") as file:
             transfers.download(self._connection, self.id, file, show)
 
     def download_bytes(self) -> bytes:
-        """As download, but into memory."""
+        """Like download, but returns the bytes."""
         file = io.BytesIO()
         transfers.download(self._connection, self.id, file, lambda done, total: None)
         return file.getvalue()
 
     def delete(self, force: bool = False) -> None:
-        """Deletes it; with `force` together with the scenes that use it, else those are MESH_IN_USE."""
+        """Deletes the mesh. If scenes use it, `force` deletes them too; without it, raises MESH_IN_USE."""
         request = mesh_pb2.DeleteMeshRequest(mesh=self.id, force=force)
         self._connection.call_once(self._connection.meshes.DeleteMesh, request)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
-"""Numpy arrays as a mesh file of the format RAW (RawLayout in mesh.proto)."""
+"""Converts numpy arrays to a mesh file of the format RAW (RawLayout in mesh.proto)."""
 from __future__ import annotations
 
 import itertools
@@ -11,12 +11,12 @@ import numpy.typing as npt
 
 from latticed.v1 import mesh_pb2
 
-# (faces, corners of each) vertex numbers, or one sequence a face.
+# Vertex indices: an array (faces, corners per face), or one sequence per face.
 Faces = Union[npt.ArrayLike, Sequence[Sequence[int]]]
 
 
 def _corners(faces: Faces) -> Tuple[int, npt.NDArray[np.uint32], npt.NDArray[np.uint32] | None]:
-    """Corners of every face, or 0; all corners, flat; sizes of faces where they differ."""
+    """Returns corners per face, or 0 if faces differ; all corners, flat; the faces' sizes, if they differ."""
     if isinstance(faces, np.ndarray) and faces.ndim == 2:
         return faces.shape[1], _numbers("faces", faces).reshape(-1), None
     rows: Any = faces
@@ -28,7 +28,7 @@ def _corners(faces: Faces) -> Tuple[int, npt.NDArray[np.uint32], npt.NDArray[np.
 
 
 def _numbers(name: str, values: npt.ArrayLike) -> npt.NDArray[np.uint32]:
-    """Checks and converts the numbers of vertices or groups."""
+    """Checks and converts indices of vertices or groups."""
     numbers = np.asarray(values)
     if numbers.size and not np.issubdtype(numbers.dtype, np.integer):
         raise ValueError(f"{name} hold integers, not {numbers.dtype}")
@@ -40,7 +40,7 @@ def _numbers(name: str, values: npt.ArrayLike) -> npt.NDArray[np.uint32]:
 def _attribute(
     name: str, values: npt.ArrayLike, width: int, vertices: int, corners: int
 ) -> Tuple[mesh_pb2.AttributeDomain, npt.NDArray[np.float32]]:
-    """The attribute's domain (AttributeDomain) and its numbers."""
+    """The attribute's domain (AttributeDomain) and its values."""
     array = np.asarray(values, dtype="<f4")
     if array.ndim not in (2, 3) or array.shape[-1] != width:
         raise ValueError(
@@ -62,7 +62,7 @@ def raw_mesh(
     face_groups: npt.ArrayLike | None,
     group_names: Sequence[str],
 ) -> Tuple[mesh_pb2.RawLayout, bytes]:
-    """Layout and bytes; Client.upload_arrays describes the arguments. ValueError for shapes that do not fit."""
+    """Returns layout and bytes. Client.upload_arrays describes the arguments. ValueError for wrong shapes."""
     points = np.asarray(positions)
     if points.ndim != 2 or points.shape[1] != 3:
         raise ValueError(f"positions have the shape (vertices, 3), not {points.shape}")

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
-"""Who is at a scene."""
+"""The presence of editors at a scene."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from latticed.v1 import event_pb2
 
 @dataclass(frozen=True)
 class Presence:
-    """An editor as others see it: show() sends it, `others` holds those of other editors."""
+    """An editor as others see it. A stream's show() sends it; `others` has the presence of other editors."""
 
     name: str = ""  # for people, at most 64 characters
     colour: int = 0  # 0xRRGGBB

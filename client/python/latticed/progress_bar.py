@@ -1,15 +1,15 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
-"""Progress of uploads, updates and exports, on a terminal unless told otherwise."""
+"""Progress of uploads, downloads and exports; by default shown only on a terminal."""
 from __future__ import annotations
 
 import sys
 import time
 from typing import Callable, Optional, TextIO, Union
 
-# Called with how many bytes are done, of how many.
+# Called with the bytes done and the bytes in all.
 ProgressFunction = Callable[[int, int], None]
-# True: a bar on standard error. False: none. None: one where standard error is a terminal.
+# True: a bar on standard error. False: none. None: a bar if standard error is a terminal.
 Progress = Optional[Union[bool, ProgressFunction]]
 
 _WIDTH = 30
@@ -17,7 +17,7 @@ _SECONDS_BETWEEN = 0.1
 
 
 class ProgressBar:
-    """One line that is drawn over itself, at most ten times a second, and ends with its last call."""
+    """One line, which is redrawn at most ten times a second. The call with all bytes done ends it."""
 
     def __init__(self, label: str, out: TextIO | None = None) -> None:
         self._label = label

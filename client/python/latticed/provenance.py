@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
-"""Where patches come from in the source mesh: what carries colours, texture coordinates and materials
+"""Where patches come from in the source mesh. It serves to carry colours, texture coordinates and materials
 over to the deformed surface."""
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from latticed.topology import Topology
 class Provenance:
     """The source of every patch, in the order of update.points.
 
-    topology         of which it tells
+    topology         the topology that has these patches
     faces            (patches,): face of the source mesh
     corners          (patches, 3): corners of the source triangle that holds the patch. A corner's number
                      is the number of corners of all earlier faces plus its place in its face
     barycentrics     (patches, 3, 3): of the patch's corners 0, 1, 2 in that triangle
-    on_lattice_face  (patches,): whether it ends on a face of the frame where the surface goes on outside
+    on_lattice_face  (patches,): whether it ends on a face of the frame and the surface goes on outside
     """
 
     topology: Topology
@@ -33,7 +33,7 @@ class Provenance:
     on_lattice_face: npt.NDArray[np.bool_]
 
     def interpolate(self, values: npt.ArrayLike) -> npt.NDArray[np.float64]:
-        """Values of the source's corners, (corners, k), at every point: (patches, q, k).
+        """Interpolates values of the source's corners, (corners, k), at every point: (patches, q, k).
 
         value of a point = sum over patch corners c, triangle corners i of
                            weights[point, c] * barycentrics[patch, c, i] * values[corners[patch, i]]
@@ -44,7 +44,7 @@ class Provenance:
 
     @classmethod
     def from_parts(cls, topology: Topology, parts: List[Any]) -> Provenance:
-        """Converts the latticed.v1.TopologyPart that GetTopology sends."""
+        """Converts the latticed.v1.TopologyPart messages that GetTopology sends."""
 
         def joined(name: str, kind: Any) -> npt.NDArray[Any]:
             return np.concatenate([np.array(getattr(part, name), dtype=kind) for part in parts])

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
-"""When a call is made again, and after how long."""
+"""After which errors a call is made again, and after which pause."""
 import time
 from typing import Callable, TypeVar
 
@@ -8,8 +8,8 @@ import grpc
 
 from latticed.errors import LatticedError
 
-# A proxy that cuts a call makes it CANCELLED, or UNKNOWN where it ends the stream without a status. A broken
-# transport is INTERNAL.
+# If a proxy cuts a call, gRPC reports CANCELLED, or UNKNOWN if the stream ends without a status. For a broken
+# transport it reports INTERNAL.
 _MAY_RETRY = (
     grpc.StatusCode.CANCELLED,
     grpc.StatusCode.INTERNAL,
@@ -23,17 +23,17 @@ Result = TypeVar("Result")
 
 
 def may_retry(error: LatticedError) -> bool:
-    """Whether the same call may succeed if made again."""
+    """Whether another attempt at the call may succeed."""
     return error.code in _MAY_RETRY
 
 
 def pause_after(failures: int) -> float:
-    """The pause in seconds after the given number of failures in a row, from 1."""
+    """The pause in seconds after the given number of failures in a row, 1 or more."""
     return _FIRST_PAUSE * float(2 ** (failures - 1))
 
 
 def with_retries(call: Callable[[], Result]) -> Result:
-    """Makes an idempotent call, four times in all, and turns what grpc raises into LatticedError."""
+    """Makes an idempotent call, with up to four attempts. Converts grpc.RpcError to LatticedError."""
     failures = 0
     while True:
         try:
@@ -46,7 +46,7 @@ def with_retries(call: Callable[[], Result]) -> Result:
 
 
 def once(call: Callable[[], Result]) -> Result:
-    """Makes a call and turns what grpc raises into LatticedError."""
+    """Makes a call. Converts grpc.RpcError to LatticedError."""
     try:
         return call()
     except grpc.RpcError as error:

@@ -33,16 +33,16 @@ _DEFAULT_VIEW = View()
 
 
 class Scene(EditCalls[EditResult]):
-    """Made by Client.create_scene. Every edit waits for its result; edits of deform() do not.
+    """Made by Client.create_scene or scene. Every edit waits for its result; edits of deform() do not.
 
-    As a context manager it deletes the scene at the end of the block where create_scene had delete_on_exit.
-    Any number of threads may use it. It is one editor, whose edits go one at a time.
+    As a context manager it deletes the scene at the end of the block, if create_scene had delete_on_exit.
+    Any number of threads may use it. It is one editor, and sends one edit at a time.
     """
 
     def __init__(self, connection: Connection, info: Any, delete_on_exit: bool = False) -> None:
         self._connection = connection
         self._stub = connection.scenes
-        self.info = info  # latticed.v1.Scene, commented in scene.proto, as of create_scene or refresh
+        self.info = info  # latticed.v1.Scene, described in scene.proto, as last received from the server
         self.editor_id = str(uuid.uuid4())  # names this object's edits to other watchers
         self._delete_on_exit = delete_on_exit
         self._one_edit_at_a_time = threading.Lock()
@@ -66,25 +66,25 @@ class Scene(EditCalls[EditResult]):
 
     @property
     def default_view(self) -> View:
-        """The view of watchers who name none, every field filled in."""
+        """The view of watchers that name none, with every field filled in."""
         return View.from_proto(self.info.default_view)
 
     @property
     def encoding(self) -> str:
-        """In which updates come where no view says: "quantised" in place of Draco where no decoder is
-        installed."""
+        """The encoding of updates whose view names none: the default view's, but "quantised" instead of Draco
+        if no decoder is installed."""
         options = _DEFAULT_VIEW.for_watching(self.default_view)
         return View.from_proto(options).encoding or self.default_view.encoding
 
     def refresh(self) -> Any:
-        """Asks the server for info, its revision for instance."""
+        """Asks the server for the newest info, for example the scene's revision."""
         self.info = self._connection.call(
             self._stub.GetScene, scene_pb2.GetSceneRequest(scene=self.id), self.id
         )
         return self.info
 
     def lattice(self) -> Lattice:
-        """The lattice at the newest revision; edits are made for its structure from here on."""
+        """The lattice at the newest revision. Later edits refer to its structure."""
         request = scene_pb2.GetLatticeRequest(scene=self.id)
         state = self._connection.call(self._stub.GetLattice, request, self.id)
         with self._one_edit_at_a_time:
@@ -92,23 +92,23 @@ class Scene(EditCalls[EditResult]):
         return Lattice.from_proto(state.lattice, state.structure_id, state.revision)
 
     def get_update(self, view: View = _DEFAULT_VIEW, min_revision: int = 0) -> Update:
-        """The whole surface at the newest revision; waits until that is at least min_revision."""
+        """The whole surface at the newest revision. Waits until the revision is at least min_revision."""
         options = view.for_watching(self.default_view)
         request = scene_pb2.GetUpdateRequest(scene=self.id, min_revision=min_revision, view=options)
         return transfers.get_update(self._connection, request)
 
     def provenance(self, update: Update) -> Provenance:
-        """Where the patches of an update come from, to carry texture coordinates and the like over."""
+        """Where the patches of an update come from, for example to carry texture coordinates over."""
         return transfers.get_provenance(self._connection, self.id, update.topology)
 
     def deform(
         self, view: View = _DEFAULT_VIEW, editor_id: str = "", max_unacked_updates: Optional[int] = None
     ) -> DeformStream:
-        """Edits and updates in one stream, whose first update is here when this returns.
+        """Opens a stream of edits and updates, and waits for its first update.
 
-        editor_id            of an earlier stream, to go on where it was; empty: a new one
-        max_unacked_updates  that the server begins before this stream has taken them in, to 100: more for long
-                             ways; 0: as many as it likes; None: 2
+        editor_id            the editor of an earlier stream, to continue as that editor; empty: a new one
+        max_unacked_updates  most updates that the server begins before this stream acknowledges them, up to
+                             100; distant servers need more. 0: no limit; None: 2
         """
         watch = scene_pb2.WatchRequest(
             scene=self.id,
@@ -122,9 +122,9 @@ class Scene(EditCalls[EditResult]):
     def watch(
         self, view: View = _DEFAULT_VIEW, editor_id: str = "", max_unacked_updates: Optional[int] = None
     ) -> WatchStream:
-        """Updates of what others do, whose first one is here when this returns.
+        """Opens a stream of updates, without edits, and waits for its first update.
 
-        editor_id: whose presence the stream shows; empty: it can show none. max_unacked_updates as in deform.
+        editor_id: the editor whose presence show() sends; empty: show() fails. max_unacked_updates as in deform.
         """
         watch = scene_pb2.WatchRequest(
             scene=self.id, editor_id=editor_id, max_unacked_updates=max_unacked_updates
@@ -134,7 +134,7 @@ class Scene(EditCalls[EditResult]):
         return stream
 
     def evaluate(self, points: npt.ArrayLike) -> Evaluation:
-        """The deformation, in double precision, at points of the rest world, (n, 3)."""
+        """The deformation, in double precision, at points of the undeformed world, (n, 3)."""
         return evaluation.evaluate_world(self._connection, self.id, points)
 
     def evaluate_surface(
@@ -145,7 +145,7 @@ class Scene(EditCalls[EditResult]):
         return evaluation.evaluate_surface(self._connection, self.id, faces, corners, barycentrics)
 
     def pick(self, origin: npt.ArrayLike, direction: npt.ArrayLike) -> Optional[SurfacePoint]:
-        """The first point of the deformed surface on a ray of the world, for drag; None where it meets none."""
+        """The first point of the deformed surface on a world ray, for drag; None if the ray misses it."""
         ray = surface_pb2.Ray(origin=vector(origin), direction=vector(direction))
         request = surface_pb2.PickRequest(scene=self.id, ray=ray)
         try:
@@ -163,11 +163,11 @@ class Scene(EditCalls[EditResult]):
         revision: int = 0,
         progress: Progress = None,
     ) -> int:
-        """Writes the deformed surface to a file, which is there whole or not at all; returns its revision.
+        """Writes the deformed surface to a file, as a whole or not at all. Returns the surface's revision.
 
-        format    "ply", "obj", "stl", "glb", "drc" or "nets", Bézier control points; empty: the suffix
-        view      its segments and normals count, and the bits for drc
-        revision  the newest one, or REVISION_CHANGED; 0: the newest one, whichever it is
+        format    "ply", "obj", "stl", "glb", "drc" or "nets" (Bézier control points); empty: by the suffix
+        view      only its segments and normals are used, and its bits for drc
+        revision  fails with REVISION_CHANGED unless this is the newest revision; 0: exports the newest
         """
         show = progress_function(progress, f"export {Path(path).name}")
         wanted = format or Path(path).suffix[1:].lower()
@@ -175,11 +175,11 @@ class Scene(EditCalls[EditResult]):
             return self._export(lambda: open(part, "wb"), wanted, view, revision, show)
 
     def export_bytes(self, format: str, view: View = _DEFAULT_VIEW, revision: int = 0) -> bytes:
-        """As export, but into memory."""
+        """Like export, but returns the bytes."""
 
         class Kept(io.BytesIO):
             def __exit__(self, *error: Any) -> None:
-                """Its bytes are wanted after the block."""
+                """Does not close it, since its bytes are read after the block."""
 
         files = []
 
@@ -200,7 +200,7 @@ class Scene(EditCalls[EditResult]):
         return transfers.export(self._connection, request, open_file, progress)
 
     def delete(self) -> None:
-        """Deletes it; its streams end with NOT_FOUND."""
+        """Deletes the scene. Its streams end with NOT_FOUND."""
         request = scene_pb2.DeleteSceneRequest(scene=self.id)
         self._connection.call_once(self._stub.DeleteScene, request, self.id)
 
@@ -213,7 +213,7 @@ class Scene(EditCalls[EditResult]):
         try:
             self.delete()
         except LatticedError as failure:
-            if kind is None and failure.reason != "NOT_FOUND":  # the block's own exception says more
+            if kind is None and failure.reason != "NOT_FOUND":  # an exception of the block comes first
                 raise
 
     def _apply(self, batch: edit_pb2.EditBatch) -> EditResult:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
-"""From the events of a stream to complete updates."""
+"""Turns the events of a stream into complete updates."""
 from __future__ import annotations
 
 from typing import Any, Dict, List, Optional
@@ -17,23 +17,23 @@ from latticed.view import View
 
 
 class Surface:
-    """The surface that a watcher holds. Only a complete update changes it. One thread at a time.
+    """The surface of a watcher. Only a complete update changes it. One thread at a time.
 
-    Errors: LatticedError DATA_LOSS where events contradict each other.
+    Errors: LatticedError DATA_LOSS if events contradict each other.
     """
 
     def __init__(self) -> None:
-        self.lattice: Optional[Lattice] = None  # of the newest edit heard of
+        self.lattice: Optional[Lattice] = None  # after the newest reported edit
         self._announced: Dict[str, Topology] = {}
         self._quantisation: Any = None
         self._topology: Optional[Topology] = None
         self._chunks: List[Optional[Chunk]] = []
-        self._begin: Any = None  # of the update in progress, and its chunks
+        self._begin: Any = None  # the update in progress: its update_begin, topology and chunks
         self._begun_topology: Optional[Topology] = None
         self._begun: Dict[int, Chunk] = {}
 
     def apply(self, event: event_pb2.SceneEvent) -> Optional[Update]:
-        """Takes one event in; an update where it completes one."""
+        """Takes one event. Returns an update if the event completes it."""
         arm = event.WhichOneof("event")
         if arm == "update_end":
             return self._take_end(event.update_end)
@@ -51,10 +51,10 @@ class Surface:
             self._begin = event.update_begin
         elif arm == "chunks":
             self._take_chunks(event.chunks)
-        return None  # hello, results and heartbeats are the stream's; others are of later versions
+        return None  # the stream handles hello, results and heartbeats; later versions may add events
 
     def drop_partial_update(self) -> None:
-        """Forgets an update that has begun: its stream has broken."""
+        """Drops an update that has begun, because its stream has broken."""
         self._begin, self._begun_topology, self._begun = None, None, {}
 
     def _take_delta(self, delta: Any) -> None:
@@ -64,7 +64,7 @@ class Surface:
         if len(delta.positions) != 3 * len(indices):
             raise LatticedError.data_loss("a lattice_delta has not three numbers per index")
         shape = self.lattice.control_points.shape
-        points = self.lattice.control_points.reshape(-1, 3).copy()  # what was handed out stays as it was
+        points = self.lattice.control_points.reshape(-1, 3).copy()  # returned lattices must not change
         if indices.size and indices.max() >= len(points):
             raise LatticedError.data_loss("a lattice_delta names a control point that does not exist")
         points[indices] = np.array(delta.positions, dtype=float).reshape(-1, 3)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
-"""Points of the surface, by their place in the source mesh."""
+"""Points of the surface, named by their place in the source mesh."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from latticed.v1 import surface_pb2
 
 @dataclass(frozen=True)
 class SurfacePoint:
-    """A point of the surface: Scene.pick returns one, and a drag holds one."""
+    """A point of the surface. Scene.pick returns one, and drag takes them."""
 
     face: int  # of the source mesh
     corners: Tuple[int, int, int]  # three of that face, numbered as in Provenance

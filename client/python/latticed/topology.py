@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
-"""How the points and triangles of a view are laid out; the same ones for every update until a knot or
-the segments change."""
+"""The layout of a view's points and triangles. It is the same for every update until knots or segments
+change."""
 from __future__ import annotations
 
 import functools
@@ -12,10 +12,10 @@ import numpy.typing as npt
 
 
 class Topology:
-    """Patches, each of which has the points and triangles of one pattern.
+    """Patches that all have the points and triangles of one pattern.
 
-    id        names it; follows from mesh, knots, frame and segments alone
-    patches   how many
+    id        depends only on mesh, knots, frame and segments
+    patches   the number of patches
     segments  subdivisions of a patch's edge, s
     weights   (q, 3) with q = (s + 1)(s + 2) / 2: barycentrics of a patch's points in its three corners
     pattern   (s squared, 3): triangles of a patch, counter-clockwise from outside
@@ -32,7 +32,7 @@ class Topology:
 
     @property
     def chunks(self) -> int:
-        """How many: runs of patches that are sent together."""
+        """The number of chunks, the runs of patches that are sent together."""
         return len(self._begins) - 1
 
     def patches_of(self, chunk: int) -> slice:
@@ -41,6 +41,6 @@ class Topology:
 
     @functools.cached_property
     def triangles(self) -> npt.NDArray[np.uint32]:
-        """The triangles of the whole surface, (triangles, 3): numbers of points in update.points.reshape(-1, 3)."""
+        """The triangles of the whole surface, (triangles, 3): indices into update.points.reshape(-1, 3)."""
         first = np.arange(self.patches, dtype=np.uint32) * np.uint32(len(self.weights))
         return (first[:, None, None] + self.pattern).reshape(-1, 3)

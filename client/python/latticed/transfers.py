@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
-"""Rpcs that stream one way, to the client. All of them are made again after a broken connection."""
+"""Rpcs that stream to the client. All are made again after a broken connection."""
 from __future__ import annotations
 
 import hashlib
@@ -30,7 +30,7 @@ EXPORT_FORMATS = {
 
 
 def get_update(connection: Connection, request: scene_pb2.GetUpdateRequest) -> Update:
-    """One complete update."""
+    """Fetches one complete update."""
 
     def attempt() -> Update:
         surface = Surface()
@@ -47,7 +47,7 @@ def get_update(connection: Connection, request: scene_pb2.GetUpdateRequest) -> U
 
 
 def get_provenance(connection: Connection, scene: str, topology: Topology) -> Provenance:
-    """All of GetTopology."""
+    """Fetches all parts of GetTopology."""
     request = surface_pb2.GetTopologyRequest(scene=scene, topology_id=topology.id)
 
     def attempt() -> List[Any]:
@@ -62,7 +62,7 @@ def export(
     open_file: Callable[[], BinaryIO],
     progress: ProgressFunction,
 ) -> int:
-    """Writes the bytes to a file, opened anew for each attempt; the revision that it shows."""
+    """Writes the bytes to a file, which each attempt opens anew. Returns the exported revision."""
 
     def attempt() -> int:
         header, done = surface_pb2.ExportHeader(), 0
@@ -81,8 +81,8 @@ def export(
 
 
 def download(connection: Connection, mesh: str, file: BinaryIO, progress: ProgressFunction) -> None:
-    """Writes the bytes that were uploaded; after a break it goes on where it was. DATA_LOSS where their SHA-256
-    is not the mesh's id."""
+    """Writes the uploaded bytes; after a break it continues at the next byte. DATA_LOSS if their SHA-256 is
+    not the mesh's id."""
     total, done, digest = 0, 0, hashlib.sha256()
 
     def attempt() -> None:
@@ -103,7 +103,7 @@ def download(connection: Connection, mesh: str, file: BinaryIO, progress: Progre
 
 @contextmanager
 def whole_file(path: Union[str, "os.PathLike[str]"]) -> Iterator[Path]:
-    """A temporary path to write to. At the end of the block the file moves to `path`; an exception deletes it."""
+    """A temporary path to write to. The end of the block moves it to `path`; an exception deletes it."""
     part = Path(f"{os.fspath(path)}.part")
     try:
         yield part

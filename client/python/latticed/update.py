@@ -15,15 +15,15 @@ from latticed.view import View
 
 
 class Update:
-    """A complete update: never partial, and never changed once it is here.
+    """A complete update. It never changes.
 
     revision, head_revision  of this surface, and the scene's newest when it was sent
     applied_sequence         the last edit of this stream's editor that it holds; 0: none
-    view                     what was asked for, every field filled in
-    timings                  where the server's time went: latticed.v1.UpdateTimings, microseconds
-    topology                 points and triangles of a patch, and which patches are in which chunk
+    view                     the requested view, with every field filled in
+    timings                  times on the server: latticed.v1.UpdateTimings, microseconds
+    topology                 points and triangles of a patch, and the patches of each chunk
 
-    Points are decoded on first use: a skipped update costs nothing.
+    Points are decoded at the first use, so a skipped update costs no decoding.
     """
 
     def __init__(self, end: Any, view: View, topology: Topology, chunks: Sequence[Chunk]) -> None:
@@ -41,7 +41,7 @@ class Update:
 
     @property
     def final(self) -> bool:
-        """Whether it was the scene's newest state, in all the detail that the view asks for."""
+        """Whether it was the scene's newest revision, in all the detail that the view asks for."""
         return self.revision == self.head_revision and self.full_detail
 
     @property
@@ -51,7 +51,7 @@ class Update:
 
     @functools.cached_property
     def points(self) -> npt.NDArray[np.float64]:
-        """(patches, q, 3), world units; q points a patch, in the order of topology.weights."""
+        """(patches, q, 3), world units; q points per patch, in the order of topology.weights."""
         return self._shaped([chunk.origin + chunk.decoded[0].astype(float) for chunk in self._chunks])
 
     @property
@@ -61,33 +61,33 @@ class Update:
 
     @property
     def step(self) -> float:
-        """World units per integer: points are within half of it on each axis. 0 for raw, which has no grid."""
+        """The quantisation step in world units. Points are exact to half a step on each axis. 0 for raw."""
         return max(chunk.step for chunk in self._chunks)
 
     @functools.cached_property
     def relative_points(self) -> npt.NDArray[np.float32]:
-        """points - origin in single precision: for graphics, where world coordinates are large."""
+        """points - origin in single precision, for graphics with large world coordinates."""
         parts = [chunk.decoded[0] + (chunk.origin - self.origin) for chunk in self._chunks]
         return self._shaped(parts).astype(np.float32)
 
     @functools.cached_property
     def normals(self) -> npt.NDArray[np.float32] | None:
-        """(patches, q, 3), unit vectors; None where the view has none."""
+        """(patches, q, 3), unit vectors; None if the view has none."""
         parts = [chunk.decoded[1] for chunk in self._chunks]
         return None if any(part is None for part in parts) else self._shaped(parts)
 
     @property
     def triangles(self) -> npt.NDArray[np.uint32]:
-        """(triangles, 3): numbers of points in points.reshape(-1, 3), counter-clockwise from outside."""
+        """(triangles, 3): indices into points.reshape(-1, 3), counter-clockwise from outside."""
         return self.topology.triangles
 
     @property
     def chunk_revisions(self) -> npt.NDArray[np.int64]:
-        """For each chunk the revision at which its bytes last changed."""
+        """For each chunk, the revision at which its bytes last changed."""
         return np.array([chunk.revision for chunk in self._chunks])
 
     def changed_since(self, earlier: Update) -> List[int]:
-        """The chunks that came since an earlier update of the same stream; all, under another topology."""
+        """The chunks received after an earlier update of the same stream; all if the topology has changed."""
         if earlier.topology.id != self.topology.id:
             return list(range(self.topology.chunks))
         return [i for i, chunk in enumerate(self._chunks) if chunk is not earlier._chunks[i]]

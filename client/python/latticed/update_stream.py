@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
-"""The base of streams of updates: a thread that reads, the newest update, and reopening after a break."""
+"""The base of streams of updates. A thread reads, the newest update is kept, and a broken rpc is reopened."""
 from __future__ import annotations
 
 import threading
@@ -25,15 +25,15 @@ Self = TypeVar("Self", bound="UpdateStream")
 
 
 class UpdateStream(ABC):
-    """Updates of a scene as they come. Only the newest is kept: an update that nobody took in time is skipped.
+    """Updates of a scene. Only the newest is kept: it replaces an older one that nobody has taken.
 
         with scene.watch() as stream:
             for update in stream:
                 show(update.points)
 
-    A stream lives until it is closed; a with block closes it. After a break, or when the server asks it to
-    move, it opens itself again where it was: five times in a row, with pauses that double from 100 ms. Any
-    number of threads may use it. Errors of the server are raised as LatticedError by the next call.
+    A stream lives until it is closed; a with block closes it. After a break, or after a goaway of the server,
+    it opens itself again and resumes: up to five times in a row, with pauses that double from 100 ms. Any
+    number of threads may use it. The next call raises an error of the server as LatticedError.
     """
 
     def __init__(
@@ -44,10 +44,10 @@ class UpdateStream(ABC):
         self._watch = watch  # its resume_token is always the newest
         self._watch.view.CopyFrom(view.for_watching(scene_default))
         self._surface = Surface()
-        self._changed = threading.Condition()  # of all that follows
+        self._changed = threading.Condition()  # guards all that follow
         self._call: Any = None
         self._latest: Optional[Update] = None
-        self._completed = 0  # updates so far, and how many of them next_update need not return
+        self._completed = 0  # complete updates so far, and how many of them were returned or skipped
         self._handed_out = 0
         self._failures = 0
         self._reconnections = 0
@@ -62,8 +62,8 @@ class UpdateStream(ABC):
 
     @property
     def lattice(self) -> Lattice:
-        """The lattice after the newest edit heard of, whoever made it."""
-        assert self._surface.lattice is not None  # _start waits for the first update, which comes later
+        """The lattice after the newest reported edit of any editor."""
+        assert self._surface.lattice is not None  # it comes before the first update, for which _start waits
         return self._surface.lattice
 
     @property
@@ -75,17 +75,17 @@ class UpdateStream(ABC):
 
     @property
     def others(self) -> Dict[str, Presence]:
-        """Who else is there and shows it, by editor_id."""
+        """The presence of other editors that show it, by editor_id."""
         with self._changed:
             return dict(self._others)
 
     @property
     def reconnections(self) -> int:
-        """How often it had to open itself again."""
+        """How often the stream has opened itself again."""
         return self._reconnections
 
     def next_update(self, timeout: Optional[float] = None) -> Optional[Update]:
-        """Waits for an update newer than the last that was returned; None once the stream has ended.
+        """Waits for an update that is newer than the last returned one; None once the stream has ended.
 
         TimeoutError after `timeout` seconds."""
         with self._changed:
@@ -102,7 +102,7 @@ class UpdateStream(ABC):
             yield update
 
     def close(self) -> None:
-        """Ends the stream at once; those that wait return."""
+        """Ends the stream at once. Waiting calls return."""
         with self._changed:
             self._closing = True
             if self._call is not None:
@@ -118,7 +118,7 @@ class UpdateStream(ABC):
         self.close()
 
     def _start(self) -> None:
-        """Reads until the first update is here; the lattice is known then."""
+        """Starts the reading thread and waits for the first update. The lattice is known then."""
         self._reader.start()
         try:
             with self._changed:
@@ -129,41 +129,41 @@ class UpdateStream(ABC):
             self.close()
             raise
 
-    # For subclasses; all but _wait and _hand_out are called by the reading thread.
+    # For subclasses. The reading thread calls all but _wait and _hand_out.
 
     @abstractmethod
     def _open(self) -> Any:
-        """Makes the rpc; with _changed held."""
+        """Starts the rpc. Called with _changed held."""
 
     def _begin(self) -> None:
-        """The rpc is open."""
+        """Called when the hello of an rpc has come."""
 
     @abstractmethod
     def _acknowledge(self, update_id: int) -> None:
-        """Tells the server that an update is here."""
+        """Acknowledges an update to the server."""
 
     @abstractmethod
     def _answer_heartbeat(self) -> None:
-        """Tells the server that this watcher lives."""
+        """Sends a heartbeat, so that the server knows that this watcher lives."""
 
     def _take_result(self, result: Any) -> None:
-        """Takes an edit_result in."""
+        """Handles an edit_result."""
 
     def _complete(self, update: Update, end: Any) -> None:
-        """Takes a complete update in; with _changed held."""
+        """Handles a complete update. Called with _changed held."""
         self._failures = 0
         self._watch.resume_token = end.resume_token
         self._latest = update
         self._completed += 1
 
     def _hand_out(self) -> Update:
-        """The newest update, which next_update need not return again; with _changed held."""
+        """Returns the newest update and marks it as returned. Called with _changed held."""
         assert self._latest is not None
         self._handed_out = self._completed
         return self._latest
 
     def _wait(self, done: Callable[[], bool], timeout: Optional[float]) -> None:
-        """Waits until `done`, or the end of the stream; raises its error. With _changed held."""
+        """Waits until `done` or the stream's end. Raises the stream's error. Called with _changed held."""
         if not self._changed.wait_for(lambda: done() or self._ended, timeout):
             raise TimeoutError(f"nothing came within {timeout} seconds")
         if not done() and self._error is not None:
@@ -178,19 +178,19 @@ class UpdateStream(ABC):
             while pause is not None and not self._pause(pause):
                 self._reconnections += 1
                 pause = self._read_one_rpc()
-        except Exception as trouble:  # any error is for those who wait: a closed channel's ValueError too
+        except Exception as trouble:  # waiting calls raise any error, also a closed channel's ValueError
             error = trouble
         with self._changed:
             self._error, self._ended = error, True
             self._changed.notify_all()
 
     def _pause(self, seconds: float) -> bool:
-        """Whether the stream is closing."""
+        """Pauses, and returns whether the stream is closing."""
         with self._changed:
             return self._changed.wait_for(lambda: self._closing, seconds)
 
     def _read_one_rpc(self) -> Optional[float]:
-        """Seconds to wait before the next one; None: it was the last."""
+        """Reads an rpc to its end. Returns the seconds to wait before the next rpc; None: it was the last."""
         pause: Optional[float] = None
         with self._changed:
             if self._closing:
@@ -232,7 +232,7 @@ class UpdateStream(ABC):
         if arm == "hello":
             self._hello = event.hello
             with self._changed:
-                self._others.clear()  # the server tells of all who are there
+                self._others.clear()  # the server sends the presence of all editors after hello
             self._begin()
         elif arm == "presence":
             self._take_presence(event.presence)

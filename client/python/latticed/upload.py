@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
-"""The bytes of a mesh, on their way to the server."""
+"""Uploads the bytes of a mesh."""
 from __future__ import annotations
 
 import hashlib
@@ -16,7 +16,7 @@ from latticed.v1 import mesh_pb2
 
 Bytes = Union[bytes, memoryview]
 
-PART_BYTES = 768 * 1024  # the most that one message may hold
+PART_BYTES = 768 * 1024  # the most data bytes that one message may hold
 
 SUFFIXES = {
     ".obj": mesh_pb2.MESH_FORMAT_OBJ,
@@ -30,10 +30,10 @@ SUFFIXES = {
 def upload(
     connection: Connection, header: mesh_pb2.MeshHeader, data: Bytes, progress: ProgressFunction
 ) -> Any:
-    """Sends the mesh unless the server has it; returns its latticed.v1.Mesh."""
+    """Sends the mesh unless the server has it. Returns its latticed.v1.Mesh."""
     header.total_bytes = len(data)
     header.sha256 = hashlib.sha256(data).hexdigest()
-    # A Mesh does not tell its RawLayout: the same bytes may be another mesh.
+    # A Mesh does not hold its RawLayout, so a client cannot see whether the layouts are the same.
     if header.format != mesh_pb2.MESH_FORMAT_RAW:
         present = _find(connection, header)
         if present is not None:

@@ -31,20 +31,20 @@ def _name(number: Any, numbers: Dict[str, Any]) -> str:
 
 @dataclass(frozen=True)
 class View:
-    """A field of 0 or empty takes the scene's default view; the comments name that view's own defaults."""
+    """A field of 0 or "" takes the scene's default view. The comments give the defaults of that view."""
 
-    segments: int = 0  # subdivisions of a patch's edge, 1 to 32; 10
-    normals: str = ""  # "none", "facet" or "smooth"; smooth where the mesh has vertex normals, else facet
-    encoding: str = ""  # "draco", "draco_mesh", "raw" or "quantised"; draco where a decoder is installed
-    position_bits: int = 0  # of a coordinate, 8 to 16; 12. Not of raw
-    normal_bits: int = 0  # of a coordinate of the octahedral map, 6 to 12; 8. Not of raw
-    max_points: int = 0  # fewer segments are taken where a view would have more points; 0: no limit
-    max_bytes_per_second: int = 0  # of chunks, sent to this watcher; 0: no limit
-    drag_position_bits: int = 0  # in force while anybody's gesture is open, 8 to 16; 0: position_bits
-    drag_normal_bits: int = 0  # likewise, 6 to 12; 0: normal_bits
+    segments: int = 0  # subdivisions of a patch's edge, 1 to 32; default 10
+    normals: str = ""  # "none", "facet" or "smooth"; default smooth if the mesh has normals, else facet
+    encoding: str = ""  # "draco", "draco_mesh", "raw" or "quantised"; default draco
+    position_bits: int = 0  # bits per coordinate, 8 to 16; default 12; no effect for raw
+    normal_bits: int = 0  # bits per coordinate of the octahedral map, 6 to 12; default 8; no effect for raw
+    max_points: int = 0  # most points of an update while edits come: the server lowers segments; 0: no limit
+    max_bytes_per_second: int = 0  # most chunk bytes per second for this watcher; 0: no limit
+    drag_position_bits: int = 0  # position_bits while any editor's gesture is open, 8 to 16; 0: position_bits
+    drag_normal_bits: int = 0  # normal_bits while any editor's gesture is open, 6 to 12; 0: normal_bits
 
     def to_proto(self) -> view_pb2.ViewOptions:
-        """ValueError for an encoding or normals of another name."""
+        """ValueError for an unknown name of encoding or normals."""
         named = {
             "normals": choose("normals", self.normals, _NORMALS),
             "encoding": choose("encoding", self.encoding, _ENCODINGS),
@@ -52,8 +52,8 @@ class View:
         return view_pb2.ViewOptions(**{**vars(self), **named})
 
     def for_watching(self, scene_default: View) -> view_pb2.ViewOptions:
-        """Like to_proto, with an encoding that can be decoded here. Without a decoder, a view that names no
-        encoding gets QUANTISED in place of the scene's Draco, with a warning."""
+        """Like to_proto, with an encoding that can be decoded here. Without a Draco decoder, a view that
+        names no encoding gets QUANTISED instead of the scene's Draco, with a warning."""
         options = self.to_proto()
         wanted = self.encoding or scene_default.encoding
         if not wanted.startswith("draco") or draco.decoder() is not None:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
-"""Watching without edits, for which a read token suffices."""
+"""Watching without edits, for which a token of role read suffices."""
 from __future__ import annotations
 
 from typing import Any, Sequence
@@ -28,12 +28,12 @@ class WatchStream(UpdateStream):
             self._watch.view.CopyFrom(options)
 
     def pause(self, paused: bool = True) -> None:
-        """Stops updates, or lets them go on."""
+        """Stops updates. paused=False lets them go on."""
         self._paused = paused
         self._control(scene_pb2.ControlWatchRequest(pause=paused))
 
     def show(self, name: str = "", colour: int = 0, selected: Sequence[int] = ()) -> None:
-        """Shows others who this watch's editor is, until the stream ends: see Presence. Role edit."""
+        """Shows others who this watch's editor is, until the stream ends: see Presence. Needs role edit."""
         self._shown = Presence(name, colour, tuple(selected))
         self._control(scene_pb2.ControlWatchRequest(presence=self._shown.to_proto()))
 
@@ -63,7 +63,7 @@ class WatchStream(UpdateStream):
                 )
             )
         except LatticedError as error:
-            # Other errors do not matter: a broken stream opens itself again with the newest view, and an
-            # unbroken one goes on.
+            # Other errors are ignored: a broken stream opens itself again with the newest view, and an intact
+            # one goes on.
             if error.code in (grpc.StatusCode.INVALID_ARGUMENT, grpc.StatusCode.RESOURCE_EXHAUSTED):
                 raise
