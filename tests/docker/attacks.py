@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# attacks.py PORT CUT_PORT CA ADMIN SCENE: hostile clients of the proxy at PORT of localhost, and of the one at
-# CUT_PORT, which cuts after 2 s who takes nothing. ADMIN, host:port, is the server's; it has the scene. Each
-# attack has an address of its own and runs in a process of its own. Meanwhile an honest client calls, and must
-# get an answer each time.
+# attacks.py PORT CUT_PORT CA ADMIN SCENE: hostile clients attack two proxies on localhost: the one at PORT, and
+# the one at CUT_PORT, which after 2 s cuts clients that read nothing. ADMIN is the host:port of the server's
+# metrics; the server has the scene. Each attack has its own client address and process. Meanwhile an honest
+# client makes calls, and each must be answered.
 import multiprocessing
 import re
 import sys
@@ -27,9 +27,9 @@ from http2 import (
 )
 
 INFO = "ServerService/GetServerInfo"
-MOST_S = 20  # of one attack
+MOST_S = 20  # longest time of one attack
 FLOOD_S = 2
-ANSWER_S = 2  # the honest client waits no longer for one answer
+ANSWER_S = 2  # longest time of an answer to the honest client
 CANCEL = (8).to_bytes(4, "big")
 CLOSED = (ConnectionError, OSError)
 
@@ -47,13 +47,13 @@ class Attack:
         return Connection(self.port, self.ca, self.source, **options)
 
     def flood(self, connection, frames):
-        """Sends them again and again, and hears nothing; False when the proxy has closed the connection."""
+        """Sends the frames repeatedly and reads nothing. Returns False if the proxy closed the connection."""
         end = time.monotonic() + FLOOD_S
         connection.socket.settimeout(FLOOD_S)
         try:
             while time.monotonic() < end:
                 connection.send(frames)
-        except TimeoutError:  # the proxy takes no more
+        except TimeoutError:  # the proxy has stopped reading
             return True
         except CLOSED:
             return False
@@ -61,7 +61,7 @@ class Attack:
 
 
 def long_headers(attack):
-    """A field of a megabyte in many frames, and fields that are long in one frame."""
+    """Sends a header field of a megabyte in many frames, and then many long fields in one frame."""
     connection = attack.connect()
     endless = b"\0\x01x\x7f\xff\xff\xff\x7f"  # a field "x" of 2^28 bytes
     connection.send(frame(HEADERS, 0, 1, head(INFO) + endless))
@@ -76,7 +76,7 @@ def long_headers(attack):
 
 
 def continuations(attack):
-    """Frames of a header that never ends, empty and small."""
+    """Sends a header that never ends, in empty frames and in small ones."""
     for payload in (b"", field("x", "y")):
         connection = attack.connect()
         connection.send(frame(HEADERS, 0, 1, head(INFO)))
@@ -88,7 +88,7 @@ def continuations(attack):
 
 
 def rapid_reset(attack):
-    """Calls that are cancelled as soon as they have begun, from several connections."""
+    """Begins calls and cancels them at once. Opens a new connection when the proxy closes one."""
     end = time.monotonic() + FLOOD_S
     refused = 0
     while time.monotonic() < end:
@@ -105,7 +105,7 @@ def rapid_reset(attack):
 
 
 def calls_never_begun(attack):
-    """Headers of calls without a byte of their messages: none of them reaches the server."""
+    """Sends headers of calls but no byte of their messages. None of these calls may reach the server."""
     connections = [attack.connect() for _ in range(20)]
     streams = [[c.begin("SceneService/ApplyEdits") for _ in range(90)] for c in connections]
     for connection, begun in zip(connections, streams):
@@ -114,7 +114,7 @@ def calls_never_begun(attack):
 
 
 def slow_readers(attack):
-    """Watches whose events are not taken: they end, at the server as well."""
+    """Opens watches and reads no events. The watches must end, also at the server."""
     request = message(b"\x0a" + bytes([len(attack.scene)]) + attack.scene.encode())
     connection = attack.connect(window=0)
     streams = [connection.begin("SceneService/Watch") for _ in range(50)]
@@ -125,7 +125,7 @@ def slow_readers(attack):
 
 
 def long_trailers(attack):
-    """Trailers that are longer than gRPC takes."""
+    """Sends trailers that are longer than gRPC accepts."""
     for _ in range(8):
         connection = attack.connect()
         stream = connection.begin("SceneService/Deform")
@@ -136,12 +136,12 @@ def long_trailers(attack):
 
 
 def pings(attack):
-    """PINGs whose answers are not taken."""
+    """Sends PINGs and does not read their answers."""
     attack.flood(attack.connect(), frame(PING, 0, 0, bytes(8)) * 1_000)
 
 
 def connections(attack):
-    """More connections than an address may have, which say nothing."""
+    """Opens more connections than one address may have, and makes no call on them."""
     held, refused = [], 0
     for _ in range(100):
         try:
@@ -164,7 +164,7 @@ def finished_watches(admin):
 
 
 def beside(name, run, attack, honest_port):
-    """Runs the attack. The honest client calls all the while, on a new connection each half second."""
+    """Runs the attack. Meanwhile the honest client makes calls, with a new connection every 12 calls."""
     process = multiprocessing.Process(target=run, args=(attack,), daemon=True)
     process.start()
     start, answers, slowest = time.monotonic(), 0, 0.0

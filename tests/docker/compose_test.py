@@ -3,9 +3,10 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # usage: compose_test.py
-# docker/compose.yaml beside docker/.env and the Dockerfiles: which services a profile starts, and all of the GPU's
-# and the proxy's that shows without running them. container_test.sh runs the CPU's service, haproxy_test.sh the
-# proxy's configuration. Skips (77) where there is no yaml module, and fails there under LATTICED_REQUIRE_PYTHON.
+# Checks docker/compose.yaml against docker/.env and the Dockerfiles: the services of each profile, and of the GPU
+# and proxy services all that can be checked without running them. container_test.sh runs the CPU service,
+# haproxy_test.sh the proxy's configuration. Without a yaml module it skips (77), or fails if
+# LATTICED_REQUIRE_PYTHON is set.
 import os
 import re
 import sys
@@ -25,7 +26,7 @@ def started(services, profile):
 
 
 def published(service):
-    """(host's address, host's port unless the environment names another, container's port) of each."""
+    """Returns (host address, default host port, container port) of each published port."""
     return [
         re.fullmatch(r"([\d.]+):\$\{LATTICED_\w+_PORT:-(\d+)\}:(\d+)", port).groups()
         for port in service["ports"]
@@ -58,7 +59,7 @@ def check_gpu(service, dockerfile):
     assert device == {"driver": "nvidia", "count": "all", "capabilities": ["gpu"]}
     assert "NVIDIA_VISIBLE_DEVICES=all NVIDIA_DRIVER_CAPABILITIES=compute,utility" in dockerfile
     arguments = service["build"]["args"]
-    assert arguments["LATTICED_CUDA"] == "ON"  # the string: a bare ON is YAML's true
+    assert arguments["LATTICED_CUDA"] == "ON"  # must be quoted in YAML, where ON means true
     devel = re.fullmatch(r"nvidia/cuda:(13\.0\.\d+)-devel-(ubuntu24\.04)", arguments["BUILD_BASE"])
     assert arguments["RUNTIME_BASE"] == "nvidia/cuda:{}-runtime-{}".format(*devel.groups())
 

@@ -3,9 +3,9 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # usage: container_test.sh FOLDER
-# Builds the CPU image, runs it by compose.yaml with the commands of docker/README.md, sees that it is confined as
-# the file says, and asks its ports: README's Python example, and by HTTP. Images, networks and containers are kept
-# apart from this machine's own, and are gone afterwards. FOLDER takes the example's files.
+# Builds the CPU image and runs it by compose.yaml with the commands of docker/README.md. Checks that the container is
+# confined as that file says, and uses its ports with README's Python example and by HTTP. Images, networks and
+# containers are separate from this machine's own, and are deleted afterwards. The example's files go to FOLDER.
 set -euo pipefail
 root=$(cd "$(dirname "$(readlink -f "$0")")/../.." && pwd)
 mkdir -p "$1"
@@ -14,7 +14,7 @@ readonly root work tag=latticed:cpu name=docker_latticed_1 most_mb=300 patience_
 storage=$(mktemp -d /var/tmp/latticed.XXXXXX)
 readonly storage
 export CONTAINERS_CONF=$root/docker/containers.conf CONTAINERS_STORAGE_CONF=$storage/storage.conf
-export BUILDAH_LAYERS=false  # no image is kept, so no steps towards it
+export BUILDAH_LAYERS=false  # no layers are cached, since no image is kept
 cat >"$CONTAINERS_STORAGE_CONF" <<CONF
 [storage]
 driver = "overlay"
@@ -39,7 +39,7 @@ trap clean EXIT
 source "$root/tests/support/readme_blocks.sh"
 read_blocks docker/README.md
 
-# The first ports from 20200 on that nobody listens on: below those that the system gives to whoever connects.
+# Prints the first COUNT ports from 20200 on that nobody listens on. They are below the ephemeral ports.
 free_ports() {  # COUNT
   local port ports=()
   for port in {20200..20299}; do
@@ -49,7 +49,7 @@ free_ports() {  # COUNT
   fail "ports 20200 to 20299 are all in use"
 }
 
-# ask URL TEXT [grpc-web]: fails unless the answer, to an empty message where it is an rpc, holds the text.
+# ask URL TEXT [grpc-web]: fails unless the answer holds TEXT. With grpc-web it calls an rpc with an empty message.
 ask() {
   /usr/bin/python3 - "$@" <<'PYTHON' || fail "$1 does not answer as it should"
 import sys, urllib.request
@@ -67,7 +67,7 @@ mb=$(($(podman image inspect --format '{{.Size}}' "$tag") / 1000000))
 echo "the image has $mb MB"
 ((mb <= most_mb)) || fail "the image has $mb MB, over $most_mb"
 
-# A copy, with a folder of networks in the storage.
+# Copies docker/ and makes podman keep its networks in the temporary storage.
 rm -rf "$work/docker"
 cp -r "$root/docker" "$work"
 sed -i "/^\[network\]/a network_config_dir = \"$storage/networks\"" "$work/docker/containers.conf"
@@ -91,7 +91,7 @@ podman exec "$name" grep -q '^[^ ]* / [^ ]* ro,' /proc/mounts || fail "the root 
 podman exec "$name" latticectl bench vase --resolution 1 --segments 1 --edits 1 --server 127.0.0.1:50151 >bench.txt 2>&1 ||
   fail "the load generator does not run: $(<bench.txt)"
 
-# The image's own program makes the mesh; the client is this machine's.
+# The image's latticectl makes the mesh; the Python client runs on this machine.
 podman run --rm --network none --read-only --cap-drop ALL --user "$EUID" --volume "$work:/work" \
   --entrypoint latticectl "$tag" sample vase --resolution 1 -o /work/my.obj
 (cd "$root/client/python" && /usr/bin/python3 setup.py -q build_py --build-lib "$work/package") >package.txt 2>&1 ||

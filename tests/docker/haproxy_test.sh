@@ -3,13 +3,14 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # usage: haproxy_test.sh BUILD
-# docker/haproxy.cfg with addresses of this machine, before two servers of BUILD: every kind of call goes
-# to the server that its name says, what a proxy cuts goes on, and hostile clients (attacks.py) do not keep honest ones
-# from their answers. Skips (77) where there is no HAProxy, and fails there under LATTICED_REQUIRE_HAPROXY.
+# Runs docker/haproxy.cfg, with addresses of this machine, in front of two servers of BUILD. Every kind of call must
+# reach the server that its host name selects. Clients must resume streams that a proxy cuts. Honest clients must get
+# their answers despite hostile ones (attacks.py). Without HAProxy it skips (77), or fails if LATTICED_REQUIRE_HAPROXY
+# is set.
 set -euo pipefail
 root=$(cd "$(dirname "$(readlink -f "$0")")/../.." && pwd)
 build=$(readlink -f "$1")
-PATH=$PATH:/usr/sbin  # where Debian has it
+PATH=$PATH:/usr/sbin  # Debian installs HAProxy there
 for program in haproxy curl openssl python3; do
   command -v "$program" >/dev/null && continue
   echo "skipped, for want of $program"
@@ -24,7 +25,7 @@ pids=()
 trap 'kill "${pids[@]}" 2>/dev/null; wait' EXIT
 fail() { echo "$*"; tail -n 20 ./*.txt; exit 1; }
 
-# What the server NODE serves on: `address`, `http` or `admin`.
+# Prints the host:port on which the server NODE serves WHAT: `address`, `http` or `admin`.
 listened() { sed -n "s/.* serving .*\b$2=\(127\.0\.0\.1:[0-9]*\).*/\1/p" "$1.txt"; }  # NODE WHAT
 for node in a b; do
   "$build/server/latticed" --backend cpu --node "$node" --listen 127.0.0.1:0 --http 127.0.0.1:0 \
@@ -35,14 +36,14 @@ for node in a b; do
   for _ in {1..600}; do [[ -n $(listened "$node" address) ]] && break || sleep 0.1; done
 done
 
-# One certificate for the two names that a machine has of itself.
+# One certificate for both names of this machine, localhost and 127.0.0.1.
 openssl req -x509 -newkey rsa:2048 -nodes -days 2 -subj /CN=localhost -addext subjectAltName=DNS:localhost,IP:127.0.0.1 \
   -keyout key.pem -out ca.pem 2>/dev/null
 cat ca.pem key.pem >latticed.pem
 
-port=20480  # below those that the system gives to whoever connects
+port=20480  # below the ephemeral ports
 while (exec 3<>"/dev/tcp/127.0.0.1/$port") 2>/dev/null; do ((++port)); done
-# The second server is at 127.0.0.1, the first under any other name. Attackers need not wait 10 s for an end.
+# Host name 127.0.0.1 selects the second server, any other the first. Timeouts of 2 s, not 10 s, shorten attacks.py.
 edits=(-e "s|0.0.0.0:443|127.0.0.1:$port|; s|/etc/haproxy|$work|; s|^#2 ||; s|^  #2|  |; s|second.example.org|127.0.0.1|"
   -e 's/\(timeout http-request\|wait-for-body time\) 10s/\1 2s/')
 for node in a:latticed b:second; do
@@ -54,7 +55,7 @@ sed "${edits[@]}" "$root/docker/haproxy.cfg" >haproxy.cfg
 haproxy -c -q -f haproxy.cfg || fail "HAProxy does not take it"
 haproxy -db -f haproxy.cfg >haproxy.txt 2>&1 &
 pids+=($!)
-# A second one, which cuts streams before their heartbeats come, and says so.
+# A second proxy cuts streams before their heartbeats come, and logs that.
 cut_port=$((port + 100))
 while (exec 3<>"/dev/tcp/127.0.0.1/$cut_port") 2>/dev/null; do ((++cut_port)); done
 sed "s/127.0.0.1:$port/127.0.0.1:$cut_port/; s/60s/2s/; /^defaults/a\  log stdout format raw local0\n  option httplog" \
@@ -72,7 +73,7 @@ for name in a:localhost b:127.0.0.1; do
       --data-binary @- "https://$server/latticed.v1.ServerService/GetServerInfo" >head.txt || fail "no gRPC-Web at $server"
     grep -qi "^latticed-node: $node" head.txt && grep -qa 'grpc-status: 0' answer || fail "gRPC-Web at $server is not $node's"
   done
-  # The handshake of RFC 6455's example; curl waits for what follows it, as long as it may.
+  # The handshake of RFC 6455's example. After it, curl waits for data until --max-time.
   rm -f socket.head.txt
   for seconds in 1 30; do
     curl -sS --http1.1 --max-time "$seconds" --cacert ca.pem -o socket.txt -D socket.head.txt -H 'connection: upgrade' \
@@ -84,14 +85,14 @@ for name in a:localhost b:127.0.0.1; do
 done
 latticectl quickstart --server "localhost:$port" --tls-ca ca.pem --sample knot --steps 3 --output quickstart
 
-# Longer headers than the servers take do not come to them, and all that may come they do take.
+# The proxy refuses longer headers than the servers accept. The servers accept all headers that the proxy lets through.
 times() { printf "$1%.0s" $(seq "$2"); }  # TEXT TIMES
 ask=(--server "localhost:$port" --tls-ca ca.pem)
 latticectl info "${ask[@]}" --token "$(times y 4700)" >/dev/null || fail "a token of 4,700 bytes is too long"
 latticectl info "${ask[@]}" --token "$(times y 7000)" >long.txt 2>&1 && fail "a token of 7,000 bytes is not too long"
 grep -q 'headers are too long' long.txt || fail "of a token of 7,000 bytes nobody says that it is too long"
 latticectl info "${ask[@]}" --token "$(times y, 70)" >/dev/null || fail "a list of 70 in one field is too long"
-call_with() {  # NUMBER of fields more, and the body's: who is refused while one comes may not hear why
+call_with() {  # NUMBER of extra fields, options of curl; a client refused while it sends a body may not get the reason
   local fields=() n
   for ((n = 0; n < $1; ++n)); do fields+=(-H "x-$n: y"); done
   curl -sS --http2 --cacert ca.pem -D head.txt -o answer -H 'content-type: application/grpc' -H 'te: trailers' \
@@ -103,7 +104,7 @@ grep -qi '^grpc-status: 0' head.txt || fail "50 fields more are too many"
 call_with 70 -X POST
 grep -qi '^grpc-status: 3' head.txt && grep -qi '^content-type: application/grpc' head.txt || fail "70 fields more are not too many"
 
-# What it cuts goes on. A line of HAProxy's has who let it wait for too long, c or s, and while what: D is for data.
+# A client resumes a stream that the proxy cuts. HAProxy logs the side that timed out, c or s, and the phase: D for data.
 metric() {  # SAMPLE, of the server a
   curl -sS "http://$(listened a admin)/metrics" | awk -v name="$1" '$1 == name { value = $2 } END { print value + 0 }'
 }
@@ -121,12 +122,12 @@ until_true exceeds "$watches" 1 || fail "a watch that was cut did not begin agai
 latticectl edit move a-scene-that-is-cut --point 0,0,0 --by 0,0,1 "${ask[@]}"
 until_true grep -q '"revision": *1' watch.txt || fail "a watch that the proxy had cut did not see the edit"
 
-# Hostile clients, the slow readers of the scene's watches among them.
+# Hostile clients; some of them are slow readers that watch the scene.
 python3 "$root/tests/docker/attacks.py" "$port" "$cut_port" ca.pem "$(listened a admin)" a-scene-that-is-cut ||
   fail "a hostile client had its way"
 
-# A server that stands still in the middle of a drag: the proxy cuts the stream, the client opens another and sends what
-# is unanswered again, and each edit counts once.
+# A server stops in the middle of a drag. The proxy cuts the stream, and the client opens another and sends unanswered
+# edits again. Each edit must be applied once.
 steps=200 applied='latticed_edits_total{result="applied"}'
 before=$(metric "$applied")
 latticectl quickstart "${ask[@]}" --sample knot --steps "$steps" --output cut >drag.txt 2>&1 &

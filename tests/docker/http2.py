@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# HTTP/2 by hand, over TLS: a client of gRPC that may break every rule.
+# HTTP/2 frames written by hand, over TLS: a gRPC client that can break every rule.
 import re
 import socket
 import ssl
@@ -19,18 +19,18 @@ def frame(kind, flags, stream, payload=b""):
 
 
 def field(name, value):
-    """RFC 7541: a literal field that is not indexed, its name and value shorter than 127 bytes."""
+    """A literal field without indexing (RFC 7541). Name and value must be shorter than 127 bytes."""
     texts = [name.encode(), value.encode()]
     return b"\0" + b"".join(bytes([len(text)]) + text for text in texts)
 
 
 def message(payload):
-    """A message of gRPC, not compressed."""
+    """An uncompressed gRPC message."""
     return b"\0" + len(payload).to_bytes(4, "big") + payload
 
 
 def head(method, more=()):
-    """The header block of a call of latticed.v1."""
+    """The header block of a call of latticed.v1, with `more` fields."""
     fields = {
         ":method": "POST",
         ":scheme": "https",
@@ -43,7 +43,7 @@ def head(method, more=()):
 
 
 class Connection:
-    """From the address `source`. `window` is that of each call's answer."""
+    """A connection from the address `source`. `window` is the initial flow-control window of each answer."""
 
     def __init__(self, port, ca, source="127.0.0.1", window=65_535):
         context = ssl.create_default_context(cafile=ca)
@@ -53,7 +53,7 @@ class Connection:
         self.socket = context.wrap_socket(plain, server_hostname="localhost")
         self.next_stream = 1
         self.heard = b""
-        self.status = {}  # grpc-status of calls that have one
+        self.status = {}  # by stream: the grpc-status of calls that have one
         self.ended = set()
         settings = INITIAL_WINDOW_SIZE.to_bytes(2, "big") + window.to_bytes(4, "big")
         self.send(b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n" + frame(SETTINGS, 0, 0, settings))
@@ -62,14 +62,14 @@ class Connection:
         self.socket.sendall(frames)
 
     def begin(self, method, more=(), flags=END_HEADERS):
-        """The header of a call; its stream."""
+        """Sends the header of a call. Returns its stream."""
         stream = self.next_stream
         self.next_stream += 2
         self.send(frame(HEADERS, flags, stream, head(method, more)))
         return stream
 
     def call(self, method, request=EMPTY_MESSAGE, more=()):
-        """A whole call; its status."""
+        """Makes a whole call. Returns its grpc-status."""
         stream = self.begin(method, more)
         self.send(frame(DATA, END_STREAM, stream, request))
         return self.ending(stream)
@@ -82,7 +82,7 @@ class Connection:
         return self.status.get(stream)
 
     def hear(self):
-        """Takes what has come, or waits a little. False once the connection is closed."""
+        """Reads what has come, or waits up to 0.1 s. Returns False once the connection is closed."""
         try:
             self.socket.settimeout(TICK_S)
             heard = self.socket.recv(1 << 16)
@@ -105,7 +105,7 @@ class Connection:
         if kind in (SETTINGS, PING) and not flags & ACK:
             self.send(frame(kind, ACK, 0, payload if kind == PING else b""))
         elif kind == HEADERS:
-            # HAProxy writes names and values of fields as they are.
+            # HAProxy writes names and values of fields without Huffman coding.
             status = re.search(rb"grpc-status[\x01-\x02](\d+)", payload)
             if status:
                 self.status[stream] = int(status[1])

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The reader of uploaded Draco meshes, and the decoder of chunks that clients use.
+// Fuzzes the reader of uploaded Draco meshes, and the chunk decoder of clients.
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>

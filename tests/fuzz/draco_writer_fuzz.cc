@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The Draco writer there and libdraco back: whatever the integers, they come back the same, from a
-// chunk by itself and from one among others.
+// Fuzzes the Draco writer: libdraco must decode the integers that were written, and a chunk must have
+// the same bytes alone and in a batch.
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -19,13 +19,14 @@
 namespace latticed {
 namespace {
 
-constexpr size_t kBatch = 7;  // enough for vectors
+constexpr size_t kBatch = 7;  // chunks; enough for the writer's vector code
 
 void Require(bool holds) {
   if (!holds) std::abort();
 }
 
-// Two bytes a position and a normal's coordinate, taken in turn from `data`, into range.
+// Makes each point from ten bytes of `data`: two bytes per coordinate of position and normal, reduced
+// to their ranges.
 std::vector<uint8_t> MakePlanes(const uint8_t* data, size_t points, int position_bits,
                                 int normal_bits) {
   const size_t width = normal_bits == 0 ? 0 : normal_bits <= 8 ? 1 : 2;

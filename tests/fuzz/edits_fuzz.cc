@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A sequence of EditBatch messages in text form, separated by lines of "--", against one lattice:
-// it is valid after each, and a refused batch leaves its bits alone.
+// Applies a sequence of EditBatch messages in text form, separated by lines of "--", to one lattice. The
+// lattice must be valid after each, and a refused batch must not change it.
 #include <google/protobuf/io/tokenizer.h>
 #include <google/protobuf/text_format.h>
 
@@ -19,7 +19,7 @@
 
 namespace {
 
-// Unknown fields and broken text are no news; the parser must not write to stderr about them.
+// Unknown fields and broken text are expected. The parser must not write errors to stderr.
 class Silence : public google::protobuf::io::ErrorCollector {
   void AddError(int, google::protobuf::io::ColumnNumber, const std::string&) override {}
 };
@@ -42,7 +42,7 @@ latticed::Lattice StartLattice() {
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
-  constexpr size_t kMostBatches = 64;  // keeps an input below a millisecond or so
+  constexpr size_t kMostBatches = 64;  // keeps the time of an input near a millisecond or below
   std::string_view rest(reinterpret_cast<const char*>(data), size);
   latticed::EditHistory history(StartLattice());
   const auto now = std::chrono::steady_clock::time_point{};

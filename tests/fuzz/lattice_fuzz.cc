@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A Lattice message in its JSON form, as `latticectl apply --lattice` reads it: what is accepted
-// makes a plan for a tetrahedron.
+// Reads a Lattice message from JSON, as `latticectl apply --lattice` does. An accepted lattice must be
+// valid, and its plan for a tetrahedron, if there is one, must have patches.
 #include <google/protobuf/util/json_util.h>
 
 #include <cstddef>

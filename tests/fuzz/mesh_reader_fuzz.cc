@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A mesh reader of the format that the build names.
+// Fuzzes the mesh reader of the format LATTICED_FUZZ_FORMAT, which the build defines.
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>

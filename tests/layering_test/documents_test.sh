@@ -3,8 +3,8 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # usage: documents_test.sh ROOT
-# Fails where a README has 200 lines or more, or links or names a file that does not exist. Names are paths in
-# backquotes, from the root or from the README's folder.
+# Fails if a README has 200 lines or more, or if it links or names a file that does not exist. Names are paths in
+# backquotes, relative to the root or to the README's folder.
 set -euo pipefail
 cd "$1"
 failures=0

@@ -3,7 +3,7 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # usage: finds_violations_test.sh ROOT
-# Puts one bad file at a time into a copy of the sources; the layering test must name it.
+# Puts one bad file at a time into a copy of the sources. The layering test must name that file.
 set -euo pipefail
 root=$1
 copy=$(mktemp -d)

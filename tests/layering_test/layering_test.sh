@@ -3,14 +3,14 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # usage: layering_test.sh ROOT
-# Reads every source under ROOT and fails where an #include goes up a layer (the arrows of the table
-# below), a C++ file asks for a backend with #if, the CUDA backend waits for a whole device, a file is
-# longer than 400 lines or lacks its licence.
+# Reads every source under ROOT. Fails if an #include is not in the table of layers below, a C++ file
+# selects a backend by #if, the CUDA backend waits for a whole device, or a file has more than 400 lines
+# or no licence.
 set -euo pipefail
 cd "$1"
 
 readonly below_backends="core/base/ core/mesh/ core/ffd/ core/codec/ core/backend.h core/view/"
-# layer    may include (prefixes; itself always)
+# layer    prefixes of paths that it may include
 declare -A allowed=(
   [core/base]="core/base/"
   [core/mesh]="core/base/ core/mesh/"
@@ -47,7 +47,7 @@ declare -A allowed=(
   [tests]="core/ cuda/ server/ client/ latticed/v1/ tests/"
 )
 
-# Third-party headers that only some layers may see: regular expression, then the files that may.
+# Third-party headers that only some files may include: a regular expression of headers, then one of files.
 readonly guarded=(
   '^(grpcpp|grpc|google/protobuf|google/rpc)/' '^(server/(wire|rpc|edge|web|[a-z_]+\.)|client/|tests/)'
   '^(spdlog|CLI)/' '^(server|client|tests)/'
@@ -61,7 +61,7 @@ readonly guarded=(
   '^epoxy/' '^tests/bench/paper/shaders/'
   '^(cuda_runtime|cuda\.h|cuda_fp16)' '^(cuda|tests/(bench|cuda))/')
 
-# Sets $layer: $(…), a process for each of thousands of includes, would take most of the time.
+# Sets $layer rather than printing it: $(…) would start a process for each of thousands of includes.
 set_layer() {  # FILE
   case $1 in
     core/base/*) layer=core/base ;; core/mesh/*) layer=core/mesh ;; core/ffd/*) layer=core/ffd ;;
@@ -115,13 +115,13 @@ while IFS=: read -r file text; do
   check_include "$file" "$layer" "${BASH_REMATCH[2]}" "${BASH_REMATCH[1]}"
 done < <(grep -HE '^[[:space:]]*#[[:space:]]*include[[:space:]]*["<]' "${code[@]}")
 
-# host_device.h is the one place that tells nvcc from a host compiler.
+# host_device.h is the only file that may distinguish nvcc from a host compiler.
 while read -r line; do fail "$line: backends are chosen by CMake and by name, never by #if"; done < <(
   printf '%s\n' "${code[@]}" | grep -v '^core/base/host_device.h$' |
     xargs grep -nE '^[[:space:]]*#[[:space:]]*(if|ifdef|ifndef|elif)\b.*(LATTICED_(CUDA|CPU|BACKEND)|__CUDACC__|__CUDA_ARCH__|ENABLE_(GPU|CUDA))' |
     grep -v '#ifndef LATTICED_[A-Z0-9_]*_\(CU\)\?H_$')
 
-# Neither by name nor by calls that do so by the way.
+# Some calls wait by their name, and cudaFree, cudaMemcpy and cudaMemset wait as a side effect.
 while read -r line; do fail "$line: waits for all of the device, where a stream or an event is meant"; done < <(
   printf '%s\n' "${code[@]}" | grep '^cuda/' |
     xargs grep -HnE '\b((cudaDevice|cudaThread|cudaCtx|cuCtx)Synchronize|cudaDeviceReset)\b|\bcuda(Free|Memcpy|Memset) *\(')

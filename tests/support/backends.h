@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Backends by name, for suites that run on every one of them. A backend joins by one line in
-// backends.cc. LATTICED_REQUIRE_BACKENDS=cpu,cuda turns a missing one into a failure.
+// Backends by name, for suites that run on each of them. backends.cc lists the backends.
+// LATTICED_REQUIRE_BACKENDS=cpu,cuda turns a missing backend into a failure.
 #ifndef LATTICED_TESTS_SUPPORT_BACKENDS_H_
 #define LATTICED_TESTS_SUPPORT_BACKENDS_H_
 
@@ -16,14 +16,14 @@
 
 namespace latticed::testing {
 
-// All names known to the suite, present on this machine or not.
+// The names of all backends, whether this machine has them or not.
 [[nodiscard]] std::vector<std::string> KnownBackends();
-// The name of the same with every plan shared out: "cpu-spanned" among three, "cuda-spanned" among
-// the first two devices, or twice on the first where there is no second.
+// The name of a backend that splits every plan: "cpu-spanned" over three CPU backends, "cuda-spanned"
+// over the first two devices, or over the first one twice if there is no second.
 inline constexpr std::string_view kSpanned = "-spanned";
 [[nodiscard]] std::string SpannedName(std::string_view name);
 [[nodiscard]] std::string UnspannedName(std::string_view name);
-// An error that says why where this machine or build has none of that name. threads 0: all.
+// An error that says why if this machine or build has no backend of that name. threads 0: all.
 [[nodiscard]] absl::StatusOr<std::unique_ptr<Backend>> MakeBackendByName(std::string_view name,
                                                                          int threads = 0);
 // Names in LATTICED_REQUIRE_BACKENDS; "cpu" when it is not set.

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// For what another thread or process does a little later.
+// Waits for something that another thread or process does a little later.
 #ifndef LATTICED_TESTS_SUPPORT_BECOMES_H_
 #define LATTICED_TESTS_SUPPORT_BECOMES_H_
 
@@ -11,7 +11,7 @@
 
 namespace latticed::testing {
 
-// Whether the condition holds at one of so many looks, 10 ms apart.
+// Tests the condition up to `looks` times, with pauses of 10 ms. Returns whether it became true.
 inline bool Becomes(int looks, const std::function<bool()>& condition) {
   for (int i = 0; i < looks; ++i) {
     if (condition()) return true;

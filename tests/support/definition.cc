@@ -17,12 +17,12 @@
 namespace latticed::testing {
 namespace {
 
-// Row sums of |Bqu inv(B)| at 10 segments, n = 3..9 (exact inverse): what differentiating the
-// interpolant does to the rounding of its samples.
+// Row sums of |Bqu inv(B)| at 10 segments, n = 3..9 (exact inverse). Differentiating the interpolant
+// amplifies the rounding of its samples by this factor.
 constexpr std::array<double, 7> kDerivativeRowSum{29, 69, 148, 303, 608, 1200, 2380};
-// Samples, matrix and sums are each rounded to float; 8 half-units in the last place cover them.
+// Samples, matrix and sums are each rounded to float. 8 half-units in the last place cover all three.
 constexpr double kProductRounding = 8 * 0x1p-24;
-// What the result itself is rounded by.
+// The rounding of the result itself.
 constexpr double kResultRounding = 2 * 0x1p-24;
 
 Bounds InfluencingControlPoints(const DeformPlan& plan, std::span<const Vec3d> control_points) {
@@ -42,8 +42,8 @@ Bounds InfluencingControlPoints(const DeformPlan& plan, std::span<const Vec3d> c
   return bounds;
 }
 
-// The error of each derivative is the row sum times the extent of what was sampled, twice the
-// diagonal of the patch's points for segments that skip the bulge.
+// The error of each derivative is kProductRounding times the row sum times the extent of the samples.
+// Twice the diagonal of the patch's points bounds that extent, since the points may skip a bulge.
 double GemmNormalBound(const DeformPlan& plan, const DirectFfd& direct, size_t patch,
                        std::array<double, 3> barycentrics, DirectFfd::Normal kind,
                        double patch_diagonal) {
@@ -60,7 +60,7 @@ double GemmNormalBound(const DeformPlan& plan, const DirectFfd& direct, size_t p
   if (kind == DirectFfd::Normal::kFacet) {
     return error * (Norm(pu) + Norm(pv)) / Norm(Cross(pu, pv));
   }
-  // Pf is interpolated, not differentiated: its error is that of a position, with its own extent.
+  // pf is interpolated, not differentiated. Its error is like a position's, with its own extent.
   const double error_f = kProductRounding * 32 * (Norm(pf) + CofactorNorm(j));
   const Vec3d normal = direct.RestSmoothNormal(patch, barycentrics);
   const double by_f = Dot(normal, f), by_1 = Dot(normal, e1), by_2 = Dot(normal, e2);
@@ -130,7 +130,7 @@ Definition::Definition(const DeformPlan& plan, std::span<const Vec3d> control_po
     deformed.Extend(of_patch);
   }
   scale_ = std::max(deformed.diagonal(), InfluencingControlPoints(plan, control_points).diagonal());
-  // A surface collapsed to a point has no size of its own: its distance is what float32 must hold.
+  // A surface collapsed to a point has no size. Then float32 must hold its distance from the origin.
   if (scale_ == 0) scale_ = Norm(deformed.center() - plan.local_origin);
 }
 

@@ -1,16 +1,17 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The points of a view, compared with the definition in double (core/ffd/direct_ffd.h).
+// Compares the points of a view with the definition in double precision (core/ffd/direct_ffd.h).
 //
 //   position  within PositionTolerance() * D, D = max(diagonal of the deformed points, diagonal of
 //             the control points that influence the mesh)
-//   normal    of length 1; in rad, where kappa <= kMostKappa: within kFusedNormal * kappa, or by the
-//             rounding of the products (GEMM), carried to the cross product
+//   normal    length 1 within kUnitTolerance. Where kappa <= kMostKappa, the angle in rad is within
+//             kFusedNormal * kappa (fused), or within the rounding of the products, carried over to
+//             the cross product (all others)
 //
-// Two backends or pipelines agree within the sum.
+// Two backends or pipelines agree within the sum of their tolerances.
 //
-// Threads  pure
+// Threads  pure functions
 #ifndef LATTICED_TESTS_SUPPORT_DEFINITION_H_
 #define LATTICED_TESTS_SUPPORT_DEFINITION_H_
 
@@ -38,17 +39,17 @@ inline constexpr double kUnitTolerance = 1e-6;
 [[nodiscard]] double Angle(Vec3d a, Vec3d b);
 
 struct ViewPoint {
-  Vec3d position;  // in the world
+  Vec3d position;  // in world coordinates
   Vec3d normal;    // as stored; zero without normals
 };
-// From the wire layout of a whole number of points.
+// Decodes whole points from the layout in which they are sent.
 [[nodiscard]] std::vector<ViewPoint> DecodePoints(const DeformPlan& plan, const ViewSpec& spec,
                                                   const QuantisationBox& box,
                                                   std::span<const uint8_t> bytes);
 
-// What rounding to integers adds: half a step on each axis, and half a cell's diagonal, which the
-// map from the octahedron to the sphere stretches by at most sqrt(3); cells on the rim name a
-// direction twice. Zero for floats.
+// Rounding to integers adds half a step on each axis to a position. To a normal it adds half a cell's
+// diagonal, stretched by at most sqrt(3) from octahedron to sphere, and twice that on the rim, where
+// two cells name one direction. Zero for floats.
 struct RoundingTolerance {
   double position = 0, normal = 0;
 };
@@ -56,12 +57,12 @@ struct RoundingTolerance {
 
 class Definition {
  public:
-  // Of some patches. Keeps references to the plan and the control points.
+  // Evaluates the points of `patches`. Keeps references to the plan and the control points.
   Definition(const DeformPlan& plan, std::span<const Vec3d> control_points, int segments,
              NormalMode normals, std::vector<uint32_t> patches);
 
-  // Of the patches, in their order. kInternal with the first point that is farther from the
-  // definition than the pipeline may be.
+  // Compares `points` of the patches, in their order. kInternal names the first point whose deviation
+  // exceeds the pipeline's tolerance.
   [[nodiscard]] absl::Status Check(Pipeline pipeline, std::span<const ViewPoint> points,
                                    RoundingTolerance rounding = {}) const;
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// One chunk through a ChunkEncoder.
+// Encodes one chunk with a ChunkEncoder.
 #ifndef LATTICED_TESTS_SUPPORT_ENCODE_CHUNK_H_
 #define LATTICED_TESTS_SUPPORT_ENCODE_CHUNK_H_
 

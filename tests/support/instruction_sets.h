@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Highway's run-time dispatch, steered: code that is compiled once per instruction set is tested
-// under each that the machine has.
+// Steers Highway's run-time dispatch, to test code that is compiled once per instruction set under each
+// set that the machine has.
 #ifndef LATTICED_TESTS_SUPPORT_INSTRUCTION_SETS_H_
 #define LATTICED_TESTS_SUPPORT_INSTRUCTION_SETS_H_
 
@@ -13,7 +13,7 @@
 
 namespace latticed::testing {
 
-// Makes run-time dispatch choose `target` until it goes out of scope.
+// Makes run-time dispatch choose `target` until the object goes out of scope.
 class ChosenTarget {
  public:
   explicit ChosenTarget(int64_t target) {
@@ -24,11 +24,11 @@ class ChosenTarget {
     hwy::SetSupportedTargetsForTest(0);
     hwy::GetChosenTarget().Update(hwy::SupportedTargets());
   }
-  ChosenTarget(const ChosenTarget&) = delete;  // dispatch is one per process
+  ChosenTarget(const ChosenTarget&) = delete;  // dispatch is process-wide
   ChosenTarget& operator=(const ChosenTarget&) = delete;
 };
 
-// The instruction sets that kernels are built for, best first; the last is the baseline.
+// The kernels' instruction sets that this machine has, best first; the last is the baseline.
 inline std::vector<int64_t> Targets() {
   const int64_t supported = hwy::SupportedTargets();
   std::vector<int64_t> targets;

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // usage: node opened_viewer.mjs WEB URL: the viewer's build folder, an address that names a scene
-// Fails unless Chromium shows that scene's surface when it opens the address, without an error of the page. Skips where
-// there is no Chromium, and fails there under LATTICED_REQUIRE_CHROMIUM. Environment: CHROMIUM, another program.
+// Fails unless Chromium opens the address and shows that scene's surface, without an error of the page. Without
+// Chromium it does nothing, or fails if LATTICED_REQUIRE_CHROMIUM is set. $CHROMIUM names another program.
 import assert from 'node:assert/strict';
 import { existsSync } from 'node:fs';
 import { createRequire } from 'node:module';
@@ -11,7 +11,7 @@ import { join, resolve } from 'node:path';
 
 const [web, url] = process.argv.slice(2);
 const executablePath = process.env.CHROMIUM || '/usr/bin/chromium';
-const MOST_MS = 120_000; // software draws the first frame
+const MOST_MS = 120_000; // drawing the first frame without a GPU is slow
 
 async function openViewer() {
   const { chromium } = createRequire(join(resolve(web), 'package.json'))('playwright-core');

@@ -1,4 +1,4 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A program of nothing, which owns the precompiled header.
+// An empty program, to which the precompiled header belongs.

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What most tests include and takes long to parse: precompiled for them, included by no file.
+// Headers that most tests include and that take long to parse. The build precompiles this file for the
+// tests; no file includes it.
 #ifndef LATTICED_TESTS_SUPPORT_PRECOMPILED_H_
 #define LATTICED_TESTS_SUPPORT_PRECOMPILED_H_
 

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# For scripts that run what a README shows, as it stands there. They set `root`, the tree, and `fail`.
+# For scripts that run a README's blocks unchanged. They must set `root`, the tree's root, and define `fail`.
 
 declare -A blocks=()  # "FILE, HEADING, N": the text of the Nth fenced block under that heading
 
@@ -24,14 +24,14 @@ read_blocks() {  # FILE
   done <"$root/$1"
 }
 
-# The block to a file `block`, and out of `blocks`.
+# Writes the block to the file `block`, and removes it from `blocks`.
 take() {  # NAME
   [[ -n ${blocks[$1]+there} ]] || fail "no block is called '$1'"
   printf '%s' "${blocks[$1]}" >block
   unset 'blocks[$1]'
 }
 
-# The block by a command, whose last argument is its file; what it prints is in `output.txt` as well.
+# Runs COMMAND with the block's file as its last argument. Copies the output to `output.txt`.
 run() {  # NAME COMMAND…
   take "$1"
   echo "== $1"

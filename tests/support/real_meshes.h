@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Scanned and modelled meshes, for whoever has them: they are not part of the project.
+// Scanned and modelled meshes, if this machine has them. They are not part of the project.
 #ifndef LATTICED_TESTS_SUPPORT_REAL_MESHES_H_
 #define LATTICED_TESTS_SUPPORT_REAL_MESHES_H_
 
@@ -17,8 +17,8 @@ struct RealMesh {
   PolygonMesh mesh;
 };
 
-// Every mesh in $LATTICED_SHARED/models, by name; empty where there is no such folder. One that
-// cannot be read fails the test.
+// Every mesh in $LATTICED_SHARED/models, except Draco files, sorted by name; empty without that folder.
+// A mesh that cannot be read fails the test.
 [[nodiscard]] std::vector<RealMesh> RealMeshes();
 
 }  // namespace latticed::testing

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """usage: served_viewer.py URL
 
-Fails unless a server has the viewer at the address: the page, and all that it loads, with media types that browsers
-insist on and the policy that confines it. Where the address names a scene (?scene=ID), that scene is open.
+Fails unless a server has the viewer at the address: the page and the files that it loads, with the media types that
+browsers require and the policy that confines the page. If the address names a scene (?scene=ID), it must exist.
 """
 
 import re

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// IsOk(), StatusIs(code) and StatusIs(code, message matcher) for absl::Status and absl::StatusOr:
-// the packaged abseil has none.
+// IsOk(), StatusIs(code) and StatusIs(code, message matcher) for absl::Status and absl::StatusOr.
+// Debian's abseil does not have them.
 #ifndef LATTICED_TESTS_SUPPORT_STATUS_MATCHERS_H_
 #define LATTICED_TESTS_SUPPORT_STATUS_MATCHERS_H_
 
@@ -44,7 +44,7 @@ MATCHER_P2(StatusIs, code, message, "has status " + absl::StatusCodeToString(cod
 #define ASSERT_OK(expression) ASSERT_THAT((expression), ::latticed::testing::IsOk())
 #define EXPECT_OK(expression) EXPECT_THAT((expression), ::latticed::testing::IsOk())
 
-// ASSERT_OK_AND_ASSIGN(const auto mesh, ReadObj(text)): what a StatusOr holds.
+// ASSERT_OK_AND_ASSIGN(const auto mesh, ReadObj(text)) assigns the value of a StatusOr.
 #define ASSERT_OK_AND_ASSIGN(value, ...) \
   ASSERT_OK_AND_ASSIGN_AS(LATTICED_CONCATENATE(latticed_result_, __LINE__), value, __VA_ARGS__)
 #define ASSERT_OK_AND_ASSIGN_AS(result, value, ...) \

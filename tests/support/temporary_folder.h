@@ -15,7 +15,7 @@
 
 namespace latticed::testing {
 
-// A folder that no other test has, and that goes with what is in it when the object does.
+// A folder that no other test uses. The destructor deletes it with its contents.
 class TemporaryFolder {
  public:
   TemporaryFolder() {
@@ -32,10 +32,10 @@ class TemporaryFolder {
 
   const std::filesystem::path& path() const { return path_; }
 
-  // Where a file of that name lies, or would.
+  // The path of a file in the folder, whether it exists or not.
   std::string Path(const std::string& name) const { return (path_ / name).string(); }
 
-  // Makes a file, and the folders that it is in; returns its path.
+  // Writes a file, and makes the folders above it. Returns the file's path.
   std::string Write(const std::string& name, const std::string& content) const {
     std::filesystem::create_directories((path_ / name).parent_path());
     std::ofstream(path_ / name, std::ios::binary) << content;

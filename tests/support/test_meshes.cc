@@ -15,7 +15,7 @@ void AddFace(PolygonMesh& mesh, std::initializer_list<int> corners) {
   mesh.face_offsets.push_back(static_cast<uint32_t>(mesh.corner_vertices.size()));
 }
 
-// An (n+1) x (n+1) grid of quads from `at` along a and b; welding is up to the caller.
+// Adds a grid of n x n quads with (n+1) x (n+1) new points, from `at` along a and b. It welds no points.
 void AddGrid(PolygonMesh& mesh, int n, Vec3d at, Vec3d a, Vec3d b) {
   const auto base = static_cast<int>(mesh.positions.size());
   for (int j = 0; j <= n; ++j) {
@@ -118,7 +118,7 @@ std::vector<double> MakeKnots(KnotKind kind, int degree, int size) {
       for (size_t i = 0; i < knots.size(); ++i) knots[i] = 1.5 * static_cast<double>(i);
       break;
     case KnotKind::kRepeated:
-      // The first interior knots coincide, as often as the degree allows.
+      // The first interior knots coincide: `degree` of them, if there are so many.
       for (size_t i = d + 1; i < std::min(n, 2 * d + 1); ++i) knots[i] = knots[d + 1];
       break;
   }
@@ -174,7 +174,7 @@ RandomCase DrawCase(uint32_t seed) {
   options.knots = static_cast<KnotKind>(draw(0, 3));
   options.shear = draw(0, 1) ? real(-0.3, 0.3) : 0;
   options.mirrored = draw(0, 1) == 1;
-  // Often exactly the mesh's size, so that faces and knot planes coincide.
+  // In a third of the cases the frame has the mesh's size, so that faces and knot planes coincide.
   options.scale = draw(0, 2) == 0 ? 1.0 : real(0.4, 1.3);
   options.shift = draw(0, 1) ? Vec3d{real(-0.3, 0.3), real(-0.3, 0.3), 0.5 * draw(-1, 1)} : Vec3d{};
   result.segments = draw(1, 8);

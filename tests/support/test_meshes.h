@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Procedural meshes and lattices for tests: small, exact, with everything that a real mesh may
-// hold.
+// Procedural meshes and lattices for tests. They are small, and together cover the difficult cases of
+// real meshes.
 #ifndef LATTICED_TESTS_SUPPORT_TEST_MESHES_H_
 #define LATTICED_TESTS_SUPPORT_TEST_MESHES_H_
 
@@ -30,22 +30,23 @@ namespace latticed::testing {
 [[nodiscard]] PolygonMesh TriangleSoup(int count, uint32_t seed);
 
 enum class KnotKind { kUniform, kNonUniform, kUnclamped, kRepeated };
-// Knots of `boxes` spans or so, of the kind, for one axis; repeated ones have full multiplicity.
+// Knots for an axis of `size` control points. kRepeated: the first interior knot has multiplicity
+// `degree`, if there are that many interior knots.
 [[nodiscard]] std::vector<double> MakeKnots(KnotKind kind, int degree, int size);
 
 struct LatticeOptions {
   std::array<int, 3> degree{2, 2, 2};
   std::array<int, 3> extra{2, 1, 2};  // size = degree + 1 + extra
   KnotKind knots = KnotKind::kUniform;
-  double shear = 0;       // off-diagonal parts of the frame's edges, as a part of their length
+  double shear = 0;       // off-diagonal parts of the frame's edges / their diagonal parts
   bool mirrored = false;  // a left-handed frame
-  double scale = 1.1;     // frame size over the mesh's bounds; below 1 leaves pieces outside
-  Vec3d shift;            // frame centre minus the bounds' centre, in extents
+  double scale = 1.1;     // frame edge / longest edge of the bounds; below 1: pieces lie outside
+  Vec3d shift;            // (frame centre - bounds' centre) / longest edge of the bounds
 };
 [[nodiscard]] LatticeStructure MakeStructure(const Bounds& bounds, const LatticeOptions& options);
 
-// A mesh and a lattice with everything drawn at random: degrees, knots, frame, place, what sticks
-// out.
+// A mesh and a lattice with random degrees, knots, frame and position. Parts of the mesh may lie outside
+// of the lattice.
 struct RandomCase {
   PolygonMesh mesh;
   LatticeOptions options;

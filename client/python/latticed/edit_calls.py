@@ -93,7 +93,7 @@ class EditCalls(PointEdits[Applied]):
 
     @abstractmethod
     def _apply(self, batch: edit_pb2.EditBatch) -> Applied:
-        """Fills in the sequence, the structure_id if it is 0, and in a Scene also scene and editor. Sends it."""
+        """Fills in sequence and, if it is 0, structure_id (a Scene also scene and editor). Sends the batch."""
 
     def apply(self, changes: Sequence[edit_pb2.Edit], expected_revision: int | None = None) -> Applied:
         """Applies several of latticed.edits at once, all or none, as one revision and one step of undo.

@@ -92,7 +92,8 @@ def reset(to: str = "identity") -> edit_pb2.Edit:
 
 
 def undo(whose: str = "mine") -> edit_pb2.Edit:
-    """Reverts the last step of this editor ("mine") or of any ("scene"). It must be the only edit of its batch."""
+    """Reverts the last step of this editor ("mine") or of any editor ("scene"). It must be the only edit of
+    its batch."""
     return edit_pb2.Edit(undo=edit_pb2.Undo(scope=choose("whose", whose, _SCOPES)))
 
 

@@ -18,7 +18,7 @@ from latticed.v1 import mesh_pb2
 
 
 class Mesh:
-    """A mesh on the server. Its id is the SHA-256 of its bytes: the same bytes uploaded twice are one mesh."""
+    """A mesh on the server. Its id is the SHA-256 of its bytes; the same bytes sent twice are one mesh."""
 
     def __init__(self, connection: Connection, info: Any) -> None:
         self._connection = connection

@@ -124,7 +124,8 @@ class Scene(EditCalls[EditResult]):
     ) -> WatchStream:
         """Opens a stream of updates, without edits, and waits for its first update.
 
-        editor_id: the editor whose presence show() sends; empty: show() fails. max_unacked_updates as in deform.
+        editor_id: the editor whose presence show() sends; empty: show() fails.
+        max_unacked_updates: as in deform.
         """
         watch = scene_pb2.WatchRequest(
             scene=self.id, editor_id=editor_id, max_unacked_updates=max_unacked_updates
