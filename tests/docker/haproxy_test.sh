@@ -104,7 +104,7 @@ grep -qi '^grpc-status: 0' head.txt || fail "50 fields more are too many"
 call_with 70 -X POST
 grep -qi '^grpc-status: 3' head.txt && grep -qi '^content-type: application/grpc' head.txt || fail "70 fields more are not too many"
 
-# A client resumes a stream that the proxy cuts. HAProxy logs the side that timed out, c or s, and the phase: D for data.
+# A client resumes a stream that the proxy cuts. HAProxy logs the side that timed out (c, s) and the phase (D: data).
 metric() {  # SAMPLE, of the server a
   curl -sS "http://$(listened a admin)/metrics" | awk -v name="$1" '$1 == name { value = $2 } END { print value + 0 }'
 }

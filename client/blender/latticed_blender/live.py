@@ -37,7 +37,7 @@ class Live:
         self._scene = ""  # name of the session's Blender scene
         self._ended = "Not connected"
         self._shown = ""  # the status that panels show
-        self._dirty = set()  # "mesh", "lattice" or "view", each of which must be read again
+        self._dirty = set()  # a set of "mesh", "lattice", "view": these must be read again
         self._grid = None  # the lattice as last read
         self._newest = None  # the surface that the result shows
 

@@ -34,7 +34,7 @@ namespace latticed::client {
 [[nodiscard]] bool MayRetry(const absl::Status& status);
 
 // Calls an idempotent function until it returns no error that MayRetry names, up to four times, with
-// pauses of 100, 200 and 400 ms. After a request of `stop` it begins no further attempt.
+// pauses of 100, 200 and 400 ms. After a request of `stop` it begins no further pause.
 [[nodiscard]] absl::Status WithRetries(const std::stop_token& stop,
                                        const std::function<absl::Status()>& call);
 // The pause after the given number of failures in a row (1 or more): 100 ms, doubled by each failure.
