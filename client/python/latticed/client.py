@@ -140,7 +140,7 @@ class Client:
         pipeline: str = "",
         delete_on_exit: bool = False,
     ) -> Scene:
-        """Puts a mesh under a lattice.
+        """Creates a scene of a mesh and a lattice.
 
         lattice          None: an identity lattice around the mesh, made from the next three
         size, degree     control points and degree of u, v, w; by default 4, 4, 4 and 2, 2, 2
