@@ -124,7 +124,7 @@ TEST_F(LatticectlServerTest, PicksAndDragsPointsOfTheSurface) {
   const std::string at = text.substr(begin, text.find('\n', begin) - begin);
 
   EXPECT_THAT(Run({"edit", "drag", "scene-one", "--at", at, "--by", "0.25,0,0"}),
-              HasSubstr("left to the target: "));
+              HasSubstr("distance left to the target: "));
   const auto dragged = RunJson({"pick", "scene-one", "--ray", ray});
   EXPECT_NEAR(x_of(dragged), x_of(point) + 0.25, 1e-9);
   EXPECT_NEAR(dragged["position"]["y"].get<double>(), 0.1, 1e-9);

@@ -15,7 +15,7 @@ from pathlib import Path
 try:
     import yaml
 except ModuleNotFoundError:
-    print("skipped, for want of python3-yaml")
+    print("skipped, missing: python3-yaml")
     sys.exit(1 if os.environ.get("LATTICED_REQUIRE_PYTHON") else 77)
 
 DOCKER = Path(__file__).resolve().parent.parent.parent / "docker"

@@ -13,7 +13,7 @@ build=$(readlink -f "$1")
 PATH=$PATH:/usr/sbin  # Debian installs HAProxy there
 for program in haproxy curl openssl python3; do
   command -v "$program" >/dev/null && continue
-  echo "skipped, for want of $program"
+  echo "skipped, missing: $program"
   [[ -n ${LATTICED_REQUIRE_HAPROXY:-} ]] && exit 1
   exit 77
 done

@@ -112,8 +112,8 @@ absl::StatusOr<v1::SurfacePoint> HeldPoint(const EditFlags& flags, Client& clien
     const double number = flags.at[i];
     if (!(number >= 0 && number <= std::numeric_limits<uint32_t>::max()) ||
         number != std::floor(number)) {
-      return absl::InvalidArgumentError(
-          fmt::format("--at: {} is no face or corner, which are counted from 0", number));
+      return absl::InvalidArgumentError(fmt::format(
+          "--at: {} is not the index of a face or corner (whole numbers from 0)", number));
     }
     const auto index = static_cast<uint32_t>(number);
     i == 0 ? point.set_face(index) : point.add_corners(index);
@@ -170,7 +170,7 @@ absl::Status Run(const EditFlags& flags, const EditMaker& make, Client& client, 
       "revision {}: {} patches in {} knot boxes changed, largest move {}\n", result.revision(),
       result.patches_touched(), result.boxes_touched(), result.largest_move());
   if (batch.edits(0).has_drag_points()) {
-    text += fmt::format("left to the target: {}\n", result.drag_residual());
+    text += fmt::format("distance left to the target: {}\n", result.drag_residual());
   }
   PrintResult(flags.json, result, text, console.out);
   return absl::OkStatus();

@@ -37,7 +37,8 @@ v1::ExportFormat FormatOf(const std::string& path) {
 
 std::string CheckOutput(const std::string& path) {
   return FormatOf(path) == v1::EXPORT_FORMAT_UNSPECIFIED
-             ? fmt::format("{}: known are .ply, .obj, .stl, .glb, .drc and .nets", path)
+             ? fmt::format("{}: the extension must be one of .ply, .obj, .stl, .glb, .drc, .nets",
+                           path)
              : "";
 }
 

@@ -84,13 +84,14 @@ void AddLatticeCommand(CLI::App& app, CommandLine& line) {
 
 void AddSampleCommand(CLI::App& app, CommandLine& line) {
   auto flags = std::make_shared<SampleFlags>();
-  CLI::App* command =
-      app.add_subcommand("sample", "Writes a mesh made by formula, to try things on");
+  CLI::App* command = app.add_subcommand("sample", "Writes a sample mesh");
   const auto names = SampleMeshNames();
   command->add_option("name", flags->name, "Which one")
       ->required()
       ->check(CLI::IsMember(std::vector<std::string>(names.begin(), names.end())));
-  command->add_option("--resolution", flags->resolution, "Faces grow with its square")
+  command
+      ->add_option("--resolution", flags->resolution,
+                   "Detail; the number of faces grows with its square")
       ->check(CLI::Range(kMinSampleResolution, kMaxSampleResolution))
       ->capture_default_str();
   command->add_option("-o,--output", flags->output, "OBJ file to write")

@@ -133,7 +133,7 @@ void AddSceneCommands(CLI::App& app, CommandLine& line) {
     SetServerAction(*command, flags, line, run);
     return command;
   };
-  CLI::App* create = add("create", "Puts a mesh under a lattice", RunCreate);
+  CLI::App* create = add("create", "Creates a scene of a mesh and a lattice", RunCreate);
   create->add_option("mesh", flags->mesh, "Mesh id, or a file to upload")->required();
   create->add_option("--id", flags->id, "Id of the scene; by default a random one");
   CLI::Option* lattice =

@@ -65,7 +65,7 @@ void AddWatchCommand(CLI::App& app, CommandLine& line) {
   auto flags = std::make_shared<WatchFlags>();
   CLI::App* command = app.add_subcommand("watch", "Prints a line for every update of a scene");
   command->add_option("scene", flags->scene, "Id of the scene")->required();
-  command->add_option("--updates", flags->updates, "Ends after so many; by default never")
+  command->add_option("--updates", flags->updates, "Ends after this many updates; by default never")
       ->check(CLI::PositiveNumber);
   AddViewFlags(*command, flags->view);
   AddDragFlags(*command, flags->view);

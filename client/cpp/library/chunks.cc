@@ -17,7 +17,7 @@ Vec3d Origin(const v1::Quantisation& quantisation) {
 
 absl::Status WrongSize(std::string_view encoding, size_t got, size_t expected) {
   return absl::DataLossError(
-      fmt::format("a {} chunk holds {} values or bytes where {} are due", encoding, got, expected));
+      fmt::format("a {} chunk holds {} values or bytes instead of {}", encoding, got, expected));
 }
 
 bool HasNormals(const v1::ViewOptions& view) { return view.normals() != v1::NORMAL_MODE_NONE; }

@@ -66,8 +66,8 @@ absl::StatusOr<uint64_t> DeformStream::Send(v1::EditBatch batch) {
   // another one.
   if (!batch.editor_id().empty() && batch.editor_id() != editor_id()) {
     return absl::InvalidArgumentError(
-        fmt::format("editor_id: this stream is editor {}'s; {} wants a stream of its own",
-                    editor_id(), batch.editor_id()));
+        fmt::format("editor_id: this stream is editor {}'s; {} needs its own stream", editor_id(),
+                    batch.editor_id()));
   }
   if (batch.structure_id() == 0) batch.set_structure_id(surface_.lattice().structure_id());
   batch.set_sequence(++last_sequence_);
@@ -81,7 +81,7 @@ absl::StatusOr<uint64_t> DeformStream::Send(v1::EditBatch batch) {
 
 absl::Status DeformStream::Show(v1::Presence presence) {
   if (half_closed_ || rpc() == nullptr) {
-    return absl::FailedPreconditionError("the stream takes nothing any more");
+    return absl::FailedPreconditionError("the stream has ended");
   }
   presence.set_editor_id(editor_id());
   v1::DeformRequest request;

@@ -71,7 +71,7 @@ absl::Status Surface::TakeDelta(const v1::LatticeDelta& delta) {
   if (delta.structure_id() != lattice_.structure_id()) return absl::OkStatus();  // a state follows
   auto* points = lattice_.mutable_lattice()->mutable_control_points();
   if (delta.positions_size() != 3 * delta.indices_size()) {
-    return absl::DataLossError("a lattice_delta has not three numbers per index");
+    return absl::DataLossError("a lattice_delta must have three numbers per index");
   }
   for (int i = 0; i < delta.indices_size(); ++i) {
     const int64_t first = 3 * int64_t{delta.indices(i)};

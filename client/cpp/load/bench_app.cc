@@ -172,7 +172,7 @@ int RunLatticectlBench(int argc, const char* const* argv, Console console) {
   BenchFlags flags;
   app.add_option("meshes", flags.meshes, "Files, or names of 'latticectl sample'")
       ->capture_default_str();
-  app.add_option("--resolution", flags.resolution, "Of sample meshes")
+  app.add_option("--resolution", flags.resolution, "Resolution of sample meshes")
       ->check(CLI::Range(kMinSampleResolution, kMaxSampleResolution))
       ->capture_default_str();
   AddLoadFlags(app, flags.plan);

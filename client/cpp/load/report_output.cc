@@ -150,7 +150,7 @@ std::string FactLines(const LoadReport& report) {
   lines += TimeText(report) + CpuText(report);
   return lines + fmt::format(
                      "* verified: {} points of {} against EvaluatePoints; the worst is off by "
-                     "{:.2f} of what is allowed\n",
+                     "{:.2f} of the tolerance\n",
                      FormatCount(report.verified.points),
                      Counted(report.verified.surfaces, "stream"), report.verified.worst);
 }

@@ -51,7 +51,7 @@ class Chunk:
 
     def _expect(self, count: int, due: int, what: str) -> None:
         if count != due:
-            raise LatticedError.data_loss(f"a chunk holds {count} {what} where {due} are due")
+            raise LatticedError.data_loss(f"a chunk holds {count} {what} instead of {due}")
 
     def _raw(self) -> Decoded:
         width = 6 if self._has_normals else 3

@@ -76,7 +76,7 @@ class Client:
         """
         suffix = Path(path).suffix.lower()
         if suffix not in SUFFIXES:
-            raise ValueError(f"{path}: known are {', '.join(SUFFIXES)}")
+            raise ValueError(f"{path}: the extension must be one of {', '.join(SUFFIXES)}")
         header = _header(name or Path(path).name, SUFFIXES[suffix], up_axis, meters_per_unit, labels)
         show = progress_function(progress, f"upload {header.name}")
         with open(path, "rb") as file:

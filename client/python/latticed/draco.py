@@ -31,7 +31,7 @@ def say_that_it_is_missing() -> None:
     while frame.f_back is not None and frame.f_globals["__name__"].startswith("latticed"):
         level, frame = level + 1, frame.f_back
     warnings.warn(
-        "no Draco decoder is installed (pip install DracoPy): updates are asked for QUANTISED, which is "
+        "no Draco decoder is installed (pip install DracoPy): the client requests QUANTISED, which is "
         "the same integers uncompressed",
         RuntimeWarning,
         stacklevel=level,

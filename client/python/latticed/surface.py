@@ -62,7 +62,7 @@ class Surface:
             return  # a lattice_state follows
         indices = np.array(delta.indices, dtype=np.int64)
         if len(delta.positions) != 3 * len(indices):
-            raise LatticedError.data_loss("a lattice_delta has not three numbers per index")
+            raise LatticedError.data_loss("a lattice_delta must have three numbers per index")
         shape = self.lattice.control_points.shape
         points = self.lattice.control_points.reshape(-1, 3).copy()  # returned lattices must not change
         if indices.size and indices.max() >= len(points):

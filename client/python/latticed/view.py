@@ -59,7 +59,7 @@ class View:
         if not wanted.startswith("draco") or draco.decoder() is not None:
             return options
         if self.encoding:
-            raise ValueError(f"encoding {self.encoding!r} wants a decoder: pip install DracoPy")
+            raise ValueError(f"encoding {self.encoding!r} needs a decoder: pip install DracoPy")
         draco.say_that_it_is_missing()
         options.encoding = view_pb2.ENCODING_QUANTISED
         return options
