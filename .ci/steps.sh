@@ -82,7 +82,7 @@ ci_sanitized() {  # KIND TESTS TARGETS…: builds TARGETS and runs the tests tha
   ASAN_OPTIONS=detect_leaks=1 UBSAN_OPTIONS=print_stacktrace=1 \
     TSAN_OPTIONS="suppressions=$PWD/tests/support/tsan.supp" \
     GTEST_FILTER='-*RealMesh*:*ThousandEdits*:*LargeLattice*:*HundredThousand*' \
-    ci_ctest "build/ci/$kind" -R "$tests" -E layering
+    ci_ctest "build/ci/$kind" -j $((2 * jobs)) -R "$tests" -E layering
 }
 ci_fuzz() {
   CC=clang-14 CXX=clang++-14 configure build/ci/fuzz -DCMAKE_BUILD_TYPE=None -DCMAKE_CXX_FLAGS=-O1 \

@@ -114,6 +114,7 @@ v1::ServerInfo DescribeServer(ServerEnv& env) {
   info.set_node(env.node);
   FillBackends(env, info);
   FillAbilities(info);
+  if (!env.options.http.empty()) info.add_features(v1::FEATURE_HTTP);
   FillLimits(env.options, *info.mutable_limits());
   for (const DeviceState& device : env.backend().devices()) {
     v1::ServerLimits& limits = *info.mutable_limits();

@@ -40,6 +40,15 @@ TEST_F(ServerServiceTest, InfoNamesBackendAbilitiesAndEveryLimit) {
   EXPECT_EQ(info.limits().upload_idle_timeout().seconds(), 3'600);
 }
 
+TEST_F(ServerServiceTest, FeaturesNameHttpWhereItIsServed) {
+  EXPECT_THAT(Info().features(),
+              ElementsAre(v1::FEATURE_DRAG_POINTS, v1::FEATURE_PICK, v1::FEATURE_PRESENCE));
+  Options options = TestOptions();
+  options.http = "127.0.0.1:0";
+  StartServer(options);
+  EXPECT_THAT(Info().features(), Contains(v1::FEATURE_HTTP));
+}
+
 TEST_F(ServerServiceTest, TwoStartsHaveTwoBootIds) {
   const std::string first = Info().boot_id();
   StartServer(TestOptions());
