@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/base/sha256.h"
 
+#include <openssl/hmac.h>
+
 #include <array>
 
 #include "absl/strings/escaping.h"
@@ -27,6 +29,14 @@ std::string Sha256Hex(std::string_view bytes) {
   Sha256 hash;
   hash.Update(bytes);
   return hash.FinishHex();
+}
+
+std::string HmacSha256Hex(std::string_view key, std::string_view text) {
+  std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
+  unsigned int size = 0;
+  HMAC(EVP_sha256(), key.data(), static_cast<int>(key.size()),
+       reinterpret_cast<const unsigned char*>(text.data()), text.size(), digest.data(), &size);
+  return absl::BytesToHexString({reinterpret_cast<const char*>(digest.data()), size});
 }
 
 bool IsSha256Hex(std::string_view text) {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// SHA-256 of a stream of bytes, as lower-case hex: the id of an uploaded mesh.
+// SHA-256 of a stream of bytes, as lower-case hex: the id of an uploaded mesh; and the HMAC (RFC 2104) of it.
 #ifndef LATTICED_CORE_BASE_SHA256_H_
 #define LATTICED_CORE_BASE_SHA256_H_
 
@@ -30,6 +30,8 @@ class Sha256 {
 
 // The digest of bytes that are in one piece.
 [[nodiscard]] std::string Sha256Hex(std::string_view bytes);
+// Who knows `key` made this text: 64 hex digits.
+[[nodiscard]] std::string HmacSha256Hex(std::string_view key, std::string_view text);
 // Whether `text` is a digest as these functions write it.
 [[nodiscard]] bool IsSha256Hex(std::string_view text);
 

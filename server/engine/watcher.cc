@@ -32,7 +32,7 @@ absl::Status CheckMaxPoints(const WatchView& view, const DeformPlan& plan) {
 Watcher::Watcher(std::shared_ptr<Scene> scene, const WatcherOptions& options)
     : scene_(std::move(scene)),
       editor_id_(options.editor_id),
-      scope_{options.boot_id, scene_->id(), scene_->incarnation()},
+      scope_{options.token_key, scene_->id(), scene_->incarnation()},
       only_full_detail_(options.only_full_detail) {
   client_.max_unacked_updates = options.max_unacked_updates;
 }

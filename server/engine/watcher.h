@@ -24,7 +24,7 @@
 namespace latticed {
 
 struct WatcherOptions {
-  std::string boot_id;
+  std::string token_key;           // of this run of the server
   std::string editor_id;           // whose applied_sequence is sent; may be empty
   WatchView view;                  // as asked for
   std::string resume_token;        // may be empty, or of another run of the server

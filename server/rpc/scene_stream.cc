@@ -64,7 +64,7 @@ absl::StatusOr<std::shared_ptr<SceneStream>> SceneStream::Open(ServerEnv* env,
   const std::shared_ptr<SceneStream> stream(new SceneStream(env, std::move(scene), options, sink));
   const uint64_t bytes = MostMessageBytes(*stream->scene_->State(), options.watcher.view.key);
   LATTICED_ASSIGN_OR_RETURN(auto room, env->memory->Reserve("the stream's messages", bytes));
-  options.watcher.boot_id = env->boot_id;
+  options.watcher.token_key = env->token_key;
   LATTICED_ASSIGN_OR_RETURN(auto watcher, Watcher::Create(stream->scene_, options.watcher));
   const MutexLock lock(&stream->mutex_);
   stream->room_ = std::move(room);

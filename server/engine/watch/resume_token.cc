@@ -6,10 +6,13 @@
 
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_split.h"
+#include "core/base/sha256.h"
 #include "fmt/format.h"
 
 namespace latticed {
 namespace {
+
+constexpr size_t kMacDigits = 32;  // 128 bits
 
 // All numbers that distinguish one view from another.
 std::string KeyText(const ViewKey& key) {
@@ -22,15 +25,17 @@ std::string KeyText(const ViewKey& key) {
 }  // namespace
 
 std::string MakeResumeToken(const TokenScope& scope, const ClientSurface& had) {
-  return fmt::format("{}/{}/{}/{}/{}/{}/{}", scope.boot_id, scope.scene_id, scope.incarnation,
-                     had.structure_id, had.quantisation_id, had.revision, KeyText(had.view));
+  const std::string text =
+      fmt::format("{}/{}/{}/{}/{}/{}", scope.scene_id, scope.incarnation, had.structure_id,
+                  had.quantisation_id, had.revision, KeyText(had.view));
+  return fmt::format("{}/{}", text, HmacSha256Hex(scope.key, text).substr(0, kMacDigits));
 }
 
 std::optional<ClientSurface> ParseResumeToken(std::string_view token, const TokenScope& scope,
                                               const ViewKey& view, const SceneState& state) {
   const std::vector<std::string> parts = absl::StrSplit(std::string(token), '/');
   ClientSurface had{.view = view};
-  if (parts.size() != 7 || !absl::SimpleAtoi(parts[5], &had.revision)) return std::nullopt;
+  if (parts.size() != 7 || !absl::SimpleAtoi(parts[4], &had.revision)) return std::nullopt;
   had.structure_id = state.structure_id;
   had.quantisation_id = state.box.id;
   if (had.revision > state.revision || token != MakeResumeToken(scope, had)) return std::nullopt;

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a client has, as a token. The client sends it back when it watches again.
+// What a client has, as a token. The client sends it back when it watches again. The token ends with an HMAC, so
+// that a changed token resumes nothing.
 //
 // Threads  pure
 #ifndef LATTICED_SERVER_ENGINE_WATCH_RESUME_TOKEN_H_
@@ -18,9 +19,9 @@
 namespace latticed {
 
 // The scene of a token. A scene that is created again under the id of a deleted one begins with the same
-// structure and revision numbers, and so does another run of the server.
+// structure and revision numbers, and so does another run of the server, which has another key.
 struct TokenScope {
-  std::string boot_id;
+  std::string key;  // of the HMAC; secret
   std::string scene_id;
   uint64_t incarnation = 0;
 };

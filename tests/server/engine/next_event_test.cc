@@ -287,8 +287,23 @@ TEST_F(NextEventTest, MaxBytesPerSecondSpacesBatches) {
   EXPECT_LT(now - kStart, absl::Seconds(seconds));
 }
 
+TEST(ResumeToken, ResumesNothingOnceABitIsFlipped) {
+  const TokenScope scope{"key", "scene", 7};
+  SceneState state;
+  state.revision = 1'000;
+  const ClientSurface had{ViewKey(), state.structure_id, state.box.id, 5};
+  const std::string token = MakeResumeToken(scope, had);
+  ASSERT_TRUE(ParseResumeToken(token, scope, ViewKey(), state).has_value());
+
+  for (size_t bit = 0; bit < 8 * token.size(); ++bit) {
+    std::string flipped = token;
+    flipped[bit / 8] = static_cast<char>(flipped[bit / 8] ^ (1 << (bit % 8)));
+    EXPECT_EQ(ParseResumeToken(flipped, scope, ViewKey(), state), std::nullopt) << flipped;
+  }
+}
+
 TEST(ResumeToken, ResumesTheSameScopeViewStructureAndBoxAlone) {
-  const TokenScope scope{"boot", "scene", 7};
+  const TokenScope scope{"key", "scene", 7};
   SceneState state;
   state.revision = 9;
   state.box.id = 3;
@@ -305,7 +320,7 @@ TEST(ResumeToken, ResumesTheSameScopeViewStructureAndBoxAlone) {
   other_box.box.id = 4;
   older.revision = 4;
   EXPECT_EQ(ParseResumeToken(token, {"another", "scene", 7}, view, state), std::nullopt);
-  EXPECT_EQ(ParseResumeToken(token, {"boot", "scene", 8}, view, state), std::nullopt);
+  EXPECT_EQ(ParseResumeToken(token, {"key", "scene", 8}, view, state), std::nullopt);
   EXPECT_EQ(ParseResumeToken(token, scope, finer, state), std::nullopt);
   EXPECT_EQ(ParseResumeToken(token, scope, view, other_structure), std::nullopt);
   EXPECT_EQ(ParseResumeToken(token, scope, view, other_box), std::nullopt);
