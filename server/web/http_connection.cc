@@ -28,6 +28,16 @@ constexpr size_t kReadBytes = size_t{64} << 10;
 
 std::string Text(beast::string_view text) { return {text.data(), text.size()}; }
 
+// Why a proxy and this server could take the head for two different requests (RFC 9112, 3.2 and 6.1). Empty if they
+// could not.
+std::string_view Ambiguity(const http::fields& head) {
+  if (head.count(http::field::host) > 1) return "not a request of HTTP/1.1: more than one Host";
+  const auto codings = head.count(http::field::transfer_encoding);
+  if (codings == 0) return "";
+  if (codings == 1 && beast::iequals(head[http::field::transfer_encoding], "chunked")) return "";
+  return "not a request of HTTP/1.1: a Transfer-Encoding other than chunked";
+}
+
 class HttpConnection final : public HttpExchange,
                              public Connection,
                              public std::enable_shared_from_this<HttpConnection> {
@@ -185,6 +195,9 @@ void HttpConnection::OnHead(error_code failure) {
     return Reply(TextAnswer(400, "not a request of HTTP/1.1: " + failure.message()));
   }
   if (failure) return Leave();
+  if (const auto why = Ambiguity(parser_->get()); !why.empty()) {
+    return Reply(TextAnswer(400, std::string(why)));
+  }
   Describe();
   body_read_ = parser_->is_done();
   // An upgrade moves the connection elsewhere, so no read may be pending.

@@ -125,6 +125,26 @@ TEST_F(WebTest, WhatIsNoHttpIsRefused) {
   EXPECT_EQ(hostless.Receive().status, 403);
 }
 
+TEST_F(WebTest, HeadsThatAProxyCouldReadInAnotherWayAreRefused) {
+  Serve();
+  const std::string post = fmt::format(
+      "POST /{} HTTP/1.1\r\nhost: localhost\r\ncontent-type: application/grpc-web\r\n", kInfo);
+  const std::string next = "GET /docs/ HTTP/1.1\r\nhost: localhost\r\n\r\n";
+
+  for (const std::string& head :
+       {post + "host: other\r\ncontent-length: 5\r\n\r\n",
+        post + "transfer-encoding: xchunked\r\n\r\n",
+        post + "transfer-encoding: gzip, chunked\r\n\r\n",
+        post + "transfer-encoding: chunked\r\ntransfer-encoding: chunked\r\n\r\n",
+        post + "transfer-encoding: chunked\r\ncontent-length: 5\r\n\r\n",
+        post + "content-length: 5\r\ncontent-length: 6\r\n\r\n"}) {
+    WebClient client(http());
+    client.SendBytes(head + next);
+    EXPECT_EQ(client.Receive().status, 400) << head;
+    EXPECT_EQ(client.ReceiveBytes(1), "") << "a second answer to " << head;
+  }
+}
+
 TEST_F(WebTest, RequestsMayBeSentBeforeTheirTurn) {
   Serve();
   WebClient client(http());

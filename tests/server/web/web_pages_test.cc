@@ -250,7 +250,7 @@ TEST_F(WebTest, AQueryOfADownloadThatMeansNothingIsRefused) {
       {"segments", "query: 'segments' has no value that can be read"},
       {"segments=%zz", "query: 'segments=%zz' has no value that can be read"},
       {"segments=4&segments=8", "query: 'segments' is given twice"},
-      {"segments=4&bits=8", "query: 'bits' is none of its parameters: segments, normals"}};
+      {"segments=4&bits=8", "query: 'bits' is not a parameter; known: segments, normals"}};
 
   for (const auto& [query, why] : cases) {
     const WebAnswer answer = Get(fmt::format("/export/{}.ply?{}", kScene, query));
