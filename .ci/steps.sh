@@ -4,6 +4,10 @@
 # The steps of ./dev ci. ./dev sources this file and defines the functions that the steps call.
 readonly ci_build=build/ci/tree/build
 readonly tsan_targets=(scene_engine_test engine_rooms_test model_based_test)
+# Tests that the Release build alone runs. They check accuracy on large inputs, or take minutes with sanitizers. All
+# pipelines of the CPU run the suite View; the GEMM ones share code, so one of them runs the accuracy tests.
+readonly unsanitized="*RealMesh*:*ThousandEdits*:*LargeLattice*:*HundredThousand*:*Keeps64MiB*:*BitsAndShapesTogether*\
+:*Watertight*/cpu_gemm*:*Watertight*/cpu_control_net:*Accuracy*/cpu_gemm12"
 
 source .ci/node_18.sh
 
@@ -71,8 +75,6 @@ ci_tests() {
     LATTICED_REQUIRE_BLENDER=1 LATTICED_REQUIRE_CHROMIUM=1 LATTICED_REQUIRE_CURL=1 LATTICED_REQUIRE_HAPROXY=1 \
     ci_ctest "$ci_build" -j $((2 * jobs))  # tests wait half of their time
 }
-# Tests with real meshes, large lattices and long edits check accuracy. The release build has run them; here they would
-# take minutes.
 ci_sanitized() {  # KIND TESTS TARGETS…: builds TARGETS and runs the tests that match the regular expression TESTS
   local kind=$1 tests=$2
   shift 2
@@ -81,7 +83,7 @@ ci_sanitized() {  # KIND TESTS TARGETS…: builds TARGETS and runs the tests tha
   build "build/ci/$kind" "$@"
   ASAN_OPTIONS=detect_leaks=1 UBSAN_OPTIONS=print_stacktrace=1 \
     TSAN_OPTIONS="suppressions=$PWD/tests/support/tsan.supp" \
-    GTEST_FILTER='-*RealMesh*:*ThousandEdits*:*LargeLattice*:*HundredThousand*' \
+    GTEST_FILTER="-$unsanitized" \
     ci_ctest "build/ci/$kind" -j $((2 * jobs)) -R "$tests" -E layering
 }
 ci_fuzz() {
