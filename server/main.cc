@@ -7,6 +7,7 @@
 
 #include <atomic>
 #include <cstdio>
+#include <cstdlib>
 #include <string>
 
 #include "server/base/options.h"
@@ -18,6 +19,7 @@ namespace {
 
 constexpr int kExitFailure = 1;
 constexpr int kExitUsage = 2;
+constexpr absl::Duration kLogPatience = absl::Seconds(1);
 
 // A handler catches the signals. sigwait would not: libraries start threads before main, and these threads
 // block no signals. One of them would receive the signal and end the program.
@@ -77,5 +79,6 @@ int main(int argc, char** argv) {
   latticed::LogEvent(spdlog::level::info, "draining", {{"signal", std::to_string(signal)}});
   (*server)->Drain();
   latticed::LogEvent(spdlog::level::info, "stopped", {});
+  if (!latticed::CloseLog(kLogPatience)) std::_Exit(0);
   return 0;
 }

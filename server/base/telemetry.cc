@@ -2,11 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/base/telemetry.h"
 
+#include <spdlog/async.h>
 #include <spdlog/sinks/stdout_sinks.h>
 
 #include <atomic>
+#include <future>
 #include <memory>
-#include <nlohmann/json.hpp>
+#include <thread>
 
 #include "fmt/format.h"
 
@@ -20,59 +22,52 @@ constexpr char kJson[] = "json";
 constexpr char kTextPattern[] = "%Y-%m-%dT%H:%M:%S.%eZ %-7l %v";
 constexpr char kJsonPattern[] = R"({"time":"%Y-%m-%dT%H:%M:%S.%eZ","level":"%l",%v)";
 
-std::atomic<bool> log_is_json = false;  // the format of the process-wide logger
+std::atomic<bool> log_is_json = false;   // the format of the process-wide logger
+std::atomic<uint64_t> told_dropped = 0;  // dropped lines that the log has told of
 
-// Replaces control characters by spaces: in a value they could forge log lines.
-std::string Printable(std::string_view text) {
-  std::string result(text);
-  for (char& c : result) {
-    if (static_cast<unsigned char>(c) < ' ') c = ' ';
-  }
-  return result;
-}
-
-std::string ToJson(const nlohmann::ordered_json& value) {
-  return value.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
-}
-
-std::string QuotedWhereNeeded(const std::string& value) {
-  return value.find_first_of(" =\"") == std::string::npos ? value : ToJson(value);
+// Once the log's thread writes again, one line tells how many were dropped.
+void TellDropped(spdlog::logger& logger) {
+  const uint64_t dropped = DroppedLogLines();
+  if (dropped == told_dropped || spdlog::thread_pool()->queue_size() > kMostLogLines / 2) return;
+  const uint64_t before = told_dropped.exchange(dropped);
+  if (before >= dropped) return;  // another thread has just told
+  logger.log(
+      spdlog::level::warn, "{}",
+      FormatEvent(log_is_json ? kJson : kText, "log lines were dropped: nobody read them in time",
+                  {{"lines", fmt::to_string(dropped - before)}}));
 }
 
 }  // namespace
 
 void ConfigureLogging(std::string_view level, std::string_view format) {
-  auto logger =
-      std::make_shared<spdlog::logger>(kLogger, std::make_shared<spdlog::sinks::stderr_sink_mt>());
+  if (spdlog::thread_pool() == nullptr) spdlog::init_thread_pool(kMostLogLines, 1);
+  auto logger = std::make_shared<spdlog::async_logger>(
+      kLogger, std::make_shared<spdlog::sinks::stderr_sink_mt>(), spdlog::thread_pool(),
+      spdlog::async_overflow_policy::overrun_oldest);
   log_is_json = format == kJson;
   logger->set_pattern(log_is_json ? kJsonPattern : kTextPattern, spdlog::pattern_time_type::utc);
   logger->set_level(spdlog::level::from_str(std::string(level)));
-  logger->flush_on(spdlog::level::info);
   spdlog::set_default_logger(std::move(logger));
+}
+
+uint64_t DroppedLogLines() {
+  const auto pool = spdlog::thread_pool();
+  return pool == nullptr ? 0 : pool->overrun_counter();
+}
+
+bool CloseLog(absl::Duration patience) {
+  std::packaged_task<void()> close([] { spdlog::shutdown(); });
+  std::future<void> closed = close.get_future();
+  std::thread(std::move(close)).detach();
+  return closed.wait_for(absl::ToChronoMilliseconds(patience)) == std::future_status::ready;
 }
 
 void LogEvent(spdlog::level::level_enum level, std::string_view message,
               std::initializer_list<LogField> fields) {
   const std::shared_ptr<spdlog::logger> logger = spdlog::get(kLogger);
   if (logger == nullptr || !logger->should_log(level)) return;
+  TellDropped(*logger);
   logger->log(level, "{}", FormatEvent(log_is_json ? kJson : kText, message, fields));
-}
-
-std::string FormatEvent(std::string_view format, std::string_view message,
-                        std::initializer_list<LogField> fields) {
-  const bool is_json = format == kJson;
-  std::string text = Printable(message);
-  nlohmann::ordered_json object = {{"message", text}};
-  for (const auto& [name, value] : fields) {
-    if (value.empty()) continue;
-    std::string printable = Printable(value);
-    if (is_json) {
-      object[std::string(name)] = std::move(printable);
-    } else {
-      text += fmt::format(" {}={}", name, QuotedWhereNeeded(printable));
-    }
-  }
-  return is_json ? ToJson(object).substr(1) : text;
 }
 
 }  // namespace latticed

@@ -15,6 +15,7 @@
 
 #include "fmt/format.h"
 #include "server/base/engine_counts.h"
+#include "server/base/telemetry.h"
 #include "server/edge/metric_families.h"
 #include "server/rpc/call_counts.h"
 #include "server/rpc/server_env.h"
@@ -198,6 +199,10 @@ std::string MetricsText(ServerEnv& env, const ConnectionCounts& grpc,
   AddDevices(info, families);
   AddEngine(env.scenes->counts(), families);
   AddConnections(grpc, http, families);
+  families
+      .Counter("latticed_log_lines_dropped_total",
+               "Log lines dropped, because nobody read them in time.")
+      .Add(DroppedLogLines());
   AddCalls(*env.calls, families);
   AddRefusals(*env.calls, families);
   AddProcess(env.start_time, families);

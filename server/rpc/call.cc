@@ -120,6 +120,15 @@ void Count(const CallInfo& call, const grpc::Status& status, absl::Duration take
   if (!status.ok()) call.counts->NoteRefusal(ReasonOf(status));
 }
 
+// "ipv4:127.0.0.1" of "ipv4:127.0.0.1:5000".
+std::string_view WithoutPort(std::string_view peer) {
+  return peer.starts_with("unix:") ? peer : peer.substr(0, peer.rfind(':'));
+}
+
+std::string CodeName(int code) {
+  return absl::StatusCodeToString(static_cast<absl::StatusCode>(code));
+}
+
 }  // namespace
 
 absl::StatusOr<CallInfo> BeginCall(const ServerEnv& env, grpc::CallbackServerContext* context,
@@ -139,9 +148,15 @@ void NoteScene(CallInfo& call, const std::string& scene) {
 void LogFinished(const CallInfo& call, const grpc::Status& status) {
   const absl::Duration taken = absl::Now() - call.start_time;
   Count(call, status, taken);
-  LogEvent(LevelOf(status.error_code()), "call finished",
+  const spdlog::level::level_enum level = LevelOf(status.error_code());
+  if (level == spdlog::level::info &&
+      !call.counts->refusal_log().Note(WithoutPort(call.peer), call.rpc.name, status.error_code(),
+                                       call.start_time + taken)) {
+    return;
+  }
+  LogEvent(level, "call finished",
            {{"rpc", std::string(call.rpc.name)},
-            {"code", absl::StatusCodeToString(static_cast<absl::StatusCode>(status.error_code()))},
+            {"code", CodeName(status.error_code())},
             {"ms", fmt::format("{:.3f}", absl::ToDoubleMilliseconds(taken))},
             {kRequestId, call.request_id},
             {"caller", call.caller.name},
@@ -150,6 +165,16 @@ void LogFinished(const CallInfo& call, const grpc::Status& status) {
             {"traceparent", call.traceparent},
             {"trace_id", TraceId(call.traceparent)},
             {"error", status.error_message()}});
+}
+
+void LogRefusalSums(CallCounts& counts) {
+  for (const RefusalLog::Sum& sum : counts.refusal_log().TakeEnded(absl::Now())) {
+    LogEvent(spdlog::level::info, "more calls were refused",
+             {{"calls", fmt::to_string(sum.count)},
+              {"rpc", sum.rpc},
+              {"code", CodeName(sum.code)},
+              {"peer", sum.address}});
+  }
 }
 
 absl::Status CheckSceneMetadata(const CallInfo& call, std::string_view scene_id) {

@@ -51,8 +51,11 @@ struct CallInfo {
 void NoteScene(CallInfo& call, const std::string& scene);
 
 // Counts the end of a call and logs it: faults of the server as errors, refusals as info, the rest
-// at debug.
+// at debug. Many refusals of one kind are summed up: LogRefusalSums tells them.
 void LogFinished(const CallInfo& call, const grpc::Status& status);
+
+// Logs the refusals that were only counted, once their period has ended. Called once a second.
+void LogRefusalSums(CallCounts& counts);
 
 // The metadata `latticed-scene`, where set, must name the scene of the body. kInvalidArgument.
 [[nodiscard]] absl::Status CheckSceneMetadata(const CallInfo& call, std::string_view scene_id);

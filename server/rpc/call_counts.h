@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Counts calls by rpc and by status, and refusals by reason. No name contains what clients can choose
+// Counts calls by rpc and by status, and refusals by reason and, for the log, by address. No name contains what clients can choose
 // (unknown methods, their own words).
 //
 // Threads  safe
@@ -23,6 +23,7 @@
 #include "absl/base/thread_annotations.h"
 #include "core/base/mutex.h"
 #include "server/base/duration_histogram.h"
+#include "server/base/refusal_log.h"
 
 namespace latticed {
 
@@ -63,12 +64,14 @@ class CallCounts {
     const MutexLock lock(&mutex_);
     return refusals_;
   }
+  [[nodiscard]] RefusalLog& refusal_log() { return refusal_log_; }
 
  private:
   mutable Mutex mutex_;
   std::map<std::string, RpcCounts> rpcs_ ABSL_GUARDED_BY(mutex_);  // whose addresses stay
   // OUT_OF_MEMORY is shown from the start: operators watch it.
   std::map<std::string, uint64_t> refusals_ ABSL_GUARDED_BY(mutex_) = {{"OUT_OF_MEMORY", 0}};
+  RefusalLog refusal_log_;
 };
 
 }  // namespace latticed

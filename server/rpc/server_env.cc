@@ -16,6 +16,7 @@
 #include "fmt/format.h"
 #include "server/base/random_id.h"
 #include "server/base/telemetry.h"
+#include "server/rpc/call.h"
 #include "server/rpc/call_counts.h"
 #include "server/stores/scene_registry.h"
 #include "server/stores/upload_store.h"
@@ -50,6 +51,7 @@ ServerEnv::ServerEnv(Options options_in, std::vector<std::unique_ptr<Backend>> b
       boot_id(NewRandomId()),
       node(options.node.empty() ? HostName() : options.node),
       peer_key("latticed-peer-" + NewRandomId()),
+      token_key(NewRandomId()),
       start_time(absl::Now()),
       calls(std::make_unique<CallCounts>()),
       backends(std::move(backends_in)),
@@ -63,7 +65,11 @@ ServerEnv::ServerEnv(Options options_in, std::vector<std::unique_ptr<Backend>> b
           &backend(), kRenderWorkers,
           SceneRegistry::Options{.max_scenes = static_cast<size_t>(options.max_scenes),
                                  .memory = memory,
-                                 .on_tick = [this] { uploads->DropExpired(); },
+                                 .on_tick =
+                                     [this] {
+                                       uploads->DropExpired();
+                                       LogRefusalSums(*calls);
+                                     },
                                  .on_evict = LogEviction})),
       workers_(std::make_unique<boost::asio::thread_pool>(
           std::clamp(std::thread::hardware_concurrency(), kMinWorkers, kMaxWorkers))) {}

@@ -66,6 +66,16 @@ TEST_F(CallLogTest, StreamsThatAreRefusedOrCancelled) {
   ExpectLine("watch", "SceneService/Watch", "CANCELLED");
 }
 
+TEST_F(CallLogTest, ManyRefusalsOfAKindAreCountedInsteadOfTold) {
+  const auto id = [](int i) { return fmt::format("refused-{}", i); };
+  for (int i = 0; i < 7; ++i) {
+    EXPECT_THAT(ReadAll(&Scenes::GetTopology, For<v1::GetTopologyRequest>(), nullptr, Named(id(i))),
+                StatusIs(absl::StatusCode::kNotFound));
+  }
+
+  for (int i = 0; i < 7; ++i) EXPECT_EQ(sink_->Of(id(i)).size(), i < 5 ? 1u : 0u) << i;
+}
+
 TEST_F(CallLogTest, WhatIsNoIdIsNotLogged) {
   const std::string scene(500'000, 'x');
   const auto watch = For<v1::WatchRequest>(scene);

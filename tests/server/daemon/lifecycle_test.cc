@@ -3,16 +3,11 @@
 //
 // Start, health, reflection, TLS, drain and stop, and the daemon as a process.
 #include <signal.h>
-#include <sys/resource.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
-#include <array>
 #include <cstdlib>
-#include <filesystem>
 
 #include "fmt/format.h"
-#include "server/base/telemetry.h"
+#include "tests/server/daemon/daemon_process.h"
 #include "tests/server/support/raw_call.h"
 #include "tests/server/support/server_test.h"
 #include "tests/server/support/unfinished_calls.h"
@@ -117,60 +112,6 @@ TEST_F(LifecycleTest, ServesOverTlsOnly) {
   EXPECT_OK(Call(&Infos::GetServerInfo, {}));
 }
 
-TEST(LogTest, LinesForPeopleAndForMachines) {
-  const std::initializer_list<LogField> fields = {
-      {"rpc", "A/B"}, {"empty", ""}, {"error", "two \"words\"\n"}};
-
-  EXPECT_EQ(FormatEvent("text", "call finished", fields),
-            "call finished rpc=A/B error=\"two \\\"words\\\" \"");
-  EXPECT_EQ(FormatEvent("json", "call finished", fields),
-            "\"message\":\"call finished\",\"rpc\":\"A/B\",\"error\":\"two \\\"words\\\" \"}");
-}
-
-// The daemon as a child process, with its standard error in a pipe.
-class Daemon {
- public:
-  // `most_files` limits its open files; 0: the limit of this process.
-  explicit Daemon(std::vector<std::string> arguments, rlim_t most_files = 0) {
-    std::array<int, 2> ends{};
-    if (pipe(ends.data()) != 0) std::abort();
-    pid_ = fork();
-    if (pid_ == 0) {
-      dup2(ends[1], STDERR_FILENO);
-      close(ends[0]);
-      const rlimit files{.rlim_cur = most_files, .rlim_max = most_files};
-      if (most_files > 0) setrlimit(RLIMIT_NOFILE, &files);
-      std::vector<char*> argv{const_cast<char*>(LATTICED_BINARY)};
-      for (std::string& argument : arguments) argv.push_back(argument.data());
-      argv.push_back(nullptr);
-      execv(LATTICED_BINARY, argv.data());
-      _exit(127);
-    }
-    close(ends[1]);
-    log_ = fdopen(ends[0], "r");
-  }
-  ~Daemon() { fclose(log_); }
-
-  std::string ReadLine() {
-    std::array<char, 4'096> line{};
-    return fgets(line.data(), line.size(), log_) == nullptr ? "" : line.data();
-  }
-  void Signal(int signal) { kill(pid_, signal); }
-  size_t OpenFiles() const {
-    const std::filesystem::directory_iterator files(fmt::format("/proc/{}/fd", pid_));
-    return static_cast<size_t>(std::distance(begin(files), end(files)));
-  }
-  int Wait() {
-    int status = 0;
-    waitpid(pid_, &status, 0);
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-  }
-
- private:
-  pid_t pid_ = -1;
-  FILE* log_ = nullptr;
-};
-
 TEST(DaemonTest, BothSignalsDrainAndExitZero) {
   for (const int signal : {SIGTERM, SIGINT}) {
     Daemon daemon(
@@ -189,10 +130,7 @@ TEST(DaemonTest, AcceptsAgainAfterItHadNoFileLeft) {
   constexpr rlim_t kMostFiles = 64;
   Daemon daemon({"--listen=127.0.0.1:0", "--backend=cpu", "--threads=1", "--drain-delay=0s"},
                 kMostFiles);
-  const std::string line = daemon.ReadLine(), key = "address=";
-  ASSERT_THAT(line, HasSubstr(key));
-  std::string address = line.substr(line.find(key) + key.size());
-  address.resize(address.find(' '));
+  const std::string address = daemon.Address();
   std::vector<std::unique_ptr<UnfinishedCalls>> connections;
   for (rlim_t i = 0; i < kMostFiles; ++i) {
     connections.push_back(std::make_unique<UnfinishedCalls>(address, "", 0, 0));

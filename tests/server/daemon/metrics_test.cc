@@ -81,6 +81,7 @@ TEST_F(MetricsTest, StoresMemoryAndProcessAreThoseOfTheScrape) {
   EXPECT_EQ(scrape["latticed_uploads"], 0);
   EXPECT_EQ(scrape["latticed_device_healthy"], 1);
   EXPECT_EQ(scrape["latticed_draining"], 0);
+  EXPECT_EQ(scrape["latticed_log_lines_dropped_total"], 0);
   EXPECT_EQ(scrape[fmt::format(R"(latticed_build_info{{version="{}",commit="{}",backend="cpu"}})",
                                info.version(), info.commit())],
             1);

@@ -41,12 +41,12 @@ TEST_F(ServerServiceTest, InfoNamesBackendAbilitiesAndEveryLimit) {
 }
 
 TEST_F(ServerServiceTest, FeaturesNameHttpWhereItIsServed) {
-  EXPECT_THAT(Info().features(),
-              ElementsAre(v1::FEATURE_DRAG_POINTS, v1::FEATURE_PICK, v1::FEATURE_PRESENCE));
+  EXPECT_THAT(Info().features(), ::testing::ElementsAre(v1::FEATURE_DRAG_POINTS, v1::FEATURE_PICK,
+                                                        v1::FEATURE_PRESENCE));
   Options options = TestOptions();
   options.http = "127.0.0.1:0";
   StartServer(options);
-  EXPECT_THAT(Info().features(), Contains(v1::FEATURE_HTTP));
+  EXPECT_THAT(Info().features(), ::testing::Contains(v1::FEATURE_HTTP));
 }
 
 TEST_F(ServerServiceTest, TwoStartsHaveTwoBootIds) {

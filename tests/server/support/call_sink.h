@@ -8,11 +8,13 @@
 #include <spdlog/sinks/base_sink.h>
 #include <spdlog/spdlog.h>
 
+#include <atomic>
 #include <map>
 #include <memory>
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "server/base/telemetry.h"
@@ -33,7 +35,11 @@ class CallSink final : public spdlog::sinks::base_sink<std::mutex> {
     return sink;
   }
 
+  // Waits for the log's thread to write what was logged before.
   std::vector<Line> Of(const std::string& request_id) {
+    const int before = flushes_;
+    spdlog::get("latticed")->flush();
+    while (flushes_ == before) std::this_thread::yield();
     const std::lock_guard lock(mutex_);
     std::vector<Line> found;
     for (const Line& line : lines_) {
@@ -48,9 +54,10 @@ class CallSink final : public spdlog::sinks::base_sink<std::mutex> {
     const std::string text(message.payload.data(), message.payload.size());
     lines_.push_back(nlohmann::json::parse("{" + text).get<Line>());
   }
-  void flush_() override {}
+  void flush_() override { ++flushes_; }
 
  private:
+  std::atomic<int> flushes_ = 0;
   std::vector<Line> lines_;
 };
 
