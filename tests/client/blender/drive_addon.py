@@ -62,7 +62,8 @@ def make_lattice():
     data.points_u, data.points_v, data.points_w = 4, 3, 2
     lattice = bpy.data.objects.new("Lattice", data)
     bpy.context.collection.objects.link(lattice)
-    lattice.scale, lattice.rotation_euler = (0.6, 0.8, 0.5), (0.0, 0.2, 0.3)  # the torus reaches out of the lattice
+    lattice.scale = (0.6, 0.8, 0.5)  # the torus reaches out of the lattice
+    lattice.rotation_euler = (0.0, 0.2, 0.3)
     lattice.select_set(True)
     bpy.context.view_layer.update()
 

@@ -130,7 +130,9 @@ def test_a_bar_is_drawn_on_a_terminal_unless_told_otherwise(client, monkeypatch)
     assert terminal.getvalue() == before
 
 
-@pytest.mark.parametrize("name, content, text", [("a.xyz", "v", "must be one of .obj"), ("a.obj", "", "is empty")])
+@pytest.mark.parametrize(
+    "name, content, text", [("a.xyz", "v", "must be one of .obj"), ("a.obj", "", "is empty")]
+)
 def test_a_file_that_cannot_be_a_mesh_is_a_value_error(client, tmp_path, name, content, text):
     (tmp_path / name).write_text(content)
 
