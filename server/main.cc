@@ -40,8 +40,9 @@ void CatchStopSignals() {
   sigemptyset(&action.sa_mask);
   sigaction(SIGTERM, &action, nullptr);
   sigaction(SIGINT, &action, nullptr);
-  // The program must not end when nobody reads its log any more.
+  // The program must not end when nobody reads its log any more, or when the log reaches the limit of a file's size.
   signal(SIGPIPE, SIG_IGN);
+  signal(SIGXFSZ, SIG_IGN);
 }
 
 int WaitForStopSignal() {

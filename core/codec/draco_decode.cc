@@ -112,6 +112,10 @@ absl::StatusOr<PolygonMesh> ToPolygonMesh(const draco::Mesh& mesh) {
   return result;
 }
 
+// Twice what libdraco and the mesh made from it take, with positions, normals and UVs: 25 MB for 91,000 points and
+// 180,000 faces by edgebreaker, 17 MB by the sequential method.
+constexpr uint64_t kReadBytesPerPoint = 256, kReadBytesPerFace = 160;
+
 // A texel of a 4096 x 4096 texture, however coarse positions and normals are wanted.
 constexpr int kLeastUvBits = 12;
 
@@ -133,12 +137,16 @@ absl::StatusOr<DecodedIntegers> DecodeDracoChunkIntegers(std::span<const uint8_t
   return DecodedIntegers{std::move(positions), std::move(normals)};
 }
 
-absl::StatusOr<PolygonMesh> ReadDracoMesh(std::string_view bytes) {
+absl::StatusOr<PolygonMesh> ReadDracoMesh(std::string_view bytes, ReadingMemory* memory) {
   LATTICED_ASSIGN_OR_RETURN(
       const auto announcement,
       ReadDracoAnnouncement({reinterpret_cast<const uint8_t*>(bytes.data()), bytes.size()}));
   if (!announcement.is_mesh) return Malformed("is a point cloud; a mesh is needed");
   LATTICED_RETURN_IF_ERROR(CheckDracoSize(announcement, bytes.size()));
+  if (memory != nullptr) {
+    LATTICED_RETURN_IF_ERROR(memory->Hold(kReadBytesPerPoint * announcement.points +
+                                          kReadBytesPerFace * announcement.faces));
+  }
   draco::DecoderBuffer buffer;
   buffer.Init(bytes.data(), bytes.size());
   try {

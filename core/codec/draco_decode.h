@@ -14,12 +14,15 @@
 
 #include "absl/status/statusor.h"
 #include "core/mesh/polygon_mesh.h"
+#include "core/mesh/reading_memory.h"
 #include "core/mesh/triangle_mesh.h"
 
 namespace latticed {
 
 // A mesh stream (any method) as a polygon mesh of triangles: positions, normals, first UV set.
-[[nodiscard]] absl::StatusOr<PolygonMesh> ReadDracoMesh(std::string_view bytes);
+// `memory` grants what the announced counts need; null grants everything.
+[[nodiscard]] absl::StatusOr<PolygonMesh> ReadDracoMesh(std::string_view bytes,
+                                                        ReadingMemory* memory = nullptr);
 // Writes a mesh as one Draco stream, the DRC export: sequential, order kept; positions in 16 bits and normals in 12
 // unless told otherwise, uvs in as many bits as positions but at least 12.
 [[nodiscard]] absl::StatusOr<std::string> WriteDracoMesh(const TriangleMesh& mesh,

@@ -21,6 +21,8 @@ namespace {
 using nlohmann::json;
 
 const json kNull;
+// Of JSON's tree: 38 for "[0,0,…" whose vector has just doubled; less for arrays and objects in it.
+constexpr uint64_t kTreeBytesPerByte = 48;
 constexpr int kMaxNesting = 64;  // glTF itself needs about 8
 
 struct Chunks {
@@ -200,18 +202,20 @@ size_t GlbAccessor::Index(size_t i) const {
   return static_cast<size_t>(type->load(data + i * stride));
 }
 
-absl::StatusOr<GlbDocument> GlbDocument::Parse(std::string_view bytes) {
+absl::StatusOr<GlbDocument> GlbDocument::Parse(std::string_view bytes, ReadingMemory* memory) {
   LATTICED_ASSIGN_OR_RETURN(Chunks chunks, SplitChunks(bytes));
   if (NestsTooDeep(chunks.text)) {
     return MalformedGlb("the JSON chunk", fmt::format("nested deeper than {}", kMaxNesting));
   }
+  const uint64_t tree_bytes = kTreeBytesPerByte * chunks.text.size();
+  if (memory != nullptr) LATTICED_RETURN_IF_ERROR(memory->Hold(tree_bytes));
   json document = json::parse(chunks.text, nullptr, /*allow_exceptions=*/false);
   if (!document.is_object()) return MalformedGlb("the JSON chunk", "not a JSON object");
   LATTICED_RETURN_IF_ERROR(CheckExtensions(document));
   LATTICED_RETURN_IF_ERROR(CheckBuffers(document, chunks.binary));
   const json& buffers = GlbArray(document, "buffers");
   const size_t size = buffers.empty() ? 0 : Size(buffers[0], "byteLength");
-  return GlbDocument(std::move(document), chunks.binary.substr(0, size));
+  return GlbDocument(std::move(document), tree_bytes, chunks.binary.substr(0, size));
 }
 
 absl::StatusOr<GlbAccessor> GlbDocument::Open(int64_t index, int components) const {

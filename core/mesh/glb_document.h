@@ -20,6 +20,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "core/mesh/reading_memory.h"
 
 namespace latticed {
 
@@ -59,20 +60,23 @@ struct GlbAccessor {
 
 class GlbDocument {
  public:
-  // Keeps a reference to `bytes`.
-  static absl::StatusOr<GlbDocument> Parse(std::string_view bytes);
+  // Keeps a reference to `bytes`. `memory` may be null.
+  static absl::StatusOr<GlbDocument> Parse(std::string_view bytes, ReadingMemory* memory);
 
   const nlohmann::json& root() const { return root_; }
+  // More than the tree of root() takes.
+  uint64_t memory_bytes() const { return memory_bytes_; }
   // Opens accessor `index`. It must exist, be dense, lie in its buffer, and have this many components.
   [[nodiscard]] absl::StatusOr<GlbAccessor> Open(int64_t index, int components) const;
   // The same for vertex indices, which are unsigned integers.
   [[nodiscard]] absl::StatusOr<GlbAccessor> OpenIndices(int64_t index) const;
 
  private:
-  GlbDocument(nlohmann::json root, std::string_view buffer)
-      : root_(std::move(root)), buffer_(buffer) {}
+  GlbDocument(nlohmann::json root, uint64_t memory_bytes, std::string_view buffer)
+      : root_(std::move(root)), memory_bytes_(memory_bytes), buffer_(buffer) {}
 
   nlohmann::json root_;
+  uint64_t memory_bytes_;
   std::string_view buffer_;
 };
 

@@ -39,8 +39,10 @@ struct Vertices {
 
 class GlbReader {
  public:
-  GlbReader(const GlbDocument& document, size_t file_bytes)
-      : document_(document), budget_(kFreeBudget + kBudgetPerByte * file_bytes) {}
+  GlbReader(const GlbDocument& document, size_t file_bytes, ReadingMemory* memory)
+      : document_(document),
+        budget_(kFreeBudget + kBudgetPerByte * file_bytes),
+        growth_(memory, &mesh_) {}
 
   absl::StatusOr<PolygonMesh> Read() {
     LATTICED_ASSIGN_OR_RETURN(const auto roots, Roots());
@@ -53,6 +55,8 @@ class GlbReader {
   // grow to.
   static constexpr size_t kFreeBudget = size_t{1} << 22;
   static constexpr size_t kBudgetPerByte = 64;
+  // More than a corner appends: position, normal, UV, three indices, and its part of a face.
+  static constexpr uint64_t kMostCornerBytes = 72;
 
   const json& Array(const char* name) const { return GlbArray(document_.root(), name); }
 
@@ -118,6 +122,7 @@ class GlbReader {
     position_slots_.clear();
     normal_slots_.clear();
     uv_slots_.clear();
+    slot_bytes_ = 0;
     const json& mesh = meshes[static_cast<size_t>(index)];
     for (const json& primitive : GlbArray(mesh, "primitives")) {
       const int64_t given = GlbIndex(primitive, "mode");
@@ -142,12 +147,13 @@ class GlbReader {
     group_ = it->second;
   }
 
-  absl::Status Spend(size_t count) {
+  // `bytes` are what the mesh or the slots may grow by.
+  absl::Status Spend(size_t count, uint64_t bytes) {
     if (count > budget_) {
       return MalformedGlb("its nodes", "repeated meshes grow far beyond the size of the file");
     }
     budget_ -= count;
-    return absl::OkStatus();
+    return growth_.Append(bytes, welder_.MemoryBytes() + slot_bytes_ + document_.memory_bytes());
   }
 
   // Opens an attribute of the primitive, if it has it. The primitives of one node share slots.
@@ -159,7 +165,8 @@ class GlbReader {
     LATTICED_ASSIGN_OR_RETURN(*accessor, document_.Open(index, components));
     *slots = &(*slots_of)[index];
     if (!(*slots)->empty()) return absl::OkStatus();
-    LATTICED_RETURN_IF_ERROR(Spend(accessor->count));
+    LATTICED_RETURN_IF_ERROR(Spend(accessor->count, accessor->count * sizeof(uint32_t)));
+    slot_bytes_ += accessor->count * sizeof(uint32_t);
     (*slots)->resize(accessor->count, PolygonMesh::kNoAttribute);
     return absl::OkStatus();
   }
@@ -197,7 +204,7 @@ class GlbReader {
       size_t b = vertex(i + (turned ? 0 : 1)), c = vertex(i + 2);
       if (mode != glb::kTriangles && (a == b || b == c || c == a)) continue;  // joins two strips
       if (transform.Mirrors()) std::swap(b, c);
-      LATTICED_RETURN_IF_ERROR(Spend(3));
+      LATTICED_RETURN_IF_ERROR(Spend(3, 3 * kMostCornerBytes));
       for (size_t corner : {a, b, c}) {
         if (corner >= v.positions.count) {
           return MalformedGlb(
@@ -245,16 +252,18 @@ class GlbReader {
   size_t budget_;
   PolygonMesh mesh_;
   VertexWelder welder_{&mesh_.positions};
+  MeshGrowth growth_;
   std::map<int64_t, Slots> position_slots_, normal_slots_, uv_slots_;  // by accessor, of one node
+  uint64_t slot_bytes_ = 0;
   std::map<std::string, uint32_t> group_ids_;
   uint32_t group_ = 0;
 };
 
 }  // namespace
 
-absl::StatusOr<PolygonMesh> ReadGlb(std::string_view bytes) {
-  LATTICED_ASSIGN_OR_RETURN(GlbDocument document, GlbDocument::Parse(bytes));
-  return GlbReader(document, bytes.size()).Read();
+absl::StatusOr<PolygonMesh> ReadGlb(std::string_view bytes, ReadingMemory* memory) {
+  LATTICED_ASSIGN_OR_RETURN(GlbDocument document, GlbDocument::Parse(bytes, memory));
+  return GlbReader(document, bytes.size(), memory).Read();
 }
 
 }  // namespace latticed

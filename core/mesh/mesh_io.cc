@@ -48,7 +48,8 @@ absl::StatusOr<MeshFormat> MeshFormatFromFileName(std::string_view file_name) {
 std::string_view MeshFormatName(MeshFormat format) { return NamesOf(format).name; }
 std::string_view MeshFormatExtension(MeshFormat format) { return NamesOf(format).extension; }
 
-absl::StatusOr<PolygonMesh> ReadMesh(MeshFormat format, std::string_view bytes) {
+absl::StatusOr<PolygonMesh> ReadMesh(MeshFormat format, std::string_view bytes,
+                                     ReadingMemory* memory) {
   if (bytes.empty()) return error::MalformedFile(MeshFormatName(format), "byte 0", "it is empty");
   if (bytes.size() > limits::kMaxMeshBytes) {
     return error::InvalidField("data", fmt::format("{} bytes; at most {} are allowed", bytes.size(),
@@ -56,13 +57,13 @@ absl::StatusOr<PolygonMesh> ReadMesh(MeshFormat format, std::string_view bytes) 
   }
   switch (format) {
     case MeshFormat::kObj:
-      return ReadObj(bytes);
+      return ReadObj(bytes, memory);
     case MeshFormat::kPly:
-      return ReadPly(bytes);
+      return ReadPly(bytes, memory);
     case MeshFormat::kStl:
-      return ReadStl(bytes);
+      return ReadStl(bytes, memory);
     case MeshFormat::kGlb:
-      return ReadGlb(bytes);
+      return ReadGlb(bytes, memory);
     case MeshFormat::kDraco:
       break;
   }

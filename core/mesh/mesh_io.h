@@ -14,6 +14,7 @@
 
 #include "absl/status/statusor.h"
 #include "core/mesh/polygon_mesh.h"
+#include "core/mesh/reading_memory.h"
 #include "core/mesh/triangle_mesh.h"
 
 namespace latticed {
@@ -26,7 +27,9 @@ enum class MeshFormat { kObj, kPly, kStl, kGlb, kDraco };
 [[nodiscard]] std::string_view MeshFormatExtension(MeshFormat format);  // "obj", "ply", …, "drc"
 
 // kDraco is read by core/codec and refused here with kUnimplemented.
-[[nodiscard]] absl::StatusOr<PolygonMesh> ReadMesh(MeshFormat format, std::string_view bytes);
+// `memory` grants what reading allocates; null grants everything.
+[[nodiscard]] absl::StatusOr<PolygonMesh> ReadMesh(MeshFormat format, std::string_view bytes,
+                                                   ReadingMemory* memory = nullptr);
 
 // OBJ, PLY (binary little endian: float x y z nx ny nz s t as present, uchar int faces), STL (binary), GLB (float32
 // relative to a node translation). Known units are written as a comment in the first three, and as a root node in GLB.
@@ -34,10 +37,14 @@ enum class MeshFormat { kObj, kPly, kStl, kGlb, kDraco };
 [[nodiscard]] absl::StatusOr<std::string> WriteMesh(MeshFormat format, const TriangleMesh& mesh);
 
 // The same by one format.
-[[nodiscard]] absl::StatusOr<PolygonMesh> ReadObj(std::string_view bytes);
-[[nodiscard]] absl::StatusOr<PolygonMesh> ReadPly(std::string_view bytes);
-[[nodiscard]] absl::StatusOr<PolygonMesh> ReadStl(std::string_view bytes);
-[[nodiscard]] absl::StatusOr<PolygonMesh> ReadGlb(std::string_view bytes);
+[[nodiscard]] absl::StatusOr<PolygonMesh> ReadObj(std::string_view bytes,
+                                                  ReadingMemory* memory = nullptr);
+[[nodiscard]] absl::StatusOr<PolygonMesh> ReadPly(std::string_view bytes,
+                                                  ReadingMemory* memory = nullptr);
+[[nodiscard]] absl::StatusOr<PolygonMesh> ReadStl(std::string_view bytes,
+                                                  ReadingMemory* memory = nullptr);
+[[nodiscard]] absl::StatusOr<PolygonMesh> ReadGlb(std::string_view bytes,
+                                                  ReadingMemory* memory = nullptr);
 // Numbers are the shortest decimals that read back to the same bits.
 [[nodiscard]] std::string WriteObj(const TriangleMesh& mesh);
 [[nodiscard]] std::string WriteObj(const PolygonMesh& mesh);

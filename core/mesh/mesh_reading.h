@@ -40,6 +40,11 @@ class VertexWelder {
  public:
   explicit VertexWelder(std::vector<Vec3d>* positions) : positions_(*positions) {}
   uint32_t Add(Vec3d position);
+  static constexpr uint64_t kNodeBytes = 64;  // of its table, for a position
+  // Of its table: nodes and pointers.
+  uint64_t MemoryBytes() const {
+    return index_.size() * kNodeBytes + index_.bucket_count() * sizeof(void*);
+  }
 
  private:
   struct Hash {

@@ -56,8 +56,15 @@ std::string_view TakeLine(std::string_view* text, std::string* joined, size_t* l
   }
 }
 
+// More than a line of `size` bytes appends to vectors: "v 0 0 0" 24, "f 1 1 1" 20, an index of two bytes 4; a group's
+// name makes an entry of a table and two strings.
+uint64_t MostBytesOfLine(size_t size) { return 24 + 8 * size; }
+uint64_t MostBytesOfGroup(size_t size) { return 48 + size; }  // three times that is asked for
+
 class ObjReader {
  public:
+  explicit ObjReader(ReadingMemory* memory) : growth_(memory, &mesh_) {}
+
   absl::StatusOr<PolygonMesh> Read(std::string_view text) {
     constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
     if (text.substr(0, kByteOrderMark.size()) == kByteOrderMark) {
@@ -66,7 +73,9 @@ class ObjReader {
     std::string joined;
     size_t lines = 0;
     for (line_ = 1; !text.empty(); line_ += lines) {
-      LATTICED_RETURN_IF_ERROR(ReadLine(TakeLine(&text, &joined, &lines)));
+      const std::string_view line = TakeLine(&text, &joined, &lines);
+      LATTICED_RETURN_IF_ERROR(growth_.Append(MostBytesOfLine(line.size()), beside_bytes_));
+      LATTICED_RETURN_IF_ERROR(ReadLine(line));
     }
     return Finish();
   }
@@ -141,6 +150,7 @@ class ObjReader {
     const std::string& shown = !material_.empty() ? material_ : !group_.empty() ? group_ : object_;
     const auto [it, added] =
         group_ids_.try_emplace(shown, static_cast<uint32_t>(group_ids_.size()));
+    if (added) beside_bytes_ += MostBytesOfGroup(shown.size());
     current_group_ = it->second;
     return absl::OkStatus();
   }
@@ -234,6 +244,8 @@ class ObjReader {
   }
 
   PolygonMesh mesh_;
+  MeshGrowth growth_;
+  uint64_t beside_bytes_ = 0;  // of groups
   Kind vertices_{"vertex"}, uvs_{"texture coordinate"}, normals_{"normal"};
   std::string material_, group_, object_;
   std::map<std::string, uint32_t> group_ids_{{"", 0}};
@@ -243,6 +255,8 @@ class ObjReader {
 
 }  // namespace
 
-absl::StatusOr<PolygonMesh> ReadObj(std::string_view bytes) { return ObjReader().Read(bytes); }
+absl::StatusOr<PolygonMesh> ReadObj(std::string_view bytes, ReadingMemory* memory) {
+  return ObjReader(memory).Read(bytes);
+}
 
 }  // namespace latticed

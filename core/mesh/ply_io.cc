@@ -103,8 +103,8 @@ class PlyBody {
 
 class PlyReader {
  public:
-  PlyReader(std::string_view bytes, PlyHeader header)
-      : header_(std::move(header)), body_(bytes, header_) {}
+  PlyReader(std::string_view bytes, PlyHeader header, ReadingMemory* memory)
+      : header_(std::move(header)), body_(bytes, header_), growth_(memory, &mesh_) {}
 
   absl::StatusOr<PolygonMesh> Read() {
     const PlyElement* vertices = header_.FindElement("vertex");
@@ -173,6 +173,9 @@ class PlyReader {
     for (int slot = 0; slot < kSlots; ++slot) {
       if (columns[slot] >= 0) slot_of[static_cast<size_t>(columns[slot])] = slot;
     }
+    LATTICED_RETURN_IF_ERROR(
+        growth_.Reserve(element.count * (sizeof(Vec3d) + (has_normals ? sizeof(Vec3f) : 0) +
+                                         (has_uvs ? sizeof(Vec2f) : 0))));
     mesh_.positions.reserve(element.count);
     if (has_normals) mesh_.normals.reserve(element.count);
     if (has_uvs) mesh_.uvs.reserve(element.count);
@@ -206,9 +209,10 @@ class PlyReader {
     return absl::OkStatus();
   }
 
-  // Reads every record; `add` gets the indices of one list.
+  // Reads every record; `add` gets the indices of one list. An index appends up to `bytes_per_index` to the mesh.
   template <typename AddList>
-  absl::Status ReadIndexLists(const PlyElement& element, const AddList& add) {
+  absl::Status ReadIndexLists(const PlyElement& element, uint64_t bytes_per_index,
+                              const AddList& add) {
     const int column = element.FindProperty({"vertex_indices", "vertex_index"}, true);
     if (column >= 0 && !element.properties[static_cast<size_t>(column)].type->is_integer) {
       return body_.Malformed("vertex_indices are not integers");
@@ -223,6 +227,8 @@ class PlyReader {
         LATTICED_RETURN_IF_ERROR(static_cast<int>(p) == column ? ReadList(property, &indices)
                                                                : SkipProperty(property));
       }
+      LATTICED_RETURN_IF_ERROR(
+          growth_.Append(bytes_per_index * indices.size(), indices.capacity() * sizeof(double)));
       LATTICED_RETURN_IF_ERROR(add(indices));
     }
     return absl::OkStatus();
@@ -231,6 +237,8 @@ class PlyReader {
   absl::Status ReadList(const PlyProperty& property, std::vector<double>* values) {
     uint64_t length = 0;
     LATTICED_RETURN_IF_ERROR(body_.ReadListLength(property, &length));
+    LATTICED_RETURN_IF_ERROR(
+        growth_.Reserve(length > values->capacity() ? 3 * length * sizeof(double) : 0));
     values->resize(length);
     for (double& value : *values) {
       LATTICED_RETURN_IF_ERROR(body_.Read(*property.type, &value));
@@ -245,12 +253,14 @@ class PlyReader {
   }
 
   absl::Status ReadFaces(const PlyElement& element) {
-    return ReadIndexLists(element, [this](const std::vector<double>& indices) -> absl::Status {
+    constexpr uint64_t kCornerBytes = 2 * sizeof(uint32_t);  // and its part of the face's offset
+    const auto add = [this](const std::vector<double>& indices) -> absl::Status {
       if (indices.size() < 3) {
         return body_.Malformed(fmt::format("a face has {} corners; 3 are needed", indices.size()));
       }
       return AddFace(indices);
-    });
+    };
+    return ReadIndexLists(element, kCornerBytes, add);
   }
 
   template <typename Indices>
@@ -267,7 +277,8 @@ class PlyReader {
   }
 
   absl::Status ReadStrips(const PlyElement& element) {
-    return ReadIndexLists(element, [this](const std::vector<double>& indices) -> absl::Status {
+    constexpr uint64_t kTriangleBytes = 4 * sizeof(uint32_t);
+    const auto add = [this](const std::vector<double>& indices) -> absl::Status {
       size_t begin = 0;
       while (begin < indices.size()) {
         const auto end = static_cast<size_t>(
@@ -283,13 +294,15 @@ class PlyReader {
         begin = end + 1;
       }
       return absl::OkStatus();
-    });
+    };
+    return ReadIndexLists(element, kTriangleBytes, add);
   }
 
   const PlyHeader header_;
   PlyBody body_;
   uint64_t vertex_count_ = 0;
   PolygonMesh mesh_;
+  MeshGrowth growth_;
 };
 
 std::string PlyHeaderOf(const TriangleMesh& mesh) {
@@ -307,9 +320,9 @@ std::string PlyHeaderOf(const TriangleMesh& mesh) {
 
 }  // namespace
 
-absl::StatusOr<PolygonMesh> ReadPly(std::string_view bytes) {
+absl::StatusOr<PolygonMesh> ReadPly(std::string_view bytes, ReadingMemory* memory) {
   LATTICED_ASSIGN_OR_RETURN(PlyHeader header, ReadPlyHeader(bytes));
-  return PlyReader(bytes, std::move(header)).Read();
+  return PlyReader(bytes, std::move(header), memory).Read();
 }
 
 std::string WritePly(const TriangleMesh& mesh) {

@@ -45,7 +45,12 @@ bool IsBinary(std::string_view bytes) {
   return !StartsWithSolid(bytes) || (has_nul && AnnouncedBytes(bytes) < bytes.size());
 }
 
-absl::StatusOr<PolygonMesh> ReadBinary(std::string_view bytes) {
+// More than a facet appends: three positions with their entries in the table, three corners, an offset and a group.
+constexpr uint64_t kMostNameBytes = 64;  // of a solid's name, beside its text
+constexpr uint64_t kMostFacetBytes =
+    3 * (sizeof(Vec3d) + VertexWelder::kNodeBytes) + 5 * sizeof(uint32_t);
+
+absl::StatusOr<PolygonMesh> ReadBinary(std::string_view bytes, ReadingMemory* memory) {
   const uint32_t count = LoadLittleEndian<uint32_t>(&bytes[kHeaderBytes]);
   if (AnnouncedBytes(bytes) > bytes.size()) {
     return error::MalformedFile(kStl, fmt::format("byte {}", kHeaderBytes),
@@ -58,10 +63,13 @@ absl::StatusOr<PolygonMesh> ReadBinary(std::string_view bytes) {
         fmt::format("{} facets; at most {} are allowed", count, limits::kMaxMeshFaces));
   }
   PolygonMesh mesh;
+  MeshGrowth growth(memory, &mesh);
+  LATTICED_RETURN_IF_ERROR(growth.Reserve((uint64_t{4} * count + 1) * sizeof(uint32_t)));
   mesh.corner_vertices.reserve(size_t{3} * count);
   mesh.face_offsets.reserve(size_t{count} + 1);
   VertexWelder welder(&mesh.positions);
   for (uint32_t f = 0; f < count; ++f) {
+    LATTICED_RETURN_IF_ERROR(growth.Append(kMostFacetBytes, welder.MemoryBytes()));
     const size_t offset = kPreambleBytes + size_t{kFacetBytes} * f;
     for (size_t corner = 0; corner < 3; ++corner) {
       const char* vertex = &bytes[offset + kFacetNormalBytes + corner * 3 * sizeof(float)];
@@ -79,7 +87,8 @@ absl::StatusOr<PolygonMesh> ReadBinary(std::string_view bytes) {
 
 class AsciiReader {
  public:
-  explicit AsciiReader(std::string_view text) : text_(text), rest_(text) {}
+  AsciiReader(std::string_view text, ReadingMemory* memory)
+      : text_(text), rest_(text), growth_(memory, &mesh_) {}
 
   absl::StatusOr<PolygonMesh> Read() {
     while (true) {
@@ -87,7 +96,7 @@ class AsciiReader {
       absl::Status status;
       if (word.empty()) break;
       if (word == "solid") {
-        BeginSolid();
+        status = BeginSolid();
       } else if (word == "facet") {
         status = ReadFacet();
       } else if (word == "endsolid") {
@@ -119,11 +128,13 @@ class AsciiReader {
     return name;
   }
 
-  void BeginSolid() {
+  absl::Status BeginSolid() {
     const std::string name = TakeName();
+    LATTICED_RETURN_IF_ERROR(growth_.Append(kMostNameBytes + name.size(), welder_.MemoryBytes()));
     mesh_.group_names.push_back(name.empty() ? fmt::format("solid {}", mesh_.group_names.size() + 1)
                                              : name);
     in_solid_ = true;
+    return absl::OkStatus();
   }
 
   absl::Status Expect(std::string_view wanted) {
@@ -152,6 +163,7 @@ class AsciiReader {
 
   absl::Status ReadFacet() {
     if (!in_solid_) return Malformed("a facet outside a solid");
+    LATTICED_RETURN_IF_ERROR(growth_.Append(kMostFacetBytes, welder_.MemoryBytes()));
     LATTICED_RETURN_IF_ERROR(SkipNormal());
     LATTICED_RETURN_IF_ERROR(Expect("outer"));
     LATTICED_RETURN_IF_ERROR(Expect("loop"));
@@ -171,6 +183,7 @@ class AsciiReader {
   std::string_view rest_;
   PolygonMesh mesh_;
   VertexWelder welder_{&mesh_.positions};
+  MeshGrowth growth_;
   bool in_solid_ = false;
 };
 
@@ -182,9 +195,9 @@ Vec3d FacetNormal(Vec3d a, Vec3d b, Vec3d c) {
 
 }  // namespace
 
-absl::StatusOr<PolygonMesh> ReadStl(std::string_view bytes) {
-  if (IsBinary(bytes)) return ReadBinary(bytes);
-  if (StartsWithSolid(bytes)) return AsciiReader(bytes).Read();
+absl::StatusOr<PolygonMesh> ReadStl(std::string_view bytes, ReadingMemory* memory) {
+  if (IsBinary(bytes)) return ReadBinary(bytes, memory);
+  if (StartsWithSolid(bytes)) return AsciiReader(bytes, memory).Read();
   return error::MalformedFile(
       kStl, "byte 0",
       fmt::format("{} bytes that do not start with 'solid' are less than a binary header",

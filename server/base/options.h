@@ -60,6 +60,7 @@ struct Options {
       tls_client_ca;                // PEM files; client_ca asks for client certificates
   std::string token_file;           // lines "sha256hex role name"
   bool insecure = false;            // allow an open port without TLS or tokens
+  bool reflection = false;          // answer gRPC reflection on an open port too
   std::string log_level = "info";   // trace, debug, info, warn, error, off
   std::string log_format = "text";  // text or json
   absl::Duration heartbeat_interval = absl::Seconds(10);

@@ -27,8 +27,10 @@ std::atomic<uint64_t> told_dropped = 0;  // dropped lines that the log has told 
 
 // Once the log's thread writes again, one line tells how many were dropped.
 void TellDropped(spdlog::logger& logger) {
-  const uint64_t dropped = DroppedLogLines();
-  if (dropped == told_dropped || spdlog::thread_pool()->queue_size() > kMostLogLines / 2) return;
+  const auto pool = spdlog::thread_pool();
+  if (pool == nullptr || pool->queue_size() > kMostLogLines / 2) return;
+  const uint64_t dropped = pool->overrun_counter();
+  if (dropped == told_dropped) return;
   const uint64_t before = told_dropped.exchange(dropped);
   if (before >= dropped) return;  // another thread has just told
   logger.log(

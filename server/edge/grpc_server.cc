@@ -11,6 +11,7 @@
 #include <iterator>
 #include <mutex>
 #include <utility>
+#include <vector>
 
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
@@ -57,12 +58,26 @@ void EnablePlugins() {
   });
 }
 
+// Takes gRPC reflection out of one server: the library adds it to all servers of a process. A reflection stream
+// blocks one of gRPC's threads, so it is not for strangers.
+class WithoutReflection final : public grpc::ServerBuilderOption {
+ public:
+  void UpdateArguments(grpc::ChannelArguments*) override {}
+  void UpdatePlugins(std::vector<std::unique_ptr<grpc::ServerBuilderPlugin>>* plugins) override {
+    std::erase_if(*plugins,
+                  [](const auto& plugin) { return plugin->name() == "proto_server_reflection"; });
+  }
+};
+
 void Configure(const Options& options, grpc::ServerBuilder& builder) {
   // When the quota is short, gRPC shrinks flow-control windows, then ends streams with RESOURCE_EXHAUSTED.
   grpc::ResourceQuota quota("latticed");
   quota.Resize(options.transport_memory_bytes);
   quota.SetMaxThreads(limits::kMaxGrpcThreads);
   builder.SetResourceQuota(quota);
+  if (!options.reflection && !IsLoopback(options.listen)) {
+    builder.SetOption(std::make_unique<WithoutReflection>());
+  }
   // No compression: gRPC decompresses a message before it compares its size with the limit.
   builder.AddChannelArgument(GRPC_COMPRESSION_CHANNEL_ENABLED_ALGORITHMS_BITSET,
                              1 << GRPC_COMPRESS_NONE);

@@ -4,10 +4,8 @@
 
 #include <prometheus/text_serializer.h>
 #include <sys/resource.h>
-#include <unistd.h>
 
 #include <filesystem>
-#include <fstream>
 #include <iterator>
 #include <string>
 #include <system_error>
@@ -15,6 +13,7 @@
 
 #include "fmt/format.h"
 #include "server/base/engine_counts.h"
+#include "server/base/process_memory.h"
 #include "server/base/telemetry.h"
 #include "server/edge/metric_families.h"
 #include "server/rpc/call_counts.h"
@@ -173,15 +172,13 @@ void AddProcess(absl::Time start_time, MetricFamilies& out) {
   getrusage(RUSAGE_SELF, &usage);
   rlimit files{};
   getrlimit(RLIMIT_NOFILE, &files);
-  uint64_t virtual_pages = 0, resident_pages = 0;
-  std::ifstream("/proc/self/statm") >> virtual_pages >> resident_pages;
-  const auto page_bytes = static_cast<uint64_t>(sysconf(_SC_PAGESIZE));
+  const ProcessMemory memory = MeasureMemory();
   out.Counter("process_cpu_seconds_total", "Processor time, user and system.")
       .Add(Seconds(usage.ru_utime) + Seconds(usage.ru_stime));
   out.Gauge("process_start_time_seconds", "Start of the server since the epoch.")
       .Add(absl::ToDoubleSeconds(start_time - absl::UnixEpoch()));
-  out.Gauge("process_resident_memory_bytes", "Resident memory.").Add(resident_pages * page_bytes);
-  out.Gauge("process_virtual_memory_bytes", "Virtual memory.").Add(virtual_pages * page_bytes);
+  out.Gauge("process_resident_memory_bytes", "Resident memory.").Add(memory.resident_bytes);
+  out.Gauge("process_virtual_memory_bytes", "Virtual memory.").Add(memory.virtual_bytes);
   out.Gauge("process_open_fds", "Open file descriptors.").Add(CountEntries("/proc/self/fd"));
   out.Gauge("process_max_fds", "Most file descriptors.").Add(uint64_t{files.rlim_cur});
   out.Gauge("process_threads", "Threads.").Add(CountEntries("/proc/self/task"));

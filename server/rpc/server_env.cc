@@ -14,6 +14,7 @@
 #include "absl/time/clock.h"
 #include "core/base/limits.h"
 #include "fmt/format.h"
+#include "server/base/process_memory.h"
 #include "server/base/random_id.h"
 #include "server/base/telemetry.h"
 #include "server/rpc/call.h"
@@ -66,8 +67,9 @@ ServerEnv::ServerEnv(Options options_in, std::vector<std::unique_ptr<Backend>> b
           SceneRegistry::Options{.max_scenes = static_cast<size_t>(options.max_scenes),
                                  .memory = memory,
                                  .on_tick =
-                                     [this] {
+                                     [this, heap = HeapTrimmer()]() mutable {
                                        uploads->DropExpired();
+                                       heap.Tick();
                                        LogRefusalSums(*calls);
                                      },
                                  .on_evict = LogEviction})),

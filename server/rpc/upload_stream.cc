@@ -42,14 +42,17 @@ absl::Status CheckSha256(const std::string& announced, const std::string& actual
                              "HASH_MISMATCH");
 }
 
-// Reads the mesh from its bytes. The reservation and the creation time are still to be set.
+// Reads the mesh from its bytes. `reservation` grows by what reading takes. The creation time is still to be set.
 absl::StatusOr<StoredMesh> Read(UploadHeader header, std::shared_ptr<const std::string> bytes,
-                                const CallInfo& call) {
+                                MemoryReservation& reservation, const CallInfo& call) {
   StoredMesh stored{std::move(header.mesh)};
   stored.bytes = std::move(bytes);
   LATTICED_ASSIGN_OR_RETURN(stored.id, Hash(*stored.bytes, call));
   LATTICED_RETURN_IF_ERROR(CheckSha256(header.sha256, stored.id));
-  LATTICED_ASSIGN_OR_RETURN(PolygonMesh mesh, ReadUpload(stored, *stored.bytes));
+  ReadingMemory memory([&reservation, file = reservation.bytes()](uint64_t bytes) {
+    return reservation.Resize("reading the mesh", file + bytes);
+  });
+  LATTICED_ASSIGN_OR_RETURN(PolygonMesh mesh, ReadUpload(stored, *stored.bytes, &memory));
   LATTICED_RETURN_IF_ERROR(CheckCancelled(call));
   stored.bounds = mesh.ComputeBounds();
   stored.mesh = std::make_shared<const PolygonMesh>(std::move(mesh));
@@ -131,8 +134,9 @@ absl::Status StoreUpload(ServerEnv& env, const CallInfo& call, Upload& upload, R
     return ToProto(mesh, env.scenes->UseOfMesh(mesh.id), true);
   };
   LATTICED_ASSIGN_OR_RETURN(CompleteUpload complete, upload.Take());
-  LATTICED_ASSIGN_OR_RETURN(StoredMesh made,
-                            Read(std::move(complete.header), std::move(complete.bytes), call));
+  LATTICED_ASSIGN_OR_RETURN(
+      StoredMesh made,
+      Read(std::move(complete.header), std::move(complete.bytes), complete.reservation, call));
   LATTICED_RETURN_IF_ERROR(room.Hold(ReplyBytes(describe(made)) + kStillToCome));
   LATTICED_ASSIGN_OR_RETURN(const auto mesh,
                             env.meshes.Add(std::move(made), std::move(complete.reservation)));

@@ -120,22 +120,23 @@ absl::StatusOr<UploadHeader> FromProto(const v1::MeshHeader& header, uint64_t ma
   return out;
 }
 
-absl::StatusOr<PolygonMesh> ReadUpload(const MeshDescription& described, std::string_view bytes) {
+absl::StatusOr<PolygonMesh> ReadUpload(const MeshDescription& described, std::string_view bytes,
+                                       ReadingMemory* memory) {
   switch (described.format) {
     case UploadFormat::kObj:
-      return ReadMesh(MeshFormat::kObj, bytes);
+      return ReadMesh(MeshFormat::kObj, bytes, memory);
     case UploadFormat::kPly:
-      return ReadMesh(MeshFormat::kPly, bytes);
+      return ReadMesh(MeshFormat::kPly, bytes, memory);
     case UploadFormat::kStl:
-      return ReadMesh(MeshFormat::kStl, bytes);
+      return ReadMesh(MeshFormat::kStl, bytes, memory);
     case UploadFormat::kGlb:
-      return ReadMesh(MeshFormat::kGlb, bytes);
+      return ReadMesh(MeshFormat::kGlb, bytes, memory);
     case UploadFormat::kDraco:
-      return ReadDracoMesh(bytes);
+      return ReadDracoMesh(bytes, memory);
     case UploadFormat::kRaw:
       v1::RawLayout layout;
       layout.ParseFromString(described.layout);
-      return ReadRawMesh(layout, bytes);
+      return ReadRawMesh(layout, bytes, memory);
   }
   return absl::InternalError("no format");
 }

@@ -75,6 +75,13 @@ class RawReader {
   std::string_view rest_;
 };
 
+// More than reading takes: the mesh, and one array of numbers or sizes beside it.
+uint64_t MeshBytes(const RawSizes& sizes) {
+  return 2 * sizes.vertices * sizeof(Vec3d) + 2 * sizes.faces * sizeof(uint32_t) +
+         3 * sizes.corners * sizeof(uint32_t) + sizes.normals * sizeof(Vec3f) +
+         sizes.uvs * sizeof(Vec2f) + sizes.groups * sizeof(uint32_t);
+}
+
 std::vector<Vec3d> TakePositions(RawReader& reader, const RawSizes& sizes) {
   std::vector<Vec3d> positions;
   positions.reserve(sizes.vertices);
@@ -164,8 +171,10 @@ absl::Status CheckRawLayout(const v1::RawLayout& layout, uint64_t total_bytes) {
   return absl::OkStatus();
 }
 
-absl::StatusOr<PolygonMesh> ReadRawMesh(const v1::RawLayout& layout, std::string_view bytes) {
+absl::StatusOr<PolygonMesh> ReadRawMesh(const v1::RawLayout& layout, std::string_view bytes,
+                                        ReadingMemory* memory) {
   const RawSizes sizes = SizesOf(layout);
+  if (memory != nullptr) LATTICED_RETURN_IF_ERROR(memory->Hold(MeshBytes(sizes)));
   RawReader reader(bytes);
   PolygonMesh mesh;
   mesh.positions = TakePositions(reader, sizes);

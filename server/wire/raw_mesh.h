@@ -21,6 +21,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "core/mesh/polygon_mesh.h"
+#include "core/mesh/reading_memory.h"
 #include "latticed/v1/mesh.pb.h"
 
 namespace latticed {
@@ -28,8 +29,10 @@ namespace latticed {
 // Counts within limits, known enums, and arrays that fill `total_bytes` exactly.
 [[nodiscard]] absl::Status CheckRawLayout(const v1::RawLayout& layout, uint64_t total_bytes);
 // `layout` has been checked against bytes.size(). The result is valid.
+// `memory` grants what the layout needs; null grants everything.
 [[nodiscard]] absl::StatusOr<PolygonMesh> ReadRawMesh(const v1::RawLayout& layout,
-                                                      std::string_view bytes);
+                                                      std::string_view bytes,
+                                                      ReadingMemory* memory = nullptr);
 
 }  // namespace latticed
 

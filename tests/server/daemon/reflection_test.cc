@@ -40,6 +40,20 @@ TEST_F(ReflectionTest, ListsTheThreeServices) {
   }
 }
 
+TEST_F(ReflectionTest, AnOpenPortAnswersOnlyIfAsked) {
+  Options options = TestOptions();
+  options.listen = "0.0.0.0:0";
+  options.insecure = true;
+  for (const bool reflection : {false, true}) {
+    options.reflection = reflection;
+    ASSERT_OK_AND_ASSIGN(server_, InProcessServer::Serve(options));
+    std::string response;
+    const grpc::Status status = RawCall(server_->channel(), kMethod, Field(7, "*"), &response);
+    EXPECT_EQ(status.error_code(),
+              reflection ? grpc::StatusCode::OK : grpc::StatusCode::UNIMPLEMENTED);
+  }
+}
+
 int Threads() {
   return static_cast<int>(
       std::distance(std::filesystem::directory_iterator("/proc/self/task"), {}));

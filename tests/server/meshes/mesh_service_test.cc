@@ -147,6 +147,28 @@ TEST_F(MeshServiceTest, BudgetIsReservedByHeadersAndGivenBack) {
   EXPECT_TRUE(Becomes(2000, [&] { return Upload(ObjHeader(obj), obj).ok(); }));
 }
 
+// A strip of one byte an index: 3 MB of file, 140 MB of mesh; the budget is 64 MiB.
+TEST_F(MeshServiceTest, AMeshThatOutgrowsTheBudgetAsItIsReadIsRefused) {
+  constexpr uint32_t kIndices = 3'000'000;
+  std::string ply =
+      "ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+      "property float z\nelement tristrips 1\nproperty list uint uchar "
+      "vertex_indices\nend_header\n";
+  const float xyz[] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+  ply.append(reinterpret_cast<const char*>(xyz), sizeof(xyz));
+  ply.append(reinterpret_cast<const char*>(&kIndices), sizeof(kIndices));
+  for (uint32_t i = 0; i < kIndices; ++i) ply += static_cast<char>(i % 3);
+  v1::MeshHeader header = ObjHeader(ply);
+  header.set_format(v1::MESH_FORMAT_PLY);
+  const uint64_t before = Info().reserved_host_bytes();
+
+  const absl::Status refused = Upload(header, ply);
+
+  ExpectRefused(refused, absl::StatusCode::kResourceExhausted, "OUT_OF_MEMORY");
+  EXPECT_THAT(refused.message(), HasSubstr("reading the mesh"));
+  EXPECT_EQ(Info().reserved_host_bytes(), before);
+}
+
 TEST_F(MeshServiceTest, RawLayoutMustDescribeTheBytes) {
   const uint32_t words[] = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 7};  // 3 vertices, 1 face, index 7
   const std::string bytes(reinterpret_cast<const char*>(words), sizeof(words));

@@ -1,0 +1,35 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The memory of this process, and how freed memory goes back to the system.
+#ifndef LATTICED_SERVER_BASE_PROCESS_MEMORY_H_
+#define LATTICED_SERVER_BASE_PROCESS_MEMORY_H_
+
+#include <cstdint>
+
+namespace latticed {
+
+struct ProcessMemory {
+  uint64_t resident_bytes = 0;
+  uint64_t virtual_bytes = 0;
+};
+// By /proc/self/statm. Threads  safe
+[[nodiscard]] ProcessMemory MeasureMemory();
+
+// glibc keeps freed memory for later allocations, so without this a server would stay as large as its largest moment.
+//
+// Threads  one at a time
+class HeapTrimmer {
+ public:
+  // Returns free pages to the system, if that may be 64 MiB or more. Called once a second; looks every fifth time,
+  // since a look takes the heap's locks.
+  void Tick();
+
+ private:
+  int ticks_ = 0;
+  uint64_t kept_bytes_ = 0;  // resident memory after the last trim, or less
+};
+
+}  // namespace latticed
+
+#endif  // LATTICED_SERVER_BASE_PROCESS_MEMORY_H_
