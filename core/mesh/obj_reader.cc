@@ -59,7 +59,7 @@ std::string_view TakeLine(std::string_view* text, std::string* joined, size_t* l
 // More than a line of `size` bytes appends to vectors: "v 0 0 0" 24, "f 1 1 1" 20, an index of two bytes 4; a group's
 // name makes an entry of a table and two strings.
 uint64_t MostBytesOfLine(size_t size) { return 24 + 8 * size; }
-uint64_t MostBytesOfGroup(size_t size) { return 48 + size; }  // three times that is asked for
+uint64_t MostBytesOfGroup(size_t size) { return 144 + 3 * size; }
 
 class ObjReader {
  public:

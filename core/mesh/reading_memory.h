@@ -38,8 +38,8 @@ class ReadingMemory {
   uint64_t held_bytes_ = 0;
 };
 
-// Asks for the memory of a mesh whose vectors grow. A vector that grows doubles, and its old block is in use until
-// the new one is filled: vectors of n bytes need up to 3 n.
+// Asks for the memory of a mesh whose vectors grow. A vector of n bytes that is full takes 2 n more, and gives n back
+// once they are copied.
 class MeshGrowth {
  public:
   // Memory is asked for once per so many appended bytes. A smaller mesh asks for none.
@@ -58,6 +58,8 @@ class MeshGrowth {
 
  private:
   absl::Status Ask(uint64_t beside);
+  // The most that the mesh takes while `coming` bytes are appended.
+  uint64_t MostBytes(uint64_t coming) const;
 
   ReadingMemory* memory_;
   const PolygonMesh* mesh_;

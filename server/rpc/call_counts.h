@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Counts calls by rpc and by status, and refusals by reason and, for the log, by address. No name contains what clients can choose
-// (unknown methods, their own words).
+// Counts calls by rpc and by status, and refusals by reason and, for the log, by address. No name contains what
+// clients can choose (unknown methods, their own words).
 //
 // Threads  safe
 #ifndef LATTICED_SERVER_RPC_CALL_COUNTS_H_

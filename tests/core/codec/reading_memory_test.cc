@@ -200,7 +200,7 @@ TEST(ReadingMemoryTest, IsAskedForBeforeItIsAllocatedAndIsNotFarTooMuch) {
 
     EXPECT_LE(peak, held + kSlackBytes) << file.name;
     EXPECT_LE(beyond, kSlackBytes) << file.name;
-    EXPECT_LE(held, 4 * peak + 4 * kSlackBytes) << file.name;
+    EXPECT_LE(held, 3 * peak + kSlackBytes) << file.name;
   }
 }
 
