@@ -14,6 +14,7 @@
 #include "server/base/telemetry.h"
 #include "server/edge/grpc_server.h"
 #include "server/edge/metrics.h"
+#include "server/rpc/call.h"
 #include "server/rpc/server_env.h"
 #include "server/stores/scene_registry.h"
 #include "server/web/web_server.h"
@@ -118,6 +119,7 @@ void InProcessServer::Drain() {
   const absl::Time deadline = absl::Now() + env_->options.drain_timeout;
   if (web_ != nullptr) web_->Drain(deadline);
   server_->Shutdown(deadline);
+  LogRefusalSums(*env_->calls, absl::InfiniteFuture());
 }
 
 void InProcessServer::Stop() {

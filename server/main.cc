@@ -51,7 +51,13 @@ int WaitForStopSignal() {
   return stop_signal;
 }
 
+// Writes the waiting lines of the log. If nobody reads them, the process ends here.
+void EndLog(int code) {
+  if (!latticed::CloseLog(kLogPatience)) std::_Exit(code);
+}
+
 int Fail(const absl::Status& status, int code) {
+  EndLog(code);
   std::fprintf(stderr, "latticed: %s\n", std::string(status.message()).c_str());
   return code;
 }
@@ -68,7 +74,7 @@ int main(int argc, char** argv) {
   const latticed::Options& options = command_line->options;
 
   CatchStopSignals();
-  const auto server = latticed::InProcessServer::Serve(options);
+  auto server = latticed::InProcessServer::Serve(options);
   if (!server.ok()) return Fail(server.status(), kExitFailure);
   latticed::LogEvent(spdlog::level::info, "serving",
                      {{"address", (*server)->address()},
@@ -80,6 +86,7 @@ int main(int argc, char** argv) {
   latticed::LogEvent(spdlog::level::info, "draining", {{"signal", std::to_string(signal)}});
   (*server)->Drain();
   latticed::LogEvent(spdlog::level::info, "stopped", {});
-  if (!latticed::CloseLog(kLogPatience)) std::_Exit(0);
+  server->reset();  // its threads log
+  EndLog(0);
   return 0;
 }

@@ -20,7 +20,8 @@
 namespace latticed {
 
 // A mesh stream (any method) as a polygon mesh of triangles: positions, normals, first UV set.
-// `memory` grants what the announced counts need; null grants everything.
+// `memory` grants what the announced counts need with positions, normals and UVs; null grants everything. Further
+// attributes, which libdraco decodes too, are not asked for.
 [[nodiscard]] absl::StatusOr<PolygonMesh> ReadDracoMesh(std::string_view bytes,
                                                         ReadingMemory* memory = nullptr);
 // Writes a mesh as one Draco stream, the DRC export: sequential, order kept; positions in 16 bits and normals in 12

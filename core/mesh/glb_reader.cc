@@ -86,29 +86,38 @@ class GlbReader {
   // the file.
   absl::Status ReadNodes(const std::vector<int64_t>& roots) {
     struct Pending {
-      int64_t node;
+      size_t node;
       GlbTransform parent;
     };
     const json& nodes = Array("nodes");
     std::vector<Pending> stack;
     std::vector<bool> seen(nodes.size());
-    for (size_t i = roots.size(); i-- > 0;) stack.push_back({roots[i], {}});
+    const auto push = [&](const std::vector<int64_t>& numbers,
+                          const GlbTransform& parent) -> absl::Status {
+      LATTICED_RETURN_IF_ERROR(growth_.Reserve(
+          3 * sizeof(Pending) * (stack.size() + numbers.size()), document_.memory_bytes()));
+      for (size_t i = numbers.size(); i-- > 0;) {
+        const std::string where = fmt::format("nodes[{}]", numbers[i]);
+        const auto index = static_cast<size_t>(numbers[i]);
+        if (index >= seen.size())
+          return MalformedGlb(where, fmt::format("there are {} nodes", seen.size()));
+        if (seen[index]) return MalformedGlb(where, "it has two parents");
+        seen[index] = true;
+        stack.push_back({index, parent});
+      }
+      return absl::OkStatus();
+    };
+    LATTICED_RETURN_IF_ERROR(push(roots, {}));
     while (!stack.empty()) {
-      const auto [number, parent] = stack.back();
+      const auto [index, parent] = stack.back();
       stack.pop_back();
-      const std::string where = fmt::format("nodes[{}]", number);
-      const auto index = static_cast<size_t>(number);
-      if (index >= seen.size())
-        return MalformedGlb(where, fmt::format("there are {} nodes", seen.size()));
-      if (seen[index]) return MalformedGlb(where, "it has two parents");
-      seen[index] = true;
+      const std::string where = fmt::format("nodes[{}]", index);
       const json& node = nodes[index];
       const GlbTransform transform =
           parent * GlbTransform::OfNode(GlbNumbers(node, "matrix"), GlbNumbers(node, "translation"),
                                         GlbNumbers(node, "rotation"), GlbNumbers(node, "scale"));
       LATTICED_RETURN_IF_ERROR(ReadNodeMesh(GlbIndex(node, "mesh"), where, transform));
-      const std::vector<int64_t> children = GlbIndices(node, "children");
-      for (size_t i = children.size(); i-- > 0;) stack.push_back({children[i], transform});
+      LATTICED_RETURN_IF_ERROR(push(GlbIndices(node, "children"), transform));
     }
     return absl::OkStatus();
   }
@@ -143,7 +152,10 @@ class GlbReader {
     }
     const auto [it, added] =
         group_ids_.try_emplace(name, static_cast<uint32_t>(mesh_.group_names.size()));
-    if (added) mesh_.group_names.push_back(name);
+    if (added) {
+      mesh_.group_names.push_back(name);
+      growth_.NoteName(2 * name.size() + sizeof(name));
+    }
     group_ = it->second;
   }
 

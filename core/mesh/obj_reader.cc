@@ -25,6 +25,7 @@ namespace latticed {
 namespace {
 
 constexpr std::string_view kObj = "OBJ";
+constexpr size_t kMostContinuedBytes = size_t{4} << 20;  // a face of the most corners has two
 
 // The next word before a comment. A comment may begin inside a word.
 std::string_view TakeField(std::string_view* line) {
@@ -49,7 +50,7 @@ std::string_view TakeLine(std::string_view* text, std::string* joined, size_t* l
     const std::string_view line = TakeTextLine(text);
     ++*lines;
     const bool continued = !line.empty() && line.back() == '\\' && !text->empty();
-    if (!continued && joined->empty()) return line;
+    if ((!continued && joined->empty()) || joined->size() > kMostContinuedBytes) return line;
     joined->append(line, 0, line.size() - (continued ? 1 : 0));
     joined->push_back(' ');
     if (!continued) return *joined;
@@ -59,7 +60,7 @@ std::string_view TakeLine(std::string_view* text, std::string* joined, size_t* l
 // More than a line of `size` bytes appends to vectors: "v 0 0 0" 24, "f 1 1 1" 20, an index of two bytes 4; a group's
 // name makes an entry of a table and two strings.
 uint64_t MostBytesOfLine(size_t size) { return 24 + 8 * size; }
-uint64_t MostBytesOfGroup(size_t size) { return 144 + 3 * size; }
+uint64_t MostBytesOfGroup(size_t size) { return 224 + 3 * (size + 32); }
 
 class ObjReader {
  public:
@@ -74,6 +75,7 @@ class ObjReader {
     size_t lines = 0;
     for (line_ = 1; !text.empty(); line_ += lines) {
       const std::string_view line = TakeLine(&text, &joined, &lines);
+      if (joined.size() > kMostContinuedBytes) return Malformed("a continued line of over 4 MiB");
       LATTICED_RETURN_IF_ERROR(growth_.Append(MostBytesOfLine(line.size()), beside_bytes_));
       LATTICED_RETURN_IF_ERROR(ReadLine(line));
     }

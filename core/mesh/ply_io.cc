@@ -237,8 +237,9 @@ class PlyReader {
   absl::Status ReadList(const PlyProperty& property, std::vector<double>* values) {
     uint64_t length = 0;
     LATTICED_RETURN_IF_ERROR(body_.ReadListLength(property, &length));
-    LATTICED_RETURN_IF_ERROR(
-        growth_.Reserve(length > values->capacity() ? 3 * length * sizeof(double) : 0));
+    if (length > values->capacity()) {
+      LATTICED_RETURN_IF_ERROR(growth_.Reserve(3 * length * sizeof(double)));
+    }
     values->resize(length);
     for (double& value : *values) {
       LATTICED_RETURN_IF_ERROR(body_.Read(*property.type, &value));

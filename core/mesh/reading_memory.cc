@@ -22,13 +22,17 @@ absl::Status MeshGrowth::Reserve(uint64_t bytes, uint64_t beside) {
 }
 
 uint64_t MeshGrowth::MostBytes(uint64_t coming) const {
-  uint64_t bytes = mesh_->MemoryBytes() + 3 * coming, largest = 0;
+  uint64_t bytes = name_bytes_ + 3 * coming, largest = 0;
   const auto add = [&](const auto& values, uint64_t least_bytes = 0) {
     constexpr size_t kSize = sizeof(values[0]);
     const uint64_t used = std::max(values.size() * kSize, least_bytes);
-    if (values.capacity() * kSize >= used + coming) return;  // does not grow
-    bytes += 2 * used - std::min(2 * used, values.capacity() * kSize);
-    largest = std::max(largest, used);
+    const uint64_t kept = values.capacity() * kSize;
+    if (kept >= used + coming) {  // does not grow
+      bytes += kept;
+    } else {
+      bytes += std::max(2 * used, kept);
+      largest = std::max(largest, used);
+    }
   };
   // An index per corner is added for all corners once one of them has a normal or UV.
   const uint64_t index_bytes = mesh_->corner_count() * sizeof(uint32_t);
@@ -40,6 +44,7 @@ uint64_t MeshGrowth::MostBytes(uint64_t coming) const {
   add(mesh_->uvs);
   add(mesh_->corner_uvs, index_bytes);
   add(mesh_->face_groups);
+  add(mesh_->group_names);
   return bytes + largest;
 }
 

@@ -53,6 +53,8 @@ class MeshGrowth {
     appended_bytes_ += bytes;
     return appended_bytes_ < kStepBytes ? absl::OkStatus() : Ask(beside);
   }
+  // A name of a group is kept, which Append does not see.
+  void NoteName(size_t size) { name_bytes_ += 64 + size; }
   // Called before vectors are reserved that have `bytes` in the end, and before the reader allocates as much.
   [[nodiscard]] absl::Status Reserve(uint64_t bytes, uint64_t beside = 0);
 
@@ -64,6 +66,7 @@ class MeshGrowth {
   ReadingMemory* memory_;
   const PolygonMesh* mesh_;
   uint64_t appended_bytes_ = 0;  // since the mesh was looked at
+  uint64_t name_bytes_ = 0;
 };
 
 }  // namespace latticed

@@ -46,7 +46,7 @@ bool IsBinary(std::string_view bytes) {
 }
 
 // More than a facet appends: three positions with their entries in the table, three corners, an offset and a group.
-constexpr uint64_t kMostNameBytes = 64;  // of a solid's name, beside its text
+constexpr size_t kMostNameBytes = 1'024;  // of a solid; the rest of a longer name is left out
 constexpr uint64_t kMostFacetBytes =
     3 * (sizeof(Vec3d) + VertexWelder::kNodeBytes) + 5 * sizeof(uint32_t);
 
@@ -121,16 +121,19 @@ class AsciiReader {
     std::string_view line = rest_.substr(0, rest_.find('\n'));
     rest_.remove_prefix(line.size());
     std::string name;
-    for (std::string_view word = TakeWord(&line); !word.empty(); word = TakeWord(&line)) {
+    for (std::string_view word = TakeWord(&line); !word.empty() && name.size() < kMostNameBytes;
+         word = TakeWord(&line)) {
       if (!name.empty()) name += ' ';
-      name += word;
+      name += word.substr(0, kMostNameBytes);
     }
     return name;
   }
 
   absl::Status BeginSolid() {
     const std::string name = TakeName();
-    LATTICED_RETURN_IF_ERROR(growth_.Append(kMostNameBytes + name.size(), welder_.MemoryBytes()));
+    growth_.NoteName(name.size());
+    LATTICED_RETURN_IF_ERROR(
+        growth_.Append(sizeof(std::string) + name.size(), welder_.MemoryBytes()));
     mesh_.group_names.push_back(name.empty() ? fmt::format("solid {}", mesh_.group_names.size() + 1)
                                              : name);
     in_solid_ = true;

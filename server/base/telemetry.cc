@@ -30,9 +30,8 @@ void TellDropped(spdlog::logger& logger) {
   const auto pool = spdlog::thread_pool();
   if (pool == nullptr || pool->queue_size() > kMostLogLines / 2) return;
   const uint64_t dropped = pool->overrun_counter();
-  if (dropped == told_dropped) return;
-  const uint64_t before = told_dropped.exchange(dropped);
-  if (before >= dropped) return;  // another thread has just told
+  uint64_t before = told_dropped;
+  if (before >= dropped || !told_dropped.compare_exchange_strong(before, dropped)) return;
   logger.log(
       spdlog::level::warn, "{}",
       FormatEvent(log_is_json ? kJson : kText, "log lines were dropped: nobody read them in time",

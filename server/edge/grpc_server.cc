@@ -75,7 +75,9 @@ void Configure(const Options& options, grpc::ServerBuilder& builder) {
   quota.Resize(options.transport_memory_bytes);
   quota.SetMaxThreads(limits::kMaxGrpcThreads);
   builder.SetResourceQuota(quota);
-  if (!options.reflection && !IsLoopback(options.listen)) {
+  const bool local =
+      IsLoopback(options.listen) && (options.http.empty() || IsLoopback(options.http));
+  if (!options.reflection && !local) {
     builder.SetOption(std::make_unique<WithoutReflection>());
   }
   // No compression: gRPC decompresses a message before it compares its size with the limit.

@@ -167,8 +167,8 @@ void LogFinished(const CallInfo& call, const grpc::Status& status) {
             {"error", status.error_message()}});
 }
 
-void LogRefusalSums(CallCounts& counts) {
-  for (const RefusalLog::Sum& sum : counts.refusal_log().TakeEnded(absl::Now())) {
+void LogRefusalSums(CallCounts& counts, absl::Time now) {
+  for (const RefusalLog::Sum& sum : counts.refusal_log().TakeEnded(now)) {
     LogEvent(spdlog::level::info, "more calls were refused",
              {{"calls", fmt::to_string(sum.count)},
               {"rpc", sum.rpc},

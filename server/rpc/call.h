@@ -54,8 +54,8 @@ void NoteScene(CallInfo& call, const std::string& scene);
 // at debug. Many refusals of one kind are summed up: LogRefusalSums tells them.
 void LogFinished(const CallInfo& call, const grpc::Status& status);
 
-// Logs the refusals that were only counted, once their period has ended. Called once a second.
-void LogRefusalSums(CallCounts& counts);
+// Logs the refusals that were only counted, of periods that have ended by `now`. Called once a second.
+void LogRefusalSums(CallCounts& counts, absl::Time now);
 
 // The metadata `latticed-scene`, where set, must name the scene of the body. kInvalidArgument.
 [[nodiscard]] absl::Status CheckSceneMetadata(const CallInfo& call, std::string_view scene_id);

@@ -70,7 +70,7 @@ ServerEnv::ServerEnv(Options options_in, std::vector<std::unique_ptr<Backend>> b
                                      [this, heap = HeapTrimmer()]() mutable {
                                        uploads->DropExpired();
                                        heap.Tick();
-                                       LogRefusalSums(*calls);
+                                       LogRefusalSums(*calls, absl::Now());
                                      },
                                  .on_evict = LogEviction})),
       workers_(std::make_unique<boost::asio::thread_pool>(

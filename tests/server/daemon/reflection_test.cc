@@ -54,6 +54,14 @@ TEST_F(ReflectionTest, AnOpenPortAnswersOnlyIfAsked) {
   }
 }
 
+TEST_F(ReflectionTest, AnOpenHttpPortDoesNotAnswerItEither) {
+  Options options = TestOptions();
+  options.http = "0.0.0.0:0";
+  options.insecure = true;
+  StartServer(options);
+  EXPECT_EQ(List(), "");
+}
+
 int Threads() {
   return static_cast<int>(
       std::distance(std::filesystem::directory_iterator("/proc/self/task"), {}));
