@@ -14,6 +14,7 @@
 #include "core/base/status_macros.h"
 #include "core/codec/draco_announcement.h"
 #include "core/codec/draco_geometry.h"
+#include "core/mesh/reading_memory.h"
 #include "draco/compression/decode.h"
 #include "fmt/format.h"
 

@@ -14,10 +14,11 @@
 
 #include "absl/status/statusor.h"
 #include "core/mesh/polygon_mesh.h"
-#include "core/mesh/reading_memory.h"
 #include "core/mesh/triangle_mesh.h"
 
 namespace latticed {
+
+class ReadingMemory;  // core/mesh/reading_memory.h
 
 // A mesh stream (any method) as a polygon mesh of triangles: positions, normals, first UV set.
 // `memory` grants what the announced counts need with positions, normals and UVs; null grants everything. Further

@@ -21,6 +21,7 @@
 #include "core/mesh/glb_transform.h"
 #include "core/mesh/mesh_io.h"
 #include "core/mesh/mesh_reading.h"
+#include "core/mesh/reading_memory.h"
 #include "fmt/format.h"
 
 namespace latticed {

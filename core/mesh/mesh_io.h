@@ -14,10 +14,11 @@
 
 #include "absl/status/statusor.h"
 #include "core/mesh/polygon_mesh.h"
-#include "core/mesh/reading_memory.h"
 #include "core/mesh/triangle_mesh.h"
 
 namespace latticed {
+
+class ReadingMemory;  // core/mesh/reading_memory.h
 
 enum class MeshFormat { kObj, kPly, kStl, kGlb, kDraco };
 

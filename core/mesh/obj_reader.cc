@@ -19,6 +19,7 @@
 #include "core/base/status_macros.h"
 #include "core/mesh/mesh_io.h"
 #include "core/mesh/mesh_reading.h"
+#include "core/mesh/reading_memory.h"
 #include "fmt/format.h"
 
 namespace latticed {

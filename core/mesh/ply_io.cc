@@ -20,6 +20,7 @@
 #include "core/mesh/mesh_io.h"
 #include "core/mesh/mesh_reading.h"
 #include "core/mesh/ply_header.h"
+#include "core/mesh/reading_memory.h"
 #include "fmt/format.h"
 
 namespace latticed {

@@ -43,7 +43,7 @@ class ReadingMemory {
 class MeshGrowth {
  public:
   // Memory is asked for once per so many appended bytes. A smaller mesh asks for none.
-  static constexpr uint64_t kStepBytes = uint64_t{64} << 10;
+  static constexpr uint64_t kStepBytes = uint64_t{16} << 10;
 
   // `memory` may be null: everything is granted. `mesh` outlives this.
   MeshGrowth(ReadingMemory* memory, const PolygonMesh* mesh) : memory_(memory), mesh_(mesh) {}

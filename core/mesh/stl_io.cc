@@ -20,6 +20,7 @@
 #include "core/mesh/little_endian.h"
 #include "core/mesh/mesh_io.h"
 #include "core/mesh/mesh_reading.h"
+#include "core/mesh/reading_memory.h"
 #include "fmt/format.h"
 
 namespace latticed {

@@ -11,6 +11,7 @@
 #include "core/base/error.h"
 #include "core/base/sha256.h"
 #include "core/base/status_macros.h"
+#include "core/mesh/reading_memory.h"
 #include "fmt/format.h"
 #include "server/rpc/call_reactor.h"
 #include "server/rpc/first_message.h"

@@ -133,7 +133,7 @@ TEST_F(LatticectlServerTest, PicksAndDragsPointsOfTheSurface) {
 
   ExpectFailure({"pick", "scene-one", "--ray", "9,9,9,1,0,0"}, HasSubstr("NOTHING_HIT"));
   ExpectFailure({"edit", "drag", "scene-one", "--at", "0.5,0,1,2,1,0,0", "--by", "1,0,0"},
-                HasSubstr("--at: 0.5 is no face"));
+                HasSubstr("--at: 0.5 is not the index of a face"));
 }
 
 TEST_F(LatticectlServerTest, EditsRaiseTheRevision) {
