@@ -43,6 +43,10 @@ std::string ValidUtf8(std::string_view text) {
   return valid;
 }
 
+std::string_view FirstCharacter(std::string_view text) {
+  return text.substr(0, CharacterBytes(text));
+}
+
 std::string_view CutUtf8(std::string_view text, size_t most) {
   if (text.size() <= most) return text;
   size_t end = most;

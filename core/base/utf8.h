@@ -19,6 +19,9 @@ namespace latticed {
 // numbers above U+10FFFF are not valid. Valid text comes back as it is.
 [[nodiscard]] std::string ValidUtf8(std::string_view text);
 
+// The first character of text that is valid and not empty.
+[[nodiscard]] std::string_view FirstCharacter(std::string_view text);
+
 // The longest prefix of valid text that has at most `most` bytes and ends between characters.
 [[nodiscard]] std::string_view CutUtf8(std::string_view text, size_t most);
 

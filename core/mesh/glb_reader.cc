@@ -98,11 +98,11 @@ class GlbReader {
       LATTICED_RETURN_IF_ERROR(growth_.Reserve(
           3 * sizeof(Pending) * (stack.size() + numbers.size()), document_.memory_bytes()));
       for (size_t i = numbers.size(); i-- > 0;) {
-        const std::string where = fmt::format("nodes[{}]", numbers[i]);
         const auto index = static_cast<size_t>(numbers[i]);
-        if (index >= seen.size())
-          return MalformedGlb(where, fmt::format("there are {} nodes", seen.size()));
-        if (seen[index]) return MalformedGlb(where, "it has two parents");
+        if (index >= seen.size()) {
+          return MalformedGlb(NodeName(numbers[i]), fmt::format("there are {} nodes", seen.size()));
+        }
+        if (seen[index]) return MalformedGlb(NodeName(numbers[i]), "it has two parents");
         seen[index] = true;
         stack.push_back({index, parent});
       }
@@ -112,22 +112,24 @@ class GlbReader {
     while (!stack.empty()) {
       const auto [index, parent] = stack.back();
       stack.pop_back();
-      const std::string where = fmt::format("nodes[{}]", index);
       const json& node = nodes[index];
       const GlbTransform transform =
           parent * GlbTransform::OfNode(GlbNumbers(node, "matrix"), GlbNumbers(node, "translation"),
                                         GlbNumbers(node, "rotation"), GlbNumbers(node, "scale"));
-      LATTICED_RETURN_IF_ERROR(ReadNodeMesh(GlbIndex(node, "mesh"), where, transform));
+      LATTICED_RETURN_IF_ERROR(ReadNodeMesh(GlbIndex(node, "mesh"), index, transform));
       LATTICED_RETURN_IF_ERROR(push(GlbIndices(node, "children"), transform));
     }
     return absl::OkStatus();
   }
 
-  absl::Status ReadNodeMesh(int64_t index, std::string_view where, const GlbTransform& transform) {
+  static std::string NodeName(int64_t node) { return fmt::format("nodes[{}]", node); }
+
+  absl::Status ReadNodeMesh(int64_t index, size_t node, const GlbTransform& transform) {
     if (index == kGlbNoIndex) return absl::OkStatus();
     const json& meshes = Array("meshes");
     if (static_cast<size_t>(index) >= meshes.size()) {
-      return MalformedGlb(where, fmt::format("mesh {}; there are {}", index, meshes.size()));
+      return MalformedGlb(NodeName(static_cast<int64_t>(node)),
+                          fmt::format("mesh {}; there are {}", index, meshes.size()));
     }
     position_slots_.clear();
     normal_slots_.clear();

@@ -26,7 +26,8 @@ namespace latticed {
 namespace {
 
 constexpr std::string_view kObj = "OBJ";
-constexpr size_t kMostContinuedBytes = size_t{4} << 20;  // a face of the most corners has two
+constexpr size_t kMostContinuedBytes = size_t{4}
+                                       << 20;  // a face of 65,536 corners takes half of it
 
 // The next word before a comment. A comment may begin inside a word.
 std::string_view TakeField(std::string_view* line) {

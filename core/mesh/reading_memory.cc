@@ -10,7 +10,7 @@
 namespace latticed {
 
 absl::Status ReadingMemory::Hold(uint64_t bytes) {
-  if (grant_ == nullptr || bytes <= held_bytes_) return absl::OkStatus();
+  if (bytes <= held_bytes_) return absl::OkStatus();
   LATTICED_RETURN_IF_ERROR(grant_(bytes));
   held_bytes_ = bytes;
   return absl::OkStatus();

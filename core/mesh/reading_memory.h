@@ -27,7 +27,6 @@ class ReadingMemory {
   // Gets the bytes that reading takes in all, beside the file; they never fall.
   using Grant = std::function<absl::Status(uint64_t bytes)>;
 
-  ReadingMemory() = default;  // grants everything
   explicit ReadingMemory(Grant grant) : grant_(std::move(grant)) {}
 
   // Asks for `bytes` in all, if that is more than was granted before.

@@ -46,8 +46,8 @@ bool IsBinary(std::string_view bytes) {
   return !StartsWithSolid(bytes) || (has_nul && AnnouncedBytes(bytes) < bytes.size());
 }
 
-// More than a facet appends: three positions with their entries in the table, three corners, an offset and a group.
 constexpr size_t kMostNameBytes = 1'024;  // of a solid; the rest of a longer name is left out
+// More than a facet appends: three positions with their entries in the table, three corners, an offset and a group.
 constexpr uint64_t kMostFacetBytes =
     3 * (sizeof(Vec3d) + VertexWelder::kNodeBytes) + 5 * sizeof(uint32_t);
 

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/base/log_line.h"
 
-#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "core/base/utf8.h"
@@ -28,11 +27,7 @@ std::string Printable(std::string_view value) {
   std::string_view text = CutUtf8(valid, kMostLogValueBytes);
   std::string result;
   while (!text.empty()) {
-    const auto end = std::find_if(text.begin() + 1, text.end(), [](char c) {
-      return (static_cast<unsigned char>(c) & 0xC0U) !=
-             0x80U;  // the first byte of the next character
-    });
-    const auto character = text.substr(0, static_cast<size_t>(end - text.begin()));
+    const std::string_view character = FirstCharacter(text);
     result += IsHidden(character) ? " " : character;
     text.remove_prefix(character.size());
   }

@@ -127,7 +127,7 @@ void Define(CLI::App& app, Options& o) {
   app.add_flag("--insecure", o.insecure, "Allow an open port without TLS or tokens");
   app.add_flag(
       "--reflection", o.reflection,
-      "Answer gRPC server reflection; without this flag only on loopback and Unix sockets");
+      "Answer gRPC server reflection; without this flag only if no other machine can connect");
   app.add_option("--log-level", o.log_level, "Least level to log")
       ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}));
   app.add_option("--log-format", o.log_format, "Lines for people, or JSON for machines")

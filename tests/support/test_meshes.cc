@@ -105,6 +105,18 @@ PolygonMesh TriangleSoup(int count, uint32_t seed) {
   return mesh;
 }
 
+std::string PlyStrip(uint32_t indices) {
+  std::string ply =
+      "ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+      "property float z\nelement tristrips 1\nproperty list uint uchar "
+      "vertex_indices\nend_header\n";
+  const float xyz[] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+  ply.append(reinterpret_cast<const char*>(xyz), sizeof(xyz));
+  ply.append(reinterpret_cast<const char*>(&indices), sizeof(indices));
+  for (uint32_t i = 0; i < indices; ++i) ply += static_cast<char>(i % 3);
+  return ply;
+}
+
 std::vector<double> MakeKnots(KnotKind kind, int degree, int size) {
   std::vector<double> knots = ClampedUniformKnots(degree, size);
   const auto d = static_cast<size_t>(degree), n = static_cast<size_t>(size);

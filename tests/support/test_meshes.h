@@ -9,6 +9,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "core/ffd/lattice.h"
@@ -28,6 +29,9 @@ namespace latticed::testing {
 [[nodiscard]] std::vector<Vec3d> FacePositions(const PolygonMesh& mesh, size_t face);
 // `count` unconnected triangles in [-1, 1]^3, every fourth a sliver of height 1e-5.
 [[nodiscard]] PolygonMesh TriangleSoup(int count, uint32_t seed);
+
+// A binary PLY file of one strip, a byte an index: as many triangles, less two.
+[[nodiscard]] std::string PlyStrip(uint32_t indices);
 
 enum class KnotKind { kUniform, kNonUniform, kUnclamped, kRepeated };
 // Knots for an axis of `size` control points. kRepeated: the first interior knot has multiplicity

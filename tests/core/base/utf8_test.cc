@@ -27,6 +27,13 @@ TEST(Utf8Test, WhatIsInNoCharacterIsReplaced) {
   EXPECT_EQ(ValidUtf8(std::string_view("\0\xFF", 2)), std::string(1, '\0') + r);
 }
 
+TEST(Utf8Test, FirstCharacterHasAllOfItsBytes) {
+  EXPECT_EQ(FirstCharacter("ab"), "a");
+  EXPECT_EQ(FirstCharacter("\u00F6b"), "\u00F6");
+  EXPECT_EQ(FirstCharacter("\u6587b"), "\u6587");
+  EXPECT_EQ(FirstCharacter("\U0001F600b"), "\U0001F600");
+}
+
 TEST(Utf8Test, CutsBetweenCharacters) {
   const std::string text = "ab\xE2\x82\xAC";
 

@@ -21,6 +21,7 @@
 #include "draco/compression/encode.h"
 #include "fmt/format.h"
 #include "tests/support/status_matchers.h"
+#include "tests/support/test_meshes.h"
 
 namespace {
 std::atomic<size_t> allocated_bytes = 0, peak_bytes = 0;
@@ -115,20 +116,6 @@ File StlOfSolids() {
   return {"solids.stl", MeshFormat::kStl, Times(131'073, "solid\n") + facet + "endsolid"};
 }
 
-// Each byte of a strip is a triangle.
-File PlyStrip() {
-  constexpr uint32_t kIndices = 3'000'000;
-  std::string bytes =
-      "ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
-      "property float z\nelement tristrips 1\nproperty list uint uchar "
-      "vertex_indices\nend_header\n";
-  const float xyz[] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
-  bytes.append(reinterpret_cast<const char*>(xyz), sizeof(xyz));
-  bytes.append(reinterpret_cast<const char*>(&kIndices), sizeof(kIndices));
-  for (uint32_t i = 0; i < kIndices; ++i) bytes += static_cast<char>(i % 3);
-  return {"strip.ply", MeshFormat::kPly, bytes};
-}
-
 File AsciiStl() {
   std::string text = "solid a\n";
   for (int i = 0; i < 60'000; ++i) {
@@ -186,7 +173,7 @@ std::vector<File> Files() {
           ObjOfGroups(),
           ObjOfGroupsWithFaces(),
           StlOfSolids(),
-          PlyStrip(),
+          {"strip.ply", MeshFormat::kPly, testing::PlyStrip(3'000'000)},
           AsciiStl()};
 }
 

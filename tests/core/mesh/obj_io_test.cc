@@ -137,6 +137,13 @@ TEST(ObjReaderTest, FaceWithTooManyCornersIsRefused) {
   EXPECT_THAT(ReadObj(text), IsMalformed("line 4: a face has more than 65536 corners"));
 }
 
+TEST(ObjReaderTest, LineContinuedBeyondFourMebibytesIsRefused) {
+  const std::string part(size_t{1} << 20, 'x');
+  std::string text = std::string(kTriangle) + "#";
+  for (int i = 0; i < 5; ++i) text.append(part).append("\\\n");
+  EXPECT_THAT(ReadObj(text + "\nf 1 2 3\n"), IsMalformed("line 4: a continued line of over 4 MiB"));
+}
+
 TEST(ObjWriterTest, TrianglesReadBackToTheSameBits) {
   TriangleMesh mesh = testing::SquareOfTwoGroups({1.0 / 3, 1e-17, 123456789.123456789});
   ASSERT_OK_AND_ASSIGN(const auto read, ReadObj(WriteObj(mesh)));

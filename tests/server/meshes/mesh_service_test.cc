@@ -9,6 +9,7 @@
 #include "fmt/format.h"
 #include "tests/server/support/server_test.h"
 #include "tests/support/becomes.h"
+#include "tests/support/test_meshes.h"
 
 namespace latticed::testing {
 namespace {
@@ -149,15 +150,7 @@ TEST_F(MeshServiceTest, BudgetIsReservedByHeadersAndGivenBack) {
 
 // A strip of one byte an index: 3 MB of file, 140 MB of mesh; the budget is 64 MiB.
 TEST_F(MeshServiceTest, AMeshThatOutgrowsTheBudgetAsItIsReadIsRefused) {
-  constexpr uint32_t kIndices = 3'000'000;
-  std::string ply =
-      "ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
-      "property float z\nelement tristrips 1\nproperty list uint uchar "
-      "vertex_indices\nend_header\n";
-  const float xyz[] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
-  ply.append(reinterpret_cast<const char*>(xyz), sizeof(xyz));
-  ply.append(reinterpret_cast<const char*>(&kIndices), sizeof(kIndices));
-  for (uint32_t i = 0; i < kIndices; ++i) ply += static_cast<char>(i % 3);
+  const std::string ply = PlyStrip(3'000'000);
   v1::MeshHeader header = ObjHeader(ply);
   header.set_format(v1::MESH_FORMAT_PLY);
   const uint64_t before = Info().reserved_host_bytes();
