@@ -195,17 +195,6 @@ absl::Status CheckCancelled(const CallInfo& call) {
                                      : absl::OkStatus();
 }
 
-// The messages are members of gRPC's call that are not const, so const_cast is allowed. A protobuf message is
-// swapped with an empty one, because Clear would keep its memory.
-void FreeMessage(const google::protobuf::Message& message) {
-  const std::unique_ptr<google::protobuf::Message> empty(message.New());
-  message.GetReflection()->Swap(const_cast<google::protobuf::Message*>(&message), empty.get());
-}
-
-void FreeMessage(const grpc::ByteBuffer& message) {
-  const_cast<grpc::ByteBuffer&>(message).Clear();
-}
-
 absl::StatusOr<MemoryReservation> AdmitRequest(const ServerEnv& env,
                                                const google::protobuf::Message& request) {
   return env.requests->Reserve("the request", limits::kCallBytes + request.SpaceUsedLong());

@@ -63,11 +63,6 @@ void LogRefusalSums(CallCounts& counts, absl::Time now);
 // Long work asks whether the caller still waits: OK, kDeadlineExceeded or kCancelled.
 [[nodiscard]] absl::Status CheckCancelled(const CallInfo& call);
 
-// Frees what a message of gRPC's holds, after its last use. gRPC keeps the message until the call has ended,
-// and the client decides when that is.
-void FreeMessage(const google::protobuf::Message& message);
-void FreeMessage(const grpc::ByteBuffer& message);
-
 // Room for a parsed request while it waits for a worker. kResourceExhausted OUT_OF_MEMORY.
 [[nodiscard]] absl::StatusOr<MemoryReservation> AdmitRequest(
     const ServerEnv& env, const google::protobuf::Message& request);

@@ -18,6 +18,7 @@
 #include "server/rpc/call.h"
 #include "server/rpc/server_env.h"
 #include "server/wire/grpc_status.h"
+#include "server/wire/message_bytes.h"
 
 namespace latticed {
 
@@ -44,12 +45,14 @@ class CallReactor : public Reactor {
   }
   void FinishCall(const absl::Status& status) { FinishCall(ToGrpcStatus(status)); }
 
-  // Runs `work` on a worker, frees the request, and gives the result to `done` on the same worker. If there is
-  // no memory for the waiting request, the call is finished. Called last in a constructor: the reactor may
-  // be deleted when this returns.
+  // Takes the request out of `bytes` and runs `work` on a worker, then frees the request and gives the result to
+  // `done` on the same worker. If the bytes are no such message, or there is no memory for the waiting
+  // request, the call is finished. Called last in a constructor: the reactor may be deleted when this
+  // returns.
   template <typename Request>
-  void Work(ServerEnv& env, const Request& request, std::function<absl::Status()> work,
-            std::function<void(absl::Status)> done) {
+  void Work(ServerEnv& env, const grpc::ByteBuffer& bytes, Request& request,
+            std::function<absl::Status()> work, std::function<void(absl::Status)> done) {
+    if (absl::Status s = TakeMessage(bytes, &request); !s.ok()) return FinishCall(s);
     if constexpr (requires { request.scene(); }) NoteScene(call_, request.scene());
     auto room = AdmitRequest(env, request);
     if (!room.ok()) return FinishCall(room.status());
@@ -57,7 +60,7 @@ class CallReactor : public Reactor {
     env.Post([this, &request, work = std::move(work), done = std::move(done)] {
       absl::Status result = CheckCancelled(call_);
       if (result.ok()) result = CatchBadAlloc("the request", work);
-      FreeMessage(request);
+      request = Request();  // frees its memory, which Clear would keep
       request_room_.Release();
       done(result);
     });

@@ -25,6 +25,7 @@
 #include "server/wire/converters.h"
 #include "server/wire/edit_converters.h"
 #include "server/wire/grpc_status.h"
+#include "server/wire/message_bytes.h"
 #include "server/wire/time_converters.h"
 
 namespace latticed {
@@ -129,8 +130,7 @@ void DeformStream::OnReadDone(bool ok) {
     return stream->HalfClose(edited_ ? last_revision_ : stream->scene().State()->revision);
   }
   v1::DeformRequest request;
-  absl::Status status = ParseMessage(bytes_, &request);
-  bytes_.Clear();  // otherwise they stay until the next message comes
+  absl::Status status = TakeMessage(bytes_, &request);
   if (status.ok() && stream != nullptr && MayTakeLong(request)) {
     stream->Touch();
     return HandOver(std::move(request));

@@ -22,7 +22,9 @@ namespace latticed {
 namespace {
 
 using Context = grpc::CallbackServerContext;
+using Bytes = grpc::ByteBuffer;
 using UnaryReactor = grpc::ServerUnaryReactor;
+using Writer = grpc::ServerWriteReactor<Bytes>;
 
 absl::Status BeginUpload(const CallContext& context, const v1::BeginUploadRequest& request,
                          v1::BeginUploadResponse& response) {
@@ -119,40 +121,39 @@ constexpr UnaryMethod kListMeshes{Rpc{"MeshService/ListMeshes", Role::kRead}, Li
 constexpr UnaryMethod kDeleteMesh{Rpc{"MeshService/DeleteMesh", Role::kEdit}, DeleteMesh};
 constexpr PartMethod kDownloadMesh{Rpc{"MeshService/DownloadMesh", Role::kRead}, OpenDownload};
 
-class MeshServiceImpl final : public v1::MeshService::CallbackService {
+// Every rpc takes and gives bytes (server/wire/message_bytes.h).
+using M = v1::MeshService;
+using Uploads = M::WithRawCallbackMethod_UploadMesh<M::WithRawCallbackMethod_BeginUpload<
+    M::WithRawCallbackMethod_AppendUpload<M::WithRawCallbackMethod_FinishUpload<M::Service>>>>;
+using MeshServiceBase = M::WithRawCallbackMethod_GetMesh<M::WithRawCallbackMethod_ListMeshes<
+    M::WithRawCallbackMethod_DeleteMesh<M::WithRawCallbackMethod_DownloadMesh<Uploads>>>>;
+
+class MeshServiceImpl final : public MeshServiceBase {
  public:
   explicit MeshServiceImpl(ServerEnv* env) : env_(env) {}
 
-  grpc::ServerReadReactor<v1::UploadMeshRequest>* UploadMesh(Context* context,
-                                                             v1::Mesh* response) override {
+  grpc::ServerReadReactor<Bytes>* UploadMesh(Context* context, Bytes* response) override {
     return NewUploadStream(kUploadMesh, env_, context, response);
   }
-  UnaryReactor* BeginUpload(Context* context, const v1::BeginUploadRequest* request,
-                            v1::BeginUploadResponse* response) override {
+  UnaryReactor* BeginUpload(Context* context, const Bytes* request, Bytes* response) override {
     return kBeginUpload.Run(env_, context, request, response);
   }
-  UnaryReactor* AppendUpload(Context* context, const v1::AppendUploadRequest* request,
-                             v1::AppendUploadResponse* response) override {
+  UnaryReactor* AppendUpload(Context* context, const Bytes* request, Bytes* response) override {
     return kAppendUpload.Run(env_, context, request, response);
   }
-  UnaryReactor* FinishUpload(Context* context, const v1::FinishUploadRequest* request,
-                             v1::Mesh* response) override {
+  UnaryReactor* FinishUpload(Context* context, const Bytes* request, Bytes* response) override {
     return kFinishUpload.Run(env_, context, request, response);
   }
-  UnaryReactor* GetMesh(Context* context, const v1::GetMeshRequest* request,
-                        v1::Mesh* response) override {
+  UnaryReactor* GetMesh(Context* context, const Bytes* request, Bytes* response) override {
     return kGetMesh.Run(env_, context, request, response);
   }
-  UnaryReactor* ListMeshes(Context* context, const v1::ListMeshesRequest* request,
-                           v1::ListMeshesResponse* response) override {
+  UnaryReactor* ListMeshes(Context* context, const Bytes* request, Bytes* response) override {
     return kListMeshes.Run(env_, context, request, response);
   }
-  UnaryReactor* DeleteMesh(Context* context, const v1::DeleteMeshRequest* request,
-                           v1::DeleteMeshResponse* response) override {
+  UnaryReactor* DeleteMesh(Context* context, const Bytes* request, Bytes* response) override {
     return kDeleteMesh.Run(env_, context, request, response);
   }
-  grpc::ServerWriteReactor<v1::DownloadMeshResponse>* DownloadMesh(
-      Context* context, const v1::DownloadMeshRequest* request) override {
+  Writer* DownloadMesh(Context* context, const Bytes* request) override {
     return kDownloadMesh.Run(env_, context, request);
   }
 

@@ -51,22 +51,22 @@ template <typename Request, typename Response>
 class UnaryCall final : public CallReactor<grpc::ServerUnaryReactor> {
  public:
   UnaryCall(ServerEnv* env, grpc::CallbackServerContext* context, const Rpc& rpc,
-            const Request* request, Response* response, UnaryHandler<Request, Response> handler)
+            const grpc::ByteBuffer& request, grpc::ByteBuffer* reply,
+            UnaryHandler<Request, Response> handler)
       : room_(*env) {
     if (!Begin(*env, context, rpc)) return;
-    Work(
-        *env, *request,
-        [=, this] {
-          return handler({*env, call_, room_}, *request, *response);
-        },
-        [this, response](absl::Status result) {
-          if (result.ok()) result = room_.Hold(ReplyBytes(*response));
-          if (!result.ok()) FreeMessage(*response);
-          FinishCall(result);
-        });
+    const auto work = [=, this]() -> absl::Status {
+      Response response;
+      LATTICED_RETURN_IF_ERROR(handler({*env, call_, room_}, request_, response));
+      LATTICED_RETURN_IF_ERROR(room_.Hold(ReplyBytes(response)));
+      *reply = ToBytes(response);
+      return absl::OkStatus();
+    };
+    Work(*env, request, request_, work, [this](const absl::Status& result) { FinishCall(result); });
   }
 
  private:
+  Request request_;
   ReplyRoom room_;
 };
 
@@ -76,8 +76,8 @@ struct UnaryMethod {
   UnaryHandler<Request, Response> handler;
 
   grpc::ServerUnaryReactor* Run(ServerEnv* env, grpc::CallbackServerContext* context,
-                                const Request* request, Response* response) const {
-    return new UnaryCall<Request, Response>(env, context, rpc, request, response, handler);
+                                const grpc::ByteBuffer* request, grpc::ByteBuffer* reply) const {
+    return new UnaryCall<Request, Response>(env, context, rpc, *request, reply, handler);
   }
 };
 
@@ -94,38 +94,38 @@ template <typename Request, typename Message>
 using PartHandler = absl::StatusOr<NextPart<Message>> (*)(const CallContext&, const Request&);
 
 template <typename Request, typename Message>
-class PartStream final : public CallReactor<grpc::ServerWriteReactor<Message>> {
+class PartStream final : public CallReactor<grpc::ServerWriteReactor<grpc::ByteBuffer>> {
  public:
   PartStream(ServerEnv* env, grpc::CallbackServerContext* context, const Rpc& rpc,
-             const Request* request, PartHandler<Request, Message> open)
+             const grpc::ByteBuffer& request, PartHandler<Request, Message> open)
       : room_(*env) {
-    if (!this->Begin(*env, context, rpc)) return;
+    if (!Begin(*env, context, rpc)) return;
     const auto work = [=, this]() -> absl::Status {
-      LATTICED_ASSIGN_OR_RETURN(next_, open({*env, this->call_, room_}, *request));
+      LATTICED_ASSIGN_OR_RETURN(next_, open({*env, call_, room_}, request_));
       return absl::OkStatus();
     };
-    this->Work(*env, *request, work, [this](const absl::Status& opened) {
-      opened.ok() ? WriteNext() : this->FinishCall(opened);
-    });
+    Work(*env, request, request_, work,
+         [this](const absl::Status& opened) { opened.ok() ? WriteNext() : FinishCall(opened); });
   }
 
   void OnWriteDone(bool ok) override {
-    if (!ok || this->call_.context->IsCancelled()) return this->FinishCall(grpc::Status::CANCELLED);
+    if (!ok || call_.context->IsCancelled()) return FinishCall(grpc::Status::CANCELLED);
     WriteNext();
   }
 
  private:
   void WriteNext() {
-    auto message = CatchBadAlloc("the next part", next_);
-    if (!message.ok()) return this->FinishCall(message.status());
-    if (!message->has_value()) return this->FinishCall(grpc::Status::OK);
-    message_ = **std::move(message);
-    if (auto s = room_.Hold(ReplyBytes(message_)); !s.ok()) return this->FinishCall(s);
-    this->StartWrite(&message_);
+    const auto message = CatchBadAlloc("the next part", next_);
+    if (!message.ok()) return FinishCall(message.status());
+    if (!message->has_value()) return FinishCall(grpc::Status::OK);
+    if (auto s = room_.Hold(ReplyBytes(**message)); !s.ok()) return FinishCall(s);
+    part_ = ToBytes(**message);
+    StartWrite(&part_);
   }
 
+  Request request_;
   NextPart<Message> next_;
-  Message message_;
+  grpc::ByteBuffer part_;
   ReplyRoom room_;  // for the largest part so far
 };
 
@@ -134,9 +134,10 @@ struct PartMethod {
   Rpc rpc;
   PartHandler<Request, Message> open;
 
-  grpc::ServerWriteReactor<Message>* Run(ServerEnv* env, grpc::CallbackServerContext* context,
-                                         const Request* request) const {
-    return new PartStream<Request, Message>(env, context, rpc, request, open);
+  grpc::ServerWriteReactor<grpc::ByteBuffer>* Run(ServerEnv* env,
+                                                  grpc::CallbackServerContext* context,
+                                                  const grpc::ByteBuffer* request) const {
+    return new PartStream<Request, Message>(env, context, rpc, *request, open);
   }
 };
 

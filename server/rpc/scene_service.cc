@@ -36,7 +36,9 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 using Context = grpc::CallbackServerContext;
+using Bytes = grpc::ByteBuffer;
 using UnaryReactor = grpc::ServerUnaryReactor;
+using Writer = grpc::ServerWriteReactor<Bytes>;
 
 absl::StatusOr<std::shared_ptr<Scene>> SceneOf(const CallContext& context,
                                                const std::string& scene) {
@@ -249,75 +251,61 @@ constexpr Rpc kDeform{"SceneService/Deform", Role::kRead};
 constexpr Rpc kWatch{"SceneService/Watch", Role::kRead};
 constexpr Rpc kGetUpdate{"SceneService/GetUpdate", Role::kRead};
 
-// The callback API. The three streams that carry chunks use raw ByteBuffers, so that chunk bytes are sent without
-// a copy.
+// Every rpc takes and gives bytes (server/wire/message_bytes.h), so chunks are also sent without a copy.
 using S = v1::SceneService;
 using Streams = S::WithRawCallbackMethod_Deform<
     S::WithRawCallbackMethod_Watch<S::WithRawCallbackMethod_GetUpdate<S::Service>>>;
-using Scenes = S::WithCallbackMethod_CreateScene<S::WithCallbackMethod_GetScene<
-    S::WithCallbackMethod_ListScenes<S::WithCallbackMethod_DeleteScene<Streams>>>>;
-using Edits = S::WithCallbackMethod_GetLattice<
-    S::WithCallbackMethod_ApplyEdits<S::WithCallbackMethod_ControlWatch<Scenes>>>;
-using SceneServiceBase = S::WithCallbackMethod_GetTopology<S::WithCallbackMethod_Export<
-    S::WithCallbackMethod_Pick<S::WithCallbackMethod_EvaluatePoints<Edits>>>>;
+using Scenes = S::WithRawCallbackMethod_CreateScene<S::WithRawCallbackMethod_GetScene<
+    S::WithRawCallbackMethod_ListScenes<S::WithRawCallbackMethod_DeleteScene<Streams>>>>;
+using Edits = S::WithRawCallbackMethod_GetLattice<
+    S::WithRawCallbackMethod_ApplyEdits<S::WithRawCallbackMethod_ControlWatch<Scenes>>>;
+using SceneServiceBase = S::WithRawCallbackMethod_GetTopology<S::WithRawCallbackMethod_Export<
+    S::WithRawCallbackMethod_Pick<S::WithRawCallbackMethod_EvaluatePoints<Edits>>>>;
 
 class SceneServiceImpl final : public SceneServiceBase {
  public:
   explicit SceneServiceImpl(ServerEnv* env) : env_(env) {}
 
-  UnaryReactor* CreateScene(Context* context, const v1::CreateSceneRequest* request,
-                            v1::Scene* response) override {
+  UnaryReactor* CreateScene(Context* context, const Bytes* request, Bytes* response) override {
     return kCreateScene.Run(env_, context, request, response);
   }
-  UnaryReactor* GetScene(Context* context, const v1::GetSceneRequest* request,
-                         v1::Scene* response) override {
+  UnaryReactor* GetScene(Context* context, const Bytes* request, Bytes* response) override {
     return kGetScene.Run(env_, context, request, response);
   }
-  UnaryReactor* ListScenes(Context* context, const v1::ListScenesRequest* request,
-                           v1::ListScenesResponse* response) override {
+  UnaryReactor* ListScenes(Context* context, const Bytes* request, Bytes* response) override {
     return kListScenes.Run(env_, context, request, response);
   }
-  UnaryReactor* DeleteScene(Context* context, const v1::DeleteSceneRequest* request,
-                            v1::DeleteSceneResponse* response) override {
+  UnaryReactor* DeleteScene(Context* context, const Bytes* request, Bytes* response) override {
     return kDeleteScene.Run(env_, context, request, response);
   }
-  UnaryReactor* GetLattice(Context* context, const v1::GetLatticeRequest* request,
-                           v1::LatticeState* response) override {
+  UnaryReactor* GetLattice(Context* context, const Bytes* request, Bytes* response) override {
     return kGetLattice.Run(env_, context, request, response);
   }
-  UnaryReactor* ApplyEdits(Context* context, const v1::EditBatch* request,
-                           v1::EditResult* response) override {
+  UnaryReactor* ApplyEdits(Context* context, const Bytes* request, Bytes* response) override {
     return kApplyEdits.Run(env_, context, request, response);
   }
-  UnaryReactor* EvaluatePoints(Context* context, const v1::EvaluatePointsRequest* request,
-                               v1::EvaluatePointsResponse* response) override {
+  UnaryReactor* EvaluatePoints(Context* context, const Bytes* request, Bytes* response) override {
     return kEvaluatePoints.Run(env_, context, request, response);
   }
-  UnaryReactor* Pick(Context* context, const v1::PickRequest* request,
-                     v1::SurfacePoint* response) override {
+  UnaryReactor* Pick(Context* context, const Bytes* request, Bytes* response) override {
     return kPick.Run(env_, context, request, response);
   }
-  UnaryReactor* ControlWatch(Context* context, const v1::ControlWatchRequest* request,
-                             v1::ControlWatchResponse* response) override {
+  UnaryReactor* ControlWatch(Context* context, const Bytes* request, Bytes* response) override {
     return kControlWatch.Run(env_, context, request, response);
   }
-  grpc::ServerWriteReactor<v1::TopologyPart>* GetTopology(
-      Context* context, const v1::GetTopologyRequest* request) override {
+  Writer* GetTopology(Context* context, const Bytes* request) override {
     return kGetTopology.Run(env_, context, request);
   }
-  grpc::ServerWriteReactor<v1::ExportResponse>* Export(Context* context,
-                                                       const v1::ExportRequest* request) override {
+  Writer* Export(Context* context, const Bytes* request) override {
     return kExport.Run(env_, context, request);
   }
-  grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* Deform(Context* context) override {
+  grpc::ServerBidiReactor<Bytes, Bytes>* Deform(Context* context) override {
     return NewDeformStream(kDeform, env_, context);
   }
-  grpc::ServerWriteReactor<grpc::ByteBuffer>* Watch(Context* context,
-                                                    const grpc::ByteBuffer* request) override {
+  Writer* Watch(Context* context, const Bytes* request) override {
     return new UpdateStream<v1::WatchRequest>(env_, context, kWatch, *request);
   }
-  grpc::ServerWriteReactor<grpc::ByteBuffer>* GetUpdate(Context* context,
-                                                        const grpc::ByteBuffer* request) override {
+  Writer* GetUpdate(Context* context, const Bytes* request) override {
     return new UpdateStream<v1::GetUpdateRequest>(env_, context, kGetUpdate, *request);
   }
 

@@ -142,13 +142,15 @@ absl::Status GetServerInfo(const CallContext& context, const v1::GetServerInfoRe
 constexpr UnaryMethod kGetServerInfo{Rpc{"ServerService/GetServerInfo", Role::kRead},
                                      GetServerInfo};
 
-class ServerServiceImpl final : public v1::ServerService::CallbackService {
+// The rpc takes and gives bytes (server/wire/message_bytes.h).
+class ServerServiceImpl final
+    : public v1::ServerService::WithRawCallbackMethod_GetServerInfo<v1::ServerService::Service> {
  public:
   explicit ServerServiceImpl(ServerEnv* env) : env_(env) {}
 
   grpc::ServerUnaryReactor* GetServerInfo(grpc::CallbackServerContext* context,
-                                          const v1::GetServerInfoRequest* request,
-                                          v1::ServerInfo* response) override {
+                                          const grpc::ByteBuffer* request,
+                                          grpc::ByteBuffer* response) override {
     return kGetServerInfo.Run(env_, context, request, response);
   }
 

@@ -15,6 +15,7 @@
 #include "server/rpc/call_reactor.h"
 #include "server/rpc/scene_stream.h"
 #include "server/rpc/watch_request.h"
+#include "server/wire/message_bytes.h"
 
 namespace latticed {
 
@@ -44,9 +45,7 @@ class UpdateStream final : public CallReactor<grpc::ServerWriteReactor<grpc::Byt
  private:
   absl::Status Open(ServerEnv* env, const grpc::ByteBuffer& bytes) {
     Request request;
-    const absl::Status parsed = ParseMessage(bytes, &request);
-    FreeMessage(bytes);
-    LATTICED_RETURN_IF_ERROR(parsed);
+    LATTICED_RETURN_IF_ERROR(TakeMessage(bytes, &request));
     NoteScene(call_, request.scene());
     LATTICED_ASSIGN_OR_RETURN(const OpenRequest open, FromProto(env, call_, request));
     LATTICED_ASSIGN_OR_RETURN(stream_, SceneStream::Open(env, open.scene, open.options, this));

@@ -18,6 +18,7 @@
 #include "server/rpc/server_env.h"
 #include "server/stores/scene_registry.h"
 #include "server/wire/mesh_header.h"
+#include "server/wire/message_bytes.h"
 
 namespace latticed {
 namespace {
@@ -60,15 +61,15 @@ absl::StatusOr<StoredMesh> Read(UploadHeader header, std::shared_ptr<const std::
   return stored;
 }
 
-class UploadStream final : public CallReactor<grpc::ServerReadReactor<v1::UploadMeshRequest>> {
+class UploadStream final : public CallReactor<grpc::ServerReadReactor<grpc::ByteBuffer>> {
  public:
   UploadStream(const Rpc& rpc, ServerEnv* env, grpc::CallbackServerContext* context,
-               v1::Mesh* response)
-      : env_(env), response_(response), reply_room_(*env) {
+               grpc::ByteBuffer* reply)
+      : env_(env), reply_(reply), reply_room_(*env) {
     if (!Begin(*env, context, rpc)) return;
     first_message_.Await(env->options.first_message_timeout, "the header",
                          [this](const absl::Status& late) { End(late); });
-    StartRead(&request_);
+    StartRead(&bytes_);
   }
 
   void OnReadDone(bool ok) override {
@@ -76,20 +77,22 @@ class UploadStream final : public CallReactor<grpc::ServerReadReactor<v1::Upload
     if (!ok) return OnAllRead();
     const absl::Status status = CatchBadAlloc("the upload", [this] { return Take(); });
     if (!status.ok()) return End(status);
-    StartRead(&request_);
+    StartRead(&bytes_);
   }
 
  private:
   absl::Status Take() {
-    if (upload_ == nullptr) return TakeHeader();
-    if (request_.has_data()) return upload_->Append(request_.data());
+    v1::UploadMeshRequest request;
+    LATTICED_RETURN_IF_ERROR(TakeMessage(bytes_, &request));
+    if (upload_ == nullptr) return TakeHeader(request);
+    if (request.has_data()) return upload_->Append(request.data());
     return error::InvalidField("header", "must be the first message and must not be repeated");
   }
 
-  absl::Status TakeHeader() {
-    if (!request_.has_header()) return NotOpened();
+  absl::Status TakeHeader(const v1::UploadMeshRequest& request) {
+    if (!request.has_header()) return NotOpened();
     LATTICED_ASSIGN_OR_RETURN(UploadHeader header,
-                              FromProto(request_.header(), env_->options.max_mesh_bytes));
+                              FromProto(request.header(), env_->options.max_mesh_bytes));
     header.mesh.owner = call_.caller.name;
     LATTICED_ASSIGN_OR_RETURN(upload_, env_->uploads->Admit(std::move(header)));
     StartSendInitialMetadata();  // a client may wait for it before it sends its bytes
@@ -104,10 +107,10 @@ class UploadStream final : public CallReactor<grpc::ServerReadReactor<v1::Upload
   }
 
   absl::Status Store() {
-    request_ = v1::UploadMeshRequest();  // frees the last part
-    absl::Status status = StoreUpload(*env_, call_, *upload_, reply_room_, *response_);
-    if (!status.ok()) *response_ = v1::Mesh();
-    return status;
+    v1::Mesh mesh;
+    LATTICED_RETURN_IF_ERROR(StoreUpload(*env_, call_, *upload_, reply_room_, mesh));
+    *reply_ = ToBytes(mesh);
+    return absl::OkStatus();
   }
 
   void End(const absl::Status& result) {
@@ -120,9 +123,9 @@ class UploadStream final : public CallReactor<grpc::ServerReadReactor<v1::Upload
   }
 
   ServerEnv* const env_;
-  v1::Mesh* const response_;
+  grpc::ByteBuffer* const reply_;
   FirstMessage first_message_;
-  v1::UploadMeshRequest request_;
+  grpc::ByteBuffer bytes_;          // of the message that comes next
   std::shared_ptr<Upload> upload_;  // null until the header is admitted
   ReplyRoom reply_room_;
 };
@@ -146,9 +149,10 @@ absl::Status StoreUpload(ServerEnv& env, const CallInfo& call, Upload& upload, R
   return room.Hold(ReplyBytes(reply));
 }
 
-grpc::ServerReadReactor<v1::UploadMeshRequest>* NewUploadStream(
-    const Rpc& rpc, ServerEnv* env, grpc::CallbackServerContext* context, v1::Mesh* response) {
-  return new UploadStream(rpc, env, context, response);
+grpc::ServerReadReactor<grpc::ByteBuffer>* NewUploadStream(const Rpc& rpc, ServerEnv* env,
+                                                           grpc::CallbackServerContext* context,
+                                                           grpc::ByteBuffer* reply) {
+  return new UploadStream(rpc, env, context, reply);
 }
 
 }  // namespace latticed

@@ -30,8 +30,8 @@ struct ServerEnv;
                                        ReplyRoom& room, v1::Mesh& reply);
 
 // The reactor of one call; it deletes itself when the call is done. `env` outlives the server.
-[[nodiscard]] grpc::ServerReadReactor<v1::UploadMeshRequest>* NewUploadStream(
-    const Rpc& rpc, ServerEnv* env, grpc::CallbackServerContext* context, v1::Mesh* response);
+[[nodiscard]] grpc::ServerReadReactor<grpc::ByteBuffer>* NewUploadStream(
+    const Rpc& rpc, ServerEnv* env, grpc::CallbackServerContext* context, grpc::ByteBuffer* reply);
 
 }  // namespace latticed
 

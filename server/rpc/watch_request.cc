@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <utility>
 
-#include <grpcpp/support/proto_buffer_reader.h>
-
 #include "core/base/error.h"
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
@@ -24,15 +22,6 @@ namespace {
 constexpr int kDefaultUnackedUpdates = 2;
 
 }  // namespace
-
-absl::Status ParseMessage(const grpc::ByteBuffer& bytes, google::protobuf::Message* message) {
-  // The reader changes no bytes, but its parameter is not const. The copy shares the bytes.
-  grpc::ByteBuffer copy(bytes);
-  grpc::ProtoBufferReader reader(&copy);
-  if (reader.status().ok() && message->ParseFromZeroCopyStream(&reader)) return absl::OkStatus();
-  return error::InvalidField("message",
-                             fmt::format("cannot be parsed as {}", message->GetTypeName()));
-}
 
 absl::StatusOr<std::shared_ptr<Scene>> FindScene(const ServerEnv& env, const CallInfo& call,
                                                  const std::string& id) {

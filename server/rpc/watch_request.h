@@ -11,8 +11,6 @@
 #include <memory>
 #include <string>
 
-#include <grpcpp/grpcpp.h>
-
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "latticed/v1/scene.pb.h"
@@ -22,10 +20,6 @@ namespace latticed {
 
 struct CallInfo;
 struct ServerEnv;
-
-// kInvalidArgument for bytes that are no such message.
-[[nodiscard]] absl::Status ParseMessage(const grpc::ByteBuffer& bytes,
-                                        google::protobuf::Message* message);
 
 // The scene that a request names. kInvalidArgument where it names none, or another than the
 // metadata; kNotFound.

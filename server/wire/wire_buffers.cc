@@ -7,12 +7,12 @@
 #include <utility>
 #include <vector>
 
-#include <grpcpp/support/proto_buffer_writer.h>
 #include <grpcpp/support/slice.h>
 
 #include "core/ffd/tessellation_pattern.h"
 #include "google/protobuf/io/coded_stream.h"
 #include "server/wire/converters.h"
+#include "server/wire/message_bytes.h"
 #include "server/wire/scene_converters.h"
 #include "server/wire/time_converters.h"
 #include "server/wire/view_converters.h"
@@ -157,10 +157,7 @@ v1::SceneEvent ToProto(const UpdateEnds& event) {
 
 }  // namespace
 
-grpc::ByteBuffer EncodeEvent(const v1::SceneEvent& event) {
-  const grpc::Slice slice(event.SerializeAsString());
-  return {&slice, 1};
-}
+grpc::ByteBuffer EncodeEvent(const v1::SceneEvent& event) { return ToBytes(event); }
 
 grpc::ByteBuffer EncodeEvent(const WatchEvent& event) {
   return std::visit(
