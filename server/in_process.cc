@@ -76,7 +76,8 @@ absl::StatusOr<std::unique_ptr<InProcessServer>> InProcessServer::ServeOn(
 absl::Status InProcessServer::StartWeb() {
   if (env_->options.http.empty() && env_->options.admin.empty()) return absl::OkStatus();
   web::AdminHooks hooks;
-  hooks.health = [env = env_.get()] { return env->scenes->health().status(); };
+  hooks.health = [env = env_.get()] { return env->Health(); };
+  hooks.dropped_log_lines = DroppedLogLines;
   hooks.ready = [server = server_.get()] { return server->serving(); };
   hooks.metrics = [env = env_.get(), server = server_.get()](const ConnectionCounts& http) {
     return MetricsText(*env, server->connections(), http);
@@ -111,6 +112,19 @@ std::string InProcessServer::metrics() const {
   return MetricsText(*env_, server_->connections(),
                      web_ == nullptr ? ConnectionCounts() : web_->connections());
 }
+
+absl::Status InProcessServer::Reload(const Options& options) {
+  SetLogLevel(options.log_level);
+  LATTICED_ASSIGN_OR_RETURN(Authenticator authenticator,
+                            Authenticator::FromFile(env_->options.token_file));
+  if (web_ != nullptr) {  // gRPC notices new certificates itself
+    LATTICED_RETURN_IF_ERROR(web_->ReadCertificates(env_->options));
+  }
+  env_->SetAuthenticator(std::move(authenticator));
+  return absl::OkStatus();
+}
+
+Pulse InProcessServer::TakePulse() const { return env_->TakePulse(); }
 
 void InProcessServer::Drain() {
   server_->SetServing(false);

@@ -17,6 +17,7 @@
 
 #include "absl/status/statusor.h"
 #include "server/base/options.h"
+#include "server/base/watchdog.h"
 
 namespace grpc {
 class Channel;
@@ -52,6 +53,12 @@ class InProcessServer {
   [[nodiscard]] std::string admin_address() const;
   // "cpu: AVX-512, 2 threads, …": what evaluates.
   [[nodiscard]] std::string backend_description() const;
+
+  // Reads the token file and the certificates again, and takes the log level of `options`. Calls and
+  // connections go on. kInvalidArgument for a file that cannot be used; what it would change stays.
+  [[nodiscard]] absl::Status Reload(const Options& options);
+  // What shows that the server moves: server/base/watchdog.h.
+  [[nodiscard]] Pulse TakePulse() const;
 
   // What GET /metrics of the admin listener answers.
   [[nodiscard]] std::string metrics() const;

@@ -1,11 +1,14 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The program latticed: parses the options, starts the server, waits for SIGTERM or SIGINT, and drains.
+// The program latticed: parses the options, starts the server, waits for SIGTERM or SIGINT, and drains. On SIGHUP it
+// reads tokens, certificates and the log level again. A watchdog ends it when the server does not move any more.
 #include <semaphore.h>
 #include <signal.h>
+#include <time.h>
 
 #include <atomic>
+#include <cerrno>
 #include <cstdio>
 #include <cstdlib>
 #include <string>
@@ -13,6 +16,7 @@
 #include "server/base/options.h"
 #include "server/base/telemetry.h"
 #include "server/base/version.h"
+#include "server/base/watchdog.h"
 #include "server/in_process.h"
 
 namespace {
@@ -23,37 +27,73 @@ constexpr absl::Duration kLogPatience = absl::Seconds(1);
 
 // A handler catches the signals. sigwait would not: libraries start threads before main, and these threads
 // block no signals. One of them would receive the signal and end the program.
-sem_t stop_semaphore;
+sem_t signal_semaphore;
 std::atomic<int> stop_signal = 0;
-static_assert(std::atomic<int>::is_always_lock_free, "set in a signal handler");
+std::atomic<bool> reload = false;
+static_assert(std::atomic<int>::is_always_lock_free && std::atomic<bool>::is_always_lock_free,
+              "set in a signal handler");
 
-void OnStopSignal(int signal) {
-  stop_signal = signal;
-  sem_post(&stop_semaphore);
+void OnSignal(int signal) {
+  if (signal == SIGHUP) {
+    reload = true;
+  } else {
+    stop_signal = signal;
+  }
+  sem_post(&signal_semaphore);
 }
 
-void CatchStopSignals() {
-  sem_init(&stop_semaphore, 0, 0);
+void CatchSignals() {
+  sem_init(&signal_semaphore, 0, 0);
   struct sigaction action = {};
-  action.sa_handler = OnStopSignal;
+  action.sa_handler = OnSignal;
   action.sa_flags = SA_RESTART;
   sigemptyset(&action.sa_mask);
   sigaction(SIGTERM, &action, nullptr);
   sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGHUP, &action, nullptr);
   // The program must not end when nobody reads its log any more, or when the log reaches the limit of a file's size.
   signal(SIGPIPE, SIG_IGN);
   signal(SIGXFSZ, SIG_IGN);
 }
 
-int WaitForStopSignal() {
-  while (sem_wait(&stop_semaphore) != 0) {
-  }
-  return stop_signal;
-}
-
 // Writes the waiting lines of the log. If nobody reads them, the process ends here.
 void EndLog(int code) {
   if (!latticed::CloseLog(kLogPatience)) std::_Exit(code);
+}
+
+void Reload(latticed::InProcessServer& server, int argc, char** argv) {
+  const auto again = latticed::ParseCommandLine(argc, argv);
+  absl::Status status = again.status();
+  if (status.ok()) status = server.Reload(again->options);
+  if (status.ok()) {
+    latticed::LogEvent(spdlog::level::info, "tokens, certificates and log level were read again",
+                       {});
+  } else {
+    latticed::LogEvent(spdlog::level::err, "not all could be read again, the rest stays as it was",
+                       {{"error", std::string(status.message())}});
+  }
+}
+
+[[noreturn]] void EndStuckProcess() {
+  latticed::LogEvent(spdlog::level::critical,
+                     "the server does not move any more: the process ends, to be started again",
+                     {});
+  EndLog(kExitFailure);
+  std::abort();  // leaves a core that shows where
+}
+
+// Returns the signal that stops the program.
+int WaitForStopSignal(latticed::InProcessServer& server, int argc, char** argv) {
+  latticed::Watchdog watchdog;
+  while (stop_signal == 0) {
+    timespec next{};
+    clock_gettime(CLOCK_REALTIME, &next);
+    ++next.tv_sec;
+    const bool signalled = sem_timedwait(&signal_semaphore, &next) == 0;
+    if (reload.exchange(false)) Reload(server, argc, argv);
+    if (!signalled && errno == ETIMEDOUT && watchdog.IsStuck(server.TakePulse())) EndStuckProcess();
+  }
+  return stop_signal;
 }
 
 int Fail(const absl::Status& status, int code) {
@@ -73,7 +113,7 @@ int main(int argc, char** argv) {
   }
   const latticed::Options& options = command_line->options;
 
-  CatchStopSignals();
+  CatchSignals();
   auto server = latticed::InProcessServer::Serve(options);
   if (!server.ok()) return Fail(server.status(), kExitFailure);
   latticed::LogEvent(spdlog::level::info, "serving",
@@ -82,7 +122,7 @@ int main(int argc, char** argv) {
                       {"http", (*server)->http_address()},
                       {"admin", (*server)->admin_address()},
                       {"version", std::string(latticed::Version())}});
-  const int signal = WaitForStopSignal();
+  const int signal = WaitForStopSignal(**server, argc, argv);
   latticed::LogEvent(spdlog::level::info, "draining", {{"signal", std::to_string(signal)}});
   (*server)->Drain();
   latticed::LogEvent(spdlog::level::info, "stopped", {});

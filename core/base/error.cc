@@ -115,6 +115,16 @@ absl::Status OutOfMemory(std::string_view what, uint64_t asked_bytes, uint64_t f
               {.reason = "OUT_OF_MEMORY", .asked_bytes = asked_bytes, .free_bytes = free_bytes});
 }
 
+absl::Status OutOfShare(std::string_view what, uint64_t asked_bytes, uint64_t free_bytes) {
+  return Make(absl::StatusCode::kResourceExhausted,
+              fmt::format("{} needs {} bytes, {} are free of what one caller may use", what,
+                          asked_bytes, free_bytes),
+              {.reason = "OUT_OF_MEMORY",
+               .metadata = {{kShareKey, "caller"}},
+               .asked_bytes = asked_bytes,
+               .free_bytes = free_bytes});
+}
+
 absl::Status OutOfDeviceMemory(std::string_view what, int device, uint64_t asked_bytes,
                                uint64_t free_bytes) {
   return Make(absl::StatusCode::kResourceExhausted,
@@ -136,6 +146,14 @@ absl::Status LimitExceeded(std::string_view what, uint64_t limit) {
   return Make(absl::StatusCode::kResourceExhausted,
               fmt::format("no more {}: at most {} at a time; close one and try again", what, limit),
               {.reason = "LIMIT_EXCEEDED", .metadata = {{"limit", fmt::format("{}", limit)}}});
+}
+
+absl::Status Throttled(std::string_view problem, absl::Duration wait) {
+  const absl::Duration rounded = absl::Ceil(wait, absl::Milliseconds(1));
+  return Make(absl::StatusCode::kResourceExhausted,
+              fmt::format("{}; try again in {}", problem, absl::FormatDuration(rounded)),
+              {.reason = "LIMIT_EXCEEDED",
+               .retry_after_ms = static_cast<uint32_t>(absl::ToInt64Milliseconds(rounded))});
 }
 
 absl::Status FailedPrecondition(std::string_view reason, std::string_view message) {

@@ -13,6 +13,7 @@
 #include <string_view>
 
 #include "absl/status/status.h"
+#include "absl/time/time.h"
 
 namespace latticed::error {
 
@@ -53,10 +54,16 @@ struct Details {
 inline constexpr char kDeviceKey[] = "device";
 [[nodiscard]] absl::Status OutOfDeviceMemory(std::string_view what, int device,
                                              uint64_t asked_bytes, uint64_t free_bytes);
+// The same for a caller's share of the memory: metadata has kShareKey.
+inline constexpr char kShareKey[] = "share";
+[[nodiscard]] absl::Status OutOfShare(std::string_view what, uint64_t asked_bytes,
+                                      uint64_t free_bytes);
 // RESOURCE_EXHAUSTED for a std::bad_alloc or std::length_error: how much was asked is not known.
 [[nodiscard]] absl::Status AllocationFailed(std::string_view what);
 // RESOURCE_EXHAUSTED, reason LIMIT_EXCEEDED: a count of ServerInfo.limits is reached.
 [[nodiscard]] absl::Status LimitExceeded(std::string_view what, uint64_t limit);
+// RESOURCE_EXHAUSTED, reason LIMIT_EXCEEDED: the caller is too fast and should wait.
+[[nodiscard]] absl::Status Throttled(std::string_view problem, absl::Duration wait);
 [[nodiscard]] absl::Status FailedPrecondition(std::string_view reason, std::string_view message);
 [[nodiscard]] absl::Status Aborted(std::string_view reason, std::string_view message);
 [[nodiscard]] absl::Status AlreadyExists(std::string_view kind, std::string_view id);

@@ -58,13 +58,21 @@ inline constexpr uint64_t kCallBytes = 20'480;
 // process has fewer file descriptors.
 inline constexpr uint64_t kConnectionBytes = kMaxCallsPerConnection * kCallBytes;
 inline constexpr int kMaxConnections = 4'096;
+// Files that the process opens besides its connections: libraries, epoll, the admin's port, the viewer's files.
+inline constexpr uint64_t kOwnFiles = 48;
 // gRPC's threads for services that block one thread per call; reflection is the only one. Calls beyond
 // it are refused with RESOURCE_EXHAUSTED.
 inline constexpr int kMaxGrpcThreads = 40;
+// Calls of one caller; further ones in the same second are refused. A stream of edits is one call.
+inline constexpr uint64_t kMaxCallsPerSecond = 5'000;
 // The server pings a silent client this often, to find those that are gone without closing their connection.
 inline constexpr int kKeepaliveMs = 60'000;
 // A client that does not answer for this long counts as gone.
 inline constexpr int kKeepaliveTimeoutMs = 20'000;
+// A connection that has not said within this time which protocol it speaks is closed.
+inline constexpr int kHandshakeMs = 10'000;
+// A connection without a call is closed after this time. Clients connect again when they need to.
+inline constexpr int kIdleConnectionMs = 300'000;
 // Clients may ping an idle connection this often. Behind proxies and on laptops they need to.
 inline constexpr int kMinClientPingMs = 10'000;
 // HTTP/1.1: a request line with its fields. Browsers send cookies of other sites on localhost.

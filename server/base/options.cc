@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/base/options.h"
 
+#include <sys/resource.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
@@ -124,6 +126,12 @@ void Define(CLI::App& app, Options& o) {
   app.add_option("--tls-client-ca", o.tls_client_ca,
                  "Ask for client certificates of these CAs, PEM");
   app.add_option("--token-file", o.token_file, "Bearer tokens: lines 'sha256hex role name'");
+  app.add_option("--caller-share", o.caller_share,
+                 "Largest part of each limit that one caller may have: a token's name, else an "
+                 "address; 1: no limit by caller")
+      ->check(CLI::Range(0.001, 1.0));
+  app.add_flag("--trust-forwarded-for", o.trust_forwarded_for,
+               "Take callers' addresses from x-forwarded-for; only behind a proxy that sets it");
   app.add_flag("--insecure", o.insecure, "Allow an open port without TLS or tokens");
   app.add_flag(
       "--reflection", o.reflection,
@@ -136,6 +144,8 @@ void Define(CLI::App& app, Options& o) {
               "Time between heartbeats of a stream");
   AddDuration(app, "--first-message-timeout", o.first_message_timeout,
               "Time limit for the first message of a stream");
+  AddDuration(app, "--write-timeout", o.write_timeout,
+              "Time limit for a client to take what a call writes; then the call is cancelled");
   AddDuration(app, "--drain-delay", o.drain_delay, "Time from NOT_SERVING until calls are refused");
   AddDuration(app, "--drain-timeout", o.drain_timeout,
               "Time for running calls to end before they are cancelled");
@@ -221,6 +231,7 @@ absl::Status CheckDurations(const Options& o) {
   const Range ranges[] = {
       {"--heartbeat-interval", o.heartbeat_interval, absl::Milliseconds(100), absl::Minutes(10)},
       {"--first-message-timeout", o.first_message_timeout, absl::Milliseconds(100), absl::Hours(1)},
+      {"--write-timeout", o.write_timeout, absl::Milliseconds(100), absl::Hours(1)},
       {"--drain-delay", o.drain_delay, absl::ZeroDuration(), absl::Minutes(10)},
       {"--drain-timeout", o.drain_timeout, absl::ZeroDuration(), absl::Hours(1)},
       {"--scene-idle-ttl", o.scene_idle_ttl, absl::Seconds(1), absl::Hours(24 * 365)}};
@@ -282,9 +293,21 @@ bool IsLoopback(std::string_view listen) {
 }
 
 size_t MostConnections(const Options& options) {
-  if (options.max_connections > 0) return static_cast<size_t>(options.max_connections);
-  return std::clamp<uint64_t>(options.transport_memory_bytes / limits::kConnectionBytes, 1,
-                              limits::kMaxConnections);
+  const uint64_t asked =
+      options.max_connections > 0
+          ? static_cast<uint64_t>(options.max_connections)
+          : std::min<uint64_t>(options.transport_memory_bytes / limits::kConnectionBytes,
+                               limits::kMaxConnections);
+  rlimit files{};
+  if (getrlimit(RLIMIT_NOFILE, &files) != 0) return std::max<uint64_t>(asked, 1);
+  const uint64_t own = std::min<uint64_t>(files.rlim_cur, limits::kOwnFiles);
+  const uint64_t ports = options.http.empty() ? 1 : 2;
+  return std::max<uint64_t>(std::min<uint64_t>(asked, (files.rlim_cur - own) / ports), 1);
+}
+
+size_t MostOfAddress(size_t most_connections, double caller_share) {
+  const double most = caller_share * static_cast<double>(most_connections);
+  return std::max<size_t>(static_cast<size_t>(most), 1);
 }
 
 absl::Status Validate(const Options& o) {

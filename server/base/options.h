@@ -57,14 +57,17 @@ struct Options {
   HttpTimeouts http_timeouts;              // without flags
   std::string web_root;                    // folder of the viewer; empty: beside the executable
   std::string tls_cert, tls_key,
-      tls_client_ca;                // PEM files; client_ca asks for client certificates
-  std::string token_file;           // lines "sha256hex role name"
-  bool insecure = false;            // allow an open port without TLS or tokens
-  bool reflection = false;          // answer gRPC reflection on an open port too
-  std::string log_level = "info";   // trace, debug, info, warn, error, off
-  std::string log_format = "text";  // text or json
+      tls_client_ca;                 // PEM files; client_ca asks for client certificates
+  std::string token_file;            // lines "sha256hex role name"
+  double caller_share = 0.75;        // the most of each limit that one caller may have
+  bool trust_forwarded_for = false;  // the caller's address is in x-forwarded-for
+  bool insecure = false;             // allow an open port without TLS or tokens
+  bool reflection = false;           // answer gRPC reflection on an open port too
+  std::string log_level = "info";    // trace, debug, info, warn, error, off
+  std::string log_format = "text";   // text or json
   absl::Duration heartbeat_interval = absl::Seconds(10);
   absl::Duration first_message_timeout = absl::Seconds(30);  // of a stream that has begun
+  absl::Duration write_timeout = absl::Seconds(60);          // for a client to take what is written
   absl::Duration drain_delay = absl::Seconds(2);  // NOT_SERVING to Shutdown: lets balancers notice
   absl::Duration drain_timeout = absl::Seconds(10);  // then running rpcs are cancelled
   absl::Duration scene_idle_ttl = absl::Hours(24);   // default of CreateScene.idle_ttl
@@ -84,8 +87,10 @@ struct CommandLine {
 [[nodiscard]] bool IsUnixSocket(std::string_view address);
 // Whether only this machine can reach the address.
 [[nodiscard]] bool IsLoopback(std::string_view listen);
-// The most connections of --listen, and of --http.
+// The most connections of --listen, and of --http: no more than the process may have open files.
 [[nodiscard]] size_t MostConnections(const Options& options);
+// Of these, the most of one address, which is at least 1.
+[[nodiscard]] size_t MostOfAddress(size_t most_connections, double caller_share);
 // Checks ranges, and combinations such as an open port without TLS or tokens.
 [[nodiscard]] absl::Status Validate(const Options& options);
 

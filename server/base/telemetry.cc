@@ -8,6 +8,7 @@
 #include <atomic>
 #include <future>
 #include <memory>
+#include <string>
 #include <thread>
 
 #include "fmt/format.h"
@@ -49,6 +50,10 @@ void ConfigureLogging(std::string_view level, std::string_view format) {
   logger->set_pattern(log_is_json ? kJsonPattern : kTextPattern, spdlog::pattern_time_type::utc);
   logger->set_level(spdlog::level::from_str(std::string(level)));
   spdlog::set_default_logger(std::move(logger));
+}
+
+void SetLogLevel(std::string_view level) {
+  spdlog::set_level(spdlog::level::from_str(std::string(level)));
 }
 
 uint64_t DroppedLogLines() {

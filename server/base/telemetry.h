@@ -26,6 +26,9 @@ inline constexpr size_t kMostLogLines = 1'024;
 // Sets up the process-wide logger; `format` is "text" or "json", `level` one of Options::log_level.
 void ConfigureLogging(std::string_view level, std::string_view format);
 
+// Changes the least level that is logged.
+void SetLogLevel(std::string_view level);
+
 // Lines dropped since the process began, because nobody read standard error as fast as it was written.
 // The log says so as well, as soon as lines are written again.
 [[nodiscard]] uint64_t DroppedLogLines();

@@ -8,6 +8,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "core/base/limits.h"
@@ -27,7 +28,10 @@ uint64_t SocketInode(int descriptor) {
 }  // namespace
 
 GrpcListener::GrpcListener(const Options& options, std::unique_ptr<Acceptor> acceptor)
-    : most_(MostConnections(options)), acceptor_(std::move(acceptor)) {}
+    : most_(MostConnections(options)),
+      most_of_address_(options.trust_forwarded_for ? most_
+                                                   : MostOfAddress(most_, options.caller_share)),
+      acceptor_(std::move(acceptor)) {}
 
 absl::StatusOr<std::unique_ptr<GrpcListener>> GrpcListener::Open(
     const Options& options, std::unique_ptr<Acceptor> acceptor) {
@@ -36,8 +40,11 @@ absl::StatusOr<std::unique_ptr<GrpcListener>> GrpcListener::Open(
       result->listener_,
       TcpListener::Open(result->context_, "--listen", options.listen,
                         [listener = result.get()](boost::asio::ip::tcp::socket socket) {
+                          boost::system::error_code gone;
+                          const auto peer = socket.remote_endpoint(gone).address();
                           socket.native_non_blocking(true);
-                          listener->Take(socket.release());
+                          listener->Take(peer.is_loopback() ? "" : peer.to_string(),
+                                         socket.release());
                         }));
   result->thread_ = std::thread([&context = result->context_] { RunUntilDone(context); });
   return result;
@@ -59,13 +66,24 @@ ConnectionCounts GrpcListener::counts() {
 
 void GrpcListener::DropEnded() {
   std::erase_if(sockets_,
-                [](const auto& entry) { return SocketInode(entry.first) != entry.second; });
+                [](const auto& entry) { return SocketInode(entry.first) != entry.second.inode; });
 }
 
-bool GrpcListener::Enter(int socket) {
+bool GrpcListener::HasShare(const std::string& address) {
+  if (address.empty()) return true;
+  const auto of_address =
+      std::ranges::count(sockets_, address, [](const auto& entry) { return entry.second.address; });
+  return static_cast<size_t>(of_address) < most_of_address_;
+}
+
+bool GrpcListener::Enter(const std::string& address, int socket) {
   const MutexLock lock(&mutex_);
   sockets_.erase(socket);  // the connection that had this descriptor has ended
-  if (sockets_.size() >= most_) DropEnded();
+  if (sockets_.size() >= most_ || !HasShare(address)) DropEnded();
+  if (!HasShare(address)) {
+    ++refused_;
+    return false;
+  }
   if (sockets_.size() >= most_) {
     ++refused_;
     if (!std::exchange(full_, true)) {
@@ -75,12 +93,12 @@ bool GrpcListener::Enter(int socket) {
     return false;
   }
   full_ = false;
-  sockets_[socket] = SocketInode(socket);
+  sockets_[socket] = {SocketInode(socket), address};
   return true;
 }
 
-void GrpcListener::Take(int socket) {
-  if (!Enter(socket)) {
+void GrpcListener::Take(const std::string& address, int socket) {
+  if (!Enter(address, socket)) {
     // No GOAWAY is sent: after one, clients would connect again at once.
     close(socket);
     return;

@@ -48,16 +48,22 @@ class GrpcListener {
 
  private:
   GrpcListener(const Options& options, std::unique_ptr<Acceptor> acceptor);
-  void Take(int socket) ABSL_LOCKS_EXCLUDED(mutex_);
-  // Counts the connection. Returns false when there are too many.
-  bool Enter(int socket) ABSL_LOCKS_EXCLUDED(mutex_);
+  void Take(const std::string& address, int socket) ABSL_LOCKS_EXCLUDED(mutex_);
+  // Counts the connection. Returns false when there are too many, in all or of its address.
+  bool Enter(const std::string& address, int socket) ABSL_LOCKS_EXCLUDED(mutex_);
+  // Connections of an empty address are not counted.
+  bool HasShare(const std::string& address) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void DropEnded() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
-  const size_t most_;
+  struct Socket {
+    uint64_t inode;
+    std::string address;
+  };
+  const size_t most_, most_of_address_;
   const std::unique_ptr<Acceptor> acceptor_;
 
   Mutex mutex_;
-  std::map<int, uint64_t> sockets_ ABSL_GUARDED_BY(mutex_);  // their inodes, by descriptor
+  std::map<int, Socket> sockets_ ABSL_GUARDED_BY(mutex_);  // by descriptor
   uint64_t refused_ ABSL_GUARDED_BY(mutex_) = 0;
   bool full_ ABSL_GUARDED_BY(mutex_) = false;  // the limit was reached, and logged
 

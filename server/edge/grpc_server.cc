@@ -6,9 +6,9 @@
 #include <grpcpp/grpcpp.h>
 #include <grpcpp/health_check_service_interface.h>
 #include <grpcpp/resource_quota.h>
+#include <grpcpp/security/tls_certificate_provider.h>
+#include <grpcpp/security/tls_credentials_options.h>
 
-#include <fstream>
-#include <iterator>
 #include <mutex>
 #include <utility>
 #include <vector>
@@ -17,6 +17,7 @@
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
 #include "server/base/telemetry.h"
+#include "server/net/tls_context.h"
 #include "server/rpc/services.h"
 #include "server/stores/scene_registry.h"
 
@@ -26,27 +27,21 @@ namespace {
 constexpr const char* kServiceNames[] = {"latticed.v1.MeshService", "latticed.v1.SceneService",
                                          "latticed.v1.ServerService"};
 
-absl::StatusOr<std::string> ReadFile(const std::string& flag, const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::string content{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-  if (file.bad() || content.empty()) {
-    return absl::InvalidArgumentError(fmt::format("{}: cannot read '{}'", flag, path));
-  }
-  return content;
-}
-
+// gRPC reads the files again within kReadAgainSeconds of a change, and keeps the old ones if the new ones do not
+// fit together.
 absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> Credentials(const Options& options) {
+  constexpr unsigned kReadAgainSeconds = 1;
   if (options.tls_cert.empty()) return grpc::InsecureServerCredentials();
-  LATTICED_ASSIGN_OR_RETURN(std::string cert, ReadFile("--tls-cert", options.tls_cert));
-  LATTICED_ASSIGN_OR_RETURN(std::string key, ReadFile("--tls-key", options.tls_key));
-  grpc::SslServerCredentialsOptions tls;
-  tls.pem_key_cert_pairs.push_back({std::move(key), std::move(cert)});
+  LATTICED_RETURN_IF_ERROR(MakeTlsContext(options).status());
+  grpc::experimental::TlsServerCredentialsOptions tls(
+      std::make_shared<grpc::experimental::FileWatcherCertificateProvider>(
+          options.tls_key, options.tls_cert, options.tls_client_ca, kReadAgainSeconds));
+  tls.watch_identity_key_cert_pairs();
   if (!options.tls_client_ca.empty()) {
-    LATTICED_ASSIGN_OR_RETURN(std::string ca, ReadFile("--tls-client-ca", options.tls_client_ca));
-    tls.pem_root_certs = std::move(ca);
-    tls.client_certificate_request = GRPC_SSL_REQUEST_AND_REQUIRE_CLIENT_CERTIFICATE_AND_VERIFY;
+    tls.watch_root_certs();
+    tls.set_cert_request_type(GRPC_SSL_REQUEST_AND_REQUIRE_CLIENT_CERTIFICATE_AND_VERIFY);
   }
-  return grpc::SslServerCredentials(tls);
+  return grpc::experimental::TlsServerCredentials(tls);
 }
 
 // Settings of the process, made once, before the first server is built.
@@ -86,6 +81,8 @@ void Configure(const Options& options, grpc::ServerBuilder& builder) {
   builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, limits::kMaxCallsPerConnection);
   builder.AddChannelArgument(GRPC_ARG_MAX_METADATA_SIZE, static_cast<int>(limits::kMaxHeaderBytes));
   builder.SetMaxReceiveMessageSize(static_cast<int>(limits::kMaxMessageBytes));
+  builder.AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS, limits::kHandshakeMs);
+  builder.AddChannelArgument(GRPC_ARG_MAX_CONNECTION_IDLE_MS, limits::kIdleConnectionMs);
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS,
                              limits::kMinClientPingMs);
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);

@@ -41,8 +41,8 @@ absl::StatusOr<std::shared_ptr<Scene>> Scene::Create(SceneConfig config,
   LATTICED_RETURN_IF_ERROR(Validate(config.default_view.key.spec));
   Lattice lattice = std::exchange(config.lattice, {});
   const LatticeStructure structure = lattice.structure;
-  LATTICED_ASSIGN_OR_RETURN(auto history,
-                            context.backend->memory().Reserve("the scene's history", 0));
+  LATTICED_ASSIGN_OR_RETURN(
+      auto history, context.backend->memory().Reserve("the scene's history", 0, config.account));
   const std::shared_ptr<Scene> scene(
       new Scene(std::move(config), std::move(lattice), std::move(history), context));
   LATTICED_ASSIGN_OR_RETURN(auto prepared, scene->Prepare(structure, stop));
@@ -61,7 +61,8 @@ absl::StatusOr<Scene::Prepared> Scene::Prepare(const LatticeStructure& structure
     // Checked before the plan is made, which may take seconds.
     LATTICED_RETURN_IF_ERROR(backend.health().status());
     const uint64_t least = LeastPlanBytes(*config_.mesh);
-    LATTICED_ASSIGN_OR_RETURN(auto memory, backend.memory().Reserve("the scene's plan", least));
+    LATTICED_ASSIGN_OR_RETURN(auto memory,
+                              backend.memory().Reserve("the scene's plan", least, config_.account));
     ProbeMemory(least);
     LATTICED_ASSIGN_OR_RETURN(auto plan, MakePlan(config_.mesh, structure, stop));
     LATTICED_ASSIGN_OR_RETURN(auto target, backend.Prepare(plan, config_.pipeline));
@@ -195,10 +196,16 @@ bool Scene::InUseLocked() const {
   return viewed || WatchersLocked() > 0 || hold_.use_count() > 1;
 }
 
-uint64_t Scene::EvictableBytes(std::optional<int> device) const {
+uint64_t Scene::EvictableBytes(const MemoryShortage& shortage) const {
+  const std::optional<int> device = shortage.device;
   const MutexLock lock(&mutex_);
   if (InUseLocked()) return 0;
-  uint64_t bytes = DeviceBytes(head_.target->memory());
+  uint64_t bytes = 0;
+  if (shortage.account != nullptr) {
+    for (const auto& [key, view] : views_) bytes += view->BytesChargedTo(*shortage.account);
+    return bytes;
+  }
+  bytes = DeviceBytes(head_.target->memory());
   for (const auto& [key, view] : views_) {
     bytes += device.has_value() ? DeviceBytes(view->memory()) : view->EvictableBytes();
   }
@@ -234,6 +241,14 @@ absl::Time Scene::expire_time() const {
 size_t Scene::watcher_count() const {
   const MutexLock lock(&mutex_);
   return WatchersLocked();
+}
+
+size_t Scene::WatchersOf(const MemoryAccount& account) const {
+  const MutexLock lock(&mutex_);
+  return static_cast<size_t>(std::ranges::count_if(listeners_, [&](const auto& weak) {
+    const auto listener = weak.lock();
+    return listener != nullptr && listener->account() == &account;
+  }));
 }
 
 void Scene::Delete() {
@@ -287,7 +302,8 @@ void Scene::NotifyListeners() {
   for (const auto& listener : awake) listener->OnSceneChanged();
 }
 
-absl::StatusOr<std::shared_ptr<SnapshotBoard>> Scene::AcquireView(const ViewKey& key) {
+absl::StatusOr<std::shared_ptr<SnapshotBoard>> Scene::AcquireView(const ViewKey& key,
+                                                                  const MemoryAccountPtr& account) {
   LATTICED_RETURN_IF_ERROR(Validate(key.spec));
   std::shared_ptr<RenderView> replaced;  // destroyed after the lock is released
   const MutexLock lock(&mutex_);
@@ -310,7 +326,7 @@ absl::StatusOr<std::shared_ptr<SnapshotBoard>> Scene::AcquireView(const ViewKey&
       replaced = std::move(oldest->second);
       views_.erase(oldest);
     }
-    auto made = std::make_shared<RenderView>(key, context_.backend, last_use_);
+    auto made = std::make_shared<RenderView>(key, context_.backend, account, last_use_);
     found = views_.emplace(key, std::move(made)).first;
   }
   return std::shared_ptr<SnapshotBoard>(found->second, &found->second->board());

@@ -59,6 +59,7 @@ struct SceneConfig {
   absl::Duration idle_ttl = absl::Hours(24);
   std::map<std::string, std::string> labels;
   std::string owner;
+  MemoryAccountPtr account;  // that the plan and the history are charged to; may be null
   // Identifies the request: the same request again returns the scene, another one is ALREADY_EXISTS.
   std::string fingerprint;
 };
@@ -103,12 +104,13 @@ class Scene : public RenderSource, public std::enable_shared_from_this<Scene> {
   [[nodiscard]] absl::Time expire_time() const ABSL_LOCKS_EXCLUDED(mutex_);
   [[nodiscard]] bool deleted() const { return deleted_.load(); }
   [[nodiscard]] size_t watcher_count() const ABSL_LOCKS_EXCLUDED(mutex_);
+  [[nodiscard]] size_t WatchersOf(const MemoryAccount& account) const ABSL_LOCKS_EXCLUDED(mutex_);
   // Counts of all scenes together.
   EngineCounts& counts() const { return context_.backend->counts(); }
 
   // The most bytes that Evict would free, on the host and all devices, or on one device. 0 while somebody
   // watches or holds the scene, or has a view of it.
-  [[nodiscard]] uint64_t EvictableBytes(std::optional<int> device = std::nullopt) const
+  [[nodiscard]] uint64_t EvictableBytes(const MemoryShortage& shortage = {}) const
       ABSL_LOCKS_EXCLUDED(mutex_);
   // When it was last watched, held or edited.
   [[nodiscard]] absl::Time last_use() const ABSL_LOCKS_EXCLUDED(mutex_);
@@ -129,10 +131,11 @@ class Scene : public RenderSource, public std::enable_shared_from_this<Scene> {
   void NotifyListeners() ABSL_LOCKS_EXCLUDED(mutex_);
   // Who is at the scene. Whoever calls Show or Leave also wakes those that they return.
   PresenceBoard& presence() { return presence_; }
-  // Returns the view with that key, which is made if it is new and lives as long as the result.
+  // Returns the view with that key, which is made if it is new and lives as long as the result. A new view is
+  // charged to `account`.
   // kInvalidArgument, or kResourceExhausted when limits::kMaxViewsPerScene views are watched.
-  [[nodiscard]] absl::StatusOr<std::shared_ptr<SnapshotBoard>> AcquireView(const ViewKey& key)
-      ABSL_LOCKS_EXCLUDED(mutex_);
+  [[nodiscard]] absl::StatusOr<std::shared_ptr<SnapshotBoard>> AcquireView(
+      const ViewKey& key, const MemoryAccountPtr& account = nullptr) ABSL_LOCKS_EXCLUDED(mutex_);
   // Called when a view may have work: it was attached, wants a newer snapshot, or is behind.
   void RequestWork() { context_.queue->Schedule(shared_from_this()); }
   [[nodiscard]] std::function<void()> TakeWork(uint64_t most_points) override

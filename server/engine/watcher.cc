@@ -32,6 +32,7 @@ absl::Status CheckMaxPoints(const WatchView& view, const DeformPlan& plan) {
 Watcher::Watcher(std::shared_ptr<Scene> scene, const WatcherOptions& options)
     : scene_(std::move(scene)),
       editor_id_(options.editor_id),
+      account_(options.account),
       scope_{options.token_key, scene_->id(), scene_->incarnation()},
       only_full_detail_(options.only_full_detail) {
   client_.max_unacked_updates = options.max_unacked_updates;
@@ -57,7 +58,7 @@ Watcher::~Watcher() {
 
 absl::Status Watcher::UseView(const WatchView& asked) {
   LATTICED_RETURN_IF_ERROR(CheckMaxPoints(asked, *scene_->State()->plan));
-  LATTICED_ASSIGN_OR_RETURN(auto board, scene_->AcquireView(asked.key));
+  LATTICED_ASSIGN_OR_RETURN(auto board, scene_->AcquireView(asked.key, account_));
   if (attached_) board_->Detach(absl::Now());
   attached_ = false;
   full_board_ = board_ = std::move(board);
@@ -69,7 +70,8 @@ absl::Status Watcher::UseView(const WatchView& asked) {
 
 void Watcher::SwitchTo(const ViewKey& key) {
   if (key == board_->key()) return;
-  auto board = key == asked_.key ? full_board_ : scene_->AcquireView(key).value_or(nullptr);
+  auto board =
+      key == asked_.key ? full_board_ : scene_->AcquireView(key, account_).value_or(nullptr);
   if (board == nullptr) return;
   if (attached_) {
     const absl::Time now = absl::Now();

@@ -31,6 +31,7 @@ struct WatcherOptions {
   size_t max_unacked_updates = 2;  // 0: acknowledgements are off
   uint64_t min_revision = 0;       // updates below it are not begun
   bool only_full_detail = false;   // the limits of the view do not lower the detail
+  MemoryAccountPtr account;        // that views which it makes are charged to; may be null
 };
 
 class Watcher {
@@ -98,6 +99,7 @@ class Watcher {
 
   const std::shared_ptr<Scene> scene_;
   const std::string editor_id_;
+  const MemoryAccountPtr account_;
   const TokenScope scope_;
   ClientState client_;
   WatchView asked_;

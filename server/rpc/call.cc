@@ -12,6 +12,7 @@
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
+#include "server/base/address.h"
 #include "server/base/random_id.h"
 #include "server/base/telemetry.h"
 #include "server/rpc/call_counts.h"
@@ -51,12 +52,21 @@ std::string PeerName(const grpc::CallbackServerContext& context) {
 }
 
 // Calls of server/web come through this process's own channel. They have the client's address in their metadata.
+// A proxy that is trusted names its client in the last address of x-forwarded-for.
 std::string PeerAddress(const ServerEnv& env, const grpc::CallbackServerContext& context) {
+  if (env.options.trust_forwarded_for) {
+    const std::string forwarded = Metadata(context, "x-forwarded-for");
+    const std::string last = forwarded.substr(forwarded.find_last_of(", ") + 1);
+    if (!last.empty()) {
+      return last.find(':') == std::string::npos ? fmt::format("ipv4:{}:0", last)
+                                                 : fmt::format("ipv6:%5B{}%5D:0", last);
+    }
+  }
   const std::string named = Metadata(context, env.peer_key.c_str());
   return named.empty() ? context.peer() : named;
 }
 
-CallInfo Describe(const ServerEnv& env, grpc::CallbackServerContext* context, const Rpc& rpc) {
+CallInfo Describe(ServerEnv& env, grpc::CallbackServerContext* context, const Rpc& rpc) {
   CallInfo call;
   call.rpc = rpc;
   call.context = context;
@@ -64,6 +74,7 @@ CallInfo Describe(const ServerEnv& env, grpc::CallbackServerContext* context, co
   call.arrival = std::chrono::steady_clock::now();
   call.counts = env.calls.get();
   ++call.counts->Of(rpc.name).started;
+  call.write = env.stalled_calls.Add(context);
   call.peer = PeerAddress(env, *context);
   const std::string asked_id = Metadata(*context, kRequestId);
   call.request_id = IsSaneId(asked_id) ? asked_id : NewRandomId().substr(0, kRequestIdDigits);
@@ -79,17 +90,26 @@ CallInfo Describe(const ServerEnv& env, grpc::CallbackServerContext* context, co
   return call;
 }
 
-absl::Status Admit(const ServerEnv& env, CallInfo& call) {
-  LATTICED_ASSIGN_OR_RETURN(
-      Caller caller, env.authenticator.Authenticate(Metadata(*call.context, "authorization")));
-  call.caller = std::move(caller);
+absl::StatusOr<Caller> Authenticate(ServerEnv& env, const CallInfo& call) {
+  const std::string authorization = Metadata(*call.context, "authorization");
+  absl::StatusOr<Caller> caller = env.authenticator()->Authenticate(authorization);
+  if (caller.ok() || authorization.empty()) return caller;
+  const absl::Duration wait = env.wrong_tokens.NoteWrong(WithoutPort(call.peer), call.start_time);
+  if (wait == absl::ZeroDuration()) return caller;
+  return error::Throttled("too many wrong tokens came from this address", wait);
+}
+
+absl::Status Admit(ServerEnv& env, CallInfo& call) {
+  LATTICED_ASSIGN_OR_RETURN(call.caller, Authenticate(env, call));
   if (call.caller.name.empty()) call.caller.name = PeerName(*call.context);
   LATTICED_RETURN_IF_ERROR(CheckRole(call.caller, call.rpc));
-  if (env.drain.stop_requested()) {
-    return error::Unavailable("DRAINING", "this server is shutting down; call another or come back",
-                              kDrainRetryMs);
+  call.account = env.callers.Of(call.caller.name, call.peer);
+  if (!call.account->TakeCall(call.start_time)) {
+    return error::Throttled(
+        fmt::format("a caller may make {} calls a second", limits::kMaxCallsPerSecond),
+        absl::Seconds(1));
   }
-  return absl::OkStatus();
+  return CheckDraining(env);
 }
 
 // The trace's id, 32 hex digits; empty without a traceparent.
@@ -120,18 +140,13 @@ void Count(const CallInfo& call, const grpc::Status& status, absl::Duration take
   if (!status.ok()) call.counts->NoteRefusal(ReasonOf(status));
 }
 
-// "ipv4:127.0.0.1" of "ipv4:127.0.0.1:5000".
-std::string_view WithoutPort(std::string_view peer) {
-  return peer.starts_with("unix:") ? peer : peer.substr(0, peer.rfind(':'));
-}
-
 std::string CodeName(int code) {
   return absl::StatusCodeToString(static_cast<absl::StatusCode>(code));
 }
 
 }  // namespace
 
-absl::StatusOr<CallInfo> BeginCall(const ServerEnv& env, grpc::CallbackServerContext* context,
+absl::StatusOr<CallInfo> BeginCall(ServerEnv& env, grpc::CallbackServerContext* context,
                                    const Rpc& rpc) {
   CallInfo call = Describe(env, context, rpc);
   if (absl::Status status = Admit(env, call); !status.ok()) {
@@ -139,6 +154,12 @@ absl::StatusOr<CallInfo> BeginCall(const ServerEnv& env, grpc::CallbackServerCon
     return status;
   }
   return call;
+}
+
+absl::Status CheckDraining(const ServerEnv& env) {
+  if (!env.drain.stop_requested()) return absl::OkStatus();
+  return error::Unavailable("DRAINING", "this server is shutting down; call another or come back",
+                            kDrainRetryMs);
 }
 
 void NoteScene(CallInfo& call, const std::string& scene) {
@@ -195,9 +216,10 @@ absl::Status CheckCancelled(const CallInfo& call) {
                                      : absl::OkStatus();
 }
 
-absl::StatusOr<MemoryReservation> AdmitRequest(const ServerEnv& env,
+absl::StatusOr<MemoryReservation> AdmitRequest(const ServerEnv& env, const CallInfo& call,
                                                const google::protobuf::Message& request) {
-  return env.requests->Reserve("the request", limits::kCallBytes + request.SpaceUsedLong());
+  return env.requests->Reserve("the request", limits::kCallBytes + request.SpaceUsedLong(),
+                               call.account->requests);
 }
 
 uint64_t ReplyBytes(const google::protobuf::Message& reply) {
@@ -205,7 +227,9 @@ uint64_t ReplyBytes(const google::protobuf::Message& reply) {
 }
 
 // A reservation of 0 bytes is always granted.
-ReplyRoom::ReplyRoom(const ServerEnv& env) : room_(*env.replies->Reserve("the reply", 0)) {}
+void ReplyRoom::Open(const ServerEnv& env, const CallInfo& call) {
+  room_ = *env.replies->Reserve("the reply", 0, call.account->replies);
+}
 
 absl::Status ReplyRoom::Hold(uint64_t bytes) {
   if (bytes <= std::max(limits::kSmallReplyBytes, room_.bytes())) return absl::OkStatus();

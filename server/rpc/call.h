@@ -7,6 +7,7 @@
 #define LATTICED_SERVER_RPC_CALL_H_
 
 #include <chrono>
+#include <memory>
 #include <string>
 #include <string_view>
 
@@ -21,7 +22,9 @@
 
 namespace latticed {
 
-class CallCounts;  // server/rpc/call_counts.h
+class CallCounts;     // server/rpc/call_counts.h
+class CallerAccount;  // server/stores/callers.h
+class PendingWrite;   // server/rpc/stalled_calls.h
 struct ServerEnv;
 
 // Edits and presence in other calls are checked as ApplyEdits is.
@@ -29,7 +32,9 @@ inline constexpr Rpc kApplyEditsRpc{"SceneService/ApplyEdits", Role::kEdit};
 
 struct CallInfo {
   Rpc rpc;
-  Caller caller;            // who, and with which role
+  Caller caller;  // who, and with which role
+  std::shared_ptr<CallerAccount>
+      account;              // what the caller has of the server; null before BeginCall admits
   std::string request_id;   // the client's if it is valid, else 16 random hex digits
   std::string traceparent;  // W3C, empty if absent or malformed
   std::string peer;         // "ipv4:127.0.0.1:5000": the other end of the socket
@@ -38,14 +43,19 @@ struct CallInfo {
   std::chrono::steady_clock::time_point arrival;
   grpc::CallbackServerContext* context = nullptr;  // alive until the rpc is finished
   CallCounts* counts = nullptr;                    // of the server
+  std::shared_ptr<PendingWrite> write;             // what the client is to take
 };
 
 // Reads metadata, puts latticed-request-id and latticed-node into the reply's metadata (initial,
 // and trailing, since a refusal has only that in some clients), checks token and role.
-// kUnauthenticated, kPermissionDenied; kUnavailable, reason DRAINING.
-[[nodiscard]] absl::StatusOr<CallInfo> BeginCall(const ServerEnv& env,
+// kUnauthenticated, kPermissionDenied; kUnavailable, reason DRAINING; kResourceExhausted, reason LIMIT_EXCEEDED,
+// for too many calls, or too many wrong tokens.
+[[nodiscard]] absl::StatusOr<CallInfo> BeginCall(ServerEnv& env,
                                                  grpc::CallbackServerContext* context,
                                                  const Rpc& rpc);
+
+// kUnavailable, reason DRAINING, once the server drains.
+[[nodiscard]] absl::Status CheckDraining(const ServerEnv& env);
 
 // The scene that a request names, for the log. Empty when it is no id: it could be as long as a message.
 void NoteScene(CallInfo& call, const std::string& scene);
@@ -65,7 +75,7 @@ void LogRefusalSums(CallCounts& counts, absl::Time now);
 
 // Room for a parsed request while it waits for a worker. kResourceExhausted OUT_OF_MEMORY.
 [[nodiscard]] absl::StatusOr<MemoryReservation> AdmitRequest(
-    const ServerEnv& env, const google::protobuf::Message& request);
+    const ServerEnv& env, const CallInfo& call, const google::protobuf::Message& request);
 
 // As a message and as its bytes.
 [[nodiscard]] uint64_t ReplyBytes(const google::protobuf::Message& reply);
@@ -77,7 +87,8 @@ void LogRefusalSums(CallCounts& counts, absl::Time now);
 // Empty at first. Destroyed when the call is done. One thread at a time.
 class ReplyRoom {
  public:
-  explicit ReplyRoom(const ServerEnv& env);
+  // After BeginCall.
+  void Open(const ServerEnv& env, const CallInfo& call);
 
   // Grows to `bytes`, if that is more than it has. Replies of up to limits::kSmallReplyBytes need no room: a
   // server whose replies nobody takes still answers probes, and requests that free memory.

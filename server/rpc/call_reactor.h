@@ -9,6 +9,7 @@
 #define LATTICED_SERVER_RPC_CALL_REACTOR_H_
 
 #include <functional>
+#include <type_traits>
 #include <utility>
 
 #include <grpcpp/grpcpp.h>
@@ -17,6 +18,7 @@
 #include "core/base/catch_bad_alloc.h"
 #include "server/rpc/call.h"
 #include "server/rpc/server_env.h"
+#include "server/wire/edit_converters.h"
 #include "server/wire/grpc_status.h"
 #include "server/wire/message_bytes.h"
 
@@ -25,11 +27,14 @@ namespace latticed {
 template <typename Reactor>
 class CallReactor : public Reactor {
  public:
-  void OnDone() override { delete this; }
+  void OnDone() override {
+    Done();
+    delete this;
+  }
 
  protected:
   // Returns whether the call may go on. If not, it has been finished.
-  bool Begin(const ServerEnv& env, grpc::CallbackServerContext* context, const Rpc& rpc) {
+  bool Begin(ServerEnv& env, grpc::CallbackServerContext* context, const Rpc& rpc) {
     absl::StatusOr<CallInfo> call = BeginCall(env, context, rpc);
     if (call.ok()) {
       call_ = *std::move(call);
@@ -39,8 +44,17 @@ class CallReactor : public Reactor {
     return false;
   }
 
+  // Called before and after each write of a stream.
+  void BeginWrite() { call_.write->Begin(absl::Now()); }
+  void EndWrite() { call_.write->End(); }
+  // The call is done. Called by OnDone; gRPC's context of the call ends with it.
+  void Done() {
+    if (call_.write != nullptr) call_.write->Close();  // null: the call was refused
+  }
+
   void FinishCall(const grpc::Status& status) {
     LogFinished(call_, status);
+    BeginWrite();
     Reactor::Finish(status);
   }
   void FinishCall(const absl::Status& status) { FinishCall(ToGrpcStatus(status)); }
@@ -50,20 +64,24 @@ class CallReactor : public Reactor {
   // request, the call is finished. Called last in a constructor: the reactor may be deleted when this
   // returns.
   template <typename Request>
-  void Work(ServerEnv& env, const grpc::ByteBuffer& bytes, Request& request,
+  void Work(ServerEnv& env, WorkerLanes::Lane lane, const grpc::ByteBuffer& bytes, Request& request,
             std::function<absl::Status()> work, std::function<void(absl::Status)> done) {
     if (absl::Status s = TakeMessage(bytes, &request); !s.ok()) return FinishCall(s);
     if constexpr (requires { request.scene(); }) NoteScene(call_, request.scene());
-    auto room = AdmitRequest(env, request);
+    auto room = AdmitRequest(env, call_, request);
     if (!room.ok()) return FinishCall(room.status());
     request_room_ = *std::move(room);
-    env.Post([this, &request, work = std::move(work), done = std::move(done)] {
-      absl::Status result = CheckCancelled(call_);
-      if (result.ok()) result = CatchBadAlloc("the request", work);
-      request = Request();  // frees its memory, which Clear would keep
-      request_room_.Release();
-      done(result);
-    });
+    if constexpr (std::is_same_v<Request, v1::EditBatch>) {
+      if (MayTakeLong(request)) lane = WorkerLanes::Lane::kLong;
+    }
+    env.Post(lane, *call_.account,
+             [this, &request, work = std::move(work), done = std::move(done)] {
+               absl::Status result = CheckCancelled(call_);
+               if (result.ok()) result = CatchBadAlloc("the request", work);
+               request = Request();  // frees its memory, which Clear would keep
+               request_room_.Release();
+               done(result);
+             });
   }
 
   CallInfo call_;

@@ -33,18 +33,6 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// A drag of this many points takes well below a millisecond.
-constexpr int kQuickDragPoints = 64;
-
-// Whether an edit may take too long for one of gRPC's threads: it drags many points, or it may change the
-// structure, and a plan must be made.
-bool MayTakeLong(const v1::DeformRequest& request) {
-  return std::ranges::any_of(request.edit().edits(), [](const v1::Edit& edit) {
-    return edit.has_insert_knot() || edit.has_reset() || edit.has_undo() || edit.has_redo() ||
-           edit.drag_points().points_size() > kQuickDragPoints;
-  });
-}
-
 // Reads and writes run at the same time. The next message is read when the one before was handled.
 class DeformStream final
     : public CallReactor<grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>>,
@@ -62,7 +50,10 @@ class DeformStream final
   // Keeps gRPC's reference until OnDone.
   void HoldUntilDone() { self_ = shared_from_this(); }
 
-  void Write(const grpc::ByteBuffer* buffer) override { StartWrite(buffer); }
+  void Write(const grpc::ByteBuffer* buffer) override {
+    BeginWrite();
+    StartWrite(buffer);
+  }
   void Finish(const grpc::Status& status) override {
     StopReading();
     FinishCall(status);
@@ -70,12 +61,14 @@ class DeformStream final
 
   void OnReadDone(bool ok) override;
   void OnWriteDone(bool ok) override {
+    EndWrite();
     const auto stream = Stream();
     stream->OnWriteDone(ok);
     MaybeRead();
   }
   void OnCancel() override;
   void OnDone() override {
+    Done();
     if (const auto stream = Stream(); stream != nullptr) stream->Close();
     self_ = nullptr;  // deletes this, unless a worker still applies an edit
   }
@@ -131,7 +124,7 @@ void DeformStream::OnReadDone(bool ok) {
   }
   v1::DeformRequest request;
   absl::Status status = TakeMessage(bytes_, &request);
-  if (status.ok() && stream != nullptr && MayTakeLong(request)) {
+  if (status.ok() && stream != nullptr && MayTakeLong(request.edit())) {
     stream->Touch();
     return HandOver(std::move(request));
   }
@@ -143,19 +136,20 @@ void DeformStream::OnReadDone(bool ok) {
 // Gives the edit to a worker, which then asks for the next message. That message may come before Post returns,
 // so nothing of this object may be used after Post.
 void DeformStream::HandOver(v1::DeformRequest request) {
-  auto room = AdmitRequest(*env_, request);
+  auto room = AdmitRequest(*env_, call_, request);
   if (!room.ok()) {
     HandleEdit(std::move(*request.mutable_edit()), Clock::now(), room.status());
     return FinishedReading();
   }
   // A std::function must be copyable, and a reservation is not.
   auto shared_room = std::make_shared<MemoryReservation>(*std::move(room));
-  env_->Post([self = shared_from_this(), request = std::move(request),
+  env_->Post(WorkerLanes::Lane::kLong, *call_.account,
+             [self = shared_from_this(), request = std::move(request),
               room = std::move(shared_room), arrival = Clock::now()] {
-    self->HandleEdit(request.edit(), arrival, absl::OkStatus());
-    room->Release();
-    self->FinishedReading();
-  });
+               self->HandleEdit(request.edit(), arrival, absl::OkStatus());
+               room->Release();
+               self->FinishedReading();
+             });
 }
 
 void DeformStream::FinishedReading() {
@@ -194,7 +188,8 @@ absl::Status DeformStream::Open(const v1::DeformRequest& request) {
   NoteScene(call_, request.watch().scene());
   LATTICED_ASSIGN_OR_RETURN(auto open, FromProto(env_, call_, request.watch()));
   editor_id_ = request.watch().editor_id();
-  LATTICED_ASSIGN_OR_RETURN(auto stream, SceneStream::Open(env_, open.scene, open.options, this));
+  LATTICED_ASSIGN_OR_RETURN(
+      auto stream, SceneStream::Open(env_, *call_.account, open.scene, open.options, this));
   {
     const MutexLock lock(&mutex_);
     stream_ = stream;
@@ -272,6 +267,7 @@ void DeformStream::HandleEdit(v1::EditBatch batch, Clock::time_point arrival,
 
 absl::StatusOr<EditSummary> DeformStream::Apply(const v1::EditBatch& batch) {
   LATTICED_RETURN_IF_ERROR(CheckRole(call_.caller, kApplyEditsRpc));
+  LATTICED_RETURN_IF_ERROR(CheckDraining(*env_));
   const auto stream = Stream();
   if (!batch.scene().empty() && batch.scene() != stream->scene().id()) {
     return error::InvalidField("scene", "is not the scene of the stream", "SCENE_MISMATCH");

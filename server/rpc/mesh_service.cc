@@ -32,7 +32,7 @@ absl::Status BeginUpload(const CallContext& context, const v1::BeginUploadReques
   LATTICED_ASSIGN_OR_RETURN(UploadHeader header,
                             FromProto(request.header(), context.env.options.max_mesh_bytes));
   header.mesh.owner = context.call.caller.name;
-  LATTICED_ASSIGN_OR_RETURN(auto upload, uploads.Admit(std::move(header)));
+  LATTICED_ASSIGN_OR_RETURN(auto upload, uploads.Admit(std::move(header), *context.call.account));
   response.set_upload_id(uploads.Keep(std::move(upload)));
   SetTime(uploads.ExpireTime(), *response.mutable_expire_time());
   return absl::OkStatus();
@@ -115,10 +115,13 @@ absl::StatusOr<NextPart<v1::DownloadMeshResponse>> OpenDownload(
 constexpr Rpc kUploadMesh{"MeshService/UploadMesh", Role::kEdit};
 constexpr UnaryMethod kBeginUpload{Rpc{"MeshService/BeginUpload", Role::kEdit}, BeginUpload};
 constexpr UnaryMethod kAppendUpload{Rpc{"MeshService/AppendUpload", Role::kEdit}, AppendUpload};
-constexpr UnaryMethod kFinishUpload{Rpc{"MeshService/FinishUpload", Role::kEdit}, FinishUpload};
+constexpr UnaryMethod kFinishUpload{Rpc{"MeshService/FinishUpload", Role::kEdit}, FinishUpload,
+                                    Lane::kLong};
 constexpr UnaryMethod kGetMesh{Rpc{"MeshService/GetMesh", Role::kRead}, GetMesh};
-constexpr UnaryMethod kListMeshes{Rpc{"MeshService/ListMeshes", Role::kRead}, ListMeshes};
-constexpr UnaryMethod kDeleteMesh{Rpc{"MeshService/DeleteMesh", Role::kEdit}, DeleteMesh};
+constexpr UnaryMethod kListMeshes{Rpc{"MeshService/ListMeshes", Role::kRead}, ListMeshes,
+                                  Lane::kLong};
+constexpr UnaryMethod kDeleteMesh{Rpc{"MeshService/DeleteMesh", Role::kEdit}, DeleteMesh,
+                                  Lane::kLong};
 constexpr PartMethod kDownloadMesh{Rpc{"MeshService/DownloadMesh", Role::kRead}, OpenDownload};
 
 // Every rpc takes and gives bytes (server/wire/message_bytes.h).

@@ -1,9 +1,11 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A row of a service's table: the name of an rpc, the role that callers need, and the handler.
+// A row of a service's table: the name of an rpc, the role that callers need, the handler, and the workers'
+// lane: long, if the handler may take more than a few milliseconds.
 //
 //   constexpr UnaryMethod kGetScene{Rpc{"SceneService/GetScene", Role::kRead}, GetScene};
+//   constexpr UnaryMethod kCreateScene{Rpc{…}, CreateScene, Lane::kLong};
 //
 //   grpc::ServerUnaryReactor* GetScene(…) override { return kGetScene.Run(env_, context, request, response); }
 //
@@ -36,6 +38,8 @@
 
 namespace latticed {
 
+using Lane = WorkerLanes::Lane;
+
 // What a handler gets in addition to its request and its reply.
 struct CallContext {
   ServerEnv& env;
@@ -52,9 +56,9 @@ class UnaryCall final : public CallReactor<grpc::ServerUnaryReactor> {
  public:
   UnaryCall(ServerEnv* env, grpc::CallbackServerContext* context, const Rpc& rpc,
             const grpc::ByteBuffer& request, grpc::ByteBuffer* reply,
-            UnaryHandler<Request, Response> handler)
-      : room_(*env) {
+            UnaryHandler<Request, Response> handler, Lane lane) {
     if (!Begin(*env, context, rpc)) return;
+    room_.Open(*env, call_);
     const auto work = [=, this]() -> absl::Status {
       Response response;
       LATTICED_RETURN_IF_ERROR(handler({*env, call_, room_}, request_, response));
@@ -62,7 +66,8 @@ class UnaryCall final : public CallReactor<grpc::ServerUnaryReactor> {
       *reply = ToBytes(response);
       return absl::OkStatus();
     };
-    Work(*env, request, request_, work, [this](const absl::Status& result) { FinishCall(result); });
+    Work(*env, lane, request, request_, work,
+         [this](const absl::Status& result) { FinishCall(result); });
   }
 
  private:
@@ -74,17 +79,18 @@ template <typename Request, typename Response>
 struct UnaryMethod {
   Rpc rpc;
   UnaryHandler<Request, Response> handler;
+  Lane lane = Lane::kQuick;
 
   grpc::ServerUnaryReactor* Run(ServerEnv* env, grpc::CallbackServerContext* context,
                                 const grpc::ByteBuffer* request, grpc::ByteBuffer* reply) const {
-    return new UnaryCall<Request, Response>(env, context, rpc, *request, reply, handler);
+    return new UnaryCall<Request, Response>(env, context, rpc, *request, reply, handler, lane);
   }
 };
 
 // Clang 14 deduces no aggregates by itself.
 template <typename Request, typename Response>
-UnaryMethod(Rpc, absl::Status (*)(const CallContext&, const Request&, Response&))
-    -> UnaryMethod<Request, Response>;
+UnaryMethod(Rpc, absl::Status (*)(const CallContext&, const Request&, Response&),
+            Lane = Lane::kQuick) -> UnaryMethod<Request, Response>;
 
 // Returns the next part of a stream, nullopt after the last.
 template <typename Message>
@@ -97,18 +103,19 @@ template <typename Request, typename Message>
 class PartStream final : public CallReactor<grpc::ServerWriteReactor<grpc::ByteBuffer>> {
  public:
   PartStream(ServerEnv* env, grpc::CallbackServerContext* context, const Rpc& rpc,
-             const grpc::ByteBuffer& request, PartHandler<Request, Message> open)
-      : room_(*env) {
+             const grpc::ByteBuffer& request, PartHandler<Request, Message> open, Lane lane) {
     if (!Begin(*env, context, rpc)) return;
+    room_.Open(*env, call_);
     const auto work = [=, this]() -> absl::Status {
       LATTICED_ASSIGN_OR_RETURN(next_, open({*env, call_, room_}, request_));
       return absl::OkStatus();
     };
-    Work(*env, request, request_, work,
+    Work(*env, lane, request, request_, work,
          [this](const absl::Status& opened) { opened.ok() ? WriteNext() : FinishCall(opened); });
   }
 
   void OnWriteDone(bool ok) override {
+    EndWrite();
     if (!ok || call_.context->IsCancelled()) return FinishCall(grpc::Status::CANCELLED);
     WriteNext();
   }
@@ -120,6 +127,7 @@ class PartStream final : public CallReactor<grpc::ServerWriteReactor<grpc::ByteB
     if (!message->has_value()) return FinishCall(grpc::Status::OK);
     if (auto s = room_.Hold(ReplyBytes(**message)); !s.ok()) return FinishCall(s);
     part_ = ToBytes(**message);
+    BeginWrite();
     StartWrite(&part_);
   }
 
@@ -133,17 +141,18 @@ template <typename Request, typename Message>
 struct PartMethod {
   Rpc rpc;
   PartHandler<Request, Message> open;
+  Lane lane = Lane::kQuick;
 
   grpc::ServerWriteReactor<grpc::ByteBuffer>* Run(ServerEnv* env,
                                                   grpc::CallbackServerContext* context,
                                                   const grpc::ByteBuffer* request) const {
-    return new PartStream<Request, Message>(env, context, rpc, *request, open);
+    return new PartStream<Request, Message>(env, context, rpc, *request, open, lane);
   }
 };
 
 template <typename Request, typename Message>
-PartMethod(Rpc, absl::StatusOr<NextPart<Message>> (*)(const CallContext&, const Request&))
-    -> PartMethod<Request, Message>;
+PartMethod(Rpc, absl::StatusOr<NextPart<Message>> (*)(const CallContext&, const Request&),
+           Lane = Lane::kQuick) -> PartMethod<Request, Message>;
 
 // A file as a stream of parts: a message with the header, then the bytes from `offset` on in messages of
 // limits::kMaxPartBytes. `offset` is not beyond the end. The bytes are kept until the stream is done.

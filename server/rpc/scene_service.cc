@@ -25,6 +25,7 @@
 #include "server/rpc/topology.h"
 #include "server/rpc/update_stream.h"
 #include "server/rpc/watch_request.h"
+#include "server/stores/callers.h"
 #include "server/stores/scene_registry.h"
 #include "server/wire/converters.h"
 #include "server/wire/edit_converters.h"
@@ -81,13 +82,16 @@ absl::Status CreateScene(const CallContext& context, const v1::CreateSceneReques
   LATTICED_ASSIGN_OR_RETURN(
       auto config,
       SceneConfigFromProto(request, *mesh, context.call.caller.name, env.options.scene_idle_ttl));
+  const CallerAccount& caller = *context.call.account;
+  config.account = caller.memory;
   LATTICED_RETURN_IF_ERROR(context.room.Hold(SceneReplyBytes(request)));
   // Create looks for the mesh again, because it may have been deleted meanwhile.
   LATTICED_ASSIGN_OR_RETURN(
       const auto scene,
       env.scenes->Create(
           std::move(config), [&] { return env.meshes.Find(request.mesh()).status(); },
-          [&] { return CheckCancelled(context.call); }));
+          [&] { return CheckCancelled(context.call); },
+          caller.ShareOf(static_cast<size_t>(env.options.max_scenes))));
   response = ToProto(*scene);
   return absl::OkStatus();
 }
@@ -216,7 +220,8 @@ absl::StatusOr<NextPart<v1::ExportResponse>> OpenExport(const CallContext& conte
   }
   const auto hold = scene->Hold();
   const uint64_t most = ExportMemoryBytes(*state->plan, spec);
-  LATTICED_ASSIGN_OR_RETURN(auto room, env.memory->Reserve("the export", most));
+  LATTICED_ASSIGN_OR_RETURN(auto room,
+                            env.memory->Reserve("the export", most, context.call.account->memory));
   const auto cancelled = [&] { return context.call.context->IsCancelled(); };
   LATTICED_ASSIGN_OR_RETURN(auto bytes, ExportSurface(head, spec, cancelled));
 
@@ -235,10 +240,13 @@ absl::StatusOr<NextPart<v1::ExportResponse>> OpenExport(const CallContext& conte
 
 // Every rpc of the service: name, role, handler. Deform needs only the role "read", because readers may watch
 // through it. Each edit in it is checked as ApplyEdits is.
-constexpr UnaryMethod kCreateScene{Rpc{"SceneService/CreateScene", Role::kEdit}, CreateScene};
+constexpr UnaryMethod kCreateScene{Rpc{"SceneService/CreateScene", Role::kEdit}, CreateScene,
+                                   Lane::kLong};
 constexpr UnaryMethod kGetScene{Rpc{"SceneService/GetScene", Role::kRead}, GetScene};
-constexpr UnaryMethod kListScenes{Rpc{"SceneService/ListScenes", Role::kRead}, ListScenes};
-constexpr UnaryMethod kDeleteScene{Rpc{"SceneService/DeleteScene", Role::kEdit}, DeleteScene};
+constexpr UnaryMethod kListScenes{Rpc{"SceneService/ListScenes", Role::kRead}, ListScenes,
+                                  Lane::kLong};
+constexpr UnaryMethod kDeleteScene{Rpc{"SceneService/DeleteScene", Role::kEdit}, DeleteScene,
+                                   Lane::kLong};
 constexpr UnaryMethod kGetLattice{Rpc{"SceneService/GetLattice", Role::kRead}, GetLattice};
 constexpr UnaryMethod kApplyEdits{kApplyEditsRpc, ApplyEdits};
 constexpr UnaryMethod kEvaluatePoints{Rpc{"SceneService/EvaluatePoints", Role::kRead},
@@ -246,7 +254,7 @@ constexpr UnaryMethod kEvaluatePoints{Rpc{"SceneService/EvaluatePoints", Role::k
 constexpr UnaryMethod kPick{Rpc{"SceneService/Pick", Role::kRead}, PickInScene};
 constexpr UnaryMethod kControlWatch{Rpc{"SceneService/ControlWatch", Role::kRead}, ControlWatch};
 constexpr PartMethod kGetTopology{Rpc{"SceneService/GetTopology", Role::kRead}, OpenTopology};
-constexpr PartMethod kExport{Rpc{"SceneService/Export", Role::kRead}, OpenExport};
+constexpr PartMethod kExport{Rpc{"SceneService/Export", Role::kRead}, OpenExport, Lane::kLong};
 constexpr Rpc kDeform{"SceneService/Deform", Role::kRead};
 constexpr Rpc kWatch{"SceneService/Watch", Role::kRead};
 constexpr Rpc kGetUpdate{"SceneService/GetUpdate", Role::kRead};

@@ -13,6 +13,7 @@
 #include "server/base/random_id.h"
 #include "server/engine/render/render_view.h"
 #include "server/rpc/server_env.h"
+#include "server/stores/callers.h"
 #include "server/stores/scene_registry.h"
 #include "server/wire/grpc_status.h"
 #include "server/wire/presence_converters.h"
@@ -27,6 +28,9 @@ constexpr int kSilentHeartbeats = 3;
 // How long a client should wait after goaway, which is sent after the drain delay. By then another server, or
 // this one started again, probably listens.
 constexpr absl::Duration kGoawayRetry = absl::Seconds(1);
+
+// How long edits that were sent before the client read goaway may still come.
+constexpr absl::Duration kRefusalTime = absl::Milliseconds(200);
 
 // The most bytes of a message to a watcher of this view: chunks, the whole lattice, or a small event.
 uint64_t MostMessageBytes(const SceneState& state, const ViewKey& key) {
@@ -48,6 +52,7 @@ SceneStream::SceneStream(ServerEnv* env, std::shared_ptr<Scene> scene, const Opt
       only_update_(options.only_update.has_value()),
       watch_id_(NewRandomId()),
       editor_id_(options.watcher.editor_id),
+      account_(options.watcher.account),
       sink_(sink),
       presence_(&scene_->presence(), editor_id_),
       finish_at_(options.only_update),
@@ -55,15 +60,21 @@ SceneStream::SceneStream(ServerEnv* env, std::shared_ptr<Scene> scene, const Opt
       last_heard_(absl::Now()) {}
 
 absl::StatusOr<std::shared_ptr<SceneStream>> SceneStream::Open(ServerEnv* env,
+                                                               const CallerAccount& caller,
                                                                std::shared_ptr<Scene> scene,
                                                                Options options, StreamSink* sink) {
   const auto most = static_cast<size_t>(env->options.max_watchers);
   if (scene->watcher_count() >= most) {
     return error::LimitExceeded("watchers of a scene", most);
   }
+  if (const size_t share = caller.ShareOf(most); scene->WatchersOf(*caller.memory) >= share) {
+    return error::LimitExceeded("watchers of a scene for one caller", share);
+  }
+  options.watcher.account = caller.memory;
   const std::shared_ptr<SceneStream> stream(new SceneStream(env, std::move(scene), options, sink));
   const uint64_t bytes = MostMessageBytes(*stream->scene_->State(), options.watcher.view.key);
-  LATTICED_ASSIGN_OR_RETURN(auto room, env->memory->Reserve("the stream's messages", bytes));
+  LATTICED_ASSIGN_OR_RETURN(auto room,
+                            env->memory->Reserve("the stream's messages", bytes, caller.memory));
   options.watcher.token_key = env->token_key;
   LATTICED_ASSIGN_OR_RETURN(auto watcher, Watcher::Create(stream->scene_, options.watcher));
   const MutexLock lock(&stream->mutex_);
@@ -112,10 +123,10 @@ void SceneStream::Pump() {
 }
 
 bool SceneStream::AtEnd() const {
-  if (!small_.empty() || watcher_->update_in_progress()) return false;
+  if (!small_.empty() || watcher_->update_in_progress() || editing_) return false;
   // After goaway, GetUpdate still sends a revision that exists, but does not wait for a later one.
   const bool on_its_way = only_update_ && *finish_at_ <= scene_->State()->revision;
-  if (going_away_ && !on_its_way) return true;
+  if (going_away_ && !on_its_way && absl::Now() >= refusals_end_) return true;
   return finish_at_.has_value() && watcher_->covered().has_value() &&
          *watcher_->covered() >= *finish_at_ && watcher_->has_full_detail();
 }
@@ -232,8 +243,8 @@ absl::Status SceneStream::Steer(const WatchCommand& command, PresenceBoard::Wait
   if (command.presence.has_value()) {
     LATTICED_RETURN_IF_ERROR(CheckPresence(*command.presence));
     if (presence_room_.bytes() == 0) {
-      LATTICED_ASSIGN_OR_RETURN(presence_room_,
-                                env_->memory->Reserve("the stream's presence", kPresenceBytes));
+      LATTICED_ASSIGN_OR_RETURN(
+          presence_room_, env_->memory->Reserve("the stream's presence", kPresenceBytes, account_));
     }
   }
   if (command.view.has_value()) {
@@ -259,11 +270,13 @@ absl::Status SceneStream::Steer(const WatchCommand& command, PresenceBoard::Wait
 
 void SceneStream::BeginEdit() {
   const MutexLock lock(&mutex_);
+  editing_ = true;
   if (state_ != StreamState::kFinished) watcher_->SetCeiling(scene_->State()->revision);
 }
 
 void SceneStream::Answer(const v1::SceneEvent& result) {
   const MutexLock lock(&mutex_);
+  editing_ = false;
   if (state_ == StreamState::kFinished) return;
   watcher_->SetCeiling(std::nullopt);
   small_.push_back(EncodeEvent(result));
@@ -328,6 +341,10 @@ void SceneStream::GoAway() {
   SetDuration(kGoawayRetry, *event.mutable_goaway()->mutable_retry_after());
   small_.push_back(EncodeEvent(event));
   going_away_ = true;
+  if (!half_closed_) {
+    refusals_end_ = absl::Now() + kRefusalTime;
+    heartbeat_ = AlarmAt(refusals_end_, &SceneStream::OnPace);  // in place of heartbeats
+  }
   Pump();
 }
 

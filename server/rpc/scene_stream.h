@@ -12,6 +12,9 @@
 // scene is deleted or cannot be evaluated; CANCELLED when the client cancels or its deadline passes. The
 // watcher is then destroyed at once, so that nothing is evaluated or kept for it.
 //
+// After goaway the stream stays open for kRefusalTime, and edits that still come are refused with an answer: the
+// client knows of each edit that it sent whether it was applied.
+//
 // A client that does not read keeps one message in memory, with the chunks in it, also when their snapshot
 // is retired. The stream reserves the message from --memory, at most one MiB.
 //
@@ -46,6 +49,7 @@
 
 namespace latticed {
 
+class CallerAccount;  // server/stores/callers.h
 struct ServerEnv;
 
 enum class StreamState {
@@ -75,13 +79,16 @@ class SceneStream : public SceneListener,
   // Opens the watch of `scene`; nothing is written before Start. The sink lives until its reactor
   // is done, which is after Finish. Watcher::Create's errors, and kResourceExhausted where there is
   // no room for a message.
+  // It is charged to options.watcher.account.
   [[nodiscard]] static absl::StatusOr<std::shared_ptr<SceneStream>> Open(
-      ServerEnv* env, std::shared_ptr<Scene> scene, Options options, StreamSink* sink);
+      ServerEnv* env, const CallerAccount& caller, std::shared_ptr<Scene> scene, Options options,
+      StreamSink* sink);
 
   // Writes the first event. Called when the reactor can find the stream, because the write may end at once.
   void Start() ABSL_LOCKS_EXCLUDED(mutex_);
 
   void OnSceneChanged() override ABSL_LOCKS_EXCLUDED(mutex_);
+  const MemoryAccount* account() const override { return account_.get(); }
   const Scene& scene() const override { return *scene_; }
   Scene& mutable_scene() const { return *scene_; }
   [[nodiscard]] absl::Status Control(const WatchCommand& command) override
@@ -134,6 +141,7 @@ class SceneStream : public SceneListener,
   const bool only_update_;
   const std::string watch_id_;
   const std::string editor_id_;  // may be empty
+  const MemoryAccountPtr account_;
   // Used by Start and Close only.
   std::optional<std::stop_callback<std::function<void()>>> on_drain_;
 
@@ -148,7 +156,9 @@ class SceneStream : public SceneListener,
   grpc::ByteBuffer writing_ ABSL_GUARDED_BY(mutex_);
   std::optional<uint64_t> finish_at_ ABSL_GUARDED_BY(mutex_);
   bool half_closed_ ABSL_GUARDED_BY(mutex_) = false;
+  bool editing_ ABSL_GUARDED_BY(mutex_) = false;  // between BeginEdit and Answer
   bool going_away_ ABSL_GUARDED_BY(mutex_) = false;
+  absl::Time refusals_end_ ABSL_GUARDED_BY(mutex_);  // once going away
   absl::Time last_heard_ ABSL_GUARDED_BY(mutex_);
   std::unique_ptr<grpc::Alarm> heartbeat_ ABSL_GUARDED_BY(mutex_);
   // For wake_at of watcher and presence.

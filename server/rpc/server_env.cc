@@ -6,15 +6,13 @@
 
 #include <algorithm>
 #include <array>
-#include <boost/asio/post.hpp>
-#include <boost/asio/thread_pool.hpp>
 #include <thread>
 #include <utility>
 
 #include "absl/time/clock.h"
 #include "core/base/limits.h"
+#include "core/base/status_macros.h"
 #include "fmt/format.h"
-#include "server/base/process_memory.h"
 #include "server/base/random_id.h"
 #include "server/base/telemetry.h"
 #include "server/rpc/call.h"
@@ -26,8 +24,9 @@ namespace latticed {
 namespace {
 
 // A worker parses or plans on one thread. More workers would only compete with the backend's threads.
-constexpr unsigned kMinWorkers = 2;
-constexpr unsigned kMaxWorkers = 8;
+constexpr unsigned kMinLongWorkers = 2, kMaxLongWorkers = 8;
+// A quick call takes well below a millisecond.
+constexpr unsigned kMinQuickWorkers = 1, kMaxQuickWorkers = 4, kCoresOfQuickWorker = 4;
 
 // Threads that evaluate and encode views. The last one takes only short turns. Each also uses the backend's own
 // threads.
@@ -56,7 +55,10 @@ ServerEnv::ServerEnv(Options options_in, std::vector<std::unique_ptr<Backend>> b
       start_time(absl::Now()),
       calls(std::make_unique<CallCounts>()),
       backends(std::move(backends_in)),
-      authenticator(std::move(authenticator_in)),
+      callers(options.caller_share,
+              {.memory = options.memory_bytes,
+               .requests = options.memory_bytes / limits::kWaitingRequestsShare,
+               .replies = options.memory_bytes / limits::kUntakenRepliesShare}),
       memory(std::make_shared<MemoryBudget>(options.memory_bytes)),
       requests(
           std::make_shared<MemoryBudget>(options.memory_bytes / limits::kWaitingRequestsShare)),
@@ -66,18 +68,55 @@ ServerEnv::ServerEnv(Options options_in, std::vector<std::unique_ptr<Backend>> b
           &backend(), kRenderWorkers,
           SceneRegistry::Options{.max_scenes = static_cast<size_t>(options.max_scenes),
                                  .memory = memory,
-                                 .on_tick =
-                                     [this, heap = HeapTrimmer()]() mutable {
-                                       uploads->DropExpired();
-                                       heap.Tick();
-                                       LogRefusalSums(*calls, absl::Now());
-                                     },
+                                 .on_tick = [this] { KeepHouse(); },
                                  .on_evict = LogEviction})),
-      workers_(std::make_unique<boost::asio::thread_pool>(
-          std::clamp(std::thread::hardware_concurrency(), kMinWorkers, kMaxWorkers))) {}
+      authenticator_(std::make_shared<const Authenticator>(std::move(authenticator_in))),
+      workers_(std::clamp(std::thread::hardware_concurrency() / kCoresOfQuickWorker,
+                          kMinQuickWorkers, kMaxQuickWorkers),
+               std::clamp(std::thread::hardware_concurrency(), kMinLongWorkers, kMaxLongWorkers)) {}
 
-ServerEnv::~ServerEnv() { workers_->join(); }
+ServerEnv::~ServerEnv() = default;
 
-void ServerEnv::Post(std::function<void()> work) { boost::asio::post(*workers_, std::move(work)); }
+// Once a second, on the registry's thread.
+void ServerEnv::KeepHouse() {
+  const absl::Time now = absl::Now();
+  uploads->DropExpired();
+  heap.Tick();
+  LogRefusalSums(*calls, now);
+  stalled_calls.CancelSince(now - options.write_timeout);
+  wrong_tokens.Forget(now);
+  callers.DropUnused();
+}
+
+absl::Status ServerEnv::Health() const {
+  LATTICED_RETURN_IF_ERROR(scenes->health().status());
+  const absl::Time now = absl::Now();
+  if (const absl::Duration still = now - scenes->last_tick(); still > kStillTime) {
+    return absl::UnavailableError(
+        fmt::format("the engine has not moved for {:.0f} s", absl::ToDoubleSeconds(still)));
+  }
+  if (const absl::Duration wait = workers_.QuickDelay(now); wait > kStillTime) {
+    return absl::UnavailableError(
+        fmt::format("calls have waited for a worker for {:.0f} s", absl::ToDoubleSeconds(wait)));
+  }
+  return absl::OkStatus();
+}
+
+Pulse ServerEnv::TakePulse() const {
+  return {.engine_ticks = scenes->ticks(),
+          .quick_calls = workers_.quick_taken(),
+          .quick_calls_wait = workers_.QuickDelay(absl::Now()) > absl::Seconds(1)};
+}
+
+std::shared_ptr<const Authenticator> ServerEnv::authenticator() const {
+  const MutexLock lock(&mutex_);
+  return authenticator_;
+}
+
+void ServerEnv::SetAuthenticator(Authenticator authenticator) {
+  auto next = std::make_shared<const Authenticator>(std::move(authenticator));
+  const MutexLock lock(&mutex_);
+  authenticator_.swap(next);
+}
 
 }  // namespace latticed

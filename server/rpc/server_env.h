@@ -13,17 +13,23 @@
 #include <stop_token>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
+#include "absl/base/thread_annotations.h"
+#include "absl/time/clock.h"
 #include "absl/time/time.h"
 #include "core/backend.h"
+#include "core/base/mutex.h"
 #include "server/base/auth.h"
 #include "server/base/options.h"
+#include "server/base/process_memory.h"
+#include "server/base/token_throttle.h"
+#include "server/base/watchdog.h"
+#include "server/base/worker_lanes.h"
+#include "server/rpc/stalled_calls.h"
+#include "server/stores/callers.h"
 #include "server/stores/mesh_store.h"
-
-namespace boost::asio {
-class thread_pool;
-}
 
 namespace latticed {
 
@@ -32,6 +38,8 @@ class SceneRegistry;  // server/stores/scene_registry.h
 class UploadStore;    // server/stores/upload_store.h
 
 struct ServerEnv {
+  static constexpr absl::Duration kStillTime = absl::Seconds(10);
+
   // `backends` has at least one; the first one serves. `authenticator` decides who may call.
   ServerEnv(Options options, std::vector<std::unique_ptr<Backend>> backends,
             Authenticator authenticator);
@@ -39,8 +47,18 @@ struct ServerEnv {
   ServerEnv(const ServerEnv&) = delete;  // services hold its address
   ServerEnv& operator=(const ServerEnv&) = delete;
 
-  // Runs `work`, which may take long, on a worker. The destructor waits for all of it.
-  void Post(std::function<void()> work);
+  // Runs `work` on a worker of the lane, when it is the caller's turn. The destructor waits for all of it.
+  void Post(WorkerLanes::Lane lane, const CallerAccount& caller, std::function<void()> work) {
+    workers_.Post(lane, &caller, std::move(work));
+  }
+  // kUnavailable with the reason when the server does not do its work: the device is lost, or the engine or the
+  // workers have not moved for kStillTime.
+  [[nodiscard]] absl::Status Health() const;
+  [[nodiscard]] Pulse TakePulse() const;
+  // Who may call. Replaced when the token file is read again.
+  [[nodiscard]] std::shared_ptr<const Authenticator> authenticator() const
+      ABSL_LOCKS_EXCLUDED(mutex_);
+  void SetAuthenticator(Authenticator authenticator) ABSL_LOCKS_EXCLUDED(mutex_);
   // Scenes use the first backend.
   Backend& backend() const { return *backends.front(); }
 
@@ -55,16 +73,23 @@ struct ServerEnv {
   std::stop_source drain;  // stopped once the server drains: streams send goaway and end OK
   const std::unique_ptr<CallCounts> calls;
   const std::vector<std::unique_ptr<Backend>> backends;
-  const Authenticator authenticator;
+  Callers callers;
+  TokenThrottle wrong_tokens;
+  StalledCalls stalled_calls;
   const std::shared_ptr<MemoryBudget> memory;
   const std::shared_ptr<MemoryBudget> requests;  // requests that wait for a worker
   const std::shared_ptr<MemoryBudget> replies;   // replies that wait for their client
   MeshStore meshes;
+  HeapTrimmer heap;
   const std::unique_ptr<UploadStore> uploads;
   const std::unique_ptr<SceneRegistry> scenes;  // its thread uses the uploads
 
  private:
-  const std::unique_ptr<boost::asio::thread_pool> workers_;  // last: they may use all of the above
+  void KeepHouse();
+
+  mutable Mutex mutex_;
+  std::shared_ptr<const Authenticator> authenticator_ ABSL_GUARDED_BY(mutex_);
+  WorkerLanes workers_;  // last: they may use all of the above
 };
 
 }  // namespace latticed

@@ -30,14 +30,21 @@ class UpdateStream final : public CallReactor<grpc::ServerWriteReactor<grpc::Byt
     if (absl::Status opened = Open(env, request); !opened.ok()) FinishCall(opened);
   }
 
-  void Write(const grpc::ByteBuffer* buffer) override { StartWrite(buffer); }
+  void Write(const grpc::ByteBuffer* buffer) override {
+    BeginWrite();
+    StartWrite(buffer);
+  }
   void Finish(const grpc::Status& status) override { FinishCall(status); }
 
-  void OnWriteDone(bool ok) override { stream_->OnWriteDone(ok); }
+  void OnWriteDone(bool ok) override {
+    EndWrite();
+    stream_->OnWriteDone(ok);
+  }
   void OnCancel() override {
     if (stream_ != nullptr) stream_->OnCancel();
   }
   void OnDone() override {
+    Done();
     if (stream_ != nullptr) stream_->Close();
     delete this;
   }
@@ -48,7 +55,8 @@ class UpdateStream final : public CallReactor<grpc::ServerWriteReactor<grpc::Byt
     LATTICED_RETURN_IF_ERROR(TakeMessage(bytes, &request));
     NoteScene(call_, request.scene());
     LATTICED_ASSIGN_OR_RETURN(const OpenRequest open, FromProto(env, call_, request));
-    LATTICED_ASSIGN_OR_RETURN(stream_, SceneStream::Open(env, open.scene, open.options, this));
+    LATTICED_ASSIGN_OR_RETURN(
+        stream_, SceneStream::Open(env, *call_.account, open.scene, open.options, this));
     stream_->Start();
     return absl::OkStatus();
   }

@@ -65,8 +65,9 @@ class UploadStream final : public CallReactor<grpc::ServerReadReactor<grpc::Byte
  public:
   UploadStream(const Rpc& rpc, ServerEnv* env, grpc::CallbackServerContext* context,
                grpc::ByteBuffer* reply)
-      : env_(env), reply_(reply), reply_room_(*env) {
+      : env_(env), reply_(reply) {
     if (!Begin(*env, context, rpc)) return;
+    reply_room_.Open(*env, call_);
     first_message_.Await(env->options.first_message_timeout, "the header",
                          [this](const absl::Status& late) { End(late); });
     StartRead(&bytes_);
@@ -94,7 +95,7 @@ class UploadStream final : public CallReactor<grpc::ServerReadReactor<grpc::Byte
     LATTICED_ASSIGN_OR_RETURN(UploadHeader header,
                               FromProto(request.header(), env_->options.max_mesh_bytes));
     header.mesh.owner = call_.caller.name;
-    LATTICED_ASSIGN_OR_RETURN(upload_, env_->uploads->Admit(std::move(header)));
+    LATTICED_ASSIGN_OR_RETURN(upload_, env_->uploads->Admit(std::move(header), *call_.account));
     StartSendInitialMetadata();  // a client may wait for it before it sends its bytes
     return absl::OkStatus();
   }
@@ -103,7 +104,8 @@ class UploadStream final : public CallReactor<grpc::ServerReadReactor<grpc::Byte
   void OnAllRead() {
     if (call_.context->IsCancelled()) return End(absl::CancelledError("the caller cancelled"));
     if (upload_ == nullptr) return End(NotOpened());
-    env_->Post([this] { End(CatchBadAlloc("the upload", [this] { return Store(); })); });
+    env_->Post(WorkerLanes::Lane::kLong, *call_.account,
+               [this] { End(CatchBadAlloc("the upload", [this] { return Store(); })); });
   }
 
   absl::Status Store() {

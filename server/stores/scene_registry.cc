@@ -48,7 +48,7 @@ bool SceneRegistry::Evict(const MemoryShortage& shortage) {
   std::vector<EvictionCandidate> candidates;
   candidates.reserve(scenes.size());
   for (const auto& scene : scenes) {
-    candidates.push_back({scene->EvictableBytes(shortage.device), scene->last_use()});
+    candidates.push_back({scene->EvictableBytes(shortage), scene->last_use()});
   }
   bool evicted = false;
   for (const size_t victim : ChooseVictims(candidates, shortage.bytes)) {
@@ -68,11 +68,14 @@ void SceneRegistry::KeepHouse() {
       if (mutex_.AwaitFor(stopping, kTickInterval)) return;
     }
     Tick(absl::Now());
+    last_tick_ns_ = absl::ToUnixNanos(absl::Now());
+    ++ticks_;
   }
 }
 
 absl::StatusOr<std::shared_ptr<Scene>> SceneRegistry::Create(
-    SceneConfig config, const std::function<absl::Status()>& admit, StopCheck stop) {
+    SceneConfig config, const std::function<absl::Status()>& admit, StopCheck stop,
+    size_t most_of_account) {
   const std::string id = config.id;
   const std::string mesh_id = config.mesh_id;
   {
@@ -90,16 +93,19 @@ absl::StatusOr<std::shared_ptr<Scene>> SceneRegistry::Create(
     if (scenes_.size() + creating_.size() >= options_.max_scenes) {
       return error::LimitExceeded("scenes", options_.max_scenes);
     }
+    if (CountOfAccountLocked(config.account) >= most_of_account) {
+      return error::LimitExceeded("scenes of one caller", most_of_account);
+    }
     if (admit != nullptr) {
       LATTICED_RETURN_IF_ERROR(admit());
     }
-    creating_[id] = mesh_id;
+    creating_[id] = {mesh_id, config.account};
   }
   auto scene = CatchBadAlloc("the scene", [&] {
     return Scene::Create(std::move(config), {&render_backend_, &queue_}, stop);
   });
   const MutexLock lock(&mutex_);
-  const bool mesh_lives = creating_[id] == mesh_id;
+  const bool mesh_lives = creating_[id].mesh_id == mesh_id;
   creating_.erase(id);
   if (!scene.ok()) return scene;
   if (!mesh_lives) return error::NotFound("mesh", mesh_id);
@@ -158,11 +164,19 @@ MemoryUse SceneRegistry::memory() const {
   return total;
 }
 
+size_t SceneRegistry::CountOfAccountLocked(const MemoryAccountPtr& account) const {
+  const auto made = std::ranges::count(scenes_, account,
+                                       [](const auto& s) { return s.second->config().account; });
+  const auto in_making =
+      std::ranges::count(creating_, account, [](const auto& c) { return c.second.account; });
+  return static_cast<size_t>(made + in_making);
+}
+
 size_t SceneRegistry::CountOfMeshLocked(std::string_view mesh_id) const {
   const auto made = std::ranges::count_if(
       scenes_, [mesh_id](const auto& s) { return s.second->config().mesh_id == mesh_id; });
   const auto in_making =
-      std::ranges::count_if(creating_, [mesh_id](const auto& c) { return c.second == mesh_id; });
+      std::ranges::count(creating_, mesh_id, [](const auto& c) { return c.second.mesh_id; });
   return static_cast<size_t>(made + in_making);
 }
 
@@ -177,8 +191,8 @@ absl::Status SceneRegistry::DeleteMesh(std::string_view mesh_id, bool force,
           fmt::format("{} scene(s) use the mesh; delete them first, or set force", scenes));
     }
     LATTICED_RETURN_IF_ERROR(remove());
-    for (auto& [id, mesh] : creating_) {
-      if (mesh == mesh_id) mesh.clear();
+    for (auto& [id, in_making] : creating_) {
+      if (in_making.mesh_id == mesh_id) in_making.mesh_id.clear();
     }
     gone = TakeWhere([mesh_id](const Scene& s) { return s.config().mesh_id == mesh_id; });
   }

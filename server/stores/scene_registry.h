@@ -11,6 +11,7 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <map>
 #include <memory>
 #include <string>
@@ -21,6 +22,8 @@
 #include "absl/base/thread_annotations.h"
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "absl/time/clock.h"
+#include "absl/time/time.h"
 #include "core/backend.h"
 #include "core/base/limits.h"
 #include "core/base/mutex.h"
@@ -58,11 +61,12 @@ class SceneRegistry {
   // making. kAlreadyExists for another request with the id; kResourceExhausted, reason LIMIT_EXCEEDED, for
   // one scene too many; else Scene::Create's errors. `admit`, if given, is asked before a scene is made and
   // may refuse it; DeleteMesh deletes no mesh while it runs. kNotFound when the mesh was deleted by force
-  // meanwhile. `stop` ends waiting and making, and then nothing is left; it is also asked with the lock
+  // meanwhile. At most `most_of_account` scenes have config.account. `stop` ends waiting and making, and then nothing is left; it is also asked with the lock
   // held.
   [[nodiscard]] absl::StatusOr<std::shared_ptr<Scene>> Create(
       SceneConfig config, const std::function<absl::Status()>& admit = nullptr,
-      StopCheck stop = NeverStop) ABSL_LOCKS_EXCLUDED(mutex_);
+      StopCheck stop = NeverStop, size_t most_of_account = std::numeric_limits<size_t>::max())
+      ABSL_LOCKS_EXCLUDED(mutex_);
   // kNotFound.
   [[nodiscard]] absl::StatusOr<std::shared_ptr<Scene>> Find(std::string_view id) const
       ABSL_LOCKS_EXCLUDED(mutex_);
@@ -89,6 +93,9 @@ class SceneRegistry {
   [[nodiscard]] absl::StatusOr<std::shared_ptr<WatchControl>> FindWatch(std::string_view id) const
       ABSL_LOCKS_EXCLUDED(mutex_);
 
+  // How often the registry's own thread has kept house, and when it did last.
+  uint64_t ticks() const { return ticks_.load(); }
+  absl::Time last_tick() const { return absl::FromUnixNanos(last_tick_ns_.load()); }
   DeviceHealth& health() { return render_backend_.health(); }
   EngineCounts& counts() { return render_backend_.counts(); }
   RenderQueue& queue() { return queue_; }
@@ -101,17 +108,24 @@ class SceneRegistry {
   bool Evict(const MemoryShortage& shortage) ABSL_LOCKS_EXCLUDED(mutex_);
   std::vector<std::shared_ptr<Scene>> TakeWhere(const std::function<bool(const Scene&)>& condemned)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  size_t CountOfAccountLocked(const MemoryAccountPtr& account) const
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   size_t CountOfMeshLocked(std::string_view mesh_id) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const Options options_;
   const std::shared_ptr<MemoryBudget> memory_;
   RenderBackend render_backend_;
   std::atomic<uint64_t> evictions_ = 0;
+  std::atomic<uint64_t> ticks_ = 0;
+  std::atomic<int64_t> last_tick_ns_ = absl::ToUnixNanos(absl::Now());
 
   mutable Mutex mutex_;
   std::map<std::string, std::shared_ptr<Scene>, std::less<>> scenes_ ABSL_GUARDED_BY(mutex_);
-  // The mesh id by scene id; emptied when the mesh was deleted meanwhile.
-  std::map<std::string, std::string, std::less<>> creating_ ABSL_GUARDED_BY(mutex_);
+  struct InMaking {
+    std::string mesh_id;  // emptied when the mesh was deleted meanwhile
+    MemoryAccountPtr account;
+  };
+  std::map<std::string, InMaking, std::less<>> creating_ ABSL_GUARDED_BY(mutex_);  // by scene id
   std::map<std::string, std::weak_ptr<WatchControl>, std::less<>> watches_ ABSL_GUARDED_BY(mutex_);
   bool stopping_ ABSL_GUARDED_BY(mutex_) = false;
   RenderQueue queue_;        // last but one: its threads use all of the above

@@ -30,6 +30,7 @@ absl::Status Expired() {
 
 Upload::Upload(UploadHeader header, MemoryReservation reservation, Clock clock)
     : clock_(std::move(clock)),
+      account_(reservation.account()),
       last_use_ns_(absl::ToUnixNanos(clock_())),
       header_(std::move(header)),
       reservation_(std::move(reservation)) {}
@@ -54,6 +55,9 @@ absl::Status Upload::AppendLocked(std::string_view data) {
   }
   const uint64_t committed = bytes_.size() + data.size();
   if (committed > header_.total_bytes) return SizeMismatch(committed, header_.total_bytes);
+  LATTICED_RETURN_IF_ERROR(reservation_.Resize("the upload", committed));
+  // Addresses for all bytes, so that none are copied later. Pages take memory when they are written.
+  if (bytes_.empty()) bytes_.reserve(header_.total_bytes);
   bytes_.append(data);
   Touch();
   return absl::OkStatus();
@@ -103,14 +107,25 @@ absl::StatusOr<CompleteUpload> Upload::Take() {
   };
 }
 
-absl::StatusOr<std::shared_ptr<Upload>> UploadStore::Admit(UploadHeader header) {
+absl::StatusOr<std::shared_ptr<Upload>> UploadStore::Admit(UploadHeader header,
+                                                           const CallerAccount& caller) {
   const MutexLock lock(&mutex_);
   DropExpiredLocked();
   if (live_.size() >= limits::kMaxUploads) {
     return error::LimitExceeded("uploads at a time", limits::kMaxUploads);
   }
+  const size_t share = caller.ShareOf(limits::kMaxUploads);
+  const auto of_caller = std::ranges::count_if(live_, [&](const std::weak_ptr<Upload>& weak) {
+    const std::shared_ptr<Upload> upload = weak.lock();
+    return upload != nullptr && upload->account() == caller.memory;
+  });
+  if (static_cast<size_t>(of_caller) >= share) {
+    return error::LimitExceeded("uploads at a time for one caller", share);
+  }
+  // What does not fit now is refused before its bytes are sent. What fits may still meet a full budget later.
   LATTICED_ASSIGN_OR_RETURN(MemoryReservation reservation,
-                            memory_->Reserve("the upload", header.total_bytes));
+                            memory_->Reserve("the upload", header.total_bytes, caller.memory));
+  LATTICED_RETURN_IF_ERROR(reservation.Resize("the upload", 0));
   auto upload = std::make_shared<Upload>(std::move(header), std::move(reservation), clock_);
   live_.push_back(upload);
   return upload;

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Uploads under way: the bytes of a mesh as they come, from the header that admits them until they are
-// complete. A stream holds its Upload itself; the UploadStore keeps unary uploads by id. An upload that
+// complete. Memory is reserved for the bytes that have come, not for those that are announced. A stream holds its Upload itself; the UploadStore keeps unary uploads by id. An upload that
 // gets no bytes for limits::kUploadIdleSeconds is dropped and frees its memory and its place.
 //
 // Threads  safe; an Upload's appends are serialised by its lock
@@ -25,6 +25,7 @@
 #include "absl/time/time.h"
 #include "core/base/limits.h"
 #include "core/base/mutex.h"
+#include "server/stores/callers.h"
 #include "server/stores/mesh_store.h"
 
 namespace latticed {
@@ -51,11 +52,13 @@ class Upload {
   // Postpones the expiry, as adding bytes does.
   void Touch() { last_use_ns_ = absl::ToUnixNanos(clock_()); }
   [[nodiscard]] bool IsIdle() const;
+  const MemoryAccountPtr& account() const { return account_; }
   // Frees the memory and returns true, unless the upload is in use. Later calls return kNotFound.
   bool Expire() ABSL_LOCKS_EXCLUDED(mutex_);
 
   // Adds the next bytes: 1 to limits::kMaxPartBytes, and no more in all than announced.
-  // kInvalidArgument, reasons OUT_OF_RANGE and SIZE_MISMATCH; kNotFound once expired.
+  // kInvalidArgument, reasons OUT_OF_RANGE and SIZE_MISMATCH; kNotFound once expired;
+  // kResourceExhausted, reason OUT_OF_MEMORY: the bytes are not added, and may come again.
   [[nodiscard]] absl::Status Append(std::string_view data) ABSL_LOCKS_EXCLUDED(mutex_);
   // Adds bytes that begin at `offset` and returns how many bytes the upload has. Bytes that it has already
   // are ignored; an empty part only asks for the number. Errors of Append; kFailedPrecondition, reason
@@ -72,6 +75,7 @@ class Upload {
   absl::Status CheckCompleteLocked() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const Clock clock_;
+  const MemoryAccountPtr account_;
   std::atomic<int64_t> last_use_ns_;
   mutable Mutex mutex_;
   UploadHeader header_ ABSL_GUARDED_BY(mutex_);
@@ -85,9 +89,10 @@ class UploadStore {
   explicit UploadStore(std::shared_ptr<MemoryBudget> memory, Upload::Clock clock = absl::Now)
       : memory_(std::move(memory)), clock_(std::move(clock)) {}
 
-  // Reserves memory for all bytes. Also drops what has expired. kResourceExhausted, reasons
-  // LIMIT_EXCEEDED and OUT_OF_MEMORY.
-  [[nodiscard]] absl::StatusOr<std::shared_ptr<Upload>> Admit(UploadHeader header)
+  // Admits an upload of `caller`. Also drops what has expired. kResourceExhausted, reason LIMIT_EXCEEDED for one
+  // upload too many, OUT_OF_MEMORY for one larger than the caller may ever have.
+  [[nodiscard]] absl::StatusOr<std::shared_ptr<Upload>> Admit(UploadHeader header,
+                                                              const CallerAccount& caller)
       ABSL_LOCKS_EXCLUDED(mutex_);
 
   // Keeps an upload under a new, unguessable id.

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/web/admin_pages.h"
 
+#include "fmt/format.h"
 #include "server/web/http_answers.h"
 
 namespace latticed::web {
@@ -11,7 +12,10 @@ HttpResponse AdminAnswer(const AdminHooks& hooks, const HttpRequest& request,
   if (request.method != "GET" && request.method != "HEAD") return MethodNotAllowed("GET, HEAD");
   if (request.path == "/healthz") {
     const absl::Status health = hooks.health();
-    return health.ok() ? TextAnswer(200, "ok") : TextAnswer(503, std::string(health.message()));
+    if (!health.ok()) return TextAnswer(503, std::string(health.message()));
+    const uint64_t dropped = hooks.dropped_log_lines();
+    return TextAnswer(
+        200, dropped == 0 ? "ok" : fmt::format("ok; {} lines of the log were dropped", dropped));
   }
   if (request.path == "/readyz") {
     return hooks.ready() ? TextAnswer(200, "ready") : TextAnswer(503, "not serving");

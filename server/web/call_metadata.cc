@@ -17,8 +17,8 @@ namespace latticed::web {
 namespace {
 
 // The metadata keys that the server reads (server/rpc/call.cc).
-constexpr std::array<std::string_view, 4> kRead = {"authorization", "latticed-request-id",
-                                                   "latticed-scene", "traceparent"};
+constexpr std::array<std::string_view, 5> kRead = {
+    "authorization", "latticed-request-id", "latticed-scene", "traceparent", "x-forwarded-for"};
 
 bool IsMessageCharacter(char c) { return c >= ' ' && c <= '~' && c != '%'; }
 

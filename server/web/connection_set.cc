@@ -11,16 +11,28 @@
 
 namespace latticed::web {
 
-std::shared_ptr<ConnectionSet::Place> ConnectionSet::Enter() {
-  const MutexLock lock(&mutex_);
-  const bool served = served_ < most_;
-  if (!served) ++refused_;
-  if (!served && connections_.size() - served_ >= limits::kMaxRefusedHttpConnections)
-    return nullptr;
-  if (served) ++served_;
-  const uint64_t id = next_id_++;
-  connections_.emplace(id, std::weak_ptr<Connection>());
-  return std::make_shared<Place>(this, id, served);
+std::shared_ptr<ConnectionSet::Place> ConnectionSet::Enter(const std::string& address) {
+  std::shared_ptr<Connection> replaced;
+  std::shared_ptr<Place> place;
+  {
+    const MutexLock lock(&mutex_);
+    const auto of_address = std::ranges::count(
+        connections_, address, [](const auto& entry) { return entry.second.address; });
+    const bool has_share = address.empty() || static_cast<size_t>(of_address) < most_of_address_;
+    const bool served = has_share && (served_ < most_ || replaces_);
+    if (!served) ++refused_;
+    if (!served && connections_.size() - served_ >= limits::kMaxRefusedHttpConnections)
+      return nullptr;
+    if (served && served_ >= most_ && !connections_.empty()) {
+      replaced = connections_.begin()->second.connection.lock();
+    }
+    if (served) ++served_;
+    const uint64_t id = next_id_++;
+    connections_.emplace(id, Entry{.address = served ? address : "", .connection = {}});
+    place = std::make_shared<Place>(this, id, served);
+  }
+  if (replaced != nullptr) replaced->Abort();
+  return place;
 }
 
 void ConnectionSet::Leave(uint64_t id, bool served) {
@@ -33,7 +45,7 @@ void ConnectionSet::Hold(uint64_t id, const std::shared_ptr<Connection>& connect
   bool draining = false, aborting = false;
   {
     const MutexLock lock(&mutex_);
-    connections_[id] = connection;
+    connections_[id].connection = connection;
     draining = draining_;
     aborting = aborting_;
   }
@@ -67,8 +79,8 @@ void ConnectionSet::TellAll(void (Connection::*what)()) {
   std::vector<std::shared_ptr<Connection>> all;
   {
     const MutexLock lock(&mutex_);
-    for (const auto& [id, connection] : connections_) {
-      if (auto held = connection.lock(); held != nullptr) all.push_back(std::move(held));
+    for (const auto& [id, entry] : connections_) {
+      if (auto held = entry.connection.lock(); held != nullptr) all.push_back(std::move(held));
     }
   }
   for (const auto& connection : all) ((*connection).*what)();

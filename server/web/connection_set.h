@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <string>
 
 #include "absl/base/thread_annotations.h"
 #include "absl/time/time.h"
@@ -30,7 +31,12 @@ class Connection {
 
 class ConnectionSet {
  public:
-  explicit ConnectionSet(size_t most) : most_(most) {}
+  enum WhenFull { kReplaceOldest };  // whoever holds connections cannot keep others out
+
+  // One address gets at most `most_of_address` places.
+  ConnectionSet(size_t most, size_t most_of_address)
+      : most_(most), most_of_address_(most_of_address) {}
+  ConnectionSet(size_t most, WhenFull) : most_(most), most_of_address_(most), replaces_(true) {}
 
   // A connection's place in the set, which is free when its last owner destroys it.
   class Place {
@@ -50,8 +56,9 @@ class ConnectionSet {
     const bool served_;
   };
 
-  // Null when there is no room even for an answer.
-  [[nodiscard]] std::shared_ptr<Place> Enter() ABSL_LOCKS_EXCLUDED(mutex_);
+  // Null when there is no room even for an answer. An empty address is not counted.
+  [[nodiscard]] std::shared_ptr<Place> Enter(const std::string& address)
+      ABSL_LOCKS_EXCLUDED(mutex_);
   // Both also apply to connections that enter later.
   void Drain() ABSL_LOCKS_EXCLUDED(mutex_);
   void Abort() ABSL_LOCKS_EXCLUDED(mutex_);
@@ -64,12 +71,17 @@ class ConnectionSet {
   void Hold(uint64_t id, const std::shared_ptr<Connection>& connection) ABSL_LOCKS_EXCLUDED(mutex_);
   void TellAll(void (Connection::*what)()) ABSL_LOCKS_EXCLUDED(mutex_);
 
-  const size_t most_;
+  struct Entry {
+    std::string address;  // empty: not counted
+    std::weak_ptr<Connection> connection;
+  };
+  const size_t most_, most_of_address_;
+  const bool replaces_ = false;
   mutable Mutex mutex_;
   size_t served_ ABSL_GUARDED_BY(mutex_) = 0;
   uint64_t refused_ ABSL_GUARDED_BY(mutex_) = 0;
   uint64_t next_id_ ABSL_GUARDED_BY(mutex_) = 1;
-  std::map<uint64_t, std::weak_ptr<Connection>> connections_ ABSL_GUARDED_BY(mutex_);
+  std::map<uint64_t, Entry> connections_ ABSL_GUARDED_BY(mutex_);
   bool draining_ ABSL_GUARDED_BY(mutex_) = false;
   bool aborting_ ABSL_GUARDED_BY(mutex_) = false;
 };

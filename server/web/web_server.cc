@@ -12,8 +12,11 @@
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
+#include "server/base/address.h"
+#include "server/base/refusal_log.h"
 #include "server/base/telemetry.h"
 #include "server/net/tcp_listener.h"
+#include "server/net/tls_context.h"
 #include "server/web/connection_set.h"
 #include "server/web/deform_socket.h"
 #include "server/web/export_download.h"
@@ -37,48 +40,23 @@ const HttpHandler kRefuse = [](const std::shared_ptr<HttpExchange>& exchange) {
   exchange->Reply(std::move(answer));
 };
 
-absl::Status Unreadable(std::string_view flag, const std::string& path, const error_code& failure) {
-  return absl::InvalidArgumentError(
-      fmt::format("{}: cannot use '{}': {}", flag, path, failure.message()));
-}
-
-// The TLS context of --tls-cert, --tls-key and --tls-client-ca; null if they are not given. kInvalidArgument if
-// one of the files cannot be used.
-absl::StatusOr<std::unique_ptr<net::ssl::context>> MakeTlsContext(const Options& options) {
-  if (options.tls_cert.empty()) return nullptr;
-  auto tls = std::make_unique<net::ssl::context>(net::ssl::context::tls_server);
-  error_code failure;
-  tls->set_options(net::ssl::context::default_workarounds | net::ssl::context::no_sslv2 |
-                   net::ssl::context::no_sslv3 | net::ssl::context::no_tlsv1 |
-                   net::ssl::context::no_tlsv1_1 | net::ssl::context::no_compression);
-  tls->use_certificate_chain_file(options.tls_cert, failure);
-  if (failure) return Unreadable("--tls-cert", options.tls_cert, failure);
-  tls->use_private_key_file(options.tls_key, net::ssl::context::pem, failure);
-  if (failure) return Unreadable("--tls-key", options.tls_key, failure);
-  if (!options.tls_client_ca.empty()) {
-    tls->load_verify_file(options.tls_client_ca, failure);
-    if (failure) return Unreadable("--tls-client-ca", options.tls_client_ca, failure);
-    tls->set_verify_mode(net::ssl::verify_peer | net::ssl::verify_fail_if_no_peer_cert);
-  }
-  return tls;
-}
-
 // Listens on `listen`, "host:port", for `flag`. Connections above the set's limit are answered 503 and closed;
-// those far above it are closed at once. `tls` and `connections` outlive the listener and its connections.
+// those far above it are closed at once. `tls` may be null; it and `connections` outlive the listener.
 // kUnavailable if the address cannot be opened, kInvalidArgument if it has no port.
 absl::StatusOr<std::shared_ptr<TcpListener>> ListenForHttp(
-    net::io_context& context, const std::string& flag, const std::string& listen,
-    net::ssl::context* tls, ConnectionSet* connections, const HttpTimeouts& timeouts,
-    const HttpHandler& handler) {
-  return TcpListener::Open(context, flag, listen, [=](net::ip::tcp::socket socket) {
+    net::io_context& io, const std::string& flag, const std::string& listen, const CurrentTls* tls,
+    ConnectionSet* connections, const HttpTimeouts& timeouts, const HttpHandler& handler) {
+  return TcpListener::Open(io, flag, listen, [=](net::ip::tcp::socket socket) {
     error_code ignored;
     socket.set_option(net::socket_base::keep_alive(true), ignored);  // notices vanished clients
-    auto place = connections->Enter();
+    const auto peer = socket.remote_endpoint(ignored).address();
+    auto place = connections->Enter(peer.is_loopback() ? "" : peer.to_string());
     if (place == nullptr) return;
     const bool served = place->served();
     HttpTimeouts patience = timeouts;
     if (!served) patience.idle = patience.head;
-    ServeConnection(Transport(std::move(socket), tls), std::move(place), patience,
+    const TlsContextPtr context = tls == nullptr ? nullptr : tls->Get();
+    ServeConnection(Transport(std::move(socket), context.get()), std::move(place), patience,
                     served ? handler : kRefuse);
   });
 }
@@ -87,14 +65,17 @@ absl::StatusOr<std::shared_ptr<TcpListener>> ListenForHttp(
 
 struct WebServer::Impl {
   Impl(const Options& options, ServerChannel channel, AdminHooks admin)
-      : connections(MostConnections(options)),
-        admin_connections(limits::kMaxAdminConnections),
+      : connections(MostConnections(options),
+                    MostOfAddress(MostConnections(options),
+                                  options.trust_forwarded_for ? 1 : options.caller_share)),
+        admin_connections(limits::kMaxAdminConnections, ConnectionSet::kReplaceOldest),
         server(std::move(channel)),
         guard(options.http, options.allowed_hosts, options.cors_origins),
         files(StaticFiles::FindRoot(options.web_root)),
         admin_guard(options.admin, options.allowed_hosts, {}),
         admin_hooks(std::move(admin)),
-        work(net::make_work_guard(context)) {}
+        work(net::make_work_guard(context)),
+        admin_work(net::make_work_guard(admin_context)) {}
 
   // The connections of --http; none if it is not served.
   ConnectionCounts counts() const {
@@ -102,7 +83,11 @@ struct WebServer::Impl {
   }
 
   // Answers a request of --http: the guard may stop it, then its path and method choose the handler.
-  void Route(const std::shared_ptr<HttpExchange>& exchange) const;
+  void Route(const std::shared_ptr<HttpExchange>& exchange);
+  void LogStopped(const HttpRequest& request, int status);
+  void LogSums(absl::Time ended);
+
+  RefusalLog refusals;
 
   ConnectionSet connections, admin_connections;  // before the context, whose handlers hold places
   const ServerChannel server;
@@ -110,21 +95,38 @@ struct WebServer::Impl {
   const StaticFiles files;
   const RequestGuard admin_guard;
   const AdminHooks admin_hooks;
-  std::unique_ptr<net::ssl::context> tls;
-  net::io_context context;
-  net::executor_work_guard<net::io_context::executor_type> work;
+  CurrentTls tls;
+  net::io_context context, admin_context;  // calls cannot keep the admin's port waiting
+  net::executor_work_guard<net::io_context::executor_type> work, admin_work;
   std::shared_ptr<TcpListener> http, admin;
   std::vector<std::thread> threads;
 };
 
-void WebServer::Impl::Route(const std::shared_ptr<HttpExchange>& exchange) const {
+// Sums up many refusals of one kind. A sum is told with the next refusal after its period, or at the end.
+void WebServer::Impl::LogStopped(const HttpRequest& request, int status) {
+  const absl::Time now = absl::Now();
+  LogSums(now);
+  if (!refusals.Note(WithoutPort(request.peer), "HTTP", status, now)) return;
+  LogEvent(spdlog::level::info, "HTTP request stopped",
+           {{"status", fmt::to_string(status)},
+            {"peer", request.peer},
+            {"host", std::string(request.Field("host"))},
+            {"origin", std::string(request.Field("origin"))}});
+}
+
+void WebServer::Impl::LogSums(absl::Time ended) {
+  for (const RefusalLog::Sum& sum : refusals.TakeEnded(ended)) {
+    LogEvent(spdlog::level::info, "more HTTP requests were stopped",
+             {{"requests", fmt::to_string(sum.count)},
+              {"status", fmt::to_string(sum.code)},
+              {"peer", sum.address}});
+  }
+}
+
+void WebServer::Impl::Route(const std::shared_ptr<HttpExchange>& exchange) {
   const HttpRequest& request = exchange->request();
   if (auto stopped = guard.Stop(request); stopped.has_value()) {
-    LogEvent(spdlog::level::info, "HTTP request stopped",
-             {{"status", fmt::to_string(stopped->status)},
-              {"peer", request.peer},
-              {"host", std::string(request.Field("host"))},
-              {"origin", std::string(request.Field("origin"))}});
+    LogStopped(request, stopped->status);
     return exchange->Reply(*std::move(stopped));
   }
   if (request.path == kDeformSocketPath) return OpenDeformSocket(server, exchange);
@@ -143,11 +145,11 @@ absl::StatusOr<std::unique_ptr<WebServer>> WebServer::Start(const Options& optio
   std::unique_ptr<WebServer> server(
       new WebServer(std::make_unique<Impl>(options, std::move(channel), std::move(admin))));
   Impl& impl = *server->impl_;
-  LATTICED_ASSIGN_OR_RETURN(impl.tls, MakeTlsContext(options));
+  LATTICED_RETURN_IF_ERROR(server->ReadCertificates(options));
   if (!options.http.empty()) {
     LATTICED_ASSIGN_OR_RETURN(
-        impl.http, ListenForHttp(impl.context, "--http", options.http, impl.tls.get(),
-                                 &impl.connections, options.http_timeouts,
+        impl.http, ListenForHttp(impl.context, "--http", options.http, &impl.tls, &impl.connections,
+                                 options.http_timeouts,
                                  [&impl](const auto& exchange) { impl.Route(exchange); }));
   }
   if (!options.admin.empty()) {
@@ -158,13 +160,20 @@ absl::StatusOr<std::unique_ptr<WebServer>> WebServer::Start(const Options& optio
                           : AdminAnswer(impl.admin_hooks, exchange->request(), impl.counts()));
     };
     LATTICED_ASSIGN_OR_RETURN(
-        impl.admin, ListenForHttp(impl.context, "--admin", options.admin, nullptr,
+        impl.admin, ListenForHttp(impl.admin_context, "--admin", options.admin, nullptr,
                                   &impl.admin_connections, options.http_timeouts, answer));
   }
   for (int i = 0; i < kThreads; ++i) {
     impl.threads.emplace_back([&impl] { RunUntilDone(impl.context); });
   }
+  impl.threads.emplace_back([&impl] { RunUntilDone(impl.admin_context); });
   return server;
+}
+
+absl::Status WebServer::ReadCertificates(const Options& options) {
+  LATTICED_ASSIGN_OR_RETURN(TlsContextPtr tls, MakeTlsContext(options));
+  impl_->tls.Set(std::move(tls));
+  return absl::OkStatus();
 }
 
 std::string WebServer::http_address() const {
@@ -197,9 +206,12 @@ void WebServer::Stop() {
     }
   }
   impl_->work.reset();
+  impl_->admin_work.reset();
   impl_->context.stop();
+  impl_->admin_context.stop();
   for (std::thread& thread : impl_->threads) thread.join();
   impl_->threads.clear();
+  impl_->LogSums(absl::InfiniteFuture());
 }
 
 }  // namespace latticed::web

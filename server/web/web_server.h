@@ -45,6 +45,8 @@ class WebServer {
   // The connections of --http.
   [[nodiscard]] ConnectionCounts connections() const;
 
+  // Reads the files of TLS again, for new connections. kInvalidArgument changes nothing.
+  [[nodiscard]] absl::Status ReadCertificates(const Options& options);
   // Takes no more connections or requests on --http, waits for running ones, and cancels the rest at
   // `deadline`. Called before gRPC's server ends, which would cancel them at once.
   void Drain(absl::Time deadline);

@@ -196,6 +196,14 @@ EditBatch BatchFromProto(const v1::EditBatch& batch, const PolygonMesh& mesh) {
   return refused;
 }
 
+bool MayTakeLong(const v1::EditBatch& batch) {
+  constexpr int kQuickDragPoints = 64;
+  return std::ranges::any_of(batch.edits(), [](const v1::Edit& edit) {
+    return edit.has_insert_knot() || edit.has_reset() || edit.has_undo() || edit.has_redo() ||
+           edit.drag_points().points_size() > kQuickDragPoints;
+  });
+}
+
 v1::EditResult ToProto(const EditSummary& summary) {
   v1::EditResult result;
   result.set_sequence(summary.sequence);

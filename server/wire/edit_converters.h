@@ -25,6 +25,10 @@ namespace latticed {
 // editor's sequence.
 [[nodiscard]] EditBatch BatchFromProto(const v1::EditBatch& batch, const PolygonMesh& mesh);
 
+// Whether applying the batch may take more than a millisecond: it drags many points, or it may change the
+// structure, and a plan must be made.
+[[nodiscard]] bool MayTakeLong(const v1::EditBatch& batch);
+
 // Sets all fields but the timings.
 [[nodiscard]] v1::EditResult ToProto(const EditSummary& summary);
 

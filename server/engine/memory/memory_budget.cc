@@ -11,28 +11,31 @@
 
 namespace latticed {
 
-MemoryReservation::MemoryReservation(std::shared_ptr<MemoryBudget> budget, uint64_t bytes)
-    : budget_(std::move(budget)), bytes_(bytes) {}
+MemoryReservation::MemoryReservation(std::shared_ptr<MemoryBudget> budget, MemoryAccountPtr account)
+    : budget_(std::move(budget)), account_(std::move(account)) {}
 
 MemoryReservation::MemoryReservation(MemoryReservation&& other) noexcept
-    : budget_(std::exchange(other.budget_, nullptr)), bytes_(std::exchange(other.bytes_, 0)) {}
+    : budget_(std::exchange(other.budget_, nullptr)),
+      account_(std::exchange(other.account_, nullptr)),
+      bytes_(std::exchange(other.bytes_, 0)) {}
 
 MemoryReservation& MemoryReservation::operator=(MemoryReservation&& other) noexcept {
   if (this == &other) return *this;
   Release();
   budget_ = std::exchange(other.budget_, nullptr);
+  account_ = std::exchange(other.account_, nullptr);
   bytes_ = std::exchange(other.bytes_, 0);
   return *this;
 }
 
 absl::Status MemoryReservation::Resize(std::string_view what, uint64_t bytes) {
   if (budget_ == nullptr) return TryResize(what, bytes);
-  return budget_->Admit([&] { return TryResize(what, bytes); });
+  return budget_->Admit([&] { return TryResize(what, bytes); }, account_);
 }
 
 absl::Status MemoryReservation::TryResize(std::string_view what, uint64_t bytes) {
   if (budget_ != nullptr) {
-    LATTICED_RETURN_IF_ERROR(budget_->Exchange(what, bytes_, bytes));
+    LATTICED_RETURN_IF_ERROR(budget_->Exchange(what, account_.get(), bytes_, bytes));
   }
   bytes_ = bytes;
   return absl::OkStatus();
@@ -41,6 +44,7 @@ absl::Status MemoryReservation::TryResize(std::string_view what, uint64_t bytes)
 void MemoryReservation::Release() {
   TryResize("", 0).IgnoreError();  // a smaller reservation is always granted
   budget_.reset();
+  account_.reset();
 }
 
 void MemoryBudget::SetEvictor(Evictor evictor) {
@@ -48,8 +52,9 @@ void MemoryBudget::SetEvictor(Evictor evictor) {
   evictor_ = std::move(evictor);
 }
 
-absl::StatusOr<MemoryReservation> MemoryBudget::Reserve(std::string_view what, uint64_t bytes) {
-  MemoryReservation reservation(shared_from_this(), 0);
+absl::StatusOr<MemoryReservation> MemoryBudget::Reserve(std::string_view what, uint64_t bytes,
+                                                        MemoryAccountPtr account) {
+  MemoryReservation reservation(shared_from_this(), std::move(account));
   LATTICED_RETURN_IF_ERROR(reservation.Resize(what, bytes));
   return reservation;
 }
@@ -58,19 +63,23 @@ absl::Status MemoryBudget::KeepAtLeast(std::string_view what, uint64_t bytes) {
   return Admit([&]() -> absl::Status {
     const MutexLock lock(&mutex_);
     if (bytes <= kept_) return absl::OkStatus();
-    LATTICED_RETURN_IF_ERROR(ExchangeLocked(what, kept_, bytes));
+    LATTICED_RETURN_IF_ERROR(ExchangeLocked(what, nullptr, kept_, bytes));
     kept_ = bytes;
     return absl::OkStatus();
   });
 }
 
-std::optional<MemoryShortage> MemoryBudget::ShortageOf(const absl::Status& status) {
+std::optional<MemoryShortage> MemoryBudget::ShortageOf(const absl::Status& status,
+                                                       const MemoryAccountPtr& account) {
   if (!absl::IsResourceExhausted(status)) return std::nullopt;
   const error::Details details = error::DetailsOf(status);
   if (details.reason != "OUT_OF_MEMORY") return std::nullopt;
+  const bool of_share = details.metadata.contains(error::kShareKey);
+  if (of_share && account == nullptr) return std::nullopt;  // whoever reserved has evicted already
   MemoryShortage shortage{
       .bytes = details.asked_bytes - std::min(details.asked_bytes, details.free_bytes),
-      .device = std::nullopt};
+      .device = std::nullopt,
+      .account = of_share ? account : nullptr};
   const auto device = details.metadata.find(error::kDeviceKey);
   int number = 0;
   if (device != details.metadata.end() && absl::SimpleAtoi(device->second, &number)) {
@@ -88,15 +97,23 @@ bool MemoryBudget::Evict(const MemoryShortage& shortage) {
   return evictor != nullptr && evictor(shortage);
 }
 
-absl::Status MemoryBudget::Exchange(std::string_view what, uint64_t before, uint64_t after) {
+absl::Status MemoryBudget::Exchange(std::string_view what, MemoryAccount* account, uint64_t before,
+                                    uint64_t after) {
   const MutexLock lock(&mutex_);
-  return ExchangeLocked(what, before, after);
+  return ExchangeLocked(what, account, before, after);
 }
 
-absl::Status MemoryBudget::ExchangeLocked(std::string_view what, uint64_t before, uint64_t after) {
+absl::Status MemoryBudget::ExchangeLocked(std::string_view what, MemoryAccount* account,
+                                          uint64_t before, uint64_t after) {
   const uint64_t others = used_ - before;
   const uint64_t free = total_ - std::min(total_, others);
   if (after > before && after > free) return error::OutOfMemory(what, after, free);
+  if (account != nullptr) {
+    const uint64_t rest = account->used_ - before;
+    const uint64_t share = account->most_ - std::min(account->most_, rest);
+    if (after > before && after > share) return error::OutOfShare(what, after, share);
+    account->used_ = rest + after;
+  }
   used_ = others + after;
   return absl::OkStatus();
 }

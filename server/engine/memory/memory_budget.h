@@ -6,6 +6,8 @@
 //   Reserve(what, bytes) -> fits: a reservation, which gives the bytes back when it is destroyed
 //                           does not fit: evict what can be made again, once enough can be freed,
 //                           and reserve; else kResourceExhausted with asked and free bytes
+//                           an account (memory_account.h) has its share used up: the same, but only what
+//                           is charged to it is evicted
 //   Admit(call)          the same for a call that a device may refuse for its own memory
 //
 // --memory is the limit of one budget: uploads, meshes, scenes, views, streams and exports ask it
@@ -27,6 +29,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "core/base/mutex.h"
+#include "server/engine/memory/memory_account.h"
 
 namespace latticed {
 
@@ -36,6 +39,7 @@ class MemoryBudget;
 struct MemoryShortage {
   uint64_t bytes = 0;         // missing bytes; 0: not known
   std::optional<int> device;  // the device that lacks them; nullopt: the host
+  MemoryAccountPtr account;   // whose share lacks them; null: the budget's limit
 };
 
 // Reserved bytes of a budget, which it keeps alive; or empty.
@@ -53,12 +57,14 @@ class MemoryReservation {
   [[nodiscard]] absl::Status TryResize(std::string_view what, uint64_t bytes);
   void Release();
   uint64_t bytes() const { return bytes_; }
+  const MemoryAccountPtr& account() const { return account_; }
 
  private:
   friend class MemoryBudget;
-  MemoryReservation(std::shared_ptr<MemoryBudget> budget, uint64_t bytes);
+  MemoryReservation(std::shared_ptr<MemoryBudget> budget, MemoryAccountPtr account);
 
   std::shared_ptr<MemoryBudget> budget_;
+  MemoryAccountPtr account_;  // may be null
   uint64_t bytes_ = 0;
 };
 
@@ -73,7 +79,8 @@ class MemoryBudget : public std::enable_shared_from_this<MemoryBudget> {
   // destroyed.
   void SetEvictor(Evictor evictor) ABSL_LOCKS_EXCLUDED(mutex_);
 
-  [[nodiscard]] absl::StatusOr<MemoryReservation> Reserve(std::string_view what, uint64_t bytes)
+  [[nodiscard]] absl::StatusOr<MemoryReservation> Reserve(std::string_view what, uint64_t bytes,
+                                                          MemoryAccountPtr account = nullptr)
       ABSL_LOCKS_EXCLUDED(mutex_);
   // Reserves working memory that all share and nobody gives back. Of all calls, the one that asks for the
   // most counts.
@@ -81,11 +88,12 @@ class MemoryBudget : public std::enable_shared_from_this<MemoryBudget> {
       ABSL_LOCKS_EXCLUDED(mutex_);
   // Runs `call`, which returns a Status or StatusOr. Runs it again while it is refused with
   // OUT_OF_MEMORY and something was evicted.
+  // `account` is the one that the call's reservations name.
   template <typename Call>
-  auto Admit(Call call) -> decltype(call()) {
+  auto Admit(Call call, const MemoryAccountPtr& account = nullptr) -> decltype(call()) {
     while (true) {
       auto answer = call();
-      const std::optional<MemoryShortage> shortage = ShortageOf(StatusOf(answer));
+      const std::optional<MemoryShortage> shortage = ShortageOf(StatusOf(answer), account);
       if (!shortage.has_value() || !Evict(*shortage)) return answer;
     }
   }
@@ -101,12 +109,14 @@ class MemoryBudget : public std::enable_shared_from_this<MemoryBudget> {
   static absl::Status StatusOf(const absl::StatusOr<T>& answer) {
     return answer.status();
   }
-  [[nodiscard]] static std::optional<MemoryShortage> ShortageOf(const absl::Status& status);
+  [[nodiscard]] static std::optional<MemoryShortage> ShortageOf(const absl::Status& status,
+                                                                const MemoryAccountPtr& account);
   bool Evict(const MemoryShortage& shortage) ABSL_LOCKS_EXCLUDED(mutex_);
   // Gives back `before` and takes `after` at once.
-  [[nodiscard]] absl::Status Exchange(std::string_view what, uint64_t before, uint64_t after)
-      ABSL_LOCKS_EXCLUDED(mutex_);
-  [[nodiscard]] absl::Status ExchangeLocked(std::string_view what, uint64_t before, uint64_t after)
+  [[nodiscard]] absl::Status Exchange(std::string_view what, MemoryAccount* account,
+                                      uint64_t before, uint64_t after) ABSL_LOCKS_EXCLUDED(mutex_);
+  [[nodiscard]] absl::Status ExchangeLocked(std::string_view what, MemoryAccount* account,
+                                            uint64_t before, uint64_t after)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const uint64_t total_;

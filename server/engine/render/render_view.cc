@@ -118,7 +118,8 @@ absl::Status RenderView::PrepareVertices(const RenderInput& input) {
   MemoryBudget& memory = backend_->memory();
   LATTICED_ASSIGN_OR_RETURN(
       auto reservation,
-      memory.Reserve("the view", traits_.host_bytes + SnapshotBytes(*input.state->plan, key())));
+      memory.Reserve("the view", traits_.host_bytes + SnapshotBytes(*input.state->plan, key()),
+                     account_));
   if (IsDraco(key().encoding)) {
     LATTICED_RETURN_IF_ERROR(memory.KeepAtLeast("the view's encoder", traits_.encoder_bytes));
   }
@@ -201,6 +202,11 @@ uint64_t RenderView::EvictableBytes() const {
   const MemoryUse use = memory();
   const MutexLock lock(&mutex_);
   return DeviceBytes(use) + std::max(HostBytes(use), reservation_.bytes());
+}
+
+uint64_t RenderView::BytesChargedTo(const MemoryAccount& account) const {
+  const MutexLock lock(&mutex_);
+  return reservation_.account().get() == &account ? reservation_.bytes() : 0;
 }
 
 }  // namespace latticed

@@ -62,8 +62,9 @@ class RenderView {
  public:
   enum class Stage { kIdle, kEvaluating, kEncoding, kPublished, kFailed };
 
-  RenderView(const ViewKey& key, RenderBackend* backend, absl::Time now)
-      : backend_(backend), board_(key, now) {}
+  // `account`, which may be null, is charged for the view's memory.
+  RenderView(const ViewKey& key, RenderBackend* backend, MemoryAccountPtr account, absl::Time now)
+      : backend_(backend), account_(std::move(account)), board_(key, now) {}
 
   SnapshotBoard& board() { return board_; }
   const ViewKey& key() const { return board_.key(); }
@@ -86,6 +87,9 @@ class RenderView {
   [[nodiscard]] MemoryUse memory() const ABSL_LOCKS_EXCLUDED(mutex_);
   // The bytes that destroying this view would free, on the host and on devices.
   [[nodiscard]] uint64_t EvictableBytes() const ABSL_LOCKS_EXCLUDED(mutex_);
+  // Of these, the bytes that the account would get back.
+  [[nodiscard]] uint64_t BytesChargedTo(const MemoryAccount& account) const
+      ABSL_LOCKS_EXCLUDED(mutex_);
 
  private:
   uint64_t PointsOf(size_t chunks) const;
@@ -101,6 +105,7 @@ class RenderView {
   void NoteMemory() ABSL_LOCKS_EXCLUDED(mutex_);
 
   RenderBackend* const backend_;
+  const MemoryAccountPtr account_;
   SnapshotBoard board_;
 
   // Used by the running turn.

@@ -3,6 +3,8 @@
 #ifndef LATTICED_SERVER_ENGINE_SCENE_SCENE_LISTENER_H_
 #define LATTICED_SERVER_ENGINE_SCENE_SCENE_LISTENER_H_
 
+#include "server/engine/memory/memory_account.h"
+
 namespace latticed {
 
 // Is notified that a scene has something new, or that it was deleted. Called with no lock of the scene
@@ -11,6 +13,8 @@ class SceneListener {
  public:
   virtual ~SceneListener() = default;
   virtual void OnSceneChanged() = 0;
+  // Whose listener it is; null: nobody counts them.
+  virtual const MemoryAccount* account() const { return nullptr; }
 };
 
 }  // namespace latticed

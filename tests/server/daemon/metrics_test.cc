@@ -157,21 +157,27 @@ TEST_F(MetricsTest, CallsAreCountedByRpcAndCode) {
 }
 
 TEST_F(EmptyServerMetricsTest, WhatTheBudgetRefusesIsCounted) {
+  ServerTest::StartServer({.memory_bytes = 1'000'000});
   v1::BeginUploadRequest request;
   request.mutable_header()->set_format(v1::MESH_FORMAT_OBJ);
-  request.mutable_header()->set_total_bytes(Info().limits().max_mesh_bytes());
-  uint64_t refused = 0;
-  for (int i = 0; i < 6; ++i) {  // 1 GiB each, of 4 GiB
-    if (!Call(&Meshes::BeginUpload, request).ok()) ++refused;
+  request.mutable_header()->set_total_bytes(1'000'000);
+  v1::BeginUploadResponse upload;
+  ASSERT_OK(Call(&Meshes::BeginUpload, request, &upload));
+  v1::AppendUploadRequest append;
+  append.set_upload_id(upload.upload_id());
+  append.set_data(std::string(50'000, 'v'));
+  ASSERT_OK(Call(&Meshes::AppendUpload, append));
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_THAT(Call(&Meshes::BeginUpload, request),
+                StatusIs(absl::StatusCode::kResourceExhausted));
   }
 
   const Scrape scrape(*server_);
 
-  EXPECT_EQ(refused, 2u);
   EXPECT_EQ(scrape[R"(latticed_refusals_total{reason="OUT_OF_MEMORY"})"], 2);
-  EXPECT_EQ(scrape["latticed_uploads"], 4);
-  EXPECT_EQ(scrape["latticed_host_memory_reserved_bytes"],
-            scrape["latticed_host_memory_budget_bytes"]);
+  EXPECT_EQ(scrape["latticed_uploads"], 1);
+  EXPECT_EQ(scrape["latticed_host_memory_reserved_bytes"], 50'000);
+  EXPECT_EQ(scrape["latticed_host_memory_budget_bytes"], 1'000'000);
 }
 
 TEST_F(MetricsTest, WordsOfClientsAreInNoLabel) {

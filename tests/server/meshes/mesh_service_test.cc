@@ -121,8 +121,8 @@ TEST_F(MeshServiceTest, PartAbove768KiBIsRefused) {
   EXPECT_EQ(Reason(status), "OUT_OF_RANGE");
 }
 
-TEST_F(MeshServiceTest, BudgetIsReservedByHeadersAndGivenBack) {
-  // Four open uploads of 16 MiB fill the budget of 64 MiB.
+TEST_F(MeshServiceTest, BudgetIsReservedAsBytesComeAndGivenBack) {
+  // Four open uploads of 16 MiB, less a byte each, fill the budget of 64 MiB.
   v1::MeshHeader header = ObjHeader("");
   header.set_total_bytes(16u << 20);
   std::vector<std::unique_ptr<grpc::ClientContext>> contexts;
@@ -136,6 +136,14 @@ TEST_F(MeshServiceTest, BudgetIsReservedByHeadersAndGivenBack) {
     writers.back()->Write(request);
     writers.back()->WaitForInitialMetadata();  // the header is admitted
   }
+  for (auto& writer : writers) {
+    v1::UploadMeshRequest part;
+    for (size_t left = (16u << 20) - 1; left > 0; left -= part.data().size()) {
+      part.set_data(std::string(std::min(left, size_t{768} << 10), '\n'));
+      ASSERT_TRUE(writer->Write(part));
+    }
+  }
+  ASSERT_TRUE(Becomes(2'000, [&] { return Info().reserved_host_bytes() == (64u << 20) - 4; }));
   const std::string obj = CubeObj();
   ExpectRefused(Upload(ObjHeader(obj), obj), absl::StatusCode::kResourceExhausted, "OUT_OF_MEMORY");
 

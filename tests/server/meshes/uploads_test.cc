@@ -97,13 +97,21 @@ TEST_F(ResumableUploadTest, UnknownUploadIsNotFound) {
   EXPECT_EQ(Reason(Finish("none")), "NOT_FOUND");
 }
 
+// A caller without a share of his own.
+const CallerAccount& Anyone() {
+  static const CallerAccount anyone(1, {});
+  return anyone;
+}
+
 TEST(UploadStoreTest, IdleUploadsExpireAndGiveTheirBytesBack) {
   absl::Time now = absl::UnixEpoch();
   const auto memory = std::make_shared<MemoryBudget>(1'000);
   UploadStore uploads(memory, [&now] { return now; });
   const UploadHeader header{.total_bytes = 900};
-  auto upload = uploads.Admit(header);
+  auto upload = uploads.Admit(header, Anyone());
   ASSERT_OK(upload);
+  EXPECT_EQ(memory->used_bytes(), 0u) << "only announced";
+  ASSERT_OK((*upload)->Append(std::string(900, 'x')));
   const std::string id = uploads.Keep(*std::move(upload));
   upload = absl::UnknownError("moved away");
 
@@ -112,7 +120,7 @@ TEST(UploadStoreTest, IdleUploadsExpireAndGiveTheirBytesBack) {
   now += absl::Minutes(59);
   EXPECT_OK(uploads.Find(id));
   EXPECT_EQ(memory->used_bytes(), 900u);
-  EXPECT_THAT(uploads.Admit(header), StatusIs(absl::StatusCode::kResourceExhausted));
+  EXPECT_THAT(uploads.Admit(header, Anyone()), StatusIs(absl::StatusCode::kResourceExhausted));
   now += absl::Minutes(60);
 
   EXPECT_THAT(uploads.Find(id), StatusIs(absl::StatusCode::kNotFound));
@@ -125,16 +133,16 @@ TEST(UploadStoreTest, UploadsAtATimeAreLimited) {
   const UploadHeader header{.total_bytes = 1};
   std::vector<std::shared_ptr<Upload>> held;
   for (int i = 0; i < 64; ++i) {
-    auto upload = uploads.Admit(header);
+    auto upload = uploads.Admit(header, Anyone());
     ASSERT_OK(upload);
     held.push_back(*std::move(upload));
   }
 
-  const auto refused = uploads.Admit(header);
+  const auto refused = uploads.Admit(header, Anyone());
   EXPECT_THAT(refused, StatusIs(absl::StatusCode::kResourceExhausted));
   EXPECT_EQ(error::DetailsOf(refused.status()).reason, "LIMIT_EXCEEDED");
   held.pop_back();
-  EXPECT_OK(uploads.Admit(header));
+  EXPECT_OK(uploads.Admit(header, Anyone()));
 }
 
 TEST(UploadStoreTest, AStreamThatFallsSilentLosesItsPlace) {
@@ -144,7 +152,7 @@ TEST(UploadStoreTest, AStreamThatFallsSilentLosesItsPlace) {
   const UploadHeader header{.total_bytes = 900};
   std::vector<std::shared_ptr<Upload>> streams;
   for (int i = 0; i < 64; ++i) {
-    auto upload = uploads.Admit(header);
+    auto upload = uploads.Admit(header, Anyone());
     ASSERT_OK(upload);
     streams.push_back(*std::move(upload));
   }
@@ -152,8 +160,8 @@ TEST(UploadStoreTest, AStreamThatFallsSilentLosesItsPlace) {
   EXPECT_OK(streams[0]->Append("v 0 0 0\n"));
   now += absl::Minutes(30);
 
-  EXPECT_OK(uploads.Admit(header)) << "63 places are free";
-  EXPECT_EQ(memory->used_bytes(), 900u) << "of the one that got bytes";
+  EXPECT_OK(uploads.Admit(header, Anyone())) << "63 places are free";
+  EXPECT_EQ(memory->used_bytes(), 8u) << "of the one that got bytes";
   EXPECT_OK(streams[0]->Append("v 1 0 0\n"));
   EXPECT_THAT(streams[1]->Append("v 0 0 0\n"), StatusIs(absl::StatusCode::kNotFound));
   EXPECT_THAT(streams[1]->CheckComplete(), StatusIs(absl::StatusCode::kNotFound));
@@ -163,8 +171,9 @@ TEST(UploadStoreTest, AnExpiredUploadGivesItsMemoryBackWithoutAnotherCall) {
   absl::Time now = absl::Now();
   const auto memory = std::make_shared<MemoryBudget>(1'000'000);
   UploadStore uploads(memory, [&now] { return now; });
-  auto upload = uploads.Admit({.total_bytes = CubeObj().size()});
+  auto upload = uploads.Admit({.total_bytes = CubeObj().size()}, Anyone());
   ASSERT_OK(upload);
+  ASSERT_OK((*upload)->Append(CubeObj()));
   const std::string id = uploads.Keep(*std::move(upload));
   upload = absl::CancelledError("let go");
   ASSERT_EQ(memory->used_bytes(), CubeObj().size());

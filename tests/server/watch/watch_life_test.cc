@@ -92,6 +92,27 @@ TEST_F(WatchLifeTest, DrainSaysGoawayAndEndsTheWatchOk) {
   EXPECT_EQ(watcher.log.goaways[0].retry_after().seconds(), 1);
 }
 
+// Of each edit that a client sent, an answer says whether it was applied.
+TEST_F(WatchLifeTest, EditsThatComeWhileTheServerDrainsAreAnswered) {
+  CreateScene();
+  DeformClient client(*scenes_, Watch());
+  client.ReadUpdates(1);
+  std::thread drain([this] { server_->Drain(); });
+  client.ReadUntil([&] { return !client.log.goaways.empty(); });
+
+  ASSERT_TRUE(client.Send(Move(1, 62, 0.1)));
+  ASSERT_TRUE(client.Send(Move(2, 62, 0.1)));
+  const absl::Status status = client.Finish();
+  drain.join();
+
+  EXPECT_OK(status);
+  ASSERT_EQ(client.log.results.size(), 2u);
+  for (const v1::EditResult& result : client.log.results) {
+    EXPECT_EQ(result.status().code(), int{grpc::StatusCode::UNAVAILABLE});
+    EXPECT_THAT(result.status().message(), ::testing::HasSubstr("shutting down"));
+  }
+}
+
 TEST_F(WatchLifeTest, AUnaryCallPastItsDeadlineChangesNothing) {
   CreateScene();
   grpc::ClientContext late;

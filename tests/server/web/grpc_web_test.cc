@@ -194,8 +194,8 @@ TEST_F(WebTest, BadFramesAreRefusedInTheTrailers) {
         {"compressed", compressed, 12, "compression"},
         {"flags", flags, 3, "0x40"},
         {"cut", Frame("cut off").substr(0, 8), 3, "ends in the middle of a frame"},
-        {"no message", "", 12, ""},
-        {"no protobuf", Frame("\xff\xff\xff"), 12, ""}}) {
+        {"no message", "", 3, "cannot be parsed"},
+        {"no protobuf", Frame("\xff\xff\xff"), 3, "cannot be parsed"}}) {
     GrpcWebAnswer answer = Call(kInfo, bad.body);
     EXPECT_EQ(answer.http.status, 200) << bad.name;
     EXPECT_EQ(answer.code, bad.code) << bad.name << ": " << answer.trailers["grpc-message"];

@@ -322,13 +322,23 @@ TEST_F(WebTest, ReadinessEndsWithServing) {
 
 TEST(AdminPagesTest, SayWhatTheirHooksSay) {
   web::AdminHooks hooks;
-  hooks.health = [] { return absl::UnavailableError("the device is lost"); };
+  absl::Status state;
+  uint64_t dropped = 0;
+  hooks.health = [&] { return state; };
+  hooks.dropped_log_lines = [&] { return dropped; };
   hooks.ready = [] { return false; };
   hooks.metrics = [](const ConnectionCounts& http) {
     return fmt::format("latticed_scenes 1\n{} open\n", http.open);
   };
 
-  const auto health = web::AdminAnswer(hooks, {.method = "GET", .path = "/healthz"}, {});
+  const auto healthz = [&] {
+    return web::AdminAnswer(hooks, {.method = "GET", .path = "/healthz"}, {});
+  };
+  EXPECT_EQ(healthz().body, "ok\n");
+  dropped = 3;
+  EXPECT_EQ(healthz().body, "ok; 3 lines of the log were dropped\n");
+  state = absl::UnavailableError("the device is lost");
+  const auto health = healthz();
   const auto metrics = web::AdminAnswer(hooks, {.method = "GET", .path = "/metrics"}, {.open = 7});
 
   EXPECT_EQ(health.status, 503);

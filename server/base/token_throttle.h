@@ -1,0 +1,48 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Slows down who tries tokens. After kFree wrong tokens from an address, each further one makes the address wait
+// twice as long, up to kLongest; what comes earlier is refused without a word on its token. A right token
+// always passes, so that nobody can lock out others of the same address. Time is an argument.
+//
+// Threads  safe
+#ifndef LATTICED_SERVER_BASE_TOKEN_THROTTLE_H_
+#define LATTICED_SERVER_BASE_TOKEN_THROTTLE_H_
+
+#include <cstddef>
+#include <map>
+#include <string>
+#include <string_view>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/time/time.h"
+#include "core/base/mutex.h"
+
+namespace latticed {
+
+class TokenThrottle {
+ public:
+  static constexpr int kFree = 5;
+  static constexpr absl::Duration kFirst = absl::Milliseconds(100), kLongest = absl::Minutes(1);
+  static constexpr absl::Duration kForgotten = absl::Minutes(10);  // after the last wrong token
+  static constexpr size_t kMostAddresses = 10'000;  // further ones count as one, "others"
+
+  // A wrong token came from `address`, which has no port. Returns how long the address must wait; zero: the
+  // token is answered.
+  [[nodiscard]] absl::Duration NoteWrong(std::string_view address, absl::Time now)
+      ABSL_LOCKS_EXCLUDED(mutex_);
+  // Forgets old addresses. Called once a second.
+  void Forget(absl::Time now) ABSL_LOCKS_EXCLUDED(mutex_);
+
+ private:
+  struct Entry {
+    int wrong = 0;
+    absl::Time last, open;  // when a token is looked at again
+  };
+  Mutex mutex_;
+  std::map<std::string, Entry, std::less<>> entries_ ABSL_GUARDED_BY(mutex_);
+};
+
+}  // namespace latticed
+
+#endif  // LATTICED_SERVER_BASE_TOKEN_THROTTLE_H_
