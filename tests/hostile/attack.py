@@ -1,0 +1,99 @@
+# SPDX-FileCopyrightText: The latticed authors
+# SPDX-License-Identifier: Apache-2.0
+"""What an attack is, and how it reaches its target. Attacks run in processes of their own."""
+import time
+from dataclasses import dataclass, field
+
+from http2 import Connection, message
+from server import MALLORY
+
+CODES = "OK CANCELLED UNKNOWN INVALID_ARGUMENT DEADLINE_EXCEEDED NOT_FOUND ALREADY_EXISTS PERMISSION_DENIED".split()
+CODES += (
+    "RESOURCE_EXHAUSTED FAILED_PRECONDITION ABORTED OUT_OF_RANGE UNIMPLEMENTED INTERNAL UNAVAILABLE".split()
+)
+CODES += "DATA_LOSS UNAUTHENTICATED".split()
+CLOSED = (ConnectionError, OSError)
+SOURCE = "127.0.1.1"  # an address of the attackers' own
+
+every_attack = []
+
+
+@dataclass
+class Target:
+    """Where an attack goes. `port` is the proxy's if there is a `ca`."""
+
+    port: int
+    http: int
+    admin: int
+    pid: int
+    ca: str
+    scene: str  # of the honest client
+    seconds: float
+    is_proxied: bool = False
+    token: str = MALLORY
+
+    def connect(self, source=SOURCE, token=None, **options):
+        return Connection(self.port, self.ca, source, token=token or self.token, **options)
+
+    def connect_without_token(self, source=SOURCE, **options):
+        return Connection(self.port, self.ca, source, **options)
+
+    def until_end(self):
+        """Yields until the time of the attack is over."""
+        end = time.monotonic() + self.seconds
+        while time.monotonic() < end:
+            yield
+
+
+@dataclass
+class Seen:
+    """What the attacker saw: counts by word, and what should not have been."""
+
+    counts: dict = field(default_factory=dict)
+    wrong: list = field(default_factory=list)
+
+    def count(self, word, more=1):
+        self.counts[word] = self.counts.get(word, 0) + more
+
+    def count_status(self, status):
+        self.count(CODES[status] if status is not None else "no status")
+
+    def expect(self, condition, what):
+        if not condition and what not in self.wrong:
+            self.wrong.append(what)
+
+    def __str__(self):
+        return ", ".join(f"{number:,} {word}" for word, number in self.counts.items())
+
+
+@dataclass
+class Attack:
+    run: object  # function(Target, Seen)
+    row: str  # of the table of attacks
+    seconds: float
+    quick_s: float  # in CI's set; 0: not in it
+    options: tuple  # of the server
+    only: str  # "direct", "proxied" or "" for both
+    unbounded: tuple  # ways in which figures are told, without a limit
+
+    @property
+    def name(self):
+        return self.run.__name__.replace("_", " ")
+
+
+def attack(row, seconds=6.0, quick_s=0.0, options=(), only="", unbounded=()):
+    """Makes a function an attack of that row."""
+
+    def register(run):
+        every_attack.append(Attack(run, row, seconds, quick_s, tuple(options), only, tuple(unbounded)))
+        return run
+
+    return register
+
+
+def ask(connection, method, request=None):
+    """Makes a whole call with a protobuf message. Returns its status and its answer's bytes."""
+    stream = connection.begin(method)
+    connection.send_data(stream, message(request.SerializeToString() if request else b""))
+    status = connection.ending(stream, 30)
+    return status, connection.data.pop(stream, b"")[5:]

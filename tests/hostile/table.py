@@ -1,0 +1,114 @@
+# SPDX-FileCopyrightText: The latticed authors
+# SPDX-License-Identifier: Apache-2.0
+"""The row of an attack: its figures, the limits that it must keep, and how it is written down."""
+from dataclasses import dataclass, field
+
+from attack import Seen
+from honest import Window
+from server import Figures
+
+MOST_OF_MEMORY = 1.5  # memory above rest, by --memory
+MOST_OF_P95 = 2.0  # p95 during the attack, by p95 at rest
+NOISE_MS = 5.0  # a p95 below twice this is not judged: two shared cores cannot tell it from rest
+NEWCOMER_MS = 2000  # the longest that a newcomer may take
+HEALTH_S = 1.0
+REST_MB = 72  # freed memory below 64 MiB may stay, and a few tables
+REST_DESCRIPTORS = 4  # a newcomer may be connected when we look
+MORE_THREADS = 24  # gRPC starts threads up to its limit of 40; at rest it has some of them
+
+
+@dataclass
+class Row:
+    number: str
+    name: str
+    way: str
+    is_bounded: bool = True
+    rest: Figures = None
+    at_rest: Window = None
+    highest: object = None  # server.Watch
+    during: Window = None
+    after: Figures = None
+    at_end: Window = None
+    rest_s: float = 0
+    seen: Seen = field(default_factory=Seen)
+    wrong: list = field(default_factory=list)
+
+    def is_at_rest(self, now):
+        return (
+            now.memory_mb <= self.rest.memory_mb + REST_MB
+            and now.threads <= self.rest.threads + MORE_THREADS
+            and now.descriptors <= self.rest.descriptors + REST_DESCRIPTORS
+        )
+
+    def judge(self, memory_mb, has_ended):
+        """Notes which limits were exceeded."""
+        self.wrong = list(self.seen.wrong)
+        if has_ended:
+            self.wrong.append("the server has ended")
+            return
+        more_mb = self.highest.memory_mb - self.rest.memory_mb
+        self.limit("memory", more_mb, MOST_OF_MEMORY * memory_mb, "MB above rest")
+        self.limit("threads", self.highest.threads, self.rest.threads + MORE_THREADS, "")
+        if self.is_bounded:
+            for kind in ("call", "update"):
+                most = MOST_OF_P95 * max(self.at_rest.p95(kind), NOISE_MS)
+                self.limit(f"p95 of {kind}s", self.during.p95(kind), most, "ms")
+                self.limit(f"p95 of {kind}s after it", self.at_end.p95(kind), most, "ms")
+            self.limit("newcomers", self.during.slowest("newcomer"), NEWCOMER_MS, "ms")
+            self.limit("/healthz", self.highest.slowest_health_s, HEALTH_S, "s")
+            for failure in dict.fromkeys([*self.during.failures, *self.at_end.failures]):
+                self.wrong.append(f"honest {failure}")
+        if self.highest.bad_health:
+            self.wrong.append(f"/healthz said {self.highest.bad_health[0]}")
+        if not self.is_at_rest(self.after):
+            self.wrong.append("not back at rest")
+
+    def limit(self, what, value, most, unit):
+        if value > most:
+            self.wrong.append(f"{what}: {value:,.0f} {unit}".rstrip() + f", allowed {most:,.0f}")
+
+    def cells(self):
+        p95 = [
+            " → ".join(f"{window.p95(kind):.1f}" for window in (self.at_rest, self.during, self.at_end))
+            for kind in ("call", "update")
+        ]
+        return [
+            self.number,
+            self.name,
+            self.way,
+            f"{self.rest.memory_mb:.0f} → {self.highest.memory_mb:.0f} → {self.after.memory_mb:.0f}",
+            f"{self.rest.threads} → {self.highest.threads} → {self.after.threads}",
+            f"{self.rest.descriptors} → {self.highest.descriptors} → {self.after.descriptors}",
+            *p95,
+            f"{self.during.slowest('newcomer'):.0f}",
+            f"{self.highest.slowest_health_s * 1000:.0f}",
+            str(self.seen),
+            "; ".join(self.wrong[:4]) or ("yes" if self.is_bounded else "no limit"),
+        ]
+
+    def line(self):
+        return "  " + "\n  ".join(f"{name:12} {cell}" for name, cell in zip(COLUMNS, self.cells()))
+
+
+COLUMNS = [
+    "row",
+    "attack",
+    "way",
+    "memory, MB",
+    "threads",
+    "descriptors",
+    "call, ms",
+    "update, ms",
+    "newcomer, ms",
+    "/healthz, ms",
+    "the attacker saw",
+    "held off",
+]
+
+
+def write(path, rows):
+    """Replaces what follows the heading `## Measured`."""
+    text = path.read_text().split("\n## Measured")[0]
+    lines = ["", "## Measured", "", "| " + " | ".join(COLUMNS) + " |", "|" + "---|" * len(COLUMNS)]
+    lines += ["| " + " | ".join(row.cells()) + " |" for row in rows]
+    path.write_text(text + "\n".join(lines) + "\n")
