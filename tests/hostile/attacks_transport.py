@@ -6,7 +6,7 @@ import time
 import zlib
 
 from attack import CLOSED, attack
-from http2 import DATA, END_STREAM, PING, RST_STREAM, frame, message
+from http2 import DATA, PING, RST_STREAM, frame, message
 
 HEALTH = "/grpc.health.v1.Health/Check"
 REFLECTION = "/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo"

@@ -14,14 +14,17 @@ import tempfile
 import time
 from pathlib import Path
 
+import attacks_memory
+import attacks_shares
 import attacks_transport
+import attacks_work
 import table
 from attack import Seen, Target, every_attack
 from honest import SCENE, HonestClients
 from proxy import Proxy
 from server import MEMORY_MB, Server, Watch
 
-assert attacks_transport
+MODULES = (attacks_transport, attacks_memory, attacks_shares, attacks_work)  # they register their attacks
 REST_S = 10  # after so long everything is back
 STARTED_S = 20  # longest time from the end of an attack to the end of its process
 
@@ -74,7 +77,7 @@ def measure(one, way, quick):
 
 
 def measure_with(one, way, quick, server, proxy, honest):
-    time.sleep(0.5)  # the first calls are slower
+    time.sleep(1)  # the first calls are slower
     honest.take()
     time.sleep(2 if quick else 4)
     row = table.Row(one.row, one.name, way, is_bounded=way not in one.unbounded)

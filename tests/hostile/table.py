@@ -14,7 +14,7 @@ NEWCOMER_MS = 2000  # the longest that a newcomer may take
 HEALTH_S = 1.0
 REST_MB = 72  # freed memory below 64 MiB may stay, and a few tables
 REST_DESCRIPTORS = 4  # a newcomer may be connected when we look
-MORE_THREADS = 24  # gRPC starts threads up to its limit of 40; at rest it has some of them
+MORE_THREADS = 40  # gRPC's own, of which it has few at rest (kMaxGrpcThreads)
 
 
 @dataclass
@@ -59,7 +59,8 @@ class Row:
             for failure in dict.fromkeys([*self.during.failures, *self.at_end.failures]):
                 self.wrong.append(f"honest {failure}")
         if self.highest.bad_health:
-            self.wrong.append(f"/healthz said {self.highest.bad_health[0]}")
+            said = self.highest.bad_health
+            self.wrong.append(f"/healthz said {said[0] or 'nothing'}, {len(said)} times")
         if not self.is_at_rest(self.after):
             self.wrong.append("not back at rest")
 

@@ -1,0 +1,64 @@
+# SPDX-FileCopyrightText: The latticed authors
+# SPDX-License-Identifier: Apache-2.0
+"""Rows 3 and 8: meshes that grow while they are read, and the largest meshes that fit."""
+import meshes
+from attack import CLOSED, attack
+from calls import Refused, beside, delete, upload
+from latticed.v1 import mesh_pb2
+
+AT_ONCE = 4
+
+
+def upload_at_once(target, seen, kind, data):
+    """Uploads the file again and again from several connections. Meshes that are taken are deleted."""
+
+    def work(_):
+        connection = target.connect()
+        for _ in target.until_end():
+            try:
+                mesh = upload(connection, kind, data)
+                seen.count("meshes")
+                delete(connection, meshes=[mesh.id])
+            except Refused as error:
+                seen.count_status(error.status)
+                seen.expect(error.status in (3, 8), f"an upload ends with {error}")
+            except CLOSED:
+                seen.count("closed")
+                connection = target.connect()
+
+    beside(AT_ONCE, work)
+
+
+@attack("3", seconds=6, quick_s=2)
+def ply_strips(target, seen):
+    upload_at_once(target, seen, mesh_pb2.MESH_FORMAT_PLY, meshes.ply_strip(8_000_000))
+
+
+@attack("3", seconds=6)
+def dense_obj(target, seen):
+    upload_at_once(target, seen, mesh_pb2.MESH_FORMAT_OBJ, meshes.dense_obj(30))
+
+
+@attack("3", seconds=6, quick_s=1)
+def draco_of_zeros(target, seen):
+    """115 kB that become 572 MB."""
+    upload_at_once(target, seen, mesh_pb2.MESH_FORMAT_DRACO, meshes.draco(20_000_000, 7_700_000))
+
+
+@attack("8", seconds=6)
+def largest_meshes(target, seen):
+    """Uploads meshes until none fits any more, deletes them, and begins again."""
+    connection = target.connect()
+    number = 0
+    for _ in target.until_end():
+        ids, side = [], 900
+        while side > 100:
+            layout, data = meshes.raw_grid(side, number)
+            number += 1
+            try:
+                ids.append(upload(connection, mesh_pb2.MESH_FORMAT_RAW, data, layout).id)
+                seen.count("meshes")
+            except Refused as error:
+                seen.count_status(error.status)
+                side //= 2
+        delete(connection, meshes=ids)
