@@ -4,7 +4,7 @@
 import time
 from dataclasses import dataclass, field
 
-from http2 import Connection, message
+from http2 import Connection
 from server import MALLORY
 
 CODES = "OK CANCELLED UNKNOWN INVALID_ARGUMENT DEADLINE_EXCEEDED NOT_FOUND ALREADY_EXISTS PERMISSION_DENIED".split()
@@ -28,6 +28,8 @@ class Target:
     pid: int
     ca: str
     scene: str  # of the honest client
+    log: str  # path
+    tokens: str  # path
     seconds: float
     is_proxied: bool = False
     token: str = MALLORY
@@ -70,30 +72,25 @@ class Seen:
 class Attack:
     run: object  # function(Target, Seen)
     row: str  # of the table of attacks
-    seconds: float
-    quick_s: float  # in CI's set; 0: not in it
-    options: tuple  # of the server
-    only: str  # "direct", "proxied" or "" for both
-    unbounded: tuple  # ways in which figures are told, without a limit
+    seconds: float = 6
+    quick_s: float = 0  # in CI's set; 0: not in it
+    options: tuple = ()  # of the server
+    limits: str = ""  # a command of the shell that sets limits of the server's process
+    unread_log: bool = False  # the log is a pipe that nobody reads
+    ends_server: bool = False
+    only: str = ""  # "direct", "proxied" or "" for both
+    unbounded: tuple = ()  # ways in which figures are told, without a limit
 
     @property
     def name(self):
         return self.run.__name__.replace("_", " ")
 
 
-def attack(row, seconds=6.0, quick_s=0.0, options=(), only="", unbounded=()):
+def attack(row, **settings):
     """Makes a function an attack of that row."""
 
     def register(run):
-        every_attack.append(Attack(run, row, seconds, quick_s, tuple(options), only, tuple(unbounded)))
+        every_attack.append(Attack(run, row, **settings))
         return run
 
     return register
-
-
-def ask(connection, method, request=None):
-    """Makes a whole call with a protobuf message. Returns its status and its answer's bytes."""
-    stream = connection.begin(method)
-    connection.send_data(stream, message(request.SerializeToString() if request else b""))
-    status = connection.ending(stream, 30)
-    return status, connection.data.pop(stream, b"")[5:]

@@ -117,6 +117,17 @@ def rapid_resets(target, seen):
             time.sleep(0.02)
 
 
+@attack("resets", seconds=40, quick_s=2, options=["--reflection"])
+def streams_that_close_at_once(target, seen):
+    """Opens 960 streams, closes them all, and waits: are honest calls answered just after?"""
+    for _ in target.until_end():
+        connections = open_streams(target, STREAMS)
+        for connection in connections:
+            connection.close()
+        seen.count("rounds")
+        time.sleep(1.5)
+
+
 @attack("4e", seconds=12)
 def idle_connections(target, seen):
     """450 connections: a third say nothing, a third only the preface, a third that and their settings."""

@@ -14,9 +14,11 @@ import tempfile
 import time
 from pathlib import Path
 
+import attacks_ends
 import attacks_memory
 import attacks_shares
 import attacks_transport
+import attacks_wire
 import attacks_work
 import table
 from attack import Seen, Target, every_attack
@@ -24,7 +26,8 @@ from honest import SCENE, HonestClients
 from proxy import Proxy
 from server import MEMORY_MB, Server, Watch
 
-MODULES = (attacks_transport, attacks_memory, attacks_shares, attacks_work)  # they register their attacks
+# They register their attacks.
+MODULES = (attacks_transport, attacks_memory, attacks_shares, attacks_work, attacks_ends, attacks_wire)
 REST_S = 10  # after so long everything is back
 STARTED_S = 20  # longest time from the end of an attack to the end of its process
 
@@ -63,7 +66,7 @@ def measure(one, way, quick):
     """Attacks a fresh server. Returns the row."""
     with tempfile.TemporaryDirectory(prefix="latticed-hostile-") as folder:
         work = Path(folder)
-        with Server(work, *one.options) as server:
+        with Server(work, *one.options, limits=one.limits, unread_log=one.unread_log) as server:
             proxy = Proxy(work, server) if way == "proxied" else None
             honest = HonestClients(
                 f"[::1]:{proxy.port}" if proxy else f"127.0.0.1:{server.port}", proxy and proxy.ca
@@ -89,22 +92,32 @@ def measure_with(one, way, quick, server, proxy, honest):
         pid=server.pid,
         ca=proxy.ca if proxy else None,
         scene=SCENE,
+        log=server.log_path,
+        tokens=str(server.tokens),
         seconds=one.quick_s if quick else one.seconds,
         is_proxied=proxy is not None,
     )
     watch = Watch(server)
     row.seen = run_beside(one, target)
     row.highest, row.during = watch.end(), honest.take()
+    if not one.ends_server:
+        come_to_rest(row, server, honest, 1.5 if quick else 3)
+    row.judge(MEMORY_MB, server.has_ended(), one.ends_server)
+    code = server.stop()
+    if code != 0:
+        row.wrong.append(f"the process ended with {code}")
+    return row
+
+
+def come_to_rest(row, server, honest, seconds):
     ended = time.monotonic()
     time.sleep(1)
     while time.monotonic() < ended + REST_S and not row.is_at_rest(server.figures()):
         time.sleep(0.25)
     row.rest_s = time.monotonic() - ended
     honest.take()
-    time.sleep(1.5 if quick else 3)
+    time.sleep(seconds)
     row.after, row.at_end = server.figures(), honest.take()
-    row.judge(MEMORY_MB, server.has_ended())
-    return row
 
 
 def main():

@@ -51,7 +51,7 @@ class Figures:
 class Server:
     """Starts a server on free ports. `more` are further options. At the end of a with block it is stopped."""
 
-    def __init__(self, work, *more, memory_mb=MEMORY_MB, limits="", log=None):
+    def __init__(self, work, *more, memory_mb=MEMORY_MB, limits="", unread_log=False):
         self.tokens = Path(work) / "tokens.txt"
         self.tokens.write_text(token_line(ALICE, "alice") + token_line(MALLORY, "mallory"))
         self._log = tempfile.NamedTemporaryFile(
@@ -61,16 +61,20 @@ class Server:
         for port in ("listen", "http", "admin"):
             options += [f"--{port}", "127.0.0.1:0"]
         options += ["--drain-delay", "0s", *known(more)]
-        output = self._log.fileno() if log is None else log
+        self._unread = os.pipe() if unread_log else ()
+        output = self._unread[1] if unread_log else self._log.fileno()
         command = ["sh", "-c", f'{limits}\nexec "$0" "$@"', str(PROGRAM), *options]
         self.process = subprocess.Popen(command, stdout=output, stderr=output)
         self.pid = self.process.pid
-        if log is None:
-            self.find_ports()
+        self.log_path = self._log.name
+        self.find_ports()
 
     def find_ports(self):
         deadline = time.monotonic() + START_S
         while time.monotonic() < deadline and self.process.poll() is None:
+            if self._unread:  # read until it serves, and never again
+                with open(self.log_path, "ab") as file:
+                    file.write(os.read(self._unread[0], 4096))
             found = re.search(r"serving address=\S+:(\d+) .*http=\S+:(\d+) admin=\S+:(\d+)", self.log)
             if found:
                 self.port, self.http, self.admin = map(int, found.groups())
@@ -81,7 +85,7 @@ class Server:
 
     @property
     def log(self):
-        return Path(self._log.name).read_text(errors="replace")
+        return Path(self.log_path).read_text(errors="replace")
 
     def figures(self):
         try:
@@ -131,6 +135,9 @@ class Server:
             self.process.send_signal(signal.SIGKILL)
             self.process.wait()
         self._log.close()
+        for end in self._unread:
+            os.close(end)
+        self._unread = ()
         return self.process.returncode
 
     def __enter__(self):

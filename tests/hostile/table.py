@@ -10,11 +10,13 @@ from server import Figures
 MOST_OF_MEMORY = 1.5  # memory above rest, by --memory
 MOST_OF_P95 = 2.0  # p95 during the attack, by p95 at rest
 NOISE_MS = 5.0  # a p95 below twice this is not judged: two shared cores cannot tell it from rest
+GAP_MS = 1000  # the longest time without any answer to an honest call
 NEWCOMER_MS = 2000  # the longest that a newcomer may take
 HEALTH_S = 1.0
 REST_MB = 72  # freed memory below 64 MiB may stay, and a few tables
 REST_DESCRIPTORS = 4  # a newcomer may be connected when we look
-MORE_THREADS = 40  # gRPC's own, of which it has few at rest (kMaxGrpcThreads)
+MORE_THREADS = 44  # gRPC starts up to 40 of its own (kMaxGrpcThreads), and few of them live at rest
+REST_THREADS = 8
 
 
 @dataclass
@@ -27,8 +29,8 @@ class Row:
     at_rest: Window = None
     highest: object = None  # server.Watch
     during: Window = None
-    after: Figures = None
-    at_end: Window = None
+    after: Figures = field(default_factory=lambda: Figures(0, 0, 0))
+    at_end: Window = field(default_factory=Window)
     rest_s: float = 0
     seen: Seen = field(default_factory=Seen)
     wrong: list = field(default_factory=list)
@@ -36,13 +38,15 @@ class Row:
     def is_at_rest(self, now):
         return (
             now.memory_mb <= self.rest.memory_mb + REST_MB
-            and now.threads <= self.rest.threads + MORE_THREADS
+            and now.threads <= self.rest.threads + REST_THREADS
             and now.descriptors <= self.rest.descriptors + REST_DESCRIPTORS
         )
 
-    def judge(self, memory_mb, has_ended):
+    def judge(self, memory_mb, has_ended, ends_server):
         """Notes which limits were exceeded."""
         self.wrong = list(self.seen.wrong)
+        if ends_server:
+            return
         if has_ended:
             self.wrong.append("the server has ended")
             return
@@ -54,6 +58,7 @@ class Row:
                 most = MOST_OF_P95 * max(self.at_rest.p95(kind), NOISE_MS)
                 self.limit(f"p95 of {kind}s", self.during.p95(kind), most, "ms")
                 self.limit(f"p95 of {kind}s after it", self.at_end.p95(kind), most, "ms")
+            self.limit("time without an answer", self.during.gap_ms, GAP_MS, "ms")
             self.limit("newcomers", self.during.slowest("newcomer"), NEWCOMER_MS, "ms")
             self.limit("/healthz", self.highest.slowest_health_s, HEALTH_S, "s")
             for failure in dict.fromkeys([*self.during.failures, *self.at_end.failures]):
@@ -81,6 +86,7 @@ class Row:
             f"{self.rest.threads} → {self.highest.threads} → {self.after.threads}",
             f"{self.rest.descriptors} → {self.highest.descriptors} → {self.after.descriptors}",
             *p95,
+            f"{self.during.gap_ms:.0f}",
             f"{self.during.slowest('newcomer'):.0f}",
             f"{self.highest.slowest_health_s * 1000:.0f}",
             str(self.seen),
@@ -100,6 +106,7 @@ COLUMNS = [
     "descriptors",
     "call, ms",
     "update, ms",
+    "gap, ms",
     "newcomer, ms",
     "/healthz, ms",
     "the attacker saw",
