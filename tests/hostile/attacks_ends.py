@@ -12,7 +12,7 @@ from latticed.v1 import edit_pb2, event_pb2, scene_pb2
 from server import ALICE, MALLORY, token_line
 
 INFO = "ServerService/GetServerInfo"
-EDITORS, EDITS_PER_S = 36, 10
+EDITORS, EDITS_PER_S = 36, 4
 END_S = 15
 
 
@@ -32,7 +32,8 @@ class Editor:
         self.connection, self.scene, self.number = connection, scene, number
         self.sent, self.answers, self.hears_end = 0, {}, False
         self.stream = connection.begin("SceneService/Deform")
-        view = scene_pb2.WatchRequest(scene=scene, editor_id=f"editor-{number}", max_unacked_updates=0)
+        view = scene_pb2.WatchRequest(scene=scene, editor_id=f"editor-{number}", max_unacked_updates=1)
+        view.view.segments = 1  # edits and their answers matter here, not surfaces
         self.send(scene_pb2.DeformRequest(watch=view))
 
     def send(self, request):

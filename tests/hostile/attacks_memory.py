@@ -41,8 +41,8 @@ def dense_obj(target, seen):
 
 @attack("3", seconds=6, quick_s=1)
 def draco_of_zeros(target, seen):
-    """115 kB that become 572 MB."""
-    upload_at_once(target, seen, mesh_pb2.MESH_FORMAT_DRACO, meshes.draco(20_000_000, 7_700_000))
+    """117 kB that become 460 MB: attributes that the mesh does not need take memory too."""
+    upload_at_once(target, seen, mesh_pb2.MESH_FORMAT_DRACO, meshes.draco(38_000, 2))
 
 
 @attack("8", seconds=6)

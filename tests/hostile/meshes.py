@@ -34,17 +34,20 @@ def varint(value):
     return bytes(out)
 
 
-def draco(faces, points):
-    """A sequential Draco mesh whose indices and positions are all zero: any number of them takes eight bytes. Zeros
-    at the end make the file as long as its counts would need."""
+def draco(faces, extra_attributes):
+    """A sequential Draco mesh with three points per face. Its indices, its positions and the 255 numbers that each
+    extra attribute has per point are all zero: any number of zeros takes seven bytes. Zeros at the end make the file
+    as long as its faces need: libdraco asks for three bytes of each."""
     # Raw symbols of one bit at most; a table of one symbol with the whole probability 4096; a state of one byte.
     zeros = bytes([1, 1, 1, 1, 64, 1, 0])
     header = b"DRACO" + bytes([2, 2, 1, 0]) + bytes(2)
-    connectivity = varint(faces) + varint(points) + b"\0" + zeros
-    attribute = bytes([1, 1, 0, 9, 3, 0, 0, 2])  # one of float32 × 3, quantised
-    values = bytes([0xFE, 1]) + zeros + struct.pack("<4fB", 0, 0, 0, 1, 12)
-    body = header + connectivity + attribute + values
-    return body + bytes(max(0, max(faces, points) // 1024 + 64 - len(body)))
+    connectivity = varint(faces) + varint(3 * faces) + b"\0" + zeros
+    # By attribute: kind (position, generic), float32, components, whether normalised, id. All are quantised.
+    attributes = [bytes([0, 9, 3, 0, 0])] + [bytes([4, 9, 255, 0, 1 + n]) for n in range(extra_attributes)]
+    announced = bytes([1, len(attributes)]) + b"".join(attributes) + bytes([2]) * len(attributes)
+    values = (bytes([0xFE, 1]) + zeros) * len(attributes)
+    grids = b"".join(bytes(4 * each[2]) + struct.pack("<fB", 1, 12) for each in attributes)
+    return header + connectivity + announced + values + grids + bytes(3 * faces + 64)
 
 
 def large_polygons(megabytes):

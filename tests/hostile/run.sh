@@ -25,5 +25,5 @@ work=$build/hostile
 mkdir -p "$work"
 (cd "$root/client/python" && /usr/bin/python3 setup.py -q build_py --build-lib "$work/package" >"$work/package.txt" 2>&1) ||
   { cat "$work/package.txt"; exit 1; }
-export PYTHONPATH=$work/package:$root/tests/support PYTHONDONTWRITEBYTECODE=1 LATTICED_BUILD=$build
+export PYTHONPATH=$work/package:$root/tests/support PYTHONDONTWRITEBYTECODE=1 LATTICED_BUILD=$build GRPC_VERBOSITY=NONE
 exec /usr/bin/python3 "$root/tests/hostile/hostile.py" "$@"

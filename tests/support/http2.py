@@ -83,6 +83,14 @@ class Connection:
     def send(self, frames):
         self.socket.sendall(frames)
 
+    def reply(self, frames):
+        """Sends frames that the other side needs only if it is still there."""
+        try:
+            self.socket.settimeout(PATIENCE_S)
+            self.socket.sendall(frames)
+        except OSError:
+            pass
+
     def begin(self, method, more=(), flags=END_HEADERS):
         """Sends the header of a call. Returns its stream."""
         stream = self.next_stream
@@ -153,7 +161,7 @@ class Connection:
         if kind == SETTINGS and not flags & ACK:
             self.take_settings(payload)
         elif kind == PING and not flags & ACK:
-            self.send(frame(PING, ACK, 0, payload))
+            self.reply(frame(PING, ACK, 0, payload))
         elif kind == WINDOW_UPDATE:
             window = self.windows.get(stream, self.initial_window)
             self.windows[stream] = window + int.from_bytes(payload, "big")
@@ -167,7 +175,7 @@ class Connection:
                 self.data.setdefault(stream, bytearray()).extend(payload)
             if self.takes_data:
                 more = len(payload).to_bytes(4, "big")
-                self.send(frame(WINDOW_UPDATE, 0, 0, more) + frame(WINDOW_UPDATE, 0, stream, more))
+                self.reply(frame(WINDOW_UPDATE, 0, 0, more) + frame(WINDOW_UPDATE, 0, stream, more))
         if kind == RST_STREAM or (kind in (HEADERS, DATA) and flags & END_STREAM):
             self.ended.add(stream)
 
@@ -178,7 +186,7 @@ class Connection:
                 for stream in self.windows:
                     self.windows[stream] += (size - self.initial_window) if stream else 0
                 self.initial_window = size
-        self.send(frame(SETTINGS, ACK, 0))
+        self.reply(frame(SETTINGS, ACK, 0))
 
     def is_closed(self, seconds=PATIENCE_S):
         """Whether the other side closes the connection within that time."""
