@@ -32,6 +32,7 @@ class Target:
     tokens: str  # path
     seconds: float
     is_proxied: bool = False
+    is_honest_too: bool = False  # the attack measures what happens to its own clients
     token: str = MALLORY
 
     def connect(self, source=SOURCE, token=None, **options):
@@ -72,11 +73,12 @@ class Seen:
 class Attack:
     run: object  # function(Target, Seen)
     row: str  # of the table of attacks
-    seconds: float = 6
-    quick_s: float = 0  # in CI's set; 0: not in it
+    seconds: float = 5
+    quick: dict = field(default_factory=dict)  # in CI's set: seconds, by way
     options: tuple = ()  # of the server
     limits: str = ""  # a command of the shell that sets limits of the server's process
     unread_log: bool = False  # the log is a pipe that nobody reads
+    leaves_traces: bool = False  # which the server may keep for an hour
     ends_server: bool = False
     only: str = ""  # "direct", "proxied" or "" for both
     unbounded: tuple = ()  # ways in which figures are told, without a limit

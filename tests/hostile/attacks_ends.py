@@ -16,7 +16,7 @@ EDITORS, EDITS_PER_S = 36, 4
 END_S = 15
 
 
-@attack("6", seconds=3, quick_s=1.5, options=["--log-level", "debug"], unread_log=True)
+@attack("6", seconds=3, options=["--log-level", "debug"], unread_log=True)
 def a_log_that_nobody_reads(target, seen):
     """Refusals fill the pipe of the log. SIGTERM must end the process all the same, as after every attack."""
     connection = target.connect_without_token()
@@ -63,7 +63,7 @@ class Editor:
                 self.hears_end = True
 
 
-@attack("9", seconds=2, quick_s=1, ends_server=True)
+@attack("9", quick={"direct": 1}, seconds=2, ends_server=True)
 def sigterm_beside_36_editors(target, seen):
     connections = [target.connect() for _ in range(6)]
     editors = [Editor(connections[number % 6], target.scene, number) for number in range(EDITORS)]
@@ -105,7 +105,7 @@ def is_known(target, token):
     return target.connect(token=token).call(INFO) == 0
 
 
-@attack("9", seconds=3, quick_s=1)
+@attack("9", seconds=3)
 def sighup(target, seen):
     """The token file changes, and SIGHUP makes the server read it again."""
     new = "newcomers-token"
@@ -125,7 +125,7 @@ def sighup(target, seen):
     seen.count("signals", 2)
 
 
-@attack("9", seconds=2, quick_s=1, options=["--log-level", "debug"], limits="ulimit -f 16")
+@attack("9", seconds=2, options=["--log-level", "debug"], limits="ulimit -f 16")
 def a_log_of_the_largest_size(target, seen):
     """The log's file may have 8 kB; SIGXFSZ follows."""
     connection = target.connect()
@@ -133,7 +133,7 @@ def a_log_of_the_largest_size(target, seen):
         seen.count_status(connection.call("SceneService/GetScene"))
 
 
-@attack("9", seconds=4, quick_s=2, limits="ulimit -n 64", unbounded=("direct", "proxied"))
+@attack("9", seconds=4, limits="ulimit -n 64", unbounded=("direct", "proxied"))
 def few_descriptors(target, seen):
     """100 connections to a server that may have 64 descriptors: each is answered or closed, and none hangs."""
     held = []

@@ -29,23 +29,23 @@ def upload_at_once(target, seen, kind, data):
     beside(AT_ONCE, work)
 
 
-@attack("3", seconds=6, quick_s=2)
+@attack("3", quick={"direct": 1})
 def ply_strips(target, seen):
     upload_at_once(target, seen, mesh_pb2.MESH_FORMAT_PLY, meshes.ply_strip(8_000_000))
 
 
-@attack("3", seconds=6)
+@attack("3")
 def dense_obj(target, seen):
     upload_at_once(target, seen, mesh_pb2.MESH_FORMAT_OBJ, meshes.dense_obj(30))
 
 
-@attack("3", seconds=6, quick_s=1)
+@attack("3", quick={"direct": 1})
 def draco_of_zeros(target, seen):
     """117 kB that become 460 MB: attributes that the mesh does not need take memory too."""
     upload_at_once(target, seen, mesh_pb2.MESH_FORMAT_DRACO, meshes.draco(38_000, 2))
 
 
-@attack("8", seconds=6)
+@attack("8")
 def largest_meshes(target, seen):
     """Uploads meshes until none fits any more, deletes them, and begins again."""
     connection = target.connect()

@@ -31,7 +31,7 @@ def hold(target, connections):
             connection.hear(0.01)
 
 
-@attack("4a", seconds=6, quick_s=2)
+@attack("4a", quick={"direct": 1}, leaves_traces=True)
 def announced_uploads(target, seen):
     """Uploads of 1 GiB, else of less, of which 8 kB come."""
     connection = target.connect()
@@ -69,7 +69,7 @@ def exports_that_nobody_reads(target, seen):
     tidy()
 
 
-@attack("4c", seconds=6, quick_s=2)
+@attack("4c", quick={"direct": 1})
 def watches(target, seen):
     """1,020 watches of the honest client's scene, which nobody reads."""
     request = scene_pb2.WatchRequest(scene=target.scene, max_unacked_updates=0)
@@ -83,7 +83,7 @@ def watches(target, seen):
     seen.count("refused", sum(len(connection.ended) for connection in connections))
 
 
-@attack("4d", seconds=6, options=WRITE_TIMEOUT)
+@attack("4d", options=WRITE_TIMEOUT)
 def unread_replies(target, seen):
     """104 lattices of 32³ points, 0.8 MB each."""
     tidy = grid_scene(target, 10, size=32)
@@ -100,7 +100,7 @@ def unread_replies(target, seen):
     tidy()
 
 
-@attack("4f", seconds=6, quick_s=2, options=["--max-scenes", "400"])
+@attack("4f", quick={"direct": 1}, options=["--max-scenes", "400"])
 def tiny_scenes(target, seen):
     triangle = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
     mesh = upload(target.connect(), mesh_pb2.MESH_FORMAT_OBJ, triangle).id

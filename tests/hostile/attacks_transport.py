@@ -28,7 +28,7 @@ def bomb():
     return b"\x1f\x8b\x08\0\0\0\0\0\0\xff" + block * times + b"\x03\0" + end
 
 
-@attack("1", seconds=4, quick_s=1.5)
+@attack("1", quick={"direct": 1, "proxied": 1}, seconds=4)
 def gzip_bombs(target, seen):
     payload = bomb()
     compressed = b"\x01" + len(payload).to_bytes(4, "big") + payload
@@ -56,7 +56,7 @@ def open_streams(target, number, per_connection=96):
     return connections
 
 
-@attack("2", seconds=6, quick_s=2, options=["--reflection"])
+@attack("2", options=["--reflection"])
 def reflection_streams_at_once(target, seen):
     connections = open_streams(target, STREAMS)
     for _ in target.until_end():
@@ -66,7 +66,7 @@ def reflection_streams_at_once(target, seen):
     seen.count("ended by the server", sum(len(connection.ended) for connection in connections))
 
 
-@attack("2", seconds=6, options=["--reflection"])
+@attack("2", options=["--reflection"])
 def reflection_streams_opened_and_reset(target, seen):
     connection = None
     for _ in target.until_end():
@@ -83,7 +83,7 @@ def reflection_streams_opened_and_reset(target, seen):
             time.sleep(0.02)
 
 
-@attack("pings", seconds=5, unbounded=["direct"])
+@attack("pings", unbounded=["direct"])
 def unread_pings(target, seen):
     connection = None
     pings = frame(PING, 0, 0, bytes(8)) * 1000
@@ -101,7 +101,7 @@ def unread_pings(target, seen):
             time.sleep(0.02)
 
 
-@attack("resets", seconds=5, quick_s=2, unbounded=["direct"])
+@attack("resets", quick={"proxied": 1.5}, unbounded=["direct"])
 def rapid_resets(target, seen):
     connection = None
     for _ in target.until_end():
@@ -117,7 +117,7 @@ def rapid_resets(target, seen):
             time.sleep(0.02)
 
 
-@attack("resets", seconds=40, quick_s=2, options=["--reflection"])
+@attack("resets", seconds=40, options=["--reflection"])
 def streams_that_close_at_once(target, seen):
     """Opens 960 streams, closes them all, and waits: are honest calls answered just after?"""
     for _ in target.until_end():
@@ -159,7 +159,7 @@ def idle_connections(target, seen):
             seen.count("closed")
 
 
-@attack("4g", seconds=4, quick_s=2, only="direct")
+@attack("4g", quick={"direct": 1}, seconds=4, only="direct")
 def silent_admin_connections(target, seen):
     import socket
 

@@ -22,7 +22,7 @@ def every_rpc():
             yield from (f"{service.name}/{method.name}" for method in service.methods)
 
 
-@attack("10", seconds=4, quick_s=1)
+@attack("10", quick={"direct": 0.5}, seconds=4)
 def unparsable_messages(target, seen):
     connection = target.connect()
     for _ in target.until_end():
@@ -59,7 +59,7 @@ def http_status(target, fields):
     return int(answer.split()[1]) if answer.startswith(b"HTTP/1.") else 0
 
 
-@attack("10", seconds=3, quick_s=1)
+@attack("10", quick={"direct": 0.5}, seconds=3)
 def heads_of_two_meanings(target, seen):
     for _ in target.until_end():
         for what, fields in HEADS.items():
@@ -74,7 +74,7 @@ def heads_of_two_meanings(target, seen):
             time.sleep(0.02)
 
 
-@attack("10", seconds=6, quick_s=2)
+@attack("10", quick={"direct": 1})
 def wrong_tokens(target, seen):
     """1,500 guesses a second. A caller of the same address who has a token is answered."""
     wrong = [target.connect(token=f"guess-{number}") for number in range(8)]
@@ -106,7 +106,7 @@ def wrong_tokens(target, seen):
     seen.expect(slowest < 1, f"a call with a token took {slowest:.1f} s")
 
 
-@attack("10", seconds=2, quick_s=0.5, options=["--log-level", "debug"])
+@attack("10", seconds=2, options=["--log-level", "debug"])
 def names_that_turn_the_log(target, seen):
     connection = target.connect()
     name = OVERRIDE + "gnp.exe\n2026 info forged"

@@ -10,7 +10,7 @@ from latticed.v1 import edit_pb2, mesh_pb2
 MOST_DRAG_POINTS = 1_024
 
 
-@attack("5", seconds=6, quick_s=3)
+@attack("5", quick={"direct": 1.5})
 def exports(target, seen):
     tidy = grid_scene(target, 60)
 
@@ -30,7 +30,7 @@ def exports(target, seen):
     tidy()
 
 
-@attack("5", seconds=6, quick_s=3)
+@attack("5", quick={"direct": 1.5})
 def drags_of_1024_points(target, seen):
     side = 32
     tidy = grid_scene(target, side, size=16)
