@@ -38,6 +38,18 @@ class Target:
     def connect(self, source=SOURCE, token=None, **options):
         return Connection(self.port, self.ca, source, token=token or self.token, **options)
 
+    def connect_again(self, seen):
+        """Connects once the other side lets us, or raises when the attack is over by far."""
+        seen.count("closed")
+        end = time.monotonic() + self.seconds + 10
+        while True:
+            try:
+                return self.connect()
+            except CLOSED:
+                if time.monotonic() > end:
+                    raise
+                time.sleep(0.05)
+
     def connect_without_token(self, source=SOURCE, **options):
         return Connection(self.port, self.ca, source, **options)
 

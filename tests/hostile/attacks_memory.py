@@ -23,8 +23,7 @@ def upload_at_once(target, seen, kind, data):
                 seen.count_status(error.status)
                 seen.expect(error.status in (3, 8), f"an upload ends with {error}")
             except CLOSED:
-                seen.count("closed")
-                connection = target.connect()
+                connection = target.connect_again(seen)
 
     beside(AT_ONCE, work)
 

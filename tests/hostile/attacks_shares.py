@@ -117,8 +117,7 @@ def tiny_scenes(target, seen):
             except Refused as error:
                 seen.count_status(error.status)
             except CLOSED:
-                seen.count("closed")
-                connection = target.connect()
+                connection = target.connect_again(seen)
 
     beside(4, work)
     delete(target.connect(), made, [mesh])

@@ -23,8 +23,7 @@ def exports(target, seen):
                 connection.send_data(stream, export_request(SCENE, 8))
                 seen.count_status(connection.ending(stream, 60))
             except CLOSED:
-                seen.count("closed")
-                connection = target.connect()
+                connection = target.connect_again(seen)
 
     beside(8, work)
     tidy()
@@ -78,8 +77,7 @@ def large_polygons(target, seen):
             except Refused as error:
                 seen.count_status(error.status)
             except CLOSED:
-                seen.count("closed")
-                connection = target.connect()
+                connection = target.connect_again(seen)
         delete(target.connect(), [scene], [mesh] if mesh else [])
 
     beside(3, work)
