@@ -23,7 +23,9 @@ def a_log_that_nobody_reads(target, seen):
     for _ in target.until_end():
         for method in ("MeshService/GetMesh", "SceneService/GetScene", INFO):
             seen.count_status(connection.call(method))
-        time.sleep(0.002 if not target.is_proxied else 0.01)  # the proxy takes 500 calls a second of an address
+        time.sleep(
+            0.002 if not target.is_proxied else 0.01
+        )  # the proxy takes 500 calls a second of an address
 
 
 class Editor:

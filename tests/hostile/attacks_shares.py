@@ -69,7 +69,7 @@ def exports_that_nobody_reads(target, seen):
     tidy()
 
 
-@attack("4c", quick={"direct": 1})
+@attack("4c")
 def watches(target, seen):
     """1,020 watches of the honest client's scene, which nobody reads."""
     request = scene_pb2.WatchRequest(scene=target.scene, max_unacked_updates=0)

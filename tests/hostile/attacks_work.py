@@ -61,19 +61,19 @@ def drags_of_1024_points(target, seen):
 
 @attack("5", seconds=8)
 def large_polygons(target, seen):
-    """Uploads 11 MB of polygons with 65,536 corners, and makes scenes of them."""
-    data = meshes.large_polygons(11)
+    """Uploads 11 MB of polygons with 65,536 corners, and 2 MB of them, and makes scenes of them."""
 
     def work(number):
         connection = target.connect()
-        mesh = None
-        scene = f"polygons-{number}"
+        data = meshes.large_polygons(2 if number else 11) + b"# %d\n" % number
+        mesh, scene = None, f"polygons-{number}"
         for _ in target.until_end():
             try:
-                mesh = upload(connection, mesh_pb2.MESH_FORMAT_OBJ, data + b"# %d\n" % number).id
+                mesh = upload(connection, mesh_pb2.MESH_FORMAT_OBJ, data).id
                 seen.count("meshes")
                 create_scene(connection, scene, mesh)
                 seen.count("scenes")
+                delete(connection, [scene])
             except Refused as error:
                 seen.count_status(error.status)
             except CLOSED:

@@ -124,7 +124,7 @@ def on_schedule(per_second, act):
 
 
 def words_of(error):
-    return f"{error.code().name}: {error.details()}"
+    return f"{error.code().name}: {error.details()[:60]}"
 
 
 class Client:
@@ -206,7 +206,7 @@ class Client:
         self.record.due("newcomer", number, due)
         failure = None
         more = {"metadata": self.metadata, "timeout": PATIENCE_S}
-        name, step = f"newcomer-{number:06}", "upload"
+        name, step = f"newcomer-{number:06}", "upload or scene"
         try:
             with channel_to(self.address, self.ca) as channel:
                 meshes, scenes = mesh_pb2_grpc.MeshServiceStub(channel), scene_pb2_grpc.SceneServiceStub(

@@ -98,7 +98,7 @@ class Row:
             f"{self.during.slowest('newcomer'):.0f}",
             f"{self.highest.slowest_health_s * 1000:.0f}",
             str(self.seen),
-            "; ".join(self.wrong[:4]) or ("yes" if self.is_bounded else "no limit"),
+            "; ".join(self.wrong) or ("yes" if self.is_bounded else "no limit"),
         ]
 
 
