@@ -22,7 +22,7 @@ from session import Session
 # They register their attacks.
 MODULES = (attacks_transport, attacks_memory, attacks_shares, attacks_work, attacks_wire, attacks_ends)
 WAYS = ("direct", "proxied")
-REST_S, QUICK_REST_S = 3, 2
+REST_S, QUICK_REST_S = 3, 1.6
 
 
 def order(attack):
@@ -50,25 +50,36 @@ def say(row):
 
 
 def run(groups):
-    rows, begun = [], time.monotonic()
-    total = sum(len(attacks) for _, attacks in groups)
     print(table.line(table.COLUMNS))
+    begun, total, rows = time.monotonic(), sum(len(attacks) for _, attacks in groups), []
     for way, attacks in groups:
-        session = Session([one for one, _ in attacks], way, REST_S if len(attacks) == 1 else QUICK_REST_S)
-        code = 0
-        try:
-            for one, seconds in attacks:
-                rows.append(session.measure(one, seconds))
-                if one is attacks[-1][0] or session.server.has_ended():
-                    break
-                say(rows[-1])
-        finally:
-            code = session.stop()
-        if code != 0:
-            rows[-1].wrong.append(f"the server ended with {code}")
-        say(rows[-1])
+        measured = run_group(way, attacks)
+        for at, (row, attack) in enumerate(zip(measured, attacks)):
+            if row.is_only_slow():  # perhaps something else ran on this machine: the second run counts
+                say(row)
+                measured[at] = run_group(way, [attack])[0]
+                measured[at].name += " (again)"
+        for row in measured:
+            say(row)
+        rows += measured
         if sys.stderr.isatty():
             print(f"{len(rows)} of {total}, {time.monotonic() - begun:.0f} s", file=sys.stderr)
+    return rows
+
+
+def run_group(way, attacks):
+    """Measures attacks against one server. Fewer rows come back if one of them has ended it."""
+    session = Session([one for one, _ in attacks], way, REST_S if len(attacks) == 1 else QUICK_REST_S)
+    rows = []
+    try:
+        for one, seconds in attacks:
+            rows.append(session.measure(one, seconds))
+            if session.server.has_ended():
+                break
+    finally:
+        code = session.stop()
+    if code != 0:
+        rows[-1].wrong.append(f"the server ended with {code}")
     return rows
 
 

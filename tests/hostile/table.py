@@ -77,6 +77,10 @@ class Row:
         if not self.is_at_rest(self.after):
             self.wrong.append("not back at rest")
 
+    def is_only_slow(self):
+        timing = ("p95", "time without", "newcomers:")
+        return bool(self.wrong) and all(what.startswith(timing) for what in self.wrong)
+
     def limit(self, what, value, most, unit):
         if value > most:
             self.wrong.append(f"{what}: {value:,.0f} {unit}".rstrip() + f", allowed {most:,.0f}")
