@@ -14,6 +14,7 @@ CODES += (
 CODES += "DATA_LOSS UNAUTHENTICATED".split()
 CLOSED = (ConnectionError, OSError)
 SOURCE = "127.0.1.1"  # an address of the attackers' own
+TIDY_SOURCE = "127.0.1.200"  # the proxy may refuse connections of SOURCE after an attack
 
 every_attack = []
 
@@ -41,14 +42,14 @@ class Target:
     def connect_again(self, seen):
         """Connects once the other side lets us, or raises when the attack is over by far."""
         seen.count("closed")
-        end = time.monotonic() + self.seconds + 10
+        end = time.monotonic() + self.seconds + 20
         while True:
             try:
                 return self.connect()
             except CLOSED:
                 if time.monotonic() > end:
                     raise
-                time.sleep(0.05)
+                time.sleep(0.5)  # the proxy counts refused connections too
 
     def connect_without_token(self, source=SOURCE, **options):
         return Connection(self.port, self.ca, source, **options)

@@ -4,7 +4,7 @@
 import time
 
 import meshes
-from attack import CLOSED, attack
+from attack import CLOSED, TIDY_SOURCE, attack
 from calls import Refused, beside, create_scene, delete, export_request, unary, upload
 from http2 import message
 from latticed.v1 import mesh_pb2, scene_pb2
@@ -21,7 +21,7 @@ def grid_scene(target, side, **options):
     mesh = upload(connection, mesh_pb2.MESH_FORMAT_RAW, data, layout).id
     create_scene(connection, SCENE, mesh, **options)
     connection.close()
-    return lambda: delete(target.connect(), [SCENE], [mesh])
+    return lambda: delete(target.connect(TIDY_SOURCE), [SCENE], [mesh])
 
 
 def hold(target, connections):
@@ -120,4 +120,4 @@ def tiny_scenes(target, seen):
                 connection = target.connect_again(seen)
 
     beside(4, work)
-    delete(target.connect(), made, [mesh])
+    delete(target.connect(TIDY_SOURCE), made, [mesh])

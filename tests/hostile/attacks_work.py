@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Row 5: dear calls beside cheap ones."""
 import meshes
-from attack import CLOSED, attack
+from attack import CLOSED, TIDY_SOURCE, attack
 from attacks_shares import SCENE, grid_scene
 from calls import Refused, beside, create_scene, delete, export_request, unary, upload
 from latticed.v1 import edit_pb2, mesh_pb2
@@ -78,6 +78,6 @@ def large_polygons(target, seen):
                 seen.count_status(error.status)
             except CLOSED:
                 connection = target.connect_again(seen)
-        delete(target.connect(), [scene], [mesh] if mesh else [])
+        delete(target.connect(TIDY_SOURCE), [scene], [mesh] if mesh else [])
 
     beside(3, work)
