@@ -11,6 +11,7 @@ import sys
 import time
 import urllib.request
 
+from hpack import field
 from http2 import (
     CONTINUATION,
     DATA,
@@ -20,7 +21,6 @@ from http2 import (
     PING,
     RST_STREAM,
     Connection,
-    field,
     frame,
     head,
     message,

@@ -123,7 +123,8 @@ latticectl edit move a-scene-that-is-cut --point 0,0,0 --by 0,0,1 "${ask[@]}"
 until_true grep -q '"revision": *1' watch.txt || fail "a watch that the proxy had cut did not see the edit"
 
 # Hostile clients; some of them are slow readers that watch the scene.
-python3 "$root/tests/docker/attacks.py" "$port" "$cut_port" ca.pem "$(listened a admin)" a-scene-that-is-cut ||
+PYTHONPATH=$root/tests/support \
+  python3 "$root/tests/docker/attacks.py" "$port" "$cut_port" ca.pem "$(listened a admin)" a-scene-that-is-cut ||
   fail "a hostile client had its way"
 
 # A server stops in the middle of a drag. The proxy cuts the stream, and the client opens another and sends unanswered
