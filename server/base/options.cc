@@ -305,10 +305,13 @@ size_t MostConnections(const Options& options) {
   return std::max<uint64_t>(std::min<uint64_t>(asked, (files.rlim_cur - own) / ports), 1);
 }
 
-size_t MostOfAddress(size_t most_connections, double caller_share) {
-  const double most = caller_share * static_cast<double>(most_connections);
-  return std::max<size_t>(static_cast<size_t>(most), 1);
+size_t MostOfAddress(const Options& options) {
+  const size_t most = MostConnections(options);
+  if (options.trust_forwarded_for) return most;
+  return std::max<size_t>(static_cast<size_t>(options.caller_share * static_cast<double>(most)), 1);
 }
+
+bool CountsLoopback(const Options& options) { return !options.token_file.empty(); }
 
 absl::Status Validate(const Options& o) {
   if (!IsUnixSocket(o.listen) && o.listen.rfind(':') == std::string::npos) {

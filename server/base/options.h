@@ -89,8 +89,10 @@ struct CommandLine {
 [[nodiscard]] bool IsLoopback(std::string_view listen);
 // The most connections of --listen, and of --http: no more than the process may have open files.
 [[nodiscard]] size_t MostConnections(const Options& options);
-// Of these, the most of one address, which is at least 1.
-[[nodiscard]] size_t MostOfAddress(size_t most_connections, double caller_share);
+// Of these, the most of one address, which is at least 1. All, behind a proxy that is trusted.
+[[nodiscard]] size_t MostOfAddress(const Options& options);
+// Whether connections of this machine have shares as well: without tokens there is nobody to be fair to.
+[[nodiscard]] bool CountsLoopback(const Options& options);
 // Checks ranges, and combinations such as an open port without TLS or tokens.
 [[nodiscard]] absl::Status Validate(const Options& options);
 

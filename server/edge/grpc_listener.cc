@@ -29,8 +29,8 @@ uint64_t SocketInode(int descriptor) {
 
 GrpcListener::GrpcListener(const Options& options, std::unique_ptr<Acceptor> acceptor)
     : most_(MostConnections(options)),
-      most_of_address_(options.trust_forwarded_for ? most_
-                                                   : MostOfAddress(most_, options.caller_share)),
+      most_of_address_(MostOfAddress(options)),
+      counts_loopback_(CountsLoopback(options)),
       acceptor_(std::move(acceptor)) {}
 
 absl::StatusOr<std::unique_ptr<GrpcListener>> GrpcListener::Open(
@@ -43,8 +43,8 @@ absl::StatusOr<std::unique_ptr<GrpcListener>> GrpcListener::Open(
                           boost::system::error_code gone;
                           const auto peer = socket.remote_endpoint(gone).address();
                           socket.native_non_blocking(true);
-                          listener->Take(peer.is_loopback() ? "" : peer.to_string(),
-                                         socket.release());
+                          const bool counts = listener->counts_loopback_ || !peer.is_loopback();
+                          listener->Take(counts ? peer.to_string() : "", socket.release());
                         }));
   result->thread_ = std::thread([&context = result->context_] { RunUntilDone(context); });
   return result;

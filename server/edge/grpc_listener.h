@@ -60,6 +60,7 @@ class GrpcListener {
     std::string address;
   };
   const size_t most_, most_of_address_;
+  const bool counts_loopback_;
   const std::unique_ptr<Acceptor> acceptor_;
 
   Mutex mutex_;

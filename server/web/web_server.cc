@@ -50,7 +50,7 @@ absl::StatusOr<std::shared_ptr<TcpListener>> ListenForHttp(
     error_code ignored;
     socket.set_option(net::socket_base::keep_alive(true), ignored);  // notices vanished clients
     const auto peer = socket.remote_endpoint(ignored).address();
-    auto place = connections->Enter(peer.is_loopback() ? "" : peer.to_string());
+    auto place = connections->Enter(counts_loopback || !peer.is_loopback() ? peer.to_string() : "");
     if (place == nullptr) return;
     const bool served = place->served();
     HttpTimeouts patience = timeouts;
@@ -65,9 +65,7 @@ absl::StatusOr<std::shared_ptr<TcpListener>> ListenForHttp(
 
 struct WebServer::Impl {
   Impl(const Options& options, ServerChannel channel, AdminHooks admin)
-      : connections(MostConnections(options),
-                    MostOfAddress(MostConnections(options),
-                                  options.trust_forwarded_for ? 1 : options.caller_share)),
+      : connections(MostConnections(options), MostOfAddress(options)),
         admin_connections(limits::kMaxAdminConnections, ConnectionSet::kReplaceOldest),
         server(std::move(channel)),
         guard(options.http, options.allowed_hosts, options.cors_origins),
@@ -148,8 +146,8 @@ absl::StatusOr<std::unique_ptr<WebServer>> WebServer::Start(const Options& optio
   LATTICED_RETURN_IF_ERROR(server->ReadCertificates(options));
   if (!options.http.empty()) {
     LATTICED_ASSIGN_OR_RETURN(
-        impl.http, ListenForHttp(impl.context, "--http", options.http, &impl.tls, &impl.connections,
-                                 options.http_timeouts,
+        impl.http, ListenForHttp(impl.context, "--http", options.http, &impl.tls,
+                                 CountsLoopback(options), &impl.connections, options.http_timeouts,
                                  [&impl](const auto& exchange) { impl.Route(exchange); }));
   }
   if (!options.admin.empty()) {
@@ -160,7 +158,7 @@ absl::StatusOr<std::unique_ptr<WebServer>> WebServer::Start(const Options& optio
                           : AdminAnswer(impl.admin_hooks, exchange->request(), impl.counts()));
     };
     LATTICED_ASSIGN_OR_RETURN(
-        impl.admin, ListenForHttp(impl.admin_context, "--admin", options.admin, nullptr,
+        impl.admin, ListenForHttp(impl.admin_context, "--admin", options.admin, nullptr, false,
                                   &impl.admin_connections, options.http_timeouts, answer));
   }
   for (int i = 0; i < kThreads; ++i) {

@@ -66,7 +66,7 @@ def reflection_streams_at_once(target, seen):
     seen.count("ended by the server", sum(len(connection.ended) for connection in connections))
 
 
-@attack("2", options=["--reflection"])
+@attack("2", options=["--reflection"], unbounded=["direct"])
 def reflection_streams_opened_and_reset(target, seen):
     connection = None
     for _ in target.until_end():

@@ -1,7 +1,6 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
 """The server under attack: a process of the real program, and its figures from /proc and /healthz."""
-import functools
 import hashlib
 import http.client
 import os
@@ -26,21 +25,6 @@ def token_line(token, name, role="edit"):
     return f"{hashlib.sha256(token.encode()).hexdigest()} {role} {name}\n"
 
 
-@functools.lru_cache
-def flags():
-    return subprocess.run([PROGRAM, "--help"], capture_output=True, text=True, check=True).stdout
-
-
-def known(options):
-    """The options, without flags (and their values) of newer programs: older ones can be measured too."""
-    words = list(options)
-    for flag in [word for word in words if word.startswith("--") and word not in flags()]:
-        at = words.index(flag)
-        takes_value = at + 1 < len(words) and not words[at + 1].startswith("--")
-        del words[at : at + 1 + takes_value]
-    return words
-
-
 @dataclass
 class Figures:
     memory_mb: float
@@ -60,7 +44,7 @@ class Server:
         options = ["--backend", "cpu", "--memory", f"{memory_mb}MiB", "--token-file", str(self.tokens)]
         for port in ("listen", "http", "admin"):
             options += [f"--{port}", "127.0.0.1:0"]
-        options += ["--drain-delay", "0s", *known(more)]
+        options += ["--drain-delay", "0s", *more]
         self._unread = os.pipe() if unread_log else ()
         output = self._unread[1] if unread_log else self._log.fileno()
         command = ["sh", "-c", f'{limits}\nexec "$0" "$@"', str(PROGRAM), *options]

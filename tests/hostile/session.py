@@ -62,6 +62,7 @@ class Session:
             self.server = Server(
                 self.work,
                 *[word for words in options for word in words],
+                *(["--trust-forwarded-for"] if way == "proxied" else []),
                 limits="\n".join(attack.limits for attack in attacks),
                 unread_log=any(attack.unread_log for attack in attacks),
             )

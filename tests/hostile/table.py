@@ -58,9 +58,9 @@ class Row:
             self.wrong.append("the server has ended")
             return
         more_mb = self.highest.memory_mb - self.rest.memory_mb
-        self.limit("memory", more_mb, MOST_OF_MEMORY * memory_mb, "MB above rest")
         self.limit("threads", self.highest.threads, self.rest.threads + MORE_THREADS, "")
         if self.is_bounded:
+            self.limit("memory", more_mb, MOST_OF_MEMORY * memory_mb, "MB above rest")
             for kind in ("call", "update"):
                 most = MOST_OF_P95 * max(self.at_rest.p95(kind), NOISE_MS)
                 self.limit(f"p95 of {kind}s", self.during.p95(kind), most, "ms")
