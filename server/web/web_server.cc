@@ -45,7 +45,8 @@ const HttpHandler kRefuse = [](const std::shared_ptr<HttpExchange>& exchange) {
 // kUnavailable if the address cannot be opened, kInvalidArgument if it has no port.
 absl::StatusOr<std::shared_ptr<TcpListener>> ListenForHttp(
     net::io_context& io, const std::string& flag, const std::string& listen, const CurrentTls* tls,
-    ConnectionSet* connections, const HttpTimeouts& timeouts, const HttpHandler& handler) {
+    bool counts_loopback, ConnectionSet* connections, const HttpTimeouts& timeouts,
+    const HttpHandler& handler) {
   return TcpListener::Open(io, flag, listen, [=](net::ip::tcp::socket socket) {
     error_code ignored;
     socket.set_option(net::socket_base::keep_alive(true), ignored);  // notices vanished clients
