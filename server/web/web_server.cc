@@ -15,13 +15,10 @@
 #include "server/base/telemetry.h"
 #include "server/net/tcp_listener.h"
 #include "server/web/connection_set.h"
-#include "server/web/deform_socket.h"
-#include "server/web/export_download.h"
-#include "server/web/grpc_web_call.h"
 #include "server/web/http_answers.h"
 #include "server/web/http_connection.h"
 #include "server/web/request_guard.h"
-#include "server/web/static_files.h"
+#include "server/web/router.h"
 #include "server/web/transport.h"
 
 namespace latticed::web {
@@ -89,9 +86,7 @@ struct WebServer::Impl {
   Impl(const Options& options, ServerChannel channel, AdminHooks admin)
       : connections(MostConnections(options)),
         admin_connections(limits::kMaxAdminConnections),
-        server(std::move(channel)),
-        guard(options.http, options.allowed_hosts, options.cors_origins),
-        files(StaticFiles::FindRoot(options.web_root)),
+        router(options, std::move(channel)),
         admin_guard(options.admin, options.allowed_hosts, {}),
         admin_hooks(std::move(admin)),
         work(net::make_work_guard(context)) {}
@@ -101,13 +96,8 @@ struct WebServer::Impl {
     return http == nullptr ? ConnectionCounts() : connections.counts();
   }
 
-  // Answers a request of --http: the guard may stop it, then its path and method choose the handler.
-  void Route(const std::shared_ptr<HttpExchange>& exchange) const;
-
   ConnectionSet connections, admin_connections;  // before the context, whose handlers hold places
-  const ServerChannel server;
-  const RequestGuard guard;
-  const StaticFiles files;
+  const Router router;
   const RequestGuard admin_guard;
   const AdminHooks admin_hooks;
   std::unique_ptr<net::ssl::context> tls;
@@ -116,22 +106,6 @@ struct WebServer::Impl {
   std::shared_ptr<TcpListener> http, admin;
   std::vector<std::thread> threads;
 };
-
-void WebServer::Impl::Route(const std::shared_ptr<HttpExchange>& exchange) const {
-  const HttpRequest& request = exchange->request();
-  if (auto stopped = guard.Stop(request); stopped.has_value()) {
-    LogEvent(spdlog::level::info, "HTTP request stopped",
-             {{"status", fmt::to_string(stopped->status)},
-              {"peer", request.peer},
-              {"host", std::string(request.Field("host"))},
-              {"origin", std::string(request.Field("origin"))}});
-    return exchange->Reply(*std::move(stopped));
-  }
-  if (request.path == kDeformSocketPath) return OpenDeformSocket(server, exchange);
-  if (request.path.starts_with(kExportPrefix)) return RunExportDownload(server, guard, exchange);
-  if (request.method == "POST") return RunGrpcWebCall(server, guard, exchange);
-  files.Answer(exchange);
-}
 
 WebServer::WebServer(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 
@@ -148,7 +122,7 @@ absl::StatusOr<std::unique_ptr<WebServer>> WebServer::Start(const Options& optio
     LATTICED_ASSIGN_OR_RETURN(
         impl.http, ListenForHttp(impl.context, "--http", options.http, impl.tls.get(),
                                  &impl.connections, options.http_timeouts,
-                                 [&impl](const auto& exchange) { impl.Route(exchange); }));
+                                 [&impl](const auto& exchange) { impl.router.Answer(exchange); }));
   }
   if (!options.admin.empty()) {
     const HttpHandler answer = [&impl](const std::shared_ptr<HttpExchange>& exchange) {
