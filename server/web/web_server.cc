@@ -12,19 +12,14 @@
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
-#include "server/base/address.h"
-#include "server/base/refusal_log.h"
 #include "server/base/telemetry.h"
 #include "server/net/tcp_listener.h"
 #include "server/net/tls_context.h"
 #include "server/web/connection_set.h"
-#include "server/web/deform_socket.h"
-#include "server/web/export_download.h"
-#include "server/web/grpc_web_call.h"
 #include "server/web/http_answers.h"
 #include "server/web/http_connection.h"
 #include "server/web/request_guard.h"
-#include "server/web/static_files.h"
+#include "server/web/router.h"
 #include "server/web/transport.h"
 
 namespace latticed::web {
@@ -68,9 +63,7 @@ struct WebServer::Impl {
   Impl(const Options& options, ServerChannel channel, AdminHooks admin)
       : connections(MostConnections(options), MostOfAddress(options)),
         admin_connections(limits::kMaxAdminConnections, ConnectionSet::kReplaceOldest),
-        server(std::move(channel)),
-        guard(options.http, options.allowed_hosts, options.cors_origins),
-        files(StaticFiles::FindRoot(options.web_root)),
+        router(options, std::move(channel)),
         admin_guard(options.admin, options.allowed_hosts, {}),
         admin_hooks(std::move(admin)),
         work(net::make_work_guard(context)),
@@ -81,17 +74,8 @@ struct WebServer::Impl {
     return http == nullptr ? ConnectionCounts() : connections.counts();
   }
 
-  // Answers a request of --http: the guard may stop it, then its path and method choose the handler.
-  void Route(const std::shared_ptr<HttpExchange>& exchange);
-  void LogStopped(const HttpRequest& request, int status);
-  void LogSums(absl::Time ended);
-
-  RefusalLog refusals;
-
   ConnectionSet connections, admin_connections;  // before the context, whose handlers hold places
-  const ServerChannel server;
-  const RequestGuard guard;
-  const StaticFiles files;
+  Router router;
   const RequestGuard admin_guard;
   const AdminHooks admin_hooks;
   CurrentTls tls;
@@ -100,39 +84,6 @@ struct WebServer::Impl {
   std::shared_ptr<TcpListener> http, admin;
   std::vector<std::thread> threads;
 };
-
-// Sums up many refusals of one kind. A sum is told with the next refusal after its period, or at the end.
-void WebServer::Impl::LogStopped(const HttpRequest& request, int status) {
-  const absl::Time now = absl::Now();
-  LogSums(now);
-  if (!refusals.Note(WithoutPort(request.peer), "HTTP", status, now)) return;
-  LogEvent(spdlog::level::info, "HTTP request stopped",
-           {{"status", fmt::to_string(status)},
-            {"peer", request.peer},
-            {"host", std::string(request.Field("host"))},
-            {"origin", std::string(request.Field("origin"))}});
-}
-
-void WebServer::Impl::LogSums(absl::Time ended) {
-  for (const RefusalLog::Sum& sum : refusals.TakeEnded(ended)) {
-    LogEvent(spdlog::level::info, "more HTTP requests were stopped",
-             {{"requests", fmt::to_string(sum.count)},
-              {"status", fmt::to_string(sum.code)},
-              {"peer", sum.address}});
-  }
-}
-
-void WebServer::Impl::Route(const std::shared_ptr<HttpExchange>& exchange) {
-  const HttpRequest& request = exchange->request();
-  if (auto stopped = guard.Stop(request); stopped.has_value()) {
-    LogStopped(request, stopped->status);
-    return exchange->Reply(*std::move(stopped));
-  }
-  if (request.path == kDeformSocketPath) return OpenDeformSocket(server, exchange);
-  if (request.path.starts_with(kExportPrefix)) return RunExportDownload(server, guard, exchange);
-  if (request.method == "POST") return RunGrpcWebCall(server, guard, exchange);
-  files.Answer(exchange);
-}
 
 WebServer::WebServer(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 
@@ -149,7 +100,7 @@ absl::StatusOr<std::unique_ptr<WebServer>> WebServer::Start(const Options& optio
     LATTICED_ASSIGN_OR_RETURN(
         impl.http, ListenForHttp(impl.context, "--http", options.http, &impl.tls,
                                  CountsLoopback(options), &impl.connections, options.http_timeouts,
-                                 [&impl](const auto& exchange) { impl.Route(exchange); }));
+                                 [&impl](const auto& exchange) { impl.router.Answer(exchange); }));
   }
   if (!options.admin.empty()) {
     const HttpHandler answer = [&impl](const std::shared_ptr<HttpExchange>& exchange) {
@@ -210,7 +161,7 @@ void WebServer::Stop() {
   impl_->admin_context.stop();
   for (std::thread& thread : impl_->threads) thread.join();
   impl_->threads.clear();
-  impl_->LogSums(absl::InfiniteFuture());
+  impl_->router.LogSums(absl::InfiniteFuture());
 }
 
 }  // namespace latticed::web
