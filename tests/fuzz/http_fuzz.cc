@@ -107,7 +107,7 @@ void HttpSide::CheckAnswers() const {
 void HttpSide::Run(std::string_view input, FuzzServer& server) {
   Options options = server.options();
   options.web_root = root_;
-  const web::Router router(options, server.channel());
+  web::Router router(options, server.channel());
   const web::HttpHandler handler = [&](const std::shared_ptr<web::HttpExchange>& exchange) {
     router.Answer(open_.Follow(exchange));
   };
