@@ -3,6 +3,7 @@
 #include "server/web/deform_socket.h"
 
 #include <array>
+#include <boost/asio/steady_timer.hpp>
 #include <boost/beast/core/buffers_to_string.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/websocket/stream.hpp>
@@ -42,8 +43,10 @@ class DeformSocket final : public CallObserver,
  public:
   explicit DeformSocket(Upgraded upgraded)
       : place_(std::move(upgraded.place)),
-        stream_(std::move(upgraded.transport)),
+        executor_(upgraded.transport.get_executor()),
+        stream_(std::in_place, std::move(upgraded.transport)),
         timeouts_(upgraded.timeouts),
+        ending_(executor_),
         request_(std::move(upgraded.request)) {}
 
   // Answers the handshake, with `subprotocol` if it is not empty, and begins the call. If the handshake fails,
@@ -51,9 +54,7 @@ class DeformSocket final : public CallObserver,
   void Accept(const std::string& subprotocol, const ServerChannel& server,
               const CallMetadata& metadata, const std::string& peer);
 
-  void Post(std::function<void()> work) override {
-    net::post(stream_.get_executor(), std::move(work));
-  }
+  void Post(std::function<void()> work) override { net::post(executor_, std::move(work)); }
   void OnHead(CallMetadata /*metadata*/) override {}
   void OnMessage(grpc::ByteBuffer message) override;
   void OnWritten() override { ReadSocket(); }
@@ -62,10 +63,7 @@ class DeformSocket final : public CallObserver,
   // Does nothing: the server sends goaway on the call's stream and ends the call.
   void Drain() override {}
   void Abort() override {
-    Post([self = shared_from_this()] {
-      self->stream_.next_layer().Close();
-      if (self->call_ != nullptr) self->call_->Cancel();
-    });
+    Post([self = shared_from_this()] { self->Drop(); });
   }
 
  private:
@@ -73,10 +71,15 @@ class DeformSocket final : public CallObserver,
   void OnRead(error_code failure);
   void OnSent(error_code failure);
   void SendClose();
+  // Ends the connection and the call at once.
+  void Drop();
 
   const std::shared_ptr<ConnectionSet::Place> place_;  // destroyed last: see http_connection.cc
-  websocket::stream<Transport, false> stream_;         // no compression: chunks are mostly Draco
+  const Transport::executor_type executor_;
+  // No compression: chunks are mostly Draco. Empty once dropped.
+  std::optional<websocket::stream<Transport, false>> stream_;
   const HttpTimeouts timeouts_;
+  net::steady_timer ending_;  // time limit for the client to close, too
   const beast::http::request<beast::http::string_body> request_;
   std::shared_ptr<GenericCall> call_;  // null before the handshake
   beast::flat_buffer buffer_;
@@ -90,28 +93,29 @@ class DeformSocket final : public CallObserver,
 void DeformSocket::Accept(const std::string& subprotocol, const ServerChannel& server,
                           const CallMetadata& metadata, const std::string& peer) {
   place_->Hold(shared_from_this());
-  stream_.set_option(websocket::stream_base::timeout{timeouts_.head, timeouts_.silence, true});
-  stream_.set_option(
+  stream_->set_option(websocket::stream_base::timeout{timeouts_.head, timeouts_.silence, true});
+  stream_->set_option(
       websocket::stream_base::decorator([subprotocol](websocket::response_type& response) {
         response.set(beast::http::field::server, "latticed");
         if (!subprotocol.empty()) {
           response.set(beast::http::field::sec_websocket_protocol, subprotocol);
         }
       }));
-  stream_.binary(true);
-  stream_.auto_fragment(false);
-  stream_.read_message_max(limits::kMaxMessageBytes);
-  stream_.async_accept(
+  stream_->binary(true);
+  stream_->auto_fragment(false);
+  stream_->read_message_max(limits::kMaxMessageBytes);
+  stream_->async_accept(
       request_, [self = shared_from_this(), server, metadata, peer](error_code failure) {
-        if (failure) return;
+        if (failure || !self->stream_.has_value()) return;
         self->call_ = GenericCall::Start(server, {kDeformMethod, metadata, peer}, self);
         self->ReadSocket();
       });
 }
 
 void DeformSocket::ReadSocket() {
+  if (!stream_.has_value()) return;
   reading_ = true;
-  stream_.async_read(buffer_, [self = shared_from_this()](error_code failure, size_t) {
+  stream_->async_read(buffer_, [self = shared_from_this()](error_code failure, size_t) {
     self->reading_ = false;
     self->OnRead(failure);
   });
@@ -124,8 +128,8 @@ void DeformSocket::OnRead(error_code failure) {
     return call_->WritesDone();
   }
   // The connection broke, was silent for too long, or sent an invalid frame.
-  if (failure) return call_->Cancel();
-  if (stream_.got_text()) {
+  if (failure || !stream_.has_value()) return call_->Cancel();
+  if (stream_->got_text()) {
     failure_ = error::InvalidField("message", "must be binary, one DeformRequest a frame");
     return call_->Cancel();
   }
@@ -136,8 +140,9 @@ void DeformSocket::OnRead(error_code failure) {
 
 void DeformSocket::OnMessage(grpc::ByteBuffer message) {
   if (client_closed_) return call_->Read();
+  if (!stream_.has_value()) return;
   sending_ = SlicesOf(message);
-  stream_.async_write(
+  stream_->async_write(
       BuffersOf(*sending_),
       [self = shared_from_this()](error_code failure, size_t) { self->OnSent(failure); });
 }
@@ -166,7 +171,23 @@ void DeformSocket::OnEnd(grpc::Status status, CallMetadata /*trailers*/) {
 }
 
 void DeformSocket::SendClose() {
-  stream_.async_close(*closing_, [self = shared_from_this()](error_code) {});
+  if (!stream_.has_value()) return;
+  ending_.expires_after(timeouts_.linger);
+  ending_.async_wait([weak = weak_from_this()](error_code failure) {
+    const auto self = weak.lock();
+    if (self != nullptr && !failure) self->Drop();
+  });
+  stream_->async_close(*closing_, [self = shared_from_this()](error_code) {});
+}
+
+// Closing the socket does not end all of the stream's operations. If the client's next frame is invalid while the
+// server closes, the read waits for the close to end, and the close for the read (Boost 1.74). Both keep this object,
+// until the stream is destroyed.
+void DeformSocket::Drop() {
+  if (!stream_.has_value()) return;
+  stream_->next_layer().Close();
+  if (call_ != nullptr) call_->Cancel();
+  Post([self = shared_from_this()] { self->stream_.reset(); });
 }
 
 absl::StatusOr<CallMetadata> MetadataOf(const HttpRequest& request) {
