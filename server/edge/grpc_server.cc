@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/edge/grpc_server.h"
 
+#include <google/protobuf/stubs/logging.h>
 #include <grpcpp/ext/proto_server_reflection_plugin.h>
 #include <grpcpp/grpcpp.h>
 #include <grpcpp/health_check_service_interface.h>
@@ -53,6 +54,8 @@ absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> Credentials(const Optio
 void EnablePlugins() {
   static std::once_flag once;
   std::call_once(once, [] {
+    // Protobuf would write a line for each text that is not UTF-8, and wait until somebody has read it.
+    google::protobuf::SetLogHandler(nullptr);
     grpc::EnableDefaultHealthCheckService(true);
     grpc::reflection::InitProtoReflectionServerBuilderPlugin();
   });

@@ -12,6 +12,7 @@
 #include "core/base/error.h"
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
+#include "core/base/utf8.h"
 #include "fmt/format.h"
 #include "latticed/v1/surface.pb.h"
 #include "server/web/call_metadata.h"
@@ -149,7 +150,7 @@ void RunExportDownload(const ServerChannel& server, const RequestGuard& guard,
     return exchange->Reply(TextAnswer(
         404, "exports are /export/<scene>.<format>; formats: ply, obj, stl, glb, drc, nets"));
   }
-  wanted.set_scene(name.substr(0, dot));
+  wanted.set_scene(ValidUtf8(name.substr(0, dot)));  // an invalid string is no message
   auto view = ViewOf(request.query);
   if (!view.ok()) return exchange->Reply(FailureAnswer(ToGrpcStatus(view.status())));
   *wanted.mutable_view() = *std::move(view);
