@@ -86,22 +86,21 @@ ci_sanitized() {  # KIND TESTS TARGETS…: builds TARGETS and runs the tests tha
     GTEST_FILTER="-$unsanitized" \
     ci_ctest "build/ci/$kind" -j $((2 * jobs)) -R "$tests" -E layering
 }
-ci_fuzz() {
-  CC=clang-14 CXX=clang++-14 configure build/ci/fuzz -DCMAKE_BUILD_TYPE=None -DCMAKE_CXX_FLAGS=-O1 \
+build_fuzzers() {  # FOLDER
+  CC=clang-14 CXX=clang++-14 configure "$1" -DCMAKE_BUILD_TYPE=None -DCMAKE_CXX_FLAGS=-O1 \
     -DLATTICED_FUZZ=ON -DLATTICED_SANITIZE=address -DLATTICED_CUDA=OFF -DBUILD_TESTING=OFF
-  build build/ci/fuzz latticed_fuzz
-  # One core per target.
-  export -f fuzz_one
-  printf '%s\n' build/ci/fuzz/tests/fuzz/*_fuzz | xargs -P "$jobs" -n 1 bash -c 'fuzz_one "$1"' fuzz_one
+  build "$1" latticed_fuzz
 }
-fuzz_one() {  # TARGET
-  local name corpus log status=0
-  name=$(basename "$1" _fuzz) corpus=$(mktemp -d) log=$(mktemp)
-  "$1" -max_total_time=10 -timeout=10 -rss_limit_mb=4096 "$corpus" "tests/fuzz/corpus/$name" >"$log" 2>&1 || status=1
-  echo "== $name"
-  cat "$log"
-  rm -rf "$corpus" "$log"
-  return $status
+ci_fuzz() {
+  build_fuzzers build/ci/fuzz
+  tests/fuzz/campaign.sh build/ci/fuzz/tests/fuzz tests/fuzz/corpus build/ci/fuzz/work 10 "$jobs"
+}
+# Keeps what it finds in build/fuzz/work, and goes on from there the next time.
+verb_fuzz() {  # [SECONDS]
+  need "compilers, libraries, fuzzers" "${build_packages[@]}" "${check_packages[@]}"
+  build_fuzzers build/fuzz
+  say "each target runs for ${1:-60} s, $jobs processes at a time; logs and failures in build/fuzz/work"
+  tests/fuzz/campaign.sh build/fuzz/tests/fuzz tests/fuzz/corpus build/fuzz/work "${1:-60}" "$jobs"
 }
 # Prints how many tests were skipped, by reason.
 ci_skipped() {

@@ -51,7 +51,7 @@ declare -A allowed=(
 readonly guarded=(
   '^(grpcpp|grpc|google/protobuf|google/rpc)/' '^(server/(wire|rpc|edge|web|[a-z_]+\.)|client/|tests/)'
   '^(spdlog|CLI)/' '^(server|client|tests)/'
-  '^boost/' '^(server|tests/server)/web/|^server/(net|edge)/|^server/rpc/server_env\.cc$'
+  '^boost/' '^(server|tests/server)/web/|^tests/fuzz/http|^server/(net|edge)/|^server/rpc/server_env\.cc$'
   '^draco' '^(core/codec|client|server|tests)/'
   '^(tbb|oneapi)/' '^(core/(cpu|view)|server|tests)/'
   '^hwy/' '^(core/(cpu|codec|view)|tests)/'
