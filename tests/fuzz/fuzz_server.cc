@@ -185,6 +185,7 @@ void FuzzServer::CreateScene(const std::string& id, const std::string& mesh) {
   v1::CreateSceneRequest request;
   request.set_scene_id(id);
   request.set_mesh(mesh);
+  request.mutable_default_view()->set_segments(2);  // evaluation takes most of the time of an input
   v1::LatticeAxes& size = *request.add_lattices()->mutable_fit()->mutable_size();
   size.set_u(3);
   size.set_v(3);

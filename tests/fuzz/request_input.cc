@@ -20,7 +20,7 @@ using google::protobuf::MethodDescriptor;
 
 constexpr size_t kHeadBytes = 3;
 constexpr size_t kMostBytes = 0xffff;
-constexpr size_t kMostRecords = 12;  // keeps the time of an input near some milliseconds
+constexpr size_t kMostRecords = 8;  // keeps the time of an input near some milliseconds
 
 // The messages of a call in text form. With `flags` of the last record.
 struct TextCall {
