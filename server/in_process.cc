@@ -117,11 +117,9 @@ absl::Status InProcessServer::Reload(const Options& options) {
   SetLogLevel(options.log_level);
   LATTICED_ASSIGN_OR_RETURN(Authenticator authenticator,
                             Authenticator::FromFile(env_->options.token_file));
-  if (web_ != nullptr) {  // gRPC notices new certificates itself
-    LATTICED_RETURN_IF_ERROR(web_->ReadCertificates(env_->options));
-  }
   env_->SetAuthenticator(std::move(authenticator));
-  return absl::OkStatus();
+  if (web_ == nullptr) return absl::OkStatus();
+  return web_->ReadCertificates(env_->options);  // gRPC notices new certificates itself
 }
 
 Pulse InProcessServer::TakePulse() const { return env_->TakePulse(); }

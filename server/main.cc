@@ -12,7 +12,9 @@
 #include <cstdio>
 #include <cstdlib>
 #include <string>
+#include <thread>
 
+#include "absl/time/clock.h"
 #include "server/base/options.h"
 #include "server/base/telemetry.h"
 #include "server/base/version.h"
@@ -24,6 +26,8 @@ namespace {
 constexpr int kExitFailure = 1;
 constexpr int kExitUsage = 2;
 constexpr absl::Duration kLogPatience = absl::Seconds(1);
+// For the server to end, after all calls were cancelled.
+constexpr absl::Duration kStopPatience = absl::Seconds(30);
 
 // A handler catches the signals. sigwait would not: libraries start threads before main, and these threads
 // block no signals. One of them would receive the signal and end the program.
@@ -87,9 +91,9 @@ int WaitForStopSignal(latticed::InProcessServer& server, int argc, char** argv) 
   latticed::Watchdog watchdog;
   while (stop_signal == 0) {
     timespec next{};
-    clock_gettime(CLOCK_REALTIME, &next);
+    clock_gettime(CLOCK_MONOTONIC, &next);
     ++next.tv_sec;
-    const bool signalled = sem_timedwait(&signal_semaphore, &next) == 0;
+    const bool signalled = sem_clockwait(&signal_semaphore, CLOCK_MONOTONIC, &next) == 0;
     if (reload.exchange(false)) Reload(server, argc, argv);
     if (!signalled && errno == ETIMEDOUT && watchdog.IsStuck(server.TakePulse())) EndStuckProcess();
   }
@@ -124,6 +128,11 @@ int main(int argc, char** argv) {
                       {"version", std::string(latticed::Version())}});
   const int signal = WaitForStopSignal(**server, argc, argv);
   latticed::LogEvent(spdlog::level::info, "draining", {{"signal", std::to_string(signal)}});
+  const absl::Duration most = options.drain_delay + options.drain_timeout + kStopPatience;
+  std::thread([most] {
+    absl::SleepFor(most);
+    EndStuckProcess();
+  }).detach();
   (*server)->Drain();
   latticed::LogEvent(spdlog::level::info, "stopped", {});
   server->reset();  // its threads log

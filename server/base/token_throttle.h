@@ -1,9 +1,10 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Slows down who tries tokens. After kFree wrong tokens from an address, each further one makes the address wait
-// twice as long, up to kLongest; what comes earlier is refused without a word on its token. A right token
-// always passes, so that nobody can lock out others of the same address. Time is an argument.
+// Tells an address with wrong tokens to wait. After kFree of them, each further one makes it wait twice as long, up to
+// kLongest; a wrong token that comes earlier is answered with the wait. A right token always passes, so that
+// nobody can lock out others of the same address: what makes guessing hopeless is the length of tokens. Time
+// is an argument.
 //
 // Threads  safe
 #ifndef LATTICED_SERVER_BASE_TOKEN_THROTTLE_H_

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Finds out that the engine or the workers do not move any more. It counts its own checks, one a second, and not
+// Finds out that housekeeping or quick calls do not move any more. Long work may take long, so it is not watched. It counts its own checks, one a second, and not
 // the time: a process that was stopped for a while, and goes on, is not stuck.
 //
 // Threads  one
@@ -14,7 +14,8 @@ namespace latticed {
 
 // What shows that a server moves.
 struct Pulse {
-  uint64_t engine_ticks = 0;      // housekeeping of the engine, which takes all of its locks
+  uint64_t engine_ticks =
+      0;  // housekeeping, which takes the locks of the registry and of every scene
   uint64_t quick_calls = 0;       // quick calls that workers have run
   bool quick_calls_wait = false;  // for a worker
 };

@@ -41,17 +41,17 @@ void WorkerLanes::Post(Lane lane, Caller caller, std::function<void()> work) {
   queue->waiting.push_back({std::move(work), absl::Now()});
 }
 
-absl::Duration WorkerLanes::QuickDelay(absl::Time now) const {
+absl::Duration WorkerLanes::QuickStill(absl::Time now) const {
   const MutexLock lock(&mutex_);
-  absl::Duration longest;
+  absl::Time oldest = now;
   for (const Queue& queue : lanes_[static_cast<size_t>(Lane::kQuick)]) {
-    longest = std::max(longest, now - queue.waiting.front().posted);
+    oldest = std::min(oldest, queue.waiting.front().posted);
   }
-  return longest;
+  return now - std::max(oldest, std::min(last_quick_, now));
 }
 
 bool WorkerLanes::MayRun(Lane lane, Caller caller) const {
-  if (lane == Lane::kQuick || stopping_) return true;
+  if (lane == Lane::kQuick || caller == nullptr || stopping_) return true;
   const auto running = running_.find(caller);
   return running == running_.end() || running->second < most_of_caller_;
 }
@@ -79,6 +79,7 @@ WorkerLanes::Turn WorkerLanes::Take(Lane lane) {
     ++running_[turn.caller];
   } else {
     ++quick_taken_;
+    last_quick_ = absl::Now();
   }
   return turn;
 }

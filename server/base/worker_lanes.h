@@ -32,7 +32,7 @@ namespace latticed {
 class WorkerLanes {
  public:
   enum class Lane { kQuick, kLong };
-  using Caller = const void*;  // compared only
+  using Caller = const void*;  // compared only; null: one that may have all long workers
 
   // So many threads for each lane: at least 1 for quick work, at least 2 for long.
   WorkerLanes(size_t quick_workers, size_t long_workers);
@@ -42,8 +42,8 @@ class WorkerLanes {
 
   void Post(Lane lane, Caller caller, std::function<void()> work) ABSL_LOCKS_EXCLUDED(mutex_);
 
-  // How long the quick work that waits longest has waited; zero when none does.
-  [[nodiscard]] absl::Duration QuickDelay(absl::Time now) const ABSL_LOCKS_EXCLUDED(mutex_);
+  // For how long no quick work has been taken although some waits; zero when none does.
+  [[nodiscard]] absl::Duration QuickStill(absl::Time now) const ABSL_LOCKS_EXCLUDED(mutex_);
   // How much quick work has been taken from the queue.
   uint64_t quick_taken() const { return quick_taken_.load(); }
 
@@ -72,8 +72,9 @@ class WorkerLanes {
   std::atomic<uint64_t> quick_taken_ = 0;
   const size_t most_of_caller_;  // long work that runs at a time
   mutable Mutex mutex_;
-  std::array<std::deque<Queue>, 2> lanes_ ABSL_GUARDED_BY(mutex_);  // in order of their turns
-  std::map<Caller, size_t> running_ ABSL_GUARDED_BY(mutex_);        // long work
+  std::array<std::deque<Queue>, 2> lanes_ ABSL_GUARDED_BY(mutex_);        // in order of their turns
+  absl::Time last_quick_ ABSL_GUARDED_BY(mutex_) = absl::InfinitePast();  // when it was taken
+  std::map<Caller, size_t> running_ ABSL_GUARDED_BY(mutex_);              // long work
   bool stopping_ ABSL_GUARDED_BY(mutex_) = false;
   std::vector<std::thread> threads_;  // last: they use the rest
 };

@@ -14,6 +14,7 @@
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
+#include "server/base/address.h"
 #include "server/base/telemetry.h"
 
 namespace latticed {
@@ -44,7 +45,8 @@ absl::StatusOr<std::unique_ptr<GrpcListener>> GrpcListener::Open(
                           const auto peer = socket.remote_endpoint(gone).address();
                           socket.native_non_blocking(true);
                           const bool counts = listener->counts_loopback_ || !peer.is_loopback();
-                          listener->Take(counts ? peer.to_string() : "", socket.release());
+                          listener->Take(counts ? NetworkOf(peer.to_string()) : "",
+                                         socket.release());
                         }));
   result->thread_ = std::thread([&context = result->context_] { RunUntilDone(context); });
   return result;

@@ -244,11 +244,13 @@ size_t Scene::watcher_count() const {
 }
 
 size_t Scene::WatchersOf(const MemoryAccount& account) const {
+  std::vector<std::shared_ptr<SceneListener>> listeners;  // destroyed after the lock is released
   const MutexLock lock(&mutex_);
-  return static_cast<size_t>(std::ranges::count_if(listeners_, [&](const auto& weak) {
-    const auto listener = weak.lock();
-    return listener != nullptr && listener->account() == &account;
-  }));
+  for (const auto& weak : listeners_) {
+    if (auto listener = weak.lock(); listener != nullptr) listeners.push_back(std::move(listener));
+  }
+  return static_cast<size_t>(std::ranges::count(
+      listeners, &account, [](const auto& listener) { return listener->account(); }));
 }
 
 void Scene::Delete() {
@@ -309,6 +311,13 @@ absl::StatusOr<std::shared_ptr<SnapshotBoard>> Scene::AcquireView(const ViewKey&
   const MutexLock lock(&mutex_);
   last_use_ = absl::Now();
   auto found = views_.find(key);
+  // An idle view without vertices, of a caller whose share may be used up, gives way to one of this caller.
+  if (found != views_.end() && found->second.use_count() == 1 &&
+      found->second->account() != account && found->second->EvictableBytes() == 0) {
+    replaced = std::move(found->second);
+    views_.erase(found);
+    found = views_.end();
+  }
   if (found == views_.end()) {
     if (views_.size() >= static_cast<size_t>(limits::kMaxViewsPerScene)) {
       // Drops the view that has been idle longest. Only the map holds an idle view.

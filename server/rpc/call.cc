@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <iterator>
 #include <memory>
 #include <utility>
 
@@ -51,17 +52,21 @@ std::string PeerName(const grpc::CallbackServerContext& context) {
   return names.empty() ? "" : std::string(names.front().data(), names.front().size());
 }
 
+// The client's address as a trusted proxy names it: the last one of x-forwarded-for. Empty without one.
+std::string ForwardedFor(const ServerEnv& env, const grpc::CallbackServerContext& context) {
+  if (!env.options.trust_forwarded_for) return "";
+  const auto [first, last] = context.client_metadata().equal_range("x-forwarded-for");
+  if (first == last) return "";
+  const grpc::string_ref field = std::prev(last)->second;
+  std::string ip(field.data(), field.size());
+  ip.erase(0, ip.find_last_of(", ") + 1);
+  if (!IsIp(ip)) return "";
+  return ip.find(':') == std::string::npos ? fmt::format("ipv4:{}:0", ip)
+                                           : fmt::format("ipv6:%5B{}%5D:0", ip);
+}
+
 // Calls of server/web come through this process's own channel. They have the client's address in their metadata.
-// A proxy that is trusted names its client in the last address of x-forwarded-for.
 std::string PeerAddress(const ServerEnv& env, const grpc::CallbackServerContext& context) {
-  if (env.options.trust_forwarded_for) {
-    const std::string forwarded = Metadata(context, "x-forwarded-for");
-    const std::string last = forwarded.substr(forwarded.find_last_of(", ") + 1);
-    if (!last.empty()) {
-      return last.find(':') == std::string::npos ? fmt::format("ipv4:{}:0", last)
-                                                 : fmt::format("ipv6:%5B{}%5D:0", last);
-    }
-  }
   const std::string named = Metadata(context, env.peer_key.c_str());
   return named.empty() ? context.peer() : named;
 }
@@ -75,7 +80,9 @@ CallInfo Describe(ServerEnv& env, grpc::CallbackServerContext* context, const Rp
   call.counts = env.calls.get();
   ++call.counts->Of(rpc.name).started;
   call.write = env.stalled_calls.Add(context);
-  call.peer = PeerAddress(env, *context);
+  call.peer = ForwardedFor(env, *context);
+  call.is_forwarded = !call.peer.empty();
+  if (!call.is_forwarded) call.peer = PeerAddress(env, *context);
   const std::string asked_id = Metadata(*context, kRequestId);
   call.request_id = IsSaneId(asked_id) ? asked_id : NewRandomId().substr(0, kRequestIdDigits);
   const std::string traceparent = Metadata(*context, "traceparent");
@@ -94,7 +101,8 @@ absl::StatusOr<Caller> Authenticate(ServerEnv& env, const CallInfo& call) {
   const std::string authorization = Metadata(*call.context, "authorization");
   absl::StatusOr<Caller> caller = env.authenticator()->Authenticate(authorization);
   if (caller.ok() || authorization.empty()) return caller;
-  const absl::Duration wait = env.wrong_tokens.NoteWrong(WithoutPort(call.peer), call.start_time);
+  const absl::Duration wait =
+      env.wrong_tokens.NoteWrong(NetworkOf(IpOf(call.peer)), call.start_time);
   if (wait == absl::ZeroDuration()) return caller;
   return error::Throttled("too many wrong tokens came from this address", wait);
 }
@@ -103,7 +111,7 @@ absl::Status Admit(ServerEnv& env, CallInfo& call) {
   LATTICED_ASSIGN_OR_RETURN(call.caller, Authenticate(env, call));
   if (call.caller.name.empty()) call.caller.name = PeerName(*call.context);
   LATTICED_RETURN_IF_ERROR(CheckRole(call.caller, call.rpc));
-  call.account = env.callers.Of(call.caller.name, call.peer);
+  call.account = env.callers.Of(call.caller.name, call.peer, call.is_forwarded);
   if (!call.account->TakeCall(call.start_time)) {
     return error::Throttled(
         fmt::format("a caller may make {} calls a second", limits::kMaxCallsPerSecond),

@@ -126,6 +126,7 @@ void DeformStream::OnReadDone(bool ok) {
   absl::Status status = TakeMessage(bytes_, &request);
   if (status.ok() && stream != nullptr && MayTakeLong(request.edit())) {
     stream->Touch();
+    stream->ExpectAnswer();
     return HandOver(std::move(request));
   }
   if (status.ok()) status = stream == nullptr ? Open(request) : Handle(request, *stream);
@@ -202,6 +203,7 @@ absl::Status DeformStream::Handle(const v1::DeformRequest& request, SceneStream&
   stream.Touch();
   switch (request.message_case()) {
     case v1::DeformRequest::kEdit:
+      stream.ExpectAnswer();
       HandleEdit(request.edit(), Clock::now(), absl::OkStatus());
       return absl::OkStatus();
     case v1::DeformRequest::kControl:

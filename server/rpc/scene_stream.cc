@@ -123,7 +123,7 @@ void SceneStream::Pump() {
 }
 
 bool SceneStream::AtEnd() const {
-  if (!small_.empty() || watcher_->update_in_progress() || editing_) return false;
+  if (!small_.empty() || watcher_->update_in_progress() || answers_due_ > 0) return false;
   // After goaway, GetUpdate still sends a revision that exists, but does not wait for a later one.
   const bool on_its_way = only_update_ && *finish_at_ <= scene_->State()->revision;
   if (going_away_ && !on_its_way && absl::Now() >= refusals_end_) return true;
@@ -173,6 +173,9 @@ void SceneStream::WakeAt(absl::Time time) {
 void SceneStream::OnPace() {
   const MutexLock lock(&mutex_);
   pace_time_ = absl::InfiniteFuture();
+  if (going_away_ && absl::Now() < refusals_end_) {  // the alarm is a little early
+    heartbeat_ = AlarmAt(refusals_end_, &SceneStream::OnPace);
+  }
   Pump();
 }
 
@@ -268,15 +271,19 @@ absl::Status SceneStream::Steer(const WatchCommand& command, PresenceBoard::Wait
   return absl::OkStatus();
 }
 
+void SceneStream::ExpectAnswer() {
+  const MutexLock lock(&mutex_);
+  ++answers_due_;
+}
+
 void SceneStream::BeginEdit() {
   const MutexLock lock(&mutex_);
-  editing_ = true;
   if (state_ != StreamState::kFinished) watcher_->SetCeiling(scene_->State()->revision);
 }
 
 void SceneStream::Answer(const v1::SceneEvent& result) {
   const MutexLock lock(&mutex_);
-  editing_ = false;
+  --answers_due_;
   if (state_ == StreamState::kFinished) return;
   watcher_->SetCeiling(std::nullopt);
   small_.push_back(EncodeEvent(result));
@@ -319,7 +326,7 @@ void SceneStream::ScheduleHeartbeat() {
 
 void SceneStream::OnHeartbeat() {
   const MutexLock lock(&mutex_);
-  if (state_ == StreamState::kFinished) return;
+  if (state_ == StreamState::kFinished || going_away_) return;
   ScheduleHeartbeat();
   const absl::Duration silence = absl::Now() - last_heard_;
   if (!half_closed_ && silence > kSilentHeartbeats * env_->options.heartbeat_interval) {

@@ -12,8 +12,7 @@
 // scene is deleted or cannot be evaluated; CANCELLED when the client cancels or its deadline passes. The
 // watcher is then destroyed at once, so that nothing is evaluated or kept for it.
 //
-// After goaway the stream stays open for kRefusalTime, and edits that still come are refused with an answer: the
-// client knows of each edit that it sent whether it was applied.
+// After goaway the stream stays open for kRefusalTime, and edits that come in this time are refused with an answer.
 //
 // A client that does not read keeps one message in memory, with the chunks in it, also when their snapshot
 // is retired. The stream reserves the message from --memory, at most one MiB.
@@ -99,6 +98,8 @@ class SceneStream : public SceneListener,
   void OnCancel() ABSL_LOCKS_EXCLUDED(mutex_);
   // The client has shown that it is alive.
   void Touch() ABSL_LOCKS_EXCLUDED(mutex_);
+  // An edit has come, and Answer will be called.
+  void ExpectAnswer() ABSL_LOCKS_EXCLUDED(mutex_);
   // Called before and after an edit is applied: its answer is sent before the next chunks, and before any
   // update that contains it.
   void BeginEdit() ABSL_LOCKS_EXCLUDED(mutex_);
@@ -156,7 +157,7 @@ class SceneStream : public SceneListener,
   grpc::ByteBuffer writing_ ABSL_GUARDED_BY(mutex_);
   std::optional<uint64_t> finish_at_ ABSL_GUARDED_BY(mutex_);
   bool half_closed_ ABSL_GUARDED_BY(mutex_) = false;
-  bool editing_ ABSL_GUARDED_BY(mutex_) = false;  // between BeginEdit and Answer
+  int answers_due_ ABSL_GUARDED_BY(mutex_) = 0;  // between ExpectAnswer and Answer
   bool going_away_ ABSL_GUARDED_BY(mutex_) = false;
   absl::Time refusals_end_ ABSL_GUARDED_BY(mutex_);  // once going away
   absl::Time last_heard_ ABSL_GUARDED_BY(mutex_);

@@ -95,9 +95,9 @@ absl::Status ServerEnv::Health() const {
     return absl::UnavailableError(
         fmt::format("the engine has not moved for {:.0f} s", absl::ToDoubleSeconds(still)));
   }
-  if (const absl::Duration wait = workers_.QuickDelay(now); wait > kStillTime) {
-    return absl::UnavailableError(
-        fmt::format("calls have waited for a worker for {:.0f} s", absl::ToDoubleSeconds(wait)));
+  if (const absl::Duration wait = workers_.QuickStill(now); wait > kStillTime) {
+    return absl::UnavailableError(fmt::format("no worker has taken a waiting call for {:.0f} s",
+                                              absl::ToDoubleSeconds(wait)));
   }
   return absl::OkStatus();
 }
@@ -105,7 +105,7 @@ absl::Status ServerEnv::Health() const {
 Pulse ServerEnv::TakePulse() const {
   return {.engine_ticks = scenes->ticks(),
           .quick_calls = workers_.quick_taken(),
-          .quick_calls_wait = workers_.QuickDelay(absl::Now()) > absl::Seconds(1)};
+          .quick_calls_wait = workers_.QuickStill(absl::Now()) > absl::Seconds(1)};
 }
 
 std::shared_ptr<const Authenticator> ServerEnv::authenticator() const {

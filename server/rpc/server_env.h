@@ -49,7 +49,7 @@ struct ServerEnv {
 
   // Runs `work` on a worker of the lane, when it is the caller's turn. The destructor waits for all of it.
   void Post(WorkerLanes::Lane lane, const CallerAccount& caller, std::function<void()> work) {
-    workers_.Post(lane, &caller, std::move(work));
+    workers_.Post(lane, caller.has_share() ? &caller : nullptr, std::move(work));
   }
   // kUnavailable with the reason when the server does not do its work: the device is lost, or the engine or the
   // workers have not moved for kStillTime.

@@ -26,12 +26,12 @@ CallerAccount::CallerAccount(double share, const SharedBudgets& budgets)
       share_(share) {}
 
 size_t CallerAccount::ShareOf(size_t limit) const {
-  if (share_ >= 1) return limit;
+  if (!has_share()) return limit;
   return std::max<size_t>(1, static_cast<size_t>(share_ * static_cast<double>(limit)));
 }
 
 bool CallerAccount::TakeCall(absl::Time now) {
-  if (share_ >= 1) return true;
+  if (!has_share()) return true;
   const MutexLock lock(&mutex_);
   const int64_t second = absl::ToUnixSeconds(now);
   if (second != second_) calls_ = 0;
@@ -39,10 +39,12 @@ bool CallerAccount::TakeCall(absl::Time now) {
   return ++calls_ <= limits::kMaxCallsPerSecond;
 }
 
-std::shared_ptr<CallerAccount> Callers::Of(const std::string& name, const std::string& address) {
-  const bool shares = share_ < 1 && (!name.empty() || !IsOfThisMachine(address));
-  std::string key = name;  // names contain no ':'
-  if (name.empty()) key = shares ? std::string(WithoutPort(address)) : "";
+std::shared_ptr<CallerAccount> Callers::Of(const std::string& name, const std::string& address,
+                                           bool is_forwarded) {
+  const bool is_local = !is_forwarded && IsOfThisMachine(address);
+  const bool shares = share_ < 1 && (!name.empty() || !is_local);
+  std::string key = "name " + name;
+  if (name.empty()) key = shares ? "network " + NetworkOf(IpOf(address)) : "";
   const MutexLock lock(&mutex_);
   std::shared_ptr<CallerAccount>& account = accounts_[key];
   if (account == nullptr) {

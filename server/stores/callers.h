@@ -35,6 +35,8 @@ class CallerAccount {
  public:
   CallerAccount(double share, const SharedBudgets& budgets);
 
+  // False for callers who may have all.
+  bool has_share() const { return share_ < 1; }
   // The most that the caller may have of a limit on a number of things.
   [[nodiscard]] size_t ShareOf(size_t limit) const;
   // Counts a call. Returns false when the caller has made limits::kMaxCallsPerSecond within this second.
@@ -55,9 +57,11 @@ class Callers {
   Callers(double share, const SharedBudgets& budgets) : share_(share), budgets_(budgets) {}
 
   // The account of a caller. `name` may be empty; `address` is as
-  // gRPC writes it, "ipv4:127.0.0.1:5000".
+  // gRPC writes it, "ipv4:127.0.0.1:5000". An address that a proxy has
+  // forwarded is not of this machine, whatever it is.
   [[nodiscard]] std::shared_ptr<CallerAccount> Of(const std::string& name,
-                                                  const std::string& address)
+                                                  const std::string& address,
+                                                  bool is_forwarded = false)
       ABSL_LOCKS_EXCLUDED(mutex_);
   // Forgets the accounts that nobody uses. Called once a second.
   void DropUnused() ABSL_LOCKS_EXCLUDED(mutex_);

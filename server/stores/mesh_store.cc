@@ -12,15 +12,14 @@ namespace latticed {
 
 absl::StatusOr<std::shared_ptr<const StoredMesh>> MeshStore::Add(StoredMesh mesh,
                                                                  MemoryReservation reservation) {
-  const uint64_t bytes = mesh.MemoryBytes();
-  const MutexLock lock(&mutex_);
-  const auto found = meshes_.find(mesh.id);
-  if (found != meshes_.end()) {
-    const auto& stored = found->second;
-    if (stored->format == mesh.format && stored->layout == mesh.layout) return stored;
+  if (const auto stored = Find(mesh.id); stored.ok()) {
+    if ((*stored)->format == mesh.format && (*stored)->layout == mesh.layout) return stored;
     return error::AlreadyExists("mesh in another format or layout", mesh.id);
   }
-  LATTICED_RETURN_IF_ERROR(reservation.Resize("the mesh", bytes));
+  // Without the lock: it may evict scenes, and the registry's lock comes before this one.
+  LATTICED_RETURN_IF_ERROR(reservation.Resize("the mesh", mesh.MemoryBytes()));
+  const MutexLock lock(&mutex_);
+  if (const auto found = meshes_.find(mesh.id); found != meshes_.end()) return found->second;
   mesh.memory = std::move(reservation);
   mesh.create_time = absl::Now();
   auto stored = std::make_shared<const StoredMesh>(std::move(mesh));

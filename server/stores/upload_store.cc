@@ -122,10 +122,10 @@ absl::StatusOr<std::shared_ptr<Upload>> UploadStore::Admit(UploadHeader header,
   if (static_cast<size_t>(of_caller) >= share) {
     return error::LimitExceeded("uploads at a time for one caller", share);
   }
-  // What does not fit now is refused before its bytes are sent. What fits may still meet a full budget later.
+  const uint64_t most = std::min(memory_->total_bytes(), caller.memory->most_bytes());
+  if (header.total_bytes > most) return error::OutOfMemory("the upload", header.total_bytes, most);
   LATTICED_ASSIGN_OR_RETURN(MemoryReservation reservation,
-                            memory_->Reserve("the upload", header.total_bytes, caller.memory));
-  LATTICED_RETURN_IF_ERROR(reservation.Resize("the upload", 0));
+                            memory_->Reserve("the upload", 0, caller.memory));
   auto upload = std::make_shared<Upload>(std::move(header), std::move(reservation), clock_);
   live_.push_back(upload);
   return upload;

@@ -90,7 +90,8 @@ class UploadStore {
       : memory_(std::move(memory)), clock_(std::move(clock)) {}
 
   // Admits an upload of `caller`. Also drops what has expired. kResourceExhausted, reason LIMIT_EXCEEDED for one
-  // upload too many, OUT_OF_MEMORY for one larger than the caller may ever have.
+  // upload too many, OUT_OF_MEMORY for one larger than the caller may ever have. Nothing is reserved or evicted
+  // for bytes that are only announced.
   [[nodiscard]] absl::StatusOr<std::shared_ptr<Upload>> Admit(UploadHeader header,
                                                               const CallerAccount& caller)
       ABSL_LOCKS_EXCLUDED(mutex_);

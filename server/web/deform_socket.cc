@@ -71,6 +71,7 @@ class DeformSocket final : public CallObserver,
   void OnRead(error_code failure);
   void OnSent(error_code failure);
   void SendClose();
+  void EndWithin(HttpTimeouts::Duration time);
   // Ends the connection and the call at once.
   void Drop();
 
@@ -167,16 +168,21 @@ void DeformSocket::OnEnd(grpc::Status status, CallMetadata /*trailers*/) {
   const std::string_view cut = CutUtf8(words, kMaxReasonBytes);
   closing_.emplace(static_cast<websocket::close_code>(code),
                    beast::string_view(cut.data(), cut.size()));
-  if (!sending_.has_value()) SendClose();
+  if (!sending_.has_value()) return SendClose();
+  EndWithin(timeouts_.write);  // the client may take nothing, and yet not be idle
 }
 
-void DeformSocket::SendClose() {
-  if (!stream_.has_value()) return;
-  ending_.expires_after(timeouts_.linger);
+void DeformSocket::EndWithin(HttpTimeouts::Duration time) {
+  ending_.expires_after(time);
   ending_.async_wait([weak = weak_from_this()](error_code failure) {
     const auto self = weak.lock();
     if (self != nullptr && !failure) self->Drop();
   });
+}
+
+void DeformSocket::SendClose() {
+  if (!stream_.has_value()) return;
+  EndWithin(timeouts_.linger);
   stream_->async_close(*closing_, [self = shared_from_this()](error_code) {});
 }
 

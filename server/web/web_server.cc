@@ -12,6 +12,7 @@
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
+#include "server/base/address.h"
 #include "server/base/telemetry.h"
 #include "server/net/tcp_listener.h"
 #include "server/net/tls_context.h"
@@ -46,7 +47,8 @@ absl::StatusOr<std::shared_ptr<TcpListener>> ListenForHttp(
     error_code ignored;
     socket.set_option(net::socket_base::keep_alive(true), ignored);  // notices vanished clients
     const auto peer = socket.remote_endpoint(ignored).address();
-    auto place = connections->Enter(counts_loopback || !peer.is_loopback() ? peer.to_string() : "");
+    auto place = connections->Enter(
+        counts_loopback || !peer.is_loopback() ? NetworkOf(peer.to_string()) : "");
     if (place == nullptr) return;
     const bool served = place->served();
     HttpTimeouts patience = timeouts;

@@ -197,11 +197,14 @@ EditBatch BatchFromProto(const v1::EditBatch& batch, const PolygonMesh& mesh) {
 }
 
 bool MayTakeLong(const v1::EditBatch& batch) {
-  constexpr int kQuickDragPoints = 64;
-  return std::ranges::any_of(batch.edits(), [](const v1::Edit& edit) {
-    return edit.has_insert_knot() || edit.has_reset() || edit.has_undo() || edit.has_redo() ||
-           edit.drag_points().points_size() > kQuickDragPoints;
-  });
+  constexpr int kQuickDragPoints = 64, kQuickEdits = 64;
+  int points = 0;
+  for (const v1::Edit& edit : batch.edits()) {
+    if (edit.has_insert_knot() || edit.has_reset() || edit.has_undo() || edit.has_redo())
+      return true;
+    points += edit.drag_points().points_size();
+  }
+  return points > kQuickDragPoints || batch.edits_size() > kQuickEdits;
 }
 
 v1::EditResult ToProto(const EditSummary& summary) {

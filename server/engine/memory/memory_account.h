@@ -25,6 +25,7 @@ class MemoryAccount {
   friend class MemoryBudget;
   const uint64_t most_;
   std::atomic<uint64_t> used_ = 0;
+  std::atomic<int64_t> nothing_until_ns_ = 0;  // until then, nothing more can be evicted
 };
 
 // Null: the caller may take whatever is free.

@@ -6,6 +6,8 @@
 #include <utility>
 
 #include "absl/strings/numbers.h"
+#include "absl/time/clock.h"
+#include "absl/time/time.h"
 #include "core/base/error.h"
 #include "core/base/status_macros.h"
 
@@ -89,12 +91,21 @@ std::optional<MemoryShortage> MemoryBudget::ShortageOf(const absl::Status& statu
 }
 
 bool MemoryBudget::Evict(const MemoryShortage& shortage) {
+  // Looking at all scenes is dear, and a caller at its share may ask thousands of times a second.
+  constexpr absl::Duration kFruitlessPause = absl::Milliseconds(100);
+  MemoryAccount* const account = shortage.account.get();
+  if (account != nullptr && absl::ToUnixNanos(absl::Now()) < account->nothing_until_ns_)
+    return false;
   Evictor evictor;
   {
     const MutexLock lock(&mutex_);
     evictor = evictor_;
   }
-  return evictor != nullptr && evictor(shortage);
+  const bool evicted = evictor != nullptr && evictor(shortage);
+  if (account != nullptr && !evicted) {
+    account->nothing_until_ns_ = absl::ToUnixNanos(absl::Now() + kFruitlessPause);
+  }
+  return evicted;
 }
 
 absl::Status MemoryBudget::Exchange(std::string_view what, MemoryAccount* account, uint64_t before,
@@ -107,13 +118,14 @@ absl::Status MemoryBudget::ExchangeLocked(std::string_view what, MemoryAccount* 
                                           uint64_t before, uint64_t after) {
   const uint64_t others = used_ - before;
   const uint64_t free = total_ - std::min(total_, others);
-  if (after > before && after > free) return error::OutOfMemory(what, after, free);
-  if (account != nullptr) {
+  // The share comes first: for one who has used it up, nothing of others' is evicted.
+  if (account != nullptr && after > before) {
     const uint64_t rest = account->used_ - before;
     const uint64_t share = account->most_ - std::min(account->most_, rest);
-    if (after > before && after > share) return error::OutOfShare(what, after, share);
-    account->used_ = rest + after;
+    if (after > share) return error::OutOfShare(what, after, share);
   }
+  if (after > before && after > free) return error::OutOfMemory(what, after, free);
+  if (account != nullptr) account->used_ = account->used_ - before + after;
   used_ = others + after;
   return absl::OkStatus();
 }

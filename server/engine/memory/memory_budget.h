@@ -6,8 +6,8 @@
 //   Reserve(what, bytes) -> fits: a reservation, which gives the bytes back when it is destroyed
 //                           does not fit: evict what can be made again, once enough can be freed,
 //                           and reserve; else kResourceExhausted with asked and free bytes
-//                           an account (memory_account.h) has its share used up: the same, but only what
-//                           is charged to it is evicted
+//                           an account (memory_account.h) has its share used up: the same, but only scenes
+//                           with views that are charged to it are evicted
 //   Admit(call)          the same for a call that a device may refuse for its own memory
 //
 // --memory is the limit of one budget: uploads, meshes, scenes, views, streams and exports ask it

@@ -68,6 +68,7 @@ class RenderView {
 
   SnapshotBoard& board() { return board_; }
   const ViewKey& key() const { return board_.key(); }
+  const MemoryAccountPtr& account() const { return account_; }
   Stage stage() const ABSL_LOCKS_EXCLUDED(mutex_);
 
   // Adds the chunks that an edit changed; all after a change of structure or quantisation box.

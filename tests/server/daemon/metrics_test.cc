@@ -167,6 +167,7 @@ TEST_F(EmptyServerMetricsTest, WhatTheBudgetRefusesIsCounted) {
   append.set_upload_id(upload.upload_id());
   append.set_data(std::string(50'000, 'v'));
   ASSERT_OK(Call(&Meshes::AppendUpload, append));
+  request.mutable_header()->set_total_bytes(1'000'001);
   for (int i = 0; i < 2; ++i) {
     EXPECT_THAT(Call(&Meshes::BeginUpload, request),
                 StatusIs(absl::StatusCode::kResourceExhausted));

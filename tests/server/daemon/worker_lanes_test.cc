@@ -72,7 +72,7 @@ TEST(WorkerLanesTest, CallersHaveTurns) {
     block.begun.wait();
     for (int i = 0; i < 3; ++i) lanes.Post(Lane::kQuick, &kMallory, [&] { order += 'm'; });
     for (int i = 0; i < 2; ++i) lanes.Post(Lane::kQuick, &kAlice, [&] { order += 'a'; });
-    EXPECT_GT(lanes.QuickDelay(absl::Now() + absl::Seconds(5)), absl::Seconds(4));
+    EXPECT_GT(lanes.QuickStill(absl::Now() + absl::Seconds(5)), absl::Seconds(4));
     EXPECT_EQ(lanes.quick_taken(), 1u);
     block.may_end.count_down();
   }  // runs what waits

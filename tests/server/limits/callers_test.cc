@@ -32,6 +32,13 @@ TEST(AddressTest, KnowsThisMachine) {
     EXPECT_FALSE(IsOfThisMachine(peer)) << peer;
   }
   EXPECT_EQ(WithoutPort("ipv6:%5B2001::1%5D:5"), "ipv6:%5B2001::1%5D");
+  EXPECT_EQ(IpOf("ipv6:%5B2001::1%5D:5"), "2001::1");
+  EXPECT_EQ(IpOf("ipv4:10.0.0.1:5"), "10.0.0.1");
+  EXPECT_EQ(IpOf("unix:/run/x"), "");
+  EXPECT_EQ(NetworkOf("2001:db8:1:2:3:4:5:6"), "2001:db8:1:2::/64");
+  EXPECT_EQ(NetworkOf("10.0.0.1"), "10.0.0.1");
+  EXPECT_TRUE(IsIp("::1"));
+  EXPECT_FALSE(IsIp("1.2.3.4:5678"));
 }
 
 TEST(CallersTest, NamesAndAddressesOfOthersHaveShares) {
@@ -48,6 +55,9 @@ TEST(CallersTest, NamesAndAddressesOfOthersHaveShares) {
   EXPECT_NE(callers.Of("", "ipv4:10.0.0.2:5"), remote);
   EXPECT_EQ(remote->ShareOf(64), 32u);
   EXPECT_EQ(callers.Of("", "ipv4:127.0.0.1:5")->ShareOf(64), 64u) << "this machine's own";
+  EXPECT_EQ(callers.Of("", "ipv4:127.0.0.1:0", true)->ShareOf(64), 32u) << "as a proxy says";
+  EXPECT_EQ(callers.Of("", "ipv6:%5B2001::1%5D:5"), callers.Of("", "ipv6:%5B2001::2%5D:6"))
+      << "one network";
 }
 
 TEST(CallersTest, AnAccountIsForgottenOnceNothingIsChargedToIt) {
@@ -189,17 +199,23 @@ TEST_F(TwoCallersTest, BytesThatCameAreChargedToTheirCaller) {
   std::string id;
   ASSERT_OK(BeginAs(kMallory, 16 << 20, &id));
   ExpectRefused(BeginAs(kMallory, (16 << 20) + 1), kExhausted, "OUT_OF_MEMORY");
-  v1::AppendUploadRequest append;
-  append.set_upload_id(id);
-  append.set_data(std::string(700'000, 'x'));
-  for (int i = 0; i < 20; ++i) {
-    append.set_offset(uint64_t{700'000} * static_cast<uint64_t>(i));
-    ASSERT_OK(Call(&Meshes::AppendUpload, append, nullptr, kMallory));
-  }
+  const auto append = [&](const Metadata& who, const std::string& upload, int part) {
+    v1::AppendUploadRequest request;
+    request.set_upload_id(upload);
+    request.set_data(std::string(700'000, 'x'));
+    request.set_offset(uint64_t{700'000} * static_cast<uint64_t>(part));
+    return Call(&Meshes::AppendUpload, request, nullptr, who);
+  };
+  for (int i = 0; i < 20; ++i) ASSERT_OK(append(kMallory, id, i));
+  std::string second, eds;
+  ASSERT_OK(BeginAs(kMallory, 16 << 20, &second));
+  for (int i = 0; i < 3; ++i) ASSERT_OK(append(kMallory, second, i));
 
-  EXPECT_THAT(BeginAs(kMallory, 3'000'000),
+  EXPECT_THAT(append(kMallory, second, 3),
               StatusIs(kExhausted, HasSubstr("are free of what one caller may use")));
-  EXPECT_OK(BeginAs(kEd, 3'000'000));
+  ASSERT_OK(BeginAs(kEd, 16 << 20, &eds));
+  for (int i = 0; i < 20; ++i) ASSERT_OK(append(kEd, eds, i));
+  EXPECT_THAT(append(kMallory, second, 3), StatusIs(kExhausted)) << "a refusal changed nothing";
 }
 
 TEST_F(TwoCallersTest, ScenesAndWatches) {
