@@ -120,7 +120,10 @@ TEST(UploadStoreTest, IdleUploadsExpireAndGiveTheirBytesBack) {
   now += absl::Minutes(59);
   EXPECT_OK(uploads.Find(id));
   EXPECT_EQ(memory->used_bytes(), 900u);
-  EXPECT_THAT(uploads.Admit(header, Anyone()), StatusIs(absl::StatusCode::kResourceExhausted));
+  const auto other = uploads.Admit(header, Anyone());
+  ASSERT_OK(other);
+  EXPECT_THAT((*other)->Append(std::string(900, 'x')),
+              StatusIs(absl::StatusCode::kResourceExhausted));
   now += absl::Minutes(60);
 
   EXPECT_THAT(uploads.Find(id), StatusIs(absl::StatusCode::kNotFound));
