@@ -43,7 +43,7 @@ std::vector<double> DistinctKnots(const LatticeStructure& s, int axis) {
 class Splitter {
  public:
   Splitter(const PolygonMesh& mesh, const LatticeStructure& structure, StopCheck stop)
-      : mesh_(mesh), map_(structure), poll_(stop) {
+      : mesh_(mesh), map_(structure), stop_(stop), poll_(stop) {
     for (int axis = 0; axis < 3; ++axis) {
       planes_[static_cast<size_t>(axis)] = DistinctKnots(structure, axis);
       snap_[axis] = kPlaneSnap * (structure.domain_end(axis) - structure.domain_begin(axis));
@@ -64,8 +64,7 @@ class Splitter {
         for (uint32_t c = begin; c < end; ++c) {
           polygon.push_back(mesh_.positions[mesh_.corner_vertices[c]]);
         }
-        triangles.clear();
-        TriangulatePolygon(polygon, &triangles);
+        LATTICED_RETURN_IF_ERROR(Triangulate(face, polygon, &triangles));
       }
       const size_t pieces_before = result_.pieces.size();
       for (const auto& [a, b, c] : triangles) {
@@ -84,6 +83,14 @@ class Splitter {
   }
 
  private:
+  absl::Status Triangulate(size_t face, const std::vector<Vec3d>& polygon,
+                           std::vector<std::array<uint32_t, 3>>* triangles) const {
+    absl::Status status = TriangulatePolygon(polygon, triangles, stop_);
+    if (!absl::IsInvalidArgument(status)) return status;
+    return error::InvalidField("mesh", fmt::format("face {} has {} corners, and {}", face,
+                                                   polygon.size(), std::string(status.message())));
+  }
+
   absl::Status AddMeshVertices() {
     absl::flat_hash_map<PositionKey, uint32_t> ids;
     ids.reserve(mesh_.positions.size());
@@ -214,6 +221,7 @@ class Splitter {
   std::vector<uint32_t> vertex_of_position_;
   AdjacencyIndex cuts_;  // vertex: the first end; key: the other end and the plane
   std::vector<Vec3d> emit_points_;
+  const StopCheck stop_;
   StopPoll poll_;
   SplitMesh result_;
 };

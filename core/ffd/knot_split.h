@@ -11,7 +11,8 @@
 // one vertex, which is snapped to planes once. A cut point is keyed by its edge's two vertices and the plane. It is
 // computed once, from the end points in canonical order (lexicographic by world position).
 //
-// Errors   kResourceExhausted past limits::kMaxPatches; what `stop` returns
+// Errors   kResourceExhausted past limits::kMaxPatches; kInvalidArgument for a face that takes too long to triangulate;
+//          what `stop` returns
 // Threads  pure function
 #ifndef LATTICED_CORE_FFD_KNOT_SPLIT_H_
 #define LATTICED_CORE_FFD_KNOT_SPLIT_H_

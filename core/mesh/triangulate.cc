@@ -4,20 +4,19 @@
 #include "core/mesh/triangulate.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <set>
+#include <utility>
+
+#include "absl/status/statusor.h"
+#include "core/base/status_macros.h"
+#include "core/mesh/corner_tree.h"
 
 namespace latticed {
 namespace {
 
-struct Point {
-  double x = 0, y = 0;
-  friend bool operator==(const Point&, const Point&) = default;
-};
-
-// Twice the signed area of abc; positive when counter-clockwise.
-double Orient(Point a, Point b, Point c) {
-  return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
-}
+using Point = PlanePoint;
 
 // The polygon in its plane of best fit, counter-clockwise, relative to its first corner and scaled
 // to a largest coordinate of 1: a distant or huge polygon keeps its digits and no product
@@ -52,104 +51,129 @@ std::vector<Point> Project(std::span<const Vec3d> polygon) {
   return points;
 }
 
-// The corners that may lie in an ear, in the cells of a uniform grid. A small polygon has one cell.
-class CornerGrid {
+// The corners that may be an ear: a bit each, so that the next one in the order of the polygon is found fast.
+class Candidates {
  public:
-  explicit CornerGrid(const std::vector<Point>& points) : points_(points) {
-    constexpr size_t kCornersPerCell = 4;
-    const size_t cells = points.size() / kCornersPerCell;
-    side_ = std::max<size_t>(1, static_cast<size_t>(std::sqrt(static_cast<double>(cells))));
-    low_ = high_ = points[0];
-    for (Point p : points) {
-      low_ = {std::min(low_.x, p.x), std::min(low_.y, p.y)};
-      high_ = {std::max(high_.x, p.x), std::max(high_.y, p.y)};
-    }
-    cells_.resize(side_ * side_);
+  explicit Candidates(uint32_t corners) : words_((corners + 63) / 64, ~uint64_t{0}) {
+    if (corners % 64 != 0) words_.back() = (uint64_t{1} << (corners % 64)) - 1;
   }
 
-  void Add(uint32_t corner) { Cell(points_[corner]).push_back(corner); }
-  void Remove(uint32_t corner) { std::erase(Cell(points_[corner]), corner); }
+  void Add(uint32_t corner) { words_[corner / 64] |= uint64_t{1} << (corner % 64); }
+  void Remove(uint32_t corner) { words_[corner / 64] &= ~(uint64_t{1} << (corner % 64)); }
 
-  // Whether `test` holds for any corner in the cells that the box of a, b, c touches.
-  template <typename Test>
-  bool AnyOf(Point a, Point b, Point c, const Test& test) const {
-    const size_t x0 = Column(std::min({a.x, b.x, c.x})), x1 = Column(std::max({a.x, b.x, c.x}));
-    const size_t y0 = Row(std::min({a.y, b.y, c.y})), y1 = Row(std::max({a.y, b.y, c.y}));
-    for (size_t y = y0; y <= y1; ++y) {
-      for (size_t x = x0; x <= x1; ++x) {
-        const std::vector<uint32_t>& cell = cells_[y * side_ + x];
-        if (std::any_of(cell.begin(), cell.end(), test)) return true;
-      }
+  // The first one at or after `corner`, cyclically; `corners` if there is none.
+  uint32_t Next(uint32_t corner, uint32_t corners) const {
+    size_t w = corner / 64;
+    uint64_t word = words_[w] & (~uint64_t{0} << (corner % 64));
+    for (size_t looked = 0; word == 0; ++looked) {
+      if (looked == words_.size()) return corners;
+      w = w + 1 == words_.size() ? 0 : w + 1;
+      word = words_[w];
     }
-    return false;
+    return static_cast<uint32_t>(w * 64 + static_cast<size_t>(std::countr_zero(word)));
   }
 
  private:
-  size_t Slot(double value, double low, double high) const {
-    if (!(high > low)) return 0;
-    const double slot = (value - low) / (high - low) * static_cast<double>(side_);
-    return std::min(static_cast<size_t>(std::max(slot, 0.0)), side_ - 1);
-  }
-  size_t Column(double x) const { return Slot(x, low_.x, high_.x); }
-  size_t Row(double y) const { return Slot(y, low_.y, high_.y); }
-  std::vector<uint32_t>& Cell(Point p) { return cells_[Row(p.y) * side_ + Column(p.x)]; }
-
-  const std::vector<Point>& points_;
-  size_t side_ = 1;
-  Point low_, high_;
-  std::vector<std::vector<uint32_t>> cells_;
+  std::vector<uint64_t> words_;
 };
 
+// Clips the next ear in the order of the polygon, again and again. A corner that is no ear is tried again only when
+// what kept it from being one has changed: its neighbours, or the corner that lay in its triangle.
 class EarClipper {
  public:
-  EarClipper(const std::vector<Point>& points, std::vector<std::array<uint32_t, 3>>* triangles)
-      : points_(points), grid_(points), triangles_(*triangles) {
-    const auto n = static_cast<uint32_t>(points.size());
-    previous_.resize(n);
-    next_.resize(n);
-    blocking_.resize(n);
+  EarClipper(const std::vector<Point>& points, StopCheck stop,
+             std::vector<std::array<uint32_t, 3>>* triangles)
+      : points_(points),
+        stop_(stop),
+        tree_(points),
+        candidates_(Count()),
+        corners_(points.size()),
+        triangles_(*triangles) {
+    const uint32_t n = Count();
     for (uint32_t i = 0; i < n; ++i) {
-      previous_[i] = (i + n - 1) % n;
-      next_[i] = (i + 1) % n;
+      corners_[i].previous = i == 0 ? n - 1 : i - 1;
+      corners_[i].next = i + 1 == n ? 0 : i + 1;
     }
     for (uint32_t i = 0; i < n; ++i) UpdateBlocking(i);
   }
 
-  void Run() {
-    auto left = static_cast<uint32_t>(points_.size());
+  absl::Status Run() {
     uint32_t corner = 0;
-    uint32_t tried = 0;
-    while (left > 3) {
-      if (!IsEar(corner)) {
-        corner = next_[corner];
-        if (++tried < left) continue;
-        corner = LeastBadCorner(corner);
-      }
-      const uint32_t after = next_[corner];
+    for (uint32_t left = Count(); left > 3; --left) {
+      LATTICED_ASSIGN_OR_RETURN(corner, NextToClip(corner));
+      const uint32_t after = corners_[corner].next;
       Clip(corner);
-      --left;
-      tried = 0;
-      corner = next_[after];  // not `after`: skipping one keeps the triangles from forming a fan
+      corner =
+          corners_[after].next;  // not `after`: skipping one keeps the triangles from forming a fan
     }
-    triangles_.push_back({previous_[corner], corner, next_[corner]});
+    triangles_.push_back({corners_[corner].previous, corner, corners_[corner].next});
+    return absl::OkStatus();
   }
 
  private:
+  static constexpr uint32_t kNone = CornerTree::kNone;
   // Doubled area, in the unit box of Project, below which a corner counts as flat: rounding of the
   // projection.
   static constexpr double kFlat = 4e-15;
+  static constexpr uint64_t kTestsPerStopCheck = uint64_t{1} << 15;
+  // A smaller polygon may take as many tests as one of this many corners.
+  static constexpr uint64_t kSmallPolygon = 512;
+
+  struct Corner {
+    uint32_t previous = 0, next = 0;
+    bool blocking = false;  // reflex or flat: cannot be an ear, may lie in one
+    bool touching = false;  // lies on a corner of a waiting triangle, so its own edges decide, too
+    // Corners that are no ears because this one lies in their triangles, as a list.
+    uint32_t first_waiting = kNone;
+    // The list that this corner is in.
+    uint32_t waits_for = kNone, waiting_before = kNone, waiting_after = kNone;
+  };
+
+  uint32_t Count() const { return static_cast<uint32_t>(points_.size()); }
 
   double Area(uint32_t i) const {
-    return Orient(points_[previous_[i]], points_[i], points_[next_[i]]);
+    return Orient(points_[corners_[i].previous], points_[i], points_[corners_[i].next]);
   }
 
-  bool IsEar(uint32_t i) const {
-    if (blocking_[i]) return false;
-    const uint32_t before = previous_[i], after = next_[i];
+  absl::StatusOr<uint32_t> NextToClip(uint32_t start) {
+    for (uint32_t i = start;; i = corners_[i].next) {
+      LATTICED_RETURN_IF_ERROR(CheckWork());
+      i = candidates_.Next(i, Count());
+      if (i == Count()) return LeastBadCorner(start);
+      if (IsEar(i)) return i;
+    }
+  }
+
+  absl::Status CheckWork() {
+    if (tests_ < next_check_) return absl::OkStatus();
+    next_check_ = tests_ + kTestsPerStopCheck;
+    if (tests_ > kMaxTestsPerCorner * std::max<uint64_t>(points_.size(), kSmallPolygon)) {
+      return absl::InvalidArgumentError(
+          "it takes too long to triangulate: too many of its corners are at one place or along one "
+          "edge");
+    }
+    return stop_();
+  }
+
+  // A corner that is no ear is no candidate afterwards.
+  bool IsEar(uint32_t i) {
+    ++tests_;
+    if (corners_[i].blocking) {
+      candidates_.Remove(i);
+      return false;
+    }
+    const uint32_t before = corners_[i].previous, after = corners_[i].next;
     const Point a = points_[before], b = points_[i], c = points_[after];
-    return !grid_.AnyOf(a, b, c, [&](uint32_t p) {
-      return p != before && p != i && p != after && Blocks(p, a, b, c);
-    });
+    const uint32_t found = tree_.FindIn(
+        a, b, c,
+        [&](uint32_t p) { return p != before && p != i && p != after && Blocks(p, a, b, c); },
+        tests_);
+    if (found == kNone) return true;
+    candidates_.Remove(i);
+    WaitFor(i, found);
+    const Point q = points_[found];
+    corners_[found].touching |= q == a || q == b || q == c;
+    return false;
   }
 
   // Whether corner p lies in the triangle abc, its edges included. A corner at the place of a, b or
@@ -169,48 +193,103 @@ class EarClipper {
     const auto inside = [&](Point q) {
       return Orient(apex, right, q) > kFlat && Orient(left, apex, q) > kFlat;
     };
-    return inside(points_[previous_[p]]) || inside(points_[next_[p]]);
+    return inside(points_[corners_[p].previous]) || inside(points_[corners_[p].next]);
   }
 
   // Called where no corner is an ear: the rest crosses itself or is flat. Clipping a flat corner
-  // does the least harm, then a convex one.
-  uint32_t LeastBadCorner(uint32_t start) const {
-    uint32_t best = start;
-    double best_cost = INFINITY;
-    uint32_t i = start;
-    do {
-      const double area = Area(i);
-      const double reflex_penalty = area < -kFlat ? 8.0 : 0.0;  // above any area of the unit box
-      if (std::abs(area) + reflex_penalty < best_cost) {
-        best_cost = std::abs(area) + reflex_penalty;
-        best = i;
-      }
-      i = next_[i];
-    } while (i != start);
-    return best;
+  // does the least harm, then a convex one. Of equally bad ones it is the next from `start` on.
+  uint32_t LeastBadCorner(uint32_t start) {
+    if (by_cost_.empty()) {
+      uint32_t i = start;
+      do {
+        by_cost_.emplace(Cost(i), i);
+        i = corners_[i].next;
+      } while (i != start);
+    }
+    const double least = by_cost_.begin()->first;
+    const auto from_start = by_cost_.lower_bound({least, start});
+    return from_start != by_cost_.end() && from_start->first == least ? from_start->second
+                                                                      : by_cost_.begin()->second;
+  }
+
+  double Cost(uint32_t i) const {
+    const double area = Area(i);
+    const double reflex_penalty = area < -kFlat ? 8.0 : 0.0;  // above any area of the unit box
+    return std::abs(area) + reflex_penalty;
   }
 
   void Clip(uint32_t i) {
-    const uint32_t before = previous_[i], after = next_[i];
+    const uint32_t before = corners_[i].previous, after = corners_[i].next;
     triangles_.push_back({before, i, after});
-    if (blocking_[i]) grid_.Remove(i);
-    next_[before] = after;
-    previous_[after] = before;
-    UpdateBlocking(before);
-    UpdateBlocking(after);
+    const bool ranked = !by_cost_.empty();
+    if (ranked) {
+      for (const uint32_t corner : {before, i, after}) by_cost_.erase({Cost(corner), corner});
+    }
+    corners_[before].next = after;
+    corners_[after].previous = before;
+    if (ranked) {
+      for (const uint32_t corner : {before, after}) by_cost_.emplace(Cost(corner), corner);
+    }
+    candidates_.Remove(i);
+    StopWaiting(i);
+    if (corners_[i].blocking) {
+      tree_.Remove(i);
+      WakeWaiting(i);
+    }
+    for (const uint32_t corner : {before, after}) {
+      UpdateBlocking(corner);
+      candidates_.Add(corner);
+    }
   }
 
   void UpdateBlocking(uint32_t i) {
+    if (corners_[i].touching) WakeWaiting(i);
     const bool blocking = Area(i) <= kFlat;
-    if (blocking == static_cast<bool>(blocking_[i])) return;
-    blocking_[i] = blocking;
-    blocking ? grid_.Add(i) : grid_.Remove(i);
+    if (blocking == corners_[i].blocking) return;
+    corners_[i].blocking = blocking;
+    blocking ? tree_.Add(i) : tree_.Remove(i);
+    if (!blocking) WakeWaiting(i);
+  }
+
+  void WaitFor(uint32_t i, uint32_t blocker) {
+    StopWaiting(i);
+    Corner& corner = corners_[i];
+    corner.waits_for = blocker;
+    corner.waiting_before = kNone;
+    corner.waiting_after = corners_[blocker].first_waiting;
+    if (corner.waiting_after != kNone) corners_[corner.waiting_after].waiting_before = i;
+    corners_[blocker].first_waiting = i;
+  }
+
+  void StopWaiting(uint32_t i) {
+    Corner& corner = corners_[i];
+    if (corner.waits_for == kNone) return;
+    uint32_t& link = corner.waiting_before == kNone ? corners_[corner.waits_for].first_waiting
+                                                    : corners_[corner.waiting_before].waiting_after;
+    link = corner.waiting_after;
+    if (corner.waiting_after != kNone) {
+      corners_[corner.waiting_after].waiting_before = corner.waiting_before;
+    }
+    corner.waits_for = kNone;
+  }
+
+  void WakeWaiting(uint32_t blocker) {
+    uint32_t i = std::exchange(corners_[blocker].first_waiting, kNone);
+    corners_[blocker].touching = false;
+    while (i != kNone) {
+      candidates_.Add(i);
+      corners_[i].waits_for = kNone;
+      i = corners_[i].waiting_after;
+    }
   }
 
   const std::vector<Point>& points_;
-  CornerGrid grid_;
-  std::vector<uint32_t> previous_, next_;
-  std::vector<uint8_t> blocking_;  // reflex or flat: cannot be an ear, may lie in one
+  const StopCheck stop_;
+  CornerTree tree_;
+  Candidates candidates_;
+  std::vector<Corner> corners_;
+  std::set<std::pair<double, uint32_t>> by_cost_;  // empty until no corner was an ear
+  uint64_t tests_ = 0, next_check_ = kTestsPerStopCheck;
   std::vector<std::array<uint32_t, 3>>& triangles_;
 };
 
@@ -242,18 +321,21 @@ Vec3d NewellNormal(std::span<const Vec3d> polygon) {
   return normal;
 }
 
-void TriangulatePolygon(std::span<const Vec3d> polygon,
-                        std::vector<std::array<uint32_t, 3>>* triangles) {
+absl::Status TriangulatePolygon(std::span<const Vec3d> polygon,
+                                std::vector<std::array<uint32_t, 3>>* triangles, StopCheck stop) {
   triangles->clear();
-  if (polygon.size() < 3) return;
+  if (polygon.size() < 3) return absl::OkStatus();
   if (polygon.size() == 3) {
     triangles->push_back({0, 1, 2});
-    return;
+    return absl::OkStatus();
   }
-  if (polygon.size() == 4) return TriangulateQuad(polygon, triangles);
+  if (polygon.size() == 4) {
+    TriangulateQuad(polygon, triangles);
+    return absl::OkStatus();
+  }
   const std::vector<Point> points = Project(polygon);
   triangles->reserve(polygon.size() - 2);
-  EarClipper(points, triangles).Run();
+  return EarClipper(points, stop, triangles).Run();
 }
 
 }  // namespace latticed

@@ -83,7 +83,7 @@ Measures OfMesh(const PolygonMesh& mesh) {
   std::vector<std::array<uint32_t, 3>> triangles;
   for (size_t f = 0; f < mesh.face_count(); ++f) {
     const std::vector<Vec3d> polygon = testing::FacePositions(mesh, f);
-    TriangulatePolygon(polygon, &triangles);
+    EXPECT_OK(TriangulatePolygon(polygon, &triangles));
     for (const auto& [a, b, c] : triangles) {
       AddTriangle(polygon[a], polygon[b], polygon[c], area, use);
     }

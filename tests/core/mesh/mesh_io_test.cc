@@ -13,6 +13,7 @@
 #include "core/mesh/triangulate.h"
 #include "tests/core/mesh/mesh_fixtures.h"
 #include "tests/support/real_meshes.h"
+#include "tests/support/status_matchers.h"
 #include "tests/support/test_meshes.h"
 
 namespace latticed {
@@ -32,7 +33,7 @@ TriangleMesh Triangulated(const PolygonMesh& mesh) {
   std::vector<std::array<uint32_t, 3>> triangles;
   for (size_t f = 0; f < mesh.face_count(); ++f) {
     const uint32_t* corners = &mesh.corner_vertices[mesh.face_offsets[f]];
-    TriangulatePolygon(testing::FacePositions(mesh, f), &triangles);
+    EXPECT_OK(TriangulatePolygon(testing::FacePositions(mesh, f), &triangles));
     for (const auto& [a, b, c] : triangles) {
       result.triangles.push_back({corners[a], corners[b], corners[c]});
     }

@@ -40,7 +40,7 @@ double Volume(const PolygonMesh& mesh) {
   for (size_t f = 0; f < mesh.face_count(); ++f) {
     const std::vector<Vec3d> face = FacePositions(mesh, f);
     std::vector<std::array<uint32_t, 3>> triangles;
-    TriangulatePolygon(face, &triangles);
+    EXPECT_OK(TriangulatePolygon(face, &triangles));
     for (const auto& t : triangles) volume += Dot(face[t[0]], Cross(face[t[1]], face[t[2]])) / 6;
   }
   return volume;
@@ -93,7 +93,7 @@ TEST(SampleMeshesTest, GearHasConcaveFacesAndGroups) {
   EXPECT_EQ(mesh.face_offsets[1], 2u * (24 * 12 / 6 + 1));
   std::vector<std::array<uint32_t, 3>> triangles;
   const std::vector<Vec3d> cap = FacePositions(mesh, 0);
-  TriangulatePolygon(cap, &triangles);
+  EXPECT_OK(TriangulatePolygon(cap, &triangles));
   double area = 0;
   for (const auto& t : triangles) {
     area += Norm(Cross(cap[t[1]] - cap[t[0]], cap[t[2]] - cap[t[0]]));

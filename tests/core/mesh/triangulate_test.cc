@@ -12,6 +12,9 @@
 #include <numbers>
 #include <random>
 
+#include "core/base/limits.h"
+#include "tests/support/status_matchers.h"
+
 namespace latticed {
 namespace {
 
@@ -19,7 +22,7 @@ using Triangles = std::vector<std::array<uint32_t, 3>>;
 
 Triangles Triangulate(const std::vector<Vec3d>& polygon) {
   Triangles triangles = {{9, 9, 9}};  // must be replaced
-  TriangulatePolygon(polygon, &triangles);
+  EXPECT_OK(TriangulatePolygon(polygon, &triangles));
   return triangles;
 }
 
@@ -178,6 +181,73 @@ TEST(TriangulateTest, CapOfTwentyThousandCorners) {
     cap.push_back({r * std::cos(angle), r * std::sin(angle), 0});
   }
   ExpectDivides(cap, 1e-9);
+}
+
+// Its corners alternate between two circles.
+std::vector<Vec3d> Star(int corners, double inner_radius) {
+  std::vector<Vec3d> star;
+  for (int i = 0; i < corners; ++i) {
+    const double angle = 2 * std::numbers::pi * i / corners;
+    const double r = i % 2 == 0 ? 1.0 : inner_radius;
+    star.push_back({r * std::cos(angle), r * std::sin(angle), 0});
+  }
+  return star;
+}
+
+// A zigzag band: every corner of the one side is close to a corner of the other.
+std::vector<Vec3d> Zigzag(int corners) {
+  std::vector<Vec3d> band;
+  for (int i = 0; i < corners; ++i) {
+    const bool upper = i >= corners / 2;
+    const int step = upper ? corners - 1 - i : i;
+    const double x = 4.0 * step / corners;
+    band.push_back({x, (step % 2 == 0 ? 0.0 : 1.0) + (upper ? 0.6 / corners : 0.0), 0});
+  }
+  return band;
+}
+
+// Petals of three corners around one point, where a third of all corners are.
+std::vector<Vec3d> Flower(int petals) {
+  std::vector<Vec3d> flower;
+  for (int i = 0; i < petals; ++i) {
+    const double angle = 2 * std::numbers::pi * i / petals, wide = std::numbers::pi / petals;
+    flower.push_back({0, 0, 0});
+    flower.push_back({std::cos(angle), std::sin(angle), 0});
+    flower.push_back({std::cos(angle + wide), std::sin(angle + wide), 0});
+  }
+  return flower;
+}
+
+// Each took minutes while every corner that is no ear was tried again after each ear.
+TEST(TriangulateTest, ThinSpikesOfTheMostCornersTakeFewTestsEach) {
+  constexpr int kCorners = limits::kMaxFaceCorners;
+  for (const double inner_radius : {0.5, 0.1, 1e-3}) {
+    ExpectDivides(Star(kCorners, inner_radius), 1e-9);
+  }
+  ExpectDivides(Zigzag(kCorners), 1e-9);
+}
+
+TEST(TriangulateTest, APolygonThatTakesTooLongIsRefused) {
+  Triangles triangles;
+  EXPECT_OK(TriangulatePolygon(Flower(1'000), &triangles));
+
+  const absl::Status status = TriangulatePolygon(Flower(10'000), &triangles);
+
+  EXPECT_THAT(status, StatusIs(absl::StatusCode::kInvalidArgument));
+  EXPECT_EQ(status.message().find("it takes too long to triangulate"), 0u) << status;
+}
+
+TEST(TriangulateTest, StopsWhenTold) {
+  int asked = 0;
+  const auto stop = [&asked] {
+    return ++asked < 3 ? absl::OkStatus() : absl::CancelledError("nobody waits");
+  };
+  Triangles triangles;
+
+  EXPECT_THAT(TriangulatePolygon(Flower(limits::kMaxFaceCorners / 3), &triangles, stop),
+              StatusIs(absl::StatusCode::kCancelled));
+
+  EXPECT_EQ(asked, 3);
 }
 
 TEST(TriangulateTest, DegeneratePolygonsStillGiveTwoLessThanCorners) {
