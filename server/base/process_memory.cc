@@ -11,8 +11,15 @@
 namespace latticed {
 namespace {
 
-constexpr uint64_t kWorthBytes = uint64_t{64} << 20;
+constexpr int64_t kWorthBytes = int64_t{64} << 20;
 constexpr int kTicksPerLook = 5;
+
+// Resident bytes that malloc has not given out: freed blocks, code and stacks. Below zero if blocks that were given out
+// have not been touched.
+int64_t UnusedBytes(const struct mallinfo2& heap) {
+  return static_cast<int64_t>(MeasureMemory().resident_bytes) -
+         static_cast<int64_t>(heap.uordblks + heap.hblkhd);
+}
 
 }  // namespace
 
@@ -26,11 +33,12 @@ ProcessMemory MeasureMemory() {
 
 void HeapTrimmer::Tick() {
   if (++ticks_ % kTicksPerLook != 0) return;
-  const uint64_t resident = MeasureMemory().resident_bytes;
-  kept_bytes_ = std::min(kept_bytes_, resident);
-  if (resident - kept_bytes_ < kWorthBytes || mallinfo2().fordblks < kWorthBytes) return;
+  const struct mallinfo2 heap = mallinfo2();
+  const int64_t unused = UnusedBytes(heap);
+  floor_bytes_ = std::min(floor_bytes_, unused);
+  if (unused - floor_bytes_ < kWorthBytes || heap.fordblks < size_t{kWorthBytes}) return;
   malloc_trim(0);
-  kept_bytes_ = MeasureMemory().resident_bytes;
+  floor_bytes_ = UnusedBytes(mallinfo2());
 }
 
 }  // namespace latticed

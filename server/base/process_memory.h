@@ -21,13 +21,13 @@ struct ProcessMemory {
 // Threads  one at a time
 class HeapTrimmer {
  public:
-  // Returns free pages to the system, if that may be 64 MiB or more. Called once a second; looks every fifth time,
-  // since a look takes the heap's locks.
+  // Returns free pages to the system, if that may be 64 MiB or more: if resident bytes that are not in use have grown
+  // by as much since the last trim. Called once a second; looks every fifth time, since a look takes the heap's locks.
   void Tick();
 
  private:
   int ticks_ = 0;
-  uint64_t kept_bytes_ = 0;  // resident memory after the last trim, or less
+  int64_t floor_bytes_ = 0;  // unused resident bytes after the last trim, or fewer
 };
 
 }  // namespace latticed

@@ -13,25 +13,81 @@
 namespace latticed::testing {
 namespace {
 
-TEST(HeapTrimmerTest, ReturnsWhatWasFreedBelowABlockInUse) {
-  constexpr size_t kBlocks = size_t{64} << 10, kBlockBytes = 4'096;  // 256 MiB
-  constexpr uint64_t kMost = uint64_t{64} << 20;
-  const uint64_t before = MeasureMemory().resident_bytes;
-  std::vector<std::unique_ptr<char[]>> blocks;
-  for (size_t i = 0; i < kBlocks; ++i) {
+constexpr size_t kBlockBytes = 4'096;
+constexpr uint64_t kMost = uint64_t{72} << 20;  // 64 MiB are not worth a trim
+
+using Blocks = std::vector<std::unique_ptr<char[]>>;
+
+Blocks Allocate(size_t megabytes) {
+  Blocks blocks;
+  for (size_t i = 0; i < (megabytes << 20) / kBlockBytes; ++i) {
     blocks.push_back(std::make_unique<char[]>(kBlockBytes));  // cleared, so resident
   }
-  blocks.erase(blocks.begin(),
-               blocks.end() - 1);  // glibc itself returns only what is above all blocks in use
-  if (mallinfo2().fordblks < kMost) GTEST_SKIP() << "a sanitizer's allocator keeps freed memory";
-  ASSERT_GT(MeasureMemory().resident_bytes, before + kMost) << "glibc keeps it";
+  return blocks;
+}
 
-  HeapTrimmer heap;
-  for (int second = 0; second < 4; ++second) heap.Tick();
-  EXPECT_GT(MeasureMemory().resident_bytes, before + kMost) << "before the fifth tick";
-  heap.Tick();
+// Frees all but the last block: glibc itself returns only what is above all blocks in use.
+void Free(Blocks& blocks) { blocks.erase(blocks.begin(), blocks.end() - 1); }
 
-  EXPECT_LT(MeasureMemory().resident_bytes, before + kMost);
+class HeapTrimmerTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const Blocks blocks = Allocate(8);
+    if (mallinfo2().uordblks < (8u << 20)) GTEST_SKIP() << "a sanitizer's allocator keeps memory";
+    malloc_trim(0);
+    rest_ = MeasureMemory().resident_bytes;
+  }
+
+  void Pass(int seconds) {
+    for (int second = 0; second < seconds; ++second) heap_.Tick();
+  }
+
+  uint64_t rest_ = 0;
+  HeapTrimmer heap_;
+};
+
+TEST_F(HeapTrimmerTest, ReturnsWhatWasFreedBelowABlockInUse) {
+  Blocks blocks = Allocate(256);
+  Free(blocks);
+  ASSERT_GT(MeasureMemory().resident_bytes, rest_ + kMost) << "glibc keeps it";
+
+  Pass(4);
+  EXPECT_GT(MeasureMemory().resident_bytes, rest_ + kMost) << "before the fifth tick";
+  Pass(1);
+
+  EXPECT_LT(MeasureMemory().resident_bytes, rest_ + kMost);
+}
+
+// A trim under load leaves what is in use at that moment, which is freed later.
+TEST_F(HeapTrimmerTest, ReturnsAPeakThatEndsInSteps) {
+  std::vector<Blocks> steps;
+  for (int step = 0; step < 5; ++step) {
+    steps.push_back(Allocate(120));
+    if (step == 3) Free(steps[0]);
+    Pass(3);
+  }
+  for (Blocks& step : steps) {
+    if (step.size() > 1) Free(step);
+    Pass(2);
+  }
+  Pass(5);
+
+  EXPECT_LT(MeasureMemory().resident_bytes, rest_ + kMost);
+}
+
+// No look sees these blocks in use: they come and go in between.
+TEST_F(HeapTrimmerTest, ReturnsWhatWasUsedAgainBetweenTwoLooks) {
+  Blocks first = Allocate(256);
+  Free(first);
+  Pass(5);
+  ASSERT_LT(MeasureMemory().resident_bytes, rest_ + kMost);
+
+  Pass(2);
+  Blocks second = Allocate(200);
+  Free(second);
+  Pass(3);
+
+  EXPECT_LT(MeasureMemory().resident_bytes, rest_ + kMost);
 }
 
 }  // namespace
