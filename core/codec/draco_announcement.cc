@@ -3,14 +3,13 @@
 #include "core/codec/draco_announcement.h"
 
 #include <cstring>
+#include <utility>
 
 #include "core/base/error.h"
 #include "core/base/limits.h"
 #include "draco/compression/config/compression_shared.h"
 #include "draco/core/decoder_buffer.h"
 #include "draco/core/varint_decoding.h"
-#include "draco/metadata/geometry_metadata.h"
-#include "draco/metadata/metadata_decoder.h"
 #include "fmt/format.h"
 
 namespace latticed {
@@ -35,6 +34,50 @@ bool ReadCount(uint16_t version, draco::DecoderBuffer& buffer, uint64_t& count) 
   return ok;
 }
 
+bool Skip(draco::DecoderBuffer& buffer, uint64_t bytes) {
+  if (static_cast<uint64_t>(buffer.remaining_size()) < bytes) return false;
+  buffer.Advance(static_cast<int64_t>(bytes));
+  return true;
+}
+
+bool SkipName(draco::DecoderBuffer& buffer) {
+  uint8_t length = 0;
+  return buffer.Decode(&length) && Skip(buffer, length);
+}
+
+bool SkipEntry(draco::DecoderBuffer& buffer) {
+  uint32_t bytes = 0;
+  return SkipName(buffer) && draco::DecodeVarint(&bytes, &buffer) && Skip(buffer, bytes);
+}
+
+// One tree of metadata: entries, and named trees.
+bool SkipMetadataTree(draco::DecoderBuffer& buffer) {
+  constexpr uint64_t kLeastTreeBytes = 3;  // an empty name and two counts
+  bool is_root = true;
+  for (uint64_t trees = 1; trees > 0; --trees) {
+    uint32_t entries = 0, subtrees = 0;
+    if (!std::exchange(is_root, false) && !SkipName(buffer)) return false;
+    if (!draco::DecodeVarint(&entries, &buffer)) return false;
+    for (uint32_t i = 0; i < entries; ++i) {
+      if (!SkipEntry(buffer)) return false;
+    }
+    if (!draco::DecodeVarint(&subtrees, &buffer)) return false;
+    trees += subtrees;
+    const auto left = static_cast<uint64_t>(buffer.remaining_size());
+    if ((trees - 1) * kLeastTreeBytes > left) return false;
+  }
+  return true;
+}
+
+bool SkipMetadata(draco::DecoderBuffer& buffer) {
+  uint32_t attributes = 0, id = 0;
+  if (!draco::DecodeVarint(&attributes, &buffer)) return false;
+  for (uint32_t i = 0; i < attributes; ++i) {
+    if (!draco::DecodeVarint(&id, &buffer) || !SkipMetadataTree(buffer)) return false;
+  }
+  return SkipMetadataTree(buffer);
+}
+
 bool ReadCounts(uint16_t version, bool is_mesh, uint8_t method, draco::DecoderBuffer& buffer,
                 DracoAnnouncement& announcement) {
   if (!is_mesh) {
@@ -47,12 +90,14 @@ bool ReadCounts(uint16_t version, bool is_mesh, uint8_t method, draco::DecoderBu
     return ReadCount(version, buffer, announcement.faces) &&
            ReadCount(version, buffer, announcement.points);
   }
-  uint8_t traversal = 0;
+  uint8_t traversal = 0, corner_tables = 0;
   uint64_t new_vertices = 0;  // only before 2.2
-  return buffer.Decode(&traversal) &&
-         (version >= kVarintCounts || ReadCount(version, buffer, new_vertices)) &&
-         ReadCount(version, buffer, announcement.points) &&
-         ReadCount(version, buffer, announcement.faces);
+  const bool ok = buffer.Decode(&traversal) &&
+                  (version >= kVarintCounts || ReadCount(version, buffer, new_vertices)) &&
+                  ReadCount(version, buffer, announcement.points) &&
+                  ReadCount(version, buffer, announcement.faces) && buffer.Decode(&corner_tables);
+  announcement.corner_tables = corner_tables;
+  return ok;
 }
 
 }  // namespace
@@ -72,12 +117,12 @@ absl::StatusOr<DracoAnnouncement> ReadDracoAnnouncement(std::span<const uint8_t>
   draco::DecoderBuffer buffer;
   buffer.Init(reinterpret_cast<const char*>(bytes.data()) + kHeaderBytes,
               bytes.size() - kHeaderBytes, version);
-  draco::GeometryMetadata metadata;
-  if ((flags & METADATA_FLAG_MASK) != 0 &&
-      !draco::MetadataDecoder().DecodeGeometryMetadata(&buffer, &metadata)) {
-    return Malformed("byte 11", "its metadata cannot be read");
-  }
   DracoAnnouncement announcement{.is_mesh = geometry == draco::TRIANGULAR_MESH};
+  if ((flags & METADATA_FLAG_MASK) != 0) {
+    if (!SkipMetadata(buffer)) return Malformed("byte 11", "its metadata cannot be read");
+    announcement.metadata_bytes = static_cast<uint64_t>(buffer.decoded_size());
+  }
+  announcement.is_edgebreaker = announcement.is_mesh && method == draco::MESH_EDGEBREAKER_ENCODING;
   announcement.is_kd_tree = !announcement.is_mesh && method == draco::POINT_CLOUD_KD_TREE_ENCODING;
   if (!ReadCounts(version, announcement.is_mesh, method, buffer, announcement)) {
     return Malformed(fmt::format("byte {}", bytes.size()), "ends before its counts");

@@ -14,7 +14,7 @@
 #include "core/base/status_macros.h"
 #include "core/codec/draco_announcement.h"
 #include "core/codec/draco_geometry.h"
-#include "core/mesh/reading_memory.h"
+#include "core/codec/draco_mesh_decoder.h"
 #include "draco/compression/decode.h"
 #include "fmt/format.h"
 
@@ -113,10 +113,6 @@ absl::StatusOr<PolygonMesh> ToPolygonMesh(const draco::Mesh& mesh) {
   return result;
 }
 
-// Twice what libdraco and the mesh made from it take, with positions, normals and UVs: 25 MB for 91,000 points and
-// 180,000 faces by edgebreaker, 17 MB by the sequential method.
-constexpr uint64_t kReadBytesPerPoint = 256, kReadBytesPerFace = 160;
-
 // A texel of a 4096 x 4096 texture, however coarse positions and normals are wanted.
 constexpr int kLeastUvBits = 12;
 
@@ -144,16 +140,9 @@ absl::StatusOr<PolygonMesh> ReadDracoMesh(std::string_view bytes, ReadingMemory*
       ReadDracoAnnouncement({reinterpret_cast<const uint8_t*>(bytes.data()), bytes.size()}));
   if (!announcement.is_mesh) return Malformed("is a point cloud; a mesh is needed");
   LATTICED_RETURN_IF_ERROR(CheckDracoSize(announcement, bytes.size()));
-  if (memory != nullptr) {
-    LATTICED_RETURN_IF_ERROR(memory->Hold(kReadBytesPerPoint * announcement.points +
-                                          kReadBytesPerFace * announcement.faces));
-  }
-  draco::DecoderBuffer buffer;
-  buffer.Init(bytes.data(), bytes.size());
   try {
-    auto decoded = draco::Decoder().DecodeMeshFromBuffer(&buffer);
-    if (!decoded.ok()) return Malformed(decoded.status().error_msg_string());
-    auto mesh = ToPolygonMesh(*decoded.value());
+    LATTICED_ASSIGN_OR_RETURN(const auto decoded, DecodeDracoMesh(announcement, bytes, memory));
+    auto mesh = ToPolygonMesh(*decoded);
     if (!mesh.ok()) return mesh;
     if (auto status = Validate(*mesh); !status.ok())
       return Malformed(std::string(status.message()));

@@ -11,6 +11,7 @@
 #include "core/base/status_macros.h"
 #include "core/mesh/little_endian.h"
 #include "core/mesh/mesh_reading.h"
+#include "core/mesh/reading_memory.h"
 #include "fmt/format.h"
 
 namespace latticed {
@@ -38,7 +39,8 @@ constexpr PlyType kTypes[] = {
 
 class HeaderReader {
  public:
-  explicit HeaderReader(std::string_view bytes) : rest_(bytes), bytes_(bytes.size()) {}
+  HeaderReader(std::string_view bytes, ReadingMemory* memory)
+      : rest_(bytes), bytes_(bytes.size()), memory_(memory) {}
 
   absl::StatusOr<PlyHeader> Read() {
     std::string_view line = TakeLine();
@@ -61,6 +63,13 @@ class HeaderReader {
   std::string_view TakeLine() {
     ++line_;
     return TakeTextLine(&rest_);
+  }
+
+  // Called before an element or a property is kept. Half of what vectors take while they grow is given back.
+  absl::Status Keep(size_t object_bytes, std::string_view name) {
+    constexpr uint64_t kBlockBytes = 32;  // malloc's own, and the end of the string
+    header_.memory_bytes += 3 * object_bytes + kBlockBytes + name.size();
+    return memory_ == nullptr ? absl::OkStatus() : memory_->Hold(header_.memory_bytes);
   }
 
   absl::Status ReadLine(std::string_view line) {
@@ -97,7 +106,9 @@ class HeaderReader {
 
   absl::Status ReadElement(std::string_view line) {
     PlyElement element;
-    element.name = std::string(TakeWord(&line));
+    const std::string_view name = TakeWord(&line);
+    LATTICED_RETURN_IF_ERROR(Keep(sizeof(PlyElement), name));
+    element.name = std::string(name);
     const std::string_view count = TakeWord(&line);
     int64_t value = 0;
     if (element.name.empty()) return Malformed("an element has no name");
@@ -125,7 +136,9 @@ class HeaderReader {
       type = TakeWord(&line);
     }
     LATTICED_RETURN_IF_ERROR(ReadType(type, &property.type));
-    property.name = std::string(TakeWord(&line));
+    const std::string_view name = TakeWord(&line);
+    LATTICED_RETURN_IF_ERROR(Keep(sizeof(PlyProperty), name));
+    property.name = std::string(name);
     if (property.name.empty()) return Malformed("a property has no name");
     properties.push_back(std::move(property));
     return absl::OkStatus();
@@ -143,6 +156,7 @@ class HeaderReader {
   PlyHeader header_;
   std::string_view rest_;
   const size_t bytes_;
+  ReadingMemory* const memory_;
   size_t line_ = 0;
   bool has_format_ = false, ended_ = false;
 };
@@ -172,8 +186,8 @@ const PlyElement* PlyHeader::FindElement(std::string_view name) const {
   return nullptr;
 }
 
-absl::StatusOr<PlyHeader> ReadPlyHeader(std::string_view bytes) {
-  return HeaderReader(bytes).Read();
+absl::StatusOr<PlyHeader> ReadPlyHeader(std::string_view bytes, ReadingMemory* memory) {
+  return HeaderReader(bytes, memory).Read();
 }
 
 }  // namespace latticed

@@ -3,7 +3,7 @@
 //
 // The header of a PLY file: what its body holds, element by element.
 //
-// Errors   kInvalidArgument, reason MALFORMED_FILE, naming the line
+// Errors   kInvalidArgument, reason MALFORMED_FILE, naming the line; those of `memory`
 // Threads  pure
 #ifndef LATTICED_CORE_MESH_PLY_HEADER_H_
 #define LATTICED_CORE_MESH_PLY_HEADER_H_
@@ -18,6 +18,8 @@
 #include "absl/status/statusor.h"
 
 namespace latticed {
+
+class ReadingMemory;  // core/mesh/reading_memory.h
 
 enum class PlyEncoding { kAscii, kLittleEndian, kBigEndian };
 struct PlyType {
@@ -49,11 +51,14 @@ struct PlyHeader {
   PlyEncoding encoding = PlyEncoding::kAscii;
   std::vector<PlyElement> elements;
   size_t body_offset = 0;
+  uint64_t memory_bytes = 0;  // more than all elements take
 
   [[nodiscard]] const PlyElement* FindElement(std::string_view name) const;
 };
 
-[[nodiscard]] absl::StatusOr<PlyHeader> ReadPlyHeader(std::string_view bytes);
+// `memory` may be null.
+[[nodiscard]] absl::StatusOr<PlyHeader> ReadPlyHeader(std::string_view bytes,
+                                                      ReadingMemory* memory);
 
 }  // namespace latticed
 

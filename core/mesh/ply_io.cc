@@ -105,7 +105,9 @@ class PlyBody {
 class PlyReader {
  public:
   PlyReader(std::string_view bytes, PlyHeader header, ReadingMemory* memory)
-      : header_(std::move(header)), body_(bytes, header_), growth_(memory, &mesh_) {}
+      : header_(std::move(header)), body_(bytes, header_), growth_(memory, &mesh_) {
+    growth_.NoteNames(header_.memory_bytes);
+  }
 
   absl::StatusOr<PolygonMesh> Read() {
     const PlyElement* vertices = header_.FindElement("vertex");
@@ -323,7 +325,7 @@ std::string PlyHeaderOf(const TriangleMesh& mesh) {
 }  // namespace
 
 absl::StatusOr<PolygonMesh> ReadPly(std::string_view bytes, ReadingMemory* memory) {
-  LATTICED_ASSIGN_OR_RETURN(PlyHeader header, ReadPlyHeader(bytes));
+  LATTICED_ASSIGN_OR_RETURN(PlyHeader header, ReadPlyHeader(bytes, memory));
   return PlyReader(bytes, std::move(header), memory).Read();
 }
 

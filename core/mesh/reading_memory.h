@@ -53,7 +53,8 @@ class MeshGrowth {
     return appended_bytes_ < kStepBytes ? absl::OkStatus() : Ask(beside);
   }
   // A name of a group is kept, which Append does not see.
-  void NoteName(size_t size) { name_bytes_ += 64 + size; }
+  void NoteName(size_t size) { NoteNames(64 + size); }
+  void NoteNames(uint64_t bytes) { name_bytes_ += bytes; }
   // Called before vectors are reserved that have `bytes` in the end, and before the reader allocates as much.
   [[nodiscard]] absl::Status Reserve(uint64_t bytes, uint64_t beside = 0);
 

@@ -5,50 +5,19 @@
 #include "core/mesh/reading_memory.h"
 
 #include <gmock/gmock.h>
-#include <malloc.h>
 
 #include <algorithm>
-#include <atomic>
-#include <cstdlib>
 #include <cstring>
 #include <memory>
-#include <new>
 #include <string>
 
 #include "core/codec/draco_decode.h"
 #include "core/mesh/mesh_io.h"
-#include "draco/compression/decode.h"
-#include "draco/compression/encode.h"
 #include "fmt/format.h"
+#include "tests/core/codec/draco_streams.h"
+#include "tests/support/counted_allocations.h"
 #include "tests/support/status_matchers.h"
 #include "tests/support/test_meshes.h"
-
-namespace {
-std::atomic<size_t> allocated_bytes = 0, peak_bytes = 0;
-
-void* Allocate(size_t bytes) {
-  void* memory = std::malloc(bytes);
-  if (memory == nullptr) throw std::bad_alloc();
-  const size_t now = allocated_bytes += malloc_usable_size(memory);
-  peak_bytes = std::max(peak_bytes.load(), now);
-  return memory;
-}
-void Free(void* memory) {
-  if (memory != nullptr) allocated_bytes -= malloc_usable_size(memory);
-  std::free(memory);
-}
-}  // namespace
-
-void* operator new(size_t bytes) { return Allocate(bytes); }
-void* operator new[](size_t bytes) { return Allocate(bytes); }
-void* operator new(size_t bytes, const std::nothrow_t&) noexcept { return Allocate(bytes); }
-void* operator new[](size_t bytes, const std::nothrow_t&) noexcept { return Allocate(bytes); }
-void operator delete(void* memory, const std::nothrow_t&) noexcept { Free(memory); }
-void operator delete[](void* memory, const std::nothrow_t&) noexcept { Free(memory); }
-void operator delete(void* memory) noexcept { Free(memory); }
-void operator delete[](void* memory) noexcept { Free(memory); }
-void operator delete(void* memory, size_t) noexcept { Free(memory); }
-void operator delete[](void* memory, size_t) noexcept { Free(memory); }
 
 namespace latticed {
 namespace {
@@ -127,6 +96,18 @@ File AsciiStl() {
   return {"ascii.stl", MeshFormat::kStl, text + "endsolid"};
 }
 
+// A triangle, after a header of as many properties as there may be, with long names.
+File PlyOfProperties() {
+  std::string text =
+      "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+      "property float z\nelement face 1\nproperty list uchar int vertex_indices\n";
+  for (int e = 0; e < 62; ++e) {
+    text += fmt::format("element e{} 0\n", e);
+    for (int p = 0; p < 1'024; ++p) text += fmt::format("property char name_of_{:024}\n", p);
+  }
+  return {"properties.ply", MeshFormat::kPly, text + "end_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"};
+}
+
 // A GLB file whose JSON has `extras` as well.
 File GlbWith(std::string name, const TriangleMesh& mesh, const std::string& extras) {
   std::string bytes = *WriteGlb(mesh);
@@ -142,21 +123,6 @@ File GlbWith(std::string name, const TriangleMesh& mesh, const std::string& extr
   return {std::move(name), MeshFormat::kGlb, std::move(out)};
 }
 
-// The stream again by edgebreaker, libdraco's default for meshes.
-std::string Edgebreaker(const std::string& sequential) {
-  draco::DecoderBuffer in;
-  in.Init(sequential.data(), sequential.size());
-  const auto mesh = draco::Decoder().DecodeMeshFromBuffer(&in);
-  draco::Encoder encoder;
-  encoder.SetEncodingMethod(draco::MESH_EDGEBREAKER_ENCODING);
-  encoder.SetAttributeQuantization(draco::GeometryAttribute::POSITION, 12);
-  encoder.SetAttributeQuantization(draco::GeometryAttribute::NORMAL, 8);
-  encoder.SetAttributeQuantization(draco::GeometryAttribute::TEX_COORD, 12);
-  draco::EncoderBuffer out;
-  EXPECT_TRUE(encoder.EncodeMeshToBuffer(*mesh.value(), &out).ok());
-  return {out.data(), out.size()};
-}
-
 std::vector<File> Files() {
   const TriangleMesh grid = Grid(300);
   const std::string draco = *WriteDracoMesh(grid);
@@ -164,11 +130,12 @@ std::vector<File> Files() {
           {"grid.ply", MeshFormat::kPly, *WriteMesh(MeshFormat::kPly, grid)},
           {"grid.stl", MeshFormat::kStl, *WriteMesh(MeshFormat::kStl, grid)},
           {"grid.drc", MeshFormat::kDraco, draco},
-          {"edgebreaker.drc", MeshFormat::kDraco, Edgebreaker(draco)},
+          {"edgebreaker.drc", MeshFormat::kDraco, testing::EdgebreakerStream(draco)},
           GlbWith("grid.glb", grid, "0"),
           GlbWith("numbers.glb", Grid(1), fmt::format("[{}0]", Times(300'000, "0,"))),
           GlbWith("arrays.glb", Grid(1), fmt::format("[{}0]", Times(200'000, "[0],"))),
           GlbWith("objects.glb", Grid(1), fmt::format("[{}0]", Times(100'000, "{\"a\":0},"))),
+          PlyOfProperties(),
           DenseObj(),
           ObjOfGroups(),
           ObjOfGroupsWithFaces(),
@@ -177,20 +144,26 @@ std::vector<File> Files() {
           AsciiStl()};
 }
 
+std::vector<File> AllFiles() {
+  std::vector<File> files = Files();
+  for (auto& [name, bytes] : testing::CrowdedDracoStreams()) {
+    files.push_back({name, MeshFormat::kDraco, std::move(bytes)});
+  }
+  return files;
+}
+
 absl::StatusOr<PolygonMesh> Read(const File& file, ReadingMemory* memory) {
   return file.format == MeshFormat::kDraco ? ReadDracoMesh(file.bytes, memory)
                                            : ReadMesh(file.format, file.bytes, memory);
 }
 
 TEST(ReadingMemoryTest, IsAskedForBeforeItIsAllocatedAndIsNotFarTooMuch) {
-  for (const File& file : Files()) {
+  for (const File& file : AllFiles()) {
     uint64_t held = 0;
     size_t beyond = 0;  // allocated at a question, above what was granted before it
-    const size_t before = allocated_bytes;
-    peak_bytes = before;
+    const testing::PeakMemory counted;
     ReadingMemory memory([&](uint64_t bytes) {
-      beyond =
-          std::max<size_t>(beyond, peak_bytes - before > held ? peak_bytes - before - held : 0);
+      beyond = std::max<size_t>(beyond, counted.peak() > held ? counted.peak() - held : 0);
       held = bytes;
       return absl::OkStatus();
     });
@@ -198,7 +171,7 @@ TEST(ReadingMemoryTest, IsAskedForBeforeItIsAllocatedAndIsNotFarTooMuch) {
       const auto mesh = Read(file, &memory);
       EXPECT_OK(mesh) << file.name;
     }
-    const size_t peak = peak_bytes - before;
+    const size_t peak = counted.peak();
     fmt::print("{:16} {:>11} bytes, {:>11} at the peak, {:>11} asked for: {:.2f}\n", file.name,
                file.bytes.size(), peak, held,
                static_cast<double>(held) / static_cast<double>(peak));
@@ -211,9 +184,8 @@ TEST(ReadingMemoryTest, IsAskedForBeforeItIsAllocatedAndIsNotFarTooMuch) {
 
 TEST(ReadingMemoryTest, ARefusalEndsReadingWithinWhatWasGranted) {
   constexpr uint64_t kGranted = uint64_t{2} << 20;
-  for (const File& file : Files()) {
-    const size_t before = allocated_bytes;
-    peak_bytes = before;
+  for (const File& file : AllFiles()) {
+    const testing::PeakMemory counted;
     ReadingMemory memory([&](uint64_t bytes) {
       return bytes <= kGranted ? absl::OkStatus() : absl::ResourceExhaustedError("no more");
     });
@@ -221,7 +193,7 @@ TEST(ReadingMemoryTest, ARefusalEndsReadingWithinWhatWasGranted) {
     EXPECT_THAT(Read(file, &memory).status(),
                 StatusIs(absl::StatusCode::kResourceExhausted, HasSubstr("no more")))
         << file.name;
-    EXPECT_LE(peak_bytes - before, kGranted + kSlackBytes) << file.name;
+    EXPECT_LE(counted.peak(), kGranted + kSlackBytes) << file.name;
   }
 }
 
