@@ -174,6 +174,8 @@ absl::StatusOr<std::string> WriteDracoMesh(const TriangleMesh& mesh, int positio
           static_cast<float>(std::clamp(std::round(grid[axis]), 0.0, top)));
     }
   }
+  geometry.normals.reserve(3 * mesh.normals.size());
+  geometry.uvs.reserve(2 * mesh.uvs.size());
   for (const Vec3f n : mesh.normals)
     geometry.normals.insert(geometry.normals.end(), {n.x, n.y, n.z});
   for (const Vec2f uv : mesh.uvs) geometry.uvs.insert(geometry.uvs.end(), {uv.x, uv.y});

@@ -4,7 +4,9 @@
 #include <array>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <utility>
+#include <vector>
 
 #include "core/base/bounds.h"
 #include "core/base/error.h"
@@ -36,13 +38,15 @@ class GlbBuilder {
   }
 
   absl::StatusOr<std::string> Build() {
-    const size_t binary_bytes = mesh_.positions.size() * (2 * sizeof(Vec3f) + sizeof(Vec2f)) +
+    const size_t point_bytes = sizeof(Vec3f) + (mesh_.normals.empty() ? 0 : sizeof(Vec3f)) +
+                               (mesh_.uvs.empty() ? 0 : sizeof(Vec2f));
+    const size_t binary_bytes = mesh_.positions.size() * point_bytes +
                                 mesh_.triangles.size() * sizeof(std::array<uint32_t, 3>);
     constexpr size_t kRoomForJson = size_t{64} << 20;
     constexpr size_t kMostBytes = std::numeric_limits<uint32_t>::max() - kRoomForJson;
     if (binary_bytes > kMostBytes)
       return error::OutOfMemory("a GLB file", binary_bytes, kMostBytes);
-    binary_.reserve(binary_bytes);
+    binary_.reserve(binary_bytes + MostJsonBytes());
     AddAttributes();
     AddPrimitives();
     Describe();
@@ -50,6 +54,16 @@ class GlbBuilder {
   }
 
  private:
+  // Enough that the JSON can be put in front of the binary chunk without a copy of that.
+  size_t MostJsonBytes() const {
+    constexpr size_t kBytes = 2'048, kBytesPerGroup = 640, kBytesPerNameByte = 6;
+    size_t bytes = kBytes;
+    for (const std::string& name : mesh_.group_names) {
+      bytes += kBytesPerGroup + kBytesPerNameByte * name.size();
+    }
+    return bytes;
+  }
+
   // Adds a buffer view over what was appended since `begin`, with one accessor; returns its index.
   size_t AddAccessor(size_t begin, size_t count, int component_type, std::string_view type,
                      int target) {
@@ -91,20 +105,29 @@ class GlbBuilder {
     }
   }
 
+  size_t GroupOf(size_t triangle) const {
+    return mesh_.triangle_groups.empty() ? 0 : mesh_.triangle_groups[triangle];
+  }
+
   void AddPrimitives() {
     const bool grouped = !mesh_.triangle_groups.empty();
-    std::vector<std::vector<size_t>> triangles_of(grouped ? mesh_.group_names.size() : 1);
-    for (size_t t = 0; t < mesh_.triangles.size(); ++t) {
-      triangles_of[grouped ? mesh_.triangle_groups[t] : 0].push_back(t);
-    }
-    for (size_t g = 0; g < triangles_of.size(); ++g) {
-      if (triangles_of[g].empty()) continue;  // glTF has no empty accessors
+    // Where each group's triangles begin in `order`, which lists them group by group.
+    std::vector<size_t> begins(grouped ? mesh_.group_names.size() + 1 : 2);
+    for (size_t t = 0; t < mesh_.triangles.size(); ++t) ++begins[GroupOf(t) + 1];
+    std::partial_sum(begins.begin(), begins.end(), begins.begin());
+    std::vector<uint32_t> order(grouped ? mesh_.triangles.size() : 0);
+    std::vector<size_t> ends(begins.begin(), begins.end() - 1);
+    for (size_t t = 0; t < order.size(); ++t) order[ends[GroupOf(t)]++] = static_cast<uint32_t>(t);
+    for (size_t g = 0; g < ends.size(); ++g) {
+      if (begins[g] == begins[g + 1]) continue;  // glTF has no empty accessors
       const size_t begin = binary_.size();
-      for (size_t t : triangles_of[g]) AppendLittleEndian(mesh_.triangles[t], &binary_);
+      for (size_t i = begins[g]; i < begins[g + 1]; ++i) {
+        AppendLittleEndian(mesh_.triangles[grouped ? order[i] : i], &binary_);
+      }
       json primitive = json::object(
           {{"attributes", attributes_},
-           {"indices", AddAccessor(begin, 3 * triangles_of[g].size(), glb::kUnsignedInt, "SCALAR",
-                                   glb::kElementArrayBuffer)},
+           {"indices", AddAccessor(begin, 3 * (begins[g + 1] - begins[g]), glb::kUnsignedInt,
+                                   "SCALAR", glb::kElementArrayBuffer)},
            {"mode", glb::kTriangles}});
       if (grouped) {
         document_["materials"].push_back(
@@ -144,20 +167,18 @@ class GlbBuilder {
     std::string text = document_.dump();
     text.resize(glb::Aligned(text.size()), ' ');
     binary_.resize(glb::Aligned(binary_.size()), '\0');
-    std::string out;
+    std::string head;
     const size_t binary_chunk = binary_.empty() ? 0 : glb::kChunkHeaderBytes + binary_.size();
     const size_t total = glb::kHeaderBytes + glb::kChunkHeaderBytes + text.size() + binary_chunk;
-    out.reserve(total);
     for (uint64_t word : {uint64_t{glb::kMagic}, uint64_t{glb::kVersion}, uint64_t{total},
                           uint64_t{text.size()}, uint64_t{glb::kJsonChunk}}) {
-      AppendLittleEndian(static_cast<uint32_t>(word), &out);
+      AppendLittleEndian(static_cast<uint32_t>(word), &head);
     }
-    out += text;
-    if (binary_.empty()) return out;
-    AppendLittleEndian(static_cast<uint32_t>(binary_.size()), &out);
-    AppendLittleEndian(glb::kBinaryChunk, &out);
-    out += binary_;
-    return out;
+    head += text;
+    if (binary_.empty()) return head;
+    AppendLittleEndian(static_cast<uint32_t>(binary_.size()), &head);
+    AppendLittleEndian(glb::kBinaryChunk, &head);
+    return std::move(binary_.insert(0, head));
   }
 
   const TriangleMesh& mesh_;

@@ -14,6 +14,7 @@
 #include "core/base/status_macros.h"
 #include "core/codec/draco_decode.h"
 #include "core/ffd/tessellation_pattern.h"
+#include "core/mesh/writing_memory.h"
 
 namespace latticed {
 namespace {
@@ -95,19 +96,52 @@ void AppendBytes(const T& value, std::string& out) {
   out.append(reinterpret_cast<const char*>(&value), sizeof(T));
 }
 
+// The vertices of a chunk, and what does not grow with the surface.
+constexpr uint64_t kSmallBytes = uint64_t{128} << 10;
+// Of a name that is kept, besides its characters.
+constexpr uint64_t kGroupBytes = sizeof(std::string) + 32;
+// Besides its vertices, a view has offsets of patches and chunks.
+constexpr uint64_t kViewBytesPerPatch = 64;
+
+WrittenSizes SizesOf(const DeformPlan& plan, const ExportSpec& spec) {
+  const uint64_t patches = plan.patches.size();
+  const PolygonMesh& mesh = *plan.mesh;
+  WrittenSizes sizes{.points = patches * static_cast<uint64_t>(PointsPerPatch(spec.segments)),
+                     .triangles = patches * static_cast<uint64_t>(TrianglesPerPatch(spec.segments)),
+                     .has_normals = spec.normals != NormalMode::kNone,
+                     .has_uvs = mesh.has_uvs()};
+  if (mesh.face_groups.empty()) return sizes;
+  sizes.groups = mesh.group_names.size();
+  for (const std::string& name : mesh.group_names) sizes.name_bytes += name.size();
+  uint32_t last = PolygonMesh::kNoAttribute;
+  for (const PatchSource& source : plan.sources) {
+    const uint32_t group = mesh.face_groups[source.face];
+    if (std::exchange(last, group) == group) continue;
+    ++sizes.group_lines;
+    sizes.group_line_bytes += mesh.group_names[group].size();
+  }
+  return sizes;
+}
+
 }  // namespace
 
 uint64_t ExportMemoryBytes(const DeformPlan& plan, const ExportSpec& spec) {
   const uint64_t patches = plan.patches.size();
   if (!spec.format.has_value()) {
     const auto n = static_cast<uint64_t>(plan.structure.patch_degree());
-    return patches * (n + 1) * (n + 2) / 2 * sizeof(Vec3d);
+    const uint64_t net_bytes = (n + 1) * (n + 2) / 2 * sizeof(Vec3d);
+    return (patches + std::min<uint64_t>(patches, kNetBlock)) * net_bytes + kSmallBytes;
   }
-  // Bytes of view, mesh and file together. The file counts 60 per point and 30 per triangle.
-  constexpr uint64_t kPointBytes = sizeof(Vec3d) + 2 * sizeof(Vec3f) + sizeof(Vec2f) + 60;
-  constexpr uint64_t kTriangleBytes = 4 * sizeof(uint32_t) + 30;
-  return patches * (static_cast<uint64_t>(PointsPerPatch(spec.segments)) * kPointBytes +
-                    static_cast<uint64_t>(TrianglesPerPatch(spec.segments)) * kTriangleBytes);
+  const WrittenSizes sizes = SizesOf(plan, spec);
+  const uint64_t mesh_bytes =
+      sizes.points * (sizeof(Vec3d) + (sizes.has_normals ? sizeof(Vec3f) : 0) +
+                      (sizes.has_uvs ? sizeof(Vec2f) : 0)) +
+      sizes.triangles * (3 + (sizes.groups > 0 ? 1 : 0)) * sizeof(uint32_t) +
+      sizes.groups * kGroupBytes + sizes.name_bytes;
+  const uint64_t view_bytes =
+      sizes.points * (sizeof(Vec3f) + (sizes.has_normals ? sizeof(Vec3f) : 0)) +
+      patches * kViewBytesPerPatch;
+  return mesh_bytes + std::max(view_bytes, MostWritingBytes(*spec.format, sizes)) + kSmallBytes;
 }
 
 absl::StatusOr<TriangleMesh> AssembleSurface(const RenderInput& input, int segments,

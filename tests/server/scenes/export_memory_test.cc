@@ -1,0 +1,114 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// An export takes no more memory than ExportMemoryBytes asks for it. This program counts allocations.
+#include "core/cpu/cpu_backend.h"
+#include "fmt/format.h"
+#include "server/engine/surface_export.h"
+#include "tests/support/counted_allocations.h"
+#include "tests/support/status_matchers.h"
+#include "tests/support/test_meshes.h"
+
+namespace latticed {
+namespace {
+
+// Small surfaces may ask for more than three times what they take.
+constexpr size_t kLeastBytes = size_t{2} << 20;
+constexpr std::optional<MeshFormat> kFormats[] = {MeshFormat::kObj,   MeshFormat::kPly,
+                                                  MeshFormat::kStl,   MeshFormat::kGlb,
+                                                  MeshFormat::kDraco, std::nullopt};
+
+// A grid of cells x cells quads whose coordinates have 17 digits and an exponent. `groups`: with UVs of 9 digits, and
+// each face in a group of its own.
+std::shared_ptr<const PolygonMesh> UglyGrid(int cells, bool groups) {
+  auto mesh = std::make_shared<PolygonMesh>(testing::FlatGrid(cells, 1.0 / 3));
+  for (Vec3d& p : mesh->positions) p = -1.2345678901234567e-9 * p;
+  if (!groups) return mesh;
+  for (const Vec3d p : mesh->positions) {
+    mesh->uvs.push_back({static_cast<float>(p.x) / -3e-9f, static_cast<float>(p.y) / -7e9f});
+  }
+  mesh->corner_uvs = mesh->corner_vertices;
+  for (size_t f = 0; f < mesh->face_count(); ++f) {
+    mesh->group_names.push_back(fmt::format("a group with a name of some length: \"{}\"", f));
+    mesh->face_groups.push_back(static_cast<uint32_t>(f));
+  }
+  return mesh;
+}
+
+class ExportMemoryTest : public ::testing::Test {
+ protected:
+  void Make(std::shared_ptr<const PolygonMesh> mesh, double jitter = 1e-10) {
+    auto lattice = FitLattice(mesh->ComputeBounds(), {5, 4, 4}, {2, 2, 2}, 0.1);
+    ASSERT_OK(lattice);
+    auto plan = MakePlan(mesh, lattice->structure);
+    ASSERT_OK(plan);
+    auto target = render_backend_.Prepare(*plan, Pipeline::kFused);
+    ASSERT_OK(target);
+    SceneState state;
+    state.plan = *plan;
+    state.control_points =
+        std::make_shared<const std::vector<Vec3d>>(testing::Jitter(lattice->structure, jitter, 7));
+    Bounds bounds;
+    for (const Vec3d p : *state.control_points) bounds.Extend(p);
+    state.box = FitQuantisationBox(bounds, 1);
+    input_ = {std::make_shared<const SceneState>(std::move(state)),
+              std::make_shared<TargetSlot>(&render_backend_, *target, *plan, MemoryReservation())};
+  }
+
+  void ExpectBounded(const std::string& name, const ExportSpec& spec) {
+    const uint64_t asked = ExportMemoryBytes(*input_.state->plan, spec);
+    const testing::PeakMemory counted;
+    const auto file = ExportSurface(input_, spec, [] { return false; });
+    ASSERT_OK(file);
+    const size_t peak = counted.peak();
+    fmt::print("{:>12} {:5} {:>11} bytes, {:>11} at the peak, {:>11} asked for: {:.2f}\n", name,
+               ExportExtension(spec.format), file->size(), peak, asked,
+               static_cast<double>(asked) / static_cast<double>(peak));
+
+    EXPECT_LE(peak, asked) << name;
+    EXPECT_LE(asked, 3 * peak + kLeastBytes) << name;
+  }
+
+  void ExpectAllBounded(const std::string& name, int segments) {
+    for (const auto format : kFormats) {
+      for (const NormalMode normals : {NormalMode::kNone, NormalMode::kSmooth}) {
+        const bool smooth = normals == NormalMode::kSmooth;
+        ExpectBounded(name + (smooth ? ", n" : ""),
+                      {.format = format, .segments = segments, .normals = normals});
+      }
+    }
+  }
+
+  std::unique_ptr<Backend> backend_ = MakeCpuBackend({.threads = 1});
+  RenderBackend render_backend_{backend_.get(), std::make_shared<MemoryBudget>(uint64_t{1} << 30)};
+  RenderInput input_;
+};
+
+TEST_F(ExportMemoryTest, OfManySegments) {
+  Make(UglyGrid(40, false));
+  ExpectAllBounded("10 segments", 10);
+}
+
+TEST_F(ExportMemoryTest, OfOneSegment) {
+  Make(UglyGrid(200, false));
+  ExpectAllBounded("1 segment", 1);
+}
+
+TEST_F(ExportMemoryTest, OfASmallSurface) {
+  Make(UglyGrid(1, false));
+  ExpectAllBounded("small", 1);
+}
+
+// Its normals and its quantised positions have no pattern that Draco could use.
+TEST_F(ExportMemoryTest, OfAWildSurface) {
+  Make(UglyGrid(100, false), 1e-2);
+  ExpectAllBounded("wild", 3);
+}
+
+TEST_F(ExportMemoryTest, OfUvsAndGroups) {
+  Make(UglyGrid(60, true));
+  ExpectAllBounded("groups", 4);
+}
+
+}  // namespace
+}  // namespace latticed
