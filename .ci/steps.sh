@@ -86,19 +86,19 @@ ci_sanitized() {  # KIND TESTS TARGETS…: builds TARGETS and runs the tests tha
     GTEST_FILTER="-$unsanitized" \
     ci_ctest "build/ci/$kind" -j $((2 * jobs)) -R "$tests" -E layering
 }
-build_fuzzers() {  # FOLDER
+build_fuzzers() {  # FOLDER TARGET
   CC=clang-14 CXX=clang++-14 configure "$1" -DCMAKE_BUILD_TYPE=None -DCMAKE_CXX_FLAGS=-O1 \
     -DLATTICED_FUZZ=ON -DLATTICED_SANITIZE=address -DLATTICED_CUDA=OFF -DBUILD_TESTING=OFF
-  build "$1" latticed_fuzz
+  build "$@"
 }
 ci_fuzz() {
-  build_fuzzers build/ci/fuzz
+  build_fuzzers build/ci/fuzz latticed_fuzz_readers
   tests/fuzz/campaign.sh build/ci/fuzz/tests/fuzz tests/fuzz/corpus build/ci/fuzz/work 10 "$jobs"
 }
 # Keeps what it finds in build/fuzz/work, and goes on from there the next time.
 verb_fuzz() {  # [SECONDS]
   need "compilers, libraries, fuzzers" "${build_packages[@]}" "${check_packages[@]}"
-  build_fuzzers build/fuzz
+  build_fuzzers build/fuzz latticed_fuzz
   say "each target runs for ${1:-60} s, $jobs processes at a time; logs and failures in build/fuzz/work"
   tests/fuzz/campaign.sh build/fuzz/tests/fuzz tests/fuzz/corpus build/fuzz/work "${1:-60}" "$jobs"
 }
