@@ -23,7 +23,9 @@ Router::Router(const Options& options, ServerChannel server)
 void Router::LogStopped(const HttpRequest& request, int status) {
   const absl::Time now = absl::Now();
   LogSums(now);
-  if (!refusals_.Note(WithoutPort(request.peer), "HTTP", status, now)) return;
+  constexpr size_t kMostOriginBytes = 64;
+  const std::string_view origin = request.Field("origin").substr(0, kMostOriginBytes);
+  if (!refusals_.Note(WithoutPort(request.peer), origin, status, now)) return;
   LogEvent(spdlog::level::info, "HTTP request stopped",
            {{"status", fmt::to_string(status)},
             {"peer", request.peer},
@@ -36,6 +38,7 @@ void Router::LogSums(absl::Time now) {
     LogEvent(spdlog::level::info, "more HTTP requests were stopped",
              {{"requests", fmt::to_string(sum.count)},
               {"status", fmt::to_string(sum.code)},
+              {"origin", sum.rpc},
               {"peer", sum.address}});
   }
 }
