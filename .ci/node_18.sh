@@ -34,7 +34,7 @@ node_18_unpack() {
 }
 
 node_18_viewer() {
-  local programs=$PWD/$ci_build web=$node_18/build/client/web viewer=$PWD/$node_18/build/server/viewer
+  local programs=$PWD/$ci_build web=$node_18/build/client/web
   configure "$node_18/build" -DLATTICED_CUDA=OFF -DBUILD_TESTING=OFF && build "$node_18/build" latticed_web &&
     cd "$web" && node --preserve-symlinks --preserve-symlinks-main build.mjs tests tests &&
     export LATTICED=$programs/server/latticed LATTICECTL=$programs/client/cpp/latticectl &&
