@@ -46,7 +46,7 @@ execFileSync('openssl', [
   '-addext', 'subjectAltName=IP:127.0.0.1', '-keyout', key, '-out', certificate], { stdio: 'ignore' });
 useStage({
   serverOptions: ['--token-file', join(folder, 'tokens'), '--tls-cert', certificate, '--tls-key', key,
-    '--memory', '24MiB', '--max-mesh-bytes', '1MiB'],
+    '--memory', '24MiB', '--max-mesh-bytes', '1MiB', '--caller-share', '1'],
   address: () => `${server.origin}/#token=${TOKENS.edit}`,
   begin: async () => page.on('filechooser', () => {}), // early, so that no dialog is missed
 });
