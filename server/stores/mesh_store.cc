@@ -12,14 +12,17 @@ namespace latticed {
 
 absl::StatusOr<std::shared_ptr<const StoredMesh>> MeshStore::Add(StoredMesh mesh,
                                                                  MemoryReservation reservation) {
-  if (const auto stored = Find(mesh.id); stored.ok()) {
-    if ((*stored)->format == mesh.format && (*stored)->layout == mesh.layout) return stored;
+  const auto stored_before =
+      [&](const auto& stored) -> absl::StatusOr<std::shared_ptr<const StoredMesh>> {
+    if (stored->format == mesh.format && stored->layout == mesh.layout) return stored;
     return error::AlreadyExists("mesh in another format or layout", mesh.id);
-  }
+  };
+  if (const auto found = Find(mesh.id); found.ok()) return stored_before(*found);
   // Without the lock: it may evict scenes, and the registry's lock comes before this one.
   LATTICED_RETURN_IF_ERROR(reservation.Resize("the mesh", mesh.MemoryBytes()));
   const MutexLock lock(&mutex_);
-  if (const auto found = meshes_.find(mesh.id); found != meshes_.end()) return found->second;
+  const auto found = meshes_.find(mesh.id);  // another upload may have come first
+  if (found != meshes_.end()) return stored_before(found->second);
   mesh.memory = std::move(reservation);
   mesh.create_time = absl::Now();
   auto stored = std::make_shared<const StoredMesh>(std::move(mesh));
