@@ -5,6 +5,7 @@
 #include "core/cpu/cpu_backend.h"
 #include "fmt/format.h"
 #include "server/engine/surface_export.h"
+#include "tests/server/scenes/export_input.h"
 #include "tests/support/counted_allocations.h"
 #include "tests/support/status_matchers.h"
 #include "tests/support/test_meshes.h"
@@ -38,21 +39,9 @@ std::shared_ptr<const PolygonMesh> UglyGrid(int cells, bool groups) {
 class ExportMemoryTest : public ::testing::Test {
  protected:
   void Make(std::shared_ptr<const PolygonMesh> mesh, double jitter = 1e-10) {
-    auto lattice = FitLattice(mesh->ComputeBounds(), {5, 4, 4}, {2, 2, 2}, 0.1);
-    ASSERT_OK(lattice);
-    auto plan = MakePlan(mesh, lattice->structure);
-    ASSERT_OK(plan);
-    auto target = render_backend_.Prepare(*plan, Pipeline::kFused);
-    ASSERT_OK(target);
-    SceneState state;
-    state.plan = *plan;
-    state.control_points =
-        std::make_shared<const std::vector<Vec3d>>(testing::Jitter(lattice->structure, jitter, 7));
-    Bounds bounds;
-    for (const Vec3d p : *state.control_points) bounds.Extend(p);
-    state.box = FitQuantisationBox(bounds, 1);
-    input_ = {std::make_shared<const SceneState>(std::move(state)),
-              std::make_shared<TargetSlot>(&render_backend_, *target, *plan, MemoryReservation())};
+    auto input = testing::MakeExportInput(render_backend_, std::move(mesh), {2, 2, 2}, jitter);
+    ASSERT_OK(input);
+    input_ = *std::move(input);
   }
 
   void ExpectBounded(const std::string& name, const ExportSpec& spec) {

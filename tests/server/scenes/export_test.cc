@@ -9,6 +9,7 @@
 #include "core/ffd/direct_ffd.h"
 #include "core/ffd/tessellation_pattern.h"
 #include "server/engine/surface_export.h"
+#include "tests/server/scenes/export_input.h"
 #include "tests/support/status_matchers.h"
 #include "tests/support/test_meshes.h"
 
@@ -42,21 +43,9 @@ class ExportTest : public ::testing::Test {
   void SetUp() override { Make(TexturedGrid(), 0); }
 
   void Make(std::shared_ptr<const PolygonMesh> mesh, double jitter) {
-    auto lattice = FitLattice(mesh->ComputeBounds(), {5, 4, 4}, {2, 3, 1}, 0.1);
-    ASSERT_OK(lattice);
-    auto plan = MakePlan(mesh, lattice->structure);
-    ASSERT_OK(plan);
-    auto target = render_backend_.Prepare(*plan, Pipeline::kFused);
-    ASSERT_OK(target);
-    SceneState state;
-    state.plan = *plan;
-    state.control_points =
-        std::make_shared<const std::vector<Vec3d>>(testing::Jitter(lattice->structure, jitter, 7));
-    Bounds bounds;
-    for (const Vec3d p : *state.control_points) bounds.Extend(p);
-    state.box = FitQuantisationBox(bounds, 1);
-    input_ = {std::make_shared<const SceneState>(std::move(state)),
-              std::make_shared<TargetSlot>(&render_backend_, *target, *plan, MemoryReservation())};
+    auto input = testing::MakeExportInput(render_backend_, std::move(mesh), {2, 3, 1}, jitter);
+    ASSERT_OK(input);
+    input_ = *std::move(input);
   }
 
   std::unique_ptr<Backend> backend_ = MakeCpuBackend({.threads = 1});

@@ -1,0 +1,45 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What an export reads: a scene's state and its target.
+#ifndef LATTICED_TESTS_SERVER_SCENES_EXPORT_INPUT_H_
+#define LATTICED_TESTS_SERVER_SCENES_EXPORT_INPUT_H_
+
+#include <array>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "core/base/status_macros.h"
+#include "core/ffd/deform_plan.h"
+#include "core/ffd/lattice.h"
+#include "server/engine/render/render_backend.h"
+#include "server/engine/render/render_view.h"
+#include "tests/support/test_meshes.h"
+
+namespace latticed::testing {
+
+// The mesh in a lattice of 5 x 4 x 4 control points of this degree, which are moved at random by `jitter`.
+inline absl::StatusOr<RenderInput> MakeExportInput(RenderBackend& backend,
+                                                   std::shared_ptr<const PolygonMesh> mesh,
+                                                   std::array<int, 3> degree, double jitter) {
+  LATTICED_ASSIGN_OR_RETURN(const Lattice lattice,
+                            FitLattice(mesh->ComputeBounds(), {5, 4, 4}, degree, 0.1));
+  LATTICED_ASSIGN_OR_RETURN(auto plan, MakePlan(mesh, lattice.structure));
+  LATTICED_ASSIGN_OR_RETURN(auto target, backend.Prepare(plan, Pipeline::kFused));
+  SceneState state;
+  state.plan = plan;
+  state.control_points =
+      std::make_shared<const std::vector<Vec3d>>(Jitter(lattice.structure, jitter, 7));
+  Bounds bounds;
+  for (const Vec3d p : *state.control_points) bounds.Extend(p);
+  state.box = FitQuantisationBox(bounds, 1);
+  return RenderInput{std::make_shared<const SceneState>(std::move(state)),
+                     std::make_shared<TargetSlot>(&backend, std::move(target), std::move(plan),
+                                                  MemoryReservation())};
+}
+
+}  // namespace latticed::testing
+
+#endif  // LATTICED_TESTS_SERVER_SCENES_EXPORT_INPUT_H_
