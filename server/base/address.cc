@@ -42,9 +42,8 @@ bool IsIp(const std::string& text) {
 }
 
 bool IsOfThisMachine(std::string_view peer) {
-  if (!peer.starts_with("ip")) return true;
-  return peer.starts_with("ipv4:127.") || peer.starts_with("ipv6:[::1]") ||
-         peer.starts_with("ipv6:%5B::1%5D") || peer.starts_with("ipv6:[::ffff:127.");
+  const std::string ip = IpOf(peer);
+  return ip.empty() || ip == "::1" || ip.starts_with("127.") || ip.starts_with("::ffff:127.");
 }
 
 }  // namespace latticed

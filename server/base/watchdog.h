@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Finds out that housekeeping or quick calls do not move any more. Long work may take long, so it is not watched. It counts its own checks, one a second, and not
-// the time: a process that was stopped for a while, and goes on, is not stuck.
+// Finds out that housekeeping or quick calls do not move any more. Long work is not watched. The watchdog counts its
+// checks, one a second, and not the time: a process that was stopped for a while, and goes on, is not stuck.
 //
 // Threads  one
 #ifndef LATTICED_SERVER_BASE_WATCHDOG_H_

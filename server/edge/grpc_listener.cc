@@ -14,7 +14,6 @@
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
-#include "server/base/address.h"
 #include "server/base/telemetry.h"
 
 namespace latticed {
@@ -41,12 +40,10 @@ absl::StatusOr<std::unique_ptr<GrpcListener>> GrpcListener::Open(
       result->listener_,
       TcpListener::Open(result->context_, "--listen", options.listen,
                         [listener = result.get()](boost::asio::ip::tcp::socket socket) {
-                          boost::system::error_code gone;
-                          const auto peer = socket.remote_endpoint(gone).address();
                           socket.native_non_blocking(true);
-                          const bool counts = listener->counts_loopback_ || !peer.is_loopback();
-                          listener->Take(counts ? NetworkOf(peer.to_string()) : "",
-                                         socket.release());
+                          const std::string address =
+                              CountedAddress(socket, listener->counts_loopback_);
+                          listener->Take(address, socket.release());
                         }));
   result->thread_ = std::thread([&context = result->context_] { RunUntilDone(context); });
   return result;

@@ -28,8 +28,7 @@ namespace {
 constexpr const char* kServiceNames[] = {"latticed.v1.MeshService", "latticed.v1.SceneService",
                                          "latticed.v1.ServerService"};
 
-// gRPC reads the files again within kReadAgainSeconds of a change, and keeps the old ones if the new ones do not
-// fit together.
+// gRPC reads the files again within kReadAgainSeconds of a change.
 absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> Credentials(const Options& options) {
   constexpr unsigned kReadAgainSeconds = 1;
   if (options.tls_cert.empty()) return grpc::InsecureServerCredentials();

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "fmt/format.h"
+#include "server/base/address.h"
 #include "server/base/telemetry.h"
 
 namespace latticed {
@@ -89,6 +90,12 @@ absl::Status TcpListener::Bind(const std::string& host, const std::string& port)
   }
   // One open address is enough: a name may have an address of a protocol that this machine lacks.
   return ports_.empty() ? absl::UnavailableError(failure.message()) : absl::OkStatus();
+}
+
+std::string CountedAddress(const tcp::socket& socket, bool counts_loopback) {
+  error_code gone;
+  const net::ip::address address = socket.remote_endpoint(gone).address();
+  return counts_loopback || !address.is_loopback() ? NetworkOf(address.to_string()) : "";
 }
 
 void TcpListener::Accept(Port& port) {

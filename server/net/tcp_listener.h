@@ -25,6 +25,11 @@ namespace latticed {
 // its connection, so that nothing a client sends ends the process.
 void RunUntilDone(boost::asio::io_context& context);
 
+// The address of the other end, as limits by address count it (server/base/address.h). Empty for one that is
+// not counted: loopback, unless `counts_loopback`.
+[[nodiscard]] std::string CountedAddress(const boost::asio::ip::tcp::socket& socket,
+                                         bool counts_loopback);
+
 class TcpListener : public std::enable_shared_from_this<TcpListener> {
  public:
   // Called for one socket after the other. TCP_NODELAY is set.

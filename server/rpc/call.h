@@ -32,14 +32,13 @@ inline constexpr Rpc kApplyEditsRpc{"SceneService/ApplyEdits", Role::kEdit};
 
 struct CallInfo {
   Rpc rpc;
-  Caller caller;  // who, and with which role
-  std::shared_ptr<CallerAccount>
-      account;                // what the caller has of the server; null before BeginCall admits
-  std::string request_id;     // the client's if it is valid, else 16 random hex digits
-  std::string traceparent;    // W3C, empty if absent or malformed
-  std::string peer;           // "ipv4:127.0.0.1:5000": the other end of the socket
-  bool is_forwarded = false;  // a proxy named the peer
-  std::string scene;          // the scene of the call, if metadata or the request name one
+  Caller caller;                           // who, and with which role
+  std::shared_ptr<CallerAccount> account;  // the caller's; null before BeginCall admits
+  std::string request_id;                  // the client's if it is valid, else 16 random hex digits
+  std::string traceparent;                 // W3C, empty if absent or malformed
+  std::string peer;                        // "ipv4:127.0.0.1:5000": the other end of the socket
+  bool is_forwarded = false;               // a proxy named the peer
+  std::string scene;  // the scene of the call, if metadata or the request name one
   absl::Time start_time;
   std::chrono::steady_clock::time_point arrival;
   grpc::CallbackServerContext* context = nullptr;  // alive until the rpc is finished

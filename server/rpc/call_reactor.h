@@ -9,7 +9,6 @@
 #define LATTICED_SERVER_RPC_CALL_REACTOR_H_
 
 #include <functional>
-#include <type_traits>
 #include <utility>
 
 #include <grpcpp/grpcpp.h>
@@ -71,7 +70,7 @@ class CallReactor : public Reactor {
     auto room = AdmitRequest(env, call_, request);
     if (!room.ok()) return FinishCall(room.status());
     request_room_ = *std::move(room);
-    if constexpr (std::is_same_v<Request, v1::EditBatch>) {
+    if constexpr (requires { MayTakeLong(request); }) {
       if (MayTakeLong(request)) lane = WorkerLanes::Lane::kLong;
     }
     env.Post(lane, *call_.account,

@@ -56,9 +56,8 @@ class Callers {
   // `share` is above 0, and at most 1, which means no shares.
   Callers(double share, const SharedBudgets& budgets) : share_(share), budgets_(budgets) {}
 
-  // The account of a caller. `name` may be empty; `address` is as
-  // gRPC writes it, "ipv4:127.0.0.1:5000". An address that a proxy has
-  // forwarded is not of this machine, whatever it is.
+  // The account of a caller. `name` may be empty; `address` is as gRPC writes it, "ipv4:127.0.0.1:5000". An
+  // address that a proxy has forwarded is not of this machine, whatever it is.
   [[nodiscard]] std::shared_ptr<CallerAccount> Of(const std::string& name,
                                                   const std::string& address,
                                                   bool is_forwarded = false)

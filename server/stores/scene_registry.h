@@ -61,8 +61,8 @@ class SceneRegistry {
   // making. kAlreadyExists for another request with the id; kResourceExhausted, reason LIMIT_EXCEEDED, for
   // one scene too many; else Scene::Create's errors. `admit`, if given, is asked before a scene is made and
   // may refuse it; DeleteMesh deletes no mesh while it runs. kNotFound when the mesh was deleted by force
-  // meanwhile. At most `most_of_account` scenes have config.account. `stop` ends waiting and making, and then nothing is left; it is also asked with the lock
-  // held.
+  // meanwhile. At most `most_of_account` scenes have config.account. `stop` ends waiting and making, and then
+  // nothing is left; it is also asked with the lock held.
   [[nodiscard]] absl::StatusOr<std::shared_ptr<Scene>> Create(
       SceneConfig config, const std::function<absl::Status()>& admit = nullptr,
       StopCheck stop = NeverStop, size_t most_of_account = std::numeric_limits<size_t>::max())

@@ -2,8 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Uploads under way: the bytes of a mesh as they come, from the header that admits them until they are
-// complete. Memory is reserved for the bytes that have come, not for those that are announced. A stream holds its Upload itself; the UploadStore keeps unary uploads by id. An upload that
-// gets no bytes for limits::kUploadIdleSeconds is dropped and frees its memory and its place.
+// complete. Memory is reserved for the bytes that have come, not for those that are announced. A stream holds
+// its Upload itself; the UploadStore keeps unary uploads by id. An upload that gets no bytes for
+// limits::kUploadIdleSeconds is dropped and frees its memory and its place.
 //
 // Threads  safe; an Upload's appends are serialised by its lock
 #ifndef LATTICED_SERVER_STORES_UPLOAD_STORE_H_

@@ -12,7 +12,6 @@
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
-#include "server/base/address.h"
 #include "server/base/telemetry.h"
 #include "server/net/tcp_listener.h"
 #include "server/net/tls_context.h"
@@ -46,9 +45,7 @@ absl::StatusOr<std::shared_ptr<TcpListener>> ListenForHttp(
   return TcpListener::Open(io, flag, listen, [=](net::ip::tcp::socket socket) {
     error_code ignored;
     socket.set_option(net::socket_base::keep_alive(true), ignored);  // notices vanished clients
-    const auto peer = socket.remote_endpoint(ignored).address();
-    auto place = connections->Enter(
-        counts_loopback || !peer.is_loopback() ? NetworkOf(peer.to_string()) : "");
+    auto place = connections->Enter(CountedAddress(socket, counts_loopback));
     if (place == nullptr) return;
     const bool served = place->served();
     HttpTimeouts patience = timeouts;
