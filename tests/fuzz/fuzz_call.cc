@@ -99,7 +99,6 @@ void FuzzCall::Start(const web::ServerChannel& server) {
 void FuzzCall::Send(std::string_view bytes) {
   const auto message = NewMessage(method_->input_type());
   const bool parsed = message->ParseFromArray(bytes.data(), static_cast<int>(bytes.size()));
-  parsed_ &= parsed;
   messages_.push_back(parsed && Replace(*message, *ids_) ? message->SerializeAsString()
                                                          : std::string(bytes));
   SendNext();
@@ -141,9 +140,8 @@ void FuzzCall::OnMessage(grpc::ByteBuffer bytes) {
 
 void FuzzCall::OnEnd(grpc::Status status, web::CallMetadata /*trailers*/) {
   ended_ = true;
-  const bool internal = status.error_code() == grpc::StatusCode::INTERNAL;
-  if (internal && !parsed_ && kUnparsableMayBeInternal) return;
-  if (internal || status.error_code() == grpc::StatusCode::UNKNOWN) {
+  if (status.error_code() == grpc::StatusCode::INTERNAL ||
+      status.error_code() == grpc::StatusCode::UNKNOWN) {
     Fail(fmt::format("{}: code {}, {}", method_->full_name(), static_cast<int>(status.error_code()),
                      status.error_message()));
   }

@@ -72,7 +72,6 @@ class FuzzCall final : public web::CallObserver, public std::enable_shared_from_
   KnownIds* const ids_;
   std::shared_ptr<web::GenericCall> call_;
   std::deque<std::string> messages_;  // to be sent
-  bool parsed_ = true;                // all messages so far are the rpc's
   bool writing_ = false, closing_ = false, closed_ = false, ended_ = false, updated_ = false;
 };
 

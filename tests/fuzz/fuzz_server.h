@@ -19,9 +19,6 @@
 
 namespace latticed::fuzz {
 
-// Whether bytes that are no message of their rpc may be answered with INTERNAL, as gRPC's generated code does.
-inline constexpr bool kUnparsableMayBeInternal = false;
-
 // Prints the words and aborts, which libFuzzer reports with the input.
 [[noreturn]] void Fail(const std::string& words);
 

@@ -17,7 +17,8 @@ namespace {
 
 using Lane = WorkerLanes::Lane;
 
-// Work that says that it runs, and waits until it may end.
+// Work that says that it runs, and waits until it may end. It and latches must outlive the lanes, whose destructor waits
+// for work.
 struct Blocked {
   std::latch begun{1}, may_end{1};
   std::function<void()> Run() {
@@ -31,9 +32,9 @@ struct Blocked {
 constexpr int kAlice = 1, kMallory = 2;
 
 TEST(WorkerLanesTest, QuickWorkRunsBesideLongWork) {
-  WorkerLanes lanes(1, 2);
   Blocked first, second;
   std::latch done(1);
+  WorkerLanes lanes(1, 2);
   lanes.Post(Lane::kLong, &kMallory, first.Run());
   lanes.Post(Lane::kLong, &kAlice, second.Run());
   first.begun.wait();
@@ -47,13 +48,13 @@ TEST(WorkerLanesTest, QuickWorkRunsBesideLongWork) {
 }
 
 TEST(WorkerLanesTest, OneCallerNeverHasAllLongWorkers) {
-  WorkerLanes lanes(1, 2);
   Blocked first, second;
+  std::latch done(1);
+  WorkerLanes lanes(1, 2);
   lanes.Post(Lane::kLong, &kMallory, first.Run());
   lanes.Post(Lane::kLong, &kMallory, second.Run());
   first.begun.wait();
 
-  std::latch done(1);
   lanes.Post(Lane::kLong, &kAlice, [&] { done.count_down(); });
 
   done.wait();
@@ -66,8 +67,8 @@ TEST(WorkerLanesTest, OneCallerNeverHasAllLongWorkers) {
 TEST(WorkerLanesTest, CallersHaveTurns) {
   std::string order;
   {
-    WorkerLanes lanes(1, 2);
     Blocked block;
+    WorkerLanes lanes(1, 2);
     lanes.Post(Lane::kQuick, &kMallory, block.Run());
     block.begun.wait();
     for (int i = 0; i < 3; ++i) lanes.Post(Lane::kQuick, &kMallory, [&] { order += 'm'; });

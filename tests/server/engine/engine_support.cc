@@ -194,7 +194,7 @@ void WatcherClient::Take(const UpdateBegins& event) {
     EXPECT_GE(event.revision, updates_.back().end.revision) << "revisions never go back";
   }
   must_restart_ = false;
-  current_.emplace();
+  current_ = Update();
   current_->begin = event;
   staged_.clear();
 }

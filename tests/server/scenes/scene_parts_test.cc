@@ -95,7 +95,7 @@ TEST_F(ScenePartsTest, LargeExportsComeInParts) {
   ASSERT_OK(Create(finer));
   auto request = For<v1::ExportRequest>("scene-two");
   request.set_format(v1::EXPORT_FORMAT_OBJ);
-  request.mutable_view()->set_segments(32);
+  request.mutable_view()->set_segments(12);
   std::vector<v1::ExportResponse> parts;
   ASSERT_OK(Export(request, parts));
   EXPECT_GT(parts.size(), 2u);

@@ -100,10 +100,8 @@ void AddLongLabels(google::protobuf::Map<std::string, std::string>& labels) {
   }
 }
 
-void ExpectRefusal(const absl::Status& status, const Refusal& refusal,
-                   std::source_location caller) {
-  const ::testing::ScopedTrace trace(caller.file_name(), static_cast<int>(caller.line()),
-                                     "refused");
+void ExpectRefusal(const absl::Status& status, const Refusal& refusal, const char* file, int line) {
+  const ::testing::ScopedTrace trace(file, line, "refused");
   EXPECT_THAT(status, StatusIs(refusal.code, ::testing::HasSubstr(refusal.message)));
   const error::Details details = error::DetailsOf(status);
   EXPECT_EQ(details.reason, refusal.reason) << status;

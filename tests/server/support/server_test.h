@@ -9,7 +9,6 @@
 #include <chrono>
 #include <map>
 #include <memory>
-#include <source_location>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -73,13 +72,13 @@ struct Refusal {
   std::string field;    // of BadRequest; empty: it has none
   std::string message;  // part of it: the allowed range, or what is wrong
 };
-// A failed check reports the caller's line.
+// A failed check reports the caller's line. (clang 14 has no std::source_location.)
 void ExpectRefusal(const absl::Status& status, const Refusal& refusal,
-                   std::source_location caller = std::source_location::current());
+                   const char* file = __builtin_FILE(), int line = __builtin_LINE());
 inline void ExpectRefused(const absl::Status& status, absl::StatusCode code,
                           const std::string& reason, const std::string& field = "",
-                          std::source_location caller = std::source_location::current()) {
-  ExpectRefusal(status, {code, reason, field, ""}, caller);
+                          const char* file = __builtin_FILE(), int line = __builtin_LINE()) {
+  ExpectRefusal(status, {code, reason, field, ""}, file, line);
 }
 // The published reason of a failed call, such as "NOT_FOUND".
 [[nodiscard]] inline std::string Reason(const absl::Status& status) {
