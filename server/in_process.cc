@@ -117,9 +117,12 @@ absl::Status InProcessServer::Reload(const Options& options) {
   SetLogLevel(options.log_level);
   LATTICED_ASSIGN_OR_RETURN(Authenticator authenticator,
                             Authenticator::FromFile(env_->options.token_file));
+  LATTICED_RETURN_IF_ERROR(server_->ReadCertificates());
+  if (web_ != nullptr) {
+    LATTICED_RETURN_IF_ERROR(web_->ReadCertificates(env_->options));
+  }
   env_->SetAuthenticator(std::move(authenticator));
-  if (web_ == nullptr) return absl::OkStatus();
-  return web_->ReadCertificates(env_->options);  // gRPC notices new certificates itself
+  return absl::OkStatus();
 }
 
 Pulse InProcessServer::TakePulse() const { return env_->TakePulse(); }

@@ -28,16 +28,20 @@ namespace {
 constexpr const char* kServiceNames[] = {"latticed.v1.MeshService", "latticed.v1.SceneService",
                                          "latticed.v1.ServerService"};
 
-// gRPC reads the files again within kReadAgainSeconds of a change.
-absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> Credentials(const Options& options) {
+// gRPC looks at its files once a second. While key and certificate do not fit together, as between the renewals of two
+// files, it would serve nobody. So its files are copies in memory of what was found to fit.
+std::shared_ptr<grpc::ServerCredentials> Credentials(const Options& options,
+                                                     const MemoryFile& identity,
+                                                     const MemoryFile& client_ca) {
   constexpr unsigned kReadAgainSeconds = 1;
   if (options.tls_cert.empty()) return grpc::InsecureServerCredentials();
-  LATTICED_RETURN_IF_ERROR(MakeTlsContext(options).status());
+  const bool asks_clients = !options.tls_client_ca.empty();
   grpc::experimental::TlsServerCredentialsOptions tls(
       std::make_shared<grpc::experimental::FileWatcherCertificateProvider>(
-          options.tls_key, options.tls_cert, options.tls_client_ca, kReadAgainSeconds));
+          identity.path(), identity.path(), asks_clients ? client_ca.path() : "",
+          kReadAgainSeconds));
   tls.watch_identity_key_cert_pairs();
-  if (!options.tls_client_ca.empty()) {
+  if (asks_clients) {
     tls.watch_root_certs();
     tls.set_cert_request_type(GRPC_SSL_REQUEST_AND_REQUIRE_CLIENT_CERTIFICATE_AND_VERIFY);
   }
@@ -97,9 +101,9 @@ void Configure(const Options& options, grpc::ServerBuilder& builder) {
 absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(ServerEnv* env) {
   EnablePlugins();
   const Options& options = env->options;
-  LATTICED_ASSIGN_OR_RETURN(std::shared_ptr<grpc::ServerCredentials> credentials,
-                            Credentials(options));
   std::unique_ptr<GrpcServer> result(new GrpcServer(env));
+  LATTICED_RETURN_IF_ERROR(result->ReadCertificates());
+  auto credentials = Credentials(options, result->identity_, result->client_ca_);
   result->services_.push_back(MakeServerService(env));
   result->services_.push_back(MakeMeshService(env));
   result->services_.push_back(MakeSceneService(env));
@@ -117,9 +121,8 @@ absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(ServerEnv* env) {
   for (const auto& service : result->services_) builder.RegisterService(service.get());
   result->server_ = builder.BuildAndStart();
   if (result->server_ == nullptr) {
-    return absl::UnavailableError(fmt::format(
-        "--listen: cannot serve on '{}': can the socket be made, is the key the certificate's?",
-        options.listen));
+    return absl::UnavailableError(
+        fmt::format("--listen: cannot serve on '{}': can the socket be made?", options.listen));
   }
   if (acceptor != nullptr) {
     LATTICED_ASSIGN_OR_RETURN(result->listener_, GrpcListener::Open(options, std::move(acceptor)));
@@ -131,6 +134,15 @@ absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(ServerEnv* env) {
 }
 
 GrpcServer::GrpcServer(ServerEnv* env) : env_(env) {}
+
+absl::Status GrpcServer::ReadCertificates() {
+  LATTICED_ASSIGN_OR_RETURN(const auto tls, ReadTls(env_->options));
+  if (tls == nullptr) return absl::OkStatus();
+  if (!tls->client_ca.empty()) {
+    LATTICED_RETURN_IF_ERROR(client_ca_.Write(tls->client_ca));
+  }
+  return identity_.Write(tls->key + "\n" + tls->certificate);
+}
 
 GrpcServer::~GrpcServer() {
   env_->scenes->health().SetObserver(nullptr);

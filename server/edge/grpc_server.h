@@ -19,6 +19,7 @@
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
 #include "server/edge/grpc_listener.h"
+#include "server/net/memory_file.h"
 #include "server/rpc/server_env.h"
 
 namespace latticed {
@@ -35,8 +36,10 @@ class GrpcServer {
   [[nodiscard]] ConnectionCounts connections() const;
   // A channel for calls from this process, without a socket.
   [[nodiscard]] std::shared_ptr<grpc::Channel> InProcessChannel();
-  void SetServing(bool serving);
+  // Reads the files of TLS again: within a second, new connections use them. kInvalidArgument changes nothing.
+  [[nodiscard]] absl::Status ReadCertificates();
   // Sets what the health service answers.
+  void SetServing(bool serving);
   bool serving() const { return serving_; }
   // Takes no more calls, waits for those running, and cancels what is left at `deadline`. Returns
   // when all are done. Idempotent.
@@ -48,6 +51,7 @@ class GrpcServer {
 
   ServerEnv* const env_;
   std::atomic<bool> serving_ = false;
+  MemoryFile identity_, client_ca_;  // gRPC reads them
   std::vector<std::unique_ptr<grpc::Service>> services_;
   std::unique_ptr<grpc::Server> server_;    // uses the services
   std::unique_ptr<GrpcListener> listener_;  // last: hands connections to the server

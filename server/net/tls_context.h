@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// TLS of --http from the files of --tls-cert, --tls-key and --tls-client-ca, which are read again on SIGHUP.
-// gRPC reads the same files itself; a context made of them shows that they can be used.
+// TLS from the files of --tls-cert, --tls-key and --tls-client-ca, which are read at start and again on SIGHUP.
 //
 // Threads  safe
 #ifndef LATTICED_SERVER_NET_TLS_CONTEXT_H_
@@ -10,6 +9,7 @@
 
 #include <boost/asio/ssl/context.hpp>
 #include <memory>
+#include <string>
 
 #include "absl/base/thread_annotations.h"
 #include "absl/status/status.h"
@@ -21,8 +21,16 @@ namespace latticed {
 
 using TlsContextPtr = std::shared_ptr<boost::asio::ssl::context>;
 
+// What was read, and is known to fit together.
+struct Tls {
+  std::string certificate;  // PEM, with its chain
+  std::string key;          // PEM
+  std::string client_ca;    // PEM; empty: clients need no certificate
+  TlsContextPtr context;    // of the same
+};
+
 // Null if there is no --tls-cert. kInvalidArgument, naming the flag, if a file cannot be used.
-[[nodiscard]] absl::StatusOr<TlsContextPtr> MakeTlsContext(const Options& options);
+[[nodiscard]] absl::StatusOr<std::shared_ptr<const Tls>> ReadTls(const Options& options);
 
 // The context of new connections; older ones keep theirs.
 class CurrentTls {

@@ -120,8 +120,8 @@ absl::StatusOr<std::unique_ptr<WebServer>> WebServer::Start(const Options& optio
 }
 
 absl::Status WebServer::ReadCertificates(const Options& options) {
-  LATTICED_ASSIGN_OR_RETURN(TlsContextPtr tls, MakeTlsContext(options));
-  impl_->tls.Set(std::move(tls));
+  LATTICED_ASSIGN_OR_RETURN(const auto tls, ReadTls(options));
+  impl_->tls.Set(tls == nullptr ? nullptr : tls->context);
   return absl::OkStatus();
 }
 

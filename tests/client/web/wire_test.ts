@@ -58,6 +58,10 @@ test('errors are sentences: too large says how much is free, a role which one it
   const metadata = { asked_bytes: '5000000000', free_bytes: '1234567' };
   assert.equal(inWords(new ServerError(Code.ResourceExhausted, 'OUT_OF_MEMORY', needs, metadata)), words);
   assert.equal(inWords(ServerError.fromClose(4008, `OUT_OF_MEMORY: ${needs}`)), words);
+  const ofShare = 'More than you may use: 5.00 GB of memory are needed for the upload, and 1.23 MB of your share are free.';
+  const needsOfShare = `${needs} of what one caller may use`;
+  assert.equal(inWords(new ServerError(Code.ResourceExhausted, 'OUT_OF_MEMORY', needsOfShare, { ...metadata, share: 'caller' })), ofShare);
+  assert.equal(inWords(ServerError.fromClose(4008, `OUT_OF_MEMORY: ${needsOfShare}`)), ofShare);
   const unknown = new ServerError(Code.ResourceExhausted, 'OUT_OF_MEMORY', 'the plan needs more memory than there is');
   assert.equal(inWords(unknown), 'The plan needs more memory than there is.');
   const malformed = new ServerError(Code.InvalidArgument, 'MALFORMED_FILE', 'data: not a valid OBJ file, line 3: no number');

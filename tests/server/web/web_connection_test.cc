@@ -38,6 +38,39 @@ TEST_F(WebTlsTest, AsksForAClientCertificate) {
       200);
 }
 
+TEST_F(WebTlsTest, NewConnectionsUseNewCertificates) {
+  ASSERT_TRUE(MakeCertificate("next"));
+  Serve();
+  WebClient open(http(), folder_.Path("server.crt"));
+  ASSERT_EQ(open.Get("/").status, 200);
+  ASSERT_TRUE(GrpcTakes("server.crt"));
+
+  folder_.Write("server.pem", folder_.Read("next.pem"));
+  ASSERT_OK(server_->Reload(options_));
+
+  EXPECT_EQ(WebClient(http(), folder_.Path("next.crt")).Get("/").status, 200);
+  EXPECT_EQ(WebClient(http(), folder_.Path("server.crt")).Get("/").status, 0);
+  EXPECT_EQ(open.Get("/").status, 200) << "an open connection stays";
+  EXPECT_TRUE(Becomes(300, [&] { return GrpcTakes("next.crt"); }));
+}
+
+TEST_F(WebTlsTest, AKeyThatDoesNotFitChangesNothing) {
+  ASSERT_TRUE(MakeCertificate("next"));
+  options_.tls_cert = folder_.Path("server.crt");
+  Serve();
+
+  folder_.Write("server.pem", folder_.Read("next.pem"));
+  std::this_thread::sleep_for(
+      std::chrono::milliseconds(1'200));  // gRPC looks at its files once a second
+  EXPECT_TRUE(GrpcTakes("server.crt")) << "nothing is read without a signal";
+  EXPECT_THAT(server_->Reload(options_),
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("--tls-key")));
+
+  std::this_thread::sleep_for(std::chrono::milliseconds(1'200));
+  EXPECT_TRUE(GrpcTakes("server.crt"));
+  EXPECT_EQ(WebClient(http(), folder_.Path("server.crt")).Get("/").status, 200);
+}
+
 TEST_F(WebTest, TakenPortsAreRefusedByName) {
   Serve();
   Options options = options_;

@@ -94,11 +94,23 @@ class WebTlsTest : public WebTest {
 
   void ServeScene() {
     ASSERT_NO_FATAL_FAILURE(Serve());
+    Reach(GrpcChannel("server.crt"));
+    ASSERT_NO_FATAL_FAILURE(CreateScene(8));
+  }
+
+  // A channel of its own that trusts the certificate in this file.
+  std::shared_ptr<grpc::Channel> GrpcChannel(const std::string& issuer) const {
     grpc::ChannelArguments arguments;
     arguments.SetSslTargetNameOverride("localhost");
-    const auto credentials = grpc::SslCredentials({.pem_root_certs = folder_.Read("server.crt")});
-    Reach(grpc::CreateCustomChannel(server_->address(), credentials, arguments));
-    ASSERT_NO_FATAL_FAILURE(CreateScene(8));
+    arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
+    const auto credentials = grpc::SslCredentials({.pem_root_certs = folder_.Read(issuer)});
+    return grpc::CreateCustomChannel(server_->address(), credentials, arguments);
+  }
+  // Whether a new connection of gRPC answers to who trusts this certificate.
+  bool GrpcTakes(const std::string& issuer) const {
+    grpc::ClientContext context;
+    v1::ServerInfo info;
+    return v1::ServerService::NewStub(GrpcChannel(issuer))->GetServerInfo(&context, {}, &info).ok();
   }
 
   // Makes NAME.crt, a self-signed certificate, and NAME.pem, its key and the certificate.

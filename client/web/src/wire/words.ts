@@ -37,14 +37,21 @@ function ended(text: string): string {
   return /[.!?…]$/.test(text) ? text : `${text}.`;
 }
 
-/** Reads "the view needs 5000000 bytes, 1234 are free": a closed WebSocket or a failed download gives no metadata. */
+/**
+ * Reads "the view needs 5000000 bytes, 1234 are free", with or without "of what one caller may use": a closed WebSocket
+ * or a failed download gives no metadata.
+ */
 function outOfMemory({ message, metadata }: ServerError): string {
-  const [, what, asked, free] = /^(.+) needs (\d+) bytes, (\d+) are free$/.exec(message) ?? [];
+  const [, what, asked, free, share] =
+    /^(.+) needs (\d+) bytes, (\d+) are free( of what one caller may use)?$/.exec(message) ?? [];
   const wanted = metadata.asked_bytes ?? asked;
   const left = metadata.free_bytes ?? free;
   if (!wanted || !left) return sentence(message);
   const forWhat = what === undefined ? '' : ` for ${what}`;
   const [needed, available] = [bytes(Number(wanted)), bytes(Number(left))];
+  if (share || metadata.share) {
+    return `More than you may use: ${needed} of memory are needed${forWhat}, and ${available} of your share are free.`;
+  }
   return `Too large for the server: ${needed} of memory are needed${forWhat}, and ${available} are free.`;
 }
 
