@@ -83,9 +83,8 @@ TEST_F(PlanningTest, AKnotPastItsDeadlineChangesNothingAndMayBeSentAgain) {
     return Metric(fmt::format(
         R"(latticed_rpc_finished_total{{method="SceneService/ApplyEdits",code="{}"}})", code));
   };
-  EXPECT_TRUE(Becomes(2'000, [&] {
-    return finished("DEADLINE_EXCEEDED") > 0 || finished("CANCELLED") > 0;
-  }));
+  EXPECT_TRUE(Becomes(
+      2'000, [&] { return finished("DEADLINE_EXCEEDED") > 0 || finished("CANCELLED") > 0; }));
   EXPECT_EQ(Lattice().revision(), 0u);
 
   const int plans = script_->calls(Step::kPrepare);
