@@ -122,6 +122,7 @@ void DeformStream::OnReadDone(bool ok) {
     }
     return stream->HalfClose(edited_ ? last_revision_ : stream->scene().State()->revision);
   }
+  if (stream != nullptr && stream->ended()) return StopReading();
   v1::DeformRequest request;
   absl::Status status = TakeMessage(bytes_, &request);
   if (status.ok() && stream != nullptr && MayTakeLong(request.edit())) {

@@ -181,12 +181,18 @@ void SceneStream::OnPace() {
 
 void SceneStream::FinishLocked(const grpc::Status& status) {
   if (state_ == StreamState::kFinished) return;
+  const bool writing = state_ == StreamState::kWriting;
   state_ = StreamState::kFinished;
   watcher_.reset();
   small_.clear();
   heartbeat_.reset();
   pace_.reset();
-  sink_->Finish(status);
+  // An in-process call that is finished while a message is written may never end: gRPC forgets the message.
+  if (writing) {
+    end_ = status;
+  } else {
+    sink_->Finish(status);
+  }
 }
 
 void SceneStream::OnSceneChanged() {
@@ -196,12 +202,12 @@ void SceneStream::OnSceneChanged() {
 
 void SceneStream::OnWriteDone(bool ok) {
   const MutexLock lock(&mutex_);
-  if (state_ != StreamState::kWriting) return;
+  writing_.Clear();
+  if (end_.has_value()) return sink_->Finish(*end_);
+  state_ = StreamState::kIdle;
   if (!ok) {
     return FinishLocked(grpc::Status(grpc::StatusCode::CANCELLED, "the client has gone"));
   }
-  state_ = StreamState::kIdle;
-  writing_.Clear();
   Pump();
 }
 
@@ -313,6 +319,11 @@ void SceneStream::Close() {
   on_drain_.reset();
   // The stream has finished, so it shows no presence any more.
   Wake(scene_->presence().Leave(this, editor_id_));
+}
+
+bool SceneStream::ended() const {
+  const MutexLock lock(&mutex_);
+  return state_ == StreamState::kFinished;
 }
 
 size_t SceneStream::backlog() const {

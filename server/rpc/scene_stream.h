@@ -54,7 +54,7 @@ struct ServerEnv;
 enum class StreamState {
   kIdle,      // open, and nothing is being written
   kWriting,   // one write is outstanding
-  kFinished,  // Finish was called: nothing more is written or counted
+  kFinished,  // nothing more is written or counted
 };
 
 // The writing half of a reactor. Neither call blocks; each is made at most once per OnWriteDone.
@@ -111,6 +111,8 @@ class SceneStream : public SceneListener,
   // The call is done: the sink is not called any more, and the presence that the stream showed is taken
   // back. Called before the reactor releases the stream.
   void Close() ABSL_LOCKS_EXCLUDED(mutex_);
+  // Whether nothing more is written, so that messages of the client cannot be answered.
+  bool ended() const ABSL_LOCKS_EXCLUDED(mutex_);
   // How many small events wait to be written.
   size_t backlog() const ABSL_LOCKS_EXCLUDED(mutex_);
 
@@ -159,6 +161,8 @@ class SceneStream : public SceneListener,
   bool half_closed_ ABSL_GUARDED_BY(mutex_) = false;
   int answers_due_ ABSL_GUARDED_BY(mutex_) = 0;  // between ExpectAnswer and Answer
   bool going_away_ ABSL_GUARDED_BY(mutex_) = false;
+  std::optional<grpc::Status> end_
+      ABSL_GUARDED_BY(mutex_);                       // after the message that is being written
   absl::Time refusals_end_ ABSL_GUARDED_BY(mutex_);  // once going away
   absl::Time last_heard_ ABSL_GUARDED_BY(mutex_);
   std::unique_ptr<grpc::Alarm> heartbeat_ ABSL_GUARDED_BY(mutex_);

@@ -206,7 +206,7 @@ TEST_F(WebTest, ASocketThatBreaksEndsItsCall) {
     next.Open(Watch("other"));
     return next.Read();
   };
-  EXPECT_TRUE(testing::Becomes(2000, opens)) << "the place was given back";
+  EXPECT_TRUE(Becomes(2000, opens)) << "the place was given back";
 }
 
 TEST_F(WebTest, DrainingSaysGoawayAndClosesInOrder) {
@@ -243,6 +243,27 @@ TEST_F(WebTest, ASocketThatIsNotReadIsSentNoQueue) {
 
   EXPECT_LT(slow.log.ends.size(), kEdits / 2);
   EXPECT_EQ(slow.log.chunks, quick.log.chunks);
+}
+
+// A message waits in the server until the page reads again. The call ends after it, and holds nothing then.
+TEST_F(WebTest, AnErrorDuringAnUpdateToASlowPageLeavesNothing) {
+  ServeScene(24);
+  v1::WatchRequest watch = Watch("page");
+  watch.mutable_view()->set_encoding(v1::ENCODING_RAW);
+  watch.mutable_view()->set_segments(16);
+  Window window(http(), kScene);
+  ASSERT_TRUE(window.Open(watch));
+  ASSERT_TRUE(Becomes(2'000, [this] { return Metric("latticed_updates_begun_total") > 0; }));
+  // The update is more than the socket takes, so after this time a message waits.
+  std::this_thread::sleep_for(std::chrono::milliseconds(200));
+
+  ASSERT_TRUE(window.socket.Send("\xff"));
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  EXPECT_EQ(Metric("latticed_watchers"), 1);
+  window.ReadToEnd();
+
+  EXPECT_EQ(window.socket.close_code(), 4003) << window.socket.close_reason();
+  EXPECT_TRUE(Becomes(500, [this] { return Metric("latticed_watchers") == 0; }));
 }
 
 TEST_F(WebTest, TwelveWindowsOnOneServerStillEdit) {
