@@ -16,6 +16,7 @@
 
 #include "absl/time/clock.h"
 #include "server/base/options.h"
+#include "server/base/process_memory.h"
 #include "server/base/telemetry.h"
 #include "server/base/version.h"
 #include "server/base/watchdog.h"
@@ -118,6 +119,7 @@ int main(int argc, char** argv) {
   const latticed::Options& options = command_line->options;
 
   CatchSignals();
+  latticed::LimitFreeHeapEnds();
   auto server = latticed::InProcessServer::Serve(options);
   if (!server.ok()) return Fail(server.status(), kExitFailure);
   latticed::LogEvent(spdlog::level::info, "serving",

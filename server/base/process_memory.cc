@@ -13,6 +13,10 @@ namespace {
 
 constexpr int64_t kWorthBytes = int64_t{64} << 20;
 constexpr int kTicksPerLook = 5;
+// With 4 MiB an edit of 110,000 patches takes 7 % longer, on two cores.
+constexpr int kFreeEndBytes = 16 << 20;
+// What glibc comes to by itself: smaller blocks use the same pages again.
+constexpr int kMmapBytes = 32 << 20;
 
 // Resident bytes that malloc has not given out: freed blocks, code and stacks. Below zero if blocks that were given out
 // have not been touched.
@@ -29,6 +33,11 @@ ProcessMemory MeasureMemory() {
   const auto page_bytes = static_cast<uint64_t>(sysconf(_SC_PAGESIZE));
   return {.resident_bytes = resident_pages * page_bytes,
           .virtual_bytes = virtual_pages * page_bytes};
+}
+
+void LimitFreeHeapEnds() {
+  mallopt(M_TRIM_THRESHOLD, kFreeEndBytes);
+  mallopt(M_MMAP_THRESHOLD, kMmapBytes);  // else it would stay at 128 KiB from now on
 }
 
 void HeapTrimmer::Tick() {
