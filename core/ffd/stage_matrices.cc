@@ -133,7 +133,9 @@ absl::StatusOr<const StageMatrices*> StageMatrices::Get(int degree, int segments
     std::once_flag once;
     std::unique_ptr<const StageMatrices> matrices;
   };
-  static std::array<std::array<Entry, limits::kMaxSegments + 1>, kMaxPatchDegree + 1> cache;
+  // Never destroyed: threads may still use it when the program ends.
+  static auto& cache =
+      *new std::array<std::array<Entry, limits::kMaxSegments + 1>, kMaxPatchDegree + 1>;
   Entry& entry = cache[static_cast<size_t>(degree)][static_cast<size_t>(segments)];
   std::call_once(entry.once, [&] {
     entry.matrices = std::make_unique<const StageMatrices>(MakeMatrices(degree, segments));

@@ -49,7 +49,9 @@ TessellationPattern MakePattern(int s) {
 
 const TessellationPattern& TessellationPattern::Get(int segments) {
   static std::array<std::once_flag, limits::kMaxSegments + 1> once;
-  static std::array<std::unique_ptr<const TessellationPattern>, limits::kMaxSegments + 1> patterns;
+  // Never destroyed: threads may still use them when the program ends.
+  static auto& patterns =
+      *new std::array<std::unique_ptr<const TessellationPattern>, limits::kMaxSegments + 1>;
   const auto s =
       static_cast<size_t>(std::clamp(segments, limits::kMinSegments, limits::kMaxSegments));
   std::call_once(once[s], [s] {
