@@ -5,8 +5,8 @@
 readonly ci_build=build/ci/tree/build
 readonly tsan_targets=(scene_engine_test engine_rooms_test model_based_test)
 # Tests that the Release build alone runs. They check accuracy on large inputs, or take minutes with sanitizers. All
-# pipelines of the CPU run the suite View. The GEMM ones share code, and spans are cut from the fused one, so one of each
-# runs the accuracy tests.
+# pipelines of the CPU run the suite View. The GEMM ones share code, so one of them runs the accuracy tests. Of Watertight,
+# the fused one runs random cases and few chunks.
 readonly unsanitized="*RealMesh*:*ExportMemoryTest.*:*ThousandEdits*:*LargeLattice*:*HundredThousand*:*Keeps64MiB*:*BitsAndShapesTogether*\
 :*Watertight*/cpu_gemm*:*Watertight*/cpu_control_net:*Accuracy*/cpu_gemm12:*Watertight*/cpu_spanned_fused\
 :*QuantisedAfterRandomEdits/cpu_fused:*SmoothFloatsAfterRandomEdits/cpu_fused"
@@ -88,14 +88,14 @@ test_sanitized() {  # KIND TESTS: those that match the regular expression
     ci_ctest "build/ci/$1" -j $((2 * jobs)) -R "$2" -E layering
 }
 ci_asan() {  # by clang, whose build serves the fuzzers too
-  CC=clang-14 CXX=clang++-14 configure_sanitized address -DLATTICED_FUZZ=ON
-  build build/ci/address latticed_tests latticed_fuzz
-  test_sanitized address .
+  CC=clang-14 CXX=clang++-14 configure_sanitized address -DLATTICED_FUZZ=ON &&
+    build build/ci/address latticed_tests latticed_fuzz &&
+    test_sanitized address .
 }
 ci_tsan() {
-  configure_sanitized thread
-  build build/ci/thread "${tsan_targets[@]}"
-  test_sanitized thread "^($(IFS='|'; echo "${tsan_targets[*]}"))[.]"
+  configure_sanitized thread &&
+    build build/ci/thread "${tsan_targets[@]}" &&
+    test_sanitized thread "^($(IFS='|'; echo "${tsan_targets[*]}"))[.]"
 }
 ci_fuzz() { tests/fuzz/campaign.sh build/ci/address/tests/fuzz tests/fuzz/corpus build/ci/fuzz 8 "$jobs"; }
 # Keeps what it finds in build/fuzz/work, and goes on from there the next time.

@@ -14,6 +14,7 @@
 #include "server/base/telemetry.h"
 #include "server/edge/grpc_server.h"
 #include "server/edge/metrics.h"
+#include "server/net/tls_context.h"
 #include "server/rpc/call.h"
 #include "server/rpc/server_env.h"
 #include "server/stores/scene_registry.h"
@@ -117,11 +118,11 @@ absl::Status InProcessServer::Reload(const Options& options) {
   SetLogLevel(options.log_level);
   LATTICED_ASSIGN_OR_RETURN(Authenticator authenticator,
                             Authenticator::FromFile(env_->options.token_file));
-  LATTICED_RETURN_IF_ERROR(server_->ReadCertificates());
-  if (web_ != nullptr) {
-    LATTICED_RETURN_IF_ERROR(web_->ReadCertificates(env_->options));
-  }
   env_->SetAuthenticator(std::move(authenticator));
+  LATTICED_ASSIGN_OR_RETURN(const auto tls, ReadTls(env_->options));
+  if (tls == nullptr) return absl::OkStatus();
+  LATTICED_RETURN_IF_ERROR(server_->SetTls(*tls));
+  if (web_ != nullptr) web_->SetTls(tls->context);
   return absl::OkStatus();
 }
 

@@ -2,15 +2,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/base/auth.h"
 
-#include <fstream>
-#include <iterator>
 #include <utility>
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_split.h"
 #include "core/base/error.h"
 #include "core/base/sha256.h"
+#include "core/base/status_macros.h"
 #include "fmt/format.h"
+#include "server/base/read_file.h"
 
 namespace latticed {
 namespace {
@@ -38,11 +38,7 @@ std::string_view RoleName(Role role) {
 
 absl::StatusOr<Authenticator> Authenticator::FromFile(const std::string& path) {
   if (path.empty()) return Authenticator();
-  std::ifstream file(path, std::ios::binary);
-  if (!file) {
-    return absl::InvalidArgumentError(fmt::format("--token-file: cannot read '{}'", path));
-  }
-  const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  LATTICED_ASSIGN_OR_RETURN(const std::string text, ReadFile("--token-file", path));
   return FromText(text);
 }
 

@@ -102,7 +102,10 @@ absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(ServerEnv* env) {
   EnablePlugins();
   const Options& options = env->options;
   std::unique_ptr<GrpcServer> result(new GrpcServer(env));
-  LATTICED_RETURN_IF_ERROR(result->ReadCertificates());
+  LATTICED_ASSIGN_OR_RETURN(const auto tls, ReadTls(options));
+  if (tls != nullptr) {
+    LATTICED_RETURN_IF_ERROR(result->SetTls(*tls));
+  }
   auto credentials = Credentials(options, result->identity_, result->client_ca_);
   result->services_.push_back(MakeServerService(env));
   result->services_.push_back(MakeMeshService(env));
@@ -135,13 +138,11 @@ absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(ServerEnv* env) {
 
 GrpcServer::GrpcServer(ServerEnv* env) : env_(env) {}
 
-absl::Status GrpcServer::ReadCertificates() {
-  LATTICED_ASSIGN_OR_RETURN(const auto tls, ReadTls(env_->options));
-  if (tls == nullptr) return absl::OkStatus();
-  if (!tls->client_ca.empty()) {
-    LATTICED_RETURN_IF_ERROR(client_ca_.Write(tls->client_ca));
+absl::Status GrpcServer::SetTls(const Tls& tls) {
+  if (!tls.client_ca.empty()) {
+    LATTICED_RETURN_IF_ERROR(client_ca_.Write(tls.client_ca));
   }
-  return identity_.Write(tls->key + "\n" + tls->certificate);
+  return identity_.Write(tls.key + tls.certificate);
 }
 
 GrpcServer::~GrpcServer() {

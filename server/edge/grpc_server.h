@@ -24,6 +24,8 @@
 
 namespace latticed {
 
+struct Tls;  // server/net/tls_context.h
+
 class GrpcServer {
  public:
   // The server accepts calls when this returns. kInvalidArgument for unreadable credentials, kUnavailable
@@ -36,8 +38,8 @@ class GrpcServer {
   [[nodiscard]] ConnectionCounts connections() const;
   // A channel for calls from this process, without a socket.
   [[nodiscard]] std::shared_ptr<grpc::Channel> InProcessChannel();
-  // Reads the files of TLS again: within a second, new connections use them. kInvalidArgument changes nothing.
-  [[nodiscard]] absl::Status ReadCertificates();
+  // Within a second, new connections use these certificates. kUnavailable if the system gives no memory for them.
+  [[nodiscard]] absl::Status SetTls(const Tls& tls);
   // Sets what the health service answers.
   void SetServing(bool serving);
   bool serving() const { return serving_; }

@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstring>
 
 #include "fmt/format.h"
 
@@ -17,10 +18,14 @@ MemoryFile::~MemoryFile() {
 }
 
 absl::Status MemoryFile::Write(std::string_view content) {
-  const auto failed = [] { return absl::ErrnoToStatus(errno, "a file in memory"); };
+  const auto failed = [] {
+    return absl::UnavailableError(fmt::format("a file in memory: {}", std::strerror(errno)));
+  };
   const int fresh = memfd_create("latticed", MFD_CLOEXEC);
   if (fresh < 0) return failed();
-  if (write(fresh, content.data(), content.size()) != static_cast<ssize_t>(content.size())) {
+  const ssize_t written = write(fresh, content.data(), content.size());
+  if (written != static_cast<ssize_t>(content.size())) {
+    if (written >= 0) errno = ENOSPC;
     const absl::Status status = failed();
     close(fresh);
     return status;

@@ -24,7 +24,7 @@ using TlsContextPtr = std::shared_ptr<boost::asio::ssl::context>;
 // What was read, and is known to fit together.
 struct Tls {
   std::string certificate;  // PEM, with its chain
-  std::string key;          // PEM
+  std::string key;          // PEM, nothing else
   std::string client_ca;    // PEM; empty: clients need no certificate
   TlsContextPtr context;    // of the same
 };

@@ -106,7 +106,7 @@ class SceneStream : public SceneListener,
   void Answer(const v1::SceneEvent& result) ABSL_LOCKS_EXCLUDED(mutex_);
   // No more messages will come: the stream ends OK after an update at or above `revision`.
   void HalfClose(uint64_t revision) ABSL_LOCKS_EXCLUDED(mutex_);
-  // Ends the stream now.
+  // Ends the stream, after the message that is being written.
   void Fail(const absl::Status& status) ABSL_LOCKS_EXCLUDED(mutex_);
   // The call is done: the sink is not called any more, and the presence that the stream showed is taken
   // back. Called before the reactor releases the stream.

@@ -94,7 +94,8 @@ absl::StatusOr<std::unique_ptr<WebServer>> WebServer::Start(const Options& optio
   std::unique_ptr<WebServer> server(
       new WebServer(std::make_unique<Impl>(options, std::move(channel), std::move(admin))));
   Impl& impl = *server->impl_;
-  LATTICED_RETURN_IF_ERROR(server->ReadCertificates(options));
+  LATTICED_ASSIGN_OR_RETURN(const auto tls, ReadTls(options));
+  if (tls != nullptr) server->SetTls(tls->context);
   if (!options.http.empty()) {
     LATTICED_ASSIGN_OR_RETURN(
         impl.http, ListenForHttp(impl.context, "--http", options.http, &impl.tls,
@@ -119,11 +120,7 @@ absl::StatusOr<std::unique_ptr<WebServer>> WebServer::Start(const Options& optio
   return server;
 }
 
-absl::Status WebServer::ReadCertificates(const Options& options) {
-  LATTICED_ASSIGN_OR_RETURN(const auto tls, ReadTls(options));
-  impl_->tls.Set(tls == nullptr ? nullptr : tls->context);
-  return absl::OkStatus();
-}
+void WebServer::SetTls(TlsContextPtr context) { impl_->tls.Set(std::move(context)); }
 
 std::string WebServer::http_address() const {
   return impl_->http == nullptr ? "" : impl_->http->address();

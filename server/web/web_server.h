@@ -24,6 +24,7 @@
 #include "absl/time/time.h"
 #include "server/base/connection_counts.h"
 #include "server/base/options.h"
+#include "server/net/tls_context.h"
 #include "server/web/admin_pages.h"
 #include "server/web/generic_call.h"
 
@@ -45,8 +46,8 @@ class WebServer {
   // The connections of --http.
   [[nodiscard]] ConnectionCounts connections() const;
 
-  // Reads the files of TLS again, for new connections. kInvalidArgument changes nothing.
-  [[nodiscard]] absl::Status ReadCertificates(const Options& options);
+  // For new connections.
+  void SetTls(TlsContextPtr context);
   // Takes no more connections or requests on --http, waits for running ones, and cancels the rest at
   // `deadline`. Called before gRPC's server ends, which would cancel them at once.
   void Drain(absl::Time deadline);

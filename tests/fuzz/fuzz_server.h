@@ -22,7 +22,7 @@ namespace latticed::fuzz {
 // Prints the words and aborts, which libFuzzer reports with the input.
 [[noreturn]] void Fail(const std::string& words);
 
-// Options of libFuzzer that suit a server with threads: no search for leaks (see Reset), and no entropic schedule, which
+// Options of libFuzzer that suit a server with threads: no search for leaks (see Begin), and no entropic schedule, which
 // takes three times as long as the server where each input has thousands of features. Called by LLVMFuzzerInitialize.
 void SetOptions(int* argc, char*** argv);
 
