@@ -92,6 +92,16 @@ TEST(StartTest, UnreadableKeyIsRefused) {
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("--tls-cert")));
 }
 
+TEST(StartTest, AFolderIsNoTokenFile) {
+  const TemporaryFolder folder;
+  Options options = TestOptions();
+  folder.Write("tokens/one", "");
+  options.token_file = folder.Path("tokens");
+
+  EXPECT_THAT(InProcessServer::Start(options),
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("--token-file")));
+}
+
 TEST_F(LifecycleTest, ServesOverTlsOnly) {
   const TemporaryFolder folder;
   const std::string cert = folder.Path("cert.pem"), key = folder.Path("key.pem");
