@@ -7,10 +7,9 @@
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_split.h"
 #include "core/base/error.h"
+#include "core/base/read_file.h"
 #include "core/base/sha256.h"
-#include "core/base/status_macros.h"
 #include "fmt/format.h"
-#include "server/base/read_file.h"
 
 namespace latticed {
 namespace {
@@ -38,8 +37,10 @@ std::string_view RoleName(Role role) {
 
 absl::StatusOr<Authenticator> Authenticator::FromFile(const std::string& path) {
   if (path.empty()) return Authenticator();
-  LATTICED_ASSIGN_OR_RETURN(const std::string text, ReadFile("--token-file", path));
-  return FromText(text);
+  const auto text = ReadFile(path);
+  if (text.ok()) return FromText(*text);
+  return absl::InvalidArgumentError(
+      fmt::format("--token-file: {}", std::string(text.status().message())));
 }
 
 absl::StatusOr<Authenticator> Authenticator::FromText(std::string_view text) {

@@ -11,9 +11,9 @@
 #include <string>
 #include <string_view>
 
+#include "core/base/read_file.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
-#include "server/base/read_file.h"
 
 namespace latticed {
 namespace {
@@ -24,12 +24,15 @@ using Failure = boost::system::error_code;
 // Reads the file and gives it to `use`, which parses it.
 template <typename Use>
 absl::StatusOr<std::string> Read(std::string_view option, const std::string& path, const Use& use) {
-  LATTICED_ASSIGN_OR_RETURN(std::string pem, ReadFile(option, path));
+  const auto unusable = [&](const std::string& why) {
+    return absl::InvalidArgumentError(fmt::format("{}: {}", option, why));
+  };
+  auto pem = ReadFile(path);
+  if (!pem.ok()) return unusable(std::string(pem.status().message()));
   Failure failure;
-  use(boost::asio::buffer(pem), failure);
-  if (!failure) return pem;
-  return absl::InvalidArgumentError(
-      fmt::format("{}: cannot use '{}': {}", option, path, failure.message()));
+  use(boost::asio::buffer(*pem), failure);
+  if (failure) return unusable(fmt::format("cannot use '{}': {}", path, failure.message()));
+  return pem;
 }
 
 // The private key of the context, decrypted, without what else its file holds.

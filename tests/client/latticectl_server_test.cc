@@ -6,6 +6,7 @@
 #include <thread>
 #include <vector>
 
+#include "core/base/read_file.h"
 #include "tests/client/latticectl_server_fixture.h"
 
 namespace latticed::client {

@@ -5,11 +5,10 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <filesystem>
 #include <fstream>
-#include <sstream>
 #include <utility>
 
+#include "core/base/read_file.h"
 #include "core/base/status_macros.h"
 #include "core/codec/draco_decode.h"
 #include "core/mesh/mesh_io.h"
@@ -27,18 +26,6 @@ absl::Status InFile(const std::string& path, const absl::Status& status) {
 }
 
 }  // namespace
-
-absl::StatusOr<std::string> ReadFile(const std::string& path) {
-  std::error_code failure;
-  if (std::filesystem::is_directory(path, failure)) return CannotRead(path, "it is a folder");
-  std::ifstream file(path, std::ios::binary);
-  if (!file) return CannotRead(path, std::strerror(errno));
-  std::ostringstream bytes;
-  // Copying an empty file would set failbit of `bytes`.
-  if (file.peek() != std::ifstream::traits_type::eof()) bytes << file.rdbuf();
-  if (file.bad() || !bytes) return CannotRead(path, std::strerror(errno));
-  return std::move(bytes).str();
-}
 
 absl::Status WriteFile(const std::string& path, std::string_view bytes) {
   std::ofstream file(path, std::ios::binary);

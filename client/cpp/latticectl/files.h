@@ -15,7 +15,6 @@
 
 namespace latticed::client {
 
-[[nodiscard]] absl::StatusOr<std::string> ReadFile(const std::string& path);
 [[nodiscard]] absl::Status WriteFile(const std::string& path, std::string_view bytes);
 
 // The bytes of a mesh file. Its format follows from the name's extension.

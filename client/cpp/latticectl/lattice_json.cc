@@ -7,7 +7,7 @@
 
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_split.h"
-#include "client/cpp/latticectl/files.h"
+#include "core/base/read_file.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
 #include "google/protobuf/util/json_util.h"

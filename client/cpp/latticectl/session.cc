@@ -5,8 +5,8 @@
 #include <CLI/CLI.hpp>
 #include <utility>
 
-#include "client/cpp/latticectl/files.h"
 #include "core/base/error.h"
+#include "core/base/read_file.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
 #include "server/base/options.h"

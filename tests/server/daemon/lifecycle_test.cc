@@ -18,6 +18,7 @@
 namespace latticed::testing {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 using LifecycleTest = SmallServerTest;
@@ -95,11 +96,11 @@ TEST(StartTest, UnreadableKeyIsRefused) {
 TEST(StartTest, AFolderIsNoTokenFile) {
   const TemporaryFolder folder;
   Options options = TestOptions();
-  folder.Write("tokens/one", "");
-  options.token_file = folder.Path("tokens");
+  options.token_file = folder.path().string();
 
   EXPECT_THAT(InProcessServer::Start(options),
-              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("--token-file")));
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       AllOf(HasSubstr("--token-file"), HasSubstr("it is a folder"))));
 }
 
 TEST_F(LifecycleTest, ServesOverTlsOnly) {

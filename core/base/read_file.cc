@@ -1,12 +1,13 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-#include "server/base/read_file.h"
+#include "core/base/read_file.h"
 
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
+#include <string_view>
 #include <system_error>
 #include <utility>
 
@@ -14,9 +15,9 @@
 
 namespace latticed {
 
-absl::StatusOr<std::string> ReadFile(std::string_view option, const std::string& path) {
+absl::StatusOr<std::string> ReadFile(const std::string& path) {
   const auto unreadable = [&](std::string_view why) {
-    return absl::InvalidArgumentError(fmt::format("{}: cannot read '{}': {}", option, path, why));
+    return absl::NotFoundError(fmt::format("cannot read {}: {}", path, why));
   };
   std::error_code failure;
   if (std::filesystem::is_directory(path, failure)) return unreadable("it is a folder");
