@@ -196,13 +196,6 @@ void DeformSocket::Drop() {
   Post([self = shared_from_this()] { self->stream_.reset(); });
 }
 
-absl::StatusOr<CallMetadata> MetadataOf(const HttpRequest& request) {
-  LATTICED_ASSIGN_OR_RETURN(auto parameters, QueryParameters(request.query, kQueryMetadata));
-  HttpFields fields = request.fields;
-  Append(parameters, fields);
-  return ToMetadata(fields);
-}
-
 struct Offer {
   bool any = false;
   bool ours = false;
@@ -222,6 +215,15 @@ Offer ReadOffer(const std::string& protocols) {
   return offer;
 }
 
+// Checks the token like every other value: gRPC ends the process at metadata that is not printable.
+absl::StatusOr<CallMetadata> MetadataOf(const HttpRequest& request, const Offer& offer) {
+  LATTICED_ASSIGN_OR_RETURN(auto parameters, QueryParameters(request.query, kQueryMetadata));
+  HttpFields fields = request.fields;
+  Append(parameters, fields);
+  if (!offer.token.empty()) fields.push_back({"authorization", "Bearer " + offer.token});
+  return ToMetadata(fields);
+}
+
 }  // namespace
 
 void OpenDeformSocket(const ServerChannel& server, const std::shared_ptr<HttpExchange>& exchange) {
@@ -235,9 +237,8 @@ void OpenDeformSocket(const ServerChannel& server, const std::shared_ptr<HttpExc
   if (offer.any && !offer.ours) {
     return exchange->Reply(TextAnswer(400, "offer the subprotocol latticed.v1"));
   }
-  auto metadata = MetadataOf(request);
+  const auto metadata = MetadataOf(request, offer);
   if (!metadata.ok()) return exchange->Reply(FailureAnswer(ToGrpcStatus(metadata.status())));
-  if (!offer.token.empty()) metadata->push_back({"authorization", "Bearer " + offer.token});
   exchange->Upgrade([&](Upgraded upgraded) {
     std::make_shared<DeformSocket>(std::move(upgraded))
         ->Accept(offer.ours ? kProtocol : "", server, *metadata, request.peer);

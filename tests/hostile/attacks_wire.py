@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
 """Row 10: bytes that are no requests, and callers who guess."""
+import base64
 import socket
 import ssl
 import time
@@ -50,16 +51,17 @@ HEADS = {
 }
 
 
-def http_status(target, fields):
-    """Sends a gRPC-Web request with these fields. Returns the status of the answer, or 0 if there is none."""
+# gRPC ends a process that starts a call whose metadata is not printable.
+BINARY_TOKENS = [b"\x8c", b"mallory\n", b"mallory\x7f", "\u202emallory".encode()]
+
+
+def http_status(target, request):
+    """Sends this request and one of no bytes after it. Returns the status of the answer, or 0 if there is none."""
     plain = socket.create_connection(("127.0.0.1", target.http), 5, (SOURCE, 0))
     if target.ca:
         context = ssl.create_default_context(cafile=target.ca)
         plain = context.wrap_socket(plain, server_hostname="localhost")
     with plain:
-        request = (
-            f"POST /latticed.v1.{INFO} HTTP/1.1\r\nContent-Type: application/grpc-web+proto\r\n{fields}\r\n"
-        )
         plain.sendall(request.encode() + b"0\r\n\r\n")
         answer = plain.recv(4096)
     return int(answer.split()[1]) if answer.startswith(b"HTTP/1.") else 0
@@ -70,13 +72,34 @@ def heads_of_two_meanings(target, seen):
     for _ in target.until_end():
         for what, fields in HEADS.items():
             try:
-                status = http_status(target, fields)
+                status = http_status(
+                    target,
+                    f"POST /latticed.v1.{INFO} HTTP/1.1\r\n"
+                    f"Content-Type: application/grpc-web+proto\r\n{fields}\r\n",
+                )
             except CLOSED:
                 status = 0
             seen.count(f"HTTP {status}" if status else "closed")
             # HAProxy takes the coding and drops the length, as RFC 9112 says.
             allowed = (400, 0, 401, 200) if what == "length and coding" and target.is_proxied else (400, 0)
             seen.expect(status in allowed, f"{what}: HTTP {status}")
+            time.sleep(0.02)
+
+
+@attack("10", seconds=3, quick={"direct": 1})
+def sockets_with_binary_tokens(target, seen):
+    for _ in target.until_end():
+        for token in BINARY_TOKENS:
+            offered = base64.urlsafe_b64encode(token).decode().rstrip("=")
+            status = http_status(
+                target,
+                "GET /ws/latticed.v1.SceneService/Deform HTTP/1.1\r\nHost: localhost\r\n"
+                "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
+                "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n"
+                f"Sec-WebSocket-Protocol: latticed.v1, bearer.{offered}\r\n\r\n",
+            )
+            seen.count(f"HTTP {status}")
+            seen.expect(status == 400, f"a token of {token}: HTTP {status}")
             time.sleep(0.02)
 
 

@@ -173,6 +173,13 @@ TEST_F(WebTest, HandshakesThatAreNoneAreRefused) {
   upgrade.erase("origin");
   upgrade["sec-websocket-protocol"] = "graphql-ws";
   EXPECT_EQ(Get(Target("a-scene"), upgrade).status, 400);
+  // gRPC ends the process at a call whose metadata is not printable.
+  for (const char* token : {"\x8c", "secret-edit\n", "secret-edit\x7f", "\xc3\xa9"}) {
+    upgrade["sec-websocket-protocol"] = "latticed.v1, bearer." + absl::WebSafeBase64Escape(token);
+    EXPECT_EQ(Get(Target("a-scene"), upgrade).status, 400) << token;
+  }
+  upgrade.erase("sec-websocket-protocol");
+  EXPECT_EQ(Get(Target("%8c"), upgrade).status, 400);
 }
 
 TEST_F(WebTest, EditsThatAPageSendsAsItClosesStillCount) {
