@@ -97,7 +97,7 @@ ci_tsan() {
     build build/ci/thread "${tsan_targets[@]}" &&
     test_sanitized thread "^($(IFS='|'; echo "${tsan_targets[*]}"))[.]"
 }
-ci_fuzz() { tests/fuzz/campaign.sh build/ci/address/tests/fuzz tests/fuzz/corpus build/ci/fuzz 8 "$jobs"; }
+ci_fuzz() { tests/fuzz/campaign.sh build/ci/address/tests/fuzz tests/fuzz/corpus build/ci/fuzz 5 "$jobs"; }
 # Keeps what it finds in build/fuzz/work, and goes on from there the next time.
 verb_fuzz() {  # [SECONDS]
   need "compilers, libraries, fuzzers" "${build_packages[@]}" "${check_packages[@]}"

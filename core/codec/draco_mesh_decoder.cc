@@ -17,7 +17,7 @@ namespace {
 
 // Twice what libdraco and the mesh made from it take, with positions, normals and UVs: 25 MB for 91,000 points and
 // 180,000 faces by edgebreaker, 17 MB by the sequential method.
-constexpr uint64_t kBytesPerPoint = 256, kBytesPerFace = 160;
+constexpr uint64_t kDecodedPointBytes = 256, kDecodedFaceBytes = 160;
 // What these three attributes take of it, as AttributeSizes counts it, and their corner tables.
 constexpr uint64_t kUsualAttributeBytes = 144, kUsualCornerTables = 2;
 constexpr uint64_t kTableBytesPerFace = 64;  // 26 where the attribute never differs
@@ -30,8 +30,8 @@ uint64_t Beyond(uint64_t value, uint64_t usual) { return value - std::min(value,
 
 uint64_t AnnouncedBytes(const DracoAnnouncement& announced) {
   const uint64_t tables = Beyond(announced.corner_tables, kUsualCornerTables);
-  return kBytesPerPoint * announced.points +
-         (kBytesPerFace + kTableBytesPerFace * tables) * announced.faces +
+  return kDecodedPointBytes * announced.points +
+         (kDecodedFaceBytes + kTableBytesPerFace * tables) * announced.faces +
          kBytesPerMetadataByte * announced.metadata_bytes;
 }
 

@@ -51,13 +51,15 @@ void Learn(Message& answer, KnownIds& ids) {
   });
 }
 
-// Returns whether a placeholder was replaced.
+// Returns whether a placeholder was replaced. A page token is the id of a mesh or scene, perhaps the honest client's: no
+// other field gets it.
 bool Replace(Message& request, const KnownIds& ids) {
   bool replaced = false;
   VisitStrings(request, [&](Message& message, const FieldDescriptor* field) {
     const auto* const reflection = message.GetReflection();
     const auto id = ids.find(reflection->GetString(message, field));
     if (id == ids.end()) return;
+    if (id->first == "@page" && field->name() != "page_token") return;
     reflection->SetString(&message, field, id->second);
     replaced = true;
   });
