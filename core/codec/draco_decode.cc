@@ -6,6 +6,7 @@
 #include <cmath>
 #include <exception>
 #include <memory>
+#include <new>
 #include <utility>
 
 #include "core/base/bounds.h"
@@ -147,7 +148,9 @@ absl::StatusOr<PolygonMesh> ReadDracoMesh(std::string_view bytes, ReadingMemory*
     if (auto status = Validate(*mesh); !status.ok())
       return Malformed(std::string(status.message()));
     return mesh;
-  } catch (const std::exception& e) {  // std::bad_alloc and std::length_error of corrupt tables
+  } catch (const std::bad_alloc&) {
+    return Malformed("takes more memory than its points and faces explain");
+  } catch (const std::exception& e) {  // std::length_error of corrupt tables
     return Malformed(e.what());
   }
 }

@@ -13,6 +13,7 @@
 #include "core/base/status_macros.h"
 #include "core/mesh/reading_memory.h"
 #include "fmt/format.h"
+#include "server/engine/memory/allocation_limit.h"
 #include "server/rpc/call_reactor.h"
 #include "server/rpc/first_message.h"
 #include "server/rpc/server_env.h"
@@ -44,6 +45,9 @@ absl::Status CheckSha256(const std::string& announced, const std::string& actual
                              "HASH_MISMATCH");
 }
 
+// Objects of libraries whose size does not depend on the file; 4 MiB of them are a table of libdraco.
+constexpr uint64_t kReadersBytes = uint64_t{16} << 20;
+
 // Reads the mesh from its bytes. `reservation` grows by what reading takes. The creation time is still to be set.
 absl::StatusOr<StoredMesh> Read(UploadHeader header, std::shared_ptr<const std::string> bytes,
                                 MemoryReservation& reservation, const CallInfo& call) {
@@ -51,8 +55,12 @@ absl::StatusOr<StoredMesh> Read(UploadHeader header, std::shared_ptr<const std::
   stored.bytes = std::move(bytes);
   LATTICED_ASSIGN_OR_RETURN(stored.id, Hash(*stored.bytes, call));
   LATTICED_RETURN_IF_ERROR(CheckSha256(header.sha256, stored.id));
-  ReadingMemory memory([&reservation, file = reservation.bytes()](uint64_t bytes) {
-    return reservation.Resize("reading the mesh", file + bytes);
+  AllocationLimit limit(kReadersBytes);
+  ReadingMemory memory([&, file = reservation.bytes()](uint64_t bytes) -> absl::Status {
+    const AllocationLimit::Pause pause;
+    LATTICED_RETURN_IF_ERROR(reservation.Resize("reading the mesh", file + bytes));
+    limit.Raise(bytes + kReadersBytes);
+    return absl::OkStatus();
   });
   LATTICED_ASSIGN_OR_RETURN(PolygonMesh mesh, ReadUpload(stored, *stored.bytes, &memory));
   LATTICED_RETURN_IF_ERROR(CheckCancelled(call));

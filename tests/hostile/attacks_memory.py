@@ -44,6 +44,12 @@ def draco_of_zeros(target, seen):
     upload_at_once(target, seen, mesh_pb2.MESH_FORMAT_DRACO, meshes.draco(38_000, 2))
 
 
+@attack("3", quick={"direct": 1})
+def draco_tables(target, seen):
+    """A megabyte whose tables take 770, which nothing announces."""
+    upload_at_once(target, seen, mesh_pb2.MESH_FORMAT_DRACO, meshes.draco_tables(1))
+
+
 @attack("8")
 def largest_meshes(target, seen):
     """Uploads meshes until none fits any more, deletes them, and begins again."""

@@ -50,6 +50,15 @@ def draco(faces, extra_attributes):
     return header + connectivity + announced + values + grids + bytes(3 * faces + 64)
 
 
+def draco_tables(megabytes):
+    """A sequential Draco mesh of one face whose indices have a table of probabilities for 64 symbols a byte, all zero:
+    libdraco takes 12 bytes a symbol."""
+    size = int(megabytes * 1e6)
+    raw_of_18_bits = bytes([1, 18])
+    connectivity = varint(1) + varint(3) + b"\0" + raw_of_18_bits + varint(64 * size) + b"\xff" * size
+    return b"DRACO" + bytes([2, 2, 1, 0]) + bytes(2) + connectivity
+
+
 def large_polygons(megabytes):
     """An OBJ file of star-shaped polygons with the most corners."""
     numbers = random.Random(1)
