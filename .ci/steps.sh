@@ -5,11 +5,11 @@
 readonly ci_build=build/ci/tree/build
 readonly tsan_targets=(scene_engine_test engine_rooms_test model_based_test)
 # Tests that the Release build alone runs. They check accuracy or memory on large inputs, or take minutes with sanitizers.
-# All pipelines of the CPU run the suite View. The GEMM ones share code, so one of them runs the accuracy tests. Watertight
-# is run by the fused one, without its two longest tests.
+# All pipelines of the CPU run the suite View. The GEMM ones share code, so one of them runs the accuracy tests; so do the
+# fused one and its spans. Watertight is run by the fused one, without its two longest tests.
 readonly unsanitized="*RealMesh*:*ThousandEdits*:*LargeLattice*:*HundredThousand*:*Keeps64MiB*:*BitsAndShapesTogether*\
 :*ExportMemoryTest.*:*Watertight*/cpu_gemm*:*Watertight*/cpu_control_net:*Accuracy*/cpu_gemm12\
-:*Watertight*/cpu_spanned_fused:*QuantisedAfterRandomEdits/cpu_fused:*SmoothFloatsAfterRandomEdits/cpu_fused"
+:*Accuracy*/cpu_spanned_fused:*Watertight*/cpu_spanned_fused:*QuantisedAfterRandomEdits/cpu_fused:*SmoothFloatsAfterRandomEdits/cpu_fused"
 
 source .ci/node_18.sh
 
@@ -85,7 +85,7 @@ test_sanitized() {  # KIND TESTS: those that match the regular expression
   ASAN_OPTIONS=detect_leaks=1 UBSAN_OPTIONS=print_stacktrace=1 \
     TSAN_OPTIONS="suppressions=$PWD/tests/support/tsan.supp" \
     GTEST_FILTER="-$unsanitized" \
-    ci_ctest "build/ci/$1" -j $((2 * jobs)) -R "$2" -E layering
+    ci_ctest "build/ci/$1" -j $((2 * jobs)) -R "$2" -E 'layering|bench_'
 }
 ci_asan() {  # by clang, whose build serves the fuzzers too
   CC=clang-14 CXX=clang++-14 configure_sanitized address -DLATTICED_FUZZ=ON &&

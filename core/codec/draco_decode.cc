@@ -149,7 +149,7 @@ absl::StatusOr<PolygonMesh> ReadDracoMesh(std::string_view bytes, ReadingMemory*
       return Malformed(std::string(status.message()));
     return mesh;
   } catch (const std::bad_alloc&) {
-    return Malformed("takes more memory than its points and faces explain");
+    return Malformed("needs more memory than its points and faces explain, or than there is");
   } catch (const std::exception& e) {  // std::length_error of corrupt tables
     return Malformed(e.what());
   }

@@ -45,7 +45,7 @@ absl::Status CheckSha256(const std::string& announced, const std::string& actual
                              "HASH_MISMATCH");
 }
 
-// Objects of libraries whose size does not depend on the file; 4 MiB of them are a table of libdraco.
+// Objects of libraries whose size does not depend on the file, not reserved; 4 MiB of them are a table of libdraco.
 constexpr uint64_t kReadersBytes = uint64_t{16} << 20;
 
 // Reads the mesh from its bytes. `reservation` grows by what reading takes. The creation time is still to be set.

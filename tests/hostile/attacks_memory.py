@@ -46,7 +46,7 @@ def draco_of_zeros(target, seen):
 
 @attack("3", quick={"direct": 1})
 def draco_tables(target, seen):
-    """A megabyte whose tables take 770, which nothing announces."""
+    """A megabyte whose tables take 768, which nothing announces."""
     upload_at_once(target, seen, mesh_pb2.MESH_FORMAT_DRACO, meshes.draco_tables(1))
 
 

@@ -56,7 +56,7 @@ BINARY_TOKENS = [b"\x8c", b"mallory\n", b"mallory\x7f", "\u202emallory".encode()
 
 
 def http_status(target, request):
-    """Sends this request and one of no bytes after it. Returns the status of the answer, or 0 if there is none."""
+    """Sends this head, and the end of a chunked body. Returns the status of the answer, or 0 if there is none."""
     plain = socket.create_connection(("127.0.0.1", target.http), 5, (SOURCE, 0))
     if target.ca:
         context = ssl.create_default_context(cafile=target.ca)

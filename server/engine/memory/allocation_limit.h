@@ -10,7 +10,7 @@
 //   limit.Raise(more_bytes);              // in all, since the limit was made
 //
 // What the thread frees is given back, whoever has allocated it. Memory of std::malloc and of other threads is not
-// counted. A program that replaces operator new itself, as sanitizers do, has no limits.
+// counted, nor are aligned forms. A build with sanitizers, which replace operator new themselves, has no limits.
 //
 // Threads  a limit holds for the thread that made it, one at a time, and is destroyed on it
 #ifndef LATTICED_SERVER_ENGINE_MEMORY_ALLOCATION_LIMIT_H_

@@ -134,6 +134,7 @@ std::vector<File> Files() {
           GlbWith("grid.glb", grid, "0"),
           GlbWith("numbers.glb", Grid(1), fmt::format("[{}0]", Times(300'000, "0,"))),
           GlbWith("arrays.glb", Grid(1), fmt::format("[{}0]", Times(200'000, "[0],"))),
+          GlbWith("empty objects.glb", Grid(1), fmt::format("[{}0]", Times(262'144, "{},"))),
           GlbWith("objects.glb", Grid(1), fmt::format("[{}0]", Times(100'000, "{\"a\":0},"))),
           PlyOfProperties(),
           DenseObj(),
