@@ -36,9 +36,13 @@ AllocationLimit::Pause::Pause() : was_active_(std::exchange(meter.active, false)
 
 AllocationLimit::Pause::~Pause() { meter.active = was_active_; }
 
+}  // namespace latticed
+
+#ifdef LATTICED_REPLACE_NEW
+namespace latticed {
 namespace {
 
-[[maybe_unused]] void* Allocate(size_t bytes) {
+void* Allocate(size_t bytes) {
   if (meter.active && meter.free_bytes < static_cast<int64_t>(bytes)) throw std::bad_alloc();
   void* const memory = std::malloc(std::max<size_t>(bytes, 1));
   if (memory == nullptr) throw std::bad_alloc();
@@ -46,7 +50,7 @@ namespace {
   return memory;
 }
 
-[[maybe_unused]] void Free(void* memory) noexcept {
+void Free(void* memory) noexcept {
   if (meter.active) meter.free_bytes += static_cast<int64_t>(malloc_usable_size(memory));
   std::free(memory);
 }
@@ -55,8 +59,7 @@ namespace {
 }  // namespace latticed
 
 // The library's other forms call these, except the aligned ones. They are weak because programs of tests replace them too.
-#ifdef LATTICED_REPLACE_NEW
 [[gnu::weak]] void* operator new(size_t bytes) { return latticed::Allocate(bytes); }
 [[gnu::weak]] void operator delete(void* memory) noexcept { latticed::Free(memory); }
 [[gnu::weak]] void operator delete(void* memory, size_t) noexcept { latticed::Free(memory); }
-#endif
+#endif  // LATTICED_REPLACE_NEW
