@@ -1,7 +1,9 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
 """What an attack is, and how it reaches its target. Attacks run in processes of their own."""
+import re
 import time
+import urllib.request
 from dataclasses import dataclass, field
 
 from http2 import Connection
@@ -53,6 +55,19 @@ class Target:
 
     def connect_without_token(self, source=SOURCE, **options):
         return Connection(self.port, self.ca, source, **options)
+
+    def calls_going_on(self, method):
+        """How many calls of a method the server has begun and not ended."""
+        with urllib.request.urlopen(f"http://127.0.0.1:{self.admin}/metrics") as answer:
+            text = answer.read().decode()
+        counts = {
+            what: sum(
+                float(value)
+                for value in re.findall(rf'latticed_rpc_{what}_total{{.*{method}".*}} (\S+)', text)
+            )
+            for what in ("started", "finished")
+        }
+        return int(counts["started"] - counts["finished"])
 
     def until_end(self):
         """Yields until the time of the attack is over."""

@@ -154,7 +154,10 @@ def idle_connections(target, seen):
             seen.count("closed")
         except BlockingIOError:
             seen.count("open")
-            seen.expect(number % 3 == 2, "a connection without settings stays open for 12 s")
+            seen.expect(
+                number % 3 == 2 or target.is_proxied,  # the proxy keeps them for 60 s, and 64 of an address
+                "a connection without settings stays open for 12 s",
+            )
         except OSError:
             seen.count("closed")
 

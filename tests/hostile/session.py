@@ -15,6 +15,7 @@ from server import MEMORY_MB, Server, Watch
 from table import Row
 
 REST_S = 10  # after so long everything is back
+UNBOUNDED_REST_S = 90  # the same where figures are only told
 LATE_S = 40  # longest time from the end of an attack to the end of its process, which may tidy up
 
 
@@ -115,8 +116,10 @@ class Session:
 
     def come_to_rest(self, row):
         ended = time.monotonic()
-        while time.monotonic() < ended + REST_S and not row.is_at_rest(self.server.figures()):
+        longest = REST_S if row.is_bounded else UNBOUNDED_REST_S
+        while time.monotonic() < ended + longest and not row.is_at_rest(self.server.figures()):
             time.sleep(0.25)
+        row.rest_after_s = time.monotonic() - ended
         self.honest.take()
         time.sleep(self.rest_s / 2)
         row.after, row.at_end = self.server.figures(), self.honest.take()

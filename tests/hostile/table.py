@@ -22,7 +22,7 @@ GAP_MS = 1000  # the longest time without any answer to an honest call
 NEWCOMER_MS = 2000  # the longest that a newcomer may take
 HEALTH_S = 1.0
 REST_MB = 72  # freed memory below 64 MiB may stay, and a few tables
-REST_DESCRIPTORS = 4  # a newcomer may be connected when we look
+REST_DESCRIPTORS = {"direct": 4, "proxied": 8}  # newcomers may be connected; HAProxy keeps connections
 MORE_THREADS = 44  # gRPC starts up to 40 of its own (kMaxGrpcThreads), and few of them live at rest
 REST_THREADS = 8
 
@@ -39,6 +39,7 @@ class Row:
     during: Window = None
     after: Figures = field(default_factory=lambda: Figures(0, 0, 0))
     at_end: Window = field(default_factory=Window)
+    rest_after_s: float = 0.0  # from the end of the attack until all was back at rest
     seen: Seen = field(default_factory=Seen)
     wrong: list = field(default_factory=list)
 
@@ -46,7 +47,7 @@ class Row:
         return (
             now.memory_mb <= self.rest.memory_mb + REST_MB
             and now.threads <= self.rest.threads + REST_THREADS
-            and now.descriptors <= self.rest.descriptors + REST_DESCRIPTORS
+            and now.descriptors <= self.rest.descriptors + REST_DESCRIPTORS[self.way]
         )
 
     def judge(self, memory_mb, has_ended, ends_server):
@@ -71,11 +72,11 @@ class Row:
             self.limit("/healthz", self.highest.slowest_health_s, HEALTH_S, "s")
             for failure in dict.fromkeys([*self.during.failures, *self.at_end.failures]):
                 self.wrong.append(f"honest {failure}")
+            if not self.is_at_rest(self.after):
+                self.wrong.append("not back at rest")
         if self.highest.bad_health:
             said = self.highest.bad_health
             self.wrong.append(f"/healthz said {said[0] or 'nothing'}, {len(said)} times")
-        if not self.is_at_rest(self.after):
-            self.wrong.append("not back at rest")
 
     def is_only_slow(self):
         timing = ("p95", "time without", "newcomers:")
@@ -84,6 +85,10 @@ class Row:
     def limit(self, what, value, most, unit):
         if value > most:
             self.wrong.append(f"{what}: {value:,.0f} {unit}".rstrip() + f", allowed {most:,.0f}")
+
+    def how_it_came_to_rest(self):
+        is_at_rest = self.is_at_rest(self.after)
+        return f"no limit; {'' if is_at_rest else 'not '}at rest after {self.rest_after_s:.0f} s"
 
     def cells(self):
         p95 = [
@@ -102,7 +107,7 @@ class Row:
             f"{self.during.slowest('newcomer'):.0f}",
             f"{self.highest.slowest_health_s * 1000:.0f}",
             str(self.seen),
-            "; ".join(self.wrong) or ("yes" if self.is_bounded else "no limit"),
+            "; ".join(self.wrong) or ("yes" if self.is_bounded else self.how_it_came_to_rest()),
         ]
 
 
