@@ -9,10 +9,11 @@ import type { Services } from './intake/services';
 import type { LiveSession } from './session/live_session';
 import type { SessionStatus } from './session/scene_session';
 import { rememberedSettings, type Settings } from './state/settings';
-import type { PatchFacts } from './surface/patch_colours';
+import type { PatchFacts } from './surface/patch_source';
 import { Commands, letterOf } from './ui/commands';
 import { h } from './ui/dom';
 import { acceptDrops } from './ui/drop_zone';
+import { CompareDivider } from './ui/overlays/compare_divider';
 import { HeatLegend } from './ui/overlays/heat_legend';
 import { Hud } from './ui/overlays/hud';
 import { MenuBar } from './ui/menu_bar';
@@ -33,7 +34,7 @@ const TOOLS = [
   ['gizmo-move', 'gizmo-rotate', 'gizmo-scale'],
   ['toggling', 'soft', 'through'],
   ['undo', 'redo'],
-  ['frame-selected', 'view-front', 'view-side', 'view-top', 'orthographic'],
+  ['frame-selected', 'view-front', 'view-side', 'view-top', 'orthographic', 'compare'],
 ];
 const HEADER_TOOLS = [['share', 'export', 'theme', 'panel', 'help']];
 
@@ -54,6 +55,7 @@ const CONNECTIONS: Record<SessionStatus['state'], string> = {
 const LACKS: Record<PatchFacts, string> = {
   rest: 'Displacement, knot boxes and rest shape cannot be shown.',
   uvs: 'The texture cannot be shown.',
+  flat: 'The comparison with vertices only cannot be shown.',
 };
 
 export class App implements CommandTarget {
@@ -66,6 +68,7 @@ export class App implements CommandTarget {
   private readonly page: Page;
   private readonly hud = new Hud();
   private readonly heatLegend = new HeatLegend();
+  private readonly divider = new CompareDivider((divider) => this.settings.set({ divider }));
   private readonly people = new People();
   private readonly transformBar = new TransformBar(() => this.scene?.editor);
   private readonly panel = new Panel(this.settings);
@@ -140,9 +143,18 @@ export class App implements CommandTarget {
 
   private refresh(): void {
     this.panel.refresh();
-    const heat = this.settings.value.colouring === 'displacement';
-    this.heatLegend.show(heat ? this.scene?.session.surface.displacementRange : 0);
+    this.showDistances();
     for (const toolbar of this.toolbars) toolbar.refresh();
+  }
+
+  private showDistances(): void {
+    const { colouring, compare } = this.settings.value;
+    const { scene } = this;
+    const what = { displacement: 'displacement', difference: 'vertices only to exact' }[colouring as string];
+    this.heatLegend.show(what ?? '', what === undefined ? 0 : scene?.session.surface.displacementRange);
+    if (compare === 'off' || scene === undefined) return;
+    const { largestDifference, bounds } = scene.session.surface;
+    this.divider.tell(largestDifference, bounds.min.distanceTo(bounds.max));
   }
 
   private layOut(): void {
@@ -156,7 +168,7 @@ export class App implements CommandTarget {
     side.append(this.panel.element);
     this.hud.element.hidden = true;
     bottom.append(this.transformBar.element, this.hud.element);
-    view.append(nav.element, this.heatLegend.element, this.start);
+    view.append(this.divider.element, nav.element, this.heatLegend.element, this.start);
     acceptDrops((files) => this.opener.takeFiles(files), (over) => view.classList.toggle('drop-target', over));
   }
 
@@ -167,6 +179,7 @@ export class App implements CommandTarget {
 
   private showSettings(settings: Settings, before: Settings): void {
     this.theme.set(settings.theme);
+    this.divider.show(this.scene === undefined ? 'off' : settings.compare, settings.divider);
     document.body.classList.toggle('panel-closed', !settings.panel);
     if (settings.view !== before.view) this.scene?.session.setView(settings.view);
     if (settings.colouring === 'texture' && before.colouring !== 'texture') this.loadTexture();

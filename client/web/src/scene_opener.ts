@@ -6,7 +6,7 @@ import type { Mesh } from 'latticed/v1/mesh_pb';
 import type { DataArrayTexture } from 'three';
 import { shownAtRest } from './intake/glb_json';
 import { fileKind, readMeshFile, type MeshFile } from './intake/mesh_file';
-import { sampleFile, type SampleName } from './intake/samples';
+import { sampleFile, sampleLattice, type SampleName } from './intake/samples';
 import type { MeshLayers } from './intake/corner_layers';
 import { layerTexture, uvGrid } from './intake/layer_texture';
 import { hasColours, meshLayers } from './intake/mesh_layers';
@@ -82,7 +82,20 @@ export class SceneOpener {
   }
 
   takeSample(name: SampleName): void {
-    this.takeMesh(sampleFile(name));
+    const lattice = sampleLattice(name);
+    if (lattice === undefined) return this.takeMesh(sampleFile(name));
+    this.openCompared(sampleFile(name), lattice).catch((error: unknown) => this.app.toasts.fail(inWords(error)));
+  }
+
+  /** Opens a mesh under a lattice, beside its shape if only the vertices moved. */
+  private async openCompared(file: MeshFile, lattice: Lattice): Promise<void> {
+    const { services, settings } = this.app;
+    this.closeFitting?.();
+    const mesh = await services.upload(file, () => undefined, new AbortController().signal);
+    const isShown = await this.create(openMesh({ id: mesh.id, file, isDropped: true }), lattice, { ...viewFor(mesh), normals: 'facet' });
+    if (!isShown) return;
+    settings.set({ compare: 'split', cage: false });
+    this.app.scene?.frameAll();
   }
 
   /** Takes dropped or chosen files: a mesh with pictures and materials, or a lattice or pictures for the scene. */

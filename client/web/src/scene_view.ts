@@ -42,6 +42,7 @@ export class SceneView {
   private pull: SurfacePull | undefined;
   private readonly ends: (() => void)[] = [];
   private stale = false;
+  private hasMoved = false;
 
   constructor(
     private readonly viewport: Viewport,
@@ -107,10 +108,12 @@ export class SceneView {
     this.viewport.rig.frame(box.isEmpty() ? this.bounds() : box.expandByScalar(size / 12));
   }
 
-  /** The bounds of the control points and the surface. */
+  /** The bounds of the surface, and of the control points unless the cage is hidden. */
   bounds(): Box3 {
+    const { surface } = this.session;
+    if (!this.settings.value.cage && !surface.bounds.isEmpty()) return surface.bounds.clone();
     const box = new Box3().setFromArray(this.session.lattice.points as unknown as number[]);
-    return this.session.surface.bounds.isEmpty() ? box : box.union(this.session.surface.bounds);
+    return surface.bounds.isEmpty() ? box : box.union(surface.bounds);
   }
 
   dispose(): void {
@@ -145,6 +148,7 @@ export class SceneView {
     this.ends.push(
       session.on('points', (indices) => {
         this.cage.updatePoints(indices);
+        this.hasMoved = true;
         this.refreshSoon();
       }),
       session.on('lattice', (lattice) => {
@@ -168,8 +172,8 @@ export class SceneView {
 
   private applySettings(settings: Settings): void {
     const { surface } = this.session;
-    const { colouring, wireframe, patchEdges, ghost } = settings;
-    surface.setLook({ colouring, wireframe, patchEdges, ghost });
+    const { colouring, wireframe, patchEdges, ghost, compare } = settings;
+    surface.setLook({ colouring, wireframe, patchEdges, ghost, compare });
     surface.object.visible = settings.surface;
     this.cage.object.visible = settings.cage;
     this.cage.setThrough(settings.through);
@@ -188,6 +192,8 @@ export class SceneView {
     this.stale = false;
     this.picker.invalidate();
     this.knotBoxes.update(this.session.lattice);
+    if (this.hasMoved) this.session.surface.latticeMoved();
+    this.hasMoved = false;
     this.viewport.content.copy(this.bounds());
     this.cage.setPixelRatio(this.viewport.renderer.getPixelRatio());
     this.placeGizmo();
@@ -198,7 +204,8 @@ export class SceneView {
   private frame(): void {
     if (this.stale) this.refresh();
     if (this.settings.value.orientation === 'view') this.placeGizmo();
-    const { soft } = this.settings.value;
+    const { soft, divider } = this.settings.value;
+    this.session.surface.setDivider(divider * this.viewport.canvas.width);
     const missed = this.pull !== undefined && this.pull.outOfReach > 0 ? this.pull : undefined;
     this.pullLine.show(missed && this.viewport.project(missed.point.position), missed && this.viewport.project(missed.target));
     const busy = this.editor.transforming || this.gizmoGesture !== undefined;

@@ -8,7 +8,7 @@ import { moved, motionMatrix, type Motion } from '@src/edit/motion';
 import type { Pivot } from '@src/edit/pivot';
 import { Selection } from '@src/edit/selection';
 import { pointAt } from '@src/lattice/vec';
-import { fitLattice } from './support/fitted_lattice';
+import { fitLattice } from '@src/lattice/fitted_lattice';
 
 // Points 0 to 3 along u are at x = 0, 0.5, 1.5 and 2.
 const lattice = fitLattice({ min: [0, 0, 0], max: [2, 1, 1] }, { size: [4, 3, 3], degree: [2, 2, 2], padding: 0 });

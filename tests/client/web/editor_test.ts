@@ -7,7 +7,7 @@ import type { LatticeEdit } from '@src/session/edits/lattice_edit';
 import type { LiveSession } from '@src/session/live_session';
 import { DEFAULT_SETTINGS, rememberedSettings } from '@src/state/settings';
 import { Store } from '@src/state/store';
-import { fitLattice } from './support/fitted_lattice';
+import { fitLattice } from '@src/lattice/fitted_lattice';
 
 /** An editor whose session records its edits in `log`. */
 function open(): { editor: Editor; log: (LatticeEdit | string)[] } {

@@ -8,7 +8,7 @@ import { clampedUniformKnots, grevilleAbscissae } from '@src/lattice/identity';
 import { gridLines, innerPoints, mirrorImage, planeOf, rowOf } from '@src/lattice/index_sets';
 import { latticeFromJson, latticeToJson } from '@src/wire/lattice_json';
 import { pointAt } from '@src/lattice/vec';
-import { fitLattice } from './support/fitted_lattice';
+import { fitLattice } from '@src/lattice/fitted_lattice';
 
 const fit = { size: [5, 4, 3], degree: [3, 2, 1], padding: 0.1 } as const;
 const bounds = { min: [-1, 0, 2], max: [1, 1, 2.5] } as const;

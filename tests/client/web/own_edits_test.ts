@@ -8,7 +8,7 @@ import { GesturePhase } from 'latticed/v1/edit_pb';
 import { Lattice } from '@src/lattice/lattice';
 import { refusal } from './support/fake_stream';
 import { cubeLattice, SessionFixture, until } from './support/session_fixture';
-import { fitLattice } from './support/fitted_lattice';
+import { fitLattice } from '@src/lattice/fitted_lattice';
 
 const one = Uint32Array.of(1);
 const move = (x: number, indices = one) => ({ kind: 'move', indices, offset: [x, 0, 0] }) as const;

@@ -5,7 +5,7 @@
 import assert from 'node:assert/strict';
 import { test, type TestContext } from 'node:test';
 import { DataArrayTexture } from 'three';
-import type { PatchOrigins, PatchSource, RestCorners } from '@src/surface/patch_colours';
+import type { PatchOrigins, PatchSource, RestCorners } from '@src/surface/patch_source';
 import { noPatches, SessionFixture, until } from './support/session_fixture';
 
 const REST: RestCorners = { origin: [0, 0, 0], corners: Float32Array.of(0, 0, 0, 1, 0, 0, 0, 1, 0) };
@@ -22,6 +22,7 @@ class AskedPatches implements PatchSource {
   readonly rest: Ask<RestCorners>[] = [];
   readonly uvs: Ask<PatchOrigins>[] = [];
   readonly boxOf = noPatches.boxOf;
+  readonly lattice = noPatches.lattice;
   readonly restCorners = (): Promise<RestCorners> => asked(this.rest);
   readonly origins = (): Promise<PatchOrigins> => asked(this.uvs);
 }

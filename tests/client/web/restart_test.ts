@@ -8,7 +8,7 @@ import { Code, ConnectError } from '@connectrpc/connect';
 import { GesturePhase } from 'latticed/v1/edit_pb';
 import type { LatticeEdit } from '@src/session/edits/lattice_edit';
 import { SessionFixture, cubeLattice, noScene, until } from './support/session_fixture';
-import { fitLattice } from './support/fitted_lattice';
+import { fitLattice } from '@src/lattice/fitted_lattice';
 
 const LET_GO = 'The server was restarted, so your move ended and keeps its last position.';
 const OTHER_STRUCTURE = fitLattice({ min: [0, 0, 0], max: [1, 1, 1] }, { size: [4, 3, 3], degree: [2, 2, 2], padding: 0 });

@@ -187,6 +187,9 @@ function viewCommands(app: CommandTarget): Command[] {
     onOff('wireframe', 'Wireframe', { keys: ['Z'], icon: 'wire' }),
     onOff('patchEdges', 'Patch edges', { keys: ['E'] }),
     onOff('ghost', 'Rest shape', { keys: ['T'] }),
+    cycle('compare', ['off', 'split', 'over'], 'compare', 'Compare with vertices only', {
+      keys: ['D'], icon: 'compare', checked: () => app.settings.value.compare !== 'off',
+    }),
     onOff('knotBoxes', 'Box edges', { keys: ['J'] }),
     onOff('cage', 'Cage', { keys: ['C'], icon: 'lattice' }),
     onOff('panel', 'Side panel', { keys: ['N'], icon: 'panel', enabled: () => app.scene !== undefined }),

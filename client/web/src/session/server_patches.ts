@@ -6,7 +6,7 @@ import { knotPlanes } from '../lattice/bspline';
 import { AXES, domain, frameEdges } from '../lattice/grid';
 import type { Lattice } from '../lattice/lattice';
 import { coordinates, sub } from '../lattice/vec';
-import type { PatchOrigins, PatchSource, RestCorners } from '../surface/patch_colours';
+import type { PatchOrigins, PatchSource, RestCorners } from '../surface/patch_source';
 import { randomId } from '../wire/ids';
 import { fromLattice, vector } from '../wire/lattice_message';
 import type { LatticedServer } from '../wire/latticed_server';
@@ -21,7 +21,7 @@ export class ServerPatches implements PatchSource {
   constructor(
     private readonly server: LatticedServer,
     private readonly sceneId: string,
-    private readonly lattice: () => Lattice,
+    readonly lattice: () => Lattice,
   ) {}
 
   async origins(topologyId: string): Promise<PatchOrigins> {

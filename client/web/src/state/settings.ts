@@ -11,7 +11,9 @@ import { Store } from './store';
 
 /** The action of a press on the view: select and drag points, draw a box, or pull the surface. */
 export type Tool = 'select' | 'box' | 'pull';
-export type Colouring = 'plain' | 'boxes' | 'displacement' | 'texture';
+export type Colouring = 'plain' | 'boxes' | 'displacement' | 'difference' | 'texture';
+/** How the shape is shown that the mesh would have if only its vertices moved. */
+export type Compare = 'off' | 'split' | 'over';
 export type Theme = 'system' | 'light' | 'dark';
 
 export const DEFAULT_SETTINGS = {
@@ -34,6 +36,9 @@ export const DEFAULT_SETTINGS = {
   wireframe: false,
   patchEdges: false,
   ghost: false,
+  compare: 'off' as Compare,
+  /** Where a split view is divided, 0 to 1 of its width. */
+  divider: 0.5,
   view: { segments: 10, normals: 'smooth', encoding: 'draco', positionBits: 12, normalBits: 8 } as Required<ViewRequest>,
   theme: 'system' as Theme,
   /** Whether the side panel is open. */

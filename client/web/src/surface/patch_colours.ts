@@ -1,45 +1,26 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 import { Color, type DataTexture } from 'three';
+import type { FlatPatches } from './largest_distance';
+import type { PatchFacts, PatchOrigins, PatchSource, RestCorners } from './patch_source';
 import { patchTexture } from './patch_texture';
 import type { TopologyLayout } from './topology_layout';
-
-/** Facts about patches besides their points: the shape at rest, and texture coordinates. */
-export type PatchFacts = 'rest' | 'uvs';
-
-/** The places of patches in the source mesh (surface.proto, TopologyPart). */
-export interface PatchOrigins {
-  /** Three per patch: corners of the source triangle. */
-  readonly corners: Uint32Array;
-  /** Nine per patch: for its corners 0, 1, 2 the barycentrics in that triangle. */
-  readonly barycentrics: Float64Array;
-}
-
-/** Corners of all patches before any deformation, as x y z each, relative to `origin` (world units). */
-export interface RestCorners {
-  readonly origin: readonly [number, number, number];
-  /** Nine per patch. */
-  readonly corners: Float32Array;
-}
-
-/** Data that the surface fetches only when a look needs it. */
-export interface PatchSource {
-  origins(topologyId: string): Promise<PatchOrigins>;
-  restCorners(): Promise<RestCorners>;
-  /** Number of the knot box of a world point at rest, or -1 outside the frame. */
-  boxOf(x: number, y: number, z: number): number;
-}
+import { VerticesOnly } from './vertices_only';
 
 /**
- * Facts of every patch besides its points: corners at rest, the colour of its knot box, texture coordinates. They are
+ * Facts of every patch besides its points: corners at rest and if only vertices moved, knot box, texture coordinates. They are
  * fetched when a look first needs them. Until then, and after a failure, the surface is drawn without them. A failed fetch
  * is repeated when the look is chosen again, and when the server is back.
  */
 export class PatchColours {
   restCorners: DataTexture | undefined;
+  flatCorners: DataTexture | undefined;
   boxColours: DataTexture | undefined;
   uvs: DataTexture | undefined;
-  restOrigin: readonly [number, number, number] | undefined;
+  rest: RestCorners | undefined;
+  /** The shape if only vertices moved. */
+  flat: FlatPatches | undefined;
+  private verticesOnly: VerticesOnly | undefined;
   private layout: TopologyLayout | undefined;
   private corners: Float32Array | undefined;
   private readonly asks = new Map<PatchFacts, symbol>();  // the newest of each kind; earlier answers are dropped
@@ -80,8 +61,9 @@ export class PatchColours {
   }
 
   forget(): void {
-    for (const texture of [this.restCorners, this.boxColours, this.uvs]) texture?.dispose();
-    this.restCorners = this.boxColours = this.uvs = this.restOrigin = undefined;
+    for (const texture of [this.restCorners, this.flatCorners, this.boxColours, this.uvs]) texture?.dispose();
+    this.restCorners = this.flatCorners = this.boxColours = this.uvs = undefined;
+    this.rest = this.flat = this.verticesOnly = undefined;
     this.asks.clear();
   }
 
@@ -95,6 +77,7 @@ export class PatchColours {
   reconnected(): void {
     if (!this.restCorners) this.asks.delete('rest');
     if (!this.uvs) this.asks.delete('uvs');
+    if (!this.flat) this.asks.delete('flat');
   }
 
   wantRest(): void {
@@ -106,6 +89,27 @@ export class PatchColours {
     if (this.asks.has('uvs') || !this.corners || !this.layout) return;
     const { id } = this.layout;
     void this.ask('uvs', () => this.source.origins(id), (origins) => this.takeOrigins(origins));
+  }
+
+  wantFlat(): void {
+    if (this.asks.has('flat') || !this.layout) return;
+    const { id } = this.layout;
+    void this.ask('flat', () => Promise.all([this.source.origins(id), this.source.restCorners()]), ([origins, rest]) => {
+      this.verticesOnly = new VerticesOnly(origins, rest);
+      this.moveFlat(rest.origin);
+    });
+  }
+
+  /** The lattice has changed: the vertices of the flat faces move. */
+  latticeMoved(): void {
+    if (this.flat) this.moveFlat(this.flat.origin);
+  }
+
+  private moveFlat(origin: FlatPatches['origin']): void {
+    const corners = this.verticesOnly!.corners(this.source.lattice());
+    this.flat = { origin, corners };
+    this.flatCorners?.dispose();
+    this.flatCorners = cornerTexture(corners);
   }
 
   private async ask<T>(what: PatchFacts, fetch: () => Promise<T>, take: (answer: T) => void): Promise<void> {
@@ -129,15 +133,12 @@ export class PatchColours {
     this.failed(what, error);
   }
 
-  private takeRest({ origin, corners }: RestCorners): void {
+  private takeRest(rest: RestCorners): void {
+    const { origin, corners } = rest;
     const patches = corners.length / 9;
     if (patches !== this.layout?.patchCount) throw new Error(`${patches} patches at rest, ${this.layout?.patchCount} deformed`);
-    this.restOrigin = origin;
-    this.restCorners = patchTexture(patches, 3, (patch, out, at) => {
-      for (let corner = 0; corner < 3; ++corner) {
-        out.set(corners.subarray(9 * patch + 3 * corner, 9 * patch + 3 * corner + 3), at + 4 * corner);
-      }
-    });
+    this.rest = rest;
+    this.restCorners = cornerTexture(corners);
     const colour = new Color();
     this.boxColours = patchTexture(patches, 1, (patch, out, at) => {
       const middle = [0, 1, 2].map((axis) => origin[axis]! +
@@ -162,6 +163,15 @@ export class PatchColours {
       out[at + 6] = uvs[3 * corners[3 * patch]! + 2] ?? 0;
     });
   }
+}
+
+/** Three texels per patch: x y z of its corners. */
+function cornerTexture(corners: Float32Array): DataTexture {
+  return patchTexture(corners.length / 9, 3, (patch, out, at) => {
+    for (let corner = 0; corner < 3; ++corner) {
+      out.set(corners.subarray(9 * patch + 3 * corner, 9 * patch + 3 * corner + 3), at + 4 * corner);
+    }
+  });
 }
 
 /** Hues a golden angle apart, so that neighbouring numbers differ; grey outside the frame. */

@@ -61,6 +61,11 @@ export class PointBuffer {
     buffer.needsUpdate = true;
   }
 
+  /** The numbers of all points. */
+  get numbers(): ArrayLike<number> {
+    return this.buffer?.array ?? [];
+  }
+
   /** The numbers of one point. */
   pointAt(point: number): PointNumbers {
     return (this.buffer!.array as PointNumbers).subarray(NUMBERS_PER_POINT * point, NUMBERS_PER_POINT * (point + 1));

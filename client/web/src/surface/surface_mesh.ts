@@ -2,7 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 import { Box3, Color, DoubleSide, Group, Mesh, ShaderMaterial, Sphere, Vector3, type DataArrayTexture, type Texture } from 'three';
 import type { DecodedChunk } from '../decode/chunk_form';
-import { PatchColours, type PatchFacts, type PatchSource } from './patch_colours';
+import { largestDistance, type FlatPatches } from './largest_distance';
+import { PatchColours } from './patch_colours';
+import type { PatchFacts, PatchSource } from './patch_source';
 import { patternTexture } from './patch_texture';
 import { PointBuffer } from './point_buffer';
 import { FRAGMENT_SHADER, VERTEX_SHADER } from './surface_shader';
@@ -10,8 +12,11 @@ import type { TopologyLayout } from './topology_layout';
 
 /** How the surface is drawn. */
 export interface SurfaceLook {
-  /** boxes: a colour per knot box; displacement: a heat map of the distance from the rest shape. */
-  readonly colouring?: 'plain' | 'boxes' | 'displacement' | 'texture';
+  /** boxes: a colour per knot box; displacement, difference: heat maps of the distance from the rest shape, and from the shape
+   * if only vertices moved. */
+  readonly colouring?: 'plain' | 'boxes' | 'displacement' | 'difference' | 'texture';
+  /** The shape if only vertices moved: left of the divider in place of the surface, or over it. */
+  readonly compare?: 'off' | 'split' | 'over';
   readonly wireframe?: boolean;
   readonly patchEdges?: boolean;
   /** The rest shape as a ghost. */
@@ -51,6 +56,7 @@ export class SurfaceMesh {
   private readonly uniforms = {
     pointsPerPatch: { value: 1 }, segments: { value: 1 }, octahedralMax: { value: 1 }, step: { value: 1 },
     toRest: { value: new Vector3() }, pattern: { value: null as Texture | null }, restCorners: { value: null as Texture | null },
+    flatCorners: { value: null as Texture | null }, divider: { value: 0 },
     boxColours: { value: null as Texture | null }, patchUvs: { value: null as Texture | null }, map: { value: null as DataArrayTexture | null },
     baseColour: { value: new Color(0xb9bec6) }, lineColour: { value: new Color(0x11151c) }, wireframe: { value: 0 },
     patchEdges: { value: 0 }, opacity: { value: 1 }, displacementRange: { value: 1 },
@@ -60,6 +66,9 @@ export class SurfaceMesh {
     polygonOffsetFactor: -1, polygonOffsetUnits: -256 });  // unmoved parts are half a grid step off at most
   private readonly mesh = new Mesh(undefined, this.material);
   private readonly ghost = new Mesh(undefined, this.ghostMaterial);
+  private readonly flatMaterial = this.materialOf({ side: DoubleSide });
+  private readonly flat = new Mesh(undefined, this.flatMaterial);
+  private readonly overUniforms = { baseColour: { value: new Color(0xff7a1a) }, opacity: { value: 0.5 } };
   private readonly patches: PatchColours;
   /** Called when the surface looks different without an update: data for the look has arrived. */
   onChanged?: () => void;
@@ -69,6 +78,8 @@ export class SurfaceMesh {
   /** The layout that is drawn; absent before the first update. */
   layout: TopologyLayout | undefined;
   grid: Grid | undefined;
+  /** The largest distance of the surface from the shape if only vertices moved, in world units; 0 if it is not compared. */
+  largestDifference = 0;
   private hasNormals = false;
   private look: SurfaceLook = {};
 
@@ -82,10 +93,12 @@ export class SurfaceMesh {
     this.ghost.renderOrder = 1;
     this.ghost.frustumCulled = false;
     this.mesh.visible = false;
-    this.object.add(this.mesh, this.ghost);
+    this.flat.visible = false;
+    this.flat.frustumCulled = false;
+    this.object.add(this.mesh, this.ghost, this.flat);
   }
 
-  /** The displacement at the end of the heat map, in world units: the largest one found, at least 0.5 % of the size. */
+  /** The distance at the end of the heat map, in world units: the largest one found, at least 0.5 % of the size. */
   get displacementRange(): number {
     return this.uniforms.displacementRange.value;
   }
@@ -119,12 +132,23 @@ export class SurfaceMesh {
     const areOthers = this.patches.setLayout(layout);
     if (areOthers || normals !== this.hasNormals || this.mesh.geometry !== geometry) {
       this.hasNormals = normals;
-      this.mesh.geometry = this.ghost.geometry = geometry;
+      this.mesh.geometry = this.ghost.geometry = this.flat.geometry = geometry;
       this.mesh.visible = true;
       this.dress();
     }
     this.measure();
-    this.scaleHeat();
+    this.latticeMoved();
+  }
+
+  /** The lattice has changed, and with it the shape if only vertices moved. */
+  latticeMoved(): void {
+    if (this.comparesVertices) this.patches.latticeMoved();
+    this.measureDistances();
+  }
+
+  /** Where a split view is divided, in pixels of the frame buffer from its left. */
+  setDivider(pixels: number): void {
+    this.uniforms.divider.value = pixels;
   }
 
   /** The knots have changed, so the patches have too: facts about the old ones are dropped. */
@@ -142,7 +166,9 @@ export class SurfaceMesh {
   setLook(look: SurfaceLook): void {
     const before = this.look;
     this.look = { ...before, ...look };
-    if (this.look.colouring !== before.colouring || this.look.ghost !== before.ghost) this.patches.chosenAnew();
+    const chosen = (['colouring', 'ghost', 'compare'] as const).some((what) => this.look[what] !== before[what]);
+    if (chosen) this.patches.chosenAnew();
+    if (chosen && this.comparesVertices) this.patches.latticeMoved();
     if (look.colour !== undefined) this.uniforms.baseColour.value.setHex(look.colour);
     this.uniforms.wireframe.value = this.look.wireframe ? 1 : 0;
     this.uniforms.patchEdges.value = this.look.patchEdges ? 1 : 0;
@@ -165,6 +191,7 @@ export class SurfaceMesh {
     this.uniforms.pattern.value?.dispose();
     this.material.dispose();
     this.ghostMaterial.dispose();
+    this.flatMaterial.dispose();
     this.object.removeFromParent();
   }
 
@@ -186,34 +213,38 @@ export class SurfaceMesh {
     this.placeRest();
   }
 
-  private scaleHeat(): void {
-    if (this.look.colouring === 'displacement') this.uniforms.displacementRange.value = this.largestDisplacement();
+  private get comparesVertices(): boolean {
+    return this.look.colouring === 'difference' || (this.look.compare ?? 'off') !== 'off';
+  }
+
+  private measureDistances(): void {
+    const { look, layout, patches: { flat, flatCorners } } = this;
+    this.uniforms.flatCorners.value = flatCorners ?? null;
+    const all = Array.from({ length: layout?.pointsPerPatch ?? 0 }, (_, i) => i);
+    this.largestDifference = flat && this.comparesVertices ? this.largestDistance(flat, all, 1) : 0;
+    if (look.colouring !== 'displacement' && look.colouring !== 'difference') return;
+    const found = look.colouring === 'displacement' ? this.largestDisplacement() : this.largestDifference;
+    const least = SurfaceMesh.LEAST_HEAT * this.bounds.getSize(new Vector3()).length();
+    this.uniforms.displacementRange.value = found && Math.max(found, least);
   }
 
   /** Measured at the corners of patches. With more than 10,000 patches, only a part of them is measured. */
   private largestDisplacement(): number {
-    const rest = this.patches.restCorners?.image.data as Float32Array | undefined;
-    const { layout } = this;
-    const from = this.patches.restOrigin;
-    if (!rest || !from || !layout) return 0;
-    const stride = Math.ceil(layout.patchCount / SurfaceMesh.PATCHES_ASKED);
-    let largest = SurfaceMesh.LEAST_HEAT * this.bounds.getSize(new Vector3()).length();
-    for (let patch = 0; patch < layout.patchCount; patch += stride) {
-      const first = patch * layout.pointsPerPatch;  // row 0 of a pattern runs from corner 0 to 1, the last row is corner 2
-      [first, first + layout.segments, first + layout.pointsPerPatch - 1].forEach((point, corner) => {
-        const [x, y, z] = this.positionOf(point);
-        const at = 12 * patch + 4 * corner;
-        const away = Math.hypot(x - from[0] - rest[at]!, y - from[1] - rest[at + 1]!, z - from[2] - rest[at + 2]!);
-        if (away > largest) largest = away;
-      });
-    }
-    return largest;
+    const { layout, patches: { rest } } = this;
+    if (!layout || !rest) return 0;
+    const corners = [0, layout.segments, layout.pointsPerPatch - 1];  // row 0 runs from corner 0 to 1, the last row is corner 2
+    return this.largestDistance(rest, corners, Math.ceil(layout.patchCount / SurfaceMesh.PATCHES_ASKED));
+  }
+
+  private largestDistance(from: FlatPatches, points: readonly number[], stride: number): number {
+    return largestDistance(this.layout!, { numbers: this.points.numbers, ...this.grid! }, from, points, stride);
   }
 
   private placeRest(): void {
-    const rest = this.patches.restOrigin;
+    const rest = (this.patches.rest ?? this.patches.flat)?.origin;
     if (!rest || !this.grid) return;
     this.ghost.position.fromArray(rest);
+    this.flat.position.fromArray(rest);
     const { origin } = this.grid;
     this.uniforms.toRest.value.set(origin[0] - rest[0], origin[1] - rest[1], origin[2] - rest[2]);
   }
@@ -238,23 +269,31 @@ export class SurfaceMesh {
     if (this.layout) {
       if (look.ghost || look.colouring === 'displacement' || look.colouring === 'boxes') patches.wantRest();
       if (look.colouring === 'texture') patches.wantUvs();
+      if (this.comparesVertices) patches.wantFlat();
     }
-    const { restCorners, boxColours, uvs } = patches;
+    const { restCorners, flatCorners, boxColours, uvs } = patches;
     this.uniforms.restCorners.value = restCorners ?? null;
     this.uniforms.boxColours.value = boxColours ?? null;
     this.uniforms.patchUvs.value = uvs ?? null;
     this.placeRest();
-    this.scaleHeat();
-    const form = { ...(this.points.float && { FLOAT_POINTS: '' }), ...(this.hasNormals && { HAS_NORMALS: '' }) };
-    redefine(this.material, {
+    this.measureDistances();
+    const compare = flatCorners ? look.compare : 'off';
+    const form = { ...(this.points.float && { FLOAT_POINTS: '' }), ...(compare === 'split' && { SPLIT: '' }) };
+    const colours = {
       ...form,
       ...(look.colouring === 'boxes' && boxColours && { BOXES: '' }),
       ...(look.colouring === 'displacement' && restCorners && { DISPLACEMENT: '' }),
+      ...(look.colouring === 'difference' && flatCorners && { DIFFERENCE: '' }),
       ...(look.colouring === 'texture' && uvs && this.uniforms.map.value && { TEXTURED: '' }),
       ...((look.wireframe || look.patchEdges) && { LINES: '' }),
-    });
+    };
+    redefine(this.material, { ...colours, ...(this.hasNormals && { HAS_NORMALS: '' }) });
     redefine(this.ghostMaterial, { ...(this.points.float && { FLOAT_POINTS: '' }), GHOST: '' });
+    redefine(this.flatMaterial, compare === 'split' ? { ...colours, FLAT: '' } : { ...form, FLAT: '' });
     this.ghost.visible = Boolean(look.ghost && restCorners && this.mesh.visible);
+    this.flat.visible = compare !== undefined && compare !== 'off' && this.mesh.visible;
+    this.flatMaterial.transparent = compare === 'over';
+    Object.assign(this.flatMaterial.uniforms, compare === 'over' ? this.overUniforms : { baseColour: this.uniforms.baseColour, opacity: this.uniforms.opacity });
   }
 
   private materialOf(options: ConstructorParameters<typeof ShaderMaterial>[0]): ShaderMaterial {

@@ -6,7 +6,8 @@ import { PATCH_TEXTURE_WIDTH } from './patch_texture';
  * The surface's shaders. The mesh's matrix undoes the quantisation of positions. The CPU computes it in double,
  * relative to the camera. The vertex shader decodes octahedral normals (formula of view.proto, ENCODING_QUANTISED).
  *
- * Defines: FLOAT_POINTS (RAW), HAS_NORMALS, BOXES, DISPLACEMENT, TEXTURED (colour), LINES, GHOST (the rest shape).
+ * Defines: FLOAT_POINTS (RAW), HAS_NORMALS, BOXES, DISPLACEMENT, DIFFERENCE, TEXTURED (colour), LINES, GHOST (the rest
+ * shape), FLAT (the shape if only vertices moved), SPLIT (FLAT left of the divider, the surface right of it).
  * Facts of a patch are found by its number, gl_VertexID / pointsPerPatch, so only streamed data are attributes. Lines
  * are where a barycentric times the segments is an integer.
  */
@@ -20,6 +21,7 @@ export const VERTEX_SHADER = /* glsl */ `
   uniform float step;
   uniform highp sampler2D pattern;
   uniform highp sampler2D restCorners;
+  uniform highp sampler2D flatCorners;
   uniform highp sampler2D boxColours;
   uniform highp sampler2D patchUvs;
   #ifdef FLOAT_POINTS
@@ -37,6 +39,13 @@ export const VERTEX_SHADER = /* glsl */ `
 
   vec4 patchTexel(highp sampler2D data, int texel) {
     return texelFetch(data, ivec2(texel % ${PATCH_TEXTURE_WIDTH}, texel / ${PATCH_TEXTURE_WIDTH}), 0);
+  }
+
+  /** A point of a patch's flat triangle. */
+  vec3 inTriangle(highp sampler2D corners, int patchNumber, vec3 weights) {
+    return weights.x * patchTexel(corners, 3 * patchNumber).xyz +
+           weights.y * patchTexel(corners, 3 * patchNumber + 1).xyz +
+           weights.z * patchTexel(corners, 3 * patchNumber + 2).xyz;
   }
 
   vec3 decodedNormal() {
@@ -58,19 +67,16 @@ export const VERTEX_SHADER = /* glsl */ `
     int patchNumber = gl_VertexID / pointsPerPatch;
     gridPlace = 255.0 * texelFetch(pattern, ivec2(gl_VertexID % pointsPerPatch, 0), 0).xyz;
     vec3 place = position;
-    #if defined(GHOST) || defined(DISPLACEMENT) || defined(TEXTURED)
-      vec3 weights = gridPlace / segments;
+    vec3 weights = gridPlace / segments;
+    #if defined(GHOST)
+      place = inTriangle(restCorners, patchNumber, weights);
+    #elif defined(FLAT)
+      place = inTriangle(flatCorners, patchNumber, weights);
     #endif
-    #if defined(GHOST) || defined(DISPLACEMENT)
-      vec3 rest = weights.x * patchTexel(restCorners, 3 * patchNumber).xyz +
-                  weights.y * patchTexel(restCorners, 3 * patchNumber + 1).xyz +
-                  weights.z * patchTexel(restCorners, 3 * patchNumber + 2).xyz;
-    #endif
-    #ifdef GHOST
-      place = rest;
-    #endif
-    #ifdef DISPLACEMENT
-      displacement = length(position * step + toRest - rest);
+    #if defined(DISPLACEMENT)
+      displacement = length(position * step + toRest - inTriangle(restCorners, patchNumber, weights));
+    #elif defined(DIFFERENCE)
+      displacement = length(position * step + toRest - inTriangle(flatCorners, patchNumber, weights));
     #endif
     #ifdef BOXES
       boxColour = patchTexel(boxColours, patchNumber).rgb;
@@ -97,6 +103,7 @@ export const FRAGMENT_SHADER = /* glsl */ `
   uniform float wireframe;
   uniform float patchEdges;
   uniform float opacity;
+  uniform float divider;
   uniform float displacementRange;
   uniform highp sampler2DArray map;
   in vec3 viewPosition;
@@ -124,7 +131,7 @@ export const FRAGMENT_SHADER = /* glsl */ `
   vec3 surfaceColour() {
     #if defined(BOXES)
       return boxColour;
-    #elif defined(DISPLACEMENT)
+    #elif defined(DISPLACEMENT) || defined(DIFFERENCE)
       return heat(displacement / max(displacementRange, 1e-30));
     #elif defined(TEXTURED)
       return texture(map, vec3(textureUv, textureLayer)).rgb;
@@ -144,6 +151,11 @@ export const FRAGMENT_SHADER = /* glsl */ `
   }
 
   void main() {
+    #if defined(SPLIT) && defined(FLAT)
+      if (gl_FragCoord.x >= divider) discard;
+    #elif defined(SPLIT)
+      if (gl_FragCoord.x < divider) discard;
+    #endif
     // Towards the eye whichever way the triangle winds: both sides are lit, mirrored lattices too.
     vec3 facet = normalize(cross(dFdx(viewPosition), dFdy(viewPosition)));
     #ifdef HAS_NORMALS

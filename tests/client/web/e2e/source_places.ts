@@ -5,11 +5,13 @@
 import type { Page } from 'playwright-core';
 import type {} from '@src/main'; // window.latticed
 import { add, cross, dot, scale, type Basis, type Vec3 } from '@src/lattice/vec';
-import type { PatchOrigins, PatchSource } from '@src/surface/patch_colours';
+import type { PatchOrigins, PatchSource } from '@src/surface/patch_source';
 
 export interface SourcePlaces {
   /** A place for each point of each patch, in the order of the page's points. */
   readonly places: readonly Vec3[];
+  /** Where the points would be if only the mesh's vertices were moved. */
+  readonly flat: (move: (vertex: Vec3) => Vec3) => Vec3[];
   /** How far the patches are from covering each face once; 0 if they do. */
   readonly uncovered: number;
 }
@@ -41,18 +43,19 @@ export async function sourcePlaces(
   const triangles = trianglesOf(obj);
   const segments = pattern[0] + pattern[1] + pattern[2];
   const covered = triangles.map(() => 0);
-  const places: Vec3[] = [];
+  const spots: { readonly source: readonly Vec3[]; readonly weights: Vec3 }[] = [];
   for (let patch = 0; patch < corners.length / 3; ++patch) {
     const face = Math.floor(corners[3 * patch] / 3);
     const source = [0, 1, 2].map((k) => triangles[face][corners[3 * patch + k] % 3]);
     const weights = [0, 1, 2].map((k) => [...barycentrics.subarray(9 * patch + 3 * k, 9 * patch + 3 * k + 3)] as unknown as Vec3);
     covered[face] += Math.abs(dot(weights[0], cross(weights[1], weights[2]))); // its part of the face's area
-    const ends = weights.map((each) => blend(source, each));
     for (let at = 0; at < pattern.length; at += 3) {
-      places.push(blend(ends, [0, 1, 2].map((k) => pattern[at + k] / segments)));
+      spots.push({ source, weights: blend(weights, [0, 1, 2].map((k) => pattern[at + k] / segments)) });
     }
   }
-  return { places, uncovered: Math.max(...covered.map((part) => Math.abs(1 - part))) };
+  const places = spots.map(({ source, weights }) => blend(source, weights));
+  const flat = (move: (vertex: Vec3) => Vec3): Vec3[] => spots.map(({ source, weights }) => blend(source.map(move), weights));
+  return { places, flat, uncovered: Math.max(...covered.map((part) => Math.abs(1 - part))) };
 }
 
 function blend([a, b, c]: readonly Vec3[], [i, j, k]: readonly number[]): Vec3 {

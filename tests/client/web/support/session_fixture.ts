@@ -9,7 +9,7 @@ import { Lattice } from '@src/lattice/lattice';
 import { LiveSession } from '@src/session/live_session';
 import type { BackOff, Wakeable } from '@src/session/scene_connection';
 import { SceneKeeper } from '@src/session/store/scene_keeper';
-import type { PatchSource } from '@src/surface/patch_colours';
+import type { PatchSource } from '@src/surface/patch_source';
 import { SurfaceMesh } from '@src/surface/surface_mesh';
 import { fromLattice } from '@src/wire/lattice_message';
 import { ServerError } from '@src/wire/server_error';
@@ -17,7 +17,7 @@ import { FakeServer } from './fake_server';
 import { FakeStreams, type FakeStream } from './fake_stream';
 import { FakeWorker } from './fake_worker';
 import { MemorySceneStore } from './memory_scene_store';
-import { fitLattice } from './fitted_lattice';
+import { fitLattice } from '@src/lattice/fitted_lattice';
 import { until } from './until';
 
 export { until };
@@ -29,6 +29,7 @@ export const noPatches: PatchSource = {
   origins: () => Promise.reject(new Error('not asked for')),
   restCorners: () => Promise.reject(new Error('not asked for')),
   boxOf: () => 0,
+  lattice: () => fitLattice({ min: [0, 0, 0], max: [1, 1, 1] }, { size: [3, 3, 3], degree: [2, 2, 2], padding: 0 }),
 };
 
 export interface Options {

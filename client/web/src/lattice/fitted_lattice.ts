@@ -1,9 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-import { AXES } from '@src/lattice/grid';
-import { clampedUniformKnots, identityPoints, knotVectors, type Fit } from '@src/lattice/identity';
-import { Lattice } from '@src/lattice/lattice';
-import type { Vec3 } from '@src/lattice/vec';
+import { AXES } from './grid';
+import { clampedUniformKnots, identityPoints, knotVectors, type Fit } from './identity';
+import { Lattice, type Vec3 } from './lattice';
 
 /** The lattice that the server fits around a mesh with these bounds, along the world axes. */
 export function fitLattice(bounds: { min: Vec3; max: Vec3 }, { size, degree, padding }: Fit): Lattice {

@@ -1,0 +1,28 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+import type { Lattice } from '../lattice/lattice';
+import type { FlatPatches } from './largest_distance';
+
+/** Facts about patches besides their points: the shape at rest, texture coordinates, the shape if only vertices moved. */
+export type PatchFacts = 'rest' | 'uvs' | 'flat';
+
+/** The places of patches in the source mesh (surface.proto, TopologyPart). */
+export interface PatchOrigins {
+  /** Three per patch: corners of the source triangle. */
+  readonly corners: Uint32Array;
+  /** Nine per patch: for its corners 0, 1, 2 the barycentrics in that triangle. */
+  readonly barycentrics: Float64Array;
+}
+
+/** Corners of all patches before any deformation. */
+export type RestCorners = FlatPatches;
+
+/** Data that the surface fetches only when a look needs it. */
+export interface PatchSource {
+  origins(topologyId: string): Promise<PatchOrigins>;
+  restCorners(): Promise<RestCorners>;
+  /** Number of the knot box of a world point at rest, or -1 outside the frame. */
+  boxOf(x: number, y: number, z: number): number;
+  /** The lattice that the page shows; another object once its structure has changed. */
+  lattice(): Lattice;
+}
