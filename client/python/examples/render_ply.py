@@ -4,7 +4,8 @@
 #
 # usage: render_ply.py OUT.png A.ply [B.ply …]
 # Renders binary PLY meshes (float x y z nx ny nz …, uchar int triangles) side by side at one scale. It draws
-# surface samples into a z-buffer with four entries per pixel, shaded by normal. It needs only numpy.
+# surface samples into a z-buffer with four entries per pixel, shaded by normal. It needs only numpy. On a
+# terminal it shows its progress.
 import re
 import struct
 import sys
@@ -15,12 +16,16 @@ import numpy
 HEIGHT = 520
 SUPERSAMPLING = 2
 BACKGROUND = 250
+SPACING = 0.7  # of samples along a triangle's longest edge, in z-buffer entries
+MOST_STEPS = 400  # samples along an edge
+BLOCK = 1 << 16  # samples computed at once: their arrays stay in the cache
 VIEW = (-62.0, 28.0)  # turn about z, then tilt, in degrees
 LIGHT = numpy.array([-0.45, -0.35, 0.82])
 
 
 def read_ply(path):
-    data = open(path, "rb").read()
+    with open(path, "rb") as file:
+        data = file.read()
     end = data.index(b"end_header\n") + len(b"end_header\n")
     header = data[:end].decode("ascii")
     assert "binary_little_endian" in header, path
@@ -46,48 +51,72 @@ def rotation():
     return numpy.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]]) @ x @ z
 
 
-def samples(corners, normals):
-    """Yields points of all triangles, at most about a pixel apart, and their normals."""
-    edges = numpy.linalg.norm(corners[:, :, :2] - numpy.roll(corners, 1, axis=1)[:, :, :2], axis=2).max(
-        axis=1
-    )
-    steps = numpy.clip(numpy.ceil(edges / 0.7), 1, 400).astype(int)
+def blocks(corners):
+    """Yields (triangles, weights): sample each of these triangles at all of these barycentrics.
+
+    corners   (triangles, 3, 3): x, y, depth, in z-buffer entries
+    triangles (t,), weights (k, 3), t k at most BLOCK unless t = 1. An edge has n + 1 samples at most SPACING
+              apart, and a triangle k = (n+1)(n+2)/2. Near triangles come first: they hide others.
+    """
+    edges = numpy.linalg.norm((corners - numpy.roll(corners, 1, axis=1))[:, :, :2], axis=2).max(axis=1)
+    steps = numpy.clip(numpy.ceil(edges / SPACING), 1, MOST_STEPS).astype(int)
+    by_depth = numpy.argsort(corners[:, 0, 2])
     for n in numpy.unique(steps):
-        chosen = steps == n
-        for i in range(n + 1):
-            for j in range(n + 1 - i):
-                weights = numpy.array([i, j, n - i - j]) / n
-                yield (
-                    numpy.einsum("k,tkc->tc", weights, corners[chosen]),
-                    numpy.einsum("k,tkc->tc", weights, normals[chosen]),
-                )
+        i, j = numpy.indices((n + 1, n + 1)).reshape(2, -1)
+        weights = numpy.stack([i, j, n - i - j], axis=1)[i + j <= n] / n
+        alike = by_depth[steps[by_depth] == n]
+        at_once = max(1, BLOCK // len(weights))
+        for begin in range(0, len(alike), at_once):
+            yield alike[begin : begin + at_once], weights
 
 
-def render(mesh, scale, width, height):
+def nearest(corners, width, height, progress):
+    """Finds the nearest sample of every entry of the z-buffer that shows the mesh.
+
+    Returns the entries (m,), row by row, and each one's triangle (m,) and barycentrics (m, 3).
+    """
+    depth = numpy.full(width * height, numpy.inf)
+    owner, place = numpy.zeros(width * height, int), numpy.zeros((width * height, 3))
+    done = 0
+    for triangles, weights in blocks(corners):
+        x, y, z = ((weights @ corners[triangles, :, axis].T).ravel() for axis in range(3))
+        entry = y.astype(int) * width + x.astype(int)  # picture leaves a margin: no sample is outside
+        near = numpy.flatnonzero(z < depth[entry])
+        entry, z = entry[near], z[near]
+        left = numpy.arange(len(near))
+        while len(left):  # samples of one entry overwrite each other in any order, so repeat the nearer ones
+            depth[entry[left]] = z[left]
+            left = left[z[left] < depth[entry[left]]]
+        first = z == depth[entry]
+        weight, triangle = numpy.divmod(near[first], len(triangles))
+        owner[entry[first]], place[entry[first]] = triangles[triangle], weights[weight]
+        done += len(triangles)
+        progress(done / len(corners))
+    shown = numpy.flatnonzero(depth < numpy.inf)
+    return shown, owner[shown], place[shown]
+
+
+def render(mesh, scale, width, height, progress):
+    """Grey levels (height, width) of a mesh at `scale` z-buffer entries per world unit."""
     positions, normals, triangles = mesh
     turn = rotation()
     screen = (positions - (positions.min(axis=0) + positions.max(axis=0)) / 2) @ turn.T * scale
     screen[:, :2] -= (screen[:, :2].min(axis=0) + screen[:, :2].max(axis=0)) / 2 - numpy.array(
         [width, height]
     ) / 2
-    depth, shade = numpy.full(width * height, numpy.inf), numpy.full(width * height, float(BACKGROUND))
-    light = LIGHT / numpy.linalg.norm(LIGHT)
-    for points, directions in samples(screen[triangles], normals[triangles]):
-        x, y = numpy.floor(points[:, 0]).astype(int), numpy.floor(points[:, 1]).astype(int)
-        inside = (x >= 0) & (x < width) & (y >= 0) & (y < height)
-        pixel, z = (y * width + x)[inside], points[inside, 2]
-        order = numpy.argsort(-z)  # the nearest sample of a pixel is written last
-        pixel, z, n = pixel[order], z[order], directions[inside][order]
-        n /= numpy.maximum(numpy.linalg.norm(n, axis=1, keepdims=True), 1e-12)
-        view = n @ turn.T
-        n = numpy.where(view[:, 2:3] > 0, -n, n)  # both sides are lit
-        value = 45 + 170 * (0.5 + 0.5 * n @ light) ** 1.6 + 25 * numpy.clip(n @ light, 0, 1) ** 30
-        nearer = z < depth[pixel]
-        depth[pixel[nearer]], shade[pixel[nearer]] = z[nearer], value[nearer]
+    entries, owner, weights = nearest(screen[triangles], width, height, progress)
+    n = numpy.einsum("mk,mkc->mc", weights, normals[triangles[owner]])
+    n /= numpy.maximum(numpy.linalg.norm(n, axis=1, keepdims=True), 1e-12)
+    n = numpy.where(n @ turn.T[:, 2:] > 0, -n, n)  # both sides are lit
+    lit = n @ (LIGHT / numpy.linalg.norm(LIGHT))
+    shade = numpy.full(width * height, float(BACKGROUND))
+    shade[entries] = 45 + 170 * (0.5 + 0.5 * lit) ** 1.6 + 25 * numpy.clip(lit, 0, 1) ** 30
     return shade.reshape(height, width)
 
 
-def write_png(path, grey):
+def png(grey):
+    """The bytes of a PNG file, of grey levels (height, width) as uint8."""
+
     def chunk(kind, body):
         return struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))
 
@@ -98,33 +127,52 @@ def write_png(path, grey):
     up = grey.copy()
     up[1:] -= grey[:-1]  # PNG filter 2 stores differences, which are small for smooth shading
     rows = numpy.concatenate([numpy.full((height, 1), 2, numpy.uint8), up], axis=1)
-    with open(path, "wb") as file:
-        file.write(
-            b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 3, 0, 0, 0))
-        )
-        file.write(chunk(b"PLTE", palette.astype(numpy.uint8).tobytes()))
-        file.write(chunk(b"IDAT", zlib.compress(rows.tobytes(), 9)) + chunk(b"IEND", b""))
+    return (
+        b"\x89PNG\r\n\x1a\n"
+        + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 3, 0, 0, 0))
+        + chunk(b"PLTE", palette.astype(numpy.uint8).tobytes())
+        + chunk(b"IDAT", zlib.compress(rows.tobytes(), 9))
+        + chunk(b"IEND", b"")
+    )
 
 
-def picture(out, meshes, height=HEIGHT):
-    """Draws meshes, each (positions, normals, triangles), side by side, `height` pixels high."""
+def terminal_progress(label):
+    """A function of the share done, 0 to 1. It writes a line on standard error if that is a terminal."""
+    if sys.stderr is None or not sys.stderr.isatty():
+        return lambda share: None
+
+    def show(share):
+        print(f"\r{label} {share:4.0%}", end="\n" if share >= 1 else "", file=sys.stderr, flush=True)
+
+    return show
+
+
+def picture(meshes, height=HEIGHT):
+    """Draws meshes, each (positions, normals, triangles), side by side. Returns a PNG, `height` pixels high."""
     boxes = [numpy.ptp(m[0] @ rotation().T, axis=0) for m in meshes]
     height *= SUPERSAMPLING
     scale = 0.92 * height / max(box[1] for box in boxes)
-    panels = [render(m, scale, int(box[0] * scale + 0.12 * height), height) for m, box in zip(meshes, boxes)]
-    picture = numpy.concatenate(panels, axis=1)
-    rows, columns = (n // SUPERSAMPLING * SUPERSAMPLING for n in picture.shape)
+    panels = []
+    for number, (mesh, box) in enumerate(zip(meshes, boxes), 1):
+        progress = terminal_progress(f"draw mesh {number} of {len(meshes)}")
+        panels.append(render(mesh, scale, int(box[0] * scale + 0.12 * height), height, progress))
+    drawn = numpy.concatenate(panels, axis=1)
+    rows, columns = (n // SUPERSAMPLING * SUPERSAMPLING for n in drawn.shape)
     small = (
-        picture[:rows, :columns]
+        drawn[:rows, :columns]
         .reshape(rows // SUPERSAMPLING, SUPERSAMPLING, -1, SUPERSAMPLING)
         .mean(axis=(1, 3))
     )
-    write_png(out, small.round().astype(numpy.uint8))
+    return png(small.round().astype(numpy.uint8))
 
 
 def main(out, *paths):
-    picture(out, [read_ply(path) for path in paths])
+    drawn = picture([read_ply(path) for path in paths])
+    with open(out, "wb") as file:
+        file.write(drawn)
 
 
 if __name__ == "__main__":
+    if len(sys.argv) < 3:
+        sys.exit("usage: render_ply.py OUT.png A.ply [B.ply …]")
     main(*sys.argv[1:])

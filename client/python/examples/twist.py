@@ -62,7 +62,8 @@ def main(arguments):
             for angle in (0.6, 1.2):
                 updates.append(stream.wait(stream.replace(twisted(stream.lattice, angle))))
     meshes = [(u.points.reshape(-1, 3), u.normals.reshape(-1, 3).astype(float), u.triangles) for u in updates]
-    render_ply.picture(arguments.out, meshes, arguments.height)
+    with open(arguments.out, "wb") as file:
+        file.write(render_ply.picture(meshes, arguments.height))
 
 
 if __name__ == "__main__":

@@ -61,11 +61,11 @@ class Connection:
 
     def call(self, method: Callable[..., Any], request: Any, scene: str = "") -> Any:
         """Makes an idempotent unary call, with up to four attempts after errors that may_retry names."""
-        return with_retries(lambda: method(request, metadata=self.metadata(scene)))
+        return with_retries(self.address, lambda: method(request, metadata=self.metadata(scene)))
 
     def call_once(self, method: Callable[..., Any], request: Any, scene: str = "") -> Any:
         """Makes a unary call with one attempt, for deletions: a second attempt would find nothing."""
-        return once(lambda: method(request, metadata=self.metadata(scene)))
+        return once(self.address, lambda: method(request, metadata=self.metadata(scene)))
 
     def close(self) -> None:
         """Ends all calls."""

@@ -4,13 +4,13 @@
 from __future__ import annotations
 
 import functools
-import sys
-import warnings
+import logging
 from typing import Any, Tuple
 
 import numpy as np
 import numpy.typing as npt
 
+_LOG = logging.getLogger("latticed")
 _NORMAL = 1  # DracoPy.AttributeType.NORMAL
 
 
@@ -26,15 +26,10 @@ def decoder() -> Any:
 
 @functools.lru_cache(maxsize=None)
 def say_that_it_is_missing() -> None:
-    """Warns once per process, at the line that called this package."""
-    level, frame = 1, sys._getframe()
-    while frame.f_back is not None and frame.f_globals["__name__"].startswith("latticed"):
-        level, frame = level + 1, frame.f_back
-    warnings.warn(
-        "no Draco decoder is installed (pip install DracoPy): the client requests QUANTISED, which is "
-        "the same integers uncompressed",
-        RuntimeWarning,
-        stacklevel=level,
+    """Logs it once per process. It is no warning, because the surface is the same and only takes more bytes."""
+    _LOG.info(
+        "no Draco decoder is installed (pip install DracoPy): the client requests QUANTISED, which is the same "
+        "integers uncompressed"
     )
 
 

@@ -12,6 +12,7 @@ from latticed.google_rpc import BadRequest, ErrorInfo, QuotaFailure, RetryInfo, 
 _DOMAIN = "latticed"
 _DETAILS = "grpc-status-details-bin"
 _REQUEST_ID = "latticed-request-id"
+_HINTS = {grpc.StatusCode.UNAUTHENTICATED: "pass a token to latticed.connect, or set LATTICED_TOKEN"}
 _CODES = {code.value[0]: code for code in grpc.StatusCode}
 
 
@@ -24,6 +25,9 @@ class LatticedError(Exception):
     metadata     ids and numbers in the message
     retry_after  seconds to wait before another attempt; 0: the server does not say
     request_id   the request's id in the server's log; empty if no server answered
+
+    It prints as the message, a hint where there is one, and the rest in parentheses:
+    no scene with id 'x' (NOT_FOUND, request 576c9c552daaf621)
     """
 
     def __init__(
@@ -43,12 +47,15 @@ class LatticedError(Exception):
         self.metadata = dict(metadata or {})
         self.retry_after = retry_after
         self.request_id = request_id
-        text = f"{code.name}{f', {reason}' if reason else ''}: {message}"
-        if field:
-            text += f" (field {field})"
+        facts = [code.name]
+        if reason and reason != code.name:
+            facts.append(reason)
+        if field and field not in message:
+            facts.append(f"field {field}")
         if request_id:
-            text += f" (request {request_id})"
-        super().__init__(text)
+            facts.append(f"request {request_id}")
+        sentences = "; ".join(filter(None, (message, _HINTS.get(code))))
+        super().__init__(f"{sentences} ({', '.join(facts)})".lstrip())
 
     @classmethod
     def from_status(cls, status: Any, request_id: str = "") -> LatticedError:
@@ -71,13 +78,19 @@ class LatticedError(Exception):
         return cls(code, status.message, request_id=request_id, **details)
 
     @classmethod
-    def from_rpc(cls, error: Any) -> LatticedError:
-        """Converts the grpc.RpcError that a call raised."""
+    def from_rpc(cls, error: Any, address: str) -> LatticedError:
+        """Converts the grpc.RpcError that a call to the server at this address raised."""
         trailers = dict(error.trailing_metadata() or ())
         status = Status()
         if _DETAILS in trailers:
             status.ParseFromString(trailers[_DETAILS])
         status.code, status.message = error.code().value[0], error.details() or ""
+        # A latticed server puts the request's id into every answer.
+        if error.code() == grpc.StatusCode.UNAVAILABLE and _REQUEST_ID not in trailers:
+            status.message = (
+                f"no server answers at {address}; start one with 'latticed', or name another in "
+                f"LATTICED_SERVER or latticed.connect. gRPC says: {status.message}"
+            )
         return cls.from_status(status, str(trailers.get(_REQUEST_ID, "")))
 
     @classmethod

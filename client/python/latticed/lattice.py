@@ -12,9 +12,13 @@ import numpy as np
 import numpy.typing as npt
 from google.protobuf import json_format
 
+from latticed import bspline
 from latticed.v1 import common_pb2, lattice_pb2
 
 FloatArray = npt.NDArray[np.float64]
+
+# A point within this share of the domain's width of one of its faces is on the face, as on the server.
+_FACE_SNAP = 2.0**-40
 
 
 def vector(xyz: npt.ArrayLike) -> common_pb2.Vec3:
@@ -75,6 +79,28 @@ class Lattice:
             places.append((means - knots[degree]) / (knots[count] - knots[degree]))
         w, v, u = np.meshgrid(places[2], places[1], places[0], indexing="ij")
         return self.origin + np.stack([u, v, w], axis=-1) @ self.edges
+
+    def deform(self, points: npt.ArrayLike) -> FloatArray:
+        """Where the lattice moves points of the undeformed world: (n, 3) to (n, 3), world units, in double.
+
+        A point in the frame, faces included, moves to R of its place in it. All others stay where they are.
+
+        This moves vertices only, as an ordinary lattice does: Sederberg & Parry, Free-form deformation of
+        solid geometric models, 1986. The faces between moved vertices are flat. The exact surface, which
+        the server sends, passes through the same vertices and is curved between them.
+        """
+        at = np.asarray(points, dtype=float)
+        if at.ndim != 2 or at.shape[1] != 3:
+            raise ValueError(f"points are of shape (n, 3), not {at.shape}")
+        domains = np.array([bspline.domain(k, p) for k, p in zip(self.knots, self.degree)])
+        begin, width = domains[:, 0], domains[:, 1] - domains[:, 0]
+        parameters = begin + (at - self.origin) @ np.linalg.inv(self.edges) * width
+        snap = _FACE_SNAP * width
+        inside = ((parameters >= begin - snap) & (parameters <= domains[:, 1] + snap)).all(axis=1)
+        moved = at.copy()
+        within = np.clip(parameters[inside], begin, domains[:, 1])
+        moved[inside] = bspline.volume(self.control_points, self.degree, self.knots, within)
+        return moved
 
     def to_proto(self) -> lattice_pb2.Lattice:
         u, v, w = self.edges

@@ -32,12 +32,13 @@ def pause_after(failures: int) -> float:
     return _FIRST_PAUSE * float(2 ** (failures - 1))
 
 
-def with_retries(call: Callable[[], Result]) -> Result:
-    """Makes an idempotent call, with up to four attempts. Converts grpc.RpcError to LatticedError."""
+def with_retries(address: str, call: Callable[[], Result]) -> Result:
+    """Makes an idempotent call to the server at an address, with up to four attempts. Converts grpc.RpcError
+    to LatticedError."""
     failures = 0
     while True:
         try:
-            return once(call)
+            return once(address, call)
         except LatticedError as error:
             failures += 1
             if failures == _ATTEMPTS or not may_retry(error):
@@ -45,9 +46,9 @@ def with_retries(call: Callable[[], Result]) -> Result:
         time.sleep(pause_after(failures))
 
 
-def once(call: Callable[[], Result]) -> Result:
-    """Makes a call. Converts grpc.RpcError to LatticedError."""
+def once(address: str, call: Callable[[], Result]) -> Result:
+    """Makes a call to the server at an address. Converts grpc.RpcError to LatticedError."""
     try:
         return call()
     except grpc.RpcError as error:
-        raise LatticedError.from_rpc(error) from error
+        raise LatticedError.from_rpc(error, address) from error

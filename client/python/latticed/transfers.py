@@ -43,7 +43,7 @@ def get_update(connection: Connection, request: scene_pb2.GetUpdateRequest) -> U
             raise LatticedError.data_loss("the server sent no complete update")
         return updates[-1]
 
-    return with_retries(attempt)
+    return with_retries(connection.address, attempt)
 
 
 def get_provenance(connection: Connection, scene: str, topology: Topology) -> Provenance:
@@ -53,7 +53,7 @@ def get_provenance(connection: Connection, scene: str, topology: Topology) -> Pr
     def attempt() -> List[Any]:
         return list(connection.scenes.GetTopology(request, metadata=connection.metadata(scene)))
 
-    return Provenance.from_parts(topology, with_retries(attempt))
+    return Provenance.from_parts(topology, with_retries(connection.address, attempt))
 
 
 def export(
@@ -77,7 +77,7 @@ def export(
             raise LatticedError.data_loss(f"an export of {header.bytes} bytes ended after {done}")
         return int(header.revision)
 
-    return with_retries(attempt)
+    return with_retries(connection.address, attempt)
 
 
 def download(connection: Connection, mesh: str, file: BinaryIO, progress: ProgressFunction) -> None:
@@ -96,7 +96,7 @@ def download(connection: Connection, mesh: str, file: BinaryIO, progress: Progre
             done += len(part.data)
             progress(done, total)
 
-    with_retries(attempt)
+    with_retries(connection.address, attempt)
     if done != total or digest.hexdigest() != mesh:
         raise LatticedError.data_loss(f"a download of {total} bytes ended after {done}, or with others")
 

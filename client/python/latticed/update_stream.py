@@ -204,7 +204,7 @@ class UpdateStream(ABC):
                 else:
                     self._take(event)
         except grpc.RpcError as rpc_error:
-            pause = self._pause_after(LatticedError.from_rpc(rpc_error))
+            pause = self._pause_after(LatticedError.from_rpc(rpc_error, self._connection.address))
         finally:
             call.cancel()
             self._surface.drop_partial_update()

@@ -41,7 +41,8 @@ def upload(
             return present
     metadata = connection.metadata()
     return with_retries(
-        lambda: connection.meshes.UploadMesh(_parts(header, data, progress), metadata=metadata)
+        connection.address,
+        lambda: connection.meshes.UploadMesh(_parts(header, data, progress), metadata=metadata),
     )
 
 

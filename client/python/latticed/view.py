@@ -53,7 +53,7 @@ class View:
 
     def for_watching(self, scene_default: View) -> view_pb2.ViewOptions:
         """Like to_proto, with an encoding that can be decoded here. Without a Draco decoder, a view that
-        names no encoding gets QUANTISED instead of the scene's Draco, with a warning."""
+        names no encoding gets QUANTISED instead of the scene's Draco, and the logger "latticed" says it."""
         options = self.to_proto()
         wanted = self.encoding or scene_default.encoding
         if not wanted.startswith("draco") or draco.decoder() is not None:

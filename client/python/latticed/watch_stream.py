@@ -58,9 +58,10 @@ class WatchStream(UpdateStream):
         metadata = self._connection.metadata(self._watch.scene)
         try:
             once(
+                self._connection.address,
                 lambda: self._connection.scenes.ControlWatch(
                     request, metadata=metadata, timeout=_CONTROL_SECONDS
-                )
+                ),
             )
         except LatticedError as error:
             # Other errors are ignored: a broken stream opens itself again with the newest view, and an intact

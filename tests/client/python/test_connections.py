@@ -32,7 +32,7 @@ def test_an_error_names_kind_and_id(client):
     error = caught.value
     assert (error.code, error.reason) == (grpc.StatusCode.NOT_FOUND, "NOT_FOUND")
     assert error.metadata == {"kind": "scene", "id": "no-such-scene"}
-    assert str(error).startswith("NOT_FOUND, NOT_FOUND: ") and error.request_id in str(error)
+    assert str(error) == f"no scene with id 'no-such-scene' (NOT_FOUND, request {error.request_id})"
 
 
 class Recorder(grpc.GenericRpcHandler):

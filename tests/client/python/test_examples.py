@@ -23,7 +23,7 @@ def test_what_the_readme_shows_runs(server, tmp_path):
     run(LATTICECTL, "sample", "vase", "-o", tmp_path / "my.obj")
 
     environment = {**os.environ, "LATTICED_SERVER": server.address}
-    printed = run(sys.executable, EXAMPLES / "quickstart.py", cwd=tmp_path, env=environment)
+    printed = run(sys.executable, "-W", "error", EXAMPLES / "quickstart.py", cwd=tmp_path, env=environment)
 
     patches, x, y, z = re.fullmatch(
         r"(\d+) patches, up to \[(\S+) (\S+) (\S+) ?\]\n", re.sub(" +", " ", printed)
