@@ -18,7 +18,8 @@ namespace {
 
 constexpr double kTurn = 2 * std::numbers::pi;
 
-constexpr std::array<std::string_view, 4> kNames = {"vase", "knot", "gear", "shell"};
+constexpr std::array<std::string_view, 6> kNames = {"vase",  "knot", "gear",
+                                                    "shell", "slab", "beam"};
 
 void AddFace(std::initializer_list<size_t> vertices, PolygonMesh* mesh) {
   for (size_t v : vertices) mesh->corner_vertices.push_back(static_cast<uint32_t>(v));
@@ -239,6 +240,52 @@ PolygonMesh MakeShell(int resolution) {
   return mesh;
 }
 
+PolygonMesh MakeSlab(int resolution) {
+  const int quads = 10 * resolution;
+  PolygonMesh mesh;
+  const auto vertex = [&](int i, int j) { return static_cast<size_t>(i * (quads + 1) + j); };
+  for (int i = 0; i <= quads; ++i) {
+    for (int j = 0; j <= quads; ++j) {
+      const double s = static_cast<double>(i) / quads, t = static_cast<double>(j) / quads;
+      const double height = 0.06 * std::cos(2 * kTurn * s) * std::cos(2 * kTurn * t);
+      mesh.positions.push_back({2 * s - 1, 2 * t - 1, height});
+      mesh.uvs.push_back(GridUv(i, quads, j, quads));
+    }
+  }
+  for (int i = 0; i < quads; ++i) {
+    for (int j = 0; j < quads; ++j) {
+      AddFace({vertex(i, j), vertex(i + 1, j), vertex(i + 1, j + 1), vertex(i, j + 1)}, &mesh);
+    }
+  }
+  mesh.corner_uvs = mesh.corner_vertices;
+  return mesh;
+}
+
+PolygonMesh MakeBeam() {
+  constexpr int kQuads = 4, kSides = 4;
+  constexpr double kHalfLength = 1, kHalfWidth = 0.125;
+  constexpr std::array<std::array<double, 2>, kSides> kRing{{{-1, -1}, {1, -1}, {1, 1}, {-1, 1}}};
+  PolygonMesh mesh;
+  const auto vertex = [](int i, int j) { return static_cast<size_t>(kSides * i + j % kSides); };
+  const auto uv = [](int i, int j) { return static_cast<size_t>((kSides + 1) * i + j); };
+  for (int i = 0; i <= kQuads; ++i) {
+    const double x = kHalfLength * (2.0 * i / kQuads - 1);
+    for (const auto& [y, z] : kRing) mesh.positions.push_back({x, kHalfWidth * y, kHalfWidth * z});
+    for (int j = 0; j <= kSides; ++j) mesh.uvs.push_back(GridUv(i, kQuads, j, kSides));
+  }
+  for (int i = 0; i < kQuads; ++i) {
+    for (int j = 0; j < kSides; ++j) {
+      AddFace({vertex(i, j), vertex(i, j + 1), vertex(i + 1, j + 1), vertex(i + 1, j)}, &mesh);
+      AddCornerUvs({uv(i, j), uv(i, j + 1), uv(i + 1, j + 1), uv(i + 1, j)}, &mesh);
+    }
+  }
+  AddFace({vertex(0, 3), vertex(0, 2), vertex(0, 1), vertex(0, 0)}, &mesh);
+  AddFace({vertex(kQuads, 0), vertex(kQuads, 1), vertex(kQuads, 2), vertex(kQuads, 3)}, &mesh);
+  AddCornerUvs({uv(0, 1), uv(1, 1), uv(1, 0), uv(0, 0)}, &mesh);
+  AddCornerUvs({uv(0, 0), uv(1, 0), uv(1, 1), uv(0, 1)}, &mesh);
+  return mesh;
+}
+
 }  // namespace
 
 std::span<const std::string_view> SampleMeshNames() { return kNames; }
@@ -250,6 +297,8 @@ absl::StatusOr<PolygonMesh> MakeSampleMesh(std::string_view name, int resolution
   if (name == "knot") return MakeKnot(resolution);
   if (name == "gear") return GearBuilder(resolution).Build();
   if (name == "shell") return MakeShell(resolution);
+  if (name == "slab") return MakeSlab(resolution);
+  if (name == "beam") return MakeBeam();
   return error::InvalidField("sample", fmt::format("no sample is called '{}'; there are {}", name,
                                                    fmt::join(kNames, ", ")));
 }

@@ -8,9 +8,12 @@
 //   gear    sharp edges: concave n-gons for the faces, quads for teeth and bore, closed;
 //           three groups
 //   shell   sea shell, a tube along a helical spiral: triangles; open at its mouth
+//   slab    a gently waved sheet: quads, UVs; open
+//   beam    a box of 2 x 0.25 x 0.25: 4 quads along x on each side, one at each end, UVs; closed
 //
 // Units    about two units across, centred near the origin, z up
-// Size     the number of faces grows with the square of the resolution; the gear's caps get more corners instead
+// Size     the number of faces grows with the square of the resolution; the gear's caps get more corners instead, and the
+//          beam always has 18 quads
 // Errors   kInvalidArgument for another name, or a resolution out of kMin…kMaxSampleResolution
 // Threads  pure and deterministic
 #ifndef LATTICED_CORE_MESH_SAMPLE_MESHES_H_

@@ -12,6 +12,7 @@ namespace {
 
 using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
+using ::testing::StartsWith;
 
 class LatticectlUsage : public LatticectlTest {};
 
@@ -23,8 +24,7 @@ TEST_F(LatticectlUsage, HelpAndVersionAreNoErrors) {
 
 TEST_F(LatticectlUsage, WrongUsageIsTwoAndSaysWhat) {
   const std::vector<std::pair<std::vector<std::string>, std::string>> cases{
-      {{}, "subcommand"},
-      {{"fly"}, "subcommand"},
+      {{"fly"}, "unknown command 'fly'; 'latticectl --help' shows the commands"},
       {{"apply"}, "required"},
       {{"apply", "a.obj", "--lattice", "l.json"}, "--output"},
       {{"apply", "a.obj", "--lattice", "l.json", "-o", "o.xyz"}, "o.xyz"},
@@ -46,7 +46,7 @@ TEST_F(LatticectlUsage, WrongUsageIsTwoAndSaysWhat) {
       {{"lattice", "a.obj", "--degree", "2,x,2"}, "three whole numbers"},
       {{"sample", "teapot", "-o", "x.obj"}, "knot"},
       {{"sample", "knot", "-o", "x.ply"}, ".obj"},
-      {{"scene"}, "subcommand"},
+      {{"scene", "show"}, "scene is required; 'latticectl scene show --help' says more"},
       {{"edit", "move", "scene-id", "--point", "1,1,1"}, "--by"},
       {{"edit", "drag", "scene-id", "--ray", "0,0,0,1,0,0"}, "[--to,--by]"},
       {{"edit", "drag", "scene-id", "--by", "1,0,0"}, "[--ray,--at]"},
@@ -56,6 +56,7 @@ TEST_F(LatticectlUsage, WrongUsageIsTwoAndSaysWhat) {
   for (const auto& [arguments, text] : cases) {
     const RunResult result = Latticectl(arguments);
     EXPECT_EQ(result.code, 2) << text;
+    EXPECT_THAT(result.err, StartsWith("latticectl: "));
     EXPECT_THAT(result.err, HasSubstr(text));
     EXPECT_EQ(result.out, "");
   }
@@ -132,7 +133,7 @@ TEST_F(LatticectlUsage, LatticeIsTheJsonOfTheMessage) {
 }
 
 TEST_F(LatticectlUsage, SampleAndLatticeSayInJsonWhatTheyWrote) {
-  for (const char* name : {"knot", "gear", "shell", "vase"}) {
+  for (const char* name : {"knot", "gear", "shell", "vase", "slab", "beam"}) {
     const auto sample = nlohmann::json::parse(
         MustRun({"sample", name, "--resolution", "1", "-o", Path("s.obj"), "--json"}));
     EXPECT_EQ(sample["output"], Path("s.obj"));

@@ -10,9 +10,11 @@
 #include "client/cpp/latticectl/commands.h"
 #include "client/cpp/latticectl/lattice_json.h"
 #include "client/cpp/latticectl/message_flags.h"
+#include "client/cpp/latticectl/moved_vertices.h"
 #include "client/cpp/latticectl/output.h"
 #include "client/cpp/latticectl/server_meshes.h"
 #include "client/cpp/latticectl/session.h"
+#include "client/cpp/latticectl/triangulated.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
 
@@ -25,6 +27,7 @@ struct ApplyFlags {
   v1::ViewOptions view;
   v1::Pipeline pipeline = v1::PIPELINE_UNSPECIFIED;
   SessionFlags session;
+  bool vertices_only = false;
   bool json = false;
 };
 
@@ -61,7 +64,49 @@ absl::StatusOr<FetchedSurface> Deform(Client& client, const ApplyFlags& flags, c
   return FetchSurface(client, scene.id(), flags.view, mesh, file, console);
 }
 
+struct WrittenMesh {
+  size_t vertices = 0, faces = 0;
+};
+
+// OBJ keeps the faces. The writers of other formats take triangles.
+absl::StatusOr<WrittenMesh> WritePolygons(const std::string& path, const PolygonMesh& mesh,
+                                          const MeshUnits& units) {
+  LATTICED_ASSIGN_OR_RETURN(const auto format, MeshFormatFromFileName(path));
+  if (format == MeshFormat::kObj) {
+    const std::string comment = units.known() ? fmt::format("# {}\n", Describe(units)) : "";
+    LATTICED_RETURN_IF_ERROR(WriteFile(path, comment + WriteObj(mesh)));
+    return WrittenMesh{mesh.positions.size(), mesh.face_count()};
+  }
+  LATTICED_ASSIGN_OR_RETURN(auto triangles, Triangulated(mesh));
+  triangles.units = units;
+  LATTICED_RETURN_IF_ERROR(WriteMeshFile(path, triangles));
+  return WrittenMesh{triangles.positions.size(), triangles.triangles.size()};
+}
+
+absl::Status RunVerticesOnly(const ApplyFlags& flags, Console console) {
+  const absl::Time start = absl::Now();
+  LATTICED_ASSIGN_OR_RETURN(const auto file, ReadMeshFile(flags.mesh));
+  LATTICED_ASSIGN_OR_RETURN(auto mesh, ParseMesh(file));
+  LATTICED_ASSIGN_OR_RETURN(const auto proto, ReadLattice(flags.lattice));
+  LATTICED_ASSIGN_OR_RETURN(const auto lattice, FromProto(proto));
+  LATTICED_ASSIGN_OR_RETURN(
+      const auto written,
+      WritePolygons(flags.output, WithMovedVertices(std::move(mesh), lattice),
+                    MeshUnits{UpAxisName(flags.units.up_axis()), flags.units.meters_per_unit()}));
+  const double seconds = absl::ToDoubleSeconds(absl::Now() - start);
+  PrintResult(flags.json,
+              nlohmann::json{{"output", flags.output},
+                             {"vertices", written.vertices},
+                             {"faces", written.faces},
+                             {"seconds", seconds}},
+              fmt::format("{}: {} vertices moved, {} faces; {:.2f} s\n", flags.output,
+                          FormatCount(written.vertices), FormatCount(written.faces), seconds),
+              console.out);
+  return absl::OkStatus();
+}
+
 absl::Status Run(const ApplyFlags& flags, CommandLine& line) {
+  if (flags.vertices_only) return RunVerticesOnly(flags, line.console);
   const absl::Time start = absl::Now();
   LATTICED_ASSIGN_OR_RETURN(const auto file, ReadMeshFile(flags.mesh));
   LATTICED_ASSIGN_OR_RETURN(auto lattice, ReadLattice(flags.lattice));
@@ -73,6 +118,18 @@ absl::Status Run(const ApplyFlags& flags, CommandLine& line) {
         PrintApplied(flags, surface, absl::Now() - start, line.console);
         return absl::OkStatus();
       });
+}
+
+void AddVerticesOnlyFlag(CLI::App& command, bool& vertices_only) {
+  CLI::Option* flag = command.add_flag(
+      "--vertices-only", vertices_only,
+      "Ordinary deformation: moves the vertices and keeps the faces, without a server");
+  for (const char* of_server : {"--segments", "--normals", "--encoding", "--position-bits",
+                                "--normal-bits", "--pipeline", "--server", "--backend"}) {
+    CLI::Option* option = command.get_option(of_server);
+    flag->excludes(option);
+    option->remove_excludes(flag);  // the help says it once; one direction suffices for the check
+  }
 }
 
 }  // namespace
@@ -87,9 +144,12 @@ void AddApplyCommand(CLI::App& app, CommandLine& line) {
       ->required()
       ->check(CheckMeshFileName);
   AddUnitsFlags(*command, flags->units);
-  AddViewFlags(*command, flags->view);
+  AddViewFlags(*command, flags->view, ViewDefaults::kOfServer);
+  command->get_option("--encoding")->default_str("raw");
   AddPipelineFlag(*command, flags->pipeline);
   AddSessionFlags(*command, flags->session, ServerChoice::kInProcess);
+  AddVerticesOnlyFlag(*command, flags->vertices_only);
+  SetExample(*command, "apply vase.obj --lattice L.json -o out.ply");
   AddJsonFlag(*command, flags->json);
   SetAction(*command, line, [flags, &line] { return Run(*flags, line); });
 }

@@ -41,6 +41,7 @@ void AddBenchCommand(CLI::App& app, CommandLine& line) {
       app.add_subcommand("bench", "Puts a server under load and measures it; see bench --help");
   command->set_help_flag();  // --help and all other arguments go to the load generator
   command->prefix_command();
+  SetExample(*command, kBenchExample);
   SetAction(*command, line, [command] { return StartBench(command->remaining()); });
 }
 

@@ -27,9 +27,16 @@ struct CommandLine {
 // Makes `run` the action of command lines that name `command` but none of its subcommands.
 void SetAction(CLI::App& command, CommandLine& line, std::function<absl::Status()> run);
 
-// Parses a command line of `app` and runs the action. Returns the exit codes of RunLatticectl.
+// Ends the help of `command` with "Example: latticectl …".
+void SetExample(CLI::App& command, const char* arguments);
+
+// Parses a command line of `app` and runs the action. Without an action, prints the help of the command or group that
+// the line names. Returns the exit codes of RunLatticectl.
 [[nodiscard]] int RunCommandLine(CLI::App& app, CommandLine& line, int argc,
                                  const char* const* argv);
+
+// Adds all of the commands below.
+void AddCommands(CLI::App& app, CommandLine& line);
 
 void AddInfoCommand(CLI::App& app, CommandLine& line);
 void AddSampleCommand(CLI::App& app, CommandLine& line);
@@ -41,6 +48,8 @@ void AddEditCommands(CLI::App& app, CommandLine& line);   // edit move|set|drag|
 void AddPickCommand(CLI::App& app, CommandLine& line);
 void AddWatchCommand(CLI::App& app, CommandLine& line);
 void AddExportCommand(CLI::App& app, CommandLine& line);
+inline constexpr char kBenchExample[] =
+    "bench knot --editors 2 --edits 200 --server 127.0.0.1:50151";
 void AddBenchCommand(CLI::App& app, CommandLine& line);  // starts latticectl-bench
 void AddQuickstartCommand(CLI::App& app, CommandLine& line);
 

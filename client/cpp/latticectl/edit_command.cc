@@ -217,9 +217,11 @@ absl::Status RunPick(const PickFlags& flags, Client& client, Console console) {
 void AddEditCommands(CLI::App& app, CommandLine& line) {
   auto flags = std::make_shared<EditFlags>();
   CLI::App* edit = app.add_subcommand("edit", "Edits the lattice of a scene");
-  edit->require_subcommand(1);
-  const auto add = [&](const char* name, const char* what, const EditMaker& make) {
+  edit->require_subcommand(0, 1);
+  const auto add = [&](const char* name, const char* what, const char* example,
+                       const EditMaker& make) {
     CLI::App* command = edit->add_subcommand(name, what);
+    SetExample(*command, example);
     command->add_option("scene", flags->scene, "Id of the scene")->required();
     command->add_option("--editor", flags->editor,
                         "UUID of the editor; by default one of this user and host");
@@ -236,35 +238,42 @@ void AddEditCommands(CLI::App& app, CommandLine& line) {
         ->check(CheckAxes);
     command->add_option(vector_flag, flags->vector, what)->required()->delimiter(',')->expected(3);
   };
-  add_points(add("move", "Moves control points", MakeMove), "--by", "Offset X,Y,Z in world units");
-  add_points(add("set", "Puts control points somewhere", MakeSet), "--to", "Position X,Y,Z");
-  AddDragOptions(
-      *add("drag", "Moves control points so that a point of the surface goes somewhere", MakeDrag),
-      *flags);
-  CLI::App* insert = add("insert-knot", "Refines the lattice without a change of shape",
-                         FromFlags([](const EditFlags& from, v1::Edit& to) {
-                           to.mutable_insert_knot()->set_axis(from.axis);
-                           to.mutable_insert_knot()->set_value(from.knot);
-                         }));
+  add_points(add("move", "Moves control points", "edit move my-scene --point 1,1,3 --by 0,0,0.5",
+                 MakeMove),
+             "--by", "Offset X,Y,Z in world units");
+  add_points(add("set", "Puts control points somewhere",
+                 "edit set my-scene --point 0,0,0 --to -1,-1,-2", MakeSet),
+             "--to", "Position X,Y,Z");
+  AddDragOptions(*add("drag", "Moves control points so that a point of the surface goes somewhere",
+                      "edit drag my-scene --ray 0,0,5,0,0,-1 --by 0,0,0.2", MakeDrag),
+                 *flags);
+  CLI::App* insert =
+      add("insert-knot", "Refines the lattice without a change of shape",
+          "edit insert-knot my-scene u 0.5", FromFlags([](const EditFlags& from, v1::Edit& to) {
+            to.mutable_insert_knot()->set_axis(from.axis);
+            to.mutable_insert_knot()->set_value(from.knot);
+          }));
   AddNamedOption<v1::LatticeAxis>(
       *insert, "axis", kAxes, [flags = flags.get()](auto axis) { flags->axis = axis; }, "Axis")
       ->required();
   insert->add_option("value", flags->knot, "The knot, inside the domain")->required();
-  CLI::App* reset = add("reset", "Puts all control points back",
+  CLI::App* reset = add("reset", "Puts all control points back", "edit reset my-scene --to initial",
                         FromFlags([](const EditFlags& from, v1::Edit& to) {
                           to.mutable_reset()->set_target(from.target);
                         }));
   AddNamedOption<v1::ResetTarget>(
       *reset, "--to", kTargets, [flags = flags.get()](auto target) { flags->target = target; },
-      "Where to");
-  CLI::App* undo =
-      add("undo", "Reverts the last step", FromFlags([](const EditFlags& from, v1::Edit& to) {
-            to.mutable_undo()->set_scope(from.scope);
-          }));
+      "Where to")
+      ->default_str("identity");
+  CLI::App* undo = add("undo", "Reverts the last step", "edit undo my-scene --scope mine",
+                       FromFlags([](const EditFlags& from, v1::Edit& to) {
+                         to.mutable_undo()->set_scope(from.scope);
+                       }));
   AddNamedOption<v1::UndoScope>(
       *undo, "--scope", kScopes, [flags = flags.get()](auto scope) { flags->scope = scope; },
-      "Whose: this editor's, or anybody's");
-  add("redo", "Applies the step again that was undone last",
+      "Whose: this editor's, or anybody's")
+      ->default_str("scene");
+  add("redo", "Applies the step again that was undone last", "edit redo my-scene",
       FromFlags([](const EditFlags&, v1::Edit& to) { to.mutable_redo(); }));
 }
 
@@ -274,6 +283,7 @@ void AddPickCommand(CLI::App& app, CommandLine& line) {
       app.add_subcommand("pick", "Finds the first point of the deformed surface on a ray");
   command->add_option("scene", flags->scene, "Id of the scene")->required();
   AddRayFlag(*command, flags->ray)->required();
+  SetExample(*command, "pick my-scene --ray 0,0,5,0,0,-1");
   SetServerAction(*command, flags, line, RunPick);
 }
 

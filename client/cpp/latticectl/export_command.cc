@@ -74,7 +74,8 @@ void AddExportCommand(CLI::App& app, CommandLine& line) {
       ->required()
       ->check(CheckOutput);
   command->add_option("--revision", flags->revision, "Fails unless this is the newest revision");
-  AddViewFlags(*command, flags->view);
+  AddViewFlags(*command, flags->view, ViewDefaults::kOfScene);
+  SetExample(*command, "export my-scene -o out.glb --segments 16");
   SetServerAction(*command, flags, line, RunExport);
 }
 

@@ -76,6 +76,7 @@ void AddInfoCommand(CLI::App& app, CommandLine& line) {
   CLI::App* command = app.add_subcommand("info", "Says what a server is and can do");
   command->add_flag("--health", flags->health,
                     "Only ask whether it serves, without a token: for health checks");
+  SetExample(*command, "info --server 127.0.0.1:50151");
   SetServerAction(*command, flags, line, RunInfo);
 }
 

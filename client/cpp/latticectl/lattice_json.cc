@@ -7,6 +7,8 @@
 
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_split.h"
+#include "core/base/error.h"
+#include "core/base/limits.h"
 #include "core/base/read_file.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
@@ -23,6 +25,19 @@ void Set(const std::array<int, 3>& from, v1::LatticeAxes* to) {
 
 void Set(const std::vector<double>& from, google::protobuf::RepeatedField<double>* to) {
   to->Assign(from.begin(), from.end());
+}
+
+std::array<int, 3> AxesOf(const v1::LatticeAxes& axes) { return {axes.u(), axes.v(), axes.w()}; }
+
+Vec3d VectorOf(const v1::Vec3& v) { return {v.x(), v.y(), v.z()}; }
+
+// The knots given, else clamped uniform ones. An illegal size or degree allocates nothing: Validate reports it.
+std::vector<double> KnotsOf(const google::protobuf::RepeatedField<double>& given, int degree,
+                            int size) {
+  if (!given.empty()) return {given.begin(), given.end()};
+  const bool legal = degree >= limits::kMinDegree && degree <= limits::kMaxDegree &&
+                     size > degree && size <= limits::kMaxControlPoints;
+  return legal ? ClampedUniformKnots(degree, size) : std::vector<double>{};
 }
 
 }  // namespace
@@ -62,6 +77,33 @@ absl::StatusOr<v1::Lattice> ReadLattice(const std::string& path) {
         fmt::format("{} is not the JSON of a lattice ('latticectl lattice' writes one): {}", path,
                     std::string(status.message())));
   }
+  return lattice;
+}
+
+absl::StatusOr<Lattice> FromProto(const v1::Lattice& proto) {
+  if (!proto.has_frame()) return error::InvalidField("lattice.frame", "is required");
+  Lattice lattice;
+  LatticeStructure& s = lattice.structure;
+  if (proto.has_degree()) s.degree = AxesOf(proto.degree());
+  if (proto.has_size()) s.size = AxesOf(proto.size());
+  s.knots = {KnotsOf(proto.knots_u(), s.degree[0], s.size[0]),
+             KnotsOf(proto.knots_v(), s.degree[1], s.size[1]),
+             KnotsOf(proto.knots_w(), s.degree[2], s.size[2])};
+  const v1::LatticeFrame& frame = proto.frame();
+  s.frame = {VectorOf(frame.origin()),
+             {VectorOf(frame.u()), VectorOf(frame.v()), VectorOf(frame.w())}};
+  LATTICED_RETURN_IF_ERROR(Validate(s));
+  const auto& points = proto.control_points();
+  if (points.size() % 3 != 0) {
+    return error::InvalidField(
+        "lattice.control_points",
+        fmt::format("got {} numbers, x y z per point are needed", points.size()));
+  }
+  for (int i = 0; i < points.size(); i += 3) {
+    lattice.control_points.push_back({points[i], points[i + 1], points[i + 2]});
+  }
+  if (points.empty()) lattice.control_points = IdentityControlPoints(s);
+  LATTICED_RETURN_IF_ERROR(Validate(lattice));
   return lattice;
 }
 

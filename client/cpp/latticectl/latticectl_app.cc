@@ -3,13 +3,13 @@
 #include "client/cpp/latticectl/latticectl_app.h"
 
 #include <CLI/CLI.hpp>
-#include <map>
+#include <algorithm>
 #include <ostream>
 #include <string>
+#include <string_view>
 
 #include "client/cpp/latticectl/commands.h"
-#include "core/base/error.h"
-#include "fmt/format.h"
+#include "client/cpp/latticectl/failure.h"
 
 namespace latticed::client {
 namespace {
@@ -18,37 +18,10 @@ constexpr int kFailed = 1;
 constexpr int kWrongUsage = 2;
 constexpr int kInterrupted = 128;  // plus the signal's number, as in shells
 
-// Returns how a user can get past a server's refusal; empty where the server's message suffices.
-std::string Advice(const error::Details& details) {
-  if (details.retry_after_ms > 0) {
-    return fmt::format("try again in {:.3g} s", details.retry_after_ms / 1e3);
-  }
-  static const auto* const kAdvice = new std::map<std::string, std::string>{
-      {"UNAUTHENTICATED", "give a token with --token or $LATTICED_TOKEN"},
-      {"PERMISSION_DENIED", "use a token with that role"},
-      {"OUT_OF_MEMORY",
-       "take fewer --segments, or free memory with 'latticectl scene delete' and "
-       "'latticectl meshes delete'"},
-      {"MESH_IN_USE", "delete its scenes first, or all at once with --force"},
-      {"REVISION_CHANGED", "run the command again"},
-      {"STRUCTURE_CHANGED", "run the command again"}};
-  const auto found = kAdvice->find(details.reason);
-  if (found != kAdvice->end()) return found->second;
-  const auto kind = details.metadata.find("kind");
-  if (details.reason != "NOT_FOUND" || kind == details.metadata.end()) return "";
-  if (kind->second == "scene") return "'latticectl scene list' shows what there is";
-  return kind->second == "mesh" ? "'latticectl meshes' shows what there is" : "";
-}
-
-// Prints one sentence. In parentheses: the reason, and the request's id in the server's log.
-void PrintFailure(const absl::Status& status, std::ostream& err) {
-  const error::Details details = error::DetailsOf(status);
-  const std::string advice = Advice(details);
-  const auto request = details.metadata.find("request_id");
-  err << fmt::format(
-      "latticectl: {}{}{} ({}{})\n", std::string(status.message()), advice.empty() ? "" : "; ",
-      advice, details.reason.empty() ? absl::StatusCodeToString(status.code()) : details.reason,
-      request == details.metadata.end() ? "" : ", request " + request->second);
+// Also holds for command lines that cannot be parsed.
+bool WantsJson(int argc, const char* const* argv) {
+  return std::any_of(argv, argv + argc,
+                     [](const char* argument) { return std::string_view(argument) == "--json"; });
 }
 
 }  // namespace
@@ -59,28 +32,38 @@ void SetAction(CLI::App& command, CommandLine& line, std::function<absl::Status(
   });
 }
 
+void SetExample(CLI::App& command, const char* arguments) {
+  command.footer(std::string("Example: latticectl ") + arguments);
+}
+
 int RunCommandLine(CLI::App& app, CommandLine& line, int argc, const char* const* argv) {
+  const bool as_json = WantsJson(argc, argv);
   try {
     app.parse(argc, argv);
+  } catch (const CLI::Success& help_or_version) {
+    return app.exit(help_or_version, line.console.out, line.console.err);
   } catch (const CLI::ParseError& e) {
-    return app.exit(e, line.console.out, line.console.err) == 0 ? 0 : kWrongUsage;
+    PrintFailure(FailureOf(e, app), as_json, line.console.err);
+    return kWrongUsage;
+  }
+  if (!line.action) {  // no command, or a group without its command
+    line.console.out << app.help();
+    return 0;
   }
   const absl::Status status = line.action();
   if (status.ok()) return 0;
   if (const int signal = line.interruption.signal(); signal != 0) {
-    line.console.err << "latticectl: interrupted\n";
+    PrintFailure(
+        {.message = "interrupted", .code = absl::StatusCodeToString(absl::StatusCode::kCancelled)},
+        as_json, line.console.err);
     return kInterrupted + signal;
   }
-  PrintFailure(status, line.console.err);
+  PrintFailure(FailureOf(status), as_json, line.console.err);
   return kFailed;
 }
 
-int RunLatticectl(int argc, const char* const* argv, Console console) {
-  CLI::App app("The command-line client of latticed: accurate free-form deformation of meshes.",
-               "latticectl");
-  app.set_version_flag("--version", LATTICED_VERSION);
-  app.require_subcommand(1);
-  CommandLine line{.console = console};
+void AddCommands(CLI::App& app, CommandLine& line) {
+  app.require_subcommand(0, 1);
   AddInfoCommand(app, line);
   AddSampleCommand(app, line);
   AddMeshCommands(app, line);
@@ -93,6 +76,15 @@ int RunLatticectl(int argc, const char* const* argv, Console console) {
   AddExportCommand(app, line);
   AddBenchCommand(app, line);
   AddQuickstartCommand(app, line);
+}
+
+int RunLatticectl(int argc, const char* const* argv, Console console) {
+  CLI::App app("The command-line client of latticed: accurate free-form deformation of meshes.",
+               "latticectl");
+  app.set_version_flag("--version", LATTICED_VERSION);
+  CommandLine line{.console = console};
+  AddCommands(app, line);
+  app.footer("'latticectl COMMAND --help' shows the options of a command, and an example.");
   return RunCommandLine(app, line, argc, argv);
 }
 

@@ -3,8 +3,8 @@
 //
 // The command-line client as a function, so that tests run it in their own process.
 //
-// Returns  0 done; 1 failed, one sentence on err; 2 wrong usage, explained on err; 130 and 143
-//          interrupted by SIGINT or SIGTERM, after deleting its temporary scenes and meshes
+// Returns  0 done, or help was printed; 1 failed; 2 wrong usage; 130 and 143 interrupted by SIGINT or SIGTERM, after
+//          deleting its temporary scenes and meshes. All but 0 print one line on err (failure.h)
 #ifndef LATTICED_CLIENT_CPP_LATTICECTL_LATTICECTL_APP_H_
 #define LATTICED_CLIENT_CPP_LATTICECTL_LATTICECTL_APP_H_
 

@@ -96,15 +96,19 @@ void AddMeshCommands(CLI::App& app, CommandLine& line) {
   upload->add_option("--name", flags->name, "Name for people; by default the file's");
   upload->add_option("--label", flags->labels, "Label key=value; may be repeated");
   AddUnitsFlags(*upload, flags->units);
+  SetExample(*upload, "upload vase.obj --label project=demo");
   SetServerAction(*upload, flags, line, RunUpload);
 
   CLI::App* list = app.add_subcommand("meshes", "Lists or deletes the meshes of a server");
-  list->add_option("--filter", flags->filter,
-                   "Labels that must hold: key=value or key, with commas");
+  list->add_option(
+      "--filter", flags->filter,
+      "Labels that must hold: key=value or key, with commas; by default all are listed");
+  SetExample(*list, "meshes --filter project=demo");
   SetServerAction(*list, flags, line, RunList);
   CLI::App* remove = list->add_subcommand("delete", "Deletes meshes");
   remove->add_option("mesh", flags->ids, "Ids of the meshes")->required();
   remove->add_flag("--force", flags->force, "Also delete the scenes that use them; role admin");
+  SetExample(*remove, "meshes delete 0123abcd --force");
   SetServerAction(*remove, flags, line, RunDelete);
 }
 

@@ -47,42 +47,55 @@ std::string CheckLength(const std::string& text) {
 
 }  // namespace
 
-void AddViewFlags(CLI::App& command, v1::ViewOptions& view) {
+void AddViewFlags(CLI::App& command, v1::ViewOptions& view, ViewDefaults defaults) {
+  const auto shown = [defaults](const char* of_server) {
+    return defaults == ViewDefaults::kOfServer ? of_server : "scene's";
+  };
   using View = v1::ViewOptions;
   AddNumber(command, "--segments", view, &View::set_segments, "Subdivisions per patch edge")
-      ->check(CLI::Range(limits::kMinSegments, limits::kMaxSegments));
+      ->check(CLI::Range(limits::kMinSegments, limits::kMaxSegments))
+      ->default_str(shown("10"));
   AddNamedOption<v1::NormalMode>(
       command, "--normals", kNormalModes, [&view](auto normals) { view.set_normals(normals); },
-      "Normals");
+      "Normals; smooth is the default of a mesh that has normals, facet of others")
+      ->default_str(shown("mesh's"));
   AddNamedOption<v1::Encoding>(
       command, "--encoding", kEncodings, [&view](auto encoding) { view.set_encoding(encoding); },
-      "How the surface is streamed");
+      "How the surface is streamed")
+      ->default_str(shown("draco"));
   AddNumber(command, "--position-bits", view, &View::set_position_bits,
             "Bits per quantised coordinate")
-      ->check(PositionBits());
+      ->check(PositionBits())
+      ->default_str(shown("12"));
   AddNumber(command, "--normal-bits", view, &View::set_normal_bits,
             "Bits per quantised normal coordinate")
-      ->check(NormalBits());
+      ->check(NormalBits())
+      ->default_str(shown("8"));
 }
 
 void AddDragFlags(CLI::App& command, v1::ViewOptions& view) {
   using View = v1::ViewOptions;
   AddNumber(command, "--max-points", view, &View::set_max_points,
-            "Most points of an update while edits come: the server takes fewer segments then");
+            "Most points of an update while edits come: the server takes fewer segments then")
+      ->default_str("unlimited");
   AddNumber(command, "--max-bytes-per-second", view, &View::set_max_bytes_per_second,
-            "Most bytes per second while edits come: the server takes fewer segments then");
+            "Most bytes per second while edits come: the server takes fewer segments then")
+      ->default_str("unlimited");
   AddNumber(command, "--drag-position-bits", view, &View::set_drag_position_bits,
-            "--position-bits while a gesture is open")
-      ->check(PositionBits());
+            "Bits per coordinate while a gesture is open")
+      ->check(PositionBits())
+      ->default_str("--position-bits");
   AddNumber(command, "--drag-normal-bits", view, &View::set_drag_normal_bits,
-            "--normal-bits while a gesture is open")
-      ->check(NormalBits());
+            "Bits per normal coordinate while a gesture is open")
+      ->check(NormalBits())
+      ->default_str("--normal-bits");
 }
 
 void AddPipelineFlag(CLI::App& command, v1::Pipeline& pipeline) {
   AddNamedOption<v1::Pipeline>(
       command, "--pipeline", kPipelines, [&pipeline](auto named) { pipeline = named; },
-      "How vertices are computed");
+      "How vertices are computed")
+      ->default_str("fused");
 }
 
 std::string EncodingName(v1::Encoding encoding) { return NameOf(kEncodings, encoding, "default"); }
@@ -94,11 +107,11 @@ std::string NormalModeName(v1::NormalMode normals) {
 void AddUnitsFlags(CLI::App& command, v1::MeshUnits& units) {
   AddNamedOption<v1::UpAxis>(
       command, "--up-axis", kUpAxes, [&units](auto axis) { units.set_up_axis(axis); },
-      "Axis of the mesh that points up");
+      "Axis of the mesh that points up; by default y of a GLB file");
   command
       .add_option_function<double>(
           "--meters-per-unit", [&units](double length) { units.set_meters_per_unit(length); },
-          "Length of the mesh's unit, for instance 0.001 for millimetres")
+          "Length of the mesh's unit, such as 0.001 for millimetres; by default 1 of a GLB file")
       ->check(CheckLength);
 }
 

@@ -46,8 +46,13 @@ CLI::Option* AddNamedOption(CLI::App& command, const std::string& option,
   return command.add_option_function<std::string>(option, take, text)->check(CLI::IsMember(words));
 }
 
+// Where a field that is not given comes from. The help says it.
+enum class ViewDefaults {
+  kOfServer,  // for a new scene
+  kOfScene,   // the default view of a scene that exists
+};
 // --segments, --normals, --encoding, --position-bits, --normal-bits.
-void AddViewFlags(CLI::App& command, v1::ViewOptions& view);
+void AddViewFlags(CLI::App& command, v1::ViewOptions& view, ViewDefaults defaults);
 // Options that apply while edits come: --max-points, --max-bytes-per-second, --drag-…-bits.
 void AddDragFlags(CLI::App& command, v1::ViewOptions& view);
 

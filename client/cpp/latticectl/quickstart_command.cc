@@ -193,6 +193,7 @@ void AddQuickstartCommand(CLI::App& app, CommandLine& line) {
       ->capture_default_str();
   AddSessionFlags(*command, flags->session, ServerChoice::kInProcess);
   AddJsonFlag(*command, flags->json);
+  SetExample(*command, "quickstart --output demo");
   SetAction(*command, line, [flags, &line] { return Run(*flags, line); });
 }
 

@@ -126,14 +126,16 @@ absl::Status RunDelete(const SceneFlags& flags, Client& client, Console console)
 void AddSceneCommands(CLI::App& app, CommandLine& line) {
   auto flags = std::make_shared<SceneFlags>();
   CLI::App* scene = app.add_subcommand("scene", "Makes, lists, shows and deletes scenes");
-  scene->require_subcommand(1);
-  const auto add = [&](const char* name, const char* what,
+  scene->require_subcommand(0, 1);
+  const auto add = [&](const char* name, const char* what, const char* example,
                        absl::Status (*run)(const SceneFlags&, Client&, Console)) {
     CLI::App* command = scene->add_subcommand(name, what);
+    SetExample(*command, example);
     SetServerAction(*command, flags, line, run);
     return command;
   };
-  CLI::App* create = add("create", "Creates a scene of a mesh and a lattice", RunCreate);
+  CLI::App* create = add("create", "Creates a scene of a mesh and a lattice",
+                         "scene create vase.obj --id my-scene --size 4,4,5", RunCreate);
   create->add_option("mesh", flags->mesh, "Mesh id, or a file to upload")->required();
   create->add_option("--id", flags->id, "Id of the scene; by default a random one");
   CLI::Option* lattice =
@@ -141,15 +143,16 @@ void AddSceneCommands(CLI::App& app, CommandLine& line) {
   AddFitFlags(*create, flags->fit);
   for (const char* fit : {"--size", "--degree", "--padding"})
     lattice->excludes(create->get_option(fit));
-  AddViewFlags(*create, flags->view);
+  AddViewFlags(*create, flags->view, ViewDefaults::kOfServer);
   AddPipelineFlag(*create, flags->pipeline);
-  add("list", "Lists scenes", RunList)
-      ->add_option("--filter", flags->filter,
-                   "Labels that must hold: key=value or key, with commas");
-  add("show", "Shows a scene", RunShow)
+  add("list", "Lists scenes", "scene list", RunList)
+      ->add_option(
+          "--filter", flags->filter,
+          "Labels that must hold: key=value or key, with commas; by default all are listed");
+  add("show", "Shows a scene", "scene show my-scene", RunShow)
       ->add_option("scene", flags->id, "Id of the scene")
       ->required();
-  add("delete", "Deletes a scene", RunDelete)
+  add("delete", "Deletes a scene", "scene delete my-scene", RunDelete)
       ->add_option("scene", flags->id, "Id of the scene")
       ->required();
 }

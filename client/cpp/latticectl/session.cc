@@ -3,8 +3,10 @@
 #include "client/cpp/latticectl/session.h"
 
 #include <CLI/CLI.hpp>
+#include <string_view>
 #include <utility>
 
+#include "client/cpp/latticectl/failure.h"
 #include "core/base/error.h"
 #include "core/base/read_file.h"
 #include "core/base/status_macros.h"
@@ -26,6 +28,11 @@ absl::StatusOr<Connection> ToConnection(const SessionFlags& flags) {
     LATTICED_ASSIGN_OR_RETURN(pem, ReadFile(path));
   }
   return connection;
+}
+
+absl::Status Unavailable(std::string_view message, const std::string& advice) {
+  return error::WithDetails(absl::UnavailableError(std::string(message)),
+                            {.reason = "UNAVAILABLE", .metadata = {{kAdviceKey, advice}}});
 }
 
 }  // namespace
@@ -86,10 +93,24 @@ absl::Status Session::Explain(const absl::Status& status) const {
   if (!absl::IsUnavailable(status) || server_ != nullptr) return status;
   // If a server answered, for instance while it drains, its message says enough.
   if (error::DetailsOf(status).metadata.contains("request_id")) return status;
-  return absl::UnavailableError(
-      fmt::format("{}; no answer from {}: start a server there with 'latticed --listen {}', or "
-                  "name another one with --server",
-                  std::string(status.message()), connection_.address, connection_.address));
+  const std::string& address = connection_.address;
+  const std::string_view text(status.message().data(), status.message().size());
+  const auto says = [text](std::string_view part) { return text.find(part) != text.npos; };
+  // gRPC tells these causes only in its messages.
+  if (says("http1.x server")) {
+    return Unavailable(fmt::format("{} speaks HTTP, not gRPC", address),
+                       "give the port of the server's --listen");
+  }
+  if (says("wrong version number")) {
+    return Unavailable(fmt::format("{} does not speak TLS", address),
+                       "leave out --tls and --tls-ca");
+  }
+  if (says("empty address list")) {
+    return Unavailable("the TLS files cannot be used", "check --tls-ca, --tls-cert and --tls-key");
+  }
+  return Unavailable(text, fmt::format("no answer from {0}: start a server there with 'latticed "
+                                       "--listen {0}', or name another one with --server",
+                                       address));
 }
 
 absl::Status WithSession(const SessionFlags& flags, const std::stop_token& stop,

@@ -67,8 +67,9 @@ void AddWatchCommand(CLI::App& app, CommandLine& line) {
   command->add_option("scene", flags->scene, "Id of the scene")->required();
   command->add_option("--updates", flags->updates, "Ends after this many updates; by default never")
       ->check(CLI::PositiveNumber);
-  AddViewFlags(*command, flags->view);
+  AddViewFlags(*command, flags->view, ViewDefaults::kOfScene);
   AddDragFlags(*command, flags->view);
+  SetExample(*command, "watch my-scene --updates 10");
   SetServerAction(*command, flags, line, RunWatch);
 }
 

@@ -167,7 +167,8 @@ int RunLatticectlBench(int argc, const char* const* argv, Console console) {
       "(UpdateBegin.restart): a newer update superseded one before its end, because its reader was "
       "slow or because it gave way to less detail (--max-points, --max-bytes-per-second). "
       "\"updates superseded\" gave way to less detail, counted by the server over all of its "
-      "streams.");
+      "streams.\n\nExample: latticectl " +
+      std::string(kBenchExample));
   CommandLine line{.console = console};
   BenchFlags flags;
   app.add_option("meshes", flags.meshes, "Files, or names of 'latticectl sample'")
@@ -178,7 +179,7 @@ int RunLatticectlBench(int argc, const char* const* argv, Console console) {
   AddLoadFlags(app, flags.plan);
   AddPaceFlags(app, flags.plan);
   AddFitFlags(app, flags.fit);
-  AddViewFlags(app, flags.plan.view);
+  AddViewFlags(app, flags.plan.view, ViewDefaults::kOfServer);
   AddDragFlags(app, flags.plan.view);
   AddPipelineFlag(app, flags.pipeline);
   AddSessionFlags(app, flags.session, ServerChoice::kInProcess);

@@ -55,12 +55,12 @@ TEST(SampleMeshesTest, AllAreValidAndAboutTwoUnitsAcross) {
     EXPECT_GT(bounds.diagonal(), 1.5);
     EXPECT_LT(bounds.diagonal(), 4.0);
     EXPECT_LT(Norm(bounds.center()), 0.5);
-    EXPECT_GT(mesh.face_count(), 2'000u);
+    EXPECT_GE(mesh.face_count(), name == "beam" ? 18u : 1'600u);
   }
 }
 
 TEST(SampleMeshesTest, ClosedOnesAreClosedAndLookOutward) {
-  for (std::string_view name : {"vase", "knot", "gear"}) {
+  for (std::string_view name : {"vase", "knot", "gear", "beam"}) {
     SCOPED_TRACE(name);
     ASSERT_OK_AND_ASSIGN(const auto mesh, MakeSampleMesh(name));
     EXPECT_TRUE(BoundaryEdges(mesh).empty());
@@ -101,8 +101,39 @@ TEST(SampleMeshesTest, GearHasConcaveFacesAndGroups) {
   EXPECT_NEAR(area, Norm(NewellNormal(cap)), 1e-12);
 }
 
+TEST(SampleMeshesTest, SlabIsASheetThatLooksUp) {
+  ASSERT_OK_AND_ASSIGN(const auto mesh, MakeSampleMesh("slab", 4));
+  EXPECT_EQ(mesh.face_count(), 40u * 40);
+  EXPECT_EQ(mesh.uvs.size(), 41u * 41);
+  EXPECT_EQ(BoundaryEdges(mesh).size(), 4u * 40);
+  for (size_t f = 0; f < mesh.face_count(); f += 97) {
+    ASSERT_GT(NewellNormal(FacePositions(mesh, f)).z, 0);
+  }
+}
+
+TEST(SampleMeshesTest, BeamIsTheSameBoxOf18QuadsAtEveryResolution) {
+  ASSERT_OK_AND_ASSIGN(const auto mesh, MakeSampleMesh("beam", 1));
+  ASSERT_OK_AND_ASSIGN(const auto fine, MakeSampleMesh("beam", 64));
+  EXPECT_EQ(mesh.positions.size(), 20u);
+  EXPECT_EQ(mesh.face_count(), 18u);
+  EXPECT_EQ(mesh.corner_count(), 4 * 18u);
+  EXPECT_TRUE(mesh.has_uvs());
+  EXPECT_EQ(mesh.positions, fine.positions);
+  EXPECT_EQ(mesh.ComputeBounds().min, (Vec3d{-1, -0.125, -0.125}));
+  EXPECT_EQ(mesh.ComputeBounds().max, (Vec3d{1, 0.125, 0.125}));
+  EXPECT_NEAR(Volume(mesh), 2 * 0.25 * 0.25, 1e-15);
+  for (size_t f = 0; f < mesh.face_count();
+       ++f) {  // every face looks away from the x axis or an end
+    const std::vector<Vec3d> face = FacePositions(mesh, f);
+    const Vec3d middle = 0.25 * (face[0] + face[1] + face[2] + face[3]);
+    const Vec3d normal = NewellNormal(face);
+    EXPECT_GT(Dot(normal, f < 16 ? Vec3d{0, middle.y, middle.z} : middle), 0) << f;
+  }
+}
+
 TEST(SampleMeshesTest, ResolutionRefines) {
   for (std::string_view name : SampleMeshNames()) {
+    if (name == "beam") continue;
     ASSERT_OK_AND_ASSIGN(const auto coarse, MakeSampleMesh(name, kMinSampleResolution));
     ASSERT_OK_AND_ASSIGN(const auto fine, MakeSampleMesh(name, 2));
     EXPECT_GT(fine.face_count(), 3 * coarse.face_count()) << name;
@@ -110,8 +141,8 @@ TEST(SampleMeshesTest, ResolutionRefines) {
 }
 
 TEST(SampleMeshesTest, RefusesOtherNamesAndResolutions) {
-  EXPECT_THAT(MakeSampleMesh("teapot"),
-              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("vase, knot, gear, shell")));
+  EXPECT_THAT(MakeSampleMesh("teapot"), StatusIs(absl::StatusCode::kInvalidArgument,
+                                                 HasSubstr("vase, knot, gear, shell, slab, beam")));
   EXPECT_THAT(MakeSampleMesh("vase", 0),
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("1 to 64")));
   EXPECT_THAT(MakeSampleMesh("vase", 65), StatusIs(absl::StatusCode::kInvalidArgument));
