@@ -35,6 +35,7 @@
 #include "core/base/mutex.h"
 #include "core/base/stop_check.h"
 #include "core/ffd/lattice.h"
+#include "core/mesh/mesh_units.h"
 #include "server/engine/render/render_queue.h"
 #include "server/engine/render/render_view.h"
 #include "server/engine/scene/edit_log.h"
@@ -54,6 +55,7 @@ struct SceneConfig {
   std::shared_ptr<const PolygonMesh> mesh;
   // At revision 0; reset{INITIAL} returns to it. The scene moves it out of here and keeps its own copies.
   Lattice lattice;
+  MeshUnits units;  // of its coordinates, for clients and exported files
   WatchView default_view;
   Pipeline pipeline = Pipeline::kFused;
   absl::Duration idle_ttl = absl::Hours(24);

@@ -214,10 +214,7 @@ absl::StatusOr<NextPart<v1::ExportResponse>> OpenExport(const CallContext& conte
                                .metadata = {{"revision", fmt::to_string(state->revision)}}});
   }
   LATTICED_ASSIGN_OR_RETURN(auto spec, ExportSpecFromProto(request, scene->config().default_view));
-  // If the mesh was deleted meanwhile, the scene was too. The export still completes, but without units.
-  if (const auto mesh = env.meshes.Find(scene->config().mesh_id); mesh.ok()) {
-    spec.units = {(*mesh)->up_axis, (*mesh)->meters_per_unit};
-  }
+  spec.units = scene->config().units;
   const auto hold = scene->Hold();
   const uint64_t most = ExportMemoryBytes(*state->plan, spec);
   LATTICED_ASSIGN_OR_RETURN(auto room,

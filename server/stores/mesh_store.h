@@ -22,6 +22,7 @@
 #include "absl/time/time.h"
 #include "core/base/bounds.h"
 #include "core/base/mutex.h"
+#include "core/mesh/mesh_units.h"
 #include "core/mesh/polygon_mesh.h"
 #include "server/engine/memory/memory_budget.h"
 
@@ -37,8 +38,7 @@ struct MeshDescription {
   std::string layout;  // for RAW its RawLayout as bytes; else empty
   std::string owner;   // name of the caller's token, empty without tokens
   std::map<std::string, std::string> labels;
-  std::string up_axis;         // as announced, carried through; empty: not said
-  double meters_per_unit = 0;  // 0: not said
+  MeshUnits units;  // as announced, carried through
 };
 
 struct StoredMesh : MeshDescription {

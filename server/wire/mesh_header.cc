@@ -3,8 +3,6 @@
 #include "server/wire/mesh_header.h"
 
 #include <array>
-#include <cmath>
-#include <limits>
 #include <utility>
 #include <vector>
 
@@ -20,6 +18,7 @@
 #include "server/base/labels.h"
 #include "server/wire/converters.h"
 #include "server/wire/enum_table.h"
+#include "server/wire/mesh_units.h"
 #include "server/wire/raw_mesh.h"
 #include "server/wire/time_converters.h"
 
@@ -41,23 +40,6 @@ constexpr auto kUploadFormats = std::to_array<std::pair<v1::MeshFormat, UploadFo
      {v1::MESH_FORMAT_GLB, UploadFormat::kGlb},
      {v1::MESH_FORMAT_DRACO, UploadFormat::kDraco},
      {v1::MESH_FORMAT_RAW, UploadFormat::kRaw}});
-
-constexpr auto kUpAxes =
-    std::to_array<std::pair<v1::UpAxis, std::string_view>>({{v1::UP_AXIS_X, "x"},
-                                                            {v1::UP_AXIS_Y, "y"},
-                                                            {v1::UP_AXIS_Z, "z"},
-                                                            {v1::UP_AXIS_UNSPECIFIED, ""}});
-
-absl::Status CheckUnits(const v1::MeshUnits& units) {
-  if (!std::isfinite(units.meters_per_unit())) {
-    return error::NotFinite("header.units.meters_per_unit");
-  }
-  if (units.meters_per_unit() < 0) {
-    return error::OutOfRange("header.units.meters_per_unit", units.meters_per_unit(), 0,
-                             std::numeric_limits<double>::max());
-  }
-  return absl::OkStatus();
-}
 
 absl::Status CheckWords(const v1::MeshHeader& header) {
   if (header.name().size() > limits::kMaxNameBytes) {
@@ -100,9 +82,11 @@ absl::StatusOr<UploadHeader> FromProto(const v1::MeshHeader& header, uint64_t ma
     return error::OutOfRange("header.total_bytes", static_cast<double>(header.total_bytes()), 1,
                              static_cast<double>(max_mesh_bytes));
   }
-  LATTICED_ASSIGN_OR_RETURN(out.mesh.up_axis,
-                            ReadEnum(kUpAxes, header.units().up_axis(), "header.units.up_axis"));
-  LATTICED_RETURN_IF_ERROR(CheckUnits(header.units()));
+  LATTICED_ASSIGN_OR_RETURN(out.mesh.units, MeshUnitsFromProto(header.units(), "header.units"));
+  if (out.mesh.format == UploadFormat::kGlb) {  // what glTF 2.0 prescribes (3.4, coordinate system)
+    if (out.mesh.units.up_axis.empty()) out.mesh.units.up_axis = "y";
+    if (out.mesh.units.meters_per_unit == 0) out.mesh.units.meters_per_unit = 1;
+  }
   LATTICED_RETURN_IF_ERROR(CheckWords(header));
   if (header.has_raw_layout() != (out.mesh.format == UploadFormat::kRaw)) {
     return error::InvalidField("header.raw_layout",
@@ -113,7 +97,6 @@ absl::StatusOr<UploadHeader> FromProto(const v1::MeshHeader& header, uint64_t ma
   }
   out.mesh.name = header.name();
   out.mesh.labels = LabelsOf(header);
-  out.mesh.meters_per_unit = header.units().meters_per_unit();
   out.mesh.layout = header.raw_layout().SerializeAsString();
   out.total_bytes = header.total_bytes();
   out.sha256 = header.sha256();
@@ -147,8 +130,7 @@ v1::MeshHeader HeaderOf(const StoredMesh& mesh) {
   header.set_format(WriteEnum(kUploadFormats, mesh.format));
   header.set_total_bytes(mesh.bytes->size());
   header.set_sha256(mesh.id);
-  header.mutable_units()->set_up_axis(WriteEnum(kUpAxes, std::string_view(mesh.up_axis)));
-  header.mutable_units()->set_meters_per_unit(mesh.meters_per_unit);
+  *header.mutable_units() = ToProto(mesh.units);
   header.mutable_labels()->insert(mesh.labels.begin(), mesh.labels.end());
   if (mesh.format == UploadFormat::kRaw) header.mutable_raw_layout()->ParseFromString(mesh.layout);
   return header;
@@ -171,8 +153,9 @@ v1::Mesh ToProto(const StoredMesh& mesh, const MeshUse& use, bool with_groups) {
   out.set_device_bytes(use.device_bytes);
   out.mutable_labels()->insert(mesh.labels.begin(), mesh.labels.end());
   out.set_owner(mesh.owner);
-  out.set_up_axis(WriteEnum(kUpAxes, std::string_view(mesh.up_axis)));
-  out.set_meters_per_unit(mesh.meters_per_unit);
+  const v1::MeshUnits units = ToProto(mesh.units);
+  out.set_up_axis(units.up_axis());
+  out.set_meters_per_unit(units.meters_per_unit());
   SetTime(mesh.create_time, *out.mutable_create_time());
   out.set_scenes(use.scenes);
   return out;

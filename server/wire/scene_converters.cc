@@ -15,6 +15,7 @@
 #include "server/base/labels.h"
 #include "server/wire/converters.h"
 #include "server/wire/enum_table.h"
+#include "server/wire/mesh_units.h"
 #include "server/wire/time_converters.h"
 #include "server/wire/view_converters.h"
 
@@ -113,12 +114,16 @@ absl::StatusOr<SceneConfig> SceneConfigFromProto(const v1::CreateSceneRequest& r
       const auto pipeline,
       ReadEnum(kPipelines, request.diagnostics().pipeline(), "diagnostics.pipeline"));
   LATTICED_ASSIGN_OR_RETURN(const auto idle_ttl, IdleTtl(request, default_idle_ttl));
+  LATTICED_ASSIGN_OR_RETURN(auto units, MeshUnitsFromProto(request.units(), "units"));
+  if (units.up_axis.empty()) units.up_axis = mesh.units.up_axis;
+  if (units.meters_per_unit == 0) units.meters_per_unit = mesh.units.meters_per_unit;
 
   SceneConfig config;
   config.id = request.scene_id();
   config.mesh_id = mesh.id;
   config.mesh = mesh.mesh;
   config.lattice = std::move(lattice);
+  config.units = std::move(units);
   config.default_view = view;
   config.pipeline = pipeline;
   config.idle_ttl = idle_ttl;
@@ -151,6 +156,7 @@ v1::Scene ToProto(const Scene& scene) {
     SetTime(expires, *result.mutable_expire_time());
   }
   result.set_owner(config.owner);
+  *result.mutable_units() = ToProto(config.units);
   return result;
 }
 

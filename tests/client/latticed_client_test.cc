@@ -193,6 +193,36 @@ TEST_F(ClientTest, ExportsCarryUpAxisAndUnit) {
   EXPECT_LE(Norm(bounds.max - Vec3d{1, 2, 0}), 1e-5);
 }
 
+TEST_F(ClientTest, AGlbIsInMetresAndYUpAndASceneMayReadItOtherwise) {
+  const std::string obj = "v 0 0 0\nv 1 0 0\nv 1 0 2\nf 1 2 3\n";
+  const auto parsed = ReadMesh(MeshFormat::kObj, obj);
+  ASSERT_OK(parsed);
+  TriangleMesh triangle;
+  triangle.positions = parsed->positions;
+  triangle.triangles = {{0, 1, 2}};
+  v1::MeshHeader header;
+  header.set_format(v1::MESH_FORMAT_GLB);
+  const auto glb = WriteGlb(triangle);
+  ASSERT_OK(glb);
+  const auto mesh = client_->UploadMesh(*glb, header);
+  ASSERT_OK(mesh);
+  EXPECT_EQ(mesh->up_axis(), v1::UP_AXIS_Y);
+  EXPECT_EQ(mesh->meters_per_unit(), 1);
+  v1::CreateSceneRequest request;
+  request.set_mesh(mesh->id());
+  request.mutable_units()->set_up_axis(v1::UP_AXIS_Z);
+  const auto scene = client_->CreateScene(std::move(request));
+  ASSERT_OK(scene);
+
+  v1::ExportRequest wanted;
+  wanted.set_scene(scene->id());
+  wanted.set_format(v1::EXPORT_FORMAT_OBJ);
+  const auto file = client_->Export(wanted);
+
+  ASSERT_OK(file);
+  EXPECT_THAT(file->bytes.substr(0, 100), ::testing::HasSubstr("up +z, 1 m per unit"));
+}
+
 TEST_F(ClientTest, AnErrorSaysReasonFieldAndTheRequestIdOfTheServersLog) {
   const auto missing = client_->GetScene("no-such-scene");
   EXPECT_THAT(missing, StatusIs(absl::StatusCode::kNotFound));

@@ -3,7 +3,7 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # usage: [LATTICED_SERVER=ADDRESS] quickstart.py
-# Drags the top of the lattice around my.obj by 1 along x, and writes deformed.glb. README shows it.
+# Drags the top of the lattice around my.obj by 1 along x, and writes deformed.glb. client/README.md shows it.
 # [README]
 import latticed
 

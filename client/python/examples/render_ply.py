@@ -3,9 +3,9 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # usage: render_ply.py OUT.png A.ply [B.ply …]
-# Renders binary PLY meshes (float x y z nx ny nz …, uchar int triangles) side by side at one scale. It draws
-# surface samples into a z-buffer with four entries per pixel, shaded by normal. It needs only numpy. On a
-# terminal it shows its progress.
+# Renders binary PLY meshes (float properties, uchar int triangles) side by side at one scale. It draws surface
+# samples into a z-buffer with four entries per pixel, shaded by normal. A mesh without normals is shaded flat. It
+# needs only numpy. On a terminal it shows its progress.
 import re
 import struct
 import sys
@@ -17,7 +17,7 @@ HEIGHT = 520
 SUPERSAMPLING = 2
 BACKGROUND = 250
 SPACING = 0.7  # of samples along a triangle's longest edge, in z-buffer entries
-MOST_STEPS = 400  # samples along an edge
+MOST_STEPS = 2000  # samples along an edge
 BLOCK = 1 << 16  # samples computed at once: their arrays stay in the cache
 VIEW = (-62.0, 28.0)  # turn about z, then tilt, in degrees
 LIGHT = numpy.array([-0.45, -0.35, 0.82])
@@ -36,7 +36,20 @@ def read_ply(path):
     face_type = numpy.dtype([("count", "u1"), ("corners", "<i4", 3)])
     triangles = numpy.frombuffer(data, face_type, faces, end + table.nbytes)
     assert (triangles["count"] == 3).all(), path
-    return table[:, :3].astype(float), table[:, 3:6].astype(float), triangles["corners"]
+    points, corners = table[:, :3].astype(float), triangles["corners"]
+    if "nx" not in properties:
+        return flat(points, corners)
+    first = properties.index("nx")
+    return points, table[:, first : first + 3].astype(float), corners
+
+
+def flat(points, triangles):
+    """The mesh with corners of its own for each triangle, which have the triangle's normal."""
+    corners = points[triangles]
+    normals = numpy.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals /= numpy.maximum(numpy.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
+    places = numpy.arange(3 * len(triangles)).reshape(-1, 3)
+    return corners.reshape(-1, 3), numpy.repeat(normals, 3, axis=0), places
 
 
 def rotation():

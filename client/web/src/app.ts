@@ -9,6 +9,7 @@ import type { Services } from './intake/services';
 import type { LiveSession } from './session/live_session';
 import type { SessionStatus } from './session/scene_session';
 import { rememberedSettings, type Settings } from './state/settings';
+import { extentInWords, type Units } from './state/units';
 import type { PatchFacts } from './surface/patch_source';
 import { Commands, letterOf } from './ui/commands';
 import { h } from './ui/dom';
@@ -103,10 +104,10 @@ export class App implements CommandTarget {
   }
 
   /** Shows a scene in place of the one before. */
-  show(session: LiveSession): void {
+  show(session: LiveSession, units: Units): void {
     this.scene?.dispose();
     this.toasts.clearErrors(); // errors of the scene before, or of a scene that could not be opened
-    this.scene = new SceneView(this.viewport, session, this.settings, {
+    this.scene = new SceneView(this.viewport, session, units, this.settings, {
       changed: () => this.refresh(),
       headline: (text) => this.showHint(text),
       pullMissed: (error) =>
@@ -144,6 +145,8 @@ export class App implements CommandTarget {
   private refresh(): void {
     this.panel.refresh();
     this.showDistances();
+    const extent = this.scene?.session.surface.bounds.getSize(this.viewport.rig.target.clone());
+    this.page.extent.textContent = extent && this.scene ? extentInWords([extent.x, extent.y, extent.z], this.scene.units) : '';
     for (const toolbar of this.toolbars) toolbar.refresh();
   }
 

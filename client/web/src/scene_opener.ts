@@ -20,6 +20,7 @@ import type { SessionStatus, ViewRequest } from './session/scene_session';
 import { showFitDialog } from './ui/dialogs/fit_dialog';
 import { randomPerson } from './ui/people';
 import { saveFile } from './ui/save_file';
+import { UNKNOWN_UNITS, type UpAxis } from './state/units';
 import { bytes, inWords } from './wire/words';
 import type { Workspace } from './workspace';
 
@@ -83,7 +84,7 @@ export class SceneOpener {
 
   takeSample(name: SampleName): void {
     const lattice = sampleLattice(name);
-    if (lattice === undefined) return this.takeMesh(sampleFile(name));
+    if (lattice === undefined) return this.takeMesh(sampleFile(name), [], 'z');
     this.openCompared(sampleFile(name), lattice).catch((error: unknown) => this.app.toasts.fail(inWords(error)));
   }
 
@@ -92,7 +93,7 @@ export class SceneOpener {
     const { services, settings } = this.app;
     this.closeFitting?.();
     const mesh = await services.upload(file, () => undefined, new AbortController().signal);
-    const isShown = await this.create(openMesh({ id: mesh.id, file, isDropped: true }), lattice, { ...viewFor(mesh), normals: 'facet' });
+    const isShown = await this.create(openMesh({ id: mesh.id, file, isDropped: true }), lattice, { ...viewFor(mesh), normals: 'facet' }, 'z');
     if (!isShown) return;
     settings.set({ compare: 'split', cage: false });
     this.app.scene?.frameAll();
@@ -190,14 +191,21 @@ export class SceneOpener {
     settings.set({ colouring: 'texture' });
   }
 
-  private takeMesh(file: MeshFile, companions: readonly File[] = []): void {
+  /** @param up The axis that is up, if it is known. */
+  private takeMesh(file: MeshFile, companions: readonly File[] = [], up?: UpAxis): void {
     const { services } = this.app;
     this.closeFitting?.(); // the dialog of an earlier drop
+    const { format } = file;
     this.closeFitting = showFitDialog({
       file,
+      up: format === 'glb' ? undefined : (up ?? this.app.settings.value.upAxes[format]),
       upload: (progress, signal) => services.upload(file, progress, signal),
-      create: async (mesh, fit) => {
-        const isShown = await this.create(openMesh({ id: mesh.id, file, companions, isDropped: true }), fit, viewFor(mesh));
+      create: async (mesh, fit, chosen) => {
+        const made = openMesh({ id: mesh.id, file, companions, isDropped: true });
+        const isShown = await this.create(made, fit, viewFor(mesh), chosen);
+        const { settings } = this.app;
+        if (format !== 'glb' && chosen !== undefined && up === undefined)
+          settings.set({ upAxes: { ...settings.value.upAxes, [format]: chosen } });
         // The server accepts some files that JSON.parse refuses.
         if (isShown) void this.tellRest(file).catch(() => undefined);
       },
@@ -215,7 +223,7 @@ export class SceneOpener {
     const { scene } = this.app;
     if (scene === undefined) throw new Error('Open a mesh first, then its lattice.');
     if (sameStructure(lattice, scene.session.lattice)) scene.session.replace(lattice.points);
-    else await this.create(this.mesh, lattice, this.app.settings.value.view);
+    else await this.create(this.mesh, lattice, this.app.settings.value.view, scene.units.up);
   }
 
   /** Requests a scene. The function returned says whether no later request has replaced this one. */
@@ -225,9 +233,9 @@ export class SceneOpener {
   }
 
   /** Returns whether the scene is shown. It is not if another one was requested meanwhile. */
-  private async create(mesh: OpenMesh, lattice: Fit | Lattice, view: ViewRequest): Promise<boolean> {
+  private async create(mesh: OpenMesh, lattice: Fit | Lattice, view: ViewRequest, up: UpAxis | undefined): Promise<boolean> {
     const isAsked = this.ask();
-    const id = await this.app.services.createScene(mesh.id, lattice, view);
+    const id = await this.app.services.createScene(mesh.id, lattice, view, up);
     if (!isAsked() || !(await this.open(id, isAsked, mesh))) return false;
     history.pushState(null, '', `?scene=${id}${location.hash}`); // the fragment may hold the token
     return true;
@@ -244,13 +252,20 @@ export class SceneOpener {
     const wasTextured = settings.value.colouring === 'texture';
     if (wasTextured) settings.set({ colouring: 'plain' }); // the texture belongs to the mesh before
     settings.set({ view });
-    this.app.show(session);
+    this.app.show(session, facts?.units ?? UNKNOWN_UNITS);
+    if (facts === undefined) void this.learnUnits(session).catch(() => undefined);
     const { mesh: before } = this;
     if (known !== undefined) this.mesh = known;
     else if (before.id !== facts?.mesh) this.mesh = openMesh({ id: facts?.mesh ?? '' });
     // Errors are dropped, since no person has asked for this. A person who chooses the texture sees them.
     if (this.mesh !== before || wasTextured) void this.recallColours(this.mesh, session).catch(() => undefined);
     return true;
+  }
+
+  /** Units of a scene that had to be restored first. */
+  private async learnUnits(session: LiveSession): Promise<void> {
+    const { units } = await this.app.services.describeScene(session.sceneId);
+    if (session === this.app.scene?.session) this.app.scene.setUnits(units);
   }
 
   /** Undefined if the scene is no longer requested. */

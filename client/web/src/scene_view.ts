@@ -14,6 +14,7 @@ import type { TransformGesture } from './edit/transform_gesture';
 import { pointAt } from './lattice/vec';
 import type { LiveSession } from './session/live_session';
 import type { Settings, SettingsStore } from './state/settings';
+import type { Units } from './state/units';
 import { PullLine } from './ui/overlays/pull_line';
 import { SoftCircle } from './ui/overlays/soft_circle';
 import { Gizmo } from './viewport/gizmo';
@@ -47,6 +48,7 @@ export class SceneView {
   constructor(
     private readonly viewport: Viewport,
     readonly session: LiveSession,
+    private known: Units,
     private readonly settings: SettingsStore,
     private readonly events: SceneViewEvents,
   ) {
@@ -72,9 +74,23 @@ export class SceneView {
     viewport.element.append(this.softCircle.element, this.pullLine.element);
     viewport.scene.add(session.surface.object, this.cage.object, this.knotBoxes.object);
     session.surface.onChanged = () => this.refreshSoon();
+    this.setUnits(known);
     this.listen();
     this.applySettings(settings.value);
     this.refresh();
+  }
+
+  get units(): Units {
+    return this.known;
+  }
+
+  /** Turns the view if another axis is up. */
+  setUnits(units: Units): void {
+    const isTurned = units.up !== this.known.up;
+    this.known = units;
+    this.viewport.rig.setUp(units.up);
+    if (isTurned) this.frameAll();
+    this.refreshSoon();
   }
 
   setDark(dark: boolean): void {

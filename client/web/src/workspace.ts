@@ -7,6 +7,7 @@ import type { SceneView } from './scene_view';
 import type { LiveSession } from './session/live_session';
 import type { SessionStatus } from './session/scene_session';
 import type { Settings } from './state/settings';
+import type { Units } from './state/units';
 import type { Store } from './state/store';
 import type { Toasts } from './ui/toasts';
 import type { Viewport } from './viewport/viewport';
@@ -19,6 +20,6 @@ export interface Workspace {
   /** The open scene. */
   readonly scene: SceneView | undefined;
   /** Replaces the open scene. */
-  show(session: LiveSession): void;
+  show(session: LiveSession, units: Units): void;
   showStatus(status: SessionStatus): void;
 }

@@ -17,7 +17,7 @@ def run(*command, **options):
 
 
 def test_what_the_readme_shows_runs(server, tmp_path):
-    shown = re.search(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), re.S)[1]
+    shown = re.search(r"```python\n(.*?)```", (ROOT / "client/README.md").read_text(), re.S)[1]
     example = (EXAMPLES / "quickstart.py").read_text()
     assert re.search(r"# \[README\]\n(.*?)# \[/README\]", example, re.S)[1] == shown
     run(LATTICECTL, "sample", "vase", "-o", tmp_path / "my.obj")

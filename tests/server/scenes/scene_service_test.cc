@@ -65,6 +65,37 @@ TEST_F(SceneServiceTest, CreatesASceneAsTold) {
   EXPECT_EQ(scene.pipeline(), v1::PIPELINE_GEMM);
 }
 
+TEST_F(SceneServiceTest, UnitsAreThoseOfTheSceneElseOfTheMesh) {
+  v1::Scene scene;
+  ASSERT_OK(Create(SceneRequest("unknown-units"), &scene));
+  EXPECT_EQ(scene.units().up_axis(), v1::UP_AXIS_UNSPECIFIED);
+  EXPECT_EQ(scene.units().meters_per_unit(), 0);
+
+  v1::MeshHeader header = ObjHeader(CubeObj(3));
+  header.mutable_units()->set_up_axis(v1::UP_AXIS_X);
+  header.mutable_units()->set_meters_per_unit(0.01);
+  v1::Mesh mesh;
+  ASSERT_OK(Upload(header, CubeObj(3), &mesh));
+  v1::CreateSceneRequest request = SceneRequest("units-of-the-mesh");
+  request.set_mesh(mesh.id());
+  ASSERT_OK(Create(request, &scene));
+  EXPECT_EQ(scene.units().up_axis(), v1::UP_AXIS_X);
+  EXPECT_EQ(scene.units().meters_per_unit(), 0.01);
+
+  request.set_scene_id("another-up-axis");
+  request.mutable_units()->set_up_axis(v1::UP_AXIS_Y);
+  ASSERT_OK(Create(request, &scene));
+  EXPECT_EQ(scene.units().up_axis(), v1::UP_AXIS_Y);
+  EXPECT_EQ(scene.units().meters_per_unit(), 0.01);
+
+  request.set_scene_id("bad-units");
+  request.mutable_units()->set_meters_per_unit(-1);
+  ExpectRefused(Create(request), Code::kInvalidArgument, "OUT_OF_RANGE", "units.meters_per_unit");
+  request.mutable_units()->set_meters_per_unit(0);
+  request.mutable_units()->set_up_axis(static_cast<v1::UpAxis>(9));
+  ExpectRefused(Create(request), Code::kInvalidArgument, "UNSUPPORTED", "units.up_axis");
+}
+
 TEST_F(SceneServiceTest, TheSameRequestReturnsTheSameScene) {
   ASSERT_OK(Create(SceneRequest()));
   ASSERT_OK(Apply(Move("ann", 1, 0, 0.1)));

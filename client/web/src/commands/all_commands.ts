@@ -173,7 +173,7 @@ function transformCommands(app: CommandTarget): Command[] {
 function viewCommands(app: CommandTarget): Command[] {
   const { always, onScene, onOff, cycle } = new Makers(app, 'View');
   const look = (id: string, label: string, from: Vec3, key: string, icon?: IconName): Command =>
-    always(id, label, () => app.viewport.rig.lookFrom(from), { keys: [key], icon });
+    always(id, label, () => app.viewport.rig.lookFromSide(from), { keys: [key], icon });
   return [
     onScene('frame-all', 'Frame all', (scene) => scene.frameAll(), { keys: ['Home'] }),
     onScene('frame-selected', 'Frame selected', (scene) => scene.frameSelected(), { keys: ['F'], icon: 'frame' }),

@@ -4,12 +4,13 @@
 // The page's calls to the server and to this browser's store, besides the scene's stream.
 import { fromBinary, type MessageInitShape } from '@bufbuild/protobuf';
 import type { LatticeSourceSchema } from 'latticed/v1/lattice_pb';
-import { MeshFormat, MeshHeaderSchema, type Mesh, type MeshHeader } from 'latticed/v1/mesh_pb';
+import { MeshFormat, MeshHeaderSchema, UpAxis as WireUpAxis, type Mesh, type MeshHeader, type MeshUnits } from 'latticed/v1/mesh_pb';
 import type { Fit } from '../lattice/identity';
 import { Lattice } from '../lattice/lattice';
 import { IndexedSceneStore } from '../session/store/indexed_scene_store';
 import type { LiveSession } from '../session/live_session';
 import type { ViewRequest } from '../session/scene_session';
+import type { Units, UpAxis } from '../state/units';
 import { storedMesh } from '../session/store/scene_store';
 import { randomId } from '../wire/ids';
 import { fromAxes, fromLattice } from '../wire/lattice_message';
@@ -35,6 +36,8 @@ const FORMATS: Record<MeshFormatName, MeshFormat> = {
   glb: MeshFormat.GLB,
   drc: MeshFormat.DRACO,
 };
+
+const UP_AXES: Record<UpAxis, WireUpAxis> = { x: WireUpAxis.X, y: WireUpAxis.Y, z: WireUpAxis.Z };
 
 const MOST_FETCHED_UNASKED = 64 << 20; // bytes; a person must ask for the colours of a larger mesh
 
@@ -72,10 +75,11 @@ export class Services {
     return mesh;
   }
 
-  /** Makes a scene and returns its id. */
-  async createScene(mesh: string, lattice: Fit | Lattice, view: ViewRequest): Promise<string> {
+  /** Makes a scene and returns its id. @param up Undefined: as the mesh was uploaded. */
+  async createScene(mesh: string, lattice: Fit | Lattice, view: ViewRequest, up: UpAxis | undefined): Promise<string> {
     const sceneId = randomId();
-    await this.server.scenes.createScene({ sceneId, mesh, lattices: [latticeSource(lattice)], defaultView: fromView(view) });
+    const units = up && { upAxis: UP_AXES[up] };
+    await this.server.scenes.createScene({ sceneId, mesh, lattices: [latticeSource(lattice)], defaultView: fromView(view), units });
     return sceneId;
   }
 
@@ -114,11 +118,16 @@ export class Services {
     return { bytes, file: await this.downloadMesh(id, scene) };
   }
 
-  /** A scene's mesh, and the view of watchers that ask for none. */
-  async describeScene(sceneId: string): Promise<{ readonly mesh: string; readonly view: ViewRequest }> {
-    const { mesh, defaultView } = await this.server.scenes.getScene({ scene: sceneId });
-    return { mesh, view: defaultView === undefined ? {} : toView(defaultView) };
+  /** A scene's mesh, the view of watchers that ask for none, and its units: z is up unless the server knows better. */
+  async describeScene(sceneId: string): Promise<{ readonly mesh: string; readonly view: ViewRequest; readonly units: Units }> {
+    const { mesh, defaultView, units } = await this.server.scenes.getScene({ scene: sceneId });
+    return { mesh, view: defaultView === undefined ? {} : toView(defaultView), units: toUnits(units) };
   }
+}
+
+function toUnits(units: MeshUnits | undefined): Units {
+  const up = (Object.keys(UP_AXES) as UpAxis[]).find((axis) => UP_AXES[axis] === units?.upAxis);
+  return { up: up ?? 'z', metersPerUnit: units?.metersPerUnit ?? 0 };
 }
 
 /** Undefined if the mesh was not uploaded in a file format of this page. */

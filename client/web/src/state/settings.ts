@@ -6,8 +6,10 @@ import type { SoftSelection } from '../edit/falloff';
 import type { Mirror } from '../edit/mirror';
 import type { MotionKind } from '../edit/motion';
 import type { Orientation, Pivot } from '../edit/pivot';
+import type { MeshFormatName } from '../intake/mesh_file';
 import type { ViewRequest } from '../session/scene_session';
 import { Store } from './store';
+import type { UpAxis } from './units';
 
 /** The action of a press on the view: select and drag points, draw a box, or pull the surface. */
 export type Tool = 'select' | 'box' | 'pull';
@@ -37,6 +39,8 @@ export const DEFAULT_SETTINGS = {
   patchEdges: false,
   ghost: false,
   compare: 'off' as Compare,
+  /** The axis that is up in files of formats that do not say; the last choice. glTF's is y. */
+  upAxes: { obj: 'y', ply: 'z', stl: 'z', drc: 'z' } as Record<Exclude<MeshFormatName, 'glb'>, UpAxis>,
   /** Where a split view is divided, 0 to 1 of its width. */
   divider: 0.5,
   view: { segments: 10, normals: 'smooth', encoding: 'draco', positionBits: 12, normalBits: 8 } as Required<ViewRequest>,
@@ -48,7 +52,7 @@ export const DEFAULT_SETTINGS = {
 export type Settings = typeof DEFAULT_SETTINGS;
 
 /** The settings that a browser remembers between visits: taste, nothing that depends on the mesh. */
-const REMEMBERED = ['gizmo', 'orientation', 'pivot', 'through', 'theme'] as const;
+const REMEMBERED = ['gizmo', 'orientation', 'pivot', 'through', 'theme', 'upAxes'] as const;
 const STORAGE_KEY = 'latticed.settings';
 
 export type SettingsStore = Store<Settings>;

@@ -14,6 +14,8 @@ export function buildPage(root: HTMLElement) {
     side: h('div', { class: 'side' }),
     /** The running action, or a hint. */
     hint: h('span', { class: 'hint', role: 'status' }),
+    /** The size of the surface. */
+    extent: h('span', { class: 'extent', title: 'Size of the surface along x, y and z' }),
     connection: h('span', { class: 'connection', 'data-state': 'none' }),
     /** Above the view, while something is wrong with the connection. */
     banner: h('div', { class: 'banner', role: 'alert', hidden: true }),
@@ -21,7 +23,7 @@ export function buildPage(root: HTMLElement) {
     bottom: h('div', { class: 'bottom' }),
     footer: h('footer', { class: 'footer' }),
   };
-  page.footer.append(page.hint, page.connection);
+  page.footer.append(page.hint, page.extent, page.connection);
   page.view.append(page.banner, page.bottom);
   root.classList.add('app');
   root.replaceChildren(page.header, page.tools, page.view, page.side, page.footer);

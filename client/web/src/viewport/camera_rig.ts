@@ -5,9 +5,11 @@
 import { Box3, MOUSE, OrthographicCamera, PerspectiveCamera, Sphere, TOUCH, Vector3 } from 'three';
 import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 import { WORLD_BASIS, type Basis, type Vec3 } from '../lattice/vec';
+import { uprightDirection, type UpAxis } from '../state/units';
 
 const FIELD_OF_VIEW = 40; // degrees, of the shorter side
 const MARGIN = 1.14; // the view is larger than the framed box by this factor, since the head-up line covers its edge
+const FROM: Vec3 = [3, -4, 2.4]; // the direction from which a scene is seen first
 const NEAREST = 0.75; // of the distance for the whole sphere: an orbit must not lose a box that is flat from this side
 
 export type ViewCamera = PerspectiveCamera | OrthographicCamera;
@@ -16,20 +18,36 @@ export class CameraRig {
   private readonly perspective = new PerspectiveCamera(FIELD_OF_VIEW);
   private readonly orthographic = new OrthographicCamera();
   private aspect = 1;
+  private up: UpAxis = 'z';
   camera: ViewCamera = this.perspective;
-  readonly controls: OrbitControls;
+  controls: OrbitControls;
 
-  constructor(element: HTMLElement, private readonly onChange: () => void) {
+  constructor(private readonly element: HTMLElement, private readonly onChange: () => void) {
+    this.controls = this.upright();
+  }
+
+  /** Turns the view so that this axis points up. A new axis is seen from the first direction again. */
+  setUp(up: UpAxis): void {
+    if (up === this.up) return;
+    this.up = up;
+    this.controls.dispose();
+    this.controls = this.upright();
+    this.onChange();
+  }
+
+  /** Cameras with the axis up, and controls for them: OrbitControls takes the axis only when it is made. */
+  private upright(): OrbitControls {
     for (const camera of [this.perspective, this.orthographic]) {
-      camera.up.set(0, 0, 1);
-      camera.position.set(3, -4, 2.4);
+      camera.up.set(...uprightDirection([0, 0, 1], this.up));
+      camera.position.set(...uprightDirection(FROM, this.up));
     }
-    this.controls = new OrbitControls(this.camera, element);
-    this.controls.mouseButtons = { LEFT: MOUSE.ROTATE, MIDDLE: MOUSE.ROTATE, RIGHT: MOUSE.PAN };
-    this.controls.touches = { ONE: TOUCH.ROTATE, TWO: TOUCH.DOLLY_PAN };
-    this.controls.zoomToCursor = true;
-    this.controls.update();
-    this.controls.addEventListener('change', onChange);
+    const controls = new OrbitControls(this.camera, this.element);
+    controls.mouseButtons = { LEFT: MOUSE.ROTATE, MIDDLE: MOUSE.ROTATE, RIGHT: MOUSE.PAN };
+    controls.touches = { ONE: TOUCH.ROTATE, TWO: TOUCH.DOLLY_PAN };
+    controls.zoomToCursor = true;
+    controls.update();
+    controls.addEventListener('change', this.onChange);
+    return controls;
   }
 
   get target(): Vector3 {
@@ -71,11 +89,18 @@ export class CameraRig {
     this.onChange();
   }
 
-  /** Looks from the side that `from` points to, at the same distance. */
+  /** Looks from a side of the scene, given for z up and its front towards -y. */
+  lookFromSide(side: Vec3): void {
+    this.lookFrom(uprightDirection(side, this.up));
+  }
+
+  /** Looks from the direction in the world that `from` points to, at the same distance. */
   lookFrom(from: Vec3): void {
     const distance = this.camera.position.distanceTo(this.target);
     // From straight above, the orbit needs a hint which way is up on the screen.
-    const tilted = new Vector3(...from).add(new Vector3(0, from[2] === 0 ? 0 : -1e-4, 0)).normalize();
+    const isAside = new Vector3(...from).dot(this.camera.up) === 0;
+    const hint = new Vector3(...uprightDirection([0, isAside ? 0 : -1e-4, 0], this.up));
+    const tilted = new Vector3(...from).add(hint).normalize();
     this.camera.position.copy(this.target).addScaledVector(tilted, distance);
     this.controls.update();
     this.onChange();

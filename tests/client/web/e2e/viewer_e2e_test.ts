@@ -47,6 +47,7 @@ test('a file that is no mesh is refused in words, on the page', async () => {
 test('a dropped file becomes a scene with the lattice that is asked for', async () => {
   await dropFiles(page, [['torus.obj', OBJ]]);
   await page.getByText('96 vertices, 192 faces').waitFor();
+  await page.getByRole('radio', { name: 'Z' }).click();
   await page.getByLabel('Points along u').fill('5');
   await page.getByLabel('Points along u').press('Tab');
   await page.getByText('80 control points').waitFor();

@@ -29,10 +29,12 @@ export function meshUploaded(page: Page): Promise<void> {
   return page.getByText(/vertices, .* faces/).waitFor();
 }
 
-/** Takes the lattice that the dialog offers, and waits until the scene is shown. */
-export async function createScene(page: Page): Promise<void> {
+/** Takes the lattice that the dialog offers, with z up, and waits until the scene is shown. */
+export async function createScene(page: Page, up: 'y' | 'z' = 'z'): Promise<void> {
   const before = await page.evaluate(() => window.latticed.scene?.session.sceneId);
   await meshUploaded(page);
+  const choice = page.getByRole('radiogroup', { name: 'Up' }).getByRole('radio', { name: up.toUpperCase() });
+  if (await choice.isVisible()) await choice.click(); // glTF says it itself
   await page.getByRole('button', { name: 'Create scene' }).click();
   await page.waitForFunction((id) => {
     const { scene } = window.latticed;

@@ -6,9 +6,10 @@ import type { Mesh } from 'latticed/v1/mesh_pb';
 import type { MeshFile } from '../../intake/mesh_file';
 import { AXES, AXIS_NAMES, pointCount, refusalOfAxes, type Axes, type Axis } from '../../lattice/grid';
 import { DEFAULT_FIT, type Fit } from '../../lattice/identity';
+import type { UpAxis } from '../../state/units';
 import { vector } from '../../wire/lattice_message';
 import { bytes, inWords } from '../../wire/words';
-import { button, choice, field, numberInput } from '../controls';
+import { button, choice, field, numberInput, segmented } from '../controls';
 import { h, onEnter, showDialog } from '../dom';
 
 const DEGREES = { 1: '1, straight', 2: '2, smooth', 3: '3, smoother' };
@@ -16,11 +17,13 @@ const DEGREES = { 1: '1, straight', 2: '2, smooth', 3: '3, smoother' };
 interface FitDialogParts {
   readonly file: MeshFile;
   upload(progress: (fraction: number) => void, signal: AbortSignal): Promise<Mesh>;
-  create(mesh: Mesh, fit: Fit): Promise<void>;
+  /** The axis that is up; undefined: the file's format says it. */
+  readonly up: UpAxis | undefined;
+  create(mesh: Mesh, fit: Fit, up: UpAxis | undefined): Promise<void>;
 }
 
 /** Returns a function that closes the dialog. Closing also aborts the upload. */
-export function showFitDialog({ file, upload, create }: FitDialogParts): () => void {
+export function showFitDialog({ file, upload, up: firstUp, create }: FitDialogParts): () => void {
   const fit: { -readonly [K in keyof Fit]: Fit[K] } = { ...DEFAULT_FIT };
   const abort = new AbortController();
   const bar = h('progress', { max: 1, value: 0, 'aria-label': 'Upload' });
@@ -29,6 +32,7 @@ export function showFitDialog({ file, upload, create }: FitDialogParts): () => v
   const error = h('p', { class: 'error', role: 'alert' });
   let mesh: Mesh | undefined;
   let isUsed = false;
+  let up = firstUp;
 
   const check = (): void => {
     const refusal = refusalOfAxes(fit.size, fit.degree);
@@ -45,7 +49,7 @@ export function showFitDialog({ file, upload, create }: FitDialogParts): () => v
     confirm.disabled = true;
     error.textContent = '';
     try {
-      await create(mesh, fit);
+      await create(mesh, fit, up);
       dialog.close();
     } catch (failure) {
       error.textContent = inWords(failure);
@@ -62,6 +66,11 @@ export function showFitDialog({ file, upload, create }: FitDialogParts): () => v
     const degree = choice<string>({ label: `Degree along ${name}`, get: () => String(fit.degree[axis]), set: setDegree }, DEGREES);
     return [h('b', { class: `axis-${name}` }, name), size.element, degree.element.querySelector('select')!];
   });
+  const chooseUp = (axis: UpAxis): void => {
+    up = axis;
+    upSwitch.refresh();
+  };
+  const upSwitch = segmented<'y' | 'z'>({ label: 'Up', get: () => (up === 'z' ? 'z' : 'y'), set: chooseUp }, { y: 'Y', z: 'Z' });
   const table = { class: 'axes', role: 'group', 'aria-label': 'Lattice' };
   const setPadding = (percent: number): void => void (fit.padding = percent / 100);
   const padding = numberInput({ label: 'Padding', get: () => fit.padding * 100, set: setPadding }, { min: 0, max: 1000 });
@@ -73,6 +82,7 @@ export function showFitDialog({ file, upload, create }: FitDialogParts): () => v
     bar,
     h('div', table, h('span', {}), h('span', {}, 'Points'), h('span', {}, 'Degree'), ...rows),
     field('Padding', padding.element, '% of the longest edge'),
+    up !== undefined && upSwitch.element,
     note,
     error,
     h('footer', {}, button('Cancel', () => dialog.close()), confirm),

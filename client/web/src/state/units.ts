@@ -1,0 +1,35 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The meaning of a scene's coordinates.
+import type { Vec3 } from '../lattice/vec';
+
+export type UpAxis = 'x' | 'y' | 'z';
+
+export interface Units {
+  readonly up: UpAxis;
+  /** 0: unknown. */
+  readonly metersPerUnit: number;
+}
+
+export const UNKNOWN_UNITS: Units = { up: 'z', metersPerUnit: 0 };
+
+const LENGTHS = [['km', 1000], ['m', 1], ['cm', 0.01], ['mm', 0.001]] as const;
+
+/** The extent of a box in words, in metres or the like if the unit is known. */
+export function extentInWords(size: Vec3, { metersPerUnit }: Units): string {
+  const largest = Math.max(...size) * metersPerUnit;
+  const [name, length] = LENGTHS.find(([, least]) => largest >= least) ?? LENGTHS[3];
+  const scale = metersPerUnit > 0 ? metersPerUnit / length : 1;
+  const numbers = size.map((extent) => Number((extent * scale).toPrecision(3)).toString()).join(' × ');
+  return `${numbers} ${metersPerUnit > 0 ? name : 'units'}`;
+}
+
+/**
+ * The world direction of a direction that is given for z up and the front towards -y, like Blender's. The axes change places in
+ * turn for x up; for y up the front is towards +z, like glTF's.
+ */
+export function uprightDirection([x, y, z]: Vec3, up: UpAxis): Vec3 {
+  if (up === 'y') return [x, z, -y];
+  return up === 'x' ? [z, x, y] : [x, y, z];
+}
