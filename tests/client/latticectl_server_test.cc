@@ -31,6 +31,19 @@ TEST_F(LatticectlServerTest, InfoSaysWhatTheServerIs) {
   EXPECT_EQ(RunJson({"info"})["limits"]["maxSegments"], 32);
 }
 
+TEST_F(LatticectlServerTest, ASceneShowsItsUnits) {
+  MakeScene();
+  EXPECT_THAT(Run({"scene", "show", "scene-one"}), HasSubstr("units                unknown\n"));
+
+  Run({"scene", "create", Path("vase.obj"), "--id", "scene-two", "--up", "y", "--meters-per-unit",
+       "0.01"});
+  EXPECT_THAT(Run({"scene", "show", "scene-two"}), HasSubstr("up +y, 0.01 m per unit\n"));
+  Run({"export", "scene-two", "-o", Path("up.obj")});
+  const auto obj = ReadFile(Path("up.obj"));
+  ASSERT_OK(obj);
+  EXPECT_THAT(obj->substr(0, 100), HasSubstr("up +y, 0.01 m per unit"));
+}
+
 TEST_F(LatticectlServerTest, HealthIsToldByTheExitCodeAndNeedsNoToken) {
   Options options = QuietOptions();
   options.token_file = Path("tokens");

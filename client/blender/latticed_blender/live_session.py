@@ -127,7 +127,9 @@ class LiveSession:
             mesh, grid, view, shown = self._mesh, self._grid, self._view, self._edits
         mapping = LatticeMap(grid, mesh.positions)
         self._say("Uploading the mesh")
-        uploaded = client.upload_arrays(mesh.positions, mesh.faces, name="Blender", progress=False)
+        uploaded = client.upload_arrays(
+            mesh.positions, mesh.faces, name="Blender", up_axis="z", progress=False
+        )
         with client.create_scene(
             uploaded, mapping.lattice(grid), labels={"client": "blender"}, delete_on_exit=True
         ) as scene, scene.deform(view) as stream:

@@ -106,7 +106,7 @@ std::string NormalModeName(v1::NormalMode normals) {
 
 void AddUnitsFlags(CLI::App& command, v1::MeshUnits& units) {
   AddNamedOption<v1::UpAxis>(
-      command, "--up-axis", kUpAxes, [&units](auto axis) { units.set_up_axis(axis); },
+      command, "--up-axis,--up", kUpAxes, [&units](auto axis) { units.set_up_axis(axis); },
       "Axis of the mesh that points up; by default y of a GLB file");
   command
       .add_option_function<double>(

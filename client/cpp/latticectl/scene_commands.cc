@@ -12,6 +12,7 @@
 #include "client/cpp/latticectl/server_meshes.h"
 #include "client/cpp/latticectl/session.h"
 #include "core/base/status_macros.h"
+#include "core/mesh/mesh_units.h"
 #include "fmt/format.h"
 
 namespace latticed::client {
@@ -20,6 +21,7 @@ namespace {
 struct SceneFlags : ServerFlags {
   std::string id, mesh, lattice, filter;
   FitFlags fit;
+  v1::MeshUnits units;
   v1::ViewOptions view;
   v1::Pipeline pipeline = v1::PIPELINE_UNSPECIFIED;
 };
@@ -49,6 +51,8 @@ std::string SceneText(const v1::Scene& scene) {
   TextTable table;
   table.AddRow({"scene", scene.id()});
   table.AddRow({"mesh", scene.mesh()});
+  const MeshUnits units{UpAxisName(scene.units().up_axis()), scene.units().meters_per_unit()};
+  table.AddRow({"units", units.known() ? Describe(units) : "unknown"});
   for (const auto& lattice : scene.lattices()) {
     table.AddRow({"lattice",
                   fmt::format("size {}, degree {}", Axes(lattice.size()), Axes(lattice.degree()))});
@@ -91,6 +95,7 @@ absl::Status RunCreate(const SceneFlags& flags, Client& client, Console console)
     LATTICED_ASSIGN_OR_RETURN(const auto mesh, Upload(client, file, {}, console));
     request.set_mesh(mesh.id());
   }
+  *request.mutable_units() = flags.units;
   *request.mutable_default_view() = flags.view;
   request.mutable_diagnostics()->set_pipeline(flags.pipeline);
   LATTICED_ASSIGN_OR_RETURN(const auto scene, client.CreateScene(std::move(request)));
@@ -143,6 +148,7 @@ void AddSceneCommands(CLI::App& app, CommandLine& line) {
   AddFitFlags(*create, flags->fit);
   for (const char* fit : {"--size", "--degree", "--padding"})
     lattice->excludes(create->get_option(fit));
+  AddUnitsFlags(*create, flags->units);
   AddViewFlags(*create, flags->view, ViewDefaults::kOfServer);
   AddPipelineFlag(*create, flags->pipeline);
   add("list", "Lists scenes", "scene list", RunList)

@@ -134,6 +134,8 @@ class Client:
         degree: Optional[Tuple[int, int, int]] = None,
         padding: Optional[float] = None,
         view: Optional[View] = None,
+        up_axis: str = "",
+        meters_per_unit: float = 0,
         scene_id: str = "",
         labels: Optional[Dict[str, str]] = None,
         idle_ttl: Optional[float] = None,
@@ -146,6 +148,8 @@ class Client:
         size, degree     control points and degree of u, v, w; by default 4, 4, 4 and 2, 2, 2
         padding          margin on every side, as a share of the longest edge of the mesh's bounds; 0.05
         view             the view of watchers that name none
+        up_axis          "x", "y" or "z"; clients and exports get it, and meters_per_unit. By default both
+                         are those of the mesh
         scene_id         [a-z0-9-]{8,63}; empty: a random one. Repeating a request returns the same scene
         idle_ttl         seconds that the scene lives unwatched and unedited; None: the server's default
         pipeline         how vertices are computed, for comparisons: "fused", "gemm", "gemm12" or
@@ -175,6 +179,7 @@ class Client:
             mesh=mesh.id if isinstance(mesh, Mesh) else mesh,
             lattices=[source],
             labels=labels or {},
+            units=_units(up_axis, meters_per_unit),
         )
         if view is not None:
             request.default_view.CopyFrom(view.to_proto())
@@ -230,9 +235,13 @@ def connect(
 def _header(
     name: str, format: Any, up_axis: str, meters_per_unit: float, labels: Optional[Dict[str, str]]
 ) -> mesh_pb2.MeshHeader:
-    axis = choose("up_axis", up_axis, _UP_AXES)
-    units = mesh_pb2.MeshUnits(up_axis=axis, meters_per_unit=meters_per_unit)
+    units = _units(up_axis, meters_per_unit)
     return mesh_pb2.MeshHeader(name=name, format=format, labels=labels or {}, units=units)
+
+
+def _units(up_axis: str, meters_per_unit: float) -> mesh_pb2.MeshUnits:
+    axis = choose("up_axis", up_axis, _UP_AXES)
+    return mesh_pb2.MeshUnits(up_axis=axis, meters_per_unit=meters_per_unit)
 
 
 def _duration(seconds: float) -> duration_pb2.Duration:
