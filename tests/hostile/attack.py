@@ -58,7 +58,7 @@ class Target:
 
     def calls_going_on(self, method):
         """How many calls of a method the server has begun and not ended."""
-        with urllib.request.urlopen(f"http://127.0.0.1:{self.admin}/metrics") as answer:
+        with urllib.request.urlopen(f"http://127.0.0.1:{self.admin}/metrics", timeout=5) as answer:
             text = answer.read().decode()
         counts = {
             what: sum(
@@ -67,6 +67,7 @@ class Target:
             )
             for what in ("started", "finished")
         }
+        assert counts["started"] > 0, f"no call of {method} in the metrics"
         return int(counts["started"] - counts["finished"])
 
     def until_end(self):

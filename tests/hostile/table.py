@@ -72,8 +72,8 @@ class Row:
             self.limit("/healthz", self.highest.slowest_health_s, HEALTH_S, "s")
             for failure in dict.fromkeys([*self.during.failures, *self.at_end.failures]):
                 self.wrong.append(f"honest {failure}")
-            if not self.is_at_rest(self.after):
-                self.wrong.append("not back at rest")
+        if not self.is_at_rest(self.after):
+            self.wrong.append("not back at rest")
         if self.highest.bad_health:
             said = self.highest.bad_health
             self.wrong.append(f"/healthz said {said[0] or 'nothing'}, {len(said)} times")
@@ -85,10 +85,6 @@ class Row:
     def limit(self, what, value, most, unit):
         if value > most:
             self.wrong.append(f"{what}: {value:,.0f} {unit}".rstrip() + f", allowed {most:,.0f}")
-
-    def how_it_came_to_rest(self):
-        is_at_rest = self.is_at_rest(self.after)
-        return f"no limit; {'' if is_at_rest else 'not '}at rest after {self.rest_after_s:.0f} s"
 
     def cells(self):
         p95 = [
@@ -107,7 +103,8 @@ class Row:
             f"{self.during.slowest('newcomer'):.0f}",
             f"{self.highest.slowest_health_s * 1000:.0f}",
             str(self.seen),
-            "; ".join(self.wrong) or ("yes" if self.is_bounded else self.how_it_came_to_rest()),
+            "; ".join(self.wrong)
+            or ("yes" if self.is_bounded else f"no limit; at rest after {self.rest_after_s:.0f} s"),
         ]
 
 

@@ -88,7 +88,7 @@ class LatticedError(Exception):
         # A latticed server puts the request's id into every answer.
         if error.code() == grpc.StatusCode.UNAVAILABLE and _REQUEST_ID not in trailers:
             status.message = (
-                f"no server answers at {address}; start one with 'latticed', or name another in "
+                f"no answer from a server at {address}; start one with 'latticed', or name another in "
                 f"LATTICED_SERVER or latticed.connect. gRPC says: {status.message}"
             )
         return cls.from_status(status, str(trailers.get(_REQUEST_ID, "")))

@@ -150,9 +150,16 @@ export class App implements CommandTarget {
     for (const toolbar of this.toolbars) toolbar.refresh();
   }
 
+  /** The divider stands only where the other shape is drawn. */
+  private showDivider(): void {
+    const { compare, divider } = this.settings.value;
+    this.divider.show(this.scene?.session.surface.isCompared ? compare : 'off', divider);
+  }
+
   private showDistances(): void {
     const { colouring, compare } = this.settings.value;
     const { scene } = this;
+    this.showDivider();
     const what = { displacement: 'displacement', difference: 'vertices only to exact' }[colouring as string];
     this.heatLegend.show(what ?? '', what === undefined ? 0 : scene?.session.surface.displacementRange);
     if (compare === 'off' || scene === undefined) return;
@@ -182,7 +189,7 @@ export class App implements CommandTarget {
 
   private showSettings(settings: Settings, before: Settings): void {
     this.theme.set(settings.theme);
-    this.divider.show(this.scene === undefined ? 'off' : settings.compare, settings.divider);
+    this.showDivider();
     document.body.classList.toggle('panel-closed', !settings.panel);
     if (settings.view !== before.view) this.scene?.session.setView(settings.view);
     if (settings.colouring === 'texture' && before.colouring !== 'texture') this.loadTexture();

@@ -20,7 +20,8 @@ import type { SessionStatus, ViewRequest } from './session/scene_session';
 import { showFitDialog } from './ui/dialogs/fit_dialog';
 import { randomPerson } from './ui/people';
 import { saveFile } from './ui/save_file';
-import { UNKNOWN_UNITS, type UpAxis } from './state/units';
+import type { Settings } from './state/settings';
+import { UNKNOWN_UNITS, type Units, type UpAxis } from './state/units';
 import { bytes, inWords } from './wire/words';
 import type { Workspace } from './workspace';
 
@@ -53,6 +54,8 @@ export class SceneOpener {
   private closeFitting: (() => void) | undefined;
   private texture: DataArrayTexture | undefined;
   private textureTurn = 0;
+  /** The person's look, which the open sample replaces. */
+  private lookBefore: Pick<Settings, 'compare' | 'cage'> | undefined;
   private openTurn = 0;
   private readonly person = randomPerson();
 
@@ -92,9 +95,13 @@ export class SceneOpener {
   private async openCompared(file: MeshFile, lattice: Lattice): Promise<void> {
     const { services, settings } = this.app;
     this.closeFitting?.();
+    const isAsked = this.ask();
     const mesh = await services.upload(file, () => undefined, new AbortController().signal);
-    const isShown = await this.create(openMesh({ id: mesh.id, file, isDropped: true }), lattice, { ...viewFor(mesh), normals: 'facet' }, 'z');
-    if (!isShown) return;
+    const made = openMesh({ id: mesh.id, file, isDropped: true });
+    const view = { ...viewFor(mesh), normals: 'facet' } as const;
+    if (!(await this.create(made, lattice, view, { up: 'z', metersPerUnit: 0 }, isAsked))) return;
+    const { compare, cage } = settings.value;
+    this.lookBefore = { compare, cage };
     settings.set({ compare: 'split', cage: false });
     this.app.scene?.frameAll();
   }
@@ -202,7 +209,7 @@ export class SceneOpener {
       upload: (progress, signal) => services.upload(file, progress, signal),
       create: async (mesh, fit, chosen) => {
         const made = openMesh({ id: mesh.id, file, companions, isDropped: true });
-        const isShown = await this.create(made, fit, viewFor(mesh), chosen);
+        const isShown = await this.create(made, fit, viewFor(mesh), { up: chosen, metersPerUnit: 0 });
         const { settings } = this.app;
         if (format !== 'glb' && chosen !== undefined && up === undefined)
           settings.set({ upAxes: { ...settings.value.upAxes, [format]: chosen } });
@@ -223,7 +230,7 @@ export class SceneOpener {
     const { scene } = this.app;
     if (scene === undefined) throw new Error('Open a mesh first, then its lattice.');
     if (sameStructure(lattice, scene.session.lattice)) scene.session.replace(lattice.points);
-    else await this.create(this.mesh, lattice, this.app.settings.value.view, scene.units.up);
+    else await this.create(this.mesh, lattice, this.app.settings.value.view, scene.units);
   }
 
   /** Requests a scene. The function returned says whether no later request has replaced this one. */
@@ -233,9 +240,11 @@ export class SceneOpener {
   }
 
   /** Returns whether the scene is shown. It is not if another one was requested meanwhile. */
-  private async create(mesh: OpenMesh, lattice: Fit | Lattice, view: ViewRequest, up: UpAxis | undefined): Promise<boolean> {
-    const isAsked = this.ask();
-    const id = await this.app.services.createScene(mesh.id, lattice, view, up);
+  private async create(
+    mesh: OpenMesh, lattice: Fit | Lattice, view: ViewRequest, units: Units, isAsked = this.ask(),
+  ): Promise<boolean> {
+    if (!isAsked()) return false;
+    const id = await this.app.services.createScene(mesh.id, lattice, view, units);
     if (!isAsked() || !(await this.open(id, isAsked, mesh))) return false;
     history.pushState(null, '', `?scene=${id}${location.hash}`); // the fragment may hold the token
     return true;
@@ -251,7 +260,8 @@ export class SceneOpener {
     if (session === undefined) return false;
     const wasTextured = settings.value.colouring === 'texture';
     if (wasTextured) settings.set({ colouring: 'plain' }); // the texture belongs to the mesh before
-    settings.set({ view });
+    settings.set({ view, ...this.lookBefore });
+    this.lookBefore = undefined;
     this.app.show(session, facts?.units ?? UNKNOWN_UNITS);
     if (facts === undefined) void this.learnUnits(session).catch(() => undefined);
     const { mesh: before } = this;

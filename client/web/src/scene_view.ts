@@ -88,7 +88,7 @@ export class SceneView {
   setUnits(units: Units): void {
     const isTurned = units.up !== this.known.up;
     this.known = units;
-    this.viewport.rig.setUp(units.up);
+    this.viewport.rig.setUp(units.up ?? 'z');
     if (isTurned) this.frameAll();
     this.refreshSoon();
   }
@@ -112,8 +112,11 @@ export class SceneView {
     );
   }
 
+  /** Shows all of the surface, and of the cage unless it is hidden. */
   frameAll(): void {
-    this.viewport.rig.frame(this.bounds());
+    const { surface } = this.session;
+    const isAlone = !this.settings.value.cage && !surface.bounds.isEmpty();
+    this.viewport.rig.frame(isAlone ? surface.bounds : this.bounds());
   }
 
   frameSelected(): void {
@@ -124,10 +127,9 @@ export class SceneView {
     this.viewport.rig.frame(box.isEmpty() ? this.bounds() : box.expandByScalar(size / 12));
   }
 
-  /** The bounds of the surface, and of the control points unless the cage is hidden. */
+  /** The bounds of the control points and the surface. */
   bounds(): Box3 {
     const { surface } = this.session;
-    if (!this.settings.value.cage && !surface.bounds.isEmpty()) return surface.bounds.clone();
     const box = new Box3().setFromArray(this.session.lattice.points as unknown as number[]);
     return surface.bounds.isEmpty() ? box : box.union(surface.bounds);
   }
@@ -172,7 +174,10 @@ export class SceneView {
         this.cage.setLattice(lattice);
         this.refreshSoon();
       }),
-      session.on('update', () => this.refreshSoon()),
+      session.on('update', () => {
+        this.hasMoved = true;
+        this.refreshSoon();
+      }),
       session.on('presence', (others) => {
         this.cage.setPresence(others);
         this.viewport.invalidate();
@@ -208,7 +213,7 @@ export class SceneView {
     this.stale = false;
     this.picker.invalidate();
     this.knotBoxes.update(this.session.lattice);
-    if (this.hasMoved) this.session.surface.latticeMoved();
+    if (this.hasMoved) this.session.surface.compareAgain();
     this.hasMoved = false;
     this.viewport.content.copy(this.bounds());
     this.cage.setPixelRatio(this.viewport.renderer.getPixelRatio());

@@ -69,7 +69,7 @@ def test_an_unreachable_server_is_named_with_what_to_do(scene, call, monkeypatch
             ask()
 
     assert str(caught.value).startswith(
-        f"no server answers at {address}; start one with 'latticed', or name another in LATTICED_SERVER or "
+        f"no answer from a server at {address}; start one with 'latticed', or name another in LATTICED_SERVER or "
     )
     assert "refused" in str(caught.value) and str(caught.value).endswith(" (UNAVAILABLE)")
 

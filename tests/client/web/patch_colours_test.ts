@@ -88,3 +88,34 @@ test('texture coordinates that could not be had are told of, and are there when 
   setPicture();
   assert.deepEqual([surface.isTextured, patches.uvs.length, failed], [true, 2, ['uvs: no answer']]);
 });
+
+test('the shape if only vertices moved is there when the server is; answers for other patches are dropped', async (t) => {
+  const { fixture, patches, failed } = await shown(t);
+  const { surface } = fixture;
+
+  surface.setLook({ compare: 'split' });
+  assert.equal(surface.isCompared, false);
+  patches.uvs[0].reject(new Error('no answer'));
+  patches.rest[0].resolve(REST);
+  await until(() => failed.length === 1);
+  await fixture.reconnect();
+  patches.uvs[1].resolve(ORIGINS);
+  patches.rest[1].resolve({ ...REST, corners: new Float32Array(18) }); // of two patches
+  await until(() => failed.length === 2);
+  surface.structureChanged();
+  assert.deepEqual(failed, ['flat: no answer', 'flat: 2 patches at rest, 1 deformed']);
+
+  fixture.sendTriangle(2n, 4);
+  await until(() => patches.rest.length === 3);
+  surface.structureChanged(); // the answers are of the old structure
+  patches.uvs[2].resolve(ORIGINS);
+  patches.rest[2].resolve(REST);
+  fixture.sendTriangle(3n, 4);
+  await until(() => patches.rest.length === 4);
+  assert.equal(surface.isCompared, false);
+  patches.uvs[3].resolve(ORIGINS);
+  patches.rest[3].resolve(REST);
+  await until(() => surface.isCompared);
+  // The lattice is at rest: the triangle from 0 to 1 stays there, and all its points are at (4, 4, 4).
+  assert.ok(Math.abs(surface.largestDifference - Math.hypot(4, 4, 4)) < 1e-6, `${surface.largestDifference}`);
+});

@@ -188,7 +188,7 @@ function viewCommands(app: CommandTarget): Command[] {
     onOff('patchEdges', 'Patch edges', { keys: ['E'] }),
     onOff('ghost', 'Rest shape', { keys: ['T'] }),
     cycle('compare', ['off', 'split', 'over'], 'compare', 'Compare with vertices only', {
-      keys: ['D'], icon: 'compare', checked: () => app.settings.value.compare !== 'off',
+      keys: ['D'], icon: 'compare', checked: () => app.settings.value.compare !== 'off', enabled: () => app.scene !== undefined,
     }),
     onOff('knotBoxes', 'Box edges', { keys: ['J'] }),
     onOff('cage', 'Cage', { keys: ['C'], icon: 'lattice' }),

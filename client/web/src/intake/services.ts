@@ -75,10 +75,10 @@ export class Services {
     return mesh;
   }
 
-  /** Makes a scene and returns its id. @param up Undefined: as the mesh was uploaded. */
-  async createScene(mesh: string, lattice: Fit | Lattice, view: ViewRequest, up: UpAxis | undefined): Promise<string> {
+  /** Makes a scene and returns its id. Unknown units are those of the mesh. */
+  async createScene(mesh: string, lattice: Fit | Lattice, view: ViewRequest, { up, metersPerUnit }: Units): Promise<string> {
     const sceneId = randomId();
-    const units = up && { upAxis: UP_AXES[up] };
+    const units = { upAxis: up && UP_AXES[up], metersPerUnit };
     await this.server.scenes.createScene({ sceneId, mesh, lattices: [latticeSource(lattice)], defaultView: fromView(view), units });
     return sceneId;
   }
@@ -118,7 +118,7 @@ export class Services {
     return { bytes, file: await this.downloadMesh(id, scene) };
   }
 
-  /** A scene's mesh, the view of watchers that ask for none, and its units: z is up unless the server knows better. */
+  /** A scene's mesh, the view of watchers that ask for none, and its units. */
   async describeScene(sceneId: string): Promise<{ readonly mesh: string; readonly view: ViewRequest; readonly units: Units }> {
     const { mesh, defaultView, units } = await this.server.scenes.getScene({ scene: sceneId });
     return { mesh, view: defaultView === undefined ? {} : toView(defaultView), units: toUnits(units) };
@@ -127,7 +127,7 @@ export class Services {
 
 function toUnits(units: MeshUnits | undefined): Units {
   const up = (Object.keys(UP_AXES) as UpAxis[]).find((axis) => UP_AXES[axis] === units?.upAxis);
-  return { up: up ?? 'z', metersPerUnit: units?.metersPerUnit ?? 0 };
+  return { up, metersPerUnit: units?.metersPerUnit ?? 0 };
 }
 
 /** Undefined if the mesh was not uploaded in a file format of this page. */

@@ -51,7 +51,7 @@ export const DEFAULT_SETTINGS = {
 
 export type Settings = typeof DEFAULT_SETTINGS;
 
-/** The settings that a browser remembers between visits: taste, nothing that depends on the mesh. */
+/** The settings that a browser remembers between visits: taste, nothing that depends on one mesh. */
 const REMEMBERED = ['gizmo', 'orientation', 'pivot', 'through', 'theme', 'upAxes'] as const;
 const STORAGE_KEY = 'latticed.settings';
 

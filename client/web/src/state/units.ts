@@ -7,12 +7,13 @@ import type { Vec3 } from '../lattice/vec';
 export type UpAxis = 'x' | 'y' | 'z';
 
 export interface Units {
-  readonly up: UpAxis;
+  /** Undefined: unknown; it is shown like z. */
+  readonly up?: UpAxis | undefined;
   /** 0: unknown. */
   readonly metersPerUnit: number;
 }
 
-export const UNKNOWN_UNITS: Units = { up: 'z', metersPerUnit: 0 };
+export const UNKNOWN_UNITS: Units = { metersPerUnit: 0 };
 
 const LENGTHS = [['km', 1000], ['m', 1], ['cm', 0.01], ['mm', 0.001]] as const;
 

@@ -94,9 +94,12 @@ export class PatchColours {
   wantFlat(): void {
     if (this.asks.has('flat') || !this.layout) return;
     const { id } = this.layout;
-    void this.ask('flat', () => Promise.all([this.source.origins(id), this.source.restCorners()]), ([origins, rest]) => {
-      this.verticesOnly = new VerticesOnly(origins, rest);
-      this.moveFlat(rest.origin);
+    const rest = this.rest ?? this.source.restCorners();
+    void this.ask('flat', () => Promise.all([this.source.origins(id), rest]), ([origins, atRest]) => {
+      this.checkCount(atRest);
+      this.checkCount({ corners: origins.barycentrics });
+      this.verticesOnly = new VerticesOnly(origins, atRest);
+      this.moveFlat(atRest.origin);
     });
   }
 
@@ -108,8 +111,8 @@ export class PatchColours {
   private moveFlat(origin: FlatPatches['origin']): void {
     const corners = this.verticesOnly!.corners(this.source.lattice());
     this.flat = { origin, corners };
-    this.flatCorners?.dispose();
-    this.flatCorners = cornerTexture(corners);
+    if (this.flatCorners === undefined) this.flatCorners = cornerTexture(corners);
+    else writeCorners(corners, this.flatCorners);
   }
 
   private async ask<T>(what: PatchFacts, fetch: () => Promise<T>, take: (answer: T) => void): Promise<void> {
@@ -133,10 +136,15 @@ export class PatchColours {
     this.failed(what, error);
   }
 
-  private takeRest(rest: RestCorners): void {
-    const { origin, corners } = rest;
+  private checkCount({ corners }: { readonly corners: ArrayLike<number> }): void {
     const patches = corners.length / 9;
     if (patches !== this.layout?.patchCount) throw new Error(`${patches} patches at rest, ${this.layout?.patchCount} deformed`);
+  }
+
+  private takeRest(rest: RestCorners): void {
+    this.checkCount(rest);
+    const { origin, corners } = rest;
+    const patches = corners.length / 9;
     this.rest = rest;
     this.restCorners = cornerTexture(corners);
     const colour = new Color();
@@ -167,11 +175,19 @@ export class PatchColours {
 
 /** Three texels per patch: x y z of its corners. */
 function cornerTexture(corners: Float32Array): DataTexture {
-  return patchTexture(corners.length / 9, 3, (patch, out, at) => {
-    for (let corner = 0; corner < 3; ++corner) {
-      out.set(corners.subarray(9 * patch + 3 * corner, 9 * patch + 3 * corner + 3), at + 4 * corner);
-    }
-  });
+  const texture = patchTexture(corners.length / 9, 3, () => undefined);
+  writeCorners(corners, texture);
+  return texture;
+}
+
+function writeCorners(corners: Float32Array, texture: DataTexture): void {
+  const data = texture.image.data as Float32Array;
+  for (let from = 0, to = 0; from < corners.length; from += 3, to += 4) {
+    data[to] = corners[from]!;
+    data[to + 1] = corners[from + 1]!;
+    data[to + 2] = corners[from + 2]!;
+  }
+  texture.needsUpdate = true;
 }
 
 /** Hues a golden angle apart, so that neighbouring numbers differ; grey outside the frame. */

@@ -46,6 +46,7 @@ export interface SurfaceUpdate {
 /** The streamed surface as three draws it: one geometry for all chunks, written in place. */
 export class SurfaceMesh {
   private static readonly PATCHES_ASKED = 10_000;  // takes about a millisecond
+  private static readonly POINTS_ASKED = 1_000_000;  // takes about 20 milliseconds
   private static readonly LEAST_HEAT = 5e-3;  // of the surface's size; smaller ranges would show the steps of the grid
 
   /** In world coordinates: the mesh and the ghost inside have positions of their own. */
@@ -86,6 +87,7 @@ export class SurfaceMesh {
   constructor(source: PatchSource) {
     this.patches = new PatchColours(source, () => {
       this.dress();
+      this.compareAgain();
       this.onChanged?.();
     }, (what, error) => this.onFailed?.(what, error));
     this.ghostMaterial.uniforms.opacity = { value: 0.2 };
@@ -137,13 +139,20 @@ export class SurfaceMesh {
       this.dress();
     }
     this.measure();
-    this.latticeMoved();
+    this.scaleHeat();
   }
 
-  /** The lattice has changed, and with it the shape if only vertices moved. */
-  latticeMoved(): void {
+  /** Whether the shape if only vertices moved is shown. */
+  get isCompared(): boolean {
+    return this.flat.visible;
+  }
+
+  /** Moves the shape that only vertices would make, and measures it. Called once a frame, after edits and updates. */
+  compareAgain(): void {
     if (this.comparesVertices) this.patches.latticeMoved();
-    this.measureDistances();
+    this.uniforms.flatCorners.value = this.patches.flatCorners ?? null;
+    this.largestDifference = this.measureDifference();
+    this.scaleHeat();
   }
 
   /** Where a split view is divided, in pixels of the frame buffer from its left. */
@@ -166,13 +175,14 @@ export class SurfaceMesh {
   setLook(look: SurfaceLook): void {
     const before = this.look;
     this.look = { ...before, ...look };
-    const chosen = (['colouring', 'ghost', 'compare'] as const).some((what) => this.look[what] !== before[what]);
-    if (chosen) this.patches.chosenAnew();
-    if (chosen && this.comparesVertices) this.patches.latticeMoved();
+    const changed = (keys: readonly (keyof SurfaceLook)[]): boolean => keys.some((key) => this.look[key] !== before[key]);
+    if (!changed(Object.keys(look) as (keyof SurfaceLook)[])) return;
+    if (changed(['colouring', 'ghost', 'compare'])) this.patches.chosenAnew();
     if (look.colour !== undefined) this.uniforms.baseColour.value.setHex(look.colour);
     this.uniforms.wireframe.value = this.look.wireframe ? 1 : 0;
     this.uniforms.patchEdges.value = this.look.patchEdges ? 1 : 0;
     this.dress();
+    if (changed(['colouring', 'compare'])) this.compareAgain();
   }
 
   /**
@@ -217,11 +227,8 @@ export class SurfaceMesh {
     return this.look.colouring === 'difference' || (this.look.compare ?? 'off') !== 'off';
   }
 
-  private measureDistances(): void {
-    const { look, layout, patches: { flat, flatCorners } } = this;
-    this.uniforms.flatCorners.value = flatCorners ?? null;
-    const all = Array.from({ length: layout?.pointsPerPatch ?? 0 }, (_, i) => i);
-    this.largestDifference = flat && this.comparesVertices ? this.largestDistance(flat, all, 1) : 0;
+  private scaleHeat(): void {
+    const { look } = this;
     if (look.colouring !== 'displacement' && look.colouring !== 'difference') return;
     const found = look.colouring === 'displacement' ? this.largestDisplacement() : this.largestDifference;
     const least = SurfaceMesh.LEAST_HEAT * this.bounds.getSize(new Vector3()).length();
@@ -234,6 +241,14 @@ export class SurfaceMesh {
     if (!layout || !rest) return 0;
     const corners = [0, layout.segments, layout.pointsPerPatch - 1];  // row 0 runs from corner 0 to 1, the last row is corner 2
     return this.largestDistance(rest, corners, Math.ceil(layout.patchCount / SurfaceMesh.PATCHES_ASKED));
+  }
+
+  /** Measured at all points. With more than a million, only a part of the patches is measured. */
+  private measureDifference(): number {
+    const { layout, patches: { flat } } = this;
+    if (!layout || !flat || !this.comparesVertices) return 0;
+    const all = Array.from({ length: layout.pointsPerPatch }, (_, i) => i);
+    return this.largestDistance(flat, all, Math.ceil(layout.pointCount / SurfaceMesh.POINTS_ASKED));
   }
 
   private largestDistance(from: FlatPatches, points: readonly number[], stride: number): number {
@@ -276,7 +291,7 @@ export class SurfaceMesh {
     this.uniforms.boxColours.value = boxColours ?? null;
     this.uniforms.patchUvs.value = uvs ?? null;
     this.placeRest();
-    this.measureDistances();
+    this.scaleHeat();
     const compare = flatCorners ? look.compare : 'off';
     const form = { ...(this.points.float && { FLOAT_POINTS: '' }), ...(compare === 'split' && { SPLIT: '' }) };
     const colours = {
@@ -293,7 +308,8 @@ export class SurfaceMesh {
     this.ghost.visible = Boolean(look.ghost && restCorners && this.mesh.visible);
     this.flat.visible = compare !== undefined && compare !== 'off' && this.mesh.visible;
     this.flatMaterial.transparent = compare === 'over';
-    Object.assign(this.flatMaterial.uniforms, compare === 'over' ? this.overUniforms : { baseColour: this.uniforms.baseColour, opacity: this.uniforms.opacity });
+    const { baseColour, opacity } = compare === 'over' ? this.overUniforms : this.uniforms;
+    Object.assign(this.flatMaterial.uniforms, { baseColour, opacity });
   }
 
   private materialOf(options: ConstructorParameters<typeof ShaderMaterial>[0]): ShaderMaterial {

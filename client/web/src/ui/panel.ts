@@ -123,7 +123,9 @@ export class Panel {
   }
 
   private surfaceControls(): HTMLElement[] {
-    const colourings = { plain: 'Shaded', displacement: 'Displacement', difference: 'Vertices only to exact', boxes: 'Knot boxes', texture: 'Texture' };
+    const colourings = {
+      plain: 'Shaded', displacement: 'Displacement', difference: 'Vertices only to exact', boxes: 'Knot boxes', texture: 'Texture',
+    };
     return [
       this.keep(choice(this.of('colouring', 'Colour'), colourings)),
       this.keep(segmented(this.of('compare', 'Vertices only'), { off: 'Off', split: 'Split', over: 'Over' })),

@@ -251,6 +251,7 @@ test('a sample becomes a scene, whose upper plane R Z 4 5 turns about its middle
   ];
   assert.ok(distance(after, turned) < 1e-9, `${after} is not ${turned}`);
   await fresh.locator('[data-hud=updates]').getByText(/^0$/).waitFor(); // no more updates come
+  await fresh.addStyleTag({ content: '.hud { display: none }' }); // its figures are of software drawing
   await shot('viewer', fresh);
   assert.deepEqual(freshErrors, []);
   await fresh.close();
