@@ -95,6 +95,32 @@ std::vector<double> ClampedUniformKnots(int degree, int size) {
   return knots;
 }
 
+std::vector<double> KnotsOrDefault(std::span<const double> given, int degree, int size) {
+  if (!given.empty()) return {given.begin(), given.end()};
+  const bool legal = degree >= limits::kMinDegree && degree <= limits::kMaxDegree &&
+                     size > degree && size <= limits::kMaxControlPoints;
+  return legal ? ClampedUniformKnots(degree, size) : std::vector<double>{};
+}
+
+absl::StatusOr<std::vector<Vec3d>> PointsFromFlat(std::span<const double> flat, size_t most,
+                                                  std::string_view field) {
+  if (flat.size() % 3 != 0) {
+    return error::InvalidField(
+        field, fmt::format("got {} numbers, x y z per point are needed", flat.size()));
+  }
+  const size_t count = flat.size() / 3;
+  if (count > most) {
+    return error::OutOfRange(field, static_cast<double>(count), 0, static_cast<double>(most));
+  }
+  std::vector<Vec3d> points;
+  points.reserve(count);
+  for (size_t i = 0; i < flat.size(); i += 3) {
+    points.push_back({flat[i], flat[i + 1], flat[i + 2]});
+    if (!IsFinite(points.back())) return error::NotFinite(field);
+  }
+  return points;
+}
+
 absl::Status Validate(const LatticeStructure& s) {
   LATTICED_RETURN_IF_ERROR(ValidateSizes(s, "lattice"));
   for (size_t a = 0; a < 3; ++a) {

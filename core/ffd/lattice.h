@@ -17,6 +17,7 @@
 
 #include <array>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -59,6 +60,14 @@ struct Lattice {
 
 // 0,…,0, 1, 2, …, m,…,m with m = size - degree and the ends repeated degree + 1 times.
 [[nodiscard]] std::vector<double> ClampedUniformKnots(int degree, int size);
+// Returns `given`, or clamped uniform knots if it is empty. An illegal degree or size allocates nothing: the result is
+// empty, and Validate reports the error.
+[[nodiscard]] std::vector<double> KnotsOrDefault(std::span<const double> given, int degree,
+                                                 int size);
+// Reads the flat list x y z x y z … of at most `most` finite points. kInvalidArgument names `field`.
+[[nodiscard]] absl::StatusOr<std::vector<Vec3d>> PointsFromFlat(std::span<const double> flat,
+                                                                size_t most,
+                                                                std::string_view field);
 
 [[nodiscard]] absl::Status Validate(const LatticeStructure& structure);
 // Checks the structure, and the number and range of the control points.
@@ -66,6 +75,8 @@ struct Lattice {
 
 // Control points at the Greville abscissae: R is then the affine map of the frame, and the mesh is at rest.
 [[nodiscard]] std::vector<Vec3d> IdentityControlPoints(const LatticeStructure& structure);
+
+inline constexpr double kDefaultPadding = 0.05;  // of a LatticeFit that sets none
 
 // Returns an axis-aligned identity lattice around `bounds`. Every side is moved out by `padding` times the longest edge
 // of the bounds, so that flat meshes have a volume. A flat mesh with padding 0 is refused. kInvalidArgument names

@@ -38,7 +38,7 @@ struct MeshDescription {
   std::string layout;  // for RAW its RawLayout as bytes; else empty
   std::string owner;   // name of the caller's token, empty without tokens
   std::map<std::string, std::string> labels;
-  MeshUnits units;  // as announced, carried through
+  MeshUnits units;  // as announced; for a GLB the rest is glTF's
 };
 
 struct StoredMesh : MeshDescription {

@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 
 constexpr uint64_t kPieceBytes = uint64_t{64} << 10;
 
-constexpr std::array<std::pair<std::string_view, std::string_view>, 16> kMediaTypes = {
+constexpr std::array<std::pair<std::string_view, std::string_view>, 17> kMediaTypes = {
     {{".html", "text/html; charset=utf-8"},
      {".js", "text/javascript; charset=utf-8"},
      {".mjs", "text/javascript; charset=utf-8"},
@@ -34,6 +34,7 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 16> kMediaTy
      {".svg", "image/svg+xml"},
      {".png", "image/png"},
      {".jpg", "image/jpeg"},
+     {".webp", "image/webp"},
      {".ico", "image/x-icon"},
      {".woff2", "font/woff2"},
      {".glb", "model/gltf-binary"},

@@ -16,9 +16,9 @@
 namespace latticed {
 namespace {
 
-constexpr double kDefaultPadding = 0.05;
-constexpr std::array<int, 3> kDefaultDegree{2, 2, 2};
-constexpr std::array<int, 3> kDefaultSize{4, 4, 4};
+std::span<const double> SpanOf(const google::protobuf::RepeatedField<double>& numbers) {
+  return {numbers.data(), static_cast<size_t>(numbers.size())};
+}
 
 std::array<int, 3> AxesOr(bool set, const v1::LatticeAxes& axes, std::array<int, 3> unset) {
   return set ? std::array<int, 3>{axes.u(), axes.v(), axes.w()} : unset;
@@ -39,16 +39,6 @@ absl::Status Reroot(const absl::Status& status, std::string_view from, std::stri
   details.field.replace(0, from.size(), to);
   message.replace(0, from.size(), to);
   return error::WithDetails(absl::Status(status.code(), message), details);
-}
-
-// The given knots, or clamped uniform ones if none are given. An illegal degree or size allocates nothing: the
-// result is empty, and Validate reports the error.
-std::vector<double> KnotsOrDefault(const google::protobuf::RepeatedField<double>& given, int degree,
-                                   int size) {
-  if (!given.empty()) return {given.begin(), given.end()};
-  const bool legal = degree >= limits::kMinDegree && degree <= limits::kMaxDegree &&
-                     size > degree && size <= limits::kMaxControlPoints;
-  return legal ? ClampedUniformKnots(degree, size) : std::vector<double>{};
 }
 
 }  // namespace
@@ -81,22 +71,7 @@ v1::Bounds ToProto(const Bounds& bounds) {
 
 absl::StatusOr<std::vector<Vec3d>> PointsFromProto(
     const google::protobuf::RepeatedField<double>& flat, size_t most, std::string_view field) {
-  const auto numbers = static_cast<size_t>(flat.size());
-  if (numbers % 3 != 0) {
-    return error::InvalidField(field,
-                               fmt::format("got {} numbers, x y z per point are needed", numbers));
-  }
-  const size_t count = numbers / 3;
-  if (count > most) {
-    return error::OutOfRange(field, static_cast<double>(count), 0, static_cast<double>(most));
-  }
-  std::vector<Vec3d> points;
-  points.reserve(count);
-  for (int i = 0; i < flat.size(); i += 3) {
-    points.push_back({flat[i], flat[i + 1], flat[i + 2]});
-    if (!IsFinite(points.back())) return error::NotFinite(field);
-  }
-  return points;
+  return PointsFromFlat(SpanOf(flat), most, field);
 }
 
 void AppendPoints(std::span<const Vec3d> points, google::protobuf::RepeatedField<double>& flat) {
@@ -114,11 +89,11 @@ absl::StatusOr<LatticeStructure> StructureFromProto(const v1::Lattice& lattice,
     return error::InvalidField(fmt::format("{}.frame", field), "is required");
   }
   LatticeStructure s;
-  s.degree = AxesOr(lattice.has_degree(), lattice.degree(), kDefaultDegree);
-  s.size = AxesOr(lattice.has_size(), lattice.size(), kDefaultSize);
-  s.knots = {KnotsOrDefault(lattice.knots_u(), s.degree[0], s.size[0]),
-             KnotsOrDefault(lattice.knots_v(), s.degree[1], s.size[1]),
-             KnotsOrDefault(lattice.knots_w(), s.degree[2], s.size[2])};
+  s.degree = AxesOr(lattice.has_degree(), lattice.degree(), s.degree);
+  s.size = AxesOr(lattice.has_size(), lattice.size(), s.size);
+  s.knots = {KnotsOrDefault(SpanOf(lattice.knots_u()), s.degree[0], s.size[0]),
+             KnotsOrDefault(SpanOf(lattice.knots_v()), s.degree[1], s.size[1]),
+             KnotsOrDefault(SpanOf(lattice.knots_w()), s.degree[2], s.size[2])};
   const v1::LatticeFrame& frame = lattice.frame();
   s.frame.origin = {frame.origin().x(), frame.origin().y(), frame.origin().z()};
   s.frame.edges = {Vec3d{frame.u().x(), frame.u().y(), frame.u().z()},
@@ -149,8 +124,9 @@ absl::StatusOr<Lattice> FromProto(const v1::LatticeSource& source, const Bounds&
     return error::Unsupported(field, "this kind of source");
   }
   const v1::LatticeFit& fit = source.fit();
-  auto lattice = FitLattice(mesh_bounds, AxesOr(fit.has_size(), fit.size(), kDefaultSize),
-                            AxesOr(fit.has_degree(), fit.degree(), kDefaultDegree),
+  const LatticeStructure unset;
+  auto lattice = FitLattice(mesh_bounds, AxesOr(fit.has_size(), fit.size(), unset.size),
+                            AxesOr(fit.has_degree(), fit.degree(), unset.degree),
                             fit.has_padding() ? fit.padding() : kDefaultPadding);
   if (!lattice.ok()) return Reroot(lattice.status(), "fit", fmt::format("{}.fit", field));
   return lattice;

@@ -83,10 +83,7 @@ absl::StatusOr<UploadHeader> FromProto(const v1::MeshHeader& header, uint64_t ma
                              static_cast<double>(max_mesh_bytes));
   }
   LATTICED_ASSIGN_OR_RETURN(out.mesh.units, MeshUnitsFromProto(header.units(), "header.units"));
-  if (out.mesh.format == UploadFormat::kGlb) {  // what glTF 2.0 prescribes (3.4, coordinate system)
-    if (out.mesh.units.up_axis.empty()) out.mesh.units.up_axis = "y";
-    if (out.mesh.units.meters_per_unit == 0) out.mesh.units.meters_per_unit = 1;
-  }
+  if (out.mesh.format == UploadFormat::kGlb) out.mesh.units = WithGltfDefaults(out.mesh.units);
   LATTICED_RETURN_IF_ERROR(CheckWords(header));
   if (header.has_raw_layout() != (out.mesh.format == UploadFormat::kRaw)) {
     return error::InvalidField("header.raw_layout",

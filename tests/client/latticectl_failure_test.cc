@@ -11,7 +11,9 @@
 namespace latticed::client {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using ::testing::StartsWith;
 
 class LatticectlFailure : public LatticectlTest {
@@ -66,6 +68,22 @@ TEST_F(LatticectlFailure, NamesTheOptionThatWasMeant) {
             "options\n");
 }
 
+TEST_F(LatticectlFailure, TakesNoNumberForAnOption) {
+  EXPECT_THAT(Error({"edit", "insert-knot", "my-scene", "u", "0.5", "-3"}, 2),
+              AllOf(HasSubstr("not expected: -3"), Not(HasSubstr("option"))));
+  EXPECT_THAT(Error({"edit", "move", "my-scene", "--point", "1,1,1", "-1,0,0"}, 2),
+              HasSubstr("--by is required"));
+  EXPECT_THAT(Error({"edit", "-3"}, 2), HasSubstr("unknown command 'edit -3'"));
+}
+
+// A script may have an empty variable in the place of the command.
+TEST_F(LatticectlFailure, IsJsonWithoutACommand) {
+  for (const std::vector<std::string>& arguments :
+       {std::vector<std::string>{}, {""}, {"scene"}, {"scene", ""}, {"edit"}}) {
+    EXPECT_EQ(JsonError(arguments, 2)["code"], "INVALID_ARGUMENT");
+  }
+}
+
 TEST_F(LatticectlFailure, OfUsageIsJsonToo) {
   const auto unknown = JsonError({"aply"}, 2);
   EXPECT_EQ(unknown, nlohmann::json({{"message", "unknown command 'aply'"},
@@ -112,6 +130,17 @@ TEST_F(LatticectlFailure, SaysWhenAPortSpeaksHttpOrNoTls) {
   }
   EXPECT_THAT(Error({"info", "--tls", "--server", server->address()}, 1),
               StartsWith("latticectl: " + server->address() + " does not speak TLS; leave out"));
+  ASSERT_OK(WriteFile(Path("empty.pem"), ""));
+  EXPECT_THAT(Error({"info", "--tls-ca", Path("empty.pem"), "--server", server->address()}, 1),
+              HasSubstr("does not speak TLS"));
+}
+
+TEST_F(LatticectlFailure, SpeaksOfTlsFilesOnlyIfTlsWasAskedFor) {
+  EXPECT_THAT(Error({"info", "--server", "ipv4:"}, 1),
+              AllOf(HasSubstr("empty address list"), Not(HasSubstr("TLS"))));
+  ASSERT_OK(WriteFile(Path("bad.pem"), "no certificate"));
+  EXPECT_THAT(Error({"info", "--tls-ca", Path("bad.pem"), "--server", "127.0.0.1:1"}, 1),
+              StartsWith("latticectl: the TLS files cannot be used; check --tls-ca"));
 }
 
 class LatticectlServerFailure : public LatticectlServer {};
@@ -124,7 +153,7 @@ TEST_F(LatticectlServerFailure, HasTheReasonAndTheRequestInJson) {
   EXPECT_EQ(error["advice"], "'latticectl scene list' shows what there is");
   EXPECT_EQ(error["reason"], "NOT_FOUND");
   EXPECT_EQ(error["code"], "NOT_FOUND");
-  EXPECT_THAT(error["requestId"], ::testing::Not(""));
+  EXPECT_THAT(error["requestId"], Not(""));
 }
 
 TEST(FailureTest, AdviceOfACommandIsPrinted) {
@@ -138,6 +167,12 @@ TEST(FailureTest, AdviceOfACommandIsPrinted) {
   EXPECT_EQ(json.str(), R"({"error":{"advice":"mend it","code":"ABORTED","message":"it broke",)"
                         R"("reason":"STRUCTURE_CHANGED","requestId":"7"}})"
                         "\n");
+}
+
+TEST(FailureTest, ARequestIsPrintedWithoutAReasonToo) {
+  std::ostringstream text;
+  PrintFailure({.message = "it broke", .request_id = "7"}, /*as_json=*/false, text);
+  EXPECT_EQ(text.str(), "latticectl: it broke (request 7)\n");
 }
 
 }  // namespace

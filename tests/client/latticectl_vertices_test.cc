@@ -8,6 +8,7 @@
 
 #include "client/cpp/latticectl/lattice_json.h"
 #include "client/cpp/latticectl/output.h"
+#include "core/base/read_file.h"
 #include "core/ffd/direct_ffd.h"
 #include "tests/client/latticectl_fixture.h"
 
@@ -135,6 +136,21 @@ TEST_F(LatticectlVertices, OtherFormatsHaveTrianglesWithUvs) {
     EXPECT_EQ(moved.face_count(), 3u);
     EXPECT_EQ(moved.has_uvs(), output != std::string("o.stl"));
   }
+}
+
+TEST_F(LatticectlVertices, OfAGlbAreInMetresAndYUp) {
+  ASSERT_OK(WriteFile(Path("s.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 1\nf 1 2 3\n"));
+  MakeLattice(Path("s.obj"), "4,4,4", "2,2,2");
+  Apply(Path("s.obj"), "s.glb");
+  const auto comment = [&](const std::string& mesh, const std::vector<std::string>& flags) {
+    Apply(Path(mesh), "o.obj", flags);
+    const std::string obj = *ReadFile(Path("o.obj"));
+    return obj.starts_with("# up") ? obj.substr(0, obj.find('\n')) : "";
+  };
+  EXPECT_EQ(comment("s.glb", {}), "# up +y, 1 m per unit");
+  EXPECT_EQ(comment("s.glb", {"--up-axis", "z"}), "# up +z, 1 m per unit");
+  EXPECT_EQ(comment("s.glb", {"--meters-per-unit", "0.01"}), "# up +y, 0.01 m per unit");
+  EXPECT_EQ(comment("s.obj", {}), "");
 }
 
 TEST_F(LatticectlVertices, PrintsCountsAndRefusesFlagsOfTheServer) {

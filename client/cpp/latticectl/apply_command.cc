@@ -89,10 +89,11 @@ absl::Status RunVerticesOnly(const ApplyFlags& flags, Console console) {
   LATTICED_ASSIGN_OR_RETURN(auto mesh, ParseMesh(file));
   LATTICED_ASSIGN_OR_RETURN(const auto proto, ReadLattice(flags.lattice));
   LATTICED_ASSIGN_OR_RETURN(const auto lattice, FromProto(proto));
+  MeshUnits units{UpAxisName(flags.units.up_axis()), flags.units.meters_per_unit()};
+  if (file.format == MeshFormat::kGlb) units = WithGltfDefaults(units);
   LATTICED_ASSIGN_OR_RETURN(
       const auto written,
-      WritePolygons(flags.output, WithMovedVertices(std::move(mesh), lattice),
-                    MeshUnits{UpAxisName(flags.units.up_axis()), flags.units.meters_per_unit()}));
+      WritePolygons(flags.output, WithMovedVertices(std::move(mesh), lattice), units));
   const double seconds = absl::ToDoubleSeconds(absl::Now() - start);
   PrintResult(flags.json,
               nlohmann::json{{"output", flags.output},

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "absl/strings/numbers.h"
 #include "client/cpp/latticectl/did_you_mean.h"
 #include "core/base/error.h"
 #include "fmt/format.h"
@@ -76,10 +77,16 @@ struct UnknownWord {
   bool is_option;
 };
 
+// Holds for "-3", and for a vector "-1,0,0".
+bool IsNumber(const std::string& word) {
+  double number = 0;
+  return absl::SimpleAtod(word.substr(0, word.find(',')), &number);
+}
+
 std::optional<UnknownWord> FindUnknownWord(const CLI::App& app) {
   const bool wants_command = !CommandNames(app).empty() && app.get_subcommands().empty();
   for (const std::string& word : app.remaining()) {
-    if (word.size() > 1 && word[0] == '-') {
+    if (word.size() > 1 && word[0] == '-' && !IsNumber(word)) {
       return UnknownWord{&app, word.substr(0, word.find('=')), true};
     }
     if (wants_command) return UnknownWord{&app, word, false};
@@ -156,10 +163,11 @@ void PrintFailure(const Failure& failure, bool as_json, std::ostream& err) {
   }
   err << "latticectl: " << failure.message;
   if (!failure.advice.empty()) err << "; " << failure.advice;
-  if (!failure.reason.empty()) {
-    err << fmt::format(" ({}{}{})", failure.reason, failure.request_id.empty() ? "" : ", request ",
-                       failure.request_id);
+  std::string origin = failure.reason;
+  if (!failure.request_id.empty()) {
+    origin += (origin.empty() ? "request " : ", request ") + failure.request_id;
   }
+  if (!origin.empty()) err << " (" << origin << ")";
   err << '\n';
 }
 

@@ -3,6 +3,7 @@
 #include "client/cpp/latticectl/lattice_json.h"
 
 #include <CLI/CLI.hpp>
+#include <span>
 #include <vector>
 
 #include "absl/strings/numbers.h"
@@ -29,16 +30,11 @@ void Set(const std::vector<double>& from, google::protobuf::RepeatedField<double
 
 std::array<int, 3> AxesOf(const v1::LatticeAxes& axes) { return {axes.u(), axes.v(), axes.w()}; }
 
-Vec3d VectorOf(const v1::Vec3& v) { return {v.x(), v.y(), v.z()}; }
-
-// The knots given, else clamped uniform ones. An illegal size or degree allocates nothing: Validate reports it.
-std::vector<double> KnotsOf(const google::protobuf::RepeatedField<double>& given, int degree,
-                            int size) {
-  if (!given.empty()) return {given.begin(), given.end()};
-  const bool legal = degree >= limits::kMinDegree && degree <= limits::kMaxDegree &&
-                     size > degree && size <= limits::kMaxControlPoints;
-  return legal ? ClampedUniformKnots(degree, size) : std::vector<double>{};
+std::span<const double> SpanOf(const google::protobuf::RepeatedField<double>& numbers) {
+  return {numbers.data(), static_cast<size_t>(numbers.size())};
 }
+
+Vec3d VectorOf(const v1::Vec3& v) { return {v.x(), v.y(), v.z()}; }
 
 }  // namespace
 
@@ -86,23 +82,17 @@ absl::StatusOr<Lattice> FromProto(const v1::Lattice& proto) {
   LatticeStructure& s = lattice.structure;
   if (proto.has_degree()) s.degree = AxesOf(proto.degree());
   if (proto.has_size()) s.size = AxesOf(proto.size());
-  s.knots = {KnotsOf(proto.knots_u(), s.degree[0], s.size[0]),
-             KnotsOf(proto.knots_v(), s.degree[1], s.size[1]),
-             KnotsOf(proto.knots_w(), s.degree[2], s.size[2])};
+  s.knots = {KnotsOrDefault(SpanOf(proto.knots_u()), s.degree[0], s.size[0]),
+             KnotsOrDefault(SpanOf(proto.knots_v()), s.degree[1], s.size[1]),
+             KnotsOrDefault(SpanOf(proto.knots_w()), s.degree[2], s.size[2])};
   const v1::LatticeFrame& frame = proto.frame();
   s.frame = {VectorOf(frame.origin()),
              {VectorOf(frame.u()), VectorOf(frame.v()), VectorOf(frame.w())}};
   LATTICED_RETURN_IF_ERROR(Validate(s));
-  const auto& points = proto.control_points();
-  if (points.size() % 3 != 0) {
-    return error::InvalidField(
-        "lattice.control_points",
-        fmt::format("got {} numbers, x y z per point are needed", points.size()));
-  }
-  for (int i = 0; i < points.size(); i += 3) {
-    lattice.control_points.push_back({points[i], points[i + 1], points[i + 2]});
-  }
-  if (points.empty()) lattice.control_points = IdentityControlPoints(s);
+  LATTICED_ASSIGN_OR_RETURN(lattice.control_points,
+                            PointsFromFlat(SpanOf(proto.control_points()),
+                                           limits::kMaxControlPoints, "lattice.control_points"));
+  if (lattice.control_points.empty()) lattice.control_points = IdentityControlPoints(s);
   LATTICED_RETURN_IF_ERROR(Validate(lattice));
   return lattice;
 }

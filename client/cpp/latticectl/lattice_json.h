@@ -31,7 +31,7 @@ namespace latticed::client {
 struct FitFlags {
   std::string size = "4,4,4";
   std::string degree = "2,2,2";
-  double padding = 0.05;
+  double padding = kDefaultPadding;
 };
 void AddFitFlags(CLI::App& command, FitFlags& flags);
 [[nodiscard]] v1::LatticeFit ToProto(const FitFlags& flags);

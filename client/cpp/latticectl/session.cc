@@ -18,7 +18,8 @@ namespace latticed::client {
 namespace {
 
 absl::StatusOr<Connection> ToConnection(const SessionFlags& flags) {
-  Connection connection{.address = flags.server, .token = flags.token, .tls = flags.tls};
+  const bool tls = flags.tls || !flags.tls_ca.empty() || !flags.tls_cert.empty();
+  Connection connection{.address = flags.server, .token = flags.token, .tls = tls};
   const std::pair<const std::string&, std::string&> files[] = {
       {flags.tls_ca, connection.tls_ca_pem},
       {flags.tls_cert, connection.tls_cert_pem},
@@ -105,7 +106,7 @@ absl::Status Session::Explain(const absl::Status& status) const {
     return Unavailable(fmt::format("{} does not speak TLS", address),
                        "leave out --tls and --tls-ca");
   }
-  if (says("empty address list")) {
+  if (connection_.tls && says("empty address list")) {
     return Unavailable("the TLS files cannot be used", "check --tls-ca, --tls-cert and --tls-key");
   }
   return Unavailable(text, fmt::format("no answer from {0}: start a server there with 'latticed "

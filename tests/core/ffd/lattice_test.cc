@@ -67,6 +67,29 @@ TEST(Lattice, IdentityReproducesTheWorldInObliqueMirroredFrames) {
   }
 }
 
+TEST(Lattice, MissingKnotsAreClampedAndUniform) {
+  EXPECT_EQ(KnotsOrDefault({}, 2, 4), (std::vector<double>{0, 0, 0, 1, 2, 2, 2}));
+  const std::vector<double> given{7, 3};  // Validate checks what is given
+  EXPECT_EQ(KnotsOrDefault(given, 2, 4), given);
+  for (const auto& [degree, size] :
+       {std::pair{0, 4}, {4, 5}, {2, 2}, {2, -1}, {2, 2'000'000'000}}) {
+    EXPECT_TRUE(KnotsOrDefault({}, degree, size).empty()) << degree << ", " << size;
+  }
+}
+
+TEST(Lattice, PointsAreReadFromAFlatList) {
+  const std::vector<double> flat{1, 2, 3, 4, 5, 6};
+  const auto points = PointsFromFlat(flat, 2, "field");
+  ASSERT_OK(points);
+  EXPECT_EQ(*points, (std::vector<Vec3d>{{1, 2, 3}, {4, 5, 6}}));
+  EXPECT_THAT(PointsFromFlat(flat, 1, "field").status(),
+              StatusIs(kInvalid, HasSubstr("field: got 2")));
+  EXPECT_THAT(PointsFromFlat(std::span(flat).first(5), 2, "field").status(),
+              StatusIs(kInvalid, HasSubstr("got 5 numbers, x y z per point are needed")));
+  const std::vector<double> infinite{1, 2, INFINITY};
+  EXPECT_EQ(FieldOf(PointsFromFlat(infinite, 2, "field").status()), "field");
+}
+
 TEST(Lattice, RefusesBadFits) {
   EXPECT_EQ(FieldOf(FitLattice(UnitBox(), {2, 4, 4}, {2, 2, 2}, 0).status()), "fit.size.u");
   EXPECT_EQ(FieldOf(FitLattice(UnitBox(), {4, 4, 4}, {2, 4, 2}, 0).status()), "fit.degree.v");

@@ -142,6 +142,12 @@ TEST(MeshIoTest, GlbTurnsEveryUpAxisToYAndScalesToMetres) {
   }
 }
 
+TEST(MeshIoTest, OfAGlbUnknownUnitsAreThoseOfGltf) {
+  EXPECT_EQ(Describe(WithGltfDefaults({})), "up +y, 1 m per unit");
+  EXPECT_EQ(Describe(WithGltfDefaults({"z", 0})), "up +z, 1 m per unit");
+  EXPECT_EQ(Describe(WithGltfDefaults({"", 0.01})), "up +y, 0.01 m per unit");
+}
+
 TEST(MeshIoTest, KnownUnitsAreACommentThatReadersPassOver) {
   for (const MeshFormat format : {MeshFormat::kObj, MeshFormat::kPly, MeshFormat::kStl}) {
     TriangleMesh mesh = testing::SquareOfTwoGroups();

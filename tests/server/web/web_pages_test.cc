@@ -38,6 +38,7 @@ TEST_F(WebTest, FilesHaveTheirMediaTypes) {
   folder_.Write("web/draco/decoder.wasm", "asm");
   folder_.Write("web/style.css", "body{}");
   folder_.Write("web/a b.svg", "<svg/>");
+  folder_.Write("web/session.webp", "RIFF");
   folder_.Write("web/unknown.bin", "?");
   Serve();
 
@@ -45,6 +46,7 @@ TEST_F(WebTest, FilesHaveTheirMediaTypes) {
   EXPECT_EQ(Get("/draco/decoder.wasm?v=1").fields.at("content-type"), "application/wasm");
   EXPECT_EQ(Get("/style.css").fields.at("content-type"), "text/css; charset=utf-8");
   EXPECT_EQ(Get("/a%20b.svg").fields.at("content-type"), "image/svg+xml");
+  EXPECT_EQ(Get("/session.webp").fields.at("content-type"), "image/webp");
   EXPECT_EQ(Get("/unknown.bin").fields.at("content-type"), "application/octet-stream");
 }
 
