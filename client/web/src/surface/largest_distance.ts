@@ -31,7 +31,8 @@ export function largestDistance(
   points: readonly number[],
   stride: number,
 ): number {
-  const weights = points.map((point) => Array.from(layout.patternPoints.subarray(3 * point, 3 * point + 3), (i) => i / layout.segments));
+  const weights = Float64Array.from(points.flatMap((point) => [...layout.patternPoints.subarray(3 * point, 3 * point + 3)]),
+    (i) => i / layout.segments);
   const { numbers, step } = drawn;
   const { corners } = flat;
   const between = [0, 1, 2].map((axis) => drawn.origin[axis] - flat.origin[axis]);
@@ -42,8 +43,9 @@ export function largestDistance(
       let square = 0;
       for (let axis = 0; axis < 3; ++axis) {
         const at = 9 * patch + axis;
-        const place = weights[i][0] * corners[at] + weights[i][1] * corners[at + 3] + weights[i][2] * corners[at + 6];
-        square += (between[axis] + step * numbers[point + axis] - place) ** 2;
+        const place = weights[3 * i] * corners[at] + weights[3 * i + 1] * corners[at + 3] + weights[3 * i + 2] * corners[at + 6];
+        const away = between[axis] + step * numbers[point + axis] - place;
+        square += away * away;
       }
       if (square > largest) largest = square;
     }

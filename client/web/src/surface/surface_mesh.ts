@@ -46,7 +46,7 @@ export interface SurfaceUpdate {
 /** The streamed surface as three draws it: one geometry for all chunks, written in place. */
 export class SurfaceMesh {
   private static readonly PATCHES_ASKED = 10_000;  // takes about a millisecond
-  private static readonly POINTS_ASKED = 1_000_000;  // takes about 20 milliseconds
+  private static readonly POINTS_ASKED = 1_000_000;  // takes about 25 milliseconds
   private static readonly LEAST_HEAT = 5e-3;  // of the surface's size; smaller ranges would show the steps of the grid
 
   /** In world coordinates: the mesh and the ghost inside have positions of their own. */
@@ -149,8 +149,9 @@ export class SurfaceMesh {
 
   /** Moves the shape that only vertices would make, and measures it. Called once a frame, after edits and updates. */
   compareAgain(): void {
-    if (this.comparesVertices) this.patches.latticeMoved();
-    this.uniforms.flatCorners.value = this.patches.flatCorners ?? null;
+    this.largestDifference = 0;
+    if (!this.comparesVertices) return;
+    this.patches.latticeMoved();
     this.largestDifference = this.measureDifference();
     this.scaleHeat();
   }
@@ -228,11 +229,13 @@ export class SurfaceMesh {
   }
 
   private scaleHeat(): void {
-    const { look } = this;
+    const { look, patches } = this;
     if (look.colouring !== 'displacement' && look.colouring !== 'difference') return;
-    const found = look.colouring === 'displacement' ? this.largestDisplacement() : this.largestDifference;
+    const isDisplacement = look.colouring === 'displacement';
+    const found = isDisplacement ? this.largestDisplacement() : this.largestDifference;
     const least = SurfaceMesh.LEAST_HEAT * this.bounds.getSize(new Vector3()).length();
-    this.uniforms.displacementRange.value = found && Math.max(found, least);
+    const isKnown = (isDisplacement ? patches.rest : patches.flat) !== undefined;
+    this.uniforms.displacementRange.value = isKnown ? Math.max(found, least) : 0;
   }
 
   /** Measured at the corners of patches. With more than 10,000 patches, only a part of them is measured. */
@@ -246,7 +249,7 @@ export class SurfaceMesh {
   /** Measured at all points. With more than a million, only a part of the patches is measured. */
   private measureDifference(): number {
     const { layout, patches: { flat } } = this;
-    if (!layout || !flat || !this.comparesVertices) return 0;
+    if (!layout || !flat) return 0;
     const all = Array.from({ length: layout.pointsPerPatch }, (_, i) => i);
     return this.largestDistance(flat, all, Math.ceil(layout.pointCount / SurfaceMesh.POINTS_ASKED));
   }
@@ -288,6 +291,7 @@ export class SurfaceMesh {
     }
     const { restCorners, flatCorners, boxColours, uvs } = patches;
     this.uniforms.restCorners.value = restCorners ?? null;
+    this.uniforms.flatCorners.value = flatCorners ?? null;
     this.uniforms.boxColours.value = boxColours ?? null;
     this.uniforms.patchUvs.value = uvs ?? null;
     this.placeRest();

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The divider of a split view: left of it the shape if only vertices moved, right of it the exact surface. It is dragged, or
-// moved by the arrow keys. Below it stands how far apart the two are.
+// moved by the arrow keys. A line at the top says how far apart the two are.
 import { h } from '../dom';
 
 const KEY_STEP = 0.02; // of the view's width
