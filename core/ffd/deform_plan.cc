@@ -59,11 +59,12 @@ class Planner {
     plan_->structure = structure;
   }
 
-  absl::StatusOr<std::shared_ptr<const DeformPlan>> Run() {
+  absl::StatusOr<std::shared_ptr<const DeformPlan>> Run(std::optional<double> crease_angle) {
     plan_->mesh_bounds = plan_->mesh->ComputeBounds();
     plan_->local_origin = plan_->mesh_bounds.center();
     plan_->identity_points = IdentityControlPoints(plan_->structure);
-    LATTICED_ASSIGN_OR_RETURN(plan_->vertex_normals, UnitCornerNormals(*plan_->mesh, stop_));
+    LATTICED_ASSIGN_OR_RETURN(plan_->vertex_normals,
+                              UnitCornerNormals(*plan_->mesh, crease_angle, stop_));
     MakeBoxes();
     LATTICED_RETURN_IF_ERROR(AssignPieces());
     LATTICED_RETURN_IF_ERROR(SortPatches());
@@ -326,13 +327,14 @@ size_t DeformPlan::MemoryBytes() const {
 
 absl::StatusOr<std::shared_ptr<const DeformPlan>> MakePlan(std::shared_ptr<const PolygonMesh> mesh,
                                                            const LatticeStructure& structure,
+                                                           std::optional<double> crease_angle,
                                                            StopCheck stop) {
   LATTICED_RETURN_IF_ERROR(Validate(structure));
   LATTICED_ASSIGN_OR_RETURN(auto split, SplitAtKnots(*mesh, structure, stop));
   if (split.pieces.empty()) {
     return error::InvalidField("mesh", "no face has three corners at different positions");
   }
-  return Planner(std::move(mesh), structure, std::move(split), stop).Run();
+  return Planner(std::move(mesh), structure, std::move(split), stop).Run(crease_angle);
 }
 
 bool IsAttached(const DeformPlan& plan, const Seam& seam, std::span<const Vec3d> control_points) {

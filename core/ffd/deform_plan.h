@@ -25,6 +25,7 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -88,7 +89,7 @@ struct DeformPlan {
   std::vector<Patch> patches;
   std::vector<PatchSource> sources;  // one per patch
   std::vector<Seam> seams;
-  std::vector<Vec3f> vertex_normals;   // per mesh corner, unit; given or area-weighted
+  std::vector<Vec3f> vertex_normals;   // per mesh corner, unit (vertex_normals.h)
   std::vector<Vec3d> identity_points;  // IdentityControlPoints(structure)
   Bounds mesh_bounds;
   Bounds outside_bounds;  // world bounds of the outside pieces; empty if none
@@ -108,11 +109,12 @@ struct DeformPlan {
   size_t MemoryBytes() const;
 };
 
+// crease_angle: see vertex_normals.h.
 // Errors: kInvalidArgument for an invalid structure, or where no face has three different positions;
 // kResourceExhausted past limits::kMaxPatches; what `stop` returns. It is called every few thousand faces or patches.
 [[nodiscard]] absl::StatusOr<std::shared_ptr<const DeformPlan>> MakePlan(
     std::shared_ptr<const PolygonMesh> mesh, const LatticeStructure& structure,
-    StopCheck stop = NeverStop);
+    std::optional<double> crease_angle = {}, StopCheck stop = NeverStop);
 
 // Whether `seam` is attached; AttachedSeams answers for every seam of the plan.
 [[nodiscard]] bool IsAttached(const DeformPlan& plan, const Seam& seam,

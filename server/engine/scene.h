@@ -55,7 +55,8 @@ struct SceneConfig {
   std::shared_ptr<const PolygonMesh> mesh;
   // At revision 0; reset{INITIAL} returns to it. The scene moves it out of here and keeps its own copies.
   Lattice lattice;
-  MeshUnits units;  // of its coordinates, for clients and exported files
+  std::optional<double> crease_angle;  // in degrees (core/ffd/vertex_normals.h)
+  MeshUnits units;                     // of its coordinates, for clients and exported files
   WatchView default_view;
   Pipeline pipeline = Pipeline::kFused;
   absl::Duration idle_ttl = absl::Hours(24);

@@ -107,13 +107,14 @@ absl::StatusOr<SceneConfig> SceneConfigFromProto(const v1::CreateSceneRequest& r
       auto lattice,
       FromProto(request.lattices_size() == 1 ? request.lattices(0) : fit_with_defaults, mesh.bounds,
                 "lattices[0]"));
+  const bool smooth = mesh.mesh->has_normals() || request.has_crease_angle();
   LATTICED_ASSIGN_OR_RETURN(
-      auto view, DefaultViewFromProto(request.default_view(), DefaultView(mesh.mesh->has_normals()),
-                                      "default_view"));
+      auto view, DefaultViewFromProto(request.default_view(), DefaultView(smooth), "default_view"));
   LATTICED_ASSIGN_OR_RETURN(
       const auto pipeline,
       ReadEnum(kPipelines, request.diagnostics().pipeline(), "diagnostics.pipeline"));
   LATTICED_ASSIGN_OR_RETURN(const auto idle_ttl, IdleTtl(request, default_idle_ttl));
+  LATTICED_RETURN_IF_ERROR(error::CheckRange("crease_angle", request.crease_angle(), 0, 180));
   LATTICED_ASSIGN_OR_RETURN(auto units, MeshUnitsFromProto(request.units(), "units"));
   if (units.up_axis.empty()) units.up_axis = mesh.units.up_axis;
   if (units.meters_per_unit == 0) units.meters_per_unit = mesh.units.meters_per_unit;
@@ -123,6 +124,7 @@ absl::StatusOr<SceneConfig> SceneConfigFromProto(const v1::CreateSceneRequest& r
   config.mesh_id = mesh.id;
   config.mesh = mesh.mesh;
   config.lattice = std::move(lattice);
+  if (request.has_crease_angle()) config.crease_angle = request.crease_angle();
   config.units = std::move(units);
   config.default_view = view;
   config.pipeline = pipeline;
@@ -157,6 +159,7 @@ v1::Scene ToProto(const Scene& scene) {
   }
   result.set_owner(config.owner);
   *result.mutable_units() = ToProto(config.units);
+  if (config.crease_angle.has_value()) result.set_crease_angle(*config.crease_angle);
   return result;
 }
 

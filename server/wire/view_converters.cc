@@ -57,9 +57,9 @@ absl::Status TakeNumbers(const v1::ViewOptions& options, std::string_view field,
 
 }  // namespace
 
-WatchView DefaultView(bool mesh_has_normals) {
+WatchView DefaultView(bool smooth) {
   WatchView view;
-  view.key.spec.normals = mesh_has_normals ? NormalMode::kSmooth : NormalMode::kFacet;
+  view.key.spec.normals = smooth ? NormalMode::kSmooth : NormalMode::kFacet;
   return view;
 }
 

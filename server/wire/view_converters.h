@@ -17,8 +17,8 @@
 
 namespace latticed {
 
-// Views. DefaultView is what ViewOptions documents, smooth where the mesh has normals.
-[[nodiscard]] WatchView DefaultView(bool mesh_has_normals);
+// Views. DefaultView is what ViewOptions documents, with smooth or facet normals.
+[[nodiscard]] WatchView DefaultView(bool smooth);
 // What is 0 or UNSPECIFIED comes from `defaults`. For a scene's default view.
 [[nodiscard]] absl::StatusOr<WatchView> DefaultViewFromProto(const v1::ViewOptions& options,
                                                              const WatchView& defaults,

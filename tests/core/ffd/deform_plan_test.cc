@@ -232,7 +232,7 @@ TEST(DeformPlan, StopsWhereverItIsToldTo) {
     ++asked;
     return absl::OkStatus();
   };
-  ASSERT_OK(MakePlan(mesh, structure, go_on));
+  ASSERT_OK(MakePlan(mesh, structure, {}, go_on));
   const size_t most = asked;
   // The poll counts vertices and faces while splitting, then faces, patches and edges, some of them
   // twice.
@@ -243,7 +243,7 @@ TEST(DeformPlan, StopsWhereverItIsToldTo) {
     const auto stop = [&asked, nth] {
       return ++asked < nth ? absl::OkStatus() : absl::DeadlineExceededError("late");
     };
-    EXPECT_THAT(MakePlan(mesh, structure, stop), StatusIs(absl::StatusCode::kDeadlineExceeded));
+    EXPECT_THAT(MakePlan(mesh, structure, {}, stop), StatusIs(absl::StatusCode::kDeadlineExceeded));
     EXPECT_EQ(asked, nth) << "asked on after it was told to stop";
   }
 }

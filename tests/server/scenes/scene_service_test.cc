@@ -3,6 +3,8 @@
 //
 // SceneService's unary rpcs through the stub: their replies, and every refusal with its reason and
 // field.
+#include <limits>
+
 #include "tests/server/support/server_test.h"
 
 namespace latticed::testing {
@@ -94,6 +96,30 @@ TEST_F(SceneServiceTest, UnitsAreThoseOfTheSceneElseOfTheMesh) {
   request.mutable_units()->set_meters_per_unit(0);
   request.mutable_units()->set_up_axis(static_cast<v1::UpAxis>(9));
   ExpectRefused(Create(request), Code::kInvalidArgument, "UNSUPPORTED", "units.up_axis");
+}
+
+TEST_F(SceneServiceTest, ACreaseAngleIsKeptAndMakesShadingSmooth) {
+  v1::Mesh mesh;
+  ASSERT_OK(Upload(ObjHeader(CubeObj(3)), CubeObj(3), &mesh));
+  v1::CreateSceneRequest request = SceneRequest("no-crease-angle");
+  request.set_mesh(mesh.id());
+  v1::Scene scene;
+  ASSERT_OK(Create(request, &scene));
+  EXPECT_FALSE(scene.has_crease_angle());
+  EXPECT_EQ(scene.default_view().normals(), v1::NORMAL_MODE_FACET);
+
+  request.set_scene_id("a-crease-angle");
+  request.set_crease_angle(0);
+  ASSERT_OK(Create(request, &scene));
+  EXPECT_TRUE(scene.has_crease_angle());
+  EXPECT_EQ(scene.crease_angle(), 0);
+  EXPECT_EQ(scene.default_view().normals(), v1::NORMAL_MODE_SMOOTH);
+
+  request.set_scene_id("a-wrong-crease-angle");
+  for (const double wrong : {-1., 180.5, std::numeric_limits<double>::quiet_NaN()}) {
+    request.set_crease_angle(wrong);
+    ExpectRefused(Create(request), Code::kInvalidArgument, "OUT_OF_RANGE", "crease_angle");
+  }
 }
 
 TEST_F(SceneServiceTest, TheSameRequestReturnsTheSameScene) {
