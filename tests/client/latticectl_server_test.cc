@@ -2,6 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The commands that need a running server, against one in this process, which they reach by its address.
+#include <algorithm>
+#include <cmath>
+#include <sstream>
 #include <string>
 #include <thread>
 #include <vector>
@@ -42,6 +45,35 @@ TEST_F(LatticectlServerTest, ASceneShowsItsUnits) {
   const auto obj = ReadFile(Path("up.obj"));
   ASSERT_OK(obj);
   EXPECT_THAT(obj->substr(0, 100), HasSubstr("up +y, 0.01 m per unit"));
+}
+
+TEST_F(LatticectlServerTest, ABeamStaysABoxUnlessItsCreasesAreSmoothed) {
+  MustRun({"sample", "beam", "-o", Path("beam.obj")});
+  MustRun({"lattice", Path("beam.obj"), "-o", Path("L.json")});
+  // The lattice is at rest, so the first number of each normal is -1, 0 or 1 on a box.
+  const auto slanted = [&](const std::vector<std::string>& creases) {
+    std::vector<std::string> line{"apply",     Path("beam.obj"), "--lattice", Path("L.json"),
+                                  "--normals", "smooth",         "-o",        Path("o.obj")};
+    line.insert(line.end(), creases.begin(), creases.end());
+    Run(line);
+    std::istringstream obj(*ReadFile(Path("o.obj")));
+    int normals = 0, count = 0;
+    for (std::string word; obj >> word;) {
+      double x = 0;
+      if (word != "vn" || !(obj >> x)) continue;
+      ++normals;
+      const double nearest = std::min({std::abs(x + 1), std::abs(x), std::abs(x - 1)});
+      if (nearest > 0.01) ++count;
+    }
+    EXPECT_GT(normals, 100);
+    return count;
+  };
+  EXPECT_EQ(slanted({}), 0);
+  EXPECT_EQ(slanted({"--crease-angle", "89"}), 0);
+  EXPECT_GT(slanted({"--crease-angle", "180"}), 100);
+
+  Run({"scene", "create", Path("beam.obj"), "--id", "scene-two", "--crease-angle", "45"});
+  EXPECT_THAT(Run({"scene", "show", "scene-two"}), HasSubstr("crease angle         45 degrees\n"));
 }
 
 TEST_F(LatticectlServerTest, HealthIsToldByTheExitCodeAndNeedsNoToken) {

@@ -39,6 +39,7 @@ TEST_F(LatticectlUsage, WrongUsageIsTwoAndSaysWhat) {
       {{"apply", "a.obj", "--lattice", "l.json", "-o", "o.ply", "--backend", "tpu"}, "cuda"},
       {{"apply", "a.obj", "--lattice", "l.json", "-o", "o.ply", "--up-axis", "w"}, "--up-axis"},
       {{"upload", "a.obj", "--up-axis", "-z"}, "--up-axis"},
+      {{"scene", "create", "a.obj", "--crease-angle", "181"}, "--crease-angle"},
       {{"upload", "a.obj", "--meters-per-unit", "0"}, "'0' is not a length above 0"},
       {{"upload", "a.obj", "--meters-per-unit", "inf"}, "'inf' is not a length above 0"},
       {{"upload", "a.obj", "--meters-per-unit", "inch"}, "'inch' is not a length above 0"},

@@ -3,6 +3,8 @@
 """Converts Blender's objects to arrays, and a surface to a mesh object. Main thread only."""
 from __future__ import annotations
 
+import math
+
 import bpy
 import numpy as np
 
@@ -30,7 +32,8 @@ def read_mesh(source):
         faces = corners.reshape(-1, sizes[0])
     else:
         faces = [corners[begin : begin + size] for begin, size in zip(begins, sizes)]
-    return SourceMesh(_array(mesh.vertices, "co", 3, np.float32), faces)
+    crease_angle = math.degrees(mesh.auto_smooth_angle) if mesh.use_auto_smooth else 180.0
+    return SourceMesh(_array(mesh.vertices, "co", 3, np.float32), faces, crease_angle)
 
 
 def read_lattice(lattice, source, known=None):

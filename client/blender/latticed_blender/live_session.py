@@ -23,16 +23,19 @@ _EDIT_SECONDS = 30.0  # the longest wait for the update that holds an edit
 
 @dataclass(frozen=True)
 class SourceMesh:
-    """positions  (vertices, 3), the mesh object's space
-    faces      (faces, k), or a list of sequences of any length
+    """positions     (vertices, 3), the mesh object's space
+    faces         (faces, k), or a list of sequences of any length
+    crease_angle  smooth normals are split where faces meet at more than these degrees
     """
 
     positions: npt.NDArray[np.float32]
     faces: Any
+    crease_angle: float = 180.0
 
     def same(self, other: SourceMesh) -> bool:
         return (
-            np.array_equal(self.positions, other.positions)
+            self.crease_angle == other.crease_angle
+            and np.array_equal(self.positions, other.positions)
             and len(self.faces) == len(other.faces)
             and all(np.array_equal(ours, theirs) for ours, theirs in zip(self.faces, other.faces))
         )
@@ -131,7 +134,11 @@ class LiveSession:
             mesh.positions, mesh.faces, name="Blender", up_axis="z", progress=False
         )
         with client.create_scene(
-            uploaded, mapping.lattice(grid), labels={"client": "blender"}, delete_on_exit=True
+            uploaded,
+            mapping.lattice(grid),
+            crease_angle=mesh.crease_angle,
+            labels={"client": "blender"},
+            delete_on_exit=True,
         ) as scene, scene.deform(view) as stream:
             while True:
                 self._publish(self._newest(stream), scene)

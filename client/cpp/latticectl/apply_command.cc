@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <ostream>
 
 #include "absl/time/clock.h"
@@ -24,6 +25,7 @@ namespace {
 struct ApplyFlags {
   std::string mesh, lattice, output;
   v1::MeshUnits units;
+  std::optional<double> crease_angle;
   v1::ViewOptions view;
   v1::Pipeline pipeline = v1::PIPELINE_UNSPECIFIED;
   SessionFlags session;
@@ -59,6 +61,7 @@ absl::StatusOr<FetchedSurface> Deform(Client& client, const ApplyFlags& flags, c
   if (flags.units.meters_per_unit() > 0) mesh.set_meters_per_unit(flags.units.meters_per_unit());
   v1::CreateSceneRequest request;
   *request.add_lattices()->mutable_lattice() = std::move(lattice);
+  if (flags.crease_angle.has_value()) request.set_crease_angle(*flags.crease_angle);
   request.mutable_diagnostics()->set_pipeline(flags.pipeline);
   LATTICED_ASSIGN_OR_RETURN(const auto scene, made.Create(std::move(request)));
   return FetchSurface(client, scene.id(), flags.view, mesh, file, console);
@@ -125,8 +128,9 @@ void AddVerticesOnlyFlag(CLI::App& command, bool& vertices_only) {
   CLI::Option* flag = command.add_flag(
       "--vertices-only", vertices_only,
       "Ordinary deformation: moves the vertices and keeps the faces, without a server");
-  for (const char* of_server : {"--segments", "--normals", "--encoding", "--position-bits",
-                                "--normal-bits", "--pipeline", "--server", "--backend"}) {
+  for (const char* of_server :
+       {"--segments", "--normals", "--crease-angle", "--encoding", "--position-bits",
+        "--normal-bits", "--pipeline", "--server", "--backend"}) {
     CLI::Option* option = command.get_option(of_server);
     flag->excludes(option);
     option->remove_excludes(flag);  // the help says it once; one direction suffices for the check
@@ -145,6 +149,7 @@ void AddApplyCommand(CLI::App& app, CommandLine& line) {
       ->required()
       ->check(CheckMeshFileName);
   AddUnitsFlags(*command, flags->units);
+  AddCreaseFlag(*command, flags->crease_angle);
   AddViewFlags(*command, flags->view, ViewDefaults::kOfServer);
   command->get_option("--encoding")->default_str("raw");
   AddPipelineFlag(*command, flags->pipeline);

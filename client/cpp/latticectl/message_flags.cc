@@ -115,6 +115,14 @@ void AddUnitsFlags(CLI::App& command, v1::MeshUnits& units) {
       ->check(CheckLength);
 }
 
+void AddCreaseFlag(CLI::App& command, std::optional<double>& angle) {
+  command
+      .add_option("--crease-angle", angle,
+                  "Degrees between faces above which smooth normals are split; by default those of "
+                  "the mesh, or 30")
+      ->check(CLI::Range(0., 180.));
+}
+
 std::string UpAxisName(v1::UpAxis axis) { return NameOf(kUpAxes, axis, ""); }
 
 }  // namespace latticed::client

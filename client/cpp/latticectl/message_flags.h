@@ -9,6 +9,7 @@
 #include <CLI/CLI.hpp>
 #include <array>
 #include <functional>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -67,6 +68,9 @@ void AddPipelineFlag(CLI::App& command, v1::Pipeline& pipeline);
 void AddUnitsFlags(CLI::App& command, v1::MeshUnits& units);
 // "x", "y", "z"; empty for an unknown one.
 [[nodiscard]] std::string UpAxisName(v1::UpAxis axis);
+
+// --crease-angle 30, in degrees.
+void AddCreaseFlag(CLI::App& command, std::optional<double>& angle);
 
 }  // namespace latticed::client
 

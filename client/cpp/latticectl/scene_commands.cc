@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <ostream>
 
 #include "client/cpp/latticectl/commands.h"
@@ -22,6 +23,7 @@ struct SceneFlags : ServerFlags {
   std::string id, mesh, lattice, filter;
   FitFlags fit;
   v1::MeshUnits units;
+  std::optional<double> crease_angle;
   v1::ViewOptions view;
   v1::Pipeline pipeline = v1::PIPELINE_UNSPECIFIED;
 };
@@ -53,6 +55,9 @@ std::string SceneText(const v1::Scene& scene) {
   table.AddRow({"mesh", scene.mesh()});
   const MeshUnits units{UpAxisName(scene.units().up_axis()), scene.units().meters_per_unit()};
   table.AddRow({"units", units.known() ? Describe(units) : "unknown"});
+  if (scene.has_crease_angle()) {
+    table.AddRow({"crease angle", fmt::format("{} degrees", scene.crease_angle())});
+  }
   for (const auto& lattice : scene.lattices()) {
     table.AddRow({"lattice",
                   fmt::format("size {}, degree {}", Axes(lattice.size()), Axes(lattice.degree()))});
@@ -96,6 +101,7 @@ absl::Status RunCreate(const SceneFlags& flags, Client& client, Console console)
     request.set_mesh(mesh.id());
   }
   *request.mutable_units() = flags.units;
+  if (flags.crease_angle.has_value()) request.set_crease_angle(*flags.crease_angle);
   *request.mutable_default_view() = flags.view;
   request.mutable_diagnostics()->set_pipeline(flags.pipeline);
   LATTICED_ASSIGN_OR_RETURN(const auto scene, client.CreateScene(std::move(request)));
@@ -149,6 +155,7 @@ void AddSceneCommands(CLI::App& app, CommandLine& line) {
   for (const char* fit : {"--size", "--degree", "--padding"})
     lattice->excludes(create->get_option(fit));
   AddUnitsFlags(*create, flags->units);
+  AddCreaseFlag(*create, flags->crease_angle);
   AddViewFlags(*create, flags->view, ViewDefaults::kOfServer);
   AddPipelineFlag(*create, flags->pipeline);
   add("list", "Lists scenes", "scene list", RunList)

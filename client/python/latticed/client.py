@@ -136,6 +136,7 @@ class Client:
         view: Optional[View] = None,
         up_axis: str = "",
         meters_per_unit: float = 0,
+        crease_angle: Optional[float] = None,
         scene_id: str = "",
         labels: Optional[Dict[str, str]] = None,
         idle_ttl: Optional[float] = None,
@@ -150,6 +151,8 @@ class Client:
         view             the view of watchers that name none
         up_axis          "x", "y" or "z"; clients and exports get it, and meters_per_unit. By default both
                          are those of the mesh
+        crease_angle     smooth normals are computed, and split where faces meet at more degrees, 0 to 180;
+                         None: those of the mesh, split at 30 degrees where it has none
         scene_id         [a-z0-9-]{8,63}; empty: a random one. Repeating a request returns the same scene
         idle_ttl         seconds that the scene lives unwatched and unedited; None: the server's default
         pipeline         how vertices are computed, for comparisons: "fused", "gemm", "gemm12" or
@@ -180,6 +183,7 @@ class Client:
             lattices=[source],
             labels=labels or {},
             units=_units(up_axis, meters_per_unit),
+            crease_angle=crease_angle,
         )
         if view is not None:
             request.default_view.CopyFrom(view.to_proto())

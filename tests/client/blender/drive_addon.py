@@ -177,6 +177,13 @@ def follows_edit_mode(rest):
     bpy.ops.object.mode_set(mode="OBJECT")
 
 
+def corner_normals(mesh):
+    mesh.calc_normals_split()
+    normals = np.empty(3 * len(mesh.loops), dtype=np.float32)
+    mesh.loops.foreach_get("normal", normals)
+    return normals
+
+
 def compare_vertices(what):
     """Like compare, for the mesh's vertices only. Each is a point of the result, whatever the patches are."""
 
@@ -208,6 +215,15 @@ def follows_the_view(rest):
     settings.segments = 2 * settings.segments
     wait_for(lambda: len(result().data.vertices) > 2 * len(rest), "more segments")
     check(result().data.has_custom_normals, "the result has not the normals that were sent")
+    facets = corner_normals(result().data)
+    differs = lambda: np.abs(corner_normals(result().data) - facets).mean()
+    settings.normals = "SMOOTH"
+    wait_for(lambda: differs() > 0.05, "smooth normals")
+    mesh = objects()[0].data
+    mesh.use_auto_smooth, mesh.auto_smooth_angle = True, 0.0
+    mesh.update()
+    bpy.context.view_layer.update()
+    wait_for(lambda: differs() < 0.02, "creases at every edge")
     settings.normals = "NONE"
     wait_for(lambda: not result().data.use_auto_smooth, "no normals")
 
