@@ -2,13 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Handles at the selected points: three's TransformControls move a stand-in, and its change is reported as a motion.
-import { Matrix4, Object3D, Quaternion, Vector3 } from 'three';
+import { Matrix4, Object3D, OrthographicCamera, Quaternion, Vector3 } from 'three';
 import { TransformControls } from 'three/examples/jsm/controls/TransformControls.js';
 import type { Motion, MotionKind } from '../edit/motion';
 import { cross, dot, normalized, scale, sub, WORLD_BASIS, type Basis, type Vec3 } from '../lattice/vec';
 import type { Viewport } from './viewport';
 
 const SIZE = 0.9; // relative to three's default
+const FACING = Math.cos(Math.PI / 9); // an axis within 20 degrees of the line of sight faces the eye
 const MODES = { move: 'translate', rotate: 'rotate', scale: 'scale' } as const;
 
 export interface GizmoEvents {
@@ -37,8 +38,8 @@ export class Gizmo {
     this.controls.addEventListener('dragging-changed', ({ value }) => this.draggingChanged(value === true));
   }
 
-  /** Whether a press here would be on a handle. A finger presses without having hovered. */
-  isAt(place: readonly [number, number]): boolean {
+  /** Whether a press here is for a handle. A finger presses without having hovered. */
+  takes(place: readonly [number, number]): boolean {
     if (this.controls.object === undefined) return false;
     const { width, height } = this.viewport.size;
     this.controls.pointerHover({
@@ -46,7 +47,7 @@ export class Gizmo {
       y: 1 - (place[1] / height) * 2,
       button: 0,
     } as PointerEvent);
-    return this.busy;
+    return this.busy && !this.facesEye;
   }
 
   /** Whether the pointer is on a handle or drags one. */
@@ -69,9 +70,11 @@ export class Gizmo {
     return true;
   }
 
-  /** Whether handles react to presses. */
+  /** Whether handles react to presses and are marked below the pointer. */
   setEnabled(on: boolean): void {
+    if (this.controls.dragging) return;
     this.controls.enabled = on;
+    if (!on) this.controls.axis = null;
   }
 
   /** Puts the handles at a place, along axes that are made orthogonal if they are not. */
@@ -106,6 +109,16 @@ export class Gizmo {
     this.controls.setTranslationSnap(step ?? null);
     this.controls.setRotationSnap(step === undefined ? null : Math.PI / 36);
     this.controls.setScaleSnap(step === undefined ? null : 0.1);
+  }
+
+  /** Whether the handle below the pointer is an axis towards the eye. A pixel of the pointer would be a long way on it. */
+  private get facesEye(): boolean {
+    const axis = ['X', 'Y', 'Z'].indexOf(this.controls.axis ?? '');
+    if (axis < 0 || this.kind === 'rotate') return false;
+    const { camera } = this.viewport.rig;
+    const towards = sub(camera.position.toArray() as Vec3, this.standIn.position.toArray() as Vec3);
+    const eye = camera instanceof OrthographicCamera ? this.viewport.rig.basis()[2] : normalized(towards);
+    return Math.abs(dot(this.basis[axis], eye)) > FACING;
   }
 
   private draggingChanged(on: boolean): void {

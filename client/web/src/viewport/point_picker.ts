@@ -5,11 +5,14 @@
 // unless selection goes through the surface, not behind it.
 import type { Object3D } from 'three';
 import type { Editor } from '../edit/editor';
+import { pointAt } from '../lattice/vec';
 import { Occlusion } from './occlusion';
 import { nearestPoint, pointsInBox } from './projection';
 import type { Viewport } from './viewport';
 
-const REACH = { mouse: 11, pen: 14, touch: 24 } as Record<string, number>; // CSS pixels
+// In CSS pixels: where a press finds a point, and where it is on the point's disc, so that no handle gets it.
+const REACH = { mouse: 11, pen: 14, touch: 24 } as Record<string, number>;
+const DISC = { mouse: 6, pen: 7, touch: 10 } as Record<string, number>;
 
 export class PointPicker {
   private visible: Uint8Array | undefined;
@@ -32,6 +35,12 @@ export class PointPicker {
   at(x: number, y: number, pointerType: string): number | undefined {
     const reach = REACH[pointerType] ?? REACH['mouse'];
     return nearestPoint(this.viewport.projectAll(this.editor.lattice.points), x, y, reach, this.eligible());
+  }
+
+  /** Whether a place is on the disc of a point. */
+  isOnDisc(point: number, x: number, y: number, pointerType: string): boolean {
+    const at = this.viewport.project(pointAt(this.editor.lattice.points, point));
+    return at !== undefined && Math.hypot(at[0] - x, at[1] - y) <= (DISC[pointerType] ?? DISC['mouse']);
   }
 
   inBox(a: readonly [number, number], b: readonly [number, number]): number[] {

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Mouse, pen and touch on the view. A press on a control point selects or drags it. A press on a handle goes to the
-// gizmo, and a press with a tool to the tool. Everything else, and a press of two fingers, moves the camera. A
-// transform that keys began gets the pointer while it runs.
+// Mouse, pen and touch on the view. A press on a control point selects or drags it, also where a handle lies over its
+// disc. A press on a handle goes to the gizmo, and a press with a tool to the tool. Everything else, and a press of two
+// fingers, moves the camera. A transform that keys began gets the pointer while it runs.
 import type { Cage } from '../cage/cage';
 import type { Editor } from '../edit/editor';
 import { WORLD_BASIS } from '../lattice/vec';
@@ -98,11 +98,17 @@ export class PointerTools {
     if (!event.isPrimary || event.button !== 0) return;
 
     const point = this.parts.picker.at(...this.place, event.pointerType);
-    const onHandle = gizmo.isAt(this.place);
+    const onHandle = this.isForHandle(point, event.pointerType);
+    gizmo.setEnabled(onHandle);
     const drag = onHandle ? undefined : this.toolDrag(event, point);
     this.press = { id: event.pointerId, place: this.place, point, onHandle, drag, moved: false, last: event };
     if (onHandle) return;
     if (drag !== undefined || point !== undefined) viewport.rig.controls.enabled = false;
+  }
+
+  private isForHandle(point: number | undefined, pointerType: string): boolean {
+    const { picker, gizmo } = this.parts;
+    return !(point !== undefined && picker.isOnDisc(point, ...this.place, pointerType)) && gizmo.takes(this.place);
   }
 
   /** A click confirms the transform that keys began, a right click cancels it, a finger steers it. */
@@ -199,8 +205,10 @@ export class PointerTools {
   private hoverAt(event: PointerEvent): void {
     if (event.pointerType === 'touch') return;
     const { gizmo, picker, settings } = this.parts;
-    const free = !gizmo.busy && settings.value.tool !== 'pull';
-    this.hover(free ? picker.at(...this.place, event.pointerType) : undefined);
+    const point = picker.at(...this.place, event.pointerType);
+    const onHandle = this.isForHandle(point, event.pointerType);
+    gizmo.setEnabled(onHandle);
+    this.hover(onHandle || settings.value.tool === 'pull' ? undefined : point);
   }
 
   private hover(point: number | undefined): void {

@@ -1,0 +1,70 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Editing by hand in the viewer in Chromium: presses between points and handles.
+// Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer; LATTICED_SHOTS, a folder for screenshots.
+import assert from 'node:assert/strict';
+import { beforeEach, test } from 'node:test';
+import { dot, sub, type Vec3 } from '@src/lattice/vec';
+import { CORNER, openTorus, page, select, useStage } from './stage';
+import { camera, controlPoint, frames, onScreen, placeOf, pointComesTo } from './viewer_page';
+
+let rest: Vec3;
+
+useStage({
+  context: { viewport: { width: 640, height: 480 } },
+  begin: async () => {
+    await openTorus();
+    rest = await controlPoint(page, CORNER);
+  },
+});
+
+beforeEach(async () => {
+  await page.evaluate(() => {
+    window.latticed.settings.set({ gizmo: 'move' });
+    window.latticed.commands.get('reset').run();
+  });
+  await pointComesTo(page, CORNER, rest);
+  await select(CORNER);
+  await page.evaluate(() => window.latticed.scene!.frameAll());
+  await frames(page);
+});
+
+async function drag([x, y]: readonly [number, number], dx: number, dy: number): Promise<void> {
+  await page.mouse.move(x, y);
+  await page.mouse.down();
+  await page.mouse.move(x + dx, y + dy, { steps: 4 });
+  await page.mouse.up();
+}
+
+test('a drag of a point below the handles moves it in the plane of the view, and an axis towards the eye takes no press', async () => {
+  for (const gizmo of ['move', 'rotate', 'scale'] as const) {
+    await page.evaluate((kind) => {
+      const { settings, viewport, commands } = window.latticed;
+      commands.get('reset').run();
+      settings.set({ gizmo: kind });
+      viewport.rig.lookFrom([1, 0.16, 0.2]); // the handle along X covers the point
+    }, gizmo);
+    await pointComesTo(page, CORNER, rest);
+    await frames(page);
+    const [x, y] = await onScreen(page, CORNER);
+
+    await drag([x, y], 37, -23);
+
+    const way = sub(await controlPoint(page, CORNER), rest);
+    const [nowX, nowY] = await onScreen(page, CORNER);
+    assert.ok(Math.hypot(nowX - x - 37, nowY - y + 23) < 2, `${gizmo}: ${[nowX - x, nowY - y]} is not 37, -23`);
+    assert.ok(Math.abs(dot(way, (await camera(page)).basis[2])) < 1e-6, `${gizmo}: ${way}`);
+  }
+
+  const there = await controlPoint(page, CORNER);
+  const seen = await camera(page);
+  await page.evaluate(() => window.latticed.settings.set({ gizmo: 'move' }));
+  await frames(page);
+  const [x, y] = await onScreen(page, CORNER);
+  const [tipX, tipY] = await placeOf(page, [there[0] + 0.3, there[1], there[2]]);
+  const far = 14 / Math.hypot(tipX - x, tipY - y); // beyond the disc
+  await drag([x + far * (tipX - x), y + far * (tipY - y)], 40, 30);
+  assert.deepEqual(await controlPoint(page, CORNER), there);
+  assert.ok(Math.abs(dot((await camera(page)).basis[2], seen.basis[2])) < 0.99, 'the drag turns the view');
+});
