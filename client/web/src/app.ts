@@ -223,7 +223,9 @@ export class App implements CommandTarget {
       if (held || editor.keyPressed(letterOf(event) ?? event.key, event.shiftKey)) event.preventDefault();
       return;
     }
-    const cancelled = event.key === 'Escape' && this.scene?.pointer.cancel();
-    if (cancelled || this.commands.press(event)) event.preventDefault();
+    const isEscape = event.key === 'Escape';
+    if (isEscape && this.scene?.pointer.cancel()) return event.preventDefault();
+    const closed = isEscape && this.toasts.clear();
+    if (this.commands.press(event) || closed) event.preventDefault();
   }
 }

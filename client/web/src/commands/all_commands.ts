@@ -120,12 +120,9 @@ function selectCommands(app: CommandTarget): Command[] {
       onScene(`plane-${name}`, `Plane across ${name}`, ({ editor }) => editor.selectRows(axis as Axis, true), { keys: [`Shift+${key}`] }),
     ];
   });
-  /** Leaves the tool. If no tool is chosen, clears the selection. */
-  const leave = ({ editor }: SceneView): void =>
-    settings.value.tool === 'select' ? editor.selection.none() : settings.set({ tool: 'select' });
   return [
     onScene('select-all', 'All', ({ editor }) => editor.selection.all(), { keys: ['A'], icon: 'all' }),
-    onScene('select-none', 'None', leave, { keys: ['Alt+A', 'Escape'], icon: 'none' }),
+    onScene('select-none', 'None', ({ editor }) => editor.selection.none(), { keys: ['Alt+A'], icon: 'none' }),
     onScene('select-invert', 'Invert', ({ editor }) => editor.selection.invert(), { keys: ['Ctrl+I'], icon: 'invert' }),
     ...lines,
     onScene('hide', 'Hide selected', ({ editor: { selection } }) => selection.hide(selection.indices), { keys: ['H'], icon: 'eyeOff' }),
@@ -135,6 +132,7 @@ function selectCommands(app: CommandTarget): Command[] {
     onOff('through', 'Through the surface', { keys: ['Alt+Z'], icon: 'through' }),
     tool('select', 'Select', 'Q'),
     tool('box', 'Select by a box', 'B'),
+    onScene('leave-tool', 'Leave the tool', () => settings.set({ tool: 'select' }), { keys: ['Escape'] }),
   ];
 }
 

@@ -1,12 +1,14 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Messages at the edge of the view. Errors stay until they are closed, 4 newer messages come or a scene is shown.
+// Messages at the edge of the view. They leave by themselves, but not below the pointer or with the focus; Esc closes all.
+// A shown scene and 4 newer messages close errors too.
 import { button } from './controls';
 import { h } from './dom';
 import { icon } from './icons';
 
-const SHOWN_MS = 5000;
+const TOLD_MS = 5000;
+const FAILED_MS = 15_000; // an error has more words
 
 export class Toasts {
   private readonly list = h('div', { class: 'toasts', role: 'log', 'aria-live': 'polite' });
@@ -17,13 +19,19 @@ export class Toasts {
 
   tell(text: string): void {
     this.forget(text);
-    const toast = this.add(text, 'toast');
-    setTimeout(() => toast.remove(), SHOWN_MS);
+    this.add(text, 'toast', TOLD_MS);
   }
 
   fail(text: string): void {
     this.forget(text);
-    this.add(text, 'toast toast-error');
+    this.add(text, 'toast toast-error', FAILED_MS);
+  }
+
+  /** Removes all messages. Returns whether there were any. */
+  clear(): boolean {
+    const any = this.list.childElementCount > 0;
+    this.list.replaceChildren();
+    return any;
   }
 
   /** Removes all errors. */
@@ -36,11 +44,22 @@ export class Toasts {
     for (const toast of this.list.children) if (toast.firstChild?.textContent === text) toast.remove();
   }
 
-  private add(text: string, className: string): HTMLElement {
+  private add(text: string, className: string, shownMs: number): void {
     const close = button(icon('close'), () => toast.remove(), { class: 'icon-button', 'aria-label': 'Close' });
     const toast = h('div', { class: className }, h('span', {}, text), close);
     this.list.append(toast);
     while (this.list.childElementCount > 4) this.list.firstElementChild?.remove();
-    return toast;
+    leaveAfter(toast, shownMs);
   }
+}
+
+/** Removes a toast after a time without the pointer on it and without the focus in it. */
+function leaveAfter(toast: HTMLElement, ms: number): void {
+  let timer = 0;
+  const wait = (): void => {
+    clearTimeout(timer);
+    if (!toast.matches(':hover, :focus-within')) timer = window.setTimeout(() => toast.remove(), ms);
+  };
+  for (const kind of ['pointerenter', 'pointerleave', 'focusin', 'focusout']) toast.addEventListener(kind, wait);
+  wait();
 }

@@ -6,7 +6,7 @@
 import assert from 'node:assert/strict';
 import { beforeEach, test } from 'node:test';
 import { dot, sub, type Vec3 } from '@src/lattice/vec';
-import { CORNER, openTorus, page, select, useStage } from './stage';
+import { CORNER, errors, openTorus, page, press, select, selected, useStage } from './stage';
 import { camera, controlPoint, frames, onScreen, placeOf, pointComesTo } from './viewer_page';
 
 let rest: Vec3;
@@ -67,4 +67,48 @@ test('a drag of a point below the handles moves it in the plane of the view, and
   await drag([x + far * (tipX - x), y + far * (tipY - y)], 40, 30);
   assert.deepEqual(await controlPoint(page, CORNER), there);
   assert.ok(Math.abs(dot((await camera(page)).basis[2], seen.basis[2])) < 0.99, 'the drag turns the view');
+});
+
+test('Esc closes messages and leaves the tool, and Alt-A alone clears the selection, as in Blender', async () => {
+  const tool = (): Promise<string> => page.evaluate(() => window.latticed.settings.value.tool);
+  const toasts = page.locator('.toast');
+  await page.evaluate(() => {
+    window.latticed.toasts.tell('A message.');
+    window.latticed.toasts.fail('An error.');
+  });
+  assert.equal(await toasts.count(), 2);
+
+  await press('b', 'Escape');
+  assert.equal(await toasts.count(), 0);
+  assert.equal(await tool(), 'select');
+  await press('Escape');
+  assert.deepEqual(await selected(), [CORNER]);
+  await press('b', 'Alt+a');
+  assert.deepEqual(await selected(), []);
+  assert.equal(await tool(), 'box');
+  await press('Escape');
+});
+
+test('a message leaves by itself, but not below the pointer', async () => {
+  await page.evaluate(() => {
+    const [setTimer, clearTimer] = [window.setTimeout.bind(window), window.clearTimeout.bind(window)];
+    const due = new Map<number, () => void>();
+    let last = -1;
+    Object.assign(window, {
+      due,
+      setTimeout: (act: () => void, ms: number) => (ms === 5000 ? (due.set(--last, act), last) : setTimer(act, ms)),
+      clearTimeout: (timer: number) => void (due.delete(timer) || clearTimer(timer)),
+    });
+    window.latticed.toasts.tell('A message.');
+  });
+  const dueIs = (count: number): Promise<unknown> =>
+    page.waitForFunction((n) => (window as unknown as { due: Map<number, unknown> }).due.size === n, count);
+  await dueIs(1);
+  await page.locator('.toast').hover();
+  await dueIs(0);
+  await page.mouse.move(5, 5);
+  await dueIs(1);
+  await page.evaluate(() => (window as unknown as { due: Map<number, () => void> }).due.forEach((act) => act()));
+  assert.equal(await page.locator('.toast').count(), 0);
+  assert.deepEqual(errors, []);
 });
