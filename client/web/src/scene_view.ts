@@ -6,9 +6,10 @@ import { Box3, Vector3 } from 'three';
 import { Cage } from './cage/cage';
 import { DARK_CAGE, LIGHT_CAGE } from './cage/cage_style';
 import { KnotBoxes } from './cage/knot_boxes';
+import type { Constraint } from './edit/constraint';
 import { Editor } from './edit/editor';
-import { pullHeadline } from './edit/headline';
-import type { MotionKind } from './edit/motion';
+import { handleHeadline, pullHeadline } from './edit/headline';
+import type { Motion, MotionKind } from './edit/motion';
 import type { SurfacePull } from './edit/surface_pull';
 import type { TransformGesture } from './edit/transform_gesture';
 import { pointAt } from './lattice/vec';
@@ -57,7 +58,7 @@ export class SceneView {
     this.picker = new PointPicker(viewport, this.editor);
     this.gizmo = new Gizmo(viewport, {
       begin: () => (this.gizmoGesture = this.editor.beginGesture(() => this.pointer.cancel())),
-      update: (motion) => this.gizmoGesture?.update(motion),
+      update: (motion, constraint) => this.dragHandle(motion, constraint),
       end: () => this.endGizmo((gesture) => gesture.commit()),
       cancel: () => this.endGizmo((gesture) => gesture.cancel()),
     });
@@ -241,9 +242,15 @@ export class SceneView {
     this.gizmo.show(gizmo, this.editor.pivot(), this.editor.axes(this.viewport.rig.basis()));
   }
 
+  private dragHandle(motion: Motion, constraint: Constraint | undefined): void {
+    if (this.gizmoGesture === undefined) return;
+    this.gizmoGesture.update(motion);
+    this.events.headline(handleHeadline(motion, constraint, this.settings.value.orientation));
+  }
+
   private endGizmo(end: (gesture: TransformGesture) => void): void {
     if (this.gizmoGesture !== undefined) end(this.gizmoGesture);
     this.gizmoGesture = undefined;
-    this.refreshSoon();
+    this.headline(undefined);
   }
 }

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A running transform or pull in words, for the line below the view.
+// A running transform, a dragged handle or a pull in words, for the line below the view.
 
 import { AXIS_NAMES } from '../lattice/grid';
 import { length, sub, type Vec3 } from '../lattice/vec';
@@ -19,6 +19,11 @@ export function transformHeadline(transform: TransformSession, orientation: Orie
   const verb = trackball ? 'Trackball' : VERBS[kind];
   const amount = typed.text === '' ? amountText(transform.motion()) : `${typed.text}${kind === 'rotate' ? ' °' : ''}`;
   return `${verb}  ${amount}${constraintText(constraint, orientation)}`;
+}
+
+/** The line for a dragged handle. `constraint`: the handle's axis or plane. */
+export function handleHeadline(motion: Motion, constraint: Constraint | undefined, orientation: Orientation): string {
+  return `${VERBS[motion.kind]}  ${amountText(motion)}${constraintText(constraint, orientation)}`;
 }
 
 /** The line for a pull at the surface. */

@@ -4,7 +4,9 @@
 // Handles at the selected points: three's TransformControls move a stand-in, and its change is reported as a motion.
 import { Matrix4, Object3D, OrthographicCamera, Quaternion, Vector3 } from 'three';
 import { TransformControls } from 'three/examples/jsm/controls/TransformControls.js';
+import type { Constraint } from '../edit/constraint';
 import type { Motion, MotionKind } from '../edit/motion';
+import { AXES } from '../lattice/grid';
 import { cross, dot, normalized, scale, sub, WORLD_BASIS, type Basis, type Vec3 } from '../lattice/vec';
 import type { Viewport } from './viewport';
 
@@ -12,9 +14,12 @@ const SIZE = 0.9; // relative to three's default
 const FACING = Math.cos(Math.PI / 9); // an axis within 20 degrees of the line of sight faces the eye
 const MODES = { move: 'translate', rotate: 'rotate', scale: 'scale' } as const;
 
+type Turn = Extract<Motion, { kind: 'rotate' }>;
+
 export interface GizmoEvents {
   begin(): void;
-  update(motion: Motion): void;
+  /** `constraint`: the axis or plane of the handle. */
+  update(motion: Motion, constraint: Constraint | undefined): void;
   end(): void;
   /** Called instead of end(): the gesture must have no effect. */
   cancel(): void;
@@ -34,7 +39,7 @@ export class Gizmo {
     this.controls.setColors(0xe5534b, 0x6fae3c, 0x4a8fe8, 0xffc24d);
     viewport.scene.add(this.standIn, this.controls.getHelper());
     this.controls.addEventListener('change', () => viewport.invalidate());
-    this.controls.addEventListener('objectChange', () => this.events.update(this.motion()));
+    this.controls.addEventListener('objectChange', () => this.events.update(this.motion(), this.constraint()));
     this.controls.addEventListener('dragging-changed', ({ value }) => this.draggingChanged(value === true));
   }
 
@@ -129,19 +134,34 @@ export class Gizmo {
     this.events.begin();
   }
 
+  /** The axis or plane of the held handle; undefined for those in the middle and around all. */
+  private constraint(): Constraint | undefined {
+    const held = AXES.filter((axis) => this.controls.axis?.includes('XYZ'[axis]));
+    if (held.length === 1) return { axis: held[0], plane: false, second: false };
+    if (held.length === 2) return { axis: AXES.find((axis) => !held.includes(axis))!, plane: true, second: false };
+    return undefined;
+  }
+
+  /** The same turn, about the direction of the held handle's axis. */
+  private along(turn: Turn): Turn {
+    const axis = this.constraint()?.axis;
+    if (axis === undefined || dot(turn.axis, this.basis[axis]) >= 0) return turn;
+    return { kind: 'rotate', axis: scale(turn.axis, -1), angle: -turn.angle };
+  }
+
   private motion(): Motion {
     switch (this.kind) {
       case 'move':
         return { kind: 'move', offset: this.standIn.position.clone().sub(this.start.position).toArray() as Vec3 };
       case 'rotate':
-        return rotationBetween(this.start.quaternion, this.standIn.quaternion);
+        return this.along(rotationBetween(this.start.quaternion, this.standIn.quaternion));
       case 'scale':
         return { kind: 'scale', basis: this.basis, factors: this.standIn.scale.toArray() as Vec3 };
     }
   }
 }
 
-function rotationBetween(from: Quaternion, to: Quaternion): Motion {
+function rotationBetween(from: Quaternion, to: Quaternion): Turn {
   const turn = to.clone().multiply(from.clone().invert()).normalize();
   const angle = 2 * Math.atan2(Math.hypot(turn.x, turn.y, turn.z), turn.w);
   const axis = normalized([turn.x, turn.y, turn.z]);

@@ -102,6 +102,8 @@ test('a handle moves along its axis; Escape and a right click let go of it witho
     await page.mouse.move(tip[0], tip[1] - 40, { steps: 4 });
     const [, , z] = await controlPoint(page, CORNER);
     assert.ok(z > rest[2] + 0.05, `${z} from ${rest[2]}`);
+    const said = /^Move\s+0\s+0\s+(\S+)\s+\(\S+\)\s+along Z \(world\)$/.exec(await page.locator('.hint.running').innerText());
+    assert.ok(Math.abs(Number(said?.[1]) - (z - rest[2])) < 1e-3, `${said?.[0]} is not ${z - rest[2]}`);
   };
   const release = async (): Promise<void> => {
     await page.mouse.move(tip[0], tip[1] - 60, { steps: 2 });
@@ -123,6 +125,7 @@ test('a handle moves along its axis; Escape and a right click let go of it witho
   await release();
   const [x, y, z] = await controlPoint(page, CORNER);
   assert.ok(Math.hypot(x - rest[0], y - rest[1]) < 1e-9 && z > rest[2] + 0.05, `${[x, y, z]} from ${rest}`);
+  assert.equal(await page.locator('.hint.running').count(), 0);
 });
 
 test('while the server stands still the cage and the handles follow the pointer, and then the server has what was done', async () => {
