@@ -179,6 +179,7 @@ export class SceneView {
         this.hasMoved = true;
         this.refreshSoon();
       }),
+      session.on('answered', () => this.refreshSoon()),
       session.on('presence', (others) => {
         this.cage.setPresence(others);
         this.viewport.invalidate();

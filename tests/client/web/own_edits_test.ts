@@ -249,3 +249,37 @@ test('an update says how long ago the own edit was that the server has applied w
 
   assert.deepEqual(ages, [undefined, 40, undefined]);
 });
+
+test('steps to undo and to redo are counted by the answers, and not those that were refused or cancelled', async (t) => {
+  const fixture = await SessionFixture.live(t);
+  const { session } = fixture;
+  const can = (): string => [session.canUndo && 'undo', session.canRedo && 'redo'].filter(Boolean).join();
+  let revision = 0n;
+  const answered = (): string => {
+    fixture.accept(fixture.stream.edits.at(-1)!.sequence, ++revision);
+    return can();
+  };
+  const cancelled = session.gesture();
+  cancelled.update(move(0.5));
+  assert.equal(answered(), '');
+  cancelled.cancel();
+  assert.equal(answered(), '');
+  const gesture = session.gesture();
+  gesture.update(move(0.5));
+  assert.equal(answered(), '');
+  gesture.commit();
+  assert.equal(answered(), 'undo');
+
+  session.undo();
+  assert.equal(answered(), 'redo');
+  session.redo();
+  assert.equal(answered(), 'undo');
+  session.undo();
+  answered();
+  session.apply(move(0.25));
+  assert.equal(answered(), 'undo');
+  session.undo();
+  fixture.stream.event({ case: 'editResult', value: {
+    sequence: fixture.stream.edits.at(-1)!.sequence, status: refusal(9, 'NOTHING_TO_UNDO', 'nothing'), revision: 0n } });
+  assert.equal(can(), '');
+});

@@ -102,8 +102,12 @@ async function copyLink(app: CommandTarget): Promise<void> {
 function editCommands(app: CommandTarget): Command[] {
   const { onScene } = new Makers(app, 'Edit');
   return [
-    onScene('undo', 'Undo', ({ session }) => session.undo(), { keys: ['Ctrl+Z'], icon: 'undo' }),
-    onScene('redo', 'Redo', ({ session }) => session.redo(), { keys: ['Ctrl+Shift+Z', 'Ctrl+Y'], icon: 'redo' }),
+    onScene('undo', 'Undo', ({ session }) => session.undo(), {
+      keys: ['Ctrl+Z'], icon: 'undo', idle: () => app.scene?.session.canUndo === false,
+    }),
+    onScene('redo', 'Redo', ({ session }) => session.redo(), {
+      keys: ['Ctrl+Shift+Z', 'Ctrl+Y'], icon: 'redo', idle: () => app.scene?.session.canRedo === false,
+    }),
     onScene('reset', 'Reset to rest', ({ session }) => session.reset('identity'), { icon: 'reset' }),
     onScene('reset-initial', 'Reset to the first lattice', ({ session }) => session.reset('initial')),
     onScene('knot', 'Insert knot plane…', ({ editor }) => showKnotDialog(editor), { keys: ['K'], icon: 'knot' }),

@@ -75,6 +75,15 @@ export class LiveSession {
     this.sync.step(fromEdit(edit), targetsOf(edit, this.lattice.points));
   }
 
+  /** Whether the server's history holds a step of this window to undo, by its newest answer. */
+  get canUndo(): boolean {
+    return this.sync.steps.canUndo;
+  }
+
+  get canRedo(): boolean {
+    return this.sync.steps.canRedo;
+  }
+
   undo(): void {
     this.sync.step(edits.undo());
   }

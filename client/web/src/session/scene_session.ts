@@ -61,6 +61,8 @@ export interface SessionEvents {
   points: (indices: Uint32Array) => void;
   /** The server's lattice changed. */
   serverMoved: () => void;
+  /** The server has answered an edit of this window: the steps to undo or redo may have changed. */
+  answered: () => void;
   update: (info: UpdateInfo) => void;
   /** The other editors, by editor id. */
   presence: (others: ReadonlyMap<string, Presence>) => void;

@@ -18,6 +18,13 @@ export interface Command {
   checked?(): boolean;
   /** Absent: always enabled. */
   enabled?(): boolean;
+  /** Whether it would change nothing now, as far as the page knows. Its buttons are grey; its key still runs it. */
+  idle?(): boolean;
+}
+
+/** Whether a command's buttons are grey. */
+export function isGrey({ enabled, idle }: Command): boolean {
+  return enabled?.() === false || idle?.() === true;
 }
 
 type KeyPress = Pick<KeyboardEvent, 'key' | 'code' | 'ctrlKey' | 'metaKey' | 'altKey' | 'shiftKey'>;

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Menus of all commands, by group, with their keys. Commands without a button are found here.
-import type { Command, CommandGroup, Commands } from './commands';
+import { isGrey, type Command, type CommandGroup, type Commands } from './commands';
 import { h, moveFocus } from './dom';
 
 export class MenuBar {
@@ -57,7 +57,7 @@ export class MenuBar {
         type: 'button',
         role: checked === undefined ? 'menuitem' : 'menuitemcheckbox',
         'aria-checked': checked === undefined ? undefined : String(checked),
-        disabled: command.enabled?.() === false,
+        disabled: isGrey(command),
         onclick: run,
       },
       h('span', {}, command.label),

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Buttons for commands, so that everything also works by touch.
-import { tooltip, type Command, type Commands } from './commands';
+import { isGrey, tooltip, type Command, type Commands } from './commands';
 import { button } from './controls';
 import { h, moveFocus } from './dom';
 import { icon } from './icons';
@@ -23,7 +23,7 @@ export class Toolbar {
 
   refresh(): void {
     for (const [command, button] of this.buttons) {
-      button.disabled = command.enabled?.() === false;
+      button.disabled = isGrey(command);
       if (command.checked !== undefined) button.setAttribute('aria-pressed', String(command.checked()));
     }
   }

@@ -6,8 +6,9 @@
 import assert from 'node:assert/strict';
 import { beforeEach, test } from 'node:test';
 import { dot, sub, type Vec3 } from '@src/lattice/vec';
-import { CORNER, errors, openTorus, page, press, select, selected, useStage } from './stage';
-import { camera, controlPoint, frames, onScreen, placeOf, pointComesTo } from './viewer_page';
+import { openPage } from './browser';
+import { browser, CORNER, errors, openTorus, page, press, select, selected, useStage } from './stage';
+import { camera, controlPoint, frames, live, onScreen, placeOf, pointComesTo } from './viewer_page';
 
 let rest: Vec3;
 
@@ -87,6 +88,26 @@ test('Esc closes messages and leaves the tool, and Alt-A alone clears the select
   assert.deepEqual(await selected(), []);
   assert.equal(await tool(), 'box');
   await press('Escape');
+});
+
+test('undo and redo are grey while there is nothing of this window to undo or redo', async () => {
+  const { page: other } = await openPage(browser, page.url());
+  await live(other);
+  const become = (undo: boolean, redo: boolean): Promise<unknown> => other.waitForFunction((wanted) =>
+    String(['undo', 'redo'].map((id) => !document.querySelector<HTMLButtonElement>(`[data-command=${id}]`)!.disabled)) === wanted,
+  String([undo, redo]));
+
+  await become(false, false); // the steps of the first window are not its own
+  await other.evaluate((index) => window.latticed.scene!.editor.selection.select([index]), CORNER);
+  for (const key of ['g', 'z', '1', 'Enter']) await other.keyboard.press(key);
+  await become(true, false);
+  await other.locator('[data-command=undo]').click();
+  await become(false, true);
+  await other.locator('[data-command=redo]').click();
+  await become(true, false);
+  await other.keyboard.press('Control+z');
+  await become(false, true);
+  await other.close();
 });
 
 test('a message leaves by itself, but not below the pointer', async () => {

@@ -24,6 +24,8 @@ interface Batch {
 /** The batch that an answer is for. */
 export interface Answered {
   readonly refused: boolean;
+  /** Absent if the answer is for none in flight. */
+  readonly message?: EditBatch;
   readonly targets?: Targets | undefined;
   /** Empty for an edit outside a gesture. */
   readonly gestureId?: string;
@@ -108,7 +110,8 @@ export class EditQueue {
       this.answered.push(batch);
     }
     this.pump();
-    return refused ? { refused, targets: batch.targets } : { refused, gestureId: batch.message.gestureId };
+    const { message, targets } = batch;
+    return refused ? { refused, message, targets } : { refused, message, gestureId: message.gestureId };
   }
 
   /** The server's lattice here is at `revision`: answered edits up to this revision are in it. */

@@ -13,6 +13,7 @@ import { EditQueue } from './edit_queue';
 import { differing, together, type Targets } from './edit_targets';
 import { LatticeModel } from './lattice_model';
 import { OwnGesture } from './own_gesture';
+import { UndoSteps } from './undo_steps';
 import type { Listeners } from '../listeners';
 import type { Gesture, GestureListener, SessionEvents } from '../scene_session';
 
@@ -22,6 +23,7 @@ export class LatticeSync {
   private static readonly CHANGED = 'The lattice got other control points meanwhile, so your move ended.';
   private static readonly RESTARTED = 'The server was restarted, so your move ended and keeps its last position.';
 
+  readonly steps = new UndoSteps();
   private readonly queue: EditQueue;
   private model: LatticeModel | undefined;
   private openGesture: OwnGesture | undefined;
@@ -77,12 +79,17 @@ export class LatticeSync {
   }
 
   takeResult(result: EditResult): void {
-    const { refused, targets, gestureId } = this.queue.answer(result);
+    const { refused, message, targets, gestureId } = this.queue.answer(result);
     if (this.model) this.queue.reached(this.model.revision);
     if (!refused && gestureId) this.openGesture?.answered(gestureId, result.dragResidual);
-    if (!refused) return;
+    if (!refused) {
+      if (message) this.steps.applied(message);
+      return this.listeners.emit('answered');
+    }
     if (targets) this.pointsMoved(this.model!.refresh(targets.indices));
     const error = ServerError.fromStatus(result.status!);
+    this.steps.refused(error.reason);
+    this.listeners.emit('answered');
     this.listeners.emit('refused', inWords(error), /^NOTHING_TO_/.test(error.reason));
   }
 
@@ -107,6 +114,7 @@ export class LatticeSync {
   restored(): void {
     if (!this.model) return;
     if (this.openGesture?.abandon()) this.listeners.emit('refused', LatticeSync.RESTARTED);
+    this.steps.forget();
     const { targets, lost } = this.queue.clear(this.model.structureId);
     this.isRestored = true;
     // After two restarts in a row, targets of the first one may still wait for its lattice.
