@@ -3,6 +3,7 @@
 //
 // Connects the page, the settings, the view and the open scene.
 import { makeCommands, type CommandTarget } from './commands/all_commands';
+import { stepOfKey } from './edit/point_steps';
 import { SceneOpener } from './scene_opener';
 import { SceneView } from './scene_view';
 import type { Services } from './intake/services';
@@ -211,6 +212,16 @@ export class App implements CommandTarget {
     this.page.hint.classList.toggle('running', text !== undefined);
   }
 
+  /** Arrow keys step through control points, unless the focus is on what has a use for them. */
+  private step(event: KeyboardEvent): boolean {
+    const step = stepOfKey(event.key, event.ctrlKey || event.metaKey);
+    const { canvas, rig } = this.viewport;
+    const isFree = event.target === canvas || event.target === document.body;
+    if (step === undefined || !isFree || event.altKey || this.scene === undefined) return false;
+    this.scene.editor.step(step, rig.basis(), event.shiftKey ? 'extend' : 'replace');
+    return true;
+  }
+
   /** A key goes to the running transform, else to a command. Fields and open dialogs keep their keys. */
   private key(event: KeyboardEvent): void {
     const target = event.target as HTMLElement;
@@ -226,6 +237,6 @@ export class App implements CommandTarget {
     const isEscape = event.key === 'Escape';
     if (isEscape && this.scene?.pointer.cancel()) return event.preventDefault();
     const closed = isEscape && this.toasts.clear();
-    if (this.commands.press(event) || closed) event.preventDefault();
+    if (this.commands.press(event) || this.step(event) || closed) event.preventDefault();
   }
 }

@@ -13,6 +13,7 @@ import { secondOrientation, type Constraint } from './constraint';
 import { transformHeadline } from './headline';
 import type { MotionKind } from './motion';
 import { orientationBasis, pivotPoint } from './pivot';
+import { axesInView, foremost, nextPoint, type StepKey } from './point_steps';
 import { Selection, type SelectMode } from './selection';
 import { TransformGesture } from './transform_gesture';
 import { TransformSession, type Modifiers, type TransformView } from './transform_session';
@@ -80,6 +81,17 @@ export class Editor {
     const active = this.selection.active;
     if (active !== undefined) found.delete(active);
     this.selection.select([...found, ...(active === undefined ? [] : [active])], mode);
+  }
+
+  /** Selects the next point from the active one; without one, the point nearest to the viewer. */
+  step({ direction, sign }: StepKey, view: Basis, mode: SelectMode): void {
+    const { size, frame, points } = this.lattice;
+    const { active } = this.selection;
+    const along = axesInView(frame, view)[direction];
+    const next = active === undefined
+      ? foremost(points, view[2], this.isHidden)
+      : nextPoint(size, active, along.axis, sign === along.sign ? 1 : -1, this.isHidden);
+    if (next !== undefined) this.selection.select([next], mode);
   }
 
   hideInner(): void {

@@ -90,6 +90,27 @@ test('Esc closes messages and leaves the tool, and Alt-A alone clears the select
   await press('Escape');
 });
 
+test('arrows step through control points as they are seen, Shift adds, Ctrl goes into the depth', async () => {
+  const after = async (...keys: string[]): Promise<number[]> => {
+    await press(...keys);
+    return selected();
+  };
+  await page.evaluate(() => window.latticed.viewport.rig.lookFrom([0, -1, 0])); // x to the right, z up
+  await select(21); // (1, 1, 1) of 4 x 4 x 4
+
+  assert.deepEqual(await after('ArrowRight'), [22]);
+  assert.deepEqual(await after('ArrowUp'), [38]);
+  assert.deepEqual(await after('Control+ArrowUp'), [42]);
+  assert.deepEqual(await after('Control+ArrowDown', 'ArrowDown', 'ArrowLeft'), [21]);
+  assert.deepEqual(await after('Shift+ArrowLeft', 'Shift+ArrowLeft'), [20, 21]); // the grid ends there
+
+  await page.evaluate(() => window.latticed.viewport.rig.lookFrom([0, 1, 0]));
+  await select(21);
+  assert.deepEqual(await after('ArrowRight'), [20]);
+  await page.locator('[data-command=soft]').focus();
+  assert.deepEqual(await after('ArrowDown'), [20]); // the arrows of a toolbar are its own
+});
+
 test('undo and redo are grey while there is nothing of this window to undo or redo', async () => {
   const { page: other } = await openPage(browser, page.url());
   await live(other);

@@ -6,13 +6,18 @@ import { h, showDialog } from '../dom';
 
 const GROUPS: readonly CommandGroup[] = ['Transform', 'Select', 'View', 'Edit', 'File'];
 
-/** Actions of the pointer. They, and the keys of a running transform below, are no commands. */
+/** Actions of the pointer. They, the arrow keys and the keys of a running transform below are no commands. */
 const POINTER: readonly (readonly [string, string])[] = [
   ['Drag empty space', 'Orbit; right or two fingers: pan; wheel or pinch: zoom'],
   ['Click a point', 'Select; Shift adds, Ctrl toggles'],
   ['Drag a point', 'Move what is selected, in the plane of the view'],
   ['Drag a handle', 'Move, turn or scale along its axis or plane'],
   ['Shift + drag', 'Select by a box'],
+];
+
+const STEPS: readonly (readonly [string, string])[] = [
+  ['← → ↑ ↓', 'To the next control point; Shift adds it'],
+  ['Ctrl + ↑ ↓', 'To the next one away from the eye, and back'],
 ];
 
 const WHILE_TRANSFORMING: readonly (readonly [string, string])[] = [
@@ -53,6 +58,7 @@ export function showHelp(commands: readonly Command[]): void {
         'div',
         { class: 'help-columns' },
         section('Pointer', POINTER),
+        section('Arrow keys', STEPS),
         section('During G, R, S', WHILE_TRANSFORMING),
         sections[0],
         section('Dropped files', FILES),
