@@ -73,7 +73,7 @@ export class App implements CommandTarget {
   private readonly divider = new CompareDivider((divider) => this.settings.set({ divider }));
   private readonly people = new People();
   private readonly transformBar = new TransformBar(() => this.scene?.editor);
-  private readonly panel = new Panel(this.settings);
+  private readonly panel = new Panel(this.settings, () => this.viewport.canvas.focus());
   private readonly toolbars: Toolbar[];
   private readonly theme: ThemeSwitch;
   private readonly start: HTMLElement;

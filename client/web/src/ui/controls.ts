@@ -68,28 +68,6 @@ interface Range {
   readonly step: number | 'any';
 }
 
-/** A field for a number. Invalid input is reverted. */
-export function numberInput(bound: Bound<number>, range: Partial<Range> = {}): Control & { element: HTMLInputElement } {
-  const element = h('input', {
-    type: 'number',
-    'aria-label': bound.label,
-    min: range.min,
-    max: range.max,
-    step: range.step ?? 'any',
-    onchange: () => {
-      const value = element.valueAsNumber;
-      const inside = value >= (range.min ?? -Infinity) && value <= (range.max ?? Infinity);
-      if (inside && element.validity.valid) bound.set(value);
-      refresh();
-    },
-  });
-  const refresh = (): void => {
-    const value = bound.get();
-    element.value = String(Math.abs(value) < 1e-12 ? 0 : Number(value.toPrecision(4)));
-  };
-  return made(element, refresh);
-}
-
 /** A slider with its number beside it. With `when` 'change' it sets the value only on release. */
 export function slider(bound: Bound<number>, range: Range, when: 'input' | 'change' = 'input'): Control {
   const output = h('output', {});

@@ -32,17 +32,16 @@ export function setAttributes(element: Element, attributes: Record<string, strin
   for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, String(value));
 }
 
-/** Enter in a field of a dialog takes the typed value, if it is valid, and calls `act`. */
+/** Calls `act` at Enter while the dialog is open, unless the focus is on a button or link, which Enter presses. */
 export function onEnter(dialog: HTMLDialogElement, act: () => void): void {
-  dialog.addEventListener('keydown', (event) => {
-    const field = event.target;
-    if (event.key !== 'Enter' || !(field instanceof HTMLInputElement)) return; // Enter on a button presses it
+  const confirm = (event: KeyboardEvent): void => {
+    const target = event.target as HTMLElement; // the body, after a click beside the fields
+    if (event.key !== 'Enter' || target.closest('button:not([role=radio]), a') !== null) return;
     event.preventDefault();
-    if (field.value === '' || !field.reportValidity()) return;
-    field.blur(); // a field changes when it loses the focus
-    field.focus();
     act();
-  });
+  };
+  window.addEventListener('keydown', confirm);
+  dialog.addEventListener('close', () => window.removeEventListener('keydown', confirm));
 }
 
 /** Opens a modal dialog. It is removed from the page when it closes. */

@@ -8,8 +8,9 @@ import { switchedMirror } from '../edit/mirror';
 import { AXIS_NAMES, type Axis } from '../lattice/grid';
 import type { Vec3 } from '../lattice/vec';
 import type { Settings, SettingsStore } from '../state/settings';
-import { choice, field, numberInput, segmented, slider, toggle, type Bound, type Control } from './controls';
+import { choice, field, segmented, slider, toggle, type Bound, type Control } from './controls';
 import { h } from './dom';
+import { numberField } from './number_field';
 
 type Key<T> = { [K in keyof Settings]: Settings[K] extends T ? K : never }[keyof Settings];
 
@@ -20,7 +21,8 @@ export class Panel {
   private readonly radius: Control;
   private editor: Editor | undefined;
 
-  constructor(private readonly settings: SettingsStore) {
+  /** `giveBack` moves the focus from a field to the view. */
+  constructor(private readonly settings: SettingsStore, private readonly giveBack: () => void) {
     this.radius = slider(this.partOf('soft', 'radius', 'Radius'), { min: 0, max: 1, step: 0.005 });
     this.element.append(
       this.section('Selection', this.count, this.positionFields(), this.switch('through', 'Through the surface', 'Alt+Z')),
@@ -87,10 +89,10 @@ export class Panel {
         place[axis] = value;
         this.editor!.movePivotTo(place as Vec3);
       };
-      const control = numberInput({ label: `Pivot ${'XYZ'[axis]}`, get, set });
+      const control = numberField({ label: `Pivot ${'XYZ'[axis]}`, get, set }, { step: 0.1, done: this.giveBack });
       const refresh = (): void => {
-        control.element.disabled = (this.editor?.selection.size ?? 0) === 0;
-        if (document.activeElement !== control.element) control.refresh();
+        control.input.disabled = (this.editor?.selection.size ?? 0) === 0;
+        if (document.activeElement !== control.input) control.refresh();
       };
       return this.keep({ element: control.element, refresh });
     });

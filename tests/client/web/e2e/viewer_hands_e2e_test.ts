@@ -7,7 +7,7 @@ import assert from 'node:assert/strict';
 import { beforeEach, test } from 'node:test';
 import { dot, sub, type Vec3 } from '@src/lattice/vec';
 import { openPage } from './browser';
-import { browser, CORNER, errors, openTorus, page, press, select, selected, useStage } from './stage';
+import { browser, CORNER, errors, openTorus, page, press, select, selected, shot, useStage } from './stage';
 import { camera, controlPoint, frames, live, onScreen, placeOf, pointComesTo } from './viewer_page';
 
 let rest: Vec3;
@@ -129,6 +129,39 @@ test('undo and redo are grey while there is nothing of this window to undo or re
   await other.keyboard.press('Control+z');
   await become(false, true);
   await other.close();
+});
+
+test('a field takes expressions, tells what is wrong with one, and gives the focus back', async () => {
+  const x = page.getByLabel('Pivot X');
+  const z = page.getByLabel('Pivot Z');
+  const why = page.locator('.position .why');
+  const focus = (): Promise<string | undefined> => page.evaluate(() => document.activeElement?.tagName);
+  await page.evaluate(() => window.latticed.settings.set({ panel: true }));
+
+  await x.fill('1/2 + pi');
+  await x.press('Enter');
+  const [typed] = await controlPoint(page, CORNER);
+  assert.ok(Math.abs(typed - 0.5 - Math.PI) < 1e-12, `${typed}`);
+  assert.equal(await focus(), 'CANVAS');
+  await z.fill('+=0.25');
+  await z.press('Enter');
+  const there = await controlPoint(page, CORNER);
+  assert.ok(Math.abs(there[2] - rest[2] - 0.25) < 1e-12, `${there}`);
+
+  await z.fill('2*(1+');
+  await z.press('Enter');
+  await why.getByText('A number is missing.').waitFor();
+  await shot('viewer_field');
+  await z.fill('2*x');
+  await z.press('Enter');
+  await why.getByText('“x” is not understood here.').waitFor();
+  assert.deepEqual(await controlPoint(page, CORNER), there);
+  await z.press('Escape');
+  assert.equal(await focus(), 'CANVAS');
+  assert.equal(Number(await z.inputValue()), Number(there[2].toPrecision(4)));
+  assert.equal((await why.allInnerTexts()).join(''), '');
+  await press('Control+z', 'Control+z');
+  await pointComesTo(page, CORNER, rest);
 });
 
 test('a message leaves by itself, but not below the pointer', async () => {

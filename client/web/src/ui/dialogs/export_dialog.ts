@@ -3,8 +3,9 @@
 import type { ExportFormat } from '../../intake/services';
 import type { ExportedFile, ExportView } from '../../wire/export_download';
 import { bytes, inWords } from '../../wire/words';
-import { button, field, numberInput } from '../controls';
+import { button, field } from '../controls';
 import { h, showDialog } from '../dom';
+import { numberField } from '../number_field';
 import { saveFile } from '../save_file';
 
 const NOTES: Record<ExportFormat, string> = {
@@ -43,17 +44,17 @@ const MOST_SEGMENTS = 32;
 export function showExportDialog({ formats, view, patches, write }: ExportDialogParts): void {
   let { segments } = view;
   const facts = h('p', { class: 'facts', role: 'status' });
-  const { element: amount } = numberInput(
+  const amount = numberField(
     { label: 'Segments', get: () => segments, set: (n) => (segments = n) },
-    { min: 1, max: MOST_SEGMENTS, step: 1 },
+    { min: 1, max: MOST_SEGMENTS, whole: true, live: true },
   );
   const showFacts = (): void => {
-    const isValid = amount.validity.valid && amount.value !== '';
-    const triangles = (patches * amount.valueAsNumber ** 2).toLocaleString('en');
+    const isValid = amount.isValid();
+    const triangles = (patches * segments ** 2).toLocaleString('en');
     facts.textContent = isValid ? `${triangles} triangles, ${NORMALS[view.normals]}` : `Segments are 1 to ${MOST_SEGMENTS}.`;
     for (const choice of choices) choice.disabled = !isValid;
   };
-  for (const event of ['input', 'change']) amount.addEventListener(event, showFacts);
+  for (const event of ['input', 'change', 'keydown']) amount.element.addEventListener(event, showFacts);
   const abort = new AbortController();
   const note = h('p', { class: 'note', role: 'status' });
   const error = h('p', { class: 'error', role: 'alert' });
@@ -69,7 +70,7 @@ export function showExportDialog({ formats, view, patches, write }: ExportDialog
     'Export',
     'export',
     h('h2', {}, 'Export the deformed surface'),
-    field('Segments', amount),
+    field('Segments', amount.element),
     facts,
     ...choices,
     note,
@@ -80,7 +81,7 @@ export function showExportDialog({ formats, view, patches, write }: ExportDialog
   showFacts();
 
   const save = async (format: ExportFormat): Promise<void> => {
-    for (const control of [amount, ...choices]) control.disabled = true;
+    for (const control of [amount.input, ...choices]) control.disabled = true;
     error.textContent = '';
     note.textContent = `The server writes the ${format.toUpperCase()} …`;
     try {
@@ -92,7 +93,7 @@ export function showExportDialog({ formats, view, patches, write }: ExportDialog
     } catch (failure) {
       error.textContent = inWords(failure);
       note.textContent = '';
-      for (const control of [amount, ...choices]) control.disabled = false;
+      for (const control of [amount.input, ...choices]) control.disabled = false;
     }
   };
 }

@@ -9,8 +9,9 @@ import { DEFAULT_FIT, type Fit } from '../../lattice/identity';
 import type { UpAxis } from '../../state/units';
 import { vector } from '../../wire/lattice_message';
 import { bytes, inWords } from '../../wire/words';
-import { button, choice, field, numberInput, segmented } from '../controls';
+import { button, choice, field, segmented } from '../controls';
 import { h, onEnter, showDialog } from '../dom';
+import { numberField } from '../number_field';
 
 const DEGREES = { 1: '1, straight', 2: '2, smooth', 3: '3, smoother' };
 
@@ -61,7 +62,8 @@ export function showFitDialog({ file, upload, up: firstUp, create }: FitDialogPa
   const rows = AXES.flatMap((axis) => {
     const name = AXIS_NAMES[axis];
     const setSize = (n: number): void => change('size', axis, n);
-    const size = numberInput({ label: `Points along ${name}`, get: () => fit.size[axis], set: setSize }, { min: 2, max: 64, step: 1 });
+    const bound = { label: `Points along ${name}`, get: () => fit.size[axis], set: setSize };
+    const size = numberField(bound, { min: 2, max: 64, whole: true, live: true });
     const setDegree = (n: string): void => change('degree', axis, Number(n));
     const degree = choice<string>({ label: `Degree along ${name}`, get: () => String(fit.degree[axis]), set: setDegree }, DEGREES);
     return [h('b', { class: `axis-${name}` }, name), size.element, degree.element.querySelector('select')!];
@@ -73,7 +75,7 @@ export function showFitDialog({ file, upload, up: firstUp, create }: FitDialogPa
   const upSwitch = segmented<'y' | 'z'>({ label: 'Up', get: () => (up === 'z' ? 'z' : 'y'), set: chooseUp }, { y: 'Y', z: 'Z' });
   const table = { class: 'axes', role: 'group', 'aria-label': 'Lattice' };
   const setPadding = (percent: number): void => void (fit.padding = percent / 100);
-  const padding = numberInput({ label: 'Padding', get: () => fit.padding * 100, set: setPadding }, { min: 0, max: 1000 });
+  const padding = numberField({ label: 'Padding', get: () => fit.padding * 100, set: setPadding }, { min: 0, max: 1000, live: true });
   const dialog = showDialog(
     'Fit a lattice',
     'fit',

@@ -15,9 +15,10 @@ const POINTER: readonly (readonly [string, string])[] = [
   ['Shift + drag', 'Select by a box'],
 ];
 
-const STEPS: readonly (readonly [string, string])[] = [
+const KEYBOARD: readonly (readonly [string, string])[] = [
   ['← → ↑ ↓', 'To the next control point; Shift adds it'],
   ['Ctrl + ↑ ↓', 'To the next one away from the eye, and back'],
+  ['1/2  pi*2  +=0.1', 'In a field for a number; Enter applies, Esc restores'],
 ];
 
 const WHILE_TRANSFORMING: readonly (readonly [string, string])[] = [
@@ -58,7 +59,7 @@ export function showHelp(commands: readonly Command[]): void {
         'div',
         { class: 'help-columns' },
         section('Pointer', POINTER),
-        section('Arrow keys', STEPS),
+        section('Keyboard', KEYBOARD),
         section('During G, R, S', WHILE_TRANSFORMING),
         sections[0],
         section('Dropped files', FILES),

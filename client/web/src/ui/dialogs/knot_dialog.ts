@@ -4,14 +4,15 @@
 // Asks where to insert one more plane of control points: a knot strictly inside the domain of an axis.
 import type { Editor } from '../../edit/editor';
 import { AXIS_NAMES, domain, type Axis } from '../../lattice/grid';
-import { button, field, numberInput, segmented } from '../controls';
+import { button, field, segmented } from '../controls';
 import { h, onEnter, showDialog } from '../dom';
+import { numberField } from '../number_field';
 
 export function showKnotDialog(editor: Editor): void {
   let axis: Axis = 0;
   let value = editor.knotBetween(axis);
   const range = h('small', { class: 'note' });
-  const knot = numberInput({ label: 'Knot', get: () => value, set: (typed) => (value = typed) });
+  const knot = numberField({ label: 'Knot', get: () => value, set: (typed) => (value = typed) }, { step: 0.1, live: true });
   const show = (): void => {
     const [begin, end] = domain(editor.lattice, axis);
     range.textContent = `between ${begin} and ${end}; the shape stays as it is`;
