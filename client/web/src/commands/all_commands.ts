@@ -73,6 +73,8 @@ function fileCommands(app: CommandTarget): Command[] {
       formats: EXPORT_FORMATS,
       view: app.settings.value.view,
       patches: session.surface.patchCount,
+      last: app.settings.value.exportFormat,
+      chosen: (exportFormat) => app.settings.set({ exportFormat }),
       write: (...order) => downloadExport(app.services.server, session.sceneId, ...order),
     });
   return [

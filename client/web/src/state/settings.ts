@@ -7,6 +7,7 @@ import type { Mirror } from '../edit/mirror';
 import type { MotionKind } from '../edit/motion';
 import type { Orientation, Pivot } from '../edit/pivot';
 import type { MeshFormatName } from '../intake/mesh_file';
+import type { ExportFormat } from '../intake/services';
 import type { ViewRequest } from '../session/scene_session';
 import { Store } from './store';
 import type { UpAxis } from './units';
@@ -44,6 +45,8 @@ export const DEFAULT_SETTINGS = {
   /** Where a split view is divided, 0 to 1 of its width. */
   divider: 0.5,
   view: { segments: 10, normals: 'smooth', encoding: 'draco', positionBits: 12, normalBits: 8 } as Required<ViewRequest>,
+  /** The format in which a surface was exported last. */
+  exportFormat: 'glb' as ExportFormat,
   theme: 'system' as Theme,
   /** Whether the side panel is open. */
   panel: true,
@@ -52,7 +55,7 @@ export const DEFAULT_SETTINGS = {
 export type Settings = typeof DEFAULT_SETTINGS;
 
 /** The settings that a browser remembers between visits: taste, nothing that depends on one mesh. */
-const REMEMBERED = ['gizmo', 'orientation', 'pivot', 'through', 'theme', 'upAxes'] as const;
+const REMEMBERED = ['gizmo', 'orientation', 'pivot', 'through', 'theme', 'upAxes', 'exportFormat'] as const;
 const STORAGE_KEY = 'latticed.settings';
 
 export type SettingsStore = Store<Settings>;

@@ -169,6 +169,9 @@ test('an export has the segments and normals that the page shows, or the segment
   await page.keyboard.press('Control+e');
   await page.getByRole('spinbutton', { name: 'Segments' }).fill('2');
   draco = { bytes: (await exported('drc')).bytes, faces: 4 * patches };
+  await page.keyboard.press('Control+e');
+  const [same] = await Promise.all([page.waitForEvent('download'), page.keyboard.press('Enter')]); // the last format again
+  assert.match(same.suggestedFilename(), /\.drc$/);
   assert.equal(await page.evaluate(() => window.latticed.settings.value.view.segments), 3); // the view does not change
 });
 

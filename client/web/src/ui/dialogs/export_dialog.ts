@@ -4,7 +4,7 @@ import type { ExportFormat } from '../../intake/services';
 import type { ExportedFile, ExportView } from '../../wire/export_download';
 import { bytes, inWords } from '../../wire/words';
 import { button, field } from '../controls';
-import { h, showDialog } from '../dom';
+import { h, onEnter, showDialog } from '../dom';
 import { numberField } from '../number_field';
 import { saveFile } from '../save_file';
 
@@ -29,6 +29,9 @@ export interface ExportDialogParts {
   /** The view of the page, with which the dialog begins. */
   readonly view: ExportView;
   readonly patches: number;
+  /** The format that Enter takes: the last one. */
+  readonly last: ExportFormat;
+  chosen(format: ExportFormat): void;
   readonly write: Export;
 }
 
@@ -41,7 +44,7 @@ const NORMALS: Record<ExportView['normals'], string> = {
 const MOST_SEGMENTS = 32;
 
 /** Asks for segments and a format. When a format is chosen, the server writes the deformed surface in it. */
-export function showExportDialog({ formats, view, patches, write }: ExportDialogParts): void {
+export function showExportDialog({ formats, view, patches, last, chosen, write }: ExportDialogParts): void {
   let { segments } = view;
   const facts = h('p', { class: 'facts', role: 'status' });
   const amount = numberField(
@@ -64,6 +67,7 @@ export function showExportDialog({ formats, view, patches, write }: ExportDialog
       { type: 'button', class: 'export-choice', onclick: () => void save(format) },
       h('b', {}, format.toUpperCase()),
       h('small', {}, NOTES[format]),
+      format === last && h('kbd', {}, 'Enter'),
     ),
   );
   const dialog = showDialog(
@@ -78,9 +82,11 @@ export function showExportDialog({ formats, view, patches, write }: ExportDialog
     h('footer', {}, button('Cancel', () => dialog.close())),
   );
   dialog.addEventListener('close', () => abort.abort());
+  onEnter(dialog, () => !choices[0].disabled && void save(last));
   showFacts();
 
   const save = async (format: ExportFormat): Promise<void> => {
+    chosen(format);
     for (const control of [amount.input, ...choices]) control.disabled = true;
     error.textContent = '';
     note.textContent = `The server writes the ${format.toUpperCase()} …`;

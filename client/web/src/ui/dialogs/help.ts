@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import type { Command, CommandGroup } from '../commands';
 import { button } from '../controls';
-import { h, showDialog } from '../dom';
+import { h, onEnter, showDialog } from '../dom';
 
 const GROUPS: readonly CommandGroup[] = ['Transform', 'Select', 'View', 'Edit', 'File'];
 
@@ -67,6 +67,7 @@ export function showHelp(commands: readonly Command[]): void {
       ),
     ),
   );
+  onEnter(dialog, () => dialog.close());
 }
 
 function section(title: string, rows: readonly (readonly [string, string])[]): HTMLElement {
