@@ -15,6 +15,7 @@ import type { PatchFacts } from './surface/patch_source';
 import { Commands, letterOf } from './ui/commands';
 import { h } from './ui/dom';
 import { acceptDrops } from './ui/drop_zone';
+import { BusySign } from './ui/overlays/busy_sign';
 import { CompareDivider } from './ui/overlays/compare_divider';
 import { HeatLegend } from './ui/overlays/heat_legend';
 import { Hud } from './ui/overlays/hud';
@@ -64,6 +65,7 @@ export class App implements CommandTarget {
   readonly settings = rememberedSettings(localStorage);
   readonly viewport: Viewport;
   readonly toasts: Toasts;
+  readonly busy = new BusySign();
   readonly opener: SceneOpener;
   readonly commands: Commands;
   scene: SceneView | undefined;
@@ -118,6 +120,7 @@ export class App implements CommandTarget {
     this.scene.setDark(this.theme.dark);
     this.start.hidden = true;
     document.body.classList.remove('no-scene');
+    this.hud.reset();
     this.hud.element.hidden = false;
     session.on('update', (info) => this.hud.update(info));
     session.on('presence', (others) => this.people.show(others.values()));
@@ -179,7 +182,7 @@ export class App implements CommandTarget {
     side.append(this.panel.element);
     this.hud.element.hidden = true;
     bottom.append(this.transformBar.element, this.hud.element);
-    view.append(this.divider.element, nav.element, this.heatLegend.element, this.start);
+    view.append(this.divider.element, nav.element, this.heatLegend.element, this.start, this.busy.element);
     acceptDrops((files) => this.opener.takeFiles(files), (over) => view.classList.toggle('drop-target', over));
   }
 

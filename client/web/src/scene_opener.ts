@@ -72,7 +72,7 @@ export class SceneOpener {
     const { scene } = this.app;
     if (id === scene?.session.sceneId) return this.app.showStatus(scene.session.status); // another one may be opening
     try {
-      await this.open(id, isAsked);
+      await this.app.busy.during('Opening the scene …', this.open(id, isAsked));
     } catch (error) {
       this.app.toasts.fail(`The scene ${id} could not be opened. ${inWords(error)}`);
     }
@@ -88,7 +88,8 @@ export class SceneOpener {
   takeSample(name: SampleName): void {
     const lattice = sampleLattice(name);
     if (lattice === undefined) return this.takeMesh(sampleFile(name), [], 'z');
-    this.openCompared(sampleFile(name), lattice).catch((error: unknown) => this.app.toasts.fail(inWords(error)));
+    const opened = this.openCompared(sampleFile(name), lattice);
+    this.app.busy.during('Making the scene …', opened).catch((error: unknown) => this.app.toasts.fail(inWords(error)));
   }
 
   /** Opens a mesh under a lattice, beside its shape if only the vertices moved. */
@@ -230,7 +231,7 @@ export class SceneOpener {
     const { scene } = this.app;
     if (scene === undefined) throw new Error('Open a mesh first, then its lattice.');
     if (sameStructure(lattice, scene.session.lattice)) scene.session.replace(lattice.points);
-    else await this.create(this.mesh, lattice, this.app.settings.value.view, scene.units);
+    else await this.app.busy.during('Making the scene …', this.create(this.mesh, lattice, this.app.settings.value.view, scene.units));
   }
 
   /** Requests a scene. The function returned says whether no later request has replaced this one. */

@@ -9,6 +9,7 @@ import type { SessionStatus } from './session/scene_session';
 import type { Settings } from './state/settings';
 import type { Units } from './state/units';
 import type { Store } from './state/store';
+import type { BusySign } from './ui/overlays/busy_sign';
 import type { Toasts } from './ui/toasts';
 import type { Viewport } from './viewport/viewport';
 
@@ -16,6 +17,7 @@ export interface Workspace {
   readonly settings: Store<Settings>;
   readonly viewport: Viewport;
   readonly toasts: Toasts;
+  readonly busy: BusySign;
   readonly services: Services;
   /** The open scene. */
   readonly scene: SceneView | undefined;

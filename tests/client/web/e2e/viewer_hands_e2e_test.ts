@@ -7,8 +7,8 @@ import assert from 'node:assert/strict';
 import { beforeEach, test } from 'node:test';
 import { dot, sub, type Vec3 } from '@src/lattice/vec';
 import { openPage } from './browser';
-import { browser, CORNER, errors, openTorus, page, press, select, selected, shot, useStage } from './stage';
-import { camera, controlPoint, frames, live, onScreen, placeOf, pointComesTo } from './viewer_page';
+import { browser, CORNER, errors, OBJ, openTorus, page, press, select, selected, shot, useStage } from './stage';
+import { camera, controlPoint, dropFiles, frames, live, meshUploaded, onScreen, placeOf, pointComesTo } from './viewer_page';
 
 let rest: Vec3;
 
@@ -162,6 +162,40 @@ test('a field takes expressions, tells what is wrong with one, and gives the foc
   assert.equal((await why.allInnerTexts()).join(''), '');
   await press('Control+z', 'Control+z');
   await pointComesTo(page, CORNER, rest);
+});
+
+test('the page says that a scene is being made; the head-up line then starts anew, and tells on hover what it measures', async () => {
+  const latency = page.locator('.hud span', { hasText: 'edit → pixel' });
+  await page.evaluate(() => window.latticed.settings.set({ panel: false }));
+  await press('g', 'z', '1', 'Enter');
+  await latency.getByText(/^\d+$/).waitFor();
+  assert.ok(await latency.evaluate((element) => { // nothing lies over it
+    const { x, y, width, height } = element.getBoundingClientRect();
+    return element.contains(document.elementFromPoint(x + width / 2, y + height / 2));
+  }));
+  assert.match((await latency.getAttribute('title'))!, /^Median time from an edit .* The newest: server \d/);
+  let release!: () => void;
+  await page.route('**/CreateScene', (route) => void new Promise<void>((resolve) => (release = resolve)).then(() => route.continue()));
+
+  await dropFiles(page, [['torus.obj', OBJ]]);
+  await meshUploaded(page);
+  await page.locator('.fit h2').click(); // the focus is on nothing
+  await press('Enter');
+  await page.locator('.fit progress:indeterminate').waitFor();
+  await page.keyboard.press('Escape');
+  release();
+  await page.evaluate(() => window.latticed.opener.takeSample('beam'));
+  await page.locator('.busy').getByText('Making the scene …').waitFor();
+  await page.locator('.busy').evaluate((sign) => Promise.all(sign.getAnimations().map(({ finished }) => finished)));
+  await shot('viewer_busy');
+  release();
+  await page.locator('.busy').waitFor({ state: 'hidden' });
+
+  await live(page);
+  assert.equal(await latency.locator('b').innerText(), '–');
+  await page.unrouteAll({ behavior: 'wait' });
+  await page.goBack();
+  await live(page);
 });
 
 test('a message leaves by itself, but not below the pointer', async () => {

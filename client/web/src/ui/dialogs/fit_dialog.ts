@@ -49,12 +49,15 @@ export function showFitDialog({ file, upload, up: firstUp, create }: FitDialogPa
     if (mesh === undefined || confirm.disabled) return;
     confirm.disabled = true;
     error.textContent = '';
+    const waiting = h('progress', { 'aria-label': 'Making the scene' }); // how long is not known
+    facts.after(waiting);
     try {
       await create(mesh, fit, up);
       dialog.close();
     } catch (failure) {
       error.textContent = inWords(failure);
       confirm.disabled = false;
+      waiting.remove();
     }
   };
   const confirm = button('Create scene', () => void submit(), { class: 'button primary', disabled: true });

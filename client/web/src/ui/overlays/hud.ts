@@ -7,11 +7,13 @@ import { bytes } from '../../wire/words';
 import { h } from '../dom';
 
 const WINDOW_MS = 1000; // the time over which updates/s are counted
+const LATENCY = 'Median time from an edit until a frame that shows it is drawn';
 const LATENCIES = 31; // the number of newest latencies whose median is shown
 
 export class Hud {
   readonly element = h('div', { class: 'hud', role: 'group', 'aria-label': 'How fast the surface follows' });
   private readonly values: Record<string, HTMLElement> = {};
+  private readonly parts: Record<string, HTMLElement> = {};
   private arrivals: number[] = [];
   private latencies: number[] = [];
   /** Time of the newest own edit that an update has brought and no frame has shown. */
@@ -21,13 +23,24 @@ export class Hud {
   constructor() {
     for (const [name, unit, hint] of [
       ['updates', 'updates/s', 'Updates of the surface in the last second'],
-      ['latency', 'ms edit → pixel', 'Median time from an edit until a frame that shows it is drawn'],
+      ['latency', 'ms edit → pixel', LATENCY],
       ['bytes', 'per update', 'Bytes of the newest update'],
       ['patches', 'patches', 'Patches that the newest update sent, each counted once, of all'],
     ] as const) {
       this.values[name] = h('b', { 'data-hud': name }, '–');
-      this.element.append(h('span', { title: hint }, this.values[name], ` ${unit}`));
+      this.parts[name] = h('span', { title: hint }, this.values[name], ` ${unit}`);
+      this.element.append(this.parts[name]);
     }
+  }
+
+  /** Forgets the measurements, as for another scene. */
+  reset(): void {
+    this.arrivals = [];
+    this.latencies = [];
+    this.undrawn = undefined;
+    clearTimeout(this.timer);
+    for (const value of Object.values(this.values)) value.textContent = '–';
+    this.parts['latency'].title = LATENCY;
   }
 
   /** An update without patches, which a gesture's last one often is, keeps the numbers of the one before. */
@@ -40,8 +53,8 @@ export class Hud {
         `${info.patchesSent.toLocaleString('en')} / ${info.patchesAll.toLocaleString('en')}`;
     }
     const { server, transfer, decode, upload } = info.times;
-    this.values['latency'].title =
-      `The newest: server ${ms(server)}, transfer ${ms(transfer)}, decoding ${ms(decode)}, upload ${ms(upload)}`;
+    this.parts['latency'].title =
+      `${LATENCY}. The newest: server ${ms(server)}, transfer ${ms(transfer)}, decoding ${ms(decode)}, upload ${ms(upload)}`;
     this.showRate();
   }
 
