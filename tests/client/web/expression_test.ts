@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { evaluateExpression } from '@src/ui/expression';
+import { evaluateExpression } from '@src/ui/fields/expression';
 
 test('expressions have the values of school, and an operator with = changes the value that is there', () => {
   const values: readonly (readonly [string, number])[] = [

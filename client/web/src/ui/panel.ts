@@ -10,7 +10,7 @@ import type { Vec3 } from '../lattice/vec';
 import type { Settings, SettingsStore } from '../state/settings';
 import { choice, field, segmented, slider, toggle, type Bound, type Control } from './controls';
 import { h } from './dom';
-import { numberField } from './number_field';
+import { numberField } from './fields/number_field';
 
 type Key<T> = { [K in keyof Settings]: Settings[K] extends T ? K : never }[keyof Settings];
 

@@ -5,7 +5,7 @@ import type { ExportedFile, ExportView } from '../../wire/export_download';
 import { bytes, inWords } from '../../wire/words';
 import { button, field } from '../controls';
 import { h, onEnter, showDialog } from '../dom';
-import { numberField } from '../number_field';
+import { numberField } from '../fields/number_field';
 import { saveFile } from '../save_file';
 
 const NOTES: Record<ExportFormat, string> = {

@@ -11,7 +11,7 @@ import { vector } from '../../wire/lattice_message';
 import { bytes, inWords } from '../../wire/words';
 import { button, choice, field, segmented } from '../controls';
 import { h, onEnter, showDialog } from '../dom';
-import { numberField } from '../number_field';
+import { numberField } from '../fields/number_field';
 
 const DEGREES = { 1: '1, straight', 2: '2, smooth', 3: '3, smoother' };
 

@@ -6,7 +6,7 @@ import type { Editor } from '../../edit/editor';
 import { AXIS_NAMES, domain, type Axis } from '../../lattice/grid';
 import { button, field, segmented } from '../controls';
 import { h, onEnter, showDialog } from '../dom';
-import { numberField } from '../number_field';
+import { numberField } from '../fields/number_field';
 
 export function showKnotDialog(editor: Editor): void {
   let axis: Axis = 0;

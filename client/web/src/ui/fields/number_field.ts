@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // A field for a number, which also takes expressions. A wrong one tells why below the field and changes nothing.
-import type { Bound, Control } from './controls';
-import { h } from './dom';
+import type { Bound, Control } from '../controls';
+import { h } from '../dom';
 import { evaluateExpression, type Evaluated } from './expression';
 
 export interface NumberOptions {
