@@ -7,6 +7,8 @@ import { stepOfKey } from './edit/point_steps';
 import { SceneOpener } from './scene_opener';
 import { SceneView } from './scene_view';
 import type { Services } from './intake/services';
+import type { MeshExtent } from './lattice/mesh_extent';
+import { LatticeWatch } from './lattice_watch';
 import type { LiveSession } from './session/live_session';
 import type { SessionStatus } from './session/scene_session';
 import { rememberedSettings, type Settings } from './state/settings';
@@ -21,6 +23,7 @@ import { HeatLegend } from './ui/overlays/heat_legend';
 import { Hud } from './ui/overlays/hud';
 import { MenuBar } from './ui/menu_bar';
 import { NavGizmo } from './ui/overlays/nav_gizmo';
+import { Remarks } from './ui/overlays/remarks';
 import { buildPage, type Page } from './ui/page';
 import { People } from './ui/people';
 import { Panel } from './ui/panel';
@@ -73,6 +76,8 @@ export class App implements CommandTarget {
   private readonly hud = new Hud();
   private readonly heatLegend = new HeatLegend();
   private readonly divider = new CompareDivider((divider) => this.settings.set({ divider }));
+  private readonly remarks = new Remarks((points) => this.selectRemarked(points));
+  private watch: LatticeWatch | undefined;
   private readonly people = new People();
   private readonly transformBar = new TransformBar(() => this.scene?.editor);
   private readonly panel = new Panel(this.settings, () => this.viewport.canvas.focus());
@@ -109,6 +114,8 @@ export class App implements CommandTarget {
   /** Shows a scene in place of the one before. */
   show(session: LiveSession, units: Units): void {
     this.scene?.dispose();
+    this.watch?.dispose();
+    this.remarks.clear();
     this.toasts.clearErrors(); // errors of the scene before, or of a scene that could not be opened
     this.scene = new SceneView(this.viewport, session, units, this.settings, {
       changed: () => this.refresh(),
@@ -133,6 +140,19 @@ export class App implements CommandTarget {
     this.panel.show(this.scene.editor, size);
     this.scene.frameAll();
     this.refresh();
+  }
+
+  watchLattice(extent: MeshExtent | undefined): void {
+    const { scene } = this;
+    if (scene === undefined) return;
+    this.watch?.dispose();
+    this.watch = new LatticeWatch(scene.session, extent, (remarks) => this.remarks.show(remarks));
+  }
+
+  private selectRemarked(points: readonly number[]): void {
+    this.settings.set({ cage: true });
+    this.scene?.editor.selection.select(points);
+    this.viewport.canvas.focus();
   }
 
   showStatus({ state, text }: SessionStatus): void {
@@ -181,7 +201,7 @@ export class App implements CommandTarget {
     tools.append(left.element);
     side.append(this.panel.element);
     this.hud.element.hidden = true;
-    bottom.append(this.transformBar.element, this.hud.element);
+    bottom.append(this.transformBar.element, this.remarks.element, this.hud.element);
     view.append(this.divider.element, nav.element, this.heatLegend.element, this.start, this.busy.element);
     acceptDrops((files) => this.opener.takeFiles(files), (over) => view.classList.toggle('drop-target', over));
   }

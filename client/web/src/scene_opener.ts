@@ -264,6 +264,7 @@ export class SceneOpener {
     settings.set({ view, ...this.lookBefore });
     this.lookBefore = undefined;
     this.app.show(session, facts?.units ?? UNKNOWN_UNITS);
+    void this.watchLattice(session);
     if (facts === undefined) void this.learnUnits(session).catch(() => undefined);
     const { mesh: before } = this;
     if (known !== undefined) this.mesh = known;
@@ -271,6 +272,11 @@ export class SceneOpener {
     // Errors are dropped, since no person has asked for this. A person who chooses the texture sees them.
     if (this.mesh !== before || wasTextured) void this.recallColours(this.mesh, session).catch(() => undefined);
     return true;
+  }
+
+  private async watchLattice(session: LiveSession): Promise<void> {
+    const extent = await this.app.services.meshExtent(session.sceneId).catch(() => undefined);
+    if (session === this.app.scene?.session) this.app.watchLattice(extent);
   }
 
   /** Units of a scene that had to be restored first. */

@@ -3,6 +3,7 @@
 //
 // The parts of the page that the opener and the commands work on.
 import type { Services } from './intake/services';
+import type { MeshExtent } from './lattice/mesh_extent';
 import type { SceneView } from './scene_view';
 import type { LiveSession } from './session/live_session';
 import type { SessionStatus } from './session/scene_session';
@@ -23,5 +24,7 @@ export interface Workspace {
   readonly scene: SceneView | undefined;
   /** Replaces the open scene. */
   show(session: LiveSession, units: Units): void;
+  /** Tells about the open scene's lattice, and its mesh if that is known. */
+  watchLattice(extent: MeshExtent | undefined): void;
   showStatus(status: SessionStatus): void;
 }

@@ -7,13 +7,14 @@ import type { LatticeSourceSchema } from 'latticed/v1/lattice_pb';
 import { MeshFormat, MeshHeaderSchema, UpAxis as WireUpAxis, type Mesh, type MeshHeader, type MeshUnits } from 'latticed/v1/mesh_pb';
 import type { Fit } from '../lattice/identity';
 import { Lattice } from '../lattice/lattice';
+import type { MeshExtent } from '../lattice/mesh_extent';
 import { IndexedSceneStore } from '../session/store/indexed_scene_store';
 import type { LiveSession } from '../session/live_session';
 import type { ViewRequest } from '../session/scene_session';
 import type { Units, UpAxis } from '../state/units';
 import { storedMesh } from '../session/store/scene_store';
 import { randomId } from '../wire/ids';
-import { fromAxes, fromLattice } from '../wire/lattice_message';
+import { fromAxes, fromLattice, vector } from '../wire/lattice_message';
 import type { LatticedServer } from '../wire/latticed_server';
 import { uploadMesh } from '../wire/upload';
 import { fromView, toView } from '../wire/view_message';
@@ -122,6 +123,13 @@ export class Services {
   async describeScene(sceneId: string): Promise<{ readonly mesh: string; readonly view: ViewRequest; readonly units: Units }> {
     const { mesh, defaultView, units } = await this.server.scenes.getScene({ scene: sceneId });
     return { mesh, view: defaultView === undefined ? {} : toView(defaultView), units: toUnits(units) };
+  }
+
+  /** The place of a scene's mesh at rest. */
+  async meshExtent(sceneId: string): Promise<MeshExtent> {
+    const { mesh, patchesOutside, patchesOnFaces } = await this.server.scenes.getScene({ scene: sceneId });
+    const { bounds } = await this.server.meshes.getMesh({ mesh });
+    return { min: vector(bounds?.min), max: vector(bounds?.max), outside: patchesOutside > 0n, acrossFaces: patchesOnFaces > 0n };
   }
 }
 

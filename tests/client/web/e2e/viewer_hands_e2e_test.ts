@@ -6,9 +6,10 @@
 import assert from 'node:assert/strict';
 import { beforeEach, test } from 'node:test';
 import { dot, sub, type Vec3 } from '@src/lattice/vec';
+import { latticeToJson } from '@src/wire/lattice_json';
 import { openPage } from './browser';
-import { browser, CORNER, errors, OBJ, openTorus, page, press, select, selected, shot, useStage } from './stage';
-import { camera, controlPoint, dropFiles, frames, live, meshUploaded, onScreen, placeOf, pointComesTo } from './viewer_page';
+import { browser, CORNER, errors, OBJ, openTorus, page, press, select, selected, shot, until, useStage } from './stage';
+import { camera, controlPoint, dropFiles, frames, latticeIn, live, meshUploaded, onScreen, placeOf, pointComesTo } from './viewer_page';
 
 let rest: Vec3;
 
@@ -174,8 +175,12 @@ test('the page says that a scene is being made; the head-up line then starts ane
     return element.contains(document.elementFromPoint(x + width / 2, y + height / 2));
   }));
   assert.match((await latency.getAttribute('title'))!, /^Median time from an edit .* The newest: server \d/);
-  let release!: () => void;
-  await page.route('**/CreateScene', (route) => void new Promise<void>((resolve) => (release = resolve)).then(() => route.continue()));
+  const held: (() => Promise<void>)[] = [];
+  await page.route('**/CreateScene', (route) => void held.push(() => route.continue()));
+  const release = async (): Promise<void> => {
+    await until(() => Promise.resolve(held.length > 0));
+    await held.pop()!();
+  };
 
   await dropFiles(page, [['torus.obj', OBJ]]);
   await meshUploaded(page);
@@ -183,22 +188,68 @@ test('the page says that a scene is being made; the head-up line then starts ane
   await press('Enter');
   await page.locator('.fit progress:indeterminate').waitFor();
   await page.keyboard.press('Escape');
-  release();
+  await release();
   await page.evaluate(() => window.latticed.opener.takeSample('beam'));
   await page.locator('.busy').getByText('Making the scene …').waitFor();
   await page.locator('.busy').evaluate((sign) => Promise.all(sign.getAnimations().map(({ finished }) => finished)));
   await shot('viewer_busy');
-  release();
+  await release();
+  await page.unrouteAll();
+  for (const goOn of held) await goOn(); // the page has asked for the beam at rest too
   await page.locator('.busy').waitFor({ state: 'hidden' });
 
   await live(page);
   assert.equal(await latency.locator('b').innerText(), '–');
-  await page.unrouteAll({ behavior: 'wait' });
+  await page.goBack();
+  await live(page);
+});
+
+test('a fold-over, a mesh outside the lattice and a tear are said in lines with buttons that select where', async () => {
+  const remark = (kind: string) => page.locator(`.remark[data-remark=${kind}]`);
+  const before = await page.evaluate(() => window.latticed.scene!.session.lattice.points.slice(0, 3));
+  await page.waitForFunction(() => 'watch' in window.latticed && window.latticed['watch'] !== undefined);
+  assert.equal(await page.locator('.remark').count(), 0);
+  await select(0, 4, 16, 20);
+  await press('g', 'x', '3', 'Enter');
+  await remark('fold').waitFor();
+  await shot('viewer_fold');
+  await press('Alt+a');
+  await remark('fold').getByRole('button', { name: 'Select' }).click();
+  const where = await selected();
+  assert.equal(where.length, 27);
+  assert.ok([0, 4, 16, 20].every((index) => where.includes(index)), `${where}`);
+  await press('Control+z');
+  await remark('fold').waitFor({ state: 'detached' });
+  await pointComesTo(page, 0, [before[0], before[1], before[2]]);
+
+  // The right half of the torus is outside.
+  const half = latticeIn([[-1.6, -1.6, -0.6], [1.6, 0, 0], [0, 3.2, 0], [0, 0, 1.2]], 3, 2);
+  await dropFiles(page, [['lattice.json', latticeToJson(half)]]);
+  await remark('outside').waitFor();
+  await remark('outside').getByRole('button', { name: 'Select' }).click();
+  const face = Array.from({ length: 9 }, (_, i) => 3 * i + 2);
+  assert.deepEqual(await selected(), face);
+  await select(0);
+  await press('g', 'z', '-', '.', '1', 'Enter');
+  await select(14);
+  await press('g', 'z', '.', '3', 'Enter');
+  await remark('tear').waitFor();
+  assert.equal(await remark('outside').count(), 0);
+  await shot('viewer_tear');
+  await remark('tear').getByRole('button', { name: 'Select' }).click();
+  assert.deepEqual(await selected(), [14]);
+
+  await remark('tear').getByRole('button', { name: 'Close' }).click();
+  await press('g', 'z', '.', '1', 'Enter');
+  assert.equal(await remark('tear').count(), 0);
+  await page.evaluate(() => window.latticed.commands.get('reset').run());
+  await remark('outside').waitFor();
   await page.goBack();
   await live(page);
 });
 
 test('a message leaves by itself, but not below the pointer', async () => {
+  await page.mouse.move(5, 5);
   await page.evaluate(() => {
     const [setTimer, clearTimer] = [window.setTimeout.bind(window), window.clearTimeout.bind(window)];
     const due = new Map<number, () => void>();

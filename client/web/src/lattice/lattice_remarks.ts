@@ -1,0 +1,43 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What a person should know about a lattice and its mesh, in words, with the control points that it concerns.
+import { FoldCheck, type Fractions } from './fold_check';
+import type { LatticeStructure } from './grid';
+import { extentInFrame, movedPoints, pointsOnCrossedFaces, type MeshExtent } from './mesh_extent';
+
+export interface Remark {
+  readonly kind: 'fold' | 'tear' | 'outside';
+  readonly text: string;
+  readonly points: readonly number[];
+}
+
+const WHOLE: Fractions = [[0, 1], [0, 1], [0, 1]];
+
+export class LatticeRemarks {
+  private readonly folds: FoldCheck;
+  /** The control points of faces beyond which the mesh goes on. */
+  private readonly crossed: readonly number[];
+
+  /** @param extent Undefined if the mesh is not known: then only folds are found. */
+  constructor(private readonly structure: LatticeStructure, private readonly extent: MeshExtent | undefined) {
+    this.folds = new FoldCheck(structure, extent === undefined ? WHOLE : extentInFrame(structure, extent));
+    this.crossed = extent?.outside ? pointsOnCrossedFaces(structure, extent) : [];
+  }
+
+  of(points: Float64Array): Remark[] {
+    const { extent, crossed } = this;
+    const remarks: Remark[] = [];
+    const folded = this.folds.folded(points);
+    if (folded !== undefined) {
+      remarks.push({ kind: 'fold', text: 'The lattice folds over itself around the mesh.', points: folded });
+    }
+    const torn = extent?.acrossFaces ? movedPoints(this.structure, extent, crossed, points) : [];
+    if (torn.length > 0) {
+      remarks.push({ kind: 'tear', text: 'The mesh is torn at a face of the lattice: outside, nothing moves it.', points: torn });
+    } else if (extent?.outside) {
+      remarks.push({ kind: 'outside', text: 'Part of the mesh lies outside the lattice, where nothing moves it.', points: crossed });
+    }
+    return remarks;
+  }
+}

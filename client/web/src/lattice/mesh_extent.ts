@@ -1,0 +1,65 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The place of a mesh at rest in its lattice: inside, or beyond some faces of the frame, where nothing moves it.
+import { AXES, domain, frameEdges, placeOf, type Axis, type LatticeStructure } from './grid';
+import type { Fractions } from './fold_check';
+import { identityPoints } from './identity';
+import { indicesTo } from './index_sets';
+import { coordinates, distance, length, pointAt, sub, type Vec3 } from './vec';
+
+const NOTHING = 1e-9; // of the frame's extent
+
+export interface MeshExtent {
+  /** Bounds at rest, in world units. */
+  readonly min: Vec3;
+  readonly max: Vec3;
+  /** Whether some of its patches lie outside the frame, and whether some meet others at a face of the frame. */
+  readonly outside: boolean;
+  readonly acrossFaces: boolean;
+}
+
+/** A face of the frame: the begin or the end of an axis. */
+interface Face {
+  readonly axis: Axis;
+  readonly end: boolean;
+}
+
+/** The box around the mesh, as fractions of the frame. */
+export function extentInFrame({ frame }: LatticeStructure, { min, max }: MeshExtent): Fractions {
+  const corners = [0, 1, 2, 3, 4, 5, 6, 7].map((corner) => {
+    const at = AXES.map((axis) => ((corner >> axis) & 1 ? max[axis] : min[axis])) as unknown as Vec3;
+    return coordinates(frameEdges(frame), sub(at, frame.origin));
+  });
+  return AXES.map((axis) => {
+    const along = corners.map((corner) => corner[axis]);
+    return [Math.min(...along), Math.max(...along)] as const;
+  }) as unknown as Fractions;
+}
+
+/** The control points on the faces of the frame beyond which the mesh goes on. */
+export function pointsOnCrossedFaces(structure: LatticeStructure, extent: MeshExtent): number[] {
+  const within = extentInFrame(structure, extent);
+  const faces: Face[] = AXES.flatMap((axis) => [
+    ...(within[axis][0] < -NOTHING ? [{ axis, end: false }] : []),
+    ...(within[axis][1] > 1 + NOTHING ? [{ axis, end: true }] : []),
+  ]);
+  const { size } = structure;
+  return indicesTo(size[0] * size[1] * size[2]).filter((index) =>
+    faces.some(({ axis, end }) => placeOf(size, index)[axis] === (end ? size[axis] - 1 : 0)));
+}
+
+/** Those of `candidates` that are not where they are at rest, and whose influence reaches the mesh. */
+export function movedPoints(structure: LatticeStructure, extent: MeshExtent, candidates: readonly number[], points: Float64Array): number[] {
+  const { size, degree, knots, frame } = structure;
+  const rest = identityPoints(structure);
+  const within = extentInFrame(structure, extent);
+  const least = NOTHING * length(frameEdges(frame).reduce((sum, edge) => [sum[0] + edge[0], sum[1] + edge[1], sum[2] + edge[2]]));
+  const reaches = (index: number): boolean => AXES.every((axis) => {
+    const [begin, end] = domain(structure, axis);
+    const i = placeOf(size, index)[axis];
+    const fraction = (knot: number): number => (knot - begin) / (end - begin);
+    return fraction(knots[axis][i]) <= within[axis][1] && fraction(knots[axis][i + degree[axis] + 1]) >= within[axis][0];
+  });
+  return candidates.filter((index) => distance(pointAt(points, index), pointAt(rest, index)) > least && reaches(index));
+}
