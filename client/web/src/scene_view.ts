@@ -23,6 +23,10 @@ import { PointPicker } from './viewport/point_picker';
 import { PointerTools } from './viewport/pointer_tools';
 import type { Viewport } from './viewport/viewport';
 
+/** Between the background and the cage: three times as light as the one, a third of the other, or the reverse. */
+const DARK_SURFACE = 0x6c7788;
+const LIGHT_SURFACE = 0x5e6876;
+
 export interface SceneViewEvents {
   /** The selection, the lattice, the surface or a setting has changed: panels must refresh. */
   changed(): void;
@@ -98,7 +102,7 @@ export class SceneView {
     const style = dark ? DARK_CAGE : LIGHT_CAGE;
     this.cage.setStyle(style);
     this.knotBoxes.setColour(style.knotBoxes);
-    this.session.surface.setLook({ colour: dark ? 0xb9c2cf : 0xc9d1dc });
+    this.session.surface.setLook({ colour: dark ? DARK_SURFACE : LIGHT_SURFACE });
     this.viewport.invalidate();
   }
 
@@ -195,8 +199,8 @@ export class SceneView {
 
   private applySettings(settings: Settings): void {
     const { surface } = this.session;
-    const { colouring, wireframe, patchEdges, ghost, compare } = settings;
-    surface.setLook({ colouring, wireframe, patchEdges, ghost, compare });
+    const { colouring, light, wireframe, patchEdges, ghost, compare } = settings;
+    surface.setLook({ colouring, light, wireframe, patchEdges, ghost, compare });
     surface.object.visible = settings.surface;
     this.cage.object.visible = settings.cage;
     this.cage.setThrough(settings.through);

@@ -13,6 +13,7 @@ import { UpdateReceiver, type ReceivedUpdate } from '@src/session/update_receive
 import { PointBuffer } from '@src/surface/point_buffer';
 import { SurfaceMesh } from '@src/surface/surface_mesh';
 import { TopologyLayout } from '@src/surface/topology_layout';
+import { trianglesOf } from '@src/surface/triangles';
 import { FakeWorker } from './support/fake_worker';
 import { decoderWasm, noPatches, until } from './support/session_fixture';
 
@@ -139,3 +140,44 @@ test('all of a chunk is sent that is written after a coarser one of the same fir
 
   assert.deepEqual(data.updateRanges, [{ start: 0, count: 6 * 4 * 66 }]); // 6 per point; four patches of 66 points
 });
+
+/** A layout of two patches with the server's pattern: rows of points, every second one backwards. */
+function patternLayout(segments: number): TopologyLayout {
+  const rows = Array.from({ length: segments + 1 }, (_, row) => {
+    const columns = Array.from({ length: segments + 1 - row }, (_, column) => [segments - row - column, column, row]);
+    return row % 2 === 0 ? columns : columns.reverse();
+  });
+  const points = rows.flat();
+  const at = (column: number, row: number): number => points.findIndex(([, i1, i2]) => i1 === column && i2 === row);
+  const triangles = rows.slice(1).flatMap((_, row) => rows[row].flatMap((_, i) => [
+    ...(i < segments - row ? [at(i, row), at(i + 1, row), at(i, row + 1)] : []),
+    ...(i < segments - row - 1 ? [at(i + 1, row), at(i + 1, row + 1), at(i, row + 1)] : []),
+  ]));
+  return new TopologyLayout(create(TopologySchema, {
+    topologyId: `${segments}`, segments, patchCount: 2n, pointCount: BigInt(2 * points.length),
+    chunkRuns: [{ chunkCount: 1, patchesPerChunk: 2 }], pattern: { points: points.flat(), triangles },
+  }));
+}
+
+for (const [segments, divisors] of [[10, [1, 2, 5, 10]], [7, [1, 7]], [1, [1]]] as const) {
+  test(`${segments} segments are drawn over each ${divisors.join(', ')}. row; every detail covers all of each patch, wound alike`, () => {
+    const layout = patternLayout(segments);
+    const { indices, details } = trianglesOf(layout);
+
+    assert.deepEqual(details.map(({ divisor }) => divisor), divisors);
+    for (const { divisor, start, count } of details) {
+      assert.equal(count, 3 * 2 * (segments / divisor) ** 2);
+      for (const patch of [0, 1]) {
+        const [half, first] = [count / 2, patch * layout.pointsPerPatch];
+        const own = indices.subarray(start + patch * half, start + (patch + 1) * half);
+        const places = Array.from(own, (point) => [...layout.patternPoints.subarray(3 * (point - first), 3 * (point - first) + 3)]);
+        assert.ok(places.flat().every((i) => i % divisor === 0));
+        const areas = Array.from({ length: half / 3 }, (_, i) => {
+          const [a, b, c] = places.slice(3 * i, 3 * i + 3);
+          return (b[1] - a[1]) * (c[2] - a[2]) - (c[1] - a[1]) * (b[2] - a[2]);
+        });
+        assert.deepEqual([...new Set(areas)], [divisor ** 2]);
+      }
+    }
+  });
+}

@@ -57,7 +57,7 @@ export function lineMaterial(behind: boolean): LineBasicMaterial {
   return new LineBasicMaterial({
     vertexColors: true,
     transparent: true,
-    opacity: behind ? 0.16 : 0.75,
+    opacity: behind ? 0.16 : 0.95,
     depthWrite: false,
     depthFunc: behind ? GreaterDepth : LessEqualDepth,
   });

@@ -8,6 +8,7 @@ import { EXPORT_FORMATS } from '../intake/services';
 import { switchedMirror } from '../edit/mirror';
 import { AXIS_NAMES, type Axis } from '../lattice/grid';
 import type { Vec3 } from '../lattice/vec';
+import { LIGHTS } from '../light/shading';
 import type { SceneOpener } from '../scene_opener';
 import type { SceneView } from '../scene_view';
 import type { Settings } from '../state/settings';
@@ -197,6 +198,7 @@ function viewCommands(app: CommandTarget): Command[] {
     onOff('knotBoxes', 'Box edges', { keys: ['J'] }),
     onOff('cage', 'Cage', { keys: ['C'], icon: 'lattice' }),
     onOff('panel', 'Side panel', { keys: ['N'], icon: 'panel', enabled: () => app.scene !== undefined }),
+    cycle('light', LIGHTS, 'light', 'Next light'),
     cycle('theme', ['system', 'dark', 'light'], 'theme', 'Theme: system, dark, light', { icon: 'theme' }),
     always('help', 'Keys', () => showHelp(app.commands.list), { keys: ['?'], icon: 'help' }),
   ];

@@ -8,6 +8,7 @@ import type { MotionKind } from '../edit/motion';
 import type { Orientation, Pivot } from '../edit/pivot';
 import type { MeshFormatName } from '../intake/mesh_file';
 import type { ExportFormat } from '../intake/services';
+import type { Light } from '../light/shading';
 import type { ViewRequest } from '../session/scene_session';
 import { Store } from './store';
 import type { UpAxis } from './units';
@@ -36,6 +37,8 @@ export const DEFAULT_SETTINGS = {
   knotBoxes: false,
   surface: true,
   colouring: 'plain' as Colouring,
+  /** The light on the plain surface, or one of three materials. */
+  light: 'studio' as Light,
   wireframe: false,
   patchEdges: false,
   ghost: false,
@@ -55,7 +58,7 @@ export const DEFAULT_SETTINGS = {
 export type Settings = typeof DEFAULT_SETTINGS;
 
 /** The settings that a browser remembers between visits: taste, nothing that depends on one mesh. */
-const REMEMBERED = ['gizmo', 'orientation', 'pivot', 'through', 'theme', 'upAxes', 'exportFormat'] as const;
+const REMEMBERED = ['gizmo', 'orientation', 'pivot', 'through', 'theme', 'light', 'upAxes', 'exportFormat'] as const;
 const STORAGE_KEY = 'latticed.settings';
 
 export type SettingsStore = Store<Settings>;

@@ -3,9 +3,11 @@
 import { BufferAttribute, BufferGeometry, DynamicDrawUsage, InterleavedBuffer, InterleavedBufferAttribute } from 'three';
 import { NUMBERS_PER_POINT, type PointNumbers } from '../decode/chunk_form';
 import type { TopologyLayout } from './topology_layout';
+import { trianglesOf, type Detail } from './triangles';
 
 interface Drawn {
   readonly layout: TopologyLayout;
+  readonly details: readonly Detail[];
   readonly geometry: BufferGeometry;
 }
 
@@ -38,7 +40,7 @@ export class PointBuffer {
     const room = this.buffer ? this.buffer.count : 0;
     if (!this.buffer || float !== this.isFloat || room < layout.pointCount) this.allocate(layout.pointCount, float);
     const at = this.drawn.findIndex((one) => one.layout.id === layout.id);
-    const found = at >= 0 ? this.drawn.splice(at, 1)[0]! : { layout, geometry: this.geometryOf(layout) };
+    const found = at >= 0 ? this.drawn.splice(at, 1)[0]! : this.drawnOf(layout);
     this.drawn.unshift(found);
     // Frees its triangles, but not the shared vertex buffer, which dispose() would delete.
     if (this.drawn.length > PointBuffer.LAYOUTS_KEPT) release(this.drawn.pop()!.geometry);
@@ -71,6 +73,16 @@ export class PointBuffer {
     return (this.buffer!.array as PointNumbers).subarray(NUMBERS_PER_POINT * point, NUMBERS_PER_POINT * (point + 1));
   }
 
+  /** Draws with at most this number of triangles, if there is so coarse a detail, and then as before. */
+  drawCoarse(triangles: number, draw: () => void): void {
+    const { geometry, details } = this.drawn[0]!;
+    const { start, count } = geometry.drawRange;
+    const coarse = details.find((detail) => detail.count <= 3 * triangles) ?? details.at(-1)!;
+    if (coarse.count < count) geometry.setDrawRange(coarse.start, coarse.count);
+    draw();
+    geometry.setDrawRange(start, count);
+  }
+
   dispose(): void {
     for (const { geometry } of this.drawn.splice(0)) geometry.dispose();
     this.buffer = undefined;
@@ -91,25 +103,17 @@ export class PointBuffer {
     ++this.made;
   }
 
-  private geometryOf(layout: TopologyLayout): BufferGeometry {
+  private drawnOf(layout: TopologyLayout): Drawn {
     const geometry = new BufferGeometry();
     geometry.setAttribute('position', new InterleavedBufferAttribute(this.buffer!, 3, 0));
     geometry.setAttribute(this.isFloat ? 'pointNormal' : 'octahedral',
       new InterleavedBufferAttribute(this.buffer!, this.isFloat ? 3 : 2, this.isFloat ? 3 : 4));
-    geometry.setIndex(new BufferAttribute(trianglesOf(layout), 1));
+    const { indices, details } = trianglesOf(layout);
+    geometry.setIndex(new BufferAttribute(indices, 1));
+    geometry.setDrawRange(details[0]!.start, details[0]!.count);
     ++this.made;
-    return geometry;
+    return { layout, geometry, details };
   }
-}
-
-/** The pattern's triangles for every patch. */
-function trianglesOf(layout: TopologyLayout): Uint32Array {
-  const { patternTriangles: pattern, pointsPerPatch, patchCount } = layout;
-  const indices = new Uint32Array(pattern.length * patchCount);
-  for (let patch = 0, at = 0, first = 0; patch < patchCount; ++patch, first += pointsPerPatch) {
-    for (let i = 0; i < pattern.length; ++i) indices[at++] = first + pattern[i]!;
-  }
-  return indices;
 }
 
 /** Frees a geometry's triangles on the GPU and nothing else. */

@@ -1,7 +1,13 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-import { Box3, Color, DoubleSide, Group, Mesh, ShaderMaterial, Sphere, Vector3, type DataArrayTexture, type Texture } from 'three';
+import {
+  Box3, Color, DoubleSide, Group, Mesh, ShaderMaterial, Sphere, Vector2, Vector3, type Camera, type DataArrayTexture, type Texture,
+  type WebGLRenderer,
+} from 'three';
 import type { DecodedChunk } from '../decode/chunk_form';
+import { Cavity } from '../light/cavity';
+import type { Light } from '../light/shading';
+import { Shadings } from '../light/shadings';
 import { largestDistance, type FlatPatches } from './largest_distance';
 import { PatchColours } from './patch_colours';
 import type { PatchFacts, PatchSource } from './patch_source';
@@ -22,6 +28,8 @@ export interface SurfaceLook {
   /** The rest shape as a ghost. */
   readonly ghost?: boolean;
   readonly colour?: number;
+  /** The light on the plain colouring, or a material of its own colour; other colourings are lit by the studio. */
+  readonly light?: Light;
 }
 
 /** The meaning of a chunk's integers (event.proto, Quantisation): position = origin + integer * step. */
@@ -47,6 +55,7 @@ export interface SurfaceUpdate {
 export class SurfaceMesh {
   private static readonly PATCHES_ASKED = 10_000;  // takes about a millisecond
   private static readonly POINTS_ASKED = 1_000_000;  // takes about 25 milliseconds
+  private static readonly TRIANGLES_BEHIND = 60_000;  // at most, if the pattern has so coarse a detail
   private static readonly LEAST_HEAT = 5e-3;  // of the surface's size; smaller ranges would show the steps of the grid
 
   /** In world coordinates: the mesh and the ghost inside have positions of their own. */
@@ -61,6 +70,7 @@ export class SurfaceMesh {
     boxColours: { value: null as Texture | null }, patchUvs: { value: null as Texture | null }, map: { value: null as DataArrayTexture | null },
     baseColour: { value: new Color(0xb9bec6) }, lineColour: { value: new Color(0x11151c) }, wireframe: { value: 0 },
     patchEdges: { value: 0 }, opacity: { value: 1 }, displacementRange: { value: 1 },
+    shading: { value: null as Texture | null }, hollows: { value: null as Texture | null }, viewSize: { value: new Vector2() },
   };
   private readonly material = this.materialOf({ side: DoubleSide, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 });
   private readonly ghostMaterial = this.materialOf({ side: DoubleSide, transparent: true, depthWrite: false, polygonOffset: true,
@@ -69,7 +79,11 @@ export class SurfaceMesh {
   private readonly ghost = new Mesh(undefined, this.ghostMaterial);
   private readonly flatMaterial = this.materialOf({ side: DoubleSide });
   private readonly flat = new Mesh(undefined, this.flatMaterial);
-  private readonly overUniforms = { baseColour: { value: new Color(0xff7a1a) }, opacity: { value: 0.5 } };
+  private readonly shadings = new Shadings();
+  private readonly overUniforms = { baseColour: { value: new Color(0xff7a1a) }, opacity: { value: 0.5 }, shading: { value: this.shadings.of('studio') } };
+  private readonly normalsMaterial = this.materialOf({ side: DoubleSide });
+  private readonly normals = new Mesh(undefined, this.normalsMaterial);
+  private readonly cavity = new Cavity(this.normals);
   private readonly patches: PatchColours;
   /** Called when the surface looks different without an update: data for the look has arrived. */
   onChanged?: () => void;
@@ -81,6 +95,7 @@ export class SurfaceMesh {
   grid: Grid | undefined;
   /** The largest distance of the surface from the shape if only vertices moved, in world units; 0 if it is not compared. */
   largestDifference = 0;
+  private size = 1;
   private hasNormals = false;
   private look: SurfaceLook = {};
 
@@ -91,6 +106,10 @@ export class SurfaceMesh {
       this.onChanged?.();
     }, (what, error) => this.onFailed?.(what, error));
     this.ghostMaterial.uniforms.opacity = { value: 0.2 };
+    this.uniforms.hollows.value = this.cavity.texture;
+    this.mesh.onBeforeRender = (renderer, _, camera) => this.drawCavity(renderer, camera);
+    this.normals.matrixAutoUpdate = false;
+    this.normals.frustumCulled = false;
     this.ghost.visible = false;
     this.ghost.renderOrder = 1;
     this.ghost.frustumCulled = false;
@@ -134,7 +153,7 @@ export class SurfaceMesh {
     const areOthers = this.patches.setLayout(layout);
     if (areOthers || normals !== this.hasNormals || this.mesh.geometry !== geometry) {
       this.hasNormals = normals;
-      this.mesh.geometry = this.ghost.geometry = this.flat.geometry = geometry;
+      this.mesh.geometry = this.ghost.geometry = this.flat.geometry = this.normals.geometry = geometry;
       this.mesh.visible = true;
       this.dress();
     }
@@ -203,7 +222,18 @@ export class SurfaceMesh {
     this.material.dispose();
     this.ghostMaterial.dispose();
     this.flatMaterial.dispose();
+    this.shadings.dispose();
+    this.cavity.dispose();
+    this.normalsMaterial.dispose();
     this.object.removeFromParent();
+  }
+
+  /** With few triangles, since it shows only what is broad. */
+  private drawCavity(renderer: WebGLRenderer, camera: Camera): void {
+    renderer.getDrawingBufferSize(this.uniforms.viewSize.value);
+    if (!this.hasNormals) return;
+    this.normals.matrix.copy(this.mesh.matrixWorld);
+    this.points.drawCoarse(SurfaceMesh.TRIANGLES_BEHIND, () => this.cavity.draw(renderer, camera, this.size));
   }
 
   private takeLayout(layout: TopologyLayout): void {
@@ -279,6 +309,7 @@ export class SurfaceMesh {
     this.mesh.geometry.boundingSphere = local.getBoundingSphere(new Sphere());
     this.mesh.updateMatrix();
     this.bounds.copy(local).applyMatrix4(this.mesh.matrix);
+    this.size = this.bounds.getSize(corner).length();
   }
 
   /** Sets the shaders' input from the look and the known facts about patches. Fetches missing facts. */
@@ -296,10 +327,13 @@ export class SurfaceMesh {
     this.uniforms.patchUvs.value = uvs ?? null;
     this.placeRest();
     this.scaleHeat();
+    const light = (look.colouring ?? 'plain') === 'plain' ? look.light ?? 'studio' : 'studio';
+    this.uniforms.shading.value = this.shadings.of(light);
     const compare = flatCorners ? look.compare : 'off';
     const form = { ...(this.points.float && { FLOAT_POINTS: '' }), ...(compare === 'split' && { SPLIT: '' }) };
     const colours = {
       ...form,
+      ...(light !== 'studio' && { OWN_COLOUR: '' }),
       ...(look.colouring === 'boxes' && boxColours && { BOXES: '' }),
       ...(look.colouring === 'displacement' && restCorners && { DISPLACEMENT: '' }),
       ...(look.colouring === 'difference' && flatCorners && { DIFFERENCE: '' }),
@@ -307,13 +341,14 @@ export class SurfaceMesh {
       ...((look.wireframe || look.patchEdges) && { LINES: '' }),
     };
     redefine(this.material, { ...colours, ...(this.hasNormals && { HAS_NORMALS: '' }) });
-    redefine(this.ghostMaterial, { ...(this.points.float && { FLOAT_POINTS: '' }), GHOST: '' });
+    redefine(this.normalsMaterial, { ...form, ...(this.hasNormals && { HAS_NORMALS: '' }), NORMALS: '' });
+    redefine(this.ghostMaterial, { ...(this.points.float && { FLOAT_POINTS: '' }), ...(light !== 'studio' && { OWN_COLOUR: '' }), GHOST: '' });
     redefine(this.flatMaterial, compare === 'split' ? { ...colours, FLAT: '' } : { ...form, FLAT: '' });
     this.ghost.visible = Boolean(look.ghost && restCorners && this.mesh.visible);
     this.flat.visible = compare !== undefined && compare !== 'off' && this.mesh.visible;
     this.flatMaterial.transparent = compare === 'over';
-    const { baseColour, opacity } = compare === 'over' ? this.overUniforms : this.uniforms;
-    Object.assign(this.flatMaterial.uniforms, { baseColour, opacity });
+    const { baseColour, opacity, shading } = compare === 'over' ? this.overUniforms : this.uniforms;
+    Object.assign(this.flatMaterial.uniforms, { baseColour, opacity, shading });
   }
 
   private materialOf(options: ConstructorParameters<typeof ShaderMaterial>[0]): ShaderMaterial {

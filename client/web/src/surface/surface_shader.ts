@@ -9,7 +9,8 @@ import { PATCH_TEXTURE_WIDTH } from './patch_texture';
  * Defines: FLOAT_POINTS (RAW), HAS_NORMALS, BOXES, DISPLACEMENT, DIFFERENCE, TEXTURED (colour), LINES, GHOST (the rest
  * shape), FLAT (the shape if only vertices moved), SPLIT (FLAT left of the divider, the surface right of it).
  * Facts of a patch are found by its number, gl_VertexID / pointsPerPatch, so only streamed data are attributes. Lines
- * are where a barycentric times the segments is an integer.
+ * are where a barycentric times the segments is an integer. OWN_COLOUR: the shading has the colour. NORMALS: normals and
+ * distances for the cavity shading, in place of colours.
  */
 export const VERTEX_SHADER = /* glsl */ `
   precision highp float;
@@ -106,6 +107,9 @@ export const FRAGMENT_SHADER = /* glsl */ `
   uniform float divider;
   uniform float displacementRange;
   uniform highp sampler2DArray map;
+  uniform sampler2D shading;
+  uniform sampler2D hollows;
+  uniform vec2 viewSize;
   in vec3 viewPosition;
   in vec3 viewNormal;
   in vec3 gridPlace;
@@ -135,19 +139,31 @@ export const FRAGMENT_SHADER = /* glsl */ `
       return heat(displacement / max(displacementRange, 1e-30));
     #elif defined(TEXTURED)
       return texture(map, vec3(textureUv, textureLayer)).rgb;
+    #elif defined(OWN_COLOUR)
+      return vec3(1.0);
     #else
       return baseColour;
     #endif
   }
 
-  // A studio: key light from the upper left, fill from the right, sky and ground, a rim at the silhouette.
-  vec3 lit(vec3 colour, vec3 normal, vec3 toEye) {
-    vec3 key = normalize(vec3(-0.45, 0.65, 0.75));
-    float sky = 0.5 + 0.5 * normal.y;
-    float diffuse = 0.62 * max(dot(normal, key), 0.0) + 0.16 * max(dot(normal, normalize(vec3(0.8, 0.1, 0.5))), 0.0);
-    float shine = 0.22 * pow(max(dot(normal, normalize(key + toEye)), 0.0), 48.0);
-    float rim = 0.14 * pow(1.0 - max(dot(normal, toEye), 0.0), 3.0);
-    return colour * (mix(0.24, 0.42, sky) + diffuse) + shine + rim;
+  // The normal on the side of the eye. A triangle may be seen where its normals already face away, at a silhouette: the
+  // normal then lies across the line of sight. One that faces away far is that of a back side.
+  vec3 towardsEye(vec3 normal, vec3 toEye) {
+    float facing = dot(normal, toEye);
+    if (facing < (gl_FrontFacing ? -0.5 : -0.1)) return -normal;
+    return normalize(normal - min(facing, 0.0) * toEye);
+  }
+
+  // The lit ball's picture at the place with this normal, in a view straight towards the surface.
+  vec4 shadeOf(vec3 normal, vec3 toEye) {
+    vec3 right = normalize(vec3(toEye.z, 0.0, -toEye.x));
+    return texture(shading, vec2(dot(right, normal), dot(cross(toEye, right), normal)) * 0.48 + 0.5);
+  }
+
+  // Darker in hollows, lighter on ridges.
+  float cavity() {
+    float bend = 2.0 * texture(hollows, gl_FragCoord.xy / viewSize).r - 1.0;
+    return 1.0 + bend * (bend < 0.0 ? 0.7 : 0.35);
   }
 
   void main() {
@@ -156,16 +172,22 @@ export const FRAGMENT_SHADER = /* glsl */ `
     #elif defined(SPLIT)
       if (gl_FragCoord.x < divider) discard;
     #endif
-    // Towards the eye whichever way the triangle winds: both sides are lit, mirrored lattices too.
-    vec3 facet = normalize(cross(dFdx(viewPosition), dFdy(viewPosition)));
-    #ifdef HAS_NORMALS
-      vec3 normal = normalize(viewNormal);
-      if (dot(normal, facet) < 0.0) normal = -normal;
-    #else
-      vec3 normal = facet;
-    #endif
     vec3 toEye = isOrthographic ? vec3(0.0, 0.0, 1.0) : normalize(-viewPosition);
-    vec3 colour = lit(surfaceColour(), normal, toEye);
+    #ifdef HAS_NORMALS
+      vec3 normal = towardsEye(normalize(viewNormal), toEye);
+    #else
+      vec3 facet = normalize(cross(dFdx(viewPosition), dFdy(viewPosition)));
+      vec3 normal = dot(facet, toEye) < 0.0 ? -facet : facet;
+    #endif
+    #ifdef NORMALS
+      gl_FragColor = vec4(normal.xy, -viewPosition.z, 1.0);
+      return;
+    #endif
+    vec4 shade = shadeOf(normal, toEye);
+    vec3 colour = surfaceColour() * shade.rgb + shade.a;
+    #ifdef HAS_NORMALS
+      colour *= cavity();
+    #endif
     #ifdef LINES
       vec3 width = max(fwidth(gridPlace), 1e-6);
       vec3 toLine = abs(fract(gridPlace + 0.5) - 0.5) / width;

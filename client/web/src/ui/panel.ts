@@ -130,6 +130,7 @@ export class Panel {
     };
     return [
       this.keep(choice(this.of('colouring', 'Colour'), colourings)),
+      this.keep(choice(this.of('light', 'Light'), { studio: 'Studio', clay: 'Clay', jade: 'Jade', steel: 'Steel' })),
       this.keep(segmented(this.of('compare', 'Vertices only'), { off: 'Off', split: 'Split', over: 'Over' })),
       h(
         'div',

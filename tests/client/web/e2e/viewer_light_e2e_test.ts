@@ -1,0 +1,93 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The light of the viewer in Chromium, by the luminance of pixels: contrast, relief, materials.
+// Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer; LATTICED_SHOTS, a folder for screenshots.
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { LIGHTS } from '@src/light/shading';
+import { contrast, differing, luminance, picture, quantile } from './picture';
+import { errors, openTorus, page, shot, useStage } from './stage';
+import { colourAt, createScene, dropFiles, frames } from './viewer_page';
+
+const LEAST_CONTRAST = 3; // WCAG 2.2, 1.4.11: graphics that must be told apart
+
+useStage({ context: { viewport: { width: 1000, height: 600 }, colorScheme: 'dark' }, begin: () => openTorus(10) });
+
+async function set(settings: object): Promise<void> {
+  await page.evaluate((change) => window.latticed.settings.set(change), settings);
+  await frames(page);
+}
+
+for (const theme of ['dark', 'light'] as const) {
+  test(`${theme}, the surface stands out from the background and the cage from the surface, ${LEAST_CONTRAST} to 1`, async () => {
+    await set({ theme, gizmo: 'none', through: false, surface: false, cage: false });
+    const empty = await picture(page);
+    await set({ surface: true });
+    const surface = await picture(page);
+    await set({ cage: true });
+    const all = await picture(page);
+    await shot(`viewer_contrast_${theme}`);
+
+    const covered = differing(surface, empty);
+    const fromBackground = covered.map((pixel) => contrast(luminance(surface, pixel), luminance(empty, pixel)));
+    const isCovered = new Set(covered);
+    const cage = differing(all, surface).filter((pixel) => isCovered.has(pixel));
+    const fromSurface = cage.map((pixel) => contrast(luminance(all, pixel), luminance(surface, pixel)));
+
+    assert.ok(covered.length > 10_000 && cage.length > 400, `${covered.length} pixels, ${cage.length} of the cage`);
+    const told = [fromBackground, fromSurface].map((ratios) => [0.1, 0.5].map((share) => quantile(ratios, share).toFixed(2)).join(', '));
+    const [surfaceRatio, cageRatio] = [quantile(fromBackground, 0.5), quantile(fromSurface, 0.5)];
+    assert.ok(surfaceRatio >= LEAST_CONTRAST, `surface to background: a tenth below and the median ${told[0]}`);
+    assert.ok(cageRatio >= LEAST_CONTRAST, `cage to surface: a tenth below and the median ${told[1]}`);
+  });
+}
+
+test('the panel has three materials besides the studio, each of its own colour, and the page remembers the choice', async () => {
+  await set({ theme: 'dark', cage: false });
+  const choice = page.getByRole('combobox', { name: 'Light' });
+  const seen: Record<string, readonly number[]> = {};
+  for (const light of LIGHTS) {
+    await choice.selectOption(light);
+    await frames(page);
+    seen[light] = await colourAt(page, [0, -1.25, 0.3]);
+    await shot(`viewer_light_${light}`);
+  }
+
+  const [{ clay, jade, steel }, studio] = [seen as Record<string, number[]>, seen['studio']!];
+  assert.ok(clay![0]! > 1.4 * clay![2]!, `${clay}`);
+  assert.ok(jade![1]! > 1.3 * jade![0]!, `${jade}`);
+  assert.ok(Math.max(...steel!) < 1.3 * Math.min(...steel!) && Math.max(...studio) < 1.4 * Math.min(...studio), `${steel} ${studio}`);
+  assert.equal(await page.evaluate(() => (JSON.parse(localStorage['latticed.settings']) as { light: string }).light), 'steel');
+  await set({ light: 'studio' });
+});
+
+test('a relief of 3 % of the size is seen: in light and shade, and its hollows are darker than its ridges', async () => {
+  const COUNT = 40;
+  const HEIGHT = 0.03; // of the width, from hollow to ridge
+  const along = Array.from({ length: COUNT + 1 }, (_, i) => i / COUNT);
+  const vertices = along.flatMap((y) => along.map((x) => `v ${x} ${y} ${(HEIGHT / 2) * Math.cos(6 * Math.PI * x)}`));
+  const faces = Array.from({ length: COUNT * COUNT }, (_, i) => {
+    const first = 1 + (i % COUNT) + (COUNT + 1) * Math.floor(i / COUNT);
+    return `f ${first} ${first + 1} ${first + COUNT + 2} ${first + COUNT + 1}`;
+  });
+  await dropFiles(page, [['relief.obj', [...vertices, ...faces].join('\n')]]);
+  await createScene(page);
+  await page.evaluate(() => {
+    window.latticed.settings.set({ cage: false, gizmo: 'none', surface: false });
+    window.latticed.viewport.rig.lookFrom([0, -1e-3, 1]);
+    window.latticed.scene!.frameAll();
+  });
+  await frames(page);
+  const empty = await picture(page);
+  await set({ surface: true });
+  const seen = await picture(page);
+  await shot('viewer_relief');
+
+  const lights = differing(seen, empty).map((pixel) => luminance(seen, pixel));
+  const ratio = quantile(lights, 0.95) / quantile(lights, 0.05);
+  assert.ok(ratio > 1.6, `light to shade ${ratio}`);
+  const [hollow, ridge] = [await colourAt(page, [0.5, 0.5, -HEIGHT / 2]), await colourAt(page, [1 / 3, 0.5, HEIGHT / 2])];
+  assert.ok(ridge[1] > 1.2 * hollow[1], `${ridge} on the ridge, ${hollow} in the hollow`); // both face the eye
+  assert.deepEqual(errors, []);
+});
