@@ -13,9 +13,10 @@ import type { Motion, MotionKind } from './edit/motion';
 import type { SurfacePull } from './edit/surface_pull';
 import type { TransformGesture } from './edit/transform_gesture';
 import { pointAt } from './lattice/vec';
+import { GroundShadow } from './light/ground_shadow';
 import type { LiveSession } from './session/live_session';
 import type { Settings, SettingsStore } from './state/settings';
-import type { Units } from './state/units';
+import { uprightDirection, type Units } from './state/units';
 import { PullLine } from './ui/overlays/pull_line';
 import { SoftCircle } from './ui/overlays/soft_circle';
 import { Gizmo } from './viewport/gizmo';
@@ -40,6 +41,7 @@ export class SceneView {
   readonly pointer: PointerTools;
   private readonly cage: Cage;
   private readonly knotBoxes = new KnotBoxes();
+  private readonly shadow = new GroundShadow();
   private readonly softCircle = new SoftCircle();
   private readonly pullLine = new PullLine();
   private readonly gizmo: Gizmo;
@@ -77,7 +79,7 @@ export class SceneView {
       pulls: { missed: (error) => events.pullMissed(error), pulled: (pull) => this.showPull(pull) },
     });
     viewport.element.append(this.softCircle.element, this.pullLine.element);
-    viewport.scene.add(session.surface.object, this.cage.object, this.knotBoxes.object);
+    viewport.scene.add(session.surface.object, this.cage.object, this.knotBoxes.object, this.shadow.object);
     session.surface.onChanged = () => this.refreshSoon();
     this.setUnits(known);
     this.listen();
@@ -102,6 +104,7 @@ export class SceneView {
     const style = dark ? DARK_CAGE : LIGHT_CAGE;
     this.cage.setStyle(style);
     this.knotBoxes.setColour(style.knotBoxes);
+    this.shadow.strength = dark ? 0.6 : 0.4;
     this.session.surface.setLook({ colour: dark ? DARK_SURFACE : LIGHT_SURFACE });
     this.viewport.invalidate();
   }
@@ -146,7 +149,8 @@ export class SceneView {
     this.gizmo.dispose();
     this.softCircle.element.remove();
     this.pullLine.element.remove();
-    this.viewport.scene.remove(this.session.surface.object, this.cage.object, this.knotBoxes.object);
+    this.viewport.scene.remove(this.session.surface.object, this.cage.object, this.knotBoxes.object, this.shadow.object);
+    this.shadow.dispose();
     this.cage.dispose();
     this.knotBoxes.dispose();
     this.picker.dispose();
@@ -202,6 +206,7 @@ export class SceneView {
     const { colouring, light, wireframe, patchEdges, ghost, compare } = settings;
     surface.setLook({ colouring, light, wireframe, patchEdges, ghost, compare });
     surface.object.visible = settings.surface;
+    this.shadow.object.visible = settings.surface && settings.shadow;
     this.cage.object.visible = settings.cage;
     this.cage.setThrough(settings.through);
     this.knotBoxes.object.visible = settings.knotBoxes;
@@ -221,10 +226,17 @@ export class SceneView {
     this.knotBoxes.update(this.session.lattice);
     if (this.hasMoved) this.session.surface.compareAgain();
     this.hasMoved = false;
+    this.castShadow();
     this.viewport.content.copy(this.bounds());
     this.cage.setPixelRatio(this.viewport.renderer.getPixelRatio());
     this.placeGizmo();
     this.events.changed();
+  }
+
+  private castShadow(): void {
+    const { surface } = this.session;
+    if (!this.shadow.object.visible || surface.bounds.isEmpty()) return;
+    this.shadow.update(this.viewport.renderer, surface.bounds, uprightDirection([0, 0, 1], this.known.up ?? 'z'), surface.drawAlone);
   }
 
   /** Called before each frame. Shows the changes, and updates what depends on the camera. */

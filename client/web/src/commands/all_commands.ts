@@ -197,6 +197,7 @@ function viewCommands(app: CommandTarget): Command[] {
     }),
     onOff('knotBoxes', 'Box edges', { keys: ['J'] }),
     onOff('cage', 'Cage', { keys: ['C'], icon: 'lattice' }),
+    onOff('shadow', 'Ground shadow'),
     onOff('panel', 'Side panel', { keys: ['N'], icon: 'panel', enabled: () => app.scene !== undefined }),
     cycle('light', LIGHTS, 'light', 'Next light'),
     cycle('theme', ['system', 'dark', 'light'], 'theme', 'Theme: system, dark, light', { icon: 'theme' }),

@@ -4,8 +4,8 @@
 // Cavity shading: darker in hollows, lighter on ridges, by the mean curvature in the picture. Normals are compared over
 // a distance, not between neighbouring points of the stream, whose rounding would show as grain.
 import {
-  HalfFloatType, LinearFilter, NearestFilter, Scene, ShaderMaterial, Vector2, WebGLRenderTarget, type Camera, type Material,
-  type Mesh, type Texture, type WebGLRenderer,
+  HalfFloatType, LinearFilter, NearestFilter, ShaderMaterial, Vector2, WebGLRenderTarget, type Camera, type Texture,
+  type WebGLRenderer,
 } from 'three';
 import { FullScreenQuad } from 'three/examples/jsm/postprocessing/Pass.js';
 
@@ -50,7 +50,6 @@ const FRAGMENT = /* glsl */ `
   }`;
 
 export class Cavity {
-  private readonly scene = new Scene();
   private readonly normals = new WebGLRenderTarget(1, 1, { type: HalfFloatType, minFilter: NearestFilter, magFilter: NearestFilter });
   private readonly hollows = new WebGLRenderTarget(1, 1, { depthBuffer: false, minFilter: LinearFilter, magFilter: LinearFilter });
   private readonly material = new ShaderMaterial({
@@ -66,18 +65,16 @@ export class Cavity {
   private readonly quad = new FullScreenQuad(this.material);
   private readonly drawn = new Vector2();
 
-  /** @param surface Draws normals and distances, like FRAGMENT reads them. */
-  constructor(surface: Mesh<Mesh['geometry'], Material>) {
-    this.scene.add(surface);
-  }
-
   /** The curvature over the view: 0 in the deepest hollow, 0.5 where it is flat, 1 on the sharpest ridge. */
   get texture(): Texture {
     return this.hollows.texture;
   }
 
-  /** Draws it for a surface of `size`. May be called within a frame: the frame's target stays. */
-  draw(renderer: WebGLRenderer, camera: Camera, size: number): void {
+  /**
+   * Draws it for a surface of `size`. May be called within a frame: the frame's target stays.
+   * @param drawNormals Draws normals and distances, like FRAGMENT reads them.
+   */
+  draw(renderer: WebGLRenderer, camera: Camera, size: number, drawNormals: () => void): void {
     const target = renderer.getRenderTarget();
     renderer.getDrawingBufferSize(this.drawn).divideScalar(COARSER).ceil();
     this.normals.setSize(this.drawn.x, this.drawn.y);
@@ -89,7 +86,7 @@ export class Cavity {
     sizeOf.value = size;
     renderer.setRenderTarget(this.normals);
     renderer.state.buffers.depth.setMask(true); // else it is not cleared
-    renderer.render(this.scene, camera);
+    drawNormals();
     renderer.setRenderTarget(this.hollows);
     this.quad.render(renderer);
     renderer.setRenderTarget(target);

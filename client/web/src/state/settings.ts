@@ -37,6 +37,8 @@ export const DEFAULT_SETTINGS = {
   knotBoxes: false,
   surface: true,
   colouring: 'plain' as Colouring,
+  /** Whether the surface has a shadow on the ground. */
+  shadow: true,
   /** The light on the plain surface, or one of three materials. */
   light: 'studio' as Light,
   wireframe: false,
@@ -58,7 +60,7 @@ export const DEFAULT_SETTINGS = {
 export type Settings = typeof DEFAULT_SETTINGS;
 
 /** The settings that a browser remembers between visits: taste, nothing that depends on one mesh. */
-const REMEMBERED = ['gizmo', 'orientation', 'pivot', 'through', 'theme', 'light', 'upAxes', 'exportFormat'] as const;
+const REMEMBERED = ['gizmo', 'orientation', 'pivot', 'through', 'theme', 'light', 'shadow', 'upAxes', 'exportFormat'] as const;
 const STORAGE_KEY = 'latticed.settings';
 
 export type SettingsStore = Store<Settings>;

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 import {
-  Box3, Color, DoubleSide, Group, Mesh, ShaderMaterial, Sphere, Vector2, Vector3, type Camera, type DataArrayTexture, type Texture,
-  type WebGLRenderer,
+  Box3, Color, DoubleSide, Group, Mesh, Scene, ShaderMaterial, Sphere, Vector2, Vector3, type Camera, type DataArrayTexture,
+  type Material, type Texture, type WebGLRenderer,
 } from 'three';
 import type { DecodedChunk } from '../decode/chunk_form';
 import { Cavity } from '../light/cavity';
@@ -55,7 +55,7 @@ export interface SurfaceUpdate {
 export class SurfaceMesh {
   private static readonly PATCHES_ASKED = 10_000;  // takes about a millisecond
   private static readonly POINTS_ASKED = 1_000_000;  // takes about 25 milliseconds
-  private static readonly TRIANGLES_BEHIND = 60_000;  // at most, if the pattern has so coarse a detail
+  private static readonly TRIANGLES_ALONE = 60_000;  // at most, if the pattern has so coarse a detail
   private static readonly LEAST_HEAT = 5e-3;  // of the surface's size; smaller ranges would show the steps of the grid
 
   /** In world coordinates: the mesh and the ghost inside have positions of their own. */
@@ -82,8 +82,9 @@ export class SurfaceMesh {
   private readonly shadings = new Shadings();
   private readonly overUniforms = { baseColour: { value: new Color(0xff7a1a) }, opacity: { value: 0.5 }, shading: { value: this.shadings.of('studio') } };
   private readonly normalsMaterial = this.materialOf({ side: DoubleSide });
-  private readonly normals = new Mesh(undefined, this.normalsMaterial);
-  private readonly cavity = new Cavity(this.normals);
+  private readonly cavity = new Cavity();
+  private readonly alone = new Mesh();
+  private readonly aloneScene = new Scene().add(this.alone);
   private readonly patches: PatchColours;
   /** Called when the surface looks different without an update: data for the look has arrived. */
   onChanged?: () => void;
@@ -108,8 +109,8 @@ export class SurfaceMesh {
     this.ghostMaterial.uniforms.opacity = { value: 0.2 };
     this.uniforms.hollows.value = this.cavity.texture;
     this.mesh.onBeforeRender = (renderer, _, camera) => this.drawCavity(renderer, camera);
-    this.normals.matrixAutoUpdate = false;
-    this.normals.frustumCulled = false;
+    this.alone.matrixAutoUpdate = false;
+    this.alone.frustumCulled = false;
     this.ghost.visible = false;
     this.ghost.renderOrder = 1;
     this.ghost.frustumCulled = false;
@@ -153,13 +154,20 @@ export class SurfaceMesh {
     const areOthers = this.patches.setLayout(layout);
     if (areOthers || normals !== this.hasNormals || this.mesh.geometry !== geometry) {
       this.hasNormals = normals;
-      this.mesh.geometry = this.ghost.geometry = this.flat.geometry = this.normals.geometry = geometry;
+      this.mesh.geometry = this.ghost.geometry = this.flat.geometry = this.alone.geometry = geometry;
       this.mesh.visible = true;
       this.dress();
     }
     this.measure();
     this.scaleHeat();
   }
+
+  /** Draws the surface and nothing else with a material, with few triangles: for pictures that show only what is broad. */
+  readonly drawAlone = (renderer: WebGLRenderer, camera: Camera, material: Material): void => {
+    this.alone.material = material;
+    this.alone.matrix.compose(this.mesh.position, this.mesh.quaternion, this.mesh.scale);
+    this.points.drawCoarse(SurfaceMesh.TRIANGLES_ALONE, () => renderer.render(this.aloneScene, camera));
+  };
 
   /** Whether the shape if only vertices moved is shown. */
   get isCompared(): boolean {
@@ -228,12 +236,10 @@ export class SurfaceMesh {
     this.object.removeFromParent();
   }
 
-  /** With few triangles, since it shows only what is broad. */
   private drawCavity(renderer: WebGLRenderer, camera: Camera): void {
     renderer.getDrawingBufferSize(this.uniforms.viewSize.value);
     if (!this.hasNormals) return;
-    this.normals.matrix.copy(this.mesh.matrixWorld);
-    this.points.drawCoarse(SurfaceMesh.TRIANGLES_BEHIND, () => this.cavity.draw(renderer, camera, this.size));
+    this.cavity.draw(renderer, camera, this.size, () => this.drawAlone(renderer, camera, this.normalsMaterial));
   }
 
   private takeLayout(layout: TopologyLayout): void {

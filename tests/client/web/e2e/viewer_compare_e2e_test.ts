@@ -20,11 +20,13 @@ useStage({ context: { viewport: { width: 1200, height: 800 } } });
 const apart = (): Promise<number> => page.evaluate(() => window.latticed.scene!.session.surface.largestDifference);
 const set = (settings: object): Promise<void> => page.evaluate((change) => window.latticed.settings.set(change), settings);
 
-/** The number of pixels of the view that are not its background, left and right of a fraction of its width. */
+/** The number of pixels of the view that are not its background, without the shadow, left and right of a fraction of its width. */
 function covered(at: number): Promise<[left: number, right: number]> {
   return page.evaluate((fraction) => {
-    const { viewport } = window.latticed;
+    const { viewport, settings } = window.latticed;
+    settings.set({ shadow: false });
     viewport.renderer.render(viewport.scene, viewport.rig.camera);
+    settings.set({ shadow: true });
     const gl = viewport.renderer.getContext();
     const [width, height] = [gl.drawingBufferWidth, gl.drawingBufferHeight];
     const all = new Uint32Array(width * height);

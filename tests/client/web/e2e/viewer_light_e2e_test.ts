@@ -6,7 +6,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { LIGHTS } from '@src/light/shading';
-import { contrast, differing, luminance, picture, quantile } from './picture';
+import { contrast, differing, luminance, picture, quantile, type Picture } from './picture';
 import { errors, openTorus, page, shot, useStage } from './stage';
 import { colourAt, createScene, dropFiles, frames } from './viewer_page';
 
@@ -21,7 +21,7 @@ async function set(settings: object): Promise<void> {
 
 for (const theme of ['dark', 'light'] as const) {
   test(`${theme}, the surface stands out from the background and the cage from the surface, ${LEAST_CONTRAST} to 1`, async () => {
-    await set({ theme, gizmo: 'none', through: false, surface: false, cage: false });
+    await set({ theme, gizmo: 'none', through: false, shadow: false, surface: false, cage: false });
     const empty = await picture(page);
     await set({ surface: true });
     const surface = await picture(page);
@@ -62,6 +62,33 @@ test('the panel has three materials besides the studio, each of its own colour, 
   await set({ light: 'studio' });
 });
 
+test('below the surface lies a shadow, on the ground of the axis that is up; none is seen from above or when it is off', async () => {
+  const look = async (from: readonly number[], shadow: boolean): Promise<Picture> => {
+    await page.evaluate((direction) => {
+      window.latticed.viewport.rig.lookFrom(direction as [number, number, number]);
+      window.latticed.scene!.frameAll();
+    }, from);
+    await set({ cage: false, surface: true, shadow });
+    return picture(page);
+  };
+  const pixelsInShade = async (from: readonly number[]): Promise<number> => {
+    const [without, withShadow] = [await look(from, false), await look(from, true)];
+    return differing(withShadow, without).filter((pixel) => contrast(luminance(withShadow, pixel), luminance(without, pixel)) > 1.2).length;
+  };
+  await set({ theme: 'light' });
+
+  assert.ok(await pixelsInShade([3, -4, 2.4]) > 3000);
+  await shot('viewer_shadow');
+  assert.equal(await pixelsInShade([0, -1e-3, 1]), 0, 'from above');
+  assert.equal(await pixelsInShade([3, -4, -2.4]), 0, 'from below');
+
+  await page.evaluate(() => window.latticed.scene!.setUnits({ ...window.latticed.scene!.units, up: 'y' }));
+  assert.ok(await pixelsInShade([3, 2.4, 4]) > 3000, 'y up');
+  await shot('viewer_shadow_y');
+  assert.equal(await pixelsInShade([0, 1, 1e-3]), 0, 'y up, from above');
+  await page.evaluate(() => window.latticed.scene!.setUnits({ ...window.latticed.scene!.units, up: 'z' }));
+});
+
 test('a relief of 3 % of the size is seen: in light and shade, and its hollows are darker than its ridges', async () => {
   const COUNT = 40;
   const HEIGHT = 0.03; // of the width, from hollow to ridge
@@ -74,7 +101,7 @@ test('a relief of 3 % of the size is seen: in light and shade, and its hollows a
   await dropFiles(page, [['relief.obj', [...vertices, ...faces].join('\n')]]);
   await createScene(page);
   await page.evaluate(() => {
-    window.latticed.settings.set({ cage: false, gizmo: 'none', surface: false });
+    window.latticed.settings.set({ theme: 'dark', cage: false, gizmo: 'none', surface: false });
     window.latticed.viewport.rig.lookFrom([0, -1e-3, 1]);
     window.latticed.scene!.frameAll();
   });
