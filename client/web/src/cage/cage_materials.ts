@@ -3,9 +3,11 @@
 //
 // Discs with a diameter in pixels and a rim. A ring in another editor's colour marks a point that this editor has
 // selected. Each material draws all points in one call.
-import { GreaterDepth, LessEqualDepth, LineBasicMaterial, ShaderMaterial } from 'three';
+import { Color, GreaterDepth, LessEqualDepth, ShaderMaterial } from 'three';
 
-/** Draws discs a little nearer than they are, so that a disc on the surface is not half inside it. */
+/** Draws a little nearer than it is, so that a disc or a line on the surface is not half inside it. */
+const NEARER = 'gl_Position.z -= 0.0004 * gl_Position.w;';
+
 const VERTEX = /* glsl */ `
 attribute vec4 disc;   // colour, and diameter / 255
 attribute vec4 ring;   // another editor's colour; alpha 0 where there is none
@@ -20,7 +22,7 @@ void main() {
   vPixels = diameter * pixelRatio;
   gl_PointSize = vPixels;
   gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0);
-  gl_Position.z -= 0.0004 * gl_Position.w;
+  ${NEARER}
   if (disc.a == 0.0) gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
 }`;
 
@@ -41,6 +43,27 @@ void main() {
   #include <colorspace_fragment>
 }`;
 
+const LINE_VERTEX = /* glsl */ `
+varying vec3 vColour;
+uniform vec3 one;
+void main() {
+  #ifdef ONE_COLOUR
+    vColour = one;
+  #else
+    vColour = color;
+  #endif
+  gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0);
+  ${NEARER}
+}`;
+
+const LINE_FRAGMENT = /* glsl */ `
+varying vec3 vColour;
+uniform float opacity;
+void main() {
+  gl_FragColor = vec4(vColour, opacity);
+  #include <colorspace_fragment>
+}`;
+
 /** `behind`: draws only the parts that the surface hides, faintly. */
 export function discMaterial(behind: boolean): ShaderMaterial {
   return new ShaderMaterial({
@@ -53,11 +76,15 @@ export function discMaterial(behind: boolean): ShaderMaterial {
   });
 }
 
-export function lineMaterial(behind: boolean): LineBasicMaterial {
-  return new LineBasicMaterial({
-    vertexColors: true,
+/** Lines of the colours of their ends, or of one colour. `behind`: only the parts that the surface hides, faintly. */
+export function lineMaterial(behind: boolean, one?: Color): ShaderMaterial {
+  return new ShaderMaterial({
+    vertexShader: LINE_VERTEX,
+    fragmentShader: LINE_FRAGMENT,
+    uniforms: { one: { value: one ?? new Color() }, opacity: { value: behind ? 0.16 : 0.95 } },
+    defines: one === undefined ? {} : { ONE_COLOUR: '' },
+    vertexColors: one === undefined,
     transparent: true,
-    opacity: behind ? 0.16 : 0.95,
     depthWrite: false,
     depthFunc: behind ? GreaterDepth : LessEqualDepth,
   });

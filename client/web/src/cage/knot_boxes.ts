@@ -2,15 +2,17 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The edges of the deformed knot boxes. The surface's polynomial pieces meet there.
-import { BufferAttribute, BufferGeometry, LineBasicMaterial, LineSegments, type Color } from 'three';
+import { BufferAttribute, BufferGeometry, Color, LineSegments } from 'three';
 import { knotBoxLines } from '../lattice/bspline';
 import type { Lattice } from '../lattice/lattice';
+import { lineMaterial } from './cage_materials';
 
 const STEPS = 8; // lines per edge, so that a quadratic or cubic curve looks smooth
 const MOST_LINES = 40_000; // with more, edges get fewer lines, since they are computed for every edit
 
 export class KnotBoxes {
-  readonly object = new LineSegments(new BufferGeometry(), new LineBasicMaterial({ transparent: true, opacity: 0.8 }));
+  private readonly colour = new Color();
+  readonly object = new LineSegments(new BufferGeometry(), lineMaterial(false, this.colour));
 
   constructor() {
     this.object.visible = false;
@@ -19,7 +21,7 @@ export class KnotBoxes {
   }
 
   setColour(colour: Color): void {
-    this.object.material.color.copy(colour);
+    this.colour.copy(colour);
   }
 
   /** Follows the lattice. Computes nothing while the lines are not shown. */

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // A soft shadow on the ground under the surface, darker where the surface is near: a picture of heights over the ground,
-// drawn from below, then blurred. It is drawn again only when the surface has changed.
+// drawn from below, then blurred. It is drawn again when the scene has changed, not when the camera moves.
 import {
   DoubleSide, Mesh, OrthographicCamera, PlaneGeometry, ShaderMaterial, Vector2, Vector3, WebGLRenderTarget, type Box3, type Camera, type Material,
   type WebGLRenderer,

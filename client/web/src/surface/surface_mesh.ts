@@ -72,7 +72,7 @@ export class SurfaceMesh {
     patchEdges: { value: 0 }, opacity: { value: 1 }, displacementRange: { value: 1 },
     shading: { value: null as Texture | null }, hollows: { value: null as Texture | null }, viewSize: { value: new Vector2() },
   };
-  private readonly material = this.materialOf({ side: DoubleSide, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 });
+  private readonly material = this.materialOf({ side: DoubleSide });
   private readonly ghostMaterial = this.materialOf({ side: DoubleSide, transparent: true, depthWrite: false, polygonOffset: true,
     polygonOffsetFactor: -1, polygonOffsetUnits: -256 });  // unmoved parts are half a grid step off at most
   private readonly mesh = new Mesh(undefined, this.material);

@@ -146,12 +146,14 @@ export const FRAGMENT_SHADER = /* glsl */ `
     #endif
   }
 
-  // The normal on the side of the eye. A triangle may be seen where its normals already face away, at a silhouette: the
-  // normal then lies across the line of sight. One that faces away far is that of a back side.
+  // The normal on the side of the eye. At a silhouette triangles are seen whose normals already face away a little: these
+  // normals are bent to lie across the line of sight, since turned around they would be lit from the other side. A normal
+  // that faces away far is that of a back side, and is turned around.
   vec3 towardsEye(vec3 normal, vec3 toEye) {
-    float facing = dot(normal, toEye);
-    if (facing < (gl_FrontFacing ? -0.5 : -0.1)) return -normal;
-    return normalize(normal - min(facing, 0.0) * toEye);
+    float away = -dot(normal, toEye);
+    if (away <= 0.0) return normal;
+    vec3 across = normal + away * toEye;
+    return normalize(mix(across, away * toEye - across, smoothstep(0.35, 0.7, away)) + 1e-4 * toEye);
   }
 
   // The lit ball's picture at the place with this normal, in a view straight towards the surface.
