@@ -60,7 +60,7 @@ absl::Status Conflict(std::string_view what, std::string_view editor_id) {
       {.reason = "UNDO_CONFLICT", .metadata = {{"editor_id", std::string(editor_id)}}});
 }
 
-// Returns the insert_knot, undo or redo of a batch; it must be the only edit and outside of gestures. Else null.
+// Returns the insert_knot, replace_lattice, undo or redo of a batch; it must be the only edit and outside of gestures. Else null.
 template <typename T>
 const T* Lone(const EditBatch& batch) {
   if (batch.edits.size() != 1 || !batch.gesture_id.empty()) return nullptr;
@@ -70,9 +70,7 @@ const T* Lone(const EditBatch& batch) {
 }  // namespace
 
 EditHistory::EditHistory(Lattice initial)
-    : initial_(std::move(initial)),
-      layers_(initial_),
-      ledger_(static_cast<size_t>(limits::kMaxEditorsRemembered)) {}
+    : layers_(std::move(initial)), ledger_(static_cast<size_t>(limits::kMaxEditorsRemembered)) {}
 
 absl::Status EditHistory::PutOff() {
   absl::Status status(absl::StatusCode::kUnavailable, "the structure is not yet prepared");
@@ -131,9 +129,14 @@ absl::Status EditHistory::ApplyNew(const EditBatch& batch, TimePoint now,
   if (const Undo* undo = Lone<Undo>(batch); undo != nullptr) {
     status = UndoStep(batch.editor_id, undo->scope, admit);
   } else if (Lone<Redo>(batch) != nullptr) {
-    status = RedoStep(batch.editor_id, admit);
+    status = RedoStep(batch.editor_id, admit, summary);
   } else if (const InsertKnot* insert = Lone<InsertKnot>(batch); insert != nullptr) {
-    status = Insert(EditStep{.editor_id = batch.editor_id}, *insert, "edits[0].insert_knot", admit);
+    status = Restructure(EditStep{.editor_id = batch.editor_id}, *insert, "edits[0].insert_knot",
+                         admit, summary);
+    if (status.ok()) ForgetUndone(batch.editor_id);
+  } else if (const ReplaceLattice* edit = Lone<ReplaceLattice>(batch); edit != nullptr) {
+    status = Restructure(EditStep{.editor_id = batch.editor_id}, *edit, "edits[0].replace_lattice",
+                         admit, summary);
     if (status.ok()) ForgetUndone(batch.editor_id);
   } else if (Cancels(batch)) {
     // A client may cancel a gesture whose first update it never sent. Nothing is taken back then.
@@ -175,7 +178,7 @@ absl::Status EditHistory::Write(const EditBatch& batch, TimePoint now, EditSumma
   }
   for (size_t n = 0; n < batch.edits.size(); ++n) {
     const std::string field = fmt::format("edits[{}]", n);
-    LATTICED_RETURN_IF_ERROR(ApplyEdit(batch.edits[n], initial_, field, target));
+    LATTICED_RETURN_IF_ERROR(ApplyEdit(batch.edits[n], initial(), field, target));
   }
   if (batch.edits.empty()) {  // a commit alone: undone steps may still be redone
     if (gesture != kNoStep) layers_.Close(gesture, false);
@@ -216,21 +219,25 @@ void EditHistory::WritePoints(const EditTarget& target, EditStep& step) {
   }
 }
 
-// Inserts a knot as a new step; also redoes an insertion. The lattice may have changed since that was undone, so the
-// knot is inserted into the present one.
-absl::Status EditHistory::Insert(EditStep step, const InsertKnot& edit, std::string_view field,
-                                 const AdmitStructure& admit) {
-  LATTICED_ASSIGN_OR_RETURN(auto refined,
-                            WithKnotInserted(lattice(), edit.axis, edit.value, field));
-  LATTICED_RETURN_IF_ERROR(admit(refined.structure));
+// Changes the structure as a new step; also redoes a change. The lattice may have changed since that was undone, so the
+// edit is applied to the present one.
+absl::Status EditHistory::Restructure(EditStep step, StructureEdit edit, std::string_view field,
+                                      const AdmitStructure& admit, EditSummary& summary) {
+  LATTICED_ASSIGN_OR_RETURN(auto change, ChangeStructure(lattice(), edit, field));
+  auto& [structure, control_points] = change.lattice;
+  LATTICED_RETURN_IF_ERROR(admit(structure));
   CommitGestures("", "");
   // Undone steps above this one name its id. They may be redone only if their indices mean the same as before.
-  const bool same = step.structural.has_value() && step.structural->structure == refined.structure;
+  const bool same = step.structural.has_value() && step.structural->structure == structure;
   if (!same) step.id = ++clock_;
   step.written_at = ++clock_;
-  step.positions = std::move(refined.control_points);
-  step.structural = {std::move(refined.structure), edit};
+  step.positions = std::move(control_points);
+  if (auto* replaced = std::get_if<ReplaceLattice>(&edit); replaced != nullptr) {
+    replaced->lattice.control_points = {};
+  }
+  step.structural = {std::move(structure), std::move(edit)};
   ++structure_id_;
+  summary.drag_residual = change.residual;
   layers_.Push(std::move(step));
   return absl::OkStatus();
 }
@@ -265,7 +272,8 @@ absl::Status EditHistory::UndoStep(std::string_view editor_id, UndoScope scope,
   return absl::OkStatus();
 }
 
-absl::Status EditHistory::RedoStep(std::string_view editor_id, const AdmitStructure& admit) {
+absl::Status EditHistory::RedoStep(std::string_view editor_id, const AdmitStructure& admit,
+                                   EditSummary& summary) {
   const auto found = std::find_if(undone_.rbegin(), undone_.rend(),
                                   [&](const Undone& u) { return u.undone_by == editor_id; });
   if (found == undone_.rend()) {
@@ -279,8 +287,11 @@ absl::Status EditHistory::RedoStep(std::string_view editor_id, const AdmitStruct
   }
   const auto position = std::next(found).base();
   if (found->step.structural.has_value()) {
-    const InsertKnot edit = found->step.structural->edit;
-    auto status = Insert(found->step, edit, "edits[0].redo", admit);
+    StructureEdit edit = found->step.structural->edit;
+    if (auto* replaced = std::get_if<ReplaceLattice>(&edit); replaced != nullptr) {
+      replaced->lattice.control_points = found->step.positions;
+    }
+    auto status = Restructure(found->step, std::move(edit), "edits[0].redo", admit, summary);
     if (status.ok()) TakeUndone(position);
     return status;
   }

@@ -74,7 +74,7 @@ class EditHistory {
   bool gesture_open() const;
 
   const Lattice& lattice() const { return layers_.lattice(); }
-  const Lattice& initial() const { return initial_; }
+  const Lattice& initial() const { return layers_.initial(); }
   uint64_t revision() const { return revision_; }
   uint64_t structure_id() const { return structure_id_; }
   // 0 for an editor that is not remembered.
@@ -101,10 +101,11 @@ class EditHistory {
   absl::Status CheckPreconditions(const EditBatch& batch) const;
   absl::Status Write(const EditBatch& batch, TimePoint now, EditSummary& summary);
   void WritePoints(const EditTarget& target, EditStep& step);
-  absl::Status Insert(EditStep step, const InsertKnot& edit, std::string_view field,
-                      const AdmitStructure& admit);
+  absl::Status Restructure(EditStep step, StructureEdit edit, std::string_view field,
+                           const AdmitStructure& admit, EditSummary& summary);
   absl::Status UndoStep(std::string_view editor_id, UndoScope scope, const AdmitStructure& admit);
-  absl::Status RedoStep(std::string_view editor_id, const AdmitStructure& admit);
+  absl::Status RedoStep(std::string_view editor_id, const AdmitStructure& admit,
+                        EditSummary& summary);
   size_t FindGesture(const EditBatch& batch) const;
   void CommitGestures(std::string_view editor_id, std::string_view except_gesture);
   EditStep TakeUndone(std::deque<Undone>::iterator position);
@@ -112,7 +113,6 @@ class EditHistory {
   void TrimHistory();
   size_t UndoBytes() const { return layers_.MemoryBytes() + undone_bytes_; }
 
-  Lattice initial_;
   EditLayers layers_;
   std::deque<Undone> undone_;
   size_t undone_bytes_ = 0;

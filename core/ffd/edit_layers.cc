@@ -36,7 +36,10 @@ size_t EditStep::MemoryBytes() const {
                  indices.capacity() * sizeof(uint32_t) + positions.capacity() * sizeof(Vec3d) +
                  start.size() * kMapNodeBytes;
   if (structural.has_value()) {
-    for (const auto& knots : structural->structure.knots) bytes += knots.size() * sizeof(double);
+    const size_t copies = structural->replaces() ? 2 : 1;
+    for (const auto& knots : structural->structure.knots) {
+      bytes += copies * knots.size() * sizeof(double);
+    }
   }
   return bytes;
 }
@@ -44,7 +47,8 @@ size_t EditStep::MemoryBytes() const {
 // Steps must move when steps_ grows. A copy may have less capacity, and bytes_ counts what was measured.
 static_assert(std::is_nothrow_move_constructible_v<EditStep>);
 
-EditLayers::EditLayers(Lattice base) : base_(std::move(base)), lattice_(base_) {}
+EditLayers::EditLayers(Lattice base)
+    : base_(std::move(base)), base_initial_(base_), lattice_(base_), initial_(base_) {}
 
 void EditLayers::Push(EditStep step) {
   steps_.push_back(std::move(step));
@@ -52,6 +56,7 @@ void EditLayers::Push(EditStep step) {
   bytes_ += top.MemoryBytes();
   if (top.structural.has_value()) {
     lattice_ = {top.structural->structure, top.positions};
+    if (top.structural->replaces()) initial_ = lattice_;
     return;
   }
   for (size_t n = 0; n < top.indices.size(); ++n) {
@@ -82,7 +87,9 @@ void EditLayers::FoldOldest() {
   EditStep& oldest = steps_.front();
   bytes_ -= oldest.MemoryBytes();
   if (oldest.structural.has_value()) {
+    const bool replaces = oldest.structural->replaces();
     base_ = {std::move(oldest.structural->structure), std::move(oldest.positions)};
+    if (replaces) base_initial_ = base_;
     base_structure_step_ = oldest.id;
   } else {
     for (size_t n = 0; n < oldest.indices.size(); ++n) {
@@ -129,8 +136,10 @@ void EditLayers::RestorePoints(const std::vector<uint32_t>& indices) {
 
 void EditLayers::RebuildLattice() {
   lattice_ = base_;
+  initial_ = base_initial_;
   for (const EditStep& step : steps_) {
     if (step.structural.has_value()) lattice_ = {step.structural->structure, step.positions};
+    if (step.structural.has_value() && step.structural->replaces()) initial_ = lattice_;
     for (size_t n = 0; n < step.indices.size(); ++n) {
       lattice_.control_points[step.indices[n]] = step.positions[n];
     }

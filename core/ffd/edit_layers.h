@@ -30,10 +30,13 @@
 namespace latticed {
 
 struct EditStep {
-  // A knot insertion: the structure that it made, and the edit, which a redo repeats.
+  // The structure that an edit made, and the edit, which a redo repeats. A replacement by given control points is kept
+  // without them: they are `positions`.
   struct Structural {
     LatticeStructure structure;
-    InsertKnot edit;
+    StructureEdit edit;
+
+    bool replaces() const { return std::holds_alternative<ReplaceLattice>(edit); }
   };
 
   uint64_t id = 0;
@@ -62,6 +65,8 @@ class EditLayers {
   explicit EditLayers(Lattice base);
 
   const Lattice& lattice() const { return lattice_; }
+  // The lattice that the layers began with, or the last replacement as it was made.
+  const Lattice& initial() const { return initial_; }
   // Oldest first.
   const std::vector<EditStep>& steps() const { return steps_; }
 
@@ -83,9 +88,9 @@ class EditLayers {
   void RestorePoints(const std::vector<uint32_t>& indices);
   void RebuildLattice();
 
-  Lattice base_;
+  Lattice base_, base_initial_;
   uint64_t base_structure_step_ = 0;
-  Lattice lattice_;
+  Lattice lattice_, initial_;
   std::vector<EditStep> steps_;
   size_t bytes_ = 0;  // of steps_
 };

@@ -13,6 +13,7 @@
 #include "core/ffd/control_point_range.h"
 #include "core/ffd/direct_manipulation.h"
 #include "core/ffd/knot_insertion.h"
+#include "core/ffd/lattice_refit.h"
 #include "fmt/format.h"
 
 namespace latticed {
@@ -190,6 +191,8 @@ absl::Status ApplyEdit(const Edit& edit, const Lattice& initial, std::string_vie
         using T = std::decay_t<decltype(e)>;
         if constexpr (std::is_same_v<T, InsertKnot>) {
           return NotAlone(field, "insert_knot");
+        } else if constexpr (std::is_same_v<T, ReplaceLattice>) {
+          return NotAlone(field, "replace_lattice");
         } else if constexpr (std::is_same_v<T, Undo>) {
           return NotAlone(field, "undo");
         } else if constexpr (std::is_same_v<T, Redo>) {
@@ -201,6 +204,28 @@ absl::Status ApplyEdit(const Edit& edit, const Lattice& initial, std::string_vie
         }
       },
       edit);
+}
+
+absl::StatusOr<StructureChange> ChangeStructure(const Lattice& lattice, const StructureEdit& edit,
+                                                std::string_view field) {
+  if (const auto* insert = std::get_if<InsertKnot>(&edit); insert != nullptr) {
+    LATTICED_ASSIGN_OR_RETURN(auto refined,
+                              WithKnotInserted(lattice, insert->axis, insert->value, field));
+    return StructureChange{std::move(refined)};
+  }
+  const auto& [wanted, keep_shape] = std::get<ReplaceLattice>(edit);
+  if (!keep_shape) {
+    LATTICED_RETURN_IF_ERROR(Validate(wanted));
+    return StructureChange{wanted};
+  }
+  LATTICED_RETURN_IF_ERROR(Validate(wanted.structure));
+  if (wanted.structure.frame != lattice.structure.frame) {
+    return error::InvalidField(fmt::format("{}.lattice.frame", field),
+                               "must be the scene's to keep the shape");
+  }
+  LatticeRefit refit = Refit(lattice, wanted.structure);
+  LATTICED_RETURN_IF_ERROR(Validate(refit.lattice));
+  return StructureChange{std::move(refit.lattice), refit.residual};
 }
 
 bool SameBits(Vec3d a, Vec3d b) { return std::memcmp(&a, &b, sizeof(Vec3d)) == 0; }

@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "absl/status/statusor.h"
 #include "core/base/vec.h"
 #include "core/ffd/lattice.h"
 
@@ -47,9 +48,14 @@ struct InsertKnot {
   int axis = 0;  // 0 = u, 1 = v, 2 = w
   double value = 0;
 };
+struct ReplaceLattice {
+  Lattice lattice;          // with keep_shape it has no control points yet
+  bool keep_shape = false;  // fits them to the present shape (lattice_refit.h); the frame must stay
+};
+using StructureEdit = std::variant<InsertKnot, ReplaceLattice>;
 enum class ResetTo {
   kIdentity,  // Greville points of the present structure
-  kInitial,   // the points that the scene was made with, with the knots inserted since
+  kInitial,  // the points that the scene was made with or that replaced them last, with the knots inserted since
 };
 struct Reset {
   ResetTo to = ResetTo::kIdentity;
@@ -63,8 +69,9 @@ struct Undo {
 };
 struct Redo {};
 
-using Edit = std::variant<SetControlPoints, MoveControlPoints, TransformControlPoints,
-                          ReplaceControlPoints, DragPoints, InsertKnot, Reset, Undo, Redo>;
+using Edit =
+    std::variant<SetControlPoints, MoveControlPoints, TransformControlPoints, ReplaceControlPoints,
+                 DragPoints, InsertKnot, ReplaceLattice, Reset, Undo, Redo>;
 
 enum class GesturePhase {
   kUpdate,  // replaces the gesture's previous update; the meaning of an unspecified phase
@@ -94,10 +101,20 @@ struct EditTarget {
   explicit EditTarget(Lattice start);
 };
 
-// Applies one edit; `field` is its path, such as "edits[2]". Errors: kInvalidArgument, also for insert_knot, undo and
-// redo, which need a history and must be alone in their batch.
+// Applies one edit; `field` is its path, such as "edits[2]". Errors: kInvalidArgument, also for insert_knot,
+// replace_lattice, undo and redo, which need a history and must be alone in their batch.
 [[nodiscard]] absl::Status ApplyEdit(const Edit& edit, const Lattice& initial,
                                      std::string_view field, EditTarget& target);
+
+struct StructureChange {
+  Lattice lattice;
+  double residual = 0;  // of LatticeRefit, world units; 0 where no shape was to be kept
+};
+
+// What an edit makes of `lattice`. Errors: kInvalidArgument naming a field that begins with `field`.
+[[nodiscard]] absl::StatusOr<StructureChange> ChangeStructure(const Lattice& lattice,
+                                                              const StructureEdit& edit,
+                                                              std::string_view field);
 
 // Whether two points have the same bits. A point "has not moved" if this is so.
 [[nodiscard]] bool SameBits(Vec3d a, Vec3d b);

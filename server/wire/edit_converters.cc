@@ -125,6 +125,16 @@ absl::StatusOr<Edit> Read(const v1::InsertKnot& edit, std::string_view field) {
   return InsertKnot{axis, edit.value()};
 }
 
+absl::StatusOr<Edit> Read(const v1::ReplaceLattice& edit, std::string_view field) {
+  const std::string path = fmt::format("{}.lattice", field);
+  if (!edit.has_lattice()) return error::InvalidField(path, "must be set");
+  if (edit.keep_shape() && edit.lattice().control_points_size() > 0) {
+    return error::InvalidField(path + ".control_points", "must be empty with keep_shape");
+  }
+  LATTICED_ASSIGN_OR_RETURN(auto lattice, FromProto(edit.lattice(), path));
+  return ReplaceLattice{std::move(lattice), edit.keep_shape()};
+}
+
 absl::StatusOr<Edit> Read(const v1::Reset& edit, std::string_view field) {
   LATTICED_ASSIGN_OR_RETURN(const ResetTo target,
                             ReadEnum(kTargets, edit.target(), fmt::format("{}.target", field)));
@@ -152,6 +162,8 @@ absl::StatusOr<Edit> ReadEdit(const v1::Edit& edit, const PolygonMesh& mesh,
       return Read(edit.drag_points(), mesh, field + ".drag_points");
     case v1::Edit::kInsertKnot:
       return Read(edit.insert_knot(), field + ".insert_knot");
+    case v1::Edit::kReplaceLattice:
+      return Read(edit.replace_lattice(), field + ".replace_lattice");
     case v1::Edit::kReset:
       return Read(edit.reset(), field + ".reset");
     case v1::Edit::kUndo:
@@ -200,8 +212,10 @@ bool MayTakeLong(const v1::EditBatch& batch) {
   constexpr int kQuickDragPoints = 64, kQuickEdits = 64;
   int points = 0;
   for (const v1::Edit& edit : batch.edits()) {
-    if (edit.has_insert_knot() || edit.has_reset() || edit.has_undo() || edit.has_redo())
+    if (edit.has_insert_knot() || edit.has_replace_lattice() || edit.has_reset() ||
+        edit.has_undo() || edit.has_redo()) {
       return true;
+    }
     points += edit.drag_points().points_size();
   }
   return points > kQuickDragPoints || batch.edits_size() > kQuickEdits;

@@ -10,6 +10,7 @@ from typing import Callable, Generic, Sequence, Type, TypeVar, Union
 import numpy.typing as npt
 
 from latticed import edits
+from latticed.lattice import Lattice
 from latticed.surface_point import SurfacePoint
 from latticed.v1 import edit_pb2
 
@@ -109,8 +110,17 @@ class EditCalls(PointEdits[Applied]):
         """Adds a knot to axis "u", "v" or "w": one more control point on the axis, and the same shape."""
         return self.apply([edits.insert_knot(axis, value)])
 
+    def replace_lattice(self, lattice: Lattice, keep_shape: bool = False) -> Applied:
+        """Gives the scene another lattice.
+
+        keep_shape: the lattice has the scene's frame. Its control points are ignored; those that keep the
+        present shape best are fitted. EditResult.drag_residual is the largest distance that it changed by.
+        """
+        return self.apply([edits.replace_lattice(lattice, keep_shape)])
+
     def reset(self, to: str = "identity") -> Applied:
-        """Resets all control points: "identity": the mesh at rest; "initial": as the scene was created."""
+        """Resets all control points: "identity": the mesh at rest; "initial": as the scene was
+        created, or as the lattice was replaced."""
         return self.apply([edits.reset(to)])
 
     def undo(self, whose: str = "mine") -> Applied:

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from latticed.choices import choose
-from latticed.lattice import vector
+from latticed.lattice import Lattice, vector
 from latticed.surface_point import SurfacePoint
 from latticed.v1 import edit_pb2, lattice_pb2
 
@@ -86,8 +86,21 @@ def insert_knot(axis: str, value: float) -> edit_pb2.Edit:
     return edit_pb2.Edit(insert_knot=change)
 
 
+def replace_lattice(lattice: Lattice, keep_shape: bool = False) -> edit_pb2.Edit:
+    """Gives the scene another lattice. It must be the only edit of its batch.
+
+    keep_shape: the lattice has the scene's frame. Its control points are ignored; those that keep the present
+    shape best are fitted. EditResult.drag_residual is the largest distance that the shape changed by.
+    """
+    change = edit_pb2.ReplaceLattice(lattice=lattice.to_proto(), keep_shape=keep_shape)
+    if keep_shape:
+        del change.lattice.control_points[:]
+    return edit_pb2.Edit(replace_lattice=change)
+
+
 def reset(to: str = "identity") -> edit_pb2.Edit:
-    """Resets all control points: "identity": the mesh at rest; "initial": as the scene was created."""
+    """Resets all control points: "identity": the mesh at rest; "initial": as the scene was
+    created, or as the lattice was replaced."""
     return edit_pb2.Edit(reset=edit_pb2.Reset(target=choose("to", to, _RESETS)))
 
 

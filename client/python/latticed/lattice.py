@@ -80,6 +80,18 @@ class Lattice:
         w, v, u = np.meshgrid(places[2], places[1], places[0], indexing="ij")
         return self.origin + np.stack([u, v, w], axis=-1) @ self.edges
 
+    def resized(
+        self, size: Optional[Tuple[int, int, int]] = None, degree: Optional[Tuple[int, int, int]] = None
+    ) -> Lattice:
+        """A lattice at rest in the same frame, with other numbers of control points or other degrees, and with
+        clamped uniform knots. Scene.replace_lattice(…, keep_shape=True) gives it the scene's shape."""
+        nu, nv, nw = size or self.size
+        degree = degree or self.degree
+        knots = tuple(_clamped_uniform(count, p) for count, p in zip((nu, nv, nw), degree))
+        made = Lattice(np.zeros((nw, nv, nu, 3)), degree, knots, self.origin, self.edges)
+        made.control_points = made.rest()
+        return made
+
     def deform(self, points: npt.ArrayLike) -> FloatArray:
         """Where the lattice moves points of the undeformed world: (n, 3) to (n, 3), world units, in double.
 

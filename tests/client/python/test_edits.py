@@ -66,6 +66,30 @@ def test_a_knot_more_changes_the_lattice_and_not_the_shape(scene, random):
     scene.move(after.indices[-1], (1, 0, 0))  # an edit of the new structure is accepted
 
 
+def test_the_lattice_is_replaced_keeps_the_shape_if_asked_and_comes_back(scene, random):
+    lattice = scene.lattice()
+    lattice.control_points += random.normal(scale=0.2, size=lattice.control_points.shape)
+    scene.replace(lattice.control_points)
+    points = random.uniform([0, 0, 0], [2, 1, 3], size=(50, 3))
+    before = scene.evaluate(points).positions
+
+    kept = scene.replace_lattice(lattice.resized((4, 5, 8), (3, 1, 2)), keep_shape=True)
+    assert (kept.structure_id, scene.lattice().size, scene.lattice().degree) == (2, (4, 5, 8), (3, 1, 2))
+    assert kept.drag_residual < 1e-12  # v: 2 segments became 4; w: 3 became 6
+    np.testing.assert_allclose(scene.evaluate(points).positions, before, atol=1e-12)
+
+    coarser = scene.replace_lattice(lattice.resized((3, 3, 3), (2, 2, 2)), keep_shape=True)
+    moved = np.linalg.norm(scene.evaluate(points).positions - before, axis=1).max()
+    assert 0.01 < moved <= 1.5 * coarser.drag_residual < 1
+    rest = scene.replace_lattice(lattice.resized((2, 2, 2), (1, 1, 1)))
+    np.testing.assert_allclose(scene.evaluate(points).positions, points, atol=1e-12)
+
+    for _ in range(3):
+        scene.undo()
+    np.testing.assert_array_equal(scene.lattice().control_points, lattice.control_points)
+    assert scene.lattice().structure_id == rest.structure_id + 3
+
+
 def test_a_gesture_is_one_step_and_does_not_drift(scene):
     rest = scene.lattice()
 

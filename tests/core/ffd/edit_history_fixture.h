@@ -16,12 +16,14 @@
 
 namespace latticed {
 
-inline Lattice UnitLattice() {
+inline Bounds UnitBounds() {
   Bounds bounds;
   bounds.Extend(Vec3d{0, 0, 0});
   bounds.Extend(Vec3d{1, 1, 1});
-  return *FitLattice(bounds, {4, 4, 4}, {2, 2, 2}, 0);
+  return bounds;
 }
+
+inline Lattice UnitLattice() { return *FitLattice(UnitBounds(), {4, 4, 4}, {2, 2, 2}, 0); }
 
 class EditHistoryTest : public ::testing::Test {
  protected:

@@ -114,6 +114,76 @@ TEST_F(EditHistoryTest, InsertedKnotsComeAndGo) {
   EXPECT_EQ(history_.structure_id(), 4u);
 }
 
+TEST_F(EditHistoryTest, AReplacedLatticeComesAndGoes) {
+  ASSERT_OK(Do("ann", Move({0}, 0.5)));
+  const Lattice before = history_.lattice();
+  const Lattice wanted = *FitLattice(UnitBounds(), {5, 3, 4}, {3, 1, 2}, 0.25);
+  const auto replaced = Do("ann", ReplaceLattice{wanted});
+  ASSERT_OK(replaced);
+  EXPECT_TRUE(replaced->structure_changed);
+  EXPECT_EQ(replaced->summary.drag_residual, 0);
+  EXPECT_EQ(history_.structure_id(), 2);
+  EXPECT_EQ(history_.lattice().structure, wanted.structure);
+  EXPECT_EQ(history_.lattice().control_points, wanted.control_points);
+
+  ASSERT_OK(Do("ann", Move({59}, 0.5)));
+  ASSERT_OK(Do("ann", Reset{ResetTo::kInitial}));
+  EXPECT_EQ(history_.lattice().control_points, wanted.control_points);
+  ASSERT_OK(Do("ann", InsertKnot{0, 0.5}));
+  ASSERT_OK(Do("ann", Reset{ResetTo::kInitial}));
+  EXPECT_EQ(history_.lattice().control_points, IdentityControlPoints(history_.lattice().structure));
+
+  for (int n = 0; n < 5; ++n) ASSERT_OK(Do("ann", Undo{}));
+  EXPECT_EQ(history_.lattice().structure, before.structure);
+  EXPECT_EQ(history_.lattice().control_points, before.control_points);
+  ASSERT_OK(Do("ann", Redo{}));
+  EXPECT_EQ(history_.lattice().structure, wanted.structure);
+  EXPECT_EQ(history_.lattice().control_points, wanted.control_points);
+  ASSERT_OK(Do("ann", Redo{}));
+  EXPECT_NEAR(history_.lattice().control_points[59].x - wanted.control_points[59].x, 0.5, 1e-12);
+}
+
+TEST_F(EditHistoryTest, AReplacementMayKeepTheShape) {
+  ASSERT_OK(Do("ann", Move({0}, 0.5)));
+  const Lattice before = history_.lattice();
+  ReplaceLattice finer{*FitLattice(UnitBounds(), {6, 4, 4}, {2, 2, 2}, 0), true};
+  finer.lattice.control_points.clear();
+  const auto kept = Do("ann", finer);  // knots 1, 2, 3 of 4 instead of 1 of 2
+  ASSERT_OK(kept);
+  EXPECT_LT(kept->summary.drag_residual, 1e-12);
+  EXPECT_EQ(history_.lattice().structure.size[0], 6);
+
+  finer.lattice = *FitLattice(UnitBounds(), {3, 3, 3}, {2, 2, 2}, 0);
+  const auto coarser = Do("bob", finer);
+  ASSERT_OK(coarser);
+  EXPECT_GT(coarser->summary.drag_residual, 0.01);
+  EXPECT_EQ(Reason(Do("ann", Undo{})), "UNDO_CONFLICT");
+  ASSERT_OK(Do("bob", Undo{}));
+  const auto again = Do("bob", Redo{});
+  ASSERT_OK(again);
+  EXPECT_EQ(again->summary.drag_residual, coarser->summary.drag_residual);
+  ASSERT_OK(Do("bob", Undo{}));
+  ASSERT_OK(Do("ann", Undo{}));
+  EXPECT_EQ(history_.lattice().control_points, before.control_points);
+
+  finer.lattice.structure.frame.origin.x = 0.125;
+  EXPECT_THAT(Do("ann", finer), StatusIs(absl::StatusCode::kInvalidArgument,
+                                         HasSubstr("edits[0].replace_lattice.lattice.frame")));
+  EXPECT_THAT(Apply({.editor_id = "ann", .gesture_id = "g", .edits = {finer}}),
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("only edit of its batch")));
+}
+
+TEST_F(EditHistoryTest, AFoldedReplacementStaysTheStart) {
+  const Lattice wanted = *FitLattice(UnitBounds(), {5, 3, 4}, {3, 1, 2}, 0.25);
+  ASSERT_OK(Do("ann", ReplaceLattice{wanted}));
+  ASSERT_OK(Do("ann", Move({3}, 0.5)));
+  ASSERT_TRUE(history_.ForgetOldestStep());
+  ASSERT_OK(Do("ann", Undo{}));
+  EXPECT_EQ(history_.lattice().control_points, wanted.control_points);
+  EXPECT_EQ(history_.initial().structure, wanted.structure);
+  EXPECT_EQ(Reason(Do("ann", Undo{})), "NOTHING_TO_UNDO");
+}
+
 TEST_F(EditHistoryTest, AnInsertionStopsUndoOfWhatOthersDidBefore) {
   ASSERT_OK(Do("ann", Move({0}, 1)));
   ASSERT_OK(Drag("ann", "g", {2}, 1));

@@ -56,6 +56,19 @@ v1::Edit Knot(double value) {
   return edit;
 }
 
+v1::Edit NoLattice() {
+  v1::Edit edit;
+  edit.mutable_replace_lattice();
+  return edit;
+}
+
+v1::Edit ShapeAndPoints() {
+  v1::Edit edit = NoLattice();
+  edit.mutable_replace_lattice()->set_keep_shape(true);
+  edit.mutable_replace_lattice()->mutable_lattice()->add_control_points(1);
+  return edit;
+}
+
 v1::Edit MoveWithoutOffset() {
   v1::Edit edit = MoveBy({1}, 0);
   edit.mutable_move_control_points()->clear_offset();
@@ -128,6 +141,9 @@ const std::vector<BadEdit>& BadEdits() {
        ".replace_control_points.control_points", "375 are needed"},
       {"replace by one number", Replace(0, 0), "INVALID_FIELD",
        ".replace_control_points.control_points", ""},
+      {"no lattice", NoLattice(), "INVALID_FIELD", ".replace_lattice.lattice", "must be set"},
+      {"shape and points", ShapeAndPoints(), "INVALID_FIELD",
+       ".replace_lattice.lattice.control_points", "must be empty with keep_shape"},
       {"knot NaN", Knot(kNan), "NOT_FINITE", ".insert_knot.value", "finite"},
       {"knot infinity", Knot(kInfinity), "NOT_FINITE", ".insert_knot.value", "finite"},
       {"knot below", Knot(-0.5), "OUT_OF_RANGE", ".insert_knot.value",
