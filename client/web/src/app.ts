@@ -12,7 +12,7 @@ import { LatticeWatch } from './lattice_watch';
 import type { LiveSession } from './session/live_session';
 import type { SessionStatus } from './session/scene_session';
 import { rememberedSettings, type Settings } from './state/settings';
-import { extentInWords, type Units } from './state/units';
+import { extentInWords, lengthInWords, type Units } from './state/units';
 import type { PatchFacts } from './surface/patch_source';
 import { Commands, letterOf } from './ui/commands';
 import { h } from './ui/dom';
@@ -58,6 +58,7 @@ const CONNECTIONS: Record<SessionStatus['state'], string> = {
   failed: 'not connected',
 };
 
+const ROUNDING = 1e-9; // of the surface's extent: below it a shape has not changed
 const LACKS: Record<PatchFacts, string> = {
   rest: 'Displacement, knot boxes and rest shape cannot be shown.',
   uvs: 'The texture cannot be shown.',
@@ -133,6 +134,7 @@ export class App implements CommandTarget {
     session.on('presence', (others) => this.people.show(others.values()));
     this.people.show([]);
     session.on('refused', (text, idle) => (idle ? this.toasts.tell(text) : this.toasts.fail(text)));
+    session.on('refitted', (distance) => this.toasts.tell(this.refitInWords(distance)));
     session.on('notKept', (text) => this.toasts.fail(text));
     session.on('view', (view) => this.settings.set({ view: { ...this.settings.value.view, ...view } }));
     this.showStatus(session.status);
@@ -140,6 +142,12 @@ export class App implements CommandTarget {
     this.panel.show(this.scene.editor, size);
     this.scene.frameAll();
     this.refresh();
+  }
+
+  private refitInWords(distance: number): string {
+    const { x, y, z } = this.scene!.bounds().getSize(this.viewport.rig.target.clone());
+    if (distance <= ROUNDING * Math.max(x, y, z)) return 'The new lattice keeps the shape.';
+    return `The new lattice changes the shape by at most ${lengthInWords(distance, this.scene!.units)}.`;
   }
 
   watchLattice(extent: MeshExtent | undefined): void {

@@ -8,9 +8,9 @@ import { shownAtRest } from './intake/glb_json';
 import { fileKind, readMeshFile, type MeshFile } from './intake/mesh_file';
 import { sampleFile, sampleLattice, type SampleName } from './intake/samples';
 import type { MeshLayers } from './intake/corner_layers';
+import type { NewScene } from './intake/services';
 import { layerTexture, uvGrid } from './intake/layer_texture';
 import { hasColours, meshLayers } from './intake/mesh_layers';
-import type { Fit } from './lattice/identity';
 import type { Lattice } from './lattice/lattice';
 import { latticeFromJson, latticeToJson } from './wire/lattice_json';
 import { sameStructure } from './lattice/grid';
@@ -21,7 +21,7 @@ import { showFitDialog } from './ui/dialogs/fit_dialog';
 import { randomPerson } from './ui/people';
 import { saveFile } from './ui/save_file';
 import type { Settings } from './state/settings';
-import { UNKNOWN_UNITS, type Units, type UpAxis } from './state/units';
+import { UNKNOWN_UNITS, type UpAxis } from './state/units';
 import { bytes, inWords } from './wire/words';
 import type { Workspace } from './workspace';
 
@@ -100,7 +100,7 @@ export class SceneOpener {
     const mesh = await services.upload(file, () => undefined, new AbortController().signal);
     const made = openMesh({ id: mesh.id, file, isDropped: true });
     const view = { ...viewFor(mesh), normals: 'facet' } as const;
-    if (!(await this.create(made, lattice, view, { up: 'z', metersPerUnit: 0 }, isAsked))) return;
+    if (!(await this.create(made, { lattice, view, up: 'z' }, isAsked))) return;
     const { compare, cage } = settings.value;
     this.lookBefore = { compare, cage };
     settings.set({ compare: 'split', cage: false });
@@ -208,9 +208,9 @@ export class SceneOpener {
       file,
       up: format === 'glb' ? undefined : (up ?? this.app.settings.value.upAxes[format]),
       upload: (progress, signal) => services.upload(file, progress, signal),
-      create: async (mesh, fit, chosen) => {
+      create: async (mesh, fit, { up: chosen, creaseAngle }) => {
         const made = openMesh({ id: mesh.id, file, companions, isDropped: true });
-        const isShown = await this.create(made, fit, viewFor(mesh), { up: chosen, metersPerUnit: 0 });
+        const isShown = await this.create(made, { lattice: fit, view: viewFor(mesh), up: chosen, creaseAngle });
         const { settings } = this.app;
         if (format !== 'glb' && chosen !== undefined && up === undefined)
           settings.set({ upAxes: { ...settings.value.upAxes, [format]: chosen } });
@@ -225,13 +225,13 @@ export class SceneOpener {
     if (rest !== undefined) this.app.toasts.tell(rest);
   }
 
-  /** A lattice with another frame, size, degree or knots makes another scene of the same mesh. */
+  /** A lattice with another frame, size, degree or knots replaces the scene's, for all who are in it. */
   private async takeLattice(file: File): Promise<void> {
     const lattice = latticeFromJson(await file.text());
     const { scene } = this.app;
     if (scene === undefined) throw new Error('Open a mesh first, then its lattice.');
     if (sameStructure(lattice, scene.session.lattice)) scene.session.replace(lattice.points);
-    else await this.app.busy.during('Making the scene …', this.create(this.mesh, lattice, this.app.settings.value.view, scene.units));
+    else scene.session.replaceLattice(lattice, false);
   }
 
   /** Requests a scene. The function returned says whether no later request has replaced this one. */
@@ -241,11 +241,9 @@ export class SceneOpener {
   }
 
   /** Returns whether the scene is shown. It is not if another one was requested meanwhile. */
-  private async create(
-    mesh: OpenMesh, lattice: Fit | Lattice, view: ViewRequest, units: Units, isAsked = this.ask(),
-  ): Promise<boolean> {
+  private async create(mesh: OpenMesh, scene: NewScene, isAsked = this.ask()): Promise<boolean> {
     if (!isAsked()) return false;
-    const id = await this.app.services.createScene(mesh.id, lattice, view, units);
+    const id = await this.app.services.createScene(mesh.id, scene);
     if (!isAsked() || !(await this.open(id, isAsked, mesh))) return false;
     history.pushState(null, '', `?scene=${id}${location.hash}`); // the fragment may hold the token
     return true;
@@ -265,6 +263,7 @@ export class SceneOpener {
     this.lookBefore = undefined;
     this.app.show(session, facts?.units ?? UNKNOWN_UNITS);
     void this.watchLattice(session);
+    session.on('lattice', () => void this.watchLattice(session)); // its frame may have changed
     if (facts === undefined) void this.learnUnits(session).catch(() => undefined);
     const { mesh: before } = this;
     if (known !== undefined) this.mesh = known;

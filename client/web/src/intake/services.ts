@@ -47,6 +47,16 @@ const FORMAT_NAMES = Object.keys(FORMATS) as MeshFormatName[];
 /** The part of a session that fetches the mesh of the open scene. */
 type MeshSource = Pick<LiveSession, 'downloadMesh'>;
 
+/** What a scene of a mesh is made from. */
+export interface NewScene {
+  readonly lattice: Fit | Lattice;
+  readonly view: ViewRequest;
+  /** Undefined: as the mesh says. */
+  readonly up?: UpAxis | undefined;
+  /** Degrees; undefined: as the mesh has normals, and 30 where it has none. */
+  readonly creaseAngle?: number | undefined;
+}
+
 export class Services {
   private channel: BroadcastChannel | undefined;
 
@@ -76,11 +86,13 @@ export class Services {
     return mesh;
   }
 
-  /** Makes a scene and returns its id. Unknown units are those of the mesh. */
-  async createScene(mesh: string, lattice: Fit | Lattice, view: ViewRequest, { up, metersPerUnit }: Units): Promise<string> {
+  /** Makes a scene and returns its id. */
+  async createScene(mesh: string, { lattice, view, up, creaseAngle }: NewScene): Promise<string> {
     const sceneId = randomId();
-    const units = { upAxis: up && UP_AXES[up], metersPerUnit };
-    await this.server.scenes.createScene({ sceneId, mesh, lattices: [latticeSource(lattice)], defaultView: fromView(view), units });
+    await this.server.scenes.createScene({
+      sceneId, mesh, lattices: [latticeSource(lattice)], defaultView: fromView(view), units: { upAxis: up && UP_AXES[up] },
+      ...(creaseAngle !== undefined && { creaseAngle }),
+    });
     return sceneId;
   }
 

@@ -4,6 +4,7 @@
 // The lattice at rest. Its control points are at the Greville abscissae of the frame, which do not deform the mesh.
 
 import { AXES, domain, frameEdges, pointCount, type Axes, type LatticeStructure } from './grid';
+import { Lattice, type LatticeFrame } from './lattice';
 import { add, scale, type Vec3 } from './vec';
 
 export interface Fit {
@@ -55,6 +56,12 @@ export function identityPoints(structure: LatticeStructure): Float64Array {
     }
   }
   return points;
+}
+
+/** A lattice at rest with clamped uniform knots. */
+export function restLattice(frame: LatticeFrame, size: Axes, degree: Axes): Lattice {
+  const knots = knotVectors((axis) => clampedUniformKnots(degree[axis], size[axis]));
+  return new Lattice(frame, degree, size, knots, identityPoints({ frame, degree, size, knots }));
 }
 
 /** One knot vector per axis. */

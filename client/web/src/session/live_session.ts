@@ -100,6 +100,10 @@ export class LiveSession {
     this.sync.step(edits.insertKnot(axis, value));
   }
 
+  replaceLattice(lattice: Lattice, keepShape: boolean): void {
+    this.sync.step(edits.replaceLattice(lattice, keepShape));
+  }
+
   /** All control points at once, x y z each. */
   replace(points: Float64Array): void {
     this.sync.step(edits.replace(points), { indices: Uint32Array.from(indicesTo(this.lattice.count)), positions: points.slice() });

@@ -63,6 +63,8 @@ export interface SessionEvents {
   serverMoved: () => void;
   /** The server has answered an edit of this window: the steps to undo or redo may have changed. */
   answered: () => void;
+  /** This window has given the scene a lattice that keeps the shape: the largest distance by which it did not, world units. */
+  refitted: (distance: number) => void;
   update: (info: UpdateInfo) => void;
   /** The other editors, by editor id. */
   presence: (others: ReadonlyMap<string, Presence>) => void;

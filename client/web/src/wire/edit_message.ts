@@ -5,7 +5,8 @@ import { EditSchema, ResetTarget, UndoScope, type Edit } from 'latticed/v1/edit_
 import { LatticeAxis } from 'latticed/v1/lattice_pb';
 import { SurfacePointSchema, type SurfacePoint as SurfacePointMessage } from 'latticed/v1/surface_pb';
 import type { LatticeEdit, SurfacePoint } from '../session/edits/lattice_edit';
-import { fromVector, vector } from './lattice_message';
+import type { Lattice } from '../lattice/lattice';
+import { fromLattice, fromVector, vector } from './lattice_message';
 
 type Arm = Exclude<MessageInitShape<typeof EditSchema>['edit'], undefined>;
 
@@ -31,6 +32,12 @@ export const edits = {
     made({ case: 'reset', value: { target: to === 'initial' ? ResetTarget.INITIAL : ResetTarget.IDENTITY } }),
   insertKnot: (axis: 0 | 1 | 2, value: number) =>
     made({ case: 'insertKnot', value: { axis: [LatticeAxis.U, LatticeAxis.V, LatticeAxis.W][axis]!, value } }),
+  /** Without control points the server fits them to the present shape. */
+  replaceLattice: (lattice: Lattice, keepShape: boolean) => {
+    const message = fromLattice(lattice);
+    if (keepShape) message.controlPoints = [];
+    return made({ case: 'replaceLattice', value: { lattice: message, keepShape } });
+  },
   replace: (points: Float64Array) => made({ case: 'replaceControlPoints', value: { controlPoints: Array.from(points) } }),
 };
 

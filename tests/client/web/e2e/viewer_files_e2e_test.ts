@@ -188,8 +188,10 @@ test('a Draco file that is dropped becomes a scene, which has no pictures to sho
   await page.locator('.toast-error').getByRole('button', { name: 'Close' }).click();
 });
 
-test('a lattice of another frame that is chosen makes another scene of the mesh, whose axes transforms have and whose shape a reset brings back', async () => {
-  const before = await page.evaluate(() => ({ id: window.latticed.scene!.session.sceneId, url: location.href }));
+test('a lattice of another frame that is chosen replaces that of the scene; transforms have its axes, and reset and undo bring shapes back', async () => {
+  const scene = (): Promise<{ id: string; size: string }> =>
+    page.evaluate(() => ({ id: window.latticed.scene!.session.sceneId, size: window.latticed.scene!.session.lattice.size.join() }));
+  const before = await scene();
   const lattice = latticeIn([[0, -2.2, -1], [2.2, 2.2, 0], [-2.2, 2.2, 0], [0, 0, 2]], 3, 2);
   lattice.points[3 * 26 + 2] += 0.5; // the last point, which is at (0, 2.2, 1) at rest
 
@@ -197,9 +199,8 @@ test('a lattice of another frame that is chosen makes another scene of the mesh,
     await page.locator('.menu-button').getByText('File', { exact: true }).click();
     await page.getByRole('menuitem', { name: 'Open lattice…' }).click();
   });
-  await page.waitForFunction((id) => window.latticed.scene!.session.sceneId !== id, before.id);
-  await live(page);
-  assert.notEqual(page.url(), before.url);
+  await page.waitForFunction(() => window.latticed.scene!.session.lattice.size.join() === '3,3,3');
+  assert.equal((await scene()).id, before.id);
   await select(26);
   const rest = await controlPoint(page, 26);
   await press(',', 'g', 'x', '1', 'Enter');
@@ -214,6 +215,33 @@ test('a lattice of another frame that is chosen makes another scene of the mesh,
       return Math.hypot(x, y - 2.2, at - height) < 1e-9;
     }, z);
   }
+  for (let undone = 0; undone < 4; ++undone) await press('Control+z'); // both resets, the move, the lattice
+  await page.waitForFunction((size) => window.latticed.scene!.session.lattice.size.join() === size, before.size);
+});
+
+test('size and degree are changed in the scene: the shape stays as well as it can, and the page says how far it changed', async () => {
+  const resize = async (points: string, degree: string): Promise<void> => {
+    await page.locator('.menu-button').getByText('Edit', { exact: true }).click();
+    await page.getByRole('menuitem', { name: 'Size and degree…' }).click();
+    for (const axis of ['u', 'v', 'w']) {
+      await page.getByLabel(`Points along ${axis}`).fill(points);
+      await page.getByLabel(`Degree along ${axis}`).selectOption(degree);
+    }
+  };
+  await resize('3', '3');
+  await page.getByText('Along u, degree 3 needs at least 4 control points.').waitFor();
+  assert.ok(await page.getByRole('button', { name: 'Change' }).isDisabled());
+  await page.getByRole('button', { name: 'Cancel' }).click();
+
+  await page.evaluate(() => window.latticed.scene!.session.apply({ kind: 'move', indices: Uint32Array.of(0), offset: [-0.5, 0, 0] }));
+  await resize('6', '2'); // the knots of 4 points are among those of 6
+  await page.getByRole('button', { name: 'Change' }).click();
+  await page.getByText('The new lattice keeps the shape.').waitFor();
+  await page.waitForFunction(() => window.latticed.scene!.session.lattice.size.join() === '6,6,6');
+  await resize('2', '1');
+  await page.getByRole('button', { name: 'Change' }).click();
+  await page.getByText(/^The new lattice changes the shape by at most 0\.\d+ units\.$/).waitFor();
+  await page.waitForFunction(() => window.latticed.scene!.session.lattice.degree.join() === '1,1,1');
 });
 
 test('the button that creates has the focus when the mesh is there, but not in place of a field that somebody is at', async () => {

@@ -84,6 +84,7 @@ export class LatticeSync {
     if (!refused && gestureId) this.openGesture?.answered(gestureId, result.dragResidual);
     if (!refused) {
       if (message) this.steps.applied(message);
+      if (keepsShape(message)) this.listeners.emit('refitted', result.dragResidual);
       return this.listeners.emit('answered');
     }
     if (targets) this.pointsMoved(this.model!.refresh(targets.indices));
@@ -153,4 +154,9 @@ export class LatticeSync {
   private pointsMoved(indices: Uint32Array): void {
     if (indices.length) this.listeners.emit('points', indices);
   }
+}
+
+function keepsShape(batch: EditBatch | undefined): boolean {
+  const edit = batch?.edits[0]?.edit;
+  return edit?.case === 'replaceLattice' && edit.value.keepShape;
 }
