@@ -4,32 +4,59 @@
 // usage: node build.mjs web OUT | node build.mjs tests OUT
 // Bundles the viewer with esbuild; or its tests for Node, and the page that they steer in a browser. Run in the build
 // folder, where src and test are links into the source tree, beside node_modules and gen (CMakeLists.txt).
-import { copyFileSync, mkdirSync, readdirSync } from 'node:fs';
-import { join } from 'node:path';
+//
+// All that index.html loads lies in assets/ and has a hash of its content in its name. The server therefore lets
+// browsers keep it for ever, and a new release is loaded at once.
+import { mkdirSync, readdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { basename, join } from 'node:path';
 import { build } from 'esbuild';
+import { compressFiles } from './compress.mjs';
 
 const [what, out] = process.argv.slice(2);
 const common = { bundle: true, preserveSymlinks: true, sourcemap: true, target: 'es2022', logLevel: 'warning' };
 
-// Builds what a browser loads: bundles, the files beside them, the decoder.
-async function buildPage(folder, entryPoints, to) {
-  mkdirSync(to, { recursive: true });
-  await build({
+// Bundles files for a browser. Returns the name with its hash of each entry point: { main: 'main-2Q7DJWPX.js' }.
+async function bundleAssets(entryPoints, to, define = {}) {
+  const { metafile } = await build({
     ...common,
-    entryPoints: { ...entryPoints, decode_worker: 'src/decode/decode_worker.ts' },
-    outdir: to,
+    entryPoints,
+    entryNames: '[name]-[hash]',
+    outdir: join(to, 'assets'),
     format: 'esm',
     minify: true,
+    metafile: true,
+    define,
+    loader: { '.wasm': 'copy' },
     external: ['fs', 'path', 'node:fs', 'node:path'],  // draco3d uses them only in Node
     legalComments: 'linked',
   });
-  for (const name of readdirSync(folder).filter((file) => /\.(html|css)$/.test(file))) {
-    copyFileSync(join(folder, name), join(to, name));
-  }
-  copyFileSync('node_modules/draco3d/draco_decoder.wasm', join(to, 'draco_decoder.wasm'));
+  return Object.fromEntries(Object.entries(metafile.outputs).filter(([, { entryPoint }]) => entryPoint)
+    .map(([path]) => basename(path)).map((name) => [name.slice(0, name.lastIndexOf('-')), name]));
 }
 
-const buildWeb = () => buildPage('.', { main: 'src/main.ts' }, out);
+// Builds a page: folder/index.html, which names its entry points as main.js and style.css, and the files of its decoder.
+async function buildPage(folder, entryPoints, to) {
+  const decoder = await bundleAssets({
+    decode_worker: 'src/decode/decode_worker.ts', draco_decoder: 'node_modules/draco3d/draco_decoder.wasm',
+  }, to);
+  const define = { DECODER_FILES: JSON.stringify({ worker: decoder.decode_worker, wasm: decoder.draco_decoder }) };
+  let page = readFileSync(join(folder, 'index.html'), 'utf8');
+  for (const hashed of Object.values(await bundleAssets(entryPoints, to, define))) {
+    const name = hashed.replace(/-[^-]*\./, '.');
+    if (!page.includes(`"${name}"`)) throw new Error(`index.html does not load ${name}`);
+    page = page.replace(`"${name}"`, `"assets/${hashed}"`);
+  }
+  writeFileSync(join(to, 'index.html'), page);
+}
+
+// docs/ is the work of docs/build_docs.mjs.
+async function buildWeb() {
+  mkdirSync(out, { recursive: true });
+  const made = readdirSync(out).filter((name) => name !== 'docs');
+  for (const name of made) rmSync(join(out, name), { recursive: true });
+  await buildPage('.', { main: 'src/main.ts', style: 'style.css' }, out);
+  compressFiles(out, 'index.html', 'assets');
+}
 
 async function buildTests() {
   const testsIn = (folder, to) => readdirSync(folder).filter((name) => name.endsWith('_test.ts'))

@@ -13,6 +13,7 @@
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_split.h"
 #include "fmt/format.h"
+#include "server/web/content_coding.h"
 #include "server/web/http_answers.h"
 
 namespace latticed::web {
@@ -21,6 +22,11 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr uint64_t kPieceBytes = uint64_t{64} << 10;
+
+// The build names the files of this folder after a hash of their content, so they never change.
+constexpr std::string_view kHashedFolder = "assets";
+constexpr char kNeverChanges[] = "public, max-age=31536000, immutable";
+constexpr char kAskAgain[] = "no-cache";
 
 constexpr std::array<std::pair<std::string_view, std::string_view>, 17> kMediaTypes = {
     {{".html", "text/html; charset=utf-8"},
@@ -85,12 +91,32 @@ bool Matches(std::string_view if_none_match, const std::string& etag) {
   return false;
 }
 
+// A regular file below the root.
+struct FoundFile {
+  fs::path path;
+  std::string etag;
+  uint64_t bytes = 0;
+};
+
+std::optional<FoundFile> Find(const fs::path& path, const fs::path& root) {
+  std::error_code failure;
+  const fs::path file = fs::canonical(path, failure);
+  struct stat facts = {};
+  if (failure || !IsBelow(file, root) || stat(file.c_str(), &facts) != 0 ||
+      !S_ISREG(facts.st_mode)) {
+    return std::nullopt;
+  }
+  return FoundFile{
+      file,
+      fmt::format("\"{:x}-{:x}-{:x}\"", facts.st_size, facts.st_mtim.tv_sec, facts.st_mtim.tv_nsec),
+      static_cast<uint64_t>(facts.st_size)};
+}
+
 HttpFields PageFields() {
   return {{"x-content-type-options", "nosniff"},
           {"content-security-policy", kContentSecurityPolicy},
           {"x-frame-options", "SAMEORIGIN"},  // no other site may show it in a frame
-          {"referrer-policy", "same-origin"},
-          {"cache-control", "no-cache"}};
+          {"referrer-policy", "same-origin"}};
 }
 
 // Sends the last `left` bytes of a file, one piece at a time.
@@ -127,27 +153,32 @@ void StaticFiles::Answer(const std::shared_ptr<HttpExchange>& exchange) const {
   std::error_code failure;
   if (!fs::exists(root_ / "index.html", failure)) {
     HttpResponse answer{.status = 404, .fields = PageFields(), .body = kNoViewer};
+    answer.fields.push_back({"cache-control", kAskAgain});
     answer.fields.push_back({"content-type", "text/html; charset=utf-8"});
     return exchange->Reply(std::move(answer));
   }
   const std::optional<fs::path> relative = Relative(request.path);
-  const fs::path file = relative ? fs::canonical(root_ / *relative, failure) : fs::path();
-  struct stat facts = {};
-  if (file.empty() || failure || !IsBelow(file, root_) || stat(file.c_str(), &facts) != 0 ||
-      !S_ISREG(facts.st_mode)) {
-    return exchange->Reply(TextAnswer(404, "there is no such file"));
+  std::optional<FoundFile> file = relative ? Find(root_ / *relative, root_) : std::nullopt;
+  if (!file) return exchange->Reply(TextAnswer(404, "there is no such file"));
+  HttpFields about = {{"content-type", std::string(MediaType(file->path))}};
+  for (const ContentCoding& coding : AcceptedCodings(request.Field("accept-encoding"))) {
+    auto copy = Find(file->path.string().append(coding.suffix), root_);
+    if (!copy) continue;
+    about.push_back({"content-encoding", std::string(coding.name)});
+    file = std::move(copy);
+    break;
   }
   HttpFields fields = PageFields();
-  const std::string etag =
-      fmt::format("\"{:x}-{:x}-{:x}\"", facts.st_size, facts.st_mtim.tv_sec, facts.st_mtim.tv_nsec);
-  fields.push_back({"etag", etag});
-  if (Matches(request.Field("if-none-match"), etag)) {
+  fields.push_back(
+      {"cache-control", *relative->begin() == kHashedFolder ? kNeverChanges : kAskAgain});
+  fields.push_back({"vary", "accept-encoding"});
+  fields.push_back({"etag", file->etag});
+  if (Matches(request.Field("if-none-match"), file->etag)) {
     return exchange->Reply({.status = 304, .fields = std::move(fields)});
   }
-  fields.push_back({"content-type", std::string(MediaType(file))});
-  const auto left = static_cast<uint64_t>(facts.st_size);
-  exchange->Start(200, std::move(fields), left);
-  SendFile(exchange, std::make_shared<std::ifstream>(file, std::ios::binary), left);
+  Append(about, fields);
+  exchange->Start(200, std::move(fields), file->bytes);
+  SendFile(exchange, std::make_shared<std::ifstream>(file->path, std::ios::binary), file->bytes);
 }
 
 }  // namespace latticed::web

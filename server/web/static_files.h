@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The viewer: files of one folder, index.html for "/". Browsers ask again with the ETag, so that
-// a new release shows at once and an unchanged file is not sent again.
+// The viewer: files of one folder, index.html for "/". Browsers ask again with the ETag, so that a new release shows
+// at once and an unchanged file is not sent again. They keep the files in assets/, whose names have a hash of the
+// content. A client that accepts a compressed copy (server/web/content_coding.h) gets that copy.
 //
 // Errors   404 for a file that is not there or not below the folder; 405 for other methods than GET
 //          and HEAD

@@ -36,13 +36,14 @@ namespace net = boost::asio;
 constexpr std::chrono::microseconds kPatience(1'000);
 constexpr absl::Duration kMostEnding = absl::Seconds(10);
 
-// Folder of the viewer's files, with two of them.
+// Folder of the viewer's files, with two of them and a compressed copy.
 std::string MakeWebRoot() {
   const auto root =
       std::filesystem::temp_directory_path() / ("http_fuzz." + std::to_string(getpid()));
   std::filesystem::create_directories(root / "docs");
   std::ofstream(root / "index.html") << "<!doctype html><p>latticed";
   std::ofstream(root / "docs" / "a.js") << std::string(100'000, 'a');
+  std::ofstream(root / "docs" / "a.js.br") << "brotli";
   return root;
 }
 

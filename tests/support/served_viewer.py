@@ -46,11 +46,15 @@ def main(address):
     (style,) = re.findall(r'<link rel="stylesheet" href="([^"]+)"', page)
     (script,) = re.findall(r'<script type="module" src="([^"]+)"', page)
     get(urllib.parse.urljoin(address, style), "text/css; charset=utf-8")
-    program = get(urllib.parse.urljoin(address, script), "text/javascript; charset=utf-8")
-    for name in ("decode_worker.js", "draco_decoder.wasm"):
-        assert name in program, f"{script} does not load {name}"
-    get(urllib.parse.urljoin(address, "decode_worker.js"), "text/javascript; charset=utf-8")
-    get(urllib.parse.urljoin(address, "draco_decoder.wasm"), "application/wasm", b"\0asm")
+    script = urllib.parse.urljoin(address, script)
+    program = get(script, "text/javascript; charset=utf-8")
+    for pattern, media_type, begins in (
+        (r"decode_worker-\w+\.js", "text/javascript; charset=utf-8", b""),
+        (r"draco_decoder-\w+\.wasm", "application/wasm", b"\0asm"),
+    ):
+        names = set(re.findall(pattern, program))
+        assert len(names) == 1, f"{script} does not load one {pattern}: {names}"
+        get(urllib.parse.urljoin(script, *names), media_type, begins)
 
     parts = urllib.parse.urlsplit(address)
     for scene in urllib.parse.parse_qs(parts.query).get("scene", []):

@@ -2,6 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 import type { ChunkForm, DecodedChunk } from './chunk_form';
 
+/** The names of the built files beside the page's script. build.mjs defines it. */
+declare const DECODER_FILES: { readonly worker: string; readonly wasm: string };
+
 /** The first message to a worker. */
 interface DecodeStart {
   readonly kind: 'start';
@@ -74,11 +77,13 @@ export class DecodePool {
 
   /** Starts a worker for each hardware thread but one: at least 1, at most 6. */
   static async inBrowser(folder: URL): Promise<DecodePool> {
-    const response = await fetch(new URL('draco_decoder.wasm', folder)).catch(() => undefined);
-    if (!response?.ok) throw new Error(`The decoder draco_decoder.wasm cannot be fetched: ${response?.status ?? 'no answer'}`);
+    const response = await fetch(new URL(DECODER_FILES.wasm, folder)).catch(() => undefined);
+    // A newer server has files with other names.
+    if (response?.status === 404) throw new Error('The server has been updated: reload the page');
+    if (!response?.ok) throw new Error(`The decoder ${DECODER_FILES.wasm} cannot be fetched: ${response?.status ?? 'no answer'}`);
     const wasm = await response.arrayBuffer();
     const count = Math.min(Math.max((navigator.hardwareConcurrency || 2) - 1, 1), 6);
-    const workers = Array.from({ length: count }, () => new Worker(new URL('decode_worker.js', folder), { type: 'module' }));
+    const workers = Array.from({ length: count }, () => new Worker(new URL(DECODER_FILES.worker, folder), { type: 'module' }));
     return new DecodePool(workers as DecodeWorker[], wasm);
   }
 

@@ -23,7 +23,7 @@ async function openHarness(): Promise<Page> {
 /** A page of the same origin that does not open the database itself. */
 async function openBare(): Promise<Page> {
   const page = await context.newPage();
-  await page.goto(`${server.origin}/harness.js`);
+  await page.goto(`${server.origin}/no-such-page`);
   return page;
 }
 
