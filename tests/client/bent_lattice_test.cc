@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-#include "client/cpp/latticectl/bent_lattice.h"
+#include "client/cpp/latticectl/geometry/bent_lattice.h"
 
 #include <cmath>
 #include <numbers>
 
-#include "client/cpp/latticectl/lattice_json.h"
+#include "client/cpp/latticectl/geometry/lattice_json.h"
 #include "tests/client/latticectl_fixture.h"
 
 namespace latticed::client {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-#include "client/cpp/latticectl/did_you_mean.h"
+#include "client/cpp/latticectl/command_line/did_you_mean.h"
 
 #include <gtest/gtest.h>
 

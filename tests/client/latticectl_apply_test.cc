@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "client/cpp/latticectl/lattice_json.h"
-#include "client/cpp/latticectl/output.h"
+#include "client/cpp/latticectl/geometry/lattice_json.h"
+#include "client/cpp/latticectl/output/output.h"
 #include "core/mesh/mesh_io.h"
 #include "tests/client/latticectl_fixture.h"
 

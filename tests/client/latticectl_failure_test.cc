@@ -4,7 +4,7 @@
 // What latticectl prints when a command fails: one line, for people or as JSON.
 #include <nlohmann/json.hpp>
 
-#include "client/cpp/latticectl/failure.h"
+#include "client/cpp/latticectl/command_line/failure.h"
 #include "core/base/error.h"
 #include "tests/client/latticectl_server_fixture.h"
 

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "client/cpp/latticectl/files.h"
+#include "client/cpp/latticectl/geometry/files.h"
 #include "client/cpp/latticectl/latticectl_app.h"
 #include "client/cpp/load/bench_app.h"
 #include "tests/support/status_matchers.h"

@@ -5,7 +5,7 @@
 #include <CLI/CLI.hpp>
 
 #include "absl/strings/str_split.h"
-#include "client/cpp/latticectl/commands.h"
+#include "client/cpp/latticectl/commands/commands.h"
 #include "tests/client/latticectl_fixture.h"
 
 namespace latticed::client {

@@ -12,7 +12,7 @@
 #include <sstream>
 
 #include "absl/time/clock.h"
-#include "client/cpp/latticectl/interruption.h"
+#include "client/cpp/latticectl/command_line/interruption.h"
 #include "core/base/mutex.h"
 #include "core/base/sha256.h"
 #include "latticed/v1/mesh.grpc.pb.h"

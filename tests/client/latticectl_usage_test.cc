@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "client/cpp/latticectl/lattice_json.h"
+#include "client/cpp/latticectl/geometry/lattice_json.h"
 #include "core/ffd/lattice.h"
 #include "tests/client/latticectl_fixture.h"
 

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "client/cpp/latticectl/lattice_json.h"
-#include "client/cpp/latticectl/output.h"
+#include "client/cpp/latticectl/geometry/lattice_json.h"
+#include "client/cpp/latticectl/output/output.h"
 #include "core/base/read_file.h"
 #include "core/ffd/direct_ffd.h"
 #include "tests/client/latticectl_fixture.h"

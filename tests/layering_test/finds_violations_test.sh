@@ -40,6 +40,8 @@ expect_violation client/cpp/library/bad.cc "$licence
 #include \"server/in_process.h\""
 expect_violation client/cpp/latticectl/bad.cc "$licence
 #include \"client/cpp/load/load_run.h\""
+expect_violation client/cpp/latticectl/geometry/bad.cc "$licence
+#include \"client/cpp/latticectl/session/session.h\""
 expect_violation server/bad.cc "$licence
 #ifdef LATTICED_CUDA"
 expect_violation server/web_bad.cc "$licence

@@ -42,7 +42,11 @@ declare -A allowed=(
   [server/web]="core/base/ latticed/v1/ server/base/ server/net/ server/wire/ server/web/"
   [server]="core/ cuda/cuda_backend.h latticed/v1/ server/"
   [client/library]="core/base/ core/mesh/ core/ffd/ core/codec/ latticed/v1/ client/cpp/library/"
-  [client/latticectl]="core/base/ core/mesh/ core/ffd/ core/codec/ latticed/v1/ client/cpp/library/ client/cpp/latticectl/ server/in_process.h server/base/options.h"
+  [client/latticectl/output]="core/base/ client/cpp/library/ client/cpp/latticectl/output/"
+  [client/latticectl/geometry]="core/base/ core/mesh/ core/ffd/ core/codec/ latticed/v1/ client/cpp/latticectl/geometry/"
+  [client/latticectl/command_line]="core/base/ latticed/v1/ client/cpp/latticectl/output/ client/cpp/latticectl/command_line/"
+  [client/latticectl/session]="core/base/ core/mesh/ latticed/v1/ client/cpp/library/ client/cpp/latticectl/output/ client/cpp/latticectl/geometry/ client/cpp/latticectl/command_line/ client/cpp/latticectl/session/ server/in_process.h server/base/options.h"
+  [client/latticectl]="core/base/ core/mesh/ core/ffd/ core/codec/ latticed/v1/ client/cpp/library/ client/cpp/latticectl/"
   [client/load]="core/base/ core/mesh/ core/ffd/ core/codec/ latticed/v1/ client/cpp/"
   [tests]="core/ cuda/ server/ client/ latticed/v1/ tests/"
 )
@@ -68,6 +72,8 @@ set_layer() {  # FILE
     core/codec/*) layer=core/codec ;; core/view/*) layer=core/view ;; core/cpu/*/*) layer=${1%/*} ;; core/cpu/*) layer=core/cpu ;; core/*) layer=core/backend ;;
     cuda/*/*) layer=${1%/*} ;; cuda/*) layer=cuda ;;
     server/*/*) layer=${1%/*} ;; server/*) layer=server ;; tests/*) layer=tests ;;
+    client/cpp/latticectl/commands/*) layer=client/latticectl ;;
+    client/cpp/latticectl/*/*) layer=${1#*/cpp/} layer=client/${layer%/*} ;;
     client/cpp/library/* | client/cpp/latticectl/* | client/cpp/load/*) layer=${1#*/cpp/} layer=client/${layer%%/*} ;;
     client/*) layer=client ;;
     *) layer=none ;;

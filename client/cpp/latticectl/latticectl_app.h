@@ -8,16 +8,9 @@
 #ifndef LATTICED_CLIENT_CPP_LATTICECTL_LATTICECTL_APP_H_
 #define LATTICED_CLIENT_CPP_LATTICECTL_LATTICECTL_APP_H_
 
-#include <iosfwd>
+#include "client/cpp/latticectl/output/console.h"
 
 namespace latticed::client {
-
-// A command writes results to out, and progress and errors to err.
-struct Console {
-  std::ostream& out;
-  std::ostream& err;
-  bool err_is_terminal = false;  // progress bars are shown only on a terminal
-};
 
 [[nodiscard]] int RunLatticectl(int argc, const char* const* argv, Console console);
 

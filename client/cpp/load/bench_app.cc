@@ -8,12 +8,12 @@
 #include <nlohmann/json.hpp>
 #include <ostream>
 
-#include "client/cpp/latticectl/commands.h"
-#include "client/cpp/latticectl/lattice_json.h"
-#include "client/cpp/latticectl/message_flags.h"
-#include "client/cpp/latticectl/output.h"
-#include "client/cpp/latticectl/server_meshes.h"
-#include "client/cpp/latticectl/session.h"
+#include "client/cpp/latticectl/command_line/message_flags.h"
+#include "client/cpp/latticectl/commands/commands.h"
+#include "client/cpp/latticectl/geometry/lattice_json.h"
+#include "client/cpp/latticectl/output/output.h"
+#include "client/cpp/latticectl/session/server_meshes.h"
+#include "client/cpp/latticectl/session/session.h"
 #include "client/cpp/load/load_run.h"
 #include "client/cpp/load/report_output.h"
 #include "core/base/status_macros.h"

@@ -6,7 +6,7 @@
 #ifndef LATTICED_CLIENT_CPP_LOAD_BENCH_APP_H_
 #define LATTICED_CLIENT_CPP_LOAD_BENCH_APP_H_
 
-#include "client/cpp/latticectl/latticectl_app.h"
+#include "client/cpp/latticectl/output/console.h"
 
 namespace latticed::client {
 

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "absl/time/time.h"
-#include "client/cpp/latticectl/latency_recorder.h"
+#include "client/cpp/latticectl/output/latency_recorder.h"
 #include "client/cpp/load/edit_log.h"
 #include "client/cpp/load/load_plan.h"
 #include "client/cpp/load/surface_verifier.h"

@@ -5,8 +5,8 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "client/cpp/latticectl/message_flags.h"
-#include "client/cpp/latticectl/output.h"
+#include "client/cpp/latticectl/command_line/message_flags.h"
+#include "client/cpp/latticectl/output/output.h"
 #include "fmt/format.h"
 
 namespace latticed::client {

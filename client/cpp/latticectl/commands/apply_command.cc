@@ -1,0 +1,163 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <ostream>
+
+#include "absl/time/clock.h"
+#include "absl/time/time.h"
+#include "client/cpp/latticectl/command_line/message_flags.h"
+#include "client/cpp/latticectl/commands/commands.h"
+#include "client/cpp/latticectl/geometry/lattice_json.h"
+#include "client/cpp/latticectl/geometry/moved_vertices.h"
+#include "client/cpp/latticectl/geometry/triangulated.h"
+#include "client/cpp/latticectl/output/output.h"
+#include "client/cpp/latticectl/session/server_meshes.h"
+#include "client/cpp/latticectl/session/session.h"
+#include "core/base/status_macros.h"
+#include "fmt/format.h"
+
+namespace latticed::client {
+namespace {
+
+struct ApplyFlags {
+  std::string mesh, lattice, output;
+  v1::MeshUnits units;
+  std::optional<double> crease_angle;
+  v1::ViewOptions view;
+  v1::Pipeline pipeline = v1::PIPELINE_UNSPECIFIED;
+  SessionFlags session;
+  bool vertices_only = false;
+  bool json = false;
+};
+
+void PrintApplied(const ApplyFlags& flags, const FetchedSurface& surface, absl::Duration time,
+                  Console console) {
+  const uint64_t points = surface.mesh.positions.size(), triangles = surface.mesh.triangles.size();
+  PrintResult(
+      flags.json,
+      nlohmann::json{{"output", flags.output},
+                     {"patches", surface.patches},
+                     {"points", points},
+                     {"triangles", triangles},
+                     {"streamedBytes", surface.bytes},
+                     {"seconds", absl::ToDoubleSeconds(time)}},
+      fmt::format("{}: {} patches, {} points, {} triangles; {} streamed, {:.2f} s\n", flags.output,
+                  FormatCount(surface.patches), FormatCount(points), FormatCount(triangles),
+                  FormatBytes(surface.bytes), absl::ToDoubleSeconds(time)),
+      console.out);
+}
+
+absl::StatusOr<FetchedSurface> Deform(Client& client, const ApplyFlags& flags, const MeshFile& file,
+                                      v1::Lattice lattice, Console console) {
+  TemporaryScenes made(client);
+  v1::MeshHeader header;
+  *header.mutable_units() = flags.units;
+  LATTICED_ASSIGN_OR_RETURN(auto mesh, made.Upload(file, std::move(header), console));
+  // The server keeps the units of a mesh's first upload; the output has the units asked for.
+  if (flags.units.up_axis() != v1::UP_AXIS_UNSPECIFIED) mesh.set_up_axis(flags.units.up_axis());
+  if (flags.units.meters_per_unit() > 0) mesh.set_meters_per_unit(flags.units.meters_per_unit());
+  v1::CreateSceneRequest request;
+  *request.add_lattices()->mutable_lattice() = std::move(lattice);
+  if (flags.crease_angle.has_value()) request.set_crease_angle(*flags.crease_angle);
+  request.mutable_diagnostics()->set_pipeline(flags.pipeline);
+  LATTICED_ASSIGN_OR_RETURN(const auto scene, made.Create(std::move(request)));
+  return FetchSurface(client, scene.id(), flags.view, mesh, file, console);
+}
+
+struct WrittenMesh {
+  size_t vertices = 0, faces = 0;
+};
+
+// OBJ keeps the faces. The writers of other formats take triangles.
+absl::StatusOr<WrittenMesh> WritePolygons(const std::string& path, const PolygonMesh& mesh,
+                                          const MeshUnits& units) {
+  LATTICED_ASSIGN_OR_RETURN(const auto format, MeshFormatFromFileName(path));
+  if (format == MeshFormat::kObj) {
+    const std::string comment = units.known() ? fmt::format("# {}\n", Describe(units)) : "";
+    LATTICED_RETURN_IF_ERROR(WriteFile(path, comment + WriteObj(mesh)));
+    return WrittenMesh{mesh.positions.size(), mesh.face_count()};
+  }
+  LATTICED_ASSIGN_OR_RETURN(auto triangles, Triangulated(mesh));
+  triangles.units = units;
+  LATTICED_RETURN_IF_ERROR(WriteMeshFile(path, triangles));
+  return WrittenMesh{triangles.positions.size(), triangles.triangles.size()};
+}
+
+absl::Status RunVerticesOnly(const ApplyFlags& flags, Console console) {
+  const absl::Time start = absl::Now();
+  LATTICED_ASSIGN_OR_RETURN(const auto file, ReadMeshFile(flags.mesh));
+  LATTICED_ASSIGN_OR_RETURN(auto mesh, ParseMesh(file));
+  LATTICED_ASSIGN_OR_RETURN(const auto proto, ReadLattice(flags.lattice));
+  LATTICED_ASSIGN_OR_RETURN(const auto lattice, FromProto(proto));
+  MeshUnits units{UpAxisName(flags.units.up_axis()), flags.units.meters_per_unit()};
+  if (file.format == MeshFormat::kGlb) units = WithGltfDefaults(units);
+  LATTICED_ASSIGN_OR_RETURN(
+      const auto written,
+      WritePolygons(flags.output, WithMovedVertices(std::move(mesh), lattice), units));
+  const double seconds = absl::ToDoubleSeconds(absl::Now() - start);
+  PrintResult(flags.json,
+              nlohmann::json{{"output", flags.output},
+                             {"vertices", written.vertices},
+                             {"faces", written.faces},
+                             {"seconds", seconds}},
+              fmt::format("{}: {} vertices moved, {} faces; {:.2f} s\n", flags.output,
+                          FormatCount(written.vertices), FormatCount(written.faces), seconds),
+              console.out);
+  return absl::OkStatus();
+}
+
+absl::Status Run(const ApplyFlags& flags, CommandLine& line) {
+  if (flags.vertices_only) return RunVerticesOnly(flags, line.console);
+  const absl::Time start = absl::Now();
+  LATTICED_ASSIGN_OR_RETURN(const auto file, ReadMeshFile(flags.mesh));
+  LATTICED_ASSIGN_OR_RETURN(auto lattice, ReadLattice(flags.lattice));
+  return WithSession(
+      flags.session, line.interruption.Catch(), [&](Session& session) -> absl::Status {
+        LATTICED_ASSIGN_OR_RETURN(const auto surface, Deform(session.client(), flags, file,
+                                                             std::move(lattice), line.console));
+        LATTICED_RETURN_IF_ERROR(WriteMeshFile(flags.output, surface.mesh));
+        PrintApplied(flags, surface, absl::Now() - start, line.console);
+        return absl::OkStatus();
+      });
+}
+
+void AddVerticesOnlyFlag(CLI::App& command, bool& vertices_only) {
+  CLI::Option* flag = command.add_flag(
+      "--vertices-only", vertices_only,
+      "Ordinary deformation: moves the vertices and keeps the faces, without a server");
+  for (const char* of_server :
+       {"--segments", "--normals", "--crease-angle", "--encoding", "--position-bits",
+        "--normal-bits", "--pipeline", "--server", "--backend"}) {
+    CLI::Option* option = command.get_option(of_server);
+    flag->excludes(option);
+    option->remove_excludes(flag);  // the help says it once; one direction suffices for the check
+  }
+}
+
+}  // namespace
+
+void AddApplyCommand(CLI::App& app, CommandLine& line) {
+  auto flags = std::make_shared<ApplyFlags>();
+  flags->view.set_encoding(v1::ENCODING_RAW);
+  CLI::App* command = app.add_subcommand("apply", "Deforms a mesh by a lattice");
+  command->add_option("mesh", flags->mesh, "OBJ, PLY, STL, GLB or DRC file")->required();
+  command->add_option("--lattice", flags->lattice, "JSON file of the lattice")->required();
+  command->add_option("-o,--output", flags->output, "PLY, OBJ, STL, GLB or DRC file to write")
+      ->required()
+      ->check(CheckMeshFileName);
+  AddUnitsFlags(*command, flags->units);
+  AddCreaseFlag(*command, flags->crease_angle);
+  AddViewFlags(*command, flags->view, ViewDefaults::kOfServer);
+  command->get_option("--encoding")->default_str("raw");
+  AddPipelineFlag(*command, flags->pipeline);
+  AddSessionFlags(*command, flags->session, ServerChoice::kInProcess);
+  AddVerticesOnlyFlag(*command, flags->vertices_only);
+  SetExample(*command, "apply vase.obj --lattice L.json -o out.ply");
+  AddJsonFlag(*command, flags->json);
+  SetAction(*command, line, [flags, &line] { return Run(*flags, line); });
+}
+
+}  // namespace latticed::client

@@ -1,0 +1,290 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <ostream>
+
+#include "absl/time/clock.h"
+#include "absl/time/time.h"
+#include "client/cpp/latticectl/command_line/message_flags.h"
+#include "client/cpp/latticectl/commands/commands.h"
+#include "client/cpp/latticectl/geometry/lattice_json.h"
+#include "client/cpp/latticectl/output/output.h"
+#include "client/cpp/latticectl/session/session.h"
+#include "core/base/sha256.h"
+#include "core/base/status_macros.h"
+#include "fmt/format.h"
+#include "fmt/ranges.h"
+
+namespace latticed::client {
+namespace {
+
+struct EditFlags : ServerFlags {
+  std::string scene, editor;
+  std::vector<std::string> points;  // "i,j,k"
+  std::vector<double> vector;       // --by of move, --to of set and drag
+  std::vector<double> by;           // --by of drag, instead of --to
+  std::vector<double> ray, at;      // drag moves this point; one of the two is set
+  double knot = 0;
+  v1::LatticeAxis axis = v1::LATTICE_AXIS_U;
+  v1::ResetTarget target = v1::RESET_TARGET_IDENTITY;
+  v1::UndoScope scope = v1::UNDO_SCOPE_SCENE;
+};
+
+constexpr NamedValues<v1::LatticeAxis, 3> kAxes{
+    {{"u", v1::LATTICE_AXIS_U}, {"v", v1::LATTICE_AXIS_V}, {"w", v1::LATTICE_AXIS_W}}};
+constexpr NamedValues<v1::ResetTarget, 2> kTargets{
+    {{"identity", v1::RESET_TARGET_IDENTITY}, {"initial", v1::RESET_TARGET_INITIAL}}};
+constexpr NamedValues<v1::UndoScope, 2> kScopes{
+    {{"mine", v1::UNDO_SCOPE_MINE}, {"scene", v1::UNDO_SCOPE_SCENE}}};
+
+// Six numbers: the ray's origin and its direction.
+CLI::Option* AddRayFlag(CLI::App& command, std::vector<double>& ray) {
+  return command
+      .add_option("--ray", ray, "Ray X,Y,Z,DX,DY,DZ in the world: where it begins, where it goes")
+      ->delimiter(',')
+      ->expected(6);
+}
+
+v1::PickRequest PickRequestOf(const std::string& scene, const std::vector<double>& ray) {
+  v1::PickRequest request;
+  request.set_scene(scene);
+  *request.mutable_ray()->mutable_origin() = ToProto(Vec3d{ray[0], ray[1], ray[2]});
+  *request.mutable_ray()->mutable_direction() = ToProto(Vec3d{ray[3], ray[4], ray[5]});
+  return request;
+}
+
+using EditMaker =
+    std::function<absl::Status(const EditFlags&, const v1::LatticeState&, Client&, v1::Edit&)>;
+
+// Derived from user and host. All calls of a user are one editor, so redo finds an earlier call's undo.
+std::string StableEditorId() {
+  char host[256] = "";
+  (void)gethostname(host, sizeof(host) - 1);
+  std::string hex = Sha256Hex(fmt::format("latticectl {} {}", getuid(), host));
+  hex[12] = '4';  // in the form of a random UUID
+  hex[16] = '8';
+  return fmt::format("{}-{}-{}-{}-{}", hex.substr(0, 8), hex.substr(8, 4), hex.substr(12, 4),
+                     hex.substr(16, 4), hex.substr(20, 12));
+}
+
+absl::Status AppendIndices(const EditFlags& flags, const v1::LatticeState& state,
+                           google::protobuf::RepeatedField<uint32_t>* indices) {
+  const v1::LatticeAxes& size = state.lattice().size();
+  for (const std::string& point : flags.points) {
+    const auto [i, j, k] = ParseAxes(point);
+    if (i < 0 || i >= size.u() || j < 0 || j >= size.v() || k < 0 || k >= size.w()) {
+      return absl::InvalidArgumentError(
+          fmt::format("--point {}: the lattice has {} x {} x {} control points, counted from 0,0,0",
+                      point, size.u(), size.v(), size.w()));
+    }
+    indices->Add(static_cast<uint32_t>(i + size.u() * (j + size.v() * k)));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status MakeMove(const EditFlags& flags, const v1::LatticeState& state, Client&,
+                      v1::Edit& edit) {
+  auto& move = *edit.mutable_move_control_points();
+  *move.mutable_offset() = ToProto(Vec3d{flags.vector[0], flags.vector[1], flags.vector[2]});
+  return AppendIndices(flags, state, move.mutable_indices());
+}
+
+absl::Status MakeSet(const EditFlags& flags, const v1::LatticeState& state, Client&,
+                     v1::Edit& edit) {
+  auto& set = *edit.mutable_set_control_points();
+  for (size_t i = 0; i < flags.points.size(); ++i) {
+    set.mutable_positions()->Add(flags.vector.begin(), flags.vector.end());
+  }
+  return AppendIndices(flags, state, set.mutable_indices());
+}
+
+// The point that --ray picks, or that --at gives as FACE, three corners, three barycentrics.
+absl::StatusOr<v1::SurfacePoint> HeldPoint(const EditFlags& flags, Client& client) {
+  if (!flags.ray.empty()) return client.Pick(PickRequestOf(flags.scene, flags.ray));
+  v1::SurfacePoint point;
+  for (size_t i = 0; i < 4; ++i) {
+    const double number = flags.at[i];
+    if (!(number >= 0 && number <= std::numeric_limits<uint32_t>::max()) ||
+        number != std::floor(number)) {
+      return absl::InvalidArgumentError(fmt::format(
+          "--at: {} is not the index of a face or corner (whole numbers from 0)", number));
+    }
+    const auto index = static_cast<uint32_t>(number);
+    i == 0 ? point.set_face(index) : point.add_corners(index);
+  }
+  for (size_t i = 4; i < 7; ++i) point.add_barycentrics(flags.at[i]);
+  return point;
+}
+
+absl::StatusOr<Vec3d> DeformedPosition(const EditFlags& flags, const v1::SurfacePoint& point,
+                                       Client& client) {
+  if (point.has_position()) {
+    return Vec3d{point.position().x(), point.position().y(), point.position().z()};
+  }
+  v1::EvaluatePointsRequest request;
+  request.set_scene(flags.scene);
+  *request.mutable_surface_points()->add_points() = point;
+  LATTICED_ASSIGN_OR_RETURN(const auto evaluated, client.EvaluatePoints(request));
+  return Vec3d{evaluated.positions(0), evaluated.positions(1), evaluated.positions(2)};
+}
+
+absl::Status MakeDrag(const EditFlags& flags, const v1::LatticeState&, Client& client,
+                      v1::Edit& edit) {
+  LATTICED_ASSIGN_OR_RETURN(const auto point, HeldPoint(flags, client));
+  v1::DragPoints& drag = *edit.mutable_drag_points();
+  *drag.add_points() = point;
+  drag.mutable_targets()->Add(flags.vector.begin(), flags.vector.end());
+  if (flags.by.empty()) return absl::OkStatus();
+  LATTICED_ASSIGN_OR_RETURN(const auto position, DeformedPosition(flags, point, client));
+  for (int axis = 0; axis < 3; ++axis) {
+    drag.add_targets(position[axis] + flags.by[static_cast<size_t>(axis)]);
+  }
+  return absl::OkStatus();
+}
+
+// For edits that depend only on flags.
+EditMaker FromFlags(void (*fill)(const EditFlags&, v1::Edit&)) {
+  return [fill](const EditFlags& flags, const v1::LatticeState&, Client&, v1::Edit& edit) {
+    fill(flags, edit);
+    return absl::OkStatus();
+  };
+}
+
+absl::Status Run(const EditFlags& flags, const EditMaker& make, Client& client, Console console) {
+  LATTICED_ASSIGN_OR_RETURN(const auto lattice, client.GetLattice(flags.scene));
+  v1::EditBatch batch;
+  batch.set_scene(flags.scene);
+  batch.set_editor_id(flags.editor.empty() ? StableEditorId() : flags.editor);
+  // An editor's sequences must rise from one call of this program to the next; the clock does.
+  batch.set_sequence(static_cast<uint64_t>(absl::ToUnixMicros(absl::Now())));
+  batch.set_structure_id(lattice.structure_id());
+  LATTICED_RETURN_IF_ERROR(make(flags, lattice, client, *batch.add_edits()));
+  LATTICED_ASSIGN_OR_RETURN(const auto result, client.ApplyEdits(batch));
+  std::string text = fmt::format(
+      "revision {}: {} patches in {} knot boxes changed, largest move {}\n", result.revision(),
+      result.patches_touched(), result.boxes_touched(), result.largest_move());
+  if (batch.edits(0).has_drag_points()) {
+    text += fmt::format("distance left to the target: {}\n", result.drag_residual());
+  }
+  PrintResult(flags.json, result, text, console.out);
+  return absl::OkStatus();
+}
+
+void AddDragOptions(CLI::App& command, EditFlags& flags) {
+  auto* hold = command.add_option_group("what", "The point: one of these");
+  AddRayFlag(*hold, flags.ray);
+  hold->add_option(
+          "--at", flags.at,
+          "Point FACE,CORNER,CORNER,CORNER,B,B,B of the mesh, as 'latticectl pick' says it")
+      ->delimiter(',')
+      ->expected(7);
+  hold->require_option(1);
+  auto* target = command.add_option_group("where", "Where it goes: one of these");
+  target->add_option("--to", flags.vector, "Position X,Y,Z in the world")
+      ->delimiter(',')
+      ->expected(3);
+  target->add_option("--by", flags.by, "Offset X,Y,Z in world units")->delimiter(',')->expected(3);
+  target->require_option(1);
+}
+
+struct PickFlags : ServerFlags {
+  std::string scene;
+  std::vector<double> ray;
+};
+
+absl::Status RunPick(const PickFlags& flags, Client& client, Console console) {
+  LATTICED_ASSIGN_OR_RETURN(const auto point, client.Pick(PickRequestOf(flags.scene, flags.ray)));
+  std::string text = fmt::format("{}, {}, {} in face {}\n", point.position().x(),
+                                 point.position().y(), point.position().z(), point.face());
+  if (point.has_normal()) {
+    text += fmt::format("normal {:.6g}, {:.6g}, {:.6g}\n", point.normal().x(), point.normal().y(),
+                        point.normal().z());
+  }
+  text += fmt::format("edit drag --at {},{},{}\n", point.face(), fmt::join(point.corners(), ","),
+                      fmt::join(point.barycentrics(), ","));
+  PrintResult(flags.json, point, text, console.out);
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+void AddEditCommands(CLI::App& app, CommandLine& line) {
+  auto flags = std::make_shared<EditFlags>();
+  CLI::App* edit = app.add_subcommand("edit", "Edits the lattice of a scene");
+  edit->require_subcommand(0, 1);
+  const auto add = [&](const char* name, const char* what, const char* example,
+                       const EditMaker& make) {
+    CLI::App* command = edit->add_subcommand(name, what);
+    SetExample(*command, example);
+    command->add_option("scene", flags->scene, "Id of the scene")->required();
+    command->add_option("--editor", flags->editor,
+                        "UUID of the editor; by default one of this user and host");
+    SetServerAction(*command, flags, line,
+                    [make](const EditFlags& from, Client& client, Console console) {
+                      return Run(from, make, client, console);
+                    });
+    return command;
+  };
+  const auto add_points = [&](CLI::App* command, const char* vector_flag, const char* what) {
+    command->add_option("--point", flags->points, "Control point I,J,K; may be repeated")
+        ->required()
+        ->take_all()
+        ->check(CheckAxes);
+    command->add_option(vector_flag, flags->vector, what)->required()->delimiter(',')->expected(3);
+  };
+  add_points(add("move", "Moves control points", "edit move my-scene --point 1,1,3 --by 0,0,0.5",
+                 MakeMove),
+             "--by", "Offset X,Y,Z in world units");
+  add_points(add("set", "Puts control points somewhere",
+                 "edit set my-scene --point 0,0,0 --to -1,-1,-2", MakeSet),
+             "--to", "Position X,Y,Z");
+  AddDragOptions(*add("drag", "Moves control points so that a point of the surface goes somewhere",
+                      "edit drag my-scene --ray 0,0,5,0,0,-1 --by 0,0,0.2", MakeDrag),
+                 *flags);
+  CLI::App* insert =
+      add("insert-knot", "Refines the lattice without a change of shape",
+          "edit insert-knot my-scene u 0.5", FromFlags([](const EditFlags& from, v1::Edit& to) {
+            to.mutable_insert_knot()->set_axis(from.axis);
+            to.mutable_insert_knot()->set_value(from.knot);
+          }));
+  AddNamedOption<v1::LatticeAxis>(
+      *insert, "axis", kAxes, [flags = flags.get()](auto axis) { flags->axis = axis; }, "Axis")
+      ->required();
+  insert->add_option("value", flags->knot, "The knot, inside the domain")->required();
+  CLI::App* reset = add("reset", "Puts all control points back", "edit reset my-scene --to initial",
+                        FromFlags([](const EditFlags& from, v1::Edit& to) {
+                          to.mutable_reset()->set_target(from.target);
+                        }));
+  AddNamedOption<v1::ResetTarget>(
+      *reset, "--to", kTargets, [flags = flags.get()](auto target) { flags->target = target; },
+      "Where to")
+      ->default_str("identity");
+  CLI::App* undo = add("undo", "Reverts the last step", "edit undo my-scene --scope mine",
+                       FromFlags([](const EditFlags& from, v1::Edit& to) {
+                         to.mutable_undo()->set_scope(from.scope);
+                       }));
+  AddNamedOption<v1::UndoScope>(
+      *undo, "--scope", kScopes, [flags = flags.get()](auto scope) { flags->scope = scope; },
+      "Whose: this editor's, or anybody's")
+      ->default_str("scene");
+  add("redo", "Applies the step again that was undone last", "edit redo my-scene",
+      FromFlags([](const EditFlags&, v1::Edit& to) { to.mutable_redo(); }));
+}
+
+void AddPickCommand(CLI::App& app, CommandLine& line) {
+  auto flags = std::make_shared<PickFlags>();
+  CLI::App* command =
+      app.add_subcommand("pick", "Finds the first point of the deformed surface on a ray");
+  command->add_option("scene", flags->scene, "Id of the scene")->required();
+  AddRayFlag(*command, flags->ray)->required();
+  SetExample(*command, "pick my-scene --ray 0,0,5,0,0,-1");
+  SetServerAction(*command, flags, line, RunPick);
+}
+
+}  // namespace latticed::client

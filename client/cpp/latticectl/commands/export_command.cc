@@ -1,0 +1,82 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <ostream>
+
+#include "absl/strings/ascii.h"
+#include "client/cpp/latticectl/command_line/message_flags.h"
+#include "client/cpp/latticectl/commands/commands.h"
+#include "client/cpp/latticectl/geometry/files.h"
+#include "client/cpp/latticectl/output/output.h"
+#include "client/cpp/latticectl/session/session.h"
+#include "core/base/status_macros.h"
+#include "fmt/format.h"
+
+namespace latticed::client {
+namespace {
+
+struct ExportFlags : ServerFlags {
+  std::string scene, output;
+  uint64_t revision = 0;
+  v1::ViewOptions view;
+};
+
+// The format of a path's extension; UNSPECIFIED for an unknown one.
+v1::ExportFormat FormatOf(const std::string& path) {
+  static const auto* const kFormats = new std::map<std::string, v1::ExportFormat>{
+      {".ply", v1::EXPORT_FORMAT_PLY}, {".obj", v1::EXPORT_FORMAT_OBJ},
+      {".stl", v1::EXPORT_FORMAT_STL}, {".glb", v1::EXPORT_FORMAT_GLB},
+      {".drc", v1::EXPORT_FORMAT_DRC}, {".nets", v1::EXPORT_FORMAT_CONTROL_NETS}};
+  const auto found =
+      kFormats->find(absl::AsciiStrToLower(std::filesystem::path(path).extension().string()));
+  return found == kFormats->end() ? v1::EXPORT_FORMAT_UNSPECIFIED : found->second;
+}
+
+std::string CheckOutput(const std::string& path) {
+  return FormatOf(path) == v1::EXPORT_FORMAT_UNSPECIFIED
+             ? fmt::format("{}: the extension must be one of .ply, .obj, .stl, .glb, .drc, .nets",
+                           path)
+             : "";
+}
+
+absl::StatusOr<Client::ExportedFile> Export(const ExportFlags& flags, Client& client,
+                                            Console console) {
+  v1::ExportRequest request;
+  request.set_scene(flags.scene);
+  request.set_revision(flags.revision);
+  request.set_format(FormatOf(flags.output));
+  *request.mutable_view() = flags.view;
+  ProgressBar bar(console, "export", ProgressBar::Unit::kBytes);
+  return client.Export(request, bar.callback());
+}
+
+absl::Status RunExport(const ExportFlags& flags, Client& client, Console console) {
+  LATTICED_ASSIGN_OR_RETURN(const auto file, Export(flags, client, console));
+  LATTICED_RETURN_IF_ERROR(WriteFile(flags.output, file.bytes));
+  PrintResult(flags.json, file.header,
+              fmt::format("{}: {}, revision {}\n", flags.output, FormatBytes(file.bytes.size()),
+                          file.header.revision()),
+              console.out);
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+void AddExportCommand(CLI::App& app, CommandLine& line) {
+  auto flags = std::make_shared<ExportFlags>();
+  CLI::App* command =
+      app.add_subcommand("export", "Writes the deformed surface of a scene to a file");
+  command->add_option("scene", flags->scene, "Id of the scene")->required();
+  command->add_option("-o,--output", flags->output, "PLY, OBJ, STL, GLB, DRC or control NETS file")
+      ->required()
+      ->check(CheckOutput);
+  command->add_option("--revision", flags->revision, "Fails unless this is the newest revision");
+  AddViewFlags(*command, flags->view, ViewDefaults::kOfScene);
+  SetExample(*command, "export my-scene -o out.glb --segments 16");
+  SetServerAction(*command, flags, line, RunExport);
+}
+
+}  // namespace latticed::client

@@ -1,0 +1,130 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Commands that write a file without a server.
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <ostream>
+
+#include "absl/strings/numbers.h"
+#include "client/cpp/latticectl/commands/commands.h"
+#include "client/cpp/latticectl/geometry/bent_lattice.h"
+#include "client/cpp/latticectl/geometry/files.h"
+#include "client/cpp/latticectl/geometry/lattice_json.h"
+#include "client/cpp/latticectl/output/output.h"
+#include "core/base/status_macros.h"
+#include "core/mesh/mesh_io.h"
+#include "core/mesh/sample_meshes.h"
+#include "fmt/format.h"
+
+namespace latticed::client {
+namespace {
+
+constexpr double kMostDegrees = 3'600;  // ten turns
+
+double Radians(double degrees) { return degrees * std::numbers::pi / 180; }
+
+struct LatticeFlags {
+  std::string mesh;
+  FitFlags fit;
+  double twist = 0, bend = 0;  // degrees
+  std::string output;
+  bool json = false;
+};
+
+absl::Status RunLattice(const LatticeFlags& flags, Console console) {
+  LATTICED_ASSIGN_OR_RETURN(const auto file, ReadMeshFile(flags.mesh));
+  LATTICED_ASSIGN_OR_RETURN(const auto mesh, ParseMesh(file));
+  LATTICED_ASSIGN_OR_RETURN(auto lattice,
+                            FitLattice(mesh.ComputeBounds(), ParseAxes(flags.fit.size),
+                                       ParseAxes(flags.fit.degree), flags.fit.padding));
+  BendLattice(Radians(flags.twist), Radians(flags.bend), lattice);
+  const std::string json = MessageJson(ToProto(lattice));
+  if (flags.output.empty()) {
+    console.out << json;
+    return absl::OkStatus();
+  }
+  LATTICED_RETURN_IF_ERROR(WriteFile(flags.output, json));
+  const size_t points = lattice.control_points.size();
+  PrintResult(flags.json, nlohmann::json{{"output", flags.output}, {"controlPoints", points}},
+              fmt::format("{}: {} control points\n", flags.output, points), console.out);
+  return absl::OkStatus();
+}
+
+struct SampleFlags {
+  std::string name;
+  int resolution = kDefaultSampleResolution;
+  std::string output;
+  bool json = false;
+};
+
+absl::Status RunSample(const SampleFlags& flags, Console console) {
+  LATTICED_ASSIGN_OR_RETURN(const auto mesh, MakeSampleMesh(flags.name, flags.resolution));
+  LATTICED_RETURN_IF_ERROR(WriteFile(flags.output, WriteObj(mesh)));
+  PrintResult(flags.json,
+              nlohmann::json{{"output", flags.output},
+                             {"vertices", mesh.positions.size()},
+                             {"faces", mesh.face_count()}},
+              fmt::format("{}: {} vertices, {} faces\n", flags.output,
+                          FormatCount(mesh.positions.size()), FormatCount(mesh.face_count())),
+              console.out);
+  return absl::OkStatus();
+}
+
+// A check for CLI11, whose own range check would accept NaN.
+std::string CheckAngle(const std::string& text) {
+  double angle = 0;
+  const bool good = absl::SimpleAtod(text, &angle) && std::abs(angle) <= kMostDegrees;
+  return good ? ""
+              : fmt::format("'{}' is not an angle of -{} to {} degrees", text, kMostDegrees,
+                            kMostDegrees);
+}
+
+std::string CheckIsObj(const std::string& path) {
+  const auto format = MeshFormatFromFileName(path);
+  return format.ok() && *format == MeshFormat::kObj ? "" : "samples are written as .obj files";
+}
+
+}  // namespace
+
+void AddLatticeCommand(CLI::App& app, CommandLine& line) {
+  auto flags = std::make_shared<LatticeFlags>();
+  CLI::App* command = app.add_subcommand(
+      "lattice", "Writes the lattice around a mesh as JSON: at rest, or twisted and bent");
+  command->add_option("mesh", flags->mesh, "OBJ, PLY, STL, GLB or DRC file")->required();
+  AddFitFlags(*command, flags->fit);
+  const auto add_angle = [&](const char* name, double& angle, const char* text) {
+    command->add_option(name, angle, text)->check(CheckAngle)->capture_default_str();
+  };
+  add_angle("--twist", flags->twist, "Degrees from one end of the longest edge to the other");
+  add_angle("--bend", flags->bend, "Degrees of the arc that the longest edge becomes");
+  command->add_option("-o,--output", flags->output, "JSON file to write; by default it is printed");
+  AddJsonFlag(*command, flags->json);
+  SetExample(*command, "lattice beam.obj --size 9,3,3 --twist 180 --bend 90 -o L.json");
+  SetAction(*command, line, [flags, &line] { return RunLattice(*flags, line.console); });
+}
+
+void AddSampleCommand(CLI::App& app, CommandLine& line) {
+  auto flags = std::make_shared<SampleFlags>();
+  CLI::App* command = app.add_subcommand("sample", "Writes a sample mesh");
+  const auto names = SampleMeshNames();
+  command->add_option("name", flags->name, "Which one")
+      ->required()
+      ->check(CLI::IsMember(std::vector<std::string>(names.begin(), names.end())));
+  command
+      ->add_option("--resolution", flags->resolution,
+                   "Detail; the number of faces grows with its square, but the beam always has 18")
+      ->check(CLI::Range(kMinSampleResolution, kMaxSampleResolution))
+      ->capture_default_str();
+  command->add_option("-o,--output", flags->output, "OBJ file to write")
+      ->required()
+      ->check(CheckIsObj);
+  AddJsonFlag(*command, flags->json);
+  SetExample(*command, "sample vase -o vase.obj");
+  SetAction(*command, line, [flags, &line] { return RunSample(*flags, line.console); });
+}
+
+}  // namespace latticed::client

@@ -1,0 +1,173 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <ostream>
+
+#include "client/cpp/latticectl/command_line/message_flags.h"
+#include "client/cpp/latticectl/commands/commands.h"
+#include "client/cpp/latticectl/geometry/lattice_json.h"
+#include "client/cpp/latticectl/output/output.h"
+#include "client/cpp/latticectl/session/server_meshes.h"
+#include "client/cpp/latticectl/session/session.h"
+#include "core/base/status_macros.h"
+#include "core/mesh/mesh_units.h"
+#include "fmt/format.h"
+
+namespace latticed::client {
+namespace {
+
+struct SceneFlags : ServerFlags {
+  std::string id, mesh, lattice, filter;
+  FitFlags fit;
+  v1::MeshUnits units;
+  std::optional<double> crease_angle;
+  v1::ViewOptions view;
+  v1::Pipeline pipeline = v1::PIPELINE_UNSPECIFIED;
+};
+
+constexpr size_t kMeshIdDigits = 64;
+
+bool IsMeshId(const std::string& text) {
+  return text.size() == kMeshIdDigits &&
+         text.find_first_not_of("0123456789abcdef") == std::string::npos;
+}
+
+std::string Axes(const v1::LatticeAxes& axes) {
+  return fmt::format("{},{},{}", axes.u(), axes.v(), axes.w());
+}
+
+std::string ScenesText(const std::vector<v1::Scene>& scenes) {
+  TextTable table({"SCENE", "MESH", "SIZE", "REVISION", "PATCHES", "CHUNKS"});
+  for (const v1::Scene& scene : scenes) {
+    const std::string size = scene.lattices_size() > 0 ? Axes(scene.lattices(0).size()) : "";
+    table.AddRow({scene.id(), scene.mesh().substr(0, 12), size, FormatCount(scene.revision()),
+                  FormatCount(scene.patches()), FormatCount(scene.chunks())});
+  }
+  return table.Text();
+}
+
+std::string SceneText(const v1::Scene& scene) {
+  TextTable table;
+  table.AddRow({"scene", scene.id()});
+  table.AddRow({"mesh", scene.mesh()});
+  const MeshUnits units{UpAxisName(scene.units().up_axis()), scene.units().meters_per_unit()};
+  table.AddRow({"units", units.known() ? Describe(units) : "unknown"});
+  if (scene.has_crease_angle()) {
+    table.AddRow({"crease angle", fmt::format("{} degrees", scene.crease_angle())});
+  }
+  for (const auto& lattice : scene.lattices()) {
+    table.AddRow({"lattice",
+                  fmt::format("size {}, degree {}", Axes(lattice.size()), Axes(lattice.degree()))});
+  }
+  table.AddRow({"revision", FormatCount(scene.revision())});
+  table.AddRow({"structure", FormatCount(scene.structure_id())});
+  table.AddRow(
+      {"patches",
+       fmt::format("{} ({} outside, {} on lattice faces)", FormatCount(scene.patches()),
+                   FormatCount(scene.patches_outside()), FormatCount(scene.patches_on_faces()))});
+  table.AddRow({"chunks", FormatCount(scene.chunks())});
+  const v1::ViewOptions& view = scene.default_view();
+  table.AddRow(
+      {"default view", fmt::format("{} segments, {} normals, {}, {}/{} bits", view.segments(),
+                                   NormalModeName(view.normals()), EncodingName(view.encoding()),
+                                   view.position_bits(), view.normal_bits())});
+  for (const auto& [purpose, bytes] : scene.bytes()) {
+    table.AddRow({"bytes of " + purpose, FormatBytes(bytes)});
+  }
+  return table.Text();
+}
+
+absl::StatusOr<v1::LatticeSource> Source(const SceneFlags& flags) {
+  v1::LatticeSource source;
+  if (!flags.lattice.empty()) {
+    LATTICED_ASSIGN_OR_RETURN(*source.mutable_lattice(), ReadLattice(flags.lattice));
+  } else {
+    *source.mutable_fit() = ToProto(flags.fit);
+  }
+  return source;
+}
+
+absl::Status RunCreate(const SceneFlags& flags, Client& client, Console console) {
+  v1::CreateSceneRequest request;
+  LATTICED_ASSIGN_OR_RETURN(*request.add_lattices(), Source(flags));
+  request.set_scene_id(flags.id);
+  request.set_mesh(flags.mesh);
+  if (!IsMeshId(flags.mesh)) {
+    LATTICED_ASSIGN_OR_RETURN(const auto file, ReadMeshFile(flags.mesh));
+    LATTICED_ASSIGN_OR_RETURN(const auto mesh, Upload(client, file, {}, console));
+    request.set_mesh(mesh.id());
+  }
+  *request.mutable_units() = flags.units;
+  if (flags.crease_angle.has_value()) request.set_crease_angle(*flags.crease_angle);
+  *request.mutable_default_view() = flags.view;
+  request.mutable_diagnostics()->set_pipeline(flags.pipeline);
+  LATTICED_ASSIGN_OR_RETURN(const auto scene, client.CreateScene(std::move(request)));
+  PrintResult(flags.json, scene, SceneText(scene), console.out);
+  return absl::OkStatus();
+}
+
+absl::Status RunList(const SceneFlags& flags, Client& client, Console console) {
+  LATTICED_ASSIGN_OR_RETURN(const auto scenes, client.ListScenes(flags.filter));
+  if (flags.json) {
+    PrintJsonArray(scenes, console.out);
+  } else {
+    console.out << ScenesText(scenes);
+  }
+  return absl::OkStatus();
+}
+
+absl::Status RunShow(const SceneFlags& flags, Client& client, Console console) {
+  LATTICED_ASSIGN_OR_RETURN(const auto scene, client.GetScene(flags.id));
+  PrintResult(flags.json, scene, SceneText(scene), console.out);
+  return absl::OkStatus();
+}
+
+absl::Status RunDelete(const SceneFlags& flags, Client& client, Console console) {
+  LATTICED_RETURN_IF_ERROR(client.DeleteScene(flags.id));
+  PrintResult(flags.json, nlohmann::json{{"deleted", std::vector{flags.id}}},
+              fmt::format("scene {} is deleted\n", flags.id), console.out);
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+void AddSceneCommands(CLI::App& app, CommandLine& line) {
+  auto flags = std::make_shared<SceneFlags>();
+  CLI::App* scene = app.add_subcommand("scene", "Makes, lists, shows and deletes scenes");
+  scene->require_subcommand(0, 1);
+  const auto add = [&](const char* name, const char* what, const char* example,
+                       absl::Status (*run)(const SceneFlags&, Client&, Console)) {
+    CLI::App* command = scene->add_subcommand(name, what);
+    SetExample(*command, example);
+    SetServerAction(*command, flags, line, run);
+    return command;
+  };
+  CLI::App* create = add("create", "Creates a scene of a mesh and a lattice",
+                         "scene create vase.obj --id my-scene --size 4,4,5", RunCreate);
+  create->add_option("mesh", flags->mesh, "Mesh id, or a file to upload")->required();
+  create->add_option("--id", flags->id, "Id of the scene; by default a random one");
+  CLI::Option* lattice =
+      create->add_option("--lattice", flags->lattice, "JSON file of the lattice");
+  AddFitFlags(*create, flags->fit);
+  for (const char* fit : {"--size", "--degree", "--padding"})
+    lattice->excludes(create->get_option(fit));
+  AddUnitsFlags(*create, flags->units);
+  AddCreaseFlag(*create, flags->crease_angle);
+  AddViewFlags(*create, flags->view, ViewDefaults::kOfServer);
+  AddPipelineFlag(*create, flags->pipeline);
+  add("list", "Lists scenes", "scene list", RunList)
+      ->add_option(
+          "--filter", flags->filter,
+          "Labels that must hold: key=value or key, with commas; by default all are listed");
+  add("show", "Shows a scene", "scene show my-scene", RunShow)
+      ->add_option("scene", flags->id, "Id of the scene")
+      ->required();
+  add("delete", "Deletes a scene", "scene delete my-scene", RunDelete)
+      ->add_option("scene", flags->id, "Id of the scene")
+      ->required();
+}
+
+}  // namespace latticed::client
