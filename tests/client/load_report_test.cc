@@ -8,7 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "client/cpp/load/load_plan.h"
+#include "client/cpp/latticectl/commands/load_plan.h"
+#include "client/cpp/load/load_edit.h"
 #include "client/cpp/load/report_output.h"
 #include "fmt/format.h"
 #include "tests/support/status_matchers.h"

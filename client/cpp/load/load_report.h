@@ -14,9 +14,9 @@
 #include <vector>
 
 #include "absl/time/time.h"
+#include "client/cpp/latticectl/commands/load_plan.h"
 #include "client/cpp/latticectl/output/latency_recorder.h"
 #include "client/cpp/load/edit_log.h"
-#include "client/cpp/load/load_plan.h"
 #include "client/cpp/load/surface_verifier.h"
 #include "client/cpp/load/update_log.h"
 

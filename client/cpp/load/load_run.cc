@@ -9,6 +9,7 @@
 #include "absl/time/clock.h"
 #include "client/cpp/library/status.h"
 #include "client/cpp/load/load_control.h"
+#include "client/cpp/load/load_edit.h"
 #include "client/cpp/load/load_stream.h"
 #include "core/base/error.h"
 #include "core/base/status_macros.h"

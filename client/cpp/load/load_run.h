@@ -17,8 +17,8 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "client/cpp/latticectl/commands/load_plan.h"
 #include "client/cpp/library/latticed_client.h"
-#include "client/cpp/load/load_plan.h"
 #include "client/cpp/load/load_report.h"
 
 namespace latticed::client {

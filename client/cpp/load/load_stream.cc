@@ -8,6 +8,7 @@
 
 #include "absl/time/clock.h"
 #include "client/cpp/library/status.h"
+#include "client/cpp/load/load_edit.h"
 #include "core/base/status_macros.h"
 
 namespace latticed::client {

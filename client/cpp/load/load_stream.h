@@ -22,10 +22,10 @@
 
 #include "absl/status/statusor.h"
 #include "absl/synchronization/notification.h"
+#include "client/cpp/latticectl/commands/load_plan.h"
 #include "client/cpp/library/latticed_client.h"
 #include "client/cpp/load/edit_log.h"
 #include "client/cpp/load/load_control.h"
-#include "client/cpp/load/load_plan.h"
 #include "client/cpp/load/update_log.h"
 
 namespace latticed::client {

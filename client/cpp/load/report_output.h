@@ -8,7 +8,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
-#include "client/cpp/load/load_plan.h"
+#include "client/cpp/latticectl/commands/load_plan.h"
 #include "client/cpp/load/load_report.h"
 
 namespace latticed::client {

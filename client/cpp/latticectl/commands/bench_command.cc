@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "client/cpp/latticectl/commands/bench_flags.h"
 #include "client/cpp/latticectl/commands/commands.h"
 #include "fmt/format.h"
 

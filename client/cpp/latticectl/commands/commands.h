@@ -26,8 +26,6 @@ void AddEditCommands(CLI::App& app, CommandLine& line);   // edit move|set|drag|
 void AddPickCommand(CLI::App& app, CommandLine& line);
 void AddWatchCommand(CLI::App& app, CommandLine& line);
 void AddExportCommand(CLI::App& app, CommandLine& line);
-inline constexpr char kBenchExample[] =
-    "bench knot --editors 2 --edits 200 --server 127.0.0.1:50151";
 void AddBenchCommand(CLI::App& app, CommandLine& line);  // starts latticectl-bench
 void AddQuickstartCommand(CLI::App& app, CommandLine& line);
 

@@ -9,14 +9,12 @@
 //             newest edit replaces those that wait, as in a browser's drag
 //
 // The latency of an edit with a period counts from the time it was due, not from when it was sent.
-#ifndef LATTICED_CLIENT_CPP_LOAD_LOAD_PLAN_H_
-#define LATTICED_CLIENT_CPP_LOAD_LOAD_PLAN_H_
+#ifndef LATTICED_CLIENT_CPP_LATTICECTL_COMMANDS_LOAD_PLAN_H_
+#define LATTICED_CLIENT_CPP_LATTICECTL_COMMANDS_LOAD_PLAN_H_
 
 #include <cstdint>
 
 #include "absl/time/time.h"
-#include "latticed/v1/edit.pb.h"
-#include "latticed/v1/lattice.pb.h"
 #include "latticed/v1/view.pb.h"
 
 namespace latticed::client {
@@ -48,11 +46,6 @@ struct LoadPlan {
   v1::ViewOptions view;
 };
 
-// Edit number `step`. It moves control points by a tenth of the lattice's first edge, and the next
-// edit of the same points moves them back. A long run does not drift.
-[[nodiscard]] v1::EditBatch MakeLoadEdit(const v1::LatticeState& lattice, bool all_points,
-                                         uint64_t step);
-
 }  // namespace latticed::client
 
-#endif  // LATTICED_CLIENT_CPP_LOAD_LOAD_PLAN_H_
+#endif  // LATTICED_CLIENT_CPP_LATTICECTL_COMMANDS_LOAD_PLAN_H_

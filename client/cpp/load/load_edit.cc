@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-#include "client/cpp/load/load_plan.h"
+#include "client/cpp/load/load_edit.h"
 
 #include <cmath>
 
