@@ -45,6 +45,7 @@ declare -A allowed=(
   [client/latticectl/output]="core/base/ client/cpp/library/ client/cpp/latticectl/output/"
   [client/latticectl/geometry]="core/base/ core/mesh/ core/ffd/ core/codec/ latticed/v1/ client/cpp/latticectl/geometry/"
   [client/latticectl/command_line]="core/base/ latticed/v1/ client/cpp/latticectl/output/ client/cpp/latticectl/command_line/"
+  [client/latticectl/reference]="client/cpp/latticectl/command_line/ client/cpp/latticectl/reference/"
   [client/latticectl/session]="core/base/ core/mesh/ latticed/v1/ client/cpp/library/ client/cpp/latticectl/output/ client/cpp/latticectl/geometry/ client/cpp/latticectl/command_line/ client/cpp/latticectl/session/ server/in_process.h server/base/options.h"
   [client/latticectl]="core/base/ core/mesh/ core/ffd/ core/codec/ latticed/v1/ client/cpp/library/ client/cpp/latticectl/"
   [client/load]="core/base/ core/mesh/ core/ffd/ core/codec/ latticed/v1/ client/cpp/"

@@ -22,6 +22,8 @@ void AddCommands(CLI::App& app, CommandLine& line) {
   AddExportCommand(app, line);
   AddBenchCommand(app, line);
   AddQuickstartCommand(app, line);
+  AddCompletionCommand(app, line);
+  AddManCommand(app, line);
 }
 
 int RunLatticectl(int argc, const char* const* argv, Console console) {

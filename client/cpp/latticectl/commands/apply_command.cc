@@ -9,6 +9,7 @@
 #include "absl/time/clock.h"
 #include "absl/time/time.h"
 #include "client/cpp/latticectl/command_line/message_flags.h"
+#include "client/cpp/latticectl/command_line/value_types.h"
 #include "client/cpp/latticectl/commands/commands.h"
 #include "client/cpp/latticectl/geometry/lattice_json.h"
 #include "client/cpp/latticectl/geometry/moved_vertices.h"
@@ -143,10 +144,15 @@ void AddApplyCommand(CLI::App& app, CommandLine& line) {
   auto flags = std::make_shared<ApplyFlags>();
   flags->view.set_encoding(v1::ENCODING_RAW);
   CLI::App* command = app.add_subcommand("apply", "Deforms a mesh by a lattice");
-  command->add_option("mesh", flags->mesh, "OBJ, PLY, STL, GLB or DRC file")->required();
-  command->add_option("--lattice", flags->lattice, "JSON file of the lattice")->required();
+  command->add_option("mesh", flags->mesh, "OBJ, PLY, STL, GLB or DRC file")
+      ->required()
+      ->type_name(kFileType);
+  command->add_option("--lattice", flags->lattice, "JSON file of the lattice")
+      ->required()
+      ->type_name(kFileType);
   command->add_option("-o,--output", flags->output, "PLY, OBJ, STL, GLB or DRC file to write")
       ->required()
+      ->type_name(kFileType)
       ->check(CheckMeshFileName);
   AddUnitsFlags(*command, flags->units);
   AddCreaseFlag(*command, flags->crease_angle);

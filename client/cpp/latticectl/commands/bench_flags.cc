@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 #include "client/cpp/latticectl/commands/bench_flags.h"
+#include "client/cpp/latticectl/command_line/value_types.h"
 
 #include <CLI/CLI.hpp>
 #include <limits>
@@ -98,6 +99,7 @@ void DeclareBench(CLI::App& bench, BenchFlags& flags) {
       "streams.\n\nExample: latticectl " +
       std::string(kBenchExample));
   bench.add_option("meshes", flags.meshes, "Files, or names of 'latticectl sample'")
+      ->type_name(kFileType)
       ->capture_default_str();
   bench.add_option("--resolution", flags.resolution, "Resolution of sample meshes")
       ->check(CLI::Range(kMinSampleResolution, kMaxSampleResolution))

@@ -28,6 +28,8 @@ void AddWatchCommand(CLI::App& app, CommandLine& line);
 void AddExportCommand(CLI::App& app, CommandLine& line);
 void AddBenchCommand(CLI::App& app, CommandLine& line);  // starts latticectl-bench
 void AddQuickstartCommand(CLI::App& app, CommandLine& line);
+void AddCompletionCommand(CLI::App& app, CommandLine& line);
+void AddManCommand(CLI::App& app, CommandLine& line);
 
 }  // namespace latticed::client
 

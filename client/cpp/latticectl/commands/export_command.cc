@@ -8,6 +8,7 @@
 
 #include "absl/strings/ascii.h"
 #include "client/cpp/latticectl/command_line/message_flags.h"
+#include "client/cpp/latticectl/command_line/value_types.h"
 #include "client/cpp/latticectl/commands/commands.h"
 #include "client/cpp/latticectl/geometry/files.h"
 #include "client/cpp/latticectl/output/output.h"
@@ -72,6 +73,7 @@ void AddExportCommand(CLI::App& app, CommandLine& line) {
   command->add_option("scene", flags->scene, "Id of the scene")->required();
   command->add_option("-o,--output", flags->output, "PLY, OBJ, STL, GLB, DRC or control NETS file")
       ->required()
+      ->type_name(kFileType)
       ->check(CheckOutput);
   command->add_option("--revision", flags->revision, "Fails unless this is the newest revision");
   AddViewFlags(*command, flags->view, ViewDefaults::kOfScene);

@@ -10,6 +10,7 @@
 #include <ostream>
 
 #include "absl/strings/numbers.h"
+#include "client/cpp/latticectl/command_line/value_types.h"
 #include "client/cpp/latticectl/commands/commands.h"
 #include "client/cpp/latticectl/geometry/bent_lattice.h"
 #include "client/cpp/latticectl/geometry/files.h"
@@ -94,14 +95,17 @@ void AddLatticeCommand(CLI::App& app, CommandLine& line) {
   auto flags = std::make_shared<LatticeFlags>();
   CLI::App* command = app.add_subcommand(
       "lattice", "Writes the lattice around a mesh as JSON: at rest, or twisted and bent");
-  command->add_option("mesh", flags->mesh, "OBJ, PLY, STL, GLB or DRC file")->required();
+  command->add_option("mesh", flags->mesh, "OBJ, PLY, STL, GLB or DRC file")
+      ->required()
+      ->type_name(kFileType);
   AddFitFlags(*command, flags->fit);
   const auto add_angle = [&](const char* name, double& angle, const char* text) {
     command->add_option(name, angle, text)->check(CheckAngle)->capture_default_str();
   };
   add_angle("--twist", flags->twist, "Degrees from one end of the longest edge to the other");
   add_angle("--bend", flags->bend, "Degrees of the arc that the longest edge becomes");
-  command->add_option("-o,--output", flags->output, "JSON file to write; by default it is printed");
+  command->add_option("-o,--output", flags->output, "JSON file to write; by default it is printed")
+      ->type_name(kFileType);
   AddJsonFlag(*command, flags->json);
   SetExample(*command, "lattice beam.obj --size 9,3,3 --twist 180 --bend 90 -o L.json");
   SetAction(*command, line, [flags, &line] { return RunLattice(*flags, line.console); });
@@ -121,6 +125,7 @@ void AddSampleCommand(CLI::App& app, CommandLine& line) {
       ->capture_default_str();
   command->add_option("-o,--output", flags->output, "OBJ file to write")
       ->required()
+      ->type_name(kFileType)
       ->check(CheckIsObj);
   AddJsonFlag(*command, flags->json);
   SetExample(*command, "sample vase -o vase.obj");

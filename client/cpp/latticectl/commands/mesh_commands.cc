@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_split.h"
 #include "client/cpp/latticectl/command_line/message_flags.h"
+#include "client/cpp/latticectl/command_line/value_types.h"
 #include "client/cpp/latticectl/commands/commands.h"
 #include "client/cpp/latticectl/output/output.h"
 #include "client/cpp/latticectl/session/server_meshes.h"
@@ -92,7 +93,9 @@ absl::Status RunDelete(const MeshFlags& flags, Client& client, Console console) 
 void AddMeshCommands(CLI::App& app, CommandLine& line) {
   auto flags = std::make_shared<MeshFlags>();
   CLI::App* upload = app.add_subcommand("upload", "Uploads a mesh file");
-  upload->add_option("mesh", flags->file, "OBJ, PLY, STL, GLB or DRC file")->required();
+  upload->add_option("mesh", flags->file, "OBJ, PLY, STL, GLB or DRC file")
+      ->required()
+      ->type_name(kFileType);
   upload->add_option("--name", flags->name, "Name for people; by default the file's");
   upload->add_option("--label", flags->labels, "Label key=value; may be repeated");
   AddUnitsFlags(*upload, flags->units);

@@ -13,6 +13,7 @@
 
 #include "absl/time/clock.h"
 #include "absl/time/time.h"
+#include "client/cpp/latticectl/command_line/value_types.h"
 #include "client/cpp/latticectl/commands/commands.h"
 #include "client/cpp/latticectl/geometry/lattice_json.h"
 #include "client/cpp/latticectl/output/latency_recorder.h"
@@ -183,7 +184,8 @@ void AddQuickstartCommand(CLI::App& app, CommandLine& line) {
       "quickstart",
       "Deforms a sample mesh by a streamed drag, writes it before and after, and says how it went");
   command->add_option("--output", flags->output, "Folder for rest and deformed .ply and .glb")
-      ->required();
+      ->required()
+      ->type_name(kFolderType);
   const auto names = SampleMeshNames();
   command->add_option("--sample", flags->sample, "Which mesh")
       ->check(CLI::IsMember(std::vector<std::string>(names.begin(), names.end())))

@@ -7,6 +7,7 @@
 #include <ostream>
 
 #include "client/cpp/latticectl/command_line/message_flags.h"
+#include "client/cpp/latticectl/command_line/value_types.h"
 #include "client/cpp/latticectl/commands/commands.h"
 #include "client/cpp/latticectl/geometry/lattice_json.h"
 #include "client/cpp/latticectl/output/output.h"
@@ -147,10 +148,12 @@ void AddSceneCommands(CLI::App& app, CommandLine& line) {
   };
   CLI::App* create = add("create", "Creates a scene of a mesh and a lattice",
                          "scene create vase.obj --id my-scene --size 4,4,5", RunCreate);
-  create->add_option("mesh", flags->mesh, "Mesh id, or a file to upload")->required();
+  create->add_option("mesh", flags->mesh, "Mesh id, or a file to upload")
+      ->required()
+      ->type_name(kFileType);
   create->add_option("--id", flags->id, "Id of the scene; by default a random one");
-  CLI::Option* lattice =
-      create->add_option("--lattice", flags->lattice, "JSON file of the lattice");
+  CLI::Option* lattice = create->add_option("--lattice", flags->lattice, "JSON file of the lattice")
+                             ->type_name(kFileType);
   AddFitFlags(*create, flags->fit);
   for (const char* fit : {"--size", "--degree", "--padding"})
     lattice->excludes(create->get_option(fit));

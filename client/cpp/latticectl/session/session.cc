@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 #include "client/cpp/latticectl/session/session.h"
+#include "client/cpp/latticectl/command_line/value_types.h"
 
 #include <CLI/CLI.hpp>
 #include <string_view>
@@ -53,10 +54,13 @@ void AddSessionFlags(CLI::App& command, SessionFlags& flags, ServerChoice choice
   }
   command.add_option("--token", flags.token, "Bearer token")->envname("LATTICED_TOKEN");
   command.add_flag("--tls", flags.tls, "Use TLS with the system's roots");
-  command.add_option("--tls-ca", flags.tls_ca, "PEM file of roots to trust; implies TLS");
+  command.add_option("--tls-ca", flags.tls_ca, "PEM file of roots to trust; implies TLS")
+      ->type_name(kFileType);
   CLI::Option* cert =
-      command.add_option("--tls-cert", flags.tls_cert, "PEM file of the client's certificate");
-  CLI::Option* key = command.add_option("--tls-key", flags.tls_key, "PEM file of its key");
+      command.add_option("--tls-cert", flags.tls_cert, "PEM file of the client's certificate")
+          ->type_name(kFileType);
+  CLI::Option* key =
+      command.add_option("--tls-key", flags.tls_key, "PEM file of its key")->type_name(kFileType);
   cert->needs(key);
   key->needs(cert);
 }
