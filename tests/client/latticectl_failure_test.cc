@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // What latticectl prints when a command fails: one line, for people or as JSON.
+#include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
 #include "client/cpp/latticectl/command_line/failure.h"
@@ -160,9 +161,10 @@ TEST(FailureTest, AdviceOfACommandIsPrinted) {
   const absl::Status status = error::WithDetails(
       absl::AbortedError("it broke"),
       {.reason = "STRUCTURE_CHANGED", .metadata = {{kAdviceKey, "mend it"}, {"request_id", "7"}}});
+  const CLI::App app;
   std::ostringstream text, json;
-  PrintFailure(FailureOf(status), /*as_json=*/false, text);
-  PrintFailure(FailureOf(status), /*as_json=*/true, json);
+  PrintFailure(FailureOf(status, app), /*as_json=*/false, text);
+  PrintFailure(FailureOf(status, app), /*as_json=*/true, json);
   EXPECT_EQ(text.str(), "latticectl: it broke; mend it (STRUCTURE_CHANGED, request 7)\n");
   EXPECT_EQ(json.str(), R"({"error":{"advice":"mend it","code":"ABORTED","message":"it broke",)"
                         R"("reason":"STRUCTURE_CHANGED","requestId":"7"}})"

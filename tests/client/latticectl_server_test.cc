@@ -206,7 +206,7 @@ TEST_F(LatticectlServerTest, WatchPrintsALineForAnUpdate) {
   EXPECT_GT(RunJson({"watch", "scene-one", "--updates", "1"})["bytes"], 0);
   ExpectFailure({"watch", "scene-one", "--updates", "1", "--max-bytes-per-second", "1000000",
                  "--drag-position-bits", "8", "--drag-normal-bits", "6", "--max-points", "1"},
-                HasSubstr("max_points"));
+                HasSubstr("--max-points: got 1"));
 }
 
 TEST_F(LatticectlServerTest, ExportsEveryFormat) {

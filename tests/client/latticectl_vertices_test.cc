@@ -179,7 +179,7 @@ TEST_F(LatticectlVertices, RefuseALatticeAsTheServerDoes) {
   ASSERT_OK(WriteFile(Path("s.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"));
   const std::string frame = R"("frame": {"u": {"x": 1}, "v": {"y": 1}, "w": {"z": 1}})";
   const std::vector<std::pair<std::string, std::string>> cases{
-      {"{}", "lattice.frame: is required"},
+      {"{}", "--lattice, frame: is required"},
       {"{" + frame + R"(, "degree": {"u": 2, "v": 0, "w": 2}})", "degree.v: got 0, allowed is 1"},
       {"{" + frame + R"(, "controlPoints": [1, 2]})", "got 2 numbers"},
       {"{" + frame + R"(, "controlPoints": [1, 2, 3]})", "got 1 points, size u * v * w = 64"}};

@@ -57,7 +57,7 @@ int RunCommandLine(CLI::App& app, CommandLine& line, int argc, const char* const
         as_json, line.console.err);
     return kInterrupted + signal;
   }
-  PrintFailure(FailureOf(status), as_json, line.console.err);
+  PrintFailure(FailureOf(status, app), as_json, line.console.err);
   return kFailed;
 }
 

@@ -12,6 +12,7 @@
 
 #include "absl/strings/numbers.h"
 #include "client/cpp/latticectl/command_line/did_you_mean.h"
+#include "client/cpp/latticectl/command_line/field_flags.h"
 #include "core/base/error.h"
 #include "fmt/format.h"
 
@@ -102,6 +103,14 @@ const CLI::App& DeepestCommand(const CLI::App& app) {
   return commands.empty() ? app : DeepestCommand(*commands.back());
 }
 
+// A message begins with the field that it is about, if it is about one: "lattices[0].fit.degree.u: got 5, …".
+std::string Message(const CLI::App& app, const std::string& message, const std::string& field) {
+  const size_t end = field.empty() ? message.find(": ") : field.size();
+  if (end == std::string::npos || !message.starts_with(field)) return message;
+  const auto words = InWordsOf(DeepestCommand(app), message.substr(0, end));
+  return words ? *words + message.substr(end) : message;
+}
+
 Failure WrongUsage(std::string message, std::string advice) {
   return {.message = std::move(message),
           .advice = std::move(advice),
@@ -122,13 +131,14 @@ Failure FailureOf(const UnknownWord& unknown) {
 
 }  // namespace
 
-Failure FailureOf(const absl::Status& status) {
+Failure FailureOf(const absl::Status& status, const CLI::App& app) {
   const error::Details details = error::DetailsOf(status);
   const auto request = details.metadata.find("request_id");
-  return {.message = std::string(status.message()),
+  return {.message = Message(app, std::string(status.message()), details.field),
           .advice = Advice(details),
           .reason = details.reason,
           .code = absl::StatusCodeToString(status.code()),
+          .field = details.field,
           .request_id = request == details.metadata.end() ? "" : request->second};
 }
 
@@ -155,6 +165,7 @@ void PrintFailure(const Failure& failure, bool as_json, std::ostream& err) {
     add("advice", failure.advice);
     add("reason", failure.reason);
     add("code", failure.code);
+    add("field", failure.field);
     add("requestId", failure.request_id);
     // Names of files and ids may hold bytes that are not UTF-8.
     constexpr auto kReplace = nlohmann::json::error_handler_t::replace;

@@ -4,7 +4,7 @@
 // What a command prints when it fails: one line, for people or as JSON. Empty members are left out.
 //
 //   latticectl: MESSAGE; ADVICE (REASON, request ID)
-//   {"error":{"message":"…","advice":"…","reason":"…","code":"…","requestId":"…"}}
+//   {"error":{"message":"…","advice":"…","reason":"…","code":"…","field":"…","requestId":"…"}}
 #ifndef LATTICED_CLIENT_CPP_LATTICECTL_COMMAND_LINE_FAILURE_H_
 #define LATTICED_CLIENT_CPP_LATTICECTL_COMMAND_LINE_FAILURE_H_
 
@@ -28,11 +28,12 @@ struct Failure {
   std::string advice;      // how a user can get past it
   std::string reason;      // UPPER_SNAKE_CASE, of latticed.v1.ErrorReason; empty for wrong usage
   std::string code;        // of absl::StatusCode, such as NOT_FOUND
+  std::string field;       // of the request, as the server names it
   std::string request_id;  // in the server's log
 };
 
-// The failure of a command that was run.
-[[nodiscard]] Failure FailureOf(const absl::Status& status);
+// The failure of a command of `app` that was run. Its message names options where the status names fields.
+[[nodiscard]] Failure FailureOf(const absl::Status& status, const CLI::App& app);
 // The failure to parse a command line of `app`. It names a misspelt command or option, and the one that was meant.
 [[nodiscard]] Failure FailureOf(const CLI::ParseError& error, const CLI::App& app);
 
