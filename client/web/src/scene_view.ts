@@ -17,9 +17,11 @@ import { GroundShadow } from './light/ground_shadow';
 import type { LiveSession } from './session/live_session';
 import type { Settings, SettingsStore } from './state/settings';
 import { uprightDirection, type Units } from './state/units';
+import { showKnotDialog } from './ui/dialogs/knot_dialog';
 import { PullLine } from './ui/overlays/pull_line';
 import { SoftCircle } from './ui/overlays/soft_circle';
 import { Gizmo } from './viewport/gizmo';
+import { KnotPlacer } from './viewport/knot_placer';
 import { PointPicker } from './viewport/point_picker';
 import { PointerTools } from './viewport/pointer_tools';
 import type { Viewport } from './viewport/viewport';
@@ -49,6 +51,7 @@ export class SceneView {
   private gizmoGesture: TransformGesture | undefined;
   private pull: SurfacePull | undefined;
   private readonly ends: (() => void)[] = [];
+  private closeKnots: (() => void) | undefined;
   private stale = false;
   private hasMoved = false;
 
@@ -142,7 +145,14 @@ export class SceneView {
     return surface.bounds.isEmpty() ? box : box.union(surface.bounds);
   }
 
+  /** Asks for a knot plane, which the view shows meanwhile. */
+  placeKnot(): void {
+    this.closeKnots?.();
+    this.closeKnots = showKnotDialog(this.editor, new KnotPlacer(this.viewport, () => this.session.lattice));
+  }
+
   dispose(): void {
+    this.closeKnots?.();
     for (const end of this.ends) end();
     this.pointer.dispose();
     this.editor.dispose();

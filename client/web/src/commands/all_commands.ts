@@ -15,7 +15,6 @@ import type { Settings } from '../state/settings';
 import type { Command, CommandGroup, Commands } from '../ui/commands';
 import { showExportDialog } from '../ui/dialogs/export_dialog';
 import { showHelp } from '../ui/dialogs/help';
-import { showKnotDialog } from '../ui/dialogs/knot_dialog';
 import { showResizeDialog } from '../ui/dialogs/resize_dialog';
 import { chooseFiles } from '../ui/dialogs/start_screen';
 import type { IconName } from '../ui/icons';
@@ -115,7 +114,7 @@ function editCommands(app: CommandTarget): Command[] {
     onScene('reset', 'Reset to rest', ({ session }) => session.reset('identity'), { icon: 'reset' }),
     onScene('reset-initial', 'Reset to the first lattice', ({ session }) => session.reset('initial')),
     onScene('resize', 'Size and degree…', ({ session }) => showResizeDialog(session)),
-    onScene('knot', 'Insert knot plane…', ({ editor }) => showKnotDialog(editor), { keys: ['K'], icon: 'knot' }),
+    onScene('knot', 'Insert knot plane…', (scene) => scene.placeKnot(), { keys: ['K'], icon: 'knot' }),
   ];
 }
 

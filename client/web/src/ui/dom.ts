@@ -63,6 +63,22 @@ export function showDialog(label: string, className: string, ...content: Child[]
   return dialog;
 }
 
+/** Opens a dialog that leaves the page in sight and in use. Esc closes it, and it is removed then. */
+export function showBeside(label: string, className: string, ...content: Child[]): HTMLDialogElement {
+  const dialog = h('dialog', { class: `dialog beside ${className}`, 'aria-label': label }, ...content);
+  const escape = (event: KeyboardEvent): void => {
+    if (event.key === 'Escape') dialog.close();
+  };
+  window.addEventListener('keydown', escape);
+  dialog.addEventListener('close', () => {
+    window.removeEventListener('keydown', escape);
+    dialog.remove();
+  });
+  document.body.append(dialog);
+  dialog.show();
+  return dialog;
+}
+
 /** Moves the focus `step` elements on, wrapping around, from the one that has it. Returns the new one. */
 export function moveFocus(elements: readonly HTMLElement[], step: number): HTMLElement | undefined {
   const at = elements.indexOf(document.activeElement as HTMLElement);

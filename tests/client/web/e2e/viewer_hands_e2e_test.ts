@@ -9,7 +9,7 @@ import { dot, sub, type Vec3 } from '@src/lattice/vec';
 import { latticeToJson } from '@src/wire/lattice_json';
 import { openPage } from './browser';
 import { browser, CORNER, errors, OBJ, openTorus, page, press, select, selected, shot, until, useStage } from './stage';
-import { camera, controlPoint, dropFiles, frames, latticeIn, live, meshUploaded, onScreen, placeOf, pointComesTo } from './viewer_page';
+import { camera, colourAt, controlPoint, dropFiles, frames, latticeIn, live, meshUploaded, onScreen, placeOf, pointComesTo } from './viewer_page';
 
 let rest: Vec3;
 
@@ -246,6 +246,47 @@ test('a fold-over, a mesh outside the lattice and a tear are said in lines with 
   await remark('outside').waitFor();
   await page.goBack();
   await live(page);
+});
+
+test('a knot plane is shown before it is inserted: where the pointer hovers, and where a number is typed', async () => {
+  const knot = page.getByLabel('Knot', { exact: true });
+  await page.setViewportSize({ width: 960, height: 540 });
+  await page.evaluate(() => window.latticed.scene!.frameAll());
+  await frames(page);
+  const { min, max } = await page.evaluate(() => window.latticed.scene!.session.surface.bounds);
+  const corner = await controlPoint(page, 0);
+  const atU = (u: number): Vec3 => [corner[0] + (u / 2) * (rest[0] - corner[0]), corner[1], corner[2]]; // u is 0 to 2
+  const beside: Vec3 = [min.x + 0.8 * (max.x - min.x), corner[1], 0]; // no line of the cage is near
+  const before = await colourAt(page, beside);
+  await page.evaluate(() => window.latticed.settings.set({ gizmo: 'none' }));
+  await press('k');
+  await frames(page);
+  assert.deepEqual(await colourAt(page, beside), before);
+
+  const [x, y] = await placeOf(page, atU(1.5));
+  await page.mouse.move(x, y);
+  const hovered = Number(await knot.inputValue());
+  assert.ok(Math.abs(hovered - 1.5) < 0.05, `${hovered}`);
+  await frames(page);
+  await shot('viewer_knot');
+  const share = (beside[0] - corner[0]) / (rest[0] - corner[0]);
+  await knot.fill(`${2 * share}`);
+  await frames(page);
+  assert.notDeepEqual(await colourAt(page, beside, -2), before);
+  await press('Escape');
+  await frames(page);
+  assert.deepEqual(await colourAt(page, beside), before);
+
+  await press('k');
+  await page.mouse.move(x + 1, y);
+  await page.mouse.click(x, y);
+  await page.waitForFunction(() => window.latticed.scene!.session.lattice.count === 80);
+  const knots = await page.evaluate(() => [...window.latticed.scene!.session.lattice.knots[0]]);
+  assert.ok(knots.some((value) => Math.abs(value - hovered) < 0.021), `${knots}`);
+  assert.equal(await page.locator('dialog').count(), 0);
+  await press('Control+z');
+  await page.waitForFunction(() => window.latticed.scene!.session.lattice.count === 64);
+  await page.setViewportSize({ width: 640, height: 480 });
 });
 
 test('a message leaves by itself, but not below the pointer', async () => {
