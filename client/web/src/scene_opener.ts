@@ -208,6 +208,7 @@ export class SceneOpener {
       file,
       up: format === 'glb' ? undefined : (up ?? this.app.settings.value.upAxes[format]),
       upload: (progress, signal) => services.upload(file, progress, signal),
+      triangles: (mesh) => services.triangles(mesh),
       create: async (mesh, fit, { up: chosen, creaseAngle }) => {
         const made = openMesh({ id: mesh.id, file, companions, isDropped: true });
         const isShown = await this.create(made, { lattice: fit, view: viewFor(mesh), up: chosen, creaseAngle });

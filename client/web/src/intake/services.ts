@@ -10,8 +10,10 @@ import { Lattice } from '../lattice/lattice';
 import type { MeshExtent } from '../lattice/mesh_extent';
 import { IndexedSceneStore } from '../session/store/indexed_scene_store';
 import type { LiveSession } from '../session/live_session';
+import { cornersOf } from '../session/patch_corners';
 import type { ViewRequest } from '../session/scene_session';
 import type { Units, UpAxis } from '../state/units';
+import type { RestCorners } from '../surface/patch_source';
 import { storedMesh } from '../session/store/scene_store';
 import { randomId } from '../wire/ids';
 import { fromAxes, fromLattice, vector } from '../wire/lattice_message';
@@ -84,6 +86,19 @@ export class Services {
     // A failure is dropped here: opening a scene of this mesh reports it.
     void this.store.saveMesh(storedMesh(mesh.id, header, file.content)).catch(() => undefined);
     return mesh;
+  }
+
+  /** The triangles of a mesh at rest: of a temporary scene with one knot box, in which each is one patch. */
+  async triangles(mesh: string): Promise<RestCorners> {
+    const sceneId = `preview-${randomId()}`;
+    const call = { headers: { 'latticed-scene': sceneId } };
+    const lattices = [latticeSource({ size: [2, 2, 2], degree: [1, 1, 1], padding: 0.05 })];
+    await this.server.scenes.createScene({ sceneId, mesh, lattices, idleTtl: { seconds: 60n } }, call);
+    try {
+      return await cornersOf(this.server, sceneId);
+    } finally {
+      void this.server.scenes.deleteScene({ scene: sceneId }, call).catch(() => undefined);
+    }
   }
 
   /** Makes a scene and returns its id. */

@@ -176,7 +176,11 @@ test('the page says that a scene is being made; the head-up line then starts ane
   }));
   assert.match((await latency.getAttribute('title'))!, /^Median time from an edit .* The newest: server \d/);
   const held: (() => Promise<void>)[] = [];
-  await page.route('**/CreateScene', (route) => void held.push(() => route.continue()));
+  await page.route('**/CreateScene', async (route) => {
+    const isTemporary = /preview-|rest-/.test(route.request().postDataBuffer()!.toString('latin1'));
+    if (isTemporary) await route.continue();
+    else held.push(() => route.continue());
+  });
   const release = async (): Promise<void> => {
     await until(() => Promise.resolve(held.length > 0));
     await held.pop()!();
@@ -195,7 +199,6 @@ test('the page says that a scene is being made; the head-up line then starts ane
   await shot('viewer_busy');
   await release();
   await page.unrouteAll();
-  for (const goOn of held) await goOn(); // the page has asked for the beam at rest too
   await page.locator('.busy').waitFor({ state: 'hidden' });
 
   await live(page);
@@ -287,6 +290,32 @@ test('a knot plane is shown before it is inserted: where the pointer hovers, and
   await press('Control+z');
   await page.waitForFunction(() => window.latticed.scene!.session.lattice.count === 64);
   await page.setViewportSize({ width: 640, height: 480 });
+});
+
+test('the dialog shows the mesh in the lattice, and picture and count follow the typing', async () => {
+  /** How many pixels the mesh and the cage have. */
+  const seen = (): Promise<readonly [mesh: number, cage: number]> => page.locator('.fit-preview').evaluate((element) => {
+    const canvas = element as HTMLCanvasElement;
+    const { data } = canvas.getContext('2d')!.getImageData(0, 0, canvas.width, canvas.height);
+    let [mesh, cage] = [0, 0];
+    for (let i = 0; i < data.length; i += 4) {
+      if (data[i + 3] === 255 && data[i] > 80 && data[i] === data[i + 1]) ++mesh;
+      else if (data[i + 3] > 0) ++cage;
+    }
+    return [mesh, cage];
+  });
+  await dropFiles(page, [['torus.obj', OBJ]]);
+  await meshUploaded(page);
+  await until(async () => (await seen())[0] > 2000);
+  const [mesh, cage] = await seen();
+  await page.getByLabel('Points along u').fill('2*4');
+  await page.getByText('128 control points').waitFor();
+  assert.ok((await seen())[1] > cage * 1.1, `${await seen()} after ${cage}`);
+  await shot('viewer_fit_preview');
+  await page.getByLabel('Padding').fill('50');
+  assert.ok((await seen())[0] < mesh / 2, `${await seen()} after ${mesh}`); // the lattice fills the picture
+  await press('Escape');
+  await page.locator('dialog').waitFor({ state: 'detached' });
 });
 
 test('a message leaves by itself, but not below the pointer', async () => {

@@ -4,21 +4,27 @@
 // Asks for the lattice of a dropped mesh. The upload of the mesh begins at once.
 import type { Mesh } from 'latticed/v1/mesh_pb';
 import type { MeshFile } from '../../intake/mesh_file';
+import { fitLattice } from '../../lattice/fitted_lattice';
 import { AXES } from '../../lattice/grid';
 import { DEFAULT_FIT, type Fit } from '../../lattice/identity';
 import type { UpAxis } from '../../state/units';
+import type { RestCorners } from '../../surface/patch_source';
 import { vector } from '../../wire/lattice_message';
 import { bytes, inWords } from '../../wire/words';
 import { button, field, segmented } from '../controls';
 import { h, onEnter, showDialog } from '../dom';
 import { axesTable } from '../fields/axes_table';
 import { numberField } from '../fields/number_field';
+import { FitPreview } from './fit_preview';
 
 const DEFAULT_CREASE_ANGLE = 30; // the server's
+const MOST_FACES = 30_000; // of a previewed mesh; drawing them takes about a tenth of a second
 
 interface FitDialogParts {
   readonly file: MeshFile;
   upload(progress: (fraction: number) => void, signal: AbortSignal): Promise<Mesh>;
+  /** The mesh's triangles, for a preview. */
+  triangles(mesh: string): Promise<RestCorners>;
   /** The axis that is up; undefined: the file's format says it. */
   readonly up: UpAxis | undefined;
   create(mesh: Mesh, fit: Fit, options: FitOptions): Promise<void>;
@@ -31,9 +37,11 @@ interface FitOptions {
 }
 
 /** Returns a function that closes the dialog. Closing also aborts the upload. */
-export function showFitDialog({ file, upload, up: firstUp, create }: FitDialogParts): () => void {
+export function showFitDialog({ file, upload, triangles, up: firstUp, create }: FitDialogParts): () => void {
   const fit: { -readonly [K in keyof Fit]: Fit[K] } = { ...DEFAULT_FIT };
   const abort = new AbortController();
+  const preview = new FitPreview();
+  preview.element.hidden = true;
   const bar = h('progress', { max: 1, value: 0, 'aria-label': 'Upload' });
   const facts = h('p', { class: 'facts' }, `${file.name}, ${bytes(file.content.size)}`);
   const error = h('p', { class: 'error', role: 'alert' });
@@ -43,7 +51,16 @@ export function showFitDialog({ file, upload, up: firstUp, create }: FitDialogPa
   let up = firstUp;
   let creaseAngle: number | undefined;
 
-  const check = (): void => void (confirm.disabled = mesh === undefined || !hasSize);
+  const check = (): void => {
+    confirm.disabled = mesh === undefined || !hasSize;
+    if (hasSize) showPreview();
+  };
+  const showPreview = (): void => {
+    if (mesh === undefined) return;
+    preview.element.hidden = false;
+    const bounds = { min: vector(mesh.bounds?.min), max: vector(mesh.bounds?.max) };
+    preview.show(fitLattice(bounds, fit), up ?? 'y'); // glTF's is y
+  };
   const submit = async (): Promise<void> => {
     if (mesh === undefined || confirm.disabled) return;
     confirm.disabled = true;
@@ -68,9 +85,13 @@ export function showFitDialog({ file, upload, up: firstUp, create }: FitDialogPa
   const chooseUp = (axis: UpAxis): void => {
     up = axis;
     upSwitch.refresh();
+    showPreview();
   };
   const upSwitch = segmented<'y' | 'z'>({ label: 'Up', get: () => (up === 'z' ? 'z' : 'y'), set: chooseUp }, { y: 'Y', z: 'Z' });
-  const setPadding = (percent: number): void => void (fit.padding = percent / 100);
+  const setPadding = (percent: number): void => {
+    fit.padding = percent / 100;
+    showPreview();
+  };
   const padding = numberField({ label: 'Padding', get: () => fit.padding * 100, set: setPadding }, { min: 0, max: 1000, live: true });
   const setCrease = (degrees: number): void => void (creaseAngle = degrees);
   const crease = numberField(
@@ -82,6 +103,7 @@ export function showFitDialog({ file, upload, up: firstUp, create }: FitDialogPa
     h('h2', {}, 'Fit a lattice'),
     facts,
     bar,
+    preview.element,
     table.element,
     field('Padding', padding.element, '% of the longest edge'),
     field('Crease angle', crease.element, creaseNote),
@@ -103,6 +125,13 @@ export function showFitDialog({ file, upload, up: firstUp, create }: FitDialogPa
     if (mesh.hasNormals) creaseNote.textContent = '°, if changed; the file has its own normals';
     check();
     if (!isUsed) confirm.focus(); // a person who uses a field stays there
+    if (mesh.faces <= MOST_FACES) void showMesh(mesh.id).catch(() => undefined); // the lattice is shown without it
+  };
+  const showMesh = async (id: string): Promise<void> => {
+    const shown = await triangles(id);
+    if (!dialog.open) return;
+    preview.setMesh(shown);
+    showPreview();
   };
   goUp().catch((failure: unknown) => {
     if (!abort.signal.aborted) error.textContent = inWords(failure);
