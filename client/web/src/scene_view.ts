@@ -84,6 +84,7 @@ export class SceneView {
     viewport.element.append(this.softCircle.element, this.pullLine.element);
     viewport.scene.add(session.surface.object, this.cage.object, this.knotBoxes.object, this.shadow.object);
     session.surface.onChanged = () => this.refreshSoon();
+    viewport.coarsened = session.surface;
     this.setUnits(known);
     this.listen();
     this.applySettings(settings.value);
@@ -159,6 +160,7 @@ export class SceneView {
     this.gizmo.dispose();
     this.softCircle.element.remove();
     this.pullLine.element.remove();
+    this.viewport.coarsened = undefined;
     this.viewport.scene.remove(this.session.surface.object, this.cage.object, this.knotBoxes.object, this.shadow.object);
     this.shadow.dispose();
     this.cage.dispose();
@@ -187,6 +189,7 @@ export class SceneView {
         this.cage.updatePoints(indices);
         this.hasMoved = true;
         this.refreshSoon();
+        this.viewport.moved();
       }),
       session.on('lattice', (lattice) => {
         editor.latticeReplaced();
@@ -238,7 +241,6 @@ export class SceneView {
     this.hasMoved = false;
     this.castShadow();
     this.viewport.content.copy(this.bounds());
-    this.cage.setPixelRatio(this.viewport.renderer.getPixelRatio());
     this.placeGizmo();
     this.events.changed();
   }
@@ -253,6 +255,7 @@ export class SceneView {
   private frame(): void {
     if (this.stale) this.refresh();
     if (this.settings.value.orientation === 'view') this.placeGizmo();
+    this.cage.setPixelRatio(this.viewport.renderer.getPixelRatio());
     const { soft, divider } = this.settings.value;
     this.session.surface.setDivider(divider * this.viewport.canvas.width);
     const missed = this.pull !== undefined && this.pull.outOfReach > 0 ? this.pull : undefined;

@@ -25,6 +25,7 @@ export class PointBuffer {
 
   private buffer: InterleavedBuffer | undefined;
   private isFloat = false;
+  private detail = 0;
   private readonly drawn: Drawn[] = [];  // the newest first
   private readonly dirty = new Map<number, { count: number }>();  // ranges not uploaded yet, by first point
 
@@ -44,7 +45,22 @@ export class PointBuffer {
     this.drawn.unshift(found);
     // Frees its triangles, but not the shared vertex buffer, which dispose() would delete.
     if (this.drawn.length > PointBuffer.LAYOUTS_KEPT) release(this.drawn.pop()!.geometry);
+    this.setDetail(this.detail);
     return found.geometry;
+  }
+
+  /** The details of the layout that is drawn, the finest first. */
+  get details(): readonly Detail[] {
+    return this.drawn[0]!.details;
+  }
+
+  /** Draws a detail by its number, or the coarsest if there are fewer. */
+  setDetail(detail: number): void {
+    this.detail = detail;
+    const newest = this.drawn[0];
+    if (newest === undefined) return;
+    const { start, count } = newest.details[Math.min(detail, newest.details.length - 1)]!;
+    newest.geometry.setDrawRange(start, count);
   }
 
   /** Writes points from `firstPoint` on; they reach the GPU with the next frame. */
@@ -110,7 +126,6 @@ export class PointBuffer {
       new InterleavedBufferAttribute(this.buffer!, this.isFloat ? 3 : 2, this.isFloat ? 3 : 4));
     const { indices, details } = trianglesOf(layout);
     geometry.setIndex(new BufferAttribute(indices, 1));
-    geometry.setDrawRange(details[0]!.start, details[0]!.count);
     ++this.made;
     return { layout, geometry, details };
   }

@@ -55,7 +55,7 @@ export interface SurfaceUpdate {
 export class SurfaceMesh {
   private static readonly PATCHES_ASKED = 10_000;  // takes about a millisecond
   private static readonly POINTS_ASKED = 1_000_000;  // takes about 25 milliseconds
-  private static readonly TRIANGLES_ALONE = 60_000;  // at most, if the pattern has so coarse a detail
+  private static readonly TRIANGLES_ALONE = 30_000;  // at most, if the pattern has so coarse a detail
   private static readonly LEAST_HEAT = 5e-3;  // of the surface's size; smaller ranges would show the steps of the grid
 
   /** In world coordinates: the mesh and the ghost inside have positions of their own. */
@@ -123,6 +123,16 @@ export class SurfaceMesh {
   /** The distance at the end of the heat map, in world units: the largest one found, at least 0.5 % of the size. */
   get displacementRange(): number {
     return this.uniforms.displacementRange.value;
+  }
+
+  /** The number of triangles of each detail, the finest first. */
+  get triangles(): readonly number[] {
+    return this.layout ? this.points.details.map(({ count }) => count / 3) : [0];
+  }
+
+  /** Draws every so many rows of the pattern: the number of a detail, 0 for all rows. */
+  setDetail(detail: number): void {
+    this.points.setDetail(detail);
   }
 
   get patchCount(): number {

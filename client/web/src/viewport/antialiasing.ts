@@ -4,9 +4,13 @@
 const FINE_PIXEL_RATIO = 2; // from this ratio on, a screen's own pixels make edges smooth enough
 const PROGRAMS = /swiftshader|llvmpipe|softpipe|lavapipe|basic render|software/i;
 
-/** Whether antialiasing is worth its cost. With software rendering a frame takes three times as long. */
-export function wantsAntialiasing(): boolean {
-  return window.devicePixelRatio < FINE_PIXEL_RATIO && !PROGRAMS.test(rendererName());
+/**
+ * How edges become smooth: by the screen, by the GPU in every frame, or by several frames at rest. With software rendering a
+ * frame with antialiasing takes three times as long, too long while something moves.
+ */
+export function antialiasing(): 'screen' | 'every frame' | 'at rest' {
+  if (window.devicePixelRatio >= FINE_PIXEL_RATIO) return 'screen';
+  return PROGRAMS.test(rendererName()) ? 'at rest' : 'every frame';
 }
 
 /** Name of the GPU or of the software renderer; empty if the browser does not tell. */

@@ -15,7 +15,8 @@ export class FrameQueue {
 
   private readonly told: Told[] = [];
   private busySince = 0;
-  private lastMs = 0; // duration of the last frame
+  /** The duration of the last frame that is done. */
+  lastMs = 0;
 
   constructor(private readonly gl: WebGL2RenderingContext) {}
 

@@ -2,15 +2,18 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The canvas: a renderer, the scene and its cameras. A frame is drawn only when something has changed, and waits while
-// the GPU is busy with earlier frames.
+// the GPU is busy with earlier frames. While something moves it is drawn coarsely if frames take long.
 import { Box3, Color, DirectionalLight, Group, HemisphereLight, Scene, Vector3, WebGLRenderer } from 'three';
 import { snapStep, type TransformView } from '../edit/transform_session';
 import type { Basis, Vec3 } from '../lattice/vec';
 import { Signal } from '../state/signal';
-import { wantsAntialiasing } from './antialiasing';
+import { antialiasing } from './antialiasing';
 import { CameraRig } from './camera_rig';
 import { FrameQueue } from './frame_queue';
+import { FINEST, pixelRatioOf, type Coarsened } from './motion';
 import { jacobianAt, pixelsPerUnit, project, projectAll, rayAt, type Ray, type ScreenSize } from './projection';
+import { Refinement } from './refinement';
+import { Supersampling } from './supersampling';
 
 const MAX_PIXEL_RATIO = 2; // a higher ratio looks no better, and costs a laptop's GPU much more
 
@@ -29,17 +32,24 @@ export class Viewport {
   /** Calls a listener after each frame; `seen` resolves once its pixels are there. The function returned removes it. */
   readonly onDrawn = this.drawn.on;
   private readonly frames: FrameQueue;
+  private readonly refinement = new Refinement(() => this.tickSoon());
+  private readonly supersampling: Supersampling | undefined;
+  private plan = FINEST; // of the last frame
+  /** What is drawn with fewer triangles while something moves. */
+  coarsened: Coarsened | undefined;
   private isWanted = false;
   private pending = 0;
 
   constructor(readonly element: HTMLElement) {
-    this.renderer = new WebGLRenderer({ antialias: wantsAntialiasing(), powerPreference: 'high-performance' });
+    const smoothed = antialiasing();
+    this.renderer = new WebGLRenderer({ antialias: smoothed === 'every frame', powerPreference: 'high-performance' });
+    if (smoothed === 'at rest') this.supersampling = new Supersampling(this.renderer);
     this.frames = new FrameQueue(this.renderer.getContext() as WebGL2RenderingContext);
     const canvas = this.renderer.domElement;
     canvas.tabIndex = 0;
     canvas.setAttribute('aria-label', 'The deformed surface and its lattice. Press ? for the keys.');
     element.append(canvas);
-    this.rig = new CameraRig(canvas, () => this.invalidate());
+    this.rig = new CameraRig(canvas, () => this.moved());
     this.addLights();
     new ResizeObserver(() => this.resize()).observe(element);
     this.resize();
@@ -49,9 +59,27 @@ export class Viewport {
     return this.renderer.domElement;
   }
 
+  /** Whether the picture shows all changes in full detail. Its edges may still become smoother. */
+  get isFine(): boolean {
+    return !this.isWanted && !this.isPlanOld && this.plan === FINEST;
+  }
+
+  /** Whether the picture is fine and its edges are smooth. */
+  get isSmooth(): boolean {
+    return this.isFine && (this.supersampling?.isComplete ?? true);
+  }
+
   /** Requests a frame. Several requests give one frame. */
   invalidate(): void {
     this.isWanted = true;
+    this.refinement.changed();
+    this.tickSoon();
+  }
+
+  /** Requests a frame, since something moves: it is drawn coarsely if frames take long, and finely soon after the motion. */
+  moved(): void {
+    this.isWanted = true;
+    this.refinement.moved();
     this.tickSoon();
   }
 
@@ -106,7 +134,6 @@ export class Viewport {
     if (clientWidth === 0 || clientHeight === 0) return;
     this.size.width = clientWidth;
     this.size.height = clientHeight;
-    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, MAX_PIXEL_RATIO));
     this.renderer.setSize(clientWidth, clientHeight);
     this.rig.resize(clientWidth, clientHeight);
     this.draw();
@@ -120,24 +147,64 @@ export class Viewport {
     this.pending ||= requestAnimationFrame(() => this.tick());
   }
 
+  private get pixelRatio(): number {
+    return Math.min(window.devicePixelRatio, MAX_PIXEL_RATIO);
+  }
+
+  private get isPlanOld(): boolean {
+    return this.plan !== this.refinement.plan;
+  }
+
+  private get wantsSample(): boolean {
+    return this.refinement.pace === 'settled' && this.supersampling?.isComplete === false;
+  }
+
+  /** Whether a frame would make the picture newer, finer or smoother. */
+  private get isDue(): boolean {
+    return this.isWanted || (this.refinement.pace !== 'moving' && this.isPlanOld) || this.wantsSample;
+  }
+
   /** Listeners run even if drawing must wait, since the page must not be as slow as its pixels. */
   private tick(): void {
     this.pending = 0;
     this.frames.poll();
-    if (this.isWanted && !this.frames.isFull) this.draw();
+    if (this.isDue && !this.frames.isFull) this.draw();
     else if (this.isWanted) this.frame.emit();
-    if (this.isWanted || !this.frames.isEmpty) this.tickSoon();
+    if (this.isDue || !this.frames.isEmpty) this.tickSoon();
   }
 
   private draw(): void {
+    const isSample = this.wantsSample && this.isFine;
     this.isWanted = false;
+    this.takePlan();
     this.frame.emit();
     this.rig.updateDepthRange(this.content);
     this.light.quaternion.copy(this.rig.camera.quaternion);
-    this.renderer.render(this.scene, this.rig.camera);
+    if (isSample) {
+      this.supersampling!.draw(this.scene, this.rig.camera);
+    } else {
+      this.supersampling?.restart();
+      this.renderer.render(this.scene, this.rig.camera);
+    }
     const seen = this.frames.add();
+    void this.measure(seen);
     this.drawn.emit(seen);
     this.tickSoon();
+  }
+
+  private takePlan(): void {
+    const { plan } = this.refinement;
+    this.plan = plan;
+    this.coarsened?.setDetail(plan.detail);
+    const ratio = this.pixelRatio * pixelRatioOf(plan);
+    if (ratio !== this.renderer.getPixelRatio()) this.renderer.setPixelRatio(ratio);
+  }
+
+  private async measure(seen: Promise<void>): Promise<void> {
+    const { plan, size } = this;
+    await seen;
+    const pixels = size.width * size.height * this.pixelRatio ** 2;
+    this.refinement.measured(plan, this.frames.lastMs, this.coarsened?.triangles ?? [0], pixels);
   }
 
   /** Light that turns with the camera, so that the visible side is never dark. */

@@ -64,15 +64,15 @@ export async function pointComesTo(of: Page, index: number, place: Vec3): Promis
 }
 
 /**
- * Waits until all changes are drawn: a press hits a handle where it was drawn last. Frames wait while the graphics
- * processor is busy.
+ * Waits until all changes are drawn, in full detail: a press hits a handle where it was drawn last. Frames wait while the
+ * graphics processor is busy, and are coarse while something moves.
  */
 export function frames(of: Page): Promise<void> {
   return of.evaluate(() => new Promise((resolve, reject) => {
-    const { viewport } = window.latticed as unknown as { viewport: { isWanted: boolean } };
+    const { viewport } = window.latticed;
     const end = performance.now() + 60_000;
     const next = (left: number): void => {
-      if (left <= 0 && !viewport.isWanted) resolve();
+      if (left <= 0 && viewport.isFine) resolve();
       else if (performance.now() > end) reject(new Error('a frame is wanted, again and again'));
       else requestAnimationFrame(() => next(left - 1));
     };
@@ -152,6 +152,7 @@ export function colourAt(page: Page, point: Vec3, right = 0): Promise<[number, n
 
 /** Does something, and waits until it has changed this number of pixels of the view or more. */
 export async function changesView(of: Page, pixels: number, act: () => Promise<void>): Promise<void> {
+  await frames(of);
   await of.evaluate(() => {
     const { viewport } = window.latticed;
     const gl = viewport.renderer.getContext();
@@ -162,7 +163,8 @@ export async function changesView(of: Page, pixels: number, act: () => Promise<v
       return all;
     };
     const before = read();
-    const changed = (): number => read().reduce((count, pixel, i) => count + Number(pixel !== before[i]), 0);
+    const changed = (): number =>
+      viewport.isFine ? read().reduce((count, pixel, i) => count + Number(pixel !== before[i]), 0) : 0;
     Object.assign(window, { changed });
   });
   await act();

@@ -292,10 +292,10 @@ test('bits and encoding of the panel are those of what comes, which the head-up 
 
 test('where nothing changes nothing is drawn', async () => {
   await page.waitForFunction(() => {
-    const { isWanted, frames: queue } = window.latticed.viewport as unknown as { isWanted: boolean; frames: { isEmpty: boolean } };
+    const { isSmooth, frames: queue } = window.latticed.viewport as unknown as { isSmooth: boolean; frames: { isEmpty: boolean } };
     const { sync } = window.latticed.scene!.session as unknown as { sync: { queue: { sent: unknown[] } } };
     const isQuiet = sync.queue.sent.length === 0 && document.querySelector('[data-hud=updates]')!.textContent === '0';
-    return isQuiet && !isWanted && queue.isEmpty;
+    return isQuiet && isSmooth && queue.isEmpty;
   });
   const drawn = await page.evaluate(() => new Promise<number>((resolve) => {
     let [count, left] = [0, 30];
