@@ -158,6 +158,25 @@ TEST_F(LatticectlServerTest, ScenesAreMadeShownListedAndDeleted) {
             HasSubstr("(NOT_FOUND, request ")));
 }
 
+TEST_F(LatticectlServerTest, ResizesAndReplacesTheLatticeOfAScene) {
+  MakeScene();
+  const auto size = [&] { return RunJson({"scene", "show", "scene-one"})["lattices"][0]["size"]; };
+  const nlohmann::json first = size();
+  Run({"edit", "move", "scene-one", "--point", "0,0,0", "--by", "0.5,0,0"});
+  EXPECT_THAT(Run({"edit", "resize", "scene-one", "--size", "8,8,8", "--degree", "3,3,3"}),
+              HasSubstr("the shape changed by at most "));
+  EXPECT_EQ(size()["u"], 8);
+  MustRun({"lattice", Path("vase.obj"), "--size", "3,4,5", "-o", Path("L.json")});
+  Run({"edit", "replace", "scene-one", "--lattice", Path("L.json")});
+  EXPECT_EQ(size()["w"], 5);
+  Run({"edit", "undo", "scene-one"});
+  Run({"edit", "undo", "scene-one"});
+  EXPECT_EQ(size(), first);
+  ExpectFailure({"edit", "replace", "scene-one", "--lattice", Path("L.json"), "--keep-shape"},
+                HasSubstr("--lattice, frame: must be the scene's to keep the shape"));
+  ExpectFailure({"edit", "resize", "scene-one", "--size", "2,2,2"}, HasSubstr("--size, u: got 2"));
+}
+
 TEST_F(LatticectlServerTest, PicksAndDragsPointsOfTheSurface) {
   MakeScene();
   const std::string ray = "5,0.1,0.1,-1,0,0";

@@ -30,6 +30,7 @@ constexpr auto kFieldFlags = std::to_array<FieldFlag>({
     {"default_view.encoding", "--encoding"},
     {"default_view.position_bits", "--position-bits"},
     {"default_view.normal_bits", "--normal-bits"},
+    {"crease_angle", "--crease-angle"},
     {"diagnostics.pipeline", "--pipeline"},
     {"scene_id", "--id"},
     {"view.segments", "--segments"},
@@ -60,6 +61,9 @@ constexpr auto kFieldFlags = std::to_array<FieldFlag>({
     {"edits.insert_knot.axis", "axis"},
     {"edits.insert_knot.value", "value"},
     {"edits.insert_knot", "value"},
+    {"edits.replace_lattice.lattice.size", "--size"},
+    {"edits.replace_lattice.lattice.degree", "--degree"},
+    {"edits.replace_lattice.lattice", kLatticeFlag},
     {"edits.reset.target", "--to"},
     {"edits.undo.scope", "--scope"},
     // Without a server, latticectl checks a fit and a lattice itself.

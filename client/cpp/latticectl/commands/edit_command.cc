@@ -12,6 +12,7 @@
 #include "absl/time/clock.h"
 #include "absl/time/time.h"
 #include "client/cpp/latticectl/command_line/message_flags.h"
+#include "client/cpp/latticectl/command_line/value_types.h"
 #include "client/cpp/latticectl/commands/commands.h"
 #include "client/cpp/latticectl/geometry/lattice_json.h"
 #include "client/cpp/latticectl/output/output.h"
@@ -26,10 +27,12 @@ namespace {
 
 struct EditFlags : ServerFlags {
   std::string scene, editor;
-  std::vector<std::string> points;  // "i,j,k"
-  std::vector<double> vector;       // --by of move, --to of set and drag
-  std::vector<double> by;           // --by of drag, instead of --to
-  std::vector<double> ray, at;      // drag moves this point; one of the two is set
+  std::vector<std::string> points;    // "i,j,k"
+  std::vector<double> vector;         // --by of move, --to of set and drag
+  std::vector<double> by;             // --by of drag, instead of --to
+  std::vector<double> ray, at;        // drag moves this point; one of the two is set
+  std::string lattice, size, degree;  // of replace; of resize, "u,v,w"
+  bool keep_shape = false;
   double knot = 0;
   v1::LatticeAxis axis = v1::LATTICE_AXIS_U;
   v1::ResetTarget target = v1::RESET_TARGET_IDENTITY;
@@ -148,6 +151,34 @@ absl::Status MakeDrag(const EditFlags& flags, const v1::LatticeState&, Client& c
   return absl::OkStatus();
 }
 
+absl::Status MakeReplace(const EditFlags& flags, const v1::LatticeState&, Client&, v1::Edit& edit) {
+  v1::ReplaceLattice& replace = *edit.mutable_replace_lattice();
+  LATTICED_ASSIGN_OR_RETURN(*replace.mutable_lattice(), ReadLattice(flags.lattice));
+  replace.set_keep_shape(flags.keep_shape);
+  if (flags.keep_shape) replace.mutable_lattice()->clear_control_points();
+  return absl::OkStatus();
+}
+
+absl::Status MakeResize(const EditFlags& flags, const v1::LatticeState& state, Client&,
+                        v1::Edit& edit) {
+  v1::ReplaceLattice& replace = *edit.mutable_replace_lattice();
+  replace.set_keep_shape(true);
+  v1::Lattice& lattice = *replace.mutable_lattice();
+  *lattice.mutable_frame() = state.lattice().frame();
+  *lattice.mutable_size() = state.lattice().size();
+  *lattice.mutable_degree() = state.lattice().degree();
+  const auto set = [](const std::string& text, v1::LatticeAxes& axes) {
+    if (text.empty()) return;
+    const auto [u, v, w] = ParseAxes(text);
+    axes.set_u(u);
+    axes.set_v(v);
+    axes.set_w(w);
+  };
+  set(flags.size, *lattice.mutable_size());
+  set(flags.degree, *lattice.mutable_degree());
+  return absl::OkStatus();
+}
+
 // For edits that depend only on flags.
 EditMaker FromFlags(void (*fill)(const EditFlags&, v1::Edit&)) {
   return [fill](const EditFlags& flags, const v1::LatticeState&, Client&, v1::Edit& edit) {
@@ -171,6 +202,9 @@ absl::Status Run(const EditFlags& flags, const EditMaker& make, Client& client, 
       result.patches_touched(), result.boxes_touched(), result.largest_move());
   if (batch.edits(0).has_drag_points()) {
     text += fmt::format("distance left to the target: {}\n", result.drag_residual());
+  }
+  if (batch.edits(0).replace_lattice().keep_shape()) {
+    text += fmt::format("the shape changed by at most {}\n", result.drag_residual());
   }
   PrintResult(flags.json, result, text, console.out);
   return absl::OkStatus();
@@ -257,6 +291,20 @@ void AddEditCommands(CLI::App& app, CommandLine& line) {
       *insert, "axis", kAxes, [flags = flags.get()](auto axis) { flags->axis = axis; }, "Axis")
       ->required();
   insert->add_option("value", flags->knot, "The knot, inside the domain")->required();
+  CLI::App* resize =
+      add("resize", "Changes size or degree, and keeps the shape as well as the lattice can",
+          "edit resize my-scene --size 6,6,6 --degree 3,3,3", MakeResize);
+  resize->add_option("--size", flags->size, "Control points per axis; by default as many as now")
+      ->check(CheckAxes);
+  resize->add_option("--degree", flags->degree, "Degree per axis, 1 to 3; by default as now")
+      ->check(CheckAxes);
+  CLI::App* replace = add("replace", "Gives the scene another lattice",
+                          "edit replace my-scene --lattice L.json", MakeReplace);
+  replace->add_option("--lattice", flags->lattice, "JSON file of the lattice")
+      ->required()
+      ->type_name(kFileType);
+  replace->add_flag("--keep-shape", flags->keep_shape,
+                    "Fits the control points to the present shape; the frame must be the scene's");
   CLI::App* reset = add("reset", "Puts all control points back", "edit reset my-scene --to initial",
                         FromFlags([](const EditFlags& from, v1::Edit& to) {
                           to.mutable_reset()->set_target(from.target);
