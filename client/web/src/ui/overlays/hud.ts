@@ -13,7 +13,6 @@ const LATENCIES = 31; // the number of newest latencies whose median is shown
 export class Hud {
   readonly element = h('div', { class: 'hud', role: 'group', 'aria-label': 'How fast the surface follows' });
   private readonly values: Record<string, HTMLElement> = {};
-  private readonly parts: Record<string, HTMLElement> = {};
   private arrivals: number[] = [];
   private latencies: number[] = [];
   /** Time of the newest own edit that an update has brought and no frame has shown. */
@@ -28,8 +27,7 @@ export class Hud {
       ['patches', 'patches', 'Patches that the newest update sent, each counted once, of all'],
     ] as const) {
       this.values[name] = h('b', { 'data-hud': name }, '–');
-      this.parts[name] = h('span', { title: hint }, this.values[name], ` ${unit}`);
-      this.element.append(this.parts[name]);
+      this.element.append(h('span', { title: hint }, this.values[name], ` ${unit}`));
     }
   }
 
@@ -40,7 +38,7 @@ export class Hud {
     this.undrawn = undefined;
     clearTimeout(this.timer);
     for (const value of Object.values(this.values)) value.textContent = '–';
-    this.parts['latency'].title = LATENCY;
+    this.values['latency'].removeAttribute('title');
   }
 
   /** An update without patches, which a gesture's last one often is, keeps the numbers of the one before. */
@@ -53,8 +51,8 @@ export class Hud {
         `${info.patchesSent.toLocaleString('en')} / ${info.patchesAll.toLocaleString('en')}`;
     }
     const { server, transfer, decode, upload } = info.times;
-    this.parts['latency'].title =
-      `${LATENCY}. The newest: server ${ms(server)}, transfer ${ms(transfer)}, decoding ${ms(decode)}, upload ${ms(upload)}`;
+    this.values['latency'].title =
+      `The newest: server ${ms(server)}, transfer ${ms(transfer)}, decoding ${ms(decode)}, upload ${ms(upload)}. ${LATENCY}`;
     this.showRate();
   }
 
