@@ -123,7 +123,7 @@ inline constexpr int kMaxUnackedUpdates = 100;
 
 // Limits of stored text of clients: ids, names and labels. Ids of editors and requests are UUIDs of
 // 36 characters, or longer names.
-inline constexpr size_t kMinSceneIdBytes = 8;
+inline constexpr size_t kMinSceneIdBytes = 1;
 inline constexpr size_t kMaxSceneIdBytes = 63;
 inline constexpr size_t kMaxEditorIdBytes = 64;
 inline constexpr size_t kMaxRequestIdBytes = 64;

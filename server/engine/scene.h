@@ -52,6 +52,7 @@ namespace latticed {
 struct SceneConfig {
   std::string id;
   std::string mesh_id;
+  std::string name;  // for people; may be empty
   std::shared_ptr<const PolygonMesh> mesh;
   // At revision 0; reset{INITIAL} returns to it. The scene moves it out of here and keeps its own copies.
   Lattice lattice;

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "absl/strings/ascii.h"
 #include "absl/strings/numbers.h"
 #include "core/base/error.h"
 #include "core/base/status_macros.h"
@@ -201,6 +202,17 @@ absl::StatusOr<NextPart<v1::TopologyPart>> OpenTopology(const CallContext& conte
   };
 }
 
+// cow-deformed.glb, by the scene's name or else its id. It must be no path, nor hidden.
+std::string ExportFileName(const Scene& scene, const ExportSpec& spec) {
+  std::string name = scene.config().name.empty() ? scene.id() : scene.config().name;
+  for (char& c : name) {
+    if (c == '/' || c == '\\' || c == ':' || absl::ascii_iscntrl(static_cast<unsigned char>(c)))
+      c = '_';
+  }
+  if (name.front() == '.') name.front() = '_';
+  return fmt::format("{}-deformed.{}", name, ExportExtension(spec.format));
+}
+
 absl::StatusOr<NextPart<v1::ExportResponse>> OpenExport(const CallContext& context,
                                                         const v1::ExportRequest& request) {
   ServerEnv& env = context.env;
@@ -225,7 +237,7 @@ absl::StatusOr<NextPart<v1::ExportResponse>> OpenExport(const CallContext& conte
   v1::ExportHeader header;
   header.set_revision(state->revision);
   header.set_media_type(std::string(ExportMediaType(spec.format)));
-  header.set_file_name(fmt::format("{}.{}", scene->id(), ExportExtension(spec.format)));
+  header.set_file_name(ExportFileName(*scene, spec));
   header.set_bytes(bytes.size());
   struct File {
     std::string bytes;

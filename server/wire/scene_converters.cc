@@ -87,6 +87,11 @@ std::string Fingerprint(const v1::CreateSceneRequest& request, const std::string
   return Sha256Hex(owner + '\0' + bytes);
 }
 
+std::string WithoutEnding(const std::string& name) {
+  const size_t dot = name.rfind('.');
+  return dot == 0 ? name : name.substr(0, dot);
+}
+
 }  // namespace
 
 absl::Status CheckCreateScene(const v1::CreateSceneRequest& request) {
@@ -96,6 +101,10 @@ absl::Status CheckCreateScene(const v1::CreateSceneRequest& request) {
     return error::Unsupported("lattices", "more than one lattice a scene");
   }
   if (auto ttl = IdleTtl(request, absl::ZeroDuration()); !ttl.ok()) return ttl.status();
+  if (request.name().size() > limits::kMaxNameBytes) {
+    return error::OutOfRange("name", static_cast<double>(request.name().size()), 0,
+                             static_cast<double>(limits::kMaxNameBytes));
+  }
   return CheckLabels(LabelsOf(request), "labels");
 }
 
@@ -122,6 +131,7 @@ absl::StatusOr<SceneConfig> SceneConfigFromProto(const v1::CreateSceneRequest& r
   SceneConfig config;
   config.id = request.scene_id();
   config.mesh_id = mesh.id;
+  config.name = request.name().empty() ? WithoutEnding(mesh.name) : request.name();
   config.mesh = mesh.mesh;
   config.lattice = std::move(lattice);
   if (request.has_crease_angle()) config.crease_angle = request.crease_angle();
@@ -141,6 +151,7 @@ v1::Scene ToProto(const Scene& scene) {
   v1::Scene result;
   result.set_id(config.id);
   result.set_mesh(config.mesh_id);
+  result.set_name(config.name);
   *result.add_lattices() = SummaryToProto(state->structure());
   *result.mutable_default_view() = ToProto(config.default_view);
   SetDuration(config.idle_ttl, *result.mutable_idle_ttl());

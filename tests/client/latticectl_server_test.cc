@@ -150,7 +150,7 @@ TEST_F(LatticectlServerTest, ScenesAreMadeShownListedAndDeleted) {
   MakeScene();
   EXPECT_EQ(RunJson({"scene", "show", "scene-one"})["defaultView"]["segments"], 2);
   EXPECT_THAT(Run({"scene", "show", "scene-one"}), HasSubstr("patches"));
-  EXPECT_THAT(Run({"scene", "list"}), HasSubstr("scene-one"));
+  EXPECT_THAT(Run({"scene", "list"}), AllOf(HasSubstr("scene-one"), HasSubstr("  vase  ")));
   Run({"scene", "delete", "scene-one"});
   ExpectFailure(
       {"scene", "show", "scene-one"},

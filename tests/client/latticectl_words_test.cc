@@ -52,7 +52,7 @@ TEST_F(LatticectlWords, OfAFitAndASceneAreItsOptions) {
   ExpectWords({"scene", "create", vase, "--size", "2,4,4"}, "--size, u: got 2, allowed is 3 to ");
   ExpectWords({"scene", "create", vase, "--size", "200,400,400"}, "--size: got 32000000, ");
   ExpectWords({"scene", "create", vase, "--padding", "-1"}, "--padding: got -1, ");
-  ExpectWords({"scene", "create", vase, "--id", "X"}, "--id: must be 8 to 63 of ");
+  ExpectWords({"scene", "create", vase, "--id", "X"}, "--id: must be 1 to 63 of ");
   ExpectWords({"scene", "list", "--filter", "="}, "--filter: '=' is neither ");
   ExpectWords({"meshes", "--filter", "A"}, "--filter: 'A' is neither ");
   ExpectWords({"upload", beam, "--label", "A=1"}, "--label: the key 'A' is not ");

@@ -137,6 +137,7 @@ class Client:
         up_axis: str = "",
         meters_per_unit: float = 0,
         crease_angle: Optional[float] = None,
+        name: str = "",
         scene_id: str = "",
         labels: Optional[Dict[str, str]] = None,
         idle_ttl: Optional[float] = None,
@@ -153,7 +154,8 @@ class Client:
                          are those of the mesh
         crease_angle     smooth normals are computed, and split where faces meet at more degrees, 0 to 180;
                          None: those of the mesh, split at 30 degrees where it has none
-        scene_id         [a-z0-9-]{8,63}; empty: a random one. Repeating a request returns the same scene
+        name             for people, and of exported files; empty: the mesh's, without its ending
+        scene_id         [a-z0-9-]{1,63}; empty: a random one. Repeating a request returns the same scene
         idle_ttl         seconds that the scene lives unwatched and unedited; None: the server's default
         pipeline         how vertices are computed, for comparisons: "fused", "gemm", "gemm12" or
                          "control_net"; empty: "fused"
@@ -184,6 +186,7 @@ class Client:
             labels=labels or {},
             units=_units(up_axis, meters_per_unit),
             crease_angle=crease_angle,
+            name=name,
         )
         if view is not None:
             request.default_view.CopyFrom(view.to_proto())

@@ -12,7 +12,8 @@ import { LatticeWatch } from './lattice_watch';
 import type { LiveSession } from './session/live_session';
 import type { SessionStatus } from './session/scene_session';
 import { rememberedSettings, type Settings } from './state/settings';
-import { extentInWords, lengthInWords, type Units } from './state/units';
+import { RecentScenes } from './state/recent_scenes';
+import { extentInWords, lengthInWords, type SceneFacts } from './state/units';
 import type { PatchFacts } from './surface/patch_source';
 import { Commands, letterOf } from './ui/commands';
 import { h } from './ui/dom';
@@ -67,6 +68,7 @@ const LACKS: Record<PatchFacts, string> = {
 
 export class App implements CommandTarget {
   readonly settings = rememberedSettings(localStorage);
+  readonly recent = new RecentScenes(localStorage);
   readonly viewport: Viewport;
   readonly toasts: Toasts;
   readonly busy = new BusySign();
@@ -99,7 +101,8 @@ export class App implements CommandTarget {
     this.start = startScreen({
       files: (files) => this.opener.takeFiles(files),
       sample: (name) => this.opener.takeSample(name),
-    });
+      scene: (id) => this.opener.openRecent(id),
+    }, this.recent.list());
     this.theme = new ThemeSwitch((dark) => this.setDark(dark));
     this.layOut();
     document.body.classList.add('no-scene');
@@ -113,12 +116,12 @@ export class App implements CommandTarget {
   }
 
   /** Shows a scene in place of the one before. */
-  show(session: LiveSession, units: Units): void {
+  show(session: LiveSession, facts: SceneFacts): void {
     this.scene?.dispose();
     this.watch?.dispose();
     this.remarks.clear();
     this.toasts.clearErrors(); // errors of the scene before, or of a scene that could not be opened
-    this.scene = new SceneView(this.viewport, session, units, this.settings, {
+    this.scene = new SceneView(this.viewport, session, facts.units, this.settings, {
       changed: () => this.refresh(),
       headline: (text) => this.showHint(text),
       pullMissed: (error) =>
@@ -126,6 +129,7 @@ export class App implements CommandTarget {
     });
     session.surface.onFailed = (what, error) => this.toasts.fail(`${LACKS[what]} ${inWords(error)}`);
     this.scene.setDark(this.theme.dark);
+    this.tellName(facts.name);
     this.start.hidden = true;
     document.body.classList.remove('no-scene');
     this.hud.reset();
@@ -142,6 +146,17 @@ export class App implements CommandTarget {
     this.panel.show(this.scene.editor, size);
     this.scene.frameAll();
     this.refresh();
+  }
+
+  setFacts({ name, units }: SceneFacts): void {
+    this.scene?.setUnits(units);
+    this.tellName(name);
+  }
+
+  private tellName(name: string): void {
+    document.title = name ? `${name} · latticed` : 'latticed';
+    this.page.name.textContent = name;
+    if (this.scene !== undefined) this.recent.add({ id: this.scene.session.sceneId, name });
   }
 
   private refitInWords(distance: number): string {
@@ -205,7 +220,7 @@ export class App implements CommandTarget {
     this.viewport.onFrame(() => nav.update(this.viewport.rig.basis()));
     this.viewport.onDrawn((seen) => void this.hud.drawn(seen));
     const [left, right] = this.toolbars;
-    header.append(h('strong', {}, 'latticed'), new MenuBar(this.commands).element, this.people.element, right.element);
+    header.append(h('strong', {}, 'latticed'), new MenuBar(this.commands).element, this.page.name, this.people.element, right.element);
     tools.append(left.element);
     side.append(this.panel.element);
     this.hud.element.hidden = true;

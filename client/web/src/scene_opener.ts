@@ -21,7 +21,7 @@ import { showFitDialog } from './ui/dialogs/fit_dialog';
 import { randomPerson } from './ui/people';
 import { saveFile } from './ui/save_file';
 import type { Settings } from './state/settings';
-import { UNKNOWN_UNITS, type UpAxis } from './state/units';
+import { UNKNOWN_FACTS, type UpAxis } from './state/units';
 import { bytes, inWords } from './wire/words';
 import type { Workspace } from './workspace';
 
@@ -74,8 +74,14 @@ export class SceneOpener {
     try {
       await this.app.busy.during('Opening the scene …', this.open(id, isAsked));
     } catch (error) {
+      this.app.recent.forget(id);
       this.app.toasts.fail(`The scene ${id} could not be opened. ${inWords(error)}`);
     }
+  }
+
+  openRecent(id: string): void {
+    history.pushState(null, '', addressOf(id));
+    void this.openFromAddress();
   }
 
   /** Where the files that were dropped beside the mesh are kept. Others who open the scene do not have them. */
@@ -246,7 +252,7 @@ export class SceneOpener {
     if (!isAsked()) return false;
     const id = await this.app.services.createScene(mesh.id, scene);
     if (!isAsked() || !(await this.open(id, isAsked, mesh))) return false;
-    history.pushState(null, '', `?scene=${id}${location.hash}`); // the fragment may hold the token
+    history.pushState(null, '', addressOf(id));
     return true;
   }
 
@@ -262,10 +268,10 @@ export class SceneOpener {
     if (wasTextured) settings.set({ colouring: 'plain' }); // the texture belongs to the mesh before
     settings.set({ view, ...this.lookBefore });
     this.lookBefore = undefined;
-    this.app.show(session, facts?.units ?? UNKNOWN_UNITS);
+    this.app.show(session, facts ?? UNKNOWN_FACTS);
     void this.watchLattice(session);
     session.on('lattice', () => void this.watchLattice(session)); // its frame may have changed
-    if (facts === undefined) void this.learnUnits(session).catch(() => undefined);
+    if (facts === undefined) void this.learnFacts(session).catch(() => undefined);
     const { mesh: before } = this;
     if (known !== undefined) this.mesh = known;
     else if (before.id !== facts?.mesh) this.mesh = openMesh({ id: facts?.mesh ?? '' });
@@ -279,10 +285,10 @@ export class SceneOpener {
     if (session === this.app.scene?.session) this.app.watchLattice(extent);
   }
 
-  /** Units of a scene that had to be restored first. */
-  private async learnUnits(session: LiveSession): Promise<void> {
-    const { units } = await this.app.services.describeScene(session.sceneId);
-    if (session === this.app.scene?.session) this.app.scene.setUnits(units);
+  /** Name and units of a scene that had to be restored first. */
+  private async learnFacts(session: LiveSession): Promise<void> {
+    const facts = await this.app.services.describeScene(session.sceneId);
+    if (session === this.app.scene?.session) this.app.setFacts(facts);
   }
 
   /** Undefined if the scene is no longer requested. */
@@ -346,4 +352,8 @@ function byName(older: readonly File[], newer: readonly File[]): File[] {
 function viewFor({ faces }: Mesh): ViewRequest {
   const segments = Math.floor(Math.sqrt(TRIANGLES_AT_FIRST / (2 * Math.max(Number(faces), 1))));
   return { segments: Math.min(Math.max(segments, 2), 10), normals: 'smooth' };
+}
+
+function addressOf(sceneId: string): string {
+  return `?scene=${sceneId}${location.hash}`; // the fragment may hold the token
 }

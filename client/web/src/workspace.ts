@@ -8,7 +8,8 @@ import type { SceneView } from './scene_view';
 import type { LiveSession } from './session/live_session';
 import type { SessionStatus } from './session/scene_session';
 import type { Settings } from './state/settings';
-import type { Units } from './state/units';
+import type { RecentScenes } from './state/recent_scenes';
+import type { SceneFacts } from './state/units';
 import type { Store } from './state/store';
 import type { BusySign } from './ui/overlays/busy_sign';
 import type { Toasts } from './ui/toasts';
@@ -20,10 +21,13 @@ export interface Workspace {
   readonly toasts: Toasts;
   readonly busy: BusySign;
   readonly services: Services;
+  readonly recent: RecentScenes;
   /** The open scene. */
   readonly scene: SceneView | undefined;
   /** Replaces the open scene. */
-  show(session: LiveSession, units: Units): void;
+  show(session: LiveSession, facts: SceneFacts): void;
+  /** Shows the open scene's facts, if they are known later. */
+  setFacts(facts: SceneFacts): void;
   /** Tells about the open scene's lattice, and its mesh if that is known. */
   watchLattice(extent: MeshExtent | undefined): void;
   showStatus(status: SessionStatus): void;

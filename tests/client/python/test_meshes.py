@@ -25,7 +25,10 @@ def test_labels_and_units_are_kept_and_found(client):
 
     assert (mesh.name, mesh.labels) == ("crate", {"kind": "crate"})
     assert (mesh.info.up_axis, mesh.info.meters_per_unit) == (3, 0.5)
-    with client.create_scene(mesh, up_axis="y", crease_angle=0, delete_on_exit=True) as scene:
+    with client.create_scene(
+        mesh, up_axis="y", crease_angle=0, name="old crate", delete_on_exit=True
+    ) as scene:
+        assert scene.info.name == "old crate"
         assert (scene.info.units.up_axis, scene.info.units.meters_per_unit) == (2, 0.5)
         assert scene.info.HasField("crease_angle") and scene.info.crease_angle == 0
     assert [found.id for found in client.meshes("kind=crate")] == [mesh.id]

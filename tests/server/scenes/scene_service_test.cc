@@ -98,6 +98,26 @@ TEST_F(SceneServiceTest, UnitsAreThoseOfTheSceneElseOfTheMesh) {
   ExpectRefused(Create(request), Code::kInvalidArgument, "UNSUPPORTED", "units.up_axis");
 }
 
+TEST_F(SceneServiceTest, ANameIsTheMeshsUnlessOneIsGiven) {
+  v1::MeshHeader header = ObjHeader(CubeObj(3));
+  header.set_name("big.cow.obj");
+  v1::Mesh mesh;
+  ASSERT_OK(Upload(header, CubeObj(3), &mesh));
+  v1::CreateSceneRequest request = SceneRequest("c");
+  request.set_mesh(mesh.id());
+  v1::Scene scene;
+  ASSERT_OK(Create(request, &scene));
+  EXPECT_EQ(scene.name(), "big.cow");
+
+  request.set_scene_id("d");
+  request.set_name("../Kuh: Ä");
+  ASSERT_OK(Create(request, &scene));
+  EXPECT_EQ(scene.name(), "../Kuh: Ä");
+  request.set_scene_id("e");
+  request.set_name(std::string(256, 'a'));
+  ExpectRefused(Create(request), Code::kInvalidArgument, "OUT_OF_RANGE", "name");
+}
+
 TEST_F(SceneServiceTest, ACreaseAngleIsKeptAndMakesShadingSmooth) {
   v1::Mesh mesh;
   ASSERT_OK(Upload(ObjHeader(CubeObj(3)), CubeObj(3), &mesh));
@@ -136,7 +156,7 @@ TEST_F(SceneServiceTest, TheSameRequestReturnsTheSameScene) {
 }
 
 TEST_F(SceneServiceTest, RefusesBadCreations) {
-  for (const std::string id : {"", "short", "Upper-case", "under_score"}) {
+  for (const std::string id : {"", "Upper-case", "under_score"}) {
     ExpectRefused(Create(SceneRequest(id)), Code::kInvalidArgument, "INVALID_FIELD", "scene_id");
   }
   ExpectRefused(Create(SceneRequest(std::string(64, 'a'))), Code::kInvalidArgument, "INVALID_FIELD",

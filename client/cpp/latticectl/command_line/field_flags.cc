@@ -33,6 +33,7 @@ constexpr auto kFieldFlags = std::to_array<FieldFlag>({
     {"crease_angle", "--crease-angle"},
     {"diagnostics.pipeline", "--pipeline"},
     {"scene_id", "--id"},
+    {"name", "--name"},
     {"view.segments", "--segments"},
     {"view.normals", "--normals"},
     {"view.encoding", "--encoding"},

@@ -21,7 +21,7 @@ namespace latticed::client {
 namespace {
 
 struct SceneFlags : ServerFlags {
-  std::string id, mesh, lattice, filter;
+  std::string id, name, mesh, lattice, filter;
   FitFlags fit;
   v1::MeshUnits units;
   std::optional<double> crease_angle;
@@ -41,11 +41,12 @@ std::string Axes(const v1::LatticeAxes& axes) {
 }
 
 std::string ScenesText(const std::vector<v1::Scene>& scenes) {
-  TextTable table({"SCENE", "MESH", "SIZE", "REVISION", "PATCHES", "CHUNKS"});
+  TextTable table({"SCENE", "NAME", "MESH", "SIZE", "REVISION", "PATCHES", "CHUNKS"});
   for (const v1::Scene& scene : scenes) {
     const std::string size = scene.lattices_size() > 0 ? Axes(scene.lattices(0).size()) : "";
-    table.AddRow({scene.id(), scene.mesh().substr(0, 12), size, FormatCount(scene.revision()),
-                  FormatCount(scene.patches()), FormatCount(scene.chunks())});
+    table.AddRow({scene.id(), scene.name(), scene.mesh().substr(0, 12), size,
+                  FormatCount(scene.revision()), FormatCount(scene.patches()),
+                  FormatCount(scene.chunks())});
   }
   return table.Text();
 }
@@ -53,6 +54,7 @@ std::string ScenesText(const std::vector<v1::Scene>& scenes) {
 std::string SceneText(const v1::Scene& scene) {
   TextTable table;
   table.AddRow({"scene", scene.id()});
+  table.AddRow({"name", scene.name()});
   table.AddRow({"mesh", scene.mesh()});
   const MeshUnits units{UpAxisName(scene.units().up_axis()), scene.units().meters_per_unit()};
   table.AddRow({"units", units.known() ? Describe(units) : "unknown"});
@@ -95,6 +97,7 @@ absl::Status RunCreate(const SceneFlags& flags, Client& client, Console console)
   v1::CreateSceneRequest request;
   LATTICED_ASSIGN_OR_RETURN(*request.add_lattices(), Source(flags));
   request.set_scene_id(flags.id);
+  request.set_name(flags.name);
   request.set_mesh(flags.mesh);
   if (!IsMeshId(flags.mesh)) {
     LATTICED_ASSIGN_OR_RETURN(const auto file, ReadMeshFile(flags.mesh));
@@ -152,6 +155,7 @@ void AddSceneCommands(CLI::App& app, CommandLine& line) {
       ->required()
       ->type_name(kFileType);
   create->add_option("--id", flags->id, "Id of the scene; by default a random one");
+  create->add_option("--name", flags->name, "Name for people; by default the mesh's");
   CLI::Option* lattice = create->add_option("--lattice", flags->lattice, "JSON file of the lattice")
                              ->type_name(kFileType);
   AddFitFlags(*create, flags->fit);

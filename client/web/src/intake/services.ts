@@ -12,7 +12,7 @@ import { IndexedSceneStore } from '../session/store/indexed_scene_store';
 import type { LiveSession } from '../session/live_session';
 import { cornersOf } from '../session/patch_corners';
 import type { ViewRequest } from '../session/scene_session';
-import type { Units, UpAxis } from '../state/units';
+import type { SceneFacts, Units, UpAxis } from '../state/units';
 import type { RestCorners } from '../surface/patch_source';
 import { storedMesh } from '../session/store/scene_store';
 import { randomId } from '../wire/ids';
@@ -146,10 +146,10 @@ export class Services {
     return { bytes, file: await this.downloadMesh(id, scene) };
   }
 
-  /** A scene's mesh, the view of watchers that ask for none, and its units. */
-  async describeScene(sceneId: string): Promise<{ readonly mesh: string; readonly view: ViewRequest; readonly units: Units }> {
-    const { mesh, defaultView, units } = await this.server.scenes.getScene({ scene: sceneId });
-    return { mesh, view: defaultView === undefined ? {} : toView(defaultView), units: toUnits(units) };
+  /** A scene's name, its mesh, the view of watchers that ask for none, and its units. */
+  async describeScene(sceneId: string): Promise<SceneFacts & { readonly mesh: string; readonly view: ViewRequest }> {
+    const { name, mesh, defaultView, units } = await this.server.scenes.getScene({ scene: sceneId });
+    return { name, mesh, view: defaultView === undefined ? {} : toView(defaultView), units: toUnits(units) };
   }
 
   /** The place of a scene's mesh at rest. */

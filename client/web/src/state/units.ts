@@ -13,7 +13,14 @@ export interface Units {
   readonly metersPerUnit: number;
 }
 
-export const UNKNOWN_UNITS: Units = { metersPerUnit: 0 };
+/** What people want to know of a scene. */
+export interface SceneFacts {
+  /** May be empty. */
+  readonly name: string;
+  readonly units: Units;
+}
+
+export const UNKNOWN_FACTS: SceneFacts = { name: '', units: { metersPerUnit: 0 } };
 
 const LENGTHS = [['km', 1000], ['m', 1], ['cm', 0.01], ['mm', 0.001]] as const;
 

@@ -9,6 +9,8 @@ export type Page = ReturnType<typeof buildPage>;
 export function buildPage(root: HTMLElement) {
   const page = {
     header: h('header', { class: 'header' }),
+    /** The name of the open scene. */
+    name: h('span', { class: 'scene-name' }),
     tools: h('div', { class: 'tools' }),
     view: h('main', { class: 'view', id: 'viewport' }),
     side: h('div', { class: 'side' }),

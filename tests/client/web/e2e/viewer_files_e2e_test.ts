@@ -297,7 +297,7 @@ test('of two scenes the one that was asked for last is shown, also where the oth
   await fresh.close();
 });
 
-test('a decoder that cannot be fetched is said, and fetched with the next scene that is opened', async () => {
+test('a decoder that cannot be fetched is said, and fetched with the next scene; its name is in the title and on the start page', async () => {
   const { page: fresh } = await openPage(browser, `${server.origin}/#token=${TOKENS.edit}`);
   await fresh.route('**/draco_decoder-*.wasm', (route) => route.abort());
   await dropFiles(fresh, [['tetrahedron.stl', tetrahedronStl()]]);
@@ -314,6 +314,13 @@ test('a decoder that cannot be fetched is said, and fetched with the next scene 
   await createScene(fresh);
 
   await live(fresh);
+  const id = await fresh.evaluate(() => window.latticed.scene!.session.sceneId);
+  assert.equal(await fresh.title(), 'tetrahedron · latticed');
+  await fresh.goto(`${server.origin}/#token=${TOKENS.edit}`);
+  await fresh.getByRole('group', { name: 'Recent scenes' }).getByRole('button', { name: 'tetrahedron' }).click();
+  await live(fresh);
+  assert.equal(await fresh.evaluate(() => window.latticed.scene!.session.sceneId), id);
+  assert.equal(await fresh.locator('.scene-name').textContent(), 'tetrahedron');
   await fresh.close();
 });
 

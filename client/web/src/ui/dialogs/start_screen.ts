@@ -5,12 +5,14 @@
 import { MESH_ENDINGS } from '../../intake/mesh_file';
 import { SAMPLES, type SampleName } from '../../intake/samples';
 import { button } from '../controls';
+import type { RecentScene } from '../../state/recent_scenes';
 import { h } from '../dom';
 import { icon } from '../icons';
 
 export interface StartChoices {
   files(files: File[]): void;
   sample(name: SampleName): void;
+  scene(id: string): void;
 }
 
 /** Asks for files with the browser's dialog. */
@@ -19,7 +21,8 @@ export function chooseFiles(accept: string, chosen: (files: File[]) => void): vo
   input.click();
 }
 
-export function startScreen(choices: StartChoices): HTMLElement {
+/** @param recent Scenes to open again, newest first. */
+export function startScreen(choices: StartChoices, recent: readonly RecentScene[]): HTMLElement {
   const choose = (): void => chooseFiles(MESH_ENDINGS, (files) => files.length > 0 && choices.files(files));
   const browse = button(icon('open'), choose, { class: 'button primary' });
   browse.append('Open a mesh');
@@ -32,6 +35,7 @@ export function startScreen(choices: StartChoices): HTMLElement {
       h('small', {}, note),
     );
   });
+  const scenes = recent.map(({ id, name }) => button(name || id, () => choices.scene(id), { class: 'button', title: id }));
   return h(
     'section',
     { class: 'start', 'aria-label': 'Begin' },
@@ -46,5 +50,6 @@ export function startScreen(choices: StartChoices): HTMLElement {
       browse,
     ),
     h('div', { class: 'samples', role: 'group', 'aria-label': 'Samples' }, h('span', {}, 'or a sample'), ...samples),
+    scenes.length > 0 && h('div', { class: 'recent', role: 'group', 'aria-label': 'Recent scenes' }, h('span', {}, 'or go on with'), ...scenes),
   );
 }
