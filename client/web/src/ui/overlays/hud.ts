@@ -13,6 +13,7 @@ const LATENCIES = 31; // the number of newest latencies whose median is shown
 export class Hud {
   readonly element = h('div', { class: 'hud', role: 'group', 'aria-label': 'How fast the surface follows' });
   private readonly values: Record<string, HTMLElement> = {};
+  private readonly tip = h('p', { class: 'hud-tip', role: 'tooltip', hidden: true });
   private arrivals: number[] = [];
   private latencies: number[] = [];
   /** Time of the newest own edit that an update has brought and no frame has shown. */
@@ -29,6 +30,8 @@ export class Hud {
       this.values[name] = h('b', { 'data-hud': name }, '–');
       this.element.append(h('span', { title: hint }, this.values[name], ` ${unit}`));
     }
+    this.element.append(this.tip);
+    window.addEventListener('pointermove', (event) => this.explain(event));
   }
 
   /** Forgets the measurements, as for another scene. */
@@ -52,7 +55,7 @@ export class Hud {
     }
     const { server, transfer, decode, upload } = info.times;
     this.values['latency'].title =
-      `The newest: server ${ms(server)}, transfer ${ms(transfer)}, decoding ${ms(decode)}, upload ${ms(upload)}. ${LATENCY}`;
+      `The newest: server ${ms(server)}, transfer ${ms(transfer)}, decoding ${ms(decode)}, upload ${ms(upload)}`;
     this.showRate();
   }
 
@@ -64,6 +67,18 @@ export class Hud {
     await seen;
     this.latencies = [...this.latencies, performance.now() - edit].slice(-LATENCIES);
     this.values['latency'].textContent = median(this.latencies).toFixed(0);
+  }
+
+  /** Tells what the number below the mouse measures. The line itself takes no pointer, so that points below it can be pressed. */
+  private explain({ clientX, clientY, pointerType, buttons }: PointerEvent): void {
+    const isAt = (part: Element): boolean => {
+      const { left, right, top, bottom } = part.getBoundingClientRect();
+      return clientX >= left && clientX <= right && clientY >= top && clientY <= bottom;
+    };
+    const isHover = pointerType !== 'touch' && buttons === 0;
+    const part = isHover ? [...this.element.querySelectorAll('span')].find(isAt) : undefined;
+    this.tip.hidden = part === undefined;
+    if (part !== undefined) this.tip.textContent = [part.title, part.querySelector('b')!.title].filter(Boolean).join('. ');
   }
 
   /** Shows the rate, and repeats this until the rate is 0. */
