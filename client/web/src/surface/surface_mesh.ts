@@ -51,6 +51,9 @@ export interface SurfaceUpdate {
   readonly chunks: readonly { readonly index: number; readonly decoded: DecodedChunk }[];
 }
 
+/** Draws a shape over the surface where both are the same but for half a step of the grid. */
+const NEARER = { polygonOffset: true, polygonOffsetFactor: -1, polygonOffsetUnits: -256 };
+
 /** The streamed surface as three draws it: one geometry for all chunks, written in place. */
 export class SurfaceMesh {
   private static readonly PATCHES_ASKED = 10_000;  // takes about a millisecond
@@ -73,11 +76,10 @@ export class SurfaceMesh {
     shading: { value: null as Texture | null }, hollows: { value: null as Texture | null }, viewSize: { value: new Vector2() },
   };
   private readonly material = this.materialOf({ side: DoubleSide });
-  private readonly ghostMaterial = this.materialOf({ side: DoubleSide, transparent: true, depthWrite: false, polygonOffset: true,
-    polygonOffsetFactor: -1, polygonOffsetUnits: -256 });  // unmoved parts are half a grid step off at most
+  private readonly ghostMaterial = this.materialOf({ side: DoubleSide, transparent: true, depthWrite: false, ...NEARER });
   private readonly mesh = new Mesh(undefined, this.material);
   private readonly ghost = new Mesh(undefined, this.ghostMaterial);
-  private readonly flatMaterial = this.materialOf({ side: DoubleSide });
+  private readonly flatMaterial = this.materialOf({ side: DoubleSide, ...NEARER });
   private readonly flat = new Mesh(undefined, this.flatMaterial);
   private readonly shadings = new Shadings();
   private readonly overUniforms = { baseColour: { value: new Color(0xff7a1a) }, opacity: { value: 0.5 }, shading: { value: this.shadings.of('studio') } };
@@ -362,7 +364,7 @@ export class SurfaceMesh {
     redefine(this.flatMaterial, compare === 'split' ? { ...colours, FLAT: '' } : { ...form, FLAT: '' });
     this.ghost.visible = Boolean(look.ghost && restCorners && this.mesh.visible);
     this.flat.visible = compare !== undefined && compare !== 'off' && this.mesh.visible;
-    this.flatMaterial.transparent = compare === 'over';
+    this.flatMaterial.transparent = this.flatMaterial.polygonOffset = compare === 'over';
     const { baseColour, opacity, shading } = compare === 'over' ? this.overUniforms : this.uniforms;
     Object.assign(this.flatMaterial.uniforms, { baseColour, opacity, shading });
   }

@@ -141,7 +141,7 @@ export class Panel {
         this.switch('ghost', 'Rest shape'),
         this.switch('cage', 'Cage'),
         this.switch('knotBoxes', 'Box edges'),
-        this.switch('shadow', 'Ground shadow'),
+        this.switch('shadow', 'Shadow'),
       ),
     ];
   }

@@ -68,9 +68,11 @@ export async function setView(view: Parameters<LiveSession['setView']>[0], of = 
   }, view);
 }
 
-/** Saves a screenshot for people if LATTICED_SHOTS names a folder. */
+/** Saves a screenshot for people if LATTICED_SHOTS names a folder; its edges are smooth. */
 export async function shot(name: string, of = page): Promise<void> {
-  if (process.env.LATTICED_SHOTS) await of.screenshot({ path: join(process.env.LATTICED_SHOTS, `${name}.png`) });
+  if (!process.env.LATTICED_SHOTS) return;
+  await of.waitForFunction(() => window.latticed.viewport.isSmooth);
+  await of.screenshot({ path: join(process.env.LATTICED_SHOTS, `${name}.png`) });
 }
 
 export async function press(...keys: string[]): Promise<void> {

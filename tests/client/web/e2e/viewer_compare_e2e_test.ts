@@ -15,7 +15,10 @@ import { changesView, frames, live, segmentsCome } from './viewer_page';
 const TOP: Vec3 = [0.5, 0.5, 1];
 const ORANGE = 40; // by so much red exceeds blue where the other shape is drawn over the surface
 
-useStage({ context: { viewport: { width: 1200, height: 800 } } });
+useStage({
+  context: { viewport: { width: 1200, height: 800 } },
+  begin: () => page.addStyleTag({ content: '.hud { display: none }' }), // its figures are of software drawing
+});
 
 const apart = (): Promise<number> => page.evaluate(() => window.latticed.scene!.session.surface.largestDifference);
 const set = (settings: object): Promise<void> => page.evaluate((change) => window.latticed.settings.set(change), settings);
