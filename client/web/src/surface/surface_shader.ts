@@ -186,6 +186,9 @@ export const FRAGMENT_SHADER = /* glsl */ `
       return;
     #endif
     vec4 shade = shadeOf(normal, toEye);
+    #if defined(BOXES) || defined(DISPLACEMENT) || defined(DIFFERENCE) || defined(TEXTURED)
+      shade = vec4(0.3 + 0.45 * shade.rgb, 0.5 * shade.a);  // less light and shade, so that colours can be told
+    #endif
     vec3 colour = surfaceColour() * shade.rgb + shade.a;
     #ifdef HAS_NORMALS
       colour *= cavity();
