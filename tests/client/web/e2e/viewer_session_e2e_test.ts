@@ -3,13 +3,15 @@
 //
 // A session of a newcomer, which README's moving picture shows: the bent beam, the divider, a plane of control points that is
 // moved and turned. Its frames are LATTICED_SHOTS/session_*.png; client/web/README.md says how to join them.
-// Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer; LATTICED_SHOTS, a folder for screenshots.
+// Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer; LATTICED_SHOTS, a folder for screenshots;
+// LATTICED_FILM: takes all frames of the film, otherwise few.
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { errors, page, press, shot, until, useStage } from './stage';
 import { changesView, frames, live, onScreen } from './viewer_page';
 
-const STEPS = 12;
+const isFilm = process.env['LATTICED_FILM'] !== undefined;
+const STEPS = isFilm ? 12 : 3;
 
 useStage({ context: { viewport: { width: 880, height: 560 }, colorScheme: 'dark' } });
 
@@ -18,7 +20,7 @@ let frame = 0;
 /** Draws what has changed, and takes the next frame. */
 async function film(times = 1): Promise<void> {
   await frames(page);
-  for (let i = 0; i < times; ++i) await shot(`session_${String(frame++).padStart(3, '0')}`);
+  for (let i = 0; i < (isFilm ? times : 1); ++i) await shot(`session_${String(frame++).padStart(3, '0')}`);
 }
 
 /** Moves the pointer from a place to another, a frame for each step. */
