@@ -172,6 +172,7 @@ TEST_F(LatticectlServerTest, ResizesAndReplacesTheLatticeOfAScene) {
   Run({"edit", "undo", "scene-one"});
   Run({"edit", "undo", "scene-one"});
   EXPECT_EQ(size(), first);
+  MustRun({"lattice", Path("vase.obj"), "--padding", "0.3", "-o", Path("L.json")});
   ExpectFailure({"edit", "replace", "scene-one", "--lattice", Path("L.json"), "--keep-shape"},
                 HasSubstr("--lattice, frame: must be the scene's to keep the shape"));
   ExpectFailure({"edit", "resize", "scene-one", "--size", "2,2,2"}, HasSubstr("--size, u: got 2"));
