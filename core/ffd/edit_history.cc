@@ -4,13 +4,13 @@
 
 #include <algorithm>
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include "absl/strings/cord.h"
 #include "core/base/error.h"
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
-#include "core/ffd/knot_insertion.h"
 #include "fmt/format.h"
 
 namespace latticed {
@@ -60,11 +60,18 @@ absl::Status Conflict(std::string_view what, std::string_view editor_id) {
       {.reason = "UNDO_CONFLICT", .metadata = {{"editor_id", std::string(editor_id)}}});
 }
 
-// Returns the insert_knot, replace_lattice, undo or redo of a batch; it must be the only edit and outside of gestures. Else null.
+// Returns the edit of a batch of one, outside of gestures, if it is of this kind. Else null.
 template <typename T>
 const T* Lone(const EditBatch& batch) {
   if (batch.edits.size() != 1 || !batch.gesture_id.empty()) return nullptr;
   return std::get_if<T>(&batch.edits.front());
+}
+
+std::pair<std::optional<StructureEdit>, std::string_view> LoneStructureEdit(
+    const EditBatch& batch) {
+  if (const auto* insert = Lone<InsertKnot>(batch)) return {*insert, "edits[0].insert_knot"};
+  if (const auto* edit = Lone<ReplaceLattice>(batch)) return {*edit, "edits[0].replace_lattice"};
+  return {};
 }
 
 }  // namespace
@@ -130,13 +137,8 @@ absl::Status EditHistory::ApplyNew(const EditBatch& batch, TimePoint now,
     status = UndoStep(batch.editor_id, undo->scope, admit);
   } else if (Lone<Redo>(batch) != nullptr) {
     status = RedoStep(batch.editor_id, admit, summary);
-  } else if (const InsertKnot* insert = Lone<InsertKnot>(batch); insert != nullptr) {
-    status = Restructure(EditStep{.editor_id = batch.editor_id}, *insert, "edits[0].insert_knot",
-                         admit, summary);
-    if (status.ok()) ForgetUndone(batch.editor_id);
-  } else if (const ReplaceLattice* edit = Lone<ReplaceLattice>(batch); edit != nullptr) {
-    status = Restructure(EditStep{.editor_id = batch.editor_id}, *edit, "edits[0].replace_lattice",
-                         admit, summary);
+  } else if (const auto [edit, field] = LoneStructureEdit(batch); edit.has_value()) {
+    status = Restructure(EditStep{.editor_id = batch.editor_id}, *edit, field, admit, summary);
     if (status.ok()) ForgetUndone(batch.editor_id);
   } else if (Cancels(batch)) {
     // A client may cancel a gesture whose first update it never sent. Nothing is taken back then.
@@ -223,9 +225,8 @@ void EditHistory::WritePoints(const EditTarget& target, EditStep& step) {
 // edit is applied to the present one.
 absl::Status EditHistory::Restructure(EditStep step, StructureEdit edit, std::string_view field,
                                       const AdmitStructure& admit, EditSummary& summary) {
-  LATTICED_ASSIGN_OR_RETURN(auto change, ChangeStructure(lattice(), edit, field));
+  LATTICED_ASSIGN_OR_RETURN(auto change, ChangeStructure(lattice(), edit, field, admit));
   auto& [structure, control_points] = change.lattice;
-  LATTICED_RETURN_IF_ERROR(admit(structure));
   CommitGestures("", "");
   // Undone steps above this one name its id. They may be redone only if their indices mean the same as before.
   const bool same = step.structural.has_value() && step.structural->structure == structure;
@@ -288,7 +289,8 @@ absl::Status EditHistory::RedoStep(std::string_view editor_id, const AdmitStruct
   const auto position = std::next(found).base();
   if (found->step.structural.has_value()) {
     StructureEdit edit = found->step.structural->edit;
-    if (auto* replaced = std::get_if<ReplaceLattice>(&edit); replaced != nullptr) {
+    if (auto* replaced = std::get_if<ReplaceLattice>(&edit);
+        replaced != nullptr && !replaced->keep_shape) {
       replaced->lattice.control_points = found->step.positions;
     }
     auto status = Restructure(found->step, std::move(edit), "edits[0].redo", admit, summary);

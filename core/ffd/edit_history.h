@@ -53,7 +53,7 @@ class EditHistory {
   using TimePoint = std::chrono::steady_clock::time_point;
   // Called before a batch that changes the structure takes effect; an error refuses the batch. A scene makes its plan
   // and asks for memory here.
-  using AdmitStructure = std::function<absl::Status(const LatticeStructure&)>;
+  using AdmitStructure = latticed::AdmitStructure;
   // The status by which AdmitStructure puts a batch off. Apply then returns it, changes nothing and keeps no result for
   // replay; the caller applies the batch again later.
   [[nodiscard]] static absl::Status PutOff();
@@ -80,8 +80,8 @@ class EditHistory {
   // 0 for an editor that is not remembered.
   uint64_t last_sequence(std::string_view editor_id) const;
   size_t undo_steps() const { return layers_.steps().size(); }
-  // The bytes of all steps, undone ones included, and of the results kept for replay.
-  size_t MemoryBytes() const { return UndoBytes() + ledger_.MemoryBytes(); }
+  // The bytes of all steps, undone ones included, of replaced lattices, and of the results kept for replay.
+  size_t MemoryBytes() const { return UndoBytes() + layers_.BaseBytes() + ledger_.MemoryBytes(); }
   // Frees memory: forgets the step that was undone longest ago, or else the oldest step, which can then no longer be
   // undone. Returns false where only the newest step is left.
   bool ForgetOldestStep();

@@ -48,7 +48,17 @@ size_t EditStep::MemoryBytes() const {
 static_assert(std::is_nothrow_move_constructible_v<EditStep>);
 
 EditLayers::EditLayers(Lattice base)
-    : base_(std::move(base)), base_initial_(base_), lattice_(base_), initial_(base_) {}
+    : base_(std::move(base)),
+      base_initial_(std::make_shared<const Lattice>(base_)),
+      lattice_(base_),
+      initial_(base_initial_) {}
+
+size_t EditLayers::BaseBytes() const {
+  const size_t base = base_.control_points.size(), present = lattice_.control_points.size();
+  size_t points = base - std::min(base, present);
+  if (initial_ != base_initial_) points += base_initial_->control_points.size();
+  return points * sizeof(Vec3d);
+}
 
 void EditLayers::Push(EditStep step) {
   steps_.push_back(std::move(step));
@@ -56,7 +66,7 @@ void EditLayers::Push(EditStep step) {
   bytes_ += top.MemoryBytes();
   if (top.structural.has_value()) {
     lattice_ = {top.structural->structure, top.positions};
-    if (top.structural->replaces()) initial_ = lattice_;
+    if (top.structural->replaces()) initial_ = std::make_shared<const Lattice>(lattice_);
     return;
   }
   for (size_t n = 0; n < top.indices.size(); ++n) {
@@ -89,7 +99,12 @@ void EditLayers::FoldOldest() {
   if (oldest.structural.has_value()) {
     const bool replaces = oldest.structural->replaces();
     base_ = {std::move(oldest.structural->structure), std::move(oldest.positions)};
-    if (replaces) base_initial_ = base_;
+    if (replaces) {
+      const bool last = std::none_of(steps_.begin() + 1, steps_.end(), [](const EditStep& step) {
+        return step.structural.has_value() && step.structural->replaces();
+      });
+      base_initial_ = last ? initial_ : std::make_shared<const Lattice>(base_);
+    }
     base_structure_step_ = oldest.id;
   } else {
     for (size_t n = 0; n < oldest.indices.size(); ++n) {
@@ -139,7 +154,8 @@ void EditLayers::RebuildLattice() {
   initial_ = base_initial_;
   for (const EditStep& step : steps_) {
     if (step.structural.has_value()) lattice_ = {step.structural->structure, step.positions};
-    if (step.structural.has_value() && step.structural->replaces()) initial_ = lattice_;
+    if (step.structural.has_value() && step.structural->replaces())
+      initial_ = std::make_shared<const Lattice>(lattice_);
     for (size_t n = 0; n < step.indices.size(); ++n) {
       lattice_.control_points[step.indices[n]] = step.positions[n];
     }

@@ -20,6 +20,7 @@
 #include <chrono>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -66,7 +67,7 @@ class EditLayers {
 
   const Lattice& lattice() const { return lattice_; }
   // The lattice that the layers began with, or the last replacement as it was made.
-  const Lattice& initial() const { return initial_; }
+  const Lattice& initial() const { return *initial_; }
   // Oldest first.
   const std::vector<EditStep>& steps() const { return steps_; }
 
@@ -83,14 +84,18 @@ class EditLayers {
   const LatticeStructure& StructureWithout(size_t position) const;
   // The bytes of all steps.
   size_t MemoryBytes() const { return bytes_; }
+  // The bytes of lattices that were replaced, as far as they are larger than, or besides, those of the present structure.
+  size_t BaseBytes() const;
 
  private:
   void RestorePoints(const std::vector<uint32_t>& indices);
   void RebuildLattice();
 
-  Lattice base_, base_initial_;
+  Lattice base_;
+  std::shared_ptr<const Lattice> base_initial_;  // initial() without steps
   uint64_t base_structure_step_ = 0;
-  Lattice lattice_, initial_;
+  Lattice lattice_;
+  std::shared_ptr<const Lattice> initial_;
   std::vector<EditStep> steps_;
   size_t bytes_ = 0;  // of steps_
 };

@@ -207,24 +207,26 @@ absl::Status ApplyEdit(const Edit& edit, const Lattice& initial, std::string_vie
 }
 
 absl::StatusOr<StructureChange> ChangeStructure(const Lattice& lattice, const StructureEdit& edit,
-                                                std::string_view field) {
+                                                std::string_view field,
+                                                const AdmitStructure& admit) {
   if (const auto* insert = std::get_if<InsertKnot>(&edit); insert != nullptr) {
     LATTICED_ASSIGN_OR_RETURN(auto refined,
                               WithKnotInserted(lattice, insert->axis, insert->value, field));
+    LATTICED_RETURN_IF_ERROR(admit(refined.structure));
     return StructureChange{std::move(refined)};
   }
   const auto& [wanted, keep_shape] = std::get<ReplaceLattice>(edit);
-  if (!keep_shape) {
-    LATTICED_RETURN_IF_ERROR(Validate(wanted));
-    return StructureChange{wanted};
-  }
-  LATTICED_RETURN_IF_ERROR(Validate(wanted.structure));
-  if (wanted.structure.frame != lattice.structure.frame) {
+  if (keep_shape && wanted.structure.frame != lattice.structure.frame) {
     return error::InvalidField(fmt::format("{}.lattice.frame", field),
                                "must be the scene's to keep the shape");
   }
+  LATTICED_RETURN_IF_ERROR(admit(wanted.structure));
+  if (!keep_shape) return StructureChange{wanted};
   LatticeRefit refit = Refit(lattice, wanted.structure);
-  LATTICED_RETURN_IF_ERROR(Validate(refit.lattice));
+  if (!Validate(refit.lattice).ok()) {
+    return error::InvalidField(fmt::format("{}.lattice", field),
+                               "cannot keep the shape: its knots lie too close together");
+  }
   return StructureChange{std::move(refit.lattice), refit.residual};
 }
 

@@ -12,6 +12,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -111,10 +112,15 @@ struct StructureChange {
   double residual = 0;  // of LatticeRefit, world units; 0 where no shape was to be kept
 };
 
-// What an edit makes of `lattice`. Errors: kInvalidArgument naming a field that begins with `field`.
+// Called with the structure that an edit leads to, before the costly part; an error ends it.
+using AdmitStructure = std::function<absl::Status(const LatticeStructure&)>;
+
+// Makes another lattice of `lattice`. The edit's own lattice must be valid. Errors: kInvalidArgument naming a field that
+// begins with `field`; those of `admit`.
 [[nodiscard]] absl::StatusOr<StructureChange> ChangeStructure(const Lattice& lattice,
                                                               const StructureEdit& edit,
-                                                              std::string_view field);
+                                                              std::string_view field,
+                                                              const AdmitStructure& admit);
 
 // Whether two points have the same bits. A point "has not moved" if this is so.
 [[nodiscard]] bool SameBits(Vec3d a, Vec3d b);

@@ -16,6 +16,7 @@ namespace {
 constexpr int kBand =
     limits::kMaxDegree;              // functions that overlap have indices at most so far apart
 constexpr double kSameKnot = 1e-12;  // of the domain
+constexpr double kPivot = 1e-15;     // of the largest: smaller ones are rounding errors
 // Gauss-Legendre on [-1, 1], exact to degree 7; products of two functions have degree 6 at most.
 constexpr std::array kNodes{-0.86113631159405258, -0.33998104358485626, 0.33998104358485626,
                             0.86113631159405258};
@@ -40,10 +41,12 @@ struct BasisRow {
   std::array<double, kBand + 1> values{};
 };
 
+// `places` ascend.
 std::vector<BasisRow> BasisRows(const Axis& axis, const std::vector<double>& places) {
   std::vector<BasisRow> rows(places.size());
+  int span = FindLowerSpan(axis.knots.data(), axis.degree, axis.size, places[0]);
   for (size_t n = 0; n < places.size(); ++n) {
-    const int span = FindLowerSpan(axis.knots.data(), axis.degree, axis.size, places[n]);
+    while (span + 1 < axis.size && axis.knots[static_cast<size_t>(span) + 1] < places[n]) ++span;
     rows[n].first = static_cast<size_t>(span - axis.degree);
     rows[n].count = static_cast<size_t>(axis.degree) + 1;
     EvaluateBasis(axis.knots.data(), axis.degree, span, places[n], rows[n].values.data());
@@ -98,12 +101,6 @@ Vec3d At(const BasisRow& row, const Vec3d* line, size_t stride) {
   return sum;
 }
 
-Grid Evaluated(const Grid& grid, size_t axis, const std::vector<BasisRow>& rows) {
-  return AlongAxis(grid, axis, rows.size(), [&](const Vec3d* in, Vec3d* out, size_t stride) {
-    for (size_t n = 0; n < rows.size(); ++n) out[n * stride] = At(rows[n], in, stride);
-  });
-}
-
 // The L2 projection along one axis.
 class AxisProjection {
  public:
@@ -135,7 +132,8 @@ class AxisProjection {
   }
 
  private:
-  // Cholesky's factor of the mass matrix: factor_[i][d] is its entry (i, i - d).
+  // Cholesky's factor of the mass matrix: factor_[i][d] is its entry (i, i - d). A control point that has no effect in
+  // the domain has a pivot of zero and a right-hand side of zero: with a pivot above zero it stays at rest.
   void FactorMass() {
     factor_.resize(size_);
     for (size_t n = 0; n < weights_.size(); ++n) {
@@ -146,13 +144,15 @@ class AxisProjection {
         }
       }
     }
+    double largest = 0;
+    for (const auto& row : factor_) largest = std::max(largest, row[0]);
     for (size_t i = 0; i < size_; ++i) {
       for (size_t d = std::min<size_t>(kBand, i) + 1; d-- > 0;) {
         double& entry = factor_[i][d];
         for (size_t e = d + 1; e <= std::min<size_t>(kBand, i); ++e) {
           entry -= factor_[i][e] * factor_[i - d][e - d];
         }
-        entry = d > 0 ? entry / factor_[i - d][0] : std::sqrt(entry);
+        entry = d > 0 ? entry / factor_[i - d][0] : std::sqrt(std::max(entry, kPivot * largest));
       }
     }
   }
@@ -188,30 +188,62 @@ Grid Displacements(const Lattice& lattice) {
   return grid;
 }
 
-// The largest difference at the breakpoints and half-way between them. The last axis is evaluated place by place, which
-// needs less memory.
-double LargestDifference(Grid a, Grid b, const LatticeStructure& of_a,
+// The knots of both and the places half-way between them.
+std::vector<double> ResidualPlaces(const Axis& a, const Axis& b) {
+  const std::vector<double> breakpoints = Breakpoints(a, b);
+  std::vector<double> places{0};
+  for (size_t n = 0; n + 1 < breakpoints.size(); ++n) {
+    places.push_back((breakpoints[n] + breakpoints[n + 1]) / 2);
+    places.push_back(breakpoints[n + 1]);
+  }
+  return places;
+}
+
+// Leaves every n-th place of each axis, for the smallest n with which they are few enough.
+void Thin(std::array<std::vector<double>, 3>& places) {
+  const auto left = [&](size_t nth) {
+    size_t product = 1;
+    for (const auto& axis : places) product *= (axis.size() + nth - 1) / nth;
+    return product;
+  };
+  size_t nth = 1;
+  while (left(nth) > kMostResidualPlaces) ++nth;
+  for (auto& axis : places) {
+    size_t kept = 0;
+    for (size_t n = 0; n < axis.size(); n += nth) axis[kept++] = axis[n];
+    axis.resize(kept);
+  }
+}
+
+Vec3d At(const Grid& grid, const BasisRow& u, const BasisRow& v, const BasisRow& w) {
+  Vec3d sum;
+  for (size_t k = 0; k < w.count; ++k) {
+    for (size_t j = 0; j < v.count; ++j) {
+      const size_t row = grid.size[0] * (v.first + j + grid.size[1] * (w.first + k));
+      sum += w.values[k] * v.values[j] * At(u, &grid.values[row], 1);
+    }
+  }
+  return sum;
+}
+
+double LargestDifference(const Grid& a, const Grid& b, const LatticeStructure& of_a,
                          const LatticeStructure& of_b) {
-  double largest = 0;
+  std::array<std::vector<double>, 3> places;
   for (size_t axis = 0; axis < 3; ++axis) {
-    const Axis axis_a(of_a, axis), axis_b(of_b, axis);
-    const std::vector<double> breakpoints = Breakpoints(axis_a, axis_b);
-    std::vector<double> places{0};
-    for (size_t n = 0; n + 1 < breakpoints.size(); ++n) {
-      places.push_back((breakpoints[n] + breakpoints[n + 1]) / 2);
-      places.push_back(breakpoints[n + 1]);
-    }
-    const auto rows_a = BasisRows(axis_a, places), rows_b = BasisRows(axis_b, places);
-    if (axis < 2) {
-      a = Evaluated(a, axis, rows_a);
-      b = Evaluated(b, axis, rows_b);
-      continue;
-    }
-    const size_t stride = a.size[0] * a.size[1];
-    for (size_t n = 0; n < places.size(); ++n) {
-      for (size_t at = 0; at < stride; ++at) {
-        const Vec3d difference =
-            At(rows_a[n], &a.values[at], stride) - At(rows_b[n], &b.values[at], stride);
+    places[axis] = ResidualPlaces(Axis(of_a, axis), Axis(of_b, axis));
+  }
+  Thin(places);
+  std::array<std::vector<BasisRow>, 3> rows_a, rows_b;
+  for (size_t axis = 0; axis < 3; ++axis) {
+    rows_a[axis] = BasisRows(Axis(of_a, axis), places[axis]);
+    rows_b[axis] = BasisRows(Axis(of_b, axis), places[axis]);
+  }
+  double largest = 0;
+  for (size_t k = 0; k < places[2].size(); ++k) {
+    for (size_t j = 0; j < places[1].size(); ++j) {
+      for (size_t i = 0; i < places[0].size(); ++i) {
+        const Vec3d difference = At(a, rows_a[0][i], rows_a[1][j], rows_a[2][k]) -
+                                 At(b, rows_b[0][i], rows_b[1][j], rows_b[2][k]);
         largest = std::max(largest, Norm(difference));
       }
     }
@@ -219,12 +251,21 @@ double LargestDifference(Grid a, Grid b, const LatticeStructure& of_a,
   return largest;
 }
 
+// The axes that shrink come first, so that no grid in between is larger than both ends.
+std::array<size_t, 3> AxesByGrowth(const LatticeStructure& from, const LatticeStructure& to) {
+  std::array<size_t, 3> axes{0, 1, 2};
+  std::ranges::sort(axes, {}, [&](size_t axis) {
+    return static_cast<double>(to.size[axis]) / static_cast<double>(from.size[axis]);
+  });
+  return axes;
+}
+
 }  // namespace
 
 LatticeRefit Refit(const Lattice& lattice, const LatticeStructure& structure) {
   const Grid given = Displacements(lattice);
   Grid fitted = given;
-  for (size_t axis = 0; axis < 3; ++axis) {
+  for (const size_t axis : AxesByGrowth(lattice.structure, structure)) {
     const AxisProjection projection(Axis(lattice.structure, axis), Axis(structure, axis));
     fitted = projection.Apply(fitted, axis);
   }

@@ -16,13 +16,18 @@
 #ifndef LATTICED_CORE_FFD_LATTICE_REFIT_H_
 #define LATTICED_CORE_FFD_LATTICE_REFIT_H_
 
+#include <cstddef>
+
 #include "core/ffd/lattice.h"
 
 namespace latticed {
 
+inline constexpr size_t kMostResidualPlaces = size_t{1} << 19;  // a tenth of a second
+
 struct LatticeRefit {
   Lattice lattice;
-  // Largest distance between both deformations at the knots and half-way between them, in world units.
+  // Largest distance between both deformations at the knots and half-way between them, in world units. Of more than
+  // kMostResidualPlaces such places, a part that is spread over the frame.
   double residual = 0;
 };
 

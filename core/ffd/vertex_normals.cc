@@ -53,9 +53,9 @@ class CornerNormals {
     LATTICED_RETURN_IF_ERROR(GatherCorners());
     normals_.resize(mesh_.corner_count());
     for (size_t place = 0; place + 1 < place_offsets_.size(); ++place) {
-      LATTICED_RETURN_IF_ERROR(poll_.Step());
       const std::span corners(corners_.data() + place_offsets_[place],
                               corners_.data() + place_offsets_[place + 1]);
+      LATTICED_RETURN_IF_ERROR(poll_.Step(corners.size()));
       GroupAround(corners);
       SetNormals(corners);
     }
@@ -99,8 +99,10 @@ class CornerNormals {
       const auto [corner, face] = corners[k];
       if (k > 0 && corners[k - 1].face == face) Unite(k - 1, k);  // a face that repeats a position
       const uint32_t begin = mesh_.face_offsets[face], end = mesh_.face_offsets[face + 1];
-      spokes_.push_back({PlaceOf(corner > begin ? corner - 1 : end - 1), k});
-      spokes_.push_back({PlaceOf(corner + 1 < end ? corner + 1 : begin), k});
+      for (const uint32_t neighbour :
+           {corner > begin ? corner - 1 : end - 1, corner + 1 < end ? corner + 1 : begin}) {
+        if (PlaceOf(neighbour) != PlaceOf(corner)) spokes_.push_back({PlaceOf(neighbour), k});
+      }
     }
     std::sort(spokes_.begin(), spokes_.end());
     for (size_t a = 0; a < spokes_.size(); ++a) {

@@ -9,7 +9,7 @@
 //
 //   An edge is smooth if the faces at it meet at the crease angle or less. Edges are identified by position, so that
 //   seams of UVs or normals do not count. An edge at a face without area is not smooth. Of more than four faces at an
-//   edge, each is compared with three others.
+//   edge, each is compared with the next three in the file.
 //
 // Units    degrees; the angle between two faces is that of their area vectors, 0 where they are coplanar
 // Errors   what `stop` returns

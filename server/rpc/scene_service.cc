@@ -11,9 +11,11 @@
 #include <vector>
 
 #include "absl/strings/ascii.h"
+#include "absl/strings/match.h"
 #include "absl/strings/numbers.h"
 #include "core/base/error.h"
 #include "core/base/status_macros.h"
+#include "core/base/utf8.h"
 #include "fmt/format.h"
 #include "latticed/v1/scene.grpc.pb.h"
 #include "server/base/labels.h"
@@ -202,11 +204,13 @@ absl::StatusOr<NextPart<v1::TopologyPart>> OpenTopology(const CallContext& conte
   };
 }
 
-// cow-deformed.glb, by the scene's name or else its id. It must be no path, nor hidden.
+// cow-deformed.glb, by the scene's name or else its id, in letters that file systems take; not hidden.
 std::string ExportFileName(const Scene& scene, const ExportSpec& spec) {
-  std::string name = scene.config().name.empty() ? scene.id() : scene.config().name;
+  constexpr size_t kMostBytes = 200;  // of 255, which most file systems take
+  const std::string& full = scene.config().name.empty() ? scene.id() : scene.config().name;
+  std::string name(CutUtf8(full, kMostBytes));
   for (char& c : name) {
-    if (c == '/' || c == '\\' || c == ':' || absl::ascii_iscntrl(static_cast<unsigned char>(c)))
+    if (absl::ascii_iscntrl(static_cast<unsigned char>(c)) || absl::StrContains("/\\:*?\"<>|", c))
       c = '_';
   }
   if (name.front() == '.') name.front() = '_';

@@ -131,8 +131,12 @@ absl::StatusOr<Edit> Read(const v1::ReplaceLattice& edit, std::string_view field
   if (edit.keep_shape() && edit.lattice().control_points_size() > 0) {
     return error::InvalidField(path + ".control_points", "must be empty with keep_shape");
   }
+  if (edit.keep_shape()) {
+    LATTICED_ASSIGN_OR_RETURN(auto structure, StructureFromProto(edit.lattice(), path));
+    return ReplaceLattice{{.structure = std::move(structure), .control_points = {}}, true};
+  }
   LATTICED_ASSIGN_OR_RETURN(auto lattice, FromProto(edit.lattice(), path));
-  return ReplaceLattice{std::move(lattice), edit.keep_shape()};
+  return ReplaceLattice{std::move(lattice), false};
 }
 
 absl::StatusOr<Edit> Read(const v1::Reset& edit, std::string_view field) {
@@ -190,6 +194,11 @@ absl::StatusOr<EditBatch> FromProto(const v1::EditBatch& batch, const PolygonMes
                             ReadEnum(kPhases, batch.gesture_phase(), "gesture_phase"));
   result.edits.reserve(static_cast<size_t>(batch.edits_size()));
   for (int i = 0; i < batch.edits_size(); ++i) {
+    // Refused before it is read: many short ones would take far more memory than the request.
+    if (batch.edits(i).has_replace_lattice() && batch.edits_size() > 1) {
+      return error::InvalidField(fmt::format("edits[{}].replace_lattice", i),
+                                 "must be the only edit of its batch, outside any gesture");
+    }
     auto edit = ReadEdit(batch.edits(i), mesh, fmt::format("edits[{}]", i));
     if (!edit.ok()) return edit.status();  // with the macro, GCC 12 takes the variant for unset
     result.edits.push_back(*std::move(edit));

@@ -164,8 +164,16 @@ TEST_F(LatticectlServerTest, ResizesAndReplacesTheLatticeOfAScene) {
   const nlohmann::json first = size();
   Run({"edit", "move", "scene-one", "--point", "0,0,0", "--by", "0.5,0,0"});
   EXPECT_THAT(Run({"edit", "resize", "scene-one", "--size", "8,8,8", "--degree", "3,3,3"}),
-              HasSubstr("the shape changed by at most "));
+              HasSubstr("the shape changed by about "));
   EXPECT_EQ(size()["u"], 8);
+  // An axis that does not change keeps its knots.
+  Run({"edit", "insert-knot", "scene-one", "u", "0.1"});
+  EXPECT_THAT(Run({"edit", "resize", "scene-one", "--size", "9,8,12"}),
+              HasSubstr("the shape changed by about "));
+  EXPECT_EQ(size()["w"], 12);
+  Run({"edit", "undo", "scene-one"});
+  Run({"edit", "undo", "scene-one"});
+  ExpectFailure({"edit", "resize", "scene-one"}, HasSubstr("--size or --degree is needed"));
   MustRun({"lattice", Path("vase.obj"), "--size", "3,4,5", "-o", Path("L.json")});
   Run({"edit", "replace", "scene-one", "--lattice", Path("L.json")});
   EXPECT_EQ(size()["w"], 5);

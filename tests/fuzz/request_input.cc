@@ -80,7 +80,7 @@ const std::vector<TextCall>& TextCalls() {
       {"ApplyEdits", {R"(scene: "scene-one" editor_id: "editor-two" sequence: 2 structure_id: 1
             edits { insert_knot { axis: LATTICE_AXIS_U value: 0.5 } })"}},
       {"ApplyEdits", {R"(scene: "scene-one" editor_id: "editor-two" sequence: 3 structure_id: 2
-            edits { replace_lattice { keep_shape: true lattice { degree { u: 1 v: 2 w: 3 } size { u: 3 v: 4 w: 5 }
+            edits { replace_lattice { lattice { degree { u: 1 v: 2 w: 3 } size { u: 3 v: 4 w: 5 }
             frame { origin {} u { x: 1 } v { y: 1 } w { z: 1 } } } } })"}},
       {"ApplyEdits",
        {R"(scene: "scene-one" editor_id: "editor-one" sequence: 4 edits { undo { scope: UNDO_SCOPE_SCENE } })"}},

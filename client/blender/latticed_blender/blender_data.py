@@ -32,7 +32,8 @@ def read_mesh(source):
         faces = corners.reshape(-1, sizes[0])
     else:
         faces = [corners[begin : begin + size] for begin, size in zip(begins, sizes)]
-    crease_angle = math.degrees(mesh.auto_smooth_angle) if mesh.use_auto_smooth else 180.0
+    # Blender's 180 degrees are a float32, which is a little more.
+    crease_angle = min(180.0, math.degrees(mesh.auto_smooth_angle)) if mesh.use_auto_smooth else 180.0
     return SourceMesh(_array(mesh.vertices, "co", 3, np.float32), faces, crease_angle)
 
 

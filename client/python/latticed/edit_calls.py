@@ -114,7 +114,8 @@ class EditCalls(PointEdits[Applied]):
         """Gives the scene another lattice.
 
         keep_shape: the lattice has the scene's frame. Its control points are ignored; those that keep the
-        present shape best are fitted. EditResult.drag_residual is the largest distance that it changed by.
+        present shape best are fitted. EditResult.drag_residual is the largest distance at the knots
+        and half-way between them.
         """
         return self.apply([edits.replace_lattice(lattice, keep_shape)])
 

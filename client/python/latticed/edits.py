@@ -90,7 +90,8 @@ def replace_lattice(lattice: Lattice, keep_shape: bool = False) -> edit_pb2.Edit
     """Gives the scene another lattice. It must be the only edit of its batch.
 
     keep_shape: the lattice has the scene's frame. Its control points are ignored; those that keep the present
-    shape best are fitted. EditResult.drag_residual is the largest distance that the shape changed by.
+    shape best are fitted. EditResult.drag_residual is the largest distance at the knots and
+    half-way between them.
     """
     change = edit_pb2.ReplaceLattice(lattice=lattice.to_proto(), keep_shape=keep_shape)
     if keep_shape:

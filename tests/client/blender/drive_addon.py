@@ -4,6 +4,7 @@
 # usage: blender --background --factory-startup --python-exit-code 1 --python drive_addon.py -- ADDON.zip
 # Installs the add-on as a person would, connects it to LATTICED_SERVER and edits the lattice. Compares the
 # result object with Blender's own lattice modifier on the same points.
+import math
 import os
 import sys
 import time
@@ -224,6 +225,10 @@ def follows_the_view(rest):
     mesh.update()
     bpy.context.view_layer.update()
     wait_for(lambda: differs() < 0.02, "creases at every edge")
+    mesh.auto_smooth_angle = math.pi
+    mesh.update()
+    bpy.context.view_layer.update()
+    wait_for(lambda: differs() > 0.05, "the largest crease angle")
     settings.normals = "NONE"
     wait_for(lambda: not result().data.use_auto_smooth, "no normals")
 

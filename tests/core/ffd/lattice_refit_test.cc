@@ -124,10 +124,31 @@ TEST(LatticeRefit, WhatHasNotMovedStaysAtRestBitForBit) {
 }
 
 TEST(LatticeRefit, TakesTheLongestAndTheLargestLattices) {
+  constexpr double kFarthest = 3;  // jitter of 0.4 of the shortest edge
   const Lattice longest = Shaken(Structure({3, 1, 1}, {8192, 2, 2}), 3);
   EXPECT_LT(Refit(longest, longest.structure).residual, 1e-10);
+  for (const std::array<int, 3> size : {std::array{2, 8192, 2}, {2, 2, 8192}, {4, 64, 128}}) {
+    const LatticeRefit other = Refit(longest, Structure({1, 1, 1}, size));
+    EXPECT_GT(other.residual, 0.01);
+    EXPECT_LT(other.residual, kFarthest);
+  }
   const Lattice largest = Shaken(Structure({3, 3, 3}, {32, 32, 32}), 3);
-  EXPECT_LT(Refit(largest, Structure({3, 3, 3}, {63, 32, 16})).residual, 10);
+  EXPECT_LT(Refit(largest, Structure({3, 3, 3}, {63, 32, 16})).residual, kFarthest);
+}
+
+// A function may have no support in the domain, and knots may lie closer together than a double can tell apart.
+TEST(LatticeRefit, ControlPointsWithoutEffectStayAtRest) {
+  LatticeStructure odd = Structure({1, 1, 1}, {3, 2, 2});
+  odd.knots[0] = {-1, 0, 0, 1, 1};
+  const Lattice given = Shaken(Structure({2, 2, 2}, {4, 4, 4}), 9);
+  const LatticeRefit refit = Refit(given, odd);
+  EXPECT_EQ(refit.lattice.control_points[0], IdentityControlPoints(odd)[0]);
+  EXPECT_OK(Validate(refit.lattice));
+  EXPECT_LT(refit.residual, 3);
+
+  LatticeStructure close = Structure({1, 1, 1}, {5, 2, 2});
+  close.knots[0] = {0, 0, 0.5, 0.5 + 1e-13, 0.5 + 2e-13, 1, 1};
+  EXPECT_TRUE(std::isfinite(Refit(given, close).residual));
 }
 
 }  // namespace

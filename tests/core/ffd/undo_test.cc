@@ -173,6 +173,13 @@ TEST_F(EditHistoryTest, AReplacementMayKeepTheShape) {
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("only edit of its batch")));
 }
 
+TEST_F(EditHistoryTest, CountsTheLatticeThatASmallerOneReplaces) {
+  const size_t before = history_.MemoryBytes();
+  ASSERT_OK(Do("ann", ReplaceLattice{*FitLattice(UnitBounds(), {2, 2, 2}, {1, 1, 1}, 0)}));
+  // The base has 64 points instead of 8, and its initial lattice 64.
+  EXPECT_GE(history_.MemoryBytes(), before + (56 + 64) * sizeof(Vec3d));
+}
+
 TEST_F(EditHistoryTest, AFoldedReplacementStaysTheStart) {
   const Lattice wanted = *FitLattice(UnitBounds(), {5, 3, 4}, {3, 1, 2}, 0.25);
   ASSERT_OK(Do("ann", ReplaceLattice{wanted}));

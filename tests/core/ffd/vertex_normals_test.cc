@@ -93,12 +93,12 @@ TEST(VertexNormals, AngleZeroIsFlatAndAngle180Smooth) {
   EXPECT_NEAR(LargestDegrees(Prism(3), 0), 0, 1e-4);
   EXPECT_NEAR(LargestDegrees(Prism(3), 180), 60, 1e-4);
 
-  PolygonMesh both_sides;  // two triangles, back to back
-  both_sides.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  PolygonMesh both_sides;  // a triangle, and behind it a smaller one at two of its corners
+  both_sides.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0.5, 0}};
   AddFace(both_sides, {0, 1, 2});
-  AddFace(both_sides, {0, 2, 1});
+  AddFace(both_sides, {1, 0, 3});
   EXPECT_NEAR(LargestDegrees(both_sides, 179.9), 0, 1e-4);
-  EXPECT_NEAR(LargestDegrees(both_sides, 180), 0, 1e-4) << "a sum of zero leaves the face's own";
+  EXPECT_NEAR(LargestDegrees(both_sides, 180), 180, 1e-4) << "the larger face decides";
 }
 
 // A sum of all faces within the angle of a corner's own face would differ from corner to corner here.

@@ -57,6 +57,17 @@ TEST_F(ScenePartsTest, TopologyOfAnotherStructureIsNotFound) {
   EXPECT_OK(Topology(TopologyIdNow(), parts));
 }
 
+TEST_F(ScenePartsTest, ExportsAreNamedByTheSceneInLettersThatFileSystemsTake) {
+  v1::CreateSceneRequest named = SceneRequest("c");
+  named.set_name("../Kuh: Ä");
+  ASSERT_OK(Create(named));
+  v1::ExportRequest request;
+  request.set_scene("c");
+  std::vector<v1::ExportResponse> parts;
+  ASSERT_OK(Export(request, parts));
+  EXPECT_EQ(parts[0].header().file_name(), "_._Kuh_ Ä-deformed.ply");
+}
+
 TEST_F(ScenePartsTest, ExportsEveryForm) {
   for (int f = v1::EXPORT_FORMAT_UNSPECIFIED; f <= v1::EXPORT_FORMAT_CONTROL_NETS; ++f) {
     SCOPED_TRACE(f);
@@ -68,7 +79,7 @@ TEST_F(ScenePartsTest, ExportsEveryForm) {
     ASSERT_TRUE(parts[0].has_header());
     const v1::ExportHeader header = parts[0].header();
     EXPECT_EQ(header.revision(), 0u);
-    EXPECT_THAT(header.file_name(), ::testing::HasSubstr("-deformed."));
+    EXPECT_THAT(header.file_name(), ::testing::StartsWith("scene-one-deformed."));
     EXPECT_THAT(header.media_type(), ::testing::HasSubstr("/"));
     std::string bytes;
     for (size_t i = 1; i < parts.size(); ++i) {

@@ -95,6 +95,32 @@ TEST(EditConverter, ReadsEveryArmInOrder) {
   EXPECT_TRUE(std::holds_alternative<Redo>(result->edits[7]));
 }
 
+TEST(EditConverter, ALatticeThatReplacesMustBeAlone) {
+  v1::Edit edit;
+  v1::Lattice& lattice = *edit.mutable_replace_lattice()->mutable_lattice();
+  lattice.mutable_frame()->mutable_origin();
+  lattice.mutable_frame()->mutable_u()->set_x(1);
+  lattice.mutable_frame()->mutable_v()->set_y(2);
+  lattice.mutable_frame()->mutable_w()->set_z(3);
+  v1::EditBatch batch = BatchOf(edit);
+  const auto given = FromProto(batch, Mesh());
+  ASSERT_OK(given);
+  const auto& replace = std::get<ReplaceLattice>(given->edits[0]);
+  EXPECT_EQ(replace.lattice.structure.frame.edges[1], (Vec3d{0, 2, 0}));
+  EXPECT_EQ(replace.lattice.control_points.size(), 64U);
+  EXPECT_FALSE(replace.keep_shape);
+
+  batch.mutable_edits(0)->mutable_replace_lattice()->set_keep_shape(true);
+  const auto kept = FromProto(batch, Mesh());
+  ASSERT_OK(kept);
+  EXPECT_TRUE(std::get<ReplaceLattice>(kept->edits[0]).keep_shape);
+  EXPECT_TRUE(std::get<ReplaceLattice>(kept->edits[0]).lattice.control_points.empty());
+
+  *batch.add_edits() = edit;
+  EXPECT_THAT(FromProto(batch, Mesh()).status(),
+              StatusIs(kInvalidEdit, ::testing::HasSubstr("must be the only edit of its batch")));
+}
+
 TEST(EditConverter, UnknownEnumValuesAreUnsupported) {
   v1::Edit knot, reset, undo;
   knot.mutable_insert_knot()->set_axis(static_cast<v1::LatticeAxis>(4));

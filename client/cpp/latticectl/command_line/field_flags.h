@@ -21,10 +21,11 @@ struct FieldFlag {
   std::string_view flag;   // "--degree"; of an argument its name
 };
 
-// Where two options fill in one field, the first that the command has and that was given counts.
+// All pairs. A field has two entries where two options may fill it in.
 [[nodiscard]] std::span<const FieldFlag> FieldFlags();
 
-// "lattices[0].fit.degree.u" is "--degree, u". nullopt for a field that no option of `command` fills in.
+// "lattices[0].fit.degree.u" is "--degree, u". Of two options the first that the command has and that was given counts.
+// nullopt for a field that no option of `command` fills in.
 [[nodiscard]] std::optional<std::string> InWordsOf(const CLI::App& command, std::string_view field);
 
 }  // namespace latticed::client

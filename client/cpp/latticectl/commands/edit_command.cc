@@ -159,14 +159,18 @@ absl::Status MakeReplace(const EditFlags& flags, const v1::LatticeState&, Client
   return absl::OkStatus();
 }
 
+// Sets the axes given as text, and drops the knots of those that change.
 absl::Status MakeResize(const EditFlags& flags, const v1::LatticeState& state, Client&,
                         v1::Edit& edit) {
+  if (flags.size.empty() && flags.degree.empty()) {
+    return absl::InvalidArgumentError("--size or --degree is needed");
+  }
   v1::ReplaceLattice& replace = *edit.mutable_replace_lattice();
   replace.set_keep_shape(true);
+  const v1::Lattice& present = state.lattice();
   v1::Lattice& lattice = *replace.mutable_lattice();
-  *lattice.mutable_frame() = state.lattice().frame();
-  *lattice.mutable_size() = state.lattice().size();
-  *lattice.mutable_degree() = state.lattice().degree();
+  lattice = present;
+  lattice.clear_control_points();
   const auto set = [](const std::string& text, v1::LatticeAxes& axes) {
     if (text.empty()) return;
     const auto [u, v, w] = ParseAxes(text);
@@ -176,6 +180,13 @@ absl::Status MakeResize(const EditFlags& flags, const v1::LatticeState& state, C
   };
   set(flags.size, *lattice.mutable_size());
   set(flags.degree, *lattice.mutable_degree());
+  const auto differs = [&](auto axis) {
+    return (lattice.size().*axis)() != (present.size().*axis)() ||
+           (lattice.degree().*axis)() != (present.degree().*axis)();
+  };
+  if (differs(&v1::LatticeAxes::u)) lattice.clear_knots_u();
+  if (differs(&v1::LatticeAxes::v)) lattice.clear_knots_v();
+  if (differs(&v1::LatticeAxes::w)) lattice.clear_knots_w();
   return absl::OkStatus();
 }
 
@@ -204,7 +215,7 @@ absl::Status Run(const EditFlags& flags, const EditMaker& make, Client& client, 
     text += fmt::format("distance left to the target: {}\n", result.drag_residual());
   }
   if (batch.edits(0).replace_lattice().keep_shape()) {
-    text += fmt::format("the shape changed by at most {}\n", result.drag_residual());
+    text += fmt::format("the shape changed by about {}\n", result.drag_residual());
   }
   PrintResult(flags.json, result, text, console.out);
   return absl::OkStatus();

@@ -57,7 +57,7 @@ std::string ArgumentIn(const OptionEntry& argument) {
   return argument.required ? name : "[" + name + "]";
 }
 
-// What the text does not say: "The value is INT in [1 - 32]. By default 10."
+// Facts that the text does not say: "Value: INT in [1 - 32]. Default: 10."
 std::string Facts(const OptionEntry& option) {
   std::string facts;
   if (!option.range.empty()) facts += fmt::format(" Value: {}.", Roff(option.range));
