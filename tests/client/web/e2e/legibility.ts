@@ -6,7 +6,8 @@ import type { Page } from 'playwright-core';
 
 /**
  * What is hard to read, in words. Texts need 4.5 : 1, large ones and icons 3 : 1. What is disabled or hidden does not count, as in
- * WCAG. Where no element has a background, it is `back`, the view's. Whatever can be pressed must lie inside the window.
+ * WCAG, nor what lies behind a modal dialog, which is inert. Where no element has a background, it is `back`, the view's.
+ * Whatever can be pressed must lie inside the window.
  */
 export function illegible(page: Page, back: string): Promise<string[]> {
   return page.evaluate((viewBack) => {
@@ -49,7 +50,8 @@ export function illegible(page: Page, back: string): Promise<string[]> {
       return width > 1 && height > 1 && element.checkVisibility({ visibilityProperty: true }) &&
         element.closest(':disabled, [aria-disabled=true], .visually-hidden') === null;
     };
-    const texts = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+    const root = document.querySelector('dialog:modal') ?? document.body;
+    const texts = document.createTreeWalker(root, NodeFilter.SHOW_TEXT);
     while (texts.nextNode()) {
       const element = texts.currentNode.parentElement!;
       const text = texts.currentNode.textContent!.trim();
@@ -58,9 +60,9 @@ export function illegible(page: Page, back: string): Promise<string[]> {
       const isLarge = parseFloat(fontSize) >= 24 || (parseFloat(fontSize) >= 18.66 && Number(fontWeight) >= 700);
       check(element, `"${text.slice(0, 40)}" in ${element.tagName.toLowerCase()}.${element.className}`, isLarge ? 3 : 4.5);
     }
-    for (const icon of document.querySelectorAll('button svg'))
+    for (const icon of root.querySelectorAll('button svg'))
       if (isShown(icon)) check(icon, `icon of ${icon.closest('button')!.title || icon.closest('button')!.textContent}`, 3);
-    for (const control of document.querySelectorAll('button, input, select, a')) {
+    for (const control of root.querySelectorAll('button, input, select, a')) {
       const { left, right } = control.getBoundingClientRect();
       const name = control.getAttribute('aria-label') ?? control.getAttribute('title') ?? control.textContent;
       if (isShown(control) && (left < -1 || right > innerWidth + 1)) found.add(`"${name}" from ${left} to ${right} of ${innerWidth}`);

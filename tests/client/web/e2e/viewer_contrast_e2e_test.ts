@@ -23,7 +23,7 @@ async function look(what: string): Promise<void> {
     for (const theme of ['dark', 'light'] as const) {
       await page.evaluate((chosen) => window.latticed.settings.set({ theme: chosen }), theme);
       found.push(...(await illegible(page, BACK[theme])).map((problem) => `${what}, ${theme}, ${width} px: ${problem}`));
-      await shot(`viewer_${what}_${theme}_${width}`);
+      if (what === 'start' || what === 'scene') await shot(`viewer_${what}_${theme}_${width}`);
     }
   }
   assert.deepEqual(found, []);
