@@ -71,6 +71,15 @@ test('an edit that is made while this window restores the scene is sent to it', 
   assert.match(fixture.session.status.text, /this browser restored/);
 });
 
+test('a restored scene keeps its name and its crease angle', async (t) => {
+  const fixture = await SessionFixture.live(t, { scene: { name: 'Torus', creaseAngle: 0 } });
+  fixture.server.bootId = 'boot-2';
+  await fixture.reconnect(noScene);
+
+  const { name, creaseAngle } = fixture.server.scenes.get('scene-0001')!;
+  assert.deepEqual({ name, creaseAngle }, { name: 'Torus', creaseAngle: 0 });
+});
+
 test('a server that goes once more while this window restores the scene is asked again after a pause', async (t) => {
   const fixture = await SessionFixture.live(t, { backOff: { firstMs: 400, lastMs: 400 } });
   fixture.server.bootId = 'boot-2';

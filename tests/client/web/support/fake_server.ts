@@ -24,6 +24,8 @@ export class FakeServer {
   downloadRefusal: ConnectError | undefined;
   /** More fields of GetMesh's answer. */
   meshFacts: MessageInitShape<typeof MeshSchema> = {};
+  /** More fields of GetScene's answer. */
+  sceneFacts: MessageInitShape<typeof SceneSchema> = {};
   /** Downloads wait for this. */
   hold: Promise<void> | undefined;
   /** The number of downloads that the page ended while they waited. */
@@ -45,7 +47,7 @@ export class FakeServer {
     service(SceneService, {
       getScene: ({ scene }) => {
         if (this.deleted) throw new ConnectError('no such scene', Code.NotFound);
-        return create(SceneSchema, { id: scene, mesh: this.scenes.get(scene)?.mesh ?? 'mesh-1' });
+        return create(SceneSchema, { id: scene, mesh: this.scenes.get(scene)?.mesh ?? 'mesh-1', ...this.sceneFacts });
       },
       pick: (_, { timeoutMs }) => {
         this.note(timeoutMs());

@@ -34,6 +34,7 @@ export const noPatches: PatchSource = {
 
 export interface Options {
   readonly features?: FakeServer['features'];
+  readonly scene?: FakeServer['sceneFacts'];
   readonly backOff?: BackOff;
   readonly patches?: PatchSource;
   /** Whether the worker decodes each chunk at once. Default: true. */
@@ -62,6 +63,7 @@ export class SessionFixture {
     this.surface = new SurfaceMesh(options.patches ?? noPatches);
     this.worker = new FakeWorker(decoderWasm, options.decodesAtOnce ?? true);
     this.server.features = options.features ?? [];
+    this.server.sceneFacts = options.scene ?? {};
     this.server.meshes.set('mesh-1', new Uint8Array([1, 2, 3]));
     this.session = new LiveSession('scene-0001', {
       server: this.server.client, info: this.server.info(), streams: [this.sockets.open, this.watches.open],

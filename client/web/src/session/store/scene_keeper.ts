@@ -107,7 +107,8 @@ export class SceneKeeper {
     const scene = await this.server.scenes.getScene({ scene: this.sceneId });
     this.request = create(CreateSceneRequestSchema, {
       sceneId: scene.id, mesh: scene.mesh, labels: scene.labels,
-      defaultView: scene.defaultView, idleTtl: scene.idleTtl, units: scene.units,
+      defaultView: scene.defaultView, idleTtl: scene.idleTtl, units: scene.units, name: scene.name,
+      ...(scene.creaseAngle !== undefined && { creaseAngle: scene.creaseAngle }),
     });
     // If one is refused, the other must still be saved.
     const saved = await Promise.allSettled([this.save(lattice), this.keepMesh(scene.mesh)]);
