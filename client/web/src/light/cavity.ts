@@ -18,7 +18,7 @@ const VERTEX = /* glsl */ `
     gl_Position = vec4(position.xy, 0.0, 1.0);
   }`;
 
-/** `normals` holds x y of the normal in the view and the distance along the line of sight, 0 where nothing is. */
+/** `normals` holds x y of the normal in the view and the distance along the line of sight, in sizes; 0 where nothing is. */
 const FRAGMENT = /* glsl */ `
   uniform sampler2D normals;
   uniform vec2 texel;
@@ -33,9 +33,9 @@ const FRAGMENT = /* glsl */ `
 
   void main() {
     vec3 here = texture(normals, place).xyz;
-    float distance = mix(1.0, here.z, isPerspective);
-    float reach = clamp(RADIUS * size * zoom / distance, texel.y, FARTHEST);
-    float radius = reach * distance / zoom;
+    float distance = mix(1.0 / size, here.z, isPerspective);
+    float reach = clamp(RADIUS * zoom / distance, texel.y, FARTHEST);
+    float radius = reach * distance / zoom;  // in sizes, like the distance
     float bend = 0.0;
     float weights = 1e-3;
     for (int i = 0; i < 8; ++i) {
@@ -45,7 +45,7 @@ const FRAGMENT = /* glsl */ `
       bend += weight * dot(there.xy - here.xy, direction);
       weights += weight;
     }
-    float curvature = here.z > 0.0 ? size * bend / (radius * weights) : 0.0;
+    float curvature = here.z > 0.0 ? bend / (radius * weights) : 0.0;
     gl_FragColor = vec4(0.5 + 0.5 * curvature / (abs(curvature) + SHARP));
   }`;
 

@@ -74,6 +74,7 @@ export class SurfaceMesh {
     baseColour: { value: new Color(0xb9bec6) }, lineColour: { value: new Color(0x11151c) }, wireframe: { value: 0 },
     patchEdges: { value: 0 }, opacity: { value: 1 }, displacementRange: { value: 1 },
     shading: { value: null as Texture | null }, hollows: { value: null as Texture | null }, viewSize: { value: new Vector2() },
+    size: { value: 1 },
   };
   private readonly material = this.materialOf({ side: DoubleSide });
   private readonly ghostMaterial = this.materialOf({ side: DoubleSide, transparent: true, depthWrite: false, ...NEARER });
@@ -98,7 +99,6 @@ export class SurfaceMesh {
   grid: Grid | undefined;
   /** The largest distance of the surface from the shape if only vertices moved, in world units; 0 if it is not compared. */
   largestDifference = 0;
-  private size = 1;
   private hasNormals = false;
   private look: SurfaceLook = {};
 
@@ -250,8 +250,9 @@ export class SurfaceMesh {
 
   private drawCavity(renderer: WebGLRenderer, camera: Camera): void {
     renderer.getDrawingBufferSize(this.uniforms.viewSize.value);
-    if (!this.hasNormals) return;
-    this.cavity.draw(renderer, camera, this.size, () => this.drawAlone(renderer, camera, this.normalsMaterial));
+    // Other targets hold no colours, like the depth of a pick.
+    if (!this.hasNormals || renderer.getRenderTarget() !== null) return;
+    this.cavity.draw(renderer, camera, this.uniforms.size.value, () => this.drawAlone(renderer, camera, this.normalsMaterial));
   }
 
   private takeLayout(layout: TopologyLayout): void {
@@ -327,7 +328,7 @@ export class SurfaceMesh {
     this.mesh.geometry.boundingSphere = local.getBoundingSphere(new Sphere());
     this.mesh.updateMatrix();
     this.bounds.copy(local).applyMatrix4(this.mesh.matrix);
-    this.size = this.bounds.getSize(corner).length();
+    this.uniforms.size.value = this.bounds.getSize(corner).length();
   }
 
   /** Sets the shaders' input from the look and the known facts about patches. Fetches missing facts. */
@@ -348,7 +349,8 @@ export class SurfaceMesh {
     const light = (look.colouring ?? 'plain') === 'plain' ? look.light ?? 'studio' : 'studio';
     this.uniforms.shading.value = this.shadings.of(light);
     const compare = flatCorners ? look.compare : 'off';
-    const form = { ...(this.points.float && { FLOAT_POINTS: '' }), ...(compare === 'split' && { SPLIT: '' }) };
+    const points: Record<string, string> = this.points.float ? { FLOAT_POINTS: '' } : {};
+    const form = { ...points, ...(compare === 'split' && { SPLIT: '' }) };
     const colours = {
       ...form,
       ...(light !== 'studio' && { OWN_COLOUR: '' }),
@@ -359,8 +361,9 @@ export class SurfaceMesh {
       ...((look.wireframe || look.patchEdges) && { LINES: '' }),
     };
     redefine(this.material, { ...colours, ...(this.hasNormals && { HAS_NORMALS: '' }) });
-    redefine(this.normalsMaterial, { ...form, ...(this.hasNormals && { HAS_NORMALS: '' }), NORMALS: '' });
-    redefine(this.ghostMaterial, { ...(this.points.float && { FLOAT_POINTS: '' }), ...(light !== 'studio' && { OWN_COLOUR: '' }), GHOST: '' });
+    // Not split: it is drawn with other pixels than the divider's, and hollows beside the divider need both sides.
+    redefine(this.normalsMaterial, { ...points, ...(this.hasNormals && { HAS_NORMALS: '' }), NORMALS: '' });
+    redefine(this.ghostMaterial, { ...points, ...(light !== 'studio' && { OWN_COLOUR: '' }), GHOST: '' });
     redefine(this.flatMaterial, compare === 'split' ? { ...colours, FLAT: '' } : { ...form, FLAT: '' });
     this.ghost.visible = Boolean(look.ghost && restCorners && this.mesh.visible);
     this.flat.visible = compare !== undefined && compare !== 'off' && this.mesh.visible;

@@ -110,6 +110,7 @@ export const FRAGMENT_SHADER = /* glsl */ `
   uniform sampler2D shading;
   uniform sampler2D hollows;
   uniform vec2 viewSize;
+  uniform float size;
   in vec3 viewPosition;
   in vec3 viewNormal;
   in vec3 gridPlace;
@@ -182,12 +183,12 @@ export const FRAGMENT_SHADER = /* glsl */ `
       vec3 normal = dot(facet, toEye) < 0.0 ? -facet : facet;
     #endif
     #ifdef NORMALS
-      gl_FragColor = vec4(normal.xy, -viewPosition.z, 1.0);
+      gl_FragColor = vec4(normal.xy, -viewPosition.z / size, 1.0);  // in sizes: half floats end at 65,504
       return;
     #endif
     vec4 shade = shadeOf(normal, toEye);
     #if defined(BOXES) || defined(DISPLACEMENT) || defined(DIFFERENCE) || defined(TEXTURED)
-      shade = vec4(0.3 + 0.45 * shade.rgb, 0.5 * shade.a);  // less light and shade, so that colours can be told
+      shade = vec4(0.3 + 0.45 * shade.rgb, 0.5 * shade.a);  // less light and shade, so that colours can be told apart
     #endif
     vec3 colour = surfaceColour() * shade.rgb + shade.a;
     #ifdef HAS_NORMALS
