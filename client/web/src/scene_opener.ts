@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Opens a scene from a file, a sample or a link.
+import { Code } from '@connectrpc/connect';
 import type { Mesh } from 'latticed/v1/mesh_pb';
 import type { DataArrayTexture } from 'three';
 import { shownAtRest } from './intake/glb_json';
@@ -22,6 +23,7 @@ import { randomPerson } from './ui/people';
 import { saveFile } from './ui/save_file';
 import type { Settings } from './state/settings';
 import { UNKNOWN_FACTS, type UpAxis } from './state/units';
+import { ServerError } from './wire/server_error';
 import { bytes, inWords } from './wire/words';
 import type { Workspace } from './workspace';
 
@@ -74,7 +76,7 @@ export class SceneOpener {
     try {
       await this.app.busy.during('Opening the scene …', this.open(id, isAsked));
     } catch (error) {
-      this.app.recent.forget(id);
+      if (ServerError.fromConnect(error).code === Code.NotFound) this.app.recent.forget(id);
       this.app.toasts.fail(`The scene ${id} could not be opened. ${inWords(error)}`);
     }
   }

@@ -42,6 +42,6 @@ export class Toolbar {
     const step = { ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1 }[event.key];
     if (step === undefined) return;
     event.preventDefault();
-    moveFocus(this.buttons.map(([, button]) => button), step);
+    moveFocus(this.buttons.map(([, button]) => button).filter((button) => !button.disabled), step);
   }
 }
