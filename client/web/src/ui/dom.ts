@@ -32,11 +32,18 @@ export function setAttributes(element: Element, attributes: Record<string, strin
   for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, String(value));
 }
 
+/** Whether a key is the dialog's: no other dialog is open above it, and no field or button elsewhere has the focus. */
+function isKeyOf(dialog: HTMLDialogElement, { target }: KeyboardEvent): boolean {
+  const isAbove = [...document.querySelectorAll('dialog[open]')].at(-1) === dialog;
+  const isOfView = target === document.body || target instanceof HTMLCanvasElement;
+  return isAbove && (isOfView || dialog.contains(target as Node));
+}
+
 /** Calls `act` at Enter while the dialog is open, unless the focus is on a button or link, which Enter presses. */
 export function onEnter(dialog: HTMLDialogElement, act: () => void): void {
   const confirm = (event: KeyboardEvent): void => {
     const target = event.target as HTMLElement; // the body, after a click beside the fields
-    if (event.key !== 'Enter' || target.closest('button:not([role=radio]), a') !== null) return;
+    if (event.key !== 'Enter' || !isKeyOf(dialog, event) || target.closest('button:not([role=radio]), a') !== null) return;
     event.preventDefault();
     act();
   };
@@ -67,7 +74,7 @@ export function showDialog(label: string, className: string, ...content: Child[]
 export function showBeside(label: string, className: string, ...content: Child[]): HTMLDialogElement {
   const dialog = h('dialog', { class: `dialog beside ${className}`, 'aria-label': label }, ...content);
   const escape = (event: KeyboardEvent): void => {
-    if (event.key === 'Escape') dialog.close();
+    if (event.key === 'Escape' && isKeyOf(dialog, event)) dialog.close();
   };
   window.addEventListener('keydown', escape);
   dialog.addEventListener('close', () => {

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Shows a knot plane before it is inserted, and places it where the pointer hovers. A cover takes the pointer meanwhile.
+// Shows a knot plane before it is inserted, and places it where the pointer hovers. A cover over the canvas keeps the pointer
+// from control points meanwhile, and gives drags and the wheel to the camera.
 import { KnotPlane } from '../cage/knot_plane';
 import { evaluate } from '../lattice/bspline';
 import { AXES, domain, type Axis } from '../lattice/grid';
@@ -9,6 +10,7 @@ import type { Lattice } from '../lattice/lattice';
 import type { MutableVec3 } from '../lattice/vec';
 import type { Viewport } from './viewport';
 
+const SLACK = 4; // pixels that the pointer may move in a click
 const STEPS = 100; // places along the axis: all but the ends are offered
 const ACROSS = [0, 0.5, 1]; // fractions of the other axes, of the curves along which the pointer is followed
 
@@ -18,14 +20,18 @@ export class KnotPlacer {
   onChosen?: () => void;
   private readonly plane = new KnotPlane();
   private readonly cover = document.createElement('div');
+  private readonly abort = new AbortController();
+  private press: PointerEvent | undefined;
   private axis: Axis = 0;
 
   constructor(private readonly viewport: Viewport, private readonly lattice: () => Lattice) {
     this.cover.className = 'overlay knot-cover';
-    this.cover.addEventListener('pointermove', (event) => this.onHover?.(this.knotAt(...viewport.place(event))));
-    // A finger has not hovered: it places the plane by a tap, and a button inserts it.
-    this.cover.addEventListener('click', (event) => (event as PointerEvent).pointerType !== 'touch' && this.onChosen?.());
-    viewport.element.append(this.cover);
+    this.cover.addEventListener('pointermove', (event) => this.hover(event));
+    this.cover.addEventListener('pointerdown', (event) => this.down(event));
+    this.cover.addEventListener('wheel', (event) => this.zoom(event), { passive: false });
+    this.cover.addEventListener('contextmenu', (event) => event.preventDefault()); // the right button pans
+    window.addEventListener('pointerup', (event) => this.up(event), { signal: this.abort.signal }); // the canvas has captured it
+    viewport.element.prepend(this.cover); // above the canvas, and below all else on the view
     viewport.scene.add(this.plane.object);
   }
 
@@ -36,9 +42,35 @@ export class KnotPlacer {
   }
 
   dispose(): void {
+    this.abort.abort();
     this.cover.remove();
     this.plane.dispose();
     this.viewport.invalidate();
+  }
+
+  private hover(event: PointerEvent): void {
+    if (event.buttons === 0) this.onHover?.(this.knotAt(...this.viewport.place(event)));
+  }
+
+  private down(event: PointerEvent): void {
+    if (event.isPrimary) this.press = event;
+    this.viewport.canvas.dispatchEvent(new PointerEvent('pointerdown', event));
+  }
+
+  /** A click inserts the plane. A finger has not hovered: it places the plane by a tap, and a button inserts it. */
+  private up(event: PointerEvent): void {
+    const { press } = this;
+    if (press?.pointerId !== event.pointerId) return;
+    this.press = undefined;
+    const isClick = Math.hypot(event.clientX - press.clientX, event.clientY - press.clientY) <= SLACK;
+    if (!isClick || press.button !== 0) return;
+    if (event.pointerType === 'touch') this.onHover?.(this.knotAt(...this.viewport.place(event)));
+    else this.onChosen?.();
+  }
+
+  private zoom(event: WheelEvent): void {
+    event.preventDefault();
+    this.viewport.canvas.dispatchEvent(new WheelEvent('wheel', event));
   }
 
   /** The knot whose plane is nearest to a place of the view. */
