@@ -48,11 +48,12 @@ export function showFitDialog({ file, upload, triangles, up: firstUp, create }: 
   let mesh: Mesh | undefined;
   let isUsed = false;
   let hasSize = true;
+  let areNumbers = true;
   let up = firstUp;
   let creaseAngle: number | undefined;
 
   const check = (): void => {
-    confirm.disabled = mesh === undefined || !hasSize;
+    confirm.disabled = mesh === undefined || !hasSize || !areNumbers;
     if (hasSize) showPreview();
   };
   const showPreview = (): void => {
@@ -92,11 +93,22 @@ export function showFitDialog({ file, upload, triangles, up: firstUp, create }: 
     fit.padding = percent / 100;
     showPreview();
   };
-  const padding = numberField({ label: 'Padding', get: () => fit.padding * 100, set: setPadding }, { min: 0, max: 1000, live: true });
+  const typed = (): void => {
+    areNumbers = padding.isValid() && crease.isValid();
+    check();
+  };
+  const padding = numberField(
+    { label: 'Padding', get: () => fit.padding * 100, set: setPadding }, { min: 0, max: 1000, live: true, typed });
   const setCrease = (degrees: number): void => void (creaseAngle = degrees);
   const crease = numberField(
-    { label: 'Crease angle', get: () => creaseAngle ?? DEFAULT_CREASE_ANGLE, set: setCrease }, { min: 0, max: 180, live: true });
-  const creaseNote = h('span', {}, '°: faces that meet at more have an edge');
+    { label: 'Crease angle', get: () => creaseAngle ?? DEFAULT_CREASE_ANGLE, set: setCrease }, {
+      min: 0, max: 180, live: true,
+      typed: () => {
+        if (crease.isValid()) creaseAngle ??= DEFAULT_CREASE_ANGLE; // chosen, though it is what was shown
+        typed();
+      },
+    });
+  const creaseNote = h('span', {}, '°; sharper edges stay edges');
   const dialog = showDialog(
     'Fit a lattice',
     'fit',

@@ -5,11 +5,11 @@
 import { AXES, AXIS_NAMES, pointCount, refusalOfAxes, type Axes, type Axis } from '../../lattice/grid';
 import { choice } from '../controls';
 import { h } from '../dom';
-import { numberField } from './number_field';
+import { numberField, type NumberField } from './number_field';
 
 const DEGREES = { 1: '1, straight', 2: '2, smooth', 3: '3, smoother' };
 
-/** What the table changes. */
+/** Size and degree, which the table changes. */
 export interface SizeAndDegree {
   size: Axes;
   degree: Axes;
@@ -24,11 +24,12 @@ export interface AxesTable {
 /** @param changed Called at the beginning and after each change of `values`, with whether there can be such a lattice. */
 export function axesTable(values: SizeAndDegree, changed: (isValid: boolean) => void): AxesTable {
   const note = h('p', { class: 'note', role: 'status' });
+  const sizes: NumberField[] = [];
   const show = (): void => {
     const refusal = refusalOfAxes(values.size, values.degree);
     note.textContent = refusal ?? `${pointCount(values.size).toLocaleString('en')} control points`;
     note.classList.toggle('error', refusal !== undefined);
-    changed(refusal === undefined);
+    changed(refusal === undefined && sizes.every((field) => field.isValid()));
   };
   const change = (key: 'size' | 'degree', axis: Axis, value: number): void => {
     values[key] = values[key].map((n, i) => (i === axis ? value : n)) as unknown as Axes;
@@ -38,7 +39,8 @@ export function axesTable(values: SizeAndDegree, changed: (isValid: boolean) => 
     const name = AXIS_NAMES[axis];
     const setSize = (n: number): void => change('size', axis, n);
     const bound = { label: `Points along ${name}`, get: () => values.size[axis], set: setSize };
-    const size = numberField(bound, { min: 2, max: 64, whole: true, live: true });
+    const size = numberField(bound, { min: 2, max: 64, whole: true, live: true, typed: show });
+    sizes.push(size);
     const setDegree = (n: string): void => change('degree', axis, Number(n));
     const degree = choice<string>({ label: `Degree along ${name}`, get: () => String(values.degree[axis]), set: setDegree }, DEGREES);
     return [h('b', { class: `axis-${name}` }, name), size.element, degree.element.querySelector('select')!];

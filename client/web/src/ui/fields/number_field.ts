@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A field for a number, which also takes expressions. A wrong one tells why below the field and changes nothing.
+// A field for a number, which also takes expressions. A wrong one tells why below the field and changes nothing. It is
+// restored when the focus goes; a field that follows the typing keeps it, with the reason.
 import type { Bound, Control } from '../controls';
 import { h } from '../dom';
 import { evaluateExpression, type Evaluated } from './expression';
@@ -15,6 +16,8 @@ export interface NumberOptions {
   readonly whole?: boolean;
   /** Whether the value follows the typing, instead of Enter or the loss of the focus. */
   readonly live?: boolean;
+  /** Called after each typing, whether the text is a value or not. */
+  readonly typed?: () => void;
   /** Called after Enter, with the value applied, and after Esc, with the value restored. It may move the focus. */
   readonly done?: () => void;
 }
@@ -27,7 +30,7 @@ export interface NumberField extends Control {
 
 export function numberField(bound: Bound<number>, options: NumberOptions = {}): NumberField {
   const { live = false, step = 1, done } = options;
-  let before = bound.get(); // the value when the field got the focus, on which += acts
+  let before = bound.get(); // the value that was shown or focused last, on which += acts
   const why = h('small', { class: 'why', role: 'alert' });
   const input = h('input', {
     type: 'text',
@@ -51,14 +54,15 @@ export function numberField(bound: Bound<number>, options: NumberOptions = {}): 
   };
   const refresh = (): void => {
     tell('');
-    input.value = shown(bound.get());
+    before = bound.get();
+    input.value = shown(before);
     input.setAttribute('aria-valuenow', input.value);
   };
   const focused = (): void => {
     before = bound.get();
     input.select();
   };
-  /** Returns whether the text is a value. It is said why not. */
+  /** Returns whether the text is a value. Shows why not. */
   const apply = (): boolean => {
     const found = evaluated();
     tell('why' in found ? found.why : '');
@@ -66,25 +70,25 @@ export function numberField(bound: Bound<number>, options: NumberOptions = {}): 
     return 'value' in found;
   };
   const typed = (): void => {
-    tell('');
-    if (live && 'value' in evaluated()) apply();
+    if (live) apply();
+    else tell('');
+    options.typed?.();
   };
   const leave = (): void => {
-    apply();
-    refresh();
+    if (apply() || !live) refresh();
   };
   const key = (event: KeyboardEvent): void => {
     const by = { ArrowUp: step, ArrowDown: -step }[event.key];
     if (by !== undefined) {
       event.preventDefault();
       const found = inRange({ value: bound.get() + by }, options);
-      if ('value' in found) bound.set(before = found.value);
+      if ('value' in found) bound.set(found.value);
       refresh();
+      options.typed?.();
     } else if (event.key === 'Enter') {
       event.preventDefault(); // the browser would report a change, after which a wrong text is restored
       if (!apply()) return event.stopPropagation(); // confirms nothing
       refresh();
-      before = bound.get();
       done?.();
     } else if (event.key === 'Escape' && done !== undefined) {
       refresh();
