@@ -18,6 +18,7 @@ import type { LiveSession } from './session/live_session';
 import type { Settings, SettingsStore } from './state/settings';
 import { uprightDirection, type Units } from './state/units';
 import { showKnotDialog } from './ui/dialogs/knot_dialog';
+import { showResizeDialog } from './ui/dialogs/resize_dialog';
 import { PullLine } from './ui/overlays/pull_line';
 import { SoftCircle } from './ui/overlays/soft_circle';
 import { Gizmo } from './viewport/gizmo';
@@ -51,7 +52,7 @@ export class SceneView {
   private gizmoGesture: TransformGesture | undefined;
   private pull: SurfacePull | undefined;
   private readonly ends: (() => void)[] = [];
-  private closeKnots: (() => void) | undefined;
+  private closeDialog: (() => void) | undefined;
   private stale = false;
   private hasMoved = false;
 
@@ -148,12 +149,18 @@ export class SceneView {
 
   /** Asks for a knot plane, which the view shows meanwhile. */
   placeKnot(): void {
-    this.closeKnots?.();
-    this.closeKnots = showKnotDialog(this.editor, new KnotPlacer(this.viewport, () => this.session.lattice));
+    this.closeDialog?.();
+    this.closeDialog = showKnotDialog(this.editor, new KnotPlacer(this.viewport, () => this.session.lattice));
+  }
+
+  /** Asks for another size or degree of the lattice. */
+  resizeLattice(): void {
+    this.closeDialog?.();
+    this.closeDialog = showResizeDialog(this.session);
   }
 
   dispose(): void {
-    this.closeKnots?.();
+    this.closeDialog?.();
     for (const end of this.ends) end();
     this.pointer.dispose();
     this.editor.dispose();

@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { evaluate, knotBoxLines } from '@src/lattice/bspline';
 import { domain, indexOf, placeOf, refusalOfAxes } from '@src/lattice/grid';
-import { clampedUniformKnots, grevilleAbscissae } from '@src/lattice/identity';
+import { clampedUniformKnots, grevilleAbscissae, resized } from '@src/lattice/identity';
 import { gridLines, innerPoints, mirrorImage, planeOf, rowOf } from '@src/lattice/index_sets';
 import { latticeFromJson, latticeToJson } from '@src/wire/lattice_json';
 import { pointAt } from '@src/lattice/vec';
@@ -16,6 +16,16 @@ const bounds = { min: [-1, 0, 2], max: [1, 1, 2.5] } as const;
 test('clamped uniform knots and Greville abscissae are those of the definition', () => {
   assert.deepEqual([...clampedUniformKnots(2, 4)], [0, 0, 0, 1, 2, 2, 2]);
   assert.deepEqual(grevilleAbscissae([0, 0, 0, 1, 2, 2, 2], 2, 4), [0, 0.5, 1.5, 2]);
+});
+
+test('an axis that keeps its size and degree keeps its knots', () => {
+  const before = fitLattice(bounds, fit);
+  before.knots[1].set([0, 0, 0, 0.25, 2, 2, 2]);
+
+  const { size, degree, knots } = resized(before, [6, 4, 3], [3, 2, 2]);
+
+  assert.deepEqual([size, degree], [[6, 4, 3], [3, 2, 2]]);
+  assert.deepEqual(knots.map((vector) => [...vector]), [[0, 0, 0, 0, 1, 2, 3, 3, 3, 3], [0, 0, 0, 0.25, 2, 2, 2], [0, 0, 0, 1, 1, 1]]);
 });
 
 test('a fit pads every axis by a fraction of the longest edge, so that flat meshes have a volume', () => {

@@ -15,7 +15,6 @@ import type { Settings } from '../state/settings';
 import type { Command, CommandGroup, Commands } from '../ui/commands';
 import { showExportDialog } from '../ui/dialogs/export_dialog';
 import { showHelp } from '../ui/dialogs/help';
-import { showResizeDialog } from '../ui/dialogs/resize_dialog';
 import { chooseFiles } from '../ui/dialogs/start_screen';
 import type { IconName } from '../ui/icons';
 import { downloadExport } from '../wire/export_download';
@@ -113,7 +112,7 @@ function editCommands(app: CommandTarget): Command[] {
     }),
     onScene('reset', 'Reset to rest', ({ session }) => session.reset('identity'), { icon: 'reset' }),
     onScene('reset-initial', 'Reset to the first lattice', ({ session }) => session.reset('initial')),
-    onScene('resize', 'Size and degree…', ({ session }) => showResizeDialog(session)),
+    onScene('resize', 'Size and degree…', (scene) => scene.resizeLattice()),
     onScene('knot', 'Insert knot plane…', (scene) => scene.placeKnot(), { keys: ['K'], icon: 'knot' }),
   ];
 }

@@ -3,8 +3,8 @@
 //
 // The lattice at rest. Its control points are at the Greville abscissae of the frame, which do not deform the mesh.
 
-import { AXES, domain, frameEdges, pointCount, type Axes, type LatticeStructure } from './grid';
-import { Lattice, type LatticeFrame } from './lattice';
+import { AXES, domain, frameEdges, pointCount, type Axes, type Axis, type LatticeStructure } from './grid';
+import { Lattice } from './lattice';
 import { add, scale, type Vec3 } from './vec';
 
 export interface Fit {
@@ -58,9 +58,11 @@ export function identityPoints(structure: LatticeStructure): Float64Array {
   return points;
 }
 
-/** A lattice at rest with clamped uniform knots. */
-export function restLattice(frame: LatticeFrame, size: Axes, degree: Axes): Lattice {
-  const knots = knotVectors((axis) => clampedUniformKnots(degree[axis], size[axis]));
+/** A lattice at rest with another size and degree. An axis that keeps both keeps its knots; others get uniform ones. */
+export function resized(before: LatticeStructure, size: Axes, degree: Axes): Lattice {
+  const { frame } = before;
+  const isKept = (axis: Axis): boolean => size[axis] === before.size[axis] && degree[axis] === before.degree[axis];
+  const knots = knotVectors((axis) => (isKept(axis) ? before.knots[axis] : clampedUniformKnots(degree[axis], size[axis])));
   return new Lattice(frame, degree, size, knots, identityPoints({ frame, degree, size, knots }));
 }
 
