@@ -59,6 +59,7 @@ export class SceneOpener {
   /** The person's look, which the open sample replaces. */
   private lookBefore: Pick<Settings, 'compare' | 'cage'> | undefined;
   private openTurn = 0;
+  private watchTurn = 0;
   private readonly person = randomPerson();
 
   constructor(private readonly app: Workspace) {
@@ -283,8 +284,9 @@ export class SceneOpener {
   }
 
   private async watchLattice(session: LiveSession): Promise<void> {
+    const turn = ++this.watchTurn;
     const extent = await this.app.services.meshExtent(session.sceneId).catch(() => undefined);
-    if (session === this.app.scene?.session) this.app.watchLattice(extent);
+    if (turn === this.watchTurn && session === this.app.scene?.session) this.app.watchLattice(extent);
   }
 
   /** Name and units of a scene that had to be restored first. */

@@ -1,10 +1,11 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a person should know about a lattice and its mesh, in words, with the control points that it concerns.
+// Remarks on a lattice and its mesh that a person should know, in words, with the control points that they concern.
 import { FoldCheck, type Fractions } from './fold_check';
 import type { LatticeStructure } from './grid';
-import { extentInFrame, movedPoints, pointsOnCrossedFaces, type MeshExtent } from './mesh_extent';
+import { identityPoints } from './identity';
+import { extentInFrame, movedPoints, pointsOnCrossedFaces, pointsThatReach, type MeshExtent } from './mesh_extent';
 
 export interface Remark {
   readonly kind: 'fold' | 'tear' | 'outside';
@@ -18,11 +19,16 @@ export class LatticeRemarks {
   private readonly folds: FoldCheck;
   /** The control points of faces beyond which the mesh goes on. */
   private readonly crossed: readonly number[];
+  /** Those of them that tear the mesh if they are not at rest. */
+  private readonly tearing: readonly number[];
+  private readonly rest: Float64Array;
 
   /** @param extent Undefined if the mesh is not known: then only folds are found. */
   constructor(private readonly structure: LatticeStructure, private readonly extent: MeshExtent | undefined) {
     this.folds = new FoldCheck(structure, extent === undefined ? WHOLE : extentInFrame(structure, extent));
     this.crossed = extent?.outside ? pointsOnCrossedFaces(structure, extent) : [];
+    this.tearing = extent?.acrossFaces ? pointsThatReach(structure, extent, this.crossed) : [];
+    this.rest = identityPoints(structure);
   }
 
   of(points: Float64Array): Remark[] {
@@ -32,7 +38,7 @@ export class LatticeRemarks {
     if (folded !== undefined) {
       remarks.push({ kind: 'fold', text: 'The lattice folds over itself around the mesh.', points: folded });
     }
-    const torn = extent?.acrossFaces ? movedPoints(this.structure, extent, crossed, points) : [];
+    const torn = movedPoints(this.structure, this.rest, this.tearing, points);
     if (torn.length > 0) {
       remarks.push({ kind: 'tear', text: 'The mesh is torn at a face of the lattice: outside, nothing moves it.', points: torn });
     } else if (extent?.outside) {

@@ -4,9 +4,8 @@
 // The place of a mesh at rest in its lattice: inside, or beyond some faces of the frame, where nothing moves it.
 import { AXES, domain, frameEdges, placeOf, type Axis, type LatticeStructure } from './grid';
 import type { Fractions } from './fold_check';
-import { identityPoints } from './identity';
 import { indicesTo } from './index_sets';
-import { coordinates, distance, length, pointAt, sub, type Vec3 } from './vec';
+import { add, coordinates, distance, length, pointAt, sub, type Vec3 } from './vec';
 
 const NOTHING = 1e-9; // of the frame's extent
 
@@ -49,17 +48,21 @@ export function pointsOnCrossedFaces(structure: LatticeStructure, extent: MeshEx
     faces.some(({ axis, end }) => placeOf(size, index)[axis] === (end ? size[axis] - 1 : 0)));
 }
 
-/** Those of `candidates` that are not where they are at rest, and whose influence reaches the mesh. */
-export function movedPoints(structure: LatticeStructure, extent: MeshExtent, candidates: readonly number[], points: Float64Array): number[] {
-  const { size, degree, knots, frame } = structure;
-  const rest = identityPoints(structure);
+/** Those of `candidates` whose influence reaches the mesh. */
+export function pointsThatReach(structure: LatticeStructure, extent: MeshExtent, candidates: readonly number[]): number[] {
+  const { size, degree, knots } = structure;
   const within = extentInFrame(structure, extent);
-  const least = NOTHING * length(frameEdges(frame).reduce((sum, edge) => [sum[0] + edge[0], sum[1] + edge[1], sum[2] + edge[2]]));
   const reaches = (index: number): boolean => AXES.every((axis) => {
     const [begin, end] = domain(structure, axis);
     const i = placeOf(size, index)[axis];
     const fraction = (knot: number): number => (knot - begin) / (end - begin);
     return fraction(knots[axis][i]) <= within[axis][1] && fraction(knots[axis][i + degree[axis] + 1]) >= within[axis][0];
   });
-  return candidates.filter((index) => distance(pointAt(points, index), pointAt(rest, index)) > least && reaches(index));
+  return candidates.filter(reaches);
+}
+
+/** Those of `candidates` that are not where they are at `rest`. */
+export function movedPoints({ frame }: LatticeStructure, rest: Float64Array, candidates: readonly number[], points: Float64Array): number[] {
+  const least = NOTHING * length(frameEdges(frame).reduce(add));
+  return candidates.filter((index) => distance(pointAt(points, index), pointAt(rest, index)) > least);
 }
