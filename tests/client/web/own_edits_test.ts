@@ -279,6 +279,15 @@ test('steps to undo and to redo are counted by the answers, and not those that w
   session.apply(move(0.25));
   assert.equal(answered(), 'undo');
   session.undo();
+  assert.equal(answered(), 'redo');
+  const tried = session.gesture();
+  tried.update(move(0.5));
+  answered();
+  tried.cancel();
+  assert.equal(answered(), '', 'the server has forgotten what was undone');
+  session.apply(move(0.25));
+  assert.equal(answered(), 'undo');
+  session.undo();
   fixture.stream.event({ case: 'editResult', value: {
     sequence: fixture.stream.edits.at(-1)!.sequence, status: refusal(9, 'NOTHING_TO_UNDO', 'nothing'), revision: 0n } });
   assert.equal(can(), '');

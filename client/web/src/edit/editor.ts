@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The edits of a person to a scene's lattice, without the page: select, transform, hide, by keys, pointer or buttons.
-import type { Axis } from '../lattice/grid';
+import { AXES, type Axes, type Axis } from '../lattice/grid';
 import { innerPoints, planeOf, rowOf } from '../lattice/index_sets';
 import type { Lattice } from '../lattice/lattice';
 import { sub, type Basis, type Vec3 } from '../lattice/vec';
@@ -33,6 +33,8 @@ interface Running {
 export class Editor {
   readonly selection: Selection;
   private running: Running | undefined;
+  /** The lattice's size that the selection's indices are of. */
+  private size: Axes;
   private readonly endSettings: () => void;
   private held: Modifiers = { shift: false, ctrl: false };
   private gesture: TransformGesture | undefined; // the newest one, begun by keys or handles
@@ -43,6 +45,7 @@ export class Editor {
     /** Called when the line below the view changes; undefined: no transform runs. */
     private readonly onHeadline: (text: string | undefined) => void,
   ) {
+    this.size = session.lattice.size;
     this.selection = new Selection(session.lattice.count);
     this.selection.onChange(() => session.announce(this.selection.indices));
     this.endSettings = settings.subscribe((now, before) => now.soft !== before.soft && this.spreadAnew());
@@ -66,10 +69,12 @@ export class Editor {
     return this.running?.transform.constraint;
   }
 
-  /** Cancels the transform after a change of structure. Another number of points also resets the selection. */
+  /** Cancels the transform after a change of structure. Another size also resets the selection. */
   latticeReplaced(): void {
     this.cancelTransform();
-    if (this.lattice.count === this.selection.count) return;
+    const { size } = this.lattice;
+    if (AXES.every((axis) => size[axis] === this.size[axis])) return;
+    this.size = size;
     this.selection.reset(this.lattice.count);
   }
 

@@ -19,10 +19,13 @@ export class UndoSteps {
     const kind = first?.edit.case;
     if (kind === 'undo') this.move(-1);
     else if (kind === 'redo') this.move(1);
-    else if (gestureId === '' || gesturePhase === GesturePhase.COMMIT) [this.toUndo, this.toRedo] = [this.toUndo + 1, 0];
+    else {
+      if (kind !== undefined) this.toRedo = 0; // also by edits of a gesture that is cancelled later
+      if (gestureId === '' || gesturePhase === GesturePhase.COMMIT) ++this.toUndo;
+    }
   }
 
-  /** The server has forgotten the oldest steps, or somebody has changed the same points since. */
+  /** The server has forgotten the oldest steps. */
   refused(reason: string): void {
     if (reason === 'NOTHING_TO_UNDO') this.toUndo = 0;
     if (reason === 'NOTHING_TO_REDO') this.toRedo = 0;
