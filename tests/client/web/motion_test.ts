@@ -22,7 +22,7 @@ function fakeTimer(t: TestContext): (ms: number) => void {
 }
 
 test('a plan keeps the budget of 33 ms by the cheaper means: fewer triangles of many, fewer pixels of a small surface', () => {
-  assert.deepEqual(planFor(FINEST, 20, DETAILS, PIXELS), FINEST);
+  assert.equal(planFor(FINEST, 20, DETAILS, PIXELS), FINEST, 'the same, so that no frame is drawn again');
   assert.deepEqual(planFor(FINEST, 66, DETAILS, PIXELS), { detail: 1, ratio: 0 });
   assert.deepEqual(planFor(FINEST, 200, DETAILS, PIXELS), { detail: 2, ratio: 0 });
   assert.deepEqual(planFor(FINEST, 60, [1000, 250, 40, 10], PIXELS), { detail: 0, ratio: 1 });

@@ -8,7 +8,7 @@ const BUDGET_MS = 33; // of a frame, at 30 frames per second
 const RATIOS = [1, 0.7, 0.5]; // of the pixels along each side
 const PIXELS_PER_TRIANGLE = 5; // a triangle costs about as much as this number of pixels
 
-/** What has fewer triangles at coarser details. */
+/** A shape with fewer triangles at coarser details. */
 export interface Coarsened {
   /** The number of triangles of each detail, the finest first. */
   readonly triangles: readonly number[];
@@ -28,7 +28,7 @@ export function pixelRatioOf(plan: Plan): number {
   return RATIOS[plan.ratio];
 }
 
-/** A plan that keeps the budget, if one does, where a frame at `plan` took `ms`. `pixels`: those of the view at ratio 1. */
+/** A plan that keeps the budget, if one does; `plan` itself if it does. Measured: a frame at `plan` took `ms`. `pixels`: those of the view at ratio 1. */
 export function planFor(plan: Plan, ms: number, triangles: readonly number[], pixels: number): Plan {
   let { detail, ratio } = plan;
   const ofTriangles = (): number => PIXELS_PER_TRIANGLE * (triangles[detail] ?? 0);
@@ -40,5 +40,5 @@ export function planFor(plan: Plan, ms: number, triangles: readonly number[], pi
     else if (hasRatio) ++ratio;
     else break;
   }
-  return { detail, ratio };
+  return detail === plan.detail && ratio === plan.ratio ? plan : { detail, ratio };
 }

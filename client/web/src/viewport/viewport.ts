@@ -3,7 +3,7 @@
 //
 // The canvas: a renderer, the scene and its cameras. A frame is drawn only when something has changed, and waits while
 // the GPU is busy with earlier frames. While something moves it is drawn coarsely if frames take long.
-import { Box3, Color, DirectionalLight, Group, HemisphereLight, Scene, Vector3, WebGLRenderer } from 'three';
+import { Box3, Color, Scene, Vector3, WebGLRenderer } from 'three';
 import { snapStep, type TransformView } from '../edit/transform_session';
 import type { Basis, Vec3 } from '../lattice/vec';
 import { Signal } from '../state/signal';
@@ -24,7 +24,6 @@ export class Viewport {
   readonly size: ScreenSize = { width: 1, height: 1 };
   /** The box that the depth range must hold. */
   readonly content = new Box3(new Vector3(-1, -1, -1), new Vector3(1, 1, 1));
-  private readonly light = new Group();
   private readonly frame = new Signal();
   private readonly drawn = new Signal<[seen: Promise<void>]>();
   /** Calls a listener before each frame, and each time that a frame must wait. The function returned removes it. */
@@ -35,7 +34,7 @@ export class Viewport {
   private readonly refinement = new Refinement(() => this.tickSoon());
   private readonly supersampling: Supersampling | undefined;
   private plan = FINEST; // of the last frame
-  /** What is drawn with fewer triangles while something moves. */
+  /** The surface that is drawn with fewer triangles while something moves. */
   coarsened: Coarsened | undefined;
   private isWanted = false;
   private pending = 0;
@@ -50,7 +49,6 @@ export class Viewport {
     canvas.setAttribute('aria-label', 'The deformed surface and its lattice. Press ? for the keys.');
     element.append(canvas);
     this.rig = new CameraRig(canvas, () => this.moved());
-    this.addLights();
     new ResizeObserver(() => this.resize()).observe(element);
     this.resize();
   }
@@ -179,7 +177,6 @@ export class Viewport {
     this.takePlan();
     this.frame.emit();
     this.rig.updateDepthRange(this.content);
-    this.light.quaternion.copy(this.rig.camera.quaternion);
     if (isSample) {
       this.supersampling!.draw(this.scene, this.rig.camera);
     } else {
@@ -205,15 +202,5 @@ export class Viewport {
     await seen;
     const pixels = size.width * size.height * this.pixelRatio ** 2;
     this.refinement.measured(plan, this.frames.lastMs, this.coarsened?.triangles ?? [0], pixels);
-  }
-
-  /** Light that turns with the camera, so that the visible side is never dark. */
-  private addLights(): void {
-    const key = new DirectionalLight(0xffffff, 1.9);
-    key.position.set(-0.5, 0.8, 1);
-    const rim = new DirectionalLight(0xbfd4ff, 0.5);
-    rim.position.set(1, -0.4, 0.3);
-    this.light.add(key, rim);
-    this.scene.add(this.light, new HemisphereLight(0xffffff, 0x8890a0, 1.1));
   }
 }

@@ -32,6 +32,7 @@ export class Hud {
     }
     this.element.append(this.tip);
     window.addEventListener('pointermove', (event) => this.explain(event));
+    document.documentElement.addEventListener('pointerleave', () => (this.tip.hidden = true));
   }
 
   /** Forgets the measurements, as for another scene. */
@@ -75,7 +76,8 @@ export class Hud {
       const { left, right, top, bottom } = part.getBoundingClientRect();
       return clientX >= left && clientX <= right && clientY >= top && clientY <= bottom;
     };
-    const isHover = pointerType !== 'touch' && buttons === 0;
+    if (this.element.hidden) return; // no layout for what nobody sees
+    const isHover = document.querySelector('dialog:modal') === null && pointerType !== 'touch' && buttons === 0;
     const part = isHover ? [...this.element.querySelectorAll('span')].find(isAt) : undefined;
     this.tip.hidden = part === undefined;
     if (part !== undefined) this.tip.textContent = [part.title, part.querySelector('b')!.title].filter(Boolean).join('. ');
