@@ -49,7 +49,7 @@ const FORMAT_NAMES = Object.keys(FORMATS) as MeshFormatName[];
 /** The part of a session that fetches the mesh of the open scene. */
 type MeshSource = Pick<LiveSession, 'downloadMesh'>;
 
-/** What a scene of a mesh is made from. */
+/** The parts that a scene of a mesh is made from. */
 export interface NewScene {
   readonly lattice: Fit | Lattice;
   readonly view: ViewRequest;

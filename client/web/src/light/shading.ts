@@ -41,7 +41,7 @@ interface Material {
   readonly matt: number;
   /** The colour that the matt part has where little light falls: light that comes through a translucent body. */
   readonly shade?: number;
-  /** What is mirrored of light from the front (Schlick's F0), and its colour. */
+  /** The part that is mirrored of light from the front (Schlick's F0), and its colour. */
   readonly mirrored: number;
   readonly mirrorColour: number;
   readonly blur: number;

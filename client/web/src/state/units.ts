@@ -13,7 +13,7 @@ export interface Units {
   readonly metersPerUnit: number;
 }
 
-/** What people want to know of a scene. */
+/** The facts that people want to know of a scene. */
 export interface SceneFacts {
   /** May be empty. */
   readonly name: string;

@@ -36,6 +36,7 @@ test('the dialog that fits a lattice', async () => {
   await meshUploaded(page);
   await look('fit');
   await page.getByRole('button', { name: 'Cancel' }).click();
+  await page.locator('dialog').waitFor({ state: 'detached' });
 });
 
 test('a scene with its panel, and a message', async () => {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Editing by hand in the viewer in Chromium: presses between points and handles.
+// Editing by hand in the viewer in Chromium: presses on points and handles, dialogs and their fields, keys, remarks.
 // Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer; LATTICED_SHOTS, a folder for screenshots.
 import assert from 'node:assert/strict';
 import { beforeEach, test } from 'node:test';

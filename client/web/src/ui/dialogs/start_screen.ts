@@ -50,6 +50,6 @@ export function startScreen(choices: StartChoices, recent: readonly RecentScene[
       browse,
     ),
     h('div', { class: 'samples', role: 'group', 'aria-label': 'Samples' }, h('span', {}, 'or a sample'), ...samples),
-    scenes.length > 0 && h('div', { class: 'recent', role: 'group', 'aria-label': 'Recent scenes' }, h('span', {}, 'or go on with'), ...scenes),
+    scenes.length > 0 && h('div', { class: 'recent', role: 'group', 'aria-label': 'Recent scenes' }, h('span', {}, 'or a recent scene'), ...scenes),
   );
 }
