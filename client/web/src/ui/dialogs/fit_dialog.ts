@@ -108,7 +108,6 @@ export function showFitDialog({ file, upload, triangles, up: firstUp, create }: 
         typed();
       },
     });
-  const creaseNote = h('span', {}, '°; sharper edges stay edges');
   const dialog = showDialog(
     'Fit a lattice',
     'fit',
@@ -118,7 +117,7 @@ export function showFitDialog({ file, upload, triangles, up: firstUp, create }: 
     preview.element,
     table.element,
     field('Padding', padding.element, '% of the longest edge'),
-    field('Crease angle', crease.element, creaseNote),
+    field('Sharp edges from', crease.element, '°'),
     up !== undefined && upSwitch.element,
     table.note,
     error,
@@ -134,7 +133,7 @@ export function showFitDialog({ file, upload, triangles, up: firstUp, create }: 
     const extent = AXES.map((axis) => Number((max[axis] - min[axis]).toPrecision(3))).join(' × ');
     const [vertices, faces] = [mesh.vertices, mesh.faces].map((count) => count.toLocaleString('en'));
     facts.textContent = `${mesh.name}: ${vertices} vertices, ${faces} faces, ${extent}`;
-    if (mesh.hasNormals) creaseNote.textContent = '°, if changed; the file has its own normals';
+    crease.input.title = mesh.hasNormals ? 'The file has its own normals. A number here replaces them.' : '';
     check();
     if (!isUsed) confirm.focus(); // a person who uses a field stays there
     if (mesh.faces <= MOST_FACES) void showMesh(mesh.id).catch(() => undefined); // the lattice is shown without it
