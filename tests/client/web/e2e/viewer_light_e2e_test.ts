@@ -5,9 +5,10 @@
 // Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer; LATTICED_SHOTS, a folder for screenshots.
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
+import type { Vec3 } from '@src/lattice/vec';
 import { LIGHTS } from '@src/light/shading';
 import { contrast, differing, luminance, picture, quantile, type Picture } from './picture';
-import { errors, openTorus, page, shot, useStage } from './stage';
+import { errors, openTorus, page, shot, until, useStage } from './stage';
 import { colourAt, createScene, dropFiles, frames } from './viewer_page';
 
 const LEAST_CONTRAST = 3; // WCAG 2.2, 1.4.11: graphics that must be told apart
@@ -91,9 +92,10 @@ test('below the surface lies a shadow, on the ground of the axis that is up; non
 
 test('a relief of 3 % of the size is seen: in light and shade, and its hollows are darker than its ridges', async () => {
   const COUNT = 40;
-  const HEIGHT = 0.03; // of the width, from hollow to ridge
+  const WIDTH = 1e5; // more than half floats hold
+  const HEIGHT = 0.03 * WIDTH; // from hollow to ridge
   const along = Array.from({ length: COUNT + 1 }, (_, i) => i / COUNT);
-  const vertices = along.flatMap((y) => along.map((x) => `v ${x} ${y} ${(HEIGHT / 2) * Math.cos(6 * Math.PI * x)}`));
+  const vertices = along.flatMap((y) => along.map((x) => `v ${WIDTH * x} ${WIDTH * y} ${(HEIGHT / 2) * Math.cos(6 * Math.PI * x)}`));
   const faces = Array.from({ length: COUNT * COUNT }, (_, i) => {
     const first = 1 + (i % COUNT) + (COUNT + 1) * Math.floor(i / COUNT);
     return `f ${first} ${first + 1} ${first + COUNT + 2} ${first + COUNT + 1}`;
@@ -114,7 +116,15 @@ test('a relief of 3 % of the size is seen: in light and shade, and its hollows a
   const lights = differing(seen, empty).map((pixel) => luminance(seen, pixel));
   const ratio = quantile(lights, 0.95) / quantile(lights, 0.05);
   assert.ok(ratio > 1.6, `light to shade ${ratio}`);
-  const [hollow, ridge] = [await colourAt(page, [0.5, 0.5, -HEIGHT / 2]), await colourAt(page, [1 / 3, 0.5, HEIGHT / 2])];
+  const coloursOf = async (): Promise<Vec3[]> =>
+    [await colourAt(page, [WIDTH / 2, WIDTH / 2, -HEIGHT / 2]), await colourAt(page, [WIDTH / 3, WIDTH / 2, HEIGHT / 2])];
+  const [hollow, ridge] = await coloursOf();
   assert.ok(ridge[1] > 1.2 * hollow[1], `${ridge} on the ridge, ${hollow} in the hollow`); // both face the eye
+
+  await set({ compare: 'split', divider: 0.05 });
+  await until(() => page.evaluate(() => window.latticed.scene!.session.surface.isCompared));
+  await frames(page);
+  assert.deepEqual(await coloursOf(), [hollow, ridge], 'right of a divider');
+  await set({ compare: 'off' });
   assert.deepEqual(errors, []);
 });
