@@ -5,7 +5,7 @@
 // Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer; LATTICED_SHOTS, a folder for screenshots.
 import assert from 'node:assert/strict';
 import { beforeEach, test } from 'node:test';
-import { dot, sub, type Vec3 } from '@src/lattice/vec';
+import { dot, length, sub, type Vec3 } from '@src/lattice/vec';
 import { latticeToJson } from '@src/wire/lattice_json';
 import { openPage } from './browser';
 import { browser, CORNER, errors, OBJ, openTorus, page, press, select, selected, shot, until, useStage } from './stage';
@@ -20,6 +20,13 @@ useStage({
     rest = await controlPoint(page, CORNER);
   },
 });
+
+/** Goes back to the scene before, and waits until it is shown. */
+async function goBack(): Promise<void> {
+  await page.goBack();
+  await page.waitForFunction(() => new URLSearchParams(location.search).get('scene') === window.latticed.scene!.session.sceneId);
+  await live(page);
+}
 
 beforeEach(async () => {
   await page.evaluate(() => {
@@ -120,6 +127,9 @@ test('undo and redo are grey while there is nothing of this window to undo or re
   String([undo, redo]));
 
   await become(false, false); // the steps of the first window are not its own
+  await other.locator('[data-command=through]').focus();
+  await other.keyboard.press('ArrowDown'); // passes over both
+  await other.locator('[data-command=frame-selected]:focus').waitFor();
   await other.evaluate((index) => window.latticed.scene!.editor.selection.select([index]), CORNER);
   for (const key of ['g', 'z', '1', 'Enter']) await other.keyboard.press(key);
   await become(true, false);
@@ -204,8 +214,7 @@ test('the page says that a scene is being made; the head-up line then starts ane
 
   await live(page);
   assert.equal(await latency.locator('b').innerText(), '–');
-  await page.goBack();
-  await live(page);
+  await goBack();
 });
 
 test('a fold-over, a mesh outside the lattice and a tear are said in lines with buttons that select where', async () => {
@@ -248,8 +257,7 @@ test('a fold-over, a mesh outside the lattice and a tear are said in lines with 
   assert.equal(await remark('tear').count(), 0);
   await page.evaluate(() => window.latticed.commands.get('reset').run());
   await remark('outside').waitFor();
-  await page.goBack();
-  await live(page);
+  await goBack();
 });
 
 test('a knot plane is shown before it is inserted: where the pointer hovers, and where a number is typed', async () => {
@@ -282,6 +290,33 @@ test('a knot plane is shown before it is inserted: where the pointer hovers, and
   assert.deepEqual(await colourAt(page, beside), before);
 
   await press('k');
+  await page.evaluate(() => window.latticed.settings.set({ panel: true }));
+  await page.getByLabel('Pivot X').press('Enter');
+  await page.evaluate(() => window.latticed.settings.set({ panel: false }));
+  await frames(page);
+  await page.getByLabel('Menus').getByText('View').click();
+  await page.getByRole('menuitem', { name: 'Keys' }).click();
+  await page.locator('dialog.help').press('Enter');
+  await page.locator('dialog.help').waitFor({ state: 'detached' });
+  const distanceOf = async (): Promise<number> => length(sub((await camera(page)).position, (await camera(page)).target));
+  const seen = await camera(page);
+  const away = await distanceOf();
+  await page.mouse.move(x, y);
+  await page.mouse.down();
+  await page.mouse.move(x + 30, y, { steps: 3 });
+  await page.mouse.up();
+  assert.notDeepEqual((await camera(page)).basis, seen.basis, 'a drag turns the view');
+  await page.mouse.wheel(0, 100);
+  await until(async () => (await distanceOf()) > 1.01 * away);
+  assert.equal(await page.locator('dialog.knot').count(), 1);
+  assert.equal(await page.evaluate(() => window.latticed.scene!.session.lattice.count), 64, 'none of this inserts a knot');
+  await page.evaluate(({ position, target }) => {
+    const { rig } = window.latticed.viewport;
+    rig.camera.position.set(...position);
+    rig.target.set(...target);
+    rig.controls.update();
+  }, seen);
+
   await page.mouse.move(x + 1, y);
   await page.mouse.click(x, y);
   await page.waitForFunction(() => window.latticed.scene!.session.lattice.count === 80);
@@ -311,6 +346,15 @@ test('the dialog shows the mesh in the lattice, and picture and count follow the
   const [mesh, cage] = await seen();
   await page.getByLabel('Points along u').fill('2*4');
   await page.getByText('128 control points').waitFor();
+  const create = page.getByRole('button', { name: 'Create scene' });
+  for (const [label, wrong, right] of [['Points along u', '100', '8'], ['Padding', '-1', '5'], ['Crease angle', '181', '30']] as const) {
+    await page.getByLabel(label).fill(wrong);
+    await page.getByLabel('Points along w').focus();
+    await page.locator('.fit .why').getByText(/number from \d/).waitFor();
+    assert.ok(await create.isDisabled(), label);
+    await page.getByLabel(label).fill(right);
+    assert.ok(await create.isEnabled(), label);
+  }
   assert.ok((await seen())[1] > cage * 1.1, `${await seen()} after ${cage}`);
   await shot('viewer_fit_preview');
   await page.getByLabel('Padding').fill('50');
