@@ -257,7 +257,7 @@ test('a fold-over, a mesh outside the lattice and a tear are said in lines with 
   assert.equal(await remark('tear').count(), 0);
   await page.evaluate(() => window.latticed.commands.get('reset').run());
   await remark('outside').waitFor();
-  await goBack();
+  await openTorus(); // a lattice of 4 x 4 x 4 again
 });
 
 test('a knot plane is shown before it is inserted: where the pointer hovers, and where a number is typed', async () => {
