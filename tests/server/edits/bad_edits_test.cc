@@ -189,7 +189,7 @@ TEST_F(BadEditsTest, ABatchWhoseSecondEditIsBadChangesNothing) {
   const std::string before = Lattice().SerializeAsString();
   uint64_t sequence = 0;
   for (const BadEdit& row : BadEdits()) {
-    if (row.edit.has_insert_knot()) continue;
+    if (row.edit.has_insert_knot() || row.edit.has_replace_lattice()) continue;
     SCOPED_TRACE(row.name);
     ExpectRefusal(Apply(Batch(++sequence, {MoveBy({62}, 0.1), row.edit})),
                   RefusalOf(row, "edits[1]"));

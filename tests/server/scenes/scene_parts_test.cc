@@ -79,7 +79,7 @@ TEST_F(ScenePartsTest, ExportsEveryForm) {
     ASSERT_TRUE(parts[0].has_header());
     const v1::ExportHeader header = parts[0].header();
     EXPECT_EQ(header.revision(), 0u);
-    EXPECT_THAT(header.file_name(), ::testing::StartsWith("scene-one-deformed."));
+    EXPECT_THAT(header.file_name(), ::testing::StartsWith("cube-deformed."));
     EXPECT_THAT(header.media_type(), ::testing::HasSubstr("/"));
     std::string bytes;
     for (size_t i = 1; i < parts.size(); ++i) {
