@@ -268,10 +268,9 @@ function pullLine(): Promise<number[]> {
 test('what lies outside the lattice is out of reach of a pull: a line and words say how far, until Escape', async () => {
   await dropFiles(page, [['sheet.obj', plainSheetObj()]]);
   await createScene(page);
-  const whole = await page.evaluate(() => window.latticed.scene!.session.sceneId);
   const half = latticeIn([[0, -1.2, -1], [1.2, 0, 0], [0, 2.4, 0], [0, 0, 2]], 3, 2); // around the right half
   await dropFiles(page, [['half.json', latticeToJson(half)]]);
-  await page.waitForFunction((id) => window.latticed.scene!.session.sceneId !== id, whole);
+  await page.waitForFunction(() => window.latticed.scene!.session.lattice.size.join() === '3,3,3');
   await live(page);
   await lookFromAbove();
   await page.keyboard.press('p');
@@ -309,9 +308,9 @@ async function roofColours(): Promise<Vec3[]> {
 const EDGE = 30; // the RGB distance, at 255 per channel, at which a person sees an edge
 const FLAT = 6;
 
-
-test('facets are flat with an edge between them, smooth normals hide the edge, and without normals facets are shaded', async () => {
+test('facets are flat with an edge between them, smooth normals hide it below the crease angle, and without normals facets are shaded', async () => {
   await dropFiles(page, [['roof.obj', ROOF]]);
+  await page.getByLabel('Crease angle').fill('180');
   await createScene(page);
   await page.setViewportSize({ width: 1000, height: 600 }); // with room for the panel
   await page.evaluate(() => window.latticed.settings.set({ panel: true }));
@@ -335,5 +334,14 @@ test('facets are flat with an edge between them, smooth normals hide the edge, a
   }
   const [, facet, none] = shades;
   facet.slice(2).forEach((colour, i) => assert.ok(distance(colour, none[i + 2]) < FLAT, `${colour} and ${none[i + 2]}`));
+
+  await dropFiles(page, [['roof.obj', ROOF]]);
+  await createScene(page); // 30 degrees
+  await setView({ normals: 'smooth', segments: 6 });
+  await lookFromAbove();
+  await until(async () => {
+    const [left, right, aside, eaves] = await roofColours();
+    return distance(left, right) > EDGE && distance(aside, eaves) < FLAT;
+  }, async () => `smooth, with an edge: ${(await roofColours()).join(' ')}`);
   assert.deepEqual(errors, []);
 });
