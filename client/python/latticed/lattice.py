@@ -6,7 +6,7 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Tuple, Union
+from typing import Any, Optional, Tuple, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -87,8 +87,8 @@ class Lattice:
         clamped uniform knots. Scene.replace_lattice(…, keep_shape=True) gives it the scene's shape."""
         nu, nv, nw = size or self.size
         degree = degree or self.degree
-        knots = tuple(_clamped_uniform(count, p) for count, p in zip((nu, nv, nw), degree))
-        made = Lattice(np.zeros((nw, nv, nu, 3)), degree, knots, self.origin, self.edges)
+        u, v, w = (_clamped_uniform(count, p) for count, p in zip((nu, nv, nw), degree))
+        made = Lattice(np.zeros((nw, nv, nu, 3)), degree, (u, v, w), self.origin, self.edges)
         made.control_points = made.rest()
         return made
 
