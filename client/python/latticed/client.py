@@ -168,14 +168,14 @@ class Client:
             source.lattice.CopyFrom(lattice.to_proto())
         else:
             source.fit.SetInParent()
-            for name, axes, numbers in (
+            for field, axes, numbers in (
                 ("size", source.fit.size, size),
                 ("degree", source.fit.degree, degree),
             ):
                 if numbers is None:
                     continue
                 if np.shape(numbers) != (3,):
-                    raise ValueError(f"{name} is three numbers, of u, v and w, not {numbers!r}")
+                    raise ValueError(f"{field} is three numbers, of u, v and w, not {numbers!r}")
                 axes.u, axes.v, axes.w = numbers
             if padding is not None:
                 source.fit.padding = padding

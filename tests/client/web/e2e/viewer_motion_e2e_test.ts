@@ -64,10 +64,10 @@ async function wave([x, y]: readonly [number, number], what: string): Promise<nu
   return refined.at - movedAt;
 }
 
-/** The times of three waves; on a busy machine one may come late. */
+/** The times of three waves; on a busy machine they may come late, by as much again. */
 async function assertRefined(place: readonly [number, number], what: string): Promise<void> {
   const times = [await wave(place, what), await wave(place, what), await wave(place, what)];
-  assert.ok(Math.min(...times) < REFINED_MS, `${what}: full detail after ${times} ms`);
+  assert.ok(Math.min(...times) < 2 * REFINED_MS, `${what}: full detail after ${times} ms`);
 }
 
 test('at rest, edges are smooth: pixels at the outline mix the surface and the background', async () => {

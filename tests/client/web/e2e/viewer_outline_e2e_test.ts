@@ -40,6 +40,7 @@ async function specks(): Promise<{ specks: number; edges: number }> {
 for (const [name, rings, sides, all] of [['coarse', 12, 8, [1, 4, 20]], ['fine', 96, 48, [1, 4, 10]]] as const) {
   test(`the outline of a ${name} torus has no specks, of ${all.join(', ')} segments, in three views`, async () => {
     await dropFiles(page, [['torus.obj', torusObj(rings, sides)]]);
+    await page.getByLabel('Crease angle').fill('180'); // a facet seen edge-on may be as dark as a speck
     await createScene(page);
     for (const segments of all) {
       await setView({ segments });
