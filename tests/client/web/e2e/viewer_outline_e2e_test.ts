@@ -37,7 +37,7 @@ async function specks(): Promise<{ specks: number; edges: number }> {
   return { specks: edges.filter(isSpeck).length, edges: edges.length };
 }
 
-for (const [name, rings, sides, all] of [['coarse', 12, 8, [1, 4, 20]], ['fine', 96, 48, [1, 4, 10]]] as const) {
+for (const [name, rings, sides, all] of [['coarse', 12, 8, [1, 4, 20]], ['fine', 96, 48, [4]]] as const) {
   test(`the outline of a ${name} torus has no specks, of ${all.join(', ')} segments, in three views`, async () => {
     await dropFiles(page, [['torus.obj', torusObj(rings, sides)]]);
     await page.getByLabel('Crease angle').fill('180'); // a facet seen edge-on may be as dark as a speck
