@@ -36,14 +36,14 @@ struct Axis {
 };
 
 // The functions that are not zero at one place, and their values.
-struct BasisRow {
+struct BasisAt {
   size_t first = 0, count = 0;
   std::array<double, kBand + 1> values{};
 };
 
 // `places` ascend.
-std::vector<BasisRow> BasisRows(const Axis& axis, const std::vector<double>& places) {
-  std::vector<BasisRow> rows(places.size());
+std::vector<BasisAt> BasisRows(const Axis& axis, const std::vector<double>& places) {
+  std::vector<BasisAt> rows(places.size());
   int span = FindLowerSpan(axis.knots.data(), axis.degree, axis.size, places[0]);
   for (size_t n = 0; n < places.size(); ++n) {
     while (span + 1 < axis.size && axis.knots[static_cast<size_t>(span) + 1] < places[n]) ++span;
@@ -93,7 +93,7 @@ Grid AlongAxis(const Grid& grid, size_t axis, size_t size, const Line& line) {
   return out;
 }
 
-Vec3d At(const BasisRow& row, const Vec3d* line, size_t stride) {
+Vec3d At(const BasisAt& row, const Vec3d* line, size_t stride) {
   Vec3d sum;
   for (size_t r = 0; r < row.count; ++r) {
     sum += row.values[r] * line[(row.first + r) * stride];
@@ -174,7 +174,7 @@ class AxisProjection {
 
   size_t size_;
   std::vector<double> weights_;
-  std::vector<BasisRow> from_, to_;  // at the nodes of the integral
+  std::vector<BasisAt> from_, to_;  // at the nodes of the integral
   std::vector<std::array<double, kBand + 1>> factor_;
 };
 
@@ -215,7 +215,7 @@ void Thin(std::array<std::vector<double>, 3>& places) {
   }
 }
 
-Vec3d At(const Grid& grid, const BasisRow& u, const BasisRow& v, const BasisRow& w) {
+Vec3d At(const Grid& grid, const BasisAt& u, const BasisAt& v, const BasisAt& w) {
   Vec3d sum;
   for (size_t k = 0; k < w.count; ++k) {
     for (size_t j = 0; j < v.count; ++j) {
@@ -233,7 +233,7 @@ double LargestDifference(const Grid& a, const Grid& b, const LatticeStructure& o
     places[axis] = ResidualPlaces(Axis(of_a, axis), Axis(of_b, axis));
   }
   Thin(places);
-  std::array<std::vector<BasisRow>, 3> rows_a, rows_b;
+  std::array<std::vector<BasisAt>, 3> rows_a, rows_b;
   for (size_t axis = 0; axis < 3; ++axis) {
     rows_a[axis] = BasisRows(Axis(of_a, axis), places[axis]);
     rows_b[axis] = BasisRows(Axis(of_b, axis), places[axis]);
