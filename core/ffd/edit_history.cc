@@ -178,9 +178,10 @@ absl::Status EditHistory::Write(const EditBatch& batch, TimePoint now, EditSumma
       target.lattice.control_points[index] = position;
     }
   }
+  const auto initial_now = [this] { return initial(); };
   for (size_t n = 0; n < batch.edits.size(); ++n) {
     const std::string field = fmt::format("edits[{}]", n);
-    LATTICED_RETURN_IF_ERROR(ApplyEdit(batch.edits[n], initial(), field, target));
+    LATTICED_RETURN_IF_ERROR(ApplyEdit(batch.edits[n], initial_now, field, target));
   }
   if (batch.edits.empty()) {  // a commit alone: undone steps may still be redone
     if (gesture != kNoStep) layers_.Close(gesture, false);
@@ -233,9 +234,7 @@ absl::Status EditHistory::Restructure(EditStep step, StructureEdit edit, std::st
   if (!same) step.id = ++clock_;
   step.written_at = ++clock_;
   step.positions = std::move(control_points);
-  if (auto* replaced = std::get_if<ReplaceLattice>(&edit); replaced != nullptr) {
-    replaced->lattice.control_points = {};
-  }
+  if (auto* replace = std::get_if<ReplaceLattice>(&edit)) replace->lattice = {};
   step.structural = {std::move(structure), std::move(edit)};
   ++structure_id_;
   summary.drag_residual = change.residual;
@@ -289,9 +288,8 @@ absl::Status EditHistory::RedoStep(std::string_view editor_id, const AdmitStruct
   const auto position = std::next(found).base();
   if (found->step.structural.has_value()) {
     StructureEdit edit = found->step.structural->edit;
-    if (auto* replaced = std::get_if<ReplaceLattice>(&edit);
-        replaced != nullptr && !replaced->keep_shape) {
-      replaced->lattice.control_points = found->step.positions;
+    if (auto* replace = std::get_if<ReplaceLattice>(&edit)) {
+      replace->lattice = {found->step.structural->structure, found->step.positions};
     }
     auto status = Restructure(found->step, std::move(edit), "edits[0].redo", admit, summary);
     if (status.ok()) TakeUndone(position);

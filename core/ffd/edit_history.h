@@ -51,9 +51,6 @@ struct EditOutcome {
 class EditHistory {
  public:
   using TimePoint = std::chrono::steady_clock::time_point;
-  // Called before a batch that changes the structure takes effect; an error refuses the batch. A scene makes its plan
-  // and asks for memory here.
-  using AdmitStructure = latticed::AdmitStructure;
   // The status by which AdmitStructure puts a batch off. Apply then returns it, changes nothing and keeps no result for
   // replay; the caller applies the batch again later.
   [[nodiscard]] static absl::Status PutOff();
@@ -62,7 +59,8 @@ class EditHistory {
   // `initial` must be valid. The history begins at revision 0 and structure_id 1.
   explicit EditHistory(Lattice initial);
 
-  // Applies the whole batch or nothing. On success the revision rises by one, even if no control point changed.
+  // Applies the whole batch or nothing. On success the revision rises by one, even if no control point changed. A scene
+  // makes the plan for another structure in `admit`, and asks for memory there.
   [[nodiscard]] absl::StatusOr<EditOutcome> Apply(const EditBatch& batch, TimePoint now,
                                                   const AdmitStructure& admit);
   // Adds to the kept result of the editor's last batch what only the scene can count.
@@ -74,7 +72,7 @@ class EditHistory {
   bool gesture_open() const;
 
   const Lattice& lattice() const { return layers_.lattice(); }
-  const Lattice& initial() const { return layers_.initial(); }
+  Lattice initial() const { return layers_.initial(); }
   uint64_t revision() const { return revision_; }
   uint64_t structure_id() const { return structure_id_; }
   // 0 for an editor that is not remembered.

@@ -36,10 +36,7 @@ size_t EditStep::MemoryBytes() const {
                  indices.capacity() * sizeof(uint32_t) + positions.capacity() * sizeof(Vec3d) +
                  start.size() * kMapNodeBytes;
   if (structural.has_value()) {
-    const size_t copies = structural->replaces() ? 2 : 1;
-    for (const auto& knots : structural->structure.knots) {
-      bytes += copies * knots.size() * sizeof(double);
-    }
+    for (const auto& knots : structural->structure.knots) bytes += knots.size() * sizeof(double);
   }
   return bytes;
 }
@@ -48,15 +45,23 @@ size_t EditStep::MemoryBytes() const {
 static_assert(std::is_nothrow_move_constructible_v<EditStep>);
 
 EditLayers::EditLayers(Lattice base)
-    : base_(std::move(base)),
-      base_initial_(std::make_shared<const Lattice>(base_)),
-      lattice_(base_),
-      initial_(base_initial_) {}
+    : base_(std::move(base)), base_initial_(base_), lattice_(base_) {}
+
+Lattice EditLayers::initial() const {
+  for (auto step = steps_.rbegin(); step != steps_.rend(); ++step) {
+    if (step->structural.has_value() && step->structural->replaces()) {
+      return {step->structural->structure, step->positions};
+    }
+  }
+  return base_initial_;
+}
 
 size_t EditLayers::BaseBytes() const {
-  const size_t base = base_.control_points.size(), present = lattice_.control_points.size();
-  size_t points = base - std::min(base, present);
-  if (initial_ != base_initial_) points += base_initial_->control_points.size();
+  const size_t present = lattice_.control_points.size();
+  size_t points = 0;
+  for (const Lattice* lattice : {&base_, &base_initial_}) {
+    points += std::max(lattice->control_points.size(), present) - present;
+  }
   return points * sizeof(Vec3d);
 }
 
@@ -66,7 +71,6 @@ void EditLayers::Push(EditStep step) {
   bytes_ += top.MemoryBytes();
   if (top.structural.has_value()) {
     lattice_ = {top.structural->structure, top.positions};
-    if (top.structural->replaces()) initial_ = std::make_shared<const Lattice>(lattice_);
     return;
   }
   for (size_t n = 0; n < top.indices.size(); ++n) {
@@ -99,12 +103,7 @@ void EditLayers::FoldOldest() {
   if (oldest.structural.has_value()) {
     const bool replaces = oldest.structural->replaces();
     base_ = {std::move(oldest.structural->structure), std::move(oldest.positions)};
-    if (replaces) {
-      const bool last = std::none_of(steps_.begin() + 1, steps_.end(), [](const EditStep& step) {
-        return step.structural.has_value() && step.structural->replaces();
-      });
-      base_initial_ = last ? initial_ : std::make_shared<const Lattice>(base_);
-    }
+    if (replaces) base_initial_ = base_;
     base_structure_step_ = oldest.id;
   } else {
     for (size_t n = 0; n < oldest.indices.size(); ++n) {
@@ -151,11 +150,8 @@ void EditLayers::RestorePoints(const std::vector<uint32_t>& indices) {
 
 void EditLayers::RebuildLattice() {
   lattice_ = base_;
-  initial_ = base_initial_;
   for (const EditStep& step : steps_) {
     if (step.structural.has_value()) lattice_ = {step.structural->structure, step.positions};
-    if (step.structural.has_value() && step.structural->replaces())
-      initial_ = std::make_shared<const Lattice>(lattice_);
     for (size_t n = 0; n < step.indices.size(); ++n) {
       lattice_.control_points[step.indices[n]] = step.positions[n];
     }

@@ -20,7 +20,6 @@
 #include <chrono>
 #include <cstdint>
 #include <map>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -31,8 +30,8 @@
 namespace latticed {
 
 struct EditStep {
-  // The structure that an edit made, and the edit, which a redo repeats. A replacement by given control points is kept
-  // without them: they are `positions`.
+  // The structure that an edit made, and the edit, which a redo repeats. A replacement is kept without its lattice, which
+  // is `structure` and `positions`.
   struct Structural {
     LatticeStructure structure;
     StructureEdit edit;
@@ -67,7 +66,7 @@ class EditLayers {
 
   const Lattice& lattice() const { return lattice_; }
   // The lattice that the layers began with, or the last replacement as it was made.
-  const Lattice& initial() const { return *initial_; }
+  Lattice initial() const;
   // Oldest first.
   const std::vector<EditStep>& steps() const { return steps_; }
 
@@ -84,18 +83,16 @@ class EditLayers {
   const LatticeStructure& StructureWithout(size_t position) const;
   // The bytes of all steps.
   size_t MemoryBytes() const { return bytes_; }
-  // The bytes of lattices that were replaced, as far as they are larger than, or besides, those of the present structure.
+  // The bytes of the two lattices below the steps, as far as they have more control points than the present one.
   size_t BaseBytes() const;
 
  private:
   void RestorePoints(const std::vector<uint32_t>& indices);
   void RebuildLattice();
 
-  Lattice base_;
-  std::shared_ptr<const Lattice> base_initial_;  // initial() without steps
+  Lattice base_, base_initial_;  // lattice() and initial() without steps
   uint64_t base_structure_step_ = 0;
   Lattice lattice_;
-  std::shared_ptr<const Lattice> initial_;
   std::vector<EditStep> steps_;
   size_t bytes_ = 0;  // of steps_
 };

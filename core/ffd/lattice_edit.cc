@@ -164,19 +164,14 @@ absl::Status Apply(const DragPoints& edit, std::string_view field, EditTarget& t
   return status;
 }
 
-absl::Status Apply(const Reset& edit, const Lattice& initial, std::string_view field,
+absl::Status Apply(const Reset& edit, absl::FunctionRef<Lattice()> initial, std::string_view field,
                    EditTarget& target) {
   const std::string path = fmt::format("{}.reset", field);
   if (edit.to == ResetTo::kIdentity) {
     return WriteAll(IdentityControlPoints(target.lattice.structure), path, target);
   }
-  LATTICED_ASSIGN_OR_RETURN(auto refined, WithKnotsOf(initial, target.lattice.structure));
+  LATTICED_ASSIGN_OR_RETURN(auto refined, WithKnotsOf(initial(), target.lattice.structure));
   return WriteAll(refined.control_points, path, target);
-}
-
-absl::Status NotAlone(std::string_view field, std::string_view name) {
-  return error::InvalidField(fmt::format("{}.{}", field, name),
-                             "must be the only edit of its batch, outside any gesture");
 }
 
 }  // namespace
@@ -184,19 +179,23 @@ absl::Status NotAlone(std::string_view field, std::string_view name) {
 EditTarget::EditTarget(Lattice start)
     : lattice(std::move(start)), written(lattice.control_points.size()) {}
 
-absl::Status ApplyEdit(const Edit& edit, const Lattice& initial, std::string_view field,
-                       EditTarget& target) {
+absl::Status NotAlone(std::string_view field) {
+  return error::InvalidField(field, "must be the only edit of its batch, outside any gesture");
+}
+
+absl::Status ApplyEdit(const Edit& edit, absl::FunctionRef<Lattice()> initial,
+                       std::string_view field, EditTarget& target) {
   return std::visit(
       [&](const auto& e) -> absl::Status {
         using T = std::decay_t<decltype(e)>;
         if constexpr (std::is_same_v<T, InsertKnot>) {
-          return NotAlone(field, "insert_knot");
+          return NotAlone(fmt::format("{}.insert_knot", field));
         } else if constexpr (std::is_same_v<T, ReplaceLattice>) {
-          return NotAlone(field, "replace_lattice");
+          return NotAlone(fmt::format("{}.replace_lattice", field));
         } else if constexpr (std::is_same_v<T, Undo>) {
-          return NotAlone(field, "undo");
+          return NotAlone(fmt::format("{}.undo", field));
         } else if constexpr (std::is_same_v<T, Redo>) {
-          return NotAlone(field, "redo");
+          return NotAlone(fmt::format("{}.redo", field));
         } else if constexpr (std::is_same_v<T, Reset>) {
           return Apply(e, initial, field, target);
         } else {

@@ -19,6 +19,7 @@
 #include <variant>
 #include <vector>
 
+#include "absl/functional/function_ref.h"
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "core/base/vec.h"
@@ -104,15 +105,19 @@ struct EditTarget {
 
 // Applies one edit; `field` is its path, such as "edits[2]". Errors: kInvalidArgument, also for insert_knot,
 // replace_lattice, undo and redo, which need a history and must be alone in their batch.
-[[nodiscard]] absl::Status ApplyEdit(const Edit& edit, const Lattice& initial,
+// `initial` is called for the lattice that kInitial means.
+[[nodiscard]] absl::Status ApplyEdit(const Edit& edit, absl::FunctionRef<Lattice()> initial,
                                      std::string_view field, EditTarget& target);
+
+// kInvalidArgument for an edit that must be alone in its batch; `field` is its path with its name.
+[[nodiscard]] absl::Status NotAlone(std::string_view field);
 
 struct StructureChange {
   Lattice lattice;
   double residual = 0;  // of LatticeRefit, world units; 0 where no shape was to be kept
 };
 
-// Called with the structure that an edit leads to, before the costly part; an error ends it.
+// Called with the structure that an edit leads to, before anything is changed; an error refuses the edit.
 using AdmitStructure = std::function<absl::Status(const LatticeStructure&)>;
 
 // Makes another lattice of `lattice`. The edit's own lattice must be valid. Errors: kInvalidArgument naming a field that

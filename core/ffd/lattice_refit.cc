@@ -13,8 +13,8 @@
 namespace latticed {
 namespace {
 
-constexpr int kBand =
-    limits::kMaxDegree;              // functions that overlap have indices at most so far apart
+// Functions that overlap have indices at most so far apart.
+constexpr int kBand = limits::kMaxDegree;
 constexpr double kSameKnot = 1e-12;  // of the domain
 constexpr double kPivot = 1e-15;     // of the largest: smaller ones are rounding errors
 // Gauss-Legendre on [-1, 1], exact to degree 7; products of two functions have degree 6 at most.

@@ -196,8 +196,7 @@ absl::StatusOr<EditBatch> FromProto(const v1::EditBatch& batch, const PolygonMes
   for (int i = 0; i < batch.edits_size(); ++i) {
     // Refused before it is read: many short ones would take far more memory than the request.
     if (batch.edits(i).has_replace_lattice() && batch.edits_size() > 1) {
-      return error::InvalidField(fmt::format("edits[{}].replace_lattice", i),
-                                 "must be the only edit of its batch, outside any gesture");
+      return NotAlone(fmt::format("edits[{}].replace_lattice", i));
     }
     auto edit = ReadEdit(batch.edits(i), mesh, fmt::format("edits[{}]", i));
     if (!edit.ok()) return edit.status();  // with the macro, GCC 12 takes the variant for unset

@@ -42,10 +42,9 @@ constexpr auto kUploadFormats = std::to_array<std::pair<v1::MeshFormat, UploadFo
      {v1::MESH_FORMAT_RAW, UploadFormat::kRaw}});
 
 absl::Status CheckWords(const v1::MeshHeader& header) {
-  if (header.name().size() > limits::kMaxNameBytes) {
-    return error::OutOfRange("header.name", static_cast<double>(header.name().size()), 0,
-                             static_cast<double>(limits::kMaxNameBytes));
-  }
+  LATTICED_RETURN_IF_ERROR(error::CheckRange("header.name",
+                                             static_cast<double>(header.name().size()), 0,
+                                             static_cast<double>(limits::kMaxNameBytes)));
   if (header.has_sha256() && !IsSha256Hex(absl::AsciiStrToLower(header.sha256()))) {
     return error::InvalidField("header.sha256", "expected 64 hexadecimal digits");
   }

@@ -101,10 +101,8 @@ absl::Status CheckCreateScene(const v1::CreateSceneRequest& request) {
     return error::Unsupported("lattices", "more than one lattice a scene");
   }
   if (auto ttl = IdleTtl(request, absl::ZeroDuration()); !ttl.ok()) return ttl.status();
-  if (request.name().size() > limits::kMaxNameBytes) {
-    return error::OutOfRange("name", static_cast<double>(request.name().size()), 0,
-                             static_cast<double>(limits::kMaxNameBytes));
-  }
+  LATTICED_RETURN_IF_ERROR(error::CheckRange("name", static_cast<double>(request.name().size()), 0,
+                                             static_cast<double>(limits::kMaxNameBytes)));
   return CheckLabels(LabelsOf(request), "labels");
 }
 

@@ -226,10 +226,11 @@ TEST(DirectManipulation, AnEditSaysWhatItLeft) {
   const Lattice lattice = MakeLattice({4, 4, 4}, {2, 2, 2}, kDragSeed);
   EditTarget target(lattice);
   const Vec3d inside{0, 0.5, 2.5};
+  const auto initial = [&] { return lattice; };
 
-  ASSERT_OK(ApplyEdit(DragPoints{{inside, {9, 0, 0}}, {{1, 2, 3}, {9, 0, 2}}}, lattice, "edits[0]",
+  ASSERT_OK(ApplyEdit(DragPoints{{inside, {9, 0, 0}}, {{1, 2, 3}, {9, 0, 2}}}, initial, "edits[0]",
                       target));
-  ASSERT_OK(ApplyEdit(DragPoints{{inside}, {{0, 0, 0}}}, lattice, "edits[1]", target));
+  ASSERT_OK(ApplyEdit(DragPoints{{inside}, {{0, 0, 0}}}, initial, "edits[1]", target));
 
   EXPECT_DOUBLE_EQ(target.drag_residual, 2);
   EXPECT_LE(Norm(Deform(target.lattice, inside)), 1e-14);

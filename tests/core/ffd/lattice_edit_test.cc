@@ -26,7 +26,10 @@ Lattice Unit() {
 
 class LatticeEditTest : public ::testing::Test {
  protected:
-  absl::Status Apply(const Edit& edit) { return ApplyEdit(edit, initial_, "edits[2]", target_); }
+  absl::Status Apply(const Edit& edit) {
+    const auto initial = [this] { return initial_; };
+    return ApplyEdit(edit, initial, "edits[2]", target_);
+  }
   const Vec3d& point(size_t i) const { return target_.lattice.control_points[i]; }
 
   const Lattice initial_ = Unit();
@@ -60,9 +63,10 @@ TEST_F(LatticeEditTest, ReplacesAndResets) {
 }
 
 TEST_F(LatticeEditTest, ResetToInitialKeepsInsertedKnots) {
-  Lattice initial = initial_;
-  initial.control_points[13] = {0.7, 0.6, 0.5};
-  ASSERT_OK_AND_ASSIGN(auto refined, WithKnotInserted(initial, 1, 0.25, "f"));
+  Lattice moved = initial_;
+  moved.control_points[13] = {0.7, 0.6, 0.5};
+  const auto initial = [&] { return moved; };
+  ASSERT_OK_AND_ASSIGN(auto refined, WithKnotInserted(moved, 1, 0.25, "f"));
   EditTarget target(refined);
   ASSERT_OK(ApplyEdit(MoveControlPoints{{4}, {1, 1, 1}}, initial, "edits[0]", target));
 
