@@ -13,7 +13,7 @@ import type { LiveSession } from './session/live_session';
 import type { SessionStatus } from './session/scene_session';
 import { rememberedSettings, type Settings } from './state/settings';
 import { RecentScenes } from './state/recent_scenes';
-import { extentInWords, lengthInWords, type SceneFacts } from './state/units';
+import { lengthsInWords, type SceneFacts } from './state/units';
 import type { PatchFacts } from './surface/patch_source';
 import { Commands, letterOf } from './ui/commands';
 import { h } from './ui/dom';
@@ -162,7 +162,7 @@ export class App implements CommandTarget {
   private refitInWords(distance: number): string {
     const { x, y, z } = this.scene!.bounds().getSize(this.viewport.rig.target.clone());
     if (distance <= ROUNDING * Math.max(x, y, z)) return 'The new lattice keeps the shape.';
-    return `The new lattice changes the shape by at most ${lengthInWords(distance, this.scene!.units)}.`;
+    return `The new lattice changes the shape by about ${lengthsInWords([distance], this.scene!.units)}.`;
   }
 
   watchLattice(extent: MeshExtent | undefined): void {
@@ -193,7 +193,7 @@ export class App implements CommandTarget {
     this.panel.refresh();
     this.showDistances();
     const extent = this.scene?.session.surface.bounds.getSize(this.viewport.rig.target.clone());
-    this.page.extent.textContent = extent && this.scene ? extentInWords([extent.x, extent.y, extent.z], this.scene.units) : '';
+    this.page.extent.textContent = extent && this.scene ? lengthsInWords([extent.x, extent.y, extent.z], this.scene.units) : '';
     for (const toolbar of this.toolbars) toolbar.refresh();
   }
 

@@ -50,12 +50,18 @@ def test_undo_redo_and_reset(scene):
     np.testing.assert_array_equal(scene.lattice().control_points, moved)
 
 
-def test_a_knot_more_changes_the_lattice_and_not_the_shape(scene, random):
+def deformed(scene, random):
+    """Moves all control points. Returns the lattice, points of the box, and where they are now."""
     lattice = scene.lattice()
     lattice.control_points += random.normal(scale=0.2, size=lattice.control_points.shape)
     scene.replace(lattice.control_points)
     points = random.uniform([0, 0, 0], [2, 1, 3], size=(50, 3))
     before = scene.evaluate(points).positions
+    return lattice, points, before
+
+
+def test_a_knot_more_changes_the_lattice_and_not_the_shape(scene, random):
+    _, points, before = deformed(scene, random)
 
     result = scene.insert_knot("w", 1.25)
     after = scene.lattice()
@@ -67,11 +73,7 @@ def test_a_knot_more_changes_the_lattice_and_not_the_shape(scene, random):
 
 
 def test_the_lattice_is_replaced_keeps_the_shape_if_asked_and_comes_back(scene, random):
-    lattice = scene.lattice()
-    lattice.control_points += random.normal(scale=0.2, size=lattice.control_points.shape)
-    scene.replace(lattice.control_points)
-    points = random.uniform([0, 0, 0], [2, 1, 3], size=(50, 3))
-    before = scene.evaluate(points).positions
+    lattice, points, before = deformed(scene, random)
 
     kept = scene.replace_lattice(lattice.resized((4, 5, 8), (3, 1, 2)), keep_shape=True)
     assert (kept.structure_id, scene.lattice().size, scene.lattice().degree) == (2, (4, 5, 8), (3, 1, 2))

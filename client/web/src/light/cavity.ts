@@ -8,15 +8,9 @@ import {
   type WebGLRenderer,
 } from 'three';
 import { FullScreenQuad } from 'three/examples/jsm/postprocessing/Pass.js';
+import { FULL_SCREEN_VERTEX } from './full_screen';
 
 const COARSER = 2; // pixels of the view, along each side, for one of these pictures
-
-const VERTEX = /* glsl */ `
-  out vec2 place;
-  void main() {
-    place = uv;
-    gl_Position = vec4(position.xy, 0.0, 1.0);
-  }`;
 
 /** `normals` holds x y of the normal in the view and the distance along the line of sight, in sizes; 0 where nothing is. */
 const FRAGMENT = /* glsl */ `
@@ -53,7 +47,7 @@ export class Cavity {
   private readonly normals = new WebGLRenderTarget(1, 1, { type: HalfFloatType, minFilter: NearestFilter, magFilter: NearestFilter });
   private readonly hollows = new WebGLRenderTarget(1, 1, { depthBuffer: false, minFilter: LinearFilter, magFilter: LinearFilter });
   private readonly material = new ShaderMaterial({
-    vertexShader: VERTEX,
+    vertexShader: FULL_SCREEN_VERTEX,
     fragmentShader: FRAGMENT,
     uniforms: {
       normals: { value: this.normals.texture }, texel: { value: new Vector2() }, zoom: { value: 1 }, isPerspective: { value: 1 },

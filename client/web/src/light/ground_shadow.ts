@@ -8,6 +8,7 @@ import {
   type WebGLRenderer,
 } from 'three';
 import { FullScreenQuad } from 'three/examples/jsm/postprocessing/Pass.js';
+import { FULL_SCREEN_VERTEX } from './full_screen';
 
 const PIXELS = 128; // of the picture, along each side
 const MARGIN = 1.7; // of the larger side of the ground under the surface: the shadow fades inside
@@ -30,12 +31,7 @@ const FROM_BELOW = {
 };
 
 const BLUR = {
-  vertexShader: /* glsl */ `
-    out vec2 place;
-    void main() {
-      place = uv;
-      gl_Position = vec4(position.xy, 0.0, 1.0);
-    }`,
+  vertexShader: FULL_SCREEN_VERTEX,
   fragmentShader: /* glsl */ `
     uniform sampler2D picture;
     uniform vec2 along;

@@ -24,17 +24,8 @@ export const UNKNOWN_FACTS: SceneFacts = { name: '', units: { metersPerUnit: 0 }
 
 const LENGTHS = [['km', 1000], ['m', 1], ['cm', 0.01], ['mm', 0.001]] as const;
 
-/** The extent of a box in words, in metres or the like if the unit is known. */
-export function extentInWords(size: Vec3, units: Units): string {
-  return inWords(size, units);
-}
-
-/** A length in words, likewise. */
-export function lengthInWords(length: number, units: Units): string {
-  return inWords([length], units);
-}
-
-function inWords(lengths: readonly number[], { metersPerUnit }: Units): string {
+/** One length or those of a box in words, in metres or the like if the unit is known. */
+export function lengthsInWords(lengths: readonly number[], { metersPerUnit }: Units): string {
   const largest = Math.max(...lengths) * metersPerUnit;
   const [name, length] = LENGTHS.find(([, least]) => largest >= least) ?? LENGTHS[3];
   const scale = metersPerUnit > 0 ? metersPerUnit / length : 1;

@@ -5,17 +5,11 @@
 // an edit between them need not wait for all.
 import { FramebufferTexture, ShaderMaterial, Vector2, type Scene, type WebGLRenderer } from 'three';
 import { FullScreenQuad } from 'three/examples/jsm/postprocessing/Pass.js';
+import { FULL_SCREEN_VERTEX } from '../light/full_screen';
 import type { ViewCamera } from './camera_rig';
 
 /** Where the samples lie in a pixel: on a turned square. The first one is the frame without antialiasing. */
 const SAMPLES = [[0, 0], [0.375, 0.125], [-0.125, 0.375], [-0.375, -0.125], [0.125, -0.375]] as const;
-
-const VERTEX = /* glsl */ `
-  out vec2 place;
-  void main() {
-    place = uv;
-    gl_Position = vec4(position.xy, 0.0, 1.0);
-  }`;
 
 const FRAGMENT = /* glsl */ `
   uniform sampler2D samples[${SAMPLES.length}];
@@ -34,7 +28,7 @@ export class Supersampling {
   private readonly size = new Vector2();
   private textures: FramebufferTexture[] = [];
   private readonly material = new ShaderMaterial({
-    vertexShader: VERTEX,
+    vertexShader: FULL_SCREEN_VERTEX,
     fragmentShader: FRAGMENT,
     uniforms: { samples: { value: [] as FramebufferTexture[] }, count: { value: 0 } },
     depthTest: false,

@@ -11,6 +11,7 @@ import { Color } from 'three';
 import { add, distance, scale, type Vec3 } from '@src/lattice/vec';
 import { latticeToJson } from '@src/wire/lattice_json';
 import { deformed, followsDefinition, shownBy, type Shown } from './definition';
+import { picture } from './picture';
 import { plainSheetObj } from './sheet';
 import { errors, page, press, setView, shot, until, useStage } from './stage';
 import { changesView, colourAt, createScene, dropFiles, frames, latticeIn, live, meshUploaded, placeOf, segmentsCome } from './viewer_page';
@@ -34,20 +35,14 @@ function sheet(): string {
 }
 
 /** The colours of the view, 0 to 255, at points of the world. */
-function coloursAt(points: readonly Vec3[]): Promise<Vec3[]> {
-  return page.evaluate((list) => {
+async function coloursAt(points: readonly Vec3[]): Promise<Vec3[]> {
+  const { width, height, pixels } = await picture(page);
+  const places = await page.evaluate((list) => {
     const { viewport } = window.latticed;
-    viewport.renderer.render(viewport.scene, viewport.rig.camera);
-    const gl = viewport.renderer.getContext();
-    const [width, height] = [gl.drawingBufferWidth, gl.drawingBufferHeight];
-    const all = new Uint8Array(4 * width * height);
-    gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, all);
     const ratio = viewport.renderer.getPixelRatio();
-    return list.map((p) => {
-      const [x, y] = viewport.project(p)!.map((value) => Math.floor(value * ratio));
-      return [...all.subarray(4 * (x + width * (height - 1 - y))).subarray(0, 3)] as unknown as Vec3;
-    });
+    return list.map((p) => viewport.project(p)!.map((value) => Math.floor(value * ratio)));
   }, points);
+  return places.map(([x, y]) => [...pixels.subarray(4 * (x + width * (height - 1 - y))).subarray(0, 3)] as unknown as Vec3);
 }
 
 /** The positions to which the lattice moves these places of the mesh. */
