@@ -26,7 +26,7 @@ export function dropFiles(page: Page, files: readonly (readonly [name: string, c
 
 /** Waits until the dialog has the mesh. Until then its button may still take the focus. */
 export function meshUploaded(page: Page): Promise<void> {
-  return page.getByText(/vertices, .* faces/).waitFor();
+  return page.locator('dialog[open]').getByText(/vertices, .* faces/).waitFor(); // a dialog that closed leaves the page a moment later
 }
 
 /** Takes the lattice that the dialog offers, with z up, and waits until the scene is shown. */
