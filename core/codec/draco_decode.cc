@@ -16,6 +16,8 @@
 #include "core/codec/draco_announcement.h"
 #include "core/codec/draco_geometry.h"
 #include "core/codec/draco_mesh_decoder.h"
+#include "core/mesh/triangulated.h"
+#include "core/mesh/write/vertex_records.h"
 #include "draco/compression/decode.h"
 #include "fmt/format.h"
 
@@ -155,34 +157,48 @@ absl::StatusOr<PolygonMesh> ReadDracoMesh(std::string_view bytes, ReadingMemory*
   }
 }
 
-absl::StatusOr<std::string> WriteDracoMesh(const TriangleMesh& mesh, int position_bits,
+absl::StatusOr<std::string> WriteDracoMesh(const PolygonMesh& mesh, int position_bits,
                                            int normal_bits) {
+  if (!IsTriangular(mesh)) {
+    LATTICED_ASSIGN_OR_RETURN(const auto triangles, Triangulated(mesh));
+    return WriteDracoMesh(triangles, position_bits, normal_bits);
+  }
   Bounds bounds;
   for (const Vec3d p : mesh.positions) bounds.Extend(p);
   const Vec3f origin = ToFloat(bounds.empty() ? Vec3d{} : bounds.min);
   const Vec3d extent = bounds.empty() ? Vec3d{} : bounds.max - ToDouble(origin);
   const double longest = std::max({extent.x, extent.y, extent.z});
-  DracoGeometry geometry{.point_count = mesh.positions.size(),
+  const VertexRecords vertices = MakeVertexRecords(mesh);
+  const size_t count = vertices.records.size();
+  DracoGeometry geometry{.point_count = count,
                          .position_bits = position_bits,
-                         .normal_bits = mesh.normals.empty() ? 0 : normal_bits,
-                         .uv_bits = mesh.uvs.empty() ? 0 : std::max(position_bits, kLeastUvBits),
+                         .normal_bits = mesh.has_normals() ? normal_bits : 0,
+                         .uv_bits = mesh.has_uvs() ? std::max(position_bits, kLeastUvBits) : 0,
                          .origin = {origin.x, origin.y, origin.z},
                          .range = longest > 0 ? static_cast<float>(longest) : 1.0f};
   const double top = static_cast<double>((1 << position_bits) - 1);
-  geometry.grid_positions.reserve(3 * mesh.positions.size());
-  for (const Vec3d p : mesh.positions) {
-    const Vec3d grid = (p - ToDouble(origin)) * (top / double{geometry.range});
+  geometry.grid_positions.reserve(3 * count);
+  if (mesh.has_normals()) geometry.normals.reserve(3 * count);
+  if (mesh.has_uvs()) geometry.uvs.reserve(2 * count);
+  for (const VertexRecord& record : vertices.records) {
+    const Vec3d grid =
+        (mesh.positions[record.position] - ToDouble(origin)) * (top / double{geometry.range});
     for (int axis = 0; axis < 3; ++axis) {
       geometry.grid_positions.push_back(
           static_cast<float>(std::clamp(std::round(grid[axis]), 0.0, top)));
     }
+    const Vec3f n = NormalOf(mesh, record);
+    if (mesh.has_normals()) geometry.normals.insert(geometry.normals.end(), {n.x, n.y, n.z});
+    const Vec2f uv = UvOf(mesh, record);
+    if (mesh.has_uvs()) geometry.uvs.insert(geometry.uvs.end(), {uv.x, uv.y});
   }
-  geometry.normals.reserve(3 * mesh.normals.size());
-  geometry.uvs.reserve(2 * mesh.uvs.size());
-  for (const Vec3f n : mesh.normals)
-    geometry.normals.insert(geometry.normals.end(), {n.x, n.y, n.z});
-  for (const Vec2f uv : mesh.uvs) geometry.uvs.insert(geometry.uvs.end(), {uv.x, uv.y});
-  LATTICED_ASSIGN_OR_RETURN(const auto stream, EncodeDraco(geometry, TriangleSpan(mesh.triangles)));
+  const std::vector<uint32_t>& corners = vertices.corner_records;
+  std::vector<std::array<uint32_t, 3>> triangles;
+  triangles.reserve(mesh.face_count());
+  for (size_t c = 0; c < corners.size(); c += 3) {
+    triangles.push_back({corners[c], corners[c + 1], corners[c + 2]});
+  }
+  LATTICED_ASSIGN_OR_RETURN(const auto stream, EncodeDraco(geometry, TriangleSpan(triangles)));
   return std::string(stream.begin(), stream.end());
 }
 

@@ -218,6 +218,20 @@ absl::StatusOr<GlbDocument> GlbDocument::Parse(std::string_view bytes, ReadingMe
   return GlbDocument(std::move(document), tree_bytes, chunks.binary.substr(0, size));
 }
 
+uint64_t GlbDocument::TreeBytes(std::string_view file) {
+  const auto chunks = SplitChunks(file);
+  return chunks.ok() ? kTreeBytesPerByte * chunks->text.size() : 0;
+}
+
+std::string_view GlbDocument::BufferView(int64_t index) const {
+  const json& views = GlbArray(root_, "bufferViews");
+  if (index < 0 || static_cast<size_t>(index) >= views.size()) return {};
+  const json& view = views[static_cast<size_t>(index)];
+  const uint64_t offset = Size(view, "byteOffset"), bytes = Size(view, "byteLength");
+  const bool fits = offset <= buffer_.size() && bytes <= buffer_.size() - offset;
+  return fits && GlbIndex(view, "buffer") == 0 ? buffer_.substr(offset, bytes) : std::string_view();
+}
+
 absl::StatusOr<GlbAccessor> GlbDocument::Open(int64_t index, int components) const {
   const std::string where = fmt::format("accessors[{}]", index);
   const json& accessors = GlbArray(root_, "accessors");

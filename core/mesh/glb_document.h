@@ -66,6 +66,10 @@ class GlbDocument {
   const nlohmann::json& root() const { return root_; }
   // More than the tree of root() takes.
   uint64_t memory_bytes() const { return memory_bytes_; }
+  // The bytes of a buffer view; none if it does not exist or leaves the buffer.
+  [[nodiscard]] std::string_view BufferView(int64_t index) const;
+  // More than the tree of such a file takes, by the size of its JSON.
+  [[nodiscard]] static uint64_t TreeBytes(std::string_view file);
   // Opens accessor `index`. It must exist, be dense, lie in its buffer, and have this many components.
   [[nodiscard]] absl::StatusOr<GlbAccessor> Open(int64_t index, int components) const;
   // The same for vertex indices, which are unsigned integers.

@@ -17,12 +17,13 @@ struct FormatNames {
   MeshFormat format;
   std::string_view name, extension;
 };
-constexpr std::array<FormatNames, 5> kFormats = {{
+constexpr std::array<FormatNames, 6> kFormats = {{
     {MeshFormat::kObj, "OBJ", "obj"},
     {MeshFormat::kPly, "PLY", "ply"},
     {MeshFormat::kStl, "STL", "stl"},
     {MeshFormat::kGlb, "GLB", "glb"},
     {MeshFormat::kDraco, "DRACO", "drc"},
+    {MeshFormat::kUsd, "USD", "usda"},
 }};
 
 const FormatNames& NamesOf(MeshFormat format) { return kFormats[static_cast<size_t>(format)]; }
@@ -40,9 +41,9 @@ absl::StatusOr<MeshFormat> MeshFormatFromFileName(std::string_view file_name) {
       if (SameButForCase(file_name.substr(dot + 1), known.extension)) return known.format;
     }
   }
-  return error::InvalidField(
-      "format", fmt::format("'{}' is no known mesh file; known are .obj, .ply, .stl, .glb and .drc",
-                            file_name));
+  return error::InvalidField("format", fmt::format("'{}' is no known mesh file; known are .obj, "
+                                                   ".ply, .stl, .glb and .drc, and to write .usda",
+                                                   file_name));
 }
 
 std::string_view MeshFormatName(MeshFormat format) { return NamesOf(format).name; }
@@ -65,25 +66,10 @@ absl::StatusOr<PolygonMesh> ReadMesh(MeshFormat format, std::string_view bytes,
     case MeshFormat::kGlb:
       return ReadGlb(bytes, memory);
     case MeshFormat::kDraco:
+    case MeshFormat::kUsd:
       break;
   }
-  return error::Unimplemented("reading Draco without the codec");
-}
-
-absl::StatusOr<std::string> WriteMesh(MeshFormat format, const TriangleMesh& mesh) {
-  switch (format) {
-    case MeshFormat::kObj:
-      return WriteObj(mesh);
-    case MeshFormat::kPly:
-      return WritePly(mesh);
-    case MeshFormat::kStl:
-      return WriteStl(mesh);
-    case MeshFormat::kGlb:
-      return WriteGlb(mesh);
-    case MeshFormat::kDraco:
-      break;
-  }
-  return error::Unimplemented("writing Draco without the codec");
+  return error::Unimplemented(fmt::format("reading {} here", MeshFormatName(format)));
 }
 
 }  // namespace latticed

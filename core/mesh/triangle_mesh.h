@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A triangle mesh ready for export: one record per vertex, in world coordinates.
+// A tessellated surface as a client assembles it: one record per vertex, in world coordinates.
 #ifndef LATTICED_CORE_MESH_TRIANGLE_MESH_H_
 #define LATTICED_CORE_MESH_TRIANGLE_MESH_H_
 
@@ -12,6 +12,7 @@
 
 #include "core/base/vec.h"
 #include "core/mesh/mesh_units.h"
+#include "core/mesh/polygon_mesh.h"
 
 namespace latticed {
 
@@ -24,6 +25,10 @@ struct TriangleMesh {
   std::vector<uint32_t> triangle_groups;  // empty, or one per triangle
   MeshUnits units;
 };
+
+// The same as polygons, to be written: vertices at the same place, bit for bit, become one, with normals and texture
+// coordinates as in vertex_values.h. Units are no part of it.
+[[nodiscard]] PolygonMesh Welded(const TriangleMesh& mesh);
 
 }  // namespace latticed
 

@@ -19,7 +19,7 @@
 #include "fmt/format.h"
 #include "latticed/v1/scene.grpc.pb.h"
 #include "server/base/labels.h"
-#include "server/engine/surface_export.h"
+#include "server/engine/exports/surface_export.h"
 #include "server/engine/watch_control.h"
 #include "server/rpc/deform_stream.h"
 #include "server/rpc/method.h"
@@ -217,6 +217,16 @@ std::string ExportFileName(const Scene& scene, const ExportSpec& spec) {
   return fmt::format("{}-deformed.{}", name, ExportExtension(spec.format));
 }
 
+// The uploaded file, for its materials; nothing if its mesh was deleted, or has no such file.
+void SetUpload(const Scene& scene, const MeshStore& meshes, ExportSpec* spec) {
+  const auto stored = meshes.Find(scene.config().mesh_id);
+  if (!stored.ok()) return;
+  const UploadFormat format = (*stored)->format;
+  if (format == UploadFormat::kObj) spec->upload_format = MeshFormat::kObj;
+  if (format == UploadFormat::kGlb) spec->upload_format = MeshFormat::kGlb;
+  spec->upload = (*stored)->bytes;
+}
+
 absl::StatusOr<NextPart<v1::ExportResponse>> OpenExport(const CallContext& context,
                                                         const v1::ExportRequest& request) {
   ServerEnv& env = context.env;
@@ -231,6 +241,7 @@ absl::StatusOr<NextPart<v1::ExportResponse>> OpenExport(const CallContext& conte
   }
   LATTICED_ASSIGN_OR_RETURN(auto spec, ExportSpecFromProto(request, scene->config().default_view));
   spec.units = scene->config().units;
+  SetUpload(*scene, env.meshes, &spec);
   const auto hold = scene->Hold();
   const uint64_t most = ExportMemoryBytes(*state->plan, spec);
   LATTICED_ASSIGN_OR_RETURN(auto room,

@@ -24,40 +24,59 @@ namespace {
 
 constexpr char kExportMethod[] = "/latticed.v1.SceneService/Export";
 
-constexpr std::array<std::pair<std::string_view, v1::ExportFormat>, 6> kFormats = {
+constexpr std::array<std::pair<std::string_view, v1::ExportFormat>, 7> kFormats = {
     {{"ply", v1::EXPORT_FORMAT_PLY},
      {"obj", v1::EXPORT_FORMAT_OBJ},
      {"stl", v1::EXPORT_FORMAT_STL},
      {"glb", v1::EXPORT_FORMAT_GLB},
      {"drc", v1::EXPORT_FORMAT_DRC},
-     {"nets", v1::EXPORT_FORMAT_CONTROL_NETS}}};
+     {"nets", v1::EXPORT_FORMAT_CONTROL_NETS},
+     {"usda", v1::EXPORT_FORMAT_USD}}};
 
-constexpr std::array<std::string_view, 2> kParameters = {"segments", "normals"};
+constexpr std::array<std::string_view, 3> kParameters = {"segments", "normals", "geometry"};
 
-// Reads the view from the query. The scene's default view decides what the query does not name.
-absl::StatusOr<v1::ViewOptions> ViewOf(const std::string& query) {
-  LATTICED_ASSIGN_OR_RETURN(const auto parameters, QueryParameters(query, kParameters));
-  v1::ViewOptions view;
-  for (const auto& [name, value] : parameters) {
-    if (name == "segments") {
-      int segments = 0;
-      if (!absl::SimpleAtoi(value, &segments) || segments < limits::kMinSegments ||
-          segments > limits::kMaxSegments) {
-        return error::InvalidField(
-            "segments", fmt::format("got '{}', allowed is {} to {}", value, limits::kMinSegments,
-                                    limits::kMaxSegments));
-      }
-      view.set_segments(segments);
-    } else {
-      v1::NormalMode mode = v1::NORMAL_MODE_UNSPECIFIED;
-      if (!v1::NormalMode_Parse("NORMAL_MODE_" + absl::AsciiStrToUpper(value), &mode)) {
-        return error::InvalidField("normals",
-                                   fmt::format("got '{}', allowed are none, facet, smooth", value));
-      }
-      view.set_normals(mode);
-    }
+absl::Status ReadSegments(const std::string& value, v1::ExportRequest& wanted) {
+  int segments = 0;
+  if (!absl::SimpleAtoi(value, &segments) || segments < limits::kMinSegments ||
+      segments > limits::kMaxSegments) {
+    return error::InvalidField("segments",
+                               fmt::format("got '{}', allowed is {} to {}", value,
+                                           limits::kMinSegments, limits::kMaxSegments));
   }
-  return view;
+  wanted.mutable_view()->set_segments(segments);
+  return absl::OkStatus();
+}
+
+absl::Status ReadNormals(const std::string& value, v1::ExportRequest& wanted) {
+  v1::NormalMode mode = v1::NORMAL_MODE_UNSPECIFIED;
+  if (!v1::NormalMode_Parse("NORMAL_MODE_" + absl::AsciiStrToUpper(value), &mode)) {
+    return error::InvalidField("normals",
+                               fmt::format("got '{}', allowed are none, facet, smooth", value));
+  }
+  wanted.mutable_view()->set_normals(mode);
+  return absl::OkStatus();
+}
+
+absl::Status ReadGeometry(const std::string& value, v1::ExportRequest& wanted) {
+  v1::ExportGeometry geometry = v1::EXPORT_GEOMETRY_UNSPECIFIED;
+  if (!v1::ExportGeometry_Parse("EXPORT_GEOMETRY_" + absl::AsciiStrToUpper(value), &geometry)) {
+    return error::InvalidField("geometry",
+                               fmt::format("got '{}', allowed are exact, original", value));
+  }
+  wanted.set_geometry(geometry);
+  return absl::OkStatus();
+}
+
+// What the query does not name is as in the scene's default view.
+absl::Status ReadQuery(const std::string& query, v1::ExportRequest& wanted) {
+  LATTICED_ASSIGN_OR_RETURN(const auto parameters, QueryParameters(query, kParameters));
+  for (const auto& [name, value] : parameters) {
+    const auto read = name == "segments"  ? ReadSegments
+                      : name == "normals" ? ReadNormals
+                                          : ReadGeometry;
+    LATTICED_RETURN_IF_ERROR(read(value, wanted));
+  }
+  return absl::OkStatus();
 }
 
 bool IsNameCharacter(char c) {
@@ -148,12 +167,12 @@ void RunExportDownload(const ServerChannel& server, const RequestGuard& guard,
   }
   if (wanted.format() == v1::EXPORT_FORMAT_UNSPECIFIED) {
     return exchange->Reply(TextAnswer(
-        404, "exports are /export/<scene>.<format>; formats: ply, obj, stl, glb, drc, nets"));
+        404, "exports are /export/<scene>.<format>; formats: ply, obj, stl, glb, drc, usda, nets"));
   }
   wanted.set_scene(ValidUtf8(name.substr(0, dot)));  // an invalid string is no message
-  auto view = ViewOf(request.query);
-  if (!view.ok()) return exchange->Reply(FailureAnswer(ToGrpcStatus(view.status())));
-  *wanted.mutable_view() = *std::move(view);
+  if (const auto read = ReadQuery(request.query, wanted); !read.ok()) {
+    return exchange->Reply(FailureAnswer(ToGrpcStatus(read)));
+  }
   auto metadata = ToMetadata(request.fields);
   if (!metadata.ok()) return exchange->Reply(FailureAnswer(ToGrpcStatus(metadata.status())));
   std::make_shared<ExportDownload>(guard, exchange)->Start(server, wanted, *std::move(metadata));

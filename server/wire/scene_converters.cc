@@ -38,7 +38,13 @@ constexpr auto kExportFormats =
          {v1::EXPORT_FORMAT_GLB, MeshFormat::kGlb},
          {v1::EXPORT_FORMAT_DRC, MeshFormat::kDraco},
          {v1::EXPORT_FORMAT_CONTROL_NETS, std::nullopt},
+         {v1::EXPORT_FORMAT_USD, MeshFormat::kUsd},
          {v1::EXPORT_FORMAT_UNSPECIFIED, MeshFormat::kPly}});
+
+constexpr auto kExportGeometries = std::to_array<std::pair<v1::ExportGeometry, ExportGeometry>>(
+    {{v1::EXPORT_GEOMETRY_EXACT, ExportGeometry::kExact},
+     {v1::EXPORT_GEOMETRY_ORIGINAL, ExportGeometry::kOriginal},
+     {v1::EXPORT_GEOMETRY_UNSPECIFIED, ExportGeometry::kExact}});
 
 Labels LabelsOf(const v1::CreateSceneRequest& request) {
   return {request.labels().begin(), request.labels().end()};
@@ -185,8 +191,14 @@ absl::StatusOr<ExportSpec> ExportSpecFromProto(const v1::ExportRequest& request,
   LATTICED_ASSIGN_OR_RETURN(const auto format,
                             ReadEnum(kExportFormats, request.format(), "format"));
   LATTICED_ASSIGN_OR_RETURN(const auto view, WatchViewFromProto(request.view(), defaults, "view"));
+  LATTICED_ASSIGN_OR_RETURN(const auto geometry,
+                            ReadEnum(kExportGeometries, request.geometry(), "geometry"));
+  if (geometry == ExportGeometry::kOriginal && !format.has_value()) {
+    return error::InvalidField("geometry", "control nets are of the exact surface only");
+  }
   ExportSpec spec;
   spec.format = format;
+  spec.geometry = geometry;
   spec.segments = view.key.spec.segments;
   spec.normals = view.key.spec.normals;
   if (request.view().position_bits() != 0) spec.position_bits = request.view().position_bits();

@@ -249,6 +249,23 @@ TEST_F(LatticectlServerTest, ExportsEveryFormat) {
   const auto nets = ReadFile(Path("o.nets"));
   ASSERT_OK(nets);
   EXPECT_EQ(nets->substr(0, 8), "LATTNETS");
+  Run({"export", "scene-one", "-o", Path("o.usda")});
+  const auto usd = ReadFile(Path("o.usda"));
+  ASSERT_OK(usd);
+  EXPECT_EQ(usd->substr(0, 9), "#usda 1.0");
+  ExpectFailure({"upload", Path("o.usda")}, HasSubstr("o.usda: USD is written, but not read"));
+}
+
+TEST_F(LatticectlServerTest, ExportsTheOriginalMesh) {
+  MakeScene();
+  Run({"export", "scene-one", "-o", Path("moved.obj"), "--original"});
+  const auto moved = ReadMeshFile(Path("moved.obj")), source = ReadMeshFile(Path("vase.obj"));
+  ASSERT_OK(moved);
+  ASSERT_OK(source);
+  const auto mesh = ParseMesh(*moved), rest = ParseMesh(*source);
+  ASSERT_OK(mesh);
+  EXPECT_EQ(mesh->corner_vertices, rest->corner_vertices);
+  EXPECT_EQ(mesh->face_offsets, rest->face_offsets);
 }
 
 TEST_F(LatticectlServerTest, ApplyGivesTheSameAsInItsOwnProcessAndLeavesNothingThere) {

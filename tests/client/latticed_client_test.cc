@@ -8,6 +8,7 @@
 
 #include "core/base/error.h"
 #include "core/mesh/mesh_io.h"
+#include "core/mesh/write/write_mesh.h"
 #include "tests/client/quiet_server.h"
 #include "tests/support/status_matchers.h"
 
@@ -197,12 +198,9 @@ TEST_F(ClientTest, AGlbIsInMetresAndYUpAndASceneMayReadItOtherwise) {
   const std::string obj = "v 0 0 0\nv 1 0 0\nv 1 0 2\nf 1 2 3\n";
   const auto parsed = ReadMesh(MeshFormat::kObj, obj);
   ASSERT_OK(parsed);
-  TriangleMesh triangle;
-  triangle.positions = parsed->positions;
-  triangle.triangles = {{0, 1, 2}};
   v1::MeshHeader header;
   header.set_format(v1::MESH_FORMAT_GLB);
-  const auto glb = WriteGlb(triangle);
+  const auto glb = WriteGlb(*parsed);
   ASSERT_OK(glb);
   const auto mesh = client_->UploadMesh(*glb, header);
   ASSERT_OK(mesh);

@@ -163,19 +163,23 @@ class Scene(EditCalls[EditResult]):
         view: View = _DEFAULT_VIEW,
         revision: int = 0,
         progress: Progress = None,
+        original: bool = False,
     ) -> int:
         """Writes the deformed surface to a file, as a whole or not at all. Returns the surface's revision.
 
-        format    "ply", "obj", "stl", "glb", "drc" or "nets" (Bézier control points); empty: by the suffix
+        format    "ply", "obj", "stl", "glb", "usda", "drc" or "nets" (Bézier control points); empty: by the suffix
         view      only its segments and normals are used, and its bits for drc
+        original  writes the uploaded vertices and faces, moved by the deformation, in place of the exact surface
         revision  fails with REVISION_CHANGED unless this is the newest revision; 0: exports the newest
         """
         show = progress_function(progress, f"export {Path(path).name}")
         wanted = format or Path(path).suffix[1:].lower()
         with transfers.whole_file(path) as part:
-            return self._export(lambda: open(part, "wb"), wanted, view, revision, show)
+            return self._export(lambda: open(part, "wb"), wanted, view, revision, original, show)
 
-    def export_bytes(self, format: str, view: View = _DEFAULT_VIEW, revision: int = 0) -> bytes:
+    def export_bytes(
+        self, format: str, view: View = _DEFAULT_VIEW, revision: int = 0, original: bool = False
+    ) -> bytes:
         """Like export, but returns the bytes."""
 
         class Kept(io.BytesIO):
@@ -188,15 +192,22 @@ class Scene(EditCalls[EditResult]):
             files.append(Kept())
             return files[-1]
 
-        self._export(open_file, format, view, revision, lambda done, total: None)
+        self._export(open_file, format, view, revision, original, lambda done, total: None)
         return files[-1].getvalue()
 
     def _export(
-        self, open_file: Any, format: str, view: View, revision: int, progress: ProgressFunction
+        self,
+        open_file: Any,
+        format: str,
+        view: View,
+        revision: int,
+        original: bool,
+        progress: ProgressFunction,
     ) -> int:
         number = choose("a format", format, transfers.EXPORT_FORMATS)
+        geometry = surface_pb2.EXPORT_GEOMETRY_ORIGINAL if original else surface_pb2.EXPORT_GEOMETRY_EXACT
         request = surface_pb2.ExportRequest(
-            scene=self.id, revision=revision, format=number, view=view.to_proto()
+            scene=self.id, revision=revision, format=number, view=view.to_proto(), geometry=geometry
         )
         return transfers.export(self._connection, request, open_file, progress)
 

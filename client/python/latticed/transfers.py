@@ -26,6 +26,7 @@ EXPORT_FORMATS = {
     "glb": surface_pb2.EXPORT_FORMAT_GLB,
     "drc": surface_pb2.EXPORT_FORMAT_DRC,
     "nets": surface_pb2.EXPORT_FORMAT_CONTROL_NETS,
+    "usda": surface_pb2.EXPORT_FORMAT_USD,
 }
 
 

@@ -12,7 +12,7 @@
 #include <utility>
 
 #include "client/cpp/library/latticed_client.h"
-#include "core/mesh/mesh_io.h"
+#include "core/mesh/write/write_mesh.h"
 #include "fmt/format.h"
 #include "server/in_process.h"
 #include "tests/bench/benches.h"

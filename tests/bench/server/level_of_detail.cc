@@ -24,7 +24,7 @@
 #include "absl/time/time.h"
 #include "client/cpp/library/latticed_client.h"
 #include "core/base/mutex.h"
-#include "core/mesh/mesh_io.h"
+#include "core/mesh/write/write_mesh.h"
 #include "fmt/format.h"
 #include "latticed/v1/scene.grpc.pb.h"
 #include "server/wire/converters.h"

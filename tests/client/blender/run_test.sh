@@ -3,7 +3,7 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # usage: run_test.sh BUILD
-# Runs the add-on in Debian's Blender, without a window, against a real server. Without Blender or a Python
+# Runs the add-on in Debian's Blender, without a window, against a real server, and takes files there and back. Without Blender or a Python
 # module it exits with 77 (skipped), or fails if LATTICED_REQUIRE_BLENDER is set.
 set -euo pipefail
 here=$(dirname "$(readlink -f "$0")")
@@ -20,3 +20,6 @@ mkdir -p "$work"
 PATH=/usr/bin:$PATH "$root/client/blender/make_addon.py" "$work/latticed_blender.zip"
 BLENDER_USER_CONFIG=$work/config BLENDER_USER_SCRIPTS=$work/scripts "$here/../with_server.sh" "$build" \
   blender --background --factory-startup --python-exit-code 1 --python "$here/drive_addon.py" -- "$work/latticed_blender.zip"
+mkdir "$work/files"
+"$here/../with_server.sh" "$build" blender --background --factory-startup --python-exit-code 1 \
+  --python "$here/round_trip.py" -- "$build/client/cpp/latticectl" "$work/files"

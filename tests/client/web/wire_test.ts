@@ -79,12 +79,13 @@ test('an export is asked for as it is shown, and one that the server has no memo
   const fetchOfNode = globalThis.fetch;
   globalThis.fetch = (address) => (asked.push(String(address)), Promise.resolve(answers.shift()!));
   try {
-    const download = () => downloadExport(new LatticedServer('http://test'), 'scene-1', 'ply', { segments: 20, normals: 'facet' },
-      () => undefined, new AbortController().signal);
+    const view = { segments: 20, normals: 'facet', geometry: 'original' } as const;
+    const download = () => downloadExport(new LatticedServer('http://test'), 'scene-1', 'ply', view, () => undefined,
+      new AbortController().signal);
     assert.equal((await download()).name, 'a b.ply');
     const refusal = await download().then(() => 'none', inWords);
 
-    assert.deepEqual(asked, Array(2).fill('http://test/export/scene-1.ply?segments=20&normals=facet'));
+    assert.deepEqual(asked, Array(2).fill('http://test/export/scene-1.ply?segments=20&normals=facet&geometry=original'));
     assert.equal(refusal, 'Too large for the server: 8.26 GB of memory are needed for the export, and 731 kB are free.');
   } finally {
     globalThis.fetch = fetchOfNode;

@@ -7,6 +7,7 @@
 
 #include "core/base/error.h"
 #include "core/codec/draco_announcement.h"
+#include "core/mesh/triangle_mesh.h"
 #include "tests/support/status_matchers.h"
 
 namespace latticed {
@@ -45,7 +46,7 @@ std::span<const uint8_t> Bytes(const std::string& text) {
 TEST(DracoMesh, RoundTrip) {
   const TriangleMesh mesh = MakeGrid();
 
-  ASSERT_OK_AND_ASSIGN(const auto stream, WriteDracoMesh(mesh));
+  ASSERT_OK_AND_ASSIGN(const auto stream, WriteDracoMesh(Welded(mesh)));
   ASSERT_OK_AND_ASSIGN(const auto back, ReadDracoMesh(stream));
 
   ASSERT_EQ(back.positions.size(), mesh.positions.size());
@@ -77,7 +78,7 @@ TEST(DracoMesh, UvsStayFineUnderCoarseNormalsAndPositions) {
   } cases[] = {{16, 6, 1.0 / 65535}, {8, 6, 1.0 / 4095}};
   for (const auto& bits : cases) {
     ASSERT_OK_AND_ASSIGN(const auto stream,
-                         WriteDracoMesh(mesh, bits.position_bits, bits.normal_bits));
+                         WriteDracoMesh(Welded(mesh), bits.position_bits, bits.normal_bits));
     ASSERT_OK_AND_ASSIGN(const auto back, ReadDracoMesh(stream));
     for (size_t i = 0; i < mesh.uvs.size(); ++i) {
       EXPECT_NEAR(back.uvs[i].x, mesh.uvs[i].x, 0.5 * bits.uv_step + 1e-6);
@@ -91,7 +92,7 @@ TEST(DracoMesh, BarePositionsAndAFlatMesh) {
   mesh.positions = {{5, 5, 5}, {5, 5, 5}, {5, 5, 5}};
   mesh.triangles = {{0, 1, 2}};
 
-  ASSERT_OK_AND_ASSIGN(const auto stream, WriteDracoMesh(mesh, 11, 8));
+  ASSERT_OK_AND_ASSIGN(const auto stream, WriteDracoMesh(Welded(mesh), 11, 8));
   ASSERT_OK_AND_ASSIGN(const auto back, ReadDracoMesh(stream));
 
   EXPECT_FALSE(back.has_normals());
@@ -100,7 +101,7 @@ TEST(DracoMesh, BarePositionsAndAFlatMesh) {
 }
 
 TEST(DracoMesh, EveryTruncationIsRefused) {
-  ASSERT_OK_AND_ASSIGN(const auto stream, WriteDracoMesh(MakeGrid()));
+  ASSERT_OK_AND_ASSIGN(const auto stream, WriteDracoMesh(Welded(MakeGrid())));
   for (size_t size = 0; size < stream.size(); ++size) {
     // A copy, so that a sanitizer sees reads past the end.
     const std::string cut = stream.substr(0, size);
@@ -113,7 +114,7 @@ TEST(DracoMesh, EveryTruncationIsRefused) {
 TEST(DracoMesh, CorruptBytesNeverCrash) {
   constexpr unsigned kSeed = 5;
   std::mt19937 random(kSeed);
-  ASSERT_OK_AND_ASSIGN(const auto stream, WriteDracoMesh(MakeGrid()));
+  ASSERT_OK_AND_ASSIGN(const auto stream, WriteDracoMesh(Welded(MakeGrid())));
   for (int round = 0; round < 2000; ++round) {
     std::string corrupt = stream;
     for (int k = 0; k < 3; ++k) corrupt[random() % corrupt.size()] = static_cast<char>(random());
@@ -165,7 +166,7 @@ TEST(DracoAnnouncement, HugeCountsAreRefusedBeforeAllocation) {
 }
 
 TEST(DracoAnnouncement, ReadsCounts) {
-  ASSERT_OK_AND_ASSIGN(const auto stream, WriteDracoMesh(MakeGrid()));
+  ASSERT_OK_AND_ASSIGN(const auto stream, WriteDracoMesh(Welded(MakeGrid())));
   ASSERT_OK_AND_ASSIGN(const auto announcement, ReadDracoAnnouncement(Bytes(stream)));
   EXPECT_TRUE(announcement.is_mesh);
   EXPECT_EQ(announcement.points, 121u);

@@ -13,6 +13,8 @@
 
 #include "core/codec/draco_decode.h"
 #include "core/mesh/mesh_io.h"
+#include "core/mesh/triangle_mesh.h"
+#include "core/mesh/write/write_mesh.h"
 #include "fmt/format.h"
 #include "tests/core/codec/draco_streams.h"
 #include "tests/support/counted_allocations.h"
@@ -35,7 +37,7 @@ struct File {
 };
 
 // An open grid of n x n quads as triangles, with normals and UVs.
-TriangleMesh Grid(uint32_t n) {
+PolygonMesh Grid(uint32_t n) {
   TriangleMesh mesh;
   for (uint32_t y = 0; y <= n; ++y) {
     for (uint32_t x = 0; x <= n; ++x) {
@@ -51,7 +53,7 @@ TriangleMesh Grid(uint32_t n) {
       mesh.triangles.push_back({a, d, c});
     }
   }
-  return mesh;
+  return Welded(mesh);
 }
 
 std::string Times(int count, std::string_view part) {
@@ -109,7 +111,7 @@ File PlyOfProperties() {
 }
 
 // A GLB file whose JSON has `extras` as well.
-File GlbWith(std::string name, const TriangleMesh& mesh, const std::string& extras) {
+File GlbWith(std::string name, const PolygonMesh& mesh, const std::string& extras) {
   std::string bytes = *WriteGlb(mesh);
   uint32_t json_bytes = 0;
   std::memcpy(&json_bytes, &bytes[12], sizeof(json_bytes));
@@ -124,7 +126,7 @@ File GlbWith(std::string name, const TriangleMesh& mesh, const std::string& extr
 }
 
 std::vector<File> Files() {
-  const TriangleMesh grid = Grid(300);
+  const PolygonMesh grid = Grid(300);
   const std::string draco = *WriteDracoMesh(grid);
   return {{"grid.obj", MeshFormat::kObj, *WriteMesh(MeshFormat::kObj, grid)},
           {"grid.ply", MeshFormat::kPly, *WriteMesh(MeshFormat::kPly, grid)},

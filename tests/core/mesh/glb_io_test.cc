@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/mesh/little_endian.h"
+#include "core/mesh/write/write_mesh.h"
 #include "tests/core/mesh/mesh_fixtures.h"
 
 namespace latticed {
@@ -320,20 +321,20 @@ json DocumentOf(const std::string& glb) {
 }
 
 TEST(GlbWriterTest, ReadsBackWithGroups) {
-  const TriangleMesh mesh = testing::SquareOfTwoGroups();
+  const PolygonMesh mesh = testing::SquareOfTwoGroups();
   ASSERT_OK_AND_ASSIGN(const auto bytes, WriteGlb(mesh));
   ASSERT_OK_AND_ASSIGN(const auto read, ReadGlb(bytes));
   EXPECT_EQ(testing::CornerPositions(read), testing::CornerPositions(mesh));
-  EXPECT_EQ(testing::CornerNormals(read), testing::ByCorner(mesh, mesh.normals));
-  EXPECT_EQ(testing::CornerUvs(read), testing::ByCorner(mesh, mesh.uvs));
+  EXPECT_EQ(testing::CornerNormals(read), testing::CornerNormals(mesh));
+  EXPECT_EQ(testing::CornerUvs(read), testing::CornerUvs(mesh));
   EXPECT_EQ(read.group_names, mesh.group_names);
-  EXPECT_EQ(read.face_groups, mesh.triangle_groups);
+  EXPECT_EQ(read.face_groups, mesh.face_groups);
   EXPECT_EQ(read.positions.size(), 4u);
 }
 
 TEST(GlbWriterTest, FarAwayMeshesKeepTheirPrecision) {
   const Vec3d origin{1e9, -1e9, 1e9};
-  const TriangleMesh mesh = testing::SquareOfTwoGroups(origin);
+  const PolygonMesh mesh = testing::SquareOfTwoGroups(origin);
   ASSERT_OK_AND_ASSIGN(const auto bytes, WriteGlb(mesh));
   ASSERT_OK_AND_ASSIGN(const auto read, ReadGlb(bytes));
   EXPECT_EQ(testing::CornerPositions(read),
@@ -367,9 +368,9 @@ TEST(GlbWriterTest, EmptyMeshesAndOddNamesAreStillValid) {
   ASSERT_OK_AND_ASSIGN(const auto empty, WriteGlb({}));
   EXPECT_EQ(DocumentOf(empty)["scenes"], json::parse("[{}]"));
   EXPECT_THAT(ReadGlb(empty), IsMalformed("no faces"));
-  TriangleMesh mesh = testing::SquareOfTwoGroups();
+  PolygonMesh mesh = testing::SquareOfTwoGroups();
   mesh.group_names = {"\xff not UTF-8", "unused", "b"};
-  mesh.triangle_groups = {0, 2};
+  mesh.face_groups = {0, 2};
   ASSERT_OK_AND_ASSIGN(const auto bytes, WriteGlb(mesh));
   EXPECT_EQ(DocumentOf(bytes)["materials"].size(), 2u);
 }

@@ -13,7 +13,6 @@
 
 #include "core/base/error.h"
 #include "core/mesh/polygon_mesh.h"
-#include "core/mesh/triangle_mesh.h"
 #include "tests/support/status_matchers.h"
 
 namespace latticed::testing {
@@ -38,15 +37,16 @@ std::string Raw(T value, bool big_endian = false) {
 }
 
 // A unit square of two triangles with normals, uvs and one group each. All numbers are exact as floats.
-inline TriangleMesh SquareOfTwoGroups(Vec3d origin = {}) {
-  TriangleMesh mesh;
+inline PolygonMesh SquareOfTwoGroups(Vec3d origin = {}) {
+  PolygonMesh mesh;
   mesh.positions = {origin, origin + Vec3d{1, 0, 0}, origin + Vec3d{1, 1, 0.5},
                     origin + Vec3d{0, 1, 0}};
   mesh.normals = {{0, 0, 1}, {0, 1, 0}, {1, 0, 0}, {0, 0, -1}};
   mesh.uvs = {{0, 0}, {1, 0}, {1, 0.75f}, {0.25f, 1}};
-  mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+  mesh.face_offsets = {0, 3, 6};
+  mesh.corner_vertices = mesh.corner_normals = mesh.corner_uvs = {0, 1, 2, 0, 2, 3};
   mesh.group_names = {"red", "a \"quoted\" name"};
-  mesh.triangle_groups = {0, 1};
+  mesh.face_groups = {0, 1};
   return mesh;
 }
 
@@ -54,13 +54,6 @@ inline TriangleMesh SquareOfTwoGroups(Vec3d origin = {}) {
 inline std::vector<Vec3d> CornerPositions(const PolygonMesh& mesh) {
   std::vector<Vec3d> positions;
   for (uint32_t v : mesh.corner_vertices) positions.push_back(mesh.positions[v]);
-  return positions;
-}
-inline std::vector<Vec3d> CornerPositions(const TriangleMesh& mesh) {
-  std::vector<Vec3d> positions;
-  for (const auto& t : mesh.triangles) {
-    for (uint32_t v : t) positions.push_back(mesh.positions[v]);
-  }
   return positions;
 }
 inline std::vector<Vec3f> CornerNormals(const PolygonMesh& mesh) {
@@ -73,15 +66,6 @@ inline std::vector<Vec2f> CornerUvs(const PolygonMesh& mesh) {
   for (uint32_t uv : mesh.corner_uvs) uvs.push_back(mesh.uvs[uv]);
   return uvs;
 }
-template <typename T>
-std::vector<T> ByCorner(const TriangleMesh& mesh, const std::vector<T>& per_vertex) {
-  std::vector<T> values;
-  for (const auto& t : mesh.triangles) {
-    for (uint32_t v : t) values.push_back(per_vertex[v]);
-  }
-  return values;
-}
-
 }  // namespace latticed::testing
 
 #endif  // LATTICED_TESTS_CORE_MESH_MESH_FIXTURES_H_

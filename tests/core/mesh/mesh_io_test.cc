@@ -10,7 +10,8 @@
 #include <utility>
 
 #include "core/mesh/sample_meshes.h"
-#include "core/mesh/triangulate.h"
+#include "core/mesh/triangulated.h"
+#include "core/mesh/write/write_mesh.h"
 #include "tests/core/mesh/mesh_fixtures.h"
 #include "tests/support/real_meshes.h"
 #include "tests/support/status_matchers.h"
@@ -26,24 +27,11 @@ using ::testing::HasSubstr;
 constexpr MeshFormat kFormats[] = {MeshFormat::kObj, MeshFormat::kPly, MeshFormat::kStl,
                                    MeshFormat::kGlb};
 
-// Triangles over the same positions.
-TriangleMesh Triangulated(const PolygonMesh& mesh) {
-  TriangleMesh result;
-  result.positions = mesh.positions;
-  std::vector<std::array<uint32_t, 3>> triangles;
-  for (size_t f = 0; f < mesh.face_count(); ++f) {
-    const uint32_t* corners = &mesh.corner_vertices[mesh.face_offsets[f]];
-    EXPECT_OK(TriangulatePolygon(testing::FacePositions(mesh, f), &triangles));
-    for (const auto& [a, b, c] : triangles) {
-      result.triangles.push_back({corners[a], corners[b], corners[c]});
-    }
-  }
-  return result;
-}
-
-// Every corner must come back in its place, to float precision.
-void ExpectSurvivesEveryFormat(const PolygonMesh& mesh) {
-  const TriangleMesh triangles = Triangulated(mesh);
+// Every corner must come back in its place, to float precision. Without groups, by which GLB orders triangles.
+void ExpectSurvivesEveryFormat(PolygonMesh mesh) {
+  mesh.group_names.clear();
+  mesh.face_groups.clear();
+  ASSERT_OK_AND_ASSIGN(const auto triangles, Triangulated(mesh));
   const std::vector<Vec3d> wanted = testing::CornerPositions(triangles);
   const double tolerance =
       1e-6 * (mesh.ComputeBounds().diagonal() + Norm(mesh.ComputeBounds().center()));
@@ -66,9 +54,9 @@ TEST(MeshIoTest, FormatsGoByFileNameInAnyCase) {
   EXPECT_EQ(MeshFormatFromFileName("x.glb").value(), MeshFormat::kGlb);
   EXPECT_EQ(MeshFormatFromFileName("x.drc").value(), MeshFormat::kDraco);
   for (const char* name : {"x.gltf", "obj", "", "x.", "x.obj.gz"}) {
-    EXPECT_THAT(
-        MeshFormatFromFileName(name),
-        StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr(".obj, .ply, .stl, .glb and .drc")));
+    EXPECT_THAT(MeshFormatFromFileName(name),
+                StatusIs(absl::StatusCode::kInvalidArgument,
+                         HasSubstr(".obj, .ply, .stl, .glb and .drc, and to write .usda")));
   }
   for (MeshFormat format : kFormats) {
     EXPECT_EQ(MeshFormatFromFileName("x." + std::string(MeshFormatExtension(format))).value(),
@@ -95,6 +83,11 @@ TEST(MeshIoTest, OneFormatReadAsAnotherIsRefused) {
 TEST(MeshIoTest, DracoIsForTheCodec) {
   EXPECT_THAT(ReadMesh(MeshFormat::kDraco, "DRACO"), StatusIs(absl::StatusCode::kUnimplemented));
   EXPECT_THAT(WriteMesh(MeshFormat::kDraco, {}), StatusIs(absl::StatusCode::kUnimplemented));
+}
+
+TEST(MeshIoTest, UsdIsWrittenOnly) {
+  EXPECT_EQ(MeshFormatFromFileName("x.usda").value(), MeshFormat::kUsd);
+  EXPECT_THAT(ReadMesh(MeshFormat::kUsd, "#usda 1.0"), StatusIs(absl::StatusCode::kUnimplemented));
 }
 
 TEST(MeshIoTest, SamplesSurviveEveryFormat) {
@@ -132,11 +125,12 @@ TEST(MeshIoTest, GlbTurnsEveryUpAxisToYAndScalesToMetres) {
                {"z", {0.5, 0, 0}, {0, 0, -0.5}, {0, 0.5, 0}},
                {"", {0.5, 0, 0}, {0, 0.5, 0}, {0, 0, 0.5}}};
   for (const auto& axes : cases) {
-    TriangleMesh mesh;
+    PolygonMesh mesh;
     mesh.positions = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-    mesh.triangles = {{0, 1, 2}};
-    mesh.units = {axes.up, 0.5};
-    ASSERT_OK_AND_ASSIGN(const auto bytes, WriteMesh(MeshFormat::kGlb, mesh));
+    mesh.face_offsets = {0, 3};
+    mesh.corner_vertices = {0, 1, 2};
+    ASSERT_OK_AND_ASSIGN(const auto bytes,
+                         WriteMesh(MeshFormat::kGlb, mesh, {.units = {axes.up, 0.5}}));
     ASSERT_OK_AND_ASSIGN(const auto read, ReadMesh(MeshFormat::kGlb, bytes));
     EXPECT_EQ(read.positions, (std::vector<Vec3d>{axes.x, axes.y, axes.z})) << axes.up;
   }
@@ -150,9 +144,8 @@ TEST(MeshIoTest, OfAGlbUnknownUnitsAreThoseOfGltf) {
 
 TEST(MeshIoTest, KnownUnitsAreACommentThatReadersPassOver) {
   for (const MeshFormat format : {MeshFormat::kObj, MeshFormat::kPly, MeshFormat::kStl}) {
-    TriangleMesh mesh = testing::SquareOfTwoGroups();
-    mesh.units = {"z", 0.0254};
-    ASSERT_OK_AND_ASSIGN(const auto bytes, WriteMesh(format, mesh));
+    const PolygonMesh mesh = testing::SquareOfTwoGroups();
+    ASSERT_OK_AND_ASSIGN(const auto bytes, WriteMesh(format, mesh, {.units = {"z", 0.0254}}));
     EXPECT_THAT(bytes.substr(0, 100), HasSubstr("up +z, 0.0254 m per unit"));
     ASSERT_OK_AND_ASSIGN(const auto read, ReadMesh(format, bytes));
     EXPECT_EQ(testing::CornerPositions(read), testing::CornerPositions(mesh));

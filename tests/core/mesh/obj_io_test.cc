@@ -4,6 +4,7 @@
 #include "core/mesh/mesh_io.h"
 
 #include "core/mesh/sample_meshes.h"
+#include "core/mesh/write/write_mesh.h"
 #include "tests/core/mesh/mesh_fixtures.h"
 
 namespace latticed {
@@ -145,13 +146,13 @@ TEST(ObjReaderTest, LineContinuedBeyondFourMebibytesIsRefused) {
 }
 
 TEST(ObjWriterTest, TrianglesReadBackToTheSameBits) {
-  TriangleMesh mesh = testing::SquareOfTwoGroups({1.0 / 3, 1e-17, 123456789.123456789});
+  PolygonMesh mesh = testing::SquareOfTwoGroups({1.0 / 3, 1e-17, 123456789.123456789});
   ASSERT_OK_AND_ASSIGN(const auto read, ReadObj(WriteObj(mesh)));
   EXPECT_EQ(testing::CornerPositions(read), testing::CornerPositions(mesh));
-  EXPECT_EQ(testing::CornerNormals(read), testing::ByCorner(mesh, mesh.normals));
-  EXPECT_EQ(testing::CornerUvs(read), testing::ByCorner(mesh, mesh.uvs));
+  EXPECT_EQ(testing::CornerNormals(read), testing::CornerNormals(mesh));
+  EXPECT_EQ(testing::CornerUvs(read), testing::CornerUvs(mesh));
   EXPECT_EQ(read.group_names, mesh.group_names);
-  EXPECT_EQ(read.face_groups, mesh.triangle_groups);
+  EXPECT_EQ(read.face_groups, mesh.face_groups);
 }
 
 TEST(ObjWriterTest, PolygonsReadBackUnchanged) {
@@ -172,7 +173,7 @@ TEST(ObjWriterTest, PolygonsReadBackUnchanged) {
 }
 
 TEST(ObjWriterTest, GroupNamesCannotBreakTheFile) {
-  TriangleMesh mesh = testing::SquareOfTwoGroups();
+  PolygonMesh mesh = testing::SquareOfTwoGroups();
   mesh.group_names = {"two\nf 9 9 9", "ends with \\"};
   ASSERT_OK_AND_ASSIGN(const auto read, ReadObj(WriteObj(mesh)));
   EXPECT_THAT(read.group_names, ElementsAre("two_f 9 9 9", "ends with _"));

@@ -3,8 +3,11 @@
 
 #include "core/mesh/mesh_io.h"
 
+#include <cmath>
 #include <limits>
 
+#include "core/mesh/sample_meshes.h"
+#include "core/mesh/write/write_mesh.h"
 #include "tests/core/mesh/mesh_fixtures.h"
 
 namespace latticed {
@@ -206,7 +209,7 @@ TEST(PlyReaderTest, FacesWithoutIndicesAreRefused) {
 }
 
 TEST(PlyWriterTest, HasExactlyTheStatedLayout) {
-  const TriangleMesh mesh = testing::SquareOfTwoGroups();
+  const PolygonMesh mesh = testing::SquareOfTwoGroups();
   const std::string bytes = WritePly(mesh);
   const std::string header =
       "ply\nformat binary_little_endian 1.0\ncomment latticed\nelement vertex 4\nproperty float x\n"
@@ -223,10 +226,33 @@ TEST(PlyWriterTest, HasExactlyTheStatedLayout) {
   EXPECT_THAT(read.corner_vertices, ElementsAre(0, 1, 2, 0, 2, 3));
 }
 
+TEST(PlyWriterTest, PolygonsStayPolygons) {
+  ASSERT_OK_AND_ASSIGN(const auto beam, MakeSampleMesh("beam", 2));
+  ASSERT_OK_AND_ASSIGN(const auto read, ReadPly(WritePly(beam)));
+  EXPECT_EQ(read.face_offsets, beam.face_offsets);
+  EXPECT_EQ(testing::CornerPositions(read), testing::CornerPositions(beam));
+  EXPECT_EQ(testing::CornerUvs(read), testing::CornerUvs(beam));
+}
+
+TEST(PlyWriterTest, AFaceOfMoreThan255CornersHasALongerCount) {
+  PolygonMesh mesh;
+  mesh.face_offsets = {0, 300};
+  for (uint32_t i = 0; i < 300; ++i) {
+    const double angle = i / 300.0 * 6.28;
+    mesh.positions.push_back({std::cos(angle), std::sin(angle), 0});
+    mesh.corner_vertices.push_back(i);
+  }
+  ASSERT_OK_AND_ASSIGN(const auto read, ReadPly(WritePly(mesh)));
+  EXPECT_EQ(read.face_offsets, mesh.face_offsets);
+  EXPECT_EQ(read.corner_vertices, mesh.corner_vertices);
+}
+
 TEST(PlyWriterTest, LeavesOutWhatTheMeshHasNot) {
-  TriangleMesh mesh = testing::SquareOfTwoGroups();
+  PolygonMesh mesh = testing::SquareOfTwoGroups();
   mesh.normals.clear();
+  mesh.corner_normals.clear();
   mesh.uvs.clear();
+  mesh.corner_uvs.clear();
   const std::string bytes = WritePly(mesh);
   EXPECT_EQ(bytes.find("property float nx"), std::string::npos);
   EXPECT_EQ(bytes.find("property float s"), std::string::npos);

@@ -5,6 +5,7 @@
 
 #include <limits>
 
+#include "core/mesh/write/write_mesh.h"
 #include "tests/core/mesh/mesh_fixtures.h"
 
 namespace latticed {
@@ -105,15 +106,16 @@ TEST(StlReaderTest, BadAsciiFiles) {
 }
 
 TEST(StlWriterTest, IsBinaryWithUnitNormals) {
-  const TriangleMesh mesh = testing::SquareOfTwoGroups();
+  const PolygonMesh mesh = testing::SquareOfTwoGroups();
   const std::string bytes = WriteStl(mesh);
   ASSERT_EQ(bytes.size(), 84u + 2 * 50);
   EXPECT_NE(bytes.substr(0, 5), "solid");
   ASSERT_OK_AND_ASSIGN(const auto read, ReadStl(bytes));
   EXPECT_EQ(testing::CornerPositions(read), testing::CornerPositions(mesh));
-  TriangleMesh flat;
+  PolygonMesh flat;
   flat.positions = {{0, 0, 0}, {3, 0, 0}, {0, 2, 0}};
-  flat.triangles = {{0, 1, 2}};
+  flat.face_offsets = {0, 3};
+  flat.corner_vertices = {0, 1, 2};
   EXPECT_EQ(WriteStl(flat).substr(84, 12), Raw(0.0f) + Raw(0.0f) + Raw(1.0f));
 }
 

@@ -18,6 +18,8 @@
 namespace latticed {
 namespace {
 
+using ::latticed::testing::StatusIs;
+
 using Triangles = std::vector<std::array<uint32_t, 3>>;
 
 Triangles Triangulate(const std::vector<Vec3d>& polygon) {

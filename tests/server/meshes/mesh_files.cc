@@ -7,6 +7,8 @@
 
 #include "core/codec/draco_decode.h"
 #include "core/mesh/mesh_io.h"
+#include "core/mesh/triangle_mesh.h"
+#include "core/mesh/write/write_mesh.h"
 #include "fmt/format.h"
 
 namespace latticed::testing {
@@ -114,7 +116,7 @@ std::vector<MeshFile> CubeFiles() {
     }
   }
   const std::vector<float> positions = FloatPositions(cube);
-  const auto written = [&](MeshFormat format) { return WriteMesh(format, cube).value(); };
+  const auto written = [&](MeshFormat format) { return WriteMesh(format, Welded(cube)).value(); };
   return {
       MakeMeshFile("OBJ", v1::MESH_FORMAT_OBJ, written(MeshFormat::kObj)),
       MakeMeshFile("ascii PLY", v1::MESH_FORMAT_PLY, Ply(PlyForm::kAscii, positions, faces)),
@@ -124,7 +126,7 @@ std::vector<MeshFile> CubeFiles() {
       MakeMeshFile("ascii STL", v1::MESH_FORMAT_STL, AsciiStl(stl_vertices)),
       MakeMeshFile("binary STL", v1::MESH_FORMAT_STL, written(MeshFormat::kStl)),
       MakeMeshFile("GLB", v1::MESH_FORMAT_GLB, written(MeshFormat::kGlb)),
-      MakeMeshFile("DRACO", v1::MESH_FORMAT_DRACO, WriteDracoMesh(cube).value()),
+      MakeMeshFile("DRACO", v1::MESH_FORMAT_DRACO, WriteDracoMesh(Welded(cube)).value()),
       RawCube(cube),
   };
 }

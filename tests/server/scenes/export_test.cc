@@ -3,12 +3,19 @@
 //
 // Exported surfaces compared with the definition in double, their UVs and groups, control nets, and
 // exports that are cancelled.
+#include <algorithm>
 #include <cstring>
+#include <map>
+#include <utility>
 
 #include "core/cpu/cpu_backend.h"
 #include "core/ffd/direct_ffd.h"
 #include "core/ffd/tessellation_pattern.h"
-#include "server/engine/surface_export.h"
+#include "core/mesh/triangulated.h"
+#include "server/engine/exports/control_nets.h"
+#include "server/engine/exports/exact_surface.h"
+#include "server/engine/exports/original_mesh.h"
+#include "server/engine/exports/welded_points.h"
 #include "tests/server/scenes/export_input.h"
 #include "tests/support/status_matchers.h"
 #include "tests/support/test_meshes.h"
@@ -53,47 +60,151 @@ class ExportTest : public ::testing::Test {
   RenderInput input_;
 };
 
-TEST_F(ExportTest, VerticesMatchTheDefinition) {
-  Make(std::make_shared<const PolygonMesh>(testing::TorusMesh(12, 8, {100, 0, -50})), 0.2);
-  const auto mesh = AssembleSurface(input_, 3, NormalMode::kFacet, kNever);
-  ASSERT_OK(mesh);
+// The definition of a corner of the tessellation with `segments`.
+DirectFfd::SurfacePoint Definition(const RenderInput& input, size_t corner, int segments,
+                                   DirectFfd::Normal normal) {
+  const auto& pattern = TessellationPattern::Get(segments);
+  const size_t per_patch = 3 * pattern.triangles.size();
+  const size_t patch = corner / per_patch, in_patch = corner % per_patch;
+  const auto& p = pattern.points[pattern.triangles[in_patch / 3][in_patch % 3]];
+  const double s = segments;
+  return DirectFfd(*input.state->plan, *input.state->control_points)
+      .Evaluate(patch, {p[0] / s, p[1] / s, p[2] / s}, normal);
+}
 
-  const DeformPlan& plan = *input_.state->plan;
-  const DirectFfd direct(plan, *input_.state->control_points);
-  const auto& pattern = TessellationPattern::Get(3);
-  ASSERT_EQ(mesh->positions.size(), plan.patches.size() * 10);
-  ASSERT_EQ(mesh->triangles.size(), plan.patches.size() * 9);
-  Bounds bounds;
-  for (const Vec3d p : mesh->positions) bounds.Extend(p);
-  for (size_t patch = 0; patch < plan.patches.size(); ++patch) {
-    for (size_t q = 0; q < 10; ++q) {
-      const auto& p = pattern.points[q];
-      const auto expected =
-          direct.Evaluate(patch, {p[0] / 3.0, p[1] / 3.0, p[2] / 3.0}, DirectFfd::Normal::kFacet);
-      const size_t vertex = patch * 10 + q;
-      ASSERT_LE(Norm(mesh->positions[vertex] - expected.position), 1e-6 * bounds.diagonal());
-      ASSERT_NEAR(Norm(ToDouble(mesh->normals[vertex])), 1, 1e-6);
+// How many triangles have an edge, by its vertices.
+std::map<std::pair<uint32_t, uint32_t>, int> EdgeUses(const PolygonMesh& mesh) {
+  std::map<std::pair<uint32_t, uint32_t>, int> uses;
+  for (size_t f = 0; f < mesh.face_count(); ++f) {
+    const uint32_t first = mesh.face_offsets[f], count = mesh.face_offsets[f + 1] - first;
+    for (uint32_t i = 0; i < count; ++i) {
+      const uint32_t a = mesh.corner_vertices[first + i];
+      const uint32_t b = mesh.corner_vertices[first + (i + 1) % count];
+      ++uses[std::minmax(a, b)];
+    }
+  }
+  return uses;
+}
+
+TEST_F(ExportTest, CornersMatchTheDefinition) {
+  Make(std::make_shared<const PolygonMesh>(testing::TorusMesh(12, 8, {100, 0, -50})), 0.2);
+  for (const int segments : {1, 2, 3, 6}) {
+    const auto mesh = ExactSurface(input_, segments, NormalMode::kFacet, kNever);
+    ASSERT_OK(mesh);
+    ASSERT_OK(Validate(*mesh));
+    ASSERT_EQ(mesh->corner_count(),
+              input_.state->plan->patches.size() * 3 * size_t(segments * segments));
+    const double diagonal = mesh->ComputeBounds().diagonal();
+    for (size_t c = 0; c < mesh->corner_count(); ++c) {
+      const auto wanted = Definition(input_, c, segments, DirectFfd::Normal::kFacet);
+      ASSERT_LE(Norm(mesh->positions[mesh->corner_vertices[c]] - wanted.position), 1e-6 * diagonal);
+      const Vec3d normal = ToDouble(mesh->normals[mesh->corner_normals[c]]);
+      ASSERT_NEAR(Norm(normal), 1, 1e-6);
+      if (wanted.kappa > 100) continue;
+      ASSERT_LE(Norm(normal - wanted.normal), 4e-3) << c;
     }
   }
 }
 
+// Each edge of a closed surface belongs to two triangles only if patches share their vertices.
+TEST_F(ExportTest, ATorusIsOneClosedSurface) {
+  Make(std::make_shared<const PolygonMesh>(testing::TorusMesh(12, 8)), 0.2);
+  for (const int segments : {1, 2, 5}) {
+    const auto mesh = ExactSurface(input_, segments, NormalMode::kNone, kNever);
+    ASSERT_OK(mesh);
+    const auto edges = EdgeUses(*mesh);
+    for (const auto& [edge, uses] : edges) ASSERT_EQ(uses, 2) << edge.first << ' ' << edge.second;
+    EXPECT_EQ(mesh->positions.size() + mesh->face_count(), edges.size());  // Euler: 0
+    EXPECT_EQ(mesh->positions.size(),
+              WeldedPoints(*input_.state->plan, *input_.state->control_points, segments).count());
+  }
+}
+
+// The lattice holds half of the torus; its face tears off.
+TEST_F(ExportTest, ATornSeamHasBothPlaces) {
+  auto mesh = std::make_shared<const PolygonMesh>(testing::TorusMesh(12, 8));
+  Bounds half = mesh->ComputeBounds();
+  half.max.x = 0.1;
+  ASSERT_OK_AND_ASSIGN(const Lattice lattice, FitLattice(half, {3, 3, 3}, {2, 2, 2}, 0));
+  const auto closed = testing::MakeInput(render_backend_, mesh, lattice);
+  ASSERT_OK(closed);
+  Lattice moved = lattice;
+  for (Vec3d& p : moved.control_points) p = p + Vec3d{-1, 0, 0};
+  const auto torn = testing::MakeInput(render_backend_, mesh, moved);
+  ASSERT_OK(torn);
+
+  const auto whole = ExactSurface(*closed, 3, NormalMode::kNone, kNever);
+  const auto parts = ExactSurface(*torn, 3, NormalMode::kNone, kNever);
+  ASSERT_OK(whole);
+  ASSERT_OK(parts);
+  for (const auto& [edge, uses] : EdgeUses(*whole)) ASSERT_EQ(uses, 2);
+  size_t open = 0;
+  for (const auto& [edge, uses] : EdgeUses(*parts)) open += uses == 1 ? 1 : 0;
+  EXPECT_GT(open, 0u);
+  // Two loops around the tube, and each is there twice.
+  EXPECT_EQ(parts->positions.size() - whole->positions.size(), open / 2);
+  EXPECT_EQ(ToFloat(parts->ComputeBounds().min).x, ToFloat(whole->ComputeBounds().min).x - 1);
+  EXPECT_LE(parts->positions.size(), WeldedPoints::Most(*torn->state->plan, 3));
+}
+
 TEST_F(ExportTest, UvsAreInterpolatedAndGroupsKept) {
-  const auto mesh = AssembleSurface(input_, 4, NormalMode::kNone, kNever);
+  const auto mesh = ExactSurface(input_, 4, NormalMode::kNone, kNever);
 
   ASSERT_OK(mesh);
   EXPECT_TRUE(mesh->normals.empty());
-  ASSERT_EQ(mesh->uvs.size(), mesh->positions.size());
-  for (size_t i = 0; i < mesh->uvs.size(); ++i) {
-    ASSERT_NEAR(double{mesh->uvs[i].x}, mesh->positions[i].x, 1e-6);
-    ASSERT_NEAR(double{mesh->uvs[i].y}, mesh->positions[i].y, 1e-6);
+  EXPECT_EQ(mesh->uvs.size(), mesh->positions.size());  // no seams
+  for (size_t c = 0; c < mesh->corner_count(); ++c) {
+    const Vec2f uv = mesh->uvs[mesh->corner_uvs[c]];
+    const Vec3d position = mesh->positions[mesh->corner_vertices[c]];
+    ASSERT_NEAR(double{uv.x}, position.x, 1e-6);
+    ASSERT_NEAR(double{uv.y}, position.y, 1e-6);
   }
   EXPECT_EQ(mesh->group_names, (std::vector<std::string>{"left", "right"}));
-  ASSERT_EQ(mesh->triangle_groups.size(), mesh->triangles.size());
-  for (size_t t = 0; t < mesh->triangles.size(); ++t) {
+  ASSERT_EQ(mesh->face_groups.size(), mesh->face_count());
+  for (size_t t = 0; t < mesh->face_count(); ++t) {
     double x = 0;
-    for (const uint32_t v : mesh->triangles[t]) x += mesh->positions[v].x / 3;
-    ASSERT_EQ(mesh->triangle_groups[t], x < 0.5 ? 0u : 1u);
+    for (size_t i = 0; i < 3; ++i) {
+      x += mesh->positions[mesh->corner_vertices[3 * t + i]].x / 3;
+    }
+    ASSERT_EQ(mesh->face_groups[t], x < 0.5 ? 0u : 1u);
   }
+}
+
+TEST_F(ExportTest, AnOriginalMeshIsMovedAndOtherwiseTheSame) {
+  Make(TexturedGrid(), 0.2);
+  const PolygonMesh& source = *input_.state->plan->mesh;
+  const auto mesh = OriginalMesh(*input_.state, NormalMode::kSmooth, true, kNever);
+
+  ASSERT_OK(mesh);
+  ASSERT_OK(Validate(*mesh));
+  EXPECT_EQ(mesh->face_offsets, source.face_offsets);
+  EXPECT_EQ(mesh->corner_vertices, source.corner_vertices);
+  EXPECT_EQ(mesh->uvs, source.uvs);
+  EXPECT_EQ(mesh->corner_uvs, source.corner_uvs);
+  EXPECT_EQ(mesh->face_groups, source.face_groups);
+  for (size_t v = 0; v < source.positions.size(); ++v) {
+    const DeformedPoint wanted = EvaluateWorld(input_.state->structure(),
+                                               *input_.state->control_points, source.positions[v]);
+    ASSERT_EQ(mesh->positions[v], wanted.position);
+    ASSERT_NE(mesh->positions[v], source.positions[v]);
+  }
+  for (size_t c = 0; c < mesh->corner_count(); ++c) {
+    const DeformedPoint at = EvaluateWorld(input_.state->structure(), *input_.state->control_points,
+                                           source.positions[source.corner_vertices[c]]);
+    const Vec3d wanted = Unit(ApplyCofactor(at.jacobian, {0, 0, 1}));  // the grid is flat
+    ASSERT_LE(Norm(ToDouble(mesh->normals[mesh->corner_normals[c]]) - wanted), 1e-6);
+  }
+  EXPECT_EQ(mesh->normals.size(), source.positions.size());
+}
+
+// The exact surface is that of the triangles at rest, so a deformed face must not be divided otherwise.
+TEST_F(ExportTest, TrianglesOfAnOriginalMeshAreThoseOfTheScene) {
+  Make(TexturedGrid(), 0.3);
+  const auto mesh = OriginalMesh(*input_.state, NormalMode::kFacet, false, kNever);
+  ASSERT_OK(mesh);
+  EXPECT_TRUE(mesh->normals.empty());
+  ASSERT_OK_AND_ASSIGN(const auto at_rest, Triangulated(*input_.state->plan->mesh));
+  EXPECT_EQ(mesh->corner_vertices, at_rest.corner_vertices);
 }
 
 TEST_F(ExportTest, ControlNetsBeginAndEndAtTheCorners) {

@@ -2,6 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // GetTopology and Export through the stub.
+#include <algorithm>
+#include <set>
+#include <utility>
+
 #include "core/base/limits.h"
 #include "core/codec/draco_decode.h"
 #include "core/mesh/mesh_io.h"
@@ -69,7 +73,7 @@ TEST_F(ScenePartsTest, ExportsAreNamedByTheSceneInLettersThatFileSystemsTake) {
 }
 
 TEST_F(ScenePartsTest, ExportsEveryForm) {
-  for (int f = v1::EXPORT_FORMAT_UNSPECIFIED; f <= v1::EXPORT_FORMAT_CONTROL_NETS; ++f) {
+  for (int f = v1::EXPORT_FORMAT_UNSPECIFIED; f <= v1::EXPORT_FORMAT_USD; ++f) {
     SCOPED_TRACE(f);
     v1::ExportRequest request;
     request.set_format(static_cast<v1::ExportFormat>(f));
@@ -93,11 +97,66 @@ TEST_F(ScenePartsTest, ExportsEveryForm) {
     }
     const auto format = MeshFormatFromFileName(header.file_name());
     ASSERT_OK(format);
+    if (*format == MeshFormat::kUsd) {
+      EXPECT_THAT(bytes, ::testing::StartsWith("#usda 1.0\n"));
+      continue;
+    }
     const auto mesh =
         *format == MeshFormat::kDraco ? ReadDracoMesh(bytes) : ReadMesh(*format, bytes);
     ASSERT_OK(mesh);
     EXPECT_EQ(mesh->face_count(), scene_.patches() * 4);
   }
+}
+
+TEST_F(ScenePartsTest, AnOriginalMeshIsTheUploadedOneMoved) {
+  v1::EditBatch lift = Move("ann", 1, 0, 0);
+  auto* all = lift.mutable_edits(0)->mutable_move_control_points();
+  for (uint32_t i = 1; i < 64; ++i) all->add_indices(i);
+  all->mutable_offset()->set_z(3);
+  ASSERT_OK(Apply(lift));
+  const auto uploaded = ReadObj(kGridObj);
+  ASSERT_OK(uploaded);
+  for (const auto format : {v1::EXPORT_FORMAT_OBJ, v1::EXPORT_FORMAT_PLY}) {
+    v1::ExportRequest request;
+    request.set_format(format);
+    request.set_geometry(v1::EXPORT_GEOMETRY_ORIGINAL);
+    std::vector<v1::ExportResponse> parts;
+    ASSERT_OK(Export(request, parts));
+    const auto mesh = ReadMesh(
+        format == v1::EXPORT_FORMAT_OBJ ? MeshFormat::kObj : MeshFormat::kPly, parts.at(1).data());
+    ASSERT_OK(mesh);
+
+    EXPECT_EQ(mesh->face_offsets, uploaded->face_offsets);  // four quads
+    EXPECT_EQ(mesh->corner_vertices, uploaded->corner_vertices);
+    EXPECT_EQ(mesh->corner_uvs, uploaded->corner_uvs);
+    EXPECT_EQ(mesh->uvs, uploaded->uvs);
+    ASSERT_EQ(mesh->positions.size(), 9u);
+    for (size_t v = 0; v < 9; ++v) {
+      EXPECT_LE(Norm(mesh->positions[v] - uploaded->positions[v] - Vec3d{0, 0, 3}), 1e-6);
+    }
+    if (format == v1::EXPORT_FORMAT_PLY) continue;  // has no groups
+    EXPECT_EQ(mesh->group_names, uploaded->group_names);
+  }
+}
+
+// The patches of the grid share their vertices: of four quads in some boxes of a lattice, none is open inside.
+TEST_F(ScenePartsTest, PatchesOfAnExportShareVertices) {
+  v1::ExportRequest request;
+  request.set_format(v1::EXPORT_FORMAT_PLY);
+  std::vector<v1::ExportResponse> parts;
+  ASSERT_OK(Export(request, parts));
+  const auto mesh = ReadPly(parts.at(1).data());
+  ASSERT_OK(mesh);
+  // Euler: V - E + F = 1 of a disc, whose edges are (3 F + boundary) / 2.
+  const size_t faces = mesh->face_count(), vertices = mesh->positions.size();
+  EXPECT_EQ(faces, scene_.patches() * 4);
+  EXPECT_LT(vertices, faces);
+  std::set<std::pair<uint32_t, uint32_t>> edges;
+  for (size_t c = 0; c < mesh->corner_count(); ++c) {
+    const uint32_t a = mesh->corner_vertices[c];
+    edges.insert(std::minmax(a, mesh->corner_vertices[c % 3 == 2 ? c - 2 : c + 1]));
+  }
+  EXPECT_EQ(vertices + faces, edges.size() + 1);
 }
 
 TEST_F(ScenePartsTest, LargeExportsComeInParts) {
@@ -124,6 +183,12 @@ TEST_F(ScenePartsTest, ExportRefusals) {
   request.mutable_view()->set_segments(99);
   ExpectRefused(Export(request, parts), Code::kInvalidArgument, "OUT_OF_RANGE", "view.segments");
   request.clear_view();
+  request.set_geometry(static_cast<v1::ExportGeometry>(9));
+  ExpectRefused(Export(request, parts), Code::kInvalidArgument, "UNSUPPORTED", "geometry");
+  request.set_geometry(v1::EXPORT_GEOMETRY_ORIGINAL);
+  request.set_format(v1::EXPORT_FORMAT_CONTROL_NETS);
+  ExpectRefused(Export(request, parts), Code::kInvalidArgument, "INVALID_FIELD", "geometry");
+  request.clear_geometry();
   request.set_scene("no-such-scene");
   ExpectRefused(Export(request, parts), Code::kNotFound, "NOT_FOUND");
   EXPECT_TRUE(parts.empty());

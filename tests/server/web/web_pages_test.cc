@@ -238,6 +238,8 @@ TEST_F(WebTest, DownloadsAnExportWithTheSegmentsAndNormalsAskedFor) {
   EXPECT_EQ(triangles(""), 16 * patches) << "the scene's default view";
   EXPECT_THAT(ply("normals=smooth&segments=1"), HasSubstr("property float nx"));
   EXPECT_THAT(ply("normals=none&segments=1"), Not(HasSubstr("property float nx")));
+  EXPECT_EQ(triangles("?geometry=exact&segments=1"), patches);
+  EXPECT_EQ(triangles("?geometry=original&segments=3"), 2u * 8 * 8);
 }
 
 TEST_F(WebTest, AQueryOfADownloadThatMeansNothingIsRefused) {
@@ -252,7 +254,8 @@ TEST_F(WebTest, AQueryOfADownloadThatMeansNothingIsRefused) {
       {"segments", "query: 'segments' has no value that can be read"},
       {"segments=%zz", "query: 'segments=%zz' has no value that can be read"},
       {"segments=4&segments=8", "query: 'segments' is given twice"},
-      {"segments=4&bits=8", "query: 'bits' is not a parameter; known: segments, normals"}};
+      {"segments=4&bits=8", "query: 'bits' is not a parameter; known: segments, normals, geometry"},
+      {"geometry=best", "geometry: got 'best', allowed are exact, original"}};
 
   for (const auto& [query, why] : cases) {
     const WebAnswer answer = Get(fmt::format("/export/{}.ply?{}", kScene, query));

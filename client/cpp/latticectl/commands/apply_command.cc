@@ -12,12 +12,11 @@
 #include "client/cpp/latticectl/command_line/value_types.h"
 #include "client/cpp/latticectl/commands/commands.h"
 #include "client/cpp/latticectl/geometry/lattice_json.h"
-#include "client/cpp/latticectl/geometry/moved_vertices.h"
-#include "client/cpp/latticectl/geometry/triangulated.h"
 #include "client/cpp/latticectl/output/output.h"
 #include "client/cpp/latticectl/session/server_meshes.h"
 #include "client/cpp/latticectl/session/session.h"
 #include "core/base/status_macros.h"
+#include "core/ffd/deformed_mesh.h"
 #include "fmt/format.h"
 
 namespace latticed::client {
@@ -68,25 +67,6 @@ absl::StatusOr<FetchedSurface> Deform(Client& client, const ApplyFlags& flags, c
   return FetchSurface(client, scene.id(), flags.view, mesh, file, console);
 }
 
-struct WrittenMesh {
-  size_t vertices = 0, faces = 0;
-};
-
-// OBJ keeps the faces. The writers of other formats take triangles.
-absl::StatusOr<WrittenMesh> WritePolygons(const std::string& path, const PolygonMesh& mesh,
-                                          const MeshUnits& units) {
-  LATTICED_ASSIGN_OR_RETURN(const auto format, MeshFormatFromFileName(path));
-  if (format == MeshFormat::kObj) {
-    const std::string comment = units.known() ? fmt::format("# {}\n", Describe(units)) : "";
-    LATTICED_RETURN_IF_ERROR(WriteFile(path, comment + WriteObj(mesh)));
-    return WrittenMesh{mesh.positions.size(), mesh.face_count()};
-  }
-  LATTICED_ASSIGN_OR_RETURN(auto triangles, Triangulated(mesh));
-  triangles.units = units;
-  LATTICED_RETURN_IF_ERROR(WriteMeshFile(path, triangles));
-  return WrittenMesh{triangles.positions.size(), triangles.triangles.size()};
-}
-
 absl::Status RunVerticesOnly(const ApplyFlags& flags, Console console) {
   const absl::Time start = absl::Now();
   LATTICED_ASSIGN_OR_RETURN(const auto file, ReadMeshFile(flags.mesh));
@@ -95,18 +75,22 @@ absl::Status RunVerticesOnly(const ApplyFlags& flags, Console console) {
   LATTICED_ASSIGN_OR_RETURN(const auto lattice, FromProto(proto));
   MeshUnits units{UpAxisName(flags.units.up_axis()), flags.units.meters_per_unit()};
   if (file.format == MeshFormat::kGlb) units = WithGltfDefaults(units);
+  mesh.normals.clear();  // those of the file are wrong after a deformation
+  mesh.corner_normals.clear();
   LATTICED_ASSIGN_OR_RETURN(
-      const auto written,
-      WritePolygons(flags.output, WithMovedVertices(std::move(mesh), lattice), units));
+      mesh, DeformedMesh(std::move(mesh), lattice.structure, lattice.control_points));
+  LATTICED_RETURN_IF_ERROR(WriteMeshFile(
+      flags.output, mesh, {.units = units, .source = file.bytes, .source_format = file.format}));
   const double seconds = absl::ToDoubleSeconds(absl::Now() - start);
-  PrintResult(flags.json,
-              nlohmann::json{{"output", flags.output},
-                             {"vertices", written.vertices},
-                             {"faces", written.faces},
-                             {"seconds", seconds}},
-              fmt::format("{}: {} vertices moved, {} faces; {:.2f} s\n", flags.output,
-                          FormatCount(written.vertices), FormatCount(written.faces), seconds),
-              console.out);
+  PrintResult(
+      flags.json,
+      nlohmann::json{{"output", flags.output},
+                     {"vertices", mesh.positions.size()},
+                     {"faces", mesh.face_count()},
+                     {"seconds", seconds}},
+      fmt::format("{}: {} vertices moved, {} faces; {:.2f} s\n", flags.output,
+                  FormatCount(mesh.positions.size()), FormatCount(mesh.face_count()), seconds),
+      console.out);
   return absl::OkStatus();
 }
 
@@ -119,7 +103,9 @@ absl::Status Run(const ApplyFlags& flags, CommandLine& line) {
       flags.session, line.interruption.Catch(), [&](Session& session) -> absl::Status {
         LATTICED_ASSIGN_OR_RETURN(const auto surface, Deform(session.client(), flags, file,
                                                              std::move(lattice), line.console));
-        LATTICED_RETURN_IF_ERROR(WriteMeshFile(flags.output, surface.mesh));
+        LATTICED_RETURN_IF_ERROR(WriteMeshFile(
+            flags.output, Welded(surface.mesh),
+            {.units = surface.mesh.units, .source = file.bytes, .source_format = file.format}));
         PrintApplied(flags, surface, absl::Now() - start, line.console);
         return absl::OkStatus();
       });
@@ -150,7 +136,7 @@ void AddApplyCommand(CLI::App& app, CommandLine& line) {
   command->add_option("--lattice", flags->lattice, "JSON file of the lattice")
       ->required()
       ->type_name(kFileType);
-  command->add_option("-o,--output", flags->output, "PLY, OBJ, STL, GLB or DRC file to write")
+  command->add_option("-o,--output", flags->output, "PLY, OBJ, STL, GLB, USDA or DRC file to write")
       ->required()
       ->type_name(kFileType)
       ->check(CheckMeshFileName);

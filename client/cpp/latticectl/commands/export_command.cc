@@ -23,6 +23,7 @@ struct ExportFlags : ServerFlags {
   std::string scene, output;
   uint64_t revision = 0;
   v1::ViewOptions view;
+  bool original = false;
 };
 
 // The format of a path's extension; UNSPECIFIED for an unknown one.
@@ -30,7 +31,8 @@ v1::ExportFormat FormatOf(const std::string& path) {
   static const auto* const kFormats = new std::map<std::string, v1::ExportFormat>{
       {".ply", v1::EXPORT_FORMAT_PLY}, {".obj", v1::EXPORT_FORMAT_OBJ},
       {".stl", v1::EXPORT_FORMAT_STL}, {".glb", v1::EXPORT_FORMAT_GLB},
-      {".drc", v1::EXPORT_FORMAT_DRC}, {".nets", v1::EXPORT_FORMAT_CONTROL_NETS}};
+      {".drc", v1::EXPORT_FORMAT_DRC}, {".nets", v1::EXPORT_FORMAT_CONTROL_NETS},
+      {".usda", v1::EXPORT_FORMAT_USD}};
   const auto found =
       kFormats->find(absl::AsciiStrToLower(std::filesystem::path(path).extension().string()));
   return found == kFormats->end() ? v1::EXPORT_FORMAT_UNSPECIFIED : found->second;
@@ -38,8 +40,9 @@ v1::ExportFormat FormatOf(const std::string& path) {
 
 std::string CheckOutput(const std::string& path) {
   return FormatOf(path) == v1::EXPORT_FORMAT_UNSPECIFIED
-             ? fmt::format("{}: the extension must be one of .ply, .obj, .stl, .glb, .drc, .nets",
-                           path)
+             ? fmt::format(
+                   "{}: the extension must be one of .ply, .obj, .stl, .glb, .drc, .usda, .nets",
+                   path)
              : "";
 }
 
@@ -50,6 +53,7 @@ absl::StatusOr<Client::ExportedFile> Export(const ExportFlags& flags, Client& cl
   request.set_revision(flags.revision);
   request.set_format(FormatOf(flags.output));
   *request.mutable_view() = flags.view;
+  if (flags.original) request.set_geometry(v1::EXPORT_GEOMETRY_ORIGINAL);
   ProgressBar bar(console, "export", ProgressBar::Unit::kBytes);
   return client.Export(request, bar.callback());
 }
@@ -68,14 +72,18 @@ absl::Status RunExport(const ExportFlags& flags, Client& client, Console console
 
 void AddExportCommand(CLI::App& app, CommandLine& line) {
   auto flags = std::make_shared<ExportFlags>();
-  CLI::App* command =
-      app.add_subcommand("export", "Writes the deformed surface of a scene to a file");
+  CLI::App* command = app.add_subcommand(
+      "export", "Writes the deformed surface of a scene, or its original mesh, to a file");
   command->add_option("scene", flags->scene, "Id of the scene")->required();
-  command->add_option("-o,--output", flags->output, "PLY, OBJ, STL, GLB, DRC or control NETS file")
+  command
+      ->add_option("-o,--output", flags->output,
+                   "PLY, OBJ, STL, GLB, USDA, DRC or control NETS file")
       ->required()
       ->type_name(kFileType)
       ->check(CheckOutput);
   command->add_option("--revision", flags->revision, "Fails unless this is the newest revision");
+  command->add_flag("--original", flags->original,
+                    "The uploaded vertices and faces, moved, in place of the exact surface");
   AddViewFlags(*command, flags->view, ViewDefaults::kOfScene);
   SetExample(*command, "export my-scene -o out.glb --segments 16");
   SetServerAction(*command, flags, line, RunExport);

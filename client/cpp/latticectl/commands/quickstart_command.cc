@@ -91,9 +91,11 @@ absl::Status WriteSurface(Client& client, const v1::Scene& scene, const v1::Mesh
   report->patches = surface.patches;
   report->points = surface.mesh.positions.size();
   report->triangles = surface.mesh.triangles.size();
+  const PolygonMesh welded = Welded(surface.mesh);
   for (const char* extension : {".ply", ".glb"}) {
     report->files.push_back(stem + extension);
-    LATTICED_RETURN_IF_ERROR(WriteMeshFile(stem + extension, surface.mesh));
+    LATTICED_RETURN_IF_ERROR(
+        WriteMeshFile(stem + extension, welded, {.units = surface.mesh.units}));
   }
   return absl::OkStatus();
 }

@@ -38,6 +38,9 @@ absl::Status WriteFile(const std::string& path, std::string_view bytes) {
 absl::StatusOr<MeshFile> ReadMeshFile(const std::string& path) {
   const auto format = MeshFormatFromFileName(path);
   if (!format.ok()) return InFile(path, format.status());
+  if (*format == MeshFormat::kUsd) {
+    return absl::InvalidArgumentError(fmt::format("{}: USD is written, but not read", path));
+  }
   LATTICED_ASSIGN_OR_RETURN(auto bytes, ReadFile(path));
   if (bytes.empty()) return CannotRead(path, "it is empty");
   return MeshFile{path, *format, std::move(bytes)};
@@ -57,9 +60,11 @@ absl::StatusOr<PolygonMesh> ParseMesh(const MeshFile& file) {
   return mesh;
 }
 
-absl::Status WriteMeshFile(const std::string& path, const TriangleMesh& mesh) {
+absl::Status WriteMeshFile(const std::string& path, const PolygonMesh& mesh,
+                           const FileExtras& extras) {
   LATTICED_ASSIGN_OR_RETURN(const auto format, MeshFormatFromFileName(path));
-  const auto bytes = format == MeshFormat::kDraco ? WriteDracoMesh(mesh) : WriteMesh(format, mesh);
+  const auto bytes =
+      format == MeshFormat::kDraco ? WriteDracoMesh(mesh) : WriteMesh(format, mesh, extras);
   if (!bytes.ok()) return InFile(path, bytes.status());
   return WriteFile(path, *bytes);
 }
@@ -76,6 +81,8 @@ v1::MeshFormat ToProto(MeshFormat format) {
       return v1::MESH_FORMAT_GLB;
     case MeshFormat::kDraco:
       return v1::MESH_FORMAT_DRACO;
+    case MeshFormat::kUsd:
+      break;  // is not uploaded
   }
   return v1::MESH_FORMAT_UNSPECIFIED;
 }

@@ -11,6 +11,7 @@
 #include "absl/status/statusor.h"
 #include "core/mesh/mesh_io.h"
 #include "core/mesh/sample_meshes.h"
+#include "core/mesh/write/write_mesh.h"
 #include "latticed/v1/mesh.pb.h"
 
 namespace latticed::client {
@@ -30,11 +31,12 @@ struct MeshFile {
 // Parses any format, Draco included (ReadMesh does not know Draco).
 [[nodiscard]] absl::StatusOr<PolygonMesh> ParseMesh(const MeshFile& file);
 // Writes any format, DRC included; the path's extension selects it.
-[[nodiscard]] absl::Status WriteMeshFile(const std::string& path, const TriangleMesh& mesh);
+[[nodiscard]] absl::Status WriteMeshFile(const std::string& path, const PolygonMesh& mesh,
+                                         const FileExtras& extras);
 
 [[nodiscard]] v1::MeshFormat ToProto(MeshFormat format);
 
-// A check for CLI11: returns an error text if the path's extension is no mesh format, else "".
+// A check for CLI11: returns an error text if the path's extension is no format that can be written, else "".
 [[nodiscard]] std::string CheckMeshFileName(const std::string& path);
 
 }  // namespace latticed::client

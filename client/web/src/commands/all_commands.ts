@@ -71,10 +71,10 @@ function fileCommands(app: CommandTarget): Command[] {
   const showExport = ({ session }: SceneView): void =>
     showExportDialog({
       formats: EXPORT_FORMATS,
-      view: app.settings.value.view,
+      view: { ...app.settings.value.view, geometry: app.settings.value.exportGeometry },
       patches: session.surface.patchCount,
       last: app.settings.value.exportFormat,
-      chosen: (exportFormat) => app.settings.set({ exportFormat }),
+      chosen: (exportFormat, exportGeometry) => app.settings.set({ exportFormat, exportGeometry }),
       write: (...order) => downloadExport(app.services.server, session.sceneId, ...order),
     });
   return [

@@ -22,7 +22,7 @@ import { uploadMesh } from '../wire/upload';
 import { fromView, toView } from '../wire/view_message';
 import type { MeshFile, MeshFormatName } from './mesh_file';
 
-export const EXPORT_FORMATS = ['glb', 'ply', 'obj', 'stl', 'drc', 'nets'] as const;
+export const EXPORT_FORMATS = ['glb', 'ply', 'obj', 'usda', 'stl', 'drc', 'nets'] as const;
 export type ExportFormat = (typeof EXPORT_FORMATS)[number];
 
 export interface PicturedMesh {

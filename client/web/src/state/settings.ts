@@ -10,6 +10,7 @@ import type { MeshFormatName } from '../intake/mesh_file';
 import type { ExportFormat } from '../intake/services';
 import type { Light } from '../light/shading';
 import type { ViewRequest } from '../session/scene_session';
+import type { ExportGeometry } from '../wire/export_download';
 import { Store } from './store';
 import type { UpAxis } from './units';
 
@@ -52,6 +53,7 @@ export const DEFAULT_SETTINGS = {
   view: { segments: 10, normals: 'smooth', encoding: 'draco', positionBits: 12, normalBits: 8 } as Required<ViewRequest>,
   /** The format in which a surface was exported last. */
   exportFormat: 'glb' as ExportFormat,
+  exportGeometry: 'exact' as ExportGeometry,
   theme: 'system' as Theme,
   /** Whether the side panel is open. */
   panel: true,
@@ -60,7 +62,7 @@ export const DEFAULT_SETTINGS = {
 export type Settings = typeof DEFAULT_SETTINGS;
 
 /** The settings that a browser remembers between visits: taste, nothing that depends on one mesh. */
-const REMEMBERED = ['gizmo', 'orientation', 'pivot', 'through', 'theme', 'light', 'shadow', 'upAxes', 'exportFormat'] as const;
+const REMEMBERED = ['gizmo', 'orientation', 'pivot', 'through', 'theme', 'light', 'shadow', 'upAxes', 'exportFormat', 'exportGeometry'] as const;
 const STORAGE_KEY = 'latticed.settings';
 
 export type SettingsStore = Store<Settings>;

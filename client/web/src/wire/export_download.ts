@@ -11,25 +11,30 @@ export interface ExportedFile {
   readonly blob: Blob;
 }
 
-/** The fields of a view that an export uses. */
-export type ExportView = Pick<Required<ViewRequest>, 'segments' | 'normals'>;
+/** The tessellated exact surface, or the uploaded vertices and faces, moved. */
+export type ExportGeometry = 'exact' | 'original';
+
+/** The fields of a view that an export uses, and what it writes. */
+export interface ExportView extends Pick<Required<ViewRequest>, 'segments' | 'normals'> {
+  readonly geometry: ExportGeometry;
+}
 
 /** The server's reasons, by HTTP status. */
 const REASONS: Readonly<Record<number, string>> = { 401: 'UNAUTHENTICATED', 429: 'OUT_OF_MEMORY' };
 
 /**
- * Fetches /export/<scene>.<format> with the view's segments and normals, and with the token that a plain link could not
+ * Fetches /export/<scene>.<format> with the view's segments, normals and geometry, and with the token that a plain link could not
  * carry. The browser, not the page, keeps the bytes; large files go to disk. Rejects with a ServerError.
  *
  * @param onProgress Called after every part, in bytes.
  */
 export async function downloadExport(
-  server: LatticedServer, sceneId: string, format: string, { segments, normals }: ExportView,
+  server: LatticedServer, sceneId: string, format: string, { segments, normals, geometry }: ExportView,
   onProgress: (received: number, all: number) => void, signal: AbortSignal,
 ): Promise<ExportedFile> {
   const headers = { 'latticed-scene': sceneId, ...(server.token && { authorization: `Bearer ${server.token}` }) };
   try {
-    const query = new URLSearchParams({ segments: String(segments), normals });
+    const query = new URLSearchParams({ segments: String(segments), normals, geometry });
     const answer = await fetch(`${server.origin}/export/${sceneId}.${format}?${query}`, { headers, signal });
     if (!answer.ok) throw new ServerError(Code.Unknown, REASONS[answer.status] ?? 'EXPORT_FAILED', (await answer.text()).trim());
     const all = Number(answer.headers.get('content-length') ?? 0);

@@ -119,6 +119,7 @@ test('every format is downloaded with the token of the page, which a reload keep
     glb: (bytes) => bytes.toString('latin1', 0, 4) === 'glTF' && bytes.readUInt32LE(8) === bytes.length,
     ply: (bytes) => bytes.toString('latin1', 0, 4) === 'ply\n',
     obj: (bytes) => /^f /m.test(bytes.toString()),
+    usda: (bytes) => bytes.toString('latin1', 0, 9) === '#usda 1.0',
     stl: (bytes) => 84 + 50 * bytes.readUInt32LE(80) === bytes.length,
     drc: (bytes) => bytes.toString('latin1', 0, 5) === 'DRACO',
     nets: (bytes) => bytes.toString('latin1', 0, 8) === 'LATTNETS' && 32 + 24 * bytes.readUInt32LE(16) * patches === bytes.length,
@@ -173,6 +174,21 @@ test('an export has the segments and normals that the page shows, or the segment
   const [same] = await Promise.all([page.waitForEvent('download'), page.keyboard.press('Enter')]); // the last format again
   assert.match(same.suggestedFilename(), /\.drc$/);
   assert.equal(await page.evaluate(() => window.latticed.settings.value.view.segments), 3); // the view does not change
+});
+
+test('the original mesh is exported with its own faces, and the dialog remembers that', async () => {
+  await page.keyboard.press('Control+e');
+  await page.getByRole('radio', { name: 'Original mesh' }).click();
+  await page.getByText('The vertices and faces of the file, moved; no normals').waitFor();
+  assert.ok(await page.locator('.export-choice', { hasText: 'nets' }).isDisabled());
+  assert.ok(await page.getByRole('spinbutton', { name: 'Segments' }).isDisabled());
+  const obj = (await exported('obj')).bytes.toString();
+  assert.deepEqual([obj.match(/^v /gm)?.length, obj.match(/^f /gm)?.length], [25, 16]);
+
+  await page.keyboard.press('Control+e');
+  assert.equal(await page.getByRole('radio', { name: 'Original mesh' }).getAttribute('aria-checked'), 'true');
+  await page.getByRole('radio', { name: 'Exact surface' }).click();
+  await exported('obj');
 });
 
 test('a Draco file that is dropped becomes a scene, which has no pictures to show', async () => {

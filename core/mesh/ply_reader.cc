@@ -309,43 +309,11 @@ class PlyReader {
   MeshGrowth growth_;
 };
 
-std::string PlyHeaderOf(const TriangleMesh& mesh) {
-  std::string header = fmt::format(
-      "ply\nformat binary_little_endian 1.0\ncomment latticed\n{}element vertex {}\n"
-      "property float x\nproperty float y\nproperty float z\n",
-      mesh.units.known() ? fmt::format("comment {}\n", Describe(mesh.units)) : "",
-      mesh.positions.size());
-  if (!mesh.normals.empty()) header += "property float nx\nproperty float ny\nproperty float nz\n";
-  if (!mesh.uvs.empty()) header += "property float s\nproperty float t\n";
-  header += fmt::format("element face {}\nproperty list uchar int vertex_indices\nend_header\n",
-                        mesh.triangles.size());
-  return header;
-}
-
 }  // namespace
 
 absl::StatusOr<PolygonMesh> ReadPly(std::string_view bytes, ReadingMemory* memory) {
   LATTICED_ASSIGN_OR_RETURN(PlyHeader header, ReadPlyHeader(bytes, memory));
   return PlyReader(bytes, std::move(header), memory).Read();
-}
-
-std::string WritePly(const TriangleMesh& mesh) {
-  std::string out = PlyHeaderOf(mesh);
-  const size_t vertex_bytes = sizeof(Vec3f) + (mesh.normals.empty() ? 0 : sizeof(Vec3f)) +
-                              (mesh.uvs.empty() ? 0 : sizeof(Vec2f));
-  const size_t triangle_bytes = sizeof(uint8_t) + 3 * sizeof(uint32_t);
-  out.reserve(out.size() + vertex_bytes * mesh.positions.size() +
-              triangle_bytes * mesh.triangles.size());
-  for (size_t i = 0; i < mesh.positions.size(); ++i) {
-    AppendLittleEndian(ToFloat(mesh.positions[i]), &out);
-    if (!mesh.normals.empty()) AppendLittleEndian(mesh.normals[i], &out);
-    if (!mesh.uvs.empty()) AppendLittleEndian(mesh.uvs[i], &out);
-  }
-  for (const auto& triangle : mesh.triangles) {
-    AppendLittleEndian(uint8_t{3}, &out);
-    AppendLittleEndian(triangle, &out);
-  }
-  return out;
 }
 
 }  // namespace latticed

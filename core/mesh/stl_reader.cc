@@ -1,9 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// STL, ascii and binary.
-//
-//   binary: 80 bytes of header, uint32 count, count x { float normal[3], vertices[3][3]; uint16 }
+// STL, ascii and binary (stl_layout.h).
 //
 // A file is binary when its size fits the count, also when its header starts with "solid". Vertices
 // with the same bits are one. Facet normals are not kept: they say no more than the facets do. In
@@ -21,28 +19,27 @@
 #include "core/mesh/mesh_io.h"
 #include "core/mesh/mesh_reading.h"
 #include "core/mesh/reading_memory.h"
+#include "core/mesh/stl_layout.h"
 #include "fmt/format.h"
 
 namespace latticed {
 namespace {
 
 constexpr std::string_view kStl = "STL";
-constexpr size_t kHeaderBytes = 80;
-constexpr size_t kPreambleBytes = kHeaderBytes + sizeof(uint32_t);
-constexpr size_t kFacetBytes = 50;
 constexpr size_t kFacetNormalBytes = 3 * sizeof(float);
 
 bool StartsWithSolid(std::string_view bytes) { return TakeWord(&bytes) == "solid"; }
 
 uint64_t AnnouncedBytes(std::string_view bytes) {
-  return kPreambleBytes + uint64_t{kFacetBytes} * LoadLittleEndian<uint32_t>(&bytes[kHeaderBytes]);
+  return stl::kPreambleBytes +
+         uint64_t{stl::kFacetBytes} * LoadLittleEndian<uint32_t>(&bytes[stl::kHeaderBytes]);
 }
 
 bool IsBinary(std::string_view bytes) {
-  if (bytes.size() < kPreambleBytes) return false;
+  if (bytes.size() < stl::kPreambleBytes) return false;
   if (AnnouncedBytes(bytes) == bytes.size()) return true;
   // Some binary files start with "solid", and some have bytes after the last facet: NUL tells them.
-  const bool has_nul = bytes.substr(0, kPreambleBytes).find('\0') != std::string_view::npos;
+  const bool has_nul = bytes.substr(0, stl::kPreambleBytes).find('\0') != std::string_view::npos;
   return !StartsWithSolid(bytes) || (has_nul && AnnouncedBytes(bytes) < bytes.size());
 }
 
@@ -52,15 +49,15 @@ constexpr uint64_t kMostFacetBytes =
     3 * (sizeof(Vec3d) + VertexWelder::kNodeBytes) + 5 * sizeof(uint32_t);
 
 absl::StatusOr<PolygonMesh> ReadBinary(std::string_view bytes, ReadingMemory* memory) {
-  const uint32_t count = LoadLittleEndian<uint32_t>(&bytes[kHeaderBytes]);
+  const uint32_t count = LoadLittleEndian<uint32_t>(&bytes[stl::kHeaderBytes]);
   if (AnnouncedBytes(bytes) > bytes.size()) {
-    return error::MalformedFile(kStl, fmt::format("byte {}", kHeaderBytes),
+    return error::MalformedFile(kStl, fmt::format("byte {}", stl::kHeaderBytes),
                                 fmt::format("{} facets need {} bytes, the file has {}", count,
                                             AnnouncedBytes(bytes), bytes.size()));
   }
   if (count > limits::kMaxMeshFaces) {
     return error::MalformedFile(
-        kStl, fmt::format("byte {}", kHeaderBytes),
+        kStl, fmt::format("byte {}", stl::kHeaderBytes),
         fmt::format("{} facets; at most {} are allowed", count, limits::kMaxMeshFaces));
   }
   PolygonMesh mesh;
@@ -71,7 +68,7 @@ absl::StatusOr<PolygonMesh> ReadBinary(std::string_view bytes, ReadingMemory* me
   VertexWelder welder(&mesh.positions);
   for (uint32_t f = 0; f < count; ++f) {
     LATTICED_RETURN_IF_ERROR(growth.Append(kMostFacetBytes, welder.MemoryBytes()));
-    const size_t offset = kPreambleBytes + size_t{kFacetBytes} * f;
+    const size_t offset = stl::kPreambleBytes + size_t{stl::kFacetBytes} * f;
     for (size_t corner = 0; corner < 3; ++corner) {
       const char* vertex = &bytes[offset + kFacetNormalBytes + corner * 3 * sizeof(float)];
       const Vec3d position = ToDouble(LoadLittleEndian<Vec3f>(vertex));
@@ -191,12 +188,6 @@ class AsciiReader {
   bool in_solid_ = false;
 };
 
-Vec3d FacetNormal(Vec3d a, Vec3d b, Vec3d c) {
-  const Vec3d normal = Cross(b - a, c - a);
-  const double length = Norm(normal);
-  return length > 0 && std::isfinite(length) ? normal / length : Vec3d{};
-}
-
 }  // namespace
 
 absl::StatusOr<PolygonMesh> ReadStl(std::string_view bytes, ReadingMemory* memory) {
@@ -206,21 +197,6 @@ absl::StatusOr<PolygonMesh> ReadStl(std::string_view bytes, ReadingMemory* memor
       kStl, "byte 0",
       fmt::format("{} bytes that do not start with 'solid' are less than a binary header",
                   bytes.size()));
-}
-
-std::string WriteStl(const TriangleMesh& mesh) {
-  std::string out = "binary STL, latticed";  // must not start with "solid"
-  if (mesh.units.known()) out += ", " + Describe(mesh.units);
-  out.resize(kHeaderBytes, ' ');
-  out.reserve(kPreambleBytes + kFacetBytes * mesh.triangles.size());
-  AppendLittleEndian(static_cast<uint32_t>(mesh.triangles.size()), &out);
-  for (const auto& [a, b, c] : mesh.triangles) {
-    const Vec3d normal = FacetNormal(mesh.positions[a], mesh.positions[b], mesh.positions[c]);
-    AppendLittleEndian(ToFloat(normal), &out);
-    for (uint32_t v : {a, b, c}) AppendLittleEndian(ToFloat(mesh.positions[v]), &out);
-    AppendLittleEndian(uint16_t{0}, &out);
-  }
-  return out;
 }
 
 }  // namespace latticed

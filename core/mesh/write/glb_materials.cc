@@ -1,0 +1,112 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "core/mesh/write/glb_materials.h"
+
+#include <utility>
+
+#include "core/mesh/glb_layout.h"
+#include "core/mesh/little_endian.h"
+#include "fmt/format.h"
+
+namespace latticed {
+namespace {
+
+using nlohmann::json;
+
+// Which set of texture coordinates a texture of a material takes (textureInfo of glTF; KHR_texture_transform may say
+// another).
+int64_t TexCoordOf(const json& texture_info) {
+  const json& transform = GlbMember(GlbMember(texture_info, "extensions"), "KHR_texture_transform");
+  const int64_t other = GlbIndex(transform, "texCoord");
+  return other == kGlbNoIndex ? GlbIndex(texture_info, "texCoord") : other;
+}
+
+// Its depth is that of the source, which GlbDocument bounds.
+void RemoveOtherTexCoords(json& object) {
+  if (object.is_array()) {
+    for (json& element : object) RemoveOtherTexCoords(element);
+  }
+  if (!object.is_object()) return;
+  for (auto it = object.begin(); it != object.end();) {
+    const bool is_texture = it->is_object() && it->contains("index");
+    if (is_texture && TexCoordOf(*it) > 0) {
+      it = object.erase(it);
+    } else {
+      RemoveOtherTexCoords(*it);
+      ++it;
+    }
+  }
+}
+
+bool HasKey(const json& value, const std::string& key) {
+  if (value.is_object() && value.contains(key)) return true;
+  if (!value.is_structured()) return false;
+  for (const json& element : value) {
+    if (HasKey(element, key)) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+GlbMaterials::GlbMaterials(std::string_view source) {
+  if (source.empty()) return;
+  auto document = GlbDocument::Parse(source, nullptr);
+  if (!document.ok()) return;
+  source_ = *std::move(document);
+  materials_ = GlbArray(source_->root(), "materials");
+  for (size_t i = 0; i < materials_.size(); ++i) {
+    const std::string name = GlbString(materials_[i], "name");
+    by_group_.try_emplace(name.empty() ? fmt::format("material {}", i) : name, i);
+    RemoveOtherTexCoords(materials_[i]);
+  }
+  if (materials_.empty()) return;
+  for (const json& image : GlbArray(source_->root(), "images")) {
+    picture_bytes_ += glb::Aligned(source_->BufferView(GlbIndex(image, "bufferView")).size());
+  }
+}
+
+std::optional<size_t> GlbMaterials::Find(std::string_view group) const {
+  const auto found = by_group_.find(group);
+  if (found == by_group_.end()) return std::nullopt;
+  return found->second;
+}
+
+void GlbMaterials::AddImage(json image, json& document, std::string& binary) const {
+  const std::string_view picture = source_->BufferView(GlbIndex(image, "bufferView"));
+  if (!picture.empty()) {
+    binary.resize(glb::Aligned(binary.size()), '\0');
+    document["bufferViews"].push_back(json::object(
+        {{"buffer", 0}, {"byteOffset", binary.size()}, {"byteLength", picture.size()}}));
+    image["bufferView"] = document["bufferViews"].size() - 1;
+    binary.append(picture);
+  }
+  document["images"].push_back(std::move(image));
+}
+
+void GlbMaterials::AddTo(json& document, std::string& binary) && {
+  if (materials_.empty()) return;
+  const json& root = source_->root();
+  for (const json& image : GlbArray(root, "images")) {
+    if (image.is_object()) AddImage(image, document, binary);
+  }
+  for (const char* name : {"textures", "samplers"}) {
+    if (const json& array = GlbArray(root, name); !array.empty()) document[name] = array;
+  }
+  document["materials"] = std::exchange(materials_, json::array());
+  for (const char* list : {"extensionsUsed", "extensionsRequired"}) {
+    for (const json& name : GlbArray(root, list)) {
+      if (!name.is_string()) continue;
+      const auto& text = name.get_ref<const std::string&>();
+      if (HasKey(document["materials"], text) || HasKey(GlbArray(document, "textures"), text)) {
+        document[list].push_back(text);
+      }
+    }
+  }
+}
+
+uint64_t GlbMaterials::MostBytes(std::string_view source) {
+  return 3 * GlbDocument::TreeBytes(source) + source.size();
+}
+
+}  // namespace latticed

@@ -1,0 +1,209 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/engine/exports/exact_surface.h"
+
+#include <array>
+#include <cstring>
+#include <numeric>
+#include <utility>
+#include <vector>
+
+#include "core/backend.h"
+#include "core/base/error.h"
+#include "core/base/status_macros.h"
+#include "core/ffd/tessellation_pattern.h"
+#include "core/mesh/vertex_values.h"
+#include "server/engine/exports/welded_points.h"
+
+namespace latticed {
+namespace {
+
+// The UVs of a patch's corners, interpolated in its source triangle. A missing UV counts as 0.
+std::array<Vec2f, 3> CornerUvs(const PolygonMesh& mesh, const PatchSource& source) {
+  std::array<Vec2f, 3> result;
+  for (size_t c = 0; c < 3; ++c) {
+    double u = 0, v = 0;
+    for (size_t k = 0; k < 3; ++k) {
+      const uint32_t index = mesh.corner_uvs[source.corners[k]];
+      if (index == PolygonMesh::kNoAttribute) continue;
+      u += source.barycentrics[c][k] * double{mesh.uvs[index].x};
+      v += source.barycentrics[c][k] * double{mesh.uvs[index].y};
+    }
+    result[c] = {static_cast<float>(u), static_cast<float>(v)};
+  }
+  return result;
+}
+
+Vec2f UvAt(const std::array<Vec2f, 3>& corners, const std::array<uint8_t, 3>& point,
+           double segments) {
+  double u = 0, v = 0;
+  for (size_t c = 0; c < 3; ++c) {
+    u += point[c] / segments * double{corners[c].x};
+    v += point[c] / segments * double{corners[c].y};
+  }
+  return {static_cast<float>(u), static_cast<float>(v)};
+}
+
+uint64_t PointCount(const DeformPlan& plan, int segments) {
+  return plan.patches.size() * static_cast<uint64_t>(PointsPerPatch(segments));
+}
+uint64_t TriangleCount(const DeformPlan& plan, int segments) {
+  return plan.patches.size() * static_cast<uint64_t>(TrianglesPerPatch(segments));
+}
+
+// Takes patches one after the other.
+class SurfaceBuilder {
+ public:
+  SurfaceBuilder(const SceneState& state, const ViewSpec& spec)
+      : plan_(*state.plan),
+        pattern_(TessellationPattern::Get(spec.segments)),
+        points_(plan_, *state.control_points, spec.segments),
+        has_normals_(spec.normals != NormalMode::kNone),
+        has_uvs_(plan_.mesh->has_uvs()),
+        normals_(has_normals_ ? points_.count() : 0,
+                 has_normals_ ? PointCount(plan_, spec.segments) : 0),
+        uvs_(has_uvs_ ? points_.count() : 0, has_uvs_ ? PointCount(plan_, spec.segments) : 0) {
+    const uint64_t triangles = TriangleCount(plan_, spec.segments);
+    mesh_.positions.resize(points_.count());
+    mesh_.corner_vertices.reserve(3 * triangles);
+    if (has_normals_) mesh_.corner_normals.reserve(3 * triangles);
+    if (has_uvs_) mesh_.corner_uvs.reserve(3 * triangles);
+    mesh_.group_names = plan_.mesh->group_names;
+    if (!plan_.mesh->face_groups.empty()) mesh_.face_groups.reserve(triangles);
+  }
+
+  // `bytes`: float32 x y z [nx ny nz] of the patch's points, relative to the plan's local origin. Returns the rest.
+  std::span<const uint8_t> AddPatch(size_t patch, std::span<const uint8_t> bytes) {
+    const std::vector<uint32_t> vertices = points_.OfPatch(patch);
+    std::vector<uint32_t> normals(has_normals_ ? vertices.size() : 0);
+    for (size_t i = 0; i < vertices.size(); ++i) {
+      mesh_.positions[vertices[i]] = plan_.local_origin + ToDouble(TakeVector(&bytes));
+      if (has_normals_) normals[i] = normals_.Add(vertices[i], TakeVector(&bytes));
+    }
+    AddCorners(vertices, &mesh_.corner_vertices);
+    if (has_normals_) AddCorners(normals, &mesh_.corner_normals);
+    if (has_uvs_) AddCorners(UvsOf(patch, vertices), &mesh_.corner_uvs);
+    if (!plan_.mesh->face_groups.empty()) {
+      mesh_.face_groups.insert(mesh_.face_groups.end(), pattern_.triangles.size(),
+                               plan_.mesh->face_groups[plan_.sources[patch].face]);
+    }
+    return bytes;
+  }
+
+  PolygonMesh Finish() && {
+    const size_t triangles = mesh_.corner_count() / 3;
+    mesh_.face_offsets.resize(triangles + 1);
+    for (size_t t = 0; t <= triangles; ++t) mesh_.face_offsets[t] = static_cast<uint32_t>(3 * t);
+    mesh_.normals = std::move(normals_).Take();
+    mesh_.uvs = std::move(uvs_).Take();
+    return std::move(mesh_);
+  }
+
+ private:
+  static Vec3f TakeVector(std::span<const uint8_t>* bytes) {
+    Vec3f v;
+    std::memcpy(&v, bytes->data(), sizeof(v));
+    *bytes = bytes->subspan(sizeof(v));
+    return v;
+  }
+
+  void AddCorners(const std::vector<uint32_t>& of_points, std::vector<uint32_t>* corners) const {
+    for (const auto& triangle : pattern_.triangles) {
+      for (const uint16_t point : triangle) corners->push_back(of_points[point]);
+    }
+  }
+
+  std::vector<uint32_t> UvsOf(size_t patch, const std::vector<uint32_t>& vertices) {
+    const std::array<Vec2f, 3> corners = CornerUvs(*plan_.mesh, plan_.sources[patch]);
+    std::vector<uint32_t> uvs;
+    uvs.reserve(vertices.size());
+    for (size_t i = 0; i < vertices.size(); ++i) {
+      uvs.push_back(uvs_.Add(vertices[i], UvAt(corners, pattern_.points[i], pattern_.segments)));
+    }
+    return uvs;
+  }
+
+  const DeformPlan& plan_;
+  const TessellationPattern& pattern_;
+  const WeldedPoints points_;
+  const bool has_normals_, has_uvs_;
+  VertexValues<Vec3f> normals_;
+  VertexValues<Vec2f> uvs_;
+  PolygonMesh mesh_;
+};
+
+// OBJ names a group wherever the next triangle has another.
+void AddGroups(const DeformPlan& plan, WrittenSizes* sizes) {
+  const PolygonMesh& mesh = *plan.mesh;
+  if (mesh.face_groups.empty()) return;
+  sizes->groups = mesh.group_names.size();
+  for (const std::string& name : mesh.group_names) sizes->name_bytes += name.size();
+  uint32_t last = PolygonMesh::kNoAttribute;
+  for (const PatchSource& source : plan.sources) {
+    const uint32_t group = mesh.face_groups[source.face];
+    if (std::exchange(last, group) == group) continue;
+    ++sizes->group_lines;
+    sizes->group_line_bytes += mesh.group_names[group].size();
+  }
+}
+
+absl::Status CancelledError() { return absl::CancelledError("the export was cancelled"); }
+
+}  // namespace
+
+absl::StatusOr<PolygonMesh> ExactSurface(const RenderInput& input, int segments, NormalMode normals,
+                                         const Cancelled& cancelled) {
+  const SceneState& state = *input.state;
+  const DeformPlan& plan = *state.plan;
+  const ViewSpec spec{.segments = segments, .normals = normals, .format = VertexFormat::kFloat32};
+  if (3 * TriangleCount(plan, segments) >= PolygonMesh::kNoAttribute) {
+    return error::LimitExceeded("corners of an export", PolygonMesh::kNoAttribute - 1);
+  }
+  RenderBackend& backend = input.target->backend();
+  LATTICED_ASSIGN_OR_RETURN(const auto target, input.target->Get());
+  LATTICED_ASSIGN_OR_RETURN(auto view, backend.Run([&] { return target->CreateView(spec); }));
+  std::vector<uint32_t> chunks(plan.chunk_count());
+  std::iota(chunks.begin(), chunks.end(), 0u);
+  if (cancelled()) return CancelledError();
+  LATTICED_RETURN_IF_ERROR(
+      backend.Run([&] { return view->Evaluate(*state.control_points, state.box, chunks); }));
+
+  SurfaceBuilder surface(state, spec);
+  std::vector<uint8_t> bytes;
+  for (const uint32_t chunk : chunks) {
+    if (cancelled()) return CancelledError();
+    bytes.resize(ChunkPoints(plan, chunk, segments) * BytesPerPoint(spec));
+    LATTICED_RETURN_IF_ERROR(backend.Run([&] { return view->Read(chunk, bytes); }));
+    std::span<const uint8_t> rest = bytes;
+    const auto [first, last] = plan.ChunkPatches(chunk);
+    for (size_t patch = first; patch < last; ++patch) rest = surface.AddPatch(patch, rest);
+  }
+  return std::move(surface).Finish();
+}
+
+SurfaceMemory MemoryOfExactSurface(const DeformPlan& plan, int segments, NormalMode normals) {
+  const PolygonMesh& mesh = *plan.mesh;
+  const bool has_normals = normals != NormalMode::kNone;
+  const uint64_t points = PointCount(plan, segments), triangles = TriangleCount(plan, segments);
+  SurfaceMemory memory;
+  WrittenSizes& sizes = memory.sizes;
+  sizes = {.positions = WeldedPoints::Most(plan, segments),
+           .normals = has_normals ? points : 0,
+           .uvs = mesh.has_uvs() ? points : 0,
+           .records = points,
+           .corners = 3 * triangles,
+           .faces = triangles};
+  if (!has_normals && !mesh.has_uvs()) sizes.records = sizes.positions;
+  AddGroups(plan, &sizes);
+  // A view's vertices, with offsets of its patches and chunks; lists of normals and UVs by vertex.
+  constexpr uint64_t kViewBytesPerPatch = 64;
+  constexpr uint64_t kFeatures = 6, kTableBytes = 32;  // corners and edges of torn seams
+  const uint64_t lists = (has_normals ? 1u : 0u) + (mesh.has_uvs() ? 1u : 0u);
+  memory.working_bytes = points * (sizeof(Vec3f) + (has_normals ? sizeof(Vec3f) : 0)) +
+                         plan.patches.size() * kViewBytesPerPatch +
+                         lists * (sizes.positions + points) * sizeof(uint32_t) +
+                         plan.seam_patches * kFeatures * kTableBytes;
+  return memory;
+}
+
+}  // namespace latticed

@@ -1,0 +1,83 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/engine/exports/surface_export.h"
+
+#include <algorithm>
+
+#include "core/base/status_macros.h"
+#include "core/codec/draco_decode.h"
+#include "core/mesh/write/write_mesh.h"
+#include "core/mesh/write/writing_memory.h"
+#include "server/engine/exports/control_nets.h"
+#include "server/engine/exports/exact_surface.h"
+#include "server/engine/exports/original_mesh.h"
+
+namespace latticed {
+namespace {
+
+// The vertices of a chunk, and what does not grow with the surface.
+constexpr uint64_t kSmallBytes = uint64_t{128} << 10;
+
+// The upload, if the exported file takes materials from it.
+std::string_view MaterialsOf(const ExportSpec& spec) {
+  return spec.upload != nullptr && spec.upload_format == spec.format ? *spec.upload
+                                                                     : std::string_view();
+}
+
+absl::StatusOr<PolygonMesh> MeshToWrite(const RenderInput& input, const ExportSpec& spec,
+                                        const Cancelled& cancelled) {
+  if (spec.geometry == ExportGeometry::kOriginal) {
+    return OriginalMesh(*input.state, spec.normals, KeepsPolygons(*spec.format), cancelled);
+  }
+  return ExactSurface(input, spec.segments, spec.normals, cancelled);
+}
+
+}  // namespace
+
+uint64_t ExportMemoryBytes(const DeformPlan& plan, const ExportSpec& spec) {
+  if (!spec.format.has_value()) return ControlNetsBytes(plan);
+  const SurfaceMemory memory =
+      spec.geometry == ExportGeometry::kOriginal
+          ? MemoryOfOriginalMesh(plan, spec.normals, KeepsPolygons(*spec.format))
+          : MemoryOfExactSurface(plan, spec.segments, spec.normals);
+  return MeshBytes(memory.sizes) +
+         std::max(memory.working_bytes,
+                  MostWritingBytes(*spec.format, memory.sizes, MaterialsOf(spec))) +
+         kSmallBytes;
+}
+
+absl::StatusOr<std::string> ExportSurface(const RenderInput& input, const ExportSpec& spec,
+                                          const Cancelled& cancelled) {
+  if (!spec.format.has_value()) return WriteControlNets(input, cancelled);
+  LATTICED_ASSIGN_OR_RETURN(const auto mesh, MeshToWrite(input, spec, cancelled));
+  if (*spec.format == MeshFormat::kDraco) {
+    return WriteDracoMesh(mesh, spec.position_bits, spec.normal_bits);
+  }
+  return WriteMesh(
+      *spec.format, mesh,
+      {.units = spec.units, .source = MaterialsOf(spec), .source_format = *spec.format});
+}
+
+std::string_view ExportMediaType(std::optional<MeshFormat> format) {
+  if (!format.has_value()) return "application/octet-stream";
+  switch (*format) {
+    case MeshFormat::kObj:
+      return "model/obj";
+    case MeshFormat::kStl:
+      return "model/stl";
+    case MeshFormat::kGlb:
+      return "model/gltf-binary";
+    case MeshFormat::kUsd:
+      return "model/vnd.usda";
+    case MeshFormat::kPly:
+    case MeshFormat::kDraco:
+      break;
+  }
+  return "application/octet-stream";  // neither has a registered type
+}
+
+std::string_view ExportExtension(std::optional<MeshFormat> format) {
+  return format.has_value() ? MeshFormatExtension(*format) : "nets";
+}
+
+}  // namespace latticed

@@ -1,0 +1,62 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The deformed mesh of a scene as one file.
+//
+//   exact_surface.h, original_mesh.h   a PolygonMesh, which becomes PLY, OBJ, STL, GLB, USD or DRC
+//   control_nets.h                     Bézier patches, a format of their own
+//
+// Units    world units; GLB and USD are relative to a translation
+// Errors   kResourceExhausted from the backend, kCancelled when `cancelled` says so
+// Threads  pure functions on an immutable state; `cancelled` is asked now and then
+#ifndef LATTICED_SERVER_ENGINE_EXPORTS_SURFACE_EXPORT_H_
+#define LATTICED_SERVER_ENGINE_EXPORTS_SURFACE_EXPORT_H_
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "absl/status/statusor.h"
+#include "core/mesh/mesh_io.h"
+#include "core/mesh/mesh_units.h"
+#include "server/engine/render/render_view.h"
+
+namespace latticed {
+
+enum class ExportGeometry {
+  kExact,     // the tessellated surface
+  kOriginal,  // the uploaded mesh's vertices and faces
+};
+
+struct ExportSpec {
+  std::optional<MeshFormat> format;  // nullopt: control nets
+  int segments = 10;
+  NormalMode normals = NormalMode::kFacet;
+  int position_bits = 16;  // DRC alone
+  int normal_bits = 12;    // DRC alone
+  ExportGeometry geometry = ExportGeometry::kExact;
+  MeshUnits units;  // of the uploaded mesh
+  // The uploaded file, whose materials and pictures go into a file of its format; null: none.
+  std::shared_ptr<const std::string> upload;
+  std::optional<MeshFormat> upload_format;
+};
+
+using Cancelled = std::function<bool()>;
+
+// Bytes that an export holds at its peak, for admission.
+[[nodiscard]] uint64_t ExportMemoryBytes(const DeformPlan& plan, const ExportSpec& spec);
+
+// The whole file.
+[[nodiscard]] absl::StatusOr<std::string> ExportSurface(const RenderInput& input,
+                                                        const ExportSpec& spec,
+                                                        const Cancelled& cancelled);
+
+[[nodiscard]] std::string_view ExportMediaType(std::optional<MeshFormat> format);
+[[nodiscard]] std::string_view ExportExtension(std::optional<MeshFormat> format);
+
+}  // namespace latticed
+
+#endif  // LATTICED_SERVER_ENGINE_EXPORTS_SURFACE_EXPORT_H_
