@@ -112,6 +112,8 @@ const std::vector<TextCall>& TextCalls() {
       {"Export", {R"(scene: "scene-one" format: EXPORT_FORMAT_GLB view { segments: 2 })"}},
       {"Export",
        {R"(scene: "scene-one" format: EXPORT_FORMAT_DRC view { normals: NORMAL_MODE_SMOOTH })"}},
+      {"Export",
+       {R"(scene: "scene-one" format: EXPORT_FORMAT_USD geometry: EXPORT_GEOMETRY_ORIGINAL view { normals: NORMAL_MODE_SMOOTH })"}},
       {"Pick", {R"(scene: "scene-one" ray { origin { x: 0.4 y: 0.3 z: 9 } direction { z: -1 } })"}},
       {"EvaluatePoints",
        {R"(scene: "scene-one" surface_points { points { face: 2 corners: [0, 1, 3] barycentrics: [0.2, 0.3, 0.5] } })"}},

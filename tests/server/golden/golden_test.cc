@@ -27,7 +27,7 @@ constexpr char kMesh[] =
     "v 2.75 0.25 0.5\nv 2.75 1.25 0.5\nv 2.75 0.25 1.75\n"
     "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
     "usemtl floor\nf 1/1 2/2 3/3 4/4\nusemtl wall\nf 5/1 6/2 7/3\n";
-constexpr size_t kMostBytes = 2048;
+constexpr size_t kMostBytes = 4096;
 
 class GoldenTest : public ServerTest {
  protected:
@@ -55,9 +55,11 @@ class GoldenTest : public ServerTest {
     return bytes;
   }
 
-  std::string Exported(v1::ExportFormat format) {
+  std::string Exported(v1::ExportFormat format,
+                       v1::ExportGeometry geometry = v1::EXPORT_GEOMETRY_EXACT) {
     auto request = For<v1::ExportRequest>();
     request.set_format(format);
+    request.set_geometry(geometry);
     request.mutable_view()->set_normals(v1::NORMAL_MODE_NONE);
     return Export(request).value();
   }
@@ -110,6 +112,8 @@ TEST_F(GoldenTest, Exports) {
   ExpectSame("export.stl", Exported(v1::EXPORT_FORMAT_STL));
   ExpectSame("export.glb", Exported(v1::EXPORT_FORMAT_GLB));
   ExpectSame("export.drc", Exported(v1::EXPORT_FORMAT_DRC));
+  ExpectSame("export.usda", Exported(v1::EXPORT_FORMAT_USD));
+  ExpectSame("original.obj", Exported(v1::EXPORT_FORMAT_OBJ, v1::EXPORT_GEOMETRY_ORIGINAL));
 }
 
 // With --encoder reference, libdraco writes the streams, of the same integers.
