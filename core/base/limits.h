@@ -106,6 +106,10 @@ inline constexpr size_t kMaxPresenceName = 64;  // characters
 inline constexpr size_t kMaxPresenceIndices = 1'024;
 inline constexpr uint32_t kMaxPresenceColour = 0xFFFFFF;
 inline constexpr int kMaxPresencesPerSecond = 10;
+// Cameras of editors: beyond these a picture shows nothing, or its projection overflows.
+inline constexpr double kMinCameraFovDegrees = 0.01;
+inline constexpr double kMaxCameraFovDegrees = 179;
+inline constexpr double kMinCameraHeight = 1e-15;  // world units, up to kMaxCoordinate
 inline constexpr int kMaxEditorsRemembered = 1'024;
 inline constexpr int kMaxUndoSteps = 256;
 inline constexpr size_t kMaxUndoBytes = size_t{64} << 20;

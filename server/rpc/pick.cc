@@ -4,10 +4,8 @@
 // Pick: the first point of a state's exact surface on a ray, as a point of the source mesh.
 #include <algorithm>
 #include <array>
-#include <cmath>
 
 #include "core/base/error.h"
-#include "core/base/limits.h"
 #include "core/base/status_macros.h"
 #include "core/ffd/direct_ffd.h"
 #include "core/ffd/surface_pick.h"
@@ -19,13 +17,8 @@ namespace {
 
 absl::StatusOr<Ray> RayFromProto(const v1::PickRequest& request) {
   if (!request.has_ray()) return error::InvalidField("ray", "is required");
-  LATTICED_ASSIGN_OR_RETURN(const auto origin, FromProto(request.ray().origin(), "ray.origin"));
-  for (int axis = 0; axis < 3; ++axis) {
-    if (std::abs(origin[axis]) > limits::kMaxCoordinate) {
-      return error::OutOfRange("ray.origin", origin[axis], -limits::kMaxCoordinate,
-                               limits::kMaxCoordinate);
-    }
-  }
+  LATTICED_ASSIGN_OR_RETURN(const auto origin,
+                            BoundedFromProto(request.ray().origin(), "ray.origin"));
   LATTICED_ASSIGN_OR_RETURN(const auto direction,
                             FromProto(request.ray().direction(), "ray.direction"));
   if (direction == Vec3d{}) return error::InvalidField("ray.direction", "must not be zero");

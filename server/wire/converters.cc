@@ -53,6 +53,15 @@ absl::StatusOr<Vec3d> FromProto(const v1::Vec3& v, std::string_view field) {
   return result;
 }
 
+absl::StatusOr<Vec3d> BoundedFromProto(const v1::Vec3& v, std::string_view field) {
+  LATTICED_ASSIGN_OR_RETURN(const auto result, FromProto(v, field));
+  for (int axis = 0; axis < 3; ++axis) {
+    LATTICED_RETURN_IF_ERROR(
+        error::CheckRange(field, result[axis], -limits::kMaxCoordinate, limits::kMaxCoordinate));
+  }
+  return result;
+}
+
 v1::Vec3 ToProto(Vec3d v) {
   v1::Vec3 result;
   result.set_x(v.x);

@@ -31,6 +31,8 @@ namespace latticed {
 
 // Vectors. Finite, or NOT_FINITE.
 [[nodiscard]] absl::StatusOr<Vec3d> FromProto(const v1::Vec3& v, std::string_view field);
+// A point of the world, or a direction: each coordinate within ±limits::kMaxCoordinate, or OUT_OF_RANGE.
+[[nodiscard]] absl::StatusOr<Vec3d> BoundedFromProto(const v1::Vec3& v, std::string_view field);
 [[nodiscard]] v1::Vec3 ToProto(Vec3d v);
 // For empty bounds callers leave the field unset.
 [[nodiscard]] v1::Bounds ToProto(const Bounds& bounds);

@@ -143,6 +143,9 @@ TEST_F(ClientTest, StreamsSeeEachOthersPresence) {
   presence.set_name("Bob");
   ASSERT_OK((*bob)->Show(presence));
   presence.set_name("Alice");
+  presence.mutable_camera()->mutable_position()->set_y(-5);
+  presence.mutable_camera()->mutable_up()->set_z(1);
+  presence.mutable_camera()->set_fov_y(40);
   ASSERT_OK((*alice)->Show(presence));
 
   const auto edit = (*alice)->Send(OneMove());
@@ -154,6 +157,7 @@ TEST_F(ClientTest, StreamsSeeEachOthersPresence) {
   EXPECT_EQ((*alice)->others().at("bob").name(), "Bob");
   ASSERT_EQ((*bob)->others().size(), 1u);
   EXPECT_EQ((*bob)->others().at("alice").name(), "Alice");
+  EXPECT_EQ((*bob)->others().at("alice").camera().fov_y(), 40);
   (*alice)->HalfClose();
   while (!(*alice)->Next().value_or(DeformStream::Step{}).ended()) continue;
   EXPECT_THAT((*alice)->Show(presence), StatusIs(absl::StatusCode::kFailedPrecondition));

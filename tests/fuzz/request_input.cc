@@ -93,7 +93,9 @@ const std::vector<TextCall>& TextCalls() {
             view { segments: 2 encoding: ENCODING_DRACO_MESH normals: NORMAL_MODE_FACET } })",
         R"(edit { sequence: 1 structure_id: 1 edits { move_control_points { indices: 13 offset { z: 1 } } } })",
         R"(control { acked_update_id: 1 pause: true view { segments: 5 encoding: ENCODING_QUANTISED } })",
-        R"(presence { name: "one" colour: 255 selected_indices: 3 })", R"(heartbeat {})"}},
+        R"(presence { name: "one" colour: 255 selected_indices: 3
+            camera { position { y: -5 } target {} up { z: 1 } fov_y: 40 } })",
+        R"(heartbeat {})"}},
       {"Deform",
        {R"(watch { scene: "scene-one" editor_id: "editor-one" resume_token: "@resume" })",
         R"(edit { sequence: 7 structure_id: 1 edits { insert_knot { axis: LATTICE_AXIS_W value: 0.25 } } })"},
@@ -104,8 +106,8 @@ const std::vector<TextCall>& TextCalls() {
        {R"(scene: "scene-one" editor_id: "editor-two" resume_token: "@resume" view { max_points: 100
             max_bytes_per_second: 1000 drag_position_bits: 8 })"},
        kOpen},
-      {"ControlWatch",
-       {R"(watch_id: "@watch" acked_update_id: 1 pause: false view { segments: 6 } presence { name: "two" })"}},
+      {"ControlWatch", {R"(watch_id: "@watch" acked_update_id: 1 pause: false view { segments: 6 }
+            presence { name: "two" camera { position { z: 5 } target {} up { y: 1 } height: 2.5 } })"}},
       {"GetUpdate",
        {R"(scene: "scene-one" view { encoding: ENCODING_QUANTISED position_bits: 16 normal_bits: 8 })"}},
       {"GetTopology", {R"(scene: "scene-one" topology_id: "@topology")"}},

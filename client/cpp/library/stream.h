@@ -50,7 +50,7 @@ class DeformStream final
   // any order. For a refused edit returns the refusal; the stream keeps the 1,024 newest refusals.
   // kInvalidArgument for a sequence that was never sent.
   [[nodiscard]] absl::StatusOr<CompleteUpdate> WaitFor(uint64_t sequence);
-  // Shows others who this editor is and what it has selected, until the stream ends. Fills in
+  // Shows others who this editor is, what it has selected and its camera, until the stream ends. Fills in
   // editor_id. If the server refuses, it ends the stream. kFailedPrecondition as for Send.
   [[nodiscard]] absl::Status Show(v1::Presence presence);
   // No more edits: the stream ends after the update that holds the last one.

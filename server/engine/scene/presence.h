@@ -33,16 +33,27 @@
 #include "absl/container/flat_hash_set.h"
 #include "absl/time/time.h"
 #include "core/base/mutex.h"
+#include "core/base/vec.h"
 
 namespace latticed {
 
 class SceneListener;  // server/engine/scene/scene_listener.h
+
+// How an editor looks at the scene: event.proto, Camera.
+struct Camera {
+  enum class Projection { kPerspective, kOrthographic };
+
+  Vec3d position, target, up;
+  Projection projection = Projection::kPerspective;
+  double extent = 0;  // perspective: vertical angle in degrees; orthographic: height in world units
+};
 
 struct Presence {
   std::string editor_id;
   std::string name;
   uint32_t colour = 0;  // 0xRRGGBB
   std::vector<uint32_t> selected;
+  std::optional<Camera> camera;
   bool left = false;  // the rest is empty then
 };
 

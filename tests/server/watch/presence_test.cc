@@ -5,6 +5,7 @@
 #include "server/engine/scene/presence.h"
 
 #include <functional>
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -134,6 +135,71 @@ TEST_F(PresenceTest, RefusesWhatIsTooLargeOrSomebodyElses) {
   std::string name;
   for (int i = 0; i < 64; ++i) name += "\u2713";
   EXPECT_OK(Control(bob, Presence(name).presence()));
+}
+
+v1::Camera PerspectiveCamera() {
+  v1::Camera camera;
+  camera.mutable_position()->set_y(-5);
+  camera.mutable_target()->set_z(0.5);
+  camera.mutable_up()->set_z(1);
+  camera.set_fov_y(40);
+  return camera;
+}
+
+TEST_F(PresenceTest, OthersSeeTheCamera) {
+  WatchClient bob(*scenes_, Watch("bob"));
+  bob.ReadUpdates(1);
+  DeformClient alice(*scenes_, Watch("alice"));
+  const auto shown_after = [&](const v1::DeformRequest& request) {
+    const size_t before = bob.log.presences.size();
+    EXPECT_TRUE(alice.Send(request));
+    bob.ReadUntil([&] { return bob.log.presences.size() > before; });
+    return bob.log.presences.back();
+  };
+  v1::DeformRequest request = Presence("Alice");
+  v1::Camera& camera = *request.mutable_presence()->mutable_camera();
+
+  camera = PerspectiveCamera();
+  EXPECT_EQ(shown_after(request).camera().SerializeAsString(), camera.SerializeAsString());
+  camera.set_height(2.5);
+  EXPECT_EQ(shown_after(request).camera().SerializeAsString(), camera.SerializeAsString());
+  EXPECT_FALSE(shown_after(Presence("Alice")).has_camera()) << "the newest presence is the whole";
+}
+
+TEST_F(PresenceTest, RefusesACameraThatShowsNothing) {
+  const auto expect = [&](const std::function<void(v1::Camera&)>& spoil, const std::string& reason,
+                          const std::string& field, const std::string& message) {
+    SCOPED_TRACE(field + ": " + message);
+    const auto request = Spoilt([&](v1::Presence& presence) {
+      *presence.mutable_camera() = PerspectiveCamera();
+      spoil(*presence.mutable_camera());
+    });
+    ExpectRefusal(StatusAfter(request), {kInvalid, reason, field, message});
+  };
+  const std::string field = "presence.camera";
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  expect([](auto& c) { c.mutable_position()->set_x(kNan); }, "NOT_FINITE", field + ".position",
+         "NaN");
+  expect([](auto& c) { c.mutable_target()->set_y(kInfinity); }, "NOT_FINITE", field + ".target",
+         "infinity");
+  expect([](auto& c) { c.mutable_position()->set_z(1.1e15); }, "OUT_OF_RANGE", field + ".position",
+         "1e+15");
+  expect([](auto& c) { c.mutable_target()->set_z(-1.1e15); }, "OUT_OF_RANGE", field + ".target",
+         "-1e+15");
+  expect([](auto& c) { c.mutable_up()->set_z(1.1e15); }, "OUT_OF_RANGE", field + ".up", "1e+15");
+  expect([](auto& c) { *c.mutable_target() = c.position(); }, "INVALID_FIELD", field + ".target",
+         "position");
+  expect([](auto& c) { c.clear_up(); }, "INVALID_FIELD", field + ".up", "zero");
+  expect([](auto& c) { c.set_fov_y(kNan); }, "NOT_FINITE", field + ".fov_y", "NaN");
+  for (const double degrees : {0.0, -40.0, 180.0}) {
+    expect([&](auto& c) { c.set_fov_y(degrees); }, "OUT_OF_RANGE", field + ".fov_y", "179");
+  }
+  expect([](auto& c) { c.set_height(kNan); }, "NOT_FINITE", field + ".height", "NaN");
+  for (const double height : {0.0, -1.0, 1.1e15}) {
+    expect([&](auto& c) { c.set_height(height); }, "OUT_OF_RANGE", field + ".height", "1e+15");
+  }
+  expect([](auto& c) { c.clear_projection(); }, "INVALID_FIELD", field, "fov_y or height");
 }
 
 latticed::Presence Of(const std::string& editor, const std::string& name) {
