@@ -18,6 +18,7 @@ LatticedError. latticed.v1 holds the messages of the protocol.
 """
 from latticed import google_rpc  # first: latticed.v1 needs google.rpc
 from latticed import edits
+from latticed.camera import Camera
 from latticed.client import Client, connect
 from latticed.deform_stream import DeformStream
 from latticed.edit_calls import Gesture
@@ -37,6 +38,7 @@ from latticed.view import View
 from latticed.watch_stream import WatchStream
 
 __all__ = [
+    "Camera",
     "Client",
     "DeformStream",
     "EditResult",

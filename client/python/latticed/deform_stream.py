@@ -9,6 +9,7 @@ from typing import Any, Deque, Dict, Iterator, Optional, Sequence, Type, Union
 
 import grpc
 
+from latticed.camera import Camera
 from latticed.connection import Connection
 from latticed.edit_calls import EditCalls
 from latticed.edit_result import EditResult
@@ -119,11 +120,15 @@ class DeformStream(UpdateStream, EditCalls[int]):
             self._paused = paused
             self._requests.send(control=scene_pb2.ControlWatchRequest(pause=paused))
 
-    def show(self, name: str = "", colour: int = 0, selected: Sequence[int] = ()) -> None:
-        """Shows others who this editor is and what it has selected, until the stream ends: see Presence."""
+    def show(
+        self, name: str = "", colour: int = 0, selected: Sequence[int] = (), camera: Optional[Camera] = None
+    ) -> None:
+        """Shows others who this editor is and what it has selected, and its camera, until the stream ends: see Presence."""
+        presence = Presence(name, colour, tuple(selected), camera)
+        message = presence.to_proto()
         with self._changed:
-            self._shown = Presence(name, colour, tuple(selected))
-            self._requests.send(presence=self._shown.to_proto())
+            self._shown = presence
+            self._requests.send(presence=message)
 
     def finish(self) -> None:
         """No more edits: the stream ends after the update that holds the last one."""

@@ -4,8 +4,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Tuple
+from typing import Any, Optional, Tuple
 
+from latticed.camera import Camera
 from latticed.v1 import event_pb2
 
 
@@ -16,11 +17,16 @@ class Presence:
     name: str = ""  # for people, at most 64 characters
     colour: int = 0  # 0xRRGGBB
     selected: Tuple[int, ...] = ()  # indices of control points, at most 1,024
+    camera: Optional[Camera] = None  # None: not shown
 
     @classmethod
     def from_proto(cls, presence: Any) -> Presence:
         """Converts a latticed.v1.Presence of an editor who is present."""
-        return cls(presence.name, presence.colour, tuple(presence.selected_indices))
+        camera = Camera.from_proto(presence.camera) if presence.HasField("camera") else None
+        return cls(presence.name, presence.colour, tuple(presence.selected_indices), camera)
 
     def to_proto(self) -> event_pb2.Presence:
-        return event_pb2.Presence(name=self.name, colour=self.colour, selected_indices=self.selected)
+        camera = None if self.camera is None else self.camera.to_proto()
+        return event_pb2.Presence(
+            name=self.name, colour=self.colour, selected_indices=self.selected, camera=camera
+        )

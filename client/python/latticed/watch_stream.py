@@ -3,10 +3,11 @@
 """Watching without edits, for which a token of role read suffices."""
 from __future__ import annotations
 
-from typing import Any, Sequence
+from typing import Any, Optional, Sequence
 
 import grpc
 
+from latticed.camera import Camera
 from latticed.errors import LatticedError
 from latticed.presence import Presence
 from latticed.retries import once
@@ -32,10 +33,14 @@ class WatchStream(UpdateStream):
         self._paused = paused
         self._control(scene_pb2.ControlWatchRequest(pause=paused))
 
-    def show(self, name: str = "", colour: int = 0, selected: Sequence[int] = ()) -> None:
+    def show(
+        self, name: str = "", colour: int = 0, selected: Sequence[int] = (), camera: Optional[Camera] = None
+    ) -> None:
         """Shows others who this watch's editor is, until the stream ends: see Presence. Needs role edit."""
-        self._shown = Presence(name, colour, tuple(selected))
-        self._control(scene_pb2.ControlWatchRequest(presence=self._shown.to_proto()))
+        presence = Presence(name, colour, tuple(selected), camera)
+        message = presence.to_proto()
+        self._shown = presence
+        self._control(scene_pb2.ControlWatchRequest(presence=message))
 
     def _open(self) -> Any:
         metadata = self._connection.metadata(self._watch.scene)

@@ -3,6 +3,8 @@
 """Presence between a stream that edits and one that watches."""
 import time
 
+import pytest
+
 import latticed
 
 
@@ -25,6 +27,28 @@ def test_streams_see_each_other_until_they_end(scene):
             with scene.watch() as late:
                 wait_for(lambda: len(late.others) == 2)
         wait_for(lambda: not bob.others)
+
+
+def test_streams_see_each_others_camera(scene):
+    place = {"position": (0, -5, 1), "target": (0, 0, 1), "up": (0, 0, 1)}
+    with scene.watch(editor_id="bob") as bob, scene.deform(editor_id="alice") as alice:
+        for camera in (latticed.Camera(**place, fov_y=40), latticed.Camera(**place, height=2.5)):
+            alice.show("Alice", camera=camera)
+            wait_for(lambda: bob.others == {"alice": latticed.Presence("Alice", camera=camera)})
+        bob.show("Bob", camera=camera)
+        wait_for(lambda: alice.others == {"bob": latticed.Presence("Bob", camera=camera)})
+        bob.show("Bob")
+        wait_for(lambda: alice.others == {"bob": latticed.Presence("Bob")})
+        for projection in ({}, {"fov_y": 40, "height": 1}):
+            with pytest.raises(ValueError, match="either fov_y or height"):
+                alice.show("Alice", camera=latticed.Camera(**place, **projection))
+
+
+def test_a_camera_that_shows_nothing_is_refused(scene):
+    with scene.watch(editor_id="bob") as bob:
+        camera = latticed.Camera((0, 0, float("nan")), (0, 0, 0), (0, 0, 1), fov_y=40)
+        with pytest.raises(latticed.LatticedError, match=r"presence\.camera\.position.*NaN"):
+            bob.show("Bob", camera=camera)
 
 
 def test_a_stream_that_opens_again_shows_itself_again(scene):
