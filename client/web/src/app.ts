@@ -9,6 +9,7 @@ import { SceneView } from './scene_view';
 import type { Services } from './intake/services';
 import type { MeshExtent } from './lattice/mesh_extent';
 import { LatticeWatch } from './lattice_watch';
+import { PeopleHere } from './people_here';
 import type { LiveSession } from './session/live_session';
 import type { SessionStatus } from './session/scene_session';
 import { rememberedSettings, type Settings } from './state/settings';
@@ -26,7 +27,6 @@ import { MenuBar } from './ui/menu_bar';
 import { NavGizmo } from './ui/overlays/nav_gizmo';
 import { Remarks } from './ui/overlays/remarks';
 import { buildPage, type Page } from './ui/page';
-import { People } from './ui/people';
 import { Panel } from './ui/panel';
 import { startScreen } from './ui/dialogs/start_screen';
 import { ThemeSwitch } from './ui/theme';
@@ -72,6 +72,7 @@ export class App implements CommandTarget {
   readonly viewport: Viewport;
   readonly toasts: Toasts;
   readonly busy = new BusySign();
+  readonly people: PeopleHere;
   readonly opener: SceneOpener;
   readonly commands: Commands;
   scene: SceneView | undefined;
@@ -81,7 +82,6 @@ export class App implements CommandTarget {
   private readonly divider = new CompareDivider((divider) => this.settings.set({ divider }));
   private readonly remarks = new Remarks((points) => this.selectRemarked(points));
   private watch: LatticeWatch | undefined;
-  private readonly people = new People();
   private readonly transformBar = new TransformBar(() => this.scene?.editor);
   private readonly panel = new Panel(this.settings, () => this.viewport.canvas.focus());
   private readonly toolbars: Toolbar[];
@@ -92,6 +92,7 @@ export class App implements CommandTarget {
     this.page = buildPage(root);
     this.viewport = new Viewport(this.page.view);
     this.toasts = new Toasts(this.page.bottom);
+    this.people = new PeopleHere(this.settings, this.viewport);
     this.opener = new SceneOpener(this);
     this.commands = new Commands(makeCommands(this));
     this.toolbars = [
@@ -135,8 +136,6 @@ export class App implements CommandTarget {
     this.hud.reset();
     this.hud.element.hidden = false;
     session.on('update', (info) => this.hud.update(info));
-    session.on('presence', (others) => this.people.show(others.values()));
-    this.people.show([]);
     session.on('refused', (text, idle) => (idle ? this.toasts.tell(text) : this.toasts.fail(text)));
     session.on('refitted', (distance) => this.toasts.tell(this.refitInWords(distance)));
     session.on('notKept', (text) => this.toasts.fail(text));
@@ -145,6 +144,7 @@ export class App implements CommandTarget {
     const size = Math.hypot(...this.scene.bounds().getSize(this.viewport.rig.target.clone()).toArray());
     this.panel.show(this.scene.editor, size);
     this.scene.frameAll();
+    this.people.open(session);
     this.refresh();
   }
 
@@ -225,7 +225,7 @@ export class App implements CommandTarget {
     side.append(this.panel.element);
     this.hud.element.hidden = true;
     bottom.append(this.transformBar.element, this.remarks.element, this.hud.element);
-    view.append(this.divider.element, nav.element, this.heatLegend.element, this.start, this.busy.element);
+    view.append(this.divider.element, this.people.overlay, nav.element, this.heatLegend.element, this.start, this.busy.element);
     acceptDrops((files) => this.opener.takeFiles(files), (over) => view.classList.toggle('drop-target', over));
   }
 
@@ -281,7 +281,7 @@ export class App implements CommandTarget {
       return;
     }
     const isEscape = event.key === 'Escape';
-    if (isEscape && this.scene?.pointer.cancel()) return event.preventDefault();
+    if (isEscape && (this.scene?.pointer.cancel() || this.people.stop())) return event.preventDefault();
     const closed = isEscape && this.toasts.clear();
     if (this.commands.press(event) || this.step(event) || closed) event.preventDefault();
   }

@@ -19,7 +19,6 @@ import type { LiveSession } from './session/live_session';
 import { openSession } from './session/open_session';
 import type { SessionStatus, ViewRequest } from './session/scene_session';
 import { showFitDialog } from './ui/dialogs/fit_dialog';
-import { randomPerson } from './ui/people';
 import { saveFile } from './ui/save_file';
 import type { Settings } from './state/settings';
 import { UNKNOWN_FACTS, type UpAxis } from './state/units';
@@ -60,7 +59,6 @@ export class SceneOpener {
   private lookBefore: Pick<Settings, 'compare' | 'cage'> | undefined;
   private openTurn = 0;
   private watchTurn = 0;
-  private readonly person = randomPerson();
 
   constructor(private readonly app: Workspace) {
     // After a failure, a reload shows them.
@@ -303,7 +301,7 @@ export class SceneOpener {
       if (isAsked() || (session !== undefined && session === this.app.scene?.session)) this.app.showStatus(status);
     };
     try {
-      session = await openSession(this.app.services.server, id, { ...this.person, view }, onStatus);
+      session = await openSession(this.app.services.server, id, { view }, onStatus);
     } catch (error) {
       if (!isAsked()) return undefined;
       if (shown !== undefined) onStatus(shown.status);

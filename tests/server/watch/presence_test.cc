@@ -184,10 +184,11 @@ TEST_F(PresenceTest, RefusesACameraThatShowsNothing) {
   expect([](auto& c) { c.mutable_target()->set_y(kInfinity); }, "NOT_FINITE", field + ".target",
          "infinity");
   expect([](auto& c) { c.mutable_position()->set_z(1.1e15); }, "OUT_OF_RANGE", field + ".position",
-         "1e+15");
+         "-1000000000000000 to 1000000000000000");
   expect([](auto& c) { c.mutable_target()->set_z(-1.1e15); }, "OUT_OF_RANGE", field + ".target",
-         "-1e+15");
-  expect([](auto& c) { c.mutable_up()->set_z(1.1e15); }, "OUT_OF_RANGE", field + ".up", "1e+15");
+         "-1000000000000000 to 1000000000000000");
+  expect([](auto& c) { c.mutable_up()->set_z(1.1e15); }, "OUT_OF_RANGE", field + ".up",
+         "-1000000000000000 to 1000000000000000");
   expect([](auto& c) { *c.mutable_target() = c.position(); }, "INVALID_FIELD", field + ".target",
          "position");
   expect([](auto& c) { c.clear_up(); }, "INVALID_FIELD", field + ".up", "zero");
@@ -197,7 +198,8 @@ TEST_F(PresenceTest, RefusesACameraThatShowsNothing) {
   }
   expect([](auto& c) { c.set_height(kNan); }, "NOT_FINITE", field + ".height", "NaN");
   for (const double height : {0.0, -1.0, 1.1e15}) {
-    expect([&](auto& c) { c.set_height(height); }, "OUT_OF_RANGE", field + ".height", "1e+15");
+    expect([&](auto& c) { c.set_height(height); }, "OUT_OF_RANGE", field + ".height",
+           "1e-15 to 1000000000000000");
   }
   expect([](auto& c) { c.clear_projection(); }, "INVALID_FIELD", field, "fov_y or height");
 }

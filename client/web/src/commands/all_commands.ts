@@ -9,6 +9,7 @@ import { switchedMirror } from '../edit/mirror';
 import { AXIS_NAMES, type Axis } from '../lattice/grid';
 import type { Vec3 } from '../lattice/vec';
 import { LIGHTS } from '../light/shading';
+import type { PeopleHere } from '../people_here';
 import type { SceneOpener } from '../scene_opener';
 import type { SceneView } from '../scene_view';
 import type { Settings } from '../state/settings';
@@ -23,6 +24,7 @@ import type { Workspace } from '../workspace';
 /** The page as commands see it. */
 export interface CommandTarget extends Workspace {
   readonly opener: SceneOpener;
+  readonly people: PeopleHere;
   readonly commands: Commands;
 }
 
@@ -201,6 +203,7 @@ function viewCommands(app: CommandTarget): Command[] {
     onOff('panel', 'Side panel', { keys: ['N'], icon: 'panel', enabled: () => app.scene !== undefined }),
     cycle('light', LIGHTS, 'light', 'Next light'),
     cycle('theme', ['system', 'dark', 'light'], 'theme', 'Theme: system, dark, light', { icon: 'theme' }),
+    onScene('you', 'Your name and colour…', () => app.people.introduce()),
     always('help', 'Keys', () => showHelp(app.commands.list), { keys: ['?'], icon: 'help' }),
   ];
 }

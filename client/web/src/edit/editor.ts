@@ -47,7 +47,7 @@ export class Editor {
   ) {
     this.size = session.lattice.size;
     this.selection = new Selection(session.lattice.count);
-    this.selection.onChange(() => session.announce(this.selection.indices));
+    this.selection.onChange(() => session.announce({ selected: this.selection.indices }));
     this.endSettings = settings.subscribe((now, before) => now.soft !== before.soft && this.spreadAnew());
   }
 

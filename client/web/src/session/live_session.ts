@@ -14,7 +14,7 @@ import { targetsOf } from './edits/edit_targets';
 import type { LatticeEdit, SurfacePoint } from './edits/lattice_edit';
 import { LatticeSync } from './edits/lattice_sync';
 import { Listeners } from './listeners';
-import type { Gesture, GestureListener, SessionEvents, SessionStatus, ViewRequest } from './scene_session';
+import type { Gesture, GestureListener, Presence, SessionEvents, SessionStatus, ViewRequest } from './scene_session';
 import { SessionStream, type SessionParts } from './session_stream';
 
 /** A scene that is watched and edited. It reconnects by itself. It has a lattice once `ready` has resolved. */
@@ -113,9 +113,14 @@ export class LiveSession {
     this.stream.setView(view);
   }
 
-  /** Sends the selection to other windows, at most 10 times a second; the newest one wins. */
-  announce(selected: Uint32Array): void {
-    this.stream.announce(selected);
+  /** Changes what other windows see of this one: see Presences. */
+  announce(change: Partial<Presence>): void {
+    this.stream.announce(change);
+  }
+
+  /** The most code points of a person's name that the server takes. */
+  get longestName(): number {
+    return this.stream.longestName;
   }
 
   /** The first point of the deformed surface on a ray in world units. Undefined also if the server has no Pick. */

@@ -1,20 +1,25 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 import type { Presence as PresenceMessage } from 'latticed/v1/event_pb';
+import { toCamera } from '../wire/camera_message';
 import type { Presence } from './scene_session';
 
-/** The other editors of the scene. Sends this window's selection at most 10 times a second; the newest one wins. */
+/**
+ * The other editors of the scene. Sends this window's presence when it changes; the newest one wins. It is sent at most 10
+ * times a second, and at most once a second while nobody else shows himself: then only those who may not edit can follow.
+ */
 export class Presences {
   private static readonly PAUSE_MS = 100;
+  private static readonly PAUSE_ALONE_MS = 1000;
   private static readonly MOST_SELECTED = 1024;
 
   private readonly here = new Map<string, Presence>();
-  private selected: Uint32Array | undefined;
+  private own: Presence | undefined;
   private timer: ReturnType<typeof setTimeout> | undefined;
   private sentAt = -Infinity;
 
-  /** @param send Sends this window's selection. */
-  constructor(private readonly send: (selected: number[]) => void) {}
+  /** @param send Sends this window's presence. */
+  constructor(private readonly send: (own: Presence) => void) {}
 
   get others(): ReadonlyMap<string, Presence> {
     return this.here;
@@ -25,28 +30,39 @@ export class Presences {
       this.here.delete(message.editorId);
       return;
     }
+    const camera = message.camera && toCamera(message.camera);
     this.here.set(message.editorId, {
-      name: message.name, colour: message.colour, selected: Uint32Array.from(message.selectedIndices) });
+      name: message.name, colour: message.colour, selected: Uint32Array.from(message.selectedIndices), ...(camera && { camera }) });
   }
 
-  announce(selected: Uint32Array): void {
-    this.selected = selected.slice(0, Presences.MOST_SELECTED);
-    this.timer ??= setTimeout(() => this.flush(), Math.max(0, this.sentAt + Presences.PAUSE_MS - performance.now()));
+  /** Changes what this window shows. Nothing is sent before the first call. */
+  announce(change: Partial<Presence>): void {
+    this.own = { name: '', colour: 0, selected: new Uint32Array(), ...this.own, ...change };
+    this.sendSoon();
   }
 
-  /** A stream is open: it sends all other editors, and needs this window's selection again. */
+  /** A stream is open: it sends all other editors, and needs this window's presence again. */
   opened(): void {
     this.here.clear();
-    if (this.selected) this.announce(this.selected);
+    this.close(); // what waits need not wait any longer
+    this.sentAt = -Infinity;
+    if (this.own) this.sendSoon();
   }
 
   close(): void {
     clearTimeout(this.timer);
+    this.timer = undefined;
+  }
+
+  private sendSoon(): void {
+    const pause = this.here.size === 0 ? Presences.PAUSE_ALONE_MS : Presences.PAUSE_MS;
+    this.timer ??= setTimeout(() => this.flush(), Math.max(0, this.sentAt + pause - performance.now()));
   }
 
   private flush(): void {
     this.timer = undefined;
     this.sentAt = performance.now();
-    if (this.selected) this.send(Array.from(this.selected));
+    const { own } = this;
+    if (own) this.send({ ...own, selected: own.selected.slice(0, Presences.MOST_SELECTED) });
   }
 }

@@ -1,6 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 import type { Lattice } from '../lattice/lattice';
+import type { CameraPose } from '../state/camera_pose';
+import type { Person } from '../state/person';
 import type { LatticeEdit } from './edits/lattice_edit';
 
 /** One undo step. Each update replaces the one before, and applies to the state at the gesture's begin. */
@@ -21,14 +23,12 @@ export interface GestureListener {
   ended?(): void;
 }
 
-/** Another editor of the scene. */
-export interface Presence {
-  /** For people; may be empty. */
-  readonly name: string;
-  /** 0xRRGGBB. */
-  readonly colour: number;
+/** An editor of the scene. */
+export interface Presence extends Person {
   /** Control points that the editor has selected. */
   readonly selected: Uint32Array;
+  /** How the editor looks at the scene, if it is known. */
+  readonly camera?: CameraPose;
 }
 
 /** New data of the surface. */

@@ -4,7 +4,9 @@ import { Code } from '@connectrpc/connect';
 import type { Hello, Presence as PresenceMessage, SceneEvent } from 'latticed/v1/event_pb';
 import { Feature, type ServerInfo } from 'latticed/v1/server_pb';
 import type { DecodePool } from '../decode/decode_pool';
+import { clipped } from '../state/person';
 import type { SurfaceMesh } from '../surface/surface_mesh';
+import { fromCamera } from '../wire/camera_message';
 import type { LatticedServer } from '../wire/latticed_server';
 import type { DeformRequestInit, OpenStream, WatchRequestInit } from '../wire/scene_stream';
 import { ServerError } from '../wire/server_error';
@@ -16,15 +18,11 @@ import type { Listeners } from './listeners';
 import { Presences } from './presences';
 import { SceneConnection, type AfterEnd, type BackOff, type ConnectionHost, type Wakeable } from './scene_connection';
 import type { Restored, SceneKeeper } from './store/scene_keeper';
-import type { SessionEvents, SessionStatus, ViewRequest } from './scene_session';
+import type { Presence, SessionEvents, SessionStatus, ViewRequest } from './scene_session';
 import { UpdateReceiver, type ReceivedUpdate } from './update_receiver';
 
-/** The editor, and the first view. */
 export interface SessionOptions {
-  /** This editor's name for other windows. */
-  readonly name?: string;
-  /** This editor's colour, 0xRRGGBB. */
-  readonly colour?: number;
+  /** The first view. */
   readonly view?: ViewRequest;
 }
 
@@ -50,7 +48,7 @@ export class SessionStream implements ConnectionHost {
 
   private readonly receiver: UpdateReceiver;
   private readonly acks = new AckPace();
-  private readonly presences = new Presences((selected) => this.showPresence(selected));
+  private readonly presences = new Presences((own) => this.showPresence(own));
   private readonly connection: SceneConnection;
   private readonly endWakes: (() => void) | undefined;
   private view: ViewRequest;
@@ -81,6 +79,11 @@ export class SessionStream implements ConnectionHost {
     return this.shown;
   }
 
+  /** The most code points of a person's name that the server takes. */
+  get longestName(): number {
+    return this.parts.info.limits?.maxPresenceName ?? 0;
+  }
+
   send(message: DeformRequestInit): void {
     this.connection.send(message);
   }
@@ -90,8 +93,8 @@ export class SessionStream implements ConnectionHost {
     this.send({ message: { case: 'control', value: { view: fromView(this.view) } } });
   }
 
-  announce(selected: Uint32Array): void {
-    if (this.presenceAllowed) this.presences.announce(selected);
+  announce(change: Partial<Presence>): void {
+    this.presences.announce(change);
   }
 
   close(): void {
@@ -218,10 +221,11 @@ export class SessionStream implements ConnectionHost {
     });
   }
 
-  private showPresence(selected: number[]): void {
+  private showPresence({ name, colour, selected, camera }: Presence): void {
     if (!this.presenceAllowed || this.shown.state === 'retrying') return;
-    const { name = '', colour = 0 } = this.parts;
-    this.send({ message: { case: 'presence', value: { name, colour, selectedIndices: selected } } });
+    const seen = camera && fromCamera(camera);
+    const value = { name: clipped(name, this.longestName), colour, selectedIndices: Array.from(selected), ...(seen && { camera: seen }) };
+    this.send({ message: { case: 'presence', value } });
   }
 
   /** Restores the last granted view. A view that is too large ends the stream, and would end the next one too. */

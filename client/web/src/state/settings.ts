@@ -11,6 +11,7 @@ import type { ExportFormat } from '../intake/services';
 import type { Light } from '../light/shading';
 import type { ViewRequest } from '../session/scene_session';
 import type { ExportGeometry } from '../wire/export_download';
+import type { You } from './person';
 import { Store } from './store';
 import type { UpAxis } from './units';
 
@@ -55,6 +56,8 @@ export const DEFAULT_SETTINGS = {
   exportFormat: 'glb' as ExportFormat,
   exportGeometry: 'exact' as ExportGeometry,
   theme: 'system' as Theme,
+  /** The name and colour that others see. */
+  you: { name: '', colour: 'random' } as You,
   /** Whether the side panel is open. */
   panel: true,
 };
@@ -62,7 +65,9 @@ export const DEFAULT_SETTINGS = {
 export type Settings = typeof DEFAULT_SETTINGS;
 
 /** The settings that a browser remembers between visits: taste, nothing that depends on one mesh. */
-const REMEMBERED = ['gizmo', 'orientation', 'pivot', 'through', 'theme', 'light', 'shadow', 'upAxes', 'exportFormat', 'exportGeometry'] as const;
+const REMEMBERED = [
+  'gizmo', 'orientation', 'pivot', 'through', 'theme', 'light', 'shadow', 'upAxes', 'exportFormat', 'exportGeometry', 'you',
+] as const;
 const STORAGE_KEY = 'latticed.settings';
 
 export type SettingsStore = Store<Settings>;

@@ -1,34 +1,65 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The other editors of the scene: a dot for each, in the colour of the rings around the points that they have selected.
+// The people at the scene: a dot for each, in the colour of the rings around the points that he has selected. One's own
+// comes first and has a ring.
 import type { Presence } from '../session/scene_session';
+import { cssColour, type Person } from '../state/person';
 import { h } from './dom';
 
-/** Easy to tell apart on light and on dark, and not used by the page itself. */
-const COLOURS = [0xd65cff, 0x2ec4b6, 0xff5c8a, 0x5c7cff, 0x9bd13c, 0xffd23f, 0x00b4ff, 0xff7a45];
-const NAMES = ['Plum', 'Teal', 'Rose', 'Iris', 'Fern', 'Honey', 'Sky', 'Coral'];
-
-/** A colour for this window, and its name. */
-export function randomPerson(): { name: string; colour: number } {
-  const which = Math.floor(Math.random() * COLOURS.length);
-  return { name: NAMES[which], colour: COLOURS[which] };
+export interface PeopleEvents {
+  /** One's own dot was pressed. */
+  you(): void;
+  /** The dot of an editor was pressed. */
+  other(id: string): void;
 }
 
 export class People {
-  readonly element = h('div', { class: 'people', role: 'status', 'aria-label': 'Other editors' });
+  private readonly you: HTMLButtonElement;
+  private readonly others = new Map<string, HTMLButtonElement>();
+  readonly element: HTMLElement;
 
-  show(others: Iterable<Presence>): void {
-    const dots = [...others].map(({ name, colour, selected }) => {
-      const points = selected.length === 1 ? 'control point' : 'control points';
-      const dot = h(
-        'span',
-        { class: 'person', title: `${name || 'Somebody'}: ${selected.length} ${points} selected` },
-        (name || '?').slice(0, 1),
-      );
-      dot.style.background = `#${colour.toString(16).padStart(6, '0')}`;
-      return dot;
-    });
-    this.element.replaceChildren(...dots);
+  constructor(private readonly events: PeopleEvents) {
+    this.you = dot('you', () => events.you());
+    this.element = h('div', { class: 'people', role: 'group', 'aria-label': 'People' }, this.you);
   }
+
+  /** @param followed The id of the person whose camera is followed. */
+  show(you: Person, others: ReadonlyMap<string, Presence>, followed: string | undefined): void {
+    paint(this.you, you, `You are ${you.name}. Press to change your name and colour.`);
+    for (const [id, button] of this.others) if (!others.has(id)) this.remove(id, button);
+    for (const [id, presence] of others) this.showOther(id, presence, id === followed);
+  }
+
+  /** A dot stays in the page while its person is here, so that it keeps the focus and a press. */
+  private showOther(id: string, presence: Presence, isFollowed: boolean): void {
+    let button = this.others.get(id);
+    if (button === undefined) {
+      button = dot('person', () => this.events.other(id));
+      this.others.set(id, button);
+      this.element.append(button);
+    }
+    const { name, selected, camera } = presence;
+    const points = selected.length === 1 ? 'control point' : 'control points';
+    const press = isFollowed ? ' Press to stop following.' : camera ? ' Press to follow.' : '';
+    paint(button, presence, `${name || 'Somebody'}: ${selected.length} ${points} selected.${press}`);
+    button.disabled = camera === undefined;
+    button.setAttribute('aria-pressed', String(isFollowed));
+  }
+
+  private remove(id: string, button: HTMLButtonElement): void {
+    button.remove();
+    this.others.delete(id);
+  }
+}
+
+function dot(name: string, onclick: () => void): HTMLButtonElement {
+  return h('button', { type: 'button', class: `dot ${name}`, onclick });
+}
+
+function paint(button: HTMLButtonElement, person: Person, title: string): void {
+  button.title = title;
+  button.setAttribute('aria-label', title);
+  button.textContent = ([...person.name][0] ?? '?').toUpperCase();
+  button.style.background = cssColour(person);
 }

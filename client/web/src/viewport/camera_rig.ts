@@ -4,8 +4,10 @@
 // The two cameras, perspective and orthographic, which show the same part of the world, and the orbit around it.
 import { Box3, MOUSE, OrthographicCamera, PerspectiveCamera, Sphere, TOUCH, Vector3 } from 'three';
 import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
-import { WORLD_BASIS, type Basis, type Vec3 } from '../lattice/vec';
+import { add, scale, WORLD_BASIS, type Basis, type Vec3 } from '../lattice/vec';
+import type { CameraPose } from '../state/camera_pose';
 import { uprightDirection, type UpAxis } from '../state/units';
+import type { Sight } from './sight';
 
 const FIELD_OF_VIEW = 40; // degrees, of the shorter side
 const MARGIN = 1.14; // the view is larger than the framed box by this factor, since the head-up line covers its edge
@@ -52,6 +54,28 @@ export class CameraRig {
 
   get target(): Vector3 {
     return this.controls.target;
+  }
+
+  /** The camera as others may follow it. */
+  pose(): CameraPose {
+    const { camera, perspective, orthographic } = this;
+    const [position, target, up] = [camera.position, this.target, camera.up].map((v) => v.toArray());
+    const projection =
+      camera === perspective ? { fovY: perspective.fov } : { height: (2 * orthographic.top) / orthographic.zoom };
+    return { position, target, up, projection };
+  }
+
+  /** Shows what somebody else sees, through this window's own lens and with its own axis up. */
+  show({ target, from, height }: Sight): void {
+    const { camera } = this;
+    const heightPerDistance = 2 * Math.tan((this.perspective.fov * Math.PI) / 360);
+    const distance = camera === this.perspective ? height / heightPerDistance : camera.position.distanceTo(this.target);
+    camera.zoom = camera === this.perspective ? 1 : (distance * heightPerDistance) / height;
+    this.target.set(...target);
+    camera.position.set(...add(target, scale(from, distance)));
+    this.setLens();
+    this.controls.update();
+    this.onChange();
   }
 
   resize(width: number, height: number): void {

@@ -51,6 +51,12 @@ test('a scene with its panel, and a message', async () => {
   await page.evaluate(() => window.latticed.settings.set({ compare: 'off', colouring: 'plain' }));
 });
 
+test('the dialog for name and colour', async () => {
+  await page.locator('.dot.you').click();
+  await look('you');
+  await press('Escape');
+});
+
 for (const menu of MENUS) {
   test(`the menu ${menu}`, async () => {
     await page.locator('.menu-button').getByText(menu, { exact: true }).click();

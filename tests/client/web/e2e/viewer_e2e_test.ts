@@ -18,10 +18,8 @@ const readBacks: string[] = []; // addresses of calls for a mesh that the page a
 
 /** Waits until a window shows another's selection: a dot with its name, and a ring in its colour around a point. */
 async function seesSelection(seer: Page, editor: Page, index: number, words: string): Promise<void> {
-  const { name, colour } = await editor.evaluate(
-    () => (window.latticed.opener as unknown as { person: { name: string; colour: number } }).person,
-  );
-  await seer.locator(`.person[title="${name}: ${words} selected"]`).waitFor();
+  const { name, colour } = await editor.evaluate(() => window.latticed.people.you);
+  await seer.locator(`.person[title^="${name}: ${words} selected."]`).waitFor();
   await frames(seer);
   const rgb: Vec3 = [colour >> 16, (colour >> 8) & 255, colour & 255];
   const ring = await colourAt(seer, await controlPoint(seer, index), 6);

@@ -63,7 +63,7 @@ export class FakeServer {
 
   info(): ServerInfo {
     if (this.refusal) throw this.refusal;
-    return create(ServerInfoSchema, { bootId: this.bootId, features: this.features });
+    return create(ServerInfoSchema, { bootId: this.bootId, features: this.features, limits: { maxPresenceName: 8 } });
   }
 
   async *download(mesh: string, signal: AbortSignal): AsyncGenerator<MessageInitShape<typeof DownloadMeshResponseSchema>> {

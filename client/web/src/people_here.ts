@@ -1,0 +1,123 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The people at the open scene: who one is oneself, who else is here, and whose camera is followed.
+//
+//   own camera -> CameraFollower.moved -> LiveSession.announce          but not while one follows: two who follow each
+//   other's camera -> take -> CameraFollower.follow -> own camera       other would move each other on and on
+import type { LiveSession } from './session/live_session';
+import type { Presence } from './session/scene_session';
+import { personOf, randomPerson, type Person } from './state/person';
+import type { SettingsStore } from './state/settings';
+import { showYouDialog } from './ui/dialogs/you_dialog';
+import { FollowingSign } from './ui/overlays/following_sign';
+import { People } from './ui/people';
+import { CameraFollower } from './viewport/camera_follower';
+import { sightOf } from './viewport/sight';
+import type { Viewport } from './viewport/viewport';
+
+const NOBODY: ReadonlyMap<string, Presence> = new Map();
+
+export class PeopleHere {
+  private readonly dots = new People({ you: () => this.introduce(), other: (id) => this.press(id) });
+  private readonly sign = new FollowingSign(() => void this.stop());
+  /** The row of dots. */
+  readonly element = this.dots.element;
+  /** Over the view. */
+  readonly overlay = this.sign.element;
+  private readonly random = randomPerson();
+  private readonly follower: CameraFollower;
+  private session: LiveSession | undefined;
+  private others = NOBODY;
+  private followed: string | undefined;
+
+  constructor(private readonly settings: SettingsStore, private readonly viewport: Viewport) {
+    const reducedMotion = matchMedia('(prefers-reduced-motion: reduce)');
+    this.follower = new CameraFollower(viewport.rig, () => this.moved(), () => !reducedMotion.matches);
+    viewport.onFrame(() => this.follower.frame(performance.now()));
+    settings.subscribe((now, before) => now.you !== before.you && this.showYou());
+    this.refresh();
+  }
+
+  /** This window's person. */
+  get you(): Person {
+    return personOf(this.settings.value.you, this.random);
+  }
+
+  /** Shows the people of a scene that has been opened, and oneself to them. */
+  open(session: LiveSession): void {
+    this.followed = undefined;
+    this.follower.stop();
+    this.session = session;
+    this.others = NOBODY;
+    session.on('presence', (others) => session === this.session && this.take(others));
+    session.announce({ ...this.you, camera: this.viewport.rig.pose() });
+    this.refresh();
+  }
+
+  /** Asks for one's own name and colour. */
+  introduce(): void {
+    if (this.session === undefined) return;
+    const { settings, random } = this;
+    showYouDialog({
+      you: settings.value.you,
+      random,
+      longestName: this.session.longestName,
+      chosen: (you) => settings.set({ you }),
+    });
+  }
+
+  /** Follows nobody any more. Returns whether somebody was followed. */
+  stop(): boolean {
+    if (this.followed === undefined) return false;
+    this.followed = undefined;
+    this.follower.stop();
+    this.announceCamera();
+    this.refresh();
+    return true;
+  }
+
+  private showYou(): void {
+    this.session?.announce(this.you);
+    this.refresh();
+  }
+
+  private press(id: string): void {
+    const wasFollowed = id === this.followed;
+    this.stop();
+    if (wasFollowed) return;
+    this.followed = id;
+    this.follow();
+    this.refresh();
+  }
+
+  private take(others: ReadonlyMap<string, Presence>): void {
+    this.others = others;
+    this.follower.notice(); // a move of one's own since the last frame ends the following
+    this.follow();
+    this.refresh();
+  }
+
+  /** Goes on to the followed person's camera. It may have another projection, or the person may have left. */
+  private follow(): void {
+    if (this.followed === undefined) return;
+    const camera = this.others.get(this.followed)?.camera;
+    if (camera === undefined) return void this.stop();
+    this.settings.set({ orthographic: 'height' in camera.projection });
+    this.follower.follow(sightOf(camera));
+    this.viewport.moved();
+  }
+
+  private moved(): void {
+    if (!this.stop()) this.announceCamera();
+  }
+
+  private announceCamera(): void {
+    this.session?.announce({ camera: this.viewport.rig.pose() });
+  }
+
+  private refresh(): void {
+    this.dots.show(this.you, this.others, this.followed);
+    this.sign.show(this.followed === undefined ? undefined : this.others.get(this.followed));
+  }
+}

@@ -1,0 +1,163 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The people at a scene, in two windows: one's own name and colour, and following another's camera.
+// Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer; LATTICED_SHOTS, a folder for screenshots.
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import type { Page } from 'playwright-core';
+import { distance } from '@src/lattice/vec';
+import { openPage } from './browser';
+import { illegible } from './legibility';
+import { browser, errors, openTorus, page, shot, until, useStage } from './stage';
+import { camera, frames, live } from './viewer_page';
+
+const AGREES = 1e-3; // world units; the torus is 3 wide
+
+let other: Page;
+let otherErrors: string[];
+
+useStage({
+  begin: async () => {
+    await openTorus();
+    ({ page: other, errors: otherErrors } = await openPage(browser, page.url()));
+    await live(other);
+  },
+});
+
+/** Drags empty space, which orbits. */
+async function orbit(of: Page, [dx, dy]: readonly [number, number]): Promise<void> {
+  const box = (await of.locator('canvas').boundingBox())!;
+  const [x, y] = [box.x + box.width / 2, box.y + box.height - 60];
+  await of.mouse.move(x, y);
+  await of.mouse.down();
+  await of.mouse.move(x + dx, y + dy, { steps: 5 });
+  await of.mouse.up();
+}
+
+async function difference(): Promise<number> {
+  const [a, b] = [await camera(page), await camera(other)];
+  return Math.max(distance(a.position, b.position), distance(a.target, b.target));
+}
+
+async function isFollowing(of: Page): Promise<boolean> {
+  return of.locator('.following').isVisible();
+}
+
+async function agrees(): Promise<void> {
+  await until(async () => (await difference()) < AGREES);
+}
+
+/** Presses the dot of the first window's person in the other window. */
+async function follow(): Promise<void> {
+  await other.locator('.person:enabled').click();
+  await other.locator('.following').waitFor();
+}
+
+test('a name and a colour that one chooses are seen by others at once, and remembered', async () => {
+  await other.locator('.person').waitFor();
+  await page.locator('.dot.you').click();
+  await page.getByRole('textbox', { name: 'Name' }).fill('Ada');
+  await page.getByRole('radio', { name: 'Teal' }).click();
+  await page.keyboard.press('ArrowRight');
+  await page.keyboard.press('ArrowLeft');
+  await shot('viewer_you');
+  await page.keyboard.press('Enter');
+
+  const dot = other.locator('.person[title="Ada: 0 control points selected. Press to follow."]');
+  await dot.waitFor();
+  assert.equal(await dot.getAttribute('aria-label'), await dot.getAttribute('title'));
+  assert.equal(await dot.evaluate((element) => getComputedStyle(element).backgroundColor), 'rgb(46, 196, 182)');
+  const box = (await dot.boundingBox())!;
+  assert.ok(box.width >= 24 && box.height >= 24);
+  await page.reload();
+  await live(page);
+  await page.locator('.dot.you[title^="You are Ada."]').waitFor();
+  await dot.waitFor();
+});
+
+test('Esc leaves name and colour as they are; a name has at most what the server takes', async () => {
+  await page.locator('.menu-button').getByText('View', { exact: true }).click();
+  await page.getByText('Your name and colour…').click();
+  const name = page.getByRole('textbox', { name: 'Name' });
+  await name.fill('🦊'.repeat(70));
+  assert.equal(await name.inputValue(), '🦊'.repeat(64));
+  await page.keyboard.press('Escape');
+  await page.locator('dialog').waitFor({ state: 'detached' });
+
+  assert.equal(await page.locator('.dot.you[title^="You are Ada."]').count(), 1);
+});
+
+test('a press on a dot follows: the camera stays with his as he orbits, zooms and looks without perspective', async () => {
+  await orbit(page, [90, -30]);
+  await follow();
+  await other.getByText('Following Ada').waitFor();
+  await agrees();
+  for (const by of [[-140, 40], [60, 25]] as const) {
+    await orbit(page, by);
+    assert.ok((await difference()) < 10, 'the cameras have places');
+    await agrees();
+  }
+  await shot('viewer_following', other);
+  assert.deepEqual(await illegible(other, '#e9edf3'), []);
+  await page.mouse.wheel(0, -300);
+  await agrees();
+  await page.keyboard.press('5');
+  await other.waitForFunction(() => 'isOrthographicCamera' in window.latticed.viewport.rig.camera);
+  await page.mouse.wheel(0, -300);
+  await page.waitForFunction(() => window.latticed.viewport.rig.camera.zoom > 1);
+  await until(async () => {
+    const [a, b] = await Promise.all([page, other].map((each) => each.evaluate(() => window.latticed.viewport.rig.pose().projection)));
+    return 'height' in a! && 'height' in b! && Math.abs(a.height - b.height) < AGREES;
+  });
+  await page.keyboard.press('5');
+  await other.waitForFunction(() => !('isOrthographicCamera' in window.latticed.viewport.rig.camera));
+  await agrees();
+  assert.equal(await isFollowing(other), true, 'nothing of this was a move of the follower');
+});
+
+test('a move of the own camera ends it, and moves nobody else', async () => {
+  await frames(page);
+  const before = await camera(page);
+  await orbit(other, [50, 10]);
+  await other.locator('.following').waitFor({ state: 'hidden' });
+  const own = await camera(other);
+  assert.ok((await difference()) > AGREES);
+  await orbit(page, [30, 30]);
+  await other.waitForFunction((from) => {
+    const [shown] = [...window.latticed.people['others'].values()];
+    return Math.hypot(...shown!.camera!.position.map((c, i) => c - from[i]!)) > 0.01;
+  }, before.position);
+  await frames(other);
+  assert.deepEqual(await camera(other), own);
+});
+
+test('Esc and the button end it', async () => {
+  for (const end of [() => other.keyboard.press('Escape'), () => other.getByRole('button', { name: 'Stop', exact: true }).click(),
+    () => other.locator('.person').click()]) {
+    await follow();
+    await end();
+    await other.locator('.following').waitFor({ state: 'hidden' });
+  }
+});
+
+test('two who follow each other come to rest', async () => {
+  await follow();
+  await page.locator('.person:enabled').click();
+  await agrees();
+  await frames(page);
+  const before = await camera(page);
+  await new Promise((resolve) => setTimeout(resolve, 500));
+  assert.ok(distance((await camera(page)).position, before.position) < AGREES);
+  assert.deepEqual([await isFollowing(page), await isFollowing(other)], [true, true]);
+  await page.keyboard.press('Escape');
+});
+
+test('his leaving ends it', async () => {
+  assert.equal(await isFollowing(other), true);
+  assert.deepEqual(errors, []);
+  await page.close();
+  await other.locator('.following').waitFor({ state: 'hidden' });
+  await other.locator('.person').waitFor({ state: 'detached' });
+  assert.deepEqual(otherErrors, []);
+});
