@@ -26,7 +26,7 @@ export class People {
 
   /** @param followed The id of the person whose camera is followed. */
   show(you: Person, others: ReadonlyMap<string, Presence>, followed: string | undefined): void {
-    paint(this.you, you, `You are ${you.name}. Press to change your name and colour.`);
+    paint(this.you, you, `You are ${you.name}. Press for another name or colour.`);
     for (const [id, button] of this.others) if (!others.has(id)) this.remove(id, button);
     for (const [id, presence] of others) this.showOther(id, presence, id === followed);
   }

@@ -14,8 +14,8 @@ import { latticeToJson } from '@src/wire/lattice_json';
 import { distance, sub } from '@src/lattice/vec';
 import { openPage } from './browser';
 import { sheetObj } from './sheet';
-import { allPoints, browser, errors, page, press, select, server, shot, useStage } from './stage';
-import { controlPoint, createScene, dropFiles, latticeIn, live, meshUploaded, saved } from './viewer_page';
+import { allPoints, browser, errors, page, press, select, server, shot, until, useStage } from './stage';
+import { camera, controlPoint, createScene, dropFiles, latticeIn, live, meshUploaded, saved } from './viewer_page';
 
 /** A PNG file of one grey pixel. */
 const DOT = Buffer.from('iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptVAAAACklEQVR42mNoAAAAggCB2kUIOwAAAABJRU5ErkJggg==', 'base64');
@@ -363,6 +363,20 @@ test('a token that may only look sees the scene; its edit goes back, and of the 
   const words = 'Displacement, knot boxes and rest shape cannot be shown. ' +
     'The token of this page does not allow that: it needs the role "edit".';
   await looker.locator('.toast-error').getByText(words).waitFor();
+  await looker.close();
+});
+
+test('a token that may only look suffices to follow somebody, who sees no dot for it', async () => {
+  const { page: looker, errors: lookerErrors } = await openPage(browser, `${server.origin}/${new URL(page.url()).search}#token=${TOKENS.read}`);
+  await live(looker);
+  await looker.locator('.person:enabled').click();
+  for (const key of ['7', '3']) {
+    await page.keyboard.press(key);
+    const { position } = await camera(page);
+    await until(async () => distance((await camera(looker)).position, position) < 1e-3);
+  }
+  assert.equal(await page.locator('.person').count(), 0);
+  assert.deepEqual(lookerErrors, []);
   await looker.close();
 });
 
