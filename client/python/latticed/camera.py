@@ -25,9 +25,10 @@ class Camera:
     @classmethod
     def from_proto(cls, camera: Any) -> Camera:
         """Converts a latticed.v1.Camera."""
-        place = [(v.x, v.y, v.z) for v in (camera.position, camera.target, camera.up)]
-        projection = camera.WhichOneof("projection")
-        return cls(*place, **({projection: getattr(camera, projection)} if projection else {}))
+        position, target, up = ((v.x, v.y, v.z) for v in (camera.position, camera.target, camera.up))
+        fov_y = camera.fov_y if camera.HasField("fov_y") else None
+        height = camera.height if camera.HasField("height") else None
+        return cls(position, target, up, fov_y, height)
 
     def to_proto(self) -> event_pb2.Camera:
         """Raises ValueError unless exactly one of fov_y and height is given."""
