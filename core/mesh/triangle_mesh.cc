@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "absl/container/flat_hash_map.h"
+#include "core/mesh/short_edges.h"
 #include "core/mesh/vertex_values.h"
 
 namespace latticed {
@@ -58,6 +59,7 @@ PolygonMesh Welded(const TriangleMesh& mesh) {
     }
     result.face_offsets.push_back(static_cast<uint32_t>(result.corner_count()));
   }
+  CollapseShortEdges(result);
   return result;
 }
 

@@ -27,7 +27,7 @@ struct TriangleMesh {
 };
 
 // The same as polygons, to be written: vertices at the same place, bit for bit, become one, with normals and texture
-// coordinates as in vertex_values.h. Units are no part of it.
+// coordinates as in vertex_values.h; slivers go (short_edges.h). Units are no part of it.
 [[nodiscard]] PolygonMesh Welded(const TriangleMesh& mesh);
 
 }  // namespace latticed

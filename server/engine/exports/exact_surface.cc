@@ -12,6 +12,7 @@
 #include "core/base/error.h"
 #include "core/base/status_macros.h"
 #include "core/ffd/tessellation_pattern.h"
+#include "core/mesh/short_edges.h"
 #include "core/mesh/vertex_values.h"
 #include "server/engine/exports/welded_points.h"
 
@@ -96,6 +97,7 @@ class SurfaceBuilder {
     for (size_t t = 0; t <= triangles; ++t) mesh_.face_offsets[t] = static_cast<uint32_t>(3 * t);
     mesh_.normals = std::move(normals_).Take();
     mesh_.uvs = std::move(uvs_).Take();
+    CollapseShortEdges(mesh_);
     return std::move(mesh_);
   }
 
@@ -195,14 +197,17 @@ SurfaceMemory MemoryOfExactSurface(const DeformPlan& plan, int segments, NormalM
            .faces = triangles};
   if (!has_normals && !mesh.has_uvs()) sizes.records = sizes.positions;
   AddGroups(plan, &sizes);
-  // A view's vertices, with offsets of its patches and chunks; lists of normals and UVs by vertex.
+  // A view's vertices, with offsets of its patches and chunks; lists of normals and UVs by vertex;
+  // short edges.
   constexpr uint64_t kViewBytesPerPatch = 64;
   constexpr uint64_t kFeatures = 6, kTableBytes = 32;  // corners and edges of torn seams
   const uint64_t lists = (has_normals ? 1u : 0u) + (mesh.has_uvs() ? 1u : 0u);
   memory.working_bytes = points * (sizeof(Vec3f) + (has_normals ? sizeof(Vec3f) : 0)) +
                          plan.patches.size() * kViewBytesPerPatch +
                          lists * (sizes.positions + points) * sizeof(uint32_t) +
-                         plan.seam_patches * kFeatures * kTableBytes;
+                         plan.seam_patches * kFeatures * kTableBytes +
+                         (2 * sizes.positions + sizes.faces) * sizeof(uint32_t) +
+                         sizes.normals * sizeof(Vec3f) + sizes.uvs * sizeof(Vec2f);
   return memory;
 }
 

@@ -8,7 +8,8 @@
 // Vertices   in the order of welded_points.h; patches that share a point share its vertex
 // Normals    those of the view; nearly equal ones at a vertex are one, others are a crease
 // UVs        interpolated in the source triangle
-// Triangles  patch after patch in plan order, in pattern order inside a patch; their groups are those of the source face
+// Triangles  patch after patch in plan order, in pattern order inside a patch, without slivers (short_edges.h); their
+//            groups are those of the source face
 // Units      world units; positions were computed as float32 about the plan's local origin
 // Errors     kResourceExhausted from the backend or past 2^32 corners, kCancelled when `cancelled` says so
 // Threads    a pure function of an immutable state; `cancelled` is asked once a chunk

@@ -19,6 +19,9 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parent.parent / "python"))
 from definition import deform  # noqa: E402
 
+if "bool" not in vars(np):
+    np.bool = bool  # Debian's glTF add-on is older than its numpy
+
 QUADS = 96
 PICTURE = np.linspace(0, 1, 8 * 8 * 4, dtype=np.float32)
 POSITION_TOLERANCE = 2e-6  # float32 of a mesh of 3 units
@@ -30,13 +33,14 @@ def check(condition, text):
         raise SystemExit(f"round_trip: {text}")
 
 
-def material(name, with_picture):
+def material(name, picture):
     made = bpy.data.materials.new(name)
     made.use_nodes = True
-    if with_picture:
+    if picture is not None:
         image = bpy.data.images.new("bricks", 8, 8, alpha=True)
         image.pixels.foreach_set(PICTURE)
-        image.pack()
+        image.filepath_raw, image.file_format = str(picture), "PNG"
+        image.save()
         texture = made.node_tree.nodes.new("ShaderNodeTexImage")
         texture.image = image
         shader = made.node_tree.nodes["Principled BSDF"]
@@ -44,12 +48,12 @@ def material(name, with_picture):
     return made
 
 
-def make_torus():
+def make_torus(picture):
     bpy.ops.wm.read_factory_settings(use_empty=True)
     bpy.ops.mesh.primitive_torus_add(major_segments=12, minor_segments=8, generate_uvs=True)
     torus = bpy.context.active_object.data
     for name in ("painted", "plain"):
-        torus.materials.append(material(name, name == "painted"))
+        torus.materials.append(material(name, picture if name == "painted" else None))
     for polygon in torus.polygons:
         polygon.use_smooth = True
         polygon.material_index = polygon.index % 2
@@ -123,7 +127,10 @@ def import_mesh(path):
 def numbers_of(points, wanted):
     """Which of the points `wanted` each point is."""
     distances = np.linalg.norm(points[:, None] - wanted[None], axis=2)
-    check(distances.min(axis=1).max() <= POSITION_TOLERANCE, f"a vertex is {distances.min(axis=1).max()} from its place")
+    check(
+        distances.min(axis=1).max() <= POSITION_TOLERANCE,
+        f"a vertex is {distances.min(axis=1).max()} from its place",
+    )
     check(set(distances.argmin(axis=1)) == set(range(len(wanted))), "a vertex is missing")
     return distances.argmin(axis=1)
 
@@ -151,17 +158,16 @@ class RoundTrip:
         return read_lattice(lattice)
 
     def brings_back(self, suffix, returned, keeps_quads, keeps_materials):
-        torus = make_torus()
+        torus = make_torus(self.folder / "bricks.png")
         rest, uvs, faces = coordinates(torus), numbered_uvs(torus, range(QUADS)), faces_by_material(torus)
         file = self.folder / f"torus{suffix}"
         if suffix == ".glb":
             bpy.ops.export_scene.gltf(filepath=str(file))
         else:
             bpy.ops.wm.obj_export(filepath=str(file), path_mode="STRIP")
-            bpy.data.images["bricks"].save_render(str(self.folder / "bricks.png"))
         lattice = self.make_scene(file)
         wanted = from_file(deform(lattice, to_file(rest)))
-        check(np.abs(wanted - rest).max() > 0.3, "the lattice does not move the mesh")
+        check(np.abs(wanted - rest).max() > 0.2, "the lattice does not move the mesh")
         out = self.folder / f"back{returned}"
         self.call("export", suffix[1:], "-o", out, "--original", "--normals", "smooth")
 
@@ -178,10 +184,15 @@ class RoundTrip:
             check(back == uvs, "texture coordinates are at other corners")
         if keeps_materials:
             times = 1 if keeps_quads else 2
-            check(faces_by_material(mesh) == Counter({name: times * n for name, n in faces.items()}), "materials differ")
+            check(
+                faces_by_material(mesh) == Counter({name: times * n for name, n in faces.items()}),
+                "materials differ",
+            )
             difference = np.abs(picture_of(mesh) - PICTURE).max()
             check(difference <= 1 / 255, f"the picture differs by {difference}")
-        print(f"round_trip: {suffix} to {returned}: {len(mesh.vertices)} vertices, {len(mesh.polygons)} faces")
+        print(
+            f"round_trip: {suffix} to {returned}: {len(mesh.vertices)} vertices, {len(mesh.polygons)} faces"
+        )
 
     def brings_the_exact_surface(self):
         """Of the scene that came from the GLB: welded, so that nothing is open."""

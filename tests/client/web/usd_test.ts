@@ -21,8 +21,10 @@ const text = (name: string): string => readFileSync(join(folder, name), 'utf8');
 
 before(() => {
   folder = mkdtempSync(join(tmpdir(), 'latticed-usd-'));
-  latticectl('sample', 'gear', '--resolution', '2', '-o', 'gear.obj');
-  latticectl('lattice', 'gear.obj', '--twist', '40', '--bend', '60', '-o', 'bent.json');
+  for (const name of ['gear', 'beam']) {
+    latticectl('sample', name, '--resolution', '2', '-o', `${name}.obj`);
+    latticectl('lattice', `${name}.obj`, '--twist', '40', '--bend', '60', '-o', `${name}.json`);
+  }
 });
 after(() => rmSync(folder, { recursive: true, force: true }));
 
@@ -35,7 +37,7 @@ function cornersOfObj(obj: string): string[] {
   const [positions, uvs] = [numbers('v'), numbers('vt')];
   return lines.filter(([word]) => word === 'f').flatMap(([, ...face]) => face.map((c) => {
     const [v, vt] = c.split('/').map(Number);
-    return corner(...positions[v - 1], ...uvs[vt - 1]);
+    return corner(...positions[v - 1], ...(uvs[vt - 1] ?? []));
   }));
 }
 
@@ -49,34 +51,45 @@ function meshesOf(root: Object3D): Mesh[] {
 }
 
 function cornersOf(mesh: Mesh): string[] {
-  const { index, attributes: { position, uv } } = mesh.geometry;
+  const { index } = mesh.geometry;
+  const position = mesh.geometry.getAttribute('position');
+  const uv = mesh.geometry.hasAttribute('uv') ? mesh.geometry.getAttribute('uv') : undefined;
   const count = index?.count ?? position.count;
   const at = new Vector3();
   return Array.from({ length: count }, (_, i) => {
     const v = index?.getX(i) ?? i;
     at.fromBufferAttribute(position, v).applyMatrix4(mesh.matrixWorld);
-    return corner(at.x, at.y, at.z, uv.getX(v), uv.getY(v));
+    return corner(at.x, at.y, at.z, ...(uv ? [uv.getX(v), uv.getY(v)] : []));
   });
 }
 
-test('the exact surface in USD has the corners and groups of the OBJ file', () => {
+/** The exact surface, as three.js reads it, and the text of the OBJ file. */
+function exact(name: string): { mesh: Mesh; obj: string; usd: string } {
   for (const file of ['exact.obj', 'exact.usda']) {
-    latticectl('apply', 'gear.obj', '--lattice', 'bent.json', '--segments', '2', '-o', file);
+    latticectl('apply', `${name}.obj`, '--lattice', `${name}.json`, '--segments', '2', '-o', file);
   }
   const [mesh] = meshesOf(new USDLoader().parse(text('exact.usda')));
-  const obj = text('exact.obj');
+  return { mesh, obj: text('exact.obj'), usd: text('exact.usda') };
+}
 
+test('the exact surface in USD has the corners and texture coordinates of the OBJ file', () => {
+  const { mesh, obj } = exact('beam');
+  assert.match(obj, /^vt /m);
+  assert.deepEqual(cornersOf(mesh).sort(), cornersOfObj(obj).sort());
+});
+
+test('each group is a part of the mesh with a material of its name', () => {
+  const { mesh, obj, usd } = exact('gear');
   assert.deepEqual(cornersOf(mesh).sort(), cornersOfObj(obj).sort());
   const groups = new Set(obj.match(/^usemtl .*/gm)?.map((line) => line.slice('usemtl '.length)));
-  assert.ok(groups.size > 1);
+  assert.deepEqual(groups, new Set(['bore', 'caps', 'teeth']));
   assert.equal(mesh.geometry.groups.length, groups.size);
-  assert.deepEqual(
-    new Set(text('exact.usda').match(/def Material "[^"]*/g)?.map((line) => line.slice('def Material "'.length))), groups);
+  assert.deepEqual(new Set(usd.match(/def Material "[^"]*/g)?.map((line) => line.slice('def Material "'.length))), groups);
 });
 
 test('polygons stay polygons, and the axis that is up is said', () => {
   for (const file of ['moved.obj', 'moved.usda']) {
-    latticectl('apply', 'gear.obj', '--lattice', 'bent.json', '--vertices-only', '--up', 'z', '-o', file);
+    latticectl('apply', 'gear.obj', '--lattice', 'gear.json', '--vertices-only', '--up', 'z', '-o', file);
   }
   const usd = text('moved.usda');
   const counts = /faceVertexCounts = \[([^\]]*)\]/.exec(usd)![1].split(', ').map(Number);

@@ -4,6 +4,7 @@
 // How vertices are shared: records of formats without separate indices, and the welding of tessellations.
 #include "core/mesh/write/vertex_records.h"
 
+#include "core/mesh/short_edges.h"
 #include "core/mesh/triangle_mesh.h"
 #include "core/mesh/triangulated.h"
 #include "core/mesh/write/write_mesh.h"
@@ -64,6 +65,41 @@ TEST(WeldedTest, ACreaseIsOfNormalsAlone) {
   EXPECT_EQ(mesh.positions.size(), 4u);
   EXPECT_EQ(mesh.normals.size(), 6u);
   EXPECT_EQ(MakeVertexRecords(mesh).records.size(), 6u);
+}
+
+// The sliver between the second and the third vertex has its first two corners at one place.
+TEST(WeldedTest, ASliverGoesAndItsNeighboursMeet) {
+  TriangleMesh mesh;
+  mesh.positions = {{0, 0, 0}, {1, 0, 0}, {1, 0, 0}, {1, 1, 0}, {2, 0, 0}};
+  mesh.normals = std::vector<Vec3f>(5, {0, 0, 1});
+  mesh.triangles = {{0, 1, 3}, {1, 2, 3}, {2, 4, 3}};
+  mesh.group_names = {"a", "sliver", "b"};
+  mesh.triangle_groups = {0, 1, 2};
+  const PolygonMesh welded = Welded(mesh);
+  EXPECT_OK(Validate(welded));
+  EXPECT_THAT(welded.corner_vertices, ElementsAre(0, 1, 2, 1, 3, 2));
+  EXPECT_THAT(welded.face_groups, ElementsAre(0, 2));
+}
+
+TEST(ShortEdgesTest, OnlyVerticesThatAnEdgeJoinsBecomeOne) {
+  PolygonMesh mesh;  // a chain of three near (1, 0, 0), and another part that touches there
+  mesh.positions = {{0, 0, 0}, {1, 0, 0}, {1, 1e-7, 0}, {1, 0, 1e-7},
+                    {0, 1, 0}, {1, 0, 0}, {3, 0, 0}, {3, 1, 0}};
+  mesh.corner_vertices = {0, 1, 4, 2, 1, 4, 3, 2, 0, 5, 6, 7};
+  mesh.face_offsets = {0, 3, 6, 9, 12};
+  CollapseShortEdges(mesh);
+  EXPECT_OK(Validate(mesh));
+  EXPECT_THAT(mesh.corner_vertices, ElementsAre(0, 1, 2, 3, 4, 5));
+  EXPECT_EQ(mesh.positions.size(), 6u);
+}
+
+TEST(ShortEdgesTest, AMeshOfNothingElseStays) {
+  PolygonMesh mesh;
+  mesh.positions = {{5, 5, 5}, {5, 5, 5}, {5, 5, 5}};
+  mesh.corner_vertices = {0, 1, 2};
+  mesh.face_offsets = {0, 3};
+  CollapseShortEdges(mesh);
+  EXPECT_THAT(mesh.corner_vertices, ElementsAre(0, 1, 2));
 }
 
 TEST(TriangulatedTest, TrianglesKeepTheAttributesOfTheirFace) {
