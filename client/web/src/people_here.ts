@@ -3,17 +3,21 @@
 //
 // The people at the open scene: who one is oneself, who else is here, and whose camera is followed.
 //
-//   own camera -> CameraFollower.moved -> LiveSession.announce          but not while one follows: two who follow each
-//   other's camera -> take -> CameraFollower.follow -> own camera       other would move each other on and on
+//   own camera -> CameraFollower.moved -> LiveSession.announce
+//   other's camera -> take -> CameraFollower.follow -> own camera
+//
+// Who follows shows the camera that he follows, not his own on its way there: two who follow each other would move each
+// other on and on.
 import type { LiveSession } from './session/live_session';
 import type { Presence } from './session/scene_session';
+import type { CameraPose } from './state/camera_pose';
 import { personOf, randomPerson, type Person } from './state/person';
 import type { SettingsStore } from './state/settings';
 import { showYouDialog } from './ui/dialogs/you_dialog';
 import { FollowingSign } from './ui/overlays/following_sign';
 import { People } from './ui/people';
 import { CameraFollower } from './viewport/camera_follower';
-import { sightOf } from './viewport/sight';
+import { looksLike, sightOf } from './viewport/sight';
 import type { Viewport } from './viewport/viewport';
 
 const NOBODY: ReadonlyMap<string, Presence> = new Map();
@@ -30,6 +34,9 @@ export class PeopleHere {
   private session: LiveSession | undefined;
   private others = NOBODY;
   private followed: string | undefined;
+  /** The camera that others were shown last, and the last one of those that was this window's own. */
+  private shown: CameraPose | undefined;
+  private own: CameraPose | undefined;
 
   constructor(private readonly settings: SettingsStore, private readonly viewport: Viewport) {
     const reducedMotion = matchMedia('(prefers-reduced-motion: reduce)');
@@ -51,7 +58,8 @@ export class PeopleHere {
     this.session = session;
     this.others = NOBODY;
     session.on('presence', (others) => session === this.session && this.take(others));
-    session.announce({ ...this.you, camera: this.viewport.rig.pose() });
+    session.announce(this.you);
+    this.announceCamera();
     this.refresh();
   }
 
@@ -106,6 +114,15 @@ export class PeopleHere {
     this.settings.set({ orthographic: 'height' in camera.projection });
     this.follower.follow(sightOf(camera));
     this.viewport.moved();
+    this.passOn(camera);
+  }
+
+  /** Shows others the camera that is followed. If it is this window's own, he follows back and knows it. */
+  private passOn(camera: CameraPose): void {
+    const isKnown = [this.shown, this.own].some((known) => known !== undefined && looksLike(sightOf(known), sightOf(camera)));
+    if (isKnown) return;
+    this.shown = camera;
+    this.session?.announce({ camera });
   }
 
   private moved(): void {
@@ -113,7 +130,8 @@ export class PeopleHere {
   }
 
   private announceCamera(): void {
-    this.session?.announce({ camera: this.viewport.rig.pose() });
+    this.own = this.shown = this.viewport.rig.pose();
+    this.session?.announce({ camera: this.own });
   }
 
   private refresh(): void {

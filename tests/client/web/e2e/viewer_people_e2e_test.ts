@@ -142,7 +142,8 @@ test('Esc and the button end it', async () => {
 });
 
 test('two who follow each other come to rest', async () => {
-  await follow();
+  await orbit(page, [40, 20]);
+  await follow(); // and at once, on the way there:
   await page.locator('.person:enabled').click();
   await agrees();
   await frames(page);
