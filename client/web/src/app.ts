@@ -230,7 +230,7 @@ export class App implements CommandTarget {
   }
 
   private setDark(dark: boolean): void {
-    this.viewport.setBackground(dark ? '#1b2028' : '#e9edf3');
+    this.viewport.setBackground(dark ? '#14181f' : '#f3f5f9');
     this.scene?.setDark(dark);
   }
 

@@ -27,9 +27,9 @@ import { PointPicker } from './viewport/point_picker';
 import { PointerTools } from './viewport/pointer_tools';
 import type { Viewport } from './viewport/viewport';
 
-/** Between the background and the cage: three times as light as the one, a third of the other, or the reverse. */
-const DARK_SURFACE = 0x6c7788;
-const LIGHT_SURFACE = 0x5e6876;
+/** Between the background and the cage, in light and in shade: three times as light as the one, a third of the other, or the reverse. */
+const DARK_SURFACE = { colour: 0x6c7788, tones: [0.125, 0.19] } as const;
+const LIGHT_SURFACE = { colour: 0x5e6876, tones: [0.125, 0.165] } as const;
 
 export interface SceneViewEvents {
   /** The selection, the lattice, the surface or a setting has changed: panels must refresh. */
@@ -110,7 +110,7 @@ export class SceneView {
     this.cage.setStyle(style);
     this.knotBoxes.setColour(style.knotBoxes);
     this.shadow.strength = dark ? 0.6 : 0.4;
-    this.session.surface.setLook({ colour: dark ? DARK_SURFACE : LIGHT_SURFACE });
+    this.session.surface.setLook(dark ? DARK_SURFACE : LIGHT_SURFACE);
     this.viewport.invalidate();
   }
 

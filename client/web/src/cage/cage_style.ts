@@ -19,7 +19,7 @@ export const DIAMETERS: Record<PointState, number> = { plain: 8, selected: 11, a
 
 export const DARK_CAGE: CageStyle = {
   colours: {
-    plain: new Color(0xf4f8ff),
+    plain: new Color(0xffffff),
     selected: new Color(0xff9f2e),
     active: new Color(0xffe2b0),
     hover: new Color(0x7fd0ff),
@@ -30,7 +30,7 @@ export const DARK_CAGE: CageStyle = {
 
 export const LIGHT_CAGE: CageStyle = {
   colours: {
-    plain: new Color(0x161d26),
+    plain: new Color(0x0a0e14),
     selected: new Color(0xe06c00),
     active: new Color(0x8a3b00),
     hover: new Color(0x0077c8),

@@ -24,8 +24,8 @@ const STUDIO: Environment = {
 
 /** Strips above and below, for a surface that mirrors. */
 const HALL: Environment = {
-  sky: 0.34,
-  floor: 0.05,
+  sky: 0.42,
+  floor: 0.16,
   lamps: [
     { from: [-0.5, 0.7, 0.5], edge: 0.9, radiance: 0.75 },
     { from: [0.1, 0.15, 1], edge: 0.86, radiance: 0.2 },
@@ -50,7 +50,7 @@ interface Material {
 const MATERIALS: Record<Light, Material> = {
   studio: { environment: STUDIO, colour: 0xffffff, matt: 1, mirrored: 0.035, mirrorColour: 0xffffff, blur: 0.35 },
   clay: { environment: STUDIO, colour: 0xb8735a, matt: 0.85, shade: 0x7a3a3c, mirrored: 0.004, mirrorColour: 0xffe8d8, blur: 1 },
-  jade: { environment: STUDIO, colour: 0x5f9f80, matt: 0.75, shade: 0x1f7a6c, mirrored: 0.03, mirrorColour: 0xf0fff4, blur: 0.12 },
+  jade: { environment: STUDIO, colour: 0x5f9f80, matt: 0.68, shade: 0x1f7a6c, mirrored: 0.03, mirrorColour: 0xf0fff4, blur: 0.12 },
   steel: { environment: HALL, colour: 0x6c7886, matt: 0.15, mirrored: 0.6, mirrorColour: 0xcfd8e4, blur: 0.3 },
 };
 

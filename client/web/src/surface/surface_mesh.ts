@@ -28,6 +28,8 @@ export interface SurfaceLook {
   /** The rest shape as a ghost. */
   readonly ghost?: boolean;
   readonly colour?: number;
+  /** The luminance, 0 to 1, below which shade is hardly darker, and above which light is compressed. */
+  readonly tones?: readonly [number, number];
   /** The light on the plain colouring, or a material of its own colour; other colourings are lit by the studio. */
   readonly light?: Light;
 }
@@ -74,7 +76,7 @@ export class SurfaceMesh {
     baseColour: { value: new Color(0xb9bec6) }, lineColour: { value: new Color(0x11151c) }, wireframe: { value: 0 },
     patchEdges: { value: 0 }, opacity: { value: 1 }, displacementRange: { value: 1 },
     shading: { value: null as Texture | null }, hollows: { value: null as Texture | null }, viewSize: { value: new Vector2() },
-    size: { value: 1 },
+    size: { value: 1 }, tones: { value: new Vector2(0.11, 0.24) },
   };
   private readonly material = this.materialOf({ side: DoubleSide });
   private readonly ghostMaterial = this.materialOf({ side: DoubleSide, transparent: true, depthWrite: false, ...NEARER });
@@ -219,6 +221,7 @@ export class SurfaceMesh {
     if (!changed(Object.keys(look) as (keyof SurfaceLook)[])) return;
     if (changed(['colouring', 'ghost', 'compare'])) this.patches.chosenAnew();
     if (look.colour !== undefined) this.uniforms.baseColour.value.setHex(look.colour);
+    if (look.tones !== undefined) this.uniforms.tones.value.set(...look.tones);
     this.uniforms.wireframe.value = this.look.wireframe ? 1 : 0;
     this.uniforms.patchEdges.value = this.look.patchEdges ? 1 : 0;
     this.dress();

@@ -111,6 +111,7 @@ export const FRAGMENT_SHADER = /* glsl */ `
   uniform sampler2D hollows;
   uniform vec2 viewSize;
   uniform float size;
+  uniform vec2 tones;
   in vec3 viewPosition;
   in vec3 viewNormal;
   in vec3 gridPlace;
@@ -163,10 +164,19 @@ export const FRAGMENT_SHADER = /* glsl */ `
     return texture(shading, vec2(dot(right, normal), dot(cross(toEye, right), normal)) * 0.48 + 0.5);
   }
 
-  // Darker in hollows, lighter on ridges.
+  // Darker in hollows and where the sky is hidden, lighter on ridges.
   float cavity() {
-    float bend = 2.0 * texture(hollows, gl_FragCoord.xy / viewSize).r - 1.0;
-    return 1.0 + bend * (bend < 0.0 ? 0.7 : 0.35);
+    vec2 found = texture(hollows, gl_FragCoord.xy / viewSize).rg;
+    float bend = 2.0 * found.r - 1.0;
+    return (1.0 + bend * (bend < 0.0 ? 0.7 : 0.35)) * (1.0 - found.g);
+  }
+
+  // The same colour, its luminance hardly below the lower tone, and compressed above the upper one.
+  vec3 toned(vec3 colour) {
+    float light = dot(colour, vec3(0.2126, 0.7152, 0.0722));
+    float lifted = length(vec2(light, tones.x));
+    float above = lifted - tones.y;
+    return colour * (lifted - 0.25 * (above + length(vec2(above, 0.03)))) / max(light, 1e-4);
   }
 
   void main() {
@@ -191,6 +201,9 @@ export const FRAGMENT_SHADER = /* glsl */ `
       shade = vec4(0.3 + 0.45 * shade.rgb, 0.5 * shade.a);  // less light and shade, so that colours can be told apart
     #endif
     vec3 colour = surfaceColour() * shade.rgb + shade.a;
+    #if !defined(BOXES) && !defined(DISPLACEMENT) && !defined(DIFFERENCE) && !defined(TEXTURED)
+      colour = toned(colour);
+    #endif
     #ifdef HAS_NORMALS
       colour *= cavity();
     #endif

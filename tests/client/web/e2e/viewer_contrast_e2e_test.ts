@@ -10,7 +10,7 @@ import { errors, openTorus, page, press, shot, useStage } from './stage';
 import { dropFiles, meshUploaded } from './viewer_page';
 import { torusObj } from './torus';
 
-const BACK = { dark: '#1b2028', light: '#e9edf3' }; // App.setDark
+const BACK = { dark: '#14181f', light: '#f3f5f9' }; // App.setDark
 const WIDE = 1280;
 const SHOWN = ['start', 'scene']; // of which there are pictures: each takes a second
 const MENUS = ['File', 'Edit', 'Select', 'View'];
