@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import assert from 'node:assert/strict';
 import { test, type TestContext } from 'node:test';
-import { FINEST, pixelRatioOf, planFor } from '@src/viewport/motion';
+import { FINEST, pixelRatioOf, planFor, type Plan } from '@src/viewport/motion';
 import { Refinement } from '@src/viewport/refinement';
 
 const DETAILS = [1_000_000, 250_000, 40_000, 10_000]; // 10 segments: every row, every second, fifth, tenth
@@ -32,18 +32,21 @@ test('a plan keeps the budget of 33 ms by the cheaper means: fewer triangles of 
   assert.equal(pixelRatioOf({ detail: 0, ratio: 2 }), 0.5);
 });
 
-test('a motion is coarse once a frame was slow, never finer, and full 150 ms after it; the next one starts as coarse', (t) => {
+test('a motion is coarse once frames were slow, never finer, and full 150 ms after it; the next one starts as coarse', (t) => {
   const pass = fakeTimer(t);
   let due = 0;
   const refinement = new Refinement(() => ++due);
+  const measured = (plan: Plan, ...times: number[]): void => {
+    for (const ms of times) refinement.measured(plan, ms, DETAILS, PIXELS);
+  };
   refinement.moved();
   assert.equal(refinement.plan, FINEST);
-  refinement.measured(FINEST, 200, DETAILS, PIXELS);
+  measured(FINEST, 200, 200);
   const coarse = refinement.plan;
   assert.equal(coarse.detail, 2);
-  refinement.measured(FINEST, 1000, DETAILS, PIXELS);
-  assert.equal(refinement.plan, coarse, 'a frame of an earlier plan says nothing');
-  refinement.measured(coarse, 5, DETAILS, PIXELS);
+  measured(FINEST, 1000, 1000);
+  assert.equal(refinement.plan, coarse, 'frames of an earlier plan say nothing');
+  measured(coarse, 5, 5, 5);
   assert.deepEqual(refinement.plan, coarse);
 
   pass(149);
@@ -53,6 +56,20 @@ test('a motion is coarse once a frame was slow, never finer, and full 150 ms aft
   assert.deepEqual([refinement.pace, refinement.plan, due], ['resting', FINEST, 1]);
   refinement.moved();
   assert.deepEqual(refinement.plan, coarse);
+});
+
+test('one frame that was held up does not make a motion coarse; two of three that are slow do', () => {
+  const refinement = new Refinement(() => undefined);
+  const planAfter = (...times: number[]): Plan => {
+    for (const ms of times) refinement.measured(FINEST, ms, DETAILS, PIXELS);
+    return refinement.plan;
+  };
+  refinement.moved();
+
+  assert.equal(planAfter(400), FINEST, 'the first');
+  assert.equal(planAfter(8, 8, 400), FINEST, 'a later one');
+  assert.equal(planAfter(8, 8, 400), FINEST, 'another one');
+  assert.deepEqual(planAfter(400), { detail: 3, ratio: 1 });
 });
 
 test('frames are antialiased once nothing has changed for 400 ms', (t) => {

@@ -4,7 +4,7 @@
 // What the shape itself does to the light, from the normals and distances in the picture: hollows are darker and ridges
 // lighter, and what hides a part of the sky leaves less light.
 import {
-  HalfFloatType, LinearFilter, NearestFilter, ShaderMaterial, Vector2, WebGLRenderTarget, type Camera, type Texture,
+  DataTexture, HalfFloatType, LinearFilter, NearestFilter, ShaderMaterial, Vector2, WebGLRenderTarget, type Camera, type Texture,
   type WebGLRenderer,
 } from 'three';
 import { FullScreenQuad } from 'three/examples/jsm/postprocessing/Pass.js';
@@ -34,8 +34,14 @@ export class Cavity {
     depthTest: false,
     depthWrite: false,
   });
+  /** A texture without hollows and ridges. */
+  readonly none = new DataTexture(new Uint8Array([128, 0, 0, 0]), 1, 1);
   private readonly quad = new FullScreenQuad(this.material);
   private readonly drawn = new Vector2();
+
+  constructor() {
+    this.none.needsUpdate = true;
+  }
 
   /** Over the view: the curvature, 0 in the deepest hollow, 0.5 where it is flat, 1 on the sharpest ridge; the share of the sky that is hidden. */
   get texture(): Texture {
@@ -64,7 +70,7 @@ export class Cavity {
   }
 
   dispose(): void {
-    for (const owned of [this.normals, this.rough, this.hollows, this.material, this.blur, this.quad]) owned.dispose();
+    for (const owned of [this.normals, this.rough, this.hollows, this.material, this.blur, this.none, this.quad]) owned.dispose();
   }
 
   private fill(renderer: WebGLRenderer, target: WebGLRenderTarget, material: ShaderMaterial): void {

@@ -102,6 +102,7 @@ export class SurfaceMesh {
   /** The largest distance of the surface from the shape if only vertices moved, in world units; 0 if it is not compared. */
   largestDifference = 0;
   private hasNormals = false;
+  private isQuick = false;
   private look: SurfaceLook = {};
 
   constructor(source: PatchSource) {
@@ -111,7 +112,6 @@ export class SurfaceMesh {
       this.onChanged?.();
     }, (what, error) => this.onFailed?.(what, error));
     this.ghostMaterial.uniforms.opacity = { value: 0.2 };
-    this.uniforms.hollows.value = this.cavity.texture;
     this.mesh.onBeforeRender = (renderer, _, camera) => this.drawCavity(renderer, camera);
     this.alone.matrixAutoUpdate = false;
     this.alone.frustumCulled = false;
@@ -134,9 +134,10 @@ export class SurfaceMesh {
     return this.layout ? this.points.details.map(({ count }) => count / 3) : [0];
   }
 
-  /** Draws every so many rows of the pattern: the number of a detail, 0 for all rows. */
-  setDetail(detail: number): void {
+  /** Draws every so many rows of the pattern: the number of a detail, 0 for all rows; `isQuick`: without cavities. */
+  setDetail(detail: number, isQuick: boolean): void {
     this.points.setDetail(detail);
+    this.isQuick = isQuick;
   }
 
   get patchCount(): number {
@@ -255,6 +256,8 @@ export class SurfaceMesh {
     renderer.getDrawingBufferSize(this.uniforms.viewSize.value);
     // Other targets hold no colours, like the depth of a pick.
     if (!this.hasNormals || renderer.getRenderTarget() !== null) return;
+    this.uniforms.hollows.value = this.isQuick ? this.cavity.none : this.cavity.texture;
+    if (this.isQuick) return;
     this.cavity.draw(renderer, camera, this.uniforms.size.value, () => this.drawAlone(renderer, camera, this.normalsMaterial));
   }
 

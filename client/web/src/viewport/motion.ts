@@ -12,8 +12,8 @@ const PIXELS_PER_TRIANGLE = 5; // a triangle costs about as much as this number 
 export interface Coarsened {
   /** The number of triangles of each detail, the finest first. */
   readonly triangles: readonly number[];
-  /** Draws this detail from the next frame on. */
-  setDetail(detail: number): void;
+  /** Draws this detail from the next frame on; `isQuick`: without what only adds shades to it. */
+  setDetail(detail: number, isQuick: boolean): void;
 }
 
 /** Numbers of a detail and of a ratio of pixels; 0 is the finest. */

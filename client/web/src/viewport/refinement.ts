@@ -8,10 +8,12 @@ export type Pace = 'moving' | 'resting' | 'settled';
 /** Draws coarsely while something moves, and finely at rest. */
 export class Refinement {
   private static readonly REST_MS = 150; // after the last motion
+  private static readonly JUDGED_BY = 3; // frames
   private static readonly SETTLED_MS = 400; // after the last change: a frame that has begun delays the next motion
 
   pace: Pace = 'settled';
   private moving = FINEST;
+  private readonly recent = { plan: FINEST, ms: [] as number[] };
   private timer: ReturnType<typeof setTimeout> | undefined;
 
   /** @param refined Called when a finer frame is due. */
@@ -32,9 +34,17 @@ export class Refinement {
     if (this.pace !== 'moving') this.rest();
   }
 
-  /** A frame that was drawn by `plan` took `ms`. A motion gets coarser only; the next one begins by the last frame at rest. */
+  /**
+   * A frame that was drawn by `plan` took `ms`. A motion gets coarser only; the next one begins by the last frames at rest.
+   * One slow frame says nothing, since anything may delay it: a plan is judged by the median of its last three frames.
+   */
   measured(plan: Plan, ms: number, triangles: readonly number[], pixels: number): void {
-    if (plan === this.plan) this.moving = planFor(plan, ms, triangles, pixels);
+    if (plan !== this.plan) return;
+    const { recent } = this;
+    if (plan !== recent.plan) Object.assign(recent, { plan, ms: [] });
+    recent.ms = [...recent.ms, ms].slice(-Refinement.JUDGED_BY);
+    const sorted = [...recent.ms].sort((a, b) => a - b);
+    if (sorted.length > 1) this.moving = planFor(plan, sorted[(sorted.length - 1) >> 1], triangles, pixels);
   }
 
   private rest(): void {

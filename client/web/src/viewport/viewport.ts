@@ -192,7 +192,7 @@ export class Viewport {
   private takePlan(): void {
     const { plan } = this.refinement;
     this.plan = plan;
-    this.coarsened?.setDetail(plan.detail);
+    this.coarsened?.setDetail(plan.detail, plan !== FINEST);
     const ratio = this.pixelRatio * pixelRatioOf(plan);
     if (ratio !== this.renderer.getPixelRatio()) this.renderer.setPixelRatio(ratio);
   }
