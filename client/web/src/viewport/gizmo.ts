@@ -37,7 +37,13 @@ export class Gizmo {
     this.controls = new TransformControls(viewport.rig.camera, viewport.canvas);
     this.controls.setSpace('local');
     this.controls.setColors(0xe5534b, 0x6fae3c, 0x4a8fe8, 0xffc24d);
-    viewport.scene.add(this.standIn, this.controls.getHelper());
+    const helper = this.controls.getHelper();
+    const update = helper.updateMatrixWorld.bind(helper);
+    helper.updateMatrixWorld = (force) => {
+      update(force); // shows all handles
+      this.hideFacingAxes();
+    };
+    viewport.scene.add(this.standIn, helper);
     this.controls.addEventListener('change', () => viewport.invalidate());
     this.controls.addEventListener('objectChange', () => this.events.update(this.motion(), this.constraint()));
     this.controls.addEventListener('dragging-changed', ({ value }) => this.draggingChanged(value === true));
@@ -52,7 +58,7 @@ export class Gizmo {
       y: 1 - (place[1] / height) * 2,
       button: 0,
     } as PointerEvent);
-    return this.busy && !this.facesEye;
+    return this.busy;
   }
 
   /** Whether the pointer is on a handle or drags one. */
@@ -116,14 +122,16 @@ export class Gizmo {
     this.controls.setScaleSnap(step === undefined ? null : 0.1);
   }
 
-  /** Whether the handle below the pointer is an axis towards the eye. A pixel of the pointer would be a long way on it. */
-  private get facesEye(): boolean {
-    const axis = ['X', 'Y', 'Z'].indexOf(this.controls.axis ?? '');
-    if (axis < 0 || this.kind === 'rotate') return false;
+  /** Axes towards the eye are neither drawn nor take a press: a pixel of the pointer would be a long way on them. */
+  private hideFacingAxes(): void {
+    if (this.kind === 'rotate' || this.controls.dragging) return;
     const { camera } = this.viewport.rig;
     const towards = sub(camera.position.toArray() as Vec3, this.standIn.position.toArray() as Vec3);
     const eye = camera instanceof OrthographicCamera ? this.viewport.rig.basis()[2] : normalized(towards);
-    return Math.abs(dot(this.basis[axis], eye)) > FACING;
+    const hidden = AXES.filter((axis) => Math.abs(dot(this.basis[axis], eye)) > FACING).map((axis) => 'XYZ'[axis]);
+    this.controls.getHelper().traverse((handle) => {
+      if (hidden.includes(handle.name)) handle.visible = false;
+    });
   }
 
   private draggingChanged(on: boolean): void {

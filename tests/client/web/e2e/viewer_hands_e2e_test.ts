@@ -46,7 +46,7 @@ async function drag([x, y]: readonly [number, number], dx: number, dy: number): 
   await page.mouse.up();
 }
 
-test('a drag of a point below the handles moves it in the plane of the view, and an axis towards the eye takes no press', async () => {
+test('a drag of a point below the handles moves it in the plane of the view, and an axis towards the eye is not drawn and takes no press', async () => {
   for (const gizmo of ['move', 'rotate', 'scale'] as const) {
     await page.evaluate((kind) => {
       const { settings, viewport, commands } = window.latticed;
@@ -73,6 +73,16 @@ test('a drag of a point below the handles moves it in the plane of the view, and
   const [x, y] = await onScreen(page, CORNER);
   const [tipX, tipY] = await placeOf(page, [there[0] + 0.3, there[1], there[2]]);
   const far = 14 / Math.hypot(tipX - x, tipY - y); // beyond the disc
+  const isDrawn = async (axis: number): Promise<boolean> => {
+    const point = there.map((c, i) => (i === axis ? c + (axis === 0 ? 0.3 : 0.15) * far : c)) as unknown as Vec3;
+    const seenWith = async (gizmo: 'none' | 'move'): Promise<string> => {
+      await page.evaluate((kind) => window.latticed.settings.set({ gizmo: kind }), gizmo);
+      await frames(page);
+      return String(await colourAt(page, point));
+    };
+    return (await seenWith('none')) !== (await seenWith('move'));
+  };
+  assert.deepEqual([await isDrawn(0), await isDrawn(2)], [false, true]);
   await drag([x + far * (tipX - x), y + far * (tipY - y)], 40, 30);
   assert.deepEqual(await controlPoint(page, CORNER), there);
   assert.ok(Math.abs(dot((await camera(page)).basis[2], seen.basis[2])) < 0.99, 'the drag turns the view');
