@@ -6,6 +6,7 @@
 import type { Editor } from '../edit/editor';
 import { button } from './controls';
 import { h } from './dom';
+import { evaluateExpression } from './fields/expression';
 import { icon } from './icons';
 
 export class TransformBar {
@@ -16,19 +17,22 @@ export class TransformBar {
   private readonly snap = this.held('Snap', 'In steps');
   private readonly amount = h('input', {
     type: 'text',
-    inputmode: 'decimal',
+    autocomplete: 'off',
     placeholder: 'amount',
     'aria-label': 'Amount',
-    oninput: () => this.editor()?.typeAmount(this.amount.value),
+    oninput: () => this.typed(),
+    onchange: () => this.entered(),
   });
+  private readonly why = h('small', { class: 'why', role: 'alert' });
+  private before = 0; // the amount entered last, on which += acts
 
   /** `editor` returns the editor of the open scene. */
   constructor(private readonly editor: () => Editor | undefined) {
     const cancel = button(icon('close'), () => this.press('Escape'), { 'aria-label': 'Cancel' });
     const confirm = button(icon('check'), () => this.press('Enter'), { class: 'button primary', 'aria-label': 'Confirm' });
     this.element.hidden = true;
-    const { axes, plane, fine, snap, amount } = this;
-    this.element.append(...axes, plane.element, fine.element, snap.element, amount, cancel, confirm);
+    const { axes, plane, fine, snap, amount, why } = this;
+    this.element.append(...axes, plane.element, fine.element, snap.element, h('span', { class: 'number-field' }, amount, why), cancel, confirm);
   }
 
   /** Shows the bar while a transform runs. For each transform it starts with all switches off. */
@@ -38,12 +42,36 @@ export class TransformBar {
     if (this.element.hidden === !running) return;
     this.element.hidden = !running;
     this.amount.value = '';
+    this.before = 0;
+    this.tell('');
     for (const switched of [this.plane, this.fine, this.snap]) switched.turnOff();
     this.hold();
   }
 
   private press(key: string, shift = false): void {
     this.editor()?.keyPressed(key, shift);
+  }
+
+  /** The amount follows the typing, as in other fields for numbers. A wrong expression changes nothing, and tells why. */
+  private typed(): void {
+    const { value } = this.amount;
+    const found = evaluateExpression(value, this.before);
+    const isEmpty = value.trim() === '';
+    this.tell('why' in found && !isEmpty ? found.why : '');
+    if ('value' in found) this.editor()?.typeAmount(decimal(found.value));
+    else if (isEmpty) this.editor()?.typeAmount('');
+  }
+
+  private entered(): void {
+    const found = evaluateExpression(this.amount.value, this.before);
+    if ('why' in found) return;
+    this.before = found.value;
+    this.amount.value = decimal(found.value);
+  }
+
+  private tell(why: string): void {
+    this.why.textContent = why;
+    this.amount.setAttribute('aria-invalid', String(why !== ''));
   }
 
   private hold(): void {
@@ -62,4 +90,9 @@ export class TransformBar {
     const isOn = (): boolean => element.getAttribute('aria-pressed') === 'true';
     return { element, isOn, turnOff: () => element.setAttribute('aria-pressed', 'false') };
   }
+}
+
+/** A number as a person types it: digits alone. */
+function decimal(value: number): string {
+  return value.toFixed(9).replace(/\.?0+$/, '');
 }

@@ -144,9 +144,23 @@ test('fingers select one by one, also below a handle, drag a point, and steer a 
   // A click comes some time after its tap.
   await page.getByRole('button', { name: 'Z', exact: true }).tap();
   await page.getByRole('button', { name: 'Z', exact: true, pressed: true }).waitFor();
-  await page.getByLabel('Amount').fill('-0.25');
-  await shot('viewer_tablet');
+  const amount = page.getByLabel('Amount');
+  await amount.fill('-0.25');
+  const up = async (): Promise<number> => (await controlPoint(page, CORNER))[2] - rest[2];
   assert.deepEqual(await controlPoint(page, CORNER), [rest[0], rest[1], rest[2] - 0.25]);
+
+  for (const [text, by, shown] of [['1/2', 0.5, '0.5'], ['+=0.1', 0.6, '0.6'], ['pi*2', 2 * Math.PI, '6.283185307'], ['1e-7', 1e-7, '0.0000001']] as const) {
+    await amount.fill(text);
+    assert.ok(Math.abs(await up() - by) < 1e-8, `${text}: ${await up()}`);
+    await amount.press('Enter');
+    assert.equal(await amount.inputValue(), shown);
+  }
+  await amount.fill('1/2 apples');
+  assert.equal(await page.locator('.transform-bar .why').textContent(), '“apples” is not understood here.');
+  assert.ok(Math.abs(await up()) < 1e-6, 'a wrong one changes nothing');
+  await shot('viewer_tablet');
+  await amount.fill('');
+  assert.equal(await page.locator('.transform-bar .why').textContent(), '');
   await page.getByRole('button', { name: 'Cancel' }).tap();
   await page.locator('.transform-bar').waitFor({ state: 'hidden' });
   assert.deepEqual(await controlPoint(page, CORNER), rest);
