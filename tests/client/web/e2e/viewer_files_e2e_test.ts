@@ -260,25 +260,55 @@ test('size and degree are changed in the scene: the shape stays as well as it ca
   await page.waitForFunction(() => window.latticed.scene!.session.lattice.degree.join() === '1,1,1');
 });
 
+/** Drops a mesh whose upload does not end before the function returned is called. */
+async function dropHeld(): Promise<() => Promise<void>> {
+  let release!: () => void;
+  const released = new Promise<void>((resolve) => (release = resolve));
+  await page.route('**/FinishUpload', (route) => void released.then(() => route.continue()));
+  const finished = page.waitForRequest('**/FinishUpload');
+  await dropFiles(page, [['tetrahedron.stl', tetrahedronStl()]]);
+  await finished;
+  return async () => {
+    release();
+    await page.unrouteAll({ behavior: 'wait' });
+  };
+}
+
 test('the button that creates has the focus when the mesh is there, but not in place of a field that somebody is at', async () => {
   const field = page.getByLabel('Points along v');
   for (const isUsed of [false, true]) {
-    let release!: () => void;
-    const released = new Promise<void>((resolve) => (release = resolve));
-    await page.route('**/FinishUpload', (route) => void released.then(() => route.continue()));
-    const finished = page.waitForRequest('**/FinishUpload');
-    await dropFiles(page, [['tetrahedron.stl', tetrahedronStl()]]);
-    await finished;
+    const release = await dropHeld();
     if (isUsed) await field.click();
-    release();
+    await release();
     await meshUploaded(page);
-    await page.unrouteAll({ behavior: 'wait' });
 
     const focused = isUsed ? field : page.getByRole('button', { name: 'Create scene' });
     assert.ok(await focused.evaluate((element) => element === document.activeElement));
     await page.getByRole('button', { name: 'Cancel' }).click();
     await page.locator('dialog.fit').waitFor({ state: 'detached' });
   }
+});
+
+test('Enter during the upload makes the scene once the mesh is there, as the dialog says; Esc makes none', async () => {
+  const open = (): Promise<string> => page.evaluate(() => window.latticed.scene!.session.sceneId);
+  const before = await open();
+  const enter = async (): Promise<() => Promise<void>> => {
+    const release = await dropHeld();
+    await page.keyboard.press('Enter');
+    await page.locator('dialog.fit').getByText('as soon as the mesh is there').waitFor();
+    return release;
+  };
+
+  const cancelled = await enter();
+  await page.keyboard.press('Escape');
+  await page.locator('dialog.fit').waitFor({ state: 'detached' });
+  await cancelled();
+  assert.equal(await open(), before);
+
+  const release = await enter();
+  await release();
+  await page.waitForFunction((id) => window.latticed.scene!.session.sceneId !== id, before);
+  assert.equal(await page.locator('dialog.fit').count(), 0);
 });
 
 test('of two scenes the one that was asked for last is shown, also where the other one answers later', async () => {

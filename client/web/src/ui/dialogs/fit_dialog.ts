@@ -44,9 +44,11 @@ export function showFitDialog({ file, upload, triangles, up: firstUp, create }: 
   preview.element.hidden = true;
   const bar = h('progress', { max: 1, value: 0, 'aria-label': 'Upload' });
   const facts = h('p', { class: 'facts' }, `${file.name}, ${bytes(file.content.size)}`);
+  const status = h('p', { class: 'note', role: 'status' });
   const error = h('p', { class: 'error', role: 'alert' });
   let mesh: Mesh | undefined;
   let isUsed = false;
+  let isConfirmed = false;
   let hasSize = true;
   let areNumbers = true;
   let up = firstUp;
@@ -63,7 +65,8 @@ export function showFitDialog({ file, upload, triangles, up: firstUp, create }: 
     preview.show(fitLattice(bounds, fit), up ?? 'y'); // glTF's is y
   };
   const submit = async (): Promise<void> => {
-    if (mesh === undefined || confirm.disabled) return;
+    if (mesh === undefined) return remember();
+    if (confirm.disabled) return;
     confirm.disabled = true;
     error.textContent = '';
     const waiting = h('progress', { 'aria-label': 'Making the scene' }); // how long is not known
@@ -76,6 +79,12 @@ export function showFitDialog({ file, upload, triangles, up: firstUp, create }: 
       confirm.disabled = false;
       waiting.remove();
     }
+  };
+  /** Enter during the upload counts once the mesh is there. */
+  const remember = (): void => {
+    if (bar.hidden) return; // the upload has failed
+    isConfirmed = true;
+    status.textContent = 'The scene is made as soon as the mesh is there. Esc cancels.';
   };
   const confirm = button('Create scene', () => void submit(), { class: 'button primary', disabled: true });
 
@@ -114,6 +123,7 @@ export function showFitDialog({ file, upload, triangles, up: firstUp, create }: 
     h('h2', {}, 'Fit a lattice'),
     facts,
     bar,
+    status,
     preview.element,
     table.element,
     field('Padding', padding.element, '% of the longest edge'),
@@ -135,7 +145,9 @@ export function showFitDialog({ file, upload, triangles, up: firstUp, create }: 
     facts.textContent = `${mesh.name}: ${vertices} vertices, ${faces} faces, ${extent}`;
     crease.input.title = mesh.hasNormals ? 'The file has its own normals. A number here replaces them.' : '';
     check();
-    if (!isUsed) confirm.focus(); // a person who uses a field stays there
+    status.textContent = '';
+    if (isConfirmed) void submit();
+    else if (!isUsed) confirm.focus(); // a person who uses a field stays there
     if (mesh.faces <= MOST_FACES) void showMesh(mesh.id).catch(() => undefined); // the lattice is shown without it
   };
   const showMesh = async (id: string): Promise<void> => {
@@ -145,6 +157,7 @@ export function showFitDialog({ file, upload, triangles, up: firstUp, create }: 
     showPreview();
   };
   goUp().catch((failure: unknown) => {
+    status.textContent = '';
     if (!abort.signal.aborted) error.textContent = inWords(failure);
   }).finally(() => (bar.hidden = true));
   return () => dialog.close();
