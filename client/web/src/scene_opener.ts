@@ -9,10 +9,11 @@ import { shownAtRest } from './intake/glb_json';
 import { fileKind, readMeshFile, type MeshFile } from './intake/mesh_file';
 import { sampleFile, sampleLattice, type SampleName } from './intake/samples';
 import type { MeshLayers } from './intake/corner_layers';
-import type { NewScene } from './intake/services';
+import type { DescribedScene, NewScene } from './intake/services';
 import { layerTexture, uvGrid } from './intake/layer_texture';
 import { hasColours, meshLayers } from './intake/mesh_layers';
 import type { Lattice } from './lattice/lattice';
+import type { MeshExtent } from './lattice/mesh_extent';
 import { latticeFromJson, latticeToJson } from './wire/lattice_json';
 import { sameStructure } from './lattice/grid';
 import type { LiveSession } from './session/live_session';
@@ -270,7 +271,7 @@ export class SceneOpener {
     settings.set({ view, ...this.lookBefore });
     this.lookBefore = undefined;
     this.app.show(session, facts ?? UNKNOWN_FACTS);
-    void this.watchLattice(session);
+    void this.watchLattice(session, facts);
     session.on('lattice', () => void this.watchLattice(session)); // its frame may have changed
     if (facts === undefined) void this.learnFacts(session).catch(() => undefined);
     const { mesh: before } = this;
@@ -281,9 +282,12 @@ export class SceneOpener {
     return true;
   }
 
-  private async watchLattice(session: LiveSession): Promise<void> {
+  /** @param known What the server has told of the scene with its present lattice; asked for if absent. */
+  private async watchLattice(session: LiveSession, known?: DescribedScene): Promise<void> {
     const turn = ++this.watchTurn;
-    const extent = await this.app.services.meshExtent(session.sceneId).catch(() => undefined);
+    const { services } = this.app;
+    const asked = async (): Promise<MeshExtent> => services.meshExtent(known ?? (await services.describeScene(session.sceneId)));
+    const extent = await asked().catch(() => undefined);
     if (turn === this.watchTurn && session === this.app.scene?.session) this.app.watchLattice(extent);
   }
 

@@ -59,7 +59,14 @@ export interface NewScene {
   readonly creaseAngle?: number | undefined;
 }
 
+/** A scene's name, its mesh, the view of watchers that ask for none, its units, and how the mesh lies in the lattice. */
+export interface DescribedScene extends SceneFacts, Pick<MeshExtent, 'outside' | 'acrossFaces'> {
+  readonly mesh: string;
+  readonly view: ViewRequest;
+}
+
 export class Services {
+  private readonly bounds = new Map<string, Mesh['bounds']>(); // by mesh, which never changes
   private channel: BroadcastChannel | undefined;
 
   constructor(
@@ -83,6 +90,7 @@ export class Services {
     const header = { name: file.name, format: FORMATS[file.format] };
     const onProgress = (sent: number, all: number): void => progress(sent / all);
     const mesh = await uploadMesh(this.server, header, file.content, { onProgress, signal });
+    this.bounds.set(mesh.id, mesh.bounds);
     // A failure is dropped here: opening a scene of this mesh reports it.
     void this.store.saveMesh(storedMesh(mesh.id, header, file.content)).catch(() => undefined);
     return mesh;
@@ -146,17 +154,19 @@ export class Services {
     return { bytes, file: await this.downloadMesh(id, scene) };
   }
 
-  /** A scene's name, its mesh, the view of watchers that ask for none, and its units. */
-  async describeScene(sceneId: string): Promise<SceneFacts & { readonly mesh: string; readonly view: ViewRequest }> {
-    const { name, mesh, defaultView, units } = await this.server.scenes.getScene({ scene: sceneId });
-    return { name, mesh, view: defaultView === undefined ? {} : toView(defaultView), units: toUnits(units) };
+  async describeScene(sceneId: string): Promise<DescribedScene> {
+    const { name, mesh, defaultView, units, patchesOutside, patchesOnFaces } = await this.server.scenes.getScene({ scene: sceneId });
+    return {
+      name, mesh, view: defaultView === undefined ? {} : toView(defaultView), units: toUnits(units),
+      outside: patchesOutside > 0n, acrossFaces: patchesOnFaces > 0n,
+    };
   }
 
-  /** The place of a scene's mesh at rest. */
-  async meshExtent(sceneId: string): Promise<MeshExtent> {
-    const { mesh, patchesOutside, patchesOnFaces } = await this.server.scenes.getScene({ scene: sceneId });
-    const { bounds } = await this.server.meshes.getMesh({ mesh });
-    return { min: vector(bounds?.min), max: vector(bounds?.max), outside: patchesOutside > 0n, acrossFaces: patchesOnFaces > 0n };
+  /** The place of a scene's mesh at rest. The server is not asked about a mesh that it has described to this page. */
+  async meshExtent({ mesh, outside, acrossFaces }: DescribedScene): Promise<MeshExtent> {
+    const bounds = this.bounds.get(mesh) ?? (await this.server.meshes.getMesh({ mesh })).bounds;
+    this.bounds.set(mesh, bounds);
+    return { min: vector(bounds?.min), max: vector(bounds?.max), outside, acrossFaces };
   }
 }
 

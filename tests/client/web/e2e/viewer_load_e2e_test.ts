@@ -1,14 +1,14 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The bytes that Chromium loads for the viewer: in a first visit, and in the next one.
+// What Chromium loads for the viewer: bytes in a first visit, and in the next one; answers of the server for a scene.
 // Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer.
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { MeshFormat } from 'latticed/v1/mesh_pb';
 import type { BrowserContext, Page } from 'playwright-core';
 import { uploadMesh } from '@src/wire/upload';
-import { browser, direct, OBJ, server, until, useStage } from './stage';
+import { browser, direct, OBJ, openTorus, page, server, until, useStage } from './stage';
 
 const SCENE = 'a-scene-to-load';
 const MOST_BYTES = 400_000; // 1,344,514 as they are, 309,000 in Brotli
@@ -69,4 +69,17 @@ test('a first visit loads compressed files, and the next one only asks whether t
     else assert.equal(transfer, 0, `${name} is loaded again`);
   }
   await context.close();
+});
+
+test('a scene of a dropped mesh is described twice, and its mesh not again', async () => {
+  const asked: string[] = [];
+  page.on('request', (request) => asked.push(request.url().replace(/.*\//, '')));
+
+  await openTorus();
+  await until(() => page.evaluate(() => window.latticed.scene!.session.status.state === 'live'));
+  await page.waitForTimeout(500); // a call too many would come after the surface
+
+  const count = (name: string): number => asked.filter((each) => each === name).length;
+  // One scene is the fit preview's. One description is for the page, the other for what is kept to restore the scene.
+  assert.deepEqual([count('CreateScene'), count('GetScene'), count('GetMesh')], [2, 2, 0], `${asked}`);
 });
