@@ -69,7 +69,7 @@ test('one frame that was held up does not make a motion coarse; two of three tha
   assert.equal(planAfter(400), FINEST, 'the first');
   assert.equal(planAfter(8, 8, 400), FINEST, 'a later one');
   assert.equal(planAfter(8, 8, 400), FINEST, 'another one');
-  assert.deepEqual(planAfter(400), { detail: 3, ratio: 1 });
+  assert.deepEqual(planAfter(400), { detail: 2, ratio: 1 });
 });
 
 test('frames are antialiased once nothing has changed for 400 ms', (t) => {
