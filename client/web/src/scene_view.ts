@@ -28,8 +28,8 @@ import { PointerTools } from './viewport/pointer_tools';
 import type { Viewport } from './viewport/viewport';
 
 /** Between the background and the cage, in light and in shade: three times as light as the one, a third of the other, or the reverse. */
-const DARK_SURFACE = { colour: 0x6c7788, tones: [0.125, 0.19] } as const;
-const LIGHT_SURFACE = { colour: 0x5e6876, tones: [0.125, 0.165] } as const;
+const DARK_SURFACE = { colour: 0x6c7788, tones: [0.12, 0.2] } as const;
+const LIGHT_SURFACE = { colour: 0x5e6876, tones: [0.11, 0.17] } as const;
 
 export interface SceneViewEvents {
   /** The selection, the lattice, the surface or a setting has changed: panels must refresh. */

@@ -85,7 +85,10 @@ export class SurfaceMesh {
   private readonly flatMaterial = this.materialOf({ side: DoubleSide, ...NEARER });
   private readonly flat = new Mesh(undefined, this.flatMaterial);
   private readonly shadings = new Shadings();
-  private readonly overUniforms = { baseColour: { value: new Color(0xff7a1a) }, opacity: { value: 0.5 }, shading: { value: this.shadings.of('studio') } };
+  private readonly overUniforms = {
+    baseColour: { value: new Color(0xff7a1a) }, opacity: { value: 0.5 }, shading: { value: this.shadings.of('studio') },
+    tones: { value: new Vector2(0, 10) }, // all: it must be told from the surface
+  };
   private readonly normalsMaterial = this.materialOf({ side: DoubleSide });
   private readonly cavity = new Cavity();
   private readonly alone = new Mesh();
@@ -374,8 +377,8 @@ export class SurfaceMesh {
     this.ghost.visible = Boolean(look.ghost && restCorners && this.mesh.visible);
     this.flat.visible = compare !== undefined && compare !== 'off' && this.mesh.visible;
     this.flatMaterial.transparent = this.flatMaterial.polygonOffset = compare === 'over';
-    const { baseColour, opacity, shading } = compare === 'over' ? this.overUniforms : this.uniforms;
-    Object.assign(this.flatMaterial.uniforms, { baseColour, opacity, shading });
+    const { baseColour, opacity, shading, tones } = compare === 'over' ? this.overUniforms : this.uniforms;
+    Object.assign(this.flatMaterial.uniforms, { baseColour, opacity, shading, tones });
   }
 
   private materialOf(options: ConstructorParameters<typeof ShaderMaterial>[0]): ShaderMaterial {
