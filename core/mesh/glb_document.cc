@@ -219,8 +219,12 @@ absl::StatusOr<GlbDocument> GlbDocument::Parse(std::string_view bytes, ReadingMe
 }
 
 uint64_t GlbDocument::TreeBytes(std::string_view file) {
+  return kTreeBytesPerByte * JsonBytes(file);
+}
+
+uint64_t GlbDocument::JsonBytes(std::string_view file) {
   const auto chunks = SplitChunks(file);
-  return chunks.ok() ? kTreeBytesPerByte * chunks->text.size() : 0;
+  return chunks.ok() ? chunks->text.size() : 0;
 }
 
 std::string_view GlbDocument::BufferView(int64_t index) const {

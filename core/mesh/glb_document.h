@@ -70,6 +70,7 @@ class GlbDocument {
   [[nodiscard]] std::string_view BufferView(int64_t index) const;
   // More than the tree of such a file takes, by the size of its JSON.
   [[nodiscard]] static uint64_t TreeBytes(std::string_view file);
+  [[nodiscard]] static uint64_t JsonBytes(std::string_view file);
   // Opens accessor `index`. It must exist, be dense, lie in its buffer, and have this many components.
   [[nodiscard]] absl::StatusOr<GlbAccessor> Open(int64_t index, int components) const;
   // The same for vertex indices, which are unsigned integers.

@@ -16,7 +16,7 @@ namespace {
 class MergedVertices {
  public:
   explicit MergedVertices(const PolygonMesh& mesh) {
-    const double shortest = 0x1p-22 * mesh.ComputeBounds().diagonal();
+    const double shortest = ShortEdgeLength(mesh.ComputeBounds());
     for (size_t c = 0; c < mesh.corner_count(); ++c) {
       const uint32_t a = mesh.corner_vertices[c];
       const uint32_t b = mesh.corner_vertices[c % 3 == 2 ? c - 2 : c + 1];
@@ -94,6 +94,8 @@ void JoinValues(const PolygonMesh& mesh, std::vector<T>* values, std::vector<uin
 }
 
 }  // namespace
+
+double ShortEdgeLength(const Bounds& bounds) { return 0x1p-22 * bounds.diagonal(); }
 
 void CollapseShortEdges(PolygonMesh& mesh) {
   const MergedVertices merged(mesh);

@@ -17,6 +17,9 @@
 
 namespace latticed {
 
+// The longest edge that is too short.
+[[nodiscard]] double ShortEdgeLength(const Bounds& bounds);
+
 // All faces must be triangles.
 void CollapseShortEdges(PolygonMesh& mesh);
 

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/mesh/write/glb_materials.h"
 
+#include <set>
 #include <utility>
 
 #include "core/mesh/glb_layout.h"
@@ -47,6 +48,12 @@ bool HasKey(const json& value, const std::string& key) {
   return false;
 }
 
+// "1e9" becomes "1000000000.0".
+uint64_t MostTextBytes(std::string_view source) {
+  constexpr uint64_t kGrowth = 6;
+  return kGrowth * GlbDocument::JsonBytes(source);
+}
+
 }  // namespace
 
 GlbMaterials::GlbMaterials(std::string_view source) {
@@ -61,9 +68,22 @@ GlbMaterials::GlbMaterials(std::string_view source) {
     RemoveOtherTexCoords(materials_[i]);
   }
   if (materials_.empty()) return;
+  picture_bytes_ = BytesOfPictures();
+  json_bytes_ = MostTextBytes(source);
+  if (picture_bytes_ <= source.size()) return;
+  materials_.clear();
+  by_group_.clear();
+  picture_bytes_ = 0;
+}
+
+uint64_t GlbMaterials::BytesOfPictures() const {
+  std::set<int64_t> views;
   for (const json& image : GlbArray(source_->root(), "images")) {
-    picture_bytes_ += glb::Aligned(source_->BufferView(GlbIndex(image, "bufferView")).size());
+    views.insert(GlbIndex(image, "bufferView"));
   }
+  uint64_t bytes = 0;
+  for (const int64_t view : views) bytes += glb::Aligned(source_->BufferView(view).size());
+  return bytes;
 }
 
 std::optional<size_t> GlbMaterials::Find(std::string_view group) const {
@@ -72,24 +92,32 @@ std::optional<size_t> GlbMaterials::Find(std::string_view group) const {
   return found->second;
 }
 
-void GlbMaterials::AddImage(json image, json& document, std::string& binary) const {
-  const std::string_view picture = source_->BufferView(GlbIndex(image, "bufferView"));
-  if (!picture.empty()) {
-    binary.resize(glb::Aligned(binary.size()), '\0');
-    document["bufferViews"].push_back(json::object(
-        {{"buffer", 0}, {"byteOffset", binary.size()}, {"byteLength", picture.size()}}));
-    image["bufferView"] = document["bufferViews"].size() - 1;
-    binary.append(picture);
+void GlbMaterials::AddImages(json& document, std::string& binary) const {
+  std::map<int64_t, size_t> written;  // views of the source
+  for (json image : GlbArray(source_->root(), "images")) {
+    if (!image.is_object()) image = json::object();  // textures name images by number
+    const int64_t view = GlbIndex(image, "bufferView");
+    const std::string_view picture = source_->BufferView(view);
+    if (!picture.empty() && !written.contains(view)) {
+      binary.resize(glb::Aligned(binary.size()), '\0');
+      written[view] = document["bufferViews"].size();
+      document["bufferViews"].push_back(json::object(
+          {{"buffer", 0}, {"byteOffset", binary.size()}, {"byteLength", picture.size()}}));
+      binary.append(picture);
+    }
+    if (const auto found = written.find(view); found != written.end()) {
+      image["bufferView"] = found->second;
+    } else {
+      image.erase("bufferView");
+    }
+    document["images"].push_back(std::move(image));
   }
-  document["images"].push_back(std::move(image));
 }
 
 void GlbMaterials::AddTo(json& document, std::string& binary) && {
   if (materials_.empty()) return;
   const json& root = source_->root();
-  for (const json& image : GlbArray(root, "images")) {
-    if (image.is_object()) AddImage(image, document, binary);
-  }
+  AddImages(document, binary);
   for (const char* name : {"textures", "samplers"}) {
     if (const json& array = GlbArray(root, name); !array.empty()) document[name] = array;
   }
@@ -106,7 +134,8 @@ void GlbMaterials::AddTo(json& document, std::string& binary) && {
 }
 
 uint64_t GlbMaterials::MostBytes(std::string_view source) {
-  return 3 * GlbDocument::TreeBytes(source) + source.size();
+  // The source's tree, a copy of its materials and one in the file's tree; text when it is put together.
+  return 3 * GlbDocument::TreeBytes(source) + 2 * MostTextBytes(source) + source.size();
 }
 
 }  // namespace latticed

@@ -64,10 +64,10 @@ class GlbBuilder {
   }
 
  private:
-  // Enough that the JSON can be put in front of the binary chunk without a copy of that, materials of a source aside.
+  // Enough that the JSON can be put in front of the binary chunk without a copy of that.
   size_t MostJsonBytes() const {
     constexpr size_t kBytes = 2'048, kBytesPerGroup = 640, kBytesPerNameByte = 6;
-    size_t bytes = kBytes;
+    size_t bytes = kBytes + materials_.MostJsonBytes();
     for (const std::string& name : mesh_.group_names) {
       bytes += kBytesPerGroup + kBytesPerNameByte * name.size();
     }

@@ -2,8 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/engine/exports/exact_surface.h"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstring>
+#include <limits>
 #include <numeric>
 #include <utility>
 #include <vector>
@@ -77,10 +80,14 @@ class SurfaceBuilder {
   std::span<const uint8_t> AddPatch(size_t patch, std::span<const uint8_t> bytes) {
     const std::vector<uint32_t> vertices = points_.OfPatch(patch);
     std::vector<uint32_t> normals(has_normals_ ? vertices.size() : 0);
+    std::vector<Vec3d> positions;
+    positions.reserve(vertices.size());
     for (size_t i = 0; i < vertices.size(); ++i) {
-      mesh_.positions[vertices[i]] = plan_.local_origin + ToDouble(TakeVector(&bytes));
+      positions.push_back(ToDouble(TakeVector(&bytes)));
+      mesh_.positions[vertices[i]] = plan_.local_origin + positions.back();
       if (has_normals_) normals[i] = normals_.Add(vertices[i], TakeVector(&bytes));
     }
+    NoteEdges(positions);
     AddCorners(vertices, &mesh_.corner_vertices);
     if (has_normals_) AddCorners(normals, &mesh_.corner_normals);
     if (has_uvs_) AddCorners(UvsOf(patch, vertices), &mesh_.corner_uvs);
@@ -97,7 +104,7 @@ class SurfaceBuilder {
     for (size_t t = 0; t <= triangles; ++t) mesh_.face_offsets[t] = static_cast<uint32_t>(3 * t);
     mesh_.normals = std::move(normals_).Take();
     mesh_.uvs = std::move(uvs_).Take();
-    CollapseShortEdges(mesh_);
+    if (std::sqrt(least_square_) <= ShortEdgeLength(bounds_)) CollapseShortEdges(mesh_);
     return std::move(mesh_);
   }
 
@@ -107,6 +114,16 @@ class SurfaceBuilder {
     std::memcpy(&v, bytes->data(), sizeof(v));
     *bytes = bytes->subspan(sizeof(v));
     return v;
+  }
+
+  // Slivers are rare, and an edge is looked up fastest while its patch is at hand.
+  void NoteEdges(const std::vector<Vec3d>& positions) {
+    for (const Vec3d p : positions) bounds_.Extend(p);
+    for (const auto& [a, b, c] : pattern_.triangles) {
+      const Vec3d u = positions[b] - positions[a], v = positions[c] - positions[b];
+      const Vec3d w = positions[a] - positions[c];
+      least_square_ = std::min({least_square_, Dot(u, u), Dot(v, v), Dot(w, w)});
+    }
   }
 
   void AddCorners(const std::vector<uint32_t>& of_points, std::vector<uint32_t>* corners) const {
@@ -131,6 +148,8 @@ class SurfaceBuilder {
   const bool has_normals_, has_uvs_;
   VertexValues<Vec3f> normals_;
   VertexValues<Vec2f> uvs_;
+  Bounds bounds_;                                                  // about the plan's local origin
+  double least_square_ = std::numeric_limits<double>::infinity();  // of the lengths of edges
   PolygonMesh mesh_;
 };
 

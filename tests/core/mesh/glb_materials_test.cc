@@ -94,6 +94,35 @@ TEST(GlbMaterialsTest, TexturesOfOtherCoordinatesAndForeignExtensionsAreLeftOut)
   EXPECT_EQ(document["extensionsUsed"], json::parse(R"(["KHR_texture_transform"])"));
 }
 
+TEST(GlbMaterialsTest, APictureOfSeveralImagesIsWrittenOnce) {
+  json document = JsonOf(Source());
+  for (int i = 0; i < 100; ++i) document["images"].push_back({{"bufferView", 1}});
+  const std::string source = Glb(document, BinaryOf(Source()));
+  const auto file =
+      WriteGlb(testing::SquareOfTwoGroups(), {.source = source, .source_format = MeshFormat::kGlb});
+  ASSERT_OK(file);
+  EXPECT_EQ(JsonOf(*file)["images"].size(), 101u);
+  EXPECT_EQ(JsonOf(*file)["images"][0]["bufferView"], JsonOf(*file)["images"][100]["bufferView"]);
+}
+
+// A small file could otherwise become one of gigabytes.
+TEST(GlbMaterialsTest, PicturesThatOverlapAreNotKept) {
+  json document = JsonOf(Source());
+  std::string binary(100'000, 'x');
+  document["buffers"][0]["byteLength"] = binary.size();
+  for (int i = 0; i < 100; ++i) {
+    document["images"].push_back({{"bufferView", document["bufferViews"].size()}});
+    document["bufferViews"].push_back({{"buffer", 0}, {"byteLength", binary.size()}});
+  }
+  const std::string source = Glb(document, binary);
+  const auto file =
+      WriteGlb(testing::SquareOfTwoGroups(), {.source = source, .source_format = MeshFormat::kGlb});
+  ASSERT_OK(file);
+  EXPECT_LT(file->size(), 10'000u);
+  EXPECT_FALSE(JsonOf(*file).contains("images"));
+  EXPECT_EQ(JsonOf(*file)["materials"][0]["name"], "red");
+}
+
 TEST(GlbMaterialsTest, WhatIsWrongInTheSourceIsNotThere) {
   for (const char* images : {R"([{"bufferView": 7}])", R"([{"bufferView": -1}, 5])", "{}"}) {
     json document = JsonOf(Source());
