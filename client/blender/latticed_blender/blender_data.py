@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
-"""Converts Blender's objects to arrays, and a surface to a mesh object. Main thread only."""
+"""Converts Blender's objects to arrays. Main thread only."""
 from __future__ import annotations
 
 import math
@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 
 from .lattice_map import BlenderLattice
-from .live_session import SourceMesh, Surface
+from .source_mesh import SourceMesh
 
 
 def _array(collection, name, width, kind):
@@ -20,11 +20,20 @@ def _array(collection, name, width, kind):
 
 def read_mesh(source):
     """Reads the object's own mesh, in its own space, without modifiers. ValueError if it has no faces."""
-    if source.mode == "EDIT":
-        source.update_from_editmode()
-    mesh = source.data
+    if source.mode != "EDIT":
+        return _read(source.data, source.name)
+    # In edit mode Blender 3.4 has no texture coordinates to read, but a copy, which has no edit mode, has.
+    source.update_from_editmode()
+    copy = source.data.copy()
+    try:
+        return _read(copy, source.name)
+    finally:
+        bpy.data.meshes.remove(copy)
+
+
+def _read(mesh, name):
     if not len(mesh.polygons):
-        raise ValueError(f"{source.name} has no faces")
+        raise ValueError(f"{name} has no faces")
     corners = _array(mesh.loops, "vertex_index", 1, np.int32)
     begins = _array(mesh.polygons, "loop_start", 1, np.int32)
     sizes = _array(mesh.polygons, "loop_total", 1, np.int32)
@@ -34,7 +43,16 @@ def read_mesh(source):
         faces = [corners[begin : begin + size] for begin, size in zip(begins, sizes)]
     # Blender's 180 degrees are a float32, which is a little more.
     crease_angle = min(180.0, math.degrees(mesh.auto_smooth_angle)) if mesh.use_auto_smooth else 180.0
-    return SourceMesh(_array(mesh.vertices, "co", 3, np.float32), faces, crease_angle)
+    layer = mesh.uv_layers.active
+    return SourceMesh(
+        _array(mesh.vertices, "co", 3, np.float32),
+        faces,
+        crease_angle,
+        uvs=None if layer is None else _array(layer.data, "uv", 2, np.float32),
+        uv_name="" if layer is None else layer.name,
+        materials=_array(mesh.polygons, "material_index", 1, np.int32),
+        smooth=_array(mesh.polygons, "use_smooth", 1, bool),
+    )
 
 
 def read_lattice(lattice, source, known=None):
@@ -62,41 +80,3 @@ def _rest(lattice, shape, known):
     rest = _array(copy.points, "co", 3, np.float32).astype(float).reshape(shape)
     bpy.data.lattices.remove(copy)
     return rest
-
-
-def make_result(source):
-    """Makes an empty mesh object that moves with the source, in the source's collections."""
-    result = bpy.data.objects.new(
-        f"{source.name} (latticed)", bpy.data.meshes.new(f"{source.name} (latticed)")
-    )
-    for collection in source.users_collection:
-        collection.objects.link(result)
-    result.parent = source
-    for material in source.data.materials[:1]:
-        result.data.materials.append(material)
-    return result
-
-
-def write_surface(result, surface: Surface):
-    """Writes points and normals, and triangles if the number of points or triangles changed."""
-    mesh = result.data
-    points, triangles = surface.positions, surface.triangles
-    if len(mesh.vertices) != len(points) or len(mesh.polygons) != len(triangles):
-        _make_geometry(mesh, len(points), triangles)
-    mesh.vertices.foreach_set("co", np.ascontiguousarray(points).reshape(-1))
-    mesh.use_auto_smooth = surface.normals is not None
-    if surface.normals is not None:
-        mesh.normals_split_custom_set_from_vertices(surface.normals)
-    mesh.update()
-
-
-def _make_geometry(mesh, points, triangles):
-    mesh.clear_geometry()
-    mesh.vertices.add(points)
-    mesh.loops.add(3 * len(triangles))
-    mesh.polygons.add(len(triangles))
-    mesh.loops.foreach_set("vertex_index", triangles.astype(np.int32).reshape(-1))
-    mesh.polygons.foreach_set("loop_start", np.arange(0, 3 * len(triangles), 3, dtype=np.int32))
-    mesh.polygons.foreach_set("loop_total", np.full(len(triangles), 3, dtype=np.int32))
-    mesh.polygons.foreach_set("use_smooth", np.ones(len(triangles), dtype=bool))
-    mesh.update(calc_edges=True)

@@ -11,7 +11,7 @@ import bpy
 import latticed
 from bpy.app.handlers import persistent
 
-from . import blender_data
+from . import blender_data, result_object
 from .live_session import LiveSession
 
 _TICK_SECONDS = 0.02
@@ -56,7 +56,7 @@ class Live:
         mesh, grid = blender_data.read_mesh(source), blender_data.read_lattice(lattice, source)
         settings.source, settings.lattice = source, lattice
         if settings.result is None or settings.result.parent != source:
-            settings.result = blender_data.make_result(source)
+            settings.result = result_object.make_result(source)
         self._session = LiveSession(settings.address, mesh, grid, _view(settings), settings.token)
         self._scene, self._grid, self._newest = scene.name, grid, None
         self._dirty.clear()
@@ -67,7 +67,18 @@ class Live:
         """Ends the session. The result object stays as it is."""
         if self.connected:
             self._session.close()
-        self._session, self._ended = None, reason
+        self._session, self._newest, self._ended = None, None, reason
+
+    def keep(self):
+        """Welds the result as it is shown, makes it an object of its own, and ends the session. ValueError, with a
+        text for the user, if there is none."""
+        settings = self._settings()
+        if not self.connected or self._newest is None or self._what_is_gone(settings):
+            raise ValueError("No surface has come yet")
+        result_object.write_surface(settings.source, settings.result, self._newest, welded=True)
+        result_object.release(settings.result)
+        settings.result = None
+        self.disconnect("The result is an object of its own")
 
     def touch(self, what):
         """Makes the next tick read this again: "mesh", "lattice" or "view"."""
@@ -101,7 +112,7 @@ class Live:
             self.touch(what)
         settings = self._settings()
         if self.connected and self._newest is not None and not self._what_is_gone(settings):
-            blender_data.write_surface(settings.result, self._newest)
+            result_object.write_surface(settings.source, settings.result, self._newest)
 
     def _settings(self):
         """The session's settings; None if its scene is gone."""
@@ -130,12 +141,13 @@ class Live:
         surface = self._session.take() if self.connected else None
         if surface is not None:
             self._newest = surface
-            blender_data.write_surface(settings.result, surface)
+            result_object.write_surface(settings.source, settings.result, surface)
 
     def _send(self, settings):
         mesh = grid = view = None
         if "mesh" in self._dirty:
             mesh = blender_data.read_mesh(settings.source)
+            result_object.copy_materials(settings.source, settings.result)
         if "lattice" in self._dirty:
             grid = self._grid = blender_data.read_lattice(settings.lattice, settings.source, self._grid)
         if "view" in self._dirty:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import threading
 from dataclasses import dataclass
-from typing import Any, Optional
+from typing import Optional
 
 import grpc
 import latticed
@@ -16,39 +16,21 @@ import numpy as np
 import numpy.typing as npt
 
 from .lattice_map import BlenderLattice, LatticeMap
+from .source_mesh import SourceMesh
+from .surface_layout import SurfaceLayout
 
 _LOOK_SECONDS = 0.02  # between two polls of the stream while there is nothing to send
 _EDIT_SECONDS = 30.0  # the longest wait for the update that holds an edit
 
 
 @dataclass(frozen=True)
-class SourceMesh:
-    """positions     (vertices, 3), the mesh object's space
-    faces         (faces, k), or a list of sequences of any length
-    crease_angle  smooth normals are split where faces meet at more than these degrees
-    """
-
-    positions: npt.NDArray[np.float32]
-    faces: Any
-    crease_angle: float = 180.0
-
-    def same(self, other: SourceMesh) -> bool:
-        return (
-            self.crease_angle == other.crease_angle
-            and np.array_equal(self.positions, other.positions)
-            and len(self.faces) == len(other.faces)
-            and all(np.array_equal(ours, theirs) for ours, theirs in zip(self.faces, other.faces))
-        )
-
-
-@dataclass(frozen=True)
 class Surface:
-    """A surface from the server: positions and normals (points, 3), and triangles (triangles, 3). normals is
-    None if the view has none. triangles is the same object as long as only points move."""
+    """A surface from the server: positions and normals (points, 3). normals is None if the view has none.
+    layout is the same object as long as only points move."""
 
     positions: npt.NDArray[np.float32]
     normals: Optional[npt.NDArray[np.float32]]
-    triangles: npt.NDArray[np.uint32]
+    layout: SurfaceLayout
     revision: int
 
 
@@ -140,8 +122,9 @@ class LiveSession:
             labels={"client": "blender"},
             delete_on_exit=True,
         ) as scene, scene.deform(view) as stream:
+            layouts = _Layouts(scene, mesh)
             while True:
-                self._publish(self._newest(stream), scene)
+                self._publish(self._newest(stream), layouts)
                 with self._changed:
                     self._changed.wait_for(lambda: self._closing or self._edits != shown, _LOOK_SECONDS)
                     if self._closing or self._mesh is not mesh or not self._grid.same_structure(grid):
@@ -153,7 +136,7 @@ class LiveSession:
                     stream.set_view(view)
                 if edited:
                     edit = stream.replace(mapping.control_points(wanted_grid))
-                    self._publish(stream.wait(edit, timeout=_EDIT_SECONDS), scene)
+                    self._publish(stream.wait(edit, timeout=_EDIT_SECONDS), layouts)
 
     @staticmethod
     def _newest(stream: latticed.DeformStream) -> Optional[latticed.Update]:
@@ -167,7 +150,7 @@ class LiveSession:
         with self._changed:
             self.status = status
 
-    def _publish(self, update: Optional[latticed.Update], scene: latticed.Scene) -> None:
+    def _publish(self, update: Optional[latticed.Update], layouts: _Layouts) -> None:
         """Decodes the update on this thread, so that Blender's thread only copies."""
         if update is None:
             return
@@ -175,9 +158,25 @@ class LiveSession:
         surface = Surface(
             update.points.reshape(-1, 3).astype(np.float32),
             None if normals is None else normals.reshape(-1, 3),
-            update.triangles,
+            layouts.of(update),
             update.revision,
         )
+        triangles = len(surface.layout.triangles)
         with self._changed:
             self._surface = surface
-            self.status = f"Connected: {scene.patches:,} patches, {len(surface.triangles):,} triangles"
+            self.status = f"Connected: {update.topology.patches:,} patches, {triangles:,} triangles"
+
+
+class _Layouts:
+    """The layouts of one scene's updates. Asks the server only if the topology has changed."""
+
+    def __init__(self, scene: latticed.Scene, mesh: SourceMesh) -> None:
+        self._scene, self._mesh = scene, mesh
+        self._topology = ""
+        self._layout: Optional[SurfaceLayout] = None
+
+    def of(self, update: latticed.Update) -> SurfaceLayout:
+        if self._layout is None or self._topology != update.topology.id:
+            self._layout = SurfaceLayout(self._mesh, self._scene.provenance(update))
+            self._topology = update.topology.id
+        return self._layout

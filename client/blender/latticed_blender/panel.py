@@ -6,6 +6,7 @@ import textwrap
 import bpy
 
 from .live import LIVE
+from .operators import OPERATORS
 
 _STATUS_WIDTH = 28  # in characters; it fits a sidebar of the usual width
 _NORMALS = (
@@ -55,49 +56,6 @@ class LatticedSettings(bpy.types.PropertyGroup):
     }
 
 
-def _chosen(context, settings):
-    """The mesh and the lattice to connect: the selected ones, or else the ones of the last session."""
-    selected = {thing.type: thing for thing in context.selected_objects}
-    active = context.active_object
-    if active is not None:
-        selected[active.type] = active
-    return selected.get("MESH") or settings.source, selected.get("LATTICE") or settings.lattice
-
-
-class LATTICED_OT_connect(bpy.types.Operator):
-    """Sends the selected mesh and lattice, and shows the deformed surface while the lattice is edited"""
-
-    bl_idname = "latticed.connect"
-    bl_label = "Connect"
-    bl_options = {"UNDO"}  # an undo step: undoing the first edit after it restores this state
-
-    def execute(self, context):
-        settings = context.scene.latticed
-        source, lattice = _chosen(context, settings)
-        if source == settings.result and source is not None:
-            source = settings.source
-        if source is None or lattice is None:
-            self.report({"ERROR"}, "Select a mesh and a lattice")
-            return {"CANCELLED"}
-        try:
-            LIVE.connect(context.scene, source, lattice)
-        except ValueError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
-        return {"FINISHED"}
-
-
-class LATTICED_OT_disconnect(bpy.types.Operator):
-    """Ends the connection; the result stays as it is"""
-
-    bl_idname = "latticed.disconnect"
-    bl_label = "Disconnect"
-
-    def execute(self, context):
-        LIVE.disconnect()
-        return {"FINISHED"}
-
-
 class LATTICED_PT_panel(bpy.types.Panel):
     bl_label = "latticed"
     bl_idname = "LATTICED_PT_panel"
@@ -118,11 +76,14 @@ class LATTICED_PT_panel(bpy.types.Panel):
             layout.operator("latticed.connect", icon="LINKED")
         layout.prop(settings, "segments")
         layout.prop(settings, "normals")
+        ends = layout.row(align=True)
+        ends.operator("latticed.apply", icon="CHECKMARK")
+        ends.operator("latticed.keep", icon="DUPLICATE")
         for line in textwrap.wrap(LIVE.status, _STATUS_WIDTH):
             layout.label(text=line)
 
 
-_CLASSES = (LatticedSettings, LATTICED_OT_connect, LATTICED_OT_disconnect, LATTICED_PT_panel)
+_CLASSES = (LatticedSettings, *OPERATORS, LATTICED_PT_panel)
 
 
 def register():

@@ -18,8 +18,10 @@ fi
 rm -rf "$work"
 mkdir -p "$work"
 PATH=/usr/bin:$PATH "$root/client/blender/make_addon.py" "$work/latticed_blender.zip"
-BLENDER_USER_CONFIG=$work/config BLENDER_USER_SCRIPTS=$work/scripts "$here/../with_server.sh" "$build" \
-  blender --background --factory-startup --python-exit-code 1 --python "$here/drive_addon.py" -- "$work/latticed_blender.zip"
+for test in drive_addon drive_result; do
+  BLENDER_USER_CONFIG=$work/config BLENDER_USER_SCRIPTS=$work/scripts "$here/../with_server.sh" "$build" \
+    blender --background --factory-startup --python-exit-code 1 --python "$here/$test.py" -- "$work/latticed_blender.zip"
+done
 mkdir "$work/files"
 "$here/../with_server.sh" "$build" blender --background --factory-startup --python-exit-code 1 \
   --python "$here/round_trip.py" -- "$build/client/cpp/latticectl" "$work/files"

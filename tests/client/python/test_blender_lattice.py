@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from latticed_blender.axis_map import INTERPOLATIONS, TENSIONS, map_axis
 from latticed_blender.lattice_map import BlenderLattice
-from latticed_blender.live_session import LiveSession, SourceMesh
+from latticed_blender.live_session import LiveSession
+from latticed_blender.source_mesh import SourceMesh
 
 import definition
 

@@ -1,0 +1,130 @@
+# SPDX-FileCopyrightText: The latticed authors
+# SPDX-License-Identifier: Apache-2.0
+"""The attributes and the welded vertices of the add-on's result, which need no Blender."""
+from collections import Counter
+from dataclasses import replace
+
+import latticed
+import numpy as np
+import pytest
+from latticed_blender.source_mesh import SourceMesh
+from latticed_blender.surface_layout import SurfaceLayout
+
+import definition
+
+FACES = np.array(definition.BOX_FACES)
+BOX = SourceMesh(np.array(definition.BOX_POSITIONS, np.float32), FACES)
+# Of a place on face f: affine in the place, and another function on each face, so that every edge is a seam.
+UV_OF_PLACE = np.array([[0.3, 0.1], [-0.2, 0.4], [0.05, 0.25]])
+UV_OF_FACE = 0.5
+FLOAT32 = 1e-6  # of coordinates that are at most 4
+
+
+def box_uvs(places, faces):
+    return places @ UV_OF_PLACE + UV_OF_FACE * np.asarray(faces)[..., None]
+
+
+def box_face(triangle):
+    """Which face of the box contains a triangle, by the plane that it lies in."""
+    for face, corners in enumerate(definition.BOX_POSITIONS[FACES]):
+        axis = np.ptp(corners, axis=0).argmin()
+        if np.allclose(triangle[:, axis], corners[0, axis], atol=1e-5):
+            return face
+    raise AssertionError("a triangle is on no face")
+
+
+def sides(triangles):
+    """How many triangles each edge has."""
+    return Counter(tuple(sorted(side)) for a, b, c in triangles for side in ((a, b), (b, c), (c, a)))
+
+
+@pytest.fixture
+def layout_of(client):
+    """Makes the layout of a mesh's surface at rest, and the surface."""
+    scenes = []
+
+    def make(mesh, segments=3):
+        uploaded = client.upload_arrays(mesh.positions, mesh.faces, progress=False)
+        scenes.append(client.create_scene(uploaded, size=(4, 3, 5), degree=(3, 1, 2)))
+        update = scenes[-1].get_update(latticed.View(segments=segments, encoding="raw"))
+        return SurfaceLayout(mesh, scenes[-1].provenance(update)), update.points.reshape(-1, 3)
+
+    yield make
+    for scene in scenes:
+        scene.delete()
+
+
+def test_every_corner_has_the_coordinates_and_every_triangle_the_material_of_its_face(layout_of):
+    face_of_corner = np.repeat(np.arange(6), 4)
+    uvs = box_uvs(definition.BOX_POSITIONS[FACES.reshape(-1)], face_of_corner).astype(np.float32)
+    materials, smooth = np.array([4, 0, 2, 1, 3, 5], np.int32), np.arange(6) % 2 == 0
+
+    layout, points = layout_of(replace(BOX, uvs=uvs, uv_name="atlas", materials=materials, smooth=smooth))
+
+    faces = [box_face(triangle) for triangle in points[layout.triangles]]
+    expected = box_uvs(points[layout.triangles], np.repeat(faces, 3).reshape(-1, 3))
+    np.testing.assert_allclose(layout.uvs[layout.triangles], expected, atol=FLOAT32)
+    np.testing.assert_array_equal(layout.materials, materials[faces])
+    np.testing.assert_array_equal(layout.smooth, smooth[faces])
+    assert layout.uv_name == "atlas"
+
+
+def test_a_mesh_without_attributes_gives_none(layout_of):
+    layout, _ = layout_of(BOX)
+
+    assert layout.uvs is None and not layout.materials.any() and layout.smooth.all()
+
+
+@pytest.mark.parametrize("segments", [1, 2, 5])
+def test_a_closed_mesh_has_a_closed_welded_surface(layout_of, segments):
+    layout, points = layout_of(BOX, segments)
+
+    chosen, vertex = layout.welded
+
+    np.testing.assert_allclose(points[chosen][vertex], points, atol=FLOAT32)  # one vertex, one place
+    assert len(np.unique(points[chosen].round(5), axis=0)) == len(chosen)  # one place, one vertex
+    edges = sides(vertex[layout.triangles])
+    assert set(edges.values()) == {2}
+    assert len(chosen) - len(edges) + len(layout.triangles) == 2  # Euler's formula
+
+
+def test_faces_of_any_length_are_welded_and_parts_that_only_touch_stay_apart(layout_of):
+    beside = definition.BOX_POSITIONS + [2, 0, 0]
+    first = [list(face) for face in FACES[:-1]] + [[3, 0, 4], [3, 4, 7]]
+    second = [[8 + vertex for vertex in face] for face in first]
+    positions = np.concatenate([definition.BOX_POSITIONS, beside]).astype(np.float32)
+
+    layout, points = layout_of(SourceMesh(positions, first + second))
+
+    chosen, vertex = layout.welded
+    edges = sides(vertex[layout.triangles])
+    assert set(edges.values()) == {2}
+    assert len(chosen) - len(edges) + len(layout.triangles) == 4  # two closed parts
+    np.testing.assert_allclose(points[chosen][vertex], points, atol=FLOAT32)
+
+
+def test_meshes_are_the_same_only_with_the_same_attributes():
+    full = replace(
+        BOX,
+        uvs=np.zeros((24, 2), np.float32),
+        uv_name="a",
+        materials=np.zeros(6, np.int32),
+        smooth=np.ones(6, bool),
+    )
+    listed = replace(full, faces=[list(face) for face in FACES])
+
+    assert full.same(replace(full, uvs=full.uvs.copy())) and listed.same(
+        replace(listed, faces=list(listed.faces))
+    )
+    for other in (
+        replace(full, positions=BOX.positions + 1),
+        replace(full, faces=FACES[:, ::-1]),
+        replace(full, crease_angle=30.0),
+        replace(full, uvs=full.uvs + 1),
+        replace(full, uvs=None),
+        replace(full, uv_name="b"),
+        replace(full, materials=full.materials + 1),
+        replace(full, smooth=~full.smooth),
+    ):
+        assert not full.same(other)
+    assert not listed.same(replace(listed, faces=[face[::-1] for face in listed.faces]))
