@@ -58,7 +58,7 @@ class Live:
         if settings.result is None or settings.result.parent != source:
             settings.result = result_object.make_result(source)
         self._session = LiveSession(settings.address, mesh, grid, _view(settings), settings.token)
-        self._scene, self._grid, self._newest = scene.name, grid, None
+        self._scene, self._grid = scene.name, grid
         self._dirty.clear()
         if not bpy.app.timers.is_registered(tick):
             bpy.app.timers.register(tick, persistent=True)
@@ -70,8 +70,8 @@ class Live:
         self._session, self._newest, self._ended = None, None, reason
 
     def keep(self):
-        """Welds the result as it is shown, makes it an object of its own, and ends the session. ValueError, with a
-        text for the user, if there is none."""
+        """Welds the result as it is shown, makes it an object of its own, and ends the session. ValueError, with
+        a text for the user, if nothing is shown yet."""
         settings = self._settings()
         if not self.connected or self._newest is None or self._what_is_gone(settings):
             raise ValueError("No surface has come yet")
