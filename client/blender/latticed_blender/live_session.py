@@ -161,6 +161,8 @@ class LiveSession:
             layouts.of(update),
             update.revision,
         )
+        if normals is None:
+            surface.layout.welding  # made here, since Blender will need it
         triangles = len(surface.layout.triangles)
         with self._changed:
             self._surface = surface

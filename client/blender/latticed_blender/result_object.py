@@ -14,6 +14,8 @@ import numpy as np
 from .live_session import Surface
 
 _LAYOUT = "latticed_layout"  # a mesh's own record of what it was made for, which undo restores with it
+_EVERY = slice(None)
+_APART = (_EVERY, None, _EVERY)  # the welding of a surface whose every point is a vertex
 
 
 def make_result(source):
@@ -42,18 +44,18 @@ def write_surface(source, result, surface: Surface, welded=False):
     """Writes points and normals; faces, texture coordinates and materials only if the layout is another one."""
     mesh, layout = result.data, surface.layout
     welded = welded or surface.normals is None
-    chosen, vertex = layout.welded if welded else (slice(None), None)
-    points = surface.positions[chosen]
+    chosen, vertex, kept = layout.welding if welded else _APART
+    points, corners = surface.positions[chosen], layout.triangles[kept].reshape(-1)
     made_for = f"{layout.id} {'welded' if welded else 'apart'}"
-    counts = (len(mesh.vertices), len(mesh.polygons))
-    if mesh.get(_LAYOUT) != made_for or counts != (len(points), len(layout.triangles)):
+    if mesh.get(_LAYOUT) != made_for or (len(mesh.vertices), len(mesh.loops)) != (len(points), len(corners)):
         copy_materials(source, result)
-        _make_geometry(mesh, len(points), layout, vertex)
+        _make_faces(mesh, len(points), corners if vertex is None else vertex[corners])
+        _dress_faces(mesh, layout, kept)
         mesh[_LAYOUT] = made_for
     mesh.vertices.foreach_set("co", np.ascontiguousarray(points).reshape(-1))
     mesh.use_auto_smooth = surface.normals is not None
     if surface.normals is not None and welded:
-        mesh.normals_split_custom_set(surface.normals[layout.triangles.reshape(-1)])
+        mesh.normals_split_custom_set(surface.normals[corners])
     elif surface.normals is not None:
         mesh.normals_split_custom_set_from_vertices(surface.normals)
     mesh.update()
@@ -75,20 +77,21 @@ def remove(result):
         bpy.data.meshes.remove(mesh)
 
 
-def _make_geometry(mesh, points, layout, vertex):
-    """`vertex` is the vertex of each point of the surface; None: points are vertices."""
+def _make_faces(mesh, vertices, corners):
+    """Makes triangles of the vertices at `corners`."""
     mesh.clear_geometry()
-    corners = layout.triangles.reshape(-1)
-    mesh.vertices.add(points)
+    mesh.vertices.add(vertices)
     mesh.loops.add(len(corners))
-    mesh.polygons.add(len(layout.triangles))
-    vertices = corners if vertex is None else vertex[corners]
-    mesh.loops.foreach_set("vertex_index", vertices.astype(np.int32))
+    mesh.polygons.add(len(corners) // 3)
+    mesh.loops.foreach_set("vertex_index", corners.astype(np.int32))
     mesh.polygons.foreach_set("loop_start", np.arange(0, len(corners), 3, dtype=np.int32))
-    mesh.polygons.foreach_set("loop_total", np.full(len(layout.triangles), 3, dtype=np.int32))
-    mesh.polygons.foreach_set("material_index", layout.materials.astype(np.int32))
-    mesh.polygons.foreach_set("use_smooth", layout.smooth)
+    mesh.polygons.foreach_set("loop_total", np.full(len(corners) // 3, 3, dtype=np.int32))
+    mesh.update(calc_edges=True)
+
+
+def _dress_faces(mesh, layout, kept):
+    mesh.polygons.foreach_set("material_index", layout.materials[kept].astype(np.int32))
+    mesh.polygons.foreach_set("use_smooth", layout.smooth[kept])
     if layout.uvs is not None:
         layer = mesh.uv_layers.new(name=layout.uv_name, do_init=False)
-        layer.data.foreach_set("uv", layout.uvs[corners].reshape(-1))
-    mesh.update(calc_edges=True)
+        layer.data.foreach_set("uv", layout.uvs[layout.triangles[kept]].reshape(-1))
