@@ -194,6 +194,16 @@ def keeps_the_result(random):
     print(f"drive_result: kept {len(mesh.vertices)} vertices, normals differ by at most {differs:.1e}")
 
 
+def undoes_keep():
+    bpy.ops.ed.undo_push(message="before Keep")
+    name = result().name
+    check(bpy.ops.latticed.keep("EXEC_DEFAULT", True) == {"FINISHED"}, "Keep did not work again")
+    check(is_closed(bpy.data.objects[name].data), "the second kept object has open edges")
+    check(bpy.ops.ed.undo() == {"FINISHED"}, "Keep cannot be undone")
+    check(result().name == name and result().parent == objects()[0], "the undo did not restore the result")
+    check(not is_closed(result().data), "the undo did not restore the result's vertices")
+
+
 def is_refused(operator, why):
     try:
         operator()
@@ -267,6 +277,9 @@ def main(addon):
     follows_its_mesh()
     is_welded_without_normals()
     keeps_the_result(random)
+    undoes_keep()
+    connect("KEY_LINEAR")
+    set_points(lambda place: place + 0.3 * random.standard_normal(3))
     applies_and_undoes()
     says_why_it_does_not()
     applies_without_a_server()
