@@ -39,9 +39,8 @@ absl::Status ReadSegments(const std::string& value, v1::ExportRequest& wanted) {
   int segments = 0;
   if (!absl::SimpleAtoi(value, &segments) || segments < limits::kMinSegments ||
       segments > limits::kMaxSegments) {
-    return error::InvalidField("segments",
-                               fmt::format("got '{}', allowed is {} to {}", value,
-                                           limits::kMinSegments, limits::kMaxSegments));
+    return error::InvalidField("segments", fmt::format("got '{}', allowed is {} to {}", value,
+                                                       limits::kMinSegments, limits::kMaxSegments));
   }
   wanted.mutable_view()->set_segments(segments);
   return absl::OkStatus();

@@ -15,8 +15,8 @@
 #include "absl/time/time.h"
 #include "core/base/stop_check.h"
 #include "latticed/v1/scene.pb.h"
-#include "server/engine/scene.h"
 #include "server/engine/exports/surface_export.h"
+#include "server/engine/scene.h"
 #include "server/stores/mesh_store.h"
 
 namespace latticed {

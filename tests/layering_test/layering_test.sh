@@ -34,6 +34,7 @@ declare -A allowed=(
   [server/engine/scene]="core/ server/engine/memory/ server/engine/scene/"
   [server/engine/render]="core/ server/base/engine_counts.h server/engine/memory/ server/engine/scene/ server/engine/render/"
   [server/engine/watch]="core/ server/engine/scene/ server/engine/render/ server/engine/watch/"
+  [server/engine/exports]="core/ server/engine/scene/ server/engine/render/ server/engine/exports/"
   [server/engine]="core/ server/base/ server/engine/"
   [server/stores]="core/ server/base/ server/engine/ server/stores/"
   [server/wire]="core/ latticed/v1/ server/base/ server/engine/ server/stores/ server/wire/"

@@ -3,7 +3,7 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # usage: render_ply.py OUT.png A.ply [B.ply …]
-# Renders binary PLY meshes (float properties, uchar int triangles) side by side at one scale. It draws surface
+# Renders binary PLY meshes (float properties, faces of uchar int) side by side at one scale. It draws surface
 # samples into a z-buffer with four entries per pixel, shaded by normal. A mesh without normals is shaded flat. It
 # needs only numpy. On a terminal it shows its progress.
 import re
@@ -33,14 +33,27 @@ def read_ply(path):
     faces = int(re.search(r"element face (\d+)", header)[1])
     properties = re.findall(r"property float (\w+)", header)
     table = numpy.frombuffer(data, "<f4", vertices * len(properties), end).reshape(vertices, -1)
-    face_type = numpy.dtype([("count", "u1"), ("corners", "<i4", 3)])
-    triangles = numpy.frombuffer(data, face_type, faces, end + table.nbytes)
-    assert (triangles["count"] == 3).all(), path
-    points, corners = table[:, :3].astype(float), triangles["corners"]
+    points, corners = table[:, :3].astype(float), read_triangles(data[end + table.nbytes :], faces)
     if "nx" not in properties:
         return flat(points, corners)
     first = properties.index("nx")
     return points, table[:, first : first + 3].astype(float), corners
+
+
+def read_triangles(data, faces):
+    """The corners of all faces; a polygon becomes a fan of triangles."""
+    face_type = numpy.dtype([("count", "u1"), ("corners", "<i4", 3)])
+    if len(data) == faces * face_type.itemsize:
+        triangles = numpy.frombuffer(data, face_type, faces)
+        if (triangles["count"] == 3).all():
+            return triangles["corners"]
+    fans, at = [], 0
+    for _ in range(faces):
+        count = data[at]
+        corners = struct.unpack_from(f"<{count}i", data, at + 1)
+        fans += [(corners[0], corners[i], corners[i + 1]) for i in range(1, count - 1)]
+        at += 1 + 4 * count
+    return numpy.array(fans)
 
 
 def flat(points, triangles):

@@ -63,6 +63,16 @@ def write_ply(path):
     path.write_bytes(header.encode() + vertices.tobytes() + b"\3" + np.arange(3, dtype="<i4").tobytes())
 
 
+def test_polygons_become_fans_of_triangles(renderer):
+    face = lambda *corners: bytes([len(corners)]) + np.array(corners, "<i4").tobytes()
+    quad, triangles = face(3, 1, 4, 7), face(0, 1, 2) + face(2, 1, 0)
+
+    np.testing.assert_array_equal(renderer.read_triangles(triangles, 2), [[0, 1, 2], [2, 1, 0]])
+    np.testing.assert_array_equal(
+        renderer.read_triangles(quad + triangles, 3), [[3, 1, 4], [3, 4, 7], [0, 1, 2], [2, 1, 0]]
+    )
+
+
 def test_progress_is_shown_on_a_terminal_only(tmp_path):
     write_ply(tmp_path / "a.ply")
     command = [sys.executable, EXAMPLES / "render_ply.py", "out.png", "a.ply", "a.ply"]

@@ -84,7 +84,7 @@ TEST(WeldedTest, ASliverGoesAndItsNeighboursMeet) {
 TEST(ShortEdgesTest, OnlyVerticesThatAnEdgeJoinsBecomeOne) {
   PolygonMesh mesh;  // a chain of three near (1, 0, 0), and another part that touches there
   mesh.positions = {{0, 0, 0}, {1, 0, 0}, {1, 1e-7, 0}, {1, 0, 1e-7},
-                    {0, 1, 0}, {1, 0, 0}, {3, 0, 0}, {3, 1, 0}};
+                    {0, 1, 0}, {1, 0, 0}, {3, 0, 0},    {3, 1, 0}};
   mesh.corner_vertices = {0, 1, 4, 2, 1, 4, 3, 2, 0, 5, 6, 7};
   mesh.face_offsets = {0, 3, 6, 9, 12};
   CollapseShortEdges(mesh);
