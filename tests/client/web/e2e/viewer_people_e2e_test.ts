@@ -99,7 +99,7 @@ test('a press on a dot follows: the camera stays with his as he orbits, zooms an
     await agrees();
   }
   await shot('viewer_following', other);
-  assert.deepEqual(await illegible(other, '#e9edf3'), []);
+  assert.deepEqual(await illegible(other, '#f3f5f9'), []);
   await page.mouse.wheel(0, -300);
   await agrees();
   await page.keyboard.press('5');

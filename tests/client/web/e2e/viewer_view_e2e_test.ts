@@ -232,8 +232,8 @@ test('inner points that are hidden are neither drawn nor selected, until they ar
   await frames(page);
 
   assert.deepEqual(await colourAt(page, at), disc);
-  assertNear(disc, [0x16, 0x1d, 0x26], 3, 'disc'); // linear colours are rounded to 8 bits
-  assert.deepEqual(empty, [0xe9, 0xed, 0xf3]);
+  assertNear(disc, [0x0d, 0x0d, 0x16], 3, 'disc'); // linear colours are rounded to 8 bits
+  assert.deepEqual(empty, [0xf3, 0xf5, 0xf9]);
   await page.evaluate(() => window.latticed.settings.set({ surface: true }));
 });
 
@@ -308,8 +308,8 @@ test('where nothing changes nothing is drawn', async () => {
 
 test('the page is dark or light as the system is, or as one says', async () => {
   const background = (): Promise<Vec3> => colourAt(page, [0, 0, 0]);
-  const DARK = [0x1b, 0x20, 0x28];
-  const LIGHT = [0xe9, 0xed, 0xf3];
+  const DARK = [0x14, 0x18, 0x1f];
+  const LIGHT = [0xf3, 0xf5, 0xf9];
   const turnsTo = (theme: string): Promise<void> => page.locator(`html[data-theme=${theme}]`).waitFor();
   await page.evaluate(() => window.latticed.settings.set({ surface: false, cage: false }));
   const button = page.locator('[data-command=theme]');
