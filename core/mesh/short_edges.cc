@@ -15,27 +15,31 @@ namespace {
 // Which vertex each vertex becomes: the one of the lowest number that short edges lead to.
 class MergedVertices {
  public:
-  explicit MergedVertices(const PolygonMesh& mesh) {
+  explicit MergedVertices(const PolygonMesh& mesh) : mesh_(mesh) {
     const double shortest = ShortEdgeLength(mesh.ComputeBounds());
-    for (size_t c = 0; c < mesh.corner_count(); ++c) {
-      const uint32_t a = mesh.corner_vertices[c];
-      const uint32_t b = mesh.corner_vertices[c % 3 == 2 ? c - 2 : c + 1];
-      if (Norm(mesh.positions[a] - mesh.positions[b]) > shortest) continue;
-      has_short_edges_ = true;
-      if (target_.empty()) Begin(mesh.positions.size());
-      const uint32_t p = Root(a), q = Root(b);
-      target_[std::max(p, q)] = std::min(p, q);
+    most_square_ = shortest * shortest;
+    for (size_t c = 0; c < mesh.corner_count(); c += 3) {
+      const uint32_t* v = &mesh.corner_vertices[c];
+      Visit(v[0], v[1]);
+      Visit(v[1], v[2]);
+      Visit(v[2], v[0]);
     }
     for (uint32_t v = 0; v < target_.size(); ++v) target_[v] = Root(v);
   }
 
-  bool has_short_edges() const { return has_short_edges_; }
+  bool has_short_edges() const { return !target_.empty(); }
   uint32_t operator[](uint32_t vertex) const { return target_[vertex]; }
 
  private:
-  void Begin(size_t vertices) {
-    target_.resize(vertices);
-    std::iota(target_.begin(), target_.end(), 0u);
+  void Visit(uint32_t a, uint32_t b) {
+    const Vec3d edge = mesh_.positions[b] - mesh_.positions[a];
+    if (Dot(edge, edge) > most_square_) return;
+    if (target_.empty()) {
+      target_.resize(mesh_.positions.size());
+      std::iota(target_.begin(), target_.end(), 0u);
+    }
+    const uint32_t p = Root(a), q = Root(b);
+    target_[std::max(p, q)] = std::min(p, q);
   }
   uint32_t Root(uint32_t vertex) {
     while (target_[vertex] != vertex) {
@@ -45,8 +49,9 @@ class MergedVertices {
     return vertex;
   }
 
+  const PolygonMesh& mesh_;
+  double most_square_ = 0;
   std::vector<uint32_t> target_;
-  bool has_short_edges_ = false;
 };
 
 bool StaysWhole(const PolygonMesh& mesh, const MergedVertices& merged, size_t triangle) {
