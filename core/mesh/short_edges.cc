@@ -32,14 +32,17 @@ class MergedVertices {
 
  private:
   void Visit(uint32_t a, uint32_t b) {
-    const Vec3d edge = mesh_.positions[b] - mesh_.positions[a];
-    if (Dot(edge, edge) > most_square_) return;
+    if (!AreNear(a, b)) return;
     if (target_.empty()) {
       target_.resize(mesh_.positions.size());
       std::iota(target_.begin(), target_.end(), 0u);
     }
     const uint32_t p = Root(a), q = Root(b);
-    target_[std::max(p, q)] = std::min(p, q);
+    if (AreNear(p, q)) target_[std::max(p, q)] = std::min(p, q);  // a chain may be long
+  }
+  bool AreNear(uint32_t a, uint32_t b) const {
+    const Vec3d edge = mesh_.positions[b] - mesh_.positions[a];
+    return Dot(edge, edge) <= most_square_;
   }
   uint32_t Root(uint32_t vertex) {
     while (target_[vertex] != vertex) {

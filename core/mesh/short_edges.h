@@ -4,12 +4,12 @@
 // Cutting by knot planes leaves slivers that float32 cannot tell from an edge or a point. Programs that read a file drop
 // such triangles, and then the surface is open beside them.
 //
-//   Two vertices whose edge is at most 2^-22 of the bounds' diagonal long become one, which stays at its place. Triangles
-//   that have it twice go.
+//   Two vertices whose edge is at most 2^-22 of the bounds' diagonal long become one, which stays at its place, and so do
+//   further ones that are as near to it. Triangles that have it twice go.
 //
 // 2^-22 is below the tolerance of positions (core/README.md). A mesh of nothing else stays as it is.
 //
-// Threads  none
+// Threads  pure functions
 #ifndef LATTICED_CORE_MESH_SHORT_EDGES_H_
 #define LATTICED_CORE_MESH_SHORT_EDGES_H_
 

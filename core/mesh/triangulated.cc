@@ -5,6 +5,7 @@
 #include <array>
 #include <vector>
 
+#include "core/base/status_macros.h"
 #include "core/mesh/triangulate.h"
 #include "fmt/format.h"
 
@@ -43,17 +44,20 @@ bool IsTriangular(const PolygonMesh& mesh) {
   return mesh.corner_count() == 3 * mesh.face_count();  // no face has fewer than three
 }
 
-absl::StatusOr<PolygonMesh> Triangulated(const PolygonMesh& mesh) {
+absl::StatusOr<PolygonMesh> Triangulated(const PolygonMesh& mesh, StopCheck stop) {
   PolygonMesh result = WithoutFaces(mesh);
+  StopPoll poll(stop);
   std::vector<Vec3d> polygon;
   std::vector<std::array<uint32_t, 3>> triangles;
   for (size_t face = 0; face < mesh.face_count(); ++face) {
+    LATTICED_RETURN_IF_ERROR(poll.Step());
     const uint32_t first = mesh.face_offsets[face], end = mesh.face_offsets[face + 1];
     polygon.clear();
     for (uint32_t c = first; c < end; ++c) {
       polygon.push_back(mesh.positions[mesh.corner_vertices[c]]);
     }
-    if (const auto status = TriangulatePolygon(polygon, &triangles); !status.ok()) {
+    if (const auto status = TriangulatePolygon(polygon, &triangles, stop); !status.ok()) {
+      if (IsStopped(status)) return status;
       return absl::Status(status.code(), fmt::format("face {} has {} corners, and {}", face,
                                                      end - first, std::string(status.message())));
     }

@@ -6,7 +6,9 @@
 // Nearly the same: normals within 0.001 rad, texture coordinates within 2^-20 of their size or of 1. Two patches compute
 // the values of a point that they share in different orders, so they differ in the last bits.
 //
-// Threads  none
+// The newest 32 values of a vertex are compared, so a vertex of more may have some twice.
+//
+// Threads  not safe
 #ifndef LATTICED_CORE_MESH_VERTEX_VALUES_H_
 #define LATTICED_CORE_MESH_VERTEX_VALUES_H_
 
@@ -45,14 +47,13 @@ class VertexValues {
 
   // The index of the value at this vertex.
   uint32_t Add(uint32_t vertex, T value) {
-    uint32_t last = kNone;
-    for (uint32_t i = first_[vertex]; i != kNone; last = i, i = next_[i]) {
+    int left = kMostCompared;
+    for (uint32_t i = first_[vertex]; i != kNone && left > 0; i = next_[i], --left) {
       if (NearlySame(values_[i], value)) return i;
     }
     const auto index = static_cast<uint32_t>(values_.size());
-    (last == kNone ? first_[vertex] : next_[last]) = index;
     values_.push_back(value);
-    next_.push_back(kNone);
+    next_.push_back(std::exchange(first_[vertex], index));
     return index;
   }
 
@@ -60,8 +61,10 @@ class VertexValues {
 
  private:
   static constexpr uint32_t kNone = std::numeric_limits<uint32_t>::max();
+  // Values of one vertex. The hub of a hostile fan has as many as the mesh has faces.
+  static constexpr int kMostCompared = 32;
 
-  std::vector<uint32_t> first_, next_;  // lists of the values of a vertex
+  std::vector<uint32_t> first_, next_;  // lists of the values of a vertex, the newest first
   std::vector<T> values_;
 };
 

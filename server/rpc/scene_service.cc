@@ -222,9 +222,11 @@ void SetUpload(const Scene& scene, const MeshStore& meshes, ExportSpec* spec) {
   const auto stored = meshes.Find(scene.config().mesh_id);
   if (!stored.ok()) return;
   const UploadFormat format = (*stored)->format;
-  if (format == UploadFormat::kObj) spec->upload_format = MeshFormat::kObj;
-  if (format == UploadFormat::kGlb) spec->upload_format = MeshFormat::kGlb;
-  spec->upload = (*stored)->bytes;
+  const bool is_kept = (format == UploadFormat::kObj && spec->format == MeshFormat::kObj) ||
+                       (format == UploadFormat::kGlb && spec->format == MeshFormat::kGlb);
+  if (!is_kept) return;
+  // With the whole mesh, whose reservation counts its bytes.
+  spec->upload = std::shared_ptr<const std::string>(*stored, (*stored)->bytes.get());
 }
 
 absl::StatusOr<NextPart<v1::ExportResponse>> OpenExport(const CallContext& context,

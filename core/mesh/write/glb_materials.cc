@@ -39,13 +39,13 @@ void RemoveOtherTexCoords(json& object) {
   }
 }
 
-bool HasKey(const json& value, const std::string& key) {
-  if (value.is_object() && value.contains(key)) return true;
-  if (!value.is_structured()) return false;
-  for (const json& element : value) {
-    if (HasKey(element, key)) return true;
+// The members of all objects.
+void AddKeys(const json& value, std::set<std::string, std::less<>>* keys) {
+  if (!value.is_structured()) return;
+  for (const auto& [key, element] : value.items()) {
+    if (value.is_object()) keys->insert(key);
+    AddKeys(element, keys);
   }
-  return false;
 }
 
 // "1e9" becomes "1000000000.0".
@@ -67,13 +67,17 @@ GlbMaterials::GlbMaterials(std::string_view source) {
     by_group_.try_emplace(name.empty() ? fmt::format("material {}", i) : name, i);
     RemoveOtherTexCoords(materials_[i]);
   }
-  if (materials_.empty()) return;
+  if (materials_.empty()) {
+    source_.reset();
+    return;
+  }
   picture_bytes_ = BytesOfPictures();
   json_bytes_ = MostTextBytes(source);
   if (picture_bytes_ <= source.size()) return;
   materials_.clear();
   by_group_.clear();
-  picture_bytes_ = 0;
+  picture_bytes_ = json_bytes_ = 0;
+  source_.reset();
 }
 
 uint64_t GlbMaterials::BytesOfPictures() const {
@@ -122,13 +126,15 @@ void GlbMaterials::AddTo(json& document, std::string& binary) && {
     if (const json& array = GlbArray(root, name); !array.empty()) document[name] = array;
   }
   document["materials"] = std::exchange(materials_, json::array());
+  std::set<std::string, std::less<>> keys;
+  AddKeys(document["materials"], &keys);
+  AddKeys(GlbArray(document, "textures"), &keys);
   for (const char* list : {"extensionsUsed", "extensionsRequired"}) {
+    std::set<std::string_view> listed;
     for (const json& name : GlbArray(root, list)) {
       if (!name.is_string()) continue;
       const auto& text = name.get_ref<const std::string&>();
-      if (HasKey(document["materials"], text) || HasKey(GlbArray(document, "textures"), text)) {
-        document[list].push_back(text);
-      }
+      if (keys.contains(text) && listed.insert(text).second) document[list].push_back(text);
     }
   }
 }

@@ -186,13 +186,15 @@ class GlbBuilder {
     document_["scenes"] = json::array({scene});
   }
 
-  std::string Pack() {
+  absl::StatusOr<std::string> Pack() {
     std::string text = document_.dump();
     text.resize(glb::Aligned(text.size()), ' ');
     binary_.resize(glb::Aligned(binary_.size()), '\0');
     std::string head;
     const size_t binary_chunk = binary_.empty() ? 0 : glb::kChunkHeaderBytes + binary_.size();
     const size_t total = glb::kHeaderBytes + glb::kChunkHeaderBytes + text.size() + binary_chunk;
+    constexpr size_t kMostBytes = std::numeric_limits<uint32_t>::max();
+    if (total > kMostBytes) return error::OutOfMemory("a GLB file", total, kMostBytes);
     for (uint64_t word : {uint64_t{glb::kMagic}, uint64_t{glb::kVersion}, uint64_t{total},
                           uint64_t{text.size()}, uint64_t{glb::kJsonChunk}}) {
       AppendLittleEndian(static_cast<uint32_t>(word), &head);

@@ -46,14 +46,17 @@ uint32_t IndexOrNone(const std::vector<uint32_t>& indices, size_t corner) {
   return indices.empty() ? PolygonMesh::kNoAttribute : indices[corner];
 }
 
-// The lines of an OBJ file that name its material libraries.
-void AppendMaterialLibraries(std::string_view source, std::string* out) {
+// The lines of an OBJ file that name its material libraries, the first ones if they are many.
+std::string MaterialLibraries(std::string_view source) {
+  std::string lines;
   while (!source.empty()) {
-    const std::string_view line = TakeTextLine(&source);
-    if (!line.starts_with("mtllib ") || line.ends_with('\\')) continue;
-    out->append(line);
-    out->push_back('\n');
+    std::string_view line = TakeTextLine(&source);
+    if (line.ends_with('\\') || lines.size() + line.size() >= kMostLibraryBytes) continue;
+    if (std::string_view rest = line; TakeWord(&rest) != "mtllib") continue;
+    lines.append(line);
+    lines.push_back('\n');
   }
+  return lines;
 }
 
 void AppendFace(const PolygonMesh& mesh, size_t face, std::string* out) {
@@ -68,13 +71,15 @@ void AppendFace(const PolygonMesh& mesh, size_t face, std::string* out) {
 }  // namespace
 
 std::string WriteObj(const PolygonMesh& mesh, const FileExtras& extras) {
+  const std::string libraries =
+      extras.source_format == MeshFormat::kObj ? MaterialLibraries(extras.source) : std::string();
   std::string out;
+  // Pages that are not written take no memory.
+  out.reserve(libraries.size() + MostObjBytes(WrittenSizesOf(mesh)));
   if (extras.units.known()) {
     fmt::format_to(std::back_inserter(out), "# {}\n", Describe(extras.units));
   }
-  if (extras.source_format == MeshFormat::kObj) AppendMaterialLibraries(extras.source, &out);
-  out.reserve(out.size() +
-              MostObjBytes(WrittenSizesOf(mesh)));  // pages that are not written take no memory
+  out += libraries;
   AppendVertices(mesh.positions, mesh.uvs, mesh.normals, &out);
   for (size_t f = 0; f < mesh.face_count(); ++f) {
     if (BeginsGroup(mesh, f)) AppendGroup(mesh.group_names[mesh.face_groups[f]], &out);

@@ -8,6 +8,8 @@
 //                    position i, and positions that no corner uses are among them
 //   corner_records   the record of each corner
 //
+// A position with more than 32 of them may have some twice.
+//
 // Threads  pure
 #ifndef LATTICED_CORE_MESH_WRITE_VERTEX_RECORDS_H_
 #define LATTICED_CORE_MESH_WRITE_VERTEX_RECORDS_H_

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/mesh/write/writing_memory.h"
 
+#include <algorithm>
 #include <string>
 #include <utility>
 
@@ -20,11 +21,11 @@ uint64_t RecordBytes(const WrittenSizes& sizes) {
          (sizes.uvs > 0 ? sizeof(Vec2f) : 0);
 }
 
-// MakeVertexRecords: a list for each position; each record twice, with a link and a number. The first two grow by
-// doubling, while the smaller half is copied.
+// MakeVertexRecords: both ends of a list for each position; each record twice, with a link and a number. The first two
+// grow by doubling, while the smaller half is copied.
 uint64_t RecordTableBytes(const WrittenSizes& sizes) {
   constexpr uint64_t kRecordBytes = 3 * kIndexBytes, kGrowth = 2;
-  return sizes.positions * kIndexBytes + sizes.corners * kIndexBytes +
+  return 2 * sizes.positions * kIndexBytes + sizes.corners * kIndexBytes +
          sizes.records * (kGrowth * (kRecordBytes + kIndexBytes) + kRecordBytes + kIndexBytes);
 }
 
@@ -50,8 +51,8 @@ uint64_t Digits(uint64_t number) {
   return digits;
 }
 
-// "-2.2250738585072014e-308" and "-1.1754944e-38", each with what comes before it.
-constexpr uint64_t kDoubleTextBytes = 25, kFloatTextBytes = 16;
+// "-2.2250738585072014e-308" and "-1234567800000000", each with what comes before it.
+constexpr uint64_t kDoubleTextBytes = 25, kFloatTextBytes = 18;
 
 }  // namespace
 
@@ -112,7 +113,7 @@ uint64_t MostUsdBytes(const WrittenSizes& sizes) {
 uint64_t MostWritingBytes(MeshFormat format, const WrittenSizes& sizes, std::string_view source) {
   switch (format) {
     case MeshFormat::kObj:
-      return MostObjBytes(sizes) + source.size();
+      return MostObjBytes(sizes) + 4 * std::min<uint64_t>(source.size(), kMostLibraryBytes);
     case MeshFormat::kUsd:
       // Beside the text: names, faces by group, and copies of one attribute and its indices.
       return MostUsdBytes(sizes) + sizes.name_bytes + sizes.groups * 256 +

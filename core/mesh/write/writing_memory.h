@@ -34,6 +34,9 @@ struct WrittenSizes {
 [[nodiscard]] uint64_t MostWritingBytes(MeshFormat format, const WrittenSizes& sizes,
                                         std::string_view source = {});
 
+// Of the lines of an uploaded OBJ that an OBJ keeps.
+inline constexpr uint64_t kMostLibraryBytes = uint64_t{64} << 10;
+
 // The longest OBJ and USD files of these sizes.
 [[nodiscard]] uint64_t MostObjBytes(const WrittenSizes& sizes);
 [[nodiscard]] uint64_t MostUsdBytes(const WrittenSizes& sizes);

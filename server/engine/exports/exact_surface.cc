@@ -223,7 +223,7 @@ SurfaceMemory MemoryOfExactSurface(const DeformPlan& plan, int segments, NormalM
   const uint64_t lists = (has_normals ? 1u : 0u) + (mesh.has_uvs() ? 1u : 0u);
   memory.working_bytes = points * (sizeof(Vec3f) + (has_normals ? sizeof(Vec3f) : 0)) +
                          plan.patches.size() * kViewBytesPerPatch +
-                         lists * (sizes.positions + points) * sizeof(uint32_t) +
+                         2 * lists * (sizes.positions + points) * sizeof(uint32_t) +
                          plan.seam_patches * kFeatures * kTableBytes +
                          (2 * sizes.positions + sizes.faces) * sizeof(uint32_t) +
                          sizes.normals * sizeof(Vec3f) + sizes.uvs * sizeof(Vec2f);

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/engine/exports/original_mesh.h"
 
+#include <algorithm>
 #include <array>
 #include <numeric>
 #include <utility>
@@ -40,7 +41,7 @@ absl::StatusOr<PolygonMesh> OriginalMesh(const SceneState& state, NormalMode nor
   };
   PolygonMesh mesh = AtRest(*state.plan, normals);
   if (!keeps_polygons && !IsTriangular(mesh)) {
-    LATTICED_ASSIGN_OR_RETURN(mesh, Triangulated(mesh));
+    LATTICED_ASSIGN_OR_RETURN(mesh, Triangulated(mesh, stop));
   }
   return DeformedMesh(std::move(mesh), state.structure(), *state.control_points, stop);
 }
@@ -63,7 +64,14 @@ SurfaceMemory MemoryOfOriginalMesh(const DeformPlan& plan, NormalMode normals,
       smooth ? sizes.positions * (sizeof(std::array<Vec3d, 3>) + sizeof(uint32_t)) +
                    mesh.corner_count() * sizeof(Vec3f) + sizes.corners * sizeof(uint32_t)
              : 0;
-  return {.sizes = sizes, .working_bytes = MeshBytes(at_rest) + carrying};
+  // Dividing a face: its corners and triangles, and a tree of the corners.
+  constexpr uint64_t kBytesPerCorner = 192;
+  uint32_t largest = 0;
+  for (size_t f = 0; f < mesh.face_count(); ++f) {
+    largest = std::max(largest, mesh.face_offsets[f + 1] - mesh.face_offsets[f]);
+  }
+  const uint64_t dividing = keeps_polygons ? 0 : largest * kBytesPerCorner;
+  return {.sizes = sizes, .working_bytes = MeshBytes(at_rest) + carrying + dividing};
 }
 
 }  // namespace latticed

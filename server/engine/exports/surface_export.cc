@@ -20,8 +20,7 @@ constexpr uint64_t kSmallBytes = uint64_t{128} << 10;
 
 // The upload, if the exported file takes materials from it.
 std::string_view MaterialsOf(const ExportSpec& spec) {
-  return spec.upload != nullptr && spec.upload_format == spec.format ? *spec.upload
-                                                                     : std::string_view();
+  return spec.upload == nullptr ? std::string_view() : *spec.upload;
 }
 
 absl::StatusOr<PolygonMesh> MeshToWrite(const RenderInput& input, const ExportSpec& spec,

@@ -39,9 +39,8 @@ struct ExportSpec {
   int normal_bits = 12;    // DRC alone
   ExportGeometry geometry = ExportGeometry::kExact;
   MeshUnits units;  // of the uploaded mesh
-  // The uploaded file, whose materials and pictures go into a file of its format; null: none.
+  // The uploaded file, if it has this format: its materials and pictures are kept. Null: none.
   std::shared_ptr<const std::string> upload;
-  std::optional<MeshFormat> upload_format;
 };
 
 using Cancelled = std::function<bool()>;

@@ -4,6 +4,8 @@
 // Materials and pictures of an uploaded file in the files that are written from it.
 #include <nlohmann/json.hpp>
 
+#include "absl/time/clock.h"
+#include "absl/time/time.h"
 #include "core/mesh/glb_layout.h"
 #include "core/mesh/little_endian.h"
 #include "core/mesh/write/write_mesh.h"
@@ -94,6 +96,22 @@ TEST(GlbMaterialsTest, TexturesOfOtherCoordinatesAndForeignExtensionsAreLeftOut)
   EXPECT_EQ(document["extensionsUsed"], json::parse(R"(["KHR_texture_transform"])"));
 }
 
+// Each name would be looked for in all materials.
+TEST(GlbMaterialsTest, ManyNamesOfExtensionsAndManyMaterialsTakeNoLongerThanToReadThem) {
+  json document = JsonOf(Source());
+  for (int i = 0; i < 50'000; ++i) {
+    document["extensionsUsed"].push_back("KHR_texture_transform");
+    document["materials"].push_back(json::object());
+  }
+  const std::string source = Glb(document, BinaryOf(Source()));
+  const absl::Time start = absl::Now();
+  const auto file =
+      WriteGlb(testing::SquareOfTwoGroups(), {.source = source, .source_format = MeshFormat::kGlb});
+  EXPECT_LT(absl::Now() - start, absl::Seconds(5));
+  ASSERT_OK(file);
+  EXPECT_EQ(JsonOf(*file)["extensionsUsed"], json::parse(R"(["KHR_texture_transform"])"));
+}
+
 TEST(GlbMaterialsTest, APictureOfSeveralImagesIsWrittenOnce) {
   json document = JsonOf(Source());
   for (int i = 0; i < 100; ++i) document["images"].push_back({{"bufferView", 1}});
@@ -142,12 +160,16 @@ TEST(GlbMaterialsTest, WhatIsWrongInTheSourceIsNotThere) {
 }
 
 TEST(ObjMaterialsTest, LibrariesOfTheSourceAreNamed) {
-  const std::string source = "# cow\nmtllib cow.mtl\r\nv 0 0 0\n mtllib no.mtl\nmtllib b c.mtl\n";
+  const std::string source = "# cow\nmtllib cow.mtl\r\nv 0 0 0\n#mtllib no.mtl\nmtllib b c.mtl\n";
   const PolygonMesh mesh = testing::SquareOfTwoGroups();
   const std::string text = WriteObj(mesh, {.source = source});
   EXPECT_THAT(text, HasSubstr("mtllib cow.mtl\nmtllib b c.mtl\nv "));
   EXPECT_THAT(WriteObj(mesh, {.source = source, .source_format = MeshFormat::kGlb}),
               Not(HasSubstr("mtllib")));
+  std::string many = "mtllib first.mtl\n";
+  while (many.size() < 1'000'000) many += "mtllib one_of_many.mtl\n";
+  EXPECT_LT(WriteObj(mesh, {.source = many}).size(), 100'000u);
+  EXPECT_THAT(WriteObj(mesh, {.source = many}), HasSubstr("mtllib first.mtl\n"));
 }
 
 }  // namespace

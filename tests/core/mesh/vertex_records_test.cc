@@ -4,9 +4,14 @@
 // How vertices are shared: records of formats without separate indices, and the welding of tessellations.
 #include "core/mesh/write/vertex_records.h"
 
+#include <utility>
+
+#include "absl/time/clock.h"
+#include "absl/time/time.h"
 #include "core/mesh/short_edges.h"
 #include "core/mesh/triangle_mesh.h"
 #include "core/mesh/triangulated.h"
+#include "core/mesh/vertex_values.h"
 #include "core/mesh/write/write_mesh.h"
 #include "tests/core/mesh/mesh_fixtures.h"
 
@@ -38,6 +43,26 @@ TEST(VertexRecordsTest, AVertexHasOneForEachPairOfAttributes) {
                           VertexRecord{2, 2, 2}, VertexRecord{2, 2, kNone}, VertexRecord{3, 1, 3}));
   EXPECT_THAT(vertices.corner_records, ElementsAre(0, 2, 3, 1, 4, 5));
   EXPECT_EQ(UvOf(mesh, vertices.records[4]), (Vec2f{0, 0}));
+}
+
+// 200,000 corners with texture coordinates of their own at one vertex: a search of all would take minutes.
+TEST(VertexRecordsTest, TheHubOfAFanTakesNoLongerThanOtherVertices) {
+  PolygonMesh fan;
+  constexpr uint32_t kTriangles = 200'000;
+  fan.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  for (uint32_t t = 0; t < kTriangles; ++t) {
+    fan.uvs.push_back({static_cast<float>(t), 0});
+    fan.corner_vertices.insert(fan.corner_vertices.end(), {0, 1, 2});
+    fan.corner_uvs.insert(fan.corner_uvs.end(), 3, t);
+    fan.face_offsets.push_back(3 * (t + 1));
+  }
+  const absl::Time start = absl::Now();
+  const VertexRecords vertices = MakeVertexRecords(fan);
+  EXPECT_EQ(vertices.records.size(), 3 * size_t{kTriangles});
+  VertexValues<Vec2f> values(3, fan.uvs.size());
+  for (const Vec2f uv : fan.uvs) values.Add(0, uv);
+  EXPECT_EQ(std::move(values).Take().size(), fan.uvs.size());
+  EXPECT_LT(absl::Now() - start, absl::Seconds(5));
 }
 
 // Two triangles that were made apart: the points of their edge are the same, its normals nearly.
@@ -91,6 +116,23 @@ TEST(ShortEdgesTest, OnlyVerticesThatAnEdgeJoinsBecomeOne) {
   EXPECT_OK(Validate(mesh));
   EXPECT_THAT(mesh.corner_vertices, ElementsAre(0, 1, 2, 3, 4, 5));
   EXPECT_EQ(mesh.positions.size(), 6u);
+}
+
+// 1,000 triangles side by side, each a tenth of the least length wide.
+TEST(ShortEdgesTest, AChainOfThemDoesNotBecomeOnePoint) {
+  PolygonMesh mesh;
+  constexpr uint32_t kCount = 1'000;
+  const double step = ShortEdgeLength({{0, 0, 0}, {1, 1, 0}}) / 10;
+  for (uint32_t i = 0; i <= kCount; ++i) mesh.positions.push_back({i * step, 0, 0});
+  mesh.positions.push_back({1, 1, 0});
+  for (uint32_t i = 0; i < kCount; ++i) {
+    mesh.corner_vertices.insert(mesh.corner_vertices.end(), {i, i + 1, kCount + 1});
+    mesh.face_offsets.push_back(3 * (i + 1));
+  }
+  CollapseShortEdges(mesh);
+  EXPECT_OK(Validate(mesh));
+  EXPECT_GT(mesh.face_count(), kCount / 20);
+  EXPECT_LT(mesh.face_count(), kCount / 5);
 }
 
 TEST(ShortEdgesTest, AMeshOfNothingElseStays) {

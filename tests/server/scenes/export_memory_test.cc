@@ -100,6 +100,38 @@ TEST_F(ExportMemoryTest, OfAWildSurface) {
   ExpectAllBounded("wild", 3);
 }
 
+// What an uploaded file adds: its JSON, its pictures, the lines that name material libraries.
+TEST_F(ExportMemoryTest, OfMaterialsOfTheUpload) {
+  Make(UglyGrid(10, true));
+  std::string text =
+      R"({"buffers":[{"byteLength":3000000}],"bufferViews":[{"buffer":0,"byteLength":3000000}],)"
+      R"("images":[{"bufferView":0}],"textures":[{"source":0}],"materials":[{"name":"a"})";
+  while (text.size() < 400'000) text += R"(,{"emissiveFactor":[1e9,1e9,1e9]})";
+  text += "]}";
+  text.resize((text.size() + 3) / 4 * 4, ' ');
+  const auto word = [](size_t value) {
+    const auto number = static_cast<uint32_t>(value);
+    return std::string(reinterpret_cast<const char*>(&number), sizeof(number));
+  };
+  const std::string picture(3'000'000, 'p');
+  const std::string glb = "glTF" + word(2) + word(28 + text.size() + picture.size()) +
+                          word(text.size()) + "JSON" + text + word(picture.size()) +
+                          std::string("BIN\0", 4) + picture;
+  std::string obj;
+  while (obj.size() < 4'000'000) obj += "mtllib a library with a name of some length.mtl\n";
+  for (const auto& [format, upload] : {std::pair{MeshFormat::kGlb, glb}, {MeshFormat::kObj, obj}}) {
+    const ExportSpec spec{.format = format,
+                          .geometry = ExportGeometry::kOriginal,
+                          .upload = std::make_shared<const std::string>(upload)};
+    const uint64_t asked = ExportMemoryBytes(*input_.state->plan, spec);
+    const testing::PeakMemory counted;
+    const auto file = ExportSurface(input_, spec, [] { return false; });
+    ASSERT_OK(file);
+    EXPECT_LE(counted.peak(), asked) << MeshFormatName(format);
+    EXPECT_GT(file->size(), format == MeshFormat::kGlb ? picture.size() : 0);
+  }
+}
+
 TEST_F(ExportMemoryTest, OfUvsAndGroups) {
   Make(UglyGrid(60, true));
   ExpectAllBounded("groups", 4);

@@ -241,6 +241,10 @@ TEST_F(ExportTest, StopsWhenCancelled) {
   const Cancelled at_once = [] { return true; };
   EXPECT_THAT(ExportSurface(input_, {.format = MeshFormat::kPly}, at_once),
               StatusIs(absl::StatusCode::kCancelled));
+  EXPECT_THAT(
+      ExportSurface(input_, {.format = MeshFormat::kGlb, .geometry = ExportGeometry::kOriginal},
+                    at_once),
+      StatusIs(absl::StatusCode::kCancelled));
   EXPECT_THAT(ExportSurface(input_, {.format = std::nullopt}, at_once),
               StatusIs(absl::StatusCode::kCancelled));
 }
