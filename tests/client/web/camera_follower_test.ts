@@ -107,6 +107,38 @@ test('with reduced motion the camera jumps', () => {
   assert.ok(looksLike(rig.sight, SIDE));
 });
 
+const FAR = 1e15; // where numbers are an eighth apart
+const UNSEEN: readonly (readonly [string, Sight])[] = [
+  ['with no height', sightOf({ position: [FAR, 0, 0], target: [FAR, 0, 0], up: [0, 0, 1], projection: { fovY: 40 } })],
+  ['too fine for its place', sightOf({ position: [FAR + 0.25, 0, 0], target: [FAR, 0, 0], up: [0, 0, 1], projection: { fovY: 40 } })],
+  ['with an infinite height', { ...SIDE, height: Infinity }],
+];
+
+for (const [what, unseen] of UNSEEN) {
+  test(`a sight ${what} is not followed, and the next one is`, () => {
+    const { rig, follower, moves, pass } = following();
+    follower.follow(unseen);
+    pass(10);
+    assert.equal(rig.shown, 0);
+
+    follower.follow(SIDE);
+    pass(200);
+    assert.ok(looksLike(rig.sight, SIDE));
+    assert.deepEqual(moves, []);
+  });
+}
+
+test('a camera that sees nothing jumps', () => {
+  const { rig, follower, moves, pass } = following();
+  rig.target.set(FAR, 0, 0);
+  rig.camera.position.set(FAR, 0, 0);
+  follower.follow(SIDE);
+  pass(10);
+
+  assert.ok(looksLike(rig.sight, SIDE));
+  assert.deepEqual([rig.shown, moves], [1, []]);
+});
+
 test('a move of its own ends the following, and is told; without following it is told too', () => {
   const { rig, follower, moves, pass } = following();
   follower.follow(SIDE);

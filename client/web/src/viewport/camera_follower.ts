@@ -3,7 +3,7 @@
 //
 // Takes the camera to where somebody else's is, a part of the way with each frame, and notices when anything else moves it.
 import type { CameraRig } from './camera_rig';
-import { between, looksLike, sightOf, type Sight } from './sight';
+import { between, isSeen, looksLike, sightOf, type Sight } from './sight';
 
 const EASE_MS = 120; // after this time 37 % of the way are left; others' cameras come every 100 ms
 const FIRST_STEP_MS = 16;
@@ -52,12 +52,20 @@ export class CameraFollower {
   }
 
   private step(goal: Sight, now: number): void {
+    if (!isSeen(goal)) return this.stop();
     const seen = sightOf(this.rig.pose());
     if (looksLike(seen, goal)) return void (this.steppedAt = undefined);
     const ms = this.steppedAt === undefined ? FIRST_STEP_MS : now - this.steppedAt;
     this.steppedAt = now;
-    this.rig.show(between(seen, goal, this.isEased() ? 1 - Math.exp(-ms / EASE_MS) : 1));
+    if (isSeen(seen)) this.rig.show(between(seen, goal, this.isEased() ? 1 - Math.exp(-ms / EASE_MS) : 1));
+    else this.jump(goal);
     this.stand = this.standNow();
+  }
+
+  /** Tried once: a rig that cannot get there would be drawn for ever. */
+  private jump(goal: Sight): void {
+    this.rig.show(goal);
+    this.stop();
   }
 
   /** What only a person or this follower changes; another size of the window does not. */

@@ -15,6 +15,7 @@ export interface Sight {
 }
 
 const NEAR = 1e-5; // far below a pixel, of the picture's height and in radians
+const TOO_FINE = 1e-9; // of the target's distance from the origin: there NEAR is still some 50 times what a number can tell
 
 export function sightOf({ position, target, projection }: CameraPose): Sight {
   const offset = sub(position, target);
@@ -22,7 +23,12 @@ export function sightOf({ position, target, projection }: CameraPose): Sight {
   return { target, from: normalized(offset), height };
 }
 
-/** The sight between two, at a fraction of the way: around the target rather than through it. */
+/** Whether numbers can tell what is seen from its surroundings. Far from the origin the smallest pictures cannot be told. */
+export function isSeen({ target, height }: Sight): boolean {
+  return Number.isFinite(height) && height > TOO_FINE * length(target);
+}
+
+/** The sight between two that are seen, at a fraction of the way: around the target rather than through it. */
 export function between(a: Sight, b: Sight, fraction: number): Sight {
   return {
     target: add(a.target, scale(sub(b.target, a.target), fraction)),
