@@ -21,6 +21,7 @@ import { looksLike, sightOf } from './viewport/sight';
 import type { Viewport } from './viewport/viewport';
 
 const NOBODY: ReadonlyMap<string, Presence> = new Map();
+const ABSENT_MS = 2000; // a new stream, and a person's own new stream, say only after a while that the person is here
 
 export class PeopleHere {
   private readonly dots = new People({ you: () => this.introduce(), other: (id) => this.press(id) });
@@ -34,6 +35,7 @@ export class PeopleHere {
   private session: LiveSession | undefined;
   private others = NOBODY;
   private followed: string | undefined;
+  private absence: ReturnType<typeof setTimeout> | undefined; // runs while the followed person is not here
   /** The camera that others were shown last, and the last one of those that was this window's own. */
   private shown: CameraPose | undefined;
   private own: CameraPose | undefined;
@@ -53,8 +55,7 @@ export class PeopleHere {
 
   /** Shows the people of a scene that has been opened, and oneself to them. */
   open(session: LiveSession): void {
-    this.followed = undefined;
-    this.follower.stop();
+    this.followNobody();
     this.session = session;
     this.others = NOBODY;
     session.on('presence', (others) => session === this.session && this.take(others));
@@ -78,11 +79,21 @@ export class PeopleHere {
   /** Follows nobody any more. Returns whether somebody was followed. */
   stop(): boolean {
     if (this.followed === undefined) return false;
-    this.followed = undefined;
-    this.follower.stop();
+    this.followNobody();
     this.announceCamera();
     this.refresh();
     return true;
+  }
+
+  private followNobody(): void {
+    this.followed = undefined;
+    this.follower.stop();
+    this.endAbsence();
+  }
+
+  private endAbsence(): void {
+    clearTimeout(this.absence);
+    this.absence = undefined;
   }
 
   private showYou(): void {
@@ -106,10 +117,13 @@ export class PeopleHere {
     this.refresh();
   }
 
-  /** Goes on to the followed person's camera. It may have another projection, or the person may have left. */
+  /** Goes on to the followed person's camera. It may have another projection. The person may have left, or come again soon. */
   private follow(): void {
     if (this.followed === undefined) return;
-    const camera = this.others.get(this.followed)?.camera;
+    const person = this.others.get(this.followed);
+    if (person === undefined) return void (this.absence ??= setTimeout(() => this.stop(), ABSENT_MS));
+    this.endAbsence();
+    const { camera } = person;
     if (camera === undefined) return void this.stop();
     this.settings.set({ orthographic: 'height' in camera.projection });
     this.follower.follow(sightOf(camera));
@@ -136,6 +150,7 @@ export class PeopleHere {
 
   private refresh(): void {
     this.dots.show(this.you, this.others, this.followed);
-    this.sign.show(this.followed === undefined ? undefined : this.others.get(this.followed));
+    const person = this.followed === undefined ? undefined : this.others.get(this.followed);
+    if (this.absence === undefined) this.sign.show(person); // else the name of who may come again stays
   }
 }

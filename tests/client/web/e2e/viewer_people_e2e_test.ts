@@ -154,6 +154,23 @@ test('two who follow each other come to rest', async () => {
   await page.keyboard.press('Escape');
 });
 
+test('a new connection does not end it, though nobody is known at first', async () => {
+  const sizes = await other.evaluate(() => {
+    const { session } = window.latticed.scene!;
+    const seen: number[] = [];
+    const known = new Promise<number[]>((resolve) =>
+      session.on('presence', ({ size }) => void (seen.push(size), size > 0 && seen.length > 1 && resolve(seen))));
+    session['stream']['connection'].reopen();
+    return known;
+  });
+  assert.equal(sizes[0], 0);
+  await new Promise((resolve) => setTimeout(resolve, 2500)); // an absence that goes on would end it
+  assert.equal(await isFollowing(other), true);
+  await orbit(page, [-60, 20]);
+  await agrees();
+  assert.equal(await isFollowing(other), true);
+});
+
 test('his leaving ends it', async () => {
   assert.equal(await isFollowing(other), true);
   assert.deepEqual(errors, []);
