@@ -28,8 +28,16 @@ export function svg(tag: string, attributes: Record<string, string | number>, ..
   return element;
 }
 
+/** Leaves alone what is the same already: a screen reader may say again what is written again. */
 export function setAttributes(element: Element, attributes: Record<string, string | number>): void {
-  for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, String(value));
+  for (const [name, value] of Object.entries(attributes)) {
+    if (element.getAttribute(name) !== String(value)) element.setAttribute(name, String(value));
+  }
+}
+
+/** Like setAttributes. */
+export function setText(element: Element, text: string): void {
+  if (element.textContent !== text) element.textContent = text;
 }
 
 /** Whether a key is the dialog's: no other dialog is open above it, and no field or button elsewhere has the focus. */

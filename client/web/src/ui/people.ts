@@ -5,7 +5,7 @@
 // comes first and has a ring.
 import type { Presence } from '../session/scene_session';
 import { cssColour, type Person } from '../state/person';
-import { h } from './dom';
+import { h, setAttributes, setText } from './dom';
 
 export interface PeopleEvents {
   /** One's own dot was pressed. */
@@ -44,7 +44,7 @@ export class People {
     const press = isFollowed ? ' Press to stop following.' : camera ? ' Press to follow.' : '';
     paint(button, presence, `${name || 'Somebody'}: ${selected.length} ${points} selected.${press}`);
     button.disabled = camera === undefined;
-    button.setAttribute('aria-pressed', String(isFollowed));
+    setAttributes(button, { 'aria-pressed': String(isFollowed) });
   }
 
   private remove(id: string, button: HTMLButtonElement): void {
@@ -58,8 +58,7 @@ function dot(name: string, onclick: () => void): HTMLButtonElement {
 }
 
 function paint(button: HTMLButtonElement, person: Person, title: string): void {
-  button.title = title;
-  button.setAttribute('aria-label', title);
-  button.textContent = ([...person.name][0] ?? '?').toUpperCase();
+  setAttributes(button, { title, 'aria-label': title });
+  setText(button, ([...person.name][0] ?? '?').toUpperCase());
   button.style.background = cssColour(person);
 }

@@ -48,6 +48,19 @@ async function agrees(): Promise<void> {
   await until(async () => (await difference()) < AGREES);
 }
 
+/** Counts from now on how often names, titles and labels of people are written. */
+async function countWritten(of: Page): Promise<() => Promise<number>> {
+  await of.evaluate(() => {
+    const written = { count: 0 };
+    Object.assign(window, { written });
+    const observer = new MutationObserver(({ length }) => (written.count += length));
+    for (const part of document.querySelectorAll('.people, .following-line')) {
+      observer.observe(part, { subtree: true, childList: true, characterData: true, attributeFilter: ['title', 'aria-label', 'aria-pressed'] });
+    }
+  });
+  return () => of.evaluate(() => (window as unknown as { written: { count: number } }).written.count);
+}
+
 /** Presses the dot of the first window's person in the other window. */
 async function follow(): Promise<void> {
   await other.locator('.person:enabled').click();
@@ -93,11 +106,13 @@ test('a press on a dot follows: the camera stays with his as he orbits, zooms an
   await follow();
   await other.getByText('Following Ada').waitFor();
   await agrees();
+  const written = await countWritten(other);
   for (const by of [[-140, 40], [60, 25]] as const) {
     await orbit(page, by);
     assert.ok((await difference()) < 10, 'the cameras have places');
     await agrees();
   }
+  assert.equal(await written(), 0, 'a camera that moves is no news to a screen reader');
   await shot('viewer_following', other);
   assert.deepEqual(await illegible(other, '#f3f5f9'), []);
   await page.mouse.wheel(0, -300);

@@ -4,7 +4,7 @@
 // Says whose camera is followed: a border of his colour around the view, his name, and a button that ends it.
 import { cssColour, type Person } from '../../state/person';
 import { button } from '../controls';
-import { h } from '../dom';
+import { h, setText } from '../dom';
 
 export class FollowingSign {
   private readonly words = h('span', { role: 'status' });
@@ -17,7 +17,7 @@ export class FollowingSign {
 
   show(person: Person | undefined): void {
     this.element.hidden = person === undefined;
-    this.words.textContent = person === undefined ? '' : `Following ${person.name || 'somebody'}`;
+    setText(this.words, person === undefined ? '' : `Following ${person.name || 'somebody'}`);
     if (person !== undefined) this.element.style.setProperty('--person', cssColour(person));
   }
 }
