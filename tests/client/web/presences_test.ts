@@ -5,6 +5,7 @@
 import assert from 'node:assert/strict';
 import { test, type TestContext } from 'node:test';
 import { create } from '@bufbuild/protobuf';
+import { Code } from '@connectrpc/connect';
 import { PresenceSchema, type Presence as PresenceMessage } from 'latticed/v1/event_pb';
 import { Feature } from 'latticed/v1/server_pb';
 import { Presences } from '@src/session/presences';
@@ -13,7 +14,8 @@ import type { CameraPose } from '@src/state/camera_pose';
 import { clipped, personOf, PERSON_COLOURS } from '@src/state/person';
 import { rememberedSettings } from '@src/state/settings';
 import { fromCamera } from '@src/wire/camera_message';
-import { SessionFixture } from './support/session_fixture';
+import { ServerError } from '@src/wire/server_error';
+import { SessionFixture, until } from './support/session_fixture';
 
 const POSE: CameraPose = { position: [0, -5, 1], target: [0, 0, 1], up: [0, 0, 1], projection: { fovY: 40 } };
 
@@ -114,6 +116,20 @@ test('a session sends name, colour and camera, and hears those of others', async
   fixture.stream.event({ case: 'presence', value: { editorId: 'b', camera: fromCamera(POSE)! } });
   fixture.stream.event({ case: 'presence', value: { editorId: 'b', camera: { position: { x: 1 } } } }); // of a later version
   assert.deepEqual(seen, [height, POSE, undefined]);
+});
+
+test('a token that may only watch is refused once; later sessions of the page show nothing', async (t) => {
+  const features = [Feature.PRESENCE];
+  const fixture = await SessionFixture.live(t, { features });
+  const shows = ({ stream }: SessionFixture): boolean => stream.sent.some(({ message }) => message.case === 'presence');
+  fixture.session.announce({ name: 'Ada' });
+  await until(() => shows(fixture));
+  await fixture.reconnect(new ServerError(Code.PermissionDenied, '', 'it needs the role edit'));
+
+  const later = await SessionFixture.live(t, { features, server: fixture.server });
+  later.session.announce({ name: 'Ada' });
+  await new Promise((resolve) => setTimeout(resolve, 1)); // after the session's timer, which was set before
+  assert.deepEqual([shows(fixture), shows(later)], [false, false]);
 });
 
 test('a name is cut to what the server takes, in code points', async (t) => {

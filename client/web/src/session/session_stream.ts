@@ -57,7 +57,6 @@ export class SessionStream implements ConnectionHost {
   private restored: Restored | undefined;  // for this stream, or the next one that opens
   private bootId = '';  // the server run of the stream before
   private startsAnew = false;  // until the first update of a stream that starts anew
-  private presenceAllowed: boolean;
   private shown: SessionStatus = { state: 'connecting', text: 'Connecting …' };
 
   constructor(
@@ -68,11 +67,14 @@ export class SessionStream implements ConnectionHost {
     private readonly listeners: Listeners<SessionEvents>,
   ) {
     this.view = parts.view ?? {};
-    this.presenceAllowed = parts.info.features.includes(Feature.PRESENCE);
     this.receiver = new UpdateReceiver(parts.pool, (update) => this.updated(update), (error) => this.useless(error));
     this.connection = new SceneConnection(parts.streams, this, parts.backOff);
     this.endWakes = parts.wakes?.(this.connection);
     this.connection.open();
+  }
+
+  private get presenceAllowed(): boolean {
+    return this.parts.info.features.includes(Feature.PRESENCE) && !this.parts.server.refusesPresence;
   }
 
   get status(): SessionStatus {
@@ -149,7 +151,7 @@ export class SessionStream implements ConnectionHost {
   async ended(error: ServerError): Promise<AfterEnd> {
     this.lost();
     if (error.code === Code.PermissionDenied && this.presenceAllowed) {  // the token allows only to watch
-      this.presenceAllowed = false;
+      this.parts.server.refusesPresence = true;
       return 'open';
     }
     try {

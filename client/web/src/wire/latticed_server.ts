@@ -11,6 +11,8 @@ export class LatticedServer {
   readonly scenes: Client<typeof SceneService>;
   readonly meshes: Client<typeof MeshService>;
   readonly server: Client<typeof ServerService>;
+  /** Set once the server has refused this page's presence: the token allows only to watch. */
+  refusesPresence = false;
 
   /**
    * @param origin Scheme, host and port, "http://localhost:8080".

@@ -33,6 +33,7 @@ export const noPatches: PatchSource = {
 };
 
 export interface Options {
+  readonly server?: FakeServer;
   readonly features?: FakeServer['features'];
   readonly scene?: FakeServer['sceneFacts'];
   readonly backOff?: BackOff;
@@ -47,7 +48,7 @@ export const noScene = new ServerError(Code.NotFound, 'NOT_FOUND', 'no scene sce
 
 /** A session whose server is the test. It ends with the test. Its lattice has 3 x 3 x 3 points over the unit cube. */
 export class SessionFixture {
-  readonly server = new FakeServer();
+  readonly server: FakeServer;
   readonly sockets = new FakeStreams();
   readonly watches = new FakeStreams();
   readonly worker: FakeWorker;
@@ -62,6 +63,7 @@ export class SessionFixture {
   constructor(t: TestContext, options: Options = {}) {
     this.surface = new SurfaceMesh(options.patches ?? noPatches);
     this.worker = new FakeWorker(decoderWasm, options.decodesAtOnce ?? true);
+    this.server = options.server ?? new FakeServer();
     this.server.features = options.features ?? [];
     this.server.sceneFacts = options.scene ?? {};
     this.server.meshes.set('mesh-1', new Uint8Array([1, 2, 3]));
