@@ -57,7 +57,7 @@ export class PeopleHere {
   open(session: LiveSession): void {
     this.followNobody();
     this.session = session;
-    this.others = NOBODY;
+    this.others = session.others;
     session.on('presence', (others) => session === this.session && this.take(others));
     session.announce(this.you);
     this.announceCamera();

@@ -116,6 +116,7 @@ test('a session sends name, colour and camera, and hears those of others', async
   fixture.stream.event({ case: 'presence', value: { editorId: 'b', camera: fromCamera(POSE)! } });
   fixture.stream.event({ case: 'presence', value: { editorId: 'b', camera: { position: { x: 1 } } } }); // of a later version
   assert.deepEqual(seen, [height, POSE, undefined]);
+  assert.deepEqual([...fixture.session.others.keys()], ['b'], 'who listens later knows them too');
 });
 
 test('a token that may only watch is refused once; later sessions of the page show nothing', async (t) => {

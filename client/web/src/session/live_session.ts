@@ -118,6 +118,11 @@ export class LiveSession {
     this.stream.announce(change);
   }
 
+  /** The other editors that are known, by editor id. Changes with each `presence`. */
+  get others(): ReadonlyMap<string, Presence> {
+    return this.stream.others;
+  }
+
   /** The most code points of a person's name that the server takes. */
   get longestName(): number {
     return this.stream.longestName;

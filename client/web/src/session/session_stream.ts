@@ -81,6 +81,11 @@ export class SessionStream implements ConnectionHost {
     return this.shown;
   }
 
+  /** The other editors that are known, by editor id. Changes with each `presence`. */
+  get others(): ReadonlyMap<string, Presence> {
+    return this.presences.others;
+  }
+
   /** The most code points of a person's name that the server takes. */
   get longestName(): number {
     return this.parts.info.limits?.maxPresenceName ?? 0;
