@@ -6,7 +6,7 @@
 //   own camera -> CameraFollower.moved -> LiveSession.announce
 //   other's camera -> take -> CameraFollower.follow -> own camera
 //
-// Who follows shows the camera that he follows, not his own on its way there: two who follow each other would move each
+// Who follows shows the camera that they follow, not their own on its way there: two who follow each other would move each
 // other on and on.
 import type { LiveSession } from './session/live_session';
 import type { Presence } from './session/scene_session';
@@ -131,7 +131,7 @@ export class PeopleHere {
     this.passOn(camera);
   }
 
-  /** Shows others the camera that is followed. If it is this window's own, he follows back and knows it. */
+  /** Shows others the camera that is followed. If it is this window's own, they follow back and know it. */
   private passOn(camera: CameraPose): void {
     const isKnown = [this.shown, this.own].some((known) => known !== undefined && looksLike(sightOf(known), sightOf(camera)));
     if (isKnown) return;

@@ -6,7 +6,7 @@ import type { Presence } from './scene_session';
 
 /**
  * The other editors of the scene. Sends this window's presence when it changes; the newest one wins. It is sent at most 10
- * times a second, and at most once a second while nobody else shows himself: then only those who may not edit can follow.
+ * times a second, and at most once a second while nobody else is shown: then only those who may not edit can follow.
  */
 export class Presences {
   private static readonly PAUSE_MS = 100;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A person at a scene, as others see him: a name and a colour.
+// A person at a scene, as others see them: a name and a colour.
 
 export interface Person {
   /** May be empty. */

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The people at the scene: a dot for each, in the colour of the rings around the points that he has selected. One's own
+// The people at the scene: a dot for each, in the colour of the rings around the points that they have selected. One's own
 // comes first and has a ring.
 import type { Presence } from '../session/scene_session';
 import { cssColour, type Person } from '../state/person';

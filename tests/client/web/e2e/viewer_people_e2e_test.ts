@@ -101,7 +101,7 @@ test('Esc leaves name and colour as they are; a name has at most what the server
   assert.equal(await page.locator('.dot.you[title^="You are Ada."]').count(), 1);
 });
 
-test('a press on a dot follows: the camera stays with his as he orbits, zooms and looks without perspective', async () => {
+test('a press on a dot follows: the camera stays with theirs as they orbit, zoom and look without perspective', async () => {
   await orbit(page, [90, -30]);
   await follow();
   await other.getByText('Following Ada').waitFor();
@@ -186,7 +186,7 @@ test('a new connection does not end it, though nobody is known at first', async 
   assert.equal(await isFollowing(other), true);
 });
 
-test('his leaving ends it', async () => {
+test('their leaving ends it', async () => {
   assert.equal(await isFollowing(other), true);
   assert.deepEqual(errors, []);
   await page.close();

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Says whose camera is followed: a border of his colour around the view, his name, and a button that ends it.
+// Says whose camera is followed: a border of their colour around the view, their name, and a button that ends it.
 import { cssColour, type Person } from '../../state/person';
 import { button } from '../controls';
 import { h, setText } from '../dom';
