@@ -120,7 +120,7 @@ TEST_F(LatticectlVertices, OutsideTheLatticeStay) {
   EXPECT_EQ(moved.face_count(), 1u);
 }
 
-TEST_F(LatticectlVertices, OtherFormatsHaveTrianglesWithUvs) {
+TEST_F(LatticectlVertices, OtherFormatsHaveUvsAndPlyKeepsPolygons) {
   ASSERT_OK(WriteFile(Path("s.obj"),
                       "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\n"
                       "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
@@ -130,10 +130,10 @@ TEST_F(LatticectlVertices, OtherFormatsHaveTrianglesWithUvs) {
     SCOPED_TRACE(output);
     const auto json =
         nlohmann::json::parse(Apply(Path("s.obj"), output, {"--json", "--up-axis", "z"}));
-    EXPECT_EQ(json["faces"], 3);
-    EXPECT_EQ(json["vertices"], 7);  // two vertices have two texture coordinates
+    EXPECT_EQ(json["faces"], 2);
+    EXPECT_EQ(json["vertices"], 5);
     const PolygonMesh moved = Read(Path(output));
-    EXPECT_EQ(moved.face_count(), 3u);
+    EXPECT_EQ(moved.face_count(), output == std::string("o.ply") ? 2u : 3u);
     EXPECT_EQ(moved.has_uvs(), output != std::string("o.stl"));
   }
 }
