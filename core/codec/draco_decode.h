@@ -24,9 +24,8 @@ class ReadingMemory;  // core/mesh/reading_memory.h
 // attributes, which libdraco decodes too, are not asked for.
 [[nodiscard]] absl::StatusOr<PolygonMesh> ReadDracoMesh(std::string_view bytes,
                                                         ReadingMemory* memory = nullptr);
-// Writes a mesh as one Draco stream, the DRC export: sequential, in the order of MakeVertexRecords; faces are divided
-// into triangles; positions in 16 bits and normals in 12
-// unless told otherwise, uvs in as many bits as positions but at least 12.
+// Writes a mesh as one Draco stream, the DRC export: sequential, in the order of MakeVertexRecords, with faces divided
+// into triangles. Positions have 16 bits and normals 12 unless told otherwise, uvs as many as positions but at least 12.
 [[nodiscard]] absl::StatusOr<std::string> WriteDracoMesh(const PolygonMesh& mesh,
                                                          int position_bits = 16,
                                                          int normal_bits = 12);

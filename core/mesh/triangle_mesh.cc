@@ -11,7 +11,8 @@
 namespace latticed {
 namespace {
 
-// Keeps each position once. Returns the place of each vertex.
+// Keeps each position once. Returns the place of each vertex. VertexWelder does the same in memory that readers can count,
+// and with it `latticectl apply` took 1.7 times as long for 1.5 million points.
 std::vector<uint32_t> WeldPositions(const std::vector<Vec3d>& positions, std::vector<Vec3d>* kept) {
   absl::flat_hash_map<std::array<double, 3>, uint32_t> known;
   known.reserve(positions.size());

@@ -248,8 +248,8 @@ absl::StatusOr<NextPart<v1::ExportResponse>> OpenExport(const CallContext& conte
   const uint64_t most = ExportMemoryBytes(*state->plan, spec);
   LATTICED_ASSIGN_OR_RETURN(auto room,
                             env.memory->Reserve("the export", most, context.call.account->memory));
-  const auto cancelled = [&] { return context.call.context->IsCancelled(); };
-  LATTICED_ASSIGN_OR_RETURN(auto bytes, ExportSurface(head, spec, cancelled));
+  const auto stop = [&] { return CheckCancelled(context.call); };
+  LATTICED_ASSIGN_OR_RETURN(auto bytes, ExportSurface(head, spec, stop));
 
   v1::ExportHeader header;
   header.set_revision(state->revision);

@@ -16,6 +16,16 @@ def _chosen(context, settings):
     return selected.get("MESH") or settings.source, selected.get("LATTICE") or settings.lattice
 
 
+def _done(operator, act, *arguments):
+    """Acts. If a ValueError says why that cannot be, the operator reports it, and this returns False."""
+    try:
+        act(*arguments)
+    except ValueError as error:
+        operator.report({"ERROR"}, str(error))
+        return False
+    return True
+
+
 class LATTICED_OT_connect(bpy.types.Operator):
     """Sends the selected mesh and lattice, and shows the deformed surface while the lattice is edited"""
 
@@ -31,10 +41,7 @@ class LATTICED_OT_connect(bpy.types.Operator):
         if source is None or lattice is None:
             self.report({"ERROR"}, "Select a mesh and a lattice")
             return {"CANCELLED"}
-        try:
-            LIVE.connect(context.scene, source, lattice)
-        except ValueError as error:
-            self.report({"ERROR"}, str(error))
+        if not _done(self, LIVE.connect, context.scene, source, lattice):
             return {"CANCELLED"}
         return {"FINISHED"}
 
@@ -64,10 +71,7 @@ class LATTICED_OT_apply(bpy.types.Operator):
 
     def execute(self, context):
         settings = context.scene.latticed
-        try:
-            own_vertices.move_vertices(settings.source, settings.lattice)
-        except ValueError as error:
-            self.report({"ERROR"}, str(error))
+        if not _done(self, own_vertices.move_vertices, settings.source, settings.lattice):
             return {"CANCELLED"}
         LIVE.disconnect("The mesh is deformed")
         if settings.result is not None:
@@ -88,10 +92,7 @@ class LATTICED_OT_keep(bpy.types.Operator):
         return context.mode == "OBJECT" and LIVE.connected
 
     def execute(self, context):
-        try:
-            LIVE.keep()
-        except ValueError as error:
-            self.report({"ERROR"}, str(error))
+        if not _done(self, LIVE.keep):
             return {"CANCELLED"}
         return {"FINISHED"}
 

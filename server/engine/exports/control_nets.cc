@@ -21,7 +21,7 @@ void AppendBytes(const T& value, std::string& out) {
 
 }  // namespace
 
-absl::StatusOr<std::string> WriteControlNets(const RenderInput& input, const Cancelled& cancelled) {
+absl::StatusOr<std::string> WriteControlNets(const RenderInput& input, StopCheck stop) {
   const SceneState& state = *input.state;
   const DeformPlan& plan = *state.plan;
   LATTICED_ASSIGN_OR_RETURN(const auto target, input.target->Get());
@@ -35,7 +35,7 @@ absl::StatusOr<std::string> WriteControlNets(const RenderInput& input, const Can
   AppendBytes(uint64_t{plan.patches.size()}, out);
   out.reserve(out.size() + plan.patches.size() * m * sizeof(Vec3d));
   for (size_t first = 0; first < plan.patches.size(); first += kNetBlock) {
-    if (cancelled()) return absl::CancelledError("the export was cancelled");
+    LATTICED_RETURN_IF_ERROR(stop());
     const size_t last = std::min(first + kNetBlock, plan.patches.size());
     LATTICED_ASSIGN_OR_RETURN(const auto nets, input.target->backend().Run([&] {
       return target->ControlNets(*state.control_points, first, last);

@@ -6,7 +6,7 @@
 // Layout   little endian: "LATTNETS", uint32 version 1, uint32 degree n, uint32 m = (n+1)(n+2)/2, uint32 0, uint64
 //          patches; then m x 3 doubles a patch, T_{n,0,0} first
 // Units    world units
-// Errors   kResourceExhausted from the backend, kCancelled when `cancelled` says so
+// Errors   kResourceExhausted from the backend, what `stop` returns
 // Threads  a pure function of an immutable state
 #ifndef LATTICED_SERVER_ENGINE_EXPORTS_CONTROL_NETS_H_
 #define LATTICED_SERVER_ENGINE_EXPORTS_CONTROL_NETS_H_
@@ -19,7 +19,7 @@
 namespace latticed {
 
 [[nodiscard]] absl::StatusOr<std::string> WriteControlNets(const RenderInput& input,
-                                                           const Cancelled& cancelled);
+                                                           StopCheck stop);
 // What that takes at its peak.
 [[nodiscard]] uint64_t ControlNetsBytes(const DeformPlan& plan);
 

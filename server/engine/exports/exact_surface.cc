@@ -168,12 +168,10 @@ void AddGroups(const DeformPlan& plan, WrittenSizes* sizes) {
   }
 }
 
-absl::Status CancelledError() { return absl::CancelledError("the export was cancelled"); }
-
 }  // namespace
 
 absl::StatusOr<PolygonMesh> ExactSurface(const RenderInput& input, int segments, NormalMode normals,
-                                         const Cancelled& cancelled) {
+                                         StopCheck stop) {
   const SceneState& state = *input.state;
   const DeformPlan& plan = *state.plan;
   const ViewSpec spec{.segments = segments, .normals = normals, .format = VertexFormat::kFloat32};
@@ -185,14 +183,14 @@ absl::StatusOr<PolygonMesh> ExactSurface(const RenderInput& input, int segments,
   LATTICED_ASSIGN_OR_RETURN(auto view, backend.Run([&] { return target->CreateView(spec); }));
   std::vector<uint32_t> chunks(plan.chunk_count());
   std::iota(chunks.begin(), chunks.end(), 0u);
-  if (cancelled()) return CancelledError();
+  LATTICED_RETURN_IF_ERROR(stop());
   LATTICED_RETURN_IF_ERROR(
       backend.Run([&] { return view->Evaluate(*state.control_points, state.box, chunks); }));
 
   SurfaceBuilder surface(state, spec);
   std::vector<uint8_t> bytes;
   for (const uint32_t chunk : chunks) {
-    if (cancelled()) return CancelledError();
+    LATTICED_RETURN_IF_ERROR(stop());
     bytes.resize(ChunkPoints(plan, chunk, segments) * BytesPerPoint(spec));
     LATTICED_RETURN_IF_ERROR(backend.Run([&] { return view->Read(chunk, bytes); }));
     std::span<const uint8_t> rest = bytes;
@@ -216,8 +214,8 @@ SurfaceMemory MemoryOfExactSurface(const DeformPlan& plan, int segments, NormalM
            .faces = triangles};
   if (!has_normals && !mesh.has_uvs()) sizes.records = sizes.positions;
   AddGroups(plan, &sizes);
-  // A view's vertices, with offsets of its patches and chunks; lists of normals and UVs by vertex;
-  // short edges.
+  // A view's vertices, with offsets of its patches and chunks; lists of normals and UVs by vertex, twice when short edges
+  // are collapsed; torn seams; what short edges become, and their normals and UVs.
   constexpr uint64_t kViewBytesPerPatch = 64;
   constexpr uint64_t kFeatures = 6, kTableBytes = 32;  // corners and edges of torn seams
   const uint64_t lists = (has_normals ? 1u : 0u) + (mesh.has_uvs() ? 1u : 0u);

@@ -11,8 +11,8 @@
 // Triangles  patch after patch in plan order, in pattern order inside a patch, without slivers (short_edges.h); their
 //            groups are those of the source face
 // Units      world units; positions were computed as float32 about the plan's local origin
-// Errors     kResourceExhausted from the backend or past 2^32 corners, kCancelled when `cancelled` says so
-// Threads    a pure function of an immutable state; `cancelled` is asked once a chunk
+// Errors     kResourceExhausted from the backend or past 2^32 corners, what `stop` returns
+// Threads    a pure function of an immutable state; `stop` is asked once a chunk
 #ifndef LATTICED_SERVER_ENGINE_EXPORTS_EXACT_SURFACE_H_
 #define LATTICED_SERVER_ENGINE_EXPORTS_EXACT_SURFACE_H_
 
@@ -24,8 +24,7 @@
 namespace latticed {
 
 [[nodiscard]] absl::StatusOr<PolygonMesh> ExactSurface(const RenderInput& input, int segments,
-                                                       NormalMode normals,
-                                                       const Cancelled& cancelled);
+                                                       NormalMode normals, StopCheck stop);
 
 [[nodiscard]] SurfaceMemory MemoryOfExactSurface(const DeformPlan& plan, int segments,
                                                  NormalMode normals);

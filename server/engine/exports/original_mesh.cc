@@ -35,10 +35,7 @@ PolygonMesh AtRest(const DeformPlan& plan, NormalMode normals) {
 }  // namespace
 
 absl::StatusOr<PolygonMesh> OriginalMesh(const SceneState& state, NormalMode normals,
-                                         bool keeps_polygons, const Cancelled& cancelled) {
-  const auto stop = [&] {
-    return cancelled() ? absl::CancelledError("the export was cancelled") : absl::OkStatus();
-  };
+                                         bool keeps_polygons, StopCheck stop) {
   PolygonMesh mesh = AtRest(*state.plan, normals);
   if (!keeps_polygons && !IsTriangular(mesh)) {
     LATTICED_ASSIGN_OR_RETURN(mesh, Triangulated(mesh, stop));

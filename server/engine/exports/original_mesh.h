@@ -7,7 +7,7 @@
 // Normals  smooth: those of the scene (vertex_normals.h), carried; facet and none: no normals, so faces are flat
 // Faces    for formats of triangles, divided as at rest, by the triangles whose exact surface the scene has
 // Units    world units, in double
-// Errors   kCancelled when `cancelled` says so
+// Errors   what `stop` returns
 // Threads  pure functions of an immutable state
 #ifndef LATTICED_SERVER_ENGINE_EXPORTS_ORIGINAL_MESH_H_
 #define LATTICED_SERVER_ENGINE_EXPORTS_ORIGINAL_MESH_H_
@@ -20,8 +20,7 @@
 namespace latticed {
 
 [[nodiscard]] absl::StatusOr<PolygonMesh> OriginalMesh(const SceneState& state, NormalMode normals,
-                                                       bool keeps_polygons,
-                                                       const Cancelled& cancelled);
+                                                       bool keeps_polygons, StopCheck stop);
 
 [[nodiscard]] SurfaceMemory MemoryOfOriginalMesh(const DeformPlan& plan, NormalMode normals,
                                                  bool keeps_polygons);

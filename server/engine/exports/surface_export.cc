@@ -24,11 +24,11 @@ std::string_view MaterialsOf(const ExportSpec& spec) {
 }
 
 absl::StatusOr<PolygonMesh> MeshToWrite(const RenderInput& input, const ExportSpec& spec,
-                                        const Cancelled& cancelled) {
+                                        StopCheck stop) {
   if (spec.geometry == ExportGeometry::kOriginal) {
-    return OriginalMesh(*input.state, spec.normals, KeepsPolygons(*spec.format), cancelled);
+    return OriginalMesh(*input.state, spec.normals, KeepsPolygons(*spec.format), stop);
   }
-  return ExactSurface(input, spec.segments, spec.normals, cancelled);
+  return ExactSurface(input, spec.segments, spec.normals, stop);
 }
 
 }  // namespace
@@ -46,9 +46,9 @@ uint64_t ExportMemoryBytes(const DeformPlan& plan, const ExportSpec& spec) {
 }
 
 absl::StatusOr<std::string> ExportSurface(const RenderInput& input, const ExportSpec& spec,
-                                          const Cancelled& cancelled) {
-  if (!spec.format.has_value()) return WriteControlNets(input, cancelled);
-  LATTICED_ASSIGN_OR_RETURN(const auto mesh, MeshToWrite(input, spec, cancelled));
+                                          StopCheck stop) {
+  if (!spec.format.has_value()) return WriteControlNets(input, stop);
+  LATTICED_ASSIGN_OR_RETURN(const auto mesh, MeshToWrite(input, spec, stop));
   if (*spec.format == MeshFormat::kDraco) {
     return WriteDracoMesh(mesh, spec.position_bits, spec.normal_bits);
   }

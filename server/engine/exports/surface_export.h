@@ -7,19 +7,19 @@
 //   control_nets.h                     Bézier patches, a format of their own
 //
 // Units    world units; GLB and USD are relative to a translation
-// Errors   kResourceExhausted from the backend, kCancelled when `cancelled` says so
-// Threads  pure functions on an immutable state; `cancelled` is asked now and then
+// Errors   kResourceExhausted from the backend, what `stop` returns
+// Threads  pure functions on an immutable state; `stop` is asked now and then
 #ifndef LATTICED_SERVER_ENGINE_EXPORTS_SURFACE_EXPORT_H_
 #define LATTICED_SERVER_ENGINE_EXPORTS_SURFACE_EXPORT_H_
 
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 
 #include "absl/status/statusor.h"
+#include "core/base/stop_check.h"
 #include "core/mesh/mesh_io.h"
 #include "core/mesh/mesh_units.h"
 #include "server/engine/render/render_view.h"
@@ -43,15 +43,12 @@ struct ExportSpec {
   std::shared_ptr<const std::string> upload;
 };
 
-using Cancelled = std::function<bool()>;
-
 // Bytes that an export holds at its peak, for admission.
 [[nodiscard]] uint64_t ExportMemoryBytes(const DeformPlan& plan, const ExportSpec& spec);
 
 // The whole file.
 [[nodiscard]] absl::StatusOr<std::string> ExportSurface(const RenderInput& input,
-                                                        const ExportSpec& spec,
-                                                        const Cancelled& cancelled);
+                                                        const ExportSpec& spec, StopCheck stop);
 
 [[nodiscard]] std::string_view ExportMediaType(std::optional<MeshFormat> format);
 [[nodiscard]] std::string_view ExportExtension(std::optional<MeshFormat> format);

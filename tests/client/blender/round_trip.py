@@ -16,7 +16,8 @@ import bmesh
 import bpy
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).parent.parent / "python"))
+sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parent.parent / "python")]
+from addon_scene import check, coordinates  # noqa: E402
 from definition import deform  # noqa: E402
 
 if "bool" not in vars(np):
@@ -26,11 +27,6 @@ QUADS = 96
 PICTURE = np.linspace(0, 1, 8 * 8 * 4, dtype=np.float32)
 POSITION_TOLERANCE = 2e-6  # float32 of a mesh of 3 units
 UV_DIGITS = 5
-
-
-def check(condition, text):
-    if not condition:
-        raise SystemExit(f"round_trip: {text}")
 
 
 def material(name, picture):
@@ -58,12 +54,6 @@ def make_torus(picture):
         polygon.use_smooth = True
         polygon.material_index = polygon.index % 2
     return torus
-
-
-def coordinates(mesh):
-    values = np.empty(3 * len(mesh.vertices), np.float32)
-    mesh.vertices.foreach_get("co", values)
-    return values.reshape(-1, 3).astype(float)
 
 
 def numbered_uvs(mesh, number):

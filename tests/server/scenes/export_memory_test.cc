@@ -47,7 +47,7 @@ class ExportMemoryTest : public ::testing::Test {
   void ExpectBounded(const std::string& name, const ExportSpec& spec) {
     const uint64_t asked = ExportMemoryBytes(*input_.state->plan, spec);
     const testing::PeakMemory counted;
-    const auto file = ExportSurface(input_, spec, [] { return false; });
+    const auto file = ExportSurface(input_, spec, NeverStop);
     ASSERT_OK(file);
     const size_t peak = counted.peak();
     fmt::print("{:>12} {:5} {:>11} bytes, {:>11} at the peak, {:>11} asked for: {:.2f}\n", name,
@@ -125,7 +125,7 @@ TEST_F(ExportMemoryTest, OfMaterialsOfTheUpload) {
                           .upload = std::make_shared<const std::string>(upload)};
     const uint64_t asked = ExportMemoryBytes(*input_.state->plan, spec);
     const testing::PeakMemory counted;
-    const auto file = ExportSurface(input_, spec, [] { return false; });
+    const auto file = ExportSurface(input_, spec, NeverStop);
     ASSERT_OK(file);
     EXPECT_LE(counted.peak(), asked) << MeshFormatName(format);
     EXPECT_GT(file->size(), format == MeshFormat::kGlb ? picture.size() : 0);

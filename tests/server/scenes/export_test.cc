@@ -25,8 +25,6 @@ namespace {
 
 using ::latticed::testing::StatusIs;
 
-const Cancelled kNever = [] { return false; };
-
 // A flat grid. The UVs of a vertex are its x and y. A face's x decides which of two groups it is in.
 std::shared_ptr<const PolygonMesh> TexturedGrid() {
   auto mesh = std::make_shared<PolygonMesh>(testing::FlatGrid(4, 0.5));
@@ -89,7 +87,7 @@ std::map<std::pair<uint32_t, uint32_t>, int> EdgeUses(const PolygonMesh& mesh) {
 TEST_F(ExportTest, CornersMatchTheDefinition) {
   Make(std::make_shared<const PolygonMesh>(testing::TorusMesh(12, 8, {100, 0, -50})), 0.2);
   for (const int segments : {1, 2, 3, 6}) {
-    const auto mesh = ExactSurface(input_, segments, NormalMode::kFacet, kNever);
+    const auto mesh = ExactSurface(input_, segments, NormalMode::kFacet, NeverStop);
     ASSERT_OK(mesh);
     ASSERT_OK(Validate(*mesh));
     ASSERT_EQ(mesh->corner_count(),
@@ -110,7 +108,7 @@ TEST_F(ExportTest, CornersMatchTheDefinition) {
 TEST_F(ExportTest, ATorusIsOneClosedSurface) {
   Make(std::make_shared<const PolygonMesh>(testing::TorusMesh(12, 8)), 0.2);
   for (const int segments : {1, 2, 5}) {
-    const auto mesh = ExactSurface(input_, segments, NormalMode::kNone, kNever);
+    const auto mesh = ExactSurface(input_, segments, NormalMode::kNone, NeverStop);
     ASSERT_OK(mesh);
     const auto edges = EdgeUses(*mesh);
     for (const auto& [edge, uses] : edges) ASSERT_EQ(uses, 2) << edge.first << ' ' << edge.second;
@@ -133,8 +131,8 @@ TEST_F(ExportTest, ATornSeamHasBothPlaces) {
   const auto torn = testing::MakeInput(render_backend_, mesh, moved);
   ASSERT_OK(torn);
 
-  const auto whole = ExactSurface(*closed, 3, NormalMode::kNone, kNever);
-  const auto parts = ExactSurface(*torn, 3, NormalMode::kNone, kNever);
+  const auto whole = ExactSurface(*closed, 3, NormalMode::kNone, NeverStop);
+  const auto parts = ExactSurface(*torn, 3, NormalMode::kNone, NeverStop);
   ASSERT_OK(whole);
   ASSERT_OK(parts);
   for (const auto& [edge, uses] : EdgeUses(*whole)) ASSERT_EQ(uses, 2);
@@ -148,7 +146,7 @@ TEST_F(ExportTest, ATornSeamHasBothPlaces) {
 }
 
 TEST_F(ExportTest, UvsAreInterpolatedAndGroupsKept) {
-  const auto mesh = ExactSurface(input_, 4, NormalMode::kNone, kNever);
+  const auto mesh = ExactSurface(input_, 4, NormalMode::kNone, NeverStop);
 
   ASSERT_OK(mesh);
   EXPECT_TRUE(mesh->normals.empty());
@@ -173,7 +171,7 @@ TEST_F(ExportTest, UvsAreInterpolatedAndGroupsKept) {
 TEST_F(ExportTest, AnOriginalMeshIsMovedAndOtherwiseTheSame) {
   Make(TexturedGrid(), 0.2);
   const PolygonMesh& source = *input_.state->plan->mesh;
-  const auto mesh = OriginalMesh(*input_.state, NormalMode::kSmooth, true, kNever);
+  const auto mesh = OriginalMesh(*input_.state, NormalMode::kSmooth, true, NeverStop);
 
   ASSERT_OK(mesh);
   ASSERT_OK(Validate(*mesh));
@@ -200,7 +198,7 @@ TEST_F(ExportTest, AnOriginalMeshIsMovedAndOtherwiseTheSame) {
 // The exact surface is that of the triangles at rest, so a deformed face must not be divided otherwise.
 TEST_F(ExportTest, TrianglesOfAnOriginalMeshAreThoseOfTheScene) {
   Make(TexturedGrid(), 0.3);
-  const auto mesh = OriginalMesh(*input_.state, NormalMode::kFacet, false, kNever);
+  const auto mesh = OriginalMesh(*input_.state, NormalMode::kFacet, false, NeverStop);
   ASSERT_OK(mesh);
   EXPECT_TRUE(mesh->normals.empty());
   ASSERT_OK_AND_ASSIGN(const auto at_rest, Triangulated(*input_.state->plan->mesh));
@@ -209,7 +207,7 @@ TEST_F(ExportTest, TrianglesOfAnOriginalMeshAreThoseOfTheScene) {
 
 TEST_F(ExportTest, ControlNetsBeginAndEndAtTheCorners) {
   Make(TexturedGrid(), 0.2);
-  const auto bytes = WriteControlNets(input_, kNever);
+  const auto bytes = WriteControlNets(input_, NeverStop);
   ASSERT_OK(bytes);
 
   const DeformPlan& plan = *input_.state->plan;
@@ -238,7 +236,7 @@ TEST_F(ExportTest, ControlNetsBeginAndEndAtTheCorners) {
 }
 
 TEST_F(ExportTest, StopsWhenCancelled) {
-  const Cancelled at_once = [] { return true; };
+  const auto at_once = [] { return absl::CancelledError("it is too late"); };
   EXPECT_THAT(ExportSurface(input_, {.format = MeshFormat::kPly}, at_once),
               StatusIs(absl::StatusCode::kCancelled));
   EXPECT_THAT(
