@@ -33,12 +33,17 @@ node_18_unpack() {
     die "Node 18 could not be unpacked"
 }
 
+# Bundles the viewer, its documentation and its tests anew, from the messages and samples of the Release build.
 node_18_viewer() {
-  local programs=$PWD/$ci_build web=$node_18/build/client/web
-  configure "$node_18/build" -DLATTICED_CUDA=OFF -DBUILD_TESTING=OFF && build "$node_18/build" latticed_web &&
-    cd "$web" && node --preserve-symlinks --preserve-symlinks-main build.mjs tests tests &&
-    export LATTICED=$programs/server/latticed LATTICECTL=$programs/client/cpp/latticectl &&
-    LATTICED_WRITE_STREAMS=$programs/tests/core/codec/draco3d_write_streams node --test tests/unit
+  local programs=$PWD/$ci_build tree=$PWD/build/ci/tree viewer=$PWD/$node_18/server/viewer
+  local script="node --preserve-symlinks --preserve-symlinks-main" readmes
+  readmes=$(cd "$tree" && ls README.md ./*/README.md client/*/README.md | sed 's|^./||')
+  mkdir -p "$node_18"/{client,server} && cp -a "$programs/client/web" "$node_18/client" && cd "$node_18/client/web" &&
+    rm -r node_modules tests && npm ci --ignore-scripts --no-fund --no-audit --silent &&
+    $script build.mjs web "$viewer" && $script build.mjs tests tests &&
+    $script docs/build_docs.mjs "$tree" latticed.protoset "$viewer/docs" $readmes &&
+    LATTICED=$programs/server/latticed LATTICECTL=$programs/client/cpp/latticectl \
+      LATTICED_WRITE_STREAMS=$programs/tests/core/codec/draco3d_write_streams node --test tests/unit
 }
 
 node_18_example() {

@@ -8,7 +8,7 @@
 // All that index.html loads lies in assets/ and has a hash of its content in its name. The server therefore lets
 // browsers keep it for ever, and a new release is loaded at once.
 import { mkdirSync, readdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
-import { basename, join } from 'node:path';
+import { basename, join, parse } from 'node:path';
 import { build } from 'esbuild';
 import { compressFiles } from './compress.mjs';
 
@@ -26,7 +26,7 @@ async function bundleAssets(entryPoints, to, define = {}) {
     minify: true,
     metafile: true,
     define,
-    loader: { '.wasm': 'copy' },
+    loader: { '.wasm': 'copy', '.obj': 'copy', '.json': 'copy' },
     external: ['fs', 'path', 'node:fs', 'node:path'],  // draco3d uses them only in Node
     legalComments: 'linked',
   });
@@ -34,12 +34,15 @@ async function bundleAssets(entryPoints, to, define = {}) {
     .map(([path]) => basename(path)).map((name) => [name.slice(0, name.lastIndexOf('-')), name]));
 }
 
-// Builds a page: folder/index.html, which names its entry points as main.js and style.css, and the files of its decoder.
-async function buildPage(folder, entryPoints, to) {
+// Builds a page: folder/index.html, which names its entry points as main.js and style.css, and the files that it fetches.
+async function buildPage(folder, entryPoints, samples, to) {
   const decoder = await bundleAssets({
     decode_worker: 'src/decode/decode_worker.ts', draco_decoder: 'node_modules/draco3d/draco_decoder.wasm',
   }, to);
-  const define = { DECODER_FILES: JSON.stringify({ worker: decoder.decode_worker, wasm: decoder.draco_decoder }) };
+  const define = {
+    DECODER_FILES: JSON.stringify({ worker: decoder.decode_worker, wasm: decoder.draco_decoder }),
+    SAMPLE_FILES: JSON.stringify(await bundleAssets(samples, to)),
+  };
   let page = readFileSync(join(folder, 'index.html'), 'utf8');
   for (const hashed of Object.values(await bundleAssets(entryPoints, to, define))) {
     const name = hashed.replace(/-[^-]*\./, '.');
@@ -54,7 +57,8 @@ async function buildWeb() {
   mkdirSync(out, { recursive: true });
   const made = readdirSync(out).filter((name) => name !== 'docs');
   for (const name of made) rmSync(join(out, name), { recursive: true });
-  await buildPage('.', { main: 'src/main.ts', style: 'style.css' }, out);
+  const samples = readdirSync('samples').map((file) => [parse(file).name, join('samples', file)]);
+  await buildPage('.', { main: 'src/main.ts', style: 'style.css' }, Object.fromEntries(samples), out);
   compressFiles(out, 'index.html', 'assets');
 }
 
@@ -72,7 +76,7 @@ async function buildTests() {
     // Node 18 has no global crypto, which browsers have.
     banner: { js: "import { webcrypto } from 'node:crypto'; globalThis.crypto ??= webcrypto;" },
   });
-  await buildPage('test/e2e/page', { harness: 'test/e2e/page/harness.ts' }, join(out, 'page'));
+  await buildPage('test/e2e/page', { harness: 'test/e2e/page/harness.ts' }, {}, join(out, 'page'));
 }
 
 await { web: buildWeb, tests: buildTests }[what]();

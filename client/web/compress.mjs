@@ -6,7 +6,7 @@ import { readdirSync, readFileSync, statSync, writeFileSync } from 'node:fs';
 import { extname, join } from 'node:path';
 import { brotliCompressSync, constants, gzipSync } from 'node:zlib';
 
-const COMPRESSIBLE = new Set(['.css', '.html', '.js', '.svg', '.wasm']);
+const COMPRESSIBLE = new Set(['.css', '.html', '.js', '.json', '.obj', '.svg', '.wasm']);
 
 /** Writes FILE.br and FILE.gz beside each file of the folders or files `paths` below `root`, where they are smaller. */
 export function compressFiles(root, ...paths) {

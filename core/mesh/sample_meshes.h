@@ -28,7 +28,7 @@
 namespace latticed {
 
 inline constexpr int kMinSampleResolution = 1;
-inline constexpr int kDefaultSampleResolution = 4;  // knot 5,760 quads, shell 9,000 triangles
+inline constexpr int kDefaultSampleResolution = 4;  // knot 5,760 quads, shell 8,664 triangles
 inline constexpr int kMaxSampleResolution = 64;     // above a million faces
 
 [[nodiscard]] std::span<const std::string_view> SampleMeshNames();

@@ -94,17 +94,21 @@ export class SceneOpener {
   }
 
   takeSample(name: SampleName): void {
-    const lattice = sampleLattice(name);
-    if (lattice === undefined) return this.takeMesh(sampleFile(name), [], 'z');
-    const opened = this.openCompared(sampleFile(name), lattice);
-    this.app.busy.during('Making the scene …', opened).catch((error: unknown) => this.app.toasts.fail(inWords(error)));
+    this.openSample(name).catch((error: unknown) => this.app.toasts.fail(inWords(error)));
+  }
+
+  private async openSample(name: SampleName): Promise<void> {
+    this.closeFitting?.();
+    const isAsked = this.ask();
+    const [file, lattice] = await Promise.all([sampleFile(name), sampleLattice(name)]);
+    if (!isAsked()) return;
+    if (lattice === undefined) return this.takeMesh(file, [], 'z');
+    await this.app.busy.during('Making the scene …', this.openCompared(file, lattice, isAsked));
   }
 
   /** Opens a mesh under a lattice, beside its shape if only the vertices moved. */
-  private async openCompared(file: MeshFile, lattice: Lattice): Promise<void> {
+  private async openCompared(file: MeshFile, lattice: Lattice, isAsked: () => boolean): Promise<void> {
     const { services, settings } = this.app;
-    this.closeFitting?.();
-    const isAsked = this.ask();
     const mesh = await services.upload(file, () => undefined, new AbortController().signal);
     const made = openMesh({ id: mesh.id, file, isDropped: true });
     const view = { ...viewFor(mesh), normals: 'facet' } as const;

@@ -1,10 +1,11 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
 import { test } from 'node:test';
 import { fitLattice } from '@src/lattice/fitted_lattice';
 import { FoldCheck, type Fractions } from '@src/lattice/fold_check';
-import { bentLattice } from '@src/lattice/bent';
+import { latticeFromJson } from '@src/wire/lattice_json';
 
 const ALL: Fractions = [[0, 1], [0, 1], [0, 1]];
 const bounds = { min: [-1, -1, -1], max: [1, 1, 1] } as const;
@@ -43,8 +44,7 @@ test('a mirrored, a flattened and a turned lattice, a flat mesh, and a frame of 
 });
 
 test('the beam of the start page, twisted and bent, does not fold over; nor does a full lattice at rest', () => {
-  const beam = bentLattice(
-    fitLattice({ min: [-1, -0.125, -0.125], max: [1, 0.125, 0.125] }, { size: [9, 3, 3], degree: [3, 2, 2], padding: 0.05 }), Math.PI, Math.PI / 2);
+  const beam = latticeFromJson(readFileSync('samples/beam_lattice.json', 'utf8'));
   assert.equal(new FoldCheck(beam, ALL).folded(beam.points), undefined);
 
   const full = fitLattice(bounds, { size: [32, 32, 32], degree: [3, 3, 3], padding: 0 });

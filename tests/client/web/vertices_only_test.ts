@@ -1,10 +1,9 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The shape of a mesh under an ordinary lattice, and what it needs: many points in a lattice, a bent lattice.
+// The shape of a mesh under an ordinary lattice, and what it needs: many points in a lattice.
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { bentLattice } from '@src/lattice/bent';
 import { evaluate } from '@src/lattice/bspline';
 import { fitLattice } from '@src/lattice/fitted_lattice';
 import { domain } from '@src/lattice/grid';
@@ -45,21 +44,6 @@ for (const degree of [[1, 2, 3], [3, 1, 2], [2, 3, 1]] as const) {
     assert.deepEqual(outside, [pointAt(out, inside.length), pointAt(out, inside.length + 1)]);
   });
 }
-
-test('a bent lattice: the middle line becomes a quarter of a circle, and the ends are turned against each other', () => {
-  const straight = fitLattice({ min: [-2, -0.5, -0.5], max: [2, 0.5, 0.5] }, { size: [9, 3, 3], degree: [3, 2, 2], padding: 0 });
-  const points = (lattice: Lattice, i: number, j: number, k: number): Vec3 => pointAt(lattice.points, i + 9 * (j + 3 * k));
-
-  const bent = bentLattice(straight, 0, Math.PI / 2);
-  const radius = 4 / (Math.PI / 2);
-  for (let i = 0; i < 9; ++i) assert.ok(Math.abs(distance(points(bent, i, 1, 1), [0, 0, radius]) - radius) < 1e-12);
-  assert.ok(distance(points(bent, 8, 1, 1), [radius * Math.SQRT1_2, 0, radius * (1 - Math.SQRT1_2)]) < 1e-12);
-
-  const twisted = bentLattice(straight, Math.PI, 0);
-  assert.ok(distance(points(twisted, 8, 2, 1), [2, 0, 0.5]) < 1e-12); // +y turned by 90 degrees
-  assert.ok(distance(points(twisted, 0, 2, 1), [-2, 0, -0.5]) < 1e-12);
-  assert.ok(distance(points(twisted, 4, 2, 1), [0, 0.5, 0]) < 1e-12);
-});
 
 // One face of the source over two patches: corners 0 1 2, cut at the middle M of the edge from 0 to 1.
 const ORIGINS = {

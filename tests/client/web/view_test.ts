@@ -2,11 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 import assert from 'node:assert/strict';
 import { File } from 'node:buffer';
+import { readFileSync } from 'node:fs';
 import { test } from 'node:test';
 import { PerspectiveCamera } from 'three';
 import type { Editor } from '@src/edit/editor';
 import { fileKind, readMeshFile } from '@src/intake/mesh_file';
-import { SAMPLES, sampleFile, type SampleName } from '@src/intake/samples';
+import { SAMPLES } from '@src/intake/samples';
 import { WORLD_BASIS } from '@src/lattice/vec';
 import type { LatticeEdit } from '@src/session/edits/lattice_edit';
 import type { GestureListener } from '@src/session/scene_session';
@@ -71,17 +72,11 @@ test('files are told apart by their names, and those that cannot be taken are re
   await assert.rejects(read(folder), /The browser cannot read part.obj, 1 bytes\./);
 });
 
-for (const [name, vertices, faces] of [['knot', 5760, 5760], ['vase', 4704, 4608], ['slab', 1681, 1600]] as const) {
-  test(`the sample ${name} has the quads that the page says, with corners that exist`, async () => {
-    const text = await sampleFile(name as SampleName).content.text();
-    const lines = text.trimEnd().split('\n');
-    const count = (word: string): number => lines.filter((line) => line.startsWith(`${word} `)).length;
-    const uvs = count('vt');
-    const corners = lines.filter((line) => line.startsWith('f ')).flatMap((line) => line.slice(2).split(' '));
-
-    assert.deepEqual([count('v'), count('f')], [vertices, faces]);
-    assert.ok(corners.every((c) => Number(c.split('/')[0]) <= vertices && Number(c.split('/')[1]) <= uvs));
-    assert.equal(SAMPLES[name].note, `${faces.toLocaleString('en')} quads`);
+for (const [name, { note }] of Object.entries(SAMPLES)) {
+  test(`the sample ${name} has as many faces as the page says`, () => {
+    const lines = readFileSync(`samples/${name}.obj`, 'utf8').split('\n');
+    const faces = lines.filter((line) => line.startsWith('f ')).length;
+    assert.ok(note.startsWith(`${faces.toLocaleString('en')} `), `${faces} ${note}`);
   });
 }
 

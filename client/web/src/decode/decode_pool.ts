@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
+import { fetchAsset } from '../wire/asset';
 import type { ChunkForm, DecodedChunk } from './chunk_form';
 
 /** The names of the built files beside the page's script. build.mjs defines it. */
@@ -76,14 +77,10 @@ export class DecodePool {
   }
 
   /** Starts a worker for each hardware thread but one: at least 1, at most 6. */
-  static async inBrowser(folder: URL): Promise<DecodePool> {
-    const response = await fetch(new URL(DECODER_FILES.wasm, folder)).catch(() => undefined);
-    // A newer server has files with other names.
-    if (response?.status === 404) throw new Error('The server has been updated: reload the page');
-    if (!response?.ok) throw new Error(`The decoder ${DECODER_FILES.wasm} cannot be fetched: ${response?.status ?? 'no answer'}`);
-    const wasm = await response.arrayBuffer();
+  static async inBrowser(): Promise<DecodePool> {
+    const wasm = await (await fetchAsset(DECODER_FILES.wasm)).arrayBuffer();
     const count = Math.min(Math.max((navigator.hardwareConcurrency || 2) - 1, 1), 6);
-    const workers = Array.from({ length: count }, () => new Worker(new URL(DECODER_FILES.worker, folder), { type: 'module' }));
+    const workers = Array.from({ length: count }, () => new Worker(new URL(DECODER_FILES.worker, import.meta.url), { type: 'module' }));
     return new DecodePool(workers as DecodeWorker[], wasm);
   }
 

@@ -17,7 +17,7 @@ import type { SessionOptions } from './session_stream';
 let pool: Promise<DecodePool> | undefined;  // one for the page, since workers are costly
 
 function poolOfPage(): Promise<DecodePool> {
-  pool ??= DecodePool.inBrowser(new URL('./', import.meta.url)).catch((error: unknown) => {
+  pool ??= DecodePool.inBrowser().catch((error: unknown) => {
     pool = undefined;  // the next call tries again
     throw error;
   });

@@ -349,7 +349,7 @@ test('a decoder that cannot be fetched is said, and fetched with the next scene;
   await dropFiles(fresh, [['tetrahedron.stl', tetrahedronStl()]]);
   await meshUploaded(fresh);
   await fresh.getByRole('button', { name: 'Create scene' }).click();
-  await fresh.locator('.fit .error').getByText(/^The decoder draco_decoder-\w+\.wasm cannot be fetched: no answer\.$/).waitFor();
+  await fresh.locator('.fit .error').getByText(/^draco_decoder-\w+\.wasm cannot be fetched: no answer\.$/).waitFor();
   await fresh.unrouteAll({ behavior: 'wait' });
   // A newer server has files with other hashes in their names.
   await fresh.route('**/draco_decoder-*.wasm', (route) => route.fulfill({ status: 404 }));
