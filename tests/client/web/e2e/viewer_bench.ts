@@ -3,7 +3,7 @@
 //
 // usage: node viewer_bench.mjs [--markdown FILE] [--mesh NAME] [--updates N] [--frames N]
 // Measures the time from an edit to its pixels in the viewer in Chromium on loopback, while a person drags, and where
-// the time goes. Adds a Markdown table to FILE. --mesh takes one mesh alone: knot, vase or fandisk.obj. --updates (60)
+// the time goes; and the frames of an orbit. Adds two Markdown tables to FILE. --mesh takes one mesh alone: knot, vase or fandisk.obj. --updates (60)
 // counts while the surface is hidden, --frames (12) while it is shown. Environment: LATTICED, LATTICECTL, CHROMIUM;
 // LATTICED_VIEWER, the folder of the viewer; LATTICED_SHARED, a folder with real meshes in models/. If a mesh is
 // missing, a sample replaces it.
@@ -17,6 +17,7 @@ import { LatticedServer } from '@src/wire/latticed_server';
 import { launch, openPage } from './browser';
 import { DragMeter, type Measured } from './drag_meter';
 import { ServerProcess } from './server_process';
+import { measureOrbit } from './orbit_meter';
 import { createScene, dropFiles, live, meshUploaded } from './viewer_page';
 
 type Size = readonly [number, number, number]; // control points along u, v, w
@@ -35,6 +36,7 @@ const MESHES: readonly { readonly model?: string; readonly size?: Size; readonly
 ];
 const VIEWPORT = { width: 480, height: 360 };
 const SEGMENTS = 10;
+const ORBIT_SECONDS = 4;
 const { values: options } = parseArgs({ options: {
   markdown: { type: 'string' }, mesh: { type: 'string' },
   updates: { type: 'string', default: '60' },
@@ -119,6 +121,7 @@ const lines = [
   `${VIEWPORT.width} x ${VIEWPORT.height}. The viewer's own page: a mesh is dropped, what is selected follows the mouse (G), ${SEGMENTS} segments.`, '',
   '| mesh | patches | encoding | moved | edit to points | p95 | server | transfer | decode | write | MB | updates/s | edit to pixels | p95 | drawing | updates/s, drawn |',
   '|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|'];
+const orbits = ['', '| mesh | triangles | frames/s in an orbit | triangles then | pixels along a side then |', '|---|---|---|---|---|'];
 
 async function measure(subject: Subject): Promise<void> {
   const { page } = await openPage(browser, server.origin);
@@ -145,6 +148,9 @@ async function measure(subject: Subject): Promise<void> {
       console.log(lines.at(-1));
     }
   }
+  const { framesPerSecond, triangles, pixelRatio } = await measureOrbit(page, ORBIT_SECONDS);
+  orbits.push(`| ${[subject.name, patches * SEGMENTS ** 2, framesPerSecond.toFixed(1), triangles, pixelRatio].join(' | ')} |`);
+  console.log(orbits.at(-1));
   await page.close();
 }
 
@@ -154,4 +160,4 @@ try {
   await browser.close();
   await server.kill();
 }
-if (options.markdown) appendFileSync(options.markdown, `${lines.join('\n')}\n`);
+if (options.markdown) appendFileSync(options.markdown, `${[...lines, ...orbits].join('\n')}\n`);

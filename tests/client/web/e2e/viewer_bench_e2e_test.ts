@@ -13,15 +13,16 @@ import { promisify } from 'node:util';
 const run = promisify(execFile);
 const NUMBERS_FROM = 4; // the columns before are mesh, patches, encoding and moved
 
-test('the bench fills its table of every encoding, with every part of the way to the pixels', async (t) => {
+test('the bench fills its table of every encoding, with every part of the way to the pixels, and that of an orbit', async (t) => {
   const folder = mkdtempSync(join(tmpdir(), 'latticed-bench-'));
   t.after(() => rmSync(folder, { recursive: true }));
   const file = join(folder, 'viewer.md');
 
   await run(process.execPath, ['tests/viewer_bench.mjs', '--markdown', file, '--mesh', 'knot', '--updates', '3', '--frames', '1']);
 
-  const table = readFileSync(file, 'utf8').split('\n').filter((line) => line.startsWith('|'));
-  const [header, , ...rows] = table.map((line) => line.split('|').slice(1, -1).map((cell) => cell.trim()));
+  const [updates, orbits] = readFileSync(file, 'utf8').split('\n\n').slice(-2).map((table) =>
+    table.trim().split('\n').map((line) => line.split('|').slice(1, -1).map((cell) => cell.trim())));
+  const [header, , ...rows] = updates;
   assert.deepEqual(rows.map(([mesh, patches, encoding, moved]) => [mesh, patches, encoding, moved].join()),
     ['quantised', 'raw', 'draco'].flatMap((encoding) => ['all points', 'one point'].map((moved) => `knot.obj,1060,${encoding},${moved}`)));
   for (const row of rows) {
@@ -30,6 +31,9 @@ test('the bench fills its table of every encoding, with every part of the way to
     const [points, bytes, pixels] = ['edit to points', 'MB', 'edit to pixels'].map((name) => Number(row[header.indexOf(name)]));
     assert.ok(points > 0 && bytes > 0 && pixels > 0, row.join());
   }
+  const [, , [mesh, triangles, framesPerSecond, drawn, ratio]] = orbits;
+  assert.deepEqual([mesh, triangles], ['knot.obj', '106000']);
+  assert.ok(Number(framesPerSecond) > 0 && Number(drawn) > 0 && Number(ratio) <= 1, orbits[2].join());
 });
 
 test('the bench says so where there is no such mesh', async () => {
