@@ -19,6 +19,8 @@ inline constexpr int kMaxControlPoints = 32'768;
 // Views. 32 segments: 561 points per patch; 32 patches stay far below kMaxChunkPoints.
 inline constexpr int kMinSegments = 1;
 inline constexpr int kMaxSegments = 32;
+// The finest level of an edge under a tolerance: 2^5 = kMaxSegments segments.
+inline constexpr int kMaxEdgeLevel = 5;
 inline constexpr int kMinPositionBits = 8;
 inline constexpr int kMaxPositionBits = 16;
 inline constexpr int kMinNormalBits = 6;
