@@ -18,6 +18,7 @@
 
 #include <array>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "core/ffd/deform_plan.h"
@@ -37,6 +38,13 @@ class BoxBasis {
   std::array<int, 3> degree() const;
   // The matrices of a permuted axis, one per knot span. They are zero where the span is empty.
   const std::vector<Matrix>& matrices(size_t permuted_axis) const { return basis_[permuted_axis]; }
+
+  // C of a box, relative to the plan's local origin: entry (a (d1 + 1) + b)(d2 + 1) + c for the degrees d of degree().
+  static constexpr size_t kMostTerms = 64;
+  std::array<Vec3d, kMostTerms> Polynomial(uint32_t box,
+                                           std::span<const Vec3d> control_points) const;
+  // The coordinates l of a vertex, by permuted axis. In the outside box they come from the world position.
+  Vec3d Local(uint32_t box, const PlanVertex& vertex) const;
 
   // By axis of the lattice; in the outside box, of the world. A width is never 0.
   Vec3d Centre(uint32_t box) const;
