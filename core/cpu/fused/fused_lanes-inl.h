@@ -10,6 +10,7 @@
 #define LATTICED_CORE_CPU_FUSED_FUSED_LANES_INL_H_
 #endif
 
+#include "core/base/host_device.h"
 #include "core/cpu/fused/fused_kernel.h"
 #include "hwy/highway.h"
 
@@ -20,8 +21,6 @@ namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 using D = hn::CappedTag<float, kLanes>;
 using V = hn::Vec<D>;
-
-#define LATTICED_UNROLL _Pragma("GCC unroll 64")
 
 HWY_INLINE V Coefficient(const BoxPolynomial& box, int index, int component) {
   return hn::Set(D(), box.coefficient[static_cast<size_t>(index)][static_cast<size_t>(component)]);
