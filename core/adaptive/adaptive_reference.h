@@ -13,7 +13,6 @@
 #ifndef LATTICED_CORE_ADAPTIVE_ADAPTIVE_REFERENCE_H_
 #define LATTICED_CORE_ADAPTIVE_ADAPTIVE_REFERENCE_H_
 
-#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>

@@ -25,12 +25,15 @@
 //
 // The patch is compared point by point, at equal barycentrics. The bound therefore holds both ways.
 //
+// In float32, LinearError of SideCurvature can be 2e-6 of itself too small. Multiply it by kBoundFactor.
+//
 // Units    world
 // Threads  pure functions
 #ifndef LATTICED_CORE_ADAPTIVE_CERTIFICATE_H_
 #define LATTICED_CORE_ADAPTIVE_CERTIFICATE_H_
 
-#include <span>
+#include <array>
+#include <cstdint>
 
 #include "core/adaptive/adaptive_pattern.h"
 #include "core/adaptive/patch_curvature.h"
@@ -70,20 +73,6 @@ LATTICED_HD constexpr T SideCurvature(const T* side, const CurvatureBounds<T>& m
     if (through < least) least = through;
   }
   return least;
-}
-
-// The largest error of the triangles with these sides: some 60 operations each.
-template <typename T>
-LATTICED_HD constexpr T LargestError(const T (*triangles)[3][3], int count,
-                                     const CurvatureBounds<T>& m) {
-  T largest = 0;
-  for (int t = 0; t < count; ++t) {
-    const T error =
-        LinearError(SideCurvature(triangles[t][0], m), SideCurvature(triangles[t][1], m),
-                    SideCurvature(triangles[t][2], m));
-    if (error > largest) largest = error;
-  }
-  return largest;
 }
 
 // The largest distance between the exact patch and the triangles of a pattern, both ways.

@@ -3,14 +3,18 @@
 //
 // Tolerances in numbers: the level of an edge, and what a view can promise.
 //
-//   level           the least k with E <= 6 t 4^k, E the largest second derivative along the edge in all its patches, t
-//                   the part of the tolerance that is left for curvature
-//   view error      max over patches of PatternError + 3e-7 D + sqrt(3)/2 step <= tolerance
-//   t               tolerance - 3e-7 D - sqrt(3)/2 step
+//   level        the least k with E <= 6 t 4^k: E the largest second derivative along the edge in all its patches, t the
+//                part of the tolerance that is left for curvature
+//   t            tolerance - point error
+//   point error  3e-7 D + sqrt(3)/2 step: no pattern makes it smaller. step is 0 for floats
+//   view error   point error + max over patches of PatternError
 //
 // With levels so chosen, every side of a pattern has M <= sum |d_a d_b| 6 t 4^k_ab <= 6 t (pattern_split.h), and every
 // triangle an error of at most t (Lemma 1 of certificate.h). 3e-7 D is the accuracy of a point of the fused pipeline, D as in
-// core/README.md. Rounding to a grid moves a point by at most half a step on each axis; step is 0 for floats.
+// core/README.md. Rounding to the grid moves a point by at most half a step on each axis.
+//
+// D here is the diagonal of the quantisation box, which contains all that D measures. Thus t is a function of tolerance, bits
+// and box: an edit that keeps the box changes the levels of edges near it only.
 //
 // Units    world
 // Threads  pure functions
@@ -26,8 +30,7 @@
 
 namespace latticed {
 
-inline constexpr double kPointAccuracy = 3e-7;              // of D
-inline constexpr double kGridRounding = 0.866025403784439;  // sqrt(3)/2, of a step; rounded up
+inline constexpr double kPointAccuracy = 3e-7;  // of D
 
 // At most limits::kMaxEdgeLevel, whether that suffices or not. Where t <= 0, every curved edge has that level. A bound
 // that is not a number has it as well.
@@ -42,22 +45,23 @@ LATTICED_HD constexpr uint8_t EdgeLevel(T largest_curvature, T t) {
   return level;
 }
 
-// What no pattern can make smaller. step: of the grid, or 0.
-constexpr double PointError(double diagonal, double step) {
-  return kPointAccuracy * diagonal + kGridRounding * step;
+// position_bits: 0 for floats.
+inline double PointError(const QuantisationBox& box, int position_bits) {
+  constexpr double kSquareRootOf3 = 1.732050807568878;  // rounded up
+  const double step = position_bits > 0 ? box.step(position_bits) : 0;
+  return kSquareRootOf3 * (kPointAccuracy * box.range + 0.5 * step);
 }
 
-// The part of a tolerance that is left for curvature; not positive where it cannot be met.
-constexpr double CurvatureTolerance(double tolerance, double diagonal, double step) {
-  return tolerance - PointError(diagonal, step);
+// The part of a tolerance that is left for curvature. The bits cannot meet the tolerance where it is not positive.
+inline double CurvatureTolerance(double tolerance, const QuantisationBox& box, int position_bits) {
+  return tolerance - PointError(box, position_bits);
 }
 
-// The least position bits whose grid in `box` leaves a part of the tolerance for curvature; nullopt if not even
-// limits::kMaxPositionBits do.
-[[nodiscard]] inline std::optional<int> LeastPositionBits(double tolerance, double diagonal,
+// The least position bits that leave a part of the tolerance for curvature; nullopt if limits::kMaxPositionBits do not.
+[[nodiscard]] inline std::optional<int> LeastPositionBits(double tolerance,
                                                           const QuantisationBox& box) {
   for (int bits = limits::kMinPositionBits; bits <= limits::kMaxPositionBits; ++bits) {
-    if (CurvatureTolerance(tolerance, diagonal, box.step(bits)) > 0) return bits;
+    if (CurvatureTolerance(tolerance, box, bits) > 0) return bits;
   }
   return std::nullopt;
 }

@@ -175,15 +175,16 @@ TEST(EdgeLevel, IsTheLeastThatSuffices) {
 TEST(LeastPositionBits, LeavesAPartForCurvature) {
   const QuantisationBox box{.range = 4};
 
-  // Half a cell's diagonal at 12 bits is 4 / 4095 * 0.866 = 8.46e-4, and 3e-7 D is 6e-7.
-  EXPECT_EQ(LeastPositionBits(8.47e-4, 2, box), 12);
-  EXPECT_EQ(LeastPositionBits(8.46e-4, 2, box), 13);
-  EXPECT_EQ(LeastPositionBits(1, 2, box), 8);
-  EXPECT_EQ(LeastPositionBits(5.4e-5, 2, box), 16);
-  EXPECT_EQ(LeastPositionBits(5.3e-5, 2, box), std::nullopt);
-  EXPECT_GT(CurvatureTolerance(8.47e-4, 2, box.step(12)), 0);
-  EXPECT_LT(CurvatureTolerance(8.46e-4, 2, box.step(12)), 0);
-  EXPECT_DOUBLE_EQ(CurvatureTolerance(1e-3, 100, 0), 1e-3 - 3e-5);
+  // sqrt(3) times 3e-7 * 4 is 2.1e-6; sqrt(3) / 2 times 4 / 4095 is 8.459e-4, and at 16 bits 5.286e-5.
+  EXPECT_NEAR(PointError(box, 12), 8.480e-4, 5e-8);
+  EXPECT_NEAR(PointError(box, 0), 2.078e-6, 5e-10);
+  EXPECT_EQ(LeastPositionBits(8.49e-4, box), 12);
+  EXPECT_EQ(LeastPositionBits(8.47e-4, box), 13);
+  EXPECT_EQ(LeastPositionBits(1, box), 8);
+  EXPECT_EQ(LeastPositionBits(5.50e-5, box), 16);
+  EXPECT_EQ(LeastPositionBits(5.49e-5, box), std::nullopt);
+  EXPECT_NEAR(CurvatureTolerance(8.49e-4, box, 12), 1e-6, 5e-8);
+  EXPECT_LT(CurvatureTolerance(8.47e-4, box, 12), 0);
 }
 
 }  // namespace
