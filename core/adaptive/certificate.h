@@ -5,15 +5,15 @@
 //
 // Lemma 1. f maps a triangle to space, M_ij >= sup |d^2 f along side ij|, and Lf is the linear interpolant of f at the
 // corners. Then |f - Lf| <= (b0 b1 M_01 + b1 b2 M_12 + b2 b0 M_20) / 2 at barycentrics b.
-//   Proof. For a unit vector e, let g = e (f - Lf) - the right side. Along side ij the second derivative of the right side is
-//   -M_ij, so g is convex along three directions. A function that is convex along all sides of a triangle has its maximum at
-//   a corner: from any other point one can move along a side's direction, not down, until the rim, and there to a corner.
-//   At corners g = 0.
+//   Proof. For a unit vector e, let g = e (f - Lf) - the right side. Along side ij the second derivative of the right
+//   side is -M_ij, so g is convex along all three directions. Its maximum is at a corner: from any other point one can
+//   move along a side's direction, not down, until the rim, and there to a corner. At corners g = 0.
 //
-// LinearError is the largest right side. If M_ij are squares of the sides of an acute triangle, that is R^2 / 2 at the centre
-// of its circumcircle, R the radius: sum b_i b_j M_ij = R^2 - |p - centre|^2. Otherwise one M is at least the sum of the other
-// two, and the largest value is M / 8 at the middle of its side: it grows with the other two, and where they add up to M the
-// triangle has a right angle and R^2 = M / 4. In all cases it is at most max M / 6, the value for three equal M.
+// LinearError is the largest right side. If M_ij are squares of the sides of an acute triangle, it is R^2 / 2 at the
+// centre of the circumcircle, R the radius: sum b_i b_j M_ij = R^2 - |p - centre|^2. Otherwise one M is at least the
+// sum of the other two, and the largest value is M / 8, at the middle of its side: it grows with the other two, and
+// where they add up to M the triangle has a right angle and R^2 = M / 4. In all cases it is at most max M / 6, the
+// value for three equal M.
 //
 // Lemma 2. A side of a triangle inside the patch whose ends differ by barycentrics d has M(d) at most
 //
@@ -23,7 +23,7 @@
 //   Proof. d = d_j e_ij + d_k e_ik since d_i = -d_j - d_k. So the second derivative along d is d_j^2 D_ij + d_k^2 D_ik
 //   + 2 d_j d_k D_i. It is also -sum d_a d_b D_ab. The triangle inequality gives both.
 //
-// The patch is compared point by point, at equal barycentrics. The bound therefore holds both ways.
+// Points of patch and triangles are compared at equal barycentrics. The bound therefore holds both ways.
 //
 // In float32, LinearError of SideCurvature can be 2e-6 of itself too small. Multiply it by kBoundFactor.
 //
@@ -78,8 +78,8 @@ LATTICED_HD constexpr T SideCurvature(const T* side, const CurvatureBounds<T>& m
 // The largest distance between the exact patch and the triangles of a pattern, both ways.
 [[nodiscard]] double PatternError(const AdaptivePattern& pattern, const CurvatureBounds<double>& m);
 
-// Returns the sparser pattern of these levels where it has fewer points and PatternError is at most `tolerance`, else the
-// denser one.
+// Returns the sparser pattern of these levels if it has fewer points and its PatternError is at most `tolerance`. Else
+// it returns the denser one.
 [[nodiscard]] PatternKey ChoosePattern(const std::array<uint8_t, 3>& levels,
                                        const CurvatureBounds<double>& m, double tolerance);
 

@@ -6,14 +6,14 @@
 //   exact bound <= (1 + 2e-6) (computed bound + sum_ab v_a v_b slack_ab)
 //   slack_ab = (13 n + 8) 2^-24 S_ab      v = 2 |along| + |across|, by component, in box-local coordinates
 //
-// along and across are the steps of x and t. S_ab bounds the second derivatives of the box polynomial R = sum C_k l^k as if
-// all terms had one sign: S_ab = sum_k |C_k| d^2 l^k / dl_a dl_b at l = reach, where reach_a >= |centre_a| +
-// |along_a| / 2 + |across_a| / 2 for each patch of the box. Terms of degree 0 and 1 do not reach a second derivative.
+// along and across are the steps of x and t. S_ab bounds the second derivatives of the box polynomial R = sum C_k l^k
+// as if all terms had one sign: S_ab = sum_k |C_k| d^2 l^k / dl_a dl_b at l = reach. For each patch of the box,
+// reach_a >= |centre_a| + |along_a| / 2 + |across_a| / 2. Terms of degree 0 and 1 do not reach a second derivative.
 //
-// Derivation. A computed Bernstein coefficient of a second derivative is a sum of products, each of one C_k, factors of the
-// patch's map, and constants. Were all signs equal, the sum would be at most sum_ab v_a v_b S_ab: the polar form is
-// taken at points with |x|, |t| <= 1/2, and along along and across, combined to at most |across| + 2 |along| (edge 12 is
-// formed as e02 - e01). A product is rounded at most so many times, where a multiply-add that is not fused counts 2:
+// Derivation. A computed Bernstein coefficient of a second derivative is a sum of products, each of one C_k, factors of
+// the patch's map, and constants. Were all signs equal, the sum would be at most sum_ab v_a v_b S_ab: the polar form is
+// taken at points with |x|, |t| <= 1/2, and its directions are at most |across| + 2 |along| (edge 12 is formed as
+// e02 - e01). A product is rounded at most so many times, where a multiply-add that is not fused counts 2:
 //
 //   inputs        1 of C_k, n of the factors of the map                                   n + 1
 //   composition   by Horner's rule: 3 multiply-adds for each of n factors                 6 n
@@ -23,10 +23,10 @@
 //   edges         4 operations of 2 roundings, and the factor s twice                     10
 //
 // With m = n - 2 the sum is 13 n + 7: 46 at n = 3, 85 at n = 6, 124 at n = 9. Each rounding is a factor 1 + e with
-// |e| <= 2^-24; one more in the sum stands for their products. The norm, its root and the slack itself round 24 times, for
-// which 2e-6 stands.
+// |e| <= 2^-24; one more in the sum stands for their products. The norm, its root and the slack itself round 24 times,
+// for which 2e-6 stands.
 //
-// Limits   squares of bounds below 1e-19 world units vanish in float32
+// Limits   bounds below 1e-19 world units may vanish: their squares are not normal floats
 // Units    slack_ab in world units
 // Threads  pure functions
 #ifndef LATTICED_CORE_ADAPTIVE_CURVATURE_SLACK_H_

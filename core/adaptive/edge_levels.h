@@ -3,18 +3,18 @@
 //
 // Tolerances in numbers: the level of an edge, and what a view can promise.
 //
-//   level        the least k with E <= 6 t 4^k: E the largest second derivative along the edge in all its patches, t the
-//                part of the tolerance that is left for curvature
+//   level        the least k with E <= 6 t 4^k: E the largest second derivative along the edge in all its patches, t
+//                the part of the tolerance that is left for curvature
 //   t            tolerance - point error
 //   point error  3e-7 D + sqrt(3)/2 step: no pattern makes it smaller. step is 0 for floats
 //   view error   point error + max over patches of PatternError
 //
 // With levels so chosen, every side of a pattern has M <= sum |d_a d_b| 6 t 4^k_ab <= 6 t (pattern_split.h), and every
-// triangle an error of at most t (Lemma 1 of certificate.h). 3e-7 D is the accuracy of a point of the fused pipeline, D as in
-// core/README.md. Rounding to the grid moves a point by at most half a step on each axis.
+// triangle an error of at most t (Lemma 1 of certificate.h). 3e-7 D is the accuracy of a point of the fused pipeline, D
+// as in core/README.md. Rounding to the grid moves a point by at most half a step on each axis.
 //
-// D here is the diagonal of the quantisation box, which contains all that D measures. Thus t is a function of tolerance, bits
-// and box: an edit that keeps the box changes the levels of edges near it only.
+// D here is the diagonal of the quantisation box, which contains all that D measures. Thus t is a function of
+// tolerance, bits and box: an edit that keeps the box changes the levels of edges near it only.
 //
 // Units    world
 // Threads  pure functions

@@ -7,35 +7,36 @@
 //   edge[0], edge[1], edge[2]       sup |d^2 P| along edges 01, 12 and 20
 //   mixed[0], mixed[1], mixed[2]    sup |d^2 P| along both edges that leave corner 0, 1 and 2
 //
-// Derivatives are by barycentrics: d P along edge 01 is P's derivative by b1 - b0. Each second derivative is a polynomial
-// of degree m = n - 2. Its norm is at most the largest norm of its Bernstein coefficients over the patch.
+// Derivatives are by barycentrics: d P along edge 01 is P's derivative by b1 - b0. Each second derivative is a
+// polynomial of degree m = n - 2. Its norm is at most the largest norm of its Bernstein coefficients over the patch.
 //
 // Derivation. With h and g half the steps of x and t, and O the point x = t = 0, corners and halves of edges are
 //
-//   V0 = O - g - h   V1 = O - g + h   V2 = O + g + (2s - 1) h       e01 / 2 = h   e02 / 2 = g + s h   e12 / 2 = e02 / 2 - h
+//   V0 = O - g - h      V1 = O - g + h      V2 = O + g + (2s - 1) h
+//   e01 / 2 = h         e02 / 2 = g + s h   e12 / 2 = e02 / 2 - h
 //
 // The polar form of P at i times h, j times g and n - i - j times O is p_ij 2^-(i+j) i! j! (n-i-j)! / n!. Scaled by
 // 4 n (n - 1), its entries with two more factors h h, h g or g g are the polar forms of the second derivatives along
 // 2h 2h, 2h 2g and 2g 2g. Three changes of arguments take each to the corners, where it is the Bernstein coefficient:
 //
-//   O, g -> U = O - g, T = O + g      a butterfly per power of h: values for k and L - k times T share even and odd parts
+//   O, g -> U = O - g, T = O + g      a butterfly per power of h: k and L - k times T share even and odd parts
 //   T    -> V2 = T + (2s - 1) h       one step per V2
 //   U, h -> V0 = U - h, V1 = U + h    a butterfly per power of V2
 //
-// All of these points lie in |x|, |t| <= 1/2, so no intermediate value exceeds sum_ij |p_ij| 2^-(i+j), taken of the second
-// derivatives. That is why the conversion does not begin at a corner: it would lose up to 3^m.
+// All of these points lie in |x|, |t| <= 1/2, so no intermediate value exceeds sum_ij |p_ij| 2^-(i+j) of a second
+// derivative. A conversion that began at a corner could exceed it by a factor 3^m, and round as much more.
 // Derivatives along edges follow from the three as vectors: e02 = 2g + s 2h, and so on.
 //
 // Operations a patch (multiply-adds, additions, multiplications and maxima), and no roots:
 //   n      3      4      5      6      7      8      9
 //        212    470    890  1,463  2,252  3,248  4,514
 //
-// Arithmetic is what Ops says: Ops::V is the number type (a float, a double, or a vector of lanes), with static functions
-// Set(double), Add, Sub, Mul, MulAdd(a, b, c) = a b + c, and Max.
+// Arithmetic is what Ops says: Ops::V is the number type (a float, a double, or a vector of lanes), with static
+// functions Set(double), Add, Sub, Mul, MulAdd(a, b, c) = a b + c, and Max.
 //
-// This file has no include guard and no namespace. Code for several instruction sets must lie in a namespace of each, so
-// each includer includes it in its own: core/adaptive/patch_curvature.h for the host and CUDA, and a backend's SIMD code
-// once per instruction set.
+// This file has no include guard and no namespace. Code for several instruction sets must lie in a namespace of each,
+// so each includer includes it in its own: core/adaptive/patch_curvature.h for the host and CUDA, and a backend's SIMD
+// code once per instruction set.
 // Threads  pure functions
 
 template <int kDegree, typename Ops>
@@ -87,8 +88,8 @@ class PatchCurvature {
     }
   };
 
-  // value[length][k][i]: the coefficient of O^(length-i) g^i in (O - g)^(length-k) (O + g)^k. They are integers, at most the
-  // binomial of length and i.
+  // value[length][k][i]: the coefficient of O^(length-i) g^i in (O - g)^(length-k) (O + g)^k. They are integers, at
+  // most the binomial of length and i.
   struct Butterfly {
     double value[kLine][kLine][kLine] = {};
     LATTICED_HD constexpr Butterfly() {

@@ -43,8 +43,8 @@ Vec3d PointOf(const AdaptivePattern& pattern, size_t point, std::array<double, 3
   return ffd.EvaluatePosition(patch, *barycentrics).position;
 }
 
-// The distance from a point of a random triangle to the surface at equal barycentrics. Every second point is in the middle
-// of the triangle or of a side.
+// The distance from a point of a random triangle to the surface at equal barycentrics. Every second point is in the
+// middle of the triangle or of a side.
 double SampleError(const AdaptivePattern& pattern, const DirectFfd& ffd, size_t patch,
                    std::mt19937& random) {
   std::uniform_real_distribution<double> uniform(0, 1);

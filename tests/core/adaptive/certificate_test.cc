@@ -149,7 +149,8 @@ TEST(PatternError, DensePatternsMeetTheToleranceOfTheirLevels) {
 }
 
 TEST(ChoosePattern, TakesTheSparserOneOnlyWhereItPasses) {
-  // A fold along the direction from corner 0 to the middle of edge 1: only edge 1 is curved, by 24, and so two segments do.
+  // A fold along the direction from corner 0 to the middle of edge 1: only edge 1 is curved, by 24, and so two segments
+  // do.
   CurvatureBounds<double> bounds{.edge = {6, 24, 6}, .mixed = {6, 12, 12}};
 
   EXPECT_TRUE(ChoosePattern({0, 1, 0}, bounds, 1).sparse);
