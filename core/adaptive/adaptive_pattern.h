@@ -26,13 +26,17 @@
 
 namespace latticed {
 
+// Of any pattern. 32 patches have at most 38,176 points, which is below limits::kMaxChunkPoints.
+inline constexpr int kMaxPatternPoints = 1'193;
+inline constexpr int kMaxPatternTriangles = 2'304;
+
 // The sides of a triangle of a pattern: the absolute differences of their ends' barycentrics.
 using PatternSides = std::array<std::array<double, 3>, 3>;
 
 struct AdaptivePattern {
   PatternKey key;
   int denominator = 1;  // 1 … 4096
-  // Barycentrics times the denominator; at most 1,193.
+  // Barycentrics times the denominator.
   std::vector<std::array<uint16_t, 3>> points;
   std::vector<std::array<uint16_t, 3>> triangles;
   // edge_points[e][0 … 2^levels[e]]: from corner e to corner (e + 1) % 3.

@@ -180,19 +180,23 @@ TEST(AdaptivePattern, NoSideIsLongerThanItsRuleAllows) {
 // Clients may keep patterns by their code, so the rule must not change. Any other rule gives other sums.
 TEST(AdaptivePattern, SizesOfAllPatterns) {
   std::array<size_t, 2> sum{}, most{};
+  size_t most_triangles = 0;
   std::array<int, 2> denominator{};
   for (const PatternKey& key : AllKeys()) {
     const AdaptivePattern& p = AdaptivePattern::Get(key);
     sum[key.sparse] += p.points.size();
     most[key.sparse] = std::max(most[key.sparse], p.points.size());
     denominator[key.sparse] = std::max(denominator[key.sparse], p.denominator);
+    most_triangles = std::max(most_triangles, p.triangles.size());
     EXPECT_LE(p.longest.size(), 33u) << Name(key);
     if (key.sparse) {
       EXPECT_LE(p.points.size(), AdaptivePattern::Get({.levels = key.levels}).points.size());
     }
   }
   EXPECT_EQ(sum, (std::array<size_t, 2>{82'569, 18'960}));
-  EXPECT_EQ(most, (std::array<size_t, 2>{1'193, 681}));
+  EXPECT_EQ(most, (std::array<size_t, 2>{kMaxPatternPoints, 681}));
+  EXPECT_EQ(most_triangles, size_t{kMaxPatternTriangles});
+  EXPECT_LE(kMaxPatternPoints * limits::kPatchesPerChunk, limits::kMaxChunkPoints);
   EXPECT_EQ(denominator, (std::array<int, 2>{4'096, 64}));
 }
 

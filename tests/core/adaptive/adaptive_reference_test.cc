@@ -110,7 +110,7 @@ TEST(AdaptiveReference, CertifiesRandomLatticesOfEveryDegree) {
       for (int w = 1; w <= 3; ++w) {
         testing::LatticeOptions options{.degree = {u, v, w}, .extra = {1, 0, 1}};
         const Scene scene = MakeScene(testing::TorusMesh(7, 5), options, 0.15);
-        largest_share = std::max(largest_share, ExpectCertified(scene, 3'000));
+        largest_share = std::max(largest_share, ExpectCertified(scene, 2'000));
       }
     }
   }
@@ -126,7 +126,7 @@ TEST(AdaptiveReference, CertifiesSliversAndDegenerateTriangles) {
 
   const Scene scene = MakeScene(std::move(mesh), {.degree = {3, 2, 2}, .extra = {2, 2, 2}}, 0.2);
 
-  EXPECT_GT(ExpectCertified(scene, 20'000), 0.9);
+  EXPECT_GT(ExpectCertified(scene, 10'000), 0.9);
 }
 
 // x of the lattice becomes the angle along an arc, z the distance from it.
@@ -162,7 +162,7 @@ TEST(AdaptiveReference, CertifiesRandomKnotsFramesAndPartsOutside) {
     const testing::RandomCase drawn = testing::DrawCase(seed);
     SCOPED_TRACE(::testing::Message() << "seed " << seed);
 
-    ExpectCertified(MakeScene(drawn.mesh, drawn.options, 0.1), 3'000);
+    ExpectCertified(MakeScene(drawn.mesh, drawn.options, 0.1), 2'000);
   }
 }
 
