@@ -3,8 +3,10 @@
 #include "core/backend.h"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
+#include "core/adaptive/adaptive_pattern.h"
 #include "core/base/error.h"
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
@@ -69,6 +71,8 @@ uint64_t HostBytes(const MemoryUse& use) {
 absl::Status Validate(const ViewSpec& spec) {
   LATTICED_RETURN_IF_ERROR(error::CheckRange("view.segments", spec.segments, limits::kMinSegments,
                                              limits::kMaxSegments));
+  LATTICED_RETURN_IF_ERROR(
+      error::CheckRange("view.tolerance", spec.tolerance, 0, std::numeric_limits<double>::max()));
   if (spec.format == VertexFormat::kFloat32) return absl::OkStatus();
   LATTICED_RETURN_IF_ERROR(error::CheckRange("view.position_bits", spec.position_bits,
                                              limits::kMinPositionBits, limits::kMaxPositionBits));
@@ -80,6 +84,20 @@ absl::Status Validate(const ViewSpec& spec) {
 size_t ChunkPoints(const DeformPlan& plan, size_t chunk, int segments) {
   const auto [first, last] = plan.ChunkPatches(chunk);
   return (last - first) * static_cast<size_t>(PointsPerPatch(segments));
+}
+
+size_t PatternPoints(std::span<const uint16_t> patterns) {
+  size_t points = 0;
+  for (const uint16_t code : patterns) {
+    points += AdaptivePattern::Get(*PatternKey::FromCode(code)).points.size();
+  }
+  return points;
+}
+
+size_t ChunkPoints(const DeformView& view, const DeformPlan& plan, uint32_t chunk) {
+  const std::span<const uint16_t> patterns = view.Patterns(chunk);
+  return patterns.empty() ? ChunkPoints(plan, chunk, view.spec().segments)
+                          : PatternPoints(patterns);
 }
 
 }  // namespace latticed

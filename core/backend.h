@@ -57,7 +57,11 @@ enum class Encoding { kRaw, kQuantised, kDracoPoints, kDracoMesh };
 [[nodiscard]] bool IsDraco(Encoding encoding);  // points or mesh
 
 struct ViewSpec {
+  // Subdivisions per patch edge. With a tolerance: the view has at most as many points as these would give.
   int segments = 10;
+  // The largest distance, both ways, between the exact surface and the triangles of the vertices, in world units. 0: all
+  // patches have `segments`. Above 0, each patch has a pattern of its own (core/adaptive/adaptive_pattern.h).
+  double tolerance = 0;
   NormalMode normals = NormalMode::kFacet;
   VertexFormat format = VertexFormat::kQuantised;
   int position_bits = 12;  // ignored for kFloat32
@@ -140,6 +144,15 @@ class DeformView {
                                               const QuantisationBox& box,
                                               std::span<const uint32_t> chunks) = 0;
 
+  // With a tolerance, after Evaluate: the chunks beyond those named that changed, ascending. The level of an edge changed
+  // there, which a named patch shares.
+  [[nodiscard]] virtual std::span<const uint32_t> also_changed() const { return {}; }
+  // With a tolerance, after Evaluate: PatternKey::Code of each patch of a chunk that exists.
+  [[nodiscard]] virtual std::span<const uint16_t> Patterns(uint32_t /*chunk*/) const { return {}; }
+  // With a tolerance, after Evaluate: the bound that the vertices keep. It exceeds the tolerance where the bits, the levels
+  // or the number of points do not suffice.
+  [[nodiscard]] virtual double certified_error() const { return 0; }
+
   // Copies the vertices of one chunk in wire layout: ChunkPoints * BytesPerPoint bytes.
   [[nodiscard]] virtual absl::Status Read(uint32_t chunk, std::span<uint8_t> out) = 0;
 
@@ -192,6 +205,10 @@ class Backend {
 
 [[nodiscard]] absl::Status Validate(const ViewSpec& spec);
 [[nodiscard]] size_t ChunkPoints(const DeformPlan& plan, size_t chunk, int segments);
+// The points of patches with these patterns, PatternKey::Code of each.
+[[nodiscard]] size_t PatternPoints(std::span<const uint16_t> patterns);
+// The points of a chunk of a view of `plan`, with a tolerance after Evaluate.
+[[nodiscard]] size_t ChunkPoints(const DeformView& view, const DeformPlan& plan, uint32_t chunk);
 
 }  // namespace latticed
 

@@ -5,7 +5,9 @@
 #include <utility>
 
 #include "core/base/catch_bad_alloc.h"
+#include "core/base/error.h"
 #include "core/base/status_macros.h"
+#include "core/cpu/adaptive/adaptive_view.h"
 #include "core/cpu/cpu_view.h"
 #include "core/cpu/fused/cpu_fused.h"
 #include "core/cpu/gemm/cpu_gemm.h"
@@ -64,7 +66,8 @@ class CpuTarget : public DeformTarget {
             std::shared_ptr<CpuContext> context)
       : plan_(std::move(plan)), pipeline_(pipeline), context_(std::move(context)) {
     if (pipeline == Pipeline::kFused) {
-      fused_ = FusedKernel::Create(plan_);
+      fused_plan_ = std::make_shared<const fused::FusedPlan>(plan_);
+      fused_ = FusedKernel::Create(fused_plan_);
     } else {
       shared_ = std::make_shared<const SharedPoints>(*plan_);
     }
@@ -75,6 +78,7 @@ class CpuTarget : public DeformTarget {
 
   absl::StatusOr<std::unique_ptr<DeformView>> CreateView(const ViewSpec& spec) override {
     LATTICED_RETURN_IF_ERROR(Validate(spec));
+    if (spec.tolerance > 0) return CreateAdaptiveView(spec);
     LATTICED_ASSIGN_OR_RETURN(const auto stage,
                               StageMatrices::Get(plan_->structure.patch_degree(), spec.segments));
     return CatchBadAlloc("the view", [&]() -> absl::StatusOr<std::unique_ptr<DeformView>> {
@@ -111,7 +115,9 @@ class CpuTarget : public DeformTarget {
 
   ViewTraits Traits(const ViewSpec& spec) const override {
     ViewTraits traits{
-        .host_bytes = MakeVertexLayout(*plan_, spec).total_bytes() + ViewEncoder::MostBytes(spec),
+        .host_bytes = spec.tolerance > 0 ? AdaptiveView::MostBytes(*plan_, spec)
+                                         : MakeVertexLayout(*plan_, spec).total_bytes() +
+                                               ViewEncoder::MostBytes(spec),
         .encoder_bytes = EncoderBytesOf(*plan_, spec, *context_->encoder, context_->arena)};
     if (pipeline_ == Pipeline::kFused) return traits;
     const auto stage = StageMatrices::Get(plan_->structure.patch_degree(), spec.segments);
@@ -124,16 +130,26 @@ class CpuTarget : public DeformTarget {
   MemoryUse memory() const override {
     MemoryUse use{{"plan", plan_->MemoryBytes()}};
     if (shared_ != nullptr) use["plan"] += shared_->MemoryBytes();
-    if (fused_ != nullptr) use["plan"] += fused_->MemoryBytes();
+    if (fused_plan_ != nullptr) use["plan"] += fused_plan_->layout.MemoryBytes();
     return use;
   }
 
  private:
+  absl::StatusOr<std::unique_ptr<DeformView>> CreateAdaptiveView(const ViewSpec& spec) const {
+    if (pipeline_ != Pipeline::kFused) {
+      return error::InvalidField("view.tolerance", "it needs the pipeline 'fused'", "UNSUPPORTED");
+    }
+    return CatchBadAlloc("the view", [&]() -> absl::StatusOr<std::unique_ptr<DeformView>> {
+      return std::make_unique<AdaptiveView>(fused_plan_, spec, context_);
+    });
+  }
+
   std::shared_ptr<const DeformPlan> plan_;
   Pipeline pipeline_;
   std::shared_ptr<CpuContext> context_;
-  std::shared_ptr<const SharedPoints> shared_;  // GEMM pipelines only
-  std::shared_ptr<const FusedKernel> fused_;    // pipeline fused only
+  std::shared_ptr<const SharedPoints> shared_;          // GEMM pipelines only
+  std::shared_ptr<const fused::FusedPlan> fused_plan_;  // pipeline fused only, as is fused_
+  std::shared_ptr<const FusedKernel> fused_;
 };
 
 }  // namespace

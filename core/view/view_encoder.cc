@@ -8,8 +8,10 @@
 #include <algorithm>
 #include <array>
 #include <numeric>
+#include <optional>
 #include <utility>
 
+#include "core/adaptive/adaptive_pattern.h"
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
 #include "core/ffd/tessellation_pattern.h"
@@ -26,6 +28,19 @@ std::vector<std::array<uint32_t, 3>> ChunkTriangles(int segments, size_t patches
     for (const auto& t : pattern.triangles) {
       triangles.push_back({base + t[0], base + t[1], base + t[2]});
     }
+  }
+  return triangles;
+}
+
+std::vector<std::array<uint32_t, 3>> PatternTriangles(std::span<const uint16_t> patterns) {
+  std::vector<std::array<uint32_t, 3>> triangles;
+  uint32_t base = 0;
+  for (const uint16_t code : patterns) {
+    const AdaptivePattern& pattern = AdaptivePattern::Get(*PatternKey::FromCode(code));
+    for (const auto& t : pattern.triangles) {
+      triangles.push_back({base + t[0], base + t[1], base + t[2]});
+    }
+    base += static_cast<uint32_t>(pattern.points.size());
   }
   return triangles;
 }
@@ -57,6 +72,11 @@ uint64_t EncoderBytesOf(const DeformPlan& plan, const ViewSpec& spec, const Chun
   const int normal_bits = spec.normals == NormalMode::kNone ? 0 : spec.normal_bits;
   return arena.most_threads() *
          encoder.WorkingBytes(ChunkPoints(plan, 0, spec.segments), spec.position_bits, normal_bits);
+}
+
+size_t ViewEncoder::PointsOf(uint32_t chunk) const {
+  return patterns_of_ ? PatternPoints(patterns_of_(chunk))
+                      : ChunkPoints(plan_, chunk, spec_.segments);
 }
 
 const ChunkConnectivity& ViewEncoder::Connectivity(uint32_t chunk) {
@@ -105,14 +125,22 @@ absl::Status ViewEncoder::EncodeDraco(std::span<const uint32_t> chunks,
   std::vector<std::vector<uint8_t>> scratch(places.size()), streams(places.size());
   std::vector<QuantisedVertices> vertices(places.size());
   for (size_t p = 0; p < places.size(); ++p) {
-    vertices[p] = QuantisedVertices::FromBytes(
-        bytes_of(places[p], scratch[p]), ChunkPoints(plan_, chunks[places[p]], spec_.segments),
-        spec_.position_bits, normal_bits);
+    vertices[p] =
+        QuantisedVertices::FromBytes(bytes_of(places[p], scratch[p]), PointsOf(chunks[places[p]]),
+                                     spec_.position_bits, normal_bits);
   }
+  const bool is_mesh = encoding == Encoding::kDracoMesh;
   for (size_t begin = 0, end = 0; begin < vertices.size(); begin = end) {
-    while (end < vertices.size() && vertices[end].SameShape(vertices[begin])) ++end;
     const ChunkConnectivity* connectivity = nullptr;
-    if (encoding == Encoding::kDracoMesh) {
+    std::optional<ChunkConnectivity> of_patterns;
+    if (is_mesh && patterns_of_) {  // each chunk has triangles of its own
+      const uint32_t chunk = chunks[places[begin]];
+      connectivity = &of_patterns.emplace(PointsOf(chunk), PatternTriangles(patterns_of_(chunk)));
+      end = begin + 1;
+    } else {
+      while (end < vertices.size() && vertices[end].SameShape(vertices[begin])) ++end;
+    }
+    if (is_mesh && !patterns_of_) {
       const auto [first_patch, last_patch] = plan_.ChunkPatches(chunks[places[begin]]);
       connectivity = &connectivity_.at(last_patch - first_patch);
     }
@@ -132,7 +160,7 @@ absl::Status ViewEncoder::Encode(std::span<const uint32_t> chunks, Encoding enco
                                  std::span<SharedBytes> results) {
   const std::vector<size_t> places = FindChanged(chunks.size(), bytes_of, digests);
   if (places.empty()) return absl::OkStatus();
-  if (encoding == Encoding::kDracoMesh) {
+  if (encoding == Encoding::kDracoMesh && !patterns_of_) {
     for (const uint32_t chunk : chunks) Connectivity(chunk);
   }
   if (!IsDraco(encoding)) {

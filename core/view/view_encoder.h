@@ -8,6 +8,7 @@
 #ifndef LATTICED_CORE_VIEW_VIEW_ENCODER_H_
 #define LATTICED_CORE_VIEW_VIEW_ENCODER_H_
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <span>
@@ -32,10 +33,18 @@ class ViewEncoder {
   using BytesOf =
       absl::FunctionRef<std::span<const uint8_t>(size_t i, std::vector<uint8_t>& scratch)>;
 
-  // Keeps references to the plan and the arena.
+  // DeformView::Patterns of a view.
+  using PatternsOf = std::function<std::span<const uint16_t>(uint32_t chunk)>;
+
+  // Keeps references to the plan and the arena. `patterns_of`: only of a view with a tolerance.
   ViewEncoder(const DeformPlan& plan, const ViewSpec& spec,
-              std::shared_ptr<const ChunkEncoder> encoder, CpuArena& arena)
-      : plan_(plan), spec_(spec), encoder_(std::move(encoder)), arena_(arena) {}
+              std::shared_ptr<const ChunkEncoder> encoder, CpuArena& arena,
+              PatternsOf patterns_of = {})
+      : plan_(plan),
+        spec_(spec),
+        encoder_(std::move(encoder)),
+        arena_(arena),
+        patterns_of_(std::move(patterns_of)) {}
 
   // results[i] and digests[i] belong to chunks[i], as DeformView::Encode says. `range`: of the
   // quantisation box.
@@ -43,7 +52,7 @@ class ViewEncoder {
                                     double range, BytesOf bytes_of, std::span<VertexDigest> digests,
                                     std::span<SharedBytes> results);
 
-  // The triangles of a chunk. They stay valid as long as this.
+  // The triangles of a chunk of a view without a tolerance. They stay valid as long as this.
   const ChunkConnectivity& Connectivity(uint32_t chunk);
 
   size_t MemoryBytes() const;
@@ -53,6 +62,7 @@ class ViewEncoder {
  private:
   // Returns the chunks whose digest differs from `digests`, and updates `digests`.
   std::vector<size_t> FindChanged(size_t count, BytesOf bytes_of, std::span<VertexDigest> digests);
+  size_t PointsOf(uint32_t chunk) const;
   // Draco streams of chunks[i] for the i in `places`.
   [[nodiscard]] absl::Status EncodeDraco(std::span<const uint32_t> chunks,
                                          std::span<const size_t> places, Encoding encoding,
@@ -63,6 +73,7 @@ class ViewEncoder {
   ViewSpec spec_;
   std::shared_ptr<const ChunkEncoder> encoder_;
   CpuArena& arena_;
+  const PatternsOf patterns_of_;
   // By the number of patches in a chunk: the last chunk of a plan may have fewer. Made for kDracoMesh.
   std::map<size_t, ChunkConnectivity> connectivity_;
 };

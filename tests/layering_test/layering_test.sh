@@ -21,6 +21,7 @@ declare -A allowed=(
   [core/view]="core/base/ core/mesh/ core/ffd/ core/adaptive/ core/codec/ core/backend.h core/view/"
   [core/cpu/gemm]="$below_backends core/cpu/cpu_context.h core/cpu/vertex_kernel.h core/cpu/gemm/"
   [core/cpu/fused]="$below_backends core/cpu/cpu_context.h core/cpu/flush_denormals.h core/cpu/vertex_kernel.h core/cpu/fused/"
+  [core/cpu/adaptive]="$below_backends core/cpu/cpu_context.h core/cpu/flush_denormals.h core/cpu/fused/ core/cpu/adaptive/"
   [core/cpu]="core/"
   [cuda/device]="$below_backends cuda/device/"
   [cuda/plan]="$below_backends cuda/device/ cuda/plan/"

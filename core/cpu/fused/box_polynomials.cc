@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "core/adaptive/curvature_slack.h"
+
 namespace latticed::fused {
 namespace {
 
@@ -45,6 +47,14 @@ BoxPolynomial BoxPolynomials::Make(uint32_t box, std::span<const Vec3d> control_
   polynomial.cofactor_bound =
       static_cast<float>(CofactorBound(c, basis_.degree(), basis_.Gradients(box)));
   return polynomial;
+}
+
+std::array<float, 6> BoxPolynomials::Slack(uint32_t box, std::span<const Vec3d> control_points,
+                                           Vec3d reach) const {
+  const auto slack = CurvatureSlack(basis_.Polynomial(box, control_points), basis_.degree(), reach);
+  std::array<float, 6> rounded;
+  for (size_t k = 0; k < slack.size(); ++k) rounded[k] = static_cast<float>(slack[k]);
+  return rounded;
 }
 
 Vec3d BoxPolynomials::Local(uint32_t box, const PlanVertex& vertex) const {

@@ -26,6 +26,10 @@ class BoxPolynomials {
 
   BoxPolynomial Make(uint32_t box, std::span<const Vec3d> control_points) const;
 
+  // What rounding can take from the bounds of the second derivatives of the box's patches (core/adaptive/curvature_slack.h).
+  std::array<float, 6> Slack(uint32_t box, std::span<const Vec3d> control_points,
+                             Vec3d reach) const;
+
   // Coordinates of a vertex local to `box`, by permuted axis. For the outside box they come from the world position.
   Vec3d Local(uint32_t box, const PlanVertex& vertex) const;
   // The same for a direction in the world.

@@ -50,8 +50,11 @@ struct Frame {
 
 class Kernel final : public FusedKernel {
  public:
-  explicit Kernel(std::shared_ptr<const DeformPlan> plan)
-      : plan_(std::move(plan)), polynomials_(plan_), layout_(plan_, polynomials_) {}
+  explicit Kernel(std::shared_ptr<const FusedPlan> plan)
+      : fused_plan_(std::move(plan)),
+        plan_(fused_plan_->plan.get()),
+        polynomials_(fused_plan_->polynomials),
+        layout_(fused_plan_->layout) {}
 
   absl::Status Evaluate(std::span<const Vec3d> control_points, const QuantisationBox& box,
                         std::span<const uint32_t> chunks, const ViewSpec& spec,
@@ -78,8 +81,6 @@ class Kernel final : public FusedKernel {
                      std::span<uint8_t> out) const override {
     fused::ReadLaneOrder(*plan_, layout_, spec, vertices, chunk, out);
   }
-
-  uint64_t MemoryBytes() const override { return layout_.MemoryBytes(); }
 
  private:
   // Finds the groups that hold patches of the chunks, the features that they borrow, and the boxes of both.
@@ -228,15 +229,16 @@ class Kernel final : public FusedKernel {
     }
   }
 
-  const std::shared_ptr<const DeformPlan> plan_;
-  const BoxPolynomials polynomials_;
-  const FusedLayout layout_;
+  const std::shared_ptr<const FusedPlan> fused_plan_;
+  const DeformPlan* const plan_;
+  const BoxPolynomials& polynomials_;
+  const FusedLayout& layout_;
 };
 
 }  // namespace
 }  // namespace fused
 
-std::unique_ptr<FusedKernel> FusedKernel::Create(std::shared_ptr<const DeformPlan> plan) {
+std::unique_ptr<FusedKernel> FusedKernel::Create(std::shared_ptr<const fused::FusedPlan> plan) {
   return std::make_unique<fused::Kernel>(std::move(plan));
 }
 

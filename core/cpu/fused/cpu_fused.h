@@ -28,6 +28,7 @@
 
 #include "absl/status/status.h"
 #include "core/backend.h"
+#include "core/cpu/fused/fused_plan.h"
 #include "core/view/cpu_arena.h"
 
 namespace latticed {
@@ -39,7 +40,8 @@ enum class FusedOrder {
 
 class FusedKernel {
  public:
-  [[nodiscard]] static std::unique_ptr<FusedKernel> Create(std::shared_ptr<const DeformPlan> plan);
+  [[nodiscard]] static std::unique_ptr<FusedKernel> Create(
+      std::shared_ptr<const fused::FusedPlan> plan);
   virtual ~FusedKernel() = default;
 
   // Writes the vertices of `chunks`. Patches that share a lane group with them are written too, with the same bits.
@@ -57,8 +59,6 @@ class FusedKernel {
   // Copies one chunk of lane-ordered vertices to `out`, in wire layout.
   virtual void ReadLaneOrder(std::span<const uint8_t> vertices, const ViewSpec& spec,
                              uint32_t chunk, std::span<uint8_t> out) const = 0;
-
-  [[nodiscard]] virtual uint64_t MemoryBytes() const = 0;
 };
 
 // The instruction set that was chosen at run time on this machine: "AVX-512", "AVX2", ….

@@ -9,6 +9,7 @@
 #define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_SSE4 | HWY_AVX3_DL)
 #include "hwy/foreach_target.h"  // IWYU pragma: keep
 // Highway requires this include to follow foreach_target.
+#include "core/cpu/fused/fused_degrees-inl.h"
 #include "core/cpu/fused/fused_direct-inl.h"
 #include "core/cpu/fused/fused_group-inl.h"
 #include "core/cpu/fused/fused_kernel.h"
@@ -71,45 +72,16 @@ struct Instance {
   }
 };
 
-// Calls f with the Instance for these degrees, which must be in falling order.
-template <class F>
-void WithDegrees(const std::array<int, 3>& degree, const F& f) {
-  switch (degree[0] * 100 + degree[1] * 10 + degree[2]) {
-    case 111:
-      return f(Instance<1, 1, 1>());
-    case 211:
-      return f(Instance<2, 1, 1>());
-    case 221:
-      return f(Instance<2, 2, 1>());
-    case 222:
-      return f(Instance<2, 2, 2>());
-    case 311:
-      return f(Instance<3, 1, 1>());
-    case 321:
-      return f(Instance<3, 2, 1>());
-    case 322:
-      return f(Instance<3, 2, 2>());
-    case 331:
-      return f(Instance<3, 3, 1>());
-    case 332:
-      return f(Instance<3, 3, 2>());
-    case 333:
-      return f(Instance<3, 3, 3>());
-    default:
-      return;
-  }
-}
-
 void EvaluateGroupImpl(GroupArguments& arguments) {
-  WithDegrees(arguments.degree, [&](auto instance) { instance.Group(arguments); });
+  WithDegrees<Instance>(arguments.degree, [&](auto instance) { instance.Group(arguments); });
 }
 void EvaluateEdgesImpl(const std::array<int, 3>& degree, const BoxPolynomial& box,
                        const EdgeLanes& edges, int segments, float* out) {
-  WithDegrees(degree, [&](auto instance) { instance.Edges(box, edges, segments, out); });
+  WithDegrees<Instance>(degree, [&](auto instance) { instance.Edges(box, edges, segments, out); });
 }
 void EvaluateCornersImpl(const std::array<int, 3>& degree, const BoxPolynomial& box,
                          const CornerLanes& corners, float* out) {
-  WithDegrees(degree, [&](auto instance) { instance.Corners(box, corners, out); });
+  WithDegrees<Instance>(degree, [&](auto instance) { instance.Corners(box, corners, out); });
 }
 const char* TargetNameImpl() { return hwy::TargetName(HWY_TARGET); }
 

@@ -17,7 +17,7 @@ class LaneOrderView : public DeformView {
  public:
   LaneOrderView(std::shared_ptr<const DeformPlan> plan, const ViewSpec& spec, int threads)
       : spec_(spec),
-        kernel_(FusedKernel::Create(std::move(plan))),
+        kernel_(FusedKernel::Create(std::make_shared<const fused::FusedPlan>(std::move(plan)))),
         vertices_(Checked(HostBuffer::Create("vertices", kernel_->LaneOrderBytes(spec)))),
         arena_(threads) {}
 

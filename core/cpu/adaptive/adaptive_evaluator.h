@@ -1,0 +1,98 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The fused pipeline of a view with a tolerance, on the CPU. An evaluation of some chunks:
+//
+//   bounds    of the second derivatives of their patches, 16 at a time
+//   levels    of their edges, and the patterns of all patches at edges whose levels changed (level_table.h)
+//   points    of the chunks and of those whose patterns changed: of the patches of one box side by side, 16 at a time
+//
+// A point on an edge or at a corner that another box owns is evaluated there (feature_points.h). An ill-conditioned normal is
+// that of the definition in double.
+//
+// The tolerance is doubled until the view has at most as many points as spec.segments would give. It is doubled from the
+// start at each evaluation, so that the result depends on the control points and the box alone.
+//
+// Threads  one thread at a time; uses those of the arena
+#ifndef LATTICED_CORE_CPU_ADAPTIVE_ADAPTIVE_EVALUATOR_H_
+#define LATTICED_CORE_CPU_ADAPTIVE_ADAPTIVE_EVALUATOR_H_
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "core/backend.h"
+#include "core/cpu/adaptive/chunk_vertices.h"
+#include "core/cpu/adaptive/feature_points.h"
+#include "core/cpu/adaptive/frame_boxes.h"
+#include "core/cpu/adaptive/level_table.h"
+#include "core/cpu/adaptive/run_buffer.h"
+#include "core/cpu/fused/fused_plan.h"
+#include "core/view/cpu_arena.h"
+
+namespace latticed {
+
+class AdaptiveEvaluator {
+ public:
+  // spec.tolerance is above 0. Keeps a reference to the arena.
+  AdaptiveEvaluator(std::shared_ptr<const fused::FusedPlan> plan, const ViewSpec& spec,
+                    CpuArena& arena);
+
+  // Writes the vertices of `chunks` and of those that also changed. The first call, and one with another box, names all.
+  void Evaluate(std::span<const Vec3d> control_points, const QuantisationBox& box,
+                std::span<const uint32_t> chunks, ChunkVertices& vertices);
+
+  // As DeformView's, after Evaluate.
+  std::span<const uint32_t> also_changed() const { return also_changed_; }
+  std::span<const uint16_t> Patterns(uint32_t chunk) const;
+  double certified_error() const { return certified_error_; }
+
+  size_t MemoryBytes() const;
+
+ private:
+  // The data of one Evaluate that its tasks share.
+  struct Frame {
+    std::span<const Vec3d> control_points;
+    const QuantisationBox& box;
+    fused::FrameBoxes& boxes;
+    fused::FeaturePoints& features;
+    ChunkVertices& vertices;
+  };
+  // Patches [first, last) of one box and one chunk. Their points begin at first_point of the chunk.
+  struct Run {
+    size_t first, last, first_point, chunk_points;
+    std::span<uint8_t> vertices;  // of the chunk
+  };
+
+  void MeasureReach();
+  void Bound(std::span<const uint32_t> chunks, Frame& frame);
+  // Returns the chunks whose patterns changed.
+  std::vector<uint32_t> ChooseLevels(std::span<const uint32_t> chunks, const QuantisationBox& box);
+  void EvaluatePoints(std::span<const uint32_t> chunks, Frame& frame);
+  void NeedFeatures(uint32_t chunk, Frame& frame) const;
+  void EvaluateChunk(uint32_t chunk, Frame& frame, fused::RunBuffer& buffer) const;
+  void EvaluateRun(const Run& run, const Frame& frame, fused::RunBuffer& buffer) const;
+  void FillPatches(const Run& run, fused::RunPatches& patches) const;
+  void TakeFeatures(const Run& run, const Frame& frame, std::span<const size_t> first_points,
+                    fused::RunBuffer& buffer) const;
+  void ReplaceWeakNormals(const Run& run, const Frame& frame, std::span<const size_t> first_points,
+                          fused::RunBuffer& buffer) const;
+  void Write(const Run& run, const Frame& frame, fused::RunBuffer& buffer) const;
+
+  const std::shared_ptr<const fused::FusedPlan> plan_;
+  const ViewSpec spec_;
+  CpuArena& arena_;
+  const uint64_t most_points_;
+  std::vector<Vec3d> reach_;  // by box: what the slack of bounds needs
+  LevelTable levels_;
+  double tolerance_ = 0;  // of the last Update of levels_
+  std::vector<uint32_t> all_chunks_;
+  std::vector<uint32_t> also_changed_;
+  double certified_error_ = 0;
+};
+
+}  // namespace latticed
+
+#endif  // LATTICED_CORE_CPU_ADAPTIVE_ADAPTIVE_EVALUATOR_H_

@@ -1,0 +1,51 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "core/cpu/adaptive/adaptive_view.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/view/view_layout.h"
+
+namespace latticed {
+
+AdaptiveView::AdaptiveView(std::shared_ptr<const fused::FusedPlan> plan, const ViewSpec& spec,
+                           std::shared_ptr<CpuContext> context)
+    : CheckedView(plan->plan, spec),
+      context_(std::move(context)),
+      evaluator_(std::move(plan), spec, context_->arena),
+      vertices_(this->plan().chunk_count(), BytesPerPoint(spec)),
+      encoder_(this->plan(), spec, context_->encoder, context_->arena,
+               [this](uint32_t chunk) { return Patterns(chunk); }) {}
+
+absl::Status AdaptiveView::EvaluateChunks(std::span<const Vec3d> control_points,
+                                          const QuantisationBox& box,
+                                          std::span<const uint32_t> chunks) {
+  evaluator_.Evaluate(control_points, box, chunks, vertices_);
+  return absl::OkStatus();
+}
+
+absl::Status AdaptiveView::ReadChunk(uint32_t chunk, std::span<uint8_t> out) {
+  std::ranges::copy(vertices_[chunk], out.begin());
+  return absl::OkStatus();
+}
+
+absl::Status AdaptiveView::EncodeChunks(std::span<const uint32_t> chunks, Encoding encoding,
+                                        std::span<VertexDigest> digests,
+                                        std::span<SharedBytes> results) {
+  const auto bytes_of = [&](size_t i, std::vector<uint8_t>&) { return vertices_[chunks[i]]; };
+  return encoder_.Encode(chunks, encoding, box().range, bytes_of, digests, results);
+}
+
+MemoryUse AdaptiveView::memory() const {
+  return {{"vertices", vertices_.MemoryBytes()},
+          {"levels", evaluator_.MemoryBytes()},
+          {"staging", encoder_.MemoryBytes()}};
+}
+
+uint64_t AdaptiveView::MostBytes(const DeformPlan& plan, const ViewSpec& spec) {
+  // A vector of bytes may have grown to twice its size.
+  return 2 * MakeVertexLayout(plan, spec).total_bytes() + LevelTable::BytesFor(plan);
+}
+
+}  // namespace latticed

@@ -1,0 +1,52 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A view with a tolerance on the CPU. Its chunks have different numbers of points, which change with edits.
+//
+// Errors   those of core/view/checked_view.h and of the encoder
+// Threads  one thread at a time; Evaluate and Encode use the backend's arena and return when done
+#ifndef LATTICED_CORE_CPU_ADAPTIVE_ADAPTIVE_VIEW_H_
+#define LATTICED_CORE_CPU_ADAPTIVE_ADAPTIVE_VIEW_H_
+
+#include <memory>
+
+#include "core/cpu/adaptive/adaptive_evaluator.h"
+#include "core/cpu/adaptive/chunk_vertices.h"
+#include "core/cpu/cpu_context.h"
+#include "core/view/checked_view.h"
+#include "core/view/view_encoder.h"
+
+namespace latticed {
+
+class AdaptiveView : public CheckedView {
+ public:
+  AdaptiveView(std::shared_ptr<const fused::FusedPlan> plan, const ViewSpec& spec,
+               std::shared_ptr<CpuContext> context);
+
+  std::span<const uint32_t> also_changed() const override { return evaluator_.also_changed(); }
+  std::span<const uint16_t> Patterns(uint32_t chunk) const override {
+    return evaluator_.Patterns(chunk);
+  }
+  double certified_error() const override { return evaluator_.certified_error(); }
+  MemoryUse memory() const override;
+
+  // The most host memory that a view takes.
+  static uint64_t MostBytes(const DeformPlan& plan, const ViewSpec& spec);
+
+ private:
+  absl::Status EvaluateChunks(std::span<const Vec3d> control_points, const QuantisationBox& box,
+                              std::span<const uint32_t> chunks) override;
+  absl::Status ReadChunk(uint32_t chunk, std::span<uint8_t> out) override;
+  absl::Status EncodeChunks(std::span<const uint32_t> chunks, Encoding encoding,
+                            std::span<VertexDigest> digests,
+                            std::span<SharedBytes> results) override;
+
+  const std::shared_ptr<CpuContext> context_;
+  AdaptiveEvaluator evaluator_;
+  ChunkVertices vertices_;
+  ViewEncoder encoder_;
+};
+
+}  // namespace latticed
+
+#endif  // LATTICED_CORE_CPU_ADAPTIVE_ADAPTIVE_VIEW_H_

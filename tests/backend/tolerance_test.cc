@@ -1,0 +1,301 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Views with a tolerance: triangles within their certificate of the exact surface, no cracks, the same bytes after any
+// edits as after a full evaluation, streams that stock decoders read.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+#include <random>
+#include <tuple>
+
+#include "core/adaptive/adaptive_pattern.h"
+#include "core/codec/draco_decode.h"
+#include "core/ffd/dirty_set.h"
+#include "fmt/format.h"
+#include "tests/backend/conformance.h"
+#include "tests/support/holds_integers.h"
+
+namespace latticed::testing {
+namespace {
+
+constexpr uint32_t kSeed = 2014;
+
+struct TestScene {
+  std::string_view name;
+  PolygonMesh mesh;
+  LatticeOptions options;
+};
+
+std::vector<TestScene> TestScenes() {
+  return {
+      {"many boxes", TorusMesh(14, 10), {.degree = {1, 1, 1}, .extra = {6, 6, 6}}},
+      {"partly outside", TorusMesh(7, 5), {.degree = {2, 1, 3}, .scale = 0.7}},
+      {"repeated knots",
+       TorusMesh(6, 5),
+       {.degree = {3, 2, 1}, .extra = {3, 3, 3}, .knots = KnotKind::kRepeated}},
+      {"aligned, half outside",
+       CubeMesh(4),
+       {.degree = {1, 2, 1}, .extra = {1, 1, 1}, .scale = 1.0, .shift = {0.5, 0, 0}}},
+      {"unconnected, slivers", TriangleSoup(40, kSeed), {.degree = {1, 1, 2}, .extra = {4, 4, 4}}},
+      {"cubic", TorusMesh(9, 7), {.degree = {3, 3, 3}, .extra = {1, 1, 1}}},
+  };
+}
+
+const AdaptivePattern& PatternOf(uint16_t code) {
+  return AdaptivePattern::Get(*PatternKey::FromCode(code));
+}
+
+// A view, what a watcher has of it, and the patterns that came with each chunk.
+struct Watched {
+  std::vector<std::vector<uint8_t>> chunks;
+  std::vector<std::vector<uint16_t>> patterns;
+
+  explicit Watched(const DeformPlan& plan)
+      : chunks(plan.chunk_count()), patterns(plan.chunk_count()) {}
+  void Take(const DeformPlan& plan, DeformView& view, uint32_t chunk) {
+    const auto codes = view.Patterns(chunk);
+    patterns[chunk].assign(codes.begin(), codes.end());
+    chunks[chunk].resize(ChunkPoints(view, plan, chunk) * BytesPerPoint(view.spec()));
+    EXPECT_OK(view.Read(chunk, chunks[chunk]));
+  }
+  void TakeAll(const DeformPlan& plan, DeformView& view) {
+    for (uint32_t c = 0; c < chunks.size(); ++c) Take(plan, view, c);
+  }
+  std::vector<uint16_t> Codes() const {
+    std::vector<uint16_t> all;
+    for (const auto& some : patterns) all.insert(all.end(), some.begin(), some.end());
+    return all;
+  }
+  friend bool operator==(const Watched&, const Watched&) = default;
+};
+
+// Counts the places at vertices and edges where the points of two patches differ, or where edges have other levels.
+size_t CountCracksBetween(const DeformPlan& plan, std::span<const Vec3d> control_points,
+                          std::span<const uint16_t> codes, std::span<const ViewPoint> points) {
+  const std::vector<bool> attached = AttachedSeams(plan, control_points);
+  using Place = std::tuple<uint32_t, bool, size_t>;
+  std::map<Place, Vec3d> corners, inner;
+  std::map<uint32_t, size_t> segments;
+  size_t cracks = 0, first = 0;
+  for (size_t p = 0; p < plan.patches.size(); ++p) {
+    const Patch& patch = plan.patches[p];
+    const AdaptivePattern& pattern = PatternOf(codes[p]);
+    const bool outside = patch.box == plan.outside_box();
+    const auto apart = [&](uint32_t seam) {
+      return seam != kNoIndex && !attached[seam] && outside;
+    };
+    const auto compare = [&](std::map<Place, Vec3d>& known, const Place& place, size_t point) {
+      const Vec3d position = points[first + point].position;
+      cracks += known.try_emplace(place, position).first->second != position;
+    };
+    for (size_t i = 0; i < 3; ++i) {
+      const uint32_t v = patch.vertex[i], e = patch.edge[i];
+      const auto& along = pattern.edge_points[i];
+      cracks += segments.try_emplace(e, along.size()).first->second != along.size();
+      compare(corners, {v, apart(plan.vertices[v].seam), 0}, along[0]);
+      for (size_t k = 1; k + 1 < along.size(); ++k) {
+        const size_t place = patch.edge_reversed[i] ? along.size() - 1 - k : k;
+        compare(inner, {e, apart(plan.edges[e].seam), place}, along[k]);
+      }
+    }
+    first += pattern.points.size();
+  }
+  return cracks;
+}
+
+// The largest distance, at equal barycentrics, between a random point of a triangle and the exact surface.
+double LargestDistance(const DeformPlan& plan, std::span<const Vec3d> control_points,
+                       std::span<const uint16_t> codes, std::span<const ViewPoint> points,
+                       std::mt19937& random) {
+  const DirectFfd definition(plan, control_points);
+  std::uniform_real_distribution<double> uniform(0, 1);
+  double largest = 0;
+  size_t first = 0;
+  for (size_t p = 0; p < plan.patches.size(); ++p) {
+    const AdaptivePattern& pattern = PatternOf(codes[p]);
+    for (const auto& triangle : pattern.triangles) {
+      double x = uniform(random), y = uniform(random);
+      if (x + y > 1) x = 1 - x, y = 1 - y;
+      const double weight[3] = {1 - x - y, x, y};
+      Vec3d chord;
+      std::array<double, 3> at{};
+      for (size_t c = 0; c < 3; ++c) {
+        chord += weight[c] * points[first + triangle[c]].position;
+        for (size_t a = 0; a < 3; ++a) {
+          at[a] += weight[c] * pattern.points[triangle[c]][a] / pattern.denominator;
+        }
+      }
+      largest = std::max(largest, Norm(definition.EvaluatePosition(p, at).position - chord));
+    }
+    first += pattern.points.size();
+  }
+  return largest;
+}
+
+class Tolerance : public BackendTest {};
+
+TEST_P(Tolerance, TrianglesAreWithinTheCertificateAndTheTolerance) {
+  std::mt19937 random(kSeed);
+  for (TestScene& one : TestScenes()) {
+    const LatticeStructure structure = MakeStructure(one.mesh.ComputeBounds(), one.options);
+    const Plan plan = MakeTestPlan(std::move(one.mesh), structure);
+    const std::vector<Vec3d> points = Jitter(structure, 0.1, kSeed);
+    const QuantisationBox box = BoxFor(*plan, points);
+    for (const auto format : {VertexFormat::kFloat32, VertexFormat::kQuantised}) {
+      for (const double share : {1e-2, 1e-3, 1e-4}) {
+        SCOPED_TRACE(fmt::format("{}, {} of the box, seed {}", one.name, share, kSeed));
+        const ViewSpec spec{
+            .segments = 32, .tolerance = share * box.range, .format = format, .position_bits = 16};
+        const auto view = MakeView(plan, spec);
+        ASSERT_NE(view, nullptr);
+        ASSERT_OK(view->Evaluate(points, box, AllChunks(*plan)));
+        Watched watched(*plan);
+        watched.TakeAll(*plan, *view);
+        const auto vertices = Decode(*plan, spec, box, watched.chunks);
+        const double distance = LargestDistance(*plan, points, watched.Codes(), vertices, random);
+
+        EXPECT_LE(view->certified_error(), spec.tolerance);
+        EXPECT_LE(distance, view->certified_error());
+        EXPECT_EQ(CountCracksBetween(*plan, points, watched.Codes(), vertices), 0u);
+      }
+    }
+  }
+}
+
+TEST_P(Tolerance, FewerPointsThanUniformSegmentsAtTheSameError) {
+  PolygonMesh mesh = TorusMesh(40, 24);
+  const LatticeStructure structure =
+      MakeStructure(mesh.ComputeBounds(), {.degree = {2, 2, 2}, .extra = {2, 2, 2}});
+  const Plan plan = MakeTestPlan(std::move(mesh), structure);
+  const std::vector<Vec3d> points = Jitter(structure, 0.1, kSeed);
+  const QuantisationBox box = BoxFor(*plan, points);
+  const ViewSpec spec{.tolerance = 1e-4 * box.range,
+                      .normals = NormalMode::kNone,
+                      .format = VertexFormat::kFloat32};
+  const auto view = MakeView(plan, spec);
+  ASSERT_NE(view, nullptr);
+  ASSERT_OK(view->Evaluate(points, box, AllChunks(*plan)));
+  size_t count = 0;
+  for (uint32_t c = 0; c < plan->chunk_count(); ++c) count += ChunkPoints(*view, *plan, c);
+  EXPECT_LT(count, plan->patches.size() * 8);  // of 66 at 10 segments
+  EXPECT_GE(count, plan->patches.size() * 3);
+}
+
+TEST_P(Tolerance, ChunksAfterAnyEditsAreThoseOfAFullEvaluationWithoutCracks) {
+  std::uniform_real_distribution<double> noise(-0.1, 0.1);
+  for (TestScene& one : TestScenes()) {
+    const LatticeStructure structure = MakeStructure(one.mesh.ComputeBounds(), one.options);
+    const Plan plan = MakeTestPlan(std::move(one.mesh), structure);
+    const QuantisationBox box = BoxFor(*plan, Jitter(structure, 0.8, kSeed));
+    const ViewSpec spec{.segments = 32,
+                        .tolerance = 1e-4 * box.range,
+                        .normals = NormalMode::kSmooth,
+                        .position_bits = 16,
+                        .normal_bits = 10};
+    const auto incremental = MakeView(plan, spec), full = MakeView(plan, spec);
+    ASSERT_NE(incremental, nullptr);
+    ASSERT_NE(full, nullptr);
+    std::vector<Vec3d> points = IdentityControlPoints(structure);
+    ASSERT_OK(incremental->Evaluate(points, box, AllChunks(*plan)));
+    Watched watched(*plan), expected(*plan);
+    watched.TakeAll(*plan, *incremental);
+    std::mt19937 random(kSeed);
+    DirtySet dirty(plan);
+    size_t widened = 0;
+    for (int edit = 0; edit < 40; ++edit) {
+      SCOPED_TRACE(fmt::format("{}: edit {}, seed {}", one.name, edit, kSeed));
+      const uint32_t index = static_cast<uint32_t>(random() % points.size());
+      points[index] = random() % 4 == 0
+                          ? plan->identity_points[index]
+                          : points[index] + Vec3d{noise(random), noise(random), noise(random)};
+      dirty.Clear();
+      dirty.MarkControlPoints({{index}});
+      const std::vector<uint32_t> named = dirty.Chunks();
+      ASSERT_OK(incremental->Evaluate(points, box, named));
+      for (const uint32_t chunk : named) watched.Take(*plan, *incremental, chunk);
+      for (const uint32_t chunk : incremental->also_changed()) {
+        EXPECT_FALSE(std::ranges::binary_search(named, chunk));
+        watched.Take(*plan, *incremental, chunk);
+        ++widened;
+      }
+      ASSERT_OK(full->Evaluate(points, box, AllChunks(*plan)));
+      expected.TakeAll(*plan, *full);
+      ASSERT_TRUE(watched == expected);
+      ASSERT_EQ(incremental->certified_error(), full->certified_error());
+      ASSERT_EQ(CountCracksBetween(*plan, points, watched.Codes(),
+                                   Decode(*plan, spec, box, watched.chunks)),
+                0u);
+    }
+    // A changed level reaches clean neighbours where a mesh is connected.
+    if (one.name == "many boxes") {
+      EXPECT_GT(widened, 0u);
+    }
+  }
+}
+
+TEST_P(Tolerance, MorePointsThanTheSegmentsWouldGiveDoubleTheTolerance) {
+  PolygonMesh mesh = TorusMesh(12, 8);
+  const LatticeStructure structure = MakeStructure(mesh.ComputeBounds(), {});
+  const Plan plan = MakeTestPlan(std::move(mesh), structure);
+  const std::vector<Vec3d> points = Jitter(structure, 0.2, kSeed);
+  const QuantisationBox box = BoxFor(*plan, points);
+  const ViewSpec spec{
+      .segments = 2, .tolerance = 1e-9 * box.range, .format = VertexFormat::kFloat32};
+  const auto view = MakeView(plan, spec);
+  ASSERT_NE(view, nullptr);
+  ASSERT_OK(view->Evaluate(points, box, AllChunks(*plan)));
+  Watched watched(*plan);
+  watched.TakeAll(*plan, *view);
+  size_t count = 0;
+  for (uint32_t c = 0; c < plan->chunk_count(); ++c) count += ChunkPoints(*view, *plan, c);
+  std::mt19937 random(kSeed);
+  const double distance = LargestDistance(*plan, points, watched.Codes(),
+                                          Decode(*plan, spec, box, watched.chunks), random);
+
+  EXPECT_LE(count, plan->patches.size() * 6);
+  EXPECT_GT(count, plan->patches.size() * 3);
+  EXPECT_GT(view->certified_error(), spec.tolerance);
+  EXPECT_LE(distance, view->certified_error());
+}
+
+TEST_P(Tolerance, StockDecodersReadChunksOfDifferentSizes) {
+  PolygonMesh mesh = TorusMesh(14, 9);
+  const LatticeStructure structure = MakeStructure(mesh.ComputeBounds(), {});
+  const Plan plan = MakeTestPlan(std::move(mesh), structure);
+  const std::vector<Vec3d> points = Jitter(structure, 0.2, kSeed);
+  const QuantisationBox box = BoxFor(*plan, points);
+  const ViewSpec spec{.segments = 32, .tolerance = 1e-3 * box.range, .position_bits = 14};
+  const auto view = MakeView(plan, spec);
+  ASSERT_NE(view, nullptr);
+  const std::vector<uint32_t> all = AllChunks(*plan);
+  ASSERT_OK(view->Evaluate(points, box, all));
+  Watched watched(*plan);
+  watched.TakeAll(*plan, *view);
+  for (const Encoding encoding : {Encoding::kDracoPoints, Encoding::kDracoMesh}) {
+    const auto streams = view->Encode(all, encoding);
+    ASSERT_OK(streams);
+    for (const uint32_t chunk : all) {
+      const size_t count = ChunkPoints(*view, *plan, chunk);
+      EXPECT_TRUE(HoldsIntegers((*streams)[chunk].span(),
+                                QuantisedVertices::FromBytes(watched.chunks[chunk], count,
+                                                             spec.position_bits, spec.normal_bits)))
+          << "chunk " << chunk;
+      if (encoding != Encoding::kDracoMesh) continue;
+      size_t triangles = 0;
+      for (const uint16_t code : watched.patterns[chunk])
+        triangles += PatternOf(code).triangles.size();
+      const auto decoded = ReadDracoMesh(
+          {reinterpret_cast<const char*>((*streams)[chunk].data), (*streams)[chunk].size});
+      ASSERT_OK(decoded);
+      EXPECT_EQ(decoded->face_count(), triangles);
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Backends, Tolerance, ::testing::Values(Subject{"cpu", Pipeline::kFused}),
+                         SubjectName);
+
+}  // namespace
+}  // namespace latticed::testing
