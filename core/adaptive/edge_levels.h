@@ -5,7 +5,7 @@
 //
 //   level        the least k with E <= 6 t 4^k: E the largest second derivative along the edge in all its patches, t
 //                the part of the tolerance that is left for curvature
-//   t            tolerance - point error
+//   t            max(tolerance - point error, point error / 2): finer triangles would say nothing beyond the grid
 //   point error  3e-7 D + sqrt(3)/2 step: no pattern makes it smaller. step is 0 for floats
 //   view error   point error + max over patches of PatternError
 //
@@ -14,13 +14,15 @@
 // as in core/README.md. Rounding to the grid moves a point by at most half a step on each axis.
 //
 // D here is the diagonal of the quantisation box, which contains all that D measures. Thus t is a function of
-// tolerance, bits and box: an edit that keeps the box changes the levels of edges near it only.
+// tolerance, bits and box: an edit that keeps the box changes the levels of edges near it only. Bits meet a tolerance if
+// the point error is at most two thirds of it. If it is more, the view error may exceed the tolerance.
 //
 // Units    world
 // Threads  pure functions
 #ifndef LATTICED_CORE_ADAPTIVE_EDGE_LEVELS_H_
 #define LATTICED_CORE_ADAPTIVE_EDGE_LEVELS_H_
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 
@@ -52,16 +54,22 @@ inline double PointError(const QuantisationBox& box, int position_bits) {
   return kSquareRootOf3 * (kPointAccuracy * box.range + 0.5 * step);
 }
 
-// The part of a tolerance that is left for curvature. The bits cannot meet the tolerance where it is not positive.
+// t: the part of the tolerance that is left for curvature.
 inline double CurvatureTolerance(double tolerance, const QuantisationBox& box, int position_bits) {
-  return tolerance - PointError(box, position_bits);
+  const double point_error = PointError(box, position_bits);
+  return std::max(tolerance - point_error, 0.5 * point_error);
 }
 
-// The least position bits that leave a part of the tolerance for curvature; nullopt if limits::kMaxPositionBits do not.
+// position_bits: 0 for floats.
+inline bool MeetsTolerance(double tolerance, const QuantisationBox& box, int position_bits) {
+  return 3 * PointError(box, position_bits) <= 2 * tolerance;
+}
+
+// The least position bits that meet the tolerance; nullopt if limits::kMaxPositionBits do not.
 [[nodiscard]] inline std::optional<int> LeastPositionBits(double tolerance,
                                                           const QuantisationBox& box) {
   for (int bits = limits::kMinPositionBits; bits <= limits::kMaxPositionBits; ++bits) {
-    if (CurvatureTolerance(tolerance, box, bits) > 0) return bits;
+    if (MeetsTolerance(tolerance, box, bits)) return bits;
   }
   return std::nullopt;
 }

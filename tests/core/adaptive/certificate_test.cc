@@ -173,19 +173,19 @@ TEST(EdgeLevel, IsTheLeastThatSuffices) {
   EXPECT_EQ(EdgeLevel(std::numeric_limits<double>::quiet_NaN(), 1.0), 5);
 }
 
-TEST(LeastPositionBits, LeavesAPartForCurvature) {
+TEST(LeastPositionBits, LeavesAThirdForCurvature) {
   const QuantisationBox box{.range = 4};
 
   // sqrt(3) times 3e-7 * 4 is 2.1e-6; sqrt(3) / 2 times 4 / 4095 is 8.459e-4, and at 16 bits 5.286e-5.
   EXPECT_NEAR(PointError(box, 12), 8.480e-4, 5e-8);
   EXPECT_NEAR(PointError(box, 0), 2.078e-6, 5e-10);
-  EXPECT_EQ(LeastPositionBits(8.49e-4, box), 12);
-  EXPECT_EQ(LeastPositionBits(8.47e-4, box), 13);
+  EXPECT_EQ(LeastPositionBits(1.273e-3, box), 12);
+  EXPECT_EQ(LeastPositionBits(1.271e-3, box), 13);
   EXPECT_EQ(LeastPositionBits(1, box), 8);
-  EXPECT_EQ(LeastPositionBits(5.50e-5, box), 16);
-  EXPECT_EQ(LeastPositionBits(5.49e-5, box), std::nullopt);
-  EXPECT_NEAR(CurvatureTolerance(8.49e-4, box, 12), 1e-6, 5e-8);
-  EXPECT_LT(CurvatureTolerance(8.47e-4, box, 12), 0);
+  EXPECT_EQ(LeastPositionBits(8.25e-5, box), 16);
+  EXPECT_EQ(LeastPositionBits(8.23e-5, box), std::nullopt);
+  EXPECT_NEAR(CurvatureTolerance(1.5e-3, box, 12), 6.520e-4, 5e-8);
+  EXPECT_NEAR(CurvatureTolerance(1e-6, box, 12), 4.240e-4, 5e-8);  // half of what the grid takes
 }
 
 }  // namespace
