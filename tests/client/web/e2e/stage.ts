@@ -12,7 +12,7 @@ import { until } from '../support/until';
 import { launch, openPage } from './browser';
 import { ServerProcess } from './server_process';
 import { torusObj } from './torus';
-import { createScene, dropFiles, segmentsCome } from './viewer_page';
+import { createScene, dropFiles, frames, segmentsCome } from './viewer_page';
 
 export { until };
 
@@ -59,6 +59,7 @@ export async function openTorus(segments = 2): Promise<void> {
   await createScene(page);
   await setView({ segments });
   await segmentsCome(page, segments);
+  await frames(page);
 }
 
 export async function setView(view: Parameters<LiveSession['setView']>[0], of = page): Promise<void> {

@@ -81,6 +81,7 @@ useStage({
     await segmentsCome(page, SEGMENTS);
     await followsDefinition(page, sheet());
     shown = await shownBy(page);
+    await frames(page); // a frame takes in the points that have come
     [background, plain] = await coloursAt([OUTSIDE[0], [-0.5, -0.4, 0]]);
   },
 });
