@@ -9,6 +9,7 @@
 
 #include "core/adaptive/curvature_slack.h"
 #include "core/adaptive/edge_levels.h"
+#include "core/cpu/adaptive/adaptive_points.h"
 #include "core/cpu/flush_denormals.h"
 #include "core/ffd/tessellation_pattern.h"
 
@@ -60,16 +61,16 @@ void AdaptiveEvaluator::MeasureReach() {
 void AdaptiveEvaluator::Evaluate(std::span<const Vec3d> control_points, const QuantisationBox& box,
                                  std::span<const uint32_t> chunks, ChunkVertices& vertices) {
   fused::FrameBoxes boxes(*plan_, control_points);
-  fused::FeaturePoints features(*plan_, control_points, boxes);
-  Frame frame{control_points, box, boxes, features, vertices};
-  Bound(chunks, frame);
+  Bound(chunks, control_points, boxes);
   const std::vector<uint32_t> changed = ChooseLevels(chunks, box);
   also_changed_.clear();
   std::ranges::set_difference(changed, chunks, std::back_inserter(also_changed_));
-  EvaluatePoints(Union(chunks, also_changed_), frame);
+  AdaptivePoints points(*plan_, spec_, {control_points, box, levels_.codes()}, boxes);
+  points.Evaluate(Union(chunks, also_changed_), arena_, vertices);
 }
 
-void AdaptiveEvaluator::Bound(std::span<const uint32_t> chunks, Frame& frame) {
+void AdaptiveEvaluator::Bound(std::span<const uint32_t> chunks,
+                              std::span<const Vec3d> control_points, fused::FrameBoxes& boxes) {
   const FusedLayout& layout = plan_->layout;
   const uint32_t outside = plan_->plan->outside_box();
   std::vector<uint32_t> groups;
@@ -78,15 +79,14 @@ void AdaptiveEvaluator::Bound(std::span<const uint32_t> chunks, Frame& frame) {
     for (uint32_t g = layout.group_of_patch[first]; g <= layout.group_of_patch[last - 1]; ++g) {
       if (layout.groups[g].box == outside || (!groups.empty() && groups.back() >= g)) continue;
       groups.push_back(g);
-      frame.boxes.Need(layout.groups[g].box);
+      boxes.Need(layout.groups[g].box);
     }
   }
-  frame.boxes.MakeNeeded(arena_);
+  boxes.MakeNeeded(arena_);
   std::vector<std::array<float, 6>> slack(reach_.size());
   arena_.ForEach(reach_.size(), [&](size_t box) {
-    if (!frame.boxes.IsMade(static_cast<uint32_t>(box))) return;
-    slack[box] =
-        plan_->polynomials.Slack(static_cast<uint32_t>(box), frame.control_points, reach_[box]);
+    if (!boxes.IsMade(static_cast<uint32_t>(box))) return;
+    slack[box] = plan_->polynomials.Slack(static_cast<uint32_t>(box), control_points, reach_[box]);
   });
   arena_.ForRanges(groups.size(), 4, [&](size_t begin, size_t end) {
     const FlushDenormals flush;
@@ -94,7 +94,7 @@ void AdaptiveEvaluator::Bound(std::span<const uint32_t> chunks, Frame& frame) {
     for (size_t i = begin; i < end; ++i) {
       const Group& group = layout.groups[groups[i]];
       fused::BoundGroup({.degree = plan_->polynomials.degree(),
-                         .box = &frame.boxes[group.box],
+                         .box = &boxes[group.box],
                          .slack = slack[group.box],
                          .patches = &layout.patches[groups[i]],
                          .bounds = &bounds});

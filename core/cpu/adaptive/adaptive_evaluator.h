@@ -5,10 +5,7 @@
 //
 //   bounds    of the second derivatives of their patches, 16 at a time
 //   levels    of their edges, and the patterns of all patches at edges whose levels changed (level_table.h)
-//   points    of the chunks and of those whose patterns changed: of the patches of one box side by side, 16 at a time
-//
-// A point on an edge or at a corner that another box owns is evaluated there (feature_points.h). An ill-conditioned normal is
-// that of the definition in double.
+//   points    of the chunks and of those whose patterns changed (adaptive_points.h)
 //
 // The tolerance is doubled until the view has at most as many points as spec.segments would give. It is doubled from the
 // start at each evaluation, so that the result depends on the control points and the box alone.
@@ -25,10 +22,8 @@
 
 #include "core/backend.h"
 #include "core/cpu/adaptive/chunk_vertices.h"
-#include "core/cpu/adaptive/feature_points.h"
 #include "core/cpu/adaptive/frame_boxes.h"
 #include "core/cpu/adaptive/level_table.h"
-#include "core/cpu/adaptive/run_buffer.h"
 #include "core/cpu/fused/fused_plan.h"
 #include "core/view/cpu_arena.h"
 
@@ -52,34 +47,11 @@ class AdaptiveEvaluator {
   size_t MemoryBytes() const;
 
  private:
-  // The data of one Evaluate that its tasks share.
-  struct Frame {
-    std::span<const Vec3d> control_points;
-    const QuantisationBox& box;
-    fused::FrameBoxes& boxes;
-    fused::FeaturePoints& features;
-    ChunkVertices& vertices;
-  };
-  // Patches [first, last) of one box and one chunk. Their points begin at first_point of the chunk.
-  struct Run {
-    size_t first, last, first_point, chunk_points;
-    std::span<uint8_t> vertices;  // of the chunk
-  };
-
   void MeasureReach();
-  void Bound(std::span<const uint32_t> chunks, Frame& frame);
+  void Bound(std::span<const uint32_t> chunks, std::span<const Vec3d> control_points,
+             fused::FrameBoxes& boxes);
   // Returns the chunks whose patterns changed.
   std::vector<uint32_t> ChooseLevels(std::span<const uint32_t> chunks, const QuantisationBox& box);
-  void EvaluatePoints(std::span<const uint32_t> chunks, Frame& frame);
-  void NeedFeatures(uint32_t chunk, Frame& frame) const;
-  void EvaluateChunk(uint32_t chunk, Frame& frame, fused::RunBuffer& buffer) const;
-  void EvaluateRun(const Run& run, const Frame& frame, fused::RunBuffer& buffer) const;
-  void FillPatches(const Run& run, fused::RunPatches& patches) const;
-  void TakeFeatures(const Run& run, const Frame& frame, std::span<const size_t> first_points,
-                    fused::RunBuffer& buffer) const;
-  void ReplaceWeakNormals(const Run& run, const Frame& frame, std::span<const size_t> first_points,
-                          fused::RunBuffer& buffer) const;
-  void Write(const Run& run, const Frame& frame, fused::RunBuffer& buffer) const;
 
   const std::shared_ptr<const fused::FusedPlan> plan_;
   const ViewSpec spec_;

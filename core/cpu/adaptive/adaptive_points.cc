@@ -1,11 +1,12 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-//
-// The points of AdaptiveEvaluator.
+#include "core/cpu/adaptive/adaptive_points.h"
+
 #include <algorithm>
 #include <cstring>
 
-#include "core/cpu/adaptive/adaptive_evaluator.h"
+#include "core/adaptive/adaptive_pattern.h"
+#include "core/cpu/adaptive/pattern_places.h"
 #include "core/cpu/flush_denormals.h"
 #include "core/ffd/direct_ffd.h"
 
@@ -51,59 +52,60 @@ const AdaptivePattern& PatternOf(uint16_t code) {
 
 }  // namespace
 
-void AdaptiveEvaluator::EvaluatePoints(std::span<const uint32_t> chunks, Frame& frame) {
-  for (const uint32_t chunk : chunks) NeedFeatures(chunk, frame);
-  frame.boxes.MakeNeeded(arena_);
-  frame.features.MakeNeeded(arena_);
-  arena_.ForRanges(chunks.size(), 1, [&](size_t begin, size_t end) {
+void AdaptivePoints::Evaluate(std::span<const uint32_t> chunks, CpuArena& arena,
+                              ChunkVertices& vertices) {
+  for (const uint32_t chunk : chunks) NeedFeatures(chunk);
+  boxes_.MakeNeeded(arena);
+  features_.MakeNeeded(arena);
+  arena.ForRanges(chunks.size(), 1, [&](size_t begin, size_t end) {
     const FlushDenormals flush;
     static thread_local RunBuffer buffer;
-    for (size_t i = begin; i < end; ++i) EvaluateChunk(chunks[i], frame, buffer);
+    for (size_t i = begin; i < end; ++i) EvaluateChunk(chunks[i], vertices, buffer);
   });
 }
 
-void AdaptiveEvaluator::NeedFeatures(uint32_t chunk, Frame& frame) const {
-  const auto [first, last] = plan_->plan->ChunkPatches(chunk);
-  for (size_t p = first; p < last; ++p) frame.boxes.Need(plan_->plan->patches[p].box);
-  ForFixes(plan_->layout, first, last, [&](size_t patch, const Fix& fix) {
-    frame.features.Need(fix, PatternKey::FromCode(levels_.codes()[patch])->levels[fix.slot]);
+void AdaptivePoints::NeedFeatures(uint32_t chunk) {
+  const auto [first, last] = plan_.plan->ChunkPatches(chunk);
+  for (size_t p = first; p < last; ++p) boxes_.Need(plan_.plan->patches[p].box);
+  ForFixes(plan_.layout, first, last, [&](size_t patch, const Fix& fix) {
+    features_.Need(fix, PatternKey::FromCode(input_.codes[patch])->levels[fix.slot]);
   });
 }
 
-void AdaptiveEvaluator::EvaluateChunk(uint32_t chunk, Frame& frame, RunBuffer& buffer) const {
-  const auto [first, last] = plan_->plan->ChunkPatches(chunk);
-  size_t points = 0;
-  for (const uint16_t code : Patterns(chunk)) points += PatternOf(code).points.size();
+void AdaptivePoints::EvaluateChunk(uint32_t chunk, ChunkVertices& vertices,
+                                   RunBuffer& buffer) const {
+  const auto [first, last] = plan_.plan->ChunkPatches(chunk);
+  const size_t points = PatternPoints(input_.codes.subspan(first, last - first));
   Run run{.first = first,
           .last = first,
           .first_point = 0,
           .chunk_points = points,
-          .vertices = frame.vertices.Resize(chunk, points)};
-  const auto& patches = plan_->plan->patches;
+          .vertices = vertices.Resize(chunk, points)};
+  const auto& patches = plan_.plan->patches;
   while (run.last < last) {
     run.first = run.last;
     while (run.last < last && patches[run.last].box == patches[run.first].box) ++run.last;
-    EvaluateRun(run, frame, buffer);
+    EvaluateRun(run, buffer);
     run.first_point += buffer.size();
   }
 }
 
-void AdaptiveEvaluator::EvaluateRun(const Run& run, const Frame& frame, RunBuffer& buffer) const {
+void AdaptivePoints::EvaluateRun(const Run& run, RunBuffer& buffer) const {
   std::array<size_t, fused::kRunPatches> first_points;
   buffer.Clear();
   FillPatches(run, buffer.patches);
   for (size_t p = run.first; p < run.last; ++p) {
-    first_points[p - run.first] = buffer.Add(p - run.first, PatternPlaces::Get(levels_.codes()[p]));
+    first_points[p - run.first] = buffer.Add(p - run.first, PatternPlaces::Get(input_.codes[p]));
   }
-  buffer.Evaluate(plan_->polynomials.degree(), frame.boxes[plan_->plan->patches[run.first].box],
+  buffer.Evaluate(plan_.polynomials.degree(), boxes_[plan_.plan->patches[run.first].box],
                   NormalsOf(spec_.normals));
-  TakeFeatures(run, frame, first_points, buffer);
-  ReplaceWeakNormals(run, frame, first_points, buffer);
-  Write(run, frame, buffer);
+  TakeFeatures(run, first_points, buffer);
+  ReplaceWeakNormals(run, first_points, buffer);
+  Write(run, buffer);
 }
 
-void AdaptiveEvaluator::FillPatches(const Run& run, RunPatches& patches) const {
-  const FusedLayout& layout = plan_->layout;
+void AdaptivePoints::FillPatches(const Run& run, RunPatches& patches) const {
+  const FusedLayout& layout = plan_.layout;
   for (size_t p = run.first; p < run.last;) {
     const uint32_t g = layout.group_of_patch[p];
     const size_t lane = p - layout.groups[g].first_patch, to = p - run.first;
@@ -127,13 +129,12 @@ void AdaptiveEvaluator::FillPatches(const Run& run, RunPatches& patches) const {
   }
 }
 
-void AdaptiveEvaluator::TakeFeatures(const Run& run, const Frame& frame,
-                                     std::span<const size_t> first_points,
-                                     RunBuffer& buffer) const {
-  ForFixes(plan_->layout, run.first, run.last, [&](size_t patch, const Fix& fix) {
-    const std::span<const Vec3f> points = frame.features.At(fix);
+void AdaptivePoints::TakeFeatures(const Run& run, std::span<const size_t> first_points,
+                                  RunBuffer& buffer) const {
+  ForFixes(plan_.layout, run.first, run.last, [&](size_t patch, const Fix& fix) {
+    const std::span<const Vec3f> points = features_.At(fix);
     if (points.empty()) return;
-    const auto& edge = PatternOf(levels_.codes()[patch]).edge_points[fix.slot];
+    const auto& edge = PatternOf(input_.codes[patch]).edge_points[fix.slot];
     const size_t first_point = first_points[patch - run.first];
     const auto take = [&](size_t point, Vec3f position) {
       buffer.Row(0)[first_point + point] = position.x;
@@ -148,18 +149,17 @@ void AdaptiveEvaluator::TakeFeatures(const Run& run, const Frame& frame,
   });
 }
 
-void AdaptiveEvaluator::ReplaceWeakNormals(const Run& run, const Frame& frame,
-                                           std::span<const size_t> first_points,
-                                           RunBuffer& buffer) const {
+void AdaptivePoints::ReplaceWeakNormals(const Run& run, std::span<const size_t> first_points,
+                                        RunBuffer& buffer) const {
   if (buffer.weak().empty()) return;
-  const DirectFfd definition(*plan_->plan, frame.control_points);
+  const DirectFfd definition(*plan_.plan, input_.control_points);
   const auto kind =
       spec_.normals == NormalMode::kSmooth ? DirectFfd::Normal::kSmooth : DirectFfd::Normal::kFacet;
   for (const fused::WeakNormal& weak : buffer.weak()) {
     const size_t point = RunBuffer::PointOf(weak);
     if (point >= buffer.size()) continue;
     const size_t of_run = buffer.PatchOf(point), patch = run.first + of_run;
-    const AdaptivePattern& pattern = PatternOf(levels_.codes()[patch]);
+    const AdaptivePattern& pattern = PatternOf(input_.codes[patch]);
     const auto& steps = pattern.points[point - first_points[of_run]];
     std::array<double, 3> barycentrics;
     for (size_t c = 0; c < 3; ++c) {
@@ -172,28 +172,28 @@ void AdaptiveEvaluator::ReplaceWeakNormals(const Run& run, const Frame& frame,
   }
 }
 
-void AdaptiveEvaluator::Write(const Run& run, const Frame& frame, RunBuffer& buffer) const {
-  const bool has_normals = spec_.normals != NormalMode::kNone;
-  const size_t count = buffer.size();
-  if (spec_.format == VertexFormat::kFloat32) {
-    const size_t components = has_normals ? 6 : 3;
-    uint8_t* to = run.vertices.data() + run.first_point * components * sizeof(float);
-    for (size_t i = 0; i < count; ++i) {
-      for (size_t c = 0; c < components; ++c, to += sizeof(float)) {
-        std::memcpy(to, buffer.Row(c) + i, sizeof(float));
-      }
+void AdaptivePoints::Write(const Run& run, RunBuffer& buffer) const {
+  if (spec_.format == VertexFormat::kQuantised) return WriteQuantised(run, buffer);
+  const size_t components = spec_.normals == NormalMode::kNone ? 3 : 6;
+  uint8_t* to = run.vertices.data() + run.first_point * components * sizeof(float);
+  for (size_t i = 0; i < buffer.size(); ++i) {
+    for (size_t c = 0; c < components; ++c, to += sizeof(float)) {
+      std::memcpy(to, buffer.Row(c) + i, sizeof(float));
     }
-    return;
   }
-  const double step = frame.box.step(spec_.position_bits);
-  const Vec3d offset = (plan_->plan->local_origin - frame.box.origin) / step;
+}
+
+void AdaptivePoints::WriteQuantised(const Run& run, RunBuffer& buffer) const {
+  const size_t count = buffer.size();
+  const double step = input_.box.step(spec_.position_bits);
+  const Vec3d offset = (plan_.plan->local_origin - input_.box.origin) / step;
   uint8_t* plane = run.vertices.data();
   for (int axis = 0; axis < 3; ++axis, plane += 2 * run.chunk_points) {
     fused::QuantisePositions({buffer.Row(static_cast<size_t>(axis)), count},
                              static_cast<float>(1 / step), static_cast<float>(offset[axis]),
                              spec_.position_bits, plane + 2 * run.first_point);
   }
-  if (!has_normals) return;
+  if (spec_.normals == NormalMode::kNone) return;
   const size_t bytes = spec_.normal_bits <= 8 ? 1 : 2;
   uint8_t* s = plane + bytes * run.first_point;
   fused::QuantiseNormals({buffer.Row(3), buffer.Row(4), buffer.Row(5)}, count, spec_.normal_bits, s,
