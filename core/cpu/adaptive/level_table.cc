@@ -57,8 +57,7 @@ std::vector<uint32_t> LevelTable::Update(std::span<const uint32_t> chunks, doubl
     if (changed.empty() || changed.back() != chunk) changed.push_back(chunk);
   }
   std::ranges::sort(changed);
-  const auto repeated = std::ranges::unique(changed);
-  changed.erase(repeated.begin(), repeated.end());
+  changed.erase(std::unique(changed.begin(), changed.end()), changed.end());
   return changed;
 }
 
