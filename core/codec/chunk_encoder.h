@@ -30,6 +30,8 @@ struct QuantisedVertices {
   size_t point_count = 0;
   int position_bits = 12;
   int normal_bits = 0;  // 0: no normals
+  // Whether neighbours are far apart. Our writer then tries the scheme TAGGED too, and takes the shorter one.
+  bool is_sparse = false;
   const uint16_t* x = nullptr;
   const uint16_t* y = nullptr;
   const uint16_t* z = nullptr;

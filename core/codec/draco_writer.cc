@@ -11,6 +11,7 @@
 #include "core/codec/draco_kernel.h"
 #include "core/codec/octahedral.h"
 #include "core/codec/symbol_group.h"
+#include "core/codec/tagged_symbols.h"
 
 namespace latticed {
 namespace {
@@ -48,7 +49,8 @@ class DracoWriter::Group {
   }
 
   size_t MemoryBytes() const {
-    return positions_.MemoryBytes() + normals_.MemoryBytes() + stream_.capacity();
+    return positions_.MemoryBytes() + normals_.MemoryBytes() + tagged_.MemoryBytes() +
+           stream_.capacity();
   }
 
  private:
@@ -86,17 +88,18 @@ class DracoWriter::Group {
       stream_.resize(most_bytes);
     }
     ByteWriter out(stream_.data());
+    TaggedSymbols* const tagged = chunk.is_sparse ? &tagged_ : nullptr;
     if (connectivity == nullptr) {
       WriteCloudHead(chunk.point_count, chunk.normal_bits, out);
     } else {
       WriteMeshHead(connectivity->bytes(), chunk.normal_bits, out);
     }
     WritePrediction(DracoAttribute::kPosition, out);
-    positions_.Write(lane, out);
+    positions_.Write(lane, tagged, out);
     WritePositionBounds(spans_[lane].least, spans_[lane].most, out);
     if (chunk.normal_bits > 0) {
       WritePrediction(DracoAttribute::kNormal, out);
-      normals_.Write(lane, out);
+      normals_.Write(lane, tagged, out);
       WriteNormalBounds(chunk.normal_bits, out);
     }
     WriteDequantisation(chunk.position_bits, chunk.normal_bits, range, out);
@@ -107,6 +110,7 @@ class DracoWriter::Group {
   }
 
   SymbolGroup positions_, normals_;
+  TaggedSymbols tagged_;
   std::array<ValueSpan, kLanes> spans_;
   std::vector<uint8_t> stream_;  // with room to spare
 };

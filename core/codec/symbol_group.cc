@@ -187,8 +187,9 @@ void SymbolGroup::FinishLanes(const draco_kernel::LaneStreams& streams) {
 }
 
 size_t SymbolGroup::MostBytes(size_t lane) const {
-  return 3 + std::max(lane_[lane].table.MostBytes() + kMostVarintBytes + lane_[lane].coded_bytes,
-                      components_ * points_ * sizeof(uint16_t));
+  return 3 + std::max({lane_[lane].table.MostBytes() + kMostVarintBytes + lane_[lane].coded_bytes,
+                       components_ * points_ * sizeof(uint16_t),
+                       TaggedSymbols::MostBytes(components_, points_)});
 }
 
 size_t SymbolGroup::MemoryBytes() const {
@@ -198,7 +199,20 @@ size_t SymbolGroup::MemoryBytes() const {
   return bytes;
 }
 
-void SymbolGroup::Write(size_t lane, ByteWriter& out) const {
+void SymbolGroup::Write(size_t lane, TaggedSymbols* tagged, ByteWriter& out) const {
+  const ByteWriter start = out;
+  WriteRaw(lane, out);
+  if (tagged == nullptr) return;
+  std::array<const uint16_t*, 3> planes;
+  for (size_t c = 0; c < components_; ++c) planes[c] = plane(lane, c);
+  tagged->Code(std::span(planes).first(components_), points_);
+  if (1 + tagged->Bytes() >= static_cast<size_t>(out.at() - start.at())) return;
+  out = start;
+  out.Byte(kCoded);
+  tagged->Write(out);
+}
+
+void SymbolGroup::WriteRaw(size_t lane, ByteWriter& out) const {
   const ByteWriter start = out;
   const auto& [table, coded_bytes] = lane_[lane];
   if (table.bit_length() != 0) {

@@ -19,6 +19,7 @@
 #include "core/codec/draco_kernel.h"
 #include "core/codec/rans_encoder.h"
 #include "core/codec/rans_table.h"
+#include "core/codec/tagged_symbols.h"
 
 namespace latticed {
 
@@ -37,8 +38,8 @@ class SymbolGroup {
   static void Code(SymbolGroup& positions, SymbolGroup* normals);
 
   // After Code: writes the table and the states of a lane, or its plain symbols, whichever is
-  // shorter.
-  void Write(size_t lane, ByteWriter& out) const;
+  // shorter. `tagged`, which may be null, is tried too.
+  void Write(size_t lane, TaggedSymbols* tagged, ByteWriter& out) const;
   size_t MostBytes(size_t lane) const;
 
   size_t MemoryBytes() const;
@@ -55,6 +56,7 @@ class SymbolGroup {
   void CodeChains(size_t first);
   draco_kernel::LaneStreams BeginLanes();
   void FinishLanes(const draco_kernel::LaneStreams& streams);
+  void WriteRaw(size_t lane, ByteWriter& out) const;
   void WritePlainly(size_t lane, uint32_t largest, ByteWriter& out) const;
   const uint16_t* plane(size_t lane, size_t component) const {
     return symbols_.data() + (lane * components_ + component) * stride_;

@@ -128,6 +128,7 @@ absl::Status ViewEncoder::EncodeDraco(std::span<const uint32_t> chunks,
     vertices[p] =
         QuantisedVertices::FromBytes(bytes_of(places[p], scratch[p]), PointsOf(chunks[places[p]]),
                                      spec_.position_bits, normal_bits);
+    vertices[p].is_sparse = static_cast<bool>(patterns_of_);
   }
   const bool is_mesh = encoding == Encoding::kDracoMesh;
   for (size_t begin = 0, end = 0; begin < vertices.size(); begin = end) {

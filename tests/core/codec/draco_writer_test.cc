@@ -162,6 +162,7 @@ TEST(DracoWriter, KeepsNoMoreMemoryThanItSays) {
           MakeChunks({points, position_bits, normal_bits}, {&data, 1}, kFull);
       std::vector<QuantisedVertices> vertices;
       for (const Chunk& chunk : chunks) vertices.push_back(chunk.vertices());
+      for (QuantisedVertices& some : vertices) some.is_sparse = true;
       std::vector<std::vector<uint8_t>> streams(chunks.size());
       ASSERT_OK(writer.Encode(vertices, 8.0, nullptr, streams));
     }
@@ -169,6 +170,32 @@ TEST(DracoWriter, KeepsNoMoreMemoryThanItSays) {
     EXPECT_LE(writer.MemoryBytes(), writer.WorkingBytes(points, position_bits, normal_bits));
     EXPECT_GT(2 * writer.MemoryBytes(), writer.WorkingBytes(points, position_bits, normal_bits));
   }
+}
+
+// A sparse chunk may use the scheme TAGGED. It takes it where that is shorter, and only there.
+TEST(DracoWriter, SparseChunksTakeTheShorterScheme) {
+  const DracoWriter writer;
+  for (const size_t points : {1u, 3u, 96u, 700u, 2112u}) {
+    for (const auto& [position_bits, normal_bits] : {std::pair(8, 0), {12, 8}, {16, 12}}) {
+      for (const Data data : kAllData) {
+        SCOPED_TRACE(fmt::format("{} points, {} bits, data {}", points, position_bits,
+                                 static_cast<int>(data)));
+        const Chunk chunk = MakeChunk(points, position_bits, normal_bits, data, kWriterSeed);
+        QuantisedVertices vertices = chunk.vertices();
+        ASSERT_OK_AND_ASSIGN(const auto raw, testing::EncodePoints(writer, vertices, 8.0));
+        vertices.is_sparse = true;
+        ASSERT_OK_AND_ASSIGN(const auto stream, testing::EncodePoints(writer, vertices, 8.0));
+        EXPECT_TRUE(HoldsIntegers(stream, chunk.vertices()));
+        EXPECT_LE(stream.size(), raw.size());
+      }
+    }
+  }
+  const Chunk few = MakeChunk(96, 12, 0, Data::kRandom, kWriterSeed);
+  QuantisedVertices vertices = few.vertices();
+  ASSERT_OK_AND_ASSIGN(const auto raw, testing::EncodePoints(writer, vertices, 8.0));
+  vertices.is_sparse = true;
+  ASSERT_OK_AND_ASSIGN(const auto stream, testing::EncodePoints(writer, vertices, 8.0));
+  EXPECT_LT(stream.size(), 0.85 * static_cast<double>(raw.size()));  // 12 of 16 bits a value
 }
 
 // Random data does not compress, so it is stored plainly, with two bytes per value.

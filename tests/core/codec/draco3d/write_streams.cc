@@ -4,7 +4,8 @@
 // Usage: draco3d_write_streams FOLDER. Writes streams of our writer, and beside each the integers
 // that it must hold, for another decoder to compare (compare_streams.mjs):
 //
-//   N.drc    the stream, written alone or in a group, as a server does; about a third are meshes
+//   N.drc    the stream, written alone or in a group, as a server does; about a third are meshes, and every second of
+//            those written alone may use the scheme TAGGED
 //   N.bin    little-endian uint32: position values of all points, x y z each; then s t of normals
 #include <array>
 #include <cstdio>
@@ -42,9 +43,11 @@ bool WriteFiles(const std::string& folder, unsigned number, const Chunk& chunk,
 
 bool WriteStream(const std::string& folder, unsigned number, const Chunk& chunk) {
   const auto encoder = MakeChunkEncoder("latticed");
+  QuantisedVertices vertices = chunk.vertices();
+  vertices.is_sparse = number % 2 == 1;
   const auto stream = number % 3 == 2 && chunk.points > 2
-                          ? testing::EncodeMesh(*encoder, chunk.vertices(), 8.0, Fan(chunk.points))
-                          : testing::EncodePoints(*encoder, chunk.vertices(), 8.0);
+                          ? testing::EncodeMesh(*encoder, vertices, 8.0, Fan(chunk.points))
+                          : testing::EncodePoints(*encoder, vertices, 8.0);
   return stream.ok() && WriteFiles(folder, number, chunk, *stream);
 }
 
