@@ -1,9 +1,10 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// latticed_bench [paper] [--large] [--markdown FILE] [flags of Google Benchmark]
+// latticed_bench [paper | tolerance] [--large] [--markdown FILE] [flags of Google Benchmark]
 //
 //   paper            only the tables of Cui & Feng 2014 for this machine (paper.h)
+//   tolerance        only views with a tolerance against uniform segments (tolerance_table.h)
 //   --large          also 10^7 patches on the GPU
 //   --markdown FILE  also writes the results to FILE, with commit, command and machine
 //
@@ -19,12 +20,14 @@
 #include "tests/bench/paper/paper.h"
 #include "tests/bench/report/summary.h"
 #include "tests/bench/scenario.h"
+#include "tests/bench/tolerance/tolerance_table.h"
 
 namespace latticed::bench {
 namespace {
 
 struct Options {
   bool paper = false;
+  bool tolerance = false;
   bool large = false;
   std::string markdown;
   std::string command;
@@ -40,6 +43,8 @@ Options Parse(int& argc, char** argv) {
     const std::string_view argument = argv[i];
     if (argument == "paper") {
       options.paper = true;
+    } else if (argument == "tolerance") {
+      options.tolerance = true;
     } else if (argument == "--large") {
       options.large = true;
     } else if (argument == kMarkdown && i + 1 < argc) {
@@ -78,8 +83,7 @@ int Benchmarks(const Options& options) {
   return reporter.failed() ? 1 : 0;
 }
 
-int Paper(const Options& options) {
-  const std::vector<Section> sections = PaperTables();
+int Tables(const Options& options, const std::vector<Section>& sections) {
   for (const Section& section : sections) fmt::print("{}", ToText(section));
   Keep(options, sections);
   return 0;
@@ -127,7 +131,9 @@ int Main(int argc, char** argv) {
   const Options options = Parse(argc, argv);
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
-  return options.paper ? Paper(options) : Benchmarks(options);
+  if (options.paper) return Tables(options, PaperTables());
+  if (options.tolerance) return Tables(options, ToleranceTables());
+  return Benchmarks(options);
 }
 
 }  // namespace latticed::bench
