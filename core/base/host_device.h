@@ -8,9 +8,17 @@
 
 #ifdef __CUDACC__
 #define LATTICED_HD __host__ __device__
-#define LATTICED_UNROLL _Pragma("unroll")
 #else
 #define LATTICED_HD
+#endif
+
+// nvcc reads a file once for the device, and once for the host, where neither its pragma nor the host's is known to both
+// of the compilers that see it.
+#if defined(__CUDA_ARCH__)
+#define LATTICED_UNROLL _Pragma("unroll")
+#elif defined(__CUDACC__)
+#define LATTICED_UNROLL
+#else
 #define LATTICED_UNROLL _Pragma("GCC unroll 64")
 #endif
 
