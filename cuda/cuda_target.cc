@@ -5,8 +5,10 @@
 #include <utility>
 
 #include "core/base/catch_bad_alloc.h"
+#include "core/base/error.h"
 #include "core/base/status_macros.h"
 #include "core/view/checked_view.h"
+#include "cuda/adaptive/cuda_adaptive_view.h"
 #include "cuda/fused/cuda_fused_kernel.h"
 #include "cuda/gemm/cuda_control_nets.h"
 #include "cuda/gemm/cuda_gemm_kernel.h"
@@ -35,6 +37,7 @@ class CudaTarget : public DeformTarget {
   absl::StatusOr<std::unique_ptr<DeformView>> CreateView(const ViewSpec& spec) override {
     LATTICED_RETURN_IF_ERROR(Validate(spec));
     const DeviceGuard guard(context_->device());
+    if (spec.tolerance > 0) return CreateAdaptiveView(spec);
     return CatchBadAlloc("the view", [&]() -> absl::StatusOr<std::unique_ptr<DeformView>> {
       LATTICED_ASSIGN_OR_RETURN(auto lane, context_->lanes().Borrow(Priority()));
       LATTICED_ASSIGN_OR_RETURN(auto room,
@@ -57,10 +60,13 @@ class CudaTarget : public DeformTarget {
   }
 
   ViewTraits Traits(const ViewSpec& spec) const override {
+    const bool adaptive = spec.tolerance > 0;
     return {.on_device = true,
-            .host_bytes = CudaView::HostBytesFor(*plan_, spec),
+            .host_bytes = adaptive ? CudaAdaptiveView::HostBytesFor(*plan_)
+                                   : CudaView::HostBytesFor(*plan_, spec),
             .encoder_bytes = EncoderBytesOf(*plan_, spec, *context_->encoder(), context_->arena()),
-            .encode_batch = CudaView::EncodeBatch(*context_)};
+            .encode_batch =
+                adaptive ? CudaAdaptiveView::kEncodeBatch : CudaView::EncodeBatch(*context_)};
   }
 
   MemoryUse memory() const override {
@@ -85,6 +91,26 @@ class CudaTarget : public DeformTarget {
     return device_plan_->BytesToCome(spec.normals == NormalMode::kSmooth) + of_kernel +
            CudaView::DeviceBytesFor(*plan_, spec, own_order,
                                     device_plan_->chunk_needs() != nullptr);
+  }
+
+  absl::StatusOr<std::unique_ptr<DeformView>> CreateAdaptiveView(const ViewSpec& spec) const {
+    if (pipeline_ != Pipeline::kFused) {
+      return error::InvalidField("view.tolerance", "it needs the pipeline 'fused'", "UNSUPPORTED");
+    }
+    return CatchBadAlloc("the view", [&]() -> absl::StatusOr<std::unique_ptr<DeformView>> {
+      LATTICED_ASSIGN_OR_RETURN(auto lane, context_->lanes().Borrow(Priority()));
+      LATTICED_ASSIGN_OR_RETURN(const uint64_t own,
+                                CudaAdaptiveEvaluator::DeviceBytesFor(*plan_, spec));
+      LATTICED_ASSIGN_OR_RETURN(
+          auto room, DeviceReservation::Create(context_->memory(), "the view", [&] {
+            return own + device_plan_->BytesToCome(spec.normals == NormalMode::kSmooth);
+          }));
+      LATTICED_ASSIGN_OR_RETURN(
+          auto evaluator,
+          CudaAdaptiveEvaluator::Create(plan_, device_plan_, spec, context_, lane, room));
+      return std::make_unique<CudaAdaptiveView>(plan_, spec, context_, std::move(lane),
+                                                std::move(evaluator));
+    });
   }
 
   StreamPriority Priority() const {

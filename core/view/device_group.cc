@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/base/catch_bad_alloc.h"
+#include "core/base/error.h"
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
 #include "core/ffd/plan_slice.h"
@@ -40,6 +41,9 @@ class SpannedTarget : public DeformTarget {
   const DeformPlan& plan() const override { return *plan_; }
   Pipeline pipeline() const override { return parts_.front().target->pipeline(); }
   absl::StatusOr<std::unique_ptr<DeformView>> CreateView(const ViewSpec& spec) override {
+    if (spec.tolerance > 0) {  // parts would choose different levels for an edge that they share
+      return error::InvalidField("view.tolerance", "it needs a scene on one device", "UNSUPPORTED");
+    }
     return CatchBadAlloc("the view", [&]() -> absl::StatusOr<std::unique_ptr<DeformView>> {
       std::vector<SpannedView::Part> views;
       for (const Part& part : parts_) {

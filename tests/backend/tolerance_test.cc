@@ -294,7 +294,9 @@ TEST_P(Tolerance, StockDecodersReadChunksOfDifferentSizes) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Backends, Tolerance, ::testing::Values(Subject{"cpu", Pipeline::kFused}),
+INSTANTIATE_TEST_SUITE_P(Backends, Tolerance,
+                         ::testing::Values(Subject{"cpu", Pipeline::kFused},
+                                           Subject{"cuda", Pipeline::kFused}),
                          SubjectName);
 
 }  // namespace

@@ -1,0 +1,272 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "cuda/adaptive/cuda_adaptive_evaluator.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "core/adaptive/edge_levels.h"
+#include "core/base/status_macros.h"
+#include "core/ffd/tessellation_pattern.h"
+#include "cuda/device/cuda_status.h"
+#include "cuda/view/cuda_vertex_kernel.h"
+
+namespace latticed {
+namespace {
+
+// Of the tolerance. Rounding of an error in float32 takes less than what is left.
+constexpr double kFloatShare = 1 - 1e-5;
+// The room for vertices of a view that was never evaluated, in points of a patch.
+constexpr uint64_t kFirstPoints = 4;
+
+uint64_t MostPoints(const DeformPlan& plan, const ViewSpec& spec) {
+  return plan.patches.size() * static_cast<uint64_t>(PointsPerPatch(spec.segments));
+}
+
+uint64_t FirstCapacity(const DeformPlan& plan, const ViewSpec& spec) {
+  return std::min(plan.patches.size() * kFirstPoints, MostPoints(plan, spec));
+}
+
+size_t FloatsOfPolynomials(const DeformPlan& plan) {
+  const std::array<int, 3>& d = plan.structure.degree;  // in any order
+  return plan.boxes.size() * 3 * static_cast<size_t>(kernels::CoefficientStride(d[0], d[1], d[2]));
+}
+
+size_t ResultBytes(const DeformPlan& plan) {
+  constexpr size_t kPads = 3 * 256;
+  return kPads + (plan.chunk_count() + 1) * sizeof(uint64_t) +
+         plan.chunk_count() * limits::kPatchesPerChunk * sizeof(uint16_t);
+}
+
+int BitsOf(const ViewSpec& spec) {
+  return spec.format == VertexFormat::kQuantised ? spec.position_bits : 0;
+}
+
+kernels::LaneFormat WireFormat(const ViewSpec& spec) {
+  if (spec.format == VertexFormat::kFloat32) return kernels::LaneFormat::kFloat32;
+  const bool wide = spec.normals != NormalMode::kNone && spec.normal_bits > 8;
+  return wide ? kernels::LaneFormat::kQuantised16 : kernels::LaneFormat::kQuantised8;
+}
+
+// The units of the polynomials in world units.
+double UnitsPerWorld(const ViewSpec& spec, const QuantisationBox& box) {
+  return spec.format == VertexFormat::kQuantised ? 1 / box.range : 1;
+}
+
+}  // namespace
+
+absl::StatusOr<uint64_t> CudaAdaptiveEvaluator::DeviceBytesFor(const DeformPlan& plan,
+                                                               const ViewSpec& spec) {
+  LATTICED_ASSIGN_OR_RETURN(const uint64_t memory, AdaptiveMemory::BytesFor(plan));
+  return memory + CudaFrame::DeviceBytesFor(plan, false) +
+         (FloatsOfPolynomials(plan) + plan.boxes.size()) * sizeof(float) +
+         FirstCapacity(plan, spec) * BytesPerPoint(spec);
+}
+
+uint64_t CudaAdaptiveEvaluator::HostBytesFor(const DeformPlan& plan) {
+  constexpr uint64_t kRounding = 2;  // pinned blocks are powers of two
+  constexpr uint64_t kFramePointBytes = 32, kFrameChunkBytes = 16;
+  const auto points = static_cast<uint64_t>(plan.structure.control_point_count());
+  return (kRounding + 1) * ResultBytes(plan) +
+         kRounding * (kFramePointBytes * points + kFrameChunkBytes * plan.chunk_count()) +
+         plan.chunk_count() * sizeof(uint32_t);
+}
+
+absl::StatusOr<std::unique_ptr<CudaAdaptiveEvaluator>> CudaAdaptiveEvaluator::Create(
+    std::shared_ptr<const DeformPlan> plan, std::shared_ptr<DevicePlan> device_plan,
+    const ViewSpec& spec, std::shared_ptr<CudaContext> context, std::shared_ptr<CudaLane> lane,
+    DeviceReservation& from) {
+  const cudaStream_t stream = lane->stream().get();
+  LATTICED_ASSIGN_OR_RETURN(const auto tables,
+                            device_plan->Tables(spec.normals == NormalMode::kSmooth, from));
+  LATTICED_ASSIGN_OR_RETURN(auto frame, CudaFrame::Create(plan, nullptr, *context, lane, from));
+  const auto floats = [&](size_t count) {
+    return DeviceBuffer<float>::Create(from, "box_polynomials", count, stream);
+  };
+  LATTICED_ASSIGN_OR_RETURN(auto coefficients, floats(FloatsOfPolynomials(*plan)));
+  LATTICED_ASSIGN_OR_RETURN(auto cofactor_bounds, floats(plan->boxes.size()));
+  LATTICED_ASSIGN_OR_RETURN(auto memory, AdaptiveMemory::Create(*plan, from, stream));
+  const size_t vertex_bytes = FirstCapacity(*plan, spec) * BytesPerPoint(spec);
+  LATTICED_ASSIGN_OR_RETURN(auto vertices,
+                            DeviceBuffer<uint8_t>::Create(from, "vertices", vertex_bytes, stream));
+  LATTICED_ASSIGN_OR_RETURN(auto results, context->pinned().Borrow(ResultBytes(*plan)));
+  LATTICED_ASSIGN_OR_RETURN(auto read_back, CudaEvent::Create());
+  const bool is_empty = plan->patches.empty();
+  std::unique_ptr<CudaAdaptiveEvaluator> evaluator(new CudaAdaptiveEvaluator(
+      std::move(plan), std::move(device_plan), spec, std::move(context), std::move(lane), tables,
+      {std::move(frame), std::move(coefficients), std::move(cofactor_bounds), std::move(memory),
+       std::move(vertices), std::move(results), std::move(read_back)}));
+  if (is_empty) return evaluator;
+  LATTICED_RETURN_IF_ERROR(
+      evaluator->Launch(kernels::ReachCall(evaluator->LaunchFor({}, {})), "reach"));
+  return evaluator;
+}
+
+CudaAdaptiveEvaluator::CudaAdaptiveEvaluator(std::shared_ptr<const DeformPlan> plan,
+                                             std::shared_ptr<DevicePlan> device_plan,
+                                             const ViewSpec& spec,
+                                             std::shared_ptr<CudaContext> context,
+                                             std::shared_ptr<CudaLane> lane,
+                                             const kernels::PlanTables& tables, Parts parts)
+    : plan_(std::move(plan)),
+      device_plan_(std::move(device_plan)),
+      spec_(spec),
+      context_(std::move(context)),
+      lane_(std::move(lane)),
+      tables_(tables),
+      most_points_(MostPoints(*plan_, spec)),
+      parts_(std::move(parts)),
+      codes_(plan_->chunk_count() * limits::kPatchesPerChunk),
+      chunk_first_(plan_->chunk_count() + 1) {}
+
+absl::Status CudaAdaptiveEvaluator::Launch(kernels::KernelCall call, std::string_view stage) const {
+  LATTICED_RETURN_IF_ERROR(CudaStatus(call.Launch(stream()), "an evaluation"));
+  lane_->Enqueued(stage);
+  return absl::OkStatus();
+}
+
+kernels::AdaptiveLaunch CudaAdaptiveEvaluator::LaunchFor(const QuantisationBox& box,
+                                                         std::span<const uint32_t> chunks) const {
+  const bool floats = spec_.format == VertexFormat::kFloat32;
+  return {
+      .fused = {.plan = tables_,
+                .tables = device_plan_->fused_tables(),
+                .polynomials = {.scale = UnitsPerWorld(spec_, box),
+                                .offset = floats ? Vec3d{}
+                                                 : (plan_->local_origin - box.origin) / box.range,
+                                .coefficients = parts_.coefficients.data(),
+                                .cofactor_bounds = parts_.cofactor_bounds.data()},
+                .control_points = parts_.frame.control_points().data,
+                .attached = parts_.frame.attached().data,
+                .chunks = parts_.frame.chunks(),
+                .chunk_count = static_cast<uint32_t>(chunks.size()),
+                .blocks = {},
+                .patch_count = static_cast<uint32_t>(plan_->patches.size()),
+                .segments = 0,
+                .normals = NormalsOf(spec_.normals),
+                .output = {.format = WireFormat(spec_),
+                           .top = static_cast<float>((uint32_t{1} << spec_.position_bits) - 1),
+                           .normal_bits = spec_.normal_bits,
+                           .vertices = parts_.vertices.data(),
+                           .second_plane = nullptr}},
+      .tables = parts_.memory.tables(),
+      .state = parts_.memory.state(),
+      .plan_chunks = static_cast<uint32_t>(plan_->chunk_count()),
+      .tolerance = 0,
+      .most_points = std::min(most_points_, capacity())};
+}
+
+absl::Status CudaAdaptiveEvaluator::Evaluate(std::span<const Vec3d> control_points,
+                                             const QuantisationBox& box,
+                                             std::span<const uint32_t> chunks) {
+  also_changed_.clear();
+  if (plan_->patches.empty()) certified_error_ = PointError(box, BitsOf(spec_));
+  if (chunks.empty()) return absl::OkStatus();
+  LATTICED_RETURN_IF_ERROR(parts_.frame.Stage(control_points, chunks));
+  kernels::AdaptiveLaunch launch = LaunchFor(box, chunks);
+  LATTICED_RETURN_IF_ERROR(Bound(launch));
+  LATTICED_RETURN_IF_ERROR(parts_.memory.ClearMaxima());
+  LATTICED_RETURN_IF_ERROR(Launch(kernels::EdgeMaximaCall(launch), "maxima"));
+  const double unit = UnitsPerWorld(spec_, box);
+  double left = 0;
+  // Ends: an infinite tolerance leaves three points a patch, which any number of segments gives.
+  for (double tolerance = spec_.tolerance;; tolerance *= 2) {
+    const double before = std::exchange(left, CurvatureTolerance(tolerance, box, BitsOf(spec_)));
+    if (left == before) continue;
+    launch.tolerance = static_cast<float>(kFloatShare * left * unit);
+    LATTICED_RETURN_IF_ERROR(Choose(launch));
+    if (results().chunk_first().back() <= most_points_) break;
+    LATTICED_RETURN_IF_ERROR(parts_.memory.ClearError());
+  }
+  const uint64_t points = results().chunk_first().back();
+  if (points > capacity()) {
+    LATTICED_RETURN_IF_ERROR(Grow(points, launch));
+  }
+  certified_error_ = double{results().largest_error()} / unit + PointError(box, BitsOf(spec_));
+  TakeResults(chunks);
+  return absl::OkStatus();
+}
+
+absl::Status CudaAdaptiveEvaluator::Bound(const kernels::AdaptiveLaunch& launch) {
+  absl::Status status = Launch(parts_.frame.SendCall(), "copy");
+  if (status.ok()) {
+    const kernels::FusedLaunch& fused = launch.fused;
+    status = Launch(kernels::BoxPolynomialsCall(fused.plan, fused.tables, fused.control_points,
+                                                {nullptr, 0}, fused.polynomials),
+                    "polynomials");
+  }
+  status.Update(parts_.frame.Sent());
+  LATTICED_RETURN_IF_ERROR(status);
+  LATTICED_RETURN_IF_ERROR(Launch(kernels::SlackCall(launch), "slack"));
+  return Launch(kernels::BoundsCall(launch), "bounds");
+}
+
+absl::Status CudaAdaptiveEvaluator::Choose(const kernels::AdaptiveLaunch& launch) {
+  LATTICED_RETURN_IF_ERROR(Launch(kernels::PatternsCall(launch), "patterns"));
+  LATTICED_RETURN_IF_ERROR(Launch(kernels::ChunkPointsCall(launch), "sums"));
+  const DeviceSpan<uint8_t> scratch = parts_.memory.scan_scratch();
+  LATTICED_RETURN_IF_ERROR(
+      CudaStatus(kernels::LaunchScan(launch, scratch.data, scratch.size, stream()), "the sums"));
+  lane_->Enqueued("scan");
+  const DeviceSpan<const uint8_t> from = parts_.memory.results();
+  LATTICED_RETURN_IF_ERROR(CudaStatus(cudaMemcpyAsync(parts_.results.data(), from.data, from.size,
+                                                      cudaMemcpyDeviceToHost, stream()),
+                                      "the copy of levels"));
+  LATTICED_RETURN_IF_ERROR(parts_.read_back.Record(stream()));
+  lane_->Enqueued("results");
+  // The host goes on with the results while the device computes the points.
+  LATTICED_RETURN_IF_ERROR(Launch(kernels::PointsCall(launch), "points"));
+  return parts_.read_back.Synchronize();
+}
+
+absl::Status CudaAdaptiveEvaluator::Grow(uint64_t points, kernels::AdaptiveLaunch launch) {
+  const uint64_t room = std::min(points + points / 4, most_points_);
+  parts_.vertices = {};  // the old ones first: both together might not fit
+  LATTICED_ASSIGN_OR_RETURN(parts_.vertices,
+                            DeviceBuffer<uint8_t>::Create(context_->memory(), "vertices",
+                                                          room * BytesPerPoint(spec_), stream()));
+  launch.fused.output.vertices = parts_.vertices.data();
+  launch.most_points = room;
+  return Launch(kernels::PointsCall(launch), "points");
+}
+
+void CudaAdaptiveEvaluator::TakeResults(std::span<const uint32_t> named) {
+  constexpr size_t kPatches = limits::kPatchesPerChunk;
+  const AdaptiveResults now = results();
+  std::ranges::copy(now.chunk_first(), chunk_first_.begin());
+  size_t next = 0;
+  for (uint32_t chunk = 0; chunk < plan_->chunk_count(); ++chunk) {
+    const auto codes = now.codes().subspan(chunk * kPatches, kPatches);
+    const std::span known = std::span(codes_).subspan(chunk * kPatches, kPatches);
+    const bool is_named = next < named.size() && named[next] == chunk;
+    if (is_named) ++next;
+    if (std::ranges::equal(codes, known)) continue;
+    std::ranges::copy(codes, known.begin());
+    if (!is_named) also_changed_.push_back(chunk);
+  }
+}
+
+std::span<const uint16_t> CudaAdaptiveEvaluator::Patterns(uint32_t chunk) const {
+  const auto [first, last] = plan_->ChunkPatches(chunk);
+  return std::span(codes_).subspan(first, last - first);
+}
+
+DeviceSpan<const uint8_t> CudaAdaptiveEvaluator::Vertices(uint32_t first, uint32_t last) const {
+  const size_t bytes = BytesPerPoint(spec_);
+  return {parts_.vertices.data() + chunk_first_[first] * bytes,
+          (chunk_first_[last] - chunk_first_[first]) * bytes};
+}
+
+MemoryUse CudaAdaptiveEvaluator::memory() const {
+  return {{"device_box_polynomials",
+           parts_.coefficients.size_bytes() + parts_.cofactor_bounds.size_bytes()},
+          {"device_levels", parts_.memory.size_bytes()},
+          {"device_vertices", parts_.vertices.size_bytes()},
+          {"device_staging", parts_.frame.DeviceBytes()},
+          {"levels", codes_.size() * sizeof(uint16_t) + chunk_first_.size() * sizeof(uint64_t)},
+          {"staging", parts_.results.size() + parts_.frame.PinnedBytes()}};
+}
+
+}  // namespace latticed

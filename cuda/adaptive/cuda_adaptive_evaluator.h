@@ -1,0 +1,104 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The fused pipeline of a view with a tolerance on the device. Twin of core/cpu/adaptive/adaptive_evaluator.h. An
+// evaluation runs the kernels of adaptive_kernels.h one after the other, reads their results back once and waits for
+// these, not for the vertices. It bounds the named chunks; levels, patterns and points are those of all patches.
+//
+// The tolerance is doubled until the view has at most as many points as spec.segments would give: a turn of the kernels
+// after the bounds, and a read-back, for each doubling. It is doubled from the start at each evaluation, so that the
+// result depends on the control points and the box alone.
+//
+// Vertices get memory for the points that there are and a quarter more. An evaluation that has more points allocates
+// anew, and runs the last kernel again.
+//
+// In float32, the error of a pattern is rounded by less than kFloatShare allows for.
+//
+// Errors   those of cuda_frame.h and device_buffer.h; kResourceExhausted where the vertices do not fit
+// Threads  one at a time, on the lane
+#ifndef LATTICED_CUDA_ADAPTIVE_CUDA_ADAPTIVE_EVALUATOR_H_
+#define LATTICED_CUDA_ADAPTIVE_CUDA_ADAPTIVE_EVALUATOR_H_
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "core/backend.h"
+#include "cuda/adaptive/adaptive_memory.h"
+#include "cuda/device/pinned_memory.h"
+#include "cuda/plan/device_plan.h"
+#include "cuda/view/cuda_frame.h"
+
+namespace latticed {
+
+class CudaAdaptiveEvaluator {
+ public:
+  // spec.tolerance is above 0; `device_plan` was made for kFused. Takes DeviceBytesFor, and the plan's BytesToCome, from
+  // the reservation.
+  [[nodiscard]] static absl::StatusOr<std::unique_ptr<CudaAdaptiveEvaluator>> Create(
+      std::shared_ptr<const DeformPlan> plan, std::shared_ptr<DevicePlan> device_plan,
+      const ViewSpec& spec, std::shared_ptr<CudaContext> context, std::shared_ptr<CudaLane> lane,
+      DeviceReservation& from);
+  static absl::StatusOr<uint64_t> DeviceBytesFor(const DeformPlan& plan, const ViewSpec& spec);
+  // The most that HostBytes can be.
+  static uint64_t HostBytesFor(const DeformPlan& plan);
+
+  // As DeformView's. Waits for the results.
+  [[nodiscard]] absl::Status Evaluate(std::span<const Vec3d> control_points,
+                                      const QuantisationBox& box, std::span<const uint32_t> chunks);
+  std::span<const uint32_t> also_changed() const { return also_changed_; }
+  std::span<const uint16_t> Patterns(uint32_t chunk) const;
+  double certified_error() const { return certified_error_; }
+
+  // The vertices of chunks [first, last), which lie one after the other. The stream may still compute them.
+  DeviceSpan<const uint8_t> Vertices(uint32_t first, uint32_t last) const;
+
+  MemoryUse memory() const;
+
+ private:
+  struct Parts {
+    CudaFrame frame;
+    DeviceBuffer<float> coefficients, cofactor_bounds;
+    AdaptiveMemory memory;
+    DeviceBuffer<uint8_t> vertices;
+    PinnedBuffer results;
+    CudaEvent read_back;
+  };
+  CudaAdaptiveEvaluator(std::shared_ptr<const DeformPlan> plan,
+                        std::shared_ptr<DevicePlan> device_plan, const ViewSpec& spec,
+                        std::shared_ptr<CudaContext> context, std::shared_ptr<CudaLane> lane,
+                        const kernels::PlanTables& tables, Parts parts);
+
+  cudaStream_t stream() const { return lane_->stream().get(); }
+  uint64_t capacity() const { return parts_.vertices.size() / BytesPerPoint(spec_); }
+  absl::Status Launch(kernels::KernelCall call, std::string_view stage) const;
+  kernels::AdaptiveLaunch LaunchFor(const QuantisationBox& box,
+                                    std::span<const uint32_t> chunks) const;
+  // Sends the frame, and bounds the named patches.
+  absl::Status Bound(const kernels::AdaptiveLaunch& launch);
+  // From the edges' maxima to the points, with launch.tolerance. Waits for the results.
+  absl::Status Choose(const kernels::AdaptiveLaunch& launch);
+  // Allocates vertices for so many points, and computes them.
+  absl::Status Grow(uint64_t points, kernels::AdaptiveLaunch launch);
+  void TakeResults(std::span<const uint32_t> named);
+  AdaptiveResults results() const { return {*plan_, parts_.results.data()}; }
+
+  const std::shared_ptr<const DeformPlan> plan_;
+  const std::shared_ptr<DevicePlan> device_plan_;
+  const ViewSpec spec_;
+  const std::shared_ptr<CudaContext> context_;
+  const std::shared_ptr<CudaLane> lane_;
+  const kernels::PlanTables tables_;
+  const uint64_t most_points_;
+  Parts parts_;
+  // Of the last evaluation.
+  std::vector<uint16_t> codes_;        // by patch, padded to whole chunks
+  std::vector<uint64_t> chunk_first_;  // the first point of each chunk, then the number of points
+  std::vector<uint32_t> also_changed_;
+  double certified_error_ = 0;
+};
+
+}  // namespace latticed
+
+#endif  // LATTICED_CUDA_ADAPTIVE_CUDA_ADAPTIVE_EVALUATOR_H_
