@@ -11,6 +11,7 @@
 #include <tuple>
 
 #include "core/adaptive/adaptive_pattern.h"
+#include "core/adaptive/edge_levels.h"
 #include "core/codec/draco_decode.h"
 #include "core/ffd/dirty_set.h"
 #include "fmt/format.h"
@@ -134,6 +135,36 @@ double LargestDistance(const DeformPlan& plan, std::span<const Vec3d> control_po
   return largest;
 }
 
+// At each point of each pattern: the position is within the point error, the normal as tests/support/definition.h says.
+void ExpectPointsOfTheDefinition(const DeformPlan& plan, std::span<const Vec3d> control_points,
+                                 const ViewSpec& spec, const QuantisationBox& box,
+                                 std::span<const uint16_t> codes,
+                                 std::span<const ViewPoint> points) {
+  const DirectFfd definition(plan, control_points);
+  const auto kind =
+      spec.normals == NormalMode::kSmooth ? DirectFfd::Normal::kSmooth : DirectFfd::Normal::kFacet;
+  const int bits = spec.format == VertexFormat::kQuantised ? spec.position_bits : 0;
+  const double rounding = RoundingOf(spec, box).normal;
+  size_t i = 0;
+  for (size_t p = 0; p < plan.patches.size(); ++p) {
+    const AdaptivePattern& pattern = PatternOf(codes[p]);
+    for (size_t k = 0; k < pattern.points.size(); ++k, ++i) {
+      std::array<double, 3> at{};
+      for (size_t a = 0; a < 3; ++a) {
+        at[a] = static_cast<double>(pattern.points[k][a]) / pattern.denominator;
+      }
+      const auto exact = definition.Evaluate(p, at, kind);
+      ASSERT_LE(Norm(points[i].position - exact.position), PointError(box, bits))
+          << "patch " << p << ", point " << k;
+      ASSERT_NEAR(Norm(points[i].normal), 1, kUnitTolerance);
+      if (exact.kappa > kMostKappa) continue;
+      ASSERT_LE(Angle(points[i].normal, exact.normal), kFusedNormal * exact.kappa + rounding)
+          << "patch " << p << ", point " << k;
+    }
+  }
+  EXPECT_EQ(i, points.size());
+}
+
 class Tolerance : public BackendTest {};
 
 TEST_P(Tolerance, TrianglesAreWithinTheCertificateAndTheTolerance) {
@@ -159,6 +190,37 @@ TEST_P(Tolerance, TrianglesAreWithinTheCertificateAndTheTolerance) {
         EXPECT_LE(view->certified_error(), spec.tolerance);
         EXPECT_LE(distance, view->certified_error());
         EXPECT_EQ(CountCracksBetween(*plan, points, watched.Codes(), vertices), 0u);
+      }
+    }
+  }
+}
+
+TEST_P(Tolerance, PointsOfAllDegreesAreThoseOfTheDefinition) {
+  for (int mix = 0; mix < 27; ++mix) {
+    PolygonMesh mesh = TorusMesh(6, 5);
+    const std::array<int, 3> degree{1 + mix % 3, 1 + mix / 3 % 3, 1 + mix / 9};
+    const LatticeStructure structure =
+        MakeStructure(mesh.ComputeBounds(), {.degree = degree, .extra = {1, 2, 1}, .scale = 0.8});
+    const Plan plan = MakeTestPlan(std::move(mesh), structure);
+    const std::vector<Vec3d> points = Jitter(structure, 0.1, kSeed);
+    const QuantisationBox box = BoxFor(*plan, points);
+    for (const NormalMode normals : {NormalMode::kFacet, NormalMode::kSmooth}) {
+      for (const int normal_bits : {0, 8, 12}) {  // 0: floats
+        SCOPED_TRACE(fmt::format(
+            "degree {} {} {}, {} normals, {} bits, seed {}", degree[0], degree[1], degree[2],
+            normals == NormalMode::kSmooth ? "smooth" : "facet", normal_bits, kSeed));
+        ViewSpec spec{.segments = 32, .tolerance = 1e-3 * box.range, .normals = normals};
+        spec.position_bits = 16;
+        if (normal_bits == 0) spec.format = VertexFormat::kFloat32;
+        if (normal_bits > 0) spec.normal_bits = normal_bits;
+        const auto view = MakeView(plan, spec);
+        ASSERT_NE(view, nullptr);
+        ASSERT_OK(view->Evaluate(points, box, AllChunks(*plan)));
+        Watched watched(*plan);
+        watched.TakeAll(*plan, *view);
+
+        ExpectPointsOfTheDefinition(*plan, points, spec, box, watched.Codes(),
+                                    Decode(*plan, spec, box, watched.chunks));
       }
     }
   }
