@@ -12,6 +12,7 @@
 
 #include "core/adaptive/adaptive_pattern.h"
 #include "core/adaptive/edge_levels.h"
+#include "core/base/error.h"
 #include "core/codec/draco_decode.h"
 #include "core/ffd/dirty_set.h"
 #include "fmt/format.h"
@@ -353,6 +354,22 @@ TEST_P(Tolerance, StockDecodersReadChunksOfDifferentSizes) {
       ASSERT_OK(decoded);
       EXPECT_EQ(decoded->face_count(), triangles);
     }
+  }
+}
+
+TEST_P(Tolerance, OtherPipelinesRefuseIt) {
+  PolygonMesh mesh = TorusMesh(5, 4);
+  const LatticeStructure structure = MakeStructure(mesh.ComputeBounds(), {});
+  const Plan plan = MakeTestPlan(std::move(mesh), structure);
+  for (const Pipeline pipeline : {Pipeline::kGemm, Pipeline::kGemm12, Pipeline::kControlNet}) {
+    SCOPED_TRACE(PipelineName(pipeline));
+    ASSERT_OK_AND_ASSIGN(const auto target, backend_->Prepare(plan, pipeline));
+
+    const auto view = target->CreateView({.tolerance = 1e-3});
+
+    ASSERT_THAT(view, StatusIs(absl::StatusCode::kInvalidArgument));
+    EXPECT_EQ(error::DetailsOf(view.status()).reason, "UNSUPPORTED");
+    EXPECT_EQ(error::DetailsOf(view.status()).field, "view.tolerance");
   }
 }
 

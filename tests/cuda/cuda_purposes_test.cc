@@ -25,6 +25,13 @@ class CudaPurposes : public CudaTest {
       if (purpose.starts_with(kDevicePurpose)) sum[purpose.substr(kDevicePurpose.size())] += bytes;
     }
   }
+  static void ExpectUse(const Backend& backend, const MemoryUse& sum) {
+    const DeviceState state = backend.devices().front();
+    EXPECT_EQ(state.use, sum);
+    uint64_t bytes = 0;
+    for (const auto& [purpose, size] : sum) bytes += size;
+    EXPECT_EQ(state.free_bytes, kBudget - bytes);
+  }
 };
 
 TEST_F(CudaPurposes, TheDeviceReportsTheSumOfAllPurposes) {
@@ -46,12 +53,28 @@ TEST_F(CudaPurposes, TheDeviceReportsTheSumOfAllPurposes) {
     AddDevicePart(view->memory(), sum);
     EXPECT_EQ(target->device_use(), (DeviceUse{{0, sum.at("plan")}}));
     if (!fused) sum["gemm_workspace"] = 4 * kMiB;  // belongs to the lane, not to a scene
-    const DeviceState state = backend->devices().front();
-    EXPECT_EQ(state.use, sum);
-    uint64_t bytes = 0;
-    for (const auto& [purpose, size] : sum) bytes += size;
-    EXPECT_EQ(state.free_bytes, kBudget - bytes);
+    ExpectUse(*backend, sum);
   }
+}
+
+TEST_F(CudaPurposes, TheDeviceReportsTheSumOfAllPurposesOfAViewWithATolerance) {
+  const QuantisationBox box = BoxFor(*plan_, points_);
+  ASSERT_OK_AND_ASSIGN(const auto backend, MakeCudaBackend({.memory_bytes = kBudget}));
+  ASSERT_OK_AND_ASSIGN(const auto target, backend->Prepare(plan_, Pipeline::kFused));
+  ASSERT_OK_AND_ASSIGN(const auto view, target->CreateView({.segments = 32,
+                                                            .tolerance = 1e-5 * box.range,
+                                                            .normals = NormalMode::kSmooth,
+                                                            .position_bits = 16}));
+  const uint64_t vertices = view->memory().at("device_vertices");
+
+  ASSERT_OK(view->Evaluate(points_, box, AllChunks(*plan_)));
+  ASSERT_OK(view->Encode(AllChunks(*plan_), Encoding::kQuantised));
+
+  EXPECT_GT(view->memory().at("device_vertices"), vertices) << "it has more points than room";
+  MemoryUse sum;
+  AddDevicePart(target->memory(), sum);
+  AddDevicePart(view->memory(), sum);
+  ExpectUse(*backend, sum);
 }
 
 }  // namespace

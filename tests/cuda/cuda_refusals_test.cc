@@ -19,7 +19,7 @@ namespace {
 // Two of these are the first to need the plan's normals.
 const std::array kRefusalSpecs{
     ViewSpec{.segments = 4, .normals = NormalMode::kSmooth},
-    ViewSpec{.segments = 32, .normal_bits = 12},
+    ViewSpec{.segments = 32, .normal_bits = 12}, ViewSpec{.segments = 32, .tolerance = 1e-4},
     ViewSpec{.segments = 7, .normals = NormalMode::kSmooth, .format = VertexFormat::kFloat32}};
 
 class CudaRefusals : public CudaTest {
@@ -71,7 +71,9 @@ TEST_F(CudaRefusals, APlanThatDoesNotFitIsRefusedBeforeAnythingIsAllocated) {
 TEST_F(CudaRefusals, AViewThatDoesNotFitIsRefusedBeforeAnythingIsAllocated) {
   for (const Pipeline pipeline : kPipelines) {
     for (const ViewSpec& spec : kRefusalSpecs) {
-      SCOPED_TRACE(fmt::format("{}, {} segments", PipelineName(pipeline), spec.segments));
+      if (spec.tolerance > 0 && pipeline != Pipeline::kFused) continue;  // no such view
+      SCOPED_TRACE(fmt::format("{}, {} segments, tolerance {}", PipelineName(pipeline),
+                               spec.segments, spec.tolerance));
       const FirstView first = MakeFirstView(pipeline, spec);
       ASSERT_GT(first.view_bytes, pipeline == Pipeline::kFused ? 0 : 4 * kMiB);
       ASSERT_OK_AND_ASSIGN(const auto enough,
@@ -94,6 +96,29 @@ TEST_F(CudaRefusals, AViewThatDoesNotFitIsRefusedBeforeAnythingIsAllocated) {
       EXPECT_EQ(enough->devices().front().free_bytes, 0u);
     }
   }
+}
+
+// How many vertices a view with a tolerance has is known only when it is evaluated.
+TEST_F(CudaRefusals, VerticesWithAToleranceThatDoNotFitAreRefusedByEvaluate) {
+  const QuantisationBox box = BoxFor(*plan_, points_);
+  const ViewSpec spec{.segments = 32, .tolerance = 1e-5 * box.range, .position_bits = 16};
+  const FirstView first = MakeFirstView(Pipeline::kFused, spec);
+  ASSERT_OK_AND_ASSIGN(const auto small,
+                       MakeCudaBackend({.memory_bytes = first.plan_bytes + first.view_bytes}));
+  ASSERT_OK_AND_ASSIGN(const auto target, small->Prepare(plan_, Pipeline::kFused));
+  const uint64_t free_before = small->devices().front().free_bytes;
+  {
+    ASSERT_OK_AND_ASSIGN(const auto view, target->CreateView(spec));
+    for (int turn = 0; turn < 2; ++turn) {
+      EXPECT_THAT(view->Evaluate(points_, box, AllChunks(*plan_)),
+                  StatusIs(absl::StatusCode::kResourceExhausted));
+    }
+  }
+  EXPECT_EQ(small->devices().front().free_bytes, free_before);
+  // Three vertices a patch have room.
+  const ViewSpec coarse{.segments = 32, .tolerance = box.range};
+  ASSERT_OK_AND_ASSIGN(const auto fits, target->CreateView(coarse));
+  EXPECT_OK(fits->Evaluate(points_, box, AllChunks(*plan_)));
 }
 
 TEST_F(CudaRefusals, ControlNetsThatDoNotFitAreRefusedBeforeAnythingIsAllocated) {
