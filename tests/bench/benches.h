@@ -33,6 +33,7 @@ void RegisterFairnessBenches();   // latency of a small scene beside a huge one
 void RegisterGpuBenches(bool large);
 // RegisterGpuBenches calls these three.
 void RegisterGpuEditBenches();
+void RegisterGpuToleranceBenches();
 void RegisterGpuEncodeBenches();
 // One scene on one, two and four devices. Reports counts that the machine lacks on stderr.
 void RegisterGpuDevicesBenches(bool large);

@@ -263,6 +263,7 @@ void RegisterGpuBenches(bool large) {
   RegisterShapes();
   RegisterPlanMemory();
   RegisterGpuEditBenches();
+  RegisterGpuToleranceBenches();
   RegisterGpuEncodeBenches();
   RegisterScale(large);
   RegisterGpuDevicesBenches(large);

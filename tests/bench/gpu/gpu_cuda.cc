@@ -8,6 +8,7 @@
 
 #include "core/base/status_macros.h"
 #include "core/view/spanned_view.h"
+#include "cuda/adaptive/cuda_adaptive_view.h"
 #include "cuda/cuda_backend.h"
 #include "cuda/view/cuda_view.h"
 #include "tests/bench/gpu/gpu.h"
@@ -39,6 +40,7 @@ void Await(const CudaLane& lane) {
 }
 
 CudaLane& LaneOf(DeformView& view) {
+  if (auto* const adaptive = dynamic_cast<CudaAdaptiveView*>(&view)) return adaptive->lane();
   auto* const cuda_view = dynamic_cast<CudaView*>(&view);
   if (cuda_view == nullptr) CheckOk(absl::InternalError("not a view of the CUDA backend"));
   return cuda_view->lane();
