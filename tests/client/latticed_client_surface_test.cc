@@ -254,16 +254,16 @@ TEST(AssembleMesh, CarriesUvsAndGroups) {
       provenance.add_barycentrics(b);
   }
 
-  auto mesh = AssembleMesh(surface.topology(), *surface.Decode());
+  auto mesh = AssembleMesh(surface.Layouts().value(), surface.Decode().value());
   ASSERT_OK(mesh);
-  ASSERT_OK(CarryAttributes(source, surface.topology(), provenance, &*mesh));
+  ASSERT_OK(CarryAttributes(source, surface.Layouts().value(), provenance, &*mesh));
 
   EXPECT_EQ(mesh->triangles, (std::vector<std::array<uint32_t, 3>>{{0, 1, 2}, {3, 4, 5}}));
   EXPECT_EQ(mesh->uvs[1], (Vec2f{0.5f, 0}));
   EXPECT_EQ(mesh->uvs[5], (Vec2f{0.25f, 0.5f}));
   EXPECT_EQ(mesh->triangle_groups, (std::vector<uint32_t>{0, 0}));
   provenance.set_corners(0, 3);
-  EXPECT_THAT(CarryAttributes(source, surface.topology(), provenance, &*mesh),
+  EXPECT_THAT(CarryAttributes(source, surface.Layouts().value(), provenance, &*mesh),
               StatusIs(absl::StatusCode::kDataLoss));
 }
 

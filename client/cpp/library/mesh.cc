@@ -14,9 +14,9 @@ absl::Status Contradiction() {
   return absl::DataLossError("the topology contradicts the points or the mesh");
 }
 
-absl::Status CheckProvenance(const PolygonMesh& source, const v1::Topology& topology,
+absl::Status CheckProvenance(const PolygonMesh& source, size_t patch_count,
                              const v1::TopologyPart& provenance) {
-  const auto patches = static_cast<int64_t>(topology.patch_count());
+  const auto patches = static_cast<int64_t>(patch_count);
   if (provenance.faces_size() != patches || provenance.corners_size() != 3 * patches ||
       provenance.barycentrics_size() != 9 * patches) {
     return Contradiction();
@@ -48,19 +48,19 @@ std::array<Vec2f, 3> PatchUvs(const PolygonMesh& source, const v1::TopologyPart&
   return result;
 }
 
-void CarryUvs(const PolygonMesh& source, const v1::Topology& topology,
+void CarryUvs(const PolygonMesh& source, std::span<const PatchLayout> layouts,
               const v1::TopologyPart& provenance, TriangleMesh* mesh) {
-  const auto& pattern = topology.pattern().points();
-  const float scale = 1.0f / static_cast<float>(topology.segments());
-  mesh->uvs.reserve(topology.point_count());
+  mesh->uvs.reserve(mesh->positions.size());
   for (int patch = 0; patch < provenance.faces_size(); ++patch) {
     const std::array<Vec2f, 3> corner = PatchUvs(source, provenance, patch);
-    for (int p = 0; p + 2 < pattern.size(); p += 3) {
+    const PatchLayout& layout = layouts[static_cast<size_t>(patch)];
+    const float scale = 1.0f / static_cast<float>(layout.denominator);
+    for (size_t p = 0; p < layout.points.size(); p += 3) {
       Vec2f uv;
-      for (int c = 0; c < 3; ++c) {
-        const float weight = static_cast<float>(pattern[p + c]) * scale;
-        uv.x += weight * corner[static_cast<size_t>(c)].x;
-        uv.y += weight * corner[static_cast<size_t>(c)].y;
+      for (size_t c = 0; c < 3; ++c) {
+        const float weight = static_cast<float>(layout.points[p + c]) * scale;
+        uv.x += weight * corner[c].x;
+        uv.y += weight * corner[c].y;
       }
       mesh->uvs.push_back(uv);
     }
@@ -69,40 +69,40 @@ void CarryUvs(const PolygonMesh& source, const v1::Topology& topology,
 
 }  // namespace
 
-absl::StatusOr<TriangleMesh> AssembleMesh(const v1::Topology& topology, DecodedPoints points) {
-  const auto& pattern = topology.pattern();
-  const auto points_per_patch = static_cast<uint32_t>(pattern.points_size() / 3);
-  if (points.positions.size() != topology.point_count() ||
-      topology.point_count() != topology.patch_count() * points_per_patch) {
-    return Contradiction();
+absl::StatusOr<TriangleMesh> AssembleMesh(std::span<const PatchLayout> layouts,
+                                          DecodedPoints points) {
+  size_t point_count = 0, triangle_count = 0;
+  for (const PatchLayout& layout : layouts) {
+    point_count += layout.point_count();
+    triangle_count += layout.triangle_count();
   }
-  for (const uint32_t point : pattern.triangles()) {
-    if (point >= points_per_patch) return Contradiction();
-  }
+  if (points.positions.size() != point_count) return Contradiction();
   TriangleMesh mesh;
   mesh.positions = std::move(points.positions);
   mesh.normals = std::move(points.normals);
-  mesh.triangles.reserve(topology.triangle_count());
-  for (uint64_t patch = 0; patch < topology.patch_count(); ++patch) {
-    const auto first = static_cast<uint32_t>(patch * points_per_patch);
-    for (int t = 0; t + 2 < pattern.triangles_size(); t += 3) {
-      mesh.triangles.push_back({first + pattern.triangles(t), first + pattern.triangles(t + 1),
-                                first + pattern.triangles(t + 2)});
+  mesh.triangles.reserve(triangle_count);
+  uint32_t first = 0;
+  for (const PatchLayout& layout : layouts) {
+    const std::span<const uint32_t> corners = layout.triangles;
+    for (size_t t = 0; t < corners.size(); t += 3) {
+      mesh.triangles.push_back(
+          {first + corners[t], first + corners[t + 1], first + corners[t + 2]});
     }
+    first += static_cast<uint32_t>(layout.point_count());
   }
   return mesh;
 }
 
-absl::Status CarryAttributes(const PolygonMesh& source, const v1::Topology& topology,
+absl::Status CarryAttributes(const PolygonMesh& source, std::span<const PatchLayout> layouts,
                              const v1::TopologyPart& provenance, TriangleMesh* mesh) {
-  LATTICED_RETURN_IF_ERROR(CheckProvenance(source, topology, provenance));
-  if (source.has_uvs()) CarryUvs(source, topology, provenance, mesh);
+  LATTICED_RETURN_IF_ERROR(CheckProvenance(source, layouts.size(), provenance));
+  if (source.has_uvs()) CarryUvs(source, layouts, provenance, mesh);
   if (source.face_groups.empty()) return absl::OkStatus();
   mesh->group_names = source.group_names;
-  const size_t triangles_per_patch = static_cast<size_t>(topology.pattern().triangles_size()) / 3;
   mesh->triangle_groups.reserve(mesh->triangles.size());
-  for (const uint32_t face : provenance.faces()) {
-    mesh->triangle_groups.insert(mesh->triangle_groups.end(), triangles_per_patch,
+  for (size_t patch = 0; patch < layouts.size(); ++patch) {
+    const uint32_t face = provenance.faces(static_cast<int>(patch));
+    mesh->triangle_groups.insert(mesh->triangle_groups.end(), layouts[patch].triangle_count(),
                                  source.face_groups[face]);
   }
   return absl::OkStatus();

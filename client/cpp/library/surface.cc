@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "client/cpp/library/surface.h"
 
+#include <algorithm>
+#include <string_view>
 #include <utility>
 
 #include "core/base/status_macros.h"
@@ -14,6 +16,28 @@ size_t ChunkCount(const v1::Topology& topology) {
   size_t count = 0;
   for (const auto& run : topology.chunk_runs()) count += run.chunk_count();
   return count;
+}
+
+// The codes of Chunk.levels, which are little endian.
+size_t CodeCount(std::string_view levels) { return levels.size() / 2; }
+uint32_t CodeAt(std::string_view levels, size_t patch) {
+  const auto byte = [&](size_t i) { return uint32_t{static_cast<uint8_t>(levels[i])}; };
+  return byte(2 * patch) | byte(2 * patch + 1) << 8;
+}
+
+template <typename Pattern>
+absl::StatusOr<PatchLayout> LayoutOf(const Pattern& pattern, double denominator) {
+  const auto span_of = [](const auto& numbers) {
+    return std::span<const uint32_t>(numbers.data(), static_cast<size_t>(numbers.size()));
+  };
+  const PatchLayout layout{denominator, span_of(pattern.points()), span_of(pattern.triangles())};
+  const bool whole = layout.points.size() % 3 == 0 && layout.triangles.size() % 3 == 0;
+  const bool inside = std::ranges::all_of(
+      layout.triangles, [&](uint32_t point) { return point < layout.point_count(); });
+  if (!(denominator > 0) || !whole || !inside) {
+    return absl::DataLossError("a pattern contradicts itself");
+  }
+  return layout;
 }
 
 }  // namespace
@@ -29,6 +53,9 @@ absl::StatusOr<std::optional<CompleteUpdate>> Surface::Apply(v1::SceneEvent even
       break;
     case v1::SceneEvent::kTopology:
       announced_[event.topology().topology_id()] = event.topology();
+      break;
+    case v1::SceneEvent::kPatterns:
+      status = TakePatterns(std::move(*event.mutable_patterns()));
       break;
     case v1::SceneEvent::kQuantisation:
       quantisation_ = std::make_shared<const v1::Quantisation>(event.quantisation());
@@ -63,7 +90,7 @@ double Surface::progress() const {
 
 uint64_t Surface::bytes() const {
   uint64_t sum = 0;
-  for (const HeldChunk& chunk : chunks_) sum += chunk.data.size();
+  for (const HeldChunk& chunk : chunks_) sum += chunk.data.size() + chunk.levels.size();
   return sum;
 }
 
@@ -86,6 +113,24 @@ absl::Status Surface::TakeDelta(const v1::LatticeDelta& delta) {
   return absl::OkStatus();
 }
 
+absl::Status Surface::TakePatterns(v1::Patterns patterns) {
+  for (v1::PatchPattern& pattern : *patterns.mutable_patterns()) {
+    LATTICED_RETURN_IF_ERROR(LayoutOf(pattern, pattern.denominator()).status());
+    // A pattern that is here already stays, because layouts may refer to it.
+    patterns_.try_emplace(pattern.code(), std::move(pattern));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status Surface::CheckLevels(const v1::Chunk& chunk) const {
+  for (size_t i = 0; i < CodeCount(chunk.levels()); ++i) {
+    if (!patterns_.contains(CodeAt(chunk.levels(), i))) {
+      return absl::DataLossError("chunks name a pattern that was not sent");
+    }
+  }
+  return absl::OkStatus();
+}
+
 absl::Status Surface::TakeChunks(v1::Chunks chunks) {
   if (!begin_.has_value() || begin_->update_id() != chunks.update_id()) {
     return absl::DataLossError("chunks came outside of their update");
@@ -95,9 +140,11 @@ absl::Status Surface::TakeChunks(v1::Chunks chunks) {
   }
   begun_topology_ = chunks.topology_id();
   for (v1::Chunk& chunk : *chunks.mutable_chunks()) {
-    begun_bytes_ += chunk.data().size();
+    LATTICED_RETURN_IF_ERROR(CheckLevels(chunk));
+    begun_bytes_ += chunk.data().size() + chunk.levels().size();
     HeldChunk& held = begun_chunks_[chunk.index()];
     held.data = std::move(*chunk.mutable_data());
+    held.levels = std::move(*chunk.mutable_levels());
     held.quantisation = quantisation_;
   }
   return absl::OkStatus();
@@ -151,11 +198,60 @@ Surface::PatchRange Surface::PatchesOf(size_t chunk) const {
   return {first, 0};
 }
 
+absl::StatusOr<std::vector<PatchLayout>> Surface::Layouts() const {
+  std::vector<PatchLayout> layouts;
+  layouts.reserve(topology_.patch_count());
+  for (size_t chunk = 0; chunk < chunks_.size(); ++chunk) {
+    LATTICED_RETURN_IF_ERROR(LayoutOnto(chunk, PatchesOf(chunk).count, &layouts));
+  }
+  return layouts;
+}
+
+absl::StatusOr<std::vector<PatchLayout>> Surface::Layouts(size_t chunk) const {
+  if (chunk >= chunks_.size()) {
+    return absl::InvalidArgumentError(fmt::format("chunk {} of {}", chunk, chunks_.size()));
+  }
+  std::vector<PatchLayout> layouts;
+  LATTICED_RETURN_IF_ERROR(LayoutOnto(chunk, PatchesOf(chunk).count, &layouts));
+  return layouts;
+}
+
+absl::Status Surface::LayoutOnto(size_t chunk, uint64_t patches,
+                                 std::vector<PatchLayout>* layouts) const {
+  if (topology_.has_pattern()) {
+    LATTICED_ASSIGN_OR_RETURN(const auto layout,
+                              LayoutOf(topology_.pattern(), topology_.segments()));
+    layouts->insert(layouts->end(), patches, layout);
+    return absl::OkStatus();
+  }
+  const std::string& levels = chunks_[chunk].levels;
+  if (CodeCount(levels) != patches) {
+    return absl::DataLossError(
+        fmt::format("a chunk of {} patches has levels of {}", patches, CodeCount(levels)));
+  }
+  for (uint64_t i = 0; i < patches; ++i) {
+    const v1::PatchPattern& pattern = patterns_.at(CodeAt(levels, i));
+    LATTICED_ASSIGN_OR_RETURN(layouts->emplace_back(), LayoutOf(pattern, pattern.denominator()));
+  }
+  return absl::OkStatus();
+}
+
+uint64_t Surface::PointCount() const {
+  if (topology_.has_pattern()) return topology_.point_count();
+  uint64_t count = 0;
+  for (const HeldChunk& chunk : chunks_) {
+    for (size_t i = 0; i < CodeCount(chunk.levels); ++i) {
+      count += static_cast<uint64_t>(patterns_.at(CodeAt(chunk.levels, i)).points_size()) / 3;
+    }
+  }
+  return count;
+}
+
 absl::StatusOr<DecodedPoints> Surface::Decode() const {
   if (!complete_) return absl::FailedPreconditionError("no complete update has come yet");
   DecodedPoints points;
-  points.positions.reserve(topology_.point_count());
-  if (view_.normals() != v1::NORMAL_MODE_NONE) points.normals.reserve(topology_.point_count());
+  points.positions.reserve(PointCount());
+  if (view_.normals() != v1::NORMAL_MODE_NONE) points.normals.reserve(PointCount());
   size_t index = 0;
   for (const auto& run : topology_.chunk_runs()) {
     for (uint32_t i = 0; i < run.chunk_count(); ++i, ++index) {
@@ -180,8 +276,11 @@ absl::Status Surface::DecodeOnto(size_t chunk, uint64_t patches, DecodedPoints* 
   if (held.quantisation == nullptr) {
     return absl::DataLossError(fmt::format("chunk {} never came", chunk));
   }
-  const size_t points_per_patch = static_cast<size_t>(topology_.pattern().points_size()) / 3;
-  return DecodeChunk(held.data, patches * points_per_patch, view_, *held.quantisation, points);
+  std::vector<PatchLayout> layouts;
+  LATTICED_RETURN_IF_ERROR(LayoutOnto(chunk, patches, &layouts));
+  size_t count = 0;
+  for (const PatchLayout& layout : layouts) count += layout.point_count();
+  return DecodeChunk(held.data, count, view_, *held.quantisation, points);
 }
 
 }  // namespace latticed::client

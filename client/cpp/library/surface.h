@@ -19,6 +19,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "client/cpp/library/chunks.h"
+#include "client/cpp/library/patch_layout.h"
 #include "latticed/v1/event.pb.h"
 
 namespace latticed::client {
@@ -58,6 +59,12 @@ class Surface {
   // The patches of a chunk below chunk_count().
   PatchRange PatchesOf(size_t chunk) const;
 
+  // The layout of each patch, in the order of patches; of one chunk's patches.
+  [[nodiscard]] absl::StatusOr<std::vector<PatchLayout>> Layouts() const;
+  [[nodiscard]] absl::StatusOr<std::vector<PatchLayout>> Layouts(size_t chunk) const;
+  // The number of points of the newest complete update; 0 before it.
+  uint64_t PointCount() const;
+
   // All points of the newest complete update.
   [[nodiscard]] absl::StatusOr<DecodedPoints> Decode() const;
   // The points of one of its chunks.
@@ -65,21 +72,25 @@ class Surface {
 
  private:
   struct HeldChunk {
-    std::string data;
+    std::string data, levels;
     // The grid announced before the chunk. After a change of view the server may send the same id
     // with other bits.
     std::shared_ptr<const v1::Quantisation> quantisation;
   };
 
   absl::Status TakeDelta(const v1::LatticeDelta& delta);
+  absl::Status TakePatterns(v1::Patterns patterns);
+  absl::Status CheckLevels(const v1::Chunk& chunk) const;
   absl::Status TakeChunks(v1::Chunks chunks);
   absl::StatusOr<CompleteUpdate> TakeEnd(v1::UpdateEnd end);
-  // Appends the points of a chunk.
+  // Appends the layouts or the points of a chunk.
+  absl::Status LayoutOnto(size_t chunk, uint64_t patches, std::vector<PatchLayout>* layouts) const;
   absl::Status DecodeOnto(size_t chunk, uint64_t patches, DecodedPoints* points) const;
 
   v1::LatticeState lattice_;
   std::map<std::string, v1::Topology> announced_;  // topologies of updates to come
   std::shared_ptr<const v1::Quantisation> quantisation_;
+  std::map<uint32_t, v1::PatchPattern> patterns_;  // by code; they are the same on every stream
 
   std::optional<v1::UpdateBegin> begin_;
   std::string begun_topology_;

@@ -121,7 +121,7 @@ class SceneLoad {
     const LoadStream& first = *streams_.front();
     report->stages.Add(first.log(), edits_.batches(), first_revision_);
     report->patches += first.surface().topology().patch_count();
-    report->points += first.surface().topology().point_count();
+    report->points += first.surface().PointCount();
     report->encoding = first.surface().view().encoding();
     return absl::OkStatus();
   }

@@ -77,23 +77,27 @@ absl::Status SurfaceVerifier::Sample(const Surface& surface, size_t chunk,
                                      std::vector<Vec3d>* positions) const {
   LATTICED_ASSIGN_OR_RETURN(const auto decoded, surface.Decode(chunk));
   const Surface::PatchRange patches = surface.PatchesOf(chunk);
+  LATTICED_ASSIGN_OR_RETURN(const auto layouts, surface.Layouts(chunk));
   const size_t count = decoded.positions.size();
-  const size_t per_patch = count / patches.count;
   size_t stride = (count + kPointsPerChunk - 1) / kPointsPerChunk;
-  while (std::gcd(stride, per_patch) > 1) ++stride;  // so that all points of the pattern occur
+  // So that all points of a common pattern occur.
+  while (std::gcd(stride, layouts.front().point_count()) > 1) ++stride;
+  size_t of_chunk = 0, first = 0;
   for (size_t i = 0; i < count; i += stride) {
-    const uint64_t patch = patches.first + i / per_patch;
+    while (i - first >= layouts[of_chunk].point_count()) {
+      first += layouts[of_chunk++].point_count();
+    }
+    const uint64_t patch = patches.first + of_chunk;
     if (provenance_.on_lattice_face(static_cast<int>(patch))) continue;
     *request->mutable_surface_points()->add_points() =
-        SurfacePointOf(surface, patch, i % per_patch);
+        SurfacePointOf(layouts[of_chunk], patch, i - first);
     positions->push_back(decoded.positions[i]);
   }
   return absl::OkStatus();
 }
 
-v1::SurfacePoint SurfaceVerifier::SurfacePointOf(const Surface& surface, uint64_t patch,
+v1::SurfacePoint SurfaceVerifier::SurfacePointOf(const PatchLayout& layout, uint64_t patch,
                                                  size_t point) const {
-  const auto& pattern = surface.topology().pattern().points();
   const int p = static_cast<int>(patch);
   v1::SurfacePoint result;
   result.set_face(provenance_.faces(p));
@@ -101,8 +105,8 @@ v1::SurfacePoint SurfaceVerifier::SurfacePointOf(const Surface& surface, uint64_
     result.add_corners(provenance_.corners(3 * p + k));
     double barycentric = 0;
     for (int c = 0; c < 3; ++c) {
-      barycentric += pattern[static_cast<int>(3 * point) + c] *
-                     provenance_.barycentrics(9 * p + 3 * c + k) / surface.topology().segments();
+      barycentric += layout.points[3 * point + static_cast<size_t>(c)] *
+                     provenance_.barycentrics(9 * p + 3 * c + k) / layout.denominator;
     }
     result.add_barycentrics(std::clamp(barycentric, 0.0, 1.0));
   }

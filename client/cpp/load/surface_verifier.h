@@ -41,7 +41,7 @@ class SurfaceVerifier {
   absl::Status Sample(const Surface& surface, size_t chunk, v1::EvaluatePointsRequest* request,
                       std::vector<Vec3d>* positions) const;
   // `point` is an index into the pattern's points.
-  v1::SurfacePoint SurfacePointOf(const Surface& surface, uint64_t patch, size_t point) const;
+  v1::SurfacePoint SurfacePointOf(const PatchLayout& layout, uint64_t patch, size_t point) const;
 
   Client* const client_;
   const std::string scene_;

@@ -31,7 +31,8 @@ void PrintUpdate(const CompleteUpdate& update, const Surface& surface, bool json
                           {"headRevision", update.end.head_revision()},
                           {"chunks", update.chunk_count},
                           {"bytes", update.bytes},
-                          {"points", surface.topology().point_count()},
+                          {"certifiedError", update.end.certified_error()},
+                          {"points", surface.PointCount()},
                           {"evaluateUs", timings.evaluate_us()},
                           {"encodeUs", timings.encode_us()},
                           {"sendUs", timings.send_us()}}

@@ -30,7 +30,8 @@ absl::StatusOr<FetchedSurface> FetchSurface(Client& client, const std::string& s
   ProgressBar bar(console, "surface", ProgressBar::Unit::kNone);
   LATTICED_ASSIGN_OR_RETURN(const auto surface, client.GetUpdate(request, bar.callback()));
   LATTICED_ASSIGN_OR_RETURN(auto points, surface.Decode());
-  LATTICED_ASSIGN_OR_RETURN(auto assembled, AssembleMesh(surface.topology(), std::move(points)));
+  LATTICED_ASSIGN_OR_RETURN(const auto layouts, surface.Layouts());
+  LATTICED_ASSIGN_OR_RETURN(auto assembled, AssembleMesh(layouts, std::move(points)));
   FetchedSurface result{.mesh = std::move(assembled),
                         .patches = surface.topology().patch_count(),
                         .bytes = surface.bytes()};
@@ -40,7 +41,7 @@ absl::StatusOr<FetchedSurface> FetchSurface(Client& client, const std::string& s
   LATTICED_ASSIGN_OR_RETURN(const auto source, ParseMesh(file));
   LATTICED_ASSIGN_OR_RETURN(const auto provenance,
                             client.GetTopology(scene, surface.topology().topology_id()));
-  LATTICED_RETURN_IF_ERROR(CarryAttributes(source, surface.topology(), provenance, &result.mesh));
+  LATTICED_RETURN_IF_ERROR(CarryAttributes(source, layouts, provenance, &result.mesh));
   return result;
 }
 
