@@ -94,6 +94,11 @@ size_t PatternPoints(std::span<const uint16_t> patterns) {
   return points;
 }
 
+absl::Status CheckHasPatterns(const DeformView& view) {
+  if (!(view.spec().tolerance > 0) || !view.Patterns(0).empty()) return absl::OkStatus();
+  return error::InvalidField("view.tolerance", "this server's devices have none", "UNSUPPORTED");
+}
+
 size_t ChunkPoints(const DeformView& view, const DeformPlan& plan, uint32_t chunk) {
   const std::span<const uint16_t> patterns = view.Patterns(chunk);
   return patterns.empty() ? ChunkPoints(plan, chunk, view.spec().segments)

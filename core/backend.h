@@ -207,6 +207,8 @@ class Backend {
 [[nodiscard]] size_t ChunkPoints(const DeformPlan& plan, size_t chunk, int segments);
 // The points of patches with these patterns, PatternKey::Code of each.
 [[nodiscard]] size_t PatternPoints(std::span<const uint16_t> patterns);
+// kInvalidArgument, reason UNSUPPORTED, if an evaluated view has a tolerance and no patterns: its backend has no tolerance.
+[[nodiscard]] absl::Status CheckHasPatterns(const DeformView& view);
 // The points of a chunk of a view of `plan`, with a tolerance after Evaluate.
 [[nodiscard]] size_t ChunkPoints(const DeformView& view, const DeformPlan& plan, uint32_t chunk);
 

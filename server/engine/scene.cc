@@ -10,6 +10,7 @@
 #include "core/base/error.h"
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
+#include "server/engine/watch/view_tolerance.h"
 
 namespace latticed {
 namespace {
@@ -38,7 +39,9 @@ Scene::~Scene() = default;
 absl::StatusOr<std::shared_ptr<Scene>> Scene::Create(SceneConfig config,
                                                      const SceneContext& context, StopCheck stop) {
   LATTICED_RETURN_IF_ERROR(Validate(config.lattice));
-  LATTICED_RETURN_IF_ERROR(Validate(config.default_view.key.spec));
+  ViewSpec default_spec = config.default_view.key.spec;
+  if (default_spec.position_bits == 0) default_spec.position_bits = limits::kMaxPositionBits;
+  LATTICED_RETURN_IF_ERROR(Validate(default_spec));
   Lattice lattice = std::exchange(config.lattice, {});
   const LatticeStructure structure = lattice.structure;
   LATTICED_ASSIGN_OR_RETURN(
@@ -49,6 +52,9 @@ absl::StatusOr<std::shared_ptr<Scene>> Scene::Create(SceneConfig config,
 
   const MutexLock edit_lock(&scene->edit_mutex_);
   auto state = scene->editor_.FirstState(std::move(prepared.state), absl::Now());
+  LATTICED_RETURN_IF_ERROR(SettleTolerance(scene->config_.default_view, scene->config_.pipeline,
+                                           state->box, "default_view")
+                               .status());
   const MutexLock lock(&scene->mutex_);
   scene->head_ = {std::move(state), std::move(prepared.target)};
   return scene;

@@ -194,7 +194,7 @@ void Watcher::WantNewer(const Snapshot* offered) {
 }
 
 const std::string& Watcher::TopologyOf(const Snapshot& snapshot) {
-  const std::pair of(snapshot.structure_id, snapshot.view.spec.segments);
+  const std::pair of(snapshot.structure_id, TopologySegments(snapshot.view.spec));
   if (std::exchange(named_, of) != of) {
     name_ = TopologyId(scene_->config().mesh_id, snapshot.plan->structure, of.second);
   }

@@ -110,7 +110,7 @@ class Watcher {
   bool attached_ = false, paused_ = false, silent_ = false;
   bool only_full_detail_ = false;
   bool resumed_ = false;
-  std::pair<uint64_t, int> named_;  // structure and segments of name_
+  std::pair<uint64_t, int> named_;  // structure and TopologySegments of name_
   std::string name_;                // their topology's
   uint64_t applied_sequence_ = 0;
   absl::Time wake_at_ = absl::InfiniteFuture();

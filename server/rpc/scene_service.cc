@@ -20,6 +20,7 @@
 #include "latticed/v1/scene.grpc.pb.h"
 #include "server/base/labels.h"
 #include "server/engine/exports/surface_export.h"
+#include "server/engine/watch/view_tolerance.h"
 #include "server/engine/watch_control.h"
 #include "server/rpc/deform_stream.h"
 #include "server/rpc/method.h"
@@ -229,6 +230,18 @@ void SetUpload(const Scene& scene, const MeshStore& meshes, ExportSpec* spec) {
   spec->upload = std::shared_ptr<const std::string>(*stored, (*stored)->bytes.get());
 }
 
+// Checks the tolerance of an export, and chooses the position bits of DRC where they are 0.
+absl::Status SettleTolerance(const SceneState& state, Pipeline pipeline, ExportSpec* spec) {
+  const bool drc = spec->format == MeshFormat::kDraco;
+  WatchView view;
+  view.key.spec = {.tolerance = spec->tolerance,
+                   .format = drc ? VertexFormat::kQuantised : VertexFormat::kFloat32,
+                   .position_bits = spec->position_bits};
+  LATTICED_ASSIGN_OR_RETURN(view, SettleTolerance(view, pipeline, state.box, "view"));
+  spec->position_bits = view.key.spec.position_bits;
+  return absl::OkStatus();
+}
+
 absl::StatusOr<NextPart<v1::ExportResponse>> OpenExport(const CallContext& context,
                                                         const v1::ExportRequest& request) {
   ServerEnv& env = context.env;
@@ -242,6 +255,7 @@ absl::StatusOr<NextPart<v1::ExportResponse>> OpenExport(const CallContext& conte
                                .metadata = {{"revision", fmt::to_string(state->revision)}}});
   }
   LATTICED_ASSIGN_OR_RETURN(auto spec, ExportSpecFromProto(request, scene->config().default_view));
+  LATTICED_RETURN_IF_ERROR(SettleTolerance(*state, scene->config().pipeline, &spec));
   spec.units = scene->config().units;
   SetUpload(*scene, env.meshes, &spec);
   const auto hold = scene->Hold();
@@ -249,18 +263,19 @@ absl::StatusOr<NextPart<v1::ExportResponse>> OpenExport(const CallContext& conte
   LATTICED_ASSIGN_OR_RETURN(auto room,
                             env.memory->Reserve("the export", most, context.call.account->memory));
   const auto stop = [&] { return CheckCancelled(context.call); };
-  LATTICED_ASSIGN_OR_RETURN(auto bytes, ExportSurface(head, spec, stop));
+  LATTICED_ASSIGN_OR_RETURN(auto exported, ExportSurface(head, spec, stop));
 
   v1::ExportHeader header;
   header.set_revision(state->revision);
   header.set_media_type(std::string(ExportMediaType(spec.format)));
   header.set_file_name(ExportFileName(*scene, spec));
-  header.set_bytes(bytes.size());
+  header.set_bytes(exported.bytes.size());
+  header.set_certified_error(exported.certified_error);
   struct File {
     std::string bytes;
     MemoryReservation room;
   };
-  const auto file = std::make_shared<const File>(File{std::move(bytes), std::move(room)});
+  const auto file = std::make_shared<const File>(File{std::move(exported.bytes), std::move(room)});
   return FileParts<v1::ExportResponse>(std::move(header), {file, &file->bytes});
 }
 

@@ -32,11 +32,13 @@ constexpr absl::Duration kGoawayRetry = absl::Seconds(1);
 // How long edits that were sent before the client read goaway may still come.
 constexpr absl::Duration kRefusalTime = absl::Milliseconds(200);
 
-// The most bytes of a message to a watcher of this view: chunks, the whole lattice, or a small event.
+// The most bytes of a message to a watcher of this view: chunks, the whole lattice, patterns, or a
+// small event.
 uint64_t MostMessageBytes(const SceneState& state, const ViewKey& key) {
-  constexpr uint64_t kSmall = 4'096;
-  const uint64_t large =
+  constexpr uint64_t kSmall = 4'096, kPatterns = 192 << 10;
+  uint64_t large =
       std::max(state.control_points->size() * sizeof(Vec3d), VertexBytes(*state.plan, key));
+  if (key.spec.tolerance > 0) large = std::max(large, kPatterns);
   return std::min<uint64_t>(large + kSmall, limits::kMaxMessageBytes);
 }
 

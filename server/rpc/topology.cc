@@ -41,7 +41,7 @@ v1::TopologyPart MakeTopologyPart(const DeformPlan& plan, std::string topology_i
 
 bool IsTopologyOf(std::string_view topology_id, std::string_view mesh_id,
                   const LatticeStructure& structure) {
-  for (int s = limits::kMinSegments; s <= limits::kMaxSegments; ++s) {
+  for (int s = 0; s <= limits::kMaxSegments; ++s) {
     if (topology_id == TopologyId(mesh_id, structure, s)) return true;
   }
   return false;

@@ -24,7 +24,7 @@ inline constexpr size_t kPatchesPerTopologyPart = 8192;
 [[nodiscard]] v1::TopologyPart MakeTopologyPart(const DeformPlan& plan, std::string topology_id,
                                                 size_t first);
 
-// Whether `topology_id` names this mesh and structure, with any segments.
+// Whether `topology_id` names this mesh and structure, with any segments or a tolerance.
 [[nodiscard]] bool IsTopologyOf(std::string_view topology_id, std::string_view mesh_id,
                                 const LatticeStructure& structure);
 

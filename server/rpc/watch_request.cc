@@ -9,6 +9,7 @@
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
+#include "server/engine/watch/view_tolerance.h"
 #include "server/rpc/call.h"
 #include "server/rpc/server_env.h"
 #include "server/stores/scene_registry.h"
@@ -20,6 +21,12 @@ namespace latticed {
 namespace {
 
 constexpr int kDefaultUnackedUpdates = 2;
+
+absl::StatusOr<WatchView> ViewOf(const v1::ViewOptions& options, const Scene& scene) {
+  LATTICED_ASSIGN_OR_RETURN(const auto view,
+                            WatchViewFromProto(options, scene.config().default_view, "view"));
+  return SettleTolerance(view, scene.config().pipeline, scene.State()->box, "view");
+}
 
 }  // namespace
 
@@ -33,8 +40,7 @@ absl::StatusOr<std::shared_ptr<Scene>> FindScene(const ServerEnv& env, const Cal
 absl::StatusOr<OpenRequest> FromProto(ServerEnv* env, const CallInfo& call,
                                       const v1::WatchRequest& request) {
   LATTICED_ASSIGN_OR_RETURN(auto scene, FindScene(*env, call, request.scene()));
-  LATTICED_ASSIGN_OR_RETURN(
-      auto view, WatchViewFromProto(request.view(), scene->config().default_view, "view"));
+  LATTICED_ASSIGN_OR_RETURN(auto view, ViewOf(request.view(), *scene));
   if (request.editor_id().size() > limits::kMaxEditorIdBytes) {
     return error::InvalidField("editor_id",
                                fmt::format("at most {} bytes", limits::kMaxEditorIdBytes));
@@ -55,8 +61,7 @@ absl::StatusOr<OpenRequest> FromProto(ServerEnv* env, const CallInfo& call,
 absl::StatusOr<OpenRequest> FromProto(ServerEnv* env, const CallInfo& call,
                                       const v1::GetUpdateRequest& request) {
   LATTICED_ASSIGN_OR_RETURN(auto scene, FindScene(*env, call, request.scene()));
-  LATTICED_ASSIGN_OR_RETURN(
-      auto view, WatchViewFromProto(request.view(), scene->config().default_view, "view"));
+  LATTICED_ASSIGN_OR_RETURN(auto view, ViewOf(request.view(), *scene));
   const uint64_t revision = std::max(request.min_revision(), scene->State()->revision);
   OpenRequest open{.scene = std::move(scene)};
   open.options.watcher = {
@@ -73,8 +78,7 @@ absl::StatusOr<WatchCommand> FromProto(const v1::ControlWatchRequest& request, c
   if (request.has_acked_update_id()) command.acked_update_id = request.acked_update_id();
   if (request.has_pause()) command.pause = request.pause();
   if (request.has_view()) {
-    LATTICED_ASSIGN_OR_RETURN(
-        auto view, WatchViewFromProto(request.view(), scene.config().default_view, "view"));
+    LATTICED_ASSIGN_OR_RETURN(auto view, ViewOf(request.view(), scene));
     command.view = view;
   }
   if (request.has_presence()) {

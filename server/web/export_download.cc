@@ -5,6 +5,7 @@
 #include <grpcpp/support/proto_buffer_reader.h>
 
 #include <array>
+#include <cmath>
 #include <utility>
 
 #include "absl/strings/ascii.h"
@@ -33,7 +34,8 @@ constexpr std::array<std::pair<std::string_view, v1::ExportFormat>, 7> kFormats 
      {"nets", v1::EXPORT_FORMAT_CONTROL_NETS},
      {"usda", v1::EXPORT_FORMAT_USD}}};
 
-constexpr std::array<std::string_view, 3> kParameters = {"segments", "normals", "geometry"};
+constexpr std::array<std::string_view, 4> kParameters = {"segments", "tolerance", "normals",
+                                                         "geometry"};
 
 absl::Status ReadSegments(const std::string& value, v1::ExportRequest& wanted) {
   int segments = 0;
@@ -43,6 +45,16 @@ absl::Status ReadSegments(const std::string& value, v1::ExportRequest& wanted) {
                                                        limits::kMinSegments, limits::kMaxSegments));
   }
   wanted.mutable_view()->set_segments(segments);
+  return absl::OkStatus();
+}
+
+absl::Status ReadTolerance(const std::string& value, v1::ExportRequest& wanted) {
+  double tolerance = 0;
+  if (!absl::SimpleAtod(value, &tolerance) || !std::isfinite(tolerance) || tolerance <= 0) {
+    return error::InvalidField(
+        "tolerance", fmt::format("got '{}', allowed are numbers above 0, in world units", value));
+  }
+  wanted.mutable_view()->set_tolerance(tolerance);
   return absl::OkStatus();
 }
 
@@ -70,9 +82,10 @@ absl::Status ReadGeometry(const std::string& value, v1::ExportRequest& wanted) {
 absl::Status ReadQuery(const std::string& query, v1::ExportRequest& wanted) {
   LATTICED_ASSIGN_OR_RETURN(const auto parameters, QueryParameters(query, kParameters));
   for (const auto& [name, value] : parameters) {
-    const auto read = name == "segments"  ? ReadSegments
-                      : name == "normals" ? ReadNormals
-                                          : ReadGeometry;
+    const auto read = name == "segments"    ? ReadSegments
+                      : name == "tolerance" ? ReadTolerance
+                      : name == "normals"   ? ReadNormals
+                                            : ReadGeometry;
     LATTICED_RETURN_IF_ERROR(read(value, wanted));
   }
   return absl::OkStatus();

@@ -5,6 +5,7 @@
 // gives it. Formats: ply, obj, stl, glb, drc, nets.
 //
 //   ?segments=20         1 to 32 segments an edge     } absent: as in the scene's default view
+//   ?tolerance=0.01      in world units, above 0      }
 //   ?normals=smooth      none, facet or smooth        }
 //
 // Errors   an HTTP status with the words of the rpc's; a failure after the first byte breaks the

@@ -201,7 +201,14 @@ absl::StatusOr<ExportSpec> ExportSpecFromProto(const v1::ExportRequest& request,
   spec.geometry = geometry;
   spec.segments = view.key.spec.segments;
   spec.normals = view.key.spec.normals;
-  if (request.view().position_bits() != 0) spec.position_bits = request.view().position_bits();
+  // Control nets and the uploaded mesh are not tessellated.
+  const bool tessellated = format.has_value() && geometry == ExportGeometry::kExact;
+  if (tessellated) spec.tolerance = view.key.spec.tolerance;
+  if (request.view().position_bits() != 0) {
+    spec.position_bits = request.view().position_bits();
+  } else if (spec.tolerance > 0) {
+    spec.position_bits = 0;
+  }
   if (request.view().normal_bits() != 0) spec.normal_bits = request.view().normal_bits();
   return spec;
 }

@@ -3,6 +3,7 @@
 #include "server/wire/view_converters.h"
 
 #include <array>
+#include <cmath>
 #include <utility>
 
 #include "core/base/error.h"
@@ -55,6 +56,25 @@ absl::Status TakeNumbers(const v1::ViewOptions& options, std::string_view field,
   return absl::OkStatus();
 }
 
+// A tolerance chooses the bits that come without a number of their own. Segments alone ask for a view without one.
+absl::Status TakeTolerance(const v1::ViewOptions& options, std::string_view field, ViewSpec& spec) {
+  const double tolerance = options.tolerance();
+  if (!std::isfinite(tolerance)) return error::NotFinite(fmt::format("{}.tolerance", field));
+  if (tolerance < 0) {
+    return error::InvalidField(fmt::format("{}.tolerance", field),
+                               fmt::format("got {}, allowed is 0 or more", tolerance),
+                               "OUT_OF_RANGE");
+  }
+  if (tolerance > 0) {
+    spec.tolerance = tolerance;
+    if (options.position_bits() == 0) spec.position_bits = 0;
+  } else if (options.segments() != 0) {
+    spec.tolerance = 0;
+    if (spec.position_bits == 0) spec.position_bits = ViewSpec{}.position_bits;
+  }
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 WatchView DefaultView(bool smooth) {
@@ -75,6 +95,7 @@ absl::StatusOr<WatchView> DefaultViewFromProto(const v1::ViewOptions& options,
                                                           fmt::format("{}.encoding", field)));
   }
   LATTICED_RETURN_IF_ERROR(TakeNumbers(options, field, view));
+  LATTICED_RETURN_IF_ERROR(TakeTolerance(options, field, view.key.spec));
   view.key.spec.format = FormatOf(view.key.encoding);
   if (options.max_points() != 0) view.max_points = options.max_points();
   if (options.max_bytes_per_second() != 0) {
@@ -90,7 +111,8 @@ absl::StatusOr<WatchView> WatchViewFromProto(const v1::ViewOptions& options,
   ViewSpec& spec = view->key.spec;
   const bool raw = spec.format == VertexFormat::kFloat32;
   if (raw) {
-    spec.position_bits = defaults.key.spec.position_bits;
+    const int bits = defaults.key.spec.position_bits;
+    spec.position_bits = bits != 0 ? bits : ViewSpec{}.position_bits;
     view->drag_position_bits = 0;
   }
   if (raw || spec.normals == NormalMode::kNone) {
@@ -111,6 +133,7 @@ v1::ViewOptions ToProto(const WatchView& view) {
   result.set_max_bytes_per_second(view.max_bytes_per_second);
   result.set_drag_position_bits(view.drag_position_bits);
   result.set_drag_normal_bits(view.drag_normal_bits);
+  result.set_tolerance(view.key.spec.tolerance);
   return result;
 }
 

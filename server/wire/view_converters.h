@@ -17,7 +17,8 @@
 
 namespace latticed {
 
-// Views. DefaultView is what ViewOptions documents, with smooth or facet normals.
+// Views. DefaultView is what ViewOptions documents, with smooth or facet normals. In all of them, position_bits are 0
+// where a tolerance is to choose them: server/engine/watch/view_tolerance.h.
 [[nodiscard]] WatchView DefaultView(bool smooth);
 // What is 0 or UNSPECIFIED comes from `defaults`. For a scene's default view.
 [[nodiscard]] absl::StatusOr<WatchView> DefaultViewFromProto(const v1::ViewOptions& options,

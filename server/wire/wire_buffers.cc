@@ -9,8 +9,10 @@
 
 #include <grpcpp/support/slice.h>
 
+#include "core/adaptive/adaptive_pattern.h"
 #include "core/ffd/tessellation_pattern.h"
 #include "google/protobuf/io/coded_stream.h"
+#include "server/engine/scene/topology_id.h"
 #include "server/wire/converters.h"
 #include "server/wire/message_bytes.h"
 #include "server/wire/scene_converters.h"
@@ -37,8 +39,21 @@ void AppendField(int field, uint32_t wire_type, uint64_t value, std::string& out
   AppendVarint(value, out);
 }
 
+// The bytes of a Chunk after its data.
+std::string ChunkTail(const SnapshotChunk& chunk) {
+  std::string tail;
+  if (chunk.patterns == nullptr) return tail;
+  AppendField(v1::Chunk::kLevelsFieldNumber, kBytes, sizeof(uint16_t) * chunk.patterns->size(),
+              tail);
+  for (const uint16_t code : *chunk.patterns) {
+    tail.push_back(static_cast<char>(code & 0xff));
+    tail.push_back(static_cast<char>(code >> 8));
+  }
+  return tail;
+}
+
 // The bytes of a Chunk before its data, with the Chunk's own tag and length.
-std::string ChunkHead(uint32_t index, const SnapshotChunk& chunk) {
+std::string ChunkHead(uint32_t index, const SnapshotChunk& chunk, size_t tail_bytes) {
   std::string body;
   if (index != 0) AppendField(v1::Chunk::kIndexFieldNumber, kVarint, index, body);
   if (chunk.revision != 0) {
@@ -46,7 +61,8 @@ std::string ChunkHead(uint32_t index, const SnapshotChunk& chunk) {
   }
   AppendField(v1::Chunk::kDataFieldNumber, kBytes, chunk.data.size, body);
   std::string head;
-  AppendField(v1::Chunks::kChunksFieldNumber, kBytes, body.size() + chunk.data.size, head);
+  AppendField(v1::Chunks::kChunksFieldNumber, kBytes, body.size() + chunk.data.size + tail_bytes,
+              head);
   return head + body;
 }
 
@@ -92,16 +108,17 @@ void AppendRun(const DeformPlan& plan, size_t chunk, v1::Topology& out) {
 
 v1::SceneEvent ToProto(const TopologyNews& event) {
   const DeformPlan& plan = *event.snapshot->plan;
-  const int segments = event.snapshot->view.spec.segments;
-  const TessellationPattern& pattern = TessellationPattern::Get(segments);
   v1::SceneEvent message;
   v1::Topology& out = *message.mutable_topology();
   out.set_topology_id(event.topology_id);
   out.set_patch_count(plan.patches.size());
+  for (size_t c = 0; c < plan.chunk_count(); ++c) AppendRun(plan, c, out);
+  const int segments = TopologySegments(event.snapshot->view.spec);
+  if (segments == 0) return message;
+  const TessellationPattern& pattern = TessellationPattern::Get(segments);
   out.set_point_count(plan.patches.size() * static_cast<uint64_t>(PointsPerPatch(segments)));
   out.set_triangle_count(plan.patches.size() * static_cast<uint64_t>(TrianglesPerPatch(segments)));
   out.set_segments(segments);
-  for (size_t c = 0; c < plan.chunk_count(); ++c) AppendRun(plan, c, out);
   for (const auto& point : pattern.points) {
     for (const uint8_t i : point) out.mutable_pattern()->add_points(i);
   }
@@ -128,6 +145,23 @@ v1::SceneEvent ToProto(const QuantisationNews& event) {
   return message;
 }
 
+v1::SceneEvent ToProto(const PatternNews& event) {
+  v1::SceneEvent message;
+  for (const uint16_t code : event.codes) {
+    const AdaptivePattern& pattern = AdaptivePattern::Get(*PatternKey::FromCode(code));
+    v1::PatchPattern& out = *message.mutable_patterns()->add_patterns();
+    out.set_code(code);
+    out.set_denominator(static_cast<uint32_t>(pattern.denominator));
+    for (const auto& point : pattern.points) {
+      for (const uint16_t i : point) out.add_points(i);
+    }
+    for (const auto& triangle : pattern.triangles) {
+      for (const uint16_t i : triangle) out.add_triangles(i);
+    }
+  }
+  return message;
+}
+
 v1::SceneEvent ToProto(const UpdateBegins& event) {
   v1::SceneEvent message;
   v1::UpdateBegin& out = *message.mutable_update_begin();
@@ -148,6 +182,7 @@ v1::SceneEvent ToProto(const UpdateEnds& event) {
   out.set_applied_sequence(event.applied_sequence);
   out.set_full_detail(event.full_detail);
   out.set_resume_token(event.resume_token);
+  out.set_certified_error(event.certified_error);
   out.mutable_timings()->set_queue_us(Microseconds(event.queue_time));
   out.mutable_timings()->set_evaluate_us(Microseconds(event.evaluate_time));
   out.mutable_timings()->set_encode_us(Microseconds(event.encode_time));
@@ -178,22 +213,25 @@ grpc::ByteBuffer EncodeChunks(const ChunkBatch& batch) {
   head += batch.topology_id;
   AppendField(v1::Chunks::kQuantisationIdFieldNumber, kVarint, batch.snapshot->box.id, head);
 
-  std::vector<std::string> heads;
+  std::vector<std::string> heads, tails;
   size_t length = head.size();
   for (const uint32_t index : batch.chunks) {
-    heads.push_back(ChunkHead(index, batch.snapshot->chunks[index]));
-    length += heads.back().size() + batch.snapshot->chunks[index].data.size;
+    const SnapshotChunk& chunk = batch.snapshot->chunks[index];
+    tails.push_back(ChunkTail(chunk));
+    heads.push_back(ChunkHead(index, chunk, tails.back().size()));
+    length += heads.back().size() + chunk.data.size + tails.back().size();
   }
   std::string frame;
   AppendField(v1::SceneEvent::kChunksFieldNumber, kBytes, length, frame);
 
   std::vector<grpc::Slice> slices;
-  slices.reserve(2 * heads.size() + 1);
+  slices.reserve(3 * heads.size() + 1);
   slices.emplace_back(frame + head);
   for (size_t i = 0; i < heads.size(); ++i) {
     slices.emplace_back(heads[i]);
     const SharedBytes& data = batch.snapshot->chunks[batch.chunks[i]].data;
     if (data.size > 0) slices.push_back(SliceOf(data));
+    if (!tails[i].empty()) slices.emplace_back(tails[i]);
   }
   return {slices.data(), slices.size()};
 }

@@ -6,7 +6,9 @@
 // What is on the wire is what protobuf would have written (field numbers come from the generated
 // code).
 //
-//   | SceneEvent.chunks, Chunks head, Chunk head | data | Chunk head | data | …
+//   | SceneEvent.chunks, Chunks head, Chunk head | data | levels | Chunk head | data | levels | …
+//
+// There are levels only with a tolerance.
 //
 // Threads  pure functions
 #ifndef LATTICED_SERVER_WIRE_WIRE_BUFFERS_H_

@@ -17,6 +17,7 @@
 #include "core/ffd/tessellation_pattern.h"
 #include "core/mesh/short_edges.h"
 #include "core/mesh/vertex_values.h"
+#include "server/engine/exports/surface_patterns.h"
 #include "server/engine/exports/welded_points.h"
 
 namespace latticed {
@@ -38,36 +39,28 @@ std::array<Vec2f, 3> CornerUvs(const PolygonMesh& mesh, const PatchSource& sourc
   return result;
 }
 
-Vec2f UvAt(const std::array<Vec2f, 3>& corners, const std::array<uint8_t, 3>& point,
-           double segments) {
+Vec2f UvAt(const std::array<Vec2f, 3>& corners, const std::array<uint16_t, 3>& point,
+           double denominator) {
   double u = 0, v = 0;
   for (size_t c = 0; c < 3; ++c) {
-    u += point[c] / segments * double{corners[c].x};
-    v += point[c] / segments * double{corners[c].y};
+    u += point[c] / denominator * double{corners[c].x};
+    v += point[c] / denominator * double{corners[c].y};
   }
   return {static_cast<float>(u), static_cast<float>(v)};
-}
-
-uint64_t PointCount(const DeformPlan& plan, int segments) {
-  return plan.patches.size() * static_cast<uint64_t>(PointsPerPatch(segments));
-}
-uint64_t TriangleCount(const DeformPlan& plan, int segments) {
-  return plan.patches.size() * static_cast<uint64_t>(TrianglesPerPatch(segments));
 }
 
 // Takes patches one after the other.
 class SurfaceBuilder {
  public:
-  SurfaceBuilder(const SceneState& state, const ViewSpec& spec)
+  SurfaceBuilder(const SceneState& state, const ViewSpec& spec, SurfacePatterns patterns)
       : plan_(*state.plan),
-        pattern_(TessellationPattern::Get(spec.segments)),
-        points_(plan_, *state.control_points, spec.segments),
+        patterns_(std::move(patterns)),
+        points_(plan_, *state.control_points, patterns_),
         has_normals_(spec.normals != NormalMode::kNone),
         has_uvs_(plan_.mesh->has_uvs()),
-        normals_(has_normals_ ? points_.count() : 0,
-                 has_normals_ ? PointCount(plan_, spec.segments) : 0),
-        uvs_(has_uvs_ ? points_.count() : 0, has_uvs_ ? PointCount(plan_, spec.segments) : 0) {
-    const uint64_t triangles = TriangleCount(plan_, spec.segments);
+        normals_(has_normals_ ? points_.count() : 0, has_normals_ ? patterns_.PointCount() : 0),
+        uvs_(has_uvs_ ? points_.count() : 0, has_uvs_ ? patterns_.PointCount() : 0) {
+    const uint64_t triangles = patterns_.TriangleCount();
     mesh_.positions.resize(points_.count());
     mesh_.corner_vertices.reserve(3 * triangles);
     if (has_normals_) mesh_.corner_normals.reserve(3 * triangles);
@@ -78,6 +71,7 @@ class SurfaceBuilder {
 
   // `bytes`: float32 x y z [nx ny nz] of the patch's points, relative to the plan's local origin. Returns the rest.
   std::span<const uint8_t> AddPatch(size_t patch, std::span<const uint8_t> bytes) {
+    const AdaptivePattern& pattern = patterns_.Of(patch);
     const std::vector<uint32_t> vertices = points_.OfPatch(patch);
     std::vector<uint32_t> normals(has_normals_ ? vertices.size() : 0);
     std::vector<Vec3d> positions;
@@ -87,12 +81,12 @@ class SurfaceBuilder {
       mesh_.positions[vertices[i]] = plan_.local_origin + positions.back();
       if (has_normals_) normals[i] = normals_.Add(vertices[i], TakeVector(&bytes));
     }
-    NoteEdges(positions);
-    AddCorners(vertices, &mesh_.corner_vertices);
-    if (has_normals_) AddCorners(normals, &mesh_.corner_normals);
-    if (has_uvs_) AddCorners(UvsOf(patch, vertices), &mesh_.corner_uvs);
+    NoteEdges(pattern, positions);
+    AddCorners(pattern, vertices, &mesh_.corner_vertices);
+    if (has_normals_) AddCorners(pattern, normals, &mesh_.corner_normals);
+    if (has_uvs_) AddCorners(pattern, UvsOf(patch, vertices), &mesh_.corner_uvs);
     if (!plan_.mesh->face_groups.empty()) {
-      mesh_.face_groups.insert(mesh_.face_groups.end(), pattern_.triangles.size(),
+      mesh_.face_groups.insert(mesh_.face_groups.end(), pattern.triangles.size(),
                                plan_.mesh->face_groups[plan_.sources[patch].face]);
     }
     return bytes;
@@ -117,33 +111,35 @@ class SurfaceBuilder {
   }
 
   // Slivers are rare, and an edge is looked up fastest while its patch is at hand.
-  void NoteEdges(const std::vector<Vec3d>& positions) {
+  void NoteEdges(const AdaptivePattern& pattern, const std::vector<Vec3d>& positions) {
     for (const Vec3d p : positions) bounds_.Extend(p);
-    for (const auto& [a, b, c] : pattern_.triangles) {
+    for (const auto& [a, b, c] : pattern.triangles) {
       const Vec3d u = positions[b] - positions[a], v = positions[c] - positions[b];
       const Vec3d w = positions[a] - positions[c];
       least_square_ = std::min({least_square_, Dot(u, u), Dot(v, v), Dot(w, w)});
     }
   }
 
-  void AddCorners(const std::vector<uint32_t>& of_points, std::vector<uint32_t>* corners) const {
-    for (const auto& triangle : pattern_.triangles) {
+  static void AddCorners(const AdaptivePattern& pattern, const std::vector<uint32_t>& of_points,
+                         std::vector<uint32_t>* corners) {
+    for (const auto& triangle : pattern.triangles) {
       for (const uint16_t point : triangle) corners->push_back(of_points[point]);
     }
   }
 
   std::vector<uint32_t> UvsOf(size_t patch, const std::vector<uint32_t>& vertices) {
     const std::array<Vec2f, 3> corners = CornerUvs(*plan_.mesh, plan_.sources[patch]);
+    const AdaptivePattern& pattern = patterns_.Of(patch);
     std::vector<uint32_t> uvs;
     uvs.reserve(vertices.size());
     for (size_t i = 0; i < vertices.size(); ++i) {
-      uvs.push_back(uvs_.Add(vertices[i], UvAt(corners, pattern_.points[i], pattern_.segments)));
+      uvs.push_back(uvs_.Add(vertices[i], UvAt(corners, pattern.points[i], pattern.denominator)));
     }
     return uvs;
   }
 
   const DeformPlan& plan_;
-  const TessellationPattern& pattern_;
+  const SurfacePatterns patterns_;
   const WeldedPoints points_;
   const bool has_normals_, has_uvs_;
   VertexValues<Vec3f> normals_;
@@ -152,6 +148,27 @@ class SurfaceBuilder {
   double least_square_ = std::numeric_limits<double>::infinity();  // of the lengths of edges
   PolygonMesh mesh_;
 };
+
+uint64_t MostPoints(const DeformPlan& plan, const ViewSpec& spec) {
+  return plan.patches.size() * static_cast<uint64_t>(PointsPerPatch(spec.segments));
+}
+
+// A patch of p points, r of them on its rim, has 2 p - r - 2 triangles.
+uint64_t MostTriangles(const DeformPlan& plan, const ViewSpec& spec) {
+  if (spec.tolerance > 0) return 2 * MostPoints(plan, spec);
+  return plan.patches.size() * static_cast<uint64_t>(TrianglesPerPatch(spec.segments));
+}
+
+SurfacePatterns PatternsOf(const DeformView& view, const DeformPlan& plan) {
+  if (!(view.spec().tolerance > 0)) return {plan, view.spec().segments};
+  std::vector<uint16_t> codes;
+  codes.reserve(plan.patches.size());
+  for (uint32_t chunk = 0; chunk < plan.chunk_count(); ++chunk) {
+    const std::span<const uint16_t> some = view.Patterns(chunk);
+    codes.insert(codes.end(), some.begin(), some.end());
+  }
+  return SurfacePatterns(std::move(codes));
+}
 
 // OBJ names a group wherever the next triangle has another.
 void AddGroups(const DeformPlan& plan, WrittenSizes* sizes) {
@@ -170,12 +187,16 @@ void AddGroups(const DeformPlan& plan, WrittenSizes* sizes) {
 
 }  // namespace
 
-absl::StatusOr<PolygonMesh> ExactSurface(const RenderInput& input, int segments, NormalMode normals,
-                                         StopCheck stop) {
+absl::StatusOr<PolygonMesh> ExactSurface(const RenderInput& input, const ViewSpec& asked,
+                                         StopCheck stop, double* certified_error) {
   const SceneState& state = *input.state;
   const DeformPlan& plan = *state.plan;
-  const ViewSpec spec{.segments = segments, .normals = normals, .format = VertexFormat::kFloat32};
-  if (3 * TriangleCount(plan, segments) >= PolygonMesh::kNoAttribute) {
+  const ViewSpec spec{.segments = asked.segments,
+                      .tolerance = asked.tolerance,
+                      .normals = asked.normals,
+                      .format = VertexFormat::kFloat32};
+  // The most triangles, so that nothing is evaluated in vain.
+  if (3 * MostTriangles(plan, spec) >= PolygonMesh::kNoAttribute) {
     return error::LimitExceeded("corners of an export", PolygonMesh::kNoAttribute - 1);
   }
   RenderBackend& backend = input.target->backend();
@@ -186,12 +207,14 @@ absl::StatusOr<PolygonMesh> ExactSurface(const RenderInput& input, int segments,
   LATTICED_RETURN_IF_ERROR(stop());
   LATTICED_RETURN_IF_ERROR(
       backend.Run([&] { return view->Evaluate(*state.control_points, state.box, chunks); }));
+  LATTICED_RETURN_IF_ERROR(CheckHasPatterns(*view));
+  if (certified_error != nullptr) *certified_error = view->certified_error();
 
-  SurfaceBuilder surface(state, spec);
+  SurfaceBuilder surface(state, spec, PatternsOf(*view, plan));
   std::vector<uint8_t> bytes;
   for (const uint32_t chunk : chunks) {
     LATTICED_RETURN_IF_ERROR(stop());
-    bytes.resize(ChunkPoints(plan, chunk, segments) * BytesPerPoint(spec));
+    bytes.resize(ChunkPoints(*view, plan, chunk) * BytesPerPoint(spec));
     LATTICED_RETURN_IF_ERROR(backend.Run([&] { return view->Read(chunk, bytes); }));
     std::span<const uint8_t> rest = bytes;
     const auto [first, last] = plan.ChunkPatches(chunk);
@@ -200,13 +223,13 @@ absl::StatusOr<PolygonMesh> ExactSurface(const RenderInput& input, int segments,
   return std::move(surface).Finish();
 }
 
-SurfaceMemory MemoryOfExactSurface(const DeformPlan& plan, int segments, NormalMode normals) {
+SurfaceMemory MemoryOfExactSurface(const DeformPlan& plan, const ViewSpec& spec) {
   const PolygonMesh& mesh = *plan.mesh;
-  const bool has_normals = normals != NormalMode::kNone;
-  const uint64_t points = PointCount(plan, segments), triangles = TriangleCount(plan, segments);
+  const bool has_normals = spec.normals != NormalMode::kNone, adaptive = spec.tolerance > 0;
+  const uint64_t points = MostPoints(plan, spec), triangles = MostTriangles(plan, spec);
   SurfaceMemory memory;
   WrittenSizes& sizes = memory.sizes;
-  sizes = {.positions = WeldedPoints::Most(plan, segments),
+  sizes = {.positions = adaptive ? points : WeldedPoints::Most(plan, spec.segments),
            .normals = has_normals ? points : 0,
            .uvs = mesh.has_uvs() ? points : 0,
            .records = points,
@@ -214,13 +237,15 @@ SurfaceMemory MemoryOfExactSurface(const DeformPlan& plan, int segments, NormalM
            .faces = triangles};
   if (!has_normals && !mesh.has_uvs()) sizes.records = sizes.positions;
   AddGroups(plan, &sizes);
-  // A view's vertices, with offsets of its patches and chunks; lists of normals and UVs by vertex, twice when short edges
+  // A view's vertices, with offsets of its patches and chunks, or twice its vertices with levels of its edges; first numbers
+  // of edges and patches; lists of normals and UVs by vertex, twice when short edges
   // are collapsed; torn seams; what short edges become, and their normals and UVs.
-  constexpr uint64_t kViewBytesPerPatch = 64;
+  const uint64_t view_bytes_per_patch = adaptive ? 128 : 64;
   constexpr uint64_t kFeatures = 6, kTableBytes = 32;  // corners and edges of torn seams
   const uint64_t lists = (has_normals ? 1u : 0u) + (mesh.has_uvs() ? 1u : 0u);
-  memory.working_bytes = points * (sizeof(Vec3f) + (has_normals ? sizeof(Vec3f) : 0)) +
-                         plan.patches.size() * kViewBytesPerPatch +
+  memory.working_bytes = (adaptive ? 2 : 1) * points * (has_normals ? 2 : 1) * sizeof(Vec3f) +
+                         plan.patches.size() * view_bytes_per_patch +
+                         (plan.edges.size() + plan.patches.size()) * sizeof(uint32_t) +
                          2 * lists * (sizes.positions + points) * sizeof(uint32_t) +
                          plan.seam_patches * kFeatures * kTableBytes +
                          (2 * sizes.positions + sizes.faces) * sizeof(uint32_t) +

@@ -3,7 +3,7 @@
 //
 // The exact deformed surface as a mesh of triangles.
 //
-//   state -> float view of all chunks -> welded points, normals, texture coordinates
+//   state -> float view of all chunks, by segments or a tolerance -> welded points, normals, texture coordinates
 //
 // Vertices   in the order of welded_points.h; patches that share a point share its vertex
 // Normals    those of the view; nearly equal ones at a vertex are one, others are a crease
@@ -23,11 +23,13 @@
 
 namespace latticed {
 
-[[nodiscard]] absl::StatusOr<PolygonMesh> ExactSurface(const RenderInput& input, int segments,
-                                                       NormalMode normals, StopCheck stop);
+// Only segments, tolerance and normals of `spec` have an effect. Sets `certified_error`, which may be null, to that of the
+// view.
+[[nodiscard]] absl::StatusOr<PolygonMesh> ExactSurface(const RenderInput& input,
+                                                       const ViewSpec& spec, StopCheck stop,
+                                                       double* certified_error = nullptr);
 
-[[nodiscard]] SurfaceMemory MemoryOfExactSurface(const DeformPlan& plan, int segments,
-                                                 NormalMode normals);
+[[nodiscard]] SurfaceMemory MemoryOfExactSurface(const DeformPlan& plan, const ViewSpec& spec);
 
 }  // namespace latticed
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "core/adaptive/edge_levels.h"
 #include "core/base/status_macros.h"
 #include "core/codec/draco_decode.h"
 #include "core/mesh/write/write_mesh.h"
@@ -23,12 +24,28 @@ std::string_view MaterialsOf(const ExportSpec& spec) {
   return spec.upload == nullptr ? std::string_view() : *spec.upload;
 }
 
+ViewSpec ViewOf(const ExportSpec& spec) {
+  return {.segments = spec.segments, .tolerance = spec.tolerance, .normals = spec.normals};
+}
+
+// How far the grid of a DRC file moves points. Its cube is not larger than the quantisation box.
+double FileRounding(const QuantisationBox& box, const ExportSpec& spec) {
+  if (spec.format != MeshFormat::kDraco) return 0;
+  return PointError(box, spec.position_bits) - PointError(box, 0);
+}
+
 absl::StatusOr<PolygonMesh> MeshToWrite(const RenderInput& input, const ExportSpec& spec,
-                                        StopCheck stop) {
+                                        StopCheck stop, double* certified_error) {
   if (spec.geometry == ExportGeometry::kOriginal) {
     return OriginalMesh(*input.state, spec.normals, KeepsPolygons(*spec.format), stop);
   }
-  return ExactSurface(input, spec.segments, spec.normals, stop);
+  ViewSpec view = ViewOf(spec);
+  if (!(view.tolerance > 0)) return ExactSurface(input, view, stop);
+  const double rounding = FileRounding(input.state->box, spec);
+  view.tolerance -= rounding;
+  LATTICED_ASSIGN_OR_RETURN(auto mesh, ExactSurface(input, view, stop, certified_error));
+  *certified_error += rounding;
+  return mesh;
 }
 
 }  // namespace
@@ -38,23 +55,31 @@ uint64_t ExportMemoryBytes(const DeformPlan& plan, const ExportSpec& spec) {
   const SurfaceMemory memory =
       spec.geometry == ExportGeometry::kOriginal
           ? MemoryOfOriginalMesh(plan, spec.normals, KeepsPolygons(*spec.format))
-          : MemoryOfExactSurface(plan, spec.segments, spec.normals);
+          : MemoryOfExactSurface(plan, ViewOf(spec));
   return MeshBytes(memory.sizes) +
          std::max(memory.working_bytes,
                   MostWritingBytes(*spec.format, memory.sizes, MaterialsOf(spec))) +
          kSmallBytes;
 }
 
-absl::StatusOr<std::string> ExportSurface(const RenderInput& input, const ExportSpec& spec,
-                                          StopCheck stop) {
-  if (!spec.format.has_value()) return WriteControlNets(input, stop);
-  LATTICED_ASSIGN_OR_RETURN(const auto mesh, MeshToWrite(input, spec, stop));
-  if (*spec.format == MeshFormat::kDraco) {
-    return WriteDracoMesh(mesh, spec.position_bits, spec.normal_bits);
+absl::StatusOr<ExportedFile> ExportSurface(const RenderInput& input, const ExportSpec& spec,
+                                           StopCheck stop) {
+  ExportedFile file;
+  if (!spec.format.has_value()) {
+    LATTICED_ASSIGN_OR_RETURN(file.bytes, WriteControlNets(input, stop));
+    return file;
   }
-  return WriteMesh(
-      *spec.format, mesh,
-      {.units = spec.units, .source = MaterialsOf(spec), .source_format = *spec.format});
+  LATTICED_ASSIGN_OR_RETURN(const auto mesh, MeshToWrite(input, spec, stop, &file.certified_error));
+  if (*spec.format == MeshFormat::kDraco) {
+    LATTICED_ASSIGN_OR_RETURN(file.bytes,
+                              WriteDracoMesh(mesh, spec.position_bits, spec.normal_bits));
+    return file;
+  }
+  LATTICED_ASSIGN_OR_RETURN(
+      file.bytes,
+      WriteMesh(*spec.format, mesh,
+                {.units = spec.units, .source = MaterialsOf(spec), .source_format = *spec.format}));
+  return file;
 }
 
 std::string_view ExportMediaType(std::optional<MeshFormat> format) {

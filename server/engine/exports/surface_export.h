@@ -34,6 +34,7 @@ enum class ExportGeometry {
 struct ExportSpec {
   std::optional<MeshFormat> format;  // nullopt: control nets
   int segments = 10;
+  double tolerance = 0;  // as of a ViewSpec; for DRC, rounding to position_bits included
   NormalMode normals = NormalMode::kFacet;
   int position_bits = 16;  // DRC alone
   int normal_bits = 12;    // DRC alone
@@ -46,9 +47,13 @@ struct ExportSpec {
 // Bytes that an export holds at its peak, for admission.
 [[nodiscard]] uint64_t ExportMemoryBytes(const DeformPlan& plan, const ExportSpec& spec);
 
-// The whole file.
-[[nodiscard]] absl::StatusOr<std::string> ExportSurface(const RenderInput& input,
-                                                        const ExportSpec& spec, StopCheck stop);
+struct ExportedFile {
+  std::string bytes;
+  // With a tolerance: what DeformView::certified_error says, and for DRC the rounding to position_bits. Else 0.
+  double certified_error = 0;
+};
+[[nodiscard]] absl::StatusOr<ExportedFile> ExportSurface(const RenderInput& input,
+                                                         const ExportSpec& spec, StopCheck stop);
 
 [[nodiscard]] std::string_view ExportMediaType(std::optional<MeshFormat> format);
 [[nodiscard]] std::string_view ExportExtension(std::optional<MeshFormat> format);

@@ -4,49 +4,62 @@
 
 #include <algorithm>
 
+#include "core/ffd/tessellation_pattern.h"
+
 namespace latticed {
 namespace {
 
-std::vector<uint16_t> InnerPoints(const TessellationPattern& pattern) {
-  std::vector<uint16_t> inner;
-  for (size_t i = 0; i < pattern.points.size(); ++i) {
-    if (std::ranges::count(pattern.points[i], 0) == 0) inner.push_back(static_cast<uint16_t>(i));
+// Turns counts into the numbers at which they begin, from `first` on. Returns the number after the last.
+uint32_t Accumulate(std::vector<uint32_t>& counts, uint32_t first) {
+  for (uint32_t& count : counts) {
+    const uint32_t begin = first;
+    first += count;
+    count = begin;
   }
-  return inner;
-}
-
-uint64_t InnerCount(int segments) {
-  return static_cast<uint64_t>((segments - 1) * (segments - 2) / 2);
+  return first;
 }
 
 }  // namespace
 
 WeldedPoints::WeldedPoints(const DeformPlan& plan, std::span<const Vec3d> control_points,
-                           int segments)
+                           const SurfacePatterns& patterns)
     : plan_(plan),
-      pattern_(TessellationPattern::Get(segments)),
-      inner_points_(InnerPoints(pattern_)) {
-  const auto in_edge = static_cast<uint32_t>(segments - 1);
-  first_edge_ = static_cast<uint32_t>(plan.vertices.size());
-  first_patch_ = first_edge_ + static_cast<uint32_t>(plan.edges.size()) * in_edge;
-  count_ = first_patch_ + static_cast<uint32_t>(plan.patches.size() * inner_points_.size());
-  if (plan.seams.empty()) return;
-  const std::vector<bool> attached = AttachedSeams(plan, control_points);
+      patterns_(patterns),
+      first_of_edge_(plan.edges.size()),
+      first_of_patch_(plan.patches.size()) {
+  for (size_t p = 0; p < plan.patches.size(); ++p) {
+    const AdaptivePattern& pattern = patterns.Of(p);
+    first_of_patch_[p] = static_cast<uint32_t>(InnerPointCount(pattern));
+    for (size_t e = 0; e < 3; ++e) {
+      first_of_edge_[plan.patches[p].edge[e]] =
+          static_cast<uint32_t>(pattern.edge_points[e].size() - 2);
+    }
+  }
+  const std::vector<bool> attached =
+      plan.seams.empty() ? std::vector<bool>() : AttachedSeams(plan, control_points);
   const auto is_torn = [&](uint32_t seam) { return seam != kNoIndex && !attached[seam]; };
+  for (uint32_t e = 0; e < plan.edges.size(); ++e) {
+    if (is_torn(plan.edges[e].seam)) torn_edges_[e] = first_of_edge_[e];
+  }
+  count_ = Accumulate(first_of_edge_, static_cast<uint32_t>(plan.vertices.size()));
+  count_ = Accumulate(first_of_patch_, count_);
   for (uint32_t v = 0; v < plan.vertices.size(); ++v) {
     if (is_torn(plan.vertices[v].seam)) torn_vertices_[v] = count_++;
   }
   for (uint32_t e = 0; e < plan.edges.size(); ++e) {
-    if (!is_torn(plan.edges[e].seam)) continue;
-    torn_edges_[e] = count_;
-    count_ += in_edge;
+    const auto torn = torn_edges_.find(e);
+    if (torn == torn_edges_.end()) continue;
+    const uint32_t inner = torn->second;
+    torn->second = count_;
+    count_ += inner;
   }
 }
 
 uint64_t WeldedPoints::Most(const DeformPlan& plan, int segments) {
   const auto in_edge = static_cast<uint64_t>(segments - 1);
-  return plan.vertices.size() + plan.edges.size() * in_edge +
-         plan.patches.size() * InnerCount(segments) + plan.seam_patches * 3 * (1 + in_edge);
+  const uint64_t in_patch = in_edge * static_cast<uint64_t>(std::max(segments - 2, 0)) / 2;
+  return plan.vertices.size() + plan.edges.size() * in_edge + plan.patches.size() * in_patch +
+         plan.seam_patches * 3 * (1 + in_edge);
 }
 
 uint32_t WeldedPoints::VertexNumber(const Patch& patch, uint32_t vertex) const {
@@ -56,19 +69,18 @@ uint32_t WeldedPoints::VertexNumber(const Patch& patch, uint32_t vertex) const {
 }
 
 uint32_t WeldedPoints::EdgeNumber(const Patch& patch, uint32_t edge) const {
-  const auto in_edge = static_cast<uint32_t>(pattern_.segments - 1);
-  const uint32_t number = first_edge_ + edge * in_edge;
-  if (patch.box != plan_.outside_box()) return number;
+  if (patch.box != plan_.outside_box()) return first_of_edge_[edge];
   const auto torn = torn_edges_.find(edge);
-  return torn == torn_edges_.end() ? number : torn->second;
+  return torn == torn_edges_.end() ? first_of_edge_[edge] : torn->second;
 }
 
 std::vector<uint32_t> WeldedPoints::OfPatch(size_t index) const {
   const Patch& patch = plan_.patches[index];
-  const auto segments = static_cast<size_t>(pattern_.segments);
-  std::vector<uint32_t> numbers(pattern_.points.size());
+  const AdaptivePattern& pattern = patterns_.Of(index);
+  std::vector<uint32_t> numbers(pattern.points.size());
   for (size_t e = 0; e < 3; ++e) {
-    const std::vector<uint16_t>& points = pattern_.edge_points[e];
+    const std::vector<uint16_t>& points = pattern.edge_points[e];
+    const size_t segments = points.size() - 1;
     numbers[points.front()] = VertexNumber(patch, patch.vertex[e]);
     const uint32_t first = EdgeNumber(patch, patch.edge[e]);
     for (size_t k = 1; k < segments; ++k) {
@@ -76,8 +88,10 @@ std::vector<uint32_t> WeldedPoints::OfPatch(size_t index) const {
       numbers[points[k]] = first + static_cast<uint32_t>(along - 1);
     }
   }
-  auto inner = first_patch_ + static_cast<uint32_t>(index * inner_points_.size());
-  for (const uint16_t point : inner_points_) numbers[point] = inner++;
+  uint32_t inner = first_of_patch_[index];
+  for (size_t i = 0; i < pattern.points.size(); ++i) {
+    if (std::ranges::count(pattern.points[i], 0) == 0) numbers[i] = inner++;
+  }
   return numbers;
 }
 

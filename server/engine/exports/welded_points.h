@@ -4,13 +4,13 @@
 // Numbers the points of a tessellation so that patches which share a point give it the same number.
 //
 //   0 …                     vertices of the plan
-//   then, edge by edge      the segments - 1 points inside an edge, in its canonical order
+//   then, edge by edge      the points inside an edge, in its canonical order
 //   then, patch by patch    the points inside a patch, in pattern order
 //   then                    the outside's vertices and edges of torn seams (deform_plan.h), which have two places
 //
-// While no seam is torn, the numbers depend only on the mesh, the lattice's structure and the segments.
+// While no seam is torn, the numbers depend only on the mesh, the lattice's structure and the patterns.
 //
-// Threads  immutable once made; keeps a reference to the plan
+// Threads  immutable once made; keeps references to the plan and the patterns
 #ifndef LATTICED_SERVER_ENGINE_EXPORTS_WELDED_POINTS_H_
 #define LATTICED_SERVER_ENGINE_EXPORTS_WELDED_POINTS_H_
 
@@ -21,20 +21,21 @@
 #include "absl/container/flat_hash_map.h"
 #include "core/base/vec.h"
 #include "core/ffd/deform_plan.h"
-#include "core/ffd/tessellation_pattern.h"
+#include "server/engine/exports/surface_patterns.h"
 
 namespace latticed {
 
 class WeldedPoints {
  public:
-  // At most `kNoIndex` points.
-  WeldedPoints(const DeformPlan& plan, std::span<const Vec3d> control_points, int segments);
+  // At most `kNoIndex` points. All patches of an edge split it alike.
+  WeldedPoints(const DeformPlan& plan, std::span<const Vec3d> control_points,
+               const SurfacePatterns& patterns);
 
   uint32_t count() const { return count_; }
   // The numbers of a patch's points, in pattern order.
   std::vector<uint32_t> OfPatch(size_t patch) const;
 
-  // No tessellation of the plan has more points.
+  // No tessellation of the plan with these segments has more points.
   static uint64_t Most(const DeformPlan& plan, int segments);
 
  private:
@@ -43,9 +44,9 @@ class WeldedPoints {
   uint32_t EdgeNumber(const Patch& patch, uint32_t edge) const;
 
   const DeformPlan& plan_;
-  const TessellationPattern& pattern_;
-  std::vector<uint16_t> inner_points_;  // of the pattern
-  uint32_t first_edge_ = 0, first_patch_ = 0, count_ = 0;
+  const SurfacePatterns& patterns_;
+  std::vector<uint32_t> first_of_edge_, first_of_patch_;  // the number of the first inner point
+  uint32_t count_ = 0;
   absl::flat_hash_map<uint32_t, uint32_t> torn_vertices_, torn_edges_;  // the outside's
 };
 

@@ -33,10 +33,11 @@ void LeaveEmptyBlocks(Snapshot& snapshot) {
     if (2 * block.used < block.bytes) mostly_empty.insert(block.owner);
   }
   for (size_t c = 0; c < chunks.size(); ++c) {
-    const SnapshotChunk& chunk = chunks[c];
-    if (!mostly_empty.contains(chunk.data.owner.get())) continue;
-    const std::span<const uint8_t> bytes = chunk.data.span();
-    chunks.Set(c, {chunk.revision, MakeSharedBytes({bytes.begin(), bytes.end()}), chunk.digest});
+    if (!mostly_empty.contains(chunks[c].data.owner.get())) continue;
+    SnapshotChunk copy = chunks[c];
+    const std::span<const uint8_t> bytes = chunks[c].data.span();
+    copy.data = MakeSharedBytes({bytes.begin(), bytes.end()});
+    chunks.Set(c, std::move(copy));
   }
   snapshot.held_bytes = HeldBytes(chunks);
 }

@@ -19,10 +19,20 @@
 
 namespace latticed {
 
+// PatternKey::Code of each patch of a chunk.
+using ChunkPatterns = std::vector<uint16_t>;
+
 struct SnapshotChunk {
-  uint64_t revision = 0;  // at which its bytes last changed
+  uint64_t revision = 0;  // at which its bytes or its patterns last changed
   SharedBytes data;
   VertexDigest digest;  // of the vertices that `data` encodes
+  // Null without a tolerance.
+  std::shared_ptr<const ChunkPatterns> patterns = nullptr;
+
+  // Of data and patterns.
+  size_t bytes() const {
+    return data.size + (patterns != nullptr ? patterns->size() * sizeof(uint16_t) : 0);
+  }
 };
 
 // A block that chunks are parts of: SharedBytes::block_bytes.

@@ -16,11 +16,24 @@ bool SameBytes(const SharedBytes& a, const SharedBytes& b) {
   return a.size == b.size && std::equal(a.data, a.data + a.size, b.data);
 }
 
+bool SamePatterns(const SnapshotChunk& chunk, std::span<const uint16_t> patterns) {
+  if (chunk.patterns == nullptr) return patterns.empty();
+  return std::ranges::equal(*chunk.patterns, patterns);
+}
+
+std::shared_ptr<const ChunkPatterns> Share(std::span<const uint16_t> patterns) {
+  if (patterns.empty()) return nullptr;
+  return std::make_shared<const ChunkPatterns>(patterns.begin(), patterns.end());
+}
+
 }  // namespace
 
-absl::StatusOr<std::shared_ptr<Snapshot>> EncodeSnapshot(
-    const ViewKey& key, const SceneState& state, std::span<const uint32_t> chunks,
-    const ViewTraits& traits, const Snapshot* before, EncodeBatch encode) {
+absl::StatusOr<std::shared_ptr<Snapshot>> EncodeSnapshot(const ViewKey& key,
+                                                         const SceneState& state,
+                                                         std::span<const uint32_t> chunks,
+                                                         const ViewTraits& traits,
+                                                         const Snapshot* before, EncodeBatch encode,
+                                                         PatternsOfChunk patterns_of) {
   auto snapshot = std::make_shared<Snapshot>();
   snapshot->view = key;
   snapshot->revision = state.revision;
@@ -39,19 +52,24 @@ absl::StatusOr<std::shared_ptr<Snapshot>> EncodeSnapshot(
     const auto batch =
         std::span(order).subspan(done, std::min(traits.encode_batch, order.size() - done));
     std::vector<VertexDigest> digests(batch.size());
-    for (size_t i = 0; comparable && i < batch.size(); ++i) {
-      digests[i] = snapshot->chunks[batch[i]].digest;
+    const auto comparable_chunk = [&](uint32_t chunk) {
+      return comparable && SamePatterns(snapshot->chunks[chunk], patterns_of(chunk));
+    };
+    for (size_t i = 0; i < batch.size(); ++i) {
+      if (comparable_chunk(batch[i])) digests[i] = snapshot->chunks[batch[i]].digest;
     }
     LATTICED_ASSIGN_OR_RETURN(auto encoded, encode(batch, digests));
     for (size_t i = 0; i < batch.size(); ++i) {
       SharedBytes& data = encoded[i];
       const SharedBytes& had = snapshot->chunks[batch[i]].data;
-      const bool same = comparable && (data.data == nullptr || SameBytes(had, data));
+      const bool same =
+          comparable_chunk(batch[i]) && (data.data == nullptr || SameBytes(had, data));
       if (same) {
         // Host and device have different digests for the same vertices, and may take turns at encoding.
         snapshot->chunks.SetDigest(batch[i], digests[i]);
       } else {
-        snapshot->chunks.Set(batch[i], {snapshot->revision, std::move(data), digests[i]});
+        snapshot->chunks.Set(batch[i], {snapshot->revision, std::move(data), digests[i],
+                                        Share(patterns_of(batch[i]))});
       }
     }
     done += batch.size();

@@ -23,13 +23,16 @@ namespace latticed {
 // DeformView::Encode of one batch of chunks.
 using EncodeBatch = absl::FunctionRef<absl::StatusOr<std::vector<SharedBytes>>(
     std::span<const uint32_t> chunks, std::span<VertexDigest> digests)>;
+// DeformView::Patterns of a chunk.
+using PatternsOfChunk = absl::FunctionRef<std::span<const uint16_t>(uint32_t chunk)>;
 
 // Encodes `chunks` in batches and takes the others from `before`, which may be null if `chunks` are
 // all. A chunk whose vertices are those of its old bytes is not encoded and keeps its revision, as
-// does one whose new bytes equal the old ones.
+// does one whose new bytes equal the old ones. Another pattern of a patch is always a change.
 [[nodiscard]] absl::StatusOr<std::shared_ptr<Snapshot>> EncodeSnapshot(
     const ViewKey& key, const SceneState& state, std::span<const uint32_t> chunks,
-    const ViewTraits& traits, const Snapshot* before, EncodeBatch encode);
+    const ViewTraits& traits, const Snapshot* before, EncodeBatch encode,
+    PatternsOfChunk patterns_of);
 
 }  // namespace latticed
 

@@ -3,6 +3,7 @@
 #include "server/engine/render/render_view.h"
 
 #include <algorithm>
+#include <iterator>
 #include <numeric>
 #include <utility>
 
@@ -27,7 +28,7 @@ uint64_t VertexBytes(const DeformPlan& plan, const ViewKey& key) {
 }
 
 uint64_t SnapshotBytes(const DeformPlan& plan, const ViewKey& key) {
-  constexpr uint64_t kChunkHeaderBytes = 256;
+  constexpr uint64_t kChunkHeaderBytes = 256 + limits::kPatchesPerChunk * sizeof(uint16_t);
   const uint64_t snapshots = IsDraco(key.encoding) ? 1 : limits::kMaxSnapshotsPerView;
   return snapshots * (VertexBytes(plan, key) + kChunkHeaderBytes * plan.chunk_count());
 }
@@ -87,7 +88,7 @@ absl::StatusOr<std::shared_ptr<Snapshot>> RenderView::Render(const RenderWork& w
   LATTICED_RETURN_IF_ERROR(PrepareVertices(work.input));
   ++backend_->counts().evaluations;
   const absl::Time start = absl::Now();
-  LATTICED_RETURN_IF_ERROR(Evaluate(work));
+  LATTICED_ASSIGN_OR_RETURN(const auto changed, Evaluate(work));
   const absl::Duration evaluate_time = absl::Now() - start;
   {
     const MutexLock lock(&mutex_);
@@ -96,13 +97,16 @@ absl::StatusOr<std::shared_ptr<Snapshot>> RenderView::Render(const RenderWork& w
   const auto before = board_.newest();
   LATTICED_ASSIGN_OR_RETURN(
       auto snapshot,
-      EncodeSnapshot(key(), *work.input.state, work.chunks, traits_, before.get(),
-                     [&](std::span<const uint32_t> chunks, std::span<VertexDigest> digests)
-                         -> absl::StatusOr<std::vector<SharedBytes>> {
-                       if (!board_.watched()) return NobodyWatches();
-                       return backend_->Run(
-                           [&] { return vertices_->Encode(chunks, key().encoding, digests); });
-                     }));
+      EncodeSnapshot(
+          key(), *work.input.state, changed, traits_, before.get(),
+          [&](std::span<const uint32_t> chunks,
+              std::span<VertexDigest> digests) -> absl::StatusOr<std::vector<SharedBytes>> {
+            if (!board_.watched()) return NobodyWatches();
+            return backend_->Run(
+                [&] { return vertices_->Encode(chunks, key().encoding, digests); });
+          },
+          [&](uint32_t chunk) { return vertices_->Patterns(chunk); }));
+  snapshot->certified_error = vertices_->certified_error();
   snapshot->evaluate_time = evaluate_time;
   return snapshot;
 }
@@ -131,13 +135,13 @@ absl::Status RenderView::PrepareVertices(const RenderInput& input) {
   return absl::OkStatus();
 }
 
-absl::Status RenderView::Evaluate(const RenderWork& work) {
-  if (work.chunks.empty()) return absl::OkStatus();
+absl::StatusOr<std::vector<uint32_t>> RenderView::Evaluate(const RenderWork& work) {
+  if (work.chunks.empty()) return work.chunks;
   const SceneState& state = *work.input.state;
   // A failed evaluation may leave any vertices incomplete: the retry after an eviction evaluates all chunks.
   std::span<const uint32_t> named = work.chunks;
   std::vector<uint32_t> all;
-  return backend_->Run([&] {
+  LATTICED_RETURN_IF_ERROR(backend_->Run([&] {
     const absl::Status status = vertices_->Evaluate(*state.control_points, state.box, named);
     if (!status.ok()) {
       all.resize(state.plan->chunk_count());
@@ -145,7 +149,13 @@ absl::Status RenderView::Evaluate(const RenderWork& work) {
       named = all;
     }
     return status;
-  });
+  }));
+  LATTICED_RETURN_IF_ERROR(CheckHasPatterns(*vertices_));
+  const std::span<const uint32_t> also = vertices_->also_changed();
+  std::vector<uint32_t> changed;
+  changed.reserve(work.chunks.size() + also.size());
+  std::ranges::set_union(work.chunks, also, std::back_inserter(changed));
+  return changed;
 }
 
 void RenderView::Publish(std::shared_ptr<Snapshot> snapshot) {
@@ -166,6 +176,8 @@ bool RenderView::GiveUp(const RenderWork& work, const absl::Status& status) {
   if (stopped) {
     stage_ = Stage::kIdle;
     dirty_.Add(work.chunks);
+    // Those of an earlier turn do no harm.
+    if (vertices_ != nullptr) dirty_.Add(vertices_->also_changed());
   } else {
     stage_ = Stage::kFailed;
     dirty_.AddAll();

@@ -33,8 +33,9 @@ struct Snapshot {
   QuantisationBox box;
   std::shared_ptr<const DeformPlan> plan;
   ChunkTable chunks;
-  uint64_t held_bytes = 0;  // what the chunks keep in memory; chunk_blocks.h
-  absl::Time edit_time;     // when the edit that made the revision was committed
+  uint64_t held_bytes = 0;     // what the chunks keep in memory; chunk_blocks.h
+  double certified_error = 0;  // DeformView::certified_error
+  absl::Time edit_time;        // when the edit that made the revision was committed
   absl::Duration evaluate_time;
   absl::Duration encode_time;
 };

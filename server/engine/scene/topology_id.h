@@ -11,11 +11,17 @@
 #include <string>
 #include <string_view>
 
+#include "core/backend.h"
 #include "core/ffd/lattice.h"
 
 namespace latticed {
 
-// 32 hex digits of a hash, a dash, and the segments.
+// The segments that name the topology of a view: 0 for all views with a tolerance.
+[[nodiscard]] inline int TopologySegments(const ViewSpec& spec) {
+  return spec.tolerance > 0 ? 0 : spec.segments;
+}
+
+// 32 hex digits of a hash, a dash, and TopologySegments.
 [[nodiscard]] std::string TopologyId(std::string_view mesh_id, const LatticeStructure& structure,
                                      int segments);
 

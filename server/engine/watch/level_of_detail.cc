@@ -50,10 +50,19 @@ bool LevelOfDetail::GivesWay(const SceneState& state, uint64_t bytes, absl::Time
 
 void LevelOfDetail::Learn(const Snapshot& snapshot) {
   if (!limited()) return;
-  uint64_t bytes = 0;
-  for (size_t c = 0; c < snapshot.chunks.size(); ++c) bytes += snapshot.chunks[c].data.size;
+  uint64_t bytes = 0, points = 0;
+  for (size_t c = 0; c < snapshot.chunks.size(); ++c) {
+    const SnapshotChunk& chunk = snapshot.chunks[c];
+    bytes += chunk.data.size;
+    if (chunk.patterns != nullptr) points += PatternPoints(*chunk.patterns);
+  }
   const int segments = snapshot.view.spec.segments;
-  const auto points = snapshot.plan->patches.size() * static_cast<size_t>(PointsPerPatch(segments));
+  const size_t patches = snapshot.plan->patches.size();
+  if (points > 0) {
+    points_per_patch_[segments] = static_cast<double>(points) / static_cast<double>(patches);
+  } else {
+    points = patches * static_cast<size_t>(PointsPerPatch(segments));
+  }
   bytes_per_point_[segments] = static_cast<double>(bytes) / static_cast<double>(points);
 }
 
@@ -73,10 +82,17 @@ double LevelOfDetail::BytesPerPointOf(const ViewSpec& spec) const {
   return bytes + components / 8.0 * std::log2(static_cast<double>(from) / spec.segments);
 }
 
+double LevelOfDetail::PointsPerPatchOf(const ViewSpec& spec) const {
+  const double most = PointsPerPatch(spec.segments);
+  const auto measured = points_per_patch_.lower_bound(spec.segments);
+  if (!(spec.tolerance > 0) || measured == points_per_patch_.end()) return most;
+  return std::min(most, measured->second);
+}
+
 bool LevelOfDetail::Fits(uint64_t patches, const ViewSpec& spec) const {
-  const uint64_t points = patches * static_cast<uint64_t>(PointsPerPatch(spec.segments));
-  if (asked_.max_points > 0 && points > asked_.max_points) return false;
-  return static_cast<double>(points) * BytesPerPointOf(spec) <= UpdateBytes();
+  const double points = static_cast<double>(patches) * PointsPerPatchOf(spec);
+  if (asked_.max_points > 0 && points > static_cast<double>(asked_.max_points)) return false;
+  return points * BytesPerPointOf(spec) <= UpdateBytes();
 }
 
 }  // namespace latticed

@@ -12,6 +12,9 @@
 //   else                   the most segments with which all patches fit, at least 1; during a
 //                          drag they only fall, since another pattern sends everything anew
 //
+// With a tolerance, segments are the most points that a view may have (core/backend.h). Fewer of them double the tolerance.
+// Such a view is expected to have as many points as the newest snapshot of at least its segments, if they allow these.
+//
 // Bytes follow from those of the newest snapshots; a pattern not seen yet is taken for one whose
 // neighbours are farther apart: a bit more a component for every halving of the segments.
 //
@@ -51,11 +54,13 @@ class LevelOfDetail {
   bool limited() const { return asked_.max_points > 0 || asked_.max_bytes_per_second > 0; }
   double UpdateBytes() const;
   double BytesPerPointOf(const ViewSpec& spec) const;
+  double PointsPerPatchOf(const ViewSpec& spec) const;
   bool Fits(uint64_t patches, const ViewSpec& spec) const;
 
   WatchView asked_;
-  std::optional<int> reduced_;             // segments, during a drag
-  std::map<int, double> bytes_per_point_;  // measured, by segments
+  std::optional<int> reduced_;              // segments, during a drag
+  std::map<int, double> bytes_per_point_;   // measured, by segments
+  std::map<int, double> points_per_patch_;  // of views with a tolerance, measured, by segments
 };
 
 }  // namespace latticed

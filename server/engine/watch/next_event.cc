@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <numeric>
+#include <utility>
 
+#include "absl/container/btree_set.h"
 #include "core/base/limits.h"
 
 namespace latticed {
@@ -80,19 +82,46 @@ WatchEvent Begin(ClientState& client, const WatchOffer& offer) {
                       .view = in_force};
 }
 
-WatchEvent Batch(ClientState& client, const WatchOffer& offer) {
-  ClientUpdate& update = *client.update;
+ChunkBatch NextBatch(const ClientUpdate& update, const WatchOffer& offer) {
   ChunkBatch batch{
       .update_id = update.id, .topology_id = update.topology_id, .snapshot = offer.snapshot};
   const size_t enough = update.sent == 0 ? kFirstBatchBytes : limits::kMinChunkBatchBytes;
-  while (update.sent < update.chunks.size() && batch.bytes < enough) {
-    const uint32_t chunk = update.chunks[update.sent];
-    const size_t bytes = offer.snapshot->chunks[chunk].data.size;
+  for (size_t i = update.sent; i < update.chunks.size() && batch.bytes < enough; ++i) {
+    const uint32_t chunk = update.chunks[i];
+    const size_t bytes = offer.snapshot->chunks[chunk].bytes();
     if (!batch.chunks.empty() && batch.bytes + bytes > limits::kMaxChunkBatchBytes) break;
     batch.chunks.push_back(chunk);
     batch.bytes += bytes;
-    ++update.sent;
   }
+  return batch;
+}
+
+// Those of the batch that the client does not have, the first ones if they are many. The client then has them.
+ChunkPatterns TakeNewPatterns(ClientState& client, const ChunkBatch& batch) {
+  absl::btree_set<uint16_t> missing;
+  for (const uint32_t chunk : batch.chunks) {
+    const auto& patterns = batch.snapshot->chunks[chunk].patterns;
+    if (patterns == nullptr) continue;
+    for (const uint16_t code : *patterns) {
+      if (!client.patterns[code]) missing.insert(code);
+    }
+  }
+  ChunkPatterns taken;
+  for (const uint16_t code : missing) {
+    if (taken.size() == PatternNews::kMost) break;
+    taken.push_back(code);
+    client.patterns.set(code);
+  }
+  return taken;
+}
+
+WatchEvent Batch(ClientState& client, const WatchOffer& offer) {
+  ClientUpdate& update = *client.update;
+  ChunkBatch batch = NextBatch(update, offer);
+  if (ChunkPatterns codes = TakeNewPatterns(client, batch); !codes.empty()) {
+    return PatternNews{std::move(codes)};
+  }
+  update.sent += batch.chunks.size();
   if (const uint64_t rate = offer.asked.max_bytes_per_second; rate > 0) {
     const double seconds = static_cast<double>(batch.bytes) / static_cast<double>(rate);
     client.next_batch_time =
@@ -113,6 +142,7 @@ WatchEvent End(ClientState& client, const WatchOffer& offer) {
                     .revision = snapshot.revision,
                     .head_revision = offer.state->revision,
                     .full_detail = snapshot.view == offer.asked.key,
+                    .certified_error = snapshot.certified_error,
                     .queue_time = update.begin_time - snapshot.edit_time,
                     .evaluate_time = snapshot.evaluate_time,
                     .encode_time = snapshot.encode_time,

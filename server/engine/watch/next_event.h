@@ -14,6 +14,7 @@
 #ifndef LATTICED_SERVER_ENGINE_WATCH_NEXT_EVENT_H_
 #define LATTICED_SERVER_ENGINE_WATCH_NEXT_EVENT_H_
 
+#include <bitset>
 #include <cstddef>
 #include <cstdint>
 #include <deque>
@@ -24,6 +25,7 @@
 #include <vector>
 
 #include "absl/time/time.h"
+#include "core/adaptive/pattern_key.h"
 #include "server/engine/watch/watch_event.h"
 
 namespace latticed {
@@ -56,6 +58,7 @@ struct ClientState {
   std::optional<uint64_t> lattice_structure, lattice_revision;
   std::string topology_id;
   std::optional<std::pair<uint64_t, ViewKey>> quantisation;  // id and view
+  std::bitset<1 << kPatternCodeBits> patterns;               // by code
   std::optional<ClientSurface> had;  // in full; perhaps from an earlier watch
   std::optional<uint64_t> covered;   // revision of the last update_end
   std::optional<ClientUpdate> update;

@@ -17,9 +17,9 @@ constexpr size_t kMacDigits = 32;  // 128 bits
 // All numbers that distinguish one view from another.
 std::string KeyText(const ViewKey& key) {
   const ViewSpec& s = key.spec;
-  return fmt::format("{}.{}.{}.{}.{}.{}", s.segments, static_cast<int>(s.normals),
+  return fmt::format("{}.{}.{}.{}.{}.{}.{}", s.segments, static_cast<int>(s.normals),
                      static_cast<int>(s.format), s.position_bits, s.normal_bits,
-                     static_cast<int>(key.encoding));
+                     static_cast<int>(key.encoding), s.tolerance);
 }
 
 }  // namespace

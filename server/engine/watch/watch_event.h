@@ -4,7 +4,7 @@
 // What a watcher is sent, without a transport: the events of proto/latticed/v1/scene.proto's
 // SceneEvent that follow from the scene.
 //
-//   lattice (whole, then deltas) | topology, quantisation when they change | begin, batches, end
+//   lattice (whole, then deltas) | topology, quantisation when they change | begin, patterns and batches, end
 #ifndef LATTICED_SERVER_ENGINE_WATCH_WATCH_EVENT_H_
 #define LATTICED_SERVER_ENGINE_WATCH_WATCH_EVENT_H_
 
@@ -33,6 +33,11 @@ struct TopologyNews {
 struct QuantisationNews {
   std::shared_ptr<const Snapshot> snapshot;
 };
+// Patterns that the client does not have, PatternKey::Code of each, ascending.
+struct PatternNews {
+  static constexpr size_t kMost = 8;  // about 180 KB on the wire
+  ChunkPatterns codes;
+};
 struct UpdateBegins {
   uint64_t update_id = 0;
   uint64_t revision = 0;
@@ -53,12 +58,14 @@ struct UpdateEnds {
   uint64_t head_revision = 0;
   uint64_t applied_sequence = 0;
   bool full_detail = true;
+  double certified_error = 0;
   std::string resume_token;
   absl::Duration queue_time, evaluate_time, encode_time, send_time;
 };
 
-using WatchEvent = std::variant<LatticeWhole, std::shared_ptr<const LatticeDelta>, TopologyNews,
-                                QuantisationNews, UpdateBegins, ChunkBatch, UpdateEnds>;
+using WatchEvent =
+    std::variant<LatticeWhole, std::shared_ptr<const LatticeDelta>, TopologyNews, QuantisationNews,
+                 PatternNews, UpdateBegins, ChunkBatch, UpdateEnds>;
 
 }  // namespace latticed
 

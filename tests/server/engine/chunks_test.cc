@@ -1,13 +1,18 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
+#include <array>
 #include <memory>
+#include <span>
+#include <utility>
 #include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "core/base/limits.h"
 #include "server/engine/render/chunk_set.h"
 #include "server/engine/render/chunk_table.h"
+#include "server/engine/render/encode_snapshot.h"
 
 namespace latticed {
 namespace {
@@ -147,6 +152,56 @@ TEST(ChunkSet, ForgetsWhatASmallerPlanDoesNotHave) {
 
   EXPECT_EQ(set.Take(4), (Chunks{2}));
   EXPECT_TRUE(set.Take(20).empty());
+}
+
+// A view without a device: its vertices are their own digest, and encoding them gives them.
+class EncodeSnapshotTest : public ::testing::Test {
+ protected:
+  EncodeSnapshotTest() {
+    auto plan = std::make_shared<DeformPlan>();
+    plan->patches.resize(2 * limits::kPatchesPerChunk);
+    state_.plan = std::move(plan);
+  }
+  std::shared_ptr<Snapshot> Encode(const Snapshot* before) {
+    ++state_.revision;
+    const uint32_t chunks[] = {0, 1};
+    auto snapshot = EncodeSnapshot(
+        {}, state_, chunks, {}, before,
+        [&](std::span<const uint32_t> some, std::span<VertexDigest> digests) {
+          std::vector<SharedBytes> encoded(some.size());
+          for (size_t i = 0; i < some.size(); ++i) {
+            const VertexDigest digest{vertices_[some[i]], 1};
+            if (std::exchange(digests[i], digest) == digest) continue;
+            ++encoded_;
+            encoded[i] = MakeSharedBytes({vertices_[some[i]]});
+          }
+          return encoded;
+        },
+        [&](uint32_t chunk) -> std::span<const uint16_t> { return patterns_[chunk]; });
+    return *snapshot;
+  }
+
+  SceneState state_;
+  std::array<uint8_t, 2> vertices_ = {5, 6};
+  std::array<ChunkPatterns, 2> patterns_;
+  size_t encoded_ = 0;
+};
+
+TEST_F(EncodeSnapshotTest, AnotherPatternIsAChangeWhateverTheBytes) {
+  patterns_ = {ChunkPatterns{1}, ChunkPatterns{2}};
+  const auto first = Encode(nullptr);
+  const auto second = Encode(first.get());
+  EXPECT_EQ(encoded_, 2u) << "nothing has changed";
+  EXPECT_EQ(second->chunks[1].revision, 1u);
+
+  patterns_[1] = {8};
+  const auto third = Encode(second.get());
+
+  EXPECT_EQ(encoded_, 3u);
+  EXPECT_EQ(third->chunks[0].revision, 1u);
+  EXPECT_EQ(third->chunks[1].revision, 3u);
+  EXPECT_EQ(*third->chunks[1].patterns, ChunkPatterns{8});
+  EXPECT_THAT(third->chunks.ChangedAfter(2), ElementsAre(1));
 }
 
 }  // namespace

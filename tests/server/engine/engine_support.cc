@@ -103,6 +103,7 @@ void WatcherClient::Reconnect(const WatcherOptions& options) {
   current_.reset();
   staged_.clear();
   topology_id_.clear();
+  patterns_.clear();
   must_restart_ = false;
   first_update_ = updates_.size();
   if (!watcher_->resumed()) chunks_.clear();
@@ -188,6 +189,13 @@ void WatcherClient::Take(const QuantisationNews& event) {
   ++quantisations_;
 }
 
+void WatcherClient::Take(const PatternNews& event) {
+  EXPECT_TRUE(current_.has_value());
+  for (const uint16_t code : event.codes) {
+    EXPECT_TRUE(patterns_.insert(code).second) << "each pattern comes once";
+  }
+}
+
 void WatcherClient::Take(const UpdateBegins& event) {
   EXPECT_EQ(current_.has_value(), event.restart) << "restart, and only it, drops an update";
   if (!updates_.empty()) {
@@ -207,6 +215,11 @@ void WatcherClient::Take(const ChunkBatch& event) {
   EXPECT_EQ(event.snapshot->box.id, quantisation_id_);
   EXPECT_EQ(event.snapshot->revision, current_->begin.revision) << "one update, one revision";
   for (const uint32_t chunk : event.chunks) {
+    const auto& patterns = event.snapshot->chunks[chunk].patterns;
+    EXPECT_EQ(patterns != nullptr, event.snapshot->view.spec.tolerance > 0);
+    for (const uint16_t code : patterns != nullptr ? *patterns : ChunkPatterns()) {
+      EXPECT_TRUE(patterns_.contains(code)) << "a pattern comes before its first use";
+    }
     EXPECT_TRUE(staged_.emplace(chunk, event.snapshot->chunks[chunk].data).second)
         << "every chunk of an update comes once";
   }

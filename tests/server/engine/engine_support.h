@@ -10,6 +10,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -87,6 +88,7 @@ class WatcherClient {
   void Take(const std::shared_ptr<const LatticeDelta>& delta);
   void Take(const TopologyNews& event);
   void Take(const QuantisationNews& event);
+  void Take(const PatternNews& event);
   void Take(const UpdateBegins& event);
   void Take(const ChunkBatch& event);
   void Take(const UpdateEnds& event);
@@ -110,6 +112,7 @@ class WatcherClient {
   std::map<uint32_t, SharedBytes> staged_;
   std::string topology_id_;
   uint64_t quantisation_id_ = 0;
+  std::set<uint16_t> patterns_;  // since Reconnect
   std::vector<Update> updates_;
   size_t first_update_ = 0;  // the first update since Reconnect
 };

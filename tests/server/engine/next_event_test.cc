@@ -45,7 +45,8 @@ std::shared_ptr<const LatticeDelta> MakeDelta(uint64_t revision, uint64_t struct
   return delta;
 }
 
-// "lattice 3", "delta 4", "topology t", "quantisation 1", "begin 1@5 restart", "batch 0 1", "end 1@5"; "-" for none.
+// "lattice 3", "delta 4", "topology t", "quantisation 1", "begin 1@5 restart", "patterns 0 9", "batch 0 1",
+// "end 1@5"; "-" for none.
 std::string Text(const NextEvent& next) {
   if (!next.event.has_value()) return "-";
   struct {
@@ -58,6 +59,11 @@ std::string Text(const NextEvent& next) {
     std::string operator()(const TopologyNews& e) { return "topology " + e.topology_id; }
     std::string operator()(const QuantisationNews& e) {
       return "quantisation " + std::to_string(e.snapshot->box.id);
+    }
+    std::string operator()(const PatternNews& e) {
+      std::string text = "patterns";
+      for (const uint16_t code : e.codes) text += " " + std::to_string(code);
+      return text;
     }
     std::string operator()(const UpdateBegins& e) {
       return "begin " + std::to_string(e.update_id) + "@" + std::to_string(e.revision) +
@@ -128,6 +134,61 @@ TEST_F(NextEventTest, AnUpdateHoldsTheChunksThatChangedSinceTheLast) {
 
   Edit(3, MakeSnapshot(3, {0, 1}));
   EXPECT_THAT(Drain(), ElementsAre("begin 3@3", "end 3@3")) << "covered, without a chunk";
+}
+
+// Chunks of a view with a tolerance.
+std::shared_ptr<const Snapshot> MakeAdaptive(uint64_t revision, std::vector<uint64_t> revisions,
+                                             std::vector<ChunkPatterns> patterns) {
+  auto snapshot = std::make_shared<Snapshot>();
+  snapshot->revision = revision;
+  snapshot->structure_id = 1;
+  snapshot->view.spec.tolerance = 1;
+  snapshot->certified_error = 0.75;
+  snapshot->box.id = 1;
+  snapshot->chunks = ChunkTable(revisions.size());
+  for (size_t c = 0; c < revisions.size(); ++c) {
+    snapshot->chunks.Set(c, {revisions[c], MakeSharedBytes(std::vector<uint8_t>(kChunkBytes)),
+                             VertexDigest(), std::make_shared<ChunkPatterns>(patterns[c])});
+  }
+  return snapshot;
+}
+
+TEST_F(NextEventTest, PatternsComeOnceBeforeTheChunksThatUseThem) {
+  offer_.snapshot = MakeAdaptive(0, {0, 0, 0}, {{9, 0, 9}, {73, 0}, {512, 9}});
+  EXPECT_THAT(Drain(),
+              ElementsAre("lattice 0", "topology t", "quantisation 1", "begin 1@0", "patterns 0 9",
+                          "batch 0", "patterns 73 512", "batch 1 2", "end 1@0"));
+
+  Acknowledge(client_, client_.last_update_id);
+  Edit(1, MakeAdaptive(1, {1, 1, 0}, {{9, 0, 9}, {73, 1}, {512, 9}}));
+  EXPECT_THAT(Drain(), ElementsAre("begin 2@1", "batch 0", "patterns 1", "batch 1", "end 2@1"));
+}
+
+TEST_F(NextEventTest, ManyPatternsComeInSeveralEvents) {
+  offer_.snapshot = MakeAdaptive(0, {0}, {{0, 1, 2, 3, 4, 5, 8, 9, 10, 11}});
+
+  EXPECT_THAT(Drain(),
+              ElementsAre("lattice 0", "topology t", "quantisation 1", "begin 1@0",
+                          "patterns 0 1 2 3 4 5 8 9", "patterns 10 11", "batch 0", "end 1@0"));
+}
+
+TEST_F(NextEventTest, ADroppedUpdateLeavesThePatternsThatCame) {
+  offer_.snapshot = MakeAdaptive(0, {0, 0}, {{1}, {2}});
+  while (Text(Next(client_, offer_)) != "patterns 1") continue;
+  DropUpdate(client_);
+
+  EXPECT_THAT(Drain(),
+              ElementsAre("begin 2@0 restart", "batch 0", "patterns 2", "batch 1", "end 2@0"));
+}
+
+TEST_F(NextEventTest, AnUpdateEndsWithTheErrorOfItsSnapshot) {
+  offer_.snapshot = MakeAdaptive(0, {0}, {{1}});
+  NextEvent next;
+  do {
+    next = Next(client_, offer_);
+  } while (!std::holds_alternative<UpdateEnds>(*next.event));
+
+  EXPECT_EQ(std::get<UpdateEnds>(*next.event).certified_error, 0.75);
 }
 
 TEST_F(NextEventTest, ALatticeComesAsDeltasOrWhole) {

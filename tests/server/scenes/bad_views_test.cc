@@ -3,7 +3,9 @@
 //
 // Views out of range, too many views, and unknown ids. Every rpc that takes one gives the same
 // refusal.
+#include <cmath>
 #include <functional>
+#include <limits>
 
 #include "tests/server/support/server_test.h"
 #include "tests/support/becomes.h"
@@ -38,6 +40,26 @@ const std::vector<BadView>& BadViews() {
        "drag_position_bits", "got 17, allowed is 8 to 16"},
       {"drag normal bits 5", [](V& v) { v.set_drag_normal_bits(5); }, "OUT_OF_RANGE",
        "drag_normal_bits", "got 5, allowed is 6 to 12"},
+      {"negative tolerance", [](V& v) { v.set_tolerance(-1); }, "OUT_OF_RANGE", "tolerance",
+       "got -1, allowed is 0 or more"},
+      {"no tolerance at all", [](V& v) { v.set_tolerance(std::nan("")); }, "NOT_FINITE",
+       "tolerance", ""},
+      {"infinite tolerance", [](V& v) { v.set_tolerance(std::numeric_limits<double>::infinity()); },
+       "NOT_FINITE", "tolerance", ""},
+      {"a tolerance below any grid", [](V& v) { v.set_tolerance(1e-9); }, "OUT_OF_RANGE",
+       "tolerance", "16 position bits allow"},
+      {"a tolerance below floats",
+       [](V& v) {
+         v.set_tolerance(1e-9);
+         v.set_encoding(v1::ENCODING_RAW);
+       },
+       "OUT_OF_RANGE", "tolerance", "float32 positions allow"},
+      {"a tolerance below its bits",
+       [](V& v) {
+         v.set_tolerance(1e-3);
+         v.set_position_bits(8);
+       },
+       "OUT_OF_RANGE", "position_bits", "got 8, a tolerance of 0.001 needs 1"},
       {"normals of a later version", [](V& v) { v.set_normals(static_cast<v1::NormalMode>(9)); },
        "UNSUPPORTED", "normals", "value 9"},
       {"control nets", [](V& v) { v.set_encoding(v1::ENCODING_CONTROL_NETS); }, "UNSUPPORTED",

@@ -51,7 +51,7 @@ class ExportMemoryTest : public ::testing::Test {
     ASSERT_OK(file);
     const size_t peak = counted.peak();
     fmt::print("{:>12} {:5} {:>11} bytes, {:>11} at the peak, {:>11} asked for: {:.2f}\n", name,
-               ExportExtension(spec.format), file->size(), peak, asked,
+               ExportExtension(spec.format), file->bytes.size(), peak, asked,
                static_cast<double>(asked) / static_cast<double>(peak));
 
     EXPECT_LE(peak, asked) << name;
@@ -82,6 +82,20 @@ class ExportMemoryTest : public ::testing::Test {
 TEST_F(ExportMemoryTest, OfManySegments) {
   Make(UglyGrid(40, false));
   ExpectAllBounded("10 segments", 10);
+}
+
+// The segments limit the points, so that the view has nearly as many as it may have.
+TEST_F(ExportMemoryTest, OfATolerance) {
+  Make(std::make_shared<const PolygonMesh>(testing::TorusMesh(40, 30)), 0.2);
+  for (const auto format : kFormats) {
+    if (!format.has_value()) continue;
+    const double tolerance =
+        format == MeshFormat::kDraco ? 1.2e-4 : 1e-6;  // above the rounding of 16 bits
+    for (const NormalMode normals : {NormalMode::kNone, NormalMode::kSmooth}) {
+      ExpectBounded("tolerance",
+                    {.format = format, .segments = 8, .tolerance = tolerance, .normals = normals});
+    }
+  }
 }
 
 TEST_F(ExportMemoryTest, OfOneSegment) {
@@ -128,7 +142,7 @@ TEST_F(ExportMemoryTest, OfMaterialsOfTheUpload) {
     const auto file = ExportSurface(input_, spec, NeverStop);
     ASSERT_OK(file);
     EXPECT_LE(counted.peak(), asked) << MeshFormatName(format);
-    EXPECT_GT(file->size(), format == MeshFormat::kGlb ? picture.size() : 0);
+    EXPECT_GT(file->bytes.size(), format == MeshFormat::kGlb ? picture.size() : 0);
   }
 }
 

@@ -87,7 +87,8 @@ std::map<std::pair<uint32_t, uint32_t>, int> EdgeUses(const PolygonMesh& mesh) {
 TEST_F(ExportTest, CornersMatchTheDefinition) {
   Make(std::make_shared<const PolygonMesh>(testing::TorusMesh(12, 8, {100, 0, -50})), 0.2);
   for (const int segments : {1, 2, 3, 6}) {
-    const auto mesh = ExactSurface(input_, segments, NormalMode::kFacet, NeverStop);
+    const auto mesh =
+        ExactSurface(input_, {.segments = segments, .normals = NormalMode::kFacet}, NeverStop);
     ASSERT_OK(mesh);
     ASSERT_OK(Validate(*mesh));
     ASSERT_EQ(mesh->corner_count(),
@@ -108,14 +109,57 @@ TEST_F(ExportTest, CornersMatchTheDefinition) {
 TEST_F(ExportTest, ATorusIsOneClosedSurface) {
   Make(std::make_shared<const PolygonMesh>(testing::TorusMesh(12, 8)), 0.2);
   for (const int segments : {1, 2, 5}) {
-    const auto mesh = ExactSurface(input_, segments, NormalMode::kNone, NeverStop);
+    const auto mesh =
+        ExactSurface(input_, {.segments = segments, .normals = NormalMode::kNone}, NeverStop);
     ASSERT_OK(mesh);
     const auto edges = EdgeUses(*mesh);
     for (const auto& [edge, uses] : edges) ASSERT_EQ(uses, 2) << edge.first << ' ' << edge.second;
     EXPECT_EQ(mesh->positions.size() + mesh->face_count(), edges.size());  // Euler: 0
     EXPECT_EQ(mesh->positions.size(),
-              WeldedPoints(*input_.state->plan, *input_.state->control_points, segments).count());
+              WeldedPoints(*input_.state->plan, *input_.state->control_points,
+                           SurfacePatterns(*input_.state->plan, segments))
+                  .count());
   }
+}
+
+// Neighbours have different patterns. Each edge still belongs to two triangles.
+TEST_F(ExportTest, ATorusByToleranceIsOneClosedSurface) {
+  Make(std::make_shared<const PolygonMesh>(testing::TorusMesh(12, 8)), 0.2);
+  size_t last = 0;
+  for (const double tolerance : {3e-2, 3e-3, 3e-4}) {
+    SCOPED_TRACE(tolerance);
+    double certified_error = 0;
+    const auto mesh =
+        ExactSurface(input_, {.segments = 32, .tolerance = tolerance, .normals = NormalMode::kNone},
+                     NeverStop, &certified_error);
+    ASSERT_OK(mesh);
+    ASSERT_OK(Validate(*mesh));
+    const auto edges = EdgeUses(*mesh);
+    for (const auto& [edge, uses] : edges) ASSERT_EQ(uses, 2) << edge.first << ' ' << edge.second;
+    EXPECT_EQ(mesh->positions.size() + mesh->face_count(), edges.size());  // Euler: 0
+    EXPECT_GT(mesh->face_count(), last);
+    last = mesh->face_count();
+    EXPECT_GT(certified_error, 0);
+    EXPECT_LE(certified_error, tolerance);
+  }
+}
+
+// The grid of a DRC file is part of the certified error.
+TEST_F(ExportTest, ADracoFileCertifiesItsRounding) {
+  Make(std::make_shared<const PolygonMesh>(testing::TorusMesh(12, 8)), 0.2);
+  const auto certified = [&](std::optional<MeshFormat> format, int bits) {
+    const auto file = ExportSurface(
+        input_, {.format = format, .segments = 32, .tolerance = 1e-2, .position_bits = bits},
+        NeverStop);
+    EXPECT_OK(file);
+    return file->certified_error;
+  };
+  const double ply = certified(MeshFormat::kPly, 16), coarse = certified(MeshFormat::kDraco, 10);
+  EXPECT_GT(ply, 0);
+  EXPECT_LE(ply, 1e-2);
+  EXPECT_GT(coarse, input_.state->box.step(10) / 2);
+  EXPECT_LE(coarse, 1e-2);
+  EXPECT_EQ(certified(std::nullopt, 16), 0) << "control nets are exact";
 }
 
 // The lattice holds half of the torus; its face tears off.
@@ -131,8 +175,9 @@ TEST_F(ExportTest, ATornSeamHasBothPlaces) {
   const auto torn = testing::MakeInput(render_backend_, mesh, moved);
   ASSERT_OK(torn);
 
-  const auto whole = ExactSurface(*closed, 3, NormalMode::kNone, NeverStop);
-  const auto parts = ExactSurface(*torn, 3, NormalMode::kNone, NeverStop);
+  const auto whole =
+      ExactSurface(*closed, {.segments = 3, .normals = NormalMode::kNone}, NeverStop);
+  const auto parts = ExactSurface(*torn, {.segments = 3, .normals = NormalMode::kNone}, NeverStop);
   ASSERT_OK(whole);
   ASSERT_OK(parts);
   for (const auto& [edge, uses] : EdgeUses(*whole)) ASSERT_EQ(uses, 2);
@@ -146,7 +191,7 @@ TEST_F(ExportTest, ATornSeamHasBothPlaces) {
 }
 
 TEST_F(ExportTest, UvsAreInterpolatedAndGroupsKept) {
-  const auto mesh = ExactSurface(input_, 4, NormalMode::kNone, NeverStop);
+  const auto mesh = ExactSurface(input_, {.segments = 4, .normals = NormalMode::kNone}, NeverStop);
 
   ASSERT_OK(mesh);
   EXPECT_TRUE(mesh->normals.empty());

@@ -46,17 +46,20 @@ void EventLog::Take(const v1::SceneEvent& event) {
       EXPECT_EQ(event.chunks().update_id(), begins.back().update_id());
       EXPECT_EQ(event.chunks().topology_id(), topologies.back().topology_id());
       EXPECT_EQ(event.chunks().quantisation_id(), quantisations.back().quantisation_id());
-      for (const v1::Chunk& chunk : event.chunks().chunks()) {
-        EXPECT_LE(chunk.revision(), begins.back().revision());
-        EXPECT_TRUE(staged_.emplace(chunk.index(), chunk.data()).second);
-      }
+      for (const v1::Chunk& chunk : event.chunks().chunks()) TakeChunk(chunk);
+      break;
+    case v1::SceneEvent::kPatterns:
+      TakePatterns(event);
       break;
     case v1::SceneEvent::kUpdateEnd:
       EXPECT_TRUE(in_update_);
       in_update_ = false;
       EXPECT_EQ(event.update_end().revision(), begins.back().revision());
       EXPECT_EQ(staged_.size(), begins.back().chunk_count());
-      for (auto& [index, data] : staged_) chunks[index] = std::move(data);
+      for (auto& [index, chunk] : staged_) {
+        chunks[index] = std::move(*chunk.mutable_data());
+        levels[index] = std::move(*chunk.mutable_levels());
+      }
       EXPECT_GE(event.update_end().revision(), ends.empty() ? 0 : ends.back().revision());
       ends.push_back(event.update_end());
       break;
@@ -76,6 +79,25 @@ void EventLog::Take(const v1::SceneEvent& event) {
     default:
       ADD_FAILURE() << "unexpected " << event.ShortDebugString();
   }
+}
+
+void EventLog::TakePatterns(const v1::SceneEvent& event) {
+  EXPECT_LT(event.ByteSizeLong(), size_t{1} << 20);
+  EXPECT_GT(event.patterns().patterns_size(), 0);
+  for (const v1::PatchPattern& pattern : event.patterns().patterns()) {
+    EXPECT_TRUE(patterns.emplace(pattern.code(), pattern).second) << "each comes once";
+  }
+}
+
+void EventLog::TakeChunk(const v1::Chunk& chunk) {
+  EXPECT_LE(chunk.revision(), begins.back().revision());
+  EXPECT_EQ(chunk.levels().empty(), begins.back().view().tolerance() == 0);
+  for (size_t i = 0; i + 1 < chunk.levels().size(); i += 2) {
+    const uint32_t code = static_cast<uint8_t>(chunk.levels()[i]) |
+                          static_cast<uint32_t>(static_cast<uint8_t>(chunk.levels()[i + 1])) << 8;
+    EXPECT_TRUE(patterns.contains(code)) << "a pattern comes before its first use";
+  }
+  EXPECT_TRUE(staged_.emplace(chunk.index(), chunk).second);
 }
 
 }  // namespace latticed::testing

@@ -96,6 +96,28 @@ TEST_F(LevelOfDetailTest, KeepsFullDetailWhereTheUpdateFitsWhole) {
   EXPECT_EQ(Chosen(detail, 1, kDrag, /*whole=*/true), 2) << "every chunk would be sent";
 }
 
+// With a tolerance, a snapshot shows how many points a patch has: here 6, as of the pattern of 2 segments.
+TEST_F(LevelOfDetailTest, ExpectsThePointsThatASnapshotHas) {
+  asked_.key.spec.tolerance = 0.01;
+  asked_.max_points = 6 * patches_;
+  LevelOfDetail unknown(asked_);
+  EXPECT_EQ(Chosen(unknown, patches_), 2) << "as many as the segments allow";
+
+  Snapshot snapshot = Sent(4, 8);
+  SnapshotChunk chunk = snapshot.chunks[0];
+  chunk.patterns = std::make_shared<ChunkPatterns>(patches_, 1 | 1 << 3 | 1 << 6);
+  chunk.data.size = 6 * patches_ * 8;
+  snapshot.chunks.Set(0, chunk);
+  LevelOfDetail detail(asked_);
+  detail.Learn(snapshot);
+  EXPECT_EQ(Chosen(detail, patches_), 4) << "full detail fits";
+
+  asked_.max_points = 6 * patches_ - 1;
+  LevelOfDetail less(asked_);
+  less.Learn(snapshot);
+  EXPECT_EQ(Chosen(less, patches_), 1) << "segments that allow less than 6 points";
+}
+
 TEST_F(LevelOfDetailTest, BitsFallWhileAGestureIsOpen) {
   asked_.drag_position_bits = 11;
   LevelOfDetail detail(asked_);

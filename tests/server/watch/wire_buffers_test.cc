@@ -4,12 +4,15 @@
 // Chunks as gRPC gets them: the bytes are protobuf's, and the payload is not copied from the snapshot.
 #include "server/wire/wire_buffers.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <memory>
 #include <string>
 #include <vector>
+
+#include <grpcpp/support/proto_buffer_reader.h>
 
 namespace latticed::testing {
 namespace {
@@ -19,7 +22,9 @@ std::shared_ptr<const Snapshot> TwoChunks() {
   snapshot->box.id = 3;
   snapshot->chunks = ChunkTable(2);
   snapshot->chunks.Set(0, {7, MakeSharedBytes(std::vector<uint8_t>(5'000, 'a')), {}});
-  snapshot->chunks.Set(1, {9, MakeSharedBytes(std::vector<uint8_t>(300, 'b')), {}});
+  // Of a view with a tolerance; the other one has no patterns.
+  snapshot->chunks.Set(1, {9, MakeSharedBytes(std::vector<uint8_t>(300, 'b')), VertexDigest(),
+                           std::make_shared<ChunkPatterns>(ChunkPatterns{0x0102, 0x0009})});
   return snapshot;
 }
 
@@ -76,8 +81,41 @@ TEST(WireBuffers, TheBytesAreProtobufs) {
     added.set_index(i);
     added.set_revision(chunk.revision);
     added.set_data(chunk.data.data, chunk.data.size);
+    if (i == 1) added.set_levels(std::string("\x02\x01\x09\x00", 4));
   }
   EXPECT_TRUE(bytes == expected.SerializeAsString());
+}
+
+TEST(WireBuffers, PatternsAreThoseOfTheirCodes) {
+  v1::SceneEvent event;
+  grpc::ByteBuffer bytes =
+      EncodeEvent(WatchEvent(PatternNews{{0, 1 | 1 << 3 | 1 << 6, 1 | 1 << 9}}));
+  grpc::ProtoBufferReader reader(&bytes);
+  ASSERT_TRUE(event.ParseFromZeroCopyStream(&reader));
+
+  ASSERT_EQ(event.patterns().patterns_size(), 3);
+  const v1::PatchPattern& flat = event.patterns().patterns(0);
+  EXPECT_EQ(flat.code(), 0u);
+  EXPECT_EQ(flat.denominator(), 1u);
+  EXPECT_THAT(flat.points(), ::testing::ElementsAre(1, 0, 0, 0, 1, 0, 0, 0, 1));
+  EXPECT_THAT(flat.triangles(), ::testing::ElementsAre(0, 1, 2));
+  const v1::PatchPattern& halves = event.patterns().patterns(1);
+  EXPECT_EQ(halves.denominator(), 2u);
+  EXPECT_EQ(halves.points_size(), 3 * 6);
+  EXPECT_EQ(halves.triangles_size(), 3 * 4);
+  const v1::PatchPattern& one_edge = event.patterns().patterns(2);
+  EXPECT_THAT(one_edge.points(), ::testing::ElementsAre(2, 0, 0, 1, 1, 0, 0, 2, 0, 0, 0, 2));
+  EXPECT_EQ(one_edge.triangles_size(), 3 * 2);
+}
+
+// The largest event of patterns stays below the bytes that a stream reserves for it, which are 192 KiB.
+TEST(WireBuffers, PatternsFitAMessage) {
+  size_t largest = 0;
+  for (uint16_t first = 0; first < 1 << kPatternCodeBits; ++first) {
+    if (!PatternKey::FromCode(first).has_value()) continue;
+    largest = std::max(largest, EncodeEvent(WatchEvent(PatternNews{{first}})).Length());
+  }
+  EXPECT_LT(PatternNews::kMost * largest, size_t{192} << 10);
 }
 
 }  // namespace

@@ -66,11 +66,37 @@ TEST(ViewConverter, RoundTripsThroughTheMessage) {
   options.set_max_bytes_per_second(6);
   options.set_drag_position_bits(11);
   options.set_drag_normal_bits(7);
+  options.set_tolerance(0.125);
 
   const auto view = WatchViewFromProto(options, DefaultView(false), "view");
 
   ASSERT_OK(view);
   EXPECT_EQ(ToProto(*view).SerializeAsString(), options.SerializeAsString());
+}
+
+TEST(ViewConverter, ATolerancesBitsAreChosenLater) {
+  v1::ViewOptions by_tolerance, by_segments, more_bits;
+  by_tolerance.set_tolerance(0.5);
+  by_segments.set_segments(3);
+  more_bits.set_position_bits(15);
+  const auto scene = DefaultViewFromProto(by_tolerance, DefaultView(false), "default_view");
+  ASSERT_OK(scene);
+  EXPECT_EQ(scene->key.spec.tolerance, 0.5);
+  EXPECT_EQ(scene->key.spec.position_bits, 0);
+
+  const auto same = WatchViewFromProto({}, *scene, "view");
+  const auto uniform = WatchViewFromProto(by_segments, *scene, "view");
+  const auto more = WatchViewFromProto(more_bits, *scene, "view");
+
+  ASSERT_OK(same);
+  EXPECT_EQ(same->key, scene->key);
+  ASSERT_OK(uniform);
+  EXPECT_EQ(uniform->key.spec.tolerance, 0) << "segments alone ask for a view without a tolerance";
+  EXPECT_EQ(uniform->key.spec.segments, 3);
+  EXPECT_EQ(uniform->key.spec.position_bits, 12);
+  ASSERT_OK(more);
+  EXPECT_EQ(more->key.spec.tolerance, 0.5);
+  EXPECT_EQ(more->key.spec.position_bits, 15);
 }
 
 TEST(ViewConverter, BitsWithoutEffectMakeNoOtherView) {

@@ -1,0 +1,56 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/engine/watch/view_tolerance.h"
+
+#include "core/adaptive/edge_levels.h"
+#include "core/base/error.h"
+#include "core/base/limits.h"
+#include "fmt/format.h"
+
+namespace latticed {
+namespace {
+
+// The least tolerance that MeetsTolerance takes.
+double LeastTolerance(const QuantisationBox& box, int position_bits) {
+  return 1.5 * PointError(box, position_bits);
+}
+
+absl::Status TooSmall(double tolerance, double least, std::string_view how,
+                      std::string_view field) {
+  return error::InvalidField(fmt::format("{}.tolerance", field),
+                             fmt::format("got {}, {} allow {:.3g} or more", tolerance, how, least),
+                             "OUT_OF_RANGE");
+}
+
+}  // namespace
+
+absl::StatusOr<WatchView> SettleTolerance(const WatchView& view, Pipeline pipeline,
+                                          const QuantisationBox& box, std::string_view field) {
+  const double tolerance = view.key.spec.tolerance;
+  if (!(tolerance > 0)) return view;
+  if (pipeline != Pipeline::kFused) {
+    return error::InvalidField(fmt::format("{}.tolerance", field), "it needs the pipeline 'fused'",
+                               "UNSUPPORTED");
+  }
+  if (view.key.spec.format == VertexFormat::kFloat32) {
+    if (MeetsTolerance(tolerance, box, 0)) return view;
+    return TooSmall(tolerance, LeastTolerance(box, 0), "float32 positions", field);
+  }
+  const auto least_bits = LeastPositionBits(tolerance, box);
+  if (!least_bits.has_value()) {
+    return TooSmall(tolerance, LeastTolerance(box, limits::kMaxPositionBits),
+                    fmt::format("{} position bits", limits::kMaxPositionBits), field);
+  }
+  WatchView settled = view;
+  int& bits = settled.key.spec.position_bits;
+  if (bits == 0) bits = *least_bits;
+  if (bits < *least_bits) {
+    return error::InvalidField(
+        fmt::format("{}.position_bits", field),
+        fmt::format("got {}, a tolerance of {} needs {}", bits, tolerance, *least_bits),
+        "OUT_OF_RANGE");
+  }
+  return settled;
+}
+
+}  // namespace latticed
