@@ -87,6 +87,8 @@ absl::StatusOr<AdaptiveMemory> AdaptiveMemory::Create(const DeformPlan& plan,
   upload.Add(flat.triangles, memory.tables_.triangles);
   LATTICED_ASSIGN_OR_RETURN(memory.table_block_, upload.Send(from, kLevelsPurpose, stream));
   LATTICED_RETURN_IF_ERROR(memory.Clear(memory.parts_.reach, memory.parts_.slack));
+  // The pads of results are copied too.
+  LATTICED_RETURN_IF_ERROR(memory.Clear(memory.parts_.chunk_first, memory.parts_.end));
   return memory;
 }
 

@@ -100,7 +100,7 @@ absl::StatusOr<std::unique_ptr<CudaAdaptiveEvaluator>> CudaAdaptiveEvaluator::Cr
        std::move(vertices), std::move(results), std::move(read_back)}));
   if (is_empty) return evaluator;
   LATTICED_RETURN_IF_ERROR(
-      evaluator->Launch(kernels::ReachCall(evaluator->LaunchFor({}, {})), "reach"));
+      evaluator->Launch({kernels::ReachCall(evaluator->LaunchFor({}, {})), "reach"}));
   return evaluator;
 }
 
@@ -121,9 +121,9 @@ CudaAdaptiveEvaluator::CudaAdaptiveEvaluator(std::shared_ptr<const DeformPlan> p
       codes_(plan_->chunk_count() * limits::kPatchesPerChunk),
       chunk_first_(plan_->chunk_count() + 1) {}
 
-absl::Status CudaAdaptiveEvaluator::Launch(kernels::KernelCall call, std::string_view stage) const {
-  LATTICED_RETURN_IF_ERROR(CudaStatus(call.Launch(stream()), "an evaluation"));
-  lane_->Enqueued(stage);
+absl::Status CudaAdaptiveEvaluator::Launch(Stage stage) const {
+  LATTICED_RETURN_IF_ERROR(CudaStatus(stage.call.Launch(stream()), "an evaluation"));
+  lane_->Enqueued(stage.name);
   return absl::OkStatus();
 }
 
@@ -165,20 +165,21 @@ absl::Status CudaAdaptiveEvaluator::Evaluate(std::span<const Vec3d> control_poin
   if (plan_->patches.empty()) certified_error_ = PointError(box, BitsOf(spec_));
   if (chunks.empty()) return absl::OkStatus();
   LATTICED_RETURN_IF_ERROR(parts_.frame.Stage(control_points, chunks));
-  kernels::AdaptiveLaunch launch = LaunchFor(box, chunks);
-  LATTICED_RETURN_IF_ERROR(Bound(launch));
-  LATTICED_RETURN_IF_ERROR(parts_.memory.ClearMaxima());
-  LATTICED_RETURN_IF_ERROR(Launch(kernels::EdgeMaximaCall(launch), "maxima"));
   const double unit = UnitsPerWorld(spec_, box);
-  double left = 0;
+  double tolerance = spec_.tolerance;
+  double left = CurvatureTolerance(tolerance, box, BitsOf(spec_));
+  kernels::AdaptiveLaunch launch = LaunchFor(box, chunks);
+  launch.tolerance = static_cast<float>(kFloatShare * left * unit);
+  LATTICED_RETURN_IF_ERROR(Begin(launch));
+  LATTICED_RETURN_IF_ERROR(Finish(launch));
   // Ends: an infinite tolerance leaves three points a patch, which any number of segments gives.
-  for (double tolerance = spec_.tolerance;; tolerance *= 2) {
+  while (results().chunk_first().back() > most_points_) {
+    tolerance *= 2;
     const double before = std::exchange(left, CurvatureTolerance(tolerance, box, BitsOf(spec_)));
     if (left == before) continue;
     launch.tolerance = static_cast<float>(kFloatShare * left * unit);
-    LATTICED_RETURN_IF_ERROR(Choose(launch));
-    if (results().chunk_first().back() <= most_points_) break;
-    LATTICED_RETURN_IF_ERROR(parts_.memory.ClearError());
+    LATTICED_RETURN_IF_ERROR(ChooseAgain(launch));
+    LATTICED_RETURN_IF_ERROR(Finish(launch));
   }
   const uint64_t points = results().chunk_first().back();
   if (points > capacity()) {
@@ -189,23 +190,37 @@ absl::Status CudaAdaptiveEvaluator::Evaluate(std::span<const Vec3d> control_poin
   return absl::OkStatus();
 }
 
-absl::Status CudaAdaptiveEvaluator::Bound(const kernels::AdaptiveLaunch& launch) {
-  absl::Status status = Launch(parts_.frame.SendCall(), "copy");
-  if (status.ok()) {
-    const kernels::FusedLaunch& fused = launch.fused;
-    status = Launch(kernels::BoxPolynomialsCall(fused.plan, fused.tables, fused.control_points,
-                                                {nullptr, 0}, fused.polynomials),
-                    "polynomials");
+absl::Status CudaAdaptiveEvaluator::Begin(const kernels::AdaptiveLaunch& launch) {
+  const kernels::FusedLaunch& fused = launch.fused;
+  std::array stages{
+      Stage{parts_.frame.SendCall(), "copy"},
+      Stage{kernels::BoxPolynomialsCall(fused.plan, fused.tables, fused.control_points,
+                                        {nullptr, 0}, fused.polynomials),
+            "polynomials"},
+      Stage{kernels::SlackCall(launch), "slack"},
+      Stage{kernels::BoundsCall(launch), "bounds"},
+      Stage{kernels::EdgeMaximaCall(launch), "maxima"},
+      Stage{kernels::PatternsCall(launch), "patterns"},
+      Stage{kernels::ChunkPointsCall(launch), "sums"}};
+  absl::Status status = parts_.memory.ClearMaxima();
+  if (status.ok() && lane_->marks_stages()) {
+    for (const Stage& stage : stages) status.Update(Launch(stage));
+  } else if (status.ok()) {
+    std::array<kernels::KernelCall, stages.size()> calls;
+    std::ranges::transform(stages, calls.begin(), &Stage::call);
+    status = graph_.Launch(calls, stream());
   }
   status.Update(parts_.frame.Sent());
-  LATTICED_RETURN_IF_ERROR(status);
-  LATTICED_RETURN_IF_ERROR(Launch(kernels::SlackCall(launch), "slack"));
-  return Launch(kernels::BoundsCall(launch), "bounds");
+  return status;
 }
 
-absl::Status CudaAdaptiveEvaluator::Choose(const kernels::AdaptiveLaunch& launch) {
-  LATTICED_RETURN_IF_ERROR(Launch(kernels::PatternsCall(launch), "patterns"));
-  LATTICED_RETURN_IF_ERROR(Launch(kernels::ChunkPointsCall(launch), "sums"));
+absl::Status CudaAdaptiveEvaluator::ChooseAgain(const kernels::AdaptiveLaunch& launch) {
+  LATTICED_RETURN_IF_ERROR(parts_.memory.ClearError());
+  LATTICED_RETURN_IF_ERROR(Launch({kernels::PatternsCall(launch), "patterns"}));
+  return Launch({kernels::ChunkPointsCall(launch), "sums"});
+}
+
+absl::Status CudaAdaptiveEvaluator::Finish(const kernels::AdaptiveLaunch& launch) {
   const DeviceSpan<uint8_t> scratch = parts_.memory.scan_scratch();
   LATTICED_RETURN_IF_ERROR(
       CudaStatus(kernels::LaunchScan(launch, scratch.data, scratch.size, stream()), "the sums"));
@@ -217,7 +232,7 @@ absl::Status CudaAdaptiveEvaluator::Choose(const kernels::AdaptiveLaunch& launch
   LATTICED_RETURN_IF_ERROR(parts_.read_back.Record(stream()));
   lane_->Enqueued("results");
   // The host goes on with the results while the device computes the points.
-  LATTICED_RETURN_IF_ERROR(Launch(kernels::PointsCall(launch), "points"));
+  LATTICED_RETURN_IF_ERROR(Launch({kernels::PointsCall(launch), "points"}));
   return parts_.read_back.Synchronize();
 }
 
@@ -229,7 +244,7 @@ absl::Status CudaAdaptiveEvaluator::Grow(uint64_t points, kernels::AdaptiveLaunc
                                                           room * BytesPerPoint(spec_), stream()));
   launch.fused.output.vertices = parts_.vertices.data();
   launch.most_points = room;
-  return Launch(kernels::PointsCall(launch), "points");
+  return Launch({kernels::PointsCall(launch), "points"});
 }
 
 void CudaAdaptiveEvaluator::TakeResults(std::span<const uint32_t> named) {

@@ -22,10 +22,12 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include "core/backend.h"
 #include "cuda/adaptive/adaptive_memory.h"
+#include "cuda/device/launch_graph.h"
 #include "cuda/device/pinned_memory.h"
 #include "cuda/plan/device_plan.h"
 #include "cuda/view/cuda_frame.h"
@@ -72,13 +74,20 @@ class CudaAdaptiveEvaluator {
 
   cudaStream_t stream() const { return lane_->stream().get(); }
   uint64_t capacity() const { return parts_.vertices.size() / BytesPerPoint(spec_); }
-  absl::Status Launch(kernels::KernelCall call, std::string_view stage) const;
+  // A kernel and its name for measurements.
+  struct Stage {
+    kernels::KernelCall call;
+    std::string_view name;
+  };
+  absl::Status Launch(Stage stage) const;
   kernels::AdaptiveLaunch LaunchFor(const QuantisationBox& box,
                                     std::span<const uint32_t> chunks) const;
-  // Sends the frame, and bounds the named patches.
-  absl::Status Bound(const kernels::AdaptiveLaunch& launch);
-  // From the edges' maxima to the points, with launch.tolerance. Waits for the results.
-  absl::Status Choose(const kernels::AdaptiveLaunch& launch);
+  // All kernels up to the points of chunks, as one graph where no stages are marked.
+  absl::Status Begin(const kernels::AdaptiveLaunch& launch);
+  // Patterns and the points of chunks again, with another tolerance.
+  absl::Status ChooseAgain(const kernels::AdaptiveLaunch& launch);
+  // From the scan to the points. Waits for the results.
+  absl::Status Finish(const kernels::AdaptiveLaunch& launch);
   // Allocates vertices for so many points, and computes them.
   absl::Status Grow(uint64_t points, kernels::AdaptiveLaunch launch);
   void TakeResults(std::span<const uint32_t> named);
@@ -92,6 +101,7 @@ class CudaAdaptiveEvaluator {
   const kernels::PlanTables tables_;
   const uint64_t most_points_;
   Parts parts_;
+  LaunchGraph graph_;
   // Of the last evaluation.
   std::vector<uint16_t> codes_;        // by patch, padded to whole chunks
   std::vector<uint64_t> chunk_first_;  // the first point of each chunk, then the number of points
