@@ -6,8 +6,8 @@
 //
 //   point(x, t) = centre + x along + t across      along = c1 - c0, across = c2 - (c0 + c1) / 2, c the corners
 //
-// x = t = 0 is on the median, so the shear of core/adaptive/patch_curvature-inl.h is 1/2. A polynomial of degree 7 or more
-// does not fit the registers of a thread; its coefficients are then in local memory.
+// x = t = 0 is on the median, so the shear of core/adaptive/patch_curvature-inl.h is 1/2. At degree 8 and 9 a thread's
+// numbers do not fit its registers; some are then in local memory.
 #include "core/adaptive/curvature_slack.h"
 #include "cuda/adaptive/adaptive_kernels.h"
 #include "cuda/device/launch.cuh"
