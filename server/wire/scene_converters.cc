@@ -44,6 +44,7 @@ constexpr auto kExportFormats =
 constexpr auto kExportGeometries = std::to_array<std::pair<v1::ExportGeometry, ExportGeometry>>(
     {{v1::EXPORT_GEOMETRY_EXACT, ExportGeometry::kExact},
      {v1::EXPORT_GEOMETRY_ORIGINAL, ExportGeometry::kOriginal},
+     {v1::EXPORT_GEOMETRY_PATCHES, ExportGeometry::kPatches},
      {v1::EXPORT_GEOMETRY_UNSPECIFIED, ExportGeometry::kExact}});
 
 Labels LabelsOf(const v1::CreateSceneRequest& request) {
@@ -193,7 +194,7 @@ absl::StatusOr<ExportSpec> ExportSpecFromProto(const v1::ExportRequest& request,
   LATTICED_ASSIGN_OR_RETURN(const auto view, WatchViewFromProto(request.view(), defaults, "view"));
   LATTICED_ASSIGN_OR_RETURN(const auto geometry,
                             ReadEnum(kExportGeometries, request.geometry(), "geometry"));
-  if (geometry == ExportGeometry::kOriginal && !format.has_value()) {
+  if (geometry != ExportGeometry::kExact && !format.has_value()) {
     return error::InvalidField("geometry", "control nets are of the exact surface only");
   }
   ExportSpec spec;
@@ -202,7 +203,7 @@ absl::StatusOr<ExportSpec> ExportSpecFromProto(const v1::ExportRequest& request,
   spec.segments = view.key.spec.segments;
   spec.normals = view.key.spec.normals;
   // Control nets and the uploaded mesh are not tessellated.
-  const bool tessellated = format.has_value() && geometry == ExportGeometry::kExact;
+  const bool tessellated = format.has_value() && geometry != ExportGeometry::kOriginal;
   if (tessellated) spec.tolerance = view.key.spec.tolerance;
   if (request.view().position_bits() != 0) {
     spec.position_bits = request.view().position_bits();

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <random>
 #include <tuple>
@@ -321,6 +322,22 @@ TEST_P(Tolerance, MorePointsThanTheSegmentsWouldGiveDoubleTheTolerance) {
   EXPECT_GT(count, plan->patches.size() * 3);
   EXPECT_GT(view->certified_error(), spec.tolerance);
   EXPECT_LE(distance, view->certified_error());
+}
+
+// Whatever the control points: an evaluation ends, and certifies nothing that it cannot bound.
+TEST_P(Tolerance, HugeControlPointsCertifyNothing) {
+  PolygonMesh mesh = TorusMesh(7, 5);
+  const LatticeStructure structure = MakeStructure(mesh.ComputeBounds(), {});
+  const Plan plan = MakeTestPlan(std::move(mesh), structure);
+  for (const double size : {1e30, 1e200}) {
+    std::vector<Vec3d> points = plan->identity_points;
+    for (size_t i = 0; i < points.size(); i += 2) points[i].x = size;
+    const ViewSpec spec{.tolerance = 1e-3, .format = VertexFormat::kFloat32};
+    const auto view = MakeView(plan, spec);
+    ASSERT_NE(view, nullptr);
+    ASSERT_OK(view->Evaluate(points, BoxFor(*plan, points), AllChunks(*plan)));
+    EXPECT_TRUE(std::isinf(view->certified_error())) << size << ": " << view->certified_error();
+  }
 }
 
 TEST_P(Tolerance, StockDecodersReadChunksOfDifferentSizes) {

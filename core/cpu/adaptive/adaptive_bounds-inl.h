@@ -56,7 +56,14 @@ class BoundKernel {
     const V* const p[3] = {composed[0], composed[1], composed[2]};
     V squared[6];
     PatchCurvature<kDegree, LaneOps>::SquaredBounds(p, load(patches.shear), squared, squared + 3);
-    const V slack = Slack(args.slack, reach);
+    // 0, or not a number where a coefficient is none or infinite. Max would lose it.
+    V check = hn::Zero(D());
+    for (const auto& component : composed) {
+      for (const V& coefficient : component) {
+        check = hn::MulAdd(coefficient, hn::Zero(D()), check);
+      }
+    }
+    const V slack = hn::Add(Slack(args.slack, reach), check);
     for (size_t k = 0; k < 6; ++k) {
       const V bound = hn::Mul(hn::Set(D(), static_cast<float>(kBoundFactor)),
                               hn::Add(hn::Sqrt(squared[k]), slack));

@@ -13,6 +13,19 @@
 #include "core/base/limits.h"
 
 namespace latticed {
+namespace {
+
+// Rounded up. Infinite where a bound is not finite: a maximum may pass over one that is not a number.
+float ErrorOf(const AdaptivePattern& pattern, const CurvatureBounds<double>& bounds) {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  double sum = 0;
+  for (int k = 0; k < 3; ++k) sum += bounds.edge[k] + bounds.mixed[k];
+  if (!std::isfinite(sum)) return kInfinity;
+  const auto error = static_cast<float>(PatternError(pattern, bounds));
+  return error > 0 ? std::nextafter(error, kInfinity) : 0;
+}
+
+}  // namespace
 
 LevelTable::LevelTable(std::shared_ptr<const DeformPlan> plan)
     : plan_(std::move(plan)),
@@ -74,7 +87,8 @@ void LevelTable::UpdateEdge(uint32_t edge, double tolerance) {
     const float bound = bounds_[patch].edge[slot];
     if (!(bound <= largest)) largest = bound;  // one that is not a number counts too
   }
-  const uint8_t level = EdgeLevel<double>(largest, tolerance);
+  // An infinite tolerance asks for nothing, not even where a bound is not a number.
+  const uint8_t level = std::isfinite(tolerance) ? EdgeLevel<double>(largest, tolerance) : 0;
   if (std::exchange(levels_[edge], level) == level) return;
   for (const EdgeUse& use : uses) Touch(use.patch);
 }
@@ -89,8 +103,7 @@ bool LevelTable::UpdatePatch(uint32_t patch, double tolerance) {
   }
   const PatternKey key = ChoosePattern(levels, bounds, tolerance);
   const AdaptivePattern& pattern = AdaptivePattern::Get(key);
-  errors_[patch] = std::nextafter(static_cast<float>(PatternError(pattern, bounds)),
-                                  std::numeric_limits<float>::infinity());
+  errors_[patch] = ErrorOf(pattern, bounds);
   const uint16_t code = key.Code(), before = std::exchange(codes_[patch], code);
   if (code == before) return false;
   point_count_ += pattern.points.size();

@@ -18,7 +18,6 @@
 #include "core/mesh/short_edges.h"
 #include "core/mesh/vertex_values.h"
 #include "server/engine/exports/surface_patterns.h"
-#include "server/engine/exports/welded_points.h"
 
 namespace latticed {
 namespace {
@@ -52,10 +51,11 @@ Vec2f UvAt(const std::array<Vec2f, 3>& corners, const std::array<uint16_t, 3>& p
 // Takes patches one after the other.
 class SurfaceBuilder {
  public:
-  SurfaceBuilder(const SceneState& state, const ViewSpec& spec, SurfacePatterns patterns)
+  SurfaceBuilder(const SceneState& state, const ViewSpec& spec, Welding welding,
+                 SurfacePatterns patterns)
       : plan_(*state.plan),
         patterns_(std::move(patterns)),
-        points_(plan_, *state.control_points, patterns_),
+        points_(plan_, *state.control_points, patterns_, welding),
         has_normals_(spec.normals != NormalMode::kNone),
         has_uvs_(plan_.mesh->has_uvs()),
         normals_(has_normals_ ? points_.count() : 0, has_normals_ ? patterns_.PointCount() : 0),
@@ -188,7 +188,7 @@ void AddGroups(const DeformPlan& plan, WrittenSizes* sizes) {
 }  // namespace
 
 absl::StatusOr<PolygonMesh> ExactSurface(const RenderInput& input, const ViewSpec& asked,
-                                         StopCheck stop, double* certified_error) {
+                                         StopCheck stop, Welding welding, double* certified_error) {
   const SceneState& state = *input.state;
   const DeformPlan& plan = *state.plan;
   const ViewSpec spec{.segments = asked.segments,
@@ -210,7 +210,7 @@ absl::StatusOr<PolygonMesh> ExactSurface(const RenderInput& input, const ViewSpe
   LATTICED_RETURN_IF_ERROR(CheckHasPatterns(*view));
   if (certified_error != nullptr) *certified_error = view->certified_error();
 
-  SurfaceBuilder surface(state, spec, PatternsOf(*view, plan));
+  SurfaceBuilder surface(state, spec, welding, PatternsOf(*view, plan));
   std::vector<uint8_t> bytes;
   for (const uint32_t chunk : chunks) {
     LATTICED_RETURN_IF_ERROR(stop());
@@ -223,13 +223,15 @@ absl::StatusOr<PolygonMesh> ExactSurface(const RenderInput& input, const ViewSpe
   return std::move(surface).Finish();
 }
 
-SurfaceMemory MemoryOfExactSurface(const DeformPlan& plan, const ViewSpec& spec) {
+SurfaceMemory MemoryOfExactSurface(const DeformPlan& plan, const ViewSpec& spec, Welding welding) {
   const PolygonMesh& mesh = *plan.mesh;
   const bool has_normals = spec.normals != NormalMode::kNone, adaptive = spec.tolerance > 0;
   const uint64_t points = MostPoints(plan, spec), triangles = MostTriangles(plan, spec);
   SurfaceMemory memory;
   WrittenSizes& sizes = memory.sizes;
-  sizes = {.positions = adaptive ? points : WeldedPoints::Most(plan, spec.segments),
+  sizes = {.positions = adaptive || welding == Welding::kNone
+                            ? points
+                            : WeldedPoints::Most(plan, spec.segments),
            .normals = has_normals ? points : 0,
            .uvs = mesh.has_uvs() ? points : 0,
            .records = points,

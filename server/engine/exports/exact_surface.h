@@ -5,7 +5,7 @@
 //
 //   state -> float view of all chunks, by segments or a tolerance -> welded points, normals, texture coordinates
 //
-// Vertices   in the order of welded_points.h; patches that share a point share its vertex
+// Vertices   in the order of welded_points.h; patches that share a point share its vertex, unless nothing is welded
 // Normals    those of the view; nearly equal ones at a vertex are one, others are a crease
 // UVs        interpolated in the source triangle
 // Triangles  patch after patch in plan order, in pattern order inside a patch, without slivers (short_edges.h); their
@@ -20,6 +20,7 @@
 #include "core/mesh/polygon_mesh.h"
 #include "server/engine/exports/surface_export.h"
 #include "server/engine/exports/surface_memory.h"
+#include "server/engine/exports/welded_points.h"
 
 namespace latticed {
 
@@ -27,9 +28,11 @@ namespace latticed {
 // view.
 [[nodiscard]] absl::StatusOr<PolygonMesh> ExactSurface(const RenderInput& input,
                                                        const ViewSpec& spec, StopCheck stop,
+                                                       Welding welding = Welding::kShared,
                                                        double* certified_error = nullptr);
 
-[[nodiscard]] SurfaceMemory MemoryOfExactSurface(const DeformPlan& plan, const ViewSpec& spec);
+[[nodiscard]] SurfaceMemory MemoryOfExactSurface(const DeformPlan& plan, const ViewSpec& spec,
+                                                 Welding welding);
 
 }  // namespace latticed
 

@@ -28,6 +28,10 @@ ViewSpec ViewOf(const ExportSpec& spec) {
   return {.segments = spec.segments, .tolerance = spec.tolerance, .normals = spec.normals};
 }
 
+Welding WeldingOf(const ExportSpec& spec) {
+  return spec.geometry == ExportGeometry::kPatches ? Welding::kNone : Welding::kShared;
+}
+
 // How far the grid of a DRC file moves points. Its cube is not larger than the quantisation box.
 double FileRounding(const QuantisationBox& box, const ExportSpec& spec) {
   if (spec.format != MeshFormat::kDraco) return 0;
@@ -40,10 +44,11 @@ absl::StatusOr<PolygonMesh> MeshToWrite(const RenderInput& input, const ExportSp
     return OriginalMesh(*input.state, spec.normals, KeepsPolygons(*spec.format), stop);
   }
   ViewSpec view = ViewOf(spec);
-  if (!(view.tolerance > 0)) return ExactSurface(input, view, stop);
+  const Welding welding = WeldingOf(spec);
+  if (!(view.tolerance > 0)) return ExactSurface(input, view, stop, welding);
   const double rounding = FileRounding(input.state->box, spec);
   view.tolerance -= rounding;
-  LATTICED_ASSIGN_OR_RETURN(auto mesh, ExactSurface(input, view, stop, certified_error));
+  LATTICED_ASSIGN_OR_RETURN(auto mesh, ExactSurface(input, view, stop, welding, certified_error));
   *certified_error += rounding;
   return mesh;
 }
@@ -55,7 +60,7 @@ uint64_t ExportMemoryBytes(const DeformPlan& plan, const ExportSpec& spec) {
   const SurfaceMemory memory =
       spec.geometry == ExportGeometry::kOriginal
           ? MemoryOfOriginalMesh(plan, spec.normals, KeepsPolygons(*spec.format))
-          : MemoryOfExactSurface(plan, ViewOf(spec));
+          : MemoryOfExactSurface(plan, ViewOf(spec), WeldingOf(spec));
   return MeshBytes(memory.sizes) +
          std::max(memory.working_bytes,
                   MostWritingBytes(*spec.format, memory.sizes, MaterialsOf(spec))) +

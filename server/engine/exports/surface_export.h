@@ -28,6 +28,7 @@ namespace latticed {
 
 enum class ExportGeometry {
   kExact,     // the tessellated surface
+  kPatches,   // the same, each patch with vertices of its own
   kOriginal,  // the uploaded mesh's vertices and faces
 };
 

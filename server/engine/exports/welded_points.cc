@@ -3,6 +3,7 @@
 #include "server/engine/exports/welded_points.h"
 
 #include <algorithm>
+#include <numeric>
 
 #include "core/ffd/tessellation_pattern.h"
 
@@ -22,13 +23,23 @@ uint32_t Accumulate(std::vector<uint32_t>& counts, uint32_t first) {
 }  // namespace
 
 WeldedPoints::WeldedPoints(const DeformPlan& plan, std::span<const Vec3d> control_points,
-                           const SurfacePatterns& patterns)
-    : plan_(plan),
-      patterns_(patterns),
-      first_of_edge_(plan.edges.size()),
-      first_of_patch_(plan.patches.size()) {
+                           const SurfacePatterns& patterns, Welding welding)
+    : plan_(plan), patterns_(patterns), welding_(welding), first_of_patch_(plan.patches.size()) {
+  if (welding == Welding::kShared) {
+    WeldFeatures(control_points);
+    return;
+  }
   for (size_t p = 0; p < plan.patches.size(); ++p) {
-    const AdaptivePattern& pattern = patterns.Of(p);
+    first_of_patch_[p] = static_cast<uint32_t>(patterns.Of(p).points.size());
+  }
+  count_ = Accumulate(first_of_patch_, 0);
+}
+
+void WeldedPoints::WeldFeatures(std::span<const Vec3d> control_points) {
+  const DeformPlan& plan = plan_;
+  first_of_edge_.resize(plan.edges.size());
+  for (size_t p = 0; p < plan.patches.size(); ++p) {
+    const AdaptivePattern& pattern = patterns_.Of(p);
     first_of_patch_[p] = static_cast<uint32_t>(InnerPointCount(pattern));
     for (size_t e = 0; e < 3; ++e) {
       first_of_edge_[plan.patches[p].edge[e]] =
@@ -78,6 +89,10 @@ std::vector<uint32_t> WeldedPoints::OfPatch(size_t index) const {
   const Patch& patch = plan_.patches[index];
   const AdaptivePattern& pattern = patterns_.Of(index);
   std::vector<uint32_t> numbers(pattern.points.size());
+  if (welding_ == Welding::kNone) {
+    std::iota(numbers.begin(), numbers.end(), first_of_patch_[index]);
+    return numbers;
+  }
   for (size_t e = 0; e < 3; ++e) {
     const std::vector<uint16_t>& points = pattern.edge_points[e];
     const size_t segments = points.size() - 1;

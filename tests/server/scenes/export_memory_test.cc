@@ -67,6 +67,11 @@ class ExportMemoryTest : public ::testing::Test {
         ExpectBounded(name + (smooth ? ", n" : ""),
                       {.format = format, .segments = segments, .normals = normals});
         if (!format.has_value()) continue;
+        ExpectBounded(name + (smooth ? ", patches, n" : ", patches"),
+                      {.format = format,
+                       .segments = segments,
+                       .normals = normals,
+                       .geometry = ExportGeometry::kPatches});
         ExpectBounded(
             name + (smooth ? ", original, n" : ", original"),
             {.format = format, .normals = normals, .geometry = ExportGeometry::kOriginal});

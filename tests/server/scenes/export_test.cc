@@ -122,6 +122,27 @@ TEST_F(ExportTest, ATorusIsOneClosedSurface) {
   }
 }
 
+// Without welding, patches are those of chunks: each with all points of its pattern, in pattern order.
+TEST_F(ExportTest, PatchesApartHaveVerticesOfTheirOwn) {
+  Make(std::make_shared<const PolygonMesh>(testing::TorusMesh(12, 8)), 0.2);
+  const ViewSpec spec{.segments = 3, .normals = NormalMode::kSmooth};
+  const auto apart = ExactSurface(input_, spec, NeverStop, Welding::kNone);
+  const auto welded = ExactSurface(input_, spec, NeverStop);
+  ASSERT_OK(apart);
+  ASSERT_OK(welded);
+  const auto& pattern = TessellationPattern::Get(3);
+  const size_t patches = input_.state->plan->patches.size();
+  ASSERT_EQ(apart->positions.size(), patches * 10);
+  ASSERT_EQ(apart->face_count(), patches * 9);
+  for (size_t c = 0; c < apart->corner_count(); ++c) {
+    const size_t triangle = c / 3;
+    ASSERT_EQ(apart->corner_vertices[c],
+              triangle / 9 * 10 + pattern.triangles[triangle % 9][c % 3]);
+    ASSERT_EQ(apart->positions[apart->corner_vertices[c]],
+              welded->positions[welded->corner_vertices[c]]);
+  }
+}
+
 // Neighbours have different patterns. Each edge still belongs to two triangles.
 TEST_F(ExportTest, ATorusByToleranceIsOneClosedSurface) {
   Make(std::make_shared<const PolygonMesh>(testing::TorusMesh(12, 8)), 0.2);
@@ -131,7 +152,7 @@ TEST_F(ExportTest, ATorusByToleranceIsOneClosedSurface) {
     double certified_error = 0;
     const auto mesh =
         ExactSurface(input_, {.segments = 32, .tolerance = tolerance, .normals = NormalMode::kNone},
-                     NeverStop, &certified_error);
+                     NeverStop, Welding::kShared, &certified_error);
     ASSERT_OK(mesh);
     ASSERT_OK(Validate(*mesh));
     const auto edges = EdgeUses(*mesh);
