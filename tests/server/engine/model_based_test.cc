@@ -116,11 +116,12 @@ EditBatch RandomBatch(const Scene& scene, const std::string& editor, uint64_t se
 std::vector<ViewKey> AllKeys() {
   std::vector<ViewKey> keys;
   for (const Encoding encoding : {Encoding::kQuantised, Encoding::kRaw, Encoding::kDracoPoints}) {
-    for (const int segments : {1, 2}) {
+    for (const double tolerance : {0.0, 0.001}) {
       ViewKey key = MakeSceneConfig("x").default_view.key;
       key.encoding = encoding;
       key.spec.format = FormatOf(encoding);
-      key.spec.segments = segments;
+      key.spec.segments = tolerance > 0 ? 4 : 2;
+      key.spec.tolerance = tolerance;
       keys.push_back(key);
     }
   }

@@ -189,8 +189,12 @@ TEST_F(RenderViewTest, WhatADeviceHasNoMemoryForIsTriedAgainOnceAnotherSceneWasE
 }
 
 TEST_F(RenderViewTest, AViewReservesOnceForTheMostThatItCanTake) {
-  for (const Encoding encoding : {Encoding::kQuantised, Encoding::kDracoPoints}) {
+  for (const auto& [encoding, tolerance] : {std::pair{Encoding::kQuantised, 0.0},
+                                            {Encoding::kDracoPoints, 0.0},
+                                            {Encoding::kQuantised, 1e-4},
+                                            {Encoding::kDracoPoints, 1e-4}}) {
     options_.view.key.encoding = encoding;
+    options_.view.key.spec.tolerance = tolerance;
     const uint64_t before = budget_->used_bytes() - budget_->kept_bytes();
     auto client = Watch();
     const uint64_t reserved = budget_->used_bytes() - budget_->kept_bytes() - before;

@@ -93,6 +93,29 @@ TEST_F(GoldenTest, Encodings) {
   ExpectSame("chunks.draco_mesh", Chunks(v1::ENCODING_DRACO_MESH));
 }
 
+// One control point is moved, which bends quad and triangle. What a stream says of it: patterns, then levels and data.
+TEST_F(GoldenTest, AViewWithATolerance) {
+  ASSERT_OK(Apply(MoveOne("ann", 1, 7, {0, 0, 2})));
+  for (const auto& [name, encoding] : {std::pair{"tolerance.quantised", v1::ENCODING_QUANTISED},
+                                       {"tolerance.draco_mesh", v1::ENCODING_DRACO_MESH}}) {
+    auto request = For<v1::GetUpdateRequest>();
+    v1::ViewOptions& view = *request.mutable_view();
+    view.set_encoding(encoding);
+    view.set_tolerance(0.003);
+    view.set_segments(4);
+    view.set_position_bits(12);
+    view.set_normals(v1::NORMAL_MODE_NONE);
+    EventLog log;
+    ASSERT_OK(Update(request, log));
+    std::string bytes;
+    for (const auto& [code, pattern] : log.patterns) bytes += pattern.SerializeAsString();
+    for (const auto& [index, data] : log.chunks) bytes += log.levels.at(index) + data;
+
+    EXPECT_EQ(log.patterns.size(), 2u) << "the triangle bends less";
+    ExpectSame(name, bytes);
+  }
+}
+
 TEST_F(GoldenTest, RawEncoding) {
   const std::string bytes = Chunks(v1::ENCODING_RAW);
   const std::string golden = Golden("chunks.raw", bytes);

@@ -3,15 +3,18 @@
 //
 // GetTopology and Export through the stub.
 #include <algorithm>
+#include <map>
 #include <set>
 #include <utility>
 
 #include "core/base/limits.h"
 #include "core/codec/draco_decode.h"
 #include "core/mesh/mesh_io.h"
+#include "core/mesh/write/write_mesh.h"
 #include "server/engine/scene/topology_id.h"
 #include "server/wire/converters.h"
 #include "tests/server/support/server_test.h"
+#include "tests/support/test_meshes.h"
 
 namespace latticed::testing {
 namespace {
@@ -157,6 +160,65 @@ TEST_F(ScenePartsTest, PatchesOfAnExportShareVertices) {
     edges.insert(std::minmax(a, mesh->corner_vertices[c % 3 == 2 ? c - 2 : c + 1]));
   }
   EXPECT_EQ(vertices + faces, edges.size() + 1);
+}
+
+// A torus, exported by a tolerance: each edge of the file's triangles belongs to two faces.
+TEST_F(ScenePartsTest, AnExportByToleranceIsClosed) {
+  const PolygonMesh torus = TorusMesh(12, 8);
+  mesh_ = Upload(*WriteMesh(MeshFormat::kObj, torus, {}));
+  ASSERT_OK(Create(SceneRequest("torus")));
+  v1::EditBatch bend = Move("ann", 1, 0, 0.5);
+  bend.set_scene("torus");
+  bend.mutable_edits(0)->mutable_move_control_points()->add_indices(21);
+  ASSERT_OK(Apply(bend));
+  auto request = For<v1::ExportRequest>("torus");
+  request.set_format(v1::EXPORT_FORMAT_OBJ);
+  request.mutable_view()->set_segments(32);
+  size_t last = 0;
+  for (const double tolerance : {0.05, 0.005, 0.0005}) {
+    SCOPED_TRACE(tolerance);
+    request.mutable_view()->set_tolerance(tolerance);
+    std::vector<v1::ExportResponse> parts;
+    ASSERT_OK(Export(request, parts));
+    EXPECT_GT(parts.at(0).header().certified_error(), 0);
+    EXPECT_LE(parts.at(0).header().certified_error(), tolerance);
+    std::string bytes;
+    for (const v1::ExportResponse& part : parts) bytes += part.data();
+    const auto mesh = ReadObj(bytes);
+    ASSERT_OK(mesh);
+    std::map<std::pair<uint32_t, uint32_t>, int> edges;
+    for (size_t c = 0; c < mesh->corner_count(); ++c) {
+      const uint32_t a = mesh->corner_vertices[c];
+      ++edges[std::minmax(a, mesh->corner_vertices[c % 3 == 2 ? c - 2 : c + 1])];
+    }
+    for (const auto& [edge, faces] : edges) ASSERT_EQ(faces, 2) << edge.first << ' ' << edge.second;
+    EXPECT_GT(mesh->face_count(), last);
+    last = mesh->face_count();
+  }
+}
+
+TEST_F(ScenePartsTest, ToleranceOfADracoFileChoosesItsBits) {
+  v1::ExportRequest request;
+  request.set_format(v1::EXPORT_FORMAT_DRC);
+  request.mutable_view()->set_tolerance(0.01);
+  std::vector<v1::ExportResponse> parts;
+  ASSERT_OK(Export(request, parts));
+  const double certified = parts.at(0).header().certified_error();
+  EXPECT_GT(certified, 0);
+  EXPECT_LE(certified, 0.01);
+
+  request.mutable_view()->set_position_bits(8);
+  parts.clear();
+  ExpectRefused(Export(request, parts), Code::kInvalidArgument, "OUT_OF_RANGE",
+                "view.position_bits");
+  request.set_format(v1::EXPORT_FORMAT_PLY);
+  EXPECT_OK(Export(request, parts)) << "bits have no effect";
+  request.mutable_view()->set_tolerance(1e-9);
+  parts.clear();
+  ExpectRefused(Export(request, parts), Code::kInvalidArgument, "OUT_OF_RANGE", "view.tolerance");
+  request.set_geometry(v1::EXPORT_GEOMETRY_ORIGINAL);
+  EXPECT_OK(Export(request, parts)) << "a tolerance has no effect";
+  EXPECT_EQ(parts.at(0).header().certified_error(), 0);
 }
 
 TEST_F(ScenePartsTest, LargeExportsComeInParts) {

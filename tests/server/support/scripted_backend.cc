@@ -99,6 +99,11 @@ class ScriptedView : public DeformView {
   ~ScriptedView() override { EXPECT_OK(script_->Pass(Step::kDestroyView)); }
 
   const ViewSpec& spec() const override { return inner_->spec(); }
+  std::span<const uint32_t> also_changed() const override { return inner_->also_changed(); }
+  std::span<const uint16_t> Patterns(uint32_t chunk) const override {
+    return inner_->Patterns(chunk);
+  }
+  double certified_error() const override { return inner_->certified_error(); }
   absl::Status Evaluate(std::span<const Vec3d> control_points, const QuantisationBox& box,
                         std::span<const uint32_t> chunks) override {
     LATTICED_RETURN_IF_ERROR(script_->Pass(Step::kEvaluate));

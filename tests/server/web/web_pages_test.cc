@@ -238,6 +238,7 @@ TEST_F(WebTest, DownloadsAnExportWithTheSegmentsAndNormalsAskedFor) {
   EXPECT_EQ(triangles(""), 16 * patches) << "the scene's default view";
   EXPECT_THAT(ply("normals=smooth&segments=1"), HasSubstr("property float nx"));
   EXPECT_THAT(ply("normals=none&segments=1"), Not(HasSubstr("property float nx")));
+  EXPECT_EQ(triangles("?tolerance=0.01"), patches) << "a patch at rest is flat";
   EXPECT_EQ(triangles("?geometry=exact&segments=1"), patches);
   EXPECT_EQ(triangles("?geometry=original&segments=3"), 2u * 8 * 8);
 }
@@ -250,11 +251,17 @@ TEST_F(WebTest, AQueryOfADownloadThatMeansNothingIsRefused) {
       {"segments=4.5", "segments: got '4.5', allowed is 1 to 32"},
       {"segments=99999999999", "allowed is 1 to 32"},
       {"segments=", "segments: got '', allowed is 1 to 32"},
+      {"tolerance=0", "tolerance: got '0', allowed are numbers above 0, in world units"},
+      {"tolerance=-1e-3", "tolerance: got '-1e-3'"},
+      {"tolerance=inf", "tolerance: got 'inf'"},
+      {"tolerance=0.1mm", "tolerance: got '0.1mm'"},
+      {"tolerance=1e-12", "view.tolerance: got 1e-12"},
       {"normals=rough", "normals: got 'rough', allowed are none, facet, smooth"},
       {"segments", "query: 'segments' has no value that can be read"},
       {"segments=%zz", "query: 'segments=%zz' has no value that can be read"},
       {"segments=4&segments=8", "query: 'segments' is given twice"},
-      {"segments=4&bits=8", "query: 'bits' is not a parameter; known: segments, normals, geometry"},
+      {"segments=4&bits=8",
+       "query: 'bits' is not a parameter; known: segments, tolerance, normals, geometry"},
       {"geometry=best", "geometry: got 'best', allowed are exact, original"}};
 
   for (const auto& [query, why] : cases) {
