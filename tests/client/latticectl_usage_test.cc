@@ -43,6 +43,8 @@ TEST_F(LatticectlUsage, WrongUsageIsTwoAndSaysWhat) {
       {{"upload", "a.obj", "--meters-per-unit", "0"}, "'0' is not a length above 0"},
       {{"upload", "a.obj", "--meters-per-unit", "inf"}, "'inf' is not a length above 0"},
       {{"upload", "a.obj", "--meters-per-unit", "inch"}, "'inch' is not a length above 0"},
+      {{"watch", "s", "--tolerance", "0"}, "'0' is not a distance above 0"},
+      {{"export", "s", "-o", "a.ply", "--tolerance", "1ft"}, "'1ft' is not a distance above 0"},
       {{"lattice", "a.obj", "--size", "5,4"}, "three whole numbers"},
       {{"lattice", "a.obj", "--degree", "2,x,2"}, "three whole numbers"},
       {{"sample", "teapot", "-o", "x.obj"}, "knot"},

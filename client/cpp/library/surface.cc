@@ -177,6 +177,7 @@ absl::StatusOr<CompleteUpdate> Surface::TakeEnd(v1::UpdateEnd end) {
   }
   view_ = begin_->view();
   revision_ = update.end.revision();
+  certified_error_ = update.end.certified_error();
   complete_ = true;
   DropPartialUpdate();
   return update;

@@ -39,10 +39,11 @@ class Surface {
 
   // Whether an update has been completed.
   bool complete() const { return complete_; }
-  // These three belong to the newest complete update.
+  // These four belong to the newest complete update.
   const v1::Topology& topology() const { return topology_; }
   const v1::ViewOptions& view() const { return view_; }
   uint64_t revision() const { return revision_; }
+  double certified_error() const { return certified_error_; }  // UpdateEnd.certified_error
   // Bytes of all chunks of the surface.
   uint64_t bytes() const;
   // The received share of the update in progress, 0 to 1; 1 if none is in progress.
@@ -101,6 +102,7 @@ class Surface {
   v1::Topology topology_;
   v1::ViewOptions view_;
   uint64_t revision_ = 0;
+  double certified_error_ = 0;
   std::vector<HeldChunk> chunks_;
 };
 

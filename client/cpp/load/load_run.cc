@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "absl/time/clock.h"
+#include "client/cpp/latticectl/session/scene_tolerance.h"
 #include "client/cpp/library/status.h"
 #include "client/cpp/load/load_control.h"
 #include "client/cpp/load/load_edit.h"
@@ -50,6 +51,8 @@ class SceneLoad {
 
   absl::Status Open(const LoadPlan& plan, const NewClient& new_client, LoadControl* control) {
     LATTICED_ASSIGN_OR_RETURN(lattice_, client_->GetLattice(scene_));
+    v1::ViewOptions view = plan.view;
+    LATTICED_RETURN_IF_ERROR(SetTolerance(*client_, scene_, plan.tolerance, &view));
     const std::pair<Kind, int> kinds[] = {{Kind::kEditor, plan.editors},
                                           {Kind::kWatcher, plan.watchers},
                                           {Kind::kSlow, plan.slow},
@@ -60,6 +63,7 @@ class SceneLoad {
                                                                 {.plan = &plan,
                                                                  .control = control,
                                                                  .scene = scene_,
+                                                                 .view = view,
                                                                  .lattice = &lattice_,
                                                                  .edits = &edits_}));
         streams_.push_back(std::move(stream));

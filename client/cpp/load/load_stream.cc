@@ -48,7 +48,7 @@ LoadStream::LoadStream(std::unique_ptr<Client> client, Kind kind, int number, Co
 absl::Status LoadStream::OpenStream() {
   v1::WatchRequest request;
   request.set_scene(context_.scene);
-  *request.mutable_view() = context_.plan->view;
+  *request.mutable_view() = context_.view;
   if (kind_ == Kind::kStalled) request.set_max_unacked_updates(0);
   const auto observer = [this](const v1::SceneEvent& event) { Take(event); };
   if (kind_ == Kind::kEditor && context_.plan->mode == LoadMode::kClosed) {

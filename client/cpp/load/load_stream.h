@@ -38,6 +38,7 @@ class LoadStream {
     const LoadPlan* plan = nullptr;
     LoadControl* control = nullptr;
     std::string scene;
+    v1::ViewOptions view;  // the plan's, with its tolerance in the scene's units
     const v1::LatticeState* lattice = nullptr;  // before the first edit
     EditLog* edits = nullptr;
   };

@@ -13,6 +13,7 @@
 #include "client/cpp/latticectl/commands/commands.h"
 #include "client/cpp/latticectl/geometry/lattice_json.h"
 #include "client/cpp/latticectl/output/output.h"
+#include "client/cpp/latticectl/session/scene_tolerance.h"
 #include "client/cpp/latticectl/session/server_meshes.h"
 #include "client/cpp/latticectl/session/session.h"
 #include "core/base/status_macros.h"
@@ -27,6 +28,7 @@ struct ApplyFlags {
   v1::MeshUnits units;
   std::optional<double> crease_angle;
   v1::ViewOptions view;
+  Tolerance tolerance;
   v1::Pipeline pipeline = v1::PIPELINE_UNSPECIFIED;
   SessionFlags session;
   bool vertices_only = false;
@@ -43,10 +45,12 @@ void PrintApplied(const ApplyFlags& flags, const FetchedSurface& surface, absl::
                      {"points", points},
                      {"triangles", triangles},
                      {"streamedBytes", surface.bytes},
+                     {"certifiedError", surface.certified_error},
                      {"seconds", absl::ToDoubleSeconds(time)}},
-      fmt::format("{}: {} patches, {} points, {} triangles; {} streamed, {:.2f} s\n", flags.output,
-                  FormatCount(surface.patches), FormatCount(points), FormatCount(triangles),
-                  FormatBytes(surface.bytes), absl::ToDoubleSeconds(time)),
+      fmt::format("{}: {} patches, {} points, {} triangles; {} streamed, {:.2f} s{}\n",
+                  flags.output, FormatCount(surface.patches), FormatCount(points),
+                  FormatCount(triangles), FormatBytes(surface.bytes), absl::ToDoubleSeconds(time),
+                  DescribeCertificate(surface.tolerance, surface.certified_error)),
       console.out);
 }
 
@@ -62,9 +66,12 @@ absl::StatusOr<FetchedSurface> Deform(Client& client, const ApplyFlags& flags, c
   v1::CreateSceneRequest request;
   *request.add_lattices()->mutable_lattice() = std::move(lattice);
   if (flags.crease_angle.has_value()) request.set_crease_angle(*flags.crease_angle);
+  *request.mutable_units() = flags.units;
   request.mutable_diagnostics()->set_pipeline(flags.pipeline);
   LATTICED_ASSIGN_OR_RETURN(const auto scene, made.Create(std::move(request)));
-  return FetchSurface(client, scene.id(), flags.view, mesh, file, console);
+  v1::ViewOptions view = flags.view;
+  LATTICED_RETURN_IF_ERROR(SetTolerance(client, scene.id(), flags.tolerance, &view));
+  return FetchSurface(client, scene.id(), view, mesh, file, console);
 }
 
 absl::Status RunVerticesOnly(const ApplyFlags& flags, Console console) {
@@ -116,7 +123,7 @@ void AddVerticesOnlyFlag(CLI::App& command, bool& vertices_only) {
       "--vertices-only", vertices_only,
       "Ordinary deformation: moves the vertices and keeps the faces, without a server");
   for (const char* of_server :
-       {"--segments", "--normals", "--crease-angle", "--encoding", "--position-bits",
+       {"--segments", "--tolerance", "--normals", "--crease-angle", "--encoding", "--position-bits",
         "--normal-bits", "--pipeline", "--server", "--backend"}) {
     CLI::Option* option = command.get_option(of_server);
     flag->excludes(option);
@@ -143,6 +150,7 @@ void AddApplyCommand(CLI::App& app, CommandLine& line) {
   AddUnitsFlags(*command, flags->units);
   AddCreaseFlag(*command, flags->crease_angle);
   AddViewFlags(*command, flags->view, ViewDefaults::kOfServer);
+  AddToleranceFlag(*command, flags->tolerance);
   command->get_option("--encoding")->default_str("raw");
   AddPipelineFlag(*command, flags->pipeline);
   AddSessionFlags(*command, flags->session, ServerChoice::kInProcess);

@@ -108,6 +108,7 @@ void DeclareBench(CLI::App& bench, BenchFlags& flags) {
   AddPaceFlags(bench, flags.plan);
   AddFitFlags(bench, flags.fit);
   AddViewFlags(bench, flags.plan.view, ViewDefaults::kOfServer);
+  AddToleranceFlag(bench, flags.plan.tolerance);
   AddDragFlags(bench, flags.plan.view);
   AddPipelineFlag(bench, flags.pipeline);
   AddSessionFlags(bench, flags.session, ServerChoice::kInProcess);

@@ -12,6 +12,7 @@
 #include "client/cpp/latticectl/commands/commands.h"
 #include "client/cpp/latticectl/geometry/files.h"
 #include "client/cpp/latticectl/output/output.h"
+#include "client/cpp/latticectl/session/scene_tolerance.h"
 #include "client/cpp/latticectl/session/session.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
@@ -23,6 +24,7 @@ struct ExportFlags : ServerFlags {
   std::string scene, output;
   uint64_t revision = 0;
   v1::ViewOptions view;
+  Tolerance tolerance;
   bool original = false;
 };
 
@@ -46,24 +48,34 @@ std::string CheckOutput(const std::string& path) {
              : "";
 }
 
-absl::StatusOr<Client::ExportedFile> Export(const ExportFlags& flags, Client& client,
-                                            Console console) {
+absl::StatusOr<v1::ExportRequest> RequestOf(const ExportFlags& flags, Client& client) {
   v1::ExportRequest request;
   request.set_scene(flags.scene);
   request.set_revision(flags.revision);
   request.set_format(FormatOf(flags.output));
   *request.mutable_view() = flags.view;
+  LATTICED_RETURN_IF_ERROR(
+      SetTolerance(client, flags.scene, flags.tolerance, request.mutable_view()));
   if (flags.original) request.set_geometry(v1::EXPORT_GEOMETRY_ORIGINAL);
-  ProgressBar bar(console, "export", ProgressBar::Unit::kBytes);
-  return client.Export(request, bar.callback());
+  return request;
+}
+
+// A tolerance of the scene's default view is not known here.
+std::string Certificate(const v1::ExportRequest& request, const v1::ExportHeader& header) {
+  const double certified = header.certified_error();
+  if (certified == 0) return "";
+  const double asked = request.view().tolerance();
+  return DescribeCertificate(asked > 0 ? asked : certified, certified);
 }
 
 absl::Status RunExport(const ExportFlags& flags, Client& client, Console console) {
-  LATTICED_ASSIGN_OR_RETURN(const auto file, Export(flags, client, console));
+  LATTICED_ASSIGN_OR_RETURN(const auto request, RequestOf(flags, client));
+  ProgressBar bar(console, "export", ProgressBar::Unit::kBytes);
+  LATTICED_ASSIGN_OR_RETURN(const auto file, client.Export(request, bar.callback()));
   LATTICED_RETURN_IF_ERROR(WriteFile(flags.output, file.bytes));
   PrintResult(flags.json, file.header,
-              fmt::format("{}: {}, revision {}\n", flags.output, FormatBytes(file.bytes.size()),
-                          file.header.revision()),
+              fmt::format("{}: {}, revision {}{}\n", flags.output, FormatBytes(file.bytes.size()),
+                          file.header.revision(), Certificate(request, file.header)),
               console.out);
   return absl::OkStatus();
 }
@@ -85,6 +97,7 @@ void AddExportCommand(CLI::App& app, CommandLine& line) {
   command->add_flag("--original", flags->original,
                     "The uploaded vertices and faces, moved, in place of the exact surface");
   AddViewFlags(*command, flags->view, ViewDefaults::kOfScene);
+  AddToleranceFlag(*command, flags->tolerance);
   SetExample(*command, "export my-scene -o out.glb --segments 16");
   SetServerAction(*command, flags, line, RunExport);
 }

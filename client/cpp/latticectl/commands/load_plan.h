@@ -15,6 +15,7 @@
 #include <cstdint>
 
 #include "absl/time/time.h"
+#include "client/cpp/latticectl/command_line/tolerance_flag.h"
 #include "latticed/v1/view.pb.h"
 
 namespace latticed::client {
@@ -44,6 +45,7 @@ struct LoadPlan {
   bool all_points = true;
   Decoding decoding = Decoding::kFirst;
   v1::ViewOptions view;
+  Tolerance tolerance;  // of the view, in each scene's units
 };
 
 }  // namespace latticed::client

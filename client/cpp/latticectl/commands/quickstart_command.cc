@@ -18,6 +18,7 @@
 #include "client/cpp/latticectl/geometry/lattice_json.h"
 #include "client/cpp/latticectl/output/latency_recorder.h"
 #include "client/cpp/latticectl/output/output.h"
+#include "client/cpp/latticectl/session/scene_tolerance.h"
 #include "client/cpp/latticectl/session/server_meshes.h"
 #include "client/cpp/latticectl/session/session.h"
 #include "core/base/status_macros.h"
@@ -33,6 +34,7 @@ constexpr double kTopLean = 0.35;  // as a fraction of the lattice's first edge
 
 struct QuickstartFlags {
   SessionFlags session;
+  Tolerance tolerance;
   std::string output, sample = "knot";
   int steps = 60;
   bool json = false;
@@ -78,19 +80,23 @@ struct Report {
   LatencyRecorder latencies;  // from sending an edit to the end of the update that holds it
   uint64_t bytes = 0;         // of chunk data in all updates
   uint64_t patches = 0, points = 0, triangles = 0;
+  double tolerance = 0, certified_error = 0;
   std::vector<std::string> files;
 };
 
 absl::Status WriteSurface(Client& client, const v1::Scene& scene, const v1::Mesh& mesh,
-                          const MeshFile& file, const std::string& stem, Console console,
-                          Report* report) {
+                          const MeshFile& file, const Tolerance& tolerance, const std::string& stem,
+                          Console console, Report* report) {
   v1::ViewOptions view;
   view.set_encoding(v1::ENCODING_RAW);
+  LATTICED_RETURN_IF_ERROR(SetTolerance(client, scene.id(), tolerance, &view));
   LATTICED_ASSIGN_OR_RETURN(const auto surface,
                             FetchSurface(client, scene.id(), view, mesh, file, console));
   report->patches = surface.patches;
   report->points = surface.mesh.positions.size();
   report->triangles = surface.mesh.triangles.size();
+  report->tolerance = surface.tolerance;
+  report->certified_error = surface.certified_error;
   const PolygonMesh welded = Welded(surface.mesh);
   for (const char* extension : {".ply", ".glb"}) {
     report->files.push_back(stem + extension);
@@ -101,10 +107,12 @@ absl::Status WriteSurface(Client& client, const v1::Scene& scene, const v1::Mesh
 }
 
 // Closed loop: sends each edit when the update with the previous edit is complete.
-absl::Status Drag(Client& client, const v1::Scene& scene, int steps, Console console,
-                  Report* report) {
+absl::Status Drag(Client& client, const v1::Scene& scene, const QuickstartFlags& flags,
+                  Console console, Report* report) {
+  const int steps = flags.steps;
   v1::WatchRequest watch;
   watch.set_scene(scene.id());
+  LATTICED_RETURN_IF_ERROR(SetTolerance(client, scene.id(), flags.tolerance, watch.mutable_view()));
   LATTICED_ASSIGN_OR_RETURN(const auto stream, client.Deform(std::move(watch)));
   const v1::Lattice lattice = stream->surface().lattice().lattice();
   ProgressBar bar(console, "drag", ProgressBar::Unit::kCount);
@@ -128,6 +136,10 @@ void Print(const QuickstartFlags& flags, const Report& report, std::ostream& out
   table.AddRow({"patches", FormatCount(report.patches)});
   table.AddRow({"points", FormatCount(report.points)});
   table.AddRow({"triangles", FormatCount(report.triangles)});
+  if (report.tolerance > 0) {
+    table.AddRow({"certified error", fmt::format("{:.3g}, tolerance {:.3g}", report.certified_error,
+                                                 report.tolerance)});
+  }
   table.AddRow({"updates", FormatCount(latency.count)});
   table.AddRow({"edit to update", fmt::format("p50 {}, p99 {}", FormatMilliseconds(latency.p50),
                                               FormatMilliseconds(latency.p99))});
@@ -139,6 +151,7 @@ void Print(const QuickstartFlags& flags, const Report& report, std::ostream& out
               nlohmann::json{{"patches", report.patches},
                              {"points", report.points},
                              {"triangles", report.triangles},
+                             {"certifiedError", report.certified_error},
                              {"updates", latency.count},
                              {"p50Ms", latency.p50},
                              {"p99Ms", latency.p99},
@@ -156,10 +169,10 @@ absl::StatusOr<Report> RunOn(Client& client, const QuickstartFlags& flags, Conso
   Report report;
   const std::string folder = flags.output + "/";
   LATTICED_RETURN_IF_ERROR(
-      WriteSurface(client, scene, mesh, file, folder + "rest", console, &report));
-  LATTICED_RETURN_IF_ERROR(Drag(client, scene, flags.steps, console, &report));
-  LATTICED_RETURN_IF_ERROR(
-      WriteSurface(client, scene, mesh, file, folder + "deformed", console, &report));
+      WriteSurface(client, scene, mesh, file, flags.tolerance, folder + "rest", console, &report));
+  LATTICED_RETURN_IF_ERROR(Drag(client, scene, flags, console, &report));
+  LATTICED_RETURN_IF_ERROR(WriteSurface(client, scene, mesh, file, flags.tolerance,
+                                        folder + "deformed", console, &report));
   made.Keep();  // so that the user can look at the scene
   return report;
 }
@@ -195,6 +208,7 @@ void AddQuickstartCommand(CLI::App& app, CommandLine& line) {
   command->add_option("--steps", flags->steps, "Edits of the drag")
       ->check(CLI::Range(1, 100'000))
       ->capture_default_str();
+  AddToleranceFlag(*command, flags->tolerance);
   AddSessionFlags(*command, flags->session, ServerChoice::kInProcess);
   AddJsonFlag(*command, flags->json);
   SetExample(*command, "quickstart --output demo");

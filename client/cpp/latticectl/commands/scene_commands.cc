@@ -1,12 +1,16 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <ostream>
+#include <string>
+#include <utility>
 
 #include "client/cpp/latticectl/command_line/message_flags.h"
+#include "client/cpp/latticectl/command_line/tolerance_flag.h"
 #include "client/cpp/latticectl/command_line/value_types.h"
 #include "client/cpp/latticectl/commands/commands.h"
 #include "client/cpp/latticectl/geometry/lattice_json.h"
@@ -26,6 +30,7 @@ struct SceneFlags : ServerFlags {
   v1::MeshUnits units;
   std::optional<double> crease_angle;
   v1::ViewOptions view;
+  Tolerance tolerance;
   v1::Pipeline pipeline = v1::PIPELINE_UNSPECIFIED;
 };
 
@@ -51,6 +56,10 @@ std::string ScenesText(const std::vector<v1::Scene>& scenes) {
   return table.Text();
 }
 
+std::string ToleranceText(const v1::ViewOptions& view) {
+  return view.tolerance() > 0 ? fmt::format("tolerance {:.6g}, at most ", view.tolerance()) : "";
+}
+
 std::string SceneText(const v1::Scene& scene) {
   TextTable table;
   table.AddRow({"scene", scene.id()});
@@ -74,9 +83,11 @@ std::string SceneText(const v1::Scene& scene) {
   table.AddRow({"chunks", FormatCount(scene.chunks())});
   const v1::ViewOptions& view = scene.default_view();
   table.AddRow(
-      {"default view", fmt::format("{} segments, {} normals, {}, {}/{} bits", view.segments(),
-                                   NormalModeName(view.normals()), EncodingName(view.encoding()),
-                                   view.position_bits(), view.normal_bits())});
+      {"default view",
+       fmt::format("{}{} segments, {} normals, {}, {}/{} bits", ToleranceText(view),
+                   view.segments(), NormalModeName(view.normals()), EncodingName(view.encoding()),
+                   view.position_bits() == 0 ? "chosen" : std::to_string(view.position_bits()),
+                   view.normal_bits())});
   for (const auto& [purpose, bytes] : scene.bytes()) {
     table.AddRow({"bytes of " + purpose, FormatBytes(bytes)});
   }
@@ -93,6 +104,23 @@ absl::StatusOr<v1::LatticeSource> Source(const SceneFlags& flags) {
   return source;
 }
 
+// A new scene may not be deformed yet, so its mesh's diagonal counts.
+absl::Status SetDefaultTolerance(const SceneFlags& flags, Client& client,
+                                 v1::CreateSceneRequest* request) {
+  if (flags.tolerance.number == 0) return absl::OkStatus();
+  LATTICED_ASSIGN_OR_RETURN(const auto mesh, client.GetMesh(request->mesh()));
+  const double asked = flags.units.meters_per_unit();
+  const auto diagonal = [&]() -> absl::StatusOr<double> {
+    const auto& [low, high] = std::pair(mesh.bounds().min(), mesh.bounds().max());
+    return std::hypot(high.x() - low.x(), high.y() - low.y(), high.z() - low.z());
+  };
+  LATTICED_ASSIGN_OR_RETURN(
+      const double distance,
+      InWorldUnits(flags.tolerance, asked > 0 ? asked : mesh.meters_per_unit(), diagonal));
+  request->mutable_default_view()->set_tolerance(distance);
+  return absl::OkStatus();
+}
+
 absl::Status RunCreate(const SceneFlags& flags, Client& client, Console console) {
   v1::CreateSceneRequest request;
   LATTICED_ASSIGN_OR_RETURN(*request.add_lattices(), Source(flags));
@@ -107,6 +135,7 @@ absl::Status RunCreate(const SceneFlags& flags, Client& client, Console console)
   *request.mutable_units() = flags.units;
   if (flags.crease_angle.has_value()) request.set_crease_angle(*flags.crease_angle);
   *request.mutable_default_view() = flags.view;
+  LATTICED_RETURN_IF_ERROR(SetDefaultTolerance(flags, client, &request));
   request.mutable_diagnostics()->set_pipeline(flags.pipeline);
   LATTICED_ASSIGN_OR_RETURN(const auto scene, client.CreateScene(std::move(request)));
   PrintResult(flags.json, scene, SceneText(scene), console.out);
@@ -164,6 +193,7 @@ void AddSceneCommands(CLI::App& app, CommandLine& line) {
   AddUnitsFlags(*create, flags->units);
   AddCreaseFlag(*create, flags->crease_angle);
   AddViewFlags(*create, flags->view, ViewDefaults::kOfServer);
+  AddToleranceFlag(*create, flags->tolerance);
   AddPipelineFlag(*create, flags->pipeline);
   add("list", "Lists scenes", "scene list", RunList)
       ->add_option(

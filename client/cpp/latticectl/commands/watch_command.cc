@@ -9,6 +9,7 @@
 #include "client/cpp/latticectl/command_line/message_flags.h"
 #include "client/cpp/latticectl/commands/commands.h"
 #include "client/cpp/latticectl/output/output.h"
+#include "client/cpp/latticectl/session/scene_tolerance.h"
 #include "client/cpp/latticectl/session/session.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
@@ -19,6 +20,7 @@ namespace {
 struct WatchFlags : ServerFlags {
   std::string scene;
   v1::ViewOptions view;
+  Tolerance tolerance;
   uint64_t updates = std::numeric_limits<uint64_t>::max();
 };
 
@@ -38,10 +40,12 @@ void PrintUpdate(const CompleteUpdate& update, const Surface& surface, bool json
                           {"sendUs", timings.send_us()}}
                .dump();
   } else {
-    out << fmt::format("revision {}: {} chunks, {}; evaluated in {}, encoded in {}",
-                       update.end.revision(), FormatCount(update.chunk_count),
-                       FormatBytes(update.bytes), FormatMilliseconds(timings.evaluate_us() / 1e3),
-                       FormatMilliseconds(timings.encode_us() / 1e3));
+    out << fmt::format(
+        "revision {}: {} chunks, {}; evaluated in {}, encoded in {}{}", update.end.revision(),
+        FormatCount(update.chunk_count), FormatBytes(update.bytes),
+        FormatMilliseconds(timings.evaluate_us() / 1e3),
+        FormatMilliseconds(timings.encode_us() / 1e3),
+        DescribeCertificate(surface.view().tolerance(), update.end.certified_error()));
   }
   out << std::endl;
 }
@@ -50,6 +54,8 @@ absl::Status RunWatch(const WatchFlags& flags, Client& client, Console console) 
   v1::WatchRequest request;
   request.set_scene(flags.scene);
   *request.mutable_view() = flags.view;
+  LATTICED_RETURN_IF_ERROR(
+      SetTolerance(client, flags.scene, flags.tolerance, request.mutable_view()));
   LATTICED_ASSIGN_OR_RETURN(const auto watch, client.Watch(std::move(request)));
   std::optional<CompleteUpdate> update = watch->first_update();
   for (uint64_t count = 0; update.has_value();) {
@@ -69,6 +75,7 @@ void AddWatchCommand(CLI::App& app, CommandLine& line) {
   command->add_option("--updates", flags->updates, "Ends after this many updates; by default never")
       ->check(CLI::PositiveNumber);
   AddViewFlags(*command, flags->view, ViewDefaults::kOfScene);
+  AddToleranceFlag(*command, flags->tolerance);
   AddDragFlags(*command, flags->view);
   SetExample(*command, "watch my-scene --updates 10");
   SetServerAction(*command, flags, line, RunWatch);

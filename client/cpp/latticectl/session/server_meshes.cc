@@ -34,7 +34,9 @@ absl::StatusOr<FetchedSurface> FetchSurface(Client& client, const std::string& s
   LATTICED_ASSIGN_OR_RETURN(auto assembled, AssembleMesh(layouts, std::move(points)));
   FetchedSurface result{.mesh = std::move(assembled),
                         .patches = surface.topology().patch_count(),
-                        .bytes = surface.bytes()};
+                        .bytes = surface.bytes(),
+                        .tolerance = surface.view().tolerance(),
+                        .certified_error = surface.certified_error()};
   result.mesh.units = MeshUnits{UpAxisName(mesh.up_axis()), mesh.meters_per_unit()};
   if (!mesh.has_uvs() && mesh.groups_size() == 0) return result;
 

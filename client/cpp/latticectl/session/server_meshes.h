@@ -26,7 +26,9 @@ namespace latticed::client {
 struct FetchedSurface {
   TriangleMesh mesh;
   uint64_t patches = 0;
-  uint64_t bytes = 0;  // of chunk data
+  uint64_t bytes = 0;          // of chunks
+  double tolerance = 0;        // of the view
+  double certified_error = 0;  // UpdateEnd.certified_error
 };
 // Fetches one update in the view's encoding, as a mesh. Texture coordinates and groups come from
 // `file`, the source of `mesh`.
