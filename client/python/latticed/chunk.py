@@ -9,13 +9,14 @@
 from __future__ import annotations
 
 import functools
-from typing import Any, Tuple
+from typing import Any, Sequence, Tuple
 
 import numpy as np
 import numpy.typing as npt
 
 from latticed import draco
 from latticed.errors import LatticedError
+from latticed.pattern import PatchPattern
 from latticed.v1 import view_pb2
 
 Decoded = Tuple[npt.NDArray[np.floating[Any]], "npt.NDArray[np.float32] | None"]
@@ -24,16 +25,19 @@ Decoded = Tuple[npt.NDArray[np.floating[Any]], "npt.NDArray[np.float32] | None"]
 class Chunk:
     """Decoded once, at the first use. Updates share the chunks that did not change."""
 
-    def __init__(self, data: bytes, revision: int, quantisation: Any, view: Any, points: int) -> None:
+    def __init__(
+        self, data: bytes, revision: int, quantisation: Any, view: Any, patterns: Sequence[PatchPattern]
+    ) -> None:
         self.data = data
-        self.revision = revision  # at which its bytes last changed
+        self.revision = revision  # at which its bytes or its patterns last changed
+        self.patterns = patterns  # of its patches
         grid = quantisation.origin
         self.origin = np.array([grid.x, grid.y, grid.z])
         self.step = float(quantisation.step)  # world units per integer; 0 for RAW
         self._normal_bits = int(quantisation.normal_bits)
         self._encoding = view.encoding
         self._has_normals = view.normals != view_pb2.NORMAL_MODE_NONE
-        self._points = points
+        self._points = sum(len(pattern) for pattern in patterns)
 
     @functools.cached_property
     def decoded(self) -> Decoded:

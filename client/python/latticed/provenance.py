@@ -5,12 +5,13 @@ over to the deformed surface."""
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, List
+from typing import Any, List, Optional, Sequence
 
 import numpy as np
 import numpy.typing as npt
 
 from latticed.errors import LatticedError
+from latticed.pattern import PatchPattern
 from latticed.topology import Topology
 
 
@@ -32,14 +33,22 @@ class Provenance:
     barycentrics: npt.NDArray[np.float64]
     on_lattice_face: npt.NDArray[np.bool_]
 
-    def interpolate(self, values: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    def interpolate(
+        self, values: npt.ArrayLike, patterns: Optional[Sequence[PatchPattern]] = None
+    ) -> npt.NDArray[np.float64]:
         """Interpolates values of the source's corners, (corners, k), at every point: (patches, q, k).
 
         value of a point = sum over patch corners c, triangle corners i of
                            weights[point, c] * barycentrics[patch, c, i] * values[corners[patch, i]]
+
+        With a tolerance, `patterns` are those of an update, and the result has the shape (points, k).
         """
         at_triangle = np.asarray(values, dtype=float)[self.corners]
         at_patch = np.einsum("pci,pik->pck", self.barycentrics, at_triangle)
+        if self.topology.uniform is None:
+            if patterns is None or len(patterns) != len(at_patch):
+                raise ValueError("with a tolerance, patterns are those of an update of this topology")
+            return np.concatenate([pattern.weights @ at for pattern, at in zip(patterns, at_patch)])
         return np.asarray(np.einsum("qc,pck->pqk", self.topology.weights, at_patch))
 
     @classmethod

@@ -168,7 +168,7 @@ class Scene(EditCalls[EditResult]):
         """Writes the deformed surface to a file, as a whole or not at all. Returns the surface's revision.
 
         format    "ply", "obj", "stl", "glb", "usda", "drc" or "nets" (Bézier control points); empty: by the suffix
-        view      only its segments and normals are used, and its bits for drc
+        view      only its segments, tolerance and normals are used, and its bits for drc
         original  writes the uploaded vertices and faces, moved by the deformation, in place of the exact surface
         revision  fails with REVISION_CHANGED unless this is the newest revision; 0: exports the newest
         """

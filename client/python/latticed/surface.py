@@ -10,6 +10,7 @@ import numpy as np
 from latticed.chunk import Chunk
 from latticed.errors import LatticedError
 from latticed.lattice import Lattice
+from latticed.pattern import PatchPattern
 from latticed.topology import Topology
 from latticed.update import Update
 from latticed.v1 import event_pb2
@@ -25,6 +26,7 @@ class Surface:
     def __init__(self) -> None:
         self.lattice: Optional[Lattice] = None  # after the newest reported edit
         self._announced: Dict[str, Topology] = {}
+        self._patterns: Dict[int, PatchPattern] = {}  # by code; they are the same on every stream
         self._quantisation: Any = None
         self._topology: Optional[Topology] = None
         self._chunks: List[Optional[Chunk]] = []
@@ -44,6 +46,10 @@ class Surface:
             self._take_delta(event.lattice_delta)
         elif arm == "topology":
             self._announced[event.topology.topology_id] = Topology(event.topology)
+        elif arm == "patterns":
+            for sent in event.patterns.patterns:
+                pattern = PatchPattern(sent.points, sent.triangles, sent.denominator)
+                self._patterns.setdefault(sent.code, pattern)
         elif arm == "quantisation":
             self._quantisation = event.quantisation
         elif arm == "update_begin":
@@ -92,11 +98,23 @@ class Surface:
         for chunk in chunks.chunks:
             if chunk.index >= topology.chunks:
                 raise LatticedError.data_loss(f"chunk {chunk.index} of {topology.chunks}")
-            patches = topology.patches_of(chunk.index)
-            points = (patches.stop - patches.start) * len(topology.weights)
             self._begun[chunk.index] = Chunk(
-                chunk.data, chunk.revision, self._quantisation, self._begin.view, points
+                chunk.data,
+                chunk.revision,
+                self._quantisation,
+                self._begin.view,
+                self._patterns_of(chunk, topology),
             )
+
+    def _patterns_of(self, chunk: Any, topology: Topology) -> List[PatchPattern]:
+        patches = topology.patches_of(chunk.index)
+        count = patches.stop - patches.start
+        if topology.uniform is not None:
+            return [topology.uniform] * count
+        codes = np.frombuffer(chunk.levels, "<u2").tolist() if len(chunk.levels) == 2 * count else []
+        if not codes or not all(code in self._patterns for code in codes):
+            raise LatticedError.data_loss("a chunk's levels name no patterns that were sent")
+        return [self._patterns[code] for code in codes]
 
     def _take_end(self, end: Any) -> Update:
         begin = self._begin

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from latticed.chunk import Chunk
+from latticed.pattern import PatchPattern
 from latticed.topology import Topology
 from latticed.view import View
 
@@ -22,6 +23,9 @@ class Update:
     view                     the requested view, with every field filled in
     timings                  times on the server: latticed.v1.UpdateTimings, microseconds
     topology                 points and triangles of a patch, and the patches of each chunk
+    certified_error          with a tolerance: the largest distance, both ways, between the exact surface and
+                             the triangles, rounding included, in world units; it covers positions, not normals.
+                             Else 0
 
     Points are decoded at the first use, so a skipped update costs no decoding.
     """
@@ -32,6 +36,7 @@ class Update:
         self.applied_sequence = int(end.applied_sequence)
         self.full_detail = bool(end.full_detail)
         self.timings = end.timings
+        self.certified_error = float(end.certified_error)
         self.view = view
         self.topology = topology
         self._chunks = chunks
@@ -50,8 +55,25 @@ class Update:
         return sum(len(chunk.data) for chunk in self._chunks)
 
     @functools.cached_property
+    def patterns(self) -> List[PatchPattern]:
+        """The points and triangles of each patch."""
+        return [pattern for chunk in self._chunks for pattern in chunk.patterns]
+
+    @functools.cached_property
+    def first_points(self) -> npt.NDArray[np.int64]:
+        """(patches + 1,): patch p has the points first_points[p] to first_points[p + 1] of points.reshape(-1, 3)."""
+        counts = [len(pattern) for pattern in self.patterns]
+        return np.concatenate([[0], np.cumsum(counts, dtype=np.int64)])
+
+    def points_of(self, chunk: int) -> npt.NDArray[np.float64]:
+        """The points of one chunk's patches, (points, 3), world units."""
+        held = self._chunks[chunk]
+        return np.asarray(held.origin + held.decoded[0].astype(float))
+
+    @functools.cached_property
     def points(self) -> npt.NDArray[np.float64]:
-        """(patches, q, 3), world units; q points per patch, in the order of topology.weights."""
+        """(patches, q, 3), world units; q points per patch, in the order of topology.weights. With a tolerance
+        patches have different numbers of points: (points, 3), in the order of patterns."""
         return self._shaped([chunk.origin + chunk.decoded[0].astype(float) for chunk in self._chunks])
 
     @property
@@ -72,14 +94,17 @@ class Update:
 
     @functools.cached_property
     def normals(self) -> npt.NDArray[np.float32] | None:
-        """(patches, q, 3), unit vectors; None if the view has none."""
+        """In the shape of points, unit vectors; None if the view has none."""
         parts = [chunk.decoded[1] for chunk in self._chunks]
         return None if any(part is None for part in parts) else self._shaped(parts)
 
-    @property
+    @functools.cached_property
     def triangles(self) -> npt.NDArray[np.uint32]:
         """(triangles, 3): indices into points.reshape(-1, 3), counter-clockwise from outside."""
-        return self.topology.triangles
+        if self.topology.uniform is not None:
+            return self.topology.triangles
+        firsts = self.first_points.astype(np.uint32)
+        return np.concatenate([first + p.triangles for first, p in zip(firsts, self.patterns)])
 
     @property
     def chunk_revisions(self) -> npt.NDArray[np.int64]:
@@ -93,4 +118,5 @@ class Update:
         return [i for i, chunk in enumerate(self._chunks) if chunk is not earlier._chunks[i]]
 
     def _shaped(self, parts: List[Any]) -> npt.NDArray[Any]:
-        return np.concatenate(parts).reshape(self.topology.patches, -1, 3)
+        points = np.concatenate(parts)
+        return points if self.topology.uniform is None else points.reshape(self.topology.patches, -1, 3)

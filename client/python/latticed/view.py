@@ -33,7 +33,9 @@ def _name(number: Any, numbers: Dict[str, Any]) -> str:
 class View:
     """A field of 0 or "" takes the scene's default view. The comments give the defaults of that view."""
 
-    segments: int = 0  # subdivisions of a patch's edge, 1 to 32; default 10
+    segments: int = (
+        0  # subdivisions of a patch's edge, 1 to 32; default 10; with a tolerance, a limit of points
+    )
     normals: str = ""  # "none", "facet" or "smooth"; default smooth if the mesh has normals, else facet
     encoding: str = ""  # "draco", "draco_mesh", "raw" or "quantised"; default draco
     position_bits: int = 0  # bits per coordinate, 8 to 16; default 12; no effect for raw
@@ -42,6 +44,9 @@ class View:
     max_bytes_per_second: int = 0  # most chunk bytes per second for this watcher; 0: no limit
     drag_position_bits: int = 0  # position_bits while any editor's gesture is open, 8 to 16; 0: position_bits
     drag_normal_bits: int = 0  # normal_bits while any editor's gesture is open, 6 to 12; 0: normal_bits
+    # The largest distance of the triangles from the exact surface, in world units. Each patch then has points of
+    # its own, and position_bits of 0 are chosen. 0 with segments set: every patch has these segments.
+    tolerance: float = 0.0
 
     def to_proto(self) -> view_pb2.ViewOptions:
         """ValueError for an unknown name of encoding or normals."""

@@ -26,7 +26,7 @@ fi
 mkdir -p "$work/bin"
 rm -rf "$work/src"
 mkdir -p "$work/src/smoke"
-cp "$here/smoke.go" "$work/src/smoke"
+cp "$here/"*.go "$work/src/smoke"
 export GO111MODULE=off GOFLAGS= CGO_ENABLED=0 GOPATH=$work:$debian GOCACHE=$work/cache
 # Debian's older packages of protoc-gen-go do not know `optional`; the newer ones conflict with packages that
 # the build needs. The source, in golang-google-protobuf-dev, has neither problem.
