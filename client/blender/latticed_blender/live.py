@@ -15,11 +15,15 @@ from . import blender_data, result_object
 from .live_session import LiveSession
 
 _TICK_SECONDS = 0.02
+_MOST_SEGMENTS = (
+    16  # a view with a tolerance has at most as many points; the server reserves memory for these
+)
 
 
 def _view(settings):
     return latticed.View(
-        segments=settings.segments,
+        segments=_MOST_SEGMENTS if settings.tolerance > 0 else settings.segments,
+        tolerance=settings.tolerance,
         normals=settings.normals.lower(),
         encoding="quantised",  # needs no Draco decoder
         position_bits=16,

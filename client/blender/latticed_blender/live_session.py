@@ -167,18 +167,22 @@ class LiveSession:
         with self._changed:
             self._surface = surface
             self.status = f"Connected: {update.topology.patches:,} patches, {triangles:,} triangles"
+            if update.certified_error > 0:
+                self.status += f", within {update.certified_error:.3g}"
 
 
 class _Layouts:
-    """The layouts of one scene's updates. Asks the server only if the topology has changed."""
+    """The layouts of one scene's updates. Asks the server only if the topology has changed. With a tolerance an
+    edit may change the patterns of patches, and so the layout."""
 
     def __init__(self, scene: latticed.Scene, mesh: SourceMesh) -> None:
         self._scene, self._mesh = scene, mesh
-        self._topology = ""
+        self._provenance: Optional[latticed.Provenance] = None
         self._layout: Optional[SurfaceLayout] = None
 
     def of(self, update: latticed.Update) -> SurfaceLayout:
-        if self._layout is None or self._topology != update.topology.id:
-            self._layout = SurfaceLayout(self._mesh, self._scene.provenance(update))
-            self._topology = update.topology.id
+        if self._provenance is None or self._provenance.topology.id != update.topology.id:
+            self._provenance, self._layout = self._scene.provenance(update), None
+        if self._layout is None or self._layout.patterns != update.patterns:
+            self._layout = SurfaceLayout(self._mesh, self._provenance, update)
         return self._layout

@@ -50,6 +50,15 @@ class LatticedSettings(bpy.types.PropertyGroup):
             description="Subdivisions of a patch's edge",
             update=_view_changed,
         ),
+        "tolerance": bpy.props.FloatProperty(
+            name="Tolerance",
+            default=0.0,
+            min=0.0,
+            precision=5,
+            description="Largest distance of the triangles from the exact surface, in the mesh's own units. "
+            "Each patch then has as many as it needs. 0: all patches have Segments",
+            update=_view_changed,
+        ),
         "normals": bpy.props.EnumProperty(
             name="Normals", items=_NORMALS, default="FACET", update=_view_changed
         ),
@@ -74,7 +83,10 @@ class LATTICED_PT_panel(bpy.types.Panel):
             layout.operator("latticed.disconnect", icon="UNLINKED")
         else:
             layout.operator("latticed.connect", icon="LINKED")
-        layout.prop(settings, "segments")
+        segments = layout.column()
+        segments.enabled = settings.tolerance == 0
+        segments.prop(settings, "segments")
+        layout.prop(settings, "tolerance")
         layout.prop(settings, "normals")
         ends = layout.row(align=True)
         ends.operator("latticed.apply", icon="CHECKMARK")

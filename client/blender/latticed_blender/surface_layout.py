@@ -9,7 +9,7 @@ from typing import Optional
 
 import numpy as np
 import numpy.typing as npt
-from latticed import Provenance
+from latticed import Provenance, Update
 
 from .source_mesh import SourceMesh
 from .welding import Welding, weld
@@ -26,18 +26,21 @@ class SurfaceLayout:
     smooth     (triangles,): whether Blender shades the triangle smooth
     """
 
-    def __init__(self, mesh: SourceMesh, provenance: Provenance) -> None:
+    def __init__(self, mesh: SourceMesh, provenance: Provenance, update: Update) -> None:
+        """`update` is one of the surface's updates. With a tolerance, it is the layout of those with its patterns."""
         self.id = uuid.uuid4().hex
+        self.patterns = update.patterns
         self._mesh, self._provenance = mesh, provenance
-        self.triangles = provenance.topology.triangles
+        self.triangles = update.triangles
         self.uv_name = mesh.uv_name
         self.uvs: Optional[npt.NDArray[np.float32]] = None
         if mesh.uvs is not None:
-            self.uvs = provenance.interpolate(mesh.uvs).reshape(-1, 2).astype(np.float32)
-        faces = np.repeat(provenance.faces, len(provenance.topology.pattern))
+            uvs = provenance.interpolate(mesh.uvs, update.patterns)
+            self.uvs = uvs.reshape(-1, 2).astype(np.float32)
+        faces = np.repeat(provenance.faces, [len(pattern.triangles) for pattern in update.patterns])
         self.materials = np.zeros(len(faces), np.int32) if mesh.materials is None else mesh.materials[faces]
         self.smooth = np.ones(len(faces), bool) if mesh.smooth is None else mesh.smooth[faces]
 
     @functools.cached_property
     def welding(self) -> Welding:
-        return weld(self._mesh, self._provenance)
+        return weld(self._mesh, self._provenance, self.patterns)

@@ -10,15 +10,16 @@ are one too, as in files that the server exports, and a patch that has such a co
 """
 from __future__ import annotations
 
-from typing import Any, NamedTuple, Tuple
+from typing import Any, NamedTuple, Sequence, Tuple
 
 import numpy as np
 import numpy.typing as npt
-from latticed import Provenance
+from latticed import PatchPattern, Provenance
 
 from .source_mesh import SourceMesh
 
 _SHORTEST = 2.0**-22
+_WHOLE = 4096  # over which all weights of a pattern with a tolerance are integers
 
 Numbers = npt.NDArray[np.int64]
 
@@ -34,27 +35,27 @@ class Welding(NamedTuple):
     kept: npt.NDArray[np.bool_]
 
 
-def weld(mesh: SourceMesh, source: Provenance) -> Welding:
+def weld(mesh: SourceMesh, source: Provenance, patterns: Sequence[PatchPattern]) -> Welding:
     """Names each point of a patch by the patch's corners and its weights in them: at rest the sides of a patch are
     straight, so two corners name the side between them."""
-    topology = source.topology
+    whole_weight = source.topology.segments or _WHOLE
     corners = _corners(mesh, source)
     whole = (corners != np.roll(corners, 1, axis=1)).all(axis=1)
-    weights = np.rint(topology.weights * topology.segments).astype(np.int64)
-    shape = (whole.sum(), len(weights), 3)
-    names, shares = _canonical(
-        np.broadcast_to(corners[whole][:, None], shape), np.broadcast_to(weights, shape)
-    )
+    counts = [len(pattern) for pattern in patterns]
+    kept_points = np.repeat(whole, counts)
+    weights = np.concatenate([pattern.weights for pattern in patterns])[kept_points]
+    weights = np.rint(weights * whole_weight).astype(np.int64)
+    names, shares = _canonical(np.repeat(corners, counts, axis=0)[kept_points], weights)
     # A point on a side has a name in columns 1 and 2, a corner in column 2 alone; one inside a patch is its patch's.
-    side = (names[..., 1] + 1) * (corners.max() + 1) + names[..., 2]
-    keys = side * (topology.segments + 1) + shares[..., 1]
+    side = (names[:, 1] + 1) * (corners.max() + 1) + names[:, 2]
+    keys = side * (whole_weight + 1) + shares[:, 1]
     inside = (weights > 0).all(axis=1)
-    keys[:, inside] = -1 - np.arange(shape[0] * inside.sum()).reshape(shape[0], -1)
+    keys[inside] = -1 - np.arange(inside.sum())
     _, first, vertex_of_kept = np.unique(keys, return_index=True, return_inverse=True)
-    kept_points = np.repeat(whole, len(weights))
     vertex = np.full(len(kept_points), -1)
     vertex[kept_points] = vertex_of_kept.reshape(-1)
-    return Welding(np.flatnonzero(kept_points)[first], vertex, np.repeat(whole, len(topology.pattern)))
+    kept = np.repeat(whole, [len(pattern.triangles) for pattern in patterns])
+    return Welding(np.flatnonzero(kept_points)[first], vertex, kept)
 
 
 def _corners(mesh: SourceMesh, source: Provenance) -> Numbers:

@@ -27,6 +27,7 @@ from latticed.errors import LatticedError
 from latticed.evaluation import Evaluation
 from latticed.lattice import Lattice
 from latticed.mesh import Mesh
+from latticed.pattern import PatchPattern
 from latticed.presence import Presence
 from latticed.progress_bar import ProgressBar
 from latticed.provenance import Provenance
@@ -47,6 +48,7 @@ __all__ = [
     "Lattice",
     "LatticedError",
     "Mesh",
+    "PatchPattern",
     "Presence",
     "ProgressBar",
     "Provenance",

@@ -113,6 +113,14 @@ def follows_the_view(rest):
     settings.segments = 2 * settings.segments
     wait_for(lambda: len(result().data.vertices) > 2 * len(rest), "more segments")
     check(result().data.has_custom_normals, "the result has not the normals that were sent")
+    uniform = len(result().data.polygons)
+    settings.tolerance = 0.001
+    wait_for(lambda: len(result().data.polygons) != uniform, "patterns of their own")
+    fine = len(result().data.polygons)
+    settings.tolerance = 0.1
+    wait_for(lambda: len(result().data.polygons) < fine, "a larger tolerance")
+    settings.tolerance = 0.0
+    wait_for(lambda: len(result().data.polygons) == uniform, "segments again")
     facets = corner_normals(result().data)
     differs = lambda: np.abs(corner_normals(result().data) - facets).mean()
     settings.normals = "SMOOTH"

@@ -43,11 +43,16 @@ def layout_of(client):
     """Makes the layout of a mesh's surface at rest, and the surface."""
     scenes = []
 
-    def make(mesh, segments=3, size=(4, 3, 5), degree=(3, 1, 2)):
+    def make(mesh, segments=3, size=(4, 3, 5), degree=(3, 1, 2), tolerance=0.0, bend=None):
         uploaded = client.upload_arrays(mesh.positions, mesh.faces, progress=False)
         scenes.append(client.create_scene(uploaded, size=size, degree=degree))
-        update = scenes[-1].get_update(latticed.View(segments=segments, encoding="raw"))
-        return SurfaceLayout(mesh, scenes[-1].provenance(update)), update.points.reshape(-1, 3)
+        if bend is not None:
+            lattice = scenes[-1].lattice()
+            scenes[-1].replace(lattice.control_points + bend(lattice.control_points.shape))
+        view = latticed.View(segments=segments, encoding="raw", tolerance=tolerance)
+        update = scenes[-1].get_update(view)
+        layout = SurfaceLayout(mesh, scenes[-1].provenance(update), update)
+        return layout, update.points.reshape(-1, 3)
 
     yield make
     for scene in scenes:
@@ -87,6 +92,23 @@ def test_a_closed_mesh_has_a_closed_welded_surface(layout_of, segments):
     edges = sides(vertex[layout.triangles])
     assert set(edges.values()) == {2}
     assert len(chosen) - len(edges) + len(layout.triangles) == 2  # Euler's formula
+
+
+def test_patterns_of_a_tolerance_are_welded_to_a_closed_surface(layout_of, random):
+    uvs = box_uvs(definition.BOX_POSITIONS[FACES.reshape(-1)], np.repeat(np.arange(6), 4)).astype(np.float32)
+    bend = lambda shape: random.normal(scale=0.2, size=shape)  # noqa: E731
+
+    layout, points = layout_of(replace(BOX, uvs=uvs), 16, tolerance=0.02, bend=bend)
+
+    assert len({len(pattern) for pattern in layout.patterns}) > 1, "patches differ"
+    assert layout.uvs.shape == (len(points), 2)
+    assert len(layout.materials) == len(layout.smooth) == len(layout.triangles)
+    chosen, vertex, kept = layout.welding
+    assert kept.all()
+    np.testing.assert_allclose(points[chosen][vertex], points, atol=FLOAT32)
+    edges = sides(vertex[layout.triangles])
+    assert set(edges.values()) == {2}
+    assert len(chosen) - len(edges) + len(layout.triangles) == 2
 
 
 def test_faces_of_any_length_are_welded_and_parts_that_only_touch_stay_apart(layout_of):
