@@ -268,6 +268,18 @@ TEST_F(LatticectlServerTest, ExportsTheOriginalMesh) {
   EXPECT_EQ(mesh->face_offsets, rest->face_offsets);
 }
 
+TEST_F(LatticectlServerTest, ExportsPatchesApart) {
+  MakeScene();
+  Run({"export", "scene-one", "-o", Path("apart.ply"), "--patches", "--segments", "3"});
+  const auto apart = ReadMeshFile(Path("apart.ply"));
+  ASSERT_OK(apart);
+  const auto mesh = ParseMesh(*apart);
+  ASSERT_OK(mesh);
+  EXPECT_EQ(mesh->positions.size(), mesh->face_count() / 9 * 10);
+  ExpectFailure({"export", "scene-one", "-o", Path("a.ply"), "--patches", "--original"},
+                HasSubstr("--patches excludes --original"));
+}
+
 TEST_F(LatticectlServerTest, ApplyGivesTheSameAsInItsOwnProcessAndLeavesNothingThere) {
   MustRun({"lattice", Path("vase.obj"), "-o", Path("L.json")});
   const std::vector<std::string> apply{"apply",        Path("vase.obj"), "--lattice",

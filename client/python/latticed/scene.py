@@ -32,6 +32,12 @@ from latticed.watch_stream import WatchStream
 _DEFAULT_VIEW = View()
 
 
+def _geometry(original: bool, welded: bool) -> surface_pb2.ExportGeometry:
+    if original:
+        return surface_pb2.EXPORT_GEOMETRY_ORIGINAL
+    return surface_pb2.EXPORT_GEOMETRY_EXACT if welded else surface_pb2.EXPORT_GEOMETRY_PATCHES
+
+
 class Scene(EditCalls[EditResult]):
     """Made by Client.create_scene or scene. Every edit waits for its result; edits of deform() do not.
 
@@ -164,21 +170,30 @@ class Scene(EditCalls[EditResult]):
         revision: int = 0,
         progress: Progress = None,
         original: bool = False,
+        welded: bool = True,
     ) -> int:
         """Writes the deformed surface to a file, as a whole or not at all. Returns the surface's revision.
 
         format    "ply", "obj", "stl", "glb", "usda", "drc" or "nets" (Bézier control points); empty: by the suffix
         view      only its segments, tolerance and normals are used, and its bits for drc
         original  writes the uploaded vertices and faces, moved by the deformation, in place of the exact surface
+        welded    patches of the exact surface share the vertices between them; if not, each has its own
         revision  fails with REVISION_CHANGED unless this is the newest revision; 0: exports the newest
         """
         show = progress_function(progress, f"export {Path(path).name}")
         wanted = format or Path(path).suffix[1:].lower()
         with transfers.whole_file(path) as part:
-            return self._export(lambda: open(part, "wb"), wanted, view, revision, original, show)
+            return self._export(
+                lambda: open(part, "wb"), wanted, view, revision, _geometry(original, welded), show
+            )
 
     def export_bytes(
-        self, format: str, view: View = _DEFAULT_VIEW, revision: int = 0, original: bool = False
+        self,
+        format: str,
+        view: View = _DEFAULT_VIEW,
+        revision: int = 0,
+        original: bool = False,
+        welded: bool = True,
     ) -> bytes:
         """Like export, but returns the bytes."""
 
@@ -192,7 +207,8 @@ class Scene(EditCalls[EditResult]):
             files.append(Kept())
             return files[-1]
 
-        self._export(open_file, format, view, revision, original, lambda done, total: None)
+        geometry = _geometry(original, welded)
+        self._export(open_file, format, view, revision, geometry, lambda done, total: None)
         return files[-1].getvalue()
 
     def _export(
@@ -201,11 +217,10 @@ class Scene(EditCalls[EditResult]):
         format: str,
         view: View,
         revision: int,
-        original: bool,
+        geometry: surface_pb2.ExportGeometry,
         progress: ProgressFunction,
     ) -> int:
         number = choose("a format", format, transfers.EXPORT_FORMATS)
-        geometry = surface_pb2.EXPORT_GEOMETRY_ORIGINAL if original else surface_pb2.EXPORT_GEOMETRY_EXACT
         request = surface_pb2.ExportRequest(
             scene=self.id, revision=revision, format=number, view=view.to_proto(), geometry=geometry
         )

@@ -59,6 +59,16 @@ def test_an_original_mesh_has_its_own_faces_at_deformed_places(scene):
     np.testing.assert_array_equal(faces - 1, BOX_FACES)
 
 
+def test_patches_that_are_not_welded_have_vertices_of_their_own(scene):
+    view = latticed.View(segments=2)
+
+    apart = scene.export_bytes("obj", view, welded=False).decode().splitlines()
+
+    faces = sum(line.startswith("f ") for line in apart)
+    assert faces % 4 == 0
+    assert sum(line.startswith("v ") for line in apart) == faces // 4 * 6  # 4 triangles and 6 points a patch
+
+
 def test_control_nets_are_of_the_exact_surface_only(scene):
     with pytest.raises(latticed.LatticedError) as caught:
         scene.export_bytes("nets", original=True)

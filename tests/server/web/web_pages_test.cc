@@ -262,7 +262,7 @@ TEST_F(WebTest, AQueryOfADownloadThatMeansNothingIsRefused) {
       {"segments=4&segments=8", "query: 'segments' is given twice"},
       {"segments=4&bits=8",
        "query: 'bits' is not a parameter; known: segments, tolerance, normals, geometry"},
-      {"geometry=best", "geometry: got 'best', allowed are exact, original"}};
+      {"geometry=best", "geometry: got 'best', allowed are exact, patches, original"}};
 
   for (const auto& [query, why] : cases) {
     const WebAnswer answer = Get(fmt::format("/export/{}.ply?{}", kScene, query));

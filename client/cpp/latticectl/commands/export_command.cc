@@ -26,6 +26,7 @@ struct ExportFlags : ServerFlags {
   v1::ViewOptions view;
   Tolerance tolerance;
   bool original = false;
+  bool patches = false;
 };
 
 // The format of a path's extension; UNSPECIFIED for an unknown one.
@@ -57,6 +58,7 @@ absl::StatusOr<v1::ExportRequest> RequestOf(const ExportFlags& flags, Client& cl
   LATTICED_RETURN_IF_ERROR(
       SetTolerance(client, flags.scene, flags.tolerance, request.mutable_view()));
   if (flags.original) request.set_geometry(v1::EXPORT_GEOMETRY_ORIGINAL);
+  if (flags.patches) request.set_geometry(v1::EXPORT_GEOMETRY_PATCHES);
   return request;
 }
 
@@ -94,8 +96,13 @@ void AddExportCommand(CLI::App& app, CommandLine& line) {
       ->type_name(kFileType)
       ->check(CheckOutput);
   command->add_option("--revision", flags->revision, "Fails unless this is the newest revision");
-  command->add_flag("--original", flags->original,
-                    "The uploaded vertices and faces, moved, in place of the exact surface");
+  CLI::Option* original =
+      command->add_flag("--original", flags->original,
+                        "The uploaded vertices and faces, moved, in place of the exact surface");
+  command
+      ->add_flag("--patches", flags->patches,
+                 "The exact surface, each patch with vertices of its own")
+      ->excludes(original);
   AddViewFlags(*command, flags->view, ViewDefaults::kOfScene);
   AddToleranceFlag(*command, flags->tolerance);
   SetExample(*command, "export my-scene -o out.glb --segments 16");
