@@ -94,9 +94,10 @@ size_t PatternPoints(std::span<const uint16_t> patterns) {
   return points;
 }
 
-absl::Status CheckHasPatterns(const DeformView& view) {
-  if (!(view.spec().tolerance > 0) || !view.Patterns(0).empty()) return absl::OkStatus();
-  return error::InvalidField("view.tolerance", "this server's devices have none", "UNSUPPORTED");
+absl::Status CheckTolerance(const DeformTarget& target, const ViewSpec& spec) {
+  if (!(spec.tolerance > 0) || target.has_tolerance()) return absl::OkStatus();
+  return error::InvalidField("view.tolerance", "this pipeline has none on these devices",
+                             "UNSUPPORTED");
 }
 
 size_t ChunkPoints(const DeformView& view, const DeformPlan& plan, uint32_t chunk) {

@@ -176,6 +176,8 @@ class DeformTarget {
   virtual ~DeformTarget() = default;
   virtual const DeformPlan& plan() const = 0;
   virtual Pipeline pipeline() const = 0;
+  // Whether its views may have a tolerance.
+  [[nodiscard]] virtual bool has_tolerance() const { return false; }
   // The traits of the views that CreateView makes for `spec`, which must be valid.
   [[nodiscard]] virtual ViewTraits Traits(const ViewSpec& spec) const = 0;
   // kInvalidArgument for a spec out of limits; kResourceExhausted with asked and free bytes.
@@ -207,8 +209,8 @@ class Backend {
 [[nodiscard]] size_t ChunkPoints(const DeformPlan& plan, size_t chunk, int segments);
 // The points of patches with these patterns, PatternKey::Code of each.
 [[nodiscard]] size_t PatternPoints(std::span<const uint16_t> patterns);
-// kInvalidArgument, reason UNSUPPORTED, if an evaluated view has a tolerance and no patterns: its backend has no tolerance.
-[[nodiscard]] absl::Status CheckHasPatterns(const DeformView& view);
+// kInvalidArgument, reason UNSUPPORTED, for a tolerance that the target's views cannot have.
+[[nodiscard]] absl::Status CheckTolerance(const DeformTarget& target, const ViewSpec& spec);
 // The points of a chunk of a view of `plan`, with a tolerance after Evaluate.
 [[nodiscard]] size_t ChunkPoints(const DeformView& view, const DeformPlan& plan, uint32_t chunk);
 

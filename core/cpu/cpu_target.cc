@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "core/base/catch_bad_alloc.h"
-#include "core/base/error.h"
 #include "core/base/status_macros.h"
 #include "core/cpu/adaptive/adaptive_view.h"
 #include "core/cpu/cpu_view.h"
@@ -75,9 +74,11 @@ class CpuTarget : public DeformTarget {
 
   const DeformPlan& plan() const override { return *plan_; }
   Pipeline pipeline() const override { return pipeline_; }
+  bool has_tolerance() const override { return pipeline_ == Pipeline::kFused; }
 
   absl::StatusOr<std::unique_ptr<DeformView>> CreateView(const ViewSpec& spec) override {
     LATTICED_RETURN_IF_ERROR(Validate(spec));
+    LATTICED_RETURN_IF_ERROR(CheckTolerance(*this, spec));
     if (spec.tolerance > 0) return CreateAdaptiveView(spec);
     LATTICED_ASSIGN_OR_RETURN(const auto stage,
                               StageMatrices::Get(plan_->structure.patch_degree(), spec.segments));
@@ -136,9 +137,6 @@ class CpuTarget : public DeformTarget {
 
  private:
   absl::StatusOr<std::unique_ptr<DeformView>> CreateAdaptiveView(const ViewSpec& spec) const {
-    if (pipeline_ != Pipeline::kFused) {
-      return error::InvalidField("view.tolerance", "it needs the pipeline 'fused'", "UNSUPPORTED");
-    }
     return CatchBadAlloc("the view", [&]() -> absl::StatusOr<std::unique_ptr<DeformView>> {
       return std::make_unique<AdaptiveView>(fused_plan_, spec, context_);
     });

@@ -52,8 +52,9 @@ absl::StatusOr<std::shared_ptr<Scene>> Scene::Create(SceneConfig config,
 
   const MutexLock edit_lock(&scene->edit_mutex_);
   auto state = scene->editor_.FirstState(std::move(prepared.state), absl::Now());
-  LATTICED_RETURN_IF_ERROR(SettleTolerance(scene->config_.default_view, scene->config_.pipeline,
-                                           state->box, "default_view")
+  LATTICED_RETURN_IF_ERROR(SettleTolerance(scene->config_.default_view,
+                                           prepared.target->has_tolerance(), state->box,
+                                           "default_view")
                                .status());
   const MutexLock lock(&scene->mutex_);
   scene->head_ = {std::move(state), std::move(prepared.target)};

@@ -231,13 +231,14 @@ void SetUpload(const Scene& scene, const MeshStore& meshes, ExportSpec* spec) {
 }
 
 // Checks the tolerance of an export, and chooses the position bits of DRC where they are 0.
-absl::Status SettleTolerance(const SceneState& state, Pipeline pipeline, ExportSpec* spec) {
+absl::Status SettleTolerance(const RenderInput& head, ExportSpec* spec) {
   const bool drc = spec->format == MeshFormat::kDraco;
   WatchView view;
   view.key.spec = {.tolerance = spec->tolerance,
                    .format = drc ? VertexFormat::kQuantised : VertexFormat::kFloat32,
                    .position_bits = spec->position_bits};
-  LATTICED_ASSIGN_OR_RETURN(view, SettleTolerance(view, pipeline, state.box, "view"));
+  LATTICED_ASSIGN_OR_RETURN(
+      view, SettleTolerance(view, head.target->has_tolerance(), head.state->box, "view"));
   spec->position_bits = view.key.spec.position_bits;
   return absl::OkStatus();
 }
@@ -255,7 +256,7 @@ absl::StatusOr<NextPart<v1::ExportResponse>> OpenExport(const CallContext& conte
                                .metadata = {{"revision", fmt::to_string(state->revision)}}});
   }
   LATTICED_ASSIGN_OR_RETURN(auto spec, ExportSpecFromProto(request, scene->config().default_view));
-  LATTICED_RETURN_IF_ERROR(SettleTolerance(*state, scene->config().pipeline, &spec));
+  LATTICED_RETURN_IF_ERROR(SettleTolerance(head, &spec));
   spec.units = scene->config().units;
   SetUpload(*scene, env.meshes, &spec);
   const auto hold = scene->Hold();

@@ -25,7 +25,8 @@ constexpr int kDefaultUnackedUpdates = 2;
 absl::StatusOr<WatchView> ViewOf(const v1::ViewOptions& options, const Scene& scene) {
   LATTICED_ASSIGN_OR_RETURN(const auto view,
                             WatchViewFromProto(options, scene.config().default_view, "view"));
-  return SettleTolerance(view, scene.config().pipeline, scene.State()->box, "view");
+  const RenderInput head = scene.Head();
+  return SettleTolerance(view, head.target->has_tolerance(), head.state->box, "view");
 }
 
 }  // namespace

@@ -201,13 +201,13 @@ absl::StatusOr<PolygonMesh> ExactSurface(const RenderInput& input, const ViewSpe
   }
   RenderBackend& backend = input.target->backend();
   LATTICED_ASSIGN_OR_RETURN(const auto target, input.target->Get());
+  LATTICED_RETURN_IF_ERROR(CheckTolerance(*target, spec));
   LATTICED_ASSIGN_OR_RETURN(auto view, backend.Run([&] { return target->CreateView(spec); }));
   std::vector<uint32_t> chunks(plan.chunk_count());
   std::iota(chunks.begin(), chunks.end(), 0u);
   LATTICED_RETURN_IF_ERROR(stop());
   LATTICED_RETURN_IF_ERROR(
       backend.Run([&] { return view->Evaluate(*state.control_points, state.box, chunks); }));
-  LATTICED_RETURN_IF_ERROR(CheckHasPatterns(*view));
   if (certified_error != nullptr) *certified_error = view->certified_error();
 
   SurfaceBuilder surface(state, spec, welding, PatternsOf(*view, plan));

@@ -121,6 +121,7 @@ absl::Status RenderView::PrepareVertices(const RenderInput& input) {
   // Dropped first, so that old and new vertices are never in memory together.
   DropVertices();
   LATTICED_ASSIGN_OR_RETURN(target_, input.target->Get());
+  LATTICED_RETURN_IF_ERROR(CheckTolerance(*target_, key().spec));
   traits_ = target_->Traits(key().spec);
   MemoryBudget& memory = backend_->memory();
   LATTICED_ASSIGN_OR_RETURN(
@@ -153,7 +154,6 @@ absl::StatusOr<std::vector<uint32_t>> RenderView::Evaluate(const RenderWork& wor
     }
     return status;
   }));
-  LATTICED_RETURN_IF_ERROR(CheckHasPatterns(*vertices_));
   const std::span<const uint32_t> also = vertices_->also_changed();
   std::vector<uint32_t> changed;
   changed.reserve(work.chunks.size() + also.size());

@@ -24,13 +24,13 @@ absl::Status TooSmall(double tolerance, double least, std::string_view how,
 
 }  // namespace
 
-absl::StatusOr<WatchView> SettleTolerance(const WatchView& view, Pipeline pipeline,
+absl::StatusOr<WatchView> SettleTolerance(const WatchView& view, bool has_tolerance,
                                           const QuantisationBox& box, std::string_view field) {
   const double tolerance = view.key.spec.tolerance;
   if (!(tolerance > 0)) return view;
-  if (pipeline != Pipeline::kFused) {
-    return error::InvalidField(fmt::format("{}.tolerance", field), "it needs the pipeline 'fused'",
-                               "UNSUPPORTED");
+  if (!has_tolerance) {
+    return error::InvalidField(fmt::format("{}.tolerance", field),
+                               "this pipeline has none on these devices", "UNSUPPORTED");
   }
   if (view.key.spec.format == VertexFormat::kFloat32) {
     if (MeetsTolerance(tolerance, box, 0)) return view;

@@ -3,8 +3,8 @@
 //
 // Whether a view can keep its tolerance on the present grid: core/adaptive/edge_levels.h.
 //
-// Errors   kInvalidArgument with the path of the field, which begins with the argument `field`: UNSUPPORTED where the
-//          pipeline has no tolerance; OUT_OF_RANGE with the position bits that would meet it, or with the least
+// Errors   kInvalidArgument with the path of the field, which begins with the argument `field`: UNSUPPORTED where
+//          views have no tolerance; OUT_OF_RANGE with the position bits that would meet it, or with the least
 //          tolerance where none would
 // Threads  pure function
 #ifndef LATTICED_SERVER_ENGINE_WATCH_VIEW_TOLERANCE_H_
@@ -18,8 +18,8 @@
 namespace latticed {
 
 // Returns the view, with position bits that meet its tolerance where it has 0. A view without a tolerance is returned as
-// it is.
-[[nodiscard]] absl::StatusOr<WatchView> SettleTolerance(const WatchView& view, Pipeline pipeline,
+// it is. has_tolerance: TargetSlot's.
+[[nodiscard]] absl::StatusOr<WatchView> SettleTolerance(const WatchView& view, bool has_tolerance,
                                                         const QuantisationBox& box,
                                                         std::string_view field);
 

@@ -202,6 +202,26 @@ TEST_F(GroupServerTest, ASpannedSceneIsStreamedLikeAnyOther) {
   for (ScriptedBackend* device : devices_) EXPECT_GT(device->used_bytes(), 0u);
 }
 
+TEST_F(GroupServerTest, ASpannedSceneHasNoTolerance) {
+  StartOnGroup({kGiB, kGiB}, 1);
+  ASSERT_OK(Create(SceneRequest()));
+  auto update = For<v1::GetUpdateRequest>();
+  update.mutable_view()->set_tolerance(0.1);
+  EventLog log;
+  const Refusal none{.reason = "UNSUPPORTED", .field = "view.tolerance", .message = "has none"};
+
+  ExpectRefusal(Update(update, log), none);
+  EXPECT_TRUE(log.events.empty());
+  auto file = For<v1::ExportRequest>();
+  file.mutable_view()->set_tolerance(0.1);
+  ExpectRefusal(Export(file).status(), none);
+  v1::CreateSceneRequest create = SceneRequest("by-tolerance");
+  create.mutable_default_view()->set_tolerance(0.1);
+  ExpectRefused(Create(create), absl::StatusCode::kInvalidArgument, "UNSUPPORTED",
+                "default_view.tolerance");
+  EXPECT_EQ(SceneCount(), 1);
+}
+
 TEST_F(GroupServerTest, TheLossOfOneDeviceTurnsTheServerNotServing) {
   StartOnGroup({kGiB, kGiB}, 1);
   ASSERT_OK(Create(SceneRequest()));

@@ -363,7 +363,7 @@ TEST_F(ToleranceStreamTest, OtherPipelinesHaveNone) {
   EventLog log;
   ExpectRefusal(Update(request, log), {.reason = "UNSUPPORTED",
                                        .field = "view.tolerance",
-                                       .message = "it needs the pipeline 'fused'"});
+                                       .message = "this pipeline has none on these devices"});
   create.set_scene_id("by-products-and-tolerance");
   create.mutable_default_view()->set_tolerance(kTolerance);
   ExpectRefused(Create(create), absl::StatusCode::kInvalidArgument, "UNSUPPORTED",
