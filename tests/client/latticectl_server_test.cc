@@ -276,8 +276,6 @@ TEST_F(LatticectlServerTest, ExportsPatchesApart) {
   const auto mesh = ParseMesh(*apart);
   ASSERT_OK(mesh);
   EXPECT_EQ(mesh->positions.size(), mesh->face_count() / 9 * 10);
-  ExpectFailure({"export", "scene-one", "-o", Path("a.ply"), "--patches", "--original"},
-                HasSubstr("--patches excludes --original"));
 }
 
 TEST_F(LatticectlServerTest, ApplyGivesTheSameAsInItsOwnProcessAndLeavesNothingThere) {

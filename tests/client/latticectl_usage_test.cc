@@ -55,6 +55,7 @@ TEST_F(LatticectlUsage, WrongUsageIsTwoAndSaysWhat) {
       {{"edit", "drag", "scene-id", "--by", "1,0,0"}, "[--ray,--at]"},
       {{"pick", "scene-id", "--ray", "0,0,0"}, "--ray"},
       {{"export", "scene-id", "-o", "x.txt"}, ".nets"},
+      {{"export", "s", "-o", "x.ply", "--patches", "--original"}, "excludes --patches"},
   };
   for (const auto& [arguments, text] : cases) {
     const RunResult result = Latticectl(arguments);
