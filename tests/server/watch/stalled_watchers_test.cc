@@ -28,8 +28,9 @@ class StalledWatchersTest : public StreamTest {
     Scenes stub;
     WatchClient client;
   };
-  std::unique_ptr<Watcher> Connect() const {
-    return std::make_unique<Watcher>(server_->address(), Watch());
+  std::unique_ptr<Watcher> Connect() const { return Connect(Watch()); }
+  std::unique_ptr<Watcher> Connect(const v1::WatchRequest& watch) const {
+    return std::make_unique<Watcher>(server_->address(), watch);
   }
   static int64_t Restarts(const EventLog& log) {
     return std::ranges::count_if(log.begins, [](const auto& begin) { return begin.restart(); });
@@ -84,6 +85,40 @@ TEST_F(StalledWatchersTest, CostNoMoreThanARetiredSnapshotAndHoldNobodyUp) {
   EXPECT_GE(restarts, 1) << "whose snapshot was retired begins again with the newest";
   EXPECT_EQ(Metric("latticed_snapshots_retired_total"), 1);
   EXPECT_EQ(Metric("latticed_updates_restarted_total"), static_cast<double>(restarts));
+}
+
+// EventLog fails the test if a pattern does not come before its first use, or comes twice.
+TEST_F(StalledWatchersTest, HaveEveryPatternWhenTheyBeginAgain) {
+  constexpr size_t kMostStalled = 30;
+  CreateScene(48);
+  v1::WatchRequest watch = Watch();
+  watch.mutable_view()->set_tolerance(2e-5);
+  watch.mutable_view()->set_segments(32);
+  watch.mutable_view()->set_encoding(v1::ENCODING_RAW);
+  WatchClient prompt(*scenes_, watch);
+  prompt.ReadUntilRevision(0);
+  std::vector<std::unique_ptr<Watcher>> stalled;
+  uint64_t revision = 0;
+  while (Info().retired_snapshots() == 0 && stalled.size() < kMostStalled) {
+    stalled.push_back(Connect(watch));
+    ++sequence_;  // of an edit that bends every patch
+    ASSERT_OK(Apply(Move(sequence_, 62, sequence_ % 2 == 0 ? -0.25 : 0.3, "bob")));
+    revision = sequence_;
+    ASSERT_NO_FATAL_FAILURE(prompt.ReadUntilRevision(revision));
+  }
+  EXPECT_EQ(Info().retired_snapshots(), 1u);
+
+  int64_t restarts = 0;
+  for (const auto& one : stalled) {
+    const EventLog& log = one->client.log;
+    ASSERT_NO_FATAL_FAILURE(one->client.ReadUntilRevision(revision));
+    restarts += Restarts(log);
+    EXPECT_TRUE(log.chunks == prompt.log.chunks);
+    EXPECT_TRUE(log.levels == prompt.log.levels);
+    EXPECT_EQ(log.ends.back().certified_error(), prompt.log.ends.back().certified_error());
+  }
+  EXPECT_GE(restarts, 1);
+  EXPECT_GT(prompt.log.patterns.size(), 1u);
 }
 
 }  // namespace
