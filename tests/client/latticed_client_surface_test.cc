@@ -2,8 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "client/cpp/library/surface.h"
 
+#include <array>
 #include <cstring>
 #include <string>
+#include <utility>
 
 #include "client/cpp/library/mesh.h"
 #include "core/codec/chunk_encoder.h"
@@ -233,6 +235,96 @@ TEST(Surface, DeltasMoveControlPoints) {
   EXPECT_EQ(surface.lattice().revision(), 9u);
   delta.mutable_lattice_delta()->set_indices(0, 8);
   EXPECT_THAT(surface.Apply(delta), StatusIs(absl::StatusCode::kDataLoss));
+}
+
+// Two chunks of one patch each, of a view with a tolerance.
+v1::SceneEvent AdaptiveTopologyEvent() {
+  v1::SceneEvent event = TopologyEvent();
+  event.mutable_topology()->clear_pattern();
+  event.mutable_topology()->clear_segments();
+  event.mutable_topology()->clear_point_count();
+  return event;
+}
+
+// The pattern whose edge 0 has two segments, sparser: 4 points, 2 triangles.
+v1::SceneEvent PatternsEvent() {
+  v1::SceneEvent event;
+  v1::PatchPattern* pattern = event.mutable_patterns()->add_patterns();
+  pattern->set_code(513);
+  pattern->set_denominator(2);
+  for (const uint32_t i : {2u, 0u, 0u, 1u, 1u, 0u, 0u, 2u, 0u, 0u, 0u, 2u}) pattern->add_points(i);
+  for (const uint32_t i : {0u, 1u, 3u, 1u, 2u, 3u}) pattern->add_triangles(i);
+  pattern = event.mutable_patterns()->add_patterns();
+  pattern->set_denominator(1);
+  for (const uint32_t i : {1u, 0u, 0u, 0u, 1u, 0u, 0u, 0u, 1u}) pattern->add_points(i);
+  for (const uint32_t i : {0u, 1u, 2u}) pattern->add_triangles(i);
+  return event;
+}
+
+v1::SceneEvent LevelsEvent(uint32_t index, const std::string& levels, const std::string& data) {
+  v1::SceneEvent event = ChunkEvent(1, index, data);
+  event.mutable_chunks()->mutable_chunks(0)->set_levels(levels);
+  return event;
+}
+
+TEST(Surface, HasTheLayoutOfEachPatchByTolerance) {
+  const std::string four = RawChunk(1) + RawChunk(4).substr(0, 24);
+  Surface surface;
+  ApplyOk(surface, AdaptiveTopologyEvent());
+  ApplyOk(surface, QuantisationEvent());
+  ApplyOk(surface, BeginEvent(1, 2, v1::ENCODING_RAW));
+  ApplyOk(surface, PatternsEvent());
+  ApplyOk(surface, LevelsEvent(0, std::string("\x01\x02", 2), four));
+  ApplyOk(surface, LevelsEvent(1, std::string("\0\0", 2), RawChunk(7)));
+  v1::SceneEvent end = EndEvent(1, 3);
+  end.mutable_update_end()->set_certified_error(0.25);
+  ApplyOk(surface, end);
+
+  EXPECT_EQ(surface.certified_error(), 0.25);
+  EXPECT_EQ(surface.PointCount(), 7u);
+  const auto layouts = surface.Layouts();
+  ASSERT_OK(layouts);
+  ASSERT_EQ(layouts->size(), 2u);
+  EXPECT_EQ((*layouts)[0].denominator, 2);
+  EXPECT_EQ((*layouts)[0].point_count(), 4u);
+  const auto points = surface.Decode();
+  ASSERT_OK(points);
+  const auto mesh = AssembleMesh(*layouts, *points);
+  ASSERT_OK(mesh);
+  ASSERT_EQ(mesh->positions.size(), 7u);
+  EXPECT_EQ(mesh->positions[3].x, 1004);
+  ASSERT_EQ(mesh->triangles.size(), 3u);
+  EXPECT_EQ(mesh->triangles[2], (std::array<uint32_t, 3>{4, 5, 6})) << "of the second patch";
+}
+
+TEST(Surface, LevelsWithoutTheirPatternsAreDataLoss) {
+  const auto with = [](v1::SceneEvent patterns, const std::string& levels) {
+    Surface surface;
+    ApplyOk(surface, AdaptiveTopologyEvent());
+    ApplyOk(surface, QuantisationEvent());
+    ApplyOk(surface, BeginEvent(1, 2, v1::ENCODING_RAW));
+    if (auto status = surface.Apply(std::move(patterns)).status(); !status.ok()) return status;
+    for (const uint32_t chunk : {0u, 1u}) {
+      auto status = surface.Apply(LevelsEvent(chunk, levels, RawChunk(1))).status();
+      if (!status.ok()) return status;
+    }
+    if (auto status = surface.Apply(EndEvent(1, 3)).status(); !status.ok()) return status;
+    return surface.Decode().status();
+  };
+  const std::string triangle("\0\0", 2);
+  EXPECT_OK(with(PatternsEvent(), triangle));
+  EXPECT_THAT(with({}, triangle), StatusIs(absl::StatusCode::kDataLoss));
+  EXPECT_THAT(with(PatternsEvent(), ""), StatusIs(absl::StatusCode::kDataLoss));
+  EXPECT_THAT(with(PatternsEvent(), triangle + triangle), StatusIs(absl::StatusCode::kDataLoss));
+  EXPECT_THAT(with(PatternsEvent(), std::string("\x01\x02", 2)),
+              StatusIs(absl::StatusCode::kDataLoss))
+      << "four points are announced and three came";
+  v1::SceneEvent broken = PatternsEvent();
+  broken.mutable_patterns()->mutable_patterns(1)->set_triangles(0, 3);
+  EXPECT_THAT(with(broken, triangle), StatusIs(absl::StatusCode::kDataLoss));
+  broken = PatternsEvent();
+  broken.mutable_patterns()->mutable_patterns(1)->set_denominator(0);
+  EXPECT_THAT(with(broken, triangle), StatusIs(absl::StatusCode::kDataLoss));
 }
 
 TEST(AssembleMesh, CarriesUvsAndGroups) {

@@ -30,6 +30,21 @@ def topology(name="t", chunks=1):
     return event(topology=event_pb2.Topology(topology_id=name, chunk_runs=runs, pattern=pattern, **counts))
 
 
+def by_tolerance(name="a"):
+    runs = [event_pb2.ChunkRun(chunk_count=1, patches_per_chunk=1)]
+    return event(topology=event_pb2.Topology(topology_id=name, chunk_runs=runs, patch_count=1))
+
+
+def patterns(denominator=1, triangles=(0, 1, 2)):
+    sent = {
+        "code": 513,
+        "denominator": denominator,
+        "points": [1, 0, 0, 0, 1, 0, 0, 0, 1],
+        "triangles": triangles,
+    }
+    return event(patterns=event_pb2.Patterns(patterns=[event_pb2.PatchPattern(**sent)]))
+
+
 def quantisation(number=1):
     return event(quantisation=event_pb2.Quantisation(quantisation_id=number, origin={"x": 5}))
 
@@ -38,8 +53,8 @@ def begin(update_id=1, chunks=1, view=RAW):
     return event(update_begin=event_pb2.UpdateBegin(update_id=update_id, chunk_count=chunks, view=view))
 
 
-def chunks(update_id=1, index=0, data=TRIANGLE.tobytes(), topology_id="t", quantisation_id=1):
-    held = [event_pb2.Chunk(index=index, data=data, revision=update_id)]
+def chunks(update_id=1, index=0, data=TRIANGLE.tobytes(), topology_id="t", quantisation_id=1, levels=b""):
+    held = [event_pb2.Chunk(index=index, data=data, revision=update_id, levels=levels)]
     return event(
         chunks=event_pb2.Chunks(
             update_id=update_id, topology_id=topology_id, quantisation_id=quantisation_id, chunks=held
@@ -58,6 +73,7 @@ def delta(indices, positions):
 
 
 START = [lattice(), topology(), quantisation()]
+ADAPTIVE = [by_tolerance(), begin()]
 
 
 def updates(events):
@@ -72,6 +88,16 @@ def test_an_update_is_here_when_it_ends():
     np.testing.assert_array_equal(update.relative_points, [TRIANGLE])
     np.testing.assert_array_equal(update.triangles, [[0, 1, 2]])
     assert (update.revision, update.final, update.normals) == (1, False, None)
+
+
+def test_levels_name_the_patterns_of_patches():
+    sent = chunks(topology_id="a", levels=b"\1\2")
+
+    (update,) = updates([*START, by_tolerance(), begin(), patterns(), sent, end()])
+
+    np.testing.assert_array_equal(update.points, TRIANGLE + [5, 0, 0])
+    np.testing.assert_array_equal(update.triangles, [[0, 1, 2]])
+    np.testing.assert_array_equal(update.first_points, [0, 3])
 
 
 def test_an_update_that_is_begun_again_forgets_its_chunks():
@@ -109,6 +135,12 @@ def test_what_was_handed_out_does_not_change():
         ([begin(chunks=2), chunks(), end()], "2 chunks ended after 1"),
         ([topology("u", 2), begin(), chunks(topology_id="u"), end()], "before every chunk had come"),
         ([begin(chunks=0), end()], "before every chunk had come"),
+        ([*ADAPTIVE, chunks(topology_id="a", levels=b"\1\2")], "no patterns that were sent"),
+        ([*ADAPTIVE, patterns(), chunks(topology_id="a")], "no patterns that were sent"),
+        ([*ADAPTIVE, patterns(), chunks(topology_id="a", levels=b"\1\2\1\2")], "no patterns that were sent"),
+        ([patterns(denominator=0)], "a pattern contradicts itself"),
+        ([patterns(triangles=(0, 1, 3))], "a pattern contradicts itself"),
+        ([patterns(triangles=(0, 1))], "a pattern contradicts itself"),
         ([delta([0], [1, 2])], "three numbers per index"),
         ([delta([64], [1, 2, 3])], "a control point that does not exist"),
     ],
