@@ -71,8 +71,8 @@ absl::Status ReadNormals(const std::string& value, v1::ExportRequest& wanted) {
 absl::Status ReadGeometry(const std::string& value, v1::ExportRequest& wanted) {
   v1::ExportGeometry geometry = v1::EXPORT_GEOMETRY_UNSPECIFIED;
   if (!v1::ExportGeometry_Parse("EXPORT_GEOMETRY_" + absl::AsciiStrToUpper(value), &geometry)) {
-    return error::InvalidField("geometry",
-                               fmt::format("got '{}', allowed are exact, patches, original", value));
+    return error::InvalidField(
+        "geometry", fmt::format("got '{}', allowed are exact, patches, original", value));
   }
   wanted.set_geometry(geometry);
   return absl::OkStatus();
