@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "core/base/catch_bad_alloc.h"
-#include "core/base/error.h"
 #include "core/base/status_macros.h"
 #include "core/view/checked_view.h"
 #include "cuda/adaptive/cuda_adaptive_view.h"
@@ -33,9 +32,11 @@ class CudaTarget : public DeformTarget {
 
   const DeformPlan& plan() const override { return *plan_; }
   Pipeline pipeline() const override { return pipeline_; }
+  bool has_tolerance() const override { return pipeline_ == Pipeline::kFused; }
 
   absl::StatusOr<std::unique_ptr<DeformView>> CreateView(const ViewSpec& spec) override {
     LATTICED_RETURN_IF_ERROR(Validate(spec));
+    LATTICED_RETURN_IF_ERROR(CheckTolerance(*this, spec));
     const DeviceGuard guard(context_->device());
     if (spec.tolerance > 0) return CreateAdaptiveView(spec);
     return CatchBadAlloc("the view", [&]() -> absl::StatusOr<std::unique_ptr<DeformView>> {
@@ -94,9 +95,6 @@ class CudaTarget : public DeformTarget {
   }
 
   absl::StatusOr<std::unique_ptr<DeformView>> CreateAdaptiveView(const ViewSpec& spec) const {
-    if (pipeline_ != Pipeline::kFused) {
-      return error::InvalidField("view.tolerance", "it needs the pipeline 'fused'", "UNSUPPORTED");
-    }
     return CatchBadAlloc("the view", [&]() -> absl::StatusOr<std::unique_ptr<DeformView>> {
       LATTICED_ASSIGN_OR_RETURN(auto lane, context_->lanes().Borrow(Priority()));
       LATTICED_ASSIGN_OR_RETURN(const uint64_t own,
