@@ -3,21 +3,20 @@
 //
 // The people at the open scene: who one is oneself, who else is here, and whose camera is followed.
 //
-//   own camera -> CameraFollower.moved -> LiveSession.announce
-//   other's camera -> take -> CameraFollower.follow -> own camera
+//   own camera -> CameraFollower.moved -> ShownCameras -> LiveSession.announce
+//   other's camera -> take -> ShownCameras.goal -> CameraFollower.follow -> own camera
 //
-// Who follows shows the camera that they follow, not their own on its way there: two who follow each other would move each
-// other on and on.
+// Who follows shows the camera that they follow, not their own on its way there.
 import type { LiveSession } from './session/live_session';
 import type { Presence } from './session/scene_session';
-import type { CameraPose } from './state/camera_pose';
 import { personOf, randomPerson, type Person } from './state/person';
 import type { SettingsStore } from './state/settings';
+import { ShownCameras } from './shown_cameras';
 import { showYouDialog } from './ui/dialogs/you_dialog';
 import { FollowingSign } from './ui/overlays/following_sign';
 import { People } from './ui/people';
 import { CameraFollower } from './viewport/camera_follower';
-import { looksLike, sightOf } from './viewport/sight';
+import { sightOf } from './viewport/sight';
 import type { Viewport } from './viewport/viewport';
 
 const NOBODY: ReadonlyMap<string, Presence> = new Map();
@@ -36,9 +35,7 @@ export class PeopleHere {
   private others = NOBODY;
   private followed: string | undefined;
   private absence: ReturnType<typeof setTimeout> | undefined; // runs while the followed person is not here
-  /** The camera that others were shown last, and the last one of those that was this window's own. */
-  private shown: CameraPose | undefined;
-  private own: CameraPose | undefined;
+  private readonly shown = new ShownCameras((camera) => this.session?.announce({ camera }));
 
   constructor(private readonly settings: SettingsStore, private readonly viewport: Viewport) {
     const reducedMotion = matchMedia('(prefers-reduced-motion: reduce)');
@@ -125,18 +122,10 @@ export class PeopleHere {
     this.endAbsence();
     const { camera } = person;
     if (camera === undefined) return void this.stop();
-    this.settings.set({ orthographic: 'height' in camera.projection });
-    this.follower.follow(sightOf(camera));
+    const goal = this.shown.goal(camera, this.session!.editorId < this.followed);
+    this.settings.set({ orthographic: 'height' in goal.projection });
+    this.follower.follow(sightOf(goal));
     this.viewport.moved();
-    this.passOn(camera);
-  }
-
-  /** Shows others the camera that is followed. If it is this window's own, they follow back and know it. */
-  private passOn(camera: CameraPose): void {
-    const isKnown = [this.shown, this.own].some((known) => known !== undefined && looksLike(sightOf(known), sightOf(camera)));
-    if (isKnown) return;
-    this.shown = camera;
-    this.session?.announce({ camera });
   }
 
   private moved(): void {
@@ -144,8 +133,7 @@ export class PeopleHere {
   }
 
   private announceCamera(): void {
-    this.own = this.shown = this.viewport.rig.pose();
-    this.session?.announce({ camera: this.own });
+    this.shown.stand(this.viewport.rig.pose());
   }
 
   private refresh(): void {
