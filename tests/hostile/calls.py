@@ -2,12 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Calls of an attacker with a token, over a hand-written connection (http2.py)."""
 import threading
+import time
 
 from http2 import END_STREAM, message
 from latticed.v1 import lattice_pb2, mesh_pb2, scene_pb2, surface_pb2
 
 PART_BYTES = 768 << 10
 PATIENCE_S = 60
+BUSY = (8, 14)  # RESOURCE_EXHAUSTED, UNAVAILABLE: the server is still busy with the attack
+PATIENCE = 50
 
 
 class Refused(Exception):
@@ -69,10 +72,14 @@ def delete(connection, scenes=(), meshes=()):
     requests = [("SceneService/DeleteScene", scene_pb2.DeleteSceneRequest(scene=scene)) for scene in scenes]
     requests += [("MeshService/DeleteMesh", mesh_pb2.DeleteMeshRequest(mesh=mesh)) for mesh in meshes]
     for method, request in requests:
-        try:
-            unary(connection, method, request)
-        except Refused:
-            pass
+        for _ in range(PATIENCE):
+            try:
+                unary(connection, method, request)
+                break
+            except Refused as error:
+                if error.status not in BUSY:
+                    break
+                time.sleep(0.1)
 
 
 def export_request(scene, segments=0, kind=surface_pb2.EXPORT_FORMAT_PLY):

@@ -3,20 +3,21 @@
 //
 // The people at the open scene: who one is oneself, who else is here, and whose camera is followed.
 //
-//   own camera -> CameraFollower.moved -> ShownCameras -> LiveSession.announce
-//   other's camera -> take -> ShownCameras.goal -> CameraFollower.follow -> own camera
+//   own camera -> CameraFollower.moved -> LiveSession.announce
+//   other's camera -> take -> CameraFollower.follow -> own camera
 //
-// Who follows shows the camera that they follow, not their own on its way there.
+// Who follows shows the camera that they follow, not their own on its way there: two who follow each other would move each
+// other on and on.
 import type { LiveSession } from './session/live_session';
 import type { Presence } from './session/scene_session';
+import type { CameraPose } from './state/camera_pose';
 import { personOf, randomPerson, type Person } from './state/person';
 import type { SettingsStore } from './state/settings';
-import { ShownCameras } from './shown_cameras';
 import { showYouDialog } from './ui/dialogs/you_dialog';
 import { FollowingSign } from './ui/overlays/following_sign';
 import { People } from './ui/people';
 import { CameraFollower } from './viewport/camera_follower';
-import { sightOf } from './viewport/sight';
+import { looksLike, sightOf } from './viewport/sight';
 import type { Viewport } from './viewport/viewport';
 
 const NOBODY: ReadonlyMap<string, Presence> = new Map();
@@ -35,7 +36,9 @@ export class PeopleHere {
   private others = NOBODY;
   private followed: string | undefined;
   private absence: ReturnType<typeof setTimeout> | undefined; // runs while the followed person is not here
-  private readonly shown = new ShownCameras((camera) => this.session?.announce({ camera }));
+  /** The camera that others were shown last, and the last one of those that was this window's own. */
+  private shown: CameraPose | undefined;
+  private own: CameraPose | undefined;
 
   constructor(private readonly settings: SettingsStore, private readonly viewport: Viewport) {
     const reducedMotion = matchMedia('(prefers-reduced-motion: reduce)');
@@ -122,10 +125,18 @@ export class PeopleHere {
     this.endAbsence();
     const { camera } = person;
     if (camera === undefined) return void this.stop();
-    const goal = this.shown.goal(camera, this.session!.editorId < this.followed);
-    this.settings.set({ orthographic: 'height' in goal.projection });
-    this.follower.follow(sightOf(goal));
+    this.settings.set({ orthographic: 'height' in camera.projection });
+    this.follower.follow(sightOf(camera));
     this.viewport.moved();
+    this.passOn(camera);
+  }
+
+  /** Shows others the camera that is followed. If it is this window's own, they follow back and know it. */
+  private passOn(camera: CameraPose): void {
+    const isKnown = [this.shown, this.own].some((known) => known !== undefined && looksLike(sightOf(known), sightOf(camera)));
+    if (isKnown) return;
+    this.shown = camera;
+    this.session?.announce({ camera });
   }
 
   private moved(): void {
@@ -133,7 +144,8 @@ export class PeopleHere {
   }
 
   private announceCamera(): void {
-    this.shown.stand(this.viewport.rig.pose());
+    this.own = this.shown = this.viewport.rig.pose();
+    this.session?.announce({ camera: this.own });
   }
 
   private refresh(): void {

@@ -158,7 +158,8 @@ test('Esc and the button end it', async () => {
 
 test('two who follow each other come to rest', async () => {
   await orbit(page, [40, 20]);
-  await follow(); // and at once, on the way there:
+  await follow();
+  await agrees();
   await page.locator('.person:enabled').click();
   await agrees();
   await frames(page);
