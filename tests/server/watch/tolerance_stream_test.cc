@@ -163,7 +163,8 @@ TEST_F(ToleranceStreamTest, ADracoMeshHasTheTrianglesOfThePatterns) {
   ASSERT_OK(mesh);
   EXPECT_EQ(mesh->positions.size(), surface.PointCount());
   size_t triangles = 0;
-  for (const auto& layout : surface.Layouts().value()) triangles += layout.triangle_count();
+  const auto layouts = surface.Layouts().value();
+  for (const auto& layout : layouts) triangles += layout.triangle_count();
   EXPECT_EQ(mesh->triangles.size(), triangles);
   EXPECT_GT(log.patterns.size(), 5u) << "patches differ";
 }
