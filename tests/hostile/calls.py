@@ -10,7 +10,7 @@ from latticed.v1 import lattice_pb2, mesh_pb2, scene_pb2, surface_pb2
 PART_BYTES = 768 << 10
 PATIENCE_S = 60
 BUSY = (8, 14)  # RESOURCE_EXHAUSTED, UNAVAILABLE: the server is still busy with the attack
-PATIENCE = 50
+TRIES = 50
 
 
 class Refused(Exception):
@@ -72,7 +72,7 @@ def delete(connection, scenes=(), meshes=()):
     requests = [("SceneService/DeleteScene", scene_pb2.DeleteSceneRequest(scene=scene)) for scene in scenes]
     requests += [("MeshService/DeleteMesh", mesh_pb2.DeleteMeshRequest(mesh=mesh)) for mesh in meshes]
     for method, request in requests:
-        for _ in range(PATIENCE):
+        for _ in range(TRIES):
             try:
                 unary(connection, method, request)
                 break

@@ -15,9 +15,8 @@ from . import blender_data, result_object
 from .live_session import LiveSession
 
 _TICK_SECONDS = 0.02
-_MOST_SEGMENTS = (
-    16  # a view with a tolerance has at most as many points; the server reserves memory for these
-)
+# A view with a tolerance has at most as many points as these segments would give. The server reserves memory for them.
+_MOST_SEGMENTS = 16
 
 
 def _view(settings):

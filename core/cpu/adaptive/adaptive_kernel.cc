@@ -30,18 +30,17 @@ struct AdaptiveInstance {
   }
 
   static void Run(RunArguments& arguments) {
-    using Normals = RunArguments::Normals;
     switch (arguments.normals) {
-      case Normals::kNone:
-        return RunOf<Normals::kNone>(arguments);
-      case Normals::kFacet:
-        return RunOf<Normals::kFacet>(arguments);
-      case Normals::kSmooth:
-        return RunOf<Normals::kSmooth>(arguments);
+      case NormalMode::kNone:
+        return RunOf<NormalMode::kNone>(arguments);
+      case NormalMode::kFacet:
+        return RunOf<NormalMode::kFacet>(arguments);
+      case NormalMode::kSmooth:
+        return RunOf<NormalMode::kSmooth>(arguments);
     }
   }
 
-  template <RunArguments::Normals kNormals>
+  template <NormalMode kNormals>
   static void RunOf(RunArguments& arguments) {
     GroupArguments output{};
     output.box = arguments.box;

@@ -19,6 +19,7 @@
 #include <cstdint>
 #include <span>
 
+#include "core/backend.h"
 #include "core/base/limits.h"
 #include "core/cpu/fused/fused_kernel.h"
 
@@ -56,11 +57,10 @@ struct RunPoints {
 };
 
 struct RunArguments {
-  enum class Normals { kNone, kFacet, kSmooth };
   std::array<int, 3> degree;
   const BoxPolynomial* box;
   const RunPatches* patches;
-  Normals normals;
+  NormalMode normals;
   RunPoints points;
   // points: the number of vectors of 16. Point i is entry i % 16 of Row(component, i / 16): component after component, the
   // points lie one after the other.

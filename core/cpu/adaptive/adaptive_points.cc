@@ -15,23 +15,10 @@ namespace latticed {
 using fused::Fix;
 using fused::FusedLayout;
 using fused::Group;
-using fused::RunArguments;
 using fused::RunBuffer;
 using fused::RunPatches;
 
 namespace {
-
-RunArguments::Normals NormalsOf(NormalMode mode) {
-  switch (mode) {
-    case NormalMode::kNone:
-      return RunArguments::Normals::kNone;
-    case NormalMode::kFacet:
-      return RunArguments::Normals::kFacet;
-    case NormalMode::kSmooth:
-      break;
-  }
-  return RunArguments::Normals::kSmooth;
-}
 
 // Calls f(group, fix) for the fixes of patches [first, last).
 template <class F>
@@ -98,7 +85,7 @@ void AdaptivePoints::EvaluateRun(const Run& run, RunBuffer& buffer) const {
     first_points[p - run.first] = buffer.Add(p - run.first, PatternPlaces::Get(input_.codes[p]));
   }
   buffer.Evaluate(plan_.polynomials.degree(), boxes_[plan_.plan->patches[run.first].box],
-                  NormalsOf(spec_.normals));
+                  spec_.normals);
   TakeFeatures(run, first_points, buffer);
   ReplaceWeakNormals(run, first_points, buffer);
   Write(run, buffer);

@@ -18,11 +18,11 @@ HWY_BEFORE_NAMESPACE();
 namespace latticed::fused {
 namespace HWY_NAMESPACE {
 
-template <int D0, int D1, int D2, RunArguments::Normals kNormals>
+template <int D0, int D1, int D2, NormalMode kNormals>
 class RunKernel {
   using DI = hn::RebindToSigned<D>;
   using VI = hn::Vec<DI>;
-  static constexpr bool kHasNormals = kNormals != RunArguments::Normals::kNone;
+  static constexpr bool kHasNormals = kNormals != NormalMode::kNone;
 
  public:
   RunKernel(RunArguments& arguments, GroupArguments& output, size_t lane)
@@ -73,23 +73,14 @@ class RunKernel {
       vertices_.Store(static_cast<size_t>(c), vector, jet[c][0]);
     }
     if constexpr (kHasNormals) {
-      const V3 j0{jet[0][3], jet[1][3], jet[2][3]}, j1{jet[0][2], jet[1][2], jet[2][2]},
-          j2{jet[0][1], jet[1][1], jet[2][1]};
-      const V n0 = Conormal(0, place), n1 = Conormal(1, place), n2 = Conormal(2, place);
-      // n0 J1 x J2 + n1 J2 x J0 = (n0 J1 - n1 J0) x J2.
-      const V3 side{hn::MulSub(n0, j1.x, hn::Mul(n1, j0.x)),
-                    hn::MulSub(n0, j1.y, hn::Mul(n1, j0.y)),
-                    hn::MulSub(n0, j1.z, hn::Mul(n1, j0.z))};
-      const V3 sum = CrossLanes(side, j2), last = CrossLanes(j0, j1);
-      vertices_.StoreNormal({hn::MulAdd(n2, last.x, sum.x), hn::MulAdd(n2, last.y, sum.y),
-                             hn::MulAdd(n2, last.z, sum.z)},
-                            vector);
+      vertices_.StoreNormal(
+          CofactorTimes(jet, Conormal(0, place), Conormal(1, place), Conormal(2, place)), vector);
     }
   }
 
   HWY_INLINE V Conormal(size_t axis, const Place& place) const {
     const float* rows = args_.patches->conormals[axis][0].data();
-    if constexpr (kNormals == RunArguments::Normals::kSmooth) {
+    if constexpr (kNormals == NormalMode::kSmooth) {
       return Between(rows, place);
     } else {
       const VI patch = hn::And(place.a, hn::Set(DI(), int32_t{kRunPatches - 1}));

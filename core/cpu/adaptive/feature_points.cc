@@ -81,7 +81,7 @@ void FeaturePoints::Evaluate(const Work& work, RunBuffer& run) {
   }
   const uint32_t box =
       work.is_edge ? layout.edges.boxes[work.group] : layout.corners.boxes[work.group];
-  run.Evaluate(plan_.polynomials.degree(), boxes_[box], RunArguments::Normals::kNone);
+  run.Evaluate(plan_.polynomials.degree(), boxes_[box], NormalMode::kNone);
   size_t from = 0;
   for (size_t lane = 0; lane < kLanes; ++lane) {
     const Place& place = places[work.group * kLanes + lane];

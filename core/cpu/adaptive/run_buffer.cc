@@ -30,7 +30,7 @@ void RunBuffer::Add(size_t patch, int32_t code, float along, float up) {
 }
 
 void RunBuffer::Evaluate(const std::array<int, 3>& degree, const BoxPolynomial& box,
-                         RunArguments::Normals normals) {
+                         NormalMode normals) {
   const size_t count = size(), vectors = (count + kLanes - 1) / kLanes;
   padded_ = vectors * kLanes;
   // The last vector repeats its last point.

@@ -83,17 +83,8 @@ class DirectGroupKernel {
       vertices_.Store(static_cast<size_t>(c), point, jet[c][0]);
     }
     if constexpr (kNormals) {
-      const V3 j0{jet[0][3], jet[1][3], jet[2][3]}, j1{jet[0][2], jet[1][2], jet[2][2]},
-          j2{jet[0][1], jet[1][1], jet[2][1]};
-      const V n0 = Conormal(0, steps), n1 = Conormal(1, steps), n2 = Conormal(2, steps);
-      // n0 J1 x J2 + n1 J2 x J0 = (n0 J1 - n1 J0) x J2.
-      const V3 side{hn::MulSub(n0, j1.x, hn::Mul(n1, j0.x)),
-                    hn::MulSub(n0, j1.y, hn::Mul(n1, j0.y)),
-                    hn::MulSub(n0, j1.z, hn::Mul(n1, j0.z))};
-      const V3 sum = CrossLanes(side, j2), last = CrossLanes(j0, j1);
-      vertices_.StoreNormal({hn::MulAdd(n2, last.x, sum.x), hn::MulAdd(n2, last.y, sum.y),
-                             hn::MulAdd(n2, last.z, sum.z)},
-                            point);
+      vertices_.StoreNormal(
+          CofactorTimes(jet, Conormal(0, steps), Conormal(1, steps), Conormal(2, steps)), point);
     }
   }
 

@@ -59,6 +59,18 @@ HWY_INLINE void EvaluatePoint(const BoxPolynomial& box, const V* l, int componen
   }
 }
 
+// cof(J) n = n0 J1 x J2 + n1 J2 x J0 + n2 J0 x J1, from the jets of R's three components.
+HWY_INLINE V3 CofactorTimes(const V (&jet)[3][4], V n0, V n1, V n2) {
+  const V3 j0{jet[0][3], jet[1][3], jet[2][3]}, j1{jet[0][2], jet[1][2], jet[2][2]},
+      j2{jet[0][1], jet[1][1], jet[2][1]};
+  // n0 J1 x J2 + n1 J2 x J0 = (n0 J1 - n1 J0) x J2.
+  const V3 side{hn::MulSub(n0, j1.x, hn::Mul(n1, j0.x)), hn::MulSub(n0, j1.y, hn::Mul(n1, j0.y)),
+                hn::MulSub(n0, j1.z, hn::Mul(n1, j0.z))};
+  const V3 sum = CrossLanes(side, j2), last = CrossLanes(j0, j1);
+  return {hn::MulAdd(n2, last.x, sum.x), hn::MulAdd(n2, last.y, sum.y),
+          hn::MulAdd(n2, last.z, sum.z)};
+}
+
 }  // namespace HWY_NAMESPACE
 }  // namespace latticed::fused
 HWY_AFTER_NAMESPACE();
