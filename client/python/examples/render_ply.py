@@ -2,10 +2,11 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# usage: render_ply.py OUT.png A.ply [B.ply …]
+# usage: render_ply.py [--edges] OUT.png A.ply [B.ply …]
 # Renders binary PLY meshes (float properties, faces of uchar int) side by side at one scale. It draws surface
-# samples into a z-buffer with four entries per pixel, shaded by normal. A mesh without normals is shaded flat. It
-# needs only numpy. On a terminal it shows its progress.
+# samples into a z-buffer with four entries per pixel, shaded by normal. A mesh without normals is shaded flat. With
+# --edges it draws the edges of triangles as well. It needs only numpy. On a terminal it shows its progress.
+import argparse
 import re
 import struct
 import sys
@@ -18,6 +19,8 @@ SUPERSAMPLING = 2
 BACKGROUND = 250
 SPACING = 0.7  # of samples along a triangle's longest edge, in z-buffer entries
 MOST_STEPS = 2000  # samples along an edge
+EDGE_WIDTH = 0.8  # to both sides, in z-buffer entries
+EDGE_SHADE = 0.35  # of the surface's
 BLOCK = 1 << 16  # samples computed at once: their arrays stay in the cache
 VIEW = (-62.0, 28.0)  # turn about z, then tilt, in degrees
 LIGHT = numpy.array([-0.45, -0.35, 0.82])
@@ -122,7 +125,15 @@ def nearest(corners, width, height, progress):
     return shown, owner[shown], place[shown]
 
 
-def render(mesh, scale, width, height, progress):
+def near_edge(corners, weights):
+    """Whether points, by their barycentrics (m, 3) in triangles (m, 3, 3) on the screen, are close to an edge."""
+    sides = numpy.roll(corners, 1, axis=1) - numpy.roll(corners, -1, axis=1)  # side k is opposite corner k
+    area = numpy.abs(sides[:, 0, 0] * sides[:, 1, 1] - sides[:, 0, 1] * sides[:, 1, 0])
+    lengths = numpy.maximum(numpy.hypot(sides[:, :, 0], sides[:, :, 1]), 1e-12)
+    return (weights * area[:, None] / lengths).min(axis=1) < EDGE_WIDTH
+
+
+def render(mesh, scale, width, height, edges, progress):
     """Grey levels (height, width) of a mesh at `scale` z-buffer entries per world unit."""
     positions, normals, triangles = mesh
     turn = rotation()
@@ -137,6 +148,8 @@ def render(mesh, scale, width, height, progress):
     lit = n @ (LIGHT / numpy.linalg.norm(LIGHT))
     shade = numpy.full(width * height, float(BACKGROUND))
     shade[entries] = 45 + 170 * (0.5 + 0.5 * lit) ** 1.6 + 25 * numpy.clip(lit, 0, 1) ** 30
+    if edges:
+        shade[entries[near_edge(screen[triangles[owner]], weights)]] *= EDGE_SHADE
     return shade.reshape(height, width)
 
 
@@ -173,7 +186,7 @@ def terminal_progress(label):
     return show
 
 
-def picture(meshes, height=HEIGHT):
+def picture(meshes, height=HEIGHT, edges=False):
     """Draws meshes, each (positions, normals, triangles), side by side. Returns a PNG, `height` pixels high."""
     boxes = [numpy.ptp(m[0] @ rotation().T, axis=0) for m in meshes]
     height *= SUPERSAMPLING
@@ -181,7 +194,7 @@ def picture(meshes, height=HEIGHT):
     panels = []
     for number, (mesh, box) in enumerate(zip(meshes, boxes), 1):
         progress = terminal_progress(f"draw mesh {number} of {len(meshes)}")
-        panels.append(render(mesh, scale, int(box[0] * scale + 0.12 * height), height, progress))
+        panels.append(render(mesh, scale, int(box[0] * scale + 0.12 * height), height, edges, progress))
     drawn = numpy.concatenate(panels, axis=1)
     rows, columns = (n // SUPERSAMPLING * SUPERSAMPLING for n in drawn.shape)
     small = (
@@ -192,13 +205,16 @@ def picture(meshes, height=HEIGHT):
     return png(small.round().astype(numpy.uint8))
 
 
-def main(out, *paths):
-    drawn = picture([read_ply(path) for path in paths])
-    with open(out, "wb") as file:
+def main():
+    parser = argparse.ArgumentParser(description="Renders binary PLY meshes side by side.")
+    parser.add_argument("--edges", action="store_true", help="draw the edges of triangles")
+    parser.add_argument("out", metavar="OUT.png")
+    parser.add_argument("meshes", metavar="A.ply", nargs="+")
+    arguments = parser.parse_args()
+    drawn = picture([read_ply(path) for path in arguments.meshes], edges=arguments.edges)
+    with open(arguments.out, "wb") as file:
         file.write(drawn)
 
 
 if __name__ == "__main__":
-    if len(sys.argv) < 3:
-        sys.exit("usage: render_ply.py OUT.png A.ply [B.ply …]")
-    main(*sys.argv[1:])
+    main()
