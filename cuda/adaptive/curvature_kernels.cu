@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Bounds of the second derivatives of patches: one thread a patch composes the polynomial of its box with the patch's
-// affine map, and takes the largest Bernstein coefficients. Twin of core/cpu/adaptive/adaptive_bounds-inl.h.
+// affine map, and takes the largest Bernstein coefficients. Twin of core/cpu/adaptive/kernel/adaptive_bounds-inl.h.
 //
 //   point(x, t) = centre + x along + t across      along = c1 - c0, across = c2 - (c0 + c1) / 2, c the corners
 //

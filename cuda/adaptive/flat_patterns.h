@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// All adaptive patterns in three flat tables, as kernels read them. Twin of core/cpu/adaptive/pattern_places.h.
+// All adaptive patterns in three flat tables, as kernels read them. Twin of core/cpu/adaptive/kernel/pattern_places.h.
 //
 //   heads       by PatternKey::Code: where the entries of a pattern begin in the other tables, and how many there are
 //   places      of the points of a pattern, in its order

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The vertices of a view with a tolerance, one thread a point, written in wire layout.
-//                                                              Twin of core/cpu/adaptive/adaptive_run-inl.h
+//                                                              Twin of core/cpu/adaptive/kernel/adaptive_run-inl.h
 //
 //   position   R of the box that owns the point, at a place whose bits are the same from both sides (flat_patterns.h)
 //   normal     cof(J) N, J the Jacobian of R of the patch's own box and N interpolated from the corners; where the

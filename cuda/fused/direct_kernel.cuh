@@ -3,7 +3,7 @@
 //
 // The fused pipeline for patches with few points. It evaluates R and its Jacobian at each point from the
 // polynomial of the patch's box; nothing is composed, and lanes share nothing.
-//                                                          Twin of core/cpu/fused/fused_direct-inl.h
+//                                                          Twin of core/cpu/fused/kernel/fused_direct-inl.h
 //
 //   position   R of the box that owns the point, at a place whose bits are the same from both sides
 //   normal     cof(J) N = n0 J1 x J2 + n1 J2 x J0 + n2 J0 x J1, J the Jacobian of R of the patch's own

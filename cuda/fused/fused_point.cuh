@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Evaluates one component of a box's polynomial R and of its Jacobian at one point, by Horner's rule. Twin
-// of core/cpu/fused/fused_point-inl.h.
+// of core/cpu/fused/kernel/fused_point-inl.h.
 #ifndef LATTICED_CUDA_FUSED_FUSED_POINT_CUH_
 #define LATTICED_CUDA_FUSED_FUSED_POINT_CUH_
 

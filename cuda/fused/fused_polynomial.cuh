@@ -7,7 +7,7 @@
 // A bivariate polynomial of degree n is an array of (n+1)(n+2)/2 coefficients, that of x^i t^j at
 // At(i, j). They are ordered by degree, so a polynomial of lower degree is a prefix. All loops have
 // constant bounds and are unrolled.
-// Twin of core/cpu/fused/fused_polynomial-inl.h.
+// Twin of core/cpu/fused/kernel/fused_polynomial-inl.h.
 #ifndef LATTICED_CUDA_FUSED_FUSED_POLYNOMIAL_CUH_
 #define LATTICED_CUDA_FUSED_FUSED_POLYNOMIAL_CUH_
 

@@ -6,7 +6,7 @@
 #include <cstring>
 
 #include "core/adaptive/adaptive_pattern.h"
-#include "core/cpu/adaptive/pattern_places.h"
+#include "core/cpu/adaptive/kernel/pattern_places.h"
 #include "core/cpu/flush_denormals.h"
 #include "core/ffd/direct_ffd.h"
 

@@ -16,7 +16,7 @@
 #include "core/cpu/adaptive/chunk_vertices.h"
 #include "core/cpu/adaptive/feature_points.h"
 #include "core/cpu/adaptive/frame_boxes.h"
-#include "core/cpu/adaptive/run_buffer.h"
+#include "core/cpu/adaptive/kernel/run_buffer.h"
 #include "core/cpu/fused/fused_plan.h"
 #include "core/view/cpu_arena.h"
 

@@ -14,7 +14,7 @@
 
 #include "core/base/vec.h"
 #include "core/cpu/adaptive/frame_boxes.h"
-#include "core/cpu/adaptive/run_buffer.h"
+#include "core/cpu/adaptive/kernel/run_buffer.h"
 
 namespace latticed::fused {
 

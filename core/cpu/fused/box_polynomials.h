@@ -12,7 +12,7 @@
 #include <memory>
 #include <span>
 
-#include "core/cpu/fused/fused_kernel.h"
+#include "core/cpu/fused/kernel/fused_kernel.h"
 #include "core/ffd/box_basis.h"
 
 namespace latticed::fused {

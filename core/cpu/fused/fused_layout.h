@@ -20,7 +20,7 @@
 #include <vector>
 
 #include "core/cpu/fused/box_polynomials.h"
-#include "core/cpu/fused/fused_kernel.h"
+#include "core/cpu/fused/kernel/fused_kernel.h"
 #include "core/ffd/deform_plan.h"
 
 namespace latticed::fused {

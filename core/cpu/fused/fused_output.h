@@ -17,8 +17,8 @@
 
 #include "core/backend.h"
 #include "core/cpu/fused/cpu_fused.h"
-#include "core/cpu/fused/fused_kernel.h"
 #include "core/cpu/fused/fused_layout.h"
+#include "core/cpu/fused/kernel/fused_kernel.h"
 #include "core/ffd/deform_plan.h"
 #include "core/ffd/quantisation_box.h"
 

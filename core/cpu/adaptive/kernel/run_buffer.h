@@ -5,8 +5,8 @@
 // memory is kept for the next run.
 //
 // Threads  one thread at a time
-#ifndef LATTICED_CORE_CPU_ADAPTIVE_RUN_BUFFER_H_
-#define LATTICED_CORE_CPU_ADAPTIVE_RUN_BUFFER_H_
+#ifndef LATTICED_CORE_CPU_ADAPTIVE_KERNEL_RUN_BUFFER_H_
+#define LATTICED_CORE_CPU_ADAPTIVE_KERNEL_RUN_BUFFER_H_
 
 #include <array>
 #include <cstddef>
@@ -16,8 +16,8 @@
 #include <span>
 #include <vector>
 
-#include "core/cpu/adaptive/adaptive_kernel.h"
-#include "core/cpu/adaptive/pattern_places.h"
+#include "core/cpu/adaptive/kernel/adaptive_kernel.h"
+#include "core/cpu/adaptive/kernel/pattern_places.h"
 
 namespace latticed::fused {
 
@@ -55,4 +55,4 @@ class RunBuffer {
 
 }  // namespace latticed::fused
 
-#endif  // LATTICED_CORE_CPU_ADAPTIVE_RUN_BUFFER_H_
+#endif  // LATTICED_CORE_CPU_ADAPTIVE_KERNEL_RUN_BUFFER_H_

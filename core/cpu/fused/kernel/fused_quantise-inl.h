@@ -3,14 +3,14 @@
 //
 // Rounds positions and normals to the integers of a view, one point per lane.
 // Included once per instruction set by each kernel that stores vertices.
-#if defined(LATTICED_CORE_CPU_FUSED_FUSED_QUANTISE_INL_H_) == defined(HWY_TARGET_TOGGLE)
-#ifdef LATTICED_CORE_CPU_FUSED_FUSED_QUANTISE_INL_H_
-#undef LATTICED_CORE_CPU_FUSED_FUSED_QUANTISE_INL_H_
+#if defined(LATTICED_CORE_CPU_FUSED_KERNEL_FUSED_QUANTISE_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef LATTICED_CORE_CPU_FUSED_KERNEL_FUSED_QUANTISE_INL_H_
+#undef LATTICED_CORE_CPU_FUSED_KERNEL_FUSED_QUANTISE_INL_H_
 #else
-#define LATTICED_CORE_CPU_FUSED_FUSED_QUANTISE_INL_H_
+#define LATTICED_CORE_CPU_FUSED_KERNEL_FUSED_QUANTISE_INL_H_
 #endif
 
-#include "core/cpu/fused/fused_kernel.h"
+#include "core/cpu/fused/kernel/fused_kernel.h"
 #include "hwy/highway.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -80,4 +80,4 @@ HWY_INLINE void QuantiseNormalLanes(VF x, VF y, VF z, int bits, VI& s, VI& t) {
 }  // namespace latticed::fused
 HWY_AFTER_NAMESPACE();
 
-#endif  // LATTICED_CORE_CPU_FUSED_FUSED_QUANTISE_INL_H_
+#endif  // LATTICED_CORE_CPU_FUSED_KERNEL_FUSED_QUANTISE_INL_H_

@@ -4,16 +4,16 @@
 // Evaluates all points of a group: the rows of the composed polynomials, and then edges and corners, which
 // overwrite the ends of rows. When points are few, fused_direct-inl.h takes less time.
 // Included once per instruction set by fused_kernel.cc.
-#if defined(LATTICED_CORE_CPU_FUSED_FUSED_GROUP_INL_H_) == defined(HWY_TARGET_TOGGLE)
-#ifdef LATTICED_CORE_CPU_FUSED_FUSED_GROUP_INL_H_
-#undef LATTICED_CORE_CPU_FUSED_FUSED_GROUP_INL_H_
+#if defined(LATTICED_CORE_CPU_FUSED_KERNEL_FUSED_GROUP_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef LATTICED_CORE_CPU_FUSED_KERNEL_FUSED_GROUP_INL_H_
+#undef LATTICED_CORE_CPU_FUSED_KERNEL_FUSED_GROUP_INL_H_
 #else
-#define LATTICED_CORE_CPU_FUSED_FUSED_GROUP_INL_H_
+#define LATTICED_CORE_CPU_FUSED_KERNEL_FUSED_GROUP_INL_H_
 #endif
 
-#include "core/cpu/fused/fused_edge-inl.h"
-#include "core/cpu/fused/fused_polynomial-inl.h"
-#include "core/cpu/fused/fused_vertices-inl.h"
+#include "core/cpu/fused/kernel/fused_edge-inl.h"
+#include "core/cpu/fused/kernel/fused_polynomial-inl.h"
+#include "core/cpu/fused/kernel/fused_vertices-inl.h"
 #include "core/ffd/tessellation_pattern.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -235,4 +235,4 @@ class GroupKernel {
 }  // namespace latticed::fused
 HWY_AFTER_NAMESPACE();
 
-#endif  // LATTICED_CORE_CPU_FUSED_FUSED_GROUP_INL_H_
+#endif  // LATTICED_CORE_CPU_FUSED_KERNEL_FUSED_GROUP_INL_H_

@@ -3,15 +3,15 @@
 //
 // The vector types of all SIMD code of the fused pipeline: one patch, edge or corner per lane.
 // Included once per instruction set by fused_kernel.cc.
-#if defined(LATTICED_CORE_CPU_FUSED_FUSED_LANES_INL_H_) == defined(HWY_TARGET_TOGGLE)
-#ifdef LATTICED_CORE_CPU_FUSED_FUSED_LANES_INL_H_
-#undef LATTICED_CORE_CPU_FUSED_FUSED_LANES_INL_H_
+#if defined(LATTICED_CORE_CPU_FUSED_KERNEL_FUSED_LANES_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef LATTICED_CORE_CPU_FUSED_KERNEL_FUSED_LANES_INL_H_
+#undef LATTICED_CORE_CPU_FUSED_KERNEL_FUSED_LANES_INL_H_
 #else
-#define LATTICED_CORE_CPU_FUSED_FUSED_LANES_INL_H_
+#define LATTICED_CORE_CPU_FUSED_KERNEL_FUSED_LANES_INL_H_
 #endif
 
 #include "core/base/host_device.h"
-#include "core/cpu/fused/fused_kernel.h"
+#include "core/cpu/fused/kernel/fused_kernel.h"
 #include "hwy/highway.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -60,4 +60,4 @@ HWY_INLINE V InverseSqrt(V x) {
 }  // namespace latticed::fused
 HWY_AFTER_NAMESPACE();
 
-#endif  // LATTICED_CORE_CPU_FUSED_FUSED_LANES_INL_H_
+#endif  // LATTICED_CORE_CPU_FUSED_KERNEL_FUSED_LANES_INL_H_

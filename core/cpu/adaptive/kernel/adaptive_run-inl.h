@@ -3,16 +3,16 @@
 //
 // Evaluates R and its Jacobian at points of a run, 16 at a time, whichever patches they belong to.
 // Included once per instruction set by adaptive_kernel.cc.
-#if defined(LATTICED_CORE_CPU_ADAPTIVE_ADAPTIVE_RUN_INL_H_) == defined(HWY_TARGET_TOGGLE)
-#ifdef LATTICED_CORE_CPU_ADAPTIVE_ADAPTIVE_RUN_INL_H_
-#undef LATTICED_CORE_CPU_ADAPTIVE_ADAPTIVE_RUN_INL_H_
+#if defined(LATTICED_CORE_CPU_ADAPTIVE_KERNEL_ADAPTIVE_RUN_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef LATTICED_CORE_CPU_ADAPTIVE_KERNEL_ADAPTIVE_RUN_INL_H_
+#undef LATTICED_CORE_CPU_ADAPTIVE_KERNEL_ADAPTIVE_RUN_INL_H_
 #else
-#define LATTICED_CORE_CPU_ADAPTIVE_ADAPTIVE_RUN_INL_H_
+#define LATTICED_CORE_CPU_ADAPTIVE_KERNEL_ADAPTIVE_RUN_INL_H_
 #endif
 
-#include "core/cpu/adaptive/adaptive_kernel.h"
-#include "core/cpu/fused/fused_point-inl.h"
-#include "core/cpu/fused/fused_vertices-inl.h"
+#include "core/cpu/adaptive/kernel/adaptive_kernel.h"
+#include "core/cpu/fused/kernel/fused_point-inl.h"
+#include "core/cpu/fused/kernel/fused_vertices-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace latticed::fused {
@@ -97,4 +97,4 @@ class RunKernel {
 }  // namespace latticed::fused
 HWY_AFTER_NAMESPACE();
 
-#endif  // LATTICED_CORE_CPU_ADAPTIVE_ADAPTIVE_RUN_INL_H_
+#endif  // LATTICED_CORE_CPU_ADAPTIVE_KERNEL_ADAPTIVE_RUN_INL_H_

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The points of a pattern as places between the corners of a patch, in the form of core/cpu/adaptive/adaptive_kernel.h.
+// The points of a pattern as places between the corners of a patch, in the form of adaptive_kernel.h.
 //
 //   corner e                   a = b = c = e
 //   point k of edge e          a = e, b = (e + 1) % 3, along = k / 2^level - 1/2, up = 0
@@ -10,8 +10,8 @@
 // All numbers are exact in float32.
 //
 // Threads  Get returns one immutable table per pattern, made on first use
-#ifndef LATTICED_CORE_CPU_ADAPTIVE_PATTERN_PLACES_H_
-#define LATTICED_CORE_CPU_ADAPTIVE_PATTERN_PLACES_H_
+#ifndef LATTICED_CORE_CPU_ADAPTIVE_KERNEL_PATTERN_PLACES_H_
+#define LATTICED_CORE_CPU_ADAPTIVE_KERNEL_PATTERN_PLACES_H_
 
 #include <cstdint>
 #include <vector>
@@ -33,4 +33,4 @@ struct PatternPlaces {
 
 }  // namespace latticed
 
-#endif  // LATTICED_CORE_CPU_ADAPTIVE_PATTERN_PLACES_H_
+#endif  // LATTICED_CORE_CPU_ADAPTIVE_KERNEL_PATTERN_PLACES_H_

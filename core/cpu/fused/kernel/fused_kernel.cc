@@ -5,15 +5,15 @@
 // The build sets -ffp-contract=off for this file, so that only MulAdd makes fused multiply-adds. Otherwise the two
 // sides of an edge, which are inlined into different functions, could be rounded differently.
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "core/cpu/fused/fused_kernel.cc"
+#define HWY_TARGET_INCLUDE "core/cpu/fused/kernel/fused_kernel.cc"
 #define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_SSE4 | HWY_AVX3_DL)
 #include "hwy/foreach_target.h"  // IWYU pragma: keep
 // Highway requires this include to follow foreach_target.
-#include "core/cpu/fused/fused_degrees-inl.h"
-#include "core/cpu/fused/fused_direct-inl.h"
-#include "core/cpu/fused/fused_group-inl.h"
-#include "core/cpu/fused/fused_kernel.h"
-#include "core/cpu/fused/fused_store-inl.h"
+#include "core/cpu/fused/kernel/fused_degrees-inl.h"
+#include "core/cpu/fused/kernel/fused_direct-inl.h"
+#include "core/cpu/fused/kernel/fused_group-inl.h"
+#include "core/cpu/fused/kernel/fused_kernel.h"
+#include "core/cpu/fused/kernel/fused_store-inl.h"
 #include "hwy/highway.h"
 
 HWY_BEFORE_NAMESPACE();

@@ -3,16 +3,16 @@
 //
 // Bounds of the second derivatives of 16 patches: composes the polynomial of their box with their affine maps, and takes
 // the largest Bernstein coefficients. Included once per instruction set by adaptive_kernel.cc.
-#if defined(LATTICED_CORE_CPU_ADAPTIVE_ADAPTIVE_BOUNDS_INL_H_) == defined(HWY_TARGET_TOGGLE)
-#ifdef LATTICED_CORE_CPU_ADAPTIVE_ADAPTIVE_BOUNDS_INL_H_
-#undef LATTICED_CORE_CPU_ADAPTIVE_ADAPTIVE_BOUNDS_INL_H_
+#if defined(LATTICED_CORE_CPU_ADAPTIVE_KERNEL_ADAPTIVE_BOUNDS_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef LATTICED_CORE_CPU_ADAPTIVE_KERNEL_ADAPTIVE_BOUNDS_INL_H_
+#undef LATTICED_CORE_CPU_ADAPTIVE_KERNEL_ADAPTIVE_BOUNDS_INL_H_
 #else
-#define LATTICED_CORE_CPU_ADAPTIVE_ADAPTIVE_BOUNDS_INL_H_
+#define LATTICED_CORE_CPU_ADAPTIVE_KERNEL_ADAPTIVE_BOUNDS_INL_H_
 #endif
 
 #include "core/adaptive/curvature_slack.h"
-#include "core/cpu/adaptive/adaptive_kernel.h"
-#include "core/cpu/fused/fused_polynomial-inl.h"
+#include "core/cpu/adaptive/kernel/adaptive_kernel.h"
+#include "core/cpu/fused/kernel/fused_polynomial-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace latticed::fused {
@@ -88,4 +88,4 @@ class BoundKernel {
 }  // namespace latticed::fused
 HWY_AFTER_NAMESPACE();
 
-#endif  // LATTICED_CORE_CPU_ADAPTIVE_ADAPTIVE_BOUNDS_INL_H_
+#endif  // LATTICED_CORE_CPU_ADAPTIVE_KERNEL_ADAPTIVE_BOUNDS_INL_H_

@@ -11,8 +11,8 @@
 //
 // Layout  lanes of 16 floats; rows of a run are 64-byte aligned, one entry per patch or point
 // Threads pure functions on their arguments
-#ifndef LATTICED_CORE_CPU_ADAPTIVE_ADAPTIVE_KERNEL_H_
-#define LATTICED_CORE_CPU_ADAPTIVE_ADAPTIVE_KERNEL_H_
+#ifndef LATTICED_CORE_CPU_ADAPTIVE_KERNEL_ADAPTIVE_KERNEL_H_
+#define LATTICED_CORE_CPU_ADAPTIVE_KERNEL_ADAPTIVE_KERNEL_H_
 
 #include <array>
 #include <cstddef>
@@ -21,7 +21,7 @@
 
 #include "core/backend.h"
 #include "core/base/limits.h"
-#include "core/cpu/fused/fused_kernel.h"
+#include "core/cpu/fused/kernel/fused_kernel.h"
 
 namespace latticed::fused {
 
@@ -79,4 +79,4 @@ void QuantiseNormals(const std::array<const float*, 3>& rows, size_t count, int 
 
 }  // namespace latticed::fused
 
-#endif  // LATTICED_CORE_CPU_ADAPTIVE_ADAPTIVE_KERNEL_H_
+#endif  // LATTICED_CORE_CPU_ADAPTIVE_KERNEL_ADAPTIVE_KERNEL_H_

@@ -6,14 +6,14 @@
 // A bivariate polynomial of degree n is an array of (n+1)(n+2)/2 coefficients, that of x^i t^j at
 // At(i, j). They are ordered by degree, so a polynomial of lower degree is a prefix. All loops have constant
 // bounds and are unrolled. Included once per instruction set by fused_kernel.cc.
-#if defined(LATTICED_CORE_CPU_FUSED_FUSED_POLYNOMIAL_INL_H_) == defined(HWY_TARGET_TOGGLE)
-#ifdef LATTICED_CORE_CPU_FUSED_FUSED_POLYNOMIAL_INL_H_
-#undef LATTICED_CORE_CPU_FUSED_FUSED_POLYNOMIAL_INL_H_
+#if defined(LATTICED_CORE_CPU_FUSED_KERNEL_FUSED_POLYNOMIAL_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef LATTICED_CORE_CPU_FUSED_KERNEL_FUSED_POLYNOMIAL_INL_H_
+#undef LATTICED_CORE_CPU_FUSED_KERNEL_FUSED_POLYNOMIAL_INL_H_
 #else
-#define LATTICED_CORE_CPU_FUSED_FUSED_POLYNOMIAL_INL_H_
+#define LATTICED_CORE_CPU_FUSED_KERNEL_FUSED_POLYNOMIAL_INL_H_
 #endif
 
-#include "core/cpu/fused/fused_lanes-inl.h"
+#include "core/cpu/fused/kernel/fused_lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace latticed::fused {
@@ -144,4 +144,4 @@ HWY_INLINE void Compose(const BoxPolynomial& box, const AffineMap& map, int comp
 }  // namespace latticed::fused
 HWY_AFTER_NAMESPACE();
 
-#endif  // LATTICED_CORE_CPU_FUSED_FUSED_POLYNOMIAL_INL_H_
+#endif  // LATTICED_CORE_CPU_FUSED_KERNEL_FUSED_POLYNOMIAL_INL_H_

@@ -3,14 +3,14 @@
 //
 // Stores the points of a group, and finds the normals that are left to the definition.
 // Included once per instruction set by fused_kernel.cc.
-#if defined(LATTICED_CORE_CPU_FUSED_FUSED_VERTICES_INL_H_) == defined(HWY_TARGET_TOGGLE)
-#ifdef LATTICED_CORE_CPU_FUSED_FUSED_VERTICES_INL_H_
-#undef LATTICED_CORE_CPU_FUSED_FUSED_VERTICES_INL_H_
+#if defined(LATTICED_CORE_CPU_FUSED_KERNEL_FUSED_VERTICES_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef LATTICED_CORE_CPU_FUSED_KERNEL_FUSED_VERTICES_INL_H_
+#undef LATTICED_CORE_CPU_FUSED_KERNEL_FUSED_VERTICES_INL_H_
 #else
-#define LATTICED_CORE_CPU_FUSED_FUSED_VERTICES_INL_H_
+#define LATTICED_CORE_CPU_FUSED_KERNEL_FUSED_VERTICES_INL_H_
 #endif
 
-#include "core/cpu/fused/fused_lanes-inl.h"
+#include "core/cpu/fused/kernel/fused_lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace latticed::fused {
@@ -69,4 +69,4 @@ class GroupVertices {
 }  // namespace latticed::fused
 HWY_AFTER_NAMESPACE();
 
-#endif  // LATTICED_CORE_CPU_FUSED_FUSED_VERTICES_INL_H_
+#endif  // LATTICED_CORE_CPU_FUSED_KERNEL_FUSED_VERTICES_INL_H_

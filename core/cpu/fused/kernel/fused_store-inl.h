@@ -4,17 +4,17 @@
 // Stores rows of lanes as vertices in wire layout. It transposes four rows at a time: it interleaves them
 // into 16-byte pieces, one per lane, and copies the pieces to the lanes' patches.
 // Included once per instruction set by fused_kernel.cc.
-#if defined(LATTICED_CORE_CPU_FUSED_FUSED_STORE_INL_H_) == defined(HWY_TARGET_TOGGLE)
-#ifdef LATTICED_CORE_CPU_FUSED_FUSED_STORE_INL_H_
-#undef LATTICED_CORE_CPU_FUSED_FUSED_STORE_INL_H_
+#if defined(LATTICED_CORE_CPU_FUSED_KERNEL_FUSED_STORE_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef LATTICED_CORE_CPU_FUSED_KERNEL_FUSED_STORE_INL_H_
+#undef LATTICED_CORE_CPU_FUSED_KERNEL_FUSED_STORE_INL_H_
 #else
-#define LATTICED_CORE_CPU_FUSED_FUSED_STORE_INL_H_
+#define LATTICED_CORE_CPU_FUSED_KERNEL_FUSED_STORE_INL_H_
 #endif
 
 #include <cstring>
 
 #include "core/base/limits.h"
-#include "core/cpu/fused/fused_quantise-inl.h"
+#include "core/cpu/fused/kernel/fused_quantise-inl.h"
 #include "core/ffd/tessellation_pattern.h"
 #include "hwy/cache_control.h"
 
@@ -176,4 +176,4 @@ void StoreLaneOrderImpl(const GroupScratch& scratch, size_t components, float* t
 }  // namespace latticed::fused
 HWY_AFTER_NAMESPACE();
 
-#endif  // LATTICED_CORE_CPU_FUSED_FUSED_STORE_INL_H_
+#endif  // LATTICED_CORE_CPU_FUSED_KERNEL_FUSED_STORE_INL_H_

@@ -1,20 +1,20 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Compiled once per instruction set, as core/cpu/fused/fused_kernel.cc. Only MulAdd makes fused multiply-adds, so that the
-// two sides of an edge are rounded alike.
+// Compiled once per instruction set, as core/cpu/fused/kernel/fused_kernel.cc. Only MulAdd makes fused multiply-adds, so
+// that the two sides of an edge are rounded alike.
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "core/cpu/adaptive/adaptive_kernel.cc"
+#define HWY_TARGET_INCLUDE "core/cpu/adaptive/kernel/adaptive_kernel.cc"
 #define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_SSE4 | HWY_AVX3_DL)
 #include "hwy/foreach_target.h"  // IWYU pragma: keep
 // Highway requires this include to follow foreach_target.
 #include <cstring>
 
-#include "core/cpu/adaptive/adaptive_bounds-inl.h"
-#include "core/cpu/adaptive/adaptive_kernel.h"
-#include "core/cpu/adaptive/adaptive_run-inl.h"
-#include "core/cpu/fused/fused_degrees-inl.h"
-#include "core/cpu/fused/fused_quantise-inl.h"
+#include "core/cpu/adaptive/kernel/adaptive_bounds-inl.h"
+#include "core/cpu/adaptive/kernel/adaptive_kernel.h"
+#include "core/cpu/adaptive/kernel/adaptive_run-inl.h"
+#include "core/cpu/fused/kernel/fused_degrees-inl.h"
+#include "core/cpu/fused/kernel/fused_quantise-inl.h"
 #include "hwy/highway.h"
 
 HWY_BEFORE_NAMESPACE();

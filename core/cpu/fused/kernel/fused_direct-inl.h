@@ -8,18 +8,18 @@
 //              and n the conormal of N; smooth normals interpolate it from the corners
 //
 // Included once per instruction set by fused_kernel.cc.
-#if defined(LATTICED_CORE_CPU_FUSED_FUSED_DIRECT_INL_H_) == defined(HWY_TARGET_TOGGLE)
-#ifdef LATTICED_CORE_CPU_FUSED_FUSED_DIRECT_INL_H_
-#undef LATTICED_CORE_CPU_FUSED_FUSED_DIRECT_INL_H_
+#if defined(LATTICED_CORE_CPU_FUSED_KERNEL_FUSED_DIRECT_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef LATTICED_CORE_CPU_FUSED_KERNEL_FUSED_DIRECT_INL_H_
+#undef LATTICED_CORE_CPU_FUSED_KERNEL_FUSED_DIRECT_INL_H_
 #else
-#define LATTICED_CORE_CPU_FUSED_FUSED_DIRECT_INL_H_
+#define LATTICED_CORE_CPU_FUSED_KERNEL_FUSED_DIRECT_INL_H_
 #endif
 
 #include <array>
 
-#include "core/cpu/fused/fused_edge-inl.h"
-#include "core/cpu/fused/fused_point-inl.h"
-#include "core/cpu/fused/fused_vertices-inl.h"
+#include "core/cpu/fused/kernel/fused_edge-inl.h"
+#include "core/cpu/fused/kernel/fused_point-inl.h"
+#include "core/cpu/fused/kernel/fused_vertices-inl.h"
 #include "core/ffd/tessellation_pattern.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -110,4 +110,4 @@ class DirectGroupKernel {
 }  // namespace latticed::fused
 HWY_AFTER_NAMESPACE();
 
-#endif  // LATTICED_CORE_CPU_FUSED_FUSED_DIRECT_INL_H_
+#endif  // LATTICED_CORE_CPU_FUSED_KERNEL_FUSED_DIRECT_INL_H_

@@ -8,8 +8,8 @@
 // Box-local coordinates: (parameter - box centre) / box width, in [-1/2, 1/2].
 // Layout  lane arrays are [field][16] floats, 64-byte aligned
 // Threads pure functions on their arguments
-#ifndef LATTICED_CORE_CPU_FUSED_FUSED_KERNEL_H_
-#define LATTICED_CORE_CPU_FUSED_FUSED_KERNEL_H_
+#ifndef LATTICED_CORE_CPU_FUSED_KERNEL_FUSED_KERNEL_H_
+#define LATTICED_CORE_CPU_FUSED_KERNEL_FUSED_KERNEL_H_
 
 #include <array>
 #include <cstddef>
@@ -118,4 +118,4 @@ const char* TargetName();
 
 }  // namespace latticed::fused
 
-#endif  // LATTICED_CORE_CPU_FUSED_FUSED_KERNEL_H_
+#endif  // LATTICED_CORE_CPU_FUSED_KERNEL_FUSED_KERNEL_H_

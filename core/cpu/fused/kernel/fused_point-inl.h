@@ -3,14 +3,14 @@
 //
 // Evaluates R and its Jacobian at one point per lane, from the polynomial of the point's box.
 // Included once per instruction set by fused_kernel.cc.
-#if defined(LATTICED_CORE_CPU_FUSED_FUSED_POINT_INL_H_) == defined(HWY_TARGET_TOGGLE)
-#ifdef LATTICED_CORE_CPU_FUSED_FUSED_POINT_INL_H_
-#undef LATTICED_CORE_CPU_FUSED_FUSED_POINT_INL_H_
+#if defined(LATTICED_CORE_CPU_FUSED_KERNEL_FUSED_POINT_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef LATTICED_CORE_CPU_FUSED_KERNEL_FUSED_POINT_INL_H_
+#undef LATTICED_CORE_CPU_FUSED_KERNEL_FUSED_POINT_INL_H_
 #else
-#define LATTICED_CORE_CPU_FUSED_FUSED_POINT_INL_H_
+#define LATTICED_CORE_CPU_FUSED_KERNEL_FUSED_POINT_INL_H_
 #endif
 
-#include "core/cpu/fused/fused_lanes-inl.h"
+#include "core/cpu/fused/kernel/fused_lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace latticed::fused {
@@ -75,4 +75,4 @@ HWY_INLINE V3 CofactorTimes(const V (&jet)[3][4], V n0, V n1, V n2) {
 }  // namespace latticed::fused
 HWY_AFTER_NAMESPACE();
 
-#endif  // LATTICED_CORE_CPU_FUSED_FUSED_POINT_INL_H_
+#endif  // LATTICED_CORE_CPU_FUSED_KERNEL_FUSED_POINT_INL_H_

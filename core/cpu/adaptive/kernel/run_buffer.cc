@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-#include "core/cpu/adaptive/run_buffer.h"
+#include "core/cpu/adaptive/kernel/run_buffer.h"
 
 #include <algorithm>
 

@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-#include "core/cpu/adaptive/pattern_places.h"
+#include "core/cpu/adaptive/kernel/pattern_places.h"
 
 #include <array>
 #include <memory>
 #include <mutex>
 
-#include "core/cpu/adaptive/adaptive_kernel.h"
+#include "core/cpu/adaptive/kernel/adaptive_kernel.h"
 
 namespace latticed {
 

@@ -4,14 +4,14 @@
 // Evaluates the inner points of edges, with the same bits from either end: from the edge's own polynomial,
 // or one by one when points are few (fused_direct-inl.h).
 // Included once per instruction set by fused_kernel.cc.
-#if defined(LATTICED_CORE_CPU_FUSED_FUSED_EDGE_INL_H_) == defined(HWY_TARGET_TOGGLE)
-#ifdef LATTICED_CORE_CPU_FUSED_FUSED_EDGE_INL_H_
-#undef LATTICED_CORE_CPU_FUSED_FUSED_EDGE_INL_H_
+#if defined(LATTICED_CORE_CPU_FUSED_KERNEL_FUSED_EDGE_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef LATTICED_CORE_CPU_FUSED_KERNEL_FUSED_EDGE_INL_H_
+#undef LATTICED_CORE_CPU_FUSED_KERNEL_FUSED_EDGE_INL_H_
 #else
-#define LATTICED_CORE_CPU_FUSED_FUSED_EDGE_INL_H_
+#define LATTICED_CORE_CPU_FUSED_KERNEL_FUSED_EDGE_INL_H_
 #endif
 
-#include "core/cpu/fused/fused_point-inl.h"
+#include "core/cpu/fused/kernel/fused_point-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace latticed::fused {
@@ -142,4 +142,4 @@ HWY_INLINE void DirectEdgePoints(const BoxPolynomial& box, const EdgeLine& line,
 }  // namespace latticed::fused
 HWY_AFTER_NAMESPACE();
 
-#endif  // LATTICED_CORE_CPU_FUSED_FUSED_EDGE_INL_H_
+#endif  // LATTICED_CORE_CPU_FUSED_KERNEL_FUSED_EDGE_INL_H_

@@ -3,11 +3,11 @@
 //
 // From degrees to the code that is compiled for them.
 // Included once per instruction set by each kernel.
-#if defined(LATTICED_CORE_CPU_FUSED_FUSED_DEGREES_INL_H_) == defined(HWY_TARGET_TOGGLE)
-#ifdef LATTICED_CORE_CPU_FUSED_FUSED_DEGREES_INL_H_
-#undef LATTICED_CORE_CPU_FUSED_FUSED_DEGREES_INL_H_
+#if defined(LATTICED_CORE_CPU_FUSED_KERNEL_FUSED_DEGREES_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef LATTICED_CORE_CPU_FUSED_KERNEL_FUSED_DEGREES_INL_H_
+#undef LATTICED_CORE_CPU_FUSED_KERNEL_FUSED_DEGREES_INL_H_
 #else
-#define LATTICED_CORE_CPU_FUSED_FUSED_DEGREES_INL_H_
+#define LATTICED_CORE_CPU_FUSED_KERNEL_FUSED_DEGREES_INL_H_
 #endif
 
 #include <array>
@@ -51,4 +51,4 @@ void WithDegrees(const std::array<int, 3>& degree, const F& f) {
 }  // namespace latticed::fused
 HWY_AFTER_NAMESPACE();
 
-#endif  // LATTICED_CORE_CPU_FUSED_FUSED_DEGREES_INL_H_
+#endif  // LATTICED_CORE_CPU_FUSED_KERNEL_FUSED_DEGREES_INL_H_
