@@ -43,7 +43,11 @@ uint64_t MostMessageBytes(const SceneState& state, const ViewKey& key) {
 }
 
 // Twice the largest presence: the scene holds two while one replaces the other.
-constexpr uint64_t kPresenceBytes = 2 * 8'192;
+constexpr uint64_t kLargestPresence = 8'192, kPresenceBytes = 2 * kLargestPresence;
+constexpr uint64_t kBookkeeping = 1'024;  // of the board and the allocator
+static_assert(sizeof(Presence) + limits::kMaxPresenceIndices * sizeof(uint32_t) +
+                  4 * limits::kMaxPresenceName + 2 * limits::kMaxEditorIdBytes + kBookkeeping <=
+              kLargestPresence);
 
 }  // namespace
 
@@ -242,8 +246,13 @@ absl::Status SceneStream::CheckPresence(const Presence& presence) const {
   if (editor_id_.empty()) {
     return error::InvalidField("presence", "the watch has no editor_id, which says whose it is");
   }
-  if (presence.editor_id.empty() || presence.editor_id == editor_id_) return absl::OkStatus();
-  return error::InvalidField("presence.editor_id", "is not the editor of the watch");
+  if (!presence.editor_id.empty() && presence.editor_id != editor_id_) {
+    return error::InvalidField("presence.editor_id", "is not the editor of the watch");
+  }
+  if (presence.following == editor_id_) {
+    return error::InvalidField("presence.following", "is the editor of the watch itself");
+  }
+  return absl::OkStatus();
 }
 
 absl::Status SceneStream::Steer(const WatchCommand& command, PresenceBoard::Waiting& waiting) {

@@ -93,6 +93,10 @@ absl::StatusOr<Presence> FromProto(const v1::Presence& message) {
     return error::OutOfRange(fmt::format("presence.selected_indices[{}]", i), indices[i], 0,
                              limits::kMaxControlPoints - 1);
   }
+  if (message.following().size() > limits::kMaxEditorIdBytes) {
+    return error::InvalidField("presence.following",
+                               fmt::format("at most {} bytes", limits::kMaxEditorIdBytes));
+  }
   if (message.left()) return error::InvalidField("presence.left", "is set only by the server");
   std::optional<Camera> camera;
   if (message.has_camera()) {
@@ -102,7 +106,8 @@ absl::StatusOr<Presence> FromProto(const v1::Presence& message) {
                   .name = message.name(),
                   .colour = message.colour(),
                   .selected = {indices.begin(), indices.end()},
-                  .camera = camera};
+                  .camera = camera,
+                  .following = message.following()};
 }
 
 v1::Presence ToProto(const Presence& presence) {
@@ -112,6 +117,7 @@ v1::Presence ToProto(const Presence& presence) {
   message.set_colour(presence.colour);
   message.mutable_selected_indices()->Add(presence.selected.begin(), presence.selected.end());
   if (presence.camera.has_value()) *message.mutable_camera() = CameraToProto(*presence.camera);
+  message.set_following(presence.following);
   message.set_left(presence.left);
   return message;
 }

@@ -93,7 +93,7 @@ const std::vector<TextCall>& TextCalls() {
             view { segments: 2 encoding: ENCODING_DRACO_MESH normals: NORMAL_MODE_FACET } })",
         R"(edit { sequence: 1 structure_id: 1 edits { move_control_points { indices: 13 offset { z: 1 } } } })",
         R"(control { acked_update_id: 1 pause: true view { segments: 5 encoding: ENCODING_QUANTISED } })",
-        R"(presence { name: "one" colour: 255 selected_indices: 3
+        R"(presence { name: "one" colour: 255 selected_indices: 3 following: "editor-two"
             camera { position { y: -5 } target {} up { z: 1 } fov_y: 40 } })",
         R"(heartbeat {})"}},
       {"Deform",

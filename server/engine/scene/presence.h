@@ -54,7 +54,8 @@ struct Presence {
   uint32_t colour = 0;  // 0xRRGGBB
   std::vector<uint32_t> selected;
   std::optional<Camera> camera;
-  bool left = false;  // the rest is empty then
+  std::string following;  // the editor whose camera this one shows; empty: nobody
+  bool left = false;      // the rest is empty then
 };
 
 class PresenceBoard {

@@ -124,6 +124,10 @@ TEST_F(PresenceTest, RefusesWhatIsTooLargeOrSomebodyElses) {
   expect(Spoilt([](auto& p) { p.set_left(true); }), "INVALID_FIELD", "presence.left", "server");
   expect(Spoilt([](auto& p) { p.set_editor_id("bob"); }), "INVALID_FIELD", "presence.editor_id",
          "not the editor");
+  expect(Spoilt([](auto& p) { p.set_following("alice"); }), "INVALID_FIELD", "presence.following",
+         "the editor of the watch itself");
+  expect(Spoilt([](auto& p) { p.set_following(std::string(65, 'b')); }), "INVALID_FIELD",
+         "presence.following", "64 bytes");
   ExpectRefusal(StatusAfter(Presence("Nobody"), ""),
                 {kInvalid, "INVALID_FIELD", "presence", "no editor_id"});
 
@@ -135,6 +139,35 @@ TEST_F(PresenceTest, RefusesWhatIsTooLargeOrSomebodyElses) {
   std::string name;
   for (int i = 0; i < 64; ++i) name += "\u2713";
   EXPECT_OK(Control(bob, Presence(name).presence()));
+}
+
+TEST_F(PresenceTest, OthersSeeWhomAnEditorFollowsUntilItLeaves) {
+  WatchClient bob(*scenes_, Watch("bob"));
+  bob.ReadUpdates(1);
+  {
+    DeformClient alice(*scenes_, Watch("alice"));
+    const auto shown_after = [&](const std::string& followed) {
+      const size_t before = bob.log.presences.size();
+      v1::DeformRequest request = Presence("Alice");
+      request.mutable_presence()->set_following(followed);
+      EXPECT_TRUE(alice.Send(request));
+      bob.ReadUntil([&] { return bob.log.presences.size() > before; });
+      return bob.log.presences.back().following();
+    };
+    EXPECT_EQ(shown_after("bob"), "bob");
+    const std::string longest(64, 'c');
+    EXPECT_EQ(shown_after(longest), longest) << "somebody who is not here";
+    EXPECT_EQ(shown_after(""), "") << "the newest presence is the whole";
+    EXPECT_EQ(shown_after("bob"), "bob");
+    WatchClient carol(*scenes_, Watch("carol"));
+    carol.ReadUntil([&] { return !carol.log.presences.empty(); });
+    EXPECT_EQ(carol.log.presences[0].following(), "bob");
+  }
+  bob.ReadUntil([&] { return bob.log.presences.back().left(); });
+  v1::Presence left;
+  left.set_editor_id("alice");
+  left.set_left(true);
+  EXPECT_EQ(bob.log.presences.back().SerializeAsString(), left.SerializeAsString());
 }
 
 v1::Camera PerspectiveCamera() {
@@ -164,6 +197,34 @@ TEST_F(PresenceTest, OthersSeeTheCamera) {
   camera.set_height(2.5);
   EXPECT_EQ(shown_after(request).camera().SerializeAsString(), camera.SerializeAsString());
   EXPECT_FALSE(shown_after(Presence("Alice")).has_camera()) << "the newest presence is the whole";
+}
+
+// A stream keeps this much room for a small event: MostMessageBytes in server/rpc/scene_stream.cc.
+TEST_F(PresenceTest, TheLargestIsBelow4KiB) {
+  WatchClient bob(*scenes_, Watch("bob"));
+  bob.ReadUpdates(1);
+  const std::string alice(64, 'a');
+  DeformClient client(*scenes_, Watch(alice));
+  v1::DeformRequest request = Presence("", 0xFFFFFF);
+  v1::Presence& largest = *request.mutable_presence();
+  for (int i = 0; i < 64; ++i) largest.mutable_name()->append("\U0001F98A");
+  for (int i = 0; i < 1024; ++i) largest.add_selected_indices(32767);
+  largest.set_following(std::string(64, 'b'));
+  v1::Camera& camera = *largest.mutable_camera() = PerspectiveCamera();
+  for (v1::Vec3* place :
+       {camera.mutable_position(), camera.mutable_target(), camera.mutable_up()}) {
+    place->set_x(0.1);
+    place->set_y(place->y() + 0.2);
+    place->set_z(0.3);
+  }
+  ASSERT_TRUE(client.Send(request));
+  bob.ReadUntil([&] { return !bob.log.presences.empty(); });
+
+  v1::SceneEvent event;
+  *event.mutable_presence() = bob.log.presences[0];
+  largest.set_editor_id(alice);
+  EXPECT_EQ(event.presence().SerializeAsString(), largest.SerializeAsString());
+  EXPECT_LT(event.ByteSizeLong(), 4'096u);
 }
 
 TEST_F(PresenceTest, RefusesACameraThatShowsNothing) {
