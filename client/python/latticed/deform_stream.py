@@ -121,10 +121,15 @@ class DeformStream(UpdateStream, EditCalls[int]):
             self._requests.send(control=scene_pb2.ControlWatchRequest(pause=paused))
 
     def show(
-        self, name: str = "", colour: int = 0, selected: Sequence[int] = (), camera: Optional[Camera] = None
+        self,
+        name: str = "",
+        colour: int = 0,
+        selected: Sequence[int] = (),
+        camera: Optional[Camera] = None,
+        following: str = "",
     ) -> None:
         """Shows others who this editor is and what it has selected, and its camera, until the stream ends: see Presence."""
-        presence = Presence(name, colour, tuple(selected), camera)
+        presence = Presence(name, colour, tuple(selected), camera, following)
         message = presence.to_proto()
         with self._changed:
             self._shown = presence

@@ -18,15 +18,22 @@ class Presence:
     colour: int = 0  # 0xRRGGBB
     selected: Tuple[int, ...] = ()  # indices of control points, at most 1,024
     camera: Optional[Camera] = None  # None: not shown
+    following: str = ""  # the editor_id of the editor whose camera this one shows; empty: nobody's
 
     @classmethod
     def from_proto(cls, presence: Any) -> Presence:
         """Converts a latticed.v1.Presence of an editor who is present."""
         camera = Camera.from_proto(presence.camera) if presence.HasField("camera") else None
-        return cls(presence.name, presence.colour, tuple(presence.selected_indices), camera)
+        return cls(
+            presence.name, presence.colour, tuple(presence.selected_indices), camera, presence.following
+        )
 
     def to_proto(self) -> event_pb2.Presence:
         camera = None if self.camera is None else self.camera.to_proto()
         return event_pb2.Presence(
-            name=self.name, colour=self.colour, selected_indices=self.selected, camera=camera
+            name=self.name,
+            colour=self.colour,
+            selected_indices=self.selected,
+            camera=camera,
+            following=self.following,
         )

@@ -34,10 +34,15 @@ class WatchStream(UpdateStream):
         self._control(scene_pb2.ControlWatchRequest(pause=paused))
 
     def show(
-        self, name: str = "", colour: int = 0, selected: Sequence[int] = (), camera: Optional[Camera] = None
+        self,
+        name: str = "",
+        colour: int = 0,
+        selected: Sequence[int] = (),
+        camera: Optional[Camera] = None,
+        following: str = "",
     ) -> None:
         """Shows others who this watch's editor is, until the stream ends: see Presence. Needs role edit."""
-        presence = Presence(name, colour, tuple(selected), camera)
+        presence = Presence(name, colour, tuple(selected), camera, following)
         message = presence.to_proto()
         self._shown = presence
         self._control(scene_pb2.ControlWatchRequest(presence=message))

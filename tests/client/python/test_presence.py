@@ -44,6 +44,18 @@ def test_streams_see_each_others_camera(scene):
                 alice.show("Alice", camera=latticed.Camera(**place, **projection))
 
 
+def test_streams_see_whom_others_follow(scene):
+    with scene.watch(editor_id="bob") as bob, scene.deform(editor_id="alice") as alice:
+        alice.show("Alice", following="bob")
+        wait_for(lambda: bob.others == {"alice": latticed.Presence("Alice", following="bob")})
+        bob.show("Bob", following="carol")
+        wait_for(lambda: alice.others == {"bob": latticed.Presence("Bob", following="carol")})
+        alice.show("Alice")
+        wait_for(lambda: bob.others == {"alice": latticed.Presence("Alice")})
+        with pytest.raises(latticed.LatticedError, match=r"presence\.following.*itself"):
+            bob.show("Bob", following="bob")
+
+
 def test_a_camera_that_shows_nothing_is_refused(scene):
     with scene.watch(editor_id="bob") as bob:
         camera = latticed.Camera((0, 0, float("nan")), (0, 0, 0), (0, 0, 1), fov_y=40)
