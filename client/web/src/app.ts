@@ -92,7 +92,7 @@ export class App implements CommandTarget {
     this.page = buildPage(root);
     this.viewport = new Viewport(this.page.view);
     this.toasts = new Toasts(this.page.bottom);
-    this.people = new PeopleHere(this.settings, this.viewport);
+    this.people = new PeopleHere(this.settings, this.viewport, (text) => this.toasts.tell(text));
     this.opener = new SceneOpener(this);
     this.commands = new Commands(makeCommands(this));
     this.toolbars = [

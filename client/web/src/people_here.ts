@@ -4,10 +4,11 @@
 // The people at the open scene: who one is oneself, who else is here, and whose camera is followed.
 //
 //   own camera -> CameraFollower.moved -> LiveSession.announce
-//   other's camera -> take -> CameraFollower.follow -> own camera
+//   others' cameras -> take -> leaderOf -> CameraFollower.follow -> own camera
 //
-// Who follows shows the camera that they follow, not their own on its way there: two who follow each other would move each
-// other on and on.
+// Who follows shows the camera that they follow, not their own on its way there. They say whom they follow: of those who
+// follow each other in a circle one has to stand, else they would show each other's cameras on and on.
+import { leaderOf } from './session/following';
 import type { LiveSession } from './session/live_session';
 import type { Presence } from './session/scene_session';
 import type { CameraPose } from './state/camera_pose';
@@ -36,11 +37,14 @@ export class PeopleHere {
   private others = NOBODY;
   private followed: string | undefined;
   private absence: ReturnType<typeof setTimeout> | undefined; // runs while the followed person is not here
-  /** The camera that others were shown last, and the last one of those that was this window's own. */
-  private shown: CameraPose | undefined;
-  private own: CameraPose | undefined;
+  private shown: CameraPose | undefined; // the camera that others were shown last
 
-  constructor(private readonly settings: SettingsStore, private readonly viewport: Viewport) {
+  /** @param tell Tells the person something. */
+  constructor(
+    private readonly settings: SettingsStore,
+    private readonly viewport: Viewport,
+    private readonly tell: (text: string) => void,
+  ) {
     const reducedMotion = matchMedia('(prefers-reduced-motion: reduce)');
     this.follower = new CameraFollower(viewport.rig, () => this.moved(), () => !reducedMotion.matches);
     viewport.onFrame(() => this.follower.frame(performance.now()));
@@ -106,6 +110,7 @@ export class PeopleHere {
     this.stop();
     if (wasFollowed) return;
     this.followed = id;
+    this.session?.announce({ following: id });
     this.follow();
     this.refresh();
   }
@@ -117,24 +122,31 @@ export class PeopleHere {
     this.refresh();
   }
 
-  /** Goes on to the followed person's camera. It may have another projection. The person may have left, or come again soon. */
+  /** Goes on to the camera of the person whom the followed one follows, or of the followed one, who may have left for a while. */
   private follow(): void {
-    if (this.followed === undefined) return;
+    if (this.followed === undefined || this.session === undefined) return;
     const person = this.others.get(this.followed);
     if (person === undefined) return void (this.absence ??= setTimeout(() => this.stop(), ABSENT_MS));
     this.endAbsence();
-    const { camera } = person;
+    const leader = leaderOf(this.session.editorId, this.followed, this.others);
+    if (leader === this.session.editorId) return this.stand(person);
+    const camera = this.others.get(leader)?.camera;
     if (camera === undefined) return void this.stop();
+    this.show(camera);
+  }
+
+  /** Stops following a person who follows this window, directly or through others. */
+  private stand({ name }: Presence): void {
+    this.stop();
+    this.tell(`${name || 'Somebody'} follows you, so your camera stays.`);
+  }
+
+  /** Goes on to a camera, which may have another projection, and shows it to others. */
+  private show(camera: CameraPose): void {
     this.settings.set({ orthographic: 'height' in camera.projection });
     this.follower.follow(sightOf(camera));
     this.viewport.moved();
-    this.passOn(camera);
-  }
-
-  /** Shows others the camera that is followed. If it is this window's own, they follow back and know it. */
-  private passOn(camera: CameraPose): void {
-    const isKnown = [this.shown, this.own].some((known) => known !== undefined && looksLike(sightOf(known), sightOf(camera)));
-    if (isKnown) return;
+    if (this.shown !== undefined && looksLike(sightOf(this.shown), sightOf(camera))) return;
     this.shown = camera;
     this.session?.announce({ camera });
   }
@@ -144,12 +156,12 @@ export class PeopleHere {
   }
 
   private announceCamera(): void {
-    this.own = this.shown = this.viewport.rig.pose();
-    this.session?.announce({ camera: this.own });
+    this.shown = this.viewport.rig.pose();
+    this.session?.announce({ camera: this.shown, following: '' });
   }
 
   private refresh(): void {
-    this.dots.show(this.you, this.others, this.followed);
+    this.dots.show(this.you, this.session?.editorId, this.others, this.followed);
     const person = this.followed === undefined ? undefined : this.others.get(this.followed);
     if (this.absence === undefined) this.sign.show(person); // else the name of who may come again stays
   }

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a window shows of itself to others, and how often.
+// What a window shows of itself to others, and how often; whose camera a follower shows.
 import assert from 'node:assert/strict';
 import { test, type TestContext } from 'node:test';
 import { create } from '@bufbuild/protobuf';
@@ -9,6 +9,7 @@ import { Code } from '@connectrpc/connect';
 import { PresenceSchema, type Presence as PresenceMessage } from 'latticed/v1/event_pb';
 import { Feature } from 'latticed/v1/server_pb';
 import { Presences } from '@src/session/presences';
+import { leaderOf } from '@src/session/following';
 import type { Presence } from '@src/session/scene_session';
 import type { CameraPose } from '@src/state/camera_pose';
 import { clipped, personOf, PERSON_COLOURS } from '@src/state/person';
@@ -88,7 +89,7 @@ test('a stream that opens again gets all of it at once', (t) => {
   presences.opened();
   pass(1);
 
-  assert.deepEqual(sent.at(-1), { name: 'Ada', colour: 0, selected: Uint32Array.of(3), camera: poseAt(1) });
+  assert.deepEqual(sent.at(-1), { name: 'Ada', colour: 0, selected: Uint32Array.of(3), camera: poseAt(1), following: '' });
   assert.equal(sent.length, 2);
 });
 
@@ -104,10 +105,11 @@ async function sentBy(t: TestContext, change: Partial<Presence>): Promise<Presen
   });
 }
 
-test('a session sends name, colour and camera, and hears those of others', async (t) => {
+test('a session sends name, colour, camera and whom one follows, and hears those of others', async (t) => {
   const height = { ...POSE, projection: { height: 3 } };
-  const message = await sentBy(t, { name: 'Ada', colour: 7, camera: height });
+  const message = await sentBy(t, { name: 'Ada', colour: 7, camera: height, following: 'b' });
   assert.deepEqual([message.name, message.colour, message.camera?.projection], ['Ada', 7, { case: 'height', value: 3 }]);
+  assert.equal(message.following, 'b');
 
   const fixture = await SessionFixture.live(t);
   const seen: (CameraPose | undefined)[] = [];
@@ -117,6 +119,38 @@ test('a session sends name, colour and camera, and hears those of others', async
   fixture.stream.event({ case: 'presence', value: { editorId: 'b', camera: { position: { x: 1 } } } }); // of a later version
   assert.deepEqual(seen, [height, POSE, undefined]);
   assert.deepEqual([...fixture.session.others.keys()], ['b'], 'who listens later knows them too');
+  fixture.stream.event({ case: 'presence', value: { editorId: 'b', following: 'c' } });
+  assert.equal(fixture.session.others.get('b')!.following, 'c');
+});
+
+/** Others by id, with whom each follows. All show a camera, unless they are in `hidden`. */
+function following(list: Readonly<Record<string, string>>, hidden = ''): Map<string, Presence> {
+  const presence = ([id, followed]: [string, string]): [string, Presence] =>
+    [id, { name: id, colour: 0, selected: new Uint32Array(), following: followed, ...(!hidden.includes(id) && { camera: POSE }) }];
+  return new Map(Object.entries(list).map(presence));
+}
+
+test('the camera that a follower shows is that at the end of the chain, as far as it is known', () => {
+  assert.equal(leaderOf('a', 'b', following({ b: '' })), 'b');
+  assert.equal(leaderOf('a', 'b', following({ b: 'c', c: 'd', d: '' })), 'd');
+  assert.equal(leaderOf('a', 'b', following({ b: 'c', c: 'd' })), 'c', 'd has left, or is not known yet');
+  assert.equal(leaderOf('a', 'b', following({ b: 'c', c: 'd', d: '' }, 'd')), 'c', 'd shows no camera');
+  assert.equal(leaderOf('a', 'b', new Map()), 'b');
+});
+
+test('in a circle all find the one who stands, whether it has stopped or not', () => {
+  for (const circle of ['ab', 'abc', 'acb', 'abcd', 'adbc']) {
+    const next = (id: string): string => circle[(circle.indexOf(id) + 1) % circle.length]!;
+    for (const hasStopped of [false, true]) {
+      const all = following(Object.fromEntries([...circle].map((id) => [id, hasStopped && id === 'a' ? '' : next(id)])));
+      for (const id of circle) {
+        const others = new Map(all);
+        others.delete(id);
+        assert.equal(leaderOf(id, next(id), others), 'a', `${id} of ${circle}`);
+      }
+      assert.equal(leaderOf('z', next('a'), all), 'a', 'somebody outside of it follows one of it');
+    }
+  }
 });
 
 test('a token that may only watch is refused once; later sessions of the page show nothing', async (t) => {

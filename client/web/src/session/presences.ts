@@ -31,13 +31,13 @@ export class Presences {
       return;
     }
     const camera = message.camera && toCamera(message.camera);
-    this.here.set(message.editorId, {
-      name: message.name, colour: message.colour, selected: Uint32Array.from(message.selectedIndices), ...(camera && { camera }) });
+    const { name, colour, selectedIndices, following } = message;
+    this.here.set(message.editorId, { name, colour, selected: Uint32Array.from(selectedIndices), ...(camera && { camera }), following });
   }
 
   /** Changes what this window shows. Nothing is sent before the first call. */
   announce(change: Partial<Presence>): void {
-    this.own = { name: '', colour: 0, selected: new Uint32Array(), ...this.own, ...change };
+    this.own = { name: '', colour: 0, selected: new Uint32Array(), following: '', ...this.own, ...change };
     this.sendSoon();
   }
 

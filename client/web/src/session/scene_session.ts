@@ -29,6 +29,8 @@ export interface Presence extends Person {
   readonly selected: Uint32Array;
   /** How the editor looks at the scene, if it is known. */
   readonly camera?: CameraPose;
+  /** The id of the editor whose camera this one shows; empty: nobody's. */
+  readonly following: string;
 }
 
 /** New data of the surface. */

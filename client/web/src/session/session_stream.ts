@@ -228,11 +228,11 @@ export class SessionStream implements ConnectionHost {
     });
   }
 
-  private showPresence({ name, colour, selected, camera }: Presence): void {
+  private showPresence({ name, colour, selected, camera, following }: Presence): void {
     if (!this.presenceAllowed || this.shown.state === 'retrying') return;
     const seen = camera && fromCamera(camera);
-    const value = { name: clipped(name, this.longestName), colour, selectedIndices: Array.from(selected), ...(seen && { camera: seen }) };
-    this.send({ message: { case: 'presence', value } });
+    const value = { name: clipped(name, this.longestName), colour, selectedIndices: Array.from(selected), following };
+    this.send({ message: { case: 'presence', value: { ...value, ...(seen && { camera: seen }) } } });
   }
 
   /** Restores the last granted view. A view that is too large ends the stream, and would end the next one too. */

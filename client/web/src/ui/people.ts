@@ -24,15 +24,18 @@ export class People {
     this.element = h('div', { class: 'people', role: 'group', 'aria-label': 'People' }, this.you);
   }
 
-  /** @param followed The id of the person whose camera is followed. */
-  show(you: Person, others: ReadonlyMap<string, Presence>, followed: string | undefined): void {
+  /**
+   * @param yourId The own editor id, which others may follow.
+   * @param followed The id of the person whose camera is followed.
+   */
+  show(you: Person, yourId: string | undefined, others: ReadonlyMap<string, Presence>, followed: string | undefined): void {
     paint(this.you, you, `You are ${you.name}. Press for another name or colour.`);
     for (const [id, button] of this.others) if (!others.has(id)) this.remove(id, button);
-    for (const [id, presence] of others) this.showOther(id, presence, id === followed);
+    for (const [id, presence] of others) this.showOther(id, presence, presence.following === yourId, id === followed);
   }
 
   /** A dot stays in the page while its person is here, so that it keeps the focus and a press. */
-  private showOther(id: string, presence: Presence, isFollowed: boolean): void {
+  private showOther(id: string, presence: Presence, isFollower: boolean, isFollowed: boolean): void {
     let button = this.others.get(id);
     if (button === undefined) {
       button = dot('person', () => this.events.other(id));
@@ -41,8 +44,9 @@ export class People {
     }
     const { name, selected, camera } = presence;
     const points = selected.length === 1 ? 'control point' : 'control points';
+    const follows = isFollower ? ' Follows you.' : '';
     const press = isFollowed ? ' Press to stop following.' : camera ? ' Press to follow.' : '';
-    paint(button, presence, `${name || 'Somebody'}: ${selected.length} ${points} selected.${press}`);
+    paint(button, presence, `${name || 'Somebody'}: ${selected.length} ${points} selected.${follows}${press}`);
     button.disabled = camera === undefined;
     setAttributes(button, { 'aria-pressed': String(isFollowed) });
   }
