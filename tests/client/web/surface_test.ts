@@ -13,7 +13,6 @@ import { UpdateReceiver, type ReceivedUpdate } from '@src/session/update_receive
 import { PointBuffer } from '@src/surface/point_buffer';
 import { SurfaceMesh } from '@src/surface/surface_mesh';
 import { TopologyLayout } from '@src/surface/topology_layout';
-import { trianglesOf } from '@src/surface/triangles';
 import { FakeWorker } from './support/fake_worker';
 import { decoderWasm, noPatches, until } from './support/session_fixture';
 
@@ -27,7 +26,7 @@ const grid = create(QuantisationSchema, { quantisationId: 1n, origin: { x: 1e6, 
 const view = { encoding: Encoding.QUANTISED, normals: NormalMode.NONE };
 
 /** A chunk whose points all lie at (value, value, value). */
-function chunk(index: number, points: number, value: number): { index: number; data: Uint8Array<ArrayBuffer> } {
+function chunk(index: number, points: number, value: number): { index: number; data: Uint8Array<ArrayBuffer>; levels?: Uint8Array<ArrayBuffer> } {
   return { index, data: new Uint8Array(Uint16Array.from({ length: 3 * points }, () => value).buffer) };
 }
 
@@ -121,6 +120,33 @@ test('a chunk that cannot be decoded fails the update; one of an unknown layout 
   assert.throws(() => receiving.receiver.chunks(create(ChunksSchema, { topologyId: 'other', quantisationId: 1n })), /not sent/);
 });
 
+test('with a tolerance, the levels of a chunk say how many points its patches have, and change with an update', async () => {
+  const receiving = new Receiving(true);
+  const surface = new SurfaceMesh(noPatches);
+  receiving.receiver.topology(create(TopologySchema, { ...topology, segments: 0, pointCount: 0n, triangleCount: 0n, pattern: undefined }));
+  const levels = (...codes: number[]): Uint8Array<ArrayBuffer> => new Uint8Array(Uint16Array.from(codes).buffer);
+  const apply = async (updateId: bigint, ...chunks: (ReturnType<typeof chunk> & { levels: Uint8Array<ArrayBuffer> })[]): Promise<void> => {
+    receiving.begin(updateId);
+    receiving.chunks(updateId, ...chunks);
+    receiving.end(updateId);
+    await until(() => receiving.got.length === Number(updateId));
+    surface.apply(receiving.got.at(-1)!.surface!);
+  };
+  const heights = (): number[] => {
+    const all: number[] = [];
+    surface.places.eachPatch(1, (_, { points }, firstPoint) =>
+      points.forEach((_entry, n) => all.push(surface.positionOf(firstPoint + n)[2])));
+    return all;
+  };
+
+  await apply(1n, { ...chunk(0, 6, 4), levels: levels(0, 0) }, { ...chunk(1, 6, 6), levels: levels(0o111) });
+  assert.equal(receiving.got[0].bytes, 72 + 6);
+  assert.deepEqual(heights(), [...Array(6).fill(0), ...Array(6).fill(1)]);
+  await apply(2n, { ...chunk(0, 18, 8), levels: levels(0, 0o222) }); // 15 points in the second patch
+  assert.deepEqual(heights(), [...Array(18).fill(2), ...Array(6).fill(1)]);
+  assert.deepEqual(surface.triangles, [1 + 16 + 4, 3]);
+});
+
 test('all of a chunk is sent that is written after a coarser one of the same first point, and before the next frame', () => {
   const buffer = new PointBuffer();
   const layoutOf = (segments: number): TopologyLayout => {
@@ -135,49 +161,8 @@ test('all of a chunk is sent that is written after a coarser one of the same fir
   for (const segments of [1, 10, 1]) {
     const layout = layoutOf(segments);
     buffer.prepare(layout, false);
-    buffer.write(layout.firstPointOf(0), new Uint16Array(6 * layout.pointCount).fill(segments));
+    buffer.write(0, new Uint16Array(6 * layout.pointsOf(0, new Uint16Array())).fill(segments));
   }
 
   assert.deepEqual(data.updateRanges, [{ start: 0, count: 6 * 4 * 66 }]); // 6 per point; four patches of 66 points
 });
-
-/** A layout of two patches with the server's pattern: rows of points, every second one backwards. */
-function patternLayout(segments: number): TopologyLayout {
-  const rows = Array.from({ length: segments + 1 }, (_, row) => {
-    const columns = Array.from({ length: segments + 1 - row }, (_, column) => [segments - row - column, column, row]);
-    return row % 2 === 0 ? columns : columns.reverse();
-  });
-  const points = rows.flat();
-  const at = (column: number, row: number): number => points.findIndex(([, i1, i2]) => i1 === column && i2 === row);
-  const triangles = rows.slice(1).flatMap((_, row) => rows[row].flatMap((_, i) => [
-    ...(i < segments - row ? [at(i, row), at(i + 1, row), at(i, row + 1)] : []),
-    ...(i < segments - row - 1 ? [at(i + 1, row), at(i + 1, row + 1), at(i, row + 1)] : []),
-  ]));
-  return new TopologyLayout(create(TopologySchema, {
-    topologyId: `${segments}`, segments, patchCount: 2n, pointCount: BigInt(2 * points.length),
-    chunkRuns: [{ chunkCount: 1, patchesPerChunk: 2 }], pattern: { points: points.flat(), triangles },
-  }));
-}
-
-for (const [segments, divisors] of [[10, [1, 2, 5, 10]], [7, [1, 7]], [1, [1]]] as const) {
-  test(`${segments} segments are drawn over each ${divisors.join(', ')}. row; every detail covers all of each patch, wound alike`, () => {
-    const layout = patternLayout(segments);
-    const { indices, details } = trianglesOf(layout);
-
-    assert.deepEqual(details.map(({ divisor }) => divisor), divisors);
-    for (const { divisor, start, count } of details) {
-      assert.equal(count, 3 * 2 * (segments / divisor) ** 2);
-      for (const patch of [0, 1]) {
-        const [half, first] = [count / 2, patch * layout.pointsPerPatch];
-        const own = indices.subarray(start + patch * half, start + (patch + 1) * half);
-        const places = Array.from(own, (point) => [...layout.patternPoints.subarray(3 * (point - first), 3 * (point - first) + 3)]);
-        assert.ok(places.flat().every((i) => i % divisor === 0));
-        const areas = Array.from({ length: half / 3 }, (_, i) => {
-          const [a, b, c] = places.slice(3 * i, 3 * i + 3);
-          return (b[1] - a[1]) * (c[2] - a[2]) - (c[1] - a[1]) * (b[2] - a[2]);
-        });
-        assert.deepEqual([...new Set(areas)], [divisor ** 2]);
-      }
-    }
-  });
-}

@@ -11,6 +11,7 @@ import type { Lattice } from '@src/lattice/lattice';
 import { PlacedPoints } from '@src/lattice/placed_points';
 import { distance, pointAt, type Vec3 } from '@src/lattice/vec';
 import { largestDistance } from '@src/surface/largest_distance';
+import { PatchPlaces } from '@src/surface/patches/patch_places';
 import { TopologyLayout } from '@src/surface/topology_layout';
 import { VerticesOnly } from '@src/surface/vertices_only';
 
@@ -74,14 +75,14 @@ test('a mesh with a vertex that no patch has cannot be compared', () => {
 
 test('the largest distance is measured at every point, between origins far apart', () => {
   const layout = new TopologyLayout({
-    topologyId: 't', segments: 2, patchCount: 1n, pointCount: 6n, chunkRuns: [],
+    topologyId: 't', segments: 2, patchCount: 1n, pointCount: 6n, chunkRuns: [{ chunkCount: 1, patchesPerChunk: 1 }],
     pattern: { points: [2, 0, 0, 1, 1, 0, 0, 2, 0, 1, 0, 1, 0, 1, 1, 0, 0, 2], triangles: [] },
   } as unknown as ConstructorParameters<typeof TopologyLayout>[0]);
   const flat = { origin: [1000, 0, 0] as const, corners: Float32Array.of(0, 0, 0, 2, 0, 0, 0, 2, 0) };
   const points = [[0, 0, 0], [1, 0, 3], [2, 0, 0], [0, 1, 0], [1, 1, -4], [0, 2, 0]];
   const numbers = points.flatMap(([x, y, z]) => [2 * x + 20, 2 * y, 2 * z, 0, 0, 0]);
-  const drawn = { numbers, origin: [990, 0, 0] as const, step: 0.5 };
+  const drawn = { places: new PatchPlaces(layout), numbers, origin: [990, 0, 0] as const, step: 0.5 };
 
-  assert.equal(largestDistance(layout, drawn, flat, [0, 1, 2, 3, 4, 5], 1), 4);
-  assert.equal(largestDistance(layout, drawn, flat, [0, 1, 2], 1), 3);
+  assert.equal(largestDistance(drawn, flat, 'all points', 1), 4);
+  assert.equal(largestDistance({ ...drawn, numbers: numbers.map((x, i) => (i === 12 ? x + 5 : x)) }, flat, 'corners', 1), 2.5);
 });

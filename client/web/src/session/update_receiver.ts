@@ -4,7 +4,7 @@ import type { Chunks, Quantisation, Topology, UpdateBegin, UpdateEnd } from 'lat
 import { NormalMode, type ViewOptions } from 'latticed/v1/view_pb';
 import type { DecodePool, PendingChunk } from '../decode/decode_pool';
 import type { Grid, SurfaceUpdate } from '../surface/surface_mesh';
-import { TopologyLayout } from '../surface/topology_layout';
+import { TopologyLayout, type PatternCodes } from '../surface/topology_layout';
 import { vector } from '../wire/lattice_message';
 import { encodingOf } from '../wire/view_message';
 
@@ -12,7 +12,7 @@ import { encodingOf } from '../wire/view_message';
 interface Incoming {
   readonly view: ViewOptions | undefined;
   readonly begun: number;  // performance.now()
-  readonly chunks: Map<number, PendingChunk>;
+  readonly chunks: Map<number, { readonly codes: PatternCodes; readonly decoding: PendingChunk }>;
   layout?: TopologyLayout;
   grid?: Grid;
   unseen?: bigint;
@@ -84,11 +84,13 @@ export class UpdateReceiver {
     const grid = this.grids.get(message.quantisationId);
     if (!layout || !grid || !update.view) throw new Error('chunks of a layout or grid that was not sent');
     Object.assign(update, { layout, grid });
-    for (const { index, data } of message.chunks) {
-      update.bytes += data.length;
-      update.chunks.set(index, this.pool.decode(data as Uint8Array<ArrayBuffer>, {
-        encoding: encodingOf(update.view), points: layout.pointsOf(index),
-        normals: hasNormals(update.view), normalBits: grid.normalBits }));
+    for (const { index, data, levels } of message.chunks) {
+      update.bytes += data.length + levels.length;
+      const codes = codesOf(levels);
+      const decoding = this.pool.decode(data as Uint8Array<ArrayBuffer>, {
+        encoding: encodingOf(update.view), points: layout.pointsOf(index, codes),
+        normals: hasNormals(update.view), normalBits: grid.normalBits });
+      update.chunks.set(index, { codes, decoding });
     }
   }
 
@@ -124,7 +126,7 @@ export class UpdateReceiver {
     const at = performance.now();
     try {
       const chunks = await Promise.all(
-        Array.from(update.chunks, async ([index, { result }]) => ({ index, decoded: await result })));
+        Array.from(update.chunks, async ([index, { codes, decoding }]) => ({ index, codes, decoded: await decoding.result })));
       if (update.isCancelled) return;
       this.ended = undefined;
       const { layout, grid, view } = update;
@@ -145,7 +147,7 @@ export class UpdateReceiver {
   private merge(older: Incoming, newer: Incoming): void {
     const sameForm = !newer.layout || (newer.layout.id === older.layout?.id && newer.grid === older.grid);
     for (const [index, chunk] of older.chunks) {
-      if (!sameForm || newer.chunks.has(index)) chunk.cancel();
+      if (!sameForm || newer.chunks.has(index)) chunk.decoding.cancel();
       else newer.chunks.set(index, chunk);
     }
     if (!newer.layout) Object.assign(newer, { layout: older.layout, grid: older.grid });
@@ -153,13 +155,18 @@ export class UpdateReceiver {
   }
 
   private drop(update: Incoming | undefined): void {
-    for (const chunk of update?.chunks.values() ?? []) {
-      chunk.cancel();
-      chunk.result.catch(() => undefined);
+    for (const { decoding } of update?.chunks.values() ?? []) {
+      decoding.cancel();
+      decoding.result.catch(() => undefined);
     }
   }
 }
 
 function hasNormals(view: ViewOptions | undefined): boolean {
   return view !== undefined && view.normals !== NormalMode.NONE;
+}
+
+/** Chunk.levels: little-endian uint16, like numbers in memory on every machine that runs browsers. */
+function codesOf(levels: Uint8Array): PatternCodes {
+  return new Uint16Array(levels.slice().buffer, 0, levels.length >> 1);
 }

@@ -1,10 +1,12 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 import { NUMBERS_PER_POINT } from '../decode/chunk_form';
-import type { TopologyLayout } from './topology_layout';
+import { unpacked } from './patches/patch_pattern';
+import type { PatchPlaces } from './patches/patch_places';
 
 /** Points as they are drawn: position = origin + number * step. */
 export interface DrawnPoints {
+  readonly places: PatchPlaces;
   /** NUMBERS_PER_POINT per point, of which x y z are the first. */
   readonly numbers: ArrayLike<number>;
   readonly origin: readonly [number, number, number];
@@ -21,34 +23,30 @@ export interface FlatPatches {
  * The largest distance of a point of the surface from the point with the same barycentrics in the flat triangle of its
  * patch. World units.
  *
- * @param points The points of a patch that are asked, by their number in the pattern.
+ * @param asked Which points of a patch are asked.
  * @param stride Only every so many patches are asked.
  */
-export function largestDistance(
-  layout: TopologyLayout,
-  drawn: DrawnPoints,
-  flat: FlatPatches,
-  points: readonly number[],
-  stride: number,
-): number {
-  const weights = Float64Array.from(points.flatMap((point) => [...layout.patternPoints.subarray(3 * point, 3 * point + 3)]),
-    (i) => i / layout.segments);
-  const { numbers, step } = drawn;
+export function largestDistance(drawn: DrawnPoints, flat: FlatPatches, asked: 'corners' | 'all points', stride: number): number {
+  const { places, numbers, step } = drawn;
+  const { whole } = places.layout;
   const { corners } = flat;
   const between = [0, 1, 2].map((axis) => drawn.origin[axis] - flat.origin[axis]);
   let largest = 0;
-  for (let patch = 0; patch < layout.patchCount; patch += stride) {
-    for (let i = 0; i < points.length; ++i) {
-      const point = NUMBERS_PER_POINT * (patch * layout.pointsPerPatch + points[i]);
+  places.eachPatch(stride, (patch, pattern, firstPoint) => {
+    const count = asked === 'corners' ? 3 : pattern.points.length;
+    for (let i = 0; i < count; ++i) {
+      const n = asked === 'corners' ? pattern.corners[i] : i;
+      const [i1, i2] = unpacked(pattern.points[n]);
+      const point = NUMBERS_PER_POINT * (firstPoint + n);
       let square = 0;
       for (let axis = 0; axis < 3; ++axis) {
         const at = 9 * patch + axis;
-        const place = weights[3 * i] * corners[at] + weights[3 * i + 1] * corners[at + 3] + weights[3 * i + 2] * corners[at + 6];
+        const place = ((whole - i1 - i2) * corners[at] + i1 * corners[at + 3] + i2 * corners[at + 6]) / whole;
         const away = between[axis] + step * numbers[point + axis] - place;
         square += away * away;
       }
       if (square > largest) largest = square;
     }
-  }
+  });
   return Math.sqrt(largest);
 }

@@ -1,33 +1,43 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-import { BufferAttribute, BufferGeometry, DynamicDrawUsage, InterleavedBuffer, InterleavedBufferAttribute } from 'three';
+import {
+  BufferAttribute, BufferGeometry, DynamicDrawUsage, IntType, InterleavedBuffer, InterleavedBufferAttribute,
+} from 'three';
 import { NUMBERS_PER_POINT, type PointNumbers } from '../decode/chunk_form';
+import { PatchPlaces, type ChunkPatterns, type PlacesChange } from './patches/patch_places';
+import { UnsentRanges } from './patches/unsent_ranges';
 import type { TopologyLayout } from './topology_layout';
-import { trianglesOf, type Detail } from './triangles';
 
 interface Drawn {
-  readonly layout: TopologyLayout;
-  readonly details: readonly Detail[];
+  readonly places: PatchPlaces;
   readonly geometry: BufferGeometry;
+  readonly unsentPlaces: UnsentRanges;
+  readonly unsentIndices: UnsentRanges;
+}
+
+/** The vertices on the CPU, and what of them the GPU lacks. */
+interface Vertices {
+  readonly buffer: InterleavedBuffer;
+  readonly unsent: UnsentRanges;
 }
 
 /**
- * One vertex buffer for all chunks. It is written in place, and only written ranges go to the GPU.
+ * One vertex buffer for all chunks. It is written in place, and only written ranges go to the GPU. PatchPlaces says where the
+ * points of each patch are.
  *
  *   integers   uint16 x y z 0 s t      12 bytes a point
  *   floats     float32 x y z nx ny nz  24 bytes a point, for RAW
  *
- * The buffer is allocated again only for more points or for the other type. The triangles of a topology are made once.
- * Those of the last 3 layouts are kept, since the level of detail often switches between them.
+ * The buffer is allocated again only for more points or for the other type. The triangles of a topology without a tolerance
+ * are made once. Those of the last 3 layouts are kept, since the level of detail often switches between them.
  */
 export class PointBuffer {
   private static readonly LAYOUTS_KEPT = 3;
 
-  private buffer: InterleavedBuffer | undefined;
+  private vertices: Vertices | undefined;
   private isFloat = false;
   private detail = 0;
   private readonly drawn: Drawn[] = [];  // the newest first
-  private readonly dirty = new Map<number, { count: number }>();  // ranges not uploaded yet, by first point
 
   /** Buffers and geometries made so far; tests count them. */
   made = 0;
@@ -36,22 +46,34 @@ export class PointBuffer {
     return this.isFloat;
   }
 
-  /** Allocates if needed, and returns the geometry that draws this layout. */
-  prepare(layout: TopologyLayout, float: boolean): BufferGeometry {
-    const room = this.buffer ? this.buffer.count : 0;
-    if (!this.buffer || float !== this.isFloat || room < layout.pointCount) this.allocate(layout.pointCount, float);
-    const at = this.drawn.findIndex((one) => one.layout.id === layout.id);
-    const found = at >= 0 ? this.drawn.splice(at, 1)[0]! : this.drawnOf(layout);
-    this.drawn.unshift(found);
-    // Frees its triangles, but not the shared vertex buffer, which dispose() would delete.
-    if (this.drawn.length > PointBuffer.LAYOUTS_KEPT) release(this.drawn.pop()!.geometry);
-    this.setDetail(this.detail);
-    return found.geometry;
+  /** Where the points are. */
+  get places(): PatchPlaces {
+    return this.drawn[0]!.places;
   }
 
-  /** The details of the layout that is drawn, the finest first. */
-  get details(): readonly Detail[] {
-    return this.drawn[0]!.details;
+  /** Makes room for the points of these chunks, and returns the geometry that draws this layout. */
+  prepare(layout: TopologyLayout, float: boolean, chunks: Iterable<ChunkPatterns> = []): BufferGeometry {
+    const at = this.drawn.findIndex(({ places }) => places.layout.id === layout.id);
+    const known = at >= 0 ? this.drawn[at]! : undefined;
+    const places = known?.places ?? new PatchPlaces(layout);
+    const change = places.take(chunks);
+    const before = this.vertices;
+    const hasRoom = before !== undefined && float === this.isFloat && before.buffer.count >= places.room;
+    if (!hasRoom) this.allocate(places.room, float);
+    if (before) this.move(change, before.buffer.array as PointNumbers);
+    if (hasRoom && known) this.drawn.splice(at, 1);
+    const isKept = hasRoom && known !== undefined && !change.isReplaced;
+    if (isKept) tell(known, change);
+    else if (hasRoom && known) release(known.geometry);
+    this.drawn.unshift(isKept ? known : this.drawnOf(places));
+    if (this.drawn.length > PointBuffer.LAYOUTS_KEPT) release(this.drawn.pop()!.geometry);
+    this.setDetail(this.detail);
+    return this.drawn[0]!.geometry;
+  }
+
+  /** Triangles of each detail of the layout that is drawn, the finest first. */
+  get triangles(): readonly number[] {
+    return this.places.triangleCounts;
   }
 
   /** Draws a detail by its number, or the coarsest if there are fewer. */
@@ -59,40 +81,35 @@ export class PointBuffer {
     this.detail = detail;
     const newest = this.drawn[0];
     if (newest === undefined) return;
-    const { start, count } = newest.details[Math.min(detail, newest.details.length - 1)]!;
+    const { details } = newest.places;
+    const { start, count } = details[Math.min(detail, details.length - 1)]!;
     newest.geometry.setDrawRange(start, count);
   }
 
-  /** Writes points from `firstPoint` on; they reach the GPU with the next frame. */
-  write(firstPoint: number, points: PointNumbers): void {
-    const { buffer } = this;
-    if (!buffer) throw new Error('write before prepare');
-    const start = NUMBERS_PER_POINT * firstPoint;
-    (buffer.array as PointNumbers).set(points, start);
-    const range = this.dirty.get(firstPoint);  // a hidden page draws nothing: ranges must not pile up
-    if (range) {
-      range.count = Math.max(range.count, points.length);  // a chunk of another layout may begin at the same point
-    } else {
-      buffer.addUpdateRange(start, points.length);
-      this.dirty.set(firstPoint, buffer.updateRanges.at(-1)!);
-    }
-    buffer.needsUpdate = true;
+  /** Writes the points of a chunk; they reach the GPU with the next frame. */
+  write(chunk: number, points: PointNumbers): void {
+    const { vertices } = this;
+    if (!vertices) throw new Error('write before prepare');
+    const start = NUMBERS_PER_POINT * this.places.firstPointOf(chunk);
+    (vertices.buffer.array as PointNumbers).set(points, start);
+    vertices.unsent.add(start, points.length);
   }
 
   /** The numbers of all points. */
   get numbers(): ArrayLike<number> {
-    return this.buffer?.array ?? [];
+    return this.vertices?.buffer.array ?? [];
   }
 
   /** The numbers of one point. */
   pointAt(point: number): PointNumbers {
-    return (this.buffer!.array as PointNumbers).subarray(NUMBERS_PER_POINT * point, NUMBERS_PER_POINT * (point + 1));
+    return (this.vertices!.buffer.array as PointNumbers).subarray(NUMBERS_PER_POINT * point, NUMBERS_PER_POINT * (point + 1));
   }
 
   /** Draws with at most this number of triangles, if there is so coarse a detail, and then as before. */
   drawCoarse(triangles: number, draw: () => void): void {
-    const { geometry, details } = this.drawn[0]!;
+    const { geometry, places } = this.drawn[0]!;
     const { start, count } = geometry.drawRange;
+    const { details } = places;
     const coarse = details.find((detail) => detail.count <= 3 * triangles) ?? details.at(-1)!;
     if (coarse.count < count) geometry.setDrawRange(coarse.start, coarse.count);
     draw();
@@ -101,7 +118,7 @@ export class PointBuffer {
 
   dispose(): void {
     for (const { geometry } of this.drawn.splice(0)) geometry.dispose();
-    this.buffer = undefined;
+    this.vertices = undefined;
   }
 
   private allocate(points: number, float: boolean): void {
@@ -109,30 +126,56 @@ export class PointBuffer {
     const numbers = NUMBERS_PER_POINT * points;
     const buffer = new InterleavedBuffer(float ? new Float32Array(numbers) : new Uint16Array(numbers), NUMBERS_PER_POINT);
     buffer.setUsage(DynamicDrawUsage);
-    buffer.onUpload(() => {
-      this.dirty.clear();
-      buffer.clearUpdateRanges();  // three keeps them after the first upload, which sends everything
-    });
-    this.buffer = buffer;
-    this.dirty.clear();
+    this.vertices = { buffer, unsent: new UnsentRanges(buffer) };
     this.isFloat = float;
     ++this.made;
   }
 
-  private drawnOf(layout: TopologyLayout): Drawn {
+  /** Moves the points that lie elsewhere now. They were in `from`, which may be the buffer's own array. */
+  private move({ moves }: PlacesChange, from: PointNumbers): void {
+    const { buffer, unsent } = this.vertices!;
+    const to = buffer.array as PointNumbers;
+    if (moves.length === 0 || to.BYTES_PER_ELEMENT !== from.BYTES_PER_ELEMENT) return;
+    const old = from === to ? from.slice() : from;
+    for (const move of moves) {
+      to.set(old.subarray(NUMBERS_PER_POINT * move.from, NUMBERS_PER_POINT * (move.from + move.count)), NUMBERS_PER_POINT * move.to);
+    }
+    unsent.addAll();
+  }
+
+  private drawnOf(places: PatchPlaces): Drawn {
     const geometry = new BufferGeometry();
-    geometry.setAttribute('position', new InterleavedBufferAttribute(this.buffer!, 3, 0));
+    const { buffer } = this.vertices!;
+    geometry.setAttribute('position', new InterleavedBufferAttribute(buffer, 3, 0));
     geometry.setAttribute(this.isFloat ? 'pointNormal' : 'octahedral',
-      new InterleavedBufferAttribute(this.buffer!, this.isFloat ? 3 : 2, this.isFloat ? 3 : 4));
-    const { indices, details } = trianglesOf(layout);
-    geometry.setIndex(new BufferAttribute(indices, 1));
+      new InterleavedBufferAttribute(buffer, this.isFloat ? 3 : 2, this.isFloat ? 3 : 4));
+    const patchPlaces = new BufferAttribute(places.places, 2);
+    patchPlaces.gpuType = IntType;
+    geometry.setAttribute('patchPlace', patchPlaces);
+    const indices = new BufferAttribute(places.indices, 1);
+    geometry.setIndex(indices);
+    if (places.layout.isAdaptive) for (const written of [patchPlaces, indices]) written.setUsage(DynamicDrawUsage);
     ++this.made;
-    return { layout, geometry, details };
+    return { places, geometry, unsentPlaces: new UnsentRanges(patchPlaces), unsentIndices: new UnsentRanges(indices) };
   }
 }
 
-/** Frees a geometry's triangles on the GPU and nothing else. */
+/** Sends the parts of the arrays that have changed. */
+function tell({ places, unsentPlaces, unsentIndices }: Drawn, { isWhole, chunks }: PlacesChange): void {
+  if (isWhole) {
+    unsentPlaces.addAll();
+    unsentIndices.addAll();
+    return;
+  }
+  for (const chunk of chunks) {
+    const { points, indices } = places.slotsOf(chunk);
+    unsentPlaces.add(2 * points.start, 2 * points.count);
+    for (const { start, count } of indices) unsentIndices.add(start, count);
+  }
+}
+
+/** Frees on the GPU what a geometry has of its own: all but the vertex buffer, which dispose() would delete. */
 function release(geometry: BufferGeometry): void {
-  for (const name of Object.keys(geometry.attributes)) geometry.deleteAttribute(name);
+  for (const name of Object.keys(geometry.attributes)) if (name !== 'patchPlace') geometry.deleteAttribute(name);
   geometry.dispose();
 }

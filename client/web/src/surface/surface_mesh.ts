@@ -8,10 +8,10 @@ import type { DecodedChunk } from '../decode/chunk_form';
 import { Cavity } from '../light/cavity';
 import type { Light } from '../light/shading';
 import { Shadings } from '../light/shadings';
-import { largestDistance, type FlatPatches } from './largest_distance';
+import { largestDistance, type DrawnPoints } from './largest_distance';
 import { PatchColours } from './patch_colours';
 import type { PatchFacts, PatchSource } from './patch_source';
-import { patternTexture } from './patch_texture';
+import type { ChunkPatterns, PatchPlaces } from './patches/patch_places';
 import { PointBuffer } from './point_buffer';
 import { FRAGMENT_SHADER, VERTEX_SHADER } from './surface_shader';
 import type { TopologyLayout } from './topology_layout';
@@ -50,7 +50,7 @@ export interface SurfaceUpdate {
   readonly grid: Grid;
   /** Whether chunks hold normals. */
   readonly normals: boolean;
-  readonly chunks: readonly { readonly index: number; readonly decoded: DecodedChunk }[];
+  readonly chunks: readonly (ChunkPatterns & { readonly decoded: DecodedChunk })[];
 }
 
 /** Draws a shape over the surface where both are the same but for half a step of the grid. */
@@ -69,8 +69,8 @@ export class SurfaceMesh {
   readonly bounds = new Box3();
   private readonly points = new PointBuffer();
   private readonly uniforms = {
-    pointsPerPatch: { value: 1 }, segments: { value: 1 }, octahedralMax: { value: 1 }, step: { value: 1 },
-    toRest: { value: new Vector3() }, pattern: { value: null as Texture | null }, restCorners: { value: null as Texture | null },
+    whole: { value: 1 }, octahedralMax: { value: 1 }, step: { value: 1 },
+    toRest: { value: new Vector3() }, restCorners: { value: null as Texture | null },
     flatCorners: { value: null as Texture | null }, divider: { value: 0 },
     boxColours: { value: null as Texture | null }, patchUvs: { value: null as Texture | null }, map: { value: null as DataArrayTexture | null },
     baseColour: { value: new Color(0xb9bec6) }, lineColour: { value: new Color(0x11151c) }, wireframe: { value: 0 },
@@ -134,10 +134,10 @@ export class SurfaceMesh {
 
   /** The number of triangles of each detail, the finest first. */
   get triangles(): readonly number[] {
-    return this.layout ? this.points.details.map(({ count }) => count / 3) : [0];
+    return this.layout ? this.points.triangles : [0];
   }
 
-  /** Draws every so many rows of the pattern: the number of a detail, 0 for all rows; `isQuick`: without cavities. */
+  /** Draws a detail of the patterns by its number, 0 with all points; `isQuick`: without cavities. */
   setDetail(detail: number, isQuick: boolean): void {
     this.points.setDetail(detail);
     this.isQuick = isQuick;
@@ -147,12 +147,17 @@ export class SurfaceMesh {
     return this.layout?.patchCount ?? 0;
   }
 
+  /** Where the points of each patch are, once the first update has come. */
+  get places(): PatchPlaces {
+    return this.points.places;
+  }
+
   /** Whether the look's texture is drawn, which needs its coordinates from the server. */
   get isTextured(): boolean {
     return 'TEXTURED' in (this.material.defines ?? {});
   }
 
-  /** World coordinates of a received point, by its number in the layout. */
+  /** World coordinates of a received point, by its place in the vertex buffer. */
   positionOf(point: number): [number, number, number] {
     const [x = 0, y = 0, z = 0] = this.points.pointAt(point);
     const { origin, step } = this.grid!;
@@ -162,11 +167,11 @@ export class SurfaceMesh {
   apply(update: SurfaceUpdate): void {
     const { layout, grid, normals } = update;
     const float = update.chunks[0]?.decoded.points instanceof Float32Array;
-    const geometry = this.points.prepare(layout, float);
+    const geometry = this.points.prepare(layout, float, update.chunks);
     if (layout.id !== this.layout?.id) this.takeLayout(layout);
     this.takeGrid(grid);
     for (const { index, decoded } of update.chunks) {
-      this.points.write(layout.firstPointOf(index), decoded.points);
+      this.points.write(index, decoded.points);
       this.extents.set(decoded.extent, 6 * index);
     }
     const areOthers = this.patches.setLayout(layout);
@@ -245,7 +250,6 @@ export class SurfaceMesh {
   dispose(): void {
     this.points.dispose();
     this.patches.forget();
-    this.uniforms.pattern.value?.dispose();
     this.material.dispose();
     this.ghostMaterial.dispose();
     this.flatMaterial.dispose();
@@ -267,10 +271,7 @@ export class SurfaceMesh {
   private takeLayout(layout: TopologyLayout): void {
     this.layout = layout;
     this.extents = new Float32Array(6 * layout.chunkCount).fill(NaN);
-    this.uniforms.pattern.value?.dispose();
-    this.uniforms.pattern.value = patternTexture(layout.patternPoints);
-    this.uniforms.pointsPerPatch.value = layout.pointsPerPatch;
-    this.uniforms.segments.value = layout.segments;
+    this.uniforms.whole.value = layout.whole;
   }
 
   private takeGrid(grid: Grid): void {
@@ -300,20 +301,18 @@ export class SurfaceMesh {
   private largestDisplacement(): number {
     const { layout, patches: { rest } } = this;
     if (!layout || !rest) return 0;
-    const corners = [0, layout.segments, layout.pointsPerPatch - 1];  // row 0 runs from corner 0 to 1, the last row is corner 2
-    return this.largestDistance(rest, corners, Math.ceil(layout.patchCount / SurfaceMesh.PATCHES_ASKED));
+    return largestDistance(this.drawnPoints(), rest, 'corners', Math.ceil(layout.patchCount / SurfaceMesh.PATCHES_ASKED));
   }
 
   /** Measured at all points. With more than a million, only a part of the patches is measured. */
   private measureDifference(): number {
     const { layout, patches: { flat } } = this;
     if (!layout || !flat) return 0;
-    const all = Array.from({ length: layout.pointsPerPatch }, (_, i) => i);
-    return this.largestDistance(flat, all, Math.ceil(layout.pointCount / SurfaceMesh.POINTS_ASKED));
+    return largestDistance(this.drawnPoints(), flat, 'all points', Math.ceil(this.places.pointCount / SurfaceMesh.POINTS_ASKED));
   }
 
-  private largestDistance(from: FlatPatches, points: readonly number[], stride: number): number {
-    return largestDistance(this.layout!, { numbers: this.points.numbers, ...this.grid! }, from, points, stride);
+  private drawnPoints(): DrawnPoints {
+    return { places: this.places, numbers: this.points.numbers, ...this.grid! };
   }
 
   private placeRest(): void {

@@ -8,23 +8,22 @@ import { PATCH_TEXTURE_WIDTH } from './patch_texture';
  *
  * Defines: FLOAT_POINTS (RAW), HAS_NORMALS, BOXES, DISPLACEMENT, DIFFERENCE, TEXTURED (colour), LINES, GHOST (the rest
  * shape), FLAT (the shape if only vertices moved), SPLIT (FLAT left of the divider, the surface right of it).
- * Facts of a patch are found by its number, gl_VertexID / pointsPerPatch, so only streamed data are attributes. Lines
+ * patchPlace is an entry of PatchPlaces.places: facts of a patch are found by its number. Lines
  * are where a barycentric times the segments is an integer. OWN_COLOUR: the shading has the colour. NORMALS: normals and
  * distances for the cavity shading, in place of colours.
  */
 export const VERTEX_SHADER = /* glsl */ `
   precision highp float;
   precision highp int;
-  uniform int pointsPerPatch;
-  uniform float segments;
+  uniform float whole;
   uniform float octahedralMax;
   uniform vec3 toRest;
   uniform float step;
-  uniform highp sampler2D pattern;
   uniform highp sampler2D restCorners;
   uniform highp sampler2D flatCorners;
   uniform highp sampler2D boxColours;
   uniform highp sampler2D patchUvs;
+  in uvec2 patchPlace;
   #ifdef FLOAT_POINTS
     in vec3 pointNormal;
   #else
@@ -65,10 +64,11 @@ export const VERTEX_SHADER = /* glsl */ `
   }
 
   void main() {
-    int patchNumber = gl_VertexID / pointsPerPatch;
-    gridPlace = 255.0 * texelFetch(pattern, ivec2(gl_VertexID % pointsPerPatch, 0), 0).xyz;
+    int patchNumber = int(patchPlace.x);
+    vec2 inPatch = vec2(patchPlace.y & 0xffffu, patchPlace.y >> 16);
+    gridPlace = vec3(whole - inPatch.x - inPatch.y, inPatch);
     vec3 place = position;
-    vec3 weights = gridPlace / segments;
+    vec3 weights = gridPlace / whole;
     #if defined(GHOST)
       place = inTriangle(restCorners, patchNumber, weights);
     #elif defined(FLAT)

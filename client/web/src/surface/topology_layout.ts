@@ -1,35 +1,41 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 import type { Topology } from 'latticed/v1/event_pb';
+import { ADAPTIVE_WHOLE, adaptivePattern } from './patches/adaptive_pattern';
+import { pointsIn, type PatchPattern } from './patches/patch_pattern';
+import { uniformPattern } from './patches/uniform_pattern';
 
-/** The place of each chunk's points, and their triangles (event.proto, Topology). */
+/** The codes of a chunk's patches (Chunk.levels), one each; none in a view without a tolerance. */
+export type PatternCodes = Uint16Array;
+
+/** The patches of each chunk, and the points and triangles that a patch can have (event.proto, Topology). */
 export class TopologyLayout {
   readonly id: string;
-  /** Subdivisions per patch edge. */
+  /** Subdivisions per patch edge; 0 with a tolerance: patches have patterns of their own. */
   readonly segments: number;
   readonly patchCount: number;
-  readonly pointCount: number;
-  readonly pointsPerPatch: number;
-  /** (i0, i1, i2) of each point of a patch. */
-  readonly patternPoints: Uint32Array;
-  /** Point numbers inside the patch, three per triangle. */
-  readonly patternTriangles: Uint32Array;
+  /** The sum of the barycentrics of a pattern's point: the segments, or with a tolerance the same for all patterns. */
+  readonly whole: number;
   /** First patch of each chunk, and one past the last patch. */
   readonly firstPatch: Uint32Array;
+  private readonly uniform: PatchPattern | undefined;
 
   constructor(message: Topology) {
     this.id = message.topologyId;
     this.segments = message.segments;
     this.patchCount = Number(message.patchCount);
-    this.pointCount = Number(message.pointCount);
-    this.patternPoints = Uint32Array.from(message.pattern?.points ?? []);
-    this.patternTriangles = Uint32Array.from(message.pattern?.triangles ?? []);
-    this.pointsPerPatch = this.patternPoints.length / 3;
+    this.uniform = message.pattern && uniformPattern(message.pattern, message.segments);
+    this.whole = this.uniform ? message.segments : ADAPTIVE_WHOLE;
     const first = [0];
     for (const run of message.chunkRuns) {
       for (let i = 0; i < run.chunkCount; ++i) first.push(first.at(-1)! + run.patchesPerChunk);
     }
     this.firstPatch = Uint32Array.from(first);
+  }
+
+  /** Whether each patch has a pattern of its own, which changes with updates. */
+  get isAdaptive(): boolean {
+    return this.uniform === undefined;
   }
 
   get chunkCount(): number {
@@ -43,11 +49,18 @@ export class TopologyLayout {
     return count;
   }
 
-  pointsOf(chunk: number): number {
-    return this.patchesOf(chunk) * this.pointsPerPatch;
+  /** The pattern with a code; without a tolerance that of all patches. Throws if there is no such code. */
+  patternOf(code: number): PatchPattern {
+    return this.uniform ?? adaptivePattern(code);
   }
 
-  firstPointOf(chunk: number): number {
-    return this.firstPatch[chunk]! * this.pointsPerPatch;
+  /** The points of a chunk whose patches have these codes. Throws if codes lack or are too many. */
+  pointsOf(chunk: number, codes: PatternCodes): number {
+    const patches = this.patchesOf(chunk);
+    if (this.uniform) return patches * pointsIn(this.uniform);
+    if (codes.length !== patches) throw new Error(`${codes.length} patterns for ${patches} patches`);
+    let points = 0;
+    for (const code of codes) points += pointsIn(adaptivePattern(code));
+    return points;
   }
 }

@@ -9,9 +9,9 @@ export async function behindSurface(page: Page): Promise<{ hidden: number[]; sho
   const { triangles, rays } = await page.evaluate(() => {
     const { viewport, scene } = window.latticed;
     const surface = scene!.session.surface;
-    const { patchCount, pointsPerPatch, patternTriangles } = surface.layout!;
-    const corners = Array.from({ length: patchCount }, (_, patch) =>
-      [...patternTriangles].map((corner) => surface.positionOf(patch * pointsPerPatch + corner))).flat();
+    const corners: Vec3[] = [];
+    surface.places.eachPatch(1, (_, { details }, firstPoint) =>
+      details[0].forEach((corner) => corners.push(surface.positionOf(firstPoint + corner))));
     const { points, count } = scene!.session.lattice;
     const raysTo = (p: Vec3): [Vec3, Vec3][] => {
       const [x, y] = viewport.project(p)!;

@@ -10,7 +10,7 @@ import { domain, frameEdges } from '@src/lattice/grid';
 import { knotVectors } from '@src/lattice/identity';
 import { Lattice } from '@src/lattice/lattice';
 import { coordinates, distance, sub, type Vec3 } from '@src/lattice/vec';
-import { sourcePlaces } from './source_places';
+import { sourcePlaces, type Spot } from './source_places';
 
 const FLOAT_STEP = 1e-5; // the error of floats, on meshes of a few units
 
@@ -18,10 +18,10 @@ const FLOAT_STEP = 1e-5; // the error of floats, on meshes of a few units
 export interface Shown {
   readonly lattice: Lattice;
   readonly topology: string;
-  /** Barycentrics of a patch's points, three each, times the segments. */
-  readonly pattern: readonly number[];
   /** The points of each patch in turn. */
   readonly points: readonly Vec3[];
+  /** Of each point its patch, and its barycentrics there. */
+  readonly spots: readonly Spot[];
   /** The step of the position grid, in world units; for floats their error. */
   readonly step: number;
 }
@@ -30,14 +30,20 @@ export async function shownBy(page: Page): Promise<Shown> {
   const { lattice, ...shown } = await page.evaluate((floatStep) => {
     const surface = window.latticed.scene!.session.surface;
     const layout = surface.layout!;
-    const numbers = Array.from({ length: layout.patchCount * layout.pointsPerPatch }, (_, i) => i);
-    const { frame, degree, size, knots, points } = window.latticed.scene!.session.lattice;
+    const points: Vec3[] = [];
+    const spots: Spot[] = [];
+    surface.places.eachPatch(1, (patch, pattern, firstPoint) => pattern.points.forEach((entry, n) => {
+      const [i1, i2] = [entry & 0xffff, entry >>> 16];
+      points.push(surface.positionOf(firstPoint + n));
+      spots.push({ patch, weights: [layout.whole - i1 - i2, i1, i2].map((i) => i / layout.whole) as unknown as Vec3 });
+    }));
+    const { frame, degree, size, knots, points: controlPoints } = window.latticed.scene!.session.lattice;
     return {
       topology: layout.id,
-      pattern: [...layout.patternPoints],
-      points: numbers.map((i) => surface.positionOf(i)),
+      points,
+      spots,
       step: surface.grid?.step === 1 ? floatStep : surface.grid!.step,
-      lattice: { frame, degree, size, knots: knots.map((k) => [...k]), points: [...points] },
+      lattice: { frame, degree, size, knots: knots.map((k) => [...k]), points: [...controlPoints] },
     };
   }, FLOAT_STEP);
   const { frame, degree, size, knots, points } = lattice;
@@ -59,8 +65,8 @@ const UNCOVERED = 1e-6;
 
 /** The largest distance, in grid steps, of a point of a patch from the position that the definition gives. */
 async function worstPoint(page: Page, obj: string): Promise<number> {
-  const { topology, pattern, points, step, lattice } = await shownBy(page);
-  const source = await sourcePlaces(page, topology, pattern, obj);
+  const { topology, spots, points, step, lattice } = await shownBy(page);
+  const source = await sourcePlaces(page, topology, spots, obj);
   if (source === undefined || source.places.length !== points.length) return Infinity; // a newer topology is on its way
   assert.ok(source.uncovered < UNCOVERED, `patches are ${source.uncovered} of a face from covering the mesh once`);
   return source.places.reduce((worst, place, i) => {

@@ -7,10 +7,17 @@ import type {} from '@src/main'; // window.latticed
 import { add, cross, dot, scale, type Basis, type Vec3 } from '@src/lattice/vec';
 import type { PatchOrigins, PatchSource } from '@src/surface/patch_source';
 
+/** A place in a patch. */
+export interface Spot {
+  readonly patch: number;
+  /** Barycentrics in the patch's corners. */
+  readonly weights: Vec3;
+}
+
 export interface SourcePlaces {
-  /** A place for each point of each patch, in the order of the page's points. */
+  /** A place for each spot. */
   readonly places: readonly Vec3[];
-  /** Where the points would be if only the mesh's vertices were moved. */
+  /** Where the spots would be if only the mesh's vertices were moved. */
   readonly flat: (move: (vertex: Vec3) => Vec3) => Vec3[];
   /** How far the patches are from covering each face once; 0 if they do. */
   readonly uncovered: number;
@@ -31,30 +38,28 @@ async function originsOf(page: Page, topology: string): Promise<PatchOrigins | u
 
 /**
  * Undefined if the server does not tell.
- * @param pattern Three numbers for each point of a patch. They add up to the segments.
+ * @param spots By patches, ascending.
  * @param obj The mesh, of triangles.
  */
 export async function sourcePlaces(
-  page: Page, topology: string, pattern: readonly number[], obj: string,
+  page: Page, topology: string, spots: readonly Spot[], obj: string,
 ): Promise<SourcePlaces | undefined> {
   const origins = await originsOf(page, topology);
   if (origins === undefined) return undefined;
   const { corners, barycentrics } = origins;
   const triangles = trianglesOf(obj);
-  const segments = pattern[0] + pattern[1] + pattern[2];
   const covered = triangles.map(() => 0);
-  const spots: { readonly source: readonly Vec3[]; readonly weights: Vec3 }[] = [];
-  for (let patch = 0; patch < corners.length / 3; ++patch) {
+  const patches = Array.from({ length: corners.length / 3 }, (_, patch) => {
     const face = Math.floor(corners[3 * patch] / 3);
     const source = [0, 1, 2].map((k) => triangles[face][corners[3 * patch + k] % 3]);
     const weights = [0, 1, 2].map((k) => [...barycentrics.subarray(9 * patch + 3 * k, 9 * patch + 3 * k + 3)] as unknown as Vec3);
     covered[face] += Math.abs(dot(weights[0], cross(weights[1], weights[2]))); // its part of the face's area
-    for (let at = 0; at < pattern.length; at += 3) {
-      spots.push({ source, weights: blend(weights, [0, 1, 2].map((k) => pattern[at + k] / segments)) });
-    }
-  }
-  const places = spots.map(({ source, weights }) => blend(source, weights));
-  const flat = (move: (vertex: Vec3) => Vec3): Vec3[] => spots.map(({ source, weights }) => blend(source.map(move), weights));
+    return { source, weights };
+  });
+  if (spots.at(-1)!.patch !== patches.length - 1) return undefined; // a newer topology is on its way
+  const placed = spots.map(({ patch, weights }) => ({ source: patches[patch].source, weights: blend(patches[patch].weights, weights) }));
+  const places = placed.map(({ source, weights }) => blend(source, weights));
+  const flat = (move: (vertex: Vec3) => Vec3): Vec3[] => placed.map(({ source, weights }) => blend(source.map(move), weights));
   return { places, flat, uncovered: Math.max(...covered.map((part) => Math.abs(1 - part))) };
 }
 

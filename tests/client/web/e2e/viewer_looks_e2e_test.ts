@@ -190,12 +190,12 @@ interface Places {
 
 /** Places on patches that are wide enough on the screen. */
 async function placesOnPatches(): Promise<Places> {
-  const { points, pattern } = shown;
+  const { points, spots } = shown;
   const triangles = await page.evaluate(() =>
-    [...window.latticed.scene!.session.surface.layout!.patternTriangles]);
+    [...window.latticed.scene!.session.surface.layout!.patternOf(0).details[0]]);
   const pixels = distance([...(await placeOf(page, [1, 0, 0])), 0], [...(await placeOf(page, [0, 0, 0])), 0]); // a unit
-  const count = pattern.length / 3;
-  const onEdge = (...numbers: number[]): boolean => [0, 1, 2].some((k) => numbers.every((n) => pattern[3 * n + k] === 0));
+  const count = ((SEGMENTS + 1) * (SEGMENTS + 2)) / 2;
+  const onEdge = (...numbers: number[]): boolean => [0, 1, 2].some((k) => numbers.every((n) => spots[n].weights[k] === 0));
   const middle = (...all: Vec3[]): Vec3 => scale(all.reduce(add), 1 / all.length);
   const edges: Vec3[] = [];
   const found: Places = { edges: [], lines: [], cells: [] };
