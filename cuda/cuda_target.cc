@@ -66,8 +66,8 @@ class CudaTarget : public DeformTarget {
             .host_bytes = adaptive ? CudaAdaptiveView::HostBytesFor(*plan_)
                                    : CudaView::HostBytesFor(*plan_, spec),
             .encoder_bytes = EncoderBytesOf(*plan_, spec, *context_->encoder(), context_->arena()),
-            .encode_batch =
-                adaptive ? CudaAdaptiveView::kEncodeBatch : CudaView::EncodeBatch(*context_)};
+            .encode_batch = adaptive ? CudaAdaptiveView::EncodeBatch(*context_)
+                                     : CudaView::EncodeBatch(*context_)};
   }
 
   MemoryUse memory() const override {

@@ -17,7 +17,7 @@
 
 namespace latticed {
 
-inline constexpr uint32_t kSchemeRaw = 1;  // the format's number of the scheme
+inline constexpr uint32_t kSchemeTagged = 0, kSchemeRaw = 1;  // the format's numbers of the schemes
 
 // Bit lengths up to 8 all mean 12 bits, those from 14 on all mean 20.
 inline constexpr int kLeastRansBitLength = 8, kMostRansBitLength = 14;

@@ -13,8 +13,7 @@
 namespace latticed {
 namespace {
 
-constexpr uint32_t kSchemeTagged = 0;  // the format's number
-constexpr size_t kTags = 17;           // bit lengths of 16-bit symbols, and 0
+constexpr size_t kTags = 17;  // bit lengths of 16-bit symbols, and 0
 
 }  // namespace
 

@@ -55,6 +55,8 @@ class CudaAdaptiveEvaluator {
 
   // The vertices of chunks [first, last), which lie one after the other. The stream may still compute them.
   DeviceSpan<const uint8_t> Vertices(uint32_t first, uint32_t last) const;
+  // The number of a chunk's first point among all points; of chunk_count(), the number of points.
+  uint64_t FirstPoint(uint32_t chunk) const { return chunk_first_[chunk]; }
 
   MemoryUse memory() const;
 

@@ -7,13 +7,17 @@
 
 #include "core/base/catch_bad_alloc.h"
 #include "core/base/status_macros.h"
+#include "core/codec/draco_writer.h"
 #include "cuda/device/cuda_status.h"
+#include "cuda/draco/draco_batches.h"
 
 namespace latticed {
 namespace {
 
 // Of a batch of copies. A chunk has at most 0.9 MB.
 constexpr size_t kCopiedBytes = size_t{8} << 20;
+// Of a batch on the host: enough for all threads of the writer.
+constexpr size_t kHostChunks = 256;
 
 }  // namespace
 
@@ -35,7 +39,14 @@ CudaAdaptiveView::~CudaAdaptiveView() {
 }
 
 uint64_t CudaAdaptiveView::HostBytesFor(const DeformPlan& plan) {
-  return CudaAdaptiveEvaluator::HostBytesFor(plan) + kCopiedBytes;
+  constexpr uint64_t kRounding = 2;  // pinned blocks are powers of two
+  constexpr uint64_t kExchangedChunkBytes = sizeof(kernels::DracoChunk) + sizeof(VertexDigest);
+  return CudaAdaptiveEvaluator::HostBytesFor(plan) + kCopiedBytes +
+         kRounding * kExchangedChunkBytes * std::min(plan.chunk_count(), kMostDracoChunks);
+}
+
+size_t CudaAdaptiveView::EncodeBatch(const CudaContext& context) {
+  return context.encoder()->name() == kDracoWriterName ? kMostDracoChunks : kHostChunks;
 }
 
 absl::Status CudaAdaptiveView::EvaluateChunks(std::span<const Vec3d> control_points,
@@ -100,19 +111,59 @@ absl::Status CudaAdaptiveView::EncodeChunks(std::span<const uint32_t> chunks, En
                                             std::span<VertexDigest> digests,
                                             std::span<SharedBytes> results) {
   const DeviceGuard guard(context_->device());
-  return CatchBadAlloc("the encoding", [&] {
-    return Fetch(chunks, [&](size_t first, std::span<const std::span<const uint8_t>> bytes) {
-      const auto bytes_of = [&](size_t i, std::vector<uint8_t>&) { return bytes[i]; };
-      const auto known = digests.empty() ? digests : digests.subspan(first, bytes.size());
-      return encoder_.Encode(chunks.subspan(first, bytes.size()), encoding, box().range, bytes_of,
-                             known, results.subspan(first, bytes.size()));
-    });
+  const bool on_device =
+      encoding == Encoding::kDracoPoints && context_->encoder()->name() == kDracoWriterName;
+  absl::Status status = CatchBadAlloc("the encoding", [&] {
+    return on_device ? EncodeOnDevice(chunks, digests, results)
+                     : EncodeOnHost(chunks, encoding, digests, results);
+  });
+  // A copy may still write to memory that the failed encoding frees.
+  if (!status.ok()) static_cast<void>(lane_->stream().Synchronize("the encoding"));
+  return status;
+}
+
+absl::Status CudaAdaptiveView::EncodeOnDevice(std::span<const uint32_t> chunks,
+                                              std::span<VertexDigest> digests,
+                                              std::span<SharedBytes> results) {
+  if (!writer_.has_value()) {
+    const DracoShape shape{
+        .position_bits = spec().position_bits,
+        .normal_bits = spec().normals == NormalMode::kNone ? 0 : spec().normal_bits,
+        .is_sparse = true};
+    LATTICED_ASSIGN_OR_RETURN(writer_, DeviceDracoWriter::Create(shape, context_, lane_));
+  }
+  const auto vertices = evaluator_->Vertices(0, static_cast<uint32_t>(plan().chunk_count()));
+  return EncodeInBatches(chunks.size(), [&](size_t first, size_t count) {
+    std::vector<DeviceDracoWriter::Chunk> places;
+    places.reserve(count);
+    for (const uint32_t chunk : chunks.subspan(first, count)) {
+      const uint64_t point = evaluator_->FirstPoint(chunk);
+      places.push_back({point, static_cast<uint32_t>(evaluator_->FirstPoint(chunk + 1) - point)});
+    }
+    return writer_->Encode(vertices, places, box().range,
+                           digests.empty() ? digests : digests.subspan(first, count),
+                           results.subspan(first, count));
+  });
+}
+
+absl::Status CudaAdaptiveView::EncodeOnHost(std::span<const uint32_t> chunks, Encoding encoding,
+                                            std::span<VertexDigest> digests,
+                                            std::span<SharedBytes> results) {
+  return Fetch(chunks, [&](size_t first, std::span<const std::span<const uint8_t>> bytes) {
+    const auto bytes_of = [&](size_t i, std::vector<uint8_t>&) { return bytes[i]; };
+    const auto known = digests.empty() ? digests : digests.subspan(first, bytes.size());
+    return encoder_.Encode(chunks.subspan(first, bytes.size()), encoding, box().range, bytes_of,
+                           known, results.subspan(first, bytes.size()));
   });
 }
 
 MemoryUse CudaAdaptiveView::memory() const {
   MemoryUse use = evaluator_->memory();
   use["staging"] += staged_.size() + encoder_.MemoryBytes();
+  if (writer_.has_value()) {
+    use["staging"] += writer_->PinnedBytes();
+    use["device_staging"] += writer_->DeviceBytes();
+  }
   return use;
 }
 

@@ -5,7 +5,8 @@
 // core/cpu/adaptive/adaptive_view.h.
 //
 // Evaluate waits for levels and patterns, which say how large the chunks are. Read and Encode wait for this view's lane.
-// Streams are encoded on the host: the device's writer needs chunks of one size.
+// Clouds are encoded on the device if the context's encoder is our own writer. All else is encoded on the host: each chunk
+// of a mesh has triangles of its own, whose code only the host makes.
 //
 // Errors   those of core/view/checked_view.h; kResourceExhausted for device or pinned memory, also of Evaluate, since the
 //          number of points is known only then; kUnavailable when the device is lost
@@ -14,12 +15,14 @@
 #define LATTICED_CUDA_ADAPTIVE_CUDA_ADAPTIVE_VIEW_H_
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "absl/functional/function_ref.h"
 #include "core/view/checked_view.h"
 #include "core/view/view_encoder.h"
 #include "cuda/adaptive/cuda_adaptive_evaluator.h"
+#include "cuda/draco/device_draco_writer.h"
 
 namespace latticed {
 
@@ -33,7 +36,7 @@ class CudaAdaptiveView : public CheckedView {
 
   // host_bytes and encode_batch of ViewTraits.
   static uint64_t HostBytesFor(const DeformPlan& plan);
-  static constexpr size_t kEncodeBatch = 256;
+  static size_t EncodeBatch(const CudaContext& context);
 
   std::span<const uint32_t> also_changed() const override { return evaluator_->also_changed(); }
   std::span<const uint16_t> Patterns(uint32_t chunk) const override {
@@ -56,6 +59,10 @@ class CudaAdaptiveView : public CheckedView {
   absl::Status EncodeChunks(std::span<const uint32_t> chunks, Encoding encoding,
                             std::span<VertexDigest> digests,
                             std::span<SharedBytes> results) override;
+  absl::Status EncodeOnDevice(std::span<const uint32_t> chunks, std::span<VertexDigest> digests,
+                              std::span<SharedBytes> results);
+  absl::Status EncodeOnHost(std::span<const uint32_t> chunks, Encoding encoding,
+                            std::span<VertexDigest> digests, std::span<SharedBytes> results);
   // Copies chunks to the host in batches, and waits for each.
   absl::Status Fetch(std::span<const uint32_t> chunks, UseBatch use);
   absl::Status CopyBatch(std::span<const uint32_t> chunks, size_t bytes,
@@ -67,6 +74,7 @@ class CudaAdaptiveView : public CheckedView {
   const std::unique_ptr<CudaAdaptiveEvaluator> evaluator_;
   ViewEncoder encoder_;
   PinnedBuffer staged_;
+  std::optional<DeviceDracoWriter> writer_;  // made at its first use
 };
 
 }  // namespace latticed

@@ -236,13 +236,7 @@ class PointThread {
       n[i] = place_.Of(patch_.corner(0).conormal[i], patch_.corner(1).conormal[i],
                        patch_.corner(2).conormal[i]);
     }
-    const float3 j0{jet[0][3], jet[1][3], jet[2][3]}, j1{jet[0][2], jet[1][2], jet[2][2]},
-        j2{jet[0][1], jet[1][1], jet[2][1]};
-    // n0 J1 x J2 + n1 J2 x J0 = (n0 J1 - n1 J0) x J2.
-    const float3 side{fmaf(n[0], j1.x, -n[1] * j0.x), fmaf(n[0], j1.y, -n[1] * j0.y),
-                      fmaf(n[0], j1.z, -n[1] * j0.z)};
-    const float3 sum = CrossProduct(side, j2), last = CrossProduct(j0, j1);
-    return {fmaf(n[2], last.x, sum.x), fmaf(n[2], last.y, sum.y), fmaf(n[2], last.z, sum.z)};
+    return CofactorTimes(jet, n);
   }
 
   const FusedLaunch& launch_;

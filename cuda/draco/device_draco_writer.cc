@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cuda/draco/device_draco_writer.h"
 
-#include <cstring>
 #include <numeric>
 
 #include "core/base/status_macros.h"
@@ -16,13 +15,13 @@ namespace {
 
 constexpr std::string_view kWhat = "the encoding";
 
-// The bytes of a stream before the symbols of its positions.
-std::vector<uint8_t> HeadBytes(size_t points, int normal_bits, const ChunkConnectivity* triangles) {
+// The bytes of a stream before the symbols of its positions. Those of a cloud have no number of points yet.
+std::vector<uint8_t> HeadBytes(int normal_bits, const ChunkConnectivity* triangles) {
   std::vector<uint8_t> bytes(kMostContainerBytes +
                              (triangles == nullptr ? 0 : triangles->bytes().size()));
   ByteWriter out(bytes.data());
   if (triangles == nullptr) {
-    WriteCloudHead(points, normal_bits, out);
+    WriteCloudHead(0, normal_bits, out);
   } else {
     WriteMeshHead(triangles->bytes(), normal_bits, out);
   }
@@ -31,36 +30,37 @@ std::vector<uint8_t> HeadBytes(size_t points, int normal_bits, const ChunkConnec
   return bytes;
 }
 
-bool AreAll(std::span<const uint32_t> numbers) {
-  return numbers.front() == 0 && numbers.back() + size_t{1} == numbers.size();
-}
-
 }  // namespace
 
 absl::StatusOr<DeviceDracoWriter> DeviceDracoWriter::Create(const DracoShape& shape,
                                                             std::shared_ptr<CudaContext> context,
                                                             std::shared_ptr<CudaLane> lane) {
-  const auto head = HeadBytes(shape.points, shape.normal_bits, shape.connectivity[0]);
-  const auto last = HeadBytes(shape.last_points, shape.normal_bits, shape.connectivity[1]);
-  std::vector<uint8_t> both = head;
-  both.insert(both.end(), last.begin(), last.end());
-  LATTICED_ASSIGN_OR_RETURN(auto heads, DeviceBuffer<uint8_t>::Upload(context->memory(), "draco",
-                                                                      both, lane->stream().get()));
-  return DeviceDracoWriter(
-      shape, std::move(context), std::move(lane), std::move(heads),
-      {static_cast<uint32_t>(head.size()), static_cast<uint32_t>(last.size())});
+  std::vector<uint8_t> both = HeadBytes(shape.normal_bits, shape.connectivity[0]);
+  std::array<uint32_t, 2> sizes{static_cast<uint32_t>(both.size()), 0};
+  if (shape.connectivity[1] != nullptr) {
+    const auto others = HeadBytes(shape.normal_bits, shape.connectivity[1]);
+    both.insert(both.end(), others.begin(), others.end());
+    sizes[1] = static_cast<uint32_t>(others.size());
+  }
+  LATTICED_ASSIGN_OR_RETURN(auto heads, DeviceBuffer<uint8_t>::Upload(
+                                            context->memory(), "draco",
+                                            std::span<const uint8_t>(both), lane->stream().get()));
+  return DeviceDracoWriter(shape, std::move(context), std::move(lane), std::move(heads), sizes);
 }
 
 kernels::DracoFrame DeviceDracoWriter::Frame(double range) const {
   kernels::DracoFrame frame{};
+  const bool is_mesh = shape_.connectivity[0] != nullptr;
   for (size_t i = 0; i < 2; ++i) {
+    const size_t head = is_mesh ? i : 0;
     const ChunkConnectivity* triangles = shape_.connectivity[i];
-    frame.heads[i] = {.bytes = heads_.data() + (i == 0 ? 0 : head_bytes_[0]),
-                      .size = head_bytes_[i],
-                      .least_stream = triangles == nullptr
-                                          ? 0
-                                          : static_cast<uint32_t>(triangles->LeastStreamBytes())};
+    frame.heads[i] = {
+        .bytes = heads_.data() + (head == 0 ? 0 : head_bytes_[0]),
+        .size = head_bytes_[head],
+        .least_stream = is_mesh ? static_cast<uint32_t>(triangles->LeastStreamBytes()) : 0};
   }
+  frame.head_points = static_cast<uint32_t>(shape_.mesh_points);
+  frame.points_at = is_mesh ? 0 : static_cast<uint32_t>(kDracoHeaderBytes);
   ByteWriter prediction(frame.normal_prediction);
   WritePrediction(DracoAttribute::kNormal, prediction);
   ByteWriter end(frame.end);
@@ -77,41 +77,44 @@ absl::Status DeviceDracoWriter::Fetch(void* to, const void* from, size_t bytes) 
   return lane_->stream().Synchronize(kWhat);
 }
 
-kernels::DracoWork DeviceDracoWriter::Work(const Vertices& vertices, const Batch& batch) const {
-  return {.vertices = vertices.bytes.data,
-          .count = static_cast<uint32_t>(batch.numbers.size()),
-          .points = static_cast<uint32_t>(shape_.points),
-          .last_chunk = vertices.last,
-          .last_points = static_cast<uint32_t>(shape_.last_points),
-          .position_bits = shape_.position_bits,
-          .normal_bits = shape_.normal_bits};
+absl::StatusOr<std::span<kernels::DracoChunk>> DeviceDracoWriter::Stage(
+    const Call& call, std::span<const size_t> numbers) {
+  const size_t bytes = numbers.size() * (sizeof(kernels::DracoChunk) +
+                                         (call.digests.empty() ? 0 : sizeof(VertexDigest)));
+  // What comes back takes no more.
+  static_assert(sizeof(kernels::DracoPlace) <= sizeof(kernels::DracoChunk));
+  if (exchanged_.size() < bytes) {
+    LATTICED_ASSIGN_OR_RETURN(exchanged_, context_->pinned().Borrow(bytes));
+  }
+  const std::span chunks(reinterpret_cast<kernels::DracoChunk*>(exchanged_.data()), numbers.size());
+  auto* const digests = reinterpret_cast<VertexDigest*>(chunks.data() + chunks.size());
+  for (size_t k = 0; k < numbers.size(); ++k) {
+    const Chunk& chunk = call.chunks[numbers[k]];
+    chunks[k] = {.first_point = chunk.first_point, .points = chunk.points, .first_group = 0};
+    if (!call.digests.empty()) digests[k] = call.digests[numbers[k]];
+  }
+  return chunks;
 }
 
 absl::Status DeviceDracoWriter::Code(const kernels::DracoWork& work,
-                                     const kernels::DracoFrame& frame, kernels::DracoPlace* places,
-                                     const Batch& batch) {
+                                     const kernels::DracoFrame& frame,
+                                     kernels::DracoPlace* places) {
   const cudaStream_t stream = lane_->stream().get();
-  const size_t digest_bytes = batch.digests.size() * sizeof(VertexDigest),
-               place_bytes = work.count * sizeof(kernels::DracoPlace);
-  if (exchanged_.size() < digest_bytes + place_bytes) {
-    LATTICED_ASSIGN_OR_RETURN(exchanged_, context_->pinned().Borrow(digest_bytes + place_bytes));
-  }
-  if (digest_bytes > 0) {
-    std::memcpy(exchanged_.data(), batch.digests.data(), digest_bytes);
-    LATTICED_RETURN_IF_ERROR(
-        CudaStatus(cudaMemcpyAsync(work.digests, exchanged_.data(), digest_bytes,
-                                   cudaMemcpyHostToDevice, stream),
-                   kWhat));
-  }
-  for (const auto launch :
-       {kernels::LaunchDracoDigests, kernels::LaunchDracoSymbols, kernels::LaunchDracoRans}) {
+  const size_t digest_bytes = work.digests == nullptr ? 0 : work.count * sizeof(VertexDigest);
+  LATTICED_RETURN_IF_ERROR(
+      CudaStatus(cudaMemcpyAsync(work.chunks, exchanged_.data(),
+                                 work.count * sizeof(kernels::DracoChunk) + digest_bytes,
+                                 cudaMemcpyHostToDevice, stream),
+                 kWhat));
+  for (const auto launch : {kernels::LaunchDracoDigests, kernels::LaunchDracoRanked,
+                            kernels::LaunchDracoSymbols, kernels::LaunchDracoRans}) {
     LATTICED_RETURN_IF_ERROR(CudaStatus(launch(work, stream), kWhat));
   }
   LATTICED_RETURN_IF_ERROR(
       CudaStatus(kernels::LaunchDracoPlaces(work, frame, places, stream), kWhat));
   // The digests that were found lie before the places.
   const auto* from = reinterpret_cast<const uint8_t*>(places) - digest_bytes;
-  return Fetch(exchanged_.data(), from, digest_bytes + place_bytes);
+  return Fetch(exchanged_.data(), from, digest_bytes + work.count * sizeof(kernels::DracoPlace));
 }
 
 absl::StatusOr<std::shared_ptr<const PinnedBuffer>> DeviceDracoWriter::Pack(
@@ -127,66 +130,52 @@ absl::StatusOr<std::shared_ptr<const PinnedBuffer>> DeviceDracoWriter::Pack(
   return std::make_shared<const PinnedBuffer>(std::move(pinned));
 }
 
-absl::Status DeviceDracoWriter::Round(const Vertices& vertices, const kernels::DracoFrame& frame,
-                                      uint32_t entry_room, Batch& batch) {
-  const cudaStream_t stream = lane_->stream().get();
-  kernels::DracoWork work = Work(vertices, batch);
-  DeviceBuffer<uint32_t> list;
-  if (!AreAll(batch.numbers)) {
-    LATTICED_ASSIGN_OR_RETURN(
-        list, DeviceBuffer<uint32_t>::Upload(context_->memory(), "draco",
-                                             std::span<const uint32_t>(batch.numbers), stream));
-    work.numbers = list.data();
-  }
-  LATTICED_ASSIGN_OR_RETURN(const auto scratch, MakeDracoScratch(*context_, stream, entry_room,
-                                                                 !batch.digests.empty(), work));
-  LATTICED_RETURN_IF_ERROR(Code(work, frame, scratch.places, batch));
+absl::StatusOr<std::vector<size_t>> DeviceDracoWriter::Round(const Call& call,
+                                                             std::span<const size_t> numbers) {
+  const bool has_digests = !call.digests.empty();
+  LATTICED_ASSIGN_OR_RETURN(const auto chunks, Stage(call, numbers));
+  kernels::DracoWork work{.vertices = call.vertices.data,
+                          .count = static_cast<uint32_t>(numbers.size()),
+                          .position_bits = shape_.position_bits,
+                          .normal_bits = shape_.normal_bits,
+                          .sparse = shape_.is_sparse};
+  LATTICED_ASSIGN_OR_RETURN(const auto scratch,
+                            MakeDracoScratch(*context_, lane_->stream().get(), call.entry_room,
+                                             has_digests, chunks, work));
+  LATTICED_RETURN_IF_ERROR(Code(work, call.frame, scratch.places));
 
-  const size_t digest_bytes = batch.digests.size() * sizeof(VertexDigest);
-  std::vector<VertexDigest> found(batch.digests.size());
-  if (digest_bytes > 0) std::memcpy(found.data(), exchanged_.data(), digest_bytes);
-  const std::span places(
-      reinterpret_cast<const kernels::DracoPlace*>(exchanged_.data() + digest_bytes), work.count);
-  const size_t bytes = places.back().at + kernels::RoundUpTo16(places.back().size);
+  const auto* const found = reinterpret_cast<const VertexDigest*>(exchanged_.data());
+  const auto* const places =
+      reinterpret_cast<const kernels::DracoPlace*>(found + (has_digests ? numbers.size() : 0));
+  const kernels::DracoPlace& last = places[numbers.size() - 1];
+  const size_t bytes = last.at + kernels::RoundUpTo16(last.size);
   std::shared_ptr<const PinnedBuffer> block;
   if (bytes > 0) {
-    LATTICED_ASSIGN_OR_RETURN(block, Pack(work, frame, scratch.places, bytes));
+    LATTICED_ASSIGN_OR_RETURN(block, Pack(work, call.frame, scratch.places, bytes));
   }
-  for (size_t i = 0; i < places.size(); ++i) {
-    if (places[i].size > 0) {
-      batch.results[i] = {block, block->data() + places[i].at, places[i].size, block->size()};
-    } else {
-      batch.deferred[i] = found.empty() || found[i] != batch.digests[i];
+  std::vector<size_t> deferred;
+  for (size_t k = 0; k < numbers.size(); ++k) {
+    const size_t i = numbers[k];
+    if (places[k].size > 0) {
+      call.results[i] = {block, block->data() + places[k].at, places[k].size, block->size()};
+    } else if (!has_digests || found[k] != call.digests[i]) {
+      deferred.push_back(i);
+      continue;
     }
+    if (has_digests) call.digests[i] = found[k];
   }
-  batch.digests = std::move(found);
-  return absl::OkStatus();
+  return deferred;
 }
 
-absl::Status DeviceDracoWriter::Encode(const Vertices& vertices, std::span<const uint32_t> numbers,
-                                       double range, std::span<VertexDigest> digests,
+absl::Status DeviceDracoWriter::Encode(DeviceSpan<const uint8_t> vertices,
+                                       std::span<const Chunk> chunks, double range,
+                                       std::span<VertexDigest> digests,
                                        std::span<SharedBytes> results, uint32_t entry_room) {
-  const kernels::DracoFrame frame = Frame(range);
-  std::vector<size_t> left(numbers.size());  // places in `numbers`
+  const Call call{vertices, chunks, Frame(range), digests, results, entry_room};
+  std::vector<size_t> left(chunks.size());
   std::iota(left.begin(), left.end(), size_t{0});
   while (!left.empty()) {
-    Batch batch;
-    for (const size_t i : left) {
-      batch.numbers.push_back(numbers[i]);
-      if (!digests.empty()) batch.digests.push_back(digests[i]);
-    }
-    batch.results.resize(left.size());
-    batch.deferred.resize(left.size());
-    LATTICED_RETURN_IF_ERROR(Round(vertices, frame, entry_room, batch));
-    std::vector<size_t> deferred;
-    for (size_t k = 0; k < left.size(); ++k) {
-      if (batch.deferred[k]) {
-        deferred.push_back(left[k]);
-        continue;
-      }
-      results[left[k]] = std::move(batch.results[k]);
-      if (!digests.empty()) digests[left[k]] = batch.digests[k];
-    }
+    LATTICED_ASSIGN_OR_RETURN(auto deferred, Round(call, left));
     if (deferred.size() == left.size()) {
       return absl::InternalError("a chunk's integers have more bits than its view");
     }

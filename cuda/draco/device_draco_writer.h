@@ -3,8 +3,9 @@
 //
 // Writes Draco streams on the device, from vertices that are there. The bytes are those of
 // core/codec/draco_writer.h. Only they cross the bus, in one copy for all chunks. Each result is a
-// part of the copied block.
+// part of the copied block. Chunks may have any numbers of points.
 //
+//   chunks, known digests                       <-- host
 //   digests | symbols, tables | states | places --> host: sizes
 //   pack    | copy                              --> host: bytes
 //
@@ -17,7 +18,6 @@
 #include <array>
 #include <cstdint>
 #include <memory>
-#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -32,12 +32,12 @@ namespace latticed {
 
 // The properties that all streams of a view share.
 struct DracoShape {
-  size_t points = 0;       // of a chunk
-  size_t last_points = 0;  // of the last chunk of the plan
   int position_bits = 12;
-  int normal_bits = 0;  // 0: no normals
-  // For meshes, the connectivity of a full chunk and of the last chunk; else null.
+  int normal_bits = 0;     // 0: no normals
+  bool is_sparse = false;  // QuantisedVertices::is_sparse
+  // For meshes, the connectivity of chunks of `mesh_points` points, and that of all other chunks; else null.
   std::array<const ChunkConnectivity*, 2> connectivity{};
+  size_t mesh_points = 0;
 };
 
 class DeviceDracoWriter {
@@ -46,18 +46,18 @@ class DeviceDracoWriter {
       const DracoShape& shape, std::shared_ptr<CudaContext> context,
       std::shared_ptr<CudaLane> lane);
 
-  // Chunks in wire layout, one after the other. `last`: the number that the plan's last chunk has
-  // here, or a number that is not used.
-  struct Vertices {
-    DeviceSpan<const uint8_t> bytes;
-    uint32_t last = 0;
+  // A chunk in wire layout, among the points of all vertices.
+  struct Chunk {
+    uint64_t first_point = 0;
+    uint32_t points = 0;  // 1 or more
   };
-  // Sets results[i] and digests[i] of chunk numbers[i], as DeformView::Encode says. `numbers` ascend.
-  // `range`: that of the quantisation box. `entry_room`: for tests, the number of table entries; 0:
-  // what most chunks need. kInternal where a coordinate has more than position_bits.
-  [[nodiscard]] absl::Status Encode(const Vertices& vertices, std::span<const uint32_t> numbers,
-                                    double range, std::span<VertexDigest> digests,
-                                    std::span<SharedBytes> results, uint32_t entry_room = 0);
+  // Sets results[i] and digests[i] of chunks[i], as DeformView::Encode says. `range`: that of the quantisation box.
+  // `entry_room`: for tests, the number of table entries; 0: what most chunks need. kInternal where a coordinate has
+  // more than position_bits.
+  [[nodiscard]] absl::Status Encode(DeviceSpan<const uint8_t> vertices,
+                                    std::span<const Chunk> chunks, double range,
+                                    std::span<VertexDigest> digests, std::span<SharedBytes> results,
+                                    uint32_t entry_room = 0);
 
   size_t DeviceBytes() const { return heads_.size_bytes(); }
   size_t PinnedBytes() const { return exchanged_.size(); }
@@ -72,21 +72,24 @@ class DeviceDracoWriter {
         heads_(std::move(heads)),
         head_bytes_(head_bytes) {}
 
-  // The input and the output of a round. `digests` is empty or has as many elements as `numbers`.
-  struct Batch {
-    std::vector<uint32_t> numbers;
-    std::vector<VertexDigest> digests;  // those known before, then the new ones
-    std::vector<SharedBytes> results;
-    std::vector<bool> deferred;
+  // The arguments of Encode.
+  struct Call {
+    DeviceSpan<const uint8_t> vertices;
+    std::span<const Chunk> chunks;
+    kernels::DracoFrame frame;
+    std::span<VertexDigest> digests;
+    std::span<SharedBytes> results;
+    uint32_t entry_room;
   };
   kernels::DracoFrame Frame(double range) const;
-  kernels::DracoWork Work(const Vertices& vertices, const Batch& batch) const;
-  // Encodes the chunks whose tables fit in the store of entries, and defers the others.
-  absl::Status Round(const Vertices& vertices, const kernels::DracoFrame& frame,
-                     uint32_t entry_room, Batch& batch);
+  // Encodes those of `numbers`, places in call.chunks, whose tables fit in the store of entries. Returns the others.
+  absl::StatusOr<std::vector<size_t>> Round(const Call& call, std::span<const size_t> numbers);
+  // Puts the chunks, and behind them their known digests, in exchanged_. Returns the chunks.
+  absl::StatusOr<std::span<kernels::DracoChunk>> Stage(const Call& call,
+                                                       std::span<const size_t> numbers);
   // Runs the kernels up to PlacesKernel. exchanged_ then holds the new digests, followed by the places.
   absl::Status Code(const kernels::DracoWork& work, const kernels::DracoFrame& frame,
-                    kernels::DracoPlace* places, const Batch& batch);
+                    kernels::DracoPlace* places);
   // Packs the streams and copies them to the host. `places` says where each one is.
   absl::StatusOr<std::shared_ptr<const PinnedBuffer>> Pack(const kernels::DracoWork& work,
                                                            const kernels::DracoFrame& frame,
@@ -98,7 +101,7 @@ class DeviceDracoWriter {
   DracoShape shape_;
   std::shared_ptr<CudaContext> context_;
   std::shared_ptr<CudaLane> lane_;
-  DeviceBuffer<uint8_t> heads_;  // of full chunks, then of the last one
+  DeviceBuffer<uint8_t> heads_;  // as shape_.connectivity has them; of clouds, one
   std::array<uint32_t, 2> head_bytes_;
   PinnedBuffer exchanged_;
 };

@@ -31,12 +31,22 @@ __device__ uint64_t WarpSum(uint64_t value) {
   return value;
 }
 
-// The digest of `count` bytes at a multiple of 8.
+// Eight bytes at a multiple of 2.
+__device__ uint64_t WordAt(const uint8_t* bytes) {
+  const auto* parts = reinterpret_cast<const uint16_t*>(bytes);
+  uint64_t word = 0;
+#pragma unroll
+  for (int k = 0; k < 4; ++k) word |= uint64_t{__ldg(parts + k)} << (16 * k);
+  return word;
+}
+
+// The digest of `count` bytes at a multiple of 2.
 __device__ DracoDigest DigestOf(const uint8_t* bytes, uint32_t count) {
   __shared__ DracoDigest sum;
   if (threadIdx.x == 0) sum = {count, count};
   __syncthreads();
   const auto* words = reinterpret_cast<const uint64_t*>(bytes);
+  const bool aligned = reinterpret_cast<uintptr_t>(bytes) % sizeof(uint64_t) == 0;
   uint64_t low = 0, high = 0;
   const auto add = [&](uint32_t i, uint64_t word) {
     const uint64_t key = word + (i + uint64_t{1}) * kStep;
@@ -44,7 +54,9 @@ __device__ DracoDigest DigestOf(const uint8_t* bytes, uint32_t count) {
     high += Mix4(key);
   };
 #pragma unroll 4
-  for (uint32_t i = threadIdx.x; i < count / 8; i += kThreads) add(i, __ldg(words + i));
+  for (uint32_t i = threadIdx.x; i < count / 8; i += kThreads) {
+    add(i, aligned ? __ldg(words + i) : WordAt(bytes + 8 * i));
+  }
   if (threadIdx.x == 0 && count % 8 != 0) {
     uint64_t rest = 0;
     for (uint32_t b = 0; b < count % 8; ++b) {
@@ -71,8 +83,7 @@ __global__ void __launch_bounds__(kThreads) DigestKernel(const __grid_constant__
   work.digests[work.count + chunk] = found;
   const bool same = known.low == found.low && known.high == found.high;
   const auto fate = static_cast<uint8_t>(same ? DracoFate::kUnchanged : DracoFate::kCoded);
-  work.streams[2 * chunk].fate = fate;
-  work.streams[2 * chunk + 1].fate = fate;
+  for (uint32_t k = 0; k < kDracoKinds; ++k) work.streams[kDracoKinds * chunk + k].fate = fate;
 }
 
 }  // namespace

@@ -5,17 +5,20 @@
 //
 //   draco_digest_kernel.cu   a block a chunk     integers -> their digest; whether it is the known one
 //   draco_symbols_kernel.cu  a block a chunk     integers -> symbols, their counts, probabilities,
-//                                                the bytes of the tables
+//   draco_ranked_kernel.cu                       the bytes of the tables
 //   draco_rans_kernel.cu     a thread a stream   symbols -> the bytes that leave the state at each
 //   draco_pack_kernel.cu     one block, then     sizes -> places, then the bytes of each chunk in
 //                            a block a chunk     its place
 //
-// A stream is one attribute of a chunk: stream 2 i holds positions, stream 2 i + 1 normals. The tables of
-// all streams share one store; a table takes as many entries as its stream has symbols. A chunk whose tables
-// do not fit is deferred: its result is empty, and the caller encodes it again together with fewer chunks.
+// A stream is the symbols of one attribute of a chunk, or, of sparse chunks, the tags of these symbols
+// (core/codec/tagged_symbols.h). The tables of all streams share one store. A chunk whose tables do not fit is
+// deferred: its result is empty, and the caller encodes it again together with fewer chunks.
 //
-// Layout   chunks one after the other in wire layout; all have equally many points, except the last of a
-//          plan
+// A table has an entry for each symbol up to the largest. A sparse chunk has few symbols, but its coordinates may span
+// all values: unless it has many points, its symbols are ranked first, and its table has an entry for each symbol that
+// occurs.
+//
+// Layout   chunks in wire layout, each with as many points as it has, at any place
 // Errors   cudaError_t of the launch
 // Threads  no call waits; all pointers must stay valid until the stream has run the kernels
 #ifndef LATTICED_CUDA_DRACO_DRACO_KERNELS_H_
@@ -30,18 +33,31 @@
 
 namespace latticed::kernels {
 
+enum class DracoKind : uint32_t { kPositions, kNormals, kPositionTags, kNormalTags };
+inline constexpr uint32_t kDracoKinds = 4;
 inline constexpr uint32_t kPositionValues = 3, kNormalValues = 2;  // of a point
+
+LATTICED_HD constexpr uint32_t ValuesOf(DracoKind kind) {
+  return kind == DracoKind::kPositions ? kPositionValues
+         : kind == DracoKind::kNormals ? kNormalValues
+                                       : 1;
+}
+LATTICED_HD constexpr DracoKind TagsOf(DracoKind kind) {
+  return kind == DracoKind::kPositions ? DracoKind::kPositionTags : DracoKind::kNormalTags;
+}
 
 // The result of coding a stream.
 struct DracoStream {
-  uint32_t first_entry;  // of its table in DracoWork::entries, by symbol
+  uint32_t first_entry;  // of its table in DracoWork::entries, by symbol or by rank
   uint32_t table_bytes;
   uint32_t coded_bytes;  // with those of the last state
   uint32_t largest;      // symbol
   uint32_t last_word;    // the last state's bytes, the lowest first
+  uint32_t tagged_bits;  // of tags only: the bits of the symbols behind them
   uint16_t least, most;  // of the chunk's coordinates; of positions only
   uint8_t bit_length;    // rans_model.h
   uint8_t fate;          // DracoFate, of the chunk
+  bool ranked;           // DracoWork::ranks has its symbols' places in the table
 };
 // kUnchanged: the integers have the digest that the caller gave, so the host has the bytes already.
 enum class DracoFate : uint8_t { kCoded, kDeferred, kUnchanged };
@@ -70,17 +86,26 @@ struct DracoControl {
   uint32_t wide_taken[kWideSlots];
 };
 
+// A chunk to encode.
+struct DracoChunk {
+  uint64_t first_point;  // at first_point * BytesPerPoint() of DracoWork::vertices
+  uint32_t points;       // at least 1
+  uint32_t first_group;  // its streams begin at this group of kSymbolsAWord words
+};
+
 // Chunks to encode, and the memory to do it in.
 struct DracoWork {
-  const uint8_t* vertices;             // chunk number k at k * points * BytesPerPoint()
-  const uint32_t* numbers;             // of the chunks to encode; null: 0, 1, 2 …
+  const uint8_t* vertices;
+  DracoChunk* chunks;
   uint32_t count;                      // of them
-  uint32_t points;                     // of a chunk
-  uint32_t last_chunk, last_points;    // the chunk that may have fewer points, and its points
   int32_t position_bits, normal_bits;  // 0: no normals
+  bool sparse;                         // QuantisedVertices::is_sparse, of all chunks
+  uint32_t most_ranked;                // the most points of a chunk that IsRanked; 0: there is none
+  bool all_ranked;
 
-  // By place in `numbers`, the parts that StreamAt says.
+  // By group, the parts that StreamAt says.
   uint16_t* symbols;
+  uint16_t* ranks;          // as `symbols`, but of sparse chunks only
   uint16_t* leaving;        // the low two bytes of the state
   uint32_t* leaving_bytes;  // how many of them leave
   // By first_entry.
@@ -89,19 +114,32 @@ struct DracoWork {
   uint32_t entry_room;
   uint32_t* wide_counts;  // kWideSlots of 2^position_bits, where these are more than kSharedCounts
   DracoControl* control;
-  DracoStream* streams;
+  DracoStream* streams;  // kDracoKinds a chunk
   DracoDigest* digests;  // in: known ones; out: those found; null: all chunks are encoded
 
-  LATTICED_HD uint32_t Number(uint32_t i) const { return numbers == nullptr ? i : numbers[i]; }
-  LATTICED_HD bool IsLast(uint32_t i) const { return Number(i) == last_chunk; }
-  LATTICED_HD uint32_t Points(uint32_t i) const { return IsLast(i) ? last_points : points; }
+  LATTICED_HD bool has_normals() const { return normal_bits > 0; }
+  LATTICED_HD uint32_t Points(uint32_t i) const { return chunks[i].points; }
   LATTICED_HD uint32_t BytesPerPoint() const {
     return 6 + (normal_bits == 0 ? 0 : normal_bits <= 8 ? 2 : 4);
   }
   LATTICED_HD const uint8_t* Vertices(uint32_t i) const {
-    return vertices + size_t{Number(i)} * points * BytesPerPoint();
+    return vertices + chunks[i].first_point * BytesPerPoint();
+  }
+  LATTICED_HD DracoStream& Stream(uint32_t i, DracoKind kind) const {
+    return streams[kDracoKinds * i + static_cast<uint32_t>(kind)];
+  }
+  // Of each chunk; the k-th one is KindOf(k).
+  LATTICED_HD uint32_t Kinds() const { return (has_normals() ? 2u : 1u) * (sparse ? 2u : 1u); }
+  LATTICED_HD DracoKind KindOf(uint32_t k) const {
+    return static_cast<DracoKind>(has_normals() ? k : 2 * k);
   }
 };
+
+// Chunks of more points have more distinct symbols than a ranking in shared memory has room for.
+inline constexpr uint32_t kMostRankedPoints = 1024;
+LATTICED_HD inline bool IsRanked(const DracoWork& work, uint32_t points) {
+  return work.sparse && points <= kMostRankedPoints;
+}
 
 // Enough for coordinates of 12 bits, and for chunks whose coordinates span no more.
 inline constexpr uint32_t kSharedCounts = 4096;
@@ -110,29 +148,51 @@ inline constexpr uint32_t kSharedCounts = 4096;
 // than three symbols, and there both numbers are two.
 inline constexpr uint32_t kTableBytes = 4;
 
+// Tags are bit lengths of 16-bit symbols.
+inline constexpr uint32_t kTags = 17;
+// The most table entries of a chunk's tags.
+LATTICED_HD inline uint32_t TagEntries(const DracoWork& work) {
+  return work.sparse ? (work.has_normals() ? 2 : 1) * kTags : 0;
+}
+// The most entries of a ranked table: its symbols, and the bytes that skip those of no probability, one for 64.
+LATTICED_HD inline uint32_t RankedEntries(uint32_t symbols, int32_t bits) {
+  const uint32_t values = 1u << bits, skips = values / 64 / kTableBytes + 1;
+  return (symbols < values ? symbols : values) + skips;
+}
+LATTICED_HD inline uint32_t RankedEntries(const DracoWork& work, uint32_t points) {
+  return RankedEntries(kPositionValues * points, work.position_bits) + TagEntries(work) +
+         (work.has_normals() ? RankedEntries(kNormalValues * points, work.normal_bits) : 0);
+}
+
 LATTICED_HD constexpr size_t RoundUpTo16(size_t bytes) { return (bytes + 15) / 16 * 16; }
 
 // The 16-bit words that one stream takes, a multiple of kSymbolsAWord.
-LATTICED_HD constexpr size_t StreamWords(uint32_t points, uint32_t values) {
-  return (size_t{points} * values + kSymbolsAWord - 1) / kSymbolsAWord * kSymbolsAWord;
+LATTICED_HD constexpr size_t StreamWords(uint32_t points, DracoKind kind) {
+  return (size_t{points} * ValuesOf(kind) + kSymbolsAWord - 1) / kSymbolsAWord * kSymbolsAWord;
 }
-// The 16-bit words that all streams of a chunk take.
-LATTICED_HD constexpr size_t ChunkWords(uint32_t points, bool normals) {
-  return StreamWords(points, kPositionValues) + (normals ? StreamWords(points, kNormalValues) : 0);
+// The place of a stream's first word. The streams of a chunk lie one after the other.
+LATTICED_HD inline size_t StreamAt(const DracoWork& work, uint32_t i, DracoKind kind) {
+  const DracoChunk& chunk = work.chunks[i];
+  size_t at = size_t{chunk.first_group} * kSymbolsAWord;
+  for (uint32_t k = 0; work.KindOf(k) != kind; ++k) at += StreamWords(chunk.points, work.KindOf(k));
+  return at;
 }
-// The place of a stream's first word.
-LATTICED_HD constexpr size_t StreamAt(const DracoWork& work, uint32_t chunk, bool normals) {
-  return chunk * ChunkWords(work.points, work.normal_bits > 0) +
-         (normals ? StreamWords(work.points, kPositionValues) : 0);
+// The words of all streams of a chunk.
+LATTICED_HD inline size_t ChunkWords(const DracoWork& work, uint32_t points) {
+  size_t words = 0;
+  for (uint32_t k = 0; k < work.Kinds(); ++k) words += StreamWords(points, work.KindOf(k));
+  return words;
 }
 
 // Runs first, when there are digests.
 cudaError_t LaunchDracoDigests(const DracoWork& work, cudaStream_t stream);
+// The first takes ranked chunks, and the second all others. A chunk for which one finds no room is deferred.
+cudaError_t LaunchDracoRanked(const DracoWork& work, cudaStream_t stream);
 cudaError_t LaunchDracoSymbols(const DracoWork& work, cudaStream_t stream);
 cudaError_t LaunchDracoRans(const DracoWork& work, cudaStream_t stream);
 
-// The constant bytes of the streams. `head` comes before the symbols of positions; there is one for full
-// chunks and one for the last chunk. `end` comes after the symbols of the last attribute.
+// The constant bytes of the streams. `head` comes before the symbols of positions. `end` comes after the symbols of the
+// last attribute.
 struct DracoFrame {
   static constexpr size_t kEndBytes = 40;
   struct Head {
@@ -140,7 +200,12 @@ struct DracoFrame {
     uint32_t size;
     uint32_t least_stream;  // shorter streams are padded to it with zeros
   };
+  // Of clouds both are one. Meshes whose chunks have head_points points take the first, and those of other chunks the
+  // second.
   Head heads[2];
+  uint32_t head_points;
+  uint32_t
+      points_at;  // clouds have their number of points, in four bytes, at this byte of the head; 0: they are meshes
   uint8_t normal_prediction[2];
   uint8_t end[kEndBytes];
   uint32_t end_size;

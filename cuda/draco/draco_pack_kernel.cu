@@ -6,9 +6,9 @@
 //   head | positions | least, most | prediction of normals | normals | end
 //
 // positions and normals are a table and the bytes that left the state, or plain symbols when these are
-// shorter.
+// shorter; of sparse chunks also tags, coded in the same way, and the bits of the symbols, when these are shorter still.
 #include "cuda/draco/draco_leaving.cuh"
-#include "cuda/draco/draco_table.cuh"
+#include "cuda/draco/draco_symbols.cuh"
 
 namespace latticed::kernels {
 namespace {
@@ -16,7 +16,7 @@ namespace {
 constexpr unsigned kThreads = 128;        // that pack a chunk
 constexpr unsigned kPlaceThreads = 1024;  // that add up sizes
 // Constants of the Draco format.
-constexpr uint32_t kPlain = 0, kCoded = 1, kSchemeRaw = 1;
+constexpr uint32_t kPlain = 0, kCoded = 1;
 
 struct Arguments {
   DracoWork work;
@@ -31,34 +31,52 @@ __device__ uint32_t VarintBytes(uint32_t value) {
   return bytes;
 }
 
-// The part of a stream that holds an attribute's symbols.
-struct Part {
-  DracoStream stream;
-  uint32_t symbols, size;
-  bool plain;
+// What a table, a length and the bytes that left the state take.
+__device__ uint32_t CodedBytes(const DracoStream& stream) {
+  return stream.table_bytes + VarintBytes(stream.coded_bytes) + stream.coded_bytes;
+}
 
-  __device__ Part(const DracoWork& work, uint32_t chunk, bool normals)
-      : stream(work.streams[2 * chunk + (normals ? 1 : 0)]),
-        symbols(work.Points(chunk) * (normals ? kNormalValues : kPositionValues)) {
-    const uint32_t coded =
-        3 + stream.table_bytes + VarintBytes(stream.coded_bytes) + stream.coded_bytes;
-    plain = StorePlainly(coded, symbols, stream.largest);
-    size = plain ? 2 + symbols * PlainSymbolBytes(stream.largest) : coded;
+// The part of a chunk that holds an attribute's symbols.
+struct Part {
+  enum class Form { kPlain, kRaw, kTagged };
+  DracoStream stream;  // of the symbols, or of their tags
+  uint32_t symbols, size, width;
+  Form form;
+
+  __device__ Part(const DracoWork& work, uint32_t chunk, DracoKind kind)
+      : stream(work.Stream(chunk, kind)),
+        symbols(work.Points(chunk) * ValuesOf(kind)),
+        size(3 + CodedBytes(stream)),
+        width(PlainSymbolBytes(stream.largest)),
+        form(Form::kRaw) {
+    if (StorePlainly(size, symbols, stream.largest)) {
+      form = Form::kPlain;
+      size = 2 + symbols * width;
+    }
+    if (!work.sparse) return;
+    const DracoStream& tags = work.Stream(chunk, TagsOf(kind));
+    const uint32_t tagged = 2 + CodedBytes(tags) + (tags.tagged_bits + 7) / 8;
+    if (tagged >= size) return;
+    form = Form::kTagged;
+    size = tagged;
+    stream = tags;
   }
 };
 
 __device__ const DracoFrame::Head& HeadOf(const Arguments& arguments, uint32_t chunk) {
-  return arguments.frame.heads[arguments.work.IsLast(chunk) ? 1 : 0];
+  const DracoFrame& frame = arguments.frame;
+  return frame.heads[arguments.work.Points(chunk) == frame.head_points ? 0 : 1];
 }
 
 // 0 for a chunk that was not coded.
 __device__ uint32_t StreamBytes(const Arguments& arguments, uint32_t chunk) {
-  const Part positions(arguments.work, chunk, false);
-  if (!IsCoded(positions.stream)) return 0;
+  const DracoWork& work = arguments.work;
+  if (!IsCoded(work.Stream(chunk, DracoKind::kPositions))) return 0;
   const DracoFrame::Head& head = HeadOf(arguments, chunk);
-  uint32_t size = head.size + positions.size + 2 * sizeof(int32_t) + arguments.frame.end_size;
-  if (arguments.work.normal_bits > 0) {
-    size += sizeof(arguments.frame.normal_prediction) + Part(arguments.work, chunk, true).size;
+  uint32_t size = head.size + Part(work, chunk, DracoKind::kPositions).size + 2 * sizeof(int32_t) +
+                  arguments.frame.end_size;
+  if (work.has_normals()) {
+    size += sizeof(arguments.frame.normal_prediction) + Part(work, chunk, DracoKind::kNormals).size;
   }
   return max(size, head.least_stream);
 }
@@ -95,6 +113,15 @@ class Packer {
   __device__ void Copy(const uint8_t* bytes, uint32_t count) {
     for (uint32_t i = threadIdx.x; i < count; i += kThreads) at_[i] = bytes[i];
     at_ += count;
+  }
+  // Without `points_at`, the bytes as they are; else `points` in four bytes there, the lowest first.
+  __device__ void Head(const DracoFrame::Head& head, uint32_t points_at, uint32_t points) {
+    for (uint32_t i = threadIdx.x; i < head.size; i += kThreads) {
+      const uint32_t byte = i - points_at;  // far above 3 before points_at
+      at_[i] = points_at > 0 && byte < sizeof(points) ? static_cast<uint8_t>(points >> (8 * byte))
+                                                      : head.bytes[i];
+    }
+    at_ += head.size;
   }
   // The lowest first.
   __device__ void Word(uint64_t word, uint32_t count) {
@@ -204,27 +231,87 @@ __device__ void PackLeaving(const uint16_t* leaving, const uint32_t* leaving_byt
   }
 }
 
-__device__ void PackSymbols(const DracoWork& work, uint32_t chunk, bool normals, Packer& packer) {
-  const Part part(work, chunk, normals);
-  const DracoStream& stream = part.stream;
-  const size_t at = StreamAt(work, chunk, normals);
-  if (part.plain) {
-    const uint32_t width = PlainSymbolBytes(stream.largest);
-    packer.Word(kPlain | width << 8, 2);
-    packer.PlainSymbols(work.symbols + at, part.symbols, width);
-    return;
+// Appends up to 48 bits to words of shared memory that were set to zero, from any bit on. Threads share words.
+__device__ void PutBits(uint32_t* words, uint32_t at, uint64_t bits) {
+  uint32_t* to = words + at / 32;
+  const uint32_t shift = at % 32;
+  atomicOr(to, static_cast<uint32_t>(bits << shift));
+  const uint64_t rest = bits >> (32 - shift);
+  if (rest == 0) return;
+  atomicOr(to + 1, static_cast<uint32_t>(rest));
+  if (rest >> 32 != 0) atomicOr(to + 2, static_cast<uint32_t>(rest >> 32));
+}
+
+// Packs the symbols of each point, in as many bits as its tag says, a point a thread.
+__device__ void PackTagged(const uint16_t* symbols, uint32_t points, DracoKind kind,
+                           Packer& packer) {
+  constexpr uint32_t kMostBits = kPositionValues * (kTags - 1);
+  __shared__ uint32_t words[kThreads * kMostBits / 32 + 3];
+  __shared__ uint32_t sums[kThreads / kWarp];
+  uint32_t held = 0, held_bits = 0;  // of the last byte of the points before
+  for (uint32_t first = 0; first < points; first += kThreads) {
+    for (uint32_t i = threadIdx.x; i < sizeof(words) / 4; i += kThreads)
+      words[i] = i == 0 ? held : 0;
+    const uint32_t i = first + threadIdx.x;
+    uint64_t bits = 0;
+    uint32_t count = 0;
+    if (i < points) {
+      const uint32_t tag = TagOf(symbols, i, kind);
+      for (uint32_t k = 0; k < ValuesOf(kind); ++k, count += tag) {
+        bits |= uint64_t{symbols[ValuesOf(kind) * i + k]} << count;
+      }
+    }
+    const uint32_t up_to = SumUpTo(count);
+    if (Lane() == kWarp - 1) sums[threadIdx.x / kWarp] = up_to;
+    __syncthreads();
+    uint32_t at = held_bits + up_to - count, end = held_bits;
+    for (uint32_t w = 0; w < kThreads / kWarp; ++w) {
+      if (w < threadIdx.x / kWarp) at += sums[w];
+      end += sums[w];
+    }
+    PutBits(words, at, bits);
+    __syncthreads();
+    const bool last = first + kThreads >= points;
+    packer.Copy(reinterpret_cast<const uint8_t*>(words), last ? (end + 7) / 8 : end / 8);
+    held = words[end / 32] >> (end / 8 % 4 * 8) & 0xff;
+    held_bits = end % 8;
+    __syncthreads();
   }
-  packer.Word(kCoded | kSchemeRaw << 8 | uint32_t{stream.bit_length} << 16, 3);
+}
+
+// Packs a table, a length and the bytes that left the state. `at`: where the stream's words are.
+__device__ void PackCoded(const DracoWork& work, const DracoStream& stream, uint32_t symbols,
+                          size_t at, Packer& packer) {
   packer.Copy(work.tables + size_t{stream.first_entry} * kTableBytes, stream.table_bytes);
   packer.Varint(stream.coded_bytes);
   const uint32_t last_bytes = LastBytes(stream.last_word);
   if (RansPrecision(stream.bit_length) == kLeastRansPrecision) {
-    PackLeaving(work.leaving + at, work.leaving_bytes + at / kSymbolsAWord, part.symbols, packer);
+    PackLeaving(work.leaving + at, work.leaving_bytes + at / kSymbolsAWord, symbols, packer);
   } else {
     packer.Copy(reinterpret_cast<const uint8_t*>(work.leaving + at),
                 stream.coded_bytes - last_bytes);
   }
   packer.Word(stream.last_word, last_bytes);
+}
+
+__device__ void PackSymbols(const DracoWork& work, uint32_t chunk, DracoKind kind, Packer& packer) {
+  const Part part(work, chunk, kind);
+  const DracoStream& stream = part.stream;
+  const size_t at = StreamAt(work, chunk, kind);
+  switch (part.form) {
+    case Part::Form::kPlain:
+      packer.Word(kPlain | part.width << 8, 2);
+      return packer.PlainSymbols(work.symbols + at, part.symbols, part.width);
+    case Part::Form::kRaw:
+      packer.Word(kCoded | kSchemeRaw << 8 | uint32_t{stream.bit_length} << 16, 3);
+      return PackCoded(work, stream, part.symbols, at, packer);
+    case Part::Form::kTagged:
+      break;
+  }
+  const uint32_t points = work.Points(chunk);
+  packer.Word(kCoded | kSchemeTagged << 8, 2);
+  PackCoded(work, stream, points, StreamAt(work, chunk, TagsOf(kind)), packer);
+  PackTagged(work.symbols + at, points, kind, packer);
 }
 
 __global__ void __launch_bounds__(kThreads)
@@ -233,15 +320,15 @@ __global__ void __launch_bounds__(kThreads)
   const DracoPlace place = arguments.places[chunk];
   if (place.size == 0) return;
   const DracoFrame& frame = arguments.frame;
-  const DracoFrame::Head& head = HeadOf(arguments, chunk);
+  const DracoWork& work = arguments.work;
   Packer packer(arguments.out + place.at);
-  packer.Copy(head.bytes, head.size);
-  PackSymbols(arguments.work, chunk, false, packer);
-  const DracoStream& positions = arguments.work.streams[2 * chunk];
+  packer.Head(HeadOf(arguments, chunk), frame.points_at, work.Points(chunk));
+  PackSymbols(work, chunk, DracoKind::kPositions, packer);
+  const DracoStream& positions = work.Stream(chunk, DracoKind::kPositions);
   packer.Word(positions.least | static_cast<uint64_t>(positions.most) << 32, 2 * sizeof(int32_t));
-  if (arguments.work.normal_bits > 0) {
+  if (work.has_normals()) {
     packer.Copy(frame.normal_prediction, sizeof(frame.normal_prediction));
-    PackSymbols(arguments.work, chunk, true, packer);
+    PackSymbols(work, chunk, DracoKind::kNormals, packer);
   }
   packer.Copy(frame.end, frame.end_size);
   packer.Zeros(arguments.out + place.at + RoundUpTo16(place.size));

@@ -152,11 +152,15 @@ __device__ void CodeLong(const uint16_t* symbols, uint32_t count, const uint2* e
   Finish(x, precision, bytes, stream);
 }
 
-// The stream of one attribute of a chunk; null when there is none to code.
-__device__ DracoStream* StreamOf(const DracoWork& work, uint32_t chunk, bool normals) {
+// Null when there is none to code.
+__device__ DracoStream* StreamOf(const DracoWork& work, uint32_t chunk, DracoKind kind) {
   if (chunk >= work.count) return nullptr;
-  DracoStream* stream = work.streams + 2 * chunk + (normals ? 1 : 0);
+  DracoStream* stream = &work.Stream(chunk, kind);
   return IsCoded(*stream) ? stream : nullptr;
+}
+// The places of its symbols in its table.
+__device__ const uint16_t* PlacesOf(const DracoWork& work, const DracoStream& stream, size_t at) {
+  return (stream.ranked ? work.ranks : work.symbols) + at;
 }
 
 __device__ bool IsShort(const DracoStream& stream) {
@@ -167,25 +171,25 @@ template <uint32_t kStreams>
 __global__ void __launch_bounds__(kWarp) RansKernel(const __grid_constant__ DracoWork work) {
   using StreamCoder = Coder<kStreams>;
   __shared__ typename StreamCoder::Shared shared;
-  const uint32_t warps = (work.count + kStreams - 1) / kStreams;  // of one attribute
-  const bool normals = blockIdx.x >= warps;
-  const uint32_t first = (blockIdx.x - (normals ? warps : 0)) * kStreams;
-  const uint32_t values = normals ? kNormalValues : kPositionValues;
+  const uint32_t warps = (work.count + kStreams - 1) / kStreams;  // of one kind
+  const DracoKind kind = work.KindOf(blockIdx.x / warps);
+  const uint32_t first = blockIdx.x % warps * kStreams;
+  const uint32_t values = ValuesOf(kind);
 
   const uint32_t mine = first + Lane() / StreamCoder::kLanesAStream;
   ShortStream prepared{};
-  if (const DracoStream* stream = StreamOf(work, mine, normals);
+  if (const DracoStream* stream = StreamOf(work, mine, kind);
       stream != nullptr && IsShort(*stream)) {
-    prepared = {work.symbols + StreamAt(work, mine, normals), work.entries + stream->first_entry,
-                work.Points(mine) * values};
+    prepared = {PlacesOf(work, *stream, StreamAt(work, mine, kind)),
+                work.entries + stream->first_entry, work.Points(mine) * values};
   }
   const uint32_t rounds =
       (__reduce_max_sync(kAllLanes, prepared.count) + kSymbolsAWord - 1) / kSymbolsAWord;
   const uint32_t chunk = first + Lane();
-  DracoStream* stream = Lane() < kStreams ? StreamOf(work, chunk, normals) : nullptr;
+  DracoStream* stream = Lane() < kStreams ? StreamOf(work, chunk, kind) : nullptr;
   const uint32_t count = stream == nullptr ? 0 : work.Points(chunk) * values;
   const bool codes = stream != nullptr && IsShort(*stream);
-  const size_t at = stream == nullptr ? 0 : StreamAt(work, chunk, normals);
+  const size_t at = stream == nullptr ? 0 : StreamAt(work, chunk, kind);
 
   StreamCoder coder(shared, prepared);
   if (rounds > 0) {
@@ -195,7 +199,7 @@ __global__ void __launch_bounds__(kWarp) RansKernel(const __grid_constant__ Drac
   if (codes) {
     Finish(coder.state(), kLeastRansPrecision, coder.bytes(), *stream);
   } else if (stream != nullptr) {
-    CodeLong(work.symbols + at, count, work.entries + stream->first_entry,
+    CodeLong(PlacesOf(work, *stream, at), count, work.entries + stream->first_entry,
              reinterpret_cast<uint8_t*>(work.leaving + at), *stream);
   }
 }
@@ -203,7 +207,7 @@ __global__ void __launch_bounds__(kWarp) RansKernel(const __grid_constant__ Drac
 template <uint32_t kStreams>
 cudaError_t Launch(const DracoWork& work, cudaStream_t stream) {
   const uint32_t warps = (work.count + kStreams - 1) / kStreams;
-  RansKernel<kStreams><<<work.normal_bits == 0 ? warps : 2 * warps, kWarp, 0, stream>>>(work);
+  RansKernel<kStreams><<<work.Kinds() * warps, kWarp, 0, stream>>>(work);
   return cudaPeekAtLastError();
 }
 

@@ -18,17 +18,47 @@ constexpr uint32_t kUsualSpan = 1024;
 constexpr int kUsualBits = 12;
 constexpr uint64_t kFewEntries = 1 << 22, kManyEntries = 1 << 24;
 
+uint32_t Values(int bits) { return bits == 0 ? 0 : 1u << bits; }
+
+// Of one chunk.
 uint32_t MostEntries(const DracoWork& work) {
-  return (1u << work.position_bits) + (work.normal_bits == 0 ? 0 : 1u << work.normal_bits);
+  const uint32_t all =
+      Values(work.position_bits) + Values(work.normal_bits) + kernels::TagEntries(work);
+  return work.most_ranked == 0 ? all : std::max(all, RankedEntries(work, work.most_ranked));
 }
 
-uint32_t UsualEntries(const DracoWork& work) {
+// `ranked`: what ranked chunks need.
+uint32_t UsualEntries(const DracoWork& work, uint64_t ranked, uint32_t others) {
   const uint32_t span = kUsualSpan << std::max(0, work.position_bits - kUsualBits);
-  const uint64_t usual = std::min(span, 1u << work.position_bits) +
-                         (work.normal_bits == 0 ? 0 : 1u << work.normal_bits);
-  const uint64_t all = uint64_t{work.count} * MostEntries(work);
+  const uint64_t usual = std::min(span, Values(work.position_bits)) + Values(work.normal_bits) +
+                         kernels::TagEntries(work);
+  const uint64_t all = uint64_t{others} * MostEntries(work);
   return static_cast<uint32_t>(
-      std::max(std::min(work.count * usual, kManyEntries), std::min(all, kFewEntries)));
+      ranked + std::max(std::min(others * usual, kManyEntries), std::min(all, kFewEntries)));
+}
+
+// Places the streams of each chunk, and finds which are ranked. Returns the groups of all streams and the usual entries.
+struct Sizes {
+  size_t groups;
+  uint32_t entries;
+};
+Sizes Measure(std::span<kernels::DracoChunk> chunks, DracoWork& work) {
+  size_t groups = 0;
+  uint64_t ranked_entries = 0;
+  uint32_t others = 0;
+  work.most_ranked = 0;
+  for (kernels::DracoChunk& chunk : chunks) {
+    chunk.first_group = static_cast<uint32_t>(groups);
+    groups += ChunkWords(work, chunk.points) / kernels::kSymbolsAWord;
+    if (IsRanked(work, chunk.points)) {
+      work.most_ranked = std::max(work.most_ranked, chunk.points);
+      ranked_entries += RankedEntries(work, chunk.points);
+    } else {
+      ++others;
+    }
+  }
+  work.all_ranked = others == 0;
+  return {groups, UsualEntries(work, ranked_entries, others)};
 }
 
 // Hands out parts of a block. A first pass without memory finds the size of the block.
@@ -48,36 +78,43 @@ class Parts {
   size_t at_ = 0;
 };
 
-size_t Divide(uint8_t* block, bool digests, DracoWork& work, kernels::DracoPlace*& places) {
-  const size_t chunks = work.count;
-  const size_t words = chunks * kernels::ChunkWords(work.points, work.normal_bits > 0);
+size_t Divide(uint8_t* block, bool digests, size_t groups, DracoWork& work,
+              kernels::DracoPlace*& places) {
+  const size_t chunks = work.count, words = groups * kernels::kSymbolsAWord;
   Parts parts(block);
   work.control = parts.Take<kernels::DracoControl>(1);
-  work.streams = parts.Take<kernels::DracoStream>(2 * chunks);
+  work.streams = parts.Take<kernels::DracoStream>(kernels::kDracoKinds * chunks);
   work.entries = parts.Take<uint2>(work.entry_room);
   work.tables = parts.Take<uint8_t>(work.entry_room * size_t{kernels::kTableBytes});
   work.symbols = parts.Take<uint16_t>(words);
+  work.ranks = parts.Take<uint16_t>(work.sparse ? words : 0);
   work.leaving = parts.Take<uint16_t>(words);
-  work.leaving_bytes = parts.Take<uint32_t>(words / kernels::kSymbolsAWord);
+  work.leaving_bytes = parts.Take<uint32_t>(groups);
   const size_t coordinates = size_t{1} << work.position_bits;
-  const bool wide = coordinates > kernels::kSharedCounts;
+  const bool wide = coordinates > kernels::kSharedCounts && !work.all_ranked;
   work.wide_counts = parts.Take<uint32_t>(wide ? kernels::kWideSlots * coordinates : 0);
+  work.chunks = parts.Take<kernels::DracoChunk>(chunks);
   work.digests = digests ? parts.Take<kernels::DracoDigest>(2 * chunks) : nullptr;
   places = parts.Take<kernels::DracoPlace>(chunks);
   return parts.bytes();
 }
+static_assert(sizeof(kernels::DracoChunk) == 16 && sizeof(kernels::DracoDigest) == 16,
+              "parts lie one after the other, without gaps");
 
 }  // namespace
 
 absl::StatusOr<DracoScratch> MakeDracoScratch(CudaContext& context, cudaStream_t stream,
-                                              uint32_t entry_room, bool digests, DracoWork& work) {
-  if (entry_room == 0) entry_room = UsualEntries(work);
-  work.entry_room = std::max(entry_room, MostEntries(work));
+                                              uint32_t entry_room, bool digests,
+                                              std::span<kernels::DracoChunk> chunks,
+                                              DracoWork& work) {
+  const Sizes sizes = Measure(chunks, work);
+  work.entry_room = std::max(entry_room == 0 ? sizes.entries : entry_room, MostEntries(work));
   kernels::DracoPlace* places = nullptr;
   LATTICED_ASSIGN_OR_RETURN(
-      auto block, DeviceBuffer<uint8_t>::Create(context.memory(), "draco",
-                                                Divide(nullptr, digests, work, places), stream));
-  Divide(block.data(), digests, work, places);
+      auto block,
+      DeviceBuffer<uint8_t>::Create(context.memory(), "draco",
+                                    Divide(nullptr, digests, sizes.groups, work, places), stream));
+  Divide(block.data(), digests, sizes.groups, work, places);
   LATTICED_RETURN_IF_ERROR(
       CudaStatus(cudaMemsetAsync(work.control, 0, sizeof(*work.control), stream), "the encoding"));
   return DracoScratch{std::move(block), places};

@@ -2,12 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The device memory that encoding some chunks takes: one block, freed when they are encoded. It is about
-// 21 bytes a point with normals, and 12 bytes a table entry.
+// 21 bytes a point with normals, 45 of sparse chunks, and 12 bytes a table entry.
 //
 // Errors   those of device_buffer.h
 // Threads  one at a time
 #ifndef LATTICED_CUDA_DRACO_DRACO_SCRATCH_H_
 #define LATTICED_CUDA_DRACO_DRACO_SCRATCH_H_
+
+#include <span>
 
 #include "absl/status/statusor.h"
 #include "cuda/device/cuda_context.h"
@@ -18,14 +20,17 @@ namespace latticed {
 
 struct DracoScratch {
   DeviceBuffer<uint8_t> block;
-  kernels::DracoPlace* places;  // in the block, one a chunk
+  // In the block, one a chunk. The found digests lie just before them.
+  kernels::DracoPlace* places;
 };
 
-// For the chunks of `work`, whose pointers to working memory are set, that to digests where they are
-// asked for. `entry_room`: 0, what most chunks need; never less than one chunk may need.
+// For `chunks`, which get their first_group, and the chunks of `work`, whose pointers to working memory are set, that to
+// digests where they are asked for. work.chunks lies just before the known digests; the caller copies both.
+// `entry_room`: 0, what most chunks need; never less than one chunk may need.
 [[nodiscard]] absl::StatusOr<DracoScratch> MakeDracoScratch(CudaContext& context,
                                                             cudaStream_t stream,
                                                             uint32_t entry_room, bool digests,
+                                                            std::span<kernels::DracoChunk> chunks,
                                                             kernels::DracoWork& work);
 
 }  // namespace latticed

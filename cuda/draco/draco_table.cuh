@@ -35,10 +35,13 @@ __device__ __forceinline__ uint32_t SumUpTo(uint32_t value) {
 
 class TableBuilder {
  public:
-  // `counts`: of the symbols 0 … end - 1; `total`: their sum; `list`: kListedCounts words of shared
-  // memory. All lanes of a warp call it.
-  __device__ TableBuilder(uint32_t* counts, uint32_t end, uint32_t total, uint32_t* list)
-      : counts_(counts) {
+  // `counts`: of the symbols 0 … end - 1; `total`: their sum; `list`: as many words of shared memory, kListedCounts at
+  // most. All lanes of a warp call it.
+  //
+  // `names`: of ranked symbols, those that occur, in ascending order; counts[i] is then that of names[i], not 0.
+  __device__ TableBuilder(uint32_t* counts, uint32_t end, uint32_t total, uint32_t* list,
+                          const uint16_t* names = nullptr)
+      : counts_(counts), names_(names) {
     Look(end, list);
     bit_length_ = RansBitLength(distinct_);
     precision_ = RansPrecision(bit_length_);
@@ -46,10 +49,10 @@ class TableBuilder {
              distinct_ <= kListedCounts ? Counts{list, distinct_} : Counts{counts_, largest_ + 1});
   }
 
-  __device__ uint32_t largest() const { return largest_; }
+  __device__ uint32_t largest() const { return NameOf(largest_); }
   __device__ int bit_length() const { return bit_length_; }
 
-  // Writes the entries by symbol and the table's bytes; returns how many bytes.
+  // Writes the entries, in the order of the counts, and the table's bytes; returns how many bytes.
   __device__ uint32_t Write(uint2* entries, uint8_t* bytes) const;
 
  private:
@@ -62,6 +65,14 @@ class TableBuilder {
     uint32_t all, ones;  // RansShares::Try
   };
 
+  __device__ uint32_t NameOf(uint32_t place) const {
+    return names_ == nullptr ? place : names_[place];
+  }
+  // How many symbols of probability 0 come before the one at `place`. `next`: the first place that may be theirs.
+  __device__ uint32_t ZerosBefore(uint32_t place, uint32_t next) const {
+    if (names_ == nullptr) return place - next;
+    return place == 0 ? names_[0] : names_[place] - names_[place - 1] - 1u;
+  }
   __device__ uint32_t At(uint32_t symbol) const { return symbol <= largest_ ? counts_[symbol] : 0; }
   __device__ void Look(uint32_t end, uint32_t* list);
   __device__ void ShareOut(uint32_t total, Counts counts);
@@ -69,6 +80,7 @@ class TableBuilder {
   static __device__ Sums SumsAt(uint32_t scale, const RansShares& shares, Counts counts);
 
   uint32_t* counts_;  // probabilities after ShareOut
+  const uint16_t* names_;
   uint32_t distinct_ = 0, largest_ = 0, most_frequent_ = 0;
   int bit_length_ = 0, precision_ = 0;
 };
@@ -145,7 +157,7 @@ __device__ __forceinline__ void PutBytes(uint8_t* to, uint32_t word, uint32_t co
 __device__ inline uint32_t TableBuilder::Write(uint2* entries, uint8_t* bytes) const {
   constexpr uint32_t kMostZeros = 64;  // in one byte
   // The varint of largest + 1 <= 2^16.
-  const uint32_t symbols = largest_ + 1;
+  const uint32_t symbols = largest() + 1;
   uint32_t at = symbols < 1u << 7 ? 1 : symbols < 1u << 14 ? 2 : 3;
   const uint32_t varint = at == 1   ? symbols
                           : at == 2 ? (symbols & 127) | 128 | symbols >> 7 << 8
@@ -158,7 +170,10 @@ __device__ inline uint32_t TableBuilder::Write(uint2* entries, uint8_t* bytes) c
     const unsigned present = __ballot_sync(kAllLanes, probability > 0);
     if (present == 0) continue;
     const unsigned below = present & LanesBelow();
-    const uint32_t zeros = symbol - (below == 0 ? next : base + HighestBit(below) + 1);
+    uint32_t zeros = 0;
+    if (probability > 0) {
+      zeros = ZerosBefore(symbol, below == 0 ? next : base + HighestBit(below) + 1);
+    }
     const uint32_t more = probability < 1u << 6 ? 0 : probability < 1u << 14 ? 1 : 2;
     const uint32_t runs = (zeros + kMostZeros - 1) / kMostZeros;
     const uint32_t length = probability > 0 ? runs + 1 + more : 0;

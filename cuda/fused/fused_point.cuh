@@ -6,6 +6,7 @@
 #ifndef LATTICED_CUDA_FUSED_FUSED_POINT_CUH_
 #define LATTICED_CUDA_FUSED_FUSED_POINT_CUH_
 
+#include "cuda/fused/fused_geometry.cuh"
 #include "cuda/fused/fused_kernels.h"
 
 namespace latticed::kernels {
@@ -53,6 +54,17 @@ class PointJet {
     }
   }
 };
+
+// cof(J) n = n0 J1 x J2 + n1 J2 x J0 + n2 J0 x J1, from the jets of R's three components.
+__device__ __forceinline__ float3 CofactorTimes(const float (&jet)[3][4], const float (&n)[3]) {
+  const float3 j0{jet[0][3], jet[1][3], jet[2][3]}, j1{jet[0][2], jet[1][2], jet[2][2]},
+      j2{jet[0][1], jet[1][1], jet[2][1]};
+  // n0 J1 x J2 + n1 J2 x J0 = (n0 J1 - n1 J0) x J2.
+  const float3 side{fmaf(n[0], j1.x, -n[1] * j0.x), fmaf(n[0], j1.y, -n[1] * j0.y),
+                    fmaf(n[0], j1.z, -n[1] * j0.z)};
+  const float3 sum = CrossProduct(side, j2), last = CrossProduct(j0, j1);
+  return {fmaf(n[2], last.x, sum.x), fmaf(n[2], last.y, sum.y), fmaf(n[2], last.z, sum.z)};
+}
 
 }  // namespace latticed::kernels
 

@@ -9,6 +9,7 @@
 #include "core/base/status_macros.h"
 #include "core/codec/draco_writer.h"
 #include "core/view/view_layout.h"
+#include "cuda/draco/draco_batches.h"
 
 namespace latticed {
 namespace {
@@ -45,7 +46,7 @@ uint64_t CudaView::HostBytesFor(const DeformPlan& plan, const ViewSpec& spec) {
 
 size_t CudaView::EncodeBatch(const CudaContext& context) {
   const bool on_device = context.encoder()->name() == kDracoWriterName;
-  return on_device ? DeviceViewEncoder::kMostChunks : kHostChunks;
+  return on_device ? kMostDracoChunks : kHostChunks;
 }
 
 absl::StatusOr<std::unique_ptr<DeformView>> CudaView::Create(
@@ -76,7 +77,7 @@ CudaView::CudaView(std::shared_ptr<const DeformPlan> plan, const ViewSpec& spec,
       frame_(std::move(frame)),
       vertices_(std::move(vertices)),
       staging_(layout_, context_, lane_),
-      device_encoder_(this->plan(), spec, layout_, context_, lane_, encoder_) {}
+      device_encoder_(this->plan(), spec, context_, lane_, encoder_) {}
 
 CudaView::~CudaView() {
   // The destructor may free the target's tables, which kernels on the stream still read.

@@ -3,22 +3,21 @@
 #include "cuda/view/device_view_encoder.h"
 
 #include <algorithm>
-#include <numeric>
 #include <vector>
 
 #include "core/base/error.h"
 #include "core/base/status_macros.h"
+#include "cuda/draco/draco_batches.h"
 
 namespace latticed {
 
 absl::Status DeviceViewEncoder::MakeWriter(Encoding encoding) {
-  const auto last = static_cast<uint32_t>(plan_.chunk_count()) - 1;
-  DracoShape shape{.points = ChunkPoints(plan_, 0, spec_.segments),
-                   .last_points = ChunkPoints(plan_, last, spec_.segments),
-                   .position_bits = spec_.position_bits,
+  DracoShape shape{.position_bits = spec_.position_bits,
                    .normal_bits = spec_.normals == NormalMode::kNone ? 0 : spec_.normal_bits};
   if (encoding == Encoding::kDracoMesh) {
+    const auto last = static_cast<uint32_t>(plan_.chunk_count()) - 1;
     shape.connectivity = {&host_.Connectivity(0), &host_.Connectivity(last)};
+    shape.mesh_points = ChunkPoints(plan_, 0, spec_.segments);
   }
   LATTICED_ASSIGN_OR_RETURN(writer_, DeviceDracoWriter::Create(shape, context_, lane_));
   writer_encoding_ = encoding;
@@ -28,41 +27,26 @@ absl::Status DeviceViewEncoder::MakeWriter(Encoding encoding) {
 absl::Status DeviceViewEncoder::EncodeBatch(const Source& source, std::span<const uint32_t> chunks,
                                             std::span<VertexDigest> digests,
                                             std::span<SharedBytes> results) {
-  const auto last = static_cast<uint32_t>(plan_.chunk_count()) - 1;
-  if (source.kernel.OwnOrderBytes() == 0) {
-    return writer_->Encode({source.vertices, last}, chunks, source.range, digests, results);
+  const bool is_wire_order = source.kernel.OwnOrderBytes() == 0;
+  std::vector<DeviceDracoWriter::Chunk> places;
+  places.reserve(chunks.size());
+  size_t copied = 0;  // points, if they are brought to wire order
+  for (const uint32_t chunk : chunks) {
+    const size_t first = chunk * ChunkPoints(plan_, 0, spec_.segments);
+    const size_t points = ChunkPoints(plan_, chunk, spec_.segments);
+    places.push_back(
+        {.first_point = is_wire_order ? first : copied, .points = static_cast<uint32_t>(points)});
+    copied += points;
   }
-  size_t bytes = 0;
-  for (const uint32_t chunk : chunks) bytes += layout_.ChunkBytes(chunk);
+  if (is_wire_order) {
+    return writer_->Encode(source.vertices, places, source.range, digests, results);
+  }
   LATTICED_ASSIGN_OR_RETURN(
       const auto wire,
-      DeviceBuffer<uint8_t>::Create(context_->memory(), "draco", bytes, lane_->stream().get()));
+      DeviceBuffer<uint8_t>::Create(context_->memory(), "draco", copied * BytesPerPoint(spec_),
+                                    lane_->stream().get()));
   LATTICED_RETURN_IF_ERROR(source.kernel.ToWireOrder(source.vertices, chunks, wire.span()));
-  std::vector<uint32_t> numbers(chunks.size());
-  std::iota(numbers.begin(), numbers.end(), 0u);
-  const auto count = static_cast<uint32_t>(chunks.size());
-  return writer_->Encode({wire.span(), chunks.back() == last ? count - 1 : count}, numbers,
-                         source.range, digests, results);
-}
-
-absl::Status DeviceViewEncoder::EncodeBatches(const Source& source,
-                                              std::span<const uint32_t> chunks,
-                                              std::span<VertexDigest> digests,
-                                              std::span<SharedBytes> results) {
-  size_t most = kMostChunks;
-  for (size_t done = 0; done < chunks.size();) {
-    const size_t count = std::min(most, chunks.size() - done);
-    const absl::Status status = EncodeBatch(
-        source, chunks.subspan(done, count),
-        digests.empty() ? digests : digests.subspan(done, count), results.subspan(done, count));
-    if (absl::IsResourceExhausted(status) && count > kFewestChunks) {
-      most = count / 2;
-      continue;
-    }
-    if (!status.ok()) return status;
-    done += count;
-  }
-  return absl::OkStatus();
+  return writer_->Encode(wire.span(), places, source.range, digests, results);
 }
 
 absl::Status DeviceViewEncoder::Encode(CudaVertexKernel& kernel, DeviceSpan<const uint8_t> vertices,
@@ -75,7 +59,12 @@ absl::Status DeviceViewEncoder::Encode(CudaVertexKernel& kernel, DeviceSpan<cons
   if (!std::ranges::is_sorted(chunks)) {
     return error::InvalidField("chunks", "those of one device must be in ascending order");
   }
-  return EncodeBatches({kernel, vertices, range}, chunks, digests, results);
+  const Source source{kernel, vertices, range};
+  return EncodeInBatches(chunks.size(), [&](size_t first, size_t count) {
+    return EncodeBatch(source, chunks.subspan(first, count),
+                       digests.empty() ? digests : digests.subspan(first, count),
+                       results.subspan(first, count));
+  });
 }
 
 }  // namespace latticed

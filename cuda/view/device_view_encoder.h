@@ -14,7 +14,6 @@
 #include <span>
 #include <utility>
 
-#include "core/view/vertex_layout.h"
 #include "core/view/view_encoder.h"
 #include "cuda/draco/device_draco_writer.h"
 #include "cuda/view/cuda_vertex_kernel.h"
@@ -23,17 +22,12 @@ namespace latticed {
 
 class DeviceViewEncoder {
  public:
-  // Chunks of one batch. kMostChunks keep all schedulers busy and take 0.3 GB of working memory at
-  // 10 segments. A batch that does not fit is halved, if it has more than kFewestChunks.
-  static constexpr size_t kMostChunks = 4096, kFewestChunks = 64;
-
   // Keeps references to `plan` and to `host`, which supplies the connectivity of meshes.
-  DeviceViewEncoder(const DeformPlan& plan, const ViewSpec& spec, const VertexLayout& layout,
+  DeviceViewEncoder(const DeformPlan& plan, const ViewSpec& spec,
                     std::shared_ptr<CudaContext> context, std::shared_ptr<CudaLane> lane,
                     ViewEncoder& host)
       : plan_(plan),
         spec_(spec),
-        layout_(layout),
         context_(std::move(context)),
         lane_(std::move(lane)),
         host_(host) {}
@@ -55,16 +49,12 @@ class DeviceViewEncoder {
     double range;
   };
   [[nodiscard]] absl::Status MakeWriter(Encoding encoding);
-  [[nodiscard]] absl::Status EncodeBatches(const Source& source, std::span<const uint32_t> chunks,
-                                           std::span<VertexDigest> digests,
-                                           std::span<SharedBytes> results);
   [[nodiscard]] absl::Status EncodeBatch(const Source& source, std::span<const uint32_t> chunks,
                                          std::span<VertexDigest> digests,
                                          std::span<SharedBytes> results);
 
   const DeformPlan& plan_;
   const ViewSpec spec_;
-  const VertexLayout layout_;
   std::shared_ptr<CudaContext> context_;
   std::shared_ptr<CudaLane> lane_;
   ViewEncoder& host_;

@@ -6,6 +6,7 @@
 #include "cuda/draco/device_draco_writer.h"
 
 #include <algorithm>
+#include <random>
 
 #include "core/base/limits.h"
 #include "core/codec/draco_writer.h"
@@ -41,34 +42,57 @@ class DeviceDracoWriterTest : public CudaTest {
     return *std::move(buffer);
   }
 
-  // Encodes those of `chunks` that `numbers` names, with both writers. `mesh`: with triangles.
+  struct Options {
+    bool mesh = false;  // with triangles
+    bool sparse = false;
+    uint32_t entry_room = 0;
+  };
+  static DracoShape ShapeOf(const Chunk& chunk, bool sparse) {
+    return {.position_bits = chunk.position_bits,
+            .normal_bits = chunk.normal_bits,
+            .is_sparse = sparse};
+  }
+
+  // Encodes those of `chunks` that `numbers` names, with both writers. Meshes may have two numbers of points, that of
+  // the first chunk and that of the last.
   void ExpectTheHostsBytes(std::span<const Chunk> chunks, std::span<const uint32_t> numbers,
-                           bool mesh, uint32_t entry_room = 0) {
+                           Options options) {
     const Chunk &first = chunks.front(), &last = chunks.back();
     const ChunkConnectivity triangles(first.points, Fan(first.points)),
         last_triangles(last.points, Fan(last.points));
-    DracoShape shape{.points = first.points,
-                     .last_points = last.points,
-                     .position_bits = first.position_bits,
-                     .normal_bits = first.normal_bits};
-    if (mesh) shape.connectivity = {&triangles, &last_triangles};
+    DracoShape shape = ShapeOf(first, options.sparse);
+    if (options.mesh) {
+      shape.connectivity = {&triangles, &last_triangles};
+      shape.mesh_points = first.points;
+    }
     const auto vertices = Upload(chunks);
     ASSERT_OK_AND_ASSIGN(auto writer, DeviceDracoWriter::Create(shape, context_, lane_));
     std::vector<SharedBytes> results(numbers.size());
-    const auto last_number = static_cast<uint32_t>(chunks.size()) - 1;
-    ASSERT_OK(
-        writer.Encode({vertices.span(), last_number}, numbers, kRange, {}, results, entry_room));
+    ASSERT_OK(writer.Encode(vertices.span(), PlacesOf(chunks, numbers), kRange, {}, results,
+                            options.entry_room));
     for (size_t i = 0; i < numbers.size(); ++i) {
       const Chunk& chunk = chunks[numbers[i]];
-      const QuantisedVertices one = chunk.vertices();
-      const ChunkConnectivity& its = numbers[i] == last_number ? last_triangles : triangles;
+      QuantisedVertices one = chunk.vertices();
+      one.is_sparse = options.sparse;
+      const ChunkConnectivity* its = chunk.points == first.points ? &triangles : &last_triangles;
       std::vector<uint8_t> expected;
-      ASSERT_OK(DracoWriter().Encode({&one, 1}, kRange, mesh ? &its : nullptr, {&expected, 1}));
+      ASSERT_OK(
+          DracoWriter().Encode({&one, 1}, kRange, options.mesh ? its : nullptr, {&expected, 1}));
       ASSERT_TRUE(std::ranges::equal(results[i].span(), expected))
           << "chunk " << numbers[i] << " of " << chunk.points << " points, " << chunk.position_bits
           << " and " << chunk.normal_bits << " bits: " << results[i].size << " bytes for "
           << expected.size() << ", seed " << kSeed;
     }
+  }
+  static std::vector<DeviceDracoWriter::Chunk> PlacesOf(std::span<const Chunk> chunks,
+                                                        std::span<const uint32_t> numbers) {
+    std::vector<uint64_t> first(chunks.size());
+    for (size_t i = 1; i < chunks.size(); ++i) first[i] = first[i - 1] + chunks[i - 1].points;
+    std::vector<DeviceDracoWriter::Chunk> places;
+    for (const uint32_t i : numbers) {
+      places.push_back({first[i], static_cast<uint32_t>(chunks[i].points)});
+    }
+    return places;
   }
 
   // Full chunks of each kind of data, then a smaller last one.
@@ -80,6 +104,18 @@ class DeviceDracoWriterTest : public CudaTest {
           MakeChunk(points, position_bits, normal_bits, kAllData[i % kKinds], kSeed + i));
     }
     chunks.push_back(MakeChunk((points + 2) / 3, position_bits, normal_bits, Data::kWalk, kSeed));
+    return chunks;
+  }
+  // Chunks of each of these sizes and of each kind of data. Odd sizes put the next chunks at odd places.
+  static std::vector<Chunk> ChunksOf(std::span<const size_t> sizes, int position_bits,
+                                     int normal_bits) {
+    std::vector<Chunk> chunks;
+    for (const size_t points : sizes) {
+      for (const Data data : kAllData) {
+        const auto seed = kSeed + static_cast<unsigned>(chunks.size());
+        chunks.push_back(MakeChunk(points, position_bits, normal_bits, data, seed));
+      }
+    }
     return chunks;
   }
   static std::vector<uint32_t> All(std::span<const Chunk> chunks) {
@@ -98,7 +134,7 @@ TEST_F(DeviceDracoWriterTest, AllSizesAndBits) {
     for (int position_bits = 8; position_bits <= 16; ++position_bits) {
       const int normal_bits = position_bits == 8 ? 0 : std::max(position_bits - 4, 6);
       const auto chunks = AllKinds(points, position_bits, normal_bits);
-      ExpectTheHostsBytes(chunks, All(chunks), false);
+      ExpectTheHostsBytes(chunks, All(chunks), {});
       if (HasFatalFailure()) return;
     }
   }
@@ -109,7 +145,7 @@ TEST_F(DeviceDracoWriterTest, EveryNumberOfSegments) {
   for (int segments = limits::kMinSegments; segments <= limits::kMaxSegments; ++segments) {
     const int points = limits::kPatchesPerChunk * PointsPerPatch(segments);
     const auto chunks = AllKinds(static_cast<size_t>(points), 12, 8);
-    ExpectTheHostsBytes(chunks, All(chunks), false);
+    ExpectTheHostsBytes(chunks, All(chunks), {});
     if (HasFatalFailure()) FAIL() << segments << " segments";
   }
 }
@@ -119,7 +155,7 @@ TEST_F(DeviceDracoWriterTest, AllPairsOfBitsAsCloudsAndMeshes) {
     for (const int normal_bits : {0, 6, 7, 8, 9, 10, 11, 12}) {
       const auto chunks = AllKinds(2112, position_bits, normal_bits);
       for (const bool mesh : {false, true}) {
-        ExpectTheHostsBytes(chunks, All(chunks), mesh);
+        ExpectTheHostsBytes(chunks, All(chunks), {.mesh = mesh});
         if (HasFatalFailure()) return;
       }
     }
@@ -129,14 +165,14 @@ TEST_F(DeviceDracoWriterTest, AllPairsOfBitsAsCloudsAndMeshes) {
 TEST_F(DeviceDracoWriterTest, TheLargestChunk) {
   std::vector<Chunk> chunks;
   for (const Data data : kAllData) chunks.push_back(MakeChunk(65'532, 16, 12, data, kSeed));
-  ExpectTheHostsBytes(chunks, All(chunks), false);
+  ExpectTheHostsBytes(chunks, All(chunks), {});
 }
 
 TEST_F(DeviceDracoWriterTest, SomeOfTheChunks) {
   const auto chunks = AllKinds(2112, 14, 10);
-  ExpectTheHostsBytes(chunks, std::vector<uint32_t>{1, 4, 5, 14}, false);
-  ExpectTheHostsBytes(chunks, std::vector<uint32_t>{7}, false);
-  ExpectTheHostsBytes(chunks, std::vector<uint32_t>{14}, true);
+  ExpectTheHostsBytes(chunks, std::vector<uint32_t>{1, 4, 5, 14}, {});
+  ExpectTheHostsBytes(chunks, std::vector<uint32_t>{7}, {});
+  ExpectTheHostsBytes(chunks, std::vector<uint32_t>{14}, {.mesh = true});
 }
 
 // More chunks than sets of wide counts, where each chunk needs a set; and space for one table at a time.
@@ -145,23 +181,80 @@ TEST_F(DeviceDracoWriterTest, MemoryThatChunksWaitFor) {
   for (unsigned i = 0; i < 3 * kernels::kWideSlots; ++i) {
     chunks.push_back(MakeChunk(2112, 16, 8, Data::kRandom, kSeed + i));
   }
-  ExpectTheHostsBytes(chunks, All(chunks), false);
-  ExpectTheHostsBytes(std::span(chunks).first(5), All(std::span(chunks).first(5)), false, 1);
+  ExpectTheHostsBytes(chunks, All(chunks), {});
+  ExpectTheHostsBytes(std::span(chunks).first(5), All(std::span(chunks).first(5)),
+                      {.entry_room = 1});
+}
+
+// From a chunk of one point to one of more than a ranking has room for.
+TEST_F(DeviceDracoWriterTest, SparseChunksOfAllSizesAndBits) {
+  constexpr size_t kSizes[] = {1, 2, 3, 5, 31, 97, 128, 129, 255, 300, 683, 1023, 1024, 1025, 2113};
+  for (const auto& [position_bits, normal_bits] :
+       {std::pair(8, 0), {8, 6}, {12, 0}, {12, 8}, {14, 8}, {14, 9}, {16, 0}, {16, 8}, {16, 12}}) {
+    const auto chunks = ChunksOf(kSizes, position_bits, normal_bits);
+    ExpectTheHostsBytes(chunks, All(chunks), {.sparse = true});
+    if (HasFatalFailure()) return;
+    ExpectTheHostsBytes(chunks, All(chunks), {});
+    if (HasFatalFailure()) return;
+  }
+}
+
+TEST_F(DeviceDracoWriterTest, SparseChunksOfRandomSizesInAnyOrder) {
+  std::mt19937 random(kSeed);
+  std::vector<Chunk> chunks;
+  for (unsigned i = 0; i < 300; ++i) {
+    const size_t points = 1 + random() % (i % 16 == 0 ? 1200 : 130);
+    const Data data = kAllData[random() % std::size(kAllData)];
+    chunks.push_back(MakeChunk(points, 14, 10, data, kSeed + i));
+  }
+  std::vector<uint32_t> numbers = All(chunks);
+  std::ranges::shuffle(numbers, random);
+  numbers.resize(200);
+  ExpectTheHostsBytes(chunks, numbers, {.sparse = true});
+  ExpectTheHostsBytes(chunks, All(chunks), {.sparse = true, .entry_room = 1});
+}
+
+TEST_F(DeviceDracoWriterTest, TheLargestSparseChunk) {
+  constexpr size_t kSizes[] = {17'952, 4, 65'532};
+  const auto chunks = ChunksOf(kSizes, 16, 12);
+  ExpectTheHostsBytes(chunks, All(chunks), {.sparse = true});
+}
+
+// The chunk of a flat part of the surface: all points and normals are the same.
+TEST_F(DeviceDracoWriterTest, OnePointManyTimes) {
+  std::vector<Chunk> chunks;
+  for (const size_t points : {1u, 2u, 96u, 1500u}) {
+    chunks.push_back(MakeChunk(points, 14, 8, Data::kConstant, kSeed));
+  }
+  ExpectTheHostsBytes(chunks, All(chunks), {.sparse = true});
+}
+
+// Integers beyond the bits of a view are an error, also where tables have no place for them.
+TEST_F(DeviceDracoWriterTest, RefusesMoreBitsThanTheViewHas) {
+  for (const size_t points : {97u, 2112u}) {
+    const Chunk chunk = MakeChunk(points, 16, 8, Data::kRandom, kSeed);
+    const auto vertices = Upload({&chunk, 1});
+    DracoShape shape = ShapeOf(chunk, true);
+    shape.position_bits = 10;
+    ASSERT_OK_AND_ASSIGN(auto writer, DeviceDracoWriter::Create(shape, context_, lane_));
+    SharedBytes result;
+    const std::vector<uint32_t> first{0};
+    EXPECT_THAT(
+        writer.Encode(vertices.span(), PlacesOf({&chunk, 1}, first), kRange, {}, {&result, 1}, 1),
+        StatusIs(absl::StatusCode::kInternal));
+  }
 }
 
 TEST_F(DeviceDracoWriterTest, WhatTheCallerHasIsNotWritten) {
   std::vector<Chunk> chunks = AllKinds(2112, 12, 8);
   const auto numbers = All(chunks);
   ASSERT_OK_AND_ASSIGN(auto writer,
-                       DeviceDracoWriter::Create(
-                           {.points = 2112, .last_points = chunks.back().points, .normal_bits = 8},
-                           context_, lane_));
+                       DeviceDracoWriter::Create(ShapeOf(chunks.front(), false), context_, lane_));
   std::vector<VertexDigest> digests(chunks.size());
   const auto encode = [&] {
     const auto vertices = Upload(chunks);
     std::vector<SharedBytes> results(chunks.size());
-    const auto last = static_cast<uint32_t>(chunks.size()) - 1;
-    EXPECT_OK(writer.Encode({vertices.span(), last}, numbers, kRange, digests, results));
+    EXPECT_OK(writer.Encode(vertices.span(), PlacesOf(chunks, numbers), kRange, digests, results));
     std::vector<uint32_t> written;
     for (const uint32_t i : numbers) {
       if (results[i].data != nullptr) written.push_back(i);
@@ -180,9 +273,35 @@ TEST_F(DeviceDracoWriterTest, WhatTheCallerHasIsNotWritten) {
   EXPECT_EQ(encode(), std::vector<uint32_t>{4}) << "sums know places";
 }
 
+// The same chunks at other places, which need not be multiples of eight bytes.
+TEST_F(DeviceDracoWriterTest, DigestsDoNotDependOnPlaces) {
+  constexpr size_t kSizes[] = {5, 97, 1200};
+  const auto chunks = ChunksOf(kSizes, 14, 0);
+  const auto vertices = Upload(chunks);
+  std::vector<Chunk> moved = chunks;
+  moved.insert(moved.begin(), MakeChunk(7, 14, 0, Data::kRandom, kSeed));
+  const auto others = Upload(moved);
+  ASSERT_OK_AND_ASSIGN(auto writer,
+                       DeviceDracoWriter::Create(ShapeOf(chunks.front(), true), context_, lane_));
+  std::vector<VertexDigest> digests(chunks.size());
+  std::vector<SharedBytes> results(chunks.size());
+  ASSERT_OK(
+      writer.Encode(vertices.span(), PlacesOf(chunks, All(chunks)), kRange, digests, results));
+  const std::vector<VertexDigest> before = digests;
+  auto places = PlacesOf(moved, All(moved));
+  places.erase(places.begin());
+  std::vector<SharedBytes> again(chunks.size());
+  ASSERT_OK(writer.Encode(others.span(), places, kRange, digests, again));
+
+  EXPECT_EQ(digests, before);
+  for (size_t i = 0; i < chunks.size(); ++i) {
+    EXPECT_NE(results[i].data, nullptr);
+    EXPECT_EQ(again[i].data, nullptr);
+  }
+}
+
 TEST_F(DeviceDracoWriterTest, NothingToEncode) {
-  ASSERT_OK_AND_ASSIGN(
-      auto writer, DeviceDracoWriter::Create({.points = 96, .last_points = 96}, context_, lane_));
+  ASSERT_OK_AND_ASSIGN(auto writer, DeviceDracoWriter::Create({}, context_, lane_));
   EXPECT_OK(writer.Encode({}, {}, kRange, {}, {}));
 }
 
