@@ -7,7 +7,8 @@ import type { Presence } from './scene_session';
  * C's camera. A chain ends before an editor who is not known yet or shows no camera.
  *
  * A chain may come back to itself. Whoever has the smallest id of that cycle stands, and the others show that camera. All
- * windows find the same one, so it does not matter who began first, or whether it has heard of the cycle yet.
+ * windows find the same one, so it does not matter who began first, or whether it has heard of the cycle yet. Ids are
+ * compared by UTF-16 units: for UUIDs, as for all ids in ASCII, that is the order of bytes.
  *
  * @param own The follower's id.
  * @param followed The id of the one whom it follows.
