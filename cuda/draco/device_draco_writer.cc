@@ -70,11 +70,9 @@ kernels::DracoFrame DeviceDracoWriter::Frame(double range) const {
   return frame;
 }
 
-absl::Status DeviceDracoWriter::Fetch(void* to, const void* from, size_t bytes) const {
-  const cudaStream_t stream = lane_->stream().get();
-  LATTICED_RETURN_IF_ERROR(
-      CudaStatus(cudaMemcpyAsync(to, from, bytes, cudaMemcpyDeviceToHost, stream), kWhat));
-  return lane_->stream().Synchronize(kWhat);
+absl::Status DeviceDracoWriter::CopyToHost(void* to, const void* from, size_t bytes) const {
+  return CudaStatus(cudaMemcpyAsync(to, from, bytes, cudaMemcpyDeviceToHost, lane_->stream().get()),
+                    kWhat);
 }
 
 absl::StatusOr<std::span<kernels::DracoChunk>> DeviceDracoWriter::Stage(
@@ -114,7 +112,9 @@ absl::Status DeviceDracoWriter::Code(const kernels::DracoWork& work,
       CudaStatus(kernels::LaunchDracoPlaces(work, frame, places, stream), kWhat));
   // The digests that were found lie before the places.
   const auto* from = reinterpret_cast<const uint8_t*>(places) - digest_bytes;
-  return Fetch(exchanged_.data(), from, digest_bytes + work.count * sizeof(kernels::DracoPlace));
+  LATTICED_RETURN_IF_ERROR(
+      CopyToHost(exchanged_.data(), from, digest_bytes + work.count * sizeof(kernels::DracoPlace)));
+  return lane_->stream().Synchronize(kWhat);
 }
 
 absl::StatusOr<std::shared_ptr<const PinnedBuffer>> DeviceDracoWriter::Pack(
@@ -123,11 +123,12 @@ absl::StatusOr<std::shared_ptr<const PinnedBuffer>> DeviceDracoWriter::Pack(
   const cudaStream_t stream = lane_->stream().get();
   LATTICED_ASSIGN_OR_RETURN(
       const auto packed, DeviceBuffer<uint8_t>::Create(context_->memory(), "draco", bytes, stream));
-  LATTICED_ASSIGN_OR_RETURN(auto pinned, context_->pinned().Borrow(bytes));
+  LATTICED_ASSIGN_OR_RETURN(auto borrowed, context_->pinned().Borrow(bytes));
+  const auto pinned = std::make_shared<PinnedBuffer>(std::move(borrowed));
   LATTICED_RETURN_IF_ERROR(
       CudaStatus(kernels::LaunchDracoPack(work, frame, places, packed.data(), stream), kWhat));
-  LATTICED_RETURN_IF_ERROR(Fetch(pinned.data(), packed.data(), bytes));
-  return std::make_shared<const PinnedBuffer>(std::move(pinned));
+  LATTICED_RETURN_IF_ERROR(CopyToHost(pinned->data(), packed.data(), bytes));
+  return pinned;
 }
 
 absl::StatusOr<std::vector<size_t>> DeviceDracoWriter::Round(const Call& call,
@@ -150,10 +151,12 @@ absl::StatusOr<std::vector<size_t>> DeviceDracoWriter::Round(const Call& call,
   const kernels::DracoPlace& last = places[numbers.size() - 1];
   const size_t bytes = last.at + kernels::RoundUpTo16(last.size);
   std::shared_ptr<const PinnedBuffer> block;
+  std::vector<size_t> deferred;
+  // From here on nothing throws: the block must stay until the copy is done.
+  deferred.reserve(numbers.size());
   if (bytes > 0) {
     LATTICED_ASSIGN_OR_RETURN(block, Pack(work, call.frame, scratch.places, bytes));
   }
-  std::vector<size_t> deferred;
   for (size_t k = 0; k < numbers.size(); ++k) {
     const size_t i = numbers[k];
     if (places[k].size > 0) {
@@ -164,6 +167,8 @@ absl::StatusOr<std::vector<size_t>> DeviceDracoWriter::Round(const Call& call,
     }
     if (has_digests) call.digests[i] = found[k];
   }
+  // The results were named while the bytes were on their way.
+  LATTICED_RETURN_IF_ERROR(lane_->stream().Synchronize(kWhat));
   return deferred;
 }
 

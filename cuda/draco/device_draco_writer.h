@@ -87,16 +87,15 @@ class DeviceDracoWriter {
   // Puts the chunks, and behind them their known digests, in exchanged_. Returns the chunks.
   absl::StatusOr<std::span<kernels::DracoChunk>> Stage(const Call& call,
                                                        std::span<const size_t> numbers);
-  // Runs the kernels up to PlacesKernel. exchanged_ then holds the new digests, followed by the places.
+  // Runs the kernels up to PlacesKernel, and waits for them. exchanged_ then holds the new digests, followed by the places.
   absl::Status Code(const kernels::DracoWork& work, const kernels::DracoFrame& frame,
                     kernels::DracoPlace* places);
-  // Packs the streams and copies them to the host. `places` says where each one is.
+  // Packs the streams and begins to copy them to the host. `places` says where each one is.
   absl::StatusOr<std::shared_ptr<const PinnedBuffer>> Pack(const kernels::DracoWork& work,
                                                            const kernels::DracoFrame& frame,
                                                            const kernels::DracoPlace* places,
                                                            size_t bytes);
-  // Copies to the host and waits.
-  absl::Status Fetch(void* to, const void* from, size_t bytes) const;
+  absl::Status CopyToHost(void* to, const void* from, size_t bytes) const;
 
   DracoShape shape_;
   std::shared_ptr<CudaContext> context_;

@@ -109,8 +109,7 @@ std::unique_ptr<DeformView> MakeView(const Scenario& scenario, Pipeline pipeline
 
 std::vector<uint8_t> ReadChunk(const Scenario& scenario, DeformView& view, uint32_t chunk) {
   const ViewSpec& spec = view.spec();
-  std::vector<uint8_t> bytes(ChunkPoints(*scenario.plan, chunk, spec.segments) *
-                             BytesPerPoint(spec));
+  std::vector<uint8_t> bytes(ChunkPoints(view, *scenario.plan, chunk) * BytesPerPoint(spec));
   CheckOk(view.Read(chunk, bytes));
   return bytes;
 }

@@ -121,6 +121,8 @@ void AddGpuEncode(Targets& targets) {
       {"GPU 113,663 Draco writer, ns a point", tree + "all:ns_point", "", false, 0.25},
       {"GPU 17,119 Draco writer, ns a point", bird + "all:ns_point", "", false, 0.5},
       {"GPU 113,663 edit to bytes, ms", tree + "all", "", false, 2.5},
+      {"GPU 113,663 edit to bytes, tolerance of 1e-4, ms", tree + "all/tolerance-1e-4", "", false,
+       0.35},
       {"GPU 113,663 edit to bytes, p99 / p50", tree + "all:p99_over_p50", "", false, 1.5},
       {"GPU 17,119 edit to bytes, ms", bird + "all", "", false, 0.7},
       {"GPU 17,119 edit to bytes, p99 / p50", bird + "all:p99_over_p50", "", false, 1.5},
