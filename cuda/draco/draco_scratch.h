@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The device memory that encoding some chunks takes: one block, freed when they are encoded. It is about
-// 21 bytes a point with normals, 45 of sparse chunks, and 12 bytes a table entry.
+// 21 bytes a point with normals, 44 of sparse chunks, and 12 bytes a table entry.
 //
 // Errors   those of device_buffer.h
 // Threads  one at a time

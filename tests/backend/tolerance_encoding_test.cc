@@ -18,7 +18,7 @@
 namespace latticed::testing {
 namespace {
 
-constexpr uint32_t kSeed = 2'022;
+constexpr uint32_t kEncodedSeed = 2022;
 
 struct EncodedScene {
   std::string_view name;
@@ -30,9 +30,11 @@ std::vector<EncodedScene> EncodedScenes() {
   return {
       {"many boxes", TorusMesh(30, 20), {.degree = {1, 1, 1}, .extra = {6, 6, 6}}},
       {"partly outside", TorusMesh(9, 7), {.degree = {2, 1, 3}, .scale = 0.7}},
-      {"unconnected, slivers", TriangleSoup(140, kSeed), {.degree = {1, 1, 2}, .extra = {4, 4, 4}}},
+      {"unconnected, slivers",
+       TriangleSoup(140, kEncodedSeed),
+       {.degree = {1, 1, 2}, .extra = {4, 4, 4}}},
       {"cubic", TorusMesh(9, 7), {.degree = {3, 3, 3}, .extra = {1, 1, 1}}},
-      {"one triangle", TriangleSoup(1, kSeed), {.degree = {1, 1, 1}, .scale = 2.0}},
+      {"one triangle", TriangleSoup(1, kEncodedSeed), {.degree = {1, 1, 1}, .scale = 2.0}},
   };
 }
 
@@ -84,13 +86,13 @@ TEST_P(ToleranceEncoding, StreamsAreThoseOfTheHostsWriter) {
   for (EncodedScene& one : EncodedScenes()) {
     const LatticeStructure structure = MakeStructure(one.mesh.ComputeBounds(), one.options);
     const Plan plan = MakeTestPlan(std::move(one.mesh), structure);
-    const std::vector<Vec3d> points = Jitter(structure, 0.2, kSeed);
+    const std::vector<Vec3d> points = Jitter(structure, 0.2, kEncodedSeed);
     const QuantisationBox box = BoxFor(*plan, points);
     for (const double share : {1.0, 1e-3, 2e-5}) {
       for (const auto& [position_bits, normal_bits] :
            {std::pair(12, 0), {12, 8}, {14, 8}, {16, 0}, {16, 10}}) {
         SCOPED_TRACE(fmt::format("{}, {} of the box, {} and {} bits, seed {}", one.name, share,
-                                 position_bits, normal_bits, kSeed));
+                                 position_bits, normal_bits, kEncodedSeed));
         ViewSpec spec{.segments = 32, .tolerance = share * box.range};
         spec.position_bits = position_bits;
         spec.normals = normal_bits == 0 ? NormalMode::kNone : NormalMode::kFacet;
@@ -121,7 +123,7 @@ TEST_P(ToleranceEncoding, StreamsAfterAnyEditsAreThoseOfTheHostsWriter) {
   for (EncodedScene& one : EncodedScenes()) {
     const LatticeStructure structure = MakeStructure(one.mesh.ComputeBounds(), one.options);
     const Plan plan = MakeTestPlan(std::move(one.mesh), structure);
-    const QuantisationBox box = BoxFor(*plan, Jitter(structure, 0.8, kSeed));
+    const QuantisationBox box = BoxFor(*plan, Jitter(structure, 0.8, kEncodedSeed));
     const ViewSpec spec{.segments = 32, .tolerance = 1e-4 * box.range, .position_bits = 15};
     const auto view = MakeView(plan, spec);
     ASSERT_NE(view, nullptr);
@@ -130,10 +132,10 @@ TEST_P(ToleranceEncoding, StreamsAfterAnyEditsAreThoseOfTheHostsWriter) {
     ASSERT_OK(view->Evaluate(points, box, all));
     std::vector<VertexDigest> known(all.size());
     ASSERT_OK_AND_ASSIGN(auto streams, view->Encode(all, Encoding::kDracoPoints, known));
-    std::mt19937 random(kSeed);
+    std::mt19937 random(kEncodedSeed);
     DirtySet dirty(plan);
     for (int edit = 0; edit < 20; ++edit) {
-      SCOPED_TRACE(fmt::format("{}: edit {}, seed {}", one.name, edit, kSeed));
+      SCOPED_TRACE(fmt::format("{}: edit {}, seed {}", one.name, edit, kEncodedSeed));
       const auto index = static_cast<uint32_t>(random() % points.size());
       points[index] =
           plan->identity_points[index] + Vec3d{noise(random), noise(random), noise(random)};
@@ -165,8 +167,8 @@ TEST_P(ToleranceEncoding, LeavesOutWhatTheCallerHasAndNothingElse) {
   const LatticeStructure structure =
       MakeStructure(mesh.ComputeBounds(), {.degree = {1, 1, 1}, .extra = {6, 6, 6}});
   const Plan plan = MakeTestPlan(std::move(mesh), structure);
-  std::vector<Vec3d> points = Jitter(structure, 0.2, kSeed);
-  const QuantisationBox box = BoxFor(*plan, Jitter(structure, 0.8, kSeed));
+  std::vector<Vec3d> points = Jitter(structure, 0.2, kEncodedSeed);
+  const QuantisationBox box = BoxFor(*plan, Jitter(structure, 0.8, kEncodedSeed));
   const ViewSpec spec{.segments = 32, .tolerance = 1e-4 * box.range, .position_bits = 14};
   const auto view = MakeView(plan, spec);
   ASSERT_NE(view, nullptr);
