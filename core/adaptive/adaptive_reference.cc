@@ -81,9 +81,10 @@ AdaptiveTessellation AdaptiveReference::Tessellate(std::span<const CurvatureBoun
   for (size_t p = 0; p < bounds.size(); ++p) {
     std::array<uint8_t, 3> levels;
     for (size_t e = 0; e < 3; ++e) levels[e] = result.edge_levels[plan_->patches[p].edge[e]];
-    result.patterns.push_back(ChoosePattern(levels, bounds[p], tolerance));
-    result.errors.push_back(PatternError(AdaptivePattern::Get(result.patterns.back()), bounds[p]));
-    result.largest_error = std::max(result.largest_error, result.errors.back());
+    const PatternChoice choice = ChoosePattern(levels, bounds[p], tolerance);
+    result.patterns.push_back(choice.pattern.key);
+    result.errors.push_back(choice.error);
+    result.largest_error = std::max(result.largest_error, choice.error);
   }
   return result;
 }

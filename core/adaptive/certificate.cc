@@ -16,12 +16,17 @@ double PatternError(const AdaptivePattern& pattern, const CurvatureBounds<double
   return largest;
 }
 
-PatternKey ChoosePattern(const std::array<uint8_t, 3>& levels, const CurvatureBounds<double>& m,
-                         double tolerance) {
-  const PatternKey sparse{.levels = levels, .sparse = true}, dense{.levels = levels};
-  const AdaptivePattern& sparser = AdaptivePattern::Get(sparse);
-  if (sparser.points.size() >= AdaptivePattern::Get(dense).points.size()) return dense;
-  return PatternError(sparser, m) <= tolerance ? sparse : dense;
+PatternChoice ChoosePattern(const std::array<uint8_t, 3>& levels, const CurvatureBounds<double>& m,
+                            double tolerance) {
+  const AdaptivePattern& dense = AdaptivePattern::Get({.levels = levels});
+  if (levels[0] != levels[1] || levels[1] != levels[2]) {  // else both patterns are the same
+    const AdaptivePattern& sparse = AdaptivePattern::Get({.levels = levels, .sparse = true});
+    if (sparse.points.size() < dense.points.size()) {
+      const double error = PatternError(sparse, m);
+      if (error <= tolerance) return {sparse, error};
+    }
+  }
+  return {dense, PatternError(dense, m)};
 }
 
 }  // namespace latticed

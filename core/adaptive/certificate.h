@@ -78,10 +78,14 @@ LATTICED_HD constexpr T SideCurvature(const T* side, const CurvatureBounds<T>& m
 // The largest distance between the exact patch and the triangles of a pattern, both ways.
 [[nodiscard]] double PatternError(const AdaptivePattern& pattern, const CurvatureBounds<double>& m);
 
-// Returns the sparser pattern of these levels if it has fewer points and its PatternError is at most `tolerance`. Else
-// it returns the denser one.
-[[nodiscard]] PatternKey ChoosePattern(const std::array<uint8_t, 3>& levels,
-                                       const CurvatureBounds<double>& m, double tolerance);
+struct PatternChoice {
+  const AdaptivePattern& pattern;
+  double error;  // PatternError
+};
+// The sparser pattern of these levels if it has fewer points and its PatternError is at most `tolerance`. Else the denser
+// one.
+[[nodiscard]] PatternChoice ChoosePattern(const std::array<uint8_t, 3>& levels,
+                                          const CurvatureBounds<double>& m, double tolerance);
 
 }  // namespace latticed
 

@@ -23,7 +23,9 @@
 #define LATTICED_CORE_ADAPTIVE_EDGE_LEVELS_H_
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
+#include <limits>
 #include <optional>
 
 #include "core/base/host_device.h"
@@ -34,11 +36,12 @@ namespace latticed {
 
 inline constexpr double kPointAccuracy = 3e-7;  // of D
 
-// At most limits::kMaxEdgeLevel, whether that suffices or not. Where t <= 0, every curved edge has that level. A bound
-// that is not a number has it as well.
+// At most limits::kMaxEdgeLevel, whether that suffices or not. A bound that is not a number has that level, but an infinite
+// t asks for nothing: a tolerance that is doubled ends there. t is positive.
 template <typename T>
 LATTICED_HD constexpr uint8_t EdgeLevel(T largest_curvature, T t) {
-  T reach = 6 * (t > 0 ? t : T{0});
+  if (t == std::numeric_limits<T>::infinity()) return 0;
+  T reach = 6 * t;
   uint8_t level = 0;
   while (level < limits::kMaxEdgeLevel && !(largest_curvature <= reach)) {
     reach *= 4;
@@ -59,6 +62,34 @@ inline double CurvatureTolerance(double tolerance, const QuantisationBox& box, i
   const double point_error = PointError(box, position_bits);
   return std::max(tolerance - point_error, 0.5 * point_error);
 }
+
+// The part for curvature of a tolerance, and then of its doubles: what a view tries until it has few enough points. Each
+// evaluation begins with the tolerance itself, so that its result depends on control points and box alone. An infinite
+// part is the last one: it leaves the corners of patches.
+class ToleranceSteps {
+ public:
+  ToleranceSteps(double tolerance, const QuantisationBox& box, int position_bits)
+      : tolerance_(tolerance),
+        box_(box),
+        position_bits_(position_bits),
+        curvature_(CurvatureTolerance(tolerance, box, position_bits)) {}
+
+  double curvature() const { return curvature_; }
+  // Doubles the tolerance until the part for curvature is another one.
+  void Double() {
+    const double before = curvature_;
+    while (curvature_ == before && std::isfinite(before)) {
+      tolerance_ *= 2;
+      curvature_ = CurvatureTolerance(tolerance_, box_, position_bits_);
+    }
+  }
+
+ private:
+  double tolerance_;
+  const QuantisationBox box_;
+  const int position_bits_;
+  double curvature_;
+};
 
 // position_bits: 0 for floats.
 inline bool MeetsTolerance(double tolerance, const QuantisationBox& box, int position_bits) {

@@ -7,7 +7,9 @@
 #ifndef LATTICED_CORE_ADAPTIVE_PATCH_CURVATURE_H_
 #define LATTICED_CORE_ADAPTIVE_PATCH_CURVATURE_H_
 
+#include <bit>
 #include <cmath>
+#include <cstdint>
 
 #include "core/base/host_device.h"
 
@@ -32,6 +34,11 @@ struct CurvatureBounds {
   T edge[3] = {};   // along edge e, from corner e to corner (e + 1) % 3
   T mixed[3] = {};  // along both edges that leave corner i
 };
+
+// The larger of two bounds, which are not negative; one that is not a number is larger than all others, as by their bits.
+inline float LargerBound(float a, float b) {
+  return std::bit_cast<uint32_t>(a) < std::bit_cast<uint32_t>(b) ? b : a;
+}
 
 // p[component][At(i, j)]; n = kDegree >= 2. Each bound is at least the exact one less the slack of
 // core/adaptive/curvature_slack.h; RaiseBounds adds it.

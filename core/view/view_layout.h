@@ -13,6 +13,11 @@
 
 namespace latticed {
 
+// The bits of the grid that positions are rounded to, as PointError takes them: 0 for floats.
+[[nodiscard]] inline int GridBits(const ViewSpec& spec) {
+  return spec.format == VertexFormat::kQuantised ? spec.position_bits : 0;
+}
+
 [[nodiscard]] inline VertexShape ShapeOf(const DeformPlan& plan, const ViewSpec& spec) {
   const bool normals = spec.normals != NormalMode::kNone;
   return {.patches = plan.patches.size(),

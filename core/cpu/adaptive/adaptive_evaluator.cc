@@ -12,6 +12,7 @@
 #include "core/cpu/adaptive/adaptive_points.h"
 #include "core/cpu/flush_denormals.h"
 #include "core/ffd/tessellation_pattern.h"
+#include "core/view/view_layout.h"
 
 namespace latticed {
 
@@ -60,33 +61,32 @@ void AdaptiveEvaluator::MeasureReach() {
 
 void AdaptiveEvaluator::Evaluate(std::span<const Vec3d> control_points, const QuantisationBox& box,
                                  std::span<const uint32_t> chunks, ChunkVertices& vertices) {
-  fused::FrameBoxes boxes(*plan_, control_points);
-  Bound(chunks, control_points, boxes);
-  const std::vector<uint32_t> changed = ChooseLevels(chunks, box);
-  also_changed_.clear();
-  std::ranges::set_difference(changed, chunks, std::back_inserter(also_changed_));
-  AdaptivePoints points(*plan_, spec_, {control_points, box, levels_.codes()}, boxes);
-  points.Evaluate(Union(chunks, also_changed_), arena_, vertices);
+  Bound(control_points, box, chunks);
+  ToleranceSteps steps(spec_.tolerance, box, GridBits(spec_));
+  Choose(steps.curvature());
+  while (levels_.point_count() > most_points_) {
+    steps.Double();
+    Choose(steps.curvature());
+  }
+  Finish(vertices);
 }
 
-void AdaptiveEvaluator::Bound(std::span<const uint32_t> chunks,
-                              std::span<const Vec3d> control_points, fused::FrameBoxes& boxes) {
+void AdaptiveEvaluator::Bound(std::span<const Vec3d> control_points, const QuantisationBox& box,
+                              std::span<const uint32_t> chunks) {
   const FusedLayout& layout = plan_->layout;
-  const uint32_t outside = plan_->plan->outside_box();
-  std::vector<uint32_t> groups;
-  for (const uint32_t chunk : chunks) {
-    const auto [first, last] = plan_->plan->ChunkPatches(chunk);
-    for (uint32_t g = layout.group_of_patch[first]; g <= layout.group_of_patch[last - 1]; ++g) {
-      if (layout.groups[g].box == outside || (!groups.empty() && groups.back() >= g)) continue;
-      groups.push_back(g);
-      boxes.Need(layout.groups[g].box);
-    }
-  }
+  frame_.emplace(Frame{.control_points = control_points,
+                       .box = box,
+                       .chunks = chunks,
+                       .boxes = fused::FrameBoxes(*plan_, control_points),
+                       .changed = {}});
+  const std::vector<uint32_t> groups = GroupsToBound();
+  fused::FrameBoxes& boxes = frame_->boxes;
   boxes.MakeNeeded(arena_);
   std::vector<std::array<float, 6>> slack(reach_.size());
-  arena_.ForEach(reach_.size(), [&](size_t box) {
-    if (!boxes.IsMade(static_cast<uint32_t>(box))) return;
-    slack[box] = plan_->polynomials.Slack(static_cast<uint32_t>(box), control_points, reach_[box]);
+  arena_.ForEach(reach_.size(), [&](size_t box_number) {
+    const auto number = static_cast<uint32_t>(box_number);
+    if (!boxes.IsMade(number)) return;
+    slack[number] = plan_->polynomials.Slack(number, control_points, reach_[number]);
   });
   arena_.ForRanges(groups.size(), 4, [&](size_t begin, size_t end) {
     const FlushDenormals flush;
@@ -107,19 +107,39 @@ void AdaptiveEvaluator::Bound(std::span<const uint32_t> chunks,
   });
 }
 
-std::vector<uint32_t> AdaptiveEvaluator::ChooseLevels(std::span<const uint32_t> chunks,
-                                                      const QuantisationBox& box) {
-  const int bits = spec_.format == VertexFormat::kQuantised ? spec_.position_bits : 0;
-  std::vector<uint32_t> changed;
-  for (double tolerance = spec_.tolerance;; tolerance *= 2) {
-    const double left = CurvatureTolerance(tolerance, box, bits);
-    // Bounds of the named patches are new for the first tolerance that is tried.
-    const bool is_same = std::exchange(tolerance_, left) == left;
-    changed = Union(changed, levels_.Update(is_same ? chunks : all_chunks_, left));
-    if (levels_.point_count() <= most_points_) break;
+std::vector<uint32_t> AdaptiveEvaluator::GroupsToBound() {
+  const FusedLayout& layout = plan_->layout;
+  const uint32_t outside = plan_->plan->outside_box();
+  std::vector<uint32_t> groups;
+  for (const uint32_t chunk : frame_->chunks) {
+    const auto [first, last] = plan_->plan->ChunkPatches(chunk);
+    for (uint32_t g = layout.group_of_patch[first]; g <= layout.group_of_patch[last - 1]; ++g) {
+      if (layout.groups[g].box == outside || (!groups.empty() && groups.back() >= g)) continue;
+      groups.push_back(g);
+      frame_->boxes.Need(layout.groups[g].box);
+    }
   }
-  certified_error_ = levels_.LargestError() + PointError(box, bits);
-  return changed;
+  return groups;
+}
+
+void AdaptiveEvaluator::Choose(double curvature_tolerance) {
+  // Bounds of the named chunks are new where the tolerance is that of the last evaluation.
+  const bool is_same =
+      std::exchange(curvature_tolerance_, curvature_tolerance) == curvature_tolerance;
+  const auto changed =
+      levels_.Update(is_same ? frame_->chunks : all_chunks_, curvature_tolerance, arena_);
+  frame_->changed = Union(frame_->changed, changed);
+}
+
+void AdaptiveEvaluator::Finish(ChunkVertices& vertices) {
+  const Frame& frame = *frame_;
+  certified_error_ = levels_.LargestError() + PointError(frame.box, GridBits(spec_));
+  also_changed_.clear();
+  std::ranges::set_difference(frame.changed, frame.chunks, std::back_inserter(also_changed_));
+  AdaptivePoints points(*plan_, spec_, {frame.control_points, frame.box, levels_.codes()},
+                        frame_->boxes);
+  points.Evaluate(Union(frame.chunks, also_changed_), arena_, vertices);
+  frame_.reset();
 }
 
 std::span<const uint16_t> AdaptiveEvaluator::Patterns(uint32_t chunk) const {

@@ -7,8 +7,8 @@
 //   levels    of their edges, and the patterns of all patches at edges whose levels changed (level_table.h)
 //   points    of the chunks and of those whose patterns changed (adaptive_points.h)
 //
-// The tolerance is doubled until the view has at most as many points as spec.segments would give. It is doubled from the
-// start at each evaluation, so that the result depends on the control points and the box alone.
+// The tolerance is doubled until the view has at most as many points as spec.segments would give (ToleranceSteps of
+// core/adaptive/edge_levels.h).
 //
 // Threads  one thread at a time; uses those of the arena
 #ifndef LATTICED_CORE_CPU_ADAPTIVE_ADAPTIVE_EVALUATOR_H_
@@ -17,6 +17,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -39,6 +40,18 @@ class AdaptiveEvaluator {
   void Evaluate(std::span<const Vec3d> control_points, const QuantisationBox& box,
                 std::span<const uint32_t> chunks, ChunkVertices& vertices);
 
+  // The steps of Evaluate, as those of core/view/spanned/tolerance_slice.h. The spans stay valid until Finish.
+  void Bound(std::span<const Vec3d> control_points, const QuantisationBox& box,
+             std::span<const uint32_t> chunks);
+  void Choose(double curvature_tolerance);
+  void Finish(ChunkVertices& vertices);
+
+  // By box: what the slack of bounds needs. A slice gets that of all slices before its first evaluation.
+  std::span<Vec3d> reach() { return reach_; }
+  LevelTable& levels() { return levels_; }
+  // Of the evaluation that runs.
+  const QuantisationBox& box() const { return frame_->box; }
+
   // As DeformView's, after Evaluate.
   std::span<const uint32_t> also_changed() const { return also_changed_; }
   std::span<const uint16_t> Patterns(uint32_t chunk) const;
@@ -47,20 +60,28 @@ class AdaptiveEvaluator {
   size_t MemoryBytes() const;
 
  private:
+  // The evaluation that runs.
+  struct Frame {
+    std::span<const Vec3d> control_points;
+    QuantisationBox box;
+    std::span<const uint32_t> chunks;
+    fused::FrameBoxes boxes;
+    std::vector<uint32_t> changed;  // the chunks whose patterns changed
+  };
+
   void MeasureReach();
-  void Bound(std::span<const uint32_t> chunks, std::span<const Vec3d> control_points,
-             fused::FrameBoxes& boxes);
-  // Returns the chunks whose patterns changed.
-  std::vector<uint32_t> ChooseLevels(std::span<const uint32_t> chunks, const QuantisationBox& box);
+  // The groups of 16 patches that are to be bounded; their boxes are needed then.
+  std::vector<uint32_t> GroupsToBound();
 
   const std::shared_ptr<const fused::FusedPlan> plan_;
   const ViewSpec spec_;
   CpuArena& arena_;
   const uint64_t most_points_;
-  std::vector<Vec3d> reach_;  // by box: what the slack of bounds needs
+  std::vector<Vec3d> reach_;
   LevelTable levels_;
-  double tolerance_ = 0;  // of the last Update of levels_
+  double curvature_tolerance_ = 0;  // of the last Choose
   std::vector<uint32_t> all_chunks_;
+  std::optional<Frame> frame_;
   std::vector<uint32_t> also_changed_;
   double certified_error_ = 0;
 };

@@ -15,14 +15,25 @@
 namespace latticed {
 namespace {
 
+// Chunks of 32 patches, which take a few microseconds, for one task.
+constexpr size_t kGrain = 4;
+
 // Rounded up. Infinite where a bound is not finite: a maximum may pass over one that is not a number.
-float ErrorOf(const AdaptivePattern& pattern, const CurvatureBounds<double>& bounds) {
+float CertifiedError(double error, const CurvatureBounds<double>& bounds) {
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
   double sum = 0;
   for (int k = 0; k < 3; ++k) sum += bounds.edge[k] + bounds.mixed[k];
   if (!std::isfinite(sum)) return kInfinity;
-  const auto error = static_cast<float>(PatternError(pattern, bounds));
-  return error > 0 ? std::nextafter(error, kInfinity) : 0;
+  return error > 0 ? std::nextafter(static_cast<float>(error), kInfinity) : 0;
+}
+
+CurvatureBounds<double> ToDouble(const CurvatureBounds<float>& bounds) {
+  CurvatureBounds<double> wide;
+  for (int e = 0; e < 3; ++e) {
+    wide.edge[e] = bounds.edge[e];
+    wide.mixed[e] = bounds.mixed[e];
+  }
+  return wide;
 }
 
 }  // namespace
@@ -34,10 +45,8 @@ LevelTable::LevelTable(std::shared_ptr<const DeformPlan> plan)
       bounds_(plan_->patches.size()),
       levels_(plan_->edges.size()),
       codes_(plan_->patches.size()),
-      errors_(plan_->patches.size()),
-      point_count_(3 * plan_->patches.size()),
-      edge_turns_(plan_->edges.size()),
-      patch_turns_(plan_->patches.size()) {
+      chunks_(plan_->chunk_count()),
+      marks_(plan_->chunk_count()) {
   for (const Patch& patch : plan_->patches) {
     for (const uint32_t edge : patch.edge) ++first_use_[edge + 1];
   }
@@ -50,75 +59,115 @@ LevelTable::LevelTable(std::shared_ptr<const DeformPlan> plan)
   }
 }
 
-std::vector<uint32_t> LevelTable::Update(std::span<const uint32_t> chunks, double tolerance) {
-  ++turn_;
-  touched_.clear();
-  for (const uint32_t chunk : chunks) {
-    const auto [first, last] = plan_->ChunkPatches(chunk);
-    for (size_t p = first; p < last; ++p) Touch(static_cast<uint32_t>(p));
+std::vector<uint32_t> LevelTable::Update(std::span<const uint32_t> chunks, double tolerance,
+                                         CpuArena& arena) {
+  for (const uint32_t chunk : chunks) marks_[chunk] = Mark::kNamed;
+  arena.ForEach(
+      chunks.size(), [&](size_t i) { UpdateEdges(chunks[i], tolerance); }, kGrain);
+  for (size_t i = 0; i < shared_edges_.size(); ++i) {
+    SetLevel(shared_edges_[i], EdgeLevel<double>(shared_bounds_[i], tolerance));
   }
-  for (const uint32_t chunk : chunks) {
-    const auto [first, last] = plan_->ChunkPatches(chunk);
-    for (size_t p = first; p < last; ++p) {
-      for (const uint32_t edge : plan_->patches[p].edge) UpdateEdge(edge, tolerance);
-    }
+  std::vector<uint32_t> marked;
+  for (uint32_t chunk = 0; chunk < marks_.size(); ++chunk) {
+    if (marks_[chunk] != Mark::kNone) marked.push_back(chunk);
   }
+  arena.ForEach(
+      marked.size(), [&](size_t i) { UpdatePatches(marked[i], tolerance); }, kGrain);
   std::vector<uint32_t> changed;
-  for (const uint32_t patch : touched_) {
-    if (!UpdatePatch(patch, tolerance)) continue;
-    const auto chunk = static_cast<uint32_t>(patch / limits::kPatchesPerChunk);
-    if (changed.empty() || changed.back() != chunk) changed.push_back(chunk);
+  for (const uint32_t chunk : marked) {
+    if (marks_[chunk].exchange(Mark::kNone) == Mark::kChanged) changed.push_back(chunk);
   }
-  std::ranges::sort(changed);
-  changed.erase(std::unique(changed.begin(), changed.end()), changed.end());
+  point_count_ = 0;
+  for (const Chunk& chunk : chunks_) point_count_ += chunk.points;
   return changed;
 }
 
-void LevelTable::Touch(uint32_t patch) {
-  if (std::exchange(patch_turns_[patch], turn_) != turn_) touched_.push_back(patch);
+void LevelTable::Share(std::span<const uint32_t> edges) {
+  shared_edges_.assign(edges.begin(), edges.end());
+  shared_bounds_.assign(edges.size(), 0);
+  is_shared_.assign(plan_->edges.size(), false);
+  for (const uint32_t edge : edges) is_shared_[edge] = true;
 }
 
-void LevelTable::UpdateEdge(uint32_t edge, double tolerance) {
-  if (std::exchange(edge_turns_[edge], turn_) == turn_) return;
-  const auto uses =
-      std::span(uses_).subspan(first_use_[edge], first_use_[edge + 1] - first_use_[edge]);
+std::span<const float> LevelTable::SharedBounds() {
+  std::ranges::transform(shared_edges_, shared_bounds_.begin(),
+                         [this](uint32_t edge) { return LargestBound(edge); });
+  return shared_bounds_;
+}
+
+void LevelTable::SetSharedBounds(std::span<const float> bounds) {
+  std::ranges::copy(bounds, shared_bounds_.begin());
+}
+
+std::span<const LevelTable::EdgeUse> LevelTable::UsesOf(uint32_t edge) const {
+  return std::span(uses_).subspan(first_use_[edge], first_use_[edge + 1] - first_use_[edge]);
+}
+
+float LevelTable::LargestBound(uint32_t edge) const {
   float largest = 0;
-  for (const auto [patch, slot] : uses) {
-    const float bound = bounds_[patch].edge[slot];
-    if (!(bound <= largest)) largest = bound;  // one that is not a number counts too
+  for (const auto [patch, slot] : UsesOf(edge)) {
+    largest = LargerBound(largest, bounds_[patch].edge[slot]);
   }
-  // An infinite tolerance asks for nothing, not even where a bound is not a number.
-  const uint8_t level = std::isfinite(tolerance) ? EdgeLevel<double>(largest, tolerance) : 0;
-  if (std::exchange(levels_[edge], level) == level) return;
-  for (const EdgeUse& use : uses) Touch(use.patch);
+  return largest;
 }
 
-bool LevelTable::UpdatePatch(uint32_t patch, double tolerance) {
-  const auto& edges = plan_->patches[patch].edge;
-  const std::array<uint8_t, 3> levels{levels_[edges[0]], levels_[edges[1]], levels_[edges[2]]};
-  CurvatureBounds<double> bounds;
-  for (int e = 0; e < 3; ++e) {
-    bounds.edge[e] = bounds_[patch].edge[e];
-    bounds.mixed[e] = bounds_[patch].mixed[e];
+void LevelTable::UpdateEdges(uint32_t chunk, double tolerance) {
+  const auto [first, last] = plan_->ChunkPatches(chunk);
+  for (size_t p = first; p < last; ++p) {
+    for (uint32_t slot = 0; slot < 3; ++slot) {
+      const uint32_t edge = plan_->patches[p].edge[slot];
+      // Only one thread updates an edge: that of its first patch in a named chunk.
+      const auto named = std::ranges::find_if(UsesOf(edge), [&](const EdgeUse& use) {
+        return marks_[ChunkOf(use.patch)].load(std::memory_order_relaxed) == Mark::kNamed;
+      });
+      if (named->patch != p || named->slot != slot) continue;
+      if (!is_shared_.empty() && is_shared_[edge]) continue;
+      SetLevel(edge, EdgeLevel<double>(LargestBound(edge), tolerance));
+    }
   }
-  const PatternKey key = ChoosePattern(levels, bounds, tolerance);
-  const AdaptivePattern& pattern = AdaptivePattern::Get(key);
-  errors_[patch] = ErrorOf(pattern, bounds);
-  const uint16_t code = key.Code(), before = std::exchange(codes_[patch], code);
-  if (code == before) return false;
-  point_count_ += pattern.points.size();
-  point_count_ -= AdaptivePattern::Get(*PatternKey::FromCode(before)).points.size();
-  return true;
+}
+
+void LevelTable::SetLevel(uint32_t edge, uint8_t level) {
+  if (std::exchange(levels_[edge], level) == level) return;
+  for (const EdgeUse& use : UsesOf(edge)) {
+    Mark none = Mark::kNone;
+    marks_[ChunkOf(use.patch)].compare_exchange_strong(none, Mark::kBeside,
+                                                       std::memory_order_relaxed);
+  }
+}
+
+void LevelTable::UpdatePatches(uint32_t chunk, double tolerance) {
+  const auto [first, last] = plan_->ChunkPatches(chunk);
+  Chunk now;
+  for (size_t p = first; p < last; ++p) {
+    const auto& edges = plan_->patches[p].edge;
+    const CurvatureBounds<double> bounds = ToDouble(bounds_[p]);
+    const PatternChoice choice =
+        ChoosePattern({levels_[edges[0]], levels_[edges[1]], levels_[edges[2]]}, bounds, tolerance);
+    now.points += static_cast<uint32_t>(choice.pattern.points.size());
+    now.largest_error = std::max(now.largest_error, CertifiedError(choice.error, bounds));
+    const uint16_t code = choice.pattern.key.Code();
+    if (std::exchange(codes_[p], code) != code) marks_[chunk] = Mark::kChanged;
+  }
+  chunks_[chunk] = now;
 }
 
 double LevelTable::LargestError() const {
-  return errors_.empty() ? 0 : *std::ranges::max_element(errors_);
+  float largest = 0;
+  for (const Chunk& chunk : chunks_) largest = std::max(largest, chunk.largest_error);
+  return largest;
+}
+
+size_t LevelTable::MemoryBytes() const {
+  return BytesFor(*plan_) + shared_edges_.size() * (sizeof(uint32_t) + sizeof(float)) +
+         is_shared_.size() / 8;
 }
 
 size_t LevelTable::BytesFor(const DeformPlan& plan) {
-  return plan.edges.size() * (2 * sizeof(uint32_t) + sizeof(uint8_t)) +
-         plan.patches.size() * (3 * sizeof(EdgeUse) + sizeof(CurvatureBounds<float>) +
-                                sizeof(uint16_t) + sizeof(float) + 2 * sizeof(uint32_t));
+  return plan.edges.size() * (sizeof(uint32_t) + sizeof(uint8_t)) +
+         plan.patches.size() *
+             (3 * sizeof(EdgeUse) + sizeof(CurvatureBounds<float>) + sizeof(uint16_t)) +
+         plan.chunk_count() * (sizeof(Chunk) + sizeof(Mark));
 }
 
 }  // namespace latticed

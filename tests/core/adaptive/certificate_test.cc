@@ -153,24 +153,30 @@ TEST(ChoosePattern, TakesTheSparserOneOnlyWhereItPasses) {
   // do.
   CurvatureBounds<double> bounds{.edge = {6, 24, 6}, .mixed = {6, 12, 12}};
 
-  EXPECT_TRUE(ChoosePattern({0, 1, 0}, bounds, 1).sparse);
-  EXPECT_FALSE(ChoosePattern({0, 1, 0}, bounds, 0.99).sparse);
+  EXPECT_TRUE(ChoosePattern({0, 1, 0}, bounds, 1).pattern.key.sparse);
+  EXPECT_DOUBLE_EQ(ChoosePattern({0, 1, 0}, bounds, 1).error, 1);
+  EXPECT_FALSE(ChoosePattern({0, 1, 0}, bounds, 0.99).pattern.key.sparse);
   bounds.mixed[0] = 20;  // the side from corner 0 to the middle of edge 1 may curve now
-  EXPECT_FALSE(ChoosePattern({0, 1, 0}, bounds, 1).sparse);
-  EXPECT_FALSE(ChoosePattern({2, 2, 2}, {}, 1).sparse);  // the same pattern
+  EXPECT_FALSE(ChoosePattern({0, 1, 0}, bounds, 1).pattern.key.sparse);
+  EXPECT_FALSE(ChoosePattern({2, 2, 2}, {}, 1).pattern.key.sparse);  // the same pattern
 }
 
 TEST(EdgeLevel, IsTheLeastThatSuffices) {
-  EXPECT_EQ(EdgeLevel(0.0, 0.0), 0);
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  constexpr double kNotANumber = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(EdgeLevel(0.0, 1.0), 0);
   EXPECT_EQ(EdgeLevel(6.0, 1.0), 0);
   EXPECT_EQ(EdgeLevel(6.001, 1.0), 1);
   EXPECT_EQ(EdgeLevel(24.0f, 1.0f), 1);
   EXPECT_EQ(EdgeLevel(24.001f, 1.0f), 2);
   EXPECT_EQ(EdgeLevel(6.0 * 1'024, 1.0), 5);
   EXPECT_EQ(EdgeLevel(1e9, 1.0), 5);
-  EXPECT_EQ(EdgeLevel(1e-9, 0.0), 5);
-  EXPECT_EQ(EdgeLevel(1e-9, -1.0), 5);
-  EXPECT_EQ(EdgeLevel(std::numeric_limits<double>::quiet_NaN(), 1.0), 5);
+  EXPECT_EQ(EdgeLevel(kInfinity, 1.0), 5);
+  EXPECT_EQ(EdgeLevel(kNotANumber, 1.0), 5);
+  EXPECT_EQ(EdgeLevel(kNotANumber, kInfinity), 0);
+  EXPECT_EQ(
+      EdgeLevel(std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()),
+      0);
 }
 
 TEST(LeastPositionBits, LeavesAThirdForCurvature) {
