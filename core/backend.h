@@ -131,6 +131,8 @@ struct ViewTraits {
 [[nodiscard]] std::vector<uint32_t> EncodeOrder(const ViewTraits& traits,
                                                 std::span<const uint32_t> chunks);
 
+class ToleranceSlice;  // core/view/spanned/tolerance_slice.h
+
 class DeformView {
  public:
   virtual ~DeformView() = default;
@@ -152,6 +154,9 @@ class DeformView {
   // With a tolerance, after Evaluate: the bound that the vertices keep. It exceeds the tolerance where the bits, the levels
   // or the number of points do not suffice.
   [[nodiscard]] virtual double certified_error() const { return 0; }
+
+  // With a tolerance: how it is evaluated where its plan is a slice and devices must agree on levels. Null: not at all.
+  [[nodiscard]] virtual ToleranceSlice* tolerance_slice() { return nullptr; }
 
   // Copies the vertices of one chunk in wire layout: ChunkPoints * BytesPerPoint bytes.
   [[nodiscard]] virtual absl::Status Read(uint32_t chunk, std::span<uint8_t> out) = 0;

@@ -37,6 +37,8 @@ class CheckedView : public DeformView {
   const DeformPlan& plan() const { return *plan_; }
   // The box of the last evaluation; there must have been one.
   const QuantisationBox& box() const { return *box_; }
+  // For a view that is evaluated in steps and not by Evaluate: the box of an evaluation that is whole.
+  void SetBox(const QuantisationBox& box) { box_ = box; }
 
  private:
   // As DeformView's; the arguments are valid. After an error of EvaluateChunks the next Evaluate must

@@ -9,12 +9,10 @@
 #include <utility>
 
 #include "core/base/catch_bad_alloc.h"
-#include "core/base/error.h"
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
 #include "core/ffd/plan_slice.h"
-#include "core/view/checked_view.h"
-#include "core/view/spanned_view.h"
+#include "core/view/spanned/spanned_target.h"
 #include "fmt/format.h"
 
 namespace latticed {
@@ -23,89 +21,6 @@ namespace {
 // Device bytes of a patch at 10 segments: 64 of the plan, and 66 points of 8 bytes.
 constexpr uint64_t kPatchBytes = 592;
 constexpr uint64_t kChunkBytes = kPatchBytes * limits::kPatchesPerChunk;
-
-// A target whose chunks are shared out among other targets, each of a slice of the plan
-// (core/ffd/plan_slice.h). Its vertices are bit for bit those of one target of the whole plan.
-//
-// The whole plan stays on the host beside the slices, which take about as much memory again.
-class SpannedTarget : public DeformTarget {
- public:
-  struct Part {
-    uint32_t first_chunk;  // of the plan; the first part's is 0, and they rise
-    std::shared_ptr<DeformTarget> target;
-  };
-  // At least one part, all of one pipeline; together they are the plan.
-  SpannedTarget(std::shared_ptr<const DeformPlan> plan, std::vector<Part> parts)
-      : plan_(std::move(plan)), parts_(std::move(parts)) {}
-
-  const DeformPlan& plan() const override { return *plan_; }
-  Pipeline pipeline() const override { return parts_.front().target->pipeline(); }
-  absl::StatusOr<std::unique_ptr<DeformView>> CreateView(const ViewSpec& spec) override {
-    if (spec.tolerance > 0) {  // parts would choose different levels for an edge that they share
-      return error::InvalidField("view.tolerance", "it needs a scene on one device", "UNSUPPORTED");
-    }
-    return CatchBadAlloc("the view", [&]() -> absl::StatusOr<std::unique_ptr<DeformView>> {
-      std::vector<SpannedView::Part> views;
-      for (const Part& part : parts_) {
-        LATTICED_ASSIGN_OR_RETURN(auto view, part.target->CreateView(spec));
-        views.push_back({part.first_chunk, std::move(view)});
-      }
-      return std::make_unique<SpannedView>(plan_, spec, std::move(views));
-    });
-  }
-
-  absl::StatusOr<std::vector<double>> ControlNets(std::span<const Vec3d> control_points,
-                                                  size_t first, size_t last) override {
-    LATTICED_RETURN_IF_ERROR(CheckControlNets(*plan_, control_points, first, last));
-    return CatchBadAlloc("the control nets", [&]() -> absl::StatusOr<std::vector<double>> {
-      std::vector<double> nets;
-      for (const Part& part : parts_) {
-        const size_t begin = plan_->ChunkPatches(part.first_chunk)[0];
-        const size_t end = begin + part.target->plan().patches.size();
-        const size_t from = std::clamp(first, begin, end), to = std::clamp(last, begin, end);
-        if (from == to) continue;
-        LATTICED_ASSIGN_OR_RETURN(
-            const auto some, part.target->ControlNets(control_points, from - begin, to - begin));
-        nets.insert(nets.end(), some.begin(), some.end());
-      }
-      return nets;
-    });
-  }
-
-  ViewTraits Traits(const ViewSpec& spec) const override {
-    ViewTraits sum{.encode_batch = 0, .device_chunks = {}};
-    for (const Part& part : parts_) {
-      const ViewTraits traits = part.target->Traits(spec);
-      sum.on_device = traits.on_device;
-      sum.host_bytes += traits.host_bytes;
-      sum.encoder_bytes += traits.encoder_bytes;
-      sum.encode_batch += traits.encode_batch;
-      sum.device_chunks.push_back(part.first_chunk);
-    }
-    return sum;
-  }
-
-  MemoryUse memory() const override {
-    MemoryUse use{{"plan", plan_->MemoryBytes()}};
-    for (const Part& part : parts_) {
-      for (const auto& [purpose, bytes] : part.target->memory()) use[purpose] += bytes;
-      use["plan"] += part.target->plan().mesh->MemoryBytes();  // a slice's own
-    }
-    return use;
-  }
-
-  DeviceUse device_use() const override {
-    DeviceUse use;
-    for (const Part& part : parts_) {
-      for (const auto& [device, bytes] : part.target->device_use()) use[device] += bytes;
-    }
-    return use;
-  }
-
- private:
-  const std::shared_ptr<const DeformPlan> plan_;
-  const std::vector<Part> parts_;
-};
 
 class DeviceGroup : public Backend {
  public:

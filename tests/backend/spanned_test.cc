@@ -10,7 +10,6 @@
 #include <random>
 #include <utility>
 
-#include "core/base/error.h"
 #include "core/ffd/dirty_set.h"
 #include "fmt/format.h"
 #include "tests/backend/conformance.h"
@@ -178,18 +177,6 @@ TEST_P(Spanned, PartsHaveWhatTheirPatchesNeedAndSayWhere) {
   uint64_t told = 0;
   for (const auto& [device, bytes] : spanned->device_use()) told += bytes;
   EXPECT_EQ(told, on_all);
-}
-
-// Parts would choose different levels for an edge that they share.
-TEST_P(Spanned, AToleranceIsRefused) {
-  Prepare(std::move(Cases().front()));
-  ASSERT_OK_AND_ASSIGN(const auto target, spanned_->Prepare(plan_, Pipeline::kFused));
-
-  const auto view = target->CreateView({.tolerance = 1e-3});
-
-  ASSERT_THAT(view, StatusIs(absl::StatusCode::kInvalidArgument));
-  EXPECT_EQ(error::DetailsOf(view.status()).reason, "UNSUPPORTED");
-  EXPECT_EQ(error::DetailsOf(view.status()).field, "view.tolerance");
 }
 
 INSTANTIATE_TEST_SUITE_P(Backends, Spanned, ::testing::ValuesIn(KnownBackends()),

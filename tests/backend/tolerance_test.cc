@@ -18,61 +18,17 @@
 #include "core/ffd/dirty_set.h"
 #include "fmt/format.h"
 #include "tests/backend/conformance.h"
+#include "tests/backend/tolerance_scenes.h"
 #include "tests/support/holds_integers.h"
 
 namespace latticed::testing {
 namespace {
 
-constexpr uint32_t kSeed = 2014;
-
-struct TestScene {
-  std::string_view name;
-  PolygonMesh mesh;
-  LatticeOptions options;
-};
-
-std::vector<TestScene> TestScenes() {
-  return {
-      {"many boxes", TorusMesh(14, 10), {.degree = {1, 1, 1}, .extra = {6, 6, 6}}},
-      {"partly outside", TorusMesh(7, 5), {.degree = {2, 1, 3}, .scale = 0.7}},
-      {"repeated knots",
-       TorusMesh(6, 5),
-       {.degree = {3, 2, 1}, .extra = {3, 3, 3}, .knots = KnotKind::kRepeated}},
-      {"aligned, half outside",
-       CubeMesh(4),
-       {.degree = {1, 2, 1}, .extra = {1, 1, 1}, .scale = 1.0, .shift = {0.5, 0, 0}}},
-      {"unconnected, slivers", TriangleSoup(40, kSeed), {.degree = {1, 1, 2}, .extra = {4, 4, 4}}},
-      {"cubic", TorusMesh(9, 7), {.degree = {3, 3, 3}, .extra = {1, 1, 1}}},
-  };
-}
+constexpr uint32_t kSeed = kToleranceSeed;
 
 const AdaptivePattern& PatternOf(uint16_t code) {
   return AdaptivePattern::Get(*PatternKey::FromCode(code));
 }
-
-// A view, what a watcher has of it, and the patterns that came with each chunk.
-struct Watched {
-  std::vector<std::vector<uint8_t>> chunks;
-  std::vector<std::vector<uint16_t>> patterns;
-
-  explicit Watched(const DeformPlan& plan)
-      : chunks(plan.chunk_count()), patterns(plan.chunk_count()) {}
-  void Take(const DeformPlan& plan, DeformView& view, uint32_t chunk) {
-    const auto codes = view.Patterns(chunk);
-    patterns[chunk].assign(codes.begin(), codes.end());
-    chunks[chunk].resize(ChunkPoints(view, plan, chunk) * BytesPerPoint(view.spec()));
-    EXPECT_OK(view.Read(chunk, chunks[chunk]));
-  }
-  void TakeAll(const DeformPlan& plan, DeformView& view) {
-    for (uint32_t c = 0; c < chunks.size(); ++c) Take(plan, view, c);
-  }
-  std::vector<uint16_t> Codes() const {
-    std::vector<uint16_t> all;
-    for (const auto& some : patterns) all.insert(all.end(), some.begin(), some.end());
-    return all;
-  }
-  friend bool operator==(const Watched&, const Watched&) = default;
-};
 
 // Counts the places at vertices and edges where the points of two patches differ, or where edges have other levels.
 size_t CountCracksBetween(const DeformPlan& plan, std::span<const Vec3d> control_points,
@@ -171,7 +127,7 @@ class Tolerance : public BackendTest {};
 
 TEST_P(Tolerance, TrianglesAreWithinTheCertificateAndTheTolerance) {
   std::mt19937 random(kSeed);
-  for (TestScene& one : TestScenes()) {
+  for (ToleranceScene& one : ToleranceScenes()) {
     const LatticeStructure structure = MakeStructure(one.mesh.ComputeBounds(), one.options);
     const Plan plan = MakeTestPlan(std::move(one.mesh), structure);
     const std::vector<Vec3d> points = Jitter(structure, 0.1, kSeed);
@@ -248,7 +204,7 @@ TEST_P(Tolerance, FewerPointsThanUniformSegmentsAtTheSameError) {
 
 TEST_P(Tolerance, ChunksAfterAnyEditsAreThoseOfAFullEvaluationWithoutCracks) {
   std::uniform_real_distribution<double> noise(-0.1, 0.1);
-  for (TestScene& one : TestScenes()) {
+  for (ToleranceScene& one : ToleranceScenes()) {
     const LatticeStructure structure = MakeStructure(one.mesh.ComputeBounds(), one.options);
     const Plan plan = MakeTestPlan(std::move(one.mesh), structure);
     const QuantisationBox box = BoxFor(*plan, Jitter(structure, 0.8, kSeed));

@@ -49,7 +49,7 @@ run_alone "a device that is lost" "$folder/cuda_backend_test" --gtest_filter='Cu
 run_alone "what is left of the device's memory, 2,000 scenes" "$folder/cuda_backend_test" --gtest_filter='CudaSoak.*'
 
 # The slowest suites start first.
-for suite in Watertight Accuracy View Spanned Tolerance ToleranceEncoding; do
+for suite in Watertight Accuracy View Spanned Tolerance ToleranceBits ToleranceEncoding; do
   run "conformance, $suite" "$folder/backend_test" --gtest_filter="*/$suite.*cuda*:Backends.*"
 done
 run "memory, failed allocations, repeated bits" "$folder/cuda_backend_test" \
@@ -72,7 +72,8 @@ readonly sanitized=(  # NAME PROGRAM FILTER …
 # Runs the same kernels again, for which racecheck takes minutes.
 readonly not_raced=(
   'large lattices' backend_test '*SmoothFloats*/cuda*:*AnyChunks*/cuda_fused'
-  spanned backend_test '*/Spanned.*cuda*')
+  spanned backend_test '*/Spanned.*cuda*'
+  'tolerances of several devices' backend_test '*/ToleranceBits.*cuda*')
 sanitize() {  # RUN TOOL
   local only=() skipped='' programs=("${sanitized[@]}" "${not_raced[@]}") i
   # Races occur in kernels. The memory tests run hundreds of them, and racecheck would take minutes. The same

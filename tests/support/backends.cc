@@ -16,18 +16,23 @@ namespace latticed::testing {
 
 namespace {
 
-constexpr int kCpuParts = 3;
+constexpr int kCpuParts = 3, kCudaParts = 2;
 
-std::unique_ptr<Backend> SpannedCpu(int threads) {
+std::unique_ptr<Backend> SpannedCpu(int devices, int threads) {
   std::vector<std::unique_ptr<Backend>> parts;
-  for (int i = 0; i < kCpuParts; ++i) parts.push_back(MakeCpuBackend({.threads = threads}));
+  for (int i = 0; i < devices; ++i) parts.push_back(MakeCpuBackend({.threads = threads}));
   return MakeDeviceGroup(std::move(parts), 1);
 }
 
-absl::StatusOr<std::unique_ptr<Backend>> SpannedCuda(int threads) {
-  auto two = MakeCudaBackend({.devices = {0, 1}, .span_patches = 1, .threads = threads});
-  if (two.ok()) return two;
-  return MakeCudaBackend({.devices = {0, 0}, .span_patches = 1, .threads = threads});
+absl::StatusOr<std::unique_ptr<Backend>> SpannedCuda(int devices, int threads) {
+  absl::StatusOr<std::unique_ptr<Backend>> backend;
+  for (int present = devices; present > 0; --present) {
+    std::vector<int> numbers;
+    for (int i = 0; i < devices; ++i) numbers.push_back(i % present);
+    backend = MakeCudaBackend({.devices = numbers, .span_patches = 1, .threads = threads});
+    if (backend.ok()) break;
+  }
+  return backend;
 }
 
 }  // namespace
@@ -44,8 +49,15 @@ std::string UnspannedName(std::string_view name) {
 absl::StatusOr<std::unique_ptr<Backend>> MakeBackendByName(std::string_view name, int threads) {
   if (name == "cpu") return MakeCpuBackend({.threads = threads});
   if (name == "cuda") return MakeCudaBackend({.threads = threads});
-  if (name == SpannedName("cpu")) return SpannedCpu(threads);
-  if (name == SpannedName("cuda")) return SpannedCuda(threads);
+  if (name == SpannedName("cpu")) return SpannedCpu(kCpuParts, threads);
+  if (name == SpannedName("cuda")) return SpannedCuda(kCudaParts, threads);
+  return error::NotFound("backend", name);
+}
+
+absl::StatusOr<std::unique_ptr<Backend>> MakeSpannedBackend(std::string_view name, int devices,
+                                                            int threads) {
+  if (name == "cpu") return SpannedCpu(devices, threads);
+  if (name == "cuda") return SpannedCuda(devices, threads);
   return error::NotFound("backend", name);
 }
 

@@ -26,6 +26,10 @@ inline constexpr std::string_view kSpanned = "-spanned";
 // An error that says why if this machine or build has no backend of that name. threads 0: all.
 [[nodiscard]] absl::StatusOr<std::unique_ptr<Backend>> MakeBackendByName(std::string_view name,
                                                                          int threads = 0);
+// The backend "cpu" or "cuda", with every plan split over so many devices. "cuda" takes those that there are in turn.
+[[nodiscard]] absl::StatusOr<std::unique_ptr<Backend>> MakeSpannedBackend(std::string_view name,
+                                                                          int devices,
+                                                                          int threads = 0);
 // Names in LATTICED_REQUIRE_BACKENDS; "cpu" when it is not set.
 [[nodiscard]] std::vector<std::string> RequiredBackends();
 [[nodiscard]] bool IsRequired(std::string_view name);

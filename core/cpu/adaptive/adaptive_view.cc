@@ -25,6 +25,41 @@ absl::Status AdaptiveView::EvaluateChunks(std::span<const Vec3d> control_points,
   return absl::OkStatus();
 }
 
+absl::StatusOr<std::vector<Vec3d>> AdaptiveView::BoxReach() {
+  return std::vector<Vec3d>(evaluator_.reach().begin(), evaluator_.reach().end());
+}
+
+absl::Status AdaptiveView::Share(std::span<const Vec3d> reach, std::span<const uint32_t> edges) {
+  std::ranges::copy(reach, evaluator_.reach().begin());
+  evaluator_.levels().Share(edges);
+  return absl::OkStatus();
+}
+
+absl::Status AdaptiveView::Bound(std::span<const Vec3d> control_points, const QuantisationBox& box,
+                                 std::span<const uint32_t> chunks) {
+  evaluator_.Bound(control_points, box, chunks);
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::span<const float>> AdaptiveView::SharedBounds() {
+  return evaluator_.levels().SharedBounds();
+}
+
+absl::Status AdaptiveView::Choose(double curvature_tolerance,
+                                  std::span<const float> shared_bounds) {
+  evaluator_.levels().SetSharedBounds(shared_bounds);
+  evaluator_.Choose(curvature_tolerance);
+  return absl::OkStatus();
+}
+
+absl::StatusOr<uint64_t> AdaptiveView::CountPoints() { return evaluator_.levels().point_count(); }
+
+absl::Status AdaptiveView::Finish() {
+  SetBox(evaluator_.box());
+  evaluator_.Finish(vertices_);
+  return absl::OkStatus();
+}
+
 absl::Status AdaptiveView::ReadChunk(uint32_t chunk, std::span<uint8_t> out) {
   std::ranges::copy(vertices_[chunk], out.begin());
   return absl::OkStatus();

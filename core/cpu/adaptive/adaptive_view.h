@@ -14,11 +14,12 @@
 #include "core/cpu/adaptive/chunk_vertices.h"
 #include "core/cpu/cpu_context.h"
 #include "core/view/checked_view.h"
+#include "core/view/spanned/tolerance_slice.h"
 #include "core/view/view_encoder.h"
 
 namespace latticed {
 
-class AdaptiveView : public CheckedView {
+class AdaptiveView : public CheckedView, public ToleranceSlice {
  public:
   AdaptiveView(std::shared_ptr<const fused::FusedPlan> plan, const ViewSpec& spec,
                std::shared_ptr<CpuContext> context);
@@ -29,6 +30,16 @@ class AdaptiveView : public CheckedView {
   }
   double certified_error() const override { return evaluator_.certified_error(); }
   MemoryUse memory() const override;
+  ToleranceSlice* tolerance_slice() override { return this; }
+
+  absl::StatusOr<std::vector<Vec3d>> BoxReach() override;
+  absl::Status Share(std::span<const Vec3d> reach, std::span<const uint32_t> edges) override;
+  absl::Status Bound(std::span<const Vec3d> control_points, const QuantisationBox& box,
+                     std::span<const uint32_t> chunks) override;
+  absl::StatusOr<std::span<const float>> SharedBounds() override;
+  absl::Status Choose(double curvature_tolerance, std::span<const float> shared_bounds) override;
+  absl::StatusOr<uint64_t> CountPoints() override;
+  absl::Status Finish() override;
 
   // The most host memory that a view takes.
   static uint64_t MostBytes(const DeformPlan& plan, const ViewSpec& spec);

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "core/base/status_macros.h"
-#include "core/view/spanned_view.h"
+#include "core/view/spanned/spanned_view.h"
 #include "cuda/adaptive/cuda_adaptive_view.h"
 #include "cuda/cuda_backend.h"
 #include "cuda/view/cuda_view.h"

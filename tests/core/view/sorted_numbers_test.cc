@@ -32,7 +32,7 @@ TEST(SortedNumbers, NumbersBelowAreAllOfThemAndStay) {
   const auto some = NumbersBelow(5);
   const auto many = NumbersBelow(1'000);
 
-  EXPECT_THAT(some, testing::ElementsAre(0u, 1u, 2u, 3u, 4u));
+  EXPECT_THAT(some, ::testing::ElementsAre(0u, 1u, 2u, 3u, 4u));
   EXPECT_EQ(many.back(), 999u);
   EXPECT_EQ(NumbersBelow(6).data(), some.data());
   EXPECT_TRUE(IsStrictlySorted(some));

@@ -3,7 +3,7 @@
 //
 // How a view divides Encode among its parts. tests/backend/spanned_test.cc shows that the bytes are
 // those of one device.
-#include "core/view/spanned_view.h"
+#include "core/view/spanned/spanned_view.h"
 
 #include <gtest/gtest.h>
 

@@ -104,6 +104,7 @@ class ScriptedView : public DeformView {
     return inner_->Patterns(chunk);
   }
   double certified_error() const override { return inner_->certified_error(); }
+  ToleranceSlice* tolerance_slice() override { return inner_->tolerance_slice(); }
   absl::Status Evaluate(std::span<const Vec3d> control_points, const QuantisationBox& box,
                         std::span<const uint32_t> chunks) override {
     LATTICED_RETURN_IF_ERROR(script_->Pass(Step::kEvaluate));

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-#include "core/view/spanned_view.h"
+#include "core/view/spanned/spanned_view.h"
 
 #include <algorithm>
 #include <system_error>
@@ -15,8 +15,11 @@
 namespace latticed {
 
 SpannedView::SpannedView(std::shared_ptr<const DeformPlan> plan, const ViewSpec& spec,
-                         std::vector<Part> parts)
-    : CheckedView(std::move(plan), spec), parts_(std::move(parts)) {
+                         std::vector<Part> parts, std::unique_ptr<ToleranceExchange> exchange)
+    : CheckedView(std::move(plan), spec),
+      parts_(std::move(parts)),
+      named_(parts_.size()),
+      exchange_(std::move(exchange)) {
   uint32_t most = 0;
   for (size_t p = 0; p < parts_.size(); ++p) most = std::max(most, End(p) - parts_[p].first_chunk);
   all_ = NumbersBelow(most);
@@ -32,25 +35,53 @@ size_t SpannedView::PartOf(uint32_t chunk) const {
   return static_cast<size_t>(after - parts_.begin()) - 1;
 }
 
+std::span<const uint32_t> SpannedView::ChunksOf(size_t part, std::span<const uint32_t> chunks) {
+  const uint32_t first = parts_[part].first_chunk, end = End(part);
+  const auto from = std::ranges::lower_bound(chunks, first);
+  const auto to = std::lower_bound(from, chunks.end(), end);
+  const auto count = static_cast<size_t>(to - from);
+  if (count == end - first) return all_.first(count);
+  named_[part].assign(from, to);
+  for (uint32_t& chunk : named_[part]) chunk -= first;
+  return named_[part];
+}
+
 absl::Status SpannedView::EvaluateChunks(std::span<const Vec3d> control_points,
                                          const QuantisationBox& box,
                                          std::span<const uint32_t> chunks) {
-  auto next = chunks.begin();
+  if (exchange_ != nullptr) return EvaluateWithTolerance(control_points, box, chunks);
   for (size_t p = 0; p < parts_.size(); ++p) {
-    const uint32_t first = parts_[p].first_chunk;
-    const auto end = std::lower_bound(next, chunks.end(), End(p));
-    const auto count = static_cast<size_t>(end - next);
-    std::span<const uint32_t> named = all_.first(count);
-    if (count < End(p) - first) {
-      named_.assign(next, end);
-      for (uint32_t& chunk : named_) chunk -= first;
-      named = named_;
-    }
-    next = end;
+    const std::span<const uint32_t> named = ChunksOf(p, chunks);
     if (named.empty()) continue;
     LATTICED_RETURN_IF_ERROR(parts_[p].view->Evaluate(control_points, box, named));
   }
   return absl::OkStatus();
+}
+
+absl::Status SpannedView::EvaluateWithTolerance(std::span<const Vec3d> control_points,
+                                                const QuantisationBox& box,
+                                                std::span<const uint32_t> chunks) {
+  std::vector<std::span<const uint32_t>> named;
+  for (size_t p = 0; p < parts_.size(); ++p) named.push_back(ChunksOf(p, chunks));
+  LATTICED_RETURN_IF_ERROR(exchange_->Evaluate(control_points, box, named));
+  also_changed_.clear();
+  for (const Part& part : parts_) {
+    for (const uint32_t chunk : part.view->also_changed()) {
+      also_changed_.push_back(part.first_chunk + chunk);
+    }
+  }
+  return absl::OkStatus();
+}
+
+std::span<const uint16_t> SpannedView::Patterns(uint32_t chunk) const {
+  const Part& part = parts_[PartOf(chunk)];
+  return part.view->Patterns(chunk - part.first_chunk);
+}
+
+double SpannedView::certified_error() const {
+  double largest = 0;
+  for (const Part& part : parts_) largest = std::max(largest, part.view->certified_error());
+  return largest;
 }
 
 absl::Status SpannedView::ReadChunk(uint32_t chunk, std::span<uint8_t> out) {
@@ -113,6 +144,7 @@ MemoryUse SpannedView::memory() const {
   for (const Part& part : parts_) {
     for (const auto& [purpose, bytes] : part.view->memory()) use[purpose] += bytes;
   }
+  if (exchange_ != nullptr) use["levels"] += exchange_->MemoryBytes();
   return use;
 }
 

@@ -8,18 +8,20 @@
 //   part                 0                | 1                       | …
 //
 // Evaluate gives each part its chunks and waits for none, so parts that enqueue run concurrently. A
-// part without chunks is not called. Encode uses one thread per part.
+// part without chunks is not called. With a tolerance, all parts are evaluated in steps, and Evaluate waits for what they
+// exchange (tolerance_exchange.h). Encode uses one thread per part.
 //
 // Errors   those of core/view/checked_view.h and of the parts. After an error of Evaluate, the next one must name all
 //          chunks, also those of the parts that did not fail
 // Threads  one thread at a time
-#ifndef LATTICED_CORE_VIEW_SPANNED_VIEW_H_
-#define LATTICED_CORE_VIEW_SPANNED_VIEW_H_
+#ifndef LATTICED_CORE_VIEW_SPANNED_SPANNED_VIEW_H_
+#define LATTICED_CORE_VIEW_SPANNED_SPANNED_VIEW_H_
 
 #include <memory>
 #include <vector>
 
 #include "core/view/checked_view.h"
+#include "core/view/spanned/tolerance_exchange.h"
 
 namespace latticed {
 
@@ -29,9 +31,13 @@ class SpannedView : public CheckedView {
     uint32_t first_chunk;  // of the plan; the first part's is 0, and they rise
     std::unique_ptr<DeformView> view;
   };
-  SpannedView(std::shared_ptr<const DeformPlan> plan, const ViewSpec& spec,
-              std::vector<Part> parts);
+  // `exchange`: of the parts' views where spec has a tolerance, else null.
+  SpannedView(std::shared_ptr<const DeformPlan> plan, const ViewSpec& spec, std::vector<Part> parts,
+              std::unique_ptr<ToleranceExchange> exchange = nullptr);
 
+  std::span<const uint32_t> also_changed() const override { return also_changed_; }
+  std::span<const uint16_t> Patterns(uint32_t chunk) const override;
+  double certified_error() const override;
   MemoryUse memory() const override;
 
   // For measurements.
@@ -52,6 +58,10 @@ class SpannedView : public CheckedView {
   absl::Status EncodeChunks(std::span<const uint32_t> chunks, Encoding encoding,
                             std::span<VertexDigest> digests,
                             std::span<SharedBytes> results) override;
+  absl::Status EvaluateWithTolerance(std::span<const Vec3d> control_points,
+                                     const QuantisationBox& box, std::span<const uint32_t> chunks);
+  // Those of `chunks` that a part has, in its own numbers; valid until the next call for this part.
+  std::span<const uint32_t> ChunksOf(size_t part, std::span<const uint32_t> chunks);
   std::vector<Share> ShareOut(std::span<const uint32_t> chunks,
                               std::span<const VertexDigest> digests) const;
   void EncodeAtOnce(std::vector<Share>& shares, Encoding encoding) const;
@@ -61,9 +71,11 @@ class SpannedView : public CheckedView {
   const std::vector<Part> parts_;
   std::span<const uint32_t>
       all_;  // 0, 1, …, as long as the largest part; it names all chunks of a part
-  std::vector<uint32_t> named_;  // the chunks named to the current part
+  std::vector<std::vector<uint32_t>> named_;  // by part: its chunks where not all are named
+  const std::unique_ptr<ToleranceExchange> exchange_;
+  std::vector<uint32_t> also_changed_;
 };
 
 }  // namespace latticed
 
-#endif  // LATTICED_CORE_VIEW_SPANNED_VIEW_H_
+#endif  // LATTICED_CORE_VIEW_SPANNED_SPANNED_VIEW_H_
