@@ -8,6 +8,8 @@
 //   SlackCall         a box            what rounding can take from its bounds
 //   BoundsCall        a named patch    bounds of its second derivatives
 //   EdgeMaximaCall    a patch          the largest bound along each edge, by atomics
+//   TakeSharedCall    a shared edge    its bound, for slices on other devices
+//   RaiseSharedCall   a shared edge    the largest bound in all slices
 //   PatternsCall      a patch          levels, pattern, error; the largest error
 //   ChunkPointsCall   a chunk          where its patches' points begin in it
 //   LaunchScan        a chunk          where its points begin in the view
@@ -62,10 +64,20 @@ struct AdaptiveLaunch {
   AdaptiveTables tables;
   AdaptiveState state;
   uint32_t plan_chunks;
-  float tolerance;  // what is left for curvature; infinity: all levels are 0
+  float tolerance;  // what is left for curvature
   // PointsCall writes nothing if there are more points; its grid covers so many.
   uint64_t most_points;
 };
+
+// Edges that slices on other devices have too, and their bounds. They are not negative.
+struct SharedMaxima {
+  const uint32_t* edges;
+  uint32_t count;  // at least 1
+  uint32_t* edge_maxima;
+  float* bounds;
+};
+KernelCall TakeSharedCall(const SharedMaxima& shared);
+KernelCall RaiseSharedCall(const SharedMaxima& shared);
 
 KernelCall ReachCall(const AdaptiveLaunch& launch);
 KernelCall SlackCall(const AdaptiveLaunch& launch);

@@ -10,6 +10,7 @@
 #include "core/adaptive/edge_levels.h"
 #include "core/base/status_macros.h"
 #include "core/ffd/tessellation_pattern.h"
+#include "core/view/view_layout.h"
 #include "cuda/device/cuda_status.h"
 #include "cuda/view/cuda_vertex_kernel.h"
 
@@ -38,10 +39,6 @@ size_t ResultBytes(const DeformPlan& plan) {
   constexpr size_t kPads = 3 * 256;
   return kPads + (plan.chunk_count() + 1) * sizeof(uint64_t) +
          plan.chunk_count() * limits::kPatchesPerChunk * sizeof(uint16_t);
-}
-
-int BitsOf(const ViewSpec& spec) {
-  return spec.format == VertexFormat::kQuantised ? spec.position_bits : 0;
 }
 
 kernels::LaneFormat WireFormat(const ViewSpec& spec) {
@@ -155,75 +152,130 @@ kernels::AdaptiveLaunch CudaAdaptiveEvaluator::LaunchFor(const QuantisationBox& 
       .state = parts_.memory.state(),
       .plan_chunks = static_cast<uint32_t>(plan_->chunk_count()),
       .tolerance = 0,
-      .most_points = std::min(most_points_, capacity())};
+      .most_points = capacity()};
 }
 
 absl::Status CudaAdaptiveEvaluator::Evaluate(std::span<const Vec3d> control_points,
                                              const QuantisationBox& box,
                                              std::span<const uint32_t> chunks) {
   also_changed_.clear();
-  if (plan_->patches.empty()) certified_error_ = PointError(box, BitsOf(spec_));
+  if (plan_->patches.empty()) certified_error_ = PointError(box, GridBits(spec_));
   if (chunks.empty()) return absl::OkStatus();
-  LATTICED_RETURN_IF_ERROR(parts_.frame.Stage(control_points, chunks));
-  const double unit = UnitsPerWorld(spec_, box);
-  double tolerance = spec_.tolerance;
-  double left = CurvatureTolerance(tolerance, box, BitsOf(spec_));
-  kernels::AdaptiveLaunch launch = LaunchFor(box, chunks);
-  launch.tolerance = static_cast<float>(kFloatShare * left * unit);
-  LATTICED_RETURN_IF_ERROR(Begin(launch));
-  LATTICED_RETURN_IF_ERROR(Finish(launch));
+  LATTICED_RETURN_IF_ERROR(Prepare(control_points, box, chunks));
+  ToleranceSteps steps(spec_.tolerance, box, GridBits(spec_));
+  SetTolerance(steps.curvature());
+  LATTICED_RETURN_IF_ERROR(LaunchBounds(/*with_patterns=*/true));
+  LATTICED_RETURN_IF_ERROR(LaunchPoints());
+  LATTICED_ASSIGN_OR_RETURN(uint64_t points, CountPoints());
   // Ends: an infinite tolerance leaves three points a patch, which any number of segments gives.
-  while (results().chunk_first().back() > most_points_) {
-    tolerance *= 2;
-    const double before = std::exchange(left, CurvatureTolerance(tolerance, box, BitsOf(spec_)));
-    if (left == before) continue;
-    launch.tolerance = static_cast<float>(kFloatShare * left * unit);
-    LATTICED_RETURN_IF_ERROR(ChooseAgain(launch));
-    LATTICED_RETURN_IF_ERROR(Finish(launch));
+  while (points > most_points_) {
+    steps.Double();
+    SetTolerance(steps.curvature());
+    LATTICED_RETURN_IF_ERROR(LaunchPatterns());
+    LATTICED_RETURN_IF_ERROR(LaunchPoints());
+    LATTICED_ASSIGN_OR_RETURN(points, CountPoints());
   }
-  const uint64_t points = results().chunk_first().back();
-  if (points > capacity()) {
-    LATTICED_RETURN_IF_ERROR(Grow(points, launch));
-  }
-  certified_error_ = double{results().largest_error()} / unit + PointError(box, BitsOf(spec_));
-  TakeResults(chunks);
+  return Finish();
+}
+
+absl::StatusOr<std::vector<Vec3d>> CudaAdaptiveEvaluator::BoxReach() const {
+  std::vector<Vec3f> reach(plan_->boxes.size());
+  LATTICED_RETURN_IF_ERROR(
+      CudaStatus(cudaMemcpyAsync(reach.data(), parts_.memory.state().reach,
+                                 reach.size() * sizeof(Vec3f), cudaMemcpyDeviceToHost, stream()),
+                 "the copy of reaches"));
+  LATTICED_RETURN_IF_ERROR(lane_->stream().Synchronize("the copy of reaches"));
+  std::vector<Vec3d> wide;
+  for (const Vec3f& r : reach) wide.push_back({r.x, r.y, r.z});
+  return wide;
+}
+
+absl::Status CudaAdaptiveEvaluator::Share(std::span<const Vec3d> reach,
+                                          std::span<const uint32_t> edges) {
+  std::vector<Vec3f> narrow;  // exact: they came from floats
+  for (const Vec3d& r : reach) narrow.push_back(ToFloat(r));
+  const kernels::AdaptiveState state = parts_.memory.state();
+  LATTICED_RETURN_IF_ERROR(
+      CudaStatus(cudaMemcpyAsync(state.reach, narrow.data(), narrow.size() * sizeof(Vec3f),
+                                 cudaMemcpyHostToDevice, stream()),
+                 "the copy of reaches"));
+  if (edges.empty()) return absl::OkStatus();
+  LATTICED_ASSIGN_OR_RETURN(shared_,
+                            CudaSharedBounds::Create(edges, state.edge_maxima, *context_, lane_));
   return absl::OkStatus();
 }
 
-absl::Status CudaAdaptiveEvaluator::Begin(const kernels::AdaptiveLaunch& launch) {
+absl::Status CudaAdaptiveEvaluator::Bound(std::span<const Vec3d> control_points,
+                                          const QuantisationBox& box,
+                                          std::span<const uint32_t> chunks) {
+  LATTICED_RETURN_IF_ERROR(Prepare(control_points, box, chunks));
+  LATTICED_RETURN_IF_ERROR(LaunchBounds(/*with_patterns=*/false));
+  return shared_ ? shared_->Take() : absl::OkStatus();
+}
+
+absl::StatusOr<std::span<const float>> CudaAdaptiveEvaluator::SharedBounds() const {
+  if (!shared_) return std::span<const float>();
+  return shared_->Wait();
+}
+
+absl::Status CudaAdaptiveEvaluator::Choose(double curvature_tolerance,
+                                           std::span<const float> shared_bounds) {
+  if (shared_) {
+    LATTICED_RETURN_IF_ERROR(shared_->Raise(shared_bounds));
+  }
+  SetTolerance(curvature_tolerance);
+  LATTICED_RETURN_IF_ERROR(LaunchPatterns());
+  return LaunchPoints();
+}
+
+absl::Status CudaAdaptiveEvaluator::Prepare(std::span<const Vec3d> control_points,
+                                            const QuantisationBox& box,
+                                            std::span<const uint32_t> chunks) {
+  LATTICED_RETURN_IF_ERROR(parts_.frame.Stage(control_points, chunks));
+  frame_ = Frame{box, chunks, LaunchFor(box, chunks)};
+  return absl::OkStatus();
+}
+
+void CudaAdaptiveEvaluator::SetTolerance(double curvature_tolerance) {
+  frame_->launch.tolerance =
+      static_cast<float>(kFloatShare * curvature_tolerance * UnitsPerWorld(spec_, frame_->box));
+}
+
+absl::Status CudaAdaptiveEvaluator::LaunchBounds(bool with_patterns) {
+  const kernels::AdaptiveLaunch& launch = frame_->launch;
   const kernels::FusedLaunch& fused = launch.fused;
-  std::array stages{
-      Stage{parts_.frame.SendCall(), "copy"},
-      Stage{kernels::BoxPolynomialsCall(fused.plan, fused.tables, fused.control_points,
-                                        {nullptr, 0}, fused.polynomials),
-            "polynomials"},
-      Stage{kernels::SlackCall(launch), "slack"},
-      Stage{kernels::BoundsCall(launch), "bounds"},
-      Stage{kernels::EdgeMaximaCall(launch), "maxima"},
-      Stage{kernels::PatternsCall(launch), "patterns"},
-      Stage{kernels::ChunkPointsCall(launch), "sums"}};
+  std::array all{Stage{parts_.frame.SendCall(), "copy"},
+                 Stage{kernels::BoxPolynomialsCall(fused.plan, fused.tables, fused.control_points,
+                                                   {nullptr, 0}, fused.polynomials),
+                       "polynomials"},
+                 Stage{kernels::SlackCall(launch), "slack"},
+                 Stage{kernels::BoundsCall(launch), "bounds"},
+                 Stage{kernels::EdgeMaximaCall(launch), "maxima"},
+                 Stage{kernels::PatternsCall(launch), "patterns"},
+                 Stage{kernels::ChunkPointsCall(launch), "sums"}};
+  const std::span stages = std::span(all).first(with_patterns ? all.size() : all.size() - 2);
   absl::Status status = parts_.memory.ClearMaxima();
   if (status.ok() && lane_->marks_stages()) {
     for (const Stage& stage : stages) status.Update(Launch(stage));
   } else if (status.ok()) {
-    std::array<kernels::KernelCall, stages.size()> calls;
+    std::array<kernels::KernelCall, all.size()> calls;
     std::ranges::transform(stages, calls.begin(), &Stage::call);
-    status = graph_.Launch(calls, stream());
+    status = graph_.Launch(std::span(calls).first(stages.size()), stream());
   }
   status.Update(parts_.frame.Sent());
   return status;
 }
 
-absl::Status CudaAdaptiveEvaluator::ChooseAgain(const kernels::AdaptiveLaunch& launch) {
+absl::Status CudaAdaptiveEvaluator::LaunchPatterns() {
   LATTICED_RETURN_IF_ERROR(parts_.memory.ClearError());
-  LATTICED_RETURN_IF_ERROR(Launch({kernels::PatternsCall(launch), "patterns"}));
-  return Launch({kernels::ChunkPointsCall(launch), "sums"});
+  LATTICED_RETURN_IF_ERROR(Launch({kernels::PatternsCall(frame_->launch), "patterns"}));
+  return Launch({kernels::ChunkPointsCall(frame_->launch), "sums"});
 }
 
-absl::Status CudaAdaptiveEvaluator::Finish(const kernels::AdaptiveLaunch& launch) {
+absl::Status CudaAdaptiveEvaluator::LaunchPoints() {
   const DeviceSpan<uint8_t> scratch = parts_.memory.scan_scratch();
-  LATTICED_RETURN_IF_ERROR(
-      CudaStatus(kernels::LaunchScan(launch, scratch.data, scratch.size, stream()), "the sums"));
+  LATTICED_RETURN_IF_ERROR(CudaStatus(
+      kernels::LaunchScan(frame_->launch, scratch.data, scratch.size, stream()), "the sums"));
   lane_->Enqueued("scan");
   const DeviceSpan<const uint8_t> from = parts_.memory.results();
   LATTICED_RETURN_IF_ERROR(CudaStatus(cudaMemcpyAsync(parts_.results.data(), from.data, from.size,
@@ -232,24 +284,42 @@ absl::Status CudaAdaptiveEvaluator::Finish(const kernels::AdaptiveLaunch& launch
   LATTICED_RETURN_IF_ERROR(parts_.read_back.Record(stream()));
   lane_->Enqueued("results");
   // The host goes on with the results while the device computes the points.
-  LATTICED_RETURN_IF_ERROR(Launch({kernels::PointsCall(launch), "points"}));
-  return parts_.read_back.Synchronize();
+  return Launch({kernels::PointsCall(frame_->launch), "points"});
 }
 
-absl::Status CudaAdaptiveEvaluator::Grow(uint64_t points, kernels::AdaptiveLaunch launch) {
-  const uint64_t room = std::min(points + points / 4, most_points_);
+absl::StatusOr<uint64_t> CudaAdaptiveEvaluator::CountPoints() const {
+  LATTICED_RETURN_IF_ERROR(parts_.read_back.Synchronize());
+  return results().chunk_first().back();
+}
+
+absl::Status CudaAdaptiveEvaluator::Finish() {
+  const uint64_t points = results().chunk_first().back();
+  if (points > capacity()) {
+    LATTICED_RETURN_IF_ERROR(Grow(points));
+  }
+  certified_error_ = double{results().largest_error()} / UnitsPerWorld(spec_, frame_->box) +
+                     PointError(frame_->box, GridBits(spec_));
+  TakeResults();
+  return absl::OkStatus();
+}
+
+absl::Status CudaAdaptiveEvaluator::Grow(uint64_t points) {
+  // A slice may have more than its share of the most points.
+  const uint64_t room = std::max(points, std::min(points + points / 4, most_points_));
   parts_.vertices = {};  // the old ones first: both together might not fit
   LATTICED_ASSIGN_OR_RETURN(parts_.vertices,
                             DeviceBuffer<uint8_t>::Create(context_->memory(), "vertices",
                                                           room * BytesPerPoint(spec_), stream()));
-  launch.fused.output.vertices = parts_.vertices.data();
-  launch.most_points = room;
-  return Launch({kernels::PointsCall(launch), "points"});
+  frame_->launch.fused.output.vertices = parts_.vertices.data();
+  frame_->launch.most_points = room;
+  return Launch({kernels::PointsCall(frame_->launch), "points"});
 }
 
-void CudaAdaptiveEvaluator::TakeResults(std::span<const uint32_t> named) {
+void CudaAdaptiveEvaluator::TakeResults() {
   constexpr size_t kPatches = limits::kPatchesPerChunk;
+  const std::span<const uint32_t> named = frame_->chunks;
   const AdaptiveResults now = results();
+  also_changed_.clear();
   std::ranges::copy(now.chunk_first(), chunk_first_.begin());
   size_t next = 0;
   for (uint32_t chunk = 0; chunk < plan_->chunk_count(); ++chunk) {
@@ -277,11 +347,12 @@ DeviceSpan<const uint8_t> CudaAdaptiveEvaluator::Vertices(uint32_t first, uint32
 MemoryUse CudaAdaptiveEvaluator::memory() const {
   return {{"device_box_polynomials",
            parts_.coefficients.size_bytes() + parts_.cofactor_bounds.size_bytes()},
-          {"device_levels", parts_.memory.size_bytes()},
+          {"device_levels", parts_.memory.size_bytes() + (shared_ ? shared_->DeviceBytes() : 0)},
           {"device_vertices", parts_.vertices.size_bytes()},
           {"device_staging", parts_.frame.DeviceBytes()},
           {"levels", codes_.size() * sizeof(uint16_t) + chunk_first_.size() * sizeof(uint64_t)},
-          {"staging", parts_.results.size() + parts_.frame.PinnedBytes()}};
+          {"staging", parts_.results.size() + parts_.frame.PinnedBytes() +
+                          (shared_ ? shared_->PinnedBytes() : 0)}};
 }
 
 }  // namespace latticed

@@ -5,9 +5,10 @@
 // evaluation runs the kernels of adaptive_kernels.h one after the other, reads their results back once and waits for
 // these, not for the vertices. It bounds the named chunks; levels, patterns and points are those of all patches.
 //
-// The tolerance is doubled until the view has at most as many points as spec.segments would give: a turn of the kernels
-// after the bounds, and a read-back, for each doubling. It is doubled from the start at each evaluation, so that the
-// result depends on the control points and the box alone.
+// The tolerance is doubled until the view has at most as many points as spec.segments would give (ToleranceSteps of
+// core/adaptive/edge_levels.h): a turn of the kernels after the bounds, and a read-back, for each doubling.
+//
+// A slice of a plan is evaluated in steps, and waits once more: for the bounds that it exchanges.
 //
 // Vertices get memory for the points that there are and a quarter more. An evaluation that has more points allocates
 // anew, and runs the last kernel again.
@@ -21,12 +22,14 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string_view>
 #include <vector>
 
 #include "core/backend.h"
 #include "cuda/adaptive/adaptive_memory.h"
+#include "cuda/adaptive/cuda_shared_bounds.h"
 #include "cuda/device/launch_graph.h"
 #include "cuda/device/pinned_memory.h"
 #include "cuda/plan/device_plan.h"
@@ -49,6 +52,20 @@ class CudaAdaptiveEvaluator {
   // As DeformView's. Waits for the results.
   [[nodiscard]] absl::Status Evaluate(std::span<const Vec3d> control_points,
                                       const QuantisationBox& box, std::span<const uint32_t> chunks);
+
+  // For a slice, as in core/view/spanned/tolerance_slice.h.
+  [[nodiscard]] absl::StatusOr<std::vector<Vec3d>> BoxReach() const;
+  [[nodiscard]] absl::Status Share(std::span<const Vec3d> reach, std::span<const uint32_t> edges);
+  [[nodiscard]] absl::Status Bound(std::span<const Vec3d> control_points,
+                                   const QuantisationBox& box, std::span<const uint32_t> chunks);
+  [[nodiscard]] absl::StatusOr<std::span<const float>> SharedBounds() const;
+  [[nodiscard]] absl::Status Choose(double curvature_tolerance,
+                                    std::span<const float> shared_bounds);
+  [[nodiscard]] absl::StatusOr<uint64_t> CountPoints() const;
+  [[nodiscard]] absl::Status Finish();
+  // Of the evaluation that runs.
+  const QuantisationBox& box() const { return frame_->box; }
+
   std::span<const uint32_t> also_changed() const { return also_changed_; }
   std::span<const uint16_t> Patterns(uint32_t chunk) const;
   double certified_error() const { return certified_error_; }
@@ -84,15 +101,24 @@ class CudaAdaptiveEvaluator {
   absl::Status Launch(Stage stage) const;
   kernels::AdaptiveLaunch LaunchFor(const QuantisationBox& box,
                                     std::span<const uint32_t> chunks) const;
-  // All kernels up to the points of chunks, as one graph where no stages are marked.
-  absl::Status Begin(const kernels::AdaptiveLaunch& launch);
-  // Patterns and the points of chunks again, with another tolerance.
-  absl::Status ChooseAgain(const kernels::AdaptiveLaunch& launch);
-  // From the scan to the points. Waits for the results.
-  absl::Status Finish(const kernels::AdaptiveLaunch& launch);
+  // The evaluation that runs.
+  struct Frame {
+    QuantisationBox box;
+    std::span<const uint32_t> chunks;
+    kernels::AdaptiveLaunch launch;
+  };
+  absl::Status Prepare(std::span<const Vec3d> control_points, const QuantisationBox& box,
+                       std::span<const uint32_t> chunks);
+  void SetTolerance(double curvature_tolerance);
+  // The kernels up to the maxima, or up to the points of chunks, as one graph where no stages are marked.
+  absl::Status LaunchBounds(bool with_patterns);
+  // Patterns and the points of chunks, where LaunchBounds did without them or with another tolerance.
+  absl::Status LaunchPatterns();
+  // From the scan to the points.
+  absl::Status LaunchPoints();
   // Allocates vertices for so many points, and computes them.
-  absl::Status Grow(uint64_t points, kernels::AdaptiveLaunch launch);
-  void TakeResults(std::span<const uint32_t> named);
+  absl::Status Grow(uint64_t points);
+  void TakeResults();
   AdaptiveResults results() const { return {*plan_, parts_.results.data()}; }
 
   const std::shared_ptr<const DeformPlan> plan_;
@@ -104,6 +130,8 @@ class CudaAdaptiveEvaluator {
   const uint64_t most_points_;
   Parts parts_;
   LaunchGraph graph_;
+  std::optional<CudaSharedBounds> shared_;  // of a slice that has shared edges
+  std::optional<Frame> frame_;
   // Of the last evaluation.
   std::vector<uint16_t> codes_;        // by patch, padded to whole chunks
   std::vector<uint64_t> chunk_first_;  // the first point of each chunk, then the number of points

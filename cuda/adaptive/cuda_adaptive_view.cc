@@ -56,6 +56,46 @@ absl::Status CudaAdaptiveView::EvaluateChunks(std::span<const Vec3d> control_poi
   return evaluator_->Evaluate(control_points, box, chunks);
 }
 
+absl::StatusOr<std::vector<Vec3d>> CudaAdaptiveView::BoxReach() {
+  const DeviceGuard guard(context_->device());
+  return evaluator_->BoxReach();
+}
+
+absl::Status CudaAdaptiveView::Share(std::span<const Vec3d> reach,
+                                     std::span<const uint32_t> edges) {
+  const DeviceGuard guard(context_->device());
+  return evaluator_->Share(reach, edges);
+}
+
+absl::Status CudaAdaptiveView::Bound(std::span<const Vec3d> control_points,
+                                     const QuantisationBox& box, std::span<const uint32_t> chunks) {
+  const DeviceGuard guard(context_->device());
+  return evaluator_->Bound(control_points, box, chunks);
+}
+
+absl::StatusOr<std::span<const float>> CudaAdaptiveView::SharedBounds() {
+  const DeviceGuard guard(context_->device());
+  return evaluator_->SharedBounds();
+}
+
+absl::Status CudaAdaptiveView::Choose(double curvature_tolerance,
+                                      std::span<const float> shared_bounds) {
+  const DeviceGuard guard(context_->device());
+  return evaluator_->Choose(curvature_tolerance, shared_bounds);
+}
+
+absl::StatusOr<uint64_t> CudaAdaptiveView::CountPoints() {
+  const DeviceGuard guard(context_->device());
+  return evaluator_->CountPoints();
+}
+
+absl::Status CudaAdaptiveView::Finish() {
+  const DeviceGuard guard(context_->device());
+  LATTICED_RETURN_IF_ERROR(evaluator_->Finish());
+  SetBox(evaluator_->box());
+  return absl::OkStatus();
+}
+
 absl::Status CudaAdaptiveView::CopyBatch(std::span<const uint32_t> chunks, size_t bytes,
                                          std::vector<std::span<const uint8_t>>& places) {
   if (staged_.size() < bytes) {

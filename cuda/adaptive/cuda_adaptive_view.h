@@ -20,13 +20,14 @@
 
 #include "absl/functional/function_ref.h"
 #include "core/view/checked_view.h"
+#include "core/view/spanned/tolerance_slice.h"
 #include "core/view/view_encoder.h"
 #include "cuda/adaptive/cuda_adaptive_evaluator.h"
 #include "cuda/draco/device_draco_writer.h"
 
 namespace latticed {
 
-class CudaAdaptiveView : public CheckedView {
+class CudaAdaptiveView : public CheckedView, public ToleranceSlice {
  public:
   // `evaluator` works on `lane`.
   CudaAdaptiveView(std::shared_ptr<const DeformPlan> plan, const ViewSpec& spec,
@@ -44,6 +45,16 @@ class CudaAdaptiveView : public CheckedView {
   }
   double certified_error() const override { return evaluator_->certified_error(); }
   MemoryUse memory() const override;
+  ToleranceSlice* tolerance_slice() override { return this; }
+
+  absl::StatusOr<std::vector<Vec3d>> BoxReach() override;
+  absl::Status Share(std::span<const Vec3d> reach, std::span<const uint32_t> edges) override;
+  absl::Status Bound(std::span<const Vec3d> control_points, const QuantisationBox& box,
+                     std::span<const uint32_t> chunks) override;
+  absl::StatusOr<std::span<const float>> SharedBounds() override;
+  absl::Status Choose(double curvature_tolerance, std::span<const float> shared_bounds) override;
+  absl::StatusOr<uint64_t> CountPoints() override;
+  absl::Status Finish() override;
 
   // For measurements: the lane that Evaluate enqueues on. It marks the stages.
   CudaLane& lane() const { return *lane_; }

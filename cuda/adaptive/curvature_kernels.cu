@@ -168,7 +168,9 @@ KernelCall SlackCall(const AdaptiveLaunch& launch) {
 }
 
 KernelCall BoundsCall(const AdaptiveLaunch& launch) {
-  const unsigned blocks = Blocks(size_t{launch.fused.chunk_count} * kChunkPatches);
+  // One at least, which does nothing where a slice has no named chunk.
+  const size_t patches = size_t{launch.fused.chunk_count} * kChunkPatches;
+  const unsigned blocks = patches > 0 ? Blocks(patches) : 1;
   return CallByDegree(launch.fused.tables.degree, [&]<int D0, int D1, int D2> {
     return KernelCall(&BoundsKernel<D0, D1, D2>, Order::kAfter, blocks, kBlockThreads, 0, launch);
   });

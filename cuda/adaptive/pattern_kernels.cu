@@ -32,6 +32,22 @@ __global__ void __launch_bounds__(kBlockThreads)
   }
 }
 
+__global__ void __launch_bounds__(kBlockThreads)
+    TakeSharedKernel(const __grid_constant__ SharedMaxima shared) {
+  const size_t i = Item();
+  if (i < shared.count) {
+    shared.bounds[i] = __uint_as_float(shared.edge_maxima[shared.edges[i]]);
+  }
+}
+
+__global__ void __launch_bounds__(kBlockThreads)
+    RaiseSharedKernel(const __grid_constant__ SharedMaxima shared) {
+  const size_t i = Item();
+  if (i < shared.count) {
+    shared.edge_maxima[shared.edges[i]] = __float_as_uint(shared.bounds[i]);
+  }
+}
+
 // PatternError of core/adaptive/certificate.h.
 __device__ float ErrorOf(const AdaptiveTables& tables, const PatternHead& head,
                          const CurvatureBounds<float>& bounds) {
@@ -54,9 +70,7 @@ __device__ PatternChoice Choose(const AdaptiveLaunch& launch, size_t patch) {
   PatternKey key;
   for (int e = 0; e < 3; ++e) {
     const uint32_t bits = launch.state.edge_maxima[launch.tables.edges[3 * patch + e]];
-    key.levels[e] = IsFiniteNumber(launch.tolerance)
-                        ? EdgeLevel(__uint_as_float(bits), launch.tolerance)
-                        : uint8_t{0};
+    key.levels[e] = EdgeLevel(__uint_as_float(bits), launch.tolerance);
   }
   const uint16_t dense = key.Code();
   key.sparse = true;
@@ -107,6 +121,14 @@ __global__ void __launch_bounds__(kBlockThreads)
 KernelCall EdgeMaximaCall(const AdaptiveLaunch& launch) {
   return {
       EdgeMaximaKernel, Order::kAfter, Blocks(launch.fused.patch_count), kBlockThreads, 0, launch};
+}
+
+KernelCall TakeSharedCall(const SharedMaxima& shared) {
+  return {TakeSharedKernel, Order::kAfter, Blocks(shared.count), kBlockThreads, 0, shared};
+}
+
+KernelCall RaiseSharedCall(const SharedMaxima& shared) {
+  return {RaiseSharedKernel, Order::kAfter, Blocks(shared.count), kBlockThreads, 0, shared};
 }
 
 KernelCall PatternsCall(const AdaptiveLaunch& launch) {

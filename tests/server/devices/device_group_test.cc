@@ -202,24 +202,32 @@ TEST_F(GroupServerTest, ASpannedSceneIsStreamedLikeAnyOther) {
   for (ScriptedBackend* device : devices_) EXPECT_GT(device->used_bytes(), 0u);
 }
 
-TEST_F(GroupServerTest, ASpannedSceneHasNoTolerance) {
-  StartOnGroup({kGiB, kGiB}, 1);
-  ASSERT_OK(Create(SceneRequest()));
-  auto update = For<v1::GetUpdateRequest>();
-  update.mutable_view()->set_tolerance(0.1);
-  EventLog log;
-  const Refusal none{.reason = "UNSUPPORTED", .field = "view.tolerance", .message = "has none"};
+TEST_F(GroupServerTest, ASpannedSceneHasTheToleranceOfOneDevice) {
+  std::vector<Chunks> streamed;
+  std::vector<double> certified;
+  std::vector<std::string> files;
+  for (const std::vector<uint64_t>& bytes : {std::vector{kGiB}, {kGiB, kGiB, kGiB}}) {
+    StartOnGroup(bytes, 1);
+    ASSERT_OK(Create(SceneRequest()));
+    auto update = For<v1::GetUpdateRequest>();
+    update.mutable_view()->set_tolerance(1e-3);
+    EventLog rest, edited;
+    ASSERT_OK(Update(update, rest));
+    ASSERT_OK(Apply(Move("alice", 1, 21, 0.2)));
+    ASSERT_OK(Update(update, edited));
+    streamed.insert(streamed.end(), {rest.chunks, rest.levels, edited.chunks, edited.levels});
+    certified.push_back(edited.ends.back().certified_error());
+    auto file = For<v1::ExportRequest>();
+    file.mutable_view()->set_tolerance(1e-3);
+    ASSERT_OK_AND_ASSIGN(files.emplace_back(), Export(file));
+  }
 
-  ExpectRefusal(Update(update, log), none);
-  EXPECT_TRUE(log.events.empty());
-  auto file = For<v1::ExportRequest>();
-  file.mutable_view()->set_tolerance(0.1);
-  ExpectRefusal(Export(file).status(), none);
-  v1::CreateSceneRequest create = SceneRequest("by-tolerance");
-  create.mutable_default_view()->set_tolerance(0.1);
-  ExpectRefused(Create(create), absl::StatusCode::kInvalidArgument, "UNSUPPORTED",
-                "default_view.tolerance");
-  EXPECT_EQ(SceneCount(), 1);
+  EXPECT_GT(streamed[0].size(), 6u);
+  EXPECT_NE(streamed[1], streamed[3]) << "the edit changed no level";
+  for (size_t i = 0; i < 4; ++i) EXPECT_EQ(streamed[4 + i], streamed[i]) << i;
+  EXPECT_GT(certified[0], 0);
+  EXPECT_EQ(certified[1], certified[0]);
+  EXPECT_EQ(files[1], files[0]);
 }
 
 TEST_F(GroupServerTest, TheLossOfOneDeviceTurnsTheServerNotServing) {
