@@ -14,7 +14,8 @@
 
 namespace latticed {
 VertexFormat FormatOf(Encoding encoding) {
-  return encoding == Encoding::kRaw ? VertexFormat::kFloat32 : VertexFormat::kQuantised;
+  if (encoding == Encoding::kRaw) return VertexFormat::kFloat32;
+  return encoding == Encoding::kPatches ? VertexFormat::kEdgeBounds : VertexFormat::kQuantised;
 }
 
 bool IsDraco(Encoding encoding) {
@@ -23,6 +24,7 @@ bool IsDraco(Encoding encoding) {
 
 size_t BytesPerPoint(const ViewSpec& spec) {
   const bool normals = spec.normals != NormalMode::kNone;
+  if (spec.format == VertexFormat::kEdgeBounds) return 0;
   if (spec.format == VertexFormat::kFloat32) return (normals ? 6 : 3) * sizeof(float);
   return 3 * sizeof(uint16_t) + (normals ? (spec.normal_bits <= 8 ? 2u : 4u) : 0u);
 }
@@ -69,6 +71,7 @@ uint64_t HostBytes(const MemoryUse& use) {
 }
 
 absl::Status Validate(const ViewSpec& spec) {
+  if (spec.format == VertexFormat::kEdgeBounds) return absl::OkStatus();
   LATTICED_RETURN_IF_ERROR(error::CheckRange("view.segments", spec.segments, limits::kMinSegments,
                                              limits::kMaxSegments));
   LATTICED_RETURN_IF_ERROR(
@@ -94,7 +97,12 @@ size_t PatternPoints(std::span<const uint16_t> patterns) {
   return points;
 }
 
-absl::Status CheckTolerance(const DeformTarget& target, const ViewSpec& spec) {
+absl::Status CheckSupported(const DeformTarget& target, const ViewSpec& spec) {
+  if (spec.format == VertexFormat::kEdgeBounds) {
+    if (target.has_edge_bounds()) return absl::OkStatus();
+    return error::InvalidField("view.encoding", "this pipeline has no patches on these devices",
+                               "UNSUPPORTED");
+  }
   if (!(spec.tolerance > 0) || target.has_tolerance()) return absl::OkStatus();
   return error::InvalidField("view.tolerance", "this pipeline has none on these devices",
                              "UNSUPPORTED");

@@ -50,9 +50,12 @@ enum class NormalMode { kNone, kFacet, kSmooth };
 enum class VertexFormat {
   kFloat32,    // interleaved x y z [nx ny nz]: the RAW encoding
   kQuantised,  // planar uint16 x[] y[] z[], then [uint8 (normal_bits <= 8) or uint16 s[] t[]]
+  // No vertices: EdgeBoundByte of each edge of the chunk (core/patches/edge_order.h). Of the spec, nothing else has an
+  // effect.
+  kEdgeBounds,
 };
 
-enum class Encoding { kRaw, kQuantised, kDracoPoints, kDracoMesh };
+enum class Encoding { kRaw, kQuantised, kDracoPoints, kDracoMesh, kPatches };
 [[nodiscard]] VertexFormat FormatOf(Encoding encoding);
 [[nodiscard]] bool IsDraco(Encoding encoding);  // points or mesh
 
@@ -70,7 +73,7 @@ struct ViewSpec {
   friend auto operator<=>(const ViewSpec&, const ViewSpec&) = default;
 };
 
-// Bytes of one point in wire layout.
+// Bytes of one point in wire layout. 0 for kEdgeBounds.
 [[nodiscard]] size_t BytesPerPoint(const ViewSpec& spec);
 
 // Reference-counted immutable bytes: a slice of a buffer that `owner` keeps alive.
@@ -146,8 +149,8 @@ class DeformView {
                                               const QuantisationBox& box,
                                               std::span<const uint32_t> chunks) = 0;
 
-  // With a tolerance, after Evaluate: the chunks beyond those named that changed, ascending. The level of an edge changed
-  // there, which a named patch shares.
+  // With a tolerance or of bounds, after Evaluate: the chunks beyond those named that changed, ascending. The level or the
+  // bound of an edge changed there, which a named patch shares.
   [[nodiscard]] virtual std::span<const uint32_t> also_changed() const { return {}; }
   // With a tolerance, after Evaluate: PatternKey::Code of each patch of a chunk that exists.
   [[nodiscard]] virtual std::span<const uint16_t> Patterns(uint32_t /*chunk*/) const { return {}; }
@@ -158,7 +161,7 @@ class DeformView {
   // With a tolerance: how it is evaluated where its plan is a slice and devices must agree on levels. Null: not at all.
   [[nodiscard]] virtual ToleranceSlice* tolerance_slice() { return nullptr; }
 
-  // Copies the vertices of one chunk in wire layout: ChunkPoints * BytesPerPoint bytes.
+  // Copies the vertices of one chunk in wire layout: ChunkPoints * BytesPerPoint bytes, or its bounds, one byte each.
   [[nodiscard]] virtual absl::Status Read(uint32_t chunk, std::span<uint8_t> out) = 0;
 
   // Encodes the vertices of `chunks`; the results are in the same order. Chunks of one device must ascend, as
@@ -183,6 +186,8 @@ class DeformTarget {
   virtual Pipeline pipeline() const = 0;
   // Whether its views may have a tolerance.
   [[nodiscard]] virtual bool has_tolerance() const { return false; }
+  // Whether it has views of kEdgeBounds.
+  [[nodiscard]] virtual bool has_edge_bounds() const { return false; }
   // The traits of the views that CreateView makes for `spec`, which must be valid.
   [[nodiscard]] virtual ViewTraits Traits(const ViewSpec& spec) const = 0;
   // kInvalidArgument for a spec out of limits; kResourceExhausted with asked and free bytes.
@@ -214,8 +219,8 @@ class Backend {
 [[nodiscard]] size_t ChunkPoints(const DeformPlan& plan, size_t chunk, int segments);
 // The points of patches with these patterns, PatternKey::Code of each.
 [[nodiscard]] size_t PatternPoints(std::span<const uint16_t> patterns);
-// kInvalidArgument, reason UNSUPPORTED, for a tolerance that the target's views cannot have.
-[[nodiscard]] absl::Status CheckTolerance(const DeformTarget& target, const ViewSpec& spec);
+// kInvalidArgument, reason UNSUPPORTED, for a tolerance or bounds that the target's views cannot have.
+[[nodiscard]] absl::Status CheckSupported(const DeformTarget& target, const ViewSpec& spec);
 // The points of a chunk of a view of `plan`, with a tolerance after Evaluate.
 [[nodiscard]] size_t ChunkPoints(const DeformView& view, const DeformPlan& plan, uint32_t chunk);
 

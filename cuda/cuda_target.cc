@@ -36,7 +36,7 @@ class CudaTarget : public DeformTarget {
 
   absl::StatusOr<std::unique_ptr<DeformView>> CreateView(const ViewSpec& spec) override {
     LATTICED_RETURN_IF_ERROR(Validate(spec));
-    LATTICED_RETURN_IF_ERROR(CheckTolerance(*this, spec));
+    LATTICED_RETURN_IF_ERROR(CheckSupported(*this, spec));
     const DeviceGuard guard(context_->device());
     if (spec.tolerance > 0) return CreateAdaptiveView(spec);
     return CatchBadAlloc("the view", [&]() -> absl::StatusOr<std::unique_ptr<DeformView>> {

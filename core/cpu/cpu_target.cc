@@ -7,6 +7,7 @@
 #include "core/base/catch_bad_alloc.h"
 #include "core/base/status_macros.h"
 #include "core/cpu/adaptive/adaptive_view.h"
+#include "core/cpu/adaptive/edge_bound_view.h"
 #include "core/cpu/cpu_view.h"
 #include "core/cpu/fused/cpu_fused.h"
 #include "core/cpu/gemm/cpu_gemm.h"
@@ -75,11 +76,13 @@ class CpuTarget : public DeformTarget {
   const DeformPlan& plan() const override { return *plan_; }
   Pipeline pipeline() const override { return pipeline_; }
   bool has_tolerance() const override { return pipeline_ == Pipeline::kFused; }
+  bool has_edge_bounds() const override { return pipeline_ == Pipeline::kFused; }
 
   absl::StatusOr<std::unique_ptr<DeformView>> CreateView(const ViewSpec& spec) override {
     LATTICED_RETURN_IF_ERROR(Validate(spec));
-    LATTICED_RETURN_IF_ERROR(CheckTolerance(*this, spec));
-    if (spec.tolerance > 0) return CreateAdaptiveView(spec);
+    LATTICED_RETURN_IF_ERROR(CheckSupported(*this, spec));
+    if (spec.format == VertexFormat::kEdgeBounds) return Create<EdgeBoundView>(spec);
+    if (spec.tolerance > 0) return Create<AdaptiveView>(spec);
     LATTICED_ASSIGN_OR_RETURN(const auto stage,
                               StageMatrices::Get(plan_->structure.patch_degree(), spec.segments));
     return CatchBadAlloc("the view", [&]() -> absl::StatusOr<std::unique_ptr<DeformView>> {
@@ -115,6 +118,9 @@ class CpuTarget : public DeformTarget {
   }
 
   ViewTraits Traits(const ViewSpec& spec) const override {
+    if (spec.format == VertexFormat::kEdgeBounds) {
+      return {.host_bytes = EdgeBoundView::MostBytes(*plan_)};
+    }
     ViewTraits traits{
         .host_bytes = spec.tolerance > 0 ? AdaptiveView::MostBytes(*plan_, spec)
                                          : MakeVertexLayout(*plan_, spec).total_bytes() +
@@ -136,9 +142,11 @@ class CpuTarget : public DeformTarget {
   }
 
  private:
-  absl::StatusOr<std::unique_ptr<DeformView>> CreateAdaptiveView(const ViewSpec& spec) const {
+  // A view of pipeline fused that is no CpuView.
+  template <typename View>
+  absl::StatusOr<std::unique_ptr<DeformView>> Create(const ViewSpec& spec) const {
     return CatchBadAlloc("the view", [&]() -> absl::StatusOr<std::unique_ptr<DeformView>> {
-      return std::make_unique<AdaptiveView>(fused_plan_, spec, context_);
+      return std::make_unique<View>(fused_plan_, spec, context_);
     });
   }
 

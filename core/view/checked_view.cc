@@ -42,7 +42,8 @@ absl::Status CheckedView::CheckEvaluate(std::span<const Vec3d> control_points,
   }
   const bool same_box = box_ && box_->origin == box.origin && box_->range == box.range;
   // A tolerance is measured by the box.
-  const bool boxed = spec_.format == VertexFormat::kQuantised || spec_.tolerance > 0;
+  const bool boxed = spec_.format == VertexFormat::kQuantised ||
+                     (spec_.format == VertexFormat::kFloat32 && spec_.tolerance > 0);
   if ((!box_ || (boxed && !same_box)) && chunks.size() != plan_->chunk_count()) {
     return error::InvalidField("chunks",
                                "the first evaluation, and one under another box, needs all");
@@ -62,7 +63,7 @@ absl::Status CheckedView::Evaluate(std::span<const Vec3d> control_points,
 absl::Status CheckedView::Read(uint32_t chunk, std::span<uint8_t> out) {
   LATTICED_RETURN_IF_ERROR(CheckChunk(chunk));
   if (!box_) return NotEvaluated();
-  const size_t needed = ChunkPoints(*this, *plan_, chunk) * BytesPerPoint(spec_);
+  const size_t needed = SizeOf(chunk);
   if (out.size() == needed) return ReadChunk(chunk, out);
   return error::InvalidField(
       "out", fmt::format("got room for {} bytes, chunk {} has {}", out.size(), chunk, needed));

@@ -47,6 +47,10 @@ class CheckedView : public DeformView {
                                       const QuantisationBox& box,
                                       std::span<const uint32_t> chunks) = 0;
   virtual absl::Status ReadChunk(uint32_t chunk, std::span<uint8_t> out) = 0;
+  // The bytes that Read copies.
+  virtual size_t SizeOf(uint32_t chunk) const {
+    return ChunkPoints(*this, *plan_, chunk) * BytesPerPoint(spec_);
+  }
   virtual absl::Status EncodeChunks(std::span<const uint32_t> chunks, Encoding encoding,
                                     std::span<VertexDigest> digests,
                                     std::span<SharedBytes> results) = 0;

@@ -14,7 +14,6 @@
 #ifndef LATTICED_CORE_CPU_ADAPTIVE_ADAPTIVE_EVALUATOR_H_
 #define LATTICED_CORE_CPU_ADAPTIVE_ADAPTIVE_EVALUATOR_H_
 
-#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -25,6 +24,7 @@
 #include "core/cpu/adaptive/chunk_vertices.h"
 #include "core/cpu/adaptive/frame_boxes.h"
 #include "core/cpu/adaptive/level_table.h"
+#include "core/cpu/adaptive/patch_bounder.h"
 #include "core/cpu/fused/fused_plan.h"
 #include "core/view/cpu_arena.h"
 
@@ -47,7 +47,7 @@ class AdaptiveEvaluator {
   void Finish(ChunkVertices& vertices);
 
   // By box: what the slack of bounds needs. A slice gets that of all slices before its first evaluation.
-  std::span<Vec3d> reach() { return reach_; }
+  std::span<Vec3d> reach() { return bounder_.reach(); }
   LevelTable& levels() { return levels_; }
   // Of the evaluation that runs.
   const QuantisationBox& box() const { return frame_->box; }
@@ -69,15 +69,11 @@ class AdaptiveEvaluator {
     std::vector<uint32_t> changed;  // the chunks whose patterns changed
   };
 
-  void MeasureReach();
-  // The groups of 16 patches that are to be bounded; their boxes are needed then.
-  std::vector<uint32_t> GroupsToBound();
-
   const std::shared_ptr<const fused::FusedPlan> plan_;
   const ViewSpec spec_;
   CpuArena& arena_;
   const uint64_t most_points_;
-  std::vector<Vec3d> reach_;
+  PatchBounder bounder_;
   LevelTable levels_;
   double curvature_tolerance_ = 0;  // of the last Choose
   std::vector<uint32_t> all_chunks_;

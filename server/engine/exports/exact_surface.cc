@@ -201,7 +201,7 @@ absl::StatusOr<PolygonMesh> ExactSurface(const RenderInput& input, const ViewSpe
   }
   RenderBackend& backend = input.target->backend();
   LATTICED_ASSIGN_OR_RETURN(const auto target, input.target->Get());
-  LATTICED_RETURN_IF_ERROR(CheckTolerance(*target, spec));
+  LATTICED_RETURN_IF_ERROR(CheckSupported(*target, spec));
   LATTICED_ASSIGN_OR_RETURN(auto view, backend.Run([&] { return target->CreateView(spec); }));
   std::vector<uint32_t> chunks(plan.chunk_count());
   std::iota(chunks.begin(), chunks.end(), 0u);

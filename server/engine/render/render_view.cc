@@ -121,7 +121,7 @@ absl::Status RenderView::PrepareVertices(const RenderInput& input) {
   // Dropped first, so that old and new vertices are never in memory together.
   DropVertices();
   LATTICED_ASSIGN_OR_RETURN(target_, input.target->Get());
-  LATTICED_RETURN_IF_ERROR(CheckTolerance(*target_, key().spec));
+  LATTICED_RETURN_IF_ERROR(CheckSupported(*target_, key().spec));
   traits_ = target_->Traits(key().spec);
   MemoryBudget& memory = backend_->memory();
   LATTICED_ASSIGN_OR_RETURN(

@@ -1,0 +1,54 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "core/cpu/adaptive/edge_bound_view.h"
+
+#include <algorithm>
+#include <iterator>
+#include <utility>
+
+namespace latticed {
+
+EdgeBoundView::EdgeBoundView(std::shared_ptr<const fused::FusedPlan> plan, const ViewSpec& spec,
+                             std::shared_ptr<CpuContext> context)
+    : CheckedView(plan->plan, spec),
+      fused_plan_(std::move(plan)),
+      context_(std::move(context)),
+      bounder_(fused_plan_, context_->arena),
+      bytes_(fused_plan_->plan),
+      encoder_(this->plan(), spec, context_->encoder, context_->arena) {}
+
+absl::Status EdgeBoundView::EvaluateChunks(std::span<const Vec3d> control_points,
+                                           const QuantisationBox&,
+                                           std::span<const uint32_t> chunks) {
+  fused::FrameBoxes boxes(*fused_plan_, control_points);
+  bounder_.Bound(chunks, control_points, boxes,
+                 [this](size_t patch, const CurvatureBounds<float>& bounds) {
+                   bytes_.SetBounds(patch, bounds);
+                 });
+  const std::vector<uint32_t> changed = bytes_.Update(chunks, context_->arena);
+  also_changed_.clear();
+  std::ranges::set_difference(changed, chunks, std::back_inserter(also_changed_));
+  return absl::OkStatus();
+}
+
+absl::Status EdgeBoundView::ReadChunk(uint32_t chunk, std::span<uint8_t> out) {
+  std::ranges::copy(bytes_[chunk], out.begin());
+  return absl::OkStatus();
+}
+
+absl::Status EdgeBoundView::EncodeChunks(std::span<const uint32_t> chunks, Encoding encoding,
+                                         std::span<VertexDigest> digests,
+                                         std::span<SharedBytes> results) {
+  const auto bytes_of = [&](size_t i, std::vector<uint8_t>&) { return bytes_[chunks[i]]; };
+  return encoder_.Encode(chunks, encoding, box().range, bytes_of, digests, results);
+}
+
+MemoryUse EdgeBoundView::memory() const {
+  return {{"bounds", bytes_.MemoryBytes() + bounder_.MemoryBytes()}};
+}
+
+uint64_t EdgeBoundView::MostBytes(const DeformPlan& plan) {
+  return EdgeBoundTable::BytesFor(plan) + plan.boxes.size() * sizeof(Vec3d);
+}
+
+}  // namespace latticed

@@ -1,0 +1,52 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Bounds of the second derivatives of patches on the CPU, 16 patches at a time (kernel/adaptive_bounds-inl.h). Patches
+// outside the frame are skipped: they do not bend.
+//
+// Threads  one thread at a time; uses those of the arena
+#ifndef LATTICED_CORE_CPU_ADAPTIVE_PATCH_BOUNDER_H_
+#define LATTICED_CORE_CPU_ADAPTIVE_PATCH_BOUNDER_H_
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "absl/functional/function_ref.h"
+#include "core/adaptive/patch_curvature.h"
+#include "core/cpu/adaptive/frame_boxes.h"
+#include "core/cpu/fused/fused_plan.h"
+#include "core/view/cpu_arena.h"
+
+namespace latticed {
+
+class PatchBounder {
+ public:
+  // Takes the bounds of one patch. Called from the arena's threads, once per patch.
+  using Take = absl::FunctionRef<void(size_t patch, const CurvatureBounds<float>& bounds)>;
+
+  // Keeps a reference to the arena.
+  PatchBounder(std::shared_ptr<const fused::FusedPlan> plan, CpuArena& arena);
+
+  // Bounds the patches of `chunks`, and those that share a group of 16 with them. Makes the boxes that this needs.
+  void Bound(std::span<const uint32_t> chunks, std::span<const Vec3d> control_points,
+             fused::FrameBoxes& boxes, Take take) const;
+
+  // By box: what the slack of bounds needs.
+  std::span<Vec3d> reach() { return reach_; }
+  size_t MemoryBytes() const { return reach_.size() * sizeof(Vec3d); }
+
+ private:
+  void MeasureReach();
+  // Their boxes are needed then.
+  std::vector<uint32_t> GroupsOf(std::span<const uint32_t> chunks, fused::FrameBoxes& boxes) const;
+
+  const std::shared_ptr<const fused::FusedPlan> plan_;
+  CpuArena& arena_;
+  std::vector<Vec3d> reach_;
+};
+
+}  // namespace latticed
+
+#endif  // LATTICED_CORE_CPU_ADAPTIVE_PATCH_BOUNDER_H_
