@@ -7,7 +7,8 @@
 //   boxes     the non-empty cells of the knot grid, u fastest, then the outside box: it stands for all that lies
 //             outside the frame, and has the identity map
 //   vertices  corners of patches; all patches around a vertex name the same one
-//   edges     edges of patches, end points in canonical order (lexicographic by world position)
+//   edges     edges of patches, end points in canonical order (lexicographic by world position); numbered in the order
+//             of first use: by patches in order, in a patch by its edges 0, 1, 2
 //   patches   sub-triangles, sorted by box, then along a Morton curve. They keep the winding of the source, and are
 //             rotated so that the edge from corner 0 to corner 1 is the longest in the world
 //   chunks    runs of limits::kPatchesPerChunk patches; the last may be shorter

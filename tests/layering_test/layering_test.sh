@@ -9,16 +9,17 @@
 set -euo pipefail
 cd "$1"
 
-readonly below_backends="core/base/ core/mesh/ core/ffd/ core/adaptive/ core/codec/ core/backend.h core/view/"
+readonly below_backends="core/base/ core/mesh/ core/ffd/ core/adaptive/ core/patches/ core/codec/ core/backend.h core/view/"
 # layer    prefixes of paths that it may include
 declare -A allowed=(
   [core/base]="core/base/"
   [core/mesh]="core/base/ core/mesh/"
   [core/ffd]="core/base/ core/mesh/ core/ffd/"
   [core/adaptive]="core/base/ core/mesh/ core/ffd/ core/adaptive/"
-  [core/backend]="core/base/ core/mesh/ core/ffd/ core/adaptive/ core/backend.h"
+  [core/patches]="core/base/ core/mesh/ core/ffd/ core/adaptive/ core/patches/"
+  [core/backend]="core/base/ core/mesh/ core/ffd/ core/adaptive/ core/patches/ core/backend.h"
   [core/codec]="core/base/ core/mesh/ core/ffd/ core/codec/"
-  [core/view]="core/base/ core/mesh/ core/ffd/ core/adaptive/ core/codec/ core/backend.h core/view/"
+  [core/view]="core/base/ core/mesh/ core/ffd/ core/adaptive/ core/patches/ core/codec/ core/backend.h core/view/"
   [core/cpu/gemm]="$below_backends core/cpu/cpu_context.h core/cpu/vertex_kernel.h core/cpu/gemm/"
   [core/cpu/fused/kernel]="$below_backends core/cpu/fused/kernel/"
   [core/cpu/fused]="$below_backends core/cpu/cpu_context.h core/cpu/flush_denormals.h core/cpu/vertex_kernel.h core/cpu/fused/"
@@ -76,7 +77,7 @@ readonly guarded=(
 set_layer() {  # FILE
   case $1 in
     core/base/*) layer=core/base ;; core/mesh/*) layer=core/mesh ;; core/ffd/*) layer=core/ffd ;;
-    core/adaptive/*) layer=core/adaptive ;; core/codec/*) layer=core/codec ;; core/view/*) layer=core/view ;; core/cpu/*/*) layer=${1%/*} ;; core/cpu/*) layer=core/cpu ;; core/*) layer=core/backend ;;
+    core/adaptive/*) layer=core/adaptive ;; core/patches/*) layer=core/patches ;; core/codec/*) layer=core/codec ;; core/view/*) layer=core/view ;; core/cpu/*/*) layer=${1%/*} ;; core/cpu/*) layer=core/cpu ;; core/*) layer=core/backend ;;
     cuda/*/*) layer=${1%/*} ;; cuda/*) layer=cuda ;;
     server/*/*) layer=${1%/*} ;; server/*) layer=server ;; tests/*) layer=tests ;;
     client/cpp/latticectl/commands/*) layer=client/latticectl ;;
