@@ -41,7 +41,7 @@ LATTICED_HD constexpr OctahedralNormal CanonicaliseOctahedral(OctahedralNormal n
   return n;
 }
 
-// `n` need not be unit; the zero vector maps to +x. 6 <= bits <= 12.
+// `n` need not be unit; the zero vector maps to +x. 6 <= bits <= 16.
 LATTICED_HD inline OctahedralNormal QuantiseNormal(Vec3f n, int bits) {
   // Draco calls anything shorter (in the L1 norm) the zero vector and stores +x for it.
   constexpr double kShortestNormal = 1e-6;

@@ -16,7 +16,7 @@ declare -A allowed=(
   [core/mesh]="core/base/ core/mesh/"
   [core/ffd]="core/base/ core/mesh/ core/ffd/"
   [core/adaptive]="core/base/ core/mesh/ core/ffd/ core/adaptive/"
-  [core/patches]="core/base/ core/mesh/ core/ffd/ core/adaptive/ core/patches/"
+  [core/patches]="core/base/ core/mesh/ core/ffd/ core/adaptive/ core/codec/octahedral.h core/patches/"
   [core/backend]="core/base/ core/mesh/ core/ffd/ core/adaptive/ core/patches/ core/backend.h"
   [core/codec]="core/base/ core/mesh/ core/ffd/ core/codec/"
   [core/view]="core/base/ core/mesh/ core/ffd/ core/adaptive/ core/patches/ core/codec/ core/backend.h core/view/"
@@ -64,6 +64,7 @@ readonly guarded=(
   '^(grpcpp|grpc|google/protobuf|google/rpc)/' '^(server/(wire|rpc|edge|web|[a-z_]+\.)|client/|tests/)'
   '^(spdlog|CLI)/' '^(server|client|tests)/'
   '^boost/' '^(server|tests/server)/web/|^tests/fuzz/http|^server/(net|edge)/|^server/rpc/server_env\.cc$'
+  '^zlib' '^core/patches/zlib_stream'
   '^draco' '^(core/codec|client|server|tests)/'
   '^(tbb|oneapi)/' '^(core/(cpu|view)|server|tests)/'
   '^hwy/' '^(core/(cpu|codec|view)|tests)/'
