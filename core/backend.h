@@ -73,6 +73,11 @@ struct ViewSpec {
   friend auto operator<=>(const ViewSpec&, const ViewSpec&) = default;
 };
 
+// Whether views have positions. Only these depend on the quantisation box.
+[[nodiscard]] inline bool HasPositions(const ViewSpec& spec) {
+  return spec.format != VertexFormat::kEdgeBounds;
+}
+
 // Bytes of one point in wire layout. 0 for kEdgeBounds.
 [[nodiscard]] size_t BytesPerPoint(const ViewSpec& spec);
 

@@ -47,6 +47,9 @@ inline constexpr size_t kMaxMessageBytes = size_t{1} << 20;
 // Chunks are batched into messages of this size or more, up to kMaxChunkBatchBytes.
 inline constexpr size_t kMinChunkBatchBytes = size_t{256} << 10;
 inline constexpr size_t kMaxChunkBatchBytes = size_t{960} << 10;
+// Chunks of a message. Those of few bytes then stay below kMaxMessageBytes with all their headers.
+inline constexpr size_t kMaxBatchChunks = 8'192;
+inline constexpr size_t kMaxChunkHeadBytes = 26;
 
 // Transport. A client has a few concurrent calls, and one stream per window. Further calls wait at the client, which
 // may open another connection, as proxies do.

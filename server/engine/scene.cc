@@ -52,10 +52,9 @@ absl::StatusOr<std::shared_ptr<Scene>> Scene::Create(SceneConfig config,
 
   const MutexLock edit_lock(&scene->edit_mutex_);
   auto state = scene->editor_.FirstState(std::move(prepared.state), absl::Now());
-  LATTICED_RETURN_IF_ERROR(SettleTolerance(scene->config_.default_view,
-                                           prepared.target->has_tolerance(), state->box,
-                                           "default_view")
-                               .status());
+  LATTICED_RETURN_IF_ERROR(
+      SettleTolerance(scene->config_.default_view, *prepared.target, state->box, "default_view")
+          .status());
   const MutexLock lock(&scene->mutex_);
   scene->head_ = {std::move(state), std::move(prepared.target)};
   return scene;
@@ -142,7 +141,8 @@ void Scene::Publish(const EditCommit& commit, std::shared_ptr<TargetSlot> target
     head_.state = commit.state;
     if (commit.structure_changed) head_.target = std::move(target);
     for (const auto& [key, view] : views_) {
-      commit.all_dirty ? view->MarkAllDirty() : view->MarkDirty(commit.dirty);
+      const bool all = commit.structure_changed || (commit.box_changed && HasPositions(key.spec));
+      all ? view->MarkAllDirty() : view->MarkDirty(commit.dirty);
     }
     log_.Add(commit.delta, commit.structure_changed);
     last_use_ = absl::Now();

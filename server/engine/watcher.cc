@@ -87,7 +87,7 @@ void Watcher::ChooseDetail(absl::Time now) {
   const auto state = scene_->State();
   const std::optional<ClientSurface>& had = client_.had;
   const bool same_grid = had.has_value() && had->structure_id == state->structure_id &&
-                         had->quantisation_id == state->box.id;
+                         had->quantisation_id == QuantisationId(had->view, state->box);
   SwitchTo(detail_.Choose(*state, same_grid ? &had->view : nullptr, now));
   const absl::Time change = LevelOfDetail::ChangesAt(*state);
   if (board_ != full_board_ && change > now) wake_at_ = change;

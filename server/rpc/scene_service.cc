@@ -24,6 +24,7 @@
 #include "server/engine/watch_control.h"
 #include "server/rpc/deform_stream.h"
 #include "server/rpc/method.h"
+#include "server/rpc/patch_plan.h"
 #include "server/rpc/server_env.h"
 #include "server/rpc/services.h"
 #include "server/rpc/topology.h"
@@ -237,8 +238,7 @@ absl::Status SettleTolerance(const RenderInput& head, ExportSpec* spec) {
   view.key.spec = {.tolerance = spec->tolerance,
                    .format = drc ? VertexFormat::kQuantised : VertexFormat::kFloat32,
                    .position_bits = spec->position_bits};
-  LATTICED_ASSIGN_OR_RETURN(
-      view, SettleTolerance(view, head.target->has_tolerance(), head.state->box, "view"));
+  LATTICED_ASSIGN_OR_RETURN(view, SettleTolerance(view, *head.target, head.state->box, "view"));
   spec->position_bits = view.key.spec.position_bits;
   return absl::OkStatus();
 }
@@ -296,6 +296,8 @@ constexpr UnaryMethod kEvaluatePoints{Rpc{"SceneService/EvaluatePoints", Role::k
 constexpr UnaryMethod kPick{Rpc{"SceneService/Pick", Role::kRead}, PickInScene};
 constexpr UnaryMethod kControlWatch{Rpc{"SceneService/ControlWatch", Role::kRead}, ControlWatch};
 constexpr PartMethod kGetTopology{Rpc{"SceneService/GetTopology", Role::kRead}, OpenTopology};
+constexpr PartMethod kGetPatchPlan{Rpc{"SceneService/GetPatchPlan", Role::kRead}, OpenPatchPlan,
+                                   Lane::kLong};
 constexpr PartMethod kExport{Rpc{"SceneService/Export", Role::kRead}, OpenExport, Lane::kLong};
 constexpr Rpc kDeform{"SceneService/Deform", Role::kRead};
 constexpr Rpc kWatch{"SceneService/Watch", Role::kRead};
@@ -309,8 +311,9 @@ using Scenes = S::WithRawCallbackMethod_CreateScene<S::WithRawCallbackMethod_Get
     S::WithRawCallbackMethod_ListScenes<S::WithRawCallbackMethod_DeleteScene<Streams>>>>;
 using Edits = S::WithRawCallbackMethod_GetLattice<
     S::WithRawCallbackMethod_ApplyEdits<S::WithRawCallbackMethod_ControlWatch<Scenes>>>;
-using SceneServiceBase = S::WithRawCallbackMethod_GetTopology<S::WithRawCallbackMethod_Export<
-    S::WithRawCallbackMethod_Pick<S::WithRawCallbackMethod_EvaluatePoints<Edits>>>>;
+using Plans = S::WithRawCallbackMethod_GetTopology<S::WithRawCallbackMethod_GetPatchPlan<Edits>>;
+using SceneServiceBase = S::WithRawCallbackMethod_Export<
+    S::WithRawCallbackMethod_Pick<S::WithRawCallbackMethod_EvaluatePoints<Plans>>>;
 
 class SceneServiceImpl final : public SceneServiceBase {
  public:
@@ -345,6 +348,9 @@ class SceneServiceImpl final : public SceneServiceBase {
   }
   Writer* GetTopology(Context* context, const Bytes* request) override {
     return kGetTopology.Run(env_, context, request);
+  }
+  Writer* GetPatchPlan(Context* context, const Bytes* request) override {
+    return kGetPatchPlan.Run(env_, context, request);
   }
   Writer* Export(Context* context, const Bytes* request) override {
     return kExport.Run(env_, context, request);

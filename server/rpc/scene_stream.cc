@@ -39,6 +39,8 @@ uint64_t MostMessageBytes(const SceneState& state, const ViewKey& key) {
   uint64_t large =
       std::max(state.control_points->size() * sizeof(Vec3d), VertexBytes(*state.plan, key));
   if (key.spec.tolerance > 0) large = std::max(large, kPatterns);
+  large +=
+      std::min(state.plan->chunk_count(), limits::kMaxBatchChunks) * limits::kMaxChunkHeadBytes;
   return std::min<uint64_t>(large + kSmall, limits::kMaxMessageBytes);
 }
 

@@ -26,7 +26,7 @@ absl::StatusOr<WatchView> ViewOf(const v1::ViewOptions& options, const Scene& sc
   LATTICED_ASSIGN_OR_RETURN(const auto view,
                             WatchViewFromProto(options, scene.config().default_view, "view"));
   const RenderInput head = scene.Head();
-  return SettleTolerance(view, head.target->has_tolerance(), head.state->box, "view");
+  return SettleTolerance(view, *head.target, head.state->box, "view");
 }
 
 }  // namespace

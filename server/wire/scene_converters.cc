@@ -191,7 +191,9 @@ absl::StatusOr<ExportSpec> ExportSpecFromProto(const v1::ExportRequest& request,
                                                const WatchView& defaults) {
   LATTICED_ASSIGN_OR_RETURN(const auto format,
                             ReadEnum(kExportFormats, request.format(), "format"));
-  LATTICED_ASSIGN_OR_RETURN(const auto view, WatchViewFromProto(request.view(), defaults, "view"));
+  // Segments and tolerance count, whatever the encoding of the default view.
+  LATTICED_ASSIGN_OR_RETURN(const auto view,
+                            DefaultViewFromProto(request.view(), defaults, "view"));
   LATTICED_ASSIGN_OR_RETURN(const auto geometry,
                             ReadEnum(kExportGeometries, request.geometry(), "geometry"));
   if (geometry != ExportGeometry::kExact && !format.has_value()) {

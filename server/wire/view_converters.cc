@@ -25,7 +25,8 @@ constexpr auto kEncodings = std::to_array<std::pair<v1::Encoding, Encoding>>(
     {{v1::ENCODING_DRACO_POINTS, Encoding::kDracoPoints},
      {v1::ENCODING_DRACO_MESH, Encoding::kDracoMesh},
      {v1::ENCODING_RAW, Encoding::kRaw},
-     {v1::ENCODING_QUANTISED, Encoding::kQuantised}});
+     {v1::ENCODING_QUANTISED, Encoding::kQuantised},
+     {v1::ENCODING_PATCHES, Encoding::kPatches}});
 
 // Takes the numbers of `options` that are not 0.
 absl::Status TakeNumbers(const v1::ViewOptions& options, std::string_view field, WatchView& view) {
@@ -86,10 +87,9 @@ WatchView DefaultView(bool smooth) {
 absl::StatusOr<WatchView> DefaultViewFromProto(const v1::ViewOptions& options,
                                                const WatchView& defaults, std::string_view field) {
   WatchView view = defaults;
-  if (options.normals() != v1::NORMAL_MODE_UNSPECIFIED) {
-    LATTICED_ASSIGN_OR_RETURN(view.key.spec.normals, ReadEnum(kNormals, options.normals(),
-                                                              fmt::format("{}.normals", field)));
-  }
+  LATTICED_ASSIGN_OR_RETURN(view.key.spec.normals,
+                            NormalModeFromProto(options.normals(), view.key.spec.normals,
+                                                fmt::format("{}.normals", field)));
   if (options.encoding() != v1::ENCODING_UNSPECIFIED) {
     LATTICED_ASSIGN_OR_RETURN(view.key.encoding, ReadEnum(kEncodings, options.encoding(),
                                                           fmt::format("{}.encoding", field)));
@@ -109,6 +109,9 @@ absl::StatusOr<WatchView> WatchViewFromProto(const v1::ViewOptions& options,
   auto view = DefaultViewFromProto(options, defaults, field);
   if (!view.ok()) return view;
   ViewSpec& spec = view->key.spec;
+  if (!HasPositions(spec)) {
+    return WatchView{.key = {{.normals = spec.normals, .format = spec.format}, view->key.encoding}};
+  }
   const bool raw = spec.format == VertexFormat::kFloat32;
   if (raw) {
     const int bits = defaults.key.spec.position_bits;
@@ -122,10 +125,18 @@ absl::StatusOr<WatchView> WatchViewFromProto(const v1::ViewOptions& options,
   return view;
 }
 
+absl::StatusOr<NormalMode> NormalModeFromProto(v1::NormalMode mode, NormalMode unspecified,
+                                               std::string_view field) {
+  if (mode == v1::NORMAL_MODE_UNSPECIFIED) return unspecified;
+  return ReadEnum(kNormals, mode, field);
+}
+
+v1::NormalMode ToProto(NormalMode mode) { return WriteEnum(kNormals, mode); }
+
 v1::ViewOptions ToProto(const WatchView& view) {
   v1::ViewOptions result;
   result.set_segments(view.key.spec.segments);
-  result.set_normals(WriteEnum(kNormals, view.key.spec.normals));
+  result.set_normals(ToProto(view.key.spec.normals));
   result.set_encoding(WriteEnum(kEncodings, view.key.encoding));
   result.set_position_bits(view.key.spec.position_bits);
   result.set_normal_bits(view.key.spec.normal_bits);

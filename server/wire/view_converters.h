@@ -24,12 +24,18 @@ namespace latticed {
 [[nodiscard]] absl::StatusOr<WatchView> DefaultViewFromProto(const v1::ViewOptions& options,
                                                              const WatchView& defaults,
                                                              std::string_view field);
-// The same for a watcher. Bits that have no effect are set to the defaults, so that views with the same
+// The same for a watcher. Numbers that have no effect are set to the defaults, so that views with the same
 // result are one view.
 [[nodiscard]] absl::StatusOr<WatchView> WatchViewFromProto(const v1::ViewOptions& options,
                                                            const WatchView& defaults,
                                                            std::string_view field);
 [[nodiscard]] v1::ViewOptions ToProto(const WatchView& view);
+
+// UNSPECIFIED: `unspecified`. `field` is the whole path.
+[[nodiscard]] absl::StatusOr<NormalMode> NormalModeFromProto(v1::NormalMode mode,
+                                                             NormalMode unspecified,
+                                                             std::string_view field);
+[[nodiscard]] v1::NormalMode ToProto(NormalMode mode);
 
 }  // namespace latticed
 

@@ -211,7 +211,9 @@ grpc::ByteBuffer EncodeChunks(const ChunkBatch& batch) {
   AppendField(v1::Chunks::kUpdateIdFieldNumber, kVarint, batch.update_id, head);
   AppendField(v1::Chunks::kTopologyIdFieldNumber, kBytes, batch.topology_id.size(), head);
   head += batch.topology_id;
-  AppendField(v1::Chunks::kQuantisationIdFieldNumber, kVarint, batch.snapshot->box.id, head);
+  if (const uint64_t id = batch.snapshot->quantisation_id(); id != 0) {
+    AppendField(v1::Chunks::kQuantisationIdFieldNumber, kVarint, id, head);
+  }
 
   std::vector<std::string> heads, tails;
   size_t length = head.size();

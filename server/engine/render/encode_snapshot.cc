@@ -43,7 +43,7 @@ absl::StatusOr<std::shared_ptr<Snapshot>> EncodeSnapshot(const ViewKey& key,
   snapshot->edit_time = state.commit_time;
   const bool same_plan = before != nullptr && before->structure_id == state.structure_id;
   // Under another quantisation box the same integers mean other positions.
-  const bool comparable = same_plan && before->box.id == state.box.id;
+  const bool comparable = same_plan && before->quantisation_id() == snapshot->quantisation_id();
   snapshot->chunks = same_plan ? before->chunks.Share() : ChunkTable(state.plan->chunk_count());
 
   const absl::Time start = absl::Now();

@@ -23,6 +23,7 @@ absl::Status NobodyWatches() { return absl::CancelledError("the last watcher lef
 }  // namespace
 
 uint64_t VertexBytes(const DeformPlan& plan, const ViewKey& key) {
+  if (!HasPositions(key.spec)) return plan.edges.size();
   return plan.patches.size() * static_cast<uint64_t>(PointsPerPatch(key.spec.segments)) *
          BytesPerPoint(key.spec);
 }
@@ -74,8 +75,11 @@ std::optional<RenderWork> RenderView::Begin(std::shared_ptr<RenderView> self, Re
 }
 
 uint64_t RenderView::PointsOf(size_t chunks) const {
-  return uint64_t{chunks} * limits::kPatchesPerChunk *
-         static_cast<uint64_t>(PointsPerPatch(key().spec.segments));
+  // The bounds of a patch take as long as some points.
+  constexpr int kBoundsInPoints = 6;
+  const ViewSpec& spec = key().spec;
+  const int points = HasPositions(spec) ? PointsPerPatch(spec.segments) : kBoundsInPoints;
+  return uint64_t{chunks} * limits::kPatchesPerChunk * static_cast<uint64_t>(points);
 }
 
 bool RenderView::Run(const RenderWork& work) {

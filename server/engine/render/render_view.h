@@ -52,7 +52,7 @@ struct RenderWork {
   std::vector<uint32_t> chunks;  // dirty, ascending; may be empty
 };
 
-// The bytes of all vertices of a view. Its encoded chunks take no more, except for their headers.
+// The bytes of all vertices of a view, or of its bounds. Its encoded chunks take no more, except for their headers.
 [[nodiscard]] uint64_t VertexBytes(const DeformPlan& plan, const ViewKey& key);
 // The most that a view's snapshots may keep. Draco streams usually take a quarter of their
 // vertices, so there is room for four; raw and quantised chunks are their vertices.

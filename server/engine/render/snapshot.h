@@ -25,12 +25,18 @@ struct ViewKey {
   friend auto operator<=>(const ViewKey&, const ViewKey&) = default;
 };
 
+[[nodiscard]] inline uint64_t QuantisationId(const ViewKey& view, const QuantisationBox& box) {
+  return HasPositions(view.spec) ? box.id : 0;
+}
+
 struct Snapshot {
   uint64_t number = 0;  // rises within a view, from 1
   ViewKey view;
   uint64_t revision = 0;
   uint64_t structure_id = 0;
   QuantisationBox box;
+  // The grid of its chunks: 0 for a view without positions.
+  uint64_t quantisation_id() const { return QuantisationId(view, box); }
   std::shared_ptr<const DeformPlan> plan;
   ChunkTable chunks;
   uint64_t held_bytes = 0;     // what the chunks keep in memory; chunk_blocks.h

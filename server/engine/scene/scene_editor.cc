@@ -59,7 +59,7 @@ absl::StatusOr<EditCommit> SceneEditor::Apply(const EditBatch& batch, const Scen
   commit.summary.patches_touched = next.patches_touched = dirty.patches();
   // NextState takes the commit time. It is called late, because finding the dirty chunks takes a while.
   next = NextState(batch, before, std::move(next), commit.structure_changed, clock());
-  commit.all_dirty = commit.structure_changed || next.box.id != before.box.id;
+  commit.box_changed = next.box.id != before.box.id;
   commit.delta = MakeDelta(batch, next, std::move(outcome->changed));
   commit.state = std::make_shared<const SceneState>(std::move(next));
   return commit;

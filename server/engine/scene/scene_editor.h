@@ -40,7 +40,7 @@ struct EditCommit {
   std::shared_ptr<const SceneState> state;
   std::shared_ptr<const LatticeDelta> delta;
   bool structure_changed = false;
-  bool all_dirty = false;       // the structure or the quantisation box is new
+  bool box_changed = false;     // the quantisation box is new
   std::vector<uint32_t> dirty;  // chunks, ascending
 };
 

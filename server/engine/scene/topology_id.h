@@ -16,9 +16,9 @@
 
 namespace latticed {
 
-// The segments that name the topology of a view: 0 for all views with a tolerance.
+// The segments that name the topology of a view: 0 for all views with a tolerance or without positions.
 [[nodiscard]] inline int TopologySegments(const ViewSpec& spec) {
-  return spec.tolerance > 0 ? 0 : spec.segments;
+  return spec.tolerance > 0 || !HasPositions(spec) ? 0 : spec.segments;
 }
 
 // 32 hex digits of a hash, a dash, and TopologySegments.

@@ -32,7 +32,7 @@ WatchEvent NextLattice(ClientState& client, const WatchOffer& offer) {
 bool IsComparable(const ClientState& client, const Snapshot& snapshot) {
   return client.had.has_value() && client.had->view == snapshot.view &&
          client.had->structure_id == snapshot.structure_id &&
-         client.had->quantisation_id == snapshot.box.id;
+         client.had->quantisation_id == snapshot.quantisation_id();
 }
 
 // The lowest revision that may be sent. Revisions never go back. In another detail, a revision that the client
@@ -86,7 +86,8 @@ ChunkBatch NextBatch(const ClientUpdate& update, const WatchOffer& offer) {
   ChunkBatch batch{
       .update_id = update.id, .topology_id = update.topology_id, .snapshot = offer.snapshot};
   const size_t enough = update.sent == 0 ? kFirstBatchBytes : limits::kMinChunkBatchBytes;
-  for (size_t i = update.sent; i < update.chunks.size() && batch.bytes < enough; ++i) {
+  const size_t end = std::min(update.chunks.size(), update.sent + limits::kMaxBatchChunks);
+  for (size_t i = update.sent; i < end && batch.bytes < enough; ++i) {
     const uint32_t chunk = update.chunks[i];
     const size_t bytes = offer.snapshot->chunks[chunk].bytes();
     if (!batch.chunks.empty() && batch.bytes + bytes > limits::kMaxChunkBatchBytes) break;
@@ -134,7 +135,7 @@ WatchEvent End(ClientState& client, const WatchOffer& offer) {
   const Snapshot& snapshot = *offer.snapshot;
   client.had = ClientSurface{.view = snapshot.view,
                              .structure_id = snapshot.structure_id,
-                             .quantisation_id = snapshot.box.id,
+                             .quantisation_id = snapshot.quantisation_id(),
                              .revision = snapshot.revision};
   client.covered = snapshot.revision;
   const ClientUpdate update = *std::exchange(client.update, std::nullopt);
@@ -155,8 +156,8 @@ NextEvent NextOfUpdate(ClientState& client, const WatchOffer& offer) {
     client.topology_id = update.topology_id;
     return {TopologyNews{update.topology_id, offer.snapshot}};
   }
-  const std::pair quantisation(offer.snapshot->box.id, offer.snapshot->view);
-  if (client.quantisation != quantisation) {
+  const std::pair quantisation(offer.snapshot->quantisation_id(), offer.snapshot->view);
+  if (quantisation.first != 0 && client.quantisation != quantisation) {
     client.quantisation = quantisation;
     return {QuantisationNews{offer.snapshot}};
   }

@@ -37,7 +37,7 @@ std::optional<ClientSurface> ParseResumeToken(std::string_view token, const Toke
   ClientSurface had{.view = view};
   if (parts.size() != 7 || !absl::SimpleAtoi(parts[4], &had.revision)) return std::nullopt;
   had.structure_id = state.structure_id;
-  had.quantisation_id = state.box.id;
+  had.quantisation_id = QuantisationId(view, state.box);
   if (had.revision > state.revision || token != MakeResumeToken(scope, had)) return std::nullopt;
   return had;
 }

@@ -24,11 +24,16 @@ absl::Status TooSmall(double tolerance, double least, std::string_view how,
 
 }  // namespace
 
-absl::StatusOr<WatchView> SettleTolerance(const WatchView& view, bool has_tolerance,
+absl::StatusOr<WatchView> SettleTolerance(const WatchView& view, const TargetSlot& target,
                                           const QuantisationBox& box, std::string_view field) {
+  if (!HasPositions(view.key.spec)) {
+    if (target.has_edge_bounds()) return view;
+    return error::InvalidField(fmt::format("{}.encoding", field),
+                               "this pipeline has no patches on these devices", "UNSUPPORTED");
+  }
   const double tolerance = view.key.spec.tolerance;
   if (!(tolerance > 0)) return view;
-  if (!has_tolerance) {
+  if (!target.has_tolerance()) {
     return error::InvalidField(fmt::format("{}.tolerance", field),
                                "this pipeline has none on these devices", "UNSUPPORTED");
   }
