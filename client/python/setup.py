@@ -85,4 +85,8 @@ class BuildWithProtos(build_py):
 # Older versions of setuptools need the folder of setup.cfg's egg_base to exist.
 (HERE.parent.parent / "build" / "python").mkdir(parents=True, exist_ok=True)
 os.chdir(HERE)
-setup(packages=["latticed"], package_data={"latticed": ["py.typed"]}, cmdclass={"build_py": BuildWithProtos})
+setup(
+    packages=["latticed", "latticed.patches"],
+    package_data={"latticed": ["py.typed"]},
+    cmdclass={"build_py": BuildWithProtos},
+)

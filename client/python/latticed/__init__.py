@@ -27,6 +27,9 @@ from latticed.errors import LatticedError
 from latticed.evaluation import Evaluation
 from latticed.lattice import Lattice
 from latticed.mesh import Mesh
+from latticed.patches.evaluator import PatchEvaluator
+from latticed.patches.plan import PatchPlan
+from latticed.patches.surface import PatchSurface
 from latticed.pattern import PatchPattern
 from latticed.presence import Presence
 from latticed.progress_bar import ProgressBar
@@ -48,7 +51,10 @@ __all__ = [
     "Lattice",
     "LatticedError",
     "Mesh",
+    "PatchEvaluator",
     "PatchPattern",
+    "PatchPlan",
+    "PatchSurface",
     "Presence",
     "ProgressBar",
     "Provenance",

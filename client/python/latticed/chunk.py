@@ -5,6 +5,8 @@
     position = origin + integer * step     QUANTISED and Draco, in double
     position = origin + float32            RAW, added in double
     normal                                 the octahedral map of ENCODING_QUANTISED in view.proto
+
+With ENCODING_PATCHES a chunk has no points: its bytes are edge bounds.
 """
 from __future__ import annotations
 
@@ -31,7 +33,7 @@ class Chunk:
         self.data = data
         self.revision = revision  # at which its bytes or its patterns last changed
         self.patterns = patterns  # of its patches
-        grid = quantisation.origin
+        grid = quantisation.origin  # 0 0 0 if there is no grid
         self.origin = np.array([grid.x, grid.y, grid.z])
         self.step = float(quantisation.step)  # world units per integer; 0 for RAW
         self._normal_bits = int(quantisation.normal_bits)
@@ -71,7 +73,7 @@ class Chunk:
         if not width:
             return positions, None
         st = np.frombuffer(self.data, f"<u{width}", offset=6 * self._points).reshape(2, -1)
-        return positions, octahedral_normals(st[0], st[1], self._normal_bits)
+        return positions, octahedral_normals(st[0], st[1], self._normal_bits).astype(np.float32)
 
     def _draco(self) -> Decoded:
         try:
@@ -85,7 +87,7 @@ class Chunk:
         return np.rint(floats.astype(float) / self.step) * self.step, normals
 
 
-def octahedral_normals(s: npt.NDArray[Any], t: npt.NDArray[Any], bits: int) -> npt.NDArray[np.float32]:
+def octahedral_normals(s: npt.NDArray[Any], t: npt.NDArray[Any], bits: int) -> npt.NDArray[np.float64]:
     """Unit vectors (points, 3) by Draco's octahedral map; s and t are in 0 to 2^bits - 2."""
     top = float(2**bits - 2)
     y, z = 2.0 * s / top - 1.0, 2.0 * t / top - 1.0
@@ -93,4 +95,4 @@ def octahedral_normals(s: npt.NDArray[Any], t: npt.NDArray[Any], bits: int) -> n
     fold = np.minimum(x, 0.0)
     y, z = y + np.where(y < 0, -fold, fold), z + np.where(z < 0, -fold, fold)
     vectors = np.stack([x, y, z], axis=-1)
-    return np.asarray(vectors / np.linalg.norm(vectors, axis=-1, keepdims=True), dtype=np.float32)
+    return np.asarray(vectors / np.linalg.norm(vectors, axis=-1, keepdims=True))

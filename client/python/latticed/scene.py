@@ -21,6 +21,7 @@ from latticed.edit_result import EditResult
 from latticed.errors import LatticedError
 from latticed.evaluation import Evaluation
 from latticed.lattice import Lattice, vector
+from latticed.patches.plan import PatchPlan
 from latticed.progress_bar import Progress, ProgressFunction, progress_function
 from latticed.provenance import Provenance
 from latticed.surface_point import SurfacePoint
@@ -106,6 +107,14 @@ class Scene(EditCalls[EditResult]):
     def provenance(self, update: Update) -> Provenance:
         """Where the patches of an update come from, for example to carry texture coordinates over."""
         return transfers.get_provenance(self._connection, self.id, update.topology)
+
+    def patch_plan(self, topology_id: str, normals: str = "") -> PatchPlan:
+        """What PatchEvaluator needs once to make the points of a view with the encoding "patches".
+
+        topology_id  Update.topology.id of such a view. A plan depends on it and on normals alone
+        normals      "none", "facet" or "smooth"; empty: as in the scene's default view
+        """
+        return transfers.get_patch_plan(self._connection, self.id, topology_id, normals)
 
     def deform(
         self, view: View = _DEFAULT_VIEW, editor_id: str = "", max_unacked_updates: Optional[int] = None

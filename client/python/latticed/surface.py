@@ -10,10 +10,11 @@ import numpy as np
 from latticed.chunk import Chunk
 from latticed.errors import LatticedError
 from latticed.lattice import Lattice
+from latticed.patches.lattice_history import LatticeHistory
 from latticed.pattern import PatchPattern
 from latticed.topology import Topology
 from latticed.update import Update
-from latticed.v1 import event_pb2
+from latticed.v1 import event_pb2, view_pb2
 from latticed.view import View
 
 
@@ -24,7 +25,7 @@ class Surface:
     """
 
     def __init__(self) -> None:
-        self.lattice: Optional[Lattice] = None  # after the newest reported edit
+        self._lattices = LatticeHistory()
         self._announced: Dict[str, Topology] = {}
         self._patterns: Dict[int, PatchPattern] = {}  # by code; they are the same on every stream
         self._quantisation: Any = None
@@ -34,16 +35,20 @@ class Surface:
         self._begun_topology: Optional[Topology] = None
         self._begun: Dict[int, Chunk] = {}
 
+    @property
+    def lattice(self) -> Optional[Lattice]:
+        """The lattice after the newest reported edit."""
+        return self._lattices.newest
+
     def apply(self, event: event_pb2.SceneEvent) -> Optional[Update]:
         """Takes one event. Returns an update if the event completes it."""
         arm = event.WhichOneof("event")
         if arm == "update_end":
             return self._take_end(event.update_end)
         if arm == "lattice_state":
-            state = event.lattice_state
-            self.lattice = Lattice.from_proto(state.lattice, state.structure_id, state.revision)
+            self._lattices.take_state(event.lattice_state)
         elif arm == "lattice_delta":
-            self._take_delta(event.lattice_delta)
+            self._lattices.take_delta(event.lattice_delta)
         elif arm == "topology":
             self._announced[event.topology.topology_id] = Topology(event.topology)
         elif arm == "patterns":
@@ -63,33 +68,10 @@ class Surface:
         """Drops an update that has begun, because its stream has broken."""
         self._begin, self._begun_topology, self._begun = None, None, {}
 
-    def _take_delta(self, delta: Any) -> None:
-        if self.lattice is None or delta.structure_id != self.lattice.structure_id:
-            return  # a lattice_state follows
-        indices = np.array(delta.indices, dtype=np.int64)
-        if len(delta.positions) != 3 * len(indices):
-            raise LatticedError.data_loss("a lattice_delta must have three numbers per index")
-        shape = self.lattice.control_points.shape
-        points = self.lattice.control_points.reshape(-1, 3).copy()  # returned lattices must not change
-        if indices.size and indices.max() >= len(points):
-            raise LatticedError.data_loss("a lattice_delta names a control point that does not exist")
-        points[indices] = np.array(delta.positions, dtype=float).reshape(-1, 3)
-        old = self.lattice
-        self.lattice = Lattice(
-            points.reshape(shape),
-            old.degree,
-            old.knots,
-            old.origin,
-            old.edges,
-            old.structure_id,
-            delta.revision,
-        )
-
     def _take_chunks(self, chunks: Any) -> None:
         if self._begin is None or self._begin.update_id != chunks.update_id:
             raise LatticedError.data_loss("chunks came outside of their update")
-        if self._quantisation is None or self._quantisation.quantisation_id != chunks.quantisation_id:
-            raise LatticedError.data_loss("chunks name a quantisation that was not sent")
+        quantisation = self._quantisation_of(chunks)
         held = self._topology is not None and self._topology.id == chunks.topology_id
         topology = self._topology if held else self._announced.get(chunks.topology_id)
         if topology is None:
@@ -101,12 +83,21 @@ class Surface:
             self._begun[chunk.index] = Chunk(
                 chunk.data,
                 chunk.revision,
-                self._quantisation,
+                quantisation,
                 self._begin.view,
                 self._patterns_of(chunk, topology),
             )
 
+    def _quantisation_of(self, chunks: Any) -> Any:
+        if self._begin.view.encoding == view_pb2.ENCODING_PATCHES:
+            return event_pb2.Quantisation()  # such chunks have no positions
+        if self._quantisation is None or self._quantisation.quantisation_id != chunks.quantisation_id:
+            raise LatticedError.data_loss("chunks name a quantisation that was not sent")
+        return self._quantisation
+
     def _patterns_of(self, chunk: Any, topology: Topology) -> List[PatchPattern]:
+        if self._begin.view.encoding == view_pb2.ENCODING_PATCHES:
+            return []  # they follow from the client's own tolerance
         patches = topology.patches_of(chunk.index)
         count = patches.stop - patches.start
         if topology.uniform is not None:
@@ -132,4 +123,5 @@ class Surface:
         if self._topology is None or len(whole) != self._topology.chunks:
             raise LatticedError.data_loss("an update ended before every chunk had come")
         self.drop_partial_update()
-        return Update(end, View.from_proto(begin.view), self._topology, whole)
+        lattice = self._lattices.at(end.revision)
+        return Update(end, View.from_proto(begin.view), self._topology, whole, lattice)

@@ -9,15 +9,19 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, BinaryIO, Callable, Iterator, List, Union
 
+from latticed.choices import choose
 from latticed.connection import Connection
 from latticed.errors import LatticedError
+from latticed.patches.plan import PatchPlan
+from latticed.patches.plan_reader import read_plan
 from latticed.progress_bar import ProgressFunction
 from latticed.provenance import Provenance
 from latticed.retries import with_retries
 from latticed.surface import Surface
 from latticed.topology import Topology
 from latticed.update import Update
-from latticed.v1 import mesh_pb2, scene_pb2, surface_pb2
+from latticed.v1 import mesh_pb2, patches_pb2, scene_pb2, surface_pb2
+from latticed.view import NORMALS
 
 EXPORT_FORMATS = {
     "ply": surface_pb2.EXPORT_FORMAT_PLY,
@@ -55,6 +59,18 @@ def get_provenance(connection: Connection, scene: str, topology: Topology) -> Pr
         return list(connection.scenes.GetTopology(request, metadata=connection.metadata(scene)))
 
     return Provenance.from_parts(topology, with_retries(connection.address, attempt))
+
+
+def get_patch_plan(connection: Connection, scene: str, topology_id: str, normals: str) -> PatchPlan:
+    """Fetches all parts of GetPatchPlan."""
+    request = patches_pb2.GetPatchPlanRequest(
+        scene=scene, topology_id=topology_id, normals=choose("normals", normals, NORMALS)
+    )
+
+    def attempt() -> PatchPlan:
+        return read_plan(connection.scenes.GetPatchPlan(request, metadata=connection.metadata(scene)))
+
+    return with_retries(connection.address, attempt)
 
 
 def export(

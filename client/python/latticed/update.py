@@ -4,12 +4,13 @@
 from __future__ import annotations
 
 import functools
-from typing import Any, List, Sequence
+from typing import Any, List, Optional, Sequence
 
 import numpy as np
 import numpy.typing as npt
 
 from latticed.chunk import Chunk
+from latticed.lattice import Lattice
 from latticed.pattern import PatchPattern
 from latticed.topology import Topology
 from latticed.view import View
@@ -27,10 +28,21 @@ class Update:
                              the triangles, rounding included, in world units; it covers positions, not normals.
                              Else 0
 
-    Points are decoded at the first use, so a skipped update costs no decoding.
+    lattice                  the lattice at this revision; newer if the server skipped it: lattice.revision; None if
+                             the stream has sent none
+
+    Points are decoded at the first use, so a skipped update costs no decoding. With the encoding "patches" there are
+    none: PatchEvaluator makes them from lattice and edge_bytes. What needs points then raises ValueError.
     """
 
-    def __init__(self, end: Any, view: View, topology: Topology, chunks: Sequence[Chunk]) -> None:
+    def __init__(
+        self,
+        end: Any,
+        view: View,
+        topology: Topology,
+        chunks: Sequence[Chunk],
+        lattice: Optional[Lattice] = None,
+    ) -> None:
         self.revision = int(end.revision)
         self.head_revision = int(end.head_revision)
         self.applied_sequence = int(end.applied_sequence)
@@ -39,6 +51,7 @@ class Update:
         self.certified_error = float(end.certified_error)
         self.view = view
         self.topology = topology
+        self.lattice = lattice
         self._chunks = chunks
 
     def __repr__(self) -> str:
@@ -55,8 +68,16 @@ class Update:
         return sum(len(chunk.data) for chunk in self._chunks)
 
     @functools.cached_property
+    def edge_bytes(self) -> npt.NDArray[np.uint8]:
+        """(edges,): with the encoding "patches", how much each edge of the plan bends: see PatchPlan.edge_bounds."""
+        if self.view.encoding != "patches":
+            raise ValueError(f"an update with the encoding {self.view.encoding!r} has no edge bytes")
+        return np.frombuffer(b"".join(chunk.data for chunk in self._chunks), np.uint8)
+
+    @functools.cached_property
     def patterns(self) -> List[PatchPattern]:
         """The points and triangles of each patch."""
+        self._check_points()
         return [pattern for chunk in self._chunks for pattern in chunk.patterns]
 
     @functools.cached_property
@@ -67,6 +88,7 @@ class Update:
 
     def points_of(self, chunk: int) -> npt.NDArray[np.float64]:
         """The points of one chunk's patches, (points, 3), world units."""
+        self._check_points()
         held = self._chunks[chunk]
         return np.asarray(held.origin + held.decoded[0].astype(float))
 
@@ -74,6 +96,7 @@ class Update:
     def points(self) -> npt.NDArray[np.float64]:
         """(patches, q, 3), world units; q points per patch, in the order of topology.weights. With a tolerance
         patches have different numbers of points: (points, 3), in the order of patterns."""
+        self._check_points()
         return self._shaped([chunk.origin + chunk.decoded[0].astype(float) for chunk in self._chunks])
 
     @property
@@ -89,12 +112,14 @@ class Update:
     @functools.cached_property
     def relative_points(self) -> npt.NDArray[np.float32]:
         """points - origin in single precision, for graphics with large world coordinates."""
+        self._check_points()
         parts = [chunk.decoded[0] + (chunk.origin - self.origin) for chunk in self._chunks]
         return self._shaped(parts).astype(np.float32)
 
     @functools.cached_property
     def normals(self) -> npt.NDArray[np.float32] | None:
         """In the shape of points, unit vectors; None if the view has none."""
+        self._check_points()
         parts = [chunk.decoded[1] for chunk in self._chunks]
         return None if any(part is None for part in parts) else self._shaped(parts)
 
@@ -116,6 +141,10 @@ class Update:
         if earlier.topology.id != self.topology.id:
             return list(range(self.topology.chunks))
         return [i for i, chunk in enumerate(self._chunks) if chunk is not earlier._chunks[i]]
+
+    def _check_points(self) -> None:
+        if self.view.encoding == "patches":
+            raise ValueError("an update with the encoding 'patches' has no points: PatchEvaluator makes them")
 
     def _shaped(self, parts: List[Any]) -> npt.NDArray[Any]:
         points = np.concatenate(parts)

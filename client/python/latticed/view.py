@@ -16,8 +16,9 @@ _ENCODINGS: Dict[str, Any] = {
     "draco_mesh": view_pb2.ENCODING_DRACO_MESH,
     "raw": view_pb2.ENCODING_RAW,
     "quantised": view_pb2.ENCODING_QUANTISED,
+    "patches": view_pb2.ENCODING_PATCHES,
 }
-_NORMALS: Dict[str, Any] = {
+NORMALS: Dict[str, Any] = {
     "": view_pb2.NORMAL_MODE_UNSPECIFIED,
     "none": view_pb2.NORMAL_MODE_NONE,
     "facet": view_pb2.NORMAL_MODE_FACET,
@@ -37,7 +38,8 @@ class View:
         0  # subdivisions of a patch's edge, 1 to 32; default 10; with a tolerance, a limit of points
     )
     normals: str = ""  # "none", "facet" or "smooth"; default smooth if the mesh has normals, else facet
-    encoding: str = ""  # "draco", "draco_mesh", "raw" or "quantised"; default draco
+    # "draco", "draco_mesh", "raw" or "quantised"; default draco. "patches": updates have no points, see PatchEvaluator
+    encoding: str = ""
     position_bits: int = 0  # bits per coordinate, 8 to 16; default 12; no effect for raw
     normal_bits: int = 0  # bits per coordinate of the octahedral map, 6 to 12; default 8; no effect for raw
     max_points: int = 0  # most points of an update while edits come: the server lowers segments; 0: no limit
@@ -51,7 +53,7 @@ class View:
     def to_proto(self) -> view_pb2.ViewOptions:
         """ValueError for an unknown name of encoding or normals."""
         named = {
-            "normals": choose("normals", self.normals, _NORMALS),
+            "normals": choose("normals", self.normals, NORMALS),
             "encoding": choose("encoding", self.encoding, _ENCODINGS),
         }
         return view_pb2.ViewOptions(**{**vars(self), **named})
@@ -73,6 +75,6 @@ class View:
     def from_proto(cls, options: Any) -> View:
         """Converts a latticed.v1.ViewOptions."""
         values = {field.name: getattr(options, field.name) for field in fields(cls)}
-        values["normals"] = _name(options.normals, _NORMALS)
+        values["normals"] = _name(options.normals, NORMALS)
         values["encoding"] = _name(options.encoding, _ENCODINGS)
         return cls(**values)

@@ -30,7 +30,11 @@ def basis(knots, degree, parameter):
 
 def deform(lattice, points):
     """R(u, v, w), the deformed position, of every point. Points must lie inside the lattice's frame."""
-    shares = (np.asarray(points) - lattice.origin) @ np.linalg.inv(lattice.edges)
+    return deform_shares(lattice, (np.asarray(points) - lattice.origin) @ np.linalg.inv(lattice.edges))
+
+
+def deform_shares(lattice, shares):
+    """The same of points by their place in the frame, 0 to 1 along each of its edges."""
     deformed = []
     for share in shares:
         n = []

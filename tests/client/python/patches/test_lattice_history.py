@@ -1,0 +1,82 @@
+# SPDX-FileCopyrightText: The latticed authors
+# SPDX-License-Identifier: Apache-2.0
+"""Each update of a stream has the lattice of its own revision, although edits are reported before their updates."""
+import numpy as np
+import pytest
+from latticed.surface import Surface
+from latticed.v1 import event_pb2, lattice_pb2, view_pb2
+
+from lattices import moved_lattice
+
+EDGES = bytes([3, 255, 40])
+
+
+def state(lattice, revision):
+    return event_pb2.SceneEvent(
+        lattice_state=lattice_pb2.LatticeState(lattice=lattice.to_proto(), structure_id=1, revision=revision)
+    )
+
+
+def delta(revision, x):
+    moved = event_pb2.LatticeDelta(structure_id=1, revision=revision, indices=[5], positions=[x, 0, 0])
+    return event_pb2.SceneEvent(lattice_delta=moved)
+
+
+def update(surface, revision, update_id=1):
+    """Sends an update of three edges in two chunks, and returns it. It has no quantisation."""
+    view = view_pb2.ViewOptions(encoding=view_pb2.ENCODING_PATCHES, normals=view_pb2.NORMAL_MODE_FACET)
+    runs = [event_pb2.ChunkRun(chunk_count=2, patches_per_chunk=1)]
+    topology = event_pb2.Topology(topology_id="t", patch_count=2, chunk_runs=runs)
+    begin = event_pb2.UpdateBegin(update_id=update_id, revision=revision, chunk_count=2, view=view)
+    parts = [event_pb2.Chunk(index=0, data=EDGES[:2]), event_pb2.Chunk(index=1, data=EDGES[2:])]
+    chunks = event_pb2.Chunks(update_id=update_id, topology_id="t", chunks=parts)
+    end = event_pb2.UpdateEnd(update_id=update_id, revision=revision)
+    for arms in (dict(topology=topology), dict(update_begin=begin), dict(chunks=chunks)):
+        assert surface.apply(event_pb2.SceneEvent(**arms)) is None
+    return surface.apply(event_pb2.SceneEvent(update_end=end))
+
+
+def test_an_update_has_the_lattice_of_its_revision(random):
+    surface, lattice = Surface(), moved_lattice(random, (2, 2, 2))
+    for event in (state(lattice, 1), delta(2, 20), delta(3, 30), delta(4, 40)):
+        surface.apply(event)
+
+    for number, (revision, x) in enumerate([(2, 20), (3, 30), (4, 40)], start=1):
+        held = update(surface, revision, number)
+        assert held.lattice.revision == revision
+        np.testing.assert_array_equal(held.lattice.control_points.reshape(-1, 3)[5], [x, 0, 0])
+    assert surface.lattice.revision == 4
+
+
+def test_a_newer_state_stands_in_for_a_lattice_that_was_skipped(random):
+    surface, lattice = Surface(), moved_lattice(random, (2, 2, 2))
+    surface.apply(state(lattice, 1))
+    assert update(surface, 1, 1).lattice.revision == 1
+
+    surface.apply(state(lattice, 9))
+    surface.apply(delta(10, 20))
+    assert update(surface, 7, 2).lattice.revision == 9
+    assert update(surface, 9, 3).lattice.revision == 9
+
+    surface.apply(state(lattice, 3))  # the server has started again
+    assert surface.lattice.revision == 3 and update(surface, 3, 4).lattice.revision == 3
+
+
+def test_an_update_of_patches_has_edge_bytes_and_no_points(random):
+    surface = Surface()
+    surface.apply(state(moved_lattice(random, (2, 2, 2)), 1))
+
+    held = update(surface, 1)
+
+    assert held.edge_bytes.tolist() == list(EDGES) and held.bytes == 3
+    assert held.view.encoding == "patches" and held.view.normals == "facet"
+    for name in ("points", "relative_points", "normals", "triangles", "patterns", "first_points"):
+        with pytest.raises(ValueError, match="has no points: PatchEvaluator makes them"):
+            getattr(held, name)
+    with pytest.raises(ValueError, match="has no points"):
+        held.points_of(0)
+
+
+def test_other_updates_have_no_edge_bytes(scene):
+    with pytest.raises(ValueError, match="the encoding 'quantised' has no edge bytes"):
+        scene.get_update().edge_bytes
