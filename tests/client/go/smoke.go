@@ -3,8 +3,9 @@
 
 // Smoke is a client of latticed made only from protoc's output. It asks the server what it can do, uploads
 // a triangle, creates a scene of it and moves all control points by 1 along x. It checks that the smallest x
-// of the update has moved by 1, that triangles by a tolerance are within their certified error (tolerance.go), and
-// that a call for a deleted scene fails with NOT_FOUND.
+// of the update has moved by 1, that triangles by a tolerance are within their certified error (tolerance.go), that
+// patches that it evaluates by itself are the surface (patches.go), and that a call for a deleted scene fails with
+// NOT_FOUND.
 package main
 
 import (
@@ -145,6 +146,7 @@ func main() {
 		log.Fatal("the update does not match the edit")
 	}
 	checkTolerance(ctx, scenes, scene)
+	checkPatches(ctx, scenes, scene.Id)
 
 	_, err = scenes.DeleteScene(ctx, &v1.DeleteSceneRequest{Scene: id})
 	check(err)

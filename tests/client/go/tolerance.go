@@ -264,6 +264,49 @@ func byTolerance(ctx context.Context, scenes v1.SceneServiceClient, scene string
 	return patches, topology, certified
 }
 
+// randomWeights returns barycentrics of a random point of a triangle.
+func randomWeights(random *rand.Rand) [3]float64 {
+	x, y := random.Float64(), random.Float64()
+	if x+y > 1 {
+		x, y = 1-x, 1-y
+	}
+	return [3]float64{1 - x - y, x, y}
+}
+
+// mixOf returns the point with these weights in the triangle of three of a patch's points.
+func mixOf(points [][3]float64, corners []uint32, weights [3]float64) [3]float64 {
+	var mix [3]float64
+	for c, weight := range weights {
+		for k := range mix {
+			mix[k] += weight * points[corners[c]][k]
+		}
+	}
+	return mix
+}
+
+// placeOf returns the place in the source mesh of the point with these weights in a triangle of a patch's pattern.
+func placeOf(source *v1.TopologyPart, patch int, pattern *v1.PatchPattern, corners []uint32, weights [3]float64) *v1.SurfacePoint {
+	var at [3]float64
+	for c, weight := range weights {
+		for k := range at {
+			at[k] += weight * float64(pattern.Points[3*corners[c]+uint32(k)]) / float64(pattern.Denominator)
+		}
+	}
+	place := &v1.SurfacePoint{Face: source.Faces[patch], Corners: source.Corners[3*patch : 3*patch+3]}
+	for k := 0; k < 3; k++ {
+		barycentric := 0.0
+		for c := range at {
+			barycentric += at[c] * source.Barycentrics[9*patch+3*c+k]
+		}
+		place.Barycentrics = append(place.Barycentrics, math.Min(math.Max(barycentric, 0), 1))
+	}
+	return place
+}
+
+func distance(p [3]float64, q []float64) float64 {
+	return math.Sqrt(math.Pow(p[0]-q[0], 2) + math.Pow(p[1]-q[1], 2) + math.Pow(p[2]-q[2], 2))
+}
+
 // checkTolerance bends the scene and checks that random points of all triangles are within the certified error.
 func checkTolerance(ctx context.Context, scenes v1.SceneServiceClient, scene *v1.Scene) {
 	bend := &v1.MoveControlPoints{Offset: &v1.Vec3{Y: 0.2, Z: 0.5}}
@@ -287,26 +330,8 @@ func checkTolerance(ctx context.Context, scenes v1.SceneServiceClient, scene *v1
 	var chords [][3]float64
 	for p, one := range patches {
 		for t := 0; t < len(one.pattern.Triangles) && len(wanted) < 4096; t += 3 {
-			x, y := random.Float64(), random.Float64()
-			if x+y > 1 {
-				x, y = 1-x, 1-y
-			}
-			var chord, at [3]float64
-			for c, weight := range [3]float64{1 - x - y, x, y} {
-				corner := one.pattern.Triangles[t+c]
-				for k := 0; k < 3; k++ {
-					chord[k] += weight * one.points[corner][k]
-					at[k] += weight * float64(one.pattern.Points[3*corner+uint32(k)]) / float64(one.pattern.Denominator)
-				}
-			}
-			place := &v1.SurfacePoint{Face: source.Faces[p], Corners: source.Corners[3*p : 3*p+3]}
-			for k := 0; k < 3; k++ {
-				barycentric := 0.0
-				for c := 0; c < 3; c++ {
-					barycentric += at[c] * source.Barycentrics[9*p+3*c+k]
-				}
-				place.Barycentrics = append(place.Barycentrics, math.Min(math.Max(barycentric, 0), 1))
-			}
+			corners, weights := one.pattern.Triangles[t:t+3], randomWeights(random)
+			place, chord := placeOf(source, p, one.pattern, corners, weights), mixOf(one.points, corners, weights)
 			wanted, chords = append(wanted, place), append(chords, chord)
 		}
 	}
@@ -315,11 +340,7 @@ func checkTolerance(ctx context.Context, scenes v1.SceneServiceClient, scene *v1
 	check(err)
 	largest := 0.0
 	for i, chord := range chords {
-		square := 0.0
-		for k := 0; k < 3; k++ {
-			square += math.Pow(exact.Positions[3*i+k]-chord[k], 2)
-		}
-		largest = math.Max(largest, math.Sqrt(square))
+		largest = math.Max(largest, distance(chord, exact.Positions[3*i:3*i+3]))
 	}
 	fmt.Printf("tolerance %g: %d triangles, certified %g, %g at most at random points, seed %d\n",
 		tolerance, len(wanted), certified, largest, seed)
