@@ -98,7 +98,11 @@ void AddPipelineFlag(CLI::App& command, v1::Pipeline& pipeline) {
       ->default_str("fused");
 }
 
-std::string EncodingName(v1::Encoding encoding) { return NameOf(kEncodings, encoding, "default"); }
+std::string EncodingName(v1::Encoding encoding) {
+  if (encoding == v1::ENCODING_PATCHES)
+    return "patches";  // no option takes it: commands need points
+  return NameOf(kEncodings, encoding, "default");
+}
 
 std::string NormalModeName(v1::NormalMode normals) {
   return NameOf(kNormalModes, normals, "default");
