@@ -24,7 +24,7 @@ TEST_F(ServerServiceTest, InfoNamesBackendAbilitiesAndEveryLimit) {
   EXPECT_EQ(info.version(), "0.1.0");
   EXPECT_EQ(info.node(), "test-node");
   EXPECT_EQ(info.boot_id().size(), 32u);
-  EXPECT_EQ(info.encodings_size(), 4);
+  EXPECT_EQ(info.encodings_size(), 5);
   EXPECT_EQ(info.mesh_formats_size(), 6);
   EXPECT_EQ(info.export_formats_size(), 6);
   EXPECT_EQ(info.pipelines_size(), 4);

@@ -226,6 +226,50 @@ TEST_F(NextEventTest, ANewBoxOrStructureSendsEverything) {
                                    "batch 1", "end 3@2"));
 }
 
+// A view without positions has no grid: no event names one, and a new box changes nothing.
+TEST_F(NextEventTest, AViewOfPatchesHasNoGrid) {
+  const auto of_patches = [this](uint64_t revision, std::vector<uint64_t> revisions, uint64_t box) {
+    const auto made = MakeSnapshot(revision, std::move(revisions), box);
+    auto snapshot = std::make_shared<Snapshot>();
+    snapshot->revision = revision;
+    snapshot->structure_id = 1;
+    snapshot->box.id = box;
+    snapshot->view = {{.format = VertexFormat::kEdgeBounds}, Encoding::kPatches};
+    snapshot->chunks = made->chunks.Share();
+    head_->revision = revision;
+    offer_.snapshot = std::move(snapshot);
+  };
+  of_patches(0, {0, 0}, 1);
+  EXPECT_THAT(Drain(),
+              ElementsAre("lattice 0", "topology t", "begin 1@0", "batch 0", "batch 1", "end 1@0"));
+  Acknowledge(client_, 1);
+  of_patches(1, {0, 1}, 2);
+  offer_.deltas.deltas.push_back(MakeDelta(1));
+  EXPECT_THAT(Drain(), ElementsAre("delta 1", "begin 2@1", "batch 1", "end 2@1"));
+}
+
+// Their headers alone would make a message too large.
+TEST_F(NextEventTest, ABatchOfTinyChunksIsLimitedByTheirNumber) {
+  auto snapshot = std::make_shared<Snapshot>();
+  snapshot->structure_id = 1;
+  snapshot->box.id = 1;
+  snapshot->chunks = ChunkTable(20'000);
+  for (size_t c = 0; c < 20'000; ++c) {
+    snapshot->chunks.Set(c, {0, MakeSharedBytes(std::vector<uint8_t>(1)), {}});
+  }
+  offer_.snapshot = std::move(snapshot);
+  std::vector<size_t> sizes;
+  while (true) {
+    const NextEvent next = Next(client_, offer_);
+    if (!next.event.has_value()) break;
+    if (std::holds_alternative<LatticeWhole>(*next.event)) offer_.deltas = {};
+    if (const auto* batch = std::get_if<ChunkBatch>(&*next.event)) {
+      sizes.push_back(batch->chunks.size());
+    }
+  }
+  EXPECT_THAT(sizes, ElementsAre(8'192, 8'192, 3'616));
+}
+
 TEST_F(NextEventTest, WhatIsNotBegun) {
   HaveFirstUpdate();
   const auto newer = MakeSnapshot(5, {5, 5});

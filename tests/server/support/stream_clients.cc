@@ -45,7 +45,11 @@ void EventLog::Take(const v1::SceneEvent& event) {
       EXPECT_LT(event.ByteSizeLong(), size_t{1} << 20);
       EXPECT_EQ(event.chunks().update_id(), begins.back().update_id());
       EXPECT_EQ(event.chunks().topology_id(), topologies.back().topology_id());
-      EXPECT_EQ(event.chunks().quantisation_id(), quantisations.back().quantisation_id());
+      if (begins.back().view().encoding() == v1::ENCODING_PATCHES) {
+        EXPECT_EQ(event.chunks().quantisation_id(), 0u);
+      } else {
+        EXPECT_EQ(event.chunks().quantisation_id(), quantisations.back().quantisation_id());
+      }
       for (const v1::Chunk& chunk : event.chunks().chunks()) TakeChunk(chunk);
       break;
     case v1::SceneEvent::kPatterns:
