@@ -4,38 +4,16 @@
 // usage: [LATTICED_SERVER=ADDRESS] node dist/drag.js IN.obj
 // Uploads a mesh, lifts the top of the lattice around it by 1 in one gesture of ten steps, and prints
 // of each update its chunks, its bytes, and the top of the decoded surface.
-import { createHash, randomUUID } from 'node:crypto';
-import { readFileSync } from 'node:fs';
-import { basename } from 'node:path';
+import { randomUUID } from 'node:crypto';
 import { DracoPoints } from './draco_points.js';
 import type { DeformRequest } from './generated/latticed/v1/DeformRequest.js';
 import type { EditBatch } from './generated/latticed/v1/EditBatch.js';
-import type { Mesh__Output } from './generated/latticed/v1/Mesh.js';
 import type { Scene__Output } from './generated/latticed/v1/Scene.js';
 import { about, call, connect, type Services } from './services.js';
 import { Surface } from './surface.js';
+import { upload } from './upload.js';
 
 const STEPS = 10;
-const PART_BYTES = 768 * 1024;  // the most data bytes that one message may hold
-
-function upload({ meshes }: Services, path: string): Promise<Mesh__Output> {
-  const bytes = readFileSync(path);
-  return call((done) => {
-    const stream = meshes.UploadMesh(done);
-    stream.write({
-      header: {
-        name: basename(path),
-        format: 'MESH_FORMAT_OBJ',
-        totalBytes: bytes.length,
-        sha256: createHash('sha256').update(bytes).digest('hex'),
-      },
-    });
-    for (let begin = 0; begin < bytes.length; begin += PART_BYTES) {
-      stream.write({ data: bytes.subarray(begin, begin + PART_BYTES) });
-    }
-    stream.end();
-  });
-}
 
 // Moves the top layer of control points by `height` from where it was when the gesture began.
 function lift(surface: Surface, step: number): EditBatch {

@@ -67,6 +67,8 @@ python_client() {
   grep -q '^([0-9]*, 66, 3)' output.txt || fail "no update of the beam"
   run "client/README.md, Python, 2" build/env/bin/python
   grep -q '[0-9] patches, up to' output.txt && [[ $(head -c 4 deformed.glb) == glTF ]] || fail "no deformed.glb"
+  run "client/README.md, Python, 3" build/env/bin/python
+  grep -qE '^[0-9]{4,} points from [0-9]{3,} bytes$' output.txt || fail "no points from patches"
 }
 
 cpp_client() {
@@ -81,6 +83,14 @@ node_client() {
   npm_config_prefer_offline=true run "client/README.md, Node, 1" shell
   expect_lift
   grep -qE '[0-9]{7} points' output.txt || fail "not all points were decoded"
+  local dragged
+  dragged=$(awk '/^revision 10:/ { print $NF }' output.txt)
+
+  run "client/README.md, Node, 2" shell
+  [[ $(head -c 3 patches.ply) == ply ]] || fail "no patches.ply"
+  # The drag's points are on a grid of 12 bits.
+  awk -v dragged="$dragged" '/^revision 1:/ { found = 1; off = $NF - dragged } END { exit !(found && off * off < 0.003 ^ 2) }' \
+    output.txt || fail "the patches end elsewhere than the drag"
 
   local status=0
   (cd client/node && LATTICED_SERVER=127.0.0.1:1 node dist/drag.js ../../my.obj) >output.txt 2>&1 || status=$?
@@ -119,9 +129,9 @@ for name in "${!exempt[@]}"; do
 done
 own_mesh
 if can_run python "README.md, Quick start, 2"; then picture; fi
-if can_run python "README.md, Quick start, 3" "client/README.md, Python, "{1,2}; then python_client; fi
+if can_run python "README.md, Quick start, 3" "client/README.md, Python, "{1,2,3}; then python_client; fi
 cpp_client
-if can_run node "client/README.md, Node, 1"; then node_client; fi
+if can_run node "client/README.md, Node, "{1,2}; then node_client; fi
 if can_run curl "client/web/README.md, The viewer, 1"; then browser; fi
 if can_run python "client/blender/README.md, latticed for Blender, 1"; then blender_addon; fi
 ((${#blocks[@]} == 0)) || fail "neither run nor exempt: $(printf '\n  %s' "${!blocks[@]}")"

@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
 """Patch plans without a server: a sheet's plan is written by the text of patches.proto, and read back."""
+import dataclasses
 import zlib
 
 import latticed
@@ -53,6 +54,19 @@ def test_patches_lie_in_the_box_of_their_corners(sheet, random):
     assert not plan.spans[plan.inside :].any()
     places = plan.corner_places
     assert places.min() == 0 and places.max() == 65535
+
+
+@pytest.mark.parametrize("place, span", [(0, 0), (1, 0), (65535, 0), (65536, 1), (131070, 1), (196605, 2)])
+def test_a_patch_in_a_knot_plane_lies_in_the_lower_box(sheet, random, place, span):
+    plan = read_plan(plan_encoder.plan_parts(sheet, "none", random))
+    vertices = plan.corners[0]
+    places = plan.places.copy()
+    places[vertices, 1] = place
+
+    moved = dataclasses.replace(plan, places=places)
+
+    assert moved.spans[0, 1] == span
+    assert (moved.corner_places[0, :, 1] == place - 65535 * span).all()
 
 
 def test_levels_follow_from_edge_bytes(sheet, random):
