@@ -18,7 +18,9 @@ BoxBasis::BoxBasis(std::shared_ptr<const DeformPlan> plan)
     basis_[i].resize(static_cast<size_t>(s.size[axis]));
     for (int span = s.degree[axis]; span < s.size[axis]; ++span) {
       const auto k = static_cast<size_t>(span);
-      if (s.knots[axis][k + 1] > s.knots[axis][k]) basis_[i][k] = MakeMatrix(axes_[i], span);
+      if (s.knots[axis][k + 1] > s.knots[axis][k]) {
+        basis_[i][k] = MakeSpanBasis(s.knots[axis], s.degree[axis], span);
+      }
     }
   }
   const FrameMap map(s);
@@ -33,35 +35,6 @@ std::array<int, 3> BoxBasis::degree() const {
     degree[i] = plan_->structure.degree[static_cast<size_t>(axes_[i])];
   }
   return degree;
-}
-
-// Cox and de Boor's recurrence on polynomials in l.
-BoxBasis::Matrix BoxBasis::MakeMatrix(int axis, int span) const {
-  const auto i = static_cast<size_t>(axis);
-  const std::vector<double>& t = plan_->structure.knots[i];
-  const int degree = plan_->structure.degree[i];
-  const auto knot = [&](int k) { return t[static_cast<size_t>(k)]; };
-  const double width = knot(span + 1) - knot(span), centre = 0.5 * (knot(span) + knot(span + 1));
-  Matrix n{};
-  n[0][0] = 1;
-  for (int j = 1; j <= degree; ++j) {
-    std::array<double, 4> saved{};
-    for (int r = 0; r < j; ++r) {
-      const double low = knot(span + 1 - j + r), high = knot(span + r + 1);
-      const auto row = static_cast<size_t>(r);
-      const std::array<double, 4> old = n[row];
-      std::array<double, 4> next{};
-      for (size_t k = 0; k < 4; ++k) {
-        const double term = old[k] / (high - low);
-        n[row][k] =
-            saved[k] + (high - centre) * term - (k > 0 ? width * old[k - 1] / (high - low) : 0);
-        next[k] = (centre - low) * term + (k > 0 ? width * old[k - 1] / (high - low) : 0);
-      }
-      saved = next;
-    }
-    n[static_cast<size_t>(j)] = saved;
-  }
-  return n;
 }
 
 std::array<Vec3d, BoxBasis::kMostTerms> BoxBasis::Polynomial(

@@ -22,13 +22,14 @@
 #include <vector>
 
 #include "core/ffd/deform_plan.h"
+#include "core/ffd/span_basis.h"
 
 namespace latticed {
 
 class BoxBasis {
  public:
   // matrix[r][k]: coefficient of l^k in basis function N_{span - degree + r}.
-  using Matrix = std::array<std::array<double, 4>, 4>;
+  using Matrix = SpanBasis;
 
   explicit BoxBasis(std::shared_ptr<const DeformPlan> plan);
 
@@ -53,8 +54,6 @@ class BoxBasis {
   std::array<Vec3d, 3> Gradients(uint32_t box) const;
 
  private:
-  Matrix MakeMatrix(int axis, int span) const;
-
   std::shared_ptr<const DeformPlan> plan_;
   std::array<int, 3> axes_;
   std::array<std::vector<Matrix>, 3> basis_;

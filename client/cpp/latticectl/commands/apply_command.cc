@@ -16,6 +16,7 @@
 #include "client/cpp/latticectl/session/scene_tolerance.h"
 #include "client/cpp/latticectl/session/server_meshes.h"
 #include "client/cpp/latticectl/session/session.h"
+#include "client/cpp/library/patches/lattice_from_proto.h"
 #include "core/base/status_macros.h"
 #include "core/ffd/deformed_mesh.h"
 #include "fmt/format.h"

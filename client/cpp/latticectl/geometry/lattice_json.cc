@@ -3,13 +3,11 @@
 #include "client/cpp/latticectl/geometry/lattice_json.h"
 
 #include <CLI/CLI.hpp>
-#include <span>
 #include <vector>
 
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_split.h"
 #include "core/base/error.h"
-#include "core/base/limits.h"
 #include "core/base/read_file.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
@@ -27,14 +25,6 @@ void Set(const std::array<int, 3>& from, v1::LatticeAxes* to) {
 void Set(const std::vector<double>& from, google::protobuf::RepeatedField<double>* to) {
   to->Assign(from.begin(), from.end());
 }
-
-std::array<int, 3> AxesOf(const v1::LatticeAxes& axes) { return {axes.u(), axes.v(), axes.w()}; }
-
-std::span<const double> SpanOf(const google::protobuf::RepeatedField<double>& numbers) {
-  return {numbers.data(), static_cast<size_t>(numbers.size())};
-}
-
-Vec3d VectorOf(const v1::Vec3& v) { return {v.x(), v.y(), v.z()}; }
 
 }  // namespace
 
@@ -73,27 +63,6 @@ absl::StatusOr<v1::Lattice> ReadLattice(const std::string& path) {
         fmt::format("{} is not the JSON of a lattice ('latticectl lattice' writes one): {}", path,
                     std::string(status.message())));
   }
-  return lattice;
-}
-
-absl::StatusOr<Lattice> FromProto(const v1::Lattice& proto) {
-  if (!proto.has_frame()) return error::InvalidField("lattice.frame", "is required");
-  Lattice lattice;
-  LatticeStructure& s = lattice.structure;
-  if (proto.has_degree()) s.degree = AxesOf(proto.degree());
-  if (proto.has_size()) s.size = AxesOf(proto.size());
-  s.knots = {KnotsOrDefault(SpanOf(proto.knots_u()), s.degree[0], s.size[0]),
-             KnotsOrDefault(SpanOf(proto.knots_v()), s.degree[1], s.size[1]),
-             KnotsOrDefault(SpanOf(proto.knots_w()), s.degree[2], s.size[2])};
-  const v1::LatticeFrame& frame = proto.frame();
-  s.frame = {VectorOf(frame.origin()),
-             {VectorOf(frame.u()), VectorOf(frame.v()), VectorOf(frame.w())}};
-  LATTICED_RETURN_IF_ERROR(Validate(s));
-  LATTICED_ASSIGN_OR_RETURN(lattice.control_points,
-                            PointsFromFlat(SpanOf(proto.control_points()),
-                                           limits::kMaxControlPoints, "lattice.control_points"));
-  if (lattice.control_points.empty()) lattice.control_points = IdentityControlPoints(s);
-  LATTICED_RETURN_IF_ERROR(Validate(lattice));
   return lattice;
 }
 

@@ -23,9 +23,6 @@ namespace latticed::client {
 [[nodiscard]] v1::Vec3 ToProto(Vec3d from);
 [[nodiscard]] v1::Lattice ToProto(const Lattice& lattice);
 [[nodiscard]] absl::StatusOr<v1::Lattice> ReadLattice(const std::string& path);
-// A lattice whose missing fields have the defaults of the protocol. Errors: those of Validate(Lattice), as a server
-// would report them.
-[[nodiscard]] absl::StatusOr<Lattice> FromProto(const v1::Lattice& proto);
 
 // --size 5,4,6 --degree 2,2,2 --padding 0.05.
 struct FitFlags {

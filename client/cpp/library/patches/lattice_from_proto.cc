@@ -1,0 +1,46 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "client/cpp/library/patches/lattice_from_proto.h"
+
+#include <array>
+#include <span>
+
+#include "core/base/error.h"
+#include "core/base/limits.h"
+#include "core/base/status_macros.h"
+
+namespace latticed::client {
+namespace {
+
+std::array<int, 3> AxesOf(const v1::LatticeAxes& axes) { return {axes.u(), axes.v(), axes.w()}; }
+
+std::span<const double> SpanOf(const google::protobuf::RepeatedField<double>& numbers) {
+  return {numbers.data(), static_cast<size_t>(numbers.size())};
+}
+
+}  // namespace
+
+Vec3d FromProto(const v1::Vec3& proto) { return {proto.x(), proto.y(), proto.z()}; }
+
+absl::StatusOr<Lattice> FromProto(const v1::Lattice& proto) {
+  if (!proto.has_frame()) return error::InvalidField("lattice.frame", "is required");
+  Lattice lattice;
+  LatticeStructure& s = lattice.structure;
+  if (proto.has_degree()) s.degree = AxesOf(proto.degree());
+  if (proto.has_size()) s.size = AxesOf(proto.size());
+  s.knots = {KnotsOrDefault(SpanOf(proto.knots_u()), s.degree[0], s.size[0]),
+             KnotsOrDefault(SpanOf(proto.knots_v()), s.degree[1], s.size[1]),
+             KnotsOrDefault(SpanOf(proto.knots_w()), s.degree[2], s.size[2])};
+  const v1::LatticeFrame& frame = proto.frame();
+  s.frame = {FromProto(frame.origin()),
+             {FromProto(frame.u()), FromProto(frame.v()), FromProto(frame.w())}};
+  LATTICED_RETURN_IF_ERROR(Validate(s));
+  LATTICED_ASSIGN_OR_RETURN(lattice.control_points,
+                            PointsFromFlat(SpanOf(proto.control_points()),
+                                           limits::kMaxControlPoints, "lattice.control_points"));
+  if (lattice.control_points.empty()) lattice.control_points = IdentityControlPoints(s);
+  LATTICED_RETURN_IF_ERROR(Validate(lattice));
+  return lattice;
+}
+
+}  // namespace latticed::client

@@ -1,0 +1,21 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#ifndef LATTICED_CLIENT_CPP_LIBRARY_PATCHES_LATTICE_FROM_PROTO_H_
+#define LATTICED_CLIENT_CPP_LIBRARY_PATCHES_LATTICE_FROM_PROTO_H_
+
+#include "absl/status/statusor.h"
+#include "core/base/vec.h"
+#include "core/ffd/lattice.h"
+#include "latticed/v1/common.pb.h"
+#include "latticed/v1/lattice.pb.h"
+
+namespace latticed::client {
+
+[[nodiscard]] Vec3d FromProto(const v1::Vec3& proto);
+// A lattice whose missing fields have the defaults of the protocol. Errors: those of Validate(Lattice), as a server
+// would report them.
+[[nodiscard]] absl::StatusOr<Lattice> FromProto(const v1::Lattice& proto);
+
+}  // namespace latticed::client
+
+#endif  // LATTICED_CLIENT_CPP_LIBRARY_PATCHES_LATTICE_FROM_PROTO_H_

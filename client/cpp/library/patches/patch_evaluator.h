@@ -1,0 +1,81 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Evaluates a patch plan: from control points, edge bounds and a tolerance to points and triangles, as patches.proto
+// defines it.
+//
+//   auto plan = client->GetPatchPlan(scene, topology_id);
+//   auto evaluator = PatchEvaluator::Create(plan, lattice.structure);
+//   evaluator->Evaluate(lattice.control_points, *watch->surface().EdgeBounds(), 1e-4 * diagonal, &surface);
+//
+// Points that patches share have the same bits in all of them. Positions are within half a unit of a grid of 16 bits on
+// each axis, and 1e-6 of the diagonal. Triangles add `error` to that.
+//
+// Errors   kInvalidArgument where plan, lattice and arguments do not fit; kResourceExhausted past 2^32 points
+// Threads  one at a time
+#ifndef LATTICED_CLIENT_CPP_LIBRARY_PATCHES_PATCH_EVALUATOR_H_
+#define LATTICED_CLIENT_CPP_LIBRARY_PATCHES_PATCH_EVALUATOR_H_
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "client/cpp/library/patches/box_polynomials.h"
+#include "client/cpp/library/patches/point_batch.h"
+#include "core/adaptive/adaptive_pattern.h"
+#include "core/base/vec.h"
+#include "core/ffd/lattice.h"
+#include "core/patches/patch_plan.h"
+
+namespace latticed::client {
+
+struct PatchSurface {
+  std::vector<Vec3f> positions;  // world units, relative to PatchPlanHeader.origin
+  std::vector<Vec3f> normals;    // unit; empty without rest normals. 0 where the rest normal is 0
+  std::vector<std::array<uint32_t, 3>> triangles;
+  std::vector<uint32_t> first_points;  // by patch, and the number of points at the end
+  std::vector<uint16_t> patterns;      // by patch: PatchPattern.code
+  // The largest distance between triangles and exact surface besides the error of points. Above the tolerance where an
+  // edge would need a level above 5; infinite where nothing is known of one.
+  double error = 0;
+};
+
+class PatchEvaluator {
+ public:
+  [[nodiscard]] static absl::StatusOr<PatchEvaluator> Create(std::shared_ptr<const PatchPlan> plan,
+                                                             const LatticeStructure& structure);
+
+  // edge_bounds: a byte for each edge of the plan. tolerance: world units, above 0. The memory of *surface is used again.
+  [[nodiscard]] absl::Status Evaluate(std::span<const Vec3d> control_points,
+                                      std::span<const uint8_t> edge_bounds, double tolerance,
+                                      PatchSurface* surface);
+
+  const PatchPlan& plan() const { return *plan_; }
+
+ private:
+  PatchEvaluator(std::shared_ptr<const PatchPlan> plan, const LatticeStructure& structure);
+  absl::Status FindBoxes();
+  absl::Status CheckSeams(const LatticeStructure& structure) const;
+  void FindAttached(std::span<const Vec3d> control_points);
+  absl::Status ChoosePatterns(std::span<const uint8_t> edge_bounds, double tolerance,
+                              PatchSurface* surface) const;
+  bool IsAttached(const std::vector<uint32_t>& seams, uint32_t index) const {
+    return !seams.empty() && seams[index] != PatchPlan::kNoSeam && attached_[seams[index]];
+  }
+  void EvaluatePatch(size_t patch, const AdaptivePattern& pattern, PointBatch* batch) const;
+
+  std::shared_ptr<const PatchPlan> plan_;
+  std::array<int, 3> size_;
+  BoxPolynomials polynomials_;
+  std::vector<uint32_t> patch_boxes_;  // by patch; 0 is the outside box
+  std::vector<uint32_t> used_boxes_;   // knot boxes that points lie in, ascending
+  std::vector<bool> attached_;         // by seam
+};
+
+}  // namespace latticed::client
+
+#endif  // LATTICED_CLIENT_CPP_LIBRARY_PATCHES_PATCH_EVALUATOR_H_

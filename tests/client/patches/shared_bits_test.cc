@@ -1,0 +1,88 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Points that patches share have the same bits in all of them, and a point has the same bits alone as among others.
+#include "tests/client/patches/shared_bits.h"
+
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <iostream>
+#include <random>
+
+#include "client/cpp/library/patches/point_block.h"
+
+namespace latticed::client {
+namespace {
+
+using testing::PatchScene;
+using testing::SharedCount;
+
+// Every third scene is torn everywhere, every third in a few places, every third nowhere.
+TEST(PatchEvaluator, PointsThatPatchesShareHaveTheSameBits) {
+  SharedCount all;
+  for (uint32_t seed = 0; seed < testing::kRandomPatchScenes; ++seed) {
+    SCOPED_TRACE(seed);
+    PatchScene scene = testing::DrawPatchScene(seed, 0.4, RestNormals::kNone);
+    const std::vector<Vec3d>& rest = scene.plan->identity_points;
+    for (size_t i = 0; i < rest.size(); ++i) {
+      if (seed % 3 == 1 && i % 8 != 0) scene.control_points[i] = rest[i];
+      if (seed % 3 == 2) scene.control_points[i] = rest[i];
+    }
+
+    const SharedCount here =
+        testing::SharedPointsCheck(
+            scene, testing::EvaluateScene(scene, testing::kSceneTolerance * scene.size()))
+            .Count();
+
+    EXPECT_EQ(here.different, 0u) << "of " << here.points;
+    all.points += here.points;
+    all.across_boxes += here.across_boxes;
+    all.across_seams += here.across_seams;
+  }
+  EXPECT_GT(all.points, 100'000u);
+  EXPECT_GT(all.across_boxes, 10'000u);
+  EXPECT_GT(all.across_seams, 1'000u);
+  std::cout << all.points << " shared, " << all.across_boxes << " across boxes, "
+            << all.across_seams << " across attached seams\n";
+}
+
+TEST(PatchEvaluator, EvaluatesPointsAloneAsInBlocks) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<float> uniform(-1, 1);
+  for (int degree = 0; degree < 27; ++degree) {
+    const std::array<int, 3> degrees{1 + degree % 3, 1 + degree / 3 % 3, 1 + degree / 9};
+    std::vector<float> coefficients(3 * 64), conormals(9);
+    for (float& c : coefficients) c = uniform(random);
+    for (float& c : conormals) c = uniform(random);
+    const BoxPolynomial box{degrees, coefficients.data(), conormals.data()};
+    PointBlock<kBlockPoints> block{};
+    for (size_t i = 0; i < kBlockPoints; ++i) {
+      for (size_t a = 0; a < 3; ++a) {
+        block.local[a][i] = uniform(random) / 2;
+        block.rest[a][i] = i == 3 ? 0 : uniform(random);
+      }
+    }
+
+    EvaluateBlock(box, true, &block);
+
+    for (size_t i = 0; i < kBlockPoints; ++i) {
+      PointBlock<1> with{}, without{};
+      for (size_t a = 0; a < 3; ++a) {
+        with.local[a][0] = without.local[a][0] = block.local[a][i];
+        with.rest[a][0] = block.rest[a][i];
+      }
+      EvaluateBlock(box, true, &with);
+      EvaluateBlock(box, false, &without);
+      for (size_t a = 0; a < 3; ++a) {
+        const auto bits = [](float x) { return std::bit_cast<uint32_t>(x); };
+        EXPECT_EQ(bits(with.position[a][0]), bits(block.position[a][i]));
+        EXPECT_EQ(bits(without.position[a][0]), bits(block.position[a][i]));
+        EXPECT_EQ(bits(with.normal[a][0]), bits(block.normal[a][i]));
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace latticed::client
