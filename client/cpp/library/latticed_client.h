@@ -28,6 +28,7 @@
 #include "client/cpp/library/stream.h"
 #include "client/cpp/library/surface.h"
 #include "client/cpp/library/watch.h"
+#include "core/patches/patch_plan.h"
 #include "grpcpp/channel.h"
 #include "latticed/v1/mesh.grpc.pb.h"
 #include "latticed/v1/scene.grpc.pb.h"
@@ -95,6 +96,11 @@ class Client {
   // Returns all parts merged into one.
   [[nodiscard]] absl::StatusOr<v1::TopologyPart> GetTopology(const std::string& scene,
                                                              const std::string& topology_id);
+  // What PatchEvaluator needs besides the lattice, once per topology_id of a view with ENCODING_PATCHES. `normals`: those
+  // of the view. kDataLoss for a plan that contradicts itself.
+  [[nodiscard]] absl::StatusOr<std::shared_ptr<const PatchPlan>> GetPatchPlan(
+      const std::string& scene, const std::string& topology_id,
+      v1::NormalMode normals = v1::NORMAL_MODE_UNSPECIFIED);
   struct ExportedFile {
     v1::ExportHeader header;
     std::string bytes;

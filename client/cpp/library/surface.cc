@@ -135,7 +135,11 @@ absl::Status Surface::TakeChunks(v1::Chunks chunks) {
   if (!begin_.has_value() || begin_->update_id() != chunks.update_id()) {
     return absl::DataLossError("chunks came outside of their update");
   }
-  if (quantisation_ == nullptr || quantisation_->quantisation_id() != chunks.quantisation_id()) {
+  auto quantisation = quantisation_;
+  if (begin_->view().encoding() == v1::ENCODING_PATCHES) {  // has no grid
+    quantisation = std::make_shared<const v1::Quantisation>();
+  }
+  if (quantisation == nullptr || quantisation->quantisation_id() != chunks.quantisation_id()) {
     return absl::DataLossError("chunks name a quantisation that was not sent");
   }
   begun_topology_ = chunks.topology_id();
@@ -145,7 +149,7 @@ absl::Status Surface::TakeChunks(v1::Chunks chunks) {
     HeldChunk& held = begun_chunks_[chunk.index()];
     held.data = std::move(*chunk.mutable_data());
     held.levels = std::move(*chunk.mutable_levels());
-    held.quantisation = quantisation_;
+    held.quantisation = quantisation;
   }
   return absl::OkStatus();
 }
@@ -219,6 +223,9 @@ absl::StatusOr<std::vector<PatchLayout>> Surface::Layouts(size_t chunk) const {
 
 absl::Status Surface::LayoutOnto(size_t chunk, uint64_t patches,
                                  std::vector<PatchLayout>* layouts) const {
+  if (HasPatches()) {
+    return absl::FailedPreconditionError("ENCODING_PATCHES sends no points: use PatchEvaluator");
+  }
   if (topology_.has_pattern()) {
     LATTICED_ASSIGN_OR_RETURN(const auto layout,
                               LayoutOf(topology_.pattern(), topology_.segments()));
@@ -246,6 +253,20 @@ uint64_t Surface::PointCount() const {
     }
   }
   return count;
+}
+
+absl::StatusOr<std::vector<uint8_t>> Surface::EdgeBounds() const {
+  if (!complete_ || !HasPatches()) {
+    return absl::FailedPreconditionError("no complete update of ENCODING_PATCHES has come");
+  }
+  std::vector<uint8_t> bounds;
+  for (size_t index = 0; index < chunks_.size(); ++index) {
+    if (chunks_[index].quantisation == nullptr) {
+      return absl::DataLossError(fmt::format("chunk {} never came", index));
+    }
+    bounds.insert(bounds.end(), chunks_[index].data.begin(), chunks_[index].data.end());
+  }
+  return bounds;
 }
 
 absl::StatusOr<DecodedPoints> Surface::Decode() const {

@@ -21,6 +21,7 @@
 #include "client/cpp/library/chunks.h"
 #include "client/cpp/library/patch_layout.h"
 #include "latticed/v1/event.pb.h"
+#include "latticed/v1/view.pb.h"
 
 namespace latticed::client {
 
@@ -66,6 +67,9 @@ class Surface {
   // The number of points of the newest complete update; 0 before it.
   uint64_t PointCount() const;
 
+  // With ENCODING_PATCHES: a byte for each edge of the plan, for PatchEvaluator. There is nothing to decode then.
+  [[nodiscard]] absl::StatusOr<std::vector<uint8_t>> EdgeBounds() const;
+
   // All points of the newest complete update.
   [[nodiscard]] absl::StatusOr<DecodedPoints> Decode() const;
   // The points of one of its chunks.
@@ -79,6 +83,7 @@ class Surface {
     std::shared_ptr<const v1::Quantisation> quantisation;
   };
 
+  bool HasPatches() const { return view_.encoding() == v1::ENCODING_PATCHES; }
   absl::Status TakeDelta(const v1::LatticeDelta& delta);
   absl::Status TakePatterns(v1::Patterns patterns);
   absl::Status CheckLevels(const v1::Chunk& chunk) const;

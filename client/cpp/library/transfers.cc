@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The rpcs of latticed_client.h that stream one way: uploads, updates, topologies, exports. All are
+// The rpcs of latticed_client.h that stream one way: uploads, updates, topologies, patch plans, exports. All are
 // repeated after a broken connection.
 #include <algorithm>
 #include <functional>
@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "client/cpp/library/latticed_client.h"
+#include "client/cpp/library/patches/plan_from_proto.h"
 #include "client/cpp/library/status.h"
 #include "core/base/limits.h"
 #include "core/base/sha256.h"
@@ -120,6 +121,20 @@ absl::StatusOr<v1::TopologyPart> Client::GetTopology(const std::string& scene,
     return absl::DataLossError("the server sent less than the whole topology");
   }
   return whole;
+}
+
+absl::StatusOr<std::shared_ptr<const PatchPlan>> Client::GetPatchPlan(
+    const std::string& scene, const std::string& topology_id, v1::NormalMode normals) {
+  v1::GetPatchPlanRequest request;
+  request.set_scene(scene);
+  request.set_topology_id(topology_id);
+  request.set_normals(normals);
+  PatchPlanMessages messages;
+  LATTICED_RETURN_IF_ERROR((Receive<v1::GetPatchPlanRequest, v1::PatchPlanPart>(
+      &v1::SceneService::Stub::GetPatchPlan, request, [&] { messages = {}; },
+      [&](v1::PatchPlanPart&& part) { return messages.Add(std::move(part)); })));
+  LATTICED_ASSIGN_OR_RETURN(auto plan, messages.Finish());
+  return std::make_shared<const PatchPlan>(std::move(plan));
 }
 
 absl::StatusOr<Client::ExportedFile> Client::Export(const v1::ExportRequest& request,
