@@ -12,9 +12,9 @@
 #include <random>
 #include <set>
 
-#include "core/ffd/quantisation_box.h"
 #include "tests/client/patches/evaluated_scene.h"
 #include "tests/client/patches/shared_bits.h"
+#include "tests/client/patches/surface_error.h"
 #include "tests/support/definition.h"
 #include "tests/support/real_meshes.h"
 
@@ -22,62 +22,16 @@ namespace latticed::client {
 namespace {
 
 using testing::Barycentrics;
+using testing::Compare;
 using testing::DrawPatchScene;
 using testing::EvaluateScene;
 using testing::MakePatchScene;
 using testing::PatchScene;
 using testing::PatternOf;
+using testing::Worst;
 
 constexpr RestNormals kEveryKind[] = {RestNormals::kFacet, RestNormals::kSmooth,
                                       RestNormals::kNone};
-
-// What is worst in a surface, in units of what is allowed.
-struct Worst {
-  double position = 0, normal = 0;
-  size_t points = 0;
-};
-
-// Half a unit of 16 bits around the deformed surface, and 1e-6 of its diagonal, on each axis.
-Worst Compare(const PatchScene& scene, const PatchSurface& surface) {
-  const DeformPlan& plan = *scene.plan;
-  const RestNormals normals = scene.read->header.normals;
-  const DirectFfd direct(plan, scene.control_points);
-  Bounds bounds;
-  std::vector<Vec3d> expected;
-  for (size_t p = 0; p < plan.patches.size(); ++p) {
-    for (size_t i = 0; i < PatternOf(surface, p).points.size(); ++i) {
-      expected.push_back(
-          direct.EvaluatePosition(p, Barycentrics(PatternOf(surface, p), i)).position);
-      bounds.Extend(expected.back());
-    }
-  }
-  const double unit = FitQuantisationBox(bounds, 1).step(16);
-  const double allowed = 0.5 * unit + 1e-6 * bounds.diagonal();
-  Worst worst{.points = expected.size()};
-  EXPECT_EQ(surface.positions.size(), expected.size());
-  EXPECT_EQ(surface.normals.size(), normals == RestNormals::kNone ? 0 : expected.size());
-  for (size_t p = 0; p < plan.patches.size(); ++p) {
-    for (size_t i = surface.first_points[p]; i < surface.first_points[p + 1]; ++i) {
-      const Vec3d off = ToDouble(surface.positions[i]) + plan.local_origin - expected[i];
-      for (int a = 0; a < 3; ++a)
-        worst.position = std::max(worst.position, std::abs(off[a]) / allowed);
-      if (normals == RestNormals::kNone) continue;
-      const auto kind =
-          normals == RestNormals::kFacet ? DirectFfd::Normal::kFacet : DirectFfd::Normal::kSmooth;
-      const auto point = direct.Evaluate(
-          p, Barycentrics(PatternOf(surface, p), i - surface.first_points[p]), kind);
-      const Vec3d normal = ToDouble(surface.normals[i]);
-      if (point.substituted || point.kappa > testing::kMostKappa) continue;
-      EXPECT_NEAR(Norm(normal), 1, testing::kUnitTolerance) << "patch " << p;
-      worst.normal = std::max(worst.normal, testing::Angle(normal, point.normal) / point.kappa);
-    }
-  }
-  return worst;
-}
-
-// Octahedral integers of 16 bits turn a rest normal by 4e-5, int16 components by 3e-5. A place off by half a unit turns
-// the Jacobian of a strongly bent box by as much again. Both count kappa times. Measured: up to 1.4e-4.
-constexpr double kNormalTolerance = 2e-4;
 
 TEST(PatchEvaluator, MatchesTheDefinitionOnRandomScenes) {
   size_t outside = 0, seams = 0;
@@ -90,7 +44,7 @@ TEST(PatchEvaluator, MatchesTheDefinitionOnRandomScenes) {
         Compare(scene, EvaluateScene(scene, testing::kSceneTolerance * scene.size()));
 
     EXPECT_LE(worst.position, 1);
-    EXPECT_LE(worst.normal, kNormalTolerance);
+    EXPECT_LE(worst.normal, testing::kNormalTolerance);
     outside += scene.plan->outside_patches;
     seams += scene.plan->seams.size();
     degrees.insert(scene.plan->structure.degree);
@@ -180,7 +134,7 @@ TEST(PatchEvaluator, WorksOnRealMeshes) {
 
       const Worst worst = Compare(scene, surface);
       EXPECT_LE(worst.position, 1);
-      EXPECT_LE(worst.normal, kNormalTolerance);
+      EXPECT_LE(worst.normal, testing::kNormalTolerance);
       EXPECT_EQ(testing::SharedPointsCheck(scene, surface).Count().different, 0u);
       EXPECT_LE(LargestDistance(scene, surface), tolerance + 2e-5 * scene.size());
       std::cout << real.name << ": " << worst.points << " points, " << worst.position

@@ -1,0 +1,147 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A client that evaluates patches, against a real server in this process: its surface is what the server sends to others.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <string>
+
+#include "client/cpp/library/latticed_client.h"
+#include "client/cpp/library/patches/lattice_from_proto.h"
+#include "client/cpp/library/patches/patch_evaluator.h"
+#include "fmt/format.h"
+#include "tests/client/quiet_server.h"
+#include "tests/support/test_meshes.h"
+
+namespace latticed::client {
+namespace {
+
+using ::latticed::testing::StatusIs;
+
+constexpr double kTorusSize = 3;  // of its bounds, about
+
+class PatchStreamTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    ASSERT_NE(server_, nullptr);
+    const PolygonMesh torus = testing::TorusMesh(24, 16);
+    std::string obj;
+    for (const Vec3d& p : torus.positions) obj += fmt::format("v {} {} {}\n", p.x, p.y, p.z);
+    for (size_t f = 0; f < torus.face_count(); ++f) {
+      obj += "f";
+      for (uint32_t c = torus.face_offsets[f]; c < torus.face_offsets[f + 1]; ++c) {
+        obj += fmt::format(" {}", torus.corner_vertices[c] + 1);
+      }
+      obj += "\n";
+    }
+    v1::MeshHeader header;
+    header.set_format(v1::MESH_FORMAT_OBJ);
+    const auto mesh = client_->UploadMesh(obj, header);
+    ASSERT_OK(mesh);
+    v1::CreateSceneRequest create;
+    create.set_mesh(mesh->id());
+    const auto scene = client_->CreateScene(create);
+    ASSERT_OK(scene);
+    scene_ = scene->id();
+  }
+
+  v1::WatchRequest Watch(v1::NormalMode normals) const {
+    v1::WatchRequest watch;
+    watch.set_scene(scene_);
+    watch.mutable_view()->set_encoding(v1::ENCODING_PATCHES);
+    watch.mutable_view()->set_normals(normals);
+    return watch;
+  }
+
+  // The corners of all patches, as the server sends them to others.
+  DecodedPoints Corners(v1::NormalMode normals) {
+    v1::GetUpdateRequest get;
+    get.set_scene(scene_);
+    get.mutable_view()->set_encoding(v1::ENCODING_RAW);
+    get.mutable_view()->set_normals(normals);
+    get.mutable_view()->set_segments(1);
+    const auto surface = client_->GetUpdate(get);
+    EXPECT_OK(surface);
+    return *surface->Decode();
+  }
+
+  static void ExpectSame(const PatchSurface& surface, const PatchPlan& plan,
+                         const DecodedPoints& expected) {
+    ASSERT_EQ(surface.positions.size(), expected.positions.size());
+    ASSERT_EQ(surface.normals.size(), expected.normals.size());
+    for (size_t i = 0; i < expected.positions.size(); ++i) {
+      const Vec3d off = ToDouble(surface.positions[i]) + plan.header.origin - expected.positions[i];
+      EXPECT_LE(std::max({std::abs(off.x), std::abs(off.y), std::abs(off.z)}), 2e-5 * kTorusSize);
+      if (expected.normals.empty()) continue;
+      EXPECT_GT(Dot(ToDouble(surface.normals[i]), ToDouble(expected.normals[i])), 1 - 1e-6);
+    }
+  }
+
+  const std::unique_ptr<InProcessServer> server_ = StartServer();
+  const std::unique_ptr<Client> client_ = std::make_unique<Client>(server_->channel(), "");
+  std::string scene_;
+};
+
+TEST_F(PatchStreamTest, AWatcherEvaluatesWhatOthersAreSent) {
+  for (const v1::NormalMode normals :
+       {v1::NORMAL_MODE_NONE, v1::NORMAL_MODE_FACET, v1::NORMAL_MODE_SMOOTH}) {
+    auto stream = client_->Deform(Watch(normals));
+    ASSERT_OK(stream);
+    const Surface& held = (*stream)->surface();
+    const auto plan =
+        client_->GetPatchPlan(scene_, held.topology().topology_id(), held.view().normals());
+    ASSERT_OK(plan);
+    const auto structure = FromProto(held.lattice().lattice());
+    auto evaluator = PatchEvaluator::Create(*plan, structure->structure);
+    ASSERT_OK(evaluator);
+    for (int edit = 0; edit < 3; ++edit) {
+      v1::EditBatch batch;
+      auto* move = batch.add_edits()->mutable_move_control_points();
+      move->add_indices(static_cast<uint32_t>(20 * edit + 5));
+      move->mutable_offset()->set_x(0.3);
+      move->mutable_offset()->set_z(0.2);
+      const auto sequence = (*stream)->Send(batch);
+      ASSERT_OK((*stream)->WaitFor(*sequence));
+      const auto lattice = FromProto(held.lattice().lattice());
+      const auto bounds = held.EdgeBounds();
+      ASSERT_OK(bounds);
+
+      PatchSurface coarse, fine;
+      ASSERT_OK(evaluator->Evaluate(lattice->control_points, *bounds, 1e6, &coarse));
+      ASSERT_OK(evaluator->Evaluate(lattice->control_points, *bounds, 1e-4 * kTorusSize, &fine));
+
+      ExpectSame(coarse, **plan, Corners(normals));
+      EXPECT_LE(fine.error, 1e-4 * kTorusSize);
+      EXPECT_GT(fine.positions.size(), coarse.positions.size());
+    }
+  }
+}
+
+TEST_F(PatchStreamTest, AViewOfPatchesHasNoPointsToDecode) {
+  const auto watch = client_->Watch(Watch(v1::NORMAL_MODE_FACET));
+  ASSERT_OK(watch);
+
+  EXPECT_THAT((*watch)->surface().Decode().status(),
+              StatusIs(absl::StatusCode::kFailedPrecondition));
+  EXPECT_OK((*watch)->surface().EdgeBounds().status());
+}
+
+TEST_F(PatchStreamTest, OtherViewsHaveNoEdgeBounds) {
+  v1::GetUpdateRequest get;
+  get.set_scene(scene_);
+  const auto surface = client_->GetUpdate(get);
+  ASSERT_OK(surface);
+
+  EXPECT_THAT(surface->EdgeBounds().status(), StatusIs(absl::StatusCode::kFailedPrecondition));
+}
+
+TEST_F(PatchStreamTest, AnotherTopologyIsNotFound) {
+  EXPECT_THAT(client_->GetPatchPlan(scene_, "none").status(),
+              StatusIs(absl::StatusCode::kNotFound));
+}
+
+}  // namespace
+}  // namespace latticed::client
