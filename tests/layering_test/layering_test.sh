@@ -71,7 +71,7 @@ readonly guarded=(
   '^prometheus/' '^server/edge/metric'
   '^cblas' '^core/cpu/gemm/cpu_gemm'
   '^cublas' '^cuda/device/cuda_(gemm|status)'
-  '^epoxy/' '^tests/bench/paper/shaders/'
+  '^epoxy/' '^tests/(bench/paper/shaders|client/patches/shader)/'
   '^(cuda_runtime|cuda\.h|cuda_fp16)' '^(cuda|tests/(bench|cuda))/')
 
 # Sets $layer rather than printing it: $(…) would start a process for each of thousands of includes.
