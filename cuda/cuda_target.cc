@@ -8,6 +8,7 @@
 #include "core/base/status_macros.h"
 #include "core/view/checked_view.h"
 #include "cuda/adaptive/cuda_adaptive_view.h"
+#include "cuda/bounds/cuda_edge_bound_view.h"
 #include "cuda/fused/cuda_fused_kernel.h"
 #include "cuda/gemm/cuda_control_nets.h"
 #include "cuda/gemm/cuda_gemm_kernel.h"
@@ -33,11 +34,13 @@ class CudaTarget : public DeformTarget {
   const DeformPlan& plan() const override { return *plan_; }
   Pipeline pipeline() const override { return pipeline_; }
   bool has_tolerance() const override { return pipeline_ == Pipeline::kFused; }
+  bool has_edge_bounds() const override { return pipeline_ == Pipeline::kFused; }
 
   absl::StatusOr<std::unique_ptr<DeformView>> CreateView(const ViewSpec& spec) override {
     LATTICED_RETURN_IF_ERROR(Validate(spec));
     LATTICED_RETURN_IF_ERROR(CheckSupported(*this, spec));
     const DeviceGuard guard(context_->device());
+    if (spec.format == VertexFormat::kEdgeBounds) return CreateEdgeBoundView(spec);
     if (spec.tolerance > 0) return CreateAdaptiveView(spec);
     return CatchBadAlloc("the view", [&]() -> absl::StatusOr<std::unique_ptr<DeformView>> {
       LATTICED_ASSIGN_OR_RETURN(auto lane, context_->lanes().Borrow(Priority()));
@@ -61,6 +64,9 @@ class CudaTarget : public DeformTarget {
   }
 
   ViewTraits Traits(const ViewSpec& spec) const override {
+    if (spec.format == VertexFormat::kEdgeBounds) {
+      return {.on_device = true, .host_bytes = CudaEdgeBoundView::HostBytesFor(*plan_)};
+    }
     const bool adaptive = spec.tolerance > 0;
     return {.on_device = true,
             .host_bytes = adaptive ? CudaAdaptiveView::HostBytesFor(*plan_)
@@ -108,6 +114,17 @@ class CudaTarget : public DeformTarget {
           CudaAdaptiveEvaluator::Create(plan_, device_plan_, spec, context_, lane, room));
       return std::make_unique<CudaAdaptiveView>(plan_, spec, context_, std::move(lane),
                                                 std::move(evaluator));
+    });
+  }
+
+  absl::StatusOr<std::unique_ptr<DeformView>> CreateEdgeBoundView(const ViewSpec& spec) const {
+    return CatchBadAlloc("the view", [&]() -> absl::StatusOr<std::unique_ptr<DeformView>> {
+      LATTICED_ASSIGN_OR_RETURN(auto lane, context_->lanes().Borrow(Priority()));
+      LATTICED_ASSIGN_OR_RETURN(
+          auto room, DeviceReservation::Create(context_->memory(), "the view", [&] {
+            return CudaEdgeBoundView::DeviceBytesFor(*plan_) + device_plan_->BytesToCome(false);
+          }));
+      return CudaEdgeBoundView::Create(plan_, device_plan_, spec, context_, std::move(lane), room);
     });
   }
 

@@ -47,11 +47,12 @@ struct AdaptiveTables {
 // Floats that are never negative are kept as their bits where atomics raise them: these are in the same order, and those
 // of a NaN come last.
 struct AdaptiveState {
-  uint32_t* reach;                 // [box][3]: PatchReach, rounded up, as bits; zeros at first
-  float* slack;                    // [box][6]: CurvatureSlack
-  CurvatureBounds<float>* bounds;  // by patch
-  uint32_t* edge_maxima;           // by edge, as bits; zeros before EdgeMaximaCall
-  uint32_t* largest_error;         // of all patches, as bits; zero before PatternsCall
+  uint32_t* reach;          // [box][3]: PatchReach, rounded up, as bits; zeros at first
+  float* slack;             // [box][6]: CurvatureSlack
+  float* edge_bounds;       // by patch, three: CurvatureBounds::edge
+  float* mixed_bounds;      // likewise, CurvatureBounds::mixed; null where nothing reads them
+  uint32_t* edge_maxima;    // by edge, as bits; zeros before EdgeMaximaCall
+  uint32_t* largest_error;  // of all patches, as bits; zero before PatternsCall
   uint64_t*
       chunk_first;  // the first point of each chunk, and after the last the number of all points
   uint16_t* codes;  // PatternKey::Code by patch; 0 past the last one, up to a whole chunk

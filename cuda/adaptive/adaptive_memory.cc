@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cuda/adaptive/adaptive_memory.h"
 
+#include <array>
 #include <utility>
-#include <vector>
 
 #include "cuda/device/table_upload.h"
 
@@ -25,15 +25,6 @@ absl::StatusOr<size_t> ScanScratchBytes(const DeformPlan& plan) {
   return bytes;
 }
 
-std::vector<uint32_t> PatchEdges(const DeformPlan& plan) {
-  std::vector<uint32_t> edges;
-  edges.reserve(3 * plan.patches.size());
-  for (const Patch& patch : plan.patches) {
-    edges.insert(edges.end(), patch.edge.begin(), patch.edge.end());
-  }
-  return edges;
-}
-
 uint64_t TableBytes(const DeformPlan& plan) {
   const FlatPatterns& flat = FlatPatterns::Get();
   return TableUpload::BlockBytes({3 * plan.patches.size() * sizeof(uint32_t),
@@ -43,6 +34,20 @@ uint64_t TableBytes(const DeformPlan& plan) {
 }
 
 }  // namespace
+
+std::vector<uint32_t> PatchEdges(const DeformPlan& plan) {
+  std::vector<uint32_t> edges;
+  edges.reserve(3 * plan.patches.size());
+  for (const Patch& patch : plan.patches) {
+    edges.insert(edges.end(), patch.edge.begin(), patch.edge.end());
+  }
+  return edges;
+}
+
+size_t FloatsOfPolynomials(const DeformPlan& plan) {
+  const std::array<int, 3>& d = plan.structure.degree;  // in any order
+  return plan.boxes.size() * 3 * static_cast<size_t>(kernels::CoefficientStride(d[0], d[1], d[2]));
+}
 
 AdaptiveMemory::Parts AdaptiveMemory::PartsOf(const DeformPlan& plan, size_t scan_bytes) {
   size_t end = 0;
@@ -54,7 +59,8 @@ AdaptiveMemory::Parts AdaptiveMemory::PartsOf(const DeformPlan& plan, size_t sca
   Parts parts{};
   parts.reach = add(plan.boxes.size() * 3 * sizeof(uint32_t));
   parts.slack = add(plan.boxes.size() * 6 * sizeof(float));
-  parts.bounds = add(plan.patches.size() * sizeof(CurvatureBounds<float>));
+  parts.edge_bounds = add(plan.patches.size() * 3 * sizeof(float));
+  parts.mixed_bounds = add(plan.patches.size() * 3 * sizeof(float));
   parts.first_points = add(plan.patches.size() * sizeof(uint16_t));
   parts.scan = add(scan_bytes);
   parts.edge_maxima = add(plan.edges.size() * sizeof(uint32_t));
@@ -96,7 +102,8 @@ kernels::AdaptiveState AdaptiveMemory::state() const {
   uint8_t* const block = block_.data();
   return {.reach = reinterpret_cast<uint32_t*>(block + parts_.reach),
           .slack = reinterpret_cast<float*>(block + parts_.slack),
-          .bounds = reinterpret_cast<CurvatureBounds<float>*>(block + parts_.bounds),
+          .edge_bounds = reinterpret_cast<float*>(block + parts_.edge_bounds),
+          .mixed_bounds = reinterpret_cast<float*>(block + parts_.mixed_bounds),
           .edge_maxima = reinterpret_cast<uint32_t*>(block + parts_.edge_maxima),
           .largest_error = reinterpret_cast<uint32_t*>(block + parts_.largest_error),
           .chunk_first = reinterpret_cast<uint64_t*>(block + parts_.chunk_first),

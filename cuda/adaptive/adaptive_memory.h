@@ -18,12 +18,18 @@
 
 #include <cstring>
 #include <span>
+#include <vector>
 
 #include "core/ffd/deform_plan.h"
 #include "cuda/adaptive/adaptive_kernels.h"
 #include "cuda/device/device_buffer.h"
 
 namespace latticed {
+
+// By patch, three: Patch::edge.
+[[nodiscard]] std::vector<uint32_t> PatchEdges(const DeformPlan& plan);
+// The floats of the coefficients of all boxes (cuda/fused/fused_kernels.h).
+[[nodiscard]] size_t FloatsOfPolynomials(const DeformPlan& plan);
 
 // What an evaluation copies to the host: reads a copy of AdaptiveMemory::results.
 class AdaptiveResults {
@@ -64,8 +70,8 @@ class AdaptiveMemory {
  private:
   // Offsets in block_.
   struct Parts {
-    size_t reach, slack, bounds, first_points, scan, edge_maxima, largest_error, chunk_first, codes,
-        end;
+    size_t reach, slack, edge_bounds, mixed_bounds, first_points, scan, edge_maxima, largest_error,
+        chunk_first, codes, end;
   };
   static Parts PartsOf(const DeformPlan& plan, size_t scan_bytes);
   friend class AdaptiveResults;

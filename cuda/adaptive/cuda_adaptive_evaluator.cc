@@ -30,11 +30,6 @@ uint64_t FirstCapacity(const DeformPlan& plan, const ViewSpec& spec) {
   return std::min(plan.patches.size() * kFirstPoints, MostPoints(plan, spec));
 }
 
-size_t FloatsOfPolynomials(const DeformPlan& plan) {
-  const std::array<int, 3>& d = plan.structure.degree;  // in any order
-  return plan.boxes.size() * 3 * static_cast<size_t>(kernels::CoefficientStride(d[0], d[1], d[2]));
-}
-
 size_t ResultBytes(const DeformPlan& plan) {
   constexpr size_t kPads = 3 * 256;
   return kPads + (plan.chunk_count() + 1) * sizeof(uint64_t) +

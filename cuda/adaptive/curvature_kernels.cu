@@ -115,6 +115,15 @@ __global__ void __launch_bounds__(kBlockThreads)
   launch.state.slack[item] = weight * (1 + 4e-6f) * 0x1p-24f * roundings * sum;
 }
 
+__device__ __forceinline__ void StoreBounds(const AdaptiveState& state, size_t patch,
+                                            const CurvatureBounds<float>& bounds) {
+#pragma unroll
+  for (int e = 0; e < 3; ++e) state.edge_bounds[3 * patch + e] = bounds.edge[e];
+  if (state.mixed_bounds == nullptr) return;
+#pragma unroll
+  for (int e = 0; e < 3; ++e) state.mixed_bounds[3 * patch + e] = bounds.mixed[e];
+}
+
 template <int D0, int D1, int D2>
 __global__ void __launch_bounds__(kBlockThreads)
     BoundsKernel(const __grid_constant__ AdaptiveLaunch launch) {
@@ -127,7 +136,7 @@ __global__ void __launch_bounds__(kBlockThreads)
   if (index >= launch.fused.patch_count) return;
   const DevicePatch patch = launch.fused.plan.patches[index];
   if (patch.Box() == launch.fused.plan.outside_box) {  // such a patch does not move
-    launch.state.bounds[index] = {};
+    StoreBounds(launch.state, index, {});
     return;
   }
   AffineMap<D2> map;
@@ -153,7 +162,7 @@ __global__ void __launch_bounds__(kBlockThreads)
   const float* const p[3] = {composed[0], composed[1], composed[2]};
   CurvatureBounds<float> bounds = BoundCurvature<kDegree, float>(p, kMedianShear);
   RaiseBounds(PatchSlack(v, launch.state.slack + size_t{patch.Box()} * 6), &bounds);
-  launch.state.bounds[index] = bounds;
+  StoreBounds(launch.state, index, bounds);
 }
 
 }  // namespace

@@ -24,10 +24,9 @@ __global__ void __launch_bounds__(kBlockThreads)
     EdgeMaximaKernel(const __grid_constant__ AdaptiveLaunch launch) {
   const size_t patch = Item();
   if (patch >= launch.fused.patch_count) return;
-  const CurvatureBounds<float>& bounds = launch.state.bounds[patch];
 #pragma unroll
   for (int e = 0; e < 3; ++e) {
-    const uint32_t bits = __float_as_uint(bounds.edge[e]);
+    const uint32_t bits = __float_as_uint(launch.state.edge_bounds[3 * patch + e]);
     if (bits != 0) atomicMax(launch.state.edge_maxima + launch.tables.edges[3 * patch + e], bits);
   }
 }
@@ -61,12 +60,22 @@ __device__ float ErrorOf(const AdaptiveTables& tables, const PatternHead& head,
   return static_cast<float>(kBoundFactor) * largest;
 }
 
+__device__ CurvatureBounds<float> LoadBounds(const AdaptiveState& state, size_t patch) {
+  CurvatureBounds<float> bounds;
+#pragma unroll
+  for (int e = 0; e < 3; ++e) {
+    bounds.edge[e] = state.edge_bounds[3 * patch + e];
+    bounds.mixed[e] = state.mixed_bounds[3 * patch + e];
+  }
+  return bounds;
+}
+
 struct PatternChoice {
   uint16_t code;
   float error;
 };
 __device__ PatternChoice Choose(const AdaptiveLaunch& launch, size_t patch) {
-  const CurvatureBounds<float> bounds = launch.state.bounds[patch];
+  const CurvatureBounds<float> bounds = LoadBounds(launch.state, patch);
   PatternKey key;
   for (int e = 0; e < 3; ++e) {
     const uint32_t bits = launch.state.edge_maxima[launch.tables.edges[3 * patch + e]];

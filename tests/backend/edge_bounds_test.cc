@@ -241,7 +241,9 @@ TEST_P(EdgeBounds, OtherPipelinesRefuseThem) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Backends, EdgeBounds, ::testing::Values(Subject{"cpu", Pipeline::kFused}),
+INSTANTIATE_TEST_SUITE_P(Backends, EdgeBounds,
+                         ::testing::Values(Subject{"cpu", Pipeline::kFused},
+                                           Subject{"cuda", Pipeline::kFused}),
                          SubjectName);
 
 }  // namespace

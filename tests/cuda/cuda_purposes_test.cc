@@ -77,5 +77,21 @@ TEST_F(CudaPurposes, TheDeviceReportsTheSumOfAllPurposesOfAViewWithATolerance) {
   ExpectUse(*backend, sum);
 }
 
+TEST_F(CudaPurposes, TheDeviceReportsTheSumOfAllPurposesOfAViewOfBounds) {
+  ASSERT_OK_AND_ASSIGN(const auto backend, MakeCudaBackend({.memory_bytes = kBudget}));
+  ASSERT_OK_AND_ASSIGN(const auto target, backend->Prepare(plan_, Pipeline::kFused));
+  ASSERT_OK_AND_ASSIGN(const auto view, target->CreateView({.format = VertexFormat::kEdgeBounds}));
+
+  ASSERT_OK(view->Evaluate(points_, BoxFor(*plan_, points_), AllChunks(*plan_)));
+  ASSERT_OK(view->Encode(AllChunks(*plan_), Encoding::kPatches));
+
+  MemoryUse sum;
+  AddDevicePart(target->memory(), sum);
+  AddDevicePart(view->memory(), sum);
+  EXPECT_EQ(sum.count("vertices"), 0u);
+  EXPECT_EQ(sum.count("draco"), 0u);
+  ExpectUse(*backend, sum);
+}
+
 }  // namespace
 }  // namespace latticed::testing

@@ -20,6 +20,7 @@ namespace {
 const std::array kRefusalSpecs{
     ViewSpec{.segments = 4, .normals = NormalMode::kSmooth},
     ViewSpec{.segments = 32, .normal_bits = 12}, ViewSpec{.segments = 32, .tolerance = 1e-4},
+    ViewSpec{.format = VertexFormat::kEdgeBounds},
     ViewSpec{.segments = 7, .normals = NormalMode::kSmooth, .format = VertexFormat::kFloat32}};
 
 class CudaRefusals : public CudaTest {
@@ -71,9 +72,10 @@ TEST_F(CudaRefusals, APlanThatDoesNotFitIsRefusedBeforeAnythingIsAllocated) {
 TEST_F(CudaRefusals, AViewThatDoesNotFitIsRefusedBeforeAnythingIsAllocated) {
   for (const Pipeline pipeline : kPipelines) {
     for (const ViewSpec& spec : kRefusalSpecs) {
-      if (spec.tolerance > 0 && pipeline != Pipeline::kFused) continue;  // no such view
-      SCOPED_TRACE(fmt::format("{}, {} segments, tolerance {}", PipelineName(pipeline),
-                               spec.segments, spec.tolerance));
+      const bool only_fused = spec.tolerance > 0 || spec.format == VertexFormat::kEdgeBounds;
+      if (only_fused && pipeline != Pipeline::kFused) continue;  // no such view
+      SCOPED_TRACE(fmt::format("{}, {} segments, tolerance {}, format {}", PipelineName(pipeline),
+                               spec.segments, spec.tolerance, static_cast<int>(spec.format)));
       const FirstView first = MakeFirstView(pipeline, spec);
       ASSERT_GT(first.view_bytes, pipeline == Pipeline::kFused ? 0 : 4 * kMiB);
       ASSERT_OK_AND_ASSIGN(const auto enough,

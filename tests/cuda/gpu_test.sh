@@ -49,7 +49,7 @@ run_alone "a device that is lost" "$folder/cuda_backend_test" --gtest_filter='Cu
 run_alone "what is left of the device's memory, 2,000 scenes" "$folder/cuda_backend_test" --gtest_filter='CudaSoak.*'
 
 # The slowest suites start first.
-for suite in Watertight Accuracy View Spanned Tolerance ToleranceBits ToleranceEncoding; do
+for suite in Watertight Accuracy View Spanned Tolerance ToleranceBits ToleranceEncoding EdgeBounds; do
   run "conformance, $suite" "$folder/backend_test" --gtest_filter="*/$suite.*cuda*:Backends.*"
 done
 run "memory, failed allocations, repeated bits" "$folder/cuda_backend_test" \
@@ -57,7 +57,7 @@ run "memory, failed allocations, repeated bits" "$folder/cuda_backend_test" \
 run "what views share, made at once" "$folder/cuda_backend_test" --gtest_filter='CudaSharing.*'
 run "one scene on several devices" "$folder/cuda_backend_test" --gtest_filter='CudaSpanned.*'
 run "Draco streams, byte for byte the host's" "$folder/cuda_backend_test" --gtest_filter='DeviceDracoWriterTest.*:RansEntry*'
-run "statuses, pinned memory" "$folder/cuda_backend_test" --gtest_filter='CudaStatusTest.*:PinnedMemoryTest.*'
+run "statuses, pinned memory, bytes of edges" "$folder/cuda_backend_test" --gtest_filter='CudaStatusTest.*:PinnedMemoryTest.*:EdgeBytes.*'
 # A benchmark's comparator, which is built where libepoxy is present. It skips without OpenGL.
 [[ -x $folder/bench_shaders_test ]] && run "tessellation shaders" "$folder/bench_shaders_test"
 run "the server, by its command line" "$folder/gpu_server_test.sh" "$folder"
@@ -66,7 +66,7 @@ run "the server, by its command line" "$folder/gpu_server_test.sh" "$folder"
 readonly sanitized=(  # NAME PROGRAM FILTER …
   memory cuda_backend_test '*-*MoreThanTheDevice*:*Repeated*:*ManyScenes*:*AllSizes*:*AllPairs*:*LargestChunk*:CudaSoak.*:CudaLost.*'
   view backend_test '*/View.*cuda*'
-  tolerance backend_test '*/Tolerance.*cuda*:*/ToleranceEncoding.*cuda*'
+  tolerance backend_test '*/Tolerance.*cuda*:*/ToleranceEncoding.*cuda*:*/EdgeBounds.*cuda*'
   watertight backend_test '*QuantisedAfterRandomEdits/cuda*:*Attached*/cuda*'
   accuracy backend_test '*AllDegreeMixes*/cuda*:*AllSegments*/cuda_*fused:*FillNoLanes*/cuda*:*PartlyAndWholly*/cuda*:*Collapsed*/cuda*')
 # Runs the same kernels again, for which racecheck takes minutes.

@@ -33,6 +33,7 @@ declare -A allowed=(
   [cuda/gemm]="$below_backends cuda/device/ cuda/plan/ cuda/view/ cuda/gemm/"
   [cuda/fused]="$below_backends cuda/device/ cuda/plan/ cuda/view/ cuda/fused/"
   [cuda/adaptive]="$below_backends cuda/device/ cuda/plan/ cuda/draco/ cuda/view/ cuda/fused/ cuda/adaptive/"
+  [cuda/bounds]="$below_backends cuda/device/ cuda/plan/ cuda/view/ cuda/fused/ cuda/adaptive/ cuda/bounds/"
   [cuda]="$below_backends cuda/"
   [server/base]="core/ server/base/"
   [server/net]="core/base/ server/base/ server/net/"
