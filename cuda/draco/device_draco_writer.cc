@@ -45,7 +45,9 @@ absl::StatusOr<DeviceDracoWriter> DeviceDracoWriter::Create(const DracoShape& sh
   LATTICED_ASSIGN_OR_RETURN(auto heads, DeviceBuffer<uint8_t>::Upload(
                                             context->memory(), "draco",
                                             std::span<const uint8_t>(both), lane->stream().get()));
-  return DeviceDracoWriter(shape, std::move(context), std::move(lane), std::move(heads), sizes);
+  LATTICED_ASSIGN_OR_RETURN(auto placed, CudaEvent::Create());
+  return DeviceDracoWriter(shape, std::move(context), std::move(lane), std::move(heads), sizes,
+                           std::move(placed));
 }
 
 kernels::DracoFrame DeviceDracoWriter::Frame(double range) const {
@@ -114,21 +116,34 @@ absl::Status DeviceDracoWriter::Code(const kernels::DracoWork& work,
   const auto* from = reinterpret_cast<const uint8_t*>(places) - digest_bytes;
   LATTICED_RETURN_IF_ERROR(
       CopyToHost(exchanged_.data(), from, digest_bytes + work.count * sizeof(kernels::DracoPlace)));
-  return lane_->stream().Synchronize(kWhat);
+  return placed_.Record(stream);
 }
 
-absl::StatusOr<std::shared_ptr<const PinnedBuffer>> DeviceDracoWriter::Pack(
-    const kernels::DracoWork& work, const kernels::DracoFrame& frame,
-    const kernels::DracoPlace* places, size_t bytes) {
-  const cudaStream_t stream = lane_->stream().get();
+absl::StatusOr<DeviceDracoWriter::Block> DeviceDracoWriter::MakeBlock(size_t bytes) const {
+  Block block{.bytes = bytes, .packed = {}, .pinned = nullptr};
+  if (bytes == 0) return block;
   LATTICED_ASSIGN_OR_RETURN(
-      const auto packed, DeviceBuffer<uint8_t>::Create(context_->memory(), "draco", bytes, stream));
-  LATTICED_ASSIGN_OR_RETURN(auto borrowed, context_->pinned().Borrow(bytes));
-  const auto pinned = std::make_shared<PinnedBuffer>(std::move(borrowed));
+      block.packed,
+      DeviceBuffer<uint8_t>::Create(context_->memory(), "draco", bytes, lane_->stream().get()));
+  LATTICED_ASSIGN_OR_RETURN(auto pinned, context_->pinned().Borrow(bytes));
+  block.pinned = std::make_shared<const PinnedBuffer>(std::move(pinned));
+  return block;
+}
+
+size_t DeviceDracoWriter::GuessBytes(uint64_t points) const {
+  constexpr double kMore = 1 + 1.0 / 16;
+  return static_cast<size_t>(kMore * bytes_per_point_ * static_cast<double>(points));
+}
+
+absl::Status DeviceDracoWriter::Pack(const kernels::DracoWork& work,
+                                     const kernels::DracoFrame& frame,
+                                     const kernels::DracoPlace* places, const Block& block) const {
+  if (block.bytes == 0) return absl::OkStatus();
   LATTICED_RETURN_IF_ERROR(
-      CudaStatus(kernels::LaunchDracoPack(work, frame, places, packed.data(), stream), kWhat));
-  LATTICED_RETURN_IF_ERROR(CopyToHost(pinned->data(), packed.data(), bytes));
-  return pinned;
+      CudaStatus(kernels::LaunchDracoPack(work, frame, places, {block.packed.data(), block.bytes},
+                                          lane_->stream().get()),
+                 kWhat));
+  return CopyToHost(block.pinned->data(), block.packed.data(), block.bytes);
 }
 
 absl::StatusOr<std::vector<size_t>> DeviceDracoWriter::Round(const Call& call,
@@ -143,24 +158,32 @@ absl::StatusOr<std::vector<size_t>> DeviceDracoWriter::Round(const Call& call,
   LATTICED_ASSIGN_OR_RETURN(const auto scratch,
                             MakeDracoScratch(*context_, lane_->stream().get(), call.entry_room,
                                              has_digests, chunks, work));
+  uint64_t points = 0;
+  for (const kernels::DracoChunk& chunk : chunks) points += chunk.points;
+  LATTICED_ASSIGN_OR_RETURN(Block block, MakeBlock(GuessBytes(points)));
+  std::vector<size_t> deferred;
+  // From here on nothing throws: the block must stay until the copy is done.
+  deferred.reserve(numbers.size());
   LATTICED_RETURN_IF_ERROR(Code(work, call.frame, scratch.places));
+  LATTICED_RETURN_IF_ERROR(Pack(work, call.frame, scratch.places, block));
+  LATTICED_RETURN_IF_ERROR(placed_.Synchronize());
 
   const auto* const found = reinterpret_cast<const VertexDigest*>(exchanged_.data());
   const auto* const places =
       reinterpret_cast<const kernels::DracoPlace*>(found + (has_digests ? numbers.size() : 0));
   const kernels::DracoPlace& last = places[numbers.size() - 1];
   const size_t bytes = last.at + kernels::RoundUpTo16(last.size);
-  std::shared_ptr<const PinnedBuffer> block;
-  std::vector<size_t> deferred;
-  // From here on nothing throws: the block must stay until the copy is done.
-  deferred.reserve(numbers.size());
-  if (bytes > 0) {
-    LATTICED_ASSIGN_OR_RETURN(block, Pack(work, call.frame, scratch.places, bytes));
+  bytes_per_point_ = static_cast<double>(bytes) / static_cast<double>(points);
+  if (bytes > block.bytes) {
+    LATTICED_RETURN_IF_ERROR(lane_->stream().Synchronize(kWhat));  // for the copy to the old block
+    LATTICED_ASSIGN_OR_RETURN(block, MakeBlock(bytes));
+    LATTICED_RETURN_IF_ERROR(Pack(work, call.frame, scratch.places, block));
   }
   for (size_t k = 0; k < numbers.size(); ++k) {
     const size_t i = numbers[k];
     if (places[k].size > 0) {
-      call.results[i] = {block, block->data() + places[k].at, places[k].size, block->size()};
+      call.results[i] = {block.pinned, block.pinned->data() + places[k].at, places[k].size,
+                         block.pinned->size()};
     } else if (!has_digests || found[k] != call.digests[i]) {
       deferred.push_back(i);
       continue;

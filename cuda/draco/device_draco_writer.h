@@ -9,6 +9,9 @@
 //   digests | symbols, tables | states | places --> host: sizes
 //   pack    | copy                              --> host: bytes
 //
+// The host does not wait for the sizes before it asks for the bytes. It guesses their number from the last streams, asks
+// for a sixteenth more, and names the results while they are copied. Streams that need more are packed and copied again.
+//
 // Errors   kResourceExhausted for device or pinned memory, of which fewer chunks take less; those
 //          of cuda_status.h
 // Threads  one at a time; works on the stream of the lane and waits for it before it returns
@@ -65,12 +68,13 @@ class DeviceDracoWriter {
  private:
   DeviceDracoWriter(const DracoShape& shape, std::shared_ptr<CudaContext> context,
                     std::shared_ptr<CudaLane> lane, DeviceBuffer<uint8_t> heads,
-                    std::array<uint32_t, 2> head_bytes)
+                    std::array<uint32_t, 2> head_bytes, CudaEvent placed)
       : shape_(shape),
         context_(std::move(context)),
         lane_(std::move(lane)),
         heads_(std::move(heads)),
-        head_bytes_(head_bytes) {}
+        head_bytes_(head_bytes),
+        placed_(std::move(placed)) {}
 
   // The arguments of Encode.
   struct Call {
@@ -87,14 +91,22 @@ class DeviceDracoWriter {
   // Puts the chunks, and behind them their known digests, in exchanged_. Returns the chunks.
   absl::StatusOr<std::span<kernels::DracoChunk>> Stage(const Call& call,
                                                        std::span<const size_t> numbers);
-  // Runs the kernels up to PlacesKernel, and waits for them. exchanged_ then holds the new digests, followed by the places.
+  // Enqueues the kernels up to PlacesKernel. When placed_ is reached, exchanged_ holds the new digests, followed by the
+  // places.
   absl::Status Code(const kernels::DracoWork& work, const kernels::DracoFrame& frame,
                     kernels::DracoPlace* places);
-  // Packs the streams and begins to copy them to the host. `places` says where each one is.
-  absl::StatusOr<std::shared_ptr<const PinnedBuffer>> Pack(const kernels::DracoWork& work,
-                                                           const kernels::DracoFrame& frame,
-                                                           const kernels::DracoPlace* places,
-                                                           size_t bytes);
+  // Where packed streams go.
+  struct Block {
+    size_t bytes = 0;
+    DeviceBuffer<uint8_t> packed;
+    std::shared_ptr<const PinnedBuffer> pinned;
+  };
+  absl::StatusOr<Block> MakeBlock(size_t bytes) const;
+  // The bytes of a block for so many points; 0 where there is nothing to go by.
+  size_t GuessBytes(uint64_t points) const;
+  // Enqueues the packing of those streams that fit in the block, and its copy. `places` says where each stream is.
+  absl::Status Pack(const kernels::DracoWork& work, const kernels::DracoFrame& frame,
+                    const kernels::DracoPlace* places, const Block& block) const;
   absl::Status CopyToHost(void* to, const void* from, size_t bytes) const;
 
   DracoShape shape_;
@@ -102,7 +114,9 @@ class DeviceDracoWriter {
   std::shared_ptr<CudaLane> lane_;
   DeviceBuffer<uint8_t> heads_;  // as shape_.connectivity has them; of clouds, one
   std::array<uint32_t, 2> head_bytes_;
+  CudaEvent placed_;
   PinnedBuffer exchanged_;
+  double bytes_per_point_ = 0;  // of the last streams
 };
 
 }  // namespace latticed

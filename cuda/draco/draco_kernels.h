@@ -217,8 +217,13 @@ struct DracoPlace {
 // Places of all streams, 16 bytes aligned, one after the other.
 cudaError_t LaunchDracoPlaces(const DracoWork& work, const DracoFrame& frame, DracoPlace* places,
                               cudaStream_t stream);
+// Room for streams at their places. Those that are not wholly in it are not written. Bytes of no stream become 0.
+struct DracoRoom {
+  uint8_t* bytes;
+  size_t size;
+};
 cudaError_t LaunchDracoPack(const DracoWork& work, const DracoFrame& frame,
-                            const DracoPlace* places, uint8_t* out, cudaStream_t stream);
+                            const DracoPlace* places, const DracoRoom& room, cudaStream_t stream);
 
 }  // namespace latticed::kernels
 

@@ -22,7 +22,7 @@ struct Arguments {
   DracoWork work;
   DracoFrame frame;
   DracoPlace* places;
-  uint8_t* out;
+  DracoRoom room;
 };
 
 __device__ uint32_t VarintBytes(uint32_t value) {
@@ -314,14 +314,33 @@ __device__ void PackSymbols(const DracoWork& work, uint32_t chunk, DracoKind kin
   PackTagged(work.symbols + at, points, kind, packer);
 }
 
+__device__ __forceinline__ size_t EndOf(const DracoPlace& place) {
+  return place.at + RoundUpTo16(place.size);
+}
+
+// Sets the room behind the last stream to zero; each block takes its part. Streams may fill all of it and more.
+__device__ void ZeroRest(const Arguments& arguments) {
+  const DracoRoom& room = arguments.room;
+  const uint32_t count = arguments.work.count;
+  const size_t first = EndOf(arguments.places[count - 1]) + threadIdx.x;
+  for (size_t at = first + blockIdx.x * size_t{kThreads}; at < room.size; at += count * kThreads) {
+    room.bytes[at] = 0;
+  }
+}
+
 __global__ void __launch_bounds__(kThreads)
     PackKernel(const __grid_constant__ Arguments arguments) {
   const uint32_t chunk = blockIdx.x;
   const DracoPlace place = arguments.places[chunk];
+  ZeroRest(arguments);
   if (place.size == 0) return;
+  const DracoRoom& room = arguments.room;
+  if (EndOf(place) > room.size) {
+    return Packer(room.bytes + min(size_t{place.at}, room.size)).Zeros(room.bytes + room.size);
+  }
   const DracoFrame& frame = arguments.frame;
   const DracoWork& work = arguments.work;
-  Packer packer(arguments.out + place.at);
+  Packer packer(room.bytes + place.at);
   packer.Head(HeadOf(arguments, chunk), frame.points_at, work.Points(chunk));
   PackSymbols(work, chunk, DracoKind::kPositions, packer);
   const DracoStream& positions = work.Stream(chunk, DracoKind::kPositions);
@@ -331,7 +350,7 @@ __global__ void __launch_bounds__(kThreads)
     PackSymbols(work, chunk, DracoKind::kNormals, packer);
   }
   packer.Copy(frame.end, frame.end_size);
-  packer.Zeros(arguments.out + place.at + RoundUpTo16(place.size));
+  packer.Zeros(room.bytes + EndOf(place));
 }
 
 }  // namespace
@@ -339,16 +358,16 @@ __global__ void __launch_bounds__(kThreads)
 cudaError_t LaunchDracoPlaces(const DracoWork& work, const DracoFrame& frame, DracoPlace* places,
                               cudaStream_t stream) {
   if (work.count == 0) return cudaSuccess;
-  PlacesKernel<<<1, kPlaceThreads, 0, stream>>>(Arguments{work, frame, places, nullptr});
+  PlacesKernel<<<1, kPlaceThreads, 0, stream>>>(Arguments{work, frame, places, {}});
   return cudaPeekAtLastError();
 }
 
 cudaError_t LaunchDracoPack(const DracoWork& work, const DracoFrame& frame,
-                            const DracoPlace* places, uint8_t* out, cudaStream_t stream) {
+                            const DracoPlace* places, const DracoRoom& room, cudaStream_t stream) {
   if (work.count == 0) return cudaSuccess;
   // The kernel reads places only.
   PackKernel<<<work.count, kThreads, 0, stream>>>(
-      Arguments{work, frame, const_cast<DracoPlace*>(places), out});
+      Arguments{work, frame, const_cast<DracoPlace*>(places), room});
   return cudaPeekAtLastError();
 }
 

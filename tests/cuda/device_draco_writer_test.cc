@@ -300,6 +300,32 @@ TEST_F(DeviceDracoWriterTest, DigestsDoNotDependOnPlaces) {
   }
 }
 
+// A writer guesses the room for its streams from those before.
+TEST_F(DeviceDracoWriterTest, StreamsAreWholeWhereTheyTakeMoreOrLessThanTheLastOnes) {
+  std::vector<Chunk> small, large, mixed;
+  for (unsigned i = 0; i < 40; ++i) {
+    small.push_back(MakeChunk(97, 14, 8, Data::kConstant, kSeed + i));
+    large.push_back(MakeChunk(97, 14, 8, Data::kRandom, kSeed + i));
+    mixed.push_back(i % 8 == 0 ? large.back() : small.back());
+  }
+  ASSERT_OK_AND_ASSIGN(auto writer,
+                       DeviceDracoWriter::Create(ShapeOf(small.front(), true), context_, lane_));
+  for (const auto& chunks : {small, large, large, mixed, large, small, small}) {
+    const auto vertices = Upload(chunks);
+    std::vector<SharedBytes> results(chunks.size());
+
+    ASSERT_OK(writer.Encode(vertices.span(), PlacesOf(chunks, All(chunks)), kRange, {}, results));
+
+    for (size_t i = 0; i < chunks.size(); ++i) {
+      QuantisedVertices one = chunks[i].vertices();
+      one.is_sparse = true;
+      std::vector<uint8_t> expected;
+      ASSERT_OK(DracoWriter().Encode({&one, 1}, kRange, nullptr, {&expected, 1}));
+      ASSERT_TRUE(std::ranges::equal(results[i].span(), expected)) << "chunk " << i;
+    }
+  }
+}
+
 TEST_F(DeviceDracoWriterTest, NothingToEncode) {
   ASSERT_OK_AND_ASSIGN(auto writer, DeviceDracoWriter::Create({}, context_, lane_));
   EXPECT_OK(writer.Encode({}, {}, kRange, {}, {}));
