@@ -5,8 +5,11 @@
 // Encode with 12 and 8 bits, or 14 and 8 with a tolerance, and digests, as the server calls them. encode_ms is Encode
 // alone, including downloads and waits; ns_point is encode_ms divided by the points of the chunks. Before timing, the
 // streams are compared with those of the host's writer.
+//
+// Rows "…/patches": the same to the bytes of bounds, compared with those of the CPU backend.
 #include <algorithm>
 #include <chrono>
+#include <cstdlib>
 #include <utility>
 
 #include "core/codec/draco_writer.h"
@@ -134,6 +137,62 @@ void EditToBytes(benchmark::State& state, Backend& backend, const PaperModel& mo
   state.counters["chunks"] = static_cast<double>(chunks.size());
 }
 
+// The bounds of all edges after an evaluation of the first control points.
+std::vector<std::vector<uint8_t>> ReadBounds(const Scenario& scenario, DeformView& view) {
+  CheckOk(view.Evaluate(scenario.control_points[0], scenario.box, scenario.all_chunks));
+  std::vector<std::vector<uint8_t>> bounds;
+  for (const SharedBytes& chunk : Checked(view.Encode(scenario.all_chunks, Encoding::kPatches))) {
+    bounds.emplace_back(chunk.span().begin(), chunk.span().end());
+  }
+  return bounds;
+}
+
+// Bounds of two backends are rounded differently, so a byte may be the next one.
+absl::Status CompareBounds(const Scenario& scenario, DeformView& view, const ViewSpec& spec) {
+  const auto cpu = MakeCpuBackend({});
+  const auto target = Checked(cpu->Prepare(scenario.plan, Pipeline::kFused));
+  const auto other = Checked(target->CreateView(spec));
+  const auto bounds = ReadBounds(scenario, view), expected = ReadBounds(scenario, *other);
+  for (size_t chunk = 0; chunk < bounds.size(); ++chunk) {
+    const auto near = [](int a, int b) { return std::abs(a - b) <= 1; };
+    if (!std::ranges::equal(bounds[chunk], expected[chunk], near)) {
+      return absl::InternalError(fmt::format("the bounds of chunk {} differ", chunk));
+    }
+  }
+  return absl::OkStatus();
+}
+
+void EditToBounds(benchmark::State& state, Backend& backend, const PaperModel& model,
+                  Edited edited) {
+  const Scenario& scenario = ModelScenario(model, {2, 2, 2});
+  const ViewSpec spec{.format = VertexFormat::kEdgeBounds};
+  const auto target = Checked(backend.Prepare(scenario.plan, Pipeline::kFused));
+  const auto view = Checked(target->CreateView(spec));
+  if (const auto good = CompareBounds(scenario, *view, spec); !good.ok()) return Skip(state, good);
+  const auto chunks = ChunksOf(scenario, edited);
+  std::vector<VertexDigest> digests(chunks.size());
+  std::vector<double> whole, evaluate;
+  size_t bytes = 0;
+  for (int run = 0; run < kBytesRuns + kBytesWarmUps; ++run) {
+    const auto start = Clock::now();
+    CheckOk(view->Evaluate(scenario.control_points[static_cast<size_t>(run + 1) % 2], scenario.box,
+                           chunks));
+    const double evaluated = MillisecondsSince(start);
+    const auto encoded = Checked(view->Encode(chunks, Encoding::kPatches, digests));
+    const double both = MillisecondsSince(start);
+    if (run < kBytesWarmUps) continue;
+    whole.push_back(both);
+    evaluate.push_back(evaluated);
+    bytes = 0;
+    for (const SharedBytes& chunk : encoded) bytes += chunk.size;
+  }
+  SetTime(state, MedianAndLeast(whole));
+  state.counters["p99_ms"] = Quantile(whole, 0.99);
+  state.counters["evaluate_ms"] = Quantile(evaluate, 0.5);
+  state.counters["bytes"] = static_cast<double>(bytes);
+  state.counters["chunks"] = static_cast<double>(chunks.size());
+}
+
 }  // namespace
 
 void RegisterGpuEncodeBenches() {
@@ -152,6 +211,14 @@ void RegisterGpuEncodeBenches() {
         [model](benchmark::State& state) {
           EditToBytes(state, (*TheGpu())->backend(), model, Edited::kAll, 1e-4);
         });
+    for (const auto& [name, edited] :
+         {std::pair{"all", Edited::kAll}, {"one-control-point", Edited::kMedianPoint}}) {
+      RegisterOnce(
+          fmt::format("gpu/edit-to-bytes/{}-{}/{}/patches", model.name, model.patches, name),
+          [model, edited = edited](benchmark::State& state) {
+            EditToBounds(state, (*TheGpu())->backend(), model, edited);
+          });
+    }
   }
 }
 
