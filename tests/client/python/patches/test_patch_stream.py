@@ -99,11 +99,34 @@ def test_points_are_those_of_evaluate_points(client, blob, random, degree):
     assert off <= half_unit(surface)
     shared, across, different = shared_points(watched.plan, surface)
     print(f"{shared} points are shared, {across} of them across boxes")
-    assert shared > 3000 and across > 300 and different == 0
+    assert shared > 1500 and across > 200 and different == 0
+
+
+def test_places_are_rounded_to_a_65535th_of_a_span(client, blob, random):
+    """In a frame of one span that is ten times as wide as the mesh: half a unit of the frame, not of the mesh."""
+    edges = np.diag([25.0, 26, 27])
+    knots = np.array([0.0, 0, 0, 0, 1, 1, 1, 1])
+    lattice = latticed.Lattice(
+        np.zeros((4, 4, 4, 3)), (3, 3, 3), (knots,) * 3, -edges.sum(axis=0) / 2.2, edges
+    )
+    lattice.control_points = lattice.rest() + random.uniform(-2, 2, size=(4, 4, 4, 3))
+    with client.create_scene(blob, lattice, delete_on_exit=True) as scene:
+        watched = Watched(scene)
+        surface = watched.evaluator().surface(watched.update.edge_bytes, 1e-3)
+        chosen, patch, weights = some_points(surface, random)
+        exact = watched.exact(patch, weights)
+
+    off = np.abs(surface.points[chosen] - exact.positions)
+    allowed = np.abs(exact.jacobians @ edges.T).sum(axis=2) / 131070
+    print(
+        f"{off.max() / half_unit(surface):.1f} half units of the surface, {(off / allowed).max():.2f} of what is allowed"
+    )
+    assert (off <= allowed + 1e-6 * np.linalg.norm(np.ptp(surface.points, axis=0))).all()
+    assert off.max() > 2 * half_unit(surface)
 
 
 @EVERY_DEGREE
-@pytest.mark.parametrize("normals, radians", [("facet", 2e-4), ("smooth", 2e-4)])
+@pytest.mark.parametrize("normals, radians", [("facet", 1.1e-4), ("smooth", 5e-5)])
 def test_points_and_normals_are_those_of_the_uniform_view(client, blob, random, degree, normals, radians):
     with moved_scene(client, blob, random, degree) as scene:
         watched = Watched(scene, normals)
@@ -114,8 +137,8 @@ def test_points_and_normals_are_those_of_the_uniform_view(client, blob, random, 
     np.testing.assert_array_equal(surface.triangles, update.triangles)
     assert np.abs(surface.points - points).max() <= half_unit(surface)
     off = np.linalg.norm(surface.normals - update.normals.reshape(-1, 3), axis=1)
-    print(f"{np.quantile(off, [0.5, 0.99, 1])} rad")
-    assert np.quantile(off, 0.99) < radians
+    print(f"{np.median(off):.2g} rad, at most {off.max():.2g}")
+    assert off.max() < radians
 
 
 def test_triangles_are_within_the_tolerance(client, blob, random):
@@ -177,7 +200,7 @@ def test_patches_outside_stay_and_seams_tear(half_in, random, normals):
     update = half_in.get_update(latticed.View(normals=normals, **UNIFORM))
     points, theirs = update.points.reshape(-1, 3), update.normals.reshape(-1, 3)
     assert np.abs(surface.points - points).max() <= half_unit(surface)
-    assert np.quantile(np.linalg.norm(surface.normals - theirs, axis=1), 0.99) < 2e-4
+    assert np.linalg.norm(surface.normals - theirs, axis=1).max() < 1.1e-4
 
 
 def test_a_stream_sends_bytes_of_edges_that_bend(client, blob, random):
@@ -232,10 +255,15 @@ def test_new_knots_have_another_plan(client, blob, random):
         assert refused.value.code.name == "NOT_FOUND"
 
 
-def test_a_plan_has_few_bytes(client, blob, random):
+def test_plans_have_the_normals_that_are_asked_for(client, blob, random):
     with moved_scene(client, blob, random) as scene:
-        update = scene.get_update(PATCHES)
+        update = scene.get_update(latticed.View(encoding="patches", normals="smooth"))
+        assert update.view.normals == "smooth"
+        assert scene.patch_plan(update.topology.id).normals == scene.default_view.normals == "facet"
         for normals in ("none", "facet", "smooth"):
             assert scene.patch_plan(update.topology.id, normals).normals == normals
         with pytest.raises(ValueError, match="normals is one of none, facet, smooth, not 'fine'"):
             scene.patch_plan(update.topology.id, "fine")
+        with pytest.raises(latticed.LatticedError) as refused:
+            scene.patch_plan("another")
+        assert refused.value.code.name == "NOT_FOUND"
