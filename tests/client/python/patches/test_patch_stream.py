@@ -141,10 +141,11 @@ def test_points_and_normals_are_those_of_the_uniform_view(client, blob, random, 
     assert off.max() < radians
 
 
-def test_triangles_are_within_the_tolerance(client, blob, random):
-    with moved_scene(client, blob, random) as scene:
+@EVERY_DEGREE
+def test_triangles_are_within_the_tolerance(client, blob, random, degree):
+    with moved_scene(client, blob, random, degree) as scene:
         watched = Watched(scene)
-        for tolerance in (3e-2, 3e-3, 3e-4):
+        for tolerance in (3e-2, 1e-3):
             surface = watched.evaluator(np.float64).surface(watched.update.edge_bytes, tolerance)
             chosen = random.choice(len(surface.triangles), size=4000)
             corners = surface.triangles[chosen]
