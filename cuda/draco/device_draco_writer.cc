@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cuda/draco/device_draco_writer.h"
 
+#include <algorithm>
 #include <numeric>
 
 #include "core/base/status_macros.h"
@@ -77,6 +78,11 @@ absl::Status DeviceDracoWriter::CopyToHost(void* to, const void* from, size_t by
                     kWhat);
 }
 
+absl::Status DeviceDracoWriter::CopyToHost(const Block& block) const {
+  if (block.bytes == 0) return absl::OkStatus();
+  return CopyToHost(block.pinned->data(), block.packed.data(), block.bytes);
+}
+
 absl::StatusOr<std::span<kernels::DracoChunk>> DeviceDracoWriter::Stage(
     const Call& call, std::span<const size_t> numbers) {
   const size_t bytes = numbers.size() * (sizeof(kernels::DracoChunk) +
@@ -97,8 +103,8 @@ absl::StatusOr<std::span<kernels::DracoChunk>> DeviceDracoWriter::Stage(
 }
 
 absl::Status DeviceDracoWriter::Code(const kernels::DracoWork& work,
-                                     const kernels::DracoFrame& frame,
-                                     kernels::DracoPlace* places) {
+                                     const kernels::DracoFrame& frame, kernels::DracoPlace* places,
+                                     const Block& block) const {
   const cudaStream_t stream = lane_->stream().get();
   const size_t digest_bytes = work.digests == nullptr ? 0 : work.count * sizeof(VertexDigest);
   LATTICED_RETURN_IF_ERROR(
@@ -111,12 +117,15 @@ absl::Status DeviceDracoWriter::Code(const kernels::DracoWork& work,
     LATTICED_RETURN_IF_ERROR(CudaStatus(launch(work, stream), kWhat));
   }
   LATTICED_RETURN_IF_ERROR(
-      CudaStatus(kernels::LaunchDracoPlaces(work, frame, places, stream), kWhat));
+      CudaStatus(kernels::LaunchDracoPack(work, frame, kernels::DracoPlaces::kFind, places,
+                                          block.room(), stream),
+                 kWhat));
   // The digests that were found lie before the places.
   const auto* from = reinterpret_cast<const uint8_t*>(places) - digest_bytes;
   LATTICED_RETURN_IF_ERROR(
       CopyToHost(exchanged_.data(), from, digest_bytes + work.count * sizeof(kernels::DracoPlace)));
-  return placed_.Record(stream);
+  LATTICED_RETURN_IF_ERROR(placed_.Record(stream));
+  return CopyToHost(block);
 }
 
 absl::StatusOr<DeviceDracoWriter::Block> DeviceDracoWriter::MakeBlock(size_t bytes) const {
@@ -132,18 +141,8 @@ absl::StatusOr<DeviceDracoWriter::Block> DeviceDracoWriter::MakeBlock(size_t byt
 
 size_t DeviceDracoWriter::GuessBytes(uint64_t points) const {
   constexpr double kMore = 1 + 1.0 / 16;
-  return static_cast<size_t>(kMore * bytes_per_point_ * static_cast<double>(points));
-}
-
-absl::Status DeviceDracoWriter::Pack(const kernels::DracoWork& work,
-                                     const kernels::DracoFrame& frame,
-                                     const kernels::DracoPlace* places, const Block& block) const {
-  if (block.bytes == 0) return absl::OkStatus();
-  LATTICED_RETURN_IF_ERROR(
-      CudaStatus(kernels::LaunchDracoPack(work, frame, places, {block.packed.data(), block.bytes},
-                                          lane_->stream().get()),
-                 kWhat));
-  return CopyToHost(block.pinned->data(), block.packed.data(), block.bytes);
+  return kernels::RoundUpTo16(
+      static_cast<size_t>(kMore * bytes_per_point_ * static_cast<double>(points)));
 }
 
 absl::StatusOr<std::vector<size_t>> DeviceDracoWriter::Round(const Call& call,
@@ -164,20 +163,26 @@ absl::StatusOr<std::vector<size_t>> DeviceDracoWriter::Round(const Call& call,
   std::vector<size_t> deferred;
   // From here on nothing throws: the block must stay until the copy is done.
   deferred.reserve(numbers.size());
-  LATTICED_RETURN_IF_ERROR(Code(work, call.frame, scratch.places));
-  LATTICED_RETURN_IF_ERROR(Pack(work, call.frame, scratch.places, block));
+  LATTICED_RETURN_IF_ERROR(Code(work, call.frame, scratch.places, block));
   LATTICED_RETURN_IF_ERROR(placed_.Synchronize());
 
   const auto* const found = reinterpret_cast<const VertexDigest*>(exchanged_.data());
-  const auto* const places =
-      reinterpret_cast<const kernels::DracoPlace*>(found + (has_digests ? numbers.size() : 0));
-  const kernels::DracoPlace& last = places[numbers.size() - 1];
-  const size_t bytes = last.at + kernels::RoundUpTo16(last.size);
+  const std::span places(
+      reinterpret_cast<const kernels::DracoPlace*>(found + (has_digests ? numbers.size() : 0)),
+      numbers.size());
+  size_t bytes = 0;
+  for (const kernels::DracoPlace& place : places) {
+    bytes = std::max(bytes, place.at + kernels::RoundUpTo16(place.size));
+  }
   bytes_per_point_ = static_cast<double>(bytes) / static_cast<double>(points);
   if (bytes > block.bytes) {
     LATTICED_RETURN_IF_ERROR(lane_->stream().Synchronize(kWhat));  // for the copy to the old block
     LATTICED_ASSIGN_OR_RETURN(block, MakeBlock(bytes));
-    LATTICED_RETURN_IF_ERROR(Pack(work, call.frame, scratch.places, block));
+    LATTICED_RETURN_IF_ERROR(
+        CudaStatus(kernels::LaunchDracoPack(work, call.frame, kernels::DracoPlaces::kKnown,
+                                            scratch.places, block.room(), lane_->stream().get()),
+                   kWhat));
+    LATTICED_RETURN_IF_ERROR(CopyToHost(block));
   }
   for (size_t k = 0; k < numbers.size(); ++k) {
     const size_t i = numbers[k];

@@ -5,9 +5,8 @@
 // core/codec/draco_writer.h. Only they cross the bus, in one copy for all chunks. Each result is a
 // part of the copied block. Chunks may have any numbers of points.
 //
-//   chunks, known digests                       <-- host
-//   digests | symbols, tables | states | places --> host: sizes
-//   pack    | copy                              --> host: bytes
+//   chunks, known digests                        <-- host
+//   digests | symbols, tables | states | packing --> host: sizes and places, bytes
 //
 // The host does not wait for the sizes before it asks for the bytes. It guesses their number from the last streams, asks
 // for a sixteenth more, and names the results while they are copied. Streams that need more are packed and copied again.
@@ -91,22 +90,21 @@ class DeviceDracoWriter {
   // Puts the chunks, and behind them their known digests, in exchanged_. Returns the chunks.
   absl::StatusOr<std::span<kernels::DracoChunk>> Stage(const Call& call,
                                                        std::span<const size_t> numbers);
-  // Enqueues the kernels up to PlacesKernel. When placed_ is reached, exchanged_ holds the new digests, followed by the
-  // places.
-  absl::Status Code(const kernels::DracoWork& work, const kernels::DracoFrame& frame,
-                    kernels::DracoPlace* places);
   // Where packed streams go.
   struct Block {
     size_t bytes = 0;
     DeviceBuffer<uint8_t> packed;
     std::shared_ptr<const PinnedBuffer> pinned;
+    kernels::DracoRoom room() const { return {packed.data(), bytes}; }
   };
   absl::StatusOr<Block> MakeBlock(size_t bytes) const;
-  // The bytes of a block for so many points; 0 where there is nothing to go by.
+  // The bytes of a block for so many points, a multiple of 16; 0 where there is nothing to go by.
   size_t GuessBytes(uint64_t points) const;
-  // Enqueues the packing of those streams that fit in the block, and its copy. `places` says where each stream is.
-  absl::Status Pack(const kernels::DracoWork& work, const kernels::DracoFrame& frame,
-                    const kernels::DracoPlace* places, const Block& block) const;
+  // Enqueues all kernels, which pack those streams that fit in the block, and its copy to the host. When placed_ is reached,
+  // exchanged_ holds the new digests, followed by the places.
+  absl::Status Code(const kernels::DracoWork& work, const kernels::DracoFrame& frame,
+                    kernels::DracoPlace* places, const Block& block) const;
+  absl::Status CopyToHost(const Block& block) const;
   absl::Status CopyToHost(void* to, const void* from, size_t bytes) const;
 
   DracoShape shape_;

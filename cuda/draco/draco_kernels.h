@@ -7,8 +7,7 @@
 //   draco_symbols_kernel.cu  a block a chunk     integers -> symbols, their counts, probabilities,
 //   draco_ranked_kernel.cu                       the bytes of the tables
 //   draco_rans_kernel.cu     a thread a stream   symbols -> the bytes that leave the state at each
-//   draco_pack_kernel.cu     one block, then     sizes -> places, then the bytes of each chunk in
-//                            a block a chunk     its place
+//   draco_pack_kernel.cu     a block a chunk     the bytes of the stream, in the next place
 //
 // A stream is the symbols of one attribute of a chunk, or, of sparse chunks, the tags of these symbols
 // (core/codec/tagged_symbols.h). The tables of all streams share one store. A chunk whose tables do not fit is
@@ -83,6 +82,7 @@ inline constexpr uint32_t kWideSlots = 64;
 // The host sets these to zero before the first kernel.
 struct DracoControl {
   uint32_t entries_used;
+  uint32_t bytes_used, placed;  // by how many streams
   uint32_t wide_taken[kWideSlots];
 };
 
@@ -214,16 +214,15 @@ struct DracoFrame {
 struct DracoPlace {
   uint32_t at, size;  // bytes; size 0: deferred or unchanged
 };
-// Places of all streams, 16 bytes aligned, one after the other.
-cudaError_t LaunchDracoPlaces(const DracoWork& work, const DracoFrame& frame, DracoPlace* places,
-                              cudaStream_t stream);
-// Room for streams at their places. Those that are not wholly in it are not written. Bytes of no stream become 0.
+// Room for streams. Those that are not wholly in it are not written. Bytes of no stream become 0.
 struct DracoRoom {
   uint8_t* bytes;
   size_t size;
 };
-cudaError_t LaunchDracoPack(const DracoWork& work, const DracoFrame& frame,
-                            const DracoPlace* places, const DracoRoom& room, cudaStream_t stream);
+// Finds places for all streams, 16 bytes aligned, one after the other in any order; or takes those of an earlier call.
+enum class DracoPlaces { kFind, kKnown };
+cudaError_t LaunchDracoPack(const DracoWork& work, const DracoFrame& frame, DracoPlaces known,
+                            DracoPlace* places, const DracoRoom& room, cudaStream_t stream);
 
 }  // namespace latticed::kernels
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Finds the place of each chunk's stream among all streams, and writes its bytes there, part by part:
+// Finds the next place for each chunk's stream, and writes its bytes there, part by part:
 //
 //   head | positions | least, most | prediction of normals | normals | end
 //
@@ -13,14 +13,14 @@
 namespace latticed::kernels {
 namespace {
 
-constexpr unsigned kThreads = 128;        // that pack a chunk
-constexpr unsigned kPlaceThreads = 1024;  // that add up sizes
+constexpr unsigned kThreads = 128;  // that pack a chunk
 // Constants of the Draco format.
 constexpr uint32_t kPlain = 0, kCoded = 1;
 
 struct Arguments {
   DracoWork work;
   DracoFrame frame;
+  DracoPlaces known;
   DracoPlace* places;
   DracoRoom room;
 };
@@ -80,30 +80,6 @@ __device__ uint32_t StreamBytes(const Arguments& arguments, uint32_t chunk) {
   }
   return max(size, head.least_stream);
 }
-
-__global__ void __launch_bounds__(kPlaceThreads)
-    PlacesKernel(const __grid_constant__ Arguments arguments) {
-  __shared__ uint32_t sums[kPlaceThreads / kWarp];
-  const unsigned warp = threadIdx.x / kWarp;
-  uint32_t before = 0;
-  for (uint32_t base = 0; base < arguments.work.count; base += kPlaceThreads) {
-    const uint32_t chunk = base + threadIdx.x;
-    const uint32_t size = chunk < arguments.work.count ? StreamBytes(arguments, chunk) : 0;
-    const auto room = static_cast<uint32_t>(RoundUpTo16(size));
-    const uint32_t in_warp = SumUpTo(room);
-    if (Lane() == kWarp - 1) sums[warp] = in_warp;
-    __syncthreads();
-    const uint32_t warps = SumUpTo(sums[Lane()]);  // by every warp
-    const uint32_t warps_before =
-        warp == 0 ? 0 : __shfl_sync(kAllLanes, warps, (warp + 31) % kWarp);
-    if (chunk < arguments.work.count) {
-      arguments.places[chunk] = {before + warps_before + in_warp - room, size};
-    }
-    before += __shfl_sync(kAllLanes, warps, kWarp - 1);
-    __syncthreads();
-  }
-}
-static_assert(kPlaceThreads / kWarp == kWarp, "a warp adds up the sums of all warps");
 
 // Appends bytes; all threads of the block call it together.
 class Packer {
@@ -318,21 +294,36 @@ __device__ __forceinline__ size_t EndOf(const DracoPlace& place) {
   return place.at + RoundUpTo16(place.size);
 }
 
-// Sets the room behind the last stream to zero; each block takes its part. Streams may fill all of it and more.
-__device__ void ZeroRest(const Arguments& arguments) {
-  const DracoRoom& room = arguments.room;
-  const uint32_t count = arguments.work.count;
-  const size_t first = EndOf(arguments.places[count - 1]) + threadIdx.x;
-  for (size_t at = first + blockIdx.x * size_t{kThreads}; at < room.size; at += count * kThreads) {
-    room.bytes[at] = 0;
+// The block that is the last to find a place also sets the room behind all streams to zero. They may fill it and more.
+__device__ void ZeroRest(const DracoRoom& room, uint32_t end) {
+  const uint4 zeros{};
+  for (size_t at = end + threadIdx.x * sizeof(zeros); at + sizeof(zeros) <= room.size;
+       at += kThreads * sizeof(zeros)) {
+    *reinterpret_cast<uint4*>(room.bytes + at) = zeros;
   }
+}
+
+__device__ DracoPlace FindPlace(const Arguments& arguments, uint32_t chunk) {
+  if (arguments.known == DracoPlaces::kKnown) return arguments.places[chunk];
+  __shared__ DracoPlace place;
+  __shared__ bool is_last;
+  DracoControl& control = *arguments.work.control;
+  if (threadIdx.x == 0) {
+    const uint32_t size = StreamBytes(arguments, chunk);
+    const uint32_t at = atomicAdd(&control.bytes_used, static_cast<uint32_t>(RoundUpTo16(size)));
+    arguments.places[chunk] = place = {at, size};
+    __threadfence();  // for the last one to see all bytes used
+    is_last = atomicAdd(&control.placed, 1u) + 1 == arguments.work.count;
+  }
+  __syncthreads();
+  if (is_last) ZeroRest(arguments.room, atomicAdd(&control.bytes_used, 0u));
+  return place;
 }
 
 __global__ void __launch_bounds__(kThreads)
     PackKernel(const __grid_constant__ Arguments arguments) {
   const uint32_t chunk = blockIdx.x;
-  const DracoPlace place = arguments.places[chunk];
-  ZeroRest(arguments);
+  const DracoPlace place = FindPlace(arguments, chunk);
   if (place.size == 0) return;
   const DracoRoom& room = arguments.room;
   if (EndOf(place) > room.size) {
@@ -355,19 +346,10 @@ __global__ void __launch_bounds__(kThreads)
 
 }  // namespace
 
-cudaError_t LaunchDracoPlaces(const DracoWork& work, const DracoFrame& frame, DracoPlace* places,
-                              cudaStream_t stream) {
+cudaError_t LaunchDracoPack(const DracoWork& work, const DracoFrame& frame, DracoPlaces known,
+                            DracoPlace* places, const DracoRoom& room, cudaStream_t stream) {
   if (work.count == 0) return cudaSuccess;
-  PlacesKernel<<<1, kPlaceThreads, 0, stream>>>(Arguments{work, frame, places, {}});
-  return cudaPeekAtLastError();
-}
-
-cudaError_t LaunchDracoPack(const DracoWork& work, const DracoFrame& frame,
-                            const DracoPlace* places, const DracoRoom& room, cudaStream_t stream) {
-  if (work.count == 0) return cudaSuccess;
-  // The kernel reads places only.
-  PackKernel<<<work.count, kThreads, 0, stream>>>(
-      Arguments{work, frame, const_cast<DracoPlace*>(places), room});
+  PackKernel<<<work.count, kThreads, 0, stream>>>(Arguments{work, frame, known, places, room});
   return cudaPeekAtLastError();
 }
 
