@@ -135,11 +135,10 @@ export class App implements CommandTarget {
     document.body.classList.remove('no-scene');
     this.hud.reset();
     this.hud.element.hidden = false;
-    session.on('update', (info) => this.hud.update(info));
+    session.on('update', (info) => this.hud.update(info, this.scene?.units ?? facts.units));
     session.on('refused', (text, idle) => (idle ? this.toasts.tell(text) : this.toasts.fail(text)));
     session.on('refitted', (distance) => this.toasts.tell(this.refitInWords(distance)));
     session.on('notKept', (text) => this.toasts.fail(text));
-    session.on('view', (view) => this.settings.set({ view: { ...this.settings.value.view, ...view } }));
     this.showStatus(session.status);
     const size = Math.hypot(...this.scene.bounds().getSize(this.viewport.rig.target.clone()).toArray());
     this.panel.show(this.scene.editor, size);
@@ -238,7 +237,6 @@ export class App implements CommandTarget {
     this.theme.set(settings.theme);
     this.showDivider();
     document.body.classList.toggle('panel-closed', !settings.panel);
-    if (settings.view !== before.view) this.scene?.session.setView(settings.view);
     if (settings.colouring === 'texture' && before.colouring !== 'texture') this.loadTexture();
     if (!this.scene?.editor.transforming) this.showHint(undefined); // a hint would replace the headline
     for (const toolbar of this.toolbars) toolbar.refresh();

@@ -5,6 +5,7 @@
 import { Code } from '@connectrpc/connect';
 import type { Mesh } from 'latticed/v1/mesh_pb';
 import type { DataArrayTexture } from 'three';
+import { firstView, segmentsFor } from './detail_watch';
 import { shownAtRest } from './intake/glb_json';
 import { fileKind, readMeshFile, type MeshFile } from './intake/mesh_file';
 import { sampleFile, sampleLattice, type SampleName } from './intake/samples';
@@ -16,6 +17,7 @@ import type { Lattice } from './lattice/lattice';
 import type { MeshExtent } from './lattice/mesh_extent';
 import { latticeFromJson, latticeToJson } from './wire/lattice_json';
 import { sameStructure } from './lattice/grid';
+import { distance } from './lattice/vec';
 import type { LiveSession } from './session/live_session';
 import { openSession } from './session/open_session';
 import type { SessionStatus, ViewRequest } from './session/scene_session';
@@ -27,7 +29,7 @@ import { ServerError } from './wire/server_error';
 import { bytes, inWords } from './wire/words';
 import type { Workspace } from './workspace';
 
-const TRIANGLES_AT_FIRST = 600_000; // what a laptop's GPU draws at every frame without effort
+const SEGMENTS_AT_FIRST = 10; // at most, where all patches have the same
 
 /** The mesh of the open scene: its id, its file if this browser has it, and the files that were dropped with it. */
 interface OpenMesh {
@@ -268,7 +270,7 @@ export class SceneOpener {
     // This fails for a scene that the server has lost, which connect() restores.
     const facts = await services.describeScene(id).catch(() => undefined);
     const view = { ...settings.value.view, ...facts?.view };
-    const session = await this.connect(id, view, isAsked);
+    const session = await this.connect(id, await this.firstView({ ...settings.value, view }, facts), isAsked);
     if (session === undefined) return false;
     const wasTextured = settings.value.colouring === 'texture';
     if (wasTextured) settings.set({ colouring: 'plain' }); // the texture belongs to the mesh before
@@ -284,6 +286,13 @@ export class SceneOpener {
     // Errors are dropped, since no person has asked for this. A person who chooses the texture sees them.
     if (this.mesh !== before || wasTextured) void this.recallColours(this.mesh, session).catch(() => undefined);
     return true;
+  }
+
+  /** Before the surface is known, its size is guessed from the mesh. */
+  private async firstView(settings: Settings, facts: DescribedScene | undefined): Promise<ViewRequest> {
+    const extent = facts && (await this.app.services.meshExtent(facts).catch(() => undefined));
+    const size = { diagonal: extent ? distance(extent.min, extent.max) : 0, patches: facts?.patches ?? 0 };
+    return firstView(settings, size, this.app.viewport.pictureHeight);
   }
 
   /** @param known What the server has told of the scene with its present lattice; asked for if absent. */
@@ -358,10 +367,9 @@ function byName(older: readonly File[], newer: readonly File[]): File[] {
   return [...older.filter(({ name }) => !names.has(name)), ...newer];
 }
 
-/** The first view of a mesh: fewer segments for more faces. A person may ask for more. */
+/** The view of clients that ask for none: fewer segments for more faces. A person may ask for more. */
 function viewFor({ faces }: Mesh): ViewRequest {
-  const segments = Math.floor(Math.sqrt(TRIANGLES_AT_FIRST / (2 * Math.max(Number(faces), 1))));
-  return { segments: Math.min(Math.max(segments, 2), 10), normals: 'smooth' };
+  return { segments: segmentsFor(2 * Number(faces), SEGMENTS_AT_FIRST), normals: 'smooth' };
 }
 
 function addressOf(sceneId: string): string {

@@ -7,6 +7,7 @@ import { Cage } from './cage/cage';
 import { DARK_CAGE, LIGHT_CAGE } from './cage/cage_style';
 import { KnotBoxes } from './cage/knot_boxes';
 import type { Constraint } from './edit/constraint';
+import { DetailWatch } from './detail_watch';
 import { Editor } from './edit/editor';
 import { handleHeadline, pullHeadline } from './edit/headline';
 import type { Motion, MotionKind } from './edit/motion';
@@ -47,6 +48,7 @@ export class SceneView {
   private readonly shadow = new GroundShadow();
   private readonly softCircle = new SoftCircle();
   private readonly pullLine = new PullLine();
+  private readonly detail: DetailWatch;
   private readonly gizmo: Gizmo;
   private readonly picker: PointPicker;
   private gizmoGesture: TransformGesture | undefined;
@@ -63,6 +65,7 @@ export class SceneView {
     private readonly settings: SettingsStore,
     private readonly events: SceneViewEvents,
   ) {
+    this.detail = new DetailWatch(session, settings, viewport);
     this.editor = new Editor(session, settings, (text) => this.headline(text));
     this.cage = new Cage(session.lattice, this.editor.selection);
     this.picker = new PointPicker(viewport, this.editor);
@@ -162,6 +165,7 @@ export class SceneView {
   dispose(): void {
     this.closeDialog?.();
     for (const end of this.ends) end();
+    this.detail.dispose();
     this.pointer.dispose();
     this.editor.dispose();
     this.gizmo.dispose();
@@ -261,6 +265,7 @@ export class SceneView {
   /** Called before each frame. Shows the changes, and updates what depends on the camera. */
   private frame(): void {
     if (this.stale) this.refresh();
+    this.detail.ask();
     if (this.settings.value.orientation === 'view') this.placeGizmo();
     this.cage.setPixelRatio(this.viewport.renderer.getPixelRatio());
     const { soft, divider } = this.settings.value;

@@ -10,7 +10,7 @@ import { join } from 'node:path';
 import { test } from 'node:test';
 import { ChunkDecoder } from '@src/decode/chunk_decoder';
 import { NUMBERS_PER_POINT, type ChunkForm } from '@src/decode/chunk_form';
-import { DecodePool } from '@src/decode/decode_pool';
+import { DecodePool, type PendingChunk } from '@src/decode/decode_pool';
 import { FakeWorker } from './support/fake_worker';
 
 const wasm = new Uint8Array(readFileSync('node_modules/draco3d/draco_decoder.wasm')).buffer;
@@ -94,24 +94,29 @@ test('raw floats are read with and without normals, and extents hold them', asyn
   assert.deepEqual([...bare.points], [0.5, -1, 2, 0, 0, 0, 0, 0, 1, 0, 0, 0]);
 });
 
-test('the pool keeps two jobs with each worker, cancels what waits, and reuses memory that came back', async () => {
+test('small chunks go to a worker together; it has two batches, what waits can be cancelled, and memory that came back is used', async () => {
   const workers = [new FakeWorker(wasm), new FakeWorker(wasm)];
   const pool = new DecodePool(workers, wasm);
-  const chunks = Array.from({ length: 6 }, (_, i) => pool.decode(new Uint8Array([i, 0, 2, 0, 3, 0]), quantisedForm(1, 0)));
+  const [SMALL, LARGE] = [3000, 8000]; // two small ones are a batch, a large one is another
+  const decode = (first: number, points: number): PendingChunk =>
+    pool.decode(new Uint8Array(Uint16Array.from({ length: 3 * points }, () => first).buffer), quantisedForm(points, 0));
+  const chunks = [SMALL, SMALL, LARGE, SMALL, LARGE, SMALL, LARGE, SMALL].map((points, i) => decode(i, points));
+  await Promise.resolve();
 
-  assert.deepEqual(workers.map((worker) => worker.jobs.length), [2, 2]);
-  assert.equal(chunks[5].cancel(), true);
-  assert.equal(chunks[0].cancel(), false);
-  assert.equal(pool.pending, 5);
+  const sizes = (): number[][] => workers.map(({ batches }) => batches.map(({ jobs }) => jobs.length));
+  assert.deepEqual(sizes(), [[2, 1], [1, 1]]);
+  assert.deepEqual([chunks[5].cancel(), chunks[0].cancel(), chunks[4].cancel()], [true, false, false]);
+  assert.equal(pool.pending, 7);
   await Promise.all(workers.map((worker) => worker.work()));
-  await workers[0].work();
-  const decoded = await Promise.all(chunks.slice(0, 5).map((chunk) => chunk.result));
-  pool.giveBack(decoded[0]);
-  const again = pool.decode(new Uint8Array([9, 0, 2, 0, 3, 0]), quantisedForm(1, 0));
-  const { reuse } = [...workers[0].jobs, ...workers[1].jobs][0];
+  await Promise.all(workers.map((worker) => worker.work()));
+  const decoded = await Promise.all(chunks.filter((_, i) => i !== 5).map((chunk) => chunk.result));
+  pool.giveBack(decoded[2]);
+  const again = decode(9, LARGE);
+  await Promise.resolve();
+  const { reuse } = workers.flatMap(({ batches }) => batches).at(0)!.jobs[0];
 
-  assert.deepEqual(decoded.map(({ points }) => points[0]), [0, 1, 2, 3, 4]);
-  assert.equal(reuse, decoded[0].points.buffer);
+  assert.deepEqual(decoded.map(({ points }) => points[0]), [0, 1, 2, 3, 4, 6, 7]);
+  assert.equal(reuse, decoded[2].points.buffer);
   await Promise.all(workers.map((worker) => worker.work()));
   assert.equal((await again.result).points.buffer, reuse);
 });
@@ -121,6 +126,7 @@ test('what a worker cannot decode rejects that chunk alone; a worker that is not
   const pool = new DecodePool([worker], wasm);
   const bad = pool.decode(new Uint8Array([1]), quantisedForm(1, 0));
   const good = pool.decode(new Uint8Array([1, 0, 2, 0, 3, 0]), quantisedForm(1, 0));
+  await Promise.resolve();
   await worker.work();
   await assert.rejects(bad.result, /1 bytes, not 6/);
   assert.equal((await good.result).points[2], 3);

@@ -14,14 +14,19 @@ interface DecodeStart {
 
 /** One chunk to decode. `data` and `reuse`, an earlier result that nobody needs, are transferred to the worker. */
 export interface DecodeJob {
-  readonly kind: 'job';
   readonly id: number;
   readonly data: Uint8Array<ArrayBuffer>;
   readonly form: ChunkForm;
   readonly reuse?: ArrayBuffer | undefined;
 }
 
-export type DecodeRequest = DecodeStart | DecodeJob;
+/** Chunks to decode one after another. A message takes longer than a small chunk, so small ones go together. */
+export interface DecodeBatch {
+  readonly kind: 'batch';
+  readonly jobs: readonly DecodeJob[];
+}
+
+export type DecodeRequest = DecodeStart | DecodeBatch;
 
 /** The answer to a job: the chunk, or why there is none. */
 export interface DecodeAnswer {
@@ -32,7 +37,8 @@ export interface DecodeAnswer {
 
 /** The part of a Worker that the pool uses. */
 export interface DecodeWorker {
-  onmessage: ((event: { data: DecodeAnswer }) => void) | null;
+  /** The answers to the jobs of a batch. */
+  onmessage: ((event: { data: readonly DecodeAnswer[] }) => void) | null;
   onerror: ((event: { message?: string }) => void) | null;
   postMessage(message: DecodeRequest, transfer: ArrayBuffer[]): void;
 }
@@ -53,11 +59,12 @@ interface Job {
 }
 
 /**
- * Decodes chunks in workers, in the order of the calls. A worker has at most two jobs, so that all others can be
+ * Decodes chunks in workers, in the order of the calls. A worker has at most two batches, so that all other chunks can be
  * cancelled. The caller bounds the queue: a stream has at most two unacknowledged updates.
  */
 export class DecodePool {
-  private static readonly JOBS_PER_WORKER = 2;
+  private static readonly BATCHES_PER_WORKER = 2;
+  private static readonly POINTS_PER_BATCH = 8192; // about 2 ms
   private static readonly SPARE_BUFFERS = 256;
 
   private readonly queue: Job[] = [];
@@ -65,6 +72,7 @@ export class DecodePool {
   private readonly load: number[];
   private readonly spare: ArrayBuffer[] = [];
   private nextId = 1;
+  private isPumping = false;
   private failure: Error | undefined;
 
   constructor(private readonly workers: readonly DecodeWorker[], wasm: ArrayBuffer) {
@@ -91,7 +99,7 @@ export class DecodePool {
       if (this.failure) reject(this.failure);
       else this.queue.push({ id, data, form, resolve, reject });
     });
-    this.pump();
+    this.pumpSoon();
     return { result, cancel: () => this.cancel(id) };
   }
 
@@ -111,26 +119,49 @@ export class DecodePool {
     return at >= 0;
   }
 
+  /** The chunks of one message come together: they are sent once all are there. */
+  private pumpSoon(): void {
+    if (this.isPumping) return;
+    this.isPumping = true;
+    queueMicrotask(() => {
+      this.isPumping = false;
+      this.pump();
+    });
+  }
+
   private pump(): void {
     while (this.queue.length) {
       const number = this.load.indexOf(Math.min(...this.load));
-      if (this.load[number]! >= DecodePool.JOBS_PER_WORKER) return;
-      const job = this.queue.shift()!;
+      if (this.load[number]! >= DecodePool.BATCHES_PER_WORKER) return;
       ++this.load[number]!;
-      this.running.set(job.id, job);
-      const reuse = this.spare.pop();
-      // A part of a larger message is copied, since only the message's whole buffer could be transferred.
-      const data = job.data.byteLength === job.data.buffer.byteLength ? job.data : job.data.slice();
-      this.workers[number]!.postMessage({ kind: 'job', id: job.id, data, form: job.form, reuse }, reuse ? [data.buffer, reuse] : [data.buffer]);
+      this.send(this.workers[number]!, this.nextBatch());
     }
   }
 
-  private answered(number: number, answer: DecodeAnswer): void {
+  private nextBatch(): Job[] {
+    let points = 0;
+    const past = this.queue.findIndex(({ form }) => (points += form.points) > DecodePool.POINTS_PER_BATCH);
+    return this.queue.splice(0, past < 0 ? this.queue.length : Math.max(past, 1));
+  }
+
+  private send(worker: DecodeWorker, batch: readonly Job[]): void {
+    const jobs = batch.map((job): DecodeJob => {
+      this.running.set(job.id, job);
+      // A part of a larger message is copied, since only the message's whole buffer could be transferred.
+      const data = job.data.byteLength === job.data.buffer.byteLength ? job.data : job.data.slice();
+      return { id: job.id, data, form: job.form, reuse: this.spare.pop() };
+    });
+    worker.postMessage({ kind: 'batch', jobs }, jobs.flatMap(({ data, reuse }) => (reuse ? [data.buffer, reuse] : [data.buffer])));
+  }
+
+  private answered(number: number, answers: readonly DecodeAnswer[]): void {
     --this.load[number]!;
-    const job = this.running.get(answer.id);
-    this.running.delete(answer.id);
-    if (answer.chunk) job?.resolve(answer.chunk);
-    else job?.reject(new Error(answer.error ?? 'a worker answered nothing'));
+    for (const answer of answers) {
+      const job = this.running.get(answer.id);
+      this.running.delete(answer.id);
+      if (answer.chunk) job?.resolve(answer.chunk);
+      else job?.reject(new Error(answer.error ?? 'a worker answered nothing'));
+    }
     this.pump();
   }
 

@@ -12,6 +12,7 @@ import { IndexedSceneStore } from '../session/store/indexed_scene_store';
 import type { LiveSession } from '../session/live_session';
 import { cornersOf } from '../session/patch_corners';
 import type { ViewRequest } from '../session/scene_session';
+import type { StreamSettings } from '../state/settings';
 import type { SceneFacts, Units, UpAxis } from '../state/units';
 import type { RestCorners } from '../surface/patch_source';
 import { storedMesh } from '../session/store/scene_store';
@@ -62,7 +63,8 @@ export interface NewScene {
 /** A scene's name, its mesh, the view of watchers that ask for none, its units, and how the mesh lies in the lattice. */
 export interface DescribedScene extends SceneFacts, Pick<MeshExtent, 'outside' | 'acrossFaces'> {
   readonly mesh: string;
-  readonly view: ViewRequest;
+  readonly patches: number;
+  readonly view: Partial<StreamSettings>;
 }
 
 export class Services {
@@ -155,9 +157,10 @@ export class Services {
   }
 
   async describeScene(sceneId: string): Promise<DescribedScene> {
-    const { name, mesh, defaultView, units, patchesOutside, patchesOnFaces } = await this.server.scenes.getScene({ scene: sceneId });
+    const { name, mesh, patches, defaultView, units, patchesOutside, patchesOnFaces } =
+      await this.server.scenes.getScene({ scene: sceneId });
     return {
-      name, mesh, view: defaultView === undefined ? {} : toView(defaultView), units: toUnits(units),
+      name, mesh, patches: Number(patches), view: defaultView === undefined ? {} : streamSettings(toView(defaultView)), units: toUnits(units),
       outside: patchesOutside > 0n, acrossFaces: patchesOnFaces > 0n,
     };
   }
@@ -168,6 +171,10 @@ export class Services {
     this.bounds.set(mesh, bounds);
     return { min: vector(bounds?.min), max: vector(bounds?.max), outside, acrossFaces };
   }
+}
+
+function streamSettings({ segments, normals, encoding, positionBits, normalBits }: Required<ViewRequest>): StreamSettings {
+  return { segments, normals, encoding, positionBits, normalBits };
 }
 
 function toUnits(units: MeshUnits | undefined): Units {

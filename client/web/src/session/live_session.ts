@@ -109,6 +109,11 @@ export class LiveSession {
     this.sync.step(edits.replace(points), { indices: Uint32Array.from(indicesTo(this.lattice.count)), positions: points.slice() });
   }
 
+  /** What was asked for last. */
+  get askedView(): ViewRequest {
+    return this.stream.askedView;
+  }
+
   setView(view: ViewRequest): void {
     this.stream.setView(view);
   }

@@ -43,6 +43,10 @@ export interface UpdateInfo {
   /** Patches in the update's chunks, each counted once. */
   readonly patchesSent: number;
   readonly patchesAll: number;
+  /** Of the whole surface. */
+  readonly points: number;
+  /** The largest distance of the surface from the exact one, in world units; 0: not known, in a view without a tolerance. */
+  readonly certifiedError: number;
   /** Whether this is all detail that the view asks for. */
   readonly fullDetail: boolean;
   /** Where the time went, in ms. */
@@ -75,17 +79,21 @@ export interface SessionEvents {
   refused: (text: string, idle?: boolean) => void;
   /** This browser cannot restore the scene if the server loses it, in words; emitted once. */
   notKept: (text: string) => void;
-  /** The requested view was refused; this one is in force again. */
+  /** The requested view was refused; this one is in force, as far as it is known. */
   view: (view: ViewRequest) => void;
 }
 
 /** How the surface is sent. An absent field keeps its value, at first the scene's default (view.proto, ViewOptions). */
 export interface ViewRequest {
-  /** Subdivisions per patch edge, 1 to 32. */
+  /** Subdivisions per patch edge, 1 to 32. With a tolerance, the surface has at most as many points as these would give. */
   readonly segments?: number;
+  /** The largest distance from the exact surface, in world units. 0: each patch has `segments`. */
+  readonly tolerance?: number;
+  /** Most points while edits come. 0: no limit. */
+  readonly maxPoints?: number;
   readonly normals?: 'facet' | 'smooth' | 'none';
   readonly encoding?: 'draco' | 'quantised' | 'raw';
-  /** 8 to 16. */
+  /** 8 to 16. 0 with a tolerance: the least that meet it. */
   readonly positionBits?: number;
   /** 6 to 12. */
   readonly normalBits?: number;

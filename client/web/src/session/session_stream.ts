@@ -45,6 +45,7 @@ export interface SessionParts extends SessionOptions {
  */
 export class SessionStream implements ConnectionHost {
   private static readonly PROBE_MS = 5000;
+  private static readonly USUAL_SEGMENTS = 10;
 
   private readonly receiver: UpdateReceiver;
   private readonly acks = new AckPace();
@@ -93,6 +94,11 @@ export class SessionStream implements ConnectionHost {
 
   send(message: DeformRequestInit): void {
     this.connection.send(message);
+  }
+
+  /** What was asked for last. */
+  get askedView(): ViewRequest {
+    return this.view;
   }
 
   setView(view: ViewRequest): void {
@@ -159,6 +165,7 @@ export class SessionStream implements ConnectionHost {
       this.parts.server.refusesPresence = true;
       return 'open';
     }
+    if (this.dropTolerance(error)) return 'open';
     try {
       const restored = error.code === Code.NotFound ? await this.parts.keeper.restore(this.sync.shown) : undefined;
       if (restored) {
@@ -223,7 +230,8 @@ export class SessionStream implements ConnectionHost {
     const { evaluateUs = 0, encodeUs = 0 } = end.timings ?? {};
     this.listeners.emit('update', {
       revision: Number(end.revision), ...(msFromEdit !== undefined && { msFromEdit }), bytes: update.bytes,
-      patchesSent: update.patches, patchesAll: this.parts.surface.patchCount, fullDetail: end.fullDetail,
+      patchesSent: update.patches, patchesAll: this.parts.surface.patchCount, points: this.parts.surface.pointCount,
+      certifiedError: end.certifiedError, fullDetail: end.fullDetail,
       times: { server: (evaluateUs + encodeUs) / 1000, transfer: update.transferMs, decode: update.decodeMs, upload },
     });
   }
@@ -239,10 +247,27 @@ export class SessionStream implements ConnectionHost {
   private takeViewBack(error: ServerError): void {
     const { grantedView, view } = this;
     const keys = Object.keys(view) as (keyof ViewRequest)[];
+    const isByTolerance = view.tolerance! > 0;
+    // The server needs memory for the points that segments allow.
+    if (!grantedView && isByTolerance) this.view = { ...view, segments: Math.min(view.segments!, SessionStream.USUAL_SEGMENTS) };
     if (!grantedView || keys.every((key) => view[key] === grantedView[key])) return;
     this.view = grantedView;
     this.listeners.emit('refused', inWords(error));
     this.listeners.emit('view', grantedView);
+  }
+
+  /**
+   * Goes on with the same segments everywhere, if the server refused a tolerance: it has none for this scene, or the scene's
+   * grid has become too coarse for it. Returns whether that was it.
+   */
+  private dropTolerance(error: ServerError): boolean {
+    if (error.code !== Code.InvalidArgument || !(this.view.tolerance! > 0)) return false;
+    const segments = Math.min(this.view.segments ?? 0, SessionStream.USUAL_SEGMENTS);
+    this.view = { ...this.view, segments, tolerance: 0, maxPoints: 0 };
+    this.startAnew();
+    this.listeners.emit('refused', inWords(error));
+    this.listeners.emit('view', { tolerance: 0 });
+    return true;
   }
 
   /** The server's data cannot be read: everything is requested again. */

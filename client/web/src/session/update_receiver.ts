@@ -3,7 +3,7 @@
 import type { Chunks, Quantisation, Topology, UpdateBegin, UpdateEnd } from 'latticed/v1/event_pb';
 import { NormalMode, type ViewOptions } from 'latticed/v1/view_pb';
 import type { DecodePool, PendingChunk } from '../decode/decode_pool';
-import type { Grid, SurfaceUpdate } from '../surface/surface_mesh';
+import type { Grid, SurfaceUpdate } from '../surface/surface_update';
 import { TopologyLayout, type PatternCodes } from '../surface/topology_layout';
 import { vector } from '../wire/lattice_message';
 import { encodingOf } from '../wire/view_message';
@@ -69,7 +69,8 @@ export class UpdateReceiver {
   quantisation(message: Quantisation): void {
     this.grids.clear();
     this.grids.set(message.quantisationId, {
-      origin: vector(message.origin), step: message.bits ? message.step : 1, normalBits: message.normalBits });
+      origin: vector(message.origin), step: message.bits ? message.step : 1, range: message.step * (2 ** message.bits - 1),
+      normalBits: message.normalBits });
   }
 
   begin({ view }: UpdateBegin): void {

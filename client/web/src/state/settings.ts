@@ -22,6 +22,9 @@ export type Colouring = 'plain' | 'boxes' | 'displacement' | 'difference' | 'tex
 export type Compare = 'off' | 'split' | 'over';
 export type Theme = 'system' | 'light' | 'dark';
 
+/** What a person chooses of a view. The camera chooses the rest. */
+export type StreamSettings = Omit<Required<ViewRequest>, 'tolerance' | 'maxPoints'>;
+
 export const DEFAULT_SETTINGS = {
   tool: 'select' as Tool,
   /** The handles at the selected points; none hides them. */
@@ -51,7 +54,11 @@ export const DEFAULT_SETTINGS = {
   upAxes: { obj: 'y', ply: 'z', stl: 'z', drc: 'z' } as Record<Exclude<MeshFormatName, 'glb'>, UpAxis>,
   /** Where a split view is divided, 0 to 1 of its width. */
   divider: 0.5,
-  view: { segments: 10, normals: 'smooth', encoding: 'draco', positionBits: 12, normalBits: 8 } as Required<ViewRequest>,
+  /** How finely the surface is drawn: within some pixels of the exact one, or with the same segments everywhere. */
+  detail: 'tolerance' as 'tolerance' | 'segments',
+  /** The tolerance. */
+  pixels: 0.5,
+  view: { segments: 10, normals: 'smooth', encoding: 'draco', positionBits: 12, normalBits: 8 } as StreamSettings,
   /** The format in which a surface was exported last. */
   exportFormat: 'glb' as ExportFormat,
   exportGeometry: 'exact' as ExportGeometry,
@@ -66,7 +73,8 @@ export type Settings = typeof DEFAULT_SETTINGS;
 
 /** The settings that a browser remembers between visits: taste, nothing that depends on one mesh. */
 const REMEMBERED = [
-  'gizmo', 'orientation', 'pivot', 'through', 'theme', 'light', 'shadow', 'upAxes', 'exportFormat', 'exportGeometry', 'you',
+  'gizmo', 'orientation', 'pivot', 'through', 'theme', 'light', 'shadow', 'upAxes', 'exportFormat', 'exportGeometry', 'you', 'detail',
+  'pixels',
 ] as const;
 const STORAGE_KEY = 'latticed.settings';
 

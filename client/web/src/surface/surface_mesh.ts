@@ -4,54 +4,19 @@ import {
   Box3, Color, DoubleSide, Group, Mesh, Scene, ShaderMaterial, Sphere, Vector2, Vector3, type Camera, type DataArrayTexture,
   type Material, type Texture, type WebGLRenderer,
 } from 'three';
-import type { DecodedChunk } from '../decode/chunk_form';
 import { Cavity } from '../light/cavity';
-import type { Light } from '../light/shading';
 import { Shadings } from '../light/shadings';
+import { ChunkBounds } from './chunk_bounds';
 import { largestDistance, type DrawnPoints } from './largest_distance';
 import { PatchColours } from './patch_colours';
 import type { PatchFacts, PatchSource } from './patch_source';
-import type { ChunkPatterns, PatchPlaces } from './patches/patch_places';
+import type { PatchPlaces } from './patches/patch_places';
 import { PointBuffer } from './point_buffer';
+import type { SurfaceLook } from './surface_look';
+import type { Grid, SurfaceUpdate } from './surface_update';
 import { FRAGMENT_SHADER, VERTEX_SHADER } from './surface_shader';
 import type { TopologyLayout } from './topology_layout';
-
-/** How the surface is drawn. */
-export interface SurfaceLook {
-  /** boxes: a colour per knot box; displacement, difference: heat maps of the distance from the rest shape, and from the shape
-   * if only vertices moved. */
-  readonly colouring?: 'plain' | 'boxes' | 'displacement' | 'difference' | 'texture';
-  /** The shape if only vertices moved: left of the divider in place of the surface, or over it. */
-  readonly compare?: 'off' | 'split' | 'over';
-  readonly wireframe?: boolean;
-  readonly patchEdges?: boolean;
-  /** The rest shape as a ghost. */
-  readonly ghost?: boolean;
-  readonly colour?: number;
-  /** The luminance, 0 to 1, below which shade is hardly darker, and above which light is compressed. */
-  readonly tones?: readonly [number, number];
-  /** The light on the plain colouring, or a material of its own colour; other colourings are lit by the studio. */
-  readonly light?: Light;
-}
-
-/** The meaning of a chunk's integers (event.proto, Quantisation): position = origin + integer * step. */
-export interface Grid {
-  /** World units, in double. */
-  readonly origin: readonly [number, number, number];
-  /** World units per integer; 1 for floats, which are relative to `origin` too. */
-  readonly step: number;
-  /** Bits per coordinate of the octahedral normals. */
-  readonly normalBits: number;
-}
-
-/** All new chunks of one update, decoded. */
-export interface SurfaceUpdate {
-  readonly layout: TopologyLayout;
-  readonly grid: Grid;
-  /** Whether chunks hold normals. */
-  readonly normals: boolean;
-  readonly chunks: readonly (ChunkPatterns & { readonly decoded: DecodedChunk })[];
-}
+import { TriangleSides } from './triangle_sides';
 
 /** Draws a shape over the surface where both are the same but for half a step of the grid. */
 const NEARER = { polygonOffset: true, polygonOffsetFactor: -1, polygonOffsetUnits: -256 };
@@ -78,7 +43,7 @@ export class SurfaceMesh {
     shading: { value: null as Texture | null }, hollows: { value: null as Texture | null }, viewSize: { value: new Vector2() },
     size: { value: 1 }, tones: { value: new Vector2(0.11, 0.24) },
   };
-  private readonly material = this.materialOf({ side: DoubleSide });
+  private readonly material = this.materialOf({ side: DoubleSide, polygonOffsetFactor: 1, polygonOffsetUnits: 1 });
   private readonly ghostMaterial = this.materialOf({ side: DoubleSide, transparent: true, depthWrite: false, ...NEARER });
   private readonly mesh = new Mesh(undefined, this.material);
   private readonly ghost = new Mesh(undefined, this.ghostMaterial);
@@ -90,6 +55,7 @@ export class SurfaceMesh {
     tones: { value: new Vector2(0, 10) }, // all: it must be told from the surface
   };
   private readonly normalsMaterial = this.materialOf({ side: DoubleSide });
+  private readonly sides = new TriangleSides(this.materialOf({ transparent: true, depthWrite: false }));
   private readonly cavity = new Cavity();
   private readonly alone = new Mesh();
   private readonly aloneScene = new Scene().add(this.alone);
@@ -98,7 +64,7 @@ export class SurfaceMesh {
   onChanged?: () => void;
   /** Called when data for a look cannot be fetched. Once for each cause until another look is chosen. */
   onFailed?: (what: PatchFacts, error: unknown) => void;
-  private extents = new Float32Array();
+  private readonly chunkBounds = new ChunkBounds();
   /** The layout that is drawn; absent before the first update. */
   layout: TopologyLayout | undefined;
   grid: Grid | undefined;
@@ -124,6 +90,8 @@ export class SurfaceMesh {
     this.mesh.visible = false;
     this.flat.visible = false;
     this.flat.frustumCulled = false;
+    this.sides.object.material.uniforms.opacity = { value: 1 };
+    this.mesh.add(this.sides.object);
     this.object.add(this.mesh, this.ghost, this.flat);
   }
 
@@ -141,6 +109,11 @@ export class SurfaceMesh {
   setDetail(detail: number, isQuick: boolean): void {
     this.points.setDetail(detail);
     this.isQuick = isQuick;
+  }
+
+  /** Points of all patches. */
+  get pointCount(): number {
+    return this.layout ? this.places.pointCount : 0;
   }
 
   get patchCount(): number {
@@ -164,6 +137,15 @@ export class SurfaceMesh {
     return [origin[0] + x * step, origin[1] + y * step, origin[2] + z * step];
   }
 
+  /** Calls `visit` with the world box of each chunk, which it may not keep. */
+  eachBox(visit: (box: Box3) => void): void {
+    const { position, scale } = this.mesh;
+    this.chunkBounds.each((box) => {
+      for (const corner of [box.min, box.max]) corner.multiply(scale).add(position);
+      visit(box);
+    });
+  }
+
   apply(update: SurfaceUpdate): void {
     const { layout, grid, normals } = update;
     const float = update.chunks[0]?.decoded.points instanceof Float32Array;
@@ -172,7 +154,7 @@ export class SurfaceMesh {
     this.takeGrid(grid);
     for (const { index, decoded } of update.chunks) {
       this.points.write(index, decoded.points);
-      this.extents.set(decoded.extent, 6 * index);
+      this.chunkBounds.set(index, decoded.extent);
     }
     const areOthers = this.patches.setLayout(layout);
     if (areOthers || normals !== this.hasNormals || this.mesh.geometry !== geometry) {
@@ -183,6 +165,7 @@ export class SurfaceMesh {
     }
     this.measure();
     this.scaleHeat();
+    this.drawSides();
   }
 
   /** Draws the surface and nothing else with a material, with few triangles: for pictures that show only what is broad. */
@@ -231,9 +214,9 @@ export class SurfaceMesh {
     if (changed(['colouring', 'ghost', 'compare'])) this.patches.chosenAnew();
     if (look.colour !== undefined) this.uniforms.baseColour.value.setHex(look.colour);
     if (look.tones !== undefined) this.uniforms.tones.value.set(...look.tones);
-    this.uniforms.wireframe.value = this.look.wireframe ? 1 : 0;
     this.uniforms.patchEdges.value = this.look.patchEdges ? 1 : 0;
     this.dress();
+    this.drawSides();
     if (changed(['colouring', 'compare'])) this.compareAgain();
   }
 
@@ -248,6 +231,7 @@ export class SurfaceMesh {
   }
 
   dispose(): void {
+    this.sides.dispose();
     this.points.dispose();
     this.patches.forget();
     this.material.dispose();
@@ -270,7 +254,7 @@ export class SurfaceMesh {
 
   private takeLayout(layout: TopologyLayout): void {
     this.layout = layout;
-    this.extents = new Float32Array(6 * layout.chunkCount).fill(NaN);
+    this.chunkBounds.reset(layout.chunkCount);
     this.uniforms.whole.value = layout.whole;
   }
 
@@ -308,11 +292,20 @@ export class SurfaceMesh {
   private measureDifference(): number {
     const { layout, patches: { flat } } = this;
     if (!layout || !flat) return 0;
-    return largestDistance(this.drawnPoints(), flat, 'all points', Math.ceil(this.places.pointCount / SurfaceMesh.POINTS_ASKED));
+    return largestDistance(this.drawnPoints(), flat, 'all points', Math.ceil(this.pointCount / SurfaceMesh.POINTS_ASKED));
   }
 
   private drawnPoints(): DrawnPoints {
     return { places: this.places, numbers: this.points.numbers, ...this.grid! };
+  }
+
+  /** The wireframe: lines at integer barycentrics are the sides of triangles only where all patches have the same segments. */
+  private drawSides(): void {
+    const { look: { wireframe = false }, layout } = this;
+    this.uniforms.wireframe.value = wireframe && !layout?.isAdaptive ? 1 : 0;
+    const isDrawn = wireframe && layout?.isAdaptive === true;
+    this.sides.object.visible = this.material.polygonOffset = isDrawn;
+    if (isDrawn) this.sides.update(this.places, this.mesh.geometry);
   }
 
   private placeRest(): void {
@@ -324,19 +317,13 @@ export class SurfaceMesh {
     this.uniforms.toRest.value.set(origin[0] - rest[0], origin[1] - rest[1], origin[2] - rest[2]);
   }
 
-  /** Bounds from the chunks' extents. */
   private measure(): void {
-    const local = new Box3();
-    const corner = new Vector3();
-    for (let i = 0; i < this.extents.length; i += 3) {
-      // NaN: that chunk has not arrived.
-      if (Number.isFinite(this.extents[i])) local.expandByPoint(corner.fromArray(this.extents, i));
-    }
+    const local = this.chunkBounds.all();
     this.mesh.geometry.boundingBox = local;
     this.mesh.geometry.boundingSphere = local.getBoundingSphere(new Sphere());
     this.mesh.updateMatrix();
     this.bounds.copy(local).applyMatrix4(this.mesh.matrix);
-    this.uniforms.size.value = this.bounds.getSize(corner).length();
+    this.uniforms.size.value = this.bounds.getSize(new Vector3()).length();
   }
 
   /** Sets the shaders' input from the look and the known facts about patches. Fetches missing facts. */
@@ -371,6 +358,7 @@ export class SurfaceMesh {
     redefine(this.material, { ...colours, ...(this.hasNormals && { HAS_NORMALS: '' }) });
     // Not split: it is drawn with other pixels than the divider's, and hollows beside the divider need both sides.
     redefine(this.normalsMaterial, { ...points, ...(this.hasNormals && { HAS_NORMALS: '' }), NORMALS: '' });
+    redefine(this.sides.object.material, { ...form, SIDES: '' });
     redefine(this.ghostMaterial, { ...points, ...(light !== 'studio' && { OWN_COLOUR: '' }), GHOST: '' });
     redefine(this.flatMaterial, compare === 'split' ? { ...colours, FLAT: '' } : { ...form, FLAT: '' });
     this.ghost.visible = Boolean(look.ghost && restCorners && this.mesh.visible);

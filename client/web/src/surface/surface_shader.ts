@@ -9,7 +9,7 @@ import { PATCH_TEXTURE_WIDTH } from './patch_texture';
  * Defines: FLOAT_POINTS (RAW), HAS_NORMALS, BOXES, DISPLACEMENT, DIFFERENCE, TEXTURED (colour), LINES, GHOST (the rest
  * shape), FLAT (the shape if only vertices moved), SPLIT (FLAT left of the divider, the surface right of it).
  * patchPlace is an entry of PatchPlaces.places: facts of a patch are found by its number. Lines
- * are where a barycentric times the segments is an integer. OWN_COLOUR: the shading has the colour. NORMALS: normals and
+ * are where a barycentric times the segments is an integer. SIDES: of triangles, drawn as lines. OWN_COLOUR: the shading has the colour. NORMALS: normals and
  * distances for the cavity shading, in place of colours.
  */
 export const VERTEX_SHADER = /* glsl */ `
@@ -184,6 +184,10 @@ export const FRAGMENT_SHADER = /* glsl */ `
       if (gl_FragCoord.x >= divider) discard;
     #elif defined(SPLIT)
       if (gl_FragCoord.x < divider) discard;
+    #endif
+    #ifdef SIDES
+      gl_FragColor = vec4(lineColour, opacity);
+      return;
     #endif
     vec3 toEye = isOrthographic ? vec3(0.0, 0.0, 1.0) : normalize(-viewPosition);
     #ifdef HAS_NORMALS

@@ -12,6 +12,8 @@ import { choice, field, segmented, slider, toggle, type Bound, type Control } fr
 import { h } from './dom';
 import { numberField } from './fields/number_field';
 
+const [LEAST_PIXELS, MOST_PIXELS] = [0.1, 20];
+
 type Key<T> = { [K in keyof Settings]: Settings[K] extends T ? K : never }[keyof Settings];
 
 export class Panel {
@@ -99,6 +101,16 @@ export class Panel {
     return h('div', { class: 'position' }, h('span', { class: 'field-label' }, 'Position of the pivot'), ...inputs);
   }
 
+  private pixelsField(): HTMLElement {
+    const bound = this.of('pixels', 'Tolerance in pixels');
+    const control = numberField(bound, { min: LEAST_PIXELS, max: MOST_PIXELS, step: LEAST_PIXELS, done: this.giveBack });
+    const refresh = (): void => {
+      control.input.disabled = this.settings.value.detail !== 'tolerance';
+      if (document.activeElement !== control.input) control.refresh();
+    };
+    return field('Pixels', this.keep({ element: control.element, refresh }));
+  }
+
   private transformControls(): HTMLElement[] {
     const handles = { none: 'None', move: 'Move', rotate: 'Rotate', scale: 'Scale' };
     return [
@@ -153,7 +165,9 @@ export class Panel {
       this.keep(slider(bound, { min, max, step: 1 }, 'change'));
     const encodings = { draco: 'Draco', quantised: 'Quantised', raw: 'Raw floats' };
     return [
-      steps(this.partOf('view', 'segments', 'Segments'), 1, 32),
+      this.keep(segmented(this.of('detail', 'Detail'), { tolerance: 'By tolerance', segments: 'By segments' })),
+      this.pixelsField(),
+      steps({ ...this.partOf('view', 'segments', 'Segments'), isIdle: () => this.settings.value.detail !== 'segments' }, 1, 32),
       this.keep(choice(this.partOf('view', 'normals', 'Normals'), { smooth: 'Smooth', facet: 'Facets', none: 'None' })),
       this.keep(choice(this.partOf('view', 'encoding', 'Encoding'), encodings)),
       steps({ ...this.partOf('view', 'positionBits', 'Position bits'), isIdle: isRaw }, 8, 16),

@@ -57,6 +57,11 @@ export class Viewport {
     return this.renderer.domElement;
   }
 
+  /** The height of the picture at rest, in its own pixels. */
+  get pictureHeight(): number {
+    return this.size.height * this.pixelRatio;
+  }
+
   /** Whether the picture shows all changes in full detail. Its edges may still become smoother. */
   get isFine(): boolean {
     return !this.isWanted && !this.isPlanOld && this.plan === FINEST;

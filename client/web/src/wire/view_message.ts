@@ -11,6 +11,8 @@ const ENCODINGS = { draco: Encoding.DRACO_POINTS, quantised: Encoding.QUANTISED,
 export function fromView(view: ViewRequest): ViewOptions {
   return create(ViewOptionsSchema, {
     segments: view.segments ?? 0,
+    tolerance: view.tolerance ?? 0,
+    maxPoints: BigInt(view.maxPoints ?? 0),
     normals: view.normals ? NORMALS[view.normals] : NormalMode.UNSPECIFIED,
     encoding: ENCODINGS[view.encoding ?? 'draco'],
     positionBits: view.positionBits ?? 0,
@@ -30,7 +32,11 @@ export function encodingOf(view: Pick<ViewOptions, 'encoding'>): 'draco' | 'quan
 }
 
 /** From a view in which every field that has a default is filled in. */
-export function toView({ segments, normals, positionBits, normalBits, ...view }: ViewOptions): Required<ViewRequest> {
+export function toView(view: ViewOptions): Required<ViewRequest> {
+  const { segments, tolerance, maxPoints, normals, positionBits, normalBits } = view;
   const name = { [NormalMode.NONE]: 'none', [NormalMode.FACET]: 'facet' } as const;
-  return { segments, normals: name[normals as 1 | 2] ?? 'smooth', encoding: encodingOf(view), positionBits, normalBits };
+  return {
+    segments, tolerance, maxPoints: Number(maxPoints), normals: name[normals as 1 | 2] ?? 'smooth', encoding: encodingOf(view),
+    positionBits, normalBits,
+  };
 }

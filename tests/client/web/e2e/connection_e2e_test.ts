@@ -9,7 +9,7 @@ import type { Vec3 } from '@src/lattice/vec';
 import { followsDefinition } from './definition';
 import { keeps } from './restarts';
 import { tapSockets, type TappedSocket } from './socket_tap';
-import { CORNER, direct, page, pointAtServer, server, until, useStage } from './stage';
+import { CORNER, direct, page, pointAtServer, server, setView, until, useStage } from './stage';
 import { TcpProxy } from './tcp_proxy';
 import { torusObj } from './torus';
 import { controlPoint, createScene, dropFiles, live, segmentsCome } from './viewer_page';
@@ -29,11 +29,8 @@ useStage({
     sockets = tapSockets(page);
     await dropFiles(page, [['torus.obj', OBJ]]);
     await createScene(page);
-    scene = await page.evaluate(() => {
-      const { session } = window.latticed.scene!;
-      session.setView({ segments: 1 }); // reading a surface back must not keep the page from heartbeats
-      return session.sceneId;
-    });
+    scene = await page.evaluate(() => window.latticed.scene!.session.sceneId);
+    await setView({ segments: 1 }); // reading a surface back must not keep the page from heartbeats
     await segmentsCome(page, 1);
   },
 });

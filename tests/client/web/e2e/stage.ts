@@ -6,7 +6,7 @@ import { join } from 'node:path';
 import { after, before } from 'node:test';
 import type { Browser, BrowserContextOptions, Page } from 'playwright-core';
 import type {} from '@src/main'; // window.latticed
-import type { LiveSession } from '@src/session/live_session';
+import type { StreamSettings } from '@src/state/settings';
 import { LatticedServer } from '@src/wire/latticed_server';
 import { until } from '../support/until';
 import { launch, openPage } from './browser';
@@ -62,10 +62,12 @@ export async function openTorus(segments = 2): Promise<void> {
   await frames(page);
 }
 
-export async function setView(view: Parameters<LiveSession['setView']>[0], of = page): Promise<void> {
+/** With `segments`, all patches have them. */
+export async function setView(view: Partial<StreamSettings>, of = page): Promise<void> {
   await of.evaluate((change) => {
     const { settings } = window.latticed;
-    settings.set({ view: { ...settings.value.view, ...change } });
+    const { detail, view: before } = settings.value;
+    settings.set({ view: { ...before, ...change }, detail: change.segments === undefined ? detail : 'segments' });
   }, view);
 }
 

@@ -1,9 +1,10 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// usage: node viewer_bench.mjs [--markdown FILE] [--mesh NAME] [--updates N] [--frames N]
+// usage: node viewer_bench.mjs [--markdown FILE] [--mesh NAME] [--form NAME] [--updates N] [--frames N]
 // Measures the time from an edit to its pixels in the viewer in Chromium on loopback, while a person drags, and where
-// the time goes; and the frames of an orbit. Adds two Markdown tables to FILE. --mesh takes one mesh alone: knot, vase or fandisk.obj. --updates (60)
+// the time goes; and the frames of an orbit. Adds two Markdown tables to FILE. --mesh takes one mesh alone: knot, vase or fandisk.obj. --form takes one
+// form of the points alone: quantised, raw, draco, "draco, 0.5 pixels". --updates (60)
 // counts while the surface is hidden, --frames (12) while it is shown. Environment: LATTICED, LATTICECTL, CHROMIUM;
 // LATTICED_VIEWER, the folder of the viewer; LATTICED_SHARED, a folder with real meshes in models/. If a mesh is
 // missing, a sample replaces it.
@@ -34,11 +35,23 @@ const MESHES: readonly { readonly model?: string; readonly size?: Size; readonly
   { sample: { name: 'vase', resolution: 2, size: [4, 4, 4] } },
   { model: 'fandisk.obj', size: [5, 6, 6], sample: { name: 'knot', resolution: 4, size: [6, 6, 6] } },
 ];
+/** How points come. The last one is the viewer's default, with which the page begins. */
+interface Form {
+  readonly name: string;
+  readonly encoding: 'quantised' | 'raw' | 'draco';
+  readonly detail: 'segments' | 'tolerance';
+}
+const FORMS: readonly Form[] = [
+  { name: 'quantised', encoding: 'quantised', detail: 'segments' },
+  { name: 'raw', encoding: 'raw', detail: 'segments' },
+  { name: 'draco', encoding: 'draco', detail: 'segments' },
+  { name: 'draco, 0.5 pixels', encoding: 'draco', detail: 'tolerance' },
+];
 const VIEWPORT = { width: 480, height: 360 };
 const SEGMENTS = 10;
 const ORBIT_SECONDS = 4;
 const { values: options } = parseArgs({ options: {
-  markdown: { type: 'string' }, mesh: { type: 'string' },
+  markdown: { type: 'string' }, mesh: { type: 'string' }, form: { type: 'string' },
   updates: { type: 'string', default: '60' },
   frames: { type: 'string', default: '12' }, // software OpenGL is slow
 } });
@@ -83,19 +96,21 @@ async function openSubject(page: Page, { name, content, size }: Subject): Promis
   await live(page);
 }
 
-/** Changes the encoding of the view, and waits until the whole surface has come in it. */
-function setEncoding(page: Page, encoding: string): Promise<void> {
-  return page.evaluate(([name, segments]) => {
+/** Changes the view, and waits until the whole surface has come in it. */
+function setForm(page: Page, { encoding, detail }: Form): Promise<void> {
+  return page.evaluate(([name, by, segments]) => {
     const { settings, scene } = window.latticed;
+    const { view, detail: before } = settings.value;
+    if (name === view.encoding && by === before && by === 'tolerance') return Promise.resolve(); // it has come so
     return new Promise<void>((resolve) => {
       const end = scene!.session.on('update', ({ fullDetail }) => {
         if (!fullDetail) return;
         end();
         resolve();
       });
-      settings.set({ view: { ...settings.value.view, segments: Number(segments), encoding: name as 'draco' } });
+      settings.set({ detail: by, view: { ...view, segments, encoding: name } });
     });
-  }, [encoding, SEGMENTS] as const);
+  }, [encoding, detail, SEGMENTS] as const);
 }
 
 const showSurface = (page: Page, surface: boolean): Promise<void> =>
@@ -135,8 +150,8 @@ async function measure(subject: Subject): Promise<void> {
   const [u, v, w] = subject.size;
   const all = Array.from({ length: u * v * w }, (_, i) => i);
   const upper = (u >> 1) + u * ((v >> 1) + v * (w - 1)); // in the middle of the uppermost plane
-  for (const encoding of ['quantised', 'raw', 'draco']) { // draco is last: the page begins with it
-    await setEncoding(page, encoding);
+  for (const form of FORMS.filter(({ name }) => [undefined, name].includes(options.form))) {
+    await setForm(page, form);
     for (const [moved, indices] of [['all points', all], ['one point', [upper]]] as const) {
       const measured: Measured[] = [];
       for (const shown of [false, true]) {
@@ -144,7 +159,7 @@ async function measure(subject: Subject): Promise<void> {
         measured.push(await meter.measure(indices, shown ? SHOWN : HIDDEN));
         await meter.reached(Number((await direct.scenes.getScene({ scene })).revision));
       }
-      lines.push(`| ${[subject.name, patches, encoding, moved, ...cells(measured[0], measured[1])].join(' | ')} |`);
+      lines.push(`| ${[subject.name, patches, form.name, moved, ...cells(measured[0], measured[1])].join(' | ')} |`);
       console.log(lines.at(-1));
     }
   }

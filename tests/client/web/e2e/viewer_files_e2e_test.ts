@@ -48,7 +48,11 @@ useStage({
   serverOptions: ['--token-file', join(folder, 'tokens'), '--tls-cert', certificate, '--tls-key', key,
     '--memory', '24MiB', '--max-mesh-bytes', '1MiB', '--caller-share', '1'],
   address: () => `${server.origin}/#token=${TOKENS.edit}`,
-  begin: async () => page.on('filechooser', () => {}), // early, so that no dialog is missed
+  begin: async () => {
+    page.on('filechooser', () => {}); // early, so that no dialog is missed
+    // So little memory does not hold the encoder of patches of many sizes beside exports.
+    await page.evaluate(() => window.latticed.settings.set({ detail: 'segments' }));
+  },
 });
 after(() => rmSync(folder, { recursive: true }));
 

@@ -73,7 +73,8 @@ useStage({
     await createScene(page);
     await page.evaluate(([corner, offset, segments]) => {
       const { settings, viewport, scene } = window.latticed;
-      settings.set({ theme: 'dark', orthographic: true, cage: false, gizmo: 'none', view: { ...settings.value.view, segments } });
+      settings.set({ theme: 'dark', orthographic: true, cage: false, gizmo: 'none', detail: 'segments' });
+      settings.set({ view: { ...settings.value.view, segments } });
       viewport.rig.lookFrom([0, -1e-3, 1]);
       scene!.frameAll();
       scene!.session.apply({ kind: 'move', indices: Uint32Array.of(corner), offset });

@@ -106,7 +106,7 @@ test('5,000 updates of the surface, beside cage, panel and head-up line, leave w
   const show = async (segments: number, surface: boolean): Promise<void> => {
     await page.evaluate(([n, isDrawn]) => {
       const { settings } = window.latticed;
-      settings.set({ panel: true, surface: isDrawn, view: { ...settings.value.view, segments: n } });
+      settings.set({ panel: true, surface: isDrawn, detail: 'segments', view: { ...settings.value.view, segments: n } });
     }, [segments, surface] as const);
     await segmentsCome(page, segments);
   };

@@ -3,11 +3,13 @@
 //
 // The line of measurements: how fast the surface follows, and what that costs.
 import type { UpdateInfo } from '../../session/scene_session';
+import { lengthsInWords, type Units } from '../../state/units';
 import { bytes } from '../../wire/words';
 import { h } from '../dom';
 
 const WINDOW_MS = 1000; // the time over which updates/s are counted
 const LATENCY = 'Median time from an edit until a frame that shows it is drawn';
+const CERTIFIED = 'The largest distance between the triangles and the exact surface, at any point; – where it is not known';
 const LATENCIES = 31; // the number of newest latencies whose median is shown
 
 export class Hud {
@@ -26,6 +28,8 @@ export class Hud {
       ['latency', 'ms edit → pixel', LATENCY],
       ['bytes', 'per update', 'Bytes of the newest update'],
       ['patches', 'patches', 'Patches that the newest update sent, each counted once, of all'],
+      ['points', 'points', 'Points of the surface'],
+      ['error', 'off', CERTIFIED],
     ] as const) {
       this.values[name] = h('b', { 'data-hud': name }, '–');
       this.element.append(h('span', { title: hint }, this.values[name], ` ${unit}`));
@@ -46,7 +50,7 @@ export class Hud {
   }
 
   /** An update without patches, which a gesture's last one often is, keeps the numbers of the one before. */
-  update(info: UpdateInfo): void {
+  update(info: UpdateInfo, units: Units): void {
     if (info.patchesSent > 0) this.arrivals.push(performance.now());
     if (info.msFromEdit !== undefined) this.undrawn = performance.now() - info.msFromEdit;
     if (info.patchesSent > 0) {
@@ -54,6 +58,8 @@ export class Hud {
       this.values['patches'].textContent =
         `${info.patchesSent.toLocaleString('en')} / ${info.patchesAll.toLocaleString('en')}`;
     }
+    this.values['points'].textContent = info.points.toLocaleString('en');
+    this.values['error'].textContent = info.certifiedError > 0 ? lengthsInWords([info.certifiedError], units, 2) : '–';
     const { server, transfer, decode, upload } = info.times;
     this.values['latency'].title =
       `The newest: server ${ms(server)}, transfer ${ms(transfer)}, decoding ${ms(decode)}, upload ${ms(upload)}`;

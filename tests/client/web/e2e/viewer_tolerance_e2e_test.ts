@@ -1,0 +1,232 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The surface by a tolerance in pixels, which the viewer begins with: its points, what is asked of the server as the camera
+// moves, and its outline beside that of 32 segments.
+// Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer; LATTICED_SHOTS, a folder for screenshots.
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { Pipeline } from 'latticed/v1/scene_pb';
+import { randomId } from '@src/wire/ids';
+import { followsDefinition } from './definition';
+import { differing, picture, type Picture } from './picture';
+import { CORNER, direct, errors, OBJ, page, press, select, server, setView, shot, until, useStage } from './stage';
+import { changesView, createScene, dropFiles, frames, live, segmentsCome } from './viewer_page';
+
+useStage({
+  context: { viewport: { width: 800, height: 600 }, colorScheme: 'dark' },
+  begin: async () => {
+    await dropFiles(page, [['torus.obj', OBJ]]);
+    await createScene(page);
+    await live(page);
+    await frames(page);
+  },
+});
+
+interface Told {
+  readonly tolerance: number;
+  readonly points: number;
+  readonly patches: number;
+}
+
+/** The tolerance that the page has asked for, and the surface that has come. */
+function told(): Promise<Told> {
+  return page.evaluate(() => {
+    const { askedView, surface } = window.latticed.scene!.session;
+    return { tolerance: askedView.tolerance!, points: surface.pointCount, patches: surface.patchCount };
+  });
+}
+
+/** Keeps the views that the page asks for, in `asked`, and remembers the certified error of the newest update. */
+function watch(): Promise<void> {
+  return page.evaluate(() => {
+    const { session } = window.latticed.scene!;
+    const own = Object.assign(window, { asked: [] as object[], certified: 0 });
+    const setView = session.setView.bind(session);
+    session.setView = (view) => {
+      own.asked.push(view);
+      setView(view);
+    };
+    session.on('update', ({ certifiedError }) => (own.certified = certifiedError));
+  });
+}
+const asked = (): Promise<object[]> => page.evaluate(() => (window as unknown as { asked: object[] }).asked);
+const certified = (): Promise<number> => page.evaluate(() => (window as unknown as { certified: number }).certified);
+
+/** Moves the camera to a multiple of its distance. */
+async function dolly(factor: number): Promise<void> {
+  await page.evaluate((by) => {
+    const { rig } = window.latticed.viewport;
+    rig.camera.position.sub(rig.target).multiplyScalar(by).add(rig.target);
+    rig.controls.update();
+  }, factor);
+  await frames(page);
+}
+
+test('a scene opens by tolerance: its points follow the definition, and the head-up line says how far triangles are off', async () => {
+  await watch();
+  await select(CORNER);
+  await press('g', 'z', '1', 'Enter');
+  await until(async () => (await certified()) > 0);
+  await followsDefinition(page, OBJ);
+  const { tolerance, points, patches } = await told();
+  const layout = await page.evaluate(() => window.latticed.scene!.session.surface.layout!.segments);
+  const line = await page.evaluate(() => ['points', 'error'].map((name) => document.querySelector(`[data-hud=${name}]`)!.textContent));
+
+  assert.equal(layout, 0);
+  assert.ok(tolerance > 0 && (await certified()) <= tolerance, `${await certified()} of ${tolerance}`);
+  assert.ok(points > 3 * patches && points < 30 * patches, `${points} points of ${patches} patches`);
+  assert.deepEqual(line, [points.toLocaleString('en'), `${Number((await certified()).toPrecision(2))} units`]);
+});
+
+test('an orbit asks for nothing; nearer, the surface comes finer, and farther away coarser', async () => {
+  const before = await told();
+  const began = (await asked()).length;
+  await page.mouse.move(60, 300);
+  await page.mouse.down();
+  for (let i = 1; i <= 12; ++i) await page.mouse.move(60 + 30 * i, 300 + 8 * (i % 3));
+  await page.mouse.up();
+  await frames(page);
+  assert.deepEqual((await asked()).slice(began), []);
+  for (const factor of [0.9, 1.2, 0.9, 1.1]) await dolly(factor);
+  const since = (await asked()).slice(began);
+  assert.ok(since.length <= 1, `small steps: ${JSON.stringify(since)}`);
+
+  await dolly(0.25);
+  await until(async () => (await told()).points > 1.3 * before.points);
+  const near = await told();
+  assert.ok(near.tolerance <= before.tolerance / 4, `${near.tolerance} after ${before.tolerance}`);
+  assert.ok(await certified() <= near.tolerance);
+  await dolly(16);
+  await until(async () => (await told()).points < before.points);
+  assert.ok((await told()).tolerance >= 8 * near.tolerance);
+  await page.evaluate(() => window.latticed.scene!.frameAll());
+});
+
+/** The pixels that the surface covers. */
+interface Mask {
+  readonly all: ReadonlySet<number>;
+  readonly width: number;
+}
+
+async function mask(): Promise<Mask> {
+  const show = async (surface: boolean): Promise<Picture> => {
+    await page.evaluate((shown) => window.latticed.settings.set({ surface: shown, cage: false, gizmo: 'none', shadow: false }), surface);
+    await frames(page);
+    return picture(page);
+  };
+  const empty = await show(false);
+  const seen = await show(true);
+  return { all: new Set(differing(empty, seen)), width: seen.width };
+}
+
+/** The pixels of one mask that are not within a pixel of the other. */
+function beyond(one: Mask, other: Mask): number {
+  const around = [-1, 0, 1].flatMap((row) => [-1, 0, 1].map((column) => row * one.width + column));
+  return [...one.all].filter((pixel) => !around.some((step) => other.all.has(pixel + step))).length;
+}
+
+/** Waits until the surface of the settings as they are has come. */
+async function settled(): Promise<void> {
+  await frames(page);
+  await until(() => page.evaluate(() => {
+    const { askedView, surface } = window.latticed.scene!.session;
+    return surface.layout!.segments === (askedView.tolerance! > 0 ? 0 : askedView.segments!);
+  }));
+  await page.waitForTimeout(500);
+  await frames(page);
+}
+
+test('the outline by tolerance is that of 32 segments to a pixel, from three sides; that of 20 pixels is not', async () => {
+  await page.evaluate(() => {
+    const { session } = window.latticed.scene!;
+    session.replace(session.lattice.points.map((x, i) => x + 0.35 * Math.sin(5 * i * i + 1)));
+  });
+  await setView({ segments: 32 });
+  await page.evaluate(() => window.latticed.settings.set({ cage: false })); // the surface alone fills the view
+  for (const [side, from] of ([[3, -4, 2.4], [1, -3, 0.4], [-2, 1, -3]] as const).entries()) {
+    await page.evaluate((direction) => {
+      window.latticed.viewport.rig.lookFrom(direction);
+      window.latticed.scene!.frameAll();
+    }, from);
+    const seen: Mask[] = [];
+    const points: number[] = [];
+    for (const [detail, pixels] of [['segments', 0.5], ['tolerance', 0.5], ['tolerance', 20]] as const) {
+      await page.evaluate((setting) => window.latticed.settings.set(setting), { detail, pixels });
+      await settled();
+      seen.push(await mask());
+      points.push((await told()).points);
+      await shot(`viewer_tolerance_${side}_${detail}_${pixels}`);
+    }
+    const [fine, half, coarse] = seen;
+    assert.ok(fine.all.size > 10_000);
+    assert.ok(points[1] < points[0] / 4, `${points}`);
+    assert.equal(beyond(fine, half) + beyond(half, fine), 0, `${side}: ${points} points`);
+    const beside = beyond(fine, coarse) + beyond(coarse, fine);
+    assert.ok(beside > 20, `from ${from}, ${points} points: ${beside} pixels beside`);
+  }
+});
+
+test('the panel says whether the surface comes by tolerance or by segments, and a reload remembers it', async () => {
+  const pixels = page.getByRole('spinbutton', { name: 'Tolerance in pixels' });
+  await page.evaluate(() => window.latticed.settings.set({ panel: true, detail: 'tolerance', pixels: 0.5, surface: true }));
+  await settled();
+  const fine = await told();
+  await pixels.fill('4');
+  await pixels.press('Enter');
+  await until(async () => (await told()).points < fine.points);
+  assert.ok((await told()).tolerance >= 4 * fine.tolerance);
+  assert.ok(await page.getByRole('slider', { name: 'Segments' }).isDisabled());
+
+  await page.getByRole('radio', { name: 'By segments' }).click();
+  await page.getByRole('slider', { name: 'Segments' }).fill('3');
+  await segmentsCome(page, 3);
+  assert.ok(await pixels.isDisabled());
+  assert.equal(await page.locator('[data-hud=error]').innerText(), '–');
+  await page.reload();
+  await live(page);
+  await page.waitForFunction(() => window.latticed.scene!.session.surface.layout!.segments > 0);
+  await press('n'); // opens the panel
+  assert.equal(await page.getByRole('radio', { name: 'By segments' }).getAttribute('aria-checked'), 'true');
+  await page.getByRole('radio', { name: 'By tolerance' }).click();
+  await segmentsCome(page, 0);
+  assert.equal(await pixels.inputValue(), '4');
+});
+
+test('the wireframe shows the sides of the triangles that are there', async () => {
+  await page.evaluate(() => window.latticed.settings.set({ pixels: 4, wireframe: false, cage: false }));
+  await settled();
+  await changesView(page, 500, () => page.evaluate(() => window.latticed.settings.set({ wireframe: true })));
+  await shot('viewer_tolerance_wireframe');
+  const [lines, sides] = await page.evaluate(() => {
+    const { surface } = window.latticed.scene!.session;
+    const all = new Set<string>();
+    surface.places.eachPatch(1, (patch, { details: [triangles] }) => {
+      for (let i = 0; i < triangles.length; ++i) {
+        const ends = [triangles[i], triangles[i % 3 === 2 ? i - 2 : i + 1]].sort((a, b) => a - b);
+        all.add(`${patch} ${ends}`);
+      }
+    });
+    const { object } = (surface as unknown as { sides: { object: { geometry: { index: { count: number } } } } }).sides;
+    return [object.geometry.index.count / 2, all.size];
+  });
+  assert.ok(sides > 500);
+  assert.equal(lines, sides);
+  await changesView(page, 500, () => page.evaluate(() => window.latticed.settings.set({ wireframe: false })));
+});
+
+test('a scene that has no tolerances is shown by segments, and the page says why', async () => {
+  const { mesh } = await direct.scenes.getScene({ scene: await page.evaluate(() => window.latticed.scene!.session.sceneId) });
+  const scene = randomId();
+  await direct.scenes.createScene({ sceneId: scene, mesh, diagnostics: { pipeline: Pipeline.GEMM }, defaultView: { segments: 3 } });
+
+  await page.goto(`${server.origin}/?scene=${scene}`);
+  await live(page);
+
+  await segmentsCome(page, 3);
+  await page.locator('.toast-error').getByText(/tolerance/).waitFor();
+  await page.waitForTimeout(500); // and it is not asked again
+  await segmentsCome(page, 3);
+  assert.equal(await page.evaluate(() => window.latticed.scene!.session.status.state), 'live');
+  assert.deepEqual(errors, []);
+});
