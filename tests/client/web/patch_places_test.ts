@@ -161,3 +161,22 @@ test('patterns that do not fit a chunk, or that no rule names, are refused', () 
   assert.throws(() => layout.pointsOf(0, codes(FLAT, 6)), /no pattern 6/);
   assert.throws(() => layout.pointsOf(0, codes(FLAT, 1024)), /no pattern 1024/);
 });
+
+test('a picture of what is broad is drawn with few triangles, but not with far fewer than that', () => {
+  const drawn = (layout: TopologyLayout, patterns: number[][], triangles: number): number => {
+    const buffer = new PointBuffer();
+    const geometry = buffer.prepare(layout, false, patterns.map((list, index) => ({ index, codes: codes(...list) })));
+    const before = { ...geometry.drawRange };
+    let count = 0;
+    buffer.drawCoarse(triangles, () => (count = geometry.drawRange.count / 3));
+    assert.deepEqual(geometry.drawRange, before);
+    return count;
+  };
+  const many = [[FOUR, FOUR], [FOUR, FOUR]]; // 64 triangles with room for 16 more, or 4 and 2 more
+
+  assert.deepEqual([200, 50, 25, 100, 2].map((triangles) => drawn(uniformLayout(10), [], triangles)), [200, 50, 8, 50, 2]);
+  assert.deepEqual([50, 12].map((triangles) => drawn(uniformLayout(7), [], triangles)), [98, 2]); // 98 are more than 8 times 12
+  assert.equal(drawn(adaptiveLayout(2), many, 64), 80);
+  assert.equal(drawn(adaptiveLayout(2), many, 20), 80); // 4 are less than a quarter of 20
+  assert.equal(drawn(adaptiveLayout(2), many, 16), 6);
+});

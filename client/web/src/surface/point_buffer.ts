@@ -105,12 +105,18 @@ export class PointBuffer {
     return (this.vertices!.buffer.array as PointNumbers).subarray(NUMBERS_PER_POINT * point, NUMBERS_PER_POINT * (point + 1));
   }
 
-  /** Draws with at most this number of triangles, if there is so coarse a detail, and then as before. */
+  /**
+   * Draws with at most this number of triangles, and then as before. Where only a much coarser detail has so few, as with
+   * adaptive patterns of few patches, the next finer one is drawn.
+   */
   drawCoarse(triangles: number, draw: () => void): void {
     const { geometry, places } = this.drawn[0]!;
     const { start, count } = geometry.drawRange;
-    const { details } = places;
-    const coarse = details.find((detail) => detail.count <= 3 * triangles) ?? details.at(-1)!;
+    const counts = places.triangleCounts;
+    const few = counts.findIndex((all) => all <= triangles);
+    let detail = few < 0 ? counts.length - 1 : few;
+    if (detail > 0 && counts[detail]! < triangles / 4 && counts[detail - 1]! <= 8 * triangles) --detail;
+    const coarse = places.details[detail]!;
     if (coarse.count < count) geometry.setDrawRange(coarse.start, coarse.count);
     draw();
     geometry.setDrawRange(start, count);

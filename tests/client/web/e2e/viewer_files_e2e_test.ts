@@ -10,6 +10,7 @@ import { mkdtempSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { after, test } from 'node:test';
+import type { Page } from 'playwright-core';
 import { latticeToJson } from '@src/wire/lattice_json';
 import { distance, sub } from '@src/lattice/vec';
 import { openPage } from './browser';
@@ -44,14 +45,18 @@ const [certificate, key] = [join(folder, 'server.crt'), join(folder, 'server.key
 execFileSync('openssl', [
   'req', '-x509', '-newkey', 'rsa:2048', '-nodes', '-days', '2', '-subj', '/CN=127.0.0.1',
   '-addext', 'subjectAltName=IP:127.0.0.1', '-keyout', key, '-out', certificate], { stdio: 'ignore' });
+/** So little memory as below does not hold encoders for patches of many sizes. */
+function bySegments(of: Page): Promise<void> {
+  return of.evaluate(() => window.latticed.settings.set({ detail: 'segments' }));
+}
+
 useStage({
   serverOptions: ['--token-file', join(folder, 'tokens'), '--tls-cert', certificate, '--tls-key', key,
     '--memory', '24MiB', '--max-mesh-bytes', '1MiB', '--caller-share', '1'],
   address: () => `${server.origin}/#token=${TOKENS.edit}`,
   begin: async () => {
     page.on('filechooser', () => {}); // early, so that no dialog is missed
-    // So little memory does not hold the encoder of patches of many sizes beside exports.
-    await page.evaluate(() => window.latticed.settings.set({ detail: 'segments' }));
+    await bySegments(page);
   },
 });
 after(() => rmSync(folder, { recursive: true }));
@@ -321,6 +326,7 @@ test('of two scenes the one that was asked for last is shown, also where the oth
   await createScene(page);
   scenes.push(new URL(page.url()).search);
   const { page: fresh, errors: freshErrors } = await openPage(browser, `${server.origin}/#token=${TOKENS.edit}`);
+  await bySegments(fresh);
   const ask = (search: string): Promise<void> => fresh.evaluate((to) => {
     history.pushState(null, '', to + location.hash);
     window.dispatchEvent(new PopStateEvent('popstate'));
