@@ -61,7 +61,7 @@ uint64_t CudaAdaptiveEvaluator::HostBytesFor(const DeformPlan& plan) {
   constexpr uint64_t kRounding = 2;  // pinned blocks are powers of two
   constexpr uint64_t kFramePointBytes = 32, kFrameChunkBytes = 16;
   const auto points = static_cast<uint64_t>(plan.structure.control_point_count());
-  return (kRounding + 1) * ResultBytes(plan) +
+  return 2 * kRounding * ResultBytes(plan) +
          kRounding * (kFramePointBytes * points + kFrameChunkBytes * plan.chunk_count()) +
          plan.chunk_count() * sizeof(uint32_t);
 }
@@ -83,7 +83,10 @@ absl::StatusOr<std::unique_ptr<CudaAdaptiveEvaluator>> CudaAdaptiveEvaluator::Cr
   const size_t vertex_bytes = FirstCapacity(*plan, spec) * BytesPerPoint(spec);
   LATTICED_ASSIGN_OR_RETURN(auto vertices,
                             DeviceBuffer<uint8_t>::Create(from, "vertices", vertex_bytes, stream));
-  LATTICED_ASSIGN_OR_RETURN(auto results, context->pinned().Borrow(ResultBytes(*plan)));
+  std::array<PinnedBuffer, 2> results;
+  for (PinnedBuffer& one : results) {
+    LATTICED_ASSIGN_OR_RETURN(one, context->pinned().Borrow(ResultBytes(*plan)));
+  }
   LATTICED_ASSIGN_OR_RETURN(auto read_back, CudaEvent::Create());
   const bool is_empty = plan->patches.empty();
   std::unique_ptr<CudaAdaptiveEvaluator> evaluator(new CudaAdaptiveEvaluator(
@@ -109,9 +112,10 @@ CudaAdaptiveEvaluator::CudaAdaptiveEvaluator(std::shared_ptr<const DeformPlan> p
       lane_(std::move(lane)),
       tables_(tables),
       most_points_(MostPoints(*plan_, spec)),
-      parts_(std::move(parts)),
-      codes_(plan_->chunk_count() * limits::kPatchesPerChunk),
-      chunk_first_(plan_->chunk_count() + 1) {}
+      parts_(std::move(parts)) {
+  std::ranges::fill(std::span(incoming(), ResultBytes(*plan_)), uint8_t{0});
+  KeepResults();
+}
 
 absl::Status CudaAdaptiveEvaluator::Launch(Stage stage) const {
   LATTICED_RETURN_IF_ERROR(CudaStatus(stage.call.Launch(stream()), "an evaluation"));
@@ -273,9 +277,9 @@ absl::Status CudaAdaptiveEvaluator::LaunchPoints() {
       kernels::LaunchScan(frame_->launch, scratch.data, scratch.size, stream()), "the sums"));
   lane_->Enqueued("scan");
   const DeviceSpan<const uint8_t> from = parts_.memory.results();
-  LATTICED_RETURN_IF_ERROR(CudaStatus(cudaMemcpyAsync(parts_.results.data(), from.data, from.size,
-                                                      cudaMemcpyDeviceToHost, stream()),
-                                      "the copy of levels"));
+  LATTICED_RETURN_IF_ERROR(CudaStatus(
+      cudaMemcpyAsync(incoming(), from.data, from.size, cudaMemcpyDeviceToHost, stream()),
+      "the copy of levels"));
   LATTICED_RETURN_IF_ERROR(parts_.read_back.Record(stream()));
   lane_->Enqueued("results");
   // The host goes on with the results while the device computes the points.
@@ -315,22 +319,30 @@ void CudaAdaptiveEvaluator::TakeResults() {
   const std::span<const uint32_t> named = frame_->chunks;
   const AdaptiveResults now = results();
   also_changed_.clear();
-  std::ranges::copy(now.chunk_first(), chunk_first_.begin());
+  const auto is_changed = [&](uint32_t chunk) {
+    return !std::ranges::equal(now.codes().subspan(chunk * kPatches, kPatches),
+                               codes_.subspan(chunk * kPatches, kPatches));
+  };
   size_t next = 0;
   for (uint32_t chunk = 0; chunk < plan_->chunk_count(); ++chunk) {
-    const auto codes = now.codes().subspan(chunk * kPatches, kPatches);
-    const std::span known = std::span(codes_).subspan(chunk * kPatches, kPatches);
-    const bool is_named = next < named.size() && named[next] == chunk;
-    if (is_named) ++next;
-    if (std::ranges::equal(codes, known)) continue;
-    std::ranges::copy(codes, known.begin());
-    if (!is_named) also_changed_.push_back(chunk);
+    if (next < named.size() && named[next] == chunk) {
+      ++next;
+    } else if (is_changed(chunk)) {
+      also_changed_.push_back(chunk);
+    }
   }
+  KeepResults();
+}
+
+void CudaAdaptiveEvaluator::KeepResults() {
+  codes_ = results().codes();
+  chunk_first_ = results().chunk_first();
+  results_at_ = 1 - results_at_;
 }
 
 std::span<const uint16_t> CudaAdaptiveEvaluator::Patterns(uint32_t chunk) const {
   const auto [first, last] = plan_->ChunkPatches(chunk);
-  return std::span(codes_).subspan(first, last - first);
+  return codes_.subspan(first, last - first);
 }
 
 DeviceSpan<const uint8_t> CudaAdaptiveEvaluator::Vertices(uint32_t first, uint32_t last) const {
@@ -345,8 +357,8 @@ MemoryUse CudaAdaptiveEvaluator::memory() const {
           {"device_levels", parts_.memory.size_bytes() + (shared_ ? shared_->DeviceBytes() : 0)},
           {"device_vertices", parts_.vertices.size_bytes()},
           {"device_staging", parts_.frame.DeviceBytes()},
-          {"levels", codes_.size() * sizeof(uint16_t) + chunk_first_.size() * sizeof(uint64_t)},
-          {"staging", parts_.results.size() + parts_.frame.PinnedBytes() +
+          {"levels", parts_.results[0].size()},
+          {"staging", parts_.results[1].size() + parts_.frame.PinnedBytes() +
                           (shared_ ? shared_->PinnedBytes() : 0)}};
 }
 

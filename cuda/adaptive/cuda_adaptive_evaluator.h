@@ -20,6 +20,7 @@
 #ifndef LATTICED_CUDA_ADAPTIVE_CUDA_ADAPTIVE_EVALUATOR_H_
 #define LATTICED_CUDA_ADAPTIVE_CUDA_ADAPTIVE_EVALUATOR_H_
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -83,7 +84,8 @@ class CudaAdaptiveEvaluator {
     DeviceBuffer<float> coefficients, cofactor_bounds;
     AdaptiveMemory memory;
     DeviceBuffer<uint8_t> vertices;
-    PinnedBuffer results;
+    // Those of the last evaluation, and room for the next ones: results_at_.
+    std::array<PinnedBuffer, 2> results;
     CudaEvent read_back;
   };
   CudaAdaptiveEvaluator(std::shared_ptr<const DeformPlan> plan,
@@ -119,7 +121,10 @@ class CudaAdaptiveEvaluator {
   // Allocates vertices for so many points, and computes them.
   absl::Status Grow(uint64_t points);
   void TakeResults();
-  AdaptiveResults results() const { return {*plan_, parts_.results.data()}; }
+  void KeepResults();
+  // Of the evaluation that runs.
+  uint8_t* incoming() const { return parts_.results[1 - results_at_].data(); }
+  AdaptiveResults results() const { return {*plan_, incoming()}; }
 
   const std::shared_ptr<const DeformPlan> plan_;
   const std::shared_ptr<DevicePlan> device_plan_;
@@ -133,8 +138,10 @@ class CudaAdaptiveEvaluator {
   std::optional<CudaSharedBounds> shared_;  // of a slice that has shared edges
   std::optional<Frame> frame_;
   // Of the last evaluation.
-  std::vector<uint16_t> codes_;        // by patch, padded to whole chunks
-  std::vector<uint64_t> chunk_first_;  // the first point of each chunk, then the number of points
+  size_t results_at_ = 0;
+  std::span<const uint16_t> codes_;  // by patch, padded to whole chunks
+  std::span<const uint64_t>
+      chunk_first_;  // the first point of each chunk, then the number of points
   std::vector<uint32_t> also_changed_;
   double certified_error_ = 0;
 };
