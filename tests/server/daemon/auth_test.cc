@@ -105,7 +105,7 @@ class TokenServerTest : public ServerTest {
 };
 
 TEST_F(TokenServerTest, NoRpcIsOpen) {
-  ASSERT_EQ(AllMethods().size(), 23u);
+  ASSERT_EQ(AllMethods().size(), 24u);
   for (const auto* method : AllMethods()) {
     EXPECT_THAT(CallEmpty(*method, ""), StatusIs(absl::StatusCode::kUnauthenticated))
         << method->full_name();

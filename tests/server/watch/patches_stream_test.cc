@@ -145,6 +145,26 @@ TEST_F(PatchesTest, AResumedStreamSendsOnlyWhatChanged) {
   ExpectSameAsNew(whole);
 }
 
+TEST_F(PatchesTest, AWatcherMayChangeToPointsAndBack) {
+  WatchClient watcher(*scenes_, WatchPatches());
+  watcher.ReadUpdates(1);
+  const auto first = watcher.log.chunks;
+  const auto change = [&](v1::Encoding encoding) {
+    v1::ControlWatchRequest request;
+    request.mutable_view()->set_encoding(encoding);
+    ASSERT_OK(Control(watcher, request));
+  };
+  change(v1::ENCODING_RAW);
+  watcher.ReadUpdates(2);
+  EXPECT_EQ(watcher.log.quantisations.size(), 1u);
+  EXPECT_EQ(watcher.log.topologies.back().segments(), 4);
+  change(v1::ENCODING_PATCHES);
+  watcher.ReadUpdates(3);
+
+  EXPECT_EQ(watcher.log.topologies.back().segments(), 0);
+  EXPECT_TRUE(watcher.log.chunks == first);
+}
+
 // Two watchers of one view count as one, and its memory has neither vertices nor what encodes them.
 TEST_F(PatchesTest, WatchersShareAViewThatKeepsBoundsAlone) {
   WatchClient plain(*scenes_, WatchPatches());
