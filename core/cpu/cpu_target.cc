@@ -7,7 +7,7 @@
 #include "core/base/catch_bad_alloc.h"
 #include "core/base/status_macros.h"
 #include "core/cpu/adaptive/adaptive_view.h"
-#include "core/cpu/adaptive/edge_bound_view.h"
+#include "core/cpu/adaptive/bounds/edge_bound_view.h"
 #include "core/cpu/cpu_view.h"
 #include "core/cpu/fused/cpu_fused.h"
 #include "core/cpu/gemm/cpu_gemm.h"

@@ -23,6 +23,7 @@ declare -A allowed=(
   [core/cpu/gemm]="$below_backends core/cpu/cpu_context.h core/cpu/vertex_kernel.h core/cpu/gemm/"
   [core/cpu/fused/kernel]="$below_backends core/cpu/fused/kernel/"
   [core/cpu/fused]="$below_backends core/cpu/cpu_context.h core/cpu/flush_denormals.h core/cpu/vertex_kernel.h core/cpu/fused/"
+  [core/cpu/adaptive/bounds]="$below_backends core/cpu/cpu_context.h core/cpu/flush_denormals.h core/cpu/fused/ core/cpu/adaptive/kernel/ core/cpu/adaptive/frame_boxes.h core/cpu/adaptive/bounds/"
   [core/cpu/adaptive/kernel]="$below_backends core/cpu/fused/kernel/ core/cpu/adaptive/kernel/"
   [core/cpu/adaptive]="$below_backends core/cpu/cpu_context.h core/cpu/flush_denormals.h core/cpu/fused/ core/cpu/adaptive/"
   [core/cpu]="core/"

@@ -21,10 +21,10 @@
 #include <vector>
 
 #include "core/backend.h"
+#include "core/cpu/adaptive/bounds/patch_bounder.h"
 #include "core/cpu/adaptive/chunk_vertices.h"
 #include "core/cpu/adaptive/frame_boxes.h"
 #include "core/cpu/adaptive/level_table.h"
-#include "core/cpu/adaptive/patch_bounder.h"
 #include "core/cpu/fused/fused_plan.h"
 #include "core/view/cpu_arena.h"
 

@@ -5,8 +5,8 @@
 // outside the frame are skipped: they do not bend.
 //
 // Threads  one thread at a time; uses those of the arena
-#ifndef LATTICED_CORE_CPU_ADAPTIVE_PATCH_BOUNDER_H_
-#define LATTICED_CORE_CPU_ADAPTIVE_PATCH_BOUNDER_H_
+#ifndef LATTICED_CORE_CPU_ADAPTIVE_BOUNDS_PATCH_BOUNDER_H_
+#define LATTICED_CORE_CPU_ADAPTIVE_BOUNDS_PATCH_BOUNDER_H_
 
 #include <cstdint>
 #include <memory>
@@ -49,4 +49,4 @@ class PatchBounder {
 
 }  // namespace latticed
 
-#endif  // LATTICED_CORE_CPU_ADAPTIVE_PATCH_BOUNDER_H_
+#endif  // LATTICED_CORE_CPU_ADAPTIVE_BOUNDS_PATCH_BOUNDER_H_

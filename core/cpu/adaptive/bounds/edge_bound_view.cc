@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-#include "core/cpu/adaptive/edge_bound_view.h"
+#include "core/cpu/adaptive/bounds/edge_bound_view.h"
 
 #include <algorithm>
 #include <iterator>

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-#include "core/cpu/adaptive/edge_bound_table.h"
+#include "core/cpu/adaptive/bounds/edge_bound_table.h"
 
 #include <utility>
 
@@ -11,7 +11,7 @@ namespace latticed {
 namespace {
 
 // Chunks of 32 patches, which take a few microseconds, for one task.
-constexpr size_t kGrain = 4;
+constexpr size_t kChunksOfTask = 4;
 
 }  // namespace
 
@@ -40,7 +40,7 @@ EdgeBoundTable::EdgeBoundTable(std::shared_ptr<const DeformPlan> plan)
 std::vector<uint32_t> EdgeBoundTable::Update(std::span<const uint32_t> chunks, CpuArena& arena) {
   for (const uint32_t chunk : chunks) is_named_[chunk] = 1;
   arena.ForEach(
-      chunks.size(), [&](size_t i) { UpdateEdges(chunks[i]); }, kGrain);
+      chunks.size(), [&](size_t i) { UpdateEdges(chunks[i]); }, kChunksOfTask);
   for (const uint32_t chunk : chunks) is_named_[chunk] = 0;
   std::vector<uint32_t> changed;
   for (uint32_t chunk = 0; chunk < is_changed_.size(); ++chunk) {

@@ -5,14 +5,14 @@
 //
 // Errors   those of core/view/checked_view.h
 // Threads  one thread at a time; Evaluate and Encode use the backend's arena and return when done
-#ifndef LATTICED_CORE_CPU_ADAPTIVE_EDGE_BOUND_VIEW_H_
-#define LATTICED_CORE_CPU_ADAPTIVE_EDGE_BOUND_VIEW_H_
+#ifndef LATTICED_CORE_CPU_ADAPTIVE_BOUNDS_EDGE_BOUND_VIEW_H_
+#define LATTICED_CORE_CPU_ADAPTIVE_BOUNDS_EDGE_BOUND_VIEW_H_
 
 #include <memory>
 #include <vector>
 
-#include "core/cpu/adaptive/edge_bound_table.h"
-#include "core/cpu/adaptive/patch_bounder.h"
+#include "core/cpu/adaptive/bounds/edge_bound_table.h"
+#include "core/cpu/adaptive/bounds/patch_bounder.h"
 #include "core/cpu/cpu_context.h"
 #include "core/view/checked_view.h"
 #include "core/view/view_encoder.h"
@@ -49,4 +49,4 @@ class EdgeBoundView : public CheckedView {
 
 }  // namespace latticed
 
-#endif  // LATTICED_CORE_CPU_ADAPTIVE_EDGE_BOUND_VIEW_H_
+#endif  // LATTICED_CORE_CPU_ADAPTIVE_BOUNDS_EDGE_BOUND_VIEW_H_

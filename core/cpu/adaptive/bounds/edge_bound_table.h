@@ -7,8 +7,8 @@
 //
 // Units    world
 // Threads  SetBounds of different patches may run at once; otherwise one thread at a time. Update uses those of the arena
-#ifndef LATTICED_CORE_CPU_ADAPTIVE_EDGE_BOUND_TABLE_H_
-#define LATTICED_CORE_CPU_ADAPTIVE_EDGE_BOUND_TABLE_H_
+#ifndef LATTICED_CORE_CPU_ADAPTIVE_BOUNDS_EDGE_BOUND_TABLE_H_
+#define LATTICED_CORE_CPU_ADAPTIVE_BOUNDS_EDGE_BOUND_TABLE_H_
 
 #include <array>
 #include <atomic>
@@ -67,4 +67,4 @@ class EdgeBoundTable {
 
 }  // namespace latticed
 
-#endif  // LATTICED_CORE_CPU_ADAPTIVE_EDGE_BOUND_TABLE_H_
+#endif  // LATTICED_CORE_CPU_ADAPTIVE_BOUNDS_EDGE_BOUND_TABLE_H_
