@@ -86,10 +86,29 @@ test('a view that is too large for the server is taken back to the one before, i
   const tooLarge = new ServerError(Code.ResourceExhausted, 'OUT_OF_MEMORY', 'the view needs 4491922512 bytes, 43616405 are free');
   await fixture.lose(tooLarge);
 
-  assert.deepEqual(views, [{ segments: 4, normals: 'facet', encoding: 'quantised', positionBits: 12, normalBits: 8 }]);
+  const granted = { segments: 4, tolerance: 0, maxPoints: 0, normals: 'facet', encoding: 'quantised', positionBits: 12, normalBits: 8 };
+  assert.deepEqual(views, [granted]);
   assert.equal(fixture.stream.request.view?.segments, 4);
   assert.deepEqual(fixture.said, ['Too large for the server: 4.49 GB of memory are needed for the view, and 43.6 MB are free.']);
   await fixture.lose(tooLarge);
+  assert.equal(fixture.said.length, 1);
+});
+
+test('where the server has no memory for the most points of a tolerance, fewer are asked for; where it has no tolerance, segments are', async (t) => {
+  const fixture = await SessionFixture.live(t);
+  const views: ViewRequest[] = [];
+  fixture.session.on('view', (view) => views.push(view));
+  fixture.session.setView({ segments: 32, tolerance: 0.25, maxPoints: 100_000 });
+
+  await fixture.lose(new ServerError(Code.ResourceExhausted, 'OUT_OF_MEMORY', 'the view needs 4491922512 bytes, 43616405 are free'));
+  const asked = fixture.stream.request.view!;
+  assert.deepEqual([asked.segments, asked.tolerance], [10, 0.25]);
+  assert.deepEqual(views, []);
+  await fixture.lose(new ServerError(Code.InvalidArgument, 'UNSUPPORTED', 'view.tolerance: this pipeline has none on these devices'));
+
+  const { segments, tolerance, maxPoints } = fixture.stream.request.view!;
+  assert.deepEqual([segments, tolerance, maxPoints], [10, 0, 0n]);
+  assert.deepEqual(views, [{ tolerance: 0 }]);
   assert.equal(fixture.said.length, 1);
 });
 

@@ -98,3 +98,6 @@ export interface ViewRequest {
   /** 6 to 12. */
   readonly normalBits?: number;
 }
+
+/** What a person chooses of a view. The rest follows from the camera. */
+export type StreamSettings = Omit<Required<ViewRequest>, 'tolerance' | 'maxPoints'>;

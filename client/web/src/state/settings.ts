@@ -9,7 +9,7 @@ import type { Orientation, Pivot } from '../edit/pivot';
 import type { MeshFormatName } from '../intake/mesh_file';
 import type { ExportFormat } from '../intake/services';
 import type { Light } from '../light/shading';
-import type { ViewRequest } from '../session/scene_session';
+import type { StreamSettings } from '../session/scene_session';
 import type { ExportGeometry } from '../wire/export_download';
 import type { You } from './person';
 import { Store } from './store';
@@ -21,9 +21,6 @@ export type Colouring = 'plain' | 'boxes' | 'displacement' | 'difference' | 'tex
 /** How the shape is shown that the mesh would have if only its vertices moved. */
 export type Compare = 'off' | 'split' | 'over';
 export type Theme = 'system' | 'light' | 'dark';
-
-/** What a person chooses of a view. The camera chooses the rest. */
-export type StreamSettings = Omit<Required<ViewRequest>, 'tolerance' | 'maxPoints'>;
 
 export const DEFAULT_SETTINGS = {
   tool: 'select' as Tool,

@@ -6,7 +6,7 @@ import { join } from 'node:path';
 import { after, before } from 'node:test';
 import type { Browser, BrowserContextOptions, Page } from 'playwright-core';
 import type {} from '@src/main'; // window.latticed
-import type { StreamSettings } from '@src/state/settings';
+import type { StreamSettings } from '@src/session/scene_session';
 import { LatticedServer } from '@src/wire/latticed_server';
 import { until } from '../support/until';
 import { launch, openPage } from './browser';

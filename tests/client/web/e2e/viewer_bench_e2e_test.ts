@@ -11,9 +11,9 @@ import { test } from 'node:test';
 import { promisify } from 'node:util';
 
 const run = promisify(execFile);
-const NUMBERS_FROM = 4; // the columns before are mesh, patches, encoding and moved
+const NUMBERS_FROM = 4; // the columns before are mesh, patches, form and moved
 
-test('the bench fills its table of every encoding, with every part of the way to the pixels, and that of an orbit', async (t) => {
+test('the bench fills its table of every form of the points, with every part of the way to the pixels, and that of an orbit', async (t) => {
   const folder = mkdtempSync(join(tmpdir(), 'latticed-bench-'));
   t.after(() => rmSync(folder, { recursive: true }));
   const file = join(folder, 'viewer.md');
@@ -23,8 +23,9 @@ test('the bench fills its table of every encoding, with every part of the way to
   const [updates, orbits] = readFileSync(file, 'utf8').split('\n\n').slice(-2).map((table) =>
     table.trim().split('\n').map((line) => line.split('|').slice(1, -1).map((cell) => cell.trim())));
   const [header, , ...rows] = updates;
-  assert.deepEqual(rows.map(([mesh, patches, encoding, moved]) => [mesh, patches, encoding, moved].join()),
-    ['quantised', 'raw', 'draco'].flatMap((encoding) => ['all points', 'one point'].map((moved) => `knot.obj,1060,${encoding},${moved}`)));
+  assert.deepEqual(rows.map(([mesh, patches, form, moved]) => [mesh, patches, form, moved].join()),
+    ['quantised', 'raw', 'draco', 'draco at 0.5 pixels'].flatMap((form) =>
+      ['all points', 'one point'].map((moved) => `knot.obj,1060,${form},${moved}`)));
   for (const row of rows) {
     assert.equal(row.length, header.length);
     assert.ok(row.slice(NUMBERS_FROM).every((cell) => Number.isFinite(Number.parseFloat(cell))), row.join());
@@ -32,7 +33,8 @@ test('the bench fills its table of every encoding, with every part of the way to
     assert.ok(points > 0 && bytes > 0 && pixels > 0, row.join());
   }
   const [, , [mesh, triangles, framesPerSecond, drawn, ratio]] = orbits;
-  assert.deepEqual([mesh, triangles], ['knot.obj', '106000']);
+  assert.equal(mesh, 'knot.obj');
+  assert.ok(Number(triangles) >= 1060 && Number(triangles) < 106_000, triangles); // by tolerance, which the page ends with
   assert.ok(Number(framesPerSecond) > 0 && Number(drawn) > 0 && Number(ratio) <= 1, orbits[2].join());
 });
 
