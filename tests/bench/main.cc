@@ -67,6 +67,7 @@ int Benchmarks(const Options& options) {
   RegisterEvaluateBenches();
   RegisterPlanBenches();
   RegisterCodecBenches();
+  RegisterPatchesBenches();
   RegisterCpuEncodeBenches();
   RegisterDeliveryBenches();
   RegisterEngineBenches();

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "client/cpp/latticectl/geometry/lattice_json.h"
+#include "client/cpp/library/patches/lattice_from_proto.h"
 #include "tests/client/latticectl_fixture.h"
 
 namespace latticed::client {

@@ -8,6 +8,7 @@
 
 #include "client/cpp/latticectl/geometry/lattice_json.h"
 #include "client/cpp/latticectl/output/output.h"
+#include "client/cpp/library/patches/lattice_from_proto.h"
 #include "core/base/read_file.h"
 #include "core/ffd/direct_ffd.h"
 #include "tests/client/latticectl_fixture.h"

@@ -69,7 +69,7 @@ readonly guarded=(
   '^zlib' '^core/patches/zlib_stream'
   '^draco' '^(core/codec|client|server|tests)/'
   '^(tbb|oneapi)/' '^(core/(cpu|view)|server|tests)/'
-  '^hwy/' '^(core/(cpu|codec|view)|tests)/'
+  '^hwy/' '^(core/(cpu|codec|view)|client/cpp/library/patches|tests)/'
   '^prometheus/' '^server/edge/metric'
   '^cblas' '^core/cpu/gemm/cpu_gemm'
   '^cublas' '^cuda/device/cuda_(gemm|status)'

@@ -11,7 +11,7 @@
 
 #include "client/cpp/library/patches/patch_evaluator.h"
 #include "core/adaptive/adaptive_pattern.h"
-#include "tests/client/patches/patch_scene.h"
+#include "tests/core/patches/patch_scene.h"
 #include "tests/support/status_matchers.h"
 
 namespace latticed::testing {

@@ -11,6 +11,7 @@
 #include <random>
 
 #include "client/cpp/library/patches/point_block.h"
+#include "tests/support/instruction_sets.h"
 
 namespace latticed::client {
 namespace {
@@ -47,7 +48,7 @@ TEST(PatchEvaluator, PointsThatPatchesShareHaveTheSameBits) {
             << all.across_seams << " across attached seams\n";
 }
 
-TEST(PatchEvaluator, EvaluatesPointsAloneAsInBlocks) {
+void ExpectSameAloneAsInBlocks() {
   std::mt19937 random(7);
   std::uniform_real_distribution<float> uniform(-1, 1);
   for (int degree = 0; degree < 27; ++degree) {
@@ -81,6 +82,15 @@ TEST(PatchEvaluator, EvaluatesPointsAloneAsInBlocks) {
         EXPECT_EQ(bits(with.normal[a][0]), bits(block.normal[a][i]));
       }
     }
+  }
+}
+
+// Under each instruction set of this machine.
+TEST(PatchEvaluator, EvaluatesPointsAloneAsInBlocks) {
+  for (const int64_t target : testing::Targets()) {
+    const testing::ChosenTarget chosen(target);
+    SCOPED_TRACE(hwy::TargetName(target));
+    ExpectSameAloneAsInBlocks();
   }
 }
 

@@ -4,12 +4,18 @@
 // Evaluates a patch plan: from control points, edge bounds and a tolerance to points and triangles, as patches.proto
 // defines it.
 //
-//   auto plan = client->GetPatchPlan(scene, topology_id);
-//   auto evaluator = PatchEvaluator::Create(plan, lattice.structure);
-//   evaluator->Evaluate(lattice.control_points, *watch->surface().EdgeBounds(), 1e-4 * diagonal, &surface);
+//   watch.mutable_view()->set_encoding(v1::ENCODING_PATCHES);
+//   auto stream = client->Deform(watch);
+//   const Surface& held = (*stream)->surface();
+//   auto plan = client->GetPatchPlan(scene, held.topology().topology_id(), held.view().normals());
+//   auto lattice = FromProto(held.lattice().lattice());                          // lattice_from_proto.h
+//   auto evaluator = PatchEvaluator::Create(*plan, lattice->structure);
+//   …                                                                            // after each update:
+//   evaluator->Evaluate(lattice->control_points, *held.EdgeBounds(), tolerance, &surface);
 //
-// Points that patches share have the same bits in all of them. Positions are within half a unit of a grid of 16 bits on
-// each axis, and 1e-6 of the diagonal. Triangles add `error` to that.
+// Points that patches share have the same bits in all of them. On each axis, positions are within half a unit of a grid
+// of 16 bits, and 1e-6 of the diagonal, unless knot boxes are larger than the surface: patches.proto. Triangles add
+// `error` to that.
 //
 // Errors   kInvalidArgument where plan, lattice and arguments do not fit; kResourceExhausted past 2^32 points
 // Threads  one at a time

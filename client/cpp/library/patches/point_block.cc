@@ -1,117 +1,179 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-#include "client/cpp/library/patches/point_block.h"
-
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "client/cpp/library/patches/point_block.cc"
+#define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_SSE4 | HWY_AVX3_DL)
+#include "hwy/foreach_target.h"  // IWYU pragma: keep
+// After foreach_target, as Highway asks.
 #include <algorithm>
 #include <cmath>
 
+#include "client/cpp/library/patches/point_block.h"
+#include "hwy/highway.h"
+
+HWY_BEFORE_NAMESPACE();
 namespace latticed::client {
-namespace {
+namespace HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
 
-template <size_t n>
-struct Lanes {
-  float at[n] = {};
+// One point.
+struct ScalarOps {
+  using V = float;
+  static V Set(float x) { return x; }
+  static V Load(const float* from) { return *from; }
+  static void Store(V x, float* to) { *to = x; }
+  static V Add(V a, V b) { return a + b; }
+  static V Sub(V a, V b) { return a - b; }
+  static V Mul(V a, V b) { return a * b; }
+  static V Div(V a, V b) { return a / b; }
+  static V Abs(V a) { return std::abs(a); }
+  static V Max(V a, V b) { return std::max(a, b); }
+  static V Sqrt(V a) { return std::sqrt(a); }
+  static V IfPositive(V a, V yes, V no) { return a > 0 ? yes : no; }
+};
 
-  // this = this * l + c
-  void Step(const float* l, const Lanes& c) {
-    for (size_t i = 0; i < n; ++i) at[i] = at[i] * l[i] + c.at[i];
+// A vector of points. No fused multiply-add, which only some instruction sets have.
+struct VectorOps {
+  using D = hn::CappedTag<float, kBlockPoints>;
+  using V = hn::Vec<D>;
+  static V Set(float x) { return hn::Set(D(), x); }
+  static V Load(const float* from) { return hn::Load(D(), from); }
+  static void Store(V x, float* to) { hn::Store(x, D(), to); }
+  static V Add(V a, V b) { return hn::Add(a, b); }
+  static V Sub(V a, V b) { return hn::Sub(a, b); }
+  static V Mul(V a, V b) { return hn::Mul(a, b); }
+  static V Div(V a, V b) { return hn::Div(a, b); }
+  static V Abs(V a) { return hn::Abs(a); }
+  static V Max(V a, V b) { return hn::Max(a, b); }
+  static V Sqrt(V a) { return hn::Sqrt(a); }
+  static V IfPositive(V a, V yes, V no) { return hn::IfThenElse(hn::Gt(a, Set(0)), yes, no); }
+};
+
+template <class Ops>
+struct Formulas {
+  using V = typename Ops::V;
+
+  static HWY_INLINE V MulAdd(V a, V b, V c) { return Ops::Add(Ops::Mul(a, b), c); }
+
+  // One component of the position, and of its derivatives by l_0, l_1, l_2. `c` is after the last coefficient.
+  template <bool kDerivatives>
+  static HWY_INLINE V Component(const std::array<int, 3>& degree, const float* c, const V* l,
+                                V* derivatives) {
+    V value = Ops::Set(0), by_0 = value, by_1 = value, by_2 = value;
+    for (int k = degree[2]; k >= 0; --k) {
+      V plane = Ops::Set(0), plane_0 = plane, plane_1 = plane;
+      for (int j = degree[1]; j >= 0; --j) {
+        V line = Ops::Set(0), line_0 = line;
+        for (int i = degree[0]; i >= 0; --i) {
+          if constexpr (kDerivatives) line_0 = MulAdd(line_0, l[0], line);
+          line = MulAdd(line, l[0], Ops::Set(*--c));
+        }
+        if constexpr (kDerivatives) {
+          plane_1 = MulAdd(plane_1, l[1], plane);
+          plane_0 = MulAdd(plane_0, l[1], line_0);
+        }
+        plane = MulAdd(plane, l[1], line);
+      }
+      if constexpr (kDerivatives) {
+        by_2 = MulAdd(by_2, l[2], value);
+        by_1 = MulAdd(by_1, l[2], plane_1);
+        by_0 = MulAdd(by_0, l[2], plane_0);
+      }
+      value = MulAdd(value, l[2], plane);
+    }
+    derivatives[0] = by_0;
+    derivatives[1] = by_1;
+    derivatives[2] = by_2;
+    return value;
   }
-  void Step(const float* l, float c) {
-    for (size_t i = 0; i < n; ++i) at[i] = at[i] * l[i] + c;
+
+  static HWY_INLINE V Largest(const V* v) {
+    return Ops::Max(Ops::Max(Ops::Abs(v[0]), Ops::Abs(v[1])), Ops::Abs(v[2]));
+  }
+
+  // d[component][axis]
+  static HWY_INLINE void Carry(const float* conormals, const V (&d)[3][3], const V* rest,
+                               V* normal) {
+    for (size_t k = 0; k < 3; ++k) normal[k] = Ops::Set(0);
+    for (size_t a = 0; a < 3; ++a) {
+      const size_t b = (a + 1) % 3, c = (a + 2) % 3;
+      V h = Ops::Mul(Ops::Set(conormals[3 * a]), rest[0]);
+      h = MulAdd(Ops::Set(conormals[3 * a + 1]), rest[1], h);
+      h = MulAdd(Ops::Set(conormals[3 * a + 2]), rest[2], h);
+      for (size_t k = 0; k < 3; ++k) {
+        const size_t p = (k + 1) % 3, q = (k + 2) % 3;
+        const V cross = Ops::Sub(Ops::Mul(d[p][b], d[q][c]), Ops::Mul(d[q][b], d[p][c]));
+        normal[k] = MulAdd(h, cross, normal[k]);
+      }
+    }
+    const V largest = Largest(normal);
+    for (size_t k = 0; k < 3; ++k) normal[k] = Ops::IfPositive(largest, normal[k], rest[k]);
+  }
+
+  // Divides by the largest component first, because squares of small ones would vanish.
+  static HWY_INLINE void Normalise(V* v) {
+    const V largest = Largest(v), divisor = Ops::IfPositive(largest, largest, Ops::Set(1));
+    for (size_t k = 0; k < 3; ++k) v[k] = Ops::Div(v[k], divisor);
+    const V squares = MulAdd(v[2], v[2], MulAdd(v[1], v[1], Ops::Mul(v[0], v[0])));
+    const V length = Ops::Sqrt(Ops::IfPositive(squares, squares, Ops::Set(1)));
+    for (size_t k = 0; k < 3; ++k) v[k] = Ops::Div(v[k], length);
+  }
+
+  // The points from `i` on.
+  template <bool kNormals, size_t kPoints>
+  static HWY_INLINE void Evaluate(const BoxPolynomial& box, size_t i, PointBlock<kPoints>* block) {
+    const auto terms =
+        static_cast<size_t>((box.degree[0] + 1) * (box.degree[1] + 1) * (box.degree[2] + 1));
+    V l[3], d[3][3];
+    for (size_t a = 0; a < 3; ++a) l[a] = Ops::Load(&block->local[a][i]);
+    for (size_t c = 0; c < 3; ++c) {
+      const float* end = box.coefficients + (c + 1) * terms;
+      Ops::Store(Component<kNormals>(box.degree, end, l, d[c]), &block->position[c][i]);
+    }
+    if constexpr (kNormals) {
+      V rest[3], normal[3];
+      for (size_t c = 0; c < 3; ++c) rest[c] = Ops::Load(&block->rest[c][i]);
+      Carry(box.conormals, d, rest, normal);
+      Normalise(normal);
+      for (size_t c = 0; c < 3; ++c) Ops::Store(normal[c], &block->normal[c][i]);
+    }
   }
 };
 
-// One component of the position and of its derivatives by l_0, l_1, l_2.
-template <size_t n, bool kWithNormals>
-void EvaluateComponent(const std::array<int, 3>& degree, const float* c, const float (&l)[3][n],
-                       Lanes<n>* value, Lanes<n>* derivatives) {
-  c += (degree[0] + 1) * (degree[1] + 1) * (degree[2] + 1);
-  for (int k = degree[2]; k >= 0; --k) {
-    Lanes<n> plane, plane_0, plane_1;
-    for (int j = degree[1]; j >= 0; --j) {
-      Lanes<n> line, line_0;
-      for (int i = degree[0]; i >= 0; --i) {
-        if constexpr (kWithNormals) line_0.Step(l[0], line);
-        line.Step(l[0], *--c);
-      }
-      if constexpr (kWithNormals) {
-        plane_1.Step(l[1], plane);
-        plane_0.Step(l[1], line_0);
-      }
-      plane.Step(l[1], line);
+void EvaluateVectors(const BoxPolynomial& box, bool with_normals, PointBlock<kBlockPoints>* block) {
+  for (size_t i = 0; i < kBlockPoints; i += hn::Lanes(VectorOps::D())) {
+    if (with_normals) {
+      Formulas<VectorOps>::Evaluate<true>(box, i, block);
+    } else {
+      Formulas<VectorOps>::Evaluate<false>(box, i, block);
     }
-    if constexpr (kWithNormals) {
-      derivatives[2].Step(l[2], *value);
-      derivatives[1].Step(l[2], plane_1);
-      derivatives[0].Step(l[2], plane_0);
-    }
-    value->Step(l[2], plane);
   }
 }
 
-// derivatives[component][axis]
-template <size_t n>
-void CarryNormals(const float* conormals, const Lanes<n> (&derivatives)[3][3],
-                  PointBlock<n>* block) {
-  for (size_t i = 0; i < n; ++i) {
-    const float x = block->rest[0][i], y = block->rest[1][i], z = block->rest[2][i];
-    float normal[3] = {};
-    for (size_t a = 0; a < 3; ++a) {
-      const float h = conormals[3 * a] * x + conormals[3 * a + 1] * y + conormals[3 * a + 2] * z;
-      const size_t b = (a + 1) % 3, c = (a + 2) % 3;
-      for (size_t k = 0; k < 3; ++k) {
-        const size_t p = (k + 1) % 3, q = (k + 2) % 3;
-        normal[k] += h * (derivatives[p][b].at[i] * derivatives[q][c].at[i] -
-                          derivatives[q][b].at[i] * derivatives[p][c].at[i]);
-      }
-    }
-    const float largest = std::max({std::abs(normal[0]), std::abs(normal[1]), std::abs(normal[2])});
-    const bool carried = largest > 0;
-    for (size_t k = 0; k < 3; ++k) block->normal[k][i] = carried ? normal[k] : block->rest[k][i];
+void EvaluateOne(const BoxPolynomial& box, bool with_normals, PointBlock<1>* block) {
+  if (with_normals) {
+    Formulas<ScalarOps>::Evaluate<true>(box, 0, block);
+  } else {
+    Formulas<ScalarOps>::Evaluate<false>(box, 0, block);
   }
 }
 
-// Divides by the largest component first, because squares of small ones would vanish.
-template <size_t n>
-void Normalise(float (&v)[3][n]) {
-  for (size_t i = 0; i < n; ++i) {
-    const float largest = std::max({std::abs(v[0][i]), std::abs(v[1][i]), std::abs(v[2][i])});
-    const float divisor = largest > 0 ? largest : 1.0f;
-    const float x = v[0][i] / divisor, y = v[1][i] / divisor, z = v[2][i] / divisor;
-    const float length2 = x * x + y * y + z * z;
-    const float length = std::sqrt(length2 > 0 ? length2 : 1.0f);
-    v[0][i] = x / length;
-    v[1][i] = y / length;
-    v[2][i] = z / length;
-  }
-}
+}  // namespace HWY_NAMESPACE
+}  // namespace latticed::client
+HWY_AFTER_NAMESPACE();
 
-template <size_t n, bool kWithNormals>
-void Evaluate(const BoxPolynomial& box, PointBlock<n>* block) {
-  const size_t terms =
-      static_cast<size_t>((box.degree[0] + 1) * (box.degree[1] + 1) * (box.degree[2] + 1));
-  Lanes<n> derivatives[3][3];
-  for (size_t component = 0; component < 3; ++component) {
-    Lanes<n> value;
-    EvaluateComponent<n, kWithNormals>(box.degree, box.coefficients + component * terms,
-                                       block->local, &value, derivatives[component]);
-    std::copy_n(value.at, n, block->position[component]);
-  }
-  if constexpr (kWithNormals) {
-    CarryNormals(box.conormals, derivatives, block);
-    Normalise(block->normal);
-  }
-}
+#if HWY_ONCE
+namespace latticed::client {
 
-}  // namespace
+HWY_EXPORT(EvaluateVectors);
 
 void EvaluateBlock(const BoxPolynomial& box, bool with_normals, PointBlock<kBlockPoints>* block) {
-  with_normals ? Evaluate<kBlockPoints, true>(box, block)
-               : Evaluate<kBlockPoints, false>(box, block);
+  HWY_DYNAMIC_DISPATCH(EvaluateVectors)(box, with_normals, block);
 }
 
 void EvaluateBlock(const BoxPolynomial& box, bool with_normals, PointBlock<1>* block) {
-  with_normals ? Evaluate<1, true>(box, block) : Evaluate<1, false>(box, block);
+  HWY_STATIC_DISPATCH(EvaluateOne)(box, with_normals, block);
 }
 
 }  // namespace latticed::client
+#endif  // HWY_ONCE

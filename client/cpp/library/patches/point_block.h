@@ -3,7 +3,7 @@
 //
 // Points of one box, evaluated together: positions and normals by nested Horner schemes in float32. Multiplications and
 // additions are rounded one by one, in the same order for one lane as for many: a point has the same bits wherever it
-// is evaluated.
+// is evaluated. Many lanes are vector code, compiled once per instruction set.
 //
 // Threads  pure functions
 #ifndef LATTICED_CLIENT_CPP_LIBRARY_PATCHES_POINT_BLOCK_H_

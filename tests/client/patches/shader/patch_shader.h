@@ -13,7 +13,7 @@
 
 #include "absl/status/statusor.h"
 #include "client/cpp/library/patches/patch_evaluator.h"
-#include "tests/client/patches/patch_scene.h"
+#include "tests/core/patches/patch_scene.h"
 
 namespace latticed::testing {
 

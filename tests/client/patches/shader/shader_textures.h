@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "core/base/vec.h"
-#include "tests/client/patches/patch_scene.h"
+#include "tests/core/patches/patch_scene.h"
 
 namespace latticed::testing {
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-#include "tests/client/patches/patch_scene.h"
+#include "tests/core/patches/patch_scene.h"
 
 #include <algorithm>
 #include <utility>
@@ -12,8 +12,6 @@
 #include "core/patches/patch_plan_writer.h"
 
 namespace latticed::testing {
-namespace {
-
 std::vector<uint8_t> EdgeBounds(std::shared_ptr<const DeformPlan> plan,
                                 std::span<const Vec3d> control_points) {
   const auto bounds = AdaptiveReference(plan).Bounds(control_points);
@@ -29,8 +27,6 @@ std::vector<uint8_t> EdgeBounds(std::shared_ptr<const DeformPlan> plan,
   for (const double bound : largest) bytes.push_back(EdgeBoundByte(bound, unit));
   return bytes;
 }
-
-}  // namespace
 
 PlanMessages WritePlan(std::shared_ptr<const DeformPlan> plan, RestNormals normals) {
   auto writer = PatchPlanWriter::Create(std::move(plan), normals);

@@ -3,13 +3,15 @@
 //
 // A scene whose patches a client evaluates: the plan of a server, the same plan as its messages tell it, and edge bounds
 // from the reference in double.
-#ifndef LATTICED_TESTS_CLIENT_PATCHES_PATCH_SCENE_H_
-#define LATTICED_TESTS_CLIENT_PATCHES_PATCH_SCENE_H_
+#ifndef LATTICED_TESTS_CORE_PATCHES_PATCH_SCENE_H_
+#define LATTICED_TESTS_CORE_PATCHES_PATCH_SCENE_H_
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
+#include "absl/status/statusor.h"
 #include "core/base/vec.h"
 #include "core/ffd/deform_plan.h"
 #include "core/ffd/direct_ffd.h"
@@ -42,6 +44,10 @@ struct PatchScene {
   double size() const;
 };
 
+// A byte for each edge, from bounds in double.
+[[nodiscard]] std::vector<uint8_t> EdgeBounds(std::shared_ptr<const DeformPlan> plan,
+                                              std::span<const Vec3d> control_points);
+
 [[nodiscard]] PatchScene MakePatchScene(const PolygonMesh& mesh, const LatticeStructure& structure,
                                         std::vector<Vec3d> control_points, RestNormals normals);
 // A random mesh in a random lattice (DrawCase), with control points moved by `jitter`.
@@ -49,4 +55,4 @@ struct PatchScene {
 
 }  // namespace latticed::testing
 
-#endif  // LATTICED_TESTS_CLIENT_PATCHES_PATCH_SCENE_H_
+#endif  // LATTICED_TESTS_CORE_PATCHES_PATCH_SCENE_H_
