@@ -58,13 +58,22 @@ PatchPlanReader::PatchPlanReader(const PatchPlanHeader& header) {
   plan_.chunk_edges.push_back(0);
 }
 
-absl::Status PatchPlanReader::CheckRun(const PatchRun& run) const {
+absl::Status PatchPlanReader::CheckHeader() const {
   const PatchPlanHeader& header = plan_.header;
-  const uint64_t first = plan_.patches.size(), inside = header.patch_count - header.patches_outside;
   if (header.patches_outside > header.patch_count || header.patch_count > limits::kMaxPatches) {
     return error::InvalidField("header.patch_count",
                                "is smaller than patches_outside, or too large");
   }
+  if (!IsFinite(header.origin)) return error::NotFinite("header.origin");
+  if (!(header.curvature_unit > 0)) {
+    return error::InvalidField("header.curvature_unit", "is not above 0");
+  }
+  return absl::OkStatus();
+}
+
+absl::Status PatchPlanReader::CheckRun(const PatchRun& run) const {
+  const PatchPlanHeader& header = plan_.header;
+  const uint64_t first = plan_.patches.size(), inside = header.patch_count - header.patches_outside;
   if (run.first_patch != first) {
     return error::InvalidField("run.first_patch",
                                fmt::format("is {}, {} comes next", run.first_patch, first));
@@ -84,6 +93,7 @@ absl::Status PatchPlanReader::CheckRun(const PatchRun& run) const {
 }
 
 absl::Status PatchPlanReader::Add(const PatchRun& run) {
+  LATTICED_RETURN_IF_ERROR(CheckHeader());
   LATTICED_RETURN_IF_ERROR(CheckRun(run));
   const RestNormals normals = plan_.header.normals;
   const size_t corner_bytes = size_t{12} * run.patches, place_bytes = size_t{12} * run.new_vertices;

@@ -34,6 +34,7 @@ class PatchPlanReader {
   [[nodiscard]] absl::StatusOr<PatchPlan> Finish();
 
  private:
+  absl::Status CheckHeader() const;
   absl::Status CheckRun(const PatchRun& run) const;
   void ReadPlaces(std::string_view bytes, uint32_t count);
   void ReadRestNormals(std::string_view bytes, uint32_t count);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A view of bounds alone on the device: one byte per edge, and no vertices. Twin of core/cpu/adaptive/edge_bound_view.h.
+// A view of bounds alone on the device: one byte per edge, and no vertices. Twin of core/cpu/adaptive/bounds/edge_bound_view.h.
 //
 // An evaluation bounds the named patches, takes the largest bounds of all edges, and waits. Bytes that changed are in the
 // host's memory then, so Read and Encode ask nothing of the device.

@@ -32,6 +32,15 @@ TEST(DamagedPlan, OfAnotherLatticeIsRefused) {
   }
 }
 
+TEST(DamagedPlan, WithoutAnOutsideBoxIsRefused) {
+  const auto read = std::make_shared<PatchPlan>(testing::ReadPlan(testing::Whole()).value());
+  ASSERT_GT(read->header.patches_outside, 0u);
+  read->header.outside_upper.x = read->header.outside_lower.x;
+
+  EXPECT_THAT(PatchEvaluator::Create(read, testing::HalfTorus()->structure).status(),
+              StatusIs(kRefused));
+}
+
 TEST(PatchEvaluator, RefusesArgumentsThatDoNotFit) {
   const testing::PatchScene scene = testing::DrawPatchScene(3, 0.4, RestNormals::kFacet);
   auto evaluator = PatchEvaluator::Create(scene.read, scene.plan->structure);

@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <functional>
 #include <random>
 #include <string>
@@ -33,6 +34,9 @@ TEST(PatchPlanReader, RefusesWithTheFieldsName) {
       {"seams", [](PlanMessages& m) { m.runs.pop_back(); }},
       {"run.patches", [](PlanMessages& m) { m.header.patches_outside -= 1; }},
       {"run.patches", [](PlanMessages& m) { m.runs[0].patches = 5000; }},
+      {"header.patch_count", [](PlanMessages& m) { m.header.patch_count = 1; }},
+      {"header.origin", [](PlanMessages& m) { m.header.origin.y = std::nan(""); }},
+      {"header.curvature_unit", [](PlanMessages& m) { m.header.curvature_unit = 0; }},
       {"run.first_patch", [](PlanMessages& m) { m.runs[1].first_patch += 1; }},
       {"run.new_vertices", [](PlanMessages& m) { m.runs[0].new_vertices = 4'000'000'000; }},
       {"run.new_normals", [](PlanMessages& m) { m.runs[0].new_normals = m.runs[0].patches + 1; }},

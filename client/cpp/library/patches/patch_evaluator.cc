@@ -108,6 +108,11 @@ PatchEvaluator::PatchEvaluator(std::shared_ptr<const PatchPlan> plan,
 absl::StatusOr<PatchEvaluator> PatchEvaluator::Create(std::shared_ptr<const PatchPlan> plan,
                                                       const LatticeStructure& structure) {
   LATTICED_RETURN_IF_ERROR(Validate(structure));
+  const Vec3d outside = plan->header.outside_upper - plan->header.outside_lower;
+  const bool has_outside_box = IsFinite(outside) && outside.x > 0 && outside.y > 0 && outside.z > 0;
+  if (plan->header.patches_outside > 0 && !has_outside_box) {
+    return error::InvalidField("plan", "has patches outside the frame, but no box of theirs");
+  }
   PatchEvaluator evaluator(std::move(plan), structure);
   LATTICED_RETURN_IF_ERROR(evaluator.CheckSeams(structure));
   LATTICED_RETURN_IF_ERROR(evaluator.FindBoxes());
