@@ -13,7 +13,7 @@ import { build } from 'esbuild';
 import { compressFiles } from './compress.mjs';
 
 const [what, out] = process.argv.slice(2);
-const common = { bundle: true, preserveSymlinks: true, sourcemap: true, target: 'es2022', logLevel: 'warning' };
+const common = { bundle: true, preserveSymlinks: true, sourcemap: true, target: 'es2022', logLevel: 'warning', loader: { '.vert': 'text' } };
 
 // Bundles files for a browser. Returns the name with its hash of each entry point: { main: 'main-2Q7DJWPX.js' }.
 async function bundleAssets(entryPoints, to, define = {}) {
@@ -26,7 +26,7 @@ async function bundleAssets(entryPoints, to, define = {}) {
     minify: true,
     metafile: true,
     define,
-    loader: { '.wasm': 'copy', '.obj': 'copy', '.json': 'copy' },
+    loader: { ...common.loader, '.wasm': 'copy', '.obj': 'copy', '.json': 'copy' },
     external: ['fs', 'path', 'node:fs', 'node:path'],  // draco3d uses them only in Node
     legalComments: 'linked',
   });

@@ -1,0 +1,151 @@
+#version 300 es
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Evaluates points of patches, as patches.proto defines: one vertex is one point. Transform feedback takes `point` and
+// `pointNormal`; there is nothing to draw. The shader stands alone: any program with OpenGL ES 3.0 can compile this file.
+//
+// Defines   DEGREE_0, DEGREE_1, DEGREE_2: the lattice's degree on each axis, 1 to 3; inserted after the first line
+// Textures  their rows are WIDTH texels long, and texels are numbered row by row. Sampled by texelFetch alone:
+//   patches   RGBA32I, four texels a patch. Texels 0 to 2 are its corners: x y z are the place of the corner less 65535
+//             times the patch's span on each axis, w is the number of its rest normal. Texel 3: x is the number of the
+//             patch's box, or 0 for the outside box; y has bit a set if the patch's span on axis a is above 0; z is 0,
+//             or one more than the number of its seam record; w is 0
+//   seams     RGBA32I, three texels a record, one for each corner k: x y z are its places in the outside box; w has
+//             bit 0 set while the corner's seam is attached, and bit 1 while that of edge k is
+//   boxes     RGBA32F, COEFFICIENTS texels a box. Texel i + (DEGREE_0 + 1) (j + (DEGREE_1 + 1) k) has in x y z the factor
+//             of l_0^i l_1^j l_2^k in the position relative to the origin. The w of texel (1,0,0) is the width of the
+//             box's span on axis 0, that of (0,1,0) on axis 1, that of (0,0,1) on axis 2; only their ratios count. Box 0
+//             is the outside box; the box of spans a, b, c has the number 1 + a boxSteps.x + b boxSteps.y + c boxSteps.z
+//   normals   RGBA32F, a texel for each rest normal
+// Result    the same integers give the same bits of `point` in one call of a program, whatever the patch
+precision highp float;
+precision highp int;
+precision highp sampler2D;
+precision highp isampler2D;
+
+#ifndef DEGREE_0
+#define DEGREE_0 2
+#define DEGREE_1 2
+#define DEGREE_2 2
+#endif
+
+const int WIDTH = 2048;
+const int COEFFICIENTS = (DEGREE_0 + 1) * (DEGREE_1 + 1) * (DEGREE_2 + 1);
+const int KNOT = 65535;  // a span in places
+const int CORNER_ATTACHED = 1;
+const int EDGE_ATTACHED = 2;
+
+uniform isampler2D patches;
+uniform isampler2D seams;
+uniform sampler2D boxes;
+uniform sampler2D normals;
+uniform int denominator;  // the sum of a point's three integers: a power of two, at most 4096
+uniform ivec3 boxSteps;  // the step of a box's number along each axis
+uniform mat3 conormals;  // column a: the world position's change at rest along axis a; all negative in a left-handed frame
+
+in uvec2 patchPlace;  // the patch, and i_1 | i_2 << 16 of the point; i_0 is the rest of the denominator
+
+out vec3 point;  // relative to the origin, in world units
+out vec3 pointNormal;  // of unit length
+
+ivec4 integersAt(isampler2D data, int texel) {
+  return texelFetch(data, ivec2(texel % WIDTH, texel / WIDTH), 0);
+}
+
+vec4 numbersAt(sampler2D data, int texel) {
+  return texelFetch(data, ivec2(texel % WIDTH, texel / WIDTH), 0);
+}
+
+// From sums of places to -1/2 to 1/2. Only the conversion to float and the product round.
+vec3 localCoordinates(ivec3 sums) {
+  return vec3(2 * sums - KNOT * denominator) * (0.5 / float(KNOT * denominator));
+}
+
+// A box's polynomial at l, and its derivatives along the axes: nested Horner schemes.
+void evaluate(int box, vec3 l, out vec3 value, out mat3 derivatives) {
+  value = vec3(0.0);
+  derivatives = mat3(0.0);
+  int at = COEFFICIENTS * (box + 1);
+  for (int k = DEGREE_2; k >= 0; --k) {
+    vec3 plane = vec3(0.0);
+    vec3 plane0 = vec3(0.0);
+    vec3 plane1 = vec3(0.0);
+    for (int j = DEGREE_1; j >= 0; --j) {
+      vec3 line = vec3(0.0);
+      vec3 line0 = vec3(0.0);
+      for (int i = DEGREE_0; i >= 0; --i) {
+        line0 = line0 * l.x + line;
+        line = line * l.x + numbersAt(boxes, --at).xyz;
+      }
+      plane1 = plane1 * l.y + plane;
+      plane0 = plane0 * l.y + line0;
+      plane = plane * l.y + line;
+    }
+    derivatives[2] = derivatives[2] * l.z + value;
+    derivatives[1] = derivatives[1] * l.z + plane1;
+    derivatives[0] = derivatives[0] * l.z + plane0;
+    value = value * l.z + plane;
+  }
+}
+
+vec3 widthsOf(int box) {
+  int first = COEFFICIENTS * box;
+  return vec3(numbersAt(boxes, first + 1).w, numbersAt(boxes, first + DEGREE_0 + 1).w,
+              numbersAt(boxes, first + (DEGREE_0 + 1) * (DEGREE_1 + 1)).w);
+}
+
+void main() {
+  int patchNumber = int(patchPlace.x);
+  ivec3 weights;
+  weights.y = int(patchPlace.y & 0xffffu);
+  weights.z = int(patchPlace.y >> 16);
+  weights.x = denominator - weights.y - weights.z;
+  ivec4 corners[3];
+  for (int k = 0; k < 3; ++k) corners[k] = integersAt(patches, 4 * patchNumber + k);
+  ivec4 facts = integersAt(patches, 4 * patchNumber + 3);
+  ivec3 own = weights.x * corners[0].xyz + weights.y * corners[1].xyz + weights.z * corners[2].xyz;
+
+  // A point on a knot plane counts as of the lower box, so that it has the same place in all patches.
+  ivec3 sums = own;
+  int box = facts.x;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (sums[axis] == 0 && (facts.y & (1 << axis)) != 0) {
+      sums[axis] = KNOT * denominator;
+      box -= boxSteps[axis];
+    }
+  }
+  if (facts.z != 0) {
+    ivec4 outside[3];
+    for (int k = 0; k < 3; ++k) outside[k] = integersAt(seams, 3 * (facts.z - 1) + k);
+    bool isAttached = false;
+    for (int k = 0; k < 3; ++k) {
+      bool isCorner = weights[k] == denominator;
+      bool isOnEdge = weights[(k + 2) % 3] == 0;
+      if (isCorner && (outside[k].w & CORNER_ATTACHED) != 0) isAttached = true;
+      if (isOnEdge && (outside[k].w & EDGE_ATTACHED) != 0) isAttached = true;
+    }
+    if (isAttached) {
+      sums = weights.x * outside[0].xyz + weights.y * outside[1].xyz + weights.z * outside[2].xyz;
+      box = 0;
+    }
+  }
+  vec3 position;
+  mat3 derivatives;
+  evaluate(box, localCoordinates(sums), position, derivatives);  // of all points alike: the bits must not depend on the patch
+  point = position;
+
+  vec3 atRest = float(weights.x) * numbersAt(normals, corners[0].w).xyz + float(weights.y) * numbersAt(normals, corners[1].w).xyz +
+                float(weights.z) * numbersAt(normals, corners[2].w).xyz;
+  vec3 direction = vec3(0.0);
+  if (facts.x != 0) {
+    // The derivatives jump at some knot planes, so normals need the patch's own box.
+    if (box != facts.x) evaluate(facts.x, localCoordinates(own), position, derivatives);
+    vec3 h = widthsOf(facts.x) * (atRest * conormals);
+    direction = h.x * cross(derivatives[1], derivatives[2]) + h.y * cross(derivatives[2], derivatives[0]) +
+                h.z * cross(derivatives[0], derivatives[1]);
+  }
+  if (direction == vec3(0.0)) direction = atRest;
+  direction /= max(max(abs(direction.x), abs(direction.y)), max(abs(direction.z), 1e-37));  // squares must not underflow
+  pointNormal = direction == vec3(0.0) ? vec3(0.0, 0.0, 1.0) : normalize(direction);
+}
