@@ -1,0 +1,109 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+import type { LatticeStructure } from '../lattice/grid';
+import { BoxPolynomials } from './box_polynomials';
+import { conormals } from './conormals';
+import { DataTexture } from './data_texture';
+import { evaluationProgram, PATCH_PLACE, setConstants, TEXTURES } from './evaluation_program';
+import type { PatchPlan } from './patch_plan';
+import { PatchTables } from './patch_tables';
+import { PointBuffers } from './point_buffers';
+import { SeamStates } from './seam_states';
+
+/** The sum of a point's three integers. */
+export const DENOMINATOR = 4096;
+
+/**
+ * Evaluates points of the patches of one plan on the GPU, by transform feedback. Its own calls change what the context has
+ * bound: whoever shares the context must set its state anew.
+ */
+export class PatchEvaluator {
+  readonly buffers: PointBuffers;
+  readonly boxes: BoxPolynomials;
+  private readonly tables: PatchTables;
+  private readonly seams: SeamStates;
+  private readonly program: WebGLProgram;
+  private readonly feedback: WebGLTransformFeedback;
+  private readonly vertexArray: WebGLVertexArrayObject;
+  private readonly textures: Record<keyof typeof TEXTURES, DataTexture>;
+
+  /** Throws, in words, if the GPU or its driver cannot do it. */
+  constructor(private readonly gl: WebGL2RenderingContext, plan: PatchPlan, structure: LatticeStructure) {
+    this.boxes = new BoxPolynomials(structure, plan.origin, plan.outside);
+    this.tables = new PatchTables(plan, this.boxes.steps);
+    this.seams = new SeamStates(plan.seams, structure.size);
+    this.program = evaluationProgram(gl, structure.degree);
+    setConstants(gl, this.program, { denominator: DENOMINATOR, boxSteps: this.boxes.steps, conormals: conormals(structure) });
+    this.textures = {
+      patches: new DataTexture(gl, TEXTURES.patches, this.tables.patches),
+      seams: new DataTexture(gl, TEXTURES.seams, this.tables.seams),
+      boxes: new DataTexture(gl, TEXTURES.boxes, this.boxes.numbers),
+      normals: new DataTexture(gl, TEXTURES.normals, restNormals(plan)),
+    };
+    this.buffers = new PointBuffers(gl);
+    this.feedback = gl.createTransformFeedback();
+    this.vertexArray = gl.createVertexArray();
+    gl.bindVertexArray(this.vertexArray);
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.buffers.places);
+    gl.enableVertexAttribArray(PATCH_PLACE);
+    gl.vertexAttribIPointer(PATCH_PLACE, 2, gl.UNSIGNED_INT, 0, 0);
+    gl.bindVertexArray(null);
+    gl.bindBuffer(gl.ARRAY_BUFFER, null);
+  }
+
+  /** These control points have moved, all if absent. The next `update` takes them into account. */
+  moved(indices?: Iterable<number>): void {
+    this.boxes.moved(indices);
+  }
+
+  /** Takes the control points: computes the boxes that moved ones affect, and which seams are attached. */
+  update(points: Float64Array): void {
+    const changed = this.boxes.update(points);
+    const { perBox, numbers } = this.boxes;
+    for (let i = 0; i < changed.length;) {
+      let end = i + 1;
+      while (end < changed.length && changed[end] === changed[end - 1]! + 1) ++end;
+      this.textures.boxes.write(numbers, perBox * changed[i]!, perBox * (changed[end - 1]! + 1));
+      i = end;
+    }
+    if (changed.length === 0 || !this.seams.update(points)) return;
+    this.tables.attach(this.seams.isAttached);
+    this.textures.seams.write(this.tables.seams);
+  }
+
+  /** Evaluates `count` points from `first`, whose places are in the buffers. Does not wait for the GPU. */
+  evaluate(first: number, count: number): void {
+    if (count === 0) return;
+    const { gl, buffers } = this;
+    gl.useProgram(this.program);
+    for (const texture of Object.values(this.textures)) texture.bind();
+    gl.bindVertexArray(this.vertexArray);
+    gl.bindTransformFeedback(gl.TRANSFORM_FEEDBACK, this.feedback);
+    [buffers.positions, buffers.normals].forEach((buffer, index) =>
+      gl.bindBufferRange(gl.TRANSFORM_FEEDBACK_BUFFER, index, buffer, 12 * first, 12 * count));
+    gl.enable(gl.RASTERIZER_DISCARD);
+    gl.beginTransformFeedback(gl.POINTS);
+    gl.drawArrays(gl.POINTS, first, count);
+    gl.endTransformFeedback();
+    gl.disable(gl.RASTERIZER_DISCARD);
+    for (const index of [0, 1]) gl.bindBufferBase(gl.TRANSFORM_FEEDBACK_BUFFER, index, null); // else they may not be drawn from
+    gl.bindTransformFeedback(gl.TRANSFORM_FEEDBACK, null);
+    gl.bindVertexArray(null);
+  }
+
+  dispose(): void {
+    const { gl } = this;
+    for (const texture of Object.values(this.textures)) texture.dispose();
+    this.buffers.dispose();
+    gl.deleteTransformFeedback(this.feedback);
+    gl.deleteVertexArray(this.vertexArray);
+    gl.deleteProgram(this.program);
+  }
+}
+
+/** Four numbers a texel. A plan without normals has a texel of zeros. */
+function restNormals({ restNormals: normals }: PatchPlan): Float32Array {
+  const texels = new Float32Array(Math.max(4, (4 * normals.length) / 3));
+  for (let i = 0; 3 * i < normals.length; ++i) texels.set(normals.subarray(3 * i, 3 * i + 3), 4 * i);
+  return texels;
+}
