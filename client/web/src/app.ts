@@ -136,6 +136,7 @@ export class App implements CommandTarget {
     this.hud.reset();
     this.hud.element.hidden = false;
     session.on('update', (info) => this.hud.update(info, this.scene?.units ?? facts.units));
+    this.scene.onEvaluated = (ms) => this.hud.evaluated(ms);
     session.on('refused', (text, idle) => (idle ? this.toasts.tell(text) : this.toasts.fail(text)));
     session.on('refitted', (distance) => this.toasts.tell(this.refitInWords(distance)));
     session.on('notKept', (text) => this.toasts.fail(text));
@@ -191,6 +192,10 @@ export class App implements CommandTarget {
   private refresh(): void {
     this.panel.refresh();
     this.showDistances();
+    if (this.scene?.isEvaluated) {
+      const { pointCount, certifiedError } = this.scene.session.surface;
+      this.hud.tellDetail(pointCount, certifiedError, this.scene.units);
+    }
     const extent = this.scene?.session.surface.bounds.getSize(this.viewport.rig.target.clone());
     this.page.extent.textContent = extent && this.scene ? lengthsInWords([extent.x, extent.y, extent.z], this.scene.units) : '';
     for (const toolbar of this.toolbars) toolbar.refresh();

@@ -5,7 +5,7 @@
 // pixels of the exact one where it is nearest. The tolerance is a power of two, so that windows may share a view, and is asked
 // for again only once the camera needs a finer one, or allows one four times as large: an orbit asks for nothing.
 import type { LiveSession } from './session/live_session';
-import type { ViewRequest } from './session/scene_session';
+import type { StreamSettings, ViewRequest } from './session/scene_session';
 import type { Settings, SettingsStore } from './state/settings';
 import { leastTolerance, meetsTolerance } from './surface/grid_tolerance';
 import { pixelSize } from './viewport/pixel_size';
@@ -28,15 +28,29 @@ export function segmentsFor(patches: number, most = MOST_SEGMENTS): number {
   return Math.min(Math.max(Math.floor(Math.sqrt(TRIANGLES_DRAWN / Math.max(patches, 1))), 2), most);
 }
 
-/** The view with which a scene opens, before its surface is known. `height`: that of the picture, in pixels. */
-export function firstView(settings: Settings, { diagonal, patches }: SurfaceSize, height: number): ViewRequest {
-  const { view, detail, pixels } = settings;
+/**
+ * The view with which a scene opens, before its surface is known.
+ *
+ * @param height Of the picture, in pixels.
+ * @param evaluates Whether this page's GPU can evaluate patches.
+ */
+export function firstView(settings: Settings, { diagonal, patches }: SurfaceSize, height: number, evaluates: boolean): ViewRequest {
+  const { detail, pixels } = settings;
+  if (detail === 'tolerance' && settings.view.encoding === 'patches' && evaluates) return { ...settings.view, tolerance: 0, maxPoints: 0 };
+  const view = withPoints(settings.view);
   const tolerance = powerOfTwoBelow((pixels * NEAREST_AT_FIRST * diagonal) / height);
   if (detail === 'segments' || !(tolerance > 0)) return { ...view, tolerance: 0, maxPoints: 0 };
   return { ...view, tolerance, segments: segmentsFor(patches), positionBits: 0 };
 }
 
+/** Without points, segments and bits mean nothing: they come by Draco then. */
+function withPoints(view: StreamSettings): StreamSettings {
+  return view.encoding === 'patches' ? { ...view, encoding: 'draco' } : view;
+}
+
 export class DetailWatch {
+  /** Whether the page asks for patches and evaluates them, where the settings do not say otherwise. */
+  private evaluates: boolean;
   /** The server refused the tolerance, or one finer than this, in world units. Until something else is chosen. */
   private isRefused = false;
   private finest = 0;
@@ -52,6 +66,7 @@ export class DetailWatch {
     private readonly viewport: Viewport,
   ) {
     this.before = settings.value;
+    this.evaluates = viewport.evaluatesPatches;
     this.ends = [
       settings.subscribe((now, before) => {
         if (now.detail !== before.detail || now.pixels !== before.pixels) [this.isRefused, this.finest] = [false, 0];
@@ -68,6 +83,12 @@ export class DetailWatch {
     for (const end of this.ends) end();
   }
 
+  /** The surface cannot be evaluated here: points are asked for. */
+  needsPoints(): void {
+    this.evaluates = false;
+    this.ask();
+  }
+
   /** Called before each frame. Asks for another view if the present one does not fit. */
   ask(): void {
     const view = this.wanted();
@@ -77,8 +98,16 @@ export class DetailWatch {
     this.before = this.settings.value;
   }
 
-  private wanted(): ViewRequest {
+  /** Whether the settings want the page to evaluate patches, and it can. */
+  private get isEvaluated(): boolean {
     const { view, detail } = this.settings.value;
+    return this.evaluates && detail === 'tolerance' && view.encoding === 'patches';
+  }
+
+  private wanted(): ViewRequest {
+    const { view: chosen, detail } = this.settings.value;
+    if (this.isEvaluated) return { ...chosen, tolerance: 0, maxPoints: 0 };
+    const view = withPoints(chosen);
     const tolerance = detail === 'tolerance' && !this.isRefused ? this.tolerance() : 0;
     const { askedView, surface } = this.session;
     if (tolerance === undefined) return {};
@@ -110,6 +139,7 @@ export class DetailWatch {
   /** The server refused a view: what it grants becomes the setting, and a tolerance is not asked for again. */
   private takeBack(granted: ViewRequest): void {
     const { view, detail } = this.settings.value;
+    if (this.isEvaluated && granted.encoding !== 'patches') return this.needsPoints();
     const isTolerance = (granted.tolerance ?? 0) > 0;
     if (detail === 'tolerance' && !isTolerance) this.isRefused = true;
     this.finest = granted.tolerance ?? 0;

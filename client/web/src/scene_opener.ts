@@ -270,6 +270,7 @@ export class SceneOpener {
     // This fails for a scene that the server has lost, which connect() restores.
     const facts = await services.describeScene(id).catch(() => undefined);
     const view = { ...settings.value.view, ...facts?.view };
+    if (view.encoding === 'draco') view.encoding = settings.value.view.encoding; // what scenes have unless somebody chose
     const session = await this.connect(id, await this.firstView({ ...settings.value, view }, facts), isAsked);
     if (session === undefined) return false;
     const wasTextured = settings.value.colouring === 'texture';
@@ -292,7 +293,7 @@ export class SceneOpener {
   private async firstView(settings: Settings, facts: DescribedScene | undefined): Promise<ViewRequest> {
     const extent = facts && (await this.app.services.meshExtent(facts).catch(() => undefined));
     const size = { diagonal: extent ? distance(extent.min, extent.max) : 0, patches: facts?.patches ?? 0 };
-    return firstView(settings, size, this.app.viewport.pictureHeight);
+    return firstView(settings, size, this.app.viewport.pictureHeight, this.app.viewport.evaluatesPatches);
   }
 
   /** @param known What the server has told of the scene with its present lattice; asked for if absent. */

@@ -8,6 +8,7 @@ import { DARK_CAGE, LIGHT_CAGE } from './cage/cage_style';
 import { KnotBoxes } from './cage/knot_boxes';
 import type { Constraint } from './edit/constraint';
 import { DetailWatch } from './detail_watch';
+import { EvaluationWatch } from './evaluation_watch';
 import { Editor } from './edit/editor';
 import { handleHeadline, pullHeadline } from './edit/headline';
 import type { Motion, MotionKind } from './edit/motion';
@@ -49,6 +50,9 @@ export class SceneView {
   private readonly softCircle = new SoftCircle();
   private readonly pullLine = new PullLine();
   private readonly detail: DetailWatch;
+  private readonly evaluation: EvaluationWatch;
+  /** Called when the page has evaluated points after an edit of that age. */
+  onEvaluated?: (ms: number) => void;
   private readonly gizmo: Gizmo;
   private readonly picker: PointPicker;
   private gizmoGesture: TransformGesture | undefined;
@@ -66,6 +70,11 @@ export class SceneView {
     private readonly events: SceneViewEvents,
   ) {
     this.detail = new DetailWatch(session, settings, viewport);
+    this.evaluation = new EvaluationWatch(session, settings, viewport, {
+      changed: () => (this.stale = this.hasMoved = true),
+      evaluated: (ms) => this.onEvaluated?.(ms),
+      failed: () => this.detail.needsPoints(),
+    });
     this.editor = new Editor(session, settings, (text) => this.headline(text));
     this.cage = new Cage(session.lattice, this.editor.selection);
     this.picker = new PointPicker(viewport, this.editor);
@@ -93,6 +102,11 @@ export class SceneView {
     this.listen();
     this.applySettings(settings.value);
     this.refresh();
+  }
+
+  /** Whether the page evaluates the surface by itself. */
+  get isEvaluated(): boolean {
+    return this.evaluation.isActive;
   }
 
   get units(): Units {
@@ -166,6 +180,7 @@ export class SceneView {
     this.closeDialog?.();
     for (const end of this.ends) end();
     this.detail.dispose();
+    this.evaluation.dispose();
     this.pointer.dispose();
     this.editor.dispose();
     this.gizmo.dispose();

@@ -16,6 +16,8 @@ import { pixelSize } from '@src/viewport/pixel_size';
 import type { Viewport } from '@src/viewport/viewport';
 
 const HEIGHT = 1000;
+/** As where the page's GPU cannot evaluate patches. */
+const WITH_POINTS: Settings = { ...DEFAULT_SETTINGS, view: { ...DEFAULT_SETTINGS.view, encoding: 'draco' } };
 const boxes = (...list: Box3[]) => (visit: (box: Box3) => void): void => list.forEach((box) => visit(box.clone()));
 const cube = (x: number, y: number, z: number, half = 1): Box3 =>
   new Box3(new Vector3(x - half, y - half, z - half), new Vector3(x + half, y + half, z + half));
@@ -51,25 +53,27 @@ test('points of 12 bits meet what two thirds of a tolerance leave them; no bits 
 test('segments are fewer for more patches; the first tolerance follows from the size of the mesh', () => {
   assert.deepEqual([1, 6000, 17_068, 1e6].map((patches) => segmentsFor(patches)), [32, 10, 5, 2]);
   assert.equal(segmentsFor(1, 10), 10);
-  const { tolerance, segments, positionBits } = firstView(DEFAULT_SETTINGS, { diagonal: 10, patches: 6000 }, HEIGHT);
+  const { tolerance, segments, positionBits } = firstView(WITH_POINTS, { diagonal: 10, patches: 6000 }, HEIGHT, false);
   assert.deepEqual([tolerance, segments, positionBits], [2 ** -9, 10, 0]); // 0.5 pixels of 6 units over 1000 are 0.003
-  const unknown = firstView(DEFAULT_SETTINGS, { diagonal: 0, patches: 0 }, HEIGHT);
+  const unknown = firstView(WITH_POINTS, { diagonal: 0, patches: 0 }, HEIGHT, false);
   assert.deepEqual([unknown.tolerance, unknown.segments], [0, 10]);
-  const bySegments = firstView({ ...DEFAULT_SETTINGS, detail: 'segments' }, { diagonal: 10, patches: 6000 }, HEIGHT);
+  const bySegments = firstView({ ...WITH_POINTS, detail: 'segments' }, { diagonal: 10, patches: 6000 }, HEIGHT, false);
   assert.equal(bySegments.tolerance, 0);
+  const evaluated = firstView(DEFAULT_SETTINGS, { diagonal: 10, patches: 6000 }, HEIGHT, true);
+  assert.deepEqual([evaluated.encoding, evaluated.tolerance], ['patches', 0]);
 });
 
 /** A watch of a cube of two units before a camera that looks at it, and what it has asked for. */
 class Watched {
   readonly asked: ViewRequest[] = [];
-  readonly settings = new Store<Settings>({ ...DEFAULT_SETTINGS });
+  readonly settings = new Store<Settings>({ ...WITH_POINTS });
   readonly camera = perspective(11);
   readonly surface = { layout: {}, patchCount: 6000, grid: { range: 4 }, bounds: cube(0, 0, 0), eachBox: boxes(cube(0, 0, 0)) };
   readonly listeners: Record<string, (data: object) => void> = {};
   askedView: ViewRequest;
   readonly watch: DetailWatch;
 
-  constructor(asked: ViewRequest = { ...DEFAULT_SETTINGS.view, tolerance: 2 ** -8, segments: 10, positionBits: 0, maxPoints: 100_000 }) {
+  constructor(asked: ViewRequest = { ...WITH_POINTS.view, tolerance: 2 ** -8, segments: 10, positionBits: 0, maxPoints: 100_000 }) {
     this.askedView = asked;
     const own = this;
     const session = {

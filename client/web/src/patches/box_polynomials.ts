@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import { AXES, placeOf, type LatticeStructure } from '../lattice/grid';
 import type { Vec3 } from '../lattice/vec';
-import { KNOT, type PatchPlan } from './patch_plan';
+import { KNOT, type PatchPlan } from './plan/patch_plan';
 import { spansOf, type Span } from './span_basis';
 
 /**
@@ -118,16 +118,19 @@ export class BoxPolynomials {
     const [s0, s1, s2] = spans;
     const first = 4 * this.perBox * box;
     for (const axis of AXES) {
+      // Relative to a control point of the box, so that derivatives are exactly 0 where all of them coincide.
+      const base = points[3 * (s0.firstPoint + size[0] * (s1.firstPoint + size[1] * s2.firstPoint)) + axis]!;
       let values: number[] = [];
       for (let k = 0; k < t2; ++k) {
         for (let j = 0; j < t1; ++j) {
           const row = s0.firstPoint + size[0] * (s1.firstPoint + j + size[1] * (s2.firstPoint + k));
-          for (let i = 0; i < t0; ++i) values.push(points[3 * (row + i) + axis]! - this.origin[axis]);
+          for (let i = 0; i < t0; ++i) values.push(points[3 * (row + i) + axis]! - base);
         }
       }
       values = contracted(values, s0.factors, 1, t0);
       values = contracted(values, s1.factors, t0, t1);
       values = contracted(values, s2.factors, t0 * t1, t2);
+      values[0]! += base - this.origin[axis];
       for (let n = 0; n < this.perBox; ++n) this.numbers[first + 4 * n + axis] = values[n]!;
     }
     for (const axis of AXES) this.numbers[first + 4 * this.placeOf(axis) + 3] = spans[axis].width;

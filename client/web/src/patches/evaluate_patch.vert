@@ -47,7 +47,7 @@ uniform mat3 conormals;  // column a: the world position's change at rest along 
 in uvec2 patchPlace;  // the patch, and i_1 | i_2 << 16 of the point; i_0 is the rest of the denominator
 
 out vec3 point;  // relative to the origin, in world units
-out vec3 pointNormal;  // of unit length
+out vec3 pointNormal;  // of unit length, or zero where none is defined
 
 ivec4 integersAt(isampler2D data, int texel) {
   return texelFetch(data, ivec2(texel % WIDTH, texel / WIDTH), 0);
@@ -147,5 +147,5 @@ void main() {
   }
   if (direction == vec3(0.0)) direction = atRest;
   direction /= max(max(abs(direction.x), abs(direction.y)), max(abs(direction.z), 1e-37));  // squares must not underflow
-  pointNormal = direction == vec3(0.0) ? vec3(0.0, 0.0, 1.0) : normalize(direction);
+  pointNormal = direction == vec3(0.0) ? direction : normalize(direction);
 }

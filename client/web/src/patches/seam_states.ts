@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 import { indexOf, type Axes } from '../lattice/grid';
-import type { Seams } from './patch_plan';
+import type { Seams } from './plan/patch_plan';
 
 /** Which seams are attached: those whose control points are all at their identity points (patches.proto, Seams). */
 export class SeamStates {

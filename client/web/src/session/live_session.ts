@@ -9,6 +9,7 @@ import { edits, fromEdit, toSurfacePoint } from '../wire/edit_message';
 import { randomUuid } from '../wire/ids';
 import { fromVector } from '../wire/lattice_message';
 import type { DownloadedMesh } from '../wire/mesh_download';
+import type { LatticedServer } from '../wire/latticed_server';
 import { ServerError } from '../wire/server_error';
 import { targetsOf } from './edits/edit_targets';
 import type { LatticeEdit, SurfacePoint } from './edits/lattice_edit';
@@ -51,6 +52,10 @@ export class LiveSession {
     const { shown } = this.sync;
     if (!shown) throw new Error('the session is not ready');
     return shown;
+  }
+
+  get server(): LatticedServer {
+    return this.parts.server;
   }
 
   get surface(): SurfaceMesh {
@@ -107,6 +112,11 @@ export class LiveSession {
   /** All control points at once, x y z each. */
   replace(points: Float64Array): void {
     this.sync.step(edits.replace(points), { indices: Uint32Array.from(indicesTo(this.lattice.count)), positions: points.slice() });
+  }
+
+  /** Whether the lattice that is shown is the server's at this revision, without edits that it lacks. */
+  isAt(revision: number): boolean {
+    return this.sync.isAt(BigInt(revision));
   }
 
   /** What was asked for last. */

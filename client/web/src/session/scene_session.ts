@@ -92,7 +92,8 @@ export interface ViewRequest {
   /** Most points while edits come. 0: no limit. */
   readonly maxPoints?: number;
   readonly normals?: 'facet' | 'smooth' | 'none';
-  readonly encoding?: 'draco' | 'quantised' | 'raw';
+  /** patches: no points come, and the page evaluates them by itself, within a tolerance of its own. */
+  readonly encoding?: 'draco' | 'quantised' | 'raw' | 'patches';
   /** 8 to 16. 0 with a tolerance: the least that meet it. */
   readonly positionBits?: number;
   /** 6 to 12. */

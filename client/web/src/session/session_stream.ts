@@ -165,7 +165,7 @@ export class SessionStream implements ConnectionHost {
       this.parts.server.refusesPresence = true;
       return 'open';
     }
-    if (this.dropTolerance(error)) return 'open';
+    if (this.dropPatches(error) || this.dropTolerance(error)) return 'open';
     try {
       const restored = error.code === Code.NotFound ? await this.parts.keeper.restore(this.sync.shown) : undefined;
       if (restored) {
@@ -216,9 +216,10 @@ export class SessionStream implements ConnectionHost {
   }
 
   private updated(update: ReceivedUpdate): void {
-    const { end, surface } = update;
+    const { end, surface, edges } = update;
     const start = performance.now();
     if (surface) this.parts.surface.apply(surface);
+    if (edges) this.parts.surface.edgeBounds.take(edges);
     const upload = performance.now() - start;
     if (!update.ofLostStream) this.startsAnew = false;
     if (!this.startsAnew) this.resumeToken = end.resumeToken as Uint8Array<ArrayBuffer>;
@@ -230,7 +231,7 @@ export class SessionStream implements ConnectionHost {
     const { evaluateUs = 0, encodeUs = 0 } = end.timings ?? {};
     this.listeners.emit('update', {
       revision: Number(end.revision), ...(msFromEdit !== undefined && { msFromEdit }), bytes: update.bytes,
-      patchesSent: update.patches, patchesAll: this.parts.surface.patchCount, points: this.parts.surface.pointCount,
+      patchesSent: update.patches, patchesAll: edges?.layout.patchCount ?? this.parts.surface.patchCount, points: this.parts.surface.pointCount,
       certifiedError: end.certifiedError, fullDetail: end.fullDetail,
       times: { server: (evaluateUs + encodeUs) / 1000, transfer: update.transferMs, decode: update.decodeMs, upload },
     });
@@ -254,6 +255,15 @@ export class SessionStream implements ConnectionHost {
     this.view = grantedView;
     this.listeners.emit('refused', inWords(error));
     this.listeners.emit('view', grantedView);
+  }
+
+  /** Goes on with points from the server, if it has no patches for this scene. Returns whether that was it. */
+  private dropPatches(error: ServerError): boolean {
+    if (error.code !== Code.InvalidArgument || this.view.encoding !== 'patches') return false;
+    this.view = { ...this.view, encoding: 'draco' };
+    this.startAnew();
+    this.listeners.emit('view', this.view);
+    return true;
   }
 
   /**

@@ -2,7 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 import type { Chunks, Quantisation, Topology, UpdateBegin, UpdateEnd } from 'latticed/v1/event_pb';
 import { NormalMode, type ViewOptions } from 'latticed/v1/view_pb';
+import type { ChunkForm } from '../decode/chunk_form';
 import type { DecodePool, PendingChunk } from '../decode/decode_pool';
+import type { EdgeUpdate } from '../patches/levels/edge_bounds';
 import type { Grid, SurfaceUpdate } from '../surface/surface_update';
 import { TopologyLayout, type PatternCodes } from '../surface/topology_layout';
 import { vector } from '../wire/lattice_message';
@@ -13,6 +15,8 @@ interface Incoming {
   readonly view: ViewOptions | undefined;
   readonly begun: number;  // performance.now()
   readonly chunks: Map<number, { readonly codes: PatternCodes; readonly decoding: PendingChunk }>;
+  /** Bounds of edges, in a view without points. */
+  readonly bounds: Map<number, Uint8Array>;
   layout?: TopologyLayout;
   grid?: Grid;
   unseen?: bigint;
@@ -28,6 +32,8 @@ export interface ReceivedUpdate extends Pick<Incoming, 'ofLostStream' | 'unseen'
   readonly end: UpdateEnd;
   /** Absent if no chunk changed. */
   readonly surface: SurfaceUpdate | undefined;
+  /** The same for a view without points. */
+  readonly edges: EdgeUpdate | undefined;
   /** Patches in its chunks, each counted once. */
   readonly patches: number;
   /** From update_begin to update_end, in ms. */
@@ -75,23 +81,33 @@ export class UpdateReceiver {
 
   begin({ view }: UpdateBegin): void {
     this.drop(this.incoming);
-    this.incoming = { view, begun: performance.now(), chunks: new Map(), bytes: 0, isCancelled: false, ofLostStream: false };
+    this.incoming = { view, begun: performance.now(), chunks: new Map(), bounds: new Map(), bytes: 0, isCancelled: false, ofLostStream: false };
   }
 
   chunks(message: Chunks): void {
     const update = this.incoming;
     if (!update) return;
     const layout = this.layouts.get(message.topologyId);
+    if (layout && update.view && encodingOf(update.view) === 'patches') return this.takeBounds(update, layout, message);
     const grid = this.grids.get(message.quantisationId);
     if (!layout || !grid || !update.view) throw new Error('chunks of a layout or grid that was not sent');
     Object.assign(update, { layout, grid });
     for (const { index, data, levels } of message.chunks) {
       update.bytes += data.length + levels.length;
       const codes = codesOf(levels);
+      const encoding = encodingOf(update.view) as ChunkForm['encoding'];
       const decoding = this.pool.decode(data as Uint8Array<ArrayBuffer>, {
-        encoding: encodingOf(update.view), points: layout.pointsOf(index, codes),
+        encoding, points: layout.pointsOf(index, codes),
         normals: hasNormals(update.view), normalBits: grid.normalBits });
       update.chunks.set(index, { codes, decoding });
+    }
+  }
+
+  private takeBounds(update: Incoming, layout: TopologyLayout, { chunks }: Chunks): void {
+    update.layout = layout;
+    for (const { index, data } of chunks) {
+      update.bytes += data.length;
+      update.bounds.set(index, data);
     }
   }
 
@@ -130,11 +146,12 @@ export class UpdateReceiver {
         Array.from(update.chunks, async ([index, { codes, decoding }]) => ({ index, codes, decoded: await decoding.result })));
       if (update.isCancelled) return;
       this.ended = undefined;
-      const { layout, grid, view } = update;
+      const { layout, grid, view, bounds } = update;
       this.received({
         ...update, end,
         surface: layout && grid && chunks.length ? { layout, grid, normals: hasNormals(view), chunks } : undefined,
-        patches: chunks.reduce((sum, { index }) => sum + layout!.patchesOf(index), 0),
+        edges: layout && bounds.size ? { layout, normals: view!.normals, chunks: bounds } : undefined,
+        patches: [...update.chunks.keys(), ...bounds.keys()].reduce((sum, index) => sum + layout!.patchesOf(index), 0),
         transferMs: at - update.begun,
         decodeMs: performance.now() - at,
       });
@@ -151,6 +168,7 @@ export class UpdateReceiver {
       if (!sameForm || newer.chunks.has(index)) chunk.decoding.cancel();
       else newer.chunks.set(index, chunk);
     }
+    for (const [index, bounds] of sameForm ? older.bounds : []) if (!newer.bounds.has(index)) newer.bounds.set(index, bounds);
     if (!newer.layout) Object.assign(newer, { layout: older.layout, grid: older.grid });
     newer.bytes += older.bytes;
   }

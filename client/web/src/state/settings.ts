@@ -55,7 +55,7 @@ export const DEFAULT_SETTINGS = {
   detail: 'tolerance' as 'tolerance' | 'segments',
   /** The tolerance. */
   pixels: 0.5,
-  view: { segments: 10, normals: 'smooth', encoding: 'draco', positionBits: 12, normalBits: 8 } as StreamSettings,
+  view: { segments: 10, normals: 'smooth', encoding: 'patches', positionBits: 12, normalBits: 8 } as StreamSettings,
   /** The format in which a surface was exported last. */
   exportFormat: 'glb' as ExportFormat,
   exportGeometry: 'exact' as ExportGeometry,

@@ -4,6 +4,7 @@ import {
   BufferAttribute, BufferGeometry, DynamicDrawUsage, IntType, InterleavedBuffer, InterleavedBufferAttribute,
 } from 'three';
 import { NUMBERS_PER_POINT, type PointNumbers } from '../decode/chunk_form';
+import { drawCoarsely, setDetail } from './drawn_detail';
 import { PatchPlaces, type ChunkPatterns, type PlacesChange } from './patches/patch_places';
 import { UnsentRanges } from './patches/unsent_ranges';
 import type { TopologyLayout } from './topology_layout';
@@ -80,10 +81,7 @@ export class PointBuffer {
   setDetail(detail: number): void {
     this.detail = detail;
     const newest = this.drawn[0];
-    if (newest === undefined) return;
-    const { details } = newest.places;
-    const { start, count } = details[Math.min(detail, details.length - 1)]!;
-    newest.geometry.setDrawRange(start, count);
+    if (newest) setDetail(newest.geometry, newest.places, detail);
   }
 
   /** Writes the points of a chunk; they reach the GPU with the next frame. */
@@ -111,15 +109,7 @@ export class PointBuffer {
    */
   drawCoarse(triangles: number, draw: () => void): void {
     const { geometry, places } = this.drawn[0]!;
-    const { start, count } = geometry.drawRange;
-    const counts = places.triangleCounts;
-    const few = counts.findIndex((all) => all <= triangles);
-    let detail = few < 0 ? counts.length - 1 : few;
-    if (detail > 0 && counts[detail]! < triangles / 4 && counts[detail - 1]! <= 8 * triangles) --detail;
-    const coarse = places.details[detail]!;
-    if (coarse.count < count) geometry.setDrawRange(coarse.start, coarse.count);
-    draw();
-    geometry.setDrawRange(start, count);
+    drawCoarsely(geometry, places, triangles, draw);
   }
 
   dispose(): void {

@@ -1,19 +1,22 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 import {
-  Box3, Color, DoubleSide, Group, Mesh, Scene, ShaderMaterial, Sphere, Vector2, Vector3, type Camera, type DataArrayTexture,
+  Box3, type BufferGeometry, Color, DoubleSide, Group, Mesh, Scene, ShaderMaterial, Sphere, Vector2, Vector3, type Camera, type DataArrayTexture,
   type Material, type Texture, type WebGLRenderer,
 } from 'three';
+import { EdgeBounds } from '../patches/levels/edge_bounds';
 import { Cavity } from '../light/cavity';
 import { Shadings } from '../light/shadings';
 import { ChunkBounds } from './chunk_bounds';
+import type { EvaluatedPoints } from './evaluated_points';
 import { largestDistance, type DrawnPoints } from './largest_distance';
 import { PatchColours } from './patch_colours';
 import type { PatchFacts, PatchSource } from './patch_source';
 import type { PatchPlaces } from './patches/patch_places';
 import { PointBuffer } from './point_buffer';
 import type { SurfaceLook } from './surface_look';
-import type { Grid, SurfaceUpdate } from './surface_update';
+import type { Evaluation, Grid, SurfaceUpdate } from './surface_update';
+import { redefine } from './shader_defines';
 import { FRAGMENT_SHADER, VERTEX_SHADER } from './surface_shader';
 import type { TopologyLayout } from './topology_layout';
 import { TriangleSides } from './triangle_sides';
@@ -32,7 +35,8 @@ export class SurfaceMesh {
   readonly object = new Group();
   /** World bounds of the surface as received last. */
   readonly bounds = new Box3();
-  private readonly points = new PointBuffer();
+  private readonly streamed = new PointBuffer();
+  private points: PointBuffer | EvaluatedPoints = this.streamed;
   private readonly uniforms = {
     whole: { value: 1 }, octahedralMax: { value: 1 }, step: { value: 1 },
     toRest: { value: new Vector3() }, restCorners: { value: null as Texture | null },
@@ -65,6 +69,10 @@ export class SurfaceMesh {
   /** Called when data for a look cannot be fetched. Once for each cause until another look is chosen. */
   onFailed?: (what: PatchFacts, error: unknown) => void;
   private readonly chunkBounds = new ChunkBounds();
+  /** What has come of a view whose points are evaluated here. */
+  readonly edgeBounds = new EdgeBounds();
+  /** The largest distance of points that are evaluated here from the exact surface, in world units; 0: not known. */
+  certifiedError = 0;
   /** The layout that is drawn; absent before the first update. */
   layout: TopologyLayout | undefined;
   grid: Grid | undefined;
@@ -149,15 +157,42 @@ export class SurfaceMesh {
   apply(update: SurfaceUpdate): void {
     const { layout, grid, normals } = update;
     const float = update.chunks[0]?.decoded.points instanceof Float32Array;
-    const geometry = this.points.prepare(layout, float, update.chunks);
-    if (layout.id !== this.layout?.id) this.takeLayout(layout);
+    const geometry = this.streamed.prepare(layout, float, update.chunks);
+    for (const { index, decoded } of update.chunks) this.streamed.write(index, decoded.points);
+    this.edgeBounds.clear();
+    this.certifiedError = 0;
+    const extents = update.chunks.map(({ index, decoded }) => [index, decoded.extent] as const);
+    this.draw(this.streamed, geometry, layout, grid, normals, extents);
+  }
+
+  /** Draws points that are evaluated here, in place of those that came. */
+  applyEvaluation({ points, grid, normals, extents }: Evaluation): void {
+    this.draw(points, points.drawn!, points.places.layout, grid, normals, extents);
+  }
+
+  /** Whether these are the points that are drawn. */
+  draws(points: EvaluatedPoints): boolean {
+    return this.points === points;
+  }
+
+  /** The points are gone: nothing is drawn until others come. */
+  hide(): void {
+    this.points = this.streamed;
+    this.layout = undefined;
+    this.mesh.visible = false;
+    this.dress();
+  }
+
+  private draw(
+    points: PointBuffer | EvaluatedPoints, geometry: BufferGeometry, layout: TopologyLayout, grid: Grid, normals: boolean,
+    extents: Iterable<readonly [number, Float32Array]>,
+  ): void {
+    if (layout.id !== this.layout?.id || points !== this.points) this.takeLayout(layout);
+    this.points = points;
     this.takeGrid(grid);
-    for (const { index, decoded } of update.chunks) {
-      this.points.write(index, decoded.points);
-      this.chunkBounds.set(index, decoded.extent);
-    }
+    for (const [chunk, extent] of extents) this.chunkBounds.set(chunk, extent);
     const areOthers = this.patches.setLayout(layout);
-    if (areOthers || normals !== this.hasNormals || this.mesh.geometry !== geometry) {
+    if (areOthers || !this.mesh.visible || normals !== this.hasNormals || this.mesh.geometry !== geometry) {
       this.hasNormals = normals;
       this.mesh.geometry = this.ghost.geometry = this.flat.geometry = this.alone.geometry = geometry;
       this.mesh.visible = true;
@@ -232,7 +267,7 @@ export class SurfaceMesh {
 
   dispose(): void {
     this.sides.dispose();
-    this.points.dispose();
+    this.streamed.dispose();
     this.patches.forget();
     this.material.dispose();
     this.ghostMaterial.dispose();
@@ -371,12 +406,4 @@ export class SurfaceMesh {
   private materialOf(options: ConstructorParameters<typeof ShaderMaterial>[0]): ShaderMaterial {
     return new ShaderMaterial({ ...options, uniforms: { ...this.uniforms }, vertexShader: VERTEX_SHADER, fragmentShader: FRAGMENT_SHADER });
   }
-}
-
-/** Compiles the shaders again only if the defines differ. */
-function redefine(material: ShaderMaterial, defines: Record<string, string>): void {
-  const { keys } = Object;
-  if (keys(defines).sort().join() === keys(material.defines ?? {}).sort().join()) return;
-  material.defines = defines;
-  material.needsUpdate = true;
 }

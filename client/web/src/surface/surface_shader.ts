@@ -191,7 +191,7 @@ export const FRAGMENT_SHADER = /* glsl */ `
     #endif
     vec3 toEye = isOrthographic ? vec3(0.0, 0.0, 1.0) : normalize(-viewPosition);
     #ifdef HAS_NORMALS
-      vec3 normal = towardsEye(normalize(viewNormal), toEye);
+      vec3 normal = viewNormal == vec3(0.0) ? toEye : towardsEye(normalize(viewNormal), toEye);
     #else
       vec3 facet = normalize(cross(dFdx(viewPosition), dFdy(viewPosition)));
       vec3 normal = dot(facet, toEye) < 0.0 ? -facet : facet;

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 import type { DecodedChunk } from '../decode/chunk_form';
+import type { EvaluatedPoints } from './evaluated_points';
 import type { ChunkPatterns } from './patches/patch_places';
 import type { TopologyLayout } from './topology_layout';
 
@@ -23,4 +24,13 @@ export interface SurfaceUpdate {
   /** Whether chunks hold normals. */
   readonly normals: boolean;
   readonly chunks: readonly (ChunkPatterns & { readonly decoded: DecodedChunk })[];
+}
+
+/** Points that are evaluated here have changed. */
+export interface Evaluation {
+  readonly points: EvaluatedPoints;
+  readonly grid: Grid;
+  readonly normals: boolean;
+  /** min x y z, max x y z of chunks that have changed, relative to the grid's origin. */
+  readonly extents: ReadonlyMap<number, Float32Array>;
 }

@@ -6,6 +6,7 @@
 import { Box3, Color, Scene, Vector3, WebGLRenderer } from 'three';
 import { snapStep, type TransformView } from '../edit/transform_session';
 import type { Basis, Vec3 } from '../lattice/vec';
+import { refusalOf } from '../patches/gpu/evaluation_program';
 import { Signal } from '../state/signal';
 import { antialiasing } from './antialiasing';
 import { CameraRig } from './camera_rig';
@@ -24,6 +25,9 @@ export class Viewport {
   readonly size: ScreenSize = { width: 1, height: 1 };
   /** The box that the depth range must hold. */
   readonly content = new Box3(new Vector3(-1, -1, -1), new Vector3(1, 1, 1));
+  private readonly drawing = new Signal();
+  /** Calls a listener before each frame that is drawn, and before those of onFrame. The function returned removes it. */
+  readonly onDrawing = this.drawing.on;
   private readonly frame = new Signal();
   private readonly drawn = new Signal<[seen: Promise<void>]>();
   /** Calls a listener before each frame, and each time that a frame must wait. The function returned removes it. */
@@ -43,7 +47,7 @@ export class Viewport {
     const smoothed = antialiasing();
     this.renderer = new WebGLRenderer({ antialias: smoothed === 'every frame', powerPreference: 'high-performance' });
     if (smoothed === 'at rest') this.supersampling = new Supersampling(this.renderer);
-    this.frames = new FrameQueue(this.renderer.getContext() as WebGL2RenderingContext);
+    this.frames = new FrameQueue(this.gl);
     const canvas = this.renderer.domElement;
     canvas.tabIndex = 0;
     canvas.setAttribute('aria-label', 'The deformed surface and its lattice. Press ? for the keys.');
@@ -55,6 +59,16 @@ export class Viewport {
 
   get canvas(): HTMLCanvasElement {
     return this.renderer.domElement;
+  }
+
+  /** The context of the renderer, which sets its state anew after resetState(). */
+  get gl(): WebGL2RenderingContext {
+    return this.renderer.getContext() as WebGL2RenderingContext;
+  }
+
+  /** Whether the GPU can evaluate patches. */
+  get evaluatesPatches(): boolean {
+    return refusalOf(this.gl) === undefined;
   }
 
   /** The height of the picture at rest, in its own pixels. */
@@ -179,6 +193,7 @@ export class Viewport {
   private draw(): void {
     const isSample = this.wantsSample && this.isFine;
     this.isWanted = false;
+    this.drawing.emit();
     this.takePlan();
     this.frame.emit();
     this.rig.updateDepthRange(this.content);

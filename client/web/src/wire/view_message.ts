@@ -5,7 +5,9 @@ import { Encoding, NormalMode, ViewOptionsSchema, type ViewOptions } from 'latti
 import type { ViewRequest } from '../session/scene_session';
 
 const NORMALS = { none: NormalMode.NONE, facet: NormalMode.FACET, smooth: NormalMode.SMOOTH } as const;
-const ENCODINGS = { draco: Encoding.DRACO_POINTS, quantised: Encoding.QUANTISED, raw: Encoding.RAW } as const;
+const ENCODINGS = {
+  draco: Encoding.DRACO_POINTS, quantised: Encoding.QUANTISED, raw: Encoding.RAW, patches: Encoding.PATCHES,
+} as const;
 
 /** An absent field gets the scene's default, but an absent encoding is Draco. */
 export function fromView(view: ViewRequest): ViewOptions {
@@ -21,12 +23,13 @@ export function fromView(view: ViewRequest): ViewOptions {
 }
 
 /** The decoding for chunks of a view in force. */
-export function encodingOf(view: Pick<ViewOptions, 'encoding'>): 'draco' | 'quantised' | 'raw' {
+export function encodingOf(view: Pick<ViewOptions, 'encoding'>): 'draco' | 'quantised' | 'raw' | 'patches' {
   switch (view.encoding) {
     case Encoding.RAW: return 'raw';
     case Encoding.QUANTISED: return 'quantised';
     case Encoding.DRACO_POINTS:
     case Encoding.DRACO_MESH: return 'draco';
+    case Encoding.PATCHES: return 'patches';
     default: throw new Error(`chunks in an encoding that this viewer does not know: ${view.encoding}`);
   }
 }

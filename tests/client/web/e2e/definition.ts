@@ -22,13 +22,16 @@ export interface Shown {
   readonly points: readonly Vec3[];
   /** Of each point its patch, and its barycentrics there. */
   readonly spots: readonly Spot[];
-  /** The step of the position grid, in world units; for floats their error. */
+  /** The step of the position grid, in world units; for floats their error. Where the page evaluates points, a step of 16 bits. */
   readonly step: number;
 }
 
 export async function shownBy(page: Page): Promise<Shown> {
   const { lattice, ...shown } = await page.evaluate((floatStep) => {
-    const surface = window.latticed.scene!.session.surface;
+    const { scene } = window.latticed;
+    const { surface } = scene!.session;
+    const { min, max } = surface.bounds;
+    const sixteenBits = Math.max(max.x - min.x, max.y - min.y, max.z - min.z) / 65_535;
     const layout = surface.layout!;
     const points: Vec3[] = [];
     const spots: Spot[] = [];
@@ -42,7 +45,7 @@ export async function shownBy(page: Page): Promise<Shown> {
       topology: layout.id,
       points,
       spots,
-      step: surface.grid?.step === 1 ? floatStep : surface.grid!.step,
+      step: scene!.isEvaluated ? sixteenBits : surface.grid?.step === 1 ? floatStep : surface.grid!.step,
       lattice: { frame, degree, size, knots: knots.map((k) => [...k]), points: [...controlPoints] },
     };
   }, FLOAT_STEP);

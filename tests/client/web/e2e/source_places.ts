@@ -17,6 +17,8 @@ export interface Spot {
 export interface SourcePlaces {
   /** A place for each spot. */
   readonly places: readonly Vec3[];
+  /** The same places as the server names them (surface.proto, SurfacePoint). */
+  readonly surfacePoints: readonly { readonly face: number; readonly corners: number[]; readonly barycentrics: number[] }[];
   /** Where the spots would be if only the mesh's vertices were moved. */
   readonly flat: (move: (vertex: Vec3) => Vec3) => Vec3[];
   /** How far the patches are from covering each face once; 0 if they do. */
@@ -54,13 +56,17 @@ export async function sourcePlaces(
     const source = [0, 1, 2].map((k) => triangles[face][corners[3 * patch + k] % 3]);
     const weights = [0, 1, 2].map((k) => [...barycentrics.subarray(9 * patch + 3 * k, 9 * patch + 3 * k + 3)] as unknown as Vec3);
     covered[face] += Math.abs(dot(weights[0], cross(weights[1], weights[2]))); // its part of the face's area
-    return { source, weights };
+    return { face, corners: [...corners.subarray(3 * patch, 3 * patch + 3)], source, weights };
   });
   if (spots.at(-1)!.patch !== patches.length - 1) return undefined; // a newer topology is on its way
   const placed = spots.map(({ patch, weights }) => ({ source: patches[patch].source, weights: blend(patches[patch].weights, weights) }));
+  const surfacePoints = spots.map(({ patch, weights }) => {
+    const { face, corners: own, weights: inTriangle } = patches[patch];
+    return { face, corners: own, barycentrics: [...blend(inTriangle, weights)] };
+  });
   const places = placed.map(({ source, weights }) => blend(source, weights));
   const flat = (move: (vertex: Vec3) => Vec3): Vec3[] => placed.map(({ source, weights }) => blend(source.map(move), weights));
-  return { places, flat, uncovered: Math.max(...covered.map((part) => Math.abs(1 - part))) };
+  return { places, surfacePoints, flat, uncovered: Math.max(...covered.map((part) => Math.abs(1 - part))) };
 }
 
 function blend([a, b, c]: readonly Vec3[], [i, j, k]: readonly number[]): Vec3 {

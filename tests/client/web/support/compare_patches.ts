@@ -5,9 +5,9 @@
 import { NormalMode } from 'latticed/v1/view_pb';
 import type { Axes } from '@src/lattice/grid';
 import type { Vec3 } from '@src/lattice/lattice';
-import { DENOMINATOR, PatchEvaluator } from '@src/patches/patch_evaluator';
-import { patternCodes } from '@src/patches/edge_levels';
-import { PlanReader } from '@src/patches/plan_reader';
+import { DENOMINATOR, PatchEvaluator } from '@src/patches/gpu/patch_evaluator';
+import { patternCodes } from '@src/patches/levels/edge_levels';
+import { PlanReader } from '@src/patches/plan/plan_reader';
 import { adaptivePattern } from '@src/surface/patches/adaptive_pattern';
 import { unpacked } from '@src/surface/patches/patch_pattern';
 import { randomPlan } from './random_plan';

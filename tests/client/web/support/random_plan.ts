@@ -143,8 +143,8 @@ async function written(all: ToWrite): Promise<Pick<RandomPlan, 'parts' | 'edgeCo
     const perPatch = mode === NormalMode.FACET ? 1 : mode === NormalMode.SMOOTH ? 3 : 0;
     const rest = coded.slice(perPatch * bounds[run], perPatch * bounds[run + 1]);
     const numbers = [
-      planes(codes, 4), ...[0, 1, 2].map((axis) => planes(differences(news.map((place) => place[axis])), 4)),
-      planes(rest.map(() => 0), 4), ...[0, 1, 2].slice(0, perPatch === 1 ? 2 : 3).map((part) => planes(rest.map((code) => code[part]), 2))];
+      planes(codes, 4), planes([0, 1, 2].flatMap((axis) => differences(news.map((place) => place[axis]))), 4), planes(rest.map(() => 0), 4),
+      planes([0, 1, 2].slice(0, perPatch === 1 ? 2 : 3).flatMap((part) => rest.map((code) => code[part])), 2)];
     runs.push(create(PatchPlanPartSchema, { part: { case: 'run', value: {
       firstPatch: BigInt(bounds[run]), patches: own.length, newVertices: news.length, newNormals: rest.length,
       data: await deflated(Uint8Array.from(numbers.flat())) } } }));

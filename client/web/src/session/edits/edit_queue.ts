@@ -61,6 +61,11 @@ export class EditQueue {
     return this.unansweredBatches.length;
   }
 
+  /** Whether the server's lattice here may lack edits of this window. */
+  get isPending(): boolean {
+    return this.answered.length + this.unanswered > 0;
+  }
+
   /** Adds a batch. With `replace` it takes the place of the gesture's newest batch, if that still waits. */
   add(batch: NewBatch, structureId: bigint, replace = false): void {
     const last = this.waiting.at(-1);

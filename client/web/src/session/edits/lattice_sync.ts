@@ -94,6 +94,11 @@ export class LatticeSync {
     this.listeners.emit('refused', inWords(error), /^NOTHING_TO_/.test(error.reason));
   }
 
+  /** Whether the lattice that is shown is the server's at this revision. */
+  isAt(revision: bigint): boolean {
+    return this.model !== undefined && !this.queue.isPending && this.model.revision <= revision;
+  }
+
   /** Milliseconds since the newest sent edit up to `sequence`; undefined if an earlier call has reported it. */
   ageOf(sequence: bigint): number | undefined {
     return this.queue.ageOf(sequence);

@@ -58,12 +58,22 @@ export class Hud {
       this.values['patches'].textContent =
         `${info.patchesSent.toLocaleString('en')} / ${info.patchesAll.toLocaleString('en')}`;
     }
-    this.values['points'].textContent = info.points.toLocaleString('en');
-    this.values['error'].textContent = info.certifiedError > 0 ? lengthsInWords([info.certifiedError], units, 2) : '–';
+    this.tellDetail(info.points, info.certifiedError, units);
     const { server, transfer, decode, upload } = info.times;
     this.values['latency'].title =
       `The newest: server ${ms(server)}, transfer ${ms(transfer)}, decoding ${ms(decode)}, upload ${ms(upload)}`;
     this.showRate();
+  }
+
+  /** The page has evaluated points after an edit that is `ms` old, before the server has answered. */
+  evaluated(ms: number): void {
+    this.undrawn = performance.now() - ms;
+  }
+
+  /** What is drawn, if the page evaluates it: an update tells otherwise. `error`: 0 where it is not known. */
+  tellDetail(points: number, error: number, units: Units): void {
+    this.values['points'].textContent = points.toLocaleString('en');
+    this.values['error'].textContent = error > 0 ? lengthsInWords([error], units, 2) : '–';
   }
 
   /** Called for each frame; `seen` resolves when its pixels are there. */

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-import type { Axes } from '../lattice/grid';
-import type { Vec3 } from '../lattice/vec';
-import source from './evaluate_patch.vert';
+import type { Axes } from '../../lattice/grid';
+import type { Vec3 } from '../../lattice/vec';
+import source from '../evaluate_patch.vert';
 
 /** The units of the textures. */
 export const TEXTURES = { patches: 0, seams: 1, boxes: 2, normals: 3 } as const;

@@ -1,14 +1,22 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-import type { LatticeStructure } from '../lattice/grid';
-import { BoxPolynomials } from './box_polynomials';
-import { conormals } from './conormals';
+import type { LatticeStructure } from '../../lattice/grid';
+import { BoxPolynomials } from '../box_polynomials';
+import { conormals } from '../conormals';
 import { DataTexture } from './data_texture';
 import { evaluationProgram, PATCH_PLACE, setConstants, TEXTURES } from './evaluation_program';
-import type { PatchPlan } from './patch_plan';
+import type { PatchPlan } from '../plan/patch_plan';
 import { PatchTables } from './patch_tables';
 import { PointBuffers } from './point_buffers';
-import { SeamStates } from './seam_states';
+import { SeamStates } from '../seam_states';
+
+/** What PatchEvaluator.update has changed. */
+export interface EvaluatorChange {
+  /** Boxes whose polynomials are new, ascending. */
+  readonly boxes: readonly number[];
+  /** Whether a seam was attached or torn: points on it may have other bits, in any box. */
+  readonly seams: boolean;
+}
 
 /** The sum of a point's three integers. */
 export const DENOMINATOR = 4096;
@@ -56,8 +64,13 @@ export class PatchEvaluator {
     this.boxes.moved(indices);
   }
 
+  /** The box of a patch's own spans. */
+  boxOf(patch: number): number {
+    return this.tables.boxOf(patch);
+  }
+
   /** Takes the control points: computes the boxes that moved ones affect, and which seams are attached. */
-  update(points: Float64Array): void {
+  update(points: Float64Array): EvaluatorChange {
     const changed = this.boxes.update(points);
     const { perBox, numbers } = this.boxes;
     for (let i = 0; i < changed.length;) {
@@ -66,15 +79,19 @@ export class PatchEvaluator {
       this.textures.boxes.write(numbers, perBox * changed[i]!, perBox * (changed[end - 1]! + 1));
       i = end;
     }
-    if (changed.length === 0 || !this.seams.update(points)) return;
-    this.tables.attach(this.seams.isAttached);
-    this.textures.seams.write(this.tables.seams);
+    const seams = changed.length > 0 && this.seams.update(points);
+    if (seams) {
+      this.tables.attach(this.seams.isAttached);
+      this.textures.seams.write(this.tables.seams);
+    }
+    return { boxes: changed, seams };
   }
 
   /** Evaluates `count` points from `first`, whose places are in the buffers. Does not wait for the GPU. */
   evaluate(first: number, count: number): void {
     if (count === 0) return;
     const { gl, buffers } = this;
+    gl.bindBuffer(gl.ARRAY_BUFFER, null); // whoever drew the points may have left them bound, and then they cannot be written
     gl.useProgram(this.program);
     for (const texture of Object.values(this.textures)) texture.bind();
     gl.bindVertexArray(this.vertexArray);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-import type { Vec3 } from '../lattice/vec';
-import { KNOT, spanOf, type PatchPlan } from './patch_plan';
+import type { Vec3 } from '../../lattice/vec';
+import { KNOT, spanOf, type PatchPlan } from '../plan/patch_plan';
 
 const CORNER_ATTACHED = 1;
 const EDGE_ATTACHED = 2;
@@ -51,6 +51,11 @@ export class PatchTables {
         if (from !== undefined) this.seams.set(plan.seams.outsidePlaces.subarray(from, from + 3), 12 * record + 4 * k);
       }
     });
+  }
+
+  /** The box of a patch's own spans. */
+  boxOf(patch: number): number {
+    return this.patches[16 * patch + 12]!;
   }
 
   /** Writes which seams are attached into `seams`. */

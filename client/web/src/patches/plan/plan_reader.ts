@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import type { PatchPlanHeader, PatchPlanPart, PatchRun, PatchSeams } from 'latticed/v1/patches_pb';
 import { NormalMode } from 'latticed/v1/view_pb';
-import { vector } from '../wire/lattice_message';
+import { vector } from '../../wire/lattice_message';
 import { numberEdges } from './edge_numbers';
 import { octahedralNormal } from './octahedral';
 import type { PatchPlan, Seams } from './patch_plan';
@@ -59,8 +59,9 @@ export class PlanReader {
     const bytes = 12 * patches + 12 * newVertices + 4 * uses + 2 * parts * newNormals;
     const planes = new BytePlanes(await inflated(data as Uint8Array<ArrayBuffer>, bytes));
     this.corners.set(decodeUses(planes.next(3 * patches, 4), this.vertices, newVertices, 'vertex'), 3 * this.patches);
+    const places = planes.next(3 * newVertices, 4);
     for (let axis = 0; axis < 3; ++axis) {
-      decodeDifferences(planes.next(newVertices, 4)).forEach((place, i) => (this.places[3 * (this.vertices + i) + axis] = place));
+      decodeDifferences(places.subarray(newVertices * axis, newVertices * (axis + 1))).forEach((place, i) => (this.places[3 * (this.vertices + i) + axis] = place));
     }
     const normals = decodeUses(planes.next(uses, 4), this.normals, newNormals, 'rest normal');
     for (let at = 0; uses > 0 && at < 3 * patches; ++at) {
@@ -75,9 +76,10 @@ export class PlanReader {
   private takeRest(planes: BytePlanes, count: number): void {
     if (count === 0) return;
     const isFacet = this.header.normals === NormalMode.FACET;
-    const parts = Array.from({ length: isFacet ? 2 : 3 }, () => planes.next(count, 2));
+    const parts = isFacet ? 2 : 3;
+    const all = planes.next(parts * count, 2);
     for (let i = 0; i < count; ++i) {
-      const numbers = parts.map((part) => part[i]!);
+      const numbers = Array.from({ length: parts }, (_, part) => all[count * part + i]!);
       const normal = isFacet ? octahedralNormal(numbers[0]!, numbers[1]!, OCTAHEDRAL_BITS)
         : numbers.map((number) => ((number << 16) >> 16) / SMOOTH_ONE);
       this.restNormals.set(normal, 3 * (this.normals + i));

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-import type { Vec3 } from '../lattice/vec';
+import type { Vec3 } from '../../lattice/vec';
 
 /** The unit normal of the integers s and t, in double (view.proto, ENCODING_QUANTISED). */
 export function octahedralNormal(s: number, t: number, bits: number): Vec3 {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-import type { Vec3 } from '../lattice/vec';
+import type { Vec3 } from '../../lattice/vec';
 
 /** A span in places (patches.proto). */
 export const KNOT = 65_535;

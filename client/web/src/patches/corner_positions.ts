@@ -1,0 +1,70 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+import type { TopologyLayout } from '../surface/topology_layout';
+import { localCoordinate, type BoxPolynomials } from './box_polynomials';
+import { KNOT, type PatchPlan } from './plan/patch_plan';
+
+/**
+ * Where the vertices of a plan are, on the CPU: from them follow which patches are near, and the boxes around chunks. Also says
+ * which vertices and chunks a box of the lattice holds.
+ */
+export class CornerPositions {
+  /** x y z of each vertex, relative to the plan's origin. */
+  readonly positions: Float64Array;
+  private readonly boxOfVertex: Uint32Array;
+  private readonly locals: Float64Array;
+  private readonly boxesOfChunk: readonly (readonly number[])[];
+
+  constructor(private readonly plan: PatchPlan, private readonly layout: TopologyLayout, private readonly boxes: BoxPolynomials, boxOfPatch: (patch: number) => number) {
+    const { vertexCount, insideCount, corners, places } = plan;
+    this.positions = new Float64Array(3 * vertexCount);
+    this.locals = new Float64Array(3 * vertexCount);
+    this.boxOfVertex = new Uint32Array(vertexCount);
+    const isInside = new Uint8Array(vertexCount);
+    for (let at = 0; at < 3 * insideCount; ++at) isInside[corners[at]!] = 1;
+    for (let vertex = 0; vertex < vertexCount; ++vertex) {
+      let box = isInside[vertex]!;
+      for (let axis = 0; axis < 3; ++axis) {
+        const place = places[3 * vertex + axis]!;
+        const span = isInside[vertex] ? Math.max(0, Math.ceil(place / KNOT) - 1) : 0;
+        box += span * boxes.steps[axis]!;
+        this.locals[3 * vertex + axis] = localCoordinate(place - KNOT * span, 1);
+      }
+      this.boxOfVertex[vertex] = box;
+    }
+    this.boxesOfChunk = Array.from({ length: layout.chunkCount }, (_, chunk) => {
+      const own = new Set<number>();
+      for (let patch = layout.firstPatch[chunk]!; patch < layout.firstPatch[chunk + 1]!; ++patch) {
+        own.add(boxOfPatch(patch));
+        // A point on a knot plane is evaluated in the lower box.
+        for (let k = 0; k < 3; ++k) own.add(this.boxOfVertex[corners[3 * patch + k]!]!);
+      }
+      return [...own];
+    });
+  }
+
+  /** Moves the vertices of these boxes; absent: of all. Returns the chunks whose points have moved with them. */
+  update(boxes?: readonly number[]): number[] {
+    const isChanged = new Uint8Array(this.boxes.boxCount).fill(boxes ? 0 : 1);
+    for (const box of boxes ?? []) isChanged[box] = 1;
+    for (let vertex = 0; vertex < this.boxOfVertex.length; ++vertex) {
+      const box = this.boxOfVertex[vertex]!;
+      if (isChanged[box]) this.boxes.at(box, this.locals.subarray(3 * vertex, 3 * vertex + 3) as never, this.positions, 3 * vertex);
+    }
+    return Array.from(this.boxesOfChunk.keys()).filter((chunk) => this.boxesOfChunk[chunk]!.some((box) => isChanged[box]));
+  }
+
+  /** min x y z, max x y z of the vertices of a chunk. */
+  extentOf(chunk: number): Float32Array {
+    const extent = Float32Array.of(Infinity, Infinity, Infinity, -Infinity, -Infinity, -Infinity);
+    const { corners } = this.plan;
+    for (let at = 3 * this.layout.firstPatch[chunk]!; at < 3 * this.layout.firstPatch[chunk + 1]!; ++at) {
+      for (let axis = 0; axis < 3; ++axis) {
+        const x = this.positions[3 * corners[at]! + axis]!;
+        extent[axis] = Math.min(extent[axis]!, x);
+        extent[axis + 3] = Math.max(extent[axis + 3]!, x);
+      }
+    }
+    return extent;
+  }
+}

@@ -1,0 +1,258 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+import { Code } from '@connectrpc/connect';
+import type { NormalMode } from 'latticed/v1/view_pb';
+import type { Lattice } from '../lattice/lattice';
+import { sameStructure } from '../lattice/grid';
+import { adaptivePattern } from '../surface/patches/adaptive_pattern';
+import type { ChunkPatterns } from '../surface/patches/patch_places';
+import { pointsIn } from '../surface/patches/patch_pattern';
+import { EvaluatedPoints } from '../surface/evaluated_points';
+import type { SurfaceMesh } from '../surface/surface_mesh';
+import type { TopologyLayout } from '../surface/topology_layout';
+import { ServerError } from '../wire/server_error';
+import { ChosenLevels, type SeenTolerance } from './levels/chosen_levels';
+import { CornerPositions } from './corner_positions';
+import { patternCodes, UNKNOWN_BEND } from './levels/edge_levels';
+import { PatchEvaluator } from './gpu/patch_evaluator';
+import type { PatchPlan } from './plan/patch_plan';
+
+const PLACE_ERROR = (0.5 * Math.sqrt(3)) / 65_535; // of the largest side: places have 16 bits on each axis
+const FLOAT_ERROR = 1e-6; // of the diagonal (patches.proto, Positions)
+
+/** What is evaluated: a plan in a lattice of one structure. */
+interface Stage {
+  readonly plan: PatchPlan;
+  readonly layout: TopologyLayout;
+  readonly structure: Lattice;
+  readonly evaluator: PatchEvaluator;
+  readonly points: EvaluatedPoints;
+  readonly corners: CornerPositions;
+  readonly chosen: ChosenLevels;
+  /** Of all edges. */
+  readonly bytes: Uint8Array;
+  /** Whether the page's lattice differs from that of the bytes. */
+  isAhead: boolean;
+}
+
+/** What a surface is evaluated from, and who wants to know of it. */
+export interface EvaluationSource {
+  /** The lattice that the page shows; another object once its structure has changed. */
+  lattice(): Lattice;
+  plan(topologyId: string, normals: NormalMode): Promise<PatchPlan>;
+  /** A plan has come: a frame is due. */
+  ready(): void;
+  /** The surface is another one. */
+  changed(): void;
+  /** The surface cannot be evaluated here, in words. */
+  failed(error: Error): void;
+}
+
+export interface Wanted {
+  readonly seen: SeenTolerance;
+  /** Whether levels that are finer than needed by one may stay. */
+  readonly isLazy: boolean;
+  /** Points at most; more make the tolerance four times as large, as often as needed. */
+  readonly mostPoints: number;
+}
+
+/**
+ * A surface that the page's GPU evaluates by itself (ENCODING_PATCHES), from the lattice that the page shows: own edits are seen
+ * before the server answers. The server's updates bring bounds of edges, and with them other levels.
+ */
+export class PatchSurface {
+  private stage: Stage | undefined;
+  private plan: PatchPlan | undefined;
+  private planFor = '';
+  private structureOfBounds: Lattice | undefined;
+  private layoutId = '';
+  private hasMoved = false;
+  private levelsAreOld = true;
+
+  /** @param restore Called after calls to the GPU: what it has bound has changed. */
+  constructor(
+    private readonly gl: WebGL2RenderingContext,
+    private readonly restore: () => void,
+    private readonly surface: SurfaceMesh,
+    private readonly source: EvaluationSource,
+  ) {}
+
+  /** Whether the surface is evaluated here. */
+  get isActive(): boolean {
+    return this.surface.edgeBounds.layout !== undefined;
+  }
+
+  /** Points per patch that the present levels give; 0 before there are any. */
+  get pointCount(): number {
+    return this.stage?.points.places.pointCount ?? 0;
+  }
+
+  /** Control points have moved. */
+  moved(indices: Iterable<number>): void {
+    if (!this.stage) return;
+    this.stage.evaluator.moved(indices);
+    this.hasMoved = true;
+    this.stage.isAhead = true;
+  }
+
+  /** The lattice is another one, perhaps of another structure. */
+  latticeReplaced(): void {
+    const { stage } = this;
+    if (!stage || !sameStructure(stage.structure, this.source.lattice())) return;
+    stage.evaluator.moved();
+    this.hasMoved = stage.isAhead = true;
+  }
+
+  /** An update has come. `isInStep`: the page shows the lattice of its revision. */
+  updated(isInStep: boolean): void {
+    const { layout } = this.surface.edgeBounds;
+    if (layout && layout.id !== this.layoutId) this.structureOfBounds = this.source.lattice();
+    this.layoutId = layout?.id ?? '';
+    this.levelsAreOld = true;
+    if (this.stage && isInStep) this.stage.isAhead = false;
+  }
+
+  /** The tolerance has changed. */
+  toleranceChanged(): void {
+    this.levelsAreOld = true;
+  }
+
+  /** Called before a frame: evaluates what has changed. */
+  draw(wanted: Wanted): void {
+    const { edgeBounds } = this.surface;
+    if (!edgeBounds.isComplete) return;
+    const isPlanOld = this.planFor !== `${edgeBounds.layout!.id} ${edgeBounds.normals}`;
+    if (isPlanOld) return void this.ask();
+    try {
+      this.evaluate(wanted);
+    } catch (error) {
+      this.dispose();
+      this.source.failed(error as Error);
+    } finally {
+      this.restore();
+    }
+  }
+
+  dispose(): void {
+    this.disposeStage();
+    this.plan = undefined;
+    this.planFor = '';
+  }
+
+  private disposeStage(): void {
+    if (this.stage && this.surface.draws(this.stage.points)) this.surface.hide();
+    this.stage?.points.dispose();
+    this.stage?.evaluator.dispose();
+    this.stage = undefined;
+  }
+
+  private ask(): void {
+    const { layout, normals } = this.surface.edgeBounds;
+    const key = `${layout!.id} ${normals}`;
+    this.planFor = key;
+    this.plan = undefined;
+    this.source.plan(layout!.id, normals!).then((plan) => {
+      if (this.planFor !== key) return;
+      this.plan = plan;
+      this.levelsAreOld = true;
+      this.source.ready();
+    }, (reason: unknown) => {
+      if (this.planFor !== key) return;
+      const error = ServerError.fromConnect(reason);
+      if (error.code === Code.NotFound) return; // the lattice has another structure by now, whose bounds will come
+      if (error.isPassing) this.planFor = ''; // asked for again once updates come
+      else this.source.failed(reason as Error);
+    });
+  }
+
+  private evaluate(wanted: Wanted): void {
+    const stage = this.staged();
+    if (!stage) return;
+    const { evaluator, points, corners } = stage;
+    let chunks: readonly number[] | undefined = [];
+    let moved: readonly number[] = [];
+    if (this.hasMoved) {
+      const { boxes, seams } = evaluator.update(this.source.lattice().points);
+      moved = corners.update(boxes);
+      chunks = seams ? undefined : moved;
+      this.hasMoved = false;
+    }
+    if (this.levelsAreOld) {
+      const repatterned = this.takeLevels(stage, wanted);
+      chunks = chunks && repatterned && [...new Set([...chunks, ...repatterned])];
+      this.levelsAreOld = false;
+    }
+    this.surface.certifiedError = stage.isAhead ? 0 : this.errorOf(stage);
+    const isFirst = !this.surface.draws(points); // also after a time with points from the server
+    if (isFirst) chunks = undefined;
+    if (chunks?.length === 0) return;
+    const all = chunks === undefined ? [{ first: 0, count: points.places.room }] : points.rangesOf(chunks);
+    for (const { first, count } of all) evaluator.evaluate(first, count);
+    points.evaluated();
+    const measured = chunks === undefined ? stage.layout.firstPatch.subarray(0, -1).keys() : moved;
+    this.surface.applyEvaluation({
+      points, normals: stage.plan.hasNormals, grid: { origin: stage.plan.origin, step: 1, range: 0, normalBits: 0 },
+      extents: new Map(Array.from(measured, (chunk) => [chunk, corners.extentOf(chunk)])),
+    });
+    this.source.changed();
+  }
+
+  /** What is to be evaluated; undefined while plan and lattice are not of the same structure. */
+  private staged(): Stage | undefined {
+    const { plan, surface } = this;
+    const lattice = this.source.lattice();
+    const layout = surface.edgeBounds.layout!;
+    if (!plan) return undefined;
+    if (this.stage?.plan === plan) return sameStructure(this.stage.structure, lattice) ? this.stage : undefined;
+    if (this.structureOfBounds && !sameStructure(this.structureOfBounds, lattice)) return undefined; // others will come
+    this.disposeStage();
+    if (plan.patchCount !== layout.patchCount) throw new Error('The patch plan is of another surface.');
+    const evaluator = new PatchEvaluator(this.gl, plan, lattice);
+    this.stage = {
+      plan, layout, structure: lattice, evaluator, points: new EvaluatedPoints(layout, evaluator.buffers),
+      corners: new CornerPositions(plan, layout, evaluator.boxes, (patch) => evaluator.boxOf(patch)),
+      chosen: new ChosenLevels(plan), bytes: new Uint8Array(plan.edgeCount).fill(UNKNOWN_BEND), isAhead: false,
+    };
+    surface.edgeBounds.writeAllAgain();
+    this.hasMoved = this.levelsAreOld = true;
+    return this.stage;
+  }
+
+  /** Returns the chunks with other patterns, or undefined if all points lie elsewhere now. */
+  private takeLevels(stage: Stage, { seen, isLazy, mostPoints }: Wanted): readonly number[] | undefined {
+    const { plan, layout, chosen, bytes, corners, points } = stage;
+    this.surface.edgeBounds.writeNew(bytes, plan.edgesBefore);
+    chosen.choose(bytes, corners.positions, seen, isLazy);
+    let codes = patternCodes(plan.edges, chosen.levels, 0, plan.patchCount);
+    while (count(codes) > mostPoints && chosen.levels.some((level) => level > 0)) {
+      chosen.levels.forEach((level, edge) => (chosen.levels[edge] = Math.max(level - 1, 0)));
+      codes = patternCodes(plan.edges, chosen.levels, 0, plan.patchCount);
+    }
+    const patterns = Array.from({ length: layout.chunkCount }, (_, index): ChunkPatterns =>
+      ({ index, codes: codes.subarray(layout.firstPatch[index], layout.firstPatch[index + 1]) }));
+    return points.take(patterns);
+  }
+
+  private errorOf({ chosen, bytes, corners }: Stage): number {
+    const error = chosen.error(bytes);
+    if (!Number.isFinite(error)) return 0;
+    const { positions } = corners;
+    const sides = [0, 1, 2].map((axis) => {
+      let [low, high] = [Infinity, -Infinity];
+      for (let at = axis; at < positions.length; at += 3) {
+        low = Math.min(low, positions[at]!);
+        high = Math.max(high, positions[at]!);
+      }
+      return high - low;
+    });
+    return error + PLACE_ERROR * Math.max(...sides) + FLOAT_ERROR * Math.hypot(...sides);
+  }
+}
+
+const pointsOfCode = new Uint16Array(512);
+
+function count(codes: Uint16Array): number {
+  let points = 0;
+  for (const code of codes) points += pointsOfCode[code] ||= pointsIn(adaptivePattern(code));
+  return points;
+}

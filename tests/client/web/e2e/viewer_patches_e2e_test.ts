@@ -1,0 +1,198 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The viewer in Chromium where it evaluates patches by itself: what it shows against the server's own points, without a network,
+// as the camera moves, and where the GPU cannot do it.
+// Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer; LATTICED_SHOTS, a folder for screenshots.
+import assert from 'node:assert/strict';
+import { after, test } from 'node:test';
+import type { Page } from 'playwright-core';
+import { distance } from '@src/lattice/vec';
+import { openPage } from './browser';
+import { deformed, followsDefinition, shownBy } from './definition';
+import { sourcePlaces } from './source_places';
+import { browser, CORNER, direct, errors, OBJ, page, pointAtServer, press, setView, shot, server, until, useStage } from './stage';
+import { TcpProxy } from './tcp_proxy';
+import { controlPoint, createScene, dropFiles, frames, live } from './viewer_page';
+
+let proxy: TcpProxy;
+const calls: string[] = []; // the page's calls to the server
+
+useStage({
+  address: async () => (proxy = await TcpProxy.to(server.port)).origin,
+  begin: async () => {
+    page.on('request', (request) => calls.push(request.url().split('/').at(-1)!));
+    await dropFiles(page, [['torus.obj', OBJ]]);
+    await createScene(page);
+    await evaluated(page);
+  },
+});
+after(() => proxy.close());
+
+/** Waits until the page has evaluated a surface and shows all of it. */
+async function evaluated(of: Page): Promise<void> {
+  await of.waitForFunction(() => {
+    const { scene } = window.latticed;
+    return scene?.isEvaluated && scene.session.surface.pointCount > 0 && scene.session.surface.certifiedError > 0;
+  });
+  await frames(of);
+}
+
+function move(index: number, offset: readonly [number, number, number]): Promise<void> {
+  return page.evaluate(([i, by]) =>
+    window.latticed.scene!.session.apply({ kind: 'move', indices: Uint32Array.of(i), offset: by as never }), [index, offset] as const);
+}
+
+const pointCount = (of = page): Promise<number> => of.evaluate(() => window.latticed.scene!.session.surface.pointCount);
+const hud = (name: string): Promise<string | null> => page.locator(`[data-hud=${name}]`).textContent();
+
+test('a page evaluates by itself what it shows: every point is where the server says, and so is its normal', async () => {
+  await setView({ normals: 'facet' });
+  await until(async () => page.evaluate(() => window.latticed.scene!.session.surface.edgeBounds.normals === 2));
+  await move(CORNER, [0.5, 0.25, 0.75]);
+  await followsDefinition(page, OBJ);
+  await evaluated(page);
+
+  const { topology, spots, points } = await shownBy(page);
+  const source = (await sourcePlaces(page, topology, spots, OBJ))!;
+  const normals = await page.evaluate(() => {
+    const { surface } = window.latticed.scene!.session;
+    const all: number[] = [];
+    const { numbers } = (surface as unknown as { points: { numbers: Float32Array } }).points;
+    surface.places.eachPatch(1, (_, pattern, first) => pattern.points.forEach((__, n) => all.push(...numbers.subarray(6 * (first + n) + 3, 6 * (first + n) + 6))));
+    return all;
+  });
+  const scene = await page.evaluate(() => window.latticed.scene!.session.sceneId);
+  const [worst, worstNormal] = await againstServer(scene, source.surfacePoints, points, normals);
+  assert.ok(points.length > 500, `${points.length} points`);
+  assert.ok(worst < 4e-5, `${worst} units`); // half a unit of 16 bits on each axis of a lattice of 3 units
+  assert.ok(worstNormal < 2e-4, `${worstNormal} rad`); // normals at rest have 2 x 16 bits
+  assert.deepEqual(errors, []);
+});
+
+/** The largest distance of points from the server's, and the largest angle of their normals. */
+async function againstServer(
+  scene: string, surfacePoints: readonly { face: number; corners: number[]; barycentrics: number[] }[], points: readonly (readonly number[])[],
+  normals: readonly number[],
+): Promise<[number, number]> {
+  let [worst, worstNormal] = [0, 0];
+  for (let first = 0; first < points.length; first += 4000) {
+    const some = surfacePoints.slice(first, first + 4000);
+    const told = await direct.scenes.evaluatePoints({ scene, points: { case: 'surfacePoints', value: { points: some } } });
+    some.forEach((_, i) => {
+      const n = 3 * (first + i);
+      worst = Math.max(worst, Math.hypot(...[0, 1, 2].map((axis) => points[first + i][axis] - told.positions[3 * i + axis])));
+      const between = Math.hypot(...[0, 1, 2].map((axis) => normals[n + axis] - told.normals[3 * i + axis]));
+      worstNormal = Math.max(worstNormal, 2 * Math.asin(Math.min(between / 2, 1)));
+    });
+  }
+  return [worst, worstNormal];
+}
+
+test('an update is small, and the line of figures tells points and the error that holds', async () => {
+  const before = calls.length;
+  await move(CORNER, [0.01, 0, 0]);
+  await until(async () => String(await pointAtServer(CORNER)) === String(await controlPoint(page, CORNER)));
+  await evaluated(page);
+
+  assert.match((await hud('bytes'))!, /^\d{1,3} bytes$/);
+  assert.equal(await hud('points'), (await pointCount()).toLocaleString('en'));
+  assert.match((await hud('error'))!, /^0\.00\d+ units$/);
+  assert.ok(!calls.slice(before).includes('GetPatchPlan'), 'the plan was fetched once');
+});
+
+test('the camera changes the levels of edges and asks the server for nothing', async () => {
+  const zoom = async (by: number): Promise<void> => {
+    for (let turn = 0; turn < 8; ++turn) await page.mouse.wheel(0, by);
+  };
+  const [x, y] = await page.evaluate(() => {
+    const box = window.latticed.viewport.canvas.getBoundingClientRect();
+    return [box.left + box.width / 2, box.top + box.height / 2];
+  });
+  await page.mouse.move(x, y);
+  const before = await pointCount();
+  const asked = await page.evaluate(() => JSON.stringify(window.latticed.scene!.session.askedView));
+  const called = calls.length;
+
+  await zoom(-200);
+  await until(async () => (await pointCount()) > 1.1 * before);
+  await zoom(400);
+  await until(async () => (await pointCount()) < before);
+  await zoom(-200);
+  await until(async () => Math.abs((await pointCount()) / before - 1) < 0.3);
+
+  assert.deepEqual(calls.slice(called), []);
+  assert.equal(await page.evaluate(() => JSON.stringify(window.latticed.scene!.session.askedView)), asked);
+  await followsDefinition(page, OBJ);
+});
+
+test('an edit shows while the network is cut, and stays once it is back', async () => {
+  const target = (await controlPoint(page, CORNER)).map((x, axis) => (axis === 2 ? x - 0.5 : x));
+  const atServer = await pointAtServer(CORNER);
+  const { topology, spots } = await shownBy(page);
+  const { places } = (await sourcePlaces(page, topology, spots, OBJ))!;
+  const rest = new Map(spots.map(({ patch, weights }, n) => [`${patch} ${weights}`, places[n]]));
+  /** The largest distance of the corners of patches from where the page's lattice puts them. */
+  const worst = async (): Promise<number> => {
+    const { lattice, ...shown } = await shownBy(page);
+    const corners = shown.spots.flatMap(({ patch, weights }, n) => (weights.includes(1) ? [{ n, place: rest.get(`${patch} ${weights}`)! }] : []));
+    return Math.max(...corners.map(({ n, place }) => distance(shown.points[n], deformed(lattice, place))));
+  };
+  proxy.cut();
+  await page.locator('.connection[data-state=retrying]').waitFor();
+
+  await move(CORNER, [0, 0, -0.5]);
+  await until(async () => (await worst()) < 4e-5);
+  assert.deepEqual(await pointAtServer(CORNER), atServer);
+  assert.equal(await hud('error'), '–'); // no bound is known before the server has answered
+  proxy.mend();
+
+  await page.locator('.connection[data-state=live]').waitFor();
+  await until(async () => String(await pointAtServer(CORNER)) === String(target));
+  await evaluated(page);
+  await followsDefinition(page, OBJ);
+  errors.length = 0; // the console reports the cut
+});
+
+test('another structure of the lattice has another plan', async () => {
+  await page.evaluate(() => window.latticed.scene!.session.insertKnot(0, 0.3));
+  await page.waitForFunction(() => window.latticed.scene!.session.lattice.count === 80);
+  await until(async () => calls.filter((call) => call === 'GetPatchPlan').length >= 3); // two kinds of normals, and this
+  await evaluated(page);
+  await followsDefinition(page, OBJ);
+  await press('Control+z');
+  await page.waitForFunction(() => window.latticed.scene!.session.lattice.count === 64);
+  await evaluated(page);
+  await followsDefinition(page, OBJ);
+});
+
+test('the same segments everywhere come as points, and a tolerance brings the evaluation back', async () => {
+  await setView({ segments: 3 });
+  await page.waitForFunction(() => window.latticed.scene!.session.surface.layout?.segments === 3);
+  await followsDefinition(page, OBJ);
+  assert.equal(await page.evaluate(() => window.latticed.scene!.isEvaluated), false);
+
+  await page.evaluate(() => window.latticed.settings.set({ detail: 'tolerance' }));
+  await evaluated(page);
+  await followsDefinition(page, OBJ);
+  await shot('viewer_patches');
+  assert.deepEqual(errors, []);
+});
+
+test('where the GPU cannot evaluate patches, points come within a tolerance', async () => {
+  const context = await browser.newContext();
+  await context.addInitScript(() => {
+    const { getParameter } = WebGL2RenderingContext.prototype;
+    WebGL2RenderingContext.prototype.getParameter = function (name) {
+      return name === 0x8b4c ? 2 : (getParameter.call(this, name) as unknown); // MAX_VERTEX_TEXTURE_IMAGE_UNITS
+    };
+  });
+  const { page: other, errors: wrong } = await openPage(context as never, page.url());
+  await live(other);
+  await other.waitForFunction(() => window.latticed.scene!.session.askedView.tolerance! > 0);
+
+  assert.equal(await other.evaluate(() => window.latticed.scene!.session.askedView.encoding), 'draco');
+  await followsDefinition(other, OBJ);
+  assert.deepEqual(wrong, []);
+  await context.close();
+});
