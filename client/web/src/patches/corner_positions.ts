@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import type { TopologyLayout } from '../surface/topology_layout';
 import { localCoordinate, type BoxPolynomials } from './box_polynomials';
-import { KNOT, type PatchPlan } from './plan/patch_plan';
+import { KNOT, spanOf, type PatchPlan } from './plan/patch_plan';
 
 /**
  * Where the vertices of a plan are, on the CPU: from them follow which patches are near, and the boxes around chunks. Also says
@@ -35,12 +35,23 @@ export class CornerPositions {
     this.boxesOfChunk = Array.from({ length: layout.chunkCount }, (_, chunk) => {
       const own = new Set<number>();
       for (let patch = layout.firstPatch[chunk]!; patch < layout.firstPatch[chunk + 1]!; ++patch) {
-        own.add(boxOfPatch(patch));
-        // A point on a knot plane is evaluated in the lower box.
-        for (let k = 0; k < 3; ++k) own.add(this.boxOfVertex[corners[3 * patch + k]!]!);
+        for (const box of this.boxesWith(patch, boxOfPatch(patch))) own.add(box);
       }
       return [...own];
     });
+  }
+
+  /** A patch's own box, and the lower ones in which its points on knot planes are evaluated. */
+  private boxesWith(patch: number, own: number): number[] {
+    let boxes = [own];
+    if (own === 0) return boxes;
+    const { corners, places } = this.plan;
+    for (let axis = 0; axis < 3; ++axis) {
+      const [a, b, c] = [0, 1, 2].map((k) => places[3 * corners[3 * patch + k]! + axis]!) as [number, number, number];
+      const span = spanOf(a, b, c);
+      if (span > 0 && Math.min(a, b, c) === KNOT * span) boxes = boxes.flatMap((box) => [box, box - this.boxes.steps[axis]!]);
+    }
+    return boxes;
   }
 
   /** Moves the vertices of these boxes; absent: of all. Returns the chunks whose points have moved with them. */
