@@ -4,6 +4,9 @@ import { NUMBERS_PER_POINT } from '../decode/chunk_form';
 import { unpacked } from './patches/patch_pattern';
 import type { PatchPlaces } from './patches/patch_places';
 
+const PATCHES_ASKED = 10_000; // takes about a millisecond
+const POINTS_ASKED = 1_000_000; // takes about 25 milliseconds
+
 /** Points as they are drawn: position = origin + number * step. */
 export interface DrawnPoints {
   readonly places: PatchPlaces;
@@ -49,4 +52,14 @@ export function largestDistance(drawn: DrawnPoints, flat: FlatPatches, asked: 'c
     }
   });
   return Math.sqrt(largest);
+}
+
+/** largestDistance at the corners of patches; with more than 10,000 patches, only of a part of them. */
+export function largestAtCorners(drawn: DrawnPoints, flat: FlatPatches): number {
+  return largestDistance(drawn, flat, 'corners', Math.ceil(drawn.places.layout.patchCount / PATCHES_ASKED));
+}
+
+/** largestDistance at all points; with more than a million, only of a part of the patches. */
+export function largestAtPoints(drawn: DrawnPoints, flat: FlatPatches): number {
+  return largestDistance(drawn, flat, 'all points', Math.ceil(drawn.places.pointCount / POINTS_ASKED));
 }

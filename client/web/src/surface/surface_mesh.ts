@@ -9,7 +9,7 @@ import { Cavity } from '../light/cavity';
 import { Shadings } from '../light/shadings';
 import { ChunkBounds } from './chunk_bounds';
 import type { EvaluatedPoints } from './evaluated_points';
-import { largestDistance, type DrawnPoints } from './largest_distance';
+import { largestAtCorners, largestAtPoints, type DrawnPoints } from './largest_distance';
 import { PatchColours } from './patch_colours';
 import type { PatchFacts, PatchSource } from './patch_source';
 import type { PatchPlaces } from './patches/patch_places';
@@ -26,8 +26,6 @@ const NEARER = { polygonOffset: true, polygonOffsetFactor: -1, polygonOffsetUnit
 
 /** The streamed surface as three draws it: one geometry for all chunks, written in place. */
 export class SurfaceMesh {
-  private static readonly PATCHES_ASKED = 10_000;  // takes about a millisecond
-  private static readonly POINTS_ASKED = 1_000_000;  // takes about 25 milliseconds
   private static readonly TRIANGLES_ALONE = 30_000;  // at most, if the pattern has so coarse a detail
   private static readonly LEAST_HEAT = 5e-3;  // of the surface's size; smaller ranges would show the steps of the grid
 
@@ -220,7 +218,8 @@ export class SurfaceMesh {
     this.largestDifference = 0;
     if (!this.comparesVertices) return;
     this.patches.latticeMoved();
-    this.largestDifference = this.measureDifference();
+    const { flat } = this.patches;
+    if (this.layout && flat) this.largestDifference = largestAtPoints(this.drawnPoints(), flat);
     this.scaleHeat();
   }
 
@@ -310,24 +309,11 @@ export class SurfaceMesh {
     const { look, patches } = this;
     if (look.colouring !== 'displacement' && look.colouring !== 'difference') return;
     const isDisplacement = look.colouring === 'displacement';
-    const found = isDisplacement ? this.largestDisplacement() : this.largestDifference;
+    const reference = isDisplacement ? patches.rest : patches.flat;
+    const isKnown = reference !== undefined && this.layout !== undefined;
+    const found = isKnown && isDisplacement ? largestAtCorners(this.drawnPoints(), reference) : this.largestDifference;
     const least = SurfaceMesh.LEAST_HEAT * this.bounds.getSize(new Vector3()).length();
-    const isKnown = (isDisplacement ? patches.rest : patches.flat) !== undefined;
     this.uniforms.displacementRange.value = isKnown ? Math.max(found, least) : 0;
-  }
-
-  /** Measured at the corners of patches. With more than 10,000 patches, only a part of them is measured. */
-  private largestDisplacement(): number {
-    const { layout, patches: { rest } } = this;
-    if (!layout || !rest) return 0;
-    return largestDistance(this.drawnPoints(), rest, 'corners', Math.ceil(layout.patchCount / SurfaceMesh.PATCHES_ASKED));
-  }
-
-  /** Measured at all points. With more than a million, only a part of the patches is measured. */
-  private measureDifference(): number {
-    const { layout, patches: { flat } } = this;
-    if (!layout || !flat) return 0;
-    return largestDistance(this.drawnPoints(), flat, 'all points', Math.ceil(this.pointCount / SurfaceMesh.POINTS_ASKED));
   }
 
   private drawnPoints(): DrawnPoints {
