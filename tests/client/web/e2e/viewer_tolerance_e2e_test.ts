@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The surface by a tolerance in pixels, which the viewer begins with: its points, what is asked of the server as the camera
-// moves, and its outline beside that of 32 segments.
+// The surface by a tolerance in pixels, from a server that evaluates it: its points, what is asked of the server as the
+// camera moves, and its outline beside that of 32 segments.
 // Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer; LATTICED_SHOTS, a folder for screenshots.
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
@@ -16,6 +16,7 @@ import { changesView, createScene, dropFiles, frames, live, segmentsCome } from 
 useStage({
   context: { viewport: { width: 800, height: 600 }, colorScheme: 'dark' },
   begin: async () => {
+    await setView({ encoding: 'draco' });
     await dropFiles(page, [['torus.obj', OBJ]]);
     await createScene(page);
     await live(page);
