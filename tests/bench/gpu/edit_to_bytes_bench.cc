@@ -6,10 +6,9 @@
 // alone, including downloads and waits; ns_point is encode_ms divided by the points of the chunks. Before timing, the
 // streams are compared with those of the host's writer.
 //
-// Rows "…/patches": the same to the bytes of bounds, compared with those of the CPU backend.
+// Rows "…/patches": the same to the bytes of bounds, which are verified before (verify_bounds.h).
 #include <algorithm>
 #include <chrono>
-#include <cstdlib>
 #include <utility>
 
 #include "core/codec/draco_writer.h"
@@ -17,6 +16,7 @@
 #include "fmt/format.h"
 #include "tests/bench/benches.h"
 #include "tests/bench/gpu/gpu_scenario.h"
+#include "tests/bench/verify_bounds.h"
 #include "tests/support/encode_chunk.h"
 
 namespace latticed::bench {
@@ -137,38 +137,13 @@ void EditToBytes(benchmark::State& state, Backend& backend, const PaperModel& mo
   state.counters["chunks"] = static_cast<double>(chunks.size());
 }
 
-// The bounds of all edges after an evaluation of the first control points.
-std::vector<std::vector<uint8_t>> ReadBounds(const Scenario& scenario, DeformView& view) {
-  CheckOk(view.Evaluate(scenario.control_points[0], scenario.box, scenario.all_chunks));
-  std::vector<std::vector<uint8_t>> bounds;
-  for (const SharedBytes& chunk : Checked(view.Encode(scenario.all_chunks, Encoding::kPatches))) {
-    bounds.emplace_back(chunk.span().begin(), chunk.span().end());
-  }
-  return bounds;
-}
-
-// Bounds of two backends are rounded differently, so a byte may be the next one.
-absl::Status CompareBounds(const Scenario& scenario, DeformView& view, const ViewSpec& spec) {
-  const auto cpu = MakeCpuBackend({});
-  const auto target = Checked(cpu->Prepare(scenario.plan, Pipeline::kFused));
-  const auto other = Checked(target->CreateView(spec));
-  const auto bounds = ReadBounds(scenario, view), expected = ReadBounds(scenario, *other);
-  for (size_t chunk = 0; chunk < bounds.size(); ++chunk) {
-    const auto near = [](int a, int b) { return std::abs(a - b) <= 1; };
-    if (!std::ranges::equal(bounds[chunk], expected[chunk], near)) {
-      return absl::InternalError(fmt::format("the bounds of chunk {} differ", chunk));
-    }
-  }
-  return absl::OkStatus();
-}
-
 void EditToBounds(benchmark::State& state, Backend& backend, const PaperModel& model,
                   Edited edited) {
   const Scenario& scenario = ModelScenario(model, {2, 2, 2});
   const ViewSpec spec{.format = VertexFormat::kEdgeBounds};
   const auto target = Checked(backend.Prepare(scenario.plan, Pipeline::kFused));
   const auto view = Checked(target->CreateView(spec));
-  if (const auto good = CompareBounds(scenario, *view, spec); !good.ok()) return Skip(state, good);
+  if (const auto good = VerifyBounds(scenario, *view); !good.ok()) return Skip(state, good);
   const auto chunks = ChunksOf(scenario, edited);
   std::vector<VertexDigest> digests(chunks.size());
   std::vector<double> whole, evaluate;
