@@ -92,11 +92,15 @@ def test_progress_is_shown_on_a_terminal_only(tmp_path):
 def test_without_files_it_says_how_it_is_used():
     said = subprocess.run([sys.executable, EXAMPLES / "render_ply.py"], capture_output=True, text=True)
 
-    assert said.returncode == 2 and said.stderr.startswith("usage: render_ply.py [-h] [--edges] OUT.png A.ply")
+    assert said.returncode == 2 and said.stderr.startswith(
+        "usage: render_ply.py [-h] [--edges] OUT.png A.ply"
+    )
 
 
 def test_edges_are_darker_than_the_middle(renderer):
     corners = np.array([[[0.0, 0, 0], [100, 0, 0], [0, 100, 0]]]).repeat(3, axis=0)
-    weights = np.array([[0.3, 0.3, 0.4], [0.5, 0.48, 0.02], [0.5, 0.495, 0.005]])  # 2 and 0.5 entries from an edge
+    weights = np.array(
+        [[0.3, 0.3, 0.4], [0.5, 0.48, 0.02], [0.5, 0.495, 0.005]]
+    )  # 2 and 0.5 entries from an edge
 
     np.testing.assert_array_equal(renderer.near_edge(corners, weights), [False, False, True])
