@@ -18,8 +18,10 @@ constexpr uint64_t kMiB = uint64_t{1} << 20;
 // The default view at two segments: 6 points of 8 bytes (positions of 12 bits, normals of 8 bits).
 constexpr int kSegments = 2;
 constexpr uint64_t kBytesPerPatch = 6 * 8;
-// The bytes of a stream's largest message: all chunks of a view, and 4 KiB for the rest.
-constexpr uint64_t StreamBytes(uint64_t vertices) { return std::min(vertices + 4'096, 1 * kMiB); }
+// The bytes of a stream's largest message: all chunks of a view with their heads, and 4 KiB for the rest.
+constexpr uint64_t StreamBytes(uint64_t vertices, uint64_t chunks) {
+  return std::min(vertices + 26 * chunks + 4'096, 1 * kMiB);
+}
 
 TEST(MemoryUseTest, TheNameSaysThePlace) {
   const MemoryUse use{{"plan", 1}, {"staging", 2}, {"device_plan", 4}, {"device_staging", 8}};
@@ -48,11 +50,12 @@ class DeviceMemoryTest : public DeviceFixture {
 TEST_F(DeviceMemoryTest, TheHostsBudgetDoesNotBoundTheDevice) {
   ASSERT_OK(Create(SceneRequest()));
   const uint64_t needed = Info().reserved_host_bytes();
-  const uint64_t patches = Get().patches(), vertices = patches * kBytesPerPatch;
+  const uint64_t patches = Get().patches(), chunks = Get().chunks();
+  const uint64_t vertices = patches * kBytesPerPatch;
   // Enough for the chunks of snapshots (as many bytes as the vertices, and their headers) and for the
   // largest message, but not for the vertices as well.
   Options options;
-  options.memory_bytes = needed + vertices + 256 * ((patches + 31) / 32) + StreamBytes(vertices);
+  options.memory_bytes = needed + vertices + 256 * chunks + StreamBytes(vertices, chunks);
   Start(kMiB, options);
   ASSERT_OK(Create(SceneRequest()));
 
@@ -72,7 +75,7 @@ TEST_F(DeviceMemoryTest, EachBudgetRefusesWithItsOwnBytes) {
   EXPECT_EQ(error::DetailsOf(on_device).free_bytes, kMiB - plan);
   const uint64_t vertices = Get().patches() * 561 * 8;
   Options options;
-  options.memory_bytes = needed + StreamBytes(vertices) + 100;
+  options.memory_bytes = needed + StreamBytes(vertices, Get().chunks()) + 100;
   Start(uint64_t{1} << 40, options);
   ASSERT_OK(Create(SceneRequest()));
   const absl::Status on_host = Update(32);
