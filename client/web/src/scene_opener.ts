@@ -289,11 +289,15 @@ export class SceneOpener {
     return true;
   }
 
-  /** Before the surface is known, its size is guessed from the mesh. */
+  /** A tolerance in world units needs the size of the surface, which is guessed from the mesh before the surface is known. */
   private async firstView(settings: Settings, facts: DescribedScene | undefined): Promise<ViewRequest> {
-    const extent = facts && (await this.app.services.meshExtent(facts).catch(() => undefined));
-    const size = { diagonal: extent ? distance(extent.min, extent.max) : 0, patches: facts?.patches ?? 0 };
-    return firstView(settings, size, this.app.viewport.pictureHeight, this.app.viewport.evaluatesPatches);
+    const { pictureHeight, evaluatesPatches } = this.app.viewport;
+    const patches = facts?.patches ?? 0;
+    const view = firstView(settings, { diagonal: 0, patches }, pictureHeight, evaluatesPatches);
+    if (!facts || view.encoding === 'patches' || settings.detail === 'segments') return view;
+    const extent = await this.app.services.meshExtent(facts).catch(() => undefined);
+    if (extent === undefined) return view;
+    return firstView(settings, { diagonal: distance(extent.min, extent.max), patches }, pictureHeight, evaluatesPatches);
   }
 
   /** @param known What the server has told of the scene with its present lattice; asked for if absent. */

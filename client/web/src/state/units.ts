@@ -24,12 +24,16 @@ export const UNKNOWN_FACTS: SceneFacts = { name: '', units: { metersPerUnit: 0 }
 
 const LENGTHS = [['km', 1000], ['m', 1], ['cm', 0.01], ['mm', 0.001]] as const;
 
-/** One length or those of a box in words, in metres or the like if the unit is known. `digits`: those that count. */
+/**
+ * One length or those of a box in words, in metres or the like if the unit is known. `digits`: those that count. A length below
+ * a millionth of the largest is a rounding error, shown as 0.
+ */
 export function lengthsInWords(lengths: readonly number[], { metersPerUnit }: Units, digits = 3): string {
-  const largest = Math.max(...lengths) * metersPerUnit;
-  const [name, length] = LENGTHS.find(([, least]) => largest >= least) ?? LENGTHS[3];
+  const largest = Math.max(...lengths);
+  const [name, length] = LENGTHS.find(([, least]) => largest * metersPerUnit >= least) ?? LENGTHS[3];
   const scale = metersPerUnit > 0 ? metersPerUnit / length : 1;
-  const numbers = lengths.map((extent) => Number((extent * scale).toPrecision(digits)).toString()).join(' × ');
+  const shown = lengths.map((extent) => (extent < 1e-6 * largest ? 0 : extent * scale));
+  const numbers = shown.map((extent) => Number(extent.toPrecision(digits)).toString()).join(' × ');
   return `${numbers} ${metersPerUnit > 0 ? name : 'units'}`;
 }
 

@@ -195,6 +195,7 @@ test('the panel says whether the surface comes by tolerance or by segments, and 
 });
 
 test('the wireframe shows the sides of the triangles that are there', async () => {
+  await setView({ encoding: 'draco' }); // which the reload has forgotten
   await page.evaluate(() => window.latticed.settings.set({ pixels: 4, wireframe: false, cage: false }));
   await settled();
   await changesView(page, 500, () => page.evaluate(() => window.latticed.settings.set({ wireframe: true })));
