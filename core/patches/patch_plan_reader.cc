@@ -294,6 +294,7 @@ absl::Status PatchPlanReader::CheckOutside() const {
 }
 
 absl::StatusOr<PatchPlan> PatchPlanReader::Finish() {
+  LATTICED_RETURN_IF_ERROR(CheckHeader());  // there may have been no run
   const PatchPlanHeader& header = plan_.header;
   LATTICED_RETURN_IF_ERROR(CheckCount("patch_count", plan_.patches.size(), header.patch_count));
   LATTICED_RETURN_IF_ERROR(CheckCount("vertex_count", plan_.places.size(), header.vertex_count));

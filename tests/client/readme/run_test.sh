@@ -55,7 +55,7 @@ picture() {
   run "README.md, Quick start, 2" shell
   [[ $(head -c 4 beam.png) == *PNG && $(stat -c %s beam.png) -gt 10000 ]] || fail "no picture in beam.png"
   grep -q '^exact.ply: 100 patches' output.txt || fail "another beam"
-  run "README.md, A tolerance, 1" shell
+  PATH=$work/build/client/cpp:$PATH run "README.md, A tolerance, 1" shell  # in the shell of the block before
   [[ $(head -c 4 wireframes.png) == *PNG ]] || fail "no picture in wireframes.png"
   grep -q '^uniform.ply: 100 patches, 6,600 points' output.txt || fail "other points than README's by segments"
   grep -q '^tolerance.ply: 100 patches, 1,8[0-9][0-9] points.*within 0.0021 of' output.txt || fail "not README's points by tolerance"

@@ -35,6 +35,11 @@ TEST(PatchPlanReader, RefusesWithTheFieldsName) {
       {"run.patches", [](PlanMessages& m) { m.header.patches_outside -= 1; }},
       {"run.patches", [](PlanMessages& m) { m.runs[0].patches = 5000; }},
       {"header.patch_count", [](PlanMessages& m) { m.header.patch_count = 1; }},
+      {"header.patch_count",
+       [](PlanMessages& m) {
+         m.header = {.patches_outside = 1, .outside_upper = {1, 1, 1}, .curvature_unit = 1};
+         m.runs.clear(), m.seams.clear();
+       }},
       {"header.origin", [](PlanMessages& m) { m.header.origin.y = std::nan(""); }},
       {"header.curvature_unit", [](PlanMessages& m) { m.header.curvature_unit = 0; }},
       {"run.first_patch", [](PlanMessages& m) { m.runs[1].first_patch += 1; }},

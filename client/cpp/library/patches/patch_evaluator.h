@@ -10,7 +10,8 @@
 //   auto plan = client->GetPatchPlan(scene, held.topology().topology_id(), held.view().normals());
 //   auto lattice = FromProto(held.lattice().lattice());                          // lattice_from_proto.h
 //   auto evaluator = PatchEvaluator::Create(*plan, lattice->structure);
-//   …                                                                            // after each update:
+//   …                                              // after each update of which held.revision() is the lattice's:
+//   lattice = FromProto(held.lattice().lattice());
 //   evaluator->Evaluate(lattice->control_points, *held.EdgeBounds(), tolerance, &surface);
 //
 // Points that patches share have the same bits in all of them. On each axis, positions are within half a unit of a grid
