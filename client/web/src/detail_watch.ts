@@ -110,8 +110,8 @@ export class DetailWatch {
     const view = withPoints(chosen);
     const tolerance = detail === 'tolerance' && !this.isRefused ? this.tolerance() : 0;
     const { askedView, surface } = this.session;
-    if (tolerance === undefined) return {};
-    if (tolerance === 0) return { ...view, tolerance, maxPoints: 0 };
+    if (tolerance === undefined && askedView.encoding !== 'patches') return {};
+    if (!tolerance) return { ...view, tolerance: 0, maxPoints: 0 };
     const segments = askedView.tolerance! > 0 ? askedView.segments! : segmentsFor(surface.patchCount);
     const range = surface.grid?.range ?? 0;
     // Bits that suffice stay as they are: others would send all points again.

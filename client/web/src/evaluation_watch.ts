@@ -56,6 +56,7 @@ export class EvaluationWatch {
       viewport.onDrawing(() => this.draw()),
     ];
     this.surface.updated(false); // what came before there was a view
+    viewport.canvas.addEventListener('webglcontextrestored', this.restored);
   }
 
   /** Whether the page evaluates the surface. */
@@ -65,9 +66,16 @@ export class EvaluationWatch {
 
   dispose(): void {
     clearTimeout(this.timer);
+    this.viewport.canvas.removeEventListener('webglcontextrestored', this.restored);
     for (const end of this.ends) end();
     this.surface.dispose();
   }
+
+  /** What the GPU held is lost. */
+  private readonly restored = (): void => {
+    this.surface.dispose();
+    this.viewport.invalidate();
+  };
 
   private moved(indices: Uint32Array): void {
     this.surface.moved(indices);
@@ -103,7 +111,8 @@ export class EvaluationWatch {
     if (!isMoving && this.wasLazy) this.surface.toleranceChanged(); // at rest, levels are those of the camera alone
     this.wasLazy = isMoving;
     if (isEditing || isMoving) this.lookLater();
-    return { seen, isLazy: isMoving, mostPoints: isEditing ? this.mostWhileEditing : POINTS_AT_REST };
+    const most = this.mostWhileEditing;
+    return { seen, isLazy: isMoving, mostPoints: isEditing ? most : Math.max(most, POINTS_AT_REST) };
   }
 
   private get mostWhileEditing(): number {

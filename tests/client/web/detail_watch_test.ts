@@ -68,12 +68,13 @@ class Watched {
   readonly asked: ViewRequest[] = [];
   readonly settings = new Store<Settings>({ ...WITH_POINTS });
   readonly camera = perspective(11);
-  readonly surface = { layout: {}, patchCount: 6000, grid: { range: 4 }, bounds: cube(0, 0, 0), eachBox: boxes(cube(0, 0, 0)) };
+  readonly surface = { layout: {} as object | undefined, patchCount: 6000, grid: { range: 4 }, bounds: cube(0, 0, 0), eachBox: boxes(cube(0, 0, 0)) };
   readonly listeners: Record<string, (data: object) => void> = {};
   askedView: ViewRequest;
   readonly watch: DetailWatch;
 
-  constructor(asked: ViewRequest = { ...WITH_POINTS.view, tolerance: 2 ** -8, segments: 10, positionBits: 0, maxPoints: 100_000 }) {
+  constructor(asked: ViewRequest = { ...WITH_POINTS.view, tolerance: 2 ** -8, segments: 10, positionBits: 0, maxPoints: 100_000 },
+    evaluatesPatches = false) {
     this.askedView = asked;
     const own = this;
     const session = {
@@ -90,7 +91,7 @@ class Watched {
         return () => undefined;
       },
     };
-    const viewport = { rig: { camera: this.camera as ViewCamera }, pictureHeight: HEIGHT };
+    const viewport = { rig: { camera: this.camera as ViewCamera }, pictureHeight: HEIGHT, evaluatesPatches };
     this.watch = new DetailWatch(session as unknown as LiveSession, this.settings, viewport as unknown as Viewport);
   }
 
@@ -114,6 +115,18 @@ test('a finer tolerance is asked for where the camera needs it, and a coarser on
   assert.deepEqual(watched.lookFrom(39, 60, 76, 20), []);
   assert.deepEqual(watched.lookFrom(5), [2 ** -9]);
   watched.settings.set({ pixels: 1 }); // no longer the same wish
+  assert.equal(watched.askedView.tolerance, 2 ** -8);
+});
+
+test('points are asked for if patches cannot be evaluated, also before anything is drawn', () => {
+  const watched = new Watched({ ...DEFAULT_SETTINGS.view, tolerance: 0, maxPoints: 0 }, true);
+  watched.surface.layout = undefined;
+  watched.settings.set({ view: DEFAULT_SETTINGS.view });
+  assert.deepEqual(watched.asked, []);
+  watched.watch.needsPoints();
+  assert.deepEqual([watched.askedView.encoding, watched.askedView.tolerance], ['draco', 0]);
+  watched.surface.layout = {};
+  watched.watch.ask();
   assert.equal(watched.askedView.tolerance, 2 ** -8);
 });
 

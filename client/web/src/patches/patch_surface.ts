@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-import { Code } from '@connectrpc/connect';
+import { Code, ConnectError } from '@connectrpc/connect';
 import type { NormalMode } from 'latticed/v1/view_pb';
 import type { Lattice } from '../lattice/lattice';
 import { sameStructure } from '../lattice/grid';
@@ -19,6 +19,8 @@ import type { PatchPlan } from './plan/patch_plan';
 
 const PLACE_ERROR = (0.5 * Math.sqrt(3)) / 65_535; // of the largest side: places have 16 bits on each axis
 const FLOAT_ERROR = 1e-6; // of the diagonal (patches.proto, Positions)
+const ASK_AGAIN_MS = 1000; // after a plan did not come; each time twice as long
+const MOST_QUESTIONS = 6;
 
 /** What is evaluated: a plan in a lattice of one structure. */
 interface Stage {
@@ -64,6 +66,10 @@ export class PatchSurface {
   private stage: Stage | undefined;
   private plan: PatchPlan | undefined;
   private planFor = '';
+  private questions = 0; // for this plan
+  private askAgain: ReturnType<typeof setTimeout> | undefined;
+  private hasFailed = false;
+  private isInStep = false;
   private structureOfBounds: Lattice | undefined;
   private layoutId = '';
   private hasMoved = false;
@@ -82,13 +88,9 @@ export class PatchSurface {
     return this.surface.edgeBounds.layout !== undefined;
   }
 
-  /** Points per patch that the present levels give; 0 before there are any. */
-  get pointCount(): number {
-    return this.stage?.points.places.pointCount ?? 0;
-  }
-
   /** Control points have moved. */
   moved(indices: Iterable<number>): void {
+    this.isInStep = false;
     if (!this.stage) return;
     this.stage.evaluator.moved(indices);
     this.hasMoved = true;
@@ -98,6 +100,7 @@ export class PatchSurface {
   /** The lattice is another one, perhaps of another structure. */
   latticeReplaced(): void {
     const { stage } = this;
+    this.isInStep = false;
     if (!stage || !sameStructure(stage.structure, this.source.lattice())) return;
     stage.evaluator.moved();
     this.hasMoved = stage.isAhead = true;
@@ -109,6 +112,7 @@ export class PatchSurface {
     if (layout && layout.id !== this.layoutId) this.structureOfBounds = this.source.lattice();
     this.layoutId = layout?.id ?? '';
     this.levelsAreOld = true;
+    this.isInStep = isInStep;
     if (this.stage && isInStep) this.stage.isAhead = false;
   }
 
@@ -120,23 +124,30 @@ export class PatchSurface {
   /** Called before a frame: evaluates what has changed. */
   draw(wanted: Wanted): void {
     const { edgeBounds } = this.surface;
-    if (!edgeBounds.isComplete) return;
+    if (!edgeBounds.isComplete || this.hasFailed || this.gl.isContextLost()) return;
     const isPlanOld = this.planFor !== `${edgeBounds.layout!.id} ${edgeBounds.normals}`;
     if (isPlanOld) return void this.ask();
     try {
       this.evaluate(wanted);
     } catch (error) {
-      this.dispose();
-      this.source.failed(error as Error);
+      this.fail(error as Error);
     } finally {
       this.restore();
     }
   }
 
+  /** Frees what the GPU holds. The next frame begins anew. */
   dispose(): void {
+    clearTimeout(this.askAgain);
     this.disposeStage();
     this.plan = undefined;
     this.planFor = '';
+  }
+
+  private fail(error: Error): void {
+    this.dispose();
+    this.hasFailed = true;
+    this.source.failed(error);
   }
 
   private disposeStage(): void {
@@ -149,20 +160,31 @@ export class PatchSurface {
   private ask(): void {
     const { layout, normals } = this.surface.edgeBounds;
     const key = `${layout!.id} ${normals}`;
+    clearTimeout(this.askAgain);
     this.planFor = key;
     this.plan = undefined;
+    ++this.questions;
     this.source.plan(layout!.id, normals!).then((plan) => {
       if (this.planFor !== key) return;
       this.plan = plan;
+      this.questions = 0;
       this.levelsAreOld = true;
       this.source.ready();
     }, (reason: unknown) => {
-      if (this.planFor !== key) return;
-      const error = ServerError.fromConnect(reason);
-      if (error.code === Code.NotFound) return; // the lattice has another structure by now, whose bounds will come
-      if (error.isPassing) this.planFor = ''; // asked for again once updates come
-      else this.source.failed(reason as Error);
+      if (this.planFor === key) this.missed(reason);
     });
+  }
+
+  /** Asks again later, unless another answer cannot be hoped for. */
+  private missed(reason: unknown): void {
+    const error = ServerError.fromConnect(reason);
+    // Not found: the lattice has another structure by now, whose bounds will come, or this one again.
+    const isPassing = reason instanceof ConnectError && (error.isPassing || error.code === Code.NotFound);
+    if (!isPassing || this.questions >= MOST_QUESTIONS) return this.fail(reason as Error);
+    this.askAgain = setTimeout(() => {
+      this.planFor = '';
+      this.source.ready();
+    }, ASK_AGAIN_MS * 2 ** (this.questions - 1));
   }
 
   private evaluate(wanted: Wanted): void {
@@ -211,7 +233,8 @@ export class PatchSurface {
     this.stage = {
       plan, layout, structure: lattice, evaluator, points: new EvaluatedPoints(layout, evaluator.buffers),
       corners: new CornerPositions(plan, layout, evaluator.boxes, (patch) => evaluator.boxOf(patch)),
-      chosen: new ChosenLevels(plan), bytes: new Uint8Array(plan.edgeCount).fill(UNKNOWN_BEND), isAhead: false,
+      chosen: new ChosenLevels(plan), bytes: new Uint8Array(plan.edgeCount).fill(UNKNOWN_BEND),
+      isAhead: !this.isInStep,
     };
     surface.edgeBounds.writeAllAgain();
     this.hasMoved = this.levelsAreOld = true;

@@ -1,9 +1,11 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
+import type { ServerInfo } from 'latticed/v1/server_pb';
 import { DecodePool } from '../decode/decode_pool';
 import { SurfaceMesh } from '../surface/surface_mesh';
 import { DeformSocket } from '../wire/deform_socket';
 import type { LatticedServer } from '../wire/latticed_server';
+import { ServerError } from '../wire/server_error';
 import { WatchStream } from '../wire/watch_stream';
 import { inWords } from '../wire/words';
 import { IndexedSceneStore } from './store/indexed_scene_store';
@@ -14,6 +16,10 @@ import type { SessionStatus } from './scene_session';
 import { ServerPatches } from './server_patches';
 import type { SessionOptions } from './session_stream';
 
+const ATTEMPTS = 4;
+const FIRST_WAIT_MS = 500; // each wait is twice the one before
+const SILENCE_MS = 15_000; // then a call counts as lost
+
 let pool: Promise<DecodePool> | undefined;  // one for the page, since workers are costly
 
 function poolOfPage(): Promise<DecodePool> {
@@ -22,6 +28,22 @@ function poolOfPage(): Promise<DecodePool> {
     throw error;
   });
   return pool;
+}
+
+/** What a session needs first. What fails in passing, as where a server is short of connections, is tried again. */
+async function prepared(server: LatticedServer, onStatus: (status: SessionStatus) => void): Promise<[ServerInfo, DecodePool]> {
+  for (let attempt = 1; ; ++attempt) {
+    try {
+      return await Promise.all([server.server.getServerInfo({}, { timeoutMs: SILENCE_MS }), poolOfPage()]);
+    } catch (error) {
+      if (attempt === ATTEMPTS || !ServerError.fromConnect(error).isPassing) {
+        onStatus({ state: 'failed', text: inWords(error) });
+        throw new Error(inWords(error));
+      }
+      onStatus({ state: 'retrying', text: `${inWords(error)} Trying again …` });
+      await new Promise((resolve) => setTimeout(resolve, FIRST_WAIT_MS * 2 ** (attempt - 1)));
+    }
+  }
 }
 
 /**
@@ -35,8 +57,7 @@ export async function openSession(
   server: LatticedServer, sceneId: string, options: SessionOptions, onStatus: (status: SessionStatus) => void,
 ): Promise<LiveSession> {
   onStatus({ state: 'connecting', text: 'Connecting …' });
-  const [info, decoders] = await Promise.all([server.server.getServerInfo({}), poolOfPage()])
-    .catch((error: unknown) => { throw new Error(inWords(error)); });
+  const [info, decoders] = await prepared(server, onStatus);
   const keeper = new SceneKeeper(server, IndexedSceneStore.ofPage(), sceneId);
   const session: LiveSession = new LiveSession(sceneId, {
     server,

@@ -203,6 +203,7 @@ export class SurfaceMesh {
 
   /** Draws the surface and nothing else with a material, with few triangles: for pictures that show only what is broad. */
   readonly drawAlone = (renderer: WebGLRenderer, camera: Camera, material: Material): void => {
+    if (!this.layout) return;
     this.alone.material = material;
     this.alone.matrix.compose(this.mesh.position, this.mesh.quaternion, this.mesh.scale);
     this.points.drawCoarse(SurfaceMesh.TRIANGLES_ALONE, () => renderer.render(this.aloneScene, camera));
