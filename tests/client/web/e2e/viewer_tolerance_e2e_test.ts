@@ -95,9 +95,10 @@ test('an orbit asks for nothing; nearer, the surface comes finer, and farther aw
 
   await dolly(0.25);
   await until(async () => (await told()).points > 1.3 * before.points);
+  // The surface may have come for one tolerance when another is asked for.
+  await until(async () => (await certified()) <= (await told()).tolerance);
   const near = await told();
   assert.ok(near.tolerance <= before.tolerance / 4, `${near.tolerance} after ${before.tolerance}`);
-  assert.ok(await certified() <= near.tolerance);
   await dolly(16);
   await until(async () => (await told()).points < before.points);
   assert.ok((await told()).tolerance >= 8 * near.tolerance);
