@@ -185,6 +185,7 @@ absl::StatusOr<std::vector<Vec3d>> CudaAdaptiveEvaluator::BoxReach() const {
                  "the copy of reaches"));
   LATTICED_RETURN_IF_ERROR(lane_->stream().Synchronize("the copy of reaches"));
   std::vector<Vec3d> wide;
+  wide.reserve(reach.size());
   for (const Vec3f& r : reach) wide.push_back({r.x, r.y, r.z});
   return wide;
 }

@@ -17,7 +17,7 @@ namespace {
 // Of a batch of copies. A chunk has at most 0.9 MB.
 constexpr size_t kCopiedBytes = size_t{8} << 20;
 // Of a batch on the host: enough for all threads of the writer.
-constexpr size_t kHostChunks = 256;
+constexpr size_t kHostBatch = 256;
 
 }  // namespace
 
@@ -46,7 +46,7 @@ uint64_t CudaAdaptiveView::HostBytesFor(const DeformPlan& plan) {
 }
 
 size_t CudaAdaptiveView::EncodeBatch(const CudaContext& context) {
-  return context.encoder()->name() == kDracoWriterName ? kMostDracoChunks : kHostChunks;
+  return context.encoder()->name() == kDracoWriterName ? kMostDracoChunks : kHostBatch;
 }
 
 absl::Status CudaAdaptiveView::EvaluateChunks(std::span<const Vec3d> control_points,

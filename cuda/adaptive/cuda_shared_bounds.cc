@@ -11,7 +11,7 @@
 namespace latticed {
 namespace {
 
-constexpr char kPurpose[] = "levels";
+constexpr char kSharedPurpose[] = "levels";
 constexpr char kCopy[] = "the copy of shared bounds";
 
 }  // namespace
@@ -21,10 +21,11 @@ absl::StatusOr<CudaSharedBounds> CudaSharedBounds::Create(std::span<const uint32
                                                           CudaContext& context,
                                                           std::shared_ptr<CudaLane> lane) {
   const cudaStream_t stream = lane->stream().get();
+  LATTICED_ASSIGN_OR_RETURN(auto of_device, DeviceBuffer<uint32_t>::Upload(
+                                                context.memory(), kSharedPurpose, edges, stream));
   LATTICED_ASSIGN_OR_RETURN(
-      auto of_device, DeviceBuffer<uint32_t>::Upload(context.memory(), kPurpose, edges, stream));
-  LATTICED_ASSIGN_OR_RETURN(
-      auto bounds, DeviceBuffer<float>::Create(context.memory(), kPurpose, edges.size(), stream));
+      auto bounds,
+      DeviceBuffer<float>::Create(context.memory(), kSharedPurpose, edges.size(), stream));
   LATTICED_ASSIGN_OR_RETURN(auto pinned, context.pinned().Borrow(2 * edges.size_bytes()));
   LATTICED_ASSIGN_OR_RETURN(auto taken, CudaEvent::Create());
   return CudaSharedBounds(edge_maxima, std::move(lane), std::move(of_device), std::move(bounds),

@@ -11,7 +11,7 @@ namespace latticed {
 namespace {
 
 constexpr char kBoundsPurpose[] = "bounds";
-constexpr size_t kPartAlignment = 256;
+constexpr size_t kBoundsAlignment = 256;
 
 }  // namespace
 
@@ -19,7 +19,7 @@ EdgeBoundMemory::Parts EdgeBoundMemory::PartsOf(const DeformPlan& plan) {
   size_t end = 0;
   const auto add = [&end](size_t bytes) {
     const size_t begin = end;
-    end += (bytes + kPartAlignment - 1) / kPartAlignment * kPartAlignment;
+    end += (bytes + kBoundsAlignment - 1) / kBoundsAlignment * kBoundsAlignment;
     return begin;
   };
   Parts parts{};

@@ -17,6 +17,7 @@ namespace {
 std::shared_ptr<const SharedEdges> EdgesAt(const DeformPlan& plan,
                                            const std::vector<SpannedTarget::Part>& parts) {
   std::vector<uint32_t> first_chunks;
+  first_chunks.reserve(parts.size());
   for (const SpannedTarget::Part& part : parts) first_chunks.push_back(part.first_chunk);
   return std::make_shared<const SharedEdges>(SharedEdges::Find(plan, first_chunks));
 }
