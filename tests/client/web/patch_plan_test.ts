@@ -11,7 +11,7 @@ import { evaluate } from '@src/lattice/bspline';
 import type { Vec3 } from '@src/lattice/lattice';
 import { BoxPolynomials } from '@src/patches/box_polynomials';
 import { numberEdges } from '@src/patches/plan/edge_numbers';
-import { bendOf, errorsAt, levelsFor, patternCodes } from '@src/patches/levels/edge_levels';
+import { bendOf, levelOf, patternCodes, shrinkOf } from '@src/patches/levels/edge_levels';
 import type { PatchPlan } from '@src/patches/plan/patch_plan';
 import { PlanReader } from '@src/patches/plan/plan_reader';
 import { SeamStates } from '@src/patches/seam_states';
@@ -80,7 +80,7 @@ test('edges are numbered by patches in the order of first use, whichever way a p
 test('the level of an edge is the least whose error is within the tolerance, at most 5', () => {
   const unit = 2 ** -20;
   for (const tolerance of [1e-9, 1e-6, 1e-4, 0.03, 5]) {
-    const levels = levelsFor(tolerance, unit);
+    const levels = Array.from({ length: 256 }, (_, byte) => levelOf(bendOf(byte, unit), tolerance));
     for (let byte = 0; byte < 255; ++byte) {
       const level = levels[byte];
       const error = (k: number): number => (unit * Math.SQRT2 ** byte) / 6 / 4 ** k;
@@ -89,11 +89,11 @@ test('the level of an edge is the least whose error is within the tolerance, at 
     }
     assert.equal(levels[255], 5);
   }
-  assert.equal(levelsFor(1 / 6, 1)[0], 0); // E = 6 t exactly
-  assert.equal(levelsFor(1 / 6, 1)[4], 1); // E = 4: exactly at level 1
-  assert.equal(levelsFor(1 / 6, 1)[5], 2);
+  assert.equal(levelOf(bendOf(0, 1), 1 / 6), 0); // E = 6 t exactly
+  assert.equal(levelOf(bendOf(4, 1), 1 / 6), 1); // E = 4: exactly at level 1
+  assert.equal(levelOf(bendOf(5, 1), 1 / 6), 2);
   assert.equal(bendOf(255, unit), Infinity);
-  assert.ok(Math.abs(errorsAt(2, unit)[3] - (unit * 2 ** 1.5) / 96) < 1e-20);
+  assert.ok(Math.abs(bendOf(3, unit) * shrinkOf(2) - (unit * 2 ** 1.5) / 96) < 1e-20);
   assert.deepEqual([...patternCodes(Uint32Array.of(9, 9, 9, 0, 1, 2), Uint8Array.of(1, 0, 5), 1, 2)], [0o501]);
 });
 

@@ -35,6 +35,8 @@ interface Stage {
   readonly bytes: Uint8Array;
   /** Whether the page's lattice differs from that of the bytes. */
   isAhead: boolean;
+  /** How far points may be from the surface, with the levels as they are and the lattice of the bytes; 0: not known. */
+  error: number;
 }
 
 /** What a surface is evaluated from, and who wants to know of it. */
@@ -193,6 +195,7 @@ export class PatchSurface {
     const { evaluator, points, corners } = stage;
     let chunks: readonly number[] | undefined = [];
     let moved: readonly number[] = [];
+    const isErrorOld = this.hasMoved || this.levelsAreOld;
     if (this.hasMoved) {
       const { boxes, seams } = evaluator.update(this.source.lattice().points);
       moved = corners.update(boxes);
@@ -204,7 +207,8 @@ export class PatchSurface {
       chunks = chunks && repatterned && [...new Set([...chunks, ...repatterned])];
       this.levelsAreOld = false;
     }
-    this.surface.certifiedError = stage.isAhead ? 0 : this.errorOf(stage);
+    if (isErrorOld) stage.error = this.errorOf(stage);
+    this.surface.certifiedError = stage.isAhead ? 0 : stage.error;
     const isFirst = !this.surface.draws(points); // also after a time with points from the server
     if (isFirst) chunks = undefined;
     if (chunks?.length === 0) return;
@@ -234,7 +238,7 @@ export class PatchSurface {
       plan, layout, structure: lattice, evaluator, points: new EvaluatedPoints(layout, evaluator.buffers),
       corners: new CornerPositions(plan, layout, evaluator.boxes, (patch) => evaluator.boxOf(patch)),
       chosen: new ChosenLevels(plan), bytes: new Uint8Array(plan.edgeCount).fill(UNKNOWN_BEND),
-      isAhead: !this.isInStep,
+      isAhead: !this.isInStep, error: 0,
     };
     surface.edgeBounds.writeAllAgain();
     this.hasMoved = this.levelsAreOld = true;

@@ -5,7 +5,8 @@
 import { NormalMode } from 'latticed/v1/view_pb';
 import type { Axes } from '@src/lattice/grid';
 import type { Vec3 } from '@src/lattice/lattice';
-import { DENOMINATOR, PatchEvaluator } from '@src/patches/gpu/patch_evaluator';
+import { PatchEvaluator } from '@src/patches/gpu/patch_evaluator';
+import { ADAPTIVE_WHOLE } from '@src/surface/patches/adaptive_pattern';
 import { patternCodes } from '@src/patches/levels/edge_levels';
 import { PlanReader } from '@src/patches/plan/plan_reader';
 import { adaptivePattern } from '@src/surface/patches/adaptive_pattern';
@@ -62,7 +63,7 @@ export async function comparePatches(
   for (let n = 0; n < count; ++n) {
     const patch = places[2 * n];
     const [i1, i2] = unpacked(places[2 * n + 1]);
-    const weights: Vec3 = [DENOMINATOR - i1 - i2, i1, i2];
+    const weights: Vec3 = [ADAPTIVE_WHOLE - i1 - i2, i1, i2];
     const expected = referencePoint(made, patch, weights, !isTorn);
     const position = [0, 1, 2].map((axis) => plan.origin[axis] + positions[3 * n + axis]);
     position.forEach((x, axis) => {

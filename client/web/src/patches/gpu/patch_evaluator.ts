@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 import type { LatticeStructure } from '../../lattice/grid';
+import { ADAPTIVE_WHOLE } from '../../surface/patches/adaptive_pattern';
 import { BoxPolynomials } from '../box_polynomials';
 import { conormals } from '../conormals';
 import { DataTexture } from './data_texture';
@@ -17,9 +18,6 @@ export interface EvaluatorChange {
   /** Whether a seam was attached or torn: points on it may have other bits, in any box. */
   readonly seams: boolean;
 }
-
-/** The sum of a point's three integers. */
-export const DENOMINATOR = 4096;
 
 /**
  * Evaluates points of the patches of one plan on the GPU, by transform feedback. Its own calls change what the context has
@@ -41,7 +39,7 @@ export class PatchEvaluator {
     this.tables = new PatchTables(plan, this.boxes.steps);
     this.seams = new SeamStates(plan.seams, structure.size);
     this.program = evaluationProgram(gl, structure.degree);
-    setConstants(gl, this.program, { denominator: DENOMINATOR, boxSteps: this.boxes.steps, conormals: conormals(structure) });
+    setConstants(gl, this.program, { denominator: ADAPTIVE_WHOLE, boxSteps: this.boxes.steps, conormals: conormals(structure) });
     this.textures = {
       patches: new DataTexture(gl, TEXTURES.patches, this.tables.patches),
       seams: new DataTexture(gl, TEXTURES.seams, this.tables.seams),

@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 import type { Vec3 } from '../../lattice/vec';
-import { bendOf, MOST_LEVEL, UNKNOWN_BEND } from './edge_levels';
+import { MOST_LEVEL } from '../../surface/patches/adaptive_pattern';
 import type { PatchPlan } from '../plan/patch_plan';
+import { bendOf, levelOf, shrinkOf, UNKNOWN_BEND } from './edge_levels';
 
 /** How far points may be from the surface, seen from an eye: `perDistance` times the distance, or `everywhere` the same. */
 export type SeenTolerance =
@@ -33,12 +34,7 @@ export class ChosenLevels {
     const unit = this.plan.curvatureUnit;
     const bends = Float64Array.from({ length: 256 }, (_, byte) => bendOf(byte, unit));
     for (let edge = 0; edge < levels.length; ++edge) {
-      let [level, reached] = [0, 6 * tolerances[edge]!];
-      const bend = bends[bytes[edge]!]!;
-      while (level < MOST_LEVEL && !(bend <= reached)) {
-        ++level;
-        reached *= 4;
-      }
+      const level = levelOf(bends[bytes[edge]!]!, tolerances[edge]!);
       if (!(isLazy && levels[edge] === level + 1)) levels[edge] = level;
     }
   }
@@ -47,7 +43,7 @@ export class ChosenLevels {
   error(bytes: Uint8Array): number {
     const { levels } = this;
     const unit = this.plan.curvatureUnit;
-    const shrinks = Float64Array.from({ length: MOST_LEVEL + 1 }, (_, level) => 4 ** -level / 6);
+    const shrinks = Float64Array.from({ length: MOST_LEVEL + 1 }, (_, level) => shrinkOf(level));
     const bends = Float64Array.from({ length: 256 }, (_, byte) => bendOf(byte, unit));
     let largest = 0;
     for (let edge = 0; edge < levels.length; ++edge) largest = Math.max(largest, bends[bytes[edge]!]! * shrinks[levels[edge]!]!);

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 
-/** The largest level of an edge. */
-export const MOST_LEVEL = 5;
+import { MOST_LEVEL } from '../../surface/patches/adaptive_pattern';
 
 /** Of an edge of which nothing is known. */
 export const UNKNOWN_BEND = 255;
@@ -14,19 +13,19 @@ export function bendOf(byte: number, unit: number): number {
   return byte === UNKNOWN_BEND ? Infinity : unit * 2 ** (byte / 2);
 }
 
-/** The least level k with E <= 6 tolerance 4^k, and at most 5; for each byte of an edge. */
-export function levelsFor(tolerance: number, unit: number): Uint8Array {
-  return Uint8Array.from({ length: 256 }, (_, byte) => {
-    const bend = bendOf(byte, unit);
-    let level = 0;
-    while (level < MOST_LEVEL && !(bend <= 6 * tolerance * 4 ** level)) ++level;
-    return level;
-  });
+/** The least level k with `bend` <= 6 tolerance 4^k, and at most 5. */
+export function levelOf(bend: number, tolerance: number): number {
+  let [level, reached] = [0, 6 * tolerance];
+  while (level < MOST_LEVEL && !(bend <= reached)) {
+    ++level;
+    reached *= 4;
+  }
+  return level;
 }
 
-/** How far triangles may be from the surface at an edge of a level: E / (6 4^k), for each byte. In world units. */
-export function errorsAt(level: number, unit: number): Float64Array {
-  return Float64Array.from({ length: 256 }, (_, byte) => bendOf(byte, unit) / (6 * 4 ** level));
+/** How far triangles may be from the surface at an edge of a level, as a part of its bend: 1 / (6 4^level). */
+export function shrinkOf(level: number): number {
+  return 4 ** -level / 6;
 }
 
 /** The codes of patches `first` to `end` - 1 (event.proto, PatchPattern; bit 9 is clear) from the levels of all edges. */

@@ -8,8 +8,10 @@ import { cornersOf, packed, type PatchPattern } from './patch_pattern';
 /** The sum of a point's three barycentrics. */
 export const ADAPTIVE_WHOLE = 4096;
 
+/** The largest level of an edge. */
+export const MOST_LEVEL = 5;
+
 const MOST_CODE = 1023;
-const MOST_LEVEL = 5;
 
 /** Barycentrics times ADAPTIVE_WHOLE. */
 type Point = readonly [number, number, number];
