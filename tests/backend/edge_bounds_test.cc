@@ -15,11 +15,12 @@
 #include "core/patches/edge_order.h"
 #include "fmt/format.h"
 #include "tests/backend/conformance.h"
+#include "tests/backend/tolerance_scenes.h"
 
 namespace latticed::testing {
 namespace {
 
-constexpr uint32_t kBoundSeed = 2014;
+constexpr uint32_t kBoundSeed = kToleranceSeed;
 constexpr ViewSpec kBounds{.format = VertexFormat::kEdgeBounds};
 
 // The bytes of all edges, by number.
@@ -120,28 +121,9 @@ TEST_P(EdgeBounds, AreUnknownWhereControlPointsAreHuge) {
   EXPECT_EQ(std::ranges::min(ReadBytes(*plan, *view)), 255);
 }
 
-struct BoundScene {
-  std::string_view name;
-  PolygonMesh mesh;
-  LatticeOptions options;
-};
-
-std::vector<BoundScene> BoundScenes() {
-  return {
-      {"many boxes", TorusMesh(14, 10), {.degree = {1, 1, 1}, .extra = {6, 6, 6}}},
-      {"partly outside", TorusMesh(7, 5), {.degree = {2, 1, 3}, .scale = 0.7}},
-      {"repeated knots",
-       TorusMesh(6, 5),
-       {.degree = {3, 2, 1}, .extra = {3, 3, 3}, .knots = KnotKind::kRepeated}},
-      {"unconnected, slivers",
-       TriangleSoup(40, kBoundSeed),
-       {.degree = {1, 1, 2}, .extra = {4, 4, 4}}},
-  };
-}
-
 TEST_P(EdgeBounds, AfterAnyEditsAreThoseOfAFullEvaluation) {
   std::uniform_real_distribution<double> noise(-0.1, 0.1);
-  for (BoundScene& one : BoundScenes()) {
+  for (ToleranceScene& one : ToleranceScenes()) {
     const LatticeStructure structure = MakeStructure(one.mesh.ComputeBounds(), one.options);
     const Plan plan = MakeTestPlan(std::move(one.mesh), structure);
     const auto incremental = MakeView(plan, kBounds);
@@ -239,6 +221,22 @@ TEST_P(EdgeBounds, OtherPipelinesRefuseThem) {
     EXPECT_EQ(error::DetailsOf(view.status()).reason, "UNSUPPORTED");
     EXPECT_EQ(error::DetailsOf(view.status()).field, "view.encoding");
   }
+}
+
+// An edge of two parts would have two bounds.
+TEST_P(EdgeBounds, DevicesThatShareAPlanRefuseThem) {
+  ASSERT_OK_AND_ASSIGN(const auto group, MakeSpannedBackend(GetParam().backend, 2, 1));
+  PolygonMesh mesh = TorusMesh(14, 10);
+  const LatticeStructure structure = MakeStructure(mesh.ComputeBounds(), {});
+  ASSERT_OK_AND_ASSIGN(const auto target,
+                       group->Prepare(MakeTestPlan(std::move(mesh), structure), Pipeline::kFused));
+
+  EXPECT_TRUE(target->has_tolerance());
+  EXPECT_FALSE(target->has_edge_bounds());
+  const auto view = target->CreateView(kBounds);
+  ASSERT_THAT(view, StatusIs(absl::StatusCode::kInvalidArgument));
+  EXPECT_EQ(error::DetailsOf(view.status()).reason, "UNSUPPORTED");
+  EXPECT_EQ(error::DetailsOf(view.status()).field, "view.encoding");
 }
 
 INSTANTIATE_TEST_SUITE_P(Backends, EdgeBounds,

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Scenes for views with a tolerance, and what a watcher of such a view has.
+// Scenes for views with a tolerance or of edge bounds, and what a watcher of a view with a tolerance has.
 #ifndef LATTICED_TESTS_BACKEND_TOLERANCE_SCENES_H_
 #define LATTICED_TESTS_BACKEND_TOLERANCE_SCENES_H_
 

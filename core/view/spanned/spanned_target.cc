@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "core/base/catch_bad_alloc.h"
-#include "core/base/error.h"
 #include "core/base/status_macros.h"
 #include "core/view/checked_view.h"
 #include "core/view/spanned/spanned_view.h"
@@ -28,9 +27,7 @@ SpannedTarget::SpannedTarget(std::shared_ptr<const DeformPlan> plan, std::vector
     : plan_(std::move(plan)), parts_(std::move(parts)), shared_edges_(EdgesAt(*plan_, parts_)) {}
 
 absl::StatusOr<std::unique_ptr<DeformView>> SpannedTarget::CreateView(const ViewSpec& spec) {
-  if (spec.format == VertexFormat::kEdgeBounds) {  // an edge of two parts would have two bounds
-    return error::Unsupported("view.encoding", "patches of a scene on several devices");
-  }
+  LATTICED_RETURN_IF_ERROR(CheckSupported(*this, spec));
   return CatchBadAlloc("the view", [&]() -> absl::StatusOr<std::unique_ptr<DeformView>> {
     std::vector<SpannedView::Part> parts;
     std::vector<DeformView*> views;
