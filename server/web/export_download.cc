@@ -137,6 +137,9 @@ void ExportDownload::Start(const ServerChannel& server, const v1::ExportRequest&
 
 void ExportDownload::StartAnswer(const v1::ExportHeader& header) {
   answering_ = true;
+  if (header.certified_error() > 0) {
+    fields_.push_back({"latticed-certified-error", fmt::to_string(header.certified_error())});
+  }
   Append(guard_.CorsFields(exchange_->request(), fields_), fields_);
   fields_.push_back({"content-type", header.media_type()});
   fields_.push_back({"content-disposition", Disposition(header.file_name())});

@@ -8,6 +8,8 @@
 //   ?tolerance=0.01      in world units, above 0      }
 //   ?normals=smooth      none, facet or smooth        }
 //
+// The field latticed-certified-error has ExportHeader.certified_error where there is one.
+//
 // Errors   an HTTP status with the words of the rpc's; a failure after the first byte breaks the
 //          connection, so that no browser keeps half a file
 // Threads  on the connection's strand

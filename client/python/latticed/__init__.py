@@ -25,6 +25,7 @@ from latticed.edit_calls import Gesture
 from latticed.edit_result import EditResult
 from latticed.errors import LatticedError
 from latticed.evaluation import Evaluation
+from latticed.exported import Exported
 from latticed.lattice import Lattice
 from latticed.mesh import Mesh
 from latticed.patches.evaluator import PatchEvaluator
@@ -47,6 +48,7 @@ __all__ = [
     "DeformStream",
     "EditResult",
     "Evaluation",
+    "Exported",
     "Gesture",
     "Lattice",
     "LatticedError",

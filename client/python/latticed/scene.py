@@ -19,6 +19,7 @@ from latticed.choices import choose
 from latticed.edit_calls import EditCalls
 from latticed.edit_result import EditResult
 from latticed.errors import LatticedError
+from latticed.exported import Exported
 from latticed.evaluation import Evaluation
 from latticed.lattice import Lattice, vector
 from latticed.patches.plan import PatchPlan
@@ -180,8 +181,8 @@ class Scene(EditCalls[EditResult]):
         progress: Progress = None,
         original: bool = False,
         welded: bool = True,
-    ) -> int:
-        """Writes the deformed surface to a file, as a whole or not at all. Returns the surface's revision.
+    ) -> Exported:
+        """Writes the deformed surface to a file, as a whole or not at all. Returns what the server says about it.
 
         format    "ply", "obj", "stl", "glb", "usda", "drc" or "nets" (Bézier control points); empty: by the suffix
         view      only its segments, tolerance and normals are used, and its bits for drc
@@ -228,7 +229,7 @@ class Scene(EditCalls[EditResult]):
         revision: int,
         geometry: surface_pb2.ExportGeometry,
         progress: ProgressFunction,
-    ) -> int:
+    ) -> Exported:
         number = choose("a format", format, transfers.EXPORT_FORMATS)
         request = surface_pb2.ExportRequest(
             scene=self.id, revision=revision, format=number, view=view.to_proto(), geometry=geometry

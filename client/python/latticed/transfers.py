@@ -12,6 +12,7 @@ from typing import Any, BinaryIO, Callable, Iterator, List, Union
 from latticed.choices import choose
 from latticed.connection import Connection
 from latticed.errors import LatticedError
+from latticed.exported import Exported
 from latticed.patches.plan import PatchPlan
 from latticed.patches.plan_reader import read_plan
 from latticed.progress_bar import ProgressFunction
@@ -78,10 +79,10 @@ def export(
     request: surface_pb2.ExportRequest,
     open_file: Callable[[], BinaryIO],
     progress: ProgressFunction,
-) -> int:
-    """Writes the bytes to a file, which each attempt opens anew. Returns the exported revision."""
+) -> Exported:
+    """Writes the bytes to a file, which each attempt opens anew."""
 
-    def attempt() -> int:
+    def attempt() -> Exported:
         header, done = surface_pb2.ExportHeader(), 0
         with open_file() as file:
             for part in connection.scenes.Export(request, metadata=connection.metadata(request.scene)):
@@ -92,7 +93,7 @@ def export(
                 progress(done, header.bytes)
         if done != header.bytes:
             raise LatticedError.data_loss(f"an export of {header.bytes} bytes ended after {done}")
-        return int(header.revision)
+        return Exported(header.revision, header.certified_error)
 
     return with_retries(connection.address, attempt)
 

@@ -24,12 +24,24 @@ from definition import BOX_FACES, BOX_POSITIONS, deform
 def test_every_format_by_suffix(scene, tmp_path, suffix, begin):
     told = []
 
-    revision = scene.export(tmp_path / f"a.{suffix}", progress=lambda done, total: told.append((done, total)))
+    exported = scene.export(tmp_path / f"a.{suffix}", progress=lambda done, total: told.append((done, total)))
 
     data = (tmp_path / f"a.{suffix}").read_bytes()
-    assert revision == 0 and data.startswith(begin)
+    assert exported == latticed.Exported(revision=0, certified_error=0)
+    assert data.startswith(begin)
     assert told[-1] == (len(data), len(data))
     assert scene.export_bytes(suffix) == data
+
+
+def test_an_export_by_a_tolerance_tells_what_it_keeps(scene, tmp_path):
+    edited = scene.move([21, 22, 42], (0.25, 0.5, -0.125))
+
+    coarse = scene.export(tmp_path / "coarse.obj", view=latticed.View(segments=32, tolerance=0.05))
+    fine = scene.export(tmp_path / "fine.obj", view=latticed.View(segments=32, tolerance=0.001))
+
+    assert coarse.revision == fine.revision == edited.revision
+    assert 0 < fine.certified_error <= 0.001 < coarse.certified_error <= 0.05
+    assert (tmp_path / "fine.obj").stat().st_size > (tmp_path / "coarse.obj").stat().st_size
 
 
 def test_a_file_is_there_whole_or_not_at_all(scene, tmp_path):

@@ -243,6 +243,29 @@ TEST_F(WebTest, DownloadsAnExportWithTheSegmentsAndNormalsAskedFor) {
   EXPECT_EQ(triangles("?geometry=original&segments=3"), 2u * 8 * 8);
 }
 
+TEST_F(WebTest, ADownloadByAToleranceTellsItsCertifiedError) {
+  options_.cors_origins = {"https://app.example"};
+  ServeScene();
+  ASSERT_OK(Apply(MoveOne("editor", 1, 13, {0.5, 0, 0})));
+  auto request = For<v1::ExportRequest>();
+  request.set_format(v1::EXPORT_FORMAT_PLY);
+  request.mutable_view()->set_tolerance(0.01);
+  std::vector<v1::ExportResponse> parts;
+  ASSERT_OK(ReadAll(&Scenes::Export, request, &parts));
+  const double certified = parts.front().header().certified_error();
+  const auto fields = [this](const std::string& query) {
+    return Get(fmt::format("/export/{}.ply{}", kScene, query), {{"origin", "https://app.example"}})
+        .fields;
+  };
+
+  const WebFields file = fields("?tolerance=0.01");
+
+  ASSERT_GT(certified, 0);
+  EXPECT_EQ(std::stod(file.at("latticed-certified-error")), certified);
+  EXPECT_THAT(file.at("access-control-expose-headers"), HasSubstr("latticed-certified-error"));
+  EXPECT_EQ(fields("").count("latticed-certified-error"), 0) << "without a tolerance";
+}
+
 TEST_F(WebTest, AQueryOfADownloadThatMeansNothingIsRefused) {
   ServeScene();
   const std::vector<std::pair<std::string, std::string>> cases = {
