@@ -32,18 +32,21 @@ class AdjacencyIndex {
 
   // Returns the number of (vertex, key) and whether the pair is new. A new pair gets `number`.
   std::pair<uint32_t, bool> TryEmplace(uint32_t vertex, uint64_t key, uint32_t number) {
-    if (vertex >= first_.size()) first_.resize(vertex + size_t{1}, kNone);
-    size_t count = 0;
-    for (uint32_t i = first_[vertex]; i != kNone; i = entries_[i].next, ++count) {
-      if (entries_[i].key == key) return {entries_[i].number, false};
-    }
-    if (count == kMostAtVertex) {
+    return Place(vertex, key, number, [&]() -> std::pair<uint32_t, bool> {
       const auto [it, added] = rest_.try_emplace({vertex, key}, number);
       return {it->second, added};
-    }
-    entries_.push_back({key, number, first_[vertex]});
-    first_[vertex] = static_cast<uint32_t>(entries_.size() - 1);
-    return {number, true};
+    });
+  }
+
+  // The same without the hashed keys: one that the list of its vertex has no room for is new each time. After Reserve,
+  // this takes no memory.
+  std::pair<uint32_t, bool> TryEmplaceInList(uint32_t vertex, uint64_t key, uint32_t number) {
+    return Place(vertex, key, number, [&] { return std::pair(number, true); });
+  }
+
+  // What Reserve takes.
+  static constexpr uint64_t ReservedBytes(uint64_t vertices, uint64_t keys) {
+    return vertices * sizeof(uint32_t) + keys * sizeof(Entry);
   }
 
  private:
@@ -52,6 +55,19 @@ class AdjacencyIndex {
     uint64_t key;
     uint32_t number, next;
   };
+
+  template <typename IfFull>
+  std::pair<uint32_t, bool> Place(uint32_t vertex, uint64_t key, uint32_t number, IfFull if_full) {
+    if (vertex >= first_.size()) first_.resize(vertex + size_t{1}, kNone);
+    size_t count = 0;
+    for (uint32_t i = first_[vertex]; i != kNone; i = entries_[i].next, ++count) {
+      if (entries_[i].key == key) return {entries_[i].number, false};
+    }
+    if (count == kMostAtVertex) return if_full();
+    entries_.push_back({key, number, first_[vertex]});
+    first_[vertex] = static_cast<uint32_t>(entries_.size() - 1);
+    return {number, true};
+  }
 
   std::vector<uint32_t> first_;  // entry, by vertex
   std::vector<Entry> entries_;

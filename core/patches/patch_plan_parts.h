@@ -31,7 +31,8 @@ constexpr size_t NumbersPerRestNormal(RestNormals normals) {
 inline constexpr int kRestNormalBits = 16;         // of octahedral normals
 inline constexpr double kRestNormalUnit = 32'767;  // of the components of smooth normals
 inline constexpr uint32_t kMaxRunPatches = 4'096;
-// Vertices and edges of one message of seams. It is then far below limits::kMaxPartBytes.
+// Seams, vertices and edges of one message of seams. It is then below limits::kMaxPartBytes: a seam takes 6 numbers of
+// at most 2 bytes, a vertex 5 of 17 in all, an edge 2 of 8.
 inline constexpr size_t kMaxSeamMembers = 16'384;
 
 struct PatchPlanHeader {

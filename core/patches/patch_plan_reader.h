@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Reads the parts of a patch plan. Parts come from a network: nothing in them is believed before it is checked, and
-// memory grows with the bytes that have arrived, not with the numbers of a header.
+// Reads the parts of a patch plan. Parts come from a network: nothing in them is believed before it is checked. Memory
+// grows with the runs that have come, by at most some MB each, and not with the numbers of a header.
 //
 //   PatchPlanReader reader(header);
 //   reader.Add(run); …  reader.Add(seams); …

@@ -24,6 +24,23 @@ constexpr uint32_t UseCode(std::pair<uint32_t, bool> numbered, uint32_t so_far) 
   return numbered.second ? 0 : so_far - numbered.first;
 }
 
+// Whose lists have the normals: the vertices of the mesh, or those of the plan.
+size_t NormalOwners(const DeformPlan& plan, RestNormals normals) {
+  return normals == RestNormals::kFacet ? plan.mesh->positions.size() : plan.vertices.size();
+}
+
+bool IsOnSeam(const PlanVertex& vertex) { return vertex.seam != kNoIndex; }
+
+// With the arrays of a run, which are copied while they grow.
+uint64_t WriterBytes(const DeformPlan& plan, RestNormals normals, uint64_t normal_count) {
+  constexpr uint64_t kRunPatchBytes = 400;
+  const auto seams =
+      static_cast<uint64_t>(std::count_if(plan.vertices.begin(), plan.vertices.end(), IsOnSeam));
+  return plan.vertices.size() * sizeof(uint32_t) + seams * sizeof(std::pair<uint32_t, uint32_t>) +
+         AdjacencyIndex::ReservedBytes(NormalOwners(plan, normals), normal_count) +
+         std::min<uint64_t>(plan.patches.size(), kMaxRunPatches) * kRunPatchBytes;
+}
+
 uint16_t SmoothNumber(double component) {
   return static_cast<uint16_t>(std::lround(kRestNormalUnit * std::clamp(component, -1.0, 1.0)));
 }
@@ -88,8 +105,24 @@ absl::StatusOr<PatchPlanWriter> PatchPlanWriter::Create(std::shared_ptr<const De
   return writer;
 }
 
+uint64_t PatchPlanWriter::MostBytes(const DeformPlan& plan, RestNormals normals) {
+  const uint64_t most = plan.patches.size() * RestNormalsPerPatch(normals);
+  return WriterBytes(plan, normals, most) + plan.vertices.size() / 8;
+}
+
+uint64_t PatchPlanWriter::MemoryBytes() const {
+  return WriterBytes(*plan_, normals_, header_.normal_count);
+}
+
+void PatchPlanWriter::ResetNormals(size_t count) {
+  normal_numbers_ = {};
+  normals_so_far_ = 0;
+  if (count > 0) normal_numbers_.Reserve(NormalOwners(*plan_, normals_), count);
+}
+
 // Numbers all normals once to know how many there are, and forgets them.
 absl::Status PatchPlanWriter::Count(StopCheck stop) {
+  ResetNormals(plan_->patches.size() * RestNormalsPerPatch(normals_));
   std::vector<bool> used(plan_->vertices.size());
   StopPoll poll(stop);
   for (size_t p = 0; p < plan_->patches.size(); ++p) {
@@ -101,8 +134,7 @@ absl::Status PatchPlanWriter::Count(StopCheck stop) {
   }
   header_.vertex_count = static_cast<uint64_t>(std::count(used.begin(), used.end(), true));
   header_.normal_count = normals_so_far_;
-  normal_numbers_ = {};
-  normals_so_far_ = 0;
+  ResetNormals(normals_so_far_);
   return absl::OkStatus();
 }
 
@@ -121,7 +153,7 @@ std::pair<uint32_t, bool> PatchPlanWriter::NumberNormal(size_t patch, size_t cor
   const uint32_t vertex = normals_ == RestNormals::kFacet
                               ? plan_->mesh->corner_vertices[plan_->sources[patch].corners[0]]
                               : plan_->patches[patch].vertex[corner];
-  const auto numbered = normal_numbers_.TryEmplace(vertex, normal.Key(), normals_so_far_);
+  const auto numbered = normal_numbers_.TryEmplaceInList(vertex, normal.Key(), normals_so_far_);
   if (numbered.second) ++normals_so_far_;
   return numbered;
 }
@@ -168,43 +200,58 @@ absl::StatusOr<std::optional<PatchRun>> PatchPlanWriter::NextRun() {
 }
 
 void PatchPlanWriter::FindSeamVertices() {
-  for (size_t v = 0; v < plan_->vertices.size(); ++v) {
-    if (plan_->vertices[v].seam == kNoIndex) continue;
-    seam_vertices_.emplace_back(vertex_numbers_[v], static_cast<uint32_t>(v));
+  const auto& vertices = plan_->vertices;
+  seam_vertices_.reserve(
+      static_cast<size_t>(std::count_if(vertices.begin(), vertices.end(), IsOnSeam)));
+  for (size_t v = 0; v < vertices.size(); ++v) {
+    if (IsOnSeam(vertices[v]))
+      seam_vertices_.emplace_back(vertex_numbers_[v], static_cast<uint32_t>(v));
   }
   std::sort(seam_vertices_.begin(), seam_vertices_.end());
 }
 
-std::optional<PatchSeams> PatchPlanWriter::NextSeams() {
-  if (plan_->seams.empty() || seams_done_) return std::nullopt;
-  PatchSeams part;
-  if (next_seam_vertex_ == 0 && next_seam_edge_ == 0) {
-    FindSeamVertices();
-    for (const Seam& seam : plan_->seams) {
-      for (size_t a = 0; a < 3; ++a) {
-        part.ranges.push_back(static_cast<uint32_t>(seam.first[a]));
-        part.ranges.push_back(static_cast<uint32_t>(seam.last[a]));
-      }
+void PatchPlanWriter::AppendSeamRanges(PatchSeams* part) {
+  const size_t end = std::min(plan_->seams.size(), next_seam_ + kMaxSeamMembers);
+  for (; next_seam_ < end; ++next_seam_) {
+    const Seam& seam = plan_->seams[next_seam_];
+    for (size_t a = 0; a < 3; ++a) {
+      part->ranges.push_back(static_cast<uint32_t>(seam.first[a]));
+      part->ranges.push_back(static_cast<uint32_t>(seam.last[a]));
     }
   }
-  for (; next_seam_vertex_ < seam_vertices_.size() && part.vertices.size() < kMaxSeamMembers;
-       ++next_seam_vertex_) {
+}
+
+void PatchPlanWriter::AppendSeamVertices(PatchSeams* part) {
+  const size_t end = std::min(seam_vertices_.size(), next_seam_vertex_ + kMaxSeamMembers);
+  for (; next_seam_vertex_ < end; ++next_seam_vertex_) {
     const auto [number, v] = seam_vertices_[next_seam_vertex_];
     const PlanVertex& vertex = plan_->vertices[v];
-    part.vertices.push_back(number);
-    part.vertex_seams.push_back(vertex.seam);
+    part->vertices.push_back(number);
+    part->vertex_seams.push_back(vertex.seam);
     for (const uint32_t place : OutsidePlaces(outside_box_, vertex.world)) {
-      part.outside_places.push_back(place);
+      part->outside_places.push_back(place);
     }
   }
-  for (; next_seam_edge_ < plan_->edges.size() && part.edges.size() < kMaxSeamMembers;
+}
+
+void PatchPlanWriter::AppendSeamEdges(PatchSeams* part) {
+  for (; next_seam_edge_ < plan_->edges.size() && part->edges.size() < kMaxSeamMembers;
        ++next_seam_edge_) {
     const uint32_t seam = plan_->edges[next_seam_edge_].seam;
     if (seam == kNoIndex) continue;
-    part.edges.push_back(static_cast<uint32_t>(next_seam_edge_));
-    part.edge_seams.push_back(seam);
+    part->edges.push_back(static_cast<uint32_t>(next_seam_edge_));
+    part->edge_seams.push_back(seam);
   }
-  if (!part.vertices.empty() || !part.edges.empty()) return part;
+}
+
+std::optional<PatchSeams> PatchPlanWriter::NextSeams() {
+  if (plan_->seams.empty() || seams_done_) return std::nullopt;
+  if (next_seam_ == 0) FindSeamVertices();
+  PatchSeams part;
+  AppendSeamRanges(&part);
+  AppendSeamVertices(&part);
+  AppendSeamEdges(&part);
+  if (!part.ranges.empty() || !part.vertices.empty() || !part.edges.empty()) return part;
   seams_done_ = true;
   for (const Vec3d p : plan_->identity_points)
     part.identity_points.insert(part.identity_points.end(), {p.x, p.y, p.z});

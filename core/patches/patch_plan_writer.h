@@ -10,7 +10,7 @@
 // Patches and edges keep the plan's numbers: the plan numbers its edges in the order of first use. Vertices and rest
 // normals get theirs as runs are written.
 //
-// Memory   4 bytes a vertex, some 30 a rest normal
+// Memory   MostBytes until Create returns, then MemoryBytes, besides what is returned and the plan
 // Errors   what `stop` returns; kResourceExhausted without memory for zlib
 // Threads  one thread at a time
 #ifndef LATTICED_CORE_PATCHES_PATCH_PLAN_WRITER_H_
@@ -37,6 +37,10 @@ class PatchPlanWriter {
   [[nodiscard]] static absl::StatusOr<PatchPlanWriter> Create(
       std::shared_ptr<const DeformPlan> plan, RestNormals normals, StopCheck stop = NeverStop);
 
+  // The bytes that Create takes, and a writer afterwards: no more than these.
+  [[nodiscard]] static uint64_t MostBytes(const DeformPlan& plan, RestNormals normals);
+  [[nodiscard]] uint64_t MemoryBytes() const;
+
   const PatchPlanHeader& header() const { return header_; }
   // nullopt after the last patch.
   [[nodiscard]] absl::StatusOr<std::optional<PatchRun>> NextRun();
@@ -54,12 +58,17 @@ class PatchPlanWriter {
 
   PatchPlanWriter(std::shared_ptr<const DeformPlan> plan, RestNormals normals);
   absl::Status Count(StopCheck stop);
+  // Forgets all rest normals, and makes room for this many.
+  void ResetNormals(size_t count);
   // The number of a patch's rest normal at `corner`, and whether it is new.
   std::pair<uint32_t, bool> NumberNormal(size_t patch, size_t corner, RestNormal normal);
   RestNormal NormalAt(size_t patch, size_t corner) const;
   void AppendPatch(size_t patch, RunArrays* arrays);
   Places PlacesOfVertex(const PlanVertex& vertex) const;
   void FindSeamVertices();
+  void AppendSeamRanges(PatchSeams* part);
+  void AppendSeamVertices(PatchSeams* part);
+  void AppendSeamEdges(PatchSeams* part);
 
   std::shared_ptr<const DeformPlan> plan_;
   RestNormals normals_;
@@ -76,7 +85,7 @@ class PatchPlanWriter {
 
   std::vector<std::pair<uint32_t, uint32_t>>
       seam_vertices_;  // number, vertex of the plan; ascending
-  size_t next_seam_vertex_ = 0, next_seam_edge_ = 0;
+  size_t next_seam_ = 0, next_seam_vertex_ = 0, next_seam_edge_ = 0;
   bool seams_done_ = false;
 };
 

@@ -21,7 +21,7 @@
 namespace latticed {
 namespace {
 
-// The topology of views without positions.
+// In the topology_id of views whose patches have no common segments.
 constexpr int kNoSegments = 0;
 
 RestNormals RestNormalsOf(NormalMode mode) {
@@ -81,12 +81,6 @@ v1::PatchPlanPart SeamsPart(const PatchSeams& seams) {
   return part;
 }
 
-// The memory that a writer takes: its numbers of vertices and of normals.
-uint64_t WriterBytes(const DeformPlan& plan, uint64_t normals) {
-  constexpr uint64_t kVertexBytes = 16, kNormalBytes = 32;
-  return plan.vertices.size() * kVertexBytes + normals * kNormalBytes;
-}
-
 struct OpenPlan {
   MemoryReservation room;
   PatchPlanWriter writer;
@@ -121,15 +115,14 @@ absl::StatusOr<NextPart<v1::PatchPlanPart>> OpenPatchPlan(const CallContext& con
       const NormalMode normals,
       NormalModeFromProto(request.normals(), config.default_view.key.spec.normals, "normals"));
   const RestNormals rest = RestNormalsOf(normals);
-  const uint64_t most = plan->patches.size() * RestNormalsPerPatch(rest);
-  LATTICED_ASSIGN_OR_RETURN(auto room,
-                            context.env.memory->Reserve("the patch plan", WriterBytes(*plan, most),
-                                                        context.call.account->memory));
+  LATTICED_ASSIGN_OR_RETURN(
+      auto room,
+      context.env.memory->Reserve("the patch plan", PatchPlanWriter::MostBytes(*plan, rest),
+                                  context.call.account->memory));
   LATTICED_ASSIGN_OR_RETURN(auto writer, PatchPlanWriter::Create(plan, rest, [&] {
                               return CheckCancelled(context.call);
                             }));
-  LATTICED_RETURN_IF_ERROR(
-      room.Resize("the patch plan", WriterBytes(*plan, writer.header().normal_count)));
+  LATTICED_RETURN_IF_ERROR(room.Resize("the patch plan", writer.MemoryBytes()));
   const auto open = std::make_shared<OpenPlan>(
       OpenPlan{std::move(room), std::move(writer), request.topology_id(), normals});
   return [open] { return open->Next(); };

@@ -26,5 +26,19 @@ TEST(AdjacencyIndex, AnswersAsAMapDoes) {
   }
 }
 
+TEST(AdjacencyIndex, AListHasItsFirstKeysAlone) {
+  constexpr uint32_t kInList = 32;
+  AdjacencyIndex index;
+  index.Reserve(3, 64);
+  for (uint32_t key = 0; key < 40; ++key) {
+    EXPECT_EQ(index.TryEmplaceInList(2, key, 100 + key), std::pair(100 + key, true));
+  }
+  for (uint32_t key = 0; key < 40; ++key) {
+    const bool held = key < kInList;
+    EXPECT_EQ(index.TryEmplaceInList(2, key, 200 + key),
+              std::pair((held ? 100 : 200) + key, !held));
+  }
+}
+
 }  // namespace
 }  // namespace latticed

@@ -8,6 +8,7 @@
 
 #include <cmath>
 #include <iostream>
+#include <numeric>
 #include <set>
 
 #include "core/codec/octahedral.h"
@@ -193,6 +194,44 @@ TEST(PatchPlanWriter, RunsDoNotMixInsideAndOutside) {
 
   EXPECT_EQ(std::count(ends.begin(), ends.end(), inside), 1);
   EXPECT_EQ(ends.back(), plan->patches.size());
+}
+
+// Walls across the squares of a lattice's face: each square that a wall crosses has seams of its own.
+PolygonMesh Walls(int count) {
+  PolygonMesh mesh;
+  for (int i = 0; i < count; ++i) {
+    const double x = (i + 0.5) / count;
+    const auto first = static_cast<uint32_t>(mesh.positions.size());
+    for (const double y : {0.0, 1.0}) {
+      for (const double z : {-1.0, 1.0}) mesh.positions.push_back({x, y, z});
+    }
+    for (const uint32_t v : {0u, 1u, 3u, 2u}) mesh.corner_vertices.push_back(first + v);
+    mesh.face_offsets.push_back(static_cast<uint32_t>(mesh.corner_vertices.size()));
+  }
+  return mesh;
+}
+
+TEST(PatchPlanWriter, ManySeamsAreSeveralMessages) {
+  const PolygonMesh mesh = Walls(100);
+  Bounds upper;
+  upper.Extend(Vec3d{0, 0, 0});
+  upper.Extend(Vec3d{1, 1, 1});
+  const auto lattice = FitLattice(upper, {101, 101, 2}, {1, 1, 1}, 0);
+  const auto plan = PlanOf(mesh, lattice->structure);
+  ASSERT_GT(plan->seams.size(), 16'384u);
+  auto writer = PatchPlanWriter::Create(plan, RestNormals::kNone);
+  while (writer->NextRun().value().has_value()) continue;
+
+  std::vector<size_t> ranges;
+  for (auto seams = writer->NextSeams(); seams.has_value(); seams = writer->NextSeams()) {
+    ranges.push_back(seams->ranges.size() / 6);
+    EXPECT_LE(seams->vertices.size(), 16'384u);
+    EXPECT_LE(seams->edges.size(), 16'384u);
+  }
+
+  EXPECT_EQ(ranges[0], 16'384u);
+  EXPECT_EQ(std::accumulate(ranges.begin(), ranges.end(), size_t{0}), plan->seams.size());
+  ExpectSeams(*plan, WriteAndRead(plan, RestNormals::kNone).plan);
 }
 
 TEST(PatchPlanWriter, StopsWhenToldTo) {
