@@ -122,7 +122,8 @@ constexpr UnaryMethod kListMeshes{Rpc{"MeshService/ListMeshes", Role::kRead}, Li
                                   Lane::kLong};
 constexpr UnaryMethod kDeleteMesh{Rpc{"MeshService/DeleteMesh", Role::kEdit}, DeleteMesh,
                                   Lane::kLong};
-constexpr PartMethod kDownloadMesh{Rpc{"MeshService/DownloadMesh", Role::kRead}, OpenDownload};
+constexpr PartMethod kDownloadMesh{Rpc{"MeshService/DownloadMesh", Role::kRead}, OpenDownload,
+                                   Parts::kCopied};
 
 // Every rpc takes and gives bytes (server/wire/message_bytes.h).
 using M = v1::MeshService;

@@ -17,7 +17,8 @@
 // room for the reply itself before it changes anything. A server stream of parts has one part in memory at
 // a time; gRPC's flow control paces it.
 //
-// Threads  gRPC calls Run; handlers run on a worker
+// Threads  gRPC calls Run; handlers run on a worker, and so do functions that compute the parts of a stream. Parts of a
+//          file, which are copied, are made where gRPC says that it has written the one before.
 #ifndef LATTICED_SERVER_RPC_METHOD_H_
 #define LATTICED_SERVER_RPC_METHOD_H_
 
@@ -99,11 +100,16 @@ using NextPart = std::function<absl::StatusOr<std::optional<Message>>()>;
 template <typename Request, typename Message>
 using PartHandler = absl::StatusOr<NextPart<Message>> (*)(const CallContext&, const Request&);
 
+// What a part takes: some milliseconds of computing, or a copy.
+enum class Parts { kComputed, kCopied };
+
 template <typename Request, typename Message>
 class PartStream final : public CallReactor<grpc::ServerWriteReactor<grpc::ByteBuffer>> {
  public:
   PartStream(ServerEnv* env, grpc::CallbackServerContext* context, const Rpc& rpc,
-             const grpc::ByteBuffer& request, PartHandler<Request, Message> open, Lane lane) {
+             const grpc::ByteBuffer& request, PartHandler<Request, Message> open, Lane lane,
+             Parts parts)
+      : env_(*env), parts_(parts) {
     if (!Begin(*env, context, rpc)) return;
     room_.Open(*env, call_);
     const auto work = [=, this]() -> absl::Status {
@@ -116,12 +122,14 @@ class PartStream final : public CallReactor<grpc::ServerWriteReactor<grpc::ByteB
 
   void OnWriteDone(bool ok) override {
     EndWrite();
-    if (!ok || call_.context->IsCancelled()) return FinishCall(grpc::Status::CANCELLED);
-    WriteNext();
+    if (!ok) return FinishCall(grpc::Status::CANCELLED);
+    if (parts_ == Parts::kCopied) return WriteNext();
+    env_.Post(Lane::kQuick, *call_.account, [this] { WriteNext(); });
   }
 
  private:
   void WriteNext() {
+    if (call_.context->IsCancelled()) return FinishCall(grpc::Status::CANCELLED);
     const auto message = CatchBadAlloc("the next part", next_);
     if (!message.ok()) return FinishCall(message.status());
     if (!message->has_value()) return FinishCall(grpc::Status::OK);
@@ -131,6 +139,8 @@ class PartStream final : public CallReactor<grpc::ServerWriteReactor<grpc::ByteB
     StartWrite(&part_);
   }
 
+  ServerEnv& env_;
+  const Parts parts_;
   Request request_;
   NextPart<Message> next_;
   grpc::ByteBuffer part_;
@@ -141,17 +151,18 @@ template <typename Request, typename Message>
 struct PartMethod {
   Rpc rpc;
   PartHandler<Request, Message> open;
-  Lane lane = Lane::kQuick;
+  Parts parts;
+  Lane lane = Lane::kQuick;  // of `open`
 
   grpc::ServerWriteReactor<grpc::ByteBuffer>* Run(ServerEnv* env,
                                                   grpc::CallbackServerContext* context,
                                                   const grpc::ByteBuffer* request) const {
-    return new PartStream<Request, Message>(env, context, rpc, *request, open, lane);
+    return new PartStream<Request, Message>(env, context, rpc, *request, open, lane, parts);
   }
 };
 
 template <typename Request, typename Message>
-PartMethod(Rpc, absl::StatusOr<NextPart<Message>> (*)(const CallContext&, const Request&),
+PartMethod(Rpc, absl::StatusOr<NextPart<Message>> (*)(const CallContext&, const Request&), Parts,
            Lane = Lane::kQuick) -> PartMethod<Request, Message>;
 
 // A file as a stream of parts: a message with the header, then the bytes from `offset` on in messages of

@@ -295,10 +295,12 @@ constexpr UnaryMethod kEvaluatePoints{Rpc{"SceneService/EvaluatePoints", Role::k
                                       EvaluateScene};
 constexpr UnaryMethod kPick{Rpc{"SceneService/Pick", Role::kRead}, PickInScene};
 constexpr UnaryMethod kControlWatch{Rpc{"SceneService/ControlWatch", Role::kRead}, ControlWatch};
-constexpr PartMethod kGetTopology{Rpc{"SceneService/GetTopology", Role::kRead}, OpenTopology};
+constexpr PartMethod kGetTopology{Rpc{"SceneService/GetTopology", Role::kRead}, OpenTopology,
+                                  Parts::kComputed};
 constexpr PartMethod kGetPatchPlan{Rpc{"SceneService/GetPatchPlan", Role::kRead}, OpenPatchPlan,
-                                   Lane::kLong};
-constexpr PartMethod kExport{Rpc{"SceneService/Export", Role::kRead}, OpenExport, Lane::kLong};
+                                   Parts::kComputed, Lane::kLong};
+constexpr PartMethod kExport{Rpc{"SceneService/Export", Role::kRead}, OpenExport, Parts::kCopied,
+                             Lane::kLong};
 constexpr Rpc kDeform{"SceneService/Deform", Role::kRead};
 constexpr Rpc kWatch{"SceneService/Watch", Role::kRead};
 constexpr Rpc kGetUpdate{"SceneService/GetUpdate", Role::kRead};
