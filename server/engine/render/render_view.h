@@ -78,7 +78,8 @@ class RenderView {
   // Begins a turn and takes the dirty chunks. Returns nullopt
   //   while a turn runs, or after a failure;
   //   when nobody watches, nobody wants a newer snapshot, or the newest one has this state already;
-  //   when the turn has more than `most_points` points to encode, or to evaluate on the host's cores.
+  //   when the turn has more than `most_points` points to encode; what the host's cores evaluate counts twice, and the
+  //   bounds of a patch count as some points.
   [[nodiscard]] std::optional<RenderWork> Begin(std::shared_ptr<RenderView> self, RenderInput input,
                                                 uint64_t most_points) ABSL_LOCKS_EXCLUDED(mutex_);
   // Evaluates, encodes and publishes, with no lock held. It stops early when the last watcher leaves. Called
