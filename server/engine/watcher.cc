@@ -68,6 +68,16 @@ absl::Status Watcher::UseView(const WatchView& asked) {
   return absl::OkStatus();
 }
 
+absl::Status Watcher::SetView(const WatchView& view) {
+  const bool same_bounds = view.key == asked_.key && view.client_normals != asked_.client_normals;
+  LATTICED_RETURN_IF_ERROR(UseView(view));
+  if (!same_bounds) return absl::OkStatus();
+  // An update tells the client that its view has changed.
+  Drop();
+  client_.had.reset();
+  return absl::OkStatus();
+}
+
 void Watcher::SwitchTo(const ViewKey& key) {
   if (key == board_->key()) return;
   auto board =

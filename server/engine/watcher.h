@@ -54,7 +54,7 @@ class Watcher {
   [[nodiscard]] absl::Status Ack(uint64_t update_id);
   [[nodiscard]] absl::Status CheckAck(uint64_t update_id) const;
   // Sets the view from the next update on.
-  [[nodiscard]] absl::Status SetView(const WatchView& view) { return UseView(view); }
+  [[nodiscard]] absl::Status SetView(const WatchView& view);
   // No update is begun while paused or silent. The update in progress goes on while paused, and is dropped
   // when silent.
   void SetPaused(bool paused);

@@ -110,7 +110,9 @@ absl::StatusOr<WatchView> WatchViewFromProto(const v1::ViewOptions& options,
   if (!view.ok()) return view;
   ViewSpec& spec = view->key.spec;
   if (!HasPositions(spec)) {
-    return WatchView{.key = {{.normals = spec.normals, .format = spec.format}, view->key.encoding}};
+    return WatchView{
+        .key = {{.normals = NormalMode::kNone, .format = spec.format}, view->key.encoding},
+        .client_normals = spec.normals};
   }
   const bool raw = spec.format == VertexFormat::kFloat32;
   if (raw) {
@@ -136,7 +138,7 @@ v1::NormalMode ToProto(NormalMode mode) { return WriteEnum(kNormals, mode); }
 v1::ViewOptions ToProto(const WatchView& view) {
   v1::ViewOptions result;
   result.set_segments(view.key.spec.segments);
-  result.set_normals(ToProto(view.key.spec.normals));
+  result.set_normals(ToProto(view.client_normals.value_or(view.key.spec.normals)));
   result.set_encoding(WriteEnum(kEncodings, view.key.encoding));
   result.set_position_bits(view.key.spec.position_bits);
   result.set_normal_bits(view.key.spec.normal_bits);

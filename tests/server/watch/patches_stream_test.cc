@@ -194,6 +194,41 @@ TEST_F(PatchesTest, WatchersShareAViewThatKeepsBoundsAlone) {
   EXPECT_FALSE(Info().host_bytes().contains("encoder"));
 }
 
+TEST_F(PatchesTest, WatchersWithOtherNormalsShareTheirBounds) {
+  v1::WatchRequest watch = WatchPatches();
+  watch.mutable_view()->set_normals(v1::NORMAL_MODE_FACET);
+  WatchClient facet(*scenes_, watch);
+  facet.ReadUpdates(1);
+  const auto bytes = Get().bytes();
+  const double evaluations = Metric("latticed_evaluations_total");
+  watch.mutable_view()->set_normals(v1::NORMAL_MODE_SMOOTH);
+  WatchClient smooth(*scenes_, watch);
+  smooth.ReadUpdates(1);
+
+  EXPECT_TRUE(facet.log.chunks == smooth.log.chunks);
+  EXPECT_EQ(facet.log.begins[0].view().normals(), v1::NORMAL_MODE_FACET);
+  EXPECT_EQ(smooth.log.begins[0].view().normals(), v1::NORMAL_MODE_SMOOTH);
+  EXPECT_EQ(Get().bytes().at("bounds"), bytes.at("bounds"));
+  EXPECT_EQ(Metric("latticed_evaluations_total"), evaluations);
+}
+
+TEST_F(PatchesTest, AChangeOfNormalsAloneIsAnUpdate) {
+  v1::WatchRequest watch = WatchPatches();
+  watch.mutable_view()->set_normals(v1::NORMAL_MODE_NONE);
+  WatchClient watcher(*scenes_, watch);
+  watcher.ReadUpdates(1);
+  const auto first = watcher.log.chunks;
+  v1::ControlWatchRequest request;
+  request.mutable_view()->set_encoding(v1::ENCODING_PATCHES);
+  request.mutable_view()->set_normals(v1::NORMAL_MODE_SMOOTH);
+  ASSERT_OK(Control(watcher, request));
+  watcher.ReadUpdates(2);
+
+  EXPECT_EQ(watcher.log.begins[1].view().normals(), v1::NORMAL_MODE_SMOOTH);
+  EXPECT_TRUE(watcher.log.ends[1].full_detail());
+  EXPECT_TRUE(watcher.log.chunks == first);
+}
+
 // What a drag of one control point takes on the wire, without the answers to its edits: the lattice's delta and the
 // update, each message with the 5 bytes that gRPC puts before it.
 class PatchesDragTest : public PatchesTest {
