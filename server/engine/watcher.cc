@@ -185,7 +185,8 @@ absl::StatusOr<std::optional<WatchEvent>> Watcher::Next(absl::Time now) {
 std::shared_ptr<const Snapshot> Watcher::TakeSnapshot(absl::Time now) {
   if (update_in_progress()) {
     auto snapshot = lease_->Get(now);
-    const bool gives_way = snapshot != nullptr && GivesWay(*snapshot, now);
+    const bool gives_way =
+        snapshot != nullptr && (GivesWay(*snapshot, now) || LacksLattice(client_, *snapshot));
     if (snapshot != nullptr && !gives_way) return snapshot;
     if (gives_way && client_.update->id != 0) ++scene_->counts().updates_superseded;
     Drop();

@@ -24,7 +24,7 @@ WatchEvent NextLattice(ClientState& client, const WatchOffer& offer) {
     client.lattice_revision = news.deltas.front()->revision;
     return news.deltas.front();
   }
-  client.lattice_revision = offer.state->revision;
+  client.lattice_revision = client.lattice_from = offer.state->revision;
   client.lattice_structure = offer.state->structure_id;
   return LatticeWhole{offer.state};
 }
@@ -53,7 +53,8 @@ bool MayStart(const ClientState& client, const WatchOffer& offer) {
   const bool nothing_new =
       client.covered == newest.revision && !client.restart && IsComparable(client, newest);
   const bool too_new = client.ceiling.has_value() && newest.revision > *client.ceiling;
-  return !nothing_new && !too_new && newest.revision >= LeastRevision(client, offer);
+  return !nothing_new && !too_new && newest.revision >= LeastRevision(client, offer) &&
+         !LacksLattice(client, newest);
 }
 
 void Start(ClientState& client, const WatchOffer& offer) {
@@ -180,6 +181,10 @@ NextEvent Next(ClientState& client, const WatchOffer& offer) {
     Start(client, offer);
   }
   return NextOfUpdate(client, offer);
+}
+
+bool LacksLattice(const ClientState& client, const Snapshot& snapshot) {
+  return !HasPositions(snapshot.view.spec) && snapshot.revision < client.lattice_from;
 }
 
 bool AcksAllow(const ClientState& client, size_t updates) {

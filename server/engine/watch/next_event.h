@@ -7,7 +7,8 @@
 //
 // There is no queue. After update_end at revision r a client has every chunk with a version at or below r.
 // So its view, structure, quantisation and revision describe all that it has; they are also the resume
-// token. The lattice comes before the surface. An update whose snapshot was retired is begun again, with
+// token. The lattice comes before the surface; what the client evaluates by itself needs the lattice of its
+// update's very revision. An update whose snapshot was retired is begun again, with
 // restart set, from what the client had before it.
 //
 // Threads  pure: no clock, no lock, no scene
@@ -56,6 +57,7 @@ struct ClientState {
   std::optional<uint64_t> ceiling;  // updates above it wait for the answer to an edit
   // What the client was sent.
   std::optional<uint64_t> lattice_structure, lattice_revision;
+  uint64_t lattice_from = 0;  // the lattices of revisions from here on were all sent
   std::string topology_id;
   std::optional<std::pair<uint64_t, ViewKey>> quantisation;  // id and view
   std::bitset<1 << kPatternCodeBits> patterns;               // by code
@@ -92,6 +94,8 @@ struct NextEvent {
 
 // Whether the client may be sent this many more updates before it acknowledges one.
 [[nodiscard]] bool AcksAllow(const ClientState& client, size_t updates);
+// Whether the snapshot is of a view without positions, and its lattice was skipped: the client cannot use it.
+[[nodiscard]] bool LacksLattice(const ClientState& client, const Snapshot& snapshot);
 // Whether the client could take a snapshot newer than the offered one at once, so that the view should make
 // it.
 [[nodiscard]] bool WantsNewer(const ClientState& client, const Snapshot* offered);

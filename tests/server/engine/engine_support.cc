@@ -162,7 +162,7 @@ void WatcherClient::RunToHead() {
 
 void WatcherClient::Take(const LatticeWhole& event) {
   EXPECT_GE(event.state->revision, lattice_revision_);
-  lattice_revision_ = event.state->revision;
+  lattice_revision_ = lattice_from_ = event.state->revision;
   lattice_structure_ = event.state->structure_id;
   cage_ = *event.state->control_points;
   ++lattice_wholes_;
@@ -212,7 +212,9 @@ void WatcherClient::Take(const ChunkBatch& event) {
   EXPECT_FALSE(must_restart_) << "layout and grid change between updates";
   EXPECT_EQ(event.update_id, current_->begin.update_id);
   EXPECT_EQ(event.topology_id, topology_id_);
-  EXPECT_EQ(event.snapshot->box.id, quantisation_id_);
+  if (HasPositions(event.snapshot->view.spec)) {
+    EXPECT_EQ(event.snapshot->box.id, quantisation_id_);
+  }
   EXPECT_EQ(event.snapshot->revision, current_->begin.revision) << "one update, one revision";
   for (const uint32_t chunk : event.chunks) {
     const auto& patterns = event.snapshot->chunks[chunk].patterns;
@@ -233,6 +235,10 @@ void WatcherClient::Take(const UpdateEnds& event) {
   EXPECT_EQ(event.revision, current_->begin.revision);
   EXPECT_EQ(current_->chunks_sent, current_->begin.chunk_count);
   EXPECT_GE(event.head_revision, event.revision);
+  EXPECT_LE(event.revision, lattice_revision_) << "the lattice comes first";
+  if (!HasPositions(current_->begin.view.key.spec)) {
+    EXPECT_GE(event.revision, lattice_from_) << "the lattice of the update's revision was skipped";
+  }
   for (auto& [chunk, data] : staged_) {
     if (chunks_.size() <= chunk) chunks_.resize(chunk + size_t{1});
     chunks_[chunk] = data;

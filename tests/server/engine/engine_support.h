@@ -103,6 +103,7 @@ class WatcherClient {
   absl::Status status_;
 
   uint64_t lattice_revision_ = 0, lattice_structure_ = 0;
+  uint64_t lattice_from_ = 0;  // the last whole one
   std::vector<Vec3d> cage_;
   size_t lattice_wholes_ = 0, topologies_ = 0, quantisations_ = 0;
   std::optional<ViewKey> view_;

@@ -114,7 +114,7 @@ EditBatch RandomBatch(const Scene& scene, const std::string& editor, uint64_t se
 }
 
 std::vector<ViewKey> AllKeys() {
-  std::vector<ViewKey> keys;
+  std::vector<ViewKey> keys = {{{.format = VertexFormat::kEdgeBounds}, Encoding::kPatches}};
   for (const Encoding encoding : {Encoding::kQuantised, Encoding::kRaw, Encoding::kDracoPoints}) {
     for (const double tolerance : {0.0, 0.001}) {
       ViewKey key = MakeSceneConfig("x").default_view.key;

@@ -100,6 +100,25 @@ TEST_F(SceneEngineTest, WatchersOfOneViewShareEvaluationAndBytes) {
   }
 }
 
+// The first lattice of a stream is the newest. What a client evaluates by itself needs that of its update.
+TEST_F(SceneEngineTest, AnEditWhileAStreamOpensIsInItsFirstUpdateOfPatches) {
+  const auto scene = MakeScene();
+  WatcherOptions options = Options();
+  options.view = {.key = {{.normals = NormalMode::kNone, .format = VertexFormat::kEdgeBounds},
+                          Encoding::kPatches}};
+  WatcherClient before = Watch(scene, options);
+  before.RunToHead();
+
+  WatcherClient opening = Watch(scene, options);
+  ASSERT_OK(scene->ApplyEdits(MoveBatch(*scene, "alice", 1, {62}, {0.01, 0, 0})));
+  opening.RunToUpdate();
+
+  EXPECT_EQ(opening.lattice_wholes(), 1u);
+  EXPECT_EQ(opening.lattice_revision(), 1u);
+  EXPECT_EQ(opening.updates()[0].end.revision, 1u);
+  ExpectEqualsFresh(opening, *scene);
+}
+
 TEST_F(SceneEngineTest, ARetiredSnapshotRestartsItsWatcher) {
   const auto scene = MakeScene();
   std::vector<std::unique_ptr<WatcherClient>> slow;
