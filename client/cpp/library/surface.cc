@@ -46,10 +46,10 @@ absl::StatusOr<std::optional<CompleteUpdate>> Surface::Apply(v1::SceneEvent even
   absl::Status status;
   switch (event.event_case()) {
     case v1::SceneEvent::kLatticeState:
-      lattice_.Swap(event.mutable_lattice_state());
+      lattices_.Take(std::move(*event.mutable_lattice_state()));
       break;
     case v1::SceneEvent::kLatticeDelta:
-      status = TakeDelta(event.lattice_delta());
+      status = lattices_.Take(event.lattice_delta());
       break;
     case v1::SceneEvent::kTopology:
       announced_[event.topology().topology_id()] = event.topology();
@@ -92,25 +92,6 @@ uint64_t Surface::bytes() const {
   uint64_t sum = 0;
   for (const HeldChunk& chunk : chunks_) sum += chunk.data.size() + chunk.levels.size();
   return sum;
-}
-
-absl::Status Surface::TakeDelta(const v1::LatticeDelta& delta) {
-  if (delta.structure_id() != lattice_.structure_id()) return absl::OkStatus();  // a state follows
-  auto* points = lattice_.mutable_lattice()->mutable_control_points();
-  if (delta.positions_size() != 3 * delta.indices_size()) {
-    return absl::DataLossError("a lattice_delta must have three numbers per index");
-  }
-  for (int i = 0; i < delta.indices_size(); ++i) {
-    const int64_t first = 3 * int64_t{delta.indices(i)};
-    if (first + 3 > points->size()) {
-      return absl::DataLossError("a lattice_delta names a control point that does not exist");
-    }
-    for (int c = 0; c < 3; ++c) {
-      points->Set(static_cast<int>(first) + c, delta.positions(3 * i + c));
-    }
-  }
-  lattice_.set_revision(delta.revision());
-  return absl::OkStatus();
 }
 
 absl::Status Surface::TakePatterns(v1::Patterns patterns) {
@@ -182,6 +163,7 @@ absl::StatusOr<CompleteUpdate> Surface::TakeEnd(v1::UpdateEnd end) {
   view_ = begin_->view();
   revision_ = update.end.revision();
   certified_error_ = update.end.certified_error();
+  lattices_.EndUpdate(revision_);
   complete_ = true;
   DropPartialUpdate();
   return update;

@@ -20,6 +20,7 @@
 #include "absl/status/statusor.h"
 #include "client/cpp/library/chunks.h"
 #include "client/cpp/library/patch_layout.h"
+#include "client/cpp/library/patches/lattice_history.h"
 #include "latticed/v1/event.pb.h"
 #include "latticed/v1/view.pb.h"
 
@@ -40,17 +41,20 @@ class Surface {
 
   // Whether an update has been completed.
   bool complete() const { return complete_; }
-  // These four belong to the newest complete update.
+  // These five belong to the newest complete update.
   const v1::Topology& topology() const { return topology_; }
   const v1::ViewOptions& view() const { return view_; }
   uint64_t revision() const { return revision_; }
   double certified_error() const { return certified_error_; }  // UpdateEnd.certified_error
+  // The lattice that the update shows: with ENCODING_PATCHES that of revision(). In other views a lattice_state may
+  // have skipped it, and this is the next one.
+  const v1::LatticeState& update_lattice() const { return lattices_.of_update(); }
   // Bytes of all chunks of the surface.
   uint64_t bytes() const;
   // The received share of the update in progress, 0 to 1; 1 if none is in progress.
   double progress() const;
-  // The lattice after the newest edit that the server has reported.
-  const v1::LatticeState& lattice() const { return lattice_; }
+  // The lattice after the newest edit that the server has reported. The next updates show it.
+  const v1::LatticeState& lattice() const { return lattices_.newest(); }
 
   // The quantisation grid announced last. All chunks use it unless an update is in progress.
   const v1::Quantisation& quantisation() const;
@@ -84,7 +88,6 @@ class Surface {
   };
 
   bool HasPatches() const { return view_.encoding() == v1::ENCODING_PATCHES; }
-  absl::Status TakeDelta(const v1::LatticeDelta& delta);
   absl::Status TakePatterns(v1::Patterns patterns);
   absl::Status CheckLevels(const v1::Chunk& chunk) const;
   absl::Status TakeChunks(v1::Chunks chunks);
@@ -93,7 +96,7 @@ class Surface {
   absl::Status LayoutOnto(size_t chunk, uint64_t patches, std::vector<PatchLayout>* layouts) const;
   absl::Status DecodeOnto(size_t chunk, uint64_t patches, DecodedPoints* points) const;
 
-  v1::LatticeState lattice_;
+  LatticeHistory lattices_;
   std::map<std::string, v1::Topology> announced_;  // topologies of updates to come
   std::shared_ptr<const v1::Quantisation> quantisation_;
   std::map<uint32_t, v1::PatchPattern> patterns_;  // by code; they are the same on every stream

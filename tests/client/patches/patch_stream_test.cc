@@ -94,7 +94,7 @@ TEST_F(PatchStreamTest, AWatcherEvaluatesWhatOthersAreSent) {
     const auto plan =
         client_->GetPatchPlan(scene_, held.topology().topology_id(), held.view().normals());
     ASSERT_OK(plan);
-    const auto structure = FromProto(held.lattice().lattice());
+    const auto structure = FromProto(held.update_lattice().lattice());
     auto evaluator = PatchEvaluator::Create(*plan, structure->structure);
     ASSERT_OK(evaluator);
     for (int edit = 0; edit < 3; ++edit) {
@@ -105,7 +105,7 @@ TEST_F(PatchStreamTest, AWatcherEvaluatesWhatOthersAreSent) {
       move->mutable_offset()->set_z(0.2);
       const auto sequence = (*stream)->Send(batch);
       ASSERT_OK((*stream)->WaitFor(*sequence));
-      const auto lattice = FromProto(held.lattice().lattice());
+      const auto lattice = FromProto(held.update_lattice().lattice());
       const auto bounds = held.EdgeBounds();
       ASSERT_OK(bounds);
 
