@@ -57,7 +57,9 @@ TEST(ToleranceFlag, SaysWhatIsNotKept) {
   EXPECT_EQ(DescribeCertificate(0, 0), "");
   EXPECT_EQ(DescribeCertificate(0.5, 0.25), "; within 0.25 of the exact surface");
   EXPECT_THAT(DescribeCertificate(0.5, 0.75),
-              HasSubstr("within 0.75 of the exact surface, not 0.5"));
+              HasSubstr("within 0.75 of the exact surface, not 0.5: more --segments"));
+  EXPECT_THAT(DescribeCertificate(0.5, 0.75, /*own_points=*/true),
+              HasSubstr("not 0.5: an edge has at most 32 segments"));
 }
 
 class LatticectlTolerance : public LatticectlServer {
@@ -118,6 +120,47 @@ TEST_F(LatticectlTolerance, ApplyAndQuickstartTakeIt) {
   const auto quick = RunJson({"quickstart", "--output", Path("demo"), "--sample", "vase", "--steps",
                               "2", "--tolerance", "1e-3D"});
   EXPECT_GT(quick.at("certifiedError"), 0);
+}
+
+TEST_F(LatticectlTolerance, DecidesOnThePointsOfPatches) {
+  MustRun({"lattice", Path("vase.obj"), "--twist", "60", "-o", Path("L.json")});
+  const auto apply = [this](std::vector<std::string> more) {
+    std::vector<std::string> arguments{"apply", Path("vase.obj"), "--lattice",  Path("L.json"),
+                                       "-o",    Path("p.ply"),    "--encoding", "patches"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return arguments;
+  };
+  const auto coarse = RunJson(apply({"--tolerance", "0.02"}));
+  const auto fine = RunJson(apply({"--tolerance", "5e-5D"}));
+
+  EXPECT_GT(coarse.at("certifiedError"), 0.002);
+  EXPECT_LE(coarse.at("certifiedError"), 0.02);
+  EXPECT_LE(fine.at("certifiedError"), 5e-5 * 2 * kVaseDiagonal);
+  EXPECT_GT(fine.at("points"), coarse.at("points"));
+  EXPECT_EQ(fine.at("streamedBytes"), coarse.at("streamedBytes"));
+  EXPECT_EQ(Faces("p.ply"), fine.at("triangles"));
+  ExpectFailure(apply({}), AllOf(HasSubstr("--tolerance"), HasSubstr("is needed")));
+  ExpectFailure(apply({"--tolerance", "1e-9"}),
+                AllOf(HasSubstr("--tolerance"), HasSubstr("points of patches allow more than")));
+}
+
+TEST_F(LatticectlTolerance, WatchesPatchesByIt) {
+  const auto watch = [this](std::vector<std::string> more) {
+    std::vector<std::string> arguments{"watch", "scene-one",  "--updates",
+                                       "1",     "--encoding", "patches"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return RunJson(arguments);
+  };
+  const auto coarse = watch({"--tolerance", "0.02"}), fine = watch({"--tolerance", "0.001"});
+  const auto none = watch({});
+
+  EXPECT_GT(coarse.at("certifiedError"), 0);
+  EXPECT_LE(coarse.at("certifiedError"), 0.02);
+  EXPECT_LE(fine.at("certifiedError"), 0.001);
+  EXPECT_GT(fine.at("points"), coarse.at("points"));
+  EXPECT_EQ(none.at("points"), 0) << "only bytes are told";
+  EXPECT_EQ(none.at("bytes"), fine.at("bytes"));
+  EXPECT_GT(none.at("bytes"), 0);
 }
 
 TEST_F(LatticectlTolerance, ADefaultViewHasIt) {

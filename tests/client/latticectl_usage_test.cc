@@ -43,6 +43,7 @@ TEST_F(LatticectlUsage, WrongUsageIsTwoAndSaysWhat) {
       {{"upload", "a.obj", "--meters-per-unit", "0"}, "'0' is not a length above 0"},
       {{"upload", "a.obj", "--meters-per-unit", "inf"}, "'inf' is not a length above 0"},
       {{"upload", "a.obj", "--meters-per-unit", "inch"}, "'inch' is not a length above 0"},
+      {{"bench", "knot", "--encoding", "patches"}, "patches have no points to compare"},
       {{"watch", "s", "--tolerance", "0"}, "'0' is not a distance above 0"},
       {{"export", "s", "-o", "a.ply", "--tolerance", "1ft"}, "'1ft' is not a distance above 0"},
       {{"lattice", "a.obj", "--size", "5,4"}, "three whole numbers"},

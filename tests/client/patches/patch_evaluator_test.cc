@@ -82,6 +82,34 @@ double LargestDistance(const PatchScene& scene, const PatchSurface& surface) {
   return largest;
 }
 
+TEST(PatchEvaluator, PointsAreWithinThePositionError) {
+  size_t near = 0;
+  for (uint32_t seed = 0; seed < testing::kRandomPatchScenes; ++seed) {
+    SCOPED_TRACE(seed);
+    const PatchScene scene = DrawPatchScene(seed, 0.4, RestNormals::kNone);
+    auto evaluator = PatchEvaluator::Create(scene.read, scene.plan->structure);
+    ASSERT_OK(evaluator);
+    const auto error = evaluator->PositionError(scene.control_points);
+    ASSERT_OK(error);
+    const PatchSurface surface = EvaluateScene(scene, testing::kSceneTolerance * scene.size());
+    const DirectFfd direct(*scene.plan, scene.control_points);
+    double largest = 0;
+    for (size_t p = 0; p < scene.plan->patches.size(); ++p) {
+      for (size_t i = 0; i < PatternOf(surface, p).points.size(); ++i) {
+        const Vec3d exact =
+            direct.EvaluatePosition(p, Barycentrics(PatternOf(surface, p), i)).position;
+        const Vec3d got = ToDouble(surface.positions[surface.first_points[p] + i]);
+        largest = std::max(largest, Norm(got + scene.plan->local_origin - exact));
+      }
+    }
+
+    EXPECT_LE(largest, *error);
+    EXPECT_LE(*error, 1e-4 * scene.size());
+    near += largest > 0.1 * *error;
+  }
+  EXPECT_GT(near, 60u);  // so that the bound says something
+}
+
 TEST(PatchEvaluator, TrianglesAreWithinTheTolerance) {
   size_t held = 0, tight = 0;
   for (uint32_t seed = 0; seed < testing::kRandomPatchScenes; ++seed) {

@@ -14,10 +14,11 @@ namespace {
 constexpr NamedValues<v1::NormalMode, 3> kNormalModes{{{"facet", v1::NORMAL_MODE_FACET},
                                                        {"smooth", v1::NORMAL_MODE_SMOOTH},
                                                        {"none", v1::NORMAL_MODE_NONE}}};
-constexpr NamedValues<v1::Encoding, 4> kEncodings{{{"raw", v1::ENCODING_RAW},
+constexpr NamedValues<v1::Encoding, 5> kEncodings{{{"raw", v1::ENCODING_RAW},
                                                    {"draco", v1::ENCODING_DRACO_POINTS},
                                                    {"draco-mesh", v1::ENCODING_DRACO_MESH},
-                                                   {"quantised", v1::ENCODING_QUANTISED}}};
+                                                   {"quantised", v1::ENCODING_QUANTISED},
+                                                   {"patches", v1::ENCODING_PATCHES}}};
 constexpr NamedValues<v1::Pipeline, 4> kPipelines{{{"fused", v1::PIPELINE_FUSED},
                                                    {"gemm", v1::PIPELINE_GEMM},
                                                    {"gemm12", v1::PIPELINE_GEMM12},
@@ -61,7 +62,7 @@ void AddViewFlags(CLI::App& command, v1::ViewOptions& view, ViewDefaults default
       ->default_str(shown("mesh's"));
   AddNamedOption<v1::Encoding>(
       command, "--encoding", kEncodings, [&view](auto encoding) { view.set_encoding(encoding); },
-      "How the surface is streamed")
+      "How the surface is streamed; of patches the client makes the points, as --tolerance says")
       ->default_str(shown("draco"));
   AddNumber(command, "--position-bits", view, &View::set_position_bits,
             "Bits per quantised coordinate")
@@ -98,11 +99,7 @@ void AddPipelineFlag(CLI::App& command, v1::Pipeline& pipeline) {
       ->default_str("fused");
 }
 
-std::string EncodingName(v1::Encoding encoding) {
-  if (encoding == v1::ENCODING_PATCHES)
-    return "patches";  // no option takes it: commands need points
-  return NameOf(kEncodings, encoding, "default");
-}
+std::string EncodingName(v1::Encoding encoding) { return NameOf(kEncodings, encoding, "default"); }
 
 std::string NormalModeName(v1::NormalMode normals) {
   return NameOf(kNormalModes, normals, "default");

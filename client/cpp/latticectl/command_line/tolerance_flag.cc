@@ -53,8 +53,8 @@ void AddToleranceFlag(CLI::App& command, Tolerance& tolerance) {
           "--tolerance",
           [&tolerance](const std::string& text) { tolerance = *ParseTolerance(text); },
           "Largest distance of the triangles from the exact surface, in place of --segments, which "
-          "then limit the points: in world units, with a unit such as 0.1mm, or 1e-4D, of the "
-          "deformed mesh's diagonal")
+          "then limit the points, except of patches: in world units, with a unit such as 0.1mm, or "
+          "1e-4D, of the deformed mesh's diagonal")
       ->type_name("DISTANCE")
       ->check(CheckTolerance);
 }
@@ -82,12 +82,13 @@ absl::StatusOr<double> InWorldUnits(const Tolerance& tolerance, double meters_pe
   return tolerance.number;
 }
 
-std::string DescribeCertificate(double tolerance, double certified_error) {
+std::string DescribeCertificate(double tolerance, double certified_error, bool own_points) {
   if (!(tolerance > 0)) return "";
   const std::string within = fmt::format("; within {:.3g} of the exact surface", certified_error);
   if (certified_error <= tolerance) return within;
-  return fmt::format("{}, not {:.3g}: more --segments or --position-bits may help", within,
-                     tolerance);
+  return fmt::format("{}, not {:.3g}: {}", within, tolerance,
+                     own_points ? "an edge has at most 32 segments"
+                                : "more --segments or --position-bits may help");
 }
 
 }  // namespace latticed::client

@@ -37,8 +37,10 @@ void AddToleranceFlag(CLI::App& command, Tolerance& tolerance);
     const Tolerance& tolerance, double meters_per_unit,
     absl::FunctionRef<absl::StatusOr<double>()> diagonal);
 
-// What a command says about a surface that has this certified error; empty if the view has no tolerance.
-[[nodiscard]] std::string DescribeCertificate(double tolerance, double certified_error);
+// What a command says about a surface that has this certified error; empty if the view has no tolerance. `own_points`:
+// the command has made them, from patches.
+[[nodiscard]] std::string DescribeCertificate(double tolerance, double certified_error,
+                                              bool own_points = false);
 
 }  // namespace latticed::client
 

@@ -13,6 +13,7 @@
 #include "client/cpp/latticectl/commands/commands.h"
 #include "client/cpp/latticectl/geometry/lattice_json.h"
 #include "client/cpp/latticectl/output/output.h"
+#include "client/cpp/latticectl/session/scene_patches.h"
 #include "client/cpp/latticectl/session/scene_tolerance.h"
 #include "client/cpp/latticectl/session/server_meshes.h"
 #include "client/cpp/latticectl/session/session.h"
@@ -51,7 +52,8 @@ void PrintApplied(const ApplyFlags& flags, const FetchedSurface& surface, absl::
       fmt::format("{}: {} patches, {} points, {} triangles; {} streamed, {:.2f} s{}\n",
                   flags.output, FormatCount(surface.patches), FormatCount(points),
                   FormatCount(triangles), FormatBytes(surface.bytes), absl::ToDoubleSeconds(time),
-                  DescribeCertificate(surface.tolerance, surface.certified_error)),
+                  DescribeCertificate(surface.tolerance, surface.certified_error,
+                                      flags.view.encoding() == v1::ENCODING_PATCHES)),
       console.out);
 }
 
@@ -104,6 +106,7 @@ absl::Status RunVerticesOnly(const ApplyFlags& flags, Console console) {
 
 absl::Status Run(const ApplyFlags& flags, CommandLine& line) {
   if (flags.vertices_only) return RunVerticesOnly(flags, line.console);
+  LATTICED_RETURN_IF_ERROR(CheckToleranceOfPatches(flags.view, flags.tolerance.number > 0));
   const absl::Time start = absl::Now();
   LATTICED_ASSIGN_OR_RETURN(const auto file, ReadMeshFile(flags.mesh));
   LATTICED_ASSIGN_OR_RETURN(auto lattice, ReadLattice(flags.lattice));

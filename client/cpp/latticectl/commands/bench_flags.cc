@@ -108,6 +108,9 @@ void DeclareBench(CLI::App& bench, BenchFlags& flags) {
   AddPaceFlags(bench, flags.plan);
   AddFitFlags(bench, flags.fit);
   AddViewFlags(bench, flags.plan.view, ViewDefaults::kOfServer);
+  bench.get_option("--encoding")->check([](const std::string& name) {
+    return name == "patches" ? "patches have no points to compare with the server's" : "";
+  });
   AddToleranceFlag(bench, flags.plan.tolerance);
   AddDragFlags(bench, flags.plan.view);
   AddPipelineFlag(bench, flags.pipeline);

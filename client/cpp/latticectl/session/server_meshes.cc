@@ -7,11 +7,39 @@
 
 #include "client/cpp/latticectl/command_line/message_flags.h"
 #include "client/cpp/latticectl/output/output.h"
+#include "client/cpp/latticectl/session/scene_patches.h"
 #include "client/cpp/library/mesh.h"
 #include "core/base/sha256.h"
 #include "core/base/status_macros.h"
 
 namespace latticed::client {
+namespace {
+
+struct Tessellation {
+  DecodedPoints points;
+  std::vector<PatchLayout> layouts;
+  double tolerance = 0, certified_error = 0;
+};
+
+absl::StatusOr<Tessellation> Decode(const Surface& surface) {
+  Tessellation result{.tolerance = surface.view().tolerance(),
+                      .certified_error = surface.certified_error()};
+  LATTICED_ASSIGN_OR_RETURN(result.points, surface.Decode());
+  LATTICED_ASSIGN_OR_RETURN(result.layouts, surface.Layouts());
+  return result;
+}
+
+// The layouts refer to `patches`.
+absl::StatusOr<Tessellation> Evaluate(const Surface& surface, double tolerance,
+                                      ScenePatches& patches) {
+  LATTICED_RETURN_IF_ERROR(patches.Evaluate(surface));
+  return Tessellation{.points = patches.TakePoints(),
+                      .layouts = patches.Layouts(),
+                      .tolerance = tolerance,
+                      .certified_error = patches.certified_error()};
+}
+
+}  // namespace
 
 absl::StatusOr<v1::Mesh> Upload(Client& client, const MeshFile& file, v1::MeshHeader header,
                                 Console console) {
@@ -29,14 +57,17 @@ absl::StatusOr<FetchedSurface> FetchSurface(Client& client, const std::string& s
   *request.mutable_view() = view;
   ProgressBar bar(console, "surface", ProgressBar::Unit::kNone);
   LATTICED_ASSIGN_OR_RETURN(const auto surface, client.GetUpdate(request, bar.callback()));
-  LATTICED_ASSIGN_OR_RETURN(auto points, surface.Decode());
-  LATTICED_ASSIGN_OR_RETURN(const auto layouts, surface.Layouts());
-  LATTICED_ASSIGN_OR_RETURN(auto assembled, AssembleMesh(layouts, std::move(points)));
+  ScenePatches patches(client, scene, view.tolerance());
+  LATTICED_ASSIGN_OR_RETURN(auto tessellation, surface.view().encoding() == v1::ENCODING_PATCHES
+                                                   ? Evaluate(surface, view.tolerance(), patches)
+                                                   : Decode(surface));
+  const std::vector<PatchLayout>& layouts = tessellation.layouts;
+  LATTICED_ASSIGN_OR_RETURN(auto assembled, AssembleMesh(layouts, std::move(tessellation.points)));
   FetchedSurface result{.mesh = std::move(assembled),
                         .patches = surface.topology().patch_count(),
                         .bytes = surface.bytes(),
-                        .tolerance = surface.view().tolerance(),
-                        .certified_error = surface.certified_error()};
+                        .tolerance = tessellation.tolerance,
+                        .certified_error = tessellation.certified_error};
   result.mesh.units = MeshUnits{UpAxisName(mesh.up_axis()), mesh.meters_per_unit()};
   if (!mesh.has_uvs() && mesh.groups_size() == 0) return result;
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace latticed::client {
 namespace {
@@ -20,7 +21,8 @@ BoxPolynomials::BoxPolynomials(const LatticeStructure& structure, const PatchPla
     : degree_(structure.degree),
       size_(structure.size),
       terms_(Terms(structure.degree)),
-      origin_(header.origin) {
+      origin_(header.origin),
+      has_outside_(header.patches_outside > 0) {
   const KnotPlanes planes(structure);
   uint32_t step = 1;
   for (int a = 0; a < 3; ++a) {
@@ -129,6 +131,49 @@ void BoxPolynomials::Update(std::span<const Vec3d> control_points,
       }
     }
   }
+}
+
+// With |l_a| <= 1/2, a term C l_0^i l_1^j l_2^k is at most |C| / 2^(i + j + k), and its derivative by l_0 is at most
+// 2 i times that.
+BoxPolynomials::Reach BoxPolynomials::ReachOf(uint32_t box, size_t coordinate) const {
+  const float* coefficient = &coefficients_[(box * 3 + coordinate) * terms_];
+  const double centre = double{*coefficient};
+  Reach reach;
+  double radius = 0;
+  for (int k = 0; k <= degree_[2]; ++k) {
+    for (int j = 0; j <= degree_[1]; ++j) {
+      for (int i = 0; i <= degree_[0]; ++i) {
+        const int power = i + j + k;
+        const double most = std::ldexp(std::abs(double{*coefficient++}), -power);
+        reach.derivatives += 2 * power * most;
+        if (power > 0) radius += most;
+      }
+    }
+  }
+  reach.lowest = centre - radius;
+  reach.highest = centre + radius;
+  return reach;
+}
+
+double BoxPolynomials::PositionError(std::span<const uint32_t> boxes) const {
+  constexpr double kOfDiagonal = 1e-6;
+  constexpr double kHalfPlace = 0.5 / kPlacesPerSpan;
+  Vec3d derivatives, lowest, highest;
+  for (size_t c = 0; c < 3; ++c) {
+    const int axis = static_cast<int>(c);
+    lowest[axis] = std::numeric_limits<double>::infinity();
+    highest[axis] = -lowest[axis];
+    const auto add = [&](uint32_t box) {
+      const Reach reach = ReachOf(box, c);
+      derivatives[axis] = std::max(derivatives[axis], reach.derivatives);
+      lowest[axis] = std::min(lowest[axis], reach.lowest);
+      highest[axis] = std::max(highest[axis], reach.highest);
+    };
+    if (has_outside_) add(0);
+    for (const uint32_t box : boxes) add(box);
+  }
+  const double everywhere = kOfDiagonal * Norm(highest - lowest);
+  return Norm(kHalfPlace * derivatives + Vec3d{everywhere, everywhere, everywhere});
 }
 
 }  // namespace latticed::client

@@ -50,6 +50,10 @@ class BoxPolynomials {
   // Computes the polynomials of these knot boxes.
   void Update(std::span<const Vec3d> control_points, std::span<const uint32_t> boxes);
 
+  // The most by which a position in these boxes, or in the outside box, differs from the exact one: patches.proto,
+  // "Positions". World units, infinite where control points are not finite.
+  [[nodiscard]] double PositionError(std::span<const uint32_t> boxes) const;
+
   BoxPolynomial operator[](uint32_t box) const {
     return {degree_, &coefficients_[box * 3 * terms_], &conormals_[box * 9]};
   }
@@ -58,12 +62,18 @@ class BoxPolynomials {
   void SetOutside(const PatchPlanHeader& header);
   void SetConormals(const LatticeStructure& structure, const KnotPlanes& planes);
   std::array<uint32_t, 3> SpansOf(uint32_t box) const;
+  // Of a box and a coordinate: the bound of sum_a |J_a|, and an interval that holds the coordinate.
+  struct Reach {
+    double derivatives = 0, lowest = 0, highest = 0;
+  };
+  Reach ReachOf(uint32_t box, size_t coordinate) const;
   void Store(uint32_t box, size_t term, Vec3d coefficient);
 
   std::array<int, 3> degree_, size_;
   std::array<uint32_t, 3> spans_, steps_;
   size_t terms_;
   Vec3d origin_;
+  bool has_outside_;
   std::array<std::vector<SpanBasis>, 3> basis_;  // by axis, then by ordinal of the span
   std::array<std::vector<int>, 3> first_;        // the first control point that reaches a span
   std::vector<float> coefficients_, conormals_;

@@ -259,15 +259,24 @@ void PatchEvaluator::EvaluatePatch(size_t p, const AdaptivePattern& pattern,
   }
 }
 
+absl::Status PatchEvaluator::CheckControlPoints(std::span<const Vec3d> control_points) const {
+  const auto expected =
+      static_cast<size_t>(size_[0]) * static_cast<size_t>(size_[1]) * static_cast<size_t>(size_[2]);
+  if (control_points.size() == expected) return absl::OkStatus();
+  return error::InvalidField("control_points", fmt::format("has {} points, {} are needed",
+                                                           control_points.size(), expected));
+}
+
+absl::StatusOr<double> PatchEvaluator::PositionError(std::span<const Vec3d> control_points) {
+  LATTICED_RETURN_IF_ERROR(CheckControlPoints(control_points));
+  polynomials_.Update(control_points, used_boxes_);
+  return polynomials_.PositionError(used_boxes_);
+}
+
 absl::Status PatchEvaluator::Evaluate(std::span<const Vec3d> control_points,
                                       std::span<const uint8_t> edge_bounds, double tolerance,
                                       PatchSurface* surface) {
-  const auto expected =
-      static_cast<size_t>(size_[0]) * static_cast<size_t>(size_[1]) * static_cast<size_t>(size_[2]);
-  if (control_points.size() != expected) {
-    return error::InvalidField("control_points", fmt::format("has {} points, {} are needed",
-                                                             control_points.size(), expected));
-  }
+  LATTICED_RETURN_IF_ERROR(CheckControlPoints(control_points));
   if (edge_bounds.size() != plan_->header.edge_count) {
     return error::InvalidField(
         "edge_bounds",

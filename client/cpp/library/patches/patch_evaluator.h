@@ -61,12 +61,17 @@ class PatchEvaluator {
                                       std::span<const uint8_t> edge_bounds, double tolerance,
                                       PatchSurface* surface);
 
+  // The most by which a point with these control points differs from the exact one. World units. Its triangles are
+  // within this and PatchSurface.error of the exact surface, both ways.
+  [[nodiscard]] absl::StatusOr<double> PositionError(std::span<const Vec3d> control_points);
+
   const PatchPlan& plan() const { return *plan_; }
 
  private:
   PatchEvaluator(std::shared_ptr<const PatchPlan> plan, const LatticeStructure& structure);
   absl::Status FindBoxes();
   absl::Status CheckSeams(const LatticeStructure& structure) const;
+  absl::Status CheckControlPoints(std::span<const Vec3d> control_points) const;
   void FindAttached(std::span<const Vec3d> control_points);
   absl::Status ChoosePatterns(std::span<const uint8_t> edge_bounds, double tolerance,
                               PatchSurface* surface) const;
