@@ -198,9 +198,11 @@ TEST_P(ToleranceBits, StreamsOfDevicesAreThoseOfOne) {
   }
 }
 
+// Together, two devices have at most a quarter more than one has for the whole, and what a device has whatever its slice.
 TEST_P(ToleranceBits, DevicesHaveLittleMoreThanTheirSlices) {
+  constexpr uint64_t kBytesOfADevice = uint64_t{128} << 10;
   ASSERT_OK_AND_ASSIGN(const auto spanned, MakeSpannedBackend(GetParam(), 2));
-  ASSERT_NO_FATAL_FAILURE(Prepare({"", TorusMesh(40, 24), {.extra = {3, 3, 3}}}));
+  ASSERT_NO_FATAL_FAILURE(Prepare({"", TorusMesh(120, 80), {.extra = {3, 3, 3}}}));
   const QuantisationBox box = BoxFor(*plan_, plan_->identity_points);
   const ViewSpec spec{.tolerance = 1e-3 * box.range};
   ASSERT_OK_AND_ASSIGN(const auto target, spanned->Prepare(plan_, Pipeline::kFused));
@@ -212,7 +214,10 @@ TEST_P(ToleranceBits, DevicesHaveLittleMoreThanTheirSlices) {
       ExpectSameAfter(*one, *several, plan_->identity_points, box, AllChunks(*plan_)));
 
   const MemoryUse use = several->memory(), of_one = one->memory();
+  const auto bytes = [](const MemoryUse& of) { return HostBytes(of) + DeviceBytes(of); };
   EXPECT_GT(use.at("levels"), of_one.at("levels"));
+  EXPECT_LT(4 * bytes(use), 5 * bytes(of_one) + 4 * kBytesOfADevice * 2);
+  EXPECT_GT(bytes(of_one), 4 * kBytesOfADevice * 2) << "too small to tell whole views from slices";
   EXPECT_LE(HostBytes(use), target->Traits(spec).host_bytes);
 }
 

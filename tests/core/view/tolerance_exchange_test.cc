@@ -150,20 +150,36 @@ TEST_F(ToleranceExchangeTest, TheToleranceIsDoubledForThePointsOfAll) {
   EXPECT_NEAR(a_.tolerances[2], 4, 1e-6);
 }
 
+// No slice takes a later step, not even the one that did not fail. The next evaluation is as if nothing had happened.
 TEST_F(ToleranceExchangeTest, AStepThatFailsEndsTheEvaluation) {
-  for (const SliceStep step : {SliceStep::kReach, SliceStep::kShare}) {
-    b_.fails = step;
-    EXPECT_THAT(Create({.tolerance = 1}), StatusIs(absl::StatusCode::kResourceExhausted));
-  }
+  b_.fails = SliceStep::kReach;
+  EXPECT_THAT(Create({.tolerance = 1}), StatusIs(absl::StatusCode::kResourceExhausted));
+  EXPECT_TRUE(a_.edges.empty()) << "edges were shared";
+  b_.fails = SliceStep::kShare;
+  EXPECT_THAT(Create({.tolerance = 1}), StatusIs(absl::StatusCode::kResourceExhausted));
   b_.fails = SliceStep::kNone;
   ASSERT_OK_AND_ASSIGN(const auto exchange, Create({.tolerance = 1}));
   for (const SliceStep step : {SliceStep::kBound, SliceStep::kSharedBounds, SliceStep::kChoose,
                                SliceStep::kCount, SliceStep::kFinish}) {
+    SCOPED_TRACE(static_cast<int>(step));
+    a_.tolerances.clear(), b_.tolerances.clear();
+    a_.finished = b_.finished = 0;
     b_.fails = step;
+
     EXPECT_THAT(Evaluate(*exchange), StatusIs(absl::StatusCode::kResourceExhausted));
+
+    const bool chosen = step >= SliceStep::kChoose, finished = step >= SliceStep::kFinish;
+    EXPECT_EQ(a_.tolerances.size(), chosen ? 1u : 0u);
+    EXPECT_EQ(b_.tolerances.size(), chosen ? 1u : 0u);
+    EXPECT_EQ(a_.finished, finished ? 1 : 0);
+    EXPECT_EQ(b_.finished, finished ? 1 : 0);
+
+    b_.fails = SliceStep::kNone;
+    ASSERT_OK(Evaluate(*exchange));
+    EXPECT_EQ(a_.tolerances.back(), b_.tolerances.back());
+    EXPECT_EQ(a_.finished, finished ? 2 : 1);
+    EXPECT_EQ(b_.finished, finished ? 2 : 1);
   }
-  b_.fails = SliceStep::kNone;
-  EXPECT_OK(Evaluate(*exchange));
 }
 
 TEST_F(ToleranceExchangeTest, AViewWithoutStepsIsRefused) {

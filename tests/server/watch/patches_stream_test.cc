@@ -276,16 +276,18 @@ class PatchesDragTest : public PatchesTest {
   }
 };
 
-// Measured: 0.59, 0.84 and 1.12. A chunk with one changed byte is sent whole, 1.5 bytes a patch and a head of 9.
-TEST_F(PatchesDragTest, SendsAboutAByteADirtyPatch) {
-  ExpectFewBytes("wavy", WavyGridObj(100), 1);
+// Measured: 0.59. A chunk with one changed byte is sent whole, 1.5 bytes a patch and a head of 9.
+TEST_F(PatchesDragTest, SendsAboutAByteADirtyPatch) { ExpectFewBytes("wavy", WavyGridObj(100), 1); }
+
+// Measured: 0.84 and 1.12.
+TEST_F(PatchesDragTest, SendsAboutAByteADirtyPatchOfRealMeshes) {
   const char* shared = std::getenv("LATTICED_SHARED");
-  if (shared == nullptr) return;
-  // Where this machine has them.
   for (const auto& [name, most] : {std::pair{"fandisk", 1.0}, {"stanford-bunny", 1.2}}) {
-    std::ifstream file(fmt::format("{}/models/{}.obj", shared, name), std::ios::binary);
+    std::ifstream file(fmt::format("{}/models/{}.obj", shared == nullptr ? "." : shared, name),
+                       std::ios::binary);
     const std::string obj(std::istreambuf_iterator<char>(file), {});
-    if (!obj.empty()) ExpectFewBytes(name, obj, most);
+    if (obj.empty()) GTEST_SKIP() << "no " << name << " in $LATTICED_SHARED/models";
+    ExpectFewBytes(name, obj, most);
   }
 }
 
