@@ -4,7 +4,6 @@
 // Presence between editors through the stub.
 #include <functional>
 #include <limits>
-#include <vector>
 
 #include "tests/server/support/server_test.h"
 
