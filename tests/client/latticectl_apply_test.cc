@@ -91,6 +91,7 @@ TEST_F(LatticectlApply, IdentityReproducesTheMeshInEveryFormatAndEncoding) {
       {"o.ply", {"--encoding", "draco-mesh"}, kQuantisedTolerance},
       {"o.ply", {"--encoding", "quantised"}, kQuantisedTolerance},
       {"o.ply", {"--encoding", "draco", "--position-bits", "16"}, kQuantisedTolerance / 16},
+      {"o.ply", {"--encoding", "patches", "--tolerance", "0.001"}, 2.0 / 65535},
       {"o.ply", {"--pipeline", "control-net"}}};
   for (const auto& [output, flags, tolerance] : cases) {
     SCOPED_TRACE(output + " " + ::testing::PrintToString(flags));
@@ -103,6 +104,7 @@ TEST_F(LatticectlApply, ViewFlagsReachTheServerAndUvsComeFromTheFile) {
   const PolygonMesh mesh = Apply("o.ply", {"--normals", "none"});
   EXPECT_TRUE(mesh.normals.empty());
   EXPECT_TRUE(mesh.has_uvs());
+  EXPECT_TRUE(Apply("o.ply", {"--encoding", "patches", "--tolerance", "0.001"}).has_uvs());
 }
 
 TEST_F(LatticectlApply, AMovedLatticeMovesTheMeshAndKeepsTheVertexOrder) {

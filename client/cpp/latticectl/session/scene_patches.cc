@@ -3,7 +3,6 @@
 #include "client/cpp/latticectl/session/scene_patches.h"
 
 #include "client/cpp/library/patches/lattice_from_proto.h"
-#include "core/adaptive/adaptive_pattern.h"
 #include "core/base/error.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
@@ -48,25 +47,6 @@ DecodedPoints ScenePatches::TakePoints() {
   }
   points.normals = std::move(points_.normals);
   return points;
-}
-
-std::vector<PatchLayout> ScenePatches::Layouts() {
-  std::vector<PatchLayout> layouts;
-  layouts.reserve(points_.patterns.size());
-  for (const uint16_t code : points_.patterns) {
-    const auto [found, added] = patterns_.try_emplace(code);
-    Pattern& held = found->second;
-    if (added) {
-      const AdaptivePattern& pattern = AdaptivePattern::Get(*PatternKey::FromCode(code));
-      held.denominator = pattern.denominator;
-      for (const auto& p : pattern.points)
-        held.points.insert(held.points.end(), p.begin(), p.end());
-      for (const auto& t : pattern.triangles)
-        held.triangles.insert(held.triangles.end(), t.begin(), t.end());
-    }
-    layouts.push_back({held.denominator, held.points, held.triangles});
-  }
-  return layouts;
 }
 
 absl::Status CheckToleranceOfPatches(const v1::ViewOptions& view, bool has_tolerance) {

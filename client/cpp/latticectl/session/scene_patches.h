@@ -9,16 +9,16 @@
 #ifndef LATTICED_CLIENT_CPP_LATTICECTL_SESSION_SCENE_PATCHES_H_
 #define LATTICED_CLIENT_CPP_LATTICECTL_SESSION_SCENE_PATCHES_H_
 
-#include <cstdint>
-#include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "client/cpp/library/latticed_client.h"
 #include "client/cpp/library/patches/patch_evaluator.h"
+#include "client/cpp/library/patches/pattern_layouts.h"
 
 namespace latticed::client {
 
@@ -37,15 +37,10 @@ class ScenePatches {
   // In world units. Taken out of this object.
   [[nodiscard]] DecodedPoints TakePoints();
   // Refer to this object.
-  [[nodiscard]] std::vector<PatchLayout> Layouts();
+  [[nodiscard]] std::vector<PatchLayout> Layouts() { return layouts_.Of(points_.patterns); }
 
  private:
   absl::Status Prepare(const Surface& surface, const LatticeStructure& structure);
-
-  struct Pattern {
-    double denominator = 1;
-    std::vector<uint32_t> points, triangles;
-  };
 
   Client& client_;
   const std::string scene_;
@@ -55,7 +50,7 @@ class ScenePatches {
   std::optional<PatchEvaluator> evaluator_;
   PatchSurface points_;
   double certified_error_ = 0;
-  std::map<uint16_t, Pattern> patterns_;  // by code
+  PatternLayouts layouts_;
 };
 
 // kInvalidArgument where a command needs the points of a view with ENCODING_PATCHES, and no tolerance was given.
