@@ -17,13 +17,18 @@ namespace {
 
 // Chunks of 32 patches, which take a few microseconds, for one task.
 constexpr size_t kGrain = 4;
+// The edges of so many chunks.
+constexpr size_t kEdgeGrain = kGrain * limits::kPatchesPerChunk * 3 / 2;
 
-// Rounded up. Infinite where a bound is not finite: a maximum may pass over one that is not a number.
-float CertifiedError(double error, const CurvatureBounds<double>& bounds) {
-  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+// Infinite where a bound is not finite: a maximum may pass over one that is not a number.
+double CertifiedError(double error, const CurvatureBounds<double>& bounds) {
   double sum = 0;
   for (int k = 0; k < 3; ++k) sum += bounds.edge[k] + bounds.mixed[k];
-  if (!std::isfinite(sum)) return kInfinity;
+  return std::isfinite(sum) ? error : std::numeric_limits<double>::infinity();
+}
+
+float RoundedUp(double error) {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
   return error > 0 ? std::nextafter(static_cast<float>(error), kInfinity) : 0;
 }
 
@@ -62,8 +67,14 @@ LevelTable::LevelTable(std::shared_ptr<const DeformPlan> plan)
 std::vector<uint32_t> LevelTable::Update(std::span<const uint32_t> chunks, double tolerance,
                                          CpuArena& arena) {
   for (const uint32_t chunk : chunks) marks_[chunk] = Mark::kNamed;
-  arena.ForEach(
-      chunks.size(), [&](size_t i) { UpdateEdges(chunks[i], tolerance); }, kGrain);
+  if (chunks.size() == chunks_.size()) {
+    arena.ForEach(
+        levels_.size(), [&](size_t e) { UpdateEdge(static_cast<uint32_t>(e), tolerance); },
+        kEdgeGrain);
+  } else {
+    arena.ForEach(
+        chunks.size(), [&](size_t i) { UpdateEdges(chunks[i], tolerance); }, kGrain);
+  }
   for (size_t i = 0; i < shared_edges_.size(); ++i) {
     SetLevel(shared_edges_[i], EdgeLevel<double>(shared_bounds_[i], tolerance));
   }
@@ -99,10 +110,6 @@ void LevelTable::SetSharedBounds(std::span<const float> bounds) {
   std::ranges::copy(bounds, shared_bounds_.begin());
 }
 
-std::span<const LevelTable::EdgeUse> LevelTable::UsesOf(uint32_t edge) const {
-  return std::span(uses_).subspan(first_use_[edge], first_use_[edge + 1] - first_use_[edge]);
-}
-
 float LevelTable::LargestBound(uint32_t edge) const {
   float largest = 0;
   for (const auto [patch, slot] : UsesOf(edge)) {
@@ -120,11 +127,14 @@ void LevelTable::UpdateEdges(uint32_t chunk, double tolerance) {
       const auto named = std::ranges::find_if(UsesOf(edge), [&](const EdgeUse& use) {
         return marks_[ChunkOf(use.patch)].load(std::memory_order_relaxed) == Mark::kNamed;
       });
-      if (named->patch != p || named->slot != slot) continue;
-      if (!is_shared_.empty() && is_shared_[edge]) continue;
-      SetLevel(edge, EdgeLevel<double>(LargestBound(edge), tolerance));
+      if (named->patch == p && named->slot == slot) UpdateEdge(edge, tolerance);
     }
   }
+}
+
+void LevelTable::UpdateEdge(uint32_t edge, double tolerance) {
+  if (!is_shared_.empty() && is_shared_[edge]) return;
+  SetLevel(edge, EdgeLevel<double>(LargestBound(edge), tolerance));
 }
 
 void LevelTable::SetLevel(uint32_t edge, uint8_t level) {
@@ -139,16 +149,18 @@ void LevelTable::SetLevel(uint32_t edge, uint8_t level) {
 void LevelTable::UpdatePatches(uint32_t chunk, double tolerance) {
   const auto [first, last] = plan_->ChunkPatches(chunk);
   Chunk now;
+  double largest_error = 0;
   for (size_t p = first; p < last; ++p) {
     const auto& edges = plan_->patches[p].edge;
     const CurvatureBounds<double> bounds = ToDouble(bounds_[p]);
     const PatternChoice choice =
         ChoosePattern({levels_[edges[0]], levels_[edges[1]], levels_[edges[2]]}, bounds, tolerance);
     now.points += static_cast<uint32_t>(choice.pattern.points.size());
-    now.largest_error = std::max(now.largest_error, CertifiedError(choice.error, bounds));
+    largest_error = std::max(largest_error, CertifiedError(choice.error, bounds));
     const uint16_t code = choice.pattern.key.Code();
     if (std::exchange(codes_[p], code) != code) marks_[chunk] = Mark::kChanged;
   }
+  now.largest_error = RoundedUp(largest_error);
   chunks_[chunk] = now;
 }
 

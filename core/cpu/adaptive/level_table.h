@@ -76,9 +76,13 @@ class LevelTable {
   };
 
   static size_t ChunkOf(uint32_t patch) { return patch / limits::kPatchesPerChunk; }
-  std::span<const EdgeUse> UsesOf(uint32_t edge) const;
+  std::span<const EdgeUse> UsesOf(uint32_t edge) const {
+    return {uses_.data() + first_use_[edge], uses_.data() + first_use_[edge + 1]};
+  }
   float LargestBound(uint32_t edge) const;
+  // Of the edges whose first patch in a named chunk is in this one.
   void UpdateEdges(uint32_t chunk, double tolerance);
+  void UpdateEdge(uint32_t edge, double tolerance);
   void SetLevel(uint32_t edge, uint8_t level);
   void UpdatePatches(uint32_t chunk, double tolerance);
 
