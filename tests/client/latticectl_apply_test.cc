@@ -56,7 +56,7 @@ class LatticectlApply : public LatticectlTest {
 
   // Expects all points on the surface of the unit cube, and an area of 6.
   static void ExpectCube(const PolygonMesh& mesh, double tolerance) {
-    ASSERT_GT(mesh.face_count(), 100u);
+    ASSERT_GE(mesh.face_count(), 48u);  // knot planes cut the 12 triangles
     double worst = 0;
     for (const Vec3d p : mesh.positions) {
       double distance = 1;
