@@ -87,8 +87,8 @@ void Evaluate(PatchPlan plan) {
   static const Lattice lattice = UnitLattice();
   std::vector<uint8_t> bounds(plan.header.edge_count);
   for (size_t e = 0; e < bounds.size(); e += 7) bounds[e] = 255;  // nothing is known: level 5
-  auto evaluator = PatchEvaluator::Create(std::make_shared<const PatchPlan>(std::move(plan)),
-                                          lattice.structure);
+  auto evaluator =
+      PatchEvaluator::Create(std::make_shared<const PatchPlan>(std::move(plan)), lattice.structure);
   if (!evaluator.ok()) return;
   PatchSurface surface;
   if (!evaluator->Evaluate(lattice.control_points, bounds, 1, &surface).ok()) return;
