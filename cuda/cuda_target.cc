@@ -65,7 +65,9 @@ class CudaTarget : public DeformTarget {
 
   ViewTraits Traits(const ViewSpec& spec) const override {
     if (spec.format == VertexFormat::kEdgeBounds) {
-      return {.on_device = true, .host_bytes = CudaEdgeBoundView::HostBytesFor(*plan_)};
+      return {.on_device = true,
+              .host_bytes = CudaEdgeBoundView::HostBytesFor(*plan_),
+              .encode_batch = plan_->chunk_count()};
     }
     const bool adaptive = spec.tolerance > 0;
     return {.on_device = true,

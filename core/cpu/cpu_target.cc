@@ -119,7 +119,7 @@ class CpuTarget : public DeformTarget {
 
   ViewTraits Traits(const ViewSpec& spec) const override {
     if (spec.format == VertexFormat::kEdgeBounds) {
-      return {.host_bytes = EdgeBoundView::MostBytes(*plan_)};
+      return {.host_bytes = EdgeBoundView::MostBytes(*plan_), .encode_batch = plan_->chunk_count()};
     }
     ViewTraits traits{
         .host_bytes = spec.tolerance > 0 ? AdaptiveView::MostBytes(*plan_, spec)

@@ -4,8 +4,6 @@
 // A patch plan as a client keeps it: what patches.proto sends, decoded.
 //
 //   edges     numbered in the order of first use: by patches in order, in a patch by its edges 0, 1, 2
-//   chunks    runs of limits::kPatchesPerChunk patches. The edges that chunk c uses first are chunk_edges[c] …
-//             chunk_edges[c + 1] - 1: those of its bytes
 //   seams     vertex_seams and edge_seams have kNoSeam for what is on no seam
 //
 // Threads  plain data; immutable once read
@@ -33,16 +31,14 @@ struct PatchPlan {
 
   PatchPlanHeader header;
   std::vector<Patch> patches;
-  std::vector<Places> places;         // by vertex
-  std::vector<Vec3f> rest_normals;    // unit facet normals, or smooth normals up to 1 long
-  std::vector<uint32_t> chunk_edges;  // chunks + 1
+  std::vector<Places> places;       // by vertex
+  std::vector<Vec3f> rest_normals;  // unit facet normals, or smooth normals up to 1 long
   std::vector<std::array<uint32_t, 6>> seam_ranges;  // i_0 i_1 j_0 j_1 k_0 k_1
   std::vector<uint32_t> vertex_seams;                // by vertex; empty without seams
   std::vector<Places> outside_places;                // by vertex; empty without seams
   std::vector<uint32_t> edge_seams;                  // by edge; empty without seams
   std::vector<Vec3d> identity_points;                // empty without seams
 
-  size_t chunk_count() const { return chunk_edges.size() - 1; }
   size_t inside_patches() const { return patches.size() - header.patches_outside; }
 };
 

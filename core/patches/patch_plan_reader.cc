@@ -16,8 +16,6 @@
 namespace latticed {
 namespace {
 
-constexpr auto kChunk = static_cast<size_t>(limits::kPatchesPerChunk);
-
 absl::Status CheckCount(std::string_view field, uint64_t got, uint64_t header) {
   if (got == header) return absl::OkStatus();
   return error::InvalidField(field, fmt::format("has {}, its header says {}", got, header));
@@ -53,10 +51,7 @@ void Append(const std::vector<T>& from, std::vector<T>* to) {
 
 }  // namespace
 
-PatchPlanReader::PatchPlanReader(const PatchPlanHeader& header) {
-  plan_.header = header;
-  plan_.chunk_edges.push_back(0);
-}
+PatchPlanReader::PatchPlanReader(const PatchPlanHeader& header) { plan_.header = header; }
 
 absl::Status PatchPlanReader::CheckHeader() const {
   const PatchPlanHeader& header = plan_.header;
@@ -196,7 +191,6 @@ void PatchPlanReader::NumberEdges(size_t first_patch) {
       patch.edge[e] = number;
       if (added) ++edges_;
     }
-    if ((p + 1) % kChunk == 0) plan_.chunk_edges.push_back(edges_);
   }
 }
 
@@ -301,7 +295,6 @@ absl::StatusOr<PatchPlan> PatchPlanReader::Finish() {
   LATTICED_RETURN_IF_ERROR(CheckCount("edge_count", edges_, header.edge_count));
   LATTICED_RETURN_IF_ERROR(
       CheckCount("normal_count", plan_.rest_normals.size(), header.normal_count));
-  if (plan_.patches.size() % kChunk != 0) plan_.chunk_edges.push_back(edges_);
   LATTICED_RETURN_IF_ERROR(CheckSeams());
   MoveSeams();
   LATTICED_RETURN_IF_ERROR(CheckOutside());

@@ -56,6 +56,22 @@ VertexDigest DigestOf(std::span<const uint8_t> vertices) {
   return {hash.low64, hash.high64};
 }
 
+// Bounds are few bytes a chunk. All of them become one block, in which consecutive chunks follow each other: so they
+// take one allocation, and one slice of what is sent.
+void PackBounds(std::span<const size_t> places, ViewEncoder::BytesOf bytes_of,
+                std::span<SharedBytes> results) {
+  std::vector<uint8_t> scratch;
+  size_t size = 0;
+  for (const size_t place : places) size += bytes_of(place, scratch).size();
+  const auto block = std::make_shared<std::vector<uint8_t>>();
+  block->reserve(size);
+  for (const size_t place : places) {
+    const std::span<const uint8_t> bytes = bytes_of(place, scratch);
+    results[place] = {block, block->data() + block->size(), bytes.size(), size};
+    block->insert(block->end(), bytes.begin(), bytes.end());
+  }
+}
+
 size_t DivideUp(size_t count, size_t step) { return (count + step - 1) / step; }
 
 // The size at which all threads get the same number of batches, none larger than `most`.
@@ -163,6 +179,10 @@ absl::Status ViewEncoder::Encode(std::span<const uint32_t> chunks, Encoding enco
   if (places.empty()) return absl::OkStatus();
   if (encoding == Encoding::kDracoMesh && !patterns_of_) {
     for (const uint32_t chunk : chunks) Connectivity(chunk);
+  }
+  if (encoding == Encoding::kPatches) {
+    PackBounds(places, bytes_of, results);
+    return absl::OkStatus();
   }
   if (!IsDraco(encoding)) {
     arena_.ForEach(places.size(), [&](size_t p) {

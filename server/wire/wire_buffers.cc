@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/wire/wire_buffers.h"
 
+#include <algorithm>
 #include <memory>
 #include <string>
 #include <utility>
@@ -39,31 +40,75 @@ void AppendField(int field, uint32_t wire_type, uint64_t value, std::string& out
   AppendVarint(value, out);
 }
 
-// The bytes of a Chunk after its data.
-std::string ChunkTail(const SnapshotChunk& chunk) {
-  std::string tail;
-  if (chunk.patterns == nullptr) return tail;
-  AppendField(v1::Chunk::kLevelsFieldNumber, kBytes, sizeof(uint16_t) * chunk.patterns->size(),
-              tail);
-  for (const uint16_t code : *chunk.patterns) {
-    tail.push_back(static_cast<char>(code & 0xff));
-    tail.push_back(static_cast<char>(code >> 8));
+// One Chunk message: a chunk, or consecutive ones with bounds.
+struct ChunkMessage {
+  uint32_t index = 0, count = 0, first_edge = 0;
+  uint64_t revision = 0;  // the newest
+  size_t bytes = 0;
+  std::vector<SharedBytes> data;          // pieces that follow each other
+  const ChunkPatterns* levels = nullptr;  // null without a tolerance
+  std::string head, tail;                 // what comes before and after the data
+
+  void Add(const SnapshotChunk& chunk);
+  void WriteTail();
+  void WriteHead();
+  size_t size() const { return head.size() + bytes + tail.size(); }
+};
+
+void ChunkMessage::Add(const SnapshotChunk& chunk) {
+  ++count;
+  revision = std::max(revision, chunk.revision);
+  bytes += chunk.data.size;
+  levels = chunk.patterns.get();
+  if (chunk.data.size == 0) return;
+  if (!data.empty() && data.back().owner == chunk.data.owner &&
+      data.back().data + data.back().size == chunk.data.data) {
+    data.back().size += chunk.data.size;
+  } else {
+    data.push_back(chunk.data);
   }
-  return tail;
 }
 
-// The bytes of a Chunk before its data, with the Chunk's own tag and length.
-std::string ChunkHead(uint32_t index, const SnapshotChunk& chunk, size_t tail_bytes) {
+void ChunkMessage::WriteTail() {
+  if (levels != nullptr) {
+    AppendField(v1::Chunk::kLevelsFieldNumber, kBytes, sizeof(uint16_t) * levels->size(), tail);
+    for (const uint16_t code : *levels) {
+      tail.push_back(static_cast<char>(code & 0xff));
+      tail.push_back(static_cast<char>(code >> 8));
+    }
+  }
+  if (count > 1) AppendField(v1::Chunk::kChunkCountFieldNumber, kVarint, count, tail);
+  if (first_edge != 0) AppendField(v1::Chunk::kFirstEdgeFieldNumber, kVarint, first_edge, tail);
+}
+
+// The Chunk's own tag and length, and its fields before the data.
+void ChunkMessage::WriteHead() {
   std::string body;
   if (index != 0) AppendField(v1::Chunk::kIndexFieldNumber, kVarint, index, body);
-  if (chunk.revision != 0) {
-    AppendField(v1::Chunk::kRevisionFieldNumber, kVarint, chunk.revision, body);
+  if (revision != 0) AppendField(v1::Chunk::kRevisionFieldNumber, kVarint, revision, body);
+  AppendField(v1::Chunk::kDataFieldNumber, kBytes, bytes, body);
+  AppendField(v1::Chunks::kChunksFieldNumber, kBytes, body.size() + bytes + tail.size(), head);
+  head += body;
+}
+
+std::vector<ChunkMessage> MessagesOf(const ChunkBatch& batch) {
+  const Snapshot& snapshot = *batch.snapshot;
+  const auto& first_edges = snapshot.first_edges;
+  std::vector<ChunkMessage> messages;
+  for (const uint32_t index : batch.chunks) {
+    const bool follows = first_edges != nullptr && !messages.empty() &&
+                         messages.back().index + messages.back().count == index;
+    if (!follows) {
+      const uint32_t first_edge = first_edges != nullptr ? (*first_edges)[index] : 0;
+      messages.push_back({.index = index, .first_edge = first_edge});
+    }
+    messages.back().Add(snapshot.chunks[index]);
   }
-  AppendField(v1::Chunk::kDataFieldNumber, kBytes, chunk.data.size, body);
-  std::string head;
-  AppendField(v1::Chunks::kChunksFieldNumber, kBytes, body.size() + chunk.data.size + tail_bytes,
-              head);
-  return head + body;
+  for (ChunkMessage& message : messages) {
+    message.WriteTail();
+    message.WriteHead();
+  }
+  return messages;
 }
 
 void LetGo(void* owner) { delete static_cast<std::shared_ptr<const void>*>(owner); }
@@ -215,25 +260,19 @@ grpc::ByteBuffer EncodeChunks(const ChunkBatch& batch) {
     AppendField(v1::Chunks::kQuantisationIdFieldNumber, kVarint, id, head);
   }
 
-  std::vector<std::string> heads, tails;
+  std::vector<ChunkMessage> chunks = MessagesOf(batch);
   size_t length = head.size();
-  for (const uint32_t index : batch.chunks) {
-    const SnapshotChunk& chunk = batch.snapshot->chunks[index];
-    tails.push_back(ChunkTail(chunk));
-    heads.push_back(ChunkHead(index, chunk, tails.back().size()));
-    length += heads.back().size() + chunk.data.size + tails.back().size();
-  }
+  for (const ChunkMessage& chunk : chunks) length += chunk.size();
   std::string frame;
   AppendField(v1::SceneEvent::kChunksFieldNumber, kBytes, length, frame);
 
   std::vector<grpc::Slice> slices;
-  slices.reserve(3 * heads.size() + 1);
+  slices.reserve(3 * chunks.size() + 1);
   slices.emplace_back(frame + head);
-  for (size_t i = 0; i < heads.size(); ++i) {
-    slices.emplace_back(heads[i]);
-    const SharedBytes& data = batch.snapshot->chunks[batch.chunks[i]].data;
-    if (data.size > 0) slices.push_back(SliceOf(data));
-    if (!tails[i].empty()) slices.emplace_back(tails[i]);
+  for (const ChunkMessage& chunk : chunks) {
+    slices.emplace_back(chunk.head);
+    for (const SharedBytes& piece : chunk.data) slices.push_back(SliceOf(piece));
+    if (!chunk.tail.empty()) slices.emplace_back(chunk.tail);
   }
   return {slices.data(), slices.size()};
 }

@@ -6,9 +6,10 @@
 // What is on the wire is what protobuf would have written (field numbers come from the generated
 // code).
 //
-//   | SceneEvent.chunks, Chunks head, Chunk head | data | levels | Chunk head | data | levels | …
+//   | SceneEvent.chunks, Chunks head, Chunk head | data | tail | Chunk head | data | tail | …
 //
-// There are levels only with a tolerance.
+// A tail has the levels of a view with a tolerance, or says which edges bounds are of. Consecutive chunks of bounds are one
+// Chunk, and one slice where they are neighbours in one buffer.
 //
 // Threads  pure functions
 #ifndef LATTICED_SERVER_WIRE_WIRE_BUFFERS_H_

@@ -80,6 +80,7 @@ void Surface::DropPartialUpdate() {
   begin_.reset();
   begun_topology_.clear();
   begun_chunks_.clear();
+  begun_bounds_.clear();
   begun_bytes_ = 0;
 }
 
@@ -89,7 +90,7 @@ double Surface::progress() const {
 }
 
 uint64_t Surface::bytes() const {
-  uint64_t sum = 0;
+  uint64_t sum = HasPatches() ? edge_bounds_.size() : 0;
   for (const HeldChunk& chunk : chunks_) sum += chunk.data.size() + chunk.levels.size();
   return sum;
 }
@@ -116,21 +117,50 @@ absl::Status Surface::TakeChunks(v1::Chunks chunks) {
   if (!begin_.has_value() || begin_->update_id() != chunks.update_id()) {
     return absl::DataLossError("chunks came outside of their update");
   }
-  auto quantisation = quantisation_;
-  if (begin_->view().encoding() == v1::ENCODING_PATCHES) {  // has no grid
-    quantisation = std::make_shared<const v1::Quantisation>();
-  }
-  if (quantisation == nullptr || quantisation->quantisation_id() != chunks.quantisation_id()) {
+  begun_topology_ = chunks.topology_id();
+  if (begin_->view().encoding() == v1::ENCODING_PATCHES) return TakeBounds(std::move(chunks));
+  if (quantisation_ == nullptr || quantisation_->quantisation_id() != chunks.quantisation_id()) {
     return absl::DataLossError("chunks name a quantisation that was not sent");
   }
-  begun_topology_ = chunks.topology_id();
   for (v1::Chunk& chunk : *chunks.mutable_chunks()) {
     LATTICED_RETURN_IF_ERROR(CheckLevels(chunk));
     begun_bytes_ += chunk.data().size() + chunk.levels().size();
     HeldChunk& held = begun_chunks_[chunk.index()];
     held.data = std::move(*chunk.mutable_data());
     held.levels = std::move(*chunk.mutable_levels());
-    held.quantisation = quantisation;
+    held.quantisation = quantisation_;
+  }
+  return absl::OkStatus();
+}
+
+absl::Status Surface::TakeBounds(v1::Chunks chunks) {
+  const auto no_grid = std::make_shared<const v1::Quantisation>();
+  for (v1::Chunk& chunk : *chunks.mutable_chunks()) {
+    const uint32_t count = std::max(chunk.chunk_count(), 1u);
+    if (count > begin_->chunk_count()) {
+      return absl::DataLossError(
+          fmt::format("{} chunks came in an update of {}", count, begin_->chunk_count()));
+    }
+    for (uint32_t i = 0; i < count; ++i) {
+      begun_chunks_[chunk.index() + i].quantisation = no_grid;
+    }
+    begun_bytes_ += chunk.data().size();
+    begun_bounds_.push_back(std::move(chunk));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status Surface::KeepBounds() {
+  for (const v1::Chunk& chunk : begun_bounds_) {
+    const size_t first = chunk.first_edge(), end = first + chunk.data().size();
+    if (end > 3 * topology_.patch_count()) {
+      return absl::DataLossError(
+          fmt::format("chunk {} has bounds of edges up to {}, {} patches "
+                      "have fewer",
+                      chunk.index(), end, topology_.patch_count()));
+    }
+    edge_bounds_.resize(std::max(edge_bounds_.size(), end));
+    std::ranges::copy(chunk.data(), edge_bounds_.begin() + static_cast<ptrdiff_t>(first));
   }
   return absl::OkStatus();
 }
@@ -151,7 +181,9 @@ absl::StatusOr<CompleteUpdate> Surface::TakeEnd(v1::UpdateEnd end) {
     topology_ = announced->second;
     announced_.clear();
     chunks_.assign(ChunkCount(topology_), HeldChunk{});
+    edge_bounds_.clear();
   }
+  LATTICED_RETURN_IF_ERROR(KeepBounds());
   CompleteUpdate update{
       .end = std::move(end), .chunk_count = begun_chunks_.size(), .bytes = begun_bytes_};
   for (auto& [index, chunk] : begun_chunks_) {
@@ -241,14 +273,12 @@ absl::StatusOr<std::vector<uint8_t>> Surface::EdgeBounds() const {
   if (!complete_ || !HasPatches()) {
     return absl::FailedPreconditionError("no complete update of ENCODING_PATCHES has come");
   }
-  std::vector<uint8_t> bounds;
   for (size_t index = 0; index < chunks_.size(); ++index) {
     if (chunks_[index].quantisation == nullptr) {
       return absl::DataLossError(fmt::format("chunk {} never came", index));
     }
-    bounds.insert(bounds.end(), chunks_[index].data.begin(), chunks_[index].data.end());
   }
-  return bounds;
+  return edge_bounds_;
 }
 
 absl::StatusOr<DecodedPoints> Surface::Decode() const {

@@ -91,6 +91,8 @@ class Surface {
   absl::Status TakePatterns(v1::Patterns patterns);
   absl::Status CheckLevels(const v1::Chunk& chunk) const;
   absl::Status TakeChunks(v1::Chunks chunks);
+  absl::Status TakeBounds(v1::Chunks chunks);
+  absl::Status KeepBounds();
   absl::StatusOr<CompleteUpdate> TakeEnd(v1::UpdateEnd end);
   // Appends the layouts or the points of a chunk.
   absl::Status LayoutOnto(size_t chunk, uint64_t patches, std::vector<PatchLayout>* layouts) const;
@@ -104,6 +106,7 @@ class Surface {
   std::optional<v1::UpdateBegin> begin_;
   std::string begun_topology_;
   std::map<uint32_t, HeldChunk> begun_chunks_;
+  std::vector<v1::Chunk> begun_bounds_;
   uint64_t begun_bytes_ = 0;
 
   bool complete_ = false;
@@ -112,6 +115,7 @@ class Surface {
   uint64_t revision_ = 0;
   double certified_error_ = 0;
   std::vector<HeldChunk> chunks_;
+  std::vector<uint8_t> edge_bounds_;  // with ENCODING_PATCHES, when chunks_ have no data
 };
 
 }  // namespace latticed::client

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "client/cpp/load/update_log.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "absl/time/clock.h"
@@ -25,7 +26,9 @@ void UpdateLog::Take(const v1::SceneEvent& event) {
     case v1::SceneEvent::kChunks:
       if (current_chunks_.empty()) current_.first_chunk = absl::Now();
       for (const v1::Chunk& chunk : event.chunks().chunks()) {
-        current_chunks_.push_back(chunk.index());
+        for (uint32_t i = 0; i < std::max(chunk.chunk_count(), 1u); ++i) {
+          current_chunks_.push_back(chunk.index() + i);
+        }
         current_.bytes += chunk.data().size();
       }
       break;

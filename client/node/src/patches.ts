@@ -35,15 +35,16 @@ async function liftTop({ scenes }: Services, scene: string): Promise<void> {
 async function getUpdate({ scenes }: Services, scene: string): Promise<Update> {
   const view = { encoding: 'ENCODING_PATCHES', normals: 'NORMAL_MODE_NONE' } as const;
   const update: Partial<Update> = {};
-  const chunks: Buffer[] = [];
+  const bounds: [firstEdge: number, bytes: Buffer][] = [];
   for await (const event of scenes.GetUpdate({ scene, view }, about(scene))) {
     if (event.latticeState?.lattice) update.lattice = event.latticeState.lattice;
     if (event.topology) update.topologyId = event.topology.topologyId;
-    for (const { index, data } of event.chunks?.chunks ?? []) chunks[index] = data;
+    for (const { firstEdge, data } of event.chunks?.chunks ?? []) bounds.push([firstEdge, data]);
     if (event.updateEnd) update.revision = event.updateEnd.revision;
   }
   if (update.revision === undefined) throw new Error('the server sent no complete update');
-  return { ...update, edgeBytes: Buffer.concat(chunks) } as Update;
+  bounds.sort(([first], [second]) => first - second);  // an update of all edges has no gap
+  return { ...update, edgeBytes: Buffer.concat(bounds.map(([, bytes]) => bytes)) } as Update;
 }
 
 async function main(input: string, output: string, tolerance: number): Promise<void> {

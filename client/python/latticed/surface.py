@@ -3,7 +3,7 @@
 """Turns the events of a stream into complete updates."""
 from __future__ import annotations
 
-from typing import Any, Dict, List, Optional
+from typing import Any, Dict, List, Optional, Tuple
 
 import numpy as np
 
@@ -34,6 +34,8 @@ class Surface:
         self._begin: Any = None  # the update in progress: its update_begin, topology and chunks
         self._begun_topology: Optional[Topology] = None
         self._begun: Dict[int, Chunk] = {}
+        self._bounds = bytearray()  # of all edges, with ENCODING_PATCHES; chunks have no data then
+        self._begun_bounds: List[Tuple[int, bytes]] = []  # the first edge, and the bounds from there on
 
     @property
     def lattice(self) -> Optional[Lattice]:
@@ -66,27 +68,37 @@ class Surface:
 
     def drop_partial_update(self) -> None:
         """Drops an update that has begun, because its stream has broken."""
-        self._begin, self._begun_topology, self._begun = None, None, {}
+        self._begin, self._begun_topology, self._begun, self._begun_bounds = None, None, {}, []
 
     def _take_chunks(self, chunks: Any) -> None:
         if self._begin is None or self._begin.update_id != chunks.update_id:
             raise LatticedError.data_loss("chunks came outside of their update")
         quantisation = self._quantisation_of(chunks)
-        held = self._topology is not None and self._topology.id == chunks.topology_id
-        topology = self._topology if held else self._announced.get(chunks.topology_id)
+        is_known = self._topology is not None and self._topology.id == chunks.topology_id
+        topology = self._topology if is_known else self._announced.get(chunks.topology_id)
         if topology is None:
             raise LatticedError.data_loss("chunks name a topology that was not sent")
         self._begun_topology = topology
         for chunk in chunks.chunks:
-            if chunk.index >= topology.chunks:
-                raise LatticedError.data_loss(f"chunk {chunk.index} of {topology.chunks}")
-            self._begun[chunk.index] = Chunk(
-                chunk.data,
-                chunk.revision,
-                quantisation,
-                self._begin.view,
-                self._patterns_of(chunk, topology),
+            end = chunk.index + max(chunk.chunk_count, 1)
+            if end > topology.chunks:
+                raise LatticedError.data_loss(f"chunk {end - 1} of {topology.chunks}")
+            data = chunk.data
+            if self._begin.view.encoding == view_pb2.ENCODING_PATCHES:
+                data = self._take_bounds(chunk, topology)
+            held = Chunk(
+                data, chunk.revision, quantisation, self._begin.view, self._patterns_of(chunk, topology)
             )
+            self._begun.update((index, held) for index in range(chunk.index, end))
+
+    def _take_bounds(self, chunk: Any, topology: Topology) -> bytes:
+        end = chunk.first_edge + len(chunk.data)
+        if end > 3 * topology.patches:
+            raise LatticedError.data_loss(
+                f"chunk {chunk.index} has bounds of edges up to {end}, {topology.patches} patches have fewer"
+            )
+        self._begun_bounds.append((chunk.first_edge, chunk.data))
+        return b""
 
     def _quantisation_of(self, chunks: Any) -> Any:
         if self._begin.view.encoding == view_pb2.ENCODING_PATCHES:
@@ -117,11 +129,15 @@ class Surface:
             )
         if self._begun_topology is not None and self._begun_topology is not self._topology:
             self._topology, self._announced = self._begun_topology, {}
-            self._chunks = [None] * self._topology.chunks
+            self._chunks, self._bounds = [None] * self._topology.chunks, bytearray()
         self._chunks = [self._begun.get(i, chunk) for i, chunk in enumerate(self._chunks)]
         whole = [chunk for chunk in self._chunks if chunk is not None]
         if self._topology is None or len(whole) != self._topology.chunks:
             raise LatticedError.data_loss("an update ended before every chunk had come")
+        for first, bounds in self._begun_bounds:
+            self._bounds.extend(bytes(max(0, first - len(self._bounds))))
+            self._bounds[first : first + len(bounds)] = bounds
         self.drop_partial_update()
-        lattice = self._lattices.at(end.revision)
-        return Update(end, View.from_proto(begin.view), self._topology, whole, lattice)
+        view, lattice = View.from_proto(begin.view), self._lattices.at(end.revision)
+        bounds = bytes(self._bounds) if view.encoding == "patches" else b""
+        return Update(end, view, self._topology, whole, lattice, bounds)

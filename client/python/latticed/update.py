@@ -42,6 +42,7 @@ class Update:
         topology: Topology,
         chunks: Sequence[Chunk],
         lattice: Optional[Lattice] = None,
+        bounds: bytes = b"",
     ) -> None:
         self.revision = int(end.revision)
         self.head_revision = int(end.head_revision)
@@ -53,6 +54,7 @@ class Update:
         self.topology = topology
         self.lattice = lattice
         self._chunks = chunks
+        self._bounds = bounds
 
     def __repr__(self) -> str:
         return f"<Update: revision {self.revision}, {self.topology.patches} patches>"
@@ -65,14 +67,14 @@ class Update:
     @property
     def bytes(self) -> int:
         """The bytes of all chunks, as they were sent."""
-        return sum(len(chunk.data) for chunk in self._chunks)
+        return len(self._bounds) + sum(len(chunk.data) for chunk in self._chunks)
 
     @functools.cached_property
     def edge_bytes(self) -> npt.NDArray[np.uint8]:
         """(edges,): with the encoding "patches", how much each edge of the plan bends: see PatchPlan.edge_bounds."""
         if self.view.encoding != "patches":
             raise ValueError(f"an update with the encoding {self.view.encoding!r} has no edge bytes")
-        return np.frombuffer(b"".join(chunk.data for chunk in self._chunks), np.uint8)
+        return np.frombuffer(self._bounds, np.uint8)
 
     @functools.cached_property
     def patterns(self) -> List[PatchPattern]:

@@ -7,6 +7,7 @@
 
 #include "absl/time/clock.h"
 #include "core/base/status_macros.h"
+#include "core/patches/edge_order.h"
 #include "server/engine/render/chunk_blocks.h"
 
 namespace latticed {
@@ -44,6 +45,11 @@ absl::StatusOr<std::shared_ptr<Snapshot>> EncodeSnapshot(const ViewKey& key,
   const bool same_plan = before != nullptr && before->structure_id == state.structure_id;
   // Under another quantisation box the same integers mean other positions.
   const bool comparable = same_plan && before->quantisation_id() == snapshot->quantisation_id();
+  if (!HasPositions(key.spec)) {
+    snapshot->first_edges =
+        same_plan ? before->first_edges
+                  : std::make_shared<const std::vector<uint32_t>>(FirstEdges(*state.plan));
+  }
   snapshot->chunks = same_plan ? before->chunks.Share() : ChunkTable(state.plan->chunk_count());
 
   const absl::Time start = absl::Now();

@@ -11,6 +11,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <vector>
 
 #include "absl/time/time.h"
 #include "core/backend.h"
@@ -39,6 +40,8 @@ struct Snapshot {
   uint64_t quantisation_id() const { return QuantisationId(view, box); }
   std::shared_ptr<const DeformPlan> plan;
   ChunkTable chunks;
+  // Of bounds: FirstEdges of the plan. Else null.
+  std::shared_ptr<const std::vector<uint32_t>> first_edges;
   uint64_t held_bytes = 0;     // what the chunks keep in memory; chunk_blocks.h
   double certified_error = 0;  // DeformView::certified_error
   absl::Time edit_time;        // when the edit that made the revision was committed

@@ -102,7 +102,7 @@ func patchesOf(ctx context.Context, scenes v1.SceneServiceClient, scene string) 
 	check(err)
 	var lattice *v1.Lattice
 	topology := ""
-	chunks := map[uint32][]byte{}
+	var edges []byte
 	for {
 		event, err := stream.Recv()
 		if err == io.EOF {
@@ -116,12 +116,12 @@ func patchesOf(ctx context.Context, scenes v1.SceneServiceClient, scene string) 
 			topology = event.GetTopology().TopologyId
 		}
 		for _, chunk := range event.GetChunks().GetChunks() {
-			chunks[chunk.Index] = chunk.Data
+			end := int(chunk.FirstEdge) + len(chunk.Data)
+			for len(edges) < end {
+				edges = append(edges, 0)
+			}
+			copy(edges[chunk.FirstEdge:end], chunk.Data)
 		}
-	}
-	var edges []byte
-	for i := uint32(0); int(i) < len(chunks); i++ {
-		edges = append(edges, chunks[i]...)
 	}
 	return lattice, topology, edges
 }

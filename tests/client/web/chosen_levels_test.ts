@@ -92,26 +92,28 @@ test('a displacement by the tolerance moves no point of the picture by more than
   }
 });
 
-test('bounds are kept by chunk; those of a plan that does not fit them are refused', () => {
-  const layout = new TopologyLayout(create(TopologySchema, { topologyId: 'a', patchCount: 3n, chunkRuns: [{ chunkCount: 1, patchesPerChunk: 2 }, { chunkCount: 1, patchesPerChunk: 1 }] }));
+test('bounds are kept by edge; those that do not fit the patches or the plan are refused', () => {
+  const layout = new TopologyLayout(create(TopologySchema, { topologyId: 'a', patchCount: 3n, chunkRuns: [{ chunkCount: 3, patchesPerChunk: 1 }] }));
   const bounds = new EdgeBounds();
   const before = Uint32Array.of(0, 3, 5, 7);
   const bytes = new Uint8Array(7);
+  const take = (firstChunk: number, chunkCount: number, firstEdge: number, ...own: number[]): void =>
+    bounds.take({ layout, normals: NormalMode.FACET, runs: [{ firstChunk, chunkCount, firstEdge, bytes: Uint8Array.from(own) }] });
 
-  bounds.take({ layout, normals: NormalMode.FACET, chunks: new Map([[0, Uint8Array.of(1, 2, 3, 4, 5)]]) });
+  take(0, 2, 0, 1, 2, 3, 4, 5);
   assert.equal(bounds.isComplete, false);
-  bounds.take({ layout, normals: NormalMode.FACET, chunks: new Map([[1, Uint8Array.of(6, 7)]]) });
+  assert.throws(() => bounds.writeNew(bytes, before), /bounds of 5 edges in place of 7/);
+  take(2, 1, 5, 6, 7);
   assert.equal(bounds.isComplete, true);
-  assert.deepEqual(bounds.writeNew(bytes, before), [0, 1]);
+  assert.deepEqual(bounds.writeNew(bytes, before), [0, 1, 2]);
   assert.deepEqual([...bytes], [1, 2, 3, 4, 5, 6, 7]);
-  bounds.take({ layout, normals: NormalMode.FACET, chunks: new Map([[1, Uint8Array.of(8, 9)]]) });
-  assert.deepEqual(bounds.writeNew(bytes, before), [1]);
-  assert.deepEqual([...bytes], [1, 2, 3, 4, 5, 8, 9]);
+  take(1, 2, 3, 8, 9, 10, 11);
+  assert.deepEqual(bounds.writeNew(bytes, before), [1, 2]);
+  assert.deepEqual([...bytes], [1, 2, 3, 8, 9, 10, 11]);
   assert.deepEqual(bounds.writeNew(bytes, before), []);
   bounds.writeAllAgain();
-  assert.deepEqual(bounds.writeNew(bytes, before), [0, 1]);
-  bounds.take({ layout, normals: NormalMode.FACET, chunks: new Map([[0, Uint8Array.of(1)]]) });
-  assert.throws(() => bounds.writeNew(bytes, before), /chunk 0 has 1 edges in place of 5/);
+  assert.deepEqual(bounds.writeNew(bytes, before), [0, 1, 2]);
+  assert.throws(() => take(2, 1, 8, 1, 2), /bounds of 10 edges, but 3 patches/);
   bounds.clear();
   assert.equal(bounds.isComplete, false);
   assert.equal(bounds.layout, undefined);

@@ -30,6 +30,7 @@ void EventLog::Take(const v1::SceneEvent& event) {
     }
     case v1::SceneEvent::kTopology:
       topologies.push_back(event.topology());
+      bounds.clear();
       break;
     case v1::SceneEvent::kQuantisation:
       quantisations.push_back(event.quantisation());
@@ -38,6 +39,7 @@ void EventLog::Take(const v1::SceneEvent& event) {
       EXPECT_EQ(in_update_, event.update_begin().restart());
       in_update_ = true;
       staged_.clear();
+      staged_bounds_.clear();
       begins.push_back(event.update_begin());
       break;
     case v1::SceneEvent::kChunks:
@@ -50,7 +52,13 @@ void EventLog::Take(const v1::SceneEvent& event) {
       } else {
         EXPECT_EQ(event.chunks().quantisation_id(), quantisations.back().quantisation_id());
       }
-      for (const v1::Chunk& chunk : event.chunks().chunks()) TakeChunk(chunk);
+      for (const v1::Chunk& chunk : event.chunks().chunks()) {
+        if (begins.back().view().encoding() == v1::ENCODING_PATCHES) {
+          TakeBounds(chunk);
+        } else {
+          TakeChunk(chunk);
+        }
+      }
       break;
     case v1::SceneEvent::kPatterns:
       TakePatterns(event);
@@ -63,6 +71,11 @@ void EventLog::Take(const v1::SceneEvent& event) {
       for (auto& [index, chunk] : staged_) {
         chunks[index] = std::move(*chunk.mutable_data());
         levels[index] = std::move(*chunk.mutable_levels());
+      }
+      for (const v1::Chunk& chunk : staged_bounds_) {
+        const size_t end = chunk.first_edge() + chunk.data().size();
+        bounds.resize(std::max(bounds.size(), end));
+        std::ranges::copy(chunk.data(), bounds.begin() + chunk.first_edge());
       }
       EXPECT_GE(event.update_end().revision(), ends.empty() ? 0 : ends.back().revision());
       ends.push_back(event.update_end());
@@ -96,12 +109,24 @@ void EventLog::TakePatterns(const v1::SceneEvent& event) {
 void EventLog::TakeChunk(const v1::Chunk& chunk) {
   EXPECT_LE(chunk.revision(), begins.back().revision());
   EXPECT_EQ(chunk.levels().empty(), begins.back().view().tolerance() == 0);
+  EXPECT_EQ(chunk.chunk_count(), 0u);
+  EXPECT_EQ(chunk.first_edge(), 0u);
   for (size_t i = 0; i + 1 < chunk.levels().size(); i += 2) {
     const uint32_t code = static_cast<uint8_t>(chunk.levels()[i]) |
                           static_cast<uint32_t>(static_cast<uint8_t>(chunk.levels()[i + 1])) << 8;
     EXPECT_TRUE(patterns.contains(code)) << "a pattern comes before its first use";
   }
   EXPECT_TRUE(staged_.emplace(chunk.index(), chunk).second);
+}
+
+void EventLog::TakeBounds(const v1::Chunk& chunk) {
+  EXPECT_LE(chunk.revision(), begins.back().revision());
+  EXPECT_TRUE(chunk.levels().empty());
+  EXPECT_NE(chunk.chunk_count(), 1u) << "0 says the same";
+  for (uint32_t i = 0; i < std::max(chunk.chunk_count(), 1u); ++i) {
+    EXPECT_TRUE(staged_.try_emplace(chunk.index() + i).second);
+  }
+  staged_bounds_.push_back(chunk);
 }
 
 }  // namespace latticed::testing

@@ -44,16 +44,19 @@ class EventLog {
   std::vector<v1::Goaway> goaways;
   size_t heartbeats = 0;
   size_t deltas = 0;
-  std::map<uint32_t, std::string> chunks;         // as of the last update_end
-  std::map<uint32_t, std::string> levels;         // the same; of views with a tolerance
+  std::map<uint32_t, std::string> chunks;  // as of the last update_end; of bounds, empty
+  std::vector<uint8_t> bounds;             // by edge, of the last topology; of views of patches
+  std::map<uint32_t, std::string> levels;  // the same; of views with a tolerance
   std::map<uint32_t, v1::PatchPattern> patterns;  // by code
 
  private:
   void TakePatterns(const v1::SceneEvent& event);
   void TakeChunk(const v1::Chunk& chunk);
+  void TakeBounds(const v1::Chunk& chunk);
 
   bool in_update_ = false;
   std::map<uint32_t, v1::Chunk> staged_;
+  std::vector<v1::Chunk> staged_bounds_;
 };
 
 template <class Stream>

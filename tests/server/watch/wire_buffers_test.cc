@@ -34,6 +34,14 @@ std::vector<grpc::Slice> SlicesOf(const ChunkBatch& batch) {
   return slices;
 }
 
+std::string BytesOf(const std::vector<grpc::Slice>& slices) {
+  std::string bytes;
+  for (const grpc::Slice& slice : slices) {
+    bytes.append(reinterpret_cast<const char*>(slice.begin()), slice.size());
+  }
+  return bytes;
+}
+
 TEST(WireBuffers, APayloadIsNotCopied) {
   const ChunkBatch batch{.update_id = 5, .snapshot = TwoChunks(), .chunks = {0, 1}};
 
@@ -65,11 +73,6 @@ TEST(WireBuffers, AMessageKeepsItsPayloadWhenTheSnapshotHasGone) {
 TEST(WireBuffers, TheBytesAreProtobufs) {
   const ChunkBatch batch{
       .update_id = 5, .topology_id = "t", .snapshot = TwoChunks(), .chunks = {0, 1}};
-  std::string bytes;
-  for (const grpc::Slice& slice : SlicesOf(batch)) {
-    bytes.append(reinterpret_cast<const char*>(slice.begin()), slice.size());
-  }
-
   v1::SceneEvent expected;
   v1::Chunks& chunks = *expected.mutable_chunks();
   chunks.set_update_id(5);
@@ -83,7 +86,62 @@ TEST(WireBuffers, TheBytesAreProtobufs) {
     added.set_data(chunk.data.data, chunk.data.size);
     if (i == 1) added.set_levels(std::string("\x02\x01\x09\x00", 4));
   }
-  EXPECT_TRUE(bytes == expected.SerializeAsString());
+  EXPECT_TRUE(BytesOf(SlicesOf(batch)) == expected.SerializeAsString());
+}
+
+// Four chunks of bounds: 0 and 1 are neighbours in one buffer, 2 has another one, and 3 has no edges of its own.
+std::shared_ptr<const Snapshot> FourChunksOfBounds() {
+  const auto block =
+      std::make_shared<const std::vector<uint8_t>>(std::vector<uint8_t>{1, 2, 3, 4, 5});
+  auto snapshot = std::make_shared<Snapshot>();
+  snapshot->view = {{.format = VertexFormat::kEdgeBounds}, Encoding::kPatches};
+  snapshot->first_edges =
+      std::make_shared<const std::vector<uint32_t>>(std::vector<uint32_t>{0, 3, 5, 6, 6});
+  snapshot->chunks = ChunkTable(4);
+  snapshot->chunks.Set(0, {7, {block, block->data(), 3, 5}, {}});
+  snapshot->chunks.Set(1, {9, {block, block->data() + 3, 2, 5}, {}});
+  snapshot->chunks.Set(2, {8, MakeSharedBytes({6}), {}});
+  snapshot->chunks.Set(3, {8, MakeSharedBytes({}), {}});
+  return snapshot;
+}
+
+TEST(WireBuffers, ConsecutiveChunksOfBoundsAreOneMessage) {
+  const ChunkBatch batch{
+      .update_id = 5, .topology_id = "t", .snapshot = FourChunksOfBounds(), .chunks = {0, 1, 2, 3}};
+
+  const std::vector<grpc::Slice> slices = SlicesOf(batch);
+
+  v1::SceneEvent expected;
+  expected.mutable_chunks()->set_update_id(5);
+  expected.mutable_chunks()->set_topology_id("t");
+  v1::Chunk& chunk = *expected.mutable_chunks()->add_chunks();
+  chunk.set_revision(9);
+  chunk.set_data("\1\2\3\4\5\6");
+  chunk.set_chunk_count(4);
+  EXPECT_TRUE(BytesOf(slices) == expected.SerializeAsString());
+  const uint8_t* const shared = batch.snapshot->chunks[0].data.data;
+  EXPECT_TRUE(std::ranges::any_of(slices, [shared](const grpc::Slice& slice) {
+    return slice.begin() == shared && slice.size() == 5;
+  })) << "what neighbours share is one slice";
+}
+
+TEST(WireBuffers, ChunksOfBoundsApartAreMessagesOfTheirOwn) {
+  const ChunkBatch batch{
+      .update_id = 5, .topology_id = "t", .snapshot = FourChunksOfBounds(), .chunks = {0, 2, 3}};
+
+  v1::SceneEvent expected;
+  expected.mutable_chunks()->set_update_id(5);
+  expected.mutable_chunks()->set_topology_id("t");
+  v1::Chunk& first = *expected.mutable_chunks()->add_chunks();
+  first.set_revision(7);
+  first.set_data("\1\2\3");
+  v1::Chunk& others = *expected.mutable_chunks()->add_chunks();
+  others.set_index(2);
+  others.set_revision(8);
+  others.set_data("\6");
+  others.set_chunk_count(2);
+  others.set_first_edge(5);
+  EXPECT_TRUE(BytesOf(SlicesOf(batch)) == expected.SerializeAsString());
 }
 
 TEST(WireBuffers, PatternsAreThoseOfTheirCodes) {

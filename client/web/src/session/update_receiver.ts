@@ -4,7 +4,7 @@ import type { Chunks, Quantisation, Topology, UpdateBegin, UpdateEnd } from 'lat
 import { NormalMode, type ViewOptions } from 'latticed/v1/view_pb';
 import type { ChunkForm } from '../decode/chunk_form';
 import type { DecodePool, PendingChunk } from '../decode/decode_pool';
-import type { EdgeUpdate } from '../patches/levels/edge_bounds';
+import type { EdgeRun, EdgeUpdate } from '../patches/levels/edge_bounds';
 import type { Grid, SurfaceUpdate } from '../surface/surface_update';
 import { TopologyLayout, type PatternCodes } from '../surface/topology_layout';
 import { vector } from '../wire/lattice_message';
@@ -16,7 +16,7 @@ interface Incoming {
   readonly begun: number;  // performance.now()
   readonly chunks: Map<number, { readonly codes: PatternCodes; readonly decoding: PendingChunk }>;
   /** Bounds of edges, in a view without points. */
-  readonly bounds: Map<number, Uint8Array>;
+  bounds: EdgeRun[];
   layout?: TopologyLayout;
   grid?: Grid;
   unseen?: bigint;
@@ -81,7 +81,7 @@ export class UpdateReceiver {
 
   begin({ view }: UpdateBegin): void {
     this.drop(this.incoming);
-    this.incoming = { view, begun: performance.now(), chunks: new Map(), bounds: new Map(), bytes: 0, isCancelled: false, ofLostStream: false };
+    this.incoming = { view, begun: performance.now(), chunks: new Map(), bounds: [], bytes: 0, isCancelled: false, ofLostStream: false };
   }
 
   chunks(message: Chunks): void {
@@ -105,9 +105,9 @@ export class UpdateReceiver {
 
   private takeBounds(update: Incoming, layout: TopologyLayout, { chunks }: Chunks): void {
     update.layout = layout;
-    for (const { index, data } of chunks) {
+    for (const { index, chunkCount, firstEdge, data } of chunks) {
       update.bytes += data.length;
-      update.bounds.set(index, data);
+      update.bounds.push({ firstChunk: index, chunkCount: chunkCount || 1, firstEdge, bytes: data });
     }
   }
 
@@ -150,8 +150,8 @@ export class UpdateReceiver {
       this.received({
         ...update, end,
         surface: layout && grid && chunks.length ? { layout, grid, normals: hasNormals(view), chunks } : undefined,
-        edges: layout && bounds.size ? { layout, normals: view!.normals, chunks: bounds } : undefined,
-        patches: [...update.chunks.keys(), ...bounds.keys()].reduce((sum, index) => sum + layout!.patchesOf(index), 0),
+        edges: layout && bounds.length ? { layout, normals: view!.normals, runs: bounds } : undefined,
+        patches: Array.from(new Set([...update.chunks.keys(), ...chunksOf(bounds)])).reduce((sum, index) => sum + layout!.patchesOf(index), 0),
         transferMs: at - update.begun,
         decodeMs: performance.now() - at,
       });
@@ -168,7 +168,7 @@ export class UpdateReceiver {
       if (!sameForm || newer.chunks.has(index)) chunk.decoding.cancel();
       else newer.chunks.set(index, chunk);
     }
-    for (const [index, bounds] of sameForm ? older.bounds : []) if (!newer.bounds.has(index)) newer.bounds.set(index, bounds);
+    if (sameForm) newer.bounds = [...older.bounds, ...newer.bounds];
     if (!newer.layout) Object.assign(newer, { layout: older.layout, grid: older.grid });
     newer.bytes += older.bytes;
   }
@@ -183,6 +183,10 @@ export class UpdateReceiver {
 
 function hasNormals(view: ViewOptions | undefined): boolean {
   return view !== undefined && view.normals !== NormalMode.NONE;
+}
+
+function chunksOf(runs: readonly EdgeRun[]): number[] {
+  return runs.flatMap(({ firstChunk, chunkCount }) => Array.from({ length: chunkCount }, (_, at) => firstChunk + at));
 }
 
 /** Chunk.levels: little-endian uint16, like numbers in memory on every machine that runs browsers. */

@@ -3,6 +3,7 @@
 """Each update of a stream has the lattice of its own revision, although edits are reported before their updates."""
 import numpy as np
 import pytest
+from latticed.errors import LatticedError
 from latticed.surface import Surface
 from latticed.v1 import event_pb2, lattice_pb2, view_pb2
 
@@ -22,13 +23,21 @@ def delta(revision, x):
     return event_pb2.SceneEvent(lattice_delta=moved)
 
 
-def update(surface, revision, update_id=1):
-    """Sends an update of three edges in two chunks, and returns it. It has no quantisation."""
+def update(surface, revision, update_id=1, parts=None):
+    """Sends an update of three edges in two chunks, and returns it. It has no quantisation.
+
+    parts  the messages of its chunks; None: one for each chunk
+    """
     view = view_pb2.ViewOptions(encoding=view_pb2.ENCODING_PATCHES, normals=view_pb2.NORMAL_MODE_FACET)
     runs = [event_pb2.ChunkRun(chunk_count=2, patches_per_chunk=1)]
     topology = event_pb2.Topology(topology_id="t", patch_count=2, chunk_runs=runs)
-    begin = event_pb2.UpdateBegin(update_id=update_id, revision=revision, chunk_count=2, view=view)
-    parts = [event_pb2.Chunk(index=0, data=EDGES[:2]), event_pb2.Chunk(index=1, data=EDGES[2:])]
+    if parts is None:
+        parts = [
+            event_pb2.Chunk(index=0, data=EDGES[:2]),
+            event_pb2.Chunk(index=1, first_edge=2, data=EDGES[2:]),
+        ]
+    count = sum(max(part.chunk_count, 1) for part in parts)
+    begin = event_pb2.UpdateBegin(update_id=update_id, revision=revision, chunk_count=count, view=view)
     chunks = event_pb2.Chunks(update_id=update_id, topology_id="t", chunks=parts)
     end = event_pb2.UpdateEnd(update_id=update_id, revision=revision)
     for arms in (dict(topology=topology), dict(update_begin=begin), dict(chunks=chunks)):
@@ -75,6 +84,32 @@ def test_an_update_of_patches_has_edge_bytes_and_no_points(random):
             getattr(held, name)
     with pytest.raises(ValueError, match="has no points"):
         held.points_of(0)
+
+
+def test_consecutive_chunks_of_bounds_come_as_one():
+    surface = Surface()
+    both = event_pb2.Chunk(index=0, chunk_count=2, data=EDGES)
+    first = update(surface, 1, 1, [both])
+    second = update(surface, 2, 2, [event_pb2.Chunk(index=1, first_edge=2, data=b"x")])
+
+    assert first.edge_bytes.tolist() == list(EDGES) and first.bytes == 3
+    assert second.edge_bytes.tolist() == [*EDGES[:2], ord("x")] and second.bytes == 3
+    assert second.changed_since(first) == [1]
+
+
+@pytest.mark.parametrize(
+    "part",
+    [
+        event_pb2.Chunk(index=1, chunk_count=2, data=EDGES),  # the topology has two chunks
+        event_pb2.Chunk(
+            index=0, chunk_count=2, first_edge=4, data=EDGES
+        ),  # and its two patches at most 6 edges
+    ],
+)
+def test_bounds_of_what_the_topology_does_not_have_are_refused(part):
+    with pytest.raises(LatticedError) as refused:
+        update(Surface(), 1, 1, [part])
+    assert refused.value.code.name == "DATA_LOSS"
 
 
 def test_other_updates_have_no_edge_bytes(scene):

@@ -3,18 +3,30 @@
 import type { NormalMode } from 'latticed/v1/view_pb';
 import type { TopologyLayout } from '../../surface/topology_layout';
 
-/** The bounds of edges that an update of a view with ENCODING_PATCHES brings. */
+/** Consecutive chunks of a view with ENCODING_PATCHES. */
+export interface EdgeRun {
+  readonly firstChunk: number;
+  readonly chunkCount: number;
+  readonly firstEdge: number;
+  /** A byte for each edge that a patch of the chunks uses first (patches.proto, Levels). */
+  readonly bytes: Uint8Array;
+}
+
+/** The bounds of edges that an update brings. */
 export interface EdgeUpdate {
   readonly layout: TopologyLayout;
   readonly normals: NormalMode;
-  /** By chunk: a byte for each edge that a patch of the chunk uses first (patches.proto, Levels). */
-  readonly chunks: ReadonlyMap<number, Uint8Array>;
+  /** A later one replaces bounds of an earlier one. */
+  readonly runs: readonly EdgeRun[];
 }
 
 /** The newest bounds of all edges of a view. */
 export class EdgeBounds {
   private newest: EdgeUpdate | undefined;
-  private chunks = new Map<number, Uint8Array>();
+  /** Of all edges; longer than they are many. */
+  private bytes = new Uint8Array(0);
+  private edgeCount = 0;
+  private chunks = new Set<number>();
   private changed = new Set<number>();
 
   get layout(): TopologyLayout | undefined {
@@ -26,18 +38,27 @@ export class EdgeBounds {
   }
 
   take(update: EdgeUpdate): void {
-    if (update.layout.id !== this.layout?.id) this.clear();
-    this.newest = update;
-    for (const [chunk, bytes] of update.chunks) {
-      this.chunks.set(chunk, bytes);
-      this.changed.add(chunk);
+    if (update.layout.id !== this.layout?.id) {
+      this.clear();
+      this.bytes = new Uint8Array(3 * update.layout.patchCount);
     }
+    this.newest = update;
+    for (const { firstChunk, chunkCount, firstEdge, bytes } of update.runs) {
+      const end = firstEdge + bytes.length;
+      if (end > this.bytes.length) throw new Error(`bounds of ${end} edges, but ${this.bytes.length / 3} patches`);
+      this.bytes.set(bytes, firstEdge);
+      this.edgeCount = Math.max(this.edgeCount, end);
+      for (let chunk = firstChunk; chunk < firstChunk + chunkCount; ++chunk) this.changed.add(chunk);
+    }
+    for (const chunk of this.changed) this.chunks.add(chunk);
   }
 
   /** The view has points again. */
   clear(): void {
     this.newest = undefined;
-    this.chunks = new Map();
+    this.bytes = new Uint8Array(0);
+    this.edgeCount = 0;
+    this.chunks = new Set();
     this.changed = new Set();
   }
 
@@ -49,23 +70,22 @@ export class EdgeBounds {
   /**
    * Writes the chunks that have come since the call before into `bytes`, of all edges, and returns their numbers.
    *
-   * @param edgesBefore PatchPlan.edgesBefore. Throws if a chunk has another number of edges than the plan.
+   * @param edgesBefore PatchPlan.edgesBefore. Throws if the plan has another number of edges.
    */
   writeNew(bytes: Uint8Array, edgesBefore: Uint32Array): number[] {
+    if (this.edgeCount !== bytes.length) throw new Error(`bounds of ${this.edgeCount} edges in place of ${bytes.length}`);
     const written = [...this.changed];
     this.changed = new Set();
     for (const chunk of written) {
       const { firstPatch } = this.newest!.layout;
       const [first, end] = [edgesBefore[firstPatch[chunk]!]!, edgesBefore[firstPatch[chunk + 1]!]!];
-      const own = this.chunks.get(chunk)!;
-      if (own.length !== end - first) throw new Error(`chunk ${chunk} has ${own.length} edges in place of ${end - first}`);
-      bytes.set(own, first);
+      bytes.set(this.bytes.subarray(first, end), first);
     }
     return written;
   }
 
   /** All chunks are to be written again, for a plan that has come later. */
   writeAllAgain(): void {
-    this.changed = new Set(this.chunks.keys());
+    this.changed = new Set(this.chunks);
   }
 }
