@@ -6,10 +6,8 @@
 #include <cstring>
 #include <string>
 #include <utility>
-#include <vector>
 
 #include "client/cpp/library/mesh.h"
-#include "core/base/status_macros.h"
 #include "core/codec/chunk_encoder.h"
 #include "core/codec/octahedral.h"
 #include "tests/support/encode_chunk.h"
@@ -359,56 +357,6 @@ TEST(AssembleMesh, CarriesUvsAndGroups) {
   provenance.set_corners(0, 3);
   EXPECT_THAT(CarryAttributes(source, surface.Layouts().value(), provenance, &*mesh),
               StatusIs(absl::StatusCode::kDataLoss));
-}
-
-// An update of bounds of the two chunks: each item is a Chunk with its first edge and its data.
-struct EdgeRun {
-  uint32_t index, count, first_edge;
-  std::string data;
-};
-absl::Status ApplyBounds(Surface& surface, uint64_t id, uint32_t chunks,
-                         const std::vector<EdgeRun>& parts) {
-  LATTICED_RETURN_IF_ERROR(surface.Apply(BeginEvent(id, chunks, v1::ENCODING_PATCHES)).status());
-  v1::SceneEvent event;
-  event.mutable_chunks()->set_update_id(id);
-  event.mutable_chunks()->set_topology_id("t1");
-  for (const EdgeRun& part : parts) {
-    v1::Chunk& chunk = *event.mutable_chunks()->add_chunks();
-    chunk.set_index(part.index);
-    chunk.set_chunk_count(part.count);
-    chunk.set_first_edge(part.first_edge);
-    chunk.set_data(part.data);
-  }
-  LATTICED_RETURN_IF_ERROR(surface.Apply(event).status());
-  v1::SceneEvent end;
-  end.mutable_update_end()->set_update_id(id);
-  return surface.Apply(end).status();
-}
-
-TEST(Surface, KeepsBoundsByEdge) {
-  Surface surface;
-  ASSERT_OK(surface.Apply(TopologyEvent()).status());
-
-  ASSERT_OK(ApplyBounds(surface, 1, 2, {{0, 2, 0, "abcde"}}));
-  EXPECT_EQ(*surface.EdgeBounds(), (std::vector<uint8_t>{'a', 'b', 'c', 'd', 'e'}));
-  ASSERT_OK(ApplyBounds(surface, 2, 1, {{1, 0, 3, "xy"}}));
-  EXPECT_EQ(*surface.EdgeBounds(), (std::vector<uint8_t>{'a', 'b', 'c', 'x', 'y'}));
-  EXPECT_EQ(surface.bytes(), 5u);
-  ASSERT_OK(ApplyBounds(surface, 3, 0, {}));
-  EXPECT_EQ(*surface.EdgeBounds(), (std::vector<uint8_t>{'a', 'b', 'c', 'x', 'y'}));
-}
-
-TEST(Surface, RefusesBoundsThatContradictTheirUpdateOrThePatches) {
-  for (const auto& [chunks, parts] : {std::pair<uint32_t, std::vector<EdgeRun>>{
-                                          2, {{0, 3, 0, "abcde"}}},  // more chunks than announced
-                                      {2, {{0, 0, 0, "abc"}}},       // fewer
-                                      {2, {{1, 2, 0, "abcde"}}},     // a chunk that does not exist
-                                      {2, {{0, 2, 2, "abcde"}}},     // two patches have 6 edges
-                                      {2, {{0, 2, 4294967295, "a"}}}}) {
-    Surface surface;
-    ASSERT_OK(surface.Apply(TopologyEvent()).status());
-    EXPECT_THAT(ApplyBounds(surface, 1, chunks, parts), StatusIs(absl::StatusCode::kDataLoss));
-  }
 }
 
 }  // namespace
