@@ -139,6 +139,7 @@ struct ViewTraits {
 [[nodiscard]] std::vector<uint32_t> EncodeOrder(const ViewTraits& traits,
                                                 std::span<const uint32_t> chunks);
 
+class ReachSlice;      // core/view/spanned/reach_slice.h
 class ToleranceSlice;  // core/view/spanned/tolerance_slice.h
 
 class DeformView {
@@ -165,6 +166,8 @@ class DeformView {
 
   // With a tolerance: how it is evaluated where its plan is a slice and devices must agree on levels. Null: not at all.
   [[nodiscard]] virtual ToleranceSlice* tolerance_slice() { return nullptr; }
+  // Of bounds: what slices must share so that their bounds are those of the whole plan. Null: devices cannot share them.
+  [[nodiscard]] virtual ReachSlice* reach_slice() { return nullptr; }
 
   // Copies the vertices of one chunk in wire layout: ChunkPoints * BytesPerPoint bytes, or its bounds, one byte each.
   [[nodiscard]] virtual absl::Status Read(uint32_t chunk, std::span<uint8_t> out) = 0;

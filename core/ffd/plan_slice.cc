@@ -71,18 +71,23 @@ class Slicer {
 
   void SlicePatches() {
     slice_->patches.assign(plan_.patches.begin() + first_, plan_.patches.begin() + last_);
-    Renumbering edges(plan_.edges.size()), vertices(plan_.vertices.size());
+    Renumbering vertices(plan_.vertices.size());
     for (const Patch& patch : slice_->patches) {
-      for (const uint32_t edge : patch.edge) edges.Use(edge);
       for (const uint32_t vertex : patch.vertex) vertices.Use(vertex);
     }
-    edges.Number();
     vertices.Number();
-    slice_->edges = edges.Take(plan_.edges);
     slice_->vertices = vertices.Take(plan_.vertices);
+    std::vector<uint32_t> edge_numbers(plan_.edges.size(), kNoIndex);
     for (Patch& patch : slice_->patches) {
-      for (uint32_t& edge : patch.edge) edge = edges.Of(edge);
       for (uint32_t& vertex : patch.vertex) vertex = vertices.Of(vertex);
+      for (uint32_t& edge : patch.edge) {
+        uint32_t& number = edge_numbers[edge];
+        if (number == kNoIndex) {
+          number = static_cast<uint32_t>(slice_->edges.size());
+          slice_->edges.push_back(plan_.edges[edge]);
+        }
+        edge = number;
+      }
     }
     for (PlanEdge& edge : slice_->edges) {
       for (uint32_t& vertex : edge.vertex) vertex = vertices.Of(vertex);

@@ -5,7 +5,8 @@
 //
 //   patch p of the slice                   patch 32 first_chunk + p of the plan
 //   boxes, seams, identity points, origin  the plan's
-//   vertices, edges, mesh corners          those that the run names, in their order, numbered anew
+//   vertices, mesh corners                 those that the run names, in their order, numbered anew
+//   edges                                  those that the run names, numbered by its own first use, as in every plan
 //
 // A patch takes every shared point from the box that owns it (deform_plan.h), and a slice has all boxes. Pipeline
 // kFused therefore gives the points of a slice the same bits as with the whole plan. The GEMM pipelines copy shared

@@ -16,7 +16,7 @@
 
 namespace latticed {
 
-// chunk_count() + 1 numbers: the edges of chunk c are result[c] … result[c + 1] - 1. `plan` is a whole plan, not a slice.
+// chunk_count() + 1 numbers: the edges of chunk c are result[c] … result[c + 1] - 1.
 [[nodiscard]] std::vector<uint32_t> FirstEdges(const DeformPlan& plan);
 
 }  // namespace latticed

@@ -45,33 +45,6 @@ std::vector<std::array<uint32_t, 3>> PatternTriangles(std::span<const uint16_t> 
   return triangles;
 }
 
-// The digest of a chunk's vertices on the host: XXH3's 128 bits of their bytes in wire layout.
-//
-// A dirty chunk need not be encoded if its integers are those from which its bytes were made. Keeping the integers for
-// comparison would double the memory of vertices. A digest is 16 bytes per chunk, and takes 0.3 ns per point of 8 bytes
-// on one core; encoding takes 13 ns. Two different chunks have the same digest once in 2^128 comparisons: at a million
-// per second, one update would be missed in 10^25 years.
-VertexDigest DigestOf(std::span<const uint8_t> vertices) {
-  const XXH128_hash_t hash = XXH3_128bits(vertices.data(), vertices.size());
-  return {hash.low64, hash.high64};
-}
-
-// Bounds are few bytes a chunk. All of them become one block, in which consecutive chunks follow each other: so they
-// take one allocation, and one slice of what is sent.
-void PackBounds(std::span<const size_t> places, ViewEncoder::BytesOf bytes_of,
-                std::span<SharedBytes> results) {
-  std::vector<uint8_t> scratch;
-  size_t size = 0;
-  for (const size_t place : places) size += bytes_of(place, scratch).size();
-  const auto block = std::make_shared<std::vector<uint8_t>>();
-  block->reserve(size);
-  for (const size_t place : places) {
-    const std::span<const uint8_t> bytes = bytes_of(place, scratch);
-    results[place] = {block, block->data() + block->size(), bytes.size(), size};
-    block->insert(block->end(), bytes.begin(), bytes.end());
-  }
-}
-
 size_t DivideUp(size_t count, size_t step) { return (count + step - 1) / step; }
 
 // The size at which all threads get the same number of batches, none larger than `most`.
@@ -81,6 +54,11 @@ size_t BatchSize(size_t count, size_t most, size_t threads) {
 }
 
 }  // namespace
+
+VertexDigest DigestOf(std::span<const uint8_t> vertices) {
+  const XXH128_hash_t hash = XXH3_128bits(vertices.data(), vertices.size());
+  return {hash.low64, hash.high64};
+}
 
 uint64_t EncoderBytesOf(const DeformPlan& plan, const ViewSpec& spec, const ChunkEncoder& encoder,
                         const CpuArena& arena) {
@@ -179,10 +157,6 @@ absl::Status ViewEncoder::Encode(std::span<const uint32_t> chunks, Encoding enco
   if (places.empty()) return absl::OkStatus();
   if (encoding == Encoding::kDracoMesh && !patterns_of_) {
     for (const uint32_t chunk : chunks) Connectivity(chunk);
-  }
-  if (encoding == Encoding::kPatches) {
-    PackBounds(places, bytes_of, results);
-    return absl::OkStatus();
   }
   if (!IsDraco(encoding)) {
     arena_.ForEach(places.size(), [&](size_t p) {

@@ -11,6 +11,7 @@
 #include "core/base/status_macros.h"
 #include "core/ffd/tessellation_pattern.h"
 #include "core/view/view_layout.h"
+#include "cuda/adaptive/box_reach.h"
 #include "cuda/device/cuda_status.h"
 #include "cuda/view/cuda_vertex_kernel.h"
 
@@ -178,30 +179,18 @@ absl::Status CudaAdaptiveEvaluator::Evaluate(std::span<const Vec3d> control_poin
 }
 
 absl::StatusOr<std::vector<Vec3d>> CudaAdaptiveEvaluator::BoxReach() const {
-  std::vector<Vec3f> reach(plan_->boxes.size());
-  LATTICED_RETURN_IF_ERROR(
-      CudaStatus(cudaMemcpyAsync(reach.data(), parts_.memory.state().reach,
-                                 reach.size() * sizeof(Vec3f), cudaMemcpyDeviceToHost, stream()),
-                 "the copy of reaches"));
-  LATTICED_RETURN_IF_ERROR(lane_->stream().Synchronize("the copy of reaches"));
-  std::vector<Vec3d> wide;
-  wide.reserve(reach.size());
-  for (const Vec3f& r : reach) wide.push_back({r.x, r.y, r.z});
-  return wide;
+  return ReadReach(parts_.memory.state().reach, plan_->boxes.size(), lane_->stream());
 }
 
-absl::Status CudaAdaptiveEvaluator::Share(std::span<const Vec3d> reach,
-                                          std::span<const uint32_t> edges) {
-  std::vector<Vec3f> narrow;  // exact: they came from floats
-  for (const Vec3d& r : reach) narrow.push_back(ToFloat(r));
-  const kernels::AdaptiveState state = parts_.memory.state();
-  LATTICED_RETURN_IF_ERROR(
-      CudaStatus(cudaMemcpyAsync(state.reach, narrow.data(), narrow.size() * sizeof(Vec3f),
-                                 cudaMemcpyHostToDevice, stream()),
-                 "the copy of reaches"));
+absl::Status CudaAdaptiveEvaluator::SetReach(std::span<const Vec3d> reach) {
+  return WriteReach(reach, parts_.memory.state().reach, lane_->stream());
+}
+
+absl::Status CudaAdaptiveEvaluator::ShareEdges(std::span<const uint32_t> edges) {
   if (edges.empty()) return absl::OkStatus();
-  LATTICED_ASSIGN_OR_RETURN(shared_,
-                            CudaSharedBounds::Create(edges, state.edge_maxima, *context_, lane_));
+  LATTICED_ASSIGN_OR_RETURN(
+      shared_,
+      CudaSharedBounds::Create(edges, parts_.memory.state().edge_maxima, *context_, lane_));
   return absl::OkStatus();
 }
 

@@ -56,7 +56,8 @@ class CudaAdaptiveEvaluator {
 
   // For a slice, as in core/view/spanned/tolerance_slice.h.
   [[nodiscard]] absl::StatusOr<std::vector<Vec3d>> BoxReach() const;
-  [[nodiscard]] absl::Status Share(std::span<const Vec3d> reach, std::span<const uint32_t> edges);
+  [[nodiscard]] absl::Status SetReach(std::span<const Vec3d> reach);
+  [[nodiscard]] absl::Status ShareEdges(std::span<const uint32_t> edges);
   [[nodiscard]] absl::Status Bound(std::span<const Vec3d> control_points,
                                    const QuantisationBox& box, std::span<const uint32_t> chunks);
   [[nodiscard]] absl::StatusOr<std::span<const float>> SharedBounds() const;

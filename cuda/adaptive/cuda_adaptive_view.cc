@@ -61,10 +61,14 @@ absl::StatusOr<std::vector<Vec3d>> CudaAdaptiveView::BoxReach() {
   return evaluator_->BoxReach();
 }
 
-absl::Status CudaAdaptiveView::Share(std::span<const Vec3d> reach,
-                                     std::span<const uint32_t> edges) {
+absl::Status CudaAdaptiveView::SetReach(std::span<const Vec3d> reach) {
   const DeviceGuard guard(context_->device());
-  return evaluator_->Share(reach, edges);
+  return evaluator_->SetReach(reach);
+}
+
+absl::Status CudaAdaptiveView::ShareEdges(std::span<const uint32_t> edges) {
+  const DeviceGuard guard(context_->device());
+  return evaluator_->ShareEdges(edges);
 }
 
 absl::Status CudaAdaptiveView::Bound(std::span<const Vec3d> control_points,

@@ -48,7 +48,8 @@ class CudaAdaptiveView : public CheckedView, public ToleranceSlice {
   ToleranceSlice* tolerance_slice() override { return this; }
 
   absl::StatusOr<std::vector<Vec3d>> BoxReach() override;
-  absl::Status Share(std::span<const Vec3d> reach, std::span<const uint32_t> edges) override;
+  absl::Status SetReach(std::span<const Vec3d> reach) override;
+  absl::Status ShareEdges(std::span<const uint32_t> edges) override;
   absl::Status Bound(std::span<const Vec3d> control_points, const QuantisationBox& box,
                      std::span<const uint32_t> chunks) override;
   absl::StatusOr<std::span<const float>> SharedBounds() override;

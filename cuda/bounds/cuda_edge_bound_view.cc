@@ -9,7 +9,9 @@
 #include "core/base/status_macros.h"
 #include "core/patches/edge_bound.h"
 #include "core/patches/edge_order.h"
+#include "core/view/bounds/encode_bounds.h"
 #include "cuda/adaptive/adaptive_memory.h"
+#include "cuda/adaptive/box_reach.h"
 #include "cuda/bounds/bound_kernels.h"
 #include "cuda/device/cuda_status.h"
 
@@ -82,8 +84,7 @@ CudaEdgeBoundView::CudaEdgeBoundView(std::shared_ptr<const DeformPlan> plan,
       lane_(std::move(lane)),
       tables_(tables),
       first_edges_(std::move(first_edges)),
-      parts_(std::move(parts)),
-      encoder_(this->plan(), spec, context_->encoder(), context_->arena()) {}
+      parts_(std::move(parts)) {}
 
 CudaEdgeBoundView::~CudaEdgeBoundView() {
   // The destructor may free the target's tables, which kernels on the stream still read.
@@ -182,11 +183,22 @@ absl::Status CudaEdgeBoundView::ReadChunk(uint32_t chunk, std::span<uint8_t> out
   return absl::OkStatus();
 }
 
-absl::Status CudaEdgeBoundView::EncodeChunks(std::span<const uint32_t> chunks, Encoding encoding,
+absl::Status CudaEdgeBoundView::EncodeChunks(std::span<const uint32_t> chunks, Encoding,
                                              std::span<VertexDigest> digests,
                                              std::span<SharedBytes> results) {
-  const auto bytes_of = [&](size_t i, std::vector<uint8_t>&) { return Bytes(chunks[i]); };
-  return encoder_.Encode(chunks, encoding, box().range, bytes_of, digests, results);
+  EncodeBounds(
+      chunks, [this](uint32_t chunk) { return Bytes(chunk); }, digests, results);
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::vector<Vec3d>> CudaEdgeBoundView::BoxReach() {
+  const DeviceGuard guard(context_->device());
+  return ReadReach(parts_.memory.state().reach, plan().boxes.size(), lane_->stream());
+}
+
+absl::Status CudaEdgeBoundView::SetReach(std::span<const Vec3d> reach) {
+  const DeviceGuard guard(context_->device());
+  return WriteReach(reach, parts_.memory.state().reach, lane_->stream());
 }
 
 MemoryUse CudaEdgeBoundView::memory() const {

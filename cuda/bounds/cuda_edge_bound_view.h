@@ -10,7 +10,7 @@
 //
 // Errors   those of core/view/checked_view.h; kResourceExhausted for device or pinned memory; kUnavailable when the device
 //          is lost
-// Threads  one thread at a time; Encode uses the context's arena and returns when done
+// Threads  one thread at a time
 #ifndef LATTICED_CUDA_BOUNDS_CUDA_EDGE_BOUND_VIEW_H_
 #define LATTICED_CUDA_BOUNDS_CUDA_EDGE_BOUND_VIEW_H_
 
@@ -19,7 +19,7 @@
 #include <vector>
 
 #include "core/view/checked_view.h"
-#include "core/view/view_encoder.h"
+#include "core/view/spanned/reach_slice.h"
 #include "cuda/bounds/edge_bound_memory.h"
 #include "cuda/device/launch_graph.h"
 #include "cuda/device/pinned_memory.h"
@@ -28,9 +28,9 @@
 
 namespace latticed {
 
-class CudaEdgeBoundView : public CheckedView {
+class CudaEdgeBoundView : public CheckedView, public ReachSlice {
  public:
-  // `plan` is a whole plan, not a slice; `device_plan` was made for kFused. Takes DeviceBytesFor, and the plan's
+  // `device_plan` was made for kFused. Takes DeviceBytesFor, and the plan's
   // BytesToCome without normals, from the reservation.
   [[nodiscard]] static absl::StatusOr<std::unique_ptr<CudaEdgeBoundView>> Create(
       std::shared_ptr<const DeformPlan> plan, std::shared_ptr<DevicePlan> device_plan,
@@ -43,6 +43,10 @@ class CudaEdgeBoundView : public CheckedView {
 
   std::span<const uint32_t> also_changed() const override { return also_changed_; }
   MemoryUse memory() const override;
+  ReachSlice* reach_slice() override { return this; }
+
+  absl::StatusOr<std::vector<Vec3d>> BoxReach() override;
+  absl::Status SetReach(std::span<const Vec3d> reach) override;
 
   // For measurements: the lane that Evaluate enqueues on. It marks the stages.
   CudaLane& lane() const { return *lane_; }
@@ -87,7 +91,6 @@ class CudaEdgeBoundView : public CheckedView {
   Parts parts_;
   LaunchGraph graph_;
   std::vector<uint32_t> also_changed_;
-  ViewEncoder encoder_;
 };
 
 }  // namespace latticed

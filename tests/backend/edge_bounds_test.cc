@@ -223,26 +223,61 @@ TEST_P(EdgeBounds, OtherPipelinesRefuseThem) {
   }
 }
 
-// An edge of two parts would have two bounds.
-TEST_P(EdgeBounds, DevicesThatShareAPlanRefuseThem) {
-  ASSERT_OK_AND_ASSIGN(const auto group, MakeSpannedBackend(GetParam().backend, 2, 1));
-  PolygonMesh mesh = TorusMesh(14, 10);
-  const LatticeStructure structure = MakeStructure(mesh.ComputeBounds(), {});
-  ASSERT_OK_AND_ASSIGN(const auto target,
-                       group->Prepare(MakeTestPlan(std::move(mesh), structure), Pipeline::kFused));
-
-  EXPECT_TRUE(target->has_tolerance());
-  EXPECT_FALSE(target->has_edge_bounds());
-  const auto view = target->CreateView(kBounds);
-  ASSERT_THAT(view, StatusIs(absl::StatusCode::kInvalidArgument));
-  EXPECT_EQ(error::DetailsOf(view.status()).reason, "UNSUPPORTED");
-  EXPECT_EQ(error::DetailsOf(view.status()).field, "view.encoding");
-}
-
 INSTANTIATE_TEST_SUITE_P(Backends, EdgeBounds,
                          ::testing::Values(Subject{"cpu", Pipeline::kFused},
-                                           Subject{"cuda", Pipeline::kFused}),
+                                           Subject{"cuda", Pipeline::kFused},
+                                           Subject{"cpu-spanned", Pipeline::kFused},
+                                           Subject{"cuda-spanned", Pipeline::kFused}),
                          SubjectName);
+
+class SpannedEdgeBounds : public ::testing::TestWithParam<std::string> {};
+
+// The cuts lie anywhere: the bytes of an edge on a cut come from two devices or more.
+TEST_P(SpannedEdgeBounds, AreThoseOfOneDeviceAfterAnyEdits) {
+  const auto one = BackendOrSkip(GetParam());
+  if (one == nullptr) return;
+  std::uniform_real_distribution<double> noise(-0.1, 0.1);
+  for (const int devices : {2, 4}) {
+    ASSERT_OK_AND_ASSIGN(const auto several, MakeSpannedBackend(GetParam(), devices));
+    for (ToleranceScene& scene : ToleranceScenes()) {
+      const LatticeStructure structure = MakeStructure(scene.mesh.ComputeBounds(), scene.options);
+      const Plan plan = MakeTestPlan(std::move(scene.mesh), structure);
+      const auto expected = MakeView(*one, Pipeline::kFused, plan, kBounds);
+      const auto got = MakeView(*several, Pipeline::kFused, plan, kBounds);
+      ASSERT_NE(got, nullptr);
+      std::vector<Vec3d> points = IdentityControlPoints(structure);
+      std::vector<uint32_t> named = AllChunks(*plan);
+      std::vector<VertexDigest> digests(named.size());
+      std::mt19937 random(kBoundSeed);
+      DirtySet dirty(plan);
+      for (int edit = 0; edit < 30; ++edit) {
+        SCOPED_TRACE(
+            fmt::format("{}: {} devices, edit {}, seed {}", scene.name, devices, edit, kBoundSeed));
+        ASSERT_OK(expected->Evaluate(points, BoxFor(*plan, points), named));
+        ASSERT_OK(got->Evaluate(points, BoxFor(*plan, points), named));
+        const std::vector<uint8_t> bytes = ReadBytes(*plan, *got);
+        ASSERT_EQ(bytes, ReadBytes(*plan, *expected));
+        ASSERT_TRUE(std::ranges::equal(got->also_changed(), expected->also_changed()));
+        const std::vector<uint32_t> all = AllChunks(*plan);
+        auto theirs = digests;
+        ASSERT_OK_AND_ASSIGN(const auto sent, got->Encode(all, Encoding::kPatches, digests));
+        ASSERT_OK_AND_ASSIGN(const auto same, expected->Encode(all, Encoding::kPatches, theirs));
+        for (const uint32_t c : all)
+          ASSERT_TRUE(std::ranges::equal(sent[c].span(), same[c].span()));
+
+        const uint32_t index = static_cast<uint32_t>(random() % points.size());
+        points[index] += Vec3d{noise(random), noise(random), noise(random)};
+        if (edit % 7 == 0) points[index].x = 1e200;  // nothing is known
+        dirty.Clear();
+        dirty.MarkControlPoints({{index}});
+        named = dirty.Chunks();
+      }
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Backends, SpannedEdgeBounds, ::testing::ValuesIn(KnownBackends()),
+                         [](const auto& info) { return info.param; });
 
 }  // namespace
 }  // namespace latticed::testing

@@ -49,7 +49,7 @@ run_alone "a device that is lost" "$folder/cuda_backend_test" --gtest_filter='Cu
 run_alone "what is left of the device's memory, 2,000 scenes" "$folder/cuda_backend_test" --gtest_filter='CudaSoak.*'
 
 # The slowest suites start first.
-for suite in Watertight Accuracy View Spanned Tolerance ToleranceBits ToleranceEncoding EdgeBounds; do
+for suite in Watertight Accuracy View Spanned Tolerance ToleranceBits ToleranceEncoding EdgeBounds SpannedEdgeBounds; do
   run "conformance, $suite" "$folder/backend_test" --gtest_filter="*/$suite.*cuda*:Backends.*"
 done
 run "memory, failed allocations, repeated bits" "$folder/cuda_backend_test" \
@@ -73,7 +73,7 @@ readonly sanitized=(  # NAME PROGRAM FILTER …
 readonly not_raced=(
   'large lattices' backend_test '*SmoothFloats*/cuda*:*AnyChunks*/cuda_fused'
   spanned backend_test '*/Spanned.*cuda*'
-  'tolerances of several devices' backend_test '*/ToleranceBits.*cuda*')
+  'tolerances of several devices' backend_test '*/ToleranceBits.*cuda*:*/SpannedEdgeBounds.*cuda*')
 sanitize() {  # RUN TOOL
   local only=() skipped='' programs=("${sanitized[@]}" "${not_raced[@]}") i
   # Races occur in kernels. The memory tests run hundreds of them, and racecheck would take minutes. The same

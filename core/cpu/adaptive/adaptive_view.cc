@@ -29,8 +29,12 @@ absl::StatusOr<std::vector<Vec3d>> AdaptiveView::BoxReach() {
   return std::vector<Vec3d>(evaluator_.reach().begin(), evaluator_.reach().end());
 }
 
-absl::Status AdaptiveView::Share(std::span<const Vec3d> reach, std::span<const uint32_t> edges) {
+absl::Status AdaptiveView::SetReach(std::span<const Vec3d> reach) {
   std::ranges::copy(reach, evaluator_.reach().begin());
+  return absl::OkStatus();
+}
+
+absl::Status AdaptiveView::ShareEdges(std::span<const uint32_t> edges) {
   evaluator_.levels().Share(edges);
   return absl::OkStatus();
 }

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/view/spanned/shared_edges.h"
 
+#include <utility>
+
 namespace latticed {
 namespace {
 
@@ -32,34 +34,38 @@ class EdgesOfSlices {
 SharedEdges SharedEdges::Find(const DeformPlan& plan, std::span<const uint32_t> first_chunks) {
   const EdgesOfSlices edges(plan, first_chunks);
   SharedEdges shared;
-  std::vector<uint32_t> first_user(plan.edges.size(), kNoIndex);
-  std::vector<bool> is_shared(plan.edges.size());
+  std::vector<uint32_t> last_user(plan.edges.size(), kNoIndex);  // a slice
+  std::vector<uint32_t> number(plan.edges.size(), kNoIndex);     // of a shared edge; 0 at first
   for (uint32_t slice = 0; slice < first_chunks.size(); ++slice) {
     edges.ForEach(slice, [&](uint32_t edge) {
-      if (first_user[edge] == kNoIndex) first_user[edge] = slice;
-      if (first_user[edge] != slice) is_shared[edge] = true;
+      const uint32_t before = std::exchange(last_user[edge], slice);
+      if (before != kNoIndex && before != slice) number[edge] = 0;
     });
   }
+  for (uint32_t edge = 0; edge < number.size(); ++edge) {
+    if (number[edge] == kNoIndex) continue;
+    number[edge] = static_cast<uint32_t>(shared.edges.size());
+    shared.edges.push_back(edge);
+  }
   for (size_t slice = 0; slice < first_chunks.size(); ++slice) {
-    std::vector<bool> is_used(plan.edges.size());
-    edges.ForEach(slice, [&](uint32_t edge) { is_used[edge] = true; });
     Slice& of_slice = shared.slices.emplace_back();
-    uint32_t in_slice = 0, number = 0;  // SlicePlan numbers the edges in use in the plan's order
-    for (size_t edge = 0; edge < plan.edges.size(); ++edge) {
-      if (is_used[edge] && is_shared[edge]) {
+    std::vector<bool> is_used(plan.edges.size());
+    uint32_t in_slice = 0;  // SlicePlan numbers edges in this order
+    edges.ForEach(slice, [&](uint32_t edge) {
+      if (is_used[edge]) return;
+      is_used[edge] = true;
+      if (number[edge] != kNoIndex) {
         of_slice.edges.push_back(in_slice);
-        of_slice.numbers.push_back(number);
+        of_slice.numbers.push_back(number[edge]);
       }
-      in_slice += uint32_t{is_used[edge]};
-      number += uint32_t{is_shared[edge]};
-    }
-    shared.count = number;
+      ++in_slice;
+    });
   }
   return shared;
 }
 
 size_t SharedEdges::MemoryBytes() const {
-  size_t bytes = 0;
+  size_t bytes = edges.size() * sizeof(uint32_t);
   for (const Slice& slice : slices) bytes += 2 * slice.edges.size() * sizeof(uint32_t);
   return bytes;
 }

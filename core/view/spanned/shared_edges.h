@@ -19,9 +19,9 @@ namespace latticed {
 struct SharedEdges {
   struct Slice {
     std::vector<uint32_t> edges;    // in the numbers of SlicePlan, ascending
-    std::vector<uint32_t> numbers;  // of each: which of the `count` edges it is
+    std::vector<uint32_t> numbers;  // of each: which of all shared edges it is
   };
-  uint32_t count = 0;
+  std::vector<uint32_t> edges;  // all that are shared, in the numbers of the plan, ascending
   std::vector<Slice> slices;
 
   // first_chunks: of each slice, ascending from 0.

@@ -7,7 +7,9 @@
 
 #include "core/base/catch_bad_alloc.h"
 #include "core/base/status_macros.h"
+#include "core/patches/edge_order.h"
 #include "core/view/checked_view.h"
+#include "core/view/spanned/spanned_bound_view.h"
 #include "core/view/spanned/spanned_view.h"
 
 namespace latticed {
@@ -29,6 +31,7 @@ SpannedTarget::SpannedTarget(std::shared_ptr<const DeformPlan> plan, std::vector
 absl::StatusOr<std::unique_ptr<DeformView>> SpannedTarget::CreateView(const ViewSpec& spec) {
   LATTICED_RETURN_IF_ERROR(CheckSupported(*this, spec));
   return CatchBadAlloc("the view", [&]() -> absl::StatusOr<std::unique_ptr<DeformView>> {
+    if (spec.format == VertexFormat::kEdgeBounds) return CreateBoundView(spec);
     std::vector<SpannedView::Part> parts;
     std::vector<DeformView*> views;
     for (const Part& part : parts_) {
@@ -43,6 +46,16 @@ absl::StatusOr<std::unique_ptr<DeformView>> SpannedTarget::CreateView(const View
     }
     return std::make_unique<SpannedView>(plan_, spec, std::move(parts), std::move(exchange));
   });
+}
+
+absl::StatusOr<std::unique_ptr<DeformView>> SpannedTarget::CreateBoundView(
+    const ViewSpec& spec) const {
+  std::vector<SpannedBoundView::Slice> slices;
+  for (const Part& part : parts_) {
+    LATTICED_ASSIGN_OR_RETURN(auto view, part.target->CreateView(spec));
+    slices.push_back({part.first_chunk, FirstEdges(part.target->plan()), std::move(view)});
+  }
+  return SpannedBoundView::Create(plan_, spec, shared_edges_, std::move(slices));
 }
 
 absl::StatusOr<std::vector<double>> SpannedTarget::ControlNets(
@@ -73,6 +86,10 @@ ViewTraits SpannedTarget::Traits(const ViewSpec& spec) const {
     sum.encoder_bytes += traits.encoder_bytes;
     sum.encode_batch += traits.encode_batch;
     sum.device_chunks.push_back(part.first_chunk);
+  }
+  if (spec.format == VertexFormat::kEdgeBounds) {
+    sum.host_bytes += SpannedBoundView::MostBytes(*plan_, *shared_edges_);
+    sum.device_chunks = {0};  // Encode asks nothing of the devices
   }
   return sum;
 }

@@ -31,6 +31,7 @@ class SpannedTarget : public DeformTarget {
   const DeformPlan& plan() const override { return *plan_; }
   Pipeline pipeline() const override { return parts_.front().target->pipeline(); }
   bool has_tolerance() const override { return parts_.front().target->has_tolerance(); }
+  bool has_edge_bounds() const override { return parts_.front().target->has_edge_bounds(); }
   ViewTraits Traits(const ViewSpec& spec) const override;
   absl::StatusOr<std::unique_ptr<DeformView>> CreateView(const ViewSpec& spec) override;
   absl::StatusOr<std::vector<double>> ControlNets(std::span<const Vec3d> control_points,
@@ -39,6 +40,8 @@ class SpannedTarget : public DeformTarget {
   DeviceUse device_use() const override;
 
  private:
+  absl::StatusOr<std::unique_ptr<DeformView>> CreateBoundView(const ViewSpec& spec) const;
+
   const std::shared_ptr<const DeformPlan> plan_;
   const std::vector<Part> parts_;
   const std::shared_ptr<const SharedEdges> shared_edges_;

@@ -3,14 +3,12 @@
 #include "core/view/spanned/spanned_view.h"
 
 #include <algorithm>
-#include <system_error>
-#include <thread>
 #include <utility>
 
 #include "core/base/catch_bad_alloc.h"
-#include "core/base/error.h"
 #include "core/base/status_macros.h"
 #include "core/view/sorted_numbers.h"
+#include "core/view/spanned/run_at_once.h"
 
 namespace latticed {
 
@@ -102,32 +100,20 @@ std::vector<SpannedView::Share> SpannedView::ShareOut(std::span<const uint32_t> 
   return shares;
 }
 
-// Encodes all shares concurrently, the first one on the caller's thread.
-void SpannedView::EncodeAtOnce(std::vector<Share>& shares, Encoding encoding) const {
-  const auto encode = [&](size_t p) {
-    Share& share = shares[p];
-    share.results = CatchBadAlloc("the encoding", [&] {
-      return parts_[p].view->Encode(share.chunks, encoding, share.digests);
-    });
-  };
-  const auto has_work = [](const Share& share) { return !share.chunks.empty(); };
-  const auto first = std::ranges::find_if(shares, has_work) - shares.begin();
-  std::vector<std::jthread> others;  // joined at the end
-  for (size_t p = static_cast<size_t>(first) + 1; p < shares.size(); ++p) {
-    if (has_work(shares[p])) others.emplace_back(encode, p);
-  }
-  encode(static_cast<size_t>(first));
-}
-
 absl::Status SpannedView::EncodeChunks(std::span<const uint32_t> chunks, Encoding encoding,
                                        std::span<VertexDigest> digests,
                                        std::span<SharedBytes> results) {
   std::vector<Share> shares = ShareOut(chunks, digests);
-  try {
-    EncodeAtOnce(shares, encoding);
-  } catch (const std::system_error&) {
-    return error::AllocationFailed("a thread of the encoding");
+  std::vector<size_t> busy;
+  for (size_t p = 0; p < shares.size(); ++p) {
+    if (!shares[p].chunks.empty()) busy.push_back(p);
   }
+  LATTICED_RETURN_IF_ERROR(RunAtOnce(busy, [&](size_t p) {
+    Share& share = shares[p];
+    share.results = CatchBadAlloc("the encoding", [&] {
+      return parts_[p].view->Encode(share.chunks, encoding, share.digests);
+    });
+  }));
   for (Share& share : shares) {
     if (share.chunks.empty()) continue;
     LATTICED_RETURN_IF_ERROR(share.results.status());

@@ -64,7 +64,6 @@ class SpannedView : public CheckedView {
   std::span<const uint32_t> ChunksOf(size_t part, std::span<const uint32_t> chunks);
   std::vector<Share> ShareOut(std::span<const uint32_t> chunks,
                               std::span<const VertexDigest> digests) const;
-  void EncodeAtOnce(std::vector<Share>& shares, Encoding encoding) const;
   size_t PartOf(uint32_t chunk) const;
   uint32_t End(size_t part) const;  // its last chunk of the plan, plus one
 

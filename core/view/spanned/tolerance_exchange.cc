@@ -21,7 +21,7 @@ ToleranceExchange::ToleranceExchange(const DeformPlan& plan, const ViewSpec& spe
       most_points_(plan.patches.size() * static_cast<uint64_t>(PointsPerPatch(spec.segments))),
       shared_(std::move(shared)),
       slices_(std::move(slices)),
-      largest_(shared_->count) {
+      largest_(shared_->edges.size()) {
   for (const SharedEdges::Slice& slice : shared_->slices) raised_.emplace_back(slice.edges.size());
 }
 
@@ -36,21 +36,15 @@ absl::StatusOr<std::unique_ptr<ToleranceExchange>> ToleranceExchange::Create(
   }
   std::unique_ptr<ToleranceExchange> exchange(
       new ToleranceExchange(plan, spec, std::move(shared), std::move(slices)));
-  LATTICED_RETURN_IF_ERROR(exchange->ShareReach());
+  LATTICED_RETURN_IF_ERROR(exchange->Share());
   return exchange;
 }
 
-absl::Status ToleranceExchange::ShareReach() {
-  std::vector<Vec3d> largest;
-  for (ToleranceSlice* const slice : slices_) {
-    LATTICED_ASSIGN_OR_RETURN(const std::vector<Vec3d> reach, slice->BoxReach());
-    largest.resize(reach.size());
-    for (size_t box = 0; box < reach.size(); ++box) {
-      for (int a = 0; a < 3; ++a) largest[box][a] = std::max(largest[box][a], reach[box][a]);
-    }
-  }
+absl::Status ToleranceExchange::Share() {
+  const std::vector<ReachSlice*> reaches(slices_.begin(), slices_.end());
+  LATTICED_RETURN_IF_ERROR(ShareReach(reaches));
   for (size_t s = 0; s < slices_.size(); ++s) {
-    LATTICED_RETURN_IF_ERROR(slices_[s]->Share(largest, shared_->slices[s].edges));
+    LATTICED_RETURN_IF_ERROR(slices_[s]->ShareEdges(shared_->slices[s].edges));
   }
   return absl::OkStatus();
 }
@@ -101,7 +95,7 @@ absl::StatusOr<uint64_t> ToleranceExchange::Choose(double curvature_tolerance) {
 }
 
 size_t ToleranceExchange::BytesFor(const SharedEdges& shared) {
-  size_t entries = shared.count;
+  size_t entries = shared.edges.size();
   for (const SharedEdges::Slice& slice : shared.slices) entries += slice.edges.size();
   return entries * sizeof(float);
 }

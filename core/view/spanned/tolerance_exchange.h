@@ -47,7 +47,7 @@ class ToleranceExchange {
   ToleranceExchange(const DeformPlan& plan, const ViewSpec& spec,
                     std::shared_ptr<const SharedEdges> shared, std::vector<ToleranceSlice*> slices);
   static size_t BytesFor(const SharedEdges& shared);
-  absl::Status ShareReach();
+  absl::Status Share();
   absl::Status GatherBounds();
   // Returns the number of points of all slices.
   absl::StatusOr<uint64_t> Choose(double curvature_tolerance);

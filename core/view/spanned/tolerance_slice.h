@@ -5,7 +5,7 @@
 // ways: an edge takes the largest bound in all of its patches, and the slack of bounds the reach of all patches of a box.
 // tolerance_exchange.h gives each slice the maxima of all, and the views then have the bits of one view of the whole plan.
 //
-//   BoxReach, Share       once, before the first evaluation
+//   ShareEdges            once, before the first evaluation, as is ShareReach of reach_slice.h
 //   Bound                 an evaluation begins, in place of DeformView::Evaluate
 //   SharedBounds          … what other slices need
 //   Choose, CountPoints   … levels and patterns; again with another tolerance, as often as needed
@@ -21,24 +21,19 @@
 
 #include <cstdint>
 #include <span>
-#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "core/base/vec.h"
 #include "core/ffd/quantisation_box.h"
+#include "core/view/spanned/reach_slice.h"
 
 namespace latticed {
 
-class ToleranceSlice {
+class ToleranceSlice : public ReachSlice {
  public:
-  virtual ~ToleranceSlice() = default;
-
-  // By box, as PatchReach of core/adaptive/curvature_slack.h: the largest of the slice's patches. Waits.
-  [[nodiscard]] virtual absl::StatusOr<std::vector<Vec3d>> BoxReach() = 0;
-  // reach: the largest of all slices. edges: those of the slice's plan that other slices have too, ascending.
-  [[nodiscard]] virtual absl::Status Share(std::span<const Vec3d> reach,
-                                           std::span<const uint32_t> edges) = 0;
+  // edges: those of the slice's plan that other slices have too, ascending.
+  [[nodiscard]] virtual absl::Status ShareEdges(std::span<const uint32_t> edges) = 0;
 
   // Valid arguments of DeformView::Evaluate; `chunks` may be empty. The spans stay valid until Finish.
   [[nodiscard]] virtual absl::Status Bound(std::span<const Vec3d> control_points,

@@ -12,9 +12,8 @@
 #include "client/cpp/library/latticed_client.h"
 #include "client/cpp/library/patches/lattice_from_proto.h"
 #include "client/cpp/library/patches/patch_evaluator.h"
-#include "fmt/format.h"
+#include "tests/client/patches/torus_scene.h"
 #include "tests/client/quiet_server.h"
-#include "tests/support/test_meshes.h"
 
 namespace latticed::client {
 namespace {
@@ -27,23 +26,7 @@ class PatchStreamTest : public ::testing::Test {
  protected:
   void SetUp() override {
     ASSERT_NE(server_, nullptr);
-    const PolygonMesh torus = testing::TorusMesh(24, 16);
-    std::string obj;
-    for (const Vec3d& p : torus.positions) obj += fmt::format("v {} {} {}\n", p.x, p.y, p.z);
-    for (size_t f = 0; f < torus.face_count(); ++f) {
-      obj += "f";
-      for (uint32_t c = torus.face_offsets[f]; c < torus.face_offsets[f + 1]; ++c) {
-        obj += fmt::format(" {}", torus.corner_vertices[c] + 1);
-      }
-      obj += "\n";
-    }
-    v1::MeshHeader header;
-    header.set_format(v1::MESH_FORMAT_OBJ);
-    const auto mesh = client_->UploadMesh(obj, header);
-    ASSERT_OK(mesh);
-    v1::CreateSceneRequest create;
-    create.set_mesh(mesh->id());
-    const auto scene = client_->CreateScene(create);
+    const auto scene = CreateTorusScene(*client_, {});
     ASSERT_OK(scene);
     scene_ = scene->id();
   }

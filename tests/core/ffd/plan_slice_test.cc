@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "core/ffd/direct_ffd.h"
@@ -71,6 +72,14 @@ TEST(PlanSlice, PatchesAreThoseOfThePlan) {
       }
     }
     ASSERT_EQ(slice->box_patches.back(), slice->patches.size());
+    uint32_t used = 0;  // edges are numbered in the order of first use
+    for (const Patch& patch : slice->patches) {
+      for (const uint32_t edge : patch.edge) {
+        ASSERT_LE(edge, used);
+        used = std::max(used, edge + 1);
+      }
+    }
+    ASSERT_EQ(used, slice->edges.size());
   }
 }
 

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <map>
 #include <set>
 
@@ -43,17 +44,19 @@ TEST(SharedEdges, AreThoseOfPatchesInMoreThanOneSlice) {
 
     const SharedEdges shared = SharedEdges::Find(*plan, cuts);
 
-    ASSERT_EQ(shared.count, expected.size());
+    ASSERT_EQ(shared.edges, expected);
     ASSERT_EQ(shared.slices.size(), cuts.size());
     for (size_t s = 0; s < cuts.size(); ++s) {
       const auto slice = SlicePlan(*plan, cuts[s], s + 1 < cuts.size() ? cuts[s + 1] : chunks);
       const auto& [edges, numbers] = shared.slices[s];
-      std::vector<uint32_t> of_slice;
+      std::set<uint32_t> of_slice;
       for (uint32_t i = 0; i < expected.size(); ++i) {
-        if (users[expected[i]].contains(s)) of_slice.push_back(i);
+        if (users[expected[i]].contains(s)) of_slice.insert(i);
       }
-      ASSERT_EQ(numbers, of_slice) << "slice " << s;
+      ASSERT_EQ(std::set(numbers.begin(), numbers.end()), of_slice) << "slice " << s;
+      ASSERT_EQ(numbers.size(), of_slice.size());
       ASSERT_EQ(edges.size(), numbers.size());
+      ASSERT_TRUE(std::ranges::is_sorted(edges));
       for (size_t i = 0; i < edges.size(); ++i) {
         for (size_t end = 0; end < 2; ++end) {
           const uint32_t got = slice->edges.at(edges[i]).vertex[end];

@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -41,8 +42,11 @@ class FakeSlice : public DeformView, public ToleranceSlice {
     if (auto s = Pass(SliceStep::kReach); !s.ok()) return s;
     return reach;
   }
-  absl::Status Share(std::span<const Vec3d> r, std::span<const uint32_t> e) override {
+  absl::Status SetReach(std::span<const Vec3d> r) override {
     reach.assign(r.begin(), r.end());
+    return absl::OkStatus();
+  }
+  absl::Status ShareEdges(std::span<const uint32_t> e) override {
     edges.assign(e.begin(), e.end());
     bounds.resize(edges.size());
     return Pass(SliceStep::kShare);
@@ -93,7 +97,7 @@ class ToleranceExchangeTest : public ::testing::Test {
     plan_ = MakeTestPlan(std::move(mesh), structure);
     ASSERT_NE(plan_, nullptr);
     shared_ = std::make_shared<const SharedEdges>(SharedEdges::Find(*plan_, first_chunks_));
-    ASSERT_GT(shared_->count, 2u);
+    ASSERT_GT(shared_->edges.size(), 2u);
     a_.reach = {{1, 2, 3}};
     b_.reach = {{3, 2, 1}};
   }
@@ -107,6 +111,14 @@ class ToleranceExchangeTest : public ::testing::Test {
     return exchange.Evaluate(plan_->identity_points, QuantisationBox{.range = 1}, chunks);
   }
 
+  // The bound that a slice has of a shared edge, by the edge's number.
+  float& Bound(FakeSlice& slice, size_t edge) { return slice.bounds[PlaceOf(slice, edge)]; }
+  float Raised(const FakeSlice& slice, size_t edge) { return slice.raised[PlaceOf(slice, edge)]; }
+  size_t PlaceOf(const FakeSlice& slice, size_t edge) {
+    const auto& numbers = shared_->slices[&slice == &a_ ? 0 : 1].numbers;
+    return static_cast<size_t>(std::ranges::find(numbers, edge) - numbers.begin());
+  }
+
   const std::vector<uint32_t> first_chunks_{0, 3};
   Plan plan_;
   std::shared_ptr<const SharedEdges> shared_;
@@ -118,20 +130,20 @@ TEST_F(ToleranceExchangeTest, SlicesGetTheMaximaOfAll) {
   EXPECT_EQ(a_.reach, (std::vector<Vec3d>{{3, 2, 3}}));
   EXPECT_EQ(b_.reach, a_.reach);
   // Two slices share all of these edges.
-  ASSERT_EQ(a_.bounds.size(), shared_->count);
-  ASSERT_EQ(b_.bounds.size(), shared_->count);
-  a_.bounds[0] = 5, b_.bounds[0] = 4;
-  a_.bounds[1] = 6, b_.bounds[1] = 7;
-  a_.bounds[2] = kNotANumber, b_.bounds[2] = 8;
+  ASSERT_EQ(a_.bounds.size(), shared_->edges.size());
+  ASSERT_EQ(b_.bounds.size(), shared_->edges.size());
+  Bound(a_, 0) = 5, Bound(b_, 0) = 4;
+  Bound(a_, 1) = 6, Bound(b_, 1) = 7;
+  Bound(a_, 2) = kNotANumber, Bound(b_, 2) = 8;
 
   ASSERT_OK(Evaluate(*exchange));
 
   EXPECT_EQ(a_.chunks, (std::vector<uint32_t>{0, 1}));
   EXPECT_TRUE(b_.chunks.empty());
   for (const FakeSlice* slice : {&a_, &b_}) {
-    EXPECT_EQ(slice->raised[0], 5);
-    EXPECT_EQ(slice->raised[1], 7);
-    EXPECT_TRUE(std::isnan(slice->raised[2]));
+    EXPECT_EQ(Raised(*slice, 0), 5);
+    EXPECT_EQ(Raised(*slice, 1), 7);
+    EXPECT_TRUE(std::isnan(Raised(*slice, 2)));
     EXPECT_EQ(slice->finished, 1);
   }
 }

@@ -6,6 +6,8 @@
 #include <iterator>
 #include <utility>
 
+#include "core/view/bounds/encode_bounds.h"
+
 namespace latticed {
 
 EdgeBoundView::EdgeBoundView(std::shared_ptr<const fused::FusedPlan> plan, const ViewSpec& spec,
@@ -14,8 +16,16 @@ EdgeBoundView::EdgeBoundView(std::shared_ptr<const fused::FusedPlan> plan, const
       fused_plan_(std::move(plan)),
       context_(std::move(context)),
       bounder_(fused_plan_, context_->arena),
-      bytes_(fused_plan_->plan),
-      encoder_(this->plan(), spec, context_->encoder, context_->arena) {}
+      bytes_(fused_plan_->plan) {}
+
+absl::StatusOr<std::vector<Vec3d>> EdgeBoundView::BoxReach() {
+  return std::vector<Vec3d>(bounder_.reach().begin(), bounder_.reach().end());
+}
+
+absl::Status EdgeBoundView::SetReach(std::span<const Vec3d> reach) {
+  std::ranges::copy(reach, bounder_.reach().begin());
+  return absl::OkStatus();
+}
 
 absl::Status EdgeBoundView::EvaluateChunks(std::span<const Vec3d> control_points,
                                            const QuantisationBox&,
@@ -36,11 +46,12 @@ absl::Status EdgeBoundView::ReadChunk(uint32_t chunk, std::span<uint8_t> out) {
   return absl::OkStatus();
 }
 
-absl::Status EdgeBoundView::EncodeChunks(std::span<const uint32_t> chunks, Encoding encoding,
+absl::Status EdgeBoundView::EncodeChunks(std::span<const uint32_t> chunks, Encoding,
                                          std::span<VertexDigest> digests,
                                          std::span<SharedBytes> results) {
-  const auto bytes_of = [&](size_t i, std::vector<uint8_t>&) { return bytes_[chunks[i]]; };
-  return encoder_.Encode(chunks, encoding, box().range, bytes_of, digests, results);
+  EncodeBounds(
+      chunks, [this](uint32_t chunk) { return bytes_[chunk]; }, digests, results);
+  return absl::OkStatus();
 }
 
 MemoryUse EdgeBoundView::memory() const {

@@ -4,7 +4,7 @@
 // A view of bounds alone on the CPU: one byte per edge, and no vertices.
 //
 // Errors   those of core/view/checked_view.h
-// Threads  one thread at a time; Evaluate and Encode use the backend's arena and return when done
+// Threads  one thread at a time; Evaluate uses the backend's arena and returns when done
 #ifndef LATTICED_CORE_CPU_ADAPTIVE_BOUNDS_EDGE_BOUND_VIEW_H_
 #define LATTICED_CORE_CPU_ADAPTIVE_BOUNDS_EDGE_BOUND_VIEW_H_
 
@@ -15,17 +15,21 @@
 #include "core/cpu/adaptive/bounds/patch_bounder.h"
 #include "core/cpu/cpu_context.h"
 #include "core/view/checked_view.h"
-#include "core/view/view_encoder.h"
+#include "core/view/spanned/reach_slice.h"
 
 namespace latticed {
 
-class EdgeBoundView : public CheckedView {
+class EdgeBoundView : public CheckedView, public ReachSlice {
  public:
   EdgeBoundView(std::shared_ptr<const fused::FusedPlan> plan, const ViewSpec& spec,
                 std::shared_ptr<CpuContext> context);
 
   std::span<const uint32_t> also_changed() const override { return also_changed_; }
   MemoryUse memory() const override;
+  ReachSlice* reach_slice() override { return this; }
+
+  absl::StatusOr<std::vector<Vec3d>> BoxReach() override;
+  absl::Status SetReach(std::span<const Vec3d> reach) override;
 
   // The most host memory that a view takes.
   static uint64_t MostBytes(const DeformPlan& plan);
@@ -44,7 +48,6 @@ class EdgeBoundView : public CheckedView {
   PatchBounder bounder_;
   EdgeBoundTable bytes_;
   std::vector<uint32_t> also_changed_;
-  ViewEncoder encoder_;
 };
 
 }  // namespace latticed
