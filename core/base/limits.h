@@ -49,7 +49,7 @@ inline constexpr size_t kMinChunkBatchBytes = size_t{256} << 10;
 inline constexpr size_t kMaxChunkBatchBytes = size_t{960} << 10;
 // Chunks of a message. Those of few bytes then stay below kMaxMessageBytes with all their headers.
 inline constexpr size_t kMaxBatchChunks = 8'192;
-inline constexpr size_t kMaxChunkHeadBytes = 26;
+inline constexpr size_t kMaxChunkHeadBytes = 32;
 
 // Transport. A client has a few concurrent calls, and one stream per window. Further calls wait at the client, which
 // may open another connection, as proxies do.

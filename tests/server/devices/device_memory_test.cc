@@ -20,7 +20,7 @@ constexpr int kSegments = 2;
 constexpr uint64_t kBytesPerPatch = 6 * 8;
 // The bytes of a stream's largest message: all chunks of a view with their heads, and 4 KiB for the rest.
 constexpr uint64_t StreamBytes(uint64_t vertices, uint64_t chunks) {
-  return std::min(vertices + 26 * chunks + 4'096, 1 * kMiB);
+  return std::min(vertices + 32 * chunks + 4'096, 1 * kMiB);
 }
 
 TEST(MemoryUseTest, TheNameSaysThePlace) {
