@@ -40,7 +40,7 @@ class RansShares {
   // `total`: the sum of all counts, not 0.
   LATTICED_HD constexpr RansShares(uint32_t total, int precision)
       : fraction_bits_(kShareBits - precision),
-        gap_(1 + Root((uint64_t{kWorthAByte} << precision) / total)),
+        gap_(1 + Root((kWorthAByte << precision) / total)),
         sum_(uint32_t{1} << precision),
         scale_((uint32_t{1} << kShareBits) / total),
         fits_(scale_ / 2),
@@ -68,7 +68,7 @@ class RansShares {
     if (sum >= sum_) exceeds_ = scale_;
     const uint32_t off = sum > sum_ ? sum - sum_ : sum_ - sum;
     const uint32_t moving = sum > ones ? sum - ones : 1;
-    const uint64_t step = uint64_t{scale_} * off / moving;
+    const uint64_t step = Quotient(uint64_t{scale_} * off, moving);
     const uint64_t next = sum <= sum_ ? scale_ + step : scale_ - (step < scale_ ? step : scale_);
     const bool inside = next > fits_ && next < exceeds_;
     scale_ = inside ? static_cast<uint32_t>(next) : fits_ + (exceeds_ - fits_) / 2;
@@ -79,12 +79,21 @@ class RansShares {
 
  private:
   static constexpr int kShareBits = 30;
-  static constexpr uint32_t kMostOfOneByte = 63, kWorthAByte = 699;  // 8 * 126 / log2(e)
+  static constexpr uint32_t kMostOfOneByte = 63,
+                            kWorthAByte = 699;  // 8 * 126 / log2(e); times 2^20 fits 32 bits
   // Three or four suffice for most streams. Further ones would gain a ten thousandth of a percent.
   static constexpr uint32_t kMostTries = 6;
 
+  // floor(a / b) for a < 2^62, if that is below 2^31; else 2^31, which is as good: a step so long leaves the range. A
+  // device divides doubles in fewer instructions than 64-bit integers. Their quotient is off by less than one.
+  static LATTICED_HD constexpr uint32_t Quotient(uint64_t a, uint32_t b) {
+    if (a >> 31 >= b) return uint32_t{1} << 31;
+    const auto near = static_cast<uint32_t>(static_cast<double>(a) / b);
+    const auto rest = static_cast<int64_t>(a - uint64_t{near} * b);
+    return rest < 0 ? near - 1 : rest >= int64_t{b} ? near + 1 : near;
+  }
   // The root of a square below 2^24. kWorthAByte * 2^12 is below it; a larger M implies a total of M / 4 at least.
-  static LATTICED_HD constexpr uint32_t Root(uint64_t square) {
+  static LATTICED_HD constexpr uint32_t Root(uint32_t square) {
     uint32_t root = 0;
     for (uint32_t bit = 1 << 11; bit != 0; bit >>= 1) {
       if ((root | bit) * (root | bit) <= square) root |= bit;

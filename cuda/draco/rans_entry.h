@@ -22,6 +22,7 @@
 
 #include <vector_types.h>
 
+#include <bit>
 #include <cstdint>
 
 #include "core/base/host_device.h"
@@ -37,10 +38,15 @@ LATTICED_HD inline uint32_t HighProduct(uint32_t a, uint32_t b) {
 
 LATTICED_HD inline uint2 MakeShortEntry(uint32_t probability, uint32_t cumulative) {
   if (probability == 1) return {0xffffffffu, 1 | (cumulative + kShortM - 1) << 13};
-  uint32_t log = 1;
-  while (probability > 1u << log) ++log;
-  const uint64_t reciprocal = ((uint64_t{1} << (31 + log)) + probability - 1) / probability;
-  return {static_cast<uint32_t>(reciprocal), probability | cumulative << 13 | (log - 1) << 26};
+  // The exponent of p - 1 in float32, which holds it exactly.
+  const uint32_t shift =
+      (std::bit_cast<uint32_t>(static_cast<float>(probability - 1)) >> 23) - 127u;  // log - 1
+  // In double, since a device divides 64-bit integers slowly. A quotient has at most 32 bits before the point, and is an
+  // integer or 1 / M away from one, so that rounding to 53 bits cannot change how it is rounded up.
+  const double quotient = static_cast<double>(uint64_t{1} << (32 + shift)) / probability;
+  const auto floor = static_cast<uint32_t>(quotient);
+  return {floor + (static_cast<double>(floor) < quotient ? 1u : 0u),
+          probability | cumulative << 13 | shift << 26};
 }
 LATTICED_HD inline uint32_t ShortProbability(uint2 entry) { return entry.y & 0x1fff; }
 LATTICED_HD inline uint32_t ShortBias(uint2 entry) { return entry.y >> 13 & 0x1fff; }
