@@ -5,13 +5,13 @@
 #include <array>
 #include <utility>
 
+#include "cuda/device/block_parts.h"
 #include "cuda/device/table_upload.h"
 
 namespace latticed {
 namespace {
 
 constexpr char kLevelsPurpose[] = "levels";
-constexpr size_t kPartAlignment = 256;
 
 // Padded to whole chunks.
 size_t PaddedPatches(const DeformPlan& plan) {
@@ -50,24 +50,19 @@ size_t FloatsOfPolynomials(const DeformPlan& plan) {
 }
 
 AdaptiveMemory::Parts AdaptiveMemory::PartsOf(const DeformPlan& plan, size_t scan_bytes) {
-  size_t end = 0;
-  const auto add = [&end](size_t bytes) {
-    const size_t begin = end;
-    end += (bytes + kPartAlignment - 1) / kPartAlignment * kPartAlignment;
-    return begin;
-  };
+  BlockParts block;
   Parts parts{};
-  parts.reach = add(plan.boxes.size() * 3 * sizeof(uint32_t));
-  parts.slack = add(plan.boxes.size() * 6 * sizeof(float));
-  parts.edge_bounds = add(plan.patches.size() * 3 * sizeof(float));
-  parts.mixed_bounds = add(plan.patches.size() * 3 * sizeof(float));
-  parts.first_points = add(plan.patches.size() * sizeof(uint16_t));
-  parts.scan = add(scan_bytes);
-  parts.edge_maxima = add(plan.edges.size() * sizeof(uint32_t));
-  parts.largest_error = add(sizeof(uint32_t));
-  parts.chunk_first = add((plan.chunk_count() + 1) * sizeof(uint64_t));
-  parts.codes = add(PaddedPatches(plan) * sizeof(uint16_t));
-  parts.end = end;
+  parts.reach = block.Add(plan.boxes.size() * 3 * sizeof(uint32_t));
+  parts.slack = block.Add(plan.boxes.size() * 6 * sizeof(float));
+  parts.edge_bounds = block.Add(plan.patches.size() * 3 * sizeof(float));
+  parts.mixed_bounds = block.Add(plan.patches.size() * 3 * sizeof(float));
+  parts.first_points = block.Add(plan.patches.size() * sizeof(uint16_t));
+  parts.scan = block.Add(scan_bytes);
+  parts.edge_maxima = block.Add(plan.edges.size() * sizeof(uint32_t));
+  parts.largest_error = block.Add(sizeof(uint32_t));
+  parts.chunk_first = block.Add((plan.chunk_count() + 1) * sizeof(uint64_t));
+  parts.codes = block.Add(PaddedPatches(plan) * sizeof(uint16_t));
+  parts.end = block.end();
   return parts;
 }
 

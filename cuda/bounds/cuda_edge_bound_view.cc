@@ -37,11 +37,7 @@ uint64_t CudaEdgeBoundView::DeviceBytesFor(const DeformPlan& plan) {
 }
 
 uint64_t CudaEdgeBoundView::HostBytesFor(const DeformPlan& plan) {
-  constexpr uint64_t kRounding = 2, kPages = 2 * 4096;  // pinned blocks: powers of two, from a page
-  constexpr uint64_t kFramePointBytes = 32, kFrameChunkBytes = 16;
-  const auto points = static_cast<uint64_t>(plan.structure.control_point_count());
-  return kPages + kRounding * PinnedBytes(plan) +
-         kRounding * (kFramePointBytes * points + kFrameChunkBytes * plan.chunk_count()) +
+  return PinnedMemory::BlockBytes(PinnedBytes(plan)) + CudaFrame::PinnedBytesFor(plan, false) +
          (2 * plan.chunk_count() + 1) * sizeof(uint32_t);
 }
 

@@ -5,30 +5,25 @@
 #include <utility>
 
 #include "cuda/adaptive/adaptive_memory.h"
+#include "cuda/device/block_parts.h"
 #include "cuda/device/table_upload.h"
 
 namespace latticed {
 namespace {
 
 constexpr char kBoundsPurpose[] = "bounds";
-constexpr size_t kBoundsAlignment = 256;
 
 }  // namespace
 
 EdgeBoundMemory::Parts EdgeBoundMemory::PartsOf(const DeformPlan& plan) {
-  size_t end = 0;
-  const auto add = [&end](size_t bytes) {
-    const size_t begin = end;
-    end += (bytes + kBoundsAlignment - 1) / kBoundsAlignment * kBoundsAlignment;
-    return begin;
-  };
+  BlockParts block;
   Parts parts{};
-  parts.reach = add(plan.boxes.size() * 3 * sizeof(uint32_t));
-  parts.slack = add(plan.boxes.size() * 6 * sizeof(float));
-  parts.bounds = add(plan.patches.size() * 3 * sizeof(float));
-  parts.maxima = add(plan.edges.size() * sizeof(uint32_t));
-  parts.bytes = add(plan.edges.size());
-  parts.end = end;
+  parts.reach = block.Add(plan.boxes.size() * 3 * sizeof(uint32_t));
+  parts.slack = block.Add(plan.boxes.size() * 6 * sizeof(float));
+  parts.bounds = block.Add(plan.patches.size() * 3 * sizeof(float));
+  parts.maxima = block.Add(plan.edges.size() * sizeof(uint32_t));
+  parts.bytes = block.Add(plan.edges.size());
+  parts.end = block.end();
   return parts;
 }
 

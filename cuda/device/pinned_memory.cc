@@ -56,8 +56,10 @@ PinnedMemory::~PinnedMemory() {
   for (const auto& [size, data] : free_) Unpin(data);
 }
 
+size_t PinnedMemory::BlockBytes(size_t bytes) { return std::bit_ceil(std::max(bytes, kPage)); }
+
 absl::StatusOr<PinnedBuffer> PinnedMemory::Borrow(size_t bytes) {
-  const size_t size = std::bit_ceil(std::max(bytes, kPage));
+  const size_t size = BlockBytes(bytes);
   if (refuse_ && refuse_(kStagingPurpose, size)) return OutOfHostMemory(size);
   {
     const MutexLock lock(&mutex_);

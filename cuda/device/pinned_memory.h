@@ -55,6 +55,8 @@ class PinnedMemory : public std::enable_shared_from_this<PinnedMemory> {
   // Returns a block of `bytes`, rounded up to a power of two and at least a page, so that updates
   // of all sizes can reuse blocks. Pins memory only where no block of this size is free.
   [[nodiscard]] absl::StatusOr<PinnedBuffer> Borrow(size_t bytes);
+  // The size of the block that Borrow returns.
+  static size_t BlockBytes(size_t bytes);
   // The bytes of all blocks that are not returned yet.
   uint64_t lent_bytes() const;
 

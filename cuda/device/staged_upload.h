@@ -25,6 +25,9 @@ class StagedUpload {
                                                            std::shared_ptr<CudaLane> lane,
                                                            size_t bytes, DeviceReservation& from);
   static size_t DeviceBytesFor(size_t bytes);
+  static size_t PinnedBytesFor(size_t bytes) {
+    return PinnedMemory::BlockBytes(DeviceBytesFor(bytes));
+  }
   ~StagedUpload();
   StagedUpload(StagedUpload&&) = default;
   StagedUpload& operator=(StagedUpload&&) = delete;

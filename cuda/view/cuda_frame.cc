@@ -41,6 +41,10 @@ size_t CudaFrame::DeviceBytesFor(const DeformPlan& plan, bool has_chunk_needs) {
   return StagedUpload::DeviceBytesFor(BytesOf(plan, has_chunk_needs));
 }
 
+size_t CudaFrame::PinnedBytesFor(const DeformPlan& plan, bool has_chunk_needs) {
+  return StagedUpload::PinnedBytesFor(BytesOf(plan, has_chunk_needs));
+}
+
 absl::StatusOr<CudaFrame> CudaFrame::Create(std::shared_ptr<const DeformPlan> plan,
                                             std::shared_ptr<const ChunkNeeds> chunk_needs,
                                             CudaContext& context, std::shared_ptr<CudaLane> lane,

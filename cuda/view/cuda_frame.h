@@ -32,6 +32,7 @@ class CudaFrame {
       std::shared_ptr<const DeformPlan> plan, std::shared_ptr<const ChunkNeeds> chunk_needs,
       CudaContext& context, std::shared_ptr<CudaLane> lane, DeviceReservation& from);
   static size_t DeviceBytesFor(const DeformPlan& plan, bool has_chunk_needs);
+  static size_t PinnedBytesFor(const DeformPlan& plan, bool has_chunk_needs);
 
   // Prepares the next copy and enqueues nothing. Then call Send or SendCall once and Sent after it,
   // also if the launch of the kernels that read the copy fails.
