@@ -10,8 +10,7 @@
 //   EdgeMaximaCall    a patch          the largest bound along each edge, by atomics
 //   TakeSharedCall    a shared edge    its bound, for slices on other devices
 //   RaiseSharedCall   a shared edge    the largest bound in all slices
-//   PatternsCall      a patch          levels, pattern, error; the largest error
-//   ChunkPointsCall   a chunk          where its patches' points begin in it
+//   PatternsCall      a patch          levels, pattern, error, where its points begin in its chunk; the largest error
 //   LaunchScan        a chunk          where its points begin in the view
 //   PointsCall        a point          its vertex
 //
@@ -85,9 +84,8 @@ KernelCall SlackCall(const AdaptiveLaunch& launch);
 // Returns a call of no kernel for degrees that no plan has, as PointsCall.
 KernelCall BoundsCall(const AdaptiveLaunch& launch);
 KernelCall EdgeMaximaCall(const AdaptiveLaunch& launch);
-KernelCall PatternsCall(const AdaptiveLaunch& launch);
 // Leaves the number of points of each chunk in chunk_first.
-KernelCall ChunkPointsCall(const AdaptiveLaunch& launch);
+KernelCall PatternsCall(const AdaptiveLaunch& launch);
 // Turns counts into sums. `scratch` has ScanBytes.
 cudaError_t ScanBytes(uint32_t plan_chunks, size_t& bytes);
 cudaError_t LaunchScan(const AdaptiveLaunch& launch, void* scratch, size_t bytes,

@@ -59,11 +59,7 @@ absl::StatusOr<uint64_t> CudaAdaptiveEvaluator::DeviceBytesFor(const DeformPlan&
 }
 
 uint64_t CudaAdaptiveEvaluator::HostBytesFor(const DeformPlan& plan) {
-  constexpr uint64_t kRounding = 2;  // pinned blocks are powers of two
-  constexpr uint64_t kFramePointBytes = 32, kFrameChunkBytes = 16;
-  const auto points = static_cast<uint64_t>(plan.structure.control_point_count());
-  return 2 * kRounding * ResultBytes(plan) +
-         kRounding * (kFramePointBytes * points + kFrameChunkBytes * plan.chunk_count()) +
+  return 2 * PinnedMemory::BlockBytes(ResultBytes(plan)) + CudaFrame::PinnedBytesFor(plan, false) +
          plan.chunk_count() * sizeof(uint32_t);
 }
 
@@ -88,12 +84,15 @@ absl::StatusOr<std::unique_ptr<CudaAdaptiveEvaluator>> CudaAdaptiveEvaluator::Cr
   for (PinnedBuffer& one : results) {
     LATTICED_ASSIGN_OR_RETURN(one, context->pinned().Borrow(ResultBytes(*plan)));
   }
+  LATTICED_ASSIGN_OR_RETURN(auto copies, CudaStream::Create(lane->priority()));
+  LATTICED_ASSIGN_OR_RETURN(auto summed, CudaEvent::Create());
   LATTICED_ASSIGN_OR_RETURN(auto read_back, CudaEvent::Create());
   const bool is_empty = plan->patches.empty();
   std::unique_ptr<CudaAdaptiveEvaluator> evaluator(new CudaAdaptiveEvaluator(
       std::move(plan), std::move(device_plan), spec, std::move(context), std::move(lane), tables,
       {std::move(frame), std::move(coefficients), std::move(cofactor_bounds), std::move(memory),
-       std::move(vertices), std::move(results), std::move(read_back)}));
+       std::move(vertices), std::move(results), std::move(copies), std::move(summed),
+       std::move(read_back)}));
   if (is_empty) return evaluator;
   LATTICED_RETURN_IF_ERROR(
       evaluator->Launch({kernels::ReachCall(evaluator->LaunchFor({}, {})), "reach"}));
@@ -116,6 +115,10 @@ CudaAdaptiveEvaluator::CudaAdaptiveEvaluator(std::shared_ptr<const DeformPlan> p
       parts_(std::move(parts)) {
   std::ranges::fill(std::span(incoming(), ResultBytes(*plan_)), uint8_t{0});
   KeepResults();
+}
+
+CudaAdaptiveEvaluator::~CudaAdaptiveEvaluator() {
+  static_cast<void>(parts_.read_back.Synchronize());
 }
 
 absl::Status CudaAdaptiveEvaluator::Launch(Stage stage) const {
@@ -240,9 +243,8 @@ absl::Status CudaAdaptiveEvaluator::LaunchBounds(bool with_patterns) {
                  Stage{kernels::SlackCall(launch), "slack"},
                  Stage{kernels::BoundsCall(launch), "bounds"},
                  Stage{kernels::EdgeMaximaCall(launch), "maxima"},
-                 Stage{kernels::PatternsCall(launch), "patterns"},
-                 Stage{kernels::ChunkPointsCall(launch), "sums"}};
-  const std::span stages = std::span(all).first(with_patterns ? all.size() : all.size() - 2);
+                 Stage{kernels::PatternsCall(launch), "patterns"}};
+  const std::span stages = std::span(all).first(with_patterns ? all.size() : all.size() - 1);
   absl::Status status = parts_.memory.ClearMaxima();
   if (status.ok() && lane_->marks_stages()) {
     for (const Stage& stage : stages) status.Update(Launch(stage));
@@ -257,8 +259,7 @@ absl::Status CudaAdaptiveEvaluator::LaunchBounds(bool with_patterns) {
 
 absl::Status CudaAdaptiveEvaluator::LaunchPatterns() {
   LATTICED_RETURN_IF_ERROR(parts_.memory.ClearError());
-  LATTICED_RETURN_IF_ERROR(Launch({kernels::PatternsCall(frame_->launch), "patterns"}));
-  return Launch({kernels::ChunkPointsCall(frame_->launch), "sums"});
+  return Launch({kernels::PatternsCall(frame_->launch), "patterns"});
 }
 
 absl::Status CudaAdaptiveEvaluator::LaunchPoints() {
@@ -266,13 +267,15 @@ absl::Status CudaAdaptiveEvaluator::LaunchPoints() {
   LATTICED_RETURN_IF_ERROR(CudaStatus(
       kernels::LaunchScan(frame_->launch, scratch.data, scratch.size, stream()), "the sums"));
   lane_->Enqueued("scan");
+  // The device goes on with the points while it copies, and the host while the device does.
+  LATTICED_RETURN_IF_ERROR(parts_.summed.Record(stream()));
+  const cudaStream_t copies = parts_.copies.get();
+  LATTICED_RETURN_IF_ERROR(parts_.summed.HoldBack(copies));
   const DeviceSpan<const uint8_t> from = parts_.memory.results();
-  LATTICED_RETURN_IF_ERROR(CudaStatus(
-      cudaMemcpyAsync(incoming(), from.data, from.size, cudaMemcpyDeviceToHost, stream()),
-      "the copy of levels"));
-  LATTICED_RETURN_IF_ERROR(parts_.read_back.Record(stream()));
-  lane_->Enqueued("results");
-  // The host goes on with the results while the device computes the points.
+  LATTICED_RETURN_IF_ERROR(
+      CudaStatus(cudaMemcpyAsync(incoming(), from.data, from.size, cudaMemcpyDeviceToHost, copies),
+                 "the copy of levels"));
+  LATTICED_RETURN_IF_ERROR(parts_.read_back.Record(copies));
   return Launch({kernels::PointsCall(frame_->launch), "points"});
 }
 
@@ -309,6 +312,7 @@ void CudaAdaptiveEvaluator::TakeResults() {
   const std::span<const uint32_t> named = frame_->chunks;
   const AdaptiveResults now = results();
   also_changed_.clear();
+  if (named.size() == plan_->chunk_count()) return KeepResults();
   const auto is_changed = [&](uint32_t chunk) {
     return !std::ranges::equal(now.codes().subspan(chunk * kPatches, kPatches),
                                codes_.subspan(chunk * kPatches, kPatches));

@@ -46,6 +46,8 @@ class CudaAdaptiveEvaluator {
       std::shared_ptr<const DeformPlan> plan, std::shared_ptr<DevicePlan> device_plan,
       const ViewSpec& spec, std::shared_ptr<CudaContext> context, std::shared_ptr<CudaLane> lane,
       DeviceReservation& from);
+  // Waits for copies to its memory.
+  ~CudaAdaptiveEvaluator();
   static absl::StatusOr<uint64_t> DeviceBytesFor(const DeformPlan& plan, const ViewSpec& spec);
   // The most that HostBytes can be.
   static uint64_t HostBytesFor(const DeformPlan& plan);
@@ -87,7 +89,9 @@ class CudaAdaptiveEvaluator {
     DeviceBuffer<uint8_t> vertices;
     // Those of the last evaluation, and room for the next ones: results_at_.
     std::array<PinnedBuffer, 2> results;
-    CudaEvent read_back;
+    // The device copies results while it computes points.
+    CudaStream copies;
+    CudaEvent summed, read_back;
   };
   CudaAdaptiveEvaluator(std::shared_ptr<const DeformPlan> plan,
                         std::shared_ptr<DevicePlan> device_plan, const ViewSpec& spec,

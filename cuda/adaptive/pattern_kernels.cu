@@ -72,6 +72,7 @@ __device__ CurvatureBounds<float> LoadBounds(const AdaptiveState& state, size_t 
 
 struct PatternChoice {
   uint16_t code;
+  uint32_t points;
   float error;
 };
 __device__ PatternChoice Choose(const AdaptiveLaunch& launch, size_t patch) {
@@ -85,13 +86,13 @@ __device__ PatternChoice Choose(const AdaptiveLaunch& launch, size_t patch) {
   key.sparse = true;
   const uint16_t sparse = key.Code();
   const PatternHead head = launch.tables.heads[dense], sparser = launch.tables.heads[sparse];
-  PatternChoice choice{dense, 0};
+  PatternChoice choice{dense, 0, 0};
   bool chosen = false;
   if (sparser.points < head.points) {
-    choice = {sparse, ErrorOf(launch.tables, sparser, bounds)};
+    choice = {sparse, sparser.points, ErrorOf(launch.tables, sparser, bounds)};
     chosen = choice.error <= launch.tolerance;
   }
-  if (!chosen) choice = {dense, ErrorOf(launch.tables, head, bounds)};
+  if (!chosen) choice = {dense, head.points, ErrorOf(launch.tables, head, bounds)};
   // A maximum may pass over a NaN.
   float sum = 0;
   for (int e = 0; e < 3; ++e) sum += bounds.edge[e] + bounds.mixed[e];
@@ -99,30 +100,33 @@ __device__ PatternChoice Choose(const AdaptiveLaunch& launch, size_t patch) {
   return choice;
 }
 
+// The sum of the values of this lane and of all lower lanes.
+__device__ __forceinline__ uint32_t SumUpTo(uint32_t value, uint32_t lane) {
+#pragma unroll
+  for (unsigned step = 1; step < kChunkPatches; step *= 2) {
+    const uint32_t below = __shfl_up_sync(~0u, value, step);
+    if (lane >= step) value += below;
+  }
+  return value;
+}
+
+// A warp has the patches of one chunk.
 __global__ void __launch_bounds__(kBlockThreads)
     PatternsKernel(const __grid_constant__ AdaptiveLaunch launch) {
-  const size_t patch = Item();
-  if (patch >= size_t{launch.plan_chunks} * kChunkPatches) return;  // whole warps
-  PatternChoice choice{0, 0};
-  if (patch < launch.fused.patch_count) choice = Choose(launch, patch);
+  static_assert(kChunkPatches == 32);
+  const size_t patch = Item(), chunk = patch / kChunkPatches;
+  const auto lane = static_cast<uint32_t>(patch % kChunkPatches);
+  if (chunk >= launch.plan_chunks) return;
+  PatternChoice choice{0, 0, 0};
+  const bool exists = patch < launch.fused.patch_count;
+  if (exists) choice = Choose(launch, patch);
   launch.state.codes[patch] = choice.code;
+  const uint32_t points = SumUpTo(choice.points, lane);
+  if (exists) launch.state.first_points[patch] = static_cast<uint16_t>(points - choice.points);
+  if (lane == kChunkPatches - 1) launch.state.chunk_first[chunk] = points;
   // One atomic a warp: all raise the same number. Errors are not negative.
   const uint32_t bits = __float_as_uint(choice.error);
   if (bits == __reduce_max_sync(~0u, bits)) atomicMax(launch.state.largest_error, bits);
-}
-
-// One thread a chunk, and one more for the end.
-__global__ void __launch_bounds__(kBlockThreads)
-    ChunkPointsKernel(const __grid_constant__ AdaptiveLaunch launch) {
-  const size_t chunk = Item();
-  if (chunk > launch.plan_chunks) return;
-  uint32_t points = 0;
-  const size_t first = chunk * kChunkPatches;
-  for (uint32_t k = 0; k < kChunkPatches && first + k < launch.fused.patch_count; ++k) {
-    launch.state.first_points[first + k] = static_cast<uint16_t>(points);
-    points += launch.tables.heads[launch.state.codes[first + k]].points;
-  }
-  launch.state.chunk_first[chunk] = points;
 }
 
 }  // namespace
@@ -143,11 +147,6 @@ KernelCall RaiseSharedCall(const SharedMaxima& shared) {
 KernelCall PatternsCall(const AdaptiveLaunch& launch) {
   const unsigned blocks = Blocks(size_t{launch.plan_chunks} * kChunkPatches);
   return {PatternsKernel, Order::kAfter, blocks, kBlockThreads, 0, launch};
-}
-
-KernelCall ChunkPointsCall(const AdaptiveLaunch& launch) {
-  const unsigned blocks = Blocks(size_t{launch.plan_chunks} + 1);
-  return {ChunkPointsKernel, Order::kAfter, blocks, kBlockThreads, 0, launch};
 }
 
 cudaError_t ScanBytes(uint32_t plan_chunks, size_t& bytes) {

@@ -46,6 +46,10 @@ absl::Status CudaEvent::Record(cudaStream_t stream) const {
   return CudaStatus(cudaEventRecord(event_.get(), stream), "an event");
 }
 
+absl::Status CudaEvent::HoldBack(cudaStream_t stream) const {
+  return CudaStatus(cudaStreamWaitEvent(stream, event_.get(), cudaEventWaitDefault), "an event");
+}
+
 absl::Status CudaEvent::Synchronize() const {
   return CudaStatus(cudaEventSynchronize(event_.get()), "an event");
 }

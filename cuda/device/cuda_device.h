@@ -63,6 +63,8 @@ class CudaEvent {
 
   // Marks the end of the work that is now on the stream. Does not wait.
   [[nodiscard]] absl::Status Record(cudaStream_t stream) const;
+  // What is enqueued on the stream from now on waits for the last mark. Does not wait itself.
+  [[nodiscard]] absl::Status HoldBack(cudaStream_t stream) const;
   // Waits for the last mark. Returns at once where there is none.
   [[nodiscard]] absl::Status Synchronize() const;
 
