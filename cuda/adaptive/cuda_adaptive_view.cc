@@ -39,10 +39,8 @@ CudaAdaptiveView::~CudaAdaptiveView() {
 }
 
 uint64_t CudaAdaptiveView::HostBytesFor(const DeformPlan& plan) {
-  constexpr uint64_t kRounding = 2;  // pinned blocks are powers of two
-  constexpr uint64_t kExchangedChunkBytes = sizeof(kernels::DracoChunk) + sizeof(VertexDigest);
   return CudaAdaptiveEvaluator::HostBytesFor(plan) + kCopiedBytes +
-         kRounding * kExchangedChunkBytes * std::min(plan.chunk_count(), kMostDracoChunks);
+         DeviceDracoWriter::PinnedBytesFor(plan.chunk_count());
 }
 
 size_t CudaAdaptiveView::EncodeBatch(const CudaContext& context) {
@@ -178,11 +176,11 @@ absl::Status CudaAdaptiveView::EncodeOnDevice(std::span<const uint32_t> chunks,
   }
   const auto vertices = evaluator_->Vertices(0, static_cast<uint32_t>(plan().chunk_count()));
   return EncodeInBatches(chunks.size(), [&](size_t first, size_t count) {
-    std::vector<DeviceDracoWriter::Chunk> places;
-    places.reserve(count);
-    for (const uint32_t chunk : chunks.subspan(first, count)) {
+    std::vector<DeviceDracoWriter::Chunk> places(count);
+    for (size_t i = 0; i < count; ++i) {
+      const uint32_t chunk = chunks[first + i];
       const uint64_t point = evaluator_->FirstPoint(chunk);
-      places.push_back({point, static_cast<uint32_t>(evaluator_->FirstPoint(chunk + 1) - point)});
+      places[i] = {point, static_cast<uint32_t>(evaluator_->FirstPoint(chunk + 1) - point)};
     }
     return writer_->Encode(vertices, places, box().range,
                            digests.empty() ? digests : digests.subspan(first, count),

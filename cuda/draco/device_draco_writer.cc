@@ -3,13 +3,13 @@
 #include "cuda/draco/device_draco_writer.h"
 
 #include <algorithm>
-#include <numeric>
 
 #include "core/base/status_macros.h"
 #include "core/codec/byte_writer.h"
 #include "core/codec/draco_container.h"
 #include "cuda/device/cuda_status.h"
-#include "cuda/draco/draco_scratch.h"
+#include "cuda/device/upload_kernel.h"
+#include "cuda/draco/draco_batches.h"
 
 namespace latticed {
 namespace {
@@ -29,6 +29,16 @@ std::vector<uint8_t> HeadBytes(int normal_bits, const ChunkConnectivity* triangl
   WritePrediction(DracoAttribute::kPosition, out);
   bytes.resize(static_cast<size_t>(out.at() - bytes.data()));
   return bytes;
+}
+
+// The control, chunks, and their known digests if there are any.
+size_t SentBytes(size_t chunks, bool has_digests) {
+  return sizeof(kernels::DracoControl) +
+         chunks * (sizeof(kernels::DracoChunk) + (has_digests ? sizeof(VertexDigest) : 0));
+}
+// The digests that were found, if they were looked for, and the places.
+size_t FoundBytes(size_t chunks, bool has_digests) {
+  return chunks * ((has_digests ? sizeof(VertexDigest) : 0) + sizeof(kernels::DracoPlace));
 }
 
 }  // namespace
@@ -83,35 +93,45 @@ absl::Status DeviceDracoWriter::CopyToHost(const Block& block) const {
   return CopyToHost(block.pinned->data(), block.packed.data(), block.bytes);
 }
 
-absl::StatusOr<std::span<kernels::DracoChunk>> DeviceDracoWriter::Stage(
-    const Call& call, std::span<const size_t> numbers) {
-  const size_t bytes = numbers.size() * (sizeof(kernels::DracoChunk) +
-                                         (call.digests.empty() ? 0 : sizeof(VertexDigest)));
-  // What comes back takes no more.
-  static_assert(sizeof(kernels::DracoPlace) <= sizeof(kernels::DracoChunk));
+size_t DeviceDracoWriter::PinnedBytesFor(size_t chunks) {
+  const size_t batch = std::min(chunks, kMostDracoChunks);
+  return PinnedMemory::BlockBytes(SentBytes(batch, true) + FoundBytes(batch, true));
+}
+
+absl::Status DeviceDracoWriter::Stage(const Call& call, std::span<const size_t> numbers,
+                                      DracoSizes& sizes) {
+  const bool has_digests = !call.digests.empty();
+  const size_t bytes =
+      SentBytes(numbers.size(), has_digests) + FoundBytes(numbers.size(), has_digests);
   if (exchanged_.size() < bytes) {
     LATTICED_ASSIGN_OR_RETURN(exchanged_, context_->pinned().Borrow(bytes));
   }
-  const std::span chunks(reinterpret_cast<kernels::DracoChunk*>(exchanged_.data()), numbers.size());
-  auto* const digests = reinterpret_cast<VertexDigest*>(chunks.data() + chunks.size());
-  for (size_t k = 0; k < numbers.size(); ++k) {
-    const Chunk& chunk = call.chunks[numbers[k]];
-    chunks[k] = {.first_point = chunk.first_point, .points = chunk.points, .first_group = 0};
-    if (!call.digests.empty()) digests[k] = call.digests[numbers[k]];
+  uint8_t* const at = exchanged_.data();
+  std::fill_n(at, sizeof(kernels::DracoControl), uint8_t{0});
+  auto* chunks = reinterpret_cast<kernels::DracoChunk*>(at + sizeof(kernels::DracoControl));
+  DracoSizes sum = sizes;  // in registers
+  for (const size_t i : numbers) {
+    const Chunk& chunk = call.chunks[i];
+    *chunks++ = {.first_point = chunk.first_point,
+                 .points = chunk.points,
+                 .first_group = sum.Add(chunk.points)};
   }
-  return chunks;
+  sizes = sum;
+  if (!has_digests) return absl::OkStatus();
+  auto* digests = reinterpret_cast<VertexDigest*>(chunks);
+  for (const size_t i : numbers) *digests++ = call.digests[i];
+  return absl::OkStatus();
 }
 
 absl::Status DeviceDracoWriter::Code(const kernels::DracoWork& work,
                                      const kernels::DracoFrame& frame, kernels::DracoPlace* places,
                                      const Block& block) const {
   const cudaStream_t stream = lane_->stream().get();
-  const size_t digest_bytes = work.digests == nullptr ? 0 : work.count * sizeof(VertexDigest);
-  LATTICED_RETURN_IF_ERROR(
-      CudaStatus(cudaMemcpyAsync(work.chunks, exchanged_.data(),
-                                 work.count * sizeof(kernels::DracoChunk) + digest_bytes,
-                                 cudaMemcpyHostToDevice, stream),
-                 kWhat));
+  const bool has_digests = work.digests != nullptr;
+  const size_t sent = SentBytes(work.count, has_digests);
+  // By a kernel: between kernels, a copy engine takes 20 us for this.
+  auto send = kernels::UploadCall(exchanged_.data(), sent, work.control);
+  LATTICED_RETURN_IF_ERROR(CudaStatus(send.Launch(stream), kWhat));
   for (const auto launch : {kernels::LaunchDracoDigests, kernels::LaunchDracoRanked,
                             kernels::LaunchDracoSymbols, kernels::LaunchDracoRans}) {
     LATTICED_RETURN_IF_ERROR(CudaStatus(launch(work, stream), kWhat));
@@ -121,9 +141,10 @@ absl::Status DeviceDracoWriter::Code(const kernels::DracoWork& work,
                                           block.room(), stream),
                  kWhat));
   // The digests that were found lie before the places.
-  const auto* from = reinterpret_cast<const uint8_t*>(places) - digest_bytes;
-  LATTICED_RETURN_IF_ERROR(
-      CopyToHost(exchanged_.data(), from, digest_bytes + work.count * sizeof(kernels::DracoPlace)));
+  const size_t digest_bytes = has_digests ? work.count * sizeof(VertexDigest) : 0;
+  LATTICED_RETURN_IF_ERROR(CopyToHost(exchanged_.data() + sent,
+                                      reinterpret_cast<const uint8_t*>(places) - digest_bytes,
+                                      FoundBytes(work.count, has_digests)));
   LATTICED_RETURN_IF_ERROR(placed_.Record(stream));
   return CopyToHost(block);
 }
@@ -139,34 +160,38 @@ absl::StatusOr<DeviceDracoWriter::Block> DeviceDracoWriter::MakeBlock(size_t byt
   return block;
 }
 
-size_t DeviceDracoWriter::GuessBytes(uint64_t points) const {
+void DeviceDracoWriter::Own(const Call& call, std::span<const size_t> numbers, const Block& block) {
+  for (const size_t i : numbers) call.results[i].owner = block.pinned;
+}
+
+size_t DeviceDracoWriter::GuessBytes(double points) const {
   constexpr double kMore = 1 + 1.0 / 16;
-  return kernels::RoundUpTo16(
-      static_cast<size_t>(kMore * bytes_per_point_ * static_cast<double>(points)));
+  return kernels::RoundUpTo16(static_cast<size_t>(kMore * bytes_per_point_ * points));
 }
 
 absl::StatusOr<std::vector<size_t>> DeviceDracoWriter::Round(const Call& call,
                                                              std::span<const size_t> numbers) {
   const bool has_digests = !call.digests.empty();
-  LATTICED_ASSIGN_OR_RETURN(const auto chunks, Stage(call, numbers));
   kernels::DracoWork work{.vertices = call.vertices.data,
-                          .count = static_cast<uint32_t>(numbers.size()),
                           .position_bits = shape_.position_bits,
                           .normal_bits = shape_.normal_bits,
                           .sparse = shape_.is_sparse};
+  DracoSizes sizes(work);
+  LATTICED_RETURN_IF_ERROR(Stage(call, numbers, sizes));
   LATTICED_ASSIGN_OR_RETURN(const auto scratch,
                             MakeDracoScratch(*context_, lane_->stream().get(), call.entry_room,
-                                             has_digests, chunks, work));
-  uint64_t points = 0;
-  for (const kernels::DracoChunk& chunk : chunks) points += chunk.points;
+                                             has_digests, sizes, work));
+  const auto points = static_cast<double>(sizes.points());
   LATTICED_ASSIGN_OR_RETURN(Block block, MakeBlock(GuessBytes(points)));
   std::vector<size_t> deferred;
   // From here on nothing throws: the block must stay until the copy is done.
   deferred.reserve(numbers.size());
   LATTICED_RETURN_IF_ERROR(Code(work, call.frame, scratch.places, block));
+  Own(call, numbers, block);
   LATTICED_RETURN_IF_ERROR(placed_.Synchronize());
 
-  const auto* const found = reinterpret_cast<const VertexDigest*>(exchanged_.data());
+  const auto* const found = reinterpret_cast<const VertexDigest*>(
+      exchanged_.data() + SentBytes(numbers.size(), has_digests));
   const std::span places(
       reinterpret_cast<const kernels::DracoPlace*>(found + (has_digests ? numbers.size() : 0)),
       numbers.size());
@@ -174,7 +199,7 @@ absl::StatusOr<std::vector<size_t>> DeviceDracoWriter::Round(const Call& call,
   for (const kernels::DracoPlace& place : places) {
     bytes = std::max(bytes, place.at + kernels::RoundUpTo16(place.size));
   }
-  bytes_per_point_ = static_cast<double>(bytes) / static_cast<double>(points);
+  if (bytes > 0) bytes_per_point_ = static_cast<double>(bytes) / points;
   if (bytes > block.bytes) {
     LATTICED_RETURN_IF_ERROR(lane_->stream().Synchronize(kWhat));  // for the copy to the old block
     LATTICED_ASSIGN_OR_RETURN(block, MakeBlock(bytes));
@@ -183,15 +208,21 @@ absl::StatusOr<std::vector<size_t>> DeviceDracoWriter::Round(const Call& call,
                                             scratch.places, block.room(), lane_->stream().get()),
                    kWhat));
     LATTICED_RETURN_IF_ERROR(CopyToHost(block));
+    Own(call, numbers, block);
   }
   for (size_t k = 0; k < numbers.size(); ++k) {
     const size_t i = numbers[k];
+    SharedBytes& result = call.results[i];
     if (places[k].size > 0) {
-      call.results[i] = {block.pinned, block.pinned->data() + places[k].at, places[k].size,
-                         block.pinned->size()};
-    } else if (!has_digests || found[k] != call.digests[i]) {
-      deferred.push_back(i);
-      continue;
+      result.data = block.pinned->data() + places[k].at;
+      result.size = places[k].size;
+      result.block_bytes = block.pinned->size();
+    } else {
+      result = {};
+      if (!has_digests || found[k] != call.digests[i]) {
+        deferred.push_back(i);
+        continue;
+      }
     }
     if (has_digests) call.digests[i] = found[k];
   }
@@ -205,14 +236,14 @@ absl::Status DeviceDracoWriter::Encode(DeviceSpan<const uint8_t> vertices,
                                        std::span<VertexDigest> digests,
                                        std::span<SharedBytes> results, uint32_t entry_room) {
   const Call call{vertices, chunks, Frame(range), digests, results, entry_room};
-  std::vector<size_t> left(chunks.size());
-  std::iota(left.begin(), left.end(), size_t{0});
-  while (!left.empty()) {
-    LATTICED_ASSIGN_OR_RETURN(auto deferred, Round(call, left));
-    if (deferred.size() == left.size()) {
+  for (size_t i = all_.size(); i < chunks.size(); ++i) all_.push_back(i);
+  std::span<const size_t> left = std::span(all_).first(chunks.size());
+  for (std::vector<size_t> deferred; !left.empty(); left = deferred) {
+    LATTICED_ASSIGN_OR_RETURN(auto again, Round(call, left));
+    if (again.size() == left.size()) {
       return absl::InternalError("a chunk's integers have more bits than its view");
     }
-    left = std::move(deferred);
+    deferred = std::move(again);
   }
   return absl::OkStatus();
 }

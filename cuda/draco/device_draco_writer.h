@@ -10,6 +10,7 @@
 //
 // The host does not wait for the sizes before it asks for the bytes. It guesses their number from the last streams, asks
 // for a sixteenth more, and names the results while they are copied. Streams that need more are packed and copied again.
+// What it can do for the results before it knows the sizes, it does while the device encodes.
 //
 // Errors   kResourceExhausted for device or pinned memory, of which fewer chunks take less; those
 //          of cuda_status.h
@@ -29,6 +30,7 @@
 #include "cuda/device/cuda_context.h"
 #include "cuda/device/device_buffer.h"
 #include "cuda/draco/draco_kernels.h"
+#include "cuda/draco/draco_scratch.h"
 
 namespace latticed {
 
@@ -61,6 +63,8 @@ class DeviceDracoWriter {
                                     std::span<VertexDigest> digests, std::span<SharedBytes> results,
                                     uint32_t entry_room = 0);
 
+  // The most pinned bytes that a view of so many chunks takes, but for the results.
+  static size_t PinnedBytesFor(size_t chunks);
   size_t DeviceBytes() const { return heads_.size_bytes(); }
   size_t PinnedBytes() const { return exchanged_.size(); }
 
@@ -87,9 +91,9 @@ class DeviceDracoWriter {
   kernels::DracoFrame Frame(double range) const;
   // Encodes those of `numbers`, places in call.chunks, whose tables fit in the store of entries. Returns the others.
   absl::StatusOr<std::vector<size_t>> Round(const Call& call, std::span<const size_t> numbers);
-  // Puts the chunks, and behind them their known digests, in exchanged_. Returns the chunks.
-  absl::StatusOr<std::span<kernels::DracoChunk>> Stage(const Call& call,
-                                                       std::span<const size_t> numbers);
+  // Puts zeros for the control, the chunks and their known digests in exchanged_, as they lie on the device, and adds
+  // the chunks to `sizes`. Behind them there is room for what comes back.
+  absl::Status Stage(const Call& call, std::span<const size_t> numbers, DracoSizes& sizes);
   // Where packed streams go.
   struct Block {
     size_t bytes = 0;
@@ -98,10 +102,12 @@ class DeviceDracoWriter {
     kernels::DracoRoom room() const { return {packed.data(), bytes}; }
   };
   absl::StatusOr<Block> MakeBlock(size_t bytes) const;
+  // Makes the block the owner of the named results.
+  static void Own(const Call& call, std::span<const size_t> numbers, const Block& block);
   // The bytes of a block for so many points, a multiple of 16; 0 where there is nothing to go by.
-  size_t GuessBytes(uint64_t points) const;
+  size_t GuessBytes(double points) const;
   // Enqueues all kernels, which pack those streams that fit in the block, and its copy to the host. When placed_ is reached,
-  // exchanged_ holds the new digests, followed by the places.
+  // exchanged_ holds the new digests, followed by the places, behind what was sent.
   absl::Status Code(const kernels::DracoWork& work, const kernels::DracoFrame& frame,
                     kernels::DracoPlace* places, const Block& block) const;
   absl::Status CopyToHost(const Block& block) const;
@@ -114,7 +120,8 @@ class DeviceDracoWriter {
   std::array<uint32_t, 2> head_bytes_;
   CudaEvent placed_;
   PinnedBuffer exchanged_;
-  double bytes_per_point_ = 0;  // of the last streams
+  std::vector<size_t> all_;     // 0, 1, 2, …
+  double bytes_per_point_ = 0;  // of the last round that coded any
 };
 
 }  // namespace latticed

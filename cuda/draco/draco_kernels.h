@@ -14,8 +14,8 @@
 // deferred: its result is empty, and the caller encodes it again together with fewer chunks.
 //
 // A table has an entry for each symbol up to the largest. A sparse chunk has few symbols, but its coordinates may span
-// all values: unless it has many points, its symbols are ranked first, and its table has an entry for each symbol that
-// occurs.
+// all values: unless it has many points, symbols of more than 9 bits are ranked, and their table has an entry for each
+// symbol that occurs. Mostly there is no such table: the tags are shorter for sure (draco_choice.cuh).
 //
 // Layout   chunks in wire layout, each with as many points as it has, at any place
 // Errors   cudaError_t of the launch
@@ -57,12 +57,16 @@ struct DracoStream {
   uint8_t bit_length;    // rans_model.h
   uint8_t fate;          // DracoFate, of the chunk
   bool ranked;           // DracoWork::ranks has its symbols' places in the table
+  bool left_out;  // another scheme is shorter for sure: there is no table, and nothing to code
 };
 // kUnchanged: the integers have the digest that the caller gave, so the host has the bytes already.
 enum class DracoFate : uint8_t { kCoded, kDeferred, kUnchanged };
 
 LATTICED_HD inline bool IsCoded(const DracoStream& stream) {
   return stream.fate == static_cast<uint8_t>(DracoFate::kCoded);
+}
+LATTICED_HD inline bool HasTable(const DracoStream& stream) {
+  return IsCoded(stream) && !stream.left_out;
 }
 
 // 128 bits of a chunk's integers, the device's own: VertexDigest of core/backend.h.
@@ -79,11 +83,13 @@ inline constexpr uint32_t kSymbolsAWord = 16;
 // one and gives it back.
 inline constexpr uint32_t kWideSlots = 64;
 
-// The host sets these to zero before the first kernel.
-struct DracoControl {
+// Zeros before the first kernel.
+struct alignas(16) DracoControl {
   uint32_t entries_used;
-  uint32_t bytes_used, placed;  // by how many streams
   uint32_t wide_taken[kWideSlots];
+  // Of streams: how many have a place, times kOnePlaced, and the bytes that these take.
+  static constexpr unsigned long long kOnePlaced = 1ull << 40;
+  unsigned long long placed;
 };
 
 // A chunk to encode.
@@ -154,10 +160,13 @@ inline constexpr uint32_t kTags = 17;
 LATTICED_HD inline uint32_t TagEntries(const DracoWork& work) {
   return work.sparse ? (work.has_normals() ? 2 : 1) * kTags : 0;
 }
-// The most entries of a ranked table: its symbols, and the bytes that skip those of no probability, one for 64.
+// Symbols of so few bits are never ranked.
+inline constexpr int32_t kUnrankedBits = 9;
+// The most entries of an attribute's table in a chunk that IsRanked: where they are ranked, its symbols, and the bytes that
+// skip those of no probability, one for 64.
 LATTICED_HD inline uint32_t RankedEntries(uint32_t symbols, int32_t bits) {
   const uint32_t values = 1u << bits, skips = values / 64 / kTableBytes + 1;
-  return (symbols < values ? symbols : values) + skips;
+  return bits <= kUnrankedBits || symbols >= values ? values + skips : symbols + skips;
 }
 LATTICED_HD inline uint32_t RankedEntries(const DracoWork& work, uint32_t points) {
   return RankedEntries(kPositionValues * points, work.position_bits) + TagEntries(work) +
@@ -166,9 +175,13 @@ LATTICED_HD inline uint32_t RankedEntries(const DracoWork& work, uint32_t points
 
 LATTICED_HD constexpr size_t RoundUpTo16(size_t bytes) { return (bytes + 15) / 16 * 16; }
 
+// Groups of kSymbolsAWord 16-bit words, of so many symbols.
+LATTICED_HD constexpr uint32_t GroupsOf(uint32_t symbols) {
+  return (symbols + kSymbolsAWord - 1) / kSymbolsAWord;
+}
 // The 16-bit words that one stream takes, a multiple of kSymbolsAWord.
 LATTICED_HD constexpr size_t StreamWords(uint32_t points, DracoKind kind) {
-  return (size_t{points} * ValuesOf(kind) + kSymbolsAWord - 1) / kSymbolsAWord * kSymbolsAWord;
+  return size_t{GroupsOf(points * ValuesOf(kind))} * kSymbolsAWord;
 }
 // The place of a stream's first word. The streams of a chunk lie one after the other.
 LATTICED_HD inline size_t StreamAt(const DracoWork& work, uint32_t i, DracoKind kind) {
@@ -177,16 +190,10 @@ LATTICED_HD inline size_t StreamAt(const DracoWork& work, uint32_t i, DracoKind 
   for (uint32_t k = 0; work.KindOf(k) != kind; ++k) at += StreamWords(chunk.points, work.KindOf(k));
   return at;
 }
-// The words of all streams of a chunk.
-LATTICED_HD inline size_t ChunkWords(const DracoWork& work, uint32_t points) {
-  size_t words = 0;
-  for (uint32_t k = 0; k < work.Kinds(); ++k) words += StreamWords(points, work.KindOf(k));
-  return words;
-}
 
 // Runs first, when there are digests.
 cudaError_t LaunchDracoDigests(const DracoWork& work, cudaStream_t stream);
-// The first takes ranked chunks, and the second all others. A chunk for which one finds no room is deferred.
+// The first takes chunks that IsRanked, and the second all others. A chunk for which one finds no room is deferred.
 cudaError_t LaunchDracoRanked(const DracoWork& work, cudaStream_t stream);
 cudaError_t LaunchDracoSymbols(const DracoWork& work, cudaStream_t stream);
 cudaError_t LaunchDracoRans(const DracoWork& work, cudaStream_t stream);

@@ -13,7 +13,10 @@
 namespace latticed::kernels {
 namespace {
 
-constexpr unsigned kThreads = 128;  // that pack a chunk
+// Threads that pack a chunk. Of sparse chunks a multiprocessor holds twice as many then.
+constexpr unsigned kUsualThreads = 128, kSparseThreads = 64;
+// That a multiprocessor must hold at once; the compiler limits the registers to that.
+constexpr unsigned kMultiprocessorThreads = 1792;
 // Constants of the Draco format.
 constexpr uint32_t kPlain = 0, kCoded = 1;
 
@@ -49,14 +52,15 @@ struct Part {
         size(3 + CodedBytes(stream)),
         width(PlainSymbolBytes(stream.largest)),
         form(Form::kRaw) {
-    if (StorePlainly(size, symbols, stream.largest)) {
+    if (!stream.left_out && StorePlainly(size, symbols, stream.largest)) {
       form = Form::kPlain;
       size = 2 + symbols * width;
     }
     if (!work.sparse) return;
     const DracoStream& tags = work.Stream(chunk, TagsOf(kind));
+    if (tags.left_out) return;
     const uint32_t tagged = 2 + CodedBytes(tags) + (tags.tagged_bits + 7) / 8;
-    if (tagged >= size) return;
+    if (!stream.left_out && tagged >= size) return;
     form = Form::kTagged;
     size = tagged;
     stream = tags;
@@ -81,7 +85,8 @@ __device__ uint32_t StreamBytes(const Arguments& arguments, uint32_t chunk) {
   return max(size, head.least_stream);
 }
 
-// Appends bytes; all threads of the block call it together.
+// Appends bytes; all kThreads threads of the block call it together.
+template <unsigned kThreads>
 class Packer {
  public:
   __device__ explicit Packer(uint8_t* at) : at_(at) {}
@@ -175,8 +180,9 @@ __device__ void PutLeaving(const uint16_t* leaving, uint32_t counts, WordSink si
 
 // Packs the bytes that left a state at 12 bits, sixteen symbols a thread, the last symbols first. They are
 // put together in shared memory, so that they are written in whole cache lines.
+template <unsigned kThreads>
 __device__ void PackLeaving(const uint16_t* leaving, const uint32_t* leaving_bytes,
-                            uint32_t symbols, Packer& packer) {
+                            uint32_t symbols, Packer<kThreads>& packer) {
   constexpr uint32_t kBytes = kThreads * kSymbolsAWord * 2;
   __shared__ uint32_t bytes[kBytes / 4 + 1];
   __shared__ uint32_t sums[kThreads / kWarp];
@@ -219,8 +225,9 @@ __device__ void PutBits(uint32_t* words, uint32_t at, uint64_t bits) {
 }
 
 // Packs the symbols of each point, in as many bits as its tag says, a point a thread.
+template <unsigned kThreads>
 __device__ void PackTagged(const uint16_t* symbols, uint32_t points, DracoKind kind,
-                           Packer& packer) {
+                           Packer<kThreads>& packer) {
   constexpr uint32_t kMostBits = kPositionValues * (kTags - 1);
   __shared__ uint32_t words[kThreads * kMostBits / 32 + 3];
   __shared__ uint32_t sums[kThreads / kWarp];
@@ -232,9 +239,12 @@ __device__ void PackTagged(const uint16_t* symbols, uint32_t points, DracoKind k
     uint64_t bits = 0;
     uint32_t count = 0;
     if (i < points) {
-      const uint32_t tag = TagOf(symbols, i, kind);
+      const uint16_t* its = symbols + ValuesOf(kind) * i;
+      uint32_t any = 1;
+      for (uint32_t k = 0; k < ValuesOf(kind); ++k) any |= its[k];
+      const uint32_t tag = HighestBit(any) + 1;
       for (uint32_t k = 0; k < ValuesOf(kind); ++k, count += tag) {
-        bits |= uint64_t{symbols[ValuesOf(kind) * i + k]} << count;
+        bits |= uint64_t{its[k]} << count;
       }
     }
     const uint32_t up_to = SumUpTo(count);
@@ -256,8 +266,9 @@ __device__ void PackTagged(const uint16_t* symbols, uint32_t points, DracoKind k
 }
 
 // Packs a table, a length and the bytes that left the state. `at`: where the stream's words are.
+template <unsigned kThreads>
 __device__ void PackCoded(const DracoWork& work, const DracoStream& stream, uint32_t symbols,
-                          size_t at, Packer& packer) {
+                          size_t at, Packer<kThreads>& packer) {
   packer.Copy(work.tables + size_t{stream.first_entry} * kTableBytes, stream.table_bytes);
   packer.Varint(stream.coded_bytes);
   const uint32_t last_bytes = LastBytes(stream.last_word);
@@ -270,7 +281,9 @@ __device__ void PackCoded(const DracoWork& work, const DracoStream& stream, uint
   packer.Word(stream.last_word, last_bytes);
 }
 
-__device__ void PackSymbols(const DracoWork& work, uint32_t chunk, DracoKind kind, Packer& packer) {
+template <unsigned kThreads>
+__device__ void PackSymbols(const DracoWork& work, uint32_t chunk, DracoKind kind,
+                            Packer<kThreads>& packer) {
   const Part part(work, chunk, kind);
   const DracoStream& stream = part.stream;
   const size_t at = StreamAt(work, chunk, kind);
@@ -295,7 +308,8 @@ __device__ __forceinline__ size_t EndOf(const DracoPlace& place) {
 }
 
 // The block that is the last to find a place also sets the room behind all streams to zero. They may fill it and more.
-__device__ void ZeroRest(const DracoRoom& room, uint32_t end) {
+template <unsigned kThreads>
+__device__ void ZeroRest(const DracoRoom& room, size_t end) {
   const uint4 zeros{};
   for (size_t at = end + threadIdx.x * sizeof(zeros); at + sizeof(zeros) <= room.size;
        at += kThreads * sizeof(zeros)) {
@@ -303,35 +317,38 @@ __device__ void ZeroRest(const DracoRoom& room, uint32_t end) {
   }
 }
 
+template <unsigned kThreads>
 __device__ DracoPlace FindPlace(const Arguments& arguments, uint32_t chunk) {
   if (arguments.known == DracoPlaces::kKnown) return arguments.places[chunk];
   __shared__ DracoPlace place;
   __shared__ bool is_last;
-  DracoControl& control = *arguments.work.control;
   if (threadIdx.x == 0) {
+    constexpr auto kOne = DracoControl::kOnePlaced;
     const uint32_t size = StreamBytes(arguments, chunk);
-    const uint32_t at = atomicAdd(&control.bytes_used, static_cast<uint32_t>(RoundUpTo16(size)));
-    arguments.places[chunk] = place = {at, size};
-    __threadfence();  // for the last one to see all bytes used
-    is_last = atomicAdd(&control.placed, 1u) + 1 == arguments.work.count;
+    const auto before =
+        atomicAdd(&arguments.work.control->placed, kOne + static_cast<uint32_t>(RoundUpTo16(size)));
+    arguments.places[chunk] = place = {static_cast<uint32_t>(before % kOne), size};
+    is_last = before / kOne + 1 == arguments.work.count;
   }
   __syncthreads();
-  if (is_last) ZeroRest(arguments.room, atomicAdd(&control.bytes_used, 0u));
+  if (is_last) ZeroRest<kThreads>(arguments.room, EndOf(place));
   return place;
 }
 
-__global__ void __launch_bounds__(kThreads)
+template <unsigned kThreads>
+__global__ void __launch_bounds__(kThreads, kMultiprocessorThreads / kThreads)
     PackKernel(const __grid_constant__ Arguments arguments) {
   const uint32_t chunk = blockIdx.x;
-  const DracoPlace place = FindPlace(arguments, chunk);
+  const DracoPlace place = FindPlace<kThreads>(arguments, chunk);
   if (place.size == 0) return;
   const DracoRoom& room = arguments.room;
   if (EndOf(place) > room.size) {
-    return Packer(room.bytes + min(size_t{place.at}, room.size)).Zeros(room.bytes + room.size);
+    return Packer<kThreads>(room.bytes + min(size_t{place.at}, room.size))
+        .Zeros(room.bytes + room.size);
   }
   const DracoFrame& frame = arguments.frame;
   const DracoWork& work = arguments.work;
-  Packer packer(room.bytes + place.at);
+  Packer<kThreads> packer(room.bytes + place.at);
   packer.Head(HeadOf(arguments, chunk), frame.points_at, work.Points(chunk));
   PackSymbols(work, chunk, DracoKind::kPositions, packer);
   const DracoStream& positions = work.Stream(chunk, DracoKind::kPositions);
@@ -349,7 +366,12 @@ __global__ void __launch_bounds__(kThreads)
 cudaError_t LaunchDracoPack(const DracoWork& work, const DracoFrame& frame, DracoPlaces known,
                             DracoPlace* places, const DracoRoom& room, cudaStream_t stream) {
   if (work.count == 0) return cudaSuccess;
-  PackKernel<<<work.count, kThreads, 0, stream>>>(Arguments{work, frame, known, places, room});
+  const Arguments arguments{work, frame, known, places, room};
+  if (work.sparse) {
+    PackKernel<kSparseThreads><<<work.count, kSparseThreads, 0, stream>>>(arguments);
+  } else {
+    PackKernel<kUsualThreads><<<work.count, kUsualThreads, 0, stream>>>(arguments);
+  }
   return cudaPeekAtLastError();
 }
 

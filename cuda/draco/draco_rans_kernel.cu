@@ -156,7 +156,7 @@ __device__ void CodeLong(const uint16_t* symbols, uint32_t count, const uint2* e
 __device__ DracoStream* StreamOf(const DracoWork& work, uint32_t chunk, DracoKind kind) {
   if (chunk >= work.count) return nullptr;
   DracoStream* stream = &work.Stream(chunk, kind);
-  return IsCoded(*stream) ? stream : nullptr;
+  return HasTable(*stream) ? stream : nullptr;
 }
 // The places of its symbols in its table.
 __device__ const uint16_t* PlacesOf(const DracoWork& work, const DracoStream& stream, size_t at) {

@@ -3,6 +3,7 @@
 #include "cuda/draco/draco_scratch.h"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 #include "core/base/status_macros.h"
@@ -27,38 +28,26 @@ uint32_t MostEntries(const DracoWork& work) {
   return work.most_ranked == 0 ? all : std::max(all, RankedEntries(work, work.most_ranked));
 }
 
+// No less than what so many ranked chunks need, which have so many points: a sum of lesser numbers is at most the lesser
+// of two sums.
+uint64_t RankedEntriesOfAll(const DracoWork& work, uint64_t chunks, uint64_t points) {
+  const auto attribute = [&](uint32_t values, int32_t bits) {
+    return std::min(chunks * kernels::RankedEntries(std::numeric_limits<uint32_t>::max(), bits),
+                    chunks * kernels::RankedEntries(0, bits) + values * points);
+  };
+  return attribute(kernels::kPositionValues, work.position_bits) +
+         (work.has_normals() ? attribute(kernels::kNormalValues, work.normal_bits) : 0) +
+         chunks * kernels::TagEntries(work);
+}
+
 // `ranked`: what ranked chunks need.
-uint32_t UsualEntries(const DracoWork& work, uint64_t ranked, uint32_t others) {
+uint32_t UsualEntries(const DracoWork& work, uint64_t ranked, uint64_t others) {
   const uint32_t span = kUsualSpan << std::max(0, work.position_bits - kUsualBits);
   const uint64_t usual = std::min(span, Values(work.position_bits)) + Values(work.normal_bits) +
                          kernels::TagEntries(work);
-  const uint64_t all = uint64_t{others} * MostEntries(work);
+  const uint64_t all = others * MostEntries(work);
   return static_cast<uint32_t>(
       ranked + std::max(std::min(others * usual, kManyEntries), std::min(all, kFewEntries)));
-}
-
-// Places the streams of each chunk, and finds which are ranked. Returns the groups of all streams and the usual entries.
-struct Sizes {
-  size_t groups;
-  uint32_t entries;
-};
-Sizes Measure(std::span<kernels::DracoChunk> chunks, DracoWork& work) {
-  size_t groups = 0;
-  uint64_t ranked_entries = 0;
-  uint32_t others = 0;
-  work.most_ranked = 0;
-  for (kernels::DracoChunk& chunk : chunks) {
-    chunk.first_group = static_cast<uint32_t>(groups);
-    groups += ChunkWords(work, chunk.points) / kernels::kSymbolsAWord;
-    if (IsRanked(work, chunk.points)) {
-      work.most_ranked = std::max(work.most_ranked, chunk.points);
-      ranked_entries += RankedEntries(work, chunk.points);
-    } else {
-      ++others;
-    }
-  }
-  work.all_ranked = others == 0;
-  return {groups, UsualEntries(work, ranked_entries, others)};
 }
 
 // Hands out parts of a block. A first pass without memory finds the size of the block.
@@ -83,6 +72,9 @@ size_t Divide(uint8_t* block, bool digests, size_t groups, DracoWork& work,
   const size_t chunks = work.count, words = groups * kernels::kSymbolsAWord;
   Parts parts(block);
   work.control = parts.Take<kernels::DracoControl>(1);
+  work.chunks = parts.Take<kernels::DracoChunk>(chunks);
+  work.digests = digests ? parts.Take<kernels::DracoDigest>(2 * chunks) : nullptr;
+  places = parts.Take<kernels::DracoPlace>(chunks);
   work.streams = parts.Take<kernels::DracoStream>(kernels::kDracoKinds * chunks);
   work.entries = parts.Take<uint2>(work.entry_room);
   work.tables = parts.Take<uint8_t>(work.entry_room * size_t{kernels::kTableBytes});
@@ -93,30 +85,36 @@ size_t Divide(uint8_t* block, bool digests, size_t groups, DracoWork& work,
   const size_t coordinates = size_t{1} << work.position_bits;
   const bool wide = coordinates > kernels::kSharedCounts && !work.all_ranked;
   work.wide_counts = parts.Take<uint32_t>(wide ? kernels::kWideSlots * coordinates : 0);
-  work.chunks = parts.Take<kernels::DracoChunk>(chunks);
-  work.digests = digests ? parts.Take<kernels::DracoDigest>(2 * chunks) : nullptr;
-  places = parts.Take<kernels::DracoPlace>(chunks);
   return parts.bytes();
 }
-static_assert(sizeof(kernels::DracoChunk) == 16 && sizeof(kernels::DracoDigest) == 16,
+static_assert(sizeof(kernels::DracoControl) % 16 == 0 && sizeof(kernels::DracoChunk) == 16 &&
+                  sizeof(kernels::DracoDigest) == 16,
               "parts lie one after the other, without gaps");
 
 }  // namespace
 
+DracoSizes::DracoSizes(const kernels::DracoWork& work)
+    : room_(work.Kinds() * (kernels::kSymbolsAWord - 1)) {
+  for (uint32_t k = 0; k < work.Kinds(); ++k) values_ += ValuesOf(work.KindOf(k));
+}
+
 absl::StatusOr<DracoScratch> MakeDracoScratch(CudaContext& context, cudaStream_t stream,
                                               uint32_t entry_room, bool digests,
-                                              std::span<kernels::DracoChunk> chunks,
-                                              DracoWork& work) {
-  const Sizes sizes = Measure(chunks, work);
-  work.entry_room = std::max(entry_room == 0 ? sizes.entries : entry_room, MostEntries(work));
+                                              const DracoSizes& sizes, DracoWork& work) {
+  work.count = sizes.chunks_;
+  work.most_ranked = work.sparse ? sizes.most_of_others_ : 0;
+  work.all_ranked = work.sparse && sizes.large_ == 0;
+  const uint32_t others = work.sparse ? sizes.large_ : sizes.chunks_;
+  const uint64_t ranked_points = work.sparse ? sizes.points_ - sizes.large_points_ : 0;
+  const uint64_t ranked = RankedEntriesOfAll(work, sizes.chunks_ - others, ranked_points);
+  const uint32_t usual = UsualEntries(work, ranked, others);
+  work.entry_room = std::max(entry_room == 0 ? usual : entry_room, MostEntries(work));
   kernels::DracoPlace* places = nullptr;
   LATTICED_ASSIGN_OR_RETURN(
       auto block,
       DeviceBuffer<uint8_t>::Create(context.memory(), "draco",
-                                    Divide(nullptr, digests, sizes.groups, work, places), stream));
-  Divide(block.data(), digests, sizes.groups, work, places);
-  LATTICED_RETURN_IF_ERROR(
-      CudaStatus(cudaMemsetAsync(work.control, 0, sizeof(*work.control), stream), "the encoding"));
+                                    Divide(nullptr, digests, sizes.groups_, work, places), stream));
+  Divide(block.data(), digests, sizes.groups_, work, places);
   return DracoScratch{std::move(block), places};
 }
 

@@ -43,20 +43,22 @@ __device__ inline Span SpanOf(const uint16_t* values, uint32_t count) {
   return span;
 }
 
-// Calls take(symbol) for each symbol.
+// Calls take(i, symbols) for each point.
 template <class Take>
 __device__ __forceinline__ void PositionSymbolsOf(const uint16_t* values, uint32_t points,
                                                   Span span, uint16_t* symbols, const Take& take) {
   const uint32_t wrap = span.size();
 #pragma unroll 2
   for (uint32_t i = threadIdx.x; i < points; i += blockDim.x) {
+    uint32_t its[kPositionValues];
+#pragma unroll
     for (uint32_t axis = 0; axis < kPositionValues; ++axis) {
       const uint16_t* plane = values + axis * points;
       const uint32_t previous = i == 0 ? span.least : __ldg(plane + i - 1);
-      const uint32_t symbol = PositionSymbol(__ldg(plane + i), previous, wrap);
-      symbols[kPositionValues * i + axis] = static_cast<uint16_t>(symbol);
-      take(symbol);
+      its[axis] = PositionSymbol(__ldg(plane + i), previous, wrap);
+      symbols[kPositionValues * i + axis] = static_cast<uint16_t>(its[axis]);
     }
+    take(i, its);
   }
 }
 
@@ -74,10 +76,9 @@ __device__ __forceinline__ void StoredNormalSymbolsOf(const uint8_t* normals, ui
     OctahedralNormal previous;
     if (i > 0) previous = {value(s + i - 1), value(t + i - 1)};
     const OctahedralNormal n = NormalSymbols({value(s + i), value(t + i)}, previous, bits);
-    const auto symbol_s = static_cast<uint32_t>(n.s), symbol_t = static_cast<uint32_t>(n.t);
-    reinterpret_cast<uint32_t*>(symbols)[i] = symbol_s | symbol_t << 16;
-    take(symbol_s);
-    take(symbol_t);
+    const uint32_t its[kNormalValues] = {static_cast<uint32_t>(n.s), static_cast<uint32_t>(n.t)};
+    reinterpret_cast<uint32_t*>(symbols)[i] = its[0] | its[1] << 16;
+    take(i, its);
   }
 }
 template <class Take>
@@ -93,7 +94,7 @@ __device__ inline void ZeroPadding(uint16_t* symbols, uint32_t points, DracoKind
   if (i < StreamWords(points, kind)) symbols[i] = 0;
 }
 
-// Writes the symbols of a chunk. The calls take_position(symbol) and take_normal(symbol) get each of them.
+// Writes the symbols of a chunk. The calls take_position(i, symbols) and take_normal(i, symbols) get those of each point.
 template <class TakePosition, class TakeNormal>
 __device__ __forceinline__ void WriteSymbols(const DracoWork& work, Span span,
                                              const TakePosition& take_position,
@@ -110,25 +111,34 @@ __device__ __forceinline__ void WriteSymbols(const DracoWork& work, Span span,
   ZeroPadding(symbols, points, DracoKind::kNormals);
 }
 
-// The tag of point i (core/codec/tagged_symbols.h).
-__device__ __forceinline__ uint32_t TagOf(const uint16_t* symbols, uint32_t i, DracoKind kind) {
+// The tag of a point (core/codec/tagged_symbols.h).
+template <uint32_t kValues>
+__device__ __forceinline__ uint32_t TagOf(const uint32_t (&symbols)[kValues]) {
   uint32_t any = 1;
-  for (uint32_t k = 0; k < ValuesOf(kind); ++k) any |= symbols[ValuesOf(kind) * i + k];
+  for (const uint32_t symbol : symbols) any |= symbol;
   return HighestBit(any) + 1;
 }
 
-// Writes and counts the tags of the symbols that WriteSymbols has written. `counts`: kTags zeros.
-__device__ inline void WriteTags(const DracoWork& work, DracoKind kind, uint32_t* counts) {
-  const uint32_t chunk = blockIdx.x, points = work.Points(chunk);
-  const uint16_t* symbols = work.symbols + StreamAt(work, chunk, kind);
-  uint16_t* tags = work.symbols + StreamAt(work, chunk, TagsOf(kind));
-  for (uint32_t i = threadIdx.x; i < points; i += blockDim.x) {
-    const uint32_t tag = TagOf(symbols, i, kind);
-    tags[i] = static_cast<uint16_t>(tag);
-    atomicAdd(counts + tag, 1u);
+// Writes and counts the tags of the points of a sparse chunk.
+class TagSink {
+ public:
+  // `counts`: kTags zeros. All threads of the block construct it. Without normals it takes none of these.
+  __device__ TagSink(const DracoWork& work, DracoKind kind, uint32_t* counts) : counts_(counts) {
+    if (kind == DracoKind::kNormals && !work.has_normals()) return;
+    tags_ = work.symbols + StreamAt(work, blockIdx.x, TagsOf(kind));
+    ZeroPadding(tags_, work.Points(blockIdx.x), TagsOf(kind));
   }
-  ZeroPadding(tags, points, TagsOf(kind));
-}
+  template <uint32_t kValues>
+  __device__ __forceinline__ void Take(uint32_t i, const uint32_t (&symbols)[kValues]) const {
+    const uint32_t tag = TagOf(symbols);
+    tags_[i] = static_cast<uint16_t>(tag);
+    atomicAdd(counts_ + tag, 1u);
+  }
+
+ private:
+  uint16_t* tags_ = nullptr;
+  uint32_t* counts_;
+};
 
 // Leaves the chunk to a later round. Called by one thread.
 __device__ inline void Defer(const DracoWork& work) {
@@ -152,45 +162,38 @@ __device__ inline Room TakeRoom(const DracoWork& work, uint32_t entries) {
   return {first_entry, first_entry + entries <= work.entry_room};
 }
 
-// Writes a table's entries and bytes, and what is known of its stream. Called by one warp.
-__device__ inline void WriteTable(const DracoWork& work, DracoKind kind, const TableBuilder& table,
-                                  DracoStream stream) {
+// Writes a table's entries and bytes, and what is known of its stream, which it returns. Called by one warp.
+__device__ inline DracoStream WriteTable(const DracoWork& work, DracoKind kind,
+                                         const TableBuilder& table, DracoStream stream) {
   stream.largest = table.largest();
   stream.bit_length = static_cast<uint8_t>(table.bit_length());
   stream.table_bytes = table.Write(work.entries + stream.first_entry,
                                    work.tables + size_t{stream.first_entry} * kTableBytes);
   if (Lane() == 0) work.Stream(blockIdx.x, kind) = stream;
+  return stream;
 }
 
-// Writes the table of the tags of `kind`'s symbols. Called by one warp.
-__device__ inline void WriteTagTable(const DracoWork& work, DracoKind kind, uint32_t* counts,
-                                     uint32_t* list, uint32_t first_entry) {
-  DracoStream stream{.first_entry = first_entry};
+// The bits of the symbols behind the tags of `kind`'s symbols. Called by one warp, before a table is made of the counts.
+__device__ inline uint32_t TaggedBits(DracoKind kind, const uint32_t* counts) {
   const uint32_t bits = Lane() < kTags ? counts[Lane()] * Lane() * ValuesOf(kind) : 0;
-  stream.tagged_bits = __reduce_add_sync(kAllLanes, bits);
-  const TableBuilder table(counts, kTags, work.Points(blockIdx.x), list);
-  WriteTable(work, TagsOf(kind), table, stream);
+  return __reduce_add_sync(kAllLanes, bits);
+}
+
+// A role for each warp of the block, from 0 on. The warp that makes the longest table should be on another scheduler in
+// each block that a multiprocessor holds, whatever the distance of their numbers: their hashes are as good as random.
+__device__ __forceinline__ uint32_t RoleOfWarp() {
+  constexpr uint32_t kHash = 0x9e3779b1u;
+  const uint32_t warps = blockDim.x / kWarp;
+  return (threadIdx.x / kWarp + (blockIdx.x * kHash >> 24)) % warps;
 }
 
 // The counts of tags, and room for the lists of table builders: [0] of positions, [1] of normals.
 struct TagCounts {
   uint32_t counts[2][kTags], lists[2][kTags];
   __device__ void Zero() {
-    if (threadIdx.x < 2 * kTags) counts[threadIdx.x / kTags][threadIdx.x % kTags] = 0;
+    for (uint32_t i = threadIdx.x; i < 2 * kTags; i += blockDim.x) counts[i / kTags][i % kTags] = 0;
   }
 };
-
-// Writes the tables of tags, by the third and the fourth warp.
-__device__ inline void WriteTagTables(const DracoWork& work, TagCounts& tags,
-                                      uint32_t first_entry) {
-  const unsigned warp = threadIdx.x / kWarp;
-  if (warp == 2) {
-    WriteTagTable(work, DracoKind::kPositions, tags.counts[0], tags.lists[0], first_entry);
-  }
-  if (warp == 3 && work.has_normals()) {
-    WriteTagTable(work, DracoKind::kNormals, tags.counts[1], tags.lists[1], first_entry + kTags);
-  }
-}
 
 }  // namespace latticed::kernels
 

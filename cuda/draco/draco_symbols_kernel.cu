@@ -3,12 +3,14 @@
 //
 // A block takes a chunk. All its threads find the span of the coordinates, the symbols of all points and
 // their counts. Then one warp makes each table.
-#include "cuda/draco/draco_symbols.cuh"
+#include "cuda/draco/draco_choice.cuh"
 
 namespace latticed::kernels {
 namespace {
 
 constexpr unsigned kThreads = 256;
+// That a multiprocessor must hold at once; the compiler limits the registers to that.
+constexpr unsigned kBlocksAtOnce = 6;
 
 // Counts in shared memory or, for a chunk of a wide span, in a slot of global memory.
 struct Counts {
@@ -24,7 +26,8 @@ __device__ uint32_t TakeSlot(uint32_t* taken) {
   return slot;
 }
 
-__device__ Counts ZeroCounts(const DracoWork& work, uint32_t* shared, uint32_t span) {
+__device__ Counts ZeroCounts(const DracoWork& work, uint32_t* shared, uint32_t span,
+                             TagCounts& tags) {
   __shared__ uint32_t slot;
   const uint32_t most = 1u << work.position_bits;
   const bool wide = span > kSharedCounts;
@@ -38,6 +41,7 @@ __device__ Counts ZeroCounts(const DracoWork& work, uint32_t* shared, uint32_t s
   for (uint32_t i = threadIdx.x; i < span; i += kThreads) counts.positions[i] = 0;
   const uint32_t normals = work.normal_bits == 0 ? 0 : 1u << work.normal_bits;
   for (uint32_t i = threadIdx.x; i < normals; i += kThreads) counts.normals[i] = 0;
+  if (work.sparse) tags.Zero();
   __syncthreads();
   return counts;
 }
@@ -47,7 +51,37 @@ __device__ uint32_t NormalEnd(const DracoWork& work) {
   return work.normal_bits == 0 ? 0 : static_cast<uint32_t>(OctahedralMax(work.normal_bits)) + 1;
 }
 
-__global__ void __launch_bounds__(kThreads) SymbolsKernel(const __grid_constant__ DracoWork work) {
+// Writes the symbols, and of sparse chunks the tags, and counts them. All counts are zero before.
+template <bool kSparse>
+__device__ __forceinline__ void WriteAndCount(const DracoWork& work, Span span,
+                                              const Counts& counts, TagCounts& tags) {
+  const auto count_in = [](uint32_t* its, const auto& symbols) {
+    for (const uint32_t symbol : symbols) atomicAdd(its + symbol, 1u);
+  };
+  if constexpr (!kSparse) {
+    WriteSymbols(
+        work, span, [&](uint32_t, const auto& its) { count_in(counts.positions, its); },
+        [&](uint32_t, const auto& its) { count_in(counts.normals, its); });
+  } else {
+    const TagSink position_tags(work, DracoKind::kPositions, tags.counts[0]);
+    const TagSink normal_tags(work, DracoKind::kNormals, tags.counts[1]);
+    WriteSymbols(
+        work, span,
+        [&](uint32_t i, const auto& its) {
+          count_in(counts.positions, its);
+          position_tags.Take(i, its);
+        },
+        [&](uint32_t i, const auto& its) {
+          count_in(counts.normals, its);
+          normal_tags.Take(i, its);
+        });
+  }
+}
+
+// kSparse: DracoWork::sparse.
+template <bool kSparse>
+__global__ void __launch_bounds__(kThreads, kBlocksAtOnce)
+    SymbolsKernel(const __grid_constant__ DracoWork work) {
   extern __shared__ uint32_t shared[];
   __shared__ uint32_t lists[2][kListedCounts];
   __shared__ TagCounts tags;
@@ -59,30 +93,28 @@ __global__ void __launch_bounds__(kThreads) SymbolsKernel(const __grid_constant_
   const uint32_t entries = span.size() + NormalEnd(work);
   const Room room = TakeRoom(work, entries + TagEntries(work));
   if (!room.found) return;
-  const Counts counts = ZeroCounts(work, shared, span.size());
-  WriteSymbols(
-      work, span, [&](uint32_t symbol) { atomicAdd(counts.positions + symbol, 1u); },
-      [&](uint32_t symbol) { atomicAdd(counts.normals + symbol, 1u); });
-  if (work.sparse) {
-    tags.Zero();
-    __syncthreads();
-    WriteTags(work, DracoKind::kPositions, tags.counts[0]);
-    if (work.has_normals()) WriteTags(work, DracoKind::kNormals, tags.counts[1]);
-  }
+  const Counts counts = ZeroCounts(work, shared, span.size(), tags);
+  WriteAndCount<kSparse>(work, span, counts, tags);
   __syncthreads();
-  const unsigned warp = threadIdx.x / kWarp;
-  if (warp == 0) {
+  const uint32_t role = RoleOfWarp();
+  if (role == 0) {
     const TableBuilder table(counts.positions, span.size(), points * kPositionValues, lists[0]);
     WriteTable(work, DracoKind::kPositions, table,
                {.first_entry = room.first_entry,
                 .least = static_cast<uint16_t>(span.least),
                 .most = static_cast<uint16_t>(span.most)});
   }
-  if (warp == 1 && work.has_normals()) {
+  if (role == 1 && work.has_normals()) {
     const TableBuilder table(counts.normals, NormalEnd(work), points * kNormalValues, lists[1]);
     WriteTable(work, DracoKind::kNormals, table, {.first_entry = room.first_entry + span.size()});
   }
-  if (work.sparse) WriteTagTables(work, tags, room.first_entry + entries);
+  if constexpr (kSparse) {
+    const uint32_t tags_at = room.first_entry + entries;
+    if (role == 2) MakeTagTable(work, DracoKind::kPositions, tags, tags_at);
+    if (role == 3 && work.has_normals()) {
+      MakeTagTable(work, DracoKind::kNormals, tags, tags_at + kTags);
+    }
+  }
   if (counts.slot == kWideSlots) return;
   __syncthreads();
   if (threadIdx.x == 0) {
@@ -99,7 +131,11 @@ cudaError_t LaunchDracoSymbols(const DracoWork& work, cudaStream_t stream) {
                  normals = work.normal_bits == 0 ? 0 : 1u << work.normal_bits;
   const size_t shared =
       ((positions < kSharedCounts ? positions : kSharedCounts) + normals) * sizeof(uint32_t);
-  SymbolsKernel<<<work.count, kThreads, shared, stream>>>(work);
+  if (work.sparse) {
+    SymbolsKernel<true><<<work.count, kThreads, shared, stream>>>(work);
+  } else {
+    SymbolsKernel<false><<<work.count, kThreads, shared, stream>>>(work);
+  }
   return cudaPeekAtLastError();
 }
 

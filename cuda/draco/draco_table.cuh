@@ -24,6 +24,12 @@ __device__ __forceinline__ unsigned LanesBelow() { return (1u << Lane()) - 1; }
 // The highest bit of a mask that is not 0.
 __device__ __forceinline__ unsigned HighestBit(unsigned mask) { return 31 - __clz(mask); }
 
+__device__ __forceinline__ float SumOfLanes(float value) {
+  for (unsigned step = kWarp / 2; step > 0; step /= 2) {
+    value += __shfl_xor_sync(kAllLanes, value, static_cast<int>(step));
+  }
+  return value;
+}
 // The sum of the values of this lane and of all lower lanes.
 __device__ __forceinline__ uint32_t SumUpTo(uint32_t value) {
   for (unsigned step = 1; step < kWarp; step *= 2) {
@@ -51,6 +57,8 @@ class TableBuilder {
 
   __device__ uint32_t largest() const { return NameOf(largest_); }
   __device__ int bit_length() const { return bit_length_; }
+  // No less than what the probabilities say of the symbols, in bits: the sum of log2(M / p). All lanes call it.
+  __device__ float MostBits() const { return SumOfLanes(lane_bits_); }
 
   // Writes the entries, in the order of the counts, and the table's bytes; returns how many bytes.
   __device__ uint32_t Write(uint2* entries, uint8_t* bytes) const;
@@ -83,6 +91,7 @@ class TableBuilder {
   const uint16_t* names_;
   uint32_t distinct_ = 0, largest_ = 0, most_frequent_ = 0;
   int bit_length_ = 0, precision_ = 0;
+  float lane_bits_ = 0;  // of this lane's symbols
 };
 
 // Finds the number of distinct symbols, the largest and the most frequent one, and lists the counts.
@@ -142,7 +151,11 @@ __device__ inline void TableBuilder::GiveOut(const RansShares& shares, uint32_t 
       given = __reduce_max_sync(kAllLanes, suffices ? up_to : given);
       asked = __shfl_sync(kAllLanes, up_to, kWarp - 1);
     }
-    if (count > 0) counts_[symbol] = probability;
+    if (count > 0) {
+      counts_[symbol] = probability;
+      lane_bits_ += static_cast<float>(count) *
+                    (static_cast<float>(precision_) - __log2f(static_cast<float>(probability)));
+    }
   }
   __syncwarp();
   if (Lane() == 0) counts_[most_frequent_] += left - given;

@@ -33,15 +33,13 @@ uint64_t CudaView::DeviceBytesFor(const DeformPlan& plan, const ViewSpec& spec,
 }
 
 uint64_t CudaView::HostBytesFor(const DeformPlan& plan, const ViewSpec& spec) {
-  constexpr uint64_t kRounding = 2;  // pinned blocks are powers of two
-  constexpr uint64_t kFramePointBytes = 64, kExchangedChunkBytes = 128;
   if (plan.chunk_count() == 0) return 0;
   const uint64_t staged = std::min(plan.chunk_count(), kHostChunks) *
                           ChunkPoints(plan, 0, spec.segments) * BytesPerPoint(spec);
-  const auto points = static_cast<uint64_t>(plan.structure.control_point_count());
-  return kRounding *
-             (2 * staged + kFramePointBytes * points + kExchangedChunkBytes * plan.chunk_count()) +
-         ViewEncoder::MostBytes(spec);
+  return 2 * PinnedMemory::BlockBytes(staged) +
+         CudaFrame::PinnedBytesFor(plan, /*has_chunk_needs=*/true) +
+         StagedUpload::PinnedBytesFor(plan.chunk_count() * sizeof(uint32_t)) +  // in wire order
+         DeviceDracoWriter::PinnedBytesFor(plan.chunk_count()) + ViewEncoder::MostBytes(spec);
 }
 
 size_t CudaView::EncodeBatch(const CudaContext& context) {

@@ -326,6 +326,33 @@ TEST_F(DeviceDracoWriterTest, StreamsAreWholeWhereTheyTakeMoreOrLessThanTheLastO
   }
 }
 
+// A round that writes nothing says nothing of the next one. The first call has nothing to go by, so its block is that of
+// the streams, a little below a power of two; a guess of a sixteenth more takes the next one.
+TEST_F(DeviceDracoWriterTest, TheGuessOfTheRoomOutlivesARoundWithoutStreams) {
+  constexpr size_t kPowerOfTwo = 1 << 18;
+  const std::vector<Chunk> one{MakeChunk(97, 14, 8, Data::kRandom, kSeed)};
+  const auto vertices = Upload(one);
+  ASSERT_OK_AND_ASSIGN(auto writer,
+                       DeviceDracoWriter::Create(ShapeOf(one.front(), true), context_, lane_));
+  const auto encode = [&](size_t count, std::span<VertexDigest> digests) {
+    const std::vector<DeviceDracoWriter::Chunk> places(count, {.first_point = 0, .points = 97});
+    std::vector<SharedBytes> results(count);
+    EXPECT_OK(writer.Encode(vertices.span(), places, kRange, digests, results));
+    return results;
+  };
+  const size_t stream = kernels::RoundUpTo16(encode(1, {}).front().size);
+  ASSERT_LT(stream, kPowerOfTwo / 100);
+  const size_t count = kPowerOfTwo / stream;
+  std::vector<VertexDigest> digests(count);
+  ASSERT_OK_AND_ASSIGN(writer,
+                       DeviceDracoWriter::Create(ShapeOf(one.front(), true), context_, lane_));
+
+  EXPECT_EQ(encode(count, digests).front().block_bytes, kPowerOfTwo);
+  EXPECT_EQ(encode(count, digests).front().data, nullptr) << "nothing changed";
+  std::ranges::fill(digests, VertexDigest{});
+  EXPECT_EQ(encode(count, digests).front().block_bytes, 2 * kPowerOfTwo);
+}
+
 TEST_F(DeviceDracoWriterTest, NothingToEncode) {
   ASSERT_OK_AND_ASSIGN(auto writer, DeviceDracoWriter::Create({}, context_, lane_));
   EXPECT_OK(writer.Encode({}, {}, kRange, {}, {}));
