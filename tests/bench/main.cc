@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "fmt/format.h"
+#include "server/base/process_memory.h"
 #include "tests/bench/benches.h"
 #include "tests/bench/paper/paper.h"
 #include "tests/bench/report/summary.h"
@@ -124,6 +125,7 @@ void SkipNotHere(benchmark::State& state, const absl::Status& why) {
 }
 
 int Main(int argc, char** argv) {
+  LimitFreeHeapEnds();  // as the server
 #ifndef NDEBUG
   std::fputs("latticed_bench: built without NDEBUG; only a Release build is worth timing\n",
              stderr);
