@@ -110,6 +110,18 @@ test('a chunk whose patterns need no more than its slot changes alone, also to f
   assert.deepEqual(areasOf(trianglesOf(places, 0)).reduce((sum, area) => sum + area), 4 * 4096 ** 2);
 });
 
+test('what is left of a slot holds no points, so that none are evaluated there', () => {
+  const places = new PatchPlaces(adaptiveLayout(2));
+  places.take([{ index: 0, codes: codes(SPLIT, FLAT) }, { index: 1, codes: codes(FOUR, FLAT) }]);
+  places.take([{ index: 1, codes: codes(FLAT, FLAT) }]);
+
+  const patches = [...places.places.filter((_, i) => i % 2 === 0)].slice(0, places.room);
+
+  const second = places.firstPointOf(1);
+  assert.ok(places.room - second > 18); // the points that were there before
+  assert.deepEqual(patches.slice(second), [2, 2, 2, 3, 3, 3, ...Array<number>(places.room - second - 6).fill(0xffff_ffff)]);
+});
+
 test('where a chunk outgrows its slot, all points move; those of other chunks stay the same', () => {
   const buffer = new PointBuffer();
   const layout = adaptiveLayout(3);

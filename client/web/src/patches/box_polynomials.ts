@@ -35,6 +35,12 @@ export class BoxPolynomials {
     if (outside) this.writeOutside(outside);
   }
 
+  /** Whether derivatives do not jump at the lower end of a span above 0: fewer knots than the degree are there. */
+  isSmoothBelow(axis: number, span: number): boolean {
+    const spans = this.spans[axis]!;
+    return spans[span]!.firstPoint - spans[span - 1]!.firstPoint < this.structure.degree[axis]!;
+  }
+
   /** These control points have moved; absent: all. The boxes that they affect are computed by the next `update`. */
   moved(indices?: Iterable<number>): void {
     if (!indices) return void this.isStale.fill(1, 1);

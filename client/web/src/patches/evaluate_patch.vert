@@ -9,8 +9,9 @@
 // Textures  their rows are WIDTH texels long, and texels are numbered row by row. Sampled by texelFetch alone:
 //   patches   RGBA32I, four texels a patch. Texels 0 to 2 are its corners: x y z are the place of the corner less 65535
 //             times the patch's span on each axis, w is the number of its rest normal. Texel 3: x is the number of the
-//             patch's box, or 0 for the outside box; y has bit a set if the patch's span on axis a is above 0; z is 0,
-//             or one more than the number of its seam record; w is 0
+//             patch's box, or 0 for the outside box; y has bit a set if the patch's span on axis a is above 0, and bit
+//             3 + a if derivatives do not jump at the lower end of that span (nowhere is right too); z is 0, or one
+//             more than the number of its seam record; w is 0
 //   seams     RGBA32I, three texels a record, one for each corner k: x y z are its places in the outside box; w has
 //             bit 0 set while the corner's seam is attached, and bit 1 while that of edge k is
 //   boxes     RGBA32F, COEFFICIENTS texels a box. Texel i + (DEGREE_0 + 1) (j + (DEGREE_1 + 1) k) has in x y z the factor
@@ -18,6 +19,8 @@
 //             box's span on axis 0, that of (0,1,0) on axis 1, that of (0,0,1) on axis 2; only their ratios count. Box 0
 //             is the outside box; the box of spans a, b, c has the number 1 + a boxSteps.x + b boxSteps.y + c boxSteps.z
 //   normals   RGBA32F, a texel for each rest normal
+// Speed     no indices that are known only at run time, no division of integers, and the inner loop is written out: a
+//           GPU in software takes half the time
 // Result    the same integers give the same bits of `point` in one call of a program, whatever the patch
 precision highp float;
 precision highp int;
@@ -30,9 +33,11 @@ precision highp isampler2D;
 #define DEGREE_2 2
 #endif
 
-const int WIDTH = 2048;
+const int WIDTH_BITS = 11;
+const int WIDTH = 1 << WIDTH_BITS;
 const int COEFFICIENTS = (DEGREE_0 + 1) * (DEGREE_1 + 1) * (DEGREE_2 + 1);
 const int KNOT = 65535;  // a span in places
+const uint NONE = 0xffffffffu;
 const int CORNER_ATTACHED = 1;
 const int EDGE_ATTACHED = 2;
 
@@ -44,17 +49,17 @@ uniform int denominator;  // the sum of a point's three integers: a power of two
 uniform ivec3 boxSteps;  // the step of a box's number along each axis
 uniform mat3 conormals;  // column a: the world position's change at rest along axis a; all negative in a left-handed frame
 
-in uvec2 patchPlace;  // the patch, and i_1 | i_2 << 16 of the point; i_0 is the rest of the denominator
+in uvec2 patchPlace;  // the patch, and i_1 | i_2 << 16 of the point; i_0 is the rest of the denominator. Patch NONE: no point
 
 out vec3 point;  // relative to the origin, in world units
 out vec3 pointNormal;  // of unit length, or zero where none is defined
 
 ivec4 integersAt(isampler2D data, int texel) {
-  return texelFetch(data, ivec2(texel % WIDTH, texel / WIDTH), 0);
+  return texelFetch(data, ivec2(texel & (WIDTH - 1), texel >> WIDTH_BITS), 0);
 }
 
 vec4 numbersAt(sampler2D data, int texel) {
-  return texelFetch(data, ivec2(texel % WIDTH, texel / WIDTH), 0);
+  return texelFetch(data, ivec2(texel & (WIDTH - 1), texel >> WIDTH_BITS), 0);
 }
 
 // From sums of places to -1/2 to 1/2. Only the conversion to float and the product round.
@@ -72,12 +77,16 @@ void evaluate(int box, vec3 l, out vec3 value, out mat3 derivatives) {
     vec3 plane0 = vec3(0.0);
     vec3 plane1 = vec3(0.0);
     for (int j = DEGREE_1; j >= 0; --j) {
-      vec3 line = vec3(0.0);
-      vec3 line0 = vec3(0.0);
-      for (int i = DEGREE_0; i >= 0; --i) {
-        line0 = line0 * l.x + line;
-        line = line * l.x + numbersAt(boxes, --at).xyz;
-      }
+      vec3 line0 = numbersAt(boxes, --at).xyz;
+      vec3 line = line0 * l.x + numbersAt(boxes, --at).xyz;
+#if DEGREE_0 > 1
+      line0 = line0 * l.x + line;
+      line = line * l.x + numbersAt(boxes, --at).xyz;
+#endif
+#if DEGREE_0 > 2
+      line0 = line0 * l.x + line;
+      line = line * l.x + numbersAt(boxes, --at).xyz;
+#endif
       plane1 = plane1 * l.y + plane;
       plane0 = plane0 * l.y + line0;
       plane = plane * l.y + line;
@@ -96,37 +105,33 @@ vec3 widthsOf(int box) {
 }
 
 void main() {
+  point = pointNormal = vec3(0.0);
+  if (patchPlace.x == NONE) return;
   int patchNumber = int(patchPlace.x);
   ivec3 weights;
   weights.y = int(patchPlace.y & 0xffffu);
   weights.z = int(patchPlace.y >> 16);
   weights.x = denominator - weights.y - weights.z;
-  ivec4 corners[3];
-  for (int k = 0; k < 3; ++k) corners[k] = integersAt(patches, 4 * patchNumber + k);
+  ivec4 corner0 = integersAt(patches, 4 * patchNumber);
+  ivec4 corner1 = integersAt(patches, 4 * patchNumber + 1);
+  ivec4 corner2 = integersAt(patches, 4 * patchNumber + 2);
   ivec4 facts = integersAt(patches, 4 * patchNumber + 3);
-  ivec3 own = weights.x * corners[0].xyz + weights.y * corners[1].xyz + weights.z * corners[2].xyz;
+  ivec3 own = weights.x * corner0.xyz + weights.y * corner1.xyz + weights.z * corner2.xyz;
 
   // A point on a knot plane counts as of the lower box, so that it has the same place in all patches.
-  ivec3 sums = own;
-  int box = facts.x;
-  for (int axis = 0; axis < 3; ++axis) {
-    if (sums[axis] == 0 && (facts.y & (1 << axis)) != 0) {
-      sums[axis] = KNOT * denominator;
-      box -= boxSteps[axis];
-    }
-  }
+  ivec3 isLower = ivec3(equal(own, ivec3(0))) * ((ivec3(facts.y) >> ivec3(0, 1, 2)) & 1);
+  ivec3 sums = own + KNOT * denominator * isLower;
+  ivec3 steps = boxSteps * isLower;
+  int box = facts.x - steps.x - steps.y - steps.z;
   if (facts.z != 0) {
-    ivec4 outside[3];
-    for (int k = 0; k < 3; ++k) outside[k] = integersAt(seams, 3 * (facts.z - 1) + k);
-    bool isAttached = false;
-    for (int k = 0; k < 3; ++k) {
-      bool isCorner = weights[k] == denominator;
-      bool isOnEdge = weights[(k + 2) % 3] == 0;
-      if (isCorner && (outside[k].w & CORNER_ATTACHED) != 0) isAttached = true;
-      if (isOnEdge && (outside[k].w & EDGE_ATTACHED) != 0) isAttached = true;
-    }
-    if (isAttached) {
-      sums = weights.x * outside[0].xyz + weights.y * outside[1].xyz + weights.z * outside[2].xyz;
+    ivec4 outside0 = integersAt(seams, 3 * facts.z - 3);
+    ivec4 outside1 = integersAt(seams, 3 * facts.z - 2);
+    ivec4 outside2 = integersAt(seams, 3 * facts.z - 1);
+    ivec3 attached = ivec3(outside0.w, outside1.w, outside2.w);
+    ivec3 corners = ivec3(equal(weights, ivec3(denominator))) * (attached & CORNER_ATTACHED);
+    ivec3 edges = ivec3(equal(weights.zxy, ivec3(0))) * (attached & EDGE_ATTACHED);
+    if ((corners | edges) != ivec3(0)) {
+      sums = weights.x * outside0.xyz + weights.y * outside1.xyz + weights.z * outside2.xyz;
       box = 0;
     }
   }
@@ -135,13 +140,14 @@ void main() {
   evaluate(box, localCoordinates(sums), position, derivatives);  // of all points alike: the bits must not depend on the patch
   point = position;
 
-  vec3 atRest = float(weights.x) * numbersAt(normals, corners[0].w).xyz + float(weights.y) * numbersAt(normals, corners[1].w).xyz +
-                float(weights.z) * numbersAt(normals, corners[2].w).xyz;
+  vec3 atRest = float(weights.x) * numbersAt(normals, corner0.w).xyz + float(weights.y) * numbersAt(normals, corner1.w).xyz +
+                float(weights.z) * numbersAt(normals, corner2.w).xyz;
   vec3 direction = vec3(0.0);
   if (facts.x != 0) {
-    // The derivatives jump at some knot planes, so normals need the patch's own box.
-    if (box != facts.x) evaluate(facts.x, localCoordinates(own), position, derivatives);
-    vec3 h = widthsOf(facts.x) * (atRest * conormals);
+    // Where derivatives jump at a knot plane, normals need the patch's own box.
+    bool hasJump = (isLower & ~(ivec3(facts.y) >> ivec3(3, 4, 5))) != ivec3(0);
+    if (box == 0 || hasJump) evaluate(facts.x, localCoordinates(own), position, derivatives);
+    vec3 h = widthsOf(box == 0 || hasJump ? facts.x : box) * (atRest * conormals);
     direction = h.x * cross(derivatives[1], derivatives[2]) + h.y * cross(derivatives[2], derivatives[0]) +
                 h.z * cross(derivatives[0], derivatives[1]);
   }

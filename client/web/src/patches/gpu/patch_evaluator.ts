@@ -36,7 +36,7 @@ export class PatchEvaluator {
   /** Throws, in words, if the GPU or its driver cannot do it. */
   constructor(private readonly gl: WebGL2RenderingContext, plan: PatchPlan, structure: LatticeStructure) {
     this.boxes = new BoxPolynomials(structure, plan.origin, plan.outside);
-    this.tables = new PatchTables(plan, this.boxes.steps);
+    this.tables = new PatchTables(plan, this.boxes.steps, (axis, span) => this.boxes.isSmoothBelow(axis, span));
     this.seams = new SeamStates(plan.seams, structure.size);
     this.program = evaluationProgram(gl, structure.degree);
     setConstants(gl, this.program, { denominator: ADAPTIVE_WHOLE, boxSteps: this.boxes.steps, conormals: conormals(structure) });

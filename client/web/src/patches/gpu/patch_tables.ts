@@ -16,8 +16,11 @@ export class PatchTables {
   private readonly seamOfVertex: Map<number, number>;
   private readonly seamOfEdge: Map<number, number>;
 
-  /** @param steps BoxPolynomials.steps. */
-  constructor(private readonly plan: PatchPlan, steps: Vec3) {
+  /**
+   * @param steps BoxPolynomials.steps.
+   * @param isSmoothBelow Whether derivatives do not jump at the lower end of a span of an axis.
+   */
+  constructor(private readonly plan: PatchPlan, steps: Vec3, isSmoothBelow: (axis: number, span: number) => boolean) {
     const { vertices, vertexSeams, edges, edgeSeams } = plan.seams;
     this.seamOfVertex = new Map(Array.from(vertices, (vertex, i) => [vertex, vertexSeams[i]!]));
     this.seamOfEdge = new Map(Array.from(edges, (edge, i) => [edge, edgeSeams[i]!]));
@@ -40,7 +43,8 @@ export class PatchTables {
       });
       const facts = 16 * patch + 12;
       this.patches[facts] = isInside ? 1 + spans[0]! * steps[0] + spans[1]! * steps[1] + spans[2]! * steps[2] : 0;
-      this.patches[facts + 1] = spans.reduce((bits, span, axis) => bits | (span > 0 ? 1 << axis : 0), 0);
+      this.patches[facts + 1] = spans.reduce((bits, span, axis) =>
+        bits | (span > 0 ? (isSmoothBelow(axis, span) ? 9 : 1) << axis : 0), 0);
       if (isInside && this.isOnSeam(patch)) this.patches[facts + 2] = records.push(patch);
     }
     this.patchOfRecord = Uint32Array.from(records);

@@ -28,12 +28,15 @@ export interface PlacesChange {
   readonly moves: readonly { readonly from: number; readonly to: number; readonly count: number }[];
 }
 
+/** evaluate_patch.vert has it too. */
+const NO_POINT = 0xffff_ffff;
+
 /**
  * Where the points of each patch are in the vertex buffer, and which triangles they make, whoever computes the points.
  *
  *   vertex buffer   a slot for each chunk, in turn; in it the points of its patches, patch after patch, then room
  *   places          uint32 patch, uint32 i_1 | i_2 << 16, for each point of the vertex buffer: its barycentrics in the
- *                   patch's corners 1 and 2, times layout.whole
+ *                   patch's corners 1 and 2, times layout.whole. In room both are NO_POINT
  *   indices         a part for each detail; in it a slot for each chunk, whose room repeats one index
  *
  * Patterns change with updates, and most often as few points as before are needed. Where a chunk outgrows its slot, all slots
@@ -190,6 +193,7 @@ export class PatchPlaces {
         places[2 * point + 1] = pattern.points[k]!;
       }
     }
+    places.fill(NO_POINT, 2 * point, 2 * (firstPoint + this.points.roomOf(chunk)));
     parts.forEach((part, i) => indices.fill(firstPoint, ends[i], part.firstOf(chunk) + part.roomOf(chunk)));
   }
 }
