@@ -8,9 +8,11 @@ import type { UpdateInfo } from '@src/session/scene_session';
 
 /** In milliseconds, except `seconds`. */
 export interface Measured {
-  /** Updates of own edits, each with the time from its newest edit until its points are in the vertex buffer. */
-  readonly updates: readonly (UpdateInfo & { readonly msFromEdit: number })[];
-  /** For each frame that shows a new update: from the newest edit that it shows until its pixels are drawn. */
+  /** From the newest own edit in an update until its points are in the vertex buffer; the same of evaluations by the page. */
+  readonly points: readonly number[];
+  /** Updates of own edits. */
+  readonly updates: readonly UpdateInfo[];
+  /** For each frame that shows new points: from that edit until its pixels are drawn. */
   readonly toPixels: readonly number[];
   /** For the same frames: from a frame's first call until its pixels are drawn. */
   readonly drawing: readonly number[];
@@ -18,7 +20,8 @@ export interface Measured {
 }
 
 interface Meter {
-  readonly updates: (UpdateInfo & { msFromEdit: number })[];
+  readonly points: number[];
+  readonly updates: UpdateInfo[];
   readonly toPixels: number[];
   readonly drawing: number[];
   began: number;
@@ -29,12 +32,13 @@ interface Meter {
 type MeteredWindow = Window & { meter: Meter };
 
 export interface Wanted {
-  readonly updates: number;
+  /** How often points are to come. */
+  readonly points: number;
   readonly frames: number;
 }
 
 const MOVE_MS = 8; // a mouse reports 125 times per second
-const WARM_UP: Wanted = { updates: 5, frames: 2 };
+const WARM_UP: Wanted = { points: 5, frames: 2 };
 
 /** Drags control points of a page's scene with the key G and the mouse. */
 export class DragMeter {
@@ -55,13 +59,13 @@ export class DragMeter {
     await this.move(x, y, WARM_UP);
     await this.page.evaluate(() => {
       const { meter } = window as unknown as MeteredWindow;
-      meter.updates.length = meter.toPixels.length = meter.drawing.length = 0;
+      meter.points.length = meter.updates.length = meter.toPixels.length = meter.drawing.length = 0;
       meter.began = performance.now();
     });
     await this.move(x, y, wanted);
     const measured = await this.page.evaluate(() => {
-      const { updates, toPixels, drawing, began } = (window as unknown as MeteredWindow).meter;
-      return { updates: [...updates], toPixels: [...toPixels], drawing: [...drawing], seconds: (performance.now() - began) / 1000 };
+      const { points, updates, toPixels, drawing, began } = (window as unknown as MeteredWindow).meter;
+      return { points: [...points], updates: [...updates], toPixels: [...toPixels], drawing: [...drawing], seconds: (performance.now() - began) / 1000 };
     });
     await this.page.keyboard.press('Escape');
     return measured;
@@ -84,11 +88,11 @@ export class DragMeter {
     }
   }
 
-  private has({ updates, frames }: Wanted): Promise<boolean> {
-    return this.page.evaluate(([u, f]) => {
+  private has({ points, frames }: Wanted): Promise<boolean> {
+    return this.page.evaluate(([p, f]) => {
       const { meter } = window as unknown as MeteredWindow;
-      return meter.updates.length >= u && meter.toPixels.length >= f;
-    }, [updates, frames] as const);
+      return meter.points.length >= p && meter.toPixels.length >= f;
+    }, [points, frames] as const);
   }
 }
 
@@ -96,31 +100,45 @@ export class DragMeter {
 function install(): void {
   const LOOK_MS = 4; // the shortest timer of browsers; polling all the time would slow the drawing
   const { viewport, scene } = window.latticed;
-  const meter: Meter = { updates: [], toPixels: [], drawing: [], began: 0, revision: -1 };
+  const meter: Meter = { points: [], updates: [], toPixels: [], drawing: [], began: 0, revision: -1 };
   Object.assign(window, { meter });
-  let undrawn: number | undefined; // the time of the newest edit in an update that no frame shows yet
+  let undrawn: number | undefined; // the time of the edit whose points no frame shows yet
   let frameBegan = 0;
-  scene!.session.on('update', (info) => {
-    meter.revision = info.revision;
-    if (info.msFromEdit === undefined || info.patchesSent === 0) return;
-    undrawn = performance.now() - info.msFromEdit;
-    meter.updates.push({ ...info, msFromEdit: info.msFromEdit });
-  });
-  viewport.onFrame(() => (frameBegan = performance.now()));
-  viewport.onDrawn(() => {
-    if (undrawn === undefined) return;
-    const [edit, began] = [undrawn, frameBegan];
-    undrawn = undefined;
-    // A frame's calls return before it is drawn. A fence tells when it is drawn.
+  /** Calls return before the GPU has done them. A fence tells when it has. */
+  const onceDone = (then: () => void): void => {
     const gl = viewport.renderer.getContext() as WebGL2RenderingContext;
     const fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0)!;
     gl.flush();
     const look = (): void => {
       if (gl.getSyncParameter(fence, gl.SYNC_STATUS) !== gl.SIGNALED) return void setTimeout(look, LOOK_MS);
       gl.deleteSync(fence);
-      meter.toPixels.push(performance.now() - edit);
-      meter.drawing.push(performance.now() - began);
+      then();
     };
     setTimeout(look);
+  };
+  scene!.session.on('update', (info) => {
+    meter.revision = info.revision;
+    // Where the page evaluates points, an update brings bounds, and none if no bound has changed.
+    if (info.msFromEdit === undefined || (info.patchesSent === 0 && !scene!.isEvaluated)) return;
+    meter.updates.push(info);
+    if (scene!.isEvaluated) return;
+    undrawn = performance.now() - info.msFromEdit;
+    meter.points.push(info.msFromEdit);
+  });
+  const tell = scene!.onEvaluated;
+  scene!.onEvaluated = (ms) => {
+    tell?.(ms);
+    const edit = (undrawn = performance.now() - ms);
+    onceDone(() => meter.points.push(performance.now() - edit));
+  };
+  viewport.onFrame(() => (frameBegan = performance.now()));
+  viewport.onDrawn(() => {
+    if (undrawn === undefined) return;
+    const [edit, began] = [undrawn, frameBegan];
+    undrawn = undefined;
+    onceDone(() => {
+      meter.toPixels.push(performance.now() - edit);
+      meter.drawing.push(performance.now() - began);
+    });
   });
 }

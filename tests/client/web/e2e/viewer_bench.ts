@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// usage: node viewer_bench.mjs [--markdown FILE] [--mesh NAME] [--form NAME] [--updates N] [--frames N]
+// usage: node viewer_bench.mjs [--markdown FILE] [--mesh NAME] [--form NAME]… [--rounds N] [--updates N] [--frames N] [--orbit N]
 // Measures the time from an edit to its pixels in the viewer in Chromium on loopback, while a person drags, and where
-// the time goes; and the frames of an orbit. Adds two Markdown tables to FILE. --mesh takes one mesh alone: knot, vase or fandisk.obj. --form takes one
-// form of the points alone: quantised, raw, draco, "draco at 0.5 pixels". --updates (60)
-// counts while the surface is hidden, --frames (12) while it is shown. Environment: LATTICED, LATTICECTL, CHROMIUM;
-// LATTICED_VIEWER, the folder of the viewer; LATTICED_SHARED, a folder with real meshes in models/. If a mesh is
-// missing, a sample replaces it.
+// the time goes; and the frames of an orbit. Adds two Markdown tables to FILE. --mesh takes one mesh alone: knot, vase or
+// fandisk.obj. --form takes a form of the points, and may be repeated: quantised, raw, draco, "draco at 0.5 pixels", patches;
+// without it all are taken. --rounds (1): how often the forms are measured, by turns. --updates (60) counts while the surface is
+// hidden, --frames (12) while it is shown. --orbit (4): seconds. Environment: LATTICED, LATTICECTL, CHROMIUM; LATTICED_VIEWER, the
+// folder of the viewer; LATTICED_SHARED, a folder with real meshes in models/. If a mesh is missing, a sample replaces it.
 import { execFileSync } from 'node:child_process';
 import { appendFileSync, existsSync, mkdtempSync, readFileSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
@@ -38,7 +38,7 @@ const MESHES: readonly { readonly model?: string; readonly size?: Size; readonly
 /** How points come. The last one is the viewer's default, with which the page begins. */
 interface Form {
   readonly name: string;
-  readonly encoding: 'quantised' | 'raw' | 'draco';
+  readonly encoding: 'quantised' | 'raw' | 'draco' | 'patches';
   readonly detail: 'segments' | 'tolerance';
 }
 const FORMS: readonly Form[] = [
@@ -46,17 +46,18 @@ const FORMS: readonly Form[] = [
   { name: 'raw', encoding: 'raw', detail: 'segments' },
   { name: 'draco', encoding: 'draco', detail: 'segments' },
   { name: 'draco at 0.5 pixels', encoding: 'draco', detail: 'tolerance' },
+  { name: 'patches', encoding: 'patches', detail: 'tolerance' },
 ];
 const VIEWPORT = { width: 480, height: 360 };
 const SEGMENTS = 10;
-const ORBIT_SECONDS = 4;
 const { values: options } = parseArgs({ options: {
-  markdown: { type: 'string' }, mesh: { type: 'string' }, form: { type: 'string' },
+  markdown: { type: 'string' }, mesh: { type: 'string' }, form: { type: 'string', multiple: true, default: FORMS.map(({ name }) => name) },
+  rounds: { type: 'string', default: '1' }, orbit: { type: 'string', default: '4' },
   updates: { type: 'string', default: '60' },
   frames: { type: 'string', default: '12' }, // software OpenGL is slow
 } });
-const HIDDEN = { updates: Number(options.updates), frames: 0 };
-const SHOWN = { updates: 0, frames: Number(options.frames) };
+const HIDDEN = { points: Number(options.updates), frames: 0 };
+const SHOWN = { points: 0, frames: Number(options.frames) };
 
 /** A mesh, and the size of the lattice that it gets. */
 interface Subject {
@@ -97,8 +98,8 @@ async function openSubject(page: Page, { name, content, size }: Subject): Promis
 }
 
 /** Changes the view, and waits until the whole surface has come in it. */
-function setForm(page: Page, { encoding, detail }: Form): Promise<void> {
-  return page.evaluate(([name, by, segments]) => {
+async function setForm(page: Page, { encoding, detail }: Form): Promise<void> {
+  await page.evaluate(([name, by, segments]) => {
     const { settings, scene } = window.latticed;
     const { view, detail: before } = settings.value;
     if (name === view.encoding && by === before && by === 'tolerance') return Promise.resolve(); // it has come so
@@ -111,6 +112,7 @@ function setForm(page: Page, { encoding, detail }: Form): Promise<void> {
       settings.set({ detail: by, view: { ...view, segments, encoding: name } });
     });
   }, [encoding, detail, SEGMENTS] as const);
+  if (encoding === 'patches') await page.waitForFunction(() => window.latticed.scene!.session.surface.certifiedError > 0); // its plan
 }
 
 const showSurface = (page: Page, surface: boolean): Promise<void> =>
@@ -119,15 +121,16 @@ const showSurface = (page: Page, surface: boolean): Promise<void> =>
 function cells(hidden: Measured, shown: Measured): string[] {
   const { updates } = hidden;
   const median = (of: (update: Measured['updates'][number]) => number): string => ms(percentile(updates.map(of), 0.5));
-  return [...spread(updates.map(({ msFromEdit }) => msFromEdit)),
+  return [...spread(hidden.points),
     median(({ times }) => times.server), median(({ times }) => times.transfer), median(({ times }) => times.decode),
     median(({ times }) => times.upload), (percentile(updates.map(({ bytes }) => bytes), 0.5) / 1e6).toFixed(2),
-    (updates.length / hidden.seconds).toFixed(1),
-    ...spread(shown.toPixels), ms(percentile(shown.drawing, 0.5)), (shown.updates.length / shown.seconds).toFixed(1)];
+    (hidden.points.length / hidden.seconds).toFixed(1),
+    ...spread(shown.toPixels), ms(percentile(shown.drawing, 0.5)), (shown.points.length / shown.seconds).toFixed(1)];
 }
 
 const meshes = MESHES.filter(({ model, sample }) => [undefined, model ?? sample.name].includes(options.mesh));
-if (!meshes.length || !(HIDDEN.updates > 0 && SHOWN.frames > 0)) throw new Error('no such mesh, or nothing to measure');
+const forms = FORMS.filter(({ name }) => options.form.includes(name));
+if (!meshes.length || !forms.length || !(HIDDEN.points > 0 && SHOWN.frames > 0)) throw new Error('no such mesh, or nothing to measure');
 const server = await ServerProcess.start(process.env.LATTICED_VIEWER!);
 const direct = new LatticedServer(server.origin);
 const browser = await launch();
@@ -150,7 +153,7 @@ async function measure(subject: Subject): Promise<void> {
   const [u, v, w] = subject.size;
   const all = Array.from({ length: u * v * w }, (_, i) => i);
   const upper = (u >> 1) + u * ((v >> 1) + v * (w - 1)); // in the middle of the uppermost plane
-  for (const form of FORMS.filter(({ name }) => [undefined, name].includes(options.form))) {
+  for (const form of Array.from({ length: Number(options.rounds) }, () => forms).flat()) {
     await setForm(page, form);
     for (const [moved, indices] of [['all points', all], ['one point', [upper]]] as const) {
       const measured: Measured[] = [];
@@ -164,7 +167,7 @@ async function measure(subject: Subject): Promise<void> {
     }
   }
   const atRest = await page.evaluate(() => window.latticed.scene!.session.surface.triangles[0]!);
-  const { framesPerSecond, triangles, pixelRatio } = await measureOrbit(page, ORBIT_SECONDS);
+  const { framesPerSecond, triangles, pixelRatio } = await measureOrbit(page, Number(options.orbit));
   orbits.push(`| ${[subject.name, atRest, framesPerSecond.toFixed(1), triangles, pixelRatio].join(' | ')} |`);
   console.log(orbits.at(-1));
   await page.close();
