@@ -5,12 +5,13 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { create } from '@bufbuild/protobuf';
-import type { BufferAttribute } from 'three';
+import { BufferGeometry, ShaderMaterial, type BufferAttribute } from 'three';
 import { TopologySchema } from 'latticed/v1/event_pb';
 import { unpacked } from '@src/surface/patches/patch_pattern';
 import { PatchPlaces } from '@src/surface/patches/patch_places';
 import { PointBuffer } from '@src/surface/point_buffer';
 import { TopologyLayout } from '@src/surface/topology_layout';
+import { TriangleSides } from '@src/surface/triangle_sides';
 
 const FLAT = 0; // three points, one triangle
 const SPLIT = 0o1001; // edge 0 has two segments, sparsely: four points, two triangles
@@ -120,6 +121,24 @@ test('what is left of a slot holds no points, so that none are evaluated there',
   const second = places.firstPointOf(1);
   assert.ok(places.room - second > 18); // the points that were there before
   assert.deepEqual(patches.slice(second), [2, 2, 2, 3, 3, 3, ...Array<number>(places.room - second - 6).fill(0xffff_ffff)]);
+});
+
+test('sides of triangles are made anew where other points are joined, and else stay', () => {
+  const places = new PatchPlaces(adaptiveLayout(2));
+  const sides = new TriangleSides(new ShaderMaterial());
+  const vertices = new BufferGeometry();
+  const made = (): BufferAttribute => {
+    sides.update(places, vertices);
+    return sides.object.geometry.index!;
+  };
+  places.take([{ index: 0, codes: codes(FLAT, FLAT) }, { index: 1, codes: codes(SPLIT, FLAT) }]);
+  const first = made();
+  assert.equal(first.count, 2 * (3 + 3 + 5 + 3));
+
+  places.take([{ index: 0, codes: codes(FLAT, FLAT) }]);
+  assert.equal(made(), first);
+  places.take([{ index: 1, codes: codes(FLAT, FLAT) }]);
+  assert.equal(made().count, 2 * (3 + 3 + 3 + 3));
 });
 
 test('where a chunk outgrows its slot, all points move; those of other chunks stay the same', () => {

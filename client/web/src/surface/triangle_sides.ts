@@ -13,6 +13,8 @@ export class TriangleSides {
   private readonly sides = new Map<PatchPattern, Uint16Array>();
   private readonly pixels = new Vector2();
   private triangles = 0;
+  /** What the lines were made of. */
+  private made: { readonly places: PatchPlaces; readonly version: number; readonly vertices: BufferGeometry } | undefined;
 
   /** @param material With a uniform `opacity` of its own. */
   constructor(material: ShaderMaterial) {
@@ -23,9 +25,13 @@ export class TriangleSides {
     this.object.onBeforeRender = (renderer, _, camera) => this.fade(renderer, camera);
   }
 
-  /** Makes the lines anew, for the vertices of a geometry. */
+  /** Makes the lines for the vertices of a geometry, anew if other points are joined. */
   update(places: PatchPlaces, vertices: BufferGeometry): void {
     const { geometry } = this.object;
+    geometry.boundingSphere = vertices.boundingSphere;
+    const { made } = this;
+    if (made?.places === places && made.version === places.version && made.vertices === vertices) return;
+    this.made = { places, version: places.version, vertices };
     const ends: number[] = [];
     places.eachPatch(1, (_, pattern, firstPoint) => {
       for (const point of this.sidesOf(pattern)) ends.push(firstPoint + point);
@@ -33,7 +39,6 @@ export class TriangleSides {
     this.release();
     for (const [name, attribute] of Object.entries(vertices.attributes)) geometry.setAttribute(name, attribute);
     geometry.setIndex(new BufferAttribute(Uint32Array.from(ends), 1));
-    geometry.boundingSphere = vertices.boundingSphere;
     this.triangles = places.triangleCounts[0]!;
   }
 

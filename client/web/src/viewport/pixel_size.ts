@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import { Frustum, Matrix4, Vector3, type Box3 } from 'three';
 import type { ViewCamera } from './camera_rig';
+import { lensOf } from './lens';
 
 /** Calls its argument with boxes that together hold a surface. */
 export type EachBox = (visit: (box: Box3) => void) => void;
@@ -20,12 +21,10 @@ export type EachBox = (visit: (box: Box3) => void) => void;
  */
 export function pixelSize(camera: ViewCamera, height: number, eachBox: EachBox): number | undefined {
   camera.updateMatrixWorld();
-  const { elements } = camera.projectionMatrix;
-  const focal = (elements[5]! * height) / 2; // of an orthographic camera: pixels for a unit
+  const { focal, stretch, isPerspective } = lensOf(camera, height);
   const depth = nearestDepth(camera, eachBox);
   if (depth === undefined) return undefined;
-  if (elements[11] === 0) return 1 / focal;
-  return depth / (focal * Math.hypot(1, 1 / elements[0]!, 1 / elements[5]!));
+  return (isPerspective ? depth : 1) / (focal * Math.sqrt(stretch));
 }
 
 /** The depth of the nearest box in view; no less than that of the near plane. */

@@ -3,6 +3,7 @@
 import { Vector3 } from 'three';
 import type { SeenTolerance } from '../patches/levels/chosen_levels';
 import type { ViewCamera } from './camera_rig';
+import { lensOf } from './lens';
 
 /**
  * How far points may be from the surface, so that none is drawn more than `pixels` away from where it should be:
@@ -15,9 +16,8 @@ import type { ViewCamera } from './camera_rig';
  */
 export function seenTolerance(camera: ViewCamera, height: number, pixels: number): SeenTolerance {
   camera.updateMatrixWorld();
-  const { elements } = camera.projectionMatrix;
-  const focal = (elements[5]! * height) / 2; // of an orthographic camera: pixels for a unit
-  if (elements[11] === 0) return { everywhere: pixels / focal };
+  const { focal, stretch, isPerspective } = lensOf(camera, height);
+  if (!isPerspective) return { everywhere: pixels / focal };
   const { x, y, z } = new Vector3().setFromMatrixPosition(camera.matrixWorld);
-  return { eye: [x, y, z], perDistance: pixels / (focal * (1 + 1 / elements[0]! ** 2 + 1 / elements[5]! ** 2)), nearest: camera.near };
+  return { eye: [x, y, z], perDistance: pixels / (focal * stretch), nearest: camera.near };
 }

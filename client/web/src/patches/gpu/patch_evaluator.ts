@@ -4,8 +4,8 @@ import type { LatticeStructure } from '../../lattice/grid';
 import { ADAPTIVE_WHOLE } from '../../surface/patches/adaptive_pattern';
 import { BoxPolynomials } from '../box_polynomials';
 import { conormals } from '../conormals';
-import { DataTexture } from './data_texture';
 import { evaluationProgram, PATCH_PLACE, setConstants, TEXTURES } from './evaluation_program';
+import { NumberTexture } from './number_texture';
 import type { PatchPlan } from '../plan/patch_plan';
 import { PatchTables } from './patch_tables';
 import { PointBuffers } from './point_buffers';
@@ -31,7 +31,7 @@ export class PatchEvaluator {
   private readonly program: WebGLProgram;
   private readonly feedback: WebGLTransformFeedback;
   private readonly vertexArray: WebGLVertexArrayObject;
-  private readonly textures: Record<keyof typeof TEXTURES, DataTexture>;
+  private readonly textures: Record<keyof typeof TEXTURES, NumberTexture>;
 
   /** Throws, in words, if the GPU or its driver cannot do it. */
   constructor(private readonly gl: WebGL2RenderingContext, plan: PatchPlan, structure: LatticeStructure) {
@@ -41,10 +41,10 @@ export class PatchEvaluator {
     this.program = evaluationProgram(gl, structure.degree);
     setConstants(gl, this.program, { denominator: ADAPTIVE_WHOLE, boxSteps: this.boxes.steps, conormals: conormals(structure) });
     this.textures = {
-      patches: new DataTexture(gl, TEXTURES.patches, this.tables.patches),
-      seams: new DataTexture(gl, TEXTURES.seams, this.tables.seams),
-      boxes: new DataTexture(gl, TEXTURES.boxes, this.boxes.numbers),
-      normals: new DataTexture(gl, TEXTURES.normals, restNormals(plan)),
+      patches: new NumberTexture(gl, TEXTURES.patches, this.tables.patches),
+      seams: new NumberTexture(gl, TEXTURES.seams, this.tables.seams),
+      boxes: new NumberTexture(gl, TEXTURES.boxes, this.boxes.numbers),
+      normals: new NumberTexture(gl, TEXTURES.normals, restNormals(plan)),
     };
     this.buffers = new PointBuffers(gl);
     this.feedback = gl.createTransformFeedback();

@@ -43,6 +43,8 @@ const NO_POINT = 0xffff_ffff;
  * are made anew, with room for a quarter more. Without a tolerance nothing changes, and there is no room.
  */
 export class PatchPlaces {
+  /** Rises with every change. */
+  version = 0;
   places = new Uint32Array();
   indices = new Uint32Array();
   private readonly codes: PatternCodes;
@@ -110,6 +112,7 @@ export class PatchPlaces {
     if (this.layout.isAdaptive) {
       for (const { index, codes } of news) if (this.takeCodes(index, codes)) chunks.push(index);
     }
+    if (chunks.length > 0) ++this.version;
     const fits = chunks.every((chunk) => this.resize(chunk));
     if (!fits) return this.layOutAgain(chunks);
     for (const chunk of chunks) this.writeChunk(chunk);

@@ -5,7 +5,7 @@
 const WIDTH = 2048;
 
 /** A texture of four numbers a texel, which a shader reads by texelFetch alone. */
-export class DataTexture {
+export class NumberTexture {
   private readonly texture: WebGLTexture;
   private readonly height: number;
 
