@@ -15,6 +15,7 @@ import type { StreamSettings, ViewRequest } from '../session/scene_session';
 import type { SceneFacts, Units, UpAxis } from '../state/units';
 import type { RestCorners } from '../surface/patch_source';
 import { storedMesh } from '../session/store/scene_store';
+import { LONG_CALL_MS } from '../wire/deadlines';
 import { randomId } from '../wire/ids';
 import { fromAxes, fromLattice, vector } from '../wire/lattice_message';
 import type { LatticedServer } from '../wire/latticed_server';
@@ -100,7 +101,7 @@ export class Services {
   /** The triangles of a mesh at rest: of a temporary scene with one knot box, in which each is one patch. */
   async triangles(mesh: string): Promise<RestCorners> {
     const sceneId = `preview-${randomId()}`;
-    const call = { headers: { 'latticed-scene': sceneId } };
+    const call = { headers: { 'latticed-scene': sceneId }, timeoutMs: LONG_CALL_MS };
     const lattices = [latticeSource({ size: [2, 2, 2], degree: [1, 1, 1], padding: 0.05 })];
     await this.server.scenes.createScene({ sceneId, mesh, lattices, idleTtl: { seconds: 60n } }, call);
     try {
@@ -116,7 +117,7 @@ export class Services {
     await this.server.scenes.createScene({
       sceneId, mesh, lattices: [latticeSource(lattice)], defaultView: fromView(view), units: { upAxis: up && UP_AXES[up] },
       ...(creaseAngle !== undefined && { creaseAngle }),
-    });
+    }, { timeoutMs: LONG_CALL_MS });
     return sceneId;
   }
 

@@ -5,6 +5,7 @@ import { AXES, domain, frameEdges } from '../lattice/grid';
 import type { Lattice } from '../lattice/lattice';
 import { coordinates, sub } from '../lattice/vec';
 import type { PatchOrigins, PatchSource, RestCorners } from '../surface/patch_source';
+import { LONG_CALL_MS } from '../wire/deadlines';
 import { randomId } from '../wire/ids';
 import { fromLattice } from '../wire/lattice_message';
 import type { LatticedServer } from '../wire/latticed_server';
@@ -44,7 +45,7 @@ export class ServerPatches implements PatchSource {
     const { mesh } = await this.server.scenes.getScene({ scene: this.sceneId });
     const atRest = fromLattice(this.lattice());
     atRest.controlPoints = [];
-    const call = { headers: { 'latticed-scene': rest } };
+    const call = { headers: { 'latticed-scene': rest }, timeoutMs: LONG_CALL_MS };
     await this.server.scenes.createScene({
       sceneId: rest, mesh, lattices: [{ source: { case: 'lattice', value: atRest } }],
       labels: { 'rest-shape-of': this.sceneId }, idleTtl: { seconds: 60n } }, call);

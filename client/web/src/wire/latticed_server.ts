@@ -5,6 +5,7 @@ import { createGrpcWebTransport } from '@connectrpc/connect-web';
 import { MeshService } from 'latticed/v1/mesh_pb';
 import { SceneService } from 'latticed/v1/scene_pb';
 import { ServerService } from 'latticed/v1/server_pb';
+import { withDeadlines } from './deadlines';
 
 /** The server that the page comes from: gRPC-Web clients of its services, and its address for WebSockets. */
 export class LatticedServer {
@@ -23,9 +24,10 @@ export class LatticedServer {
     readonly token?: string,
     transport: Transport = createGrpcWebTransport({ baseUrl: origin, interceptors: [withMetadata(token)] }),
   ) {
-    this.scenes = createClient(SceneService, transport);
-    this.meshes = createClient(MeshService, transport);
-    this.server = createClient(ServerService, transport);
+    const timely = withDeadlines(transport);
+    this.scenes = createClient(SceneService, timely);
+    this.meshes = createClient(MeshService, timely);
+    this.server = createClient(ServerService, timely);
   }
 }
 

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import type { MessageInitShape } from '@bufbuild/protobuf';
 import type { AppendUploadRequestSchema, Mesh, MeshHeaderSchema } from 'latticed/v1/mesh_pb';
+import { LONG_CALL_MS } from './deadlines';
 import type { LatticedServer } from './latticed_server';
 import { ServerError } from './server_error';
 
@@ -24,7 +25,7 @@ const PART_BYTES = 768 * 1024;  // the most that AppendUpload takes
 export async function uploadMesh(
   server: LatticedServer, header: MeshHeaderInit, content: Blob, options: UploadOptions = {},
 ): Promise<Mesh> {
-  const call = { signal: options.signal };
+  const call = { signal: options.signal, timeoutMs: LONG_CALL_MS };
   try {
     const { uploadId } = await server.meshes.beginUpload({ header: { ...header, totalBytes: BigInt(content.size) } }, call);
     for (let offset = 0; offset < content.size;) {

@@ -6,6 +6,7 @@ import { LatticeSourceSchema, type LatticeSource } from 'latticed/v1/lattice_pb'
 import { MeshHeaderSchema } from 'latticed/v1/mesh_pb';
 import { CreateSceneRequestSchema, type CreateSceneRequest } from 'latticed/v1/scene_pb';
 import type { Lattice } from '../../lattice/lattice';
+import { LONG_CALL_MS } from '../../wire/deadlines';
 import { fromLattice } from '../../wire/lattice_message';
 import type { LatticedServer } from '../../wire/latticed_server';
 import { ServerError } from '../../wire/server_error';
@@ -83,7 +84,7 @@ export class SceneKeeper {
       const request = fromBinary(CreateSceneRequestSchema, stored.request);
       if (lattice) request.lattices = [sourceOf(lattice)];
       await this.uploadAgain(request.mesh);
-      if (!(await succeeds(this.server.scenes.createScene(request), Code.AlreadyExists))) return { by: 'elsewhere', bootId };
+      if (!(await succeeds(this.server.scenes.createScene(request, { timeoutMs: LONG_CALL_MS }), Code.AlreadyExists))) return { by: 'elsewhere', bootId };
       const restored = { ...stored, bootId, request: toBinary(CreateSceneRequestSchema, request) };
       await this.store.saveScene(restored).catch((error: unknown) => this.warn(error));
       return { by: 'here', bootId };
