@@ -135,7 +135,7 @@ export class App implements CommandTarget {
     document.body.classList.remove('no-scene');
     this.hud.reset();
     this.hud.element.hidden = false;
-    session.on('update', (info) => this.hud.update(info, this.scene?.units ?? facts.units));
+    session.on('update', (info) => this.hud.update(info, this.scene?.units ?? facts.units, this.scene?.isEvaluated ?? false));
     this.scene.onEvaluated = (ms) => this.hud.evaluated(ms);
     session.on('refused', (text, idle) => (idle ? this.toasts.tell(text) : this.toasts.fail(text)));
     session.on('refitted', (distance) => this.toasts.tell(this.refitInWords(distance)));

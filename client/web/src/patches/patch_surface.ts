@@ -72,8 +72,6 @@ export class PatchSurface {
   private askAgain: ReturnType<typeof setTimeout> | undefined;
   private hasFailed = false;
   private isInStep = false;
-  private structureOfBounds: Lattice | undefined;
-  private layoutId = '';
   private hasMoved = false;
   private levelsAreOld = true;
 
@@ -110,9 +108,6 @@ export class PatchSurface {
 
   /** An update has come. `isInStep`: the page shows the lattice of its revision. */
   updated(isInStep: boolean): void {
-    const { layout } = this.surface.edgeBounds;
-    if (layout && layout.id !== this.layoutId) this.structureOfBounds = this.source.lattice();
-    this.layoutId = layout?.id ?? '';
     this.levelsAreOld = true;
     this.isInStep = isInStep;
     if (this.stage && isInStep) this.stage.isAhead = false;
@@ -123,23 +118,35 @@ export class PatchSurface {
     this.levelsAreOld = true;
   }
 
-  /** Called before a frame: evaluates what has changed. */
-  draw(wanted: Wanted): void {
+  /** Called before a frame: evaluates what has changed. Returns whether the points are those of the page's lattice. */
+  draw(wanted: Wanted): boolean {
     const { edgeBounds } = this.surface;
-    if (!edgeBounds.isComplete || this.hasFailed || this.gl.isContextLost()) return;
-    const isPlanOld = this.planFor !== `${edgeBounds.layout!.id} ${edgeBounds.normals}`;
-    if (isPlanOld) return void this.ask();
+    if (!edgeBounds.isComplete || this.hasFailed || this.gl.isContextLost()) return false;
+    if (this.planFor !== `${edgeBounds.layout!.id} ${edgeBounds.normals}`) this.ask();
+    const { plan } = this;
+    if (!plan || !this.isOfOneStructure) return false;
+    const { stage } = this;
+    const isCurrent = stage?.plan === plan && !this.hasMoved && !this.levelsAreOld && this.surface.draws(stage.points);
+    if (isCurrent) return true;
     try {
-      this.evaluate(wanted);
+      this.evaluate(stage?.plan === plan ? stage : this.staged(plan), wanted);
+      return true;
     } catch (error) {
       this.fail(error as Error);
     } finally {
       this.restore();
+      return false;
     }
   }
 
   /** Frees what the GPU holds. The next frame begins anew. */
   dispose(): void {
+  /** Whether the bounds are of the structure of the page's lattice. If not, others will come. */
+  private get isOfOneStructure(): boolean {
+    const { structure } = this.surface.edgeBounds;
+    return structure !== undefined && sameStructure(structure, this.source.lattice());
+  }
+
     clearTimeout(this.askAgain);
     this.disposeStage();
     this.plan = undefined;
@@ -189,9 +196,7 @@ export class PatchSurface {
     }, ASK_AGAIN_MS * 2 ** (this.questions - 1));
   }
 
-  private evaluate(wanted: Wanted): void {
-    const stage = this.staged();
-    if (!stage) return;
+  private evaluate(stage: Stage, wanted: Wanted): void {
     const { evaluator, points, corners } = stage;
     let chunks: readonly number[] | undefined = [];
     let moved: readonly number[] = [];
@@ -223,14 +228,11 @@ export class PatchSurface {
     this.source.changed();
   }
 
-  /** What is to be evaluated; undefined while plan and lattice are not of the same structure. */
-  private staged(): Stage | undefined {
-    const { plan, surface } = this;
+  /** Begins to evaluate another plan. */
+  private staged(plan: PatchPlan): Stage {
+    const { surface } = this;
     const lattice = this.source.lattice();
     const layout = surface.edgeBounds.layout!;
-    if (!plan) return undefined;
-    if (this.stage?.plan === plan) return sameStructure(this.stage.structure, lattice) ? this.stage : undefined;
-    if (this.structureOfBounds && !sameStructure(this.structureOfBounds, lattice)) return undefined; // others will come
     this.disposeStage();
     if (plan.patchCount !== layout.patchCount) throw new Error('The patch plan is of another surface.');
     const evaluator = new PatchEvaluator(this.gl, plan, lattice);

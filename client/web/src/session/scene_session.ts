@@ -63,8 +63,8 @@ export interface SessionStatus {
 export interface SessionEvents {
   /** The first lattice, or one with another structure or structure id. */
   lattice: (lattice: Lattice) => void;
-  /** `session.lattice.points` changed at these control points, by own or others' edits. */
-  points: (indices: Uint32Array) => void;
+  /** `session.lattice.points` changed at these control points. `isOwn`: by an edit of this window, before the server's answer. */
+  points: (indices: Uint32Array, isOwn: boolean) => void;
   /** The server's lattice changed. */
   serverMoved: () => void;
   /** The server has answered an edit of this window: the steps to undo or redo may have changed. */

@@ -220,6 +220,7 @@ export class SessionStream implements ConnectionHost {
     const start = performance.now();
     if (surface) this.parts.surface.apply(surface);
     if (edges) this.parts.surface.edgeBounds.take(edges);
+    this.parts.surface.edgeBounds.updated(this.sync.structureAt(end.revision));
     const upload = performance.now() - start;
     if (!update.ofLostStream) this.startsAnew = false;
     if (!this.startsAnew) this.resumeToken = end.resumeToken as Uint8Array<ArrayBuffer>;

@@ -89,8 +89,12 @@ async function againstServer(
   return [worst, worstNormal];
 }
 
-test('an update is small, and the line of figures tells points and the error that holds', async () => {
-  const before = calls.length;
+/** How many edits the line of figures has measured from the edit to its pixels. */
+const measured = (): Promise<number> =>
+  page.evaluate(() => (window.latticed as unknown as { hud: { latencies: number[] } }).hud.latencies.length);
+
+test('an update is small, and the line of figures tells points and the error that holds; an edit is measured once', async () => {
+  const [before, edits] = [calls.length, await measured()];
   await move(CORNER, [0.01, 0, 0]);
   await until(async () => String(await pointAtServer(CORNER)) === String(await controlPoint(page, CORNER)));
   await evaluated(page);
@@ -99,6 +103,33 @@ test('an update is small, and the line of figures tells points and the error tha
   assert.equal(await hud('points'), (await pointCount()).toLocaleString('en'));
   assert.match((await hud('error'))!, /^0\.00\d+ units$/);
   assert.ok(!calls.slice(before).includes('GetPatchPlan'), 'the plan was fetched once');
+  await until(async () => (await measured()) > edits);
+  assert.equal(await measured(), edits + 1);
+});
+
+test('a frame for which nothing is evaluated leaves the state of the GPU to the renderer', async () => {
+  await page.evaluate(() => {
+    const { renderer } = window.latticed.viewport;
+    const resetState = renderer.resetState.bind(renderer);
+    Object.assign(window, { resets: 0 });
+    renderer.resetState = () => {
+      ++(window as unknown as { resets: number }).resets;
+      resetState();
+    };
+  });
+  const resets = (): Promise<number> => page.evaluate(() => (window as unknown as { resets: number }).resets);
+  await until(async () => { // levels are chosen once more after the edit before
+    const before = await resets();
+    for (let frame = 0; frame < 3; ++frame) {
+      await page.evaluate(() => window.latticed.viewport.invalidate());
+      await frames(page);
+    }
+    return (await resets()) === before;
+  });
+  const before = await resets();
+  await move(CORNER, [0, 0.01, 0]);
+  await until(async () => (await resets()) > before);
+  await evaluated(page);
 });
 
 test('the camera changes the levels of edges and asks the server for nothing', async () => {

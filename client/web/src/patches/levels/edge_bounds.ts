@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 import type { NormalMode } from 'latticed/v1/view_pb';
+import type { LatticeStructure } from '../../lattice/grid';
 import type { TopologyLayout } from '../../surface/topology_layout';
 
 /** Consecutive chunks of a view with ENCODING_PATCHES. */
@@ -23,6 +24,7 @@ export interface EdgeUpdate {
 /** The newest bounds of all edges of a view. */
 export class EdgeBounds {
   private newest: EdgeUpdate | undefined;
+  private ofStructure: LatticeStructure | undefined;
   /** Of all edges; longer than they are many. */
   private bytes = new Uint8Array(0);
   private edgeCount = 0;
@@ -35,6 +37,11 @@ export class EdgeBounds {
 
   get normals(): NormalMode | undefined {
     return this.newest?.normals;
+  }
+
+  /** The structure of the lattice that the bounds are of; undefined: not known yet. */
+  get structure(): LatticeStructure | undefined {
+    return this.ofStructure;
   }
 
   take(update: EdgeUpdate): void {
@@ -53,9 +60,14 @@ export class EdgeBounds {
     for (const chunk of this.changed) this.chunks.add(chunk);
   }
 
+  /** An update has come, with bounds or without, at whose revision the lattice has this structure, if that is known. */
+  updated(structure: LatticeStructure | undefined): void {
+    if (this.newest) this.ofStructure ??= structure; // a layout never gets another structure
+  }
+
   /** The view has points again. */
   clear(): void {
-    this.newest = undefined;
+    this.newest = this.ofStructure = undefined;
     this.bytes = new Uint8Array(0);
     this.edgeCount = 0;
     this.chunks = new Set();

@@ -4,7 +4,7 @@ import type { Edit, EditBatch, EditResult } from 'latticed/v1/edit_pb';
 import type { LatticeDelta } from 'latticed/v1/event_pb';
 import type { LatticeState } from 'latticed/v1/lattice_pb';
 import type { Lattice } from '../../lattice/lattice';
-import { sameStructure } from '../../lattice/grid';
+import { sameStructure, type LatticeStructure } from '../../lattice/grid';
 import { fromEdit } from '../../wire/edit_message';
 import { toLattice } from '../../wire/lattice_message';
 import { ServerError } from '../../wire/server_error';
@@ -27,6 +27,7 @@ export class LatticeSync {
   private readonly queue: EditQueue;
   private model: LatticeModel | undefined;
   private openGesture: OwnGesture | undefined;
+  private structureSince = 0n;  // the revision with which the newest structure came
   private isRestored = false;  // the scene was made again and its lattice has not arrived
   private toRepeat: Targets | undefined;  // this window's edits that a restored scene may lack
 
@@ -61,6 +62,7 @@ export class LatticeSync {
     this.model ??= new LatticeModel(lattice, state.structureId, state.revision, this.queue);
     const changed = this.model.takeState(lattice, state.structureId, state.revision);
     this.queue.reached(state.revision);
+    if (first || changed) this.structureSince = state.revision;
     if (changed) this.letGo(state.structureId === known ? undefined : state.structureId);
     const moved = this.model.refresh();
     if (first || changed) this.listeners.emit('lattice', this.model.shown);
@@ -97,6 +99,11 @@ export class LatticeSync {
   /** Whether the lattice that is shown is the server's at this revision. */
   isAt(revision: bigint): boolean {
     return this.model !== undefined && !this.queue.isPending && this.model.revision <= revision;
+  }
+
+  /** The structure that the lattice has at this revision, whose state has come; undefined if it has another one since. */
+  structureAt(revision: bigint): LatticeStructure | undefined {
+    return revision >= this.structureSince ? this.model?.shown : undefined;
   }
 
   /** Milliseconds since the newest sent edit up to `sequence`; undefined if an earlier call has reported it. */
@@ -153,11 +160,11 @@ export class LatticeSync {
 
   private show(targets: Targets): void {
     this.model!.show(targets);
-    this.pointsMoved(targets.indices);
+    this.pointsMoved(targets.indices, true);
   }
 
-  private pointsMoved(indices: Uint32Array): void {
-    if (indices.length) this.listeners.emit('points', indices);
+  private pointsMoved(indices: Uint32Array, isOwn = false): void {
+    if (indices.length) this.listeners.emit('points', indices, isOwn);
   }
 }
 

@@ -49,10 +49,14 @@ export class Hud {
     this.values['latency'].removeAttribute('title');
   }
 
-  /** An update without patches, which a gesture's last one often is, keeps the numbers of the one before. */
-  update(info: UpdateInfo, units: Units): void {
+  /**
+   * An update without patches, which a gesture's last one often is, keeps the numbers of the one before.
+   *
+   * @param isEvaluated The page evaluates points by itself: its edits are shown, and measured, before an update comes.
+   */
+  update(info: UpdateInfo, units: Units, isEvaluated: boolean): void {
     if (info.patchesSent > 0) this.arrivals.push(performance.now());
-    if (info.msFromEdit !== undefined) this.undrawn = performance.now() - info.msFromEdit;
+    if (info.msFromEdit !== undefined && !isEvaluated) this.undrawn = performance.now() - info.msFromEdit;
     if (info.patchesSent > 0) {
       this.values['bytes'].textContent = bytes(info.bytes);
       this.values['patches'].textContent =
