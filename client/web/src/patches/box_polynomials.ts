@@ -21,7 +21,8 @@ export class BoxPolynomials {
   readonly boxCount: number;
   private readonly spans: readonly [Span[], Span[], Span[]];
   private readonly isStale: Uint8Array;
-  private readonly terms: readonly [number, number, number];
+  /** Powers on each axis, 0 included. */
+  readonly terms: readonly [number, number, number];
 
   constructor(private readonly structure: LatticeStructure, private readonly origin: Vec3, outside: PatchPlan['outside']) {
     this.spans = spansOf(structure);

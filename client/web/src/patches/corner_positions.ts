@@ -15,7 +15,7 @@ export class CornerPositions {
   private readonly locals: Float64Array;
   private readonly boxesOfChunk: readonly (readonly number[])[];
 
-  constructor(private readonly plan: PatchPlan, private readonly layout: TopologyLayout, private readonly boxes: BoxPolynomials, boxOfPatch: (patch: number) => number) {
+  constructor(private readonly plan: PatchPlan, layout: TopologyLayout, private readonly boxes: BoxPolynomials, boxOfPatch: (patch: number) => number) {
     const { vertexCount, insideCount, corners, places } = plan;
     this.positions = new Float64Array(3 * vertexCount);
     this.locals = new Float64Array(3 * vertexCount);
@@ -63,19 +63,5 @@ export class CornerPositions {
       if (isChanged[box]) this.boxes.at(box, this.locals.subarray(3 * vertex, 3 * vertex + 3) as never, this.positions, 3 * vertex);
     }
     return Array.from(this.boxesOfChunk.keys()).filter((chunk) => this.boxesOfChunk[chunk]!.some((box) => isChanged[box]));
-  }
-
-  /** min x y z, max x y z of the vertices of a chunk. */
-  extentOf(chunk: number): Float32Array {
-    const extent = Float32Array.of(Infinity, Infinity, Infinity, -Infinity, -Infinity, -Infinity);
-    const { corners } = this.plan;
-    for (let at = 3 * this.layout.firstPatch[chunk]!; at < 3 * this.layout.firstPatch[chunk + 1]!; ++at) {
-      for (let axis = 0; axis < 3; ++axis) {
-        const x = this.positions[3 * corners[at]! + axis]!;
-        extent[axis] = Math.min(extent[axis]!, x);
-        extent[axis + 3] = Math.max(extent[axis + 3]!, x);
-      }
-    }
-    return extent;
   }
 }

@@ -11,6 +11,7 @@ import { EvaluatedPoints } from '../surface/evaluated_points';
 import type { SurfaceMesh } from '../surface/surface_mesh';
 import type { TopologyLayout } from '../surface/topology_layout';
 import { ServerError } from '../wire/server_error';
+import { ChunkExtents } from './chunk_extents';
 import { ChosenLevels, type SeenTolerance } from './levels/chosen_levels';
 import { CornerPositions } from './corner_positions';
 import { patternCodes, UNKNOWN_BEND } from './levels/edge_levels';
@@ -30,6 +31,7 @@ interface Stage {
   readonly evaluator: PatchEvaluator;
   readonly points: EvaluatedPoints;
   readonly corners: CornerPositions;
+  readonly extents: ChunkExtents;
   readonly chosen: ChosenLevels;
   /** Of all edges. */
   readonly bytes: Uint8Array;
@@ -133,20 +135,20 @@ export class PatchSurface {
       return true;
     } catch (error) {
       this.fail(error as Error);
+      return false;
     } finally {
       this.restore();
-      return false;
     }
   }
 
-  /** Frees what the GPU holds. The next frame begins anew. */
-  dispose(): void {
   /** Whether the bounds are of the structure of the page's lattice. If not, others will come. */
   private get isOfOneStructure(): boolean {
     const { structure } = this.surface.edgeBounds;
     return structure !== undefined && sameStructure(structure, this.source.lattice());
   }
 
+  /** Frees what the GPU holds. The next frame begins anew. */
+  dispose(): void {
     clearTimeout(this.askAgain);
     this.disposeStage();
     this.plan = undefined;
@@ -204,6 +206,7 @@ export class PatchSurface {
     if (this.hasMoved) {
       const { boxes, seams } = evaluator.update(this.source.lattice().points);
       moved = corners.update(boxes);
+      stage.extents.update(boxes);
       chunks = seams ? undefined : moved;
       this.hasMoved = false;
     }
@@ -223,7 +226,7 @@ export class PatchSurface {
     const measured = chunks === undefined ? stage.layout.firstPatch.subarray(0, -1).keys() : moved;
     this.surface.applyEvaluation({
       points, normals: stage.plan.hasNormals, grid: { origin: stage.plan.origin, step: 1, range: 0, normalBits: 0 },
-      extents: new Map(Array.from(measured, (chunk) => [chunk, corners.extentOf(chunk)])),
+      extents: new Map(Array.from(measured, (chunk) => [chunk, stage.extents.of(chunk)])),
     });
     this.source.changed();
   }
@@ -236,9 +239,11 @@ export class PatchSurface {
     this.disposeStage();
     if (plan.patchCount !== layout.patchCount) throw new Error('The patch plan is of another surface.');
     const evaluator = new PatchEvaluator(this.gl, plan, lattice);
+    const boxOf = (patch: number): number => evaluator.boxOf(patch);
+    const corners = new CornerPositions(plan, layout, evaluator.boxes, boxOf);
     this.stage = {
       plan, layout, structure: lattice, evaluator, points: new EvaluatedPoints(layout, evaluator.buffers),
-      corners: new CornerPositions(plan, layout, evaluator.boxes, (patch) => evaluator.boxOf(patch)),
+      corners, extents: new ChunkExtents(plan, layout, evaluator.boxes, corners, boxOf),
       chosen: new ChosenLevels(plan), bytes: new Uint8Array(plan.edgeCount).fill(UNKNOWN_BEND),
       isAhead: !this.isInStep, error: 0,
     };
