@@ -74,18 +74,21 @@ test('errors are sentences: too large says how much is free, a role which one it
 
 test('an export is asked for as it is shown, and one that the server has no memory for is refused in words', async () => {
   const asked: string[] = [];
-  const answers = [new Response('ply', { headers: { 'content-disposition': "attachment; filename*=UTF-8''a%20b.ply" } }),
+  const named = { 'content-disposition': "attachment; filename*=UTF-8''a%20b.ply" };
+  const answers = [new Response('ply', { headers: named }), new Response('ply', { headers: { ...named, 'latticed-certified-error': '0.0125' } }),
     new Response('the export needs 8255887100 bytes, 731283 are free\n', { status: 429 })];
   const fetchOfNode = globalThis.fetch;
   globalThis.fetch = (address) => (asked.push(String(address)), Promise.resolve(answers.shift()!));
   try {
     const view = { segments: 20, normals: 'facet', geometry: 'original' } as const;
-    const download = () => downloadExport(new LatticedServer('http://test'), 'scene-1', 'ply', view, () => undefined,
-      new AbortController().signal);
-    assert.equal((await download()).name, 'a b.ply');
+    const download = (tolerance = 0) => downloadExport(new LatticedServer('http://test'), 'scene-1', 'ply', { ...view, tolerance },
+      () => undefined, new AbortController().signal);
+    const [first, second] = [await download(), await download(0.02)];
+    assert.deepEqual([first.name, first.certifiedError, second.certifiedError], ['a b.ply', 0, 0.0125]);
     const refusal = await download().then(() => 'none', inWords);
 
-    assert.deepEqual(asked, Array(2).fill('http://test/export/scene-1.ply?segments=20&normals=facet&geometry=original'));
+    assert.deepEqual(asked, ['', '&tolerance=0.02', ''].map((more) =>
+      `http://test/export/scene-1.ply?segments=20${more}&normals=facet&geometry=original`));
     assert.equal(refusal, 'Too large for the server: 8.26 GB of memory are needed for the export, and 731 kB are free.');
   } finally {
     globalThis.fetch = fetchOfNode;

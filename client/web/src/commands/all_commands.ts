@@ -13,6 +13,7 @@ import type { PeopleHere } from '../people_here';
 import type { SceneOpener } from '../scene_opener';
 import type { SceneView } from '../scene_view';
 import type { Settings } from '../state/settings';
+import { lengthsInWords } from '../state/units';
 import type { Command, CommandGroup, Commands } from '../ui/commands';
 import { showExportDialog } from '../ui/dialogs/export_dialog';
 import { showHelp } from '../ui/dialogs/help';
@@ -70,13 +71,19 @@ class Makers {
 function fileCommands(app: CommandTarget): Command[] {
   const { always, onScene } = new Makers(app, 'File');
   const open = (accept: string) => () => chooseFiles(accept, (files) => app.opener.takeFiles(files));
-  const showExport = ({ session }: SceneView): void =>
+  const showExport = ({ session, units }: SceneView): void =>
     showExportDialog({
       formats: EXPORT_FORMATS,
-      view: { ...app.settings.value.view, geometry: app.settings.value.exportGeometry },
+      view: app.settings.value.view,
+      last: app.settings.value,
+      diagonal: session.surface.bounds.min.distanceTo(session.surface.bounds.max),
+      units,
       patches: session.surface.patchCount,
-      last: app.settings.value.exportFormat,
-      chosen: (exportFormat, exportGeometry) => app.settings.set({ exportFormat, exportGeometry }),
+      chosen: (choice) => app.settings.set(choice),
+      saved: ({ name, certifiedError }) => {
+        if (certifiedError === 0) return;
+        app.toasts.tell(`${name} is within ${lengthsInWords([certifiedError], units, 2)} of the exact surface, at any point.`);
+      },
       write: (...order) => downloadExport(app.services.server, session.sceneId, ...order),
     });
   return [

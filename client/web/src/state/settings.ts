@@ -59,6 +59,9 @@ export const DEFAULT_SETTINGS = {
   /** The format in which a surface was exported last. */
   exportFormat: 'glb' as ExportFormat,
   exportGeometry: 'exact' as ExportGeometry,
+  exportDetail: 'segments' as 'segments' | 'tolerance',
+  /** Of an export by tolerance, as a part of the diagonal of the surface's bounds. */
+  exportTolerance: 1e-4,
   theme: 'system' as Theme,
   /** The name and colour that others see. */
   you: { name: '', colour: 'random' } as You,
@@ -70,8 +73,8 @@ export type Settings = typeof DEFAULT_SETTINGS;
 
 /** The settings that a browser remembers between visits: taste, nothing that depends on one mesh. */
 const REMEMBERED = [
-  'gizmo', 'orientation', 'pivot', 'through', 'theme', 'light', 'shadow', 'upAxes', 'exportFormat', 'exportGeometry', 'you', 'detail',
-  'pixels',
+  'gizmo', 'orientation', 'pivot', 'through', 'theme', 'light', 'shadow', 'upAxes', 'exportFormat', 'exportGeometry', 'exportDetail',
+  'exportTolerance', 'you', 'detail', 'pixels',
 ] as const;
 const STORAGE_KEY = 'latticed.settings';
 

@@ -185,6 +185,31 @@ test('an export has the segments and normals that the page shows, or the segment
   assert.equal(await page.evaluate(() => window.latticed.settings.value.view.segments), 3); // the view does not change
 });
 
+test('an export by tolerance has points only where the surface bends, and the dialog remembers the tolerance', async () => {
+  const [patches, diagonal] = await page.evaluate(() => {
+    const { patchCount, bounds } = window.latticed.scene!.session.surface;
+    return [patchCount, bounds.min.distanceTo(bounds.max)];
+  });
+  await page.keyboard.press('Control+e');
+  await page.getByRole('radio', { name: 'By tolerance' }).click();
+  const tolerance = page.getByRole('spinbutton', { name: 'Tolerance' });
+  assert.equal(Number(await tolerance.inputValue()), Number((1e-4 * diagonal).toPrecision(3)));
+  await page.getByText(/^Within \S+ \S+ of the exact surface, 0\.0001 of its diagonal; no normals$/).waitFor();
+  await tolerance.fill('-1');
+  await page.getByText('The tolerance is a length.').waitFor();
+  assert.equal(await page.locator('.export-choice:enabled').count(), 0);
+  await tolerance.fill('0.02');
+  const faces = (await exported('stl')).bytes.readUInt32LE(80);
+  assert.ok(faces >= patches && faces < 9 * patches, `${faces} triangles of ${patches} patches`);
+  const told = await page.locator('.toast').getByText(/\.stl is within \S+ \S+ of the exact surface, at any point\.$/).innerText();
+  assert.ok(Number(/within (\S+)/.exec(told)![1]) <= 0.02, told);
+
+  await page.keyboard.press('Control+e');
+  assert.equal(await tolerance.inputValue(), '0.02');
+  await page.getByRole('radio', { name: 'By segments' }).click();
+  await exported('stl');
+});
+
 test('the original mesh is exported with its own faces, and the dialog remembers that', async () => {
   await page.keyboard.press('Control+e');
   await page.getByRole('radio', { name: 'Original mesh' }).click();
