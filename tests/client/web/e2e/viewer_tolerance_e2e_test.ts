@@ -111,15 +111,11 @@ interface Mask {
   readonly width: number;
 }
 
-async function mask(): Promise<Mask> {
-  const show = async (surface: boolean): Promise<Picture> => {
-    await page.evaluate((shown) => window.latticed.settings.set({ surface: shown, cage: false, gizmo: 'none', shadow: false }), surface);
-    await frames(page);
-    return picture(page);
-  };
-  const empty = await show(false);
-  const seen = await show(true);
-  return { all: new Set(differing(empty, seen)), width: seen.width };
+/** The view with the surface, or without. */
+async function pictureWith(surface: boolean): Promise<Picture> {
+  await page.evaluate((shown) => window.latticed.settings.set({ surface: shown, cage: false, gizmo: 'none', shadow: false }), surface);
+  await frames(page);
+  return picture(page);
 }
 
 /** The pixels of one mask that are not within a pixel of the other. */
@@ -128,44 +124,54 @@ function beyond(one: Mask, other: Mask): number {
   return [...one.all].filter((pixel) => !around.some((step) => other.all.has(pixel + step))).length;
 }
 
-/** Waits until the surface of the settings as they are has come. */
+/** Waits until the surface of the settings as they are has come, and is shown. */
 async function settled(): Promise<void> {
-  await frames(page);
-  await until(() => page.evaluate(() => {
-    const { askedView, surface } = window.latticed.scene!.session;
-    return surface.layout!.segments === (askedView.tolerance! > 0 ? 0 : askedView.segments!);
-  }));
-  await page.waitForTimeout(500);
+  await frames(page); // in which a view is asked for
+  await page.waitForFunction(() => {
+    const { isEvaluated, session } = window.latticed.scene!;
+    const { askedView: asked, surface } = session;
+    const came = (session as unknown as { stream: { grantedView: typeof asked } }).stream.grantedView; // of the newest update
+    const isSame = came.encoding === asked.encoding && came.tolerance === asked.tolerance && came.normals === asked.normals;
+    return isSame && (isEvaluated ? surface.certifiedError > 0 : surface.layout!.segments === (asked.tolerance! > 0 ? 0 : asked.segments!));
+  });
   await frames(page);
 }
 
-test('the outline by tolerance is that of 32 segments to a pixel, from three sides; that of 20 pixels is not', async () => {
+test('outlines by Draco within a tolerance, by patches and by 10 and 32 segments agree to a pixel, from three sides; that of 20 pixels does not', async () => {
   await page.evaluate(() => {
     const { session } = window.latticed.scene!;
     session.replace(session.lattice.points.map((x, i) => x + 0.35 * Math.sin(5 * i * i + 1)));
   });
-  await setView({ segments: 32 });
   await page.evaluate(() => window.latticed.settings.set({ cage: false })); // the surface alone fills the view
+  const forms = {
+    '32 segments': ['draco', 'segments', 32, 0.5], '10 segments': ['draco', 'segments', 10, 0.5], tolerance: ['draco', 'tolerance', 32, 0.5],
+    coarse: ['draco', 'tolerance', 32, 20], patches: ['patches', 'tolerance', 32, 0.5],
+  } as const;
   for (const [side, from] of ([[3, -4, 2.4], [1, -3, 0.4], [-2, 1, -3]] as const).entries()) {
     await page.evaluate((direction) => {
       window.latticed.viewport.rig.lookFrom(direction);
       window.latticed.scene!.frameAll();
     }, from);
-    const seen: Mask[] = [];
-    const points: number[] = [];
-    for (const [detail, pixels] of [['segments', 0.5], ['tolerance', 0.5], ['tolerance', 20]] as const) {
-      await page.evaluate((setting) => window.latticed.settings.set(setting), { detail, pixels });
+    const empty = await pictureWith(false);
+    const seen = {} as Record<keyof typeof forms, Mask & { readonly points: number }>;
+    for (const [name, [encoding, detail, segments, pixels]] of Object.entries(forms) as [keyof typeof forms, (typeof forms)['patches']][]) {
+      await page.evaluate(([form, by, count, within]) => {
+        const { settings } = window.latticed;
+        settings.set({ detail: by, pixels: within, view: { ...settings.value.view, encoding: form, segments: count } });
+      }, [encoding, detail, segments, pixels] as const);
       await settled();
-      seen.push(await mask());
-      points.push((await told()).points);
-      await shot(`viewer_tolerance_${side}_${detail}_${pixels}`);
+      const shown = await pictureWith(true);
+      seen[name] = { all: new Set(differing(empty, shown)), width: shown.width, points: (await told()).points };
+      await shot(`viewer_tolerance_${side}_${name.replace(' ', '_')}`);
     }
-    const [fine, half, coarse] = seen;
+    const { '32 segments': fine, coarse, ...others } = seen;
     assert.ok(fine.all.size > 10_000);
-    assert.ok(points[1] < points[0] / 4, `${points}`);
-    assert.equal(beyond(fine, half) + beyond(half, fine), 0, `${side}: ${points} points`);
+    for (const [name, other] of Object.entries(others)) {
+      if (name !== '10 segments') assert.ok(other.points < fine.points / 4, `${name}: ${other.points} of ${fine.points}`);
+      assert.equal(beyond(fine, other) + beyond(other, fine), 0, `${side}: ${name}, ${other.points} points`);
+    }
     const beside = beyond(fine, coarse) + beyond(coarse, fine);
-    assert.ok(beside > 20, `from ${from}, ${points} points: ${beside} pixels beside`);
+    assert.ok(beside > 20, `from ${from}, ${coarse.points} points: ${beside} pixels beside`);
   }
 });
 
