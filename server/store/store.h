@@ -1,0 +1,86 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What outlives the server: meshes, scenes, and the log of each scene's edits.
+//
+// A scene is a header, which never changes, and records 1, 2, 3, … that are appended to it. A record's number is its
+// lsn. A snapshot stands for all records up to its own lsn, and the store may then forget those. The store does not read
+// headers, records and snapshots (scene_codec.h makes them), but it notices when one was damaged.
+//
+//   record     Append returns at once. Its `done` is called when the record survives a crash of the machine
+//   the rest   is durable when the call returns OK
+//
+// A record that could not be written breaks its scene: this Append and all later ones are refused until ReadScene
+// has told its caller what is stored. The next lsn is then the one after what ReadScene returned.
+//
+// Errors   kNotFound, kAlreadyExists; kDataLoss naming what is damaged; kResourceExhausted, reason STORE, where the disk is
+//          full or too much waits; kUnavailable, reason STORE, for every other failure of the medium
+// Threads  safe
+#ifndef LATTICED_SERVER_STORE_STORE_H_
+#define LATTICED_SERVER_STORE_STORE_H_
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+
+namespace latticed {
+
+// Something that is kept by its id, and its description.
+struct StoredEntry {
+  std::string id;
+  std::string header;
+};
+
+// What a scene's next life begins with.
+struct SceneLog {
+  std::string header;
+  uint64_t snapshot_lsn = 0;  // 0: there is no snapshot
+  std::string snapshot;
+  std::vector<std::string> records;  // from snapshot_lsn + 1 on
+
+  uint64_t lsn() const { return snapshot_lsn + records.size(); }
+};
+
+class Store {
+ public:
+  using Done = std::function<void(const absl::Status&)>;
+
+  virtual ~Store() = default;
+
+  // kAlreadyExists.
+  [[nodiscard]] virtual absl::Status CreateScene(std::string_view id, std::string header) = 0;
+  // With its log. kNotFound.
+  [[nodiscard]] virtual absl::Status DeleteScene(std::string_view id) = 0;
+  // In order of id.
+  [[nodiscard]] virtual absl::StatusOr<std::vector<StoredEntry>> Scenes() = 0;
+  // Waits for the appends under way. kNotFound, kDataLoss.
+  [[nodiscard]] virtual absl::StatusOr<SceneLog> ReadScene(std::string_view id) = 0;
+  // Appends record `lsn`, which is one more than the last. Calls `done` once, on a thread of the store and with none of
+  // its locks held, in the order of the calls for one scene. Without a record (lsn 0, empty) nothing is written, and
+  // `done` is called in its turn: after all that was appended to the scene before.
+  virtual void Append(std::string_view scene, uint64_t lsn, std::string record, Done done) = 0;
+  // OK if more may be appended now; kResourceExhausted, reason STORE, while too much waits to be written.
+  [[nodiscard]] virtual absl::Status Admit() = 0;
+  // Replaces the scene's snapshot, later and in its turn after what was appended before. A failure is logged and changes
+  // nothing.
+  virtual void PutSnapshot(std::string_view scene, uint64_t lsn, std::string snapshot) = 0;
+
+  // `id` is the SHA-256 of `bytes`, in hex. The same mesh again keeps what there is.
+  [[nodiscard]] virtual absl::Status PutMesh(std::string_view id, std::string header,
+                                             std::string_view bytes) = 0;
+  // kNotFound.
+  [[nodiscard]] virtual absl::Status DeleteMesh(std::string_view id) = 0;
+  // In order of id.
+  [[nodiscard]] virtual absl::StatusOr<std::vector<StoredEntry>> Meshes() = 0;
+  // kNotFound; kDataLoss if the bytes do not have that hash.
+  [[nodiscard]] virtual absl::StatusOr<std::string> ReadMesh(std::string_view id) = 0;
+};
+
+}  // namespace latticed
+
+#endif  // LATTICED_SERVER_STORE_STORE_H_
