@@ -11,10 +11,13 @@
 //   the rest   is durable when the call returns OK
 //
 // A record that could not be written breaks its scene: this Append and all later ones are refused until ReadScene
-// has told its caller what is stored. The next lsn is then the one after what ReadScene returned.
+// has told its caller what is stored. The next lsn is then the one after what ReadScene returned. A record that was
+// refused is not stored, with one exception: if the machine crashes before the store accepts another write, the next
+// ReadScene may find it.
 //
 // Errors   kNotFound, kAlreadyExists; kDataLoss naming what is damaged; kResourceExhausted, reason STORE, where the disk is
-//          full or too much waits; kUnavailable, reason STORE, for every other failure of the medium
+//          full or too much waits; kUnavailable, reason STORE, for every other failure of the medium;
+//          kFailedPrecondition where a record is not the next
 // Threads  safe
 #ifndef LATTICED_SERVER_STORE_STORE_H_
 #define LATTICED_SERVER_STORE_STORE_H_
@@ -34,6 +37,7 @@ namespace latticed {
 struct StoredEntry {
   std::string id;
   std::string header;
+  absl::Status damage;  // kDataLoss: the header is damaged, and left out here
 };
 
 // What a scene's next life begins with.
@@ -61,10 +65,12 @@ class Store {
   // Waits for the appends under way. kNotFound, kDataLoss.
   [[nodiscard]] virtual absl::StatusOr<SceneLog> ReadScene(std::string_view id) = 0;
   // Appends record `lsn`, which is one more than the last. Calls `done` once, on a thread of the store and with none of
-  // its locks held, in the order of the calls for one scene. Without a record (lsn 0, empty) nothing is written, and
-  // `done` is called in its turn: after all that was appended to the scene before.
+  // its locks held, in the order of the calls for one scene. `done` may call Append, PutSnapshot and Admit; the other
+  // functions wait for the thread that it is on. Without a record (lsn 0, empty) nothing is written, and `done` is
+  // called in its turn: after all that was appended to the scene before.
   virtual void Append(std::string_view scene, uint64_t lsn, std::string record, Done done) = 0;
-  // OK if more may be appended now; kResourceExhausted, reason STORE, while too much waits to be written.
+  // OK if more may be appended now. Else the refusal of an edit, with a time to try again: kResourceExhausted while too
+  // much waits to be written, and what the medium answered last for as long as it refuses writes.
   [[nodiscard]] virtual absl::Status Admit() = 0;
   // Replaces the scene's snapshot, later and in its turn after what was appended before. A failure is logged and changes
   // nothing.

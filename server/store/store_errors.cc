@@ -1,0 +1,57 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/store/store_errors.h"
+
+#include <string>
+
+#include "core/base/error.h"
+#include "fmt/format.h"
+
+namespace latticed::error {
+namespace {
+
+constexpr char kStoreReason[] = "STORE";
+constexpr uint32_t kRetryBusyMs = 100;  // in which time a disk takes the bytes that may wait
+constexpr uint32_t kRetryFailedMs = 1'000;
+
+absl::Status OfStore(absl::StatusCode code, std::string message, uint32_t retry_after_ms) {
+  return WithDetails(absl::Status(code, message),
+                     {.reason = kStoreReason, .retry_after_ms = retry_after_ms});
+}
+
+}  // namespace
+
+absl::Status StoreFull(std::string_view problem) {
+  return OfStore(absl::StatusCode::kResourceExhausted,
+                 fmt::format("the store has no room: {}", problem), kRetryFailedMs);
+}
+
+absl::Status StoreBusy(uint64_t waiting_bytes, uint64_t most_bytes) {
+  return OfStore(
+      absl::StatusCode::kResourceExhausted,
+      fmt::format(
+          "the store is slow: {} bytes wait to be written, at most {} may; try again in {} ms",
+          waiting_bytes, most_bytes, kRetryBusyMs),
+      kRetryBusyMs);
+}
+
+absl::Status StoreFailed(std::string_view problem) {
+  return OfStore(absl::StatusCode::kUnavailable, fmt::format("the store fails: {}", problem),
+                 kRetryFailedMs);
+}
+
+absl::Status Damaged(std::string_view what, std::string_view problem) {
+  return OfStore(absl::StatusCode::kDataLoss, fmt::format("{} is damaged: {}", what, problem), 0);
+}
+
+absl::Status NotNextRecord(std::string_view scene, uint64_t next, uint64_t got) {
+  return absl::FailedPreconditionError(
+      fmt::format("scene '{}': record {} was appended where {} is next", scene, got, next));
+}
+
+bool IsOfMedium(const absl::Status& status) {
+  return !status.ok() && !absl::IsNotFound(status) && !absl::IsAlreadyExists(status) &&
+         !absl::IsFailedPrecondition(status);
+}
+
+}  // namespace latticed::error

@@ -1,0 +1,30 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Errors of stores. Those of the medium have the reason STORE, and say when to try again.
+#ifndef LATTICED_SERVER_STORE_STORE_ERRORS_H_
+#define LATTICED_SERVER_STORE_STORE_ERRORS_H_
+
+#include <cstdint>
+#include <string_view>
+
+#include "absl/status/status.h"
+
+namespace latticed::error {
+
+// RESOURCE_EXHAUSTED: the medium has no room.
+[[nodiscard]] absl::Status StoreFull(std::string_view problem);
+// RESOURCE_EXHAUSTED: too much waits to be written.
+[[nodiscard]] absl::Status StoreBusy(uint64_t waiting_bytes, uint64_t most_bytes);
+// UNAVAILABLE: the medium failed in another way.
+[[nodiscard]] absl::Status StoreFailed(std::string_view problem);
+// DATA_LOSS. `what` names the damaged thing: "scene 'gear': record 17".
+[[nodiscard]] absl::Status Damaged(std::string_view what, std::string_view problem);
+// FAILED_PRECONDITION: the caller's mistake.
+[[nodiscard]] absl::Status NotNextRecord(std::string_view scene, uint64_t next, uint64_t got);
+// Whether the medium caused it: not a mistake of the caller, nor something that does not exist or exists already.
+[[nodiscard]] bool IsOfMedium(const absl::Status& status);
+
+}  // namespace latticed::error
+
+#endif  // LATTICED_SERVER_STORE_STORE_ERRORS_H_
