@@ -60,24 +60,20 @@ absl::Status Conflict(std::string_view what, std::string_view editor_id) {
       {.reason = "UNDO_CONFLICT", .metadata = {{"editor_id", std::string(editor_id)}}});
 }
 
-// Returns the edit of a batch of one, outside of gestures, if it is of this kind. Else null.
-template <typename T>
-const T* Lone(const EditBatch& batch) {
-  if (batch.edits.size() != 1 || !batch.gesture_id.empty()) return nullptr;
-  return std::get_if<T>(&batch.edits.front());
-}
-
 std::pair<std::optional<StructureEdit>, std::string_view> LoneStructureEdit(
     const EditBatch& batch) {
-  if (const auto* insert = Lone<InsertKnot>(batch)) return {*insert, "edits[0].insert_knot"};
-  if (const auto* edit = Lone<ReplaceLattice>(batch)) return {*edit, "edits[0].replace_lattice"};
+  if (const auto* insert = LoneEdit<InsertKnot>(batch)) return {*insert, "edits[0].insert_knot"};
+  if (const auto* edit = LoneEdit<ReplaceLattice>(batch))
+    return {*edit, "edits[0].replace_lattice"};
   return {};
 }
 
 }  // namespace
 
-EditHistory::EditHistory(Lattice initial)
-    : layers_(std::move(initial)), ledger_(static_cast<size_t>(limits::kMaxEditorsRemembered)) {}
+EditHistory::EditHistory(Lattice initial) : EditHistory(EditLayers(std::move(initial))) {}
+
+EditHistory::EditHistory(EditLayers layers)
+    : layers_(std::move(layers)), ledger_(static_cast<size_t>(limits::kMaxEditorsRemembered)) {}
 
 absl::Status EditHistory::PutOff() {
   absl::Status status(absl::StatusCode::kUnavailable, "the structure is not yet prepared");
@@ -106,7 +102,10 @@ absl::StatusOr<EditOutcome> EditHistory::Apply(const EditBatch& batch, TimePoint
   const std::vector<Vec3d> before = lattice().control_points;
   const uint64_t structure_before = structure_id_;
   EditOutcome outcome;
-  outcome.summary.status = ApplyNew(batch, now, admit, outcome.summary);
+  const auto restructured = [&](const StructureEdit& edit, std::string_view field) {
+    return ChangeStructure(lattice(), edit, field, admit);
+  };
+  outcome.summary.status = ApplyNew(batch, now, admit, restructured, outcome.summary);
   if (IsPutOff(outcome.summary.status)) return outcome.summary.status;
   if (outcome.summary.status.ok()) ++revision_;
   outcome.summary.sequence = batch.sequence;
@@ -122,23 +121,30 @@ absl::StatusOr<EditOutcome> EditHistory::Apply(const EditBatch& batch, TimePoint
           std::max(outcome.summary.largest_move, Norm(after[i] - before[i]));
     }
   }
-  ledger_.Store(batch.editor_id, outcome.summary);
+  Keep(batch, outcome.summary);
   if (!outcome.summary.status.ok()) return outcome.summary.status;
   return outcome;
 }
 
+void EditHistory::Keep(const EditBatch& batch, const EditSummary& summary) {
+  ledger_.Store(batch.editor_id, summary);
+  ++records_;
+}
+
 absl::Status EditHistory::ApplyNew(const EditBatch& batch, TimePoint now,
-                                   const AdmitStructure& admit, EditSummary& summary) {
+                                   const AdmitStructure& admit, Restructurer restructured,
+                                   EditSummary& summary) {
   CommitIdleGestures(now);
   if (!batch.refusal.ok()) return batch.refusal;
   LATTICED_RETURN_IF_ERROR(CheckPreconditions(batch));
   absl::Status status;
-  if (const Undo* undo = Lone<Undo>(batch); undo != nullptr) {
+  if (const Undo* undo = LoneEdit<Undo>(batch); undo != nullptr) {
     status = UndoStep(batch.editor_id, undo->scope, admit);
-  } else if (Lone<Redo>(batch) != nullptr) {
-    status = RedoStep(batch.editor_id, admit, summary);
+  } else if (LoneEdit<Redo>(batch) != nullptr) {
+    status = RedoStep(batch.editor_id, restructured, summary);
   } else if (const auto [edit, field] = LoneStructureEdit(batch); edit.has_value()) {
-    status = Restructure(EditStep{.editor_id = batch.editor_id}, *edit, field, admit, summary);
+    status =
+        Restructure(EditStep{.editor_id = batch.editor_id}, *edit, field, restructured, summary);
     if (status.ok()) ForgetUndone(batch.editor_id);
   } else if (Cancels(batch)) {
     // A client may cancel a gesture whose first update it never sent. Nothing is taken back then.
@@ -225,8 +231,8 @@ void EditHistory::WritePoints(const EditTarget& target, EditStep& step) {
 // Changes the structure as a new step; also redoes a change. The lattice may have changed since that was undone, so the
 // edit is applied to the present one.
 absl::Status EditHistory::Restructure(EditStep step, StructureEdit edit, std::string_view field,
-                                      const AdmitStructure& admit, EditSummary& summary) {
-  LATTICED_ASSIGN_OR_RETURN(auto change, ChangeStructure(lattice(), edit, field, admit));
+                                      Restructurer restructured, EditSummary& summary) {
+  LATTICED_ASSIGN_OR_RETURN(auto change, restructured(edit, field));
   auto& [structure, control_points] = change.lattice;
   CommitGestures("", "");
   // Undone steps above this one name its id. They may be redone only if their indices mean the same as before.
@@ -264,7 +270,7 @@ absl::Status EditHistory::UndoStep(std::string_view editor_id, UndoScope scope,
   if (structural) {
     LATTICED_RETURN_IF_ERROR(admit(layers_.StructureWithout(found)));
   }
-  Undone undone{layers_.Remove(found), std::string(editor_id), ++clock_};
+  UndoneStep undone{layers_.Remove(found), std::string(editor_id), ++clock_};
   if (structural) ++structure_id_;
   undone.step.Close(false);
   undone_bytes_ += undone.step.MemoryBytes();
@@ -272,10 +278,10 @@ absl::Status EditHistory::UndoStep(std::string_view editor_id, UndoScope scope,
   return absl::OkStatus();
 }
 
-absl::Status EditHistory::RedoStep(std::string_view editor_id, const AdmitStructure& admit,
+absl::Status EditHistory::RedoStep(std::string_view editor_id, Restructurer restructured,
                                    EditSummary& summary) {
   const auto found = std::find_if(undone_.rbegin(), undone_.rend(),
-                                  [&](const Undone& u) { return u.undone_by == editor_id; });
+                                  [&](const UndoneStep& u) { return u.undone_by == editor_id; });
   if (found == undone_.rend()) {
     return error::FailedPrecondition("NOTHING_TO_REDO", "this editor has no undone step left");
   }
@@ -291,7 +297,7 @@ absl::Status EditHistory::RedoStep(std::string_view editor_id, const AdmitStruct
     if (auto* replace = std::get_if<ReplaceLattice>(&edit)) {
       replace->lattice = {found->step.structural->structure, found->step.positions};
     }
-    auto status = Restructure(found->step, std::move(edit), "edits[0].redo", admit, summary);
+    auto status = Restructure(found->step, std::move(edit), "edits[0].redo", restructured, summary);
     if (status.ok()) TakeUndone(position);
     return status;
   }
@@ -304,7 +310,7 @@ absl::Status EditHistory::RedoStep(std::string_view editor_id, const AdmitStruct
   return absl::OkStatus();
 }
 
-EditStep EditHistory::TakeUndone(std::deque<Undone>::iterator position) {
+EditStep EditHistory::TakeUndone(std::deque<UndoneStep>::iterator position) {
   undone_bytes_ -= position->step.MemoryBytes();
   EditStep step = std::move(position->step);
   undone_.erase(position);
@@ -312,7 +318,7 @@ EditStep EditHistory::TakeUndone(std::deque<Undone>::iterator position) {
 }
 
 void EditHistory::ForgetUndone(std::string_view editor_id) {
-  std::erase_if(undone_, [&](const Undone& undone) {
+  std::erase_if(undone_, [&](const UndoneStep& undone) {
     if (undone.undone_by != editor_id) return false;
     undone_bytes_ -= undone.step.MemoryBytes();
     return true;

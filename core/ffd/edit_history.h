@@ -17,6 +17,9 @@
 //           returns this result, also if it is an error, and changes nothing. A lower one is kAborted OUT_OF_ORDER.
 //           A batch without a usable editor_id or sequence is not kept: it has no key, and sequence 0 means "not set".
 //
+// Records   What a batch did can be taken as an EditRecord. A history that began with the same lattice and applies the
+//           records in order has the same bits in everything: lattice, steps, undone steps, kept results, revisions.
+//
 // Errors    kInvalidArgument naming the field; kAborted OUT_OF_ORDER, STRUCTURE_CHANGED, REVISION_CHANGED,
 //           UNDO_CONFLICT; kFailedPrecondition NOTHING_TO_UNDO, NOTHING_TO_REDO. A refused batch changes nothing but
 //           what is kept for replay.
@@ -32,8 +35,12 @@
 #include <string_view>
 #include <vector>
 
+#include "absl/functional/function_ref.h"
+#include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "core/ffd/edit_history_image.h"
 #include "core/ffd/edit_layers.h"
+#include "core/ffd/edit_record.h"
 #include "core/ffd/editor_ledger.h"
 #include "core/ffd/lattice_edit.h"
 
@@ -58,6 +65,9 @@ class EditHistory {
 
   // `initial` must be valid. The history begins at revision 0 and structure_id 1.
   explicit EditHistory(Lattice initial);
+  // Goes on from an image. kDataLoss naming what cannot be: an image from a file may be anything.
+  [[nodiscard]] static absl::StatusOr<EditHistory> FromImage(EditHistoryImage image);
+  [[nodiscard]] EditHistoryImage image() const;
 
   // Applies the whole batch or nothing. On success the revision rises by one, even if no control point changed. A scene
   // makes the plan for another structure in `admit`, and asks for memory there.
@@ -65,6 +75,14 @@ class EditHistory {
                                                   const AdmitStructure& admit);
   // Adds to the kept result of the editor's last batch what only the scene can count.
   void SetTouched(std::string_view editor_id, uint64_t boxes, uint64_t patches);
+
+  // The number of batches whose results were kept: each is one record.
+  uint64_t records() const { return records_; }
+  // What the last batch did, which was `batch` at `now` and raised records().
+  [[nodiscard]] EditRecord LastRecord(const EditBatch& batch, TimePoint now) const;
+  // Does what the record says, and counts it. kDataLoss if that is impossible here, or leads to another revision or
+  // structure than the record says; the history is then of no use.
+  [[nodiscard]] absl::Status ApplyRecord(const EditRecord& record);
 
   // Commits gestures that have been silent for limits::kGestureTimeoutSeconds. Apply does so itself; call this from a
   // timer where gesture_open() matters. It makes no revision.
@@ -88,36 +106,38 @@ class EditHistory {
   bool ForgetOldestEditor() { return ledger_.ForgetOldest(); }
 
  private:
-  struct Undone {
-    EditStep step;
-    std::string undone_by;
-    uint64_t undone_at = 0;
-  };
+  explicit EditHistory(EditLayers layers);
+
+  // How a structural edit changes the present lattice; `field` is its path.
+  using Restructurer = absl::FunctionRef<absl::StatusOr<StructureChange>(const StructureEdit& edit,
+                                                                         std::string_view field)>;
 
   absl::Status ApplyNew(const EditBatch& batch, TimePoint now, const AdmitStructure& admit,
-                        EditSummary& summary);
+                        Restructurer restructured, EditSummary& summary);
   absl::Status CheckPreconditions(const EditBatch& batch) const;
   absl::Status Write(const EditBatch& batch, TimePoint now, EditSummary& summary);
   void WritePoints(const EditTarget& target, EditStep& step);
   absl::Status Restructure(EditStep step, StructureEdit edit, std::string_view field,
-                           const AdmitStructure& admit, EditSummary& summary);
+                           Restructurer restructured, EditSummary& summary);
   absl::Status UndoStep(std::string_view editor_id, UndoScope scope, const AdmitStructure& admit);
-  absl::Status RedoStep(std::string_view editor_id, const AdmitStructure& admit,
+  absl::Status RedoStep(std::string_view editor_id, Restructurer restructured,
                         EditSummary& summary);
+  void Keep(const EditBatch& batch, const EditSummary& summary);
   size_t FindGesture(const EditBatch& batch) const;
   void CommitGestures(std::string_view editor_id, std::string_view except_gesture);
-  EditStep TakeUndone(std::deque<Undone>::iterator position);
+  EditStep TakeUndone(std::deque<UndoneStep>::iterator position);
   void ForgetUndone(std::string_view editor_id);
   void TrimHistory();
   size_t UndoBytes() const { return layers_.MemoryBytes() + undone_bytes_; }
 
   EditLayers layers_;
-  std::deque<Undone> undone_;
+  std::deque<UndoneStep> undone_;
   size_t undone_bytes_ = 0;
   EditorLedger ledger_;
   uint64_t revision_ = 0;
   uint64_t structure_id_ = 1;
   uint64_t clock_ = 0;  // orders writes and undos
+  uint64_t records_ = 0;
 };
 
 }  // namespace latticed

@@ -44,8 +44,13 @@ size_t EditStep::MemoryBytes() const {
 // Steps must move when steps_ grows. A copy may have less capacity, and bytes_ counts what was measured.
 static_assert(std::is_nothrow_move_constructible_v<EditStep>);
 
-EditLayers::EditLayers(Lattice base)
-    : base_(std::move(base)), base_initial_(base_), lattice_(base_) {}
+EditLayers::EditLayers(Lattice base) : base_{base, base}, lattice_(std::move(base)) {}
+
+EditLayers::EditLayers(LayersBase base, std::vector<EditStep> steps)
+    : base_(std::move(base)), steps_(std::move(steps)) {
+  for (const EditStep& step : steps_) bytes_ += step.MemoryBytes();
+  RebuildLattice();
+}
 
 Lattice EditLayers::initial() const {
   for (auto step = steps_.rbegin(); step != steps_.rend(); ++step) {
@@ -53,13 +58,13 @@ Lattice EditLayers::initial() const {
       return {step->structural->structure, step->positions};
     }
   }
-  return base_initial_;
+  return base_.initial;
 }
 
 size_t EditLayers::BaseBytes() const {
   const size_t present = lattice_.control_points.size();
   size_t points = 0;
-  for (const Lattice* lattice : {&base_, &base_initial_}) {
+  for (const Lattice* lattice : {&base_.base, &base_.initial}) {
     points += std::max(lattice->control_points.size(), present) - present;
   }
   return points * sizeof(Vec3d);
@@ -102,12 +107,12 @@ void EditLayers::FoldOldest() {
   bytes_ -= oldest.MemoryBytes();
   if (oldest.structural.has_value()) {
     const bool replaces = oldest.structural->replaces();
-    base_ = {std::move(oldest.structural->structure), std::move(oldest.positions)};
-    if (replaces) base_initial_ = base_;
-    base_structure_step_ = oldest.id;
+    base_.base = {std::move(oldest.structural->structure), std::move(oldest.positions)};
+    if (replaces) base_.initial = base_.base;
+    base_.structure_step = oldest.id;
   } else {
     for (size_t n = 0; n < oldest.indices.size(); ++n) {
-      base_.control_points[oldest.indices[n]] = oldest.positions[n];
+      base_.base.control_points[oldest.indices[n]] = oldest.positions[n];
     }
   }
   steps_.erase(steps_.begin());
@@ -117,14 +122,14 @@ uint64_t EditLayers::structure_step() const {
   for (auto step = steps_.rbegin(); step != steps_.rend(); ++step) {
     if (step->structural.has_value()) return step->id;
   }
-  return base_structure_step_;
+  return base_.structure_step;
 }
 
 const LatticeStructure& EditLayers::StructureWithout(size_t position) const {
   for (size_t n = steps_.size(); n-- > 0;) {
     if (n != position && steps_[n].structural.has_value()) return steps_[n].structural->structure;
   }
-  return base_.structure;
+  return base_.base.structure;
 }
 
 void EditLayers::RestorePoints(const std::vector<uint32_t>& indices) {
@@ -145,11 +150,11 @@ void EditLayers::RestorePoints(const std::vector<uint32_t>& indices) {
     for (size_t m = 0; m < step.indices.size(); ++m) take(step.indices[m], step.positions[m]);
   }
   if (left == 0) return;  // always so above a structural step; the base has other indices
-  for (const uint32_t index : indices) take(index, base_.control_points[index]);
+  for (const uint32_t index : indices) take(index, base_.base.control_points[index]);
 }
 
 void EditLayers::RebuildLattice() {
-  lattice_ = base_;
+  lattice_ = base_.base;
   for (const EditStep& step : steps_) {
     if (step.structural.has_value()) lattice_ = {step.structural->structure, step.positions};
     for (size_t n = 0; n < step.indices.size(); ++n) {

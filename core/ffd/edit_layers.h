@@ -60,13 +60,24 @@ struct EditStep {
   size_t MemoryBytes() const;
 };
 
+// What lies below all steps: what lattice() and initial() would be without them, and the id of the structural step that
+// base comes from, 0 for none.
+struct LayersBase {
+  Lattice base;
+  Lattice initial;
+  uint64_t structure_step = 0;
+};
+
 class EditLayers {
  public:
   explicit EditLayers(Lattice base);
+  // Goes on from what another one had. Steps must fit the structures below them.
+  EditLayers(LayersBase base, std::vector<EditStep> steps);
 
   const Lattice& lattice() const { return lattice_; }
   // The lattice that the layers began with, or the last replacement as it was made.
   Lattice initial() const;
+  const LayersBase& base() const { return base_; }
   // Oldest first.
   const std::vector<EditStep>& steps() const { return steps_; }
 
@@ -90,8 +101,7 @@ class EditLayers {
   void RestorePoints(const std::vector<uint32_t>& indices);
   void RebuildLattice();
 
-  Lattice base_, base_initial_;  // lattice() and initial() without steps
-  uint64_t base_structure_step_ = 0;
+  LayersBase base_;
   Lattice lattice_;
   std::vector<EditStep> steps_;
   size_t bytes_ = 0;  // of steps_

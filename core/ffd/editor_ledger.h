@@ -37,6 +37,11 @@ struct EditSummary {
 
 class EditorLedger {
  public:
+  struct Entry {
+    std::string editor_id;
+    EditSummary summary;
+  };
+
   explicit EditorLedger(size_t capacity) : capacity_(capacity) {}
 
   // nullptr for an editor that is not remembered. The pointer is valid until the next Store or ForgetOldest.
@@ -44,15 +49,13 @@ class EditorLedger {
   // Keeps `summary`, and forgets the editor that has been silent longest when there are too many.
   void Store(std::string_view editor_id, EditSummary summary);
   size_t size() const { return entries_.size(); }
+  // Of the editor who was heard last first.
+  const std::list<Entry>& entries() const { return entries_; }
   // Forgets the editor that was silent longest. Returns false where only one is left.
   bool ForgetOldest();
   size_t MemoryBytes() const { return bytes_; }
 
  private:
-  struct Entry {
-    std::string editor_id;
-    EditSummary summary;
-  };
   static size_t BytesOf(const Entry& entry);
   void DropOldest();
 

@@ -94,6 +94,13 @@ struct EditBatch {
   absl::Status refusal;
 };
 
+// The edit of a batch of one, outside of gestures, if it is of this kind. Else null.
+template <typename T>
+const T* LoneEdit(const EditBatch& batch) {
+  if (batch.edits.size() != 1 || !batch.gesture_id.empty()) return nullptr;
+  return std::get_if<T>(&batch.edits.front());
+}
+
 // The lattice to which the edits of a batch are applied, one after the other.
 struct EditTarget {
   Lattice lattice;
