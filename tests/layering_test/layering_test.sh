@@ -38,6 +38,10 @@ declare -A allowed=(
   [cuda]="$below_backends cuda/"
   [server/base]="core/ server/base/"
   [server/net]="core/base/ server/base/ server/net/"
+  [server/store/files]="core/base/ server/base/ server/store/store_errors.h server/store/files/"
+  [server/store/sqlite/database]="core/base/ server/base/ server/store/store_errors.h server/store/sqlite/database/"
+  [server/store/sqlite]="core/base/ server/base/ server/store/files/ server/store/store.h server/store/store_errors.h server/store/sqlite/"
+  [server/store]="core/ server/base/ server/store/"
   [server/engine/memory]="core/ server/engine/memory/"
   [server/engine/scene]="core/ server/engine/memory/ server/engine/scene/"
   [server/engine/render]="core/ server/base/engine_counts.h server/engine/memory/ server/engine/scene/ server/engine/render/"
@@ -71,6 +75,7 @@ readonly guarded=(
   '^(tbb|oneapi)/' '^(core/(cpu|view)|server|tests)/'
   '^hwy/' '^(core/(cpu|codec|view)|client/cpp/library/patches|tests)/'
   '^prometheus/' '^server/edge/metric'
+  '^sqlite3' '^(server|tests/server)/store/'
   '^cblas' '^core/cpu/gemm/cpu_gemm'
   '^cublas' '^cuda/device/cuda_(gemm|status)'
   '^epoxy/' '^tests/(bench/paper/shaders|client/patches/shader)/'

@@ -1,0 +1,130 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/store/files/mesh_folder.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <set>
+#include <system_error>
+#include <utility>
+
+#include "core/base/read_file.h"
+#include "core/base/sha256.h"
+#include "core/base/status_macros.h"
+#include "fmt/format.h"
+#include "server/base/telemetry.h"
+#include "server/store/store_errors.h"
+
+namespace latticed {
+namespace {
+
+constexpr std::string_view kNewPrefix = "new-";
+
+absl::Status FileFailed(std::string_view path) {
+  const int why = errno;
+  const std::string problem = fmt::format("{}: {}", path, std::strerror(why));
+  const bool full = why == ENOSPC || why == EDQUOT || why == EFBIG;
+  return full ? error::StoreFull(problem) : error::StoreFailed(problem);
+}
+
+// A file descriptor that is closed when it goes.
+class OpenFile {
+ public:
+  OpenFile(const std::string& path, int flags)
+      : file_(open(path.c_str(), flags | O_CLOEXEC, S_IRUSR | S_IWUSR)) {}
+  ~OpenFile() {
+    if (file_ >= 0) close(file_);
+  }
+  OpenFile(const OpenFile&) = delete;  // one close for one open
+  OpenFile& operator=(const OpenFile&) = delete;
+
+  bool ok() const { return file_ >= 0; }
+  int get() const { return file_; }
+
+ private:
+  const int file_;
+};
+
+bool WriteAll(int file, std::string_view bytes) {
+  while (!bytes.empty()) {
+    const ssize_t written = write(file, bytes.data(), bytes.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) return false;
+    bytes.remove_prefix(static_cast<size_t>(written));
+  }
+  return true;
+}
+
+}  // namespace
+
+absl::Status MeshFolder::Open(const std::vector<std::string>& known) {
+  std::error_code failure;
+  std::filesystem::create_directories(path_, failure);
+  if (failure) return error::StoreFailed(fmt::format("{}: {}", path_, failure.message()));
+  std::set<std::string> missing(known.begin(), known.end());
+  for (const auto& entry : std::filesystem::directory_iterator(path_, failure)) {
+    const std::string name = entry.path().filename().string();
+    if (missing.erase(name) > 0) continue;
+    if (!IsSha256Hex(name) && !name.starts_with(kNewPrefix)) continue;
+    LogEvent(spdlog::level::info, "removed a mesh file that a crash left", {{"file", name}});
+    std::error_code ignored;
+    std::filesystem::remove(entry.path(), ignored);
+  }
+  if (failure) return error::StoreFailed(fmt::format("{}: {}", path_, failure.message()));
+  if (missing.empty()) return SyncFolder();
+  return error::Damaged(fmt::format("mesh {}", *missing.begin()),
+                        fmt::format("its file in {} is missing", path_));
+}
+
+std::string MeshFolder::PathOf(std::string_view id) const {
+  return fmt::format("{}/{}", path_, id);
+}
+
+bool MeshFolder::Has(std::string_view id, uint64_t bytes) const {
+  struct stat found = {};
+  return stat(PathOf(id).c_str(), &found) == 0 && static_cast<uint64_t>(found.st_size) == bytes;
+}
+
+absl::StatusOr<std::string> MeshFolder::Write(std::string_view bytes) {
+  std::string name = fmt::format("{}/{}{}", path_, kNewPrefix, next_name_++);
+  const OpenFile file(name, O_WRONLY | O_CREAT | O_TRUNC);
+  if (!file.ok()) return FileFailed(name);
+  if (WriteAll(file.get(), bytes) && fsync(file.get()) == 0) return name;
+  const absl::Status status = FileFailed(name);
+  Discard(name);
+  return status;
+}
+
+absl::Status MeshFolder::Publish(const std::string& written, std::string_view id) {
+  if (rename(written.c_str(), PathOf(id).c_str()) != 0) return FileFailed(written);
+  return SyncFolder();
+}
+
+void MeshFolder::Discard(const std::string& written) { unlink(written.c_str()); }
+
+absl::Status MeshFolder::Remove(std::string_view id) {
+  const std::string path = PathOf(id);
+  if (unlink(path.c_str()) != 0 && errno != ENOENT) return FileFailed(path);
+  return SyncFolder();
+}
+
+absl::StatusOr<std::string> MeshFolder::Read(std::string_view id) const {
+  absl::StatusOr<std::string> bytes = ReadFile(PathOf(id));
+  const std::string name = fmt::format("mesh {}", id);
+  if (!bytes.ok()) return error::Damaged(name, std::string(bytes.status().message()));
+  if (Sha256Hex(*bytes) != id) return error::Damaged(name, "its bytes have another hash");
+  return bytes;
+}
+
+absl::Status MeshFolder::SyncFolder() const {
+  const OpenFile folder(path_, O_RDONLY | O_DIRECTORY);
+  if (folder.ok() && fsync(folder.get()) == 0) return absl::OkStatus();
+  return FileFailed(path_);
+}
+
+}  // namespace latticed

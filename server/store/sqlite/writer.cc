@@ -1,0 +1,216 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/store/sqlite/writer.h"
+
+#include <sqlite3.h>
+#include <sys/statvfs.h>
+
+#include <algorithm>
+#include <future>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "core/base/status_macros.h"
+#include "fmt/format.h"
+#include "server/base/telemetry.h"
+#include "server/store/store_errors.h"
+
+namespace latticed {
+namespace {
+
+// The checkpointer begins at this length of the log, 4 MB.
+constexpr int kCheckpointPages = 1'000;
+// Commits that come without a pause would let the log grow for ever: at 64 MB the writer itself ends the checkpoint,
+// and the next commit begins the log anew.
+constexpr int kMostLogPages = 16'384;
+// After a full disk, writing goes on when this is free: less would be full again at once.
+constexpr uint64_t kRoomBytes = uint64_t{8} << 20;
+// A pause of this length is used to sweep.
+constexpr absl::Duration kIdle = absl::Milliseconds(250);
+
+uint64_t RoomIn(const std::string& folder) {
+  struct statvfs found = {};
+  if (statvfs(folder.c_str(), &found) != 0) return 0;
+  return uint64_t{found.f_bavail} * found.f_frsize;
+}
+
+}  // namespace
+
+SqliteWriter::SqliteWriter(std::string folder, SqliteConnection database,
+                           SqliteConnection checkpoints)
+    : folder_(std::move(folder)),
+      database_(std::move(database)),
+      checkpointer_(std::move(checkpoints)) {}
+
+absl::Status SqliteWriter::Start() {
+  LATTICED_ASSIGN_OR_RETURN(SceneRows rows, SceneRows::Create(&database_));
+  rows_ = std::make_unique<SceneRows>(std::move(rows));
+  const auto note_log_pages = [](void* pages, sqlite3*, const char*, int count) {
+    *static_cast<int*>(pages) = count;
+    return SQLITE_OK;
+  };
+  sqlite3_wal_hook(database_.get(), note_log_pages, &log_pages_);
+  thread_ = std::thread([this] { Run(); });
+  return absl::OkStatus();
+}
+
+SqliteWriter::~SqliteWriter() {
+  queue_.Stop();
+  if (thread_.joinable()) thread_.join();
+}
+
+absl::Status SqliteWriter::Call(Write::Kind kind, std::function<absl::Status(SceneRows&)> work) {
+  // Shared: the writer may still be in set_value when the answer is read.
+  const auto answer = std::make_shared<std::promise<absl::Status>>();
+  queue_.Put({.kind = kind,
+              .change = std::move(work),
+              .done = [answer](const absl::Status& status) { answer->set_value(status); }});
+  return answer->get_future().get();
+}
+
+void SqliteWriter::Run() {
+  while (true) {
+    std::vector<Write> writes = queue_.Take(Patience());
+    if (writes.empty() && queue_.Ended()) return;
+    if (!failure_.ok()) Recover();
+    if (writes.empty()) Idle();
+    Execute(writes);
+    CheckpointIfDue();
+  }
+}
+
+absl::Duration SqliteWriter::Patience() const {
+  if (!failure_.ok()) return kRetry;
+  return rows_->WorthSweeping() ? kIdle : absl::Hours(1);
+}
+
+void SqliteWriter::Execute(std::span<Write> writes) {
+  const auto grouped = [](const Write& write) {
+    return write.kind == Write::Kind::kAppend || write.kind == Write::Kind::kBarrier;
+  };
+  while (!writes.empty()) {
+    const auto end = std::ranges::find_if_not(writes, grouped);
+    const auto count = std::max<size_t>(static_cast<size_t>(end - writes.begin()), 1);
+    if (end == writes.begin()) {
+      ExecuteOne(writes.front());
+    } else {
+      CommitGroup(writes.first(count));
+    }
+    uint64_t bytes = 0;
+    for (const Write& write : writes.first(count)) bytes += write.bytes.size();
+    queue_.Answered(bytes);
+    writes = writes.subspan(count);
+  }
+}
+
+void SqliteWriter::CommitGroup(std::span<Write> group) {
+  std::vector<absl::Status> answers(group.size());
+  const absl::Status failure = Transact([&] { return InsertGroup(group, answers); });
+  for (size_t i = 0; i < group.size(); ++i) {
+    const Write& write = group[i];
+    if (write.kind == Write::Kind::kBarrier) {
+      answers[i] = rows_->CheckSound(write.scene);
+    } else if (answers[i].ok() && !failure.ok()) {
+      answers[i] = failure;
+      rows_->Break(write.scene, failure);
+    }
+  }
+  for (size_t i = 0; i < group.size(); ++i) {
+    if (group[i].done) group[i].done(answers[i]);
+  }
+}
+
+absl::Status SqliteWriter::InsertGroup(std::span<Write> group, std::span<absl::Status> answers) {
+  for (size_t i = 0; i < group.size(); ++i) {
+    const Write& write = group[i];
+    if (write.kind != Write::Kind::kAppend) continue;
+    answers[i] = rows_->CheckAppend(write.scene, write.lsn);
+    if (!answers[i].ok()) continue;
+    LATTICED_RETURN_IF_ERROR(rows_->Append(write.scene, write.lsn, write.bytes));
+  }
+  return rows_->Maintain();
+}
+
+void SqliteWriter::ExecuteOne(Write& write) {
+  absl::Status status;
+  if (write.kind == Write::Kind::kQuestion) {
+    status = write.change(*rows_);
+  } else if (write.kind == Write::Kind::kChange) {
+    status = Transact([&] { return write.change(*rows_); });
+  } else {
+    status = Transact([&] { return rows_->PutSnapshot(write.scene, write.lsn, write.bytes); });
+    if (!status.ok()) {
+      LogEvent(spdlog::level::warn, "snapshot not stored",
+               {{"scene", write.scene}, {"error", std::string(status.message())}});
+    }
+  }
+  if (write.done) write.done(status);
+}
+
+absl::Status SqliteWriter::Transact(const std::function<absl::Status()>& work) {
+  LATTICED_RETURN_IF_ERROR(failure_);
+  const absl::Status status = TryTransaction(work);
+  if (error::IsOfMedium(status)) NoteFailure(status);
+  return status;
+}
+
+absl::Status SqliteWriter::TryTransaction(const std::function<absl::Status()>& work) {
+  absl::Status status = database_.Execute("BEGIN IMMEDIATE");
+  if (status.ok()) status = work();
+  if (status.ok()) status = database_.Execute("COMMIT");
+  if (status.ok()) {
+    rows_->Committed();
+    return status;
+  }
+  // SQLite may have rolled back by itself. A rollback that fails leaves the transaction to TryToRecover.
+  if (database_.in_transaction() && !database_.Execute("ROLLBACK").ok()) NoteFailure(status);
+  rows_->RolledBack();
+  return status;
+}
+
+void SqliteWriter::NoteFailure(const absl::Status& failure) {
+  failure_ = failure;
+  queue_.SetRefusal(failure);
+  LogEvent(spdlog::level::err, "the store refuses writes",
+           {{"error", std::string(failure.message())}});
+}
+
+void SqliteWriter::Recover() {
+  const absl::Status status = TryToRecover();
+  if (!status.ok()) {
+    failure_ = status;
+    queue_.SetRefusal(status);
+    return;
+  }
+  failure_ = absl::OkStatus();
+  queue_.SetRefusal(failure_);
+  LogEvent(spdlog::level::info, "the store accepts writes again", {});
+}
+
+absl::Status SqliteWriter::TryToRecover() {
+  if (database_.in_transaction()) LATTICED_RETURN_IF_ERROR(database_.Execute("ROLLBACK"));
+  if (absl::IsResourceExhausted(failure_) && RoomIn(folder_) < kRoomBytes) return failure_;
+  // What the failed commit left in the log is behind the new log's first frames then, with another salt.
+  const int code = sqlite3_wal_checkpoint_v2(database_.get(), nullptr, SQLITE_CHECKPOINT_TRUNCATE,
+                                             nullptr, nullptr);
+  if (code != SQLITE_BUSY) LATTICED_RETURN_IF_ERROR(database_.Status(code));
+  LATTICED_RETURN_IF_ERROR(rows_->Load());
+  return TryTransaction([this] { return rows_->SaveHeads(); });
+}
+
+void SqliteWriter::Idle() {
+  if (!failure_.ok() || !rows_->WorthSweeping()) return;
+  Transact([this]() -> absl::Status {
+    LATTICED_RETURN_IF_ERROR(rows_->SaveHeads());
+    return rows_->Sweep();
+  }).IgnoreError();  // it is noted
+}
+
+void SqliteWriter::CheckpointIfDue() {
+  if (log_pages_ >= kCheckpointPages) checkpointer_.Wake();
+  if (log_pages_ < kMostLogPages) return;
+  sqlite3_wal_checkpoint_v2(database_.get(), nullptr, SQLITE_CHECKPOINT_PASSIVE, nullptr, nullptr);
+}
+
+}  // namespace latticed

@@ -1,0 +1,87 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The one thread that writes the database. It takes all that waits, commits it in one transaction, and then answers.
+//
+//   callers --Put--> WriteQueue --all that waits--> BEGIN, rows, COMMIT (waits for the medium) --> done, done, done
+//
+// When the medium fails, the transaction is rolled back, and the scenes with records in it are broken. A commit that
+// failed is never tried again: the writer reads anew what is stored, and refuses all writes until a small transaction of
+// its own succeeds, which it tries every kRetry.
+//
+// Threads  safe
+#ifndef LATTICED_SERVER_STORE_SQLITE_WRITER_H_
+#define LATTICED_SERVER_STORE_SQLITE_WRITER_H_
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <thread>
+#include <utility>
+
+#include "absl/status/status.h"
+#include "absl/time/time.h"
+#include "server/store/sqlite/checkpointer.h"
+#include "server/store/sqlite/database/connection.h"
+#include "server/store/sqlite/scene_rows.h"
+#include "server/store/sqlite/write_queue.h"
+
+namespace latticed {
+
+class SqliteWriter {
+ public:
+  static constexpr absl::Duration kRetry = absl::Milliseconds(200);
+
+  // `folder` is where the database is.
+  SqliteWriter(std::string folder, SqliteConnection database, SqliteConnection checkpoints);
+  // Reads what is stored. Call it once, before everything else.
+  [[nodiscard]] absl::Status Start();
+  // Writes and answers all that waits.
+  ~SqliteWriter();
+
+  void Put(Write write) { queue_.Put(std::move(write)); }
+  [[nodiscard]] absl::Status Admit() const { return queue_.Admit(); }
+  // Executes `change` in its turn, in a transaction of its own, and waits for it.
+  [[nodiscard]] absl::Status Change(std::function<absl::Status(SceneRows&)> change) {
+    return Call(Write::Kind::kChange, std::move(change));
+  }
+  // The same without a transaction.
+  [[nodiscard]] absl::Status Ask(std::function<absl::Status(SceneRows&)> question) {
+    return Call(Write::Kind::kQuestion, std::move(question));
+  }
+  SqliteConnection& database() { return database_; }  // for changes
+
+ private:
+  absl::Status Call(Write::Kind kind, std::function<absl::Status(SceneRows&)> work);
+  void Run();
+  void Execute(std::span<Write> writes);
+  // Appends and barriers, in one transaction.
+  void CommitGroup(std::span<Write> group);
+  absl::Status InsertGroup(std::span<Write> group, std::span<absl::Status> answers);
+  void ExecuteOne(Write& write);
+  // `work` in a transaction.
+  absl::Status Transact(const std::function<absl::Status()>& work);
+  // The same, whether the medium failed before or not.
+  absl::Status TryTransaction(const std::function<absl::Status()>& work);
+  void NoteFailure(const absl::Status& failure);
+  void Recover();
+  absl::Status TryToRecover();
+  void Idle();
+  absl::Duration Patience() const;
+  void CheckpointIfDue();
+
+  const std::string folder_;
+  SqliteConnection database_;
+  Checkpointer checkpointer_;
+  std::unique_ptr<SceneRows> rows_;
+  absl::Status failure_;  // of the medium; not OK: nothing is written
+  int log_pages_ = 0;     // of the write-ahead log after the last commit
+  WriteQueue queue_;
+  std::thread thread_;  // last: it uses the rest
+};
+
+}  // namespace latticed
+
+#endif  // LATTICED_SERVER_STORE_SQLITE_WRITER_H_

@@ -1,0 +1,57 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/server/store/opened_store.h"
+
+#include <future>
+#include <utility>
+
+#include "absl/time/clock.h"
+#include "server/store/memory_store.h"
+#include "server/store/sqlite_store.h"
+#include "server/store/store_errors.h"
+#include "tests/server/store/fault_vfs.h"
+#include "tests/support/status_matchers.h"
+
+namespace latticed::testing {
+
+OpenedStore::OpenedStore(std::string kind) : kind_(std::move(kind)) {
+  UseFaultVfs();
+  Open();
+}
+
+OpenedStore::~OpenedStore() { SetDiskFault(DiskFault::kNone); }
+
+void OpenedStore::Open() {
+  if (kind_ == "memory") {
+    store_ = std::make_unique<MemoryStore>();
+    return;
+  }
+  absl::StatusOr<std::unique_ptr<Store>> opened = OpenSqliteStore({.folder = folder_.Path("data")});
+  if (!opened.ok()) throw std::runtime_error(opened.status().ToString());
+  store_ = *std::move(opened);
+}
+
+void OpenedStore::SetFull(bool full) {
+  if (auto* memory = dynamic_cast<MemoryStore*>(store_.get())) {
+    memory->SetFailure(full ? error::StoreFull("told so") : absl::OkStatus());
+  }
+  SetDiskFault(full ? DiskFault::kFull : DiskFault::kNone);
+}
+
+absl::Status OpenedStore::Append(std::string_view scene, uint64_t lsn, std::string record) {
+  const auto answer = std::make_shared<std::promise<absl::Status>>();
+  store_->Append(scene, lsn, std::move(record),
+                 [answer](const absl::Status& status) { answer->set_value(status); });
+  return answer->get_future().get();
+}
+
+bool OpenedStore::AdmitsAgain() {
+  const absl::Time end = absl::Now() + absl::Seconds(20);
+  while (absl::Now() < end) {
+    if (store_->Admit().ok()) return true;
+    absl::SleepFor(absl::Milliseconds(10));
+  }
+  return false;
+}
+
+}  // namespace latticed::testing

@@ -1,0 +1,58 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A store of a kind that a test is run with, in a folder of its own.
+//
+//   memory   nothing survives Reopen
+//   sqlite
+#ifndef LATTICED_TESTS_SERVER_STORE_OPENED_STORE_H_
+#define LATTICED_TESTS_SERVER_STORE_OPENED_STORE_H_
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "server/store/store.h"
+#include "tests/support/temporary_folder.h"
+
+namespace latticed::testing {
+
+class OpenedStore {
+ public:
+  explicit OpenedStore(std::string kind);
+  ~OpenedStore();
+
+  Store& operator*() { return *store_; }
+  Store* operator->() { return store_.get(); }
+  bool durable() const { return kind_ != "memory"; }
+  const TemporaryFolder& folder() const { return folder_; }
+
+  void Close() { store_.reset(); }
+  void Open();
+  void Reopen() {
+    Close();
+    Open();
+  }
+
+  // From now on the medium has no room for anything, or has it again.
+  void SetFull(bool full);
+
+  // Appends a record and waits for the answer.
+  absl::Status Append(std::string_view scene, uint64_t lsn, std::string record);
+  // Waits until all that was appended to the scene before is answered.
+  absl::Status Barrier(std::string_view scene) { return Append(scene, 0, ""); }
+  // Waits until the store admits appends again.
+  bool AdmitsAgain();
+
+ private:
+  const std::string kind_;
+  TemporaryFolder folder_;
+  std::unique_ptr<Store> store_;
+};
+
+}  // namespace latticed::testing
+
+#endif  // LATTICED_TESTS_SERVER_STORE_OPENED_STORE_H_

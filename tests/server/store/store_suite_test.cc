@@ -1,0 +1,241 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What store.h promises, for every store.
+#include <future>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "core/base/sha256.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "server/store/store.h"
+#include "tests/server/store/opened_store.h"
+#include "tests/support/status_matchers.h"
+
+namespace latticed::testing {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+class StoreSuite : public ::testing::TestWithParam<std::string> {
+ protected:
+  // Records lsn … lsn + count - 1 of a scene, "gear 7", each in its turn.
+  void Fill(const std::string& scene, uint64_t lsn, uint64_t count) {
+    for (uint64_t i = 0; i < count; ++i) {
+      store_->Append(scene, lsn + i, scene + " " + std::to_string(lsn + i), nullptr);
+    }
+    ASSERT_OK(store_.Barrier(scene));
+  }
+
+  OpenedStore store_{GetParam()};
+};
+
+TEST_P(StoreSuite, ReadsBackWhatWasAppended) {
+  ASSERT_OK(store_->CreateScene("gear", "a header"));
+  const std::string with_zeros("\0 1 \xFF", 5);
+
+  ASSERT_OK(store_.Append("gear", 1, "first"));
+  ASSERT_OK(store_.Append("gear", 2, with_zeros));
+  ASSERT_OK(store_.Append("gear", 3, ""));
+
+  ASSERT_OK_AND_ASSIGN(const SceneLog log, store_->ReadScene("gear"));
+  EXPECT_EQ(log.header, "a header");
+  EXPECT_EQ(log.snapshot_lsn, 0U);
+  EXPECT_EQ(log.snapshot, "");
+  EXPECT_THAT(log.records, ElementsAre("first", with_zeros, ""));
+  EXPECT_EQ(log.lsn(), 3U);
+}
+
+TEST_P(StoreSuite, KeepsScenesApart) {
+  ASSERT_OK(store_->CreateScene("a", "header of a"));
+  ASSERT_OK(store_->CreateScene("b", "header of b"));
+  for (uint64_t lsn = 1; lsn <= 3; ++lsn) {
+    Fill("a", lsn, 1);
+    if (lsn < 3) Fill("b", lsn, 1);
+  }
+
+  ASSERT_OK_AND_ASSIGN(const SceneLog a, store_->ReadScene("a"));
+  ASSERT_OK_AND_ASSIGN(const SceneLog b, store_->ReadScene("b"));
+  EXPECT_THAT(a.records, ElementsAre("a 1", "a 2", "a 3"));
+  EXPECT_THAT(b.records, ElementsAre("b 1", "b 2"));
+}
+
+TEST_P(StoreSuite, ListsScenesInOrderOfTheirIds) {
+  for (const std::string id : {"b", "a", "c"}) ASSERT_OK(store_->CreateScene(id, "header " + id));
+  ASSERT_OK(store_->DeleteScene("c"));
+
+  ASSERT_OK_AND_ASSIGN(const std::vector<StoredEntry> scenes, store_->Scenes());
+
+  ASSERT_EQ(scenes.size(), 2U);
+  EXPECT_EQ(scenes[0].id, "a");
+  EXPECT_EQ(scenes[0].header, "header a");
+  EXPECT_OK(scenes[0].damage);
+  EXPECT_EQ(scenes[1].id, "b");
+}
+
+TEST_P(StoreSuite, NamesWhatIsTakenOrMissing) {
+  ASSERT_OK(store_->CreateScene("gear", ""));
+
+  EXPECT_THAT(store_->CreateScene("gear", ""),
+              StatusIs(absl::StatusCode::kAlreadyExists, HasSubstr("'gear'")));
+  EXPECT_THAT(store_->ReadScene("knot"),
+              StatusIs(absl::StatusCode::kNotFound, HasSubstr("'knot'")));
+  EXPECT_THAT(store_->DeleteScene("knot"), StatusIs(absl::StatusCode::kNotFound));
+  EXPECT_THAT(store_.Append("knot", 1, "x"), StatusIs(absl::StatusCode::kNotFound));
+  EXPECT_THAT(store_.Barrier("knot"), StatusIs(absl::StatusCode::kNotFound));
+  ASSERT_OK(store_.Append("gear", 1, "x"));
+}
+
+TEST_P(StoreSuite, AnswersInTheOrderOfTheCalls) {
+  ASSERT_OK(store_->CreateScene("gear", ""));
+  constexpr uint64_t kRecords = 500;
+  std::mutex mutex;
+  std::vector<uint64_t> answered;
+  const auto note = [&](uint64_t what) {
+    return [&, what](const absl::Status& status) {
+      const std::lock_guard lock(mutex);
+      EXPECT_OK(status);
+      answered.push_back(what);
+    };
+  };
+
+  for (uint64_t lsn = 1; lsn <= kRecords; ++lsn) {
+    store_->Append("gear", lsn, "x", note(2 * lsn));
+    store_->Append("gear", 0, "", note(2 * lsn + 1));
+  }
+  ASSERT_OK(store_.Barrier("gear"));
+
+  const std::lock_guard lock(mutex);
+  ASSERT_EQ(answered.size(), 2 * kRecords);
+  for (uint64_t i = 0; i < answered.size(); ++i) EXPECT_EQ(answered[i], i + 2);
+}
+
+TEST_P(StoreSuite, DoneMayAppend) {
+  ASSERT_OK(store_->CreateScene("gear", ""));
+  std::promise<absl::Status> second;
+
+  store_->Append("gear", 1, "first", [&](const absl::Status&) {
+    store_->Append("gear", 2, "second",
+                   [&](const absl::Status& status) { second.set_value(status); });
+  });
+
+  EXPECT_OK(second.get_future().get());
+  ASSERT_OK_AND_ASSIGN(const SceneLog log, store_->ReadScene("gear"));
+  EXPECT_THAT(log.records, ElementsAre("first", "second"));
+}
+
+TEST_P(StoreSuite, ASnapshotStandsForTheRecordsBeforeIt) {
+  ASSERT_OK(store_->CreateScene("gear", "header"));
+  Fill("gear", 1, 5);
+
+  store_->PutSnapshot("gear", 3, "state 3");
+  ASSERT_OK_AND_ASSIGN(const SceneLog log, store_->ReadScene("gear"));
+  EXPECT_EQ(log.snapshot_lsn, 3U);
+  EXPECT_EQ(log.snapshot, "state 3");
+  EXPECT_THAT(log.records, ElementsAre("gear 4", "gear 5"));
+
+  store_->PutSnapshot("gear", 5, "state 5");
+  Fill("gear", 6, 1);
+  ASSERT_OK_AND_ASSIGN(const SceneLog later, store_->ReadScene("gear"));
+  EXPECT_EQ(later.snapshot, "state 5");
+  EXPECT_THAT(later.records, ElementsAre("gear 6"));
+  EXPECT_EQ(later.header, "header");
+}
+
+TEST_P(StoreSuite, IgnoresSnapshotsOfOtherStates) {
+  ASSERT_OK(store_->CreateScene("gear", ""));
+  Fill("gear", 1, 3);
+  store_->PutSnapshot("gear", 2, "state 2");
+
+  store_->PutSnapshot("gear", 1, "older");
+  store_->PutSnapshot("gear", 4, "of the future");
+  store_->PutSnapshot("knot", 1, "of nothing");
+
+  ASSERT_OK_AND_ASSIGN(const SceneLog log, store_->ReadScene("gear"));
+  EXPECT_EQ(log.snapshot, "state 2");
+  EXPECT_THAT(log.records, ElementsAre("gear 3"));
+}
+
+TEST_P(StoreSuite, ADeletedSceneLeavesNothingToItsNextOne) {
+  ASSERT_OK(store_->CreateScene("gear", "old"));
+  Fill("gear", 1, 3);
+  store_->PutSnapshot("gear", 2, "state 2");
+  ASSERT_OK(store_->DeleteScene("gear"));
+  EXPECT_THAT(store_->ReadScene("gear"), StatusIs(absl::StatusCode::kNotFound));
+
+  ASSERT_OK(store_->CreateScene("gear", "new"));
+  ASSERT_OK(store_.Append("gear", 1, "new record"));
+
+  ASSERT_OK_AND_ASSIGN(const SceneLog log, store_->ReadScene("gear"));
+  EXPECT_EQ(log.header, "new");
+  EXPECT_EQ(log.snapshot_lsn, 0U);
+  EXPECT_THAT(log.records, ElementsAre("new record"));
+}
+
+TEST_P(StoreSuite, AMeshIsKeptOnce) {
+  const std::string bytes("v 0 0 0\n\0", 9);
+  const std::string id = Sha256Hex(bytes);
+
+  ASSERT_OK(store_->PutMesh(id, "header", bytes));
+  ASSERT_OK(store_->PutMesh(id, "another header", bytes));
+
+  ASSERT_OK_AND_ASSIGN(const std::string read, store_->ReadMesh(id));
+  EXPECT_EQ(read, bytes);
+  ASSERT_OK_AND_ASSIGN(const std::vector<StoredEntry> meshes, store_->Meshes());
+  ASSERT_EQ(meshes.size(), 1U);
+  EXPECT_EQ(meshes[0].id, id);
+  EXPECT_EQ(meshes[0].header, "header");
+}
+
+TEST_P(StoreSuite, ADeletedMeshIsGone) {
+  const std::string id = Sha256Hex("bytes");
+  ASSERT_OK(store_->PutMesh(id, "header", "bytes"));
+
+  ASSERT_OK(store_->DeleteMesh(id));
+
+  EXPECT_THAT(store_->ReadMesh(id), StatusIs(absl::StatusCode::kNotFound, HasSubstr(id)));
+  EXPECT_THAT(store_->DeleteMesh(id), StatusIs(absl::StatusCode::kNotFound));
+  ASSERT_OK_AND_ASSIGN(const std::vector<StoredEntry> meshes, store_->Meshes());
+  EXPECT_THAT(meshes, IsEmpty());
+  ASSERT_OK(store_->PutMesh(id, "header", "bytes"));
+  EXPECT_OK(store_->ReadMesh(id));
+}
+
+TEST_P(StoreSuite, KeepsEverythingWhenItIsOpenedAgain) {
+  if (!store_.durable()) GTEST_SKIP() << "this store is not durable";
+  const std::string mesh = Sha256Hex("bytes");
+  ASSERT_OK(store_->PutMesh(mesh, "of a mesh", "bytes"));
+  ASSERT_OK(store_->CreateScene("gear", "header"));
+  ASSERT_OK(store_->CreateScene("knot", "header of knot"));
+  ASSERT_OK(store_->CreateScene("gone", ""));
+  Fill("gear", 1, 4);
+  Fill("knot", 1, 2);
+  store_->PutSnapshot("gear", 3, "state 3");
+  ASSERT_OK(store_->DeleteScene("gone"));
+
+  store_.Reopen();
+  ASSERT_OK(store_.Append("gear", 5, "gear 5"));
+  store_.Reopen();
+
+  ASSERT_OK_AND_ASSIGN(const SceneLog gear, store_->ReadScene("gear"));
+  EXPECT_EQ(gear.snapshot, "state 3");
+  EXPECT_THAT(gear.records, ElementsAre("gear 4", "gear 5"));
+  ASSERT_OK_AND_ASSIGN(const SceneLog knot, store_->ReadScene("knot"));
+  EXPECT_EQ(knot.header, "header of knot");
+  EXPECT_THAT(knot.records, ElementsAre("knot 1", "knot 2"));
+  ASSERT_OK_AND_ASSIGN(const std::vector<StoredEntry> scenes, store_->Scenes());
+  EXPECT_EQ(scenes.size(), 2U);
+  ASSERT_OK_AND_ASSIGN(const std::string bytes, store_->ReadMesh(mesh));
+  EXPECT_EQ(bytes, "bytes");
+}
+
+INSTANTIATE_TEST_SUITE_P(Stores, StoreSuite, ::testing::Values("memory", "sqlite"),
+                         [](const auto& info) { return info.param; });
+
+}  // namespace
+}  // namespace latticed::testing
