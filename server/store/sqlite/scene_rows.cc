@@ -81,6 +81,7 @@ absl::Status SceneRows::Load() {
     if (before != scenes_.end()) scene.broken = std::move(before->second.broken);
   }
   scenes_ = std::move(scenes);
+  committed_row_ = next_row_ - 1;
   undo_.clear();
   return absl::OkStatus();
 }
@@ -262,8 +263,9 @@ absl::Status SceneRows::Bury(uint64_t rows) {
 
 absl::Status SceneRows::Maintain() {
   if (next_row_ - 1 - saved_row_ >= kRowsBetweenSaves) LATTICED_RETURN_IF_ERROR(SaveHeads());
-  if (dead_rows_ > kFewDeadRows && dead_rows_ > live_rows_) return Sweep();
-  return absl::OkStatus();
+  if (dead_rows_ <= kFewDeadRows || dead_rows_ <= live_rows_) return absl::OkStatus();
+  // Twice as fast as rows come.
+  return Sweep(std::max(kSweptRows, 2 * (next_row_ - 1 - committed_row_)));
 }
 
 absl::Status SceneRows::SaveHeads() {
@@ -284,7 +286,7 @@ absl::Status SceneRows::SaveHeads() {
   return absl::OkStatus();
 }
 
-absl::Status SceneRows::Sweep() {
+absl::Status SceneRows::Sweep(int64_t rows) {
   Undo([this, row = swept_row_, dead = dead_at_sweep_] {
     swept_row_ = row;
     dead_at_sweep_ = dead;
@@ -293,7 +295,7 @@ absl::Status SceneRows::Sweep() {
   SqliteStatement& end = statements_[kEndOfStep];
   end.Bind(1, swept_row_);
   end.Bind(2, saved_row_);
-  end.Bind(3, int64_t{kSweptRows - 1});
+  end.Bind(3, rows - 1);
   const absl::StatusOr<bool> more = end.Step();
   const int64_t last = more.ok() && *more ? end.Integer(0) : saved_row_;
   end.Reset();
@@ -314,7 +316,10 @@ absl::Status SceneRows::Sweep() {
   return absl::OkStatus();
 }
 
-void SceneRows::Committed() { undo_.clear(); }
+void SceneRows::Committed() {
+  undo_.clear();
+  committed_row_ = next_row_ - 1;
+}
 
 void SceneRows::RolledBack() {
   for (auto undo = undo_.rbegin(); undo != undo_.rend(); ++undo) (*undo)();

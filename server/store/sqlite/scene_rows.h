@@ -44,8 +44,8 @@ class SceneRows {
  public:
   // The heads are saved after so many rows: it bounds what is read when the database is opened.
   static constexpr int64_t kRowsBetweenSaves = 8'192;
-  // Rows that a step of the sweep looks at: some 1 ms.
-  static constexpr int kSweptRows = 256;
+  // Rows that a step of the sweep looks at, unless more were appended: some 1 ms.
+  static constexpr int64_t kSweptRows = 256;
 
   [[nodiscard]] static absl::StatusOr<SceneRows> Create(SqliteConnection* database);
 
@@ -65,12 +65,12 @@ class SceneRows {
   [[nodiscard]] absl::Status Delete(std::string_view id);
   [[nodiscard]] absl::Status Append(std::string_view id, uint64_t lsn, std::string_view record);
   [[nodiscard]] absl::Status PutSnapshot(std::string_view id, uint64_t lsn, std::string_view bytes);
-  // Does what has come due with the rows appended since.
+  // Does what has come due with the rows appended in this transaction.
   [[nodiscard]] absl::Status Maintain();
   // Saves the heads of all scenes.
   [[nodiscard]] absl::Status SaveHeads();
-  // Deletes dead rows among the next kSweptRows.
-  [[nodiscard]] absl::Status Sweep();
+  // Deletes dead rows among the next `rows`.
+  [[nodiscard]] absl::Status Sweep(int64_t rows = kSweptRows);
 
   void Committed();
   void RolledBack();
@@ -101,6 +101,7 @@ class SceneRows {
   std::vector<SqliteStatement> statements_;  // by Sql in scene_rows.cc
   std::vector<std::function<void()>> undo_;  // of this transaction, for RolledBack
   int64_t next_row_ = 1;
+  int64_t committed_row_ = 0;
   int64_t saved_row_ = 0;
   int64_t live_rows_ = 0;
   int64_t dead_rows_ = 0;

@@ -1,0 +1,46 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A server that is killed at a random instant loses nothing that it acknowledged, with full and with async durability.
+#include <random>
+#include <string>
+
+#include "gtest/gtest.h"
+#include "server/store/sqlite_store.h"
+#include "tests/server/store/crash/numbered_records.h"
+#include "tests/server/store/crash/running_child.h"
+#include "tests/support/status_matchers.h"
+#include "tests/support/temporary_folder.h"
+
+namespace latticed::testing {
+namespace {
+
+constexpr int kKills = 200;
+
+class StoreKill : public ::testing::TestWithParam<std::string> {};
+
+TEST_P(StoreKill, LosesNothing) {
+  const TemporaryFolder folder;
+  const std::string data = folder.Path("data");
+  std::mt19937 random(23);
+  for (int kill = 0; kill < Faults(kKills); ++kill) {
+    SCOPED_TRACE(kill);
+    RunningChild child(data, GetParam(), 60);
+    ASSERT_TRUE(child.Work(absl::Milliseconds(random() % 200)));
+    child.Kill();
+
+    const auto& acknowledged = child.acknowledged();
+    ASSERT_OK_AND_ASSIGN(const auto store, OpenSqliteStore({.folder = data}));
+    for (const auto& [scene, lsn] : acknowledged) {
+      ASSERT_OK_AND_ASSIGN(const SceneLog log, store->ReadScene(scene));
+      EXPECT_GE(log.lsn(), lsn) << scene;
+      EXPECT_EQ(WrongIn(log, scene), "");
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Durability, StoreKill, ::testing::Values("full", "async"),
+                         [](const auto& info) { return info.param; });
+
+}  // namespace
+}  // namespace latticed::testing
