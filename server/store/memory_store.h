@@ -38,6 +38,7 @@ class MemoryStore : public Store {
   void Append(std::string_view scene, uint64_t lsn, std::string record, Done done) override;
   absl::Status Admit() override;
   void PutSnapshot(std::string_view scene, uint64_t lsn, std::string snapshot) override;
+  void Flush() override;
   absl::Status PutMesh(std::string_view id, std::string header, std::string_view bytes) override;
   absl::Status DeleteMesh(std::string_view id) override;
   absl::StatusOr<std::vector<StoredEntry>> Meshes() override;

@@ -45,6 +45,7 @@ class SqliteStore : public Store {
   void Append(std::string_view scene, uint64_t lsn, std::string record, Done done) override;
   absl::Status Admit() override { return writer_.Admit(); }
   void PutSnapshot(std::string_view scene, uint64_t lsn, std::string snapshot) override;
+  void Flush() override;
   absl::Status PutMesh(std::string_view id, std::string header, std::string_view bytes) override;
   absl::Status DeleteMesh(std::string_view id) override;
   absl::StatusOr<std::vector<StoredEntry>> Meshes() override { return reader_.Meshes(); }
@@ -100,6 +101,10 @@ void SqliteStore::PutSnapshot(std::string_view scene, uint64_t lsn, std::string 
                .scene = std::string(scene),
                .lsn = lsn,
                .bytes = std::move(snapshot)});
+}
+
+void SqliteStore::Flush() {
+  writer_.Ask([](SceneRows&) { return absl::OkStatus(); }).IgnoreError();  // it is OK
 }
 
 absl::Status SqliteStore::PutMesh(std::string_view id, std::string header, std::string_view bytes) {

@@ -39,6 +39,7 @@ declare -A allowed=(
   [server/base]="core/ server/base/"
   [server/net]="core/base/ server/base/ server/net/"
   [server/store/files]="core/base/ server/base/ server/store/store_errors.h server/store/files/"
+  [server/store/records]="core/ server/store/records/"
   [server/store/sqlite/database]="core/base/ server/base/ server/store/store_errors.h server/store/sqlite/database/"
   [server/store/sqlite]="core/base/ server/base/ server/store/files/ server/store/store.h server/store/store_errors.h server/store/sqlite/"
   [server/store]="core/ server/base/ server/store/"

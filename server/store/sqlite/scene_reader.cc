@@ -119,8 +119,8 @@ absl::StatusOr<SceneLog> SceneReader::Read(std::string_view id, const SceneTail&
   LATTICED_RETURN_IF_ERROR(database->Execute("BEGIN"));
   SceneLog log;
   const absl::Status status = ReadAll(*database, id, tail, log);
+  LATTICED_RETURN_IF_ERROR(status);  // closes the connection, whatever it is in
   LATTICED_RETURN_IF_ERROR(database->Execute("ROLLBACK"));
-  LATTICED_RETURN_IF_ERROR(status);
   GiveBack(std::move(database));
   return log;
 }

@@ -27,7 +27,6 @@ class OpenedStore {
 
   Store& operator*() { return *store_; }
   Store* operator->() { return store_.get(); }
-  bool durable() const { return kind_ != "memory"; }
   const TemporaryFolder& folder() const { return folder_; }
 
   void Close() { store_.reset(); }

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // What store.h promises, for every store.
+#include <atomic>
 #include <future>
 #include <memory>
 #include <mutex>
@@ -115,6 +116,18 @@ TEST_P(StoreSuite, AnswersInTheOrderOfTheCalls) {
   for (uint64_t i = 0; i < answered.size(); ++i) EXPECT_EQ(answered[i], i + 2);
 }
 
+TEST_P(StoreSuite, FlushWaitsForAllAnswers) {
+  ASSERT_OK(store_->CreateScene("gear", ""));
+  std::atomic<int> answered = 0;
+  for (uint64_t lsn = 1; lsn <= 100; ++lsn) {
+    store_->Append("gear", lsn, "x", [&](const absl::Status&) { ++answered; });
+  }
+
+  store_->Flush();
+
+  EXPECT_EQ(answered, 100);
+}
+
 TEST_P(StoreSuite, DoneMayAppend) {
   ASSERT_OK(store_->CreateScene("gear", ""));
   std::promise<absl::Status> second;
@@ -206,8 +219,10 @@ TEST_P(StoreSuite, ADeletedMeshIsGone) {
   EXPECT_OK(store_->ReadMesh(id));
 }
 
-TEST_P(StoreSuite, KeepsEverythingWhenItIsOpenedAgain) {
-  if (!store_.durable()) GTEST_SKIP() << "this store is not durable";
+// Stores that outlive the process.
+class DurableStoreSuite : public StoreSuite {};
+
+TEST_P(DurableStoreSuite, KeepsEverythingWhenItIsOpenedAgain) {
   const std::string mesh = Sha256Hex("bytes");
   ASSERT_OK(store_->PutMesh(mesh, "of a mesh", "bytes"));
   ASSERT_OK(store_->CreateScene("gear", "header"));
@@ -235,6 +250,8 @@ TEST_P(StoreSuite, KeepsEverythingWhenItIsOpenedAgain) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Stores, StoreSuite, ::testing::Values("memory", "sqlite"),
+                         [](const auto& info) { return info.param; });
+INSTANTIATE_TEST_SUITE_P(Stores, DurableStoreSuite, ::testing::Values("sqlite"),
                          [](const auto& info) { return info.param; });
 
 }  // namespace
