@@ -16,6 +16,7 @@
 #include "server/edge/metrics.h"
 #include "server/net/tls_context.h"
 #include "server/rpc/call.h"
+#include "server/rpc/restore_stored.h"
 #include "server/rpc/server_env.h"
 #include "server/stores/scene_registry.h"
 #include "server/web/web_server.h"
@@ -47,17 +48,17 @@ absl::StatusOr<std::unique_ptr<InProcessServer>> InProcessServer::Start(Options 
 }
 
 absl::StatusOr<std::unique_ptr<InProcessServer>> InProcessServer::Start(
-    Options options, std::vector<std::unique_ptr<Backend>> backends) {
+    Options options, std::vector<std::unique_ptr<Backend>> backends, std::shared_ptr<Store> store) {
   options.listen = "127.0.0.1:0";
-  return ServeOn(std::move(options), std::move(backends));
+  return ServeOn(std::move(options), std::move(backends), std::move(store));
 }
 
 absl::StatusOr<std::unique_ptr<InProcessServer>> InProcessServer::Serve(Options options) {
-  return ServeOn(std::move(options), {});
+  return ServeOn(std::move(options), {}, nullptr);
 }
 
 absl::StatusOr<std::unique_ptr<InProcessServer>> InProcessServer::ServeOn(
-    Options options, std::vector<std::unique_ptr<Backend>> backends) {
+    Options options, std::vector<std::unique_ptr<Backend>> backends, std::shared_ptr<Store> store) {
   LATTICED_RETURN_IF_ERROR(Validate(options));
   ConfigureLogging(options.log_level, options.log_format);
   LATTICED_ASSIGN_OR_RETURN(Authenticator authenticator,
@@ -68,7 +69,10 @@ absl::StatusOr<std::unique_ptr<InProcessServer>> InProcessServer::ServeOn(
   WarnOfOpenPorts(options);
   std::unique_ptr<InProcessServer> result(new InProcessServer);
   result->env_ = std::make_unique<ServerEnv>(std::move(options), std::move(backends),
-                                             std::move(authenticator));
+                                             std::move(authenticator), std::move(store));
+  if (result->env_->store != nullptr) {
+    LATTICED_RETURN_IF_ERROR(RestoreStored(*result->env_));
+  }
   LATTICED_ASSIGN_OR_RETURN(result->server_, GrpcServer::Start(result->env_.get()));
   LATTICED_RETURN_IF_ERROR(result->StartWeb());
   return result;

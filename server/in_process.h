@@ -27,6 +27,7 @@ namespace latticed {
 
 class Backend;
 class GrpcServer;
+class Store;
 struct ServerEnv;
 namespace web {
 class WebServer;
@@ -38,9 +39,11 @@ class InProcessServer {
   // kInvalidArgument for invalid options, kUnimplemented or kUnavailable for a backend or port that cannot
   // be used.
   [[nodiscard]] static absl::StatusOr<std::unique_ptr<InProcessServer>> Start(Options options);
-  // The same on these backends, whatever options.backend says; the first one serves.
+  // The same on these backends, whatever options.backend says; the first one serves. Meshes and scenes are kept in
+  // `store` and come from it, whatever options.data_dir says, if it is not null.
   [[nodiscard]] static absl::StatusOr<std::unique_ptr<InProcessServer>> Start(
-      Options options, std::vector<std::unique_ptr<Backend>> backends);
+      Options options, std::vector<std::unique_ptr<Backend>> backends,
+      std::shared_ptr<Store> store = nullptr);
   // As the first on options.listen.
   [[nodiscard]] static absl::StatusOr<std::unique_ptr<InProcessServer>> Serve(Options options);
   ~InProcessServer();
@@ -73,7 +76,8 @@ class InProcessServer {
   InProcessServer();
   // Without `backends` it makes those of options.backend.
   static absl::StatusOr<std::unique_ptr<InProcessServer>> ServeOn(
-      Options options, std::vector<std::unique_ptr<Backend>> backends);
+      Options options, std::vector<std::unique_ptr<Backend>> backends,
+      std::shared_ptr<Store> store);
   absl::Status StartWeb();
 
   std::unique_ptr<ServerEnv> env_;

@@ -25,12 +25,14 @@ uint64_t NextIncarnation() {
 
 }  // namespace
 
-Scene::Scene(SceneConfig config, Lattice lattice, MemoryReservation history,
-             const SceneContext& context)
+Scene::Scene(SceneConfig config, SceneEditor editor, EditHistory::TimePoint now,
+             MemoryReservation history, const SceneContext& context)
     : config_(std::move(config)),
       context_(context),
       incarnation_(NextIncarnation()),
-      editor_(std::move(lattice)),
+      epoch_(std::chrono::steady_clock::now() - now.time_since_epoch()),
+      editor_(std::move(editor)),
+      journal_(context.store, config_.id),
       history_reservation_(std::move(history)),
       last_use_(absl::Now()) {}
 
@@ -42,21 +44,40 @@ absl::StatusOr<std::shared_ptr<Scene>> Scene::Create(SceneConfig config,
   ViewSpec default_spec = config.default_view.key.spec;
   if (default_spec.position_bits == 0) default_spec.position_bits = limits::kMaxPositionBits;
   LATTICED_RETURN_IF_ERROR(Validate(default_spec));
-  Lattice lattice = std::exchange(config.lattice, {});
-  const LatticeStructure structure = lattice.structure;
+  SceneLife life{.history = EditHistory(std::exchange(config.lattice, {})),
+                 .commit_time = config.create_time};
+  LATTICED_ASSIGN_OR_RETURN(auto scene, Make(std::move(config), std::move(life), context, stop));
+  const RenderInput head = scene->Head();
+  LATTICED_RETURN_IF_ERROR(
+      SettleTolerance(scene->config_.default_view, *head.target, head.state->box, "default_view")
+          .status());
+  return scene;
+}
+
+absl::StatusOr<std::shared_ptr<Scene>> Scene::Restore(SceneConfig config, const SceneLog& log,
+                                                      const SceneContext& context, StopCheck stop) {
+  config.lattice = {};
+  LATTICED_ASSIGN_OR_RETURN(auto life, Replay(log));
+  // No clock ran meanwhile, but that of the machine.
+  const absl::Duration since = std::max(absl::Now() - life.commit_time, absl::ZeroDuration());
+  life.now += absl::ToChronoNanoseconds(since);
+  return Make(std::move(config), std::move(life), context, stop);
+}
+
+absl::StatusOr<std::shared_ptr<Scene>> Scene::Make(SceneConfig config, SceneLife life,
+                                                   const SceneContext& context, StopCheck stop) {
+  const LatticeStructure structure = life.history.lattice().structure;
   LATTICED_ASSIGN_OR_RETURN(
       auto history, context.backend->memory().Reserve("the scene's history", 0, config.account));
-  const std::shared_ptr<Scene> scene(
-      new Scene(std::move(config), std::move(lattice), std::move(history), context));
+  const std::shared_ptr<Scene> scene(new Scene(std::move(config),
+                                               SceneEditor(std::move(life.history)), life.now,
+                                               std::move(history), context));
   LATTICED_ASSIGN_OR_RETURN(auto prepared, scene->Prepare(structure, stop));
-
   const MutexLock edit_lock(&scene->edit_mutex_);
-  auto state = scene->editor_.FirstState(std::move(prepared.state), absl::Now());
-  LATTICED_RETURN_IF_ERROR(
-      SettleTolerance(scene->config_.default_view, *prepared.target, state->box, "default_view")
-          .status());
+  scene->applied_ =
+      scene->editor_.FirstState(std::move(prepared.state), life.commit_time, life.box);
   const MutexLock lock(&scene->mutex_);
-  scene->head_ = {std::move(state), std::move(prepared.target)};
+  scene->head_ = {scene->applied_, std::move(prepared.target)};
   return scene;
 }
 
@@ -84,92 +105,6 @@ absl::StatusOr<Scene::Prepared> Scene::Prepare(const LatticeStructure& structure
     state.plan = std::move(plan);
     return Prepared{std::move(state), std::move(slot)};
   });
-}
-
-absl::StatusOr<EditSummary> Scene::ApplyEdits(const EditBatch& batch, StopCheck stop) {
-  std::optional<PlanCandidate> candidate;
-  std::shared_ptr<TargetSlot> target;
-  while (true) {
-    std::optional<LatticeStructure> wanted;
-    auto summary = TryEdits(batch, candidate, target, wanted);
-    if (!wanted.has_value() && !summary.ok()) ++counts().edits_refused;
-    if (!wanted.has_value()) return summary;
-    // Freed first, so that the old and the new candidate are never in memory together.
-    candidate.reset();
-    target = nullptr;
-    auto prepared = Prepare(*wanted, stop);
-    if (IsStopped(prepared.status())) {
-      ++counts().edits_refused;
-      return prepared.status();
-    }
-    if (prepared.ok()) {
-      candidate.emplace(PlanCandidate{*std::move(wanted), std::move(prepared->state)});
-      target = std::move(prepared->target);
-    } else {
-      candidate.emplace(PlanCandidate{*std::move(wanted), prepared.status()});
-    }
-  }
-}
-
-absl::StatusOr<EditSummary> Scene::TryEdits(const EditBatch& batch,
-                                            std::optional<PlanCandidate>& candidate,
-                                            std::shared_ptr<TargetSlot> target,
-                                            std::optional<LatticeStructure>& wanted) {
-  // Destroyed after the locks are released, because a large plan takes long to destroy.
-  const RenderInput retired = Head();
-  const MutexLock edit_lock(&edit_mutex_);
-  if (deleted()) return error::NotFound("scene", id());
-  auto commit = editor_.Apply(batch, *State(), candidate, wanted, std::chrono::steady_clock::now(),
-                              absl::Now);
-  if (!commit.ok()) {
-    FitHistory();
-    return commit.status();
-  }
-  if (commit->state == nullptr) {
-    ++counts().edits_repeated;
-    return commit->summary;
-  }
-  commit->summary.commit_time = std::chrono::steady_clock::now();
-  Publish(*commit, std::move(target));
-  FitHistory();
-  return commit->summary;
-}
-
-void Scene::Publish(const EditCommit& commit, std::shared_ptr<TargetSlot> target) {
-  {
-    const MutexLock lock(&mutex_);
-    head_.state = commit.state;
-    if (commit.structure_changed) head_.target = std::move(target);
-    for (const auto& [key, view] : views_) {
-      const bool all = commit.structure_changed || (commit.box_changed && HasPositions(key.spec));
-      all ? view->MarkAllDirty() : view->MarkDirty(commit.dirty);
-    }
-    log_.Add(commit.delta, commit.structure_changed);
-    last_use_ = absl::Now();
-  }
-  ++counts().edits_applied;
-  RequestWork();  // before the listeners: each of them may take the time to build a message
-  NotifyListeners();
-}
-
-void Scene::FitHistory() {
-  const auto state = State();
-  const auto log_bytes = [this] {
-    const MutexLock lock(&mutex_);
-    return log_.MemoryBytes();
-  };
-  do {
-    history_bytes_ = editor_.MemoryBytes() + log_bytes();
-  } while (!history_reservation_.Hold(history_bytes_, state->structure()) && ForgetOldest());
-}
-
-bool Scene::ForgetOldest() {
-  if (editor_.ForgetOldestStep()) {
-    ++counts().undo_steps_forgotten;
-    return true;
-  }
-  const MutexLock lock(&mutex_);
-  return log_.ForgetOldest() || editor_.ForgetOldestEditor();
 }
 
 std::shared_ptr<const SceneState> Scene::State() const { return Head().state; }
@@ -281,17 +216,20 @@ void Scene::Tick(absl::Time now) {
 }
 
 void Scene::EndIdleGestures(absl::Time now) {
-  // An edit is being applied. The next tick is soon enough.
+  // An edit is being applied or stored. The next tick is soon enough.
   if (!edit_mutex_.TryLock()) return;
-  auto ended = editor_.EndIdleGestures(
-      *State(), std::chrono::steady_clock::now() + absl::ToChronoNanoseconds(now - absl::Now()));
-  const bool any = ended != nullptr;
-  if (any) {
+  std::shared_ptr<const SceneState> ended;
+  if (journal_.is_idle()) {
+    ended =
+        editor_.EndIdleGestures(*applied_, Now() + absl::ToChronoNanoseconds(now - absl::Now()));
+  }
+  if (ended != nullptr) {
+    applied_ = ended;
     const MutexLock lock(&mutex_);
-    head_.state = std::move(ended);
+    head_.state = ended;
   }
   edit_mutex_.Unlock();
-  if (any) NotifyListeners();
+  if (ended != nullptr) NotifyListeners();
 }
 
 void Scene::AddListener(std::weak_ptr<SceneListener> listener) {

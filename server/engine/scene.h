@@ -12,12 +12,17 @@
 // serialised by edit_mutex_. A new plan is made without it: the edit that wants it is tried again with
 // the plan, and commits if the structure is then still the one that was planned.
 //
+// With a store, an edit is applied, appended to the scene's log, and published when that is durable. The next edit
+// builds on what is applied, but nobody sees a revision that a crash could take back. If the store fails, all that
+// was applied since is forgotten, and the next edit builds on what is stored.
+//
 // Locks    edit_mutex_ before mutex_ before a view's; listeners are notified with none of them held
 // Threads  safe
 #ifndef LATTICED_SERVER_ENGINE_SCENE_H_
 #define LATTICED_SERVER_ENGINE_SCENE_H_
 
 #include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -41,8 +46,10 @@
 #include "server/engine/scene/edit_log.h"
 #include "server/engine/scene/presence.h"
 #include "server/engine/scene/scene_editor.h"
+#include "server/engine/scene/scene_journal.h"
 #include "server/engine/scene/scene_listener.h"
 #include "server/engine/scene/scene_memory.h"
+#include "server/engine/scene/scene_replay.h"
 #include "server/engine/scene/scene_state.h"
 #include "server/engine/watch/watch_view.h"
 
@@ -63,15 +70,19 @@ struct SceneConfig {
   absl::Duration idle_ttl = absl::Hours(24);
   std::map<std::string, std::string> labels;
   std::string owner;
+  absl::Time create_time = absl::Now();
   MemoryAccountPtr account;  // that the plan and the history are charged to; may be null
   // Identifies the request: the same request again returns the scene, another one is ALREADY_EXISTS.
   std::string fingerprint;
+  // What a store keeps of it (server/store/records/header_codec.h). Empty without a store.
+  std::string stored_header;
 };
 
-// What the scenes of a server share. Both outlive the scenes.
+// What the scenes of a server share. All outlive the scenes.
 struct SceneContext {
   RenderBackend* backend = nullptr;
   RenderQueue* queue = nullptr;
+  Store* store = nullptr;  // null: scenes end with the server
 };
 
 class Scene : public RenderSource, public std::enable_shared_from_this<Scene> {
@@ -81,13 +92,18 @@ class Scene : public RenderSource, public std::enable_shared_from_this<Scene> {
   [[nodiscard]] static absl::StatusOr<std::shared_ptr<Scene>> Create(SceneConfig config,
                                                                      const SceneContext& context,
                                                                      StopCheck stop = NeverStop);
+  // The scene that was made from `config` before, as its log left it. Errors of Create; kDataLoss.
+  [[nodiscard]] static absl::StatusOr<std::shared_ptr<Scene>> Restore(SceneConfig config,
+                                                                      const SceneLog& log,
+                                                                      const SceneContext& context,
+                                                                      StopCheck stop = NeverStop);
   ~Scene() override;
   Scene(const Scene&) = delete;  // listeners and workers hold its address
   Scene& operator=(const Scene&) = delete;
 
   const SceneConfig& config() const { return config_; }
   const std::string& id() const { return config_.id; }
-  absl::Time create_time() const { return create_time_; }
+  absl::Time create_time() const { return config_.create_time; }
   // A number that no other scene of this process has, not even a later one of the same id.
   uint64_t incarnation() const { return incarnation_; }
 
@@ -96,8 +112,14 @@ class Scene : public RenderSource, public std::enable_shared_from_this<Scene> {
   // undo), kResourceExhausted, kNotFound when the scene was deleted. A change of structure makes its plan
   // in this call, which takes seconds on large meshes; other edits are applied meanwhile. When `stop` ends
   // it, nothing has changed and nothing is kept for replay, so the batch may be sent again.
+  // kResourceExhausted and kUnavailable, reason STORE: the store did not take it, and nothing has changed.
   [[nodiscard]] absl::StatusOr<EditSummary> ApplyEdits(const EditBatch& batch,
                                                        StopCheck stop = NeverStop)
+      ABSL_LOCKS_EXCLUDED(edit_mutex_, mutex_);
+  // The same, but returns when the batch is applied. Calls `done` once when it is durable, perhaps before it
+  // returns, else on a thread of the store; in the order of the calls, if they do not overlap.
+  using EditDone = std::function<void(const absl::StatusOr<EditSummary>&)>;
+  void SubmitEdits(const EditBatch& batch, StopCheck stop, EditDone done)
       ABSL_LOCKS_EXCLUDED(edit_mutex_, mutex_);
 
   [[nodiscard]] std::shared_ptr<const SceneState> State() const ABSL_LOCKS_EXCLUDED(mutex_);
@@ -162,22 +184,43 @@ class Scene : public RenderSource, public std::enable_shared_from_this<Scene> {
     SceneState state;
     std::shared_ptr<TargetSlot> target;
   };
-  Scene(SceneConfig config, Lattice lattice, MemoryReservation history,
-        const SceneContext& context);
+  Scene(SceneConfig config, SceneEditor editor, EditHistory::TimePoint now,
+        MemoryReservation history, const SceneContext& context);
+  [[nodiscard]] static absl::StatusOr<std::shared_ptr<Scene>> Make(SceneConfig config,
+                                                                   SceneLife life,
+                                                                   const SceneContext& context,
+                                                                   StopCheck stop);
   [[nodiscard]] absl::StatusOr<Prepared> Prepare(const LatticeStructure& structure,
                                                  StopCheck stop) const;
+  // What becomes of a batch: its answer, or where there is a store, nothing here and `done` later.
+  using Answer = std::optional<absl::StatusOr<EditSummary>>;
   // Applies the batch with the present plan. If it leads to another structure, sets `wanted` to that and
   // changes nothing.
-  [[nodiscard]] absl::StatusOr<EditSummary> TryEdits(const EditBatch& batch,
-                                                     std::optional<PlanCandidate>& candidate,
-                                                     std::shared_ptr<TargetSlot> target,
-                                                     std::optional<LatticeStructure>& wanted)
+  [[nodiscard]] Answer TryEdits(const EditBatch& batch, std::optional<PlanCandidate>& candidate,
+                                std::shared_ptr<TargetSlot> target,
+                                std::optional<LatticeStructure>& wanted, const EditDone& done)
       ABSL_LOCKS_EXCLUDED(edit_mutex_, mutex_);
+  [[nodiscard]] absl::Status AdmitEdit() ABSL_EXCLUSIVE_LOCKS_REQUIRED(edit_mutex_)
+      ABSL_LOCKS_EXCLUDED(mutex_);
+  // Goes on from what is stored, after an append has failed.
+  [[nodiscard]] absl::Status ReadAgain() ABSL_EXCLUSIVE_LOCKS_REQUIRED(edit_mutex_)
+      ABSL_LOCKS_EXCLUDED(mutex_);
+  // The answer to a batch that is now durable, or why it is not. Publishes what it did.
+  [[nodiscard]] absl::StatusOr<EditSummary> Settle(const absl::StatusOr<EditCommit>& commit,
+                                                   const std::shared_ptr<TargetSlot>& target,
+                                                   const absl::Status& durable)
+      ABSL_LOCKS_EXCLUDED(mutex_);
+  // Time since the scene was made, over all its lives.
+  EditHistory::TimePoint Now() const {
+    return EditHistory::TimePoint(std::chrono::steady_clock::now() - epoch_);
+  }
   void Publish(const EditCommit& commit, std::shared_ptr<TargetSlot> target)
       ABSL_LOCKS_EXCLUDED(mutex_);
-  // Forgets the oldest of history and log until the rest fits in memory. No edit is refused for them.
-  void FitHistory() ABSL_EXCLUSIVE_LOCKS_REQUIRED(edit_mutex_) ABSL_LOCKS_EXCLUDED(mutex_);
-  [[nodiscard]] bool ForgetOldest() ABSL_EXCLUSIVE_LOCKS_REQUIRED(edit_mutex_)
+  // Forgets the oldest of history and log until the rest fits in memory. No edit is refused for them. Counts
+  // in `record` what a log must repeat.
+  void FitHistory(EditRecord& record) ABSL_EXCLUSIVE_LOCKS_REQUIRED(edit_mutex_)
+      ABSL_LOCKS_EXCLUDED(mutex_);
+  [[nodiscard]] bool ForgetOldest(EditRecord& record) ABSL_EXCLUSIVE_LOCKS_REQUIRED(edit_mutex_)
       ABSL_LOCKS_EXCLUDED(mutex_);
   void EndIdleGestures(absl::Time now) ABSL_LOCKS_EXCLUDED(edit_mutex_, mutex_);
   void RunTurn(RenderWork work) ABSL_LOCKS_EXCLUDED(mutex_);
@@ -186,14 +229,18 @@ class Scene : public RenderSource, public std::enable_shared_from_this<Scene> {
 
   const SceneConfig config_;
   const SceneContext context_;
-  const absl::Time create_time_ = absl::Now();
   const uint64_t incarnation_;
   std::atomic<bool> deleted_ = false;
   const std::shared_ptr<const void> hold_ = std::make_shared<char>();
   PresenceBoard presence_;
 
+  const EditHistory::TimePoint epoch_;  // Now() was 0
+
   Mutex edit_mutex_;
   SceneEditor editor_ ABSL_GUARDED_BY(edit_mutex_);
+  SceneJournal journal_;
+  // What the last edit led to. It is published when it is durable.
+  std::shared_ptr<const SceneState> applied_ ABSL_GUARDED_BY(edit_mutex_);
   HistoryReservation history_reservation_ ABSL_GUARDED_BY(edit_mutex_);
   std::atomic<uint64_t> history_bytes_ = 0;  // with those of log_, to be read without the lock
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <limits>
 #include <memory>
 #include <string>
 #include <utility>
@@ -91,9 +92,16 @@ class DeformStream final
   absl::Status Handle(const v1::DeformRequest& request, SceneStream& stream);
   absl::Status Control(const v1::ControlWatchRequest& request, SceneStream& stream);
   void HandOver(v1::DeformRequest request);
-  // Applies the edit if it was admitted, and answers it.
+  // Applies the edit if it was admitted. It is answered when it is durable.
   void HandleEdit(v1::EditBatch batch, Clock::time_point arrival, const absl::Status& admitted);
-  absl::StatusOr<EditSummary> Apply(const v1::EditBatch& batch);
+  absl::Status Apply(const v1::EditBatch& batch, Scene::EditDone done);
+  // When an edit came, and when its turn came.
+  struct EditTimes {
+    Clock::time_point arrival;
+    Clock::time_point begun;
+  };
+  void Answer(uint64_t sequence, const EditTimes& times,
+              const absl::StatusOr<EditSummary>& summary);
 
   std::shared_ptr<DeformStream> self_;
   ServerEnv* const env_;
@@ -102,8 +110,9 @@ class DeformStream final
   // Used only while a message is read or handled; there is one at a time.
   grpc::ByteBuffer bytes_;
   std::string editor_id_;
-  uint64_t last_revision_ = 0;  // the highest in an answer to an edit
-  bool edited_ = false;
+  // The highest revision in an answer to an edit; kNone before the first one.
+  static constexpr uint64_t kNone = std::numeric_limits<uint64_t>::max();
+  std::atomic<uint64_t> last_revision_ = kNone;
 
   mutable Mutex mutex_;
   std::shared_ptr<SceneStream> stream_ ABSL_GUARDED_BY(mutex_);  // null before the first message
@@ -120,7 +129,8 @@ void DeformStream::OnReadDone(bool ok) {
       return End(error::FailedPrecondition("STREAM_NOT_OPENED",
                                            "the first message must be watch; none came"));
     }
-    return stream->HalfClose(edited_ ? last_revision_ : stream->scene().State()->revision);
+    const uint64_t last = last_revision_;
+    return stream->HalfClose(last != kNone ? last : stream->scene().State()->revision);
   }
   if (stream != nullptr && stream->ended()) return StopReading();
   v1::DeformRequest request;
@@ -237,38 +247,48 @@ absl::Status DeformStream::Control(const v1::ControlWatchRequest& request, Scene
 
 void DeformStream::HandleEdit(v1::EditBatch batch, Clock::time_point arrival,
                               const absl::Status& admitted) {
-  const auto stream = Stream();
   if (batch.editor_id().empty()) batch.set_editor_id(editor_id_);
-  const auto begun = Clock::now();
-  stream->BeginEdit();
-  const auto summary = CatchBadAlloc("the edit", [&]() -> absl::StatusOr<EditSummary> {
-    if (!admitted.ok()) return admitted;
-    return Apply(batch);
+  const uint64_t sequence = batch.sequence();
+  const EditTimes times{arrival, Clock::now()};
+  Stream()->BeginEdit();
+  const absl::Status applied = CatchBadAlloc("the edit", [&]() -> absl::Status {
+    LATTICED_RETURN_IF_ERROR(admitted);
+    return Apply(batch, [self = shared_from_this(), sequence, times](const auto& summary) {
+      self->Answer(sequence, times, summary);
+    });
   });
+  if (!applied.ok()) Answer(sequence, times, applied);
+}
 
+void DeformStream::Answer(uint64_t sequence, const EditTimes& times,
+                          const absl::StatusOr<EditSummary>& summary) {
+  const auto stream = Stream();
   auto applied = Clock::now();
   v1::SceneEvent event;
   v1::EditResult& result = *event.mutable_edit_result();
   if (summary.ok()) {
     result = ToProto(*summary);
     applied = summary->commit_time.value_or(applied);
-    last_revision_ = std::max(last_revision_, summary->revision);
   } else {
     env_->calls->NoteRefusal(error::DetailsOf(summary.status()).reason);
     const auto state = stream->scene().State();
-    result.set_sequence(batch.sequence());
+    result.set_sequence(sequence);
     *result.mutable_status() = ToRpcStatus(summary.status());
     result.set_revision(state->revision);
     result.set_structure_id(state->structure_id);
-    last_revision_ = std::max(last_revision_, state->revision);
   }
-  edited_ = true;
-  result.mutable_timings()->set_queue_us(Microseconds(absl::FromChrono(begun - arrival)));
-  result.mutable_timings()->set_apply_us(Microseconds(absl::FromChrono(applied - begun)));
+  uint64_t last = last_revision_;
+  while ((last == kNone || last < result.revision()) &&
+         !last_revision_.compare_exchange_weak(last, result.revision())) {
+  }
+  v1::EditTimings& timings = *result.mutable_timings();
+  timings.set_queue_us(Microseconds(absl::FromChrono(times.begun - times.arrival)));
+  timings.set_apply_us(Microseconds(absl::FromChrono(applied - times.begun)));
   stream->Answer(event);
+  MaybeRead();
 }
 
-absl::StatusOr<EditSummary> DeformStream::Apply(const v1::EditBatch& batch) {
+absl::Status DeformStream::Apply(const v1::EditBatch& batch, Scene::EditDone done) {
   LATTICED_RETURN_IF_ERROR(CheckRole(call_.caller, kApplyEditsRpc));
   LATTICED_RETURN_IF_ERROR(CheckDraining(*env_));
   const auto stream = Stream();
@@ -276,9 +296,11 @@ absl::StatusOr<EditSummary> DeformStream::Apply(const v1::EditBatch& batch) {
     return error::InvalidField("scene", "is not the scene of the stream", "SCENE_MISMATCH");
   }
   Scene& scene = stream->mutable_scene();
-  return scene.ApplyEdits(BatchFromProto(batch, *scene.config().mesh), [this] {
+  const auto stop = [this] {
     return cancelled_ ? absl::CancelledError("the stream was cancelled") : absl::OkStatus();
-  });
+  };
+  scene.SubmitEdits(BatchFromProto(batch, *scene.config().mesh), stop, std::move(done));
+  return absl::OkStatus();
 }
 
 }  // namespace

@@ -35,6 +35,7 @@
 #include "server/wire/converters.h"
 #include "server/wire/edit_converters.h"
 #include "server/wire/scene_converters.h"
+#include "server/wire/stored_scene.h"
 #include "server/wire/time_converters.h"
 
 namespace latticed {
@@ -89,6 +90,7 @@ absl::Status CreateScene(const CallContext& context, const v1::CreateSceneReques
       SceneConfigFromProto(request, *mesh, context.call.caller.name, env.options.scene_idle_ttl));
   const CallerAccount& caller = *context.call.account;
   config.account = caller.memory;
+  if (env.store != nullptr) config.stored_header = StoredHeaderOf(request, config);
   LATTICED_RETURN_IF_ERROR(context.room.Hold(SceneReplyBytes(request)));
   // Create looks for the mesh again, because it may have been deleted meanwhile.
   LATTICED_ASSIGN_OR_RETURN(
@@ -113,6 +115,8 @@ absl::Status ListScenes(const CallContext& context, const v1::ListScenesRequest&
   LATTICED_ASSIGN_OR_RETURN(const auto size, PageSize(request.page_size()));
   LATTICED_ASSIGN_OR_RETURN(const auto filter, LabelFilter::Parse(request.filter()));
   LATTICED_ASSIGN_OR_RETURN(const auto after, FromToken(request.page_token()));
+  // Those that cannot be woken are named in the log, and left out.
+  for (const std::string& id : context.env.scenes->Asleep()) (void)context.env.scenes->Find(id);
   auto scenes = context.env.scenes->All();
   std::erase_if(scenes, [&](const auto& scene) {
     return !filter.Matches(scene->config().labels) || KeyOf(*scene) <= after;

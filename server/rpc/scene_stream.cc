@@ -297,14 +297,19 @@ void SceneStream::ExpectAnswer() {
 
 void SceneStream::BeginEdit() {
   const MutexLock lock(&mutex_);
-  if (state_ != StreamState::kFinished) watcher_->SetCeiling(scene_->State()->revision);
+  // While an earlier answer is due, its ceiling holds.
+  if (state_ == StreamState::kFinished || answers_due_ > 1) return;
+  watcher_->SetCeiling(scene_->State()->revision);
 }
 
 void SceneStream::Answer(const v1::SceneEvent& result) {
   const MutexLock lock(&mutex_);
   --answers_due_;
   if (state_ == StreamState::kFinished) return;
-  watcher_->SetCeiling(std::nullopt);
+  const uint64_t revision = result.edit_result().revision();
+  // The next answer may be due already: it is of a revision that nobody has seen yet.
+  watcher_->SetCeiling(answers_due_ > 0 ? std::optional(revision) : std::nullopt);
+  if (half_closed_) finish_at_ = std::max(*finish_at_, revision);
   small_.push_back(EncodeEvent(result));
   Pump();
 }
@@ -341,7 +346,7 @@ bool SceneStream::ended() const {
 
 size_t SceneStream::backlog() const {
   const MutexLock lock(&mutex_);
-  return small_.size();
+  return small_.size() + static_cast<size_t>(answers_due_);
 }
 
 void SceneStream::ScheduleHeartbeat() {

@@ -104,7 +104,8 @@ class SceneStream : public SceneListener,
   // update that contains it.
   void BeginEdit() ABSL_LOCKS_EXCLUDED(mutex_);
   void Answer(const v1::SceneEvent& result) ABSL_LOCKS_EXCLUDED(mutex_);
-  // No more messages will come: the stream ends OK after an update at or above `revision`.
+  // No more messages will come: the stream ends OK after an update at or above `revision`, and those of the answers
+  // that are due.
   void HalfClose(uint64_t revision) ABSL_LOCKS_EXCLUDED(mutex_);
   // Ends the stream, after the message that is being written.
   void Fail(const absl::Status& status) ABSL_LOCKS_EXCLUDED(mutex_);
@@ -113,7 +114,7 @@ class SceneStream : public SceneListener,
   void Close() ABSL_LOCKS_EXCLUDED(mutex_);
   // Whether nothing more is written, so that messages of the client cannot be answered.
   bool ended() const ABSL_LOCKS_EXCLUDED(mutex_);
-  // How many small events wait to be written.
+  // How many small events wait to be written, answers to edits that are being stored among them.
   size_t backlog() const ABSL_LOCKS_EXCLUDED(mutex_);
 
  private:

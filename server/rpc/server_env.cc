@@ -19,6 +19,8 @@
 #include "server/rpc/call_counts.h"
 #include "server/stores/scene_registry.h"
 #include "server/stores/upload_store.h"
+#include "server/wire/stored_mesh.h"
+#include "server/wire/stored_scene.h"
 
 namespace latticed {
 namespace {
@@ -46,7 +48,7 @@ void LogEviction(const Scene& scene, uint64_t bytes) {
 }  // namespace
 
 ServerEnv::ServerEnv(Options options_in, std::vector<std::unique_ptr<Backend>> backends_in,
-                     Authenticator authenticator_in)
+                     Authenticator authenticator_in, std::shared_ptr<Store> store_in)
     : options(std::move(options_in)),
       boot_id(NewRandomId()),
       node(options.node.empty() ? HostName() : options.node),
@@ -54,6 +56,7 @@ ServerEnv::ServerEnv(Options options_in, std::vector<std::unique_ptr<Backend>> b
       token_key(NewRandomId()),
       start_time(absl::Now()),
       calls(std::make_unique<CallCounts>()),
+      store(std::move(store_in)),
       backends(std::move(backends_in)),
       callers(options.caller_share,
               {.memory = options.memory_bytes,
@@ -63,19 +66,37 @@ ServerEnv::ServerEnv(Options options_in, std::vector<std::unique_ptr<Backend>> b
       requests(
           std::make_shared<MemoryBudget>(options.memory_bytes / limits::kWaitingRequestsShare)),
       replies(std::make_shared<MemoryBudget>(options.memory_bytes / limits::kUntakenRepliesShare)),
+      meshes(store.get(), [](const StoredMesh& mesh) { return StoredHeaderOf(mesh); }),
       uploads(std::make_unique<UploadStore>(memory)),
       scenes(std::make_unique<SceneRegistry>(
           &backend(), kRenderWorkers,
-          SceneRegistry::Options{.max_scenes = static_cast<size_t>(options.max_scenes),
-                                 .memory = memory,
-                                 .on_tick = [this] { KeepHouse(); },
-                                 .on_evict = LogEviction})),
+          SceneRegistry::Options{
+              .max_scenes = static_cast<size_t>(options.max_scenes),
+              .memory = memory,
+              .on_tick = [this] { KeepHouse(); },
+              .store = store.get(),
+              .config_of = [this](std::string_view header) { return ConfigOf(header); },
+              .on_evict = LogEviction})),
       authenticator_(std::make_shared<const Authenticator>(std::move(authenticator_in))),
-      workers_(std::clamp(std::thread::hardware_concurrency() / kCoresOfQuickWorker,
+      workers_(std::in_place,
+               std::clamp(std::thread::hardware_concurrency() / kCoresOfQuickWorker,
                           kMinQuickWorkers, kMaxQuickWorkers),
                std::clamp(std::thread::hardware_concurrency(), kMinLongWorkers, kMaxLongWorkers)) {}
 
-ServerEnv::~ServerEnv() = default;
+ServerEnv::~ServerEnv() {
+  workers_.reset();
+  // What the store answers reaches scenes and streams, which use the rest.
+  if (store != nullptr) store->Flush();
+}
+
+absl::StatusOr<SceneConfig> ServerEnv::ConfigOf(std::string_view header) const {
+  LATTICED_ASSIGN_OR_RETURN(const StoredScene scene, StoredSceneOf(header));
+  const auto mesh = meshes.Find(scene.mesh_id);
+  if (!mesh.ok()) {
+    return absl::DataLossError(fmt::format("its mesh {} is missing", scene.mesh_id));
+  }
+  return SceneConfigFromStored(header, **mesh);
+}
 
 // Once a second, on the registry's thread.
 void ServerEnv::KeepHouse() {
@@ -95,7 +116,7 @@ absl::Status ServerEnv::Health() const {
     return absl::UnavailableError(
         fmt::format("the engine has not moved for {:.0f} s", absl::ToDoubleSeconds(still)));
   }
-  if (const absl::Duration wait = workers_.QuickStill(now); wait > kStillTime) {
+  if (const absl::Duration wait = workers_->QuickStill(now); wait > kStillTime) {
     return absl::UnavailableError(fmt::format("no worker has taken a waiting call for {:.0f} s",
                                               absl::ToDoubleSeconds(wait)));
   }
@@ -104,8 +125,8 @@ absl::Status ServerEnv::Health() const {
 
 Pulse ServerEnv::TakePulse() const {
   return {.engine_ticks = scenes->ticks(),
-          .quick_calls = workers_.quick_taken(),
-          .quick_calls_wait = workers_.QuickStill(absl::Now()) > absl::Seconds(1)};
+          .quick_calls = workers_->quick_taken(),
+          .quick_calls_wait = workers_->QuickStill(absl::Now()) > absl::Seconds(1)};
 }
 
 std::shared_ptr<const Authenticator> ServerEnv::authenticator() const {

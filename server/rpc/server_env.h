@@ -10,6 +10,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <stop_token>
 #include <string>
 #include <string_view>
@@ -28,6 +29,7 @@
 #include "server/base/watchdog.h"
 #include "server/base/worker_lanes.h"
 #include "server/rpc/stalled_calls.h"
+#include "server/store/store.h"
 #include "server/stores/callers.h"
 #include "server/stores/mesh_store.h"
 
@@ -35,21 +37,22 @@ namespace latticed {
 
 class CallCounts;     // server/rpc/call_counts.h
 class SceneRegistry;  // server/stores/scene_registry.h
+struct SceneConfig;   // server/engine/scene.h
 class UploadStore;    // server/stores/upload_store.h
 
 struct ServerEnv {
   static constexpr absl::Duration kStillTime = absl::Seconds(10);
 
-  // `backends` has at least one; the first one serves. `authenticator` decides who may call.
+  // `backends` has at least one; the first one serves. `authenticator` decides who may call. `store` may be null.
   ServerEnv(Options options, std::vector<std::unique_ptr<Backend>> backends,
-            Authenticator authenticator);
+            Authenticator authenticator, std::shared_ptr<Store> store = nullptr);
   ~ServerEnv();
   ServerEnv(const ServerEnv&) = delete;  // services hold its address
   ServerEnv& operator=(const ServerEnv&) = delete;
 
   // Runs `work` on a worker of the lane, when it is the caller's turn. The destructor waits for all of it.
   void Post(WorkerLanes::Lane lane, const CallerAccount& caller, std::function<void()> work) {
-    workers_.Post(lane, caller.has_share() ? &caller : nullptr, std::move(work));
+    workers_->Post(lane, caller.has_share() ? &caller : nullptr, std::move(work));
   }
   // kUnavailable with the reason when the server does not do its work: the device is lost, or the engine or the
   // workers have not moved for kStillTime.
@@ -72,6 +75,7 @@ struct ServerEnv {
   const absl::Time start_time;
   std::stop_source drain;  // stopped once the server drains: streams send goaway and end OK
   const std::unique_ptr<CallCounts> calls;
+  const std::shared_ptr<Store> store;  // null: meshes and scenes end with the server
   const std::vector<std::unique_ptr<Backend>> backends;
   Callers callers;
   TokenThrottle wrong_tokens;
@@ -86,10 +90,11 @@ struct ServerEnv {
 
  private:
   void KeepHouse();
+  [[nodiscard]] absl::StatusOr<SceneConfig> ConfigOf(std::string_view header) const;
 
   mutable Mutex mutex_;
   std::shared_ptr<const Authenticator> authenticator_ ABSL_GUARDED_BY(mutex_);
-  WorkerLanes workers_;  // last: they may use all of the above
+  std::optional<WorkerLanes> workers_;  // last: they may use all of the above
 };
 
 }  // namespace latticed

@@ -6,20 +6,16 @@
 #include <string>
 #include <utility>
 
-#include "absl/strings/ascii.h"
 #include "core/base/catch_bad_alloc.h"
 #include "core/base/error.h"
-#include "core/base/sha256.h"
 #include "core/base/status_macros.h"
-#include "core/mesh/reading_memory.h"
-#include "fmt/format.h"
-#include "server/engine/memory/allocation_limit.h"
 #include "server/rpc/call_reactor.h"
 #include "server/rpc/first_message.h"
 #include "server/rpc/server_env.h"
 #include "server/stores/scene_registry.h"
 #include "server/wire/mesh_header.h"
 #include "server/wire/message_bytes.h"
+#include "server/wire/stored_mesh.h"
 
 namespace latticed {
 namespace {
@@ -27,47 +23,6 @@ namespace {
 // The most bytes that a mesh's reply grows by when the mesh is stored: its creation time, and counts of scenes
 // that may have been made since.
 constexpr uint64_t kStillToCome = 256;
-constexpr size_t kHashBlockBytes = size_t{16} << 20;  // hashed between checks for cancellation
-
-absl::StatusOr<std::string> Hash(std::string_view bytes, const CallInfo& call) {
-  Sha256 sha256;
-  for (size_t at = 0; at < bytes.size(); at += kHashBlockBytes) {
-    LATTICED_RETURN_IF_ERROR(CheckCancelled(call));
-    sha256.Update(bytes.substr(at, kHashBlockBytes));
-  }
-  return sha256.FinishHex();
-}
-
-absl::Status CheckSha256(const std::string& announced, const std::string& actual) {
-  if (announced.empty() || absl::AsciiStrToLower(announced) == actual) return absl::OkStatus();
-  return error::InvalidField("header.sha256",
-                             fmt::format("announced {}, the bytes have {}", announced, actual),
-                             "HASH_MISMATCH");
-}
-
-// Objects of libraries whose size does not depend on the file, not reserved; 4 MiB of them are a table of libdraco.
-constexpr uint64_t kReadersBytes = uint64_t{16} << 20;
-
-// Reads the mesh from its bytes. `reservation` grows by what reading takes. The creation time is still to be set.
-absl::StatusOr<StoredMesh> Read(UploadHeader header, std::shared_ptr<const std::string> bytes,
-                                MemoryReservation& reservation, const CallInfo& call) {
-  StoredMesh stored{std::move(header.mesh)};
-  stored.bytes = std::move(bytes);
-  LATTICED_ASSIGN_OR_RETURN(stored.id, Hash(*stored.bytes, call));
-  LATTICED_RETURN_IF_ERROR(CheckSha256(header.sha256, stored.id));
-  AllocationLimit limit(kReadersBytes);
-  ReadingMemory memory([&, file = reservation.bytes()](uint64_t bytes) -> absl::Status {
-    const AllocationLimit::Pause pause;
-    LATTICED_RETURN_IF_ERROR(reservation.Resize("reading the mesh", file + bytes));
-    limit.Raise(bytes + kReadersBytes);
-    return absl::OkStatus();
-  });
-  LATTICED_ASSIGN_OR_RETURN(PolygonMesh mesh, ReadUpload(stored, *stored.bytes, &memory));
-  LATTICED_RETURN_IF_ERROR(CheckCancelled(call));
-  stored.bounds = mesh.ComputeBounds();
-  stored.mesh = std::make_shared<const PolygonMesh>(std::move(mesh));
-  return stored;
-}
 
 class UploadStream final : public CallReactor<grpc::ServerReadReactor<grpc::ByteBuffer>> {
  public:
@@ -150,7 +105,8 @@ absl::Status StoreUpload(ServerEnv& env, const CallInfo& call, Upload& upload, R
   LATTICED_ASSIGN_OR_RETURN(CompleteUpload complete, upload.Take());
   LATTICED_ASSIGN_OR_RETURN(
       StoredMesh made,
-      Read(std::move(complete.header), std::move(complete.bytes), complete.reservation, call));
+      ReadStoredMesh(std::move(complete.header), std::move(complete.bytes), complete.reservation,
+                     [&call] { return CheckCancelled(call); }));
   LATTICED_RETURN_IF_ERROR(room.Hold(ReplyBytes(describe(made)) + kStillToCome));
   LATTICED_ASSIGN_OR_RETURN(const auto mesh,
                             env.meshes.Add(std::move(made), std::move(complete.reservation)));

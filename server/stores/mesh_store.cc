@@ -20,14 +20,26 @@ absl::StatusOr<std::shared_ptr<const StoredMesh>> MeshStore::Add(StoredMesh mesh
   if (const auto found = Find(mesh.id); found.ok()) return stored_before(*found);
   // Without the lock: it may evict scenes, and the registry's lock comes before this one.
   LATTICED_RETURN_IF_ERROR(reservation.Resize("the mesh", mesh.MemoryBytes()));
+  mesh.create_time = absl::Now();
+  if (store_ != nullptr) {
+    LATTICED_RETURN_IF_ERROR(store_->PutMesh(mesh.id, header_of_(mesh), *mesh.bytes));
+  }
   const MutexLock lock(&mutex_);
   const auto found = meshes_.find(mesh.id);  // another upload may have come first
   if (found != meshes_.end()) return stored_before(found->second);
   mesh.memory = std::move(reservation);
-  mesh.create_time = absl::Now();
   auto stored = std::make_shared<const StoredMesh>(std::move(mesh));
   meshes_.emplace(stored->id, stored);
   return stored;
+}
+
+absl::Status MeshStore::Restore(StoredMesh mesh, MemoryReservation reservation) {
+  LATTICED_RETURN_IF_ERROR(reservation.Resize("the mesh", mesh.MemoryBytes()));
+  mesh.memory = std::move(reservation);
+  const MutexLock lock(&mutex_);
+  const std::string id = mesh.id;
+  meshes_.emplace(id, std::make_shared<const StoredMesh>(std::move(mesh)));
+  return absl::OkStatus();
 }
 
 absl::StatusOr<std::shared_ptr<const StoredMesh>> MeshStore::Find(std::string_view id) const {
@@ -45,6 +57,10 @@ std::vector<std::shared_ptr<const StoredMesh>> MeshStore::All() const {
 }
 
 absl::Status MeshStore::Remove(std::string_view id) {
+  if (store_ != nullptr) {
+    LATTICED_RETURN_IF_ERROR(Find(id).status());
+    LATTICED_RETURN_IF_ERROR(store_->DeleteMesh(id));
+  }
   std::shared_ptr<const StoredMesh> removed;  // destroyed after the lock is released
   const MutexLock lock(&mutex_);
   const auto found = meshes_.find(id);

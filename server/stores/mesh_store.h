@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Uploaded meshes by id, within the memory budget. A mesh in use stays alive through its shared_ptr
+// Uploaded meshes by id, within the memory budget, and in the server's store if it has one. A mesh in use stays alive through its shared_ptr
 // after Remove, and counts against the budget as long.
 //
 // Threads  safe; no lock is held while a mesh is parsed, hashed or destroyed
@@ -9,6 +9,7 @@
 #define LATTICED_SERVER_STORES_MESH_STORE_H_
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
@@ -25,6 +26,7 @@
 #include "core/mesh/mesh_units.h"
 #include "core/mesh/polygon_mesh.h"
 #include "server/engine/memory/memory_budget.h"
+#include "server/store/store.h"
 
 namespace latticed {
 
@@ -55,11 +57,19 @@ struct StoredMesh : MeshDescription {
 
 class MeshStore {
  public:
-  // Keeps `mesh` and sets its create time. The upload's reservation becomes the mesh's. The same bytes twice
+  // What a store keeps of a mesh beside its bytes.
+  using HeaderOf = std::function<std::string(const StoredMesh&)>;
+  // `store` may be null, else it outlives this.
+  explicit MeshStore(Store* store = nullptr, HeaderOf header_of = nullptr)
+      : store_(store), header_of_(std::move(header_of)) {}
+
+  // Keeps `mesh`, durably where there is a store, and sets its create time. The upload's reservation becomes the mesh's. The same bytes twice
   // are one mesh, which keeps the name, labels and units of the first upload; in another format or layout
-  // they are kAlreadyExists. kResourceExhausted with asked and free bytes.
+  // they are kAlreadyExists. kResourceExhausted with asked and free bytes; the store's errors.
   [[nodiscard]] absl::StatusOr<std::shared_ptr<const StoredMesh>> Add(
       StoredMesh mesh, MemoryReservation reservation);
+  // Keeps a mesh that comes from the store. kResourceExhausted.
+  [[nodiscard]] absl::Status Restore(StoredMesh mesh, MemoryReservation reservation);
 
   // kNotFound.
   [[nodiscard]] absl::StatusOr<std::shared_ptr<const StoredMesh>> Find(std::string_view id) const;
@@ -67,12 +77,14 @@ class MeshStore {
   // In order of id.
   [[nodiscard]] std::vector<std::shared_ptr<const StoredMesh>> All() const;
 
-  // kNotFound.
+  // kNotFound; the store's errors, and then the mesh stays.
   [[nodiscard]] absl::Status Remove(std::string_view id);
 
   size_t size() const;
 
  private:
+  Store* const store_;
+  const HeaderOf header_of_;
   mutable Mutex mutex_;
   std::map<std::string, std::shared_ptr<const StoredMesh>, std::less<>> meshes_
       ABSL_GUARDED_BY(mutex_);

@@ -11,6 +11,7 @@
 #include "core/base/error.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
+#include "server/base/telemetry.h"
 #include "server/engine/memory/eviction.h"
 #include "server/engine/watch_control.h"
 
@@ -73,24 +74,30 @@ void SceneRegistry::KeepHouse() {
   }
 }
 
+absl::Status SceneRegistry::AwaitFree(std::string_view id, StopCheck stop) {
+  const auto free = [&]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return !creating_.contains(id); };
+  while (!mutex_.AwaitFor(free, kStopCheckInterval)) {
+    LATTICED_RETURN_IF_ERROR(stop());
+  }
+  return absl::OkStatus();
+}
+
 absl::StatusOr<std::shared_ptr<Scene>> SceneRegistry::Create(
     SceneConfig config, const std::function<absl::Status()>& admit, StopCheck stop,
     size_t most_of_account) {
   const std::string id = config.id;
   const std::string mesh_id = config.mesh_id;
+  if (options_.store != nullptr) (void)Find(id);  // wakes the scene of an equal request
   {
     const MutexLock lock(&mutex_);
     // A client that retries should get the scene, not an error, so its call waits for the first one.
-    const auto free = [&]()
-                          ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return !creating_.contains(id); };
-    while (!mutex_.AwaitFor(free, kStopCheckInterval)) {
-      LATTICED_RETURN_IF_ERROR(stop());
-    }
+    LATTICED_RETURN_IF_ERROR(AwaitFree(id, stop));
     if (const auto found = scenes_.find(id); found != scenes_.end()) {
       if (found->second->config().fingerprint == config.fingerprint) return found->second;
       return error::AlreadyExists("scene", id);
     }
-    if (scenes_.size() + creating_.size() >= options_.max_scenes) {
+    if (asleep_.contains(id)) return error::AlreadyExists("scene", id);
+    if (scenes_.size() + creating_.size() + asleep_.size() >= options_.max_scenes) {
       return error::LimitExceeded("scenes", options_.max_scenes);
     }
     if (CountOfAccountLocked(config.account) >= most_of_account) {
@@ -101,35 +108,107 @@ absl::StatusOr<std::shared_ptr<Scene>> SceneRegistry::Create(
     }
     creating_[id] = {mesh_id, config.account};
   }
-  auto scene = CatchBadAlloc("the scene", [&] {
-    return Scene::Create(std::move(config), {&render_backend_, &queue_}, stop);
-  });
-  const MutexLock lock(&mutex_);
-  const bool mesh_lives = creating_[id].mesh_id == mesh_id;
-  creating_.erase(id);
-  if (!scene.ok()) return scene;
-  if (!mesh_lives) return error::NotFound("mesh", mesh_id);
-  scenes_[id] = *scene;
+  auto scene = Made(std::move(config), stop);
+  {
+    const MutexLock lock(&mutex_);
+    const bool mesh_lives = creating_[id].mesh_id == mesh_id;
+    creating_.erase(id);
+    if (!scene.ok()) return scene;
+    if (mesh_lives) {
+      scenes_[id] = *scene;
+      return scene;
+    }
+  }
+  if (options_.store != nullptr) {
+    LATTICED_RETURN_IF_ERROR(options_.store->DeleteScene(id));
+  }
+  return error::NotFound("mesh", mesh_id);
+}
+
+absl::StatusOr<std::shared_ptr<Scene>> SceneRegistry::Made(SceneConfig config, StopCheck stop) {
+  const std::string id = config.id;
+  std::string header = std::exchange(config.stored_header, {});
+  LATTICED_ASSIGN_OR_RETURN(auto scene, CatchBadAlloc("the scene", [&] {
+                              return Scene::Create(std::move(config), context(), stop);
+                            }));
+  if (options_.store != nullptr) {
+    LATTICED_RETURN_IF_ERROR(options_.store->CreateScene(id, std::move(header)));
+  }
   return scene;
 }
 
-absl::StatusOr<std::shared_ptr<Scene>> SceneRegistry::Find(std::string_view id) const {
+void SceneRegistry::AddAsleep(std::string id, std::string mesh_id, absl::Time expires) {
   const MutexLock lock(&mutex_);
-  const auto found = scenes_.find(id);
-  if (found == scenes_.end()) return error::NotFound("scene", id);
-  return found->second;
+  asleep_[std::move(id)] = {std::move(mesh_id), expires};
+}
+
+std::vector<std::string> SceneRegistry::Asleep() const {
+  std::vector<std::string> ids;
+  const MutexLock lock(&mutex_);
+  for (const auto& [id, sleeper] : asleep_) ids.push_back(id);
+  return ids;
+}
+
+absl::StatusOr<std::shared_ptr<Scene>> SceneRegistry::Find(std::string_view id) {
+  {
+    const MutexLock lock(&mutex_);
+    if (const auto found = scenes_.find(id); found != scenes_.end()) return found->second;
+    if (!asleep_.contains(id)) return error::NotFound("scene", id);
+  }
+  return Wake(id);
+}
+
+absl::StatusOr<std::shared_ptr<Scene>> SceneRegistry::Wake(std::string_view id) {
+  const std::string key(id);
+  {
+    const MutexLock lock(&mutex_);
+    LATTICED_RETURN_IF_ERROR(AwaitFree(key, NeverStop));
+    if (const auto found = scenes_.find(key); found != scenes_.end()) return found->second;
+    const auto sleeper = asleep_.find(key);
+    if (sleeper == asleep_.end()) return error::NotFound("scene", key);
+    creating_[key] = {sleeper->second.mesh_id, nullptr};
+  }
+  auto scene = CatchBadAlloc("the scene", [&] { return Restored(key); });
+  if (!scene.ok()) {
+    LogEvent(spdlog::level::err, "scene not restored",
+             {{"scene", key}, {"status", scene.status().ToString()}});
+  }
+  const MutexLock lock(&mutex_);
+  creating_.erase(key);
+  if (!scene.ok()) return scene;
+  asleep_.erase(key);
+  scenes_[key] = *scene;
+  return scene;
+}
+
+absl::StatusOr<std::shared_ptr<Scene>> SceneRegistry::Restored(const std::string& id) {
+  LATTICED_ASSIGN_OR_RETURN(const auto log, options_.store->ReadScene(id));
+  LATTICED_ASSIGN_OR_RETURN(auto config, options_.config_of(log.header));
+  return Scene::Restore(std::move(config), log, context());
 }
 
 absl::Status SceneRegistry::Delete(std::string_view id) {
+  const std::string key(id);
+  {
+    const MutexLock lock(&mutex_);
+    LATTICED_RETURN_IF_ERROR(AwaitFree(key, NeverStop));
+    if (!scenes_.contains(key) && !asleep_.contains(key)) return error::NotFound("scene", key);
+    creating_[key] = {};
+  }
+  absl::Status status;
+  if (options_.store != nullptr) status = options_.store->DeleteScene(key);
   std::shared_ptr<Scene> scene;
   {
     const MutexLock lock(&mutex_);
-    const auto found = scenes_.find(id);
-    if (found == scenes_.end()) return error::NotFound("scene", id);
-    scene = std::move(found->second);
-    scenes_.erase(found);
+    creating_.erase(key);
+    if (!status.ok()) return status;
+    asleep_.erase(key);
+    if (const auto found = scenes_.find(key); found != scenes_.end()) {
+      scene = std::move(found->second);
+      scenes_.erase(found);
+    }
   }
-  scene->Delete();
+  if (scene != nullptr) scene->Delete();
   return absl::OkStatus();
 }
 
@@ -175,13 +254,19 @@ size_t SceneRegistry::CountOfAccountLocked(const MemoryAccountPtr& account) cons
 size_t SceneRegistry::CountOfMeshLocked(std::string_view mesh_id) const {
   const auto made = std::ranges::count_if(
       scenes_, [mesh_id](const auto& s) { return s.second->config().mesh_id == mesh_id; });
-  const auto in_making =
-      std::ranges::count(creating_, mesh_id, [](const auto& c) { return c.second.mesh_id; });
-  return static_cast<size_t>(made + in_making);
+  const auto asleep =
+      std::ranges::count(asleep_, mesh_id, [](const auto& s) { return s.second.mesh_id; });
+  const auto in_making = std::ranges::count_if(creating_, [&](const auto& c) {
+    return c.second.mesh_id == mesh_id && !asleep_.contains(c.first);
+  });
+  return static_cast<size_t>(made + asleep + in_making);
 }
 
 absl::Status SceneRegistry::DeleteMesh(std::string_view mesh_id, bool force,
                                        const std::function<absl::Status()>& remove) {
+  if (force && options_.store != nullptr) {
+    LATTICED_RETURN_IF_ERROR(DeleteScenesOf(mesh_id));
+  }
   std::vector<std::shared_ptr<Scene>> gone;
   {
     const MutexLock lock(&mutex_);
@@ -200,16 +285,40 @@ absl::Status SceneRegistry::DeleteMesh(std::string_view mesh_id, bool force,
   return absl::OkStatus();
 }
 
+absl::Status SceneRegistry::DeleteScenesOf(std::string_view mesh_id) {
+  std::vector<std::string> ids;
+  {
+    const MutexLock lock(&mutex_);
+    for (const auto& [id, scene] : scenes_) {
+      if (scene->config().mesh_id == mesh_id) ids.push_back(id);
+    }
+    for (const auto& [id, sleeper] : asleep_) {
+      if (sleeper.mesh_id == mesh_id) ids.push_back(id);
+    }
+  }
+  for (const std::string& id : ids) {
+    const absl::Status status = Delete(id);
+    if (!status.ok() && !absl::IsNotFound(status)) return status;
+  }
+  return absl::OkStatus();
+}
+
 void SceneRegistry::Tick(absl::Time now) {
   for (const auto& scene : All()) scene->Tick(now);
   if (options_.on_tick != nullptr) options_.on_tick();
-  std::vector<std::shared_ptr<Scene>> gone;
+  std::vector<std::string> expired;
   {
     const MutexLock lock(&mutex_);
-    gone = TakeWhere([now](const Scene& scene) { return scene.expire_time() <= now; });
+    for (const auto& [id, scene] : scenes_) {
+      if (scene->expire_time() <= now) expired.push_back(id);
+    }
+    for (const auto& [id, sleeper] : asleep_) {
+      if (sleeper.expires <= now) expired.push_back(id);
+    }
     std::erase_if(watches_, [](const auto& watch) { return watch.second.expired(); });
   }
-  for (const auto& scene : gone) scene->Delete();
+  // What the store cannot delete now expires again with the next tick.
+  for (const std::string& id : expired) (void)Delete(id);
 }
 
 std::vector<std::shared_ptr<Scene>> SceneRegistry::TakeWhere(

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Scenes by id, watches by id, and the housekeeping of both.
+// Scenes by id, watches by id, and the housekeeping of both. With a store, scenes of earlier runs are asleep: the first
+// call that finds one makes it again.
 //
 // Errors   kNotFound for an unknown id
 // Threads  safe; no lock is held while a scene is planned, evaluated or destroyed
@@ -47,6 +48,10 @@ class SceneRegistry {
     std::shared_ptr<MemoryBudget> memory;
     // Called by every Tick, with no lock held, for other housekeeping.
     std::function<void()> on_tick;
+    // Null: scenes end with the server. Else it outlives the registry.
+    Store* store = nullptr;
+    // The configuration of a stored scene, from its header.
+    std::function<absl::StatusOr<SceneConfig>(std::string_view header)> config_of;
     // Called with no lock held after a scene was evicted, with the most bytes that this freed.
     std::function<void(const Scene&, uint64_t)> on_evict;
   };
@@ -67,10 +72,17 @@ class SceneRegistry {
       SceneConfig config, const std::function<absl::Status()>& admit = nullptr,
       StopCheck stop = NeverStop, size_t most_of_account = std::numeric_limits<size_t>::max())
       ABSL_LOCKS_EXCLUDED(mutex_);
-  // kNotFound.
-  [[nodiscard]] absl::StatusOr<std::shared_ptr<Scene>> Find(std::string_view id) const
+  // A scene of the store, which Find wakes. Until then it expires at `expires`.
+  void AddAsleep(std::string id, std::string mesh_id, absl::Time expires)
       ABSL_LOCKS_EXCLUDED(mutex_);
-  // Ends the scene's streams with kNotFound and forgets it. kNotFound.
+  // Wakes the scene if it is asleep, which may take a second. kNotFound; kDataLoss and the errors of
+  // Scene::Restore.
+  [[nodiscard]] absl::StatusOr<std::shared_ptr<Scene>> Find(std::string_view id)
+      ABSL_LOCKS_EXCLUDED(mutex_);
+  // The ids of the scenes that are asleep.
+  [[nodiscard]] std::vector<std::string> Asleep() const ABSL_LOCKS_EXCLUDED(mutex_);
+  // Ends the scene's streams with kNotFound and forgets it. kNotFound; the store's errors, and then the scene
+  // stays.
   [[nodiscard]] absl::Status Delete(std::string_view id) ABSL_LOCKS_EXCLUDED(mutex_);
   // In order of id.
   [[nodiscard]] std::vector<std::shared_ptr<Scene>> All() const ABSL_LOCKS_EXCLUDED(mutex_);
@@ -104,6 +116,15 @@ class SceneRegistry {
 
  private:
   void KeepHouse() ABSL_LOCKS_EXCLUDED(mutex_);
+  // Waits until nobody makes, wakes or deletes the scene.
+  [[nodiscard]] absl::Status AwaitFree(std::string_view id, StopCheck stop)
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  [[nodiscard]] absl::StatusOr<std::shared_ptr<Scene>> Wake(std::string_view id)
+      ABSL_LOCKS_EXCLUDED(mutex_);
+  [[nodiscard]] absl::Status DeleteScenesOf(std::string_view mesh_id) ABSL_LOCKS_EXCLUDED(mutex_);
+  [[nodiscard]] absl::StatusOr<std::shared_ptr<Scene>> Restored(const std::string& id);
+  [[nodiscard]] absl::StatusOr<std::shared_ptr<Scene>> Made(SceneConfig config, StopCheck stop);
+  SceneContext context() { return {&render_backend_, &queue_, options_.store}; }
   // The budget's evictor: evicts scenes that nobody uses, the least recently used first.
   bool Evict(const MemoryShortage& shortage) ABSL_LOCKS_EXCLUDED(mutex_);
   std::vector<std::shared_ptr<Scene>> TakeWhere(const std::function<bool(const Scene&)>& condemned)
@@ -125,7 +146,13 @@ class SceneRegistry {
     std::string mesh_id;  // emptied when the mesh was deleted meanwhile
     MemoryAccountPtr account;
   };
-  std::map<std::string, InMaking, std::less<>> creating_ ABSL_GUARDED_BY(mutex_);  // by scene id
+  // By id: scenes that are being made, woken or deleted.
+  std::map<std::string, InMaking, std::less<>> creating_ ABSL_GUARDED_BY(mutex_);
+  struct Sleeper {
+    std::string mesh_id;
+    absl::Time expires;
+  };
+  std::map<std::string, Sleeper, std::less<>> asleep_ ABSL_GUARDED_BY(mutex_);
   std::map<std::string, std::weak_ptr<WatchControl>, std::less<>> watches_ ABSL_GUARDED_BY(mutex_);
   bool stopping_ ABSL_GUARDED_BY(mutex_) = false;
   RenderQueue queue_;        // last but one: its threads use all of the above

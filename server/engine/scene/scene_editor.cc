@@ -22,14 +22,15 @@ std::shared_ptr<const LatticeDelta> MakeDelta(const EditBatch& batch, const Scen
 
 }  // namespace
 
-std::shared_ptr<const SceneState> SceneEditor::FirstState(SceneState planned,
-                                                          absl::Time now) const {
+std::shared_ptr<const SceneState> SceneEditor::FirstState(
+    SceneState planned, absl::Time commit_time, const std::optional<QuantisationBox>& box) const {
   planned.revision = history_.revision();
   planned.structure_id = history_.structure_id();
   planned.control_points =
       std::make_shared<const std::vector<Vec3d>>(history_.lattice().control_points);
-  planned.box = FitQuantisationBox(BoundsOf(planned), 1);
-  planned.commit_time = now;
+  planned.box = box.has_value() ? *box : FitQuantisationBox(BoundsOf(planned), 1);
+  planned.commit_time = commit_time;
+  planned.gesture_open = history_.gesture_open();
   return std::make_shared<const SceneState>(std::move(planned));
 }
 

@@ -51,10 +51,13 @@ class SceneEditor {
 
   // `initial` must be valid.
   explicit SceneEditor(Lattice initial) : history_(std::move(initial)) {}
+  explicit SceneEditor(EditHistory history) : history_(std::move(history)) {}
 
-  // The state at revision 0. `planned` has what follows from the plan.
-  [[nodiscard]] std::shared_ptr<const SceneState> FirstState(SceneState planned,
-                                                             absl::Time now) const;
+  // The state that the history is at before any Apply. `planned` has what follows from the plan. Without a
+  // box it gets the first box of a scene.
+  [[nodiscard]] std::shared_ptr<const SceneState> FirstState(
+      SceneState planned, absl::Time commit_time,
+      const std::optional<QuantisationBox>& box = std::nullopt) const;
   // `before` is the newest state. An EditCommit without a state repeats the answer of an earlier batch.
   [[nodiscard]] absl::StatusOr<EditCommit> Apply(const EditBatch& batch, const SceneState& before,
                                                  std::optional<PlanCandidate>& candidate,
@@ -64,6 +67,15 @@ class SceneEditor {
   // newest state without it, at the same revision; else null.
   [[nodiscard]] std::shared_ptr<const SceneState> EndIdleGestures(const SceneState& newest,
                                                                   TimePoint now);
+
+  uint64_t records() const { return history_.records(); }
+  uint64_t revision() const { return history_.revision(); }
+  const LatticeStructure& structure() const { return history_.lattice().structure; }
+  // As EditHistory::LastRecord.
+  [[nodiscard]] EditRecord LastRecord(const EditBatch& batch, TimePoint now) const {
+    return history_.LastRecord(batch, now);
+  }
+  [[nodiscard]] EditHistoryImage image() const { return history_.image(); }
 
   // The bytes of undo steps and of what is kept for replay.
   size_t MemoryBytes() const { return history_.MemoryBytes(); }

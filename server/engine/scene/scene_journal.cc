@@ -1,0 +1,31 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/engine/scene/scene_journal.h"
+
+#include "server/store/store_errors.h"
+
+namespace latticed {
+
+absl::Status SceneJournal::Admit() const {
+  if (store_ == nullptr) return absl::OkStatus();
+  if (is_broken()) return error::StoreFailed("edits before this one could not be written");
+  return store_->Admit();
+}
+
+void SceneJournal::Append(uint64_t lsn, const SceneRecord& record, Then then) {
+  Post(lsn, EncodeRecord(record), std::move(then));
+}
+
+void SceneJournal::Wait(Then then) { Post(0, "", std::move(then)); }
+
+void SceneJournal::Post(uint64_t lsn, std::string record, Then then) {
+  ++state_->pending;
+  store_->Append(scene_, lsn, std::move(record),
+                 [state = state_, then = std::move(then)](const absl::Status& durable) {
+                   if (!durable.ok()) state->broken = true;
+                   then(durable);
+                   --state->pending;
+                 });
+}
+
+}  // namespace latticed

@@ -1,0 +1,69 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What one scene writes to its store. Without a store a scene lives in memory alone, and nothing here does anything.
+//
+//   Admit    before a batch is applied: what was applied cannot be taken back
+//   Append   after it, with the record of the batch; what the batch did is published in `then`, when it is durable
+//   Wait     the same for an answer that has no record but must not overtake those before it
+//
+// An append that fails breaks the journal. What was applied since is then lost: the scene goes on from what Read
+// returns, once no append is under way.
+//
+// Threads  Append, Wait, Admit and Read one at a time; the rest is safe
+#ifndef LATTICED_SERVER_ENGINE_SCENE_SCENE_JOURNAL_H_
+#define LATTICED_SERVER_ENGINE_SCENE_SCENE_JOURNAL_H_
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "server/store/records/scene_codec.h"
+#include "server/store/store.h"
+
+namespace latticed {
+
+class SceneJournal {
+ public:
+  // Called on a thread of the store with none of its locks held, in the order of Append and Wait.
+  using Then = std::function<void(const absl::Status&)>;
+
+  // `store` may be null, else it outlives the scene.
+  SceneJournal(Store* store, std::string scene) : store_(store), scene_(std::move(scene)) {}
+
+  bool durable() const { return store_ != nullptr; }
+  // Why no batch may be applied now: the store's Admit, or kUnavailable, reason STORE, while the journal is broken.
+  [[nodiscard]] absl::Status Admit() const;
+  // Only if durable().
+  void Append(uint64_t lsn, const SceneRecord& record, Then then);
+  void Wait(Then then);
+  bool is_broken() const { return state_->broken; }
+  // Whether everything was answered.
+  bool is_idle() const { return state_->pending == 0; }
+  // What the store has of the scene. The store's errors.
+  [[nodiscard]] absl::StatusOr<SceneLog> Read() const { return store_->ReadScene(scene_); }
+  // The scene goes on from what Read returned.
+  void Mend() { state_->broken = false; }
+
+ private:
+  // Answers may outlive the scene.
+  struct State {
+    std::atomic<uint64_t> pending = 0;
+    std::atomic<bool> broken = false;
+  };
+
+  void Post(uint64_t lsn, std::string record, Then then);
+
+  Store* const store_;
+  const std::string scene_;
+  const std::shared_ptr<State> state_ = std::make_shared<State>();
+};
+
+}  // namespace latticed
+
+#endif  // LATTICED_SERVER_ENGINE_SCENE_SCENE_JOURNAL_H_

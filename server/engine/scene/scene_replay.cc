@@ -1,0 +1,52 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/engine/scene/scene_replay.h"
+
+#include <utility>
+
+#include "core/base/status_macros.h"
+#include "fmt/format.h"
+#include "server/store/records/header_codec.h"
+#include "server/store/records/scene_codec.h"
+
+namespace latticed {
+namespace {
+
+absl::Status Damaged(uint64_t lsn, const absl::Status& why) {
+  return absl::DataLossError(fmt::format("record {}: {}", lsn, std::string(why.message())));
+}
+
+absl::StatusOr<SceneLife> FromSnapshot(const SceneLog& log) {
+  LATTICED_ASSIGN_OR_RETURN(auto image, DecodeImage(log.snapshot));
+  LATTICED_ASSIGN_OR_RETURN(auto history, EditHistory::FromImage(std::move(image.history)));
+  if (history.records() != log.snapshot_lsn) {
+    return absl::DataLossError(fmt::format("the snapshot of record {} is of record {}",
+                                           log.snapshot_lsn, history.records()));
+  }
+  return SceneLife{std::move(history), image.box, image.now, image.commit_time};
+}
+
+}  // namespace
+
+absl::StatusOr<SceneLife> Replay(const SceneLog& log) {
+  LATTICED_ASSIGN_OR_RETURN(auto header, DecodeHeader(log.header));
+  SceneLife life{.history = EditHistory(std::move(header.lattice)),
+                 .commit_time = header.create_time};
+  if (log.snapshot_lsn > 0) {
+    LATTICED_ASSIGN_OR_RETURN(life, FromSnapshot(log));
+  }
+  for (size_t n = 0; n < log.records.size(); ++n) {
+    const uint64_t lsn = log.snapshot_lsn + n + 1;
+    const auto record = DecodeRecord(log.records[n]);
+    if (!record.ok()) return Damaged(lsn, record.status());
+    if (const auto status = life.history.ApplyRecord(record->edit); !status.ok()) {
+      return Damaged(lsn, status);
+    }
+    if (record->box.has_value()) life.box = record->box;
+    life.now = record->edit.now;
+    life.commit_time = record->commit_time;
+  }
+  return life;
+}
+
+}  // namespace latticed

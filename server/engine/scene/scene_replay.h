@@ -1,0 +1,34 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A scene's history, made again from its log.
+//
+// Errors   kDataLoss naming the record
+// Threads  pure functions
+#ifndef LATTICED_SERVER_ENGINE_SCENE_SCENE_REPLAY_H_
+#define LATTICED_SERVER_ENGINE_SCENE_SCENE_REPLAY_H_
+
+#include <chrono>
+#include <optional>
+
+#include "absl/status/statusor.h"
+#include "absl/time/time.h"
+#include "core/ffd/edit_history.h"
+#include "core/ffd/quantisation_box.h"
+#include "server/store/store.h"
+
+namespace latticed {
+
+// What a scene was when it made its last record.
+struct SceneLife {
+  EditHistory history;
+  std::optional<QuantisationBox> box;         // none: no edit has come yet
+  std::chrono::steady_clock::time_point now;  // on the scene's clock
+  absl::Time commit_time;
+};
+
+[[nodiscard]] absl::StatusOr<SceneLife> Replay(const SceneLog& log);
+
+}  // namespace latticed
+
+#endif  // LATTICED_SERVER_ENGINE_SCENE_SCENE_REPLAY_H_

@@ -1,0 +1,175 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Edits of a Scene: applied, stored, published, answered.
+#include <chrono>
+#include <utility>
+
+#include "absl/synchronization/notification.h"
+#include "core/base/error.h"
+#include "core/base/status_macros.h"
+#include "server/engine/scene.h"
+#include "server/store/store_errors.h"
+
+namespace latticed {
+
+absl::StatusOr<EditSummary> Scene::ApplyEdits(const EditBatch& batch, StopCheck stop) {
+  absl::StatusOr<EditSummary> answer;
+  absl::Notification answered;
+  SubmitEdits(batch, stop, [&](const absl::StatusOr<EditSummary>& summary) {
+    answer = summary;
+    answered.Notify();
+  });
+  answered.WaitForNotification();
+  return answer;
+}
+
+void Scene::SubmitEdits(const EditBatch& batch, StopCheck stop, EditDone done) {
+  std::optional<PlanCandidate> candidate;
+  std::shared_ptr<TargetSlot> target;
+  while (true) {
+    std::optional<LatticeStructure> wanted;
+    const Answer answer = TryEdits(batch, candidate, target, wanted, done);
+    if (!wanted.has_value()) {
+      // Here rather than in TryEdits: an answer takes the lock of a stream, which comes before edit_mutex_.
+      if (answer.has_value()) done(*answer);
+      return;
+    }
+    // Freed first, so that the old and the new candidate are never in memory together.
+    candidate.reset();
+    target = nullptr;
+    auto prepared = Prepare(*wanted, stop);
+    if (IsStopped(prepared.status())) {
+      ++counts().edits_refused;
+      return done(prepared.status());
+    }
+    if (prepared.ok()) {
+      candidate.emplace(PlanCandidate{*std::move(wanted), std::move(prepared->state)});
+      target = std::move(prepared->target);
+    } else {
+      candidate.emplace(PlanCandidate{*std::move(wanted), prepared.status()});
+    }
+  }
+}
+
+Scene::Answer Scene::TryEdits(const EditBatch& batch, std::optional<PlanCandidate>& candidate,
+                              std::shared_ptr<TargetSlot> target,
+                              std::optional<LatticeStructure>& wanted, const EditDone& done) {
+  // Destroyed after the locks are released, because a large plan takes long to destroy.
+  const RenderInput retired = Head();
+  const MutexLock edit_lock(&edit_mutex_);
+  if (const absl::Status admitted = AdmitEdit(); !admitted.ok()) {
+    ++counts().edits_refused;
+    return admitted;
+  }
+  const auto now = Now();
+  const uint64_t records = editor_.records();
+  auto commit = editor_.Apply(batch, *applied_, candidate, wanted, now, absl::Now);
+  if (wanted.has_value()) return std::nullopt;
+  if (commit.ok() && commit->state != nullptr) applied_ = commit->state;
+  const bool is_recorded = editor_.records() != records;
+  if (!journal_.durable()) {
+    Answer answer = Settle(commit, target, absl::OkStatus());
+    EditRecord forgotten;
+    if (is_recorded) FitHistory(forgotten);
+    return answer;
+  }
+
+  const bool new_box = commit.ok() && commit->box_changed;
+  auto then = [self = shared_from_this(), commit = std::move(commit), target = std::move(target),
+               done](const absl::Status& durable) { done(self->Settle(commit, target, durable)); };
+  if (!is_recorded) {
+    journal_.Wait(std::move(then));
+    return std::nullopt;
+  }
+  SceneRecord record{.edit = editor_.LastRecord(batch, now), .commit_time = absl::Now()};
+  FitHistory(record.edit);
+  // The first box follows from the first plan, which no later life of the scene makes.
+  if (new_box || records == 0) record.box = applied_->box;
+  journal_.Append(records + 1, record, std::move(then));
+  return std::nullopt;
+}
+
+absl::Status Scene::AdmitEdit() {
+  if (deleted()) return error::NotFound("scene", id());
+  if (journal_.is_broken() && journal_.is_idle()) {
+    LATTICED_RETURN_IF_ERROR(ReadAgain());
+  }
+  return journal_.Admit();
+}
+
+absl::Status Scene::ReadAgain() {
+  LATTICED_ASSIGN_OR_RETURN(const SceneLog log, journal_.Read());
+  LATTICED_ASSIGN_OR_RETURN(auto life, Replay(log));
+  auto head = State();
+  if (life.history.revision() != head->revision) {
+    return error::StoreFailed("it does not have the revision that clients were told");
+  }
+  editor_ = SceneEditor(std::move(life.history));
+  applied_ = std::move(head);
+  journal_.Mend();
+  return absl::OkStatus();
+}
+
+absl::StatusOr<EditSummary> Scene::Settle(const absl::StatusOr<EditCommit>& commit,
+                                          const std::shared_ptr<TargetSlot>& target,
+                                          const absl::Status& durable) {
+  const absl::Status& refusal = durable.ok() ? commit.status() : durable;
+  if (!refusal.ok()) {
+    ++counts().edits_refused;
+    return refusal;
+  }
+  EditSummary summary = commit->summary;
+  if (commit->state == nullptr) {
+    ++counts().edits_repeated;
+    return summary;
+  }
+  summary.commit_time = std::chrono::steady_clock::now();
+  Publish(*commit, target);
+  return summary;
+}
+
+void Scene::Publish(const EditCommit& commit, std::shared_ptr<TargetSlot> target) {
+  {
+    const MutexLock lock(&mutex_);
+    head_.state = commit.state;
+    if (commit.structure_changed) head_.target = std::move(target);
+    for (const auto& [key, view] : views_) {
+      const bool all = commit.structure_changed || (commit.box_changed && HasPositions(key.spec));
+      all ? view->MarkAllDirty() : view->MarkDirty(commit.dirty);
+    }
+    log_.Add(commit.delta, commit.structure_changed);
+    last_use_ = absl::Now();
+  }
+  ++counts().edits_applied;
+  RequestWork();  // before the listeners: each of them may take the time to build a message
+  NotifyListeners();
+}
+
+void Scene::FitHistory(EditRecord& record) {
+  const auto log_bytes = [this] {
+    const MutexLock lock(&mutex_);
+    return log_.MemoryBytes();
+  };
+  do {
+    history_bytes_ = editor_.MemoryBytes() + log_bytes();
+  } while (!history_reservation_.Hold(history_bytes_, applied_->structure()) &&
+           ForgetOldest(record));
+}
+
+bool Scene::ForgetOldest(EditRecord& record) {
+  if (editor_.ForgetOldestStep()) {
+    ++counts().undo_steps_forgotten;
+    ++record.steps_forgotten;
+    return true;
+  }
+  {
+    const MutexLock lock(&mutex_);
+    if (log_.ForgetOldest()) return true;
+  }
+  if (!editor_.ForgetOldestEditor()) return false;
+  ++record.editors_forgotten;
+  return true;
+}
+
+}  // namespace latticed

@@ -1,0 +1,62 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/rpc/restore_stored.h"
+
+#include <string>
+#include <utility>
+
+#include "absl/time/clock.h"
+#include "core/base/status_macros.h"
+#include "fmt/format.h"
+#include "server/base/telemetry.h"
+#include "server/rpc/server_env.h"
+#include "server/stores/scene_registry.h"
+#include "server/wire/stored_mesh.h"
+#include "server/wire/stored_scene.h"
+
+namespace latticed {
+namespace {
+
+void LogDamage(std::string_view what, const std::string& id, const absl::Status& status) {
+  LogEvent(spdlog::level::err, "damaged in the store",
+           {{std::string(what), id}, {"status", status.ToString()}});
+}
+
+absl::Status RestoreMesh(ServerEnv& env, const StoredEntry& entry) {
+  LATTICED_RETURN_IF_ERROR(entry.damage);
+  LATTICED_ASSIGN_OR_RETURN(auto bytes, env.store->ReadMesh(entry.id));
+  LATTICED_ASSIGN_OR_RETURN(auto room, env.memory->Reserve("the mesh", bytes.size(), nullptr));
+  LATTICED_ASSIGN_OR_RETURN(auto mesh, MeshFromStored(entry.header, std::move(bytes), room));
+  return env.meshes.Restore(std::move(mesh), std::move(room));
+}
+
+absl::Status NameScene(ServerEnv& env, const StoredEntry& entry, absl::Time now) {
+  LATTICED_RETURN_IF_ERROR(entry.damage);
+  LATTICED_ASSIGN_OR_RETURN(const auto scene, StoredSceneOf(entry.header));
+  env.scenes->AddAsleep(entry.id, scene.mesh_id, now + scene.idle_ttl);
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::Status RestoreStored(ServerEnv& env) {
+  const absl::Time start = absl::Now();
+  LATTICED_ASSIGN_OR_RETURN(const auto meshes, env.store->Meshes());
+  for (const StoredEntry& entry : meshes) {
+    const absl::Status status = RestoreMesh(env, entry);
+    if (absl::IsResourceExhausted(status)) return status;
+    if (!status.ok()) LogDamage("mesh", entry.id, status);
+  }
+  LATTICED_ASSIGN_OR_RETURN(const auto scenes, env.store->Scenes());
+  for (const StoredEntry& entry : scenes) {
+    if (auto status = NameScene(env, entry, start); !status.ok())
+      LogDamage("scene", entry.id, status);
+  }
+  LogEvent(spdlog::level::info, "restored from the store",
+           {{"meshes", fmt::to_string(meshes.size())},
+            {"scenes", fmt::to_string(scenes.size())},
+            {"seconds", fmt::format("{:.2f}", absl::ToDoubleSeconds(absl::Now() - start))}});
+  return absl::OkStatus();
+}
+
+}  // namespace latticed

@@ -1,0 +1,34 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/store/records/header_codec.h"
+
+#include "core/base/status_macros.h"
+#include "server/store/records/lattice_codec.h"
+
+namespace latticed {
+
+std::string EncodeHeader(const SceneHeader& header) {
+  store::SceneHeader stored;
+  stored.set_request(header.request);
+  stored.set_owner(header.owner);
+  ToStored(header.lattice, *stored.mutable_lattice());
+  stored.set_create_time(absl::ToUnixNanos(header.create_time));
+  stored.set_idle_ttl(absl::ToInt64Nanoseconds(header.idle_ttl));
+  return stored.SerializeAsString();
+}
+
+absl::StatusOr<SceneHeader> DecodeHeader(std::string_view bytes) {
+  store::SceneHeader stored;
+  if (!stored.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) {
+    return NotARecord("no header");
+  }
+  SceneHeader header{.request = stored.request(),
+                     .owner = stored.owner(),
+                     .create_time = absl::FromUnixNanos(stored.create_time()),
+                     .idle_ttl = absl::Nanoseconds(stored.idle_ttl())};
+  LATTICED_ASSIGN_OR_RETURN(header.lattice, LatticeFromStored(stored.lattice()));
+  if (!Validate(header.lattice).ok()) return NotARecord("the lattice of a header");
+  return header;
+}
+
+}  // namespace latticed

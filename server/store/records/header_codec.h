@@ -1,0 +1,33 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What a scene was made from, as bytes (scene_log.proto).
+//
+// Errors   kDataLoss for bytes that no encoder made
+// Threads  pure functions
+#ifndef LATTICED_SERVER_STORE_RECORDS_HEADER_CODEC_H_
+#define LATTICED_SERVER_STORE_RECORDS_HEADER_CODEC_H_
+
+#include <string>
+#include <string_view>
+
+#include "absl/status/statusor.h"
+#include "absl/time/time.h"
+#include "core/ffd/lattice.h"
+
+namespace latticed {
+
+struct SceneHeader {
+  std::string request;  // latticed.v1.CreateSceneRequest
+  std::string owner;
+  Lattice lattice;  // at revision 0; valid
+  absl::Time create_time;
+  absl::Duration idle_ttl;
+};
+
+[[nodiscard]] std::string EncodeHeader(const SceneHeader& header);
+[[nodiscard]] absl::StatusOr<SceneHeader> DecodeHeader(std::string_view bytes);
+
+}  // namespace latticed
+
+#endif  // LATTICED_SERVER_STORE_RECORDS_HEADER_CODEC_H_

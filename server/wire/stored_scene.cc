@@ -1,0 +1,50 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/wire/stored_scene.h"
+
+#include "core/base/status_macros.h"
+#include "server/store/records/header_codec.h"
+#include "server/wire/scene_converters.h"
+
+namespace latticed {
+namespace {
+
+struct Stored {
+  SceneHeader header;
+  v1::CreateSceneRequest request;
+};
+
+absl::StatusOr<Stored> Decode(std::string_view bytes) {
+  Stored stored;
+  LATTICED_ASSIGN_OR_RETURN(stored.header, DecodeHeader(bytes));
+  if (!stored.request.ParseFromString(stored.header.request)) {
+    return absl::DataLossError("the request that made the scene cannot be read");
+  }
+  return stored;
+}
+
+}  // namespace
+
+std::string StoredHeaderOf(const v1::CreateSceneRequest& request, const SceneConfig& config) {
+  return EncodeHeader({.request = request.SerializeAsString(),
+                       .owner = config.owner,
+                       .lattice = config.lattice,
+                       .create_time = config.create_time,
+                       .idle_ttl = config.idle_ttl});
+}
+
+absl::StatusOr<StoredScene> StoredSceneOf(std::string_view header) {
+  LATTICED_ASSIGN_OR_RETURN(const auto stored, Decode(header));
+  return StoredScene{stored.request.mesh(), stored.header.idle_ttl};
+}
+
+absl::StatusOr<SceneConfig> SceneConfigFromStored(std::string_view header, const StoredMesh& mesh) {
+  LATTICED_ASSIGN_OR_RETURN(auto stored, Decode(header));
+  LATTICED_ASSIGN_OR_RETURN(
+      auto config,
+      SceneConfigFromProto(stored.request, mesh, stored.header.owner, stored.header.idle_ttl));
+  config.create_time = stored.header.create_time;
+  return config;
+}
+
+}  // namespace latticed

@@ -1,0 +1,206 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Scenes with a store: nobody sees a revision before it is stored, a registry over the same store has the same scene with
+// its history, and what the store refuses has not happened.
+#include <atomic>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "core/base/error.h"
+#include "core/cpu/cpu_backend.h"
+#include "server/store/memory_store.h"
+#include "server/store/records/header_codec.h"
+#include "tests/server/engine/engine_support.h"
+#include "tests/server/support/scripted_backend.h"
+#include "tests/support/status_matchers.h"
+
+namespace latticed::testing {
+namespace {
+
+constexpr char kId[] = "scene-one";
+
+SceneConfig StoredConfig() {
+  SceneConfig config = MakeSceneConfig(kId);
+  config.stored_header =
+      EncodeHeader({.lattice = config.lattice, .create_time = config.create_time});
+  return config;
+}
+
+class DurableSceneTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    Start();
+    ASSERT_OK_AND_ASSIGN(scene_, registry_->Create(StoredConfig()));
+  }
+
+  void Start() {
+    registry_ = std::make_unique<SceneRegistry>(
+        &backend_, 1, SceneRegistry::Options{.store = &store_, .config_of = [](std::string_view) {
+                                               return MakeSceneConfig(kId);
+                                             }});
+  }
+  // As a server that is killed and started again.
+  void Restart() {
+    store_.Flush();
+    scene_ = nullptr;
+    registry_ = nullptr;
+    Start();
+    registry_->AddAsleep(kId, "mesh", absl::InfiniteFuture());
+    ASSERT_OK_AND_ASSIGN(scene_, registry_->Find(kId));
+  }
+  absl::StatusOr<EditSummary> Move(const std::string& editor, uint64_t sequence, double x) {
+    return scene_->ApplyEdits(MoveBatch(*scene_, editor, sequence, {62}, {x, 0, 0}));
+  }
+  EditBatch UndoBatch(const std::string& editor, uint64_t sequence) {
+    return {.editor_id = editor,
+            .sequence = sequence,
+            .structure_id = scene_->State()->structure_id,
+            .edits = {Undo{}}};
+  }
+
+  MemoryStore store_;
+  ScriptedBackend backend_;
+  std::unique_ptr<SceneRegistry> registry_;
+  std::shared_ptr<Scene> scene_;
+};
+
+TEST_F(DurableSceneTest, ASceneComesBackWithItsHistory) {
+  ASSERT_OK(Move("ann", 1, 0.1));
+  ASSERT_OK(Move("bob", 1, 0.2));
+  ASSERT_OK(scene_->ApplyEdits(KnotBatch(*scene_, "ann", 2, 0, 0.3)));
+  ASSERT_OK(Move("ann", 3, 0.3));
+  EXPECT_FALSE(scene_->ApplyEdits(MoveBatch(*scene_, "bob", 2, {9999}, {})).ok());
+  const auto before = scene_->State();
+
+  Restart();
+  const auto after = scene_->State();
+  EXPECT_EQ(after->revision, 4u);
+  EXPECT_EQ(after->structure_id, before->structure_id);
+  EXPECT_EQ(after->structure(), before->structure());
+  EXPECT_TRUE(std::ranges::equal(*after->control_points, *before->control_points, SameBits));
+  EXPECT_EQ(after->box.id, before->box.id);
+  EXPECT_TRUE(SameBits(after->box.origin, before->box.origin));
+  EXPECT_EQ(after->box.range, before->box.range);
+
+  // An edit that is sent again counts once, a refusal stays one, and what was done can be undone.
+  ASSERT_OK_AND_ASSIGN(const auto again, Move("ann", 3, 0.3));
+  EXPECT_EQ(again.revision, 4u);
+  EXPECT_FALSE(scene_->ApplyEdits(MoveBatch(*scene_, "bob", 2, {3}, {})).ok());
+  ASSERT_OK(scene_->ApplyEdits(UndoBatch("ann", 4)));
+  ASSERT_OK(scene_->ApplyEdits(UndoBatch("ann", 5)));
+  EXPECT_EQ(scene_->State()->control_points->size(), 125u);
+  ASSERT_OK(scene_->ApplyEdits(UndoBatch("bob", 3)));
+  ASSERT_OK(scene_->ApplyEdits(UndoBatch("ann", 6)));
+  EXPECT_EQ(*scene_->State()->control_points, scene_->State()->plan->identity_points);
+}
+
+TEST_F(DurableSceneTest, NobodySeesWhatACrashCouldTakeBack) {
+  store_.Pause();
+  std::atomic<int> answers = 0;
+  std::vector<uint64_t> revisions;
+  for (uint64_t n = 1; n <= 3; ++n) {
+    scene_->SubmitEdits(MoveBatch(*scene_, "ann", n, {62}, {0.1, 0, 0}), NeverStop,
+                        [&](const absl::StatusOr<EditSummary>& summary) {
+                          ASSERT_OK(summary);
+                          revisions.push_back(summary->revision);
+                          ++answers;
+                        });
+  }
+  EXPECT_EQ(answers, 0);
+  EXPECT_EQ(scene_->State()->revision, 0u);
+  EXPECT_EQ(scene_->LatticeAfter(0).deltas.deltas.size(), 0u);
+
+  store_.Resume();
+  store_.Flush();
+  EXPECT_EQ(answers, 3);
+  EXPECT_EQ(revisions, (std::vector<uint64_t>{1, 2, 3}));
+  EXPECT_EQ(scene_->State()->revision, 3u);
+  EXPECT_EQ(scene_->LatticeAfter(0).deltas.deltas.size(), 3u);
+}
+
+TEST_F(DurableSceneTest, ARepeatedEditWaitsForTheFirstAnswer) {
+  store_.Pause();
+  std::vector<bool> answers;
+  const EditBatch batch = MoveBatch(*scene_, "ann", 1, {62}, {0.1, 0, 0});
+  for (int n = 0; n < 2; ++n) {
+    scene_->SubmitEdits(batch, NeverStop,
+                        [&](const auto& summary) { answers.push_back(summary.ok()); });
+  }
+  EXPECT_TRUE(answers.empty());
+  store_.Resume();
+  store_.Flush();
+  EXPECT_EQ(answers, (std::vector<bool>{true, true}));
+  EXPECT_EQ(scene_->State()->revision, 1u);
+}
+
+TEST_F(DurableSceneTest, WhatTheStoreRefusesHasNotHappened) {
+  ASSERT_OK(Move("ann", 1, 0.1));
+  store_.SetFailure(error::OutOfMemory("the disk", 3, 2));
+  const auto refused = Move("ann", 2, 0.5);
+  EXPECT_FALSE(refused.ok());
+  EXPECT_FALSE(Move("ann", 2, 0.5).ok());
+  EXPECT_EQ(scene_->State()->revision, 1u);
+
+  store_.SetFailure(absl::OkStatus());
+  ASSERT_OK_AND_ASSIGN(const auto second, Move("ann", 2, 0.2));
+  EXPECT_EQ(second.revision, 2u);
+  const auto before = scene_->State();
+  Restart();
+  EXPECT_EQ(scene_->State()->revision, 2u);
+  EXPECT_EQ(*scene_->State()->control_points, *before->control_points);
+}
+
+TEST_F(DurableSceneTest, EditsInFlightWhenTheStoreFailsAreAllRefused) {
+  ASSERT_OK(Move("ann", 1, 0.1));
+  store_.Pause();
+  std::vector<bool> answers;
+  for (uint64_t n = 2; n <= 4; ++n) {
+    scene_->SubmitEdits(MoveBatch(*scene_, "ann", n, {62}, {0.1, 0, 0}), NeverStop,
+                        [&](const auto& summary) { answers.push_back(summary.ok()); });
+  }
+  store_.SetFailure(absl::UnavailableError("a cable was pulled"));
+  store_.Resume();
+  store_.Flush();
+  EXPECT_EQ(answers, (std::vector<bool>{false, false, false}));
+  EXPECT_EQ(scene_->State()->revision, 1u);
+
+  store_.SetFailure(absl::OkStatus());
+  ASSERT_OK_AND_ASSIGN(const auto next, Move("ann", 2, 0.2));
+  EXPECT_EQ(next.revision, 2u);
+}
+
+TEST_F(DurableSceneTest, ADeletedSceneStaysDeleted) {
+  ASSERT_OK(Move("ann", 1, 0.1));
+  ASSERT_OK(registry_->Delete(kId));
+  EXPECT_THAT(store_.ReadScene(kId), StatusIs(absl::StatusCode::kNotFound));
+  EXPECT_THAT(registry_->Find(kId), StatusIs(absl::StatusCode::kNotFound));
+  EXPECT_FALSE(Move("ann", 2, 0.1).ok());
+}
+
+TEST_F(DurableSceneTest, ASceneThatTheStoreCannotDeleteStays) {
+  store_.SetFailure(absl::UnavailableError("a cable was pulled"));
+  EXPECT_FALSE(registry_->Delete(kId).ok());
+  store_.SetFailure(absl::OkStatus());
+  EXPECT_OK(registry_->Find(kId));
+  EXPECT_OK(Move("ann", 1, 0.1));
+}
+
+TEST_F(DurableSceneTest, ASleeperExpires) {
+  store_.Flush();
+  scene_ = nullptr;
+  registry_ = nullptr;
+  Start();
+  registry_->AddAsleep(kId, "mesh", absl::Now() + absl::Seconds(60));
+  registry_->Tick(absl::Now() + absl::Seconds(59));
+  EXPECT_EQ(registry_->Asleep().size(), 1u);
+  registry_->Tick(absl::Now() + absl::Seconds(61));
+  EXPECT_EQ(registry_->Asleep().size(), 0u);
+  EXPECT_THAT(store_.ReadScene(kId), StatusIs(absl::StatusCode::kNotFound));
+}
+
+}  // namespace
+}  // namespace latticed::testing
