@@ -18,6 +18,7 @@
 #include "server/rpc/call.h"
 #include "server/rpc/restore_stored.h"
 #include "server/rpc/server_env.h"
+#include "server/store/sqlite_store.h"
 #include "server/stores/scene_registry.h"
 #include "server/web/web_server.h"
 
@@ -35,6 +36,26 @@ void WarnOfOpenPorts(const Options& options) {
         {{"flag", flag}, {"address", address}});
     return;
   }
+}
+
+// Null without options.data_dir.
+absl::StatusOr<std::shared_ptr<Store>> OpenStore(const Options& options) {
+  if (options.data_dir.empty()) {
+    LogEvent(spdlog::level::info, "meshes and scenes end with this server: --data-dir keeps them");
+    return nullptr;
+  }
+  const bool full = options.durability == "full";
+  LATTICED_ASSIGN_OR_RETURN(
+      auto store, OpenSqliteStore({.folder = options.data_dir,
+                                   .durability = full ? Durability::kFull : Durability::kAsync}));
+  LogEvent(spdlog::level::info, "meshes, scenes and edits are kept",
+           {{"folder", options.data_dir}, {"durability", options.durability}});
+  if (!full) {
+    LogEvent(spdlog::level::warn,
+             "a loss of power may take edits of the last seconds that were acknowledged",
+             {{"flag", "--durability"}});
+  }
+  return store;
 }
 
 }  // namespace
@@ -67,6 +88,9 @@ absl::StatusOr<std::unique_ptr<InProcessServer>> InProcessServer::ServeOn(
     LATTICED_ASSIGN_OR_RETURN(backends, MakeBackends(options));
   }
   WarnOfOpenPorts(options);
+  if (store == nullptr) {
+    LATTICED_ASSIGN_OR_RETURN(store, OpenStore(options));
+  }
   std::unique_ptr<InProcessServer> result(new InProcessServer);
   result->env_ = std::make_unique<ServerEnv>(std::move(options), std::move(backends),
                                              std::move(authenticator), std::move(store));

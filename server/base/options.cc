@@ -111,6 +111,12 @@ void Define(CLI::App& app, Options& o) {
       ->check(CLI::Range(1, 1'000'000));
   app.add_option("--max-watchers", o.max_watchers, "Most watchers of a scene at a time")
       ->check(CLI::Range(1, 1'000'000));
+  app.add_option("--data-dir", o.data_dir,
+                 "Folder that keeps meshes, scenes and edits; default: they end with the server");
+  app.add_option("--durability", o.durability,
+                 "full: an edit is acknowledged when it survives a loss of power; async: when it "
+                 "survives the server, so a loss of power may take the last seconds")
+      ->check(CLI::IsMember({"full", "async"}));
   app.add_option("--http", o.http,
                  "Address for browsers, host:port: the viewer, gRPC-Web, WebSocket, downloads");
   app.add_option("--admin", o.admin, "Address of /healthz, /readyz and /metrics, host:port");

@@ -50,6 +50,8 @@ struct Options {
   int max_connections = 0;  // of listen, and of http; 0: as many as transport memory allows
   int max_scenes = limits::kDefaultMaxScenes;
   int max_watchers = limits::kDefaultMaxWatchersPerScene;  // of one scene
+  std::string data_dir;                    // folder of meshes, scenes and edits; empty: memory only
+  std::string durability = "full";         // full or async: server/store/sqlite_store.h
   std::string http;                        // host:port of the viewer and gRPC-Web; empty: none
   std::string admin;                       // host:port of /healthz, /readyz, /metrics; empty: none
   std::vector<std::string> allowed_hosts;  // names of --http besides loopback's and its own

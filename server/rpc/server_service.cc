@@ -126,7 +126,7 @@ v1::ServerInfo DescribeServer(ServerEnv& env) {
   info.set_forgotten_undo_steps(counts.undo_steps_forgotten.load());
   info.set_superseded_updates(counts.updates_superseded.load());
   SetDuration(env.options.heartbeat_interval, *info.mutable_heartbeat());
-  info.set_durable(false);
+  info.set_durable(env.store != nullptr);
   return info;
 }
 
