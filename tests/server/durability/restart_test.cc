@@ -1,0 +1,155 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A server that is started again on its folder: the same meshes, scenes, lattices and undo steps, also where another
+// part of the folder is damaged.
+#include <filesystem>
+#include <fstream>
+
+#include "tests/server/support/server_test.h"
+#include "tests/support/temporary_folder.h"
+
+namespace latticed::testing {
+namespace {
+
+using ::testing::HasSubstr;
+
+class RestartTest : public SceneFixture {
+ protected:
+  void SetUp() override { Restart(); }
+  void Restart() {
+    server_.reset();
+    Options options;
+    options.data_dir = folder_.Path("data");
+    SceneFixture::StartServer(options);  // uploads kGridObj, which may be there already
+  }
+  std::string MeshFile(const std::string& id) const { return folder_.Path("data/meshes/" + id); }
+  v1::EditBatch UndoMine(const std::string& editor, uint64_t sequence) {
+    v1::EditBatch batch;
+    batch.set_scene(kScene);
+    batch.set_editor_id(editor);
+    batch.set_sequence(sequence);
+    batch.set_structure_id(Lattice().structure_id());
+    batch.add_edits()->mutable_undo();
+    return batch;
+  }
+  std::string Ply() {
+    v1::ExportRequest request;
+    request.set_scene(kScene);
+    auto bytes = Export(request);
+    EXPECT_OK(bytes);
+    return bytes.value_or("");
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(RestartTest, AServerSaysWhetherItKeepsWhatItIsGiven) {
+  EXPECT_TRUE(Info().durable());
+  server_.reset();
+  SceneFixture::StartServer({});
+  EXPECT_FALSE(Info().durable());
+}
+
+TEST_F(RestartTest, ScenesAndMeshesComeBackWithAllTheirBits) {
+  const std::string cube = Upload(CubeObj());
+  ASSERT_OK(Create(SceneRequest()));
+  ASSERT_OK(Apply(Move("ann", 1, 5, 0.1)));
+  ASSERT_OK(Apply(Move("bob", 1, 6, 1e-17)));
+  ASSERT_OK(Apply(Knot("ann", 2)));
+  const v1::Scene scene = Get();
+  const v1::LatticeState lattice = Lattice();
+  const std::string ply = Ply();
+
+  Restart();
+  EXPECT_EQ(MeshCount(), 2);
+  EXPECT_EQ(SceneCount(), 1);
+  const v1::Scene again = Get();
+  EXPECT_EQ(again.revision(), 3u);
+  EXPECT_EQ(again.structure_id(), scene.structure_id());
+  EXPECT_EQ(again.patches(), scene.patches());
+  EXPECT_EQ(again.mesh(), scene.mesh());
+  EXPECT_EQ(again.name(), scene.name());
+  EXPECT_EQ(again.create_time().nanos(), scene.create_time().nanos());
+  EXPECT_EQ(Lattice().SerializeAsString(), lattice.SerializeAsString());
+  EXPECT_EQ(Ply(), ply);
+
+  // The same request is still the same scene, and an edit that comes again counts once.
+  EXPECT_OK(Create(SceneRequest()));
+  v1::EditResult result;
+  EXPECT_OK(Apply(Knot("ann", 2), &result));
+  EXPECT_EQ(result.revision(), 3u);
+  EXPECT_OK(Apply(UndoMine("ann", 3)));
+  EXPECT_OK(Apply(UndoMine("ann", 4)));
+  EXPECT_OK(Apply(UndoMine("bob", 2)));
+  ExpectRefused(Apply(UndoMine("bob", 3)), absl::StatusCode::kFailedPrecondition, "NOTHING_TO_UNDO");
+  EXPECT_EQ(Get().revision(), 6u);
+}
+
+TEST_F(RestartTest, WhatWasDeletedStaysDeleted) {
+  const std::string cube = Upload(CubeObj());
+  ASSERT_OK(Create(SceneRequest()));
+  ASSERT_OK(DeleteScene());
+  ASSERT_OK(DeleteMesh(cube));
+
+  Restart();
+  EXPECT_EQ(SceneCount(), 0);
+  EXPECT_EQ(MeshCount(), 1);
+  EXPECT_OK(Create(SceneRequest()));
+  EXPECT_EQ(Get().revision(), 0u);
+}
+
+TEST_F(RestartTest, AMeshOfASleepingSceneIsInUse) {
+  ASSERT_OK(Create(SceneRequest()));
+  Restart();
+  ExpectRefused(DeleteMesh(mesh_), absl::StatusCode::kFailedPrecondition, "MESH_IN_USE");
+  EXPECT_OK(DeleteMesh(mesh_, true));
+  EXPECT_EQ(SceneCount(), 0);
+  Restart();
+  EXPECT_EQ(SceneCount(), 0);
+}
+
+TEST_F(RestartTest, AMeshWithAFlippedBitIsNamedAndOtherScenesGoOn) {
+  const std::string cube = Upload(CubeObj());
+  ASSERT_OK(Create(SceneRequest()));
+  v1::CreateSceneRequest other = SceneRequest("scene-two");
+  other.set_mesh(cube);
+  ASSERT_OK(Create(other));
+  server_.reset();
+  {
+    std::fstream file(MeshFile(cube), std::ios::in | std::ios::out | std::ios::binary);
+    ASSERT_TRUE(file.good());
+    const char first = static_cast<char>(file.peek());
+    file.seekp(0);
+    file.put(static_cast<char>(first ^ 1));
+  }
+
+  Restart();
+  EXPECT_OK(Apply(Move("ann", 1, 5, 0.1)));
+  const absl::Status lost =
+      Call(&Scenes::GetScene, For<v1::GetSceneRequest>("scene-two"));
+  EXPECT_THAT(lost, StatusIs(absl::StatusCode::kDataLoss, HasSubstr(cube)));
+  EXPECT_OK(DeleteScene("scene-two"));
+}
+
+TEST_F(RestartTest, ASecondServerOnTheFolderIsRefusedInOneSentence) {
+  Options options;
+  options.data_dir = folder_.Path("data");
+  options.backend = "cpu";
+  options.log_level = "off";
+  const auto second = InProcessServer::Start(options);
+  EXPECT_THAT(second.status(), StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr(folder_.Path("data"))));
+  EXPECT_OK(Create(SceneRequest()));
+}
+
+TEST_F(RestartTest, AFolderThatCannotBeMadeIsRefusedInOneSentence) {
+  Options options;
+  options.data_dir = folder_.Write("file", "not a folder") + "/data";
+  options.backend = "cpu";
+  options.log_level = "off";
+  EXPECT_THAT(InProcessServer::Start(options).status(),
+              StatusIs(absl::StatusCode::kUnavailable, HasSubstr("/file/data")));
+}
+
+}  // namespace
+}  // namespace latticed::testing
