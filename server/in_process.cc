@@ -41,7 +41,8 @@ void WarnOfOpenPorts(const Options& options) {
 // Null without options.data_dir.
 absl::StatusOr<std::shared_ptr<Store>> OpenStore(const Options& options) {
   if (options.data_dir.empty()) {
-    LogEvent(spdlog::level::info, "meshes and scenes end with this server: --data-dir keeps them");
+    LogEvent(spdlog::level::info, "meshes and scenes end with this server: --data-dir keeps them",
+             {});
     return nullptr;
   }
   const bool full = options.durability == "full";

@@ -138,8 +138,10 @@ absl::Status ListScenes(const CallContext& context, const v1::ListScenesRequest&
 
 absl::Status DeleteScene(const CallContext& context, const v1::DeleteSceneRequest& request,
                          v1::DeleteSceneResponse&) {
-  LATTICED_ASSIGN_OR_RETURN(const auto scene, SceneOf(context, request.scene()));
-  return context.env.scenes->Delete(scene->id());
+  // A scene that cannot be woken can still be deleted.
+  if (request.scene().empty()) return error::InvalidField("scene", "is required");
+  LATTICED_RETURN_IF_ERROR(CheckSceneMetadata(context.call, request.scene()));
+  return context.env.scenes->Delete(request.scene());
 }
 
 absl::Status GetLattice(const CallContext& context, const v1::GetLatticeRequest& request,

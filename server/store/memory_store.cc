@@ -124,10 +124,6 @@ absl::Status MemoryStore::ApplyAppend(const std::string& id, uint64_t lsn, std::
   return absl::OkStatus();
 }
 
-void MemoryStore::Flush() {
-  (void)Call([] { return absl::OkStatus(); });
-}
-
 absl::Status MemoryStore::Admit() {
   MutexLock lock(&mutex_);
   LATTICED_RETURN_IF_ERROR(failure_);

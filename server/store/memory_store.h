@@ -36,7 +36,6 @@ class MemoryStore : public Store {
   absl::StatusOr<std::vector<StoredEntry>> Scenes() override;
   absl::StatusOr<SceneLog> ReadScene(std::string_view id) override;
   void Append(std::string_view scene, uint64_t lsn, std::string record, Done done) override;
-  void Flush() override;
   absl::Status Admit() override;
   void PutSnapshot(std::string_view scene, uint64_t lsn, std::string snapshot) override;
   void Flush() override;

@@ -69,8 +69,6 @@ class Store {
   // functions wait for the thread that it is on. Without a record (lsn 0, empty) nothing is written, and `done` is
   // called in its turn: after all that was appended to the scene before.
   virtual void Append(std::string_view scene, uint64_t lsn, std::string record, Done done) = 0;
-  // Waits until all that was appended is answered.
-  virtual void Flush() = 0;
   // OK if more may be appended now. Else the refusal of an edit, with a time to try again: kResourceExhausted while too
   // much waits to be written, and what the medium answered last for as long as it refuses writes.
   [[nodiscard]] virtual absl::Status Admit() = 0;

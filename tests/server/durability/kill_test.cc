@@ -87,8 +87,8 @@ class Editor {
 class KillTest : public ServerTest {
  protected:
   std::vector<std::string> Arguments() const {
-    return {"--listen", "127.0.0.1:0", "--backend", "cpu", "--threads", "1", "--data-dir",
-            folder_.Path("data")};
+    return {"--listen",  "127.0.0.1:0", "--backend",  "cpu",
+            "--threads", "1",           "--data-dir", folder_.Path("data")};
   }
   void Connect(Daemon& daemon) {
     const std::string address = daemon.Address();

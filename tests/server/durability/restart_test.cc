@@ -82,7 +82,8 @@ TEST_F(RestartTest, ScenesAndMeshesComeBackWithAllTheirBits) {
   EXPECT_OK(Apply(UndoMine("ann", 3)));
   EXPECT_OK(Apply(UndoMine("ann", 4)));
   EXPECT_OK(Apply(UndoMine("bob", 2)));
-  ExpectRefused(Apply(UndoMine("bob", 3)), absl::StatusCode::kFailedPrecondition, "NOTHING_TO_UNDO");
+  ExpectRefused(Apply(UndoMine("bob", 3)), absl::StatusCode::kFailedPrecondition,
+                "NOTHING_TO_UNDO");
   EXPECT_EQ(Get().revision(), 6u);
 }
 
@@ -126,8 +127,7 @@ TEST_F(RestartTest, AMeshWithAFlippedBitIsNamedAndOtherScenesGoOn) {
 
   Restart();
   EXPECT_OK(Apply(Move("ann", 1, 5, 0.1)));
-  const absl::Status lost =
-      Call(&Scenes::GetScene, For<v1::GetSceneRequest>("scene-two"));
+  const absl::Status lost = Call(&Scenes::GetScene, For<v1::GetSceneRequest>("scene-two"));
   EXPECT_THAT(lost, StatusIs(absl::StatusCode::kDataLoss, HasSubstr(cube)));
   EXPECT_OK(DeleteScene("scene-two"));
 }
@@ -138,7 +138,8 @@ TEST_F(RestartTest, ASecondServerOnTheFolderIsRefusedInOneSentence) {
   options.backend = "cpu";
   options.log_level = "off";
   const auto second = InProcessServer::Start(options);
-  EXPECT_THAT(second.status(), StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr(folder_.Path("data"))));
+  EXPECT_THAT(second.status(),
+              StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr(folder_.Path("data"))));
   EXPECT_OK(Create(SceneRequest()));
 }
 
