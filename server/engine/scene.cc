@@ -25,14 +25,14 @@ uint64_t NextIncarnation() {
 
 }  // namespace
 
-Scene::Scene(SceneConfig config, SceneEditor editor, EditHistory::TimePoint now,
-             MemoryReservation history, const SceneContext& context)
+Scene::Scene(SceneConfig config, SceneLife life, MemoryReservation history,
+             const SceneContext& context)
     : config_(std::move(config)),
       context_(context),
       incarnation_(NextIncarnation()),
-      epoch_(std::chrono::steady_clock::now() - now.time_since_epoch()),
-      editor_(std::move(editor)),
-      journal_(context.store, config_.id),
+      epoch_(std::chrono::steady_clock::now() - life.now.time_since_epoch()),
+      editor_(std::move(life.history)),
+      journal_(context.store, config_.id, life.replayed),
       history_reservation_(std::move(history)),
       last_use_(absl::Now()) {}
 
@@ -67,15 +67,15 @@ absl::StatusOr<std::shared_ptr<Scene>> Scene::Restore(SceneConfig config, const 
 absl::StatusOr<std::shared_ptr<Scene>> Scene::Make(SceneConfig config, SceneLife life,
                                                    const SceneContext& context, StopCheck stop) {
   const LatticeStructure structure = life.history.lattice().structure;
+  const auto box = life.box;
+  const absl::Time commit_time = life.commit_time;
   LATTICED_ASSIGN_OR_RETURN(
       auto history, context.backend->memory().Reserve("the scene's history", 0, config.account));
-  const std::shared_ptr<Scene> scene(new Scene(std::move(config),
-                                               SceneEditor(std::move(life.history)), life.now,
-                                               std::move(history), context));
+  const std::shared_ptr<Scene> scene(
+      new Scene(std::move(config), std::move(life), std::move(history), context));
   LATTICED_ASSIGN_OR_RETURN(auto prepared, scene->Prepare(structure, stop));
   const MutexLock edit_lock(&scene->edit_mutex_);
-  scene->applied_ =
-      scene->editor_.FirstState(std::move(prepared.state), life.commit_time, life.box);
+  scene->applied_ = scene->editor_.FirstState(std::move(prepared.state), commit_time, box);
   const MutexLock lock(&scene->mutex_);
   scene->head_ = {scene->applied_, std::move(prepared.target)};
   return scene;

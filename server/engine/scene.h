@@ -184,8 +184,7 @@ class Scene : public RenderSource, public std::enable_shared_from_this<Scene> {
     SceneState state;
     std::shared_ptr<TargetSlot> target;
   };
-  Scene(SceneConfig config, SceneEditor editor, EditHistory::TimePoint now,
-        MemoryReservation history, const SceneContext& context);
+  Scene(SceneConfig config, SceneLife life, MemoryReservation history, const SceneContext& context);
   [[nodiscard]] static absl::StatusOr<std::shared_ptr<Scene>> Make(SceneConfig config,
                                                                    SceneLife life,
                                                                    const SceneContext& context,

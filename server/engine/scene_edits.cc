@@ -87,6 +87,12 @@ Scene::Answer Scene::TryEdits(const EditBatch& batch, std::optional<PlanCandidat
   // The first box follows from the first plan, which no later life of the scene makes.
   if (new_box || records == 0) record.box = applied_->box;
   journal_.Append(records + 1, record, std::move(then));
+  if (journal_.WantsSnapshot()) {
+    journal_.PutSnapshot(records + 1, {.history = editor_.image(),
+                                       .box = applied_->box,
+                                       .now = now,
+                                       .commit_time = record.commit_time});
+  }
   return std::nullopt;
 }
 

@@ -73,6 +73,9 @@ class CallReactor : public Reactor {
     if constexpr (requires { MayTakeLong(request); }) {
       if (MayTakeLong(request)) lane = WorkerLanes::Lane::kLong;
     }
+    if constexpr (requires { request.scene(); }) {
+      if (env.IsAsleep(request.scene())) lane = WorkerLanes::Lane::kLong;
+    }
     env.Post(lane, *call_.account,
              [this, &request, work = std::move(work), done = std::move(done)] {
                absl::Status result = CheckCancelled(call_);

@@ -91,6 +91,7 @@ class DeformStream final
   absl::Status Open(const v1::DeformRequest& request);
   absl::Status Handle(const v1::DeformRequest& request, SceneStream& stream);
   absl::Status Control(const v1::ControlWatchRequest& request, SceneStream& stream);
+  void OpenOnWorker(v1::DeformRequest request);
   void HandOver(v1::DeformRequest request);
   // Applies the edit if it was admitted. It is answered when it is durable.
   void HandleEdit(v1::EditBatch batch, Clock::time_point arrival, const absl::Status& admitted);
@@ -140,9 +141,21 @@ void DeformStream::OnReadDone(bool ok) {
     stream->ExpectAnswer();
     return HandOver(std::move(request));
   }
+  if (status.ok() && stream == nullptr && env_->IsAsleep(request.watch().scene())) {
+    return OpenOnWorker(std::move(request));
+  }
   if (status.ok()) status = stream == nullptr ? Open(request) : Handle(request, *stream);
   if (!status.ok()) return End(status);
   FinishedReading();
+}
+
+// As HandOver, for a scene that is asleep.
+void DeformStream::OpenOnWorker(v1::DeformRequest request) {
+  env_->Post(WorkerLanes::Lane::kLong, *call_.account,
+             [self = shared_from_this(), request = std::move(request)] {
+               const absl::Status opened = self->Open(request);
+               opened.ok() ? self->FinishedReading() : self->End(opened);
+             });
 }
 
 // Gives the edit to a worker, which then asks for the next message. That message may come before Post returns,

@@ -109,6 +109,8 @@ void ServerEnv::KeepHouse() {
   callers.DropUnused();
 }
 
+bool ServerEnv::IsAsleep(std::string_view scene) const { return scenes->IsAsleep(scene); }
+
 absl::Status ServerEnv::Health() const {
   LATTICED_RETURN_IF_ERROR(scenes->health().status());
   const absl::Time now = absl::Now();

@@ -54,6 +54,8 @@ struct ServerEnv {
   void Post(WorkerLanes::Lane lane, const CallerAccount& caller, std::function<void()> work) {
     workers_->Post(lane, caller.has_share() ? &caller : nullptr, std::move(work));
   }
+  // Whether the first call for the scene must make it from its log, which takes long.
+  [[nodiscard]] bool IsAsleep(std::string_view scene) const;
   // kUnavailable with the reason when the server does not do its work: the device is lost, or the engine or the
   // workers have not moved for kStillTime.
   [[nodiscard]] absl::Status Health() const;

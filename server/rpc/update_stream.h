@@ -11,6 +11,7 @@
 #include <grpcpp/grpcpp.h>
 
 #include "absl/status/status.h"
+#include "core/base/mutex.h"
 #include "core/base/status_macros.h"
 #include "server/rpc/call_reactor.h"
 #include "server/rpc/scene_stream.h"
@@ -27,7 +28,12 @@ class UpdateStream final : public CallReactor<grpc::ServerWriteReactor<grpc::Byt
   UpdateStream(ServerEnv* env, grpc::CallbackServerContext* context, const Rpc& rpc,
                const grpc::ByteBuffer& request) {
     if (!Begin(*env, context, rpc)) return;
-    if (absl::Status opened = Open(env, request); !opened.ok()) FinishCall(opened);
+    Request message;
+    if (absl::Status s = TakeMessage(request, &message); !s.ok()) return FinishCall(s);
+    NoteScene(call_, message.scene());
+    if (!env->IsAsleep(message.scene())) return Open(env, message);
+    env->Post(WorkerLanes::Lane::kLong, *call_.account,
+              [this, env, message = std::move(message)] { Open(env, message); });
   }
 
   void Write(const grpc::ByteBuffer* buffer) override {
@@ -38,30 +44,41 @@ class UpdateStream final : public CallReactor<grpc::ServerWriteReactor<grpc::Byt
 
   void OnWriteDone(bool ok) override {
     EndWrite();
-    stream_->OnWriteDone(ok);
+    Stream()->OnWriteDone(ok);
   }
   void OnCancel() override {
-    if (stream_ != nullptr) stream_->OnCancel();
+    // A stream that is still being opened notices with its first write.
+    if (const auto stream = Stream(); stream != nullptr) stream->OnCancel();
   }
   void OnDone() override {
     Done();
-    if (stream_ != nullptr) stream_->Close();
+    if (const auto stream = Stream(); stream != nullptr) stream->Close();
     delete this;
   }
 
  private:
-  absl::Status Open(ServerEnv* env, const grpc::ByteBuffer& bytes) {
-    Request request;
-    LATTICED_RETURN_IF_ERROR(TakeMessage(bytes, &request));
-    NoteScene(call_, request.scene());
+  // The reactor may be deleted when this returns.
+  void Open(ServerEnv* env, const Request& request) {
+    auto opened = Opened(env, request);
+    if (!opened.ok()) return FinishCall(opened.status());
+    {
+      const MutexLock lock(&mutex_);
+      stream_ = *opened;
+    }
+    (*opened)->Start();
+  }
+  absl::StatusOr<std::shared_ptr<SceneStream>> Opened(ServerEnv* env, const Request& request) {
     LATTICED_ASSIGN_OR_RETURN(const OpenRequest open, FromProto(env, call_, request));
-    LATTICED_ASSIGN_OR_RETURN(
-        stream_, SceneStream::Open(env, *call_.account, open.scene, open.options, this));
-    stream_->Start();
-    return absl::OkStatus();
+    return SceneStream::Open(env, *call_.account, open.scene, open.options, this);
+  }
+  std::shared_ptr<SceneStream> Stream() const {
+    const MutexLock lock(&mutex_);
+    return stream_;
   }
 
-  std::shared_ptr<SceneStream> stream_;  // null when the request was refused
+  mutable Mutex mutex_;
+  std::shared_ptr<SceneStream> stream_
+      ABSL_GUARDED_BY(mutex_);  // null when the request was refused
 };
 
 }  // namespace latticed

@@ -142,6 +142,11 @@ void SceneRegistry::AddAsleep(std::string id, std::string mesh_id, absl::Time ex
   asleep_[std::move(id)] = {std::move(mesh_id), expires};
 }
 
+bool SceneRegistry::IsAsleep(std::string_view id) const {
+  const MutexLock lock(&mutex_);
+  return asleep_.contains(id);
+}
+
 std::vector<std::string> SceneRegistry::Asleep() const {
   std::vector<std::string> ids;
   const MutexLock lock(&mutex_);

@@ -79,6 +79,7 @@ class SceneRegistry {
   // Scene::Restore.
   [[nodiscard]] absl::StatusOr<std::shared_ptr<Scene>> Find(std::string_view id)
       ABSL_LOCKS_EXCLUDED(mutex_);
+  [[nodiscard]] bool IsAsleep(std::string_view id) const ABSL_LOCKS_EXCLUDED(mutex_);
   // The ids of the scenes that are asleep.
   [[nodiscard]] std::vector<std::string> Asleep() const ABSL_LOCKS_EXCLUDED(mutex_);
   // Ends the scene's streams with kNotFound and forgets it. kNotFound; the store's errors, and then the scene

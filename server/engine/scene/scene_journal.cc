@@ -13,7 +13,15 @@ absl::Status SceneJournal::Admit() const {
 }
 
 void SceneJournal::Append(uint64_t lsn, const SceneRecord& record, Then then) {
-  Post(lsn, EncodeRecord(record), std::move(then));
+  std::string bytes = EncodeRecord(record);
+  ++records_;
+  bytes_ += bytes.size();
+  Post(lsn, std::move(bytes), std::move(then));
+}
+
+void SceneJournal::PutSnapshot(uint64_t lsn, const SceneImage& image) {
+  records_ = bytes_ = 0;
+  store_->PutSnapshot(scene_, lsn, EncodeImage(image));
 }
 
 void SceneJournal::Wait(Then then) { Post(0, "", std::move(then)); }

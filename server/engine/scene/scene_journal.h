@@ -10,7 +10,7 @@
 // An append that fails breaks the journal. What was applied since is then lost: the scene goes on from what Read
 // returns, once no append is under way.
 //
-// Threads  Append, Wait, Admit and Read one at a time; the rest is safe
+// Threads  is_broken and is_idle are safe; the rest one at a time
 #ifndef LATTICED_SERVER_ENGINE_SCENE_SCENE_JOURNAL_H_
 #define LATTICED_SERVER_ENGINE_SCENE_SCENE_JOURNAL_H_
 
@@ -33,8 +33,9 @@ class SceneJournal {
   // Called on a thread of the store with none of its locks held, in the order of Append and Wait.
   using Then = std::function<void(const absl::Status&)>;
 
-  // `store` may be null, else it outlives the scene.
-  SceneJournal(Store* store, std::string scene) : store_(store), scene_(std::move(scene)) {}
+  // `store` may be null, else it outlives the scene. `unsnapped` records have come since its last snapshot.
+  SceneJournal(Store* store, std::string scene, uint64_t unsnapped)
+      : store_(store), scene_(std::move(scene)), records_(unsnapped) {}
 
   bool durable() const { return store_ != nullptr; }
   // Why no batch may be applied now: the store's Admit, or kUnavailable, reason STORE, while the journal is broken.
@@ -42,6 +43,11 @@ class SceneJournal {
   // Only if durable().
   void Append(uint64_t lsn, const SceneRecord& record, Then then);
   void Wait(Then then);
+  // Whether a snapshot should follow, so that making the scene again replays no more than 4,096 records, and reads
+  // no more than 4 MiB of them.
+  bool WantsSnapshot() const { return records_ >= kMostRecords || bytes_ >= kMostBytes; }
+  // A snapshot that stands for all records up to `lsn`, the last one.
+  void PutSnapshot(uint64_t lsn, const SceneImage& image);
   bool is_broken() const { return state_->broken; }
   // Whether everything was answered.
   bool is_idle() const { return state_->pending == 0; }
@@ -57,10 +63,15 @@ class SceneJournal {
     std::atomic<bool> broken = false;
   };
 
+  static constexpr uint64_t kMostRecords = 4'096;
+  static constexpr uint64_t kMostBytes = uint64_t{4} << 20;
+
   void Post(uint64_t lsn, std::string record, Then then);
 
   Store* const store_;
   const std::string scene_;
+  uint64_t records_;  // since the last snapshot
+  uint64_t bytes_ = 0;
   const std::shared_ptr<State> state_ = std::make_shared<State>();
 };
 

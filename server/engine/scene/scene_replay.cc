@@ -46,6 +46,7 @@ absl::StatusOr<SceneLife> Replay(const SceneLog& log) {
     life.now = record->edit.now;
     life.commit_time = record->commit_time;
   }
+  life.replayed = log.records.size();
   return life;
 }
 

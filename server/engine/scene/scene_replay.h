@@ -9,6 +9,7 @@
 #define LATTICED_SERVER_ENGINE_SCENE_SCENE_REPLAY_H_
 
 #include <chrono>
+#include <cstdint>
 #include <optional>
 
 #include "absl/status/statusor.h"
@@ -25,6 +26,7 @@ struct SceneLife {
   std::optional<QuantisationBox> box;         // none: no edit has come yet
   std::chrono::steady_clock::time_point now;  // on the scene's clock
   absl::Time commit_time;
+  uint64_t replayed = 0;  // records since the last snapshot
 };
 
 [[nodiscard]] absl::StatusOr<SceneLife> Replay(const SceneLog& log);

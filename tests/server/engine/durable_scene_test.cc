@@ -173,6 +173,26 @@ TEST_F(DurableSceneTest, EditsInFlightWhenTheStoreFailsAreAllRefused) {
   EXPECT_EQ(next.revision, 2u);
 }
 
+TEST_F(DurableSceneTest, ASnapshotBoundsWhatIsReplayed) {
+  for (uint64_t n = 1; n <= 4'100; ++n) ASSERT_OK(Move(n % 2 == 0 ? "ann" : "bob", n, 0.001));
+  store_.Flush();
+  ASSERT_OK_AND_ASSIGN(const SceneLog log, store_.ReadScene(kId));
+  EXPECT_EQ(log.snapshot_lsn, 4'096u);
+  EXPECT_EQ(log.records.size(), 4u);
+
+  const auto before = scene_->State();
+  Restart();
+  EXPECT_EQ(scene_->State()->revision, 4'100u);
+  EXPECT_TRUE(
+      std::ranges::equal(*scene_->State()->control_points, *before->control_points, SameBits));
+  EXPECT_EQ(scene_->State()->box.id, before->box.id);
+  ASSERT_OK(Move("ann", 4'102, 0.001));
+  ASSERT_OK(scene_->ApplyEdits(UndoBatch("ann", 4'103)));
+  ASSERT_OK(Move("bob", 4'101, 0.001));
+  Restart();
+  EXPECT_EQ(scene_->State()->revision, 4'103u);
+}
+
 TEST_F(DurableSceneTest, ADeletedSceneStaysDeleted) {
   ASSERT_OK(Move("ann", 1, 0.1));
   ASSERT_OK(registry_->Delete(kId));
