@@ -29,11 +29,17 @@ class UpdateStream final : public CallReactor<grpc::ServerWriteReactor<grpc::Byt
                const grpc::ByteBuffer& request) {
     if (!Begin(*env, context, rpc)) return;
     Request message;
-    if (absl::Status s = TakeMessage(request, &message); !s.ok()) return FinishCall(s);
+    if (absl::Status s = TakeMessage(request, &message); !s.ok()) {
+      FinishCall(s);
+      return;
+    }
     NoteScene(call_, message.scene());
-    if (!env->IsAsleep(message.scene())) return Open(env, message);
-    env->Post(WorkerLanes::Lane::kLong, *call_.account,
-              [this, env, message = std::move(message)] { Open(env, message); });
+    if (env->IsAsleep(message.scene())) {
+      env->Post(WorkerLanes::Lane::kLong, *call_.account,
+                [this, env, message = std::move(message)] { Open(env, message); });
+    } else {
+      Open(env, message);
+    }
   }
 
   void Write(const grpc::ByteBuffer* buffer) override {
