@@ -1,9 +1,10 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// latticed_bench [paper | tolerance] [--large] [--markdown FILE] [flags of Google Benchmark]
+// latticed_bench [paper | store | tolerance] [--large] [--markdown FILE] [flags of Google Benchmark]
 //
 //   paper            only the tables of Cui & Feng 2014 for this machine (paper.h)
+//   store            only the durability of edits (store_table.h)
 //   tolerance        only views with a tolerance against uniform segments (tolerance_table.h)
 //   --large          also 10^7 patches on the GPU
 //   --markdown FILE  also writes the results to FILE, with commit, command and machine
@@ -21,6 +22,7 @@
 #include "tests/bench/paper/paper.h"
 #include "tests/bench/report/summary.h"
 #include "tests/bench/scenario.h"
+#include "tests/bench/store/store_table.h"
 #include "tests/bench/tolerance/tolerance_table.h"
 
 namespace latticed::bench {
@@ -28,6 +30,7 @@ namespace {
 
 struct Options {
   bool paper = false;
+  bool store = false;
   bool tolerance = false;
   bool large = false;
   std::string markdown;
@@ -44,6 +47,8 @@ Options Parse(int& argc, char** argv) {
     const std::string_view argument = argv[i];
     if (argument == "paper") {
       options.paper = true;
+    } else if (argument == "store") {
+      options.store = true;
     } else if (argument == "tolerance") {
       options.tolerance = true;
     } else if (argument == "--large") {
@@ -135,6 +140,7 @@ int Main(int argc, char** argv) {
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
   if (options.paper) return Tables(options, PaperTables());
+  if (options.store) return Tables(options, StoreTables());
   if (options.tolerance) return Tables(options, ToleranceTables());
   return Benchmarks(options);
 }

@@ -35,6 +35,7 @@ int Write(sqlite3_file* file, const void* from, int bytes, sqlite3_int64 offset)
 }
 
 int Sync(sqlite3_file* file, int flags) {
+  disk_fault.wait(DiskFault::kStalls);
   if (disk_fault.load() == DiskFault::kSyncFails) return SQLITE_IOERR_FSYNC;
   return Real(file).xSync(file, flags);
 }
@@ -74,6 +75,9 @@ void UseFaultVfs() {
   (void)registered;
 }
 
-void SetDiskFault(DiskFault fault) { disk_fault = fault; }
+void SetDiskFault(DiskFault fault) {
+  disk_fault = fault;
+  disk_fault.notify_all();
+}
 
 }  // namespace latticed::testing

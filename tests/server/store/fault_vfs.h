@@ -13,6 +13,7 @@ enum class DiskFault {
   kFull,        // writes fail: no room
   kWriteFails,  // writes fail: input/output error
   kSyncFails,   // writes succeed, and waiting for the medium fails
+  kStalls,      // waiting for the medium takes until the fault changes
 };
 
 void UseFaultVfs();

@@ -38,6 +38,13 @@ void OpenedStore::SetFull(bool full) {
   SetDiskFault(full ? DiskFault::kFull : DiskFault::kNone);
 }
 
+void OpenedStore::SetStalled(bool stalled) {
+  if (auto* memory = dynamic_cast<MemoryStore*>(store_.get())) {
+    stalled ? memory->Pause() : memory->Resume();
+  }
+  SetDiskFault(stalled ? DiskFault::kStalls : DiskFault::kNone);
+}
+
 absl::Status OpenedStore::Append(std::string_view scene, uint64_t lsn, std::string record) {
   const auto answer = std::make_shared<std::promise<absl::Status>>();
   store_->Append(scene, lsn, std::move(record),

@@ -38,6 +38,8 @@ class OpenedStore {
 
   // From now on the medium has no room for anything, or has it again.
   void SetFull(bool full);
+  // From now on the medium takes for ever, or goes on.
+  void SetStalled(bool stalled);
 
   // Appends a record and waits for the answer.
   absl::Status Append(std::string_view scene, uint64_t lsn, std::string record);

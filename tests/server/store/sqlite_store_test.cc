@@ -13,6 +13,7 @@
 #include "core/base/sha256.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "tests/server/store/fault_vfs.h"
 #include "tests/server/store/opened_store.h"
 #include "tests/support/status_matchers.h"
 
@@ -28,13 +29,22 @@ class SqliteStoreTest : public ::testing::Test {
     return store_.folder().Path("data") + "/" + name;
   }
   absl::Status Open() { return OpenSqliteStore({.folder = store_.folder().Path("data")}).status(); }
-  // Executes SQL on the database, which no store has open. Its pages get no checksums.
-  void Sql(const std::string& sql) {
+  // Executes SQL on the database, which no store has open, as another program does, or (with the VFS of
+  // checked_vfs.h) so that pages get their checksums. Returns the first column of the last row.
+  std::string Sql(const std::string& sql, const char* vfs = nullptr) {
     sqlite3* database = nullptr;
-    ASSERT_EQ(sqlite3_open(Data("latticed.sqlite").c_str(), &database), SQLITE_OK);
-    EXPECT_EQ(sqlite3_exec(database, sql.c_str(), nullptr, nullptr, nullptr), SQLITE_OK)
+    EXPECT_EQ(sqlite3_open_v2(Data("latticed.sqlite").c_str(), &database,
+                              SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE, vfs),
+              SQLITE_OK);
+    std::string answer;
+    const auto keep = [](void* to, int, char** values, char**) {
+      *static_cast<std::string*>(to) = values[0];
+      return 0;
+    };
+    EXPECT_EQ(sqlite3_exec(database, sql.c_str(), keep, &answer, nullptr), SQLITE_OK)
         << sqlite3_errmsg(database);
     sqlite3_close(database);
+    return answer;
   }
 
   OpenedStore store_{"sqlite"};
@@ -153,6 +163,96 @@ TEST_F(SqliteStoreTest, ReusesTheRoomOfRecordsThatSnapshotsCover) {
   ASSERT_OK_AND_ASSIGN(const SceneLog quiet, store_->ReadScene("quiet"));
   EXPECT_THAT(quiet.records, ElementsAre("quiet 1"));
 }
+
+TEST_F(SqliteStoreTest, NamesTheRecordThatIsDamaged) {
+  for (const std::string id : {"gear", "knot"}) {
+    ASSERT_OK(store_->CreateScene(id, "header"));
+    for (uint64_t lsn = 1; lsn <= 3; ++lsn) ASSERT_OK(store_.Append(id, lsn, "a record"));
+  }
+  store_.Close();
+  Sql("UPDATE record SET bytes = x'00' WHERE scene = 1 AND lsn = 2", "latticed-checked");
+  store_.Open();
+
+  EXPECT_THAT(
+      store_->ReadScene("gear"),
+      StatusIs(absl::StatusCode::kDataLoss,
+               "scene 'gear': record 2 is damaged: its bytes are not those that were written"));
+  EXPECT_OK(store_->ReadScene("knot"));
+}
+
+TEST_F(SqliteStoreTest, NamesTheRecordThatIsMissing) {
+  ASSERT_OK(store_->CreateScene("gear", "header"));
+  for (uint64_t lsn = 1; lsn <= 3; ++lsn) ASSERT_OK(store_.Append("gear", lsn, "a record"));
+  store_.Close();
+  Sql("UPDATE log SET saved_row = 3; UPDATE scene SET saved_lsn = 3, saved_row = 3;"
+      "DELETE FROM record WHERE lsn = 1",
+      "latticed-checked");
+  store_.Open();
+
+  EXPECT_THAT(
+      store_->ReadScene("gear"),
+      StatusIs(absl::StatusCode::kDataLoss, "scene 'gear': record 1 is damaged: it is missing"));
+}
+
+TEST_F(SqliteStoreTest, RefusesADatabaseWhoseLastRecordsContradictEachOther) {
+  ASSERT_OK(store_->CreateScene("gear", "header"));
+  for (uint64_t lsn = 1; lsn <= 3; ++lsn) ASSERT_OK(store_.Append("gear", lsn, "a record"));
+  store_.Close();
+
+  Sql("DELETE FROM record WHERE lsn = 2", "latticed-checked");
+  EXPECT_THAT(Open(), StatusIs(absl::StatusCode::kDataLoss,
+                               HasSubstr("rows 2 to 2 of records are missing")));
+  Sql("UPDATE record SET row = 2 WHERE lsn = 3", "latticed-checked");
+  EXPECT_THAT(Open(), StatusIs(absl::StatusCode::kDataLoss,
+                               "scene 'gear' is damaged: record 3 follows record 1"));
+}
+
+TEST_F(SqliteStoreTest, NamesTheHeaderThatIsDamagedAndListsTheOthers) {
+  for (const std::string id : {"gear", "knot"}) ASSERT_OK(store_->CreateScene(id, "header " + id));
+  store_.Close();
+  Sql("UPDATE scene_header SET bytes = x'00' WHERE scene = 1", "latticed-checked");
+  store_.Open();
+
+  ASSERT_OK_AND_ASSIGN(const auto scenes, store_->Scenes());
+  ASSERT_EQ(scenes.size(), 2U);
+  EXPECT_THAT(scenes[0].damage, StatusIs(absl::StatusCode::kDataLoss, HasSubstr("'gear'")));
+  EXPECT_EQ(scenes[0].header, "");
+  EXPECT_OK(scenes[1].damage);
+  EXPECT_EQ(scenes[1].header, "header knot");
+}
+
+TEST_F(SqliteStoreTest, OtherProgramsCanReadIt) {
+  ASSERT_OK(store_->CreateScene("gear", "header"));
+  for (uint64_t lsn = 1; lsn <= 1'000; ++lsn) store_->Append("gear", lsn, "a record", nullptr);
+  store_.Close();
+
+  EXPECT_EQ(Sql("PRAGMA integrity_check"), "ok");
+  EXPECT_EQ(Sql("SELECT count(*) FROM record"), "1000");
+}
+
+// Whether writing or waiting for the medium fails: nothing that was refused is found later.
+class SqliteStoreFault : public SqliteStoreTest, public ::testing::WithParamInterface<DiskFault> {};
+
+TEST_P(SqliteStoreFault, ACommitThatFailedIsNotTriedAgain) {
+  ASSERT_OK(store_->CreateScene("gear", "header"));
+  ASSERT_OK(store_.Append("gear", 1, "gear 1"));
+  SetDiskFault(GetParam());
+
+  EXPECT_THAT(store_.Append("gear", 2, "refused"), StatusIs(absl::StatusCode::kUnavailable));
+  EXPECT_THAT(store_->Admit(), StatusIs(absl::StatusCode::kUnavailable));
+  ASSERT_OK_AND_ASSIGN(const SceneLog log, store_->ReadScene("gear"));
+  EXPECT_THAT(log.records, ElementsAre("gear 1"));
+  SetDiskFault(DiskFault::kNone);
+  ASSERT_TRUE(store_.AdmitsAgain());
+  store_.Reopen();
+
+  ASSERT_OK_AND_ASSIGN(const SceneLog after, store_->ReadScene("gear"));
+  EXPECT_THAT(after.records, ElementsAre("gear 1"));
+  EXPECT_OK(store_.Append("gear", 2, "gear 2"));
+}
+
+INSTANTIATE_TEST_SUITE_P(Faults, SqliteStoreFault,
+                         ::testing::Values(DiskFault::kWriteFails, DiskFault::kSyncFails));
 
 }  // namespace
 }  // namespace latticed::testing

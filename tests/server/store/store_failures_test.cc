@@ -2,7 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // A medium that refuses to write, for every store.
+#include <atomic>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/base/error.h"
@@ -128,6 +130,32 @@ TEST_P(StoreFailures, AnswersToManyScenesAreRightWhenTheMediumFillsUp) {
       EXPECT_EQ(log.records[i], std::to_string(i + 1));
     }
   }
+}
+
+TEST_P(StoreFailures, ASlowMediumBoundsWhatWaits) {
+  constexpr int kMost = 200;
+  const std::string record(1U << 20, 'x');
+  std::atomic<uint64_t> answered = 0;
+  store_.SetStalled(true);
+
+  uint64_t appended = 1;
+  absl::Status refused;
+  while (appended < kMost && (refused = store_->Admit()).ok()) {
+    store_->Append("gear", ++appended, record, [&](const absl::Status& status) {
+      if (status.ok()) ++answered;
+    });
+  }
+
+  EXPECT_THAT(refused,
+              StatusIs(absl::StatusCode::kResourceExhausted, HasSubstr("wait to be written")));
+  EXPECT_GT(error::DetailsOf(refused).retry_after_ms, 0U);
+  EXPECT_LT(appended, 70U);  // of a mebibyte each, where 64 may wait
+  store_.SetStalled(false);
+  store_->Flush();
+  EXPECT_EQ(answered, appended - 1);
+  EXPECT_OK(store_->Admit());
+  ASSERT_OK_AND_ASSIGN(const SceneLog log, store_->ReadScene("gear"));
+  EXPECT_EQ(log.lsn(), appended);
 }
 
 INSTANTIATE_TEST_SUITE_P(Stores, StoreFailures, ::testing::Values("memory", "sqlite"),

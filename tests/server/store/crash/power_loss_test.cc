@@ -11,13 +11,16 @@
 #include <sys/mount.h>
 #include <unistd.h>
 
+#include <cstdint>
 #include <cstdlib>
+#include <map>
 #include <random>
 #include <string>
 
 #include "fmt/format.h"
 #include "gtest/gtest.h"
 #include "server/store/sqlite_store.h"
+#include "tests/server/store/crash/lost_records.h"
 #include "tests/server/store/crash/numbered_records.h"
 #include "tests/server/store/crash/running_child.h"
 #include "tests/support/status_matchers.h"
@@ -84,14 +87,7 @@ class StorePowerLoss : public ::testing::Test {
     EXPECT_TRUE(disk.Mount());
     const auto store = OpenSqliteStore({.folder = data});
     EXPECT_OK(store);
-    int64_t lost = 0;
-    for (const auto& [scene, lsn] : acknowledged_) {
-      const auto log = store.ok() ? (*store)->ReadScene(scene) : store.status();
-      EXPECT_EQ(log.ok() ? WrongIn(*log, scene) : "", "");
-      const uint64_t stored = log.ok() ? log->lsn() : 0;
-      if (stored < lsn) lost += static_cast<int64_t>(lsn - stored);
-    }
-    return lost;
+    return store.ok() ? static_cast<int64_t>(LostOf(acknowledged_, **store)) : 1;
   }
 
   std::map<std::string, uint64_t> acknowledged_;

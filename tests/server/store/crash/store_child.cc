@@ -3,7 +3,8 @@
 //
 // store_child FOLDER full|async SCENES
 //
-// Appends to scenes s0, s1, … of a store until it is killed. Prints "SCENE LSN" for each acknowledged record, at once.
+// Appends to scenes s0, s1, … of a store, and puts meshes, until it is killed. Prints "SCENE LSN" for each acknowledged
+// record and "mesh/HASH 1" for each mesh, at once.
 #include <unistd.h>
 
 #include <atomic>
@@ -15,6 +16,7 @@
 #include <string_view>
 
 #include "absl/time/clock.h"
+#include "core/base/sha256.h"
 #include "server/store/sqlite_store.h"
 #include "tests/server/store/crash/numbered_records.h"
 
@@ -24,6 +26,18 @@ namespace {
 constexpr uint64_t kRecordsPerSnapshot = 97;
 // For each scene: it bounds what one commit holds.
 constexpr int kMostUnanswered = 2;
+
+void Say(std::string_view what, uint64_t lsn) {
+  const std::string line = fmt::format("{} {}\n", what, lsn);
+  if (write(STDOUT_FILENO, line.data(), line.size()) < 0) std::_Exit(1);
+}
+
+void PutMesh(Store& store, std::string_view scene, uint64_t lsn) {
+  const std::string bytes = SnapshotOf(scene, lsn);
+  const std::string id = Sha256Hex(bytes);
+  if (!store.PutMesh(id, HeaderOf(id), bytes).ok()) std::_Exit(1);
+  Say("mesh/" + id, 1);
+}
 
 int Main(const std::string& folder, std::string_view durability, int scenes) {
   auto store = OpenSqliteStore(
@@ -50,11 +64,12 @@ int Main(const std::string& folder, std::string_view durability, int scenes) {
       (*store)->Append(scene, lsn, RecordOf(scene, lsn),
                        [&unanswered, scene, lsn](const absl::Status& status) {
                          if (!status.ok()) std::_Exit(1);
-                         const std::string line = fmt::format("{} {}\n", scene, lsn);
-                         if (write(STDOUT_FILENO, line.data(), line.size()) < 0) std::_Exit(1);
+                         Say(scene, lsn);
                          --unanswered;
                        });
-      if (lsn % kRecordsPerSnapshot == 0) (*store)->PutSnapshot(scene, lsn, SnapshotOf(scene, lsn));
+      if (lsn % kRecordsPerSnapshot != 0) continue;
+      (*store)->PutSnapshot(scene, lsn, SnapshotOf(scene, lsn));
+      PutMesh(**store, scene, lsn);
     }
   }
 }
