@@ -115,10 +115,8 @@ absl::Status MemoryStore::ApplyAppend(const std::string& id, uint64_t lsn, std::
   Scene& scene = found->second;
   LATTICED_RETURN_IF_ERROR(scene.broken);
   if (lsn == 0) return absl::OkStatus();
-  scene.broken = failure_;
-  if (const uint64_t next = scene.log.lsn() + 1; scene.broken.ok() && lsn != next) {
-    scene.broken = error::NotNextRecord(id, next, lsn);
-  }
+  const uint64_t next = scene.log.lsn() + 1;
+  scene.broken = lsn == next ? failure_ : error::NotNextRecord(id, next, lsn);
   LATTICED_RETURN_IF_ERROR(scene.broken);
   scene.log.records.push_back(std::move(record));
   return absl::OkStatus();
