@@ -3,7 +3,7 @@
 #
 # The steps of ./dev ci. ./dev sources this file and defines the functions that the steps call.
 readonly ci_build=build/ci/tree/build
-readonly tsan_targets=(scene_engine_test engine_rooms_test model_based_test)
+readonly tsan_targets=(scene_engine_test engine_rooms_test model_based_test store_test)
 # Tests that the Release build alone runs. They check accuracy or memory on large inputs, or take minutes with sanitizers.
 # All pipelines of the CPU run the suite View. The GEMM ones share code, so one of them runs the accuracy tests. Spans
 # are evaluated by the fused one, which runs them too. It also runs Watertight, without its three longest tests. Of the
