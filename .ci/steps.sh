@@ -11,6 +11,7 @@ readonly tsan_targets=(scene_engine_test engine_rooms_test model_based_test stor
 readonly unsanitized="*RealMesh*:*ThousandEdits*:*LargeLattice*:*HundredThousand*:*Keeps64MiB*:*BitsAndShapesTogether*\
 :*ExportMemoryTest.*:*Watertight*/cpu_gemm*:*Watertight*/cpu_control_net:*Accuracy*/cpu_gemm12\
 :*Accuracy*/cpu_spanned_fused:*Watertight*/cpu_spanned_fused:*QuantisedAfterRandomEdits/cpu_fused:*SmoothFloatsAfterRandomEdits/cpu_fused\
+:*StoreKill.*:*StorePowerLoss.*\
 :*Watertight.FewChunksOfManyHaveTheSameBits*:*Spanned.WholeEvaluationsHaveTheBitsOfOneDevice*"
 
 source .ci/node_18.sh
