@@ -101,8 +101,7 @@ absl::StatusOr<SceneLog> MemoryStore::ReadScene(std::string_view id) {
 void MemoryStore::Append(std::string_view scene, uint64_t lsn, std::string record, Done done) {
   const uint64_t bytes = record.size();
   Post({.apply =
-            [this, id = std::string(scene), lsn,
-             record = std::move(record)]() mutable ABSL_NO_THREAD_SAFETY_ANALYSIS {
+            [this, id = std::string(scene), lsn, record = std::move(record)]() mutable {
               return ApplyAppend(id, lsn, std::move(record));
             },
         .done = std::move(done),
@@ -133,8 +132,7 @@ absl::Status MemoryStore::Admit() {
 void MemoryStore::PutSnapshot(std::string_view scene, uint64_t lsn, std::string snapshot) {
   const uint64_t bytes = snapshot.size();
   Post({.apply =
-            [this, id = std::string(scene), lsn,
-             snapshot = std::move(snapshot)]() mutable ABSL_NO_THREAD_SAFETY_ANALYSIS {
+            [this, id = std::string(scene), lsn, snapshot = std::move(snapshot)]() mutable {
               return ApplySnapshot(id, lsn, std::move(snapshot));
             },
         .done =

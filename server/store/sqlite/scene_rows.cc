@@ -46,8 +46,8 @@ constexpr const char* kSql[kSqlCount] = {
     "UPDATE scene SET saved_lsn = ?2, saved_row = ?3 WHERE number = ?1",
     "UPDATE log SET saved_row = ?",
     "SELECT row FROM record WHERE row > ?1 AND row <= ?2 ORDER BY row LIMIT 1 OFFSET ?3",
-    "DELETE FROM record WHERE row > ?1 AND row <= ?2 AND NOT EXISTS "
-    "(SELECT 1 FROM scene WHERE number = record.scene AND snapshot_lsn < record.lsn)",
+    ("DELETE FROM record WHERE row > ?1 AND row <= ?2 AND NOT EXISTS "
+     "(SELECT 1 FROM scene WHERE number = record.scene AND snapshot_lsn < record.lsn)"),
 };
 
 // While edits come, sweeping begins only when it pays: more rows are dead than alive, and than these.
@@ -269,7 +269,8 @@ absl::Status SceneRows::Maintain() {
 }
 
 absl::Status SceneRows::SaveHeads() {
-  for (auto& [id, scene] : scenes_) {
+  for (auto& entry : scenes_) {
+    Scene& scene = entry.second;
     if (!scene.unsaved) continue;
     SqliteStatement& row = statements_[kSaveScene];
     row.Bind(1, scene.tail.number);

@@ -57,10 +57,11 @@ int Main(const std::string& folder, std::string_view durability, int scenes) {
   }
   std::atomic<int> unanswered = 0;
   while (true) {
-    for (auto& [scene, lsn] : last) {
+    for (auto& entry : last) {
+      const std::string& scene = entry.first;
+      const uint64_t lsn = ++entry.second;
       while (unanswered >= kMostUnanswered * scenes) absl::SleepFor(absl::Microseconds(50));
       ++unanswered;
-      ++lsn;
       (*store)->Append(scene, lsn, RecordOf(scene, lsn),
                        [&unanswered, scene, lsn](const absl::Status& status) {
                          if (!status.ok()) std::_Exit(1);
