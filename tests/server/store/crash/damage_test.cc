@@ -125,6 +125,21 @@ TEST_F(StoreDamage, AFlippedBitOfTheDatabaseIsTold) {
   EXPECT_GT(told_, 0);
 }
 
+// A page with another number of rows is a page to SQLite. It would lack rows, and nothing in the others would say so.
+TEST_F(StoreDamage, APageThatHidesRowsIsTold) {
+  constexpr uint64_t kPageBytes = 4'096;
+  constexpr uint64_t kRowCountAt = 4;  // its lower byte
+  const uint64_t pages = std::filesystem::file_size(Ended() + "/latticed.sqlite") / kPageBytes;
+  for (int i = 0; i < Faults(kDamages); ++i) {
+    const uint64_t page = i == 0 ? pages - 1 : 1 + random_() % (pages - 1);
+    const uint64_t place = (page * kPageBytes + kRowCountAt) * 8 + random_() % 3;
+    SCOPED_TRACE(page);
+    const auto flip = [&](const std::string& path) { FlipBit(path, place); };
+    EXPECT_EQ(Lost(Ended(), "latticed.sqlite", flip), 0U);
+  }
+  EXPECT_GT(told_, 0);
+}
+
 TEST_F(StoreDamage, ACutDatabaseIsTold) {
   for (int i = 0; i < Faults(kDamages); ++i) {
     const uint64_t place = random_();
