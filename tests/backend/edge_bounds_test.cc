@@ -201,7 +201,8 @@ TEST_P(EdgeBounds, TakeNoMemoryForVertices) {
   const MemoryUse use = view->memory();
   EXPECT_EQ(use.count("vertices"), 0u);
   EXPECT_EQ(use.count("device_vertices"), 0u);
-  EXPECT_LT(HostBytes(use) + DeviceBytes(use), 40 * plan->patches.size());
+  // Two devices have the edges of their cut twice, and the host has a byte for each edge: 42 bytes a patch.
+  EXPECT_LT(HostBytes(use) + DeviceBytes(use), 44 * plan->patches.size());
   const ViewTraits traits = target->Traits(kBounds);
   EXPECT_LE(HostBytes(use), traits.host_bytes);
   EXPECT_EQ(traits.encoder_bytes, 0u);

@@ -36,7 +36,8 @@ class Taken {
   update(revision: bigint, id?: string): number | undefined {
     if (id !== undefined) {
       const layout = new TopologyLayout(create(TopologySchema, { topologyId: id, patchCount: 1n, chunkRuns: [{ chunkCount: 1, patchesPerChunk: 1 }] }));
-      this.bounds.take({ layout, normals: NormalMode.FACET, chunks: new Map([[0, Uint8Array.of(1, 2, 3)]]) });
+      const run = { firstChunk: 0, chunkCount: 1, firstEdge: 0, bytes: Uint8Array.of(1, 2, 3) };
+      this.bounds.take({ layout, normals: NormalMode.FACET, runs: [run] });
     }
     this.bounds.updated(this.sync.structureAt(revision));
     return this.bounds.structure?.size[0];
