@@ -215,9 +215,9 @@ absl::Status EditHistory::Write(const EditBatch& batch, TimePoint now, EditSumma
 
 void EditHistory::WritePoints(const EditTarget& target, EditStep& step) {
   const auto count = static_cast<size_t>(std::ranges::count(target.written, true));
-  step.indices.clear();
+  step.indices = {};  // new vectors: what a step takes is to follow from its points alone
   step.indices.reserve(count);
-  step.positions.clear();
+  step.positions = {};
   step.positions.reserve(count);
   step.written_at = ++clock_;
   for (uint32_t i = 0; i < target.written.size(); ++i) {

@@ -31,6 +31,7 @@
 #include <cstdint>
 #include <deque>
 #include <functional>
+#include <list>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -93,6 +94,8 @@ class EditHistory {
   Lattice initial() const { return layers_.initial(); }
   uint64_t revision() const { return revision_; }
   uint64_t structure_id() const { return structure_id_; }
+  // The kept results, of the editor who was heard last first.
+  const std::list<EditorLedger::Entry>& results() const { return ledger_.entries(); }
   // 0 for an editor that is not remembered.
   uint64_t last_sequence(std::string_view editor_id) const;
   size_t undo_steps() const { return layers_.steps().size(); }

@@ -75,10 +75,21 @@ absl::StatusOr<std::shared_ptr<Scene>> Scene::Make(SceneConfig config, SceneLife
       new Scene(std::move(config), std::move(life), std::move(history), context));
   LATTICED_ASSIGN_OR_RETURN(auto prepared, scene->Prepare(structure, stop));
   const MutexLock edit_lock(&scene->edit_mutex_);
+  LATTICED_RETURN_IF_ERROR(scene->HoldRestored(structure));
   scene->applied_ = scene->editor_.FirstState(std::move(prepared.state), commit_time, box);
   const MutexLock lock(&scene->mutex_);
   scene->head_ = {scene->applied_, std::move(prepared.target)};
   return scene;
+}
+
+absl::Status Scene::HoldRestored(const LatticeStructure& structure) {
+  const MutexLock lock(&mutex_);
+  for (const auto& [editor_id, result] : editor_.results()) {
+    if (result.status.ok()) log_.Remember(editor_id, result.sequence, result.revision);
+  }
+  history_bytes_ = editor_.MemoryBytes() + log_.MemoryBytes();
+  if (history_reservation_.Hold(history_bytes_, structure)) return absl::OkStatus();
+  return absl::ResourceExhaustedError("the scene's history does not fit in memory");
 }
 
 absl::StatusOr<Scene::Prepared> Scene::Prepare(const LatticeStructure& structure,
@@ -198,6 +209,9 @@ size_t Scene::WatchersOf(const MemoryAccount& account) const {
 
 void Scene::Delete() {
   deleted_ = true;
+  {
+    const MutexLock lock(&edit_mutex_);
+  }  // an edit that is being applied appends before this returns
   NotifyListeners();
 }
 
@@ -219,7 +233,7 @@ void Scene::EndIdleGestures(absl::Time now) {
   // An edit is being applied or stored. The next tick is soon enough.
   if (!edit_mutex_.TryLock()) return;
   std::shared_ptr<const SceneState> ended;
-  if (journal_.is_idle()) {
+  if (journal_.is_idle() && !journal_.is_broken()) {
     ended =
         editor_.EndIdleGestures(*applied_, Now() + absl::ToChronoNanoseconds(now - absl::Now()));
   }

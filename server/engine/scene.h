@@ -117,7 +117,7 @@ class Scene : public RenderSource, public std::enable_shared_from_this<Scene> {
                                                        StopCheck stop = NeverStop)
       ABSL_LOCKS_EXCLUDED(edit_mutex_, mutex_);
   // The same, but returns when the batch is applied. Calls `done` once when it is durable, perhaps before it
-  // returns, else on a thread of the store; in the order of the calls, if they do not overlap.
+  // returns, else on a thread of the store. A batch that is refused before it is applied is answered at once.
   using EditDone = std::function<void(const absl::StatusOr<EditSummary>&)>;
   void SubmitEdits(const EditBatch& batch, StopCheck stop, EditDone done)
       ABSL_LOCKS_EXCLUDED(edit_mutex_, mutex_);
@@ -189,6 +189,9 @@ class Scene : public RenderSource, public std::enable_shared_from_this<Scene> {
                                                                    SceneLife life,
                                                                    const SceneContext& context,
                                                                    StopCheck stop);
+  // Accounts for the history that a new life of the scene begins with. kResourceExhausted.
+  [[nodiscard]] absl::Status HoldRestored(const LatticeStructure& structure)
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(edit_mutex_) ABSL_LOCKS_EXCLUDED(mutex_);
   [[nodiscard]] absl::StatusOr<Prepared> Prepare(const LatticeStructure& structure,
                                                  StopCheck stop) const;
   // What becomes of a batch: its answer, or where there is a store, nothing here and `done` later.
@@ -199,6 +202,7 @@ class Scene : public RenderSource, public std::enable_shared_from_this<Scene> {
                                 std::shared_ptr<TargetSlot> target,
                                 std::optional<LatticeStructure>& wanted, const EditDone& done)
       ABSL_LOCKS_EXCLUDED(edit_mutex_, mutex_);
+  void MaybeSnapshot(const SceneRecord& record) ABSL_EXCLUSIVE_LOCKS_REQUIRED(edit_mutex_);
   [[nodiscard]] absl::Status AdmitEdit() ABSL_EXCLUSIVE_LOCKS_REQUIRED(edit_mutex_)
       ABSL_LOCKS_EXCLUDED(mutex_);
   // Goes on from what is stored, after an append has failed.

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "absl/synchronization/notification.h"
+#include "core/base/catch_bad_alloc.h"
 #include "core/base/error.h"
 #include "core/base/status_macros.h"
 #include "server/engine/scene.h"
@@ -64,11 +65,16 @@ Scene::Answer Scene::TryEdits(const EditBatch& batch, std::optional<PlanCandidat
   }
   const auto now = Now();
   const uint64_t records = editor_.records();
+  SceneJournal::Attempt attempt(journal_);
   auto commit = editor_.Apply(batch, *applied_, candidate, wanted, now, absl::Now);
-  if (wanted.has_value()) return std::nullopt;
+  if (wanted.has_value()) {
+    attempt.Done();
+    return std::nullopt;
+  }
   if (commit.ok() && commit->state != nullptr) applied_ = commit->state;
   const bool is_recorded = editor_.records() != records;
   if (!journal_.durable()) {
+    attempt.Done();
     Answer answer = Settle(commit, target, absl::OkStatus());
     EditRecord forgotten;
     if (is_recorded) FitHistory(forgotten);
@@ -80,6 +86,7 @@ Scene::Answer Scene::TryEdits(const EditBatch& batch, std::optional<PlanCandidat
                done](const absl::Status& durable) { done(self->Settle(commit, target, durable)); };
   if (!is_recorded) {
     journal_.Wait(std::move(then));
+    attempt.Done();
     return std::nullopt;
   }
   SceneRecord record{.edit = editor_.LastRecord(batch, now), .commit_time = absl::Now()};
@@ -87,13 +94,22 @@ Scene::Answer Scene::TryEdits(const EditBatch& batch, std::optional<PlanCandidat
   // The first box follows from the first plan, which no later life of the scene makes.
   if (new_box || records == 0) record.box = applied_->box;
   journal_.Append(records + 1, record, std::move(then));
-  if (journal_.WantsSnapshot()) {
-    journal_.PutSnapshot(records + 1, {.history = editor_.image(),
-                                       .box = applied_->box,
-                                       .now = now,
-                                       .commit_time = record.commit_time});
-  }
+  attempt.Done();
+  MaybeSnapshot(record);
   return std::nullopt;
+}
+
+void Scene::MaybeSnapshot(const SceneRecord& record) {
+  if (!journal_.WantsSnapshot()) return;
+  // The edit is on its way already: without memory for a snapshot, a later edit makes one.
+  const auto put = CatchBadAlloc("the snapshot", [&]() ABSL_NO_THREAD_SAFETY_ANALYSIS {
+    journal_.PutSnapshot(editor_.records(), {.history = editor_.image(),
+                                             .box = applied_->box,
+                                             .now = record.edit.now,
+                                             .commit_time = record.commit_time});
+    return absl::OkStatus();
+  });
+  put.IgnoreError();
 }
 
 absl::Status Scene::AdmitEdit() {
@@ -136,8 +152,11 @@ absl::StatusOr<EditSummary> Scene::Settle(const absl::StatusOr<EditCommit>& comm
 }
 
 void Scene::Publish(const EditCommit& commit, std::shared_ptr<TargetSlot> target) {
+  RenderInput
+      replaced;  // destroyed after the lock is released, because a large plan takes long to destroy
   {
     const MutexLock lock(&mutex_);
+    replaced = head_;
     head_.state = commit.state;
     if (commit.structure_changed) head_.target = std::move(target);
     for (const auto& [key, view] : views_) {

@@ -71,7 +71,8 @@ class CallReactor : public Reactor {
     if (!room.ok()) return FinishCall(room.status());
     request_room_ = *std::move(room);
     if constexpr (requires { MayTakeLong(request); }) {
-      if (MayTakeLong(request)) lane = WorkerLanes::Lane::kLong;
+      // An edit waits until it is stored.
+      if (MayTakeLong(request) || env.store != nullptr) lane = WorkerLanes::Lane::kLong;
     }
     if constexpr (requires { request.scene(); }) {
       if (env.IsAsleep(request.scene())) lane = WorkerLanes::Lane::kLong;

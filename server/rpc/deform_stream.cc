@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
-#include <limits>
 #include <memory>
 #include <string>
 #include <utility>
@@ -92,17 +91,19 @@ class DeformStream final
   absl::Status Handle(const v1::DeformRequest& request, SceneStream& stream);
   absl::Status Control(const v1::ControlWatchRequest& request, SceneStream& stream);
   void OpenOnWorker(v1::DeformRequest request);
-  void HandOver(v1::DeformRequest request);
-  // Applies the edit if it was admitted. It is answered when it is durable.
-  void HandleEdit(v1::EditBatch batch, Clock::time_point arrival, const absl::Status& admitted);
+  void HandOver(v1::DeformRequest request, uint64_t number);
+  // Applies the edit if it was admitted. It is answered, with this number, when it is durable.
+  void HandleEdit(v1::EditBatch batch, uint64_t number, Clock::time_point arrival,
+                  const absl::Status& admitted);
   absl::Status Apply(const v1::EditBatch& batch, Scene::EditDone done);
-  // When an edit came, and when its turn came.
-  struct EditTimes {
+  // What an answer must know of its edit.
+  struct EditToAnswer {
+    uint64_t number = 0;  // of SceneStream::ExpectAnswer
+    uint64_t sequence = 0;
     Clock::time_point arrival;
-    Clock::time_point begun;
+    Clock::time_point begun;  // when its turn came
   };
-  void Answer(uint64_t sequence, const EditTimes& times,
-              const absl::StatusOr<EditSummary>& summary);
+  void Answer(const EditToAnswer& edit, const absl::StatusOr<EditSummary>& summary);
 
   std::shared_ptr<DeformStream> self_;
   ServerEnv* const env_;
@@ -111,9 +112,6 @@ class DeformStream final
   // Used only while a message is read or handled; there is one at a time.
   grpc::ByteBuffer bytes_;
   std::string editor_id_;
-  // The highest revision in an answer to an edit; kNone before the first one.
-  static constexpr uint64_t kNone = std::numeric_limits<uint64_t>::max();
-  std::atomic<uint64_t> last_revision_ = kNone;
 
   mutable Mutex mutex_;
   std::shared_ptr<SceneStream> stream_ ABSL_GUARDED_BY(mutex_);  // null before the first message
@@ -130,16 +128,14 @@ void DeformStream::OnReadDone(bool ok) {
       return End(error::FailedPrecondition("STREAM_NOT_OPENED",
                                            "the first message must be watch; none came"));
     }
-    const uint64_t last = last_revision_;
-    return stream->HalfClose(last != kNone ? last : stream->scene().State()->revision);
+    return stream->HalfClose();
   }
   if (stream != nullptr && stream->ended()) return StopReading();
   v1::DeformRequest request;
   absl::Status status = TakeMessage(bytes_, &request);
   if (status.ok() && stream != nullptr && MayTakeLong(request.edit())) {
     stream->Touch();
-    stream->ExpectAnswer();
-    return HandOver(std::move(request));
+    return HandOver(std::move(request), stream->ExpectAnswer());
   }
   if (status.ok() && stream == nullptr && env_->IsAsleep(request.watch().scene())) {
     return OpenOnWorker(std::move(request));
@@ -153,25 +149,26 @@ void DeformStream::OnReadDone(bool ok) {
 void DeformStream::OpenOnWorker(v1::DeformRequest request) {
   env_->Post(WorkerLanes::Lane::kLong, *call_.account,
              [self = shared_from_this(), request = std::move(request)] {
-               const absl::Status opened = self->Open(request);
+               const absl::Status opened =
+                   CatchBadAlloc("the stream", [&] { return self->Open(request); });
                opened.ok() ? self->FinishedReading() : self->End(opened);
              });
 }
 
 // Gives the edit to a worker, which then asks for the next message. That message may come before Post returns,
 // so nothing of this object may be used after Post.
-void DeformStream::HandOver(v1::DeformRequest request) {
+void DeformStream::HandOver(v1::DeformRequest request, uint64_t number) {
   auto room = AdmitRequest(*env_, call_, request);
   if (!room.ok()) {
-    HandleEdit(std::move(*request.mutable_edit()), Clock::now(), room.status());
+    HandleEdit(std::move(*request.mutable_edit()), number, Clock::now(), room.status());
     return FinishedReading();
   }
   // A std::function must be copyable, and a reservation is not.
   auto shared_room = std::make_shared<MemoryReservation>(*std::move(room));
   env_->Post(WorkerLanes::Lane::kLong, *call_.account,
-             [self = shared_from_this(), request = std::move(request),
+             [self = shared_from_this(), request = std::move(request), number,
               room = std::move(shared_room), arrival = Clock::now()] {
-               self->HandleEdit(request.edit(), arrival, absl::OkStatus());
+               self->HandleEdit(request.edit(), number, arrival, absl::OkStatus());
                room->Release();
                self->FinishedReading();
              });
@@ -227,8 +224,7 @@ absl::Status DeformStream::Handle(const v1::DeformRequest& request, SceneStream&
   stream.Touch();
   switch (request.message_case()) {
     case v1::DeformRequest::kEdit:
-      stream.ExpectAnswer();
-      HandleEdit(request.edit(), Clock::now(), absl::OkStatus());
+      HandleEdit(request.edit(), stream.ExpectAnswer(), Clock::now(), absl::OkStatus());
       return absl::OkStatus();
     case v1::DeformRequest::kControl:
       return Control(request.control(), stream);
@@ -258,23 +254,21 @@ absl::Status DeformStream::Control(const v1::ControlWatchRequest& request, Scene
   return absl::IsNotFound(status) ? absl::OkStatus() : status;
 }
 
-void DeformStream::HandleEdit(v1::EditBatch batch, Clock::time_point arrival,
+void DeformStream::HandleEdit(v1::EditBatch batch, uint64_t number, Clock::time_point arrival,
                               const absl::Status& admitted) {
   if (batch.editor_id().empty()) batch.set_editor_id(editor_id_);
-  const uint64_t sequence = batch.sequence();
-  const EditTimes times{arrival, Clock::now()};
+  const EditToAnswer edit{number, batch.sequence(), arrival, Clock::now()};
   Stream()->BeginEdit();
   const absl::Status applied = CatchBadAlloc("the edit", [&]() -> absl::Status {
     LATTICED_RETURN_IF_ERROR(admitted);
-    return Apply(batch, [self = shared_from_this(), sequence, times](const auto& summary) {
-      self->Answer(sequence, times, summary);
+    return Apply(batch, [self = shared_from_this(), edit](const auto& summary) {
+      self->Answer(edit, summary);
     });
   });
-  if (!applied.ok()) Answer(sequence, times, applied);
+  if (!applied.ok()) Answer(edit, applied);
 }
 
-void DeformStream::Answer(uint64_t sequence, const EditTimes& times,
-                          const absl::StatusOr<EditSummary>& summary) {
+void DeformStream::Answer(const EditToAnswer& edit, const absl::StatusOr<EditSummary>& summary) {
   const auto stream = Stream();
   auto applied = Clock::now();
   v1::SceneEvent event;
@@ -285,19 +279,15 @@ void DeformStream::Answer(uint64_t sequence, const EditTimes& times,
   } else {
     env_->calls->NoteRefusal(error::DetailsOf(summary.status()).reason);
     const auto state = stream->scene().State();
-    result.set_sequence(sequence);
+    result.set_sequence(edit.sequence);
     *result.mutable_status() = ToRpcStatus(summary.status());
     result.set_revision(state->revision);
     result.set_structure_id(state->structure_id);
   }
-  uint64_t last = last_revision_;
-  while ((last == kNone || last < result.revision()) &&
-         !last_revision_.compare_exchange_weak(last, result.revision())) {
-  }
   v1::EditTimings& timings = *result.mutable_timings();
-  timings.set_queue_us(Microseconds(absl::FromChrono(times.begun - times.arrival)));
-  timings.set_apply_us(Microseconds(absl::FromChrono(applied - times.begun)));
-  stream->Answer(event);
+  timings.set_queue_us(Microseconds(absl::FromChrono(edit.begun - edit.arrival)));
+  timings.set_apply_us(Microseconds(absl::FromChrono(applied - edit.begun)));
+  stream->Answer(edit.number, event);
   MaybeRead();
 }
 

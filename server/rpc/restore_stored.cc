@@ -31,6 +31,8 @@ absl::Status RestoreMesh(ServerEnv& env, const StoredEntry& entry) {
 }
 
 absl::Status NameScene(ServerEnv& env, const StoredEntry& entry, absl::Time now) {
+  // It cannot wake, but its id is taken, and it can be deleted.
+  if (!entry.damage.ok()) env.scenes->AddAsleep(entry.id, "", absl::InfiniteFuture());
   LATTICED_RETURN_IF_ERROR(entry.damage);
   LATTICED_ASSIGN_OR_RETURN(const auto scene, StoredSceneOf(entry.header));
   env.scenes->AddAsleep(entry.id, scene.mesh_id, now + scene.idle_ttl);

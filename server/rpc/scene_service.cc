@@ -115,8 +115,12 @@ absl::Status ListScenes(const CallContext& context, const v1::ListScenesRequest&
   LATTICED_ASSIGN_OR_RETURN(const auto size, PageSize(request.page_size()));
   LATTICED_ASSIGN_OR_RETURN(const auto filter, LabelFilter::Parse(request.filter()));
   LATTICED_ASSIGN_OR_RETURN(const auto after, FromToken(request.page_token()));
-  // Those that cannot be woken are named in the log, and left out.
-  for (const std::string& id : context.env.scenes->Asleep()) (void)context.env.scenes->Find(id);
+  for (const std::string& id : context.env.scenes->Asleep()) {
+    LATTICED_RETURN_IF_ERROR(CheckCancelled(context.call));
+    const absl::Status woken = context.env.scenes->Find(id).status();
+    // Damaged ones are named in the log, and left out.
+    if (!woken.ok() && !absl::IsDataLoss(woken) && !absl::IsNotFound(woken)) return woken;
+  }
   auto scenes = context.env.scenes->All();
   std::erase_if(scenes, [&](const auto& scene) {
     return !filter.Matches(scene->config().labels) || KeyOf(*scene) <= after;
@@ -367,10 +371,10 @@ class SceneServiceImpl final : public SceneServiceBase {
     return NewDeformStream(kDeform, env_, context);
   }
   Writer* Watch(Context* context, const Bytes* request) override {
-    return new UpdateStream<v1::WatchRequest>(env_, context, kWatch, *request);
+    return UpdateStream<v1::WatchRequest>::New(env_, context, kWatch, *request);
   }
   Writer* GetUpdate(Context* context, const Bytes* request) override {
-    return new UpdateStream<v1::GetUpdateRequest>(env_, context, kGetUpdate, *request);
+    return UpdateStream<v1::GetUpdateRequest>::New(env_, context, kGetUpdate, *request);
   }
 
  private:

@@ -98,9 +98,14 @@ void SceneStream::Start() {
   if (!only_update_) {
     env_->scenes->AddWatch(watch_id_, weak);
   }
-  on_drain_.emplace(env_->drain.get_token(), [weak] {
-    if (const auto stream = weak.lock(); stream != nullptr) stream->GoAway();
-  });
+  {
+    const MutexLock lock(&drain_mutex_);
+    if (!closed_) {
+      on_drain_.emplace(env_->drain.get_token(), [weak] {
+        if (const auto stream = weak.lock(); stream != nullptr) stream->GoAway();
+      });
+    }
+  }
   OnSceneChanged();
 }
 
@@ -131,7 +136,7 @@ void SceneStream::Pump() {
 }
 
 bool SceneStream::AtEnd() const {
-  if (!small_.empty() || watcher_->update_in_progress() || answers_due_ > 0) return false;
+  if (!small_.empty() || watcher_->update_in_progress() || !due_.empty()) return false;
   // After goaway, GetUpdate still sends a revision that exists, but does not wait for a later one.
   const bool on_its_way = only_update_ && *finish_at_ <= scene_->State()->revision;
   if (going_away_ && !on_its_way && absl::Now() >= refusals_end_) return true;
@@ -290,35 +295,42 @@ absl::Status SceneStream::Steer(const WatchCommand& command, PresenceBoard::Wait
   return absl::OkStatus();
 }
 
-void SceneStream::ExpectAnswer() {
+uint64_t SceneStream::ExpectAnswer() {
   const MutexLock lock(&mutex_);
-  ++answers_due_;
+  due_.emplace_back();
+  return first_due_ + due_.size() - 1;
 }
 
 void SceneStream::BeginEdit() {
   const MutexLock lock(&mutex_);
   // While an earlier answer is due, its ceiling holds.
-  if (state_ == StreamState::kFinished || answers_due_ > 1) return;
+  if (state_ == StreamState::kFinished || due_.size() > 1) return;
   watcher_->SetCeiling(scene_->State()->revision);
 }
 
-void SceneStream::Answer(const v1::SceneEvent& result) {
+void SceneStream::Answer(uint64_t number, const v1::SceneEvent& result) {
   const MutexLock lock(&mutex_);
-  --answers_due_;
+  if (number < first_due_ || due_[number - first_due_].event.has_value()) return;
+  due_[number - first_due_] = {EncodeEvent(result), result.edit_result().revision()};
+  if (number != first_due_) return;
+  while (!due_.empty() && due_.front().event.has_value()) {
+    answered_ = std::max(answered_.value_or(0), due_.front().revision);
+    small_.push_back(*std::move(due_.front().event));
+    due_.pop_front();
+    ++first_due_;
+  }
   if (state_ == StreamState::kFinished) return;
-  const uint64_t revision = result.edit_result().revision();
-  // The next answer may be due already: it is of a revision that nobody has seen yet.
-  watcher_->SetCeiling(answers_due_ > 0 ? std::optional(revision) : std::nullopt);
-  if (half_closed_) finish_at_ = std::max(*finish_at_, revision);
-  small_.push_back(EncodeEvent(result));
+  // The next answer is of a revision that nobody has seen yet.
+  watcher_->SetCeiling(due_.empty() ? std::nullopt : answered_);
+  if (half_closed_) finish_at_ = std::max(*finish_at_, *answered_);
   Pump();
 }
 
-void SceneStream::HalfClose(uint64_t revision) {
+void SceneStream::HalfClose() {
   const MutexLock lock(&mutex_);
   if (state_ == StreamState::kFinished) return;
   half_closed_ = true;
-  finish_at_ = revision;
+  finish_at_ = answered_.has_value() ? *answered_ : scene_->State()->revision;
   // The client sends nothing more, so updates wait for no acknowledgement and no heartbeat.
   watcher_->StopAcks();
   watcher_->WantFullDetail();
@@ -334,7 +346,11 @@ void SceneStream::Fail(const absl::Status& status) {
 
 void SceneStream::Close() {
   // Not in the destructor: a drain callback that holds the last reference must not wait for itself.
-  on_drain_.reset();
+  {
+    const MutexLock lock(&drain_mutex_);
+    closed_ = true;
+    on_drain_.reset();
+  }
   // The stream has finished, so it shows no presence any more.
   Wake(scene_->presence().Leave(this, editor_id_));
 }
@@ -346,7 +362,7 @@ bool SceneStream::ended() const {
 
 size_t SceneStream::backlog() const {
   const MutexLock lock(&mutex_);
-  return small_.size() + static_cast<size_t>(answers_due_);
+  return small_.size() + due_.size();
 }
 
 void SceneStream::ScheduleHeartbeat() {

@@ -98,15 +98,16 @@ class SceneStream : public SceneListener,
   void OnCancel() ABSL_LOCKS_EXCLUDED(mutex_);
   // The client has shown that it is alive.
   void Touch() ABSL_LOCKS_EXCLUDED(mutex_);
-  // An edit has come, and Answer will be called.
-  void ExpectAnswer() ABSL_LOCKS_EXCLUDED(mutex_);
+  // An edit has come, and Answer will be called with the number that this returns. Answers are sent in the order of these
+  // calls.
+  [[nodiscard]] uint64_t ExpectAnswer() ABSL_LOCKS_EXCLUDED(mutex_);
   // Called before and after an edit is applied: its answer is sent before the next chunks, and before any
-  // update that contains it.
+  // update that contains it. A second answer with the same number is ignored.
   void BeginEdit() ABSL_LOCKS_EXCLUDED(mutex_);
-  void Answer(const v1::SceneEvent& result) ABSL_LOCKS_EXCLUDED(mutex_);
-  // No more messages will come: the stream ends OK after an update at or above `revision`, and those of the answers
-  // that are due.
-  void HalfClose(uint64_t revision) ABSL_LOCKS_EXCLUDED(mutex_);
+  void Answer(uint64_t number, const v1::SceneEvent& result) ABSL_LOCKS_EXCLUDED(mutex_);
+  // No more messages will come: the stream ends OK after all answers, and an update at or above the highest revision in
+  // them; without any edit, at or above the newest revision.
+  void HalfClose() ABSL_LOCKS_EXCLUDED(mutex_);
   // Ends the stream, after the message that is being written.
   void Fail(const absl::Status& status) ABSL_LOCKS_EXCLUDED(mutex_);
   // The call is done: the sink is not called any more, and the presence that the stream showed is taken
@@ -146,8 +147,10 @@ class SceneStream : public SceneListener,
   const std::string watch_id_;
   const std::string editor_id_;  // may be empty
   const MemoryAccountPtr account_;
-  // Used by Start and Close only.
-  std::optional<std::stop_callback<std::function<void()>>> on_drain_;
+  // Start and Close may run at the same time. This lock comes before mutex_.
+  Mutex drain_mutex_;
+  bool closed_ ABSL_GUARDED_BY(drain_mutex_) = false;
+  std::optional<std::stop_callback<std::function<void()>>> on_drain_ ABSL_GUARDED_BY(drain_mutex_);
 
   mutable Mutex mutex_;
   StreamState state_ ABSL_GUARDED_BY(mutex_) = StreamState::kIdle;
@@ -160,7 +163,14 @@ class SceneStream : public SceneListener,
   grpc::ByteBuffer writing_ ABSL_GUARDED_BY(mutex_);
   std::optional<uint64_t> finish_at_ ABSL_GUARDED_BY(mutex_);
   bool half_closed_ ABSL_GUARDED_BY(mutex_) = false;
-  int answers_due_ ABSL_GUARDED_BY(mutex_) = 0;  // between ExpectAnswer and Answer
+  // Between ExpectAnswer and the moment when an answer, and all before it, are there.
+  struct DueAnswer {
+    std::optional<grpc::ByteBuffer> event;
+    uint64_t revision = 0;  // in it
+  };
+  std::deque<DueAnswer> due_ ABSL_GUARDED_BY(mutex_);
+  uint64_t first_due_ ABSL_GUARDED_BY(mutex_) = 0;            // its number
+  std::optional<uint64_t> answered_ ABSL_GUARDED_BY(mutex_);  // the highest revision in an answer
   bool going_away_ ABSL_GUARDED_BY(mutex_) = false;
   std::optional<grpc::Status> end_
       ABSL_GUARDED_BY(mutex_);                       // after the message that is being written

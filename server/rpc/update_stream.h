@@ -22,24 +22,18 @@ namespace latticed {
 
 template <typename Request>
 class UpdateStream final : public CallReactor<grpc::ServerWriteReactor<grpc::ByteBuffer>>,
-                           public StreamSink {
+                           public StreamSink,
+                           public std::enable_shared_from_this<UpdateStream<Request>> {
  public:
-  // `request` is the bytes of a Request.
-  UpdateStream(ServerEnv* env, grpc::CallbackServerContext* context, const Rpc& rpc,
-               const grpc::ByteBuffer& request) {
-    if (!Begin(*env, context, rpc)) return;
-    Request message;
-    if (absl::Status s = TakeMessage(request, &message); !s.ok()) {
-      FinishCall(s);
-      return;
-    }
-    NoteScene(call_, message.scene());
-    if (env->IsAsleep(message.scene())) {
-      env->Post(WorkerLanes::Lane::kLong, *call_.account,
-                [this, env, message = std::move(message)] { Open(env, message); });
-    } else {
-      Open(env, message);
-    }
+  // Begins the call. `request` is the bytes of a Request. gRPC keeps the result until OnDone.
+  static grpc::ServerWriteReactor<grpc::ByteBuffer>* New(ServerEnv* env,
+                                                         grpc::CallbackServerContext* context,
+                                                         const Rpc& rpc,
+                                                         const grpc::ByteBuffer& request) {
+    const auto call = std::make_shared<UpdateStream>();
+    call->self_ = call;
+    if (call->Begin(*env, context, rpc)) call->Open(env, request);
+    return call.get();
   }
 
   void Write(const grpc::ByteBuffer* buffer) override {
@@ -53,38 +47,57 @@ class UpdateStream final : public CallReactor<grpc::ServerWriteReactor<grpc::Byt
     Stream()->OnWriteDone(ok);
   }
   void OnCancel() override {
-    // A stream that is still being opened notices with its first write.
+    {
+      const MutexLock lock(&mutex_);
+      cancelled_ = true;
+    }
     if (const auto stream = Stream(); stream != nullptr) stream->OnCancel();
   }
   void OnDone() override {
     Done();
     if (const auto stream = Stream(); stream != nullptr) stream->Close();
-    delete this;
+    self_ = nullptr;  // deletes this, unless a worker still opens the stream
   }
 
  private:
-  // The reactor may be deleted when this returns.
+  void Open(ServerEnv* env, const grpc::ByteBuffer& bytes) {
+    Request request;
+    if (absl::Status s = TakeMessage(bytes, &request); !s.ok()) return FinishCall(s);
+    NoteScene(call_, request.scene());
+    if (!env->IsAsleep(request.scene())) return Open(env, request);
+    auto room = AdmitRequest(*env, call_, request);
+    if (!room.ok()) return FinishCall(room.status());
+    env->Post(WorkerLanes::Lane::kLong, *call_.account,
+              [self = this->shared_from_this(), env, request = std::move(request),
+               room = std::make_shared<MemoryReservation>(*std::move(room))] {
+                self->Open(env, request);
+              });
+  }
   void Open(ServerEnv* env, const Request& request) {
-    auto opened = Opened(env, request);
+    const auto opened = CatchBadAlloc("the stream", [&] { return Opened(env, request); });
     if (!opened.ok()) return FinishCall(opened.status());
+    bool cancelled;
     {
       const MutexLock lock(&mutex_);
       stream_ = *opened;
+      cancelled = cancelled_;
     }
     (*opened)->Start();
+    if (cancelled) (*opened)->OnCancel();
   }
   absl::StatusOr<std::shared_ptr<SceneStream>> Opened(ServerEnv* env, const Request& request) {
     LATTICED_ASSIGN_OR_RETURN(const OpenRequest open, FromProto(env, call_, request));
     return SceneStream::Open(env, *call_.account, open.scene, open.options, this);
   }
-  std::shared_ptr<SceneStream> Stream() const {
+  std::shared_ptr<SceneStream> Stream() const ABSL_LOCKS_EXCLUDED(mutex_) {
     const MutexLock lock(&mutex_);
     return stream_;
   }
 
+  std::shared_ptr<UpdateStream> self_;
   mutable Mutex mutex_;
-  std::shared_ptr<SceneStream> stream_
-      ABSL_GUARDED_BY(mutex_);  // null when the request was refused
+  bool cancelled_ ABSL_GUARDED_BY(mutex_) = false;
+  std::shared_ptr<SceneStream> stream_ ABSL_GUARDED_BY(mutex_);  // null until it is open
 };
 
 }  // namespace latticed

@@ -110,7 +110,7 @@ void SqliteStore::Flush() {
 absl::Status SqliteStore::PutMesh(std::string_view id, std::string header, std::string_view bytes) {
   if (!IsSha256Hex(id)) return error::InvalidField("id", "is not a SHA-256 in hex");
   LATTICED_ASSIGN_OR_RETURN(const bool known, reader_.HasMesh(id));
-  if (known && meshes_.Has(id, bytes.size())) return absl::OkStatus();
+  if (known && ReadMesh(id).ok()) return absl::OkStatus();  // else it is damaged, and written anew
   LATTICED_RETURN_IF_ERROR(writer_.Admit());
   LATTICED_ASSIGN_OR_RETURN(const std::string written, meshes_.Write(bytes));
   MutexLock lock(&meshes_mutex_);
@@ -127,7 +127,7 @@ absl::Status SqliteStore::InsertMesh(std::string_view id, std::string_view heade
   return writer_.Change([&](SceneRows&) -> absl::Status {
     LATTICED_ASSIGN_OR_RETURN(
         SqliteStatement row,
-        writer_.database().Prepare("INSERT OR IGNORE INTO mesh(id, sum, header) VALUES(?, ?, ?)"));
+        writer_.database().Prepare("INSERT OR REPLACE INTO mesh(id, sum, header) VALUES(?, ?, ?)"));
     row.BindBytes(1, id);
     row.Bind(2, MeshRowSum(id, header));
     row.BindBytes(3, header);

@@ -75,7 +75,7 @@ class Store {
   // Replaces the scene's snapshot, later and in its turn after what was appended before. A failure is logged and changes
   // nothing.
   virtual void PutSnapshot(std::string_view scene, uint64_t lsn, std::string snapshot) = 0;
-  // Waits until all that was appended is answered.
+  // Waits until all that was appended is answered, and the callbacks are destroyed.
   virtual void Flush() = 0;
 
   // `id` is the SHA-256 of `bytes`, in hex. The same mesh again keeps what there is.

@@ -21,6 +21,7 @@ absl::StatusOr<std::shared_ptr<const StoredMesh>> MeshStore::Add(StoredMesh mesh
   // Without the lock: it may evict scenes, and the registry's lock comes before this one.
   LATTICED_RETURN_IF_ERROR(reservation.Resize("the mesh", mesh.MemoryBytes()));
   mesh.create_time = absl::Now();
+  const MutexLock store_lock(&store_mutex_);
   if (store_ != nullptr) {
     LATTICED_RETURN_IF_ERROR(store_->PutMesh(mesh.id, header_of_(mesh), *mesh.bytes));
   }
@@ -57,6 +58,7 @@ std::vector<std::shared_ptr<const StoredMesh>> MeshStore::All() const {
 }
 
 absl::Status MeshStore::Remove(std::string_view id) {
+  const MutexLock store_lock(&store_mutex_);
   if (store_ != nullptr) {
     LATTICED_RETURN_IF_ERROR(Find(id).status());
     LATTICED_RETURN_IF_ERROR(store_->DeleteMesh(id));

@@ -85,6 +85,8 @@ class MeshStore {
  private:
   Store* const store_;
   const HeaderOf header_of_;
+  Mutex
+      store_mutex_;  // held while a mesh comes or goes, so that map and store agree; comes before mutex_
   mutable Mutex mutex_;
   std::map<std::string, std::shared_ptr<const StoredMesh>, std::less<>> meshes_
       ABSL_GUARDED_BY(mutex_);

@@ -103,6 +103,7 @@ absl::StatusOr<std::shared_ptr<Scene>> SceneRegistry::Create(
     if (CountOfAccountLocked(config.account) >= most_of_account) {
       return error::LimitExceeded("scenes of one caller", most_of_account);
     }
+    if (going_meshes_.contains(mesh_id)) return error::NotFound("mesh", mesh_id);
     if (admit != nullptr) {
       LATTICED_RETURN_IF_ERROR(admit());
     }
@@ -193,27 +194,30 @@ absl::StatusOr<std::shared_ptr<Scene>> SceneRegistry::Restored(const std::string
 }
 
 absl::Status SceneRegistry::Delete(std::string_view id) {
+  return DeleteIf(id, [] { return true; });
+}
+
+absl::Status SceneRegistry::DeleteIf(std::string_view id, const std::function<bool()>& condemned) {
   const std::string key(id);
+  std::shared_ptr<Scene> scene;
   {
     const MutexLock lock(&mutex_);
     LATTICED_RETURN_IF_ERROR(AwaitFree(key, NeverStop));
-    if (!scenes_.contains(key) && !asleep_.contains(key)) return error::NotFound("scene", key);
+    const auto found = scenes_.find(key);
+    if (found == scenes_.end() && !asleep_.contains(key)) return error::NotFound("scene", key);
+    if (!condemned()) return absl::OkStatus();
+    if (found != scenes_.end()) scene = found->second;
     creating_[key] = {};
   }
   absl::Status status;
   if (options_.store != nullptr) status = options_.store->DeleteScene(key);
-  std::shared_ptr<Scene> scene;
-  {
-    const MutexLock lock(&mutex_);
-    creating_.erase(key);
-    if (!status.ok()) return status;
-    asleep_.erase(key);
-    if (const auto found = scenes_.find(key); found != scenes_.end()) {
-      scene = std::move(found->second);
-      scenes_.erase(found);
-    }
-  }
-  if (scene != nullptr) scene->Delete();
+  // Before another scene can have the id: what is being applied must not reach its log.
+  if (status.ok() && scene != nullptr) scene->Delete();
+  const MutexLock lock(&mutex_);
+  creating_.erase(key);
+  if (!status.ok()) return status;
+  asleep_.erase(key);
+  scenes_.erase(key);
   return absl::OkStatus();
 }
 
@@ -272,7 +276,6 @@ absl::Status SceneRegistry::DeleteMesh(std::string_view mesh_id, bool force,
   if (force && options_.store != nullptr) {
     LATTICED_RETURN_IF_ERROR(DeleteScenesOf(mesh_id));
   }
-  std::vector<std::shared_ptr<Scene>> gone;
   {
     const MutexLock lock(&mutex_);
     if (const size_t scenes = CountOfMeshLocked(mesh_id); scenes > 0 && !force) {
@@ -280,13 +283,23 @@ absl::Status SceneRegistry::DeleteMesh(std::string_view mesh_id, bool force,
           "MESH_IN_USE",
           fmt::format("{} scene(s) use the mesh; delete them first, or set force", scenes));
     }
-    LATTICED_RETURN_IF_ERROR(remove());
+    if (!going_meshes_.emplace(mesh_id).second) return error::NotFound("mesh", mesh_id);
+  }
+  const absl::Status removed = remove();  // without the lock: it may wait for the store
+  std::vector<std::shared_ptr<Scene>> gone;
+  {
+    const MutexLock lock(&mutex_);
+    going_meshes_.erase(going_meshes_.find(mesh_id));
+    LATTICED_RETURN_IF_ERROR(removed);
     for (auto& [id, in_making] : creating_) {
       if (in_making.mesh_id == mesh_id) in_making.mesh_id.clear();
     }
     gone = TakeWhere([mesh_id](const Scene& s) { return s.config().mesh_id == mesh_id; });
   }
-  for (const auto& scene : gone) scene->Delete();
+  for (const auto& scene : gone) {
+    scene->Delete();
+    if (options_.store != nullptr) (void)options_.store->DeleteScene(scene->id());
+  }
   return absl::OkStatus();
 }
 
@@ -312,18 +325,28 @@ void SceneRegistry::Tick(absl::Time now) {
   for (const auto& scene : All()) scene->Tick(now);
   if (options_.on_tick != nullptr) options_.on_tick();
   std::vector<std::string> expired;
+  const auto is_expired = [this, now](const std::string& id) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
+    if (const auto scene = scenes_.find(id); scene != scenes_.end()) {
+      return scene->second->expire_time() <= now;
+    }
+    const auto sleeper = asleep_.find(id);
+    return sleeper != asleep_.end() && sleeper->second.expires <= now;
+  };
   {
     const MutexLock lock(&mutex_);
     for (const auto& [id, scene] : scenes_) {
-      if (scene->expire_time() <= now) expired.push_back(id);
+      if (is_expired(id)) expired.push_back(id);
     }
     for (const auto& [id, sleeper] : asleep_) {
-      if (sleeper.expires <= now) expired.push_back(id);
+      if (is_expired(id)) expired.push_back(id);
     }
     std::erase_if(watches_, [](const auto& watch) { return watch.second.expired(); });
   }
-  // What the store cannot delete now expires again with the next tick.
-  for (const std::string& id : expired) (void)Delete(id);
+  for (const std::string& id : expired) {
+    // Somebody may use it again meanwhile. What the store cannot delete now expires again with the next tick.
+    const auto condemned = [&]() ABSL_NO_THREAD_SAFETY_ANALYSIS { return is_expired(id); };
+    (void)DeleteIf(id, condemned);
+  }
 }
 
 std::vector<std::shared_ptr<Scene>> SceneRegistry::TakeWhere(

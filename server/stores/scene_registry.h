@@ -5,7 +5,7 @@
 // call that finds one makes it again.
 //
 // Errors   kNotFound for an unknown id
-// Threads  safe; no lock is held while a scene is planned, evaluated or destroyed
+// Threads  safe; no lock is held while a scene is planned, evaluated or destroyed, or the store is waited for
 #ifndef LATTICED_SERVER_STORES_SCENE_REGISTRY_H_
 #define LATTICED_SERVER_STORES_SCENE_REGISTRY_H_
 
@@ -15,6 +15,7 @@
 #include <limits>
 #include <map>
 #include <memory>
+#include <set>
 #include <string>
 #include <string_view>
 #include <thread>
@@ -122,6 +123,9 @@ class SceneRegistry {
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   [[nodiscard]] absl::StatusOr<std::shared_ptr<Scene>> Wake(std::string_view id)
       ABSL_LOCKS_EXCLUDED(mutex_);
+  // Deletes the scene if `condemned`, which is asked with the lock held, says so.
+  [[nodiscard]] absl::Status DeleteIf(std::string_view id, const std::function<bool()>& condemned)
+      ABSL_LOCKS_EXCLUDED(mutex_);
   [[nodiscard]] absl::Status DeleteScenesOf(std::string_view mesh_id) ABSL_LOCKS_EXCLUDED(mutex_);
   [[nodiscard]] absl::StatusOr<std::shared_ptr<Scene>> Restored(const std::string& id);
   [[nodiscard]] absl::StatusOr<std::shared_ptr<Scene>> Made(SceneConfig config, StopCheck stop);
@@ -154,6 +158,7 @@ class SceneRegistry {
     absl::Time expires;
   };
   std::map<std::string, Sleeper, std::less<>> asleep_ ABSL_GUARDED_BY(mutex_);
+  std::set<std::string, std::less<>> going_meshes_ ABSL_GUARDED_BY(mutex_);  // being deleted
   std::map<std::string, std::weak_ptr<WatchControl>, std::less<>> watches_ ABSL_GUARDED_BY(mutex_);
   bool stopping_ ABSL_GUARDED_BY(mutex_) = false;
   RenderQueue queue_;        // last but one: its threads use all of the above

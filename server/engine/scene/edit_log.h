@@ -41,6 +41,10 @@ class EditLog {
   // Adds the edit that made the newest revision. If it changed the structure, the log forgets it and all
   // earlier ones.
   void Add(const std::shared_ptr<const LatticeDelta>& delta, bool structure_changed);
+  // The last edit of an editor, from before the log began.
+  void Remember(const std::string& editor_id, uint64_t sequence, uint64_t revision) {
+    last_edits_[editor_id] = {sequence, revision};
+  }
   // Deltas after `revision` up to `newest`.
   [[nodiscard]] Deltas After(uint64_t revision, uint64_t newest) const;
   // The highest sequence number of an editor's edits that a state at `revision` holds. 0 for an unknown

@@ -14,6 +14,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <list>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -75,6 +76,7 @@ class SceneEditor {
   [[nodiscard]] EditRecord LastRecord(const EditBatch& batch, TimePoint now) const {
     return history_.LastRecord(batch, now);
   }
+  const std::list<EditorLedger::Entry>& results() const { return history_.results(); }
   [[nodiscard]] EditHistoryImage image() const { return history_.image(); }
 
   // The bytes of undo steps and of what is kept for replay.

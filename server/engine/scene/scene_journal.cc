@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/engine/scene/scene_journal.h"
 
+#include <new>
+
 #include "server/store/store_errors.h"
 
 namespace latticed {
@@ -27,13 +29,18 @@ void SceneJournal::PutSnapshot(uint64_t lsn, const SceneImage& image) {
 void SceneJournal::Wait(Then then) { Post(0, "", std::move(then)); }
 
 void SceneJournal::Post(uint64_t lsn, std::string record, Then then) {
+  Store::Done done = [state = state_, then = std::move(then)](const absl::Status& durable) {
+    if (!durable.ok()) state->broken = true;
+    then(durable);
+    --state->pending;
+  };
   ++state_->pending;
-  store_->Append(scene_, lsn, std::move(record),
-                 [state = state_, then = std::move(then)](const absl::Status& durable) {
-                   if (!durable.ok()) state->broken = true;
-                   then(durable);
-                   --state->pending;
-                 });
+  try {
+    store_->Append(scene_, lsn, std::move(record), std::move(done));
+  } catch (const std::bad_alloc&) {
+    --state_->pending;
+    throw;
+  }
 }
 
 }  // namespace latticed

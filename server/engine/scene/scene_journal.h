@@ -37,15 +37,33 @@ class SceneJournal {
   SceneJournal(Store* store, std::string scene, uint64_t unsnapped)
       : store_(store), scene_(std::move(scene)), records_(unsnapped) {}
 
+  // Held while a batch is applied. If that ends before the batch is appended, for want of memory, what is applied and what
+  // is stored differ: the journal is broken.
+  class Attempt {
+   public:
+    explicit Attempt(SceneJournal& journal) : journal_(&journal) {}
+    ~Attempt() {
+      if (journal_ != nullptr) journal_->state_->broken = journal_->durable();
+    }
+    Attempt(const Attempt&) = delete;
+    Attempt& operator=(const Attempt&) = delete;
+    void Done() { journal_ = nullptr; }
+
+   private:
+    SceneJournal* journal_;
+  };
+
   bool durable() const { return store_ != nullptr; }
   // Why no batch may be applied now: the store's Admit, or kUnavailable, reason STORE, while the journal is broken.
   [[nodiscard]] absl::Status Admit() const;
   // Only if durable().
   void Append(uint64_t lsn, const SceneRecord& record, Then then);
   void Wait(Then then);
-  // Whether a snapshot should follow, so that making the scene again replays no more than 4,096 records, and reads
-  // no more than 4 MiB of them.
-  bool WantsSnapshot() const { return records_ >= kMostRecords || bytes_ >= kMostBytes; }
+  // Whether a snapshot should follow, and there is room for it. It bounds what is replayed when the scene is made again:
+  // to about 4,096 records, or 4 MiB of them.
+  bool WantsSnapshot() const {
+    return (records_ >= kMostRecords || bytes_ >= kMostBytes) && store_->Admit().ok();
+  }
   // A snapshot that stands for all records up to `lsn`, the last one.
   void PutSnapshot(uint64_t lsn, const SceneImage& image);
   bool is_broken() const { return state_->broken; }

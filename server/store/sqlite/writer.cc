@@ -117,7 +117,8 @@ void SqliteWriter::CommitGroup(std::span<Write> group) {
     }
   }
   for (size_t i = 0; i < group.size(); ++i) {
-    if (group[i].done) group[i].done(answers[i]);
+    // What `done` holds is gone before the next answer.
+    if (const Store::Done done = std::exchange(group[i].done, nullptr)) done(answers[i]);
   }
 }
 
@@ -145,7 +146,7 @@ void SqliteWriter::ExecuteOne(Write& write) {
                {{"scene", write.scene}, {"error", std::string(status.message())}});
     }
   }
-  if (write.done) write.done(status);
+  if (const Store::Done done = std::exchange(write.done, nullptr)) done(status);
 }
 
 absl::Status SqliteWriter::Transact(const std::function<absl::Status()>& work) {

@@ -173,6 +173,29 @@ TEST_F(DurableSceneTest, EditsInFlightWhenTheStoreFailsAreAllRefused) {
   EXPECT_EQ(next.revision, 2u);
 }
 
+TEST_F(DurableSceneTest, AGestureThatTheStoreRefusedIsNotEnded) {
+  ASSERT_OK(Move("ann", 1, 0.1));
+  store_.SetFailure(absl::UnavailableError("a cable was pulled"));
+  EditBatch drag = MoveBatch(*scene_, "ann", 2, {62}, {0.5, 0, 0});
+  drag.gesture_id = "drag";
+  EXPECT_FALSE(scene_->ApplyEdits(drag).ok());
+  scene_->Tick(absl::Now() + absl::Seconds(61));
+  EXPECT_EQ(scene_->State()->revision, 1u);
+
+  store_.SetFailure(absl::OkStatus());
+  ASSERT_OK_AND_ASSIGN(const auto next, Move("ann", 3, 0.1));
+  EXPECT_EQ(next.revision, 2u);
+}
+
+TEST_F(DurableSceneTest, ANewLifeKnowsWhichEditsItHas) {
+  ASSERT_OK(Move("ann", 7, 0.1));
+  ASSERT_OK(Move("bob", 3, 0.1));
+  Restart();
+  EXPECT_EQ(scene_->AppliedSequence("ann", 2), 7u);
+  EXPECT_EQ(scene_->AppliedSequence("ann", 1), 7u);
+  EXPECT_EQ(scene_->AppliedSequence("bob", 2), 3u);
+}
+
 TEST_F(DurableSceneTest, ASnapshotBoundsWhatIsReplayed) {
   for (uint64_t n = 1; n <= 4'100; ++n) ASSERT_OK(Move(n % 2 == 0 ? "ann" : "bob", n, 0.001));
   store_.Flush();

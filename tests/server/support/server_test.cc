@@ -116,11 +116,12 @@ void ServerTest::StartServer(Options options) {
   Use(InProcessServer::Start(std::move(options)));
 }
 
-void ServerTest::StartServerOn(std::unique_ptr<Backend> backend, Options options) {
+void ServerTest::StartServerOn(std::unique_ptr<Backend> backend, Options options,
+                               std::shared_ptr<Store> store) {
   std::vector<std::unique_ptr<Backend>> backends;
   backends.push_back(std::move(backend));
   options.log_level = "off";
-  Use(InProcessServer::Start(std::move(options), std::move(backends)));
+  Use(InProcessServer::Start(std::move(options), std::move(backends), std::move(store)));
 }
 
 void ServerTest::Use(absl::StatusOr<std::unique_ptr<InProcessServer>> server) {

@@ -26,6 +26,7 @@
 #include "latticed/v1/scene.grpc.pb.h"
 #include "latticed/v1/server.grpc.pb.h"
 #include "server/in_process.h"
+#include "server/store/store.h"
 #include "tests/server/support/stream_clients.h"
 #include "tests/support/status_matchers.h"
 
@@ -94,7 +95,8 @@ class ServerTest : public ::testing::Test {
   // Starts it on the CPU, with one thread unless the options say more, and without a log.
   void StartServer(Options options);
   // Starts it on `backend`, without a log.
-  void StartServerOn(std::unique_ptr<Backend> backend, Options options = {});
+  void StartServerOn(std::unique_ptr<Backend> backend, Options options = {},
+                     std::shared_ptr<Store> store = nullptr);
   // From now on the stubs use this channel.
   void Reach(const std::shared_ptr<grpc::Channel>& channel);
 
