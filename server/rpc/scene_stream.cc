@@ -136,7 +136,7 @@ void SceneStream::Pump() {
 }
 
 bool SceneStream::AtEnd() const {
-  if (!small_.empty() || watcher_->update_in_progress() || !due_.empty()) return false;
+  if (!small_.empty() || watcher_->update_in_progress() || due_.size() > 0) return false;
   // After goaway, GetUpdate still sends a revision that exists, but does not wait for a later one.
   const bool on_its_way = only_update_ && *finish_at_ <= scene_->State()->revision;
   if (going_away_ && !on_its_way && absl::Now() >= refusals_end_) return true;
@@ -297,8 +297,7 @@ absl::Status SceneStream::Steer(const WatchCommand& command, PresenceBoard::Wait
 
 uint64_t SceneStream::ExpectAnswer() {
   const MutexLock lock(&mutex_);
-  due_.emplace_back();
-  return first_due_ + due_.size() - 1;
+  return due_.Expect();
 }
 
 void SceneStream::BeginEdit() {
@@ -310,19 +309,13 @@ void SceneStream::BeginEdit() {
 
 void SceneStream::Answer(uint64_t number, const v1::SceneEvent& result) {
   const MutexLock lock(&mutex_);
-  if (number < first_due_ || due_[number - first_due_].event.has_value()) return;
-  due_[number - first_due_] = {EncodeEvent(result), result.edit_result().revision()};
-  if (number != first_due_) return;
-  while (!due_.empty() && due_.front().event.has_value()) {
-    answered_ = std::max(answered_.value_or(0), due_.front().revision);
-    small_.push_back(*std::move(due_.front().event));
-    due_.pop_front();
-    ++first_due_;
-  }
-  if (state_ == StreamState::kFinished) return;
+  due_.Fill(number, EncodeEvent(result), result.edit_result().revision());
+  const size_t before = due_.size();
+  while (auto event = due_.Take()) small_.push_back(*std::move(event));
+  if (due_.size() == before || state_ == StreamState::kFinished) return;
   // The next answer is of a revision that nobody has seen yet.
-  watcher_->SetCeiling(due_.empty() ? std::nullopt : answered_);
-  if (half_closed_) finish_at_ = std::max(*finish_at_, *answered_);
+  watcher_->SetCeiling(due_.size() == 0 ? std::nullopt : due_.highest_revision());
+  if (half_closed_) finish_at_ = std::max(*finish_at_, *due_.highest_revision());
   Pump();
 }
 
@@ -330,7 +323,8 @@ void SceneStream::HalfClose() {
   const MutexLock lock(&mutex_);
   if (state_ == StreamState::kFinished) return;
   half_closed_ = true;
-  finish_at_ = answered_.has_value() ? *answered_ : scene_->State()->revision;
+  const auto answered = due_.highest_revision();
+  finish_at_ = answered.has_value() ? *answered : scene_->State()->revision;
   // The client sends nothing more, so updates wait for no acknowledgement and no heartbeat.
   watcher_->StopAcks();
   watcher_->WantFullDetail();

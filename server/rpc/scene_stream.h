@@ -45,6 +45,7 @@
 #include "server/engine/scene/presence.h"
 #include "server/engine/watch_control.h"
 #include "server/engine/watcher.h"
+#include "server/rpc/due_answers.h"
 
 namespace latticed {
 
@@ -163,14 +164,7 @@ class SceneStream : public SceneListener,
   grpc::ByteBuffer writing_ ABSL_GUARDED_BY(mutex_);
   std::optional<uint64_t> finish_at_ ABSL_GUARDED_BY(mutex_);
   bool half_closed_ ABSL_GUARDED_BY(mutex_) = false;
-  // Between ExpectAnswer and the moment when an answer, and all before it, are there.
-  struct DueAnswer {
-    std::optional<grpc::ByteBuffer> event;
-    uint64_t revision = 0;  // in it
-  };
-  std::deque<DueAnswer> due_ ABSL_GUARDED_BY(mutex_);
-  uint64_t first_due_ ABSL_GUARDED_BY(mutex_) = 0;            // its number
-  std::optional<uint64_t> answered_ ABSL_GUARDED_BY(mutex_);  // the highest revision in an answer
+  DueAnswers due_ ABSL_GUARDED_BY(mutex_);
   bool going_away_ ABSL_GUARDED_BY(mutex_) = false;
   std::optional<grpc::Status> end_
       ABSL_GUARDED_BY(mutex_);                       // after the message that is being written
