@@ -55,6 +55,7 @@ class LiveSession:
     ) -> None:
         self.address = address
         self._token = token or None
+        self._found = False  # used by the thread alone
         self._changed = threading.Condition()  # guards all that follow
         self._mesh = mesh
         self._grid: BlenderLattice = grid
@@ -106,11 +107,19 @@ class LiveSession:
         with self._changed:
             self.status, self.running = status, False
 
+    def _find_server(self) -> None:
+        """Raises at once if no server answers. One that has answered is waited for when it is gone."""
+        if not self._found:
+            with latticed.connect(self.address, token=self._token, retry_for=0) as client:
+                client.server_info()
+            self._found = True
+
     def _show_one_structure(self, client: latticed.Client) -> None:
         """Returns when the session is closed, or when the mesh or the lattice's structure has changed."""
         with self._changed:
             mesh, grid, view, shown = self._mesh, self._grid, self._view, self._edits
         mapping = LatticeMap(grid, mesh.positions)
+        self._find_server()
         self._say("Uploading the mesh")
         uploaded = client.upload_arrays(
             mesh.positions, mesh.faces, name="Blender", up_axis="z", progress=False

@@ -225,18 +225,21 @@ def connect(
     tls_ca: Optional[Pem] = None,
     tls_cert: Optional[Pem] = None,
     tls_key: Optional[Pem] = None,
+    retry_for: float = 30.0,
 ) -> Client:
-    """Makes a client. Does not wait for the server: without one, the first call fails.
+    """Makes a client. Does not wait for the server: without one, the first call waits, and fails.
 
     address            host:port or unix:path; None: $LATTICED_SERVER, or else 127.0.0.1:50151
     token              bearer token; None: $LATTICED_TOKEN
     tls                TLS with the system's roots; implied by tls_ca and by tls_cert
     tls_ca             roots to trust: PEM, as bytes or as the path of a file, like the next two
     tls_cert, tls_key  a certificate of this client, and its key
+    retry_for          seconds for which a call or stream tries to reach a server that does not answer; the logger
+                       "latticed" says when it waits and when the server is back. 0: it tries once
     """
     address = address or os.environ.get("LATTICED_SERVER") or "127.0.0.1:50151"
     token = os.environ.get("LATTICED_TOKEN") if token is None else token
-    return Client(Connection(address, token, tls, tls_ca, tls_cert, tls_key))
+    return Client(Connection(address, token, tls, tls_ca, tls_cert, tls_key, retry_for))
 
 
 def _header(

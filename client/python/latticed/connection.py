@@ -9,16 +9,19 @@ from typing import Any, Callable, List, Tuple, Union
 
 import grpc
 
-from latticed.retries import once, with_retries
+from latticed.retries import Reachability, once, with_retries
 from latticed.v1 import mesh_pb2_grpc, scene_pb2_grpc, server_pb2_grpc
 
 # PEM, as bytes or as the path of a file.
 Pem = Union[bytes, str, "os.PathLike[str]"]
 
 _OPTIONS = [
-    # By default gRPC pauses 1 s before it reconnects, and later up to two minutes: too long for a drag.
+    # By default gRPC pauses 1 s before it reconnects, and later up to two minutes. Calls fail meanwhile, so its
+    # pauses are shorter than ours: each of our attempts is then one to connect.
     ("grpc.initial_reconnect_backoff_ms", 100),
-    ("grpc.max_reconnect_backoff_ms", 5000),
+    ("grpc.max_reconnect_backoff_ms", 500),
+    # How long one attempt to connect may take: by default 20 s, which an unplugged network would cost.
+    ("grpc.min_reconnect_backoff_ms", 3000),
     # Pings notice a silently lost connection. The server allows one every 10 s.
     ("grpc.keepalive_time_ms", 30000),
     ("grpc.keepalive_timeout_ms", 10000),
@@ -40,6 +43,7 @@ class Connection:
         tls_ca: Pem | None,
         tls_cert: Pem | None,
         tls_key: Pem | None,
+        retry_for: float,
     ) -> None:
         self.address = address
         self._token = token
@@ -48,6 +52,7 @@ class Connection:
             self._channel = grpc.secure_channel(address, credentials, options=_OPTIONS)
         else:
             self._channel = grpc.insecure_channel(address, options=_OPTIONS)
+        self.reachability = Reachability(self._channel, address, retry_for)
         self.server: Any = server_pb2_grpc.ServerServiceStub(self._channel)  # type: ignore[no-untyped-call]
         self.meshes: Any = mesh_pb2_grpc.MeshServiceStub(self._channel)  # type: ignore[no-untyped-call]
         self.scenes: Any = scene_pb2_grpc.SceneServiceStub(self._channel)  # type: ignore[no-untyped-call]
@@ -60,8 +65,8 @@ class Connection:
         return pairs
 
     def call(self, method: Callable[..., Any], request: Any, scene: str = "") -> Any:
-        """Makes an idempotent unary call, with up to four attempts after errors that may_retry names."""
-        return with_retries(self.address, lambda: method(request, metadata=self.metadata(scene)))
+        """Makes an idempotent unary call, again while the server does not answer: see Attempts."""
+        return with_retries(self.reachability, lambda: method(request, metadata=self.metadata(scene)))
 
     def call_once(self, method: Callable[..., Any], request: Any, scene: str = "") -> Any:
         """Makes a unary call with one attempt, for deletions: a second attempt would find nothing."""
@@ -69,4 +74,5 @@ class Connection:
 
     def close(self) -> None:
         """Ends all calls."""
+        self.reachability.close()
         self._channel.close()

@@ -49,7 +49,7 @@ def get_update(connection: Connection, request: scene_pb2.GetUpdateRequest) -> U
             raise LatticedError.data_loss("the server sent no complete update")
         return updates[-1]
 
-    return with_retries(connection.address, attempt)
+    return with_retries(connection.reachability, attempt)
 
 
 def get_provenance(connection: Connection, scene: str, topology: Topology) -> Provenance:
@@ -59,7 +59,7 @@ def get_provenance(connection: Connection, scene: str, topology: Topology) -> Pr
     def attempt() -> List[Any]:
         return list(connection.scenes.GetTopology(request, metadata=connection.metadata(scene)))
 
-    return Provenance.from_parts(topology, with_retries(connection.address, attempt))
+    return Provenance.from_parts(topology, with_retries(connection.reachability, attempt))
 
 
 def get_patch_plan(connection: Connection, scene: str, topology_id: str, normals: str) -> PatchPlan:
@@ -71,7 +71,7 @@ def get_patch_plan(connection: Connection, scene: str, topology_id: str, normals
     def attempt() -> PatchPlan:
         return read_plan(connection.scenes.GetPatchPlan(request, metadata=connection.metadata(scene)))
 
-    return with_retries(connection.address, attempt)
+    return with_retries(connection.reachability, attempt)
 
 
 def export(
@@ -95,7 +95,7 @@ def export(
             raise LatticedError.data_loss(f"an export of {header.bytes} bytes ended after {done}")
         return Exported(header.revision, header.certified_error)
 
-    return with_retries(connection.address, attempt)
+    return with_retries(connection.reachability, attempt)
 
 
 def download(connection: Connection, mesh: str, file: BinaryIO, progress: ProgressFunction) -> None:
@@ -114,7 +114,7 @@ def download(connection: Connection, mesh: str, file: BinaryIO, progress: Progre
             done += len(part.data)
             progress(done, total)
 
-    with_retries(connection.address, attempt)
+    with_retries(connection.reachability, attempt)
     if done != total or digest.hexdigest() != mesh:
         raise LatticedError.data_loss(f"a download of {total} bytes ended after {done}, or with others")
 

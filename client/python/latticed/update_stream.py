@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from abc import ABC, abstractmethod
 from typing import Any, Callable, Dict, Iterator, Optional, Type, TypeVar
 
@@ -13,13 +14,14 @@ from latticed.connection import Connection
 from latticed.errors import LatticedError
 from latticed.lattice import Lattice
 from latticed.presence import Presence
-from latticed.retries import may_retry, pause_after
+from latticed.retries import Attempts
 from latticed.surface import Surface
 from latticed.update import Update
 from latticed.v1 import event_pb2, scene_pb2
 from latticed.view import View
 
-_MOST_FAILURES_IN_A_ROW = 5
+# A stream that has lived so long has worked, also without an update, as while nothing changes.
+_WORKS_SECONDS = 1.0
 
 Self = TypeVar("Self", bound="UpdateStream")
 
@@ -32,8 +34,8 @@ class UpdateStream(ABC):
                 show(update.points)
 
     A stream lives until it is closed; a with block closes it. After a break, or after a goaway of the server,
-    it opens itself again and resumes: up to five times in a row, with pauses that double from 100 ms. Any
-    number of threads may use it. The next call raises an error of the server as LatticedError.
+    it opens itself again and resumes. It tries for the seconds that latticed.connect was told: 30. Any number of
+    threads may use it. The next call raises an error of the server as LatticedError.
     """
 
     def __init__(
@@ -49,7 +51,8 @@ class UpdateStream(ABC):
         self._latest: Optional[Update] = None
         self._completed = 0  # complete updates so far, and how many of them were returned or skipped
         self._handed_out = 0
-        self._failures = 0
+        self._attempts = Attempts(connection.reachability)
+        self._hello_at: Optional[float] = None  # time.monotonic() of the present rpc's hello
         self._reconnections = 0
         self._error: Optional[Exception] = None
         self._paused = False
@@ -151,7 +154,7 @@ class UpdateStream(ABC):
 
     def _complete(self, update: Update, end: Any) -> None:
         """Handles a complete update. Called with _changed held."""
-        self._failures = 0
+        self._attempts.succeeded()
         self._watch.resume_token = end.resume_token
         self._latest = update
         self._completed += 1
@@ -186,8 +189,17 @@ class UpdateStream(ABC):
 
     def _pause(self, seconds: float) -> bool:
         """Pauses, and returns whether the stream is closing."""
-        with self._changed:
-            return self._changed.wait_for(lambda: self._closing, seconds)
+        is_connected = False
+
+        def connected() -> None:
+            nonlocal is_connected
+            with self._changed:
+                is_connected = True
+                self._changed.notify_all()
+
+        with self._connection.reachability.connecting(connected), self._changed:
+            self._changed.wait_for(lambda: self._closing or is_connected, seconds)
+            return self._closing
 
     def _read_one_rpc(self) -> Optional[float]:
         """Reads an rpc to its end. Returns the seconds to wait before the next rpc; None: it was the last."""
@@ -195,6 +207,7 @@ class UpdateStream(ABC):
         with self._changed:
             if self._closing:
                 return None
+            self._hello_at = None
             call = self._call = self._open()
         try:
             for event in call:
@@ -214,10 +227,12 @@ class UpdateStream(ABC):
         with self._changed:
             if self._closing:
                 return None
-            self._failures += 1
-            if not may_retry(error) or self._failures > _MOST_FAILURES_IN_A_ROW:
+            if self._hello_at is not None and time.monotonic() - self._hello_at > _WORKS_SECONDS:
+                self._attempts.succeeded()
+            pause = self._attempts.pause_after(error)
+            if pause is None:
                 raise error
-            return pause_after(self._failures)
+            return pause
 
     def _take_presence(self, presence: Any) -> None:
         with self._changed:
@@ -231,6 +246,7 @@ class UpdateStream(ABC):
         arm = event.WhichOneof("event")
         if arm == "hello":
             self._hello = event.hello
+            self._hello_at = time.monotonic()
             with self._changed:
                 self._others.clear()  # the server sends the presence of all editors after hello
             self._begin()

@@ -41,7 +41,7 @@ def upload(
             return present
     metadata = connection.metadata()
     return with_retries(
-        connection.address,
+        connection.reachability,
         lambda: connection.meshes.UploadMesh(_parts(header, data, progress), metadata=metadata),
     )
 

@@ -14,11 +14,11 @@ LATTICECTL = BUILD / "client/cpp/latticectl"
 
 
 class ServerProcess:
-    """Starts a server, and stops it without a drain delay at the end of a with block."""
+    """Starts a server, and stops it without a drain delay at the end of a with block. port 0: a free one."""
 
-    def __init__(self, *arguments):
+    def __init__(self, *arguments, port=0):
         self._log = tempfile.NamedTemporaryFile("r", prefix="latticed-", suffix=".txt")
-        command = f"{BUILD}/server/latticed --listen 127.0.0.1:0 --backend cpu --drain-delay 0s".split()
+        command = f"{BUILD}/server/latticed --listen 127.0.0.1:{port} --backend cpu --drain-delay 0s".split()
         self._process = subprocess.Popen(
             [*command, *arguments], stdout=self._log.fileno(), stderr=self._log.fileno()
         )
@@ -41,6 +41,11 @@ class ServerProcess:
             time.sleep(0.02)
         self.stop()
         raise RuntimeError(f"no server:\n{self.log}")
+
+    def kill(self):
+        """Ends the process as a power cut would."""
+        self._process.kill()
+        self._process.wait(timeout=60)
 
     def stop(self):
         self._process.terminate()

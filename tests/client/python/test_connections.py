@@ -18,7 +18,9 @@ def test_the_server_says_what_it_is(client):
 
 
 def test_no_server_is_unavailable():
-    with latticed.connect("127.0.0.1:1") as client, pytest.raises(latticed.LatticedError) as caught:
+    with latticed.connect("127.0.0.1:1", retry_for=0) as client, pytest.raises(
+        latticed.LatticedError
+    ) as caught:
         client.server_info()
 
     assert caught.value.code == grpc.StatusCode.UNAVAILABLE
@@ -131,5 +133,5 @@ def test_tls_with_a_root_of_ones_own(tmp_path):
         for root in (certificate, certificate.read_bytes()):
             with latticed.connect(server.address, tls_ca=root) as client:
                 assert client.server_info().version
-        with latticed.connect(server.address) as client, pytest.raises(latticed.LatticedError):
+        with latticed.connect(server.address, retry_for=0) as client, pytest.raises(latticed.LatticedError):
             client.server_info()

@@ -1,5 +1,10 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
+import random
+import socket
+import threading
+import time
+
 import latticed
 import numpy as np
 import pytest
@@ -100,11 +105,76 @@ def test_view_and_pause_outlive_a_cut(proxy, remote, scene, kind):
         assert stream.latest.view.segments == 1 and stream.reconnections >= 1
 
 
-def test_a_stream_whose_server_is_gone_ends_unavailable(monkeypatch):
-    monkeypatch.setattr(latticed.retries, "_FIRST_PAUSE", 0.01)
+def free_port():
+    """A free port that the system gives to nobody, so that a restarted server can use it again."""
+    while True:
+        port = random.randrange(20_000, 30_000)
+        with socket.socket() as taken:
+            try:
+                taken.bind(("127.0.0.1", port))
+            except OSError:
+                continue
+        return port
 
+
+def test_a_drag_goes_on_after_a_kill_and_can_be_undone(tmp_path, caplog):
+    port, edits, undone = free_port(), 200, 120
+    folder = ("--data-dir", tmp_path / "data")
+    servers = [ServerProcess(*folder, port=port)]
+    restarted = 0.0
+
+    def restart():
+        nonlocal restarted
+        time.sleep(0.5)
+        restarted = time.monotonic()
+        servers.append(ServerProcess(*folder, port=port))
+
+    restarter = threading.Thread(target=restart)
+    with latticed.connect(servers[0].address) as client:
+        mesh = client.upload_arrays(definition.BOX_POSITIONS, definition.BOX_FACES)
+        scene = client.create_scene(mesh, size=(4, 4, 4))
+        rest = scene.lattice().control_points
+        with scene.deform(RAW) as stream:
+            for number in range(1, edits + 1):
+                sequence = stream.move([number % 64], (1, 0, 0))
+                if number == 100:
+                    servers[0].kill()
+                    restarter.start()
+                if number > 24:
+                    stream.wait(sequence - 24, timeout=60)
+                if stream.reconnections == 0:
+                    went_on = None
+                elif went_on is None:
+                    went_on = time.monotonic()
+            stream.wait(sequence, timeout=60)
+            restarter.join()
+            pause = went_on - restarted
+            print(f"the editor went on {1000 * pause:.0f} ms after the restart")
+            assert 0 < pause < 2 and stream.reconnections >= 1
+            assert_moved(scene, rest, edits, revision=edits)
+
+            for _ in range(undone):
+                sequence = stream.undo()
+            stream.wait(sequence, timeout=60)
+            assert_moved(scene, rest, edits - undone, revision=edits + undone)
+    servers[1].stop()
+    said = [record.message.split(" ", 2)[2] for record in caplog.records]
+    assert said == ["unreachable, trying for 30 s …", "answers again"]
+
+
+def assert_moved(scene, rest, edits, revision):
+    """Asserts that the first `edits` moves count, each once: move n moves point n modulo 64 by 1 along x."""
+    lattice = scene.lattice()
+    expected = rest.reshape(-1, 3).copy()
+    for number in range(1, edits + 1):
+        expected[number % 64, 0] += 1
+    assert lattice.revision == revision
+    np.testing.assert_allclose(lattice.control_points.reshape(-1, 3), expected, atol=1e-12)
+
+
+def test_a_stream_whose_server_is_gone_ends_unavailable(caplog):
     with ServerProcess() as server:
-        with latticed.connect(server.address) as client:
+        with latticed.connect(server.address, retry_for=0.5) as client:
             mesh = client.upload_arrays(definition.BOX_POSITIONS, definition.BOX_FACES)
             stream = client.create_scene(mesh).watch(RAW)
             stream.next_update(timeout=60)
@@ -113,3 +183,5 @@ def test_a_stream_whose_server_is_gone_ends_unavailable(monkeypatch):
             with pytest.raises(latticed.LatticedError) as caught:
                 stream.next_update(timeout=120)
             assert caught.value.code.name == "UNAVAILABLE"
+    waits = f"server {server.address} unreachable, trying for 0.5 s …"
+    assert [record.message for record in caplog.records] == [waits]
