@@ -8,6 +8,7 @@ import { Code, ConnectError } from '@connectrpc/connect';
 import { Feature } from 'latticed/v1/server_pb';
 import { Encoding, NormalMode } from 'latticed/v1/view_pb';
 import { IndexedSceneStore } from '@src/session/store/indexed_scene_store';
+import { SceneConnection } from '@src/session/scene_connection';
 import type { ViewRequest } from '@src/session/scene_session';
 import { storedMesh } from '@src/session/store/scene_store';
 import { ServerError } from '@src/wire/server_error';
@@ -15,6 +16,7 @@ import { inWords } from '@src/wire/words';
 import { noScene, SessionFixture, unavailable, until } from './support/session_fixture';
 
 const HOUR = 3_600_000;
+const FIRST_EVENT_MS = 15_000; // the silence that a stream may begin with
 
 test('where twice no WebSocket opens but calls pass, gRPC-Web is used; where that is lost, the socket is tried again', async (t) => {
   const fixture = new SessionFixture(t);
@@ -60,6 +62,39 @@ test('when the network is back, or the page is looked at, no pause is waited for
   }
   fixture.session.close();
   assert.ok(fixture.awake === undefined);
+});
+
+test('for 30 s pauses stay below a second, then they grow to ten', (t) => {
+  let now = 0;
+  t.mock.method(performance, 'now', () => now);
+  const pauses: { readonly at: number; readonly ms: number }[] = [];
+  let goOn = (): void => {};
+  t.mock.method(globalThis, 'setTimeout', (wake: () => void, ms: number) => {
+    if (ms === FIRST_EVENT_MS) return;
+    pauses.push({ at: now, ms });
+    goOn = wake;
+  });
+  const down = new ServerError(Code.Unavailable, 'STORE', 'down');
+  let end: (error: ServerError) => void = () => {};
+  const connection = new SceneConnection([(_, handler) => {
+    end = handler.end;
+    return { send: () => {}, close: () => {} };
+  }], {
+    request: () => ({}), opened: () => {}, event: () => {}, retrying: () => {},
+    ended: () => Promise.resolve('stop'), probe: () => Promise.resolve(undefined),
+  });
+
+  connection.open();
+  while (now < 90_000) {
+    end(down);
+    now += pauses.at(-1)!.ms;
+    goOn();
+  }
+  connection.close();
+
+  const [soon, later] = [pauses.filter(({ at }) => at < 30_000), pauses.filter(({ at }) => at >= 30_000)];
+  assert.ok(soon.length >= 30 && soon.every(({ ms }) => ms <= 1000), JSON.stringify(soon));
+  assert.ok(later.length >= 6 && later.every(({ ms }) => ms >= 5000 && ms <= 10_000), JSON.stringify(later));
 });
 
 test('a socket that is refused for its token fails with what the server says of it', async (t) => {

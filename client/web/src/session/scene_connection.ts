@@ -5,7 +5,10 @@ import { Code } from '@connectrpc/connect';
 import type { DeformRequestInit, OpenStream, SceneStream, WatchRequestInit } from '../wire/scene_stream';
 import { ServerError } from '../wire/server_error';
 
-/** Pauses between attempts. They double from the first to the last, with jitter. */
+/**
+ * Pauses between attempts. They double from the first to the last, with jitter; they stay below a second for 30 s, in
+ * which a server that was restarted is back.
+ */
 export interface BackOff {
   readonly firstMs: number;
   readonly lastMs: number;
@@ -54,6 +57,8 @@ export function followPage(connection: Wakeable): () => void {
 export class SceneConnection implements Wakeable {
   private static readonly SILENT_HEARTBEATS = 3;
   private static readonly FIRST_EVENT_MS = 15_000;
+  private static readonly SOON_MS = 1000;
+  private static readonly SOON_FOR_MS = 30_000;
 
   private stream: SceneStream | undefined;
   private kind = 0;
@@ -61,6 +66,7 @@ export class SceneConnection implements Wakeable {
   private heard = false;  // whether anything came on this stream
   private heardAt = 0;  // Date.now(), which goes on while the computer sleeps; timers do not
   private attempts = 0;  // since a stream last worked
+  private failedAt = 0;  // performance.now() before the first of them
   private openedAt = Infinity;
   private goawayMs = 0;
   private readonly timers: { heartbeat?: Timer; silence?: Timer; retry?: Timer } = {};
@@ -189,7 +195,10 @@ export class SceneConnection implements Wakeable {
     const { firstMs, lastMs } = this.backOff;
     if (performance.now() - this.openedAt > lastMs) this.attempts = 0;
     this.openedAt = Infinity;
-    const pause = Math.min(firstMs * 2 ** this.attempts++, lastMs) * (0.5 + Math.random() / 2);
+    if (this.attempts === 0) this.failedAt = performance.now();
+    const isSoon = performance.now() - this.failedAt < SceneConnection.SOON_FOR_MS;
+    const longest = isSoon ? Math.max(firstMs, Math.min(lastMs, SceneConnection.SOON_MS)) : lastMs;
+    const pause = Math.min(firstMs * 2 ** this.attempts++, longest) * (0.5 + Math.random() / 2);
     this.timers.retry = setTimeout(() => this.open(), Math.max(pause, leastMs, this.goawayMs));
   }
 

@@ -1,0 +1,78 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The viewer in Chromium when its server, which keeps its data in a folder, is killed and started again: the page goes on
+// by itself, and what was edited meanwhile arrives.
+// Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer.
+import assert from 'node:assert/strict';
+import { mkdtempSync, rmSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
+import { after, test } from 'node:test';
+import type { Vec3 } from '@src/lattice/vec';
+import { followsDefinition } from './definition';
+import { keepToasts } from './restarts';
+import { CORNER, direct, errors, OBJ, openTorus, page, pointAtServer, press, server, until, useStage } from './stage';
+import { controlPoint, live } from './viewer_page';
+
+const folder = mkdtempSync(join(tmpdir(), 'latticed-'));
+const DOWN_MS = 500;
+const MOST_PAUSE_MS = 2000; // from the start of the new server's process
+
+useStage({ serverOptions: ['--data-dir', folder], begin: () => openTorus(1) });
+after(() => rmSync(folder, { recursive: true }));
+
+/** Moves the corner. Steps of 1/4 add up without rounding. */
+function move(offset: Vec3): Promise<void> {
+  return page.evaluate(
+    ([index, by]) => window.latticed.scene!.session.apply({ kind: 'move', indices: Uint32Array.of(index), offset: by }),
+    [CORNER, offset] as const,
+  );
+}
+
+async function revision(): Promise<number> {
+  const scene = await page.evaluate(() => window.latticed.scene!.session.sceneId);
+  return Number((await direct.scenes.getScene({ scene })).revision);
+}
+
+/** Waits until the page and the server have the corner at a place. */
+async function arrives(target: readonly number[]): Promise<void> {
+  await until(async () => String(await pointAtServer(CORNER)) === String(target));
+  assert.deepEqual(await controlPoint(page, CORNER), target);
+}
+
+test('a page goes on after its server was killed: edits made meanwhile arrive once, and older ones can be undone', async () => {
+  const [first, [x, y, z]] = [await revision(), await controlPoint(page, CORNER)];
+  await keepToasts(page);
+  await move([0.25, 0, 0]);
+  await until(async () => (await revision()) === first + 1);
+  const told = await page.evaluateHandle(() => {
+    const all: { readonly state: string; readonly at: number }[] = [];
+    window.latticed.scene!.session.on('status', ({ state }) => all.push({ state, at: Date.now() }));
+    return all;
+  });
+
+  await server.kill();
+  await page.locator('.connection[data-state=retrying]').waitFor();
+  await move([0, 0.25, 0]);
+  await move([0, 0, 0.25]);
+  await new Promise((resolve) => setTimeout(resolve, DOWN_MS));
+  const restarted = Date.now();
+  await server.restart();
+  await live(page);
+
+  await arrives([x + 0.25, y + 0.25, z + 0.25]);
+  assert.equal(await revision(), first + 3);
+  const states = await told.jsonValue();
+  assert.deepEqual([...new Set(states.map(({ state }) => state))], ['retrying', 'live']);
+  const pause = states.find(({ state }) => state === 'live')!.at - restarted;
+  console.log(`the page went on ${pause} ms after the restart`);
+  assert.ok(pause < MOST_PAUSE_MS, `${pause} ms`);
+  await followsDefinition(page, OBJ);
+
+  await press('Control+z', 'Control+z', 'Control+z'); // the third is from before the kill
+  await arrives([x, y, z]);
+  assert.equal(await revision(), first + 6);
+  assert.deepEqual(await page.evaluate(() => (window as unknown as { toasts: string[] }).toasts), []);
+  assert.deepEqual(errors.filter((text) => !text.includes('ERR_CONNECTION_')), []); // while the server was down
+});
