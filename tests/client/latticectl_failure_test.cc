@@ -4,7 +4,9 @@
 // What latticectl prints when a command fails: one line, for people or as JSON.
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
+#include <thread>
 
+#include "absl/time/clock.h"
 #include "client/cpp/latticectl/command_line/failure.h"
 #include "core/base/error.h"
 #include "tests/client/latticectl_server_fixture.h"
@@ -103,11 +105,41 @@ TEST_F(LatticectlFailure, OfFilesAndConnectionsIsJson) {
   EXPECT_FALSE(file.contains("advice"));
   EXPECT_FALSE(file.contains("requestId"));
 
-  const auto closed = JsonError({"info", "--server", "127.0.0.1:1"}, 1);
+  const auto closed = JsonError({"info", "--server", "127.0.0.1:1", "--retry-for", "0"}, 1);
   EXPECT_THAT(closed["message"], HasSubstr("refused"));
   EXPECT_THAT(closed["advice"], HasSubstr("'latticed --listen 127.0.0.1:1'"));
   EXPECT_EQ(closed["reason"], "UNAVAILABLE");
   EXPECT_EQ(closed["code"], "UNAVAILABLE");
+}
+
+TEST_F(LatticectlFailure, ComesAfterALineThatSaysForHowLongItTries) {
+  const RunResult text = Latticectl({"info", "--server", "127.0.0.1:1", "--retry-for", "0.5"});
+  EXPECT_EQ(text.code, 1);
+  EXPECT_THAT(text.err, StartsWith("latticectl: server unreachable, trying for 0.5 s …\n"
+                                   "latticectl: "));
+  EXPECT_EQ(std::count(text.err.begin(), text.err.end(), '\n'), 2) << text.err;
+
+  const RunResult json =
+      Latticectl({"info", "--server", "127.0.0.1:1", "--retry-for", "0.5", "--json"});
+  EXPECT_THAT(json.err, StartsWith("{\"notice\":{\"message\":\"server unreachable, trying for "
+                                   "0.5 s …\"}}\n{\"error\":"));
+}
+
+TEST_F(LatticectlFailure, DoesNotComeIfTheServerStartsMeanwhile) {
+  Options options = QuietOptions();
+  options.listen = "unix:" + Path("server.sock");
+  absl::StatusOr<std::unique_ptr<InProcessServer>> server;
+  std::thread starter([&] {
+    absl::SleepFor(absl::Milliseconds(700));
+    server = InProcessServer::Serve(options);
+  });
+  const RunResult result = Latticectl({"info", "--server", options.listen});
+  starter.join();
+  ASSERT_OK(server);
+  EXPECT_EQ(result.code, 0);
+  EXPECT_EQ(result.err,
+            "latticectl: server unreachable, trying for 30 s …\n"
+            "latticectl: the server answers again\n");
 }
 
 TEST_F(LatticectlFailure, InJsonHasNoBytesOutsideOfUtf8) {

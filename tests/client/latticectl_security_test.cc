@@ -103,7 +103,7 @@ TEST_F(LatticectlSecurity, OnlyACertificateOfTheClientAuthorityIsLetIn) {
       {"--tls-ca", Path("client.pem"),   // does not trust the server
        "--tls-cert", Path("client.pem"), "--tls-key", Path("client.key")}};
   for (const auto& flags : refused) {
-    const RunResult result = At({"info"}, flags);
+    const RunResult result = At({"info", "--retry-for", "0"}, flags);
     EXPECT_EQ(result.code, 1) << ::testing::PrintToString(flags);
     EXPECT_THAT(result.err, HasSubstr("UNAVAILABLE"));
     EXPECT_EQ(result.out, "");

@@ -102,7 +102,7 @@ TEST_F(LatticectlUsage, FileErrorsAreOneAndNameTheFile) {
         Path("o.ply")},
        "degree.v: got 0, allowed is 1 to 3"},
       {{"upload", Path("none.obj")}, "none.obj"},
-      {{"info", "--server", "127.0.0.1:1"}, "latticed --listen 127.0.0.1:1"},
+      {{"info", "--server", "127.0.0.1:1", "--retry-for", "0"}, "latticed --listen 127.0.0.1:1"},
       {{"scene", "create", Path("good.obj"), "--lattice", Path("bad.json"), "--server",
         "127.0.0.1:1"},
        "bad.json"},

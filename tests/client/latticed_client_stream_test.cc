@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "client/cpp/library/latticed_client.h"
+#include "client/cpp/library/retries/attempts.h"
 #include "core/base/mutex.h"
 #include "google/rpc/error_info.pb.h"
 #include "tests/client/fake_server.h"
@@ -223,35 +224,75 @@ TEST_F(DeformStreamTest, HalfCloseEndsItAfterTheLastEdit) {
   EXPECT_THAT(stream_->Send(OneEdit()), StatusIs(absl::StatusCode::kFailedPrecondition));
 }
 
-// Refuses all calls as UNAVAILABLE.
+// Refuses calls as UNAVAILABLE: all deletions, and reads before the given one.
 class BusyScenes final : public v1::SceneService::Service {
  public:
-  int reads = 0, deletions = 0;
+  int reads = 0, deletions = 0, busy_until = 1'000'000;
 
   grpc::Status GetScene(grpc::ServerContext*, const v1::GetSceneRequest*, v1::Scene*) override {
-    ++reads;
-    return {grpc::StatusCode::UNAVAILABLE, "busy"};
+    return ++reads < busy_until ? Busy() : grpc::Status::OK;
   }
   grpc::Status DeleteScene(grpc::ServerContext*, const v1::DeleteSceneRequest*,
                            v1::DeleteSceneResponse*) override {
     ++deletions;
-    return {grpc::StatusCode::UNAVAILABLE, "busy"};
+    return Busy();
   }
+
+ private:
+  static grpc::Status Busy() { return {grpc::StatusCode::UNAVAILABLE, "busy"}; }
 };
 
-TEST(Client, MakesACallFourTimesInAllAndADeletionOnce) {
+// The pauses are 75 to 125 ms, 150 to 250 ms, and then at least 300 ms.
+TEST(Client, MakesACallAgainForAsLongAsItWasToldAndADeletionOnce) {
   BusyScenes service;
   const FakeServer server({&service});
-  const auto client = Client::Connect({.address = server.address()});
+  std::vector<absl::Status> told;
+  const auto client = Client::Connect({.address = server.address(),
+                                       .retry_for = absl::Milliseconds(500),
+                                       .observer = [&](auto& s) { told.push_back(s); }});
   EXPECT_THAT(client->GetScene("a-scene"), StatusIs(absl::StatusCode::kUnavailable, "busy"));
   EXPECT_THAT(client->DeleteScene("a-scene"), StatusIs(absl::StatusCode::kUnavailable, "busy"));
-  EXPECT_EQ(service.reads, 4);
+  EXPECT_EQ(service.reads, 3);
   EXPECT_EQ(service.deletions, 1);
+  ASSERT_EQ(told.size(), 1u) << "once, that it waits";
+  EXPECT_THAT(told[0], StatusIs(absl::StatusCode::kUnavailable, "busy"));
+}
+
+TEST(Client, SaysThatItWaitsAndThatTheServerAnswersAgain) {
+  BusyScenes service;
+  const FakeServer server({&service});
+  std::vector<absl::StatusCode> told;
+  const auto client = Client::Connect(
+      {.address = server.address(), .observer = [&](auto& s) { told.push_back(s.code()); }});
+  service.busy_until = 2;
+  EXPECT_OK(client->GetScene("a-scene"));
+  EXPECT_THAT(told, ::testing::IsEmpty()) << "one failure is not worth a word";
+  service.busy_until = 6;
+  EXPECT_OK(client->GetScene("a-scene"));
+  EXPECT_THAT(told, ::testing::ElementsAre(absl::StatusCode::kUnavailable, absl::StatusCode::kOk));
+}
+
+TEST(Client, PausesAtMostASecondAndAQuarter) {
+  Reachability server(nullptr, absl::Seconds(30), {});
+  Attempts attempts(&server);
+  std::vector<absl::Duration> pauses;
+  for (int failure = 1; failure <= 100; ++failure) {
+    const auto pause = attempts.PauseAfter(absl::UnavailableError("busy"));
+    ASSERT_TRUE(pause.has_value());
+    const absl::Duration mean =
+        std::min(absl::Milliseconds(100) * (1 << std::min(failure - 1, 10)), absl::Seconds(1));
+    EXPECT_GE(*pause, 0.75 * mean);
+    EXPECT_LE(*pause, 1.25 * mean);
+    if (mean == absl::Seconds(1)) pauses.push_back(*pause);
+  }
+  const auto [least, most] = std::minmax_element(pauses.begin(), pauses.end());
+  EXPECT_GT(*most - *least, absl::Milliseconds(250)) << "clients would come back all at once";
 }
 
 TEST(Client, NoServerIsUnavailable) {
   // No server listens on loopback port 1.
-  const auto client = Client::Connect({.address = "127.0.0.1:1"});
+  const auto client =
+      Client::Connect({.address = "127.0.0.1:1", .retry_for = absl::ZeroDuration()});
   EXPECT_THAT(client->GetServerInfo(), StatusIs(absl::StatusCode::kUnavailable));
 }
 

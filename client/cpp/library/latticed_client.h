@@ -3,8 +3,8 @@
 //
 // The C++ client of latticed: one object per server, one function per rpc. It uploads in parts,
 // reads all pages of lists, makes scene ids and routing metadata, returns whole updates, and
-// resumes streams (stream.h). It makes up to four attempts at a call after errors that MayRetry
-// names, but only one at a deletion: a second one would not find what the first has deleted.
+// resumes streams (stream.h). While the server does not answer, it makes a call again for 30 s
+// (attempts.h), but a deletion only once: a second one would not find what the first has deleted.
 //
 //   auto client = Client::Connect({.address = "127.0.0.1:50151"});
 //   auto mesh = client->UploadMesh(bytes, header);
@@ -25,6 +25,8 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "absl/time/time.h"
+#include "client/cpp/library/retries/reachability.h"
 #include "client/cpp/library/stream.h"
 #include "client/cpp/library/surface.h"
 #include "client/cpp/library/watch.h"
@@ -44,6 +46,10 @@ struct Connection {
   std::string tls_cert_pem;  // client certificate and key, if the server asks for them
   std::string tls_key_pem;
   bool alone = false;  // its own connection, not shared with other clients of this process
+  // How long a call or stream tries to reach a server that does not answer; 0: it tries once.
+  absl::Duration retry_for = kRetryFor;
+  ReachabilityObserver
+      observer;  // is told when the client begins to wait, and when the server is back
 };
 
 // Called with the work done so far and in all: bytes, or for GetUpdate thousandths of the update.
@@ -56,12 +62,14 @@ using Progress = std::function<void(uint64_t done, uint64_t total)>;
 
 class Client {
  public:
-  // Does not wait for the server: without one, the first call fails. A request of `stop` cancels all
-  // calls and streams, present and later ones. It does not cancel deletions, a CreateScene that has
-  // begun, or the last part of an upload, because the caller must know what exists on the server.
+  // Does not wait for the server: without one, the first call waits, and fails. A request of `stop`
+  // cancels all calls and streams, present and later ones. It does not cancel deletions, an attempt of
+  // CreateScene that has begun, or the last part of an upload, because the caller must know what exists
+  // on the server.
   [[nodiscard]] static std::unique_ptr<Client> Connect(const Connection& connection,
                                                        std::stop_token stop = {});
-  Client(std::shared_ptr<grpc::Channel> channel, std::string token, std::stop_token stop = {});
+  Client(std::shared_ptr<grpc::Channel> channel, std::string token, std::stop_token stop = {},
+         absl::Duration retry_for = kRetryFor, ReachabilityObserver observer = {});
 
   [[nodiscard]] absl::StatusOr<v1::ServerInfo> GetServerInfo();
   // Asks gRPC's standard health service, without a token. kUnavailable unless the server is serving.
@@ -131,7 +139,7 @@ class Client {
   absl::StatusOr<Response> CallOnce(Stub& stub, Method<Stub, Request, Response> method,
                                     const Request& request, const std::string& scene,
                                     const std::stop_token& stop);
-  // Like CallOnce, but with up to four attempts after errors that MayRetry names.
+  // Like CallOnce, but WithRetries, which stop_ ends.
   template <typename Stub, typename Request, typename Response>
   absl::StatusOr<Response> Call(Stub& stub, Method<Stub, Request, Response> method,
                                 const Request& request, const std::string& scene,
@@ -146,6 +154,7 @@ class Client {
   const std::shared_ptr<grpc::Channel> channel_;
   std::string token_;
   std::stop_token stop_;
+  const std::unique_ptr<Reachability> reachability_;
   std::unique_ptr<v1::ServerService::Stub> server_;
   std::unique_ptr<v1::MeshService::Stub> meshes_;
   std::unique_ptr<v1::SceneService::Stub> scenes_;

@@ -2,13 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The base of streams of scene events. After a goaway, or after an error that MayRetry names, it opens
-// itself again with its resume token: up to five times in a row, with pauses that double from 100 ms.
+// itself again with its resume token, for as long as the client's connection says and with the pauses of attempts.h.
 //
 //   stream.Start();
 //   auto event = stream.Read();                   // … until nullopt
 //   stream.Worked(resume_token);                  // whenever an update is complete
 //
-// Errors   the server's; those that MayRetry names only after five failed attempts to reopen
+// Errors   the server's; those that MayRetry names only after 30 s (Connection::retry_for) without an update
 // Threads  one at a time; Cancel from any
 #ifndef LATTICED_CLIENT_CPP_LIBRARY_RESUMING_H_
 #define LATTICED_CLIENT_CPP_LIBRARY_RESUMING_H_
@@ -25,6 +25,8 @@
 #include "absl/status/statusor.h"
 #include "absl/time/clock.h"
 #include "absl/time/time.h"
+#include "client/cpp/library/retries/attempts.h"
+#include "client/cpp/library/retries/reachability.h"
 #include "client/cpp/library/status.h"
 #include "client/cpp/library/surface.h"
 #include "core/base/mutex.h"
@@ -63,10 +65,13 @@ class ResumingStream {
   int reconnections() const { return reconnections_; }
 
  protected:
-  // A request of `stop` cancels the stream.
-  ResumingStream(v1::WatchRequest watch, const std::stop_token& stop, EventObserver observer)
+  // `server` must outlive the stream. A request of `stop` cancels the stream.
+  ResumingStream(v1::WatchRequest watch, Reachability* server, const std::stop_token& stop,
+                 EventObserver observer)
       : watch_(std::move(watch)),
         observer_(std::move(observer)),
+        server_(server),
+        attempts_(server),
         cancel_on_stop_(stop, [this] { Cancel(); }) {}
   virtual ~ResumingStream() {
     if (rpc_ == nullptr) return;
@@ -88,6 +93,7 @@ class ResumingStream {
       if (cancelled_) context_->TryCancel();
     }
     goaway_ = false;
+    hello_at_ = absl::InfiniteFuture();
     rpc_ = OpenRpc(context_.get());
   }
 
@@ -115,9 +121,9 @@ class ResumingStream {
     return std::nullopt;
   }
 
-  // Called when an update is complete. The stream will resume after it, and counts failures from 0.
+  // Called when an update is complete. The stream will resume after it.
   void Worked(std::string resume_token) {
-    failures_in_a_row_ = 0;
+    attempts_.Succeeded();
     watch_.set_resume_token(std::move(resume_token));
   }
 
@@ -131,7 +137,8 @@ class ResumingStream {
   std::optional<v1::Presence> shown_;  // presence of this stream's own editor
 
  private:
-  static constexpr int kMostFailuresInARow = 5;
+  // A stream that has lived so long has worked, also without an update, as while nothing changes.
+  static constexpr absl::Duration kWorks = absl::Seconds(1);
   // A server may ask for any pause. A much longer one would overflow the clock.
   static constexpr absl::Duration kLongestPause = absl::Hours(24 * 365);
 
@@ -143,9 +150,11 @@ class ResumingStream {
     surface_.DropPartialUpdate();
     const bool done = status.ok() && !goaway_;
     if (done || cancelled()) return absl::OkStatus();
+    if (absl::Now() - hello_at_ > kWorks) attempts_.Succeeded();
     if (!status.ok()) {
-      if (!MayRetry(status) || ++failures_in_a_row_ > kMostFailuresInARow) return status;
-      Pause(PauseAfter(failures_in_a_row_));
+      const auto pause = attempts_.PauseAfter(status);
+      if (!pause.has_value()) return status;
+      server_->Wait(*pause, [this] { return cancelled(); });
     }
     ++reconnections_;
     Start();
@@ -155,6 +164,7 @@ class ResumingStream {
   // After hello the server sends the presence of all editors.
   void TakeHello(const v1::Hello& hello) {
     hello_ = hello;
+    hello_at_ = absl::Now();
     others_.clear();
   }
 
@@ -180,8 +190,10 @@ class ResumingStream {
   const EventObserver observer_;
   v1::Hello hello_;
   Others others_;
+  absl::Time hello_at_ = absl::InfiniteFuture();  // of the present rpc
   bool goaway_ = false;
-  int failures_in_a_row_ = 0;
+  Reachability* const server_;
+  Attempts attempts_;
   int reconnections_ = 0;
 
   Mutex mutex_;  // Cancel is called from other threads

@@ -7,16 +7,12 @@
 #include <utility>
 
 #include "absl/strings/numbers.h"
-#include "absl/time/clock.h"
 #include "core/base/error.h"
 #include "google/rpc/error_details.pb.h"
 #include "google/rpc/error_info.pb.h"
 
 namespace latticed::client {
 namespace {
-
-constexpr int kAttempts = 4;
-constexpr absl::Duration kFirstPause = absl::Milliseconds(100);
 
 constexpr char kDomain[] = "latticed";
 constexpr char kRequestId[] = "latticed-request-id";
@@ -100,22 +96,5 @@ absl::Status FromGrpc(const grpc::Status& status, const grpc::ClientContext& con
 }
 
 absl::Status Stopped() { return absl::CancelledError("the client was told to stop"); }
-
-bool MayRetry(const absl::Status& status) {
-  return absl::IsCancelled(status) || absl::IsInternal(status) || absl::IsUnavailable(status) ||
-         absl::IsUnknown(status);
-}
-
-absl::Status WithRetries(const std::stop_token& stop, const std::function<absl::Status()>& call) {
-  absl::Status status = call();
-  for (int attempt = 1; attempt < kAttempts && MayRetry(status); ++attempt) {
-    if (stop.stop_requested()) break;
-    absl::SleepFor(PauseAfter(attempt));
-    status = call();
-  }
-  return status;
-}
-
-absl::Duration PauseAfter(int failures) { return kFirstPause * (1 << (failures - 1)); }
 
 }  // namespace latticed::client

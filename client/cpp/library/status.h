@@ -4,15 +4,11 @@
 // Converts errors of rpcs: grpc::Status -> absl::Status, with the reason and field of its google.rpc
 // details in error::DetailsOf.
 //
-// Threads  pure functions, except that WithRetries sleeps
+// Threads  pure functions
 #ifndef LATTICED_CLIENT_CPP_LIBRARY_STATUS_H_
 #define LATTICED_CLIENT_CPP_LIBRARY_STATUS_H_
 
-#include <functional>
-#include <stop_token>
-
 #include "absl/status/status.h"
-#include "absl/time/time.h"
 #include "google/rpc/status.pb.h"
 #include "grpcpp/client_context.h"
 #include "grpcpp/support/status.h"
@@ -28,17 +24,6 @@ namespace latticed::client {
 
 // kCancelled: the error of a call that would begin after a request to stop.
 [[nodiscard]] absl::Status Stopped();
-
-// Whether another attempt may succeed: after CANCELLED (by a proxy), INTERNAL (a broken transport),
-// UNKNOWN (a proxy ended the stream without a status) and UNAVAILABLE.
-[[nodiscard]] bool MayRetry(const absl::Status& status);
-
-// Calls an idempotent function until it returns no error that MayRetry names, up to four times, with
-// pauses of 100, 200 and 400 ms. After a request of `stop` it begins no further pause.
-[[nodiscard]] absl::Status WithRetries(const std::stop_token& stop,
-                                       const std::function<absl::Status()>& call);
-// The pause after the given number of failures in a row (1 or more): 100 ms, doubled by each failure.
-[[nodiscard]] absl::Duration PauseAfter(int failures);
 
 }  // namespace latticed::client
 

@@ -34,7 +34,9 @@ absl::StatusOr<std::unique_ptr<DeformStream>> DeformStream::Open(Client* client,
 }
 
 DeformStream::DeformStream(Client* client, v1::WatchRequest watch, EventObserver observer)
-    : ResumingStream(std::move(watch), client->stop_, std::move(observer)), client_(client) {}
+    : ResumingStream(std::move(watch), client->reachability_.get(), client->stop_,
+                     std::move(observer)),
+      client_(client) {}
 
 std::unique_ptr<grpc::ClientContext> DeformStream::NewContext() {
   return client_->NewContext(watch().scene());

@@ -29,7 +29,9 @@ absl::StatusOr<std::unique_ptr<WatchStream>> WatchStream::Open(Client* client,
 }
 
 WatchStream::WatchStream(Client* client, v1::WatchRequest watch, EventObserver observer)
-    : ResumingStream(std::move(watch), client->stop_, std::move(observer)), client_(client) {}
+    : ResumingStream(std::move(watch), client->reachability_.get(), client->stop_,
+                     std::move(observer)),
+      client_(client) {}
 
 std::unique_ptr<grpc::ClientContext> WatchStream::NewContext() {
   return client_->NewContext(watch().scene());

@@ -59,7 +59,7 @@ absl::StatusOr<LoadReport> Measure(Session& session, const BenchFlags& flags,
 
 absl::Status Run(const BenchFlags& flags, CommandLine& line) {
   const std::stop_token stop = line.interruption.Catch();
-  return WithSession(flags.session, stop, [&](Session& session) -> absl::Status {
+  return WithSession(flags.session, line, stop, [&](Session& session) -> absl::Status {
     LATTICED_ASSIGN_OR_RETURN(auto report, Measure(session, flags, stop, line.console));
     report.meshes = MeshNames(flags);
     if (flags.json) {

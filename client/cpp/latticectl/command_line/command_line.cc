@@ -36,7 +36,7 @@ void SetExample(CLI::App& command, const char* arguments) {
 }
 
 int RunCommandLine(CLI::App& app, CommandLine& line, int argc, const char* const* argv) {
-  const bool as_json = WantsJson(argc, argv);
+  const bool as_json = line.as_json = WantsJson(argc, argv);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& help_or_version) {

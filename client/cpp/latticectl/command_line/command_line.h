@@ -19,6 +19,7 @@ namespace latticed::client {
 
 struct CommandLine {
   Console console;
+  bool as_json = false;  // failures and notices are JSON
   std::function<absl::Status()> action;
   Interruption interruption;  // for commands that delete what they have made
 };

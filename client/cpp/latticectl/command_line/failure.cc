@@ -155,6 +155,14 @@ Failure FailureOf(const CLI::ParseError& error, const CLI::App& app) {
                     fmt::format("'{} --help' says more", PathOf(DeepestCommand(app))));
 }
 
+void PrintNotice(const std::string& message, bool as_json, std::ostream& err) {
+  if (as_json) {
+    err << nlohmann::json{{"notice", {{"message", message}}}}.dump() << std::endl;
+  } else {
+    err << "latticectl: " << message << std::endl;
+  }
+}
+
 void PrintFailure(const Failure& failure, bool as_json, std::ostream& err) {
   if (as_json) {
     auto members = nlohmann::json::object();

@@ -37,6 +37,8 @@ struct Failure {
 // The failure to parse a command line of `app`. It names a misspelt command or option, and the one that was meant.
 [[nodiscard]] Failure FailureOf(const CLI::ParseError& error, const CLI::App& app);
 
+// Prints one line, "latticectl: MESSAGE" or {"notice":{"message":"…"}}, at once: the command goes on.
+void PrintNotice(const std::string& message, bool as_json, std::ostream& err);
 void PrintFailure(const Failure& failure, bool as_json, std::ostream& err);
 
 }  // namespace latticed::client

@@ -111,7 +111,7 @@ absl::Status Run(const ApplyFlags& flags, CommandLine& line) {
   LATTICED_ASSIGN_OR_RETURN(const auto file, ReadMeshFile(flags.mesh));
   LATTICED_ASSIGN_OR_RETURN(auto lattice, ReadLattice(flags.lattice));
   return WithSession(
-      flags.session, line.interruption.Catch(), [&](Session& session) -> absl::Status {
+      flags.session, line, line.interruption.Catch(), [&](Session& session) -> absl::Status {
         LATTICED_ASSIGN_OR_RETURN(const auto surface, Deform(session.client(), flags, file,
                                                              std::move(lattice), line.console));
         LATTICED_RETURN_IF_ERROR(WriteMeshFile(

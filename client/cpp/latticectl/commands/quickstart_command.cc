@@ -184,7 +184,7 @@ absl::Status Run(const QuickstartFlags& flags, CommandLine& line) {
     return absl::UnknownError(
         fmt::format("cannot make the folder {}: {}", flags.output, failure.message()));
   }
-  return WithSession(flags.session, line.interruption.Catch(), [&](Session& session) {
+  return WithSession(flags.session, line, line.interruption.Catch(), [&](Session& session) {
     const auto report = RunOn(session.client(), flags, line.console);
     if (report.ok()) Print(flags, *report, line.console.out);
     return report.status();

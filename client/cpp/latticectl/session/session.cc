@@ -18,9 +18,14 @@
 namespace latticed::client {
 namespace {
 
+constexpr double kLongestRetry = 86'400;  // seconds: a day
+
 absl::StatusOr<Connection> ToConnection(const SessionFlags& flags) {
   const bool tls = flags.tls || !flags.tls_ca.empty() || !flags.tls_cert.empty();
-  Connection connection{.address = flags.server, .token = flags.token, .tls = tls};
+  Connection connection{.address = flags.server,
+                        .token = flags.token,
+                        .tls = tls,
+                        .retry_for = absl::Seconds(flags.retry_for)};
   const std::pair<const std::string&, std::string&> files[] = {
       {flags.tls_ca, connection.tls_ca_pem},
       {flags.tls_cert, connection.tls_cert_pem},
@@ -53,6 +58,12 @@ void AddSessionFlags(CLI::App& command, SessionFlags& flags, ServerChoice choice
     backend->excludes(server);
   }
   command.add_option("--token", flags.token, "Bearer token")->envname("LATTICED_TOKEN");
+  command
+      .add_option("--retry-for", flags.retry_for,
+                  "Seconds for which it tries to reach a server that does not answer")
+      ->check(CLI::Range(0.0, kLongestRetry))
+      ->envname("LATTICED_RETRY_FOR")
+      ->capture_default_str();
   command.add_flag("--tls", flags.tls, "Use TLS with the system's roots");
   command.add_option("--tls-ca", flags.tls_ca, "PEM file of roots to trust; implies TLS")
       ->type_name(kFileType);
@@ -71,7 +82,8 @@ Session::~Session() {
   client_.reset();  // its channel must close before the server stops
 }
 
-absl::StatusOr<Session> Session::Open(const SessionFlags& flags, std::stop_token stop) {
+absl::StatusOr<Session> Session::Open(const SessionFlags& flags, std::stop_token stop,
+                                      ReachabilityObserver observer) {
   Session session;
   if (!flags.server.empty()) {
     LATTICED_ASSIGN_OR_RETURN(session.connection_, ToConnection(flags));
@@ -84,7 +96,9 @@ absl::StatusOr<Session> Session::Open(const SessionFlags& flags, std::stop_token
     LATTICED_ASSIGN_OR_RETURN(session.server_, InProcessServer::Start(options));
     session.connection_.address = session.server_->address();
   }
-  session.client_ = Client::Connect(session.connection_, std::move(stop));
+  Connection observed = session.connection_;
+  observed.observer = std::move(observer);
+  session.client_ = Client::Connect(observed, std::move(stop));
   return session;
 }
 
@@ -118,9 +132,16 @@ absl::Status Session::Explain(const absl::Status& status) const {
                                        address));
 }
 
-absl::Status WithSession(const SessionFlags& flags, const std::stop_token& stop,
+absl::Status WithSession(const SessionFlags& flags, const CommandLine& line,
+                         const std::stop_token& stop,
                          const std::function<absl::Status(Session&)>& use) {
-  LATTICED_ASSIGN_OR_RETURN(auto session, Session::Open(flags, stop));
+  const ReachabilityObserver say = [&](const absl::Status& trouble) {
+    PrintNotice(trouble.ok()
+                    ? "the server answers again"
+                    : fmt::format("server unreachable, trying for {:g} s …", flags.retry_for),
+                line.as_json, line.console.err);
+  };
+  LATTICED_ASSIGN_OR_RETURN(auto session, Session::Open(flags, stop, say));
   return session.Explain(use(session));
 }
 

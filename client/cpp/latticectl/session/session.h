@@ -12,9 +12,11 @@
 #include <string>
 
 #include "absl/status/statusor.h"
+#include "absl/time/time.h"
 #include "client/cpp/latticectl/command_line/command_line.h"
 #include "client/cpp/latticectl/output/output.h"
 #include "client/cpp/library/latticed_client.h"
+#include "client/cpp/library/retries/reachability.h"
 
 namespace CLI {
 class App;
@@ -31,7 +33,8 @@ struct SessionFlags {
   std::string backend = "auto";
   std::string token;
   bool tls = false;
-  std::string tls_ca, tls_cert, tls_key;  // PEM files
+  std::string tls_ca, tls_cert, tls_key;                // PEM files
+  double retry_for = absl::ToDoubleSeconds(kRetryFor);  // seconds
 };
 
 // Flags of every command that needs a running server.
@@ -48,14 +51,15 @@ void AddSessionFlags(CLI::App& command, SessionFlags& flags, ServerChoice choice
 
 class Session {
  public:
-  // A request of `stop` cancels the calls of client().
-  [[nodiscard]] static absl::StatusOr<Session> Open(const SessionFlags& flags,
-                                                    std::stop_token stop);
+  // A request of `stop` cancels the calls of client(). The observer is that of client().
+  [[nodiscard]] static absl::StatusOr<Session> Open(const SessionFlags& flags, std::stop_token stop,
+                                                    ReachabilityObserver observer);
   Session(Session&&) noexcept;
   ~Session();
 
   Client& client() { return *client_; }
-  // Makes another client with its own connection. A request of `stop` does not cancel its calls.
+  // Makes another client with its own connection, without the observer. A request of `stop` does not
+  // cancel its calls.
   [[nodiscard]] std::unique_ptr<Client> NewClient() const;
   // Adds advice for the user to an error: how to reach a server that did not answer.
   absl::Status Explain(const absl::Status& status) const;
@@ -67,8 +71,10 @@ class Session {
   std::unique_ptr<Client> client_;
 };
 
-// Opens a session and runs `use` on it. Applies Explain to the error of `use`.
-[[nodiscard]] absl::Status WithSession(const SessionFlags& flags, const std::stop_token& stop,
+// Opens a session and runs `use` on it. Applies Explain to the error of `use`. Prints a line when the
+// server does not answer, and one when it does again.
+[[nodiscard]] absl::Status WithSession(const SessionFlags& flags, const CommandLine& line,
+                                       const std::stop_token& stop,
                                        const std::function<absl::Status(Session&)>& use);
 
 // Adds the options of ServerFlags to a command, and makes run(flags, client, console) its action.
@@ -78,7 +84,7 @@ void SetServerAction(CLI::App& command, const std::shared_ptr<Flags>& flags, Com
   AddJsonFlag(command, flags->json);
   AddSessionFlags(command, flags->session, ServerChoice::kRequired);
   SetAction(command, line, [flags, run, &line] {
-    return WithSession(flags->session, {}, [&](Session& session) {
+    return WithSession(flags->session, line, {}, [&](Session& session) {
       return run(*flags, session.client(), line.console);
     });
   });
