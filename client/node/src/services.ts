@@ -17,10 +17,10 @@ const definition = loadSync(['latticed/v1/mesh.proto', 'latticed/v1/scene.proto'
 });
 const { v1 } = (grpc.loadPackageDefinition(definition) as unknown as MeshProtos & SceneProtos).latticed;
 
-// Shorter pauses before gRPC reconnects, and pings that notice a silently lost connection.
+// Short pauses before gRPC reconnects, during which calls fail, and pings that notice a silently lost connection.
 const options: grpc.ChannelOptions = {
   'grpc.initial_reconnect_backoff_ms': 100,
-  'grpc.max_reconnect_backoff_ms': 5_000,
+  'grpc.max_reconnect_backoff_ms': 500,
   'grpc.keepalive_time_ms': 30_000,
   'grpc.keepalive_timeout_ms': 10_000,
 };
