@@ -84,8 +84,8 @@ absl::StatusOr<std::shared_ptr<Scene>> Scene::Make(SceneConfig config, SceneLife
 
 absl::Status Scene::HoldRestored(const LatticeStructure& structure) {
   const MutexLock lock(&mutex_);
-  for (const auto& [editor_id, result] : editor_.results()) {
-    if (result.status.ok()) log_.Remember(editor_id, result.sequence, result.revision);
+  for (const auto& [editor_id, last] : editor_.results()) {
+    log_.Remember(editor_id, last.sequence, last.revision);
   }
   history_bytes_ = editor_.MemoryBytes() + log_.MemoryBytes();
   if (history_reservation_.Hold(history_bytes_, structure)) return absl::OkStatus();

@@ -37,6 +37,15 @@ TEST(EditLog, TellsWhatCameAfterARevision) {
   EXPECT_EQ(log.AppliedSequence("bob", 3), 0u);
 }
 
+// An editor who sends his edits again after a restart waits for an update that holds them.
+TEST(EditLog, KnowsOfEditsBeforeARestart) {
+  EditLog log;
+  log.Remember("alice", 7, 5);
+  EXPECT_EQ(log.AppliedSequence("alice", 4), 0u);
+  EXPECT_EQ(log.AppliedSequence("alice", 5), 7u);
+  EXPECT_FALSE(log.After(4, 5).complete);
+}
+
 TEST(EditLog, ForgetsPointsFirstAndThenWhoseTheyWere) {
   EditLog log = FiveEdits();
   const uint64_t bytes = log.MemoryBytes();
