@@ -66,6 +66,7 @@ absl::Status SqliteStore::Start() {
   LATTICED_RETURN_IF_ERROR(writer_.Start());
   LATTICED_ASSIGN_OR_RETURN(const std::vector<StoredEntry> meshes, reader_.Meshes());
   std::vector<std::string> ids;
+  ids.reserve(meshes.size());
   for (const StoredEntry& mesh : meshes) ids.push_back(mesh.id);
   return meshes_.Open(ids);
 }

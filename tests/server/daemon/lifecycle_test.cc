@@ -128,6 +128,7 @@ TEST(DaemonTest, BothSignalsDrainAndExitZero) {
   for (const int signal : {SIGTERM, SIGINT}) {
     Daemon daemon(
         {"--listen=127.0.0.1:0", "--backend=cpu", "--drain-delay=0s", "--log-format=json"});
+    EXPECT_THAT(daemon.ReadLine(), HasSubstr("--data-dir"));
     EXPECT_THAT(daemon.ReadLine(), HasSubstr("\"message\":\"serving\""));
 
     daemon.Signal(signal);
@@ -206,6 +207,7 @@ TEST(DaemonTest, AnOpenPortIsLoggedWithTheProxy) {
   Daemon daemon({"--listen=0.0.0.0:0", "--insecure", "--backend=cpu", "--drain-delay=0s"});
 
   EXPECT_THAT(daemon.ReadLine(), HasSubstr("docker/haproxy.cfg"));
+  EXPECT_THAT(daemon.ReadLine(), HasSubstr("--data-dir"));
   EXPECT_THAT(daemon.ReadLine(), HasSubstr("serving"));
   daemon.Signal(SIGTERM);
   EXPECT_EQ(daemon.Wait(), 0);

@@ -45,7 +45,7 @@ INSERT INTO log VALUES(1, 0, 0);
 
 // The header of a database, as https://www.sqlite.org/fileformat2.html#the_database_header numbers its bytes.
 constexpr size_t kDatabaseHeaderBytes = 100;
-constexpr std::string_view kDatabaseMagic("SQLite format 3", 16);
+constexpr std::string_view kDatabaseMagic("SQLite format 3\0", 16);
 constexpr size_t kReservedAt = 20;
 constexpr size_t kVersionAt = 60;
 constexpr size_t kApplicationIdAt = 68;
