@@ -3,9 +3,10 @@
 //
 // Edits of a Scene: applied, stored, published, answered.
 #include <chrono>
+#include <memory>
+#include <optional>
 #include <utility>
 
-#include "absl/synchronization/notification.h"
 #include "core/base/catch_bad_alloc.h"
 #include "core/base/error.h"
 #include "core/base/status_macros.h"
@@ -15,14 +16,21 @@
 namespace latticed {
 
 absl::StatusOr<EditSummary> Scene::ApplyEdits(const EditBatch& batch, StopCheck stop) {
-  absl::StatusOr<EditSummary> answer;
-  absl::Notification answered;
-  SubmitEdits(batch, stop, [&](const absl::StatusOr<EditSummary>& summary) {
-    answer = summary;
-    answered.Notify();
+  struct Waiting {
+    Mutex mutex;
+    Answer answer ABSL_GUARDED_BY(mutex);
+  };
+  // Shared: where memory is short, this may end before its answer comes.
+  const auto waiting = std::make_shared<Waiting>();
+  SubmitEdits(batch, stop, [waiting](const absl::StatusOr<EditSummary>& summary) {
+    const MutexLock lock(&waiting->mutex);
+    waiting->answer = summary;
   });
-  answered.WaitForNotification();
-  return answer;
+  const MutexLock lock(&waiting->mutex);
+  const auto answered = [&waiting]()
+                            ABSL_NO_THREAD_SAFETY_ANALYSIS { return waiting->answer.has_value(); };
+  waiting->mutex.Await(answered);
+  return *waiting->answer;
 }
 
 void Scene::SubmitEdits(const EditBatch& batch, StopCheck stop, EditDone done) {
