@@ -3,12 +3,12 @@
 //
 // An EditHistory as data: what its last batch did, and all that it holds.
 #include <algorithm>
+#include <functional>
 #include <map>
 #include <string_view>
 #include <utility>
 
 #include "core/base/error.h"
-#include "core/base/limits.h"
 #include "core/base/status_macros.h"
 #include "core/ffd/control_point_range.h"
 #include "core/ffd/edit_history.h"

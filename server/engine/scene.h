@@ -16,7 +16,7 @@
 // builds on what is applied, but nobody sees a revision that a crash could take back. If the store fails, all that
 // was applied since is forgotten, and the next edit builds on what is stored.
 //
-// Locks    edit_mutex_ before mutex_ before a view's; listeners are notified with none of them held
+// Locks    edit_mutex_ before mutex_ before a view's; listeners are notified without mutex_ and without a view's
 // Threads  safe
 #ifndef LATTICED_SERVER_ENGINE_SCENE_H_
 #define LATTICED_SERVER_ENGINE_SCENE_H_

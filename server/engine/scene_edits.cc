@@ -160,8 +160,8 @@ absl::StatusOr<EditSummary> Scene::Settle(const absl::StatusOr<EditCommit>& comm
 }
 
 void Scene::Publish(const EditCommit& commit, std::shared_ptr<TargetSlot> target) {
-  RenderInput
-      replaced;  // destroyed after the lock is released, because a large plan takes long to destroy
+  // Destroyed after the lock is released, because a large plan takes long to destroy.
+  RenderInput replaced;
   {
     const MutexLock lock(&mutex_);
     replaced = head_;

@@ -47,11 +47,14 @@ class UpdateStream final : public CallReactor<grpc::ServerWriteReactor<grpc::Byt
     Stream()->OnWriteDone(ok);
   }
   void OnCancel() override {
+    std::shared_ptr<SceneStream> stream;
     {
       const MutexLock lock(&mutex_);
       cancelled_ = true;
+      stream = stream_;
     }
-    if (const auto stream = Stream(); stream != nullptr) stream->OnCancel();
+    // A stream that is still being opened is cancelled by Open.
+    if (stream != nullptr) stream->OnCancel();
   }
   void OnDone() override {
     Done();

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Uploaded meshes by id, within the memory budget, and in the server's store if it has one. A mesh in use stays alive through its shared_ptr
-// after Remove, and counts against the budget as long.
+// Uploaded meshes by id, within the memory budget, and in the server's store if it has one. A mesh in use stays
+// alive through its shared_ptr after Remove, and counts against the budget as long.
 //
 // Threads  safe; no lock is held while a mesh is parsed, hashed or destroyed
 #ifndef LATTICED_SERVER_STORES_MESH_STORE_H_
@@ -63,9 +63,10 @@ class MeshStore {
   explicit MeshStore(Store* store = nullptr, HeaderOf header_of = nullptr)
       : store_(store), header_of_(std::move(header_of)) {}
 
-  // Keeps `mesh`, durably where there is a store, and sets its create time. The upload's reservation becomes the mesh's. The same bytes twice
-  // are one mesh, which keeps the name, labels and units of the first upload; in another format or layout
-  // they are kAlreadyExists. kResourceExhausted with asked and free bytes; the store's errors.
+  // Keeps `mesh`, durably where there is a store, and sets its create time. The upload's reservation becomes
+  // the mesh's. The same bytes twice are one mesh, which keeps the name, labels and units of the first upload;
+  // in another format or layout they are kAlreadyExists. kResourceExhausted with asked and free bytes; the
+  // store's errors.
   [[nodiscard]] absl::StatusOr<std::shared_ptr<const StoredMesh>> Add(
       StoredMesh mesh, MemoryReservation reservation);
   // Keeps a mesh that comes from the store. kResourceExhausted.

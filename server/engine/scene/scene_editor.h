@@ -50,8 +50,6 @@ class SceneEditor {
   using TimePoint = EditHistory::TimePoint;
   using Clock = std::function<absl::Time()>;
 
-  // `initial` must be valid.
-  explicit SceneEditor(Lattice initial) : history_(std::move(initial)) {}
   explicit SceneEditor(EditHistory history) : history_(std::move(history)) {}
 
   // The state that the history is at before any Apply. `planned` has what follows from the plan. Without a
@@ -70,8 +68,6 @@ class SceneEditor {
                                                                   TimePoint now);
 
   uint64_t records() const { return history_.records(); }
-  uint64_t revision() const { return history_.revision(); }
-  const LatticeStructure& structure() const { return history_.lattice().structure; }
   // As EditHistory::LastRecord.
   [[nodiscard]] EditRecord LastRecord(const EditBatch& batch, TimePoint now) const {
     return history_.LastRecord(batch, now);

@@ -22,8 +22,9 @@ void SceneJournal::Append(uint64_t lsn, const SceneRecord& record, Then then) {
 }
 
 void SceneJournal::PutSnapshot(uint64_t lsn, const SceneImage& image) {
+  std::string bytes = EncodeImage(image);  // first: without memory for it, a later edit tries again
   records_ = bytes_ = 0;
-  store_->PutSnapshot(scene_, lsn, EncodeImage(image));
+  store_->PutSnapshot(scene_, lsn, std::move(bytes));
 }
 
 void SceneJournal::Wait(Then then) { Post(0, "", std::move(then)); }

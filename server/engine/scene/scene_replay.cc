@@ -8,12 +8,13 @@
 #include "fmt/format.h"
 #include "server/store/records/header_codec.h"
 #include "server/store/records/scene_codec.h"
+#include "server/store/store_errors.h"
 
 namespace latticed {
 namespace {
 
 absl::Status Damaged(uint64_t lsn, const absl::Status& why) {
-  return absl::DataLossError(fmt::format("record {}: {}", lsn, std::string(why.message())));
+  return error::Damaged(fmt::format("record {}", lsn), std::string(why.message()));
 }
 
 absl::StatusOr<SceneLife> FromSnapshot(const SceneLog& log) {

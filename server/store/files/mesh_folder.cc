@@ -85,11 +85,6 @@ std::string MeshFolder::PathOf(std::string_view id) const {
   return fmt::format("{}/{}", path_, id);
 }
 
-bool MeshFolder::Has(std::string_view id, uint64_t bytes) const {
-  struct stat found = {};
-  return stat(PathOf(id).c_str(), &found) == 0 && static_cast<uint64_t>(found.st_size) == bytes;
-}
-
 absl::StatusOr<std::string> MeshFolder::Write(std::string_view bytes) {
   std::string name = fmt::format("{}/{}{}", path_, kNewPrefix, next_name_++);
   const OpenFile file(name, O_WRONLY | O_CREAT | O_TRUNC);

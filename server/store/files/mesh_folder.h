@@ -31,8 +31,6 @@ class MeshFolder {
   // those of `known`. kDataLoss if one of these is missing.
   [[nodiscard]] absl::Status Open(const std::vector<std::string>& known);
 
-  // Whether there is a file of this size.
-  [[nodiscard]] bool Has(std::string_view id, uint64_t bytes) const;
   // Writes the bytes under a name of their own, which it returns.
   [[nodiscard]] absl::StatusOr<std::string> Write(std::string_view bytes);
   // Gives a file of Write its name. Durable when it returns OK.

@@ -30,8 +30,8 @@ struct FetchedSurface {
   double tolerance = 0;        // of the view
   double certified_error = 0;  // UpdateEnd.certified_error, or that of the program's own points
 };
-// Fetches one update in the view's encoding, as a mesh. With ENCODING_PATCHES the view needs a tolerance. Texture coordinates and groups come from
-// `file`, the source of `mesh`.
+// Fetches one update in the view's encoding, as a mesh. With ENCODING_PATCHES the view needs a tolerance. Texture
+// coordinates and groups come from `file`, the source of `mesh`.
 [[nodiscard]] absl::StatusOr<FetchedSurface> FetchSurface(Client& client, const std::string& scene,
                                                           const v1::ViewOptions& view,
                                                           const v1::Mesh& mesh,
