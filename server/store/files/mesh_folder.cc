@@ -3,7 +3,6 @@
 #include "server/store/files/mesh_folder.h"
 
 #include <fcntl.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
