@@ -86,6 +86,13 @@ absl::StatusOr<std::vector<StoredEntry>> MemoryStore::Scenes() {
   return entries;
 }
 
+absl::StatusOr<std::string> MemoryStore::ReadSceneHeader(std::string_view id) {
+  MutexLock lock(&mutex_);
+  const auto found = scenes_.find(id);
+  if (found == scenes_.end()) return error::NotFound("scene", id);
+  return found->second.log.header;
+}
+
 absl::StatusOr<SceneLog> MemoryStore::ReadScene(std::string_view id) {
   SceneLog log;
   LATTICED_RETURN_IF_ERROR(Call([&]() ABSL_NO_THREAD_SAFETY_ANALYSIS -> absl::Status {
@@ -184,6 +191,13 @@ absl::StatusOr<std::vector<StoredEntry>> MemoryStore::Meshes() {
   std::vector<StoredEntry> entries;
   for (const auto& [id, mesh] : meshes_) entries.push_back({id, mesh.header, {}});
   return entries;
+}
+
+absl::StatusOr<std::string> MemoryStore::ReadMeshHeader(std::string_view id) {
+  MutexLock lock(&mutex_);
+  const auto found = meshes_.find(id);
+  if (found == meshes_.end()) return error::NotFound("mesh", id);
+  return found->second.header;
 }
 
 absl::StatusOr<std::string> MemoryStore::ReadMesh(std::string_view id) {

@@ -34,6 +34,7 @@ class MemoryStore : public Store {
   absl::Status CreateScene(std::string_view id, std::string header) override;
   absl::Status DeleteScene(std::string_view id) override;
   absl::StatusOr<std::vector<StoredEntry>> Scenes() override;
+  absl::StatusOr<std::string> ReadSceneHeader(std::string_view id) override;
   absl::StatusOr<SceneLog> ReadScene(std::string_view id) override;
   void Append(std::string_view scene, uint64_t lsn, std::string record, Done done) override;
   absl::Status Admit() override;
@@ -42,6 +43,7 @@ class MemoryStore : public Store {
   absl::Status PutMesh(std::string_view id, std::string header, std::string_view bytes) override;
   absl::Status DeleteMesh(std::string_view id) override;
   absl::StatusOr<std::vector<StoredEntry>> Meshes() override;
+  absl::StatusOr<std::string> ReadMeshHeader(std::string_view id) override;
   absl::StatusOr<std::string> ReadMesh(std::string_view id) override;
 
   // For tests. As a medium that fails: every write is refused with `failure` until OK is set.

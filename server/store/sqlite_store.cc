@@ -41,6 +41,9 @@ class SqliteStore : public Store {
   absl::Status CreateScene(std::string_view id, std::string header) override;
   absl::Status DeleteScene(std::string_view id) override;
   absl::StatusOr<std::vector<StoredEntry>> Scenes() override { return reader_.Scenes(); }
+  absl::StatusOr<std::string> ReadSceneHeader(std::string_view id) override {
+    return reader_.SceneHeader(id);
+  }
   absl::StatusOr<SceneLog> ReadScene(std::string_view id) override;
   void Append(std::string_view scene, uint64_t lsn, std::string record, Done done) override;
   absl::Status Admit() override { return writer_.Admit(); }
@@ -49,6 +52,9 @@ class SqliteStore : public Store {
   absl::Status PutMesh(std::string_view id, std::string header, std::string_view bytes) override;
   absl::Status DeleteMesh(std::string_view id) override;
   absl::StatusOr<std::vector<StoredEntry>> Meshes() override { return reader_.Meshes(); }
+  absl::StatusOr<std::string> ReadMeshHeader(std::string_view id) override {
+    return reader_.MeshHeader(id);
+  }
   absl::StatusOr<std::string> ReadMesh(std::string_view id) override;
 
  private:

@@ -15,9 +15,15 @@
 // refused is not stored, with one exception: if the machine crashes before the store accepts another write, the next
 // ReadScene may find it.
 //
+// Several servers may share a store. A scene then belongs to one server at a time: who creates a scene owns it, and who
+// wants another one claims it. A server keeps its scenes by a lease, which its store renews; servers that lose it are
+// fenced: nothing that they append is written any more. DeleteScene, ReadScene, Append and PutSnapshot need ownership. The
+// only server of a store owns all scenes.
+//
 // Errors   kNotFound, kAlreadyExists; kDataLoss naming what is damaged; kResourceExhausted, reason STORE, where the disk is
 //          full or too much waits; kUnavailable, reason STORE, for every other failure of the medium;
-//          kFailedPrecondition where a record is not the next
+//          kFailedPrecondition where a record is not the next; kAborted, reason STORE, where this server does not own
+//          the scene, or not any more
 // Threads  safe
 #ifndef LATTICED_SERVER_STORE_STORE_H_
 #define LATTICED_SERVER_STORE_STORE_H_
@@ -50,6 +56,17 @@ struct SceneLog {
   uint64_t lsn() const { return snapshot_lsn + records.size(); }
 };
 
+struct SceneClaim {
+  std::string
+      owner;  // empty: this server owns the scene now; else the name that its owner advertises
+};
+
+// A server that uses the store, and whose lease is good.
+struct StoredServer {
+  std::string name;
+  uint64_t free_bytes = 0;  // of its memory, as it said last
+};
+
 class Store {
  public:
   using Done = std::function<void(const absl::Status&)>;
@@ -62,6 +79,8 @@ class Store {
   [[nodiscard]] virtual absl::Status DeleteScene(std::string_view id) = 0;
   // In order of id.
   [[nodiscard]] virtual absl::StatusOr<std::vector<StoredEntry>> Scenes() = 0;
+  // Of any scene, whoever owns it. kNotFound, kDataLoss.
+  [[nodiscard]] virtual absl::StatusOr<std::string> ReadSceneHeader(std::string_view id) = 0;
   // Waits for the appends under way. kNotFound, kDataLoss.
   [[nodiscard]] virtual absl::StatusOr<SceneLog> ReadScene(std::string_view id) = 0;
   // Appends record `lsn`, which is one more than the last. Calls `done` once, on a thread of the store and with none of
@@ -78,6 +97,21 @@ class Store {
   // Waits until all that was appended is answered, and the callbacks are destroyed.
   virtual void Flush() = 0;
 
+  // Makes this server the owner, where nobody is: when this returns, nothing more of the scene's last owner is written.
+  // May wait for a lease that runs out. kNotFound.
+  [[nodiscard]] virtual absl::StatusOr<SceneClaim> ClaimScene(std::string_view id);
+  // After all appends under way: another server may claim the scene at once. OK as well if it is not this server's.
+  [[nodiscard]] virtual absl::Status ReleaseScene(std::string_view id);
+  // `fenced` is called on a thread of the store when this server's lease was lost, and it has a new one: it owns no
+  // scene then, and may claim. Set it before the first call of another function; it may call all of them.
+  virtual void OnFenced(std::function<void()> fenced);
+  // Whether several servers may use the store: there may be scenes and meshes that this server has not heard of.
+  [[nodiscard]] virtual bool shared() const { return false; }
+  // In order of name, this one too. Empty if the store is not shared.
+  [[nodiscard]] virtual absl::StatusOr<std::vector<StoredServer>> Servers();
+  // What the other servers are told of this one's memory, with the next renewal of the lease.
+  virtual void SetFreeBytes(uint64_t bytes);
+
   // `id` is the SHA-256 of `bytes`, in hex. The same mesh again keeps what there is.
   [[nodiscard]] virtual absl::Status PutMesh(std::string_view id, std::string header,
                                              std::string_view bytes) = 0;
@@ -85,6 +119,8 @@ class Store {
   [[nodiscard]] virtual absl::Status DeleteMesh(std::string_view id) = 0;
   // In order of id.
   [[nodiscard]] virtual absl::StatusOr<std::vector<StoredEntry>> Meshes() = 0;
+  // kNotFound, kDataLoss.
+  [[nodiscard]] virtual absl::StatusOr<std::string> ReadMeshHeader(std::string_view id) = 0;
   // kNotFound; kDataLoss if the bytes do not have that hash.
   [[nodiscard]] virtual absl::StatusOr<std::string> ReadMesh(std::string_view id) = 0;
 };

@@ -49,9 +49,14 @@ absl::Status NotNextRecord(std::string_view scene, uint64_t next, uint64_t got) 
       fmt::format("scene '{}': record {} was appended where {} is next", scene, got, next));
 }
 
+absl::Status SceneNotOwned(std::string_view scene) {
+  return OfStore(absl::StatusCode::kAborted,
+                 fmt::format("scene '{}': this server does not own it", scene), kRetryBusyMs);
+}
+
 bool IsOfMedium(const absl::Status& status) {
   return !status.ok() && !absl::IsNotFound(status) && !absl::IsAlreadyExists(status) &&
-         !absl::IsFailedPrecondition(status);
+         !absl::IsFailedPrecondition(status) && !absl::IsAborted(status);
 }
 
 }  // namespace latticed::error

@@ -22,7 +22,10 @@ namespace latticed::error {
 [[nodiscard]] absl::Status Damaged(std::string_view what, std::string_view problem);
 // FAILED_PRECONDITION: the caller's mistake.
 [[nodiscard]] absl::Status NotNextRecord(std::string_view scene, uint64_t next, uint64_t got);
-// Whether the medium caused it: not a mistake of the caller, nor something that does not exist or exists already.
+// ABORTED: the scene belongs to another server, or to none; claim it.
+[[nodiscard]] absl::Status SceneNotOwned(std::string_view scene);
+// Whether the medium caused it: not a mistake of the caller, nor something that does not exist or exists
+// already, nor a scene of another server.
 [[nodiscard]] bool IsOfMedium(const absl::Status& status);
 
 }  // namespace latticed::error

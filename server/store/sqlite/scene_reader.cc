@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <utility>
 
 #include "core/base/error.h"
@@ -90,12 +91,16 @@ absl::Status ReadAll(SqliteConnection& database, std::string_view id, const Scen
   return ReadRecords(database, id, tail, log);
 }
 
-// Rows of (id, header, sum); `sum_of` gives the right sum for a row.
+// Rows of (id, header, sum, number): all, or that with `id`. `sum_of` gives the right sum for a row.
 template <typename SumOf>
-absl::StatusOr<std::vector<StoredEntry>> ReadEntries(SqliteConnection& database, const char* sql,
-                                                     std::string_view kind, SumOf sum_of) {
+absl::StatusOr<std::vector<StoredEntry>> ReadEntries(SqliteConnection& database,
+                                                     const std::string& sql, std::string_view kind,
+                                                     SumOf sum_of,
+                                                     std::optional<std::string_view> id = {}) {
   std::vector<StoredEntry> entries;
-  LATTICED_ASSIGN_OR_RETURN(SqliteStatement rows, database.Prepare(sql));
+  const std::string whole = sql + (id ? " WHERE id = ?" : " ORDER BY id");
+  LATTICED_ASSIGN_OR_RETURN(SqliteStatement rows, database.Prepare(whole.c_str()));
+  if (id) rows.BindBytes(1, *id);
   while (true) {
     LATTICED_ASSIGN_OR_RETURN(const bool found, rows.Step());
     if (!found) return entries;
@@ -125,28 +130,52 @@ absl::StatusOr<SceneLog> SceneReader::Read(std::string_view id, const SceneTail&
   return log;
 }
 
-absl::StatusOr<std::vector<StoredEntry>> SceneReader::Scenes() {
+absl::StatusOr<std::vector<StoredEntry>> SceneReader::Scenes() { return ReadScenes({}); }
+
+absl::StatusOr<std::vector<StoredEntry>> SceneReader::Meshes() { return ReadMeshes({}); }
+
+absl::StatusOr<std::string> SceneReader::SceneHeader(std::string_view id) {
+  LATTICED_ASSIGN_OR_RETURN(std::vector<StoredEntry> found, ReadScenes(id));
+  if (found.empty()) return error::NotFound("scene", id);
+  LATTICED_RETURN_IF_ERROR(found[0].damage);
+  return std::move(found[0].header);
+}
+
+absl::StatusOr<std::string> SceneReader::MeshHeader(std::string_view id) {
+  LATTICED_ASSIGN_OR_RETURN(std::vector<StoredEntry> found, ReadMeshes(id));
+  if (found.empty()) return error::NotFound("mesh", id);
+  LATTICED_RETURN_IF_ERROR(found[0].damage);
+  return std::move(found[0].header);
+}
+
+absl::StatusOr<std::vector<StoredEntry>> SceneReader::ReadScenes(
+    std::optional<std::string_view> id) {
   LATTICED_ASSIGN_OR_RETURN(Connection database, Take());
   LATTICED_ASSIGN_OR_RETURN(
       std::vector<StoredEntry> entries,
-      ReadEntries(*database,
-                  "SELECT id, bytes, sum, number FROM scene LEFT JOIN scene_header ON "
-                  "scene_header.scene = number ORDER BY id",
-                  "scene", [](const SqliteStatement& row, const StoredEntry& entry) {
-                    return RowSum(entry.header, row.Integer(3));
-                  }));
+      ReadEntries(
+          *database,
+          "SELECT id, bytes, sum, number FROM scene LEFT JOIN scene_header ON "
+          "scene_header.scene = number",
+          "scene",
+          [](const SqliteStatement& row, const StoredEntry& entry) {
+            return RowSum(entry.header, row.Integer(3));
+          },
+          id));
   GiveBack(std::move(database));
   return entries;
 }
 
-absl::StatusOr<std::vector<StoredEntry>> SceneReader::Meshes() {
+absl::StatusOr<std::vector<StoredEntry>> SceneReader::ReadMeshes(
+    std::optional<std::string_view> id) {
   LATTICED_ASSIGN_OR_RETURN(Connection database, Take());
-  LATTICED_ASSIGN_OR_RETURN(
-      std::vector<StoredEntry> entries,
-      ReadEntries(*database, "SELECT id, header, sum FROM mesh ORDER BY id", "mesh",
-                  [](const SqliteStatement&, const StoredEntry& entry) {
-                    return MeshRowSum(entry.id, entry.header);
-                  }));
+  LATTICED_ASSIGN_OR_RETURN(std::vector<StoredEntry> entries,
+                            ReadEntries(
+                                *database, "SELECT id, header, sum FROM mesh", "mesh",
+                                [](const SqliteStatement&, const StoredEntry& entry) {
+                                  return MeshRowSum(entry.id, entry.header);
+                                },
+                                id));
   GiveBack(std::move(database));
   return entries;
 }

@@ -9,6 +9,7 @@
 #define LATTICED_SERVER_STORE_SQLITE_SCENE_READER_H_
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -35,11 +36,18 @@ class SceneReader {
   [[nodiscard]] absl::StatusOr<SceneLog> Read(std::string_view id, const SceneTail& tail);
   [[nodiscard]] absl::StatusOr<std::vector<StoredEntry>> Scenes();
   [[nodiscard]] absl::StatusOr<std::vector<StoredEntry>> Meshes();
+  [[nodiscard]] absl::StatusOr<std::string> SceneHeader(std::string_view id);
+  [[nodiscard]] absl::StatusOr<std::string> MeshHeader(std::string_view id);
   [[nodiscard]] absl::StatusOr<bool> HasMesh(std::string_view id);
 
  private:
   using Connection = std::unique_ptr<SqliteConnection>;
 
+  // All, or that with `id`.
+  [[nodiscard]] absl::StatusOr<std::vector<StoredEntry>> ReadScenes(
+      std::optional<std::string_view> id);
+  [[nodiscard]] absl::StatusOr<std::vector<StoredEntry>> ReadMeshes(
+      std::optional<std::string_view> id);
   // A connection that nobody uses, or a new one; and gives it back.
   [[nodiscard]] absl::StatusOr<Connection> Take() ABSL_LOCKS_EXCLUDED(mutex_);
   void GiveBack(Connection connection) ABSL_LOCKS_EXCLUDED(mutex_);

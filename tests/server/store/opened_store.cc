@@ -7,6 +7,7 @@
 
 #include "absl/time/clock.h"
 #include "server/store/memory_store.h"
+#include "server/store/shared_memory_store.h"
 #include "server/store/sqlite_store.h"
 #include "server/store/store_errors.h"
 #include "tests/server/store/fault_vfs.h"
@@ -24,6 +25,10 @@ OpenedStore::~OpenedStore() { SetDiskFault(DiskFault::kNone); }
 void OpenedStore::Open() {
   if (kind_ == "memory") {
     store_ = std::make_unique<MemoryStore>();
+    return;
+  }
+  if (kind_ == "shared_memory") {
+    store_ = std::make_unique<SharedMemoryStore>(std::make_shared<SharedMemory>(), "host-1");
     return;
   }
   absl::StatusOr<std::unique_ptr<Store>> opened = OpenSqliteStore({.folder = folder_.Path("data")});

@@ -3,7 +3,7 @@
 //
 // A store of a kind that a test is run with, in a folder of its own.
 //
-//   memory   nothing survives Reopen
+//   memory, shared_memory   nothing survives Reopen
 //   sqlite
 #ifndef LATTICED_TESTS_SERVER_STORE_OPENED_STORE_H_
 #define LATTICED_TESTS_SERVER_STORE_OPENED_STORE_H_

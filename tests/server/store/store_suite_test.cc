@@ -92,6 +92,35 @@ TEST_P(StoreSuite, NamesWhatIsTakenOrMissing) {
   ASSERT_OK(store_.Append("gear", 1, "x"));
 }
 
+TEST_P(StoreSuite, ReadsHeadersAlone) {
+  const std::string mesh = Sha256Hex("bytes");
+  ASSERT_OK(store_->PutMesh(mesh, "of a mesh", "bytes"));
+  ASSERT_OK(store_->CreateScene("gear", "of a gear"));
+
+  ASSERT_OK_AND_ASSIGN(const std::string of_scene, store_->ReadSceneHeader("gear"));
+  ASSERT_OK_AND_ASSIGN(const std::string of_mesh, store_->ReadMeshHeader(mesh));
+  EXPECT_EQ(of_scene, "of a gear");
+  EXPECT_EQ(of_mesh, "of a mesh");
+  EXPECT_THAT(store_->ReadSceneHeader("knot"),
+              StatusIs(absl::StatusCode::kNotFound, HasSubstr("'knot'")));
+  EXPECT_THAT(store_->ReadMeshHeader("of nothing"), StatusIs(absl::StatusCode::kNotFound));
+}
+
+TEST_P(StoreSuite, OwnsWhatItCreatedAndClaimed) {
+  ASSERT_OK(store_->CreateScene("gear", ""));
+  ASSERT_OK(store_.Append("gear", 1, "first"));
+
+  ASSERT_OK_AND_ASSIGN(const SceneClaim claim, store_->ClaimScene("gear"));
+  EXPECT_EQ(claim.owner, "");
+  ASSERT_OK(store_.Append("gear", 2, "second"));
+  ASSERT_OK(store_->ReleaseScene("gear"));
+  ASSERT_OK_AND_ASSIGN(const SceneClaim again, store_->ClaimScene("gear"));
+  EXPECT_EQ(again.owner, "");
+  ASSERT_OK(store_.Append("gear", 3, "third"));
+  EXPECT_THAT(store_->ClaimScene("knot"), StatusIs(absl::StatusCode::kNotFound));
+  EXPECT_OK(store_->ReleaseScene("knot"));
+}
+
 TEST_P(StoreSuite, AnswersInTheOrderOfTheCalls) {
   ASSERT_OK(store_->CreateScene("gear", ""));
   constexpr uint64_t kRecords = 500;
@@ -249,7 +278,7 @@ TEST_P(DurableStoreSuite, KeepsEverythingWhenItIsOpenedAgain) {
   EXPECT_EQ(bytes, "bytes");
 }
 
-INSTANTIATE_TEST_SUITE_P(Stores, StoreSuite, ::testing::Values("memory", "sqlite"),
+INSTANTIATE_TEST_SUITE_P(Stores, StoreSuite, ::testing::Values("memory", "shared_memory", "sqlite"),
                          [](const auto& info) { return info.param; });
 INSTANTIATE_TEST_SUITE_P(Stores, DurableStoreSuite, ::testing::Values("sqlite"),
                          [](const auto& info) { return info.param; });
