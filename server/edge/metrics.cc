@@ -42,9 +42,9 @@ void AddStores(ServerEnv& env, const v1::ServerInfo& info, MetricFamilies& out) 
   size_t watchers = 0;
   const auto scenes = env.scenes->All();
   for (const auto& scene : scenes) watchers += scene->watcher_count();
-  out.Gauge("latticed_scenes", "Scenes.").Add(scenes.size());
+  out.Gauge("latticed_scenes", "Scenes in memory.").Add(scenes.size());
   out.Gauge("latticed_watchers", "Streams that watch a scene.").Add(watchers);
-  out.Gauge("latticed_meshes", "Meshes.").Add(env.meshes.size());
+  out.Gauge("latticed_meshes", "Meshes in memory.").Add(env.meshes.All().size());
   out.Gauge("latticed_uploads", "Uploads under way.").Add(env.uploads->size());
   out.Counter("latticed_give_backs_total",
               "Times that an unused scene gave memory back to make room for another.")

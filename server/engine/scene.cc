@@ -11,6 +11,7 @@
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
 #include "server/engine/watch/view_tolerance.h"
+#include "server/store/store_errors.h"
 
 namespace latticed {
 namespace {
@@ -207,8 +208,20 @@ size_t Scene::WatchersOf(const MemoryAccount& account) const {
       listeners, &account, [](const auto& listener) { return listener->account(); }));
 }
 
-void Scene::Delete() {
-  deleted_ = true;
+absl::Status Scene::ended() const {
+  switch (life_.load()) {
+    case Life::kDeleted:
+      return error::NotFound("scene", id());
+    case Life::kLeft:
+      return error::SceneMoved("");
+    case Life::kLives:
+      break;
+  }
+  return absl::OkStatus();
+}
+
+void Scene::End(Life life) {
+  life_ = life;
   {
     const MutexLock lock(&edit_mutex_);
   }  // an edit that is being applied appends before this returns
@@ -302,7 +315,7 @@ absl::StatusOr<std::shared_ptr<SnapshotBoard>> Scene::AcquireView(const ViewKey&
 }
 
 std::function<void()> Scene::TakeWork(uint64_t most_points) {
-  if (deleted()) return nullptr;
+  if (life_ != Life::kLives) return nullptr;
   const MutexLock lock(&mutex_);
   for (size_t i = 0; i < views_.size(); ++i) {
     const auto& view =

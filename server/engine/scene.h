@@ -128,7 +128,8 @@ class Scene : public RenderSource, public std::enable_shared_from_this<Scene> {
   [[nodiscard]] MemoryUse memory() const ABSL_LOCKS_EXCLUDED(mutex_);
   // When the scene expires if nobody watches or edits it from now on.
   [[nodiscard]] absl::Time expire_time() const ABSL_LOCKS_EXCLUDED(mutex_);
-  [[nodiscard]] bool deleted() const { return deleted_.load(); }
+  // Why edits are refused and streams end: kNotFound after Delete; kUnavailable, reason SCENE_MOVED, after Leave; else OK.
+  [[nodiscard]] absl::Status ended() const;
   [[nodiscard]] size_t watcher_count() const ABSL_LOCKS_EXCLUDED(mutex_);
   [[nodiscard]] size_t WatchersOf(const MemoryAccount& account) const ABSL_LOCKS_EXCLUDED(mutex_);
   // Counts of all scenes together.
@@ -146,8 +147,9 @@ class Scene : public RenderSource, public std::enable_shared_from_this<Scene> {
   // Nothing is evicted while somebody keeps the result.
   [[nodiscard]] std::shared_ptr<const void> Hold() const { return hold_; }
 
-  // Refuses edits from now on, and ends streams with kNotFound. Idempotent.
-  void Delete() ABSL_LOCKS_EXCLUDED(edit_mutex_, mutex_);
+  // Refuses edits from now on, and ends streams. After Leave, the scene may live on another server. Idempotent.
+  void Delete() ABSL_LOCKS_EXCLUDED(edit_mutex_, mutex_) { End(Life::kDeleted); }
+  void Leave() ABSL_LOCKS_EXCLUDED(edit_mutex_, mutex_) { End(Life::kLeft); }
   // Housekeeping, called about once a second: ends gestures that time out, and drops views that nobody has
   // watched lately.
   void Tick(absl::Time now) ABSL_LOCKS_EXCLUDED(edit_mutex_, mutex_);
@@ -179,6 +181,8 @@ class Scene : public RenderSource, public std::enable_shared_from_this<Scene> {
       ABSL_LOCKS_EXCLUDED(mutex_);
 
  private:
+  enum class Life { kLives, kDeleted, kLeft };
+  void End(Life life) ABSL_LOCKS_EXCLUDED(edit_mutex_, mutex_);
   // A plan for a structure, and the backend's target for it.
   struct Prepared {
     SceneState state;
@@ -233,7 +237,7 @@ class Scene : public RenderSource, public std::enable_shared_from_this<Scene> {
   const SceneConfig config_;
   const SceneContext context_;
   const uint64_t incarnation_;
-  std::atomic<bool> deleted_ = false;
+  std::atomic<Life> life_ = Life::kLives;
   const std::shared_ptr<const void> hold_ = std::make_shared<char>();
   PresenceBoard presence_;
 

@@ -121,7 +121,7 @@ void Scene::MaybeSnapshot(const SceneRecord& record) {
 }
 
 absl::Status Scene::AdmitEdit() {
-  if (deleted()) return error::NotFound("scene", id());
+  LATTICED_RETURN_IF_ERROR(ended());
   if (journal_.is_broken() && journal_.is_idle()) {
     LATTICED_RETURN_IF_ERROR(ReadAgain());
   }
@@ -129,8 +129,10 @@ absl::Status Scene::AdmitEdit() {
 }
 
 absl::Status Scene::ReadAgain() {
-  LATTICED_ASSIGN_OR_RETURN(const SceneLog log, journal_.Read());
-  LATTICED_ASSIGN_OR_RETURN(auto life, Replay(log));
+  const auto log = journal_.Read();
+  if (absl::IsAborted(log.status())) return error::SceneMoved("");
+  LATTICED_RETURN_IF_ERROR(log.status());
+  LATTICED_ASSIGN_OR_RETURN(auto life, Replay(*log));
   auto head = State();
   if (life.history.revision() != head->revision) {
     return error::StoreFailed("it does not have the revision that clients were told");
@@ -144,7 +146,9 @@ absl::Status Scene::ReadAgain() {
 absl::StatusOr<EditSummary> Scene::Settle(const absl::StatusOr<EditCommit>& commit,
                                           const std::shared_ptr<TargetSlot>& target,
                                           const absl::Status& durable) {
-  const absl::Status& refusal = durable.ok() ? commit.status() : durable;
+  // Another server has claimed the scene meanwhile.
+  const absl::Status stored = absl::IsAborted(durable) ? error::SceneMoved("") : durable;
+  const absl::Status& refusal = durable.ok() ? commit.status() : stored;
   if (!refusal.ok()) {
     ++counts().edits_refused;
     return refusal;

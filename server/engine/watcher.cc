@@ -158,7 +158,7 @@ bool Watcher::lattice_current() const {
 
 absl::StatusOr<std::optional<WatchEvent>> Watcher::Next(absl::Time now) {
   wake_at_ = absl::InfiniteFuture();
-  if (scene_->deleted()) return error::NotFound("scene", scene_->id());
+  LATTICED_RETURN_IF_ERROR(scene_->ended());
   auto [state, deltas] = scene_->LatticeAfter(client_.lattice_revision);
   WatchOffer offer{
       .state = std::move(state), .deltas = std::move(deltas), .asked = asked_, .now = now};

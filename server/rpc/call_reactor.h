@@ -77,6 +77,9 @@ class CallReactor : public Reactor {
     if constexpr (requires { request.scene(); }) {
       if (env.IsAsleep(request.scene())) lane = WorkerLanes::Lane::kLong;
     }
+    if constexpr (requires { request.mesh(); }) {
+      if (env.IsMeshAsleep(request.mesh())) lane = WorkerLanes::Lane::kLong;
+    }
     env.Post(lane, *call_.account,
              [this, &request, work = std::move(work), done = std::move(done)] {
                absl::Status result = CheckCancelled(call_);

@@ -16,6 +16,7 @@
 #include "server/stores/scene_registry.h"
 #include "server/stores/upload_store.h"
 #include "server/wire/mesh_header.h"
+#include "server/wire/stored_mesh.h"
 #include "server/wire/time_converters.h"
 
 namespace latticed {
@@ -70,11 +71,17 @@ absl::Status DeleteMesh(const CallContext& context, const v1::DeleteMeshRequest&
         "force: deletes the scenes of others as well, so it needs the role 'admin'",
         RoleName(Role::kAdmin));
   }
-  LATTICED_ASSIGN_OR_RETURN(
-      const auto mesh,
-      env.meshes.Find(request.mesh()));  // held, so that it is destroyed after the locks
+  const auto held = env.meshes.InMemory(request.mesh());  // so that it is destroyed after the locks
   return env.scenes->DeleteMesh(request.mesh(), request.force(),
                                 [&] { return env.meshes.Remove(request.mesh()); });
+}
+
+// Without an id if the store's header of it is damaged, which the log says.
+v1::Mesh Listed(const ListedMesh& mesh, const MeshUse& use) {
+  if (mesh.mesh != nullptr) return ToProto(*mesh.mesh, use, false);
+  v1::Mesh item = ListedFromStored(mesh.header).value_or(v1::Mesh());
+  item.set_scenes(use.scenes);
+  return item;
 }
 
 absl::Status ListMeshes(const CallContext& context, const v1::ListMeshesRequest& request,
@@ -87,9 +94,13 @@ absl::Status ListMeshes(const CallContext& context, const v1::ListMeshesRequest&
     return error::InvalidField("page_token", "was not issued by this server");
   }
   PageRoom room(page_size);
-  for (const auto& mesh : env.meshes.All()) {
-    if (mesh->id <= request.page_token() || !filter.Matches(mesh->labels)) continue;
-    v1::Mesh item = ToProto(*mesh, env.scenes->UseOfMesh(mesh->id), false);
+  LATTICED_ASSIGN_OR_RETURN(const auto meshes, env.meshes.List());
+  LATTICED_ASSIGN_OR_RETURN(auto uses, env.scenes->UseOfMeshes());
+  for (const ListedMesh& mesh : meshes) {
+    if (mesh.id <= request.page_token()) continue;
+    v1::Mesh item = Listed(mesh, uses[mesh.id]);
+    if (item.id().empty() || !filter.Matches({item.labels().begin(), item.labels().end()}))
+      continue;
     if (!room.Take(item.ByteSizeLong())) {
       response.set_next_page_token(response.meshes().rbegin()->id());
       break;

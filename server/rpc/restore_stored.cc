@@ -11,7 +11,6 @@
 #include "server/base/telemetry.h"
 #include "server/rpc/server_env.h"
 #include "server/stores/scene_registry.h"
-#include "server/wire/stored_mesh.h"
 #include "server/wire/stored_scene.h"
 
 namespace latticed {
@@ -20,14 +19,6 @@ namespace {
 void LogDamage(std::string_view what, const std::string& id, const absl::Status& status) {
   LogEvent(spdlog::level::err, "damaged in the store",
            {{std::string(what), id}, {"status", status.ToString()}});
-}
-
-absl::Status RestoreMesh(ServerEnv& env, const StoredEntry& entry) {
-  LATTICED_RETURN_IF_ERROR(entry.damage);
-  LATTICED_ASSIGN_OR_RETURN(auto bytes, env.store->ReadMesh(entry.id));
-  LATTICED_ASSIGN_OR_RETURN(auto room, env.memory->Reserve("the mesh", bytes.size(), nullptr));
-  LATTICED_ASSIGN_OR_RETURN(auto mesh, MeshFromStored(entry.header, std::move(bytes), room));
-  return env.meshes.Restore(std::move(mesh), std::move(room));
 }
 
 absl::Status NameScene(ServerEnv& env, const StoredEntry& entry, absl::Time now) {
@@ -45,9 +36,7 @@ absl::Status RestoreStored(ServerEnv& env) {
   const absl::Time start = absl::Now();
   LATTICED_ASSIGN_OR_RETURN(const auto meshes, env.store->Meshes());
   for (const StoredEntry& entry : meshes) {
-    const absl::Status status = RestoreMesh(env, entry);
-    if (absl::IsResourceExhausted(status)) return status;
-    if (!status.ok()) LogDamage("mesh", entry.id, status);
+    if (!entry.damage.ok()) LogDamage("mesh", entry.id, entry.damage);
   }
   LATTICED_ASSIGN_OR_RETURN(const auto scenes, env.store->Scenes());
   for (const StoredEntry& entry : scenes) {

@@ -9,9 +9,8 @@ namespace latticed {
 
 struct ServerEnv;
 
-// Brings back what the server's store has: reads all meshes, and names the scenes, which wake when they are called. What is
-// damaged is named in the log and left where it is. Called once, before the server serves.
-// The store's errors; kResourceExhausted where the meshes do not fit in memory.
+// Names the scenes of the server's store, which wake when they are called, and in the log what is damaged. Called once,
+// before the server serves. The store's errors.
 [[nodiscard]] absl::Status RestoreStored(ServerEnv& env);
 
 }  // namespace latticed

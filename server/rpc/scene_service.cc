@@ -12,19 +12,18 @@
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/match.h"
-#include "absl/strings/numbers.h"
 #include "core/base/error.h"
 #include "core/base/status_macros.h"
 #include "core/base/utf8.h"
 #include "fmt/format.h"
 #include "latticed/v1/scene.grpc.pb.h"
-#include "server/base/labels.h"
 #include "server/engine/exports/surface_export.h"
 #include "server/engine/watch/view_tolerance.h"
 #include "server/engine/watch_control.h"
 #include "server/rpc/deform_stream.h"
 #include "server/rpc/method.h"
 #include "server/rpc/patch_plan.h"
+#include "server/rpc/scene_list.h"
 #include "server/rpc/server_env.h"
 #include "server/rpc/services.h"
 #include "server/rpc/topology.h"
@@ -52,25 +51,6 @@ absl::StatusOr<std::shared_ptr<Scene>> SceneOf(const CallContext& context,
   return FindScene(context.env, context.call, scene);
 }
 
-// A scene's place in lists, which are oldest first. A page begins after the scene that its key names.
-struct PageKey {
-  int64_t created = std::numeric_limits<int64_t>::min();  // Unix time, nanoseconds
-  std::string id;
-  friend auto operator<=>(const PageKey&, const PageKey&) = default;
-};
-PageKey KeyOf(const Scene& scene) { return {absl::ToUnixNanos(scene.create_time()), scene.id()}; }
-
-std::string ToToken(const PageKey& key) { return fmt::format("{}.{}", key.created, key.id); }
-absl::StatusOr<PageKey> FromToken(const std::string& token) {
-  if (token.empty()) return PageKey{};
-  const size_t dot = token.find('.');
-  int64_t nanos = 0;
-  if (dot == std::string::npos || !absl::SimpleAtoi(token.substr(0, dot), &nanos)) {
-    return error::InvalidField("page_token", "was not issued by this server");
-  }
-  return PageKey{nanos, token.substr(dot + 1)};
-}
-
 // The most bytes of the reply for a new scene. Only its labels may be large.
 uint64_t SceneReplyBytes(const v1::CreateSceneRequest& request) {
   constexpr uint64_t kAllButLabels = 6 << 10;
@@ -93,12 +73,16 @@ absl::Status CreateScene(const CallContext& context, const v1::CreateSceneReques
   if (env.store != nullptr) config.stored_header = StoredHeaderOf(request, config);
   LATTICED_RETURN_IF_ERROR(context.room.Hold(SceneReplyBytes(request)));
   // Create looks for the mesh again, because it may have been deleted meanwhile.
-  LATTICED_ASSIGN_OR_RETURN(
-      const auto scene,
-      env.scenes->Create(
-          std::move(config), [&] { return env.meshes.Find(request.mesh()).status(); },
-          [&] { return CheckCancelled(context.call); },
-          caller.ShareOf(static_cast<size_t>(env.options.max_scenes))));
+  LATTICED_ASSIGN_OR_RETURN(const auto scene,
+                            env.scenes->Create(
+                                std::move(config),
+                                [&] {
+                                  return env.meshes.InMemory(mesh->id) != nullptr
+                                             ? absl::OkStatus()
+                                             : error::NotFound("mesh", mesh->id);
+                                },
+                                [&] { return CheckCancelled(context.call); },
+                                caller.ShareOf(static_cast<size_t>(env.options.max_scenes))));
   response = ToProto(*scene);
   return absl::OkStatus();
 }
@@ -107,36 +91,6 @@ absl::Status GetScene(const CallContext& context, const v1::GetSceneRequest& req
                       v1::Scene& response) {
   LATTICED_ASSIGN_OR_RETURN(const auto scene, SceneOf(context, request.scene()));
   response = ToProto(*scene);
-  return absl::OkStatus();
-}
-
-absl::Status ListScenes(const CallContext& context, const v1::ListScenesRequest& request,
-                        v1::ListScenesResponse& response) {
-  LATTICED_ASSIGN_OR_RETURN(const auto size, PageSize(request.page_size()));
-  LATTICED_ASSIGN_OR_RETURN(const auto filter, LabelFilter::Parse(request.filter()));
-  LATTICED_ASSIGN_OR_RETURN(const auto after, FromToken(request.page_token()));
-  for (const std::string& id : context.env.scenes->Asleep()) {
-    LATTICED_RETURN_IF_ERROR(CheckCancelled(context.call));
-    const absl::Status woken = context.env.scenes->Find(id).status();
-    // Damaged ones are named in the log, and left out.
-    if (!woken.ok() && !absl::IsDataLoss(woken) && !absl::IsNotFound(woken)) return woken;
-  }
-  auto scenes = context.env.scenes->All();
-  std::erase_if(scenes, [&](const auto& scene) {
-    return !filter.Matches(scene->config().labels) || KeyOf(*scene) <= after;
-  });
-  std::ranges::sort(scenes, {}, [](const auto& scene) { return KeyOf(*scene); });
-  PageRoom room(size);
-  PageKey last;
-  for (const auto& scene : scenes) {
-    v1::Scene item = ToProto(*scene);
-    if (!room.Take(item.ByteSizeLong())) {
-      response.set_next_page_token(ToToken(last));
-      break;
-    }
-    *response.add_scenes() = std::move(item);
-    last = KeyOf(*scene);
-  }
   return absl::OkStatus();
 }
 
@@ -230,7 +184,7 @@ std::string ExportFileName(const Scene& scene, const ExportSpec& spec) {
 }
 
 // The uploaded file, for its materials; nothing if its mesh was deleted, or has no such file.
-void SetUpload(const Scene& scene, const MeshStore& meshes, ExportSpec* spec) {
+void SetUpload(const Scene& scene, MeshStore& meshes, ExportSpec* spec) {
   const auto stored = meshes.Find(scene.config().mesh_id);
   if (!stored.ok()) return;
   const UploadFormat format = (*stored)->format;

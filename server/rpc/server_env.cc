@@ -66,7 +66,9 @@ ServerEnv::ServerEnv(Options options_in, std::vector<std::unique_ptr<Backend>> b
       requests(
           std::make_shared<MemoryBudget>(options.memory_bytes / limits::kWaitingRequestsShare)),
       replies(std::make_shared<MemoryBudget>(options.memory_bytes / limits::kUntakenRepliesShare)),
-      meshes(store.get(), [](const StoredMesh& mesh) { return StoredHeaderOf(mesh); }),
+      meshes({.store = store.get(),
+              .header_of = [](const StoredMesh& mesh) { return StoredHeaderOf(mesh); },
+              .read = [this](const std::string& id) { return ReadMesh(id); }}),
       uploads(std::make_unique<UploadStore>(memory)),
       scenes(std::make_unique<SceneRegistry>(
           &backend(), kRenderWorkers,
@@ -76,6 +78,10 @@ ServerEnv::ServerEnv(Options options_in, std::vector<std::unique_ptr<Backend>> b
               .on_tick = [this] { KeepHouse(); },
               .store = store.get(),
               .config_of = [this](std::string_view header) { return ConfigOf(header); },
+              .stored_scene_of =
+                  [](std::string_view header) {
+                    return StoredSceneOf(header).value_or(StoredScene());
+                  },
               .on_evict = LogEviction})),
       authenticator_(std::make_shared<const Authenticator>(std::move(authenticator_in))),
       workers_(std::in_place,
@@ -89,12 +95,23 @@ ServerEnv::~ServerEnv() {
   if (store != nullptr) store->Flush();
 }
 
-absl::StatusOr<SceneConfig> ServerEnv::ConfigOf(std::string_view header) const {
+absl::StatusOr<StoredMesh> ServerEnv::ReadMesh(const std::string& id) const {
+  LATTICED_ASSIGN_OR_RETURN(const auto header, store->ReadMeshHeader(id));
+  LATTICED_ASSIGN_OR_RETURN(auto bytes, store->ReadMesh(id));
+  LATTICED_ASSIGN_OR_RETURN(auto room, memory->Reserve("the mesh", bytes.size(), nullptr));
+  LATTICED_ASSIGN_OR_RETURN(auto mesh, MeshFromStored(header, std::move(bytes), room));
+  LATTICED_RETURN_IF_ERROR(room.Resize("the mesh", mesh.MemoryBytes()));
+  mesh.memory = std::move(room);
+  return mesh;
+}
+
+absl::StatusOr<SceneConfig> ServerEnv::ConfigOf(std::string_view header) {
   LATTICED_ASSIGN_OR_RETURN(const StoredScene scene, StoredSceneOf(header));
   const auto mesh = meshes.Find(scene.mesh_id);
-  if (!mesh.ok()) {
+  if (absl::IsNotFound(mesh.status())) {
     return absl::DataLossError(fmt::format("its mesh {} is missing", scene.mesh_id));
   }
+  LATTICED_RETURN_IF_ERROR(mesh.status());
   return SceneConfigFromStored(header, **mesh);
 }
 
@@ -102,6 +119,7 @@ absl::StatusOr<SceneConfig> ServerEnv::ConfigOf(std::string_view header) const {
 void ServerEnv::KeepHouse() {
   const absl::Time now = absl::Now();
   uploads->DropExpired();
+  meshes.DropUnusedSince(now - limits::kStoredIdleTime);
   heap.Tick();
   LogRefusalSums(*calls, now);
   stalled_calls.CancelSince(now - options.write_timeout);
@@ -110,6 +128,8 @@ void ServerEnv::KeepHouse() {
 }
 
 bool ServerEnv::IsAsleep(std::string_view scene) const { return scenes->IsAsleep(scene); }
+
+bool ServerEnv::IsMeshAsleep(std::string_view mesh) const { return meshes.IsAsleep(mesh); }
 
 absl::Status ServerEnv::Health() const {
   LATTICED_RETURN_IF_ERROR(scenes->health().status());

@@ -56,6 +56,8 @@ struct ServerEnv {
   }
   // Whether the first call for the scene must make it from its log, which takes long.
   [[nodiscard]] bool IsAsleep(std::string_view scene) const;
+  // Whether the first call for the mesh must read it.
+  [[nodiscard]] bool IsMeshAsleep(std::string_view mesh) const;
   // kUnavailable with the reason when the server does not do its work: the device is lost, or the engine or the
   // workers have not moved for kStillTime.
   [[nodiscard]] absl::Status Health() const;
@@ -92,7 +94,8 @@ struct ServerEnv {
 
  private:
   void KeepHouse();
-  [[nodiscard]] absl::StatusOr<SceneConfig> ConfigOf(std::string_view header) const;
+  [[nodiscard]] absl::StatusOr<StoredMesh> ReadMesh(const std::string& id) const;
+  [[nodiscard]] absl::StatusOr<SceneConfig> ConfigOf(std::string_view header);
 
   mutable Mutex mutex_;
   std::shared_ptr<const Authenticator> authenticator_ ABSL_GUARDED_BY(mutex_);

@@ -36,6 +36,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "absl/time/time.h"
 
 namespace latticed {
 
@@ -44,6 +45,8 @@ struct StoredEntry {
   std::string id;
   std::string header;
   absl::Status damage;  // kDataLoss: the header is damaged, and left out here
+  // Of a scene of a shared store that no server owns: since when. Else InfiniteFuture.
+  absl::Time free_since = absl::InfiniteFuture();
 };
 
 // What a scene's next life begins with.

@@ -13,6 +13,8 @@ namespace {
 constexpr char kStoreReason[] = "STORE";
 constexpr uint32_t kRetryBusyMs = 100;  // in which time a disk takes the bytes that may wait
 constexpr uint32_t kRetryFailedMs = 1'000;
+constexpr char kMovedReason[] = "SCENE_MOVED";
+constexpr uint32_t kRetryMovedMs = 20;  // in which time a proxy has learnt who has the scene
 
 absl::Status OfStore(absl::StatusCode code, std::string message, uint32_t retry_after_ms) {
   return WithDetails(absl::Status(code, message),
@@ -52,6 +54,20 @@ absl::Status NotNextRecord(std::string_view scene, uint64_t next, uint64_t got) 
 absl::Status SceneNotOwned(std::string_view scene) {
   return OfStore(absl::StatusCode::kAborted,
                  fmt::format("scene '{}': this server does not own it", scene), kRetryBusyMs);
+}
+
+absl::Status SceneMoved(std::string_view owner) {
+  return WithDetails(absl::UnavailableError(fmt::format(
+                         "the scene is on another server{}{}: call again, through the proxy that "
+                         "names it",
+                         owner.empty() ? "" : ", ", owner)),
+                     {.reason = kMovedReason,
+                      .metadata = {{"owner", std::string(owner)}},
+                      .retry_after_ms = kRetryMovedMs});
+}
+
+bool IsSceneMoved(const absl::Status& status) {
+  return absl::IsUnavailable(status) && DetailsOf(status).reason == kMovedReason;
 }
 
 bool IsOfMedium(const absl::Status& status) {

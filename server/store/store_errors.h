@@ -24,6 +24,9 @@ namespace latticed::error {
 [[nodiscard]] absl::Status NotNextRecord(std::string_view scene, uint64_t next, uint64_t got);
 // ABORTED: the scene belongs to another server, or to none; claim it.
 [[nodiscard]] absl::Status SceneNotOwned(std::string_view scene);
+// UNAVAILABLE, reason SCENE_MOVED: another server has the scene. `owner` is its name, empty if it is not known.
+[[nodiscard]] absl::Status SceneMoved(std::string_view owner);
+[[nodiscard]] bool IsSceneMoved(const absl::Status& status);
 // Whether the medium caused it: not a mistake of the caller, nor something that does not exist or exists
 // already, nor a scene of another server.
 [[nodiscard]] bool IsOfMedium(const absl::Status& status);

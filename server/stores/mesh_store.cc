@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "absl/time/clock.h"
+#include "core/base/catch_bad_alloc.h"
 #include "core/base/error.h"
 #include "core/base/status_macros.h"
 
@@ -17,64 +18,132 @@ absl::StatusOr<std::shared_ptr<const StoredMesh>> MeshStore::Add(StoredMesh mesh
     if (stored->format == mesh.format && stored->layout == mesh.layout) return stored;
     return error::AlreadyExists("mesh in another format or layout", mesh.id);
   };
-  if (const auto found = Find(mesh.id); found.ok()) return stored_before(*found);
+  const auto found = Find(mesh.id);
+  if (found.ok()) return stored_before(*found);
+  // Bytes that were damaged are written anew.
+  if (!absl::IsNotFound(found.status()) && !absl::IsDataLoss(found.status())) return found;
   // Without the lock: it may evict scenes, and the registry's lock comes before this one.
   LATTICED_RETURN_IF_ERROR(reservation.Resize("the mesh", mesh.MemoryBytes()));
   mesh.create_time = absl::Now();
   const MutexLock store_lock(&store_mutex_);
-  if (store_ != nullptr) {
-    LATTICED_RETURN_IF_ERROR(store_->PutMesh(mesh.id, header_of_(mesh), *mesh.bytes));
+  if (keeping_.store != nullptr) {
+    LATTICED_RETURN_IF_ERROR(
+        keeping_.store->PutMesh(mesh.id, keeping_.header_of(mesh), *mesh.bytes));
   }
   const MutexLock lock(&mutex_);
-  const auto found = meshes_.find(mesh.id);  // another upload may have come first
-  if (found != meshes_.end()) return stored_before(found->second);
+  const auto meanwhile = meshes_.find(mesh.id);  // another upload may have come first
+  if (meanwhile != meshes_.end()) return stored_before(meanwhile->second.mesh);
   mesh.memory = std::move(reservation);
-  auto stored = std::make_shared<const StoredMesh>(std::move(mesh));
-  meshes_.emplace(stored->id, stored);
-  return stored;
+  return Keep(std::move(mesh));
 }
 
-absl::Status MeshStore::Restore(StoredMesh mesh, MemoryReservation reservation) {
-  LATTICED_RETURN_IF_ERROR(reservation.Resize("the mesh", mesh.MemoryBytes()));
-  mesh.memory = std::move(reservation);
+std::shared_ptr<const StoredMesh> MeshStore::Keep(StoredMesh mesh) {
+  auto kept = std::make_shared<const StoredMesh>(std::move(mesh));
+  meshes_[kept->id] = {kept, absl::Now()};
+  return kept;
+}
+
+absl::StatusOr<std::shared_ptr<const StoredMesh>> MeshStore::Find(std::string_view id) {
+  const std::string key(id);
+  {
+    const MutexLock lock(&mutex_);
+    AwaitFree(key);
+    if (const auto found = meshes_.find(key); found != meshes_.end()) {
+      found->second.last_use = absl::Now();
+      return found->second.mesh;
+    }
+    if (keeping_.store == nullptr) return error::NotFound("mesh", id);
+    busy_.insert(key);
+  }
+  auto mesh = Read(key);
   const MutexLock lock(&mutex_);
-  const std::string id = mesh.id;
-  meshes_.emplace(id, std::make_shared<const StoredMesh>(std::move(mesh)));
-  return absl::OkStatus();
+  busy_.erase(key);
+  return mesh;
 }
 
-absl::StatusOr<std::shared_ptr<const StoredMesh>> MeshStore::Find(std::string_view id) const {
+void MeshStore::AwaitFree(const std::string& id) {
+  const auto free = [&]() ABSL_NO_THREAD_SAFETY_ANALYSIS { return !busy_.contains(id); };
+  mutex_.Await(free);
+}
+
+absl::StatusOr<std::shared_ptr<const StoredMesh>> MeshStore::Read(const std::string& id) {
+  auto mesh = CatchBadAlloc("the mesh", [&] { return keeping_.read(id); });
+  LATTICED_RETURN_IF_ERROR(mesh.status());
+  const MutexLock lock(&mutex_);
+  return Keep(*std::move(mesh));
+}
+
+bool MeshStore::IsAsleep(std::string_view id) const {
+  return keeping_.store != nullptr && InMemory(id) == nullptr;
+}
+
+std::shared_ptr<const StoredMesh> MeshStore::InMemory(std::string_view id) const {
   const MutexLock lock(&mutex_);
   const auto found = meshes_.find(id);
-  if (found == meshes_.end()) return error::NotFound("mesh", id);
-  return found->second;
+  return found == meshes_.end() ? nullptr : found->second.mesh;
 }
 
 std::vector<std::shared_ptr<const StoredMesh>> MeshStore::All() const {
   std::vector<std::shared_ptr<const StoredMesh>> all;
   const MutexLock lock(&mutex_);
-  for (const auto& [id, mesh] : meshes_) all.push_back(mesh);
+  for (const auto& [id, entry] : meshes_) all.push_back(entry.mesh);
   return all;
 }
 
-absl::Status MeshStore::Remove(std::string_view id) {
-  const MutexLock store_lock(&store_mutex_);
-  if (store_ != nullptr) {
-    LATTICED_RETURN_IF_ERROR(Find(id).status());
-    LATTICED_RETURN_IF_ERROR(store_->DeleteMesh(id));
+absl::StatusOr<std::vector<ListedMesh>> MeshStore::List() const {
+  std::vector<ListedMesh> list;
+  if (keeping_.store == nullptr) {
+    for (const auto& mesh : All()) list.push_back({mesh->id, "", mesh});
+    return list;
   }
+  LATTICED_ASSIGN_OR_RETURN(auto stored, keeping_.store->Meshes());
+  for (StoredEntry& entry : stored) {
+    auto mesh = InMemory(entry.id);
+    list.push_back({std::move(entry.id), std::move(entry.header), std::move(mesh)});
+  }
+  return list;
+}
+
+absl::Status MeshStore::Remove(std::string_view id) {
+  const std::string key(id);
   std::shared_ptr<const StoredMesh> removed;  // destroyed after the lock is released
+  const MutexLock store_lock(&store_mutex_);
+  absl::Status deleted;
+  if (keeping_.store != nullptr) {
+    {
+      const MutexLock lock(&mutex_);
+      AwaitFree(key);
+      busy_.insert(key);  // nobody reads it now
+    }
+    deleted = keeping_.store->DeleteMesh(id);
+  }
   const MutexLock lock(&mutex_);
-  const auto found = meshes_.find(id);
-  if (found == meshes_.end()) return error::NotFound("mesh", id);
-  removed = std::move(found->second);
+  busy_.erase(key);
+  LATTICED_RETURN_IF_ERROR(deleted);
+  const auto found = meshes_.find(key);
+  if (found == meshes_.end()) {
+    return keeping_.store != nullptr ? absl::OkStatus() : error::NotFound("mesh", id);
+  }
+  removed = std::move(found->second.mesh);
   meshes_.erase(found);
   return absl::OkStatus();
 }
 
-size_t MeshStore::size() const {
+void MeshStore::DropUnusedSince(absl::Time time) {
+  if (keeping_.store == nullptr) return;
+  std::vector<std::shared_ptr<const StoredMesh>> dropped;  // destroyed after the lock is released
   const MutexLock lock(&mutex_);
-  return meshes_.size();
+  for (auto at = meshes_.begin(); at != meshes_.end();) {
+    auto& [mesh, last_use] = at->second;
+    // Scenes keep what was read, not the upload.
+    if (mesh.use_count() > 1 || mesh->mesh.use_count() > 1) last_use = absl::Now();
+    if (last_use >= time) {
+      ++at;
+      continue;
+    }
+    dropped.push_back(std::move(mesh));
+    at = meshes_.erase(at);
+  }
 }
 
 }  // namespace latticed

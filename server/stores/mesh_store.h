@@ -2,9 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Uploaded meshes by id, within the memory budget, and in the server's store if it has one. A mesh in use stays
-// alive through its shared_ptr after Remove, and counts against the budget as long.
+// alive through its shared_ptr after Remove, and counts against the budget as long. A mesh of the store is read when
+// it is needed, and leaves memory when nobody has used it for a while.
 //
-// Threads  safe; no lock is held while a mesh is parsed, hashed or destroyed
+// Threads  safe; no lock is held while a mesh is read, parsed, hashed or destroyed
 #ifndef LATTICED_SERVER_STORES_MESH_STORE_H_
 #define LATTICED_SERVER_STORES_MESH_STORE_H_
 
@@ -12,6 +13,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <set>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -55,13 +57,25 @@ struct StoredMesh : MeshDescription {
   uint64_t MemoryBytes() const { return bytes->size() + mesh->MemoryBytes(); }
 };
 
+// A mesh in a list: in memory, or what the store keeps beside its bytes.
+struct ListedMesh {
+  std::string id;
+  std::string header;                      // empty without a store
+  std::shared_ptr<const StoredMesh> mesh;  // null if it is not in memory
+};
+
 class MeshStore {
  public:
-  // What a store keeps of a mesh beside its bytes.
-  using HeaderOf = std::function<std::string(const StoredMesh&)>;
-  // `store` may be null, else it outlives this.
-  explicit MeshStore(Store* store = nullptr, HeaderOf header_of = nullptr)
-      : store_(store), header_of_(std::move(header_of)) {}
+  // How a store keeps meshes.
+  struct Keeping {
+    Store* store = nullptr;  // null: meshes end with the server. Else it outlives this
+    // What it keeps of a mesh beside its bytes.
+    std::function<std::string(const StoredMesh&)> header_of;
+    // Reads a mesh from it, within the memory budget. kNotFound, kDataLoss, kResourceExhausted.
+    std::function<absl::StatusOr<StoredMesh>(const std::string& id)> read;
+  };
+  MeshStore() = default;
+  explicit MeshStore(Keeping keeping) : keeping_(std::move(keeping)) {}
 
   // Keeps `mesh`, durably where there is a store, and sets its create time. The upload's reservation becomes
   // the mesh's. The same bytes twice are one mesh, which keeps the name, labels and units of the first upload;
@@ -69,28 +83,41 @@ class MeshStore {
   // store's errors.
   [[nodiscard]] absl::StatusOr<std::shared_ptr<const StoredMesh>> Add(
       StoredMesh mesh, MemoryReservation reservation);
-  // Keeps a mesh that comes from the store. kResourceExhausted.
-  [[nodiscard]] absl::Status Restore(StoredMesh mesh, MemoryReservation reservation);
 
-  // kNotFound.
-  [[nodiscard]] absl::StatusOr<std::shared_ptr<const StoredMesh>> Find(std::string_view id) const;
+  // Reads it from the store if it is not in memory, which may take seconds. kNotFound; kDataLoss naming it;
+  // kResourceExhausted; the store's errors.
+  [[nodiscard]] absl::StatusOr<std::shared_ptr<const StoredMesh>> Find(std::string_view id);
+  // Whether Find may have to read it from the store.
+  [[nodiscard]] bool IsAsleep(std::string_view id) const;
+  // Null if it is not in memory.
+  [[nodiscard]] std::shared_ptr<const StoredMesh> InMemory(std::string_view id) const;
 
-  // In order of id.
+  // Those in memory, in order of id.
   [[nodiscard]] std::vector<std::shared_ptr<const StoredMesh>> All() const;
+  // All, in order of id. The store's errors.
+  [[nodiscard]] absl::StatusOr<std::vector<ListedMesh>> List() const;
 
   // kNotFound; the store's errors, and then the mesh stays.
   [[nodiscard]] absl::Status Remove(std::string_view id);
-
-  size_t size() const;
+  // Takes meshes out of memory that the store has and nobody has used since `time`.
+  void DropUnusedSince(absl::Time time);
 
  private:
-  Store* const store_;
-  const HeaderOf header_of_;
+  struct Entry {
+    std::shared_ptr<const StoredMesh> mesh;
+    absl::Time last_use;
+  };
+  std::shared_ptr<const StoredMesh> Keep(StoredMesh mesh) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void AwaitFree(const std::string& id) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // Called by one thread at a time for an id.
+  [[nodiscard]] absl::StatusOr<std::shared_ptr<const StoredMesh>> Read(const std::string& id);
+
+  const Keeping keeping_;
   Mutex
       store_mutex_;  // held while a mesh comes or goes, so that map and store agree; comes before mutex_
   mutable Mutex mutex_;
-  std::map<std::string, std::shared_ptr<const StoredMesh>, std::less<>> meshes_
-      ABSL_GUARDED_BY(mutex_);
+  std::map<std::string, Entry, std::less<>> meshes_ ABSL_GUARDED_BY(mutex_);
+  std::set<std::string, std::less<>> busy_ ABSL_GUARDED_BY(mutex_);  // ids being read or deleted
 };
 
 }  // namespace latticed

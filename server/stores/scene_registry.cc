@@ -22,6 +22,10 @@ constexpr uint64_t kUnlimited = std::numeric_limits<uint64_t>::max();
 constexpr absl::Duration kTickInterval = absl::Seconds(1);
 // How often a call that waits for another call to make the scene checks whether it must stop.
 constexpr absl::Duration kStopCheckInterval = absl::Milliseconds(50);
+// How often the scenes of a shared store are looked at that no server owns.
+constexpr absl::Duration kExpireInterval = absl::Minutes(1);
+
+uint64_t DeviceBytesOf(const Scene& scene) { return DeviceBytes(scene.Head().target->memory()); }
 
 }  // namespace
 
@@ -33,9 +37,11 @@ SceneRegistry::SceneRegistry(Backend* backend, int workers, Options options)
       queue_(workers),
       housekeeper_([this] { KeepHouse(); }) {
   memory_->SetEvictor([this](const MemoryShortage& shortage) { return Evict(shortage); });
+  if (shared()) options_.store->OnFenced([this] { LeaveAll(); });
 }
 
 SceneRegistry::~SceneRegistry() {
+  if (shared()) options_.store->OnFenced(nullptr);
   memory_->SetEvictor(nullptr);
   {
     const MutexLock lock(&mutex_);
@@ -87,7 +93,10 @@ absl::StatusOr<std::shared_ptr<Scene>> SceneRegistry::Create(
     size_t most_of_account) {
   const std::string id = config.id;
   const std::string mesh_id = config.mesh_id;
-  if (options_.store != nullptr) (void)Find(id);  // wakes the scene of an equal request
+  if (options_.store != nullptr) {  // wakes the scene of an equal request
+    const auto found = Find(id).status();
+    if (absl::IsUnavailable(found)) return found;
+  }
   {
     const MutexLock lock(&mutex_);
     // A client that retries should get the scene, not an error, so its call waits for the first one.
@@ -138,59 +147,13 @@ absl::StatusOr<std::shared_ptr<Scene>> SceneRegistry::Made(SceneConfig config, S
   return scene;
 }
 
-void SceneRegistry::AddAsleep(std::string id, std::string mesh_id, absl::Time expires) {
-  const MutexLock lock(&mutex_);
-  asleep_[std::move(id)] = {std::move(mesh_id), expires};
-}
-
-bool SceneRegistry::IsAsleep(std::string_view id) const {
-  const MutexLock lock(&mutex_);
-  return asleep_.contains(id);
-}
-
-std::vector<std::string> SceneRegistry::Asleep() const {
-  std::vector<std::string> ids;
-  const MutexLock lock(&mutex_);
-  for (const auto& [id, sleeper] : asleep_) ids.push_back(id);
-  return ids;
-}
-
 absl::StatusOr<std::shared_ptr<Scene>> SceneRegistry::Find(std::string_view id) {
   {
     const MutexLock lock(&mutex_);
     if (const auto found = scenes_.find(id); found != scenes_.end()) return found->second;
-    if (!asleep_.contains(id)) return error::NotFound("scene", id);
+    if (!asleep_.contains(id) && !shared()) return error::NotFound("scene", id);
   }
   return Wake(id);
-}
-
-absl::StatusOr<std::shared_ptr<Scene>> SceneRegistry::Wake(std::string_view id) {
-  const std::string key(id);
-  {
-    const MutexLock lock(&mutex_);
-    LATTICED_RETURN_IF_ERROR(AwaitFree(key, NeverStop));
-    if (const auto found = scenes_.find(key); found != scenes_.end()) return found->second;
-    const auto sleeper = asleep_.find(key);
-    if (sleeper == asleep_.end()) return error::NotFound("scene", key);
-    creating_[key] = {sleeper->second.mesh_id, nullptr};
-  }
-  auto scene = CatchBadAlloc("the scene", [&] { return Restored(key); });
-  if (!scene.ok()) {
-    LogEvent(spdlog::level::err, "scene not restored",
-             {{"scene", key}, {"status", scene.status().ToString()}});
-  }
-  const MutexLock lock(&mutex_);
-  creating_.erase(key);
-  if (!scene.ok()) return scene;
-  asleep_.erase(key);
-  scenes_[key] = *scene;
-  return scene;
-}
-
-absl::StatusOr<std::shared_ptr<Scene>> SceneRegistry::Restored(const std::string& id) {
-  LATTICED_ASSIGN_OR_RETURN(const auto log, options_.store->ReadScene(id));
-  LATTICED_ASSIGN_OR_RETURN(auto config, options_.config_of(log.header));
-  return Scene::Restore(std::move(config), log, context());
 }
 
 absl::Status SceneRegistry::Delete(std::string_view id) {
@@ -204,13 +167,18 @@ absl::Status SceneRegistry::DeleteIf(std::string_view id, const std::function<bo
     const MutexLock lock(&mutex_);
     LATTICED_RETURN_IF_ERROR(AwaitFree(key, NeverStop));
     const auto found = scenes_.find(key);
-    if (found == scenes_.end() && !asleep_.contains(key)) return error::NotFound("scene", key);
+    if (found == scenes_.end() && !asleep_.contains(key) && !shared()) {
+      return error::NotFound("scene", key);
+    }
     if (!condemned()) return absl::OkStatus();
     if (found != scenes_.end()) scene = found->second;
     creating_[key] = {};
   }
   absl::Status status;
-  if (options_.store != nullptr) status = options_.store->DeleteScene(key);
+  if (options_.store != nullptr) {
+    status = Claim(key);
+    if (status.ok()) status = options_.store->DeleteScene(key);
+  }
   // Before another scene can have the id: what is being applied must not reach its log.
   if (status.ok() && scene != nullptr) scene->Delete();
   const MutexLock lock(&mutex_);
@@ -234,13 +202,33 @@ size_t SceneRegistry::size() const {
 }
 
 MeshUse SceneRegistry::UseOfMesh(std::string_view mesh_id) const {
+  if (shared()) {
+    const auto all = UseOfMeshes();
+    if (!all.ok()) return {};
+    const auto found = all->find(std::string(mesh_id));
+    return found == all->end() ? MeshUse() : found->second;
+  }
   const MutexLock lock(&mutex_);
   MeshUse use{.scenes = CountOfMeshLocked(mesh_id)};
   for (const auto& [id, scene] : scenes_) {
-    if (scene->config().mesh_id != mesh_id) continue;
-    use.device_bytes += DeviceBytes(scene->Head().target->memory());
+    if (scene->config().mesh_id == mesh_id) use.device_bytes += DeviceBytesOf(*scene);
   }
   return use;
+}
+
+absl::StatusOr<std::map<std::string, MeshUse>> SceneRegistry::UseOfMeshes() const {
+  std::map<std::string, MeshUse> uses;
+  LATTICED_ASSIGN_OR_RETURN(const auto stored, Stored());
+  for (const StoredEntry& entry : stored) {
+    ++uses[options_.stored_scene_of(entry.header).mesh_id].scenes;
+  }
+  const MutexLock lock(&mutex_);
+  for (const auto& [id, scene] : scenes_) {
+    MeshUse& use = uses[scene->config().mesh_id];
+    if (options_.store == nullptr) ++use.scenes;
+    use.device_bytes += DeviceBytesOf(*scene);
+  }
+  return uses;
 }
 
 MemoryUse SceneRegistry::memory() const {
@@ -276,9 +264,11 @@ absl::Status SceneRegistry::DeleteMesh(std::string_view mesh_id, bool force,
   if (force && options_.store != nullptr) {
     LATTICED_RETURN_IF_ERROR(DeleteScenesOf(mesh_id));
   }
+  const size_t stored = shared() ? UseOfMesh(mesh_id).scenes : 0;
   {
     const MutexLock lock(&mutex_);
-    if (const size_t scenes = CountOfMeshLocked(mesh_id); scenes > 0 && !force) {
+    const size_t scenes = std::max(stored, CountOfMeshLocked(mesh_id));
+    if (scenes > 0 && !force) {
       return error::FailedPrecondition(
           "MESH_IN_USE",
           fmt::format("{} scene(s) use the mesh; delete them first, or set force", scenes));
@@ -305,14 +295,9 @@ absl::Status SceneRegistry::DeleteMesh(std::string_view mesh_id, bool force,
 
 absl::Status SceneRegistry::DeleteScenesOf(std::string_view mesh_id) {
   std::vector<std::string> ids;
-  {
-    const MutexLock lock(&mutex_);
-    for (const auto& [id, scene] : scenes_) {
-      if (scene->config().mesh_id == mesh_id) ids.push_back(id);
-    }
-    for (const auto& [id, sleeper] : asleep_) {
-      if (sleeper.mesh_id == mesh_id) ids.push_back(id);
-    }
+  LATTICED_ASSIGN_OR_RETURN(const auto stored, Stored());
+  for (const StoredEntry& entry : stored) {
+    if (options_.stored_scene_of(entry.header).mesh_id == mesh_id) ids.push_back(entry.id);
   }
   for (const std::string& id : ids) {
     const absl::Status status = Delete(id);
@@ -323,6 +308,11 @@ absl::Status SceneRegistry::DeleteScenesOf(std::string_view mesh_id) {
 
 void SceneRegistry::Tick(absl::Time now) {
   for (const auto& scene : All()) scene->Tick(now);
+  SleepUnusedSince(now - limits::kStoredIdleTime);
+  if (shared() && now >= next_expiry_) {
+    next_expiry_ = now + kExpireInterval;
+    ExpireFree(now);
+  }
   if (options_.on_tick != nullptr) options_.on_tick();
   std::vector<std::string> expired;
   const auto is_expired = [this, now](const std::string& id) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {

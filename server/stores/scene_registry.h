@@ -1,10 +1,11 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Scenes by id, watches by id, and the housekeeping of both. With a store, scenes of earlier runs are asleep: the first
-// call that finds one makes it again.
+// Scenes by id, watches by id, and the housekeeping of both. With a store, scenes that nobody uses, and those of earlier
+// runs, are asleep: the first call that finds one makes it again. Where servers share the store, a scene is claimed
+// before it is made, and released when it goes to sleep.
 //
-// Errors   kNotFound for an unknown id
+// Errors   kNotFound for an unknown id; kUnavailable, reason SCENE_MOVED, for a scene that another server owns
 // Threads  safe; no lock is held while a scene is planned, evaluated or destroyed, or the store is waited for
 #ifndef LATTICED_SERVER_STORES_SCENE_REGISTRY_H_
 #define LATTICED_SERVER_STORES_SCENE_REGISTRY_H_
@@ -41,6 +42,12 @@ struct MeshUse {
   uint64_t device_bytes = 0;  // of their plans
 };
 
+// What is known of a stored scene before it is made again.
+struct StoredScene {
+  std::string mesh_id;
+  absl::Duration idle_ttl = absl::InfiniteDuration();
+};
+
 class SceneRegistry {
  public:
   struct Options {
@@ -51,8 +58,10 @@ class SceneRegistry {
     std::function<void()> on_tick;
     // Null: scenes end with the server. Else it outlives the registry.
     Store* store = nullptr;
-    // The configuration of a stored scene, from its header.
+    // The configuration of a stored scene, from its header; and what is known without its mesh, or nothing if
+    // the header is damaged.
     std::function<absl::StatusOr<SceneConfig>(std::string_view header)> config_of;
+    std::function<StoredScene(std::string_view header)> stored_scene_of;
     // Called with no lock held after a scene was evicted, with the most bytes that this freed.
     std::function<void(const Scene&, uint64_t)> on_evict;
   };
@@ -81,16 +90,21 @@ class SceneRegistry {
   [[nodiscard]] absl::StatusOr<std::shared_ptr<Scene>> Find(std::string_view id)
       ABSL_LOCKS_EXCLUDED(mutex_);
   [[nodiscard]] bool IsAsleep(std::string_view id) const ABSL_LOCKS_EXCLUDED(mutex_);
-  // The ids of the scenes that are asleep.
-  [[nodiscard]] std::vector<std::string> Asleep() const ABSL_LOCKS_EXCLUDED(mutex_);
+  // What the store keeps of all scenes, in order of id. Empty without a store; the store's errors.
+  [[nodiscard]] absl::StatusOr<std::vector<StoredEntry>> Stored() const;
+  // Ends the streams of all scenes, and lets other servers claim them. The store is shared.
+  void LeaveAll() ABSL_LOCKS_EXCLUDED(mutex_);
   // Ends the scene's streams with kNotFound and forgets it. kNotFound; the store's errors, and then the scene
   // stays.
   [[nodiscard]] absl::Status Delete(std::string_view id) ABSL_LOCKS_EXCLUDED(mutex_);
   // In order of id.
   [[nodiscard]] std::vector<std::shared_ptr<Scene>> All() const ABSL_LOCKS_EXCLUDED(mutex_);
   [[nodiscard]] size_t size() const ABSL_LOCKS_EXCLUDED(mutex_);
-  // The scenes of a mesh, with those that are being made.
+  // The scenes of a mesh, with those that are being made. Of a shared store: those of all servers.
   [[nodiscard]] MeshUse UseOfMesh(std::string_view mesh_id) const ABSL_LOCKS_EXCLUDED(mutex_);
+  // The same for all meshes that have scenes, by id. The store's errors.
+  [[nodiscard]] absl::StatusOr<std::map<std::string, MeshUse>> UseOfMeshes() const
+      ABSL_LOCKS_EXCLUDED(mutex_);
   // The memory of all scenes, without their meshes, which scenes share.
   [[nodiscard]] MemoryUse memory() const ABSL_LOCKS_EXCLUDED(mutex_);
   // Calls `remove` while no scene of the mesh can be made, so that no scene names a deleted mesh. With `force`
@@ -127,7 +141,15 @@ class SceneRegistry {
   [[nodiscard]] absl::Status DeleteIf(std::string_view id, const std::function<bool()>& condemned)
       ABSL_LOCKS_EXCLUDED(mutex_);
   [[nodiscard]] absl::Status DeleteScenesOf(std::string_view mesh_id) ABSL_LOCKS_EXCLUDED(mutex_);
+  // Claims the scene and makes it from its log.
   [[nodiscard]] absl::StatusOr<std::shared_ptr<Scene>> Restored(const std::string& id);
+  [[nodiscard]] absl::Status Claim(const std::string& id);
+  // Puts scenes to sleep that nobody has used since `time`.
+  void SleepUnusedSince(absl::Time time) ABSL_LOCKS_EXCLUDED(mutex_);
+  void Release(const std::shared_ptr<Scene>& scene) ABSL_LOCKS_EXCLUDED(mutex_);
+  // Deletes the scenes of a shared store that no server has used for their time to live.
+  void ExpireFree(absl::Time now) ABSL_LOCKS_EXCLUDED(mutex_);
+  bool shared() const { return options_.store != nullptr && options_.store->shared(); }
   [[nodiscard]] absl::StatusOr<std::shared_ptr<Scene>> Made(SceneConfig config, StopCheck stop);
   SceneContext context() { return {&render_backend_, &queue_, options_.store}; }
   // The budget's evictor: evicts scenes that nobody uses, the least recently used first.
@@ -161,6 +183,7 @@ class SceneRegistry {
   std::set<std::string, std::less<>> going_meshes_ ABSL_GUARDED_BY(mutex_);  // being deleted
   std::map<std::string, std::weak_ptr<WatchControl>, std::less<>> watches_ ABSL_GUARDED_BY(mutex_);
   bool stopping_ ABSL_GUARDED_BY(mutex_) = false;
+  absl::Time next_expiry_;   // of ExpireFree; used by Tick alone
   RenderQueue queue_;        // last but one: its threads use all of the above
   std::thread housekeeper_;  // last, for the same reason
 };

@@ -150,18 +150,26 @@ absl::StatusOr<SceneConfig> SceneConfigFromProto(const v1::CreateSceneRequest& r
   return config;
 }
 
-v1::Scene ToProto(const Scene& scene) {
-  const SceneConfig& config = scene.config();
-  const auto state = scene.State();
+v1::Scene ToProto(const SceneConfig& config) {
   v1::Scene result;
   result.set_id(config.id);
   result.set_mesh(config.mesh_id);
   result.set_name(config.name);
-  *result.add_lattices() = SummaryToProto(state->structure());
   *result.mutable_default_view() = ToProto(config.default_view);
   SetDuration(config.idle_ttl, *result.mutable_idle_ttl());
   result.mutable_labels()->insert(config.labels.begin(), config.labels.end());
   result.set_pipeline(WriteEnum(kPipelines, config.pipeline));
+  SetTime(config.create_time, *result.mutable_create_time());
+  result.set_owner(config.owner);
+  *result.mutable_units() = ToProto(config.units);
+  if (config.crease_angle.has_value()) result.set_crease_angle(*config.crease_angle);
+  return result;
+}
+
+v1::Scene ToProto(const Scene& scene) {
+  const auto state = scene.State();
+  v1::Scene result = ToProto(scene.config());
+  *result.add_lattices() = SummaryToProto(state->structure());
   result.set_revision(state->revision);
   result.set_structure_id(state->structure_id);
   result.set_patches(state->plan->patches.size());
@@ -169,13 +177,9 @@ v1::Scene ToProto(const Scene& scene) {
   result.set_patches_on_faces(state->plan->seam_patches);
   result.set_chunks(state->plan->chunk_count());
   for (const auto& [purpose, bytes] : scene.memory()) (*result.mutable_bytes())[purpose] = bytes;
-  SetTime(scene.create_time(), *result.mutable_create_time());
   if (const absl::Time expires = scene.expire_time(); expires != absl::InfiniteFuture()) {
     SetTime(expires, *result.mutable_expire_time());
   }
-  result.set_owner(config.owner);
-  *result.mutable_units() = ToProto(config.units);
-  if (config.crease_angle.has_value()) result.set_crease_angle(*config.crease_angle);
   return result;
 }
 

@@ -30,6 +30,8 @@ namespace latticed {
     absl::Duration default_idle_ttl);
 
 [[nodiscard]] v1::Scene ToProto(const Scene& scene);
+// Without what changes with edits.
+[[nodiscard]] v1::Scene ToProto(const SceneConfig& config);
 [[nodiscard]] v1::LatticeState LatticeStateToProto(const SceneState& state);
 
 [[nodiscard]] absl::StatusOr<ExportSpec> ExportSpecFromProto(const v1::ExportRequest& request,

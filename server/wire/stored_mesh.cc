@@ -67,7 +67,20 @@ std::string StoredHeaderOf(const StoredMesh& mesh) {
   stored.set_header(HeaderOf(mesh).SerializeAsString());
   stored.set_owner(mesh.owner);
   stored.set_create_time(absl::ToUnixNanos(mesh.create_time));
+  v1::Mesh listing = ToProto(mesh, {}, false);
+  listing.clear_host_bytes();
+  stored.set_listing(listing.SerializeAsString());
   return stored.SerializeAsString();
+}
+
+absl::StatusOr<v1::Mesh> ListedFromStored(std::string_view header) {
+  store::MeshHeader stored;
+  v1::Mesh listing;
+  if (!stored.ParseFromArray(header.data(), static_cast<int>(header.size())) ||
+      !listing.ParseFromString(stored.listing())) {
+    return absl::DataLossError("the header of the mesh cannot be read");
+  }
+  return listing;
 }
 
 absl::StatusOr<StoredMesh> MeshFromStored(std::string_view header, std::string bytes,

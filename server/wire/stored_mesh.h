@@ -13,6 +13,7 @@
 
 #include "absl/status/statusor.h"
 #include "core/base/stop_check.h"
+#include "latticed/v1/mesh.pb.h"
 #include "server/engine/memory/memory_budget.h"
 #include "server/stores/mesh_store.h"
 #include "server/stores/upload_store.h"
@@ -26,8 +27,10 @@ namespace latticed {
                                                         MemoryReservation& reservation,
                                                         StopCheck stop);
 
-// What a store keeps of the mesh beside its bytes, and the mesh from both. kDataLoss; the errors of ReadStoredMesh.
+// What a store keeps of the mesh beside its bytes; what lists show of that; and the mesh from both. kDataLoss; the errors of
+// ReadStoredMesh.
 [[nodiscard]] std::string StoredHeaderOf(const StoredMesh& mesh);
+[[nodiscard]] absl::StatusOr<v1::Mesh> ListedFromStored(std::string_view header);
 [[nodiscard]] absl::StatusOr<StoredMesh> MeshFromStored(std::string_view header, std::string bytes,
                                                         MemoryReservation& reservation);
 

@@ -30,12 +30,23 @@ std::string StoredHeaderOf(const v1::CreateSceneRequest& request, const SceneCon
                        .owner = config.owner,
                        .lattice = config.lattice,
                        .create_time = config.create_time,
-                       .idle_ttl = config.idle_ttl});
+                       .idle_ttl = config.idle_ttl,
+                       .listing = ToProto(config).SerializeAsString()});
 }
 
 absl::StatusOr<StoredScene> StoredSceneOf(std::string_view header) {
   LATTICED_ASSIGN_OR_RETURN(const auto stored, Decode(header));
   return StoredScene{stored.request.mesh(), stored.header.idle_ttl};
+}
+
+absl::StatusOr<v1::Scene> ListedScene(std::string_view header) {
+  LATTICED_ASSIGN_OR_RETURN(const auto stored, DecodeHeader(header));
+  v1::Scene scene;
+  if (stored.listing.empty() || !scene.ParseFromString(stored.listing)) {
+    return absl::DataLossError("what lists show of the scene cannot be read");
+  }
+  scene.set_asleep(true);
+  return scene;
 }
 
 absl::StatusOr<SceneConfig> SceneConfigFromStored(std::string_view header, const StoredMesh& mesh) {

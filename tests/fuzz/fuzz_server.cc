@@ -151,7 +151,7 @@ void FuzzServer::Stop() {
 }
 
 bool FuzzServer::SceneIsFresh() const {
-  return scene_ != nullptr && !scene_->deleted() && scene_->State()->revision == 0 &&
+  return scene_ != nullptr && scene_->ended().ok() && scene_->State()->revision == 0 &&
          scene_->last_use() == scene_used_;
 }
 

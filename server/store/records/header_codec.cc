@@ -14,6 +14,7 @@ std::string EncodeHeader(const SceneHeader& header) {
   ToStored(header.lattice, *stored.mutable_lattice());
   stored.set_create_time(absl::ToUnixNanos(header.create_time));
   stored.set_idle_ttl(absl::ToInt64Nanoseconds(header.idle_ttl));
+  stored.set_listing(header.listing);
   return stored.SerializeAsString();
 }
 
@@ -25,7 +26,8 @@ absl::StatusOr<SceneHeader> DecodeHeader(std::string_view bytes) {
   SceneHeader header{.request = stored.request(),
                      .owner = stored.owner(),
                      .create_time = absl::FromUnixNanos(stored.create_time()),
-                     .idle_ttl = absl::Nanoseconds(stored.idle_ttl())};
+                     .idle_ttl = absl::Nanoseconds(stored.idle_ttl()),
+                     .listing = stored.listing()};
   LATTICED_ASSIGN_OR_RETURN(header.lattice, LatticeFromStored(stored.lattice()));
   if (!Validate(header.lattice).ok()) return NotARecord("the lattice of a header");
   return header;

@@ -23,6 +23,7 @@ struct SceneHeader {
   Lattice lattice;  // at revision 0; valid
   absl::Time create_time;
   absl::Duration idle_ttl;
+  std::string listing;  // latticed.v1.Scene
 };
 
 [[nodiscard]] std::string EncodeHeader(const SceneHeader& header);

@@ -100,6 +100,46 @@ TEST_F(RestartTest, WhatWasDeletedStaysDeleted) {
   EXPECT_EQ(Get().revision(), 0u);
 }
 
+TEST_F(RestartTest, AListWakesNothing) {
+  v1::CreateSceneRequest request = SceneRequest();
+  request.set_name("a grid");
+  (*request.mutable_labels())["kind"] = "test";
+  ASSERT_OK(Create(request));
+  ASSERT_OK(Apply(Move("ann", 1, 5, 0.1)));
+  Restart();
+  const auto list = [this](const std::string& filter) {
+    v1::ListScenesRequest ask;
+    ask.set_filter(filter);
+    v1::ListScenesResponse page;
+    EXPECT_OK(Call(&Scenes::ListScenes, ask, &page));
+    return page;
+  };
+  for (int i = 0; i < 2; ++i) {
+    const v1::ListScenesResponse page = list("kind=test");
+    ASSERT_EQ(page.scenes_size(), 1);
+    EXPECT_TRUE(page.scenes(0).asleep());
+    EXPECT_EQ(page.scenes(0).name(), "a grid");
+    EXPECT_EQ(page.scenes(0).mesh(), mesh_);
+    EXPECT_EQ(page.scenes(0).revision(), 0u);
+  }
+  EXPECT_EQ(list("kind=other").scenes_size(), 0);
+  EXPECT_EQ(Get().revision(), 1u);
+  EXPECT_FALSE(list("").scenes(0).asleep());
+  EXPECT_EQ(list("").scenes(0).revision(), 1u);
+}
+
+TEST_F(RestartTest, ADamagedMeshCanBeDeleted) {
+  const std::string cube = Upload(CubeObj());
+  server_.reset();
+  std::ofstream(MeshFile(cube), std::ios::app) << "more";
+  Restart();
+  v1::GetMeshRequest get;
+  get.set_mesh(cube);
+  EXPECT_THAT(Call(&Meshes::GetMesh, get), StatusIs(absl::StatusCode::kDataLoss, HasSubstr(cube)));
+  EXPECT_OK(DeleteMesh(cube));
+  EXPECT_THAT(Call(&Meshes::GetMesh, get), StatusIs(absl::StatusCode::kNotFound));
+}
+
 TEST_F(RestartTest, AMeshOfASleepingSceneIsInUse) {
   ASSERT_OK(Create(SceneRequest()));
   Restart();

@@ -11,6 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "core/base/error.h"
+#include "core/base/limits.h"
 #include "core/cpu/cpu_backend.h"
 #include "server/store/memory_store.h"
 #include "server/store/records/header_codec.h"
@@ -239,10 +240,29 @@ TEST_F(DurableSceneTest, ASleeperExpires) {
   Start();
   registry_->AddAsleep(kId, "mesh", absl::Now() + absl::Seconds(60));
   registry_->Tick(absl::Now() + absl::Seconds(59));
-  EXPECT_EQ(registry_->Asleep().size(), 1u);
+  EXPECT_TRUE(registry_->IsAsleep(kId));
   registry_->Tick(absl::Now() + absl::Seconds(61));
-  EXPECT_EQ(registry_->Asleep().size(), 0u);
+  EXPECT_FALSE(registry_->IsAsleep(kId));
   EXPECT_THAT(store_.ReadScene(kId), StatusIs(absl::StatusCode::kNotFound));
+}
+
+TEST_F(DurableSceneTest, ASceneThatNobodyUsesSleepsUntilItIsCalled) {
+  ASSERT_OK(Move("ann", 1, 0.1));
+  const auto later = [] { return absl::Now() + limits::kStoredIdleTime + absl::Seconds(1); };
+  registry_->Tick(later());
+  EXPECT_FALSE(registry_->IsAsleep(kId)) << "the test still has it";
+  store_.Flush();
+  scene_ = nullptr;
+  registry_->Tick(absl::Now() + limits::kStoredIdleTime - absl::Seconds(30));
+  EXPECT_FALSE(registry_->IsAsleep(kId));
+  registry_->Tick(later());
+  EXPECT_TRUE(registry_->IsAsleep(kId));
+  EXPECT_EQ(registry_->size(), 0u);
+  ASSERT_OK_AND_ASSIGN(scene_, registry_->Find(kId));
+  EXPECT_EQ(scene_->State()->revision, 1u);
+  EXPECT_OK(Move("ann", 2, 0.2));
+  EXPECT_OK(scene_->ApplyEdits(UndoBatch("ann", 3)));
+  EXPECT_OK(scene_->ApplyEdits(UndoBatch("ann", 4)));
 }
 
 }  // namespace

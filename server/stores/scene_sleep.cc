@@ -1,0 +1,117 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Scenes of a SceneRegistry that are in the store and not in memory: they wake, go to sleep, move to other servers, expire.
+#include <algorithm>
+#include <utility>
+
+#include "core/base/catch_bad_alloc.h"
+#include "core/base/error.h"
+#include "core/base/status_macros.h"
+#include "server/base/telemetry.h"
+#include "server/store/store_errors.h"
+#include "server/stores/scene_registry.h"
+
+namespace latticed {
+
+void SceneRegistry::AddAsleep(std::string id, std::string mesh_id, absl::Time expires) {
+  const MutexLock lock(&mutex_);
+  asleep_[std::move(id)] = {std::move(mesh_id), expires};
+}
+
+bool SceneRegistry::IsAsleep(std::string_view id) const {
+  const MutexLock lock(&mutex_);
+  return asleep_.contains(id) || (shared() && !scenes_.contains(id));
+}
+
+absl::StatusOr<std::vector<StoredEntry>> SceneRegistry::Stored() const {
+  if (options_.store == nullptr) return std::vector<StoredEntry>();
+  return options_.store->Scenes();
+}
+
+absl::StatusOr<std::shared_ptr<Scene>> SceneRegistry::Wake(std::string_view id) {
+  const std::string key(id);
+  {
+    const MutexLock lock(&mutex_);
+    LATTICED_RETURN_IF_ERROR(AwaitFree(key, NeverStop));
+    if (const auto found = scenes_.find(key); found != scenes_.end()) return found->second;
+    const auto sleeper = asleep_.find(key);
+    if (sleeper == asleep_.end() && !shared()) return error::NotFound("scene", key);
+    creating_[key] = {sleeper == asleep_.end() ? "" : sleeper->second.mesh_id, nullptr};
+  }
+  auto scene = CatchBadAlloc("the scene", [&] { return Restored(key); });
+  if (!scene.ok() && !absl::IsNotFound(scene.status()) && !error::IsSceneMoved(scene.status())) {
+    LogEvent(spdlog::level::err, "scene not restored",
+             {{"scene", key}, {"status", scene.status().ToString()}});
+  }
+  const MutexLock lock(&mutex_);
+  creating_.erase(key);
+  if (!scene.ok()) return scene;
+  asleep_.erase(key);
+  scenes_[key] = *scene;
+  return scene;
+}
+
+absl::StatusOr<std::shared_ptr<Scene>> SceneRegistry::Restored(const std::string& id) {
+  LATTICED_RETURN_IF_ERROR(Claim(id));
+  const auto restored = [&]() -> absl::StatusOr<std::shared_ptr<Scene>> {
+    LATTICED_ASSIGN_OR_RETURN(const auto log, options_.store->ReadScene(id));
+    LATTICED_ASSIGN_OR_RETURN(auto config, options_.config_of(log.header));
+    return Scene::Restore(std::move(config), log, context());
+  };
+  auto scene = restored();
+  if (!scene.ok()) (void)options_.store->ReleaseScene(id);  // another server may have more memory
+  return scene;
+}
+
+absl::Status SceneRegistry::Claim(const std::string& id) {
+  LATTICED_ASSIGN_OR_RETURN(const SceneClaim claim, options_.store->ClaimScene(id));
+  return claim.owner.empty() ? absl::OkStatus() : error::SceneMoved(claim.owner);
+}
+
+void SceneRegistry::LeaveAll() {
+  std::vector<std::shared_ptr<Scene>> gone;
+  {
+    const MutexLock lock(&mutex_);
+    gone = TakeWhere([](const Scene&) { return true; });
+    for (const auto& scene : gone) creating_[scene->id()] = {scene->config().mesh_id, nullptr};
+  }
+  for (const auto& scene : gone) Release(scene);
+}
+
+void SceneRegistry::SleepUnusedSince(absl::Time time) {
+  if (options_.store == nullptr) return;
+  std::vector<std::shared_ptr<Scene>> idle;
+  {
+    const MutexLock lock(&mutex_);
+    // Whoever has another reference uses it, and whoever wants one waits for this lock.
+    idle = TakeWhere([&](const Scene& scene) ABSL_NO_THREAD_SAFETY_ANALYSIS {
+      const auto& held = scenes_.find(scene.id())->second;
+      return held.use_count() == 1 && scene.last_use() < time;
+    });
+    for (const auto& scene : idle) {
+      creating_[scene->id()] = {scene->config().mesh_id, nullptr};
+      if (!shared()) asleep_[scene->id()] = {scene->config().mesh_id, scene->expire_time()};
+    }
+  }
+  for (const auto& scene : idle) Release(scene);
+}
+
+void SceneRegistry::Release(const std::shared_ptr<Scene>& scene) {
+  scene->Leave();
+  // What could not be released waits for the lease.
+  (void)options_.store->ReleaseScene(scene->id());
+  const MutexLock lock(&mutex_);
+  creating_.erase(scene->id());
+}
+
+void SceneRegistry::ExpireFree(absl::Time now) {
+  const auto stored = Stored();
+  if (!stored.ok()) return;  // the next time, then
+  for (const StoredEntry& entry : *stored) {
+    const absl::Duration ttl = options_.stored_scene_of(entry.header).idle_ttl;
+    if (entry.free_since + ttl <= now) (void)DeleteIf(entry.id, [] { return true; });
+  }
+}
+
+}  // namespace latticed
