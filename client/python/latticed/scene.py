@@ -58,6 +58,8 @@ class Scene(EditCalls[EditResult]):
         self._structure_id = int(info.structure_id)
 
     def __repr__(self) -> str:
+        if self.info.asleep:  # as a list has it
+            return f"<Scene {self.id}: asleep>"
         return f"<Scene {self.id}: {self.patches} patches, revision {self.info.revision}>"
 
     @property
@@ -66,7 +68,7 @@ class Scene(EditCalls[EditResult]):
 
     @property
     def patches(self) -> int:
-        return int(self.info.patches)
+        return int((self.refresh() if self.info.asleep else self.info).patches)
 
     @property
     def labels(self) -> Dict[str, str]:
@@ -258,6 +260,8 @@ class Scene(EditCalls[EditResult]):
             self._sequence += 1
             batch.scene, batch.editor_id, batch.sequence = self.id, self.editor_id, self._sequence
             if batch.structure_id == 0:
+                if self._structure_id == 0:  # of a scene that was asleep
+                    self._structure_id = int(self.refresh().structure_id)
                 batch.structure_id = self._structure_id
             result = self._connection.call(self._stub.ApplyEdits, batch, self.id)
             self._structure_id = result.structure_id

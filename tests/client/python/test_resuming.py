@@ -185,3 +185,21 @@ def test_a_stream_whose_server_is_gone_ends_unavailable(caplog):
             assert caught.value.code.name == "UNAVAILABLE"
     waits = f"server {server.address} unreachable, trying for 0.5 s …"
     assert [record.message for record in caplog.records] == [waits]
+
+
+def test_a_scene_of_a_list_that_is_asleep_can_be_edited(tmp_path):
+    folder = ("--data-dir", tmp_path / "data")
+    server = ServerProcess(*folder)
+    with latticed.connect(server.address) as client:
+        mesh = client.upload_arrays(definition.BOX_POSITIONS, definition.BOX_FACES)
+        made = client.create_scene(mesh, size=(4, 4, 4))
+        made.insert_knot("u", 0.25)
+    server.kill()
+    server = ServerProcess(*folder)
+    with latticed.connect(server.address) as client:
+        [scene] = client.scenes()
+        assert repr(scene) == f"<Scene {made.id}: asleep>"
+        assert scene.move([0], (1, 0, 0)).revision == 2
+        [scene] = client.scenes()
+        assert scene.patches > 0 and scene.info.revision == 2
+    server.kill()

@@ -49,9 +49,11 @@ std::string ScenesText(const std::vector<v1::Scene>& scenes) {
   TextTable table({"SCENE", "NAME", "MESH", "SIZE", "REVISION", "PATCHES", "CHUNKS"});
   for (const v1::Scene& scene : scenes) {
     const std::string size = scene.lattices_size() > 0 ? Axes(scene.lattices(0).size()) : "";
+    const auto count = [&scene](uint64_t number) {
+      return scene.asleep() ? "asleep" : FormatCount(number);
+    };
     table.AddRow({scene.id(), scene.name(), scene.mesh().substr(0, 12), size,
-                  FormatCount(scene.revision()), FormatCount(scene.patches()),
-                  FormatCount(scene.chunks())});
+                  count(scene.revision()), count(scene.patches()), count(scene.chunks())});
   }
   return table.Text();
 }
