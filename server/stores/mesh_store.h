@@ -74,7 +74,6 @@ class MeshStore {
     // Reads a mesh from it, within the memory budget. kNotFound, kDataLoss, kResourceExhausted.
     std::function<absl::StatusOr<StoredMesh>(const std::string& id)> read;
   };
-  MeshStore() = default;
   explicit MeshStore(Keeping keeping) : keeping_(std::move(keeping)) {}
 
   // Keeps `mesh`, durably where there is a store, and sets its create time. The upload's reservation becomes
