@@ -9,8 +9,6 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "absl/time/time.h"
-
 namespace latticed::limits {
 
 // Lattice. Degree 3 per axis makes patches of degree 9. Beyond it the interpolation matrix is too ill-conditioned.
@@ -105,7 +103,7 @@ inline constexpr uint64_t kSmallReplyBytes = 8'192;
 inline constexpr int kDefaultMaxScenes = 10'000;
 inline constexpr int kDefaultMaxWatchersPerScene = 1'000;
 // Where there is a store, scenes and meshes that nobody uses for so long leave memory until the next call.
-inline constexpr absl::Duration kStoredIdleTime = absl::Minutes(10);
+inline constexpr int kStoredIdleSeconds = 600;
 // 4,096 points are answered in a millisecond, and their answer fits a message.
 inline constexpr int kMaxEvaluatePoints = 4'096;
 // A drag of this many points, all independent, takes 0.1 s.

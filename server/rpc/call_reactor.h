@@ -78,7 +78,7 @@ class CallReactor : public Reactor {
       if (env.IsAsleep(request.scene())) lane = WorkerLanes::Lane::kLong;
     }
     if constexpr (requires { request.mesh(); }) {
-      if (env.IsMeshAsleep(request.mesh())) lane = WorkerLanes::Lane::kLong;
+      if (env.meshes.IsAsleep(request.mesh())) lane = WorkerLanes::Lane::kLong;
     }
     env.Post(lane, *call_.account,
              [this, &request, work = std::move(work), done = std::move(done)] {

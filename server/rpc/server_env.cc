@@ -78,9 +78,9 @@ ServerEnv::ServerEnv(Options options_in, std::vector<std::unique_ptr<Backend>> b
               .on_tick = [this] { KeepHouse(); },
               .store = store.get(),
               .config_of = [this](std::string_view header) { return ConfigOf(header); },
-              .stored_scene_of =
+              .mesh_of =
                   [](std::string_view header) {
-                    return StoredSceneOf(header).value_or(StoredScene());
+                    return StoredSceneOf(header).value_or(StoredScene()).mesh_id;
                   },
               .on_evict = LogEviction})),
       authenticator_(std::make_shared<const Authenticator>(std::move(authenticator_in))),
@@ -119,7 +119,7 @@ absl::StatusOr<SceneConfig> ServerEnv::ConfigOf(std::string_view header) {
 void ServerEnv::KeepHouse() {
   const absl::Time now = absl::Now();
   uploads->DropExpired();
-  meshes.DropUnusedSince(now - limits::kStoredIdleTime);
+  meshes.DropUnusedSince(now - absl::Seconds(limits::kStoredIdleSeconds));
   heap.Tick();
   LogRefusalSums(*calls, now);
   stalled_calls.CancelSince(now - options.write_timeout);
@@ -128,8 +128,6 @@ void ServerEnv::KeepHouse() {
 }
 
 bool ServerEnv::IsAsleep(std::string_view scene) const { return scenes->IsAsleep(scene); }
-
-bool ServerEnv::IsMeshAsleep(std::string_view mesh) const { return meshes.IsAsleep(mesh); }
 
 absl::Status ServerEnv::Health() const {
   LATTICED_RETURN_IF_ERROR(scenes->health().status());

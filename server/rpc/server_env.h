@@ -56,8 +56,6 @@ struct ServerEnv {
   }
   // Whether the first call for the scene must make it from its log, which takes long.
   [[nodiscard]] bool IsAsleep(std::string_view scene) const;
-  // Whether the first call for the mesh must read it.
-  [[nodiscard]] bool IsMeshAsleep(std::string_view mesh) const;
   // kUnavailable with the reason when the server does not do its work: the device is lost, or the engine or the
   // workers have not moved for kStillTime.
   [[nodiscard]] absl::Status Health() const;

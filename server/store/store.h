@@ -36,7 +36,6 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "absl/time/time.h"
 
 namespace latticed {
 
@@ -45,8 +44,6 @@ struct StoredEntry {
   std::string id;
   std::string header;
   absl::Status damage;  // kDataLoss: the header is damaged, and left out here
-  // Of a scene of a shared store that no server owns: since when. Else InfiniteFuture.
-  absl::Time free_since = absl::InfiniteFuture();
 };
 
 // What a scene's next life begins with.

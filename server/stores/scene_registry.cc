@@ -22,8 +22,6 @@ constexpr uint64_t kUnlimited = std::numeric_limits<uint64_t>::max();
 constexpr absl::Duration kTickInterval = absl::Seconds(1);
 // How often a call that waits for another call to make the scene checks whether it must stop.
 constexpr absl::Duration kStopCheckInterval = absl::Milliseconds(50);
-// How often the scenes of a shared store are looked at that no server owns.
-constexpr absl::Duration kExpireInterval = absl::Minutes(1);
 
 uint64_t DeviceBytesOf(const Scene& scene) { return DeviceBytes(scene.Head().target->memory()); }
 
@@ -218,15 +216,21 @@ MeshUse SceneRegistry::UseOfMesh(std::string_view mesh_id) const {
 
 absl::StatusOr<std::map<std::string, MeshUse>> SceneRegistry::UseOfMeshes() const {
   std::map<std::string, MeshUse> uses;
-  LATTICED_ASSIGN_OR_RETURN(const auto stored, Stored());
-  for (const StoredEntry& entry : stored) {
-    ++uses[options_.stored_scene_of(entry.header).mesh_id].scenes;
+  const bool of_store = shared();
+  if (of_store) {
+    LATTICED_ASSIGN_OR_RETURN(const auto stored, Stored());
+    for (const StoredEntry& entry : stored) ++uses[options_.mesh_of(entry.header)].scenes;
   }
   const MutexLock lock(&mutex_);
   for (const auto& [id, scene] : scenes_) {
     MeshUse& use = uses[scene->config().mesh_id];
-    if (options_.store == nullptr) ++use.scenes;
+    if (!of_store) ++use.scenes;
     use.device_bytes += DeviceBytesOf(*scene);
+  }
+  if (of_store) return uses;
+  for (const auto& [id, sleeper] : asleep_) ++uses[sleeper.mesh_id].scenes;
+  for (const auto& [id, in_making] : creating_) {
+    if (!asleep_.contains(id)) ++uses[in_making.mesh_id].scenes;
   }
   return uses;
 }
@@ -297,7 +301,7 @@ absl::Status SceneRegistry::DeleteScenesOf(std::string_view mesh_id) {
   std::vector<std::string> ids;
   LATTICED_ASSIGN_OR_RETURN(const auto stored, Stored());
   for (const StoredEntry& entry : stored) {
-    if (options_.stored_scene_of(entry.header).mesh_id == mesh_id) ids.push_back(entry.id);
+    if (options_.mesh_of(entry.header) == mesh_id) ids.push_back(entry.id);
   }
   for (const std::string& id : ids) {
     const absl::Status status = Delete(id);
@@ -308,11 +312,7 @@ absl::Status SceneRegistry::DeleteScenesOf(std::string_view mesh_id) {
 
 void SceneRegistry::Tick(absl::Time now) {
   for (const auto& scene : All()) scene->Tick(now);
-  SleepUnusedSince(now - limits::kStoredIdleTime);
-  if (shared() && now >= next_expiry_) {
-    next_expiry_ = now + kExpireInterval;
-    ExpireFree(now);
-  }
+  SleepUnusedSince(now - absl::Seconds(limits::kStoredIdleSeconds));
   if (options_.on_tick != nullptr) options_.on_tick();
   std::vector<std::string> expired;
   const auto is_expired = [this, now](const std::string& id) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {

@@ -42,12 +42,6 @@ struct MeshUse {
   uint64_t device_bytes = 0;  // of their plans
 };
 
-// What is known of a stored scene before it is made again.
-struct StoredScene {
-  std::string mesh_id;
-  absl::Duration idle_ttl = absl::InfiniteDuration();
-};
-
 class SceneRegistry {
  public:
   struct Options {
@@ -58,10 +52,9 @@ class SceneRegistry {
     std::function<void()> on_tick;
     // Null: scenes end with the server. Else it outlives the registry.
     Store* store = nullptr;
-    // The configuration of a stored scene, from its header; and what is known without its mesh, or nothing if
-    // the header is damaged.
+    // The configuration of a stored scene, from its header; and its mesh's id alone, empty if the header is damaged.
     std::function<absl::StatusOr<SceneConfig>(std::string_view header)> config_of;
-    std::function<StoredScene(std::string_view header)> stored_scene_of;
+    std::function<std::string(std::string_view header)> mesh_of;
     // Called with no lock held after a scene was evicted, with the most bytes that this freed.
     std::function<void(const Scene&, uint64_t)> on_evict;
   };
@@ -147,8 +140,6 @@ class SceneRegistry {
   // Puts scenes to sleep that nobody has used since `time`.
   void SleepUnusedSince(absl::Time time) ABSL_LOCKS_EXCLUDED(mutex_);
   void Release(const std::shared_ptr<Scene>& scene) ABSL_LOCKS_EXCLUDED(mutex_);
-  // Deletes the scenes of a shared store that no server has used for their time to live.
-  void ExpireFree(absl::Time now) ABSL_LOCKS_EXCLUDED(mutex_);
   bool shared() const { return options_.store != nullptr && options_.store->shared(); }
   [[nodiscard]] absl::StatusOr<std::shared_ptr<Scene>> Made(SceneConfig config, StopCheck stop);
   SceneContext context() { return {&render_backend_, &queue_, options_.store}; }
@@ -183,7 +174,6 @@ class SceneRegistry {
   std::set<std::string, std::less<>> going_meshes_ ABSL_GUARDED_BY(mutex_);  // being deleted
   std::map<std::string, std::weak_ptr<WatchControl>, std::less<>> watches_ ABSL_GUARDED_BY(mutex_);
   bool stopping_ ABSL_GUARDED_BY(mutex_) = false;
-  absl::Time next_expiry_;   // of ExpireFree; used by Tick alone
   RenderQueue queue_;        // last but one: its threads use all of the above
   std::thread housekeeper_;  // last, for the same reason
 };

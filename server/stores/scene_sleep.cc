@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Scenes of a SceneRegistry that are in the store and not in memory: they wake, go to sleep, move to other servers, expire.
-#include <algorithm>
+// Scenes of a SceneRegistry that are in the store and not in memory: they wake, go to sleep, move to other servers.
 #include <utility>
 
 #include "core/base/catch_bad_alloc.h"
@@ -103,15 +102,6 @@ void SceneRegistry::Release(const std::shared_ptr<Scene>& scene) {
   (void)options_.store->ReleaseScene(scene->id());
   const MutexLock lock(&mutex_);
   creating_.erase(scene->id());
-}
-
-void SceneRegistry::ExpireFree(absl::Time now) {
-  const auto stored = Stored();
-  if (!stored.ok()) return;  // the next time, then
-  for (const StoredEntry& entry : *stored) {
-    const absl::Duration ttl = options_.stored_scene_of(entry.header).idle_ttl;
-    if (entry.free_since + ttl <= now) (void)DeleteIf(entry.id, [] { return true; });
-  }
 }
 
 }  // namespace latticed

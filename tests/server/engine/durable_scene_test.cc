@@ -248,12 +248,14 @@ TEST_F(DurableSceneTest, ASleeperExpires) {
 
 TEST_F(DurableSceneTest, ASceneThatNobodyUsesSleepsUntilItIsCalled) {
   ASSERT_OK(Move("ann", 1, 0.1));
-  const auto later = [] { return absl::Now() + limits::kStoredIdleTime + absl::Seconds(1); };
+  const auto later = [] {
+    return absl::Now() + absl::Seconds(limits::kStoredIdleSeconds) + absl::Seconds(1);
+  };
   registry_->Tick(later());
   EXPECT_FALSE(registry_->IsAsleep(kId)) << "the test still has it";
   store_.Flush();
   scene_ = nullptr;
-  registry_->Tick(absl::Now() + limits::kStoredIdleTime - absl::Seconds(30));
+  registry_->Tick(absl::Now() + absl::Seconds(limits::kStoredIdleSeconds) - absl::Seconds(30));
   EXPECT_FALSE(registry_->IsAsleep(kId));
   registry_->Tick(later());
   EXPECT_TRUE(registry_->IsAsleep(kId));

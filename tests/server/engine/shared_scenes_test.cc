@@ -34,10 +34,7 @@ struct ServerOfMany {
                  SceneRegistry::Options{
                      .store = &store,
                      .config_of = [](std::string_view) { return MakeSceneConfig(kSharedScene); },
-                     .stored_scene_of =
-                         [](std::string_view) {
-                           return StoredScene{.mesh_id = "mesh", .idle_ttl = absl::Hours(1)};
-                         }}) {}
+                     .mesh_of = [](std::string_view) { return "mesh"; }}) {}
 
   ScriptedBackend backend;
   SharedMemoryStore store;
