@@ -76,12 +76,16 @@ absl::Status DeleteMesh(const CallContext& context, const v1::DeleteMeshRequest&
                                 [&] { return env.meshes.Remove(request.mesh()); });
 }
 
-// Without an id if the store's header of it is damaged, which the log says.
-v1::Mesh Listed(const ListedMesh& mesh, const MeshUse& use) {
-  if (mesh.mesh != nullptr) return ToProto(*mesh.mesh, use, false);
-  v1::Mesh item = ListedFromStored(mesh.header).value_or(v1::Mesh());
-  item.set_scenes(use.scenes);
-  return item;
+// Reads the mesh if its header does not tell enough. The errors of MeshStore::Find.
+absl::StatusOr<v1::Mesh> Listed(ServerEnv& env, const ListedMesh& mesh, const MeshUse& use) {
+  if (mesh.mesh == nullptr) {
+    if (auto item = ListedFromStored(mesh.header); item.ok()) {
+      item->set_scenes(use.scenes);
+      return item;
+    }
+  }
+  LATTICED_ASSIGN_OR_RETURN(const auto found, env.meshes.Find(mesh.id));
+  return ToProto(*found, use, false);
 }
 
 absl::Status ListMeshes(const CallContext& context, const v1::ListMeshesRequest& request,
@@ -98,14 +102,16 @@ absl::Status ListMeshes(const CallContext& context, const v1::ListMeshesRequest&
   LATTICED_ASSIGN_OR_RETURN(auto uses, env.scenes->UseOfMeshes());
   for (const ListedMesh& mesh : meshes) {
     if (mesh.id <= request.page_token()) continue;
-    v1::Mesh item = Listed(mesh, uses[mesh.id]);
-    if (item.id().empty() || !filter.Matches({item.labels().begin(), item.labels().end()}))
-      continue;
-    if (!room.Take(item.ByteSizeLong())) {
+    auto item = Listed(env, mesh, uses[mesh.id]);
+    // Damaged ones are left out.
+    if (absl::IsDataLoss(item.status()) || absl::IsNotFound(item.status())) continue;
+    LATTICED_RETURN_IF_ERROR(item.status());
+    if (!filter.Matches({item->labels().begin(), item->labels().end()})) continue;
+    if (!room.Take(item->ByteSizeLong())) {
       response.set_next_page_token(response.meshes().rbegin()->id());
       break;
     }
-    *response.add_meshes() = std::move(item);
+    *response.add_meshes() = *std::move(item);
   }
   return absl::OkStatus();
 }

@@ -4,7 +4,8 @@
 
 #include <algorithm>
 #include <limits>
-#include <map>
+#include <memory>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -29,6 +30,7 @@ struct PageKey {
   std::string id;
   friend auto operator<=>(const PageKey&, const PageKey&) = default;
 };
+PageKey KeyOf(const Scene& scene) { return {absl::ToUnixNanos(scene.create_time()), scene.id()}; }
 PageKey KeyOf(const v1::Scene& scene) {
   const auto& time = scene.create_time();
   return {time.seconds() * kNanosPerSecond + time.nanos(), scene.id()};
@@ -45,15 +47,45 @@ absl::StatusOr<PageKey> FromToken(const std::string& token) {
   return PageKey{nanos, token.substr(dot + 1)};
 }
 
-// All scenes by id. What is in memory is newer than what is stored. Damaged ones are named in the log, and left out.
-absl::StatusOr<std::map<std::string, v1::Scene>> AllScenes(ServerEnv& env) {
-  std::map<std::string, v1::Scene> all;
+struct Item {
+  PageKey key;
+  std::shared_ptr<Scene> scene;  // null if it is asleep
+  v1::Scene listed;              // of a scene that is asleep
+};
+
+// The scenes after `after` that match, in any order.
+absl::StatusOr<std::vector<Item>> ItemsAfter(ServerEnv& env, const PageKey& after,
+                                             const LabelFilter& filter) {
+  std::vector<Item> items;
+  const auto add = [&](std::shared_ptr<Scene> scene) {
+    PageKey key = KeyOf(*scene);
+    if (key <= after || !filter.Matches(scene->config().labels)) return;
+    items.push_back({std::move(key), std::move(scene)});
+  };
+  // The store first: a scene that is made meanwhile is then in memory.
   LATTICED_ASSIGN_OR_RETURN(const auto stored, env.scenes->Stored());
-  for (const StoredEntry& entry : stored) {
-    if (auto scene = ListedScene(entry.header); scene.ok()) all[entry.id] = *std::move(scene);
+  std::set<std::string> in_memory;
+  for (auto& scene : env.scenes->All()) {
+    in_memory.insert(scene->id());
+    add(std::move(scene));
   }
-  for (const auto& scene : env.scenes->All()) all[scene->id()] = ToProto(*scene);
-  return all;
+  for (const StoredEntry& entry : stored) {
+    if (in_memory.contains(entry.id)) continue;
+    if (auto listed = ListedScene(entry.header); listed.ok()) {
+      PageKey key = KeyOf(*listed);
+      if (key <= after || !filter.Matches({listed->labels().begin(), listed->labels().end()})) {
+        continue;
+      }
+      items.push_back({std::move(key), nullptr, *std::move(listed)});
+      continue;
+    }
+    auto woken = env.scenes->Find(entry.id);
+    // Damaged ones are named in the log, and left out.
+    if (absl::IsDataLoss(woken.status()) || absl::IsNotFound(woken.status())) continue;
+    LATTICED_RETURN_IF_ERROR(woken.status());
+    add(*std::move(woken));
+  }
+  return items;
 }
 
 }  // namespace
@@ -63,22 +95,18 @@ absl::Status ListScenes(const CallContext& context, const v1::ListScenesRequest&
   LATTICED_ASSIGN_OR_RETURN(const auto size, PageSize(request.page_size()));
   LATTICED_ASSIGN_OR_RETURN(const auto filter, LabelFilter::Parse(request.filter()));
   LATTICED_ASSIGN_OR_RETURN(const auto after, FromToken(request.page_token()));
-  LATTICED_ASSIGN_OR_RETURN(auto all, AllScenes(context.env));
-  std::vector<v1::Scene> scenes;
-  for (auto& [id, scene] : all) {
-    if (!filter.Matches({scene.labels().begin(), scene.labels().end()})) continue;
-    if (KeyOf(scene) > after) scenes.push_back(std::move(scene));
-  }
-  std::ranges::sort(scenes, {}, KeyOf);
+  LATTICED_ASSIGN_OR_RETURN(auto items, ItemsAfter(context.env, after, filter));
+  std::ranges::sort(items, {}, &Item::key);
   PageRoom room(size);
   PageKey last;
-  for (v1::Scene& scene : scenes) {
+  for (Item& item : items) {
+    v1::Scene scene = item.scene != nullptr ? ToProto(*item.scene) : std::move(item.listed);
     if (!room.Take(scene.ByteSizeLong())) {
       response.set_next_page_token(ToToken(last));
       break;
     }
-    last = KeyOf(scene);
     *response.add_scenes() = std::move(scene);
+    last = std::move(item.key);
   }
   return absl::OkStatus();
 }

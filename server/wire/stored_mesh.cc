@@ -77,8 +77,8 @@ absl::StatusOr<v1::Mesh> ListedFromStored(std::string_view header) {
   store::MeshHeader stored;
   v1::Mesh listing;
   if (!stored.ParseFromArray(header.data(), static_cast<int>(header.size())) ||
-      !listing.ParseFromString(stored.listing())) {
-    return absl::DataLossError("the header of the mesh cannot be read");
+      stored.listing().empty() || !listing.ParseFromString(stored.listing())) {
+    return absl::DataLossError("the header has nothing that lists show");
   }
   return listing;
 }

@@ -27,8 +27,8 @@ namespace latticed {
                                                         MemoryReservation& reservation,
                                                         StopCheck stop);
 
-// What a store keeps of the mesh beside its bytes; what lists show of that; and the mesh from both. kDataLoss; the errors of
-// ReadStoredMesh.
+// What a store keeps of the mesh beside its bytes; what lists show of that, which headers of older servers lack; and the
+// mesh from both. kDataLoss; the errors of ReadStoredMesh.
 [[nodiscard]] std::string StoredHeaderOf(const StoredMesh& mesh);
 [[nodiscard]] absl::StatusOr<v1::Mesh> ListedFromStored(std::string_view header);
 [[nodiscard]] absl::StatusOr<StoredMesh> MeshFromStored(std::string_view header, std::string bytes,

@@ -4,6 +4,7 @@
 
 #include "core/base/status_macros.h"
 #include "server/store/records/header_codec.h"
+#include "server/store/records/scene_log.pb.h"
 #include "server/wire/scene_converters.h"
 
 namespace latticed {
@@ -40,10 +41,11 @@ absl::StatusOr<StoredScene> StoredSceneOf(std::string_view header) {
 }
 
 absl::StatusOr<v1::Scene> ListedScene(std::string_view header) {
-  LATTICED_ASSIGN_OR_RETURN(const auto stored, DecodeHeader(header));
+  store::SceneHeader stored;  // not by DecodeHeader, which makes its lattice
   v1::Scene scene;
-  if (stored.listing.empty() || !scene.ParseFromString(stored.listing)) {
-    return absl::DataLossError("what lists show of the scene cannot be read");
+  if (!stored.ParseFromArray(header.data(), static_cast<int>(header.size())) ||
+      stored.listing().empty() || !scene.ParseFromString(stored.listing())) {
+    return absl::DataLossError("the header has nothing that lists show");
   }
   scene.set_asleep(true);
   return scene;

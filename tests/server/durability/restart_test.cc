@@ -6,6 +6,8 @@
 #include <filesystem>
 #include <fstream>
 
+#include "server/store/records/scene_log.pb.h"
+#include "server/store/sqlite_store.h"
 #include "tests/server/support/server_test.h"
 #include "tests/support/temporary_folder.h"
 
@@ -13,6 +15,16 @@ namespace latticed::testing {
 namespace {
 
 using ::testing::HasSubstr;
+
+// As servers wrote headers before lists woke nothing.
+template <typename Header>
+std::string WithoutListing(const std::string& bytes) {
+  Header header;
+  EXPECT_TRUE(header.ParseFromString(bytes));
+  EXPECT_FALSE(header.listing().empty());
+  header.clear_listing();
+  return header.SerializeAsString();
+}
 
 class RestartTest : public SceneFixture {
  protected:
@@ -126,6 +138,26 @@ TEST_F(RestartTest, AListWakesNothing) {
   EXPECT_EQ(Get().revision(), 1u);
   EXPECT_FALSE(list("").scenes(0).asleep());
   EXPECT_EQ(list("").scenes(0).revision(), 1u);
+}
+
+TEST_F(RestartTest, ListsShowWhatAnOlderServerKept) {
+  ASSERT_OK(Create(SceneRequest()));
+  server_.reset();
+  {
+    ASSERT_OK_AND_ASSIGN(const auto store, OpenSqliteStore({.folder = folder_.Path("data")}));
+    ASSERT_OK_AND_ASSIGN(const std::string scene, store->ReadSceneHeader(kScene));
+    ASSERT_OK(store->DeleteScene(kScene));
+    ASSERT_OK(store->CreateScene(kScene, WithoutListing<store::SceneHeader>(scene)));
+    ASSERT_OK_AND_ASSIGN(const std::string mesh, store->ReadMeshHeader(mesh_));
+    ASSERT_OK_AND_ASSIGN(const std::string bytes, store->ReadMesh(mesh_));
+    ASSERT_OK(store->DeleteMesh(mesh_));
+    ASSERT_OK(store->PutMesh(mesh_, WithoutListing<store::MeshHeader>(mesh), bytes));
+  }
+  Options options;
+  options.data_dir = folder_.Path("data");
+  ServerTest::StartServer(options);
+  EXPECT_EQ(MeshCount(), 1);
+  EXPECT_EQ(SceneCount(), 1);
 }
 
 TEST_F(RestartTest, ADamagedMeshCanBeDeleted) {
