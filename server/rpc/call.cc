@@ -24,6 +24,7 @@ namespace latticed {
 namespace {
 
 constexpr char kRequestId[] = "latticed-request-id";
+constexpr char kForwardedFor[] = "x-forwarded-for";
 constexpr size_t kRequestIdDigits = 16;   // of an id made here
 constexpr size_t kTraceparentBytes = 55;  // 00-<32 hex>-<16 hex>-<2 hex>
 constexpr uint32_t kDrainRetryMs = 1'000;
@@ -55,7 +56,7 @@ std::string PeerName(const grpc::CallbackServerContext& context) {
 // The client's address as a trusted proxy names it: the last one of x-forwarded-for. Empty without one.
 std::string ForwardedFor(const ServerEnv& env, const grpc::CallbackServerContext& context) {
   if (!env.options.trust_forwarded_for) return "";
-  const auto [first, last] = context.client_metadata().equal_range("x-forwarded-for");
+  const auto [first, last] = context.client_metadata().equal_range(kForwardedFor);
   if (first == last) return "";
   const grpc::string_ref field = std::prev(last)->second;
   std::string ip(field.data(), field.size());
@@ -82,6 +83,8 @@ CallInfo Describe(ServerEnv& env, grpc::CallbackServerContext* context, const Rp
   call.write = env.stalled_calls.Add(context);
   call.peer = ForwardedFor(env, *context);
   call.is_forwarded = !call.peer.empty();
+  call.is_proxied = !Metadata(*context, kForwardedFor).empty() &&
+                    Metadata(*context, env.peer_key.c_str()).empty();
   if (!call.is_forwarded) call.peer = PeerAddress(env, *context);
   const std::string asked_id = Metadata(*context, kRequestId);
   call.request_id = IsSaneId(asked_id) ? asked_id : NewRandomId().substr(0, kRequestIdDigits);
@@ -154,14 +157,10 @@ std::string CodeName(int code) {
 
 }  // namespace
 
-absl::StatusOr<CallInfo> BeginCall(ServerEnv& env, grpc::CallbackServerContext* context,
-                                   const Rpc& rpc) {
-  CallInfo call = Describe(env, context, rpc);
-  if (absl::Status status = Admit(env, call); !status.ok()) {
-    LogFinished(call, ToGrpcStatus(status));
-    return status;
-  }
-  return call;
+absl::Status BeginCall(ServerEnv& env, grpc::CallbackServerContext* context, const Rpc& rpc,
+                       CallInfo& call) {
+  call = Describe(env, context, rpc);
+  return Admit(env, call);
 }
 
 absl::Status CheckDraining(const ServerEnv& env) {

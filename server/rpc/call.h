@@ -37,7 +37,8 @@ struct CallInfo {
   std::string request_id;                  // the client's if it is valid, else 16 random hex digits
   std::string traceparent;                 // W3C, empty if absent or malformed
   std::string peer;                        // "ipv4:127.0.0.1:5000": the other end of the socket
-  bool is_forwarded = false;               // a proxy named the peer
+  bool is_forwarded = false;               // a trusted proxy named the peer
+  bool is_proxied = false;                 // the call came through a proxy, as HTTP/2
   std::string scene;  // the scene of the call, if metadata or the request name one
   absl::Time start_time;
   std::chrono::steady_clock::time_point arrival;
@@ -48,11 +49,11 @@ struct CallInfo {
 
 // Reads metadata, puts latticed-request-id and latticed-node into the reply's metadata (initial,
 // and trailing, since a refusal has only that in some clients), checks token and role.
+// Fills `call`, also on errors, which the caller ends the call with.
 // kUnauthenticated, kPermissionDenied; kUnavailable, reason DRAINING; kResourceExhausted, reason LIMIT_EXCEEDED,
 // for too many calls, or too many wrong tokens.
-[[nodiscard]] absl::StatusOr<CallInfo> BeginCall(ServerEnv& env,
-                                                 grpc::CallbackServerContext* context,
-                                                 const Rpc& rpc);
+[[nodiscard]] absl::Status BeginCall(ServerEnv& env, grpc::CallbackServerContext* context,
+                                     const Rpc& rpc, CallInfo& call);
 
 // kUnavailable, reason DRAINING, once the server drains.
 [[nodiscard]] absl::Status CheckDraining(const ServerEnv& env);

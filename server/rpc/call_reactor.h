@@ -34,22 +34,16 @@ class CallReactor : public Reactor {
  protected:
   // Returns whether the call may go on. If not, it has been finished.
   bool Begin(ServerEnv& env, grpc::CallbackServerContext* context, const Rpc& rpc) {
-    absl::StatusOr<CallInfo> call = BeginCall(env, context, rpc);
-    if (call.ok()) {
-      call_ = *std::move(call);
-      return true;
-    }
-    Reactor::Finish(ToGrpcStatus(call.status()));
-    return false;
+    const absl::Status begun = BeginCall(env, context, rpc, call_);
+    if (!begun.ok()) FinishCall(begun);
+    return begun.ok();
   }
 
   // Called before and after each write of a stream.
   void BeginWrite() { call_.write->Begin(absl::Now()); }
   void EndWrite() { call_.write->End(); }
   // The call is done. Called by OnDone; gRPC's context of the call ends with it.
-  void Done() {
-    if (call_.write != nullptr) call_.write->Close();  // null: the call was refused
-  }
+  void Done() { call_.write->Close(); }
 
   void FinishCall(const grpc::Status& status) {
     LogFinished(call_, status);

@@ -18,6 +18,7 @@
 #include "core/base/status_macros.h"
 #include "server/rpc/call_counts.h"
 #include "server/rpc/call_reactor.h"
+#include "server/rpc/farewell.h"
 #include "server/rpc/first_message.h"
 #include "server/rpc/scene_stream.h"
 #include "server/rpc/server_env.h"
@@ -40,11 +41,14 @@ class DeformStream final
       public std::enable_shared_from_this<DeformStream> {
  public:
   DeformStream(const Rpc& rpc, ServerEnv* env, grpc::CallbackServerContext* context) : env_(env) {
-    if (!Begin(*env, context, rpc)) return;
+    if (const absl::Status begun = BeginCall(*env, context, rpc, call_); !begun.ok()) {
+      Finish(ToGrpcStatus(begun));
+      return;
+    }
     first_message_.Await(env->options.first_message_timeout, "watch",
                          [this](const absl::Status& late) { End(late); });
-    reading_ = true;
-    StartRead(&bytes_);
+    const MutexLock lock(&mutex_);
+    StartReading();
   }
 
   // Keeps gRPC's reference until OnDone.
@@ -54,14 +58,12 @@ class DeformStream final
     BeginWrite();
     StartWrite(buffer);
   }
-  void Finish(const grpc::Status& status) override {
-    StopReading();
-    FinishCall(status);
-  }
+  void Finish(const grpc::Status& status) override;
 
   void OnReadDone(bool ok) override;
   void OnWriteDone(bool ok) override {
     EndWrite();
+    if (farewell_.begun()) return OnFarewellWritten(ok);
     const auto stream = Stream();
     stream->OnWriteDone(ok);
     MaybeRead();
@@ -79,12 +81,23 @@ class DeformStream final
     return stream_;
   }
   void MaybeRead() ABSL_LOCKS_EXCLUDED(mutex_);
+  void StartReading() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
+    reading_ = read_pending_ = true;
+    StartRead(&bytes_);
+  }
   // A read that starts after Finish would outlive the call.
   void StopReading() ABSL_LOCKS_EXCLUDED(mutex_) {
     const MutexLock lock(&mutex_);
     ended_ = true;
   }
   void FinishedReading() ABSL_LOCKS_EXCLUDED(mutex_);
+  // Notes the end of a read. Returns whether it came after the farewell, and is handled.
+  bool IsOfFarewell(bool ok) ABSL_LOCKS_EXCLUDED(mutex_);
+  // Whether the client must be told how the call ends before it ends.
+  bool NeedsFarewell(const grpc::Status& status) const ABSL_LOCKS_EXCLUDED(mutex_);
+  void OnFarewellWritten(bool ok) ABSL_LOCKS_EXCLUDED(mutex_);
+  // After a farewell: the client has half-closed, is gone, or is late.
+  void Leave() ABSL_LOCKS_EXCLUDED(mutex_);
   // Ends the call, with or without a stream.
   void End(const absl::Status& status) ABSL_LOCKS_EXCLUDED(mutex_);
   absl::Status Open(const v1::DeformRequest& request);
@@ -108,6 +121,7 @@ class DeformStream final
   std::shared_ptr<DeformStream> self_;
   ServerEnv* const env_;
   FirstMessage first_message_;
+  Farewell farewell_;
   std::atomic<bool> cancelled_ = false;  // the context's own flag ends with the call
   // Used only while a message is read or handled; there is one at a time.
   grpc::ByteBuffer bytes_;
@@ -117,13 +131,14 @@ class DeformStream final
   std::shared_ptr<SceneStream> stream_ ABSL_GUARDED_BY(mutex_);  // null before the first message
   bool reading_ ABSL_GUARDED_BY(mutex_) = false;                 // or handling the message
   bool ended_ ABSL_GUARDED_BY(mutex_) = false;                   // nothing more will be read
+  bool read_pending_ ABSL_GUARDED_BY(mutex_) = false;            // gRPC will call OnReadDone
+  bool half_closed_ ABSL_GUARDED_BY(mutex_) = false;             // by the client
 };
 
 void DeformStream::OnReadDone(bool ok) {
-  if (!first_message_.Arrive()) return;
+  if (IsOfFarewell(ok) || !first_message_.Arrive()) return;
   const auto stream = Stream();
   if (!ok) {
-    StopReading();
     if (stream == nullptr) {
       return End(error::FailedPrecondition("STREAM_NOT_OPENED",
                                            "the first message must be watch; none came"));
@@ -186,9 +201,7 @@ void DeformStream::MaybeRead() {
   // Asked before mutex_ is locked, because the stream's mutex comes first in the lock order.
   if (Stream()->backlog() >= limits::kMaxQueuedAnswers) return;
   const MutexLock lock(&mutex_);
-  if (reading_ || ended_) return;
-  reading_ = true;
-  StartRead(&bytes_);
+  if (!reading_ && !read_pending_ && !ended_) StartReading();
 }
 
 void DeformStream::OnCancel() {
@@ -196,6 +209,51 @@ void DeformStream::OnCancel() {
   StopReading();
   // Without a stream, the pending read fails and ends the call.
   if (const auto stream = Stream(); stream != nullptr) stream->OnCancel();
+  if (farewell_.begun()) Leave();
+}
+
+void DeformStream::Finish(const grpc::Status& status) {
+  if (NeedsFarewell(status)) return Write(farewell_.Begin(status));
+  StopReading();
+  FinishCall(status);
+}
+
+bool DeformStream::NeedsFarewell(const grpc::Status& status) const {
+  const grpc::StatusCode code = status.error_code();
+  if (!call_.is_proxied || cancelled_) return false;
+  if (code == grpc::StatusCode::OK || code == grpc::StatusCode::CANCELLED) return false;
+  const MutexLock lock(&mutex_);
+  return !half_closed_;
+}
+
+void DeformStream::OnFarewellWritten(bool ok) {
+  const auto late = [weak = weak_from_this()] {
+    if (const auto self = weak.lock(); self != nullptr) self->Leave();
+  };
+  if (farewell_.Written(ok, late)) {
+    StopReading();
+    return FinishCall(farewell_.status());
+  }
+  const MutexLock lock(&mutex_);
+  if (!read_pending_ && !ended_) StartReading();
+}
+
+bool DeformStream::IsOfFarewell(bool ok) {
+  {
+    const MutexLock lock(&mutex_);
+    read_pending_ = false;
+    if (!ok) ended_ = half_closed_ = true;
+    if (!farewell_.begun()) return false;
+    if (!ended_) StartReading();  // what comes now is not taken
+  }
+  if (!ok) Leave();
+  return true;
+}
+
+void DeformStream::Leave() {
+  if (!farewell_.Over()) return;
+  StopReading();
+  FinishCall(farewell_.status());
 }
 
 void DeformStream::End(const absl::Status& status) {

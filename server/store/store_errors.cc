@@ -13,7 +13,6 @@ namespace {
 constexpr char kStoreReason[] = "STORE";
 constexpr uint32_t kRetryBusyMs = 100;  // in which time a disk takes the bytes that may wait
 constexpr uint32_t kRetryFailedMs = 1'000;
-constexpr char kMovedReason[] = "SCENE_MOVED";
 constexpr uint32_t kRetryMovedMs = 20;  // as fast as a call without waste
 
 absl::Status OfStore(absl::StatusCode code, std::string message, uint32_t retry_after_ms) {
@@ -60,13 +59,13 @@ absl::Status SceneMoved(std::string_view owner) {
   return WithDetails(
       absl::UnavailableError(fmt::format("the scene is on another server{}{}: call it there",
                                          owner.empty() ? "" : ", ", owner)),
-      {.reason = kMovedReason,
+      {.reason = kSceneMovedReason,
        .metadata = {{"owner", std::string(owner)}},
        .retry_after_ms = kRetryMovedMs});
 }
 
 bool IsSceneMoved(const absl::Status& status) {
-  return absl::IsUnavailable(status) && DetailsOf(status).reason == kMovedReason;
+  return absl::IsUnavailable(status) && DetailsOf(status).reason == kSceneMovedReason;
 }
 
 bool IsOfMedium(const absl::Status& status) {

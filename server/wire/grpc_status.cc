@@ -95,6 +95,14 @@ grpc::Status ToGrpcStatus(const absl::Status& status) {
                       rpc.SerializeAsString());
 }
 
+google::rpc::Status ToRpcStatus(const grpc::Status& status) {
+  google::rpc::Status rpc;
+  if (!rpc.ParseFromString(status.error_details())) rpc.clear_details();
+  rpc.set_code(status.error_code());
+  rpc.set_message(status.error_message());
+  return rpc;
+}
+
 std::string ReasonOf(const grpc::Status& status) {
   google::rpc::Status rpc;
   if (!rpc.ParseFromString(status.error_details())) return "";

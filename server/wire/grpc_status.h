@@ -28,6 +28,8 @@ namespace latticed {
 [[nodiscard]] grpc::Status ToGrpcStatus(const absl::Status& status);
 // For EditResult.status. OK is code 0 with nothing else.
 [[nodiscard]] google::rpc::Status ToRpcStatus(const absl::Status& status);
+// For Goaway.status.
+[[nodiscard]] google::rpc::Status ToRpcStatus(const grpc::Status& status);
 // The reason in a status; empty if it has none.
 [[nodiscard]] std::string ReasonOf(const grpc::Status& status);
 

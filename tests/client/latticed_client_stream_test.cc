@@ -224,6 +224,35 @@ TEST_F(DeformStreamTest, HalfCloseEndsItAfterTheLastEdit) {
   EXPECT_THAT(stream_->Send(OneEdit()), StatusIs(absl::StatusCode::kFailedPrecondition));
 }
 
+// Ends each stream with a goaway that has an error. When the client has half-closed, the call ends as a proxy ends it.
+class EndingScenes final : public v1::SceneService::Service {
+ public:
+  int opened = 0;
+
+  grpc::Status Deform(grpc::ServerContext*, Events* stream) override {
+    ++opened;
+    v1::DeformRequest request;
+    stream->Read(&request);
+    v1::SceneEvent event;
+    auto& status = *event.mutable_goaway()->mutable_status();
+    status.set_code(grpc::StatusCode::NOT_FOUND);
+    status.set_message("it is gone");
+    stream->Write(event);
+    while (stream->Read(&request)) continue;
+    return {grpc::StatusCode::CANCELLED, "replaced by a proxy"};
+  }
+};
+
+TEST(Client, TakesTheErrorOfAGoawayForThatOfTheStream) {
+  EndingScenes service;
+  const FakeServer server({&service});
+  const auto client = Client::Connect({.address = server.address()});
+  v1::WatchRequest watch;
+  watch.set_scene("a-scene");
+  EXPECT_THAT(client->Deform(watch), StatusIs(absl::StatusCode::kNotFound, "it is gone"));
+  EXPECT_EQ(service.opened, 1);
+}
+
 // Refuses calls as UNAVAILABLE: all deletions, and reads before the given one.
 class BusyScenes final : public v1::SceneService::Service {
  public:

@@ -85,6 +85,8 @@ class ResumingStream {
   virtual std::unique_ptr<grpc::ClientContext> NewContext() = 0;
   // Starts the rpc and sends its first requests.
   virtual std::unique_ptr<Rpc> OpenRpc(grpc::ClientContext* context) = 0;
+  // The server ends the rpc: half-closes it, if the client writes requests.
+  virtual void EndRequests() {}
 
   void Start() {
     {
@@ -92,7 +94,7 @@ class ResumingStream {
       context_ = NewContext();
       if (cancelled_) context_->TryCancel();
     }
-    goaway_ = false;
+    goaway_.reset();
     hello_at_ = absl::InfiniteFuture();
     rpc_ = OpenRpc(context_.get());
   }
@@ -108,9 +110,8 @@ class ResumingStream {
       }
       if (observer_) observer_(event);
       if (event.has_goaway()) {
-        goaway_ = true;
-        const auto& after = event.goaway().retry_after();
-        Pause(absl::Seconds(after.seconds()) + absl::Nanoseconds(after.nanos()));
+        goaway_ = event.goaway();
+        EndRequests();
       } else if (event.has_presence()) {
         TakePresence(event.presence());
       } else {
@@ -145,11 +146,17 @@ class ResumingStream {
   // Called when the rpc has ended. Starts another unless the stream has ended OK or was cancelled.
   // Returns the error if another attempt cannot help.
   absl::Status Restart() {
-    const absl::Status status = FromGrpc(rpc_->Finish(), *context_);
+    absl::Status status = FromGrpc(rpc_->Finish(), *context_);
+    // A proxy may replace the status of a call that the server ends.
+    if (goaway_.has_value()) status = FromRpc(goaway_->status(), *context_);
     rpc_.reset();
     surface_.DropPartialUpdate();
-    const bool done = status.ok() && !goaway_;
+    const bool done = status.ok() && !goaway_.has_value();
     if (done || cancelled()) return absl::OkStatus();
+    if (goaway_.has_value()) {
+      const auto& after = goaway_->retry_after();
+      Pause(absl::Seconds(after.seconds()) + absl::Nanoseconds(after.nanos()));
+    }
     if (absl::Now() - hello_at_ > kWorks) attempts_.Succeeded();
     if (!status.ok()) {
       const auto pause = attempts_.PauseAfter(status);
@@ -191,7 +198,7 @@ class ResumingStream {
   v1::Hello hello_;
   Others others_;
   absl::Time hello_at_ = absl::InfiniteFuture();  // of the present rpc
-  bool goaway_ = false;
+  std::optional<v1::Goaway> goaway_;              // of the present rpc
   Reachability* const server_;
   Attempts attempts_;
   int reconnections_ = 0;

@@ -63,6 +63,15 @@ error::Details DetailsIn(const google::rpc::Status& status) {
   return details;
 }
 
+absl::Status WithRequestId(absl::Status status,
+                           const std::multimap<grpc::string_ref, grpc::string_ref>& metadata) {
+  const auto id = metadata.find(kRequestId);
+  if (status.ok() || id == metadata.end()) return status;
+  error::Details details = error::DetailsOf(status);
+  details.metadata["request_id"] = std::string(id->second.data(), id->second.size());
+  return error::WithDetails(std::move(status), details);
+}
+
 }  // namespace
 
 absl::Status FromRpc(const google::rpc::Status& status) {
@@ -85,14 +94,11 @@ absl::Status FromGrpc(const grpc::Status& status) {
 }
 
 absl::Status FromGrpc(const grpc::Status& status, const grpc::ClientContext& context) {
-  absl::Status result = FromGrpc(status);
-  if (result.ok()) return result;
-  const auto& trailers = context.GetServerTrailingMetadata();
-  const auto id = trailers.find(kRequestId);
-  if (id == trailers.end()) return result;
-  error::Details details = error::DetailsOf(result);
-  details.metadata["request_id"] = std::string(id->second.data(), id->second.size());
-  return error::WithDetails(std::move(result), details);
+  return WithRequestId(FromGrpc(status), context.GetServerTrailingMetadata());
+}
+
+absl::Status FromRpc(const google::rpc::Status& status, const grpc::ClientContext& context) {
+  return WithRequestId(FromRpc(status), context.GetServerInitialMetadata());
 }
 
 absl::Status Stopped() { return absl::CancelledError("the client was told to stop"); }

@@ -21,6 +21,9 @@ namespace latticed::client {
 [[nodiscard]] absl::Status FromGrpc(const grpc::Status& status, const grpc::ClientContext& context);
 // Converts EditResult.status; OK for code 0.
 [[nodiscard]] absl::Status FromRpc(const google::rpc::Status& status);
+// Converts Goaway.status, which was read from the rpc of `context`, in the same way as FromGrpc.
+[[nodiscard]] absl::Status FromRpc(const google::rpc::Status& status,
+                                   const grpc::ClientContext& context);
 
 // kCancelled: the error of a call that would begin after a request to stop.
 [[nodiscard]] absl::Status Stopped();

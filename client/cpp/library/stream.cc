@@ -16,6 +16,7 @@ namespace {
 
 constexpr size_t kMostRefusals = 1024;
 constexpr std::string_view kOutOfOrder = "OUT_OF_ORDER";
+constexpr std::string_view kDraining = "DRAINING", kSceneMoved = "SCENE_MOVED";
 
 }  // namespace
 
@@ -56,8 +57,18 @@ std::unique_ptr<DeformStream::Rpc> DeformStream::OpenRpc(grpc::ClientContext* co
     *request.mutable_edit() = batch;
     open = open && rpc->Write(request);
   }
+  rpc_half_closed_ = half_closed_;
   if (open && half_closed_) rpc->WritesDone();
   return rpc;
+}
+
+void DeformStream::EndRequests() {
+  if (!std::exchange(rpc_half_closed_, true) && rpc() != nullptr) rpc()->WritesDone();
+}
+
+void DeformStream::Write(const v1::DeformRequest& request) {
+  // If the stream is broken, Next notices it, opens it again and sends the unanswered edits.
+  if (!rpc_half_closed_) (void)rpc()->Write(request);
 }
 
 absl::StatusOr<uint64_t> DeformStream::Send(v1::EditBatch batch) {
@@ -76,8 +87,7 @@ absl::StatusOr<uint64_t> DeformStream::Send(v1::EditBatch batch) {
   v1::DeformRequest request;
   *request.mutable_edit() = batch;
   unanswered_.push_back(std::move(batch));
-  // If the stream is broken, Next notices it, opens it again and sends the unanswered edits.
-  (void)rpc()->Write(request);
+  Write(request);
   return last_sequence_;
 }
 
@@ -89,12 +99,13 @@ absl::Status DeformStream::Show(v1::Presence presence) {
   v1::DeformRequest request;
   *request.mutable_presence() = presence;
   shown_ = std::move(presence);
-  (void)rpc()->Write(request);
+  Write(request);
   return absl::OkStatus();
 }
 
 void DeformStream::HalfClose() {
-  if (!std::exchange(half_closed_, true) && rpc() != nullptr) rpc()->WritesDone();
+  half_closed_ = true;
+  EndRequests();
 }
 
 absl::StatusOr<DeformStream::Step> DeformStream::Next() {
@@ -110,6 +121,7 @@ absl::StatusOr<DeformStream::Step> DeformStream::Next() {
 absl::StatusOr<DeformStream::Step> DeformStream::Take(v1::SceneEvent event) {
   Step step;
   if (event.has_edit_result()) {
+    if (IsForNextServer(event.edit_result())) return step;
     step.result = event.edit_result();
     if (IsLostAnswer(*step.result)) step.result->clear_status();
     Answer(*step.result);
@@ -122,9 +134,15 @@ absl::StatusOr<DeformStream::Step> DeformStream::Take(v1::SceneEvent event) {
     Remember(*step.update);
     request.mutable_control()->set_acked_update_id(step.update->end.update_id());
   }
-  const bool answers = request.message_case() != v1::DeformRequest::MESSAGE_NOT_SET;
-  if (answers && !half_closed_) (void)rpc()->Write(request);
+  if (request.message_case() != v1::DeformRequest::MESSAGE_NOT_SET) Write(request);
   return step;
+}
+
+// The server that ends the stream did not take the edit. It stays unanswered, and is sent again to the next server.
+bool DeformStream::IsForNextServer(const v1::EditResult& result) {
+  if (result.status().code() == 0) return false;
+  const std::string reason = error::DetailsOf(FromRpc(result.status())).reason;
+  return reason == kDraining || reason == kSceneMoved;
 }
 
 // The edit was sent twice, and the server handled a later one before the connection broke. It handled

@@ -68,7 +68,11 @@ class DeformStream final
   std::unique_ptr<grpc::ClientContext> NewContext() override;
   // Sends the watch, the presence and the unanswered edits.
   std::unique_ptr<Rpc> OpenRpc(grpc::ClientContext* context) override;
+  void EndRequests() override;
+  // Writes the request if the rpc takes more.
+  void Write(const v1::DeformRequest& request);
   absl::StatusOr<Step> Take(v1::SceneEvent event);
+  static bool IsForNextServer(const v1::EditResult& result);
   bool IsLostAnswer(const v1::EditResult& result) const;
   void Answer(const v1::EditResult& result);
   void Remember(const CompleteUpdate& update);
@@ -80,6 +84,7 @@ class DeformStream final
   uint64_t last_sequence_ = 0;
   uint64_t resent_ = 0;  // the last sequence that was sent again
   bool half_closed_ = false;
+  bool rpc_half_closed_ = false;  // also after a goaway
 };
 
 }  // namespace latticed::client

@@ -21,6 +21,8 @@ from latticed.v1 import edit_pb2, event_pb2, scene_pb2
 from latticed.view import View
 
 _MOST_ANSWERS = 1024
+# The server that ends the stream did not take the edit. It stays unanswered, and is sent again to the next server.
+_FOR_NEXT_SERVER = ("DRAINING", "SCENE_MOVED")
 
 
 class Requests:
@@ -199,6 +201,9 @@ class DeformStream(UpdateStream, EditCalls[int]):
         metadata = self._connection.metadata(self._watch.scene)
         return self._connection.scenes.Deform(iter(self._requests), metadata=metadata)
 
+    def _end_requests(self) -> None:
+        self._requests.finish()
+
     def _acknowledge(self, update_id: int) -> None:
         self._requests.send(control=scene_pb2.ControlWatchRequest(acked_update_id=update_id))
 
@@ -211,13 +216,16 @@ class DeformStream(UpdateStream, EditCalls[int]):
         self._last_sequence = max(self._last_sequence, update.applied_sequence)
 
     def _take_result(self, result: Any) -> None:
+        refusal = LatticedError.from_status(result.status) if result.status.code != 0 else None
+        if refusal is not None and refusal.reason in _FOR_NEXT_SERVER:
+            return
         with self._changed:
             while self._unanswered and self._unanswered[0].sequence <= result.sequence:
                 self._unanswered.popleft()
-            if result.status.code == 0:
+            if refusal is None:
                 self._answers[result.sequence] = EditResult.from_proto(result)
             else:
-                self._refuse(result.sequence, LatticedError.from_status(result.status))
+                self._refuse(result.sequence, refusal)
             while len(self._answers) > _MOST_ANSWERS:
                 self._unseen_refusals.pop(self._answers.popitem(last=False)[0], None)
             self._changed.notify_all()

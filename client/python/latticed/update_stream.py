@@ -138,6 +138,9 @@ class UpdateStream(ABC):
     def _open(self) -> Any:
         """Starts the rpc. Called with _changed held."""
 
+    def _end_requests(self) -> None:
+        """The server ends the rpc: half-closes it, if the client writes requests."""
+
     def _begin(self) -> None:
         """Called when the hello of an rpc has come."""
 
@@ -203,7 +206,7 @@ class UpdateStream(ABC):
 
     def _read_one_rpc(self) -> Optional[float]:
         """Reads an rpc to its end. Returns the seconds to wait before the next rpc; None: it was the last."""
-        pause: Optional[float] = None
+        goaway: Any = None
         with self._changed:
             if self._closing:
                 return None
@@ -212,16 +215,23 @@ class UpdateStream(ABC):
         try:
             for event in call:
                 if event.WhichOneof("event") == "goaway":
-                    after = event.goaway.retry_after
-                    pause = after.seconds + 1e-9 * after.nanos
+                    goaway = event.goaway
+                    self._end_requests()
                 else:
                     self._take(event)
         except grpc.RpcError as rpc_error:
-            pause = self._pause_after(LatticedError.from_rpc(rpc_error, self._connection.address))
+            if goaway is None:
+                return self._pause_after(LatticedError.from_rpc(rpc_error, self._connection.address))
         finally:
             call.cancel()
             self._surface.drop_partial_update()
-        return pause
+        return None if goaway is None else self._pause_of(goaway)
+
+    def _pause_of(self, goaway: Any) -> Optional[float]:
+        """The seconds that the server asks for, or the error that it names; a proxy may replace the call's own."""
+        if goaway.status.code != 0:
+            return self._pause_after(LatticedError.from_status(goaway.status))
+        return goaway.retry_after.seconds + 1e-9 * goaway.retry_after.nanos
 
     def _pause_after(self, error: LatticedError) -> Optional[float]:
         with self._changed:

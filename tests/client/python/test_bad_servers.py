@@ -8,7 +8,8 @@ import grpc
 import latticed
 import pytest
 from latticed import retries
-from latticed.v1 import mesh_pb2, mesh_pb2_grpc, scene_pb2, scene_pb2_grpc, surface_pb2
+from latticed.google_rpc import Status
+from latticed.v1 import event_pb2, mesh_pb2, mesh_pb2_grpc, scene_pb2, scene_pb2_grpc, surface_pb2
 
 import definition
 
@@ -18,8 +19,13 @@ class Scenes(scene_pb2_grpc.SceneServiceServicer):
         return iter(())
 
     def Deform(self, requests, context):
-        next(requests)
-        return iter(())
+        if next(requests).watch.scene != ENDED:
+            return
+        gone = Status(code=grpc.StatusCode.NOT_FOUND.value[0], message="it is gone")
+        yield event_pb2.SceneEvent(goaway=event_pb2.Goaway(status=gone))
+        for _ in requests:  # until the client half-closes
+            pass
+        context.abort(grpc.StatusCode.CANCELLED, "replaced by a proxy")
 
     def Export(self, request, context):
         yield surface_pb2.ExportResponse(header=surface_pb2.ExportHeader(bytes=5))
@@ -30,6 +36,7 @@ class Scenes(scene_pb2_grpc.SceneServiceServicer):
 
 
 MESH = b"0123456789"
+ENDED = "scene-that-has-ended"
 
 
 class Meshes(mesh_pb2_grpc.MeshServiceServicer):
@@ -85,6 +92,15 @@ def test_less_than_was_promised_is_data_loss(bad_client, scene, ask, text):
         ask(bad, scene)
 
     assert caught.value.code == grpc.StatusCode.DATA_LOSS
+
+
+def test_the_error_of_a_goaway_counts_where_a_proxy_replaces_the_streams(bad_client):
+    ended = latticed.Scene(bad_client._connection, scene_pb2.Scene(id=ENDED))
+
+    with pytest.raises(latticed.LatticedError, match="it is gone") as caught:
+        ended.deform()
+
+    assert caught.value.code == grpc.StatusCode.NOT_FOUND
 
 
 def test_a_download_goes_on_where_it_was(bad_client, meshes, tmp_path, monkeypatch):

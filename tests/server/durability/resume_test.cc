@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// An editor of the client library drags while the daemon is killed, and started again at the same address on the same
-// folder. His stream goes on by itself: each edit counts once, and he can undo edits from before the kill.
+// An editor of the client library drags while the daemon is killed or told to stop, and started again at the same address
+// on the same folder. His stream goes on by itself: each edit counts once, and he can undo edits from before.
 #include <arpa/inet.h>
 #include <signal.h>
 #include <sys/socket.h>
@@ -75,12 +75,12 @@ v1::Lattice LatticeAfter(uint64_t edits, v1::Lattice lattice) {
   return lattice;
 }
 
-class ResumeTest : public ::testing::Test {
+class ResumeTest : public ::testing::TestWithParam<int> {
  protected:
   std::unique_ptr<Daemon> StartDaemon() {
-    return std::make_unique<Daemon>(std::vector<std::string>{"--listen", address_, "--backend",
-                                                             "cpu", "--threads", "1", "--data-dir",
-                                                             folder_.Path("data")});
+    return std::make_unique<Daemon>(
+        std::vector<std::string>{"--listen", address_, "--backend", "cpu", "--threads", "1",
+                                 "--drain-delay", "0s", "--data-dir", folder_.Path("data")});
   }
   void CreateScene(client::Client& client) {
     v1::MeshHeader header;
@@ -118,7 +118,7 @@ class ResumeTest : public ::testing::Test {
   absl::Time restarted_;
 };
 
-TEST_F(ResumeTest, ADragGoesOnAfterAKillAndCanBeUndone) {
+TEST_P(ResumeTest, ADragGoesOnAndCanBeUndone) {
   auto daemon = StartDaemon();
   ASSERT_EQ(daemon->Address(), address_);
   std::vector<absl::StatusCode> told;
@@ -139,7 +139,7 @@ TEST_F(ResumeTest, ADragGoesOnAfterAKillAndCanBeUndone) {
     ASSERT_OK(sequence);
     ASSERT_EQ(*sequence, n);
     if (n == kKilledAt) {
-      daemon->Signal(SIGKILL);
+      daemon->Signal(GetParam());
       restarter = std::thread([&] { Restart(daemon); });
     }
     if (n > kInFlight) {
@@ -154,18 +154,24 @@ TEST_F(ResumeTest, ADragGoesOnAfterAKillAndCanBeUndone) {
   EXPECT_GT(pause, absl::ZeroDuration());
   EXPECT_LT(pause, kMostPause);
   EXPECT_GE((*stream)->reconnections(), 1);
-  EXPECT_THAT(told, ::testing::ElementsAre(absl::StatusCode::kUnavailable, absl::StatusCode::kOk));
+  if (GetParam() == SIGKILL) {  // else the client waits as the goaway says
+    EXPECT_THAT(told,
+                ::testing::ElementsAre(absl::StatusCode::kUnavailable, absl::StatusCode::kOk));
+  }
   ASSERT_NO_FATAL_FAILURE(Check(*client, kEdits, kEdits, initial->lattice()));
 
   for (uint64_t n = 1; n <= kUndone; ++n) ASSERT_OK((*stream)->Send(Undo()));
   ASSERT_OK((*stream)->WaitFor(kEdits + kUndone));
-  static_assert(kEdits - kUndone < kKilledAt - kInFlight, "some are from before the kill");
+  static_assert(kEdits - kUndone < kKilledAt - kInFlight, "some are from before the signal");
   Check(*client, kEdits + kUndone, kEdits - kUndone, initial->lattice());
   (*stream)->Cancel();
   stream->reset();
   daemon->Signal(SIGKILL);
   daemon->Wait();
 }
+
+INSTANTIATE_TEST_SUITE_P(Signals, ResumeTest, ::testing::Values(SIGKILL, SIGTERM),
+                         [](const auto& info) { return info.param == SIGKILL ? "Kill" : "Drain"; });
 
 }  // namespace
 }  // namespace latticed::testing

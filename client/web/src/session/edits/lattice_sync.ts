@@ -81,6 +81,8 @@ export class LatticeSync {
   }
 
   takeResult(result: EditResult): void {
+    // A server that ends the stream did not take the edit. It stays in flight, and the next server gets it.
+    if (['DRAINING', 'SCENE_MOVED'].includes(result.status ? ServerError.fromStatus(result.status).reason : '')) return;
     const { refused, message, targets, gestureId } = this.queue.answer(result);
     if (this.model) this.queue.reached(this.model.revision);
     if (!refused && gestureId) this.openGesture?.answered(gestureId, result.dragResidual);
