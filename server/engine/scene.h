@@ -130,6 +130,8 @@ class Scene : public RenderSource, public std::enable_shared_from_this<Scene> {
   [[nodiscard]] absl::Time expire_time() const ABSL_LOCKS_EXCLUDED(mutex_);
   // Why edits are refused and streams end: kNotFound after Delete; kUnavailable, reason SCENE_MOVED, after Leave; else OK.
   [[nodiscard]] absl::Status ended() const;
+  // Whether the scene lives on in the store, and not here.
+  [[nodiscard]] bool is_lost() const { return life_ == Life::kLeft; }
   [[nodiscard]] size_t watcher_count() const ABSL_LOCKS_EXCLUDED(mutex_);
   [[nodiscard]] size_t WatchersOf(const MemoryAccount& account) const ABSL_LOCKS_EXCLUDED(mutex_);
   // Counts of all scenes together.
@@ -150,6 +152,8 @@ class Scene : public RenderSource, public std::enable_shared_from_this<Scene> {
   // Refuses edits from now on, and ends streams. After Leave, the scene may live on another server. Idempotent.
   void Delete() ABSL_LOCKS_EXCLUDED(edit_mutex_, mutex_) { End(Life::kDeleted); }
   void Leave() ABSL_LOCKS_EXCLUDED(edit_mutex_, mutex_) { End(Life::kLeft); }
+  // Whether edits wait for the store.
+  [[nodiscard]] bool has_pending() const { return !journal_.is_idle(); }
   // Housekeeping, called about once a second: ends gestures that time out, and drops views that nobody has
   // watched lately.
   void Tick(absl::Time now) ABSL_LOCKS_EXCLUDED(edit_mutex_, mutex_);
@@ -212,6 +216,8 @@ class Scene : public RenderSource, public std::enable_shared_from_this<Scene> {
   // Goes on from what is stored, after an append has failed.
   [[nodiscard]] absl::Status ReadAgain() ABSL_EXCLUSIVE_LOCKS_REQUIRED(edit_mutex_)
       ABSL_LOCKS_EXCLUDED(mutex_);
+  // What the store has is not what this scene has, or may be. Returns ended(); listeners are still to be notified.
+  absl::Status Lose();
   // The answer to a batch that is now durable, or why it is not. Publishes what it did.
   [[nodiscard]] absl::StatusOr<EditSummary> Settle(const absl::StatusOr<EditCommit>& commit,
                                                    const std::shared_ptr<TargetSlot>& target,

@@ -42,6 +42,7 @@ void Scene::SubmitEdits(const EditBatch& batch, StopCheck stop, EditDone done) {
     if (!wanted.has_value()) {
       // Here rather than in TryEdits: an answer takes the lock of a stream, which comes before edit_mutex_.
       if (answer.has_value()) done(*answer);
+      if (!ended().ok()) NotifyListeners();
       return;
     }
     // Freed first, so that the old and the new candidate are never in memory together.
@@ -130,25 +131,34 @@ absl::Status Scene::AdmitEdit() {
 
 absl::Status Scene::ReadAgain() {
   const auto log = journal_.Read();
-  if (absl::IsAborted(log.status())) return error::SceneMoved("");
+  if (absl::IsAborted(log.status())) return Lose();
   LATTICED_RETURN_IF_ERROR(log.status());
   LATTICED_ASSIGN_OR_RETURN(auto life, Replay(*log));
   auto head = State();
-  if (life.history.revision() != head->revision) {
-    return error::StoreFailed("it does not have the revision that clients were told");
-  }
+  // What was refused is stored: clients learn it from the scene that is made from the store.
+  if (life.history.revision() != head->revision) return Lose();
   editor_ = SceneEditor(std::move(life.history));
   applied_ = std::move(head);
   journal_.Mend();
   return absl::OkStatus();
 }
 
+absl::Status Scene::Lose() {
+  Life lives = Life::kLives;
+  life_.compare_exchange_strong(lives, Life::kLeft);
+  return ended();
+}
+
 absl::StatusOr<EditSummary> Scene::Settle(const absl::StatusOr<EditCommit>& commit,
                                           const std::shared_ptr<TargetSlot>& target,
                                           const absl::Status& durable) {
-  // Another server has claimed the scene meanwhile.
-  const absl::Status stored = absl::IsAborted(durable) ? error::SceneMoved("") : durable;
-  const absl::Status& refusal = durable.ok() ? commit.status() : stored;
+  if (absl::IsAborted(durable)) {
+    const absl::Status lost = Lose();
+    NotifyListeners();
+    ++counts().edits_refused;
+    return lost;
+  }
+  const absl::Status& refusal = durable.ok() ? commit.status() : durable;
   if (!refusal.ok()) {
     ++counts().edits_refused;
     return refusal;

@@ -162,8 +162,11 @@ void DeformStream::OnReadDone(bool ok) {
 
 // As HandOver, for a scene that is asleep.
 void DeformStream::OpenOnWorker(v1::DeformRequest request) {
+  auto room = AdmitRequest(*env_, call_, request);
+  if (!room.ok()) return End(room.status());
   env_->Post(WorkerLanes::Lane::kLong, *call_.account,
-             [self = shared_from_this(), request = std::move(request)] {
+             [self = shared_from_this(), request = std::move(request),
+              room = std::make_shared<MemoryReservation>(*std::move(room))] {
                const absl::Status opened =
                    CatchBadAlloc("the stream", [&] { return self->Open(request); });
                opened.ok() ? self->FinishedReading() : self->End(opened);

@@ -148,8 +148,11 @@ absl::StatusOr<std::shared_ptr<Scene>> SceneRegistry::Made(SceneConfig config, S
 absl::StatusOr<std::shared_ptr<Scene>> SceneRegistry::Find(std::string_view id) {
   {
     const MutexLock lock(&mutex_);
-    if (const auto found = scenes_.find(id); found != scenes_.end()) return found->second;
-    if (!asleep_.contains(id) && !shared()) return error::NotFound("scene", id);
+    const auto found = scenes_.find(id);
+    if (found != scenes_.end() && !found->second->is_lost()) return found->second;
+    if (found == scenes_.end() && !asleep_.contains(id) && !shared()) {
+      return error::NotFound("scene", id);
+    }
   }
   return Wake(id);
 }

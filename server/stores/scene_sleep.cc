@@ -4,6 +4,7 @@
 // Scenes of a SceneRegistry that are in the store and not in memory: they wake, go to sleep, move to other servers.
 #include <utility>
 
+#include "absl/time/clock.h"
 #include "core/base/catch_bad_alloc.h"
 #include "core/base/error.h"
 #include "core/base/status_macros.h"
@@ -12,6 +13,21 @@
 #include "server/stores/scene_registry.h"
 
 namespace latticed {
+namespace {
+
+// Waits until the store has answered all edits of a scene that is lost, so that none comes after the scene is read.
+absl::Status AwaitStored(Scene& lost) {
+  constexpr absl::Duration kMost = absl::Seconds(2), kPause = absl::Milliseconds(1);
+  lost.Leave();
+  const absl::Time end = absl::Now() + kMost;
+  while (lost.has_pending()) {
+    if (absl::Now() > end) return lost.ended();
+    absl::SleepFor(kPause);
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
 
 void SceneRegistry::AddAsleep(std::string id, std::string mesh_id, absl::Time expires) {
   const MutexLock lock(&mutex_);
@@ -20,7 +36,9 @@ void SceneRegistry::AddAsleep(std::string id, std::string mesh_id, absl::Time ex
 
 bool SceneRegistry::IsAsleep(std::string_view id) const {
   const MutexLock lock(&mutex_);
-  return asleep_.contains(id) || (shared() && !scenes_.contains(id));
+  const auto found = scenes_.find(id);
+  if (found != scenes_.end()) return found->second->is_lost();
+  return asleep_.contains(id) || shared();
 }
 
 absl::StatusOr<std::vector<StoredEntry>> SceneRegistry::Stored() const {
@@ -30,15 +48,23 @@ absl::StatusOr<std::vector<StoredEntry>> SceneRegistry::Stored() const {
 
 absl::StatusOr<std::shared_ptr<Scene>> SceneRegistry::Wake(std::string_view id) {
   const std::string key(id);
+  std::shared_ptr<Scene> lost;
   {
     const MutexLock lock(&mutex_);
     LATTICED_RETURN_IF_ERROR(AwaitFree(key, NeverStop));
-    if (const auto found = scenes_.find(key); found != scenes_.end()) return found->second;
+    const auto found = scenes_.find(key);
+    if (found != scenes_.end() && !found->second->is_lost()) return found->second;
+    if (found != scenes_.end()) lost = found->second;
     const auto sleeper = asleep_.find(key);
-    if (sleeper == asleep_.end() && !shared()) return error::NotFound("scene", key);
+    if (lost == nullptr && sleeper == asleep_.end() && !shared()) {
+      return error::NotFound("scene", key);
+    }
     creating_[key] = {sleeper == asleep_.end() ? "" : sleeper->second.mesh_id, nullptr};
   }
-  auto scene = CatchBadAlloc("the scene", [&] { return Restored(key); });
+  auto scene = CatchBadAlloc("the scene", [&]() -> absl::StatusOr<std::shared_ptr<Scene>> {
+    if (lost != nullptr) LATTICED_RETURN_IF_ERROR(AwaitStored(*lost));
+    return Restored(key);
+  });
   if (!scene.ok() && !absl::IsNotFound(scene.status()) && !error::IsSceneMoved(scene.status())) {
     LogEvent(spdlog::level::err, "scene not restored",
              {{"scene", key}, {"status", scene.status().ToString()}});

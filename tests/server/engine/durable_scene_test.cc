@@ -5,6 +5,7 @@
 // its history, and what the store refuses has not happened.
 #include <atomic>
 #include <memory>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -30,6 +31,21 @@ SceneConfig StoredConfig() {
       EncodeHeader({.lattice = config.lattice, .create_time = config.create_time});
   return config;
 }
+
+// Stores records, and may say that it did not: as a database whose connection breaks before the answer comes.
+class ForgetfulStore : public MemoryStore {
+ public:
+  void Append(std::string_view scene, uint64_t lsn, std::string record, Done done) override {
+    MemoryStore::Append(scene, lsn, std::move(record),
+                        [answer = answer_, done = std::move(done)](const absl::Status& status) {
+                          done(answer.ok() ? status : answer);
+                        });
+  }
+  void SetAnswer(absl::Status answer) { answer_ = std::move(answer); }
+
+ private:
+  absl::Status answer_;
+};
 
 class DurableSceneTest : public ::testing::Test {
  protected:
@@ -63,7 +79,7 @@ class DurableSceneTest : public ::testing::Test {
             .edits = {Undo{}}};
   }
 
-  MemoryStore store_;
+  ForgetfulStore store_;
   ScriptedBackend backend_;
   std::unique_ptr<SceneRegistry> registry_;
   std::shared_ptr<Scene> scene_;
@@ -172,6 +188,46 @@ TEST_F(DurableSceneTest, EditsInFlightWhenTheStoreFailsAreAllRefused) {
   store_.SetFailure(absl::OkStatus());
   ASSERT_OK_AND_ASSIGN(const auto next, Move("ann", 2, 0.2));
   EXPECT_EQ(next.revision, 2u);
+}
+
+// The store's answer says how sure it is: with kAborted it does not know, with another error the scene sees it later.
+TEST_F(DurableSceneTest, WhatWasStoredWithoutAnAnswerIsFoundWhenTheSceneIsMadeAgain) {
+  uint64_t sequence = 0;
+  for (const absl::StatusCode code : {absl::StatusCode::kUnavailable, absl::StatusCode::kAborted}) {
+    ASSERT_OK(Move("ann", ++sequence, 0.1));
+    store_.SetAnswer(absl::Status(code, "the connection broke"));
+    EXPECT_FALSE(Move("ann", ++sequence, 0.5).ok());
+    EXPECT_EQ(scene_->is_lost(), code == absl::StatusCode::kAborted);
+    EXPECT_EQ(scene_->State()->revision, sequence - 1);
+    store_.SetAnswer(absl::OkStatus());
+    const absl::Status lost = Move("ann", sequence, 0.5).status();
+    EXPECT_EQ(error::DetailsOf(lost).reason, "SCENE_MOVED") << "the client is to ask again";
+    EXPECT_TRUE(scene_->is_lost());
+    EXPECT_TRUE(registry_->IsAsleep(kId));
+
+    ASSERT_OK_AND_ASSIGN(scene_, registry_->Find(kId));
+    EXPECT_EQ(scene_->State()->revision, sequence);
+    ASSERT_OK_AND_ASSIGN(const auto again, Move("ann", sequence, 0.5));
+    EXPECT_EQ(again.revision, sequence) << "it counts once";
+  }
+}
+
+TEST_F(DurableSceneTest, ALostSceneWaitsForAllAnswersBeforeItIsMadeAgain) {
+  store_.Pause();
+  std::atomic<int> answers = 0;
+  for (uint64_t n = 1; n <= 3; ++n) {
+    scene_->SubmitEdits(MoveBatch(*scene_, "ann", n, {62}, {0.1, 0, 0}), NeverStop,
+                        [&](const auto&) { ++answers; });
+  }
+  scene_->Leave();
+  std::thread answering([this] {
+    absl::SleepFor(absl::Milliseconds(50));
+    store_.Resume();
+  });
+  ASSERT_OK_AND_ASSIGN(const auto again, registry_->Find(kId));
+  answering.join();
+  EXPECT_EQ(answers, 3);
+  EXPECT_EQ(again->State()->revision, 3u);
 }
 
 TEST_F(DurableSceneTest, AGestureThatTheStoreRefusedIsNotEnded) {
