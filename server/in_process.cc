@@ -161,6 +161,8 @@ void InProcessServer::Drain() {
   server_->SetServing(false);
   absl::SleepFor(env_->options.drain_delay);
   env_->drain.request_stop();
+  // Other servers go on with the scenes at once.
+  if (env_->store != nullptr && env_->store->shared()) env_->scenes->Retire();
   const absl::Time deadline = absl::Now() + env_->options.drain_timeout;
   if (web_ != nullptr) web_->Drain(deadline);
   server_->Shutdown(deadline);

@@ -51,6 +51,7 @@ struct Options {
   int max_scenes = limits::kDefaultMaxScenes;
   int max_watchers = limits::kDefaultMaxWatchersPerScene;  // of one scene
   std::string data_dir;                    // folder of meshes, scenes and edits; empty: memory only
+  std::string advertise;  // this server's name to proxies, where servers share a store; empty: it shares none
   std::string durability = "full";         // full or async: server/store/sqlite_store.h
   std::string http;                        // host:port of the viewer and gRPC-Web; empty: none
   std::string admin;                       // host:port of /healthz, /readyz, /metrics; empty: none

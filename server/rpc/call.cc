@@ -18,12 +18,14 @@
 #include "server/base/telemetry.h"
 #include "server/rpc/call_counts.h"
 #include "server/rpc/server_env.h"
+#include "server/store/store_errors.h"
 #include "server/wire/grpc_status.h"
 
 namespace latticed {
 namespace {
 
 constexpr char kRequestId[] = "latticed-request-id";
+constexpr char kOwner[] = "latticed-owner";
 constexpr char kForwardedFor[] = "x-forwarded-for";
 constexpr size_t kRequestIdDigits = 16;   // of an id made here
 constexpr size_t kTraceparentBytes = 55;  // 00-<32 hex>-<16 hex>-<2 hex>
@@ -171,6 +173,15 @@ absl::Status CheckDraining(const ServerEnv& env) {
 
 void NoteScene(CallInfo& call, const std::string& scene) {
   if (IsSaneId(scene)) call.scene = scene;
+}
+
+void NoteOwner(const ServerEnv& env, const CallInfo& call, const absl::Status& found) {
+  if (env.options.advertise.empty()) return;
+  std::string owner = env.options.advertise;
+  if (error::IsSceneMoved(found)) owner = error::DetailsOf(found).metadata["owner"];
+  if (found.ok() || error::IsSceneMoved(found)) {
+    if (!owner.empty()) call.context->AddInitialMetadata(kOwner, owner);
+  }
 }
 
 void LogFinished(const CallInfo& call, const grpc::Status& status) {

@@ -68,6 +68,10 @@ void LogFinished(const CallInfo& call, const grpc::Status& status);
 // Logs the refusals that were only counted, of periods that have ended by `now`. Called once a second.
 void LogRefusalSums(CallCounts& counts, absl::Time now);
 
+// Puts latticed-owner into the reply's metadata: the server that has the scene of the call, as proxies know it. It is this
+// one unless `found`, the scene's status, names another. Nothing where no servers share a store.
+void NoteOwner(const ServerEnv& env, const CallInfo& call, const absl::Status& found);
+
 // The metadata `latticed-scene`, where set, must name the scene of the body. kInvalidArgument.
 [[nodiscard]] absl::Status CheckSceneMetadata(const CallInfo& call, std::string_view scene_id);
 

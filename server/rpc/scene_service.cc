@@ -29,6 +29,7 @@
 #include "server/rpc/topology.h"
 #include "server/rpc/update_stream.h"
 #include "server/rpc/watch_request.h"
+#include "server/store/store_errors.h"
 #include "server/stores/callers.h"
 #include "server/stores/scene_registry.h"
 #include "server/wire/converters.h"
@@ -73,17 +74,16 @@ absl::Status CreateScene(const CallContext& context, const v1::CreateSceneReques
   if (env.store != nullptr) config.stored_header = StoredHeaderOf(request, config);
   LATTICED_RETURN_IF_ERROR(context.room.Hold(SceneReplyBytes(request)));
   // Create looks for the mesh again, because it may have been deleted meanwhile.
-  LATTICED_ASSIGN_OR_RETURN(const auto scene,
-                            env.scenes->Create(
-                                std::move(config),
-                                [&] {
-                                  return env.meshes.InMemory(mesh->id) != nullptr
-                                             ? absl::OkStatus()
-                                             : error::NotFound("mesh", mesh->id);
-                                },
-                                [&] { return CheckCancelled(context.call); },
-                                caller.ShareOf(static_cast<size_t>(env.options.max_scenes))));
-  response = ToProto(*scene);
+  const auto has_mesh = [&] {
+    return env.meshes.InMemory(mesh->id) != nullptr ? absl::OkStatus()
+                                                    : error::NotFound("mesh", mesh->id);
+  };
+  const auto scene = env.scenes->Create(
+      std::move(config), has_mesh, [&] { return CheckCancelled(context.call); },
+      caller.ShareOf(static_cast<size_t>(env.options.max_scenes)));
+  NoteOwner(env, context.call, scene.status());
+  LATTICED_RETURN_IF_ERROR(scene.status());
+  response = ToProto(**scene);
   return absl::OkStatus();
 }
 
@@ -99,7 +99,9 @@ absl::Status DeleteScene(const CallContext& context, const v1::DeleteSceneReques
   // A scene that cannot be woken can still be deleted.
   if (request.scene().empty()) return error::InvalidField("scene", "is required");
   LATTICED_RETURN_IF_ERROR(CheckSceneMetadata(context.call, request.scene()));
-  return context.env.scenes->Delete(request.scene());
+  absl::Status deleted = context.env.scenes->Delete(request.scene());
+  if (error::IsSceneMoved(deleted)) NoteOwner(context.env, context.call, deleted);
+  return deleted;
 }
 
 absl::Status GetLattice(const CallContext& context, const v1::GetLatticeRequest& request,

@@ -383,8 +383,14 @@ void SceneStream::GoAway() {
   const MutexLock lock(&mutex_);
   if (state_ == StreamState::kFinished) return;
   v1::SceneEvent event;
-  event.mutable_goaway()->set_reason(v1::GOAWAY_REASON_DRAINING);
-  SetDuration(kGoawayRetry, *event.mutable_goaway()->mutable_retry_after());
+  v1::Goaway& goaway = *event.mutable_goaway();
+  if (env_->store != nullptr && env_->store->shared()) {
+    goaway.set_reason(
+        v1::GOAWAY_REASON_MOVED);  // another server has the scene as soon as it is asked
+  } else {
+    goaway.set_reason(v1::GOAWAY_REASON_DRAINING);
+    SetDuration(kGoawayRetry, *goaway.mutable_retry_after());
+  }
   small_.push_back(EncodeEvent(event));
   going_away_ = true;
   if (!half_closed_) {

@@ -35,7 +35,9 @@ absl::StatusOr<std::shared_ptr<Scene>> FindScene(const ServerEnv& env, const Cal
                                                  const std::string& id) {
   if (id.empty()) return error::InvalidField("scene", "is required");
   LATTICED_RETURN_IF_ERROR(CheckSceneMetadata(call, id));
-  return env.scenes->Find(id);
+  auto scene = env.scenes->Find(id);
+  NoteOwner(env, call, scene.status());
+  return scene;
 }
 
 absl::StatusOr<OpenRequest> FromProto(ServerEnv* env, const CallInfo& call,

@@ -87,6 +87,8 @@ class SceneRegistry {
   [[nodiscard]] absl::StatusOr<std::vector<StoredEntry>> Stored() const;
   // Ends the streams of all scenes, and lets other servers claim them. The store is shared.
   void LeaveAll() ABSL_LOCKS_EXCLUDED(mutex_);
+  // The same, and from now on claims no scene: this server ends.
+  void Retire() ABSL_LOCKS_EXCLUDED(mutex_);
   // Ends the scene's streams with kNotFound and forgets it. kNotFound; the store's errors, and then the scene
   // stays.
   [[nodiscard]] absl::Status Delete(std::string_view id) ABSL_LOCKS_EXCLUDED(mutex_);
@@ -174,6 +176,7 @@ class SceneRegistry {
   std::set<std::string, std::less<>> going_meshes_ ABSL_GUARDED_BY(mutex_);  // being deleted
   std::map<std::string, std::weak_ptr<WatchControl>, std::less<>> watches_ ABSL_GUARDED_BY(mutex_);
   bool stopping_ ABSL_GUARDED_BY(mutex_) = false;
+  std::atomic<bool> retired_ = false;
   RenderQueue queue_;        // last but one: its threads use all of the above
   std::thread housekeeper_;  // last, for the same reason
 };

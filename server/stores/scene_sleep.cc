@@ -90,8 +90,14 @@ absl::StatusOr<std::shared_ptr<Scene>> SceneRegistry::Restored(const std::string
 }
 
 absl::Status SceneRegistry::Claim(const std::string& id) {
+  if (retired_) return error::SceneMoved("");
   LATTICED_ASSIGN_OR_RETURN(const SceneClaim claim, options_.store->ClaimScene(id));
   return claim.owner.empty() ? absl::OkStatus() : error::SceneMoved(claim.owner);
+}
+
+void SceneRegistry::Retire() {
+  retired_ = true;
+  LeaveAll();
 }
 
 void SceneRegistry::LeaveAll() {

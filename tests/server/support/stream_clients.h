@@ -83,6 +83,13 @@ class EventStream {
     ReadUntil([&] { return log.ends.size() >= count; });
   }
   void Cancel() { context_.TryCancel(); }
+  // Of the headers that have come. Empty if there is none of that name.
+  std::string InitialMetadata(const std::string& name) const {
+    const auto& metadata = context_.GetServerInitialMetadata();
+    const auto found = metadata.find(name);
+    return found == metadata.end() ? ""
+                                   : std::string(found->second.data(), found->second.size());
+  }
   // Reads to the end and returns the status.
   absl::Status Finish() {
     if (!status_.has_value()) {

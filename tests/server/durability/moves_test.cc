@@ -1,0 +1,125 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Two servers over one store: each tells who has a scene, and a scene moves when its server drains.
+#include <memory>
+#include <thread>
+
+#include "core/cpu/cpu_backend.h"
+#include "server/store/shared_memory_store.h"
+#include "tests/server/support/server_test.h"
+
+namespace latticed::testing {
+namespace {
+
+constexpr absl::Duration kMostDrainPause =
+    absl::Milliseconds(500);  // of a scene whose server drains
+
+class MovesTest : public StreamTest {
+ protected:
+  // The stubs of the fixture reach the server "one".
+  void SetUp() override {
+    StartServerOn(MakeCpuBackend({.threads = 1}), OptionsOf("one"),
+                  std::make_shared<SharedMemoryStore>(memory_, "one"));
+    std::vector<std::unique_ptr<Backend>> backends;
+    backends.push_back(MakeCpuBackend({.threads = 1}));
+    ASSERT_OK_AND_ASSIGN(
+        two_, InProcessServer::Start(OptionsOf("two"), std::move(backends),
+                                     std::make_shared<SharedMemoryStore>(memory_, "two")));
+    at_two_ = v1::SceneService::NewStub(two_->channel());
+  }
+  static Options OptionsOf(const std::string& name) {
+    Options options;
+    options.heartbeat_interval = kHeartbeat;
+    options.drain_delay = absl::ZeroDuration();
+    options.advertise = name;
+    options.log_level = "off";
+    return options;
+  }
+  // The owner that the reply to GetScene names, and the call's status.
+  static std::pair<std::string, absl::Status> Owner(v1::SceneService::Stub& stub,
+                                                    v1::Scene* scene) {
+    grpc::ClientContext context;
+    context.set_deadline(std::chrono::system_clock::now() + std::chrono::minutes(1));
+    const absl::Status status =
+        client::FromGrpc(stub.GetScene(&context, For<v1::GetSceneRequest>(), scene));
+    const auto& metadata = context.GetServerInitialMetadata();
+    const auto owner = metadata.find("latticed-owner");
+    if (owner == metadata.end()) return {"", status};
+    return {std::string(owner->second.data(), owner->second.size()), status};
+  }
+
+  const std::shared_ptr<SharedMemory> memory_ = std::make_shared<SharedMemory>();
+  std::unique_ptr<InProcessServer> two_;
+  std::unique_ptr<v1::SceneService::Stub> at_two_;
+};
+
+TEST_F(MovesTest, EveryReplyNamesTheOwner) {
+  CreateScene();
+  v1::Scene scene;
+  auto [owner, status] = Owner(*scenes_, &scene);
+  EXPECT_OK(status);
+  EXPECT_EQ(owner, "one");
+
+  std::tie(owner, status) = Owner(*at_two_, &scene);
+  ExpectRefusal(status,
+                {absl::StatusCode::kUnavailable, "SCENE_MOVED", "", "on another server, one"});
+  EXPECT_EQ(owner, "one");
+
+  // A stream through a proxy has the name in its headers, and its goaway says what to do.
+  DeformClient client(*at_two_, Watch(), {{"x-forwarded-for", "192.0.2.7"}});
+  client.ReadUntil([&] { return !client.log.goaways.empty(); });
+  EXPECT_EQ(client.log.goaways[0].reason(), v1::GOAWAY_REASON_MOVED);
+  client.HalfClose();
+  ExpectRefused(client.Finish(), absl::StatusCode::kUnavailable, "SCENE_MOVED");
+  EXPECT_EQ(client.InitialMetadata("latticed-owner"), "one");
+}
+
+TEST_F(MovesTest, ASceneMovesAsSoonAsItsServerDrains) {
+  CreateScene();
+  DeformClient client(*scenes_, Watch());
+  client.ReadUpdates(1);
+  ASSERT_TRUE(client.Send(Move(1, 62, 0.1)));
+  client.ReadUntil([&] { return client.log.results.size() == 1; });
+  const v1::LatticeState before = Lattice();
+
+  std::thread drain([this] { server_->Drain(); });
+  const absl::Time drained = absl::Now();
+  v1::Scene scene;
+  auto [owner, status] = Owner(*at_two_, &scene);
+  while (!status.ok() && absl::Now() - drained < kHeartbeat) {
+    EXPECT_EQ(Reason(status), "SCENE_MOVED");
+    absl::SleepFor(absl::Milliseconds(5));
+    std::tie(owner, status) = Owner(*at_two_, &scene);
+  }
+  const absl::Duration pause = absl::Now() - drained;
+  (void)client.Finish();
+  drain.join();
+
+  ASSERT_OK(status);
+  EXPECT_LT(pause, kMostDrainPause);
+  EXPECT_EQ(owner, "two");
+  EXPECT_EQ(scene.revision(), 1u);
+  Reach(two_->channel());
+  EXPECT_EQ(Lattice().SerializeAsString(), before.SerializeAsString());
+  v1::EditResult again;
+  ASSERT_OK(Apply(Move(1, 62, 0.1), &again));
+  EXPECT_EQ(again.revision(), 1u) << "it counts once";
+}
+
+TEST_F(MovesTest, TheStreamsOfADrainingServerAreToldToGoOnAtOnce) {
+  CreateScene();
+  DeformClient client(*scenes_, Watch(), {{"x-forwarded-for", "192.0.2.7"}});
+  client.ReadUpdates(1);
+  std::thread drain([this] { server_->Drain(); });
+  client.ReadUntil([&] { return !client.log.goaways.empty(); });
+  client.HalfClose();
+  (void)client.Finish();
+  drain.join();
+
+  EXPECT_EQ(client.log.goaways[0].reason(), v1::GOAWAY_REASON_MOVED);
+  EXPECT_FALSE(client.log.goaways[0].has_retry_after());
+}
+
+}  // namespace
+}  // namespace latticed::testing
