@@ -9,6 +9,7 @@
 #include "latticed/v1/event.pb.h"
 #include "server/store/store_errors.h"
 #include "server/wire/grpc_status.h"
+#include "server/wire/time_converters.h"
 #include "server/wire/wire_buffers.h"
 
 namespace latticed {
@@ -16,8 +17,19 @@ namespace {
 
 // How long a client has to half-close: a round trip to the other side of the earth, and more.
 constexpr absl::Duration kFarewellTime = absl::Seconds(1);
+// How long a client should wait after goaway, which is sent after the drain delay. By then another server, or
+// the restarted one, takes the call.
+constexpr absl::Duration kRestartTime = absl::Seconds(1);
 
 }  // namespace
+
+grpc::ByteBuffer DrainMessage(bool moves) {
+  v1::SceneEvent event;
+  v1::Goaway& goaway = *event.mutable_goaway();
+  goaway.set_reason(moves ? v1::GOAWAY_REASON_MOVED : v1::GOAWAY_REASON_DRAINING);
+  if (!moves) SetDuration(kRestartTime, *goaway.mutable_retry_after());
+  return EncodeEvent(event);
+}
 
 const grpc::ByteBuffer* Farewell::Begin(const grpc::Status& status) {
   v1::SceneEvent event;

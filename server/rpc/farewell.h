@@ -23,6 +23,9 @@
 
 namespace latticed {
 
+// The goaway of a server that drains. `moves`: another server has the scene as soon as it is asked.
+[[nodiscard]] grpc::ByteBuffer DrainMessage(bool moves);
+
 class Farewell {
  public:
   // Returns the message to write: a goaway with the status. It lives as long as this.

@@ -12,6 +12,7 @@
 #include "core/base/status_macros.h"
 #include "server/base/random_id.h"
 #include "server/engine/render/render_view.h"
+#include "server/rpc/farewell.h"
 #include "server/rpc/server_env.h"
 #include "server/stores/callers.h"
 #include "server/stores/scene_registry.h"
@@ -25,10 +26,6 @@ namespace {
 
 // A client that has sent nothing for this many heartbeat intervals gets no updates until it sends something.
 constexpr int kSilentHeartbeats = 3;
-// How long a client should wait after goaway, which is sent after the drain delay. By then another server, or
-// this one started again, probably listens.
-constexpr absl::Duration kGoawayRetry = absl::Seconds(1);
-
 // How long edits that were sent before the client read goaway may still come.
 constexpr absl::Duration kRefusalTime = absl::Milliseconds(200);
 
@@ -382,16 +379,8 @@ void SceneStream::OnHeartbeat() {
 void SceneStream::GoAway() {
   const MutexLock lock(&mutex_);
   if (state_ == StreamState::kFinished) return;
-  v1::SceneEvent event;
-  v1::Goaway& goaway = *event.mutable_goaway();
-  if (env_->store != nullptr && env_->store->shared()) {
-    goaway.set_reason(
-        v1::GOAWAY_REASON_MOVED);  // another server has the scene as soon as it is asked
-  } else {
-    goaway.set_reason(v1::GOAWAY_REASON_DRAINING);
-    SetDuration(kGoawayRetry, *goaway.mutable_retry_after());
-  }
-  small_.push_back(EncodeEvent(event));
+  const bool moves = env_->store != nullptr && env_->store->shared();
+  small_.push_back(DrainMessage(moves));
   going_away_ = true;
   if (!half_closed_) {
     refusals_end_ = absl::Now() + kRefusalTime;
