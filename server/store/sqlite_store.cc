@@ -19,6 +19,7 @@
 #include "server/base/telemetry.h"
 #include "server/store/files/folder_lock.h"
 #include "server/store/files/mesh_folder.h"
+#include "server/store/row_sum.h"
 #include "server/store/sqlite/database/database.h"
 #include "server/store/sqlite/scene_reader.h"
 #include "server/store/sqlite/writer.h"
@@ -136,7 +137,7 @@ absl::Status SqliteStore::InsertMesh(std::string_view id, std::string_view heade
         SqliteStatement row,
         writer_.database().Prepare("INSERT OR REPLACE INTO mesh(id, sum, header) VALUES(?, ?, ?)"));
     row.BindBytes(1, id);
-    row.Bind(2, MeshRowSum(id, header));
+    row.Bind(2, IdRowSum(id, header));
     row.BindBytes(3, header);
     return row.Run();
   });

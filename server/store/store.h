@@ -98,7 +98,7 @@ class Store {
   virtual void Flush() = 0;
 
   // Makes this server the owner, where nobody is: when this returns, nothing more of the scene's last owner is written.
-  // May wait for a lease that runs out. kNotFound.
+  // May wait for a lease that runs out. Call ReadScene then, before Append. kNotFound.
   [[nodiscard]] virtual absl::StatusOr<SceneClaim> ClaimScene(std::string_view id);
   // After all appends under way: another server may claim the scene at once. OK as well if it is not this server's.
   [[nodiscard]] virtual absl::Status ReleaseScene(std::string_view id);

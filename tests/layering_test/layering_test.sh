@@ -39,9 +39,11 @@ declare -A allowed=(
   [server/base]="core/ server/base/"
   [server/net]="core/base/ server/base/ server/net/"
   [server/store/files]="core/base/ server/base/ server/store/store_errors.h server/store/files/"
+  [server/store/postgres]="core/base/ server/base/ server/store/files/ server/store/queue/ server/store/store.h server/store/store_errors.h server/store/row_sum.h server/store/postgres/"
+  [server/store/queue]="core/base/ server/base/ server/store/store.h server/store/store_errors.h server/store/queue/"
   [server/store/records]="core/ server/store/records/"
   [server/store/sqlite/database]="core/base/ server/base/ server/store/store_errors.h server/store/sqlite/database/"
-  [server/store/sqlite]="core/base/ server/base/ server/store/files/ server/store/store.h server/store/store_errors.h server/store/sqlite/"
+  [server/store/sqlite]="core/base/ server/base/ server/store/files/ server/store/queue/ server/store/store.h server/store/store_errors.h server/store/row_sum.h server/store/sqlite/"
   [server/store]="core/ server/base/ server/store/"
   [server/engine/memory]="core/ server/engine/memory/"
   [server/engine/scene]="core/ server/store/ server/engine/memory/ server/engine/scene/"
@@ -76,6 +78,7 @@ readonly guarded=(
   '^(tbb|oneapi)/' '^(core/(cpu|view)|server|tests)/'
   '^hwy/' '^(core/(cpu|codec|view)|client/cpp/library/patches|tests)/'
   '^prometheus/' '^server/edge/metric'
+  '^libpq' '^(server|tests/server)/store/'
   '^sqlite3' '^(server|tests/server)/store/'
   '^cblas' '^core/cpu/gemm/cpu_gemm'
   '^cublas' '^cuda/device/cuda_(gemm|status)'

@@ -59,9 +59,17 @@ bool WriteAll(int file, std::string_view bytes) {
   return true;
 }
 
+// Whether nobody has written the file for so long.
+bool IsOlder(const std::filesystem::directory_entry& entry, absl::Duration age) {
+  std::error_code failure;
+  const auto written = entry.last_write_time(failure);
+  return !failure &&
+         std::filesystem::file_time_type::clock::now() - written > absl::ToChronoSeconds(age);
+}
+
 }  // namespace
 
-absl::Status MeshFolder::Open(const std::vector<std::string>& known) {
+absl::Status MeshFolder::Open(const std::vector<std::string>& known, absl::Duration age) {
   std::error_code failure;
   std::filesystem::create_directories(path_, failure);
   if (failure) return error::StoreFailed(fmt::format("{}: {}", path_, failure.message()));
@@ -70,6 +78,7 @@ absl::Status MeshFolder::Open(const std::vector<std::string>& known) {
     const std::string name = entry.path().filename().string();
     if (missing.erase(name) > 0) continue;
     if (!IsSha256Hex(name) && !name.starts_with(kNewPrefix)) continue;
+    if (age > absl::ZeroDuration() && !IsOlder(entry, age)) continue;
     LogEvent(spdlog::level::info, "removed a mesh file that a crash left", {{"file", name}});
     std::error_code ignored;
     std::filesystem::remove(entry.path(), ignored);
@@ -85,7 +94,7 @@ std::string MeshFolder::PathOf(std::string_view id) const {
 }
 
 absl::StatusOr<std::string> MeshFolder::Write(std::string_view bytes) {
-  std::string name = fmt::format("{}/{}{}", path_, kNewPrefix, next_name_++);
+  std::string name = fmt::format("{}/{}{}{}", path_, kNewPrefix, writer_, next_name_++);
   const OpenFile file(name, O_WRONLY | O_CREAT | O_TRUNC);
   if (!file.ok()) return FileFailed(name);
   if (WriteAll(file.get(), bytes) && fsync(file.get()) == 0) return name;

@@ -20,16 +20,20 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "absl/time/time.h"
 
 namespace latticed {
 
 class MeshFolder {
  public:
-  explicit MeshFolder(std::string path) : path_(std::move(path)) {}
+  // `writer` is in the names new-…: it tells servers apart that share the folder.
+  explicit MeshFolder(std::string path, std::string writer = "")
+      : path_(std::move(path)), writer_(std::move(writer)) {}
 
   // Makes the folder if it is not there, and removes what a crash left: files of which nobody knows, that is all but
-  // those of `known`. kDataLoss if one of these is missing.
-  [[nodiscard]] absl::Status Open(const std::vector<std::string>& known);
+  // those of `known`, if they were not written within `age`. kDataLoss if one of `known` is missing.
+  [[nodiscard]] absl::Status Open(const std::vector<std::string>& known,
+                                  absl::Duration age = absl::ZeroDuration());
 
   // Writes the bytes under a name of their own, which it returns.
   [[nodiscard]] absl::StatusOr<std::string> Write(std::string_view bytes);
@@ -44,6 +48,7 @@ class MeshFolder {
   [[nodiscard]] absl::Status SyncFolder() const;
 
   const std::string path_;
+  const std::string writer_;
   std::atomic<uint64_t> next_name_ = 0;
 };
 

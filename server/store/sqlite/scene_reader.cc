@@ -10,7 +10,7 @@
 #include "core/base/error.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
-#include "server/store/sqlite/database/database.h"
+#include "server/store/row_sum.h"
 #include "server/store/store_errors.h"
 
 namespace latticed {
@@ -115,10 +115,6 @@ absl::StatusOr<std::vector<StoredEntry>> ReadEntries(SqliteConnection& database,
 
 }  // namespace
 
-int64_t MeshRowSum(std::string_view id, std::string_view header) {
-  return RowSum(header, RowSum(id, 0));
-}
-
 absl::StatusOr<SceneLog> SceneReader::Read(std::string_view id, const SceneTail& tail) {
   LATTICED_ASSIGN_OR_RETURN(Connection database, Take());
   LATTICED_RETURN_IF_ERROR(database->Execute("BEGIN"));
@@ -173,7 +169,7 @@ absl::StatusOr<std::vector<StoredEntry>> SceneReader::ReadMeshes(
                             ReadEntries(
                                 *database, "SELECT id, header, sum FROM mesh", "mesh",
                                 [](const SqliteStatement&, const StoredEntry& entry) {
-                                  return MeshRowSum(entry.id, entry.header);
+                                  return IdRowSum(entry.id, entry.header);
                                 },
                                 id));
   GiveBack(std::move(database));

@@ -24,9 +24,6 @@
 
 namespace latticed {
 
-// Checksum of a mesh's row.
-[[nodiscard]] int64_t MeshRowSum(std::string_view id, std::string_view header);
-
 class SceneReader {
  public:
   // `path` is that of the database.

@@ -10,7 +10,7 @@
 #include "core/base/error.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
-#include "server/store/sqlite/database/database.h"
+#include "server/store/row_sum.h"
 #include "server/store/store_errors.h"
 
 namespace latticed {

@@ -64,7 +64,7 @@ absl::Status SqliteWriter::Call(Write::Kind kind, std::function<absl::Status(Sce
   // Shared: the writer may still be in set_value when the answer is read.
   const auto answer = std::make_shared<std::promise<absl::Status>>();
   queue_.Put({.kind = kind,
-              .change = std::move(work),
+              .change = [this, work = std::move(work)] { return work(*rows_); },
               .done = [answer](const absl::Status& status) { answer->set_value(status); }});
   return answer->get_future().get();
 }
@@ -136,9 +136,9 @@ absl::Status SqliteWriter::InsertGroup(std::span<Write> group, std::span<absl::S
 void SqliteWriter::ExecuteOne(Write& write) {
   absl::Status status;
   if (write.kind == Write::Kind::kQuestion) {
-    status = write.change(*rows_);
+    status = write.change();
   } else if (write.kind == Write::Kind::kChange) {
-    status = Transact([&] { return write.change(*rows_); });
+    status = Transact(write.change);
   } else {
     status = Transact([&] { return rows_->PutSnapshot(write.scene, write.lsn, write.bytes); });
     if (!status.ok()) {

@@ -23,10 +23,10 @@
 
 #include "absl/status/status.h"
 #include "absl/time/time.h"
+#include "server/store/queue/write_queue.h"
 #include "server/store/sqlite/checkpointer.h"
 #include "server/store/sqlite/database/connection.h"
 #include "server/store/sqlite/scene_rows.h"
-#include "server/store/sqlite/write_queue.h"
 
 namespace latticed {
 

@@ -2,18 +2,36 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/server/store/opened_store.h"
 
+#include <cstdlib>
 #include <future>
 #include <utility>
 
 #include "absl/time/clock.h"
 #include "server/store/memory_store.h"
+#include "server/store/postgres_store.h"
 #include "server/store/shared_memory_store.h"
 #include "server/store/sqlite_store.h"
 #include "server/store/store_errors.h"
 #include "tests/server/store/fault_vfs.h"
+#include "tests/server/store/postgres_server.h"
 #include "tests/support/status_matchers.h"
 
 namespace latticed::testing {
+namespace {
+
+// What PostgreSQL answers when its disk is full.
+constexpr char kFillPostgres[] = R"sql(
+CREATE OR REPLACE FUNCTION public.full() RETURNS trigger LANGUAGE plpgsql AS $$
+BEGIN RAISE EXCEPTION 'could not extend file: No space left on device' USING ERRCODE = 'disk_full'; END $$;
+CREATE TRIGGER full_test BEFORE INSERT ON latticed.record EXECUTE FUNCTION public.full();
+CREATE TRIGGER full_test BEFORE INSERT ON latticed.scene EXECUTE FUNCTION public.full();
+CREATE TRIGGER full_test BEFORE INSERT ON latticed.snapshot EXECUTE FUNCTION public.full();
+)sql";
+constexpr char kEmptyPostgres[] =
+    "DROP TRIGGER full_test ON latticed.record; DROP TRIGGER full_test ON latticed.scene; "
+    "DROP TRIGGER full_test ON latticed.snapshot";
+
+}  // namespace
 
 OpenedStore::OpenedStore(std::string kind) : kind_(std::move(kind)) {
   UseFaultVfs();
@@ -27,6 +45,7 @@ void OpenedStore::Open() {
     store_ = std::make_unique<MemoryStore>();
     return;
   }
+  if (kind_ == "postgres") return OpenPostgres();
   if (kind_ == "shared_memory") {
     store_ = std::make_unique<SharedMemoryStore>(std::make_shared<SharedMemory>(), "host-1");
     return;
@@ -36,16 +55,33 @@ void OpenedStore::Open() {
   store_ = *std::move(opened);
 }
 
+void OpenedStore::OpenPostgres() {
+  if (url_.empty()) url_ = PostgresServer::Shared().NewDatabase();
+  absl::StatusOr<std::unique_ptr<Store>> opened =
+      OpenPostgresStore({.url_file = folder_.Write("url", url_),
+                         .mesh_folder = folder_.Path("meshes"),
+                         .name = "host-1:50051"});
+  if (!opened.ok()) throw std::runtime_error(opened.status().ToString());
+  store_ = *std::move(opened);
+}
+
 void OpenedStore::SetFull(bool full) {
   if (auto* memory = dynamic_cast<MemoryStore*>(store_.get())) {
     memory->SetFailure(full ? error::StoreFull("told so") : absl::OkStatus());
   }
+  if (kind_ == "postgres") ExecuteSql(url_, full ? kFillPostgres : kEmptyPostgres);
   SetDiskFault(full ? DiskFault::kFull : DiskFault::kNone);
 }
 
 void OpenedStore::SetStalled(bool stalled) {
   if (auto* memory = dynamic_cast<MemoryStore*>(store_.get())) {
     stalled ? memory->Pause() : memory->Resume();
+  }
+  if (kind_ == "postgres" && stalled) {
+    locker_ = std::make_unique<PgConnection>(*PgConnection::Open(url_));
+    if (!locker_->Execute("BEGIN; LOCK TABLE latticed.record IN EXCLUSIVE MODE").ok()) std::abort();
+  } else {
+    locker_ = nullptr;
   }
   SetDiskFault(stalled ? DiskFault::kStalls : DiskFault::kNone);
 }

@@ -5,6 +5,7 @@
 //
 //   memory, shared_memory   nothing survives Reopen
 //   sqlite
+//   postgres                in a database of its own
 #ifndef LATTICED_TESTS_SERVER_STORE_OPENED_STORE_H_
 #define LATTICED_TESTS_SERVER_STORE_OPENED_STORE_H_
 
@@ -15,6 +16,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "server/store/postgres/connection.h"
 #include "server/store/store.h"
 #include "tests/support/temporary_folder.h"
 
@@ -49,8 +51,12 @@ class OpenedStore {
   bool AdmitsAgain();
 
  private:
+  void OpenPostgres();
+
   const std::string kind_;
   TemporaryFolder folder_;
+  std::string url_;                       // of PostgreSQL's database
+  std::unique_ptr<PgConnection> locker_;  // holds the locks of SetStalled
   std::unique_ptr<Store> store_;
 };
 

@@ -12,7 +12,9 @@
 #include "core/base/sha256.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "server/store/shared_memory_store.h"
 #include "server/store/store.h"
+#include "tests/server/store/postgres_server.h"
 #include "tests/server/store/store_family.h"
 #include "tests/support/status_matchers.h"
 
@@ -99,6 +101,7 @@ TEST_P(SharedStore, AServerThatEndsLeavesItsScenes) {
   first_.reset();
 
   EXPECT_EQ(OwnerFor(*second_, "gear"), "");
+  EXPECT_OK(second_->ReadScene("gear").status());
   EXPECT_OK(AppendTo(*second_, "gear", 2, "of second"));
 }
 
@@ -107,6 +110,7 @@ TEST_P(SharedStore, AFencedServerWritesNothingMore) {
 
   EXPECT_EQ(OwnerFor(*second_, "gear"), "");
   EXPECT_THAT(AppendTo(*first_, "gear", 2, "x"), StatusIs(absl::StatusCode::kAborted));
+  EXPECT_OK(second_->ReadScene("gear").status());
   EXPECT_OK(AppendTo(*second_, "gear", 2, "of second"));
   ASSERT_OK_AND_ASSIGN(const SceneLog log, second_->ReadScene("gear"));
   EXPECT_THAT(log.records, ElementsAre("of first", "of second"));
@@ -162,7 +166,22 @@ TEST_P(SharedStore, ServersTellTheirFreeMemory) {
   EXPECT_EQ(servers.size(), 1U);
 }
 
-INSTANTIATE_TEST_SUITE_P(Stores, SharedStore, ::testing::Values("shared_memory"),
+TEST(SharedMemoryStore, AClaimWaitsForALeaseThatRunsOut) {
+  const auto memory = std::make_shared<SharedMemory>();
+  SharedMemoryStore first(memory, "host-1:50051"), second(memory, "host-2:50051");
+  ASSERT_OK(first.CreateScene("gear", ""));
+  memory->Silence("host-1:50051");
+  std::future<std::string> owner = std::async(std::launch::async, [&] {
+    return second.ClaimScene("gear").value_or(SceneClaim{"?"}).owner;
+  });
+  EXPECT_EQ(owner.wait_for(std::chrono::milliseconds(100)), std::future_status::timeout);
+  memory->Fence("host-1:50051");
+
+  EXPECT_EQ(owner.get(), "");
+  EXPECT_OK(second.ReadScene("gear").status());
+}
+
+INSTANTIATE_TEST_SUITE_P(Stores, SharedStore, ::testing::ValuesIn(WithPostgres({"shared_memory"})),
                          [](const auto& info) { return info.param; });
 
 }  // namespace

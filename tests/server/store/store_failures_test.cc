@@ -14,6 +14,7 @@
 #include "server/store/store.h"
 #include "tests/server/store/fault_vfs.h"
 #include "tests/server/store/opened_store.h"
+#include "tests/server/store/postgres_server.h"
 #include "tests/support/status_matchers.h"
 
 namespace latticed::testing {
@@ -158,7 +159,8 @@ TEST_P(StoreFailures, ASlowMediumBoundsWhatWaits) {
   EXPECT_EQ(log.lsn(), appended);
 }
 
-INSTANTIATE_TEST_SUITE_P(Stores, StoreFailures, ::testing::Values("memory", "sqlite"),
+INSTANTIATE_TEST_SUITE_P(Stores, StoreFailures,
+                         ::testing::ValuesIn(WithPostgres({"memory", "sqlite"})),
                          [](const auto& info) { return info.param; });
 
 }  // namespace

@@ -6,7 +6,10 @@
 #include <stdexcept>
 #include <utility>
 
+#include "server/store/postgres_store.h"
 #include "server/store/shared_memory_store.h"
+#include "tests/server/store/postgres_server.h"
+#include "tests/support/temporary_folder.h"
 
 namespace latticed::testing {
 namespace {
@@ -22,10 +25,34 @@ class SharedMemoryFamily : public StoreFamily {
   const std::shared_ptr<SharedMemory> memory_ = std::make_shared<SharedMemory>();
 };
 
+// Renewed every half a second. A busy machine keeps nobody from renewing it for longer.
+constexpr absl::Duration kLease = absl::Seconds(2);
+
+class PostgresFamily : public StoreFamily {
+ public:
+  std::unique_ptr<Store> Join(const std::string& name) override {
+    absl::StatusOr<std::unique_ptr<Store>> opened =
+        OpenPostgresStore({.url_file = folder_.Write("url", url_),
+                           .mesh_folder = folder_.Path("meshes"),
+                           .name = name,
+                           .lease = kLease});
+    if (!opened.ok()) throw std::runtime_error(opened.status().ToString());
+    return *std::move(opened);
+  }
+  void Fence(const std::string& name) override {
+    ExecuteSql(url_, "UPDATE latticed.session SET fenced = true WHERE name = '" + name + "'");
+  }
+
+ private:
+  const TemporaryFolder folder_;
+  const std::string url_ = PostgresServer::Shared().NewDatabase();
+};
+
 }  // namespace
 
 std::unique_ptr<StoreFamily> MakeStoreFamily(const std::string& kind) {
   if (kind == "shared_memory") return std::make_unique<SharedMemoryFamily>();
+  if (kind == "postgres") return std::make_unique<PostgresFamily>();
   throw std::invalid_argument(kind);
 }
 

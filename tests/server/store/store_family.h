@@ -3,7 +3,7 @@
 //
 // Servers that share a store of a kind that a test is run with.
 //
-//   shared_memory
+//   shared_memory, postgres
 #ifndef LATTICED_TESTS_SERVER_STORE_STORE_FAMILY_H_
 #define LATTICED_TESTS_SERVER_STORE_STORE_FAMILY_H_
 

@@ -14,6 +14,7 @@
 #include "gtest/gtest.h"
 #include "server/store/store.h"
 #include "tests/server/store/opened_store.h"
+#include "tests/server/store/postgres_server.h"
 #include "tests/support/status_matchers.h"
 
 namespace latticed::testing {
@@ -116,6 +117,7 @@ TEST_P(StoreSuite, OwnsWhatItCreatedAndClaimed) {
   ASSERT_OK(store_->ReleaseScene("gear"));
   ASSERT_OK_AND_ASSIGN(const SceneClaim again, store_->ClaimScene("gear"));
   EXPECT_EQ(again.owner, "");
+  ASSERT_OK(store_->ReadScene("gear").status());
   ASSERT_OK(store_.Append("gear", 3, "third"));
   EXPECT_THAT(store_->ClaimScene("knot"), StatusIs(absl::StatusCode::kNotFound));
   EXPECT_OK(store_->ReleaseScene("knot"));
@@ -262,14 +264,19 @@ TEST_P(DurableStoreSuite, KeepsEverythingWhenItIsOpenedAgain) {
   store_->PutSnapshot("gear", 3, "state 3");
   ASSERT_OK(store_->DeleteScene("gone"));
 
+  const auto claim_and_read = [&](const std::string& scene) {
+    EXPECT_OK(store_->ClaimScene(scene).status());
+    return store_->ReadScene(scene);
+  };
   store_.Reopen();
+  ASSERT_OK(claim_and_read("gear").status());
   ASSERT_OK(store_.Append("gear", 5, "gear 5"));
   store_.Reopen();
 
-  ASSERT_OK_AND_ASSIGN(const SceneLog gear, store_->ReadScene("gear"));
+  ASSERT_OK_AND_ASSIGN(const SceneLog gear, claim_and_read("gear"));
   EXPECT_EQ(gear.snapshot, "state 3");
   EXPECT_THAT(gear.records, ElementsAre("gear 4", "gear 5"));
-  ASSERT_OK_AND_ASSIGN(const SceneLog knot, store_->ReadScene("knot"));
+  ASSERT_OK_AND_ASSIGN(const SceneLog knot, claim_and_read("knot"));
   EXPECT_EQ(knot.header, "header of knot");
   EXPECT_THAT(knot.records, ElementsAre("knot 1", "knot 2"));
   ASSERT_OK_AND_ASSIGN(const std::vector<StoredEntry> scenes, store_->Scenes());
@@ -278,9 +285,10 @@ TEST_P(DurableStoreSuite, KeepsEverythingWhenItIsOpenedAgain) {
   EXPECT_EQ(bytes, "bytes");
 }
 
-INSTANTIATE_TEST_SUITE_P(Stores, StoreSuite, ::testing::Values("memory", "shared_memory", "sqlite"),
+INSTANTIATE_TEST_SUITE_P(Stores, StoreSuite,
+                         ::testing::ValuesIn(WithPostgres({"memory", "shared_memory", "sqlite"})),
                          [](const auto& info) { return info.param; });
-INSTANTIATE_TEST_SUITE_P(Stores, DurableStoreSuite, ::testing::Values("sqlite"),
+INSTANTIATE_TEST_SUITE_P(Stores, DurableStoreSuite, ::testing::ValuesIn(WithPostgres({"sqlite"})),
                          [](const auto& info) { return info.param; });
 
 }  // namespace

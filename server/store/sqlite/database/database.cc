@@ -3,8 +3,6 @@
 #include "server/store/sqlite/database/database.h"
 
 #include <sqlite3.h>
-#define XXH_INLINE_ALL
-#include <xxhash.h>
 
 #include <array>
 #include <cstddef>
@@ -121,12 +119,6 @@ absl::StatusOr<SqliteConnection> OpenDatabase(const std::string& path, bool sync
   LATTICED_RETURN_IF_ERROR(database.Status(sqlite3_wal_checkpoint_v2(
       database.get(), nullptr, SQLITE_CHECKPOINT_TRUNCATE, nullptr, nullptr)));
   return database;
-}
-
-int64_t RowSum(std::string_view bytes, int64_t key, uint64_t second_key) {
-  const std::array<uint64_t, 2> keys = {static_cast<uint64_t>(key), second_key};
-  const XXH64_hash_t seed = XXH3_64bits(keys.data(), sizeof(keys));
-  return static_cast<int64_t>(XXH3_64bits_withSeed(bytes.data(), bytes.size(), seed));
 }
 
 }  // namespace latticed

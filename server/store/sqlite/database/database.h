@@ -32,9 +32,6 @@ inline constexpr int kSchemaVersion = 1;
 // then, and the log is empty.
 [[nodiscard]] absl::StatusOr<SqliteConnection> OpenDatabase(const std::string& path, bool sync);
 
-// Checksum of a row with these keys, for column `sum`.
-[[nodiscard]] int64_t RowSum(std::string_view bytes, int64_t key, uint64_t second_key = 0);
-
 }  // namespace latticed
 
 #endif  // LATTICED_SERVER_STORE_SQLITE_DATABASE_DATABASE_H_

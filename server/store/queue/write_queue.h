@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What waits for the writer, in the order of the calls.
+// What waits for the thread that writes, in the order of the calls.
 //
 // Threads  safe
-#ifndef LATTICED_SERVER_STORE_SQLITE_WRITE_QUEUE_H_
-#define LATTICED_SERVER_STORE_SQLITE_WRITE_QUEUE_H_
+#ifndef LATTICED_SERVER_STORE_QUEUE_WRITE_QUEUE_H_
+#define LATTICED_SERVER_STORE_QUEUE_WRITE_QUEUE_H_
 
 #include <cstdint>
 #include <deque>
@@ -17,7 +17,6 @@
 #include "absl/status/status.h"
 #include "absl/time/time.h"
 #include "core/base/mutex.h"
-#include "server/store/sqlite/scene_rows.h"
 #include "server/store/store.h"
 
 namespace latticed {
@@ -27,15 +26,15 @@ struct Write {
     kAppend,    // a record
     kBarrier,   // nothing, in the scene's turn
     kSnapshot,  // of a scene
-    kChange,    // `change` in a transaction of its own
-    kQuestion,  // `change` without a transaction: it only looks
+    kChange,    // `change`, which writes
+    kQuestion,  // `change`, which only looks
   };
 
   Kind kind;
   std::string scene;
   uint64_t lsn = 0;
   std::string bytes;
-  std::function<absl::Status(SceneRows&)> change;
+  std::function<absl::Status()> change;
   Store::Done done;  // may be null
 };
 
@@ -68,4 +67,4 @@ class WriteQueue {
 
 }  // namespace latticed
 
-#endif  // LATTICED_SERVER_STORE_SQLITE_WRITE_QUEUE_H_
+#endif  // LATTICED_SERVER_STORE_QUEUE_WRITE_QUEUE_H_

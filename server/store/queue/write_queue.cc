@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-#include "server/store/sqlite/write_queue.h"
+#include "server/store/queue/write_queue.h"
 
 #include <utility>
 

@@ -1,0 +1,46 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A PostgreSQL in a temporary folder, on a Unix socket, for all tests of the program. It does not wait for the disk.
+#ifndef LATTICED_TESTS_SERVER_STORE_POSTGRES_SERVER_H_
+#define LATTICED_TESTS_SERVER_STORE_POSTGRES_SERVER_H_
+
+#include <sys/types.h>
+
+#include <string>
+#include <vector>
+
+#include "tests/support/temporary_folder.h"
+
+namespace latticed::testing {
+
+class PostgresServer {
+ public:
+  // Whether this machine has PostgreSQL's programs.
+  static bool IsInstalled();
+  // Started with the first call.
+  static PostgresServer& Shared();
+
+  PostgresServer();
+  ~PostgresServer();
+
+  // Makes an empty database, and returns its URL.
+  std::string NewDatabase();
+
+ private:
+  std::string UrlOf(const std::string& database) const;
+
+  TemporaryFolder folder_;
+  pid_t process_ = -1;
+  int databases_ = 0;
+};
+
+// Executes SQL without rows; throws if it fails.
+void ExecuteSql(const std::string& url, const std::string& sql);
+
+// `kinds`, and "postgres" if it is installed.
+std::vector<std::string> WithPostgres(std::vector<std::string> kinds);
+
+}  // namespace latticed::testing
+
+#endif  // LATTICED_TESTS_SERVER_STORE_POSTGRES_SERVER_H_
