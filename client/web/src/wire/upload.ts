@@ -3,6 +3,7 @@
 import type { MessageInitShape } from '@bufbuild/protobuf';
 import type { AppendUploadRequestSchema, Mesh, MeshHeaderSchema } from 'latticed/v1/mesh_pb';
 import { LONG_CALL_MS } from './deadlines';
+import { randomId } from './ids';
 import type { LatticedServer } from './latticed_server';
 import { ServerError } from './server_error';
 
@@ -25,7 +26,8 @@ const PART_BYTES = 768 * 1024;  // the most that AppendUpload takes
 export async function uploadMesh(
   server: LatticedServer, header: MeshHeaderInit, content: Blob, options: UploadOptions = {},
 ): Promise<Mesh> {
-  const call = { signal: options.signal, timeoutMs: LONG_CALL_MS };
+  const headers = { 'latticed-upload': randomId() };  // the parts of an upload go to one server
+  const call = { signal: options.signal, timeoutMs: LONG_CALL_MS, headers };
   try {
     const { uploadId } = await server.meshes.beginUpload({ header: { ...header, totalBytes: BigInt(content.size) } }, call);
     for (let offset = 0; offset < content.size;) {
