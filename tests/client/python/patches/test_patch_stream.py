@@ -209,7 +209,7 @@ def test_a_stream_sends_bytes_of_edges_that_bend(client, blob, random):
         before = stream.latest
         plan = scene.patch_plan(before.topology.id)
         for step in range(1, 6):
-            edit = stream.move(stream.lattice.indices[-1, :2, 0], (0.05 * step, 0, 0.1))
+            edit = stream.move(stream.lattice.indices[-1, :2, 0], (0.1 * step, 0, 0.2))
             update = stream.wait(edit, timeout=60)
             assert update.lattice.revision == update.revision
         whole = scene.get_update(PATCHES, min_revision=update.revision)
