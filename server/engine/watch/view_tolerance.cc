@@ -10,6 +10,16 @@
 namespace latticed {
 namespace {
 
+// What a view gets that leaves its bits to the server: the least bits that meet the tolerance and whose point error is
+// at most a third of it; the most bits where no point error is so small. A bit more than the least that meet it costs up
+// to three bits a point, but leaves twice as much of the tolerance to curvature. That takes up to a quarter of the points
+// away (tests/bench/results/tolerance.md).
+int ChoosePositionBits(double tolerance, const QuantisationBox& box, int least_bits) {
+  int bits = least_bits;
+  while (bits < limits::kMaxPositionBits && 3 * PointError(box, bits) > tolerance) ++bits;
+  return bits;
+}
+
 // The least tolerance that MeetsTolerance takes.
 double LeastTolerance(const QuantisationBox& box, int position_bits) {
   return 1.5 * PointError(box, position_bits);
@@ -48,7 +58,7 @@ absl::StatusOr<WatchView> SettleTolerance(const WatchView& view, const TargetSlo
   }
   WatchView settled = view;
   int& bits = settled.key.spec.position_bits;
-  if (bits == 0) bits = *least_bits;
+  if (bits == 0) bits = ChoosePositionBits(tolerance, box, *least_bits);
   if (bits < *least_bits) {
     return error::InvalidField(
         fmt::format("{}.position_bits", field),

@@ -4,6 +4,7 @@
 // Views with a tolerance, through the stub: triangles within the certified error of EvaluatePoints, patterns once a
 // stream, the same bytes after any edits as in a new update.
 #include <algorithm>
+#include <cmath>
 #include <random>
 #include <vector>
 
@@ -258,23 +259,35 @@ TEST_F(ToleranceStreamTest, ATokenOfAnotherToleranceResumesNothing) {
   EXPECT_FALSE(other.log.hello.resumed());
 }
 
-TEST_F(ToleranceStreamTest, PositionBitsAreTheLeastThatMeetIt) {
+TEST_F(ToleranceStreamTest, PositionBitsLeaveTwoThirdsToCurvature) {
   EventLog log;
   ASSERT_OK(Update(UpdateBy(kTolerance, v1::ENCODING_QUANTISED), log));
   const int bits = log.begins.at(0).view().position_bits();
-  ASSERT_GT(bits, 8);
+  ASSERT_GT(bits, 9);
+  ASSERT_LT(bits, 16);
   EXPECT_EQ(log.quantisations.at(0).bits(), bits);
+  // Half the diagonal of a cell of the grid. The float32 points have a small part too.
+  const double rounding = std::sqrt(3.0) / 2 * log.quantisations.at(0).step();
+  EXPECT_LT(rounding, kTolerance / 3);
+  EXPECT_GT(2 * rounding, 0.99 * kTolerance / 3) << "a bit less would do";
+}
 
-  v1::GetUpdateRequest fewer = UpdateBy(kTolerance, v1::ENCODING_QUANTISED);
-  fewer.mutable_view()->set_position_bits(bits - 1);
-  EventLog none, more;
-  ExpectRefusal(Update(fewer, none), {.reason = "OUT_OF_RANGE",
-                                      .field = "view.position_bits",
-                                      .message = fmt::format("got {}, a tolerance of {} needs {}",
-                                                             bits - 1, kTolerance, bits)});
-  fewer.mutable_view()->set_position_bits(bits + 1);
-  ASSERT_OK(Update(fewer, more));
-  EXPECT_EQ(more.quantisations.at(0).bits(), bits + 1);
+TEST_F(ToleranceStreamTest, PositionBitsThatCannotMeetItAreRefused) {
+  EventLog log, none, fewest;
+  ASSERT_OK(Update(UpdateBy(kTolerance, v1::ENCODING_QUANTISED), log));
+  // One bit less than is chosen doubles the rounding to two thirds at most. That still meets the tolerance.
+  const int least = log.begins.at(0).view().position_bits() - 1;
+
+  v1::GetUpdateRequest request = UpdateBy(kTolerance, v1::ENCODING_QUANTISED);
+  request.mutable_view()->set_position_bits(least - 1);
+  ExpectRefusal(Update(request, none), {.reason = "OUT_OF_RANGE",
+                                        .field = "view.position_bits",
+                                        .message = fmt::format("got {}, a tolerance of {} needs {}",
+                                                               least - 1, kTolerance, least)});
+  request.mutable_view()->set_position_bits(least);
+  ASSERT_OK(Update(request, fewest));
+  EXPECT_EQ(fewest.quantisations.at(0).bits(), least);
+  EXPECT_LE(fewest.ends.at(0).certified_error(), kTolerance);
 }
 
 // Segments allow as many points as they would give, and the certified error says what that costs.
