@@ -14,6 +14,7 @@
 #include "core/ffd/adjacency_index.h"
 #include "core/ffd/bspline_basis.h"
 #include "core/ffd/knot_split.h"
+#include "core/ffd/order/patch_chain.h"
 #include "core/ffd/vertex_normals.h"
 
 namespace latticed {
@@ -149,8 +150,10 @@ class Planner {
     const size_t count = split_.pieces.size();
     // Sorts pairs of (box and Morton code, piece), so that a comparison reads no other memory.
     std::vector<std::pair<uint64_t, uint32_t>> order(count);
+    PatchChain chain(split_, plan_->mesh_bounds);
     for (size_t p = 0; p < count; ++p) {
       LATTICED_RETURN_IF_ERROR(poll_.Step());
+      chain.AddPiece();
       const auto& v = split_.pieces[p].vertex;
       const bool outside = piece_box_[p] == plan_->outside_box();
       Vec3d centroid;
@@ -165,25 +168,34 @@ class Planner {
     plan_->patches.reserve(count);
     plan_->sources.reserve(count);
     plan_->box_patches.assign(plan_->boxes.size() + 1, 0);
-    for (const auto& [key, p] : order) {
-      LATTICED_RETURN_IF_ERROR(poll_.Step());
-      AddPatch(split_.pieces[p], piece_box_[p]);
-    }
+    LATTICED_RETURN_IF_ERROR(AddPatches(order, chain));
     std::partial_sum(plan_->box_patches.begin(), plan_->box_patches.end(),
                      plan_->box_patches.begin());
     plan_->outside_patches = count - plan_->box_patches[plan_->outside_box()];
     return absl::OkStatus();
   }
 
-  void AddPatch(const SplitPiece& piece, uint32_t box) {
-    const auto length2 = [&](size_t e) {
-      const Vec3d d =
-          split_.vertices[piece.vertex[(e + 1) % 3]].world - split_.vertices[piece.vertex[e]].world;
-      return Dot(d, d);
-    };
-    const std::array<double, 3> lengths{length2(0), length2(1), length2(2)};
-    const auto first =
-        static_cast<size_t>(std::max_element(lengths.begin(), lengths.end()) - lengths.begin());
+  // Adds the patches of each chunk and box in a chain. Chunks and boxes keep the patches that `order` gives them.
+  absl::Status AddPatches(std::span<const std::pair<uint64_t, uint32_t>> order, PatchChain& chain) {
+    std::vector<uint32_t> pieces;
+    std::vector<ChainedPiece> chained;
+    for (size_t p = 0; p < order.size(); ++p) {
+      LATTICED_RETURN_IF_ERROR(poll_.Step());
+      if (p % kChunk == 0) chain.BeginChunk();
+      pieces.push_back(order[p].second);
+      const uint32_t box = piece_box_[order[p].second];
+      const size_t next = p + 1;
+      if (next < order.size() && next % kChunk != 0 && piece_box_[order[next].second] == box)
+        continue;
+      chained.clear();
+      chain.Append(pieces, chained);
+      for (const auto& [piece, corner] : chained) AddPatch(split_.pieces[piece], box, corner);
+      pieces.clear();
+    }
+    return absl::OkStatus();
+  }
+
+  void AddPatch(const SplitPiece& piece, uint32_t box, uint32_t first) {
     const SourceTriangle& triangle = split_.triangles[piece.triangle];
     Patch patch{.box = box};
     PatchSource source{.face = triangle.face, .corners = triangle.corners};

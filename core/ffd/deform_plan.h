@@ -9,8 +9,9 @@
 //   vertices  corners of patches; all patches around a vertex name the same one
 //   edges     edges of patches, end points in canonical order (lexicographic by world position); numbered in the order
 //             of first use: by patches in order, in a patch by its edges 0, 1, 2
-//   patches   sub-triangles, sorted by box, then along a Morton curve. They keep the winding of the source, and are
-//             rotated so that the edge from corner 0 to corner 1 is the longest in the world
+//   patches   sub-triangles, sorted by box, then along a Morton curve; those of one chunk and box are then put in a
+//             chain (order/patch_chain.h). They keep the winding of the source. In the world, the edge from corner 0
+//             to corner 1 has no obtuse angle, or is the longest
 //   chunks    runs of limits::kPatchesPerChunk patches; the last may be shorter
 //
 // Ownership makes the surface watertight. The box that contains a vertex or edge owns it; in a knot plane that is the

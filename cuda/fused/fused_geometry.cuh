@@ -7,7 +7,7 @@
 //
 //   point(x, t) = centre + (x + shear t) along + t across,   x = b1 + b2/2 - 1/2,  t = b2 - 1/2
 //
-// `along` runs from corner 0 to corner 1, the longest edge; `across` is its perpendicular up to
+// `along` runs from corner 0 to corner 1, over which the patch lies; `across` is its perpendicular up to
 // corner 2, in the plane of the *source* triangle: that plane is accurate however thin the patch is.
 // Rows of constant t are symmetric about x = 0, so the points at x and -x share even and odd parts.
 #ifndef LATTICED_CUDA_FUSED_FUSED_GEOMETRY_CUH_
@@ -21,7 +21,7 @@
 namespace latticed::kernels {
 
 constexpr int kLanes = 32;  // patches of a chunk, and threads of a warp
-// A height below this fraction of the longest edge is a rounding error: the perpendicular keeps its
+// A height below this fraction of the first edge is a rounding error: the perpendicular keeps its
 // direction and gets this length.
 constexpr double kSmallestHeight = 0x1p-40;
 // Normals shorter than this fraction of their bound are computed by the definition, in double. So are all
@@ -123,7 +123,7 @@ __device__ inline void WriteSmoothRows(const FusedLaunch& launch, uint32_t patch
 }
 
 struct FrameSize {
-  double length, height;  // of the patch's longest edge, and of the patch over it
+  double length, height;  // of the patch's first edge, and of the patch over it
 };
 
 // Writes all rows but the two of NormalRange. Reads only the plan. `corner`: the vertices of the patch;

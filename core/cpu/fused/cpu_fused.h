@@ -7,7 +7,7 @@
 //   per group  A group is 16 patches of one box, one per SIMD lane (fused_kernel.h). With few segments the kernel
 //              evaluates R and its Jacobian at each point (fused_direct-inl.h). With more it takes these steps:
 //     compose  Compose the box polynomial with each patch's affine map, exactly. The result is a bivariate
-//              polynomial in (x, t): x runs along the longest edge, t along its perpendicular in the plane of
+//              polynomial in (x, t): x runs along the first edge, t along its perpendicular in the plane of
 //              the source triangle. Normals therefore do not depend on the triangle's shape.
 //     rows     Collapse it to polynomials in x, for the rows t and -t together. Evaluate the points of a row by
 //              Horner's rule, with the derivative.

@@ -15,7 +15,7 @@ void SetLane(std::array<Lanes, 3>& field, size_t lane, Vec3d value) {
   field[2][lane] = f.z;
 }
 
-// A height below this fraction of the longest edge is a rounding error. The perpendicular then keeps its direction and
+// A height below this fraction of the first edge is a rounding error. The perpendicular then keeps its direction and
 // gets this length, so that no coefficient of its polynomials is denormal.
 constexpr double kSmallestHeight = 0x1p-40;
 
@@ -78,7 +78,7 @@ void FusedLayout::PackLane(size_t group, size_t lane, uint32_t p) {
     SetLane(out.corners[c].point, lane, local[c]);
   }
 
-  // The patch's frame in the world: the longest edge, and its perpendicular in the plane of the *source* triangle.
+  // The patch's frame in the world: the first edge, and its perpendicular in the plane of the *source* triangle.
   // That plane is accurate however thin the patch is.
   const auto& corners = plan_->sources[p].corners;
   const auto source = [&](size_t c) {

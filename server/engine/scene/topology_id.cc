@@ -10,13 +10,16 @@ namespace {
 
 // 128 bits of the hash are enough for a name.
 constexpr size_t kHashDigits = 32;
+// Rises when a plan of the same mesh and structure gets another order of patches or corners: clients may keep the plan
+// of an older server.
+constexpr int kOrder = 2;
 
 void Append(std::string& text, Vec3d v) { text += fmt::format("{:a},{:a},{:a};", v.x, v.y, v.z); }
 
 }  // namespace
 
 std::string TopologyId(std::string_view mesh_id, const LatticeStructure& structure, int segments) {
-  std::string text = fmt::format("{};", mesh_id);
+  std::string text = fmt::format("{};{};", kOrder, mesh_id);
   for (size_t axis = 0; axis < 3; ++axis) {
     text += fmt::format("{},{}:", structure.degree[axis], structure.size[axis]);
     for (const double knot : structure.knots[axis]) text += fmt::format("{:a},", knot);

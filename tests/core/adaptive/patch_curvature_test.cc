@@ -174,7 +174,7 @@ TEST(PatchCurvature, CostsAreThoseOfItsDocstring) {
             (std::array{212, 470, 890, 1'463, 2'252, 3'248, 4'514}));
 }
 
-// A patch in a box, as the fused pipeline has it: its longest edge, and the perpendicular to corner 2.
+// A patch in a box, as the fused pipeline has it: its first edge, and the perpendicular to corner 2.
 struct RandomPatch {
   Vec3d centre, along, across;
   double shear;

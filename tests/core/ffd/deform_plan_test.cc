@@ -140,8 +140,8 @@ TEST(DeformPlan, OneTriangleInOneBoxIsOnePatch) {
   EXPECT_EQ(plan->boxes.size(), 2u);
   EXPECT_EQ(plan->patches[0].box, 0u);
   EXPECT_EQ(plan->outside_patches, 0u);
-  // The longest edge, from (0.8, 0.2) to (0.2, 0.4), comes first.
-  EXPECT_EQ(plan->vertices[plan->patches[0].vertex[0]].world, (Vec3d{0.8, 0.2, 0.5}));
+  // The shortest edge, from (0.2, 0.4) to (0.2, 0.2), comes first.
+  EXPECT_EQ(plan->vertices[plan->patches[0].vertex[0]].world, (Vec3d{0.2, 0.4, 0.5}));
 }
 
 TEST(DeformPlan, CutsOneTriangleAtOnePlane) {
