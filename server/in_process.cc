@@ -18,6 +18,7 @@
 #include "server/rpc/call.h"
 #include "server/rpc/restore_stored.h"
 #include "server/rpc/server_env.h"
+#include "server/store/postgres_store.h"
 #include "server/store/sqlite_store.h"
 #include "server/stores/scene_registry.h"
 #include "server/web/web_server.h"
@@ -38,8 +39,21 @@ void WarnOfOpenPorts(const Options& options) {
   }
 }
 
-// Null without options.data_dir.
+absl::StatusOr<std::shared_ptr<Store>> OpenSharedStore(const Options& options) {
+  LATTICED_ASSIGN_OR_RETURN(auto store, OpenPostgresStore({.url_file = options.store_url_file,
+                                                           .mesh_folder = options.mesh_store,
+                                                           .name = options.advertise,
+                                                           .lease = options.lease}));
+  LogEvent(spdlog::level::info, "meshes, scenes and edits are kept, and shared with other servers",
+           {{"meshes", options.mesh_store},
+            {"name", options.advertise},
+            {"lease", absl::FormatDuration(options.lease)}});
+  return store;
+}
+
+// Null where nothing is kept.
 absl::StatusOr<std::shared_ptr<Store>> OpenStore(const Options& options) {
+  if (options.store == "postgres") return OpenSharedStore(options);
   if (options.data_dir.empty()) {
     LogEvent(spdlog::level::info, "meshes and scenes end with this server: --data-dir keeps them",
              {});

@@ -111,8 +111,22 @@ void Define(CLI::App& app, Options& o) {
       ->check(CLI::Range(1, 1'000'000));
   app.add_option("--max-watchers", o.max_watchers, "Most watchers of a scene at a time")
       ->check(CLI::Range(1, 1'000'000));
+  app.add_option("--store", o.store,
+                 "What keeps meshes, scenes and edits: sqlite, in --data-dir, for one server; or "
+                 "postgres, which several servers share")
+      ->check(CLI::IsMember({"sqlite", "postgres"}));
   app.add_option("--data-dir", o.data_dir,
                  "Folder that keeps meshes, scenes and edits; default: they end with the server");
+  app.add_option("--store-url-file", o.store_url_file,
+                 "File with the URL of --store postgres: postgresql://user:password@host/database");
+  app.add_option("--mesh-store", o.mesh_store,
+                 "Folder of meshes of --store postgres, which all its servers see");
+  app.add_option("--advertise", o.advertise,
+                 "This server's name in the proxy before the servers of --store postgres");
+  AddDuration(
+      app, "--lease", o.lease,
+      "Time after which another server of --store postgres takes the scenes of this one, if "
+      "it does not answer");
   app.add_option("--durability", o.durability,
                  "full: an edit is acknowledged when it survives a loss of power; async: when it "
                  "survives the server, so a loss of power may take the last seconds")
@@ -229,6 +243,39 @@ absl::Status CheckOpenPorts(const Options& o) {
   return absl::OkStatus();
 }
 
+// A name stands in headers, and in the proxy's configuration.
+bool IsServerName(std::string_view name) {
+  constexpr size_t kMostBytes = 64;
+  return name.size() <= kMostBytes && std::ranges::all_of(name, [](char c) {
+           return absl::ascii_isalnum(static_cast<unsigned char>(c)) || c == '-' || c == '_' ||
+                  c == '.' || c == ':';
+         });
+}
+
+absl::Status CheckStore(const Options& o) {
+  const std::pair<std::string_view, const std::string&> needed[] = {
+      {"--store-url-file", o.store_url_file},
+      {"--mesh-store", o.mesh_store},
+      {"--advertise", o.advertise}};
+  const bool shared = o.store == "postgres";
+  for (const auto& [flag, value] : needed) {
+    if (shared && value.empty()) {
+      return absl::InvalidArgumentError(fmt::format("--store postgres needs {}", flag));
+    }
+    if (!shared && !value.empty() && flag != "--advertise") {
+      return absl::InvalidArgumentError(fmt::format("{} is for --store postgres", flag));
+    }
+  }
+  if (shared && !o.data_dir.empty()) {
+    return absl::InvalidArgumentError("--data-dir is for --store sqlite");
+  }
+  if (!IsServerName(o.advertise)) {
+    return absl::InvalidArgumentError(fmt::format(
+        "--advertise: got '{}', expected at most 64 letters, digits and . - _ :", o.advertise));
+  }
+  return absl::OkStatus();
+}
+
 absl::Status CheckDurations(const Options& o) {
   struct Range {
     std::string_view flag;
@@ -238,6 +285,7 @@ absl::Status CheckDurations(const Options& o) {
       {"--heartbeat-interval", o.heartbeat_interval, absl::Milliseconds(100), absl::Minutes(10)},
       {"--first-message-timeout", o.first_message_timeout, absl::Milliseconds(100), absl::Hours(1)},
       {"--write-timeout", o.write_timeout, absl::Milliseconds(100), absl::Hours(1)},
+      {"--lease", o.lease, absl::Milliseconds(200), absl::Minutes(1)},
       {"--drain-delay", o.drain_delay, absl::ZeroDuration(), absl::Minutes(10)},
       {"--drain-timeout", o.drain_timeout, absl::ZeroDuration(), absl::Hours(1)},
       {"--scene-idle-ttl", o.scene_idle_ttl, absl::Seconds(1), absl::Hours(24 * 365)}};
@@ -332,6 +380,7 @@ absl::Status Validate(const Options& o) {
   }
   if (absl::Status status = CheckWeb(o); !status.ok()) return status;
   if (absl::Status status = CheckOpenPorts(o); !status.ok()) return status;
+  if (absl::Status status = CheckStore(o); !status.ok()) return status;
   if (o.max_mesh_bytes == 0 || o.max_mesh_bytes > limits::kMaxMeshBytes) {
     return absl::InvalidArgumentError(fmt::format("--max-mesh-bytes: got {}, allowed is 1 to {}",
                                                   o.max_mesh_bytes, limits::kMaxMeshBytes));

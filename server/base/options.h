@@ -50,8 +50,13 @@ struct Options {
   int max_connections = 0;  // of listen, and of http; 0: as many as transport memory allows
   int max_scenes = limits::kDefaultMaxScenes;
   int max_watchers = limits::kDefaultMaxWatchersPerScene;  // of one scene
-  std::string data_dir;                    // folder of meshes, scenes and edits; empty: memory only
-  std::string advertise;  // this server's name to proxies, where servers share a store; empty: it shares none
+  std::string store = "sqlite";  // sqlite, in data_dir; or postgres, which servers share
+  std::string data_dir;          // folder of meshes, scenes and edits; empty: memory only
+  std::string store_url_file;    // of postgres: a file with the database's URL
+  std::string mesh_store;        // of postgres: the meshes' folder, which all servers see
+  std::string advertise;         // of postgres: this server's name to proxies
+  absl::Duration lease =
+      absl::Milliseconds(800);             // of postgres: how long others wait for this server
   std::string durability = "full";         // full or async: server/store/sqlite_store.h
   std::string http;                        // host:port of the viewer and gRPC-Web; empty: none
   std::string admin;                       // host:port of /healthz, /readyz, /metrics; empty: none

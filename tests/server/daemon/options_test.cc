@@ -171,6 +171,32 @@ TEST(OptionsTest, HttpIsOffUnlessGivenAndChecked) {
   }
 }
 
+TEST(OptionsTest, ASharedStoreNeedsAllItsParts) {
+  const char* const url = "--store-url-file=u";
+  const char* const meshes = "--mesh-store=m";
+  const char* const name = "--advertise=host-1:50151";
+  const auto parsed = Parse({"--store=postgres", url, meshes, name, "--lease=2s"});
+  ASSERT_OK(parsed);
+  EXPECT_EQ(parsed->options.store_url_file, "u");
+  EXPECT_EQ(parsed->options.mesh_store, "m");
+  EXPECT_EQ(parsed->options.advertise, "host-1:50151");
+  EXPECT_EQ(parsed->options.lease, absl::Seconds(2));
+  EXPECT_EQ(Parse({})->options.store, "sqlite");
+  EXPECT_EQ(Parse({})->options.lease, absl::Milliseconds(800));
+
+  const auto refused = [](std::initializer_list<const char*> flags, const char* says) {
+    EXPECT_THAT(Parse(flags), StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr(says)));
+  };
+  refused({"--store=postgres", meshes, name}, "needs --store-url-file");
+  refused({"--store=postgres", url, name}, "needs --mesh-store");
+  refused({"--store=postgres", url, meshes}, "needs --advertise");
+  refused({"--store=postgres", url, meshes, name, "--data-dir=d"}, "--data-dir is for");
+  refused({url}, "--store-url-file is for --store postgres");
+  refused({"--store=redis"}, "--store");
+  refused({"--store=postgres", url, meshes, "--advertise=a b"}, "--advertise: got 'a b'");
+  refused({"--lease=100ms"}, "--lease: got 100ms, allowed is 200ms to 1m");
+}
+
 TEST(OptionsTest, BadValuesAreRefusedByName) {
   const auto refused = [](const char* flag, const char* named) {
     EXPECT_THAT(Parse({flag}), StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr(named)));
