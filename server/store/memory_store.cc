@@ -27,6 +27,7 @@ MemoryStore::~MemoryStore() {
 void MemoryStore::Post(Work work) {
   MutexLock lock(&mutex_);
   waiting_bytes_ += work.bytes;
+  counts_.waiting_bytes = waiting_bytes_;
   waiting_.push_back(std::move(work));
 }
 
@@ -56,6 +57,7 @@ void MemoryStore::Run() {
     if (work.done) work.done(answer);
     MutexLock lock(&mutex_);
     waiting_bytes_ -= work.bytes;
+    counts_.waiting_bytes = waiting_bytes_;
   }
 }
 
@@ -109,7 +111,9 @@ void MemoryStore::Append(std::string_view scene, uint64_t lsn, std::string recor
   const uint64_t bytes = record.size();
   Post({.apply =
             [this, id = std::string(scene), lsn, record = std::move(record)]() mutable {
-              return ApplyAppend(id, lsn, std::move(record));
+              absl::Status status = ApplyAppend(id, lsn, std::move(record));
+              if (!status.ok() && lsn != 0) ++counts_.appends_refused;
+              return status;
             },
         .done = std::move(done),
         .bytes = bytes});
@@ -123,7 +127,10 @@ absl::Status MemoryStore::ApplyAppend(const std::string& id, uint64_t lsn, std::
   if (lsn == 0) return absl::OkStatus();
   const uint64_t next = scene.log.lsn() + 1;
   scene.broken = lsn == next ? failure_ : error::NotNextRecord(id, next, lsn);
+  if (!scene.broken.ok()) ++counts_.scenes_broken;
   LATTICED_RETURN_IF_ERROR(scene.broken);
+  counts_.append_bytes += record.size();
+  ++counts_.appends_stored;
   scene.log.records.push_back(std::move(record));
   return absl::OkStatus();
 }
@@ -161,6 +168,8 @@ absl::Status MemoryStore::ApplySnapshot(const std::string& id, uint64_t lsn, std
   }
   const auto covered = static_cast<ptrdiff_t>(lsn - log.snapshot_lsn);
   log.records.erase(log.records.begin(), log.records.begin() + covered);
+  ++counts_.snapshots_stored;
+  counts_.snapshot_bytes += snapshot.size();
   log.snapshot_lsn = lsn;
   log.snapshot = std::move(snapshot);
   return absl::OkStatus();
@@ -209,6 +218,7 @@ absl::StatusOr<std::string> MemoryStore::ReadMesh(std::string_view id) {
 
 void MemoryStore::SetFailure(absl::Status failure) {
   MutexLock lock(&mutex_);
+  counts_.writable = failure.ok();
   failure_ = std::move(failure);
 }
 

@@ -34,7 +34,7 @@ class PostgresStore : public Store {
       : mesh_folder_(options.mesh_folder),
         pool_(url),
         lease_(url, options.name, options.lease),
-        writer_(url, &lease_, options.fence) {}
+        writer_(url, &lease_, options.fence, &counts_) {}
 
   absl::Status Start();
 

@@ -35,7 +35,7 @@ class SqliteStore : public Store {
       : lock_(std::move(lock)),
         meshes_(folder + "/meshes"),
         reader_(std::move(database_path), sync),
-        writer_(std::move(folder), std::move(database), std::move(checkpoints)) {}
+        writer_(std::move(folder), std::move(database), std::move(checkpoints), &counts_) {}
 
   absl::Status Start();
 

@@ -36,6 +36,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "server/base/store_counts.h"
 
 namespace latticed {
 
@@ -123,6 +124,12 @@ class Store {
   [[nodiscard]] virtual absl::StatusOr<std::string> ReadMeshHeader(std::string_view id) = 0;
   // kNotFound; kDataLoss if the bytes do not have that hash.
   [[nodiscard]] virtual absl::StatusOr<std::string> ReadMesh(std::string_view id) = 0;
+
+  // What it has done so far.
+  const StoreCounts& counts() const { return counts_; }
+
+ protected:
+  StoreCounts counts_;
 };
 
 }  // namespace latticed

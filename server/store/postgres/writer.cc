@@ -7,6 +7,8 @@
 #include <set>
 #include <vector>
 
+#include "absl/time/clock.h"
+#include "core/base/catch_bad_alloc.h"
 #include "core/base/error.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
@@ -54,8 +56,8 @@ constexpr char kRoom[] =
 
 }  // namespace
 
-PgWriter::PgWriter(std::string url, PgLease* lease, bool fence)
-    : url_(std::move(url)), lease_(lease), fence_(fence) {}
+PgWriter::PgWriter(std::string url, PgLease* lease, bool fence, StoreCounts* counts)
+    : url_(std::move(url)), lease_(lease), fence_(fence), counts_(counts), queue_(counts) {}
 
 absl::Status PgWriter::Start() {
   LATTICED_RETURN_IF_ERROR(Attach());
@@ -130,43 +132,43 @@ void PgWriter::Execute(std::span<Write> writes) {
     } else {
       AppendGroup(writes.first(count));
     }
-    uint64_t bytes = 0;
-    for (const Write& write : writes.first(count)) bytes += write.bytes.size();
-    queue_.Answered(bytes);
+    queue_.Answered(writes.first(count));
     writes = writes.subspan(count);
   }
 }
 
 void PgWriter::AppendGroup(std::span<Write> group) {
-  std::vector<absl::Status> answers(group.size());
-  const absl::Status failure = failure_.ok() ? Noted(InsertGroup(group, answers)) : failure_;
-  for (size_t i = 0; i < group.size(); ++i) {
-    const Write& write = group[i];
-    if (write.kind == Write::Kind::kBarrier) {
-      answers[i] = tails_.CheckSound(write.scene);
-    } else if (answers[i].ok()) {
-      answers[i] = failure;
-    }
-    if (!answers[i].ok()) tails_.Break(write.scene, answers[i]);
-    if (absl::IsAborted(answers[i])) answers[i] = Explain(write.scene);
+  absl::Status failure = failure_;
+  if (failure.ok()) {
+    failure = Noted(CatchBadAlloc("records of the store", [&] { return InsertGroup(group); }));
   }
   for (Write& write : group) {
-    const absl::Status& answer = answers[static_cast<size_t>(&write - group.data())];
-    // What `done` holds is gone before the next answer.
-    if (const Store::Done done = std::exchange(write.done, nullptr)) done(answer);
+    if (write.kind == Write::Kind::kBarrier) {
+      write.answer = tails_.CheckSound(write.scene);
+    } else if (write.answer.ok()) {
+      write.answer = failure;
+    }
+    if (!write.answer.ok()) Break(write);
+    if (absl::IsAborted(write.answer)) write.answer = Explain(write.scene);
   }
+  for (Write& write : group) queue_.Answer(write);
 }
 
-absl::Status PgWriter::InsertGroup(std::span<Write> group, std::span<absl::Status> answers) {
+void PgWriter::Break(const Write& write) {
+  if (tails_.CheckSound(write.scene).ok()) ++counts_->scenes_broken;
+  tails_.Break(write.scene, write.answer);
+}
+
+absl::Status PgWriter::InsertGroup(std::span<Write> group) {
   LATTICED_RETURN_IF_ERROR(Attach());
   std::vector<int64_t> numbers, lsns, sums;
   std::vector<std::string_view> records;
   std::vector<size_t> writes;
   for (size_t i = 0; i < group.size(); ++i) {
-    const Write& write = group[i];
+    Write& write = group[i];
     if (write.kind != Write::Kind::kAppend) continue;
     const absl::StatusOr<int64_t> number = tails_.Append(write.scene, write.lsn);
-    answers[i] = number.status();
+    write.answer = number.status();
     if (!number.ok()) continue;
     numbers.push_back(*number);
     lsns.push_back(static_cast<int64_t>(write.lsn));
@@ -175,35 +177,37 @@ absl::Status PgWriter::InsertGroup(std::span<Write> group, std::span<absl::Statu
     writes.push_back(i);
   }
   if (writes.empty()) return absl::OkStatus();
+  const absl::Time start = absl::Now();
   LATTICED_ASSIGN_OR_RETURN(
       const PgRows rows, Fenced(kAppend, [&](PgParameters& parameters) {
         parameters.Numbers(numbers).Numbers(lsns).Numbers(sums).ByteStrings(records);
       }));
+  counts_->commits.Observe(absl::Now() - start);
   if (rows.size() == static_cast<int>(writes.size())) return absl::OkStatus();
   attached_ = false;  // the session may be fenced
   std::set<std::pair<int64_t, int64_t>> stored;
   for (int i = 0; i < rows.size(); ++i) stored.emplace(rows.Number(i, 0), rows.Number(i, 1));
   for (size_t i = 0; i < writes.size(); ++i) {
     if (stored.contains({numbers[i], lsns[i]})) continue;
-    answers[writes[i]] = error::SceneNotOwned(group[writes[i]].scene);
+    group[writes[i]].answer = error::SceneNotOwned(group[writes[i]].scene);
   }
   return absl::OkStatus();
 }
 
 void PgWriter::ExecuteOne(Write& write) {
-  absl::Status status;
+  const bool snapshot = write.kind == Write::Kind::kSnapshot;
+  const auto execute = [&] { return snapshot ? PutSnapshot(write) : write.change(); };
   if (write.kind == Write::Kind::kQuestion) {
-    status = write.change();
+    write.answer = CatchBadAlloc("a question to the store", write.change);
   } else {
-    const bool snapshot = write.kind == Write::Kind::kSnapshot;
-    status = failure_;
-    if (status.ok()) status = Noted(snapshot ? PutSnapshot(write) : write.change());
-    if (snapshot && !status.ok()) {
-      LogEvent(spdlog::level::warn, "snapshot not stored",
-               {{"scene", write.scene}, {"error", std::string(status.message())}});
-    }
+    write.answer = failure_;
+    if (failure_.ok()) write.answer = Noted(CatchBadAlloc("a change of the store", execute));
   }
-  if (const Store::Done done = std::exchange(write.done, nullptr)) done(status);
+  if (snapshot && !write.answer.ok()) {
+    LogEvent(spdlog::level::warn, "snapshot not stored",
+             {{"scene", write.scene}, {"error", std::string(write.answer.message())}});
+  }
+  queue_.Answer(write);
 }
 
 absl::Status PgWriter::InsertScene(std::string_view id, std::string_view header) {
@@ -303,7 +307,8 @@ absl::Status PgWriter::Attach() {
 }
 
 void PgWriter::Recover() {
-  const absl::Status status = TryToRecover();
+  const absl::Status status =
+      CatchBadAlloc("the store's recovery", [this] { return TryToRecover(); });
   failure_ = status;
   queue_.SetRefusal(status);
   if (status.ok()) LogEvent(spdlog::level::info, "the store accepts writes again", {});

@@ -40,8 +40,8 @@ class PgWriter {
  public:
   static constexpr absl::Duration kRetry = absl::Milliseconds(200);
 
-  // Without `fence`, statements do not lock the session's row: a test shows what would be lost.
-  PgWriter(std::string url, PgLease* lease, bool fence);
+  // `counts` outlives this. Without `fence`, statements do not lock the session's row: a test shows what would be lost.
+  PgWriter(std::string url, PgLease* lease, bool fence, StoreCounts* counts);
   // Call it once, before everything else.
   [[nodiscard]] absl::Status Start();
   // Writes and answers all that waits.
@@ -66,7 +66,8 @@ class PgWriter {
   void Execute(std::span<Write> writes);
   // Appends and barriers.
   void AppendGroup(std::span<Write> group);
-  absl::Status InsertGroup(std::span<Write> group, std::span<absl::Status> answers);
+  absl::Status InsertGroup(std::span<Write> group);
+  void Break(const Write& write);
   void ExecuteOne(Write& write);
   absl::Status InsertScene(std::string_view id, std::string_view header);
   absl::Status DeleteScene(std::string_view id);
@@ -86,6 +87,7 @@ class PgWriter {
   const std::string url_;
   PgLease* const lease_;
   const bool fence_;
+  StoreCounts* const counts_;
   std::unique_ptr<PgConnection> connection_;
   bool attached_ = false;
   int64_t session_ = 0;  // that tails_ are of

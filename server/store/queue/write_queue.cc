@@ -4,22 +4,43 @@
 
 #include <utility>
 
+#include "absl/time/clock.h"
+#include "core/base/catch_bad_alloc.h"
 #include "core/base/status_macros.h"
+#include "server/base/telemetry.h"
 #include "server/store/store_errors.h"
 
 namespace latticed {
+namespace {
+
+// Without memory for a list of what waits, its taker tries again after this.
+constexpr absl::Duration kMemoryPause = absl::Milliseconds(10);
+
+}  // namespace
 
 void WriteQueue::Put(Write write) {
   MutexLock lock(&mutex_);
   unanswered_bytes_ += write.bytes.size();
+  counts_->waiting_bytes = unanswered_bytes_;
   waiting_.push_back(std::move(write));
 }
 
 std::vector<Write> WriteQueue::Take(absl::Duration patience) {
+  while (true) {
+    auto taken = CatchBadAlloc("a transaction", [&]() -> absl::StatusOr<std::vector<Write>> {
+      return TryToTake(patience);
+    });
+    if (taken.ok()) return *std::move(taken);
+    absl::SleepFor(kMemoryPause);
+  }
+}
+
+std::vector<Write> WriteQueue::TryToTake(absl::Duration patience) {
   std::vector<Write> taken;
   uint64_t bytes = 0;
   MutexLock lock(&mutex_);
   mutex_.AwaitFor([this] { return !waiting_.empty() || stopped_; }, patience);
+  taken.reserve(waiting_.size());
   while (!waiting_.empty() && bytes < kMostTakenBytes) {
     bytes += waiting_.front().bytes.size();
     taken.push_back(std::move(waiting_.front()));
@@ -28,9 +49,35 @@ std::vector<Write> WriteQueue::Take(absl::Duration patience) {
   return taken;
 }
 
-void WriteQueue::Answered(uint64_t bytes) {
+void WriteQueue::Count(const Write& write) {
+  const bool ok = write.answer.ok();
+  if (write.kind == Write::Kind::kAppend) {
+    ++(ok ? counts_->appends_stored : counts_->appends_refused);
+    if (ok) counts_->append_bytes += write.bytes.size();
+  } else if (write.kind == Write::Kind::kSnapshot) {
+    ++(ok ? counts_->snapshots_stored : counts_->snapshots_failed);
+    if (ok) counts_->snapshot_bytes += write.bytes.size();
+  }
+}
+
+void WriteQueue::Answer(Write& write) {
+  Count(write);
+  // What `done` holds is gone before the next answer.
+  const Store::Done done = std::exchange(write.done, nullptr);
+  if (done == nullptr) return;
+  const absl::Status status = CatchBadAlloc("an answer of the store", [&] {
+    done(write.answer);
+    return absl::OkStatus();
+  });
+  if (status.ok()) return;
+  LogEvent(spdlog::level::err, "an answer of the store was lost",
+           {{"scene", write.scene}, {"error", std::string(status.message())}});
+}
+
+void WriteQueue::Answered(std::span<const Write> writes) {
   MutexLock lock(&mutex_);
-  unanswered_bytes_ -= bytes;
+  for (const Write& write : writes) unanswered_bytes_ -= write.bytes.size();
+  counts_->waiting_bytes = unanswered_bytes_;
 }
 
 void WriteQueue::Stop() {
@@ -52,6 +99,7 @@ absl::Status WriteQueue::Admit() const {
 
 void WriteQueue::SetRefusal(absl::Status refusal) {
   MutexLock lock(&mutex_);
+  counts_->writable = refusal.ok();
   refusal_ = std::move(refusal);
 }
 

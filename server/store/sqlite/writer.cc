@@ -11,6 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include "absl/time/clock.h"
+#include "core/base/catch_bad_alloc.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
 #include "server/base/telemetry.h"
@@ -38,10 +40,12 @@ uint64_t RoomIn(const std::string& folder) {
 }  // namespace
 
 SqliteWriter::SqliteWriter(std::string folder, SqliteConnection database,
-                           SqliteConnection checkpoints)
+                           SqliteConnection checkpoints, StoreCounts* counts)
     : folder_(std::move(folder)),
+      counts_(counts),
       database_(std::move(database)),
-      checkpointer_(std::move(checkpoints)) {}
+      checkpointer_(std::move(checkpoints)),
+      queue_(counts) {}
 
 absl::Status SqliteWriter::Start() {
   LATTICED_ASSIGN_OR_RETURN(SceneRows rows, SceneRows::Create(&database_));
@@ -97,56 +101,53 @@ void SqliteWriter::Execute(std::span<Write> writes) {
     } else {
       CommitGroup(writes.first(count));
     }
-    uint64_t bytes = 0;
-    for (const Write& write : writes.first(count)) bytes += write.bytes.size();
-    queue_.Answered(bytes);
+    queue_.Answered(writes.first(count));
     writes = writes.subspan(count);
   }
 }
 
 void SqliteWriter::CommitGroup(std::span<Write> group) {
-  std::vector<absl::Status> answers(group.size());
-  const absl::Status failure = Transact([&] { return InsertGroup(group, answers); });
-  for (size_t i = 0; i < group.size(); ++i) {
-    const Write& write = group[i];
+  const absl::Status failure = Transact([&] { return InsertGroup(group); });
+  for (Write& write : group) {
     if (write.kind == Write::Kind::kBarrier) {
-      answers[i] = rows_->CheckSound(write.scene);
-    } else if (answers[i].ok() && !failure.ok()) {
-      answers[i] = failure;
-      rows_->Break(write.scene, failure);
+      write.answer = rows_->CheckSound(write.scene);
+    } else if (write.answer.ok() && !failure.ok()) {
+      write.answer = failure;
+      Break(write, failure);
     }
   }
-  for (size_t i = 0; i < group.size(); ++i) {
-    // What `done` holds is gone before the next answer.
-    if (const Store::Done done = std::exchange(group[i].done, nullptr)) done(answers[i]);
-  }
+  for (Write& write : group) queue_.Answer(write);
 }
 
-absl::Status SqliteWriter::InsertGroup(std::span<Write> group, std::span<absl::Status> answers) {
-  for (size_t i = 0; i < group.size(); ++i) {
-    const Write& write = group[i];
+absl::Status SqliteWriter::InsertGroup(std::span<Write> group) {
+  for (Write& write : group) {
     if (write.kind != Write::Kind::kAppend) continue;
-    answers[i] = rows_->CheckAppend(write.scene, write.lsn);
-    if (!answers[i].ok()) continue;
+    write.answer = rows_->CheckAppend(write.scene, write.lsn);
+    if (!write.answer.ok()) continue;
     LATTICED_RETURN_IF_ERROR(rows_->Append(write.scene, write.lsn, write.bytes));
   }
   return rows_->Maintain();
 }
 
+void SqliteWriter::Break(const Write& write, const absl::Status& why) {
+  if (rows_->CheckSound(write.scene).ok()) ++counts_->scenes_broken;
+  rows_->Break(write.scene, why);
+}
+
 void SqliteWriter::ExecuteOne(Write& write) {
-  absl::Status status;
   if (write.kind == Write::Kind::kQuestion) {
-    status = write.change();
+    write.answer = CatchBadAlloc("a question to the store", write.change);
   } else if (write.kind == Write::Kind::kChange) {
-    status = Transact(write.change);
+    write.answer = Transact(write.change);
   } else {
-    status = Transact([&] { return rows_->PutSnapshot(write.scene, write.lsn, write.bytes); });
-    if (!status.ok()) {
+    write.answer =
+        Transact([&] { return rows_->PutSnapshot(write.scene, write.lsn, write.bytes); });
+    if (!write.answer.ok()) {
       LogEvent(spdlog::level::warn, "snapshot not stored",
-               {{"scene", write.scene}, {"error", std::string(status.message())}});
+               {{"scene", write.scene}, {"error", std::string(write.answer.message())}});
     }
   }
-  if (const Store::Done done = std::exchange(write.done, nullptr)) done(status);
+  queue_.Answer(write);
 }
 
 absl::Status SqliteWriter::Transact(const std::function<absl::Status()>& work) {
@@ -157,11 +158,13 @@ absl::Status SqliteWriter::Transact(const std::function<absl::Status()>& work) {
 }
 
 absl::Status SqliteWriter::TryTransaction(const std::function<absl::Status()>& work) {
+  const absl::Time start = absl::Now();
   absl::Status status = database_.Execute("BEGIN IMMEDIATE");
-  if (status.ok()) status = work();
+  if (status.ok()) status = CatchBadAlloc("a transaction of the store", work);
   if (status.ok()) status = database_.Execute("COMMIT");
   if (status.ok()) {
     rows_->Committed();
+    counts_->commits.Observe(absl::Now() - start);
     return status;
   }
   // SQLite may have rolled back by itself. A rollback that fails leaves the transaction to TryToRecover.
@@ -178,7 +181,8 @@ void SqliteWriter::NoteFailure(const absl::Status& failure) {
 }
 
 void SqliteWriter::Recover() {
-  const absl::Status status = TryToRecover();
+  const absl::Status status =
+      CatchBadAlloc("the store's recovery", [this] { return TryToRecover(); });
   if (!status.ok()) {
     failure_ = status;
     queue_.SetRefusal(status);

@@ -7,7 +7,7 @@
 //
 // When the medium fails, the transaction is rolled back, and the scenes with records in it are broken. A commit that
 // failed is never tried again: the writer reads anew what is stored, and refuses all writes until a small transaction of
-// its own succeeds, which it tries every kRetry.
+// its own succeeds, which it tries every kRetry. A transaction without memory fails alike.
 //
 // Threads  safe
 #ifndef LATTICED_SERVER_STORE_SQLITE_WRITER_H_
@@ -34,8 +34,9 @@ class SqliteWriter {
  public:
   static constexpr absl::Duration kRetry = absl::Milliseconds(200);
 
-  // `folder` is where the database is.
-  SqliteWriter(std::string folder, SqliteConnection database, SqliteConnection checkpoints);
+  // `folder` is where the database is. `counts` outlives this.
+  SqliteWriter(std::string folder, SqliteConnection database, SqliteConnection checkpoints,
+               StoreCounts* counts);
   // Reads what is stored. Call it once, before everything else.
   [[nodiscard]] absl::Status Start();
   // Writes and answers all that waits.
@@ -59,12 +60,13 @@ class SqliteWriter {
   void Execute(std::span<Write> writes);
   // Appends and barriers, in one transaction.
   void CommitGroup(std::span<Write> group);
-  absl::Status InsertGroup(std::span<Write> group, std::span<absl::Status> answers);
+  absl::Status InsertGroup(std::span<Write> group);
   void ExecuteOne(Write& write);
   // `work` in a transaction.
   absl::Status Transact(const std::function<absl::Status()>& work);
   // The same, whether the medium failed before or not.
   absl::Status TryTransaction(const std::function<absl::Status()>& work);
+  void Break(const Write& write, const absl::Status& why);
   void NoteFailure(const absl::Status& failure);
   void Recover();
   absl::Status TryToRecover();
@@ -73,6 +75,7 @@ class SqliteWriter {
   void CheckpointIfDue();
 
   const std::string folder_;
+  StoreCounts* const counts_;
   SqliteConnection database_;
   Checkpointer checkpointer_;
   std::unique_ptr<SceneRows> rows_;
