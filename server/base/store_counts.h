@@ -22,8 +22,12 @@ struct StoreCounts {
   std::atomic<uint64_t> snapshots_stored = 0, snapshots_failed = 0, snapshot_bytes = 0;
   // How often a scene was broken by a record that could not be written: it is read anew before it is edited again.
   std::atomic<uint64_t> scenes_broken = 0;
-  // Bytes of records and snapshots that are not answered yet.
-  std::atomic<uint64_t> waiting_bytes = 0;
+  // Bytes that went to the log of commits, where the store has one.
+  std::atomic<uint64_t> log_bytes = 0;
+  // How often the medium failed, so that the store refused writes for a while.
+  std::atomic<uint64_t> failures = 0;
+  // What is not answered yet, with the bytes of its records and snapshots.
+  std::atomic<uint64_t> waiting_writes = 0, waiting_bytes = 0;
   // False from a failure of the medium until it takes a write again.
   std::atomic<bool> writable = true;
   // Transactions, with waiting for the medium.

@@ -117,6 +117,46 @@ void AddEngine(const EngineCounts& counts, MetricFamilies& out) {
       .Add(counts.send, {{"stage", "send"}});
 }
 
+void AddDurability(ServerEnv& env, const v1::ServerInfo& info, MetricFamilies& out) {
+  out.Gauge("latticed_durable", "1 if meshes, scenes and edits survive a restart.")
+      .Add(info.durable() ? 1.0 : 0.0);
+  if (env.store == nullptr) return;
+  if (!env.store->shared()) {
+    out.Gauge("latticed_scenes_asleep", "Scenes that are stored and not in memory.")
+        .Add(env.scenes->asleep_count());
+  }
+  const StoreCounts& counts = env.store->counts();
+  out.Gauge("latticed_store_writable",
+            "1 while the store accepts writes; 0 from a failure of its medium until it recovers.")
+      .Add(counts.writable ? 1.0 : 0.0);
+  out.Counter("latticed_store_failures_total",
+              "Times that the medium failed, so that the store refused writes until it recovered.")
+      .Add(counts.failures);
+  out.Gauge("latticed_store_waiting_writes", "Records and other writes that are not answered yet.")
+      .Add(counts.waiting_writes);
+  out.Gauge("latticed_store_waiting_bytes", "Their bytes; edits are refused from 64 MiB on.")
+      .Add(counts.waiting_bytes);
+  out.Counter("latticed_store_appends_total",
+              "Records of edits: stored; refused, because the store failed.")
+      .Add(counts.appends_stored, {{"result", "stored"}})
+      .Add(counts.appends_refused, {{"result", "refused"}});
+  out.Counter("latticed_store_snapshots_total", "Snapshots of scenes: stored; failed.")
+      .Add(counts.snapshots_stored, {{"result", "stored"}})
+      .Add(counts.snapshots_failed, {{"result", "failed"}});
+  out.Counter("latticed_store_bytes_total", "Bytes that were stored, before what a database adds.")
+      .Add(counts.append_bytes, {{"kind", "record"}})
+      .Add(counts.snapshot_bytes, {{"kind", "snapshot"}});
+  out.Counter("latticed_store_log_bytes_total",
+              "Bytes that commits wrote to the write-ahead log; a checkpoint copies them later.")
+      .Add(counts.log_bytes);
+  out.Counter("latticed_store_scenes_broken_total",
+              "Times that a scene's record could not be written, so that the scene was read anew.")
+      .Add(counts.scenes_broken);
+  out.Histogram("latticed_store_commit_duration_seconds",
+                "Transactions that succeeded, with waiting for the medium.")
+      .Add(counts.commits, {});
+}
+
 void AddCalls(const CallCounts& calls, MetricFamilies& out) {
   auto started = out.Counter("latticed_rpc_started_total", "Calls begun.");
   auto finished = out.Counter("latticed_rpc_finished_total", "Calls ended, by status code.");
@@ -195,6 +235,7 @@ std::string MetricsText(ServerEnv& env, const ConnectionCounts& grpc,
   AddHostMemory(info, families);
   AddDevices(info, families);
   AddEngine(env.scenes->counts(), families);
+  AddDurability(env, info, families);
   AddConnections(grpc, http, families);
   families
       .Counter("latticed_log_lines_dropped_total",

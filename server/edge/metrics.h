@@ -5,6 +5,7 @@
 //
 //   ServerInfo, stores   gauges: memory, scenes, watchers, …      collected at the scrape
 //   EngineCounts         edits, updates, stages                   counted where they happen
+//   StoreCounts          records, commits, the medium's state     likewise; only with a store
 //   CallCounts           calls, latencies, refusals               likewise
 //   /proc/self           process_…, under the names that all Prometheus clients use
 //

@@ -28,6 +28,7 @@ void MemoryStore::Post(Work work) {
   MutexLock lock(&mutex_);
   waiting_bytes_ += work.bytes;
   counts_.waiting_bytes = waiting_bytes_;
+  ++counts_.waiting_writes;
   waiting_.push_back(std::move(work));
 }
 
@@ -58,6 +59,7 @@ void MemoryStore::Run() {
     MutexLock lock(&mutex_);
     waiting_bytes_ -= work.bytes;
     counts_.waiting_bytes = waiting_bytes_;
+    --counts_.waiting_writes;
   }
 }
 
@@ -218,6 +220,7 @@ absl::StatusOr<std::string> MemoryStore::ReadMesh(std::string_view id) {
 
 void MemoryStore::SetFailure(absl::Status failure) {
   MutexLock lock(&mutex_);
+  if (failure_.ok() && !failure.ok()) ++counts_.failures;
   counts_.writable = failure.ok();
   failure_ = std::move(failure);
 }

@@ -95,6 +95,8 @@ class SceneRegistry {
   // In order of id.
   [[nodiscard]] std::vector<std::shared_ptr<Scene>> All() const ABSL_LOCKS_EXCLUDED(mutex_);
   [[nodiscard]] size_t size() const ABSL_LOCKS_EXCLUDED(mutex_);
+  // Scenes that are asleep. Where servers share the store, none is known.
+  [[nodiscard]] size_t asleep_count() const ABSL_LOCKS_EXCLUDED(mutex_);
   // The scenes of a mesh, with those that are being made. Of a shared store: those of all servers.
   [[nodiscard]] MeshUse UseOfMesh(std::string_view mesh_id) const ABSL_LOCKS_EXCLUDED(mutex_);
   // The same for all meshes that have scenes, by id. The store's errors.

@@ -34,6 +34,11 @@ void SceneRegistry::AddAsleep(std::string id, std::string mesh_id, absl::Time ex
   asleep_[std::move(id)] = {std::move(mesh_id), expires};
 }
 
+size_t SceneRegistry::asleep_count() const {
+  const MutexLock lock(&mutex_);
+  return asleep_.size();
+}
+
 bool SceneRegistry::IsAsleep(std::string_view id) const {
   const MutexLock lock(&mutex_);
   const auto found = scenes_.find(id);

@@ -34,6 +34,18 @@ TEST_F(LatticectlServerTest, InfoSaysWhatTheServerIs) {
   EXPECT_EQ(RunJson({"info"})["limits"]["maxSegments"], 32);
 }
 
+TEST_F(LatticectlServerTest, InfoSaysWhetherARestartLosesAnything) {
+  EXPECT_THAT(Run({"info"}), HasSubstr("durability            none: meshes and scenes end"));
+  EXPECT_FALSE(RunJson({"info"}).value("durable", false));
+
+  Options options = QuietOptions();
+  options.data_dir = Path("data");
+  const auto durable = StartServer(options);
+  ASSERT_NE(durable, nullptr);
+  EXPECT_THAT(MustRun({"info", "--server", durable->address()}),
+              HasSubstr("durability            meshes, scenes and edits survive a restart\n"));
+}
+
 TEST_F(LatticectlServerTest, ASceneShowsItsUnits) {
   MakeScene();
   EXPECT_THAT(Run({"scene", "show", "scene-one"}), HasSubstr("units                unknown\n"));

@@ -4,6 +4,7 @@
 
 #include <new>
 
+#include "core/base/catch_bad_alloc.h"
 #include "server/store/store_errors.h"
 
 namespace latticed {
@@ -32,7 +33,16 @@ void SceneJournal::Wait(Then then) { Post(0, "", std::move(then)); }
 void SceneJournal::Post(uint64_t lsn, std::string record, Then then) {
   Store::Done done = [state = state_, then = std::move(then)](const absl::Status& durable) {
     if (!durable.ok()) state->broken = true;
-    then(durable);
+    const auto answer = [&then](const absl::Status& status) {
+      return CatchBadAlloc("the answer to an edit", [&] {
+        then(status);
+        return absl::OkStatus();
+      });
+    };
+    if (const absl::Status given = answer(durable); !given.ok()) {
+      state->broken = true;  // what is stored may not be published
+      answer(absl::AbortedError(given.message())).IgnoreError();
+    }
     --state->pending;
   };
   ++state_->pending;

@@ -30,7 +30,8 @@ namespace latticed {
 
 class SceneJournal {
  public:
-  // Called on a thread of the store with none of its locks held, in the order of Append and Wait.
+  // Called on a thread of the store with none of its locks held, in the order of Append and Wait. If it throws for want
+  // of memory, the journal is broken, and it is called again with kAborted: its scene may not show what is stored.
   using Then = std::function<void(const absl::Status&)>;
 
   // `store` may be null, else it outlives the scene. `unsnapped` records have come since its last snapshot.

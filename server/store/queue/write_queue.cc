@@ -20,9 +20,11 @@ constexpr absl::Duration kMemoryPause = absl::Milliseconds(10);
 
 void WriteQueue::Put(Write write) {
   MutexLock lock(&mutex_);
-  unanswered_bytes_ += write.bytes.size();
-  counts_->waiting_bytes = unanswered_bytes_;
+  const uint64_t bytes = write.bytes.size();
   waiting_.push_back(std::move(write));
+  ++counts_->waiting_writes;
+  unanswered_bytes_ += bytes;
+  counts_->waiting_bytes = unanswered_bytes_;
 }
 
 std::vector<Write> WriteQueue::Take(absl::Duration patience) {
@@ -77,6 +79,7 @@ void WriteQueue::Answer(Write& write) {
 void WriteQueue::Answered(std::span<const Write> writes) {
   MutexLock lock(&mutex_);
   for (const Write& write : writes) unanswered_bytes_ -= write.bytes.size();
+  counts_->waiting_writes -= writes.size();
   counts_->waiting_bytes = unanswered_bytes_;
 }
 
@@ -99,6 +102,7 @@ absl::Status WriteQueue::Admit() const {
 
 void WriteQueue::SetRefusal(absl::Status refusal) {
   MutexLock lock(&mutex_);
+  if (refusal_.ok() && !refusal.ok()) ++counts_->failures;
   counts_->writable = refusal.ok();
   refusal_ = std::move(refusal);
 }

@@ -16,6 +16,7 @@
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
 #include "server/base/telemetry.h"
+#include "server/store/sqlite/database/checked_vfs.h"
 #include "server/store/store_errors.h"
 
 namespace latticed {
@@ -26,6 +27,8 @@ constexpr int kCheckpointPages = 1'000;
 // Commits that come without a pause would let the log grow for ever: at 64 MB the writer itself ends the checkpoint,
 // and the next commit begins the log anew.
 constexpr int kMostLogPages = 16'384;
+// A page in the log, with its header.
+constexpr uint64_t kLogPageBytes = kDatabasePageBytes + 24;
 // After a full disk, writing goes on when this is free: less would be full again at once.
 constexpr uint64_t kRoomBytes = uint64_t{8} << 20;
 // A pause of this length is used to sweep.
@@ -50,13 +53,19 @@ SqliteWriter::SqliteWriter(std::string folder, SqliteConnection database,
 absl::Status SqliteWriter::Start() {
   LATTICED_ASSIGN_OR_RETURN(SceneRows rows, SceneRows::Create(&database_));
   rows_ = std::make_unique<SceneRows>(std::move(rows));
-  const auto note_log_pages = [](void* pages, sqlite3*, const char*, int count) {
-    *static_cast<int*>(pages) = count;
+  const auto note_log_pages = [](void* writer, sqlite3*, const char*, int pages) {
+    static_cast<SqliteWriter*>(writer)->NoteLogPages(pages);
     return SQLITE_OK;
   };
-  sqlite3_wal_hook(database_.get(), note_log_pages, &log_pages_);
+  sqlite3_wal_hook(database_.get(), note_log_pages, this);
   thread_ = std::thread([this] { Run(); });
   return absl::OkStatus();
+}
+
+void SqliteWriter::NoteLogPages(int pages) {
+  const int before = pages < log_pages_ ? 0 : log_pages_;  // fewer: the log began anew
+  counts_->log_bytes += static_cast<uint64_t>(pages - before) * kLogPageBytes;
+  log_pages_ = pages;
 }
 
 SqliteWriter::~SqliteWriter() {

@@ -67,6 +67,8 @@ class SqliteWriter {
   // The same, whether the medium failed before or not.
   absl::Status TryTransaction(const std::function<absl::Status()>& work);
   void Break(const Write& write, const absl::Status& why);
+  // After a commit: so many pages are in the log.
+  void NoteLogPages(int pages);
   void NoteFailure(const absl::Status& failure);
   void Recover();
   absl::Status TryToRecover();

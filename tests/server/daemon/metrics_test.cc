@@ -6,14 +6,19 @@
 #include <memory>
 #include <regex>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_split.h"
 #include "absl/time/clock.h"
 #include "absl/time/time.h"
+#include "core/cpu/cpu_backend.h"
 #include "fmt/format.h"
+#include "server/store/memory_store.h"
 #include "tests/server/support/server_test.h"
+#include "tests/support/becomes.h"
+#include "tests/support/temporary_folder.h"
 
 namespace latticed::testing {
 namespace {
@@ -57,6 +62,17 @@ class Scrape {
 
 using MetricsTest = SceneStreamTest;
 using EmptyServerMetricsTest = StreamTest;
+
+class StoreMetricsTest : public SceneFixture {
+ protected:
+  void SetUp() override {
+    StartServerOn(MakeCpuBackend({.threads = 1}), TestOptions(), store_);
+    mesh_ = Upload(kGridObj);
+    ASSERT_OK(Create(SceneRequest()));
+  }
+
+  const std::shared_ptr<MemoryStore> store_ = std::make_shared<MemoryStore>();
+};
 
 TEST_F(MetricsTest, TypesAndNamesFollowTheConventions) {
   const Scrape scrape(*server_);
@@ -179,6 +195,76 @@ TEST_F(EmptyServerMetricsTest, WhatTheBudgetRefusesIsCounted) {
   EXPECT_EQ(scrape["latticed_uploads"], 1);
   EXPECT_EQ(scrape["latticed_host_memory_reserved_bytes"], 50'000);
   EXPECT_EQ(scrape["latticed_host_memory_budget_bytes"], 1'000'000);
+}
+
+TEST_F(MetricsTest, AServerWithoutAStoreSaysSo) {
+  const Scrape scrape(*server_);
+
+  EXPECT_TRUE(scrape.values.contains("latticed_durable"));
+  EXPECT_EQ(scrape["latticed_durable"], 0);
+  EXPECT_FALSE(scrape.types.contains("latticed_store_writable"));
+}
+
+TEST_F(StoreMetricsTest, WhatTheStoreTookAndRefusedIsCounted) {
+  ASSERT_OK(Apply(Move("ann", 1, 5, 0.1)));
+  ASSERT_OK(Apply(Move("ann", 2, 5, 0.1)));
+  store_->Flush();
+  const Scrape before(*server_);
+  store_->Pause();
+  std::thread edit([this] {
+    EXPECT_THAT(Apply(Move("ann", 3, 5, 0.1)), StatusIs(absl::StatusCode::kUnavailable));
+  });
+  EXPECT_TRUE(Becomes(500, [&] { return Scrape(*server_)["latticed_store_waiting_bytes"] > 0; }));
+  store_->SetFailure(absl::UnavailableError("a cable was pulled"));
+  store_->Resume();
+  edit.join();
+  const Scrape after(*server_);
+
+  EXPECT_EQ(before["latticed_durable"], 1);
+  EXPECT_EQ(before["latticed_store_writable"], 1);
+  EXPECT_EQ(before[R"(latticed_store_appends_total{result="stored"})"], 2);
+  EXPECT_EQ(before[R"(latticed_store_appends_total{result="refused"})"], 0);
+  EXPECT_GT(before[R"(latticed_store_bytes_total{kind="record"})"], 40);
+  EXPECT_EQ(after[R"(latticed_store_appends_total{result="stored"})"], 2);
+  EXPECT_EQ(after[R"(latticed_store_appends_total{result="refused"})"], 1);
+  EXPECT_EQ(after["latticed_store_scenes_broken_total"], 1);
+  EXPECT_EQ(after["latticed_store_writable"], 0);
+  EXPECT_EQ(before["latticed_store_failures_total"], 0);
+  EXPECT_EQ(after["latticed_store_failures_total"], 1);
+}
+
+TEST_F(EmptyServerMetricsTest, AFolderShowsWhatItWritesAndWhatSleeps) {
+  const TemporaryFolder folder;
+  Options options = TestOptions();
+  options.data_dir = folder.Path("data");
+  const auto start = [&] {
+    server_.reset();
+    ServerTest::StartServer(options);
+    mesh_ = Upload(kGridObj);
+  };
+  start();
+  ASSERT_OK(Create(SceneRequest()));
+  const Scrape before(*server_);
+  for (uint64_t n = 1; n <= 3; ++n) ASSERT_OK(Apply(MoveOne("ann", n, 5, {0.1, 0, 0})));
+  EXPECT_TRUE(Becomes(500, [&] { return Metric("latticed_store_waiting_writes") == 0; }));
+  const Scrape after(*server_);
+  start();
+  const Scrape restarted(*server_);
+
+  const auto grown = [&](const std::string& series) { return after[series] - before[series]; };
+  EXPECT_EQ(after["latticed_durable"], 1);
+  EXPECT_EQ(grown(R"(latticed_store_appends_total{result="stored"})"), 3);
+  EXPECT_EQ(grown("latticed_store_commit_duration_seconds_count"), 3);
+  const double records = grown(R"(latticed_store_bytes_total{kind="record"})");
+  EXPECT_GT(records, 3 * 20);
+  EXPECT_LT(records, 3 * 200);
+  EXPECT_GE(grown("latticed_store_log_bytes_total"), 3 * 4'120) << "a page for each commit";
+  EXPECT_LE(grown("latticed_store_log_bytes_total"), 3 * 3 * 4'120);
+  EXPECT_EQ(after["latticed_store_waiting_bytes"], 0);
+  EXPECT_EQ(after["latticed_scenes"], 1);
+  EXPECT_EQ(after["latticed_scenes_asleep"], 0);
+  EXPECT_EQ(restarted["latticed_scenes"], 0);
+  EXPECT_EQ(restarted["latticed_scenes_asleep"], 1);
 }
 
 TEST_F(MetricsTest, WordsOfClientsAreInNoLabel) {

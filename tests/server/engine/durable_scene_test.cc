@@ -5,6 +5,7 @@
 // its history, and what the store refuses has not happened.
 #include <atomic>
 #include <memory>
+#include <new>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -210,6 +211,23 @@ TEST_F(DurableSceneTest, WhatWasStoredWithoutAnAnswerIsFoundWhenTheSceneIsMadeAg
     ASSERT_OK_AND_ASSIGN(const auto again, Move("ann", sequence, 0.5));
     EXPECT_EQ(again.revision, sequence) << "it counts once";
   }
+}
+
+TEST_F(DurableSceneTest, AnAnswerThatFindsNoMemoryEndsTheSceneAndLosesNothing) {
+  std::vector<absl::Status> answers;
+  scene_->SubmitEdits(MoveBatch(*scene_, "ann", 1, {62}, {0.1, 0, 0}), NeverStop,
+                      [&](const absl::StatusOr<EditSummary>& summary) {
+                        answers.push_back(summary.status());
+                        if (answers.size() == 1) throw std::bad_alloc();
+                      });
+  store_.Flush();
+  ASSERT_EQ(answers.size(), 2u);
+  EXPECT_OK(answers[0]);
+  EXPECT_EQ(error::DetailsOf(answers[1]).reason, "SCENE_MOVED") << "the client is to ask again";
+
+  ASSERT_OK_AND_ASSIGN(scene_, registry_->Find(kId));
+  ASSERT_OK_AND_ASSIGN(const auto again, Move("ann", 1, 0.1));
+  EXPECT_EQ(again.revision, 1u) << "it counts once";
 }
 
 TEST_F(DurableSceneTest, ALostSceneWaitsForAllAnswersBeforeItIsMadeAgain) {

@@ -21,6 +21,9 @@ struct InfoFlags : ServerFlags {
 std::string InfoText(const v1::ServerInfo& info) {
   TextTable table;
   table.AddRow({"version", info.version()});
+  table.AddRow({"durability", info.durable()
+                                  ? "meshes, scenes and edits survive a restart"
+                                  : "none: meshes and scenes end with the server (--data-dir)"});
   table.AddRow({"node", info.node()});
   table.AddRow({"boot id", info.boot_id()});
   for (const auto& backend : info.backends()) {
