@@ -15,6 +15,7 @@
 #include "tests/server/store/fault_vfs.h"
 #include "tests/server/store/opened_store.h"
 #include "tests/server/store/postgres_server.h"
+#include "tests/support/becomes.h"
 #include "tests/support/status_matchers.h"
 
 namespace latticed::testing {
@@ -77,6 +78,31 @@ TEST_P(StoreFailures, ABrokenSceneTakesNothingUntilItIsRead) {
   EXPECT_OK(store_.Barrier("gear"));
   ASSERT_OK_AND_ASSIGN(const SceneLog after, store_->ReadScene("gear"));
   EXPECT_THAT(after.records, ElementsAre("gear 1", "gear 2 again"));
+}
+
+TEST_P(StoreFailures, WhatWasStoredAndRefusedIsCounted) {
+  store_->PutSnapshot("gear", 1, "a snapshot");
+  store_->Flush();
+  store_.SetFull(true);
+  EXPECT_THAT(store_.Append("gear", 2, "gear 2"), StatusIs(absl::StatusCode::kResourceExhausted));
+  EXPECT_THAT(store_.Append("gear", 2, "gear 2"), StatusIs(absl::StatusCode::kResourceExhausted));
+
+  const StoreCounts& counts = store_->counts();
+  EXPECT_EQ(counts.appends_stored, 1U);
+  EXPECT_EQ(counts.append_bytes, 6U);
+  EXPECT_EQ(counts.snapshots_stored, 1U);
+  EXPECT_EQ(counts.snapshot_bytes, 10U);
+  EXPECT_EQ(counts.appends_refused, 2U);
+  EXPECT_EQ(counts.scenes_broken, 1U);
+  EXPECT_EQ(counts.failures, 1U);
+  EXPECT_FALSE(counts.writable);
+
+  store_.SetFull(false);
+  EXPECT_TRUE(store_.AdmitsAgain());
+  EXPECT_TRUE(counts.writable);
+  store_->Flush();
+  EXPECT_TRUE(Becomes(500, [&] { return counts.waiting_writes == 0; }));
+  EXPECT_EQ(counts.waiting_bytes, 0U);
 }
 
 TEST_P(StoreFailures, ARecordThatIsNotTheNextBreaksItsScene) {
