@@ -12,8 +12,8 @@
 //
 // A record that could not be written breaks its scene: this Append and all later ones are refused until ReadScene
 // has told its caller what is stored. The next lsn is then the one after what ReadScene returned. A record that was
-// refused is not stored, with one exception: if the machine crashes before the store accepts another write, the next
-// ReadScene may find it.
+// refused is not stored, with two exceptions: of one that is answered kAborted only ReadScene tells; and if the machine
+// crashes before the store accepts another write, the next ReadScene may find it.
 //
 // Several servers may share a store. A scene then belongs to one server at a time: who creates a scene owns it, and who
 // wants another one claims it. A server keeps its scenes by a lease, which its store renews; servers that lose it are
@@ -23,7 +23,7 @@
 // Errors   kNotFound, kAlreadyExists; kDataLoss naming what is damaged; kResourceExhausted, reason STORE, where the disk is
 //          full or too much waits; kUnavailable, reason STORE, for every other failure of the medium;
 //          kFailedPrecondition where a record is not the next; kAborted, reason STORE, where this server does not own
-//          the scene, or not any more
+//          the scene, or not any more, or where the store does not know whether a record is stored
 // Threads  safe
 #ifndef LATTICED_SERVER_STORE_STORE_H_
 #define LATTICED_SERVER_STORE_STORE_H_

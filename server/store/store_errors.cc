@@ -55,6 +55,13 @@ absl::Status SceneNotOwned(std::string_view scene) {
                  fmt::format("scene '{}': this server does not own it", scene), kRetryBusyMs);
 }
 
+absl::Status RecordInDoubt(std::string_view scene) {
+  return OfStore(
+      absl::StatusCode::kAborted,
+      fmt::format("scene '{}': the store does not know whether it has the record", scene),
+      kRetryBusyMs);
+}
+
 absl::Status SceneMoved(std::string_view owner) {
   return WithDetails(
       absl::UnavailableError(fmt::format("the scene is on another server{}{}: call it there",

@@ -24,6 +24,8 @@ namespace latticed::error {
 [[nodiscard]] absl::Status NotNextRecord(std::string_view scene, uint64_t next, uint64_t got);
 // ABORTED: the scene belongs to another server, or to none; claim it.
 [[nodiscard]] absl::Status SceneNotOwned(std::string_view scene);
+// ABORTED: the answer to an append was lost; claim the scene and read it.
+[[nodiscard]] absl::Status RecordInDoubt(std::string_view scene);
 // UNAVAILABLE with this reason: another server has the scene. `owner` is its name, empty if it is not known.
 inline constexpr char kSceneMovedReason[] = "SCENE_MOVED";
 [[nodiscard]] absl::Status SceneMoved(std::string_view owner);

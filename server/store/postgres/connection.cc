@@ -96,10 +96,11 @@ absl::Status PgConnection::Execute(const char* sql) {
   return StatusOf(PgRows(PQexec(connection_.get(), sql)).result_.get());
 }
 
-absl::Status PgConnection::StatusOf(const PGresult* result) const {
+absl::Status PgConnection::StatusOf(const PGresult* result) {
   const ExecStatusType type = PQresultStatus(result);
   if (type == PGRES_COMMAND_OK || type == PGRES_TUPLES_OK) return absl::OkStatus();
   const char* state = PQresultErrorField(result, PG_DIAG_SQLSTATE);
+  if (state == nullptr) unanswered_ = true;
   const char* primary = PQresultErrorField(result, PG_DIAG_MESSAGE_PRIMARY);
   const std::string problem = fmt::format(
       "PostgreSQL: {}", OneLine(primary == nullptr ? PQerrorMessage(connection_.get()) : primary));

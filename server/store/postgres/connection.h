@@ -59,7 +59,8 @@ class PgConnection {
   // Statements without parameters and rows, in one transaction unless they say otherwise.
   [[nodiscard]] absl::Status Execute(const char* sql);
 
-  bool lost() const { return PQstatus(connection_.get()) != CONNECTION_OK; }
+  // Or without an answer to a statement: libpq may have had no memory for it.
+  bool lost() const { return unanswered_ || PQstatus(connection_.get()) != CONNECTION_OK; }
 
  private:
   struct Finish {
@@ -67,9 +68,10 @@ class PgConnection {
   };
   explicit PgConnection(PGconn* connection) : connection_(connection) {}
 
-  absl::Status StatusOf(const PGresult* result) const;
+  absl::Status StatusOf(const PGresult* result);
 
   std::unique_ptr<PGconn, Finish> connection_;
+  bool unanswered_ = false;
   std::map<std::string, std::string, std::less<>> prepared_;  // names by SQL
 };
 

@@ -139,17 +139,20 @@ void PgWriter::Execute(std::span<Write> writes) {
 
 void PgWriter::AppendGroup(std::span<Write> group) {
   absl::Status failure = failure_;
+  bool in_doubt = false;
   if (failure.ok()) {
+    perhaps_stored_ = false;
     failure = Noted(CatchBadAlloc("records of the store", [&] { return InsertGroup(group); }));
+    in_doubt = perhaps_stored_ && !failure.ok();
   }
   for (Write& write : group) {
     if (write.kind == Write::Kind::kBarrier) {
       write.answer = tails_.CheckSound(write.scene);
     } else if (write.answer.ok()) {
-      write.answer = failure;
+      write.answer = in_doubt ? error::RecordInDoubt(write.scene) : failure;
     }
     if (!write.answer.ok()) Break(write);
-    if (absl::IsAborted(write.answer)) write.answer = Explain(write.scene);
+    if (absl::IsAborted(write.answer) && !in_doubt) write.answer = Explain(write.scene);
   }
   for (Write& write : group) queue_.Answer(write);
 }
@@ -178,10 +181,12 @@ absl::Status PgWriter::InsertGroup(std::span<Write> group) {
   }
   if (writes.empty()) return absl::OkStatus();
   const absl::Time start = absl::Now();
-  LATTICED_ASSIGN_OR_RETURN(
-      const PgRows rows, Fenced(kAppend, [&](PgParameters& parameters) {
-        parameters.Numbers(numbers).Numbers(lsns).Numbers(sums).ByteStrings(records);
-      }));
+  const auto sent = Fenced(kAppend, [&](PgParameters& parameters) {
+    parameters.Numbers(numbers).Numbers(lsns).Numbers(sums).ByteStrings(records);
+  });
+  perhaps_stored_ = sent.ok() || connection_->lost();
+  LATTICED_RETURN_IF_ERROR(sent.status());
+  const PgRows& rows = *sent;
   counts_->commits.Observe(absl::Now() - start);
   if (rows.size() == static_cast<int>(writes.size())) return absl::OkStatus();
   attached_ = false;  // the session may be fenced

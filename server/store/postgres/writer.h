@@ -10,9 +10,9 @@
 // fenced and the connection is the writer's last one. Who fences, or attaches a new connection, locks the row FOR UPDATE,
 // and so waits for the statement; a statement that comes later finds the row changed, and writes nothing.
 //
-// A statement that fails writes nothing. If the connection was lost, nobody knows; the scenes with records in it are
-// broken, and read again when a new connection is attached. Until then the writer refuses all writes, and tries every
-// kRetry.
+// A statement that fails writes nothing. If the connection was lost in it, nobody knows: its records are answered
+// kAborted, and what is stored is read when a new connection is attached. Until then the writer refuses all writes, and
+// tries every kRetry.
 //
 // Threads  safe
 #ifndef LATTICED_SERVER_STORE_POSTGRES_WRITER_H_
@@ -90,6 +90,7 @@ class PgWriter {
   StoreCounts* const counts_;
   std::unique_ptr<PgConnection> connection_;
   bool attached_ = false;
+  bool perhaps_stored_ = false;  // what InsertGroup sent, also if it fails
   int64_t session_ = 0;  // that tails_ are of
   int64_t number_ = 0;   // of the connection among the session's
   PgTails tails_;

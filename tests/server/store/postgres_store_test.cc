@@ -3,13 +3,16 @@
 //
 // What only the store in PostgreSQL has: how it is opened.
 #include <cstdlib>
+#include <future>
 #include <memory>
 #include <string>
 
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "server/store/postgres/connection.h"
 #include "server/store/postgres_store.h"
 #include "tests/server/store/postgres_server.h"
+#include "tests/server/store/store_family.h"
 #include "tests/support/status_matchers.h"
 #include "tests/support/temporary_folder.h"
 
@@ -19,6 +22,11 @@ namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
+
+// Ends the connections that wait for a lock of the table of records.
+constexpr char kEndWaiting[] =
+    "SELECT pg_terminate_backend(pid) FROM pg_locks "
+    "WHERE relation = 'latticed.record'::regclass AND NOT granted";
 
 class PostgresStore : public ::testing::Test {
  protected:
@@ -69,6 +77,29 @@ TEST_F(PostgresStore, RefusesAnothersSchema) {
 
   EXPECT_THAT(Open(url).status(),
               StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr("another program")));
+}
+
+TEST_F(PostgresStore, AnAppendWhoseAnswerIsLostIsAborted) {
+  const std::string url = PostgresServer::Shared().NewDatabase();
+  ASSERT_OK_AND_ASSIGN(const auto store, Open(url));
+  ASSERT_OK(store->CreateScene("gear", ""));
+  {
+    // The append waits for a lock when its connection is ended, and then the next connection waits for one.
+    ASSERT_OK_AND_ASSIGN(PgConnection connection, PgConnection::Open(url));
+    ASSERT_OK(
+        connection.Execute("BEGIN; LOCK TABLE latticed.record IN EXCLUSIVE MODE; "
+                           "LOCK TABLE latticed.session IN SHARE MODE"));
+    auto append = std::async(std::launch::async, [&] { return AppendTo(*store, "gear", 1, "x"); });
+    absl::StatusOr<PgRows> ended = connection.Execute(kEndWaiting, {});
+    while (ended.ok() && ended->empty()) ended = connection.Execute(kEndWaiting, {});
+    ASSERT_OK(ended.status());
+
+    EXPECT_THAT(append.get(), StatusIs(absl::StatusCode::kAborted, HasSubstr("does not know")));
+    EXPECT_THAT(store->Admit(), StatusIs(absl::StatusCode::kUnavailable));
+  }
+  ASSERT_OK_AND_ASSIGN(const SceneLog log, store->ReadScene("gear"));
+  EXPECT_EQ(log.lsn(), 0U);
+  EXPECT_OK(AppendTo(*store, "gear", 1, "x"));
 }
 
 }  // namespace
