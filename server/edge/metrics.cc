@@ -121,10 +121,19 @@ void AddDurability(ServerEnv& env, const v1::ServerInfo& info, MetricFamilies& o
   out.Gauge("latticed_durable", "1 if meshes, scenes and edits survive a restart.")
       .Add(info.durable() ? 1.0 : 0.0);
   if (env.store == nullptr) return;
-  if (!env.store->shared()) {
+  if (env.store->shared()) {
+    out.Counter("latticed_leases_lost_total",
+                "Times that this server did not renew its lease in time, and lost its scenes.")
+        .Add(env.scenes->leases_lost());
+  } else {
     out.Gauge("latticed_scenes_asleep", "Scenes that are stored and not in memory.")
         .Add(env.scenes->asleep_count());
   }
+  out.Counter("latticed_scene_moves_total",
+              "Scenes that were read from the store; scenes that left memory, for the store or "
+              "another server.")
+      .Add(env.scenes->claims(), {{"direction", "in"}})
+      .Add(env.scenes->departures(), {{"direction", "out"}});
   const StoreCounts& counts = env.store->counts();
   out.Gauge("latticed_store_writable",
             "1 while the store accepts writes; 0 from a failure of its medium until it recovers.")

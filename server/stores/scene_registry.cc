@@ -35,7 +35,12 @@ SceneRegistry::SceneRegistry(Backend* backend, int workers, Options options)
       queue_(workers),
       housekeeper_([this] { KeepHouse(); }) {
   memory_->SetEvictor([this](const MemoryShortage& shortage) { return Evict(shortage); });
-  if (shared()) options_.store->OnFenced([this] { LeaveAll(); });
+  if (shared()) {
+    options_.store->OnFenced([this] {
+      ++leases_lost_;
+      LeaveAll();
+    });
+  }
 }
 
 SceneRegistry::~SceneRegistry() {

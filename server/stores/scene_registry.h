@@ -124,6 +124,11 @@ class SceneRegistry {
   DeviceHealth& health() { return render_backend_.health(); }
   EngineCounts& counts() { return render_backend_.counts(); }
   RenderQueue& queue() { return queue_; }
+  // How often a scene was claimed and made from the store; and how often one was given up, or was lost, to others.
+  uint64_t claims() const { return claims_.load(); }
+  uint64_t departures() const { return departures_.load(); }
+  // How often the lease was lost, and all scenes with it.
+  uint64_t leases_lost() const { return leases_lost_.load(); }
   // How often a scene was evicted to free memory for another.
   uint64_t evictions() const { return evictions_.load(); }
 
@@ -158,7 +163,7 @@ class SceneRegistry {
   const Options options_;
   const std::shared_ptr<MemoryBudget> memory_;
   RenderBackend render_backend_;
-  std::atomic<uint64_t> evictions_ = 0;
+  std::atomic<uint64_t> evictions_ = 0, claims_ = 0, departures_ = 0, leases_lost_ = 0;
   std::atomic<uint64_t> ticks_ = 0;
   std::atomic<int64_t> last_tick_ns_ = absl::ToUnixNanos(absl::Now());
 

@@ -91,6 +91,7 @@ absl::StatusOr<std::shared_ptr<Scene>> SceneRegistry::Restored(const std::string
   };
   auto scene = restored();
   if (!scene.ok()) (void)options_.store->ReleaseScene(id);  // another server may have more memory
+  if (scene.ok()) ++claims_;
   return scene;
 }
 
@@ -135,6 +136,7 @@ void SceneRegistry::SleepUnusedSince(absl::Time time) {
 
 void SceneRegistry::Release(const std::shared_ptr<Scene>& scene) {
   scene->Leave();
+  ++departures_;
   // What could not be released waits for the lease.
   (void)options_.store->ReleaseScene(scene->id());
   const MutexLock lock(&mutex_);

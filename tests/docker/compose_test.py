@@ -4,8 +4,8 @@
 #
 # usage: compose_test.py
 # Checks docker/compose.yaml against docker/.env and the Dockerfiles: the services of each profile, and of the GPU
-# and proxy services all that can be checked without running them. container_test.sh runs the CPU service,
-# haproxy_test.sh the proxy's configuration. Without a yaml module it skips (77), or fails if
+# and proxy services all that can be checked without running them; and compose.shared.yaml against the proxy, Prometheus
+# and the server's metrics. container_test.sh runs the CPU service, haproxy_test.sh and shared_test.sh the proxy. Without a yaml module it skips (77), or fails if
 # LATTICED_REQUIRE_PYTHON is set.
 import os
 import re
@@ -75,7 +75,35 @@ def check_proxy(service, dockerfile, server):
     assert volume.endswith(f":{bind[1]}:ro")
 
 
+def check_shared():
+    services = yaml.safe_load((DOCKER / "compose.shared.yaml").read_text())["services"]
+    servers = [name for name, service in services.items() if service["image"] == "latticed:cpu"]
+    backends = (DOCKER / "haproxy-shared.cfg").read_text()
+    assert re.findall(r"^  server (\w+) \1:50151 ", backends, re.M) == servers
+    assert re.findall(r"^  server (\w+) \1:8080 ", backends, re.M) == servers
+    for name in servers:
+        assert services[name]["environment"]["LATTICED_ADVERTISE"] == name
+        assert services[name]["environment"]["LATTICED_STORE"] == "postgres"
+    for service in services.values():
+        assert service["read_only"] and service["cap_drop"] == ["ALL"]
+        assert (DOCKER / service["build"]["dockerfile"].split("/")[-1]).exists()
+    published_ports = [port for service in services.values() for port in service.get("ports", [])]
+    assert [port.split(":")[0] for port in published_ports] == [
+        "0.0.0.0",
+        "127.0.0.1",
+    ]  # the proxy, Prometheus
+
+    (job,) = yaml.safe_load((DOCKER / "prometheus.yml").read_text())["scrape_configs"]
+    assert job["static_configs"][0]["targets"] == [f"{name}:9090" for name in servers]
+    (group,) = yaml.safe_load((DOCKER / "alerts.yml").read_text())["groups"]
+    shown = (DOCKER.parent / "server/edge/metrics.cc").read_text()
+    for rule in group["rules"]:
+        for family in re.findall(r"latticed_\w+", rule["expr"]):
+            assert f'"{family.removesuffix("_bucket")}"' in shown, family
+
+
 def main():
+    check_shared()
     environment = dict(re.findall(r"^(\w+)=(.*)", (DOCKER / ".env").read_text(), re.M))
     services = yaml.safe_load((DOCKER / "compose.yaml").read_text())["services"]
     check_profiles(services, environment["COMPOSE_PROFILES"])
