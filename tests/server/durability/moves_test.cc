@@ -7,6 +7,7 @@
 
 #include "core/cpu/cpu_backend.h"
 #include "server/store/shared_memory_store.h"
+#include "tests/server/durability/scene_owner.h"
 #include "tests/server/support/server_test.h"
 
 namespace latticed::testing {
@@ -36,18 +37,6 @@ class MovesTest : public StreamTest {
     options.log_level = "off";
     return options;
   }
-  // The owner that the reply to GetScene names, and the call's status.
-  static std::pair<std::string, absl::Status> Owner(v1::SceneService::Stub& stub,
-                                                    v1::Scene* scene) {
-    grpc::ClientContext context;
-    context.set_deadline(std::chrono::system_clock::now() + std::chrono::minutes(1));
-    const absl::Status status =
-        client::FromGrpc(stub.GetScene(&context, For<v1::GetSceneRequest>(), scene));
-    const auto& metadata = context.GetServerInitialMetadata();
-    const auto owner = metadata.find("latticed-owner");
-    if (owner == metadata.end()) return {"", status};
-    return {std::string(owner->second.data(), owner->second.size()), status};
-  }
 
   const std::shared_ptr<SharedMemory> memory_ = std::make_shared<SharedMemory>();
   std::unique_ptr<InProcessServer> two_;
@@ -57,11 +46,11 @@ class MovesTest : public StreamTest {
 TEST_F(MovesTest, EveryReplyNamesTheOwner) {
   CreateScene();
   v1::Scene scene;
-  auto [owner, status] = Owner(*scenes_, &scene);
+  auto [owner, status] = SceneOwner(*scenes_, &scene);
   EXPECT_OK(status);
   EXPECT_EQ(owner, "one");
 
-  std::tie(owner, status) = Owner(*at_two_, &scene);
+  std::tie(owner, status) = SceneOwner(*at_two_, &scene);
   ExpectRefusal(status,
                 {absl::StatusCode::kUnavailable, "SCENE_MOVED", "", "on another server, one"});
   EXPECT_EQ(owner, "one");
@@ -86,11 +75,11 @@ TEST_F(MovesTest, ASceneMovesAsSoonAsItsServerDrains) {
   std::thread drain([this] { server_->Drain(); });
   const absl::Time drained = absl::Now();
   v1::Scene scene;
-  auto [owner, status] = Owner(*at_two_, &scene);
+  auto [owner, status] = SceneOwner(*at_two_, &scene);
   while (!status.ok() && absl::Now() - drained < kHeartbeat) {
     EXPECT_EQ(Reason(status), "SCENE_MOVED");
     absl::SleepFor(absl::Milliseconds(5));
-    std::tie(owner, status) = Owner(*at_two_, &scene);
+    std::tie(owner, status) = SceneOwner(*at_two_, &scene);
   }
   const absl::Duration pause = absl::Now() - drained;
   (void)client.Finish();

@@ -1,0 +1,154 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Two daemons over one PostgreSQL: the second goes on with a scene when the first is killed, drains or stands still.
+#include <cstdlib>
+#include <memory>
+#include <thread>
+
+#include "fmt/format.h"
+#include "tests/server/durability/scene_owner.h"
+#include "tests/server/durability/sharing_server.h"
+#include "tests/server/store/postgres_server.h"
+#include "tests/server/support/server_test.h"
+
+namespace latticed::testing {
+namespace {
+
+// Of the scenes of a server that is gone, and of one that drains.
+const absl::Duration kMostTakeover = kLease + absl::Seconds(1);
+constexpr absl::Duration kMostHandover = absl::Milliseconds(500);
+constexpr uint64_t kEditsBefore = 3;  // before something happens
+
+class TakeoverTest : public StreamTest {
+ protected:
+  // The stubs of the fixture reach the server "a", which owns the scene.
+  void SetUp() override {
+    if (!PostgresServer::IsInstalled()) {
+      ASSERT_EQ(std::getenv("LATTICED_REQUIRE_POSTGRES"), nullptr) << "PostgreSQL is not installed";
+      GTEST_SKIP() << "PostgreSQL is not installed: no takeover was tested";
+    }
+    const std::string url_file = folder_.Write("url", PostgresServer::Shared().NewDatabase());
+    a_ = std::make_unique<SharingServer>(url_file, folder_.Path("meshes"), "a");
+    b_ = std::make_unique<SharingServer>(url_file, folder_.Path("meshes"), "b");
+    Reach(a_->channel());
+    ASSERT_NO_FATAL_FAILURE(CreateScene());
+    for (uint64_t n = 1; n <= kEditsBefore; ++n) {
+      states_.push_back(Lattice());
+      ASSERT_OK(Apply(Edit(n)));
+    }
+    states_.push_back(Lattice());
+  }
+  v1::EditBatch Edit(uint64_t n, const std::string& editor = "alice") const {
+    return Move(n, static_cast<uint32_t>(n % 125), 0.01, editor);
+  }
+  // Calls "b" until it has the scene.
+  v1::Scene AwaitMove() {
+    const absl::Time start = absl::Now();
+    v1::Scene scene;
+    auto [owner, status] = SceneOwner(b_->scenes(), &scene);
+    while (!status.ok() && absl::Now() - start < absl::Minutes(1)) {
+      EXPECT_EQ(Reason(status), "SCENE_MOVED") << status;
+      EXPECT_EQ(owner, "a");
+      absl::SleepFor(absl::Milliseconds(5));
+      std::tie(owner, status) = SceneOwner(b_->scenes(), &scene);
+    }
+    EXPECT_OK(status);
+    EXPECT_EQ(owner, "b");
+    pause_ = absl::Now() - start;
+    printf("the scene moved within %.0f ms\n", absl::ToDoubleMilliseconds(pause_));
+    return scene;
+  }
+  // "b" has all edits that were acknowledged, and goes on.
+  void CheckThatAllGoesOn() {
+    Reach(b_->channel());
+    EXPECT_EQ(Lattice().SerializeAsString(), states_[kEditsBefore].SerializeAsString());
+    v1::EditResult result;
+    ASSERT_OK(Apply(Edit(kEditsBefore), &result));
+    EXPECT_EQ(result.revision(), kEditsBefore) << "it counts once";
+    v1::EditBatch undo = Edit(kEditsBefore + 1);
+    undo.mutable_edits(0)->mutable_undo();
+    ASSERT_OK(Apply(undo, &result));
+    EXPECT_EQ(result.revision(), kEditsBefore + 1);
+    EXPECT_EQ(Lattice().lattice().SerializeAsString(),
+              states_[kEditsBefore - 1].lattice().SerializeAsString());
+  }
+
+  TemporaryFolder folder_;
+  std::unique_ptr<SharingServer> a_, b_;
+  std::vector<v1::LatticeState> states_;  // by the edits before
+  absl::Duration pause_;
+};
+
+TEST_F(TakeoverTest, ASceneHasOneServer) {
+  v1::Scene scene;
+  auto [owner, status] = SceneOwner(b_->scenes(), &scene);
+  ExpectRefusal(status,
+                {absl::StatusCode::kUnavailable, "SCENE_MOVED", "", "on another server, a"});
+  EXPECT_EQ(owner, "a");
+  std::tie(owner, status) = SceneOwner(a_->scenes(), &scene);
+  EXPECT_OK(status);
+  EXPECT_EQ(owner, "a");
+  EXPECT_EQ(scene.revision(), kEditsBefore);
+
+  Reach(b_->channel());
+  ExpectRefused(Apply(Edit(kEditsBefore + 1)), absl::StatusCode::kUnavailable, "SCENE_MOVED");
+  EXPECT_EQ(SceneCount(), 1) << "lists are of all servers";
+  EXPECT_EQ(MeshCount(), 1);
+}
+
+TEST_F(TakeoverTest, AKilledServersSceneIsTakenOver) {
+  a_->End(SIGKILL);
+
+  AwaitMove();
+
+  EXPECT_LT(pause_, kMostTakeover);
+  CheckThatAllGoesOn();
+}
+
+TEST_F(TakeoverTest, ADrainingServerGivesItsSceneAway) {
+  a_->Signal(SIGTERM);
+
+  AwaitMove();
+
+  EXPECT_LT(pause_, kMostHandover);
+  EXPECT_EQ(a_->Wait(), 0);
+  CheckThatAllGoesOn();
+}
+
+TEST_F(TakeoverTest, AServerThatStoodStillAcknowledgesNothingMore) {
+  DeformClient editor(*scenes_, Watch());
+  editor.ReadUpdates(1);
+  std::jthread writer([&](const std::stop_token& stop) {
+    for (uint64_t n = kEditsBefore + 1; !stop.stop_requested() && editor.Send(Edit(n)); ++n) {
+      absl::SleepFor(absl::Milliseconds(5));
+    }
+  });
+  editor.ReadUntil([&] { return editor.log.results.size() == 5; });
+
+  a_->Signal(SIGSTOP);
+  absl::SleepFor(2 * kLease);
+  const uint64_t stored = AwaitMove().revision();
+  Reach(b_->channel());
+  v1::EditResult result;
+  ASSERT_OK(Apply(Edit(1, "bob"), &result));
+  EXPECT_EQ(result.revision(), stored + 1);
+  a_->Signal(SIGCONT);
+  while (editor.Read()) continue;
+  writer.request_stop();
+  writer.join();
+
+  ExpectRefused(editor.Finish(), absl::StatusCode::kUnavailable, "SCENE_MOVED");
+  EXPECT_GE(stored, kEditsBefore + editor.log.results.size()) << "acknowledged edits are lost";
+  EXPECT_LE(editor.log.results.back().revision(), stored) << "acknowledged after the takeover";
+  EXPECT_EQ(Get().revision(), stored + 1) << "written after the takeover";
+  ASSERT_OK(Apply(Edit(stored), &result));
+  EXPECT_EQ(result.revision(), stored) << "it counts once";
+  ASSERT_OK(Apply(Edit(stored + 1), &result));
+  EXPECT_EQ(result.revision(), stored + 2);
+  v1::Scene scene;
+  EXPECT_EQ(SceneOwner(a_->scenes(), &scene).first, "b");
+}
+
+}  // namespace
+}  // namespace latticed::testing
