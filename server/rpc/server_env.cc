@@ -118,6 +118,7 @@ absl::StatusOr<SceneConfig> ServerEnv::ConfigOf(std::string_view header) {
 // Once a second, on the registry's thread.
 void ServerEnv::KeepHouse() {
   const absl::Time now = absl::Now();
+  if (store != nullptr) store->SetFreeBytes(memory->free_bytes());
   uploads->DropExpired();
   meshes.DropUnusedSince(now - absl::Seconds(limits::kStoredIdleSeconds));
   heap.Tick();

@@ -100,6 +100,10 @@ class MemoryBudget : public std::enable_shared_from_this<MemoryBudget> {
 
   uint64_t total_bytes() const { return total_; }
   uint64_t used_bytes() const ABSL_LOCKS_EXCLUDED(mutex_);
+  uint64_t free_bytes() const {
+    const uint64_t used = used_bytes();
+    return total_ > used ? total_ - used : 0;
+  }
   uint64_t kept_bytes() const ABSL_LOCKS_EXCLUDED(mutex_);  // of KeepAtLeast; part of used_bytes
 
  private:

@@ -13,6 +13,7 @@
 namespace latticed::testing {
 namespace {
 
+constexpr uint64_t kLittleMemory = uint64_t{12} << 20;  // of the server "one"
 constexpr absl::Duration kMostDrainPause =
     absl::Milliseconds(500);  // of a scene whose server drains
 
@@ -31,6 +32,7 @@ class MovesTest : public StreamTest {
   }
   static Options OptionsOf(const std::string& name) {
     Options options;
+    if (name == "one") options.memory_bytes = kLittleMemory;
     options.heartbeat_interval = kHeartbeat;
     options.drain_delay = absl::ZeroDuration();
     options.advertise = name;
@@ -94,6 +96,28 @@ TEST_F(MovesTest, ASceneMovesAsSoonAsItsServerDrains) {
   v1::EditResult again;
   ASSERT_OK(Apply(Move(1, 62, 0.1), &again));
   EXPECT_EQ(again.revision(), 1u) << "it counts once";
+}
+
+TEST_F(MovesTest, AFullServerSendsANewSceneToTheFreest) {
+  mesh_ = Upload(WavyGridObj(96));
+  v1::CreateSceneRequest request = SceneRequest();
+  SetAxes(*request.add_lattices()->mutable_fit()->mutable_size(), 16, 16, 16);
+  // Servers tell each other once a second what they have free.
+  absl::Status status = Create(request);
+  for (int i = 0; i < 100 && Reason(status) == "OUT_OF_MEMORY"; ++i) {
+    absl::SleepFor(absl::Milliseconds(50));
+    status = Create(request);
+  }
+  ExpectRefusal(status,
+                {absl::StatusCode::kUnavailable, "SCENE_MOVED", "", "on another server, two"});
+  Reach(two_->channel());
+  EXPECT_OK(Create(request));
+
+  // Nobody has so much.
+  two_.reset();
+  Reach(server_->channel());
+  request.set_scene_id("scene-two");
+  ExpectRefused(Create(request), absl::StatusCode::kResourceExhausted, "OUT_OF_MEMORY");
 }
 
 TEST_F(MovesTest, TheStreamsOfADrainingServerAreToldToGoOnAtOnce) {
