@@ -13,7 +13,7 @@ import type { Vec3 } from '@src/lattice/vec';
 import { followsDefinition } from './definition';
 import { keepToasts } from './restarts';
 import { CORNER, direct, errors, OBJ, openTorus, page, pointAtServer, press, server, until, useStage } from './stage';
-import { controlPoint, live } from './viewer_page';
+import { controlPoint, live, pointComesTo } from './viewer_page';
 
 const folder = mkdtempSync(join(tmpdir(), 'latticed-'));
 const DOWN_MS = 500;
@@ -36,8 +36,9 @@ async function revision(): Promise<number> {
 }
 
 /** Waits until the page and the server have the corner at a place. */
-async function arrives(target: readonly number[]): Promise<void> {
+async function arrives(target: Vec3): Promise<void> {
   await until(async () => String(await pointAtServer(CORNER)) === String(target));
+  await pointComesTo(page, CORNER, target);
   assert.deepEqual(await controlPoint(page, CORNER), target);
 }
 
