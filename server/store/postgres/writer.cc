@@ -32,7 +32,7 @@ constexpr char kAppend[] =
     "FROM unnest($3::bigint[], $4::bigint[], $5::bigint[], $6::bytea[]) r(scene, lsn, sum, bytes) "
     "JOIN latticed.scene s ON s.number = r.scene JOIN me ON me.session = s.session "
     "ON CONFLICT(scene, lsn) DO NOTHING RETURNING scene, lsn";
-constexpr char kSnapshot[] =
+constexpr char kReplaceSnapshot[] =
     ", put AS (UPDATE latticed.scene SET snapshot_lsn = $4 FROM me "
     "WHERE number = $3 AND scene.session = me.session AND snapshot_lsn < $4 RETURNING number), "
     "stored AS (INSERT INTO latticed.snapshot(scene, lsn, sum, bytes) "
@@ -40,7 +40,7 @@ constexpr char kSnapshot[] =
     "SET lsn = EXCLUDED.lsn, sum = EXCLUDED.sum, bytes = EXCLUDED.bytes), "
     "covered AS (DELETE FROM latticed.record USING put WHERE scene = put.number AND lsn <= $4) "
     "SELECT number FROM put";
-constexpr char kDelete[] =
+constexpr char kDeleteScene[] =
     ", gone AS (DELETE FROM latticed.scene USING me "
     "WHERE id = $3 AND scene.session = me.session RETURNING number), "
     "state AS (DELETE FROM latticed.snapshot USING gone WHERE scene = gone.number), "
@@ -233,8 +233,9 @@ absl::Status PgWriter::InsertScene(std::string_view id, std::string_view header)
 absl::Status PgWriter::DeleteScene(std::string_view id) {
   LATTICED_RETURN_IF_ERROR(Attach());
   tails_.Forget(id);
-  LATTICED_ASSIGN_OR_RETURN(
-      const PgRows rows, Fenced(kDelete, [&](PgParameters& parameters) { parameters.Bytes(id); }));
+  LATTICED_ASSIGN_OR_RETURN(const PgRows rows, Fenced(kDeleteScene, [&](PgParameters& parameters) {
+                              parameters.Bytes(id);
+                            }));
   if (!rows.empty()) return absl::OkStatus();
   attached_ = false;
   return Explain(id);
@@ -247,7 +248,8 @@ absl::Status PgWriter::PutSnapshot(const Write& write) {
   if (write.lsn == 0 || write.lsn > tail->lsn) {
     return error::NotNextRecord(write.scene, tail->lsn, write.lsn);
   }
-  LATTICED_ASSIGN_OR_RETURN(const PgRows rows, Fenced(kSnapshot, [&](PgParameters& parameters) {
+  LATTICED_ASSIGN_OR_RETURN(const PgRows rows,
+                            Fenced(kReplaceSnapshot, [&](PgParameters& parameters) {
                               parameters.Number(tail->number)
                                   .Number(write.lsn)
                                   .Number(RowSum(write.bytes, tail->number, write.lsn))
