@@ -32,7 +32,7 @@ void GrowTo(std::vector<T>& values, size_t size) {
 }
 
 template <class T>
-size_t BytesOf(const std::vector<T>& values) {
+size_t BytesHeld(const std::vector<T>& values) {
   return values.capacity() * sizeof(T);
 }
 
@@ -193,8 +193,8 @@ size_t SymbolGroup::MostBytes(size_t lane) const {
 }
 
 size_t SymbolGroup::MemoryBytes() const {
-  size_t bytes = BytesOf(symbols_) + BytesOf(histograms_) + BytesOf(entries_) +
-                 BytesOf(lane_entries_) + BytesOf(coded_);
+  size_t bytes = BytesHeld(symbols_) + BytesHeld(histograms_) + BytesHeld(entries_) +
+                 BytesHeld(lane_entries_) + BytesHeld(coded_);
   for (const Lane& lane : lane_) bytes += lane.table.MemoryBytes();
   return bytes;
 }

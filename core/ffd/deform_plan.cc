@@ -317,7 +317,7 @@ class Planner {
 };
 
 template <typename T>
-size_t BytesOf(const std::vector<T>& v) {
+size_t BytesUsed(const std::vector<T>& v) {
   return v.size() * sizeof(T);
 }
 
@@ -330,10 +330,10 @@ std::array<size_t, 2> DeformPlan::ChunkPatches(size_t chunk) const {
 }
 
 size_t DeformPlan::MemoryBytes() const {
-  size_t bytes = BytesOf(boxes) + BytesOf(vertices) + BytesOf(edges) + BytesOf(patches) +
-                 BytesOf(sources) + BytesOf(seams) + BytesOf(vertex_normals) +
-                 BytesOf(identity_points) + BytesOf(box_patches);
-  for (const auto& borrowers : box_borrowers) bytes += BytesOf(borrowers);
+  size_t bytes = BytesUsed(boxes) + BytesUsed(vertices) + BytesUsed(edges) + BytesUsed(patches) +
+                 BytesUsed(sources) + BytesUsed(seams) + BytesUsed(vertex_normals) +
+                 BytesUsed(identity_points) + BytesUsed(box_patches);
+  for (const auto& borrowers : box_borrowers) bytes += BytesUsed(borrowers);
   return bytes;
 }
 

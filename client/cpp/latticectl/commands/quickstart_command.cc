@@ -76,7 +76,7 @@ v1::EditBatch MakeStep(const v1::Lattice& lattice, int step, int steps) {
   return batch;
 }
 
-struct Report {
+struct QuickstartReport {
   LatencyRecorder latencies;  // from sending an edit to the end of the update that holds it
   uint64_t bytes = 0;         // of chunk data in all updates
   uint64_t patches = 0, points = 0, triangles = 0;
@@ -86,7 +86,7 @@ struct Report {
 
 absl::Status WriteSurface(Client& client, const v1::Scene& scene, const v1::Mesh& mesh,
                           const MeshFile& file, const Tolerance& tolerance, const std::string& stem,
-                          Console console, Report* report) {
+                          Console console, QuickstartReport* report) {
   v1::ViewOptions view;
   view.set_encoding(v1::ENCODING_RAW);
   LATTICED_RETURN_IF_ERROR(SetTolerance(client, scene.id(), tolerance, &view));
@@ -108,7 +108,7 @@ absl::Status WriteSurface(Client& client, const v1::Scene& scene, const v1::Mesh
 
 // Closed loop: sends each edit when the update with the previous edit is complete.
 absl::Status Drag(Client& client, const v1::Scene& scene, const QuickstartFlags& flags,
-                  Console console, Report* report) {
+                  Console console, QuickstartReport* report) {
   const int steps = flags.steps;
   v1::WatchRequest watch;
   watch.set_scene(scene.id());
@@ -127,7 +127,7 @@ absl::Status Drag(Client& client, const v1::Scene& scene, const QuickstartFlags&
   return absl::OkStatus();
 }
 
-void Print(const QuickstartFlags& flags, const Report& report, std::ostream& out) {
+void Print(const QuickstartFlags& flags, const QuickstartReport& report, std::ostream& out) {
   const LatencySummary latency = report.latencies.Summarise();
   const double per_update = static_cast<double>(report.bytes) / static_cast<double>(latency.count);
   const double ratio = kRawBytesPerPoint * static_cast<double>(report.points) / per_update;
@@ -161,12 +161,13 @@ void Print(const QuickstartFlags& flags, const Report& report, std::ostream& out
               table.Text(), out);
 }
 
-absl::StatusOr<Report> RunOn(Client& client, const QuickstartFlags& flags, Console console) {
+absl::StatusOr<QuickstartReport> RunOn(Client& client, const QuickstartFlags& flags,
+                                       Console console) {
   LATTICED_ASSIGN_OR_RETURN(const auto file, SampleOrFile(flags.sample));
   TemporaryScenes made(client);
   LATTICED_ASSIGN_OR_RETURN(const auto mesh, made.Upload(file, {}, console));
   LATTICED_ASSIGN_OR_RETURN(const auto scene, made.Create(SceneRequest()));
-  Report report;
+  QuickstartReport report;
   const std::string folder = flags.output + "/";
   LATTICED_RETURN_IF_ERROR(
       WriteSurface(client, scene, mesh, file, flags.tolerance, folder + "rest", console, &report));
