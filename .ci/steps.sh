@@ -137,16 +137,17 @@ verb_ci() {
   step "fresh tree, ./dev run" ci_fresh_run
   # With CUDA if nvcc is installed, for one device architecture.
   step "the rest of the Release build" env CUDAARCHS=90-real build/ci/tree/dev build
-  # Tests wait half of their time, and the image waits for disk and network, so another step can run in parallel.
+  # Tests wait half of their time, images and npm for disk and network, so another step can run in parallel.
   trap 'kill $(jobs -p) 2>/dev/null || true' EXIT
   beside "clang-tidy" at_leisure check_tidy build/ci/tidy
   step "tests" ci_tests
-  step "viewer and example with Node 18" ci_node_18
   joined
   beside "container" ci_container
   step "tests under ASan and UBSan" ci_asan
   joined
+  beside "viewer and example with Node 18" ci_node_18  # after the container: both use apt
   step "scene engine under TSan" ci_tsan
+  joined
   step "fuzzing" ci_fuzz
   printf '\n%7s  %s\n' seconds step
   cat build/ci/seconds.txt
