@@ -10,6 +10,7 @@
 #include "absl/time/clock.h"
 #include "core/base/error.h"
 #include "core/base/status_macros.h"
+#include "server/store/store_errors.h"
 
 namespace latticed {
 namespace {
@@ -24,20 +25,25 @@ constexpr char kServers[] =
 
 }  // namespace
 
-absl::StatusOr<SceneClaim> ClaimPostgresScene(PgPool& pool, const PgLease& lease,
-                                              std::string_view id) {
+absl::StatusOr<SceneClaim> ClaimPostgresScene(PgPool& pool, PgLease& lease, std::string_view id) {
   while (true) {
+    const int64_t session = lease.session();
     std::string verdict, owner;
     LATTICED_RETURN_IF_ERROR(pool.With([&](PgConnection& connection) -> absl::Status {
       LATTICED_ASSIGN_OR_RETURN(
-          const PgRows rows,
-          connection.Execute(kClaim, PgParameters().Number(lease.session()).Bytes(id)));
+          const PgRows rows, connection.Execute(kClaim, PgParameters().Number(session).Bytes(id)));
       verdict = rows.Bytes(0, 0);
       owner = rows.Bytes(0, 1);
       return absl::OkStatus();
     }));
     if (verdict == "missing") return error::NotFound("scene", id);
     if (verdict == "own") return SceneClaim();
+    if (verdict == "fenced") {
+      if (lease.WaitForNext(session) == session) {
+        return error::StoreFailed("PostgreSQL: this server lost its lease");
+      }
+      continue;
+    }
     // With our own name it is our last run, or our last lease.
     if (verdict == "other" && owner != lease.name()) return SceneClaim{std::move(owner)};
     absl::SleepFor(lease.length() / kLooks);

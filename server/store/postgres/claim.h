@@ -7,6 +7,7 @@
 //   over, fenced, or nobody's          its row is locked, which waits for appends under way; it is fenced; the scene is ours
 //   not renewed for half its length    wait
 //   good                               its name
+//   this server's own one is lost      wait for the next
 //
 // Errors   kNotFound; else as connection.h
 #ifndef LATTICED_SERVER_STORE_POSTGRES_CLAIM_H_
@@ -22,7 +23,7 @@
 
 namespace latticed {
 
-[[nodiscard]] absl::StatusOr<SceneClaim> ClaimPostgresScene(PgPool& pool, const PgLease& lease,
+[[nodiscard]] absl::StatusOr<SceneClaim> ClaimPostgresScene(PgPool& pool, PgLease& lease,
                                                             std::string_view id);
 
 // In order of name. Those whose lease is good.

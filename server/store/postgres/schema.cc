@@ -65,6 +65,10 @@ DECLARE
   remaining interval;
 BEGIN
   LOOP
+    IF NOT EXISTS (SELECT FROM latticed.session WHERE session = me AND NOT fenced) THEN
+      verdict := 'fenced';
+      RETURN;
+    END IF;
     SELECT scene.session INTO holder FROM latticed.scene WHERE id = claimed;
     IF NOT FOUND THEN verdict := 'missing'; RETURN; END IF;
     IF holder = me THEN verdict := 'own'; RETURN; END IF;
