@@ -2,15 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Two daemons over one PostgreSQL: the second goes on with a scene when the first is killed, drains or stands still.
-#include <cstdlib>
-#include <memory>
 #include <thread>
 
-#include "fmt/format.h"
-#include "tests/server/durability/scene_owner.h"
-#include "tests/server/durability/sharing_server.h"
-#include "tests/server/store/postgres_server.h"
-#include "tests/server/support/server_test.h"
+#include "tests/server/durability/shared_scene_test.h"
 
 namespace latticed::testing {
 namespace {
@@ -18,47 +12,9 @@ namespace {
 // Of the scenes of a server that is gone, and of one that drains.
 const absl::Duration kMostTakeover = kLease + absl::Seconds(1);
 constexpr absl::Duration kMostHandover = absl::Milliseconds(500);
-constexpr uint64_t kEditsBefore = 3;  // before something happens
 
-class TakeoverTest : public StreamTest {
+class TakeoverTest : public SharedSceneTest {
  protected:
-  // The stubs of the fixture reach the server "a", which owns the scene.
-  void SetUp() override {
-    if (!PostgresServer::IsInstalled()) {
-      ASSERT_EQ(std::getenv("LATTICED_REQUIRE_POSTGRES"), nullptr) << "PostgreSQL is not installed";
-      GTEST_SKIP() << "PostgreSQL is not installed: no takeover was tested";
-    }
-    const std::string url_file = folder_.Write("url", PostgresServer::Shared().NewDatabase());
-    a_ = std::make_unique<SharingServer>(url_file, folder_.Path("meshes"), "a");
-    b_ = std::make_unique<SharingServer>(url_file, folder_.Path("meshes"), "b");
-    Reach(a_->channel());
-    ASSERT_NO_FATAL_FAILURE(CreateScene());
-    for (uint64_t n = 1; n <= kEditsBefore; ++n) {
-      states_.push_back(Lattice());
-      ASSERT_OK(Apply(Edit(n)));
-    }
-    states_.push_back(Lattice());
-  }
-  v1::EditBatch Edit(uint64_t n, const std::string& editor = "alice") const {
-    return Move(n, static_cast<uint32_t>(n % 125), 0.01, editor);
-  }
-  // Calls "b" until it has the scene.
-  v1::Scene AwaitMove() {
-    const absl::Time start = absl::Now();
-    v1::Scene scene;
-    auto [owner, status] = SceneOwner(b_->scenes(), &scene);
-    while (!status.ok() && absl::Now() - start < absl::Minutes(1)) {
-      EXPECT_EQ(Reason(status), "SCENE_MOVED") << status;
-      EXPECT_EQ(owner, "a");
-      absl::SleepFor(absl::Milliseconds(5));
-      std::tie(owner, status) = SceneOwner(b_->scenes(), &scene);
-    }
-    EXPECT_OK(status);
-    EXPECT_EQ(owner, "b");
-    pause_ = absl::Now() - start;
-    printf("the scene moved within %.0f ms\n", absl::ToDoubleMilliseconds(pause_));
-    return scene;
-  }
   // "b" has all edits that were acknowledged, and goes on.
   void CheckThatAllGoesOn() {
     Reach(b_->channel());
@@ -73,11 +29,6 @@ class TakeoverTest : public StreamTest {
     EXPECT_EQ(Lattice().lattice().SerializeAsString(),
               states_[kEditsBefore - 1].lattice().SerializeAsString());
   }
-
-  TemporaryFolder folder_;
-  std::unique_ptr<SharingServer> a_, b_;
-  std::vector<v1::LatticeState> states_;  // by the edits before
-  absl::Duration pause_;
 };
 
 TEST_F(TakeoverTest, ASceneHasOneServer) {

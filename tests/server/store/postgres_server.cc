@@ -56,10 +56,14 @@ PostgresServer::PostgresServer() {
                          Programs(), data)),
       folder_.Path("initdb.txt"));
   if (std::system(make.c_str()) != 0) throw std::runtime_error("initdb failed: " + make);
-  const std::string serve =
-      AsUser(fmt::format("{}/postgres -D {} -k {} -c listen_addresses= -c fsync=off "
-                         "-c full_page_writes=off -c max_connections=200 > {} 2>&1",
-                         Programs(), data, folder, folder_.Path("log.txt")));
+  Start();
+}
+
+void PostgresServer::Start() {
+  const std::string serve = AsUser(fmt::format(
+      "{}/postgres -D {} -k {} -c listen_addresses= -c fsync=off "
+      "-c full_page_writes=off -c max_connections=200 > {} 2>&1",
+      Programs(), folder_.Path("data"), folder_.path().string(), folder_.Path("log.txt")));
   process_ = fork();
   if (process_ == 0) {
     execl("/bin/sh", "sh", "-c", serve.c_str(), nullptr);
@@ -72,7 +76,9 @@ PostgresServer::PostgresServer() {
   throw std::runtime_error("PostgreSQL does not start: " + folder_.Read("log.txt"));
 }
 
-PostgresServer::~PostgresServer() {
+PostgresServer::~PostgresServer() { Crash(); }
+
+void PostgresServer::Crash() {
   kill(process_, SIGQUIT);
   waitpid(process_, nullptr, 0);
 }

@@ -24,6 +24,10 @@ class PostgresServer {
   PostgresServer();
   ~PostgresServer();
 
+  // Ends at once, as after a crash: what was committed is found by the next start.
+  void Crash();
+  // After Crash, on the thread of the first start, with which it ends.
+  void Start();
   // Makes an empty database, and returns its URL.
   std::string NewDatabase();
 
