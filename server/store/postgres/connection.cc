@@ -8,7 +8,8 @@
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/match.h"
-#include "absl/strings/str_replace.h"
+#include "absl/strings/str_join.h"
+#include "absl/strings/str_split.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
 #include "server/store/store_errors.h"
@@ -25,9 +26,13 @@ constexpr std::array<std::pair<const char*, const char*>, 5> kDefaults = {{
     {"tcp_user_timeout", "4000"},
 }};
 
+// A line for each address that was tried, without the hints below them.
 std::string OneLine(std::string_view message) {
-  return absl::StrReplaceAll(absl::StripAsciiWhitespace({message.data(), message.size()}),
-                             {{"\n\t", " "}, {"\n", "; "}});
+  const absl::string_view text(message.data(), message.size());
+  const auto is_problem = [](absl::string_view line) {
+    return !line.empty() && !absl::ascii_isspace(static_cast<unsigned char>(line.front()));
+  };
+  return absl::StrJoin(absl::StrSplit(text, '\n', is_problem), "; ");
 }
 
 bool IsFull(std::string_view state) {

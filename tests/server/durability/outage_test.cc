@@ -5,6 +5,7 @@
 #include <atomic>
 #include <functional>
 #include <random>
+#include <string>
 #include <thread>
 
 #include "fmt/format.h"
@@ -55,6 +56,16 @@ class OutageTest : public SharedSceneTest {
     const absl::Time end = absl::Now() + absl::Minutes(1);
     while (!done() && absl::Now() < end) absl::SleepFor(absl::Milliseconds(1));
     ASSERT_TRUE(done());
+  }
+  // How a daemon with this URL refuses to start.
+  std::string RefusalOfStart(const std::string& url) {
+    Daemon daemon(SharingArguments(folder_.Write("other", url), folder_.Path("meshes"), "c"));
+    std::string all, line;
+    while (!(line = daemon.ReadLine()).empty()) all += line;
+    EXPECT_EQ(daemon.Wait(), 1);
+    EXPECT_THAT(all, ::testing::Not(::testing::HasSubstr("secret")));
+    const size_t begin = all.find("latticed: ");
+    return begin == std::string::npos ? all : all.substr(begin);
   }
   // The server that the stubs reach has all acknowledged edits, once.
   void CheckLattice() {
@@ -120,6 +131,21 @@ TEST_F(OutageTest, AReadOnlyPostgresIsRead) {
   Await([&] { return Apply(Edit(acknowledged_ + 1)).ok(); });
   ++acknowledged_;
   CheckLattice();
+}
+
+TEST_F(OutageTest, AStartIsRefusedInASentence) {
+  EXPECT_EQ(RefusalOfStart("postgresql://ann:secret@127.0.0.1:1/scenes"),
+            "latticed: the store fails: PostgreSQL: connection to server at \"127.0.0.1\", port 1 "
+            "failed: Connection refused\n");
+  EXPECT_EQ(RefusalOfStart("postgres//ann:secret@host/scenes"),
+            fmt::format("latticed: {}: not a URL of PostgreSQL; write "
+                        "postgresql://user:password@host:5432/database\n",
+                        folder_.Path("other")));
+  ExecuteSql(url_, "UPDATE latticed.version SET number = 2");
+  EXPECT_EQ(
+      RefusalOfStart(url_),
+      "latticed: the database has schema 2, which a newer latticed made; this one reads up to "
+      "1\n");
 }
 
 }  // namespace

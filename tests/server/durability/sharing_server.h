@@ -7,6 +7,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include <grpcpp/grpcpp.h>
 
@@ -18,12 +19,24 @@ namespace latticed::testing {
 
 inline constexpr absl::Duration kLease = absl::Milliseconds(800);
 
+inline std::vector<std::string> SharingArguments(const std::string& url_file,
+                                                 const std::string& meshes,
+                                                 const std::string& name) {
+  return {"--listen",         "127.0.0.1:0",
+          "--backend",        "cpu",
+          "--threads",        "1",
+          "--drain-delay",    "0s",
+          "--store",          "postgres",
+          "--store-url-file", url_file,
+          "--mesh-store",     meshes,
+          "--advertise",      name,
+          "--lease",          absl::FormatDuration(kLease)};
+}
+
 class SharingServer {
  public:
   SharingServer(const std::string& url_file, const std::string& meshes, const std::string& name)
-      : daemon_({"--listen", "127.0.0.1:0", "--backend", "cpu", "--threads", "1", "--drain-delay",
-                 "0s", "--store", "postgres", "--store-url-file", url_file, "--mesh-store", meshes,
-                 "--advertise", name, "--lease", absl::FormatDuration(kLease)}),
+      : daemon_(SharingArguments(url_file, meshes, name)),
         channel_(grpc::CreateChannel(daemon_.Address(), grpc::InsecureChannelCredentials())),
         scenes_(v1::SceneService::NewStub(channel_)) {}
   ~SharingServer() {

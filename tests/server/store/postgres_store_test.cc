@@ -54,10 +54,10 @@ TEST_F(PostgresStore, RefusesAWrongUrlWithoutRepeatingIt) {
 }
 
 TEST_F(PostgresStore, NamesADatabaseThatDoesNotAnswer) {
-  EXPECT_THAT(
-      Open("postgresql://user:secret@127.0.0.1:1/database").status(),
-      StatusIs(absl::StatusCode::kUnavailable,
-               AllOf(HasSubstr("127.0.0.1"), Not(HasSubstr("secret")), Not(HasSubstr("\n")))));
+  EXPECT_THAT(Open("postgresql://user:secret@127.0.0.1:1/database").status(),
+              StatusIs(absl::StatusCode::kUnavailable,
+                       AllOf(HasSubstr("127.0.0.1"), Not(HasSubstr("secret")), Not(HasSubstr("\n")),
+                             Not(HasSubstr("?")))));
 }
 
 TEST_F(PostgresStore, RefusesANewerSchema) {
