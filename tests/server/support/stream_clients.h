@@ -87,8 +87,7 @@ class EventStream {
   std::string InitialMetadata(const std::string& name) const {
     const auto& metadata = context_.GetServerInitialMetadata();
     const auto found = metadata.find(name);
-    return found == metadata.end() ? ""
-                                   : std::string(found->second.data(), found->second.size());
+    return found == metadata.end() ? "" : std::string(found->second.data(), found->second.size());
   }
   // Reads to the end and returns the status.
   absl::Status Finish() {
