@@ -97,7 +97,7 @@ TEST_F(LatticectlReference, BashOffersEveryOptionOfEveryCommand) {
 
   const auto offers = Completed(lines);
 
-  ASSERT_EQ(commands.size(), 30u);
+  ASSERT_EQ(commands.size(), 32u);
   for (size_t i = 0; i < commands.size(); ++i) {
     SCOPED_TRACE(commands[i]->path);
     std::vector<std::string> names = OptionNames(*commands[i]);
@@ -114,7 +114,7 @@ TEST_F(LatticectlReference, BashOffersCommandsWordsAndFiles) {
   std::filesystem::create_directory(Path("my folder"));
   using Words = std::vector<std::string>;
   const std::vector<std::pair<Words, Words>> cases{
-      {{"latticectl", "s"}, {"sample", "scene"}},
+      {{"latticectl", "s"}, {"sample", "scene", "store"}},
       {{"latticectl", "scene", ""}, {"create", "list", "show", "delete"}},
       {{"latticectl", "scene", "create", "--norm"}, {"--normals", "--normal-bits"}},
       {{"latticectl", "scene", "create", "--normals", ""}, {"facet", "smooth", "none"}},
@@ -126,6 +126,8 @@ TEST_F(LatticectlReference, BashOffersCommandsWordsAndFiles) {
       {{"latticectl", "apply", "--tls-ca", "my.j"}, {"my.json"}},
       {{"latticectl", "bench", "knot", "my v"}, {"my vase.obj"}},
       {{"latticectl", "quickstart", "--output", "my"}, {"my folder"}},
+      {{"latticectl", "store", ""}, {"check"}},
+      {{"latticectl", "store", "check", "my"}, {"my folder"}},
       {{"latticectl", "edit", "insert-knot", "my-scene", ""}, {"u", "v", "w"}},
       {{"latticectl", "edit", "insert-knot", "my"}, {}},  // a scene, which only the server knows
       {{"latticectl", "edit", "insert-knot", "--editor", "me", "my-scene", "v"}, {"v"}},

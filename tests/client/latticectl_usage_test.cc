@@ -75,6 +75,14 @@ TEST_F(LatticectlUsage, BenchSaysWhereItsProgramIsMissing) {
               ContainsRegex("cannot start the load generator .*/latticectl-bench: No such"));
 }
 
+TEST_F(LatticectlUsage, StoreSaysWhereItsProgramIsMissing) {
+  const RunResult result = Latticectl({"store", "check", Path("")});
+  EXPECT_EQ(result.code, 1);
+  EXPECT_THAT(result.err,
+              ContainsRegex("cannot start the check of a store .*/latticectl-store: No such"));
+  EXPECT_EQ(Latticectl({"store", "check"}).code, 2);
+}
+
 TEST_F(LatticectlUsage, FileErrorsAreOneAndNameTheFile) {
   ASSERT_OK(WriteFile(Path("bad.obj"), "v 0 0 0\nf 1 2 3\n"));
   ASSERT_OK(WriteFile(Path("empty.obj"), ""));

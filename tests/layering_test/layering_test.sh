@@ -53,6 +53,7 @@ declare -A allowed=(
   [server/engine]="core/ server/base/ server/store/ server/engine/"
   [server/stores]="core/ server/base/ server/store/ server/engine/ server/stores/"
   [server/wire]="core/ latticed/v1/ server/base/ server/store/ server/engine/ server/stores/ server/wire/"
+  [server/check]="core/base/ server/store/ server/engine/scene/ server/wire/ server/check/"
   [server/rpc]="core/ latticed/v1/ server/base/ server/store/ server/engine/ server/stores/ server/wire/ server/rpc/"
   [server/edge]="core/ latticed/v1/ server/base/ server/net/ server/engine/ server/stores/ server/rpc/ server/wire/ server/edge/"
   [server/web]="core/base/ latticed/v1/ server/base/ server/net/ server/wire/ server/web/"

@@ -21,6 +21,7 @@ void AddCommands(CLI::App& app, CommandLine& line) {
   AddWatchCommand(app, line);
   AddExportCommand(app, line);
   AddBenchCommand(app, line);
+  AddStoreCommand(app, line);
   AddQuickstartCommand(app, line);
   AddCompletionCommand(app, line);
   AddManCommand(app, line);

@@ -198,7 +198,9 @@ absl::StatusOr<SceneReader::Connection> SceneReader::Take() {
       return connection;
     }
   }
-  LATTICED_ASSIGN_OR_RETURN(SqliteConnection connection, SqliteConnection::Open(path_, sync_));
+  LATTICED_ASSIGN_OR_RETURN(SqliteConnection connection, sync_
+                                                             ? SqliteConnection::Open(path_, *sync_)
+                                                             : SqliteConnection::OpenToRead(path_));
   return std::make_unique<SqliteConnection>(std::move(connection));
 }
 

@@ -28,6 +28,8 @@ class SceneReader {
  public:
   // `path` is that of the database.
   SceneReader(std::string path, bool sync) : path_(std::move(path)), sync_(sync) {}
+  // Without writing to the file, whether or not a server has it open.
+  explicit SceneReader(std::string path) : path_(std::move(path)) {}
 
   // The scene with its records up to `tail.lsn`.
   [[nodiscard]] absl::StatusOr<SceneLog> Read(std::string_view id, const SceneTail& tail);
@@ -50,7 +52,7 @@ class SceneReader {
   void GiveBack(Connection connection) ABSL_LOCKS_EXCLUDED(mutex_);
 
   const std::string path_;
-  const bool sync_;
+  const std::optional<bool> sync_;  // none: it only reads
   Mutex mutex_;
   std::vector<Connection> unused_ ABSL_GUARDED_BY(mutex_);
 };

@@ -27,6 +27,7 @@ void AddPickCommand(CLI::App& app, CommandLine& line);
 void AddWatchCommand(CLI::App& app, CommandLine& line);
 void AddExportCommand(CLI::App& app, CommandLine& line);
 void AddBenchCommand(CLI::App& app, CommandLine& line);  // starts latticectl-bench
+void AddStoreCommand(CLI::App& app, CommandLine& line);  // store check: starts latticectl-store
 void AddQuickstartCommand(CLI::App& app, CommandLine& line);
 void AddCompletionCommand(CLI::App& app, CommandLine& line);
 void AddManCommand(CLI::App& app, CommandLine& line);

@@ -16,12 +16,10 @@ constexpr int kBusyMs = 10'000;
 
 }  // namespace
 
-absl::StatusOr<SqliteConnection> SqliteConnection::Open(const std::string& path, bool sync) {
+absl::StatusOr<SqliteConnection> SqliteConnection::OpenAs(const std::string& path, int flags) {
   LATTICED_ASSIGN_OR_RETURN(const char* vfs, CheckedVfs());
   sqlite3* database = nullptr;
-  const int code =
-      sqlite3_open_v2(path.c_str(), &database,
-                      SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_NOMUTEX, vfs);
+  const int code = sqlite3_open_v2(path.c_str(), &database, flags | SQLITE_OPEN_NOMUTEX, vfs);
   SqliteConnection connection(database);
   if (database == nullptr) return error::StoreFailed(path + ": no memory");
   LATTICED_RETURN_IF_ERROR(connection.Status(code));
@@ -31,8 +29,22 @@ absl::StatusOr<SqliteConnection> SqliteConnection::Open(const std::string& path,
   LATTICED_RETURN_IF_ERROR(connection.Execute(
       "PRAGMA wal_autocheckpoint = 0; PRAGMA mmap_size = 0; PRAGMA trusted_schema = OFF;"
       "PRAGMA cell_size_check = ON; PRAGMA temp_store = MEMORY"));
+  return connection;
+}
+
+absl::StatusOr<SqliteConnection> SqliteConnection::Open(const std::string& path, bool sync) {
+  LATTICED_ASSIGN_OR_RETURN(SqliteConnection connection,
+                            OpenAs(path, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE));
   LATTICED_RETURN_IF_ERROR(
       connection.Execute(sync ? "PRAGMA synchronous = FULL" : "PRAGMA synchronous = NORMAL"));
+  return connection;
+}
+
+absl::StatusOr<SqliteConnection> SqliteConnection::OpenToRead(const std::string& path) {
+  LATTICED_ASSIGN_OR_RETURN(SqliteConnection connection, OpenAs(path, SQLITE_OPEN_READONLY));
+  // The last connection that closes would copy the log into the file.
+  LATTICED_RETURN_IF_ERROR(connection.Status(sqlite3_db_config(
+      connection.get(), SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, static_cast<int*>(nullptr))));
   return connection;
 }
 

@@ -25,6 +25,8 @@ class SqliteConnection {
   // Opens the file through the checks of checked_vfs.h, and makes it if it is not there. `sync` says whether a commit
   // waits for the medium.
   [[nodiscard]] static absl::StatusOr<SqliteConnection> Open(const std::string& path, bool sync);
+  // The same file, which must be there, without writing to it or to its log, whether or not others do.
+  [[nodiscard]] static absl::StatusOr<SqliteConnection> OpenToRead(const std::string& path);
 
   // Executes statements without rows.
   [[nodiscard]] absl::Status Execute(const char* sql);
@@ -39,6 +41,7 @@ class SqliteConnection {
   struct Close {
     void operator()(sqlite3* database) const { sqlite3_close_v2(database); }
   };
+  [[nodiscard]] static absl::StatusOr<SqliteConnection> OpenAs(const std::string& path, int flags);
   explicit SqliteConnection(sqlite3* database) : database_(database) {}
 
   std::unique_ptr<sqlite3, Close> database_;

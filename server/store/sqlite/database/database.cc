@@ -41,6 +41,9 @@ CREATE TABLE log(
 INSERT INTO log VALUES(1, 0, 0);
 )sql";
 
+// Damage is where it was when it is looked for again. What a server is writing is not.
+constexpr int kLooksAtUsedLog = 3;
+
 // The header of a database, as https://www.sqlite.org/fileformat2.html#the_database_header numbers its bytes.
 constexpr size_t kDatabaseHeaderBytes = 100;
 constexpr std::string_view kDatabaseMagic("SQLite format 3\0", 16);
@@ -95,7 +98,9 @@ absl::Status CheckSchema(SqliteConnection& database, const std::string& path) {
   LATTICED_ASSIGN_OR_RETURN(const int64_t version, database.Number("PRAGMA user_version"));
   LATTICED_ASSIGN_OR_RETURN(const int64_t tables,
                             database.Number("SELECT count(*) FROM sqlite_schema"));
-  if (owner == 0 && tables == 0) return MakeSchema(database);
+  if (owner == 0 && tables == 0 && sqlite3_db_readonly(database.get(), "main") == 0) {
+    return MakeSchema(database);
+  }
   if (owner != kApplicationId) return Foreign(path);
   LATTICED_RETURN_IF_ERROR(CheckVersion(path, version));
   if (version < 1) return error::Damaged(path, "it has no version of its schema");
@@ -118,6 +123,16 @@ absl::StatusOr<SqliteConnection> OpenDatabase(const std::string& path, bool sync
   // The next commits begin a new log. CheckWal would take what two crashes left in one log for damage.
   LATTICED_RETURN_IF_ERROR(database.Status(sqlite3_wal_checkpoint_v2(
       database.get(), nullptr, SQLITE_CHECKPOINT_TRUNCATE, nullptr, nullptr)));
+  return database;
+}
+
+absl::StatusOr<SqliteConnection> OpenDatabaseToRead(const std::string& path) {
+  LATTICED_RETURN_IF_ERROR(CheckHeader(path));
+  absl::Status log = CheckWal(path + "-wal");
+  for (int look = 1; !log.ok() && look < kLooksAtUsedLog; ++look) log = CheckWal(path + "-wal");
+  LATTICED_RETURN_IF_ERROR(log);
+  LATTICED_ASSIGN_OR_RETURN(SqliteConnection database, SqliteConnection::OpenToRead(path));
+  LATTICED_RETURN_IF_ERROR(CheckSchema(database, path));
   return database;
 }
 

@@ -31,6 +31,8 @@ inline constexpr int kSchemaVersion = 1;
 // Opens the database for writing, or makes it. Nobody else has it open. What a crash left in the log is in the file
 // then, and the log is empty.
 [[nodiscard]] absl::StatusOr<SqliteConnection> OpenDatabase(const std::string& path, bool sync);
+// Opens it for reading, whether or not a server has it open. Writes nothing that is kept.
+[[nodiscard]] absl::StatusOr<SqliteConnection> OpenDatabaseToRead(const std::string& path);
 
 }  // namespace latticed
 

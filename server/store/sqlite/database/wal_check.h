@@ -12,7 +12,7 @@
 // crash, and is not found.
 //
 // Errors   kDataLoss naming file and frame; kUnavailable, reason STORE, where the file cannot be read
-// Threads  safe; while no connection has the database open
+// Threads  safe. While a server writes the log, what it is writing may look like damage
 #ifndef LATTICED_SERVER_STORE_SQLITE_DATABASE_WAL_CHECK_H_
 #define LATTICED_SERVER_STORE_SQLITE_DATABASE_WAL_CHECK_H_
 
