@@ -5,10 +5,12 @@
 #include <sys/wait.h>
 
 #include <array>
+#include <atomic>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <thread>
 
 #include "server/store/sqlite/database/database.h"
 #include "tests/server/support/server_test.h"
@@ -99,6 +101,26 @@ TEST_F(StoreCheckTest, AFolderOfAServerThatRunsAndOneThatHasEndedAreWhole) {
   EXPECT_EQ(ended.code, 0);
   EXPECT_THAT(ended.out, AllOf(HasSubstr("records        4\n"), HasSubstr("unknown files  1\n"),
                                EndsWith("all is whole\n")));
+}
+
+TEST_F(StoreCheckTest, NothingLooksDamagedWhileEditsAreWritten) {
+  std::atomic<bool> stop = false;
+  std::atomic<uint64_t> edits = 0;
+  std::thread editor([&] {
+    for (uint64_t sequence = 3; !stop; ++sequence) {
+      ASSERT_OK(Apply(Move("ann", sequence, 5, 0.1)));
+      ++edits;
+    }
+  });
+  for (int i = 0; i < 10; ++i) {
+    const Checked checked = Check();
+    EXPECT_EQ(checked.code, 0) << checked.out;
+  }
+  stop = true;
+  editor.join();
+  EXPECT_GT(edits, 10u);
+  server_.reset();
+  EXPECT_THAT(Check().out, HasSubstr("records        " + std::to_string(3 + edits) + "\n"));
 }
 
 TEST_F(StoreCheckTest, AServerStartsOnAFolderThatWasChecked) {
