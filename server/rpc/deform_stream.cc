@@ -91,8 +91,8 @@ class DeformStream final
     ended_ = true;
   }
   void FinishedReading() ABSL_LOCKS_EXCLUDED(mutex_);
-  // Notes the end of a read. Returns whether it came after the farewell, and is handled.
-  bool IsOfFarewell(bool ok) ABSL_LOCKS_EXCLUDED(mutex_);
+  // Notes the end of a read, and takes its message. Returns whether it came after the farewell, and is handled.
+  bool IsOfFarewell(bool ok, grpc::ByteBuffer& bytes) ABSL_LOCKS_EXCLUDED(mutex_);
   // Whether the client must be told how the call ends before it ends.
   bool NeedsFarewell(const grpc::Status& status) const ABSL_LOCKS_EXCLUDED(mutex_);
   void OnFarewellWritten(bool ok) ABSL_LOCKS_EXCLUDED(mutex_);
@@ -123,9 +123,7 @@ class DeformStream final
   FirstMessage first_message_;
   Farewell farewell_;
   std::atomic<bool> cancelled_ = false;  // the context's own flag ends with the call
-  // Used only while a message is read or handled; there is one at a time.
-  grpc::ByteBuffer bytes_;
-  std::string editor_id_;
+  std::string editor_id_;  // used only while a message is handled; there is one at a time
 
   mutable Mutex mutex_;
   std::shared_ptr<SceneStream> stream_ ABSL_GUARDED_BY(mutex_);  // null before the first message
@@ -133,10 +131,12 @@ class DeformStream final
   bool ended_ ABSL_GUARDED_BY(mutex_) = false;                   // nothing more will be read
   bool read_pending_ ABSL_GUARDED_BY(mutex_) = false;            // gRPC will call OnReadDone
   bool half_closed_ ABSL_GUARDED_BY(mutex_) = false;             // by the client
+  grpc::ByteBuffer bytes_ ABSL_GUARDED_BY(mutex_);               // gRPC reads into it
 };
 
 void DeformStream::OnReadDone(bool ok) {
-  if (IsOfFarewell(ok) || !first_message_.Arrive()) return;
+  grpc::ByteBuffer bytes;
+  if (IsOfFarewell(ok, bytes) || !first_message_.Arrive()) return;
   const auto stream = Stream();
   if (!ok) {
     if (stream == nullptr) {
@@ -145,9 +145,9 @@ void DeformStream::OnReadDone(bool ok) {
     }
     return stream->HalfClose();
   }
-  if (stream != nullptr && stream->ended()) return StopReading();
+  if (stream != nullptr && stream->ended()) return;  // its end, or a farewell, says what comes next
   v1::DeformRequest request;
-  absl::Status status = TakeMessage(bytes_, &request);
+  absl::Status status = TakeMessage(bytes, &request);
   if (status.ok() && stream != nullptr && MayTakeLong(request.edit())) {
     stream->Touch();
     return HandOver(std::move(request), stream->ExpectAnswer());
@@ -241,9 +241,10 @@ void DeformStream::OnFarewellWritten(bool ok) {
   if (!read_pending_ && !ended_) StartReading();
 }
 
-bool DeformStream::IsOfFarewell(bool ok) {
+bool DeformStream::IsOfFarewell(bool ok, grpc::ByteBuffer& bytes) {
   {
     const MutexLock lock(&mutex_);
+    bytes.Swap(&bytes_);  // after a farewell, the next read may begin while this message is handled
     read_pending_ = false;
     if (!ok) ended_ = half_closed_ = true;
     if (!farewell_.begun()) return false;

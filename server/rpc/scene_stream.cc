@@ -134,6 +134,8 @@ void SceneStream::Pump() {
 
 bool SceneStream::AtEnd() const {
   if (!small_.empty() || watcher_->update_in_progress() || due_.size() > 0) return false;
+  // An answer may have said that the scene has moved: the client is to resume, and to send the edit again.
+  if (!only_update_ && scene_->is_lost()) return false;
   // After goaway, GetUpdate still sends a revision that exists, but does not wait for a later one.
   const bool on_its_way = only_update_ && *finish_at_ <= scene_->State()->revision;
   if (going_away_ && !on_its_way && absl::Now() >= refusals_end_) return true;

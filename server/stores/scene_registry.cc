@@ -38,7 +38,7 @@ SceneRegistry::SceneRegistry(Backend* backend, int workers, Options options)
   if (shared()) {
     options_.store->OnFenced([this] {
       ++leases_lost_;
-      LeaveAll();
+      LeaveAll(/*release=*/false);
     });
   }
 }
@@ -325,7 +325,7 @@ void SceneRegistry::Tick(absl::Time now) {
   std::vector<std::string> expired;
   const auto is_expired = [this, now](const std::string& id) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
     if (const auto scene = scenes_.find(id); scene != scenes_.end()) {
-      return scene->second->expire_time() <= now;
+      return !scene->second->is_lost() && scene->second->expire_time() <= now;
     }
     const auto sleeper = asleep_.find(id);
     return sleeper != asleep_.end() && sleeper->second.expires <= now;

@@ -85,9 +85,8 @@ class SceneRegistry {
   [[nodiscard]] bool IsAsleep(std::string_view id) const ABSL_LOCKS_EXCLUDED(mutex_);
   // What the store keeps of all scenes, in order of id. Empty without a store; the store's errors.
   [[nodiscard]] absl::StatusOr<std::vector<StoredEntry>> Stored() const;
-  // Ends the streams of all scenes, and lets other servers claim them. The store is shared.
-  void LeaveAll() ABSL_LOCKS_EXCLUDED(mutex_);
-  // The same, and from now on claims no scene: this server ends.
+  // Ends the streams of all scenes, lets other servers claim them, and from now on claims none: this server ends. The
+  // store is shared.
   void Retire() ABSL_LOCKS_EXCLUDED(mutex_);
   // Ends the scene's streams with kNotFound and forgets it. kNotFound; the store's errors, and then the scene
   // stays.
@@ -148,7 +147,9 @@ class SceneRegistry {
   [[nodiscard]] absl::Status Claim(const std::string& id);
   // Puts scenes to sleep that nobody has used since `time`.
   void SleepUnusedSince(absl::Time time) ABSL_LOCKS_EXCLUDED(mutex_);
-  void Release(const std::shared_ptr<Scene>& scene) ABSL_LOCKS_EXCLUDED(mutex_);
+  // Ends the streams of all scenes. `release`: this server still owns them.
+  void LeaveAll(bool release) ABSL_LOCKS_EXCLUDED(mutex_);
+  void Release(const std::shared_ptr<Scene>& scene, bool release) ABSL_LOCKS_EXCLUDED(mutex_);
   bool shared() const { return options_.store != nullptr && options_.store->shared(); }
   [[nodiscard]] absl::StatusOr<std::shared_ptr<Scene>> Made(SceneConfig config, StopCheck stop);
   SceneContext context() { return {&render_backend_, &queue_, options_.store}; }
@@ -184,8 +185,9 @@ class SceneRegistry {
   std::map<std::string, std::weak_ptr<WatchControl>, std::less<>> watches_ ABSL_GUARDED_BY(mutex_);
   bool stopping_ ABSL_GUARDED_BY(mutex_) = false;
   std::atomic<bool> retired_ = false;
-  RenderQueue queue_;        // last but one: its threads use all of the above
-  std::thread housekeeper_;  // last, for the same reason
+  uint64_t leavings_ ABSL_GUARDED_BY(mutex_) = 0;  // calls of LeaveAll
+  RenderQueue queue_;                              // last but one: its threads use all of the above
+  std::thread housekeeper_;                        // last, for the same reason
 };
 
 }  // namespace latticed

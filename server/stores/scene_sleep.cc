@@ -54,6 +54,7 @@ absl::StatusOr<std::vector<StoredEntry>> SceneRegistry::Stored() const {
 absl::StatusOr<std::shared_ptr<Scene>> SceneRegistry::Wake(std::string_view id) {
   const std::string key(id);
   std::shared_ptr<Scene> lost;
+  uint64_t leavings = 0;
   {
     const MutexLock lock(&mutex_);
     LATTICED_RETURN_IF_ERROR(AwaitFree(key, NeverStop));
@@ -65,6 +66,7 @@ absl::StatusOr<std::shared_ptr<Scene>> SceneRegistry::Wake(std::string_view id) 
       return error::NotFound("scene", key);
     }
     creating_[key] = {sleeper == asleep_.end() ? "" : sleeper->second.mesh_id, nullptr};
+    leavings = leavings_;
   }
   auto scene = CatchBadAlloc("the scene", [&]() -> absl::StatusOr<std::shared_ptr<Scene>> {
     if (lost != nullptr) LATTICED_RETURN_IF_ERROR(AwaitStored(*lost));
@@ -77,6 +79,8 @@ absl::StatusOr<std::shared_ptr<Scene>> SceneRegistry::Wake(std::string_view id) 
   const MutexLock lock(&mutex_);
   creating_.erase(key);
   if (!scene.ok()) return scene;
+  if (leavings != leavings_)
+    return error::SceneMoved("");  // the lease that it was claimed with is lost
   asleep_.erase(key);
   scenes_[key] = *scene;
   return scene;
@@ -91,6 +95,8 @@ absl::StatusOr<std::shared_ptr<Scene>> SceneRegistry::Restored(const std::string
   };
   auto scene = restored();
   if (!scene.ok()) (void)options_.store->ReleaseScene(id);  // another server may have more memory
+  if (absl::IsAborted(scene.status()))
+    return error::SceneMoved("");  // claimed by another meanwhile
   if (scene.ok()) ++claims_;
   return scene;
 }
@@ -103,21 +109,26 @@ absl::Status SceneRegistry::Claim(const std::string& id) {
 
 void SceneRegistry::Retire() {
   retired_ = true;
-  LeaveAll();
+  LeaveAll(/*release=*/true);
 }
 
-void SceneRegistry::LeaveAll() {
+void SceneRegistry::LeaveAll(bool release) {
   std::vector<std::shared_ptr<Scene>> gone;
   {
     const MutexLock lock(&mutex_);
-    gone = TakeWhere([](const Scene&) { return true; });
+    ++leavings_;
+    // A lost scene that is being made again is in creating_ already.
+    gone = TakeWhere([this](const Scene& scene) ABSL_NO_THREAD_SAFETY_ANALYSIS {
+      return !creating_.contains(scene.id());
+    });
     for (const auto& scene : gone) creating_[scene->id()] = {scene->config().mesh_id, nullptr};
   }
-  for (const auto& scene : gone) Release(scene);
+  for (const auto& scene : gone) Release(scene, release);
 }
 
 void SceneRegistry::SleepUnusedSince(absl::Time time) {
-  if (options_.store == nullptr) return;
+  // A store that refuses writes may let a release wait for long.
+  if (options_.store == nullptr || !options_.store->Admit().ok()) return;
   std::vector<std::shared_ptr<Scene>> idle;
   {
     const MutexLock lock(&mutex_);
@@ -131,14 +142,14 @@ void SceneRegistry::SleepUnusedSince(absl::Time time) {
       if (!shared()) asleep_[scene->id()] = {scene->config().mesh_id, scene->expire_time()};
     }
   }
-  for (const auto& scene : idle) Release(scene);
+  for (const auto& scene : idle) Release(scene, /*release=*/true);
 }
 
-void SceneRegistry::Release(const std::shared_ptr<Scene>& scene) {
+void SceneRegistry::Release(const std::shared_ptr<Scene>& scene, bool release) {
   scene->Leave();
   ++departures_;
   // What could not be released waits for the lease.
-  (void)options_.store->ReleaseScene(scene->id());
+  if (release) (void)options_.store->ReleaseScene(scene->id());
   const MutexLock lock(&mutex_);
   creating_.erase(scene->id());
 }

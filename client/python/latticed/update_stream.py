@@ -225,12 +225,15 @@ class UpdateStream(ABC):
         finally:
             call.cancel()
             self._surface.drop_partial_update()
-        return None if goaway is None else self._pause_of(goaway)
+        if goaway is None:
+            return None
+        headers = dict(call.initial_metadata() or ())
+        return self._pause_of(goaway, str(headers.get("latticed-request-id", "")))
 
-    def _pause_of(self, goaway: Any) -> Optional[float]:
+    def _pause_of(self, goaway: Any, request_id: str) -> Optional[float]:
         """The seconds that the server asks for, or the error that it names; a proxy may replace the call's own."""
         if goaway.status.code != 0:
-            return self._pause_after(LatticedError.from_status(goaway.status))
+            return self._pause_after(LatticedError.from_status(goaway.status, request_id))
         return goaway.retry_after.seconds + 1e-9 * goaway.retry_after.nanos
 
     def _pause_after(self, error: LatticedError) -> Optional[float]:
