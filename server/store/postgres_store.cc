@@ -50,7 +50,7 @@ class PostgresStore : public Store {
   }
   absl::StatusOr<SceneLog> ReadScene(std::string_view id) override;
   void Append(std::string_view scene, uint64_t lsn, std::string record, Done done) override;
-  absl::Status Admit() override { return writer_.Admit(); }
+  absl::Status Admit() override { return writer_.queue().Admit(); }
   void PutSnapshot(std::string_view scene, uint64_t lsn, std::string snapshot) override;
   void Flush() override { writer_.Settle().IgnoreError(); }  // all is answered, whatever it says
   absl::StatusOr<SceneClaim> ClaimScene(std::string_view id) override {
@@ -110,18 +110,11 @@ absl::StatusOr<SceneLog> PostgresStore::ReadScene(std::string_view id) {
 }
 
 void PostgresStore::Append(std::string_view scene, uint64_t lsn, std::string record, Done done) {
-  writer_.Put({.kind = lsn == 0 ? Write::Kind::kBarrier : Write::Kind::kAppend,
-               .scene = std::string(scene),
-               .lsn = lsn,
-               .bytes = std::move(record),
-               .done = std::move(done)});
+  writer_.queue().PutAppend(scene, lsn, std::move(record), std::move(done));
 }
 
 void PostgresStore::PutSnapshot(std::string_view scene, uint64_t lsn, std::string snapshot) {
-  writer_.Put({.kind = Write::Kind::kSnapshot,
-               .scene = std::string(scene),
-               .lsn = lsn,
-               .bytes = std::move(snapshot)});
+  writer_.queue().PutSnapshot(scene, lsn, std::move(snapshot));
 }
 
 absl::Status PostgresStore::PutMesh(std::string_view id, std::string header,
@@ -129,7 +122,7 @@ absl::Status PostgresStore::PutMesh(std::string_view id, std::string header,
   if (!IsSha256Hex(id)) return error::InvalidField("id", "is not a SHA-256 in hex");
   const absl::StatusOr<std::string> known = ReadMeshHeader(id);
   if (known.ok() && meshes_->Read(id).ok()) return absl::OkStatus();  // else it is written anew
-  LATTICED_RETURN_IF_ERROR(writer_.Admit());
+  LATTICED_RETURN_IF_ERROR(writer_.queue().Admit());
   LATTICED_ASSIGN_OR_RETURN(const std::string written, meshes_->Write(bytes));
   const absl::Status status =
       InsertPostgresMesh(pool_, id, header, [&] { return meshes_->Publish(written, id); });

@@ -47,7 +47,7 @@ class SqliteStore : public Store {
   }
   absl::StatusOr<SceneLog> ReadScene(std::string_view id) override;
   void Append(std::string_view scene, uint64_t lsn, std::string record, Done done) override;
-  absl::Status Admit() override { return writer_.Admit(); }
+  absl::Status Admit() override { return writer_.queue().Admit(); }
   void PutSnapshot(std::string_view scene, uint64_t lsn, std::string snapshot) override;
   void Flush() override;
   absl::Status PutMesh(std::string_view id, std::string header, std::string_view bytes) override;
@@ -97,18 +97,11 @@ absl::StatusOr<SceneLog> SqliteStore::ReadScene(std::string_view id) {
 }
 
 void SqliteStore::Append(std::string_view scene, uint64_t lsn, std::string record, Done done) {
-  writer_.Put({.kind = lsn == 0 ? Write::Kind::kBarrier : Write::Kind::kAppend,
-               .scene = std::string(scene),
-               .lsn = lsn,
-               .bytes = std::move(record),
-               .done = std::move(done)});
+  writer_.queue().PutAppend(scene, lsn, std::move(record), std::move(done));
 }
 
 void SqliteStore::PutSnapshot(std::string_view scene, uint64_t lsn, std::string snapshot) {
-  writer_.Put({.kind = Write::Kind::kSnapshot,
-               .scene = std::string(scene),
-               .lsn = lsn,
-               .bytes = std::move(snapshot)});
+  writer_.queue().PutSnapshot(scene, lsn, std::move(snapshot));
 }
 
 void SqliteStore::Flush() {
@@ -119,7 +112,7 @@ absl::Status SqliteStore::PutMesh(std::string_view id, std::string header, std::
   if (!IsSha256Hex(id)) return error::InvalidField("id", "is not a SHA-256 in hex");
   LATTICED_ASSIGN_OR_RETURN(const bool known, reader_.HasMesh(id));
   if (known && ReadMesh(id).ok()) return absl::OkStatus();  // else it is damaged, and written anew
-  LATTICED_RETURN_IF_ERROR(writer_.Admit());
+  LATTICED_RETURN_IF_ERROR(writer_.queue().Admit());
   LATTICED_ASSIGN_OR_RETURN(const std::string written, meshes_.Write(bytes));
   MutexLock lock(&meshes_mutex_);
   absl::Status status = meshes_.Publish(written, id);

@@ -2,8 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/store/postgres/writer.h"
 
-#include <algorithm>
-#include <future>
 #include <set>
 #include <vector>
 
@@ -70,25 +68,16 @@ PgWriter::~PgWriter() {
   if (thread_.joinable()) thread_.join();
 }
 
-absl::Status PgWriter::Call(Write::Kind kind, std::function<absl::Status()> work) {
-  // Shared: the writer may still be in set_value when the answer is read.
-  const auto answer = std::make_shared<std::promise<absl::Status>>();
-  queue_.Put({.kind = kind,
-              .change = std::move(work),
-              .done = [answer](const absl::Status& status) { answer->set_value(status); }});
-  return answer->get_future().get();
-}
-
 absl::Status PgWriter::Create(std::string_view id, std::string_view header) {
-  return Call(Write::Kind::kChange, [this, id, header] { return InsertScene(id, header); });
+  return queue_.Call(Write::Kind::kChange, [this, id, header] { return InsertScene(id, header); });
 }
 
 absl::Status PgWriter::Delete(std::string_view id) {
-  return Call(Write::Kind::kChange, [this, id] { return DeleteScene(id); });
+  return queue_.Call(Write::Kind::kChange, [this, id] { return DeleteScene(id); });
 }
 
 absl::Status PgWriter::Release(std::string_view id) {
-  return Call(Write::Kind::kChange, [this, id]() -> absl::Status {
+  return queue_.Call(Write::Kind::kChange, [this, id]() -> absl::Status {
     LATTICED_RETURN_IF_ERROR(Attach());
     tails_.Forget(id);
     return connection_->Execute(kRelease, PgParameters().Bytes(id).Number(session_)).status();
@@ -96,7 +85,7 @@ absl::Status PgWriter::Release(std::string_view id) {
 }
 
 absl::Status PgWriter::Settle() {
-  return Call(Write::Kind::kQuestion, [this] {
+  return queue_.Call(Write::Kind::kQuestion, [this] {
     const absl::Status status = Attach();
     // A database that only refuses writes can be read, and has decided.
     const bool readable = connection_ != nullptr && !connection_->lost();
@@ -105,10 +94,13 @@ absl::Status PgWriter::Settle() {
 }
 
 void PgWriter::Learn(std::string_view id, PgTail tail, int64_t session) {
-  Call(Write::Kind::kQuestion, [this, id, tail, session] {
-    if (session == session_) tails_.Set(id, tail);
-    return absl::OkStatus();
-  }).IgnoreError();  // it is OK
+  queue_
+      .Call(Write::Kind::kQuestion,
+            [this, id, tail, session] {
+              if (session == session_) tails_.Set(id, tail);
+              return absl::OkStatus();
+            })
+      .IgnoreError();  // it is OK
 }
 
 void PgWriter::Run() {
@@ -116,24 +108,9 @@ void PgWriter::Run() {
     std::vector<Write> writes = queue_.Take(failure_.ok() ? absl::Hours(1) : kRetry);
     if (writes.empty() && queue_.Ended()) return;
     if (!failure_.ok()) Recover();
-    Execute(writes);
-  }
-}
-
-void PgWriter::Execute(std::span<Write> writes) {
-  const auto grouped = [](const Write& write) {
-    return write.kind == Write::Kind::kAppend || write.kind == Write::Kind::kBarrier;
-  };
-  while (!writes.empty()) {
-    const auto end = std::ranges::find_if_not(writes, grouped);
-    const auto count = std::max<size_t>(static_cast<size_t>(end - writes.begin()), 1);
-    if (end == writes.begin()) {
-      ExecuteOne(writes.front());
-    } else {
-      AppendGroup(writes.first(count));
-    }
-    queue_.Answered(writes.first(count));
-    writes = writes.subspan(count);
+    queue_.Execute(
+        writes, [this](std::span<Write> group) { AppendGroup(group); },
+        [this](Write& write) { ExecuteOne(write); });
   }
 }
 
@@ -200,17 +177,14 @@ absl::Status PgWriter::InsertGroup(std::span<Write> group) {
 }
 
 void PgWriter::ExecuteOne(Write& write) {
-  const bool snapshot = write.kind == Write::Kind::kSnapshot;
-  const auto execute = [&] { return snapshot ? PutSnapshot(write) : write.change(); };
+  const auto execute = [&] {
+    return write.kind == Write::Kind::kSnapshot ? PutSnapshot(write) : write.change();
+  };
   if (write.kind == Write::Kind::kQuestion) {
     write.answer = CatchBadAlloc("a question to the store", write.change);
   } else {
     write.answer = failure_;
     if (failure_.ok()) write.answer = Noted(CatchBadAlloc("a change of the store", execute));
-  }
-  if (snapshot && !write.answer.ok()) {
-    LogEvent(spdlog::level::warn, "snapshot not stored",
-             {{"scene", write.scene}, {"error", std::string(write.answer.message())}});
   }
   queue_.Answer(write);
 }

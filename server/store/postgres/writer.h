@@ -47,8 +47,8 @@ class PgWriter {
   // Writes and answers all that waits.
   ~PgWriter();
 
-  void Put(Write write) { queue_.Put(std::move(write)); }
-  [[nodiscard]] absl::Status Admit() const { return queue_.Admit(); }
+  // Of what is to be written.
+  WriteQueue& queue() { return queue_; }
 
   // kAlreadyExists.
   [[nodiscard]] absl::Status Create(std::string_view id, std::string_view header);
@@ -61,9 +61,7 @@ class PgWriter {
   void Learn(std::string_view id, PgTail tail, int64_t session);
 
  private:
-  absl::Status Call(Write::Kind kind, std::function<absl::Status()> work);
   void Run();
-  void Execute(std::span<Write> writes);
   // Appends and barriers.
   void AppendGroup(std::span<Write> group);
   absl::Status InsertGroup(std::span<Write> group);

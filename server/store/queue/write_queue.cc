@@ -2,6 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/store/queue/write_queue.h"
 
+#include <algorithm>
+#include <future>
+#include <memory>
 #include <utility>
 
 #include "absl/time/clock.h"
@@ -25,6 +28,31 @@ void WriteQueue::Put(Write write) {
   ++counts_->waiting_writes;
   unanswered_bytes_ += bytes;
   counts_->waiting_bytes = unanswered_bytes_;
+}
+
+void WriteQueue::PutAppend(std::string_view scene, uint64_t lsn, std::string record,
+                           Store::Done done) {
+  Put({.kind = lsn == 0 ? Write::Kind::kBarrier : Write::Kind::kAppend,
+       .scene = std::string(scene),
+       .lsn = lsn,
+       .bytes = std::move(record),
+       .done = std::move(done)});
+}
+
+void WriteQueue::PutSnapshot(std::string_view scene, uint64_t lsn, std::string snapshot) {
+  Put({.kind = Write::Kind::kSnapshot,
+       .scene = std::string(scene),
+       .lsn = lsn,
+       .bytes = std::move(snapshot)});
+}
+
+absl::Status WriteQueue::Call(Write::Kind kind, std::function<absl::Status()> change) {
+  // Shared: the writer may still be in set_value when the answer is read.
+  const auto answer = std::make_shared<std::promise<absl::Status>>();
+  Put({.kind = kind, .change = std::move(change), .done = [answer](const absl::Status& status) {
+         answer->set_value(status);
+       }});
+  return answer->get_future().get();
 }
 
 std::vector<Write> WriteQueue::Take(absl::Duration patience) {
@@ -51,6 +79,25 @@ std::vector<Write> WriteQueue::TryToTake(absl::Duration patience) {
   return taken;
 }
 
+void WriteQueue::Execute(std::span<Write> writes,
+                         const std::function<void(std::span<Write>)>& group,
+                         const std::function<void(Write&)>& one) {
+  const auto grouped = [](const Write& write) {
+    return write.kind == Write::Kind::kAppend || write.kind == Write::Kind::kBarrier;
+  };
+  while (!writes.empty()) {
+    const auto end = std::ranges::find_if_not(writes, grouped);
+    const auto count = std::max<size_t>(static_cast<size_t>(end - writes.begin()), 1);
+    if (end == writes.begin()) {
+      one(writes.front());
+    } else {
+      group(writes.first(count));
+    }
+    Answered(writes.first(count));
+    writes = writes.subspan(count);
+  }
+}
+
 void WriteQueue::Count(const Write& write) {
   const bool ok = write.answer.ok();
   if (write.kind == Write::Kind::kAppend) {
@@ -64,6 +111,10 @@ void WriteQueue::Count(const Write& write) {
 
 void WriteQueue::Answer(Write& write) {
   Count(write);
+  if (write.kind == Write::Kind::kSnapshot && !write.answer.ok()) {
+    LogEvent(spdlog::level::warn, "snapshot not stored",
+             {{"scene", write.scene}, {"error", std::string(write.answer.message())}});
+  }
   // What `done` holds is gone before the next answer.
   const Store::Done done = std::exchange(write.done, nullptr);
   if (done == nullptr) return;

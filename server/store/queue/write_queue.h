@@ -3,7 +3,7 @@
 //
 // What waits for the thread that writes, in the order of the calls.
 //
-// Threads  safe
+// Threads  Take, Execute and Answer: the one that writes, which Call must not be on; the rest: any
 #ifndef LATTICED_SERVER_STORE_QUEUE_WRITE_QUEUE_H_
 #define LATTICED_SERVER_STORE_QUEUE_WRITE_QUEUE_H_
 
@@ -12,6 +12,7 @@
 #include <functional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "absl/base/thread_annotations.h"
@@ -51,13 +52,23 @@ class WriteQueue {
   static constexpr uint64_t kMostTakenBytes = uint64_t{4} << 20;
 
   void Put(Write write) ABSL_LOCKS_EXCLUDED(mutex_);
+  // As Store::Append and Store::PutSnapshot.
+  void PutAppend(std::string_view scene, uint64_t lsn, std::string record, Store::Done done)
+      ABSL_LOCKS_EXCLUDED(mutex_);
+  void PutSnapshot(std::string_view scene, uint64_t lsn, std::string snapshot)
+      ABSL_LOCKS_EXCLUDED(mutex_);
+  // Puts a kChange or kQuestion, and waits for its answer.
+  [[nodiscard]] absl::Status Call(Write::Kind kind, std::function<absl::Status()> change)
+      ABSL_LOCKS_EXCLUDED(mutex_);
   // Waits for work, but not longer than `patience`: then the answer is empty, as it is after Stop when all was taken.
   // Without memory for the answer it waits for that too.
   [[nodiscard]] std::vector<Write> Take(absl::Duration patience) ABSL_LOCKS_EXCLUDED(mutex_);
-  // Counts a write that was taken, and calls its `done`. If that throws for want of memory, the log says so.
+  // Executes writes that were taken, in their order: `group` has appends and barriers that follow each other, `one` any
+  // other write. Both call Answer for each.
+  void Execute(std::span<Write> writes, const std::function<void(std::span<Write>)>& group,
+               const std::function<void(Write&)>& one) ABSL_LOCKS_EXCLUDED(mutex_);
+  // Counts a write, and calls its `done`. The log names a snapshot that failed, and a `done` without memory.
   void Answer(Write& write);
-  // All of these, which were taken, are answered.
-  void Answered(std::span<const Write> writes) ABSL_LOCKS_EXCLUDED(mutex_);
   void Stop() ABSL_LOCKS_EXCLUDED(mutex_);
   [[nodiscard]] bool Ended() const ABSL_LOCKS_EXCLUDED(mutex_);
 
@@ -66,6 +77,7 @@ class WriteQueue {
   void SetRefusal(absl::Status refusal) ABSL_LOCKS_EXCLUDED(mutex_);
 
  private:
+  void Answered(std::span<const Write> writes) ABSL_LOCKS_EXCLUDED(mutex_);
   std::vector<Write> TryToTake(absl::Duration patience) ABSL_LOCKS_EXCLUDED(mutex_);
   void Count(const Write& write);
 

@@ -5,8 +5,6 @@
 #include <sqlite3.h>
 #include <sys/statvfs.h>
 
-#include <algorithm>
-#include <future>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -73,22 +71,15 @@ SqliteWriter::~SqliteWriter() {
   if (thread_.joinable()) thread_.join();
 }
 
-absl::Status SqliteWriter::Call(Write::Kind kind, std::function<absl::Status(SceneRows&)> work) {
-  // Shared: the writer may still be in set_value when the answer is read.
-  const auto answer = std::make_shared<std::promise<absl::Status>>();
-  queue_.Put({.kind = kind,
-              .change = [this, work = std::move(work)] { return work(*rows_); },
-              .done = [answer](const absl::Status& status) { answer->set_value(status); }});
-  return answer->get_future().get();
-}
-
 void SqliteWriter::Run() {
   while (true) {
     std::vector<Write> writes = queue_.Take(Patience());
     if (writes.empty() && queue_.Ended()) return;
     if (!failure_.ok()) Recover();
     if (writes.empty()) Idle();
-    Execute(writes);
+    queue_.Execute(
+        writes, [this](std::span<Write> group) { CommitGroup(group); },
+        [this](Write& write) { ExecuteOne(write); });
     CheckpointIfDue();
   }
 }
@@ -96,23 +87,6 @@ void SqliteWriter::Run() {
 absl::Duration SqliteWriter::Patience() const {
   if (!failure_.ok()) return kRetry;
   return rows_->WorthSweeping() ? kIdle : absl::Hours(1);
-}
-
-void SqliteWriter::Execute(std::span<Write> writes) {
-  const auto grouped = [](const Write& write) {
-    return write.kind == Write::Kind::kAppend || write.kind == Write::Kind::kBarrier;
-  };
-  while (!writes.empty()) {
-    const auto end = std::ranges::find_if_not(writes, grouped);
-    const auto count = std::max<size_t>(static_cast<size_t>(end - writes.begin()), 1);
-    if (end == writes.begin()) {
-      ExecuteOne(writes.front());
-    } else {
-      CommitGroup(writes.first(count));
-    }
-    queue_.Answered(writes.first(count));
-    writes = writes.subspan(count);
-  }
 }
 
 void SqliteWriter::CommitGroup(std::span<Write> group) {
@@ -151,10 +125,6 @@ void SqliteWriter::ExecuteOne(Write& write) {
   } else {
     write.answer =
         Transact([&] { return rows_->PutSnapshot(write.scene, write.lsn, write.bytes); });
-    if (!write.answer.ok()) {
-      LogEvent(spdlog::level::warn, "snapshot not stored",
-               {{"scene", write.scene}, {"error", std::string(write.answer.message())}});
-    }
   }
   queue_.Answer(write);
 }

@@ -42,22 +42,22 @@ class SqliteWriter {
   // Writes and answers all that waits.
   ~SqliteWriter();
 
-  void Put(Write write) { queue_.Put(std::move(write)); }
-  [[nodiscard]] absl::Status Admit() const { return queue_.Admit(); }
+  // Of what is to be written.
+  WriteQueue& queue() { return queue_; }
   // Executes `change` in its turn, in a transaction of its own, and waits for it.
   [[nodiscard]] absl::Status Change(std::function<absl::Status(SceneRows&)> change) {
-    return Call(Write::Kind::kChange, std::move(change));
+    return queue_.Call(Write::Kind::kChange,
+                       [this, change = std::move(change)] { return change(*rows_); });
   }
   // The same without a transaction.
   [[nodiscard]] absl::Status Ask(std::function<absl::Status(SceneRows&)> question) {
-    return Call(Write::Kind::kQuestion, std::move(question));
+    return queue_.Call(Write::Kind::kQuestion,
+                       [this, question = std::move(question)] { return question(*rows_); });
   }
   SqliteConnection& database() { return database_; }  // for changes
 
  private:
-  absl::Status Call(Write::Kind kind, std::function<absl::Status(SceneRows&)> work);
   void Run();
-  void Execute(std::span<Write> writes);
   // Appends and barriers, in one transaction.
   void CommitGroup(std::span<Write> group);
   absl::Status InsertGroup(std::span<Write> group);
