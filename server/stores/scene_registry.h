@@ -149,7 +149,7 @@ class SceneRegistry {
   void SleepUnusedSince(absl::Time time) ABSL_LOCKS_EXCLUDED(mutex_);
   // Ends the streams of all scenes. `release`: this server still owns them.
   void LeaveAll(bool release) ABSL_LOCKS_EXCLUDED(mutex_);
-  void Release(const std::shared_ptr<Scene>& scene, bool release) ABSL_LOCKS_EXCLUDED(mutex_);
+  void LetGo(const std::shared_ptr<Scene>& scene, bool release) ABSL_LOCKS_EXCLUDED(mutex_);
   bool shared() const { return options_.store != nullptr && options_.store->shared(); }
   [[nodiscard]] absl::StatusOr<std::shared_ptr<Scene>> Made(SceneConfig config, StopCheck stop);
   SceneContext context() { return {&render_backend_, &queue_, options_.store}; }

@@ -123,7 +123,7 @@ void SceneRegistry::LeaveAll(bool release) {
     });
     for (const auto& scene : gone) creating_[scene->id()] = {scene->config().mesh_id, nullptr};
   }
-  for (const auto& scene : gone) Release(scene, release);
+  for (const auto& scene : gone) LetGo(scene, release);
 }
 
 void SceneRegistry::SleepUnusedSince(absl::Time time) {
@@ -142,10 +142,10 @@ void SceneRegistry::SleepUnusedSince(absl::Time time) {
       if (!shared()) asleep_[scene->id()] = {scene->config().mesh_id, scene->expire_time()};
     }
   }
-  for (const auto& scene : idle) Release(scene, /*release=*/true);
+  for (const auto& scene : idle) LetGo(scene, /*release=*/true);
 }
 
-void SceneRegistry::Release(const std::shared_ptr<Scene>& scene, bool release) {
+void SceneRegistry::LetGo(const std::shared_ptr<Scene>& scene, bool release) {
   scene->Leave();
   ++departures_;
   // What could not be released waits for the lease.
