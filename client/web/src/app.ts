@@ -55,7 +55,6 @@ const CONNECTIONS: Record<SessionStatus['state'], string> = {
   connecting: 'connecting',
   live: 'live',
   retrying: 'trying again',
-  restored: 'live, restored',
   failed: 'not connected',
 };
 
@@ -139,7 +138,6 @@ export class App implements CommandTarget {
     this.scene.onEvaluated = (ms) => this.hud.evaluated(ms);
     session.on('refused', (text, idle) => (idle ? this.toasts.tell(text) : this.toasts.fail(text)));
     session.on('refitted', (distance) => this.toasts.tell(this.refitInWords(distance)));
-    session.on('notKept', (text) => this.toasts.fail(text));
     this.showStatus(session.status);
     const size = Math.hypot(...this.scene.bounds().getSize(this.viewport.rig.target.clone()).toArray());
     this.panel.show(this.scene.editor, size);
@@ -186,7 +184,6 @@ export class App implements CommandTarget {
     const trouble = state === 'retrying' || (state === 'failed' && this.scene?.session.status.state === 'failed');
     this.page.banner.hidden = !trouble;
     this.page.banner.textContent = trouble ? text : '';
-    if (state === 'restored') this.toasts.tell(text);
   }
 
   private refresh(): void {

@@ -31,7 +31,7 @@ import type { Workspace } from './workspace';
 
 const SEGMENTS_AT_FIRST = 10; // at most, where all patches have the same
 
-/** The mesh of the open scene: its id, its file if this browser has it, and the files that were dropped with it. */
+/** The mesh of the open scene: its id, its file if this page has it, and the files that were dropped with it. */
 interface OpenMesh {
   /** Empty until it is known. */
   id: string;
@@ -180,9 +180,7 @@ export class SceneOpener {
   private async companionsCame(id: string): Promise<void> {
     const { mesh, app } = this;
     if (id !== mesh.id || !mesh.takesKept) return;
-    const kept = await app.services.keptMesh(id);
-    mesh.file ??= kept.file;
-    mesh.companions = byName(kept.companions, mesh.unkept);
+    mesh.companions = byName(await app.services.keptCompanions(id), mesh.unkept);
     const { colouring } = app.settings.value;
     if (mesh === this.mesh && (colouring === 'plain' || colouring === 'texture')) await this.showIfColoured(mesh);
   }
@@ -267,8 +265,7 @@ export class SceneOpener {
   /** Opens a scene and shows it in its colours, if it is still requested. Returns whether it is shown. */
   private async open(id: string, isAsked: () => boolean, known?: OpenMesh): Promise<boolean> {
     const { services, settings } = this.app;
-    // This fails for a scene that the server has lost, which connect() restores.
-    const facts = await services.describeScene(id).catch(() => undefined);
+    const facts = await services.describeScene(id).catch(() => undefined); // connect() says why
     const view = { ...settings.value.view, ...facts?.view };
     if (view.encoding === 'draco') view.encoding = settings.value.view.encoding; // what scenes have unless somebody chose
     const session = await this.connect(id, await this.firstView({ ...settings.value, view }, facts), isAsked);
@@ -309,7 +306,7 @@ export class SceneOpener {
     if (turn === this.watchTurn && session === this.app.scene?.session) this.app.watchLattice(extent);
   }
 
-  /** Name and units of a scene that had to be restored first. */
+  /** Name and units of a scene that the server could not describe before. */
   private async learnFacts(session: LiveSession): Promise<void> {
     const facts = await this.app.services.describeScene(session.sceneId);
     if (session === this.app.scene?.session) this.app.setFacts(facts);
@@ -345,13 +342,12 @@ export class SceneOpener {
     if (isColoured && mesh === this.mesh) this.showColours();
   }
 
-  /** Fills in the file and the companions that this browser has saved, or else a file with pictures from the server. */
+  /** Fills in the companions that this browser has saved, or else a file with pictures from the server. */
   private async recall(mesh: OpenMesh, session: LiveSession): Promise<void> {
     const { services } = this.app;
     const id = await this.idOf(mesh, session);
-    const { file, companions } = await services.keptMesh(id).catch(() => ({ file: undefined, companions: [] }));
-    mesh.companions = byName(companions, mesh.companions); // others may have come meanwhile
-    mesh.file ??= file;
+    const kept = await services.keptCompanions(id).catch(() => []);
+    mesh.companions = byName(kept, mesh.companions); // others may have come meanwhile
     if (mesh.companions.length > 0 || mesh.file !== undefined) return;
     const pictured = await services.picturedMesh(id, session);
     mesh.file ??= pictured?.file;
@@ -360,7 +356,7 @@ export class SceneOpener {
     this.app.toasts.tell(`The colours of this mesh are inside its file of ${size}: choose the texture to fetch it.`);
   }
 
-  /** The mesh's id. It is unknown after opening a scene that had to be restored first; then the server is asked. */
+  /** The mesh's id. The server is asked if it could not describe the scene before. */
   private async idOf(mesh: OpenMesh, { sceneId }: LiveSession): Promise<string> {
     return (mesh.id ||= (await this.app.services.describeScene(sceneId)).mesh);
   }

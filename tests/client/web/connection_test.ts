@@ -7,10 +7,9 @@ import { test } from 'node:test';
 import { Code, ConnectError } from '@connectrpc/connect';
 import { Feature } from 'latticed/v1/server_pb';
 import { Encoding, NormalMode } from 'latticed/v1/view_pb';
-import { IndexedSceneStore } from '@src/session/store/indexed_scene_store';
+import { CompanionStore } from '@src/intake/companion_store';
 import { SceneConnection } from '@src/session/scene_connection';
 import type { ViewRequest } from '@src/session/scene_session';
-import { storedMesh } from '@src/session/store/scene_store';
 import { ServerError } from '@src/wire/server_error';
 import { inWords } from '@src/wire/words';
 import { noScene, SessionFixture, unavailable, until } from './support/session_fixture';
@@ -165,62 +164,34 @@ test('a server that did not answer in time is left alone for the longest pause; 
   assert.ok(pausesAnHour());
 });
 
-test('a mesh that is too large to read back is told of; what failed for a lost connection is read back with the next', async (t) => {
-  const large = new SessionFixture(t);
-  large.server.meshBytes = 300_000_000n;
-  large.stream.hello();
-  large.state();
-  await until(() => large.notKept.length === 1);
-  assert.match(large.notKept[0], /may be lost: its mesh, 300 MB, was uploaded elsewhere and is too large to fetch\.$/);
-  assert.equal(large.server.downloads, 0);
+test('where the browser gives no database, saving says so, and nothing is there', async () => {
+  const store = new CompanionStore();  // Node has no database
 
-  const cut = new SessionFixture(t);
-  cut.server.downloadRefusal = new ConnectError('reset', Code.Unavailable);
-  cut.stream.hello();
-  cut.state();
-  await until(() => cut.server.downloads === 1);
-  cut.server.downloadRefusal = undefined;
-  await cut.reconnect(unavailable);
-  await until(async () => Boolean(await cut.store.mesh('mesh-1')));
-  assert.deepEqual(cut.notKept, []);
+  await assert.rejects(store.save('mesh-1', []), /^Error: the browser keeps nothing for this page, as in some private windows/);
+
+  assert.deepEqual(await store.of('mesh-1'), []);
 });
 
-test('where the browser gives no database, saving says so, and the page has what was saved', async () => {
-  const store = new IndexedSceneStore();  // Node has no database
-  const mesh = storedMesh('mesh-1', { name: 'cube' }, new Blob([Uint8Array.of(1, 2, 3)]));
-
-  await assert.rejects(store.saveMesh(mesh), /^Error: the browser keeps nothing for this page, as in some private windows/);
-
-  assert.equal((await store.mesh('mesh-1'))?.content, mesh.content);
-  assert.equal(await store.mesh('mesh-2'), undefined);
-  await assert.rejects(store.saveCompanions('mesh-1', []), /^Error: the browser keeps nothing for this page/);
-  assert.deepEqual(await store.companions('mesh-1'), []);
-});
-
-const LOST = {
-  'that somebody deleted stays deleted': [({ server }) => (server.deleted = true), /^No scene scene-0001\.$/],
-  'without the bytes of its mesh is not restored': [({ server, store }) => {
-    server.bootId = 'boot-2';
-    server.meshes.clear();
-    store.mesh = async () => undefined;
-  }, /no copy of the mesh/],
-  'that this browser cannot read is not tried again': [({ server, store }) => {
-    server.bootId = 'boot-2';
-    store.scene = () => Promise.reject(new Error('another window has a newer version of this page: reload this one'));
-  }, /^another window has a newer version of this page: reload this one\.$/],
-} as const satisfies Record<string, [(fixture: SessionFixture) => unknown, RegExp]>;
-for (const [what, [happens, words]] of Object.entries(LOST)) {
-  test(`a scene ${what}, in words`, async (t) => {
-    const fixture = await SessionFixture.live(t);
-    happens(fixture);
+test('a scene that the server has no longer is not asked for again, and the page says why', async (t) => {
+  const inMemory = /no longer has this scene: it was restarted and keeps nothing, or somebody deleted it\. The lattice can still be saved here\.$/;
+  for (const [durable, words] of [[true, /^Somebody has deleted this scene\.$/], [false, inMemory]] as const) {
+    const fixture = await SessionFixture.live(t, { durable });
     fixture.stream.end(noScene);
     await until(() => fixture.session.status.state === 'failed');
 
     assert.match(fixture.session.status.text, words);
-    assert.equal(fixture.server.scenes.size, 0);
     assert.equal(fixture.sockets.opened.length, 1);
-  });
-}
+  }
+  const never = new SessionFixture(t);
+  never.stream.end(noScene);
+  await assert.rejects(never.session.ready, /^Error: No scene scene-0001\.$/);
+});
+
+test('a server that keeps scenes only in memory is said to', async (t) => {
+  assert.equal((await SessionFixture.live(t)).session.status.text, 'Connected.');
+  const { session } = await SessionFixture.live(t, { durable: false });
+  assert.equal(session.status.text, 'Connected. This server keeps scenes only in memory.');
+});
 
 test('who has left while the stream was lost is not shown on the next one', async (t) => {
   const fixture = await SessionFixture.live(t);

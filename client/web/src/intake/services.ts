@@ -2,25 +2,24 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The page's calls to the server and to this browser's store, besides the scene's stream.
-import { fromBinary, type MessageInitShape } from '@bufbuild/protobuf';
+import type { MessageInitShape } from '@bufbuild/protobuf';
 import type { LatticeSourceSchema } from 'latticed/v1/lattice_pb';
-import { MeshFormat, MeshHeaderSchema, UpAxis as WireUpAxis, type Mesh, type MeshHeader, type MeshUnits } from 'latticed/v1/mesh_pb';
+import { MeshFormat, UpAxis as WireUpAxis, type Mesh, type MeshHeader, type MeshUnits } from 'latticed/v1/mesh_pb';
 import type { Fit } from '../lattice/identity';
 import { Lattice } from '../lattice/lattice';
 import type { MeshExtent } from '../lattice/mesh_extent';
-import { IndexedSceneStore } from '../session/store/indexed_scene_store';
 import type { LiveSession } from '../session/live_session';
 import { cornersOf } from '../session/patch_corners';
 import type { StreamSettings, ViewRequest } from '../session/scene_session';
 import type { SceneFacts, Units, UpAxis } from '../state/units';
 import type { RestCorners } from '../surface/patch_source';
-import { storedMesh } from '../session/store/scene_store';
 import { LONG_CALL_MS } from '../wire/deadlines';
 import { randomId } from '../wire/ids';
 import { fromAxes, fromLattice, vector } from '../wire/lattice_message';
 import type { LatticedServer } from '../wire/latticed_server';
 import { uploadMesh } from '../wire/upload';
 import { fromView, toView } from '../wire/view_message';
+import { CompanionStore } from './companion_store';
 import type { MeshFile, MeshFormatName } from './mesh_file';
 
 export const EXPORT_FORMATS = ['glb', 'ply', 'obj', 'usda', 'stl', 'drc', 'nets'] as const;
@@ -73,7 +72,7 @@ export class Services {
 
   constructor(
     readonly server: LatticedServer,
-    private readonly store = IndexedSceneStore.ofPage(),
+    private readonly store = CompanionStore.ofPage(),
   ) {}
 
   /** Connects this browser's windows of this server. Opened on first use, since an open channel keeps Node running. */
@@ -93,8 +92,6 @@ export class Services {
     const onProgress = (sent: number, all: number): void => progress(sent / all);
     const mesh = await uploadMesh(this.server, header, file.content, { onProgress, signal });
     this.bounds.set(mesh.id, mesh.bounds);
-    // A failure is dropped here: opening a scene of this mesh reports it.
-    void this.store.saveMesh(storedMesh(mesh.id, header, file.content)).catch(() => undefined);
     return mesh;
   }
 
@@ -129,16 +126,14 @@ export class Services {
     return file;
   }
 
-  /** The saved parts of a mesh in this browser: its file, and pictures and materials that were dropped beside it. */
-  async keptMesh(mesh: string): Promise<{ readonly file?: MeshFile; readonly companions: readonly File[] }> {
-    const [stored, companions] = await Promise.all([this.store.mesh(mesh), this.store.companions(mesh)]);
-    const file = stored && meshFile(fromBinary(MeshHeaderSchema, stored.header), stored.content);
-    return { ...(file && { file }), companions };
+  /** What was dropped beside a mesh and saved in this browser. */
+  keptCompanions(mesh: string): Promise<readonly File[]> {
+    return this.store.of(mesh);
   }
 
-  /** Saves companions for keptMesh. Replaces all others, or with `beside` those of the same names. Rejects in words. */
+  /** Saves pictures and materials that were dropped beside a mesh. Replaces all others, or with `beside` those of the same names. Rejects in words. */
   async keepCompanions(mesh: string, files: readonly File[], beside: boolean): Promise<void> {
-    await this.store.saveCompanions(mesh, files, beside);
+    await this.store.save(mesh, files, beside);
     this.news.postMessage(mesh); // listeners then read the files
   }
 

@@ -8,7 +8,7 @@ import type { SurfaceMesh } from '../surface/surface_mesh';
 import { edits, fromEdit, toSurfacePoint } from '../wire/edit_message';
 import { randomUuid } from '../wire/ids';
 import { fromVector } from '../wire/lattice_message';
-import type { DownloadedMesh } from '../wire/mesh_download';
+import type { DownloadedMesh } from '../wire/mesh_downloads';
 import type { LatticedServer } from '../wire/latticed_server';
 import { ServerError } from '../wire/server_error';
 import { targetsOf } from './edits/edit_targets';
@@ -31,18 +31,13 @@ export class LiveSession {
   private readonly stream: SessionStream;
 
   constructor(readonly sceneId: string, private readonly parts: SessionParts) {
-    const { keeper, surface } = parts;
+    const { surface } = parts;
     this.ready = new Promise((resolve, reject) => {
       this.on('lattice', () => resolve());
       this.on('status', ({ state, text }) => state === 'failed' && reject(new Error(text)));
     });
-    this.on('lattice', (lattice) => {
-      surface.structureChanged();
-      void keeper.keep(lattice);
-    });
-    this.on('serverMoved', () => keeper.changed(() => this.lattice));
-    this.on('status', ({ state }) => (state === 'live' || state === 'restored') && this.connected());
-    keeper.onNotKept = (text) => this.listeners.emit('notKept', text);
+    this.on('lattice', () => surface.structureChanged());
+    this.on('status', ({ state }) => state === 'live' && surface.reconnected());
     this.sync = new LatticeSync((batch) => this.stream.send({ message: { case: 'edit', value: batch } }), this.listeners);
     this.stream = new SessionStream(sceneId, this.editorId, parts, this.sync, this.listeners);
   }
@@ -159,17 +154,12 @@ export class LiveSession {
 
   /** The scene's mesh as it was uploaded. */
   downloadMesh(id: string): Promise<DownloadedMesh> {
-    return this.parts.keeper.downloadMesh(id);
+    return this.parts.downloads.downloadMesh(id);
   }
 
   close(): void {
     this.stream.close();
-    this.parts.keeper.close();
+    this.parts.downloads.close();
     this.parts.surface.dispose();
-  }
-
-  private connected(): void {
-    if (this.sync.shown) void this.parts.keeper.keep(this.sync.shown);
-    this.parts.surface.reconnected();
   }
 }

@@ -5,13 +5,12 @@ import { DecodePool } from '../decode/decode_pool';
 import { SurfaceMesh } from '../surface/surface_mesh';
 import { DeformSocket } from '../wire/deform_socket';
 import type { LatticedServer } from '../wire/latticed_server';
+import { MeshDownloads } from '../wire/mesh_downloads';
 import { ServerError } from '../wire/server_error';
 import { WatchStream } from '../wire/watch_stream';
 import { inWords } from '../wire/words';
-import { IndexedSceneStore } from './store/indexed_scene_store';
 import { LiveSession } from './live_session';
 import { followPage } from './scene_connection';
-import { SceneKeeper } from './store/scene_keeper';
 import type { SessionStatus } from './scene_session';
 import { ServerPatches } from './server_patches';
 import type { SessionOptions } from './session_stream';
@@ -47,7 +46,7 @@ async function prepared(server: LatticedServer, onStatus: (status: SessionStatus
 }
 
 /**
- * Opens a scene that exists on the server, or that this browser can restore.
+ * Opens a scene of the server.
  *
  * @param onStatus Called for attempts before the session exists, and for every status afterwards.
  *
@@ -58,7 +57,6 @@ export async function openSession(
 ): Promise<LiveSession> {
   onStatus({ state: 'connecting', text: 'Connecting …' });
   const [info, decoders] = await prepared(server, onStatus);
-  const keeper = new SceneKeeper(server, IndexedSceneStore.ofPage(), sceneId);
   const session: LiveSession = new LiveSession(sceneId, {
     server,
     info,
@@ -68,7 +66,7 @@ export async function openSession(
     ],
     pool: decoders,
     surface: new SurfaceMesh(new ServerPatches(server, sceneId, () => session.lattice)),
-    keeper,
+    downloads: new MeshDownloads(server.meshes),
     wakes: followPage,
     ...options,
   });

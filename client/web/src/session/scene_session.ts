@@ -53,9 +53,9 @@ export interface UpdateInfo {
   readonly times: { readonly server: number; readonly transfer: number; readonly decode: number; readonly upload: number };
 }
 
-/** connecting: not yet live; live; retrying: lost, trying again; restored: the server had lost the scene; failed: gave up. */
+/** connecting: not yet live; live; retrying: lost, trying again; failed: gave up. */
 export interface SessionStatus {
-  readonly state: 'connecting' | 'live' | 'retrying' | 'restored' | 'failed';
+  readonly state: 'connecting' | 'live' | 'retrying' | 'failed';
   /** For people. */
   readonly text: string;
 }
@@ -65,8 +65,6 @@ export interface SessionEvents {
   lattice: (lattice: Lattice) => void;
   /** `session.lattice.points` changed at these control points. `isOwn`: by an edit of this window, before the server's answer. */
   points: (indices: Uint32Array, isOwn: boolean) => void;
-  /** The server's lattice changed. */
-  serverMoved: () => void;
   /** The server has answered an edit of this window: the steps to undo or redo may have changed. */
   answered: () => void;
   /** This window has given the scene a lattice that keeps the shape: the largest distance by which it did not, world units. */
@@ -77,8 +75,6 @@ export interface SessionEvents {
   status: (status: SessionStatus) => void;
   /** An edit or view was refused or dropped, or a gesture ended, in words. `idle`: nothing to undo or redo. */
   refused: (text: string, idle?: boolean) => void;
-  /** This browser cannot restore the scene if the server loses it, in words; emitted once. */
-  notKept: (text: string) => void;
   /** The requested view was refused; this one is in force, as far as it is known. */
   view: (view: ViewRequest) => void;
 }

@@ -1,13 +1,14 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 import { Code } from '@connectrpc/connect';
-import type { Hello, Presence as PresenceMessage, SceneEvent } from 'latticed/v1/event_pb';
+import type { Presence as PresenceMessage, SceneEvent } from 'latticed/v1/event_pb';
 import { Feature, type ServerInfo } from 'latticed/v1/server_pb';
 import type { DecodePool } from '../decode/decode_pool';
 import { clipped } from '../state/person';
 import type { SurfaceMesh } from '../surface/surface_mesh';
 import { fromCamera } from '../wire/camera_message';
 import type { LatticedServer } from '../wire/latticed_server';
+import type { MeshDownloads } from '../wire/mesh_downloads';
 import type { DeformRequestInit, OpenStream, WatchRequestInit } from '../wire/scene_stream';
 import { ServerError } from '../wire/server_error';
 import { fromView, toView } from '../wire/view_message';
@@ -17,7 +18,6 @@ import type { LatticeSync } from './edits/lattice_sync';
 import type { Listeners } from './listeners';
 import { Presences } from './presences';
 import { SceneConnection, type AfterEnd, type BackOff, type ConnectionHost, type Wakeable } from './scene_connection';
-import type { Restored, SceneKeeper } from './store/scene_keeper';
 import type { Presence, SessionEvents, SessionStatus, ViewRequest } from './scene_session';
 import { UpdateReceiver, type ReceivedUpdate } from './update_receiver';
 
@@ -33,7 +33,7 @@ export interface SessionParts extends SessionOptions {
   readonly streams: readonly OpenStream[];
   readonly pool: DecodePool;
   readonly surface: SurfaceMesh;
-  readonly keeper: SceneKeeper;
+  readonly downloads: MeshDownloads;
   readonly backOff?: BackOff;
   /** Wakes the connection when the page wakes up; the function returned ends that. */
   readonly wakes?: (connection: Wakeable) => () => void;
@@ -41,7 +41,7 @@ export interface SessionParts extends SessionOptions {
 
 /**
  * The streams of a session, one after another. Their messages go to the lattice, the surface and the listeners. A lost
- * stream is resumed by the next one. If the server has lost the scene, the scene is restored first.
+ * stream is resumed by the next one.
  */
 export class SessionStream implements ConnectionHost {
   private static readonly PROBE_MS = 5000;
@@ -55,8 +55,7 @@ export class SessionStream implements ConnectionHost {
   private view: ViewRequest;
   private grantedView: Required<ViewRequest> | undefined;  // of the newest update with full detail
   private resumeToken: Uint8Array<ArrayBuffer> = new Uint8Array();
-  private restored: Restored | undefined;  // for this stream, or the next one that opens
-  private bootId = '';  // the server run of the stream before
+  private hasOpened = false;
   private startsAnew = false;  // until the first update of a stream that starts anew
   private shown: SessionStatus = { state: 'connecting', text: 'Connecting …' };
 
@@ -125,21 +124,13 @@ export class SessionStream implements ConnectionHost {
       maxUnackedUpdates: AckPace.AT_ONCE };
   }
 
-  opened(hello: Hello): void {
-    this.parts.keeper.runsOn(hello.bootId);
-    const isAnotherRun = this.bootId !== '' && hello.bootId !== this.bootId && !this.parts.info.durable;
-    if (this.restored?.bootId !== hello.bootId) {  // in another run, another window has restored the scene
-      this.restored = isAnotherRun ? { by: 'elsewhere', bootId: hello.bootId } : undefined;
-      if (isAnotherRun) this.sync.restored();
-    }
-    this.bootId = hello.bootId;
+  opened(): void {
+    this.hasOpened = true;
     this.acks.opened();
     this.sync.opened();
     this.presences.opened();
     this.listeners.emit('presence', this.presences.others);
-    if (!this.restored) return this.tell('live', 'Connected.');
-    const who = this.restored.by === 'here' ? 'this browser' : 'another window';
-    this.tell('restored', `The server was restarted; ${who} restored mesh and lattice. Earlier edits cannot be undone.`);
+    this.tell('live', this.parts.info.durable ? 'Connected.' : 'Connected. This server keeps scenes only in memory.');
   }
 
   event({ event }: SceneEvent): void {
@@ -152,7 +143,6 @@ export class SessionStream implements ConnectionHost {
 
   retrying(error: ServerError | undefined): void {
     this.lost();
-    if (this.restored?.bootId === this.bootId) this.restored = undefined;  // its stream has been open
     const isFull = error?.reason === 'OUT_OF_MEMORY';
     if (isFull) this.takeViewBack(error);
     const advice = isFull ? ' Fewer segments need less memory.' : '';
@@ -166,24 +156,13 @@ export class SessionStream implements ConnectionHost {
       return 'open';
     }
     if (this.dropPatches(error) || this.dropTolerance(error)) return 'open';
-    try {
-      const restored = error.code === Code.NotFound ? await this.parts.keeper.restore(this.sync.shown) : undefined;
-      if (restored) {
-        this.restored = restored;
-        this.startAnew();
-        this.sync.restored();
-        return 'open';
-      }
-      this.tell('failed', inWords(error));
-    } catch (failure) {
-      // With no memory left in the server, each attempt would upload the whole mesh again.
-      if (failure instanceof ServerError && failure.isPassing && failure.code !== Code.ResourceExhausted) {
-        this.tell('retrying', `${inWords(failure)} Trying again …`);
-        return 'retry';
-      }
-      this.tell('failed', inWords(failure));
-    }
+    this.tell('failed', error.code === Code.NotFound && this.hasOpened ? this.goneInWords : inWords(error));
     return 'stop';
+  }
+
+  private get goneInWords(): string {
+    if (this.parts.info.durable) return 'Somebody has deleted this scene.';
+    return 'The server no longer has this scene: it was restarted and keeps nothing, or somebody deleted it. The lattice can still be saved here.';
   }
 
   async probe(): Promise<ServerError | undefined> {

@@ -7,7 +7,7 @@ import assert from 'node:assert/strict';
 import { after, test } from 'node:test';
 import type { Vec3 } from '@src/lattice/vec';
 import { followsDefinition } from './definition';
-import { keeps } from './restarts';
+import { withData } from './restarts';
 import { tapSockets, type TappedSocket } from './socket_tap';
 import { CORNER, direct, page, pointAtServer, server, setView, until, useStage } from './stage';
 import { TcpProxy } from './tcp_proxy';
@@ -20,7 +20,8 @@ let proxy: TcpProxy;
 let sockets: TappedSocket[];
 let scene: string;
 
-const heartbeat = (interval: string): string[] => ['--heartbeat-interval', interval]; // a page notices a silence of three
+const data = withData();
+const heartbeat = (interval: string): string[] => [...data, '--heartbeat-interval', interval]; // a page notices a silence of three
 
 useStage({
   serverOptions: heartbeat('60s'), // longer than any test, also on a slow machine
@@ -129,10 +130,10 @@ test('a page that is looked at after a sleep, in which nothing came, opens anoth
 });
 
 test('a connection that neither carries anything nor ends is noticed, and another takes its place', async () => {
-  await keeps(page);
   await server.kill();
+  await page.locator('.connection[data-state=retrying]').waitFor();
   await server.restart(heartbeat('1s'));
-  await live(page, 'restored');
+  await live(page);
   const [first, [x, y, z]] = [await revision(), await controlPoint(page, CORNER)];
   const told = await states();
   const opened = sockets.length;

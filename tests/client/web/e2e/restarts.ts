@@ -1,25 +1,18 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// For tests that kill and restart a page's server, which keeps nothing.
+// For tests that kill and restart a page's server.
+import { mkdtempSync, rmSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
+import { after } from 'node:test';
 import type { Page } from 'playwright-core';
-import { until } from '../support/until';
 
-const RESTORED = 'The server was restarted; (this browser|another window) restored mesh and lattice';
-
-/** Waits until the browser stores what it needs to restore the page's scene. Only then may a test kill the server. */
-export async function keeps(page: Page): Promise<void> {
-  await until(() => page.evaluate(() => new Promise<boolean>((resolve) => {
-    const { opener, scene } = window.latticed;
-    const request = indexedDB.open('latticed');
-    request.onsuccess = () => {
-      const transaction = request.result.transaction(['meshes', 'scenes']);
-      const mesh = transaction.objectStore('meshes').getKey((opener as unknown as { mesh: { id: string } }).mesh.id);
-      const kept = transaction.objectStore('scenes').getKey(scene!.session.sceneId);
-      request.result.close(); // takes effect after the transaction
-      transaction.oncomplete = () => resolve(mesh.result !== undefined && kept.result !== undefined);
-    };
-  })));
+/** Options of a server that keeps its data in a folder, which is deleted after the tests. */
+export function withData(): readonly string[] {
+  const folder = mkdtempSync(join(tmpdir(), 'latticed-'));
+  after(() => rmSync(folder, { recursive: true }));
+  return ['--data-dir', folder];
 }
 
 /** Records the page's toasts from now on. A toast disappears after some seconds. */
@@ -43,9 +36,4 @@ export async function toldOf(page: Page, words: string): Promise<string> {
     return found && { group: found[1] ?? '' };
   }, words);
   return (await said.jsonValue())!.group;
-}
-
-/** Waits until a toast says who restored the scene: "this browser" or "another window". */
-export function whoRestored(page: Page): Promise<string> {
-  return toldOf(page, RESTORED);
 }

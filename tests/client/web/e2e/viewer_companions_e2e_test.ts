@@ -12,15 +12,16 @@ import { randomId } from '@src/wire/ids';
 import { uploadMesh } from '@src/wire/upload';
 import { limitStorage, openPage } from './browser';
 import { lookAtColours, paint, quarters, squareGlb } from './colours';
-import { keeps } from './restarts';
+import { withData } from './restarts';
 import { sheetObj } from './sheet';
-import { browser, direct, errors, page, server, shot, until, useStage } from './stage';
+import { browser, direct, errors, page, server, until, useStage } from './stage';
 import { createScene, dropFiles, latticeIn, live } from './viewer_page';
 
 let picture: Buffer; // red green above blue white
 let other: Buffer; // white blue above green red
 
 useStage({
+  serverOptions: withData(),
   begin: async () => {
     picture = await paint(page, 'red', 'lime', 'blue', 'white');
     other = await paint(page, 'white', 'blue', 'lime', 'red');
@@ -31,25 +32,12 @@ useStage({
 async function keptBeside(of: Page, name: string, content: Buffer): Promise<string[]> {
   const names = await until(() => of.evaluate(async ([picture, base64]) => {
     const { services, opener } = window.latticed;
-    const { companions } = await services.keptMesh((opener as unknown as { mesh: { id: string } }).mesh.id);
+    const companions = await services.keptCompanions((opener as unknown as { mesh: { id: string } }).mesh.id);
     const bytes = await companions.find((file) => file.name === picture)?.arrayBuffer();
     if (bytes === undefined || btoa(String.fromCharCode(...new Uint8Array(bytes))) !== base64) return undefined;
     return companions.map((file) => file.name);
   }, [name, content.toString('base64')] as const));
   return names!;
-}
-
-/** Deletes all meshes that this browser keeps, but not the files dropped beside them. */
-async function forgetMeshes(of: Page): Promise<void> {
-  await of.evaluate(() => new Promise<void>((resolve) => {
-    const request = indexedDB.open('latticed');
-    request.onsuccess = () => {
-      const transaction = request.result.transaction(['meshes', 'contents'], 'readwrite');
-      for (const table of ['meshes', 'contents']) transaction.objectStore(table).clear();
-      request.result.close(); // takes effect after the transaction
-      transaction.oncomplete = () => resolve();
-    };
-  }));
 }
 
 /** A material with the picture squares.png. */
@@ -66,20 +54,16 @@ test('pictures dropped beside an OBJ are shown after a restart of the server', a
   await dropFiles(page, [['squares.png', picture]]); // replaces the picture before
   await keptBeside(page, 'squares.png', picture);
 
-  await keeps(page);
   const address = page.url();
   await page.goto('about:blank');
   await server.kill();
   await server.restart();
   await page.goto(address);
-  await live(page, 'restored');
+  await live(page);
   await comesTo(page, 'red green blue white');
-  errors.length = 0; // calls for the lost scene fail
 });
 
 test('a picture that is dropped after a reload, before the mesh is here again, is kept beside the others', async () => {
-  await keeps(page);
-  await forgetMeshes(page);
   let release!: () => void;
   const released = new Promise<void>((resolve) => (release = resolve));
   await page.route('**/GetMesh', (route) => void released.then(() => route.continue()));
@@ -91,7 +75,6 @@ test('a picture that is dropped after a reload, before the mesh is here again, i
   await comesTo(page, 'white blue green red');
   release();
   await page.unrouteAll({ behavior: 'wait' });
-  await keeps(page);
 });
 
 /** Drops the sheet, alone or with `picture`, and waits until it is shown. */
@@ -110,22 +93,17 @@ async function comesTo(of: Page, colours: string): Promise<void> {
 
 const colouringOf = (of: Page): Promise<string> => of.evaluate(() => window.latticed.settings.value.colouring);
 
-test('a picture that is dropped on a scene just restored, before its mesh is known, is shown and kept', async (t) => {
+test('a picture that is dropped before the server has told which mesh the scene has is shown and kept', async (t) => {
   const { page: fresh, errors: freshErrors } = await openPage(browser, server.origin);
   t.after(() => fresh.close());
   await openSheet(fresh, true);
   await keptBeside(fresh, 'squares.png', picture);
-  await keeps(fresh);
-  const address = fresh.url();
-  await fresh.goto('about:blank');
-  await server.kill();
-  await server.restart();
   let asked = 0;
   let release!: () => void;
   const released = new Promise<void>((resolve) => (release = resolve));
-  await fresh.route('**/GetScene', (route) => void (asked++ === 0 ? Promise.resolve() : released).then(() => route.continue()));
-  await fresh.goto(address);
-  await live(fresh, 'restored');
+  await fresh.route('**/GetScene', (route) => void (asked++ === 0 ? route.abort() : released.then(() => route.continue())));
+  await fresh.reload();
+  await live(fresh);
   assert.equal(await fresh.evaluate(() => (window.latticed.opener as unknown as { mesh: { id: string } }).mesh.id), '');
 
   await dropFiles(fresh, [['squares.png', other]]);
@@ -136,8 +114,7 @@ test('a picture that is dropped on a scene just restored, before its mesh is kno
   assert.deepEqual(await keptBeside(fresh, 'squares.png', other), ['sheet.mtl', 'squares.png']);
   await comesTo(fresh, 'white blue green red');
   assert.deepEqual(await fresh.locator('.toast-error').allInnerTexts(), []);
-  await page.locator('.connection[data-state=restored]').waitFor(); // the other window's scene was lost too
-  freshErrors.length = errors.length = 0; // calls for the lost scene fail
+  freshErrors.length = 0; // the first call for the scene failed
 });
 
 test('pictures that are dropped in one window come to the browser\'s other windows of the mesh, but not in place of another look', async (t) => {
@@ -217,7 +194,7 @@ test('a GLB is shown with its own pictures in other browsers', async () => {
   await elsewhere.close();
 });
 
-test('a scene and pictures that the browser has no room for are shown, and it is said that they are not kept', async () => {
+test('pictures that the browser has no room for are shown, and it is said that they are not kept', async () => {
   const { page: full } = await openPage(browser, server.origin);
   await limitStorage(full, 1e5);
 
@@ -225,8 +202,6 @@ test('a scene and pictures that the browser has no room for are shown, and it is
   await dropFiles(full, [['sheet.obj', `${sheetObj()}\n${filling}`], ['squares.png', picture], ['sheet.mtl', filling]]);
   await createScene(full);
 
-  await full.locator('.toast-error').getByText('If the server is restarted, this scene may be lost: the browser has no room left for it.').waitFor();
-  await shot('viewer_not_kept', full);
   await full.locator('.toast-error').getByText(
     'The files dropped with this mesh will be missing after a reload: the browser has no room left for it.').waitFor();
   await comesTo(full, 'red green blue white');

@@ -42,9 +42,9 @@ export async function createScene(page: Page, up: 'y' | 'z' = 'z'): Promise<void
   }, before);
 }
 
-/** Waits until the page's scene is connected or restored, its surface has come, and the camera looks at it. */
-export async function live(of: Page, state: 'live' | 'restored' = 'live'): Promise<void> {
-  await of.locator(`.connection[data-state=${state}]`).waitFor();
+/** Waits until the page's scene is connected, its surface has come, and the camera looks at it. */
+export async function live(of: Page): Promise<void> {
+  await of.locator('.connection[data-state=live]').waitFor();
   await of.waitForFunction(() => (window.latticed.scene?.session.surface.patchCount ?? 0) > 0);
   await frames(of);
 }

@@ -5,22 +5,17 @@
 // by itself, and what was edited meanwhile arrives.
 // Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer.
 import assert from 'node:assert/strict';
-import { mkdtempSync, rmSync } from 'node:fs';
-import { tmpdir } from 'node:os';
-import { join } from 'node:path';
-import { after, test } from 'node:test';
+import { test } from 'node:test';
 import type { Vec3 } from '@src/lattice/vec';
 import { followsDefinition } from './definition';
-import { keepToasts } from './restarts';
+import { keepToasts, withData } from './restarts';
 import { CORNER, direct, errors, OBJ, openTorus, page, pointAtServer, press, server, until, useStage } from './stage';
 import { controlPoint, live, pointComesTo } from './viewer_page';
 
-const folder = mkdtempSync(join(tmpdir(), 'latticed-'));
 const DOWN_MS = 500;
 const MOST_PAUSE_MS = 2000; // from the start of the new server's process
 
-useStage({ serverOptions: ['--data-dir', folder], begin: () => openTorus(1) });
-after(() => rmSync(folder, { recursive: true }));
+useStage({ serverOptions: withData(), begin: () => openTorus(1) });
 
 /** Moves the corner. Steps of 1/4 add up without rounding. */
 function move(offset: Vec3): Promise<void> {

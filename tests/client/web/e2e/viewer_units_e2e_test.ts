@@ -10,8 +10,7 @@ import { UpAxis } from 'latticed/v1/mesh_pb';
 import type { Basis, Vec3 } from '@src/lattice/vec';
 import { openPage } from './browser';
 import { GlbMaker } from './glb';
-import { keeps } from './restarts';
-import { browser, direct, errors, OBJ, page, press, server, useStage } from './stage';
+import { browser, direct, errors, OBJ, page, press, useStage } from './stage';
 import { camera, createScene, dropFiles, frames, live, meshUploaded, saved } from './viewer_page';
 
 useStage();
@@ -94,15 +93,4 @@ test('exports say which axis is up', async () => {
     assert.match((await saved(download)).toString('latin1').slice(0, 2000), words, format);
     await page.locator('.export').waitFor({ state: 'detached' });
   }
-});
-
-test('a scene whose server was restarted is made again with its axis', async () => {
-  await dropFiles(page, [['torus.obj', OBJ]]);
-  await createScene(page, 'y');
-  await live(page);
-  await keeps(page);
-  await server.kill();
-  await server.restart();
-  await live(page, 'restored');
-  assert.equal((await unitsAtServer()).up, UpAxis.Y);
 });

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Several windows on one scene. They may be more than the six HTTP/1.1 connections that a browser opens to a server.
-// After the server, which keeps nothing, is killed and restarted, one window restores the scene and the others use it.
+// After the server is killed and started again, all go on.
 // Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer.
 import assert from 'node:assert/strict';
 import { test, type TestContext } from 'node:test';
@@ -12,11 +12,9 @@ import { randomId } from '@src/wire/ids';
 import { uploadMesh } from '@src/wire/upload';
 import { stopWebSockets } from './browser';
 import { followsDefinition } from './definition';
-import { keeps, keepToasts, toldOf, whoRestored } from './restarts';
+import { keepToasts, withData } from './restarts';
 import { allPoints, browser, CORNER, direct, OBJ, openTorus, page, press, select, server, until, useStage } from './stage';
 import { controlPoint, frames, live, onScreen } from './viewer_page';
-
-const LET_GO = 'The server was restarted, so your move ended and keeps its last position.';
 
 let scene: string;
 
@@ -67,6 +65,7 @@ function pickBelow(of: Page, x: number, y: number): Promise<readonly number[] | 
 }
 
 useStage({
+  serverOptions: withData(),
   context: { viewport: { width: 640, height: 480 } },
   begin: async () => {
     const mesh = await uploadMesh(direct, { format: MeshFormat.OBJ }, new Blob([OBJ]));
@@ -110,42 +109,38 @@ test('where no WebSocket passes five windows edit and pick; a sixth says what to
   await allHave([...windows.slice(1), sixth], expected);
 });
 
-for (const [whose, isOther] of [['one browser', false], ['two browsers', true]] as const) {
-  test(`two windows of ${whose}: a scene is restored once, both say so, and edits of either one are right in the other`, async (t) => {
-    const context = await openContext(t);
-    const [first] = await openWindows(context, 1);
-    const [second] = await openWindows(isOther ? await openContext(t) : context, 1);
-    const windows = [first, second];
-    for (const window of windows) {
-      await keeps(window);
-      await keepToasts(window);
-    }
-    const expected = await controlPoints();
-
-    await server.kill();
-    for (const window of windows) await window.locator('.connection[data-state=retrying]').waitFor();
-    await move(first, 21, 1, expected); // while the server is down
-    await move(second, 63, 2, expected);
-    await server.restart();
-
-    const said = await Promise.all(windows.map(whoRestored));
-    assert.deepEqual(said.sort(), ['another window', 'this browser']);
-    await allHave(windows, expected);
-    assert.deepEqual((await direct.scenes.listScenes({})).scenes.map(({ id }) => id), [scene]);
-    await move(first, 5, 3, expected);
-    await move(second, 42, 1, expected);
-    await allHave(windows, expected);
-    await second.evaluate(() => window.latticed.scene!.session.undo());
-    expected[3 * 42 + 2] += 0.25;
-    await allHave(windows, expected);
-  });
+/** The toasts of a page since keepToasts(). */
+function toasts(of: Page): Promise<string[]> {
+  return of.evaluate(() => (window as unknown as { toasts: string[] }).toasts);
 }
 
-test('a move by G whose server is killed goes on in the cage, and is let go once where it was when the server is back', async () => {
+test('two windows go on after their server was killed: edits made meanwhile are there once, and can be undone', async (t) => {
+  const [first, second] = [...(await openWindows(await openContext(t), 1)), ...(await openWindows(await openContext(t), 1))];
+  const windows = [first, second];
+  for (const window of windows) await keepToasts(window);
+  const expected = await controlPoints();
+
+  await server.kill();
+  for (const window of windows) await window.locator('.connection[data-state=retrying]').waitFor();
+  await move(first, 21, 1, expected); // while the server is down
+  await move(second, 63, 2, expected);
+  await server.restart();
+
+  await allHave(windows, expected);
+  await move(first, 5, 3, expected);
+  await move(second, 42, 1, expected);
+  await allHave(windows, expected);
+  for (let steps = 0; steps < 2; ++steps) await second.evaluate(() => window.latticed.scene!.session.undo());
+  expected[3 * 42 + 2] += 0.25;
+  expected[3 * 63 + 2] += 0.5;
+  await allHave(windows, expected);
+  for (const window of windows) assert.deepEqual(await toasts(window), []);
+});
+
+test('a move by G whose server is killed goes on in the cage, and is one step when the server is back', async () => {
   await openTorus();
   scene = await page.evaluate(() => window.latticed.scene!.session.sceneId);
   await page.evaluate(() => window.latticed.settings.set({ gizmo: 'none' }));
-  await keeps(page);
   await keepToasts(page);
   await frames(page);
   const rest = await allPoints();
@@ -160,19 +155,15 @@ test('a move by G whose server is killed goes on in the cage, and is let go once
   await page.locator('.connection[data-state=retrying]').waitFor();
   const cut = await controlPoint(page, CORNER);
   await page.mouse.move(x - 60, y + 30, { steps: 4 });
-  const there = await controlPoint(page, CORNER);
-  assert.notDeepEqual(there, cut); // the cage moves without a server
-  const moved = rest.map((value, i) => (i >= 3 * CORNER ? there[i - 3 * CORNER] : value));
+  assert.notDeepEqual(await controlPoint(page, CORNER), cut); // the cage moves without a server
 
   await server.restart();
-  assert.equal(await whoRestored(page), 'this browser');
-  await toldOf(page, LET_GO);
-  await page.locator('.connection[data-state=restored]').waitFor();
-  assert.equal(await page.locator('.hint.running').count(), 0);
+  await page.locator('.connection[data-state=live]').waitFor();
   await page.mouse.move(x - 100, y + 80, { steps: 4 });
   await press('Enter');
-  await page.mouse.click(20, 460);
-  await allHave([page], moved);
+  const there = await controlPoint(page, CORNER);
+  await allHave([page], rest.map((value, i) => (i >= 3 * CORNER ? there[i - 3 * CORNER] : value)));
   await press('Control+z');
-  await toldOf(page, '^There is nothing to undo\\.');
+  await allHave([page], rest);
+  assert.deepEqual(await toasts(page), []);
 });

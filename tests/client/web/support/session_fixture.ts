@@ -8,15 +8,14 @@ import { DecodePool } from '@src/decode/decode_pool';
 import { Lattice } from '@src/lattice/lattice';
 import { LiveSession } from '@src/session/live_session';
 import type { BackOff, Wakeable } from '@src/session/scene_connection';
-import { SceneKeeper } from '@src/session/store/scene_keeper';
 import type { PatchSource } from '@src/surface/patch_source';
 import { SurfaceMesh } from '@src/surface/surface_mesh';
 import { fromLattice } from '@src/wire/lattice_message';
+import { MeshDownloads } from '@src/wire/mesh_downloads';
 import { ServerError } from '@src/wire/server_error';
 import { FakeServer } from './fake_server';
 import { FakeStreams, type FakeStream } from './fake_stream';
 import { FakeWorker } from './fake_worker';
-import { MemorySceneStore } from './memory_scene_store';
 import { fitLattice } from '@src/lattice/fitted_lattice';
 import { until } from './until';
 
@@ -35,7 +34,7 @@ export const noPatches: PatchSource = {
 export interface Options {
   readonly server?: FakeServer;
   readonly features?: FakeServer['features'];
-  readonly scene?: FakeServer['sceneFacts'];
+  readonly durable?: boolean;
   readonly backOff?: BackOff;
   readonly patches?: PatchSource;
   /** Whether the worker decodes each chunk at once. Default: true. */
@@ -52,10 +51,8 @@ export class SessionFixture {
   readonly sockets = new FakeStreams();
   readonly watches = new FakeStreams();
   readonly worker: FakeWorker;
-  readonly store = new MemorySceneStore();
   readonly surface: SurfaceMesh;
   readonly said: string[] = [];
-  readonly notKept: string[] = [];
   readonly session: LiveSession;
   /** The connection that the page wakes; undefined once the session is closed. */
   awake: Wakeable | undefined;
@@ -65,12 +62,11 @@ export class SessionFixture {
     this.worker = new FakeWorker(decoderWasm, options.decodesAtOnce ?? true);
     this.server = options.server ?? new FakeServer();
     this.server.features = options.features ?? [];
-    this.server.sceneFacts = options.scene ?? {};
-    this.server.meshes.set('mesh-1', new Uint8Array([1, 2, 3]));
+    this.server.durable = options.durable ?? true;
     this.session = new LiveSession('scene-0001', {
       server: this.server.client, info: this.server.info(), streams: [this.sockets.open, this.watches.open],
       pool: new DecodePool([this.worker], decoderWasm), surface: this.surface,
-      keeper: new SceneKeeper(this.server.client, this.store, 'scene-0001'),
+      downloads: new MeshDownloads(this.server.client.meshes),
       backOff: options.backOff ?? { firstMs: 1, lastMs: 2 },
       wakes: (connection) => {
         this.awake = connection;
@@ -78,7 +74,6 @@ export class SessionFixture {
       },
     });
     this.session.on('refused', (text) => this.said.push(text));
-    this.session.on('notKept', (text) => this.notKept.push(text));
     this.session.ready.catch(() => undefined);
     t.after(() => this.session.close());
   }
@@ -86,10 +81,9 @@ export class SessionFixture {
   /** A connected session that has its first lattice. */
   static async live(t: TestContext, options: Options = {}): Promise<SessionFixture> {
     const fixture = new SessionFixture(t, options);
-    fixture.stream.hello(fixture.server.bootId);
+    fixture.stream.hello();
     fixture.state();
     await fixture.session.ready;
-    await until(async () => Boolean(await fixture.store.mesh('mesh-1')));
     return fixture;
   }
 
@@ -105,9 +99,9 @@ export class SessionFixture {
   }
 
   /** Like lose(); the next stream then says hello. */
-  async reconnect(error?: ServerError, bootId = this.server.bootId): Promise<void> {
+  async reconnect(error?: ServerError): Promise<void> {
     await this.lose(error);
-    this.stream.hello(bootId);
+    this.stream.hello();
   }
 
   state(lattice = cubeLattice(), structureId = 1n, revision = 0n): void {

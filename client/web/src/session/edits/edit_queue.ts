@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import { create } from '@bufbuild/protobuf';
 import { EditBatchSchema, type Edit, type EditBatch, type EditResult, type GesturePhase } from 'latticed/v1/edit_pb';
-import { together, type Targets } from './edit_targets';
+import type { Targets } from './edit_targets';
 
 /** The content of one EditBatch. */
 export interface NewBatch {
@@ -74,12 +74,6 @@ export class EditQueue {
     this.pump();
   }
 
-  /** Gives all waiting batches the new id of their structure, and puts `first` before them. */
-  goOn(structureId: bigint, first?: NewBatch): void {
-    for (const { message } of this.waiting) message.structureId = structureId;
-    if (first) this.waiting.unshift(this.made(first, structureId));
-  }
-
   /** The newest batch of a gesture, taken out of the queue if it still waits there. */
   takeBack(gestureId: string): NewBatch | undefined {
     const last = this.waiting.at(-1);
@@ -132,16 +126,9 @@ export class EditQueue {
     return dropped.length;
   }
 
-  /**
-   * Forgets everything, as the server has. Returns the targets of the forgotten edits. `lost`: there was an unanswered
-   * step without targets, for example an undo, whose result only the server knows.
-   */
-  clear(structureId: bigint): { readonly targets: Targets | undefined; readonly lost: boolean } {
-    const lost = this.unansweredBatches.some(({ message, targets }) => message.edits.length > 0 && !targets);
-    const targets = together(this.overlays(structureId));
-    this.answered.length = this.waiting.length = this.sent.length = 0;
-    this.inFlight = undefined;
-    return { targets, lost };
+  /** Drops what was answered: the server's lattice will never reach those revisions. */
+  forgetAnswered(): void {
+    this.answered.length = 0;
   }
 
   /** Milliseconds since the newest sent edit up to `sequence`; undefined if an earlier call has reported it. */

@@ -35,29 +35,6 @@ export function withRestored(targets: Targets, touched: Iterable<number>, points
   return { indices, positions };
 }
 
-/** Merges targets; later ones win. Undefined if they move no point. */
-export function together(all: readonly Targets[]): Targets | undefined {
-  const places = new Map<number, Float64Array>();
-  for (const { indices, positions } of all) {
-    indices.forEach((index, i) => places.set(index, positions.subarray(3 * i, 3 * i + 3)));
-  }
-  if (places.size === 0) return undefined;
-  const positions = new Float64Array(3 * places.size);
-  [...places.values()].forEach((place, i) => positions.set(place, 3 * i));
-  return { indices: Uint32Array.from(places.keys()), positions };
-}
-
-/** The targets that differ from `points`; undefined if none does. */
-export function differing({ indices, positions }: Targets, points: Float64Array): Targets | undefined {
-  const kept = Array.from(indices.keys()).filter((i) =>
-    [0, 1, 2].some((axis) => positions[3 * i + axis] !== points[3 * indices[i]! + axis]));
-  if (!kept.length) return undefined;
-  return {
-    indices: Uint32Array.from(kept, (i) => indices[i]!),
-    positions: Float64Array.from(kept.flatMap((i) => [...positions.subarray(3 * i, 3 * i + 3)])),
-  };
-}
-
 function moved(indices: Uint32Array, points: Float64Array, map: (point: Vec3) => ArrayLike<number>): Targets {
   const positions = new Float64Array(3 * indices.length);
   indices.forEach((index, i) => positions.set(map(pointAt(points, index)), 3 * i));

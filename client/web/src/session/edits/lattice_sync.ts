@@ -4,13 +4,12 @@ import type { Edit, EditBatch, EditResult } from 'latticed/v1/edit_pb';
 import type { LatticeDelta } from 'latticed/v1/event_pb';
 import type { LatticeState } from 'latticed/v1/lattice_pb';
 import type { Lattice } from '../../lattice/lattice';
-import { sameStructure, type LatticeStructure } from '../../lattice/grid';
-import { fromEdit } from '../../wire/edit_message';
+import type { LatticeStructure } from '../../lattice/grid';
 import { toLattice } from '../../wire/lattice_message';
 import { ServerError } from '../../wire/server_error';
 import { inWords } from '../../wire/words';
 import { EditQueue } from './edit_queue';
-import { differing, together, type Targets } from './edit_targets';
+import type { Targets } from './edit_targets';
 import { LatticeModel } from './lattice_model';
 import { OwnGesture } from './own_gesture';
 import { UndoSteps } from './undo_steps';
@@ -21,15 +20,12 @@ import type { Gesture, GestureListener, SessionEvents } from '../scene_session';
 export class LatticeSync {
   private static readonly DROPPED = 'The lattice got other control points meanwhile, so unsent edits were dropped.';
   private static readonly CHANGED = 'The lattice got other control points meanwhile, so your move ended.';
-  private static readonly RESTARTED = 'The server was restarted, so your move ended and keeps its last position.';
 
   readonly steps = new UndoSteps();
   private readonly queue: EditQueue;
   private model: LatticeModel | undefined;
   private openGesture: OwnGesture | undefined;
   private structureSince = 0n;  // the revision with which the newest structure came
-  private isRestored = false;  // the scene was made again and its lattice has not arrived
-  private toRepeat: Targets | undefined;  // this window's edits that a restored scene may lack
 
   constructor(send: (batch: EditBatch) => void, private readonly listeners: Listeners<SessionEvents>) {
     this.queue = new EditQueue(send);
@@ -56,9 +52,8 @@ export class LatticeSync {
   takeState(state: LatticeState): void {
     const lattice = toLattice(state.lattice!);
     const first = !this.model;
-    const { isRestored } = this;
     const known = this.model?.structureId;
-    if (isRestored) this.repeat(lattice, state.structureId);
+    if (this.model && state.revision < this.model.revision) this.madeAgain();
     this.model ??= new LatticeModel(lattice, state.structureId, state.revision, this.queue);
     const changed = this.model.takeState(lattice, state.structureId, state.revision);
     this.queue.reached(state.revision);
@@ -67,8 +62,6 @@ export class LatticeSync {
     const moved = this.model.refresh();
     if (first || changed) this.listeners.emit('lattice', this.model.shown);
     else this.pointsMoved(moved);
-    if (!first) this.listeners.emit('serverMoved');
-    if (isRestored) this.queue.opened();
   }
 
   takeDelta(delta: LatticeDelta): void {
@@ -77,7 +70,6 @@ export class LatticeSync {
     this.model.takeDelta(targets, delta.revision);
     this.queue.reached(delta.revision);
     this.pointsMoved(this.model.refresh(targets.indices));
-    this.listeners.emit('serverMoved');
   }
 
   takeResult(result: EditResult): void {
@@ -113,44 +105,19 @@ export class LatticeSync {
     return this.queue.ageOf(sequence);
   }
 
-  /** A stream is open: the batch in flight is sent again. After a restore, the edits to repeat must be sent first. */
+  /** A stream is open: the batch in flight is sent again. */
   opened(): void {
-    if (!this.isRestored) this.queue.opened();
+    this.queue.opened();
   }
 
   lost(): void {
     this.queue.lost();
   }
 
-  /**
-   * The scene was made again, by this or another window, and the server knows nothing of earlier edits. Its lattice may
-   * or may not hold the edits that were not answered. Control points that are not at their targets are set again.
-   */
-  restored(): void {
-    if (!this.model) return;
-    if (this.openGesture?.abandon()) this.listeners.emit('refused', LatticeSync.RESTARTED);
+  /** Somebody has made another scene under the same id, on a server that had lost this one. It has its own history. */
+  private madeAgain(): void {
+    this.queue.forgetAnswered();
     this.steps.forget();
-    const { targets, lost } = this.queue.clear(this.model.structureId);
-    this.isRestored = true;
-    // After two restarts in a row, targets of the first one may still wait for its lattice.
-    this.toRepeat = together([this.toRepeat, targets].filter((each) => each !== undefined));
-    if (lost) this.listeners.emit('refused', 'The server was restarted before it had answered all edits, so some were dropped.');
-  }
-
-  /** Queues what a restored lattice lacks before later edits. A gesture goes on if the structure id is the same. */
-  private repeat(lattice: Lattice, structureId: bigint): void {
-    const { toRepeat, model } = this;
-    this.isRestored = false;
-    this.toRepeat = undefined;
-    if (sameStructure(lattice, model!.shown)) {
-      if (structureId !== model!.structureId && this.openGesture?.giveWay()) this.listeners.emit('refused', LatticeSync.RESTARTED);
-      const targets = toRepeat && differing(toRepeat, lattice.points);
-      this.queue.goOn(structureId, targets && { edits: [fromEdit({ kind: 'set', ...targets })], targets });
-    } else {
-      this.openGesture?.abandon();
-      if (toRepeat || this.queue.unanswered) this.listeners.emit('refused', LatticeSync.DROPPED);
-      this.queue.clear(model!.structureId);
-    }
   }
 
   /** Ends the gesture, and drops edits for other structures than this; for all if absent, as an id may return. */

@@ -31,7 +31,7 @@ export class UndoSteps {
     if (reason === 'NOTHING_TO_REDO') this.toRedo = 0;
   }
 
-  /** The server has lost the scene, and its history too. */
+  /** The scene has another history. */
   forget(): void {
     this.toUndo = this.toRedo = 0;
   }
