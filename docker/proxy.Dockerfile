@@ -8,7 +8,7 @@ ARG RUNTIME_BASE=debian:bookworm-slim
 FROM ${RUNTIME_BASE}
 RUN apt-get update -q && DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends haproxy \
     && rm -rf /var/lib/apt/lists/*
-COPY docker/haproxy.cfg docker/haproxy-shared.cfg /etc/haproxy/
+COPY docker/haproxy.cfg docker/haproxy-shared.cfg docker/haproxy-servers.cfg /etc/haproxy/
 RUN touch /etc/haproxy/owners.map
 EXPOSE 443
 USER 65532:65532

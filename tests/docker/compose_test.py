@@ -78,7 +78,7 @@ def check_proxy(service, dockerfile, server):
 def check_shared():
     services = yaml.safe_load((DOCKER / "compose.shared.yaml").read_text())["services"]
     servers = [name for name, service in services.items() if service["image"] == "latticed:cpu"]
-    backends = (DOCKER / "haproxy-shared.cfg").read_text()
+    backends = (DOCKER / "haproxy-servers.cfg").read_text()
     assert re.findall(r"^  server (\w+) \1:50151 ", backends, re.M) == servers
     assert re.findall(r"^  server (\w+) \1:8080 ", backends, re.M) == servers
     for name in servers:

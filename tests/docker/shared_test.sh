@@ -3,7 +3,7 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # usage: shared_test.sh BUILD
-# Three servers of BUILD share a PostgreSQL, behind docker/haproxy.cfg and haproxy-shared.cfg, with addresses of this
+# Three servers of BUILD share a PostgreSQL, behind the proxy of docker/compose.shared.yaml, with addresses of this
 # machine. Every call must reach the server that has the scene, also after servers are killed, drain and come back, and
 # after the proxy has forgotten what it learnt. No edit may be lost or count twice. Without HAProxy or PostgreSQL it
 # skips (77), or fails if LATTICED_REQUIRE_HAPROXY or LATTICED_REQUIRE_POSTGRES is set.
@@ -68,9 +68,9 @@ for name in a b c; do
   edits+=(-e "/ $name:50151/s/port 9090/port ${ports[${name}admin]}/; s/ $name:50151/ 127.0.0.1:${ports[${name}address]}/")
   edits+=(-e "/ $name:8080/s/port 9090/port ${ports[${name}admin]}/; s/ $name:8080/ 127.0.0.1:${ports[${name}http]}/")
 done
-for part in haproxy.cfg haproxy-shared.cfg; do sed "${edits[@]}" "$root/docker/$part" >"$part"; done
+for part in haproxy.cfg haproxy-shared.cfg haproxy-servers.cfg; do sed "${edits[@]}" "$root/docker/$part" >"$part"; done
 start_proxy() {
-  LATTICED_SHARED=1 haproxy -db -f haproxy.cfg -f haproxy-shared.cfg >>haproxy.txt 2>&1 &
+  LATTICED_SHARED=1 haproxy -db -f haproxy.cfg -f haproxy-shared.cfg -f haproxy-servers.cfg >>haproxy.txt 2>&1 &
   pids[proxy]=$!
 }
 start_proxy

@@ -20,6 +20,7 @@ declare -A exempt=(
   ["docker/README.md, Containers, 1"]="Docker's engine and a GPU; compose_test reads the file, container_test.sh brings it up"
   ["docker/README.md, Several servers, 1"]="Docker's engine; compose_test reads the file"
   ["docker/README.md, Behind a proxy, and several servers, 1"]="tests/docker/shared_test.sh runs it, with other addresses"
+  ["docker/README.md, Kubernetes, 1"]="a cluster; tests/docker/kubernetes checks the manifests"
   ["docker/README.md, Without Docker, without a registry, 1"]="tests/docker/container_test.sh runs it, where the image is"
   ["docker/README.md, Without Docker, without a registry, 2"]="tests/docker/container_test.sh runs it, where the image is"
 )
