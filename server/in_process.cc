@@ -10,7 +10,7 @@
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
 #include "server/backends.h"
-#include "server/base/auth.h"
+#include "server/base/auth/authenticator.h"
 #include "server/base/telemetry.h"
 #include "server/edge/grpc_server.h"
 #include "server/edge/metrics.h"
@@ -97,8 +97,7 @@ absl::StatusOr<std::unique_ptr<InProcessServer>> InProcessServer::ServeOn(
     Options options, std::vector<std::unique_ptr<Backend>> backends, std::shared_ptr<Store> store) {
   LATTICED_RETURN_IF_ERROR(Validate(options));
   ConfigureLogging(options.log_level, options.log_format);
-  LATTICED_ASSIGN_OR_RETURN(Authenticator authenticator,
-                            Authenticator::FromFile(options.token_file));
+  LATTICED_ASSIGN_OR_RETURN(Authenticator authenticator, Authenticator::FromOptions(options));
   if (backends.empty()) {
     LATTICED_ASSIGN_OR_RETURN(backends, MakeBackends(options));
   }
@@ -159,8 +158,7 @@ std::string InProcessServer::metrics() const {
 
 absl::Status InProcessServer::Reload(const Options& options) {
   SetLogLevel(options.log_level);
-  LATTICED_ASSIGN_OR_RETURN(Authenticator authenticator,
-                            Authenticator::FromFile(env_->options.token_file));
+  LATTICED_ASSIGN_OR_RETURN(Authenticator authenticator, Authenticator::FromOptions(env_->options));
   env_->SetAuthenticator(std::move(authenticator));
   LATTICED_ASSIGN_OR_RETURN(const auto tls, ReadTls(env_->options));
   if (tls == nullptr) return absl::OkStatus();

@@ -57,7 +57,7 @@ class InProcessServer {
   // "cpu: AVX-512, 2 threads, …": what evaluates.
   [[nodiscard]] std::string backend_description() const;
 
-  // Reads the token file and the certificates again, and takes the log level of `options`. Calls and
+  // Reads tokens, their keys and the certificates again, and takes the log level of `options`. Calls and
   // connections go on. kInvalidArgument for a file that cannot be used; what it would change stays.
   [[nodiscard]] absl::Status Reload(const Options& options);
   // What shows that the server moves: server/base/watchdog.h.

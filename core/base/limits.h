@@ -55,7 +55,7 @@ inline constexpr size_t kMaxChunkHeadBytes = 32;
 // may open another connection, as proxies do.
 inline constexpr int kMaxCallsPerConnection = 128;
 // The most bytes of a header. HTTP/2 counts each field as its name, its value and 32.
-inline constexpr uint32_t kMaxHeaderBytes = 8'192;
+inline constexpr uint32_t kMaxHeaderBytes = 12'288;
 // The memory of a call besides its messages, whether it waits for a worker or none of its bytes have arrived.
 inline constexpr uint64_t kCallBytes = 20'480;
 // The most memory of a connection besides what gRPC's own quota counts: on --listen, its calls; on --http, a message

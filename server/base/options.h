@@ -65,8 +65,10 @@ struct Options {
   HttpTimeouts http_timeouts;              // without flags
   std::string web_root;                    // folder of the viewer; empty: beside the executable
   std::string tls_cert, tls_key,
-      tls_client_ca;                 // PEM files; client_ca asks for client certificates
-  std::string token_file;            // lines "sha256hex role name"
+      tls_client_ca;       // PEM files; client_ca asks for client certificates
+  std::string token_file;  // lines "sha256hex role name [tenant]"
+  std::string jwks_file;   // keys of JSON web tokens: server/base/auth/jwt_verifier.h
+  std::string jwt_issuer, jwt_audience;
   double caller_share = 0.75;        // the most of each limit that one caller may have
   bool trust_forwarded_for = false;  // the caller's address is in x-forwarded-for
   bool insecure = false;             // allow an open port without TLS or tokens
@@ -101,6 +103,8 @@ struct CommandLine {
 [[nodiscard]] size_t MostOfAddress(const Options& options);
 // Whether connections of this machine have shares as well: without tokens there is nobody to be fair to.
 [[nodiscard]] bool CountsLoopback(const Options& options);
+// Whether callers need tokens.
+[[nodiscard]] bool NeedsTokens(const Options& options);
 // Checks ranges, and combinations such as an open port without TLS or tokens.
 [[nodiscard]] absl::Status Validate(const Options& options);
 

@@ -16,6 +16,7 @@
 #include "server/base/address.h"
 #include "server/base/random_id.h"
 #include "server/base/telemetry.h"
+#include "server/rpc/access/token_end.h"
 #include "server/rpc/call_counts.h"
 #include "server/rpc/server_env.h"
 #include "server/store/store_errors.h"
@@ -114,6 +115,8 @@ absl::StatusOr<Caller> Authenticate(ServerEnv& env, const CallInfo& call) {
 
 absl::Status Admit(ServerEnv& env, CallInfo& call) {
   LATTICED_ASSIGN_OR_RETURN(call.caller, Authenticate(env, call));
+  // Not a guess of a token, so nobody has to wait.
+  LATTICED_RETURN_IF_ERROR(CheckTokenTime(call.caller, call.start_time));
   if (call.caller.name.empty()) call.caller.name = PeerName(*call.context);
   LATTICED_RETURN_IF_ERROR(CheckRole(call.caller, call.rpc));
   call.account = env.callers.Of(call.caller.name, call.peer, call.is_forwarded);

@@ -17,7 +17,7 @@
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
 #include "google/protobuf/message.h"
-#include "server/base/auth.h"
+#include "server/base/auth/authenticator.h"
 #include "server/engine/memory/memory_budget.h"
 
 namespace latticed {

@@ -16,6 +16,7 @@
 #include "core/base/limits.h"
 #include "core/base/mutex.h"
 #include "core/base/status_macros.h"
+#include "server/rpc/access/token_end.h"
 #include "server/rpc/call_counts.h"
 #include "server/rpc/call_reactor.h"
 #include "server/rpc/farewell.h"
@@ -122,6 +123,7 @@ class DeformStream final
   ServerEnv* const env_;
   FirstMessage first_message_;
   Farewell farewell_;
+  TokenEnd token_end_;
   std::atomic<bool> cancelled_ = false;  // the context's own flag ends with the call
   std::string editor_id_;  // used only while a message is handled; there is one at a time
 
@@ -278,6 +280,7 @@ absl::Status DeformStream::Open(const v1::DeformRequest& request) {
     const MutexLock lock(&mutex_);
     stream_ = stream;
   }
+  token_end_.EndWith(call_.caller, stream);
   stream->Start();
   return absl::OkStatus();
 }

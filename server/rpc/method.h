@@ -35,6 +35,7 @@
 #include "absl/status/statusor.h"
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
+#include "server/rpc/access/token_end.h"
 #include "server/rpc/call_reactor.h"
 
 namespace latticed {
@@ -130,6 +131,7 @@ class PartStream final : public CallReactor<grpc::ServerWriteReactor<grpc::ByteB
  private:
   void WriteNext() {
     if (call_.context->IsCancelled()) return FinishCall(grpc::Status::CANCELLED);
+    if (auto s = CheckTokenTime(call_.caller, absl::Now()); !s.ok()) return FinishCall(s);
     const auto message = CatchBadAlloc("the next part", next_);
     if (!message.ok()) return FinishCall(message.status());
     if (!message->has_value()) return FinishCall(grpc::Status::OK);

@@ -83,6 +83,7 @@ ServerEnv::ServerEnv(Options options_in, std::vector<std::unique_ptr<Backend>> b
                     return StoredSceneOf(header).value_or(StoredScene()).mesh_id;
                   },
               .on_evict = LogEviction})),
+      jwks_file_(options.jwks_file),
       authenticator_(std::make_shared<const Authenticator>(std::move(authenticator_in))),
       workers_(std::in_place,
                std::clamp(std::thread::hardware_concurrency() / kCoresOfQuickWorker,
@@ -126,6 +127,20 @@ void ServerEnv::KeepHouse() {
   stalled_calls.CancelSince(now - options.write_timeout);
   wrong_tokens.Forget(now);
   callers.DropUnused();
+  RenewKeys();
+}
+
+void ServerEnv::RenewKeys() {
+  if (!jwks_file_.Changed()) return;
+  Authenticator renewed = *authenticator();
+  if (const absl::Status read = renewed.ReadKeys(options); !read.ok()) {
+    LogEvent(spdlog::level::err, "the keys of tokens stay as they were",
+             {{"error", std::string(read.message())}});
+    return;
+  }
+  SetAuthenticator(std::move(renewed));
+  LogEvent(spdlog::level::info, "the keys of tokens were read again",
+           {{"file", options.jwks_file}});
 }
 
 bool ServerEnv::IsAsleep(std::string_view scene) const { return scenes->IsAsleep(scene); }

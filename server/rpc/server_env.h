@@ -22,10 +22,11 @@
 #include "absl/time/time.h"
 #include "core/backend.h"
 #include "core/base/mutex.h"
-#include "server/base/auth.h"
+#include "server/base/auth/authenticator.h"
+#include "server/base/auth/token_throttle.h"
+#include "server/base/auth/watched_file.h"
 #include "server/base/options.h"
 #include "server/base/process_memory.h"
-#include "server/base/token_throttle.h"
 #include "server/base/watchdog.h"
 #include "server/base/worker_lanes.h"
 #include "server/rpc/stalled_calls.h"
@@ -60,7 +61,7 @@ struct ServerEnv {
   // workers have not moved for kStillTime.
   [[nodiscard]] absl::Status Health() const;
   [[nodiscard]] Pulse TakePulse() const;
-  // Who may call. Replaced when the token file is read again.
+  // Who may call. Replaced when tokens or their keys are read again.
   [[nodiscard]] std::shared_ptr<const Authenticator> authenticator() const
       ABSL_LOCKS_EXCLUDED(mutex_);
   void SetAuthenticator(Authenticator authenticator) ABSL_LOCKS_EXCLUDED(mutex_);
@@ -92,9 +93,11 @@ struct ServerEnv {
 
  private:
   void KeepHouse();
+  void RenewKeys();
   [[nodiscard]] absl::StatusOr<StoredMesh> ReadMesh(const std::string& id) const;
   [[nodiscard]] absl::StatusOr<SceneConfig> ConfigOf(std::string_view header);
 
+  WatchedFile jwks_file_;  // used by KeepHouse only
   mutable Mutex mutex_;
   std::shared_ptr<const Authenticator> authenticator_ ABSL_GUARDED_BY(mutex_);
   std::optional<WorkerLanes> workers_;  // last: they may use all of the above

@@ -13,6 +13,7 @@
 #include "absl/status/status.h"
 #include "core/base/mutex.h"
 #include "core/base/status_macros.h"
+#include "server/rpc/access/token_end.h"
 #include "server/rpc/call_reactor.h"
 #include "server/rpc/scene_stream.h"
 #include "server/rpc/watch_request.h"
@@ -85,6 +86,7 @@ class UpdateStream final : public CallReactor<grpc::ServerWriteReactor<grpc::Byt
       stream_ = *opened;
       cancelled = cancelled_;
     }
+    token_end_.EndWith(call_.caller, *opened);
     (*opened)->Start();
     if (cancelled) (*opened)->OnCancel();
   }
@@ -98,6 +100,7 @@ class UpdateStream final : public CallReactor<grpc::ServerWriteReactor<grpc::Byt
   }
 
   std::shared_ptr<UpdateStream> self_;
+  TokenEnd token_end_;
   mutable Mutex mutex_;
   bool cancelled_ ABSL_GUARDED_BY(mutex_) = false;
   std::shared_ptr<SceneStream> stream_ ABSL_GUARDED_BY(mutex_);  // null until it is open

@@ -6,9 +6,11 @@
 #include <string>
 #include <utility>
 
+#include "absl/time/clock.h"
 #include "core/base/catch_bad_alloc.h"
 #include "core/base/error.h"
 #include "core/base/status_macros.h"
+#include "server/rpc/access/token_end.h"
 #include "server/rpc/call_reactor.h"
 #include "server/rpc/first_message.h"
 #include "server/rpc/server_env.h"
@@ -39,7 +41,8 @@ class UploadStream final : public CallReactor<grpc::ServerReadReactor<grpc::Byte
   void OnReadDone(bool ok) override {
     if (!first_message_.Arrive()) return;
     if (!ok) return OnAllRead();
-    const absl::Status status = CatchBadAlloc("the upload", [this] { return Take(); });
+    absl::Status status = CheckTokenTime(call_.caller, absl::Now());
+    if (status.ok()) status = CatchBadAlloc("the upload", [this] { return Take(); });
     if (!status.ok()) return End(status);
     StartRead(&bytes_);
   }

@@ -80,6 +80,7 @@ readonly guarded=(
   '^hwy/' '^(core/(cpu|codec|view)|client/cpp/library/patches|tests)/'
   '^prometheus/' '^server/edge/metric'
   '^libpq' '^(server|tests/server)/store/'
+  '^cjose/' '^server/base/auth/'
   '^sqlite3' '^(server|tests/server)/store/'
   '^cblas' '^core/cpu/gemm/cpu_gemm'
   '^cublas' '^cuda/device/cuda_(gemm|status)'

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-#include "server/base/auth.h"
+#include "server/base/auth/authenticator.h"
 
 #include <set>
 
@@ -46,6 +46,14 @@ TEST(AuthenticatorTest, TheLastLineOfATokenCounts) {
   EXPECT_EQ(authenticator->Authenticate("Bearer token-r")->role, Role::kRead);
 }
 
+TEST(AuthenticatorTest, ALineMayNameATenant) {
+  const auto authenticator =
+      Authenticator::FromText(fmt::format("{} edit ed acme\n", Sha256Hex("token-e")));
+  ASSERT_OK(authenticator);
+
+  EXPECT_EQ(authenticator->Authenticate("Bearer token-e")->tenant, "acme");
+}
+
 TEST(AuthenticatorTest, AnythingElseIsUnauthenticated) {
   const auto authenticator = Authenticator::FromText(TokenLines());
   ASSERT_OK(authenticator);
@@ -61,9 +69,9 @@ TEST(AuthenticatorTest, AnythingElseIsUnauthenticated) {
 
 TEST(AuthenticatorTest, BadFilesAreRefusedByLine) {
   const std::string hash = Sha256Hex("t");
-  for (const std::string& line :
-       std::vector<std::string>{hash, hash + " read", hash + " root x", "abc read x",
-                                std::string(64, 'g') + " read x", hash + " read x y"}) {
+  for (const std::string& line : std::vector<std::string>{
+           hash, hash + " read", hash + " root x", "abc read x", std::string(64, 'g') + " read x",
+           hash + " read x y z", hash + " read x a/b", hash + " read x " + std::string(64, 't')}) {
     EXPECT_THAT(Authenticator::FromText("# first\n" + line),
                 StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("line 2")))
         << line;

@@ -10,7 +10,7 @@
 #include "core/base/sha256.h"
 #include "fmt/format.h"
 #include "server/base/address.h"
-#include "server/base/token_throttle.h"
+#include "server/base/auth/token_throttle.h"
 #include "server/engine/memory/memory_budget.h"
 #include "tests/server/support/raw_call.h"
 #include "tests/server/support/server_test.h"

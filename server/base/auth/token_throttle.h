@@ -7,8 +7,8 @@
 // is an argument.
 //
 // Threads  safe
-#ifndef LATTICED_SERVER_BASE_TOKEN_THROTTLE_H_
-#define LATTICED_SERVER_BASE_TOKEN_THROTTLE_H_
+#ifndef LATTICED_SERVER_BASE_AUTH_TOKEN_THROTTLE_H_
+#define LATTICED_SERVER_BASE_AUTH_TOKEN_THROTTLE_H_
 
 #include <cstddef>
 #include <map>
@@ -46,4 +46,4 @@ class TokenThrottle {
 
 }  // namespace latticed
 
-#endif  // LATTICED_SERVER_BASE_TOKEN_THROTTLE_H_
+#endif  // LATTICED_SERVER_BASE_AUTH_TOKEN_THROTTLE_H_

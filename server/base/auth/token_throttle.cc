@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-#include "server/base/token_throttle.h"
+#include "server/base/auth/token_throttle.h"
 
 #include <algorithm>
 

@@ -1,0 +1,126 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/base/auth/authenticator.h"
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/ascii.h"
+#include "absl/strings/str_split.h"
+#include "core/base/error.h"
+#include "core/base/read_file.h"
+#include "core/base/sha256.h"
+#include "core/base/status_macros.h"
+#include "fmt/format.h"
+
+namespace latticed {
+namespace {
+
+// What a file must hold, so that a huge one is not read again and again.
+constexpr size_t kMostKeyBytes = size_t{1} << 20;
+
+bool LooksLikeJwt(std::string_view token) {
+  return std::ranges::count(token, '.') == 2 && token.starts_with("ey");
+}
+
+absl::StatusOr<Caller> CallerOfLine(const std::vector<std::string>& words) {
+  constexpr size_t kWords = 3;  // and perhaps a tenant
+  const bool has_tenant = words.size() == kWords + 1;
+  if ((words.size() != kWords && !has_tenant) || !IsSha256Hex(absl::AsciiStrToLower(words[0]))) {
+    return absl::InvalidArgumentError(
+        "expected '<sha256 of the token, 64 hex digits> <role> <name> [<tenant>]'");
+  }
+  const auto role = RoleFromName(words[1]);
+  if (!role.has_value()) {
+    return absl::InvalidArgumentError(
+        fmt::format("role '{}' is not one of read, edit, admin", words[1]));
+  }
+  Caller caller{.name = words[2], .role = *role};
+  if (!has_tenant) return caller;
+  caller.tenant = words[kWords];
+  if (IsTenantName(caller.tenant)) return caller;
+  return absl::InvalidArgumentError(fmt::format(
+      "tenant '{}' is no name of 1 to 63 letters, digits, '.', '_' and '-'", caller.tenant));
+}
+
+}  // namespace
+
+absl::StatusOr<Authenticator> Authenticator::FromOptions(const Options& options) {
+  Authenticator result;
+  if (!options.token_file.empty()) {
+    const auto text = ReadFile(options.token_file);
+    if (!text.ok()) {
+      return absl::InvalidArgumentError(
+          fmt::format("--token-file: {}", std::string(text.status().message())));
+    }
+    LATTICED_ASSIGN_OR_RETURN(result, FromText(*text));
+  }
+  LATTICED_RETURN_IF_ERROR(result.ReadKeys(options));
+  return result;
+}
+
+absl::Status Authenticator::ReadKeys(const Options& options) {
+  if (options.jwks_file.empty()) return absl::OkStatus();
+  const auto refusal = [&](const std::string& problem) {
+    return absl::InvalidArgumentError(
+        fmt::format("--jwks-file: {}: {}", options.jwks_file, problem));
+  };
+  const auto text = ReadFile(options.jwks_file);
+  if (!text.ok()) return refusal(std::string(text.status().message()));
+  if (text->size() > kMostKeyBytes) return refusal("is larger than 1 MiB");
+  auto keys = JsonWebKeys::FromText(*text);
+  if (!keys.ok()) return refusal(std::string(keys.status().message()));
+  jwt_ = std::make_shared<const JwtVerifier>(*std::move(keys), options.jwt_issuer,
+                                             options.jwt_audience);
+  return absl::OkStatus();
+}
+
+absl::StatusOr<Authenticator> Authenticator::FromText(std::string_view text) {
+  Authenticator result;
+  result.tokens_.emplace();
+  int line_number = 0;
+  const std::string content(text);
+  for (const auto piece : absl::StrSplit(content, '\n')) {
+    ++line_number;
+    const std::string line(absl::StripAsciiWhitespace(piece));
+    if (line.empty() || line.front() == '#') continue;
+    const std::vector<std::string> words =
+        absl::StrSplit(line, absl::ByAnyChar(" \t"), absl::SkipEmpty());
+    const absl::StatusOr<Caller> caller = CallerOfLine(words);
+    if (!caller.ok()) {
+      return absl::InvalidArgumentError(fmt::format("token file, line {}: {}", line_number,
+                                                    std::string(caller.status().message())));
+    }
+    result.tokens_->insert_or_assign(absl::AsciiStrToLower(words[0]), *caller);
+  }
+  if (result.tokens_->empty()) {
+    return absl::InvalidArgumentError(
+        "token file: contains no token, so no caller would be accepted");
+  }
+  return result;
+}
+
+absl::StatusOr<Caller> Authenticator::Authenticate(std::string_view authorization,
+                                                   absl::Time now) const {
+  if (open()) return Caller{};
+  constexpr std::string_view kScheme = "bearer ";
+  if (authorization.empty()) {
+    return error::Unauthenticated(
+        "this server needs a token: send the metadata 'authorization: Bearer <token>'");
+  }
+  const std::string scheme =
+      absl::AsciiStrToLower(std::string(authorization.substr(0, kScheme.size())));
+  if (scheme != kScheme) {
+    return error::Unauthenticated("authorization must read 'Bearer <token>'");
+  }
+  const std::string_view token = authorization.substr(kScheme.size());
+  if (jwt_ != nullptr && LooksLikeJwt(token)) return jwt_->CallerOf(token, now);
+  if (tokens_.has_value()) {
+    const auto known = tokens_->find(Sha256Hex(token));
+    if (known != tokens_->end()) return known->second;
+  }
+  return error::Unauthenticated("the token is not known to this server");
+}
+
+}  // namespace latticed

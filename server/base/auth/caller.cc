@@ -1,0 +1,47 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/base/auth/caller.h"
+
+#include <algorithm>
+
+#include "absl/strings/ascii.h"
+#include "core/base/error.h"
+#include "fmt/format.h"
+
+namespace latticed {
+
+std::string_view RoleName(Role role) {
+  switch (role) {
+    case Role::kRead:
+      return "read";
+    case Role::kEdit:
+      return "edit";
+    case Role::kAdmin:
+      return "admin";
+  }
+  return "unknown";
+}
+
+std::optional<Role> RoleFromName(std::string_view name) {
+  for (const Role role : {Role::kRead, Role::kEdit, Role::kAdmin}) {
+    if (RoleName(role) == name) return role;
+  }
+  return std::nullopt;
+}
+
+bool IsTenantName(std::string_view name) {
+  constexpr size_t kMostBytes = 63;
+  return !name.empty() && name.size() <= kMostBytes && std::ranges::all_of(name, [](char c) {
+    return absl::ascii_isalnum(static_cast<unsigned char>(c)) || c == '.' || c == '_' || c == '-';
+  });
+}
+
+absl::Status CheckRole(const Caller& caller, const Rpc& rpc) {
+  if (caller.role >= rpc.role) return absl::OkStatus();
+  return error::PermissionDenied(
+      fmt::format("{} needs the role '{}'; the token of '{}' has '{}'", rpc.name,
+                  RoleName(rpc.role), caller.name, RoleName(caller.role)),
+      RoleName(rpc.role));
+}
+
+}  // namespace latticed

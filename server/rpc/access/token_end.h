@@ -1,0 +1,36 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Ends a stream when the token that opened it ends.
+//
+// Threads  EndAt once; the alarm runs on a thread of gRPC
+#ifndef LATTICED_SERVER_RPC_ACCESS_TOKEN_END_H_
+#define LATTICED_SERVER_RPC_ACCESS_TOKEN_END_H_
+
+#include <memory>
+
+#include <grpcpp/alarm.h>
+
+#include "absl/status/status.h"
+#include "absl/time/time.h"
+#include "server/base/auth/caller.h"
+
+namespace latticed {
+
+class SceneStream;  // server/rpc/scene_stream.h
+
+// kUnauthenticated when the caller's token has ended.
+[[nodiscard]] absl::Status CheckTokenTime(const Caller& caller, absl::Time now);
+
+class TokenEnd {
+ public:
+  // The stream fails with kUnauthenticated when the caller's token ends, if it still exists.
+  void EndWith(const Caller& caller, std::weak_ptr<SceneStream> stream);
+
+ private:
+  grpc::Alarm alarm_;  // its destructor cancels it
+};
+
+}  // namespace latticed
+
+#endif  // LATTICED_SERVER_RPC_ACCESS_TOKEN_END_H_
