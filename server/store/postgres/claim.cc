@@ -10,6 +10,7 @@
 #include "absl/time/clock.h"
 #include "core/base/error.h"
 #include "core/base/status_macros.h"
+#include "fmt/format.h"
 #include "server/store/store_errors.h"
 
 namespace latticed {
@@ -17,6 +18,8 @@ namespace {
 
 // How often the database is asked while a lease runs out, as a part of our own lease.
 constexpr int kLooks = 16;
+// A server's last run has no lease any more after one length of it.
+constexpr int kMostLeases = 4;
 
 constexpr char kClaim[] = "SELECT verdict, coalesce(owner, '') FROM latticed.claim($1, $2)";
 constexpr char kServers[] =
@@ -26,6 +29,7 @@ constexpr char kServers[] =
 }  // namespace
 
 absl::StatusOr<SceneClaim> ClaimPostgresScene(PgPool& pool, PgLease& lease, std::string_view id) {
+  const absl::Time end = absl::Now() + kMostLeases * lease.length();
   while (true) {
     const int64_t session = lease.session();
     std::string verdict, owner;
@@ -46,6 +50,10 @@ absl::StatusOr<SceneClaim> ClaimPostgresScene(PgPool& pool, PgLease& lease, std:
     }
     // With our own name it is our last run, or our last lease.
     if (verdict == "other" && owner != lease.name()) return SceneClaim{std::move(owner)};
+    if (absl::Now() > end) {
+      return error::StoreFailed(
+          fmt::format("PostgreSQL: another server advertises the name '{}' too", lease.name()));
+    }
     absl::SleepFor(lease.length() / kLooks);
   }
 }

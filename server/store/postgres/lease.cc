@@ -89,8 +89,6 @@ absl::Status PgLease::Connect() {
   if (connection_ != nullptr && !connection_->lost()) return absl::OkStatus();
   connection_.reset();
   LATTICED_ASSIGN_OR_RETURN(PgConnection connection, PgConnection::Open(url_));
-  // After a crash of the database all leases are good anew, so a renewal need not wait for the disk.
-  LATTICED_RETURN_IF_ERROR(connection.Execute("SET synchronous_commit = off"));
   connection_ = std::make_unique<PgConnection>(std::move(connection));
   return absl::OkStatus();
 }
@@ -101,12 +99,16 @@ absl::Status PgLease::Join() {
     MutexLock lock(&mutex_);
     free_bytes = free_bytes_;
   }
+  // The number of a session must outlive a crash of the database: it is never used again.
+  LATTICED_RETURN_IF_ERROR(connection_->Execute("SET synchronous_commit = on"));
   LATTICED_RETURN_IF_ERROR(connection_->Execute(kForget, {}).status());
   LATTICED_ASSIGN_OR_RETURN(
       const PgRows joined,
       connection_->Execute(
           kJoin,
           PgParameters().Text(name_).Number(length_ / absl::Microseconds(1)).Number(free_bytes)));
+  // After a crash of the database all leases are good anew, so a renewal need not wait for the disk.
+  LATTICED_RETURN_IF_ERROR(connection_->Execute("SET synchronous_commit = off"));
   MutexLock lock(&mutex_);
   session_ = joined.Number(0, 0);
   return absl::OkStatus();

@@ -217,6 +217,8 @@ absl::Status PgWriter::DeleteScene(std::string_view id) {
 
 absl::Status PgWriter::PutSnapshot(const Write& write) {
   LATTICED_RETURN_IF_ERROR(Attach());
+  // It may have a record that was refused.
+  LATTICED_RETURN_IF_ERROR(tails_.CheckSound(write.scene));
   const PgTail* tail = tails_.Find(write.scene);
   if (tail == nullptr) return Explain(write.scene);
   if (write.lsn == 0 || write.lsn > tail->lsn) {
