@@ -35,6 +35,29 @@ std::string OneLine(std::string_view message) {
   return absl::StrJoin(absl::StrSplit(text, '\n', is_problem), "; ");
 }
 
+// What the server's side of a connection does, so that no lock outlives a client whose host is gone.
+constexpr char kSettings[] =
+    "SET default_transaction_isolation = 'read committed'; SET tcp_keepalives_idle = 1; "
+    "SET tcp_keepalives_interval = 1; SET tcp_keepalives_count = 3; SET tcp_user_timeout = 4000";
+
+bool IsUri(std::string_view url) {
+  return url.starts_with("postgresql://") || url.starts_with("postgres://");
+}
+
+// libpq ends the password at the first @ or /, takes the rest for a host or a port, and names those in its messages.
+bool HasRawPassword(std::string_view url, const PQconninfoOption* options) {
+  for (; options->keyword != nullptr; ++options) {
+    if (options->val == nullptr || std::string_view(options->keyword) != "port") continue;
+    if (std::string_view(options->val).find_first_not_of("0123456789,") != std::string_view::npos) {
+      return true;
+    }
+  }
+  if (!IsUri(url)) return false;
+  url.remove_prefix(url.find("//") + 2);
+  const size_t at = url.rfind('@');
+  return at != std::string_view::npos && url.find_first_of("@/?#") < at;
+}
+
 bool IsFull(std::string_view state) {
   return state == "53100" || state == "53200";  // disk full, out of memory
 }
@@ -44,10 +67,16 @@ bool IsFull(std::string_view state) {
 absl::Status PgConnection::CheckUrl(const std::string& url) {
   char* problem = nullptr;
   PQconninfoOption* options = PQconninfoParse(url.c_str(), &problem);
-  const bool valid = options != nullptr;
+  const bool valid = options != nullptr && !absl::StripAsciiWhitespace(url).empty();
+  const bool raw = valid && HasRawPassword(url, options);
   PQconninfoFree(options);
   PQfreemem(problem);  // it may repeat the password
-  if (valid && !absl::StripAsciiWhitespace(url).empty()) return absl::OkStatus();
+  if (raw) {
+    return absl::InvalidArgumentError(
+        "percent-encode @, /, ? and # in the URL's user, password and options: %40, %2F, %3F, %23; "
+        "and write a port as a number");
+  }
+  if (valid) return absl::OkStatus();
   return absl::InvalidArgumentError(
       "not a URL of PostgreSQL; write postgresql://user:password@host:5432/database");
 }
@@ -67,8 +96,7 @@ absl::StatusOr<PgConnection> PgConnection::Open(const std::string& url) {
   PQsetNoticeProcessor(
       connection.connection_.get(), [](void*, const char*) {}, nullptr);
   if (connection.lost()) return connection.StatusOf(nullptr);
-  LATTICED_RETURN_IF_ERROR(
-      connection.Execute("SET default_transaction_isolation = 'read committed'"));
+  LATTICED_RETURN_IF_ERROR(connection.Execute(kSettings));
   return connection;
 }
 

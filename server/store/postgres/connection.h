@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A connection to PostgreSQL. A dead network is noticed within some four seconds, a slow database never: it is waited for.
+// A connection to PostgreSQL. A dead network is noticed within some four seconds, by both sides; a slow database never: it
+// is waited for.
 //
 // Errors   kResourceExhausted, reason STORE: no room; kUnavailable, reason STORE: everything else, in one line without the
 //          password. After lost() nobody knows whether the statement was executed
@@ -50,7 +51,7 @@ class PgConnection {
  public:
   // `url` as libpq reads it: postgresql://user:password@host:port/database?options, or key = value.
   [[nodiscard]] static absl::StatusOr<PgConnection> Open(const std::string& url);
-  // kInvalidArgument if it is none. The message does not repeat it.
+  // kInvalidArgument if it is none, or libpq would name a part of its password. The message does not repeat it.
   [[nodiscard]] static absl::Status CheckUrl(const std::string& url);
 
   // One statement, which is prepared when it is executed first.

@@ -23,8 +23,13 @@ constexpr char kJoin[] =
 constexpr char kRenew[] =
     "UPDATE latticed.session SET expires = clock_timestamp() + lease, free_bytes = $2 "
     "WHERE session = $1 AND NOT fenced RETURNING session";
+// As claim() it waits for an append under way, which a lost connection of the writer may have left. The lease runs out
+// where that takes long.
+constexpr char kEndSoon[] = "SET lock_timeout = '2s'";
 constexpr char kEnd[] =
-    "UPDATE latticed.session SET fenced = true, expires = clock_timestamp() WHERE session = $1";
+    "WITH me AS MATERIALIZED (SELECT session FROM latticed.session WHERE session = $1 FOR UPDATE) "
+    "UPDATE latticed.session SET fenced = true, expires = clock_timestamp() FROM me "
+    "WHERE latticed.session.session = me.session";
 
 }  // namespace
 
@@ -45,7 +50,7 @@ PgLease::~PgLease() {
   }
   if (thread_.joinable()) thread_.join();
   if (connection_ == nullptr || session() == 0) return;
-  // Else the lease runs out.
+  if (!connection_->Execute(kEndSoon).ok()) return;
   connection_->Execute(kEnd, PgParameters().Number(session())).status().IgnoreError();
 }
 

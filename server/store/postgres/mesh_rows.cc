@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/store/postgres/mesh_rows.h"
 
+#include <utility>
+
 #include "core/base/error.h"
 #include "core/base/status_macros.h"
 #include "server/store/row_sum.h"
@@ -30,9 +32,11 @@ absl::Status Locked(PgConnection& connection, std::string_view id,
 
 absl::Status InsertPostgresMesh(PgPool& pool, std::string_view id, std::string_view header,
                                 absl::FunctionRef<absl::Status()> publish) {
+  bool published = false;  // also where the row's connection was lost then
   return pool.With([&](PgConnection& connection) {
     return Locked(connection, id, [&]() -> absl::Status {
-      LATTICED_RETURN_IF_ERROR(publish());
+      if (!published) LATTICED_RETURN_IF_ERROR(publish());
+      published = true;
       return connection
           .Execute(kInsert, PgParameters().Bytes(id).Number(IdRowSum(id, header)).Bytes(header))
           .status();
@@ -42,11 +46,13 @@ absl::Status InsertPostgresMesh(PgPool& pool, std::string_view id, std::string_v
 
 absl::Status DeletePostgresMesh(PgPool& pool, std::string_view id,
                                 absl::FunctionRef<void()> remove) {
+  bool sent = false;  // its answer may be lost, and nobody then knows whether the row is there
   return pool.With([&](PgConnection& connection) {
     return Locked(connection, id, [&]() -> absl::Status {
+      const bool again = std::exchange(sent, true);
       LATTICED_ASSIGN_OR_RETURN(const PgRows rows,
                                 connection.Execute(kDelete, PgParameters().Bytes(id)));
-      if (rows.empty()) return error::NotFound("mesh", id);
+      if (rows.empty() && !again) return error::NotFound("mesh", id);
       remove();
       return absl::OkStatus();
     });

@@ -24,12 +24,16 @@ constexpr char kFence[] =
 constexpr char kCreate[] =
     "INSERT INTO latticed.scene(id, session, sum, header) SELECT $3, session, $4, $5 FROM me "
     "ON CONFLICT(id) DO NOTHING RETURNING number";
+// How many were stored; and which, only if it was not $7, all of them: a client that stands still reads no long answers,
+// and the statement would hold its locks meanwhile.
 constexpr char kAppend[] =
-    "INSERT INTO latticed.record(scene, lsn, sum, bytes) "
+    ", stored AS (INSERT INTO latticed.record(scene, lsn, sum, bytes) "
     "SELECT r.scene, r.lsn, r.sum, r.bytes "
     "FROM unnest($3::bigint[], $4::bigint[], $5::bigint[], $6::bytea[]) r(scene, lsn, sum, bytes) "
     "JOIN latticed.scene s ON s.number = r.scene JOIN me ON me.session = s.session "
-    "ON CONFLICT(scene, lsn) DO NOTHING RETURNING scene, lsn";
+    "ON CONFLICT(scene, lsn) DO NOTHING RETURNING scene, lsn) "
+    "SELECT 0::bigint, count(*) FROM stored UNION ALL "
+    "SELECT scene, lsn FROM stored WHERE (SELECT count(*) FROM stored) < $7";
 constexpr char kReplaceSnapshot[] =
     ", put AS (UPDATE latticed.scene SET snapshot_lsn = $4 FROM me "
     "WHERE number = $3 AND scene.session = me.session AND snapshot_lsn < $4 RETURNING number), "
@@ -87,9 +91,9 @@ absl::Status PgWriter::Release(std::string_view id) {
 absl::Status PgWriter::Settle() {
   return queue_.Call(Write::Kind::kQuestion, [this] {
     const absl::Status status = Attach();
-    // A database that only refuses writes can be read, and has decided.
+    // A database that only refuses writes can be read.
     const bool readable = connection_ != nullptr && !connection_->lost();
-    return readable ? absl::OkStatus() : status;
+    return readable && !undecided_ ? absl::OkStatus() : status;
   });
 }
 
@@ -159,13 +163,16 @@ absl::Status PgWriter::InsertGroup(std::span<Write> group) {
   if (writes.empty()) return absl::OkStatus();
   const absl::Time start = absl::Now();
   const auto sent = Fenced(kAppend, [&](PgParameters& parameters) {
-    parameters.Numbers(numbers).Numbers(lsns).Numbers(sums).ByteStrings(records);
+    parameters.Numbers(numbers).Numbers(lsns).Numbers(sums).ByteStrings(records).Number(
+        writes.size());
   });
   perhaps_stored_ = sent.ok() || connection_->lost();
   LATTICED_RETURN_IF_ERROR(sent.status());
   const PgRows& rows = *sent;
   counts_->commits.Observe(absl::Now() - start);
-  if (rows.size() == static_cast<int>(writes.size())) return absl::OkStatus();
+  if (rows.size() == 1 && rows.Number(0, 1) == static_cast<int64_t>(writes.size())) {
+    return absl::OkStatus();
+  }
   attached_ = false;  // the session may be fenced
   std::set<std::pair<int64_t, int64_t>> stored;
   for (int i = 0; i < rows.size(); ++i) stored.emplace(rows.Number(i, 0), rows.Number(i, 1));
@@ -259,7 +266,10 @@ absl::StatusOr<PgRows> PgWriter::Fenced(std::string_view rest,
   PgParameters parameters;
   parameters.Number(session_).Number(number_);
   more(parameters);
-  return connection_->Execute(fmt::format(kFence, fence_ ? "FOR KEY SHARE" : "", rest), parameters);
+  auto rows =
+      connection_->Execute(fmt::format(kFence, fence_ ? "FOR KEY SHARE" : "", rest), parameters);
+  if (connection_->lost()) undecided_ = true;
+  return rows;
 }
 
 absl::Status PgWriter::Attach() {
@@ -285,6 +295,7 @@ absl::Status PgWriter::Attach() {
     session_ = session;
     number_ = number;
     attached_ = true;
+    undecided_ = false;  // attach() has waited for it
   }
   return absl::OkStatus();
 }

@@ -89,8 +89,9 @@ class PgWriter {
   std::unique_ptr<PgConnection> connection_;
   bool attached_ = false;
   bool perhaps_stored_ = false;  // what InsertGroup sent, also if it fails
-  int64_t session_ = 0;          // that tails_ are of
-  int64_t number_ = 0;           // of the connection among the session's
+  bool undecided_ = false;  // a statement whose answer was lost: the database may still execute it
+  int64_t session_ = 0;     // that tails_ are of
+  int64_t number_ = 0;      // of the connection among the session's
   PgTails tails_;
   absl::Status failure_;  // of the medium; not OK: nothing is written
   WriteQueue queue_;

@@ -16,25 +16,6 @@ namespace {
 
 constexpr int kCrashes = 3;
 
-// All transactions of the shared PostgreSQL are read-only for as long as this is.
-class ReadOnly {
- public:
-  explicit ReadOnly(std::string url) : url_(std::move(url)) {
-    Set("SET default_transaction_read_only = on");
-  }
-  ~ReadOnly() { Set("RESET default_transaction_read_only"); }
-  ReadOnly(const ReadOnly&) = delete;
-  ReadOnly& operator=(const ReadOnly&) = delete;
-
- private:
-  void Set(const std::string& what) {
-    ExecuteSql(url_, "ALTER SYSTEM " + what);
-    ExecuteSql(url_, "SELECT pg_reload_conf()");
-  }
-
-  const std::string url_;
-};
-
 class OutageTest : public SharedSceneTest {
  protected:
   // Sends the next edit, and the same again after a refusal, until it is told to stop.
@@ -113,7 +94,7 @@ TEST_F(OutageTest, EditsGoOnAfterACrashOfPostgres) {
 TEST_F(OutageTest, AReadOnlyPostgresIsRead) {
   absl::Status status;
   {
-    const ReadOnly read_only(url_);
+    const PostgresSetting read_only(url_, "default_transaction_read_only", "on");
     // PostgreSQL takes the setting a little later.
     while ((status = Apply(Edit(acknowledged_ + 1))).ok()) ++acknowledged_;
     ExpectRefusal(status, {absl::StatusCode::kUnavailable, "STORE", "", "read-only transaction"});

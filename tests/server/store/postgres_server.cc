@@ -2,7 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/server/store/postgres_server.h"
 
+#include <arpa/inet.h>
 #include <signal.h>
+#include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -36,6 +38,18 @@ std::string AsUser(const std::string& command) {
       "exec setpriv --reuid postgres --regid postgres --clear-groups --pdeathsig QUIT {}", command);
 }
 
+// A port of 127.0.0.1 that nobody listens on.
+int FreePort() {
+  const int listener = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  sockaddr_in address = {.sin_family = AF_INET, .sin_addr = {htonl(INADDR_LOOPBACK)}};
+  socklen_t size = sizeof(address);
+  auto* const any = reinterpret_cast<sockaddr*>(&address);
+  const bool bound = bind(listener, any, size) == 0 && getsockname(listener, any, &size) == 0;
+  close(listener);
+  if (!bound) throw std::runtime_error("no port is free");
+  return ntohs(address.sin_port);
+}
+
 }  // namespace
 
 bool PostgresServer::IsInstalled() { return !Programs().empty(); }
@@ -45,7 +59,7 @@ PostgresServer& PostgresServer::Shared() {
   return server;
 }
 
-PostgresServer::PostgresServer() {
+PostgresServer::PostgresServer(Network network) : port_(network == Network::kTcp ? FreePort() : 0) {
   const std::string folder = folder_.path().string();
   const std::string owner =
       geteuid() == 0 ? fmt::format("chown postgres {} && ", folder) : std::string();
@@ -61,9 +75,10 @@ PostgresServer::PostgresServer() {
 
 void PostgresServer::Start() {
   const std::string serve = AsUser(fmt::format(
-      "{}/postgres -D {} -k {} -c listen_addresses= -c fsync=off "
+      "{}/postgres -D {} -k {} -c listen_addresses={} -c fsync=off "
       "-c full_page_writes=off -c max_connections=200 > {} 2>&1",
-      Programs(), folder_.Path("data"), folder_.path().string(), folder_.Path("log.txt")));
+      Programs(), folder_.Path("data"), folder_.path().string(),
+      port_ == 0 ? std::string() : fmt::format("127.0.0.1 -p {}", port_), folder_.Path("log.txt")));
   process_ = fork();
   if (process_ == 0) {
     execl("/bin/sh", "sh", "-c", serve.c_str(), nullptr);
@@ -84,6 +99,9 @@ void PostgresServer::Crash() {
 }
 
 std::string PostgresServer::UrlOf(const std::string& database) const {
+  if (port_ != 0) {
+    return fmt::format("host=127.0.0.1 port={} user=latticed dbname={}", port_, database);
+  }
   return fmt::format("host={} user=latticed dbname={}", folder_.path().string(), database);
 }
 
@@ -98,6 +116,17 @@ void ExecuteSql(const std::string& url, const std::string& sql) {
   absl::Status status = connection.status();
   if (status.ok()) status = connection->Execute(sql.c_str());
   if (!status.ok()) throw std::runtime_error(status.ToString());
+}
+
+PostgresSetting::PostgresSetting(std::string url, std::string name, const std::string& value)
+    : url_(std::move(url)), name_(std::move(name)) {
+  ExecuteSql(url_, fmt::format("ALTER SYSTEM SET {} = {}", name_, value));
+  ExecuteSql(url_, "SELECT pg_reload_conf()");
+}
+
+PostgresSetting::~PostgresSetting() {
+  ExecuteSql(url_, "ALTER SYSTEM RESET " + name_);
+  ExecuteSql(url_, "SELECT pg_reload_conf()");
 }
 
 std::vector<std::string> WithPostgres(std::vector<std::string> kinds) {

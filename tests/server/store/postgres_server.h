@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A PostgreSQL in a temporary folder, on a Unix socket, for all tests of the program. It does not wait for the disk.
+// A PostgreSQL in a temporary folder, for all tests of the program. It does not wait for the disk.
 #ifndef LATTICED_TESTS_SERVER_STORE_POSTGRES_SERVER_H_
 #define LATTICED_TESTS_SERVER_STORE_POSTGRES_SERVER_H_
 
@@ -21,7 +21,8 @@ class PostgresServer {
   // Started with the first call.
   static PostgresServer& Shared();
 
-  PostgresServer();
+  enum class Network { kUnixSocket, kTcp };  // kTcp: a free port of 127.0.0.1
+  explicit PostgresServer(Network network = Network::kUnixSocket);
   ~PostgresServer();
 
   // Ends at once, as after a crash: what was committed is found by the next start.
@@ -34,6 +35,7 @@ class PostgresServer {
  private:
   std::string UrlOf(const std::string& database) const;
 
+  const int port_;  // 0: there is none
   TemporaryFolder folder_;
   pid_t process_ = -1;
   int databases_ = 0;
@@ -41,6 +43,19 @@ class PostgresServer {
 
 // Executes SQL without rows; throws if it fails.
 void ExecuteSql(const std::string& url, const std::string& sql);
+
+// A setting of the whole PostgreSQL, for as long as this is. It takes it a little later.
+class PostgresSetting {
+ public:
+  PostgresSetting(std::string url, std::string name, const std::string& value);
+  ~PostgresSetting();
+  PostgresSetting(const PostgresSetting&) = delete;  // it is taken back once
+  PostgresSetting& operator=(const PostgresSetting&) = delete;
+
+ private:
+  const std::string url_;
+  const std::string name_;
+};
 
 // `kinds`, and "postgres" if it is installed.
 std::vector<std::string> WithPostgres(std::vector<std::string> kinds);

@@ -84,8 +84,12 @@ class PostgresTakeovers : public ::testing::Test {
     ASSERT_EQ(std::getenv("LATTICED_REQUIRE_POSTGRES"), nullptr) << "PostgreSQL is not installed";
     GTEST_SKIP() << "PostgreSQL is not installed: no takeover was tested";
   }
-  // The number of the takeover at which an acknowledged record was lost, or the next owner could not go on; 0: none.
-  int FirstLoss(bool fence) {
+  // Numbers of takeovers; 0: none.
+  struct Outcome {
+    int lost = 0;   // an acknowledged record was lost
+    int stuck = 0;  // nothing was, but the next owner could not go on
+  };
+  Outcome TakeUntilALoss(bool fence) {
     const std::string url = PostgresServer::Shared().NewDatabase();
     std::array<std::unique_ptr<Store>, 2> stores = {Open(url, "a", fence), Open(url, "b", fence)};
     ExecuteSql(url, kSlowAppends);
@@ -99,13 +103,14 @@ class PostgresTakeovers : public ::testing::Test {
       EXPECT_OK(log.status());
       const std::vector<std::string> acknowledged = owner->Acknowledged();
       acknowledged_ = acknowledged.size();
-      if (!log.ok() || !IsBeginningOf(acknowledged, log->records)) return takeover;
+      if (!log.ok()) return {.stuck = takeover};
+      if (!IsBeginningOf(acknowledged, log->records)) return {.lost = takeover};
       owner = std::make_unique<Owner>(next, log->records);
     }
     const bool goes_on = owner->AwaitAppends();
     ExecuteSql(url, "UPDATE latticed.session SET fenced = true");  // refuses the next record
     (void)owner->Acknowledged();
-    return goes_on ? 0 : takeover;
+    return {.stuck = goes_on ? 0 : takeover};
   }
 
   size_t acknowledged_ = 0;  // before the last takeover
@@ -141,13 +146,15 @@ class PostgresTakeovers : public ::testing::Test {
 };
 
 TEST_F(PostgresTakeovers, LoseNothingThatWasAcknowledged) {
-  EXPECT_EQ(FirstLoss(true), 0);
+  const Outcome outcome = TakeUntilALoss(true);
+  EXPECT_EQ(outcome.lost, 0);
+  EXPECT_EQ(outcome.stuck, 0);
   EXPECT_GE(acknowledged_, static_cast<size_t>(Takeovers()) * kAppendsBetween);
   printf("%d takeovers, %zu acknowledged records\n", Takeovers(), acknowledged_);
 }
 
 TEST_F(PostgresTakeovers, LoseRecordsWithoutTheFence) {
-  const int first = FirstLoss(false);
+  const int first = TakeUntilALoss(false).lost;
   EXPECT_GT(first, 0) << "the test above would not notice a loss";
   printf("a record was lost at takeover %d\n", first);
 }

@@ -1,0 +1,84 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What only the store in PostgreSQL has: how it is opened.
+#include <future>
+
+#include "tests/server/store/postgres/postgres_store.h"
+
+namespace latticed::testing {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+TEST_F(PostgresStore, RefusesAWrongUrlWithoutRepeatingIt) {
+  EXPECT_THAT(Open("postgres//user:secret@host").status(),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       AllOf(HasSubstr(folder_.Path("url")), Not(HasSubstr("secret")))));
+  EXPECT_THAT(Open("").status(), StatusIs(absl::StatusCode::kInvalidArgument));
+  EXPECT_THAT(OpenPostgresStore({.url_file = folder_.Path("none")}).status(),
+              StatusIs(absl::StatusCode::kNotFound, HasSubstr("none")));
+}
+
+TEST_F(PostgresStore, RefusesAPasswordThatLibpqWouldRepeat) {
+  for (const std::string url :
+       {"postgresql://ann:pre@secret@127.0.0.1:1/db", "postgres://ann:secret/post@127.0.0.1:1/db",
+        "postgresql://ann:1/secret@127.0.0.1/db", "postgresql://ann:1?user=secret@127.0.0.1",
+        "postgresql://ann:1#secret@127.0.0.1", "postgresql://ann:secret/db"}) {
+    EXPECT_THAT(Open(url).status(),
+                StatusIs(absl::StatusCode::kInvalidArgument,
+                         AllOf(HasSubstr("percent-encode"), Not(HasSubstr("secret")))))
+        << url;
+  }
+  for (const std::string url : {"postgresql://ann:a%40%2F%3F%23%25b@127.0.0.1:1/db",
+                                "postgresql://ann@127.0.0.1:1,[::1]:1/db",
+                                "host=127.0.0.1 port=1 user=ann password='a@/?#b'"}) {
+    EXPECT_OK(PgConnection::CheckUrl(url)) << url;
+    EXPECT_THAT(Open(url).status(), StatusIs(absl::StatusCode::kUnavailable, Not(HasSubstr("a@/"))))
+        << url;
+  }
+}
+
+TEST_F(PostgresStore, NamesADatabaseThatDoesNotAnswer) {
+  EXPECT_THAT(Open("postgresql://user:secret@127.0.0.1:1/database").status(),
+              StatusIs(absl::StatusCode::kUnavailable,
+                       AllOf(HasSubstr("127.0.0.1"), Not(HasSubstr("secret")), Not(HasSubstr("\n")),
+                             Not(HasSubstr("?")))));
+}
+
+TEST_F(PostgresStore, RefusesANewerSchema) {
+  ASSERT_OK(Open(url_).status());
+  ExecuteSql(url_, "UPDATE latticed.version SET number = 2");
+
+  EXPECT_THAT(
+      Open(url_).status(),
+      StatusIs(absl::StatusCode::kFailedPrecondition,
+               "the database has schema 2, which a newer latticed made; this one reads up to 1"));
+}
+
+TEST_F(PostgresStore, RefusesAnothersSchema) {
+  ExecuteSql(url_, "CREATE SCHEMA latticed; CREATE TABLE latticed.scene(id text)");
+
+  EXPECT_THAT(Open(url_).status(),
+              StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr("another program")));
+}
+
+// Else the locks of a server whose host is gone would last for hours.
+TEST_F(PostgresStore, ItsServerNoticesADeadNetworkToo) {
+  PostgresServer over_network(PostgresServer::Network::kTcp);
+  ASSERT_OK_AND_ASSIGN(PgConnection connection, PgConnection::Open(over_network.NewDatabase()));
+  const auto seconds = [&](const std::string& setting) {
+    return NumberOf(
+        connection,
+        fmt::format("SELECT setting::bigint FROM pg_settings WHERE name = '{}'", setting));
+  };
+  EXPECT_EQ(seconds("tcp_keepalives_idle"), 1);
+  EXPECT_EQ(seconds("tcp_keepalives_interval"), 1);
+  EXPECT_EQ(seconds("tcp_keepalives_count"), 3);
+  EXPECT_EQ(seconds("tcp_user_timeout"), 4'000);
+}
+
+}  // namespace
+}  // namespace latticed::testing
