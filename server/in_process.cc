@@ -26,6 +26,9 @@
 namespace latticed {
 namespace {
 
+// Scenes are released by thousands in this time. While the store hangs, the rest of the drain must not wait for it.
+constexpr absl::Duration kMostRetiring = absl::Seconds(3);
+
 void WarnOfOpenPorts(const Options& options) {
   for (const auto& [flag, address] :
        {std::pair("--listen", options.listen), std::pair("--http", options.http)}) {
@@ -174,7 +177,7 @@ void InProcessServer::Drain() {
   absl::SleepFor(env_->options.drain_delay);
   env_->drain.request_stop();
   // Other servers go on with the scenes at once.
-  if (env_->store != nullptr && env_->store->shared()) env_->scenes->Retire();
+  if (env_->store != nullptr && env_->store->shared()) env_->scenes->Retire(kMostRetiring);
   const absl::Time deadline = absl::Now() + env_->options.drain_timeout;
   if (web_ != nullptr) web_->Drain(deadline);
   server_->Shutdown(deadline);

@@ -152,6 +152,9 @@ class Scene : public RenderSource, public std::enable_shared_from_this<Scene> {
   // Refuses edits from now on, and ends streams. After Leave, the scene may live on another server. Idempotent.
   void Delete() ABSL_LOCKS_EXCLUDED(edit_mutex_, mutex_) { End(Life::kDeleted); }
   void Leave() ABSL_LOCKS_EXCLUDED(edit_mutex_, mutex_) { End(Life::kLeft); }
+  // What the store has is not what this scene has, or may be, as after Leave, which is still to be called: this waits for
+  // nothing, and notifies nobody. Returns ended().
+  absl::Status Lose();
   // Whether edits wait for the store.
   [[nodiscard]] bool has_pending() const { return !journal_.is_idle(); }
   // Housekeeping, called about once a second: ends gestures that time out, and drops views that nobody has
@@ -216,8 +219,6 @@ class Scene : public RenderSource, public std::enable_shared_from_this<Scene> {
   // Goes on from what is stored, after an append has failed.
   [[nodiscard]] absl::Status ReadAgain() ABSL_EXCLUSIVE_LOCKS_REQUIRED(edit_mutex_)
       ABSL_LOCKS_EXCLUDED(mutex_);
-  // What the store has is not what this scene has, or may be. Returns ended(); listeners are still to be notified.
-  absl::Status Lose();
   // The answer to a batch that is now durable, or why it is not. Publishes what it did.
   [[nodiscard]] absl::StatusOr<EditSummary> Settle(const absl::StatusOr<EditCommit>& commit,
                                                    const std::shared_ptr<TargetSlot>& target,

@@ -60,21 +60,6 @@ uint64_t SceneReplyBytes(const v1::CreateSceneRequest& request) {
   return kAllButLabels + ReplyBytes(scene);
 }
 
-// Where servers share a store, a scene for which this one has no memory is made on the one with most of it: kUnavailable,
-// reason SCENE_MOVED. `refused`, where no other has enough.
-absl::Status OrOnFreerServer(const ServerEnv& env, absl::Status refused) {
-  const error::Details details = error::DetailsOf(refused);
-  if (env.store == nullptr || !env.store->shared() || details.reason != "OUT_OF_MEMORY") {
-    return refused;
-  }
-  const auto servers = env.store->Servers();
-  if (!servers.ok() || servers->empty()) return refused;
-  const auto& freest = *std::ranges::max_element(*servers, {}, &StoredServer::free_bytes);
-  const uint64_t needed = std::max(details.asked_bytes, env.memory->free_bytes());
-  if (freest.name == env.options.advertise || freest.free_bytes <= needed) return refused;
-  return error::SceneMoved(freest.name);
-}
-
 absl::Status CreateScene(const CallContext& context, const v1::CreateSceneRequest& request,
                          v1::Scene& response) {
   ServerEnv& env = context.env;

@@ -12,6 +12,7 @@
 #include "server/engine/watch/view_tolerance.h"
 #include "server/rpc/call.h"
 #include "server/rpc/server_env.h"
+#include "server/store/store_errors.h"
 #include "server/stores/scene_registry.h"
 #include "server/wire/converters.h"
 #include "server/wire/presence_converters.h"
@@ -31,12 +32,27 @@ absl::StatusOr<WatchView> ViewOf(const v1::ViewOptions& options, const Scene& sc
 
 }  // namespace
 
+absl::Status OrOnFreerServer(const ServerEnv& env, absl::Status refused) {
+  const error::Details details = error::DetailsOf(refused);
+  if (env.store == nullptr || !env.store->shared() || details.reason != "OUT_OF_MEMORY") {
+    return refused;
+  }
+  const auto servers = env.store->Servers();
+  if (!servers.ok() || servers->empty()) return refused;
+  const auto& freest = *std::ranges::max_element(*servers, {}, &StoredServer::free_bytes);
+  const uint64_t needed = std::max(details.asked_bytes, env.memory->free_bytes());
+  if (freest.name == env.options.advertise || freest.free_bytes <= needed) return refused;
+  return error::SceneMoved(freest.name);
+}
+
 absl::StatusOr<std::shared_ptr<Scene>> FindScene(const ServerEnv& env, const CallInfo& call,
                                                  const std::string& id) {
   if (id.empty()) return error::InvalidField("scene", "is required");
   LATTICED_RETURN_IF_ERROR(CheckSceneMetadata(call, id));
   auto scene = env.scenes->Find(id);
-  NoteOwner(env, call, scene.status());
+  const absl::Status found = OrOnFreerServer(env, scene.status());
+  NoteOwner(env, call, found);
+  LATTICED_RETURN_IF_ERROR(found);
   return scene;
 }
 

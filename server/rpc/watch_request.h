@@ -21,8 +21,12 @@ namespace latticed {
 struct CallInfo;
 struct ServerEnv;
 
+// Where servers share a store, a scene for which this one has no memory is made on the one with most of it: kUnavailable,
+// reason SCENE_MOVED. `refused`, where no other has enough.
+[[nodiscard]] absl::Status OrOnFreerServer(const ServerEnv& env, absl::Status refused);
+
 // The scene that a request names. kInvalidArgument where it names none, or another than the
-// metadata; kNotFound.
+// metadata; kNotFound; kUnavailable, reason SCENE_MOVED.
 [[nodiscard]] absl::StatusOr<std::shared_ptr<Scene>> FindScene(const ServerEnv& env,
                                                                const CallInfo& call,
                                                                const std::string& id);

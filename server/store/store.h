@@ -104,7 +104,8 @@ class Store {
   // After all appends under way: another server may claim the scene at once. OK as well if it is not this server's.
   [[nodiscard]] virtual absl::Status ReleaseScene(std::string_view id);
   // `fenced` is called on a thread of the store when this server's lease was lost, and it has a new one: it owns no
-  // scene then, and may claim. Set it before the first call of another function; it may call all of them.
+  // scene then, and may claim. Set it before the first call of another function. It must not wait, for the store least of
+  // all: the lease is not renewed meanwhile.
   virtual void OnFenced(std::function<void()> fenced);
   // Whether several servers may use the store: there may be scenes and meshes that this server has not heard of.
   [[nodiscard]] virtual bool shared() const { return false; }

@@ -14,12 +14,12 @@
 #include "server/base/telemetry.h"
 #include "server/engine/memory/eviction.h"
 #include "server/engine/watch_control.h"
+#include "server/store/store_errors.h"
 
 namespace latticed {
 namespace {
 
 constexpr uint64_t kUnlimited = std::numeric_limits<uint64_t>::max();
-constexpr absl::Duration kTickInterval = absl::Seconds(1);
 // How often a call that waits for another call to make the scene checks whether it must stop.
 constexpr absl::Duration kStopCheckInterval = absl::Milliseconds(50);
 
@@ -33,14 +33,10 @@ SceneRegistry::SceneRegistry(Backend* backend, int workers, Options options)
                                          : std::make_shared<MemoryBudget>(kUnlimited)),
       render_backend_(backend, memory_),
       queue_(workers),
-      housekeeper_([this] { KeepHouse(); }) {
+      housekeeper_([this] { KeepHouse(); }),
+      storekeeper_([this] { KeepStore(); }) {
   memory_->SetEvictor([this](const MemoryShortage& shortage) { return Evict(shortage); });
-  if (shared()) {
-    options_.store->OnFenced([this] {
-      ++leases_lost_;
-      LeaveAll(/*release=*/false);
-    });
-  }
+  if (shared()) options_.store->OnFenced([this] { LoseAll(); });
 }
 
 SceneRegistry::~SceneRegistry() {
@@ -51,6 +47,7 @@ SceneRegistry::~SceneRegistry() {
     stopping_ = true;
   }
   housekeeper_.join();
+  storekeeper_.join();
 }
 
 bool SceneRegistry::Evict(const MemoryShortage& shortage) {
@@ -70,19 +67,6 @@ bool SceneRegistry::Evict(const MemoryShortage& shortage) {
   return evicted;
 }
 
-void SceneRegistry::KeepHouse() {
-  while (true) {
-    {
-      const MutexLock lock(&mutex_);
-      const auto stopping = [this]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return stopping_; };
-      if (mutex_.AwaitFor(stopping, kTickInterval)) return;
-    }
-    Tick(absl::Now());
-    last_tick_ns_ = absl::ToUnixNanos(absl::Now());
-    ++ticks_;
-  }
-}
-
 absl::Status SceneRegistry::AwaitFree(std::string_view id, StopCheck stop) {
   const auto free = [&]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return !creating_.contains(id); };
   while (!mutex_.AwaitFor(free, kStopCheckInterval)) {
@@ -96,6 +80,7 @@ absl::StatusOr<std::shared_ptr<Scene>> SceneRegistry::Create(
     size_t most_of_account) {
   const std::string id = config.id;
   const std::string mesh_id = config.mesh_id;
+  uint64_t leavings = 0;
   if (options_.store != nullptr) {  // wakes the scene of an equal request
     const auto found = Find(id).status();
     if (absl::IsUnavailable(found)) return found;
@@ -109,7 +94,7 @@ absl::StatusOr<std::shared_ptr<Scene>> SceneRegistry::Create(
       return error::AlreadyExists("scene", id);
     }
     if (asleep_.contains(id)) return error::AlreadyExists("scene", id);
-    if (scenes_.size() + creating_.size() + asleep_.size() >= options_.max_scenes) {
+    if (CountLocked() >= options_.max_scenes) {
       return error::LimitExceeded("scenes", options_.max_scenes);
     }
     if (CountOfAccountLocked(config.account) >= most_of_account) {
@@ -120,17 +105,22 @@ absl::StatusOr<std::shared_ptr<Scene>> SceneRegistry::Create(
       LATTICED_RETURN_IF_ERROR(admit());
     }
     creating_[id] = {mesh_id, config.account};
+    leavings = leavings_;
   }
+  Making making(this, id);
   auto scene = Made(std::move(config), stop);
+  bool mesh_lives = false;
   {
     const MutexLock lock(&mutex_);
-    const bool mesh_lives = creating_[id].mesh_id == mesh_id;
-    creating_.erase(id);
-    if (!scene.ok()) return scene;
-    if (mesh_lives) {
-      scenes_[id] = *scene;
-      return scene;
-    }
+    mesh_lives = creating_[id].mesh_id == mesh_id;
+    const bool stays = mesh_lives && leavings == leavings_;
+    if (scene.ok() && stays) scenes_[id] = *scene;
+    making.End();
+    if (!scene.ok() || stays) return scene;
+  }
+  if (mesh_lives) {  // the lease was lost meanwhile, or this server ends
+    (void)options_.store->ReleaseScene(id);
+    return error::SceneMoved("");
   }
   if (options_.store != nullptr) {
     LATTICED_RETURN_IF_ERROR(options_.store->DeleteScene(id));
@@ -180,6 +170,7 @@ absl::Status SceneRegistry::DeleteIf(std::string_view id, const std::function<bo
     if (found != scenes_.end()) scene = found->second;
     creating_[key] = {};
   }
+  Making making(this, key);
   absl::Status status;
   if (options_.store != nullptr) {
     status = Claim(key);
@@ -188,7 +179,7 @@ absl::Status SceneRegistry::DeleteIf(std::string_view id, const std::function<bo
   // Before another scene can have the id: what is being applied must not reach its log.
   if (status.ok() && scene != nullptr) scene->Delete();
   const MutexLock lock(&mutex_);
-  creating_.erase(key);
+  making.End();
   if (!status.ok()) return status;
   asleep_.erase(key);
   scenes_.erase(key);
@@ -252,6 +243,13 @@ MemoryUse SceneRegistry::memory() const {
   return total;
 }
 
+size_t SceneRegistry::CountLocked() const {
+  const auto in_making = std::ranges::count_if(creating_, [&](const auto& c) {
+    return !scenes_.contains(c.first) && !asleep_.contains(c.first);
+  });
+  return scenes_.size() + asleep_.size() + static_cast<size_t>(in_making);
+}
+
 size_t SceneRegistry::CountOfAccountLocked(const MemoryAccountPtr& account) const {
   const auto made = std::ranges::count(scenes_, account,
                                        [](const auto& s) { return s.second->config().account; });
@@ -311,40 +309,21 @@ absl::Status SceneRegistry::DeleteScenesOf(std::string_view mesh_id) {
   for (const StoredEntry& entry : stored) {
     if (options_.mesh_of(entry.header) == mesh_id) ids.push_back(entry.id);
   }
+  // All of them or none: another server's scene cannot be deleted here.
+  for (size_t i = 0; i < ids.size() && shared(); ++i) {
+    const absl::Status claimed = Claim(ids[i]);
+    if (error::IsSceneMoved(claimed)) {
+      return error::FailedPrecondition(
+          "MESH_IN_USE", fmt::format("scene '{}' uses the mesh, on server '{}'; delete it first",
+                                     ids[i], error::DetailsOf(claimed).metadata["owner"]));
+    }
+    if (!claimed.ok() && !absl::IsNotFound(claimed)) return claimed;
+  }
   for (const std::string& id : ids) {
     const absl::Status status = Delete(id);
     if (!status.ok() && !absl::IsNotFound(status)) return status;
   }
   return absl::OkStatus();
-}
-
-void SceneRegistry::Tick(absl::Time now) {
-  for (const auto& scene : All()) scene->Tick(now);
-  SleepUnusedSince(now - absl::Seconds(limits::kStoredIdleSeconds));
-  if (options_.on_tick != nullptr) options_.on_tick();
-  std::vector<std::string> expired;
-  const auto is_expired = [this, now](const std::string& id) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
-    if (const auto scene = scenes_.find(id); scene != scenes_.end()) {
-      return !scene->second->is_lost() && scene->second->expire_time() <= now;
-    }
-    const auto sleeper = asleep_.find(id);
-    return sleeper != asleep_.end() && sleeper->second.expires <= now;
-  };
-  {
-    const MutexLock lock(&mutex_);
-    for (const auto& [id, scene] : scenes_) {
-      if (is_expired(id)) expired.push_back(id);
-    }
-    for (const auto& [id, sleeper] : asleep_) {
-      if (is_expired(id)) expired.push_back(id);
-    }
-    std::erase_if(watches_, [](const auto& watch) { return watch.second.expired(); });
-  }
-  for (const std::string& id : expired) {
-    // Somebody may use it again meanwhile. What the store cannot delete now expires again with the next tick.
-    const auto condemned = [&]() ABSL_NO_THREAD_SAFETY_ANALYSIS { return is_expired(id); };
-    (void)DeleteIf(id, condemned);
-  }
 }
 
 std::vector<std::shared_ptr<Scene>> SceneRegistry::TakeWhere(

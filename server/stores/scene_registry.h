@@ -86,8 +86,8 @@ class SceneRegistry {
   // What the store keeps of all scenes, in order of id. Empty without a store; the store's errors.
   [[nodiscard]] absl::StatusOr<std::vector<StoredEntry>> Stored() const;
   // Ends the streams of all scenes, lets other servers claim them, and from now on claims none: this server ends. The
-  // store is shared.
-  void Retire() ABSL_LOCKS_EXCLUDED(mutex_);
+  // store is shared. Returns after `patience` at the latest: what a slow store has not done then is done later.
+  void Retire(absl::Duration patience) ABSL_LOCKS_EXCLUDED(mutex_);
   // Ends the scene's streams with kNotFound and forgets it. kNotFound; the store's errors, and then the scene
   // stays.
   [[nodiscard]] absl::Status Delete(std::string_view id) ABSL_LOCKS_EXCLUDED(mutex_);
@@ -109,7 +109,8 @@ class SceneRegistry {
   [[nodiscard]] absl::Status DeleteMesh(std::string_view mesh_id, bool force,
                                         const std::function<absl::Status()>& remove)
       ABSL_LOCKS_EXCLUDED(mutex_);
-  // Handles time-outs. The registry's own thread calls it about once a second; tests call it themselves.
+  // Handles time-outs: TickScenes, TendStore. The registry's own threads call those about once a second; tests call it
+  // themselves.
   void Tick(absl::Time now) ABSL_LOCKS_EXCLUDED(mutex_);
 
   // Streams by watch id, for ControlWatch. An expired one is kNotFound.
@@ -117,7 +118,7 @@ class SceneRegistry {
   [[nodiscard]] absl::StatusOr<std::shared_ptr<WatchControl>> FindWatch(std::string_view id) const
       ABSL_LOCKS_EXCLUDED(mutex_);
 
-  // How often the registry's own thread has kept house, and when it did last.
+  // How often the registry's own thread has called TickScenes, and when it did last.
   uint64_t ticks() const { return ticks_.load(); }
   absl::Time last_tick() const { return absl::FromUnixNanos(last_tick_ns_.load()); }
   DeviceHealth& health() { return render_backend_.health(); }
@@ -132,7 +133,34 @@ class SceneRegistry {
   uint64_t evictions() const { return evictions_.load(); }
 
  private:
+  // An id in creating_, for as long as this is, or until End.
+  class Making {
+   public:
+    Making(SceneRegistry* registry, std::string id) : registry_(registry), id_(std::move(id)) {}
+    ~Making() {
+      if (registry_ == nullptr) return;
+      const MutexLock lock(&registry_->mutex_);
+      End();
+    }
+    Making(const Making&) = delete;  // it ends once
+    Making& operator=(const Making&) = delete;
+
+    void End() ABSL_NO_THREAD_SAFETY_ANALYSIS {  // with the lock held
+      registry_->creating_.erase(id_);
+      registry_ = nullptr;
+    }
+
+   private:
+    SceneRegistry* registry_;
+    const std::string id_;
+  };
+
+  // The threads. The first never waits for the store, and the watchdog looks after it.
   void KeepHouse() ABSL_LOCKS_EXCLUDED(mutex_);
+  void KeepStore() ABSL_LOCKS_EXCLUDED(mutex_);
+  void TickScenes(absl::Time now) ABSL_LOCKS_EXCLUDED(mutex_);
+  // What may wait for the store: scenes go to sleep, and expire.
+  void TendStore(absl::Time now) ABSL_LOCKS_EXCLUDED(mutex_);
   // Waits until nobody makes, wakes or deletes the scene.
   [[nodiscard]] absl::Status AwaitFree(std::string_view id, StopCheck stop)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
@@ -142,13 +170,21 @@ class SceneRegistry {
   [[nodiscard]] absl::Status DeleteIf(std::string_view id, const std::function<bool()>& condemned)
       ABSL_LOCKS_EXCLUDED(mutex_);
   [[nodiscard]] absl::Status DeleteScenesOf(std::string_view mesh_id) ABSL_LOCKS_EXCLUDED(mutex_);
+  // Forgets a lost scene, and with it its plan; it is asleep then.
+  void Forget(std::shared_ptr<Scene> lost) ABSL_LOCKS_EXCLUDED(mutex_);
   // Claims the scene and makes it from its log.
   [[nodiscard]] absl::StatusOr<std::shared_ptr<Scene>> Restored(const std::string& id);
   [[nodiscard]] absl::Status Claim(const std::string& id);
   // Puts scenes to sleep that nobody has used since `time`.
   void SleepUnusedSince(absl::Time time) ABSL_LOCKS_EXCLUDED(mutex_);
-  // Ends the streams of all scenes. `release`: this server still owns them.
-  void LeaveAll(bool release) ABSL_LOCKS_EXCLUDED(mutex_);
+  // The lease is lost: marks all scenes as lost, and leaves the rest to the thread of KeepStore.
+  void LoseAll() ABSL_LOCKS_EXCLUDED(mutex_);
+  // Ends the streams of all scenes that are lost; or of all scenes, which are then released.
+  void LeaveLost() ABSL_LOCKS_EXCLUDED(mutex_);
+  void LeaveAll() ABSL_LOCKS_EXCLUDED(mutex_);
+  // Takes the scenes out of scenes_, and into creating_ until LetGo has ended.
+  std::vector<std::shared_ptr<Scene>> TakeToLeave(
+      const std::function<bool(const Scene&)>& condemned) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void LetGo(const std::shared_ptr<Scene>& scene, bool release) ABSL_LOCKS_EXCLUDED(mutex_);
   bool shared() const { return options_.store != nullptr && options_.store->shared(); }
   [[nodiscard]] absl::StatusOr<std::shared_ptr<Scene>> Made(SceneConfig config, StopCheck stop);
@@ -157,6 +193,7 @@ class SceneRegistry {
   bool Evict(const MemoryShortage& shortage) ABSL_LOCKS_EXCLUDED(mutex_);
   std::vector<std::shared_ptr<Scene>> TakeWhere(const std::function<bool(const Scene&)>& condemned)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  size_t CountLocked() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   size_t CountOfAccountLocked(const MemoryAccountPtr& account) const
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   size_t CountOfMeshLocked(std::string_view mesh_id) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
@@ -185,9 +222,11 @@ class SceneRegistry {
   std::map<std::string, std::weak_ptr<WatchControl>, std::less<>> watches_ ABSL_GUARDED_BY(mutex_);
   bool stopping_ ABSL_GUARDED_BY(mutex_) = false;
   std::atomic<bool> retired_ = false;
-  uint64_t leavings_ ABSL_GUARDED_BY(mutex_) = 0;  // calls of LeaveAll
-  RenderQueue queue_;                              // last but one: its threads use all of the above
-  std::thread housekeeper_;                        // last, for the same reason
+  bool must_leave_lost_ ABSL_GUARDED_BY(mutex_) = false;  // by KeepStore, as the next one
+  bool must_leave_all_ ABSL_GUARDED_BY(mutex_) = false;
+  uint64_t leavings_ ABSL_GUARDED_BY(mutex_) = 0;  // calls of LoseAll and LeaveAll
+  RenderQueue queue_;  // last but two: its threads use all of the above
+  std::thread housekeeper_, storekeeper_;  // last, for the same reason
 };
 
 }  // namespace latticed

@@ -68,22 +68,37 @@ absl::StatusOr<std::shared_ptr<Scene>> SceneRegistry::Wake(std::string_view id) 
     creating_[key] = {sleeper == asleep_.end() ? "" : sleeper->second.mesh_id, nullptr};
     leavings = leavings_;
   }
+  Making making(this, key);
   auto scene = CatchBadAlloc("the scene", [&]() -> absl::StatusOr<std::shared_ptr<Scene>> {
-    if (lost != nullptr) LATTICED_RETURN_IF_ERROR(AwaitStored(*lost));
+    if (lost != nullptr) {
+      LATTICED_RETURN_IF_ERROR(AwaitStored(*lost));
+      Forget(std::move(lost));
+    }
     return Restored(key);
   });
   if (!scene.ok() && !absl::IsNotFound(scene.status()) && !error::IsSceneMoved(scene.status())) {
     LogEvent(spdlog::level::err, "scene not restored",
              {{"scene", key}, {"status", scene.status().ToString()}});
   }
-  const MutexLock lock(&mutex_);
-  creating_.erase(key);
   if (!scene.ok()) return scene;
-  if (leavings != leavings_)
-    return error::SceneMoved("");  // the lease that it was claimed with is lost
-  asleep_.erase(key);
-  scenes_[key] = *scene;
-  return scene;
+  {
+    const MutexLock lock(&mutex_);
+    if (leavings == leavings_) {
+      scenes_[key] = *scene;
+      asleep_.erase(key);
+      making.End();
+      return scene;
+    }
+  }
+  // The lease that it was claimed with is lost, or this server ends.
+  (void)options_.store->ReleaseScene(key);
+  return error::SceneMoved("");
+}
+
+void SceneRegistry::Forget(std::shared_ptr<Scene> lost) {
+  const MutexLock lock(&mutex_);
+  if (!shared()) asleep_[lost->id()] = {lost->config().mesh_id, lost->expire_time()};
+  scenes_.erase(lost->id());
 }
 
 absl::StatusOr<std::shared_ptr<Scene>> SceneRegistry::Restored(const std::string& id) {
@@ -107,23 +122,51 @@ absl::Status SceneRegistry::Claim(const std::string& id) {
   return claim.owner.empty() ? absl::OkStatus() : error::SceneMoved(claim.owner);
 }
 
-void SceneRegistry::Retire() {
+void SceneRegistry::Retire(absl::Duration patience) {
   retired_ = true;
-  LeaveAll(/*release=*/true);
+  const MutexLock lock(&mutex_);
+  must_leave_all_ = true;
+  mutex_.AwaitFor([this]() ABSL_NO_THREAD_SAFETY_ANALYSIS { return !must_leave_all_; }, patience);
 }
 
-void SceneRegistry::LeaveAll(bool release) {
+void SceneRegistry::LoseAll() {
+  ++leases_lost_;
+  const MutexLock lock(&mutex_);
+  ++leavings_;
+  for (const auto& [id, scene] : scenes_) scene->Lose().IgnoreError();
+  must_leave_lost_ = true;
+}
+
+void SceneRegistry::LeaveLost() {
+  std::vector<std::shared_ptr<Scene>> gone;
+  {
+    const MutexLock lock(&mutex_);
+    must_leave_lost_ = false;
+    gone = TakeToLeave([](const Scene& scene) { return scene.is_lost(); });
+  }
+  for (const auto& scene : gone) LetGo(scene, /*release=*/false);
+}
+
+void SceneRegistry::LeaveAll() {
   std::vector<std::shared_ptr<Scene>> gone;
   {
     const MutexLock lock(&mutex_);
     ++leavings_;
-    // A lost scene that is being made again is in creating_ already.
-    gone = TakeWhere([this](const Scene& scene) ABSL_NO_THREAD_SAFETY_ANALYSIS {
-      return !creating_.contains(scene.id());
-    });
-    for (const auto& scene : gone) creating_[scene->id()] = {scene->config().mesh_id, nullptr};
+    gone = TakeToLeave([](const Scene&) { return true; });
   }
-  for (const auto& scene : gone) LetGo(scene, release);
+  for (const auto& scene : gone) LetGo(scene, /*release=*/true);
+  const MutexLock lock(&mutex_);
+  must_leave_all_ = false;
+}
+
+std::vector<std::shared_ptr<Scene>> SceneRegistry::TakeToLeave(
+    const std::function<bool(const Scene&)>& condemned) {
+  // A lost scene that is being made again is in creating_ already.
+  auto gone = TakeWhere([&](const Scene& scene) ABSL_NO_THREAD_SAFETY_ANALYSIS {
+    return !creating_.contains(scene.id()) && condemned(scene);
+  });
+  for (const auto& scene : gone) creating_[scene->id()] = {scene->config().mesh_id, nullptr};
+  return gone;
 }
 
 void SceneRegistry::SleepUnusedSince(absl::Time time) {
@@ -133,25 +176,23 @@ void SceneRegistry::SleepUnusedSince(absl::Time time) {
   {
     const MutexLock lock(&mutex_);
     // Whoever has another reference uses it, and whoever wants one waits for this lock.
-    idle = TakeWhere([&](const Scene& scene) ABSL_NO_THREAD_SAFETY_ANALYSIS {
+    idle = TakeToLeave([&](const Scene& scene) ABSL_NO_THREAD_SAFETY_ANALYSIS {
       const auto& held = scenes_.find(scene.id())->second;
       return held.use_count() == 1 && scene.last_use() < time;
     });
-    for (const auto& scene : idle) {
-      creating_[scene->id()] = {scene->config().mesh_id, nullptr};
-      if (!shared()) asleep_[scene->id()] = {scene->config().mesh_id, scene->expire_time()};
+    for (size_t i = 0; i < idle.size() && !shared(); ++i) {
+      asleep_[idle[i]->id()] = {idle[i]->config().mesh_id, idle[i]->expire_time()};
     }
   }
   for (const auto& scene : idle) LetGo(scene, /*release=*/true);
 }
 
 void SceneRegistry::LetGo(const std::shared_ptr<Scene>& scene, bool release) {
+  const Making making(this, scene->id());
   scene->Leave();
   ++departures_;
   // What could not be released waits for the lease.
   if (release) (void)options_.store->ReleaseScene(scene->id());
-  const MutexLock lock(&mutex_);
-  creating_.erase(scene->id());
 }
 
 }  // namespace latticed

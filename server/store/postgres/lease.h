@@ -38,6 +38,7 @@ class PgLease {
   int64_t session() const ABSL_LOCKS_EXCLUDED(mutex_);
   // Somebody saw that `session` is fenced. Waits for the next one, for up to three seconds. Returns the current one.
   int64_t WaitForNext(int64_t session) ABSL_LOCKS_EXCLUDED(mutex_);
+  // Called on the thread that renews: it must not wait.
   void OnFenced(std::function<void()> fenced) ABSL_LOCKS_EXCLUDED(mutex_);
   void SetFreeBytes(uint64_t bytes) ABSL_LOCKS_EXCLUDED(mutex_);
 

@@ -14,8 +14,8 @@ namespace latticed::testing {
 namespace {
 
 constexpr uint64_t kLittleMemory = uint64_t{12} << 20;  // of the server "one"
-constexpr absl::Duration kMostDrainPause =
-    absl::Milliseconds(500);  // of a scene whose server drains
+// Of a scene whose server drains: half of what streams may take to end.
+constexpr absl::Duration kMostDrainPause = absl::Seconds(5);
 
 class MovesTest : public StreamTest {
  protected:
@@ -118,6 +118,38 @@ TEST_F(MovesTest, AFullServerSendsANewSceneToTheFreest) {
   Reach(server_->channel());
   request.set_scene_id("scene-two");
   ExpectRefused(Create(request), absl::StatusCode::kResourceExhausted, "OUT_OF_MEMORY");
+}
+
+TEST_F(MovesTest, AFullServerSendsAStoredSceneToTheFreest) {
+  std::vector<std::unique_ptr<Backend>> backends;
+  backends.push_back(MakeCpuBackend({.threads = 1}));
+  ASSERT_OK_AND_ASSIGN(
+      const auto three,
+      InProcessServer::Start(OptionsOf("three"), std::move(backends),
+                             std::make_shared<SharedMemoryStore>(memory_, "three")));
+  Reach(two_->channel());
+  mesh_ = Upload(WavyGridObj(96));
+  v1::CreateSceneRequest request = SceneRequest();
+  SetAxes(*request.add_lattices()->mutable_fit()->mutable_size(), 16, 16, 16);
+  ASSERT_OK(Create(request));
+  two_->Drain();
+  two_.reset();
+
+  // Servers tell each other once a second what they have free.
+  Reach(server_->channel());
+  v1::Scene scene;
+  auto [owner, status] = SceneOwner(*scenes_, &scene);
+  for (int i = 0; i < 1'200 && Reason(status) != "SCENE_MOVED"; ++i) {
+    EXPECT_EQ(Reason(status), "OUT_OF_MEMORY");
+    absl::SleepFor(absl::Milliseconds(50));
+    std::tie(owner, status) = SceneOwner(*scenes_, &scene);
+  }
+
+  ExpectRefusal(status,
+                {absl::StatusCode::kUnavailable, "SCENE_MOVED", "", "on another server, three"});
+  EXPECT_EQ(owner, "three");
+  Reach(three->channel());
+  EXPECT_OK(SceneOwner(*scenes_, &scene).second);
 }
 
 TEST_F(MovesTest, TheStreamsOfADrainingServerAreToldToGoOnAtOnce) {

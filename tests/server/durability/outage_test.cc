@@ -98,7 +98,7 @@ TEST_F(OutageTest, AReadOnlyPostgresIsRead) {
     // PostgreSQL takes the setting a little later.
     while ((status = Apply(Edit(acknowledged_ + 1))).ok()) ++acknowledged_;
     ExpectRefusal(status, {absl::StatusCode::kUnavailable, "STORE", "", "read-only transaction"});
-    absl::SleepFor(2 * kLease);
+    absl::SleepFor(kLease * 1.5);
     ExpectRefusal(Apply(Edit(acknowledged_ + 1)),
                   {absl::StatusCode::kUnavailable, "STORE", "", "read-only transaction"});
 
@@ -122,6 +122,11 @@ TEST_F(OutageTest, AStartIsRefusedInASentence) {
             fmt::format("latticed: {}: not a URL of PostgreSQL; write "
                         "postgresql://user:password@host:5432/database\n",
                         folder_.Path("other")));
+  EXPECT_EQ(
+      RefusalOfStart("postgresql://ann:pre@secret@127.0.0.1:1/scenes"),
+      fmt::format("latticed: {}: percent-encode @, /, ? and # in the URL's user, password and "
+                  "options: %40, %2F, %3F, %23; and write a port as a number\n",
+                  folder_.Path("other")));
   ExecuteSql(url_, "UPDATE latticed.version SET number = 2");
   EXPECT_EQ(
       RefusalOfStart(url_),

@@ -9,9 +9,9 @@
 namespace latticed::testing {
 namespace {
 
-// Of the scenes of a server that is gone, and of one that drains.
-const absl::Duration kMostTakeover = kLease + absl::Seconds(1);
-constexpr absl::Duration kMostHandover = absl::Milliseconds(500);
+// Of the scenes of a server that is gone, and of one that drains: that does not wait for a lease.
+const absl::Duration kMostTakeover = 2 * kLease;
+constexpr absl::Duration kMostHandover = kLease;
 
 class TakeoverTest : public SharedSceneTest {
  protected:
@@ -78,7 +78,7 @@ TEST_F(TakeoverTest, AServerThatStoodStillAcknowledgesNothingMore) {
   editor.ReadUntil([&] { return editor.log.results.size() == 5; });
 
   a_->Signal(SIGSTOP);
-  absl::SleepFor(2 * kLease);
+  absl::SleepFor(kLease * 1.5);
   const uint64_t stored = AwaitMove().revision();
   Reach(b_->channel());
   v1::EditResult result;
