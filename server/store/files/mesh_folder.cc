@@ -24,9 +24,13 @@ namespace {
 
 constexpr std::string_view kNewPrefix = "new-";
 
-absl::Status FileFailed(std::string_view path) {
+// Clients are not told where the file is.
+absl::Status FileFailed(const std::string& path) {
   const int why = errno;
-  const std::string problem = fmt::format("{}: {}", path, std::strerror(why));
+  LogEvent(spdlog::level::err, "the file of a mesh failed",
+           {{"file", path}, {"error", std::strerror(why)}});
+  const std::string problem =
+      fmt::format("{}: {}", std::filesystem::path(path).filename().string(), std::strerror(why));
   const bool full = why == ENOSPC || why == EDQUOT || why == EFBIG;
   return full ? error::StoreFull(problem) : error::StoreFailed(problem);
 }
@@ -119,7 +123,11 @@ absl::Status MeshFolder::Remove(std::string_view id) {
 absl::StatusOr<std::string> MeshFolder::Read(std::string_view id) const {
   absl::StatusOr<std::string> bytes = ReadFile(PathOf(id));
   const std::string name = fmt::format("mesh {}", id);
-  if (!bytes.ok()) return error::Damaged(name, std::string(bytes.status().message()));
+  if (!bytes.ok()) {
+    LogEvent(spdlog::level::err, "the file of a mesh failed",
+             {{"error", std::string(bytes.status().message())}});
+    return error::Damaged(name, "its file cannot be read");
+  }
   if (Sha256Hex(*bytes) != id) return error::Damaged(name, "its bytes have another hash");
   return bytes;
 }

@@ -20,8 +20,10 @@
 namespace latticed::testing {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 class SqliteStoreTest : public ::testing::Test {
  protected:
@@ -110,6 +112,19 @@ TEST_F(SqliteStoreTest, FindsAMeshWithAFlippedBitAndGoesOn) {
   EXPECT_OK(store_->ReadMesh(sound));
   store_.Reopen();
   EXPECT_THAT(store_->ReadMesh(damaged), StatusIs(absl::StatusCode::kDataLoss, HasSubstr(damaged)));
+}
+
+TEST_F(SqliteStoreTest, TellsClientsNoPaths) {
+  const std::string id = Sha256Hex("mesh 1");
+  ASSERT_OK(store_->PutMesh(id, "", "mesh 1"));
+  std::filesystem::remove(Data("meshes/" + id));
+  EXPECT_THAT(store_->ReadMesh(id),
+              StatusIs(absl::StatusCode::kDataLoss, AllOf(HasSubstr(id), Not(HasSubstr("/")))));
+
+  std::filesystem::remove(Data("meshes"));
+  EXPECT_THAT(store_->PutMesh(id, "", "mesh 1"),
+              StatusIs(absl::StatusCode::kUnavailable,
+                       AllOf(HasSubstr("No such file"), Not(HasSubstr("/")))));
 }
 
 TEST_F(SqliteStoreTest, RefusesToStartWithoutAMesh) {

@@ -5,6 +5,7 @@
 #include <cerrno>
 #include <cstddef>
 #include <cstring>
+#include <filesystem>
 #include <string>
 
 #include "core/base/error.h"
@@ -25,7 +26,8 @@ absl::Status SqliteStatus(sqlite3* database, int code) {
   if (kind == SQLITE_OK || kind == SQLITE_ROW || kind == SQLITE_DONE) return absl::OkStatus();
   const char* file = sqlite3_db_filename(database, "main");
   const int system_error = sqlite3_system_errno(database);
-  const std::string name = file == nullptr ? "" : file;
+  // Without its folder, which is none of a client's business.
+  const std::string name = std::filesystem::path(file == nullptr ? "" : file).filename();
   std::string problem = fmt::format("{}: {}", name, sqlite3_errmsg(database));
   if (code == SQLITE_IOERR_DATA || kind == SQLITE_CORRUPT || kind == SQLITE_NOTADB) {
     return error::Damaged(
