@@ -225,8 +225,8 @@ class SceneRegistry {
   bool must_leave_lost_ ABSL_GUARDED_BY(mutex_) = false;  // by KeepStore, as the next one
   bool must_leave_all_ ABSL_GUARDED_BY(mutex_) = false;
   uint64_t leavings_ ABSL_GUARDED_BY(mutex_) = 0;  // calls of LoseAll and LeaveAll
-  RenderQueue queue_;  // last but two: its threads use all of the above
-  std::thread housekeeper_, storekeeper_;  // last, for the same reason
+  RenderQueue queue_;                              // last but two: its threads use all of the above
+  std::thread housekeeper_, storekeeper_;          // last, for the same reason
 };
 
 }  // namespace latticed

@@ -152,8 +152,9 @@ TEST_F(SharedScenesTest, AMeshIsNotDeletedByForceWhileAnotherServerHasASceneOfIt
     return absl::OkStatus();
   };
   const absl::Status refused = two_.registry.DeleteMesh("mesh", true, remove);
-  EXPECT_THAT(refused, StatusIs(absl::StatusCode::kFailedPrecondition,
-                                "scene 'scene-one' uses the mesh, on server 'one'; delete it first"));
+  EXPECT_THAT(refused,
+              StatusIs(absl::StatusCode::kFailedPrecondition,
+                       "scene 'scene-one' uses the mesh, on server 'one'; delete it first"));
   EXPECT_EQ(error::DetailsOf(refused).reason, "MESH_IN_USE");
   EXPECT_FALSE(removed);
   EXPECT_OK(one_.registry.Find(kSharedScene));
@@ -186,7 +187,8 @@ TEST_F(SharedScenesTest, ADrainDoesNotWaitForAStoreThatStandsStill) {
   absl::Notification ends;
   one_.store.on_release = [&] { ends.WaitForNotification(); };
 
-  auto retired = std::async(std::launch::async, [&] { one_.registry.Retire(absl::Milliseconds(50)); });
+  auto retired =
+      std::async(std::launch::async, [&] { one_.registry.Retire(absl::Milliseconds(50)); });
   EXPECT_EQ(retired.wait_for(absl::ToChronoSeconds(kLong)), std::future_status::ready);
   EXPECT_TRUE(Await([&] { return scene->is_lost(); }));
   ExpectMoved(two_.registry.Find(kSharedScene).status(), "one");
