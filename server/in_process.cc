@@ -161,13 +161,12 @@ std::string InProcessServer::metrics() const {
 
 absl::Status InProcessServer::Reload(const Options& options) {
   SetLogLevel(options.log_level);
-  LATTICED_ASSIGN_OR_RETURN(Authenticator authenticator, Authenticator::FromOptions(env_->options));
-  env_->SetAuthenticator(std::move(authenticator));
+  const absl::Status renewed = env_->RenewTokens();
   LATTICED_ASSIGN_OR_RETURN(const auto tls, ReadTls(env_->options));
-  if (tls == nullptr) return absl::OkStatus();
+  if (tls == nullptr) return renewed;
   LATTICED_RETURN_IF_ERROR(server_->SetTls(*tls));
   if (web_ != nullptr) web_->SetTls(tls->context);
-  return absl::OkStatus();
+  return renewed;
 }
 
 Pulse InProcessServer::TakePulse() const { return env_->TakePulse(); }

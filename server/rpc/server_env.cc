@@ -132,8 +132,9 @@ void ServerEnv::KeepHouse() {
 
 void ServerEnv::RenewKeys() {
   if (!jwks_file_.Changed()) return;
-  Authenticator renewed = *authenticator();
-  if (const absl::Status read = renewed.ReadKeys(options); !read.ok()) {
+  const MutexLock renewal(&renewal_);
+  auto renewed = std::make_shared<Authenticator>(*authenticator());
+  if (const absl::Status read = renewed->ReadKeys(options); !read.ok()) {
     LogEvent(spdlog::level::err, "the keys of tokens stay as they were",
              {{"error", std::string(read.message())}});
     return;
@@ -170,10 +171,17 @@ std::shared_ptr<const Authenticator> ServerEnv::authenticator() const {
   return authenticator_;
 }
 
-void ServerEnv::SetAuthenticator(Authenticator authenticator) {
-  auto next = std::make_shared<const Authenticator>(std::move(authenticator));
+void ServerEnv::SetAuthenticator(std::shared_ptr<const Authenticator> authenticator) {
   const MutexLock lock(&mutex_);
-  authenticator_.swap(next);
+  authenticator_.swap(authenticator);
+}
+
+absl::Status ServerEnv::RenewTokens() {
+  const MutexLock renewal(&renewal_);
+  auto renewed = std::make_shared<Authenticator>(*authenticator());
+  const absl::Status read = renewed->Renew(options);
+  SetAuthenticator(std::move(renewed));
+  return read;
 }
 
 }  // namespace latticed

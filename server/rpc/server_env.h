@@ -64,7 +64,8 @@ struct ServerEnv {
   // Who may call. Replaced when tokens or their keys are read again.
   [[nodiscard]] std::shared_ptr<const Authenticator> authenticator() const
       ABSL_LOCKS_EXCLUDED(mutex_);
-  void SetAuthenticator(Authenticator authenticator) ABSL_LOCKS_EXCLUDED(mutex_);
+  // Reads tokens and their keys again. kInvalidArgument if a file cannot be used; what it held stays.
+  [[nodiscard]] absl::Status RenewTokens() ABSL_LOCKS_EXCLUDED(renewal_, mutex_);
   // Scenes use the first backend.
   Backend& backend() const { return *backends.front(); }
 
@@ -93,11 +94,14 @@ struct ServerEnv {
 
  private:
   void KeepHouse();
-  void RenewKeys();
+  void RenewKeys() ABSL_LOCKS_EXCLUDED(renewal_, mutex_);
+  void SetAuthenticator(std::shared_ptr<const Authenticator> authenticator)
+      ABSL_LOCKS_EXCLUDED(mutex_);
   [[nodiscard]] absl::StatusOr<StoredMesh> ReadMesh(const std::string& id) const;
   [[nodiscard]] absl::StatusOr<SceneConfig> ConfigOf(std::string_view header);
 
   WatchedFile jwks_file_;  // used by KeepHouse only
+  Mutex renewal_;          // before mutex_: held from reading the files until what they hold counts
   mutable Mutex mutex_;
   std::shared_ptr<const Authenticator> authenticator_ ABSL_GUARDED_BY(mutex_);
   std::optional<WorkerLanes> workers_;  // last: they may use all of the above

@@ -41,14 +41,14 @@ class UploadStream final : public CallReactor<grpc::ServerReadReactor<grpc::Byte
   void OnReadDone(bool ok) override {
     if (!first_message_.Arrive()) return;
     if (!ok) return OnAllRead();
-    absl::Status status = CheckTokenTime(call_.caller, absl::Now());
-    if (status.ok()) status = CatchBadAlloc("the upload", [this] { return Take(); });
+    const absl::Status status = CatchBadAlloc("the upload", [this] { return Take(); });
     if (!status.ok()) return End(status);
     StartRead(&bytes_);
   }
 
  private:
   absl::Status Take() {
+    LATTICED_RETURN_IF_ERROR(CheckTokenTime(call_.caller, absl::Now()));
     v1::UploadMeshRequest request;
     LATTICED_RETURN_IF_ERROR(TakeMessage(bytes_, &request));
     if (upload_ == nullptr) return TakeHeader(request);
@@ -75,6 +75,7 @@ class UploadStream final : public CallReactor<grpc::ServerReadReactor<grpc::Byte
   }
 
   absl::Status Store() {
+    LATTICED_RETURN_IF_ERROR(CheckTokenTime(call_.caller, absl::Now()));
     v1::Mesh mesh;
     LATTICED_RETURN_IF_ERROR(StoreUpload(*env_, call_, *upload_, reply_room_, mesh));
     *reply_ = ToBytes(mesh);

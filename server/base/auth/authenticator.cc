@@ -3,6 +3,8 @@
 #include "server/base/auth/authenticator.h"
 
 #include <algorithm>
+#include <filesystem>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -17,7 +19,7 @@
 namespace latticed {
 namespace {
 
-// What a file must hold, so that a huge one is not read again and again.
+// Of a file of keys. It is read by the thread that keeps house, which must not wait.
 constexpr size_t kMostKeyBytes = size_t{1} << 20;
 
 bool LooksLikeJwt(std::string_view token) {
@@ -48,16 +50,26 @@ absl::StatusOr<Caller> CallerOfLine(const std::vector<std::string>& words) {
 
 absl::StatusOr<Authenticator> Authenticator::FromOptions(const Options& options) {
   Authenticator result;
-  if (!options.token_file.empty()) {
-    const auto text = ReadFile(options.token_file);
-    if (!text.ok()) {
-      return absl::InvalidArgumentError(
-          fmt::format("--token-file: {}", std::string(text.status().message())));
-    }
-    LATTICED_ASSIGN_OR_RETURN(result, FromText(*text));
-  }
-  LATTICED_RETURN_IF_ERROR(result.ReadKeys(options));
+  LATTICED_RETURN_IF_ERROR(result.Renew(options));
   return result;
+}
+
+absl::Status Authenticator::Renew(const Options& options) {
+  const absl::Status tokens = ReadTokens(options);
+  const absl::Status keys = ReadKeys(options);
+  return tokens.ok() ? keys : tokens;
+}
+
+absl::Status Authenticator::ReadTokens(const Options& options) {
+  if (options.token_file.empty()) return absl::OkStatus();
+  const auto text = ReadFile(options.token_file);
+  if (!text.ok()) {
+    return absl::InvalidArgumentError(
+        fmt::format("--token-file: {}", std::string(text.status().message())));
+  }
+  LATTICED_ASSIGN_OR_RETURN(Authenticator read, FromText(*text));
+  tokens_ = std::move(read.tokens_);
+  return absl::OkStatus();
 }
 
 absl::Status Authenticator::ReadKeys(const Options& options) {
@@ -66,9 +78,13 @@ absl::Status Authenticator::ReadKeys(const Options& options) {
     return absl::InvalidArgumentError(
         fmt::format("--jwks-file: {}: {}", options.jwks_file, problem));
   };
+  std::error_code missing;
+  if (!std::filesystem::is_regular_file(options.jwks_file, missing)) return refusal("is no file");
+  if (std::filesystem::file_size(options.jwks_file, missing) > kMostKeyBytes || missing) {
+    return refusal("is larger than 1 MiB");
+  }
   const auto text = ReadFile(options.jwks_file);
   if (!text.ok()) return refusal(std::string(text.status().message()));
-  if (text->size() > kMostKeyBytes) return refusal("is larger than 1 MiB");
   auto keys = JsonWebKeys::FromText(*text);
   if (!keys.ok()) return refusal(std::string(keys.status().message()));
   jwt_ = std::make_shared<const JwtVerifier>(*std::move(keys), options.jwt_issuer,
@@ -115,11 +131,11 @@ absl::StatusOr<Caller> Authenticator::Authenticate(std::string_view authorizatio
     return error::Unauthenticated("authorization must read 'Bearer <token>'");
   }
   const std::string_view token = authorization.substr(kScheme.size());
-  if (jwt_ != nullptr && LooksLikeJwt(token)) return jwt_->CallerOf(token, now);
   if (tokens_.has_value()) {
     const auto known = tokens_->find(Sha256Hex(token));
     if (known != tokens_->end()) return known->second;
   }
+  if (jwt_ != nullptr && LooksLikeJwt(token)) return jwt_->CallerOf(token, now);
   return error::Unauthenticated("the token is not known to this server");
 }
 

@@ -33,7 +33,9 @@ class Authenticator {
   // Reads --token-file and --jwks-file; without both, everyone is admitted. kInvalidArgument.
   [[nodiscard]] static absl::StatusOr<Authenticator> FromOptions(const Options& options);
 
-  // Reads --jwks-file again. kInvalidArgument, and then the keys stay.
+  // Reads both files again. kInvalidArgument if one cannot be used, and then what it held stays.
+  [[nodiscard]] absl::Status Renew(const Options& options);
+  // The same for --jwks-file.
   [[nodiscard]] absl::Status ReadKeys(const Options& options);
   // `authorization` is the metadata value, "Bearer …", empty if absent. The caller's token may have ended
   // (Caller::expires). kUnauthenticated.
@@ -42,6 +44,8 @@ class Authenticator {
   bool open() const { return !tokens_.has_value() && jwt_ == nullptr; }
 
  private:
+  [[nodiscard]] absl::Status ReadTokens(const Options& options);
+
   // By the token's hash, so that the time of a look-up tells nothing about a token.
   std::optional<std::map<std::string, Caller>> tokens_;
   std::shared_ptr<const JwtVerifier> jwt_;  // null: JSON web tokens are not taken

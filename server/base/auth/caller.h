@@ -4,7 +4,6 @@
 // Who calls, and what they may do.
 //
 // Roles    read < edit < admin; each rpc names the one that it needs beside its handler, in server/rpc
-// Tenants  scenes and meshes belong to the tenant of their caller, and do not exist for other tenants
 // Threads  plain data
 #ifndef LATTICED_SERVER_BASE_AUTH_CALLER_H_
 #define LATTICED_SERVER_BASE_AUTH_CALLER_H_

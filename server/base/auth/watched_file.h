@@ -20,9 +20,10 @@ namespace latticed {
 class WatchedFile {
  public:
   // An empty path is a file that never changes.
-  explicit WatchedFile(std::string path) : path_(std::move(path)), last_(Look()) {}
+  explicit WatchedFile(std::string path) : path_(std::move(path)) {}
 
-  // Whether the file is another than at the last call. A file that is missing has not changed.
+  // Whether the file is another than at the last call; true at the first one. What is missing, or no file, has not
+  // changed.
   [[nodiscard]] bool Changed() {
     const auto now = Look();
     if (!now.has_value() || now == last_) return false;
@@ -34,7 +35,9 @@ class WatchedFile {
   using Identity = std::array<int64_t, 5>;
   std::optional<Identity> Look() const {
     struct stat file {};
-    if (path_.empty() || stat(path_.c_str(), &file) != 0) return std::nullopt;
+    if (path_.empty() || stat(path_.c_str(), &file) != 0 || !S_ISREG(file.st_mode)) {
+      return std::nullopt;
+    }
     return Identity{static_cast<int64_t>(file.st_dev), static_cast<int64_t>(file.st_ino),
                     static_cast<int64_t>(file.st_size), static_cast<int64_t>(file.st_mtim.tv_sec),
                     static_cast<int64_t>(file.st_mtim.tv_nsec)};

@@ -109,6 +109,22 @@ TEST_F(JwtTest, ClaimsNameCallerRoleAndTenant) {
   EXPECT_EQ(authenticator->Authenticate("Bearer " + RsaKey().Sign(Without("tenant")))->tenant, "");
 }
 
+TEST_F(JwtTest, ATokenOfTheFileMayLookLikeAnyOther) {
+  folder_.Write("tokens", fmt::format("{} admin ada\n", Sha256Hex("ey.of.file")));
+  RestartServer();
+
+  EXPECT_OK(CallWith("ey.of.file"));
+}
+
+TEST_F(JwtTest, RubbishKeysKeepNoRevokedTokenValid) {
+  folder_.Write("keys.json", "rubbish");
+  folder_.Write("tokens", fmt::format("{} admin ada\n", Sha256Hex("new")));
+
+  EXPECT_THAT(server_->Reload(options_), StatusIs(absl::StatusCode::kInvalidArgument));
+  EXPECT_THAT(CallOnce("of-the-file"), StatusIs(absl::StatusCode::kUnauthenticated));
+  EXPECT_OK(CallOnce("new"));
+}
+
 TEST_F(JwtTest, ClocksMayDifferALittle) {
   EXPECT_OK(CallWith(RsaKey().Sign(With("exp", FromNow(-absl::Seconds(5))))));
   EXPECT_OK(CallWith(RsaKey().Sign(With("nbf", FromNow(absl::Seconds(10))))));
@@ -215,11 +231,10 @@ TEST_F(JwtTest, KeysAreReadAgainWhenTheFileIsReplaced) {
   EXPECT_TRUE(Becomes(token, absl::StatusCode::kOk));
   EXPECT_FALSE(CallWith(old).ok());
 
-  // Kubernetes replaces the folder that a link names.
-  const std::string first = folder_.Write("first", KeySet({next.Jwk()}));
+  // Kubernetes replaces a link.
   const std::string second = folder_.Write("second", KeySet({EcKey().Jwk()}));
-  std::filesystem::remove(options_.jwks_file);
-  std::filesystem::create_symlink(second, options_.jwks_file);
+  std::filesystem::create_symlink(second, folder_.Path("link"));
+  std::filesystem::rename(folder_.Path("link"), options_.jwks_file);
   EXPECT_TRUE(Becomes(old, absl::StatusCode::kOk));
 }
 
@@ -233,7 +248,7 @@ TEST_F(JwtTest, RubbishLeavesTheOldKeys) {
         std::string(R"({"keys":[{"kty":"oct","k":"AQAB"}]})"), KeySet({with_secret}),
         KeySet({weak.Jwk()}), std::string(R"({"keys":[{"kty":"RSA","n":"","e":""}]})")}) {
     EXPECT_FALSE(JsonWebKeys::FromText(rubbish).ok()) << rubbish;
-    options_.jwks_file = folder_.Write("keys.json", rubbish);
+    folder_.Write("keys.json", rubbish);
     EXPECT_THAT(server_->Reload(options_),
                 StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("--jwks-file")));
     EXPECT_OK(CallOnce(token));
