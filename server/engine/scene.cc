@@ -10,6 +10,7 @@
 #include "core/base/error.h"
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
+#include "server/base/random_id.h"
 #include "server/engine/watch/view_tolerance.h"
 #include "server/store/store_errors.h"
 
@@ -19,18 +20,17 @@ namespace {
 // A view that nobody has watched for this long is dropped.
 constexpr absl::Duration kIdleView = absl::Seconds(60);
 
-uint64_t NextIncarnation() {
-  static std::atomic<uint64_t> last = 0;
-  return ++last;
+SceneConfig WithTokenKey(SceneConfig config) {
+  if (config.token_key.empty()) config.token_key = NewRandomId();
+  return config;
 }
 
 }  // namespace
 
 Scene::Scene(SceneConfig config, SceneLife life, MemoryReservation history,
              const SceneContext& context)
-    : config_(std::move(config)),
+    : config_(WithTokenKey(std::move(config))),
       context_(context),
-      incarnation_(NextIncarnation()),
       epoch_(std::chrono::steady_clock::now() - life.now.time_since_epoch()),
       editor_(std::move(life.history)),
       journal_(context.store, config_.id, life.replayed),
@@ -70,16 +70,19 @@ absl::StatusOr<std::shared_ptr<Scene>> Scene::Make(SceneConfig config, SceneLife
   const LatticeStructure structure = life.history.lattice().structure;
   const auto box = life.box;
   const absl::Time commit_time = life.commit_time;
+  const MovedPoints moved = std::move(life.moved);
   LATTICED_ASSIGN_OR_RETURN(
       auto history, context.backend->memory().Reserve("the scene's history", 0, config.account));
   const std::shared_ptr<Scene> scene(
       new Scene(std::move(config), std::move(life), std::move(history), context));
   LATTICED_ASSIGN_OR_RETURN(auto prepared, scene->Prepare(structure, stop));
+  std::vector<uint64_t> chunk_revisions = moved.ChunkRevisions(prepared.state.plan);
   const MutexLock edit_lock(&scene->edit_mutex_);
   LATTICED_RETURN_IF_ERROR(scene->HoldRestored(structure));
   scene->applied_ = scene->editor_.FirstState(std::move(prepared.state), commit_time, box);
   const MutexLock lock(&scene->mutex_);
   scene->head_ = {scene->applied_, std::move(prepared.target)};
+  scene->chunk_revisions_ = std::move(chunk_revisions);
   return scene;
 }
 
@@ -321,7 +324,7 @@ std::function<void()> Scene::TakeWork(uint64_t most_points) {
     const auto& view =
         std::next(views_.begin(), static_cast<std::ptrdiff_t>(next_view_++ % views_.size()))
             ->second;
-    if (auto work = view->Begin(view, head_, most_points); work.has_value()) {
+    if (auto work = view->Begin(view, head_, chunk_revisions_, most_points); work.has_value()) {
       return [this, self = shared_from_this(), work = *std::move(work)]() mutable {
         RunTurn(std::move(work));
       };

@@ -43,6 +43,7 @@
 #include "core/mesh/mesh_units.h"
 #include "server/engine/render/render_queue.h"
 #include "server/engine/render/render_view.h"
+#include "server/engine/scene/chunk_revisions.h"
 #include "server/engine/scene/edit_log.h"
 #include "server/engine/scene/presence.h"
 #include "server/engine/scene/scene_editor.h"
@@ -74,6 +75,8 @@ struct SceneConfig {
   MemoryAccountPtr account;  // that the plan and the history are charged to; may be null
   // Identifies the request: the same request again returns the scene, another one is ALREADY_EXISTS.
   std::string fingerprint;
+  // The key of resume tokens; secret. Empty: a new one.
+  std::string token_key;
   // What a store keeps of it (server/store/records/header_codec.h). Empty without a store.
   std::string stored_header;
 };
@@ -104,8 +107,6 @@ class Scene : public RenderSource, public std::enable_shared_from_this<Scene> {
   const SceneConfig& config() const { return config_; }
   const std::string& id() const { return config_.id; }
   absl::Time create_time() const { return config_.create_time; }
-  // A number that no other scene of this process has, not even a later one of the same id.
-  uint64_t incarnation() const { return incarnation_; }
 
   // Applies all of the batch or nothing, and makes the next revision. kInvalidArgument, kAborted
   // (STRUCTURE_CHANGED, REVISION_CHANGED, OUT_OF_ORDER, UNDO_CONFLICT), kFailedPrecondition (nothing to
@@ -243,7 +244,6 @@ class Scene : public RenderSource, public std::enable_shared_from_this<Scene> {
 
   const SceneConfig config_;
   const SceneContext context_;
-  const uint64_t incarnation_;
   std::atomic<Life> life_ = Life::kLives;
   const std::shared_ptr<const void> hold_ = std::make_shared<char>();
   PresenceBoard presence_;
@@ -262,6 +262,8 @@ class Scene : public RenderSource, public std::enable_shared_from_this<Scene> {
   RenderInput head_ ABSL_GUARDED_BY(mutex_);
   std::map<ViewKey, std::shared_ptr<RenderView>> views_ ABSL_GUARDED_BY(mutex_);
   EditLog log_ ABSL_GUARDED_BY(mutex_);
+  // By chunk: the revision of the last edit that may have changed it.
+  std::vector<uint64_t> chunk_revisions_ ABSL_GUARDED_BY(mutex_);
   std::vector<std::weak_ptr<SceneListener>> listeners_ ABSL_GUARDED_BY(mutex_);
   absl::Time last_use_ ABSL_GUARDED_BY(mutex_);
   size_t next_view_ ABSL_GUARDED_BY(mutex_) = 0;  // which view has the next turn

@@ -24,10 +24,12 @@
 namespace latticed {
 
 struct WatcherOptions {
-  std::string token_key;           // of this run of the server
+  std::string
+      evaluator;    // name of the build and its devices; runs with the same make the same bytes
+  std::string run;  // name of this run of the server
   std::string editor_id;           // whose applied_sequence is sent; may be empty
   WatchView view;                  // as asked for
-  std::string resume_token;        // may be empty, or of another run of the server
+  std::string resume_token;        // may be empty, or of another server
   size_t max_unacked_updates = 2;  // 0: acknowledgements are off
   uint64_t min_revision = 0;       // updates below it are not begun
   bool only_full_detail = false;   // the limits of the view do not lower the detail
@@ -95,12 +97,14 @@ class Watcher {
   void WantNewer(const Snapshot* offered);
   const std::string& TopologyOf(const Snapshot& snapshot);
   void Complete(UpdateEnds& end);
+  // What another server evaluates alike it resumes too, if it knows the chunks that the client has.
+  TokenScope ScopeOf(const ViewKey& view) const;
   void Count(const WatchEvent& event) const;
 
   const std::shared_ptr<Scene> scene_;
   const std::string editor_id_;
   const MemoryAccountPtr account_;
-  const TokenScope scope_;
+  const std::string evaluator_, run_;
   ClientState client_;
   WatchView asked_;
   LevelOfDetail detail_{asked_};

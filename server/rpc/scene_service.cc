@@ -17,6 +17,7 @@
 #include "core/base/utf8.h"
 #include "fmt/format.h"
 #include "latticed/v1/scene.grpc.pb.h"
+#include "server/base/random_id.h"
 #include "server/engine/exports/surface_export.h"
 #include "server/engine/watch/view_tolerance.h"
 #include "server/engine/watch_control.h"
@@ -71,6 +72,7 @@ absl::Status CreateScene(const CallContext& context, const v1::CreateSceneReques
       SceneConfigFromProto(request, *mesh, context.call.caller.name, env.options.scene_idle_ttl));
   const CallerAccount& caller = *context.call.account;
   config.account = caller.memory;
+  config.token_key = NewRandomId();
   if (env.store != nullptr) config.stored_header = StoredHeaderOf(request, config);
   LATTICED_RETURN_IF_ERROR(context.room.Hold(SceneReplyBytes(request)));
   // Create looks for the mesh again, because it may have been deleted meanwhile.

@@ -6,15 +6,18 @@
 
 #include <algorithm>
 #include <array>
+#include <set>
 #include <thread>
 #include <utility>
 
+#include "absl/strings/str_join.h"
 #include "absl/time/clock.h"
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
 #include "server/base/random_id.h"
 #include "server/base/telemetry.h"
+#include "server/base/version.h"
 #include "server/rpc/call.h"
 #include "server/rpc/call_counts.h"
 #include "server/stores/scene_registry.h"
@@ -40,6 +43,16 @@ std::string HostName() {
   return name.data();
 }
 
+// A loss of power may take acknowledged revisions back unless commits are durable at once, and then others get their
+// numbers. Sources that no commit names may be any.
+std::string EvaluatorName(const Options& options, const Backend& backend, const std::string& run) {
+  if (options.durability == "async" || Commit() == "unknown") return run;
+  std::set<std::string> devices;
+  for (const DeviceState& device : backend.devices()) devices.insert(device.name);
+  return fmt::format("{} {} {} {} {}", Version(), Commit(), options.encoder, backend.name(),
+                     absl::StrJoin(devices, ", "));
+}
+
 void LogEviction(const Scene& scene, uint64_t bytes) {
   LogEvent(spdlog::level::info, "scene evicted: another needs its memory",
            {{"scene", scene.id()}, {"bytes", fmt::to_string(bytes)}});
@@ -53,7 +66,7 @@ ServerEnv::ServerEnv(Options options_in, std::vector<std::unique_ptr<Backend>> b
       boot_id(NewRandomId()),
       node(options.node.empty() ? HostName() : options.node),
       peer_key("latticed-peer-" + NewRandomId()),
-      token_key(NewRandomId()),
+      evaluator(EvaluatorName(options, *backends_in.front(), boot_id)),
       start_time(absl::Now()),
       calls(std::make_unique<CallCounts>()),
       store(std::move(store_in)),

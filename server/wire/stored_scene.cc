@@ -32,7 +32,8 @@ std::string StoredHeaderOf(const v1::CreateSceneRequest& request, const SceneCon
                        .lattice = config.lattice,
                        .create_time = config.create_time,
                        .idle_ttl = config.idle_ttl,
-                       .listing = ToProto(config).SerializeAsString()});
+                       .listing = ToProto(config).SerializeAsString(),
+                       .token_key = config.token_key});
 }
 
 absl::StatusOr<StoredScene> StoredSceneOf(std::string_view header) {
@@ -57,6 +58,7 @@ absl::StatusOr<SceneConfig> SceneConfigFromStored(std::string_view header, const
       auto config,
       SceneConfigFromProto(stored.request, mesh, stored.header.owner, stored.header.idle_ttl));
   config.create_time = stored.header.create_time;
+  config.token_key = stored.header.token_key;
   return config;
 }
 

@@ -29,12 +29,10 @@ std::shared_ptr<const ChunkPatterns> Share(std::span<const uint16_t> patterns) {
 
 }  // namespace
 
-absl::StatusOr<std::shared_ptr<Snapshot>> EncodeSnapshot(const ViewKey& key,
-                                                         const SceneState& state,
-                                                         std::span<const uint32_t> chunks,
-                                                         const ViewTraits& traits,
-                                                         const Snapshot* before, EncodeBatch encode,
-                                                         PatternsOfChunk patterns_of) {
+absl::StatusOr<std::shared_ptr<Snapshot>> EncodeSnapshot(
+    const ViewKey& key, const SceneState& state, std::span<const uint32_t> chunks,
+    std::span<const uint64_t> revisions, const ViewTraits& traits, const Snapshot* before,
+    EncodeBatch encode, PatternsOfChunk patterns_of) {
   auto snapshot = std::make_shared<Snapshot>();
   snapshot->view = key;
   snapshot->revision = state.revision;
@@ -74,8 +72,9 @@ absl::StatusOr<std::shared_ptr<Snapshot>> EncodeSnapshot(const ViewKey& key,
         // Host and device have different digests for the same vertices, and may take turns at encoding.
         snapshot->chunks.SetDigest(batch[i], digests[i]);
       } else {
-        snapshot->chunks.Set(batch[i], {snapshot->revision, std::move(data), digests[i],
-                                        Share(patterns_of(batch[i]))});
+        const bool is_dated = before == nullptr && !revisions.empty();
+        snapshot->chunks.Set(batch[i], {is_dated ? revisions[batch[i]] : snapshot->revision,
+                                        std::move(data), digests[i], Share(patterns_of(batch[i]))});
       }
     }
     done += batch.size();

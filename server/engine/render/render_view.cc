@@ -53,6 +53,7 @@ void RenderView::MarkAllDirty() {
 }
 
 std::optional<RenderWork> RenderView::Begin(std::shared_ptr<RenderView> self, RenderInput input,
+                                            std::span<const uint64_t> chunk_revisions,
                                             uint64_t most_points) {
   const MutexLock lock(&mutex_);
   if (stage_ == Stage::kEvaluating || stage_ == Stage::kEncoding) return std::nullopt;
@@ -70,8 +71,11 @@ std::optional<RenderWork> RenderView::Begin(std::shared_ptr<RenderView> self, Re
     backend_->counts().revisions_merged += state.revision - begun_revision_ - 1;
   }
   begun_revision_ = state.revision;
-  return RenderWork{
-      .view = std::move(self), .input = std::move(input), .chunks = dirty_.Take(count)};
+  RenderWork work{.view = std::move(self), .input = std::move(input), .chunks = dirty_.Take(count)};
+  if (newest == nullptr && OnlyEditsChange(key())) {
+    work.revisions.assign(chunk_revisions.begin(), chunk_revisions.end());
+  }
+  return work;
 }
 
 uint64_t RenderView::PointsOf(size_t chunks) const {
@@ -105,7 +109,7 @@ absl::StatusOr<std::shared_ptr<Snapshot>> RenderView::Render(const RenderWork& w
   LATTICED_ASSIGN_OR_RETURN(
       auto snapshot,
       EncodeSnapshot(
-          key(), *work.input.state, changed, traits_, before.get(),
+          key(), *work.input.state, changed, work.revisions, traits_, before.get(),
           [&](std::span<const uint32_t> chunks,
               std::span<VertexDigest> digests) -> absl::StatusOr<std::vector<SharedBytes>> {
             if (!board_.watched()) return NobodyWatches();

@@ -30,6 +30,12 @@ struct ViewKey {
   return HasPositions(view.spec) ? box.id : 0;
 }
 
+// Whether the chunks that an edit does not reach keep their bytes. With a tolerance, levels of neighbours and the number of
+// points change others too, and the bounds of an edge are those of two patches.
+[[nodiscard]] inline bool OnlyEditsChange(const ViewKey& view) {
+  return HasPositions(view.spec) && view.spec.tolerance == 0;
+}
+
 struct Snapshot {
   uint64_t number = 0;  // rises within a view, from 1
   ViewKey view;

@@ -36,13 +36,17 @@ absl::StatusOr<SceneLife> Replay(const SceneLog& log) {
   if (log.snapshot_lsn > 0) {
     LATTICED_ASSIGN_OR_RETURN(life, FromSnapshot(log));
   }
+  life.moved = MovedPoints(life.history.lattice(), life.history.revision());
   for (size_t n = 0; n < log.records.size(); ++n) {
     const uint64_t lsn = log.snapshot_lsn + n + 1;
+    const uint64_t structure = life.history.structure_id();
     const auto record = DecodeRecord(log.records[n]);
     if (!record.ok()) return Damaged(lsn, record.status());
     if (const auto status = life.history.ApplyRecord(record->edit); !status.ok()) {
       return Damaged(lsn, status);
     }
+    life.moved.Note(life.history.lattice(), life.history.revision(),
+                    life.history.structure_id() != structure);
     if (record->box.has_value()) life.box = record->box;
     life.now = record->edit.now;
     life.commit_time = record->commit_time;

@@ -25,17 +25,17 @@ std::string KeyText(const ViewKey& key) {
 }  // namespace
 
 std::string MakeResumeToken(const TokenScope& scope, const ClientSurface& had) {
-  const std::string text =
-      fmt::format("{}/{}/{}/{}/{}/{}", scope.scene_id, scope.incarnation, had.structure_id,
-                  had.quantisation_id, had.revision, KeyText(had.view));
-  return fmt::format("{}/{}", text, HmacSha256Hex(scope.key, text).substr(0, kMacDigits));
+  const std::string text = fmt::format("{}/{}/{}/{}", had.structure_id, had.quantisation_id,
+                                       had.revision, KeyText(had.view));
+  const std::string mac = HmacSha256Hex(scope.key, fmt::format("{}/{}", text, scope.evaluator));
+  return fmt::format("{}/{}", text, mac.substr(0, kMacDigits));
 }
 
 std::optional<ClientSurface> ParseResumeToken(std::string_view token, const TokenScope& scope,
                                               const ViewKey& view, const SceneState& state) {
   const std::vector<std::string> parts = absl::StrSplit(std::string(token), '/');
   ClientSurface had{.view = view};
-  if (parts.size() != 7 || !absl::SimpleAtoi(parts[4], &had.revision)) return std::nullopt;
+  if (parts.size() != 5 || !absl::SimpleAtoi(parts[2], &had.revision)) return std::nullopt;
   had.structure_id = state.structure_id;
   had.quantisation_id = QuantisationId(view, state.box);
   if (had.revision > state.revision || token != MakeResumeToken(scope, had)) return std::nullopt;

@@ -18,12 +18,11 @@
 
 namespace latticed {
 
-// The scene of a token. A scene that is created again under the id of a deleted one begins with the same
-// structure and revision numbers, and so does another run of the server, which has another key.
+// Where a token counts. A scene that is created again under the id of a deleted one begins with the same structure and
+// revision numbers, but has another key.
 struct TokenScope {
-  std::string key;  // of the HMAC; secret
-  std::string scene_id;
-  uint64_t incarnation = 0;
+  std::string key;        // of the HMAC: the scene's, which its store keeps secret
+  std::string evaluator;  // whatever makes the same bytes from the same lattice has the same name
 };
 
 [[nodiscard]] std::string MakeResumeToken(const TokenScope& scope, const ClientSurface& had);

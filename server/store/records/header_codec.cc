@@ -15,6 +15,7 @@ std::string EncodeHeader(const SceneHeader& header) {
   stored.set_create_time(absl::ToUnixNanos(header.create_time));
   stored.set_idle_ttl(absl::ToInt64Nanoseconds(header.idle_ttl));
   stored.set_listing(header.listing);
+  stored.set_token_key(header.token_key);
   return stored.SerializeAsString();
 }
 
@@ -27,7 +28,8 @@ absl::StatusOr<SceneHeader> DecodeHeader(std::string_view bytes) {
                      .owner = stored.owner(),
                      .create_time = absl::FromUnixNanos(stored.create_time()),
                      .idle_ttl = absl::Nanoseconds(stored.idle_ttl()),
-                     .listing = stored.listing()};
+                     .listing = stored.listing(),
+                     .token_key = stored.token_key()};
   LATTICED_ASSIGN_OR_RETURN(header.lattice, LatticeFromStored(stored.lattice()));
   if (!Validate(header.lattice).ok()) return NotARecord("the lattice of a header");
   return header;

@@ -23,7 +23,8 @@ struct SceneHeader {
   Lattice lattice;  // at revision 0; valid
   absl::Time create_time;
   absl::Duration idle_ttl;
-  std::string listing;  // latticed.v1.Scene
+  std::string listing;    // latticed.v1.Scene
+  std::string token_key;  // of resume tokens; empty in headers of older servers
 };
 
 [[nodiscard]] std::string EncodeHeader(const SceneHeader& header);

@@ -84,7 +84,7 @@ Reader::Reader(std::shared_ptr<Scene> scene) : bell_(std::make_shared<Bell>()) {
   scene->AddListener(bell_);
   const WatchView view = scene->config().default_view;
   watcher_ = Checked(Watcher::Create(
-      std::move(scene), {.token_key = "bench", .view = view, .max_unacked_updates = 0}));
+      std::move(scene), {.evaluator = "bench", .view = view, .max_unacked_updates = 0}));
 }
 
 UpdateEnds Reader::NextUpdate() {

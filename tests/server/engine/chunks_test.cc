@@ -162,11 +162,12 @@ class EncodeSnapshotTest : public ::testing::Test {
     plan->patches.resize(2 * limits::kPatchesPerChunk);
     state_.plan = std::move(plan);
   }
-  std::shared_ptr<Snapshot> Encode(const Snapshot* before) {
+  std::shared_ptr<Snapshot> Encode(const Snapshot* before,
+                                   std::span<const uint64_t> revisions = {}) {
     ++state_.revision;
     const uint32_t chunks[] = {0, 1};
     auto snapshot = EncodeSnapshot(
-        {}, state_, chunks, {}, before,
+        {}, state_, chunks, revisions, {}, before,
         [&](std::span<const uint32_t> some, std::span<VertexDigest> digests) {
           std::vector<SharedBytes> encoded(some.size());
           for (size_t i = 0; i < some.size(); ++i) {

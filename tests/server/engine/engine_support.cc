@@ -93,7 +93,7 @@ void WatcherClient::AwaitNews() {
 
 void WatcherClient::Reconnect(const WatcherOptions& options) {
   WatcherOptions with_token = options;
-  with_token.token_key = "key";
+  if (with_token.evaluator.empty()) with_token.evaluator = "cpu";
   if (!updates_.empty()) with_token.resume_token = updates_.back().end.resume_token;
   if (watcher_ == nullptr) scene_->AddListener(bell_);
   watcher_.reset();

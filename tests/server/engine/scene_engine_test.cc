@@ -23,7 +23,7 @@ class SceneEngineTest : public ::testing::Test {
     return *scene;
   }
   WatcherOptions Options() const {
-    return {.token_key = "key",
+    return {.evaluator = "cpu",
             .editor_id = "alice",
             .view = MakeSceneConfig("x").default_view,
             .max_unacked_updates = 0};
