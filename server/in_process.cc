@@ -44,7 +44,9 @@ void WarnOfOpenPorts(const Options& options) {
 
 absl::StatusOr<std::shared_ptr<Store>> OpenSharedStore(const Options& options) {
   LATTICED_ASSIGN_OR_RETURN(auto store, OpenPostgresStore({.url_file = options.store_url_file,
-                                                           .mesh_folder = options.mesh_store,
+                                                           .mesh_store = options.mesh_store,
+                                                           .s3_endpoint = options.s3_endpoint,
+                                                           .s3_region = options.s3_region,
                                                            .name = options.advertise,
                                                            .lease = options.lease}));
   LogEvent(spdlog::level::info, "meshes, scenes and edits are kept, and shared with other servers",

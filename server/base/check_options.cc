@@ -86,6 +86,9 @@ absl::Status CheckStore(const Options& o) {
       return absl::InvalidArgumentError(fmt::format("{} is for --store postgres", flag));
     }
   }
+  if (!o.s3_endpoint.empty() && !o.mesh_store.starts_with("s3://")) {
+    return absl::InvalidArgumentError("--s3-endpoint is for --mesh-store s3://BUCKET");
+  }
   if (shared && !o.data_dir.empty()) {
     return absl::InvalidArgumentError("--data-dir is for --store sqlite");
   }

@@ -116,8 +116,13 @@ void Define(CLI::App& app, Options& o) {
                  "Folder that keeps meshes, scenes and edits; default: they end with the server");
   app.add_option("--store-url-file", o.store_url_file,
                  "File with the URL of --store postgres: postgresql://user:password@host/database");
-  app.add_option("--mesh-store", o.mesh_store,
-                 "Folder of meshes of --store postgres, which all its servers see");
+  app.add_option(
+      "--mesh-store", o.mesh_store,
+      "Meshes of --store postgres: a folder that all its servers see, or s3://BUCKET/PREFIX "
+      "with the keys of the environment, AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY");
+  app.add_option("--s3-endpoint", o.s3_endpoint,
+                 "Server of that bucket, https://host:port; default: Amazon's in --s3-region");
+  app.add_option("--s3-region", o.s3_region, "Region of that bucket");
   app.add_option("--advertise", o.advertise,
                  "This server's name in the proxy before the servers of --store postgres");
   AddDuration(

@@ -53,8 +53,11 @@ struct Options {
   std::string store = "sqlite";  // sqlite, in data_dir; or postgres, which servers share
   std::string data_dir;          // folder of meshes, scenes and edits; empty: memory only
   std::string store_url_file;    // of postgres: a file with the database's URL
-  std::string mesh_store;        // of postgres: the meshes' folder, which all servers see
-  std::string advertise;         // of postgres: this server's name to proxies
+  std::string
+      mesh_store;  // of postgres: the meshes' folder, which all servers see; or s3://BUCKET/PREFIX
+  std::string s3_endpoint;  // of that bucket: https://host:port; empty: Amazon's
+  std::string s3_region = "us-east-1";
+  std::string advertise;  // of postgres: this server's name to proxies
   absl::Duration lease =
       absl::Milliseconds(800);             // of postgres: how long others wait for this server
   std::string durability = "full";         // full or async: server/store/sqlite_store.h

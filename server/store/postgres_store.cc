@@ -14,6 +14,8 @@
 #include "fmt/format.h"
 #include "server/base/telemetry.h"
 #include "server/store/files/mesh_folder.h"
+#include "server/store/objects/s3_meshes.h"
+#include "server/store/objects/s3_options.h"
 #include "server/store/postgres/claim.h"
 #include "server/store/postgres/lease.h"
 #include "server/store/postgres/mesh_rows.h"
@@ -31,7 +33,7 @@ constexpr absl::Duration kStrayAge = absl::Hours(24);
 class PostgresStore : public Store {
  public:
   PostgresStore(const std::string& url, const PostgresStoreOptions& options)
-      : mesh_folder_(options.mesh_folder),
+      : options_(options),
         pool_(url),
         lease_(url, options.name, options.lease),
         writer_(url, &lease_, options.fence, &counts_) {}
@@ -76,18 +78,26 @@ class PostgresStore : public Store {
  private:
   absl::Status CheckMeshes();
 
-  const std::string mesh_folder_;
-  std::unique_ptr<MeshFolder> meshes_;
+  const PostgresStoreOptions options_;
+  std::unique_ptr<MeshObjects> meshes_;
   PgPool pool_;
   PgLease lease_;  // outlives the writer, and ends the session
   PgWriter writer_;
 };
 
 absl::Status PostgresStore::Start() {
+  if (IsS3Url(options_.mesh_store)) {
+    LATTICED_ASSIGN_OR_RETURN(
+        S3Options s3, S3OptionsOf(options_.mesh_store, options_.s3_endpoint, options_.s3_region));
+    meshes_ = std::make_unique<S3Meshes>(std::move(s3));
+  }
   LATTICED_RETURN_IF_ERROR(pool_.With(PreparePostgresSchema));
   LATTICED_RETURN_IF_ERROR(lease_.Start());
   LATTICED_RETURN_IF_ERROR(writer_.Start());
-  meshes_ = std::make_unique<MeshFolder>(mesh_folder_, fmt::format("{}-", lease_.session()));
+  if (meshes_ == nullptr) {
+    meshes_ =
+        std::make_unique<MeshFolder>(options_.mesh_store, fmt::format("{}-", lease_.session()));
+  }
   const absl::Status status = CheckMeshes();
   // Another server may have deleted a mesh in between.
   return absl::IsDataLoss(status) ? CheckMeshes() : status;
@@ -123,9 +133,9 @@ absl::Status PostgresStore::PutMesh(std::string_view id, std::string header,
   const absl::StatusOr<std::string> known = ReadMeshHeader(id);
   if (known.ok() && meshes_->Read(id).ok()) return absl::OkStatus();  // else it is written anew
   LATTICED_RETURN_IF_ERROR(writer_.queue().Admit());
-  LATTICED_ASSIGN_OR_RETURN(const std::string written, meshes_->Write(bytes));
+  LATTICED_ASSIGN_OR_RETURN(const std::string written, meshes_->Write(id, bytes));
   const absl::Status status =
-      InsertPostgresMesh(pool_, id, header, [&] { return meshes_->Publish(written, id); });
+      InsertPostgresMesh(pool_, id, header, [&] { return meshes_->Publish(written, id, bytes); });
   // A file that has its name already stays: the next PutMesh, or a start after a day, sees to it.
   if (!status.ok()) meshes_->Discard(written);
   return status;

@@ -75,7 +75,7 @@ absl::Status SqliteStore::Start() {
   std::vector<std::string> ids;
   ids.reserve(meshes.size());
   for (const StoredEntry& mesh : meshes) ids.push_back(mesh.id);
-  return meshes_.Open(ids);
+  return meshes_.Open(ids, absl::ZeroDuration());
 }
 
 absl::Status SqliteStore::CreateScene(std::string_view id, std::string header) {
@@ -113,9 +113,9 @@ absl::Status SqliteStore::PutMesh(std::string_view id, std::string header, std::
   LATTICED_ASSIGN_OR_RETURN(const bool known, reader_.HasMesh(id));
   if (known && ReadMesh(id).ok()) return absl::OkStatus();  // else it is damaged, and written anew
   LATTICED_RETURN_IF_ERROR(writer_.queue().Admit());
-  LATTICED_ASSIGN_OR_RETURN(const std::string written, meshes_.Write(bytes));
+  LATTICED_ASSIGN_OR_RETURN(const std::string written, meshes_.Write(id, bytes));
   MutexLock lock(&meshes_mutex_);
-  absl::Status status = meshes_.Publish(written, id);
+  absl::Status status = meshes_.Publish(written, id, bytes);
   if (!status.ok()) {
     meshes_.Discard(written);
     return status;

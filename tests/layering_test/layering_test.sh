@@ -39,7 +39,8 @@ declare -A allowed=(
   [server/base]="core/ server/base/"
   [server/base/auth]="core/base/ server/base/options.h server/base/auth/"
   [server/net]="core/base/ server/base/ server/net/"
-  [server/store/files]="core/base/ server/base/ server/store/store_errors.h server/store/files/"
+  [server/store/files]="core/base/ server/base/ server/store/store_errors.h server/store/objects/mesh_objects.h server/store/files/"
+  [server/store/objects]="core/base/ server/base/ server/store/store_errors.h server/store/objects/"
   [server/store/postgres]="core/base/ server/base/ server/store/files/ server/store/queue/ server/store/store.h server/store/store_errors.h server/store/row_sum.h server/store/postgres/"
   [server/store/queue]="core/base/ server/base/ server/store/store.h server/store/store_errors.h server/store/queue/"
   [server/store/records]="core/ server/store/records/"
@@ -84,6 +85,7 @@ readonly guarded=(
   '^libpq' '^(server|tests/server)/store/'
   '^cjose/' '^server/base/auth/'
   '^sqlite3' '^(server|tests/server)/store/'
+  '^curl/' '^server/store/objects/'
   '^cblas' '^core/cpu/gemm/cpu_gemm'
   '^cublas' '^cuda/device/cuda_(gemm|status)'
   '^epoxy/' '^tests/(bench/paper/shaders|client/patches/shader)/'

@@ -97,7 +97,7 @@ std::string MeshFolder::PathOf(std::string_view id) const {
   return fmt::format("{}/{}", path_, id);
 }
 
-absl::StatusOr<std::string> MeshFolder::Write(std::string_view bytes) {
+absl::StatusOr<std::string> MeshFolder::Write(std::string_view /*id*/, std::string_view bytes) {
   std::string name = fmt::format("{}/{}{}{}", path_, kNewPrefix, writer_, next_name_++);
   const OpenFile file(name, O_WRONLY | O_CREAT | O_TRUNC);
   if (!file.ok()) return FileFailed(name);
@@ -107,7 +107,8 @@ absl::StatusOr<std::string> MeshFolder::Write(std::string_view bytes) {
   return status;
 }
 
-absl::Status MeshFolder::Publish(const std::string& written, std::string_view id) {
+absl::Status MeshFolder::Publish(const std::string& written, std::string_view id,
+                                 std::string_view /*bytes*/) {
   if (rename(written.c_str(), PathOf(id).c_str()) != 0) return FileFailed(written);
   return SyncFolder();
 }

@@ -7,8 +7,9 @@
 //
 // So a file with a hash for its name is whole, whenever the machine crashes. Names of other kinds are left alone.
 //
-// Errors   kResourceExhausted or kUnavailable, reason STORE; kDataLoss naming the mesh
-// Threads  safe; the caller sees to it that one mesh is not published and removed at once
+// Open makes the folder if it is not there, and says if the file of a mesh that has a row is missing.
+//
+// Errors, threads  as MeshObjects
 #ifndef LATTICED_SERVER_STORE_FILES_MESH_FOLDER_H_
 #define LATTICED_SERVER_STORE_FILES_MESH_FOLDER_H_
 
@@ -18,30 +19,23 @@
 #include <string_view>
 #include <vector>
 
-#include "absl/status/status.h"
-#include "absl/status/statusor.h"
-#include "absl/time/time.h"
+#include "server/store/objects/mesh_objects.h"
 
 namespace latticed {
 
-class MeshFolder {
+class MeshFolder : public MeshObjects {
  public:
   // `writer` is in the names new-…: it tells servers apart that share the folder.
   explicit MeshFolder(std::string path, std::string writer = "")
       : path_(std::move(path)), writer_(std::move(writer)) {}
 
-  // Makes the folder if it is not there, and removes what a crash left: files of which nobody knows, that is all but
-  // those of `known`, if they were not written within `age`. kDataLoss if one of `known` is missing.
-  [[nodiscard]] absl::Status Open(const std::vector<std::string>& known,
-                                  absl::Duration age = absl::ZeroDuration());
-
-  // Writes the bytes under a name of their own, which it returns.
-  [[nodiscard]] absl::StatusOr<std::string> Write(std::string_view bytes);
-  // Gives a file of Write its name. Durable when it returns OK.
-  [[nodiscard]] absl::Status Publish(const std::string& written, std::string_view id);
-  void Discard(const std::string& written);
-  [[nodiscard]] absl::Status Remove(std::string_view id);
-  [[nodiscard]] absl::StatusOr<std::string> Read(std::string_view id) const;
+  absl::Status Open(const std::vector<std::string>& known, absl::Duration age) override;
+  absl::StatusOr<std::string> Write(std::string_view id, std::string_view bytes) override;
+  absl::Status Publish(const std::string& written, std::string_view id,
+                       std::string_view bytes) override;
+  void Discard(const std::string& written) override;
+  absl::Status Remove(std::string_view id) override;
+  absl::StatusOr<std::string> Read(std::string_view id) const override;
 
  private:
   std::string PathOf(std::string_view id) const;

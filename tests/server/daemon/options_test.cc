@@ -189,6 +189,8 @@ TEST(OptionsTest, ASharedStoreNeedsAllItsParts) {
   };
   refused({"--store=postgres", meshes, name}, "needs --store-url-file");
   refused({"--store=postgres", url, name}, "needs --mesh-store");
+  refused({"--store=postgres", url, meshes, name, "--s3-endpoint=https://host"},
+          "is for --mesh-store s3://BUCKET");
   refused({"--store=postgres", url, meshes}, "needs --advertise");
   refused({"--store=postgres", url, meshes, name, "--data-dir=d"}, "--data-dir is for");
   refused({url}, "--store-url-file is for --store postgres");

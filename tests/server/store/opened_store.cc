@@ -59,7 +59,7 @@ void OpenedStore::OpenPostgres() {
   if (url_.empty()) url_ = PostgresServer::Shared().NewDatabase();
   absl::StatusOr<std::unique_ptr<Store>> opened =
       OpenPostgresStore({.url_file = folder_.Write("url", url_),
-                         .mesh_folder = folder_.Path("meshes"),
+                         .mesh_store = folder_.Path("meshes"),
                          .name = "host-1:50051"});
   if (!opened.ok()) throw std::runtime_error(opened.status().ToString());
   store_ = *std::move(opened);

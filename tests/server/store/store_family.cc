@@ -33,7 +33,7 @@ class PostgresFamily : public StoreFamily {
   std::unique_ptr<Store> Join(const std::string& name) override {
     absl::StatusOr<std::unique_ptr<Store>> opened =
         OpenPostgresStore({.url_file = folder_.Write("url", url_),
-                           .mesh_folder = folder_.Path("meshes"),
+                           .mesh_store = folder_.Path("meshes"),
                            .name = name,
                            .lease = kLease});
     if (!opened.ok()) throw std::runtime_error(opened.status().ToString());

@@ -36,7 +36,7 @@ class PostgresStore : public ::testing::Test {
   absl::StatusOr<std::unique_ptr<Store>> Open(const std::string& url,
                                               absl::Duration lease = absl::Seconds(2)) {
     return OpenPostgresStore({.url_file = folder_.Write("url", url + "\n"),
-                              .mesh_folder = folder_.Path("meshes"),
+                              .mesh_store = folder_.Path("meshes"),
                               .name = "host-1:50051",
                               .lease = lease});
   }

@@ -134,7 +134,7 @@ class PostgresTakeovers : public ::testing::Test {
   }
   std::unique_ptr<Store> Open(const std::string& url, const std::string& name, bool fence) {
     auto store = OpenPostgresStore({.url_file = folder_.Write("url", url),
-                                    .mesh_folder = folder_.Path("meshes"),
+                                    .mesh_store = folder_.Path("meshes"),
                                     .name = name,
                                     .lease = absl::Seconds(2),
                                     .fence = fence});
