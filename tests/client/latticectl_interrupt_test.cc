@@ -209,6 +209,16 @@ TEST_F(LatticectlInterruptDrag, BenchSaysWhatItHasMeasuredAndDeletesItsSceneAndI
   EXPECT_EQ(RunJson({"meshes"}).size(), 0u);
 }
 
+TEST_F(LatticectlInterruptDrag, TortureComparesWhatWasAcknowledgedAndDeletesItsScenesAndItsMesh) {
+  const RunResult result =
+      RunUntil("torture: [1-9][0-9]* edits acknowledged, longest pause ", SIGINT,
+               {"torture", Path("vase.obj"), "--scenes", "2", "--rate", "50", "--seconds", "300"});
+  EXPECT_EQ(result.code, kInterrupted + SIGINT);
+  EXPECT_THAT(result.out, HasSubstr("lattices compared"));
+  EXPECT_EQ(RunJson({"scene", "list"}).size(), 0u);
+  EXPECT_EQ(RunJson({"meshes"}).size(), 0u);
+}
+
 TEST_F(LatticectlInterruptDrag, QuickstartDeletesItsSceneAndItsMesh) {
   EXPECT_EQ(RunUntil("drag", SIGINT,
                      {"quickstart", "--sample", "vase", "--steps", "100000", "--output", Path("q")})

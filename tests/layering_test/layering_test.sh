@@ -67,6 +67,7 @@ declare -A allowed=(
   [client/latticectl/command_line]="core/base/ latticed/v1/ client/cpp/latticectl/output/ client/cpp/latticectl/command_line/"
   [client/latticectl/reference]="client/cpp/latticectl/command_line/ client/cpp/latticectl/reference/"
   [client/latticectl/session]="core/base/ core/mesh/ latticed/v1/ client/cpp/library/ client/cpp/latticectl/output/ client/cpp/latticectl/geometry/ client/cpp/latticectl/command_line/ client/cpp/latticectl/session/ server/in_process.h server/base/options.h"
+  [client/latticectl/torture]="core/base/ core/ffd/ latticed/v1/ client/cpp/library/ client/cpp/latticectl/output/ client/cpp/latticectl/geometry/ client/cpp/latticectl/command_line/ client/cpp/latticectl/session/ client/cpp/latticectl/torture/"
   [client/latticectl]="core/base/ core/mesh/ core/ffd/ core/codec/ latticed/v1/ client/cpp/library/ client/cpp/latticectl/"
   [client/load]="core/base/ core/mesh/ core/ffd/ core/codec/ latticed/v1/ client/cpp/"
   [tests]="core/ cuda/ server/ client/ latticed/v1/ tests/"

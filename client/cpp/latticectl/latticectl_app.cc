@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 
 #include "client/cpp/latticectl/commands/commands.h"
+#include "client/cpp/latticectl/torture/torture_command.h"
 
 namespace latticed::client {
 
@@ -22,6 +23,7 @@ void AddCommands(CLI::App& app, CommandLine& line) {
   AddExportCommand(app, line);
   AddBenchCommand(app, line);
   AddStoreCommand(app, line);
+  AddTortureCommand(app, line);
   AddQuickstartCommand(app, line);
   AddCompletionCommand(app, line);
   AddManCommand(app, line);

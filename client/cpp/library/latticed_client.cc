@@ -55,9 +55,14 @@ std::unique_ptr<Client> Client::Connect(const Connection& connection, std::stop_
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, 30'000);
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 10'000);
   if (connection.alone) arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
-  return std::make_unique<Client>(
-      grpc::CreateCustomChannel(connection.address, credentials, arguments), connection.token,
-      std::move(stop), connection.retry_for, connection.observer);
+  std::string target = connection.address;
+  if (target.find(',') != std::string::npos) {
+    target = (target.starts_with('[') ? "ipv6:" : "ipv4:") + target;
+    arguments.SetLoadBalancingPolicyName("round_robin");
+  }
+  return std::make_unique<Client>(grpc::CreateCustomChannel(target, credentials, arguments),
+                                  connection.token, std::move(stop), connection.retry_for,
+                                  connection.observer);
 }
 
 Client::Client(std::shared_ptr<grpc::Channel> channel, std::string token, std::stop_token stop,

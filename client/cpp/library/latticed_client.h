@@ -39,7 +39,9 @@
 namespace latticed::client {
 
 struct Connection {
-  std::string address;       // host:port, or unix:path
+  // host:port, or unix:path. Or ip:port of several servers that share a store, joined by commas: calls take them in
+  // turn, and reach the server that has the scene by being made again.
+  std::string address;
   std::string token;         // bearer token; empty: none is sent
   bool tls = false;          // implied by tls_ca_pem and tls_cert_pem
   std::string tls_ca_pem;    // roots to trust; empty: the system's

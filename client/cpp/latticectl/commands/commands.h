@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The commands of latticectl, one file each. Add… declares a command's options and its action.
+// The commands of latticectl, one file each; torture is in a folder of its own. Add… declares a command's options and its action.
 #ifndef LATTICED_CLIENT_CPP_LATTICECTL_COMMANDS_COMMANDS_H_
 #define LATTICED_CLIENT_CPP_LATTICECTL_COMMANDS_COMMANDS_H_
 
@@ -13,7 +13,7 @@ class App;
 
 namespace latticed::client {
 
-// Adds all of the commands below.
+// Adds all of the commands below, and torture.
 void AddCommands(CLI::App& app, CommandLine& line);
 
 void AddInfoCommand(CLI::App& app, CommandLine& line);

@@ -85,15 +85,21 @@ std::string FormatMilliseconds(double milliseconds) {
   return fmt::format("{:.{}f} ms", milliseconds, milliseconds < 10 ? 2 : 1);
 }
 
-ProgressBar::ProgressBar(Console console, std::string label, Unit unit)
-    : console_(console), label_(std::move(label)), unit_(unit) {}
-
-ProgressBar::~ProgressBar() {
-  if (shown_percent_ >= 0) console_.err << kWipe << std::flush;
+StatusLine::~StatusLine() {
+  if (shown_) console_.err << kWipe << std::flush;
 }
 
+void StatusLine::Show(std::string_view text) {
+  if (!console_.err_is_terminal) return;
+  shown_ = true;
+  console_.err << kWipe << text << std::flush;
+}
+
+ProgressBar::ProgressBar(Console console, std::string label, Unit unit)
+    : line_(console), label_(std::move(label)), unit_(unit) {}
+
 void ProgressBar::Show(uint64_t done, uint64_t total) {
-  if (!console_.err_is_terminal || total == 0) return;
+  if (total == 0) return;
   const int percent = static_cast<int>(std::min(done, total) * 100 / total);
   if (percent == std::exchange(shown_percent_, percent)) return;
   std::string text = fmt::format("{} [{:<{}}] {:3} %", label_,
@@ -103,7 +109,7 @@ void ProgressBar::Show(uint64_t done, uint64_t total) {
     text += fmt::format("  {} of {}", FormatBytes(done), FormatBytes(total));
   if (unit_ == Unit::kCount)
     text += fmt::format("  {} of {}", FormatCount(done), FormatCount(total));
-  console_.err << kWipe << text << std::flush;
+  line_.Show(text);
 }
 
 Progress ProgressBar::callback() {

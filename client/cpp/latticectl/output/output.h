@@ -59,7 +59,22 @@ class TextTable {
 [[nodiscard]] std::string FormatCount(uint64_t count);              // "1,129,920"
 [[nodiscard]] std::string FormatMilliseconds(double milliseconds);  // "12.3 ms"
 
-// A progress bar of one line. It is shown only on a terminal.
+// A line that is shown only on a terminal, and replaced by the next one.
+class StatusLine {
+ public:
+  explicit StatusLine(Console console) : console_(console) {}
+  ~StatusLine();  // wipes the line
+  StatusLine(const StatusLine&) = delete;
+  StatusLine& operator=(const StatusLine&) = delete;
+
+  void Show(std::string_view text);
+
+ private:
+  Console console_;
+  bool shown_ = false;
+};
+
+// A progress bar of one line.
 //
 //   upload [##########          ]  50 %  1.00 MiB of 2.00 MiB
 class ProgressBar {
@@ -67,7 +82,6 @@ class ProgressBar {
   enum class Unit { kBytes, kCount, kNone };
 
   ProgressBar(Console console, std::string label, Unit unit);
-  ~ProgressBar();  // wipes the line
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
 
@@ -76,7 +90,7 @@ class ProgressBar {
   Progress callback();
 
  private:
-  Console console_;
+  StatusLine line_;
   std::string label_;
   Unit unit_;
   int shown_percent_ = -1;

@@ -3,12 +3,15 @@
 #include "client/cpp/latticectl/session/server_meshes.h"
 
 #include <filesystem>
+#include <functional>
 #include <utility>
 
+#include "absl/time/clock.h"
 #include "client/cpp/latticectl/command_line/message_flags.h"
 #include "client/cpp/latticectl/output/output.h"
 #include "client/cpp/latticectl/session/scene_patches.h"
 #include "client/cpp/library/mesh.h"
+#include "core/base/error.h"
 #include "core/base/sha256.h"
 #include "core/base/status_macros.h"
 
@@ -37,6 +40,16 @@ absl::StatusOr<Tessellation> Evaluate(const Surface& surface, double tolerance,
                       .layouts = patches.Layouts(),
                       .tolerance = tolerance,
                       .certified_error = patches.certified_error()};
+}
+
+// Where several servers share the scene, the call may have reached one that does not have it.
+void DeleteWhereItIs(const std::function<absl::Status()>& call) {
+  constexpr int kMostCalls = 20;
+  for (int n = 0; n < kMostCalls; ++n) {
+    const std::string reason = error::DetailsOf(call()).reason;
+    if (reason != "SCENE_MOVED" && reason != "DRAINING") return;
+    absl::SleepFor(absl::Milliseconds(50));
+  }
 }
 
 }  // namespace
@@ -81,7 +94,9 @@ absl::StatusOr<FetchedSurface> FetchSurface(Client& client, const std::string& s
 // Also deletes scenes and meshes of failed calls: the server may have made them before the reply was
 // lost.
 TemporaryScenes::~TemporaryScenes() {
-  for (const std::string& scene : scenes_to_delete_) (void)client_.DeleteScene(scene);
+  for (const std::string& scene : scenes_to_delete_) {
+    DeleteWhereItIs([&] { return client_.DeleteScene(scene); });
+  }
   // Without force, a mesh stays if another client has used it for a scene meanwhile.
   for (const std::string& mesh : meshes_to_delete_) {
     (void)client_.DeleteMesh(mesh, /*force=*/false);
