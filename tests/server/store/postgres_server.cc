@@ -59,7 +59,8 @@ PostgresServer& PostgresServer::Shared() {
   return server;
 }
 
-PostgresServer::PostgresServer(Network network) : port_(network == Network::kTcp ? FreePort() : 0) {
+PostgresServer::PostgresServer(Network network, Disk disk)
+    : port_(network == Network::kTcp ? FreePort() : 0), disk_(disk) {
   const std::string folder = folder_.path().string();
   const std::string owner =
       geteuid() == 0 ? fmt::format("chown postgres {} && ", folder) : std::string();
@@ -75,10 +76,11 @@ PostgresServer::PostgresServer(Network network) : port_(network == Network::kTcp
 
 void PostgresServer::Start() {
   const std::string serve = AsUser(fmt::format(
-      "{}/postgres -D {} -k {} -c listen_addresses={} -c fsync=off "
-      "-c full_page_writes=off -c max_connections=200 > {} 2>&1",
+      "{}/postgres -D {} -k {} -c listen_addresses={} {} -c max_connections=200 > {} 2>&1",
       Programs(), folder_.Path("data"), folder_.path().string(),
-      port_ == 0 ? std::string() : fmt::format("127.0.0.1 -p {}", port_), folder_.Path("log.txt")));
+      port_ == 0 ? std::string() : fmt::format("127.0.0.1 -p {}", port_),
+      disk_ == Disk::kIgnored ? "-c fsync=off -c full_page_writes=off" : "",
+      folder_.Path("log.txt")));
   process_ = fork();
   if (process_ == 0) {
     execl("/bin/sh", "sh", "-c", serve.c_str(), nullptr);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A PostgreSQL in a temporary folder, for all tests of the program. It does not wait for the disk.
+// A PostgreSQL in a temporary folder, for all tests of the program. Unless asked, it does not wait for the disk.
 #ifndef LATTICED_TESTS_SERVER_STORE_POSTGRES_SERVER_H_
 #define LATTICED_TESTS_SERVER_STORE_POSTGRES_SERVER_H_
 
@@ -22,7 +22,8 @@ class PostgresServer {
   static PostgresServer& Shared();
 
   enum class Network { kUnixSocket, kTcp };  // kTcp: a free port of 127.0.0.1
-  explicit PostgresServer(Network network = Network::kUnixSocket);
+  enum class Disk { kIgnored, kAwaited };  // kAwaited: commits wait for it, as outside of tests
+  explicit PostgresServer(Network network = Network::kUnixSocket, Disk disk = Disk::kIgnored);
   ~PostgresServer();
 
   // Ends at once, as after a crash: what was committed is found by the next start.
@@ -36,6 +37,7 @@ class PostgresServer {
   std::string UrlOf(const std::string& database) const;
 
   const int port_;  // 0: there is none
+  const Disk disk_;
   TemporaryFolder folder_;
   pid_t process_ = -1;
   int databases_ = 0;
