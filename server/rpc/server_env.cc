@@ -95,6 +95,11 @@ ServerEnv::ServerEnv(Options options_in, std::vector<std::unique_ptr<Backend>> b
                   [](std::string_view header) {
                     return StoredSceneOf(header).value_or(StoredScene()).mesh_id;
                   },
+              .idle_ttl_of =
+                  [](std::string_view header) {
+                    const auto scene = StoredSceneOf(header);
+                    return scene.ok() ? scene->idle_ttl : absl::InfiniteDuration();
+                  },
               .on_evict = LogEviction})),
       jwks_file_(options.jwks_file),
       authenticator_(std::make_shared<const Authenticator>(std::move(authenticator_in))),

@@ -59,6 +59,9 @@ class PostgresStore : public Store {
     return ClaimPostgresScene(pool_, lease_, id);
   }
   absl::Status ReleaseScene(std::string_view id) override { return writer_.Release(id); }
+  absl::Status ExpireScene(std::string_view id, absl::Duration unused) override {
+    return ExpirePostgresScene(pool_, lease_, id, unused);
+  }
   void OnFenced(std::function<void()> fenced) override { lease_.OnFenced(std::move(fenced)); }
   bool shared() const override { return true; }
   absl::StatusOr<std::vector<StoredServer>> Servers() override {

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/store/shared_memory_store.h"
 
+#include "absl/time/clock.h"
 #include "core/base/error.h"
 #include "core/base/status_macros.h"
 #include "server/store/store_errors.h"
@@ -12,7 +13,7 @@ void SharedMemory::Fence(std::string_view server) {
   std::function<void()> fenced;
   {
     MutexLock lock(&mutex_);
-    std::erase_if(owners_, [&](const auto& owner) { return owner.second == server; });
+    GiveUp([&](const std::string& owner) { return owner == server; });
     if (const auto found = servers_.find(server); found != servers_.end()) {
       found->second.silent = false;
       fenced = found->second.fenced;
@@ -20,6 +21,14 @@ void SharedMemory::Fence(std::string_view server) {
   }
   all_.Flush();
   if (fenced) fenced();
+}
+
+void SharedMemory::GiveUp(const std::function<bool(const std::string& owner)>& whose) {
+  std::erase_if(owners_, [&](const auto& owned) ABSL_NO_THREAD_SAFETY_ANALYSIS {
+    if (!whose(owned.second)) return false;
+    given_up_[owned.first] = absl::Now();
+    return true;
+  });
 }
 
 void SharedMemory::Silence(std::string_view server) {
@@ -41,7 +50,7 @@ SharedMemoryStore::SharedMemoryStore(std::shared_ptr<SharedMemory> memory, std::
 SharedMemoryStore::~SharedMemoryStore() {
   all_.Flush();
   MutexLock lock(&memory_->mutex_);
-  std::erase_if(memory_->owners_, [&](const auto& owner) { return owner.second == name_; });
+  memory_->GiveUp([&](const std::string& owner) { return owner == name_; });
   memory_->servers_.erase(name_);
 }
 
@@ -111,8 +120,35 @@ absl::StatusOr<SceneClaim> SharedMemoryStore::ClaimScene(std::string_view id) {
 absl::Status SharedMemoryStore::ReleaseScene(std::string_view id) {
   all_.Flush();
   MutexLock lock(&memory_->mutex_);
-  if (Owns(id)) memory_->owners_.erase(std::string(id));
+  if (!Owns(id)) return absl::OkStatus();
+  memory_->owners_.erase(std::string(id));
+  memory_->given_up_[std::string(id)] = absl::Now();
   return absl::OkStatus();
+}
+
+absl::StatusOr<std::vector<StoredEntry>> SharedMemoryStore::Scenes() {
+  LATTICED_ASSIGN_OR_RETURN(std::vector<StoredEntry> scenes, all_.Scenes());
+  MutexLock lock(&memory_->mutex_);
+  for (StoredEntry& scene : scenes) {
+    if (memory_->owners_.contains(scene.id)) continue;
+    const auto given_up = memory_->given_up_.find(scene.id);
+    if (given_up != memory_->given_up_.end()) scene.unused = absl::Now() - given_up->second;
+  }
+  return scenes;
+}
+
+absl::Status SharedMemoryStore::ExpireScene(std::string_view id, absl::Duration unused) {
+  if (!all_.ReadSceneHeader(id).ok()) return absl::OkStatus();
+  {
+    MutexLock lock(&memory_->mutex_);
+    const auto given_up = memory_->given_up_.find(id);
+    if (memory_->owners_.contains(id) || given_up == memory_->given_up_.end() ||
+        absl::Now() - given_up->second < unused) {
+      return absl::OkStatus();
+    }
+    memory_->owners_[std::string(id)] = name_;
+  }
+  return DeleteScene(id);
 }
 
 void SharedMemoryStore::OnFenced(std::function<void()> fenced) {

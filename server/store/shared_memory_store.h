@@ -47,10 +47,14 @@ class SharedMemory {
     bool silent = false;
     std::function<void()> fenced;
   };
+  // Takes the scenes of some owners away.
+  void GiveUp(const std::function<bool(const std::string& owner)>& whose)
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   Mutex mutex_;
   std::map<std::string, Server, std::less<>> servers_ ABSL_GUARDED_BY(mutex_);
-  std::map<std::string, std::string, std::less<>> owners_ ABSL_GUARDED_BY(mutex_);  // by scene
+  std::map<std::string, std::string, std::less<>> owners_ ABSL_GUARDED_BY(mutex_);   // by scene
+  std::map<std::string, absl::Time, std::less<>> given_up_ ABSL_GUARDED_BY(mutex_);  // last
   MemoryStore all_;
 };
 
@@ -63,7 +67,7 @@ class SharedMemoryStore : public Store {
 
   absl::Status CreateScene(std::string_view id, std::string header) override;
   absl::Status DeleteScene(std::string_view id) override;
-  absl::StatusOr<std::vector<StoredEntry>> Scenes() override { return all_.Scenes(); }
+  absl::StatusOr<std::vector<StoredEntry>> Scenes() override;
   absl::StatusOr<std::string> ReadSceneHeader(std::string_view id) override {
     return all_.ReadSceneHeader(id);
   }
@@ -74,6 +78,7 @@ class SharedMemoryStore : public Store {
   void Flush() override { all_.Flush(); }
   absl::StatusOr<SceneClaim> ClaimScene(std::string_view id) override;
   absl::Status ReleaseScene(std::string_view id) override;
+  absl::Status ExpireScene(std::string_view id, absl::Duration unused) override;
   void OnFenced(std::function<void()> fenced) override;
   bool shared() const override { return true; }
   absl::StatusOr<std::vector<StoredServer>> Servers() override;

@@ -15,6 +15,10 @@ absl::StatusOr<SceneClaim> Store::ClaimScene(std::string_view id) {
 
 absl::Status Store::ReleaseScene(std::string_view /*id*/) { return absl::OkStatus(); }
 
+absl::Status Store::ExpireScene(std::string_view /*id*/, absl::Duration /*unused*/) {
+  return absl::OkStatus();
+}
+
 void Store::OnFenced(std::function<void()> /*fenced*/) {}
 
 absl::StatusOr<std::vector<StoredServer>> Store::Servers() { return std::vector<StoredServer>(); }

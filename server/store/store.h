@@ -36,6 +36,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "absl/time/time.h"
 #include "server/base/store_counts.h"
 
 namespace latticed {
@@ -44,7 +45,8 @@ namespace latticed {
 struct StoredEntry {
   std::string id;
   std::string header;
-  absl::Status damage;  // kDataLoss: the header is damaged, and left out here
+  absl::Status damage;    // kDataLoss: the header is damaged, and left out here
+  absl::Duration unused;  // for how long no server has had the scene, where servers share the store
 };
 
 // What a scene's next life begins with.
@@ -103,6 +105,8 @@ class Store {
   [[nodiscard]] virtual absl::StatusOr<SceneClaim> ClaimScene(std::string_view id);
   // After all appends under way: another server may claim the scene at once. OK as well if it is not this server's.
   [[nodiscard]] virtual absl::Status ReleaseScene(std::string_view id);
+  // Deletes a scene of a shared store that no server has had for `unused`. OK as well if one has it, or there is none.
+  [[nodiscard]] virtual absl::Status ExpireScene(std::string_view id, absl::Duration unused);
   // `fenced` is called on a thread of the store when this server's lease was lost, and it has a new one: it owns no
   // scene then, and may claim. Set it before the first call of another function. It must not wait, for the store least of
   // all: the lease is not renewed meanwhile.

@@ -12,6 +12,8 @@ namespace latticed {
 namespace {
 
 constexpr absl::Duration kTickInterval = absl::Seconds(1);
+// How often a list of all stored scenes is read. They have been unused for as long before they leave memory.
+constexpr absl::Duration kSweepInterval = absl::Minutes(10);
 
 }  // namespace
 
@@ -61,6 +63,7 @@ void SceneRegistry::TickScenes(absl::Time now) {
 
 void SceneRegistry::TendStore(absl::Time now) {
   SleepUnusedSince(now - absl::Seconds(limits::kStoredIdleSeconds));
+  ExpireUnused(now);
   std::vector<std::string> expired;
   const auto is_expired = [this, now](const std::string& id) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
     if (const auto scene = scenes_.find(id); scene != scenes_.end()) {
@@ -82,6 +85,28 @@ void SceneRegistry::TendStore(absl::Time now) {
     // Somebody may use it again meanwhile. What the store cannot delete now expires again with the next tick.
     const auto condemned = [&]() ABSL_NO_THREAD_SAFETY_ANALYSIS { return is_expired(id); };
     (void)DeleteIf(id, condemned);
+  }
+}
+
+void SceneRegistry::ExpireUnused(absl::Time now) {
+  if (!shared() || options_.idle_ttl_of == nullptr || retired_) return;
+  {
+    const MutexLock lock(&mutex_);
+    if (now < next_sweep_) return;
+    next_sweep_ = now + kSweepInterval;
+  }
+  const auto stored = Stored();
+  if (!stored.ok()) return;  // the next sweep is soon enough
+  for (const StoredEntry& entry : *stored) {
+    if (!entry.damage.ok() || entry.unused == absl::ZeroDuration()) continue;
+    const absl::Duration idle_ttl = options_.idle_ttl_of(entry.header);
+    if (entry.unused < idle_ttl) continue;
+    {
+      const MutexLock lock(&mutex_);
+      if (scenes_.contains(entry.id) || !creating_.try_emplace(entry.id).second) continue;
+    }
+    const Making deleting(this, entry.id);
+    options_.store->ExpireScene(entry.id, idle_ttl).IgnoreError();
   }
 }
 

@@ -55,6 +55,8 @@ class SceneRegistry {
     // The configuration of a stored scene, from its header; and its mesh's id alone, empty if the header is damaged.
     std::function<absl::StatusOr<SceneConfig>(std::string_view header)> config_of;
     std::function<std::string(std::string_view header)> mesh_of;
+    // After what time without use a stored scene expires. Null: scenes that are only in a shared store do not.
+    std::function<absl::Duration(std::string_view header)> idle_ttl_of;
     // Called with no lock held after a scene was evicted, with the most bytes that this freed.
     std::function<void(const Scene&, uint64_t)> on_evict;
   };
@@ -161,6 +163,8 @@ class SceneRegistry {
   void TickScenes(absl::Time now) ABSL_LOCKS_EXCLUDED(mutex_);
   // What may wait for the store: scenes go to sleep, and expire.
   void TendStore(absl::Time now) ABSL_LOCKS_EXCLUDED(mutex_);
+  // Scenes of a shared store that no server has had lately.
+  void ExpireUnused(absl::Time now) ABSL_LOCKS_EXCLUDED(mutex_);
   // Waits until nobody makes, wakes or deletes the scene.
   [[nodiscard]] absl::Status AwaitFree(std::string_view id, StopCheck stop)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
@@ -224,9 +228,10 @@ class SceneRegistry {
   std::atomic<bool> retired_ = false;
   bool must_leave_lost_ ABSL_GUARDED_BY(mutex_) = false;  // by KeepStore, as the next one
   bool must_leave_all_ ABSL_GUARDED_BY(mutex_) = false;
-  uint64_t leavings_ ABSL_GUARDED_BY(mutex_) = 0;  // calls of LoseAll and LeaveAll
-  RenderQueue queue_;                              // last but two: its threads use all of the above
-  std::thread housekeeper_, storekeeper_;          // last, for the same reason
+  absl::Time next_sweep_ ABSL_GUARDED_BY(mutex_) = absl::Now();  // by ExpireUnused
+  uint64_t leavings_ ABSL_GUARDED_BY(mutex_) = 0;                // calls of LoseAll and LeaveAll
+  RenderQueue queue_;                      // last but two: its threads use all of the above
+  std::thread housekeeper_, storekeeper_;  // last, for the same reason
 };
 
 }  // namespace latticed

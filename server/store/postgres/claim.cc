@@ -22,6 +22,7 @@ constexpr int kLooks = 16;
 constexpr int kMostLeases = 4;
 
 constexpr char kClaim[] = "SELECT verdict, coalesce(owner, '') FROM latticed.claim($1, $2)";
+constexpr char kExpired[] = "SELECT latticed.expire($1, $2, $3 * interval '1 us')::int::bigint";
 constexpr char kServers[] =
     "SELECT name, free_bytes FROM latticed.session s "
     "WHERE latticed.good_until(s) > clock_timestamp() ORDER BY name";
@@ -56,6 +57,18 @@ absl::StatusOr<SceneClaim> ClaimPostgresScene(PgPool& pool, PgLease& lease, std:
     }
     absl::SleepFor(lease.length() / kLooks);
   }
+}
+
+absl::Status ExpirePostgresScene(PgPool& pool, const PgLease& lease, std::string_view id,
+                                 absl::Duration unused) {
+  return pool.With([&](PgConnection& connection) {
+    return connection
+        .Execute(kExpired, PgParameters()
+                               .Number(lease.session())
+                               .Bytes(id)
+                               .Number(absl::ToInt64Microseconds(unused)))
+        .status();
+  });
 }
 
 absl::StatusOr<std::vector<StoredServer>> ReadPostgresServers(PgPool& pool) {

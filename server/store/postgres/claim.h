@@ -26,6 +26,10 @@ namespace latticed {
 [[nodiscard]] absl::StatusOr<SceneClaim> ClaimPostgresScene(PgPool& pool, PgLease& lease,
                                                             std::string_view id);
 
+// Deletes a scene that no server has had for `unused`. OK as well if a server has it.
+[[nodiscard]] absl::Status ExpirePostgresScene(PgPool& pool, const PgLease& lease,
+                                               std::string_view id, absl::Duration unused);
+
 // In order of name. Those whose lease is good.
 [[nodiscard]] absl::StatusOr<std::vector<StoredServer>> ReadPostgresServers(PgPool& pool);
 

@@ -15,7 +15,9 @@ constexpr absl::Duration kPatience = absl::Seconds(3);
 
 // Sessions that nobody needs to know of any more. Whose session is not there counts as fenced.
 constexpr char kForget[] =
-    "DELETE FROM latticed.session WHERE expires < clock_timestamp() - interval '1 day'";
+    "WITH gone AS (DELETE FROM latticed.session "
+    "WHERE expires < clock_timestamp() - interval '1 day' RETURNING session) "
+    "UPDATE latticed.scene SET session = NULL FROM gone WHERE scene.session = gone.session";
 constexpr char kJoin[] =
     "INSERT INTO latticed.session(name, lease, expires, free_bytes) "
     "VALUES($1, $2 * interval '1 us', clock_timestamp() + $2 * interval '1 us', $3) "

@@ -27,6 +27,12 @@ constexpr char kRecords[] =
     "SELECT lsn, sum, bytes FROM latticed.record WHERE scene = $1 AND lsn > $2 ORDER BY lsn LIMIT "
     "4096";
 
+// In microseconds.
+constexpr char kUnused[] =
+    "(extract(epoch FROM CASE WHEN s.session IS NULL THEN clock_timestamp() - scene.used "
+    "WHEN latticed.good_until(s) > clock_timestamp() THEN interval '0' "
+    "ELSE clock_timestamp() - greatest(scene.used, s.expires) END) * 1000000)::bigint";
+
 std::string Named(std::string_view id) { return fmt::format("scene '{}'", id); }
 
 absl::Status ReadSnapshot(PgConnection& connection, std::string_view id, int64_t number,
@@ -99,15 +105,21 @@ absl::StatusOr<PgScene> ReadPostgresScene(PgPool& pool, int64_t session, std::st
 absl::StatusOr<std::vector<StoredEntry>> ReadPostgresEntries(PgPool& pool, std::string_view kind,
                                                              const std::string_view* id) {
   std::vector<StoredEntry> entries;
-  const std::string sql = fmt::format("SELECT id, header, sum FROM latticed.{} {} ORDER BY id",
-                                      kind, id == nullptr ? "" : "WHERE id = $1");
+  const bool scenes = kind == "scene";
+  const std::string sql =
+      fmt::format("SELECT id, header, sum, {} FROM latticed.{} {} {} ORDER BY id",
+                  scenes ? kUnused : "0::bigint", kind,
+                  scenes ? "LEFT JOIN latticed.session s ON s.session = scene.session" : "",
+                  id == nullptr ? "" : "WHERE id = $1");
   LATTICED_RETURN_IF_ERROR(pool.With([&](PgConnection& connection) -> absl::Status {
     entries.clear();
     PgParameters parameters;
     if (id != nullptr) parameters.Bytes(*id);
     LATTICED_ASSIGN_OR_RETURN(const PgRows rows, connection.Execute(sql, parameters));
     for (int i = 0; i < rows.size(); ++i) {
-      StoredEntry entry{std::string(rows.Bytes(i, 0)), std::string(rows.Bytes(i, 1)), {}};
+      StoredEntry entry{.id = std::string(rows.Bytes(i, 0)),
+                        .header = std::string(rows.Bytes(i, 1)),
+                        .unused = absl::Microseconds(rows.Number(i, 3))};
       if (rows.Number(i, 2) != IdRowSum(entry.id, entry.header)) {
         entry.damage =
             error::Damaged(fmt::format("{} '{}': its header", kind, entry.id), kWrongSum);

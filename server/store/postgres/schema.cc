@@ -94,12 +94,57 @@ BEGIN
 END $$;
 )sql";
 
+// When the scene was released last. A server of the first version writes it too: so it is a trigger's work.
+constexpr char kUsed[] = R"sql(
+ALTER TABLE latticed.scene ADD COLUMN used timestamptz NOT NULL DEFAULT now();
+CREATE FUNCTION latticed.note_use() RETURNS trigger LANGUAGE plpgsql AS $$
+BEGIN
+  IF NEW.session IS NULL THEN NEW.used := clock_timestamp(); END IF;
+  RETURN NEW;
+END $$;
+CREATE TRIGGER note_use BEFORE UPDATE OF session ON latticed.scene
+  FOR EACH ROW EXECUTE FUNCTION latticed.note_use();
+)sql";
+// The lease of a session that is fenced while a claim waits for its row: before PostgreSQL 17 no time can be subtracted from
+// -infinity, as the first version had it.
+constexpr char kExpire[] = R"sql(
+CREATE OR REPLACE FUNCTION latticed.good_until(s latticed.session) RETURNS timestamptz
+LANGUAGE sql STABLE AS $$
+  SELECT CASE WHEN s.fenced THEN 'epoch'
+              ELSE greatest(s.expires, pg_postmaster_start_time() + s.lease) END
+$$;
+CREATE FUNCTION latticed.expire(me bigint, expired bytea, unused interval) RETURNS boolean
+LANGUAGE plpgsql AS $$
+DECLARE
+  seen latticed.scene;
+  last_use timestamptz;
+BEGIN
+  SELECT * INTO seen FROM latticed.scene WHERE id = expired;
+  IF NOT FOUND OR seen.session = me THEN RETURN false; END IF;
+  SELECT greatest(seen.used, expires) INTO last_use
+    FROM latticed.session WHERE session = seen.session;
+  IF coalesce(last_use, seen.used) > clock_timestamp() - unused THEN RETURN false; END IF;
+  -- Fences a server that ended without a word. From here on the scene is ours.
+  IF (SELECT verdict FROM latticed.claim(me, expired)) <> 'own' THEN RETURN false; END IF;
+  IF NOT EXISTS (SELECT FROM latticed.scene WHERE number = seen.number AND used = seen.used) THEN
+    -- Somebody has had it in between.
+    UPDATE latticed.scene SET session = NULL WHERE id = expired;
+    RETURN false;
+  END IF;
+  DELETE FROM latticed.scene WHERE number = seen.number;
+  DELETE FROM latticed.snapshot WHERE scene = seen.number;
+  DELETE FROM latticed.record WHERE scene = seen.number;
+  RETURN true;
+END $$;
+)sql";
+
 struct Upgrade {
   const char* tables;
   const char* functions;
 };
 // Upgrade i leads from version i to i + 1.
-constexpr std::array<Upgrade, kPostgresSchemaVersion> kUpgrades = {{{kTables, kFunctions}}};
+constexpr std::array<Upgrade, kPostgresSchemaVersion> kUpgrades = {
+    {{kTables, kFunctions}, {kUsed, kExpire}}};
 
 constexpr int64_t kUpgradeLock = 0x6C617474;  // "latt", among the database's advisory locks
 

@@ -13,6 +13,7 @@
 //   good_until(session)   when the lease of a session is over
 //   attach(session)       a new connection of the writer: whoever had the old one writes nothing any more
 //   claim(session, id)    claim.h
+//   expire(session, id, unused)   deletes a scene that no server has had for so long
 //
 // Errors   kFailedPrecondition in one sentence: another program's schema, or a newer latticed's; else as connection.h
 #ifndef LATTICED_SERVER_STORE_POSTGRES_SCHEMA_H_
@@ -23,7 +24,7 @@
 
 namespace latticed {
 
-inline constexpr int kPostgresSchemaVersion = 1;
+inline constexpr int kPostgresSchemaVersion = 2;
 
 // Makes the schema, or upgrades it from an older version, in one transaction. Servers that do so at once wait for each
 // other.

@@ -69,8 +69,10 @@ struct ServerOfMany {
                  SceneRegistry::Options{
                      .store = &store,
                      .config_of = [](std::string_view) { return MakeSceneConfig(kSharedScene); },
-                     .mesh_of = [](std::string_view) { return "mesh"; }}) {}
+                     .mesh_of = [](std::string_view) { return "mesh"; },
+                     .idle_ttl_of = [this](std::string_view) { return idle_ttl; }}) {}
 
+  absl::Duration idle_ttl = absl::Hours(24);
   ScriptedBackend backend;
   HookedStore store;
   SceneRegistry registry;
@@ -224,6 +226,24 @@ TEST_F(SharedScenesTest, ASceneThatIsMadeWhileItsServerLeavesIsReleased) {
   three.store.on_read = [&] { three.registry.Retire(kLong); };
   ExpectMoved(three.registry.Find(kSharedScene).status(), "");
   EXPECT_OK(four.registry.Find(kSharedScene));
+}
+
+TEST_F(SharedScenesTest, AReleasedSceneExpires) {
+  ASSERT_OK(one_.registry.Create(SharedConfig()).status());
+  const absl::Time later = absl::Now() + absl::Minutes(11);
+  two_.idle_ttl = absl::ZeroDuration();
+  two_.registry.Tick(later);
+  EXPECT_OK(one_.registry.Find(kSharedScene).status()) << "a server has it";
+
+  one_.registry.Retire(kLong);
+  absl::SleepFor(absl::Milliseconds(1));
+  two_.idle_ttl = absl::Hours(24);
+  two_.registry.Tick(later + absl::Minutes(11));
+  EXPECT_OK(two_.store.ReadSceneHeader(kSharedScene).status()) << "it was used lately";
+
+  two_.idle_ttl = absl::Milliseconds(1);
+  two_.registry.Tick(later + absl::Minutes(22));
+  EXPECT_THAT(two_.registry.Find(kSharedScene), StatusIs(absl::StatusCode::kNotFound));
 }
 
 TEST_F(SharedScenesTest, WithoutMemoryAnIdStaysFree) {

@@ -130,6 +130,45 @@ TEST_P(SharedStore, AFencedServerIsToldAndGoesOn) {
   first_->OnFenced(nullptr);
 }
 
+TEST_P(SharedStore, WhatNoServerHasExpires) {
+  const auto unused = [&] { return second_->Scenes().value().at(0).unused; };
+  EXPECT_EQ(unused(), absl::ZeroDuration());
+  ASSERT_OK(second_->ExpireScene("gear", absl::ZeroDuration()));
+  ASSERT_OK(first_->ExpireScene("gear", absl::ZeroDuration()));
+  EXPECT_OK(AppendTo(*first_, "gear", 2, "of first")) << "a server has it";
+
+  ASSERT_OK(first_->ReleaseScene("gear"));
+  absl::SleepFor(absl::Milliseconds(2));
+  EXPECT_GE(unused(), absl::Milliseconds(2));
+  EXPECT_LT(unused(), absl::Minutes(10));
+  ASSERT_OK(second_->ExpireScene("gear", absl::Minutes(10)));
+  EXPECT_EQ(OwnerFor(*first_, "gear"), "") << "it was used since";
+  EXPECT_EQ(unused(), absl::ZeroDuration());
+
+  ASSERT_OK(first_->ReleaseScene("gear"));
+  absl::SleepFor(absl::Milliseconds(2));
+  ASSERT_OK(second_->ExpireScene("gear", absl::Milliseconds(1)));
+  EXPECT_THAT(first_->ClaimScene("gear"), StatusIs(absl::StatusCode::kNotFound));
+  EXPECT_OK(second_->ExpireScene("gear", absl::ZeroDuration()));
+  ASSERT_OK(first_->CreateScene("gear", "another"));
+  ASSERT_OK_AND_ASSIGN(const SceneLog log, first_->ReadScene("gear"));
+  EXPECT_EQ(log.lsn(), 0U);
+}
+
+TEST_P(SharedStore, WhatALostServerHadExpires) {
+  family_->Fence("host-1:50051");
+  absl::SleepFor(absl::Milliseconds(2));
+
+  ASSERT_OK(second_->ExpireScene("gear", absl::Minutes(10)));
+  EXPECT_OK(second_->ReadSceneHeader("gear").status());
+  // Its lease has told when it was there last.
+  for (int i = 0; i < 6'000 && second_->ReadSceneHeader("gear").ok(); ++i) {
+    ASSERT_OK(second_->ExpireScene("gear", absl::Milliseconds(1)));
+    absl::SleepFor(absl::Milliseconds(10));
+  }
+  EXPECT_THAT(second_->ReadSceneHeader("gear"), StatusIs(absl::StatusCode::kNotFound));
+}
+
 TEST_P(SharedStore, ListsAndMeshesAreOfAll) {
   const std::string mesh = Sha256Hex("bytes");
   ASSERT_OK(first_->PutMesh(mesh, "of a mesh", "bytes"));

@@ -49,6 +49,27 @@ TEST_F(PostgresLease, ASessionsNumberIsNotUsedAgainAfterACrash) {
   EXPECT_GT(lease.session(), before);
 }
 
+TEST_F(PostgresLease, SeveralServersClaimWhatOneHasLeft) {
+  ASSERT_OK_AND_ASSIGN(const auto store, Open(url_));
+  ASSERT_OK(store->CreateScene("gear", ""));
+  ExecuteSql(url_,
+             "INSERT INTO latticed.session(name, lease, expires) VALUES('gone', '1 us', now()); "
+             "UPDATE latticed.scene SET session = (SELECT session FROM latticed.session "
+             "WHERE name = 'gone')");
+  // Another one fences it, for another scene, while the claim waits.
+  ASSERT_OK_AND_ASSIGN(PgConnection other, PgConnection::Open(url_));
+  ASSERT_OK(other.Execute("BEGIN; UPDATE latticed.session SET fenced = true WHERE name = 'gone'"));
+  auto claim = std::async(std::launch::async, [&] { return store->ClaimScene("gear"); });
+  AwaitRow(other,
+           "SELECT pid::bigint FROM pg_stat_activity WHERE wait_event_type = 'Lock' "
+           "AND datname = current_database()");
+  ASSERT_OK(other.Execute("COMMIT"));
+
+  ASSERT_OK_AND_ASSIGN(const SceneClaim claimed, claim.get());
+  EXPECT_EQ(claimed.owner, "");
+  EXPECT_OK(store->ReadScene("gear").status());
+}
+
 // As a claim does: the append of a connection that was lost would else come after the next owner's.
 TEST_F(PostgresLease, TheEndOfASessionWaitsForAnAppendUnderWay) {
   ASSERT_NO_FATAL_FAILURE(PrepareSchema());
