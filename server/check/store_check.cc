@@ -12,6 +12,7 @@
 #include "fmt/format.h"
 #include "server/engine/scene/scene_replay.h"
 #include "server/store/files/mesh_folder.h"
+#include "server/store/objects/mesh_names.h"
 #include "server/store/sqlite/database/database.h"
 #include "server/store/sqlite/scene_reader.h"
 #include "server/store/sqlite/scene_rows.h"
@@ -37,7 +38,7 @@ class StoreCheck {
   absl::Status CheckScene(const StoredEntry& entry, const SceneRows& rows);
   absl::Status CheckMeshes();
   absl::Status CheckMesh(const StoredEntry& entry);
-  void CountUnknownFiles(const std::set<std::string>& known);
+  void CountUnknownFiles(const std::set<std::string>& names);
   // Damage becomes a finding; what was deleted meanwhile is none. Other errors are returned.
   absl::Status Note(const absl::Status& status, std::string_view where = "");
 
@@ -84,10 +85,11 @@ absl::Status StoreCheck::CheckScene(const StoredEntry& entry, const SceneRows& r
 
 absl::Status StoreCheck::CheckMeshes() {
   LATTICED_ASSIGN_OR_RETURN(const std::vector<StoredEntry> meshes, reader_.Meshes());
-  std::set<std::string> known;
+  std::set<std::string> known, names;
   for (const StoredEntry& mesh : meshes) {
     ++findings_.meshes;
     known.insert(mesh.id);
+    names.insert(MeshName(mesh.id));
     LATTICED_RETURN_IF_ERROR(Note(CheckMesh(mesh)));
   }
   for (const auto& [scene, mesh] : mesh_of_) {
@@ -95,7 +97,7 @@ absl::Status StoreCheck::CheckMeshes() {
     if (absl::IsNotFound(reader_.SceneHeader(scene).status())) continue;  // both were deleted
     findings_.damage.push_back(fmt::format("scene '{}': its mesh {} is missing", scene, mesh));
   }
-  CountUnknownFiles(known);
+  CountUnknownFiles(names);
   return absl::OkStatus();
 }
 
@@ -114,10 +116,10 @@ absl::Status StoreCheck::CheckMesh(const StoredEntry& entry) {
   return still_there ? bytes.status() : absl::OkStatus();
 }
 
-void StoreCheck::CountUnknownFiles(const std::set<std::string>& known) {
+void StoreCheck::CountUnnamesFiles(const std::set<std::string>& known) {
   std::error_code failure;  // without the folder, each mesh is missing
   for (const auto& file : std::filesystem::directory_iterator(meshes_path_, failure)) {
-    if (!known.contains(file.path().filename().string())) ++findings_.unknown_files;
+    if (!names.contains(file.path().filename().string())) ++findings_.unknown_files;
   }
 }
 

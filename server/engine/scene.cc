@@ -10,6 +10,7 @@
 #include "core/base/error.h"
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
+#include "server/base/auth/tenant.h"
 #include "server/base/random_id.h"
 #include "server/engine/watch/view_tolerance.h"
 #include "server/store/store_errors.h"
@@ -214,7 +215,7 @@ size_t Scene::WatchersOf(const MemoryAccount& account) const {
 absl::Status Scene::ended() const {
   switch (life_.load()) {
     case Life::kDeleted:
-      return error::NotFound("scene", id());
+      return error::NotFound("scene", IdOf(id()));
     case Life::kLeft:
       return error::SceneMoved("");
     case Life::kLives:

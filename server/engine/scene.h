@@ -58,9 +58,9 @@ namespace latticed {
 
 // What a scene is made from. Only its lattice changes.
 struct SceneConfig {
-  std::string id;
-  std::string mesh_id;
-  std::string name;  // for people; may be empty
+  std::string id;       // with its tenant: server/base/auth/tenant.h
+  std::string mesh_id;  // the same
+  std::string name;     // for people; may be empty
   std::shared_ptr<const PolygonMesh> mesh;
   // At revision 0; reset{INITIAL} returns to it. The scene moves it out of here and keeps its own copies.
   Lattice lattice;

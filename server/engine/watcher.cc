@@ -11,6 +11,7 @@
 #include "core/base/status_macros.h"
 #include "core/ffd/tessellation_pattern.h"
 #include "fmt/format.h"
+#include "server/base/auth/tenant.h"
 #include "server/engine/scene/topology_id.h"
 
 namespace latticed {
@@ -209,7 +210,7 @@ void Watcher::WantNewer(const Snapshot* offered) {
 const std::string& Watcher::TopologyOf(const Snapshot& snapshot) {
   const std::pair of(snapshot.structure_id, TopologySegments(snapshot.view.spec));
   if (std::exchange(named_, of) != of) {
-    name_ = TopologyId(scene_->config().mesh_id, snapshot.plan->structure, of.second);
+    name_ = TopologyId(IdOf(scene_->config().mesh_id), snapshot.plan->structure, of.second);
   }
   return name_;
 }

@@ -14,6 +14,7 @@
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
 #include "server/base/address.h"
+#include "server/base/auth/tenant.h"
 #include "server/base/random_id.h"
 #include "server/base/telemetry.h"
 #include "server/rpc/access/token_end.h"
@@ -119,7 +120,10 @@ absl::Status Admit(ServerEnv& env, CallInfo& call) {
   LATTICED_RETURN_IF_ERROR(CheckTokenTime(call.caller, call.start_time));
   if (call.caller.name.empty()) call.caller.name = PeerName(*call.context);
   LATTICED_RETURN_IF_ERROR(CheckRole(call.caller, call.rpc));
-  call.account = env.callers.Of(call.caller.name, call.peer, call.is_forwarded);
+  // Two tenants may each have a caller of this name.
+  const std::string& name = call.caller.name;
+  call.account = env.callers.Of(name.empty() ? name : TenantKey(call.caller.tenant, name),
+                                call.peer, call.is_forwarded);
   if (!call.account->TakeCall(call.start_time)) {
     return error::Throttled(
         fmt::format("a caller may make {} calls a second", limits::kMaxCallsPerSecond),
@@ -202,6 +206,7 @@ void LogFinished(const CallInfo& call, const grpc::Status& status) {
             {"ms", fmt::format("{:.3f}", absl::ToDoubleMilliseconds(taken))},
             {kRequestId, call.request_id},
             {"caller", call.caller.name},
+            {"tenant", call.caller.tenant},
             {"peer", call.peer},
             {"scene", call.scene},
             {"traceparent", call.traceparent},

@@ -15,6 +15,7 @@
 
 #include "absl/status/status.h"
 #include "core/base/catch_bad_alloc.h"
+#include "server/rpc/access/tenant_access.h"
 #include "server/rpc/call.h"
 #include "server/rpc/server_env.h"
 #include "server/wire/edit_converters.h"
@@ -69,10 +70,10 @@ class CallReactor : public Reactor {
       if (MayTakeLong(request) || env.store != nullptr) lane = WorkerLanes::Lane::kLong;
     }
     if constexpr (requires { request.scene(); }) {
-      if (env.IsAsleep(request.scene())) lane = WorkerLanes::Lane::kLong;
+      if (env.IsAsleep(KeyFor(call_, request.scene()))) lane = WorkerLanes::Lane::kLong;
     }
     if constexpr (requires { request.mesh(); }) {
-      if (env.meshes.IsAsleep(request.mesh())) lane = WorkerLanes::Lane::kLong;
+      if (env.meshes.IsAsleep(KeyFor(call_, request.mesh()))) lane = WorkerLanes::Lane::kLong;
     }
     env.Post(lane, *call_.account,
              [this, &request, work = std::move(work), done = std::move(done)] {

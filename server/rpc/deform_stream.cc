@@ -16,6 +16,8 @@
 #include "core/base/limits.h"
 #include "core/base/mutex.h"
 #include "core/base/status_macros.h"
+#include "server/base/auth/tenant.h"
+#include "server/rpc/access/tenant_access.h"
 #include "server/rpc/access/token_end.h"
 #include "server/rpc/call_counts.h"
 #include "server/rpc/call_reactor.h"
@@ -154,7 +156,7 @@ void DeformStream::OnReadDone(bool ok) {
     stream->Touch();
     return HandOver(std::move(request), stream->ExpectAnswer());
   }
-  if (status.ok() && stream == nullptr && env_->IsAsleep(request.watch().scene())) {
+  if (status.ok() && stream == nullptr && env_->IsAsleep(KeyFor(call_, request.watch().scene()))) {
     return OpenOnWorker(std::move(request));
   }
   if (status.ok()) status = stream == nullptr ? Open(request) : Handle(request, *stream);
@@ -360,7 +362,7 @@ absl::Status DeformStream::Apply(const v1::EditBatch& batch, Scene::EditDone don
   LATTICED_RETURN_IF_ERROR(CheckRole(call_.caller, kApplyEditsRpc));
   LATTICED_RETURN_IF_ERROR(CheckDraining(*env_));
   const auto stream = Stream();
-  if (!batch.scene().empty() && batch.scene() != stream->scene().id()) {
+  if (!batch.scene().empty() && batch.scene() != IdOf(stream->scene().id())) {
     return error::InvalidField("scene", "is not the scene of the stream", "SCENE_MISMATCH");
   }
   Scene& scene = stream->mutable_scene();

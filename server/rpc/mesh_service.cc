@@ -8,7 +8,9 @@
 #include "core/base/sha256.h"
 #include "core/base/status_macros.h"
 #include "latticed/v1/mesh.grpc.pb.h"
+#include "server/base/auth/tenant.h"
 #include "server/base/labels.h"
+#include "server/rpc/access/tenant_access.h"
 #include "server/rpc/method.h"
 #include "server/rpc/server_env.h"
 #include "server/rpc/services.h"
@@ -33,8 +35,9 @@ absl::Status BeginUpload(const CallContext& context, const v1::BeginUploadReques
   LATTICED_ASSIGN_OR_RETURN(UploadHeader header,
                             FromProto(request.header(), context.env.options.max_mesh_bytes));
   header.mesh.owner = context.call.caller.name;
+  header.mesh.tenant = context.call.caller.tenant;
   LATTICED_ASSIGN_OR_RETURN(auto upload, uploads.Admit(std::move(header), *context.call.account));
-  response.set_upload_id(uploads.Keep(std::move(upload)));
+  response.set_upload_id(uploads.Keep(std::move(upload), context.call.caller.tenant));
   SetTime(uploads.ExpireTime(), *response.mutable_expire_time());
   return absl::OkStatus();
 }
@@ -42,7 +45,8 @@ absl::Status BeginUpload(const CallContext& context, const v1::BeginUploadReques
 absl::Status AppendUpload(const CallContext& context, const v1::AppendUploadRequest& request,
                           v1::AppendUploadResponse& response) {
   UploadStore& uploads = *context.env.uploads;
-  LATTICED_ASSIGN_OR_RETURN(const auto upload, uploads.Find(request.upload_id()));
+  LATTICED_ASSIGN_OR_RETURN(const auto upload,
+                            uploads.Find(KeyFor(context.call, request.upload_id())));
   LATTICED_ASSIGN_OR_RETURN(const auto committed,
                             upload->AppendAt(request.offset(), request.data()));
   response.set_committed(committed);
@@ -52,13 +56,14 @@ absl::Status AppendUpload(const CallContext& context, const v1::AppendUploadRequ
 
 absl::Status FinishUpload(const CallContext& context, const v1::FinishUploadRequest& request,
                           v1::Mesh& response) {
-  LATTICED_ASSIGN_OR_RETURN(const auto upload, context.env.uploads->Take(request.upload_id()));
+  LATTICED_ASSIGN_OR_RETURN(const auto upload,
+                            context.env.uploads->Take(KeyFor(context.call, request.upload_id())));
   return StoreUpload(context.env, context.call, *upload, context.room, response);
 }
 
 absl::Status GetMesh(const CallContext& context, const v1::GetMeshRequest& request,
                      v1::Mesh& response) {
-  LATTICED_ASSIGN_OR_RETURN(const auto mesh, context.env.meshes.Find(request.mesh()));
+  LATTICED_ASSIGN_OR_RETURN(const auto mesh, FindMesh(context.env, context.call, request.mesh()));
   response = ToProto(*mesh, context.env.scenes->UseOfMesh(mesh->id), true);
   return absl::OkStatus();
 }
@@ -71,9 +76,11 @@ absl::Status DeleteMesh(const CallContext& context, const v1::DeleteMeshRequest&
         "force: deletes the scenes of others as well, so it needs the role 'admin'",
         RoleName(Role::kAdmin));
   }
-  const auto held = env.meshes.InMemory(request.mesh());  // so that it is destroyed after the locks
-  return env.scenes->DeleteMesh(request.mesh(), request.force(),
-                                [&] { return env.meshes.Remove(request.mesh()); });
+  const std::string key = KeyFor(context.call, request.mesh());
+  const auto held = env.meshes.InMemory(key);  // so that it is destroyed after the locks
+  return ToldById(
+      env.scenes->DeleteMesh(key, request.force(), [&] { return env.meshes.Remove(key); }), "mesh",
+      request.mesh());
 }
 
 // Reads the mesh if its header does not tell enough. The errors of MeshStore::Find.
@@ -101,7 +108,8 @@ absl::Status ListMeshes(const CallContext& context, const v1::ListMeshesRequest&
   LATTICED_ASSIGN_OR_RETURN(const auto meshes, env.meshes.List());
   LATTICED_ASSIGN_OR_RETURN(auto uses, env.scenes->UseOfMeshes());
   for (const ListedMesh& mesh : meshes) {
-    if (mesh.id <= request.page_token()) continue;
+    if (TenantOf(mesh.id) != context.call.caller.tenant) continue;
+    if (IdOf(mesh.id) <= request.page_token()) continue;
     auto item = Listed(env, mesh, uses[mesh.id]);
     // Damaged ones are left out.
     if (absl::IsDataLoss(item.status()) || absl::IsNotFound(item.status())) continue;
@@ -118,7 +126,7 @@ absl::Status ListMeshes(const CallContext& context, const v1::ListMeshesRequest&
 
 absl::StatusOr<NextPart<v1::DownloadMeshResponse>> OpenDownload(
     const CallContext& context, const v1::DownloadMeshRequest& request) {
-  LATTICED_ASSIGN_OR_RETURN(auto mesh, context.env.meshes.Find(request.mesh()));
+  LATTICED_ASSIGN_OR_RETURN(auto mesh, FindMesh(context.env, context.call, request.mesh()));
   const size_t size = mesh->bytes->size();
   if (request.offset() > size) {
     return error::OutOfRange("offset", static_cast<double>(request.offset()), 0,

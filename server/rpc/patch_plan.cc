@@ -9,6 +9,7 @@
 #include "core/base/error.h"
 #include "core/base/status_macros.h"
 #include "core/patches/patch_plan_writer.h"
+#include "server/base/auth/tenant.h"
 #include "server/engine/scene/topology_id.h"
 #include "server/rpc/call.h"
 #include "server/rpc/server_env.h"
@@ -108,7 +109,7 @@ absl::StatusOr<NextPart<v1::PatchPlanPart>> OpenPatchPlan(const CallContext& con
                             FindScene(context.env, context.call, request.scene()));
   const SceneConfig& config = scene->config();
   const auto plan = scene->State()->plan;
-  if (request.topology_id() != TopologyId(config.mesh_id, plan->structure, kNoSegments)) {
+  if (request.topology_id() != TopologyId(IdOf(config.mesh_id), plan->structure, kNoSegments)) {
     return error::NotFound("topology", request.topology_id());
   }
   LATTICED_ASSIGN_OR_RETURN(

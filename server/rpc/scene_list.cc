@@ -14,6 +14,7 @@
 #include "core/base/error.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
+#include "server/base/auth/tenant.h"
 #include "server/base/labels.h"
 #include "server/stores/scene_registry.h"
 #include "server/wire/scene_converters.h"
@@ -30,7 +31,9 @@ struct PageKey {
   std::string id;
   friend auto operator<=>(const PageKey&, const PageKey&) = default;
 };
-PageKey KeyOf(const Scene& scene) { return {absl::ToUnixNanos(scene.create_time()), scene.id()}; }
+PageKey KeyOf(const Scene& scene) {
+  return {absl::ToUnixNanos(scene.create_time()), std::string(IdOf(scene.id()))};
+}
 PageKey KeyOf(const v1::Scene& scene) {
   const auto& time = scene.create_time();
   return {time.seconds() * kNanosPerSecond + time.nanos(), scene.id()};
@@ -53,9 +56,9 @@ struct Item {
   v1::Scene listed;              // of a scene that is asleep
 };
 
-// The scenes after `after` that match, in any order.
-absl::StatusOr<std::vector<Item>> ItemsAfter(ServerEnv& env, const PageKey& after,
-                                             const LabelFilter& filter) {
+// The tenant's scenes after `after` that match, in any order.
+absl::StatusOr<std::vector<Item>> ItemsAfter(ServerEnv& env, const std::string& tenant,
+                                             const PageKey& after, const LabelFilter& filter) {
   std::vector<Item> items;
   const auto add = [&](std::shared_ptr<Scene> scene) {
     PageKey key = KeyOf(*scene);
@@ -66,11 +69,12 @@ absl::StatusOr<std::vector<Item>> ItemsAfter(ServerEnv& env, const PageKey& afte
   LATTICED_ASSIGN_OR_RETURN(const auto stored, env.scenes->Stored());
   std::set<std::string> in_memory;
   for (auto& scene : env.scenes->All()) {
+    if (TenantOf(scene->id()) != tenant) continue;
     in_memory.insert(scene->id());
     add(std::move(scene));
   }
   for (const StoredEntry& entry : stored) {
-    if (in_memory.contains(entry.id)) continue;
+    if (TenantOf(entry.id) != tenant || in_memory.contains(entry.id)) continue;
     if (auto listed = ListedScene(entry.header); listed.ok()) {
       PageKey key = KeyOf(*listed);
       if (key <= after || !filter.Matches({listed->labels().begin(), listed->labels().end()})) {
@@ -95,7 +99,8 @@ absl::Status ListScenes(const CallContext& context, const v1::ListScenesRequest&
   LATTICED_ASSIGN_OR_RETURN(const auto size, PageSize(request.page_size()));
   LATTICED_ASSIGN_OR_RETURN(const auto filter, LabelFilter::Parse(request.filter()));
   LATTICED_ASSIGN_OR_RETURN(const auto after, FromToken(request.page_token()));
-  LATTICED_ASSIGN_OR_RETURN(auto items, ItemsAfter(context.env, after, filter));
+  LATTICED_ASSIGN_OR_RETURN(auto items,
+                            ItemsAfter(context.env, context.call.caller.tenant, after, filter));
   std::ranges::sort(items, {}, &Item::key);
   PageRoom room(size);
   PageKey last;

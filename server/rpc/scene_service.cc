@@ -17,10 +17,12 @@
 #include "core/base/utf8.h"
 #include "fmt/format.h"
 #include "latticed/v1/scene.grpc.pb.h"
+#include "server/base/auth/tenant.h"
 #include "server/base/random_id.h"
 #include "server/engine/exports/surface_export.h"
 #include "server/engine/watch/view_tolerance.h"
 #include "server/engine/watch_control.h"
+#include "server/rpc/access/tenant_access.h"
 #include "server/rpc/deform_stream.h"
 #include "server/rpc/method.h"
 #include "server/rpc/patch_plan.h"
@@ -66,7 +68,7 @@ absl::Status CreateScene(const CallContext& context, const v1::CreateSceneReques
   ServerEnv& env = context.env;
   LATTICED_RETURN_IF_ERROR(CheckCreateScene(request));
   LATTICED_RETURN_IF_ERROR(CheckSceneMetadata(context.call, request.scene_id()));
-  LATTICED_ASSIGN_OR_RETURN(const auto mesh, env.meshes.Find(request.mesh()));
+  LATTICED_ASSIGN_OR_RETURN(const auto mesh, FindMesh(env, context.call, request.mesh()));
   LATTICED_ASSIGN_OR_RETURN(
       auto config,
       SceneConfigFromProto(request, *mesh, context.call.caller.name, env.options.scene_idle_ttl));
@@ -78,7 +80,7 @@ absl::Status CreateScene(const CallContext& context, const v1::CreateSceneReques
   // Create looks for the mesh again, because it may have been deleted meanwhile.
   const auto has_mesh = [&] {
     return env.meshes.InMemory(mesh->id) != nullptr ? absl::OkStatus()
-                                                    : error::NotFound("mesh", mesh->id);
+                                                    : error::NotFound("mesh", request.mesh());
   };
   const auto scene = env.scenes->Create(
       std::move(config), has_mesh, [&] { return CheckCancelled(context.call); },
@@ -102,9 +104,9 @@ absl::Status DeleteScene(const CallContext& context, const v1::DeleteSceneReques
   // A scene that cannot be woken can still be deleted.
   if (request.scene().empty()) return error::InvalidField("scene", "is required");
   LATTICED_RETURN_IF_ERROR(CheckSceneMetadata(context.call, request.scene()));
-  absl::Status deleted = context.env.scenes->Delete(request.scene());
+  absl::Status deleted = context.env.scenes->Delete(KeyFor(context.call, request.scene()));
   if (error::IsSceneMoved(deleted)) NoteOwner(context.env, context.call, deleted);
-  return deleted;
+  return ToldById(deleted, "scene", request.scene());
 }
 
 absl::Status GetLattice(const CallContext& context, const v1::GetLatticeRequest& request,
@@ -151,7 +153,8 @@ absl::Status ControlWatch(const CallContext& context, const v1::ControlWatchRequ
     LATTICED_RETURN_IF_ERROR(CheckRole(context.call.caller, kApplyEditsRpc));
   }
   if (request.watch_id().empty()) return error::InvalidField("watch_id", "is required");
-  LATTICED_ASSIGN_OR_RETURN(auto watch, context.env.scenes->FindWatch(request.watch_id()));
+  LATTICED_ASSIGN_OR_RETURN(
+      auto watch, context.env.scenes->FindWatch(KeyFor(context.call, request.watch_id())));
   const Scene& scene = watch->scene();
   LATTICED_ASSIGN_OR_RETURN(const auto command, FromProto(request, scene));
   LATTICED_RETURN_IF_ERROR(watch->Control(command));
@@ -163,7 +166,7 @@ absl::StatusOr<NextPart<v1::TopologyPart>> OpenTopology(const CallContext& conte
                                                         const v1::GetTopologyRequest& request) {
   LATTICED_ASSIGN_OR_RETURN(const auto scene, SceneOf(context, request.scene()));
   const auto plan = scene->State()->plan;
-  if (!IsTopologyOf(request.topology_id(), scene->config().mesh_id, plan->structure)) {
+  if (!IsTopologyOf(request.topology_id(), IdOf(scene->config().mesh_id), plan->structure)) {
     return error::NotFound("topology", request.topology_id());
   }
   return [plan, id = request.topology_id(),
@@ -178,7 +181,8 @@ absl::StatusOr<NextPart<v1::TopologyPart>> OpenTopology(const CallContext& conte
 // cow-deformed.glb, by the scene's name or else its id, in letters that file systems take; not hidden.
 std::string ExportFileName(const Scene& scene, const ExportSpec& spec) {
   constexpr size_t kMostBytes = 200;  // of 255, which most file systems take
-  const std::string& full = scene.config().name.empty() ? scene.id() : scene.config().name;
+  const std::string full =
+      scene.config().name.empty() ? std::string(IdOf(scene.id())) : scene.config().name;
   std::string name(CutUtf8(full, kMostBytes));
   for (char& c : name) {
     if (absl::ascii_iscntrl(static_cast<unsigned char>(c)) || absl::StrContains("/\\:*?\"<>|", c))

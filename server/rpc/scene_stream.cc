@@ -10,6 +10,7 @@
 #include "core/base/error.h"
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
+#include "server/base/auth/tenant.h"
 #include "server/base/random_id.h"
 #include "server/engine/render/render_view.h"
 #include "server/rpc/farewell.h"
@@ -94,7 +95,7 @@ void SceneStream::Start() {
   if (!only_update_) Greet();
   scene_->AddListener(weak);
   if (!only_update_) {
-    env_->scenes->AddWatch(watch_id_, weak);
+    env_->scenes->AddWatch(TenantKey(TenantOf(scene_->id()), watch_id_), weak);
   }
   {
     const MutexLock lock(&drain_mutex_);

@@ -13,6 +13,7 @@
 #include "absl/status/status.h"
 #include "core/base/mutex.h"
 #include "core/base/status_macros.h"
+#include "server/rpc/access/tenant_access.h"
 #include "server/rpc/access/token_end.h"
 #include "server/rpc/call_reactor.h"
 #include "server/rpc/scene_stream.h"
@@ -68,7 +69,7 @@ class UpdateStream final : public CallReactor<grpc::ServerWriteReactor<grpc::Byt
     Request request;
     if (absl::Status s = TakeMessage(bytes, &request); !s.ok()) return FinishCall(s);
     NoteScene(call_, request.scene());
-    if (!env->IsAsleep(request.scene())) return Open(env, request);
+    if (!env->IsAsleep(KeyFor(call_, request.scene()))) return Open(env, request);
     auto room = AdmitRequest(*env, call_, request);
     if (!room.ok()) return FinishCall(room.status());
     env->Post(WorkerLanes::Lane::kLong, *call_.account,

@@ -61,6 +61,7 @@ class UploadStream final : public CallReactor<grpc::ServerReadReactor<grpc::Byte
     LATTICED_ASSIGN_OR_RETURN(UploadHeader header,
                               FromProto(request.header(), env_->options.max_mesh_bytes));
     header.mesh.owner = call_.caller.name;
+    header.mesh.tenant = call_.caller.tenant;
     LATTICED_ASSIGN_OR_RETURN(upload_, env_->uploads->Admit(std::move(header), *call_.account));
     StartSendInitialMetadata();  // a client may wait for it before it sends its bytes
     return absl::OkStatus();

@@ -9,7 +9,9 @@
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
+#include "server/base/auth/tenant.h"
 #include "server/engine/watch/view_tolerance.h"
+#include "server/rpc/access/tenant_access.h"
 #include "server/rpc/call.h"
 #include "server/rpc/server_env.h"
 #include "server/store/store_errors.h"
@@ -49,8 +51,8 @@ absl::StatusOr<std::shared_ptr<Scene>> FindScene(const ServerEnv& env, const Cal
                                                  const std::string& id) {
   if (id.empty()) return error::InvalidField("scene", "is required");
   LATTICED_RETURN_IF_ERROR(CheckSceneMetadata(call, id));
-  auto scene = env.scenes->Find(id);
-  const absl::Status found = OrOnFreerServer(env, scene.status());
+  auto scene = env.scenes->Find(KeyFor(call, id));
+  const absl::Status found = OrOnFreerServer(env, ToldById(scene.status(), "scene", id));
   NoteOwner(env, call, found);
   LATTICED_RETURN_IF_ERROR(found);
   return scene;
@@ -90,7 +92,7 @@ absl::StatusOr<OpenRequest> FromProto(ServerEnv* env, const CallInfo& call,
 }
 
 absl::StatusOr<WatchCommand> FromProto(const v1::ControlWatchRequest& request, const Scene& scene) {
-  if (!request.scene().empty() && request.scene() != scene.id()) {
+  if (!request.scene().empty() && request.scene() != IdOf(scene.id())) {
     return error::InvalidField("scene", "is not the scene of the watch", "SCENE_MISMATCH");
   }
   WatchCommand command;

@@ -9,11 +9,11 @@
 #include "absl/strings/ascii.h"
 #include "core/base/error.h"
 #include "core/base/read_file.h"
-#include "core/base/sha256.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
 #include "server/base/telemetry.h"
 #include "server/store/files/mesh_folder.h"
+#include "server/store/objects/mesh_names.h"
 #include "server/store/objects/s3_meshes.h"
 #include "server/store/objects/s3_options.h"
 #include "server/store/postgres/claim.h"
@@ -132,7 +132,7 @@ void PostgresStore::PutSnapshot(std::string_view scene, uint64_t lsn, std::strin
 
 absl::Status PostgresStore::PutMesh(std::string_view id, std::string header,
                                     std::string_view bytes) {
-  if (!IsSha256Hex(id)) return error::InvalidField("id", "is not a SHA-256 in hex");
+  if (!IsMeshId(id)) return error::InvalidField("id", "is not a SHA-256 in hex");
   const absl::StatusOr<std::string> known = ReadMeshHeader(id);
   if (known.ok() && meshes_->Read(id).ok()) return absl::OkStatus();  // else it is written anew
   LATTICED_RETURN_IF_ERROR(writer_.queue().Admit());

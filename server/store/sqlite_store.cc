@@ -13,12 +13,12 @@
 
 #include "core/base/error.h"
 #include "core/base/mutex.h"
-#include "core/base/sha256.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
 #include "server/base/telemetry.h"
 #include "server/store/files/folder_lock.h"
 #include "server/store/files/mesh_folder.h"
+#include "server/store/objects/mesh_names.h"
 #include "server/store/row_sum.h"
 #include "server/store/sqlite/database/database.h"
 #include "server/store/sqlite/scene_reader.h"
@@ -109,7 +109,7 @@ void SqliteStore::Flush() {
 }
 
 absl::Status SqliteStore::PutMesh(std::string_view id, std::string header, std::string_view bytes) {
-  if (!IsSha256Hex(id)) return error::InvalidField("id", "is not a SHA-256 in hex");
+  if (!IsMeshId(id)) return error::InvalidField("id", "is not a SHA-256 in hex");
   LATTICED_ASSIGN_OR_RETURN(const bool known, reader_.HasMesh(id));
   if (known && ReadMesh(id).ok()) return absl::OkStatus();  // else it is damaged, and written anew
   LATTICED_RETURN_IF_ERROR(writer_.queue().Admit());

@@ -8,6 +8,7 @@
 #include "core/base/catch_bad_alloc.h"
 #include "core/base/error.h"
 #include "core/base/status_macros.h"
+#include "server/base/auth/tenant.h"
 
 namespace latticed {
 
@@ -16,7 +17,7 @@ absl::StatusOr<std::shared_ptr<const StoredMesh>> MeshStore::Add(StoredMesh mesh
   const auto stored_before =
       [&](const auto& stored) -> absl::StatusOr<std::shared_ptr<const StoredMesh>> {
     if (stored->format == mesh.format && stored->layout == mesh.layout) return stored;
-    return error::AlreadyExists("mesh in another format or layout", mesh.id);
+    return error::AlreadyExists("mesh in another format or layout", IdOf(mesh.id));
   };
   const auto found = Find(mesh.id);
   if (found.ok()) return stored_before(*found);
@@ -52,7 +53,7 @@ absl::StatusOr<std::shared_ptr<const StoredMesh>> MeshStore::Find(std::string_vi
       found->second.last_use = absl::Now();
       return found->second.mesh;
     }
-    if (keeping_.store == nullptr) return error::NotFound("mesh", id);
+    if (keeping_.store == nullptr) return error::NotFound("mesh", IdOf(id));
     busy_.insert(key);
   }
   auto mesh = Read(key);
@@ -122,7 +123,7 @@ absl::Status MeshStore::Remove(std::string_view id) {
   LATTICED_RETURN_IF_ERROR(deleted);
   const auto found = meshes_.find(key);
   if (found == meshes_.end()) {
-    return keeping_.store != nullptr ? absl::OkStatus() : error::NotFound("mesh", id);
+    return keeping_.store != nullptr ? absl::OkStatus() : error::NotFound("mesh", IdOf(id));
   }
   removed = std::move(found->second.mesh);
   meshes_.erase(found);

@@ -41,12 +41,14 @@ struct MeshDescription {
   UploadFormat format = UploadFormat::kObj;
   std::string layout;  // for RAW its RawLayout as bytes; else empty
   std::string owner;   // name of the caller's token, empty without tokens
+  std::string tenant;  // whose mesh it is
   std::map<std::string, std::string> labels;
   MeshUnits units;  // as announced; for a GLB the rest is glTF's
 };
 
 struct StoredMesh : MeshDescription {
-  std::string id;  // SHA-256 of `bytes`, 64 lower-case hex digits
+  // SHA-256 of `bytes`, 64 lower-case hex digits; with its tenant: server/base/auth/tenant.h
+  std::string id;
   std::shared_ptr<const PolygonMesh> mesh;
   Bounds bounds;                             // of mesh
   std::shared_ptr<const std::string> bytes;  // the upload as it came

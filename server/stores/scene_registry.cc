@@ -11,6 +11,7 @@
 #include "core/base/error.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
+#include "server/base/auth/tenant.h"
 #include "server/base/telemetry.h"
 #include "server/engine/memory/eviction.h"
 #include "server/engine/watch_control.h"
@@ -91,16 +92,16 @@ absl::StatusOr<std::shared_ptr<Scene>> SceneRegistry::Create(
     LATTICED_RETURN_IF_ERROR(AwaitFree(id, stop));
     if (const auto found = scenes_.find(id); found != scenes_.end()) {
       if (found->second->config().fingerprint == config.fingerprint) return found->second;
-      return error::AlreadyExists("scene", id);
+      return error::AlreadyExists("scene", IdOf(id));
     }
-    if (asleep_.contains(id)) return error::AlreadyExists("scene", id);
+    if (asleep_.contains(id)) return error::AlreadyExists("scene", IdOf(id));
     if (CountLocked() >= options_.max_scenes) {
       return error::LimitExceeded("scenes", options_.max_scenes);
     }
     if (CountOfAccountLocked(config.account) >= most_of_account) {
       return error::LimitExceeded("scenes of one caller", most_of_account);
     }
-    if (going_meshes_.contains(mesh_id)) return error::NotFound("mesh", mesh_id);
+    if (going_meshes_.contains(mesh_id)) return error::NotFound("mesh", IdOf(mesh_id));
     if (admit != nullptr) {
       LATTICED_RETURN_IF_ERROR(admit());
     }
@@ -125,7 +126,7 @@ absl::StatusOr<std::shared_ptr<Scene>> SceneRegistry::Create(
   if (options_.store != nullptr) {
     LATTICED_RETURN_IF_ERROR(options_.store->DeleteScene(id));
   }
-  return error::NotFound("mesh", mesh_id);
+  return error::NotFound("mesh", IdOf(mesh_id));
 }
 
 absl::StatusOr<std::shared_ptr<Scene>> SceneRegistry::Made(SceneConfig config, StopCheck stop) {
@@ -146,7 +147,7 @@ absl::StatusOr<std::shared_ptr<Scene>> SceneRegistry::Find(std::string_view id) 
     const auto found = scenes_.find(id);
     if (found != scenes_.end() && !found->second->is_lost()) return found->second;
     if (found == scenes_.end() && !asleep_.contains(id) && !shared()) {
-      return error::NotFound("scene", id);
+      return error::NotFound("scene", IdOf(id));
     }
   }
   return Wake(id);
@@ -164,7 +165,7 @@ absl::Status SceneRegistry::DeleteIf(std::string_view id, const std::function<bo
     LATTICED_RETURN_IF_ERROR(AwaitFree(key, NeverStop));
     const auto found = scenes_.find(key);
     if (found == scenes_.end() && !asleep_.contains(key) && !shared()) {
-      return error::NotFound("scene", key);
+      return error::NotFound("scene", IdOf(key));
     }
     if (!condemned()) return absl::OkStatus();
     if (found != scenes_.end()) scene = found->second;
@@ -283,7 +284,7 @@ absl::Status SceneRegistry::DeleteMesh(std::string_view mesh_id, bool force,
           "MESH_IN_USE",
           fmt::format("{} scene(s) use the mesh; delete them first, or set force", scenes));
     }
-    if (!going_meshes_.emplace(mesh_id).second) return error::NotFound("mesh", mesh_id);
+    if (!going_meshes_.emplace(mesh_id).second) return error::NotFound("mesh", IdOf(mesh_id));
   }
   const absl::Status removed = remove();  // without the lock: it may wait for the store
   std::vector<std::shared_ptr<Scene>> gone;
@@ -315,7 +316,7 @@ absl::Status SceneRegistry::DeleteScenesOf(std::string_view mesh_id) {
     if (error::IsSceneMoved(claimed)) {
       return error::FailedPrecondition(
           "MESH_IN_USE", fmt::format("scene '{}' uses the mesh, on server '{}'; delete it first",
-                                     ids[i], error::DetailsOf(claimed).metadata["owner"]));
+                                     IdOf(ids[i]), error::DetailsOf(claimed).metadata["owner"]));
     }
     if (!claimed.ok() && !absl::IsNotFound(claimed)) return claimed;
   }
@@ -346,7 +347,7 @@ absl::StatusOr<std::shared_ptr<WatchControl>> SceneRegistry::FindWatch(std::stri
   const MutexLock lock(&mutex_);
   const auto found = watches_.find(id);
   auto watch = found == watches_.end() ? nullptr : found->second.lock();
-  if (watch == nullptr) return error::NotFound("watch", id);
+  if (watch == nullptr) return error::NotFound("watch", IdOf(id));
   return watch;
 }
 

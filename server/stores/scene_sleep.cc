@@ -8,6 +8,7 @@
 #include "core/base/catch_bad_alloc.h"
 #include "core/base/error.h"
 #include "core/base/status_macros.h"
+#include "server/base/auth/tenant.h"
 #include "server/base/telemetry.h"
 #include "server/store/store_errors.h"
 #include "server/stores/scene_registry.h"
@@ -63,7 +64,7 @@ absl::StatusOr<std::shared_ptr<Scene>> SceneRegistry::Wake(std::string_view id) 
     if (found != scenes_.end()) lost = found->second;
     const auto sleeper = asleep_.find(key);
     if (lost == nullptr && sleeper == asleep_.end() && !shared()) {
-      return error::NotFound("scene", key);
+      return error::NotFound("scene", IdOf(key));
     }
     creating_[key] = {sleeper == asleep_.end() ? "" : sleeper->second.mesh_id, nullptr};
     leavings = leavings_;

@@ -8,6 +8,7 @@
 #include "core/base/error.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
+#include "server/base/auth/tenant.h"
 #include "server/base/random_id.h"
 
 namespace latticed {
@@ -137,27 +138,27 @@ size_t UploadStore::size() const {
       std::ranges::count_if(live_, [](const auto& upload) { return !upload.expired(); }));
 }
 
-std::string UploadStore::Keep(std::shared_ptr<Upload> upload) {
+std::string UploadStore::Keep(std::shared_ptr<Upload> upload, std::string_view tenant) {
   std::string id = NewRandomId();
   const MutexLock lock(&mutex_);
-  kept_[id] = std::move(upload);
+  kept_[TenantKey(tenant, id)] = std::move(upload);
   return id;
 }
 
-absl::StatusOr<std::shared_ptr<Upload>> UploadStore::Find(std::string_view id) {
+absl::StatusOr<std::shared_ptr<Upload>> UploadStore::Find(std::string_view key) {
   const MutexLock lock(&mutex_);
   DropExpiredLocked();
-  const auto found = kept_.find(id);
-  if (found == kept_.end()) return error::NotFound("upload", id);
+  const auto found = kept_.find(key);
+  if (found == kept_.end()) return error::NotFound("upload", IdOf(key));
   found->second->Touch();
   return found->second;
 }
 
-absl::StatusOr<std::shared_ptr<Upload>> UploadStore::Take(std::string_view id) {
+absl::StatusOr<std::shared_ptr<Upload>> UploadStore::Take(std::string_view key) {
   const MutexLock lock(&mutex_);
   DropExpiredLocked();
-  const auto found = kept_.find(id);
-  if (found == kept_.end()) return error::NotFound("upload", id);
+  const auto found = kept_.find(key);
+  if (found == kept_.end()) return error::NotFound("upload", IdOf(key));
   LATTICED_RETURN_IF_ERROR(found->second->CheckComplete());
   std::shared_ptr<Upload> upload = std::move(found->second);
   kept_.erase(found);

@@ -97,13 +97,14 @@ class UploadStore {
                                                               const CallerAccount& caller)
       ABSL_LOCKS_EXCLUDED(mutex_);
 
-  // Keeps an upload under a new, unguessable id.
-  [[nodiscard]] std::string Keep(std::shared_ptr<Upload> upload) ABSL_LOCKS_EXCLUDED(mutex_);
+  // Keeps an upload of the tenant under a new, unguessable id. The functions below take its key.
+  [[nodiscard]] std::string Keep(std::shared_ptr<Upload> upload, std::string_view tenant = "")
+      ABSL_LOCKS_EXCLUDED(mutex_);
   // Also postpones the expiry. kNotFound.
-  [[nodiscard]] absl::StatusOr<std::shared_ptr<Upload>> Find(std::string_view id)
+  [[nodiscard]] absl::StatusOr<std::shared_ptr<Upload>> Find(std::string_view key)
       ABSL_LOCKS_EXCLUDED(mutex_);
   // Removes a complete upload from the store. kNotFound; CheckComplete's errors, which leave it there.
-  [[nodiscard]] absl::StatusOr<std::shared_ptr<Upload>> Take(std::string_view id)
+  [[nodiscard]] absl::StatusOr<std::shared_ptr<Upload>> Take(std::string_view key)
       ABSL_LOCKS_EXCLUDED(mutex_);
   // Frees the memory of idle uploads, also of those that streams carry. The calls above do so too.
   void DropExpired() ABSL_LOCKS_EXCLUDED(mutex_);

@@ -15,6 +15,7 @@
 #include "core/codec/draco_decode.h"
 #include "core/mesh/mesh_io.h"
 #include "fmt/format.h"
+#include "server/base/auth/tenant.h"
 #include "server/base/labels.h"
 #include "server/wire/converters.h"
 #include "server/wire/enum_table.h"
@@ -125,7 +126,7 @@ v1::MeshHeader HeaderOf(const StoredMesh& mesh) {
   header.set_name(mesh.name);
   header.set_format(WriteEnum(kUploadFormats, mesh.format));
   header.set_total_bytes(mesh.bytes->size());
-  header.set_sha256(mesh.id);
+  header.set_sha256(std::string(IdOf(mesh.id)));
   *header.mutable_units() = ToProto(mesh.units);
   header.mutable_labels()->insert(mesh.labels.begin(), mesh.labels.end());
   if (mesh.format == UploadFormat::kRaw) header.mutable_raw_layout()->ParseFromString(mesh.layout);
@@ -134,7 +135,7 @@ v1::MeshHeader HeaderOf(const StoredMesh& mesh) {
 
 v1::Mesh ToProto(const StoredMesh& mesh, const MeshUse& use, bool with_groups) {
   v1::Mesh out;
-  out.set_id(mesh.id);
+  out.set_id(std::string(IdOf(mesh.id)));
   out.set_name(mesh.name);
   out.set_format(WriteEnum(kUploadFormats, mesh.format));
   out.set_total_bytes(mesh.bytes->size());

@@ -12,6 +12,7 @@
 #include "fmt/format.h"
 #include "google/protobuf/io/coded_stream.h"
 #include "google/protobuf/io/zero_copy_stream_impl_lite.h"
+#include "server/base/auth/tenant.h"
 #include "server/base/labels.h"
 #include "server/wire/converters.h"
 #include "server/wire/enum_table.h"
@@ -134,7 +135,7 @@ absl::StatusOr<SceneConfig> SceneConfigFromProto(const v1::CreateSceneRequest& r
   if (units.meters_per_unit == 0) units.meters_per_unit = mesh.units.meters_per_unit;
 
   SceneConfig config;
-  config.id = request.scene_id();
+  config.id = TenantKey(TenantOf(mesh.id), request.scene_id());
   config.mesh_id = mesh.id;
   config.name = request.name().empty() ? WithoutEnding(mesh.name) : request.name();
   config.mesh = mesh.mesh;
@@ -152,8 +153,8 @@ absl::StatusOr<SceneConfig> SceneConfigFromProto(const v1::CreateSceneRequest& r
 
 v1::Scene ToProto(const SceneConfig& config) {
   v1::Scene result;
-  result.set_id(config.id);
-  result.set_mesh(config.mesh_id);
+  result.set_id(std::string(IdOf(config.id)));
+  result.set_mesh(std::string(IdOf(config.mesh_id)));
   result.set_name(config.name);
   *result.mutable_default_view() = ToProto(config.default_view);
   SetDuration(config.idle_ttl, *result.mutable_idle_ttl());

@@ -11,6 +11,7 @@
 #include "core/base/status_macros.h"
 #include "core/mesh/reading_memory.h"
 #include "fmt/format.h"
+#include "server/base/auth/tenant.h"
 #include "server/engine/memory/allocation_limit.h"
 #include "server/store/records/scene_log.pb.h"
 #include "server/wire/mesh_header.h"
@@ -46,8 +47,9 @@ absl::StatusOr<StoredMesh> ReadStoredMesh(UploadHeader header,
                                           MemoryReservation& reservation, StopCheck stop) {
   StoredMesh stored{std::move(header.mesh)};
   stored.bytes = std::move(bytes);
-  LATTICED_ASSIGN_OR_RETURN(stored.id, Hash(*stored.bytes, stop));
-  LATTICED_RETURN_IF_ERROR(CheckSha256(header.sha256, stored.id));
+  LATTICED_ASSIGN_OR_RETURN(const std::string hash, Hash(*stored.bytes, stop));
+  LATTICED_RETURN_IF_ERROR(CheckSha256(header.sha256, hash));
+  stored.id = TenantKey(stored.tenant, hash);
   AllocationLimit limit(kReadersBytes);
   ReadingMemory memory([&, file = reservation.bytes()](uint64_t bytes) -> absl::Status {
     const AllocationLimit::Pause pause;
@@ -66,6 +68,7 @@ std::string StoredHeaderOf(const StoredMesh& mesh) {
   store::MeshHeader stored;
   stored.set_header(HeaderOf(mesh).SerializeAsString());
   stored.set_owner(mesh.owner);
+  stored.set_tenant(mesh.tenant);
   stored.set_create_time(absl::ToUnixNanos(mesh.create_time));
   v1::Mesh listing = ToProto(mesh, {}, false);
   listing.clear_host_bytes();
@@ -94,6 +97,7 @@ absl::StatusOr<StoredMesh> MeshFromStored(std::string_view header, std::string b
   LATTICED_ASSIGN_OR_RETURN(UploadHeader upload,
                             FromProto(announced, std::numeric_limits<uint64_t>::max()));
   upload.mesh.owner = stored.owner();
+  upload.mesh.tenant = stored.tenant();
   LATTICED_ASSIGN_OR_RETURN(
       auto mesh,
       ReadStoredMesh(std::move(upload), std::make_shared<const std::string>(std::move(bytes)),

@@ -3,6 +3,7 @@
 #include "server/wire/stored_scene.h"
 
 #include "core/base/status_macros.h"
+#include "server/base/auth/tenant.h"
 #include "server/store/records/header_codec.h"
 #include "server/store/records/scene_log.pb.h"
 #include "server/wire/scene_converters.h"
@@ -33,12 +34,14 @@ std::string StoredHeaderOf(const v1::CreateSceneRequest& request, const SceneCon
                        .create_time = config.create_time,
                        .idle_ttl = config.idle_ttl,
                        .listing = ToProto(config).SerializeAsString(),
-                       .token_key = config.token_key});
+                       .token_key = config.token_key,
+                       .tenant = std::string(TenantOf(config.id))});
 }
 
 absl::StatusOr<StoredScene> StoredSceneOf(std::string_view header) {
   LATTICED_ASSIGN_OR_RETURN(const auto stored, Decode(header));
-  return StoredScene{stored.request.mesh(), stored.header.idle_ttl};
+  return StoredScene{TenantKey(stored.header.tenant, stored.request.mesh()),
+                     stored.header.idle_ttl};
 }
 
 absl::StatusOr<v1::Scene> ListedScene(std::string_view header) {

@@ -15,6 +15,7 @@
 #include "core/base/sha256.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
+#include "server/base/auth/tenant.h"
 
 namespace latticed {
 namespace {
@@ -42,8 +43,8 @@ absl::StatusOr<Caller> CallerOfLine(const std::vector<std::string>& words) {
   if (!has_tenant) return caller;
   caller.tenant = words[kWords];
   if (IsTenantName(caller.tenant)) return caller;
-  return absl::InvalidArgumentError(fmt::format(
-      "tenant '{}' is no name of 1 to 63 letters, digits, '.', '_' and '-'", caller.tenant));
+  return absl::InvalidArgumentError(
+      fmt::format("tenant '{}' is no name of 1 to 63 of a-z, 0-9 and '-'", caller.tenant));
 }
 
 }  // namespace

@@ -2,9 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/base/auth/caller.h"
 
-#include <algorithm>
-
-#include "absl/strings/ascii.h"
 #include "core/base/error.h"
 #include "fmt/format.h"
 
@@ -27,13 +24,6 @@ std::optional<Role> RoleFromName(std::string_view name) {
     if (RoleName(role) == name) return role;
   }
   return std::nullopt;
-}
-
-bool IsTenantName(std::string_view name) {
-  constexpr size_t kMostBytes = 63;
-  return !name.empty() && name.size() <= kMostBytes && std::ranges::all_of(name, [](char c) {
-    return absl::ascii_isalnum(static_cast<unsigned char>(c)) || c == '.' || c == '_' || c == '-';
-  });
 }
 
 absl::Status CheckRole(const Caller& caller, const Rpc& rpc) {

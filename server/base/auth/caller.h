@@ -30,9 +30,6 @@ struct Caller {
       absl::InfiniteFuture();  // when the token ends, and the streams that it opened
 };
 
-// Tenants are named by 1 to 63 letters, digits, '.', '_' and '-'.
-[[nodiscard]] bool IsTenantName(std::string_view name);
-
 // An rpc, and the role that its callers need.
 struct Rpc {
   std::string_view name;  // "MeshService/UploadMesh"

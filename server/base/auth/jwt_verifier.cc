@@ -11,6 +11,7 @@
 #include "core/base/error.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
+#include "server/base/auth/tenant.h"
 
 namespace latticed {
 namespace {
@@ -58,7 +59,7 @@ absl::StatusOr<Caller> CallerFrom(const Json& claims) {
   caller.role = *role;
   if (claims.contains("tenant") && !IsTenantName(caller.tenant)) {
     return error::Unauthenticated(
-        "the token's 'tenant' must be a name of 1 to 63 letters, digits, '.', '_' and '-'");
+        "the token's 'tenant' must be a name of 1 to 63 of a-z, 0-9 and '-'");
   }
   return caller;
 }

@@ -16,7 +16,9 @@
 #include "core/base/sha256.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
+#include "server/base/auth/tenant.h"
 #include "server/base/telemetry.h"
+#include "server/store/objects/mesh_names.h"
 #include "server/store/store_errors.h"
 
 namespace latticed {
@@ -77,11 +79,12 @@ absl::Status MeshFolder::Open(const std::vector<std::string>& known, absl::Durat
   std::error_code failure;
   std::filesystem::create_directories(path_, failure);
   if (failure) return error::StoreFailed(fmt::format("{}: {}", path_, failure.message()));
-  std::set<std::string> missing(known.begin(), known.end());
+  std::set<std::string> missing;
+  for (const std::string& id : known) missing.insert(MeshName(id));
   for (const auto& entry : std::filesystem::directory_iterator(path_, failure)) {
     const std::string name = entry.path().filename().string();
     if (missing.erase(name) > 0) continue;
-    if (!IsSha256Hex(name) && !name.starts_with(kNewPrefix)) continue;
+    if (!IsMeshName(name) && !name.starts_with(kNewPrefix)) continue;
     if (age > absl::ZeroDuration() && !IsOlder(entry, age)) continue;
     LogEvent(spdlog::level::info, "removed a mesh file that a crash left", {{"file", name}});
     std::error_code ignored;
@@ -94,7 +97,7 @@ absl::Status MeshFolder::Open(const std::vector<std::string>& known, absl::Durat
 }
 
 std::string MeshFolder::PathOf(std::string_view id) const {
-  return fmt::format("{}/{}", path_, id);
+  return fmt::format("{}/{}", path_, MeshName(id));
 }
 
 absl::StatusOr<std::string> MeshFolder::Write(std::string_view /*id*/, std::string_view bytes) {
@@ -129,7 +132,7 @@ absl::StatusOr<std::string> MeshFolder::Read(std::string_view id) const {
              {{"error", std::string(bytes.status().message())}});
     return error::Damaged(name, "its file cannot be read");
   }
-  if (Sha256Hex(*bytes) != id) return error::Damaged(name, "its bytes have another hash");
+  if (Sha256Hex(*bytes) != IdOf(id)) return error::Damaged(name, "its bytes have another hash");
   return bytes;
 }
 

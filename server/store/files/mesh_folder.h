@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The bytes of meshes, one file each, named by their SHA-256.
+// The bytes of meshes, one file each, named as server/store/objects/mesh_names.h says.
 //
 //   write to new-…   fsync   rename to the hash   fsync of the folder
 //

@@ -5,6 +5,8 @@
 #include "core/base/sha256.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
+#include "server/base/auth/tenant.h"
+#include "server/store/objects/mesh_names.h"
 #include "server/store/store_errors.h"
 
 namespace latticed {
@@ -29,24 +31,26 @@ absl::Status S3Meshes::Open(const std::vector<std::string>& /*known*/, absl::Dur
 }
 
 absl::StatusOr<std::string> S3Meshes::Write(std::string_view id, std::string_view bytes) {
-  LATTICED_RETURN_IF_ERROR(bucket_.Put(id, bytes, id));
+  LATTICED_RETURN_IF_ERROR(bucket_.Put(MeshName(id), bytes, IdOf(id)));
   return std::string(id);
 }
 
 absl::Status S3Meshes::Publish(const std::string& /*written*/, std::string_view id,
                                std::string_view bytes) {
-  const absl::StatusOr<uint64_t> there = bucket_.Head(id);
+  const absl::StatusOr<uint64_t> there = bucket_.Head(MeshName(id));
   if (there.ok() && *there == bytes.size()) return absl::OkStatus();
   if (!there.ok() && !absl::IsNotFound(there.status())) return there.status();
-  return bucket_.Put(id, bytes, id);
+  return bucket_.Put(MeshName(id), bytes, IdOf(id));
 }
 
+absl::Status S3Meshes::Remove(std::string_view id) { return bucket_.Delete(MeshName(id)); }
+
 absl::StatusOr<std::string> S3Meshes::Read(std::string_view id) const {
-  absl::StatusOr<std::string> bytes = bucket_.Get(id);
+  absl::StatusOr<std::string> bytes = bucket_.Get(MeshName(id));
   const std::string name = fmt::format("mesh {}", id);
   if (absl::IsNotFound(bytes.status())) return error::Damaged(name, "its object is missing");
   LATTICED_RETURN_IF_ERROR(bytes.status());
-  if (Sha256Hex(*bytes) != id) return error::Damaged(name, "its bytes have another hash");
+  if (Sha256Hex(*bytes) != IdOf(id)) return error::Damaged(name, "its bytes have another hash");
   return bytes;
 }
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Meshes as objects of a bucket, under PREFIX and their hash. The server is sent the hash of the bytes and refuses others;
+// Meshes as objects of a bucket, under PREFIX and their names (mesh_names.h). The server is sent the hash of the bytes and refuses others;
 // what is read must have it too.
 //
 //   Write     PUT under the hash: an object is there as a whole or not at all
@@ -35,7 +35,7 @@ class S3Meshes : public MeshObjects {
                        std::string_view bytes) override;
   // The object stays: another server may have made a row for it.
   void Discard(const std::string& /*written*/) override {}
-  absl::Status Remove(std::string_view id) override { return bucket_.Delete(id); }
+  absl::Status Remove(std::string_view id) override;
   absl::StatusOr<std::string> Read(std::string_view id) const override;
 
  private:

@@ -16,6 +16,7 @@ std::string EncodeHeader(const SceneHeader& header) {
   stored.set_idle_ttl(absl::ToInt64Nanoseconds(header.idle_ttl));
   stored.set_listing(header.listing);
   stored.set_token_key(header.token_key);
+  stored.set_tenant(header.tenant);
   return stored.SerializeAsString();
 }
 
@@ -29,7 +30,8 @@ absl::StatusOr<SceneHeader> DecodeHeader(std::string_view bytes) {
                      .create_time = absl::FromUnixNanos(stored.create_time()),
                      .idle_ttl = absl::Nanoseconds(stored.idle_ttl()),
                      .listing = stored.listing(),
-                     .token_key = stored.token_key()};
+                     .token_key = stored.token_key(),
+                     .tenant = stored.tenant()};
   LATTICED_ASSIGN_OR_RETURN(header.lattice, LatticeFromStored(stored.lattice()));
   if (!Validate(header.lattice).ok()) return NotARecord("the lattice of a header");
   return header;

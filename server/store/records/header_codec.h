@@ -25,6 +25,7 @@ struct SceneHeader {
   absl::Duration idle_ttl;
   std::string listing;    // latticed.v1.Scene
   std::string token_key;  // of resume tokens; empty in headers of older servers
+  std::string tenant;
 };
 
 [[nodiscard]] std::string EncodeHeader(const SceneHeader& header);

@@ -6,6 +6,7 @@
 
 #include "core/base/sha256.h"
 #include "fmt/format.h"
+#include "server/base/auth/tenant.h"
 #include "tests/server/support/raw_call.h"
 #include "tests/server/support/server_test.h"
 #include "tests/support/temporary_folder.h"
@@ -52,6 +53,41 @@ TEST(AuthenticatorTest, ALineMayNameATenant) {
   ASSERT_OK(authenticator);
 
   EXPECT_EQ(authenticator->Authenticate("Bearer token-e")->tenant, "acme");
+  for (const char* tenant : {"Acme", "a/b", "a.b", "a_b", "acme x"}) {
+    EXPECT_THAT(
+        Authenticator::FromText(fmt::format("{} edit ed {}\n", Sha256Hex("token-e"), tenant)),
+        StatusIs(absl::StatusCode::kInvalidArgument))
+        << tenant;
+  }
+}
+
+// Nothing that a caller sends as an id is the key of another tenant's scene.
+TEST(TenantTest, KeysOfTwoTenantsNeverMeet) {
+  EXPECT_EQ(TenantKey("", "cow"), "cow");
+  EXPECT_EQ(TenantKey("acme", "cow"), "acme/cow");
+  EXPECT_EQ(TenantOf("acme/cow"), "acme");
+  EXPECT_EQ(IdOf("acme/cow"), "cow");
+  EXPECT_EQ(TenantOf("cow"), "");
+  EXPECT_EQ(IdOf("cow"), "cow");
+
+  EXPECT_NE(TenantKey("", "acme/cow"), TenantKey("acme", "cow"));
+  for (const char* id : {"acme/cow", "/acme/cow", "/cow", "../acme/cow", "//", "/"}) {
+    for (const char* tenant : {"", "beta"}) {
+      EXPECT_NE(TenantKey(tenant, id), TenantKey("acme", "cow")) << tenant << " " << id;
+      EXPECT_EQ(TenantOf(TenantKey(tenant, id)), tenant) << id;
+    }
+  }
+}
+
+TEST(TenantTest, NamesAreShortAndPlain) {
+  for (const std::string& name : {std::string("a"), std::string("7-"), std::string(63, 'z')}) {
+    EXPECT_TRUE(IsTenantName(name)) << name;
+  }
+  for (const std::string& name :
+       {std::string(), std::string("A"), std::string("a/"), std::string("\xc3\xa4"),
+        std::string("a\0", 2), std::string(64, 'z')}) {
+    EXPECT_FALSE(IsTenantName(name)) << name;
+  }
 }
 
 TEST(AuthenticatorTest, AnythingElseIsUnauthenticated) {

@@ -154,7 +154,26 @@ TEST_F(SqliteStoreTest, RemovesMeshFilesThatACrashLeftAndNoOthers) {
 }
 
 TEST_F(SqliteStoreTest, RefusesAMeshIdThatIsAPath) {
-  EXPECT_THAT(store_->PutMesh("../lock", "", "x"), StatusIs(absl::StatusCode::kInvalidArgument));
+  const std::string hash = Sha256Hex("x");
+  for (const std::string& id : {std::string("../lock"), "../" + hash, "/" + hash, "a/b/" + hash,
+                                "Acme/" + hash, "new.x/" + hash, hash + "/acme"}) {
+    EXPECT_THAT(store_->PutMesh(id, "", "x"), StatusIs(absl::StatusCode::kInvalidArgument)) << id;
+  }
+}
+
+TEST_F(SqliteStoreTest, KeepsTheMeshesOfTenantsApart) {
+  const std::string hash = Sha256Hex("mesh 1"), acme = "acme/" + hash, other = "new-1/" + hash;
+  for (const std::string& id : {hash, acme, other}) ASSERT_OK(store_->PutMesh(id, "", "mesh 1"));
+  store_.folder().Write("data/meshes/" + hash + ".acme", "mesh 0");
+  store_.folder().Write("data/meshes/" + hash + ".unknown", "mesh 1");
+
+  store_.Reopen();
+  EXPECT_FALSE(std::filesystem::exists(Data("meshes/" + hash + ".unknown")));
+  EXPECT_THAT(store_->ReadMesh(acme), StatusIs(absl::StatusCode::kDataLoss, HasSubstr(acme)));
+  ASSERT_OK(store_->DeleteMesh(acme));
+  EXPECT_THAT(store_->ReadMesh(acme), StatusIs(absl::StatusCode::kNotFound));
+  EXPECT_EQ(store_->ReadMesh(other).value_or(""), "mesh 1");
+  EXPECT_EQ(store_->ReadMesh(hash).value_or(""), "mesh 1");
 }
 
 TEST_F(SqliteStoreTest, ReusesTheRoomOfRecordsThatSnapshotsCover) {
