@@ -116,7 +116,7 @@ absl::Status StoreCheck::CheckMesh(const StoredEntry& entry) {
   return still_there ? bytes.status() : absl::OkStatus();
 }
 
-void StoreCheck::CountUnnamesFiles(const std::set<std::string>& known) {
+void StoreCheck::CountUnknownFiles(const std::set<std::string>& names) {
   std::error_code failure;  // without the folder, each mesh is missing
   for (const auto& file : std::filesystem::directory_iterator(meshes_path_, failure)) {
     if (!names.contains(file.path().filename().string())) ++findings_.unknown_files;
