@@ -65,10 +65,15 @@ void MemoryStore::Run() {
 
 // The thread holds the lock while it applies work, which the annotations of lambdas cannot say.
 absl::Status MemoryStore::CreateScene(std::string_view id, std::string header) {
+  return CreateSceneAt(id, std::move(header), 0, "");
+}
+
+absl::Status MemoryStore::CreateSceneAt(std::string_view id, std::string header, uint64_t lsn,
+                                        std::string snapshot) {
   return Call([&]() ABSL_NO_THREAD_SAFETY_ANALYSIS -> absl::Status {
     LATTICED_RETURN_IF_ERROR(failure_);
     if (scenes_.contains(id)) return error::AlreadyExists("scene", id);
-    scenes_[std::string(id)].log.header = std::move(header);
+    scenes_[std::string(id)].log = {std::move(header), lsn, std::move(snapshot), {}};
     return absl::OkStatus();
   });
 }
@@ -107,6 +112,13 @@ absl::StatusOr<SceneLog> MemoryStore::ReadScene(std::string_view id) {
     return absl::OkStatus();
   }));
   return log;
+}
+
+absl::StatusOr<SceneLog> MemoryStore::CopyScene(std::string_view id) {
+  MutexLock lock(&mutex_);
+  const auto found = scenes_.find(id);
+  if (found == scenes_.end()) return error::NotFound("scene", id);
+  return found->second.log;
 }
 
 void MemoryStore::Append(std::string_view scene, uint64_t lsn, std::string record, Done done) {

@@ -32,10 +32,13 @@ class MemoryStore : public Store {
   ~MemoryStore() override;
 
   absl::Status CreateScene(std::string_view id, std::string header) override;
+  absl::Status CreateSceneAt(std::string_view id, std::string header, uint64_t lsn,
+                             std::string snapshot) override;
   absl::Status DeleteScene(std::string_view id) override;
   absl::StatusOr<std::vector<StoredEntry>> Scenes() override;
   absl::StatusOr<std::string> ReadSceneHeader(std::string_view id) override;
   absl::StatusOr<SceneLog> ReadScene(std::string_view id) override;
+  absl::StatusOr<SceneLog> CopyScene(std::string_view id) override;
   void Append(std::string_view scene, uint64_t lsn, std::string record, Done done) override;
   absl::Status Admit() override;
   void PutSnapshot(std::string_view scene, uint64_t lsn, std::string snapshot) override;

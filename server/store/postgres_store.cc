@@ -43,6 +43,10 @@ class PostgresStore : public Store {
   absl::Status CreateScene(std::string_view id, std::string header) override {
     return writer_.Create(id, header);
   }
+  absl::Status CreateSceneAt(std::string_view id, std::string header, uint64_t lsn,
+                             std::string snapshot) override {
+    return writer_.CreateAt(id, header, lsn, snapshot);
+  }
   absl::Status DeleteScene(std::string_view id) override { return writer_.Delete(id); }
   absl::StatusOr<std::vector<StoredEntry>> Scenes() override {
     return ReadPostgresEntries(pool_, "scene");
@@ -51,6 +55,10 @@ class PostgresStore : public Store {
     return ReadPostgresHeader(pool_, "scene", id);
   }
   absl::StatusOr<SceneLog> ReadScene(std::string_view id) override;
+  absl::StatusOr<SceneLog> CopyScene(std::string_view id) override {
+    LATTICED_ASSIGN_OR_RETURN(PgScene scene, ReadPostgresScene(pool_, std::nullopt, id));
+    return std::move(scene.log);
+  }
   void Append(std::string_view scene, uint64_t lsn, std::string record, Done done) override;
   absl::Status Admit() override { return writer_.queue().Admit(); }
   void PutSnapshot(std::string_view scene, uint64_t lsn, std::string snapshot) override;

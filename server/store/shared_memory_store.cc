@@ -66,7 +66,12 @@ absl::Status SharedMemoryStore::CheckOwned(std::string_view scene) {
 }
 
 absl::Status SharedMemoryStore::CreateScene(std::string_view id, std::string header) {
-  LATTICED_RETURN_IF_ERROR(all_.CreateScene(id, std::move(header)));
+  return CreateSceneAt(id, std::move(header), 0, "");
+}
+
+absl::Status SharedMemoryStore::CreateSceneAt(std::string_view id, std::string header, uint64_t lsn,
+                                              std::string snapshot) {
+  LATTICED_RETURN_IF_ERROR(all_.CreateSceneAt(id, std::move(header), lsn, std::move(snapshot)));
   MutexLock lock(&memory_->mutex_);
   memory_->owners_[std::string(id)] = name_;
   return absl::OkStatus();

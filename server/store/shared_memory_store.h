@@ -66,12 +66,15 @@ class SharedMemoryStore : public Store {
   ~SharedMemoryStore() override;
 
   absl::Status CreateScene(std::string_view id, std::string header) override;
+  absl::Status CreateSceneAt(std::string_view id, std::string header, uint64_t lsn,
+                             std::string snapshot) override;
   absl::Status DeleteScene(std::string_view id) override;
   absl::StatusOr<std::vector<StoredEntry>> Scenes() override;
   absl::StatusOr<std::string> ReadSceneHeader(std::string_view id) override {
     return all_.ReadSceneHeader(id);
   }
   absl::StatusOr<SceneLog> ReadScene(std::string_view id) override;
+  absl::StatusOr<SceneLog> CopyScene(std::string_view id) override { return all_.CopyScene(id); }
   void Append(std::string_view scene, uint64_t lsn, std::string record, Done done) override;
   absl::Status Admit() override { return all_.Admit(); }
   void PutSnapshot(std::string_view scene, uint64_t lsn, std::string snapshot) override;

@@ -39,13 +39,18 @@ class SqliteStore : public Store {
 
   absl::Status Start();
 
-  absl::Status CreateScene(std::string_view id, std::string header) override;
+  absl::Status CreateScene(std::string_view id, std::string header) override {
+    return CreateSceneAt(id, std::move(header), 0, "");
+  }
+  absl::Status CreateSceneAt(std::string_view id, std::string header, uint64_t lsn,
+                             std::string snapshot) override;
   absl::Status DeleteScene(std::string_view id) override;
   absl::StatusOr<std::vector<StoredEntry>> Scenes() override { return reader_.Scenes(); }
   absl::StatusOr<std::string> ReadSceneHeader(std::string_view id) override {
     return reader_.SceneHeader(id);
   }
-  absl::StatusOr<SceneLog> ReadScene(std::string_view id) override;
+  absl::StatusOr<SceneLog> ReadScene(std::string_view id) override { return Read(id, true); }
+  absl::StatusOr<SceneLog> CopyScene(std::string_view id) override { return Read(id, false); }
   void Append(std::string_view scene, uint64_t lsn, std::string record, Done done) override;
   absl::Status Admit() override { return writer_.queue().Admit(); }
   void PutSnapshot(std::string_view scene, uint64_t lsn, std::string snapshot) override;
@@ -59,6 +64,7 @@ class SqliteStore : public Store {
   absl::StatusOr<std::string> ReadMesh(std::string_view id) override;
 
  private:
+  absl::StatusOr<SceneLog> Read(std::string_view id, bool mend);
   absl::Status InsertMesh(std::string_view id, std::string_view header);
 
   FolderLock lock_;  // first: it is released last
@@ -78,19 +84,20 @@ absl::Status SqliteStore::Start() {
   return meshes_.Open(ids, absl::ZeroDuration());
 }
 
-absl::Status SqliteStore::CreateScene(std::string_view id, std::string header) {
-  return writer_.Change([&](SceneRows& rows) { return rows.Create(id, header); });
+absl::Status SqliteStore::CreateSceneAt(std::string_view id, std::string header, uint64_t lsn,
+                                        std::string snapshot) {
+  return writer_.Change([&](SceneRows& rows) { return rows.Create(id, header, lsn, snapshot); });
 }
 
 absl::Status SqliteStore::DeleteScene(std::string_view id) {
   return writer_.Change([&](SceneRows& rows) { return rows.Delete(id); });
 }
 
-absl::StatusOr<SceneLog> SqliteStore::ReadScene(std::string_view id) {
+absl::StatusOr<SceneLog> SqliteStore::Read(std::string_view id, bool mend) {
   SceneTail tail;
   LATTICED_RETURN_IF_ERROR(writer_.Ask([&](SceneRows& rows) -> absl::Status {
     LATTICED_ASSIGN_OR_RETURN(tail, rows.Find(id));
-    rows.Mend(id);
+    if (mend) rows.Mend(id);
     return absl::OkStatus();
   }));
   return reader_.Read(id, tail);

@@ -78,6 +78,10 @@ class Store {
 
   // kAlreadyExists.
   [[nodiscard]] virtual absl::Status CreateScene(std::string_view id, std::string header) = 0;
+  // A scene whose log begins with a snapshot of records 1 to `lsn`, which is at least 1; the store never had them.
+  // kAlreadyExists.
+  [[nodiscard]] virtual absl::Status CreateSceneAt(std::string_view id, std::string header,
+                                                   uint64_t lsn, std::string snapshot) = 0;
   // With its log. kNotFound.
   [[nodiscard]] virtual absl::Status DeleteScene(std::string_view id) = 0;
   // In order of id.
@@ -86,6 +90,9 @@ class Store {
   [[nodiscard]] virtual absl::StatusOr<std::string> ReadSceneHeader(std::string_view id) = 0;
   // Waits for the appends under way. kNotFound, kDataLoss.
   [[nodiscard]] virtual absl::StatusOr<SceneLog> ReadScene(std::string_view id) = 0;
+  // What is durable of any scene, whoever owns it and appends to it meanwhile. Unlike ReadScene it changes nothing, so a
+  // broken scene stays broken. kNotFound, kDataLoss.
+  [[nodiscard]] virtual absl::StatusOr<SceneLog> CopyScene(std::string_view id) = 0;
   // Appends record `lsn`, which is one more than the last. Calls `done` once, on a thread of the store and with none of
   // its locks held, in the order of the calls for one scene. `done` may call Append, PutSnapshot and Admit; the other
   // functions wait for the thread that it is on. Without a record (lsn 0, empty) nothing is written, and `done` is

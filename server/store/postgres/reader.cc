@@ -68,12 +68,12 @@ absl::Status ReadRecords(PgConnection& connection, std::string_view id, int64_t 
   }
 }
 
-absl::Status ReadAll(PgConnection& connection, int64_t session, std::string_view id,
+absl::Status ReadAll(PgConnection& connection, std::optional<int64_t> session, std::string_view id,
                      PgScene& scene) {
   LATTICED_ASSIGN_OR_RETURN(const PgRows rows,
-                            connection.Execute(kScene, PgParameters().Bytes(id).Number(session)));
+                            connection.Execute(kScene, PgParameters().Bytes(id).Number(session.value_or(0))));
   if (rows.empty()) return error::NotFound("scene", id);
-  if (rows.Number(0, 4) == 0) return error::SceneNotOwned(id);
+  if (session.has_value() && rows.Number(0, 4) == 0) return error::SceneNotOwned(id);
   const int64_t number = rows.Number(0, 0);
   SceneLog& log = scene.log;
   log.snapshot_lsn = static_cast<uint64_t>(rows.Number(0, 1));
@@ -89,7 +89,8 @@ absl::Status ReadAll(PgConnection& connection, int64_t session, std::string_view
 
 }  // namespace
 
-absl::StatusOr<PgScene> ReadPostgresScene(PgPool& pool, int64_t session, std::string_view id) {
+absl::StatusOr<PgScene> ReadPostgresScene(PgPool& pool, std::optional<int64_t> session,
+                                          std::string_view id) {
   PgScene scene;
   LATTICED_RETURN_IF_ERROR(pool.With([&](PgConnection& connection) -> absl::Status {
     scene = {};

@@ -9,6 +9,7 @@
 #define LATTICED_SERVER_STORE_POSTGRES_READER_H_
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -25,8 +26,9 @@ struct PgScene {
   PgTail tail;
 };
 
-// `session` owns it.
-[[nodiscard]] absl::StatusOr<PgScene> ReadPostgresScene(PgPool& pool, int64_t session,
+// `session` must own it, if one is given.
+[[nodiscard]] absl::StatusOr<PgScene> ReadPostgresScene(PgPool& pool,
+                                                        std::optional<int64_t> session,
                                                         std::string_view id);
 // Rows of table `scene` or `mesh`, in order of id: all, or that with `*id`. `kind` names one of them.
 [[nodiscard]] absl::StatusOr<std::vector<StoredEntry>> ReadPostgresEntries(

@@ -24,6 +24,16 @@ constexpr char kFence[] =
 constexpr char kCreate[] =
     "INSERT INTO latticed.scene(id, session, sum, header) SELECT $3, session, $4, $5 FROM me "
     "ON CONFLICT(id) DO NOTHING RETURNING number";
+// The number comes first, since the snapshot's checksum is of it.
+constexpr char kNextNumber[] =
+    "SELECT nextval(pg_get_serial_sequence('latticed.scene', 'number'))";
+constexpr char kCreateAt[] =
+    ", made AS (INSERT INTO latticed.scene(number, id, session, sum, header, snapshot_lsn) "
+    "OVERRIDING SYSTEM VALUE SELECT $6, $3, session, $4, $5, $7 FROM me "
+    "ON CONFLICT(id) DO NOTHING RETURNING number), "
+    "stored AS (INSERT INTO latticed.snapshot(scene, lsn, sum, bytes) "
+    "SELECT number, $7, $8, $9 FROM made) "
+    "SELECT number FROM made";
 // How many were stored; and which, only if it was not $7, all of them: a client that stands still reads no long answers,
 // and the statement would hold its locks meanwhile.
 constexpr char kAppend[] =
@@ -74,6 +84,13 @@ PgWriter::~PgWriter() {
 
 absl::Status PgWriter::Create(std::string_view id, std::string_view header) {
   return queue_.Call(Write::Kind::kChange, [this, id, header] { return InsertScene(id, header); });
+}
+
+absl::Status PgWriter::CreateAt(std::string_view id, std::string_view header, uint64_t lsn,
+                                std::string_view snapshot) {
+  return queue_.Call(Write::Kind::kChange, [this, id, header, lsn, snapshot] {
+    return InsertSceneAt(id, header, lsn, snapshot);
+  });
 }
 
 absl::Status PgWriter::Delete(std::string_view id) {
@@ -201,8 +218,29 @@ absl::Status PgWriter::InsertScene(std::string_view id, std::string_view header)
   LATTICED_ASSIGN_OR_RETURN(const PgRows rows, Fenced(kCreate, [&](PgParameters& parameters) {
                               parameters.Bytes(id).Number(IdRowSum(id, header)).Bytes(header);
                             }));
+  return NoteCreated(id, 0, rows);
+}
+
+absl::Status PgWriter::InsertSceneAt(std::string_view id, std::string_view header, uint64_t lsn,
+                                     std::string_view snapshot) {
+  LATTICED_RETURN_IF_ERROR(Attach());
+  LATTICED_ASSIGN_OR_RETURN(const PgRows next, connection_->Execute(kNextNumber, PgParameters()));
+  const int64_t number = next.Number(0, 0);
+  LATTICED_ASSIGN_OR_RETURN(const PgRows rows, Fenced(kCreateAt, [&](PgParameters& parameters) {
+                              parameters.Bytes(id)
+                                  .Number(IdRowSum(id, header))
+                                  .Bytes(header)
+                                  .Number(number)
+                                  .Number(lsn)
+                                  .Number(RowSum(snapshot, number, lsn))
+                                  .Bytes(snapshot);
+                            }));
+  return NoteCreated(id, lsn, rows);
+}
+
+absl::Status PgWriter::NoteCreated(std::string_view id, uint64_t lsn, const PgRows& rows) {
   if (!rows.empty()) {
-    tails_.Set(id, {rows.Number(0, 0), 0});
+    tails_.Set(id, {rows.Number(0, 0), lsn});
     return absl::OkStatus();
   }
   attached_ = false;

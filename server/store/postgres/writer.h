@@ -52,6 +52,9 @@ class PgWriter {
 
   // kAlreadyExists.
   [[nodiscard]] absl::Status Create(std::string_view id, std::string_view header);
+  // With a snapshot of records 1 to `lsn`. kAlreadyExists.
+  [[nodiscard]] absl::Status CreateAt(std::string_view id, std::string_view header, uint64_t lsn,
+                                      std::string_view snapshot);
   // kNotFound, kAborted.
   [[nodiscard]] absl::Status Delete(std::string_view id);
   [[nodiscard]] absl::Status Release(std::string_view id);
@@ -68,6 +71,10 @@ class PgWriter {
   void Break(const Write& write);
   void ExecuteOne(Write& write);
   absl::Status InsertScene(std::string_view id, std::string_view header);
+  absl::Status InsertSceneAt(std::string_view id, std::string_view header, uint64_t lsn,
+                             std::string_view snapshot);
+  // `rows` are the number of the scene that was created, if it was.
+  absl::Status NoteCreated(std::string_view id, uint64_t lsn, const PgRows& rows);
   absl::Status DeleteScene(std::string_view id);
   absl::Status PutSnapshot(const Write& write);
   // Notes failures of the medium.

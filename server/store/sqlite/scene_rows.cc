@@ -34,7 +34,7 @@ enum Sql : size_t {
 };
 
 constexpr const char* kSql[kSqlCount] = {
-    "INSERT INTO scene(id) VALUES(?)",
+    "INSERT INTO scene(id, saved_lsn, snapshot_lsn) VALUES(?1, ?2, ?2)",
     "INSERT INTO scene_header(scene, sum, bytes) VALUES(?, ?, ?)",
     "DELETE FROM scene WHERE number = ?",
     "DELETE FROM scene_header WHERE scene = ?",
@@ -170,10 +170,12 @@ void SceneRows::Mend(std::string_view id) {
   if (found != scenes_.end()) found->second.broken = absl::OkStatus();
 }
 
-absl::Status SceneRows::Create(std::string_view id, std::string_view header) {
+absl::Status SceneRows::Create(std::string_view id, std::string_view header, uint64_t lsn,
+                               std::string_view snapshot) {
   if (scenes_.contains(id)) return error::AlreadyExists("scene", id);
   SqliteStatement& scene = statements_[kInsertScene];
   scene.BindBytes(1, id);
+  scene.Bind(2, lsn);
   LATTICED_RETURN_IF_ERROR(scene.Run());
   const int64_t number = sqlite3_last_insert_rowid(database_->get());
   SqliteStatement& row = statements_[kInsertHeader];
@@ -181,7 +183,9 @@ absl::Status SceneRows::Create(std::string_view id, std::string_view header) {
   row.Bind(2, RowSum(header, number));
   row.BindBytes(3, header);
   LATTICED_RETURN_IF_ERROR(row.Run());
-  const auto made = scenes_.emplace(id, Scene{.tail = {.number = number}}).first;
+  if (lsn > 0) LATTICED_RETURN_IF_ERROR(WriteSnapshot(number, lsn, snapshot));
+  const SceneTail tail{.number = number, .lsn = lsn, .snapshot_lsn = lsn};
+  const auto made = scenes_.emplace(id, Scene{.tail = tail}).first;
   Undo([this, made] { scenes_.erase(made); });
   return absl::OkStatus();
 }
@@ -225,6 +229,15 @@ absl::Status SceneRows::Append(std::string_view id, uint64_t lsn, std::string_vi
   return absl::OkStatus();
 }
 
+absl::Status SceneRows::WriteSnapshot(int64_t number, uint64_t lsn, std::string_view bytes) {
+  SqliteStatement& snapshot = statements_[kReplaceSnapshot];
+  snapshot.Bind(1, number);
+  snapshot.Bind(2, lsn);
+  snapshot.Bind(3, RowSum(bytes, number, lsn));
+  snapshot.BindBytes(4, bytes);
+  return snapshot.Run();
+}
+
 absl::Status SceneRows::PutSnapshot(std::string_view id, uint64_t lsn, std::string_view bytes) {
   const auto found = scenes_.find(id);
   if (found == scenes_.end()) return error::NotFound("scene", id);
@@ -232,12 +245,7 @@ absl::Status SceneRows::PutSnapshot(std::string_view id, uint64_t lsn, std::stri
   if (lsn <= tail.snapshot_lsn || lsn > tail.lsn) {
     return error::NotNextRecord(id, tail.lsn, lsn);
   }
-  SqliteStatement& snapshot = statements_[kReplaceSnapshot];
-  snapshot.Bind(1, tail.number);
-  snapshot.Bind(2, lsn);
-  snapshot.Bind(3, RowSum(bytes, tail.number, lsn));
-  snapshot.BindBytes(4, bytes);
-  LATTICED_RETURN_IF_ERROR(snapshot.Run());
+  LATTICED_RETURN_IF_ERROR(WriteSnapshot(tail.number, lsn, bytes));
   SqliteStatement& scene = statements_[kSetSnapshotLsn];
   scene.Bind(1, tail.number);
   scene.Bind(2, lsn);

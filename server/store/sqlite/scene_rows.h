@@ -61,7 +61,9 @@ class SceneRows {
   void Break(std::string_view id, const absl::Status& why);
   void Mend(std::string_view id);
 
-  [[nodiscard]] absl::Status Create(std::string_view id, std::string_view header);
+  // With a snapshot of records 1 to `lsn`, unless that is 0.
+  [[nodiscard]] absl::Status Create(std::string_view id, std::string_view header, uint64_t lsn,
+                                    std::string_view snapshot);
   [[nodiscard]] absl::Status Delete(std::string_view id);
   [[nodiscard]] absl::Status Append(std::string_view id, uint64_t lsn, std::string_view record);
   [[nodiscard]] absl::Status PutSnapshot(std::string_view id, uint64_t lsn, std::string_view bytes);
@@ -92,6 +94,7 @@ class SceneRows {
   [[nodiscard]] absl::Status LoadScenes(Scenes& scenes);
   // Follows the rows after saved_row.
   [[nodiscard]] absl::Status LoadTail(Scenes& scenes);
+  [[nodiscard]] absl::Status WriteSnapshot(int64_t number, uint64_t lsn, std::string_view bytes);
   // Live rows die.
   [[nodiscard]] absl::Status Bury(uint64_t rows);
   void Undo(std::function<void()> undo) { undo_.push_back(std::move(undo)); }

@@ -67,6 +67,17 @@ TEST_P(SharedStore, WhoIsNotTheOwnerIsRefused) {
   EXPECT_OK(second_->Admit());
 }
 
+TEST_P(SharedStore, WhoIsNotTheOwnerMayCopy) {
+  ASSERT_OK(first_->CreateSceneAt("knot", "of a knot", 2, "two records"));
+  ASSERT_OK(AppendTo(*first_, "knot", 3, "third"));
+
+  ASSERT_OK_AND_ASSIGN(const SceneLog copy, second_->CopyScene("knot"));
+  EXPECT_EQ(copy.header, "of a knot");
+  EXPECT_EQ(copy.snapshot, "two records");
+  EXPECT_EQ(copy.lsn(), 3U);
+  EXPECT_OK(AppendTo(*first_, "knot", 4, "fourth"));
+}
+
 TEST_P(SharedStore, AReleasedSceneIsAnyones) {
   ASSERT_OK(second_->ReleaseScene("gear"));  // it is not the second's
   EXPECT_EQ(OwnerFor(*second_, "gear"), "host-1:50051");

@@ -123,6 +123,37 @@ TEST_P(StoreSuite, OwnsWhatItCreatedAndClaimed) {
   EXPECT_OK(store_->ReleaseScene("knot"));
 }
 
+TEST_P(StoreSuite, ASceneMayBeginWithASnapshot) {
+  ASSERT_OK(store_->CreateSceneAt("gear", "of a gear", 7, "seven records"));
+  EXPECT_THAT(store_->CreateSceneAt("gear", "another", 3, "three"),
+              StatusIs(absl::StatusCode::kAlreadyExists, HasSubstr("'gear'")));
+
+  ASSERT_OK_AND_ASSIGN(const SceneLog made, store_->ReadScene("gear"));
+  EXPECT_EQ(made.header, "of a gear");
+  EXPECT_EQ(made.snapshot, "seven records");
+  EXPECT_EQ(made.lsn(), 7U);
+  ASSERT_OK(store_.Append("gear", 8, "eight"));
+  ASSERT_OK_AND_ASSIGN(const SceneLog log, store_->ReadScene("gear"));
+  EXPECT_EQ(log.snapshot_lsn, 7U);
+  EXPECT_THAT(log.records, ElementsAre("eight"));
+  EXPECT_THAT(store_.Append("gear", 8, "again"), StatusIs(absl::StatusCode::kFailedPrecondition));
+}
+
+TEST_P(StoreSuite, ACopyIsWhatIsDurableAndMendsNothing) {
+  ASSERT_OK(store_->CreateScene("gear", "of a gear"));
+  Fill("gear", 1, 3);
+  EXPECT_THAT(store_.Append("gear", 9, "not the next"),
+              StatusIs(absl::StatusCode::kFailedPrecondition));
+
+  ASSERT_OK_AND_ASSIGN(const SceneLog copy, store_->CopyScene("gear"));
+  EXPECT_EQ(copy.header, "of a gear");
+  EXPECT_THAT(copy.records, ElementsAre("gear 1", "gear 2", "gear 3"));
+  EXPECT_THAT(store_.Append("gear", 4, "x"), StatusIs(absl::StatusCode::kFailedPrecondition));
+  ASSERT_OK(store_->ReadScene("gear").status());
+  EXPECT_OK(store_.Append("gear", 4, "x"));
+  EXPECT_THAT(store_->CopyScene("knot"), StatusIs(absl::StatusCode::kNotFound));
+}
+
 TEST_P(StoreSuite, AnswersInTheOrderOfTheCalls) {
   ASSERT_OK(store_->CreateScene("gear", ""));
   constexpr uint64_t kRecords = 500;
