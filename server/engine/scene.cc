@@ -115,7 +115,8 @@ absl::StatusOr<Scene::Prepared> Scene::Prepare(const LatticeStructure& structure
     state.patch_tree = std::make_shared<const PatchTree>(*plan);
     state.influential = std::make_shared<const std::vector<bool>>(InfluentialPoints(*plan));
     const uint64_t bytes = HostBytes(target->memory()) + state.patch_tree->MemoryBytes() +
-                           LatticeBytes(structure) + LeastHistoryBytes(structure);
+                           LatticeBytes(structure) + LeastHistoryBytes(structure) +
+                           config_.stored_header.size();
     LATTICED_RETURN_IF_ERROR(memory.Resize("the scene's plan", bytes));
     auto slot = std::make_shared<TargetSlot>(&backend, std::move(target), plan, std::move(memory));
     state.plan = std::move(plan);

@@ -77,7 +77,7 @@ struct SceneConfig {
   std::string fingerprint;
   // The key of resume tokens; secret. Empty: a new one.
   std::string token_key;
-  // What a store keeps of it (server/store/records/header_codec.h). Empty without a store.
+  // What a store keeps of it (server/store/records/header_codec.h).
   std::string stored_header;
 };
 
@@ -144,6 +144,8 @@ class Scene : public RenderSource, public std::enable_shared_from_this<Scene> {
       ABSL_LOCKS_EXCLUDED(mutex_);
   // When it was last watched, held or edited.
   [[nodiscard]] absl::Time last_use() const ABSL_LOCKS_EXCLUDED(mutex_);
+  // The scene's log, as a store would have it: one snapshot, and no record. Only without a store: that has the log.
+  [[nodiscard]] SceneLog Copy() ABSL_LOCKS_EXCLUDED(edit_mutex_);
   // Frees the views and what the scene has on devices, unless somebody watches or holds the scene, or has a
   // view of it. They are made again when they are needed. Returns whether it freed any.
   bool Evict() ABSL_LOCKS_EXCLUDED(mutex_);

@@ -121,6 +121,18 @@ void Scene::MaybeSnapshot(const SceneRecord& record) {
   put.IgnoreError();
 }
 
+SceneLog Scene::Copy() {
+  SceneImage image;
+  {
+    const MutexLock lock(&edit_mutex_);
+    image = {
+        .history = editor_.image(), .box = applied_->box, .now = Now(), .commit_time = absl::Now()};
+  }
+  SceneLog log{.header = config_.stored_header, .snapshot_lsn = image.history.records};
+  if (log.snapshot_lsn > 0) log.snapshot = EncodeImage(image);
+  return log;
+}
+
 absl::Status Scene::AdmitEdit() {
   LATTICED_RETURN_IF_ERROR(ended());
   if (journal_.is_broken() && journal_.is_idle()) {

@@ -75,7 +75,7 @@ absl::Status CreateScene(const CallContext& context, const v1::CreateSceneReques
   const CallerAccount& caller = *context.call.account;
   config.account = caller.memory;
   config.token_key = NewRandomId();
-  if (env.store != nullptr) config.stored_header = StoredHeaderOf(request, config);
+  config.stored_header = StoredHeaderOf(request, config);
   LATTICED_RETURN_IF_ERROR(context.room.Hold(SceneReplyBytes(request)));
   // Create looks for the mesh again, because it may have been deleted meanwhile.
   const auto has_mesh = [&] {

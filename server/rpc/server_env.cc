@@ -118,7 +118,9 @@ absl::StatusOr<StoredMesh> ServerEnv::ReadMesh(const std::string& id) const {
   LATTICED_ASSIGN_OR_RETURN(const auto header, store->ReadMeshHeader(id));
   LATTICED_ASSIGN_OR_RETURN(auto bytes, store->ReadMesh(id));
   LATTICED_ASSIGN_OR_RETURN(auto room, memory->Reserve("the mesh", bytes.size(), nullptr));
-  LATTICED_ASSIGN_OR_RETURN(auto mesh, MeshFromStored(header, std::move(bytes), room));
+  LATTICED_ASSIGN_OR_RETURN(
+      auto mesh,
+      MeshFromStored(header, std::make_shared<const std::string>(std::move(bytes)), room));
   LATTICED_RETURN_IF_ERROR(room.Resize("the mesh", mesh.MemoryBytes()));
   mesh.memory = std::move(room);
   return mesh;

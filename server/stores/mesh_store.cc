@@ -25,7 +25,7 @@ absl::StatusOr<std::shared_ptr<const StoredMesh>> MeshStore::Add(StoredMesh mesh
   if (!absl::IsNotFound(found.status()) && !absl::IsDataLoss(found.status())) return found;
   // Without the lock: it may evict scenes, and the registry's lock comes before this one.
   LATTICED_RETURN_IF_ERROR(reservation.Resize("the mesh", mesh.MemoryBytes()));
-  mesh.create_time = absl::Now();
+  if (mesh.create_time == absl::Time()) mesh.create_time = absl::Now();
   const MutexLock store_lock(&store_mutex_);
   if (keeping_.store != nullptr) {
     LATTICED_RETURN_IF_ERROR(

@@ -52,7 +52,7 @@ struct StoredMesh : MeshDescription {
   std::shared_ptr<const PolygonMesh> mesh;
   Bounds bounds;                             // of mesh
   std::shared_ptr<const std::string> bytes;  // the upload as it came
-  absl::Time create_time;                    // set by MeshStore::Add
+  absl::Time create_time;                    // by MeshStore::Add, unless it is set
   MemoryReservation memory;                  // MemoryBytes(), by MeshStore::Add
 
   // What the budget counts: the upload and its mesh.
@@ -78,7 +78,7 @@ class MeshStore {
   };
   explicit MeshStore(Keeping keeping) : keeping_(std::move(keeping)) {}
 
-  // Keeps `mesh`, durably where there is a store, and sets its create time. The upload's reservation becomes
+  // Keeps `mesh`, durably where there is a store, and sets its create time if that is not set. The upload's reservation becomes
   // the mesh's. The same bytes twice are one mesh, which keeps the name, labels and units of the first upload;
   // in another format or layout they are kAlreadyExists. kResourceExhausted with asked and free bytes; the
   // store's errors.

@@ -95,13 +95,7 @@ absl::StatusOr<std::shared_ptr<Scene>> SceneRegistry::Create(
       return error::AlreadyExists("scene", IdOf(id));
     }
     if (asleep_.contains(id)) return error::AlreadyExists("scene", IdOf(id));
-    if (CountLocked() >= options_.max_scenes) {
-      return error::LimitExceeded("scenes", options_.max_scenes);
-    }
-    if (CountOfAccountLocked(config.account) >= most_of_account) {
-      return error::LimitExceeded("scenes of one caller", most_of_account);
-    }
-    if (going_meshes_.contains(mesh_id)) return error::NotFound("mesh", IdOf(mesh_id));
+    LATTICED_RETURN_IF_ERROR(CheckRoom(mesh_id, config.account, most_of_account));
     if (admit != nullptr) {
       LATTICED_RETURN_IF_ERROR(admit());
     }
@@ -129,9 +123,22 @@ absl::StatusOr<std::shared_ptr<Scene>> SceneRegistry::Create(
   return error::NotFound("mesh", IdOf(mesh_id));
 }
 
+absl::Status SceneRegistry::CheckRoom(const std::string& mesh_id, const MemoryAccountPtr& account,
+                                      size_t most_of_account) const {
+  if (CountLocked() >= options_.max_scenes) {
+    return error::LimitExceeded("scenes", options_.max_scenes);
+  }
+  if (CountOfAccountLocked(account) >= most_of_account) {
+    return error::LimitExceeded("scenes of one caller", most_of_account);
+  }
+  if (going_meshes_.contains(mesh_id)) return error::NotFound("mesh", IdOf(mesh_id));
+  return absl::OkStatus();
+}
+
 absl::StatusOr<std::shared_ptr<Scene>> SceneRegistry::Made(SceneConfig config, StopCheck stop) {
   const std::string id = config.id;
-  std::string header = std::exchange(config.stored_header, {});
+  std::string header;
+  if (options_.store != nullptr) header.swap(config.stored_header);  // it is kept there
   LATTICED_ASSIGN_OR_RETURN(auto scene, CatchBadAlloc("the scene", [&] {
                               return Scene::Create(std::move(config), context(), stop);
                             }));
@@ -256,7 +263,9 @@ size_t SceneRegistry::CountOfAccountLocked(const MemoryAccountPtr& account) cons
                                        [](const auto& s) { return s.second->config().account; });
   const auto in_making =
       std::ranges::count(creating_, account, [](const auto& c) { return c.second.account; });
-  return static_cast<size_t>(made + in_making);
+  const auto restored =
+      std::ranges::count(asleep_, account, [](const auto& s) { return s.second.account; });
+  return static_cast<size_t>(made + in_making + (account == nullptr ? 0 : restored));
 }
 
 size_t SceneRegistry::CountOfMeshLocked(std::string_view mesh_id) const {

@@ -77,6 +77,11 @@ class SceneRegistry {
       SceneConfig config, const std::function<absl::Status()>& admit = nullptr,
       StopCheck stop = NeverStop, size_t most_of_account = std::numeric_limits<size_t>::max())
       ABSL_LOCKS_EXCLUDED(mutex_);
+  // The scene of config.id as `log` left it, which has no records: a copy of another one. In a store it is asleep.
+  // kAlreadyExists; the errors of Create and of Scene::Restore.
+  [[nodiscard]] absl::Status Restore(SceneConfig config, SceneLog log,
+                                     const std::function<absl::Status()>& admit, StopCheck stop,
+                                     size_t most_of_account) ABSL_LOCKS_EXCLUDED(mutex_);
   // A scene of the store, which Find wakes. Until then it expires at `expires`.
   void AddAsleep(std::string id, std::string mesh_id, absl::Time expires)
       ABSL_LOCKS_EXCLUDED(mutex_);
@@ -192,6 +197,13 @@ class SceneRegistry {
   void LetGo(const std::shared_ptr<Scene>& scene, bool release) ABSL_LOCKS_EXCLUDED(mutex_);
   bool shared() const { return options_.store != nullptr && options_.store->shared(); }
   [[nodiscard]] absl::StatusOr<std::shared_ptr<Scene>> Made(SceneConfig config, StopCheck stop);
+  // Keeps a copy. Null where it is asleep.
+  [[nodiscard]] absl::StatusOr<std::shared_ptr<Scene>> Copied(SceneConfig config, SceneLog log,
+                                                              StopCheck stop);
+  // Why one more scene cannot be made of the mesh, for the account.
+  [[nodiscard]] absl::Status CheckRoom(const std::string& mesh_id, const MemoryAccountPtr& account,
+                                       size_t most_of_account) const
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   SceneContext context() { return {&render_backend_, &queue_, options_.store}; }
   // The budget's evictor: evicts scenes that nobody uses, the least recently used first.
   bool Evict(const MemoryShortage& shortage) ABSL_LOCKS_EXCLUDED(mutex_);
@@ -220,6 +232,7 @@ class SceneRegistry {
   struct Sleeper {
     std::string mesh_id;
     absl::Time expires;
+    MemoryAccountPtr account = nullptr;  // of who restored it
   };
   std::map<std::string, Sleeper, std::less<>> asleep_ ABSL_GUARDED_BY(mutex_);
   std::set<std::string, std::less<>> going_meshes_ ABSL_GUARDED_BY(mutex_);  // being deleted

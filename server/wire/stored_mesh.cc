@@ -86,7 +86,8 @@ absl::StatusOr<v1::Mesh> ListedFromStored(std::string_view header) {
   return listing;
 }
 
-absl::StatusOr<StoredMesh> MeshFromStored(std::string_view header, std::string bytes,
+absl::StatusOr<StoredMesh> MeshFromStored(std::string_view header,
+                                          std::shared_ptr<const std::string> bytes,
                                           MemoryReservation& reservation) {
   store::MeshHeader stored;
   v1::MeshHeader announced;
@@ -100,8 +101,7 @@ absl::StatusOr<StoredMesh> MeshFromStored(std::string_view header, std::string b
   upload.mesh.tenant = stored.tenant();
   LATTICED_ASSIGN_OR_RETURN(
       auto mesh,
-      ReadStoredMesh(std::move(upload), std::make_shared<const std::string>(std::move(bytes)),
-                     reservation, NeverStop));
+      ReadStoredMesh(std::move(upload), std::move(bytes), reservation, NeverStop));
   mesh.create_time = absl::FromUnixNanos(stored.create_time());
   return mesh;
 }

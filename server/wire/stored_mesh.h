@@ -31,7 +31,8 @@ namespace latticed {
 // mesh from both. kDataLoss; the errors of ReadStoredMesh.
 [[nodiscard]] std::string StoredHeaderOf(const StoredMesh& mesh);
 [[nodiscard]] absl::StatusOr<v1::Mesh> ListedFromStored(std::string_view header);
-[[nodiscard]] absl::StatusOr<StoredMesh> MeshFromStored(std::string_view header, std::string bytes,
+[[nodiscard]] absl::StatusOr<StoredMesh> MeshFromStored(std::string_view header,
+                                                        std::shared_ptr<const std::string> bytes,
                                                         MemoryReservation& reservation);
 
 }  // namespace latticed

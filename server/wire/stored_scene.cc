@@ -2,8 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/wire/stored_scene.h"
 
+#include <utility>
+
 #include "core/base/status_macros.h"
 #include "server/base/auth/tenant.h"
+#include "server/base/random_id.h"
 #include "server/store/records/header_codec.h"
 #include "server/store/records/scene_log.pb.h"
 #include "server/wire/scene_converters.h"
@@ -62,6 +65,34 @@ absl::StatusOr<SceneConfig> SceneConfigFromStored(std::string_view header, const
       SceneConfigFromProto(stored.request, mesh, stored.header.owner, stored.header.idle_ttl));
   config.create_time = stored.header.create_time;
   config.token_key = stored.header.token_key;
+  return config;
+}
+
+absl::StatusOr<std::string> HeaderForCopy(std::string_view header) {
+  store::SceneHeader stored;
+  if (!stored.ParseFromArray(header.data(), static_cast<int>(header.size()))) {
+    return absl::DataLossError("the header of the scene cannot be read");
+  }
+  stored.clear_token_key();
+  stored.clear_tenant();
+  return stored.SerializeAsString();
+}
+
+absl::StatusOr<SceneConfig> SceneConfigFromCopy(std::string_view header, const StoredMesh& mesh,
+                                                const std::optional<std::string>& owner) {
+  LATTICED_ASSIGN_OR_RETURN(auto stored, Decode(header));
+  LATTICED_RETURN_IF_ERROR(CheckCreateScene(stored.request));
+  if (stored.request.mesh() != IdOf(mesh.id)) return absl::DataLossError("it is of another mesh");
+  if (stored.header.idle_ttl <= absl::ZeroDuration()) {
+    return absl::DataLossError("it expires before it is made");
+  }
+  LATTICED_ASSIGN_OR_RETURN(
+      auto config, SceneConfigFromProto(stored.request, mesh, owner.value_or(stored.header.owner),
+                                        stored.header.idle_ttl));
+  config.lattice = std::move(stored.header.lattice);
+  config.create_time = stored.header.create_time;
+  config.token_key = NewRandomId();  // a token of the first scene is none of this one
+  config.stored_header = StoredHeaderOf(stored.request, config);
   return config;
 }
 

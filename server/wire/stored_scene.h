@@ -8,6 +8,7 @@
 #ifndef LATTICED_SERVER_WIRE_STORED_SCENE_H_
 #define LATTICED_SERVER_WIRE_STORED_SCENE_H_
 
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -33,6 +34,13 @@ struct StoredScene {
 // `mesh` is that mesh.
 [[nodiscard]] absl::StatusOr<SceneConfig> SceneConfigFromStored(std::string_view header,
                                                                 const StoredMesh& mesh);
+
+// The header without what must not leave the server: the secret of its tokens, and the name of its tenant.
+[[nodiscard]] absl::StatusOr<std::string> HeaderForCopy(std::string_view header);
+// The configuration of a scene in a copy, which anybody may have written: everything is checked, and the header is made
+// anew. `owner`, where given, becomes the owner. kInvalidArgument as of a request that makes such a scene; kDataLoss.
+[[nodiscard]] absl::StatusOr<SceneConfig> SceneConfigFromCopy(
+    std::string_view header, const StoredMesh& mesh, const std::optional<std::string>& owner);
 
 }  // namespace latticed
 

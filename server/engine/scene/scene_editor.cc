@@ -28,7 +28,10 @@ std::shared_ptr<const SceneState> SceneEditor::FirstState(
   planned.structure_id = history_.structure_id();
   planned.control_points =
       std::make_shared<const std::vector<Vec3d>>(history_.lattice().control_points);
-  planned.box = box.has_value() ? *box : FitQuantisationBox(BoundsOf(planned), 1);
+  const Bounds bounds = BoundsOf(planned);
+  planned.box = box.has_value() ? *box : FitQuantisationBox(bounds, 1);
+  // A box that was not made here, or by another build, may be too small.
+  if (!planned.box.Contains(bounds)) planned.box = FitQuantisationBox(bounds, planned.box.id + 1);
   planned.commit_time = commit_time;
   planned.gesture_open = history_.gesture_open();
   return std::make_shared<const SceneState>(std::move(planned));

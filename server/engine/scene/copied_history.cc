@@ -1,0 +1,82 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/engine/scene/copied_history.h"
+
+#include <chrono>
+#include <cmath>
+#include <cstdint>
+#include <string_view>
+#include <utility>
+
+#include "core/base/status_macros.h"
+#include "core/ffd/edit_history.h"
+#include "fmt/format.h"
+#include "server/store/records/scene_codec.h"
+
+namespace latticed {
+namespace {
+
+using TimePoint = EditHistory::TimePoint;
+
+// More than any scene can reach, and databases count to 2^63.
+constexpr uint64_t kMostCount = uint64_t{1} << 62;
+// The sum of two such times fits in nanoseconds.
+constexpr auto kLongestTime = std::chrono::hours(24 * 365 * 100);
+
+absl::Status CannotBe(std::string_view what) {
+  return absl::DataLossError(fmt::format("the history of a scene: {}", what));
+}
+
+bool IsTime(TimePoint time) {
+  return time >= TimePoint() - kLongestTime && time <= TimePoint() + kLongestTime;
+}
+
+bool IsOf(const EditStep& step, uint64_t clock) {
+  return step.id <= clock && step.structure_step <= clock && step.written_at <= clock &&
+         IsTime(step.last_heard);
+}
+
+absl::Status CheckCounts(const EditHistoryImage& history) {
+  for (const uint64_t count : {history.revision, history.structure_id, history.records,
+                               history.clock, history.base.structure_step}) {
+    if (count > kMostCount) return CannotBe("a number is out of range");
+  }
+  if (history.structure_id == 0) return CannotBe("a number is out of range");
+  // A later step must get an id that no step has.
+  if (history.base.structure_step > history.clock) return CannotBe("a step is of the future");
+  for (const EditStep& step : history.steps) {
+    if (!IsOf(step, history.clock)) return CannotBe("a step is of the future");
+  }
+  for (const UndoneStep& undone : history.undone) {
+    if (!IsOf(undone.step, history.clock) || undone.undone_at > history.clock) {
+      return CannotBe("a step is of the future");
+    }
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CheckBox(const QuantisationBox& box) {
+  const Vec3d& origin = box.origin;
+  const bool finite = std::isfinite(origin.x) && std::isfinite(origin.y) &&
+                      std::isfinite(origin.z) && std::isfinite(box.range);
+  if (!finite || box.range <= 0 || box.id > kMostCount) return CannotBe("its quantisation box");
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::Status CheckCopied(const SceneLog& log) {
+  if (log.snapshot_lsn == 0) {
+    return log.snapshot.empty() ? absl::OkStatus() : CannotBe("it has no edits, and is not empty");
+  }
+  LATTICED_ASSIGN_OR_RETURN(SceneImage image, DecodeImage(log.snapshot));
+  if (image.history.records != log.snapshot_lsn) return CannotBe("the number of its edits");
+  LATTICED_RETURN_IF_ERROR(CheckCounts(image.history));
+  LATTICED_RETURN_IF_ERROR(CheckBox(image.box));
+  if (!IsTime(image.now) || image.now < TimePoint() || image.commit_time < absl::UnixEpoch()) {
+    return CannotBe("its times");
+  }
+  return EditHistory::FromImage(std::move(image.history)).status();
+}
+
+}  // namespace latticed
