@@ -101,8 +101,8 @@ using NextPart = std::function<absl::StatusOr<std::optional<Message>>()>;
 template <typename Request, typename Message>
 using PartHandler = absl::StatusOr<NextPart<Message>> (*)(const CallContext&, const Request&);
 
-// What a part takes: some milliseconds of computing, or a copy.
-enum class Parts { kComputed, kCopied };
+// What a part takes: some milliseconds of computing, a copy, or reading from the store.
+enum class Parts { kComputed, kCopied, kRead };
 
 template <typename Request, typename Message>
 class PartStream final : public CallReactor<grpc::ServerWriteReactor<grpc::ByteBuffer>> {
@@ -125,7 +125,8 @@ class PartStream final : public CallReactor<grpc::ServerWriteReactor<grpc::ByteB
     EndWrite();
     if (!ok) return FinishCall(grpc::Status::CANCELLED);
     if (parts_ == Parts::kCopied) return WriteNext();
-    env_.Post(Lane::kQuick, *call_.account, [this] { WriteNext(); });
+    const Lane lane = parts_ == Parts::kRead ? Lane::kLong : Lane::kQuick;
+    env_.Post(lane, *call_.account, [this] { WriteNext(); });
   }
 
  private:

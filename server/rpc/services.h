@@ -22,6 +22,7 @@ struct ServerEnv;
 [[nodiscard]] std::unique_ptr<grpc::Service> MakeMeshService(ServerEnv* env);
 [[nodiscard]] std::unique_ptr<grpc::Service> MakeSceneService(ServerEnv* env);
 [[nodiscard]] std::unique_ptr<grpc::Service> MakeServerService(ServerEnv* env);
+[[nodiscard]] std::unique_ptr<grpc::Service> MakeBackupService(ServerEnv* env);
 
 // The whole answer of GetServerInfo.
 [[nodiscard]] v1::ServerInfo DescribeServer(ServerEnv& env);

@@ -27,7 +27,8 @@ absl::Status SceneRegistry::Restore(SceneConfig config, SceneLog log,
   {
     const MutexLock lock(&mutex_);
     LATTICED_RETURN_IF_ERROR(AwaitFree(id, stop));
-    if (scenes_.contains(id) || asleep_.contains(id)) return error::AlreadyExists("scene", IdOf(id));
+    if (scenes_.contains(id) || asleep_.contains(id))
+      return error::AlreadyExists("scene", IdOf(id));
     LATTICED_RETURN_IF_ERROR(CheckRoom(mesh_id, config.account, most_of_account));
     LATTICED_RETURN_IF_ERROR(admit());
     creating_[id] = {mesh_id, config.account};

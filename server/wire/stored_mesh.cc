@@ -100,10 +100,18 @@ absl::StatusOr<StoredMesh> MeshFromStored(std::string_view header,
   upload.mesh.owner = stored.owner();
   upload.mesh.tenant = stored.tenant();
   LATTICED_ASSIGN_OR_RETURN(
-      auto mesh,
-      ReadStoredMesh(std::move(upload), std::move(bytes), reservation, NeverStop));
+      auto mesh, ReadStoredMesh(std::move(upload), std::move(bytes), reservation, NeverStop));
   mesh.create_time = absl::FromUnixNanos(stored.create_time());
   return mesh;
+}
+
+absl::StatusOr<std::string> HeaderForTenant(std::string_view header, const std::string& tenant) {
+  store::MeshHeader stored;
+  if (!stored.ParseFromArray(header.data(), static_cast<int>(header.size()))) {
+    return absl::DataLossError("the header of the mesh cannot be read");
+  }
+  stored.set_tenant(tenant);
+  return stored.SerializeAsString();
 }
 
 }  // namespace latticed

@@ -35,6 +35,10 @@ namespace latticed {
                                                         std::shared_ptr<const std::string> bytes,
                                                         MemoryReservation& reservation);
 
+// The header of the same mesh, which belongs to `tenant`. kDataLoss.
+[[nodiscard]] absl::StatusOr<std::string> HeaderForTenant(std::string_view header,
+                                                          const std::string& tenant);
+
 }  // namespace latticed
 
 #endif  // LATTICED_SERVER_WIRE_STORED_MESH_H_

@@ -73,7 +73,8 @@ Client::Client(std::shared_ptr<grpc::Channel> channel, std::string token, std::s
       reachability_(std::make_unique<Reachability>(channel_, retry_for, std::move(observer))),
       server_(v1::ServerService::NewStub(channel_)),
       meshes_(v1::MeshService::NewStub(channel_)),
-      scenes_(v1::SceneService::NewStub(channel_)) {}
+      scenes_(v1::SceneService::NewStub(channel_)),
+      backups_(v1::BackupService::NewStub(channel_)) {}
 
 std::unique_ptr<grpc::ClientContext> Client::NewContext(const std::string& scene) const {
   auto context = std::make_unique<grpc::ClientContext>();

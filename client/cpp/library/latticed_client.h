@@ -18,6 +18,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <stop_token>
 #include <string>
 #include <string_view>
@@ -32,6 +33,7 @@
 #include "client/cpp/library/watch.h"
 #include "core/patches/patch_plan.h"
 #include "grpcpp/channel.h"
+#include "latticed/v1/backup.grpc.pb.h"
 #include "latticed/v1/mesh.grpc.pb.h"
 #include "latticed/v1/scene.grpc.pb.h"
 #include "latticed/v1/server.grpc.pb.h"
@@ -118,6 +120,17 @@ class Client {
   [[nodiscard]] absl::StatusOr<ExportedFile> Export(const v1::ExportRequest& request,
                                                     const Progress& progress = {});
 
+  // Streams a backup: `begin` is called first, and again where a broken connection makes the backup begin anew; then `take`
+  // with each part. An error of theirs ends it.
+  [[nodiscard]] absl::Status Backup(const v1::BackupRequest& request,
+                                    const std::function<absl::Status()>& begin,
+                                    const std::function<absl::Status(const v1::BackupPart&)>& take);
+  // Sends the parts that `next` gives, up to nullopt. It is tried once, when the server answers: after an error, items are
+  // there that came before.
+  [[nodiscard]] absl::StatusOr<v1::RestoreResponse> Restore(
+      const v1::RestoreOptions& options,
+      const std::function<absl::StatusOr<std::optional<v1::BackupPart>>()>& next);
+
   // Opens a stream of updates: see WatchStream.
   [[nodiscard]] absl::StatusOr<std::unique_ptr<WatchStream>> Watch(v1::WatchRequest watch,
                                                                    EventObserver observer = {});
@@ -160,6 +173,7 @@ class Client {
   std::unique_ptr<v1::ServerService::Stub> server_;
   std::unique_ptr<v1::MeshService::Stub> meshes_;
   std::unique_ptr<v1::SceneService::Stub> scenes_;
+  std::unique_ptr<v1::BackupService::Stub> backups_;
 };
 
 }  // namespace latticed::client

@@ -6,6 +6,7 @@
 
 #include "core/base/sha256.h"
 #include "fmt/format.h"
+#include "latticed/v1/backup.pb.h"
 #include "server/base/auth/tenant.h"
 #include "tests/server/support/raw_call.h"
 #include "tests/server/support/server_test.h"
@@ -134,8 +135,9 @@ class TokenServerTest : public ServerTest {
 
   static std::vector<const google::protobuf::MethodDescriptor*> AllMethods() {
     std::vector<const google::protobuf::MethodDescriptor*> methods;
-    for (const auto* file : {v1::MeshHeader::descriptor()->file(), v1::Scene::descriptor()->file(),
-                             v1::ServerInfo::descriptor()->file()}) {
+    for (const auto* file :
+         {v1::MeshHeader::descriptor()->file(), v1::Scene::descriptor()->file(),
+          v1::ServerInfo::descriptor()->file(), v1::BackupPart::descriptor()->file()}) {
       for (int s = 0; s < file->service_count(); ++s) {
         for (int m = 0; m < file->service(s)->method_count(); ++m) {
           methods.push_back(file->service(s)->method(m));
@@ -149,7 +151,7 @@ class TokenServerTest : public ServerTest {
 };
 
 TEST_F(TokenServerTest, NoRpcIsOpen) {
-  ASSERT_EQ(AllMethods().size(), 24u);
+  ASSERT_EQ(AllMethods().size(), 26u);
   for (const auto* method : AllMethods()) {
     EXPECT_THAT(CallEmpty(*method, ""), StatusIs(absl::StatusCode::kUnauthenticated))
         << method->full_name();
@@ -162,10 +164,10 @@ TEST_F(TokenServerTest, NoRpcIsOpen) {
 
 // Each refusal names the called rpc, so every row of the handlers' table has the right name.
 TEST_F(TokenServerTest, ReaderCannotEdit) {
-  const std::set<std::string> edits = {"MeshService/UploadMesh",   "MeshService/BeginUpload",
-                                       "MeshService/AppendUpload", "MeshService/FinishUpload",
-                                       "MeshService/DeleteMesh",   "SceneService/CreateScene",
-                                       "SceneService/DeleteScene", "SceneService/ApplyEdits"};
+  const std::set<std::string> edits = {
+      "MeshService/UploadMesh",   "MeshService/BeginUpload", "MeshService/AppendUpload",
+      "MeshService/FinishUpload", "MeshService/DeleteMesh",  "SceneService/CreateScene",
+      "SceneService/DeleteScene", "SceneService/ApplyEdits", "BackupService/Restore"};
   for (const auto* method : AllMethods()) {
     const std::string rpc = fmt::format("{}/{}", method->service()->name(), method->name());
     const absl::Status status = CallEmpty(*method, "Bearer token-r");

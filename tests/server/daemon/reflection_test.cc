@@ -32,10 +32,10 @@ class ReflectionTest : public SmallServerTest {
   }
 };
 
-TEST_F(ReflectionTest, ListsTheThreeServices) {
+TEST_F(ReflectionTest, ListsTheFourServices) {
   const std::string response = List();
-  for (const char* service :
-       {"latticed.v1.MeshService", "latticed.v1.SceneService", "latticed.v1.ServerService"}) {
+  for (const char* service : {"latticed.v1.MeshService", "latticed.v1.SceneService",
+                              "latticed.v1.ServerService", "latticed.v1.BackupService"}) {
     EXPECT_NE(response.find(Field(1, service)), std::string::npos) << service;
   }
 }

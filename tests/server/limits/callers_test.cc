@@ -254,18 +254,16 @@ TEST_F(TwoCallersTest, TooManyWrongTokensWaitAndRightOnesPass) {
 }
 
 TEST_F(TwoCallersTest, WhatNobodyCanParseIsInvalidInEveryRpc) {
-  for (const char* rpc : {"MeshService/UploadMesh",    "MeshService/BeginUpload",
-                          "MeshService/AppendUpload",  "MeshService/FinishUpload",
-                          "MeshService/GetMesh",       "MeshService/ListMeshes",
-                          "MeshService/DeleteMesh",    "MeshService/DownloadMesh",
-                          "SceneService/CreateScene",  "SceneService/GetScene",
-                          "SceneService/ListScenes",   "SceneService/DeleteScene",
-                          "SceneService/GetLattice",   "SceneService/GetTopology",
-                          "SceneService/GetPatchPlan", "SceneService/ApplyEdits",
-                          "SceneService/Deform",       "SceneService/Watch",
-                          "SceneService/GetUpdate",    "SceneService/ControlWatch",
-                          "SceneService/Export",       "SceneService/EvaluatePoints",
-                          "SceneService/Pick",         "ServerService/GetServerInfo"}) {
+  for (const char* rpc :
+       {"MeshService/UploadMesh",      "MeshService/BeginUpload",   "MeshService/AppendUpload",
+        "MeshService/FinishUpload",    "MeshService/GetMesh",       "MeshService/ListMeshes",
+        "MeshService/DeleteMesh",      "MeshService/DownloadMesh",  "SceneService/CreateScene",
+        "SceneService/GetScene",       "SceneService/ListScenes",   "SceneService/DeleteScene",
+        "SceneService/GetLattice",     "SceneService/GetTopology",  "SceneService/GetPatchPlan",
+        "SceneService/ApplyEdits",     "SceneService/Deform",       "SceneService/Watch",
+        "SceneService/GetUpdate",      "SceneService/ControlWatch", "SceneService/Export",
+        "SceneService/EvaluatePoints", "SceneService/Pick",         "ServerService/GetServerInfo",
+        "BackupService/Backup",        "BackupService/Restore"}) {
     const std::string method = std::string("/latticed.v1.") + rpc;
     const grpc::Status status =
         RawCall(server_->channel(), method, "\xff\xff\xff", nullptr, "Bearer token-e");
