@@ -70,8 +70,9 @@ absl::Status ReadRecords(PgConnection& connection, std::string_view id, int64_t 
 
 absl::Status ReadAll(PgConnection& connection, std::optional<int64_t> session, std::string_view id,
                      PgScene& scene) {
-  LATTICED_ASSIGN_OR_RETURN(const PgRows rows,
-                            connection.Execute(kScene, PgParameters().Bytes(id).Number(session.value_or(0))));
+  LATTICED_ASSIGN_OR_RETURN(
+      const PgRows rows,
+      connection.Execute(kScene, PgParameters().Bytes(id).Number(session.value_or(0))));
   if (rows.empty()) return error::NotFound("scene", id);
   if (session.has_value() && rows.Number(0, 4) == 0) return error::SceneNotOwned(id);
   const int64_t number = rows.Number(0, 0);

@@ -25,8 +25,7 @@ constexpr char kCreate[] =
     "INSERT INTO latticed.scene(id, session, sum, header) SELECT $3, session, $4, $5 FROM me "
     "ON CONFLICT(id) DO NOTHING RETURNING number";
 // The number comes first, since the snapshot's checksum is of it.
-constexpr char kNextNumber[] =
-    "SELECT nextval(pg_get_serial_sequence('latticed.scene', 'number'))";
+constexpr char kNextNumber[] = "SELECT nextval(pg_get_serial_sequence('latticed.scene', 'number'))";
 constexpr char kCreateAt[] =
     ", made AS (INSERT INTO latticed.scene(number, id, session, sum, header, snapshot_lsn) "
     "OVERRIDING SYSTEM VALUE SELECT $6, $3, session, $4, $5, $7 FROM me "

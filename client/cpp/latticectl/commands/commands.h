@@ -29,6 +29,7 @@ void AddExportCommand(CLI::App& app, CommandLine& line);
 void AddBenchCommand(CLI::App& app, CommandLine& line);  // starts latticectl-bench
 void AddStoreCommand(CLI::App& app, CommandLine& line);  // store check: starts latticectl-store
 void AddQuickstartCommand(CLI::App& app, CommandLine& line);
+void AddBackupCommands(CLI::App& app, CommandLine& line);  // backup, restore
 void AddCompletionCommand(CLI::App& app, CommandLine& line);
 void AddManCommand(CLI::App& app, CommandLine& line);
 
