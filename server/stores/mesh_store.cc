@@ -46,6 +46,8 @@ std::shared_ptr<const StoredMesh> MeshStore::Keep(StoredMesh mesh) {
 
 absl::StatusOr<std::shared_ptr<const StoredMesh>> MeshStore::Find(std::string_view id) {
   const std::string key(id);
+  // Destroyed after the lock is released.
+  const std::shared_ptr<const StoredMesh> deleted = TakeDeletedElsewhere(key);
   {
     const MutexLock lock(&mutex_);
     AwaitFree(key);
@@ -59,6 +61,17 @@ absl::StatusOr<std::shared_ptr<const StoredMesh>> MeshStore::Find(std::string_vi
   auto mesh = Read(key);
   const MutexLock lock(&mutex_);
   busy_.erase(key);
+  return mesh;
+}
+
+std::shared_ptr<const StoredMesh> MeshStore::TakeDeletedElsewhere(const std::string& id) {
+  if (keeping_.store == nullptr || !keeping_.store->shared()) return nullptr;
+  std::shared_ptr<const StoredMesh> mesh = InMemory(id);
+  if (mesh == nullptr || !absl::IsNotFound(keeping_.store->ReadMeshHeader(id).status()))
+    return nullptr;
+  const MutexLock lock(&mutex_);
+  const auto found = meshes_.find(id);
+  if (found != meshes_.end() && found->second.mesh == mesh) meshes_.erase(found);
   return mesh;
 }
 

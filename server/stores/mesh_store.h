@@ -109,6 +109,8 @@ class MeshStore {
     absl::Time last_use;
   };
   std::shared_ptr<const StoredMesh> Keep(StoredMesh mesh) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // Takes a mesh out of memory that another server has deleted from the store.
+  std::shared_ptr<const StoredMesh> TakeDeletedElsewhere(const std::string& id);
   void AwaitFree(const std::string& id) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   // Called by one thread at a time for an id.
   [[nodiscard]] absl::StatusOr<std::shared_ptr<const StoredMesh>> Read(const std::string& id);

@@ -152,6 +152,25 @@ TEST_F(MovesTest, AFullServerSendsAStoredSceneToTheFreest) {
   EXPECT_OK(SceneOwner(*scenes_, &scene).second);
 }
 
+TEST_F(MovesTest, AMeshThatAnotherServerDeletedIsUploadedAnew) {
+  const std::string mesh = Upload(kGridObj);
+  v1::GetMeshRequest get;
+  get.set_mesh(mesh);
+  Reach(two_->channel());
+  ASSERT_OK(Call(&Meshes::GetMesh, get)) << "it is in the memory of both servers now";
+  v1::DeleteMeshRequest deletion;
+  deletion.set_mesh(mesh);
+  ASSERT_OK(Call(&Meshes::DeleteMesh, deletion));
+
+  Reach(server_->channel());
+  ExpectRefused(Call(&Meshes::GetMesh, get), absl::StatusCode::kNotFound, "NOT_FOUND");
+  EXPECT_EQ(Upload(kGridObj), mesh);
+
+  Reach(two_->channel());
+  EXPECT_OK(Call(&Meshes::GetMesh, get));
+  EXPECT_EQ(MeshCount(), 1);
+}
+
 TEST_F(MovesTest, TheStreamsOfADrainingServerAreToldToGoOnAtOnce) {
   CreateScene();
   DeformClient client(*scenes_, Watch(), {{"x-forwarded-for", "192.0.2.7"}});
