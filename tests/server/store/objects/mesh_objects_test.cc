@@ -82,6 +82,23 @@ class MeshObjectsTest : public ::testing::TestWithParam<std::string> {
   std::unique_ptr<Place> place_;
 };
 
+TEST_P(MeshObjectsTest, KeepsTheMeshesOfTenantsApart) {
+  const std::string bytes = "mesh 1", hash = Sha256Hex(bytes);
+  for (const std::string& id : {hash, "acme/" + hash, "new-1/" + hash}) {
+    const absl::StatusOr<std::string> written = meshes().Write(id, bytes);
+    ASSERT_OK(written.status());
+    ASSERT_OK(meshes().Publish(*written, id, bytes));
+  }
+  place_->Flip(hash + ".acme");
+
+  EXPECT_THAT(meshes().Read("acme/" + hash),
+              StatusIs(absl::StatusCode::kDataLoss, HasSubstr("another hash")));
+  EXPECT_OK(meshes().Remove("acme/" + hash));
+  EXPECT_THAT(meshes().Read("acme/" + hash), StatusIs(absl::StatusCode::kDataLoss));
+  EXPECT_EQ(meshes().Read(hash).value_or(""), bytes);
+  EXPECT_EQ(meshes().Read("new-1/" + hash).value_or(""), bytes);
+}
+
 TEST_P(MeshObjectsTest, KeepsBytes) {
   std::string large(9'000'001, '\0');  // more than one part of a transfer, and all bytes
   for (size_t i = 0; i < large.size(); ++i) large[i] = static_cast<char>(i * i / 255);
