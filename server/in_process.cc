@@ -113,6 +113,7 @@ absl::StatusOr<std::unique_ptr<InProcessServer>> InProcessServer::ServeOn(
   std::unique_ptr<InProcessServer> result(new InProcessServer);
   result->env_ = std::make_unique<ServerEnv>(std::move(options), std::move(backends),
                                              std::move(authenticator), std::move(store));
+  LATTICED_RETURN_IF_ERROR(result->env_->ReadQuotas());
   if (result->env_->store != nullptr) {
     LATTICED_RETURN_IF_ERROR(RestoreStored(*result->env_));
   }
@@ -163,7 +164,8 @@ std::string InProcessServer::metrics() const {
 
 absl::Status InProcessServer::Reload(const Options& options) {
   SetLogLevel(options.log_level);
-  const absl::Status renewed = env_->RenewTokens();
+  absl::Status renewed = env_->RenewTokens();
+  renewed.Update(env_->ReadQuotas());
   LATTICED_ASSIGN_OR_RETURN(const auto tls, ReadTls(env_->options));
   if (tls == nullptr) return renewed;
   LATTICED_RETURN_IF_ERROR(server_->SetTls(*tls));

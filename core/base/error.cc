@@ -156,6 +156,20 @@ absl::Status Throttled(std::string_view problem, absl::Duration wait) {
                .retry_after_ms = static_cast<uint32_t>(absl::ToInt64Milliseconds(rounded))});
 }
 
+absl::Status QuotaExceeded(std::string_view what, uint64_t quota, uint64_t used, uint64_t asked,
+                           absl::Duration wait) {
+  return Make(absl::StatusCode::kResourceExhausted,
+              fmt::format("the tenant's quota of {} is {}: {} are used, {} more were asked for",
+                          what, quota, used, asked),
+              {.reason = kQuotaExceededReason,
+               .metadata = {{"what", std::string(what)},
+                            {"quota", fmt::to_string(quota)},
+                            {"used", fmt::to_string(used)},
+                            {"asked", fmt::to_string(asked)}},
+               .retry_after_ms = static_cast<uint32_t>(
+                   absl::ToInt64Milliseconds(absl::Ceil(wait, absl::Milliseconds(1))))});
+}
+
 absl::Status FailedPrecondition(std::string_view reason, std::string_view message) {
   return Make(absl::StatusCode::kFailedPrecondition, message, {.reason = std::string(reason)});
 }

@@ -64,6 +64,11 @@ inline constexpr char kShareKey[] = "share";
 [[nodiscard]] absl::Status LimitExceeded(std::string_view what, uint64_t limit);
 // RESOURCE_EXHAUSTED, reason LIMIT_EXCEEDED: the caller is too fast and should wait.
 [[nodiscard]] absl::Status Throttled(std::string_view problem, absl::Duration wait);
+// RESOURCE_EXHAUSTED, reason QUOTA_EXCEEDED: a tenant may have `quota` of `what`, has `used`, and asks for more.
+// `wait` is zero where waiting does not help.
+inline constexpr char kQuotaExceededReason[] = "QUOTA_EXCEEDED";
+[[nodiscard]] absl::Status QuotaExceeded(std::string_view what, uint64_t quota, uint64_t used,
+                                         uint64_t asked, absl::Duration wait);
 [[nodiscard]] absl::Status FailedPrecondition(std::string_view reason, std::string_view message);
 [[nodiscard]] absl::Status Aborted(std::string_view reason, std::string_view message);
 [[nodiscard]] absl::Status AlreadyExists(std::string_view kind, std::string_view id);

@@ -154,6 +154,9 @@ void Define(CLI::App& app, Options& o) {
   app.add_option("--jwt-issuer", o.jwt_issuer, "The claim 'iss' that JSON web tokens must have");
   app.add_option("--jwt-audience", o.jwt_audience,
                  "The claim 'aud' that JSON web tokens must have");
+  app.add_option("--quota-file", o.quota_file,
+                 "What each tenant may have, JSON: server/base/quotas/quota_table.h; read again "
+                 "when replaced");
   app.add_option("--caller-share", o.caller_share,
                  "Largest part of each limit that one caller may have: a token's name, else an "
                  "address; 1: no limit by caller")

@@ -16,6 +16,7 @@
 #include "server/base/process_memory.h"
 #include "server/base/telemetry.h"
 #include "server/edge/metric_families.h"
+#include "server/rpc/access/quota_access.h"
 #include "server/rpc/call_counts.h"
 #include "server/rpc/server_env.h"
 #include "server/rpc/services.h"
@@ -49,6 +50,24 @@ void AddStores(ServerEnv& env, const v1::ServerInfo& info, MetricFamilies& out) 
   out.Counter("latticed_give_backs_total",
               "Times that an unused scene gave memory back to make room for another.")
       .Add(info.backends(0).give_backs());
+}
+
+// Of the tenants that --quota-file names: others may be many. A store that is shared is not asked: it may not answer.
+void AddTenants(ServerEnv& env, MetricFamilies& out) {
+  auto quota = out.Gauge("latticed_tenant_quota", "What a tenant may have, by kind.");
+  auto used = out.Gauge("latticed_tenant_used", "What it has; of a rate, within a second.");
+  auto refused = out.Counter("latticed_tenant_refused_total", "Refusals for want of quota.");
+  if (env.store != nullptr && env.store->shared()) return;
+  for (const auto& [tenant, entry] : env.quotas.table().named()) {
+    const auto uses = QuotasOf(env, tenant);
+    if (!uses.ok()) continue;  // the store does not answer, which other metrics say
+    for (const QuotaInUse& use : *uses) {
+      const MetricFamilies::Labels labels = {{"tenant", tenant}, {"what", QuotaName(use.kind)}};
+      quota.Add(use.quota, labels);
+      used.Add(use.used, labels);
+      refused.Add(env.quotas.Refused(tenant, use.kind), labels);
+    }
+  }
 }
 
 void AddHostMemory(const v1::ServerInfo& info, MetricFamilies& out) {
@@ -241,6 +260,7 @@ std::string MetricsText(ServerEnv& env, const ConnectionCounts& grpc,
   MetricFamilies families;
   AddServer(env, info, families);
   AddStores(env, info, families);
+  AddTenants(env, families);
   AddHostMemory(info, families);
   AddDevices(info, families);
   AddEngine(env.scenes->counts(), families);

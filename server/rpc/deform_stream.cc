@@ -365,6 +365,7 @@ absl::Status DeformStream::Apply(const v1::EditBatch& batch, Scene::EditDone don
   if (!batch.scene().empty() && batch.scene() != IdOf(stream->scene().id())) {
     return error::InvalidField("scene", "is not the scene of the stream", "SCENE_MISMATCH");
   }
+  LATTICED_RETURN_IF_ERROR(env_->quotas.TakeEdit(call_.caller.tenant, absl::Now()));
   Scene& scene = stream->mutable_scene();
   const auto stop = [this] {
     return cancelled_ ? absl::CancelledError("the stream was cancelled") : absl::OkStatus();

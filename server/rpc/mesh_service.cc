@@ -10,6 +10,7 @@
 #include "latticed/v1/mesh.grpc.pb.h"
 #include "server/base/auth/tenant.h"
 #include "server/base/labels.h"
+#include "server/rpc/access/quota_access.h"
 #include "server/rpc/access/tenant_access.h"
 #include "server/rpc/method.h"
 #include "server/rpc/server_env.h"
@@ -36,6 +37,7 @@ absl::Status BeginUpload(const CallContext& context, const v1::BeginUploadReques
                             FromProto(request.header(), context.env.options.max_mesh_bytes));
   header.mesh.owner = context.call.caller.name;
   header.mesh.tenant = context.call.caller.tenant;
+  LATTICED_RETURN_IF_ERROR(CheckUploadQuota(context.env, header));
   LATTICED_ASSIGN_OR_RETURN(auto upload, uploads.Admit(std::move(header), *context.call.account));
   response.set_upload_id(uploads.Keep(std::move(upload), context.call.caller.tenant));
   SetTime(uploads.ExpireTime(), *response.mutable_expire_time());

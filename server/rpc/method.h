@@ -30,6 +30,7 @@
 #include <string>
 #include <utility>
 
+#include <grpcpp/alarm.h>
 #include <grpcpp/grpcpp.h>
 
 #include "absl/status/statusor.h"
@@ -66,6 +67,7 @@ class UnaryCall final : public CallReactor<grpc::ServerUnaryReactor> {
       LATTICED_RETURN_IF_ERROR(handler({*env, call_, room_}, request_, response));
       LATTICED_RETURN_IF_ERROR(room_.Hold(ReplyBytes(response)));
       *reply = ToBytes(response);
+      env->quotas.TakeBytes(call_.caller.tenant, reply->Length(), absl::Now());
       return absl::OkStatus();
     };
     Work(*env, lane, request, request_, work,
@@ -114,6 +116,9 @@ class PartStream final : public CallReactor<grpc::ServerWriteReactor<grpc::ByteB
     if (!Begin(*env, context, rpc)) return;
     room_.Open(*env, call_);
     const auto work = [=, this]() -> absl::Status {
+      constexpr bool kWatches = false;
+      LATTICED_RETURN_IF_ERROR(
+          env->quotas.OpenStream(call_.caller.tenant, kWatches, absl::Now()).status());
       LATTICED_ASSIGN_OR_RETURN(next_, open({*env, call_, room_}, request_));
       return absl::OkStatus();
     };
@@ -124,12 +129,17 @@ class PartStream final : public CallReactor<grpc::ServerWriteReactor<grpc::ByteB
   void OnWriteDone(bool ok) override {
     EndWrite();
     if (!ok) return FinishCall(grpc::Status::CANCELLED);
+    if (open_at_ <= absl::Now()) return GoOn();
+    pace_ = std::make_unique<grpc::Alarm>();
+    pace_->Set(absl::ToChronoTime(open_at_), [this](bool) { GoOn(); });
+  }
+
+ private:
+  void GoOn() {
     if (parts_ == Parts::kCopied) return WriteNext();
     const Lane lane = parts_ == Parts::kRead ? Lane::kLong : Lane::kQuick;
     env_.Post(lane, *call_.account, [this] { WriteNext(); });
   }
-
- private:
   void WriteNext() {
     if (call_.context->IsCancelled()) return FinishCall(grpc::Status::CANCELLED);
     if (auto s = CheckTokenTime(call_.caller, absl::Now()); !s.ok()) return FinishCall(s);
@@ -138,6 +148,7 @@ class PartStream final : public CallReactor<grpc::ServerWriteReactor<grpc::ByteB
     if (!message->has_value()) return FinishCall(grpc::Status::OK);
     if (auto s = room_.Hold(ReplyBytes(**message)); !s.ok()) return FinishCall(s);
     part_ = ToBytes(**message);
+    open_at_ = env_.quotas.TakeBytes(call_.caller.tenant, part_.Length(), absl::Now());
     BeginWrite();
     StartWrite(&part_);
   }
@@ -147,6 +158,8 @@ class PartStream final : public CallReactor<grpc::ServerWriteReactor<grpc::ByteB
   Request request_;
   NextPart<Message> next_;
   grpc::ByteBuffer part_;
+  absl::Time open_at_;                 // for the next part, by the tenant's quota of bytes
+  std::unique_ptr<grpc::Alarm> pace_;  // an alarm runs once
   ReplyRoom room_;  // for the largest part so far
 };
 

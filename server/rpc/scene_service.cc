@@ -22,6 +22,7 @@
 #include "server/engine/exports/surface_export.h"
 #include "server/engine/watch/view_tolerance.h"
 #include "server/engine/watch_control.h"
+#include "server/rpc/access/quota_access.h"
 #include "server/rpc/access/tenant_access.h"
 #include "server/rpc/deform_stream.h"
 #include "server/rpc/method.h"
@@ -82,9 +83,11 @@ absl::Status CreateScene(const CallContext& context, const v1::CreateSceneReques
     return env.meshes.InMemory(mesh->id) != nullptr ? absl::OkStatus()
                                                     : error::NotFound("mesh", request.mesh());
   };
+  LATTICED_ASSIGN_OR_RETURN(auto check_quota, SceneQuotaCheck(env, context.call.caller.tenant));
   const auto scene = env.scenes->Create(
       std::move(config), has_mesh, [&] { return CheckCancelled(context.call); },
-      caller.ShareOf(static_cast<size_t>(env.options.max_scenes)));
+      {.of_account = caller.ShareOf(static_cast<size_t>(env.options.max_scenes)),
+       .of_tenant = std::move(check_quota)});
   const absl::Status made = OrOnFreerServer(env, scene.status());
   NoteOwner(env, context.call, made);
   LATTICED_RETURN_IF_ERROR(made);
@@ -119,6 +122,7 @@ absl::Status GetLattice(const CallContext& context, const v1::GetLatticeRequest&
 absl::Status ApplyEdits(const CallContext& context, const v1::EditBatch& request,
                         v1::EditResult& response) {
   LATTICED_ASSIGN_OR_RETURN(const auto scene, SceneOf(context, request.scene()));
+  LATTICED_RETURN_IF_ERROR(context.env.quotas.TakeEdit(context.call.caller.tenant, absl::Now()));
   const auto begun = Clock::now();
   LATTICED_ASSIGN_OR_RETURN(const auto summary,
                             scene->ApplyEdits(BatchFromProto(request, *scene->config().mesh),

@@ -76,6 +76,8 @@ absl::StatusOr<std::shared_ptr<SceneStream>> SceneStream::Open(ServerEnv* env,
   if (const size_t share = caller.ShareOf(most); scene->WatchersOf(*caller.memory) >= share) {
     return error::LimitExceeded("watchers of a scene for one caller", share);
   }
+  LATTICED_ASSIGN_OR_RETURN(
+      auto place, env->quotas.OpenStream(TenantOf(scene->id()), !options.only_update, absl::Now()));
   options.watcher.account = caller.memory;
   const std::shared_ptr<SceneStream> stream(new SceneStream(env, std::move(scene), options, sink));
   const uint64_t bytes = MostMessageBytes(*stream->scene_->State(), options.watcher.view.key);
@@ -86,6 +88,7 @@ absl::StatusOr<std::shared_ptr<SceneStream>> SceneStream::Open(ServerEnv* env,
   LATTICED_ASSIGN_OR_RETURN(auto watcher, Watcher::Create(stream->scene_, options.watcher));
   const MutexLock lock(&stream->mutex_);
   stream->room_ = std::move(room);
+  stream->place_ = std::move(place);
   stream->watcher_ = std::move(watcher);
   return stream;
 }
@@ -94,9 +97,7 @@ void SceneStream::Start() {
   const std::weak_ptr<SceneStream> weak = weak_from_this();
   if (!only_update_) Greet();
   scene_->AddListener(weak);
-  if (!only_update_) {
-    env_->scenes->AddWatch(TenantKey(TenantOf(scene_->id()), watch_id_), weak);
-  }
+  if (!only_update_) env_->scenes->AddWatch(TenantKey(TenantOf(scene_->id()), watch_id_), weak);
   {
     const MutexLock lock(&drain_mutex_);
     if (!closed_) {
@@ -125,12 +126,14 @@ void SceneStream::Greet() {
 void SceneStream::Pump() {
   if (state_ != StreamState::kIdle) return;
   if (AtEnd()) return FinishLocked(grpc::Status::OK);
+  if (absl::Now() < open_at_) return WakeAt(open_at_);
   auto buffer = CatchBadAlloc(
       "the stream", [this]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return NextBuffer(); });
   if (!buffer.ok()) return FinishLocked(ToGrpcStatus(buffer.status()));
   if (!buffer->has_value()) return;
   state_ = StreamState::kWriting;
   writing_ = **std::move(buffer);
+  open_at_ = env_->quotas.TakeBytes(TenantOf(scene_->id()), writing_.Length(), absl::Now());
   sink_->Write(&writing_);
 }
 

@@ -40,6 +40,7 @@
 #include "absl/time/time.h"
 #include "core/base/mutex.h"
 #include "latticed/v1/scene.pb.h"
+#include "server/base/quotas/tenant_quotas.h"
 #include "server/engine/memory/memory_budget.h"
 #include "server/engine/scene.h"
 #include "server/engine/scene/presence.h"
@@ -78,7 +79,7 @@ class SceneStream : public SceneListener,
   };
   // Opens the watch of `scene`; nothing is written before Start. The sink lives until its reactor
   // is done, which is after Finish. Watcher::Create's errors, and kResourceExhausted where there is
-  // no room for a message.
+  // no room for a message, or the tenant's quota is used up.
   // It is charged to options.watcher.account.
   [[nodiscard]] static absl::StatusOr<std::shared_ptr<SceneStream>> Open(
       ServerEnv* env, const CallerAccount& caller, std::shared_ptr<Scene> scene, Options options,
@@ -148,6 +149,7 @@ class SceneStream : public SceneListener,
   const std::string watch_id_;
   const std::string editor_id_;  // may be empty
   const MemoryAccountPtr account_;
+  TenantQuotas::Place place_;  // null for GetUpdate
   // Start and Close may run at the same time. This lock comes before mutex_.
   Mutex drain_mutex_;
   bool closed_ ABSL_GUARDED_BY(drain_mutex_) = false;
@@ -173,6 +175,7 @@ class SceneStream : public SceneListener,
   std::unique_ptr<grpc::Alarm> heartbeat_ ABSL_GUARDED_BY(mutex_);
   // For wake_at of watcher and presence.
   std::unique_ptr<grpc::Alarm> pace_ ABSL_GUARDED_BY(mutex_);
+  absl::Time open_at_ ABSL_GUARDED_BY(mutex_) = absl::InfinitePast();  // by the tenant's quota of bytes
   absl::Time pace_time_ ABSL_GUARDED_BY(mutex_) = absl::InfiniteFuture();
 };
 

@@ -102,6 +102,7 @@ ServerEnv::ServerEnv(Options options_in, std::vector<std::unique_ptr<Backend>> b
                   },
               .on_evict = LogEviction})),
       jwks_file_(options.jwks_file),
+      quota_file_(options.quota_file),
       authenticator_(std::make_shared<const Authenticator>(std::move(authenticator_in))),
       workers_(std::in_place,
                std::clamp(std::thread::hardware_concurrency() / kCoresOfQuickWorker,
@@ -148,6 +149,23 @@ void ServerEnv::KeepHouse() {
   wrong_tokens.Forget(now);
   callers.DropUnused();
   RenewKeys();
+  RenewQuotas();
+}
+
+absl::Status ServerEnv::ReadQuotas() {
+  LATTICED_ASSIGN_OR_RETURN(QuotaTable table, QuotaTable::FromFile(options.quota_file));
+  quotas.SetTable(std::move(table));
+  return absl::OkStatus();
+}
+
+void ServerEnv::RenewQuotas() {
+  if (!quota_file_.Changed()) return;
+  if (const absl::Status read = ReadQuotas(); !read.ok()) {
+    LogEvent(spdlog::level::err, "the quotas stay as they were",
+             {{"error", std::string(read.message())}});
+    return;
+  }
+  LogEvent(spdlog::level::info, "the quotas of tenants were read", {{"file", options.quota_file}});
 }
 
 void ServerEnv::RenewKeys() {

@@ -27,6 +27,7 @@
 #include "server/base/auth/watched_file.h"
 #include "server/base/options.h"
 #include "server/base/process_memory.h"
+#include "server/base/quotas/tenant_quotas.h"
 #include "server/base/watchdog.h"
 #include "server/base/worker_lanes.h"
 #include "server/rpc/stalled_calls.h"
@@ -66,6 +67,8 @@ struct ServerEnv {
       ABSL_LOCKS_EXCLUDED(mutex_);
   // Reads tokens and their keys again. kInvalidArgument if a file cannot be used; what it held stays.
   [[nodiscard]] absl::Status RenewTokens() ABSL_LOCKS_EXCLUDED(renewal_, mutex_);
+  // Reads --quota-file. kInvalidArgument if it cannot be used; then the quotas stay.
+  [[nodiscard]] absl::Status ReadQuotas();
   // Scenes use the first backend.
   Backend& backend() const { return *backends.front(); }
 
@@ -83,6 +86,7 @@ struct ServerEnv {
   const std::vector<std::unique_ptr<Backend>> backends;
   Callers callers;
   TokenThrottle wrong_tokens;
+  TenantQuotas quotas;
   StalledCalls stalled_calls;
   const std::shared_ptr<MemoryBudget> memory;
   const std::shared_ptr<MemoryBudget> requests;  // requests that wait for a worker
@@ -94,13 +98,14 @@ struct ServerEnv {
 
  private:
   void KeepHouse();
+  void RenewQuotas();
   void RenewKeys() ABSL_LOCKS_EXCLUDED(renewal_, mutex_);
   void SetAuthenticator(std::shared_ptr<const Authenticator> authenticator)
       ABSL_LOCKS_EXCLUDED(mutex_);
   [[nodiscard]] absl::StatusOr<StoredMesh> ReadMesh(const std::string& id) const;
   [[nodiscard]] absl::StatusOr<SceneConfig> ConfigOf(std::string_view header);
 
-  WatchedFile jwks_file_;  // used by KeepHouse only
+  WatchedFile jwks_file_, quota_file_;  // used by KeepHouse only
   Mutex renewal_;          // before mutex_: held from reading the files until what they hold counts
   mutable Mutex mutex_;
   std::shared_ptr<const Authenticator> authenticator_ ABSL_GUARDED_BY(mutex_);

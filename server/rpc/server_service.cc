@@ -1,8 +1,10 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 #include "core/base/limits.h"
+#include "core/base/status_macros.h"
 #include "latticed/v1/server.grpc.pb.h"
 #include "server/base/version.h"
+#include "server/rpc/access/quota_access.h"
 #include "server/rpc/method.h"
 #include "server/rpc/server_env.h"
 #include "server/rpc/services.h"
@@ -135,12 +137,22 @@ namespace {
 absl::Status GetServerInfo(const CallContext& context, const v1::GetServerInfoRequest&,
                            v1::ServerInfo& response) {
   response = DescribeServer(context.env);
+  const std::string& tenant = context.call.caller.tenant;
+  response.set_tenant(tenant);
+  LATTICED_ASSIGN_OR_RETURN(const auto uses, QuotasOf(context.env, tenant));
+  for (const QuotaInUse& use : uses) {
+    v1::QuotaUse& out = *response.add_quotas();
+    out.set_what(QuotaName(use.kind));
+    out.set_quota(use.quota);
+    out.set_used(use.used);
+  }
   return absl::OkStatus();
 }
 
-// Every rpc of the service: name, role, handler.
-constexpr UnaryMethod kGetServerInfo{Rpc{"ServerService/GetServerInfo", Role::kRead},
-                                     GetServerInfo};
+// Every rpc of the service: name, role, handler. What tenants have is asked of the store, which may take long.
+constexpr Rpc kGetServerInfoRpc{"ServerService/GetServerInfo", Role::kRead};
+constexpr UnaryMethod kGetServerInfo{kGetServerInfoRpc, GetServerInfo};
+constexpr UnaryMethod kGetServerInfoAndQuotas{kGetServerInfoRpc, GetServerInfo, Lane::kLong};
 
 // The rpc takes and gives bytes (server/wire/message_bytes.h).
 class ServerServiceImpl final
@@ -151,7 +163,8 @@ class ServerServiceImpl final
   grpc::ServerUnaryReactor* GetServerInfo(grpc::CallbackServerContext* context,
                                           const grpc::ByteBuffer* request,
                                           grpc::ByteBuffer* response) override {
-    return kGetServerInfo.Run(env_, context, request, response);
+    const auto& method = env_->options.quota_file.empty() ? kGetServerInfo : kGetServerInfoAndQuotas;
+    return method.Run(env_, context, request, response);
   }
 
  private:

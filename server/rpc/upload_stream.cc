@@ -10,6 +10,7 @@
 #include "core/base/catch_bad_alloc.h"
 #include "core/base/error.h"
 #include "core/base/status_macros.h"
+#include "server/rpc/access/quota_access.h"
 #include "server/rpc/access/token_end.h"
 #include "server/rpc/call_reactor.h"
 #include "server/rpc/first_message.h"
@@ -62,6 +63,7 @@ class UploadStream final : public CallReactor<grpc::ServerReadReactor<grpc::Byte
                               FromProto(request.header(), env_->options.max_mesh_bytes));
     header.mesh.owner = call_.caller.name;
     header.mesh.tenant = call_.caller.tenant;
+    LATTICED_RETURN_IF_ERROR(CheckUploadQuota(*env_, header));
     LATTICED_ASSIGN_OR_RETURN(upload_, env_->uploads->Admit(std::move(header), *call_.account));
     StartSendInitialMetadata();  // a client may wait for it before it sends its bytes
     return absl::OkStatus();
@@ -113,8 +115,11 @@ absl::Status StoreUpload(ServerEnv& env, const CallInfo& call, Upload& upload, R
       ReadStoredMesh(std::move(complete.header), std::move(complete.bytes), complete.reservation,
                      [&call] { return CheckCancelled(call); }));
   LATTICED_RETURN_IF_ERROR(room.Hold(ReplyBytes(describe(made)) + kStillToCome));
-  LATTICED_ASSIGN_OR_RETURN(const auto mesh,
-                            env.meshes.Add(std::move(made), std::move(complete.reservation)));
+  const auto admit = [&env, tenant = made.tenant, bytes = made.bytes->size()] {
+    return CheckMeshQuota(env, tenant, bytes);
+  };
+  LATTICED_ASSIGN_OR_RETURN(const auto mesh, env.meshes.Add(std::move(made),
+                                                            std::move(complete.reservation), admit));
   reply = describe(*mesh);
   // This needs more memory only if the mesh was stored before, with other labels.
   return room.Hold(ReplyBytes(reply));

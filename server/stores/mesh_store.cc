@@ -12,8 +12,8 @@
 
 namespace latticed {
 
-absl::StatusOr<std::shared_ptr<const StoredMesh>> MeshStore::Add(StoredMesh mesh,
-                                                                 MemoryReservation reservation) {
+absl::StatusOr<std::shared_ptr<const StoredMesh>> MeshStore::Add(
+    StoredMesh mesh, MemoryReservation reservation, const std::function<absl::Status()>& admit) {
   const auto stored_before =
       [&](const auto& stored) -> absl::StatusOr<std::shared_ptr<const StoredMesh>> {
     if (stored->format == mesh.format && stored->layout == mesh.layout) return stored;
@@ -27,6 +27,9 @@ absl::StatusOr<std::shared_ptr<const StoredMesh>> MeshStore::Add(StoredMesh mesh
   LATTICED_RETURN_IF_ERROR(reservation.Resize("the mesh", mesh.MemoryBytes()));
   if (mesh.create_time == absl::Time()) mesh.create_time = absl::Now();
   const MutexLock store_lock(&store_mutex_);
+  if (admit != nullptr && InMemory(mesh.id) == nullptr) {
+    LATTICED_RETURN_IF_ERROR(admit());
+  }
   if (keeping_.store != nullptr) {
     LATTICED_RETURN_IF_ERROR(
         keeping_.store->PutMesh(mesh.id, keeping_.header_of(mesh), *mesh.bytes));

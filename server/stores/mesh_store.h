@@ -81,9 +81,10 @@ class MeshStore {
   // Keeps `mesh`, durably where there is a store, and sets its create time if that is not set. The upload's reservation becomes
   // the mesh's. The same bytes twice are one mesh, which keeps the name, labels and units of the first upload;
   // in another format or layout they are kAlreadyExists. kResourceExhausted with asked and free bytes; the
-  // store's errors.
+  // store's errors. `admit`, if given, is asked before a mesh that is new is kept, while no other comes or goes.
   [[nodiscard]] absl::StatusOr<std::shared_ptr<const StoredMesh>> Add(
-      StoredMesh mesh, MemoryReservation reservation);
+      StoredMesh mesh, MemoryReservation reservation,
+      const std::function<absl::Status()>& admit = nullptr);
 
   // Reads it from the store if it is not in memory, which may take seconds. kNotFound; kDataLoss naming it;
   // kResourceExhausted; the store's errors.

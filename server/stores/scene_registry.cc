@@ -78,7 +78,7 @@ absl::Status SceneRegistry::AwaitFree(std::string_view id, StopCheck stop) {
 
 absl::StatusOr<std::shared_ptr<Scene>> SceneRegistry::Create(
     SceneConfig config, const std::function<absl::Status()>& admit, StopCheck stop,
-    size_t most_of_account) {
+    const Most& most) {
   const std::string id = config.id;
   const std::string mesh_id = config.mesh_id;
   uint64_t leavings = 0;
@@ -95,7 +95,7 @@ absl::StatusOr<std::shared_ptr<Scene>> SceneRegistry::Create(
       return error::AlreadyExists("scene", IdOf(id));
     }
     if (asleep_.contains(id)) return error::AlreadyExists("scene", IdOf(id));
-    LATTICED_RETURN_IF_ERROR(CheckRoom(mesh_id, config.account, most_of_account));
+    LATTICED_RETURN_IF_ERROR(CheckRoom(id, mesh_id, config.account, most));
     if (admit != nullptr) {
       LATTICED_RETURN_IF_ERROR(admit());
     }
@@ -123,13 +123,16 @@ absl::StatusOr<std::shared_ptr<Scene>> SceneRegistry::Create(
   return error::NotFound("mesh", IdOf(mesh_id));
 }
 
-absl::Status SceneRegistry::CheckRoom(const std::string& mesh_id, const MemoryAccountPtr& account,
-                                      size_t most_of_account) const {
+absl::Status SceneRegistry::CheckRoom(const std::string& id, const std::string& mesh_id,
+                                      const MemoryAccountPtr& account, const Most& most) const {
   if (CountLocked() >= options_.max_scenes) {
     return error::LimitExceeded("scenes", options_.max_scenes);
   }
-  if (CountOfAccountLocked(account) >= most_of_account) {
-    return error::LimitExceeded("scenes of one caller", most_of_account);
+  if (CountOfAccountLocked(account) >= most.of_account) {
+    return error::LimitExceeded("scenes of one caller", most.of_account);
+  }
+  if (most.of_tenant != nullptr) {
+    LATTICED_RETURN_IF_ERROR(most.of_tenant(CountOfTenantLocked(TenantOf(id))));
   }
   if (going_meshes_.contains(mesh_id)) return error::NotFound("mesh", IdOf(mesh_id));
   return absl::OkStatus();
@@ -266,6 +269,20 @@ size_t SceneRegistry::CountOfAccountLocked(const MemoryAccountPtr& account) cons
   const auto restored =
       std::ranges::count(asleep_, account, [](const auto& s) { return s.second.account; });
   return static_cast<size_t>(made + in_making + (account == nullptr ? 0 : restored));
+}
+
+size_t SceneRegistry::CountOfTenant(std::string_view tenant) const {
+  const MutexLock lock(&mutex_);
+  return CountOfTenantLocked(tenant);
+}
+
+size_t SceneRegistry::CountOfTenantLocked(std::string_view tenant) const {
+  const auto of_tenant = [tenant](const auto& entry) { return TenantOf(entry.first) == tenant; };
+  const auto in_making = std::ranges::count_if(creating_, [&](const auto& c) {
+    return of_tenant(c) && !scenes_.contains(c.first) && !asleep_.contains(c.first);
+  });
+  return static_cast<size_t>(std::ranges::count_if(scenes_, of_tenant) +
+                             std::ranges::count_if(asleep_, of_tenant) + in_making);
 }
 
 size_t SceneRegistry::CountOfMeshLocked(std::string_view mesh_id) const {

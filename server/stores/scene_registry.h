@@ -67,21 +67,27 @@ class SceneRegistry {
   SceneRegistry(const SceneRegistry&) = delete;  // its thread holds its address
   SceneRegistry& operator=(const SceneRegistry&) = delete;
 
+  struct Most {
+    static Most Any() { return {}; }
+    size_t of_account = std::numeric_limits<size_t>::max();  // scenes that have config.account
+    // Asked with the number of scenes that the tenant has; called with the lock held.
+    std::function<absl::Status(size_t)> of_tenant = nullptr;
+  };
   // Makes the scene of config.id, or returns the one that an equal request (config.fingerprint) made or is
   // making. kAlreadyExists for another request with the id; kResourceExhausted, reason LIMIT_EXCEEDED, for
   // one scene too many; else Scene::Create's errors. `admit`, if given, is asked before a scene is made and
   // may refuse it; DeleteMesh deletes no mesh while it runs. kNotFound when the mesh was deleted by force
-  // meanwhile. At most `most_of_account` scenes have config.account. `stop` ends waiting and making, and then
+  // meanwhile. `most` says how many scenes there may be. `stop` ends waiting and making, and then
   // nothing is left; it is also asked with the lock held.
   [[nodiscard]] absl::StatusOr<std::shared_ptr<Scene>> Create(
       SceneConfig config, const std::function<absl::Status()>& admit = nullptr,
-      StopCheck stop = NeverStop, size_t most_of_account = std::numeric_limits<size_t>::max())
+      StopCheck stop = NeverStop, const Most& most = Most::Any())
       ABSL_LOCKS_EXCLUDED(mutex_);
   // The scene of config.id as `log` left it, which has no records: a copy of another one. In a store it is asleep.
   // kAlreadyExists; the errors of Create and of Scene::Restore.
   [[nodiscard]] absl::Status Restore(SceneConfig config, SceneLog log,
                                      const std::function<absl::Status()>& admit, StopCheck stop,
-                                     size_t most_of_account) ABSL_LOCKS_EXCLUDED(mutex_);
+                                     const Most& most) ABSL_LOCKS_EXCLUDED(mutex_);
   // A scene of the store, which Find wakes. Until then it expires at `expires`.
   void AddAsleep(std::string id, std::string mesh_id, absl::Time expires)
       ABSL_LOCKS_EXCLUDED(mutex_);
@@ -103,6 +109,8 @@ class SceneRegistry {
   [[nodiscard]] size_t size() const ABSL_LOCKS_EXCLUDED(mutex_);
   // Scenes that are asleep. Where servers share the store, none is known.
   [[nodiscard]] size_t asleep_count() const ABSL_LOCKS_EXCLUDED(mutex_);
+  // The scenes of a tenant, with those that are being made. Where servers share the store, this server's.
+  [[nodiscard]] size_t CountOfTenant(std::string_view tenant) const ABSL_LOCKS_EXCLUDED(mutex_);
   // The scenes of a mesh, with those that are being made. Of a shared store: those of all servers.
   [[nodiscard]] MeshUse UseOfMesh(std::string_view mesh_id) const ABSL_LOCKS_EXCLUDED(mutex_);
   // The same for all meshes that have scenes, by id. The store's errors.
@@ -201,8 +209,8 @@ class SceneRegistry {
   [[nodiscard]] absl::StatusOr<std::shared_ptr<Scene>> Copied(SceneConfig config, SceneLog log,
                                                               StopCheck stop);
   // Why one more scene cannot be made of the mesh, for the account.
-  [[nodiscard]] absl::Status CheckRoom(const std::string& mesh_id, const MemoryAccountPtr& account,
-                                       size_t most_of_account) const
+  [[nodiscard]] absl::Status CheckRoom(const std::string& id, const std::string& mesh_id,
+                                       const MemoryAccountPtr& account, const Most& most) const
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   SceneContext context() { return {&render_backend_, &queue_, options_.store}; }
   // The budget's evictor: evicts scenes that nobody uses, the least recently used first.
@@ -212,6 +220,7 @@ class SceneRegistry {
   size_t CountLocked() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   size_t CountOfAccountLocked(const MemoryAccountPtr& account) const
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  size_t CountOfTenantLocked(std::string_view tenant) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   size_t CountOfMeshLocked(std::string_view mesh_id) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const Options options_;

@@ -15,7 +15,7 @@ namespace latticed {
 
 absl::Status SceneRegistry::Restore(SceneConfig config, SceneLog log,
                                     const std::function<absl::Status()>& admit, StopCheck stop,
-                                    size_t most_of_account) {
+                                    const Most& most) {
   const std::string id = config.id;
   const std::string mesh_id = config.mesh_id;
   const Sleeper sleeper{mesh_id, absl::Now() + config.idle_ttl, config.account};
@@ -29,7 +29,7 @@ absl::Status SceneRegistry::Restore(SceneConfig config, SceneLog log,
     LATTICED_RETURN_IF_ERROR(AwaitFree(id, stop));
     if (scenes_.contains(id) || asleep_.contains(id))
       return error::AlreadyExists("scene", IdOf(id));
-    LATTICED_RETURN_IF_ERROR(CheckRoom(mesh_id, config.account, most_of_account));
+    LATTICED_RETURN_IF_ERROR(CheckRoom(id, mesh_id, config.account, most));
     LATTICED_RETURN_IF_ERROR(admit());
     creating_[id] = {mesh_id, config.account};
   }

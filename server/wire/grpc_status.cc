@@ -57,9 +57,16 @@ void AddBadRequest(const error::Details& details, google::rpc::Status& status) {
 void AddQuotaFailure(const error::Details& details, google::rpc::Status& status) {
   google::rpc::QuotaFailure quota;
   auto* violation = quota.add_violations();
-  violation->set_subject("memory");
-  violation->set_description(
-      fmt::format("asked {} bytes, free {} bytes", details.asked_bytes, details.free_bytes));
+  if (details.reason == error::kQuotaExceededReason) {
+    const auto& of = details.metadata;
+    violation->set_subject("tenant:" + of.at("what"));
+    violation->set_description(fmt::format("asked {}, used {}, quota {}", of.at("asked"),
+                                           of.at("used"), of.at("quota")));
+  } else {
+    violation->set_subject("memory");
+    violation->set_description(
+        fmt::format("asked {} bytes, free {} bytes", details.asked_bytes, details.free_bytes));
+  }
   status.add_details()->PackFrom(quota);
 }
 
@@ -83,7 +90,7 @@ google::rpc::Status ToRpcStatus(const absl::Status& status) {
                             kMaxMessageBytes));
   AddErrorInfo(details, rpc);
   if (!details.field.empty()) AddBadRequest(details, rpc);
-  if (details.asked_bytes > 0) AddQuotaFailure(details, rpc);
+  if (details.asked_bytes > 0 || details.reason == error::kQuotaExceededReason) AddQuotaFailure(details, rpc);
   if (details.retry_after_ms > 0) AddRetryInfo(details, rpc);
   return rpc;
 }

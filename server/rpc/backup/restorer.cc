@@ -17,6 +17,7 @@
 #include "server/base/auth/tenant.h"
 #include "server/engine/memory/allocation_limit.h"
 #include "server/engine/scene/copied_history.h"
+#include "server/rpc/access/quota_access.h"
 #include "server/rpc/access/tenant_access.h"
 #include "server/rpc/backup/backup_source.h"
 #include "server/rpc/call.h"
@@ -211,6 +212,7 @@ absl::Status Restorer::StoreMesh(CompleteUpload upload) {
   LATTICED_ASSIGN_OR_RETURN(StoredMesh mesh,
                             MeshFromStored(header, std::move(upload.bytes), upload.reservation));
   if (mesh.id != key) return Malformed("has another id");
+  LATTICED_RETURN_IF_ERROR(CheckMeshQuota(env_, tenant, mesh.bytes->size()));
   LATTICED_RETURN_IF_ERROR(CheckCancelled(call_));
   if (const auto owner = NewOwner(); owner.has_value()) mesh.owner = *owner;
   LATTICED_RETURN_IF_ERROR(
@@ -255,9 +257,11 @@ absl::Status Restorer::StoreScene(CompleteUpload upload) {
     return env_.meshes.InMemory(mesh->id) != nullptr ? absl::OkStatus()
                                                      : error::NotFound("mesh", mesh_id);
   };
+  LATTICED_ASSIGN_OR_RETURN(auto check_quota, SceneQuotaCheck(env_, call_.caller.tenant));
   const absl::Status made = env_.scenes->Restore(
       std::move(config), std::move(log), has_mesh, [&] { return CheckCancelled(call_); },
-      call_.account->ShareOf(static_cast<size_t>(env_.options.max_scenes)));
+      {.of_account = call_.account->ShareOf(static_cast<size_t>(env_.options.max_scenes)),
+       .of_tenant = std::move(check_quota)});
   if (absl::IsAlreadyExists(made) && skip_existing_) {
     done_.set_skipped_scenes(done_.skipped_scenes() + 1);
     return absl::OkStatus();

@@ -42,6 +42,11 @@ std::string InfoText(const v1::ServerInfo& info) {
         (encodings.empty() ? "" : ", ") + EncodingName(static_cast<v1::Encoding>(encoding));
   }
   table.AddRow({"encodings", encodings});
+  if (!info.tenant().empty()) table.AddRow({"tenant", info.tenant()});
+  for (const v1::QuotaUse& use : info.quotas()) {
+    table.AddRow({"quota of " + use.what(),
+                  fmt::format("{} used of {}", FormatCount(use.used()), FormatCount(use.quota()))});
+  }
   const v1::ServerLimits& limits = info.limits();
   table.AddRow({"largest upload", FormatBytes(limits.max_mesh_bytes())});
   table.AddRow(
