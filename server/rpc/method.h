@@ -160,7 +160,7 @@ class PartStream final : public CallReactor<grpc::ServerWriteReactor<grpc::ByteB
   grpc::ByteBuffer part_;
   absl::Time open_at_;                 // for the next part, by the tenant's quota of bytes
   std::unique_ptr<grpc::Alarm> pace_;  // an alarm runs once
-  ReplyRoom room_;  // for the largest part so far
+  ReplyRoom room_;                     // for the largest part so far
 };
 
 template <typename Request, typename Message>

@@ -84,10 +84,10 @@ absl::Status CreateScene(const CallContext& context, const v1::CreateSceneReques
                                                     : error::NotFound("mesh", request.mesh());
   };
   LATTICED_ASSIGN_OR_RETURN(auto check_quota, SceneQuotaCheck(env, context.call.caller.tenant));
-  const auto scene = env.scenes->Create(
-      std::move(config), has_mesh, [&] { return CheckCancelled(context.call); },
-      {.of_account = caller.ShareOf(static_cast<size_t>(env.options.max_scenes)),
-       .of_tenant = std::move(check_quota)});
+  const auto scene =
+      env.scenes->Create(std::move(config), has_mesh, [&] { return CheckCancelled(context.call); },
+                         {.of_account = caller.ShareOf(static_cast<size_t>(env.options.max_scenes)),
+                          .of_tenant = std::move(check_quota)});
   const absl::Status made = OrOnFreerServer(env, scene.status());
   NoteOwner(env, context.call, made);
   LATTICED_RETURN_IF_ERROR(made);

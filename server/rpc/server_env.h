@@ -106,7 +106,7 @@ struct ServerEnv {
   [[nodiscard]] absl::StatusOr<SceneConfig> ConfigOf(std::string_view header);
 
   WatchedFile jwks_file_, quota_file_;  // used by KeepHouse only
-  Mutex renewal_;          // before mutex_: held from reading the files until what they hold counts
+  Mutex renewal_;  // before mutex_: held from reading the files until what they hold counts
   mutable Mutex mutex_;
   std::shared_ptr<const Authenticator> authenticator_ ABSL_GUARDED_BY(mutex_);
   std::optional<WorkerLanes> workers_;  // last: they may use all of the above

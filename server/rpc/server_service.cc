@@ -163,7 +163,8 @@ class ServerServiceImpl final
   grpc::ServerUnaryReactor* GetServerInfo(grpc::CallbackServerContext* context,
                                           const grpc::ByteBuffer* request,
                                           grpc::ByteBuffer* response) override {
-    const auto& method = env_->options.quota_file.empty() ? kGetServerInfo : kGetServerInfoAndQuotas;
+    const auto& method =
+        env_->options.quota_file.empty() ? kGetServerInfo : kGetServerInfoAndQuotas;
     return method.Run(env_, context, request, response);
   }
 

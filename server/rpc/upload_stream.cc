@@ -118,8 +118,8 @@ absl::Status StoreUpload(ServerEnv& env, const CallInfo& call, Upload& upload, R
   const auto admit = [&env, tenant = made.tenant, bytes = made.bytes->size()] {
     return CheckMeshQuota(env, tenant, bytes);
   };
-  LATTICED_ASSIGN_OR_RETURN(const auto mesh, env.meshes.Add(std::move(made),
-                                                            std::move(complete.reservation), admit));
+  LATTICED_ASSIGN_OR_RETURN(
+      const auto mesh, env.meshes.Add(std::move(made), std::move(complete.reservation), admit));
   reply = describe(*mesh);
   // This needs more memory only if the mesh was stored before, with other labels.
   return room.Hold(ReplyBytes(reply));

@@ -60,8 +60,8 @@ void AddQuotaFailure(const error::Details& details, google::rpc::Status& status)
   if (details.reason == error::kQuotaExceededReason) {
     const auto& of = details.metadata;
     violation->set_subject("tenant:" + of.at("what"));
-    violation->set_description(fmt::format("asked {}, used {}, quota {}", of.at("asked"),
-                                           of.at("used"), of.at("quota")));
+    violation->set_description(
+        fmt::format("asked {}, used {}, quota {}", of.at("asked"), of.at("used"), of.at("quota")));
   } else {
     violation->set_subject("memory");
     violation->set_description(
@@ -90,7 +90,8 @@ google::rpc::Status ToRpcStatus(const absl::Status& status) {
                             kMaxMessageBytes));
   AddErrorInfo(details, rpc);
   if (!details.field.empty()) AddBadRequest(details, rpc);
-  if (details.asked_bytes > 0 || details.reason == error::kQuotaExceededReason) AddQuotaFailure(details, rpc);
+  if (details.asked_bytes > 0 || details.reason == error::kQuotaExceededReason)
+    AddQuotaFailure(details, rpc);
   if (details.retry_after_ms > 0) AddRetryInfo(details, rpc);
   return rpc;
 }

@@ -50,8 +50,8 @@ absl::StatusOr<QuotaTable> QuotaTable::FromText(std::string_view text) {
   QuotaTable table;
   for (const auto& [tenant, entry] : file.items()) {
     if (!tenant.empty() && tenant != kOthers && !IsTenantName(tenant)) {
-      return absl::InvalidArgumentError(fmt::format(
-          "'{}' is no tenant: 1 to 63 of a-z, 0-9 and '-', or \"\", or \"*\"", tenant));
+      return absl::InvalidArgumentError(
+          fmt::format("'{}' is no tenant: 1 to 63 of a-z, 0-9 and '-', or \"\", or \"*\"", tenant));
     }
     LATTICED_ASSIGN_OR_RETURN(const TenantQuota quota, QuotaOf(tenant, entry));
     if (tenant == kOthers) {

@@ -48,8 +48,10 @@ TEST(QuotaTableTest, TenantsHaveTheirEntryOrThatOfAll) {
 
 TEST(QuotaTableTest, RefusesWhatItDoesNotKnow) {
   for (const auto& [text, problem] :
-       {std::pair("rubbish", "no JSON object"), {"[]", "no JSON object"},
-        {R"({"Acme": {}})", "'Acme' is no tenant"}, {R"({"acme": 3})", "entry of 'acme'"},
+       {std::pair("rubbish", "no JSON object"),
+        {"[]", "no JSON object"},
+        {R"({"Acme": {}})", "'Acme' is no tenant"},
+        {R"({"acme": 3})", "entry of 'acme'"},
         {R"({"acme": {"scene": 3}})", "'scene' of 'acme' is not one of scenes, mesh_bytes"},
         {R"({"acme": {"scenes": -1}})", "'scenes' of 'acme'"},
         {R"({"acme": {"scenes": 1.5}})", "'scenes' of 'acme'"},
@@ -98,9 +100,9 @@ class QuotaTest : public ServerTest {
   void Start(const std::string& quotas) {
     options_ = TestOptions();
     options_.caller_share = 1;
-    options_.token_file =
-        folder_.Write("tokens", fmt::format("{} admin ada acme\n{} edit bob beta\n",
-                                            Sha256Hex(kAcme), Sha256Hex(kBeta)));
+    options_.token_file = folder_.Write(
+        "tokens",
+        fmt::format("{} admin ada acme\n{} edit bob beta\n", Sha256Hex(kAcme), Sha256Hex(kBeta)));
     options_.quota_file = folder_.Write("quotas", quotas);
     StartServer(options_);
   }
@@ -156,7 +158,8 @@ TEST_F(QuotaTest, MeshBytes) {
   EXPECT_OK(UploadCube(3, kBeta));
   v1::BeginUploadRequest begin;
   *begin.mutable_header() = ObjHeader(std::string(most + 1, ' '));
-  ExpectQuota(Call(&Meshes::BeginUpload, begin, nullptr, As(kAcme)), "mesh_bytes", most, 0, most + 1);
+  ExpectQuota(Call(&Meshes::BeginUpload, begin, nullptr, As(kAcme)), "mesh_bytes", most, 0,
+              most + 1);
   v1::DeleteMeshRequest remove;
   remove.set_mesh(second.id());
   ASSERT_OK(Call(&Meshes::DeleteMesh, remove, nullptr, As(kAcme)));
