@@ -13,6 +13,8 @@ namespace {
 
 // A quota of 0 a second is never filled again: a caller who waits so long asks again.
 constexpr absl::Duration kLongestWait = absl::Minutes(1);
+// Calls on several threads are out of order by less. A clock that was set back by more fills the buckets.
+constexpr absl::Duration kClockStep = absl::Seconds(1);
 
 absl::Duration TimeFor(double amount, double rate) {
   if (amount <= 0) return absl::ZeroDuration();
@@ -22,13 +24,14 @@ absl::Duration TimeFor(double amount, double rate) {
 }  // namespace
 
 double TenantQuotas::Bucket::At(double rate, absl::Time now) const {
+  if (now < last - kClockStep) return 0;
   if (now <= last) return taken;
   return std::max(0.0, taken - absl::ToDoubleSeconds(now - last) * rate);
 }
 
 void TenantQuotas::Bucket::Take(double amount, double rate, absl::Time now) {
   taken = At(rate, now) + amount;
-  last = std::max(last, now);
+  last = now;
 }
 
 void TenantQuotas::SetTable(QuotaTable table) {
@@ -104,7 +107,7 @@ void TenantQuotas::GiveBackWatcher(const std::string& tenant) {
 absl::Time TenantQuotas::TakeBytes(std::string_view tenant, uint64_t bytes, absl::Time now) {
   const MutexLock lock(&mutex_);
   const auto most = table_.Of(tenant).Of(QuotaKind::kBytesPerSecond);
-  if (!most.has_value()) return now;
+  if (!most.has_value()) return absl::InfinitePast();
   const auto rate = static_cast<double>(*most);
   Bucket& bucket = UseOf(tenant).bytes;
   bucket.Take(static_cast<double>(bytes), rate, now);

@@ -47,7 +47,7 @@ class TenantQuotas {
   static constexpr absl::Duration kMostPatience = absl::Seconds(1);
   [[nodiscard]] absl::StatusOr<Place> OpenStream(std::string_view tenant, bool watches,
                                                  absl::Time now) ABSL_LOCKS_EXCLUDED(mutex_);
-  // A message of so many bytes goes out. Returns when the next one may.
+  // A message of so many bytes goes out. Returns when the next one may, the infinite past without a quota.
   absl::Time TakeBytes(std::string_view tenant, uint64_t bytes, absl::Time now)
       ABSL_LOCKS_EXCLUDED(mutex_);
 
