@@ -114,6 +114,7 @@ absl::StatusOr<std::unique_ptr<InProcessServer>> InProcessServer::ServeOn(
   result->env_ = std::make_unique<ServerEnv>(std::move(options), std::move(backends),
                                              std::move(authenticator), std::move(store));
   LATTICED_RETURN_IF_ERROR(result->env_->ReadQuotas());
+  LATTICED_RETURN_IF_ERROR(result->env_->audit.Open());
   if (result->env_->store != nullptr) {
     LATTICED_RETURN_IF_ERROR(RestoreStored(*result->env_));
   }
@@ -166,6 +167,7 @@ absl::Status InProcessServer::Reload(const Options& options) {
   SetLogLevel(options.log_level);
   absl::Status renewed = env_->RenewTokens();
   renewed.Update(env_->ReadQuotas());
+  renewed.Update(env_->audit.Open());
   LATTICED_ASSIGN_OR_RETURN(const auto tls, ReadTls(env_->options));
   if (tls == nullptr) return renewed;
   LATTICED_RETURN_IF_ERROR(server_->SetTls(*tls));

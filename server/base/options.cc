@@ -157,6 +157,9 @@ void Define(CLI::App& app, Options& o) {
   app.add_option("--quota-file", o.quota_file,
                  "What each tenant may have, JSON: server/base/quotas/quota_table.h; read again "
                  "when replaced");
+  app.add_option("--audit-log", o.audit_log,
+                 "Append to this file, as lines of JSON, who makes, edits and deletes what; SIGHUP "
+                 "opens it again");
   app.add_option("--caller-share", o.caller_share,
                  "Largest part of each limit that one caller may have: a token's name, else an "
                  "address; 1: no limit by caller")

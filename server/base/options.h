@@ -73,6 +73,7 @@ struct Options {
   std::string jwks_file;   // keys of JSON web tokens: server/base/auth/jwt_verifier.h
   std::string jwt_issuer, jwt_audience;
   std::string quota_file;            // of tenants: server/base/quotas/quota_table.h
+  std::string audit_log;             // who did what: server/base/audit_log.h; empty: not kept
   double caller_share = 0.75;        // the most of each limit that one caller may have
   bool trust_forwarded_for = false;  // the caller's address is in x-forwarded-for
   bool insecure = false;             // allow an open port without TLS or tokens

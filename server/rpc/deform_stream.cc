@@ -17,6 +17,7 @@
 #include "core/base/mutex.h"
 #include "core/base/status_macros.h"
 #include "server/base/auth/tenant.h"
+#include "server/rpc/access/audit.h"
 #include "server/rpc/access/tenant_access.h"
 #include "server/rpc/access/token_end.h"
 #include "server/rpc/call_counts.h"
@@ -341,6 +342,7 @@ void DeformStream::Answer(const EditToAnswer& edit, const absl::StatusOr<EditSum
   v1::SceneEvent event;
   v1::EditResult& result = *event.mutable_edit_result();
   if (summary.ok()) {
+    AuditEdit(*env_, call_, stream->scene().id());
     result = ToProto(*summary);
     applied = summary->commit_time.value_or(applied);
   } else {

@@ -10,6 +10,7 @@
 #include "latticed/v1/mesh.grpc.pb.h"
 #include "server/base/auth/tenant.h"
 #include "server/base/labels.h"
+#include "server/rpc/access/audit.h"
 #include "server/rpc/access/quota_access.h"
 #include "server/rpc/access/tenant_access.h"
 #include "server/rpc/method.h"
@@ -80,9 +81,13 @@ absl::Status DeleteMesh(const CallContext& context, const v1::DeleteMeshRequest&
   }
   const std::string key = KeyFor(context.call, request.mesh());
   const auto held = env.meshes.InMemory(key);  // so that it is destroyed after the locks
-  return ToldById(
-      env.scenes->DeleteMesh(key, request.force(), [&] { return env.meshes.Remove(key); }), "mesh",
-      request.mesh());
+  const absl::Status deleted =
+      env.scenes->DeleteMesh(key, request.force(), [&] { return env.meshes.Remove(key); });
+  if (deleted.ok()) {
+    Audit(env, context.call, "mesh_deleted",
+          {{"mesh", request.mesh()}, {"with_scenes", request.force() ? "true" : "false"}});
+  }
+  return ToldById(deleted, "mesh", request.mesh());
 }
 
 // Reads the mesh if its header does not tell enough. The errors of MeshStore::Find.

@@ -22,6 +22,7 @@
 #include "server/engine/exports/surface_export.h"
 #include "server/engine/watch/view_tolerance.h"
 #include "server/engine/watch_control.h"
+#include "server/rpc/access/audit.h"
 #include "server/rpc/access/quota_access.h"
 #include "server/rpc/access/tenant_access.h"
 #include "server/rpc/deform_stream.h"
@@ -73,6 +74,7 @@ absl::Status CreateScene(const CallContext& context, const v1::CreateSceneReques
   LATTICED_ASSIGN_OR_RETURN(
       auto config,
       SceneConfigFromProto(request, *mesh, context.call.caller.name, env.options.scene_idle_ttl));
+  const absl::Time create_time = config.create_time;
   const CallerAccount& caller = *context.call.account;
   config.account = caller.memory;
   config.token_key = NewRandomId();
@@ -91,6 +93,10 @@ absl::Status CreateScene(const CallContext& context, const v1::CreateSceneReques
   const absl::Status made = OrOnFreerServer(env, scene.status());
   NoteOwner(env, context.call, made);
   LATTICED_RETURN_IF_ERROR(made);
+  if ((*scene)->create_time() == create_time) {  // else an equal request has made it before
+    Audit(env, context.call, "scene_created",
+          {{"scene", request.scene_id()}, {"mesh", request.mesh()}});
+  }
   response = ToProto(**scene);
   return absl::OkStatus();
 }
@@ -109,6 +115,9 @@ absl::Status DeleteScene(const CallContext& context, const v1::DeleteSceneReques
   LATTICED_RETURN_IF_ERROR(CheckSceneMetadata(context.call, request.scene()));
   absl::Status deleted = context.env.scenes->Delete(KeyFor(context.call, request.scene()));
   if (error::IsSceneMoved(deleted)) NoteOwner(context.env, context.call, deleted);
+  if (deleted.ok()) {
+    Audit(context.env, context.call, "scene_deleted", {{"scene", request.scene()}});
+  }
   return ToldById(deleted, "scene", request.scene());
 }
 
@@ -127,6 +136,7 @@ absl::Status ApplyEdits(const CallContext& context, const v1::EditBatch& request
   LATTICED_ASSIGN_OR_RETURN(const auto summary,
                             scene->ApplyEdits(BatchFromProto(request, *scene->config().mesh),
                                               [&] { return CheckCancelled(context.call); }));
+  AuditEdit(context.env, context.call, scene->id());
   response = ToProto(summary);
   const auto ended = summary.commit_time.value_or(Clock::now());
   v1::EditTimings& timings = *response.mutable_timings();

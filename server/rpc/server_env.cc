@@ -75,6 +75,7 @@ ServerEnv::ServerEnv(Options options_in, std::vector<std::unique_ptr<Backend>> b
               {.memory = options.memory_bytes,
                .requests = options.memory_bytes / limits::kWaitingRequestsShare,
                .replies = options.memory_bytes / limits::kUntakenRepliesShare}),
+      audit(options.audit_log),
       memory(std::make_shared<MemoryBudget>(options.memory_bytes)),
       requests(
           std::make_shared<MemoryBudget>(options.memory_bytes / limits::kWaitingRequestsShare)),
@@ -150,6 +151,7 @@ void ServerEnv::KeepHouse() {
   callers.DropUnused();
   RenewKeys();
   RenewQuotas();
+  audit.WriteEditsBefore(now - AuditLog::kSilence);
 }
 
 absl::Status ServerEnv::ReadQuotas() {

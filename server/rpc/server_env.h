@@ -22,6 +22,7 @@
 #include "absl/time/time.h"
 #include "core/backend.h"
 #include "core/base/mutex.h"
+#include "server/base/audit_log.h"
 #include "server/base/auth/authenticator.h"
 #include "server/base/auth/token_throttle.h"
 #include "server/base/auth/watched_file.h"
@@ -87,6 +88,7 @@ struct ServerEnv {
   Callers callers;
   TokenThrottle wrong_tokens;
   TenantQuotas quotas;
+  AuditLog audit;
   StalledCalls stalled_calls;
   const std::shared_ptr<MemoryBudget> memory;
   const std::shared_ptr<MemoryBudget> requests;  // requests that wait for a worker

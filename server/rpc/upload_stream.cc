@@ -10,6 +10,8 @@
 #include "core/base/catch_bad_alloc.h"
 #include "core/base/error.h"
 #include "core/base/status_macros.h"
+#include "server/base/auth/tenant.h"
+#include "server/rpc/access/audit.h"
 #include "server/rpc/access/quota_access.h"
 #include "server/rpc/access/token_end.h"
 #include "server/rpc/call_reactor.h"
@@ -115,11 +117,16 @@ absl::Status StoreUpload(ServerEnv& env, const CallInfo& call, Upload& upload, R
       ReadStoredMesh(std::move(complete.header), std::move(complete.bytes), complete.reservation,
                      [&call] { return CheckCancelled(call); }));
   LATTICED_RETURN_IF_ERROR(room.Hold(ReplyBytes(describe(made)) + kStillToCome));
-  const auto admit = [&env, tenant = made.tenant, bytes = made.bytes->size()] {
+  bool is_new = false;
+  const auto admit = [&env, &is_new, tenant = made.tenant, bytes = made.bytes->size()] {
+    is_new = true;
     return CheckMeshQuota(env, tenant, bytes);
   };
   LATTICED_ASSIGN_OR_RETURN(
       const auto mesh, env.meshes.Add(std::move(made), std::move(complete.reservation), admit));
+  if (is_new) {
+    Audit(env, call, "mesh_created", {{"mesh", std::string(IdOf(mesh->id))}, {"name", mesh->name}});
+  }
   reply = describe(*mesh);
   // This needs more memory only if the mesh was stored before, with other labels.
   return room.Hold(ReplyBytes(reply));
