@@ -58,7 +58,8 @@ void AddTenants(ServerEnv& env, MetricFamilies& out) {
   auto used = out.Gauge("latticed_tenant_used", "What it has; of a rate, within a second.");
   auto refused = out.Counter("latticed_tenant_refused_total", "Refusals for want of quota.");
   if (env.store != nullptr && env.store->shared()) return;
-  for (const auto& [tenant, entry] : env.quotas.table().named()) {
+  const QuotaTable table = env.quotas.table();
+  for (const auto& [tenant, entry] : table.named()) {
     const auto uses = QuotasOf(env, tenant);
     if (!uses.ok()) continue;  // the store does not answer, which other metrics say
     for (const QuotaInUse& use : *uses) {
