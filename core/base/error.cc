@@ -163,7 +163,7 @@ absl::Status QuotaExceeded(std::string_view what, uint64_t quota, uint64_t used,
                           what, quota, used, asked),
               {.reason = kQuotaExceededReason,
                .metadata = {{"what", std::string(what)},
-                            {"quota", fmt::to_string(quota)},
+                            {"allowed", fmt::to_string(quota)},
                             {"used", fmt::to_string(used)},
                             {"asked", fmt::to_string(asked)}},
                .retry_after_ms = static_cast<uint32_t>(

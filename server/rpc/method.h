@@ -129,17 +129,12 @@ class PartStream final : public CallReactor<grpc::ServerWriteReactor<grpc::ByteB
   void OnWriteDone(bool ok) override {
     EndWrite();
     if (!ok) return FinishCall(grpc::Status::CANCELLED);
-    if (open_at_ <= absl::Now()) return GoOn();
-    pace_ = std::make_unique<grpc::Alarm>();
-    pace_->Set(absl::ToChronoTime(open_at_), [this](bool) { GoOn(); });
-  }
-
- private:
-  void GoOn() {
     if (parts_ == Parts::kCopied) return WriteNext();
     const Lane lane = parts_ == Parts::kRead ? Lane::kLong : Lane::kQuick;
     env_.Post(lane, *call_.account, [this] { WriteNext(); });
   }
+
+ private:
   void WriteNext() {
     if (call_.context->IsCancelled()) return FinishCall(grpc::Status::CANCELLED);
     if (auto s = CheckTokenTime(call_.caller, absl::Now()); !s.ok()) return FinishCall(s);
@@ -148,6 +143,13 @@ class PartStream final : public CallReactor<grpc::ServerWriteReactor<grpc::ByteB
     if (!message->has_value()) return FinishCall(grpc::Status::OK);
     if (auto s = room_.Hold(ReplyBytes(**message)); !s.ok()) return FinishCall(s);
     part_ = ToBytes(**message);
+    if (open_at_ <= absl::Now()) return Send();
+    pace_ = std::make_unique<grpc::Alarm>();
+    pace_->Set(absl::ToChronoTime(open_at_), [this](bool) { Send(); });
+  }
+
+  void Send() {
+    if (call_.context->IsCancelled()) return FinishCall(grpc::Status::CANCELLED);
     open_at_ = env_.quotas.TakeBytes(call_.caller.tenant, part_.Length(), absl::Now());
     BeginWrite();
     StartWrite(&part_);

@@ -60,8 +60,8 @@ void AddQuotaFailure(const error::Details& details, google::rpc::Status& status)
   if (details.reason == error::kQuotaExceededReason) {
     const auto& of = details.metadata;
     violation->set_subject("tenant:" + of.at("what"));
-    violation->set_description(
-        fmt::format("asked {}, used {}, quota {}", of.at("asked"), of.at("used"), of.at("quota")));
+    violation->set_description(fmt::format("asked {}, used {}, allowed {}", of.at("asked"),
+                                           of.at("used"), of.at("allowed")));
   } else {
     violation->set_subject("memory");
     violation->set_description(
