@@ -29,13 +29,13 @@ build=$(readlink -f "$1")
 shift
 export PATH=$build/client/cpp:$PATH
 tenths=${LATTICED_STORE_FAULTS:-0}
-most_pause_ms=10000 scenes=60 stand_still=10 settle=1.5
-((tenths > 0)) || { scenes=6 stand_still=1.2 settle=0.4; }
+most_pause_ms=10000 scenes=60 stand_still=10 settle=1.5 moments=10
+((tenths > 0)) || { scenes=6 stand_still=1 settle=0.3 moments=3; }
 source "$(dirname "${BASH_SOURCE[0]}")/cluster.sh"
 
 # How many faults of so many.
 part_of() { local part=$(($1 * tenths / 10)); echo $((part > 0 ? part : 1)); }
-a_moment() { sleep "0.$((RANDOM % 10))$((RANDOM % 10))"; }
+a_moment() { sleep "0.$((RANDOM % moments))$((RANDOM % 10))"; }
 
 # Each makes one fault, and returns when the next may come.
 back_again() { start "$1"; until_true is_ready "$1"; }
