@@ -81,8 +81,7 @@ class SceneRegistry {
   // nothing is left; it is also asked with the lock held.
   [[nodiscard]] absl::StatusOr<std::shared_ptr<Scene>> Create(
       SceneConfig config, const std::function<absl::Status()>& admit = nullptr,
-      StopCheck stop = NeverStop, const Most& most = Most::Any())
-      ABSL_LOCKS_EXCLUDED(mutex_);
+      StopCheck stop = NeverStop, const Most& most = Most::Any()) ABSL_LOCKS_EXCLUDED(mutex_);
   // The scene of config.id as `log` left it, which has no records: a copy of another one. In a store it is asleep.
   // kAlreadyExists; the errors of Create and of Scene::Restore.
   [[nodiscard]] absl::Status Restore(SceneConfig config, SceneLog log,

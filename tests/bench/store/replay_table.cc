@@ -28,7 +28,8 @@ constexpr int kScenes = 10;
 constexpr uint32_t kPoints = 8 * 8 * 8, kMoved = 10;
 
 Lattice Box() {
-  auto lattice = FitLattice({.min = {0, 0, 0}, .max = {1, 1, 1}}, {8, 8, 8}, {2, 2, 2}, kDefaultPadding);
+  auto lattice =
+      FitLattice({.min = {0, 0, 0}, .max = {1, 1, 1}}, {8, 8, 8}, {2, 2, 2}, kDefaultPadding);
   CheckOk(lattice.status());
   return *std::move(lattice);
 }

@@ -87,8 +87,7 @@ Measured MeasureStore(const Load& load, const std::function<std::unique_ptr<Stor
 
 Measured MeasureSqlite(const Load& load) {
   const TemporaryFolder folder;
-  return MeasureStore(load,
-                      [&] { return Take(OpenSqliteStore({.folder = folder.Path("data")})); });
+  return MeasureStore(load, [&] { return Take(OpenSqliteStore({.folder = folder.Path("data")})); });
 }
 
 Measured MeasurePostgres(const Load& load, PostgresServer& server, bool fence = true) {
@@ -149,9 +148,14 @@ std::string LoadOfMachine() {
 Section LatencyTable(PostgresServer* postgres) {
   Section section;
   section.title = "From an edit's due time to its durability: scenes x edits/s";
-  section.columns = {"load",         "fdatasync p50 / p99 ms",  "SQLite p50 / p99 ms",
-                     "p99 ratio",    "PostgreSQL p50 / p99 ms", "p99 ratio",
-                     "file: written / logged", "SQLite: written / logged"};
+  section.columns = {"load",
+                     "fdatasync p50 / p99 ms",
+                     "SQLite p50 / p99 ms",
+                     "p99 ratio",
+                     "PostgreSQL p50 / p99 ms",
+                     "p99 ratio",
+                     "file: written / logged",
+                     "SQLite: written / logged"};
   const std::string before = LoadOfMachine();
   for (const Load load : {Load{1, 60}, Load{10, 200}, Load{100, 200}}) {
     section.rows.push_back(Row(load, postgres));

@@ -22,7 +22,7 @@ class PostgresServer {
   static PostgresServer& Shared();
 
   enum class Network { kUnixSocket, kTcp };  // kTcp: a free port of 127.0.0.1
-  enum class Disk { kIgnored, kAwaited };  // kAwaited: commits wait for it, as outside of tests
+  enum class Disk { kIgnored, kAwaited };    // kAwaited: commits wait for it, as outside of tests
   explicit PostgresServer(Network network = Network::kUnixSocket, Disk disk = Disk::kIgnored);
   ~PostgresServer();
 
