@@ -146,8 +146,9 @@ absl::Status EditHistory::ApplyRecord(const EditRecord& record) {
   batch.refusal = record.result.status;
   const auto restructured = [&](const StructureEdit&,
                                 std::string_view field) -> absl::StatusOr<StructureChange> {
-    if (record.made.has_value()) return StructureChange{*record.made, record.result.drag_residual};
-    return error::InvalidField(field, "has no lattice in the record");
+    if (!record.made.has_value()) return error::InvalidField(field, "has no lattice in the record");
+    LATTICED_RETURN_IF_ERROR(Validate(*record.made));
+    return StructureChange{*record.made, record.result.drag_residual};
   };
   EditSummary summary;
   const auto status = ApplyNew(
@@ -160,8 +161,9 @@ absl::Status EditHistory::ApplyRecord(const EditRecord& record) {
                     record.result.revision, revision_, structure_id_, status.ToString()));
   }
   Keep(record.batch, record.result);
-  for (uint32_t n = 0; n < record.steps_forgotten; ++n) ForgetOldestStep();
-  for (uint32_t n = 0; n < record.editors_forgotten; ++n) ForgetOldestEditor();
+  // A damaged record may name four billion.
+  for (uint32_t n = 0; n < record.steps_forgotten && ForgetOldestStep();) ++n;
+  for (uint32_t n = 0; n < record.editors_forgotten && ForgetOldestEditor();) ++n;
   return absl::OkStatus();
 }
 

@@ -17,8 +17,12 @@ using TimePoint = std::chrono::steady_clock::time_point;
 int64_t ToStored(TimePoint time) {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(time.time_since_epoch()).count();
 }
-TimePoint TimeFromStored(int64_t nanoseconds) {
-  return TimePoint(std::chrono::nanoseconds(nanoseconds));
+// The difference of two such times fits in nanoseconds.
+absl::StatusOr<TimePoint> TimeFromStored(int64_t nanoseconds) {
+  constexpr std::chrono::nanoseconds kMost = std::chrono::hours(24 * 365 * 100);
+  const std::chrono::nanoseconds time(nanoseconds);
+  if (time < -kMost || time > kMost) return NotARecord("a time");
+  return TimePoint(time);
 }
 
 void ToStored(const QuantisationBox& box, store::Box& stored) {
@@ -169,8 +173,8 @@ absl::StatusOr<EditStep> FromStored(const store::Step& stored) {
                 .editor_id = stored.editor_id(),
                 .gesture_id = stored.gesture_id(),
                 .open = stored.open(),
-                .timed_out = stored.timed_out(),
-                .last_heard = TimeFromStored(stored.last_heard())};
+                .timed_out = stored.timed_out()};
+  LATTICED_ASSIGN_OR_RETURN(step.last_heard, TimeFromStored(stored.last_heard()));
   LATTICED_ASSIGN_OR_RETURN(const auto start, FromStored(stored.start()));
   for (size_t n = 0; n < start.indices.size(); ++n) {
     step.start.emplace(start.indices[n], start.positions[n]);
@@ -210,7 +214,7 @@ absl::StatusOr<SceneRecord> DecodeRecord(std::string_view bytes) {
   }
   SceneRecord record;
   LATTICED_ASSIGN_OR_RETURN(record.edit.batch, BatchFromStored(stored));
-  record.edit.now = TimeFromStored(stored.now());
+  LATTICED_ASSIGN_OR_RETURN(record.edit.now, TimeFromStored(stored.now()));
   if (stored.has_made()) {
     LATTICED_ASSIGN_OR_RETURN(record.edit.made, LatticeFromStored(stored.made()));
   }
@@ -276,7 +280,7 @@ absl::StatusOr<SceneImage> DecodeImage(std::string_view bytes) {
   history.clock = stored.clock();
   history.records = stored.records();
   image.box = FromStored(stored.box());
-  image.now = TimeFromStored(stored.now());
+  LATTICED_ASSIGN_OR_RETURN(image.now, TimeFromStored(stored.now()));
   image.commit_time = absl::FromUnixNanos(stored.commit_time());
   return image;
 }

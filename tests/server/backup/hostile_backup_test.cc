@@ -122,10 +122,9 @@ TEST_F(HostileBackupTest, AHistoryThatCannotBeIsRefused) {
       {"out of range", [](store::Image& image) { image.set_clock(~uint64_t{0} - 5); }},
       {"out of range", [](store::Image& image) { image.set_structure_id(0); }},
       {"of the future", [](store::Image& image) { image.set_clock(0); }},
-      {"its times",
-       [](store::Image& image) { image.set_now(std::numeric_limits<int64_t>::max()); }},
+      {"a time", [](store::Image& image) { image.set_now(std::numeric_limits<int64_t>::max()); }},
       {"its times", [](store::Image& image) { image.set_commit_time(-1); }},
-      {"of the future",
+      {"a time",
        [](store::Image& image) {
          image.mutable_steps(0)->set_last_heard(std::numeric_limits<int64_t>::min());
        }},
