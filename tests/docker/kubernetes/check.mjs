@@ -11,12 +11,13 @@ import { dirname, join } from 'node:path';
 import { parse, parseAllDocuments } from 'yaml';
 
 const [manifests, out] = process.argv.slice(2);
-const read = (name) => readFileSync(join(manifests, name), 'utf8');
+const read = (name) => readFileSync(join(manifests, 'base', name), 'utf8');
 const objectsOf = (name) => parseAllDocuments(read(name)).map((document) => document.toJS());
 const kustomization = parse(read('kustomization.yaml'));
 const objects = kustomization.resources.flatMap(objectsOf);
-const gpu = parse(read('gpu/kustomization.yaml'));
-const patches = gpu.patches.flatMap(({ path }) => objectsOf(join('gpu', path)));
+const gpu = parse(read('../gpu/kustomization.yaml'));
+assert.deepEqual(gpu.resources, ['../base']); // a folder above it would be a cycle
+const patches = gpu.patches.flatMap(({ path }) => objectsOf(join('../gpu', path)));
 
 /** The module of an object's kind: apps/v1/StatefulSet. Groups without a dot have none in Kubernetes' names either. */
 const moduleOf = ({ apiVersion, kind }) => `kubernetes-models/${apiVersion}/${kind}`;

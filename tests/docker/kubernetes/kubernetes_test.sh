@@ -29,9 +29,9 @@ variables=$(node -e '
   const text = require("node:fs").readFileSync(process.argv[1], "utf8");
   const set = parseAllDocuments(text).map((d) => d.toJS()).find(({ kind }) => kind === "StatefulSet");
   for (const { name, value } of set.spec.template.spec.containers[0].env) console.log(`${name}=${value ?? "latticed-0"}`);
-' "$docker/kubernetes/servers.yaml")
+' "$docker/kubernetes/base/servers.yaml")
 mapfile -t variables <<<"$variables"
-config=$(env "${variables[@]}" "$build/server/latticed" --insecure --print-config)
+config=$(env "${variables[@]}" "$build/server/latticed" --token-file tokens --print-config)
 for variable in "${variables[@]}"; do
   name=${variable%%=*}
   option=$(tr '[:upper:]_' '[:lower:]-' <<<"${name#LATTICED_}")
@@ -39,8 +39,9 @@ for variable in "${variables[@]}"; do
 done
 
 # The proxies: as they are mounted, the certificate and its key in two files.
-rm -rf proxy && mkdir proxy && cd proxy
-openssl req -x509 -newkey rsa:2048 -nodes -days 2 -subj /CN=localhost -keyout latticed.pem.key -out latticed.pem 2>/dev/null
+rm -rf proxy && mkdir -p proxy/latticed.pem && cd proxy
+openssl req -x509 -newkey rsa:2048 -nodes -days 2 -subj /CN=localhost -keyout latticed.pem/site.pem.key \
+  -out latticed.pem/site.pem 2>/dev/null
 touch owners.map
-for part in "$docker"/{haproxy,haproxy-shared,kubernetes/haproxy-servers}.cfg; do sed "s|/etc/haproxy|$PWD|" "$part" >"$(basename "$part")"; done
+for part in "$docker"/{haproxy,haproxy-shared,kubernetes/base/haproxy-servers}.cfg; do sed "s|/etc/haproxy|$PWD|" "$part" >"$(basename "$part")"; done
 LATTICED_SHARED=1 haproxy -c -q -f haproxy.cfg -f haproxy-shared.cfg -f haproxy-servers.cfg && echo "HAProxy takes its configuration"
