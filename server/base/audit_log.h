@@ -6,8 +6,9 @@
 //   {"time":"2026-11-27T19:12:23.123Z","event":"scene_created","tenant":"acme","caller":"ada","scene":"cow",
 //    "mesh":"9f…","request_id":"4f…"}
 //
-// Events: mesh_created, mesh_deleted, scene_created, scene_deleted, scene_edited. A caller's edits of a scene are one line, when
-// no more have come for kSilence, or the server ends: with their number, and the time of the first and the last.
+// Events: mesh_created, mesh_deleted, mesh_restored, scene_created, scene_deleted, scene_edited, scene_restored. A caller's
+// edits of a scene are one line, when no more have come for kSilence, or the server ends: with their number, and the time of
+// the first and the last.
 //
 // A line is written by one call, so lines of several servers that share a file do not mix. A line that cannot be written is told
 // in the server's log, and the call that it is about goes on.

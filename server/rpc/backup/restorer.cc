@@ -17,6 +17,7 @@
 #include "server/base/auth/tenant.h"
 #include "server/engine/memory/allocation_limit.h"
 #include "server/engine/scene/copied_history.h"
+#include "server/rpc/access/audit.h"
 #include "server/rpc/access/quota_access.h"
 #include "server/rpc/access/tenant_access.h"
 #include "server/rpc/backup/backup_source.h"
@@ -217,6 +218,7 @@ absl::Status Restorer::StoreMesh(CompleteUpload upload) {
   if (const auto owner = NewOwner(); owner.has_value()) mesh.owner = *owner;
   LATTICED_RETURN_IF_ERROR(
       env_.meshes.Add(std::move(mesh), std::move(upload.reservation)).status());
+  Audit(env_, call_, "mesh_restored", {{"mesh", item_.mesh()}});
   done_.set_meshes(done_.meshes() + 1);
   return absl::OkStatus();
 }
@@ -267,6 +269,7 @@ absl::Status Restorer::StoreScene(CompleteUpload upload) {
     return absl::OkStatus();
   }
   LATTICED_RETURN_IF_ERROR(made);
+  Audit(env_, call_, "scene_restored", {{"scene", item_.scene()}, {"mesh", mesh_id}});
   done_.set_scenes(done_.scenes() + 1);
   return absl::OkStatus();
 }
