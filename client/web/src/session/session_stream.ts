@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 import { Code } from '@connectrpc/connect';
-import type { Presence as PresenceMessage, SceneEvent } from 'latticed/v1/event_pb';
+import type { Hello, Presence as PresenceMessage, SceneEvent } from 'latticed/v1/event_pb';
 import { Feature, type ServerInfo } from 'latticed/v1/server_pb';
 import type { DecodePool } from '../decode/decode_pool';
 import { clipped } from '../state/person';
@@ -124,10 +124,10 @@ export class SessionStream implements ConnectionHost {
       maxUnackedUpdates: AckPace.AT_ONCE };
   }
 
-  opened(): void {
+  opened({ headRevision }: Hello): void {
     this.hasOpened = true;
     this.acks.opened();
-    this.sync.opened();
+    this.sync.opened(headRevision);
     this.presences.opened();
     this.listeners.emit('presence', this.presences.others);
     this.tell('live', this.parts.info.durable ? 'Connected.' : 'Connected. This server keeps scenes only in memory.');
@@ -161,8 +161,8 @@ export class SessionStream implements ConnectionHost {
   }
 
   private get goneInWords(): string {
-    if (this.parts.info.durable) return 'Somebody has deleted this scene.';
-    return 'The server no longer has this scene: it was restarted and keeps nothing, or somebody deleted it. The lattice can still be saved here.';
+    const why = this.parts.info.durable ? 'somebody deleted it, or nobody used it for too long' : 'it was restarted and keeps nothing, or somebody deleted it';
+    return `The server no longer has this scene: ${why}. The lattice can still be saved here.`;
   }
 
   async probe(): Promise<ServerError | undefined> {

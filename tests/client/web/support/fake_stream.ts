@@ -10,6 +10,8 @@ import { DeformRequestSchema, type ControlWatchRequest, type DeformRequest } fro
 import type { OpenStream, SceneStream, StreamHandlers, WatchRequestInit } from '@src/wire/scene_stream';
 import type { ServerError } from '@src/wire/server_error';
 
+const NEWEST = 1n << 40n; // no lattice of a test is newer
+
 /** A stream whose server is the test. */
 export class FakeStream implements SceneStream {
   readonly sent: DeformRequest[] = [];
@@ -35,8 +37,8 @@ export class FakeStream implements SceneStream {
     if (!this.isClosed) this.handlers.end(error);
   }
 
-  hello(bootId = 'boot-1', heartbeatMs = 0): void {
-    this.event({ case: 'hello', value: { bootId, watchId: 'w', heartbeat: { seconds: 0n, nanos: heartbeatMs * 1e6 } } });
+  hello(headRevision = NEWEST, heartbeatMs = 0): void {
+    this.event({ case: 'hello', value: { headRevision, watchId: 'w', heartbeat: { seconds: 0n, nanos: heartbeatMs * 1e6 } } });
   }
 
   get edits(): EditBatch[] {

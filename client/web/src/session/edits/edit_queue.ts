@@ -126,9 +126,12 @@ export class EditQueue {
     return dropped.length;
   }
 
-  /** Drops what was answered: the server's lattice will never reach those revisions. */
-  forgetAnswered(): void {
-    this.answered.length = 0;
+  /** Drops everything. Returns whether any of it had no answer. */
+  clear(): boolean {
+    const unanswered = this.unanswered > 0;
+    this.answered.length = this.waiting.length = this.sent.length = 0;
+    this.inFlight = undefined;
+    return unanswered;
   }
 
   /** Milliseconds since the newest sent edit up to `sequence`; undefined if an earlier call has reported it. */

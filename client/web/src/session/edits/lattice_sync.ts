@@ -19,6 +19,7 @@ import type { Gesture, GestureListener, SessionEvents } from '../scene_session';
 /** Keeps the lattice that is shown in step with the server's: edits go out, states and deltas come in. */
 export class LatticeSync {
   private static readonly DROPPED = 'The lattice got other control points meanwhile, so unsent edits were dropped.';
+  private static readonly MADE_AGAIN = 'The scene was made again meanwhile, so unsent edits were dropped.';
   private static readonly CHANGED = 'The lattice got other control points meanwhile, so your move ended.';
 
   readonly steps = new UndoSteps();
@@ -53,7 +54,6 @@ export class LatticeSync {
     const lattice = toLattice(state.lattice!);
     const first = !this.model;
     const known = this.model?.structureId;
-    if (this.model && state.revision < this.model.revision) this.madeAgain();
     this.model ??= new LatticeModel(lattice, state.structureId, state.revision, this.queue);
     const changed = this.model.takeState(lattice, state.structureId, state.revision);
     this.queue.reached(state.revision);
@@ -105,19 +105,22 @@ export class LatticeSync {
     return this.queue.ageOf(sequence);
   }
 
-  /** A stream is open: the batch in flight is sent again. */
-  opened(): void {
+  /**
+   * A stream is open, and the server's lattice is at `head`: the batch in flight is sent again. If revisions have gone
+   * back, somebody has made another scene under the same id, on a server that had lost this one. It takes no edits that
+   * were made for the other.
+   */
+  opened(head: bigint): void {
+    if (this.model && head < this.model.revision) {
+      this.steps.forget();
+      const unsent = this.queue.clear();
+      if (this.openGesture?.abandon() || unsent) this.listeners.emit('refused', LatticeSync.MADE_AGAIN);
+    }
     this.queue.opened();
   }
 
   lost(): void {
     this.queue.lost();
-  }
-
-  /** Somebody has made another scene under the same id, on a server that had lost this one. It has its own history. */
-  private madeAgain(): void {
-    this.queue.forgetAnswered();
-    this.steps.forget();
   }
 
   /** Ends the gesture, and drops edits for other structures than this; for all if absent, as an id may return. */
