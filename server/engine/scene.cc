@@ -33,6 +33,7 @@ Scene::Scene(SceneConfig config, SceneLife life, MemoryReservation history,
     : config_(WithTokenKey(std::move(config))),
       context_(context),
       epoch_(std::chrono::steady_clock::now() - life.now.time_since_epoch()),
+      commits_(std::move(life.commits)),
       editor_(std::move(life.history)),
       journal_(context.store, config_.id, life.replayed),
       history_reservation_(std::move(history)),
@@ -81,6 +82,7 @@ absl::StatusOr<std::shared_ptr<Scene>> Scene::Make(SceneConfig config, SceneLife
   const MutexLock edit_lock(&scene->edit_mutex_);
   LATTICED_RETURN_IF_ERROR(scene->HoldRestored(structure));
   scene->applied_ = scene->editor_.FirstState(std::move(prepared.state), commit_time, box);
+  scene->is_box_stored_ = box.has_value() && box->id == scene->applied_->box.id;
   const MutexLock lock(&scene->mutex_);
   scene->head_ = {scene->applied_, std::move(prepared.target)};
   scene->chunk_revisions_ = std::move(chunk_revisions);
@@ -122,6 +124,11 @@ absl::StatusOr<Scene::Prepared> Scene::Prepare(const LatticeStructure& structure
     state.plan = std::move(plan);
     return Prepared{std::move(state), std::move(slot)};
   });
+}
+
+std::optional<absl::Time> Scene::CommitTime(uint64_t revision) const {
+  const auto found = commits_.find(revision);
+  return found == commits_.end() ? std::nullopt : std::optional(found->second);
 }
 
 std::shared_ptr<const SceneState> Scene::State() const { return Head().state; }

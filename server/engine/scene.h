@@ -107,6 +107,8 @@ class Scene : public RenderSource, public std::enable_shared_from_this<Scene> {
   const SceneConfig& config() const { return config_; }
   const std::string& id() const { return config_.id; }
   absl::Time create_time() const { return config_.create_time; }
+  // Of a revision that the scene was made from: those since its log's last snapshot.
+  [[nodiscard]] std::optional<absl::Time> CommitTime(uint64_t revision) const;
 
   // Applies all of the batch or nothing, and makes the next revision. kInvalidArgument, kAborted
   // (STRUCTURE_CHANGED, REVISION_CHANGED, OUT_OF_ORDER, UNDO_CONFLICT), kFailedPrecondition (nothing to
@@ -250,13 +252,15 @@ class Scene : public RenderSource, public std::enable_shared_from_this<Scene> {
   const std::shared_ptr<const void> hold_ = std::make_shared<char>();
   PresenceBoard presence_;
 
-  const EditHistory::TimePoint epoch_;  // Now() was 0
+  const EditHistory::TimePoint epoch_;            // Now() was 0
+  const std::map<uint64_t, absl::Time> commits_;  // by revision, of earlier lives
 
   Mutex edit_mutex_;
   SceneEditor editor_ ABSL_GUARDED_BY(edit_mutex_);
   SceneJournal journal_;
   // What the last edit led to. It is published when it is durable.
   std::shared_ptr<const SceneState> applied_ ABSL_GUARDED_BY(edit_mutex_);
+  bool is_box_stored_ ABSL_GUARDED_BY(edit_mutex_) = true;
   HistoryReservation history_reservation_ ABSL_GUARDED_BY(edit_mutex_);
   std::atomic<uint64_t> history_bytes_ = 0;  // with those of log_, to be read without the lock
 

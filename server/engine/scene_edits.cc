@@ -91,6 +91,8 @@ Scene::Answer Scene::TryEdits(const EditBatch& batch, std::optional<PlanCandidat
   }
 
   const bool new_box = commit.ok() && commit->box_changed;
+  std::optional<absl::Time> commit_time;
+  if (commit.ok() && commit->state != nullptr) commit_time = commit->state->commit_time;
   auto then = [self = shared_from_this(), commit = std::move(commit), target = std::move(target),
                done](const absl::Status& durable) { done(self->Settle(commit, target, durable)); };
   if (!is_recorded) {
@@ -99,9 +101,10 @@ Scene::Answer Scene::TryEdits(const EditBatch& batch, std::optional<PlanCandidat
     return std::nullopt;
   }
   SceneRecord record{.edit = editor_.LastRecord(batch, now), .commit_time = absl::Now()};
+  if (commit_time.has_value()) record.commit_time = *commit_time;
   FitHistory(record.edit);
-  // The first box follows from the first plan, which no later life of the scene makes.
-  if (new_box || records == 0) record.box = applied_->box;
+  // A box that followed from the plan, which no later life of the scene makes.
+  if (new_box || !std::exchange(is_box_stored_, true)) record.box = applied_->box;
   journal_.Append(records + 1, record, std::move(then));
   attempt.Done();
   MaybeSnapshot(record);
@@ -151,6 +154,7 @@ absl::Status Scene::ReadAgain() {
   if (life.history.revision() != head->revision) return Lose();
   editor_ = SceneEditor(std::move(life.history));
   applied_ = std::move(head);
+  is_box_stored_ = life.box.has_value() && life.box->id == applied_->box.id;
   journal_.Mend();
   return absl::OkStatus();
 }

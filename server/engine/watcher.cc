@@ -34,8 +34,7 @@ Watcher::Watcher(std::shared_ptr<Scene> scene, const WatcherOptions& options)
     : scene_(std::move(scene)),
       editor_id_(options.editor_id),
       account_(options.account),
-      evaluator_(options.evaluator),
-      run_(options.run),
+      scope_{scene_->config().token_key, options.evaluator, options.run},
       only_full_detail_(options.only_full_detail) {
   client_.max_unacked_updates = options.max_unacked_updates;
 }
@@ -46,8 +45,9 @@ absl::StatusOr<std::unique_ptr<Watcher>> Watcher::Create(std::shared_ptr<Scene> 
   LATTICED_RETURN_IF_ERROR(watcher->UseView(options.view));
   const auto state = watcher->scene_->State();
   ClientState& client = watcher->client_;
-  client.had = ParseResumeToken(options.resume_token, watcher->ScopeOf(watcher->key()),
-                                watcher->key(), *state);
+  client.had =
+      ParseResumeToken(options.resume_token, watcher->scope_, watcher->key(), *state,
+                       [&](uint64_t revision) { return watcher->scene_->CommitTime(revision); });
   watcher->resumed_ = client.had.has_value();
   // Revisions must never go back, but an idle view may hold an older snapshot than this client saw elsewhere.
   client.min_revision = std::max(options.min_revision, state->revision);
@@ -215,12 +215,8 @@ const std::string& Watcher::TopologyOf(const Snapshot& snapshot) {
   return name_;
 }
 
-TokenScope Watcher::ScopeOf(const ViewKey& view) const {
-  return {scene_->config().token_key, OnlyEditsChange(view) ? evaluator_ : run_};
-}
-
 void Watcher::Complete(UpdateEnds& end) {
-  end.resume_token = MakeResumeToken(ScopeOf(client_.had->view), *client_.had);
+  end.resume_token = MakeResumeToken(scope_, *client_.had);
   if (!editor_id_.empty()) {
     applied_sequence_ =
         std::max(applied_sequence_, scene_->AppliedSequence(editor_id_, end.revision));

@@ -97,14 +97,12 @@ class Watcher {
   void WantNewer(const Snapshot* offered);
   const std::string& TopologyOf(const Snapshot& snapshot);
   void Complete(UpdateEnds& end);
-  // What another server evaluates alike it resumes too, if it knows the chunks that the client has.
-  TokenScope ScopeOf(const ViewKey& view) const;
   void Count(const WatchEvent& event) const;
 
   const std::shared_ptr<Scene> scene_;
   const std::string editor_id_;
   const MemoryAccountPtr account_;
-  const std::string evaluator_, run_;
+  const TokenScope scope_;
   ClientState client_;
   WatchView asked_;
   LevelOfDetail detail_{asked_};

@@ -10,7 +10,6 @@
 #include <thread>
 #include <utility>
 
-#include "absl/strings/str_join.h"
 #include "absl/time/clock.h"
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
@@ -43,14 +42,13 @@ std::string HostName() {
   return name.data();
 }
 
-// A loss of power may take acknowledged revisions back unless commits are durable at once, and then others get their
-// numbers. Sources that no commit names may be any.
+// Sources that no commit names may be any. A scene goes to any of several devices, whose last bits may differ.
 std::string EvaluatorName(const Options& options, const Backend& backend, const std::string& run) {
-  if (options.durability == "async" || Commit() == "unknown") return run;
   std::set<std::string> devices;
   for (const DeviceState& device : backend.devices()) devices.insert(device.name);
+  if (Commit() == "unknown" || devices.size() != 1) return run;
   return fmt::format("{} {} {} {} {}", Version(), Commit(), options.encoder, backend.name(),
-                     absl::StrJoin(devices, ", "));
+                     *devices.begin());
 }
 
 void LogEviction(const Scene& scene, uint64_t bytes) {

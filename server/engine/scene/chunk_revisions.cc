@@ -5,6 +5,7 @@
 #include <map>
 
 #include "core/ffd/dirty_set.h"
+#include "core/ffd/lattice_edit.h"
 
 namespace latticed {
 
@@ -19,7 +20,7 @@ void MovedPoints::Note(const Lattice& lattice, uint64_t revision, bool all) {
     return;
   }
   for (size_t i = 0; i < places_.size(); ++i) {
-    if (lattice.control_points[i] == places_[i]) continue;
+    if (SameBits(lattice.control_points[i], places_[i])) continue;
     places_[i] = lattice.control_points[i];
     revisions_[i] = revision;
   }

@@ -37,9 +37,10 @@ absl::StatusOr<SceneLife> Replay(const SceneLog& log) {
     LATTICED_ASSIGN_OR_RETURN(life, FromSnapshot(log));
   }
   life.moved = MovedPoints(life.history.lattice(), life.history.revision());
+  life.commits[life.history.revision()] = life.commit_time;
   for (size_t n = 0; n < log.records.size(); ++n) {
     const uint64_t lsn = log.snapshot_lsn + n + 1;
-    const uint64_t structure = life.history.structure_id();
+    const uint64_t structure = life.history.structure_id(), revision = life.history.revision();
     const auto record = DecodeRecord(log.records[n]);
     if (!record.ok()) return Damaged(lsn, record.status());
     if (const auto status = life.history.ApplyRecord(record->edit); !status.ok()) {
@@ -50,6 +51,9 @@ absl::StatusOr<SceneLife> Replay(const SceneLog& log) {
     if (record->box.has_value()) life.box = record->box;
     life.now = record->edit.now;
     life.commit_time = record->commit_time;
+    if (life.history.revision() > revision) {
+      life.commits[life.history.revision()] = record->commit_time;
+    }
   }
   life.replayed = log.records.size();
   return life;

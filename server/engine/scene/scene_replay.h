@@ -10,6 +10,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <map>
 #include <optional>
 
 #include "absl/status/statusor.h"
@@ -27,8 +28,9 @@ struct SceneLife {
   std::optional<QuantisationBox> box;         // none: no edit has come yet
   std::chrono::steady_clock::time_point now;  // on the scene's clock
   absl::Time commit_time;
-  uint64_t replayed = 0;  // records since the last snapshot
-  MovedPoints moved;      // by those records
+  uint64_t replayed = 0;                   // records since the last snapshot
+  MovedPoints moved;                       // by those records
+  std::map<uint64_t, absl::Time> commits;  // by revision: of those records, and the one before
 };
 
 [[nodiscard]] absl::StatusOr<SceneLife> Replay(const SceneLog& log);

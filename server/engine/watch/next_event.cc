@@ -137,7 +137,8 @@ WatchEvent End(ClientState& client, const WatchOffer& offer) {
   client.had = ClientSurface{.view = snapshot.view,
                              .structure_id = snapshot.structure_id,
                              .quantisation_id = snapshot.quantisation_id(),
-                             .revision = snapshot.revision};
+                             .revision = snapshot.revision,
+                             .commit_time = snapshot.edit_time};
   client.covered = snapshot.revision;
   const ClientUpdate update = *std::exchange(client.update, std::nullopt);
   return UpdateEnds{.update_id = update.id,

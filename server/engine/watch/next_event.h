@@ -37,6 +37,7 @@ struct ClientSurface {
   uint64_t structure_id = 0;
   uint64_t quantisation_id = 0;
   uint64_t revision = 0;
+  absl::Time commit_time;  // of the revision, in nanoseconds
   friend bool operator==(const ClientSurface&, const ClientSurface&) = default;
 };
 

@@ -22,24 +22,38 @@ std::string KeyText(const ViewKey& key) {
                      static_cast<int>(key.encoding), s.tolerance);
 }
 
-}  // namespace
-
-std::string MakeResumeToken(const TokenScope& scope, const ClientSurface& had) {
-  const std::string text = fmt::format("{}/{}/{}/{}", had.structure_id, had.quantisation_id,
-                                       had.revision, KeyText(had.view));
+std::string TokenOf(const TokenScope& scope, const ClientSurface& had, const std::string& run) {
+  const std::string text =
+      fmt::format("{}/{}/{}/{}/{}/{}", had.structure_id, had.quantisation_id, had.revision,
+                  absl::ToUnixNanos(had.commit_time), run, KeyText(had.view));
   const std::string mac = HmacSha256Hex(scope.key, fmt::format("{}/{}", text, scope.evaluator));
   return fmt::format("{}/{}", text, mac.substr(0, kMacDigits));
 }
 
+}  // namespace
+
+std::string MakeResumeToken(const TokenScope& scope, const ClientSurface& had) {
+  return TokenOf(scope, had, scope.run);
+}
+
 std::optional<ClientSurface> ParseResumeToken(std::string_view token, const TokenScope& scope,
-                                              const ViewKey& view, const SceneState& state) {
+                                              const ViewKey& view, const SceneState& state,
+                                              CommitTimeOf committed) {
   const std::vector<std::string> parts = absl::StrSplit(std::string(token), '/');
   ClientSurface had{.view = view};
-  if (parts.size() != 5 || !absl::SimpleAtoi(parts[2], &had.revision)) return std::nullopt;
+  int64_t nanos = 0;
+  if (parts.size() != 7 || !absl::SimpleAtoi(parts[2], &had.revision) ||
+      !absl::SimpleAtoi(parts[3], &nanos)) {
+    return std::nullopt;
+  }
   had.structure_id = state.structure_id;
   had.quantisation_id = QuantisationId(view, state.box);
-  if (had.revision > state.revision || token != MakeResumeToken(scope, had)) return std::nullopt;
-  return had;
+  had.commit_time = absl::FromUnixNanos(nanos);
+  const std::string& run = parts[4];
+  if (had.revision > state.revision || token != TokenOf(scope, had, run)) return std::nullopt;
+  if (run == scope.run) return had;
+  return OnlyEditsChange(view) && committed(had.revision) == had.commit_time ? std::optional(had)
+                                                                             : std::nullopt;
 }
 
 }  // namespace latticed

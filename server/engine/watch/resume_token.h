@@ -2,7 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // What a client has, as a token. The client sends it back when it watches again. The token ends with an HMAC, so
-// that a changed token resumes nothing.
+// that a changed token resumes nothing. A store may go back in time, as after a failover that lost commits: another run of
+// a server takes a token only if it knows the revision by the time of its commit.
 //
 // Threads  pure
 #ifndef LATTICED_SERVER_ENGINE_WATCH_RESUME_TOKEN_H_
@@ -13,6 +14,8 @@
 #include <string>
 #include <string_view>
 
+#include "absl/functional/function_ref.h"
+#include "absl/time/time.h"
 #include "server/engine/scene/scene_state.h"
 #include "server/engine/watch/next_event.h"
 
@@ -23,14 +26,18 @@ namespace latticed {
 struct TokenScope {
   std::string key;        // of the HMAC: the scene's, which its store keeps secret
   std::string evaluator;  // whatever makes the same bytes from the same lattice has the same name
+  std::string run;        // this run of the server
 };
 
 [[nodiscard]] std::string MakeResumeToken(const TokenScope& scope, const ClientSurface& had);
-// nullopt when the token is of another scope or view, or the scene now has another structure or box.
+// When a revision was committed; nullopt where that is not known.
+using CommitTimeOf = absl::FunctionRef<std::optional<absl::Time>(uint64_t revision)>;
+// nullopt when the token is of another scope, view or history, or the scene now has another structure or box.
 [[nodiscard]] std::optional<ClientSurface> ParseResumeToken(std::string_view token,
                                                             const TokenScope& scope,
                                                             const ViewKey& view,
-                                                            const SceneState& state);
+                                                            const SceneState& state,
+                                                            CommitTimeOf committed);
 
 }  // namespace latticed
 

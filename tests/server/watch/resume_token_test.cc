@@ -10,23 +10,26 @@
 namespace latticed::testing {
 namespace {
 
+std::optional<absl::Time> NotKnown(uint64_t) { return std::nullopt; }
+
 TEST(ResumeToken, ResumesNothingOnceABitIsFlipped) {
-  const TokenScope scope{"key", "cpu"};
+  const TokenScope scope{"key", "cpu", "run"};
   SceneState state;
   state.revision = 1'000;
   const ClientSurface had{ViewKey(), state.structure_id, state.box.id, 5};
   const std::string token = MakeResumeToken(scope, had);
-  ASSERT_TRUE(ParseResumeToken(token, scope, ViewKey(), state).has_value());
+  ASSERT_TRUE(ParseResumeToken(token, scope, ViewKey(), state, NotKnown).has_value());
 
   for (size_t bit = 0; bit < 8 * token.size(); ++bit) {
     std::string flipped = token;
     flipped[bit / 8] = static_cast<char>(flipped[bit / 8] ^ (1 << (bit % 8)));
-    EXPECT_EQ(ParseResumeToken(flipped, scope, ViewKey(), state), std::nullopt) << flipped;
+    EXPECT_EQ(ParseResumeToken(flipped, scope, ViewKey(), state, NotKnown), std::nullopt)
+        << flipped;
   }
 }
 
 TEST(ResumeToken, ResumesTheSameScopeViewStructureAndBoxAlone) {
-  const TokenScope scope{"key", "cpu"};
+  const TokenScope scope{"key", "cpu", "run"};
   SceneState state;
   state.revision = 9;
   state.box.id = 3;
@@ -34,7 +37,7 @@ TEST(ResumeToken, ResumesTheSameScopeViewStructureAndBoxAlone) {
   const ClientSurface had{view, state.structure_id, 3, 5};
   const std::string token = MakeResumeToken(scope, had);
 
-  EXPECT_EQ(ParseResumeToken(token, scope, view, state), had);
+  EXPECT_EQ(ParseResumeToken(token, scope, view, state, NotKnown), had);
 
   ViewKey finer = view;
   finer.spec.segments = 11;
@@ -42,19 +45,43 @@ TEST(ResumeToken, ResumesTheSameScopeViewStructureAndBoxAlone) {
   other_structure.structure_id = 2;
   other_box.box.id = 4;
   older.revision = 4;
-  EXPECT_EQ(ParseResumeToken(token, {"another", "cpu"}, view, state), std::nullopt);
-  EXPECT_EQ(ParseResumeToken(token, {"key", "cuda"}, view, state), std::nullopt);
-  EXPECT_EQ(ParseResumeToken(token, scope, finer, state), std::nullopt);
-  EXPECT_EQ(ParseResumeToken(token, scope, view, other_structure), std::nullopt);
-  EXPECT_EQ(ParseResumeToken(token, scope, view, other_box), std::nullopt);
-  EXPECT_EQ(ParseResumeToken(token, scope, view, older), std::nullopt);
-  for (const char* garbage : {"", "a/b/c/d/e", "1/3/5/x/", "////"}) {
-    EXPECT_EQ(ParseResumeToken(garbage, scope, view, state), std::nullopt) << garbage;
+  EXPECT_EQ(ParseResumeToken(token, {"another", "cpu", "run"}, view, state, NotKnown),
+            std::nullopt);
+  EXPECT_EQ(ParseResumeToken(token, {"key", "cuda", "run"}, view, state, NotKnown), std::nullopt);
+  EXPECT_EQ(ParseResumeToken(token, scope, finer, state, NotKnown), std::nullopt);
+  EXPECT_EQ(ParseResumeToken(token, scope, view, other_structure, NotKnown), std::nullopt);
+  EXPECT_EQ(ParseResumeToken(token, scope, view, other_box, NotKnown), std::nullopt);
+  EXPECT_EQ(ParseResumeToken(token, scope, view, older, NotKnown), std::nullopt);
+  for (const char* garbage : {"", "a/b/c/d/e/f/g", "1/3/5/0/run/x/", "//////"}) {
+    EXPECT_EQ(ParseResumeToken(garbage, scope, view, state, NotKnown), std::nullopt) << garbage;
   }
 }
 
+TEST(ResumeToken, OfAnotherRunCountsWhereItsRevisionIsKnown) {
+  SceneState state;
+  state.revision = 9;
+  const absl::Time time = absl::FromUnixNanos(1'795'000'000'123'456'789);
+  ViewKey view;
+  const ClientSurface had{view, state.structure_id, state.box.id, 5, time};
+  const std::string token = MakeResumeToken({"key", "cpu", "run one"}, had);
+  const TokenScope two{"key", "cpu", "run two"};
+  const auto at = [](absl::Time when) {
+    return [when](uint64_t revision) { return revision == 5 ? std::optional(when) : std::nullopt; };
+  };
+
+  EXPECT_EQ(ParseResumeToken(token, two, view, state, at(time)), had);
+  EXPECT_EQ(ParseResumeToken(token, two, view, state, NotKnown), std::nullopt);
+  // The store went back, and another edit made the revision.
+  EXPECT_EQ(ParseResumeToken(token, two, view, state, at(time + absl::Nanoseconds(1))),
+            std::nullopt);
+
+  view.spec.tolerance = 0.5;
+  const std::string rough = MakeResumeToken({"key", "cpu", "run one"}, {view, 1, 1, 5, time});
+  EXPECT_EQ(ParseResumeToken(rough, two, view, state, at(time)), std::nullopt);
+}
+
 TEST(ResumeToken, OfAViewWithoutPositionsOutlivesABox) {
-  const TokenScope scope{"key", "cpu"};
+  const TokenScope scope{"key", "cpu", "run"};
   SceneState state;
   state.revision = 9;
   state.box.id = 3;
@@ -63,7 +90,7 @@ TEST(ResumeToken, OfAViewWithoutPositionsOutlivesABox) {
   const std::string token = MakeResumeToken(scope, had);
   state.box.id = 4;
 
-  EXPECT_EQ(ParseResumeToken(token, scope, view, state), had);
+  EXPECT_EQ(ParseResumeToken(token, scope, view, state, NotKnown), had);
 }
 
 }  // namespace
