@@ -25,7 +25,7 @@ namespace latticed {
 class JsonWebKeys {
  public:
   static constexpr size_t kMostKeys = 64;
-  static constexpr size_t kMostTokenBytes = 8192;
+  static constexpr size_t kMostTokenBytes = 4096;  // proxies take 5 KiB of headers
 
   // kInvalidArgument: the text is no key set, or holds no key that may sign, or a private key.
   [[nodiscard]] static absl::StatusOr<JsonWebKeys> FromText(std::string_view text);

@@ -21,7 +21,7 @@ constexpr absl::Duration kCheckPeriod = absl::Seconds(1);
 constexpr absl::Duration kShowPeriod = absl::Milliseconds(250);
 constexpr absl::Duration kTick = absl::Milliseconds(20);
 
-absl::Status About(const std::string& scene, const absl::Status& status) {
+absl::Status OfScene(const std::string& scene, const absl::Status& status) {
   const std::string text = fmt::format("scene {}: {}", scene, std::string(status.message()));
   return error::WithDetails(absl::Status(status.code(), text), error::DetailsOf(status));
 }
@@ -108,7 +108,7 @@ class TortureRun {
     if (status.ok()) return;
     if (absl::IsNotFound(status) || absl::IsDataLoss(status)) return scene.model.Gone(status);
     const MutexLock lock(&mutex_);
-    status_.Update(About(scene.model.scene(), status));
+    status_.Update(OfScene(scene.model.scene(), status));
   }
   absl::Status status() const {
     const MutexLock lock(&mutex_);

@@ -127,7 +127,8 @@ TEST_F(StoreFullDisk, LosesNothingWhenItIsOpenedWithoutRoom) {
   const absl::Status opened = Open();
 
   if (!opened.ok()) {
-    EXPECT_THAT(opened, StatusIs(absl::StatusCode::kResourceExhausted, HasSubstr("data")));
+    EXPECT_THAT(opened,
+                StatusIs(absl::StatusCode::kResourceExhausted, HasSubstr("latticed.sqlite")));
     GiveBack();
     ASSERT_OK(Open());
   }
