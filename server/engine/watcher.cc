@@ -17,6 +17,9 @@
 namespace latticed {
 namespace {
 
+// Of a run's name in tokens, which every update has.
+constexpr size_t kRunDigits = 8;
+
 // kInvalidArgument if the plan has more points than the view allows, even in the least detail.
 absl::Status CheckMaxPoints(const WatchView& view, const DeformPlan& plan) {
   const uint64_t least =
@@ -34,7 +37,7 @@ Watcher::Watcher(std::shared_ptr<Scene> scene, const WatcherOptions& options)
     : scene_(std::move(scene)),
       editor_id_(options.editor_id),
       account_(options.account),
-      scope_{scene_->config().token_key, options.evaluator, options.run},
+      scope_{scene_->config().token_key, options.evaluator, options.run.substr(0, kRunDigits)},
       only_full_detail_(options.only_full_detail) {
   client_.max_unacked_updates = options.max_unacked_updates;
 }
