@@ -21,6 +21,12 @@ namespace {
 // A view that nobody has watched for this long is dropped.
 constexpr absl::Duration kIdleView = absl::Seconds(60);
 
+// Times in a header take a few bytes more or less. What a scene reserves does not depend on them.
+uint64_t WholePages(uint64_t bytes) {
+  constexpr uint64_t kPage = 4096;
+  return (bytes + kPage - 1) / kPage * kPage;
+}
+
 SceneConfig WithTokenKey(SceneConfig config) {
   if (config.token_key.empty()) config.token_key = NewRandomId();
   return config;
@@ -118,7 +124,7 @@ absl::StatusOr<Scene::Prepared> Scene::Prepare(const LatticeStructure& structure
     state.influential = std::make_shared<const std::vector<bool>>(InfluentialPoints(*plan));
     const uint64_t bytes = HostBytes(target->memory()) + state.patch_tree->MemoryBytes() +
                            LatticeBytes(structure) + LeastHistoryBytes(structure) +
-                           config_.stored_header.size();
+                           WholePages(config_.stored_header.size());
     LATTICED_RETURN_IF_ERROR(memory.Resize("the scene's plan", bytes));
     auto slot = std::make_shared<TargetSlot>(&backend, std::move(target), plan, std::move(memory));
     state.plan = std::move(plan);
