@@ -10,6 +10,7 @@
 #include <thread>
 #include <utility>
 
+#include "absl/functional/function_ref.h"
 #include "absl/time/clock.h"
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
@@ -49,6 +50,17 @@ std::string EvaluatorName(const Options& options, const Backend& backend, const 
   if (Commit() == "unknown" || devices.size() != 1) return run;
   return fmt::format("{} {} {} {} {}", Version(), Commit(), options.encoder, backend.name(),
                      *devices.begin());
+}
+
+// Reads again what a file holds if it was replaced. What cannot be read leaves all as it was.
+void Reread(WatchedFile& file, const std::string& what, absl::FunctionRef<absl::Status()> read) {
+  if (!file.Changed()) return;
+  if (const absl::Status status = read(); status.ok()) {
+    LogEvent(spdlog::level::info, what + " were read", {{"file", file.path()}});
+  } else {
+    LogEvent(spdlog::level::err, what + " stay as they were",
+             {{"error", std::string(status.message())}});
+  }
 }
 
 void LogEviction(const Scene& scene, uint64_t bytes) {
@@ -147,39 +159,17 @@ void ServerEnv::KeepHouse() {
   stalled_calls.CancelSince(now - options.write_timeout);
   wrong_tokens.Forget(now);
   callers.DropUnused();
-  RenewKeys();
-  RenewQuotas();
+  Reread(jwks_file_, "the keys of tokens",
+         [this] { return RenewAuthenticator(&Authenticator::ReadKeys); });
+  Reread(quota_file_, "the quotas of tenants", [this] { return ReadQuotas(); });
   audit.WriteEditsBefore(now - AuditLog::kSilence);
 }
 
 absl::Status ServerEnv::ReadQuotas() {
+  const MutexLock renewal(&renewal_);
   LATTICED_ASSIGN_OR_RETURN(QuotaTable table, QuotaTable::FromFile(options.quota_file));
   quotas.SetTable(std::move(table));
   return absl::OkStatus();
-}
-
-void ServerEnv::RenewQuotas() {
-  if (!quota_file_.Changed()) return;
-  if (const absl::Status read = ReadQuotas(); !read.ok()) {
-    LogEvent(spdlog::level::err, "the quotas stay as they were",
-             {{"error", std::string(read.message())}});
-    return;
-  }
-  LogEvent(spdlog::level::info, "the quotas of tenants were read", {{"file", options.quota_file}});
-}
-
-void ServerEnv::RenewKeys() {
-  if (!jwks_file_.Changed()) return;
-  const MutexLock renewal(&renewal_);
-  auto renewed = std::make_shared<Authenticator>(*authenticator());
-  if (const absl::Status read = renewed->ReadKeys(options); !read.ok()) {
-    LogEvent(spdlog::level::err, "the keys of tokens stay as they were",
-             {{"error", std::string(read.message())}});
-    return;
-  }
-  SetAuthenticator(std::move(renewed));
-  LogEvent(spdlog::level::info, "the keys of tokens were read again",
-           {{"file", options.jwks_file}});
 }
 
 bool ServerEnv::IsAsleep(std::string_view scene) const { return scenes->IsAsleep(scene); }
@@ -209,17 +199,15 @@ std::shared_ptr<const Authenticator> ServerEnv::authenticator() const {
   return authenticator_;
 }
 
-void ServerEnv::SetAuthenticator(std::shared_ptr<const Authenticator> authenticator) {
-  const MutexLock lock(&mutex_);
-  authenticator_.swap(authenticator);
-}
-
-absl::Status ServerEnv::RenewTokens() {
+absl::Status ServerEnv::RenewAuthenticator(absl::Status (Authenticator::*read)(const Options&)) {
   const MutexLock renewal(&renewal_);
   auto renewed = std::make_shared<Authenticator>(*authenticator());
-  const absl::Status read = renewed->Renew(options);
-  SetAuthenticator(std::move(renewed));
-  return read;
+  const absl::Status status = (*renewed.*read)(options);
+  const MutexLock lock(&mutex_);
+  authenticator_ = std::move(renewed);
+  return status;
 }
+
+absl::Status ServerEnv::RenewTokens() { return RenewAuthenticator(&Authenticator::Renew); }
 
 }  // namespace latticed

@@ -25,11 +25,11 @@
 #include "server/base/audit_log.h"
 #include "server/base/auth/authenticator.h"
 #include "server/base/auth/token_throttle.h"
-#include "server/base/auth/watched_file.h"
 #include "server/base/options.h"
 #include "server/base/process_memory.h"
 #include "server/base/quotas/tenant_quotas.h"
 #include "server/base/watchdog.h"
+#include "server/base/watched_file.h"
 #include "server/base/worker_lanes.h"
 #include "server/rpc/stalled_calls.h"
 #include "server/store/store.h"
@@ -69,7 +69,7 @@ struct ServerEnv {
   // Reads tokens and their keys again. kInvalidArgument if a file cannot be used; what it held stays.
   [[nodiscard]] absl::Status RenewTokens() ABSL_LOCKS_EXCLUDED(renewal_, mutex_);
   // Reads --quota-file. kInvalidArgument if it cannot be used; then the quotas stay.
-  [[nodiscard]] absl::Status ReadQuotas();
+  [[nodiscard]] absl::Status ReadQuotas() ABSL_LOCKS_EXCLUDED(renewal_);
   // Scenes use the first backend.
   Backend& backend() const { return *backends.front(); }
 
@@ -100,10 +100,9 @@ struct ServerEnv {
 
  private:
   void KeepHouse();
-  void RenewQuotas();
-  void RenewKeys() ABSL_LOCKS_EXCLUDED(renewal_, mutex_);
-  void SetAuthenticator(std::shared_ptr<const Authenticator> authenticator)
-      ABSL_LOCKS_EXCLUDED(mutex_);
+  // `read` is Renew or ReadKeys of Authenticator.
+  [[nodiscard]] absl::Status RenewAuthenticator(absl::Status (Authenticator::*read)(const Options&))
+      ABSL_LOCKS_EXCLUDED(renewal_, mutex_);
   [[nodiscard]] absl::StatusOr<StoredMesh> ReadMesh(const std::string& id) const;
   [[nodiscard]] absl::StatusOr<SceneConfig> ConfigOf(std::string_view header);
 

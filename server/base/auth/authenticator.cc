@@ -3,8 +3,6 @@
 #include "server/base/auth/authenticator.h"
 
 #include <algorithm>
-#include <filesystem>
-#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -16,12 +14,10 @@
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
 #include "server/base/auth/tenant.h"
+#include "server/base/option_file.h"
 
 namespace latticed {
 namespace {
-
-// Of a file of keys. It is read by the thread that keeps house, which must not wait.
-constexpr size_t kMostKeyBytes = size_t{1} << 20;
 
 bool LooksLikeJwt(std::string_view token) {
   return std::ranges::count(token, '.') == 2 && token.starts_with("ey");
@@ -75,19 +71,12 @@ absl::Status Authenticator::ReadTokens(const Options& options) {
 
 absl::Status Authenticator::ReadKeys(const Options& options) {
   if (options.jwks_file.empty()) return absl::OkStatus();
-  const auto refusal = [&](const std::string& problem) {
-    return absl::InvalidArgumentError(
-        fmt::format("--jwks-file: {}: {}", options.jwks_file, problem));
-  };
-  std::error_code missing;
-  if (!std::filesystem::is_regular_file(options.jwks_file, missing)) return refusal("is no file");
-  if (std::filesystem::file_size(options.jwks_file, missing) > kMostKeyBytes || missing) {
-    return refusal("is larger than 1 MiB");
+  constexpr std::string_view kFlag = "--jwks-file";
+  LATTICED_ASSIGN_OR_RETURN(const std::string text, ReadOptionFile(kFlag, options.jwks_file));
+  auto keys = JsonWebKeys::FromText(text);
+  if (!keys.ok()) {
+    return BadOptionFile(kFlag, options.jwks_file, std::string(keys.status().message()));
   }
-  const auto text = ReadFile(options.jwks_file);
-  if (!text.ok()) return refusal(std::string(text.status().message()));
-  auto keys = JsonWebKeys::FromText(*text);
-  if (!keys.ok()) return refusal(std::string(keys.status().message()));
   jwt_ = std::make_shared<const JwtVerifier>(*std::move(keys), options.jwt_issuer,
                                              options.jwt_audience);
   return absl::OkStatus();

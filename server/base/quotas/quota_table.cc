@@ -3,15 +3,13 @@
 #include "server/base/quotas/quota_table.h"
 
 #include <algorithm>
-#include <filesystem>
 #include <nlohmann/json.hpp>
-#include <system_error>
 
 #include "absl/status/status.h"
-#include "core/base/read_file.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
 #include "server/base/auth/tenant.h"
+#include "server/base/option_file.h"
 
 namespace latticed {
 namespace {
@@ -19,8 +17,6 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr char kOthers[] = "*";
-// The file is read by the thread that keeps house, which must not wait.
-constexpr size_t kMostFileBytes = size_t{1} << 20;
 
 absl::StatusOr<TenantQuota> QuotaOf(const std::string& tenant, const Json& entry) {
   if (!entry.is_object()) {
@@ -65,19 +61,11 @@ absl::StatusOr<QuotaTable> QuotaTable::FromText(std::string_view text) {
 
 absl::StatusOr<QuotaTable> QuotaTable::FromFile(const std::string& path) {
   if (path.empty()) return QuotaTable();
-  const auto refusal = [&path](std::string_view problem) {
-    return absl::InvalidArgumentError(fmt::format("--quota-file: {}: {}", path, problem));
-  };
-  std::error_code missing;
-  if (!std::filesystem::is_regular_file(path, missing)) return refusal("is no file");
-  if (std::filesystem::file_size(path, missing) > kMostFileBytes || missing) {
-    return refusal("is larger than 1 MiB");
-  }
-  const auto text = ReadFile(path);
-  if (!text.ok()) return refusal(std::string(text.status().message()));
-  auto table = FromText(*text);
-  if (!table.ok()) return refusal(std::string(table.status().message()));
-  return table;
+  constexpr std::string_view kFlag = "--quota-file";
+  LATTICED_ASSIGN_OR_RETURN(const std::string text, ReadOptionFile(kFlag, path));
+  auto table = FromText(text);
+  if (table.ok()) return table;
+  return BadOptionFile(kFlag, path, std::string(table.status().message()));
 }
 
 TenantQuota QuotaTable::Of(std::string_view tenant) const {

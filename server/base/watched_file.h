@@ -4,8 +4,8 @@
 // Whether a file was written or replaced, also by the rename of a link above it, as Kubernetes replaces secrets.
 //
 // Threads  one at a time
-#ifndef LATTICED_SERVER_BASE_AUTH_WATCHED_FILE_H_
-#define LATTICED_SERVER_BASE_AUTH_WATCHED_FILE_H_
+#ifndef LATTICED_SERVER_BASE_WATCHED_FILE_H_
+#define LATTICED_SERVER_BASE_WATCHED_FILE_H_
 
 #include <sys/stat.h>
 
@@ -22,6 +22,7 @@ class WatchedFile {
   // An empty path is a file that never changes.
   explicit WatchedFile(std::string path) : path_(std::move(path)) {}
 
+  const std::string& path() const { return path_; }
   // Whether the file is another than at the last call; true at the first one. What is missing, or no file, has not
   // changed.
   [[nodiscard]] bool Changed() {
@@ -49,4 +50,4 @@ class WatchedFile {
 
 }  // namespace latticed
 
-#endif  // LATTICED_SERVER_BASE_AUTH_WATCHED_FILE_H_
+#endif  // LATTICED_SERVER_BASE_WATCHED_FILE_H_
