@@ -3,7 +3,7 @@
 //
 // Ends a stream when the token that opened it ends.
 //
-// Threads  EndAt once; the alarm runs on a thread of gRPC
+// Threads  EndWith once; the alarm runs on a thread of gRPC
 #ifndef LATTICED_SERVER_RPC_ACCESS_TOKEN_END_H_
 #define LATTICED_SERVER_RPC_ACCESS_TOKEN_END_H_
 

@@ -23,8 +23,6 @@ namespace {
 
 using BackupContext = grpc::CallbackServerContext;
 
-constexpr uint32_t kBackupFormat = 1;
-
 // A start, the items with their data, an end.
 class BackupParts {
  public:

@@ -11,6 +11,7 @@
 #define LATTICED_SERVER_RPC_BACKUP_BACKUP_SOURCE_H_
 
 #include <cstddef>
+#include <cstdint>
 #include <map>
 #include <memory>
 #include <optional>
@@ -30,6 +31,7 @@ namespace latticed {
 
 struct ServerEnv;
 
+inline constexpr uint32_t kBackupFormat = 1;  // BackupStart.format
 // SHA-256 of what BackupItem.sha256 covers.
 [[nodiscard]] std::string BackupSum(const v1::BackupItem& item, std::string_view header,
                                     std::string_view content);

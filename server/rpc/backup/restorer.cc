@@ -31,7 +31,6 @@
 namespace latticed {
 namespace {
 
-constexpr uint32_t kFormat = 1;
 constexpr char kRoomName[] = "the restore";
 constexpr size_t kMostIdBytes = 256;
 // The request that made a scene, with the largest lattice twice and its labels, is below this.
@@ -101,11 +100,11 @@ absl::Status Restorer::Take(const v1::BackupPart& part) {
 
 absl::Status Restorer::TakeStart(const v1::BackupStart& start) {
   if (is_started_) return Malformed("the start came twice");
-  if (start.format() != kFormat) {
+  if (start.format() != kBackupFormat) {
     return error::FailedPrecondition(
         "UNSUPPORTED",
         fmt::format("the backup has format {}, and this server reads {}; take a newer server",
-                    start.format(), kFormat));
+                    start.format(), kBackupFormat));
   }
   is_started_ = true;
   return absl::OkStatus();
@@ -213,11 +212,13 @@ absl::Status Restorer::StoreMesh(CompleteUpload upload) {
   LATTICED_ASSIGN_OR_RETURN(StoredMesh mesh,
                             MeshFromStored(header, std::move(upload.bytes), upload.reservation));
   if (mesh.id != key) return Malformed("has another id");
-  LATTICED_RETURN_IF_ERROR(CheckMeshQuota(env_, tenant, mesh.bytes->size()));
   LATTICED_RETURN_IF_ERROR(CheckCancelled(call_));
   if (const auto owner = NewOwner(); owner.has_value()) mesh.owner = *owner;
+  const auto admit = [&, bytes = mesh.bytes->size()] {
+    return CheckMeshQuota(env_, tenant, bytes);
+  };
   LATTICED_RETURN_IF_ERROR(
-      env_.meshes.Add(std::move(mesh), std::move(upload.reservation)).status());
+      env_.meshes.Add(std::move(mesh), std::move(upload.reservation), admit).status());
   Audit(env_, call_, "mesh_restored", {{"mesh", item_.mesh()}});
   done_.set_meshes(done_.meshes() + 1);
   return absl::OkStatus();
