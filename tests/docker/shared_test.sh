@@ -18,24 +18,9 @@ for program in haproxy curl openssl initdb; do
   [[ -n ${LATTICED_REQUIRE_HAPROXY:-}${LATTICED_REQUIRE_POSTGRES:-} ]] && exit 1
   exit 77
 done
-work=$(mktemp -d)
-declare -A pids=()
-trap 'kill "${pids[@]}" 2>/dev/null || true; wait; rm -rf "$work"' EXIT
-cd "$work"
-fail() { echo "$*"; tail -n 20 ./*.txt; exit 1; }
-until_true() { for _ in {1..600}; do "$@" && return || sleep 0.1; done; fail "it never came true: $*"; }
-
-# PostgreSQL does not run as root.
-as_user=(setpriv --pdeathsig QUIT)
-if ((EUID == 0)); then
-  as_user+=(--reuid postgres --regid postgres --clear-groups)
-  chmod 711 . && install -d -o postgres database
-fi
-"${as_user[@]}" initdb -D database/data -A trust -U latticed -E UTF8 --locale C --no-sync >initdb.txt 2>&1 || fail "no database"
-"${as_user[@]}" postgres -D database/data -k "$work/database" -c listen_addresses= -c fsync=off >postgres.txt 2>&1 &
-pids[postgres]=$!
-echo "host=$work/database user=latticed dbname=postgres" >url
-until_true grep -q 'ready to accept connections' postgres.txt
+source "$root/tests/docker/cluster_parts.sh"
+admin_of() { echo "127.0.0.1:${ports[$1admin]}"; }
+make_postgres
 
 # The ports of a server stay the same when it starts again.
 first_port=21480
@@ -53,37 +38,19 @@ start() {  # SERVER
     --drain-delay 0s >>"$1.txt" 2>&1 &
   pids[$1]=$!
 }
-murder() {  # SERVER
-  kill -KILL "${pids[$1]}"
-  wait "${pids[$1]}" 2>/dev/null || true
-}
 for name in a b c; do start "$name"; done
 
-openssl req -x509 -newkey rsa:2048 -nodes -days 2 -subj /CN=localhost -addext subjectAltName=DNS:localhost \
-  -keyout key.pem -out ca.pem 2>/dev/null
-cat ca.pem key.pem >latticed.pem
-touch owners.map
-edits=(-e "s|0.0.0.0:443|127.0.0.1:${ports[proxyaddress]}|; s|/etc/haproxy|$work|")
+edits=()
 for name in a b c; do
   edits+=(-e "/ $name:50151/s/port 9090/port ${ports[${name}admin]}/; s/ $name:50151/ 127.0.0.1:${ports[${name}address]}/")
   edits+=(-e "/ $name:8080/s/port 9090/port ${ports[${name}admin]}/; s/ $name:8080/ 127.0.0.1:${ports[${name}http]}/")
 done
-for part in haproxy.cfg haproxy-shared.cfg haproxy-servers.cfg; do sed "${edits[@]}" "$root/docker/$part" >"$part"; done
-start_proxy() {
-  LATTICED_SHARED=1 haproxy -db -f haproxy.cfg -f haproxy-shared.cfg -f haproxy-servers.cfg >>haproxy.txt 2>&1 &
-  pids[proxy]=$!
-}
+make_proxy "127.0.0.1:${ports[proxyaddress]}" "${edits[@]}"
 start_proxy
 
 export PATH=$build/client/cpp:$PATH
 ask=(--server "localhost:${ports[proxyaddress]}" --tls-ca ca.pem)
 until_true latticectl info --health --retry-for 0 "${ask[@]}" >/dev/null 2>&1
-metric() {  # SERVER SAMPLE
-  curl -sS "http://127.0.0.1:${ports[$1admin]}/metrics" | awk -v name="$2" '$1 == name { value = $2 } END { print value + 0 }'
-}
-most_scenes() {  # prints the running server with most scenes
-  for name in "$@"; do echo "$(metric "$name" latticed_scenes) $name"; done | sort -n | tail -n 1 | cut -d' ' -f2
-}
 edit_all() {  # REVISION: moves a control point of every scene, which then has this revision
   local n begun took longest=0
   for ((n = 1; n <= scenes; ++n)); do

@@ -109,24 +109,10 @@ class BackupFixture : public SceneFixture {
     server_.reset();
     StartServerOn(MakeCpuBackend({.threads = 1}), std::move(options), store);
   }
-  v1::EditBatch UndoMine(const std::string& editor, uint64_t sequence) {
-    v1::EditBatch batch;
-    batch.set_scene(kScene);
-    batch.set_editor_id(editor);
-    batch.set_sequence(sequence);
-    batch.set_structure_id(Lattice().structure_id());
-    batch.add_edits()->mutable_undo();
-    return batch;
-  }
   v1::EditBatch RedoMine(const std::string& editor, uint64_t sequence) {
     v1::EditBatch batch = UndoMine(editor, sequence);
     batch.mutable_edits(0)->mutable_redo();
     return batch;
-  }
-  std::string Ply() {
-    auto bytes = Export(For<v1::ExportRequest>());
-    EXPECT_OK(bytes);
-    return bytes.value_or("");
   }
 };
 

@@ -36,22 +36,6 @@ class RestartTest : public SceneFixture {
     SceneFixture::StartServer(options);  // uploads kGridObj, which may be there already
   }
   std::string MeshFile(const std::string& id) const { return folder_.Path("data/meshes/" + id); }
-  v1::EditBatch UndoMine(const std::string& editor, uint64_t sequence) {
-    v1::EditBatch batch;
-    batch.set_scene(kScene);
-    batch.set_editor_id(editor);
-    batch.set_sequence(sequence);
-    batch.set_structure_id(Lattice().structure_id());
-    batch.add_edits()->mutable_undo();
-    return batch;
-  }
-  std::string Ply() {
-    v1::ExportRequest request;
-    request.set_scene(kScene);
-    auto bytes = Export(request);
-    EXPECT_OK(bytes);
-    return bytes.value_or("");
-  }
 
   TemporaryFolder folder_;
 };

@@ -267,6 +267,22 @@ absl::Status SceneFixture::DeleteMeshOnceUnused() {
   return status;
 }
 
+v1::EditBatch SceneFixture::UndoMine(const std::string& editor, uint64_t sequence) {
+  v1::EditBatch batch;
+  batch.set_scene(kScene);
+  batch.set_editor_id(editor);
+  batch.set_sequence(sequence);
+  batch.set_structure_id(Lattice().structure_id());
+  batch.add_edits()->mutable_undo();
+  return batch;
+}
+
+std::string SceneFixture::Ply() {
+  auto bytes = Export(For<v1::ExportRequest>());
+  EXPECT_OK(bytes);
+  return bytes.value_or("");
+}
+
 v1::EditBatch SceneFixture::Knot(const std::string& editor, uint64_t sequence) {
   v1::EditBatch batch = Move(editor, sequence, 0, 0);
   batch.mutable_edits(0)->mutable_insert_knot()->set_value(0.5);

@@ -198,6 +198,10 @@ class SceneFixture : public ServerTest {
     return MoveOne(editor, sequence, point, {x, 0, 0});
   }
   static v1::EditBatch Knot(const std::string& editor, uint64_t sequence);
+  // Of the editor's own newest step.
+  v1::EditBatch UndoMine(const std::string& editor, uint64_t sequence);
+  // The scene's surface as a PLY file.
+  std::string Ply();
 };
 
 // The same with a scene of default options.
