@@ -131,7 +131,10 @@ export class Services {
     return this.store.of(mesh);
   }
 
-  /** Saves pictures and materials that were dropped beside a mesh. Replaces all others, or with `beside` those of the same names. Rejects in words. */
+  /**
+   * Saves pictures and materials that were dropped beside a mesh. Replaces all others, or with `beside` those of the same
+   * names. Rejects in words.
+   */
   async keepCompanions(mesh: string, files: readonly File[], beside: boolean): Promise<void> {
     await this.store.save(mesh, files, beside);
     this.news.postMessage(mesh); // listeners then read the files

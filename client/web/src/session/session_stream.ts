@@ -55,7 +55,6 @@ export class SessionStream implements ConnectionHost {
   private view: ViewRequest;
   private grantedView: Required<ViewRequest> | undefined;  // of the newest update with full detail
   private resumeToken: Uint8Array<ArrayBuffer> = new Uint8Array();
-  private hasOpened = false;
   private startsAnew = false;  // until the first update of a stream that starts anew
   private shown: SessionStatus = { state: 'connecting', text: 'Connecting …' };
 
@@ -125,7 +124,6 @@ export class SessionStream implements ConnectionHost {
   }
 
   opened({ headRevision }: Hello): void {
-    this.hasOpened = true;
     this.acks.opened();
     this.sync.opened(headRevision);
     this.presences.opened();
@@ -156,7 +154,7 @@ export class SessionStream implements ConnectionHost {
       return 'open';
     }
     if (this.dropPatches(error) || this.dropTolerance(error)) return 'open';
-    this.tell('failed', error.code === Code.NotFound && this.hasOpened ? this.goneInWords : inWords(error));
+    this.tell('failed', error.code === Code.NotFound && this.sync.shown ? this.goneInWords : inWords(error));
     return 'stop';
   }
 

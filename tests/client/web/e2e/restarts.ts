@@ -27,13 +27,3 @@ export function keepToasts(page: Page): Promise<void> {
     }).observe(document.body, { childList: true, subtree: true });
   });
 }
-
-/** Waits until a recorded toast matches `words`. Returns the first group of the match. */
-export async function toldOf(page: Page, words: string): Promise<string> {
-  const said = await page.waitForFunction((pattern) => {
-    const { toasts } = window as unknown as { toasts: string[] };
-    const found = toasts.map((text) => new RegExp(pattern).exec(text)).find(Boolean);
-    return found && { group: found[1] ?? '' };
-  }, words);
-  return (await said.jsonValue())!.group;
-}
