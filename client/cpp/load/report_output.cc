@@ -126,11 +126,6 @@ std::string CpuText(const LoadReport& report) {
   return text + "user and system\n";
 }
 
-template <typename Number>
-std::string Counted(Number count, const char* one) {
-  return fmt::format("{} {}{}", count, one, count == 1 ? "" : "s");
-}
-
 std::string FactLines(const LoadReport& report) {
   std::string lines =
       fmt::format("* edits: {} in {:.2f} s, {:.1f}/s; {} replaced before they were sent\n",
@@ -155,12 +150,16 @@ std::string FactLines(const LoadReport& report) {
                      Counted(report.verified.surfaces, "stream"), report.verified.worst);
 }
 
+std::string CountedInt(int count, const char* one) {
+  return Counted(static_cast<uint64_t>(count), one);
+}
+
 // "2 scenes of knot, 1 editor and 20 watchers each, …".
 std::string LoadTitle(const LoadPlan& plan, const LoadReport& report) {
   std::string title = fmt::format(
-      "{} of {}, {} patches, {} points in all; {}", Counted(plan.scenes, "scene"), report.meshes,
-      FormatCount(report.patches), FormatCount(report.points), Counted(plan.editors, "editor"));
-  if (plan.watchers > 0) title += ", " + Counted(plan.watchers, "watcher");
+      "{} of {}, {} patches, {} points in all; {}", CountedInt(plan.scenes, "scene"), report.meshes,
+      FormatCount(report.patches), FormatCount(report.points), CountedInt(plan.editors, "editor"));
+  if (plan.watchers > 0) title += ", " + CountedInt(plan.watchers, "watcher");
   if (plan.slow > 0) {
     title += fmt::format(", {} slow ({:g} MB/s)", plan.slow, plan.slow_rate / 1e6);
   }

@@ -26,13 +26,6 @@ struct BackupFlags : ServerFlags {
   bool skip_existing = false;
 };
 
-std::string Counted(uint64_t count, std::string_view noun) {
-  return fmt::format("{} {}{}", FormatCount(count), noun,
-                     count == 1       ? ""
-                     : noun == "mesh" ? "es"
-                                      : "s");
-}
-
 // The bytes of all meshes: most of a backup.
 uint64_t BytesOfMeshes(Client& client) {
   uint64_t bytes = 0;
@@ -60,15 +53,16 @@ absl::Status RunBackup(const BackupFlags& flags, Client& client, Console console
   }
   const BackupContents& contents = writer.contents();
   const bool to_stdout = flags.file == "-";
-  PrintResult(flags.json,
-              nlohmann::json{{"output", flags.file},
-                             {"meshes", contents.meshes},
-                             {"scenes", contents.scenes},
-                             {"bytes", contents.bytes},
-                             {"damaged", contents.damaged}},
-              fmt::format("{}: {}, {}, {}\n", flags.file, Counted(contents.meshes, "mesh"),
-                          Counted(contents.scenes, "scene"), FormatBytes(contents.bytes)),
-              to_stdout ? console.err : console.out);
+  PrintResult(
+      flags.json,
+      nlohmann::json{{"output", flags.file},
+                     {"meshes", contents.meshes},
+                     {"scenes", contents.scenes},
+                     {"bytes", contents.bytes},
+                     {"damaged", contents.damaged}},
+      fmt::format("{}: {}, {}, {}\n", flags.file, Counted(contents.meshes, "mesh", "meshes"),
+                  Counted(contents.scenes, "scene"), FormatBytes(contents.bytes)),
+      to_stdout ? console.err : console.out);
   if (contents.damaged.empty()) return absl::OkStatus();
   std::string all = fmt::format("{} on the server are damaged, and left out:",
                                 Counted(contents.damaged.size(), "thing"));
@@ -94,10 +88,10 @@ absl::Status RunRestore(const BackupFlags& flags, Client& client, Console consol
                                     std::string(done.status().message())));
   }
   LATTICED_RETURN_IF_ERROR(done.status());
-  std::string text = fmt::format("restored {} and {}", Counted(done->meshes(), "mesh"),
+  std::string text = fmt::format("restored {} and {}", Counted(done->meshes(), "mesh", "meshes"),
                                  Counted(done->scenes(), "scene"));
   if (done->present_meshes() + done->skipped_scenes() > 0) {
-    text += fmt::format("; {} and {} were there", Counted(done->present_meshes(), "mesh"),
+    text += fmt::format("; {} and {} were there", Counted(done->present_meshes(), "mesh", "meshes"),
                         Counted(done->skipped_scenes(), "scene"));
   }
   if (done->damaged() > 0) {

@@ -81,6 +81,12 @@ std::string FormatCount(uint64_t count) {
   return digits;
 }
 
+std::string Counted(uint64_t count, std::string_view one, std::string_view more) {
+  const std::string number = FormatCount(count);
+  if (count == 1) return fmt::format("{} {}", number, one);
+  return more.empty() ? fmt::format("{} {}s", number, one) : fmt::format("{} {}", number, more);
+}
+
 std::string FormatMilliseconds(double milliseconds) {
   return fmt::format("{:.{}f} ms", milliseconds, milliseconds < 10 ? 2 : 1);
 }

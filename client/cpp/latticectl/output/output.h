@@ -55,8 +55,10 @@ class TextTable {
   std::vector<std::vector<std::string>> rows_;
 };
 
-[[nodiscard]] std::string FormatBytes(uint64_t bytes);              // "1.50 MiB"
-[[nodiscard]] std::string FormatCount(uint64_t count);              // "1,129,920"
+[[nodiscard]] std::string FormatBytes(uint64_t bytes);  // "1.50 MiB"
+[[nodiscard]] std::string FormatCount(uint64_t count);  // "1,129,920"
+// "1 scene", "1,200 scenes"; `more` is the plural where that is not `one` and an s.
+[[nodiscard]] std::string Counted(uint64_t count, std::string_view one, std::string_view more = "");
 [[nodiscard]] std::string FormatMilliseconds(double milliseconds);  // "12.3 ms"
 
 // A line that is shown only on a terminal, and replaced by the next one.
