@@ -129,6 +129,9 @@ inline constexpr int kDefaultPageSize = 100;
 inline constexpr size_t kMaxPageBytes = size_t{768} << 10;
 // Each unfinished upload holds its bytes.
 inline constexpr int kMaxUploads = 64;
+inline constexpr size_t kMaxSharesOfScene = 100;
+inline constexpr int64_t kDefaultShareSeconds = int64_t{7} * 24 * 3600;
+inline constexpr int64_t kMaxShareSeconds = int64_t{366} * 24 * 3600;
 // Updates that a watcher may leave without acknowledgement.
 inline constexpr int kMaxUnackedUpdates = 100;
 

@@ -36,6 +36,7 @@ class StoreCheck {
   // Scenes before meshes: a mesh is stored before the scenes that are made from it.
   absl::Status CheckScenes();
   absl::Status CheckScene(const StoredEntry& entry, const SceneRows& rows);
+  absl::Status CheckShares();
   absl::Status CheckMeshes();
   absl::Status CheckMesh(const StoredEntry& entry);
   void CountUnknownFiles(const std::set<std::string>& names);
@@ -83,6 +84,12 @@ absl::Status StoreCheck::CheckScene(const StoredEntry& entry, const SceneRows& r
   return Note(Replay(log).status(), name);
 }
 
+absl::Status StoreCheck::CheckShares() {
+  LATTICED_ASSIGN_OR_RETURN(const std::vector<StoredEntry> shares, reader_.Shares());
+  for (const StoredEntry& share : shares) LATTICED_RETURN_IF_ERROR(Note(share.damage));
+  return absl::OkStatus();
+}
+
 absl::Status StoreCheck::CheckMeshes() {
   LATTICED_ASSIGN_OR_RETURN(const std::vector<StoredEntry> meshes, reader_.Meshes());
   std::set<std::string> known, names;
@@ -127,6 +134,7 @@ absl::StatusOr<StoreFindings> StoreCheck::Run() {
   LATTICED_RETURN_IF_ERROR(Note(OpenDatabaseToRead(path_).status()));
   if (!findings_.damage.empty()) return std::move(findings_);
   LATTICED_RETURN_IF_ERROR(Note(CheckScenes()));
+  LATTICED_RETURN_IF_ERROR(Note(CheckShares()));
   LATTICED_RETURN_IF_ERROR(Note(CheckMeshes()));
   return std::move(findings_);
 }

@@ -26,7 +26,8 @@ namespace latticed {
 namespace {
 
 constexpr const char* kServiceNames[] = {"latticed.v1.MeshService", "latticed.v1.SceneService",
-                                         "latticed.v1.ServerService", "latticed.v1.BackupService"};
+                                         "latticed.v1.ServerService", "latticed.v1.BackupService",
+                                         "latticed.v1.ShareService"};
 
 // gRPC looks at its files once a second. While key and certificate do not fit together, as between the renewals of two
 // files, it would serve nobody. So its files are copies in memory of what was found to fit.
@@ -111,6 +112,7 @@ absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(ServerEnv* env) {
   result->services_.push_back(MakeMeshService(env));
   result->services_.push_back(MakeSceneService(env));
   result->services_.push_back(MakeBackupService(env));
+  result->services_.push_back(MakeShareService(env));
 
   grpc::ServerBuilder builder;
   Configure(options, builder);

@@ -28,7 +28,7 @@ class PendingWrite;   // server/rpc/stalled_calls.h
 struct ServerEnv;
 
 // Edits and presence in other calls are checked as ApplyEdits is.
-inline constexpr Rpc kApplyEditsRpc{"SceneService/ApplyEdits", Role::kEdit};
+inline constexpr Rpc kApplyEditsRpc{"SceneService/ApplyEdits", Role::kEdit, kForShares};
 
 struct CallInfo {
   Rpc rpc;

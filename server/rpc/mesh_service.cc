@@ -149,13 +149,13 @@ constexpr UnaryMethod kBeginUpload{Rpc{"MeshService/BeginUpload", Role::kEdit}, 
 constexpr UnaryMethod kAppendUpload{Rpc{"MeshService/AppendUpload", Role::kEdit}, AppendUpload};
 constexpr UnaryMethod kFinishUpload{Rpc{"MeshService/FinishUpload", Role::kEdit}, FinishUpload,
                                     Lane::kLong};
-constexpr UnaryMethod kGetMesh{Rpc{"MeshService/GetMesh", Role::kRead}, GetMesh};
+constexpr UnaryMethod kGetMesh{Rpc{"MeshService/GetMesh", Role::kRead, kForShares}, GetMesh};
 constexpr UnaryMethod kListMeshes{Rpc{"MeshService/ListMeshes", Role::kRead}, ListMeshes,
                                   Lane::kLong};
 constexpr UnaryMethod kDeleteMesh{Rpc{"MeshService/DeleteMesh", Role::kEdit}, DeleteMesh,
                                   Lane::kLong};
-constexpr PartMethod kDownloadMesh{Rpc{"MeshService/DownloadMesh", Role::kRead}, OpenDownload,
-                                   Parts::kCopied};
+constexpr PartMethod kDownloadMesh{Rpc{"MeshService/DownloadMesh", Role::kRead, kForShares},
+                                   OpenDownload, Parts::kCopied};
 
 // Every rpc takes and gives bytes (server/wire/message_bytes.h).
 using M = v1::MeshService;

@@ -38,6 +38,7 @@ absl::Status RestoreStored(ServerEnv& env) {
   for (const StoredEntry& entry : meshes) {
     if (!entry.damage.ok()) LogDamage("mesh", entry.id, entry.damage);
   }
+  LATTICED_RETURN_IF_ERROR(env.shares.Read(start));
   if (env.store->shared()) return absl::OkStatus();  // other servers have scenes too
   LATTICED_ASSIGN_OR_RETURN(const auto scenes, env.store->Scenes());
   for (const StoredEntry& entry : scenes) {

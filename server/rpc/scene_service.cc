@@ -170,6 +170,10 @@ absl::Status ControlWatch(const CallContext& context, const v1::ControlWatchRequ
   LATTICED_ASSIGN_OR_RETURN(
       auto watch, context.env.scenes->FindWatch(KeyFor(context.call, request.watch_id())));
   const Scene& scene = watch->scene();
+  const auto& shared = context.call.caller.shared;
+  if (shared.has_value() && shared->scene != scene.id()) {
+    return error::NotFound("watch", request.watch_id());
+  }
   LATTICED_ASSIGN_OR_RETURN(const auto command, FromProto(request, scene));
   LATTICED_RETURN_IF_ERROR(watch->Control(command));
   response.set_head_revision(scene.State()->revision);
@@ -267,30 +271,32 @@ absl::StatusOr<NextPart<v1::ExportResponse>> OpenExport(const CallContext& conte
   return FileParts<v1::ExportResponse>(std::move(header), {file, &file->bytes});
 }
 
-// Every rpc of the service: name, role, handler. Deform needs only the role "read", because readers may watch
+// Every rpc of the service: name, role, handler; kForShares where a share's token is enough. Deform needs only the role "read", because readers may watch
 // through it. Each edit in it is checked as ApplyEdits is.
 constexpr UnaryMethod kCreateScene{Rpc{"SceneService/CreateScene", Role::kEdit}, CreateScene,
                                    Lane::kLong};
-constexpr UnaryMethod kGetScene{Rpc{"SceneService/GetScene", Role::kRead}, GetScene};
+constexpr UnaryMethod kGetScene{Rpc{"SceneService/GetScene", Role::kRead, kForShares}, GetScene};
 constexpr UnaryMethod kListScenes{Rpc{"SceneService/ListScenes", Role::kRead}, ListScenes,
                                   Lane::kLong};
 constexpr UnaryMethod kDeleteScene{Rpc{"SceneService/DeleteScene", Role::kEdit}, DeleteScene,
                                    Lane::kLong};
-constexpr UnaryMethod kGetLattice{Rpc{"SceneService/GetLattice", Role::kRead}, GetLattice};
+constexpr UnaryMethod kGetLattice{Rpc{"SceneService/GetLattice", Role::kRead, kForShares},
+                                  GetLattice};
 constexpr UnaryMethod kApplyEdits{kApplyEditsRpc, ApplyEdits};
-constexpr UnaryMethod kEvaluatePoints{Rpc{"SceneService/EvaluatePoints", Role::kRead},
+constexpr UnaryMethod kEvaluatePoints{Rpc{"SceneService/EvaluatePoints", Role::kRead, kForShares},
                                       EvaluateScene};
-constexpr UnaryMethod kPick{Rpc{"SceneService/Pick", Role::kRead}, PickInScene};
-constexpr UnaryMethod kControlWatch{Rpc{"SceneService/ControlWatch", Role::kRead}, ControlWatch};
-constexpr PartMethod kGetTopology{Rpc{"SceneService/GetTopology", Role::kRead}, OpenTopology,
-                                  Parts::kComputed};
-constexpr PartMethod kGetPatchPlan{Rpc{"SceneService/GetPatchPlan", Role::kRead}, OpenPatchPlan,
-                                   Parts::kComputed, Lane::kLong};
-constexpr PartMethod kExport{Rpc{"SceneService/Export", Role::kRead}, OpenExport, Parts::kCopied,
-                             Lane::kLong};
-constexpr Rpc kDeform{"SceneService/Deform", Role::kRead};
-constexpr Rpc kWatch{"SceneService/Watch", Role::kRead};
-constexpr Rpc kGetUpdate{"SceneService/GetUpdate", Role::kRead};
+constexpr UnaryMethod kPick{Rpc{"SceneService/Pick", Role::kRead, kForShares}, PickInScene};
+constexpr UnaryMethod kControlWatch{Rpc{"SceneService/ControlWatch", Role::kRead, kForShares},
+                                    ControlWatch};
+constexpr PartMethod kGetTopology{Rpc{"SceneService/GetTopology", Role::kRead, kForShares},
+                                  OpenTopology, Parts::kComputed};
+constexpr PartMethod kGetPatchPlan{Rpc{"SceneService/GetPatchPlan", Role::kRead, kForShares},
+                                   OpenPatchPlan, Parts::kComputed, Lane::kLong};
+constexpr PartMethod kExport{Rpc{"SceneService/Export", Role::kRead, kForShares}, OpenExport,
+                             Parts::kCopied, Lane::kLong};
+constexpr Rpc kDeform{"SceneService/Deform", Role::kRead, kForShares};
+constexpr Rpc kWatch{"SceneService/Watch", Role::kRead, kForShares};
+constexpr Rpc kGetUpdate{"SceneService/GetUpdate", Role::kRead, kForShares};
 
 // Every rpc takes and gives bytes (server/wire/message_bytes.h), so chunks are also sent without a copy.
 using S = v1::SceneService;

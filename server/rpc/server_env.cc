@@ -93,6 +93,7 @@ ServerEnv::ServerEnv(Options options_in, std::vector<std::unique_ptr<Backend>> b
       meshes({.store = store.get(),
               .header_of = [](const StoredMesh& mesh) { return StoredHeaderOf(mesh); },
               .read = [this](const std::string& id) { return ReadMesh(id); }}),
+      shares(store.get()),
       uploads(std::make_unique<UploadStore>(memory)),
       scenes(std::make_unique<SceneRegistry>(
           &backend(), kRenderWorkers,
@@ -100,6 +101,8 @@ ServerEnv::ServerEnv(Options options_in, std::vector<std::unique_ptr<Backend>> b
               .max_scenes = static_cast<size_t>(options.max_scenes),
               .memory = memory,
               .on_tick = [this] { KeepHouse(); },
+              .on_tend = [this](absl::Time now) { shares.Tend(now); },
+              .on_delete = [this](std::string_view id) { shares.DropScene(id); },
               .store = store.get(),
               .config_of = [this](std::string_view header) { return ConfigOf(header); },
               .mesh_of =

@@ -35,6 +35,7 @@
 #include "server/store/store.h"
 #include "server/stores/callers.h"
 #include "server/stores/mesh_store.h"
+#include "server/stores/share_store.h"
 
 namespace latticed {
 
@@ -94,6 +95,7 @@ struct ServerEnv {
   const std::shared_ptr<MemoryBudget> requests;  // requests that wait for a worker
   const std::shared_ptr<MemoryBudget> replies;   // replies that wait for their client
   MeshStore meshes;
+  ShareStore shares;
   HeapTrimmer heap;
   const std::unique_ptr<UploadStore> uploads;
   const std::unique_ptr<SceneRegistry> scenes;  // its thread uses the uploads

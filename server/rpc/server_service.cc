@@ -3,6 +3,7 @@
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
 #include "latticed/v1/server.grpc.pb.h"
+#include "server/base/auth/tenant.h"
 #include "server/base/version.h"
 #include "server/rpc/access/quota_access.h"
 #include "server/rpc/method.h"
@@ -137,7 +138,13 @@ namespace {
 absl::Status GetServerInfo(const CallContext& context, const v1::GetServerInfoRequest&,
                            v1::ServerInfo& response) {
   response = DescribeServer(context.env);
-  const std::string& tenant = context.call.caller.tenant;
+  const Caller& caller = context.call.caller;
+  response.set_role(std::string(RoleName(caller.role)));
+  if (caller.shared.has_value()) {
+    response.set_shared_scene(std::string(IdOf(caller.shared->scene)));
+    return absl::OkStatus();
+  }
+  const std::string& tenant = caller.tenant;
   response.set_tenant(tenant);
   LATTICED_ASSIGN_OR_RETURN(const auto uses, QuotasOf(context.env, tenant));
   for (const QuotaInUse& use : uses) {
@@ -150,7 +157,7 @@ absl::Status GetServerInfo(const CallContext& context, const v1::GetServerInfoRe
 }
 
 // Every rpc of the service: name, role, handler. What tenants have is asked of the store, which may take long.
-constexpr Rpc kGetServerInfoRpc{"ServerService/GetServerInfo", Role::kRead};
+constexpr Rpc kGetServerInfoRpc{"ServerService/GetServerInfo", Role::kRead, kForShares};
 constexpr UnaryMethod kGetServerInfo{kGetServerInfoRpc, GetServerInfo};
 constexpr UnaryMethod kGetServerInfoAndQuotas{kGetServerInfoRpc, GetServerInfo, Lane::kLong};
 

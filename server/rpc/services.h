@@ -23,6 +23,7 @@ struct ServerEnv;
 [[nodiscard]] std::unique_ptr<grpc::Service> MakeSceneService(ServerEnv* env);
 [[nodiscard]] std::unique_ptr<grpc::Service> MakeServerService(ServerEnv* env);
 [[nodiscard]] std::unique_ptr<grpc::Service> MakeBackupService(ServerEnv* env);
+[[nodiscard]] std::unique_ptr<grpc::Service> MakeShareService(ServerEnv* env);
 
 // The whole answer of GetServerInfo.
 [[nodiscard]] v1::ServerInfo DescribeServer(ServerEnv& env);

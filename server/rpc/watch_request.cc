@@ -51,10 +51,17 @@ absl::StatusOr<std::shared_ptr<Scene>> FindScene(const ServerEnv& env, const Cal
                                                  const std::string& id) {
   if (id.empty()) return error::InvalidField("scene", "is required");
   LATTICED_RETURN_IF_ERROR(CheckSceneMetadata(call, id));
-  auto scene = env.scenes->Find(KeyFor(call, id));
+  const std::string key = KeyFor(call, id);
+  const auto& shared = call.caller.shared;
+  if (shared.has_value() && shared->scene != key) return error::NotFound("scene", id);
+  auto scene = env.scenes->Find(key);
   const absl::Status found = OrOnFreerServer(env, ToldById(scene.status(), "scene", id));
   NoteOwner(env, call, found);
   LATTICED_RETURN_IF_ERROR(found);
+  // Another server may have deleted the scene, and made one with its id, just now.
+  if (shared.has_value() && shared->scene_create_time != (*scene)->create_time()) {
+    return error::NotFound("scene", id);
+  }
   return scene;
 }
 

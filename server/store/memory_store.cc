@@ -84,6 +84,7 @@ absl::Status MemoryStore::DeleteScene(std::string_view id) {
     const auto found = scenes_.find(id);
     if (found == scenes_.end()) return error::NotFound("scene", id);
     scenes_.erase(found);
+    std::erase_if(shares_, [id](const auto& share) { return share.second.scene == id; });
     return absl::OkStatus();
   });
 }
@@ -228,6 +229,29 @@ absl::StatusOr<std::string> MemoryStore::ReadMesh(std::string_view id) {
   const auto found = meshes_.find(id);
   if (found == meshes_.end()) return error::NotFound("mesh", id);
   return found->second.bytes;
+}
+
+absl::Status MemoryStore::PutShare(std::string_view id, std::string_view scene,
+                                   std::string header) {
+  MutexLock lock(&mutex_);
+  LATTICED_RETURN_IF_ERROR(failure_);
+  if (!scenes_.contains(scene)) return error::NotFound("scene", scene);
+  shares_[std::string(id)] = {std::string(scene), std::move(header)};
+  return absl::OkStatus();
+}
+
+absl::Status MemoryStore::DeleteShare(std::string_view id) {
+  MutexLock lock(&mutex_);
+  LATTICED_RETURN_IF_ERROR(failure_);
+  shares_.erase(std::string(id));
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::vector<StoredEntry>> MemoryStore::Shares() {
+  MutexLock lock(&mutex_);
+  std::vector<StoredEntry> entries;
+  for (const auto& [id, share] : shares_) entries.push_back({id, share.header, {}});
+  return entries;
 }
 
 void MemoryStore::SetFailure(absl::Status failure) {

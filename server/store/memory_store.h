@@ -48,6 +48,9 @@ class MemoryStore : public Store {
   absl::StatusOr<std::vector<StoredEntry>> Meshes() override;
   absl::StatusOr<std::string> ReadMeshHeader(std::string_view id) override;
   absl::StatusOr<std::string> ReadMesh(std::string_view id) override;
+  absl::Status PutShare(std::string_view id, std::string_view scene, std::string header) override;
+  absl::Status DeleteShare(std::string_view id) override;
+  absl::StatusOr<std::vector<StoredEntry>> Shares() override;
 
   // For tests. As a medium that fails: every write is refused with `failure` until OK is set.
   void SetFailure(absl::Status failure) ABSL_LOCKS_EXCLUDED(mutex_);
@@ -63,6 +66,10 @@ class MemoryStore : public Store {
   struct Mesh {
     std::string header;
     std::string bytes;
+  };
+  struct Share {
+    std::string scene;
+    std::string header;
   };
   // What the thread does in its turn, and whom it answers then.
   struct Work {
@@ -84,6 +91,7 @@ class MemoryStore : public Store {
   Mutex mutex_;
   std::map<std::string, Scene, std::less<>> scenes_ ABSL_GUARDED_BY(mutex_);
   std::map<std::string, Mesh, std::less<>> meshes_ ABSL_GUARDED_BY(mutex_);
+  std::map<std::string, Share, std::less<>> shares_ ABSL_GUARDED_BY(mutex_);
   std::deque<Work> waiting_ ABSL_GUARDED_BY(mutex_);
   uint64_t waiting_bytes_ ABSL_GUARDED_BY(mutex_) = 0;
   absl::Status failure_ ABSL_GUARDED_BY(mutex_);

@@ -22,6 +22,7 @@
 #include "server/store/postgres/pool.h"
 #include "server/store/postgres/reader.h"
 #include "server/store/postgres/schema.h"
+#include "server/store/postgres/share_rows.h"
 #include "server/store/postgres/writer.h"
 
 namespace latticed {
@@ -85,6 +86,13 @@ class PostgresStore : public Store {
     return ReadPostgresHeader(pool_, "mesh", id);
   }
   absl::StatusOr<std::string> ReadMesh(std::string_view id) override;
+  absl::Status PutShare(std::string_view id, std::string_view scene, std::string header) override {
+    return PutPostgresShare(pool_, id, scene, header);
+  }
+  absl::Status DeleteShare(std::string_view id) override { return DeletePostgresShare(pool_, id); }
+  absl::StatusOr<std::vector<StoredEntry>> Shares() override {
+    return ReadPostgresEntries(pool_, "share");
+  }
 
  private:
   absl::Status CheckMeshes();

@@ -95,6 +95,11 @@ class SharedMemoryStore : public Store {
     return all_.ReadMeshHeader(id);
   }
   absl::StatusOr<std::string> ReadMesh(std::string_view id) override { return all_.ReadMesh(id); }
+  absl::Status PutShare(std::string_view id, std::string_view scene, std::string header) override {
+    return all_.PutShare(id, scene, std::move(header));
+  }
+  absl::Status DeleteShare(std::string_view id) override { return all_.DeleteShare(id); }
+  absl::StatusOr<std::vector<StoredEntry>> Shares() override { return all_.Shares(); }
 
  private:
   // kNotFound, kAborted.

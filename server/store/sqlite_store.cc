@@ -62,6 +62,9 @@ class SqliteStore : public Store {
     return reader_.MeshHeader(id);
   }
   absl::StatusOr<std::string> ReadMesh(std::string_view id) override;
+  absl::Status PutShare(std::string_view id, std::string_view scene, std::string header) override;
+  absl::Status DeleteShare(std::string_view id) override;
+  absl::StatusOr<std::vector<StoredEntry>> Shares() override { return reader_.Shares(); }
 
  private:
   absl::StatusOr<SceneLog> Read(std::string_view id, bool mend);
@@ -165,6 +168,31 @@ absl::StatusOr<std::string> SqliteStore::ReadMesh(std::string_view id) {
   LATTICED_ASSIGN_OR_RETURN(const bool known, reader_.HasMesh(id));
   if (!known) return error::NotFound("mesh", id);
   return meshes_.Read(id);
+}
+
+absl::Status SqliteStore::PutShare(std::string_view id, std::string_view scene,
+                                   std::string header) {
+  return writer_.Change([&](SceneRows& rows) -> absl::Status {
+    LATTICED_ASSIGN_OR_RETURN(const SceneTail tail, rows.Find(scene));
+    LATTICED_ASSIGN_OR_RETURN(
+        SqliteStatement row,
+        writer_.database().Prepare(
+            "INSERT OR REPLACE INTO share(id, scene, sum, header) VALUES(?, ?, ?, ?)"));
+    row.BindBytes(1, id);
+    row.Bind(2, tail.number);
+    row.Bind(3, IdRowSum(id, header));
+    row.BindBytes(4, header);
+    return row.Run();
+  });
+}
+
+absl::Status SqliteStore::DeleteShare(std::string_view id) {
+  return writer_.Change([&](SceneRows&) -> absl::Status {
+    LATTICED_ASSIGN_OR_RETURN(SqliteStatement row,
+                              writer_.database().Prepare("DELETE FROM share WHERE id = ?"));
+    row.BindBytes(1, id);
+    return row.Run();
+  });
 }
 
 absl::Status CheckNotLost(const FolderLock& lock, const std::string& path) {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What outlives the server: meshes, scenes, and the log of each scene's edits.
+// What outlives the server: meshes, scenes, the log of each scene's edits, and the shares of scenes.
 //
 // A scene is a header, which never changes, and records 1, 2, 3, … that are appended to it. A record's number is its
 // lsn. A snapshot stands for all records up to its own lsn, and the store may then forget those. The store does not read
@@ -136,6 +136,14 @@ class Store {
   [[nodiscard]] virtual absl::StatusOr<std::string> ReadMeshHeader(std::string_view id) = 0;
   // kNotFound; kDataLoss if the bytes do not have that hash.
   [[nodiscard]] virtual absl::StatusOr<std::string> ReadMesh(std::string_view id) = 0;
+
+  // A share of a scene, which is deleted with it. The same id again replaces the header. kNotFound: there is no such scene.
+  [[nodiscard]] virtual absl::Status PutShare(std::string_view id, std::string_view scene,
+                                              std::string header) = 0;
+  // OK as well if there is none.
+  [[nodiscard]] virtual absl::Status DeleteShare(std::string_view id) = 0;
+  // Of all scenes, in order of id.
+  [[nodiscard]] virtual absl::StatusOr<std::vector<StoredEntry>> Shares() = 0;
 
   // What it has done so far.
   const StoreCounts& counts() const { return counts_; }

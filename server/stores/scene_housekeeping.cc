@@ -86,6 +86,7 @@ void SceneRegistry::TendStore(absl::Time now) {
     const auto condemned = [&]() ABSL_NO_THREAD_SAFETY_ANALYSIS { return is_expired(id); };
     (void)DeleteIf(id, condemned);
   }
+  if (options_.on_tend != nullptr) options_.on_tend(now);
 }
 
 void SceneRegistry::ExpireUnused(absl::Time now) {

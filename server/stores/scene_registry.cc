@@ -189,6 +189,7 @@ absl::Status SceneRegistry::DeleteIf(std::string_view id, const std::function<bo
   }
   // Before another scene can have the id: what is being applied must not reach its log.
   if (status.ok() && scene != nullptr) scene->Delete();
+  if (status.ok() && options_.on_delete != nullptr) options_.on_delete(key);
   const MutexLock lock(&mutex_);
   making.End();
   if (!status.ok()) return status;

@@ -50,6 +50,10 @@ class SceneRegistry {
     std::shared_ptr<MemoryBudget> memory;
     // Called by every Tick, with no lock held, for other housekeeping.
     std::function<void()> on_tick;
+    // The same, about once a second as well, on a thread that may wait for the store.
+    std::function<void(absl::Time now)> on_tend;
+    // Called with no lock held when the scene was deleted, or has expired, here.
+    std::function<void(std::string_view id)> on_delete;
     // Null: scenes end with the server. Else it outlives the registry.
     Store* store = nullptr;
     // The configuration of a stored scene, from its header; and its mesh's id alone, empty if the header is damaged.

@@ -22,6 +22,7 @@ void AddCommands(CLI::App& app, CommandLine& line) {
   AddWatchCommand(app, line);
   AddExportCommand(app, line);
   AddBenchCommand(app, line);
+  AddShareCommands(app, line);
   AddBackupCommands(app, line);
   AddStoreCommand(app, line);
   AddTortureCommand(app, line);

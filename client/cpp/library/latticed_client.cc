@@ -74,7 +74,8 @@ Client::Client(std::shared_ptr<grpc::Channel> channel, std::string token, std::s
       server_(v1::ServerService::NewStub(channel_)),
       meshes_(v1::MeshService::NewStub(channel_)),
       scenes_(v1::SceneService::NewStub(channel_)),
-      backups_(v1::BackupService::NewStub(channel_)) {}
+      backups_(v1::BackupService::NewStub(channel_)),
+      shares_(v1::ShareService::NewStub(channel_)) {}
 
 std::unique_ptr<grpc::ClientContext> Client::NewContext(const std::string& scene) const {
   auto context = std::make_unique<grpc::ClientContext>();
@@ -178,6 +179,27 @@ absl::Status Client::DeleteScene(const std::string& scene) {
   v1::DeleteSceneRequest request;
   request.set_scene(scene);
   return CallOnce(*scenes_, &SceneStub::DeleteScene, request, scene, /*stop=*/{}).status();
+}
+
+// Tried once: each attempt that reached the server would have made a share.
+absl::StatusOr<v1::CreateShareResponse> Client::CreateShare(const v1::CreateShareRequest& request) {
+  return CallOnce(*shares_, &v1::ShareService::Stub::CreateShare, request, request.scene(), stop_);
+}
+
+absl::StatusOr<std::vector<v1::Share>> Client::ListShares(const std::string& scene) {
+  v1::ListSharesRequest request;
+  request.set_scene(scene);
+  LATTICED_ASSIGN_OR_RETURN(
+      const auto list, Call(*shares_, &v1::ShareService::Stub::ListShares, request, scene, stop_));
+  return std::vector<v1::Share>(list.shares().begin(), list.shares().end());
+}
+
+absl::Status Client::RevokeShare(const std::string& scene, const std::string& share) {
+  v1::RevokeShareRequest request;
+  request.set_scene(scene);
+  request.set_share_id(share);
+  return CallOnce(*shares_, &v1::ShareService::Stub::RevokeShare, request, scene, /*stop=*/{})
+      .status();
 }
 
 absl::StatusOr<v1::LatticeState> Client::GetLattice(const std::string& scene) {

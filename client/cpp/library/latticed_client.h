@@ -37,6 +37,7 @@
 #include "latticed/v1/mesh.grpc.pb.h"
 #include "latticed/v1/scene.grpc.pb.h"
 #include "latticed/v1/server.grpc.pb.h"
+#include "latticed/v1/share.grpc.pb.h"
 
 namespace latticed::client {
 
@@ -120,6 +121,11 @@ class Client {
   [[nodiscard]] absl::StatusOr<ExportedFile> Export(const v1::ExportRequest& request,
                                                     const Progress& progress = {});
 
+  [[nodiscard]] absl::StatusOr<v1::CreateShareResponse> CreateShare(
+      const v1::CreateShareRequest& request);
+  [[nodiscard]] absl::StatusOr<std::vector<v1::Share>> ListShares(const std::string& scene);
+  [[nodiscard]] absl::Status RevokeShare(const std::string& scene, const std::string& share);
+
   // Streams a backup: `begin` is called first, and again where a broken connection makes the backup begin anew; then `take`
   // with each part. An error of theirs ends it.
   [[nodiscard]] absl::Status Backup(const v1::BackupRequest& request,
@@ -174,6 +180,7 @@ class Client {
   std::unique_ptr<v1::MeshService::Stub> meshes_;
   std::unique_ptr<v1::SceneService::Stub> scenes_;
   std::unique_ptr<v1::BackupService::Stub> backups_;
+  std::unique_ptr<v1::ShareService::Stub> shares_;
 };
 
 }  // namespace latticed::client

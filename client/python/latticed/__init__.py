@@ -36,6 +36,7 @@ from latticed.presence import Presence
 from latticed.progress_bar import ProgressBar
 from latticed.provenance import Provenance
 from latticed.scene import Scene
+from latticed.share import Share
 from latticed.surface_point import SurfacePoint
 from latticed.topology import Topology
 from latticed.update import Update
@@ -61,6 +62,7 @@ __all__ = [
     "ProgressBar",
     "Provenance",
     "Scene",
+    "Share",
     "SurfacePoint",
     "Topology",
     "Update",

@@ -10,7 +10,7 @@ from typing import Any, Callable, List, Tuple, Union
 import grpc
 
 from latticed.retries import Reachability, once, with_retries
-from latticed.v1 import mesh_pb2_grpc, scene_pb2_grpc, server_pb2_grpc
+from latticed.v1 import mesh_pb2_grpc, scene_pb2_grpc, server_pb2_grpc, share_pb2_grpc
 
 # PEM, as bytes or as the path of a file.
 Pem = Union[bytes, str, "os.PathLike[str]"]
@@ -56,6 +56,7 @@ class Connection:
         self.server: Any = server_pb2_grpc.ServerServiceStub(self._channel)  # type: ignore[no-untyped-call]
         self.meshes: Any = mesh_pb2_grpc.MeshServiceStub(self._channel)  # type: ignore[no-untyped-call]
         self.scenes: Any = scene_pb2_grpc.SceneServiceStub(self._channel)  # type: ignore[no-untyped-call]
+        self.shares: Any = share_pb2_grpc.ShareServiceStub(self._channel)  # type: ignore[no-untyped-call]
 
     def metadata(self, scene: str = "") -> List[Tuple[str, str]]:
         """The metadata of a call; `scene` is its routing key, or empty where the call names no scene."""

@@ -7,8 +7,9 @@ import io
 import os
 import threading
 import uuid
+from datetime import timedelta
 from pathlib import Path
-from typing import Any, Dict, Optional, Type, Union
+from typing import Any, Dict, List, Optional, Type, Union
 
 import numpy.typing as npt
 
@@ -25,9 +26,10 @@ from latticed.lattice import Lattice, vector
 from latticed.patches.plan import PatchPlan
 from latticed.progress_bar import Progress, ProgressFunction, progress_function
 from latticed.provenance import Provenance
+from latticed.share import ROLES, Share
 from latticed.surface_point import SurfacePoint
 from latticed.update import Update
-from latticed.v1 import edit_pb2, scene_pb2, surface_pb2
+from latticed.v1 import edit_pb2, scene_pb2, share_pb2, surface_pb2
 from latticed.view import View
 from latticed.watch_stream import WatchStream
 
@@ -237,6 +239,27 @@ class Scene(EditCalls[EditResult]):
             scene=self.id, revision=revision, format=number, view=view.to_proto(), geometry=geometry
         )
         return transfers.export(self._connection, request, open_file, progress)
+
+    def share(self, role: str = "read", ttl: timedelta = timedelta(days=7)) -> Share:
+        """Shares the scene with whoever has the token of the result: latticed.connect(address, token=share.token).
+
+        role: "read" to watch, evaluate and export, or "edit". ttl: a second to 366 days. Needs the role edit.
+        """
+        request = share_pb2.CreateShareRequest(scene=self.id, role=choose("a role", role, ROLES))
+        request.ttl.FromTimedelta(ttl)
+        made = self._connection.call_once(self._connection.shares.CreateShare, request, self.id)
+        return Share.from_proto(made.share, made.token)
+
+    def shares(self) -> List[Share]:
+        """The shares of the scene, oldest first, without their tokens."""
+        request = share_pb2.ListSharesRequest(scene=self.id)
+        listed = self._connection.call(self._connection.shares.ListShares, request, self.id)
+        return [Share.from_proto(share) for share in listed.shares]
+
+    def revoke(self, share: Share) -> None:
+        """Ends a share, and the streams of those who came by it."""
+        request = share_pb2.RevokeShareRequest(scene=self.id, share_id=share.id)
+        self._connection.call_once(self._connection.shares.RevokeShare, request, self.id)
 
     def delete(self) -> None:
         """Deletes the scene. Its streams end with NOT_FOUND."""

@@ -107,20 +107,23 @@ absl::StatusOr<Authenticator> Authenticator::FromText(std::string_view text) {
   return result;
 }
 
+std::string_view BearerToken(std::string_view authorization) {
+  constexpr std::string_view kScheme = "bearer ";
+  if (absl::AsciiStrToLower(std::string(authorization.substr(0, kScheme.size()))) != kScheme) {
+    return "";
+  }
+  return authorization.substr(kScheme.size());
+}
+
 absl::StatusOr<Caller> Authenticator::Authenticate(std::string_view authorization,
                                                    absl::Time now) const {
   if (open()) return Caller{};
-  constexpr std::string_view kScheme = "bearer ";
   if (authorization.empty()) {
     return error::Unauthenticated(
         "this server needs a token: send the metadata 'authorization: Bearer <token>'");
   }
-  const std::string scheme =
-      absl::AsciiStrToLower(std::string(authorization.substr(0, kScheme.size())));
-  if (scheme != kScheme) {
-    return error::Unauthenticated("authorization must read 'Bearer <token>'");
-  }
-  const std::string_view token = authorization.substr(kScheme.size());
+  const std::string_view token = BearerToken(authorization);
+  if (token.empty()) return error::Unauthenticated("authorization must read 'Bearer <token>'");
   if (tokens_.has_value()) {
     const auto known = tokens_->find(Sha256Hex(token));
     if (known != tokens_->end()) return known->second;

@@ -24,6 +24,9 @@
 
 namespace latticed {
 
+// The token in "Bearer <token>", whatever the case of the first word. Empty: there is none.
+[[nodiscard]] std::string_view BearerToken(std::string_view authorization);
+
 class Authenticator {
  public:
   // Without tokens: everyone is admitted as admin.

@@ -27,6 +27,12 @@ std::optional<Role> RoleFromName(std::string_view name) {
 }
 
 absl::Status CheckRole(const Caller& caller, const Rpc& rpc) {
+  if (caller.shared.has_value() && !rpc.is_for_shares) {
+    return error::PermissionDenied(
+        fmt::format("{} needs a token of the server; the token of a share is for one scene alone",
+                    rpc.name),
+        RoleName(rpc.role));
+  }
   if (caller.role >= rpc.role) return absl::OkStatus();
   return error::PermissionDenied(
       fmt::format("{} needs the role '{}'; the token of '{}' has '{}'", rpc.name,

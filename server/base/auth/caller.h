@@ -9,6 +9,7 @@
 #define LATTICED_SERVER_BASE_AUTH_CALLER_H_
 
 #include <optional>
+#include <stop_token>
 #include <string>
 #include <string_view>
 
@@ -21,6 +22,14 @@ enum class Role { kRead, kEdit, kAdmin };
 [[nodiscard]] std::string_view RoleName(Role role);  // "read", "edit", "admin"
 [[nodiscard]] std::optional<Role> RoleFromName(std::string_view name);
 
+// The only scene of a caller who has the token of a share (server/stores/share_store.h).
+struct SharedScene {
+  std::string scene;             // its key: tenant.h
+  absl::Time scene_create_time;  // which scene of that key
+  std::string mesh;              // the key of its mesh
+  std::stop_token ended;         // the share has expired or was revoked, or its scene was deleted
+};
+
 // Without tokens everybody is the nameless admin.
 struct Caller {
   std::string name;
@@ -28,13 +37,16 @@ struct Caller {
   std::string tenant;  // empty: the default tenant
   absl::Time expires =
       absl::InfiniteFuture();  // when the token ends, and the streams that it opened
+  std::optional<SharedScene> shared = std::nullopt;
 };
 
 // An rpc, and the role that its callers need.
 struct Rpc {
   std::string_view name;  // "MeshService/UploadMesh"
   Role role;
+  bool is_for_shares = false;  // also for callers with the token of a share
 };
+inline constexpr bool kForShares = true;
 
 // kPermissionDenied, reason PERMISSION_DENIED, naming the role that the rpc needs.
 [[nodiscard]] absl::Status CheckRole(const Caller& caller, const Rpc& rpc);

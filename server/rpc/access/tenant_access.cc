@@ -19,7 +19,10 @@ absl::Status ToldById(const absl::Status& status, std::string_view kind, std::st
 
 absl::StatusOr<std::shared_ptr<const StoredMesh>> FindMesh(ServerEnv& env, const CallInfo& call,
                                                            std::string_view id) {
-  auto mesh = env.meshes.Find(KeyFor(call, id));
+  const std::string key = KeyFor(call, id);
+  const auto& shared = call.caller.shared;
+  if (shared.has_value() && shared->mesh != key) return error::NotFound("mesh", id);
+  auto mesh = env.meshes.Find(key);
   if (mesh.ok()) return mesh;
   return ToldById(mesh.status(), "mesh", id);
 }

@@ -25,7 +25,7 @@ struct StoredMesh;  // server/stores/mesh_store.h
 // The caller is told the id that they sent, whoever found nothing: kNotFound names no key of a store.
 [[nodiscard]] absl::Status ToldById(const absl::Status& status, std::string_view kind,
                                     std::string_view id);
-// A mesh of the caller's tenant. The errors of MeshStore::Find.
+// A mesh of the caller's tenant; where they have the token of a share, of its scene. The errors of MeshStore::Find.
 [[nodiscard]] absl::StatusOr<std::shared_ptr<const StoredMesh>> FindMesh(ServerEnv& env,
                                                                          const CallInfo& call,
                                                                          std::string_view id);

@@ -2,27 +2,33 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/rpc/access/token_end.h"
 
-#include <utility>
-
 #include "core/base/error.h"
 #include "server/rpc/scene_stream.h"
 
 namespace latticed {
 namespace {
 
-absl::Status TokenEnded() { return error::Unauthenticated("the token has expired ('exp')"); }
+absl::Status EndOf(const Caller& caller) {
+  return error::Unauthenticated(
+      caller.shared.has_value() ? "the share has expired or was revoked, or its scene was deleted"
+                                : "the token has expired ('exp')");
+}
 
 }  // namespace
 
 absl::Status CheckTokenTime(const Caller& caller, absl::Time now) {
-  return now < caller.expires ? absl::OkStatus() : TokenEnded();
+  const bool ended = caller.shared.has_value() && caller.shared->ended.stop_requested();
+  return ended || now >= caller.expires ? EndOf(caller) : absl::OkStatus();
 }
 
-void TokenEnd::EndWith(const Caller& caller, std::weak_ptr<SceneStream> stream) {
+void TokenEnd::EndWith(const Caller& caller, const std::weak_ptr<SceneStream>& stream) {
+  const auto end = [stream, status = EndOf(caller)] {
+    if (const auto open = stream.lock(); open != nullptr) open->Fail(status);
+  };
+  if (caller.shared.has_value()) share_end_.emplace(caller.shared->ended, end);
   if (caller.expires == absl::InfiniteFuture()) return;
-  alarm_.Set(absl::ToChronoTime(caller.expires), [stream = std::move(stream)](bool expired) {
-    if (!expired) return;  // the call has ended
-    if (const auto open = stream.lock(); open != nullptr) open->Fail(TokenEnded());
+  alarm_.Set(absl::ToChronoTime(caller.expires), [end](bool expired) {
+    if (expired) end();  // else the call has ended
   });
 }
 

@@ -138,13 +138,23 @@ BEGIN
 END $$;
 )sql";
 
+// A share goes with its scene, also where a server of an older version deletes the scene.
+constexpr char kShares[] = R"sql(
+CREATE TABLE latticed.share(
+  id bytea PRIMARY KEY,
+  scene bigint NOT NULL REFERENCES latticed.scene(number) ON DELETE CASCADE,
+  sum bigint NOT NULL,
+  header bytea NOT NULL);
+CREATE INDEX ON latticed.share(scene);
+)sql";
+
 struct Upgrade {
   const char* tables;
-  const char* functions;
+  const char* functions;  // may be null
 };
 // Upgrade i leads from version i to i + 1.
 constexpr std::array<Upgrade, kPostgresSchemaVersion> kUpgrades = {
-    {{kTables, kFunctions}, {kUsed, kExpire}}};
+    {{kTables, kFunctions}, {kUsed, kExpire}, {kShares, nullptr}}};
 
 constexpr int64_t kUpgradeLock = 0x6C617474;  // "latt", among the database's advisory locks
 
@@ -180,8 +190,9 @@ absl::Status UpgradeSchema(PgConnection& connection) {
   }
   if (version == kPostgresSchemaVersion) return absl::OkStatus();
   for (auto step = static_cast<size_t>(version); step < kUpgrades.size(); ++step) {
-    LATTICED_RETURN_IF_ERROR(connection.Execute(kUpgrades[step].tables));
-    LATTICED_RETURN_IF_ERROR(connection.Execute(kUpgrades[step].functions));
+    const auto [tables, functions] = kUpgrades[step];
+    LATTICED_RETURN_IF_ERROR(connection.Execute(tables));
+    if (functions != nullptr) LATTICED_RETURN_IF_ERROR(connection.Execute(functions));
   }
   return connection
       .Execute("UPDATE latticed.version SET number = $1",

@@ -9,6 +9,7 @@
 //   snapshot  scene, lsn, sum, bytes                                       the last one
 //   record    scene, lsn, sum, bytes                                       the log
 //   mesh      id, sum, header                                              the bytes are not in the database
+//   share     id, scene, sum, header                                       goes with its scene
 //
 //   good_until(session)   when the lease of a session is over
 //   attach(session)       a new connection of the writer: whoever had the old one writes nothing any more
@@ -24,7 +25,7 @@
 
 namespace latticed {
 
-inline constexpr int kPostgresSchemaVersion = 2;
+inline constexpr int kPostgresSchemaVersion = 3;
 
 // Makes the schema, or upgrades it from an older version, in one transaction. Servers that do so at once wait for each
 // other.

@@ -130,6 +130,10 @@ absl::StatusOr<std::vector<StoredEntry>> SceneReader::Scenes() { return ReadScen
 
 absl::StatusOr<std::vector<StoredEntry>> SceneReader::Meshes() { return ReadMeshes({}); }
 
+absl::StatusOr<std::vector<StoredEntry>> SceneReader::Shares() {
+  return ReadByIdSum("SELECT id, header, sum FROM share", "share", {});
+}
+
 absl::StatusOr<std::string> SceneReader::SceneHeader(std::string_view id) {
   LATTICED_ASSIGN_OR_RETURN(std::vector<StoredEntry> found, ReadScenes(id));
   if (found.empty()) return error::NotFound("scene", id);
@@ -164,10 +168,15 @@ absl::StatusOr<std::vector<StoredEntry>> SceneReader::ReadScenes(
 
 absl::StatusOr<std::vector<StoredEntry>> SceneReader::ReadMeshes(
     std::optional<std::string_view> id) {
+  return ReadByIdSum("SELECT id, header, sum FROM mesh", "mesh", id);
+}
+
+absl::StatusOr<std::vector<StoredEntry>> SceneReader::ReadByIdSum(
+    const std::string& sql, std::string_view kind, std::optional<std::string_view> id) {
   LATTICED_ASSIGN_OR_RETURN(Connection database, Take());
   LATTICED_ASSIGN_OR_RETURN(std::vector<StoredEntry> entries,
                             ReadEntries(
-                                *database, "SELECT id, header, sum FROM mesh", "mesh",
+                                *database, sql, kind,
                                 [](const SqliteStatement&, const StoredEntry& entry) {
                                   return IdRowSum(entry.id, entry.header);
                                 },

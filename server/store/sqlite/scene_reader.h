@@ -35,6 +35,7 @@ class SceneReader {
   [[nodiscard]] absl::StatusOr<SceneLog> Read(std::string_view id, const SceneTail& tail);
   [[nodiscard]] absl::StatusOr<std::vector<StoredEntry>> Scenes();
   [[nodiscard]] absl::StatusOr<std::vector<StoredEntry>> Meshes();
+  [[nodiscard]] absl::StatusOr<std::vector<StoredEntry>> Shares();
   [[nodiscard]] absl::StatusOr<std::string> SceneHeader(std::string_view id);
   [[nodiscard]] absl::StatusOr<std::string> MeshHeader(std::string_view id);
   [[nodiscard]] absl::StatusOr<bool> HasMesh(std::string_view id);
@@ -47,6 +48,9 @@ class SceneReader {
       std::optional<std::string_view> id);
   [[nodiscard]] absl::StatusOr<std::vector<StoredEntry>> ReadMeshes(
       std::optional<std::string_view> id);
+  // Rows whose sum is of their id and their header.
+  [[nodiscard]] absl::StatusOr<std::vector<StoredEntry>> ReadByIdSum(
+      const std::string& sql, std::string_view kind, std::optional<std::string_view> id);
   // A connection that nobody uses, or a new one; and gives it back.
   [[nodiscard]] absl::StatusOr<Connection> Take() ABSL_LOCKS_EXCLUDED(mutex_);
   void GiveBack(Connection connection) ABSL_LOCKS_EXCLUDED(mutex_);

@@ -22,6 +22,7 @@ enum Sql : size_t {
   kDeleteScene,
   kDeleteHeader,
   kDeleteSnapshot,
+  kDeleteShares,
   kInsertRecord,
   kReplaceSnapshot,
   kSetSnapshotLsn,
@@ -39,6 +40,7 @@ constexpr const char* kSql[kSqlCount] = {
     "DELETE FROM scene WHERE number = ?",
     "DELETE FROM scene_header WHERE scene = ?",
     "DELETE FROM snapshot WHERE scene = ?",
+    "DELETE FROM share WHERE scene = ?",
     "INSERT INTO record(row, scene, lsn, previous, sum, bytes) VALUES(?, ?, ?, ?, ?, ?)",
     "REPLACE INTO snapshot(scene, lsn, sum, bytes) VALUES(?, ?, ?, ?)",
     "UPDATE scene SET snapshot_lsn = ?2 WHERE number = ?1",
@@ -194,7 +196,7 @@ absl::Status SceneRows::Delete(std::string_view id) {
   const auto found = scenes_.find(id);
   if (found == scenes_.end()) return error::NotFound("scene", id);
   const SceneTail tail = found->second.tail;
-  for (const Sql sql : {kDeleteScene, kDeleteHeader, kDeleteSnapshot}) {
+  for (const Sql sql : {kDeleteScene, kDeleteHeader, kDeleteSnapshot, kDeleteShares}) {
     statements_[sql].Bind(1, tail.number);
     LATTICED_RETURN_IF_ERROR(statements_[sql].Run());
   }

@@ -7,6 +7,7 @@
 #include "core/base/sha256.h"
 #include "fmt/format.h"
 #include "latticed/v1/backup.grpc.pb.h"
+#include "latticed/v1/share.pb.h"
 #include "server/base/auth/tenant.h"
 #include "tests/server/support/raw_call.h"
 #include "tests/server/support/server_test.h"
@@ -137,7 +138,8 @@ class TokenServerTest : public ServerTest {
     std::vector<const google::protobuf::MethodDescriptor*> methods;
     for (const auto* file :
          {v1::MeshHeader::descriptor()->file(), v1::Scene::descriptor()->file(),
-          v1::ServerInfo::descriptor()->file(), v1::BackupPart::descriptor()->file()}) {
+          v1::ServerInfo::descriptor()->file(), v1::BackupPart::descriptor()->file(),
+          v1::Share::descriptor()->file()}) {
       for (int s = 0; s < file->service_count(); ++s) {
         for (int m = 0; m < file->service(s)->method_count(); ++m) {
           methods.push_back(file->service(s)->method(m));
@@ -151,7 +153,7 @@ class TokenServerTest : public ServerTest {
 };
 
 TEST_F(TokenServerTest, NoRpcIsOpen) {
-  ASSERT_EQ(AllMethods().size(), 26u);
+  ASSERT_EQ(AllMethods().size(), 29u);
   for (const auto* method : AllMethods()) {
     EXPECT_THAT(CallEmpty(*method, ""), StatusIs(absl::StatusCode::kUnauthenticated))
         << method->full_name();
@@ -167,7 +169,8 @@ TEST_F(TokenServerTest, ReaderCannotEdit) {
   const std::set<std::string> edits = {
       "MeshService/UploadMesh",   "MeshService/BeginUpload", "MeshService/AppendUpload",
       "MeshService/FinishUpload", "MeshService/DeleteMesh",  "SceneService/CreateScene",
-      "SceneService/DeleteScene", "SceneService/ApplyEdits", "BackupService/Restore"};
+      "SceneService/DeleteScene", "SceneService/ApplyEdits", "BackupService/Restore",
+      "ShareService/CreateShare", "ShareService/ListShares", "ShareService/RevokeShare"};
   for (const auto* method : AllMethods()) {
     const std::string rpc = fmt::format("{}/{}", method->service()->name(), method->name());
     if (rpc == "BackupService/Backup") continue;  // ReaderBacksUp

@@ -34,8 +34,9 @@ class ReflectionTest : public SmallServerTest {
 
 TEST_F(ReflectionTest, ListsTheFourServices) {
   const std::string response = List();
-  for (const char* service : {"latticed.v1.MeshService", "latticed.v1.SceneService",
-                              "latticed.v1.ServerService", "latticed.v1.BackupService"}) {
+  for (const char* service :
+       {"latticed.v1.MeshService", "latticed.v1.SceneService", "latticed.v1.ServerService",
+        "latticed.v1.BackupService", "latticed.v1.ShareService"}) {
     EXPECT_NE(response.find(Field(1, service)), std::string::npos) << service;
   }
 }

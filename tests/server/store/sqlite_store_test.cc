@@ -13,6 +13,7 @@
 #include "core/base/sha256.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "server/store/sqlite/database/database.h"
 #include "tests/server/store/fault_vfs.h"
 #include "tests/server/store/opened_store.h"
 #include "tests/support/status_matchers.h"
@@ -84,7 +85,22 @@ TEST_F(SqliteStoreTest, RefusesANewerSchema) {
 
   EXPECT_THAT(Open(),
               StatusIs(absl::StatusCode::kFailedPrecondition,
-                       HasSubstr("latticed.sqlite has schema 7, and this latticed knows up to 1")));
+                       HasSubstr("latticed.sqlite has schema 7, and this latticed knows up to 2")));
+}
+
+TEST_F(SqliteStoreTest, UpgradesTheFirstSchema) {
+  ASSERT_OK(store_->CreateScene("gear", "header"));
+  ASSERT_OK(store_.Append("gear", 1, "x"));
+  store_.Close();
+  Sql("DROP TABLE share; PRAGMA user_version = 1", "latticed-checked");
+  EXPECT_THAT(OpenDatabaseToRead(Data("latticed.sqlite")).status(),
+              StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr("upgrades it to 2")));
+
+  ASSERT_OK(Open());
+  store_.Open();
+  ASSERT_OK_AND_ASSIGN(const SceneLog log, store_->ReadScene("gear"));
+  EXPECT_EQ(log.records, std::vector<std::string>{"x"});
+  EXPECT_OK(store_->PutShare("a", "gear", "header"));
 }
 
 TEST_F(SqliteStoreTest, RefusesAFolderWhoseDatabaseIsGone) {

@@ -252,6 +252,33 @@ TEST_P(StoreSuite, ADeletedSceneLeavesNothingToItsNextOne) {
   EXPECT_THAT(log.records, ElementsAre("new record"));
 }
 
+TEST_P(StoreSuite, KeepsSharesAsLongAsTheirScene) {
+  for (const std::string scene : {"gear", "knot"}) ASSERT_OK(store_->CreateScene(scene, ""));
+  ASSERT_OK(store_->PutShare("b", "gear", "for readers"));
+  ASSERT_OK(store_->PutShare("a", "knot", std::string("\0 1", 3)));
+  ASSERT_OK(store_->PutShare("c", "gear", "of another header"));
+  ASSERT_OK(store_->PutShare("c", "gear", "for editors"));
+  ASSERT_OK(store_->DeleteShare("nothing"));
+  EXPECT_THAT(store_->PutShare("d", "vase", ""),
+              StatusIs(absl::StatusCode::kNotFound, HasSubstr("'vase'")));
+
+  const auto shares = [this] {
+    const std::vector<StoredEntry> stored = store_->Shares().value();
+    std::vector<std::string> all;
+    for (const StoredEntry& share : stored) {
+      EXPECT_OK(share.damage);
+      all.push_back(share.id + ": " + share.header);
+    }
+    return all;
+  };
+  EXPECT_THAT(shares(), ElementsAre(std::string("a: \0 1", 6), "b: for readers", "c: for editors"));
+  ASSERT_OK(store_->DeleteShare("b"));
+  EXPECT_THAT(shares(), ElementsAre(std::string("a: \0 1", 6), "c: for editors"));
+  ASSERT_OK(store_->DeleteScene("gear"));
+  ASSERT_OK(store_->CreateScene("gear", ""));
+  EXPECT_THAT(shares(), ElementsAre(std::string("a: \0 1", 6)));
+}
+
 TEST_P(StoreSuite, AMeshIsKeptOnce) {
   const std::string bytes("v 0 0 0\n\0", 9);
   const std::string id = Sha256Hex(bytes);

@@ -22,6 +22,7 @@ void AddMeshCommands(CLI::App& app, CommandLine& line);  // upload, meshes [dele
 void AddLatticeCommand(CLI::App& app, CommandLine& line);
 void AddApplyCommand(CLI::App& app, CommandLine& line);
 void AddSceneCommands(CLI::App& app, CommandLine& line);  // scene create|list|show|delete
+void AddShareCommands(CLI::App& app, CommandLine& line);  // share create|list|revoke
 void AddEditCommands(CLI::App& app, CommandLine& line);   // edit move|set|drag|…
 void AddPickCommand(CLI::App& app, CommandLine& line);
 void AddWatchCommand(CLI::App& app, CommandLine& line);

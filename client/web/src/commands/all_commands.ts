@@ -17,9 +17,11 @@ import { lengthsInWords } from '../state/units';
 import type { Command, CommandGroup, Commands } from '../ui/commands';
 import { showExportDialog } from '../ui/dialogs/export_dialog';
 import { showHelp } from '../ui/dialogs/help';
+import { showShareDialog } from '../ui/dialogs/share_dialog';
 import { chooseFiles } from '../ui/dialogs/start_screen';
 import type { IconName } from '../ui/icons';
 import { downloadExport } from '../wire/export_download';
+import { SceneShares } from '../wire/scene_shares';
 import type { Workspace } from '../workspace';
 
 /** The page as commands see it. */
@@ -93,21 +95,44 @@ function fileCommands(app: CommandTarget): Command[] {
     onScene('open-lattice', 'Open lattice…', open('.json'), { icon: 'load' }),
     onScene('save-lattice', 'Save lattice', () => app.opener.saveLattice(), { keys: ['Ctrl+S'], icon: 'save' }),
     onScene('export', 'Export…', showExport, { keys: ['Ctrl+E'], icon: 'export' }),
-    onScene('share', 'Copy link to this scene', () => void copyLink(app), { icon: 'share' }),
+    onScene('share', 'Share…', ({ session }) => share(app, session.sceneId), { icon: 'share' }),
+    onScene('copy-link', 'Copy link to this scene', () => void copyLink(app)),
   ];
 }
 
-/** Copies the address without its fragment, which may hold this person's token. */
-async function copyLink(app: CommandTarget): Promise<void> {
-  const link = location.origin + location.pathname + location.search;
+/** The address without its fragment, which may hold this person's token. */
+function plainLink(): string {
+  return location.origin + location.pathname + location.search;
+}
+
+/** What others do not get with a link. */
+function unshared(app: CommandTarget): string {
+  const { companionsStay } = app.opener;
+  return companionsStay ? ` Files dropped with the mesh stay ${companionsStay}.` : '';
+}
+
+async function copied(text: string): Promise<boolean> {
   try {
-    await navigator.clipboard.writeText(link);
-    const { companionsStay } = app.opener;
-    const unshared = companionsStay ? ` Files dropped with the mesh stay ${companionsStay}.` : '';
-    app.toasts.tell(`The link is copied. Everyone who opens it edits the same scene.${unshared}`);
+    await navigator.clipboard.writeText(text);
+    return true;
   } catch {
-    app.toasts.tell(`Copy this link: ${link}`); // no clipboard without https
+    return false; // no clipboard without https
   }
+}
+
+async function copyLink(app: CommandTarget): Promise<void> {
+  const link = plainLink();
+  const told = `The link is copied. Everyone with access to this server edits the same scene by it.${unshared(app)}`;
+  app.toasts.tell((await copied(link)) ? told : `Copy this link: ${link}`);
+}
+
+function share(app: CommandTarget, sceneId: string): void {
+  showShareDialog({
+    shares: new SceneShares(app.services.server, sceneId),
+    linkWith: (token) => `${plainLink()}#token=${token}`,
+    copy: copied,
+    remark: unshared(app),
+  });
 }
 
 function editCommands(app: CommandTarget): Command[] {

@@ -5,6 +5,7 @@ import { createGrpcWebTransport } from '@connectrpc/connect-web';
 import { MeshService } from 'latticed/v1/mesh_pb';
 import { SceneService } from 'latticed/v1/scene_pb';
 import { ServerService } from 'latticed/v1/server_pb';
+import { ShareService } from 'latticed/v1/share_pb';
 import { withDeadlines } from './deadlines';
 
 /** The server that the page comes from: gRPC-Web clients of its services, and its address for WebSockets. */
@@ -12,6 +13,7 @@ export class LatticedServer {
   readonly scenes: Client<typeof SceneService>;
   readonly meshes: Client<typeof MeshService>;
   readonly server: Client<typeof ServerService>;
+  readonly shares: Client<typeof ShareService>;
   /** Set once the server has refused this page's presence: the token allows only to watch. */
   refusesPresence = false;
 
@@ -28,6 +30,7 @@ export class LatticedServer {
     this.scenes = createClient(SceneService, timely);
     this.meshes = createClient(MeshService, timely);
     this.server = createClient(ServerService, timely);
+    this.shares = createClient(ShareService, timely);
   }
 }
 

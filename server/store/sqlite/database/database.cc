@@ -40,6 +40,12 @@ CREATE TABLE log(
   one INTEGER PRIMARY KEY CHECK(one = 1), saved_row INTEGER NOT NULL, dead_rows INTEGER NOT NULL) STRICT;
 INSERT INTO log VALUES(1, 0, 0);
 )sql";
+constexpr char kShares[] = R"sql(
+CREATE TABLE share(
+  id BLOB PRIMARY KEY, scene INTEGER NOT NULL, sum INTEGER NOT NULL, header BLOB NOT NULL) STRICT, WITHOUT ROWID;
+)sql";
+// Upgrade i leads from version i to i + 1.
+constexpr std::array<const char*, kSchemaVersion> kUpgrades = {kSchema, kShares};
 
 // Damage is where it was when it is looked for again. What a server is writing is not.
 constexpr int kLooksAtUsedLog = 3;
@@ -84,9 +90,12 @@ absl::Status CheckHeader(const std::string& path) {
   return CheckVersion(path, number(kVersionAt));
 }
 
-absl::Status MakeSchema(SqliteConnection& database) {
+// In one transaction: after a crash, or on a full disk, the database has the version that it had.
+absl::Status UpgradeSchema(SqliteConnection& database, int64_t version) {
   LATTICED_RETURN_IF_ERROR(database.Execute("BEGIN IMMEDIATE"));
-  LATTICED_RETURN_IF_ERROR(database.Execute(kSchema));
+  for (auto step = static_cast<size_t>(version); step < kUpgrades.size(); ++step) {
+    LATTICED_RETURN_IF_ERROR(database.Execute(kUpgrades[step]));
+  }
   const std::string mark = fmt::format("PRAGMA application_id = {}; PRAGMA user_version = {}",
                                        kApplicationId, kSchemaVersion);
   LATTICED_RETURN_IF_ERROR(database.Execute(mark.c_str()));
@@ -98,13 +107,16 @@ absl::Status CheckSchema(SqliteConnection& database, const std::string& path) {
   LATTICED_ASSIGN_OR_RETURN(const int64_t version, database.Number("PRAGMA user_version"));
   LATTICED_ASSIGN_OR_RETURN(const int64_t tables,
                             database.Number("SELECT count(*) FROM sqlite_schema"));
-  if (owner == 0 && tables == 0 && sqlite3_db_readonly(database.get(), "main") == 0) {
-    return MakeSchema(database);
-  }
+  const bool writable = sqlite3_db_readonly(database.get(), "main") == 0;
+  if (owner == 0 && tables == 0 && writable) return UpgradeSchema(database, 0);
   if (owner != kApplicationId) return Foreign(path);
   LATTICED_RETURN_IF_ERROR(CheckVersion(path, version));
   if (version < 1) return error::Damaged(path, "it has no version of its schema");
-  return absl::OkStatus();
+  if (version == kSchemaVersion) return absl::OkStatus();
+  if (writable) return UpgradeSchema(database, version);
+  return absl::FailedPreconditionError(fmt::format(
+      "{} has schema {}: a start of latticed on it upgrades it to {}, then it can be read", path,
+      version, kSchemaVersion));
 }
 
 }  // namespace

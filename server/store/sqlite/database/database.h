@@ -26,7 +26,7 @@
 namespace latticed {
 
 inline constexpr uint32_t kApplicationId = 0x6C617474;  // "latt"
-inline constexpr int kSchemaVersion = 1;
+inline constexpr int kSchemaVersion = 2;
 
 // Opens the database for writing, or makes it. Nobody else has it open. What a crash left in the log is in the file
 // then, and the log is empty.

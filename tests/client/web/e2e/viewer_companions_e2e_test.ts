@@ -206,8 +206,8 @@ test('pictures that the browser has no room for are shown, and it is said that t
     'The files dropped with this mesh will be missing after a reload: the browser has no room left for it.').waitFor();
   await comesTo(full, 'red green blue white');
   await full.context().grantPermissions(['clipboard-write']);
-  await full.evaluate(() => window.latticed.commands.get('share').run());
-  await full.getByText('The link is copied. Everyone who opens it edits the same scene. Files dropped with the mesh stay on this page.').waitFor();
+  await full.evaluate(() => window.latticed.commands.get('copy-link').run());
+  await full.getByText('The link is copied. Everyone with access to this server edits the same scene by it. Files dropped with the mesh stay on this page.').waitFor();
   await full.close();
 });
 

@@ -143,8 +143,8 @@ test('every format is downloaded with the token of the page, which a reload keep
   assert.deepEqual(errors, []);
 
   await page.context().grantPermissions(['clipboard-read', 'clipboard-write']);
-  await page.evaluate(() => window.latticed.commands.get('share').run());
-  await page.getByText('The link is copied. Everyone who opens it edits the same scene. Files dropped with the mesh stay in this browser.').waitFor();
+  await page.evaluate(() => window.latticed.commands.get('copy-link').run());
+  await page.getByText('The link is copied. Everyone with access to this server edits the same scene by it. Files dropped with the mesh stay in this browser.').waitFor();
   const link = await page.evaluate(() => navigator.clipboard.readText());
   assert.match(link, /\?scene=[0-9a-f]{32}$/);
   const [socket] = await Promise.all([page.waitForEvent('websocket'), page.reload()]);

@@ -50,12 +50,12 @@ TEST_F(PostgresStore, NamesADatabaseThatDoesNotAnswer) {
 
 TEST_F(PostgresStore, RefusesANewerSchema) {
   ASSERT_OK(Open(url_).status());
-  ExecuteSql(url_, "UPDATE latticed.version SET number = 3");
+  ExecuteSql(url_, "UPDATE latticed.version SET number = 4");
 
   EXPECT_THAT(
       Open(url_).status(),
       StatusIs(absl::StatusCode::kFailedPrecondition,
-               "the database has schema 3, which a newer latticed made; this one reads up to 2"));
+               "the database has schema 4, which a newer latticed made; this one reads up to 3"));
 }
 
 TEST_F(PostgresStore, UpgradesTheFirstSchema) {
@@ -65,7 +65,8 @@ TEST_F(PostgresStore, UpgradesTheFirstSchema) {
     ASSERT_OK(AppendTo(*store, "gear", 1, "x"));
   }
   ExecuteSql(url_,
-             "DROP TRIGGER note_use ON latticed.scene; DROP FUNCTION latticed.note_use, "
+             "DROP TABLE latticed.share; DROP TRIGGER note_use ON latticed.scene; DROP FUNCTION "
+             "latticed.note_use, "
              "latticed.expire; ALTER TABLE latticed.scene DROP COLUMN used; "
              "UPDATE latticed.version SET number = 1");
 
@@ -73,6 +74,7 @@ TEST_F(PostgresStore, UpgradesTheFirstSchema) {
   ASSERT_OK(store->ClaimScene("gear").status());
   ASSERT_OK_AND_ASSIGN(const SceneLog log, store->ReadScene("gear"));
   EXPECT_EQ(log.records, std::vector<std::string>{"x"});
+  EXPECT_OK(store->PutShare("a", "gear", "header"));
   ASSERT_OK(store->ReleaseScene("gear"));
   EXPECT_OK(store->ExpireScene("gear", absl::ZeroDuration()));
   EXPECT_THAT(store->ReadSceneHeader("gear"), StatusIs(absl::StatusCode::kNotFound));
