@@ -97,7 +97,7 @@ TEST_F(LatticectlReference, BashOffersEveryOptionOfEveryCommand) {
 
   const auto offers = Completed(lines);
 
-  ASSERT_EQ(commands.size(), 35u);
+  ASSERT_EQ(commands.size(), 39u);
   for (size_t i = 0; i < commands.size(); ++i) {
     SCOPED_TRACE(commands[i]->path);
     std::vector<std::string> names = OptionNames(*commands[i]);
@@ -114,7 +114,7 @@ TEST_F(LatticectlReference, BashOffersCommandsWordsAndFiles) {
   std::filesystem::create_directory(Path("my folder"));
   using Words = std::vector<std::string>;
   const std::vector<std::pair<Words, Words>> cases{
-      {{"latticectl", "s"}, {"sample", "scene", "store"}},
+      {{"latticectl", "s"}, {"sample", "scene", "share", "store"}},
       {{"latticectl", "scene", ""}, {"create", "list", "show", "delete"}},
       {{"latticectl", "scene", "create", "--norm"}, {"--normals", "--normal-bits"}},
       {{"latticectl", "scene", "create", "--normals", ""}, {"facet", "smooth", "none"}},

@@ -10,6 +10,7 @@
 #include "latticed/v1/mesh.pb.h"
 #include "latticed/v1/scene.pb.h"
 #include "latticed/v1/server.pb.h"
+#include "latticed/v1/share.pb.h"
 #include "tests/fuzz/fuzz_call.h"
 #include "tests/fuzz/fuzz_server.h"
 
@@ -141,7 +142,7 @@ const std::vector<const MethodDescriptor*>& Methods() {
   static const auto* const all = [] {
     auto* const methods = new std::vector<const MethodDescriptor*>;
     for (const auto* file : {v1::Mesh::descriptor()->file(), v1::Scene::descriptor()->file(),
-                             v1::ServerInfo::descriptor()->file()}) {
+                             v1::ServerInfo::descriptor()->file(), v1::Share::descriptor()->file()}) {
       const auto* const service = file->service(0);
       for (int i = 0; i < service->method_count(); ++i) methods->push_back(service->method(i));
     }
