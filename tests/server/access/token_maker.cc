@@ -84,7 +84,11 @@ std::string TokenMaker::Signature(const std::string& text) const {
 std::string TokenMaker::Sign(const Json& claims, const Json& header) const {
   Json whole = {{"alg", algorithm_}, {"kid", kid_}};
   whole.merge_patch(header);
-  const std::string text = Base64Url(whole.dump()) + "." + Base64Url(claims.dump());
+  return SignText(whole.dump(), claims.dump());
+}
+
+std::string TokenMaker::SignText(const std::string& header, const std::string& claims) const {
+  const std::string text = Base64Url(header) + "." + Base64Url(claims);
   return text + "." + Base64Url(Signature(text));
 }
 

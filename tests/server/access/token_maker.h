@@ -27,6 +27,8 @@ class TokenMaker {
   [[nodiscard]] Json Jwk() const;
   // `header` is merged into {alg, kid}; a null member removes one.
   [[nodiscard]] std::string Sign(const Json& claims, const Json& header = Json::object()) const;
+  // The same for any texts, which may be no JSON.
+  [[nodiscard]] std::string SignText(const std::string& header, const std::string& claims) const;
   [[nodiscard]] const std::string& kid() const { return kid_; }
 
  private:
