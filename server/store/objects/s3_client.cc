@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/store/objects/s3_client.h"
 
+#include <algorithm>
 #include <random>
 #include <utility>
 
@@ -16,6 +17,7 @@ namespace latticed {
 namespace {
 
 constexpr size_t kMostUnused = 8;
+constexpr absl::Duration kLongestPause = absl::Seconds(2);
 
 bool MayPass(const S3Answer& answer) {
   constexpr int64_t kTimeout = 408, kTooMany = 429, kNoRoom = 507, kServerError = 500;
@@ -74,7 +76,7 @@ absl::Status S3Client::Delete(std::string_view key) {
 absl::StatusOr<S3Answer> S3Client::Send(const S3Request& request) {
   const absl::Time end = absl::Now() + options_.most_time;
   absl::Duration pause = options_.first_pause;
-  for (int tries = 1;; ++tries, pause *= 2) {
+  for (int tries = 1;; ++tries, pause = std::min(2 * pause, kLongestPause)) {
     Handle handle = Take();
     if (handle == nullptr) return error::AllocationFailed("a request to S3");
     S3Answer answer = SendToS3(handle.get(), options_, request);
@@ -87,7 +89,7 @@ absl::StatusOr<S3Answer> S3Client::Send(const S3Request& request) {
               {"key", std::string(request.key)},
               {"try", fmt::to_string(tries)},
               {"error", std::string(status.message())}});
-    if (!MayPass(answer) || tries == kMostTries || absl::Now() + pause > end) return status;
+    if (!MayPass(answer) || absl::Now() + pause > end) return status;
     absl::SleepFor(Jittered(pause));
   }
 }

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Objects of a bucket. What may pass is tried again, after pauses that double: an answer 5xx or 429, a lost connection.
-// Tries and time are bounded.
+// Objects of a bucket. What may pass is tried again, after pauses that double up to two seconds: an answer 5xx or 429, a lost
+// connection, a server that stands still. Each request may be sent again: a PUT has the same bytes. The time is bounded.
 //
 // Errors   kNotFound: there is no such object; kResourceExhausted, reason STORE: no room; kUnavailable, reason STORE: the
 //          rest, in some words that name neither the server nor a key. The log names the bucket
@@ -29,8 +29,6 @@ namespace latticed {
 
 class S3Client {
  public:
-  static constexpr int kMostTries = 6;
-
   explicit S3Client(S3Options options);
 
   const S3Options& options() const { return options_; }

@@ -22,9 +22,9 @@ struct S3Options {
   std::string secret_key;
   std::string session_token;  // empty: the keys need none
   // A request that moves no byte for so long has failed. Large objects take servers a while.
-  absl::Duration patience = absl::Seconds(30);
+  absl::Duration patience = absl::Seconds(15);
   absl::Duration first_pause = absl::Milliseconds(100);  // before a second try
-  absl::Duration most_time = absl::Seconds(10);          // after which no new try begins
+  absl::Duration most_time = absl::Seconds(30);          // after which no new try begins
 
   // For people: the bucket, the prefix and the endpoint.
   std::string Name() const;
