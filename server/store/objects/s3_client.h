@@ -22,6 +22,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "core/base/mutex.h"
+#include "server/base/watched_file.h"
 #include "server/store/objects/s3_options.h"
 #include "server/store/objects/s3_request.h"
 
@@ -31,7 +32,8 @@ class S3Client {
  public:
   explicit S3Client(S3Options options);
 
-  const S3Options& options() const { return options_; }
+  // With the keys of the file as it is now.
+  S3Options CurrentOptions() ABSL_LOCKS_EXCLUDED(mutex_);
   // `sha256` is that of the bytes, in hex: the server refuses others.
   [[nodiscard]] absl::Status Put(std::string_view key, std::string_view bytes,
                                  std::string_view sha256) ABSL_LOCKS_EXCLUDED(mutex_);
@@ -52,8 +54,9 @@ class S3Client {
   Handle Take() ABSL_LOCKS_EXCLUDED(mutex_);
   void GiveBack(Handle handle) ABSL_LOCKS_EXCLUDED(mutex_);
 
-  const S3Options options_;
   Mutex mutex_;
+  S3Options options_ ABSL_GUARDED_BY(mutex_);
+  WatchedFile keys_file_ ABSL_GUARDED_BY(mutex_);
   std::vector<Handle> unused_ ABSL_GUARDED_BY(mutex_);  // with connections
 };
 

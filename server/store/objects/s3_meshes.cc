@@ -23,7 +23,7 @@ constexpr absl::Duration kMostStart =
 }  // namespace
 
 absl::Status S3Meshes::Open(const std::vector<std::string>& /*known*/, absl::Duration /*age*/) {
-  S3Options quick = bucket_.options();
+  S3Options quick = bucket_.CurrentOptions();
   quick.most_time = std::min(quick.most_time, kMostStart);
   S3Client bucket(std::move(quick));
   absl::Status status = bucket.Put(kProbe, kProbeBytes, Sha256Hex(kProbeBytes));
@@ -34,8 +34,8 @@ absl::Status S3Meshes::Open(const std::vector<std::string>& /*known*/, absl::Dur
       status = error::Damaged(kProbe, "S3 changed its bytes");
   }
   if (status.ok()) return status;
-  return absl::Status(
-      status.code(), fmt::format("{}: {}", bucket.options().Name(), std::string(status.message())));
+  return absl::Status(status.code(), fmt::format("{}: {}", bucket.CurrentOptions().Name(),
+                                                 std::string(status.message())));
 }
 
 absl::StatusOr<std::string> S3Meshes::Write(std::string_view id, std::string_view bytes) {

@@ -15,6 +15,7 @@
 #include "server/store/objects/s3_options.h"
 #include "tests/server/store/objects/s3_stub.h"
 #include "tests/support/status_matchers.h"
+#include "tests/support/temporary_folder.h"
 
 namespace latticed::testing {
 namespace {
@@ -107,6 +108,40 @@ TEST_F(S3Test, ASessionTokenIsSigned) {
   EXPECT_THAT(Open(options), StatusIs(absl::StatusCode::kUnavailable, HasSubstr("InvalidToken")));
   options.session_token = "IQoJb3JpZ2luX2VjEXAMPLE//+=";
   EXPECT_OK(Open(options));
+}
+
+TEST_F(S3Test, KeysOfAFileAreReadAgain) {
+  const TemporaryFolder folder;
+  const auto write = [&](const std::string& secret, const std::string& token) {
+    return folder.Write("keys",
+                        "# of today\n[other]\naws_access_key_id = AKIDOTHER\n[default]\n"
+                        "aws_access_key_id=AKIDEXAMPLE\naws_secret_access_key = " +
+                            secret + "\r\naws_session_token = " + token + "\n");
+  };
+  unsetenv("AWS_ACCESS_KEY_ID");
+  setenv("AWS_SHARED_CREDENTIALS_FILE", write(S3Stub::kSecret, "old").c_str(), 1);
+  S3Stub stub("new-token");
+  ASSERT_OK_AND_ASSIGN(S3Options options,
+                       S3OptionsOf("s3://meshes/some", stub.endpoint(), "us-east-1"));
+  S3Client client(options);
+  EXPECT_THAT(Put(client, "mesh 1"), StatusIs(absl::StatusCode::kUnavailable, HasSubstr("Token")));
+  write(S3Stub::kSecret, "new-token");
+  EXPECT_OK(Put(client, "mesh 1"));
+
+  for (const std::string rubbish : {"", "[default]\naws_access_key_id = AKID\n"}) {
+    folder.Write("keys", rubbish);
+    EXPECT_OK(Put(client, "mesh 1")) << "the keys stay";
+    EXPECT_THAT(ReadS3Keys(options),
+                StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("keys: section [default]")));
+  }
+  write("secret key", "");
+  EXPECT_THAT(S3OptionsOf("s3://meshes", "", "us-east-1").status(),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       AllOf(HasSubstr("characters"), Not(HasSubstr("secret key")))));
+  setenv("AWS_SHARED_CREDENTIALS_FILE", folder.Path("none").c_str(), 1);
+  EXPECT_THAT(S3OptionsOf("s3://meshes", "", "us-east-1").status(),
+              StatusIs(absl::StatusCode::kNotFound, HasSubstr("none")));
+  unsetenv("AWS_SHARED_CREDENTIALS_FILE");
 }
 
 TEST_F(S3Test, BytesThatChangeOnTheirWayAreRefused) {
