@@ -112,7 +112,8 @@ absl::StatusOr<std::shared_ptr<const StoredMesh>> MeshStore::Read(const std::str
 }
 
 bool MeshStore::IsAsleep(std::string_view id) const {
-  return keeping_.store != nullptr && InMemory(id) == nullptr;
+  const MutexLock lock(&mutex_);
+  return keeping_.store != nullptr && (busy_.contains(id) || !meshes_.contains(id));
 }
 
 std::shared_ptr<const StoredMesh> MeshStore::InMemory(std::string_view id) const {

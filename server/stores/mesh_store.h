@@ -92,7 +92,7 @@ class MeshStore {
   // Reads it from the store if it is not in memory, which may take seconds. kNotFound; kDataLoss naming it;
   // kResourceExhausted; the store's errors.
   [[nodiscard]] absl::StatusOr<std::shared_ptr<const StoredMesh>> Find(std::string_view id);
-  // Whether Find may have to read it from the store.
+  // Whether Find may have to wait for the store.
   [[nodiscard]] bool IsAsleep(std::string_view id) const;
   // Null if it is not in memory.
   [[nodiscard]] std::shared_ptr<const StoredMesh> InMemory(std::string_view id) const;

@@ -8,14 +8,13 @@
 
 #include <gmock/gmock.h>
 
-#include "absl/synchronization/notification.h"
 #include "absl/time/clock.h"
 #include "core/base/sha256.h"
 #include "core/cpu/cpu_backend.h"
 #include "fmt/format.h"
 #include "server/base/quotas/tenant_quotas.h"
-#include "server/store/memory_store.h"
 #include "tests/server/support/server_test.h"
+#include "tests/server/support/slow_mesh_store.h"
 #include "tests/support/becomes.h"
 #include "tests/support/temporary_folder.h"
 
@@ -102,23 +101,6 @@ TEST(TenantQuotasTest, ARateIsFilledAgainInASecond) {
   EXPECT_OK(quotas.OpenStream("acme", true, later));
 }
 
-// Its next mesh comes when it is let go.
-class SlowStore : public MemoryStore {
- public:
-  absl::Status PutMesh(std::string_view id, std::string header, std::string_view bytes) override {
-    if (!begun_.HasBeenNotified()) {
-      begun_.Notify();
-      go_on_.WaitForNotification();
-    }
-    return MemoryStore::PutMesh(id, std::move(header), bytes);
-  }
-  void AwaitMesh() { begun_.WaitForNotification(); }
-  void LetGo() { go_on_.Notify(); }
-
- private:
-  absl::Notification begun_, go_on_;
-};
-
 class QuotaTest : public ServerTest {
  protected:
   void Start(const std::string& quotas, std::shared_ptr<Store> store = nullptr) {
@@ -193,10 +175,10 @@ TEST_F(QuotaTest, MeshBytes) {
 
 TEST_F(QuotaTest, AMeshThatIsBeingStoredCountsAndDelaysNoOther) {
   const size_t bytes = CubeObj(1).size(), most = 2 * bytes;
-  const auto store = std::make_shared<SlowStore>();
+  const auto store = std::make_shared<SlowMeshStore>();
   Start(fmt::format(R"({{"acme": {{"mesh_bytes": {}}}}})", most), store);
   auto first = std::async(std::launch::async, [&] { return UploadCube(1, kAcme); });
-  store->AwaitMesh();
+  store->AwaitCall();
 
   v1::Mesh second;
   EXPECT_OK(UploadCube(2, kAcme, &second));
