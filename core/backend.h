@@ -219,6 +219,9 @@ class Backend {
   virtual std::string description() const = 0;
   // The devices that evaluate; the host itself for the CPU backend. Empty where nothing is known.
   [[nodiscard]] virtual std::vector<DeviceState> devices() const { return {}; }
+  // What else the bytes of a pipeline depend on, beside the build and the names of the devices: versions of libraries, and
+  // sizes of products, for which these may choose other kernels.
+  [[nodiscard]] virtual std::string Arithmetic(Pipeline /*pipeline*/) const { return ""; }
   [[nodiscard]] virtual absl::StatusOr<std::shared_ptr<DeformTarget>> Prepare(
       std::shared_ptr<const DeformPlan> plan, Pipeline pipeline) = 0;
 };

@@ -9,6 +9,8 @@
 #include "core/view/device_group.h"
 #include "cuda/cuda_target.h"
 #include "cuda/device/cuda_context.h"
+#include "cuda/device/cuda_gemm.h"
+#include "cuda/gemm/cuda_gemm_kernel.h"
 #include "fmt/format.h"
 
 namespace latticed {
@@ -33,6 +35,13 @@ class CudaBackend : public Backend {
              .budget_bytes = memory.budget_bytes(),
              .free_bytes = memory.free_bytes(),
              .use = memory.use()}};
+  }
+  std::string Arithmetic(Pipeline pipeline) const override {
+    // The driver compiles the kernels for devices that are newer than the build.
+    std::string all = fmt::format("driver {}", DriverVersion());
+    if (pipeline == Pipeline::kFused) return all;
+    return all + fmt::format(", cuBLAS {}, tiles of {} bytes", CublasVersion(),
+                             CudaGemmKernel::MostTileBytes(context_->memory()->budget_bytes()));
   }
   absl::StatusOr<std::shared_ptr<DeformTarget>> Prepare(std::shared_ptr<const DeformPlan> plan,
                                                         Pipeline pipeline) override {

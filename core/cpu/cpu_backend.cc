@@ -40,6 +40,9 @@ class CpuBackend : public Backend {
              .memory_bytes = MachineBytes(_SC_PHYS_PAGES),
              .free_bytes = MachineBytes(_SC_AVPHYS_PAGES)}};
   }
+  std::string Arithmetic(Pipeline pipeline) const override {
+    return pipeline == Pipeline::kFused ? "" : CpuBlasVersion();
+  }
   absl::StatusOr<std::shared_ptr<DeformTarget>> Prepare(std::shared_ptr<const DeformPlan> plan,
                                                         Pipeline pipeline) override {
     return MakeCpuTarget(std::move(plan), pipeline, context_);

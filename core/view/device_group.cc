@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <set>
 #include <string>
 #include <utility>
 
+#include "absl/strings/str_join.h"
 #include "core/base/catch_bad_alloc.h"
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
@@ -39,6 +41,11 @@ class DeviceGroup : public Backend {
       for (DeviceState& state : device->devices()) states.push_back(std::move(state));
     }
     return states;
+  }
+  std::string Arithmetic(Pipeline pipeline) const override {
+    std::set<std::string> all;
+    for (const auto& device : devices_) all.insert(device->Arithmetic(pipeline));
+    return absl::StrJoin(all, "; ");
   }
   absl::StatusOr<std::shared_ptr<DeformTarget>> Prepare(std::shared_ptr<const DeformPlan> plan,
                                                         Pipeline pipeline) override {

@@ -80,6 +80,11 @@ absl::StatusOr<int> CountMultiprocessors(int device) {
   return count;
 }
 
+int DriverVersion() {
+  int version = 0;
+  return cudaDriverGetVersion(&version) == cudaSuccess ? version : 0;
+}
+
 std::string DescribeDevice(int device) {
   cudaDeviceProp properties{};
   if (cudaGetDeviceProperties(&properties, device) != cudaSuccess) return "unknown device";

@@ -82,6 +82,8 @@ class CudaEvent {
 [[nodiscard]] absl::StatusOr<int> CountMultiprocessors(int device);
 // "NVIDIA H200, 132 multiprocessors, 140 GiB".
 [[nodiscard]] std::string DescribeDevice(int device);
+// The newest CUDA that it supports: 13000. 0: unknown
+[[nodiscard]] int DriverVersion();
 
 }  // namespace latticed
 

@@ -4,6 +4,7 @@
 
 #include <dlfcn.h>
 
+#include <array>
 #include <string>
 
 #include "core/base/error.h"
@@ -11,6 +12,7 @@
 #include "core/base/status_macros.h"
 #include "cuda/device/cuda_status.h"
 #include "fmt/format.h"
+#include "fmt/ranges.h"
 
 namespace latticed {
 namespace {
@@ -43,7 +45,8 @@ absl::StatusOr<CublasLibrary> Load() {
       Find(library, "cublasSetWorkspace_v2", result.set_workspace) &&
       Find(library, "cublasSetAtomicsMode", result.set_atomics_mode) &&
       Find(library, "cublasSgemm_v2", result.sgemm) &&
-      Find(library, "cublasDgemm_v2", result.dgemm)) {
+      Find(library, "cublasDgemm_v2", result.dgemm) &&
+      Find(library, "cublasGetProperty", result.get_property)) {
     return result;
   }
   if (problem.empty()) problem = "a function is missing";
@@ -56,6 +59,15 @@ absl::StatusOr<const CublasLibrary*> CublasLibrary::Get() {
   static const absl::StatusOr<CublasLibrary> library = Load();
   if (!library.ok()) return library.status();
   return &*library;
+}
+
+std::string CublasVersion() {
+  const auto library = CublasLibrary::Get();
+  if (!library.ok()) return "missing";
+  std::array<int, 3> version{};
+  constexpr std::array kParts = {MAJOR_VERSION, MINOR_VERSION, PATCH_LEVEL};
+  for (size_t i = 0; i < kParts.size(); ++i) (*library)->get_property(kParts[i], &version[i]);
+  return fmt::format("{}", fmt::join(version, "."));
 }
 
 absl::StatusOr<std::unique_ptr<CudaGemm>> CudaGemm::Create(DeviceReservation& from,

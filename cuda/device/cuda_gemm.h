@@ -36,9 +36,13 @@ struct CublasLibrary {
   decltype(&::cublasSetAtomicsMode) set_atomics_mode = nullptr;
   decltype(&::cublasSgemm_v2) sgemm = nullptr;
   decltype(&::cublasDgemm_v2) dgemm = nullptr;
+  decltype(&::cublasGetProperty) get_property = nullptr;
 
   [[nodiscard]] static absl::StatusOr<const CublasLibrary*> Get();
 };
+
+// "13.0.2"; "missing" where it cannot be loaded
+[[nodiscard]] std::string CublasVersion();
 
 class CudaGemm {
  public:

@@ -55,12 +55,15 @@ CudaGemmKernel::CudaGemmKernel(std::shared_ptr<const DeformPlan> plan,
       tables_(tables),
       tile_patches_(TilePatches()) {}
 
+uint64_t CudaGemmKernel::MostTileBytes(uint64_t budget_bytes) {
+  return std::min<uint64_t>(kTileBytes, budget_bytes / kTileShare);
+}
+
 size_t CudaGemmKernel::TilePatches() const {
   const size_t m = stages_.stage().m(), q = stages_.stage().q(), times = smooth() ? 2 : 1;
   size_t bytes = 3 * (m * times + stages_.rows() + (smooth() ? q : 0)) * sizeof(float);
   if (stages_.in_double()) bytes += 3 * m * (times + 1) * sizeof(double);
-  const size_t room =
-      std::min<uint64_t>(kTileBytes, context_->memory()->budget_bytes() / kTileShare);
+  const size_t room = MostTileBytes(context_->memory()->budget_bytes());
   return std::clamp<size_t>(room / bytes, 1, std::max<size_t>(plan_->patches.size(), 1));
 }
 

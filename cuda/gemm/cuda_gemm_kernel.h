@@ -30,6 +30,9 @@ class CudaGemmKernel : public CudaVertexKernel {
       Pipeline pipeline, const ViewSpec& spec, std::shared_ptr<CudaContext> context,
       std::shared_ptr<CudaLane> lane, DeviceReservation& from);
 
+  // Of a tile's matrices, on a device with that budget. It decides how many patches a tile has.
+  [[nodiscard]] static uint64_t MostTileBytes(uint64_t budget_bytes);
+
   absl::Status Evaluate(const CudaFrame& frame, const QuantisationBox& box,
                         std::span<const uint32_t> chunks, DeviceSpan<uint8_t> vertices) override;
   MemoryUse memory() const override;

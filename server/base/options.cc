@@ -119,7 +119,8 @@ void Define(CLI::App& app, Options& o) {
   app.add_option(
       "--mesh-store", o.mesh_store,
       "Meshes of --store postgres: a folder that all its servers see, or s3://BUCKET/PREFIX "
-      "with the keys of the environment, AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY");
+      "with the keys of the environment: AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY, or "
+      "AWS_SHARED_CREDENTIALS_FILE");
   app.add_option("--s3-endpoint", o.s3_endpoint,
                  "Server of that bucket, https://host:port; default: Amazon's in --s3-region");
   app.add_option("--s3-region", o.s3_region, "Region of that bucket");

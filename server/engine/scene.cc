@@ -96,13 +96,21 @@ absl::StatusOr<std::shared_ptr<Scene>> Scene::Make(SceneConfig config, SceneLife
 }
 
 absl::Status Scene::HoldRestored(const LatticeStructure& structure) {
-  const MutexLock lock(&mutex_);
-  for (const auto& [editor_id, last] : editor_.results()) {
-    log_.Remember(editor_id, last.sequence, last.revision);
+  {
+    const MutexLock lock(&mutex_);
+    for (const auto& [editor_id, last] : editor_.results()) {
+      log_.Remember(editor_id, last.sequence, last.revision);
+    }
   }
-  history_bytes_ = editor_.MemoryBytes() + log_.MemoryBytes();
+  history_bytes_ = HistoryBytes();
   if (history_reservation_.Hold(history_bytes_, structure)) return absl::OkStatus();
   return absl::ResourceExhaustedError("the scene's history does not fit in memory");
+}
+
+uint64_t Scene::HistoryBytes() const {
+  const MutexLock lock(&mutex_);
+  return editor_.MemoryBytes() + log_.MemoryBytes() +
+         commits_.capacity() * sizeof(CommitTimes::value_type);
 }
 
 absl::StatusOr<Scene::Prepared> Scene::Prepare(const LatticeStructure& structure,
@@ -133,8 +141,10 @@ absl::StatusOr<Scene::Prepared> Scene::Prepare(const LatticeStructure& structure
 }
 
 std::optional<absl::Time> Scene::CommitTime(uint64_t revision) const {
-  const auto found = commits_.find(revision);
-  return found == commits_.end() ? std::nullopt : std::optional(found->second);
+  const auto found =
+      std::ranges::lower_bound(commits_, revision, {}, &CommitTimes::value_type::first);
+  return found == commits_.end() || found->first != revision ? std::nullopt
+                                                             : std::optional(found->second);
 }
 
 std::shared_ptr<const SceneState> Scene::State() const { return Head().state; }

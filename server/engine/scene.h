@@ -107,7 +107,7 @@ class Scene : public RenderSource, public std::enable_shared_from_this<Scene> {
   const SceneConfig& config() const { return config_; }
   const std::string& id() const { return config_.id; }
   absl::Time create_time() const { return config_.create_time; }
-  // Of a revision that the scene was made from: those since its log's last snapshot.
+  // Of a revision that the scene was made from: those since its log's last snapshot, at most kMostCommitTimes.
   [[nodiscard]] std::optional<absl::Time> CommitTime(uint64_t revision) const;
 
   // Applies all of the batch or nothing, and makes the next revision. kInvalidArgument, kAborted
@@ -208,6 +208,9 @@ class Scene : public RenderSource, public std::enable_shared_from_this<Scene> {
   // Accounts for the history that a new life of the scene begins with. kResourceExhausted.
   [[nodiscard]] absl::Status HoldRestored(const LatticeStructure& structure)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(edit_mutex_) ABSL_LOCKS_EXCLUDED(mutex_);
+  // Of undo steps, log_ and commits_.
+  uint64_t HistoryBytes() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(edit_mutex_)
+      ABSL_LOCKS_EXCLUDED(mutex_);
   [[nodiscard]] absl::StatusOr<Prepared> Prepare(const LatticeStructure& structure,
                                                  StopCheck stop) const;
   // What becomes of a batch: its answer, or where there is a store, nothing here and `done` later.
@@ -252,8 +255,8 @@ class Scene : public RenderSource, public std::enable_shared_from_this<Scene> {
   const std::shared_ptr<const void> hold_ = std::make_shared<char>();
   PresenceBoard presence_;
 
-  const EditHistory::TimePoint epoch_;            // Now() was 0
-  const std::map<uint64_t, absl::Time> commits_;  // by revision, of earlier lives
+  const EditHistory::TimePoint epoch_;  // Now() was 0
+  const CommitTimes commits_;           // of earlier lives
 
   Mutex edit_mutex_;
   SceneEditor editor_ ABSL_GUARDED_BY(edit_mutex_);
@@ -262,7 +265,7 @@ class Scene : public RenderSource, public std::enable_shared_from_this<Scene> {
   std::shared_ptr<const SceneState> applied_ ABSL_GUARDED_BY(edit_mutex_);
   bool is_box_stored_ ABSL_GUARDED_BY(edit_mutex_) = true;
   HistoryReservation history_reservation_ ABSL_GUARDED_BY(edit_mutex_);
-  std::atomic<uint64_t> history_bytes_ = 0;  // with those of log_, to be read without the lock
+  std::atomic<uint64_t> history_bytes_ = 0;  // HistoryBytes(), to be read without the locks
 
   mutable Mutex mutex_;
   RenderInput head_ ABSL_GUARDED_BY(mutex_);

@@ -214,12 +214,8 @@ void Scene::Publish(const EditCommit& commit, std::shared_ptr<TargetSlot> target
 }
 
 void Scene::FitHistory(EditRecord& record) {
-  const auto log_bytes = [this] {
-    const MutexLock lock(&mutex_);
-    return log_.MemoryBytes();
-  };
   do {
-    history_bytes_ = editor_.MemoryBytes() + log_bytes();
+    history_bytes_ = HistoryBytes();
   } while (!history_reservation_.Hold(history_bytes_, applied_->structure()) &&
            ForgetOldest(record));
 }

@@ -92,11 +92,10 @@ absl::Status DeleteMesh(const CallContext& context, const v1::DeleteMeshRequest&
 
 // Reads the mesh if its header does not tell enough. The errors of MeshStore::Find.
 absl::StatusOr<v1::Mesh> Listed(ServerEnv& env, const ListedMesh& mesh, const MeshUse& use) {
-  if (mesh.mesh == nullptr) {
-    if (auto item = ListedFromStored(mesh.header); item.ok()) {
-      item->set_scenes(use.scenes);
-      return item;
-    }
+  if (mesh.mesh != nullptr) return ToProto(*mesh.mesh, use, false);
+  if (auto item = ListedFromStored(mesh.header); item.ok()) {
+    item->set_scenes(use.scenes);
+    return item;
   }
   LATTICED_ASSIGN_OR_RETURN(const auto found, env.meshes.Find(mesh.id));
   return ToProto(*found, use, false);

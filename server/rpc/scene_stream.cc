@@ -83,7 +83,8 @@ absl::StatusOr<std::shared_ptr<SceneStream>> SceneStream::Open(ServerEnv* env,
   const uint64_t bytes = MostMessageBytes(*stream->scene_->State(), options.watcher.view.key);
   LATTICED_ASSIGN_OR_RETURN(auto room,
                             env->memory->Reserve("the stream's messages", bytes, caller.memory));
-  options.watcher.evaluator = env->evaluator;
+  options.watcher.evaluator =
+      env->evaluator + " " + env->backend().Arithmetic(stream->scene_->config().pipeline);
   options.watcher.run = env->boot_id;
   LATTICED_ASSIGN_OR_RETURN(auto watcher, Watcher::Create(stream->scene_, options.watcher));
   const MutexLock lock(&stream->mutex_);

@@ -80,7 +80,8 @@ struct ServerEnv {
   // The metadata key under which server/web passes the address of its client. It is secret, so that clients
   // cannot set it.
   const std::string peer_key;
-  const std::string evaluator;  // servers with the same make the same bytes: WatcherOptions
+  // Servers with the same make the same bytes, if their backends' Arithmetic is the same too: WatcherOptions.
+  const std::string evaluator;
   const absl::Time start_time;
   std::stop_source drain;  // stopped once the server drains: streams send goaway and end OK
   const std::unique_ptr<CallCounts> calls;

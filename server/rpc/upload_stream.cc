@@ -118,9 +118,10 @@ absl::Status StoreUpload(ServerEnv& env, const CallInfo& call, Upload& upload, R
                      [&call] { return CheckCancelled(call); }));
   LATTICED_RETURN_IF_ERROR(room.Hold(ReplyBytes(describe(made)) + kStillToCome));
   bool is_new = false;
-  const auto admit = [&env, &is_new, tenant = made.tenant, bytes = made.bytes->size()] {
+  const auto admit = [&env, &is_new, tenant = made.tenant,
+                      bytes = made.bytes->size()](const MeshStore::Arriving& arriving) {
     is_new = true;
-    return CheckMeshQuota(env, tenant, bytes);
+    return CheckMeshQuota(env, tenant, arriving, bytes);
   };
   LATTICED_ASSIGN_OR_RETURN(
       const auto mesh, env.meshes.Add(std::move(made), std::move(complete.reservation), admit));

@@ -12,8 +12,9 @@
 
 namespace latticed {
 
-absl::StatusOr<std::shared_ptr<const StoredMesh>> MeshStore::Add(
-    StoredMesh mesh, MemoryReservation reservation, const std::function<absl::Status()>& admit) {
+absl::StatusOr<std::shared_ptr<const StoredMesh>> MeshStore::Add(StoredMesh mesh,
+                                                                 MemoryReservation reservation,
+                                                                 const Admission& admit) {
   const auto stored_before =
       [&](const auto& stored) -> absl::StatusOr<std::shared_ptr<const StoredMesh>> {
     if (stored->format == mesh.format && stored->layout == mesh.layout) return stored;
@@ -26,19 +27,29 @@ absl::StatusOr<std::shared_ptr<const StoredMesh>> MeshStore::Add(
   // Without the lock: it may evict scenes, and the registry's lock comes before this one.
   LATTICED_RETURN_IF_ERROR(reservation.Resize("the mesh", mesh.MemoryBytes()));
   if (mesh.create_time == absl::Time()) mesh.create_time = absl::Now();
-  const MutexLock store_lock(&store_mutex_);
-  if (admit != nullptr && InMemory(mesh.id) == nullptr) {
-    LATTICED_RETURN_IF_ERROR(admit());
-  }
+  const Work work(this, mesh.id);
+  if (const auto meanwhile = InMemory(mesh.id)) return stored_before(meanwhile);
+  if (admit != nullptr) LATTICED_RETURN_IF_ERROR(Admit(mesh, admit));
   if (keeping_.store != nullptr) {
     LATTICED_RETURN_IF_ERROR(
         keeping_.store->PutMesh(mesh.id, keeping_.header_of(mesh), *mesh.bytes));
   }
-  const MutexLock lock(&mutex_);
-  const auto meanwhile = meshes_.find(mesh.id);  // another upload may have come first
-  if (meanwhile != meshes_.end()) return stored_before(meanwhile->second.mesh);
   mesh.memory = std::move(reservation);
+  const MutexLock lock(&mutex_);
   return Keep(std::move(mesh));
+}
+
+absl::Status MeshStore::Admit(const StoredMesh& mesh, const Admission& admit) {
+  const MutexLock admission_lock(&admission_mutex_);
+  Arriving arriving;
+  {
+    const MutexLock lock(&mutex_);
+    arriving = arriving_;  // before the store is asked: none is missed that it gets meanwhile
+  }
+  LATTICED_RETURN_IF_ERROR(admit(arriving));
+  const MutexLock lock(&mutex_);
+  arriving_[mesh.id] = mesh.bytes->size();
+  return absl::OkStatus();
 }
 
 std::shared_ptr<const StoredMesh> MeshStore::Keep(StoredMesh mesh) {
@@ -59,12 +70,10 @@ absl::StatusOr<std::shared_ptr<const StoredMesh>> MeshStore::Find(std::string_vi
       return found->second.mesh;
     }
     if (keeping_.store == nullptr) return error::NotFound("mesh", IdOf(id));
-    busy_.insert(key);
   }
-  auto mesh = Read(key);
-  const MutexLock lock(&mutex_);
-  busy_.erase(key);
-  return mesh;
+  const Work work(this, key);
+  if (auto meanwhile = InMemory(key)) return meanwhile;
+  return Read(key);
 }
 
 std::shared_ptr<const StoredMesh> MeshStore::TakeDeletedElsewhere(const std::string& id) {
@@ -83,6 +92,18 @@ void MeshStore::AwaitFree(const std::string& id) {
   mutex_.Await(free);
 }
 
+MeshStore::Work::Work(MeshStore* store, std::string id) : store_(store), id_(std::move(id)) {
+  const MutexLock lock(&store_->mutex_);
+  store_->AwaitFree(id_);
+  store_->busy_.insert(id_);
+}
+
+MeshStore::Work::~Work() {
+  const MutexLock lock(&store_->mutex_);
+  store_->busy_.erase(id_);
+  store_->arriving_.erase(id_);
+}
+
 absl::StatusOr<std::shared_ptr<const StoredMesh>> MeshStore::Read(const std::string& id) {
   auto mesh = CatchBadAlloc("the mesh", [&] { return keeping_.read(id); });
   LATTICED_RETURN_IF_ERROR(mesh.status());
@@ -91,7 +112,8 @@ absl::StatusOr<std::shared_ptr<const StoredMesh>> MeshStore::Read(const std::str
 }
 
 bool MeshStore::IsAsleep(std::string_view id) const {
-  return keeping_.store != nullptr && InMemory(id) == nullptr;
+  const MutexLock lock(&mutex_);
+  return keeping_.store != nullptr && (busy_.contains(id) || !meshes_.contains(id));
 }
 
 std::shared_ptr<const StoredMesh> MeshStore::InMemory(std::string_view id) const {
@@ -124,19 +146,9 @@ absl::StatusOr<std::vector<ListedMesh>> MeshStore::List() const {
 absl::Status MeshStore::Remove(std::string_view id) {
   const std::string key(id);
   std::shared_ptr<const StoredMesh> removed;  // destroyed after the lock is released
-  const MutexLock store_lock(&store_mutex_);
-  absl::Status deleted;
-  if (keeping_.store != nullptr) {
-    {
-      const MutexLock lock(&mutex_);
-      AwaitFree(key);
-      busy_.insert(key);  // nobody reads it now
-    }
-    deleted = keeping_.store->DeleteMesh(id);
-  }
+  const Work work(this, key);
+  if (keeping_.store != nullptr) LATTICED_RETURN_IF_ERROR(keeping_.store->DeleteMesh(id));
   const MutexLock lock(&mutex_);
-  busy_.erase(key);
-  LATTICED_RETURN_IF_ERROR(deleted);
   const auto found = meshes_.find(key);
   if (found == meshes_.end()) {
     return keeping_.store != nullptr ? absl::OkStatus() : error::NotFound("mesh", IdOf(id));

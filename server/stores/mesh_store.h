@@ -76,20 +76,23 @@ class MeshStore {
     // Reads a mesh from it, within the memory budget. kNotFound, kDataLoss, kResourceExhausted.
     std::function<absl::StatusOr<StoredMesh>(const std::string& id)> read;
   };
+  // Bytes of meshes by id.
+  using Arriving = std::map<std::string, uint64_t, std::less<>>;
+  // Whether a new mesh may be kept. The store may have some of those that arrive already.
+  using Admission = std::function<absl::Status(const Arriving&)>;
   explicit MeshStore(Keeping keeping) : keeping_(std::move(keeping)) {}
 
   // Keeps `mesh`, durably where there is a store, and sets its create time if that is not set. The upload's reservation becomes
   // the mesh's. The same bytes twice are one mesh, which keeps the name, labels and units of the first upload;
   // in another format or layout they are kAlreadyExists. kResourceExhausted with asked and free bytes; the
-  // store's errors. `admit`, if given, is asked before a mesh that is new is kept, while no other comes or goes.
+  // store's errors. `admit`, if given, is asked before a mesh that is new is kept, about one mesh at a time.
   [[nodiscard]] absl::StatusOr<std::shared_ptr<const StoredMesh>> Add(
-      StoredMesh mesh, MemoryReservation reservation,
-      const std::function<absl::Status()>& admit = nullptr);
+      StoredMesh mesh, MemoryReservation reservation, const Admission& admit = nullptr);
 
   // Reads it from the store if it is not in memory, which may take seconds. kNotFound; kDataLoss naming it;
   // kResourceExhausted; the store's errors.
   [[nodiscard]] absl::StatusOr<std::shared_ptr<const StoredMesh>> Find(std::string_view id);
-  // Whether Find may have to read it from the store.
+  // Whether Find may have to wait for the store.
   [[nodiscard]] bool IsAsleep(std::string_view id) const;
   // Null if it is not in memory.
   [[nodiscard]] std::shared_ptr<const StoredMesh> InMemory(std::string_view id) const;
@@ -109,19 +112,32 @@ class MeshStore {
     std::shared_ptr<const StoredMesh> mesh;
     absl::Time last_use;
   };
+  // While a thread reads, puts or deletes a mesh, so that map and store agree. Work on the same mesh waits for its turn.
+  class Work {
+   public:
+    Work(MeshStore* store, std::string id);
+    ~Work();
+    Work(const Work&) = delete;  // it ends once
+    Work& operator=(const Work&) = delete;
+
+   private:
+    MeshStore* const store_;
+    const std::string id_;
+  };
   std::shared_ptr<const StoredMesh> Keep(StoredMesh mesh) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  [[nodiscard]] absl::Status Admit(const StoredMesh& mesh, const Admission& admit);
   // Takes a mesh out of memory that another server has deleted from the store.
   std::shared_ptr<const StoredMesh> TakeDeletedElsewhere(const std::string& id);
   void AwaitFree(const std::string& id) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  // Called by one thread at a time for an id.
   [[nodiscard]] absl::StatusOr<std::shared_ptr<const StoredMesh>> Read(const std::string& id);
 
   const Keeping keeping_;
-  Mutex
-      store_mutex_;  // held while a mesh comes or goes, so that map and store agree; comes before mutex_
+  Mutex admission_mutex_;  // two meshes are not admitted for the same bytes; comes before mutex_
   mutable Mutex mutex_;
   std::map<std::string, Entry, std::less<>> meshes_ ABSL_GUARDED_BY(mutex_);
-  std::set<std::string, std::less<>> busy_ ABSL_GUARDED_BY(mutex_);  // ids being read or deleted
+  std::set<std::string, std::less<>> busy_ ABSL_GUARDED_BY(mutex_);  // ids of all Work
+  // Admitted; the store may have them already. All are in busy_.
+  Arriving arriving_ ABSL_GUARDED_BY(mutex_);
 };
 
 }  // namespace latticed

@@ -29,6 +29,8 @@ namespace latticed {
 
 // The kernels that OpenBLAS chose: "SkylakeX", "Haswell", "Prescott", …; "missing" without OpenBLAS
 [[nodiscard]] std::string CpuBlasCoreName();
+// Version, settings of its build and kernels: "OpenBLAS 0.3.21 DYNAMIC_ARCH NO_AFFINITY Haswell MAX_THREADS=64"
+[[nodiscard]] std::string CpuBlasVersion();
 
 }  // namespace latticed
 

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/engine/scene/scene_replay.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "core/base/status_macros.h"
@@ -37,7 +38,7 @@ absl::StatusOr<SceneLife> Replay(const SceneLog& log) {
     LATTICED_ASSIGN_OR_RETURN(life, FromSnapshot(log));
   }
   life.moved = MovedPoints(life.history.lattice(), life.history.revision());
-  life.commits[life.history.revision()] = life.commit_time;
+  CommitTimes commits = {{life.history.revision(), life.commit_time}};
   for (size_t n = 0; n < log.records.size(); ++n) {
     const uint64_t lsn = log.snapshot_lsn + n + 1;
     const uint64_t structure = life.history.structure_id(), revision = life.history.revision();
@@ -52,9 +53,11 @@ absl::StatusOr<SceneLife> Replay(const SceneLog& log) {
     life.now = record->edit.now;
     life.commit_time = record->commit_time;
     if (life.history.revision() > revision) {
-      life.commits[life.history.revision()] = record->commit_time;
+      commits.emplace_back(life.history.revision(), record->commit_time);
     }
   }
+  const size_t kept = std::min(commits.size(), kMostCommitTimes);
+  life.commits.assign(commits.end() - static_cast<ptrdiff_t>(kept), commits.end());
   life.replayed = log.records.size();
   return life;
 }

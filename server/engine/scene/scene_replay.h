@@ -10,8 +10,9 @@
 
 #include <chrono>
 #include <cstdint>
-#include <map>
 #include <optional>
+#include <utility>
+#include <vector>
 
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
@@ -22,15 +23,20 @@
 
 namespace latticed {
 
+// When revisions were committed, ascending.
+using CommitTimes = std::vector<std::pair<uint64_t, absl::Time>>;
+// The most that are kept: those of 40 s with 200 edits a second. A client tries for 30 s to come back.
+inline constexpr size_t kMostCommitTimes = 8'192;
+
 // What a scene was when it made its last record.
 struct SceneLife {
   EditHistory history;
   std::optional<QuantisationBox> box;         // none: no edit has come yet
   std::chrono::steady_clock::time_point now;  // on the scene's clock
   absl::Time commit_time;
-  uint64_t replayed = 0;                   // records since the last snapshot
-  MovedPoints moved;                       // by those records
-  std::map<uint64_t, absl::Time> commits;  // by revision: of those records, and the one before
+  uint64_t replayed = 0;  // records since the last snapshot
+  MovedPoints moved;      // by those records
+  CommitTimes commits;    // of those records and the one before, the last kMostCommitTimes
 };
 
 [[nodiscard]] absl::StatusOr<SceneLife> Replay(const SceneLog& log);

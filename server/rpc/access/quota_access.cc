@@ -22,11 +22,13 @@ absl::StatusOr<size_t> StoredScenesOf(ServerEnv& env, std::string_view tenant) {
       stored, [tenant](const StoredEntry& entry) { return TenantOf(entry.id) == tenant; }));
 }
 
-absl::StatusOr<uint64_t> MeshBytesOf(ServerEnv& env, std::string_view tenant) {
+absl::StatusOr<uint64_t> MeshBytesOf(ServerEnv& env, std::string_view tenant,
+                                     const MeshStore::Arriving& arriving) {
   LATTICED_ASSIGN_OR_RETURN(const auto meshes, env.meshes.List());
   uint64_t bytes = 0;
+  for (const auto& [id, size] : arriving) bytes += TenantOf(id) == tenant ? size : 0;
   for (const ListedMesh& mesh : meshes) {
-    if (TenantOf(mesh.id) != tenant) continue;
+    if (TenantOf(mesh.id) != tenant || arriving.contains(mesh.id)) continue;
     if (mesh.mesh != nullptr) {
       bytes += mesh.mesh->bytes->size();
     } else if (const auto listed = ListedFromStored(mesh.header); listed.ok()) {
@@ -37,7 +39,7 @@ absl::StatusOr<uint64_t> MeshBytesOf(ServerEnv& env, std::string_view tenant) {
 }
 
 absl::StatusOr<uint64_t> UsedOf(ServerEnv& env, std::string_view tenant, QuotaKind kind) {
-  if (kind == QuotaKind::kMeshBytes) return MeshBytesOf(env, tenant);
+  if (kind == QuotaKind::kMeshBytes) return MeshBytesOf(env, tenant, {});
   if (kind != QuotaKind::kScenes) return env.quotas.Used(tenant, kind, absl::Now());
   LATTICED_ASSIGN_OR_RETURN(const size_t stored, StoredScenesOf(env, tenant));
   return std::max(stored, env.scenes->CountOfTenant(tenant));
@@ -71,9 +73,10 @@ absl::Status CheckUploadQuota(ServerEnv& env, const UploadHeader& header) {
   return env.quotas.Check(header.mesh.tenant, QuotaKind::kMeshBytes, 0, header.total_bytes);
 }
 
-absl::Status CheckMeshQuota(ServerEnv& env, std::string_view tenant, uint64_t bytes) {
+absl::Status CheckMeshQuota(ServerEnv& env, std::string_view tenant,
+                            const MeshStore::Arriving& arriving, uint64_t bytes) {
   if (!env.quotas.Of(tenant).Of(QuotaKind::kMeshBytes).has_value()) return absl::OkStatus();
-  LATTICED_ASSIGN_OR_RETURN(const uint64_t used, MeshBytesOf(env, tenant));
+  LATTICED_ASSIGN_OR_RETURN(const uint64_t used, MeshBytesOf(env, tenant, arriving));
   return env.quotas.Check(tenant, QuotaKind::kMeshBytes, used, bytes);
 }
 

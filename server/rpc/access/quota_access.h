@@ -18,6 +18,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "server/base/quotas/quota_table.h"
+#include "server/stores/mesh_store.h"
 
 namespace latticed {
 
@@ -37,8 +38,9 @@ struct QuotaInUse {
     ServerEnv& env, const std::string& tenant);
 // Whether the upload could be kept if the tenant had nothing else.
 [[nodiscard]] absl::Status CheckUploadQuota(ServerEnv& env, const UploadHeader& header);
-// Whether the tenant may keep a mesh of so many bytes more.
-[[nodiscard]] absl::Status CheckMeshQuota(ServerEnv& env, std::string_view tenant, uint64_t bytes);
+// Whether the tenant may keep a mesh of so many bytes more, beside those that arrive.
+[[nodiscard]] absl::Status CheckMeshQuota(ServerEnv& env, std::string_view tenant,
+                                          const MeshStore::Arriving& arriving, uint64_t bytes);
 
 }  // namespace latticed
 

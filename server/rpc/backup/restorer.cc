@@ -214,8 +214,8 @@ absl::Status Restorer::StoreMesh(CompleteUpload upload) {
   if (mesh.id != key) return Malformed("has another id");
   LATTICED_RETURN_IF_ERROR(CheckCancelled(call_));
   if (const auto owner = NewOwner(); owner.has_value()) mesh.owner = *owner;
-  const auto admit = [&, bytes = mesh.bytes->size()] {
-    return CheckMeshQuota(env_, tenant, bytes);
+  const auto admit = [&, bytes = mesh.bytes->size()](const MeshStore::Arriving& arriving) {
+    return CheckMeshQuota(env_, tenant, arriving, bytes);
   };
   LATTICED_RETURN_IF_ERROR(
       env_.meshes.Add(std::move(mesh), std::move(upload.reservation), admit).status());

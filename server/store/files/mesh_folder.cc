@@ -112,7 +112,13 @@ absl::StatusOr<std::string> MeshFolder::Write(std::string_view /*id*/, std::stri
 
 absl::Status MeshFolder::Publish(const std::string& written, std::string_view id,
                                  std::string_view /*bytes*/) {
-  if (rename(written.c_str(), PathOf(id).c_str()) != 0) return FileFailed(written);
+  const std::string path = PathOf(id);
+  if (rename(written.c_str(), path.c_str()) != 0) {
+    const int why = errno;
+    const bool published_before = why == ENOENT && access(path.c_str(), F_OK) == 0;
+    errno = why;
+    if (!published_before) return FileFailed(written);
+  }
   return SyncFolder();
 }
 

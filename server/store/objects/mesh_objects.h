@@ -35,7 +35,8 @@ class MeshObjects {
   // `bytes`, of which `id` is the hash, outlive Publish or Discard. Returns what those are given.
   [[nodiscard]] virtual absl::StatusOr<std::string> Write(std::string_view id,
                                                           std::string_view bytes) = 0;
-  // Durable when it returns OK.
+  // Durable when it returns OK. May be called again: another server may have removed the bytes since, which is kUnavailable
+  // if they cannot be published once more.
   [[nodiscard]] virtual absl::Status Publish(const std::string& written, std::string_view id,
                                              std::string_view bytes) = 0;
   // Instead of Publish, or after it has failed.

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/store/objects/s3_client.h"
 
+#include <algorithm>
 #include <random>
 #include <utility>
 
@@ -16,6 +17,7 @@ namespace latticed {
 namespace {
 
 constexpr size_t kMostUnused = 8;
+constexpr absl::Duration kLongestPause = absl::Seconds(2);
 
 bool MayPass(const S3Answer& answer) {
   constexpr int64_t kTimeout = 408, kTooMany = 429, kNoRoom = 507, kServerError = 500;
@@ -47,9 +49,21 @@ absl::Duration Jittered(absl::Duration pause) {
 
 }  // namespace
 
-S3Client::S3Client(S3Options options) : options_(std::move(options)) {
+S3Client::S3Client(S3Options options)
+    : options_(std::move(options)), keys_file_(options_.keys_file) {
   static const CURLcode initialised = curl_global_init(CURL_GLOBAL_DEFAULT);
   (void)initialised;  // without it there are no handles
+}
+
+S3Options S3Client::CurrentOptions() {
+  const MutexLock lock(&mutex_);
+  if (keys_file_.Changed()) {
+    if (const absl::Status status = ReadS3Keys(options_); !status.ok()) {
+      LogEvent(spdlog::level::err, "the keys of the bucket stay as they were",
+               {{"error", std::string(status.message())}});
+    }
+  }
+  return options_;
 }
 
 absl::Status S3Client::Put(std::string_view key, std::string_view bytes, std::string_view sha256) {
@@ -72,23 +86,25 @@ absl::Status S3Client::Delete(std::string_view key) {
 }
 
 absl::StatusOr<S3Answer> S3Client::Send(const S3Request& request) {
-  const absl::Time end = absl::Now() + options_.most_time;
-  absl::Duration pause = options_.first_pause;
-  for (int tries = 1;; ++tries, pause *= 2) {
+  S3Options options = CurrentOptions();
+  const absl::Time end = absl::Now() + options.most_time;
+  absl::Duration pause = options.first_pause;
+  for (int tries = 1;; ++tries, pause = std::min(2 * pause, kLongestPause)) {
     Handle handle = Take();
     if (handle == nullptr) return error::AllocationFailed("a request to S3");
-    S3Answer answer = SendToS3(handle.get(), options_, request);
+    S3Answer answer = SendToS3(handle.get(), options, request);
     GiveBack(std::move(handle));
     const absl::Status status = StatusOf(answer);
     if (status.ok()) return answer;
     if (absl::IsNotFound(status)) return status;
     LogEvent(spdlog::level::warn, "a request to the bucket of meshes failed",
-             {{"bucket", options_.Name()},
+             {{"bucket", options.Name()},
               {"key", std::string(request.key)},
               {"try", fmt::to_string(tries)},
               {"error", std::string(status.message())}});
-    if (!MayPass(answer) || tries == kMostTries || absl::Now() + pause > end) return status;
+    if (!MayPass(answer) || absl::Now() + pause > end) return status;
     absl::SleepFor(Jittered(pause));
+    options = CurrentOptions();
   }
 }
 

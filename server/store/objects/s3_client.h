@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Objects of a bucket. What may pass is tried again, after pauses that double: an answer 5xx or 429, a lost connection.
-// Tries and time are bounded.
+// Objects of a bucket. What may pass is tried again, after pauses that double up to two seconds: an answer 5xx or 429, a lost
+// connection, a server that stands still. Each request may be sent again: a PUT has the same bytes. The time is bounded.
 //
 // Errors   kNotFound: there is no such object; kResourceExhausted, reason STORE: no room; kUnavailable, reason STORE: the
 //          rest, in some words that name neither the server nor a key. The log names the bucket
@@ -22,6 +22,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "core/base/mutex.h"
+#include "server/base/watched_file.h"
 #include "server/store/objects/s3_options.h"
 #include "server/store/objects/s3_request.h"
 
@@ -29,11 +30,10 @@ namespace latticed {
 
 class S3Client {
  public:
-  static constexpr int kMostTries = 6;
-
   explicit S3Client(S3Options options);
 
-  const S3Options& options() const { return options_; }
+  // With the keys of the file as it is now.
+  S3Options CurrentOptions() ABSL_LOCKS_EXCLUDED(mutex_);
   // `sha256` is that of the bytes, in hex: the server refuses others.
   [[nodiscard]] absl::Status Put(std::string_view key, std::string_view bytes,
                                  std::string_view sha256) ABSL_LOCKS_EXCLUDED(mutex_);
@@ -54,8 +54,9 @@ class S3Client {
   Handle Take() ABSL_LOCKS_EXCLUDED(mutex_);
   void GiveBack(Handle handle) ABSL_LOCKS_EXCLUDED(mutex_);
 
-  const S3Options options_;
   Mutex mutex_;
+  S3Options options_ ABSL_GUARDED_BY(mutex_);
+  WatchedFile keys_file_ ABSL_GUARDED_BY(mutex_);
   std::vector<Handle> unused_ ABSL_GUARDED_BY(mutex_);  // with connections
 };
 

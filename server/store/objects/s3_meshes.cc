@@ -2,6 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/store/objects/s3_meshes.h"
 
+#include <algorithm>
+#include <utility>
+
 #include "core/base/sha256.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
@@ -14,19 +17,24 @@ namespace {
 
 constexpr std::string_view kProbe = "latticed-probe";
 constexpr std::string_view kProbeBytes = "latticed keeps meshes here\n";
+constexpr absl::Duration kMostStart =
+    absl::Seconds(3);  // whoever starts it may have misspelt the endpoint
 
 }  // namespace
 
 absl::Status S3Meshes::Open(const std::vector<std::string>& /*known*/, absl::Duration /*age*/) {
-  absl::Status status = bucket_.Put(kProbe, kProbeBytes, Sha256Hex(kProbeBytes));
+  S3Options quick = bucket_.CurrentOptions();
+  quick.most_time = std::min(quick.most_time, kMostStart);
+  S3Client bucket(std::move(quick));
+  absl::Status status = bucket.Put(kProbe, kProbeBytes, Sha256Hex(kProbeBytes));
   if (status.ok()) {
-    const absl::StatusOr<std::string> bytes = bucket_.Get(kProbe);
+    const absl::StatusOr<std::string> bytes = bucket.Get(kProbe);
     status = bytes.status();
     if (bytes.ok() && *bytes != kProbeBytes)
       status = error::Damaged(kProbe, "S3 changed its bytes");
   }
   if (status.ok()) return status;
-  return absl::Status(status.code(), fmt::format("{}: {}", bucket_.options().Name(),
+  return absl::Status(status.code(), fmt::format("{}: {}", bucket.CurrentOptions().Name(),
                                                  std::string(status.message())));
 }
 

@@ -7,6 +7,10 @@
 #include <utility>
 
 #include "absl/strings/ascii.h"
+#include "absl/strings/match.h"
+#include "absl/strings/str_split.h"
+#include "core/base/read_file.h"
+#include "core/base/status_macros.h"
 #include "fmt/format.h"
 
 namespace latticed {
@@ -30,6 +34,15 @@ bool IsEndpoint(std::string_view url) {
     return !url.empty() && IsPlain(url, "-.:[]");
   }
   return false;
+}
+
+// A line break would end a header.
+absl::Status CheckKeys(const S3Options& options, std::string_view where) {
+  if (IsPlain(options.access_key, "-._:/+=") && IsPlain(options.session_token, "-._/+=") &&
+      std::ranges::all_of(options.secret_key, [](char c) { return c > ' ' && c <= '~'; })) {
+    return absl::OkStatus();
+  }
+  return absl::InvalidArgumentError(fmt::format("{} has characters that no such key has", where));
 }
 
 std::string FromEnvironment(const char* name) {
@@ -73,18 +86,47 @@ absl::StatusOr<S3Options> S3OptionsOf(std::string_view url, std::string endpoint
   if (!IsEndpoint(options.endpoint)) {
     return absl::InvalidArgumentError("the endpoint of the bucket is not https://host:port");
   }
-  if (options.access_key.empty() || options.secret_key.empty()) {
+  options.keys_file =
+      options.access_key.empty() ? FromEnvironment("AWS_SHARED_CREDENTIALS_FILE") : "";
+  if (!options.keys_file.empty()) {
+    LATTICED_RETURN_IF_ERROR(ReadS3Keys(options));
+  } else if (options.access_key.empty() || options.secret_key.empty()) {
     return absl::InvalidArgumentError(fmt::format(
-        "'{}' needs AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY in the environment", url));
+        "'{}' needs AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY in the environment, or a file of "
+        "keys in AWS_SHARED_CREDENTIALS_FILE",
+        url));
   }
-  // A line break would end a header.
-  if (!IsPlain(options.access_key, "-._:/+=") || !IsPlain(options.session_token, "-._/+=") ||
-      !std::ranges::all_of(options.secret_key, [](char c) { return c > ' ' && c <= '~'; })) {
-    return absl::InvalidArgumentError(
-        "AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY or AWS_SESSION_TOKEN has characters that no "
-        "such key has");
-  }
+  LATTICED_RETURN_IF_ERROR(
+      CheckKeys(options, "AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY or AWS_SESSION_TOKEN"));
   return options;
+}
+
+absl::Status ReadS3Keys(S3Options& options) {
+  LATTICED_ASSIGN_OR_RETURN(const std::string text, ReadFile(options.keys_file));
+  S3Options read;
+  bool in_default = false;
+  for (const absl::string_view line : absl::StrSplit(text, '\n')) {
+    const absl::string_view stripped = absl::StripAsciiWhitespace(line);
+    if (absl::StartsWith(stripped, "[")) in_default = stripped == "[default]";
+    const std::pair<absl::string_view, absl::string_view> entry =
+        absl::StrSplit(stripped, absl::MaxSplits('=', 1));
+    const absl::string_view name = absl::StripAsciiWhitespace(entry.first);
+    std::string value(absl::StripAsciiWhitespace(entry.second));
+    if (!in_default) continue;
+    if (name == "aws_access_key_id") read.access_key = std::move(value);
+    if (name == "aws_secret_access_key") read.secret_key = std::move(value);
+    if (name == "aws_session_token") read.session_token = std::move(value);
+  }
+  if (read.access_key.empty() || read.secret_key.empty()) {
+    return absl::InvalidArgumentError(
+        fmt::format("{}: section [default] needs aws_access_key_id and aws_secret_access_key",
+                    options.keys_file));
+  }
+  LATTICED_RETURN_IF_ERROR(CheckKeys(read, options.keys_file));
+  options.access_key = std::move(read.access_key);
+  options.secret_key = std::move(read.secret_key);
+  options.session_token = std::move(read.session_token);
+  return absl::OkStatus();
 }
 
 }  // namespace latticed

@@ -32,11 +32,9 @@ absl::Status Locked(PgConnection& connection, std::string_view id,
 
 absl::Status InsertPostgresMesh(PgPool& pool, std::string_view id, std::string_view header,
                                 absl::FunctionRef<absl::Status()> publish) {
-  bool published = false;  // also where the row's connection was lost then
   return pool.With([&](PgConnection& connection) {
     return Locked(connection, id, [&]() -> absl::Status {
-      if (!published) LATTICED_RETURN_IF_ERROR(publish());
-      published = true;
+      LATTICED_RETURN_IF_ERROR(publish());
       return connection
           .Execute(kInsert, PgParameters().Bytes(id).Number(IdRowSum(id, header)).Bytes(header))
           .status();

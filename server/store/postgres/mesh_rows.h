@@ -19,7 +19,8 @@
 
 namespace latticed {
 
-// Calls `publish`, then inserts the row.
+// Calls `publish`, then inserts the row. If the connection and so the lock is lost in between, another server may delete the
+// mesh: both are done once more.
 [[nodiscard]] absl::Status InsertPostgresMesh(PgPool& pool, std::string_view id,
                                               std::string_view header,
                                               absl::FunctionRef<absl::Status()> publish);

@@ -2,15 +2,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/cpu/gemm/cpu_gemm.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <memory>
 #include <vector>
 
+#include "core/cpu/cpu_backend.h"
 #include "tests/support/status_matchers.h"
 
 namespace latticed {
 namespace {
 
+using ::testing::AllOf;
+using ::testing::HasSubstr;
 using testing::StatusIs;
 
 TEST(CpuGemm, TwoByThreeByTwoByHand) {
@@ -48,6 +53,16 @@ TEST(CpuGemm, RefusesShapesThatDoNotFit) {
 }
 
 TEST(CpuBlas, NamesItsCore) { EXPECT_FALSE(CpuBlasCoreName().empty()); }
+
+// Another version may round otherwise. Only products are its affair.
+TEST(CpuBlas, ItsVersionIsOfTheArithmeticOfProducts) {
+  const std::unique_ptr<Backend> cpu = MakeCpuBackend({.threads = 1});
+  for (const Pipeline pipeline : {Pipeline::kGemm, Pipeline::kGemm12, Pipeline::kControlNet}) {
+    EXPECT_THAT(cpu->Arithmetic(pipeline),
+                AllOf(HasSubstr("OpenBLAS 0."), HasSubstr(CpuBlasCoreName())));
+  }
+  EXPECT_EQ(cpu->Arithmetic(Pipeline::kFused), "");
+}
 
 }  // namespace
 }  // namespace latticed

@@ -27,6 +27,9 @@ make_host() {  # SERVER NUMBER: its network, which a sleeping process holds
 }
 # Nothing reaches the server, and nothing of it arrives; no side is told.
 cut_off() { ip link set "to-$1" nomaster; }
+sends_nothing_to() {  # SERVER: that is cut off
+  ! ss -tnH state established dst "${address[$1]}" | awk '$2 > 0 { found = 1 } END { exit !found }'
+}
 put_back() { ip link set "to-$1" master bridge; }
 
 start() {  # SERVER
@@ -57,9 +60,9 @@ make_cluster() {
   done
   arguments[solo]="--data-dir solo-data"
   for name in a b c; do start "$name"; done
-  # The fourth server is as the third.
-  edits=(-e '/^  server c /{p; s/ c c:/ d d:/}')
-  for name in a b c d; do edits+=(-e "s/ $name $name:/ $name ${address[$name]}:/"); done
+  for name in a b c; do edits+=(-e "s/ $name $name:/ $name ${address[$name]}:/"); done
+  # The fourth server is as the third. sed prints a line as it is by then.
+  edits+=(-e "/^  server c /{p; s/ c ${address[c]}:/ d ${address[d]}:/}")
   make_proxy 127.0.0.1:443 "${edits[@]}"
   start_proxy
   for name in a b c; do until_true is_ready "$name"; done

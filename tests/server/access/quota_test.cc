@@ -2,13 +2,19 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // --quota-file: what tenants may have, what they are told when it is used up, and where operators see it.
+#include <future>
+#include <memory>
+#include <utility>
+
 #include <gmock/gmock.h>
 
 #include "absl/time/clock.h"
 #include "core/base/sha256.h"
+#include "core/cpu/cpu_backend.h"
 #include "fmt/format.h"
 #include "server/base/quotas/tenant_quotas.h"
 #include "tests/server/support/server_test.h"
+#include "tests/server/support/slow_mesh_store.h"
 #include "tests/support/becomes.h"
 #include "tests/support/temporary_folder.h"
 
@@ -97,14 +103,15 @@ TEST(TenantQuotasTest, ARateIsFilledAgainInASecond) {
 
 class QuotaTest : public ServerTest {
  protected:
-  void Start(const std::string& quotas) {
+  void Start(const std::string& quotas, std::shared_ptr<Store> store = nullptr) {
     options_ = TestOptions();
     options_.caller_share = 1;
     options_.token_file = folder_.Write(
         "tokens",
         fmt::format("{} admin ada acme\n{} edit bob beta\n", Sha256Hex(kAcme), Sha256Hex(kBeta)));
     options_.quota_file = folder_.Write("quotas", quotas);
-    StartServer(options_);
+    if (store == nullptr) return StartServer(options_);
+    StartServerOn(MakeCpuBackend({.threads = 1}), options_, std::move(store));
   }
   // Of CubeObj(1); also uploads it.
   size_t UploadCube(const char* token = kAcme) {
@@ -164,6 +171,28 @@ TEST_F(QuotaTest, MeshBytes) {
   remove.set_mesh(second.id());
   ASSERT_OK(Call(&Meshes::DeleteMesh, remove, nullptr, As(kAcme)));
   EXPECT_OK(UploadCube(3, kAcme));
+}
+
+TEST_F(QuotaTest, AMeshThatIsBeingStoredCountsAndDelaysNoOther) {
+  const size_t bytes = CubeObj(1).size(), most = 2 * bytes;
+  const auto store = std::make_shared<SlowMeshStore>();
+  Start(fmt::format(R"({{"acme": {{"mesh_bytes": {}}}}})", most), store);
+  auto first = std::async(std::launch::async, [&] { return UploadCube(1, kAcme); });
+  store->AwaitCall();
+
+  v1::Mesh second;
+  EXPECT_OK(UploadCube(2, kAcme, &second));
+  ExpectQuota(UploadCube(3, kAcme), "mesh_bytes", most, most, bytes);
+  EXPECT_OK(UploadCube(3, kBeta));
+  v1::DeleteMeshRequest remove;
+  remove.set_mesh(second.id());
+  EXPECT_OK(Call(&Meshes::DeleteMesh, remove, nullptr, As(kAcme)));
+
+  auto same = std::async(std::launch::async, [&] { return UploadCube(1, kAcme); });
+  store->LetGo();
+  EXPECT_OK(first.get());
+  EXPECT_OK(same.get());
+  EXPECT_EQ(InfoOf(kAcme).quotas(0).used(), bytes);
 }
 
 TEST_F(QuotaTest, EditsOfCallsAndOfStreams) {

@@ -87,7 +87,7 @@ TEST_F(BucketTest, AStartWithoutTheBucketIsRefusedInASentence) {
   unsetenv("AWS_SECRET_ACCESS_KEY");
   EXPECT_EQ(RefusalOfStart("s3://meshes", stub_.endpoint()),
             "latticed: 's3://meshes' needs AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY in the "
-            "environment\n");
+            "environment, or a file of keys in AWS_SHARED_CREDENTIALS_FILE\n");
 }
 
 }  // namespace

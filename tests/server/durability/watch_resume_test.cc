@@ -4,7 +4,12 @@
 // A watcher whose server is started again on the same folder is sent what it misses and no more, if the new server makes
 // the same bytes from the same lattice; else everything.
 #include <filesystem>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
 
+#include "core/cpu/cpu_backend.h"
 #include "server/base/version.h"
 #include "tests/server/support/server_test.h"
 #include "tests/support/temporary_folder.h"
@@ -14,6 +19,23 @@ namespace {
 
 constexpr uint32_t kCorner = 0, kMiddle = 62, kOpposite = 124;  // of 5 x 5 x 5
 
+class VersionedBackend : public Backend {
+ public:
+  explicit VersionedBackend(std::string version) : version_(std::move(version)) {}
+  std::string_view name() const override { return inner_->name(); }
+  std::string description() const override { return inner_->description(); }
+  std::vector<DeviceState> devices() const override { return inner_->devices(); }
+  std::string Arithmetic(Pipeline /*pipeline*/) const override { return version_; }
+  absl::StatusOr<std::shared_ptr<DeformTarget>> Prepare(std::shared_ptr<const DeformPlan> plan,
+                                                        Pipeline pipeline) override {
+    return inner_->Prepare(std::move(plan), pipeline);
+  }
+
+ private:
+  const std::string version_;
+  const std::unique_ptr<Backend> inner_ = MakeCpuBackend({.threads = 1});
+};
+
 class WatchResumeTest : public StreamTest {
  protected:
   void SetUp() override {
@@ -22,12 +44,13 @@ class WatchResumeTest : public StreamTest {
     Restart();
     CreateScene(/*cells=*/32);
   }
-  void Restart() {
+  // With an evaluator whose library has this version.
+  void Restart(const std::string& version = "1") {
     server_.reset();
     Options options = TestOptions();
     options.heartbeat_interval = kHeartbeat;
     options.data_dir = folder_.Path("data");
-    ServerTest::StartServer(options);
+    StartServerOn(std::make_unique<VersionedBackend>(version), options);
   }
   // What a watcher has at the newest revision, and its token.
   EventLog Seen(const v1::WatchRequest& request) {
@@ -69,6 +92,17 @@ TEST_F(WatchResumeTest, NothingIsSentAgainAfterARestart) {
   EXPECT_TRUE(resumed.resumed);
   EXPECT_EQ(resumed.sent, 0u);
   EXPECT_GT(resumed.all, 10u);
+}
+
+TEST_F(WatchResumeTest, AllIsSentByAnotherVersionOfALibrary) {
+  Edit(kCorner);
+  const EventLog before = Seen(Watch());
+
+  Restart("2");
+  const Resumed resumed = Resume(Watch(), before);
+
+  EXPECT_FALSE(resumed.resumed);
+  EXPECT_EQ(resumed.sent, resumed.all);
 }
 
 TEST_F(WatchResumeTest, EditsBeforeAndAfterTheRestartAreSent) {

@@ -17,6 +17,7 @@
 #include "core/cpu/cpu_backend.h"
 #include "server/store/memory_store.h"
 #include "server/store/records/header_codec.h"
+#include "server/store/records/scene_codec.h"
 #include "tests/server/engine/engine_support.h"
 #include "tests/server/support/scripted_backend.h"
 #include "tests/support/status_matchers.h"
@@ -85,6 +86,35 @@ class DurableSceneTest : public ::testing::Test {
   std::unique_ptr<SceneRegistry> registry_;
   std::shared_ptr<Scene> scene_;
 };
+
+// A log may grow while its store takes no snapshots.
+TEST_F(DurableSceneTest, CommitTimesOfALongLogAreBoundedAndAccounted) {
+  constexpr uint64_t kRecords = kMostCommitTimes + 10;
+  const auto time_of = [](uint64_t n) { return absl::UnixEpoch() + absl::Milliseconds(n); };
+  EditHistory history(StoredConfig().lattice);
+  for (uint64_t n = 1; n <= kRecords; ++n) {
+    const EditBatch batch = MoveBatch(*scene_, "ann", n, {62}, {1e-6, 0, 0});
+    ASSERT_OK(history.Apply(batch, {}, [](const auto&) { return absl::OkStatus(); }));
+    store_.Append(kId, n,
+                  EncodeRecord({.edit = history.LastRecord(batch, {}), .commit_time = time_of(n)}),
+                  [](const absl::Status& status) { EXPECT_OK(status); });
+  }
+  Restart();
+  ASSERT_EQ(scene_->State()->revision, kRecords);
+  EXPECT_EQ(scene_->CommitTime(kRecords), time_of(kRecords));
+  EXPECT_EQ(scene_->CommitTime(kRecords + 1 - kMostCommitTimes),
+            time_of(kRecords + 1 - kMostCommitTimes));
+  EXPECT_EQ(scene_->CommitTime(kRecords - kMostCommitTimes), std::nullopt);
+  const uint64_t with_times = scene_->memory().at("history");
+
+  store_.PutSnapshot(kId, kRecords,
+                     EncodeImage({.history = history.image(), .commit_time = time_of(kRecords)}));
+  Restart();
+  EXPECT_EQ(scene_->CommitTime(kRecords), time_of(kRecords));
+  EXPECT_EQ(scene_->CommitTime(kRecords - 1), std::nullopt);
+  EXPECT_EQ(with_times - scene_->memory().at("history"),
+            (kMostCommitTimes - 1) * sizeof(CommitTimes::value_type));
+}
 
 TEST_F(DurableSceneTest, ASceneComesBackWithItsHistory) {
   ASSERT_OK(Move("ann", 1, 0.1));

@@ -116,6 +116,22 @@ TEST_P(MeshObjectsTest, KeepsTheSameBytesOnce) {
   EXPECT_OK(meshes().Read(id).status());
 }
 
+TEST_P(MeshObjectsTest, PublishesAgain) {
+  const std::string id = Sha256Hex("mesh 1");
+  ASSERT_OK_AND_ASSIGN(const std::string written, meshes().Write(id, "mesh 1"));
+  ASSERT_OK(meshes().Publish(written, id, "mesh 1"));
+  EXPECT_OK(meshes().Publish(written, id, "mesh 1"));
+  EXPECT_OK(meshes().Read(id).status());
+
+  // Another server removes it. What is published is there: a folder has only one file to publish.
+  ASSERT_OK(meshes().Remove(id));
+  const absl::Status again = meshes().Publish(written, id, "mesh 1");
+  EXPECT_EQ(again.ok(), meshes().Read(id).ok());
+  if (!again.ok()) {
+    EXPECT_THAT(again, StatusIs(absl::StatusCode::kUnavailable));
+  }
+}
+
 TEST_P(MeshObjectsTest, RemovesBytesAndWhatIsNotThere) {
   const std::string id = Put("mesh 1");
   const std::string other = Put("mesh 2");

@@ -1,9 +1,13 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Rows of meshes whose connection is lost.
+// Rows and files of meshes whose connection is lost.
 #include <future>
 
+#include "core/base/error.h"
+#include "core/base/sha256.h"
+#include "core/base/status_macros.h"
+#include "server/store/files/mesh_folder.h"
 #include "server/store/postgres/mesh_rows.h"
 #include "server/store/postgres/pool.h"
 #include "server/store/postgres/schema.h"
@@ -41,16 +45,43 @@ class PostgresMeshes : public PostgresStore {
   std::unique_ptr<PgPool> pool_;
 };
 
-TEST_F(PostgresMeshes, AFileIsPublishedOnce) {
-  int published = 0;
-  const absl::Status inserted = InsertPostgresMesh(*pool_, kMesh, "header", [&] {
-    if (++published == 1) ExecuteSql(url_, kEndHolder);
-    return absl::OkStatus();
+// Two servers share this folder of meshes. The first one loses its connection, and with it the lock, when its file is there.
+class PostgresMeshFiles : public PostgresMeshes {
+ protected:
+  absl::Status PutAndLoseTheLock(absl::FunctionRef<void()> then) {
+    LATTICED_RETURN_IF_ERROR(meshes_.Open({}, absl::ZeroDuration()));
+    LATTICED_ASSIGN_OR_RETURN(const std::string written, meshes_.Write(id_, "mesh 1"));
+    int published = 0;
+    return InsertPostgresMesh(*pool_, id_, "header", [&]() -> absl::Status {
+      LATTICED_RETURN_IF_ERROR(meshes_.Publish(written, id_, "mesh 1"));
+      if (++published > 1) return absl::OkStatus();
+      ExecuteSql(url_, kEndHolder);
+      then();
+      return absl::OkStatus();
+    });
+  }
+
+  const std::string id_ = Sha256Hex("mesh 1");
+  MeshFolder meshes_{folder_.Path("meshes")};
+};
+
+TEST_F(PostgresMeshFiles, AFileThatIsStillThereIsKept) {
+  EXPECT_OK(PutAndLoseTheLock([] {}));
+  EXPECT_EQ(Rows(), 1);
+  EXPECT_OK(meshes_.Read(id_).status());
+}
+
+// A row without a file would keep servers from starting.
+TEST_F(PostgresMeshFiles, AMeshThatAnotherServerDeletesMeanwhileHasNoRow) {
+  const absl::Status put = PutAndLoseTheLock([&] {
+    ExecuteSql(url_, "INSERT INTO latticed.mesh VALUES('" + id_ + "', 0, '')");
+    PgPool other(url_);
+    EXPECT_OK(DeletePostgresMesh(other, id_, [&] { EXPECT_OK(meshes_.Remove(id_)); }));
   });
 
-  EXPECT_OK(inserted);
-  EXPECT_EQ(published, 1);
-  EXPECT_EQ(Rows(), 1);
+  EXPECT_THAT(put, StatusIs(absl::StatusCode::kUnavailable));
+  EXPECT_EQ(error::DetailsOf(put).reason, "STORE");
+  EXPECT_EQ(Rows(), 0);
 }
 
 TEST_F(PostgresMeshes, AMeshIsDeletedThoughTheAnswerIsLost) {
