@@ -8,6 +8,7 @@
 #define LATTICED_CORE_FFD_EDIT_HISTORY_IMAGE_H_
 
 #include <cstdint>
+#include <deque>
 #include <string>
 #include <vector>
 
@@ -30,7 +31,7 @@ struct EditHistoryImage {
   };
 
   LayersBase base;
-  std::vector<EditStep> steps;     // oldest first
+  std::deque<EditStep> steps;      // oldest first
   std::vector<UndoneStep> undone;  // in the order in which they were undone
   std::vector<Result> results;     // of the editor who was silent longest first
   uint64_t revision = 0;

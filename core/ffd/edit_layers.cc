@@ -3,7 +3,6 @@
 #include "core/ffd/edit_layers.h"
 
 #include <algorithm>
-#include <type_traits>
 #include <utility>
 
 namespace latticed {
@@ -41,12 +40,9 @@ size_t EditStep::MemoryBytes() const {
   return bytes;
 }
 
-// Steps must move when steps_ grows. A copy may have less capacity, and bytes_ counts what was measured.
-static_assert(std::is_nothrow_move_constructible_v<EditStep>);
-
 EditLayers::EditLayers(Lattice base) : base_{base, base}, lattice_(std::move(base)) {}
 
-EditLayers::EditLayers(LayersBase base, std::vector<EditStep> steps)
+EditLayers::EditLayers(LayersBase base, std::deque<EditStep> steps)
     : base_(std::move(base)), steps_(std::move(steps)) {
   for (const EditStep& step : steps_) bytes_ += step.MemoryBytes();
   RebuildLattice();
@@ -115,7 +111,7 @@ void EditLayers::FoldOldest() {
       base_.base.control_points[oldest.indices[n]] = oldest.positions[n];
     }
   }
-  steps_.erase(steps_.begin());
+  steps_.pop_front();
 }
 
 uint64_t EditLayers::structure_step() const {

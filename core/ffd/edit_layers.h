@@ -19,6 +19,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <deque>
 #include <map>
 #include <optional>
 #include <string>
@@ -72,14 +73,14 @@ class EditLayers {
  public:
   explicit EditLayers(Lattice base);
   // Goes on from what another one had. Steps must fit the structures below them.
-  EditLayers(LayersBase base, std::vector<EditStep> steps);
+  EditLayers(LayersBase base, std::deque<EditStep> steps);
 
   const Lattice& lattice() const { return lattice_; }
   // The lattice that the layers began with, or the last replacement as it was made.
   Lattice initial() const;
   const LayersBase& base() const { return base_; }
   // Oldest first.
-  const std::vector<EditStep>& steps() const { return steps_; }
+  const std::deque<EditStep>& steps() const { return steps_; }
 
   void Push(EditStep step);
   EditStep Remove(size_t position);
@@ -103,8 +104,8 @@ class EditLayers {
 
   LayersBase base_;
   Lattice lattice_;
-  std::vector<EditStep> steps_;
-  size_t bytes_ = 0;  // of steps_
+  std::deque<EditStep> steps_;  // each edit adds one at the end, and folds one at the front
+  size_t bytes_ = 0;            // of steps_
 };
 
 }  // namespace latticed

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <utility>
 
 #include "core/base/error.h"
@@ -56,11 +55,12 @@ absl::Status Write(EditTarget& target, uint32_t index, Vec3d position, const std
   return absl::OkStatus();
 }
 
-// Positions travel as a flat list x, y, z, x, …: errors name the component in it.
+// Positions travel as a flat list x, y, z, x, …: errors name the component in it. Its name is made for an error only.
 absl::Status CheckListed(const std::vector<Vec3d>& positions, size_t n, const std::string& field) {
   for (int c = 0; c < 3; ++c) {
-    LATTICED_RETURN_IF_ERROR(CheckControlCoordinate(
-        positions[n][c], fmt::format("{}[{}]", field, 3 * n + static_cast<size_t>(c))));
+    const double x = positions[n][c];
+    if (CheckControlCoordinate(x, field).ok()) continue;
+    return CheckControlCoordinate(x, fmt::format("{}[{}]", field, 3 * n + static_cast<size_t>(c)));
   }
   return absl::OkStatus();
 }
@@ -73,12 +73,11 @@ absl::Status WriteListed(EditTarget& target, uint32_t index, const std::vector<V
 
 absl::Status Apply(const SetControlPoints& edit, std::string_view field, EditTarget& target) {
   const std::string path = fmt::format("{}.set_control_points", field);
+  const std::string positions = path + ".positions";
   auto status = CheckIndices(edit.indices, target.lattice.control_points.size(), path);
-  if (status.ok()) {
-    status = CheckCount(edit.positions.size(), edit.indices.size(), path + ".positions");
-  }
+  if (status.ok()) status = CheckCount(edit.positions.size(), edit.indices.size(), positions);
   for (size_t n = 0; status.ok() && n < edit.indices.size(); ++n) {
-    status = WriteListed(target, edit.indices[n], edit.positions, n, path + ".positions");
+    status = WriteListed(target, edit.indices[n], edit.positions, n, positions);
   }
   return status;
 }
@@ -228,7 +227,5 @@ absl::StatusOr<StructureChange> ChangeStructure(const Lattice& lattice, const St
   }
   return StructureChange{std::move(refit.lattice), refit.residual};
 }
-
-bool SameBits(Vec3d a, Vec3d b) { return std::memcmp(&a, &b, sizeof(Vec3d)) == 0; }
 
 }  // namespace latticed

@@ -11,6 +11,7 @@
 #define LATTICED_CORE_FFD_LATTICE_EDIT_H_
 
 #include <array>
+#include <bit>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -135,7 +136,11 @@ using AdmitStructure = std::function<absl::Status(const LatticeStructure&)>;
                                                               const AdmitStructure& admit);
 
 // Whether two points have the same bits. A point "has not moved" if this is so.
-[[nodiscard]] bool SameBits(Vec3d a, Vec3d b);
+[[nodiscard]] inline bool SameBits(Vec3d a, Vec3d b) {
+  using Bits = std::array<uint64_t, 3>;
+  const auto x = std::bit_cast<Bits>(a), y = std::bit_cast<Bits>(b);
+  return ((x[0] ^ y[0]) | (x[1] ^ y[1]) | (x[2] ^ y[2])) == 0;
+}
 
 }  // namespace latticed
 

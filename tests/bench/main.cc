@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// latticed_bench [paper | store | tolerance] [--large] [--markdown FILE] [flags of Google Benchmark]
+// latticed_bench [paper | store [PART] | tolerance] [--large] [--markdown FILE] [flags of Google Benchmark]
 //
 //   paper            only the tables of Cui & Feng 2014 for this machine (paper.h)
-//   store            only the durability of edits (store_table.h)
+//   store            only the durability of edits, or one part of it (store_table.h)
 //   tolerance        only views with a tolerance against uniform segments (tolerance_table.h)
 //   --large          also 10^7 patches on the GPU
 //   --markdown FILE  also writes the results to FILE, with commit, command and machine
@@ -31,6 +31,7 @@ namespace {
 struct Options {
   bool paper = false;
   bool store = false;
+  std::string store_part;
   bool tolerance = false;
   bool large = false;
   std::string markdown;
@@ -49,6 +50,8 @@ Options Parse(int& argc, char** argv) {
       options.paper = true;
     } else if (argument == "store") {
       options.store = true;
+    } else if (options.store && IsStorePart(argument)) {
+      options.store_part = argument;
     } else if (argument == "tolerance") {
       options.tolerance = true;
     } else if (argument == "--large") {
@@ -140,7 +143,7 @@ int Main(int argc, char** argv) {
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
   if (options.paper) return Tables(options, PaperTables());
-  if (options.store) return Tables(options, StoreTables());
+  if (options.store) return Tables(options, StoreTables(options.store_part));
   if (options.tolerance) return Tables(options, ToleranceTables());
   return Benchmarks(options);
 }

@@ -24,6 +24,13 @@ uint64_t WrittenBytes() {
 
 }  // namespace
 
+std::string LoadOfMachine() {
+  std::ifstream file("/proc/loadavg");
+  std::string minute;
+  file >> minute;
+  return minute;
+}
+
 std::string SceneId(int scene) { return fmt::format("scene {}", scene); }
 
 std::string RecordOf(int scene, uint64_t lsn) {

@@ -32,6 +32,8 @@ struct Measured {
   double written = 0;  // bytes that this process made the kernel write, divided by bytes of records
 };
 
+// The mean number of processes that wanted to run in the last minute.
+[[nodiscard]] std::string LoadOfMachine();
 [[nodiscard]] std::string SceneId(int scene);
 [[nodiscard]] std::string RecordOf(int scene, uint64_t lsn);
 

@@ -3,11 +3,13 @@
 #include "tests/bench/store/store_table.h"
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
-#include <fstream>
 #include <functional>
 #include <memory>
 #include <string>
+#include <string_view>
+#include <utility>
 
 #include "absl/time/clock.h"
 #include "absl/time/time.h"
@@ -15,8 +17,10 @@
 #include "server/store/postgres_store.h"
 #include "server/store/sqlite_store.h"
 #include "tests/bench/scenario.h"
+#include "tests/bench/store/edit_table.h"
 #include "tests/bench/store/record_load.h"
 #include "tests/bench/store/replay_table.h"
+#include "tests/bench/store/restart_table.h"
 #include "tests/bench/store/synced_file.h"
 #include "tests/server/store/postgres_server.h"
 #include "tests/support/temporary_folder.h"
@@ -138,13 +142,6 @@ std::vector<std::string> Row(const Load& load, PostgresServer* postgres) {
           written(sqlite)};
 }
 
-std::string LoadOfMachine() {
-  std::ifstream file("/proc/loadavg");
-  std::string minute;
-  file >> minute;
-  return minute;
-}
-
 Section LatencyTable(PostgresServer* postgres) {
   Section section;
   section.title = "From an edit's due time to its durability: scenes x edits/s";
@@ -183,17 +180,43 @@ Section FenceTable(PostgresServer& postgres) {
   return section;
 }
 
-}  // namespace
+// Null where it is not installed.
+std::unique_ptr<PostgresServer> StartPostgres() {
+  if (!PostgresServer::IsInstalled()) return nullptr;
+  return std::make_unique<PostgresServer>(PostgresServer::Network::kTcp,
+                                          PostgresServer::Disk::kAwaited);
+}
 
-std::vector<Section> StoreTables() {
-  std::unique_ptr<PostgresServer> postgres;
-  if (PostgresServer::IsInstalled()) {
-    postgres = std::make_unique<PostgresServer>(PostgresServer::Network::kTcp,
-                                                PostgresServer::Disk::kAwaited);
-  }
+std::vector<Section> WriteTables() {
+  const auto postgres = StartPostgres();
   std::vector<Section> sections = {LatencyTable(postgres.get())};
   if (postgres != nullptr) sections.push_back(FenceTable(*postgres));
-  sections.push_back(ReplayTable());
+  return sections;
+}
+
+struct Part {
+  std::string_view name;
+  std::vector<Section> (*tables)();
+};
+constexpr std::array kParts = {
+    Part{"writes", WriteTables},
+    Part{"edits", [] { return std::vector<Section>{EditTable(StartPostgres().get())}; }},
+    Part{"replay", [] { return std::vector<Section>{ReplayTable()}; }},
+    Part{"restart", [] { return std::vector<Section>{RestartTable()}; }},
+};
+
+}  // namespace
+
+bool IsStorePart(std::string_view part) {
+  return std::ranges::find(kParts, part, &Part::name) != kParts.end();
+}
+
+std::vector<Section> StoreTables(std::string_view part) {
+  std::vector<Section> sections;
+  for (const Part& each : kParts) {
+    if (!part.empty() && part != each.name) continue;
+    for (Section& section : each.tables()) sections.push_back(std::move(section));
+  }
   return sections;
 }
 
