@@ -141,34 +141,41 @@ TEST_F(JwtTest, BadTokensAreRefusedByTheCheckThatFails) {
   struct Bad {
     std::string token, message;
   };
-  const Bad bad[] = {{RsaKey().Sign(With("exp", FromNow(-absl::Hours(1)))), "has expired"},
-                     {RsaKey().Sign(Without("exp")), "'exp' is missing"},
-                     {RsaKey().Sign(With("exp", "soon")), "'exp' is no time"},
-                     {RsaKey().Sign(With("nbf", FromNow(absl::Hours(1)))), "not valid yet"},
-                     {RsaKey().Sign(With("iss", "https://id.example/")), "issuer"},
-                     {RsaKey().Sign(Without("iss")), "issuer"},
-                     {RsaKey().Sign(With("aud", "latticed2")), "audience"},
-                     {RsaKey().Sign(With("aud", Json::array())), "audience"},
-                     {RsaKey().Sign(Without("aud")), "audience"},
-                     {RsaKey().Sign(Without("sub")), "'sub'"},
-                     {RsaKey().Sign(With("sub", "a\nb")), "'sub'"},
-                     {RsaKey().Sign(Without("role")), "'role'"},
-                     {RsaKey().Sign(With("role", "root")), "'role'"},
-                     {RsaKey().Sign(With("tenant", "a/b")), "'tenant'"},
-                     {RsaKey().Sign(With("tenant", "")), "'tenant'"},
-                     {RsaKey().Sign(With("tenant", 7)), "'tenant'"},
-                     {RsaKey().Sign(good, {{"crit", {"b64"}}, {"b64", false}}), "crit"},
-                     {RsaKey().Sign(good, {{"alg", "ES256"}}), "kid"},
-                     {RsaKey().Sign(good, {{"kid", "other"}}), "kid"},
-                     {RsaKey().Sign(good, {{"alg", "RS512"}}), "RS256 or ES256"},
-                     {RsaKey().Sign(good, {{"alg", "none"}}), "RS256 or ES256"},
-                     {unsigned_token, ""},
-                     {SignHs256(good, public_key), "RS256 or ES256"},
-                     {stranger.Sign(good), "signature"},
-                     {changed, ""},
-                     {"eyJhbGciOiJSUzI1NiJ9..", ""},
-                     {RsaKey().Sign(With("pad", std::string(6'600, 'x'))), "allowed are 4096"},
-                     {"eyA.eyA.eyA", ""}};
+  const Bad bad[] = {
+      {RsaKey().Sign(With("exp", FromNow(-absl::Hours(1)))), "has expired"},
+      {RsaKey().Sign(Without("exp")), "'exp' is missing"},
+      {RsaKey().Sign(With("exp", "soon")), "'exp' is no time"},
+      {RsaKey().Sign(With("nbf", FromNow(absl::Hours(1)))), "not valid yet"},
+      {RsaKey().Sign(With("iss", "https://id.example/")), "issuer"},
+      {RsaKey().Sign(Without("iss")), "issuer"},
+      {RsaKey().Sign(With("aud", "latticed2")), "audience"},
+      {RsaKey().Sign(With("aud", Json::array())), "audience"},
+      {RsaKey().Sign(Without("aud")), "audience"},
+      {RsaKey().Sign(Without("sub")), "'sub'"},
+      {RsaKey().Sign(With("sub", "a\nb")), "'sub'"},
+      {RsaKey().Sign(Without("role")), "'role'"},
+      {RsaKey().Sign(With("role", "root")), "'role'"},
+      {RsaKey().Sign(With("tenant", "a/b")), "'tenant'"},
+      {RsaKey().Sign(With("tenant", "")), "'tenant'"},
+      {RsaKey().Sign(With("tenant", 7)), "'tenant'"},
+      {RsaKey().Sign(good, {{"crit", {"b64"}}, {"b64", false}}), "crit"},
+      {RsaKey().Sign(good, {{"alg", "ES256"}}), "kid"},
+      {RsaKey().Sign(good, {{"kid", "other"}}), "kid"},
+      {RsaKey().Sign(good, {{"alg", "RS512"}}), "RS256 or ES256"},
+      {RsaKey().Sign(good, {{"alg", "none"}}), "RS256 or ES256"},
+      {unsigned_token, ""},
+      {SignHs256(good, public_key), "RS256 or ES256"},
+      {stranger.Sign(good), "signature"},
+      {changed, ""},
+      {"eyJhbGciOiJSUzI1NiJ9..", ""},
+      {RsaKey().Sign(With("pad", std::string(6'600, 'x'))), "allowed are 4096"},
+      {"eyA.eyA.eyA", ""},
+      // No base64: each of these ends a program that gives it to cjose, or is another form of the same.
+      {"eyAAA.eyA.eyA", "no signed JWT"},
+      {"eyA.e.eyA", "no signed JWT"},
+      {"eyA.eyA.e", "no signed JWT"},
+      {"eyA.e=A.eyA", "no signed JWT"},
+      {RsaKey().Sign(good) + "=", "no signed JWT"}};
   for (const Bad& token : bad) {
     const absl::Status status = CallWith(token.token);
     EXPECT_THAT(status, StatusIs(absl::StatusCode::kUnauthenticated, HasSubstr(token.message)))
@@ -246,7 +253,9 @@ TEST_F(JwtTest, RubbishLeavesTheOldKeys) {
   for (const std::string& rubbish :
        {std::string("rubbish"), std::string("{}"), std::string(R"({"keys":[]})"),
         std::string(R"({"keys":[{"kty":"oct","k":"AQAB"}]})"), KeySet({with_secret}),
-        KeySet({weak.Jwk()}), std::string(R"({"keys":[{"kty":"RSA","n":"","e":""}]})")}) {
+        KeySet({weak.Jwk()}), std::string(R"({"keys":[{"kty":"RSA","n":"A","e":"AQAB"}]})"),
+        std::string(R"({"keys":[{"kty":"EC","crv":"P-256","x":"A=A","y":"A"}]})"),
+        std::string(R"({"keys":[{"kty":"RSA","n":"","e":""}]})")}) {
     EXPECT_FALSE(JsonWebKeys::FromText(rubbish).ok()) << rubbish;
     folder_.Write("keys.json", rubbish);
     EXPECT_THAT(server_->Reload(options_),
