@@ -163,6 +163,9 @@ class DeformView {
   // With a tolerance, after Evaluate: the bound that the vertices keep. It exceeds the tolerance where the bits, the levels
   // or the number of points do not suffice.
   [[nodiscard]] virtual double certified_error() const { return 0; }
+  // With a tolerance, after Evaluate: the part of it, or of its double, that levels and patterns were chosen with. They and
+  // the vertices of a patch follow from this number, the box, and the bounds of the patch and its neighbours.
+  [[nodiscard]] virtual double curvature_tolerance() const { return 0; }
 
   // With a tolerance: how it is evaluated where its plan is a slice and devices must agree on levels. Null: not at all.
   [[nodiscard]] virtual ToleranceSlice* tolerance_slice() { return nullptr; }

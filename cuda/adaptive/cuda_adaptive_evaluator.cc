@@ -229,6 +229,7 @@ absl::Status CudaAdaptiveEvaluator::Prepare(std::span<const Vec3d> control_point
 }
 
 void CudaAdaptiveEvaluator::SetTolerance(double curvature_tolerance) {
+  curvature_tolerance_ = curvature_tolerance;
   frame_->launch.tolerance =
       static_cast<float>(kFloatShare * curvature_tolerance * UnitsPerWorld(spec_, frame_->box));
 }

@@ -73,6 +73,7 @@ class CudaAdaptiveEvaluator {
   std::span<const uint32_t> also_changed() const { return also_changed_; }
   std::span<const uint16_t> Patterns(uint32_t chunk) const;
   double certified_error() const { return certified_error_; }
+  double curvature_tolerance() const { return curvature_tolerance_; }
 
   // The vertices of chunks [first, last), which lie one after the other. The stream may still compute them.
   DeviceSpan<const uint8_t> Vertices(uint32_t first, uint32_t last) const;
@@ -149,6 +150,7 @@ class CudaAdaptiveEvaluator {
       chunk_first_;  // the first point of each chunk, then the number of points
   std::vector<uint32_t> also_changed_;
   double certified_error_ = 0;
+  double curvature_tolerance_ = 0;
 };
 
 }  // namespace latticed

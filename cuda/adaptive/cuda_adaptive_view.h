@@ -44,6 +44,7 @@ class CudaAdaptiveView : public CheckedView, public ToleranceSlice {
     return evaluator_->Patterns(chunk);
   }
   double certified_error() const override { return evaluator_->certified_error(); }
+  double curvature_tolerance() const override { return evaluator_->curvature_tolerance(); }
   MemoryUse memory() const override;
   ToleranceSlice* tolerance_slice() override { return this; }
 

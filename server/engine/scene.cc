@@ -55,6 +55,7 @@ absl::StatusOr<std::shared_ptr<Scene>> Scene::Create(SceneConfig config,
   LATTICED_RETURN_IF_ERROR(Validate(default_spec));
   SceneLife life{.history = EditHistory(std::exchange(config.lattice, {})),
                  .commit_time = config.create_time};
+  life.moved = PointRevisions(life.history.lattice().control_points.size(), 0);
   LATTICED_ASSIGN_OR_RETURN(auto scene, Make(std::move(config), std::move(life), context, stop));
   const RenderInput head = scene->Head();
   LATTICED_RETURN_IF_ERROR(
@@ -78,20 +79,19 @@ absl::StatusOr<std::shared_ptr<Scene>> Scene::Make(SceneConfig config, SceneLife
   const LatticeStructure structure = life.history.lattice().structure;
   const auto box = life.box;
   const absl::Time commit_time = life.commit_time;
-  const MovedPoints moved = std::move(life.moved);
+  PointRevisions moved = std::move(life.moved);
   LATTICED_ASSIGN_OR_RETURN(
       auto history, context.backend->memory().Reserve("the scene's history", 0, config.account));
   const std::shared_ptr<Scene> scene(
       new Scene(std::move(config), std::move(life), std::move(history), context));
   LATTICED_ASSIGN_OR_RETURN(auto prepared, scene->Prepare(structure, stop));
-  std::vector<uint64_t> chunk_revisions = moved.ChunkRevisions(prepared.state.plan);
   const MutexLock edit_lock(&scene->edit_mutex_);
   LATTICED_RETURN_IF_ERROR(scene->HoldRestored(structure));
   scene->applied_ = scene->editor_.FirstState(std::move(prepared.state), commit_time, box);
   scene->is_box_stored_ = box.has_value() && box->id == scene->applied_->box.id;
   const MutexLock lock(&scene->mutex_);
   scene->head_ = {scene->applied_, std::move(prepared.target)};
-  scene->chunk_revisions_ = std::move(chunk_revisions);
+  scene->moved_ = std::move(moved);
   return scene;
 }
 
@@ -349,7 +349,7 @@ std::function<void()> Scene::TakeWork(uint64_t most_points) {
     const auto& view =
         std::next(views_.begin(), static_cast<std::ptrdiff_t>(next_view_++ % views_.size()))
             ->second;
-    if (auto work = view->Begin(view, head_, chunk_revisions_, most_points); work.has_value()) {
+    if (auto work = view->Begin(view, head_, moved_, most_points); work.has_value()) {
       return [this, self = shared_from_this(), work = *std::move(work)]() mutable {
         RunTurn(std::move(work));
       };

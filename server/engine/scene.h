@@ -43,8 +43,8 @@
 #include "core/mesh/mesh_units.h"
 #include "server/engine/render/render_queue.h"
 #include "server/engine/render/render_view.h"
-#include "server/engine/scene/chunk_revisions.h"
 #include "server/engine/scene/edit_log.h"
+#include "server/engine/scene/point_revisions.h"
 #include "server/engine/scene/presence.h"
 #include "server/engine/scene/scene_editor.h"
 #include "server/engine/scene/scene_journal.h"
@@ -271,8 +271,7 @@ class Scene : public RenderSource, public std::enable_shared_from_this<Scene> {
   RenderInput head_ ABSL_GUARDED_BY(mutex_);
   std::map<ViewKey, std::shared_ptr<RenderView>> views_ ABSL_GUARDED_BY(mutex_);
   EditLog log_ ABSL_GUARDED_BY(mutex_);
-  // By chunk: the revision of the last edit that may have changed it.
-  std::vector<uint64_t> chunk_revisions_ ABSL_GUARDED_BY(mutex_);
+  PointRevisions moved_ ABSL_GUARDED_BY(mutex_);
   std::vector<std::weak_ptr<SceneListener>> listeners_ ABSL_GUARDED_BY(mutex_);
   absl::Time last_use_ ABSL_GUARDED_BY(mutex_);
   size_t next_view_ ABSL_GUARDED_BY(mutex_) = 0;  // which view has the next turn

@@ -198,9 +198,10 @@ void Scene::Publish(const EditCommit& commit, std::shared_ptr<TargetSlot> target
     head_.state = commit.state;
     if (commit.structure_changed) {
       head_.target = std::move(target);
-      chunk_revisions_.assign(commit.state->plan->chunk_count(), commit.state->revision);
+      moved_ = PointRevisions(commit.state->control_points->size(), commit.state->revision);
+    } else {
+      moved_.Move(commit.delta->indices, commit.state->revision);
     }
-    for (const uint32_t chunk : commit.dirty) chunk_revisions_[chunk] = commit.state->revision;
     for (const auto& [key, view] : views_) {
       const bool all = commit.structure_changed || (commit.box_changed && HasPositions(key.spec));
       all ? view->MarkAllDirty() : view->MarkDirty(commit.dirty);

@@ -49,6 +49,7 @@ class ToleranceBits : public ::testing::TestWithParam<std::string> {
     ASSERT_OK(b.Evaluate(points, box, chunks));
     ASSERT_TRUE(std::ranges::equal(a.also_changed(), b.also_changed()));
     ASSERT_EQ(a.certified_error(), b.certified_error());
+    ASSERT_EQ(a.curvature_tolerance(), b.curvature_tolerance());
     ASSERT_TRUE(WatchedOf(a) == WatchedOf(b));
   }
 

@@ -56,6 +56,7 @@ class AdaptiveEvaluator {
   std::span<const uint32_t> also_changed() const { return also_changed_; }
   std::span<const uint16_t> Patterns(uint32_t chunk) const;
   double certified_error() const { return certified_error_; }
+  double curvature_tolerance() const { return curvature_tolerance_; }
 
   size_t MemoryBytes() const;
 

@@ -38,6 +38,8 @@ class SpannedView : public CheckedView {
   std::span<const uint32_t> also_changed() const override { return also_changed_; }
   std::span<const uint16_t> Patterns(uint32_t chunk) const override;
   double certified_error() const override;
+  // All parts have the same.
+  double curvature_tolerance() const override { return parts_[0].view->curvature_tolerance(); }
   MemoryUse memory() const override;
 
   // For measurements.

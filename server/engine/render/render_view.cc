@@ -13,6 +13,7 @@
 #include "core/base/status_macros.h"
 #include "core/ffd/tessellation_pattern.h"
 #include "server/engine/render/chunk_blocks.h"
+#include "server/engine/render/chunk_revisions.h"
 #include "server/engine/render/encode_snapshot.h"
 
 namespace latticed {
@@ -53,8 +54,7 @@ void RenderView::MarkAllDirty() {
 }
 
 std::optional<RenderWork> RenderView::Begin(std::shared_ptr<RenderView> self, RenderInput input,
-                                            std::span<const uint64_t> chunk_revisions,
-                                            uint64_t most_points) {
+                                            const PointRevisions& moved, uint64_t most_points) {
   const MutexLock lock(&mutex_);
   if (stage_ == Stage::kEvaluating || stage_ == Stage::kEncoding) return std::nullopt;
   if (!board_.watched() || !board_.wanted() || !board_.failure().ok()) return std::nullopt;
@@ -72,9 +72,7 @@ std::optional<RenderWork> RenderView::Begin(std::shared_ptr<RenderView> self, Re
   }
   begun_revision_ = state.revision;
   RenderWork work{.view = std::move(self), .input = std::move(input), .chunks = dirty_.Take(count)};
-  if (newest == nullptr && OnlyEditsChange(key())) {
-    work.revisions.assign(chunk_revisions.begin(), chunk_revisions.end());
-  }
+  if (newest == nullptr) work.moved = moved;
   return work;
 }
 
@@ -106,10 +104,12 @@ absl::StatusOr<std::shared_ptr<Snapshot>> RenderView::Render(const RenderWork& w
     stage_ = Stage::kEncoding;
   }
   const auto before = board_.newest();
+  std::vector<uint64_t> revisions;
+  if (work.moved) revisions = ChunkRevisions(*work.input.state->plan, *work.moved, key().spec);
   LATTICED_ASSIGN_OR_RETURN(
       auto snapshot,
       EncodeSnapshot(
-          key(), *work.input.state, changed, work.revisions, traits_, before.get(),
+          key(), *work.input.state, changed, revisions, traits_, before.get(),
           [&](std::span<const uint32_t> chunks,
               std::span<VertexDigest> digests) -> absl::StatusOr<std::vector<SharedBytes>> {
             if (!board_.watched()) return NobodyWatches();
@@ -118,6 +118,10 @@ absl::StatusOr<std::shared_ptr<Snapshot>> RenderView::Render(const RenderWork& w
           },
           [&](uint32_t chunk) { return vertices_->Patterns(chunk); }));
   snapshot->certified_error = vertices_->certified_error();
+  snapshot->curvature_tolerance = vertices_->curvature_tolerance();
+  const bool is_first = before == nullptr || before->structure_id != snapshot->structure_id;
+  snapshot->first =
+      is_first ? FirstSnapshot{snapshot->revision, snapshot->curvature_tolerance} : before->first;
   snapshot->evaluate_time = evaluate_time;
   return snapshot;
 }

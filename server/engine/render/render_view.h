@@ -33,6 +33,7 @@
 #include "server/engine/render/chunk_set.h"
 #include "server/engine/render/snapshot_board.h"
 #include "server/engine/render/target_slot.h"
+#include "server/engine/scene/point_revisions.h"
 #include "server/engine/scene/scene_state.h"
 
 namespace latticed {
@@ -50,8 +51,8 @@ struct RenderWork {
   std::shared_ptr<RenderView> view;
   RenderInput input;
   std::vector<uint32_t> chunks;  // dirty, ascending; may be empty
-  // Of the first turn: the revisions that chunks get, by chunk; empty: the state's.
-  std::vector<uint64_t> revisions;
+  // Of the first turn: what the revisions of chunks follow from.
+  std::optional<PointRevisions> moved;
 };
 
 // The bytes of all vertices of a view, or of its bounds. Its encoded chunks take no more, except for their headers.
@@ -82,10 +83,10 @@ class RenderView {
   //   when nobody watches, nobody wants a newer snapshot, or the newest one has this state already;
   //   when the turn has more than `most_points` points to encode; what the host's cores evaluate counts twice, and the
   //   bounds of a patch count as some points.
-  // `chunk_revisions` has the revision of the last edit that may have changed each chunk.
+  // `moved` has the edits up to the state.
   [[nodiscard]] std::optional<RenderWork> Begin(std::shared_ptr<RenderView> self, RenderInput input,
-                                                std::span<const uint64_t> chunk_revisions,
-                                                uint64_t most_points) ABSL_LOCKS_EXCLUDED(mutex_);
+                                                const PointRevisions& moved, uint64_t most_points)
+      ABSL_LOCKS_EXCLUDED(mutex_);
   // Evaluates, encodes and publishes, with no lock held. It stops early when the last watcher leaves. Called
   // once for each Begin. Returns whether watchers should look: there is a new snapshot, or a failure.
   bool Run(const RenderWork& work) ABSL_LOCKS_EXCLUDED(mutex_);

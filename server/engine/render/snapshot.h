@@ -30,11 +30,12 @@ struct ViewKey {
   return HasPositions(view.spec) ? box.id : 0;
 }
 
-// Whether the chunks that an edit does not reach keep their bytes. With a tolerance, levels of neighbours and the number of
-// points change others too, and the bounds of an edge are those of two patches.
-[[nodiscard]] inline bool OnlyEditsChange(const ViewKey& view) {
-  return HasPositions(view.spec) && view.spec.tolerance == 0;
-}
+// The first snapshot of a view and a structure. Its chunks have the revisions of the edits that reached them. These hold
+// for clients whose patterns were chosen with the same tolerance: another one changes patterns far from any edit.
+struct FirstSnapshot {
+  uint64_t revision = 0;
+  double curvature_tolerance = 0;
+};
 
 struct Snapshot {
   uint64_t number = 0;  // rises within a view, from 1
@@ -48,9 +49,11 @@ struct Snapshot {
   ChunkTable chunks;
   // Of bounds: FirstEdges of the plan. Else null.
   std::shared_ptr<const std::vector<uint32_t>> first_edges;
-  uint64_t held_bytes = 0;     // what the chunks keep in memory; chunk_blocks.h
-  double certified_error = 0;  // DeformView::certified_error
-  absl::Time edit_time;        // when the edit that made the revision was committed
+  uint64_t held_bytes = 0;         // what the chunks keep in memory; chunk_blocks.h
+  double certified_error = 0;      // DeformView::certified_error
+  double curvature_tolerance = 0;  // DeformView::curvature_tolerance
+  FirstSnapshot first;
+  absl::Time edit_time;  // when the edit that made the revision was committed
   absl::Duration evaluate_time;
   absl::Duration encode_time;
 };

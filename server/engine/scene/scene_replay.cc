@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/base/status_macros.h"
+#include "core/ffd/lattice_edit.h"
 #include "fmt/format.h"
 #include "server/store/records/header_codec.h"
 #include "server/store/records/scene_codec.h"
@@ -28,6 +29,17 @@ absl::StatusOr<SceneLife> FromSnapshot(const SceneLog& log) {
   return SceneLife{std::move(history), image.box, image.now, image.commit_time};
 }
 
+// Which control points have moved from their `places`, which become the lattice's.
+std::vector<uint32_t> TakeMoved(const Lattice& lattice, std::vector<Vec3d>& places) {
+  std::vector<uint32_t> moved;
+  for (uint32_t i = 0; i < places.size(); ++i) {
+    if (SameBits(lattice.control_points[i], places[i])) continue;
+    places[i] = lattice.control_points[i];
+    moved.push_back(i);
+  }
+  return moved;
+}
+
 }  // namespace
 
 absl::StatusOr<SceneLife> Replay(const SceneLog& log) {
@@ -37,7 +49,9 @@ absl::StatusOr<SceneLife> Replay(const SceneLog& log) {
   if (log.snapshot_lsn > 0) {
     LATTICED_ASSIGN_OR_RETURN(life, FromSnapshot(log));
   }
-  life.moved = MovedPoints(life.history.lattice(), life.history.revision());
+  const Lattice& lattice = life.history.lattice();
+  std::vector<Vec3d> places = lattice.control_points;
+  life.moved = PointRevisions(places.size(), life.history.revision());
   CommitTimes commits = {{life.history.revision(), life.commit_time}};
   for (size_t n = 0; n < log.records.size(); ++n) {
     const uint64_t lsn = log.snapshot_lsn + n + 1;
@@ -47,8 +61,12 @@ absl::StatusOr<SceneLife> Replay(const SceneLog& log) {
     if (const auto status = life.history.ApplyRecord(record->edit); !status.ok()) {
       return Damaged(lsn, status);
     }
-    life.moved.Note(life.history.lattice(), life.history.revision(),
-                    life.history.structure_id() != structure);
+    if (life.history.structure_id() != structure) {
+      places = lattice.control_points;
+      life.moved = PointRevisions(places.size(), life.history.revision());
+    } else {
+      life.moved.Move(TakeMoved(lattice, places), life.history.revision());
+    }
     if (record->box.has_value()) life.box = record->box;
     life.now = record->edit.now;
     life.commit_time = record->commit_time;

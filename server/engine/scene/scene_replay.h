@@ -18,7 +18,7 @@
 #include "absl/time/time.h"
 #include "core/ffd/edit_history.h"
 #include "core/ffd/quantisation_box.h"
-#include "server/engine/scene/chunk_revisions.h"
+#include "server/engine/scene/point_revisions.h"
 #include "server/store/store.h"
 
 namespace latticed {
@@ -35,7 +35,7 @@ struct SceneLife {
   std::chrono::steady_clock::time_point now;  // on the scene's clock
   absl::Time commit_time;
   uint64_t replayed = 0;  // records since the last snapshot
-  MovedPoints moved;      // by those records
+  PointRevisions moved;   // by those records
   CommitTimes commits;    // of those records and the one before, the last kMostCommitTimes
 };
 

@@ -32,7 +32,9 @@ WatchEvent NextLattice(ClientState& client, const WatchOffer& offer) {
 bool IsComparable(const ClientState& client, const Snapshot& snapshot) {
   return client.had.has_value() && client.had->view == snapshot.view &&
          client.had->structure_id == snapshot.structure_id &&
-         client.had->quantisation_id == snapshot.quantisation_id();
+         client.had->quantisation_id == snapshot.quantisation_id() &&
+         (client.had->revision >= snapshot.first.revision ||
+          client.had->curvature_tolerance == snapshot.first.curvature_tolerance);
 }
 
 // The lowest revision that may be sent. Revisions never go back. In another detail, a revision that the client
@@ -138,7 +140,8 @@ WatchEvent End(ClientState& client, const WatchOffer& offer) {
                              .structure_id = snapshot.structure_id,
                              .quantisation_id = snapshot.quantisation_id(),
                              .revision = snapshot.revision,
-                             .commit_time = snapshot.edit_time};
+                             .commit_time = snapshot.edit_time,
+                             .curvature_tolerance = snapshot.curvature_tolerance};
   client.covered = snapshot.revision;
   const ClientUpdate update = *std::exchange(client.update, std::nullopt);
   return UpdateEnds{.update_id = update.id,

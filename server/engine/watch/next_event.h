@@ -6,8 +6,8 @@
 //   Next(client, offer) -> the next event; `client` then has it
 //
 // There is no queue. After update_end at revision r a client has every chunk with a version at or below r.
-// So its view, structure, quantisation and revision describe all that it has; they are also the resume
-// token. The lattice comes before the surface; what the client evaluates by itself needs the lattice of its
+// So its view, structure, quantisation, revision and kept tolerance describe all that it has; they are also
+// the resume token. The lattice comes before the surface; what the client evaluates by itself needs the lattice of its
 // update's very revision. An update whose snapshot was retired is begun again, with
 // restart set, from what the client had before it.
 //
@@ -37,7 +37,8 @@ struct ClientSurface {
   uint64_t structure_id = 0;
   uint64_t quantisation_id = 0;
   uint64_t revision = 0;
-  absl::Time commit_time;  // of the revision, in nanoseconds
+  absl::Time commit_time;          // of the revision, in nanoseconds
+  double curvature_tolerance = 0;  // that its patterns were chosen with
   friend bool operator==(const ClientSurface&, const ClientSurface&) = default;
 };
 

@@ -23,9 +23,9 @@ std::string KeyText(const ViewKey& key) {
 }
 
 std::string TokenOf(const TokenScope& scope, const ClientSurface& had, const std::string& run) {
-  const std::string text =
-      fmt::format("{}/{}/{}/{}/{}/{}", had.structure_id, had.quantisation_id, had.revision,
-                  absl::ToUnixNanos(had.commit_time), run, KeyText(had.view));
+  const std::string text = fmt::format(
+      "{}/{}/{}/{}/{}/{}/{}", had.structure_id, had.quantisation_id, had.revision,
+      absl::ToUnixNanos(had.commit_time), had.curvature_tolerance, run, KeyText(had.view));
   const std::string mac = HmacSha256Hex(scope.key, fmt::format("{}/{}", text, scope.evaluator));
   return fmt::format("{}/{}", text, mac.substr(0, kMacDigits));
 }
@@ -42,18 +42,18 @@ std::optional<ClientSurface> ParseResumeToken(std::string_view token, const Toke
   const std::vector<std::string> parts = absl::StrSplit(std::string(token), '/');
   ClientSurface had{.view = view};
   int64_t nanos = 0;
-  if (parts.size() != 7 || !absl::SimpleAtoi(parts[2], &had.revision) ||
-      !absl::SimpleAtoi(parts[3], &nanos)) {
+  if (parts.size() != 8 || !absl::SimpleAtoi(parts[2], &had.revision) ||
+      !absl::SimpleAtoi(parts[3], &nanos) ||
+      !absl::SimpleAtod(parts[4], &had.curvature_tolerance)) {
     return std::nullopt;
   }
   had.structure_id = state.structure_id;
   had.quantisation_id = QuantisationId(view, state.box);
   had.commit_time = absl::FromUnixNanos(nanos);
-  const std::string& run = parts[4];
+  const std::string& run = parts[5];
   if (had.revision > state.revision || token != TokenOf(scope, had, run)) return std::nullopt;
   if (run == scope.run) return had;
-  return OnlyEditsChange(view) && committed(had.revision) == had.commit_time ? std::optional(had)
-                                                                             : std::nullopt;
+  return committed(had.revision) == had.commit_time ? std::optional(had) : std::nullopt;
 }
 
 }  // namespace latticed

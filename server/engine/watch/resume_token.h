@@ -30,7 +30,7 @@ struct TokenScope {
 };
 
 [[nodiscard]] std::string MakeResumeToken(const TokenScope& scope, const ClientSurface& had);
-// When a revision was committed; nullopt where that is not known.
+// When a revision was committed; nullopt where that is not known, as before the last snapshot of the log.
 using CommitTimeOf = absl::FunctionRef<std::optional<absl::Time>(uint64_t revision)>;
 // nullopt when the token is of another scope, view or history, or the scene now has another structure or box.
 [[nodiscard]] std::optional<ClientSurface> ParseResumeToken(std::string_view token,

@@ -4,6 +4,7 @@
 // Two daemons over one PostgreSQL: the second goes on with a scene when the first is killed, drains or stands still.
 #include <thread>
 
+#include "server/base/version.h"
 #include "tests/server/durability/shared_scene_test.h"
 
 namespace latticed::testing {
@@ -55,6 +56,33 @@ TEST_F(TakeoverTest, AKilledServersSceneIsTakenOver) {
 
   EXPECT_LT(pause_, kMostTakeover);
   CheckThatAllGoesOn();
+}
+
+TEST_F(TakeoverTest, AWatcherOfAKilledServerIsSentWhatItMisses) {
+  if (Commit() == "unknown") GTEST_SKIP() << "no build is known to be the same";
+  v1::WatchRequest watch = Watch();
+  watch.mutable_view()->set_tolerance(2e-3);
+  watch.mutable_view()->set_encoding(v1::ENCODING_QUANTISED);
+  WatchClient watcher(*scenes_, watch);
+  watcher.ReadUpdates(1);
+  auto chunks = watcher.log.chunks, levels = watcher.log.levels;
+  ASSERT_OK(Apply(Edit(124)));
+  a_->End(SIGKILL);
+  AwaitMove();
+  Reach(b_->channel());
+
+  WatchClient fresh(*scenes_, watch);
+  fresh.ReadUpdates(1);
+  watch.set_resume_token(watcher.log.ends.at(0).resume_token());
+  WatchClient resumed(*scenes_, watch);
+  resumed.ReadUpdates(1);
+
+  EXPECT_TRUE(resumed.log.hello.resumed());
+  EXPECT_LT(resumed.log.begins[0].chunk_count(), fresh.log.begins[0].chunk_count());
+  for (const auto& [index, data] : resumed.log.chunks) chunks[index] = data;
+  for (const auto& [index, codes] : resumed.log.levels) levels[index] = codes;
+  EXPECT_TRUE(chunks == fresh.log.chunks);
+  EXPECT_TRUE(levels == fresh.log.levels);
 }
 
 TEST_F(TakeoverTest, ADrainingServerGivesItsSceneAway) {

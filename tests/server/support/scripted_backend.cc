@@ -104,6 +104,7 @@ class ScriptedView : public DeformView {
     return inner_->Patterns(chunk);
   }
   double certified_error() const override { return inner_->certified_error(); }
+  double curvature_tolerance() const override { return inner_->curvature_tolerance(); }
   ToleranceSlice* tolerance_slice() override { return inner_->tolerance_slice(); }
   absl::Status Evaluate(std::span<const Vec3d> control_points, const QuantisationBox& box,
                         std::span<const uint32_t> chunks) override {

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/engine/watch/resume_token.h"
 
+#include <limits>
 #include <optional>
 #include <string>
 
@@ -52,7 +53,7 @@ TEST(ResumeToken, ResumesTheSameScopeViewStructureAndBoxAlone) {
   EXPECT_EQ(ParseResumeToken(token, scope, view, other_structure, NotKnown), std::nullopt);
   EXPECT_EQ(ParseResumeToken(token, scope, view, other_box, NotKnown), std::nullopt);
   EXPECT_EQ(ParseResumeToken(token, scope, view, older, NotKnown), std::nullopt);
-  for (const char* garbage : {"", "a/b/c/d/e/f/g", "1/3/5/0/run/x/", "//////"}) {
+  for (const char* garbage : {"", "a/b/c/d/e/f/g/h", "1/3/5/0/0/run/x/", "///////"}) {
     EXPECT_EQ(ParseResumeToken(garbage, scope, view, state, NotKnown), std::nullopt) << garbage;
   }
 }
@@ -74,10 +75,18 @@ TEST(ResumeToken, OfAnotherRunCountsWhereItsRevisionIsKnown) {
   // The store went back, and another edit made the revision.
   EXPECT_EQ(ParseResumeToken(token, two, view, state, at(time + absl::Nanoseconds(1))),
             std::nullopt);
+}
 
-  view.spec.tolerance = 0.5;
-  const std::string rough = MakeResumeToken({"key", "cpu", "run one"}, {view, 1, 1, 5, time});
-  EXPECT_EQ(ParseResumeToken(rough, two, view, state, at(time)), std::nullopt);
+// Patterns depend on it: it is a double of the tolerance where the view has too many points.
+TEST(ResumeToken, SaysWhichToleranceWasKept) {
+  const TokenScope scope{"key", "cpu", "run"};
+  SceneState state;
+  state.revision = 9;
+  const ViewKey view{{.tolerance = 0.5}};
+  for (const double kept : {0.1, 1.0 / 3, 1e-300, std::numeric_limits<double>::infinity()}) {
+    const ClientSurface had{view, state.structure_id, state.box.id, 5, absl::UnixEpoch(), kept};
+    EXPECT_EQ(ParseResumeToken(MakeResumeToken(scope, had), scope, view, state, NotKnown), had);
+  }
 }
 
 TEST(ResumeToken, OfAViewWithoutPositionsOutlivesABox) {

@@ -57,6 +57,37 @@ TEST_F(NextEventTest, PatternsComeOnceBeforeTheChunksThatUseThem) {
   EXPECT_THAT(Drain(), ElementsAre("begin 2@1", "batch 0", "patterns 1", "batch 1", "end 2@1"));
 }
 
+// Until its first snapshot, a view knows of edits alone, and not where another tolerance changed patterns.
+TEST_F(NextEventTest, ASurfaceFromBeforeTheViewCountsIfItsPatternsHadTheSameTolerance) {
+  struct Case {
+    uint64_t had_revision;
+    double had_tolerance;
+    std::vector<std::string> sent;
+  };
+  const Case cases[] = {{3, 0.5, {"begin 1@7", "patterns 9", "batch 1", "end 1@7"}},
+                        {3, 0.25, {"begin 1@7", "patterns 9", "batch 0", "batch 1", "end 1@7"}},
+                        {5, 0.25, {"begin 1@7", "end 1@7"}},
+                        {6, 0.25, {"begin 1@7", "end 1@7"}}};
+  for (const Case& c : cases) {
+    const auto snapshot = MakeAdaptive(7, {2, 4}, {{9}, {9}});
+    auto now = std::const_pointer_cast<Snapshot>(snapshot);
+    now->first = {.revision = 5, .curvature_tolerance = 0.5};
+    now->curvature_tolerance = 0.25;
+    client_ = ClientState();
+    client_.lattice_revision = 7;
+    client_.topology_id = "t";
+    client_.quantisation = {1, snapshot->view};
+    client_.had = ClientSurface{.view = snapshot->view,
+                                .structure_id = 1,
+                                .quantisation_id = 1,
+                                .revision = c.had_revision,
+                                .curvature_tolerance = c.had_tolerance};
+    Edit(7, snapshot);
+    EXPECT_EQ(Drain(), c.sent) << c.had_revision << ", " << c.had_tolerance;
+    EXPECT_EQ(client_.had->curvature_tolerance, 0.25);
+  }
+}
+
 TEST_F(NextEventTest, ManyPatternsComeInSeveralEvents) {
   offer_.snapshot = MakeAdaptive(0, {0}, {{0, 1, 2, 3, 4, 5, 8, 9, 10, 11}});
 

@@ -1,0 +1,79 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/engine/render/chunk_revisions.h"
+
+#include <algorithm>
+#include <array>
+
+#include "core/base/limits.h"
+#include "core/patches/edge_order.h"
+
+namespace latticed {
+namespace {
+
+void Raise(uint64_t& revision, uint64_t to) { revision = std::max(revision, to); }
+
+// Of the control points with a non-zero basis function on a box.
+uint64_t BoxRevision(const LatticeStructure& s, const std::array<int, 3>& span,
+                     std::span<const uint64_t> points) {
+  uint64_t newest = 0;
+  for (int k = span[2] - s.degree[2]; k <= span[2]; ++k) {
+    for (int j = span[1] - s.degree[1]; j <= span[1]; ++j) {
+      const auto first = static_cast<size_t>(s.Index(span[0] - s.degree[0], j, k));
+      const auto count = static_cast<size_t>(s.degree[0]) + 1;
+      Raise(newest, std::ranges::max(points.subspan(first, count)));
+    }
+  }
+  return newest;
+}
+
+// As DirtySet marks patches: those of a box, and those that have a vertex or edge which it owns.
+std::vector<uint64_t> PatchRevisions(const DeformPlan& plan, const PointRevisions& points) {
+  std::vector<uint64_t> patches(plan.patches.size(), points.since());
+  for (uint32_t b = 0; b < plan.outside_box(); ++b) {
+    const std::vector<uint32_t>& borrowers = plan.box_borrowers[b];
+    const uint32_t first = plan.box_patches[b], last = plan.box_patches[b + 1];
+    if (first == last && borrowers.empty()) continue;
+    const uint64_t revision = BoxRevision(plan.structure, plan.boxes[b].span, points.revisions());
+    for (uint32_t p = first; p < last; ++p) Raise(patches[p], revision);
+    for (const uint32_t p : borrowers) Raise(patches[p], revision);
+  }
+  return patches;
+}
+
+// The newest of all patches with the edge.
+std::vector<uint64_t> EdgeRevisions(const DeformPlan& plan, std::span<const uint64_t> patches) {
+  std::vector<uint64_t> edges(plan.edges.size());
+  for (size_t p = 0; p < patches.size(); ++p) {
+    for (const uint32_t edge : plan.patches[p].edge) Raise(edges[edge], patches[p]);
+  }
+  return edges;
+}
+
+}  // namespace
+
+std::vector<uint64_t> ChunkRevisions(const DeformPlan& plan, const PointRevisions& points,
+                                     const ViewSpec& spec) {
+  std::vector<uint64_t> patches = PatchRevisions(plan, points);
+  std::vector<uint64_t> chunks(plan.chunk_count(), points.since());
+  if (!HasPositions(spec)) {
+    const std::vector<uint64_t> edges = EdgeRevisions(plan, patches);
+    const std::vector<uint32_t> first = FirstEdges(plan);
+    for (size_t chunk = 0; chunk < chunks.size(); ++chunk) {
+      for (uint32_t e = first[chunk]; e < first[chunk + 1]; ++e) Raise(chunks[chunk], edges[e]);
+    }
+    return chunks;
+  }
+  if (spec.tolerance > 0) {
+    const std::vector<uint64_t> edges = EdgeRevisions(plan, patches);
+    for (size_t p = 0; p < patches.size(); ++p) {
+      for (const uint32_t edge : plan.patches[p].edge) Raise(patches[p], edges[edge]);
+    }
+  }
+  for (size_t p = 0; p < patches.size(); ++p) {
+    Raise(chunks[p / limits::kPatchesPerChunk], patches[p]);
+  }
+  return chunks;
+}
+
+}  // namespace latticed
