@@ -175,6 +175,7 @@ export class SceneConnection implements Wakeable {
     if (!refused) return this.retry(error?.code === Code.DeadlineExceeded ? this.backOff.lastMs : 0);
     // A browser does not tell why a WebSocket did not open; another call does.
     const failure = await this.host.probe();
+    if (this.stream) return;  // opened meanwhile, as with another token
     if (failure && !failure.isPassing) return this.endedBy(failure);
     if (failure || this.kind + 1 === this.kinds.length) return this.retry();
     if (this.doubted) ++this.kind;
