@@ -24,6 +24,9 @@ const options: grpc.ChannelOptions = {
   'grpc.keepalive_time_ms': 30_000,
   'grpc.keepalive_timeout_ms': 10_000,
 };
+// Of scenes and their streams, which notice it in two and a half seconds. The answer to a ping waits for at most 64 KiB of
+// an update, which is what grpc-js lets a server send ahead. Uploads and backups fill the other direction, and have patience.
+const attentive: grpc.ChannelOptions = { ...options, 'grpc.keepalive_time_ms': 1000, 'grpc.keepalive_timeout_ms': 1500 };
 
 export interface Services {
   meshes: InstanceType<MeshProtos['latticed']['v1']['MeshService']>;
@@ -33,7 +36,7 @@ export interface Services {
 export function connect(address: string, credentials = grpc.credentials.createInsecure()): Services {
   return {
     meshes: new v1.MeshService(address, credentials, options),
-    scenes: new v1.SceneService(address, credentials, options),
+    scenes: new v1.SceneService(address, credentials, attentive),
   };
 }
 

@@ -216,6 +216,42 @@ test('a server that did not answer in time is left alone for the longest pause; 
   assert.ok(pausesAnHour());
 });
 
+test('a stream that is silent for two and a half heartbeats is given up; until an update comes, the next has twice the time', async (t) => {
+  const waits = t.mock.method(globalThis, 'setTimeout');
+  const waited = (ms: number): boolean => waits.mock.calls.some(({ arguments: [, asked] }) => asked === ms);
+  const fixture = new SessionFixture(t);
+  const silent = async (): Promise<void> => {
+    waits.mock.resetCalls();
+    const { length } = fixture.sockets.opened;
+    fixture.stream.hello(undefined, 20);
+    await until(() => fixture.sockets.opened.length > length);
+  };
+
+  await silent();
+  assert.ok(waited(50));
+  await silent();
+  assert.ok(waited(100) && !waited(50));
+  fixture.stream.event({ case: 'updateEnd', value: {} });
+  await silent();
+  assert.ok(waited(50));
+  assert.equal(fixture.session.status.state, 'retrying');
+});
+
+test('a page that was busy takes what came meanwhile, and is not silent', async (t) => {
+  const fixture = await SessionFixture.live(t);
+  fixture.stream.hello(undefined, 100);
+  const came = new Promise<void>((resolve) => setTimeout(() => {
+    fixture.stream.event({ case: 'heartbeat', value: {} });
+    resolve();
+  }, 251));
+  const end = performance.now() + 300;
+  while (performance.now() < end); // timers run late, that of the silence before the event
+
+  await came;
+  assert.equal(fixture.session.status.state, 'live');
+  assert.equal(fixture.sockets.opened.length, 1);
+});
+
 test('where the browser gives no database, saving says so, and nothing is there', async () => {
   const store = new CompanionStore();  // Node has no database
 
