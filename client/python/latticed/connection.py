@@ -10,7 +10,7 @@ from typing import Any, Callable, List, Tuple, Union
 import grpc
 
 from latticed.retries import Reachability, once, with_retries
-from latticed.v1 import mesh_pb2_grpc, scene_pb2_grpc, server_pb2_grpc
+from latticed.v1 import backup_pb2_grpc, mesh_pb2_grpc, scene_pb2_grpc, server_pb2_grpc
 
 # PEM, as bytes or as the path of a file.
 Pem = Union[bytes, str, "os.PathLike[str]"]
@@ -70,6 +70,7 @@ class Connection:
         self.server: Any = server_pb2_grpc.ServerServiceStub(self._channel)  # type: ignore[no-untyped-call]
         self.meshes: Any = mesh_pb2_grpc.MeshServiceStub(self._channel)  # type: ignore[no-untyped-call]
         self.scenes: Any = scene_pb2_grpc.SceneServiceStub(self._channel)  # type: ignore[no-untyped-call]
+        self.backups: Any = backup_pb2_grpc.BackupServiceStub(self._channel)  # type: ignore[no-untyped-call]
         # For Deform, Watch and ControlWatch.
         self.streams: Any = scene_pb2_grpc.SceneServiceStub(self.stream_channel)  # type: ignore[no-untyped-call]
 
