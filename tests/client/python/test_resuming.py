@@ -5,9 +5,11 @@ import socket
 import threading
 import time
 
+import grpc
 import latticed
 import numpy as np
 import pytest
+from latticed.v1 import server_pb2, server_pb2_grpc
 
 import definition
 from cutting_proxy import CuttingProxy
@@ -88,6 +90,26 @@ def test_a_slow_line_that_is_busy_with_large_updates_is_not_taken_for_a_cut_one(
     line.close()
 
 
+def test_pings_without_a_call_are_answered(server):
+    line = CuttingProxy(server.port)
+    hasty = [
+        ("grpc.keepalive_time_ms", 600),
+        ("grpc.keepalive_permit_without_calls", 1),
+        ("grpc.http2.max_pings_without_data", 0),
+    ]
+    with grpc.insecure_channel(line.address, options=hasty) as channel:
+        info = server_pb2_grpc.ServerServiceStub(channel).GetServerInfo
+        info(server_pb2.GetServerInfoRequest())
+        channel.subscribe(lambda state: None)  # gRPC then sees the answers at once
+        before = line.requests
+        while line.requests < before + 6:
+            time.sleep(0.1)
+        info(server_pb2.GetServerInfoRequest())
+
+        assert line.connections == 1
+    line.close()
+
+
 def test_pings_in_place_of_heartbeats_are_answered():
     with ServerProcess("--heartbeat-interval", "10m") as server:
         line = CuttingProxy(server.port)
@@ -95,7 +117,7 @@ def test_pings_in_place_of_heartbeats_are_answered():
             mesh = client.upload_arrays(definition.BOX_POSITIONS, definition.BOX_FACES)
             with client.create_scene(mesh).watch(RAW) as stream:
                 before = line.requests
-                while line.requests < before + 4:
+                while line.requests < before + 8:
                     time.sleep(0.1)
 
                 assert stream.reconnections == 0 and line.connections == 2  # one is for other calls
