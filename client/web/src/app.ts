@@ -52,7 +52,7 @@ const HINTS: Record<Settings['tool'], string> = {
   pull: 'Press on the surface and pull it',
 };
 
-const ONLY_LOOKING = 'You can look at this scene and follow people, but not edit it: the token of this page only allows to watch';
+const ONLY_LOOKING = 'The token of this page only allows to watch this scene, not to edit it';
 
 const CONNECTIONS: Record<SessionStatus['state'], string> = {
   connecting: 'connecting',

@@ -426,7 +426,7 @@ test('a token that may only look sees the scene, cannot edit and is told so; of 
   const { page: looker } = await openPage(browser, `${server.origin}/${new URL(page.url()).search}#token=${TOKENS.read}`);
   await live(looker);
   const before = await allPoints(looker);
-  const said = 'You can look at this scene and follow people, but not edit it: the token of this page only allows to watch';
+  const said = 'The token of this page only allows to watch this scene, not to edit it';
   await looker.locator('.hint').getByText(said).waitFor();
 
   for (const key of ['a', 'g', 'z', '1', 'Enter', 'k', 'Control+z']) await looker.keyboard.press(key);

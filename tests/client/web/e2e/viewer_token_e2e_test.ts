@@ -95,7 +95,7 @@ test('a scene that is opened without a token that is valid is shown once there i
   await other.evaluate((token) => (location.hash = `#token=${token}`), tokenFor(3600, 'read'));
   await live(other);
 
-  await other.locator('.hint').getByText('You can look at this scene and follow people, but not edit it').waitFor();
+  await other.locator('.hint').getByText('The token of this page only allows to watch this scene, not to edit it').waitFor();
   await other.evaluate((token) => (location.hash = `#token=${token}`), tokenFor(3600));
   await other.locator('.hint').getByText('Click or drag a control point').waitFor();
   await other.close();
