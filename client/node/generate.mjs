@@ -24,5 +24,5 @@ cpSync(`${googleapis}/${status}`, `${here}protos/${status}`);
 execFileSync(`${here}node_modules/.bin/proto-loader-gen-types`, [
   '--longs=Number', '--enums=String', '--defaults', '--oneofs',
   '--grpcLib=@grpc/grpc-js', '--importFileExtension=.js', '-I', `${here}protos`, '-O', `${here}src/generated`,
-  'latticed/v1/mesh.proto', 'latticed/v1/scene.proto',
+  'latticed/v1/backup.proto', 'latticed/v1/mesh.proto', 'latticed/v1/scene.proto',
 ], { stdio: 'inherit' });

@@ -78,8 +78,6 @@ inline constexpr int kKeepaliveTimeoutMs = 20'000;
 inline constexpr int kHandshakeMs = 10'000;
 // A connection without a call is closed after this time. Clients connect again when they need to.
 inline constexpr int kIdleConnectionMs = 300'000;
-// Clients may ping an idle connection this often. Behind proxies and on laptops they need to.
-inline constexpr int kMinClientPingMs = 10'000;
 // HTTP/1.1: a request line with its fields. Browsers send cookies of other sites on localhost.
 inline constexpr size_t kMaxHttpHeadBytes = size_t{16} << 10;
 // Connections of --http beyond --max-connections that get an answer; further ones are just closed.

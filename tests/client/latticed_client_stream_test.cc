@@ -302,7 +302,7 @@ TEST(Client, SaysThatItWaitsAndThatTheServerAnswersAgain) {
 }
 
 TEST(Client, PausesAtMostASecondAndAQuarter) {
-  Reachability server(nullptr, absl::Seconds(30), {});
+  Reachability server(absl::Seconds(30), {});
   Attempts attempts(&server);
   std::vector<absl::Duration> pauses;
   for (int failure = 1; failure <= 100; ++failure) {

@@ -29,7 +29,7 @@ fail() { echo "$*"; tail -n 20 ./*.txt; exit 1; }
 listened() { sed -n "s/.* serving .*\b$2=\(127\.0\.0\.1:[0-9]*\).*/\1/p" "$1.txt"; }  # NODE WHAT
 for node in a b; do
   "$build/server/latticed" --backend cpu --node "$node" --listen 127.0.0.1:0 --http 127.0.0.1:0 \
-    --admin 127.0.0.1:0 --drain-delay 0s >"$node.txt" 2>&1 &
+    --admin 127.0.0.1:0 --drain-delay 0s --heartbeat-interval 10s >"$node.txt" 2>&1 &
   pids+=($!)
 done
 for node in a b; do

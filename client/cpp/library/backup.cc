@@ -18,26 +18,27 @@ absl::Status Client::Backup(const v1::BackupRequest& request,
                             const std::function<absl::Status()>& begin,
                             const std::function<absl::Status(const v1::BackupPart&)>& take) {
   absl::Status own;  // of the caller's functions: no other attempt would mend it
-  const absl::Status status = WithRetries(reachability_.get(), stop_, [&]() -> absl::Status {
-    own = begin();
-    if (!own.ok()) return absl::OkStatus();
-    const auto context = NewContext();
-    const std::stop_callback cancel(stop_, [&context] { context->TryCancel(); });
-    const auto reader = backups_->Backup(context.get(), request);
-    v1::BackupPart part;
-    bool has_end = false;
-    while (reader->Read(&part)) {
-      has_end = part.has_end();
-      own = take(part);
-      if (!own.ok()) {
-        context->TryCancel();
-        (void)reader->Finish();
-        return absl::OkStatus();
-      }
-    }
-    LATTICED_RETURN_IF_ERROR(FromGrpc(reader->Finish(), *context));
-    return has_end ? absl::OkStatus() : absl::DataLossError("the server sent less than all");
-  });
+  const absl::Status status =
+      WithRetries(reachability_.get(), *channel_, stop_, [&]() -> absl::Status {
+        own = begin();
+        if (!own.ok()) return absl::OkStatus();
+        const auto context = NewContext();
+        const std::stop_callback cancel(stop_, [&context] { context->TryCancel(); });
+        const auto reader = backups_->Backup(context.get(), request);
+        v1::BackupPart part;
+        bool has_end = false;
+        while (reader->Read(&part)) {
+          has_end = part.has_end();
+          own = take(part);
+          if (!own.ok()) {
+            context->TryCancel();
+            (void)reader->Finish();
+            return absl::OkStatus();
+          }
+        }
+        LATTICED_RETURN_IF_ERROR(FromGrpc(reader->Finish(), *context));
+        return has_end ? absl::OkStatus() : absl::DataLossError("the server sent less than all");
+      });
   return own.ok() ? status : own;
 }
 

@@ -51,29 +51,30 @@ std::unique_ptr<Client> Client::Connect(const Connection& connection, std::stop_
   arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 500);
   // How long one attempt to connect may take: by default 20 s, which an unplugged network would cost.
   arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, 3'000);
-  // gRPC notices a silently lost connection after at most the sum of these two times, 40 s.
-  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, 30'000);
-  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 10'000);
   if (connection.alone) arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
   std::string target = connection.address;
   if (target.find(',') != std::string::npos) {
     target = (target.starts_with('[') ? "ipv6:" : "ipv4:") + target;
     arguments.SetLoadBalancingPolicyName("round_robin");
   }
-  return std::make_unique<Client>(grpc::CreateCustomChannel(target, credentials, arguments),
-                                  connection.token, std::move(stop), connection.retry_for,
-                                  connection.observer);
+  return std::make_unique<Client>(
+      grpc::CreateCustomChannel(target, credentials, Patient(arguments)), connection.token,
+      std::move(stop), connection.retry_for, connection.observer,
+      grpc::CreateCustomChannel(target, credentials, Attentive(arguments)));
 }
 
 Client::Client(std::shared_ptr<grpc::Channel> channel, std::string token, std::stop_token stop,
-               absl::Duration retry_for, ReachabilityObserver observer)
+               absl::Duration retry_for, ReachabilityObserver observer,
+               std::shared_ptr<grpc::Channel> stream_channel)
     : channel_(std::move(channel)),
+      stream_channel_(stream_channel == nullptr ? channel_ : std::move(stream_channel)),
       token_(std::move(token)),
       stop_(std::move(stop)),
-      reachability_(std::make_unique<Reachability>(channel_, retry_for, std::move(observer))),
+      reachability_(std::make_unique<Reachability>(retry_for, std::move(observer))),
       server_(v1::ServerService::NewStub(channel_)),
       meshes_(v1::MeshService::NewStub(channel_)),
       scenes_(v1::SceneService::NewStub(channel_)),
+      streams_(v1::SceneService::NewStub(stream_channel_)),
       backups_(v1::BackupService::NewStub(channel_)),
       shares_(v1::ShareService::NewStub(channel_)) {}
 
@@ -101,7 +102,7 @@ absl::StatusOr<Response> Client::Call(Stub& stub, Method<Stub, Request, Response
                                       const Request& request, const std::string& scene,
                                       const std::stop_token& stop) {
   absl::StatusOr<Response> response;
-  LATTICED_RETURN_IF_ERROR(WithRetries(reachability_.get(), stop_, [&] {
+  LATTICED_RETURN_IF_ERROR(WithRetries(reachability_.get(), *channel_, stop_, [&] {
     response = CallOnce(stub, method, request, scene, stop);
     return response.status();
   }));
@@ -221,13 +222,20 @@ absl::StatusOr<v1::SurfacePoint> Client::Pick(const v1::PickRequest& request) {
   return Call(*scenes_, &SceneStub::Pick, request, request.scene(), stop_);
 }
 
+void Client::WatchStreamSockets() {
+  if (stream_channel_ == channel_) return;
+  std::call_once(has_streams_, [this] { stream_sockets_.emplace(stream_channel_); });
+}
+
 absl::StatusOr<std::unique_ptr<WatchStream>> Client::Watch(v1::WatchRequest watch,
                                                            EventObserver observer) {
+  WatchStreamSockets();
   return WatchStream::Open(this, std::move(watch), std::move(observer));
 }
 
 absl::StatusOr<std::unique_ptr<DeformStream>> Client::Deform(v1::WatchRequest watch,
                                                              EventObserver observer) {
+  WatchStreamSockets();
   return DeformStream::Open(this, std::move(watch), std::move(observer));
 }
 

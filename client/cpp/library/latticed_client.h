@@ -18,6 +18,7 @@
 
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <stop_token>
 #include <string>
@@ -27,6 +28,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
+#include "client/cpp/library/retries/attentive_channel.h"
 #include "client/cpp/library/retries/reachability.h"
 #include "client/cpp/library/stream.h"
 #include "client/cpp/library/surface.h"
@@ -73,8 +75,10 @@ class Client {
   // on the server.
   [[nodiscard]] static std::unique_ptr<Client> Connect(const Connection& connection,
                                                        std::stop_token stop = {});
+  // Without a channel of their own, streams share the first.
   Client(std::shared_ptr<grpc::Channel> channel, std::string token, std::stop_token stop = {},
-         absl::Duration retry_for = kRetryFor, ReachabilityObserver observer = {});
+         absl::Duration retry_for = kRetryFor, ReachabilityObserver observer = {},
+         std::shared_ptr<grpc::Channel> stream_channel = nullptr);
 
   [[nodiscard]] absl::StatusOr<v1::ServerInfo> GetServerInfo();
   // Asks gRPC's standard health service, without a token. kUnavailable unless the server is serving.
@@ -172,15 +176,20 @@ class Client {
                        const Request& request, const std::function<void()>& begin,
                        const std::function<absl::Status(Message&&)>& take);
 
-  const std::shared_ptr<grpc::Channel> channel_;
+  // Called before a stream is opened.
+  void WatchStreamSockets();
+
+  const std::shared_ptr<grpc::Channel> channel_, stream_channel_;
   std::string token_;
   std::stop_token stop_;
   const std::unique_ptr<Reachability> reachability_;
   std::unique_ptr<v1::ServerService::Stub> server_;
   std::unique_ptr<v1::MeshService::Stub> meshes_;
-  std::unique_ptr<v1::SceneService::Stub> scenes_;
+  std::unique_ptr<v1::SceneService::Stub> scenes_, streams_;
   std::unique_ptr<v1::BackupService::Stub> backups_;
   std::unique_ptr<v1::ShareService::Stub> shares_;
+  std::once_flag has_streams_;
+  std::optional<SocketWatch> stream_sockets_;
 };
 
 }  // namespace latticed::client

@@ -65,12 +65,13 @@ class ResumingStream {
   int reconnections() const { return reconnections_; }
 
  protected:
-  // `server` must outlive the stream. A request of `stop` cancels the stream.
-  ResumingStream(v1::WatchRequest watch, Reachability* server, const std::stop_token& stop,
-                 EventObserver observer)
+  // `server` and `channel` must outlive the stream. A request of `stop` cancels the stream.
+  ResumingStream(v1::WatchRequest watch, Reachability* server, grpc::Channel* channel,
+                 const std::stop_token& stop, EventObserver observer)
       : watch_(std::move(watch)),
         observer_(std::move(observer)),
         server_(server),
+        channel_(channel),
         attempts_(server),
         cancel_on_stop_(stop, [this] { Cancel(); }) {}
   virtual ~ResumingStream() {
@@ -161,7 +162,7 @@ class ResumingStream {
     if (!status.ok()) {
       const auto pause = attempts_.PauseAfter(status);
       if (!pause.has_value()) return status;
-      server_->Wait(*pause, [this] { return cancelled(); });
+      Reachability::Wait(*channel_, *pause, [this] { return cancelled(); });
     }
     ++reconnections_;
     Start();
@@ -200,6 +201,7 @@ class ResumingStream {
   absl::Time hello_at_ = absl::InfiniteFuture();  // of the present rpc
   std::optional<v1::Goaway> goaway_;              // of the present rpc
   Reachability* const server_;
+  grpc::Channel* const channel_;
   Attempts attempts_;
   int reconnections_ = 0;
 

@@ -35,8 +35,8 @@ absl::StatusOr<std::unique_ptr<DeformStream>> DeformStream::Open(Client* client,
 }
 
 DeformStream::DeformStream(Client* client, v1::WatchRequest watch, EventObserver observer)
-    : ResumingStream(std::move(watch), client->reachability_.get(), client->stop_,
-                     std::move(observer)),
+    : ResumingStream(std::move(watch), client->reachability_.get(), client->stream_channel_.get(),
+                     client->stop_, std::move(observer)),
       client_(client) {}
 
 std::unique_ptr<grpc::ClientContext> DeformStream::NewContext() {
@@ -44,7 +44,7 @@ std::unique_ptr<grpc::ClientContext> DeformStream::NewContext() {
 }
 
 std::unique_ptr<DeformStream::Rpc> DeformStream::OpenRpc(grpc::ClientContext* context) {
-  auto rpc = client_->scenes_->Deform(context);
+  auto rpc = client_->streams_->Deform(context);
   v1::DeformRequest request;
   *request.mutable_watch() = watch();
   bool open = rpc->Write(request);

@@ -48,7 +48,7 @@ absl::StatusOr<v1::Mesh> Client::UploadMesh(std::string_view bytes, v1::MeshHead
     }
   }
   v1::Mesh mesh;
-  LATTICED_RETURN_IF_ERROR(WithRetries(reachability_.get(), stop_, [&] {
+  LATTICED_RETURN_IF_ERROR(WithRetries(reachability_.get(), *channel_, stop_, [&] {
     const auto context = NewContext();
     std::optional<std::stop_callback<std::function<void()>>> cancel(
         std::in_place, stop_, [&context] { context->TryCancel(); });
@@ -74,7 +74,7 @@ template <typename Request, typename Message>
 absl::Status Client::Receive(StreamMethod<v1::SceneService::Stub, Request, Message> method,
                              const Request& request, const std::function<void()>& begin,
                              const std::function<absl::Status(Message&&)>& take) {
-  return WithRetries(reachability_.get(), stop_, [&]() -> absl::Status {
+  return WithRetries(reachability_.get(), *channel_, stop_, [&]() -> absl::Status {
     begin();
     const auto context = NewContext(request.scene());
     const std::stop_callback cancel(stop_, [&context] { context->TryCancel(); });

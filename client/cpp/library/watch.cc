@@ -29,8 +29,8 @@ absl::StatusOr<std::unique_ptr<WatchStream>> WatchStream::Open(Client* client,
 }
 
 WatchStream::WatchStream(Client* client, v1::WatchRequest watch, EventObserver observer)
-    : ResumingStream(std::move(watch), client->reachability_.get(), client->stop_,
-                     std::move(observer)),
+    : ResumingStream(std::move(watch), client->reachability_.get(), client->stream_channel_.get(),
+                     client->stop_, std::move(observer)),
       client_(client) {}
 
 std::unique_ptr<grpc::ClientContext> WatchStream::NewContext() {
@@ -38,7 +38,7 @@ std::unique_ptr<grpc::ClientContext> WatchStream::NewContext() {
 }
 
 std::unique_ptr<WatchStream::Rpc> WatchStream::OpenRpc(grpc::ClientContext* context) {
-  return client_->scenes_->Watch(context, watch());
+  return client_->streams_->Watch(context, watch());
 }
 
 absl::Status WatchStream::Control(v1::ControlWatchRequest request) {
@@ -47,7 +47,7 @@ absl::Status WatchStream::Control(v1::ControlWatchRequest request) {
   const auto context = NewContext();
   context->set_deadline(std::chrono::system_clock::now() + kControlTimeout);
   v1::ControlWatchResponse response;
-  const grpc::Status status = client_->scenes_->ControlWatch(context.get(), request, &response);
+  const grpc::Status status = client_->streams_->ControlWatch(context.get(), request, &response);
   return FromGrpc(status, *context);
 }
 

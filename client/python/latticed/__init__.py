@@ -18,6 +18,7 @@ LatticedError. latticed.v1 holds the messages of the protocol.
 """
 from latticed import google_rpc  # first: latticed.v1 needs google.rpc
 from latticed import edits
+from latticed.backup import BackedUp, Restored
 from latticed.camera import Camera
 from latticed.client import Client, connect
 from latticed.deform_stream import DeformStream
@@ -44,6 +45,7 @@ from latticed.view import View
 from latticed.watch_stream import WatchStream
 
 __all__ = [
+    "BackedUp",
     "Camera",
     "Client",
     "DeformStream",
@@ -61,6 +63,7 @@ __all__ = [
     "Presence",
     "ProgressBar",
     "Provenance",
+    "Restored",
     "Scene",
     "Share",
     "SurfacePoint",

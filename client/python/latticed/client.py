@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 from google.protobuf import duration_pb2
 
+from latticed.backup import BackedUp, Restored, read_backup, write_backup
 from latticed.choices import choose
 from latticed.connection import Connection, Pem
 from latticed.lattice import Lattice
@@ -208,6 +209,23 @@ class Client:
         request = scene_pb2.ListScenesRequest(filter=filter)
         pages = self._pages(self._connection.scenes.ListScenes, request)
         return [Scene(self._connection, info) for page in pages for info in page.scenes]
+
+    def backup(
+        self, path: Union[str, "os.PathLike[str]"], scenes: Sequence[Union[Scene, str]] = ()
+    ) -> BackedUp:
+        """Copies all meshes and scenes with their undo steps to a file, or these scenes and their meshes. Edits go on
+        meanwhile. What is damaged on the server is left out, and told."""
+        ids = [scene.id if isinstance(scene, Scene) else scene for scene in scenes]
+        return write_backup(self._connection, path, ids)
+
+    def restore(self, path: Union[str, "os.PathLike[str]"], *, skip_existing: bool = False) -> Restored:
+        """Makes the meshes and scenes of a backup, which latticectl may have written.
+
+        skip_existing    passes over scenes that are there; by default they end the restore, ALREADY_EXISTS
+
+        LatticedError DATA_LOSS before anything is sent, if the file is not what was written. After another error what
+        came before in the file is there."""
+        return read_backup(self._connection, path, skip_existing)
 
     def _pages(self, method: Any, request: Any) -> List[Any]:
         pages = [self._connection.call(method, request)]

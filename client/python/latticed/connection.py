@@ -10,7 +10,7 @@ from typing import Any, Callable, List, Tuple, Union
 import grpc
 
 from latticed.retries import Reachability, once, with_retries
-from latticed.v1 import mesh_pb2_grpc, scene_pb2_grpc, server_pb2_grpc, share_pb2_grpc
+from latticed.v1 import backup_pb2_grpc, mesh_pb2_grpc, scene_pb2_grpc, server_pb2_grpc, share_pb2_grpc
 
 # PEM, as bytes or as the path of a file.
 Pem = Union[bytes, str, "os.PathLike[str]"]
@@ -22,9 +22,17 @@ _OPTIONS = [
     ("grpc.max_reconnect_backoff_ms", 500),
     # How long one attempt to connect may take: by default 20 s, which an unplugged network would cost.
     ("grpc.min_reconnect_backoff_ms", 3000),
-    # Pings notice a silently lost connection. The server allows one every 10 s.
-    ("grpc.keepalive_time_ms", 30000),
-    ("grpc.keepalive_timeout_ms", 10000),
+]
+# Pings notice a silently lost connection.
+_PATIENT = [("grpc.keepalive_time_ms", 30000), ("grpc.keepalive_timeout_ms", 10000)]
+# Of streams, on which the server sends heartbeats every second: a silence of 1.2 s is suspicious, and a ping must be
+# answered in 1.3 s. A busy line, slow as it may be, is not silent. Other calls have no heartbeats, and while a slow line is
+# busy with an upload, nothing comes back for seconds. So they have a channel of their own.
+_ATTENTIVE = [
+    ("grpc.keepalive_time_ms", 1200),
+    ("grpc.keepalive_timeout_ms", 1300),
+    # Where heartbeats are rarer, pings go on: gRPC would stop after two.
+    ("grpc.http2.max_pings_without_data", 0),
 ]
 
 
@@ -49,14 +57,23 @@ class Connection:
         self._token = token
         if tls or tls_ca is not None or tls_cert is not None:
             credentials = grpc.ssl_channel_credentials(_read(tls_ca), _read(tls_key), _read(tls_cert))
-            self._channel = grpc.secure_channel(address, credentials, options=_OPTIONS)
+            self._channels = [
+                grpc.secure_channel(address, credentials, options=_OPTIONS + more)
+                for more in (_PATIENT, _ATTENTIVE)
+            ]
         else:
-            self._channel = grpc.insecure_channel(address, options=_OPTIONS)
+            self._channels = [
+                grpc.insecure_channel(address, options=_OPTIONS + more) for more in (_PATIENT, _ATTENTIVE)
+            ]
+        self._channel, self.stream_channel = self._channels
         self.reachability = Reachability(self._channel, address, retry_for)
         self.server: Any = server_pb2_grpc.ServerServiceStub(self._channel)  # type: ignore[no-untyped-call]
         self.meshes: Any = mesh_pb2_grpc.MeshServiceStub(self._channel)  # type: ignore[no-untyped-call]
         self.scenes: Any = scene_pb2_grpc.SceneServiceStub(self._channel)  # type: ignore[no-untyped-call]
         self.shares: Any = share_pb2_grpc.ShareServiceStub(self._channel)  # type: ignore[no-untyped-call]
+        self.backups: Any = backup_pb2_grpc.BackupServiceStub(self._channel)  # type: ignore[no-untyped-call]
+        # For Deform, Watch and ControlWatch.
+        self.streams: Any = scene_pb2_grpc.SceneServiceStub(self.stream_channel)  # type: ignore[no-untyped-call]
 
     def metadata(self, scene: str = "") -> List[Tuple[str, str]]:
         """The metadata of a call; `scene` is its routing key, or empty where the call names no scene."""
@@ -76,4 +93,5 @@ class Connection:
     def close(self) -> None:
         """Ends all calls."""
         self.reachability.close()
-        self._channel.close()
+        for channel in self._channels:
+            channel.close()

@@ -199,7 +199,7 @@ class DeformStream(UpdateStream, EditCalls[int]):
         if self._half_closed:
             self._requests.finish()
         metadata = self._connection.metadata(self._watch.scene)
-        return self._connection.scenes.Deform(iter(self._requests), metadata=metadata)
+        return self._connection.streams.Deform(iter(self._requests), metadata=metadata)
 
     def _end_requests(self) -> None:
         self._requests.finish()

@@ -78,9 +78,11 @@ class Reachability:
         self._becomes(False)
 
     @contextmanager
-    def connecting(self, connected: Callable[[], None]) -> Iterator[None]:
+    def connecting(
+        self, connected: Callable[[], None], channel: Optional[grpc.Channel] = None
+    ) -> Iterator[None]:
         """A block in which `connected` is called when the channel, which the last call told to connect, has connected;
-        not if it is connected from the begin.
+        not if it is connected from the begin. `channel`: the one of streams; None: the one of all other calls.
 
         Without it a connection that came up in a pause is seen up to 5 s later: gRPC handles the events of its
         sockets in threads that wait for calls or for the channel's state, and otherwise only so often."""
@@ -94,11 +96,12 @@ class Reachability:
         if self._closed:
             yield
             return
-        self._channel.subscribe(changed)
+        channel = channel or self._channel
+        channel.subscribe(changed)
         try:
             yield
         finally:
-            self._channel.unsubscribe(changed)
+            channel.unsubscribe(changed)
 
     def close(self) -> None:
         """Called before the channel is closed: it has no state from then on."""

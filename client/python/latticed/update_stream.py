@@ -200,7 +200,8 @@ class UpdateStream(ABC):
                 is_connected = True
                 self._changed.notify_all()
 
-        with self._connection.reachability.connecting(connected), self._changed:
+        channel = self._connection.stream_channel
+        with self._connection.reachability.connecting(connected, channel), self._changed:
             self._changed.wait_for(lambda: self._closing or is_connected, seconds)
             return self._closing
 

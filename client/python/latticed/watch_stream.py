@@ -49,7 +49,7 @@ class WatchStream(UpdateStream):
 
     def _open(self) -> Any:
         metadata = self._connection.metadata(self._watch.scene)
-        return self._connection.scenes.Watch(self._watch, metadata=metadata)
+        return self._connection.streams.Watch(self._watch, metadata=metadata)
 
     def _begin(self) -> None:
         if self._paused:
@@ -69,7 +69,7 @@ class WatchStream(UpdateStream):
         try:
             once(
                 self._connection.address,
-                lambda: self._connection.scenes.ControlWatch(
+                lambda: self._connection.streams.ControlWatch(
                     request, metadata=metadata, timeout=_CONTROL_SECONDS
                 ),
             )

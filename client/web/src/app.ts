@@ -26,6 +26,7 @@ import { Hud } from './ui/overlays/hud';
 import { MenuBar } from './ui/menu_bar';
 import { NavGizmo } from './ui/overlays/nav_gizmo';
 import { Remarks } from './ui/overlays/remarks';
+import { TokenForm } from './ui/overlays/token_form';
 import { buildPage, type Page } from './ui/page';
 import { Panel } from './ui/panel';
 import { startScreen } from './ui/dialogs/start_screen';
@@ -51,10 +52,13 @@ const HINTS: Record<Settings['tool'], string> = {
   pull: 'Press on the surface and pull it',
 };
 
+const ONLY_LOOKING = 'The token of this page only allows to watch this scene, not to edit it';
+
 const CONNECTIONS: Record<SessionStatus['state'], string> = {
   connecting: 'connecting',
   live: 'live',
   retrying: 'trying again',
+  token: 'needs a token',
   failed: 'not connected',
 };
 
@@ -80,6 +84,7 @@ export class App implements CommandTarget {
   private readonly heatLegend = new HeatLegend();
   private readonly divider = new CompareDivider((divider) => this.settings.set({ divider }));
   private readonly remarks = new Remarks((points) => this.selectRemarked(points));
+  private readonly tokenForm: TokenForm;
   private watch: LatticeWatch | undefined;
   private readonly transformBar = new TransformBar(() => this.scene?.editor);
   private readonly panel = new Panel(this.settings, () => this.viewport.canvas.focus());
@@ -90,6 +95,7 @@ export class App implements CommandTarget {
   constructor(root: HTMLElement, readonly services: Services) {
     this.page = buildPage(root);
     this.viewport = new Viewport(this.page.view);
+    this.tokenForm = new TokenForm((token) => this.useToken(token));
     this.toasts = new Toasts(this.page.bottom);
     this.people = new PeopleHere(this.settings, this.viewport, (text) => this.toasts.tell(text));
     this.opener = new SceneOpener(this);
@@ -181,9 +187,17 @@ export class App implements CommandTarget {
     this.page.connection.textContent = CONNECTIONS[state];
     this.page.connection.title = text;
     // If a scene cannot be opened, SceneOpener shows the error.
-    const trouble = state === 'retrying' || (state === 'failed' && this.scene?.session.status.state === 'failed');
+    const trouble = state === 'retrying' || state === 'token' || (state === 'failed' && this.scene?.session.status.state === 'failed');
     this.page.banner.hidden = !trouble;
-    this.page.banner.textContent = trouble ? text : '';
+    this.page.banner.firstElementChild!.textContent = trouble ? text : '';
+    this.tokenForm.show(state === 'token');
+    if (!this.scene?.editor.transforming) this.showHint(undefined); // the token may allow more than before, or less
+  }
+
+  /** Goes on with another token, which a reload keeps. */
+  private useToken(token: string): void {
+    history.replaceState(null, '', `${location.search}#${new URLSearchParams({ token })}`);
+    this.services.server.useToken(token);
   }
 
   private refresh(): void {
@@ -225,6 +239,7 @@ export class App implements CommandTarget {
     tools.append(left.element);
     side.append(this.panel.element);
     this.hud.element.hidden = true;
+    this.page.banner.append(this.tokenForm.element);
     bottom.append(this.transformBar.element, this.remarks.element, this.hud.element);
     view.append(this.divider.element, this.people.overlay, nav.element, this.heatLegend.element, this.start, this.busy.element);
     acceptDrops((files) => this.opener.takeFiles(files), (over) => view.classList.toggle('drop-target', over));
@@ -254,7 +269,8 @@ export class App implements CommandTarget {
   private showHint(text: string | undefined): void {
     const { scene } = this;
     this.transformBar.show(scene !== undefined && scene.editor.transforming && !scene.pointer.dragging);
-    this.page.hint.textContent = text ?? (scene === undefined ? '' : HINTS[this.settings.value.tool]);
+    const hint = scene?.session.mayEdit === false ? ONLY_LOOKING : HINTS[this.settings.value.tool];
+    this.page.hint.textContent = text ?? (scene === undefined ? '' : hint);
     this.page.hint.classList.toggle('running', text !== undefined);
   }
 

@@ -240,8 +240,9 @@ export class SceneOpener {
 
   /** A lattice with another frame, size, degree or knots replaces the scene's, for all who are in it. */
   private async takeLattice(file: File): Promise<void> {
-    const lattice = latticeFromJson(await file.text());
     const { scene } = this.app;
+    if (scene?.session.mayEdit === false) throw new Error('The token of this page only allows to watch the scene.');
+    const lattice = latticeFromJson(await file.text());
     if (scene === undefined) throw new Error('Open a mesh first, then its lattice.');
     if (sameStructure(lattice, scene.session.lattice)) scene.session.replace(lattice.points);
     else scene.session.replaceLattice(lattice, false);

@@ -227,6 +227,7 @@ export class SceneView {
         this.refreshSoon();
       }),
       session.on('answered', () => this.refreshSoon()),
+      session.on('status', () => this.refreshSoon()), // the token may allow more than before, or less
       session.on('presence', (others) => {
         this.cage.setPresence(others);
         this.viewport.invalidate();
@@ -294,7 +295,7 @@ export class SceneView {
   private placeGizmo(): void {
     const { gizmo, tool, cage } = this.settings.value;
     const shown =
-      gizmo !== 'none' && tool !== 'pull' && cage && this.editor.selection.size > 0 && !this.editor.transforming;
+      this.session.mayEdit && gizmo !== 'none' && tool !== 'pull' && cage && this.editor.selection.size > 0 && !this.editor.transforming;
     if (!shown) return this.gizmo.hide();
     this.gizmo.show(gizmo, this.editor.pivot(), this.editor.axes(this.viewport.rig.basis()));
   }

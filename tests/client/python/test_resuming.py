@@ -5,10 +5,11 @@ import socket
 import threading
 import time
 
+import grpc
 import latticed
 import numpy as np
 import pytest
-from latticed import connection
+from latticed.v1 import server_pb2, server_pb2_grpc
 
 import definition
 from cutting_proxy import CuttingProxy
@@ -61,15 +62,66 @@ def test_edits_whose_answers_are_lost_count_once_too(proxy, remote, scene):
         assert stream.wait(stream.move([0], (1, 0, 0)), timeout=60).revision == 3
 
 
-def test_a_connection_that_vanishes_without_a_word_is_noticed(proxy, scene, monkeypatch):
-    hasty = {**dict(connection._OPTIONS), "grpc.keepalive_time_ms": 1000, "grpc.keepalive_timeout_ms": 500}
-    monkeypatch.setattr(connection, "_OPTIONS", list(hasty.items()))
-
-    with latticed.connect(proxy.address) as client, client.scene(scene.id).deform(RAW) as stream:
-        proxy.lose_answers()
+@pytest.mark.parametrize("how", ["silence", "lose_answers"])
+def test_a_connection_that_vanishes_without_a_word_is_noticed(proxy, remote, how):
+    with remote.deform(RAW) as stream:
+        getattr(proxy, how)()
+        cut = time.monotonic()
         update = stream.wait(stream.move([0], (1, 0, 0)), timeout=60)
 
-        assert update.revision == 1 and stream.reconnections >= 1
+        pause = time.monotonic() - cut
+        print(f"the editor went on after {pause:.1f} s")  # two to three are expected
+        assert pause < 15 and update.revision == 1 and stream.reconnections == 1
+
+
+def test_a_slow_line_that_is_busy_with_large_updates_is_not_taken_for_a_cut_one(server, client):
+    side = np.linspace(0, 1, 41)
+    grid = np.stack(np.meshgrid(side, side, [0.0]), axis=-1).reshape(-1, 3)
+    corner = np.arange(41 * 41).reshape(41, 41)
+    faces = np.stack([corner[:-1, :-1], corner[:-1, 1:], corner[1:, 1:], corner[1:, :-1]], axis=-1)
+    mesh = client.upload_arrays(grid, faces.reshape(-1, 4))
+    line = CuttingProxy(server.port, rate=200_000)
+    with client.create_scene(mesh, delete_on_exit=True) as scene, latticed.connect(line.address) as distant:
+        with distant.scene(scene.id).deform(latticed.View(encoding="raw", segments=4)) as stream:
+            assert stream.latest.bytes > 800_000  # four seconds
+            stream.wait(stream.move(stream.lattice.indices, (0, 0, 1)), timeout=60)
+
+            assert stream.reconnections == 0
+    line.close()
+
+
+def test_pings_without_a_call_are_answered(server):
+    line = CuttingProxy(server.port)
+    hasty = [
+        ("grpc.keepalive_time_ms", 600),
+        ("grpc.keepalive_permit_without_calls", 1),
+        ("grpc.http2.max_pings_without_data", 0),
+    ]
+    with grpc.insecure_channel(line.address, options=hasty) as channel:
+        info = server_pb2_grpc.ServerServiceStub(channel).GetServerInfo
+        info(server_pb2.GetServerInfoRequest())
+        channel.subscribe(lambda state: None)  # gRPC then sees the answers at once
+        before = line.requests
+        while line.requests < before + 6:
+            time.sleep(0.1)
+        info(server_pb2.GetServerInfoRequest())
+
+        assert line.connections == 1
+    line.close()
+
+
+def test_pings_in_place_of_heartbeats_are_answered():
+    with ServerProcess("--heartbeat-interval", "10m") as server:
+        line = CuttingProxy(server.port)
+        with latticed.connect(line.address) as client:
+            mesh = client.upload_arrays(definition.BOX_POSITIONS, definition.BOX_FACES)
+            with client.create_scene(mesh).watch(RAW) as stream:
+                before = line.requests
+                while line.requests < before + 8:
+                    time.sleep(0.1)
+
+                assert stream.reconnections == 0 and line.connections == 2  # one is for other calls
+        line.close()
 
 
 def test_a_watcher_goes_on_with_what_it_has(proxy, remote, scene):

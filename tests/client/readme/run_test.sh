@@ -95,7 +95,13 @@ node_client() {
   awk -v dragged="$dragged" '/^revision 1:/ { found = $7 > 5 * $3; off = $NF - dragged } END { exit !(found && off * off < 0.003 ^ 2) }' \
     output.txt || fail "the patches are not the surface of the drag"
 
+  grep -q '^restored 0 meshes and 0 scenes; [1-9]' output.txt || fail "the backup of this server is not what it has"
+  head -c 100 today.backup >cut.backup
+
   local status=0
+  (cd client/node && node dist/backup.js restore ../../cut.backup) >output.txt 2>&1 || status=$?
+  [[ $status == 1 ]] && grep -q 'is cut off; nothing was sent$' output.txt || fail "a cut backup: ended with $status: $(<output.txt)"
+  status=0
   (cd client/node && LATTICED_SERVER=127.0.0.1:1 node dist/drag.js ../../my.obj) >output.txt 2>&1 || status=$?
   [[ $status == 1 ]] && grep -q '^drag: 14 UNAVAILABLE' output.txt || fail "no server: ended with $status: $(<output.txt)"
 }

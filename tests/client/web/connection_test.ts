@@ -96,15 +96,67 @@ test('for 30 s pauses stay below a second, then they grow to ten', (t) => {
   assert.ok(later.length >= 6 && later.every(({ ms }) => ms >= 5000 && ms <= 10_000), JSON.stringify(later));
 });
 
-test('a socket that is refused for its token fails with what the server says of it', async (t) => {
+test('a socket that is refused for its token waits for another one, and asks for it', async (t) => {
   const fixture = new SessionFixture(t);
+  const { client } = fixture.server;
   fixture.server.refusal = new ConnectError('unknown token', Code.Unauthenticated);
   fixture.stream.end(unavailable);
-  await until(() => fixture.session.status.state === 'failed');
+  await until(() => fixture.session.status.state === 'token');
 
-  assert.equal(fixture.session.status.text, 'Unknown token.');
-  await assert.rejects(fixture.session.ready, /Unknown token/);
+  assert.equal(fixture.session.status.text, 'The server needs a token.');
   assert.equal(fixture.sockets.opened.length, 1);
+  client.useToken('another wrong one');
+  assert.equal(fixture.sockets.opened.length, 2);
+  fixture.stream.end(unavailable);
+  await until(() => fixture.session.status.state === 'token');
+  assert.match(fixture.session.status.text, /^The token of this page has expired, or is not valid\./);
+  fixture.server.refusal = undefined;
+  client.useToken('right');
+  fixture.stream.hello();
+  fixture.state();
+  await fixture.session.ready;
+  assert.equal(fixture.session.status.state, 'live');
+});
+
+test('edits wait while a token is asked for, and are sent with the next one, in order, once each', async (t) => {
+  const fixture = await SessionFixture.live(t);
+  const edit = (): void => fixture.session.undo();
+  const sequences = (): bigint[] => fixture.stream.edits.map(({ sequence }) => sequence);
+  edit(); // in flight
+  edit(); // waits
+  fixture.stream.end(new ServerError(Code.Unauthenticated, 'UNAUTHENTICATED', "the token has expired ('exp')"));
+  assert.equal(fixture.session.status.state, 'token');
+  edit();
+  await new Promise((resolve) => setImmediate(resolve));
+  assert.equal(fixture.sockets.opened.length, 1); // nothing is tried with the old token
+
+  fixture.server.client.useToken('new');
+  fixture.stream.hello();
+
+  assert.deepEqual(sequences(), [1n]);
+  for (const sequence of [1n, 2n, 3n]) fixture.accept(sequence, sequence);
+  assert.deepEqual(sequences(), [1n, 2n, 3n]);
+  assert.deepEqual(fixture.said, []);
+  fixture.session.close();
+  const { length } = fixture.sockets.opened;
+  fixture.server.client.useToken('later');
+  assert.equal(fixture.sockets.opened.length, length);
+});
+
+test('another token, come while a call asks whether the server is there, is not overtaken by the answer', async (t) => {
+  const fixture = await SessionFixture.live(t);
+  fixture.server.refusal = new ConnectError('unknown token', Code.Unauthenticated);
+  await fixture.lose(unavailable);
+  fixture.stream.end(unavailable); // a call is made with the old token
+  fixture.server.client.useToken('new');
+  fixture.stream.hello();
+  await until(() => fixture.server.deadlines.length > 0);
+  await new Promise((resolve) => setTimeout(resolve, 10));
+
+  fixture.session.undo();
+
+  assert.equal(fixture.session.status.state, 'live');
+  assert.equal(fixture.stream.edits.length, 1);
 });
 
 test('a view that is too large for the server is taken back to the one before, in words', async (t) => {
@@ -162,6 +214,42 @@ test('a server that did not answer in time is left alone for the longest pause; 
   pauses.mock.resetCalls();
   leaving.stream.end();
   assert.ok(pausesAnHour());
+});
+
+test('a stream that is silent for two and a half heartbeats is given up; until an update comes, the next has twice the time', async (t) => {
+  const waits = t.mock.method(globalThis, 'setTimeout');
+  const waited = (ms: number): boolean => waits.mock.calls.some(({ arguments: [, asked] }) => asked === ms);
+  const fixture = new SessionFixture(t);
+  const silent = async (): Promise<void> => {
+    waits.mock.resetCalls();
+    const { length } = fixture.sockets.opened;
+    fixture.stream.hello(undefined, 20);
+    await until(() => fixture.sockets.opened.length > length);
+  };
+
+  await silent();
+  assert.ok(waited(50));
+  await silent();
+  assert.ok(waited(100) && !waited(50));
+  fixture.stream.event({ case: 'updateEnd', value: {} });
+  await silent();
+  assert.ok(waited(50));
+  assert.equal(fixture.session.status.state, 'retrying');
+});
+
+test('a page that was busy takes what came meanwhile, and is not silent', async (t) => {
+  const fixture = await SessionFixture.live(t);
+  fixture.stream.hello(undefined, 100);
+  const came = new Promise<void>((resolve) => setTimeout(() => {
+    fixture.stream.event({ case: 'heartbeat', value: {} });
+    resolve();
+  }, 251));
+  const end = performance.now() + 300;
+  while (performance.now() < end); // timers run late, that of the silence before the event
+
+  await came;
+  assert.equal(fixture.session.status.state, 'live');
+  assert.equal(fixture.sockets.opened.length, 1);
 });
 
 test('where the browser gives no database, saving says so, and nothing is there', async () => {

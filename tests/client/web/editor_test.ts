@@ -10,9 +10,10 @@ import { Store } from '@src/state/store';
 import { fitLattice } from '@src/lattice/fitted_lattice';
 
 /** An editor whose session records its edits in `log`. */
-function open(): { editor: Editor; log: (LatticeEdit | string)[] } {
+function open(mayEdit = true): { editor: Editor; log: (LatticeEdit | string)[] } {
   const log: (LatticeEdit | string)[] = [];
   const session = {
+    mayEdit,
     lattice: fitLattice({ min: [0, 0, 0], max: [2, 1, 1] }, { size: [4, 3, 3], degree: [2, 2, 2], padding: 0 }),
     gesture: () => ({ update: (edit: LatticeEdit) => log.push(edit), commit: () => log.push('commit') }),
     announce: () => undefined,
@@ -40,6 +41,16 @@ test('a typed position moves the pivot there', () => {
   editor.movePivotTo([1, 0, 2]);
 
   assert.deepEqual(log, [{ kind: 'move', indices: Uint32Array.of(0, 3), offset: [0, 0, 2] }, 'commit']);
+});
+
+test('where the token only allows to watch, nothing moves', () => {
+  const { editor, log } = open(false);
+  editor.selection.select([0, 3]);
+
+  editor.movePivotTo([1, 0, 2]);
+
+  assert.equal(editor.beginGesture(), undefined);
+  assert.deepEqual(log, []);
 });
 
 test('a knot is offered in the middle of the widest interval', () => {

@@ -139,6 +139,21 @@ test('over gRPC-Web edits, controls and heartbeats are calls, a refusal is an ev
   assert.equal(events.length, 3);
 });
 
+test('over gRPC-Web an edit that comes after the end of the token ends the stream, and waits for the next one', async (t) => {
+  const { stream, events, ends } = new Watched(t, {
+    applyEdits: () => {
+      throw new ConnectError("the token has expired ('exp')", Code.Unauthenticated);
+    },
+  });
+  await until(() => events.length === 1);
+
+  stream.send({ message: { case: 'edit', value: { sequence: 1n } } });
+  await until(() => ends.length === 1);
+
+  assert.equal(ends[0]?.code, Code.Unauthenticated);
+  assert.equal(events.length, 1);
+});
+
 test('over gRPC-Web what is sent before the watch is open goes then, and one call after the other, the newest of each', async (t) => {
   const controls: string[] = [];
   const answers: (() => void)[] = [];

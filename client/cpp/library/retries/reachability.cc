@@ -15,18 +15,18 @@ constexpr absl::Duration kSlice = absl::Milliseconds(50);
 
 }  // namespace
 
-Reachability::Reachability(std::shared_ptr<grpc::Channel> channel, absl::Duration retry_for,
-                           ReachabilityObserver observer)
-    : channel_(std::move(channel)), retry_for_(retry_for), observer_(std::move(observer)) {}
+Reachability::Reachability(absl::Duration retry_for, ReachabilityObserver observer)
+    : retry_for_(retry_for), observer_(std::move(observer)) {}
 
-void Reachability::Wait(absl::Duration pause, const std::function<bool()>& stopped) {
+void Reachability::Wait(grpc::Channel& channel, absl::Duration pause,
+                        const std::function<bool()>& stopped) {
   const absl::Time end = absl::Now() + pause;
-  const bool connected = channel_->GetState(/*try_to_connect=*/true) == GRPC_CHANNEL_READY;
+  const bool connected = channel.GetState(/*try_to_connect=*/true) == GRPC_CHANNEL_READY;
   for (absl::Time now = absl::Now(); now < end && !stopped(); now = absl::Now()) {
     const absl::Time until = std::min(end, now + kSlice);
     if (connected) {
       absl::SleepFor(until - now);
-    } else if (channel_->WaitForConnected(absl::ToChronoTime(until))) {
+    } else if (channel.WaitForConnected(absl::ToChronoTime(until))) {
       return;
     }
   }

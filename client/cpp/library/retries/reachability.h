@@ -8,7 +8,6 @@
 #define LATTICED_CLIENT_CPP_LIBRARY_RETRIES_REACHABILITY_H_
 
 #include <functional>
-#include <memory>
 
 #include "absl/status/status.h"
 #include "absl/time/time.h"
@@ -28,16 +27,16 @@ using ReachabilityObserver = std::function<void(const absl::Status&)>;
 // What the calls and streams of a client know of its server.
 class Reachability {
  public:
-  Reachability(std::shared_ptr<grpc::Channel> channel, absl::Duration retry_for,
-               ReachabilityObserver observer);
+  Reachability(absl::Duration retry_for, ReachabilityObserver observer);
 
   absl::Duration retry_for() const { return retry_for_; }
-  // Returns after the pause, or when the channel has connected again, or soon after stopped() holds. If the channel is
+  // Returns after the pause, or when the call's channel has connected again, or soon after stopped() holds. If the channel is
   // connected already, its server has refused the call, and the whole pause is waited for.
   //
   // To sleep would not do: gRPC handles the events of its sockets in threads that wait for calls or for the channel's
   // state, and otherwise every 5 s. A connection that came up in a sleep would be seen that late.
-  void Wait(absl::Duration pause, const std::function<bool()>& stopped);
+  static void Wait(grpc::Channel& channel, absl::Duration pause,
+                   const std::function<bool()>& stopped);
 
   // Tells the observer that the client tries again after this error, unless it was told already.
   void Lost(const absl::Status& error);
@@ -47,7 +46,6 @@ class Reachability {
   void GaveUp();
 
  private:
-  const std::shared_ptr<grpc::Channel> channel_;
   const absl::Duration retry_for_;
   const ReachabilityObserver observer_;
   Mutex mutex_;

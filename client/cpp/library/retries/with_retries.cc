@@ -6,7 +6,7 @@
 
 namespace latticed::client {
 
-absl::Status WithRetries(Reachability* server, const std::stop_token& stop,
+absl::Status WithRetries(Reachability* server, grpc::Channel& channel, const std::stop_token& stop,
                          const std::function<absl::Status()>& call) {
   Attempts attempts(server);
   for (;;) {
@@ -15,7 +15,7 @@ absl::Status WithRetries(Reachability* server, const std::stop_token& stop,
     if (status.ok() || stop.stop_requested()) return status;
     const auto pause = attempts.PauseAfter(status);
     if (!pause.has_value()) return status;
-    server->Wait(*pause, [&stop] { return stop.stop_requested(); });
+    Reachability::Wait(channel, *pause, [&stop] { return stop.stop_requested(); });
     if (stop.stop_requested()) return status;
   }
 }

@@ -11,9 +11,10 @@
 
 namespace latticed::client {
 
-// Calls an idempotent function until it succeeds, or Attempts has no other attempt. Returns the last status. A request
+// Calls an idempotent function, which makes a call on the channel, until it succeeds, or Attempts has no other attempt. Returns the last status. A request
 // of `stop` ends a pause, and is followed by no attempt.
-[[nodiscard]] absl::Status WithRetries(Reachability* server, const std::stop_token& stop,
+[[nodiscard]] absl::Status WithRetries(Reachability* server, grpc::Channel& channel,
+                                       const std::stop_token& stop,
                                        const std::function<absl::Status()>& call);
 
 }  // namespace latticed::client

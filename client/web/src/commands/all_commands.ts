@@ -48,6 +48,10 @@ class Makers {
   readonly onScene = (id: string, label: string, run: (scene: SceneView) => void, more?: More): Command =>
     this.always(id, label, () => this.app.scene !== undefined && run(this.app.scene), { enabled: () => this.app.scene !== undefined, ...more });
 
+  /** A command that edits the open scene; disabled also where the token only allows to watch. */
+  readonly onEditable = (id: string, label: string, run: (scene: SceneView) => void, more?: More): Command =>
+    this.onScene(id, label, run, { enabled: () => this.app.scene?.session.mayEdit === true, ...more });
+
   /** A command that switches a setting on and off. */
   readonly onOff = (key: keyof Settings & string, label: string, more?: More): Command => {
     const { settings } = this.app;
@@ -71,7 +75,7 @@ class Makers {
 }
 
 function fileCommands(app: CommandTarget): Command[] {
-  const { always, onScene } = new Makers(app, 'File');
+  const { always, onScene, onEditable } = new Makers(app, 'File');
   const open = (accept: string) => () => chooseFiles(accept, (files) => app.opener.takeFiles(files));
   const showExport = ({ session, units }: SceneView): void =>
     showExportDialog({
@@ -92,7 +96,7 @@ function fileCommands(app: CommandTarget): Command[] {
     always('open', 'Open mesh…', open(MESH_ENDINGS), { keys: ['Ctrl+O'], icon: 'open' }),
     ...(Object.keys(SAMPLES) as SampleName[]).map((name) =>
       always(`sample-${name}`, `Sample: ${name}`, () => app.opener.takeSample(name), { icon: 'sample' })),
-    onScene('open-lattice', 'Open lattice…', open('.json'), { icon: 'load' }),
+    onEditable('open-lattice', 'Open lattice…', open('.json'), { icon: 'load' }),
     onScene('save-lattice', 'Save lattice', () => app.opener.saveLattice(), { keys: ['Ctrl+S'], icon: 'save' }),
     onScene('export', 'Export…', showExport, { keys: ['Ctrl+E'], icon: 'export' }),
     onScene('share', 'Share…', ({ session }) => share(app, session.sceneId), { icon: 'share' }),
@@ -136,18 +140,18 @@ function share(app: CommandTarget, sceneId: string): void {
 }
 
 function editCommands(app: CommandTarget): Command[] {
-  const { onScene } = new Makers(app, 'Edit');
+  const { onEditable } = new Makers(app, 'Edit');
   return [
-    onScene('undo', 'Undo', ({ session }) => session.undo(), {
+    onEditable('undo', 'Undo', ({ session }) => session.undo(), {
       keys: ['Ctrl+Z'], icon: 'undo', idle: () => app.scene?.session.canUndo === false,
     }),
-    onScene('redo', 'Redo', ({ session }) => session.redo(), {
+    onEditable('redo', 'Redo', ({ session }) => session.redo(), {
       keys: ['Ctrl+Shift+Z', 'Ctrl+Y'], icon: 'redo', idle: () => app.scene?.session.canRedo === false,
     }),
-    onScene('reset', 'Reset to rest', ({ session }) => session.reset('identity'), { icon: 'reset' }),
-    onScene('reset-initial', 'Reset to the first lattice', ({ session }) => session.reset('initial')),
-    onScene('resize', 'Size and degree…', (scene) => scene.resizeLattice()),
-    onScene('knot', 'Insert knot plane…', (scene) => scene.placeKnot(), { keys: ['K'], icon: 'knot' }),
+    onEditable('reset', 'Reset to rest', ({ session }) => session.reset('identity'), { icon: 'reset' }),
+    onEditable('reset-initial', 'Reset to the first lattice', ({ session }) => session.reset('initial')),
+    onEditable('resize', 'Size and degree…', (scene) => scene.resizeLattice()),
+    onEditable('knot', 'Insert knot plane…', (scene) => scene.placeKnot(), { keys: ['K'], icon: 'knot' }),
   ];
 }
 
@@ -179,9 +183,9 @@ function selectCommands(app: CommandTarget): Command[] {
 
 function transformCommands(app: CommandTarget): Command[] {
   const { settings, toasts } = app;
-  const { always, onScene, cycle, tool } = new Makers(app, 'Transform');
+  const { always, onScene, onEditable, cycle, tool } = new Makers(app, 'Transform');
   const kinds = [['move', 'Move', 'G'], ['rotate', 'Rotate', 'R'], ['scale', 'Scale', 'S']] as const;
-  const begin = kinds.map(([kind, label, key]) => onScene(kind, label, (scene) => {
+  const begin = kinds.map(([kind, label, key]) => onEditable(kind, label, (scene) => {
     if (!scene.beginTransform(kind)) toasts.tell('Select control points first: click one, or A for all.');
   }, { keys: [key] }));
   const handles = kinds.map(([kind, label]) => {

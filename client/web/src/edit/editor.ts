@@ -118,9 +118,9 @@ export class Editor {
     this.settings.set({ soft: { ...soft, radius: soft.radius * RADIUS_STEP ** steps } });
   }
 
-  /** Begins a gesture on the selected points, if there are any. `onEnded` is called if the session ends it. */
+  /** Begins a gesture on the selected points, if there are any and they may be moved. `onEnded` is called if the session ends it. */
   beginGesture(onEnded?: () => void): TransformGesture | undefined {
-    if (this.selection.size === 0) return undefined;
+    if (this.selection.size === 0 || !this.session.mayEdit) return undefined;
     const { soft, mirror, pivot } = this.settings.value;
     const spread = beginSpread(this.lattice, this.selection.indices, { soft, mirror, pivot }, this.isHidden);
     this.gesture = new TransformGesture(this.session, spread, this.pivot(), onEnded);

@@ -75,6 +75,11 @@ export class LiveSession {
     this.sync.step(fromEdit(edit), targetsOf(edit, this.lattice.points));
   }
 
+  /** False once the server has said that this page's token allows only to watch. It may become true with another token. */
+  get mayEdit(): boolean {
+    return this.parts.server.mayEdit;
+  }
+
   /** Whether the server's history holds a step of this window to undo, by its newest answer. */
   get canUndo(): boolean {
     return this.sync.steps.canUndo;

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 import type { ServerInfo } from 'latticed/v1/server_pb';
+import { Code } from '@connectrpc/connect';
 import { DecodePool } from '../decode/decode_pool';
 import { SurfaceMesh } from '../surface/surface_mesh';
 import { DeformSocket } from '../wire/deform_socket';
@@ -8,7 +9,7 @@ import type { LatticedServer } from '../wire/latticed_server';
 import { MeshDownloads } from '../wire/mesh_downloads';
 import { ServerError } from '../wire/server_error';
 import { WatchStream } from '../wire/watch_stream';
-import { inWords } from '../wire/words';
+import { inWords, tokenWanted } from '../wire/words';
 import { LiveSession } from './live_session';
 import { followPage } from './scene_connection';
 import type { SessionStatus } from './scene_session';
@@ -29,20 +30,40 @@ function poolOfPage(): Promise<DecodePool> {
   return pool;
 }
 
-/** What a session needs first. What fails in passing, as where a server is short of connections, is tried again. */
+/**
+ * What a session needs first. What fails in passing, as where a server is short of connections, is tried again; without a
+ * token that is valid, one is waited for.
+ */
 async function prepared(server: LatticedServer, onStatus: (status: SessionStatus) => void): Promise<[ServerInfo, DecodePool]> {
-  for (let attempt = 1; ; ++attempt) {
+  let attempt = 1;
+  for (;;) {
     try {
       return await Promise.all([server.server.getServerInfo({}, { timeoutMs: SILENCE_MS }), poolOfPage()]);
     } catch (error) {
-      if (attempt === ATTEMPTS || !ServerError.fromConnect(error).isPassing) {
+      const { code, isPassing } = ServerError.fromConnect(error);
+      if (code === Code.Unauthenticated) {
+        onStatus({ state: 'token', text: tokenWanted(server.token !== undefined) });
+        await tokenOf(server);
+        continue;
+      }
+      if (attempt === ATTEMPTS || !isPassing) {
         onStatus({ state: 'failed', text: inWords(error) });
         throw new Error(inWords(error));
       }
       onStatus({ state: 'retrying', text: `${inWords(error)} Trying again …` });
-      await new Promise((resolve) => setTimeout(resolve, FIRST_WAIT_MS * 2 ** (attempt - 1)));
+      await new Promise((resolve) => setTimeout(resolve, FIRST_WAIT_MS * 2 ** (attempt++ - 1)));
     }
   }
+}
+
+/** Waits for another token. */
+function tokenOf(server: LatticedServer): Promise<void> {
+  return new Promise((resolve) => {
+    const end = server.onToken(() => {
+      end();
+      resolve();
+    });
+  });
 }
 
 /**

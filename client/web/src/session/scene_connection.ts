@@ -55,7 +55,9 @@ export function followPage(connection: Wakeable): () => void {
  * a loss. If a WebSocket fails twice while other calls pass, it uses the next kind of stream until that one is lost.
  */
 export class SceneConnection implements Wakeable {
-  private static readonly SILENT_HEARTBEATS = 3;
+  private static readonly SILENT_HEARTBEATS = 2.5;
+  private static readonly MOST_DOUBLINGS = 4;
+  private static readonly BUSY_MS = 200;
   private static readonly FIRST_EVENT_MS = 15_000;
   private static readonly SOON_MS = 1000;
   private static readonly SOON_FOR_MS = 30_000;
@@ -66,10 +68,11 @@ export class SceneConnection implements Wakeable {
   private heard = false;  // whether anything came on this stream
   private heardAt = 0;  // Date.now(), which goes on while the computer sleeps; timers do not
   private attempts = 0;  // since a stream last worked
+  private silences = 0;  // that have ended streams since an update was complete
   private failedAt = 0;  // performance.now() before the first of them
   private openedAt = Infinity;
   private goawayMs = 0;
-  private readonly timers: { heartbeat?: Timer; silence?: Timer; retry?: Timer } = {};
+  private readonly timers: { heartbeat?: Timer; silence?: Timer; suspicion?: Timer | undefined; retry?: Timer } = {};
   private closed = false;
   private silenceMs = SceneConnection.FIRST_EVENT_MS;
 
@@ -128,7 +131,7 @@ export class SceneConnection implements Wakeable {
     this.listen();
     const { case: kind, value } = event.event;
     if (kind === 'hello') this.begin(value);
-    else if (kind === 'updateEnd') this.attempts = 0;
+    else if (kind === 'updateEnd') this.attempts = this.silences = 0;
     else if (kind === 'goaway') this.goawayMs = milliseconds(value.retryAfter);
     this.host.event(event);
   }
@@ -138,7 +141,10 @@ export class SceneConnection implements Wakeable {
     this.goawayMs = 0;
     const heartbeatMs = milliseconds(hello.heartbeat);
     if (heartbeatMs > 0) {
-      this.silenceMs = SceneConnection.SILENT_HEARTBEATS * heartbeatMs;
+      // On a very slow line one message may take longer, of which a browser says nothing before its end. Then the next
+      // stream is given twice the time.
+      const doublings = Math.min(this.silences, SceneConnection.MOST_DOUBLINGS);
+      this.silenceMs = SceneConnection.SILENT_HEARTBEATS * heartbeatMs * 2 ** doublings;
       this.timers.heartbeat = setInterval(() => this.beat(), heartbeatMs);
       this.listen();
     }
@@ -147,22 +153,38 @@ export class SceneConnection implements Wakeable {
 
   private beat(): void {
     this.send({ message: { case: 'heartbeat', value: {} } });
-    this.listenToClock();
+    if (this.isSilent) this.suspect();
   }
 
   /** Starts to wait for the next event. */
   private listen(): void {
     this.heardAt = Date.now();
+    this.stopListening();
+    this.timers.silence = setTimeout(() => this.suspect(), this.silenceMs);
+  }
+
+  /** Gives up unless something comes at once: a page that was busy has not yet seen what came meanwhile. */
+  private suspect(): void {
+    this.timers.suspicion ??= setTimeout(() => this.giveUp(), SceneConnection.BUSY_MS);
+  }
+
+  private stopListening(): void {
     clearTimeout(this.timers.silence);
-    this.timers.silence = setTimeout(() => this.giveUp(), this.silenceMs);
+    clearTimeout(this.timers.suspicion);
+    this.timers.suspicion = undefined;
   }
 
   /** Ends a stream that was silent for too long by the clock, as after a sleep. */
   private listenToClock(): void {
-    if (this.stream && Date.now() - this.heardAt > this.silenceMs) this.giveUp();
+    if (this.isSilent) this.giveUp();
+  }
+
+  private get isSilent(): boolean {
+    return this.stream !== undefined && Date.now() - this.heardAt > this.silenceMs;
   }
 
   private giveUp(): void {
+    if (this.heard) ++this.silences;
     void this.lost(this.heard ? undefined : new ServerError(Code.Unavailable, '', 'nothing came'));
   }
 
@@ -175,6 +197,7 @@ export class SceneConnection implements Wakeable {
     if (!refused) return this.retry(error?.code === Code.DeadlineExceeded ? this.backOff.lastMs : 0);
     // A browser does not tell why a WebSocket did not open; another call does.
     const failure = await this.host.probe();
+    if (this.stream) return;  // opened meanwhile, as with another token
     if (failure && !failure.isPassing) return this.endedBy(failure);
     if (failure || this.kind + 1 === this.kinds.length) return this.retry();
     if (this.doubted) ++this.kind;
@@ -206,7 +229,7 @@ export class SceneConnection implements Wakeable {
     this.stream?.close();
     this.stream = undefined;
     clearInterval(this.timers.heartbeat);
-    clearTimeout(this.timers.silence);
+    this.stopListening();
     this.stopRetry();
   }
 

@@ -53,9 +53,9 @@ export interface UpdateInfo {
   readonly times: { readonly server: number; readonly transfer: number; readonly decode: number; readonly upload: number };
 }
 
-/** connecting: not yet live; live; retrying: lost, trying again; failed: gave up. */
+/** connecting: not yet live; live; retrying: lost, trying again; token: waits for one that is valid; failed: gave up. */
 export interface SessionStatus {
-  readonly state: 'connecting' | 'live' | 'retrying' | 'failed';
+  readonly state: 'connecting' | 'live' | 'retrying' | 'token' | 'failed';
   /** For people. */
   readonly text: string;
 }

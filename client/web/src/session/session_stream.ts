@@ -12,7 +12,7 @@ import type { MeshDownloads } from '../wire/mesh_downloads';
 import type { DeformRequestInit, OpenStream, WatchRequestInit } from '../wire/scene_stream';
 import { ServerError } from '../wire/server_error';
 import { fromView, toView } from '../wire/view_message';
-import { inWords } from '../wire/words';
+import { inWords, tokenWanted } from '../wire/words';
 import { AckPace } from './ack_pace';
 import type { LatticeSync } from './edits/lattice_sync';
 import type { Listeners } from './listeners';
@@ -52,6 +52,7 @@ export class SessionStream implements ConnectionHost {
   private readonly presences = new Presences((own) => this.showPresence(own));
   private readonly connection: SceneConnection;
   private readonly endWakes: (() => void) | undefined;
+  private readonly endTokens: () => void;
   private view: ViewRequest;
   private grantedView: Required<ViewRequest> | undefined;  // of the newest update with full detail
   private resumeToken: Uint8Array<ArrayBuffer> = new Uint8Array();
@@ -69,11 +70,12 @@ export class SessionStream implements ConnectionHost {
     this.receiver = new UpdateReceiver(parts.pool, (update) => this.updated(update), (error) => this.useless(error));
     this.connection = new SceneConnection(parts.streams, this, parts.backOff);
     this.endWakes = parts.wakes?.(this.connection);
+    this.endTokens = parts.server.onToken(() => this.goOnWithToken());
     this.connection.open();
   }
 
   private get presenceAllowed(): boolean {
-    return this.parts.info.features.includes(Feature.PRESENCE) && !this.parts.server.refusesPresence;
+    return this.parts.info.features.includes(Feature.PRESENCE) && this.parts.server.mayEdit;
   }
 
   get status(): SessionStatus {
@@ -110,6 +112,7 @@ export class SessionStream implements ConnectionHost {
 
   close(): void {
     this.endWakes?.();
+    this.endTokens();
     this.connection.close();
     this.receiver.close();
     this.presences.close();
@@ -150,8 +153,12 @@ export class SessionStream implements ConnectionHost {
   async ended(error: ServerError): Promise<AfterEnd> {
     this.lost();
     if (error.code === Code.PermissionDenied && this.presenceAllowed) {  // the token allows only to watch
-      this.parts.server.refusesPresence = true;
+      this.parts.server.mayEdit = false;
       return 'open';
+    }
+    if (error.code === Code.Unauthenticated) {
+      this.tell('token', tokenWanted(this.parts.server.token !== undefined));
+      return 'stop';
     }
     if (this.dropPatches(error) || this.dropTolerance(error)) return 'open';
     this.tell('failed', error.code === Code.NotFound && this.sync.shown ? this.goneInWords : inWords(error));
@@ -256,6 +263,13 @@ export class SessionStream implements ConnectionHost {
     this.listeners.emit('refused', inWords(error));
     this.listeners.emit('view', { tolerance: 0 });
     return true;
+  }
+
+  /** The page has another token, with which the stream is opened anew: it may allow more, or less. */
+  private goOnWithToken(): void {
+    this.lost();
+    this.tell('retrying', 'Connecting with the new token …');
+    this.connection.open();
   }
 
   /** The server's data cannot be read: everything is requested again. */

@@ -20,7 +20,7 @@ export function buildPage(root: HTMLElement) {
     extent: h('span', { class: 'extent', title: 'Size of the surface along x, y and z' }),
     connection: h('span', { class: 'connection', 'data-state': 'none' }),
     /** Above the view, while something is wrong with the connection. */
-    banner: h('div', { class: 'banner', role: 'alert', hidden: true }),
+    banner: h('div', { class: 'banner', role: 'alert', hidden: true }, h('span')),
     /** Along the view's lower edge. Its elements are stacked, so that none hides another. */
     bottom: h('div', { class: 'bottom' }),
     footer: h('footer', { class: 'footer' }),

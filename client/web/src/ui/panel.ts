@@ -93,7 +93,7 @@ export class Panel {
       };
       const control = numberField({ label: `Pivot ${'XYZ'[axis]}`, get, set }, { step: 0.1, done: this.giveBack });
       const refresh = (): void => {
-        control.input.disabled = (this.editor?.selection.size ?? 0) === 0;
+        control.input.disabled = (this.editor?.selection.size ?? 0) === 0 || !this.editor!.session.mayEdit;
         if (document.activeElement !== control.input) control.refresh();
       };
       return this.keep({ element: control.element, refresh });

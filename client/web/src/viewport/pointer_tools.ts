@@ -147,7 +147,7 @@ export class PointerTools {
   private toolDrag(event: PointerEvent, point: number | undefined): Drag | undefined {
     const { viewport, editor, settings, picker, pulls } = this.parts;
     const { tool } = settings.value;
-    if (tool === 'pull') return new PullDrag(viewport, editor, this.place, pulls);
+    if (tool === 'pull' && editor.session.mayEdit) return new PullDrag(viewport, editor, this.place, pulls);
     if (tool === 'box' || (event.shiftKey && point === undefined)) {
       return new BoxDrag(viewport, picker, editor, this.place, selectMode(event, settings.value.toggling));
     }

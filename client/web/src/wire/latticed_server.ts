@@ -6,6 +6,7 @@ import { MeshService } from 'latticed/v1/mesh_pb';
 import { SceneService } from 'latticed/v1/scene_pb';
 import { ServerService } from 'latticed/v1/server_pb';
 import { ShareService } from 'latticed/v1/share_pb';
+import { Signal } from '../state/signal';
 import { withDeadlines } from './deadlines';
 
 /** The server that the page comes from: gRPC-Web clients of its services, and its address for WebSockets. */
@@ -14,8 +15,10 @@ export class LatticedServer {
   readonly meshes: Client<typeof MeshService>;
   readonly server: Client<typeof ServerService>;
   readonly shares: Client<typeof ShareService>;
-  /** Set once the server has refused this page's presence: the token allows only to watch. */
-  refusesPresence = false;
+  /** False once the server has refused this page's presence: the token allows only to watch. */
+  mayEdit = true;
+  private bearer: string | undefined;
+  private readonly renewed = new Signal();
 
   /**
    * @param origin Scheme, host and port, "http://localhost:8080".
@@ -23,20 +26,40 @@ export class LatticedServer {
    */
   constructor(
     readonly origin: string,
-    readonly token?: string,
-    transport: Transport = createGrpcWebTransport({ baseUrl: origin, interceptors: [withMetadata(token)] }),
+    token?: string,
+    transport?: Transport,
   ) {
-    const timely = withDeadlines(transport);
+    this.bearer = token;
+    const interceptors = [withMetadata(() => this.bearer)];
+    const timely = withDeadlines(transport ?? createGrpcWebTransport({ baseUrl: origin, interceptors }));
     this.scenes = createClient(SceneService, timely);
     this.meshes = createClient(MeshService, timely);
     this.server = createClient(ServerService, timely);
     this.shares = createClient(ShareService, timely);
   }
+
+  /** Sent with the next calls and streams. */
+  get token(): string | undefined {
+    return this.bearer;
+  }
+
+  /** Goes on with another token, as after the end of the first. */
+  useToken(token: string): void {
+    this.bearer = token;
+    this.mayEdit = true; // as far as the page knows
+    this.renewed.emit();
+  }
+
+  /** Calls `listener` after each useToken. Returns a function that removes it. */
+  onToken(listener: () => void): () => void {
+    return this.renewed.on(listener);
+  }
 }
 
 /** Adds the token, and as the routing key the scene that a request names. */
-function withMetadata(token?: string): Interceptor {
+function withMetadata(tokenNow: () => string | undefined): Interceptor {
   return (next) => (request) => {
+    const token = tokenNow();
     if (token) request.header.set('authorization', `Bearer ${token}`);
     const scene = request.stream ? undefined : sceneOf(request.message);
     if (scene) request.header.set('latticed-scene', scene);

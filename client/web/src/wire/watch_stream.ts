@@ -13,6 +13,9 @@ import { STREAM_PLACES, takeStreamPlace } from './stream_places';
 
 const LIMIT = `without WebSockets a browser shows ${STREAM_PLACES} of its windows at once`;
 
+const UNTAKEN = [
+  Code.Unavailable, Code.Canceled, Code.Unknown, Code.Internal, Code.DeadlineExceeded, Code.Unauthenticated];
+
 type Controls = Partial<Pick<ControlWatchRequest, 'ackedUpdateId' | 'view' | 'pause' | 'presence'>>;
 
 /**
@@ -72,8 +75,8 @@ export class WatchStream implements SceneStream {
       this.answer(await this.server.scenes.applyEdits(request, this.callOptions));
     } catch (error) {
       const refusal = ConnectError.from(error);
-      // A lost answer ends the stream, so that the next stream sends the same batch again.
-      if ([Code.Unavailable, Code.Canceled, Code.Unknown, Code.Internal, Code.DeadlineExceeded].includes(refusal.code)) {
+      // A lost answer, or the end of the token, ends the stream, so that the next stream sends the same batch again.
+      if (UNTAKEN.includes(refusal.code)) {
         this.end(failureOf(error));
         return;
       }

@@ -21,11 +21,18 @@ export function inWords(error: unknown): string {
     case 'MALFORMED_FILE': return sentence(failure.message.replace(/^data: /, ''));
     case 'PERMISSION_DENIED':
       return `The token of this page does not allow that: it needs the role "${failure.metadata.role ?? 'edit'}".`;
-    case 'UNAUTHENTICATED': return 'The server needs a token: open the page with #token=… at the end of its address.';
+    case 'UNAUTHENTICATED': return 'The server needs a token that is valid: open the page with #token=… at the end of its address.';
   }
   if (failure.code === Code.Unavailable && !failure.reason) return 'The server cannot be reached.';
   if (failure.code === Code.DeadlineExceeded && !failure.reason) return 'The server did not answer in time.';
   return sentence(failure.message || Code[failure.code] || 'unknown error');
+}
+
+/** Asks for a token. `hadOne`: the page has one that the server does not take. */
+export function tokenWanted(hadOne: boolean): string {
+  return hadOne
+    ? 'The token of this page has expired, or is not valid. What you edit waits here for another one.'
+    : 'The server needs a token.';
 }
 
 /** "a b" to "A b." */

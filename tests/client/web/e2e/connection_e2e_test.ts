@@ -7,9 +7,10 @@ import assert from 'node:assert/strict';
 import { after, test } from 'node:test';
 import type { Vec3 } from '@src/lattice/vec';
 import { followsDefinition } from './definition';
+import { openPage } from './browser';
 import { withData } from './restarts';
 import { tapSockets, type TappedSocket } from './socket_tap';
-import { CORNER, direct, page, pointAtServer, server, setView, until, useStage } from './stage';
+import { browser, CORNER, direct, page, pointAtServer, server, setView, until, useStage } from './stage';
 import { TcpProxy } from './tcp_proxy';
 import { torusObj } from './torus';
 import { controlPoint, createScene, dropFiles, live, segmentsCome } from './viewer_page';
@@ -140,12 +141,31 @@ test('a connection that neither carries anything nor ends is noticed, and anothe
 
   proxy.shut(); // until the server has been asked: on a slow machine the page may notice before that
   proxy.freeze();
+  const cut = Date.now();
   await move([0.125, 0, 0]);
   assert.equal(await revision(), first);
   proxy.mend();
   await until(async () => (await told()).at(-1) === 'live');
+  const pause = Date.now() - cut;
+  console.log(`the page went on after ${pause} ms`); // three seconds are expected
+  assert.ok(pause < 15_000, `${pause} ms`);
 
   await arrives([x + 0.125, y, z]);
   assert.equal(await revision(), first + 1);
   assertResumed(opened);
+});
+
+test('a slow line that is busy with a large update is not taken for one that is cut', async () => {
+  const line = await TcpProxy.to(server.port, 200_000);
+  const { page: distant } = await openPage(browser, line.origin);
+  const opened = tapSockets(distant);
+  await distant.goto(`${line.origin}/?scene=${scene}`);
+  await live(distant);
+
+  await setView({ segments: 16, encoding: 'raw' }, distant); // two megabytes
+  await segmentsCome(distant, 16);
+
+  assert.equal(opened.length, 1);
+  await distant.close();
+  line.close();
 });

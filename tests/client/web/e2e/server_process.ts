@@ -43,8 +43,10 @@ export class ServerProcess {
 
   async restart(more = this.more): Promise<void> {
     this.more = more;
+    // On a busy machine a page or the server may be silent for seconds.
+    const patience = more.includes('--heartbeat-interval') ? [] : ['--heartbeat-interval', '10s'];
     this.child = spawn(process.env.LATTICED!, [
-      '--listen', this.grpcAddress, '--http', `127.0.0.1:${this.port}`, '--web-root', this.webRoot, '--backend', 'cpu', ...more]);
+      '--listen', this.grpcAddress, '--http', `127.0.0.1:${this.port}`, '--web-root', this.webRoot, '--backend', 'cpu', ...patience, ...more]);
     for (const stream of [this.child.stdout!, this.child.stderr!]) stream.on('data', (data: Buffer) => (this.log += data.toString()));
     for (let attempt = 0; attempt < 200 && this.child.exitCode === null; ++attempt) {
       if ((await isOpen(this.port)) && this.child.exitCode === null) return;

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 import { connect, createServer, type AddressInfo, type Server, type Socket } from 'node:net';
+import { Transform } from 'node:stream';
 
 /** A browser's connection, and the one to the server that continues it. */
 interface Pair {
@@ -8,20 +9,28 @@ interface Pair {
   readonly server: Socket;
 }
 
+/** Passes on so many bytes a second. */
+function slowed(rate: number): Transform {
+  return new Transform({
+    highWaterMark: 1 << 14,
+    transform: (data: Buffer, _, done) => void setTimeout(() => done(null, data), (1000 * data.length) / rate),
+  });
+}
+
 /** A proxy before a server. A test can break its connections, as networks do, while the server runs on. */
 export class TcpProxy {
   private readonly pairs = new Set<Pair>();
   private isShut = false;
 
-  private constructor(private readonly listener: Server, private readonly port: number) {
+  private constructor(private readonly listener: Server, private readonly port: number, private readonly rate: number) {
     listener.on('connection', (browser) => this.join(browser));
   }
 
-  /** Forwards to a port of this computer. */
-  static async to(port: number): Promise<TcpProxy> {
+  /** Forwards to a port of this computer. `rate`: of each connection's answers, bytes a second; 0: as fast as it goes. */
+  static async to(port: number, rate = 0): Promise<TcpProxy> {
     const listener = createServer();
     await new Promise<void>((resolve, reject) => listener.once('error', reject).listen(0, '127.0.0.1', resolve));
-    return new TcpProxy(listener, port);
+    return new TcpProxy(listener, port, rate);
   }
 
   get origin(): string {
@@ -83,6 +92,7 @@ export class TcpProxy {
       browser.destroy();
     });
     browser.pipe(server);
-    server.pipe(browser);
+    if (this.rate > 0) server.pipe(slowed(this.rate)).pipe(browser);
+    else server.pipe(browser);
   }
 }

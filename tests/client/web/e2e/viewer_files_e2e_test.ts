@@ -16,7 +16,7 @@ import { distance, sub } from '@src/lattice/vec';
 import { openPage } from './browser';
 import { sheetObj } from './sheet';
 import { allPoints, browser, errors, page, press, select, server, shot, until, useStage } from './stage';
-import { camera, controlPoint, createScene, dropFiles, latticeIn, live, meshUploaded, saved } from './viewer_page';
+import { camera, controlPoint, createScene, dropFiles, latticeIn, live, meshUploaded, onScreen, saved } from './viewer_page';
 
 /** A PNG file of one grey pixel. */
 const DOT = Buffer.from('iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptVAAAACklEQVR42mNoAAAAggCB2kUIOwAAAABJRU5ErkJggg==', 'base64');
@@ -29,6 +29,14 @@ let draco: { bytes: Buffer; faces: number };
 async function choose(files: readonly (readonly [name: string, content: string | Buffer])[], open: () => Promise<void>): Promise<void> {
   const [chooser] = await Promise.all([page.waitForEvent('filechooser'), open()]);
   await chooser.setFiles(files.map(([name, content]) => ({ name, mimeType: '', buffer: Buffer.from(content) })));
+}
+
+/** Presses at a place, moves up and releases. */
+async function dragUp(of: Page, [x, y]: readonly [number, number]): Promise<void> {
+  await of.mouse.move(x, y);
+  await of.mouse.down();
+  await of.mouse.move(x, y - 40, { steps: 4 });
+  await of.mouse.up();
 }
 
 /** Downloads a format of the open export dialog. */
@@ -414,14 +422,20 @@ test('a link to a scene that is not there is said on the page', async () => {
   await lost.close();
 });
 
-test('a token that may only look sees the scene; its edit goes back, and of the heat map it is told what that asks, in words', async () => {
+test('a token that may only look sees the scene, cannot edit and is told so; of the heat map it is told what that asks', async () => {
   const { page: looker } = await openPage(browser, `${server.origin}/${new URL(page.url()).search}#token=${TOKENS.read}`);
   await live(looker);
   const before = await allPoints(looker);
+  const said = 'The token of this page only allows to watch this scene, not to edit it';
+  await looker.locator('.hint').getByText(said).waitFor();
 
-  for (const key of ['a', 'g', 'z', '1', 'Enter']) await looker.keyboard.press(key);
-  await looker.locator('.toast-error').getByText(/^The token of this page does not allow that/).waitFor();
+  for (const key of ['a', 'g', 'z', '1', 'Enter', 'k', 'Control+z']) await looker.keyboard.press(key);
+  await dragUp(looker, await onScreen(looker, 63)); // an orbit, or nothing
   assert.deepEqual(await allPoints(looker), before);
+  assert.equal(await looker.locator('.toast, dialog[open]').count(), 0);
+  assert.ok(await looker.getByRole('toolbar', { name: 'Tools' }).getByRole('button', { name: /^Undo/ }).isDisabled());
+  await dropFiles(looker, [['lattice.json', '{}']]);
+  await looker.locator('.toast-error').getByText('The token of this page only allows to watch the scene.').waitFor();
   await looker.keyboard.press('n'); // opens the panel
   await looker.getByLabel('Colour', { exact: true }).selectOption('displacement');
 
