@@ -141,8 +141,9 @@ uint8_t NumberOf(const std::string& name) {
 const std::vector<const MethodDescriptor*>& Methods() {
   static const auto* const all = [] {
     auto* const methods = new std::vector<const MethodDescriptor*>;
-    for (const auto* file : {v1::Mesh::descriptor()->file(), v1::Scene::descriptor()->file(),
-                             v1::ServerInfo::descriptor()->file(), v1::Share::descriptor()->file()}) {
+    for (const auto* file :
+         {v1::Mesh::descriptor()->file(), v1::Scene::descriptor()->file(),
+          v1::ServerInfo::descriptor()->file(), v1::Share::descriptor()->file()}) {
       const auto* const service = file->service(0);
       for (int i = 0; i < service->method_count(); ++i) methods->push_back(service->method(i));
     }

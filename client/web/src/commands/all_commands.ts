@@ -99,7 +99,9 @@ function fileCommands(app: CommandTarget): Command[] {
     onEditable('open-lattice', 'Open lattice…', open('.json'), { icon: 'load' }),
     onScene('save-lattice', 'Save lattice', () => app.opener.saveLattice(), { keys: ['Ctrl+S'], icon: 'save' }),
     onScene('export', 'Export…', showExport, { keys: ['Ctrl+E'], icon: 'export' }),
-    onScene('share', 'Share…', ({ session }) => share(app, session.sceneId), { icon: 'share' }),
+    onScene('share', 'Share…', ({ session }) => share(app, session.sceneId), {
+      icon: 'share', enabled: () => app.scene?.session.mayShare === true,
+    }),
     onScene('copy-link', 'Copy link to this scene', () => void copyLink(app)),
   ];
 }

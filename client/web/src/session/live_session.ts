@@ -80,6 +80,11 @@ export class LiveSession {
     return this.parts.server.mayEdit;
   }
 
+  /** Whether this page's token may make, list and revoke shares of the scene. */
+  get mayShare(): boolean {
+    return this.mayEdit && !this.parts.server.isOfShare;
+  }
+
   /** Whether the server's history holds a step of this window to undo, by its newest answer. */
   get canUndo(): boolean {
     return this.sync.steps.canUndo;

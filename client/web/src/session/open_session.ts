@@ -78,6 +78,7 @@ export async function openSession(
 ): Promise<LiveSession> {
   onStatus({ state: 'connecting', text: 'Connecting …' });
   const [info, decoders] = await prepared(server, onStatus);
+  if (info.role === 'read') server.mayEdit = false;
   const session: LiveSession = new LiveSession(sceneId, {
     server,
     info,

@@ -15,7 +15,7 @@ export class LatticedServer {
   readonly meshes: Client<typeof MeshService>;
   readonly server: Client<typeof ServerService>;
   readonly shares: Client<typeof ShareService>;
-  /** False once the server has refused this page's presence: the token allows only to watch. */
+  /** False once the server has said that the token allows only to watch. */
   mayEdit = true;
   private bearer: string | undefined;
   private readonly renewed = new Signal();
@@ -41,6 +41,11 @@ export class LatticedServer {
   /** Sent with the next calls and streams. */
   get token(): string | undefined {
     return this.bearer;
+  }
+
+  /** Whether the token is that of a share, which opens one scene and makes no shares. */
+  get isOfShare(): boolean {
+    return this.bearer?.startsWith('share-') === true;
   }
 
   /** Goes on with another token, as after the end of the first. */
