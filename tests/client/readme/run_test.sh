@@ -83,13 +83,13 @@ cpp_client() {
 }
 
 node_client() {
-  npm_config_prefer_offline=true run "client/README.md, Node, 1" shell
+  npm_config_prefer_offline=true run "client/node/README.md, Drag, 1" shell
   expect_lift
   grep -qE '[0-9]{7} points' output.txt || fail "not all points were decoded"
   local dragged
   dragged=$(awk '/^revision 10:/ { print $NF }' output.txt)
 
-  run "client/README.md, Node, 2" shell
+  run "client/node/README.md, Patches and backups, 1" shell
   [[ $(head -c 3 patches.ply) == ply ]] || fail "no patches.ply"
   # Curved patches have several triangles. The drag's points are on a grid of 12 bits.
   awk -v dragged="$dragged" '/^revision 1:/ { found = $7 > 5 * $3; off = $NF - dragged } END { exit !(found && off * off < 0.003 ^ 2) }' \
@@ -140,7 +140,7 @@ own_mesh
 if can_run python "README.md, Quick start, 2"; then picture; fi
 if can_run python "README.md, Quick start, 3" "client/README.md, Python, "{1,2,3}; then python_client; fi
 cpp_client
-if can_run node "client/README.md, Node, "{1,2}; then node_client; fi
+if can_run node "client/node/README.md, "{Drag,"Patches and backups"}", 1"; then node_client; fi
 if can_run curl "client/web/README.md, The viewer, 1"; then browser; fi
 if can_run python "client/blender/README.md, latticed for Blender, 1"; then blender_addon; fi
 ((${#blocks[@]} == 0)) || fail "neither run nor exempt: $(printf '\n  %s' "${!blocks[@]}")"
