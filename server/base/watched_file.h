@@ -33,15 +33,18 @@ class WatchedFile {
   }
 
  private:
-  using Identity = std::array<int64_t, 5>;
+  using Identity = std::array<int64_t, 7>;
   std::optional<Identity> Look() const {
     struct stat file {};
     if (path_.empty() || stat(path_.c_str(), &file) != 0 || !S_ISREG(file.st_mode)) {
       return std::nullopt;
     }
-    return Identity{static_cast<int64_t>(file.st_dev), static_cast<int64_t>(file.st_ino),
-                    static_cast<int64_t>(file.st_size), static_cast<int64_t>(file.st_mtim.tv_sec),
-                    static_cast<int64_t>(file.st_mtim.tv_nsec)};
+    return Identity{
+        static_cast<int64_t>(file.st_dev),          static_cast<int64_t>(file.st_ino),
+        static_cast<int64_t>(file.st_size),         static_cast<int64_t>(file.st_mtim.tv_sec),
+        static_cast<int64_t>(file.st_mtim.tv_nsec),
+        static_cast<int64_t>(file.st_ctim.tv_sec),  // changes with its mode, too
+        static_cast<int64_t>(file.st_ctim.tv_nsec)};
   }
 
   const std::string path_;

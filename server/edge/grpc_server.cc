@@ -25,7 +25,7 @@
 namespace latticed {
 namespace {
 
-// Clients may ping this often, also an idle connection. Those of latticed do so after 1.2 s in which nothing came.
+// Clients may ping this often, also an idle connection. Those of latticed do so after about a second.
 constexpr int kMinClientPingMs = 500;
 constexpr const char* kServiceNames[] = {"latticed.v1.MeshService", "latticed.v1.SceneService",
                                          "latticed.v1.ServerService", "latticed.v1.BackupService",

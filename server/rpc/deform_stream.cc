@@ -362,6 +362,7 @@ void DeformStream::Answer(const EditToAnswer& edit, const absl::StatusOr<EditSum
 
 absl::Status DeformStream::Apply(const v1::EditBatch& batch, Scene::EditDone done) {
   LATTICED_RETURN_IF_ERROR(CheckRole(call_.caller, kApplyEditsRpc));
+  LATTICED_RETURN_IF_ERROR(CheckTokenTime(call_.caller, absl::Now()));
   LATTICED_RETURN_IF_ERROR(CheckDraining(*env_));
   const auto stream = Stream();
   if (!batch.scene().empty() && batch.scene() != IdOf(stream->scene().id())) {

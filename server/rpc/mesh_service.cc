@@ -67,7 +67,9 @@ absl::Status FinishUpload(const CallContext& context, const v1::FinishUploadRequ
 absl::Status GetMesh(const CallContext& context, const v1::GetMeshRequest& request,
                      v1::Mesh& response) {
   LATTICED_ASSIGN_OR_RETURN(const auto mesh, FindMesh(context.env, context.call, request.mesh()));
-  response = ToProto(*mesh, context.env.scenes->UseOfMesh(mesh->id), true);
+  // Of other scenes a guest is told nothing.
+  const bool is_guest = context.call.caller.shared.has_value();
+  response = ToProto(*mesh, is_guest ? MeshUse() : context.env.scenes->UseOfMesh(mesh->id), true);
   return absl::OkStatus();
 }
 

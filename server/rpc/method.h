@@ -63,6 +63,8 @@ class UnaryCall final : public CallReactor<grpc::ServerUnaryReactor> {
     if (!Begin(*env, context, rpc)) return;
     room_.Open(*env, call_);
     const auto work = [=, this]() -> absl::Status {
+      // It may have waited for long.
+      LATTICED_RETURN_IF_ERROR(CheckTokenTime(call_.caller, absl::Now()));
       Response response;
       LATTICED_RETURN_IF_ERROR(handler({*env, call_, room_}, request_, response));
       LATTICED_RETURN_IF_ERROR(room_.Hold(ReplyBytes(response)));

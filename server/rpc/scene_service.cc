@@ -271,8 +271,8 @@ absl::StatusOr<NextPart<v1::ExportResponse>> OpenExport(const CallContext& conte
   return FileParts<v1::ExportResponse>(std::move(header), {file, &file->bytes});
 }
 
-// Every rpc of the service: name, role, handler; kForShares where a share's token is enough. Deform needs only the role "read", because readers may watch
-// through it. Each edit in it is checked as ApplyEdits is.
+// Every rpc of the service: name, role, handler; kForShares where a share's token is enough. Deform needs only the role
+// "read", because readers may watch through it. Each edit in it is checked as ApplyEdits is.
 constexpr UnaryMethod kCreateScene{Rpc{"SceneService/CreateScene", Role::kEdit}, CreateScene,
                                    Lane::kLong};
 constexpr UnaryMethod kGetScene{Rpc{"SceneService/GetScene", Role::kRead, kForShares}, GetScene};

@@ -127,7 +127,8 @@ void SceneStream::Greet() {
 void SceneStream::Pump() {
   if (state_ != StreamState::kIdle) return;
   if (AtEnd()) return FinishLocked(grpc::Status::OK);
-  if (absl::Now() < open_at_) return WakeAt(open_at_);
+  // The quota of bytes holds back chunks. Small events, heartbeats above all, tell the client that it is still there.
+  if (small_.empty() && absl::Now() < open_at_) return WakeAt(open_at_);
   auto buffer = CatchBadAlloc(
       "the stream", [this]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return NextBuffer(); });
   if (!buffer.ok()) return FinishLocked(ToGrpcStatus(buffer.status()));
@@ -377,7 +378,7 @@ void SceneStream::OnHeartbeat() {
     watcher_->SetSilent(true);
   }
   // While a write is outstanding, the client has something to read, and heartbeats must not queue up.
-  if (state_ != StreamState::kIdle) return;
+  if (state_ != StreamState::kIdle || !small_.empty()) return;
   v1::SceneEvent event;
   event.mutable_heartbeat()->set_head_revision(scene_->State()->revision);
   small_.push_back(EncodeEvent(event));

@@ -13,6 +13,7 @@
 #include "latticed/v1/share.grpc.pb.h"
 #include "server/base/auth/tenant.h"
 #include "server/rpc/access/audit.h"
+#include "server/rpc/access/tenant_access.h"
 #include "server/rpc/method.h"
 #include "server/rpc/server_env.h"
 #include "server/rpc/services.h"
@@ -41,10 +42,17 @@ v1::Share ToProto(const Share& share) {
 absl::StatusOr<absl::Duration> TtlOf(const v1::CreateShareRequest& request) {
   if (!request.has_ttl()) return absl::Seconds(limits::kDefaultShareSeconds);
   const auto& ttl = request.ttl();
-  const auto seconds = static_cast<double>(ttl.seconds());
-  LATTICED_RETURN_IF_ERROR(
-      error::CheckRange("ttl", seconds, 1, static_cast<double>(limits::kMaxShareSeconds)));
-  return absl::Seconds(ttl.seconds()) + absl::Nanoseconds(ttl.nanos());
+  const absl::Duration asked = absl::Seconds(ttl.seconds()) + absl::Nanoseconds(ttl.nanos());
+  LATTICED_RETURN_IF_ERROR(error::CheckRange("ttl", absl::ToDoubleSeconds(asked), 1,
+                                             static_cast<double>(limits::kMaxShareSeconds)));
+  return asked;
+}
+
+// A share must be revocable while its scene cannot be woken: it is damaged, or there is no memory for it.
+absl::Status CheckSceneExists(const CallContext& context, const std::string& scene) {
+  const absl::Status found = FindScene(context.env, context.call, scene).status();
+  const bool is_there = absl::IsDataLoss(found) || absl::IsResourceExhausted(found);
+  return is_there ? absl::OkStatus() : found;
 }
 
 // As its audit shows it.
@@ -73,6 +81,11 @@ absl::Status CreateShare(const CallContext& context, const v1::CreateShareReques
                                                        .creator = context.call.caller.name,
                                                        .expire_time = now + ttl},
                                                       now));
+  // Who deletes the scene meanwhile does not know of the share yet.
+  if (const absl::Status ended = scene->ended(); absl::IsNotFound(ended)) {
+    (void)context.env.shares.Revoke(scene->id(), made.share.id);
+    return ToldById(ended, "scene", request.scene());
+  }
   Audit(context.env, context.call, "scene_shared", FieldsOf(made.share));
   *response.mutable_share() = ToProto(made.share);
   response.set_token(std::move(made.token));
@@ -81,10 +94,9 @@ absl::Status CreateShare(const CallContext& context, const v1::CreateShareReques
 
 absl::Status ListShares(const CallContext& context, const v1::ListSharesRequest& request,
                         v1::ListSharesResponse& response) {
-  LATTICED_ASSIGN_OR_RETURN(const auto scene,
-                            FindScene(context.env, context.call, request.scene()));
+  LATTICED_RETURN_IF_ERROR(CheckSceneExists(context, request.scene()));
   const absl::Time now = absl::Now();
-  for (const Share& share : context.env.shares.Of(scene->id())) {
+  for (const Share& share : context.env.shares.Of(KeyFor(context.call, request.scene()))) {
     if (share.expire_time > now) *response.add_shares() = ToProto(share);
   }
   return absl::OkStatus();
@@ -92,9 +104,9 @@ absl::Status ListShares(const CallContext& context, const v1::ListSharesRequest&
 
 absl::Status RevokeShare(const CallContext& context, const v1::RevokeShareRequest& request,
                          v1::RevokeShareResponse&) {
-  LATTICED_ASSIGN_OR_RETURN(const auto scene,
-                            FindScene(context.env, context.call, request.scene()));
-  LATTICED_RETURN_IF_ERROR(context.env.shares.Revoke(scene->id(), request.share_id()));
+  LATTICED_RETURN_IF_ERROR(CheckSceneExists(context, request.scene()));
+  LATTICED_RETURN_IF_ERROR(
+      context.env.shares.Revoke(KeyFor(context.call, request.scene()), request.share_id()));
   Audit(context.env, context.call, "share_revoked",
         {{"scene", request.scene()}, {"share", request.share_id()}});
   return absl::OkStatus();

@@ -93,6 +93,7 @@ class PostgresStore : public Store {
   absl::StatusOr<std::vector<StoredEntry>> Shares() override {
     return ReadPostgresEntries(pool_, "share");
   }
+  absl::StatusOr<std::string> SharesMark() override { return ReadPostgresSharesMark(pool_); }
 
  private:
   absl::Status CheckMeshes();

@@ -144,6 +144,8 @@ class Store {
   [[nodiscard]] virtual absl::Status DeleteShare(std::string_view id) = 0;
   // Of all scenes, in order of id.
   [[nodiscard]] virtual absl::StatusOr<std::vector<StoredEntry>> Shares() = 0;
+  // Another one after each change of what Shares returns. Empty: the store does not know.
+  [[nodiscard]] virtual absl::StatusOr<std::string> SharesMark() { return ""; }
 
   // What it has done so far.
   const StoreCounts& counts() const { return counts_; }

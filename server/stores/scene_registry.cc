@@ -327,6 +327,7 @@ absl::Status SceneRegistry::DeleteMesh(std::string_view mesh_id, bool force,
   for (const auto& scene : gone) {
     scene->Delete();
     if (options_.store != nullptr) (void)options_.store->DeleteScene(scene->id());
+    if (options_.on_delete != nullptr) options_.on_delete(scene->id());
   }
   return absl::OkStatus();
 }

@@ -97,7 +97,7 @@ absl::StatusOr<ShareStore::Made> ShareStore::Create(Share share, absl::Time now)
     LATTICED_RETURN_IF_ERROR(store_->PutShare(share.id, share.scene, HeaderOf(share)));
   }
   const MutexLock lock(&mutex_);
-  ++changes_;
+  NoteChange(share.id);
   entries_[share.id].share = share;
   return Made{std::move(share), token};
 }
@@ -115,7 +115,7 @@ absl::Status ShareStore::Revoke(std::string_view scene, std::string_view id) {
   if (store_ != nullptr) LATTICED_RETURN_IF_ERROR(store_->DeleteShare(id));
   {
     const MutexLock lock(&mutex_);
-    ++changes_;
+    NoteChange(id);
     entries_.erase(std::string(id));
   }
   end.request_stop();  // ends streams, which have locks of their own
@@ -154,50 +154,74 @@ void ShareStore::DropScene(std::string_view scene) {
   std::vector<std::stop_source> ended;
   {
     const MutexLock lock(&mutex_);
-    ++changes_;
-    std::erase_if(entries_, [&](auto& entry) {
-      if (entry.second.share.scene != scene) return false;
-      ended.push_back(entry.second.end);
-      return true;
-    });
+    for (auto entry = entries_.begin(); entry != entries_.end();) {
+      const auto here = entry++;
+      if (here->second.share.scene != scene) continue;
+      NoteChange(here->first);
+      ended.push_back(here->second.end);
+      entries_.erase(here);
+    }
   }
   for (std::stop_source& end : ended) end.request_stop();
 }
 
+void ShareStore::NoteChange(std::string_view id) {
+  if (shared()) changed_.emplace(id);
+}
+
 absl::Status ShareStore::Read(absl::Time now) {
-  uint64_t changes = 0;
+  LATTICED_ASSIGN_OR_RETURN(const std::string mark, store_->SharesMark());
   {
     const MutexLock lock(&mutex_);
-    changes = changes_;
+    changed_.clear();
+    if (!mark.empty() && mark == mark_) {
+      read_time_ = now;
+      return absl::OkStatus();
+    }
   }
   LATTICED_ASSIGN_OR_RETURN(const auto stored, store_->Shares());
   Entries read;
+  std::map<std::string, absl::Status> damaged;
   for (const StoredEntry& entry : stored) {
     auto share = ShareFrom(entry);
     if (share.ok()) {
       read[entry.id].share = *std::move(share);
     } else {
-      LogEvent(spdlog::level::err, "damaged in the store",
-               {{"share", entry.id}, {"status", share.status().ToString()}});
+      damaged[entry.id] = share.status();
     }
   }
-  std::vector<std::stop_source> ended;
-  {
-    const MutexLock lock(&mutex_);
-    if (changes_ != changes) return absl::OkStatus();  // what was read may be older; the next call
-    read_time_ = now;
-    for (const auto& [id, entry] : entries_) {
-      const auto again = read.find(id);
-      if (again == read.end()) {
-        ended.push_back(entry.end);
-      } else {
-        again->second.end = entry.end;
-      }
-    }
-    entries_ = std::move(read);
-  }
-  for (std::stop_source& end : ended) end.request_stop();
+  LogDamage(damaged);
+  for (std::stop_source& end : Replace(std::move(read), now)) end.request_stop();
+  const MutexLock lock(&mutex_);
+  mark_ = mark;
   return absl::OkStatus();
+}
+
+void ShareStore::LogDamage(const std::map<std::string, absl::Status>& damaged) {
+  const MutexLock lock(&mutex_);
+  for (const auto& [id, status] : damaged) {
+    if (!damaged_.insert(id).second) continue;
+    LogEvent(spdlog::level::err, "damaged in the store",
+             {{"share", id}, {"status", status.ToString()}});
+  }
+}
+
+std::vector<std::stop_source> ShareStore::Replace(Entries read, absl::Time now) {
+  std::vector<std::stop_source> ended;
+  const MutexLock lock(&mutex_);
+  read_time_ = now;
+  for (const std::string& id : changed_) read.erase(id);
+  for (const auto& [id, entry] : entries_) {
+    if (changed_.contains(id)) {
+      read[id] = entry;
+    } else if (const auto again = read.find(id); again != read.end()) {
+      again->second.end = entry.end;
+    } else {
+      ended.push_back(entry.end);
+    }
+  }
+  entries_ = std::move(read);
+  return ended;
 }
 
 void ShareStore::Tend(absl::Time now) {

@@ -19,6 +19,7 @@
 
 #include <cstdint>
 #include <map>
+#include <set>
 #include <stop_token>
 #include <string>
 #include <string_view>
@@ -85,11 +86,20 @@ class ShareStore {
   using Entries = std::map<std::string, Entry, std::less<>>;
 
   bool shared() const { return store_ != nullptr && store_->shared(); }
+  // This server has made, revoked or dropped the share: what was read of it just now may be older.
+  void NoteChange(std::string_view id) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // Logs those that it has not logged before.
+  void LogDamage(const std::map<std::string, absl::Status>& damaged) ABSL_LOCKS_EXCLUDED(mutex_);
+  // Takes over what the store has. Returns the ends of the shares that it has not.
+  std::vector<std::stop_source> Replace(Entries read, absl::Time now) ABSL_LOCKS_EXCLUDED(mutex_);
 
   Store* const store_;
   mutable Mutex mutex_;
-  Entries entries_ ABSL_GUARDED_BY(mutex_);       // by id
-  uint64_t changes_ ABSL_GUARDED_BY(mutex_) = 0;  // made here
+  Entries entries_ ABSL_GUARDED_BY(mutex_);  // by id
+  // Ids of NoteChange since Read began.
+  std::set<std::string, std::less<>> changed_ ABSL_GUARDED_BY(mutex_);
+  std::set<std::string, std::less<>> damaged_ ABSL_GUARDED_BY(mutex_);
+  std::string mark_ ABSL_GUARDED_BY(mutex_);  // of the last reading
   absl::Time read_time_ ABSL_GUARDED_BY(mutex_) = absl::InfinitePast();
 };
 

@@ -59,7 +59,9 @@ TEST_F(LatticectlShare, ListsWithoutTokens) {
 
 TEST_F(LatticectlShare, SaysWhatIsWrong) {
   ExpectFailure({"share", "create", "no-such-scene"}, HasSubstr("no-such-scene"));
-  ExpectFailure({"share", "create", "vase", "--ttl", "367d"}, HasSubstr("ttl"));
+  for (const char* ttl : {"0s", "367d"}) {
+    ExpectFailure({"share", "create", "vase", "--ttl", ttl}, HasSubstr("ttl"));
+  }
   ExpectFailure({"share", "revoke", "vase", "no-such-share"}, HasSubstr("no-such-share"));
   for (const std::vector<std::string>& wrong :
        {std::vector<std::string>{"--ttl", "90"}, {"--ttl", "90x"}, {"--role", "admin"}}) {

@@ -7,7 +7,7 @@
 //
 // The last part is the end, with the number of parts before it and the SHA-256 of all bytes before its size.
 import { createHash } from 'node:crypto';
-import { closeSync, fsyncSync, openSync, readSync, renameSync, rmSync, writeSync } from 'node:fs';
+import { closeSync, fsyncSync, openSync, readSync, renameSync, rmSync, writeFileSync } from 'node:fs';
 import type { BackupPart__Output } from './generated/latticed/v1/BackupPart.js';
 
 /** BackupParts to bytes and back. */
@@ -27,14 +27,16 @@ export async function writeBackup(path: string, parts: AsyncIterable<BackupPart_
   const file = openSync(partPath, 'w');
   try {
     const sum = createHash('sha256').update(MAGIC);
-    let [bytes, hasEnd] = [writeSync(file, MAGIC), false];
+    let [bytes, hasEnd] = [MAGIC.length, false];
+    writeFileSync(file, MAGIC);  // all of it, where writeSync may write less
     for await (const part of parts) {
       hasEnd = part.end != null;
       if (part.end) part.end.sha256 = sum.copy().digest('hex');
       const message = codec.encode(part);
       const framed = Buffer.concat([sizeOf(message), message]);
       sum.update(framed);
-      bytes += writeSync(file, framed);
+      writeFileSync(file, framed);
+      bytes += framed.length;
     }
     if (!hasEnd) throw new Error('the server sent less than all');
     fsyncSync(file);

@@ -3,7 +3,7 @@
 """Shares of a scene: tokens for people who have none of the server."""
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import datetime, timezone
 from typing import Any
 
@@ -21,7 +21,7 @@ class Share:
     creator: str  # as the server knows callers; empty: it has no tokens
     created: datetime
     expires: datetime
-    token: str = ""  # known only to Scene.share: the server keeps none
+    token: str = field(default="", repr=False, compare=False)  # of Scene.share alone: the server keeps none
 
     @classmethod
     def from_proto(cls, share: Any, token: str = "") -> Share:

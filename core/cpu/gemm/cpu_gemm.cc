@@ -36,7 +36,7 @@ struct OpenBlas {
   decltype(&cblas_sgemm) sgemm = nullptr;
   decltype(&cblas_dgemm) dgemm = nullptr;
   decltype(&openblas_get_corename) get_corename = nullptr;
-  decltype(&openblas_get_config) get_config = nullptr;
+  std::string config;  // the library writes it anew with each call, for all threads at one place
 };
 
 absl::StatusOr<OpenBlas> LoadOpenBlas() {
@@ -47,11 +47,12 @@ absl::StatusOr<OpenBlas> LoadOpenBlas() {
     blas.dgemm = reinterpret_cast<decltype(blas.dgemm)>(dlsym(library, "cblas_dgemm"));
     blas.get_corename =
         reinterpret_cast<decltype(blas.get_corename)>(dlsym(library, "openblas_get_corename"));
-    blas.get_config =
-        reinterpret_cast<decltype(blas.get_config)>(dlsym(library, "openblas_get_config"));
+    const auto get_config =
+        reinterpret_cast<decltype(&openblas_get_config)>(dlsym(library, "openblas_get_config"));
+    if (get_config != nullptr) blas.config = get_config();
   }
   if (blas.sgemm == nullptr || blas.dgemm == nullptr || blas.get_corename == nullptr ||
-      blas.get_config == nullptr) {
+      blas.config.empty()) {
     const char* error = dlerror();
     return absl::UnavailableError(
         fmt::format("cannot load OpenBLAS, which the pipelines gemm, gemm12 and control-net need: "
@@ -89,6 +90,6 @@ absl::Status CpuGemm(MatrixView<const double> a, MatrixView<const double> b, Mat
 }
 
 std::string CpuBlasCoreName() { return Blas().ok() ? Blas()->get_corename() : "missing"; }
-std::string CpuBlasVersion() { return Blas().ok() ? Blas()->get_config() : "missing"; }
+std::string CpuBlasVersion() { return Blas().ok() ? Blas()->config : "missing"; }
 
 }  // namespace latticed

@@ -54,8 +54,11 @@ std::vector<uint64_t> EdgeRevisions(const DeformPlan& plan, std::span<const uint
 
 std::vector<uint64_t> ChunkRevisions(const DeformPlan& plan, const PointRevisions& points,
                                      const ViewSpec& spec) {
-  std::vector<uint64_t> patches = PatchRevisions(plan, points);
   std::vector<uint64_t> chunks(plan.chunk_count(), points.since());
+  if (std::ranges::all_of(points.revisions(), [&](uint64_t r) { return r <= points.since(); })) {
+    return chunks;  // as of every new scene, without the memory of what follows
+  }
+  std::vector<uint64_t> patches = PatchRevisions(plan, points);
   if (!HasPositions(spec)) {
     const std::vector<uint64_t> edges = EdgeRevisions(plan, patches);
     const std::vector<uint32_t> first = FirstEdges(plan);

@@ -23,7 +23,10 @@ absl::Status CheckTokenTime(const Caller& caller, absl::Time now) {
 
 void TokenEnd::EndWith(const Caller& caller, const std::weak_ptr<SceneStream>& stream) {
   const auto end = [stream, status = EndOf(caller)] {
-    if (const auto open = stream.lock(); open != nullptr) open->Fail(status);
+    const auto open = stream.lock();
+    if (open == nullptr) return;
+    const absl::Status deleted = open->scene().ended();
+    open->Fail(deleted.ok() ? status : deleted);
   };
   if (caller.shared.has_value()) share_end_.emplace(caller.shared->ended, end);
   if (caller.expires == absl::InfiniteFuture()) return;

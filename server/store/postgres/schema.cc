@@ -142,6 +142,7 @@ END $$;
 constexpr char kShares[] = R"sql(
 CREATE TABLE latticed.share(
   id bytea PRIMARY KEY,
+  number bigint GENERATED ALWAYS AS IDENTITY,
   scene bigint NOT NULL REFERENCES latticed.scene(number) ON DELETE CASCADE,
   sum bigint NOT NULL,
   header bytea NOT NULL);

@@ -9,7 +9,7 @@
 //   snapshot  scene, lsn, sum, bytes                                       the last one
 //   record    scene, lsn, sum, bytes                                       the log
 //   mesh      id, sum, header                                              the bytes are not in the database
-//   share     id, scene, sum, header                                       goes with its scene
+//   share     id, number, scene, sum, header                               goes with its scene; number: the order of making
 //
 //   good_until(session)   when the lease of a session is over
 //   attach(session)       a new connection of the writer: whoever had the old one writes nothing any more

@@ -4,6 +4,7 @@
 
 #include "core/base/error.h"
 #include "core/base/status_macros.h"
+#include "fmt/format.h"
 #include "server/store/row_sum.h"
 
 namespace latticed {
@@ -34,6 +35,18 @@ absl::Status DeletePostgresShare(PgPool& pool, std::string_view id) {
     return connection.Execute("DELETE FROM latticed.share WHERE id = $1", PgParameters().Bytes(id))
         .status();
   });
+}
+
+absl::StatusOr<std::string> ReadPostgresSharesMark(PgPool& pool) {
+  std::string mark;
+  LATTICED_RETURN_IF_ERROR(pool.With([&](PgConnection& connection) -> absl::Status {
+    LATTICED_ASSIGN_OR_RETURN(
+        const PgRows rows,
+        connection.Execute("SELECT count(*), coalesce(max(number), 0) FROM latticed.share", {}));
+    mark = fmt::format("{} {}", rows.Number(0, 0), rows.Number(0, 1));
+    return absl::OkStatus();
+  }));
+  return mark;
 }
 
 }  // namespace latticed

@@ -8,9 +8,11 @@
 #ifndef LATTICED_SERVER_STORE_POSTGRES_SHARE_ROWS_H_
 #define LATTICED_SERVER_STORE_POSTGRES_SHARE_ROWS_H_
 
+#include <string>
 #include <string_view>
 
 #include "absl/status/status.h"
+#include "absl/status/statusor.h"
 #include "server/store/postgres/pool.h"
 
 namespace latticed {
@@ -20,6 +22,8 @@ namespace latticed {
                                             std::string_view scene, std::string_view header);
 // OK as well if there is none.
 [[nodiscard]] absl::Status DeletePostgresShare(PgPool& pool, std::string_view id);
+// Their count and their last number: one share less or more changes it.
+[[nodiscard]] absl::StatusOr<std::string> ReadPostgresSharesMark(PgPool& pool);
 
 }  // namespace latticed
 

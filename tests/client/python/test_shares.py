@@ -31,6 +31,7 @@ def test_a_share_opens_its_scene_until_it_is_revoked(server, scene):
     share = scene.share("edit", timedelta(hours=2))
     assert timedelta(hours=1.9) < share.expires - before < timedelta(hours=2.1)
     assert (share.role, share.creator) == ("edit", "tester")
+    assert scene.shares() == [share] and share.token not in repr(share)
 
     with latticed.connect(server.address, token=share.token) as guest:
         shared = guest.scene(scene.id)

@@ -260,6 +260,28 @@ TEST_F(QuotaTest, BytesAreSentInTimeOrNotBegun) {
   EXPECT_OK(Call(&Infos::GetServerInfo, {}, nullptr, As(kAcme))) << "small replies always go";
 }
 
+// A client takes silence for a cut, and would ask for all again.
+TEST_F(QuotaTest, HeartbeatsDoNotWaitForBytes) {
+  Start(R"({"acme": {"bytes_per_second": 60000}})");
+  ASSERT_EQ(options_.heartbeat_interval, absl::Seconds(1));
+  UploadCube();
+  ASSERT_OK(CreateAs(kAcme, kScene));
+  auto request = For<v1::WatchRequest>();
+  request.mutable_view()->set_encoding(v1::ENCODING_RAW);
+  request.mutable_view()->set_segments(16);
+  WatchClient watcher(*scenes_, request, As(kAcme));
+  absl::Duration silence, all;
+  while (watcher.log.ends.empty()) {
+    const absl::Time before = absl::Now();
+    ASSERT_TRUE(watcher.Read());
+    silence = std::max(silence, absl::Now() - before);
+    all += absl::Now() - before;
+  }
+
+  EXPECT_GT(all, absl::Seconds(1.5)) << "the quota holds the end of the update back";
+  EXPECT_LT(silence, absl::Seconds(1.8));
+}
+
 TEST_F(QuotaTest, OperatorsAndTenantsSeeIt) {
   Start(R"({"acme": {"scenes": 5, "mesh_bytes": 100000}, "*": {"scenes": 1}})");
   const size_t bytes = UploadCube();

@@ -109,6 +109,37 @@ TEST_F(ShareStoreTest, AStoreThatFailsChangesNothing) {
   EXPECT_EQ(a_.Of("acme/cow").size(), 1U);
 }
 
+// As another server's call would come while the store is read.
+class BusyStore : public SharedMemoryStore {
+ public:
+  using SharedMemoryStore::SharedMemoryStore;
+  absl::StatusOr<std::vector<StoredEntry>> Shares() override {
+    auto shares = SharedMemoryStore::Shares();
+    if (meanwhile != nullptr) meanwhile();
+    return shares;
+  }
+  std::function<void()> meanwhile;
+};
+
+TEST_F(ShareStoreTest, WhatIsDoneWhileTheStoreIsReadCounts) {
+  BusyStore store(memory_, "c");
+  ShareStore busy(&store);
+  ASSERT_OK(busy.Read(now_));
+  const auto first = Made(), second = Made();
+  std::string third;
+  store.meanwhile = [&] {
+    const Share share{.scene = "acme/cow", .expire_time = now_ + absl::Hours(1)};
+    third = busy.Create(share, now_)->token;
+  };
+  busy.Tend(now_);
+  EXPECT_OK(busy.CallerOf(third, now_)) << "made meanwhile";
+  EXPECT_OK(busy.CallerOf(first.token, now_)) << "read all the same";
+  store.meanwhile = [&] { EXPECT_OK(busy.Revoke("acme/cow", second.share.id)); };
+  busy.Tend(now_);
+  EXPECT_FALSE(busy.CallerOf(second.token, now_).ok()) << "revoked meanwhile";
+  EXPECT_OK(busy.CallerOf(third, now_));
+}
+
 TEST_F(ShareStoreTest, ADamagedShareIsLeftOut) {
   const auto made = Made();
   ASSERT_OK(a_store_.PutShare("0000000000000000", "acme/cow", "\xff\xff"));

@@ -272,7 +272,10 @@ TEST_P(StoreSuite, KeepsSharesAsLongAsTheirScene) {
     return all;
   };
   EXPECT_THAT(shares(), ElementsAre(std::string("a: \0 1", 6), "b: for readers", "c: for editors"));
+  ASSERT_OK_AND_ASSIGN(const std::string mark, store_->SharesMark());
+  EXPECT_EQ(*store_->SharesMark(), mark);
   ASSERT_OK(store_->DeleteShare("b"));
+  EXPECT_TRUE(mark.empty() || *store_->SharesMark() != mark);
   EXPECT_THAT(shares(), ElementsAre(std::string("a: \0 1", 6), "c: for editors"));
   ASSERT_OK(store_->DeleteScene("gear"));
   ASSERT_OK(store_->CreateScene("gear", ""));

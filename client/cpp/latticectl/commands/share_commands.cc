@@ -5,6 +5,7 @@
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <ostream>
 #include <string>
 #include <vector>
@@ -22,12 +23,12 @@ namespace {
 struct ShareFlags : ServerFlags {
   std::string scene, share, viewer;
   v1::ShareRole role = v1::SHARE_ROLE_READ;
-  double ttl_seconds = 0;  // 0: what the server has
+  std::optional<int64_t> ttl_seconds;  // none: what the server has
 };
 
 const std::map<std::string, v1::ShareRole> kRoles = {{"read", v1::SHARE_ROLE_READ},
                                                      {"edit", v1::SHARE_ROLE_EDIT}};
-const std::map<std::string, double> kSecondsOf = {{"s", 1}, {"m", 60}, {"h", 3600}, {"d", 86400}};
+const std::map<std::string, int64_t> kSecondsOf = {{"s", 1}, {"m", 60}, {"h", 3600}, {"d", 86400}};
 
 std::string TimeText(const google::protobuf::Timestamp& time) {
   return absl::FormatTime("%Y-%m-%d %H:%M", absl::FromUnixSeconds(time.seconds()),
@@ -46,9 +47,7 @@ absl::Status RunCreateShare(const ShareFlags& flags, Client& client, Console con
   v1::CreateShareRequest request;
   request.set_scene(flags.scene);
   request.set_role(flags.role);
-  if (flags.ttl_seconds != 0) {
-    request.mutable_ttl()->set_seconds(static_cast<int64_t>(flags.ttl_seconds));
-  }
+  if (flags.ttl_seconds.has_value()) request.mutable_ttl()->set_seconds(*flags.ttl_seconds);
   LATTICED_ASSIGN_OR_RETURN(const auto made, client.CreateShare(request));
   TextTable table;
   table.AddRow({"share", made.share().share_id()});

@@ -30,6 +30,13 @@ function poolOfPage(): Promise<DecodePool> {
   return pool;
 }
 
+async function infoOf(server: LatticedServer): Promise<ServerInfo> {
+  const { token } = server;
+  const info = await server.server.getServerInfo({}, { timeoutMs: SILENCE_MS });
+  if (info.role === 'read' && server.token === token) server.mayEdit = false;
+  return info;
+}
+
 /**
  * What a session needs first. What fails in passing, as where a server is short of connections, is tried again; without a
  * token that is valid, one is waited for.
@@ -38,7 +45,7 @@ async function prepared(server: LatticedServer, onStatus: (status: SessionStatus
   let attempt = 1;
   for (;;) {
     try {
-      return await Promise.all([server.server.getServerInfo({}, { timeoutMs: SILENCE_MS }), poolOfPage()]);
+      return await Promise.all([infoOf(server), poolOfPage()]);
     } catch (error) {
       const { code, isPassing } = ServerError.fromConnect(error);
       if (code === Code.Unauthenticated) {
@@ -78,7 +85,6 @@ export async function openSession(
 ): Promise<LiveSession> {
   onStatus({ state: 'connecting', text: 'Connecting …' });
   const [info, decoders] = await prepared(server, onStatus);
-  if (info.role === 'read') server.mayEdit = false;
   const session: LiveSession = new LiveSession(sceneId, {
     server,
     info,

@@ -68,13 +68,15 @@ export class SceneConnection implements Wakeable {
   private heard = false;  // whether anything came on this stream
   private heardAt = 0;  // Date.now(), which goes on while the computer sleeps; timers do not
   private attempts = 0;  // since a stream last worked
-  private silences = 0;  // that have ended streams since an update was complete
+  private silences = 0;  // that have ended streams within an update, since one was complete
+  private isUpdating = false;  // or may be: no update has come whole on this stream
   private failedAt = 0;  // performance.now() before the first of them
   private openedAt = Infinity;
   private goawayMs = 0;
   private readonly timers: { heartbeat?: Timer; silence?: Timer; suspicion?: Timer | undefined; retry?: Timer } = {};
   private closed = false;
   private silenceMs = SceneConnection.FIRST_EVENT_MS;
+  private heartbeatMs = 0;  // of this stream
 
   /** @param kinds Kinds of streams, the preferred one first. */
   constructor(
@@ -87,6 +89,8 @@ export class SceneConnection implements Wakeable {
     if (this.closed) return;
     this.drop();  // only one is open, even if another one was opened while a host was asked
     this.heard = false;
+    this.isUpdating = true;
+    this.heartbeatMs = 0;
     this.silenceMs = SceneConnection.FIRST_EVENT_MS;
     this.stream = this.kinds[this.kind]!(this.host.request(), {
       event: (event) => this.received(event),
@@ -131,21 +135,32 @@ export class SceneConnection implements Wakeable {
     this.listen();
     const { case: kind, value } = event.event;
     if (kind === 'hello') this.begin(value);
-    else if (kind === 'updateEnd') this.attempts = this.silences = 0;
+    else if (kind === 'updateBegin') this.isUpdating = true;
+    else if (kind === 'updateEnd') this.updated();
     else if (kind === 'goaway') this.goawayMs = milliseconds(value.retryAfter);
     this.host.event(event);
+  }
+
+  private updated(): void {
+    this.attempts = this.silences = 0;
+    this.isUpdating = false;
+    this.silenceMs = this.mostSilenceMs;
+    this.listen();
+  }
+
+  /** Doubled for each silence within an update, which a very slow line may take for one message: a browser says nothing of it before its end. */
+  private get mostSilenceMs(): number {
+    const doublings = Math.min(this.silences, SceneConnection.MOST_DOUBLINGS);
+    return this.heartbeatMs > 0 ? SceneConnection.SILENT_HEARTBEATS * this.heartbeatMs * 2 ** doublings : SceneConnection.FIRST_EVENT_MS;
   }
 
   private begin(hello: Hello): void {
     this.openedAt = performance.now();
     this.goawayMs = 0;
-    const heartbeatMs = milliseconds(hello.heartbeat);
-    if (heartbeatMs > 0) {
-      // On a very slow line one message may take longer, of which a browser says nothing before its end. Then the next
-      // stream is given twice the time.
-      const doublings = Math.min(this.silences, SceneConnection.MOST_DOUBLINGS);
-      this.silenceMs = SceneConnection.SILENT_HEARTBEATS * heartbeatMs * 2 ** doublings;
-      this.timers.heartbeat = setInterval(() => this.beat(), heartbeatMs);
+    this.heartbeatMs = milliseconds(hello.heartbeat);
+    if (this.heartbeatMs > 0) {
+      this.silenceMs = this.mostSilenceMs;
+      this.timers.heartbeat = setInterval(() => this.beat(), this.heartbeatMs);
       this.listen();
     }
     this.host.opened(hello);
@@ -184,7 +199,7 @@ export class SceneConnection implements Wakeable {
   }
 
   private giveUp(): void {
-    if (this.heard) ++this.silences;
+    if (this.heard && this.isUpdating) ++this.silences;
     void this.lost(this.heard ? undefined : new ServerError(Code.Unavailable, '', 'nothing came'));
   }
 

@@ -43,6 +43,7 @@ INSERT INTO log VALUES(1, 0, 0);
 constexpr char kShares[] = R"sql(
 CREATE TABLE share(
   id BLOB PRIMARY KEY, scene INTEGER NOT NULL, sum INTEGER NOT NULL, header BLOB NOT NULL) STRICT, WITHOUT ROWID;
+CREATE INDEX share_of_scene ON share(scene);
 )sql";
 // Upgrade i leads from version i to i + 1.
 constexpr std::array<const char*, kSchemaVersion> kUpgrades = {kSchema, kShares};
