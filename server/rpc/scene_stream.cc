@@ -127,7 +127,6 @@ void SceneStream::Greet() {
 void SceneStream::Pump() {
   if (state_ != StreamState::kIdle) return;
   if (AtEnd()) return FinishLocked(grpc::Status::OK);
-  // The quota of bytes holds back chunks. Small events, heartbeats above all, tell the client that it is still there.
   if (small_.empty() && absl::Now() < open_at_) return WakeAt(open_at_);
   auto buffer = CatchBadAlloc(
       "the stream", [this]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return NextBuffer(); });

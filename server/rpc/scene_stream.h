@@ -175,8 +175,8 @@ class SceneStream : public SceneListener,
   std::unique_ptr<grpc::Alarm> heartbeat_ ABSL_GUARDED_BY(mutex_);
   // For wake_at of watcher and presence.
   std::unique_ptr<grpc::Alarm> pace_ ABSL_GUARDED_BY(mutex_);
-  absl::Time open_at_ ABSL_GUARDED_BY(mutex_) =
-      absl::InfinitePast();  // by the tenant's quota of bytes
+  // By the tenant's quota of bytes. Small events, heartbeats above all, do not wait for it.
+  absl::Time open_at_ ABSL_GUARDED_BY(mutex_) = absl::InfinitePast();
   absl::Time pace_time_ ABSL_GUARDED_BY(mutex_) = absl::InfiniteFuture();
 };
 
