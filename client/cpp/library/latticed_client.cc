@@ -65,9 +65,9 @@ std::unique_ptr<Client> Client::Connect(const Connection& connection, std::stop_
 
 Client::Client(std::shared_ptr<grpc::Channel> channel, std::string token, std::stop_token stop,
                absl::Duration retry_for, ReachabilityObserver observer,
-               std::shared_ptr<grpc::Channel> stream_channel)
+               const std::shared_ptr<grpc::Channel>& stream_channel)
     : channel_(std::move(channel)),
-      stream_channel_(stream_channel == nullptr ? channel_ : std::move(stream_channel)),
+      stream_channel_(stream_channel == nullptr ? channel_ : stream_channel),
       token_(std::move(token)),
       stop_(std::move(stop)),
       reachability_(std::make_unique<Reachability>(retry_for, std::move(observer))),

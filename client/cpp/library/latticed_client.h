@@ -78,7 +78,7 @@ class Client {
   // Without a channel of their own, streams share the first.
   Client(std::shared_ptr<grpc::Channel> channel, std::string token, std::stop_token stop = {},
          absl::Duration retry_for = kRetryFor, ReachabilityObserver observer = {},
-         std::shared_ptr<grpc::Channel> stream_channel = nullptr);
+         const std::shared_ptr<grpc::Channel>& stream_channel = nullptr);
 
   [[nodiscard]] absl::StatusOr<v1::ServerInfo> GetServerInfo();
   // Asks gRPC's standard health service, without a token. kUnavailable unless the server is serving.

@@ -22,7 +22,7 @@ bool SamePatterns(const SnapshotChunk& chunk, std::span<const uint16_t> patterns
   return std::ranges::equal(*chunk.patterns, patterns);
 }
 
-std::shared_ptr<const ChunkPatterns> Share(std::span<const uint16_t> patterns) {
+std::shared_ptr<const ChunkPatterns> Shareable(std::span<const uint16_t> patterns) {
   if (patterns.empty()) return nullptr;
   return std::make_shared<const ChunkPatterns>(patterns.begin(), patterns.end());
 }
@@ -73,8 +73,9 @@ absl::StatusOr<std::shared_ptr<Snapshot>> EncodeSnapshot(
         snapshot->chunks.SetDigest(batch[i], digests[i]);
       } else {
         const bool is_dated = before == nullptr && !revisions.empty();
-        snapshot->chunks.Set(batch[i], {is_dated ? revisions[batch[i]] : snapshot->revision,
-                                        std::move(data), digests[i], Share(patterns_of(batch[i]))});
+        snapshot->chunks.Set(batch[i],
+                             {is_dated ? revisions[batch[i]] : snapshot->revision, std::move(data),
+                              digests[i], Shareable(patterns_of(batch[i]))});
       }
     }
     done += batch.size();

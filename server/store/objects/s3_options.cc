@@ -111,11 +111,11 @@ absl::Status ReadS3Keys(S3Options& options) {
     const std::pair<absl::string_view, absl::string_view> entry =
         absl::StrSplit(stripped, absl::MaxSplits('=', 1));
     const absl::string_view name = absl::StripAsciiWhitespace(entry.first);
-    std::string value(absl::StripAsciiWhitespace(entry.second));
+    const std::string value(absl::StripAsciiWhitespace(entry.second));
     if (!in_default) continue;
-    if (name == "aws_access_key_id") read.access_key = std::move(value);
-    if (name == "aws_secret_access_key") read.secret_key = std::move(value);
-    if (name == "aws_session_token") read.session_token = std::move(value);
+    if (name == "aws_access_key_id") read.access_key = value;
+    if (name == "aws_secret_access_key") read.secret_key = value;
+    if (name == "aws_session_token") read.session_token = value;
   }
   if (read.access_key.empty() || read.secret_key.empty()) {
     return absl::InvalidArgumentError(

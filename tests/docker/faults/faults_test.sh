@@ -57,6 +57,8 @@ cut_fullest() {
   cut_off "$victim"
   sleep "$cut"
   # What the proxy still sends would be sent again seconds after the server is back, and new calls on that connection with it.
+  # It is given up after two seconds, and calls came until the proxy knew.
+  for _ in {1..60}; do sends_nothing_to "$victim" && break; sleep 0.05; done
   sends_nothing_to "$victim" || fail "the proxy keeps connections with unsent bytes to $victim"
   put_back "$victim"
   until_true is_ready "$victim"

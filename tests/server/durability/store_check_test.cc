@@ -200,11 +200,11 @@ TEST_F(StoreCheckTest, AFlippedBitOfThePageOfARecordIsFound) {
 
 TEST_F(StoreCheckTest, ANewerFolderAForeignOneAndNoneAreRefusedInASentence) {
   server_.reset();
-  ChangeDatabase("PRAGMA user_version = 2");
+  ChangeDatabase("PRAGMA user_version = 3");
   Checked checked = Check();
   EXPECT_EQ(checked.code, 1);
   EXPECT_THAT(checked.out, AllOf(StartsWith("latticectl: "),
-                                 EndsWith("has schema 2, and this latticed knows up to 1: use the "
+                                 EndsWith("has schema 3, and this latticed knows up to 2: use the "
                                           "newer latticed that wrote it\n")));
 
   folder_.Write("other/latticed.sqlite", std::string(4096, 'x'));

@@ -11,7 +11,7 @@ namespace {
 
 // Longer than the second between two heartbeats.
 constexpr int kSilentMs = 1'200;
-constexpr int kAnswerMs = 1'300;
+constexpr int kAnswerMs = 700;
 // The watch notices so late that it is stopped.
 constexpr auto kWatchSlice = std::chrono::milliseconds(100);
 

@@ -5,7 +5,7 @@
 //
 //   a second    between heartbeats of the server, also while it sends nothing else
 //   1.2 s       without any byte: the channel pings. A busy line, slow as it may be, is not pinged
-//   1.3 s more  without an answer: its calls fail, UNAVAILABLE
+//   0.7 s more  without an answer: its calls fail, UNAVAILABLE
 //
 // Other calls have no heartbeats: while a slow line is busy with a large upload, nothing comes back for seconds. They
 // have a channel of their own, which notices within 40 s.
