@@ -127,11 +127,11 @@ TEST_F(OutageTest, AStartIsRefusedInASentence) {
       fmt::format("latticed: {}: percent-encode @, /, ? and # in the URL's user, password and "
                   "options: %40, %2F, %3F, %23; and write a port as a number\n",
                   folder_.Path("other")));
-  ExecuteSql(url_, "UPDATE latticed.version SET number = 3");
+  ExecuteSql(url_, "UPDATE latticed.version SET number = 4");
   EXPECT_EQ(
       RefusalOfStart(url_),
-      "latticed: the database has schema 3, which a newer latticed made; this one reads up to "
-      "2\n");
+      "latticed: the database has schema 4, which a newer latticed made; this one reads up to "
+      "3\n");
 }
 
 }  // namespace
