@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import os
+from functools import partial
 from pathlib import Path
 from typing import Any, Callable, List, Tuple, Union
 
@@ -57,14 +58,10 @@ class Connection:
         self._token = token
         if tls or tls_ca is not None or tls_cert is not None:
             credentials = grpc.ssl_channel_credentials(_read(tls_ca), _read(tls_key), _read(tls_cert))
-            self._channels = [
-                grpc.secure_channel(address, credentials, options=_OPTIONS + more)
-                for more in (_PATIENT, _ATTENTIVE)
-            ]
+            open_channel = partial(grpc.secure_channel, address, credentials)
         else:
-            self._channels = [
-                grpc.insecure_channel(address, options=_OPTIONS + more) for more in (_PATIENT, _ATTENTIVE)
-            ]
+            open_channel = partial(grpc.insecure_channel, address)
+        self._channels = [open_channel(options=_OPTIONS + more) for more in (_PATIENT, _ATTENTIVE)]
         self._channel, self.stream_channel = self._channels
         self.reachability = Reachability(self._channel, address, retry_for)
         self.server: Any = server_pb2_grpc.ServerServiceStub(self._channel)  # type: ignore[no-untyped-call]
