@@ -42,7 +42,8 @@ absl::StatusOr<std::string> ReadPostgresSharesMark(PgPool& pool) {
   LATTICED_RETURN_IF_ERROR(pool.With([&](PgConnection& connection) -> absl::Status {
     LATTICED_ASSIGN_OR_RETURN(
         const PgRows rows,
-        connection.Execute("SELECT count(*), coalesce(max(number), 0) FROM latticed.share", {}));
+        connection.Execute("SELECT count(*), coalesce(sum(number), 0)::bigint FROM latticed.share",
+                           {}));
     mark = fmt::format("{} {}", rows.Number(0, 0), rows.Number(0, 1));
     return absl::OkStatus();
   }));

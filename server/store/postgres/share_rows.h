@@ -22,7 +22,8 @@ namespace latticed {
                                             std::string_view scene, std::string_view header);
 // OK as well if there is none.
 [[nodiscard]] absl::Status DeletePostgresShare(PgPool& pool, std::string_view id);
-// Their count and their last number: one share less or more changes it.
+// Their count and the sum of their numbers. A last number in place of the sum would miss a share that is deleted while an
+// older one, whose transaction took longer, appears.
 [[nodiscard]] absl::StatusOr<std::string> ReadPostgresSharesMark(PgPool& pool);
 
 }  // namespace latticed
