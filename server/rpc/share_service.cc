@@ -9,7 +9,6 @@
 #include "core/base/error.h"
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
-#include "fmt/format.h"
 #include "latticed/v1/share.grpc.pb.h"
 #include "server/base/auth/tenant.h"
 #include "server/rpc/access/audit.h"

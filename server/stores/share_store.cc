@@ -43,11 +43,6 @@ absl::Time TimeOfToken(std::string_view token) {
   return absl::FromUnixSeconds(seconds);
 }
 
-absl::Status Ended() {
-  return error::Unauthenticated(
-      "the token is of a share that has expired or was revoked, or whose scene was deleted");
-}
-
 std::string HeaderOf(const Share& share) {
   store::ShareHeader header;
   header.set_scene(share.scene);
@@ -137,11 +132,11 @@ absl::StatusOr<Caller> ShareStore::CallerOf(std::string_view token, absl::Time n
   const auto found = entries_.find(IdOfToken(token));
   if (found == entries_.end()) {
     const absl::Time made = TimeOfToken(token);
-    if (!shared() || made + kLeeway < read_time_ || made > now + kLeeway) return Ended();
+    if (!shared() || made + kLeeway < read_time_ || made > now + kLeeway) return ShareEnded();
     return error::Unavailable("UNAVAILABLE", "this server does not know the share yet", kRetryMs);
   }
   const auto& [share, end] = found->second;
-  if (Sha256Hex(token) != share.token_hash || share.expire_time <= now) return Ended();
+  if (Sha256Hex(token) != share.token_hash || share.expire_time <= now) return ShareEnded();
   return Caller{
       .name = fmt::format("share:{}", share.id),
       .role = share.role,

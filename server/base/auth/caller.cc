@@ -26,6 +26,11 @@ std::optional<Role> RoleFromName(std::string_view name) {
   return std::nullopt;
 }
 
+absl::Status ShareEnded() {
+  return error::Unauthenticated(
+      "the share of the token has expired or was revoked, or its scene was deleted");
+}
+
 absl::Status CheckRole(const Caller& caller, const Rpc& rpc) {
   if (caller.shared.has_value() && !rpc.is_for_shares) {
     return error::PermissionDenied(

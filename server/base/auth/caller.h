@@ -40,6 +40,9 @@ struct Caller {
   std::optional<SharedScene> shared = std::nullopt;
 };
 
+// kUnauthenticated, for a caller with the token of a share that is no longer there.
+[[nodiscard]] absl::Status ShareEnded();
+
 // An rpc, and the role that its callers need.
 struct Rpc {
   std::string_view name;  // "MeshService/UploadMesh"

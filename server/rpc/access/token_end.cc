@@ -9,9 +9,8 @@ namespace latticed {
 namespace {
 
 absl::Status EndOf(const Caller& caller) {
-  return error::Unauthenticated(
-      caller.shared.has_value() ? "the share has expired or was revoked, or its scene was deleted"
-                                : "the token has expired ('exp')");
+  return caller.shared.has_value() ? ShareEnded()
+                                   : error::Unauthenticated("the token has expired ('exp')");
 }
 
 }  // namespace
