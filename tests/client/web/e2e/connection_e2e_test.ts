@@ -5,12 +5,11 @@
 // Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer.
 import assert from 'node:assert/strict';
 import { after, test } from 'node:test';
-import type { Vec3 } from '@src/lattice/vec';
 import { followsDefinition } from './definition';
 import { openPage } from './browser';
 import { withData } from './restarts';
 import { tapSockets, type TappedSocket } from './socket_tap';
-import { browser, CORNER, direct, page, pointAtServer, server, setView, until, useStage } from './stage';
+import { browser, CORNER, moveCorner, page, pointAtServer, revision, server, setView, until, useStage } from './stage';
 import { TcpProxy } from './tcp_proxy';
 import { torusObj } from './torus';
 import { controlPoint, createScene, dropFiles, live, segmentsCome } from './viewer_page';
@@ -37,18 +36,6 @@ useStage({
   },
 });
 after(() => proxy.close());
-
-/** Moves the corner. Steps of 1/4 and 1/8 add up without rounding. */
-function move(offset: Vec3): Promise<void> {
-  return page.evaluate(
-    ([index, by]) => window.latticed.scene!.session.apply({ kind: 'move', indices: Uint32Array.of(index), offset: by }),
-    [CORNER, offset] as const,
-  );
-}
-
-async function revision(): Promise<number> {
-  return Number((await direct.scenes.getScene({ scene })).revision);
-}
 
 /** Records the session's states from now on. The returned function gives them. */
 async function states(): Promise<() => Promise<string[]>> {
@@ -82,13 +69,13 @@ test('a connection that is cut in the middle of edits comes back by itself: each
   const opened = sockets.length;
 
   proxy.holdAnswers();
-  await move([-0.25, 0, 0]); // arrives, but its answer does not
+  await moveCorner([-0.25, 0, 0]); // arrives, but its answer does not
   await until(async () => (await revision()) === first + 1);
-  await move([0, -0.25, 0]); // waits for that answer
+  await moveCorner([0, -0.25, 0]); // waits for that answer
   proxy.cut();
   await page.locator('.connection[data-state=retrying]').waitFor();
   await page.locator('.banner').getByText('The server cannot be reached. Trying again …').waitFor();
-  await move([0, 0, -0.25]); // only the page has this edit
+  await moveCorner([0, 0, -0.25]); // only the page has this edit
   assert.equal(await revision(), first + 1);
   proxy.mend();
   await page.locator('.connection[data-state=live]').waitFor();
@@ -106,7 +93,7 @@ test('when the browser says that its network is back, the page opens another con
 
   proxy.freeze(); // Chromium lets an open WebSocket go on while its page is offline
   await page.context().setOffline(true);
-  await move([0, 0.125, 0]);
+  await moveCorner([0, 0.125, 0]);
   await page.context().setOffline(false);
   await until(() => sockets.slice(opened).some(({ hello }) => hello !== undefined));
 
@@ -142,7 +129,7 @@ test('a connection that neither carries anything nor ends is noticed, and anothe
   proxy.shut(); // until the server has been asked: on a slow machine the page may notice before that
   proxy.freeze();
   const cut = Date.now();
-  await move([0.125, 0, 0]);
+  await moveCorner([0.125, 0, 0]);
   assert.equal(await revision(), first);
   proxy.mend();
   await until(async () => (await told()).at(-1) === 'live');

@@ -5,6 +5,7 @@
 import { join } from 'node:path';
 import { after, before } from 'node:test';
 import type { Browser, BrowserContextOptions, Page } from 'playwright-core';
+import type { Vec3 } from '@src/lattice/vec';
 import type {} from '@src/main'; // window.latticed
 import type { StreamSettings } from '@src/session/scene_session';
 import { LatticedServer } from '@src/wire/latticed_server';
@@ -99,4 +100,18 @@ export function allPoints(of = page): Promise<number[]> {
 export async function pointAtServer(index: number): Promise<number[]> {
   const scene = await page.evaluate(() => window.latticed.scene!.session.sceneId);
   return (await direct.scenes.getLattice({ scene })).lattice!.controlPoints.slice(3 * index, 3 * index + 3);
+}
+
+/** Moves the corner. Steps of 1/4 and 1/8 add up without rounding. */
+export function moveCorner(offset: Vec3): Promise<void> {
+  return page.evaluate(
+    ([index, by]) => window.latticed.scene!.session.apply({ kind: 'move', indices: Uint32Array.of(index), offset: by }),
+    [CORNER, offset] as const,
+  );
+}
+
+/** The server's revision of the page's scene. */
+export async function revision(): Promise<number> {
+  const scene = await page.evaluate(() => window.latticed.scene!.session.sceneId);
+  return Number((await direct.scenes.getScene({ scene })).revision);
 }

@@ -9,26 +9,13 @@ import { test } from 'node:test';
 import type { Vec3 } from '@src/lattice/vec';
 import { followsDefinition } from './definition';
 import { keepToasts, withData } from './restarts';
-import { CORNER, direct, errors, OBJ, openTorus, page, pointAtServer, press, server, until, useStage } from './stage';
+import { CORNER, errors, moveCorner, OBJ, openTorus, page, pointAtServer, press, revision, server, until, useStage } from './stage';
 import { controlPoint, live, pointComesTo } from './viewer_page';
 
 const DOWN_MS = 500;
 const MOST_PAUSE_MS = 2000; // from the start of the new server's process
 
 useStage({ serverOptions: withData(), begin: () => openTorus(1) });
-
-/** Moves the corner. Steps of 1/4 add up without rounding. */
-function move(offset: Vec3): Promise<void> {
-  return page.evaluate(
-    ([index, by]) => window.latticed.scene!.session.apply({ kind: 'move', indices: Uint32Array.of(index), offset: by }),
-    [CORNER, offset] as const,
-  );
-}
-
-async function revision(): Promise<number> {
-  const scene = await page.evaluate(() => window.latticed.scene!.session.sceneId);
-  return Number((await direct.scenes.getScene({ scene })).revision);
-}
 
 /** Waits until the page and the server have the corner at a place. */
 async function arrives(target: Vec3): Promise<void> {
@@ -40,7 +27,7 @@ async function arrives(target: Vec3): Promise<void> {
 test('a page goes on after its server was killed: edits made meanwhile arrive once, and older ones can be undone', async () => {
   const [first, [x, y, z]] = [await revision(), await controlPoint(page, CORNER)];
   await keepToasts(page);
-  await move([0.25, 0, 0]);
+  await moveCorner([0.25, 0, 0]);
   await until(async () => (await revision()) === first + 1);
   const told = await page.evaluateHandle(() => {
     const all: { readonly state: string; readonly at: number }[] = [];
@@ -50,8 +37,8 @@ test('a page goes on after its server was killed: edits made meanwhile arrive on
 
   await server.kill();
   await page.locator('.connection[data-state=retrying]').waitFor();
-  await move([0, 0.25, 0]);
-  await move([0, 0, 0.25]);
+  await moveCorner([0, 0.25, 0]);
+  await moveCorner([0, 0, 0.25]);
   await new Promise((resolve) => setTimeout(resolve, DOWN_MS));
   const restarted = Date.now();
   await server.restart();

@@ -9,10 +9,9 @@ import { mkdtempSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { after, test } from 'node:test';
-import type { Vec3 } from '@src/lattice/vec';
 import { openPage } from './browser';
 import { keepToasts } from './restarts';
-import { browser, CORNER, direct, errors, openTorus, page, pointAtServer, server, shot, until, useStage } from './stage';
+import { browser, CORNER, direct, errors, moveCorner, openTorus, page, pointAtServer, revision, server, shot, until, useStage } from './stage';
 import { controlPoint, live, pointComesTo } from './viewer_page';
 
 const LEEWAY_S = 30; // by which the server takes a token for longer than it says
@@ -40,19 +39,6 @@ useStage({
   },
 });
 
-/** Moves the corner. Steps of 1/4 add up without rounding. */
-function move(offset: Vec3): Promise<void> {
-  return page.evaluate(
-    ([index, by]) => window.latticed.scene!.session.apply({ kind: 'move', indices: Uint32Array.of(index), offset: by }),
-    [CORNER, offset] as const,
-  );
-}
-
-async function revision(): Promise<number> {
-  const scene = await page.evaluate(() => window.latticed.scene!.session.sceneId);
-  return Number((await direct.scenes.getScene({ scene })).revision);
-}
-
 async function give(token: string): Promise<void> {
   await page.getByLabel('New token').fill(token);
   await page.getByRole('button', { name: 'Go on' }).click();
@@ -63,12 +49,12 @@ test('when the token ends the page asks for another; edits wait for it and then 
   await keepToasts(page);
   const short = tokenFor(4);
   await page.evaluate((token) => (location.hash = `#token=${token}`), short); // as a link to the open page does
-  await move([0.25, 0, 0]);
+  await moveCorner([0.25, 0, 0]);
   await until(async () => (await revision()) === first + 1);
 
   await page.locator('.banner').getByText(ASKS).waitFor();
-  await move([0, 0.25, 0]);
-  await move([0, 0, 0.25]);
+  await moveCorner([0, 0.25, 0]);
+  await moveCorner([0, 0, 0.25]);
   await shot('viewer_token');
   await give('no token');
   await page.locator('.connection[data-state=retrying]').waitFor({ state: 'detached' });
