@@ -50,7 +50,7 @@ class SceneRegistry {
     std::shared_ptr<MemoryBudget> memory;
     // Called by every Tick, with no lock held, for other housekeeping.
     std::function<void()> on_tick;
-    // The same, about once a second as well, on a thread that may wait for the store.
+    // Called about once a second, with no lock held, on a thread that may wait for the store.
     std::function<void(absl::Time now)> on_tend;
     // Called with no lock held when the scene was deleted, or has expired, here.
     std::function<void(std::string_view id)> on_delete;

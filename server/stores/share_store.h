@@ -70,7 +70,7 @@ class ShareStore {
   [[nodiscard]] absl::StatusOr<Caller> CallerOf(std::string_view token, absl::Time now) const
       ABSL_LOCKS_EXCLUDED(mutex_);
 
-  // Ends the shares of a scene that was deleted, and with it their rows in the store.
+  // Ends the shares of a scene that was deleted. The store has deleted their rows with the scene's.
   void DropScene(std::string_view scene) ABSL_LOCKS_EXCLUDED(mutex_);
   // Reads what the store has. Shares that are damaged are logged and left out.
   [[nodiscard]] absl::Status Read(absl::Time now) ABSL_LOCKS_EXCLUDED(mutex_);

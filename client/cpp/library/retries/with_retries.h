@@ -11,8 +11,8 @@
 
 namespace latticed::client {
 
-// Calls an idempotent function, which makes a call on the channel, until it succeeds, or Attempts has no other attempt. Returns the last status. A request
-// of `stop` ends a pause, and is followed by no attempt.
+// Calls a function, which makes an idempotent call on the channel, until it succeeds or Attempts has no other attempt.
+// Returns the last status. A request of `stop` ends a pause; no attempt follows.
 [[nodiscard]] absl::Status WithRetries(Reachability* server, grpc::Channel& channel,
                                        const std::stop_token& stop,
                                        const std::function<absl::Status()>& call);

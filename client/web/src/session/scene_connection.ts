@@ -148,7 +148,7 @@ export class SceneConnection implements Wakeable {
     this.listen();
   }
 
-  /** Doubled for each silence within an update, which a very slow line may take for one message: a browser says nothing of it before its end. */
+  /** Doubled for each silence within an update. One message may fill a very slow line, and a browser tells of it at its end. */
   private get mostSilenceMs(): number {
     const doublings = Math.min(this.silences, SceneConnection.MOST_DOUBLINGS);
     return this.heartbeatMs > 0 ? SceneConnection.SILENT_HEARTBEATS * this.heartbeatMs * 2 ** doublings : SceneConnection.FIRST_EVENT_MS;
