@@ -80,7 +80,7 @@ struct Options {
   bool reflection = false;           // answer gRPC reflection on an open port too
   std::string log_level = "info";    // trace, debug, info, warn, error, off
   std::string log_format = "text";   // text or json
-  absl::Duration heartbeat_interval = absl::Seconds(1);
+  absl::Duration heartbeat_interval = absl::Milliseconds(600);
   absl::Duration first_message_timeout = absl::Seconds(30);  // of a stream that has begun
   absl::Duration write_timeout = absl::Seconds(60);          // for a client to take what is written
   absl::Duration drain_delay = absl::Seconds(2);  // NOT_SERVING to Shutdown: lets balancers notice

@@ -26,9 +26,9 @@ const options: grpc.ChannelOptions = {
   'grpc.keepalive_time_ms': 30_000,
   'grpc.keepalive_timeout_ms': 10_000,
 };
-// Of scenes and their streams, which notice it in two seconds. The answer to a ping waits for at most 64 KiB of
+// Of scenes and their streams, which notice it in 1.5 s. The answer to a ping waits for at most 64 KiB of
 // an update, which is what grpc-js lets a server send ahead. Uploads and backups fill the other direction, and have patience.
-const attentive: grpc.ChannelOptions = { ...options, 'grpc.keepalive_time_ms': 1200, 'grpc.keepalive_timeout_ms': 800 };
+const attentive: grpc.ChannelOptions = { ...options, 'grpc.keepalive_time_ms': 800, 'grpc.keepalive_timeout_ms': 700 };
 
 export interface Services {
   backups: InstanceType<BackupProtos['latticed']['v1']['BackupService']>;

@@ -26,11 +26,11 @@ _OPTIONS = [
 ]
 # Pings notice a silently lost connection.
 _PATIENT = [("grpc.keepalive_time_ms", 30000), ("grpc.keepalive_timeout_ms", 10000)]
-# Of streams, on which the server sends heartbeats every second: a silence of 1.2 s is suspicious, and a ping must be
+# Of streams, on which the server sends heartbeats every 0.6 s: a silence of 0.8 s is suspicious, and a ping must be
 # answered in 0.7 s. A busy line, slow as it may be, is not silent. Other calls have no heartbeats, and while a slow line is
 # busy with an upload, nothing comes back for seconds. So they have a channel of their own.
 _ATTENTIVE = [
-    ("grpc.keepalive_time_ms", 1200),
+    ("grpc.keepalive_time_ms", 800),
     ("grpc.keepalive_timeout_ms", 700),
     # Where heartbeats are rarer, pings go on: gRPC would stop after two.
     ("grpc.http2.max_pings_without_data", 0),

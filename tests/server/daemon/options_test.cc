@@ -35,7 +35,7 @@ TEST(OptionsTest, DefaultsAreLoopbackAndAuto) {
   ASSERT_OK(parsed);
   EXPECT_EQ(parsed->options.listen, "127.0.0.1:50151");
   EXPECT_EQ(parsed->options.backend, "auto");
-  EXPECT_EQ(parsed->options.heartbeat_interval, absl::Seconds(1));
+  EXPECT_EQ(parsed->options.heartbeat_interval, absl::Milliseconds(600));
   EXPECT_FALSE(parsed->text.has_value());
 }
 

@@ -9,8 +9,8 @@
 namespace latticed::client {
 namespace {
 
-// Longer than the second between two heartbeats.
-constexpr int kSilentMs = 1'200;
+// Longer than the 0.6 s between two heartbeats.
+constexpr int kSilentMs = 800;
 constexpr int kAnswerMs = 700;
 // The watch notices so late that it is stopped.
 constexpr auto kWatchSlice = std::chrono::milliseconds(100);

@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The channel of streams, which notices within about two seconds that its server is cut off without a word.
+// The channel of streams, which notices within 1.5 s that its server is cut off without a word.
 //
-//   a second    between heartbeats of the server, also while it sends nothing else
-//   1.2 s       without any byte: the channel pings. A busy line, slow as it may be, is not pinged
+//   0.6 s       between heartbeats of the server, also while it sends nothing else
+//   0.8 s       without any byte: the channel pings. A busy line, slow as it may be, is not pinged
 //   0.7 s more  without an answer: its calls fail, UNAVAILABLE
 //
 // Other calls have no heartbeats: while a slow line is busy with a large upload, nothing comes back for seconds. They
