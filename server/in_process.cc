@@ -4,6 +4,7 @@
 
 #include <grpcpp/grpcpp.h>
 
+#include <thread>
 #include <utility>
 
 #include "absl/time/clock.h"
@@ -179,14 +180,28 @@ Pulse InProcessServer::TakePulse() const { return env_->TakePulse(); }
 
 void InProcessServer::Drain() {
   server_->SetServing(false);
-  absl::SleepFor(env_->options.drain_delay);
-  env_->drain.request_stop();
-  // Other servers go on with the scenes at once.
-  if (env_->store != nullptr && env_->store->shared()) env_->scenes->Retire(kMostRetiring);
-  const absl::Time deadline = absl::Now() + env_->options.drain_timeout;
-  if (web_ != nullptr) web_->Drain(deadline);
-  server_->Shutdown(deadline);
+  if (env_->store != nullptr && env_->store->shared()) {
+    HandOver();
+  } else {
+    absl::SleepFor(env_->options.drain_delay);
+    env_->drain.request_stop();
+    const absl::Time deadline = absl::Now() + env_->options.drain_timeout;
+    if (web_ != nullptr) web_->Drain(deadline);
+    server_->Shutdown(deadline);
+  }
   LogRefusalSums(*env_->calls, absl::InfiniteFuture());
+}
+
+// New connections are refused before the first scene is released. Whoever comes back then is sent to another server, by a
+// proxy which noticed nothing else yet, and that server can claim the scene.
+void InProcessServer::HandOver() {
+  const absl::Time deadline = absl::Now() + env_->options.drain_timeout;
+  const std::jthread calls([this, deadline] { server_->Shutdown(deadline); });
+  const std::jthread pages([this, deadline] {
+    if (web_ != nullptr) web_->Drain(deadline);
+  });
+  env_->scenes->Retire(kMostRetiring);
+  env_->drain.request_stop();
 }
 
 void InProcessServer::Stop() {

@@ -67,13 +67,15 @@ class InProcessServer {
   [[nodiscard]] std::string metrics() const;
 
   // Ends the server so that balancers notice: health says NOT_SERVING; options.drain_delay passes; streams
-  // get goaway, new calls are refused, and running calls have options.drain_timeout to end. Then Stop.
+  // get goaway, new calls are refused, and running calls have options.drain_timeout to end. Then Stop. Where others share the
+  // store, it hands its scenes over at once.
   void Drain();
   // Cancels running calls and returns when all are done. Idempotent.
   void Stop();
 
  private:
   InProcessServer();
+  void HandOver();
   // Without `backends` it makes those of options.backend.
   static absl::StatusOr<std::unique_ptr<InProcessServer>> ServeOn(
       Options options, std::vector<std::unique_ptr<Backend>> backends,

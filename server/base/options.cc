@@ -181,7 +181,8 @@ void Define(CLI::App& app, Options& o) {
               "Time limit for the first message of a stream");
   AddDuration(app, "--write-timeout", o.write_timeout,
               "Time limit for a client to take what a call writes; then the call is cancelled");
-  AddDuration(app, "--drain-delay", o.drain_delay, "Time from NOT_SERVING until calls are refused");
+  AddDuration(app, "--drain-delay", o.drain_delay,
+              "Time from NOT_SERVING until calls are refused; none with --store postgres");
   AddDuration(app, "--drain-timeout", o.drain_timeout,
               "Time for running calls to end before they are cancelled");
   AddDuration(app, "--scene-idle-ttl", o.scene_idle_ttl, "Default idle_ttl of a scene");

@@ -34,8 +34,7 @@ for name in a b c proxy; do
 done
 start() {  # SERVER
   "$build/server/latticed" --backend cpu --threads 1 --store postgres --store-url-file url --mesh-store meshes --advertise "$1" \
-    --listen "127.0.0.1:${ports[$1address]}" --http "127.0.0.1:${ports[$1http]}" --admin "127.0.0.1:${ports[$1admin]}" \
-    --drain-delay 0s >>"$1.txt" 2>&1 &
+    --listen "127.0.0.1:${ports[$1address]}" --http "127.0.0.1:${ports[$1http]}" --admin "127.0.0.1:${ports[$1admin]}" >>"$1.txt" 2>&1 &
   pids[$1]=$!
 }
 for name in a b c; do start "$name"; done

@@ -155,7 +155,7 @@ def idle_connections(target, seen):
         except BlockingIOError:
             seen.count("open")
             seen.expect(
-                number % 3 == 2 or target.is_proxied,  # the proxy keeps them for 60 s, and 64 of an address
+                number % 3 == 2 or target.is_proxied,  # the proxy keeps them for 60 s, and 128 of an address
                 "a connection without settings stays open for 12 s",
             )
         except OSError:

@@ -83,7 +83,7 @@ class SqliteWriter {
   std::unique_ptr<SceneRows> rows_;
   absl::Status failure_;  // of the medium; not OK: nothing is written
   absl::Time next_commit_ = absl::InfinitePast();
-  int log_pages_ = 0;     // of the write-ahead log after the last commit
+  int log_pages_ = 0;  // of the write-ahead log after the last commit
   WriteQueue queue_;
   std::thread thread_;  // last: it uses the rest
 };

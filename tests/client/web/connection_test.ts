@@ -216,30 +216,30 @@ test('a server that did not answer in time is left alone for the longest pause; 
   assert.ok(pausesAnHour());
 });
 
-test('a stream that is silent for two and a half heartbeats is given up; within an update the next has twice the time', async (t) => {
+test('a stream that is silent for two and a half heartbeats is given up; within an update after twice the time, then four times', async (t) => {
   const waits = t.mock.method(globalThis, 'setTimeout');
   const waited = (ms: number): boolean => waits.mock.calls.some(({ arguments: [, asked] }) => asked === ms);
   const fixture = new SessionFixture(t);
   const silent = async (): Promise<void> => {
     waits.mock.resetCalls();
     const { length } = fixture.sockets.opened;
-    fixture.stream.hello(undefined, 20);
+    fixture.stream.hello(undefined, 24);
     await until(() => fixture.sockets.opened.length > length);
   };
 
   await silent();
-  assert.ok(waited(50));
+  assert.ok(waited(120) && !waited(60));
   await silent();
-  assert.ok(waited(100) && !waited(50));
+  assert.ok(waited(240) && !waited(120));
   fixture.stream.event({ case: 'updateEnd', value: {} });
   await silent();
-  assert.ok(waited(50));
-  fixture.stream.hello(undefined, 20);
+  assert.ok(waited(60));
+  fixture.stream.hello(undefined, 24);
   fixture.stream.event({ case: 'updateEnd', value: {} });
   const { length } = fixture.sockets.opened;
   await until(() => fixture.sockets.opened.length > length);  // nothing large was under way: a cut, and no slow line
   await silent();
-  assert.ok(waited(50));
+  assert.ok(waited(120) && !waited(240));
   assert.equal(fixture.session.status.state, 'retrying');
 });
 

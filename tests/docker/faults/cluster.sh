@@ -34,7 +34,7 @@ put_back() { ip link set "to-$1" master bridge; }
 
 start() {  # SERVER
   # shellcheck disable=SC2086  # the arguments are words
-  nsenter -t "${pids[net-$1]}" --net "$build/server/latticed" --backend cpu --threads 1 --insecure --drain-delay 0s \
+  nsenter -t "${pids[net-$1]}" --net "$build/server/latticed" --backend cpu --threads 1 --insecure \
     --listen "${address[$1]}:50151" --http "${address[$1]}:8080" --admin "${address[$1]}:9090" ${arguments[$1]} >>"$1.txt" 2>&1 &
   pids[$1]=$!
 }
@@ -61,6 +61,8 @@ make_cluster() {
   arguments[solo]="--data-dir solo-data"
   for name in a b c; do start "$name"; done
   for name in a b c; do edits+=(-e "s/ $name $name:/ $name ${address[$name]}:/"); done
+  # All editors have one address here.
+  edits+=(-e 's/sc0_conn_cur gt 128/sc0_conn_cur gt 1024/')
   # The fourth server is as the third. sed prints a line as it is by then.
   edits+=(-e "/^  server c /{p; s/ c ${address[c]}:/ d ${address[d]}:/}")
   make_proxy 127.0.0.1:443 "${edits[@]}"

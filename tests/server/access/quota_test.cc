@@ -262,7 +262,8 @@ TEST_F(QuotaTest, BytesAreSentInTimeOrNotBegun) {
 
 // A client takes silence for a cut, and would ask for all again.
 TEST_F(QuotaTest, HeartbeatsDoNotWaitForBytes) {
-  options_.heartbeat_interval = absl::Seconds(1);  // the watcher sends none, and would be paused after three
+  options_.heartbeat_interval =
+      absl::Seconds(1);  // the watcher sends none, and would be paused after three
   Start(R"({"acme": {"bytes_per_second": 60000}})");
   UploadCube();
   ASSERT_OK(CreateAs(kAcme, kScene));

@@ -34,7 +34,6 @@ class MovesTest : public StreamTest {
     Options options;
     if (name == "one") options.memory_bytes = kLittleMemory;
     options.heartbeat_interval = kHeartbeat;
-    options.drain_delay = absl::ZeroDuration();
     options.advertise = name;
     options.log_level = "off";
     return options;

@@ -56,7 +56,7 @@ export function followPage(connection: Wakeable): () => void {
  */
 export class SceneConnection implements Wakeable {
   private static readonly SILENT_HEARTBEATS = 2.5;
-  private static readonly MOST_DOUBLINGS = 4;
+  private static readonly MOST_DOUBLINGS = 5;
   private static readonly BUSY_MS = 200;
   private static readonly FIRST_EVENT_MS = 15_000;
   private static readonly SOON_MS = 1000;
@@ -75,7 +75,6 @@ export class SceneConnection implements Wakeable {
   private goawayMs = 0;
   private readonly timers: { heartbeat?: Timer; silence?: Timer; suspicion?: Timer | undefined; retry?: Timer } = {};
   private closed = false;
-  private silenceMs = SceneConnection.FIRST_EVENT_MS;
   private heartbeatMs = 0;  // of this stream
 
   /** @param kinds Kinds of streams, the preferred one first. */
@@ -91,7 +90,6 @@ export class SceneConnection implements Wakeable {
     this.heard = false;
     this.isUpdating = true;
     this.heartbeatMs = 0;
-    this.silenceMs = SceneConnection.FIRST_EVENT_MS;
     this.stream = this.kinds[this.kind]!(this.host.request(), {
       event: (event) => this.received(event),
       end: (error) => void this.lost(error),
@@ -132,38 +130,33 @@ export class SceneConnection implements Wakeable {
   private received(event: SceneEvent): void {
     this.heard = true;
     this.doubted = false;
-    this.listen();
     const { case: kind, value } = event.event;
     if (kind === 'hello') this.begin(value);
     else if (kind === 'updateBegin') this.isUpdating = true;
     else if (kind === 'updateEnd') this.updated();
     else if (kind === 'goaway') this.goawayMs = milliseconds(value.retryAfter);
+    this.listen();
+    if (kind === 'hello') this.host.opened(value);
     this.host.event(event);
   }
 
   private updated(): void {
     this.attempts = this.silences = 0;
     this.isUpdating = false;
-    this.silenceMs = this.mostSilenceMs;
-    this.listen();
   }
 
-  /** Doubled for each silence within an update. One message may fill a very slow line, and a browser tells of it at its end. */
-  private get mostSilenceMs(): number {
-    const doublings = Math.min(this.silences, SceneConnection.MOST_DOUBLINGS);
-    return this.heartbeatMs > 0 ? SceneConnection.SILENT_HEARTBEATS * this.heartbeatMs * 2 ** doublings : SceneConnection.FIRST_EVENT_MS;
+  /** Doubled within an update, and again for each silence there. A message may fill a slow line, and a browser tells of it at its end. */
+  private get silenceMs(): number {
+    if (this.heartbeatMs === 0) return SceneConnection.FIRST_EVENT_MS;
+    const doublings = this.isUpdating ? Math.min(1 + this.silences, SceneConnection.MOST_DOUBLINGS) : 0;
+    return SceneConnection.SILENT_HEARTBEATS * this.heartbeatMs * 2 ** doublings;
   }
 
   private begin(hello: Hello): void {
     this.openedAt = performance.now();
     this.goawayMs = 0;
     this.heartbeatMs = milliseconds(hello.heartbeat);
-    if (this.heartbeatMs > 0) {
-      this.silenceMs = this.mostSilenceMs;
-      this.timers.heartbeat = setInterval(() => this.beat(), this.heartbeatMs);
-      this.listen();
-    }
-    this.host.opened(hello);
+    if (this.heartbeatMs > 0) this.timers.heartbeat = setInterval(() => this.beat(), this.heartbeatMs);
   }
 
   private beat(): void {
