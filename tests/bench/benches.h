@@ -23,6 +23,7 @@ void RegisterEvaluateBenches();   // control points to vertices
 void RegisterFloorBenches();      // streaming stores; product (25) alone
 void RegisterPlanBenches();       // from mesh and lattice to plan
 void RegisterCodecBenches();      // from vertices to Draco bytes, and their number
+void RegisterDecodeBenches();     // from Draco bytes to integers
 void RegisterPatchesBenches();    // what a client does with an edit: patches against Draco
 void RegisterCpuEncodeBenches();  // from an edit to Draco bytes
 void RegisterDeliveryBenches();   // chunks to a client's memory, through gRPC

@@ -76,6 +76,7 @@ int Benchmarks(const Options& options) {
   RegisterEvaluateBenches();
   RegisterPlanBenches();
   RegisterCodecBenches();
+  RegisterDecodeBenches();
   RegisterPatchesBenches();
   RegisterCpuEncodeBenches();
   RegisterDeliveryBenches();

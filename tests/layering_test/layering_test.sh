@@ -63,7 +63,9 @@ declare -A allowed=(
   [server/edge]="core/ latticed/v1/ server/base/ server/net/ server/engine/ server/stores/ server/rpc/ server/wire/ server/edge/"
   [server/web]="core/base/ latticed/v1/ server/base/ server/net/ server/wire/ server/web/"
   [server]="core/ cuda/cuda_backend.h latticed/v1/ server/"
-  [client/library]="core/base/ core/mesh/ core/ffd/ core/adaptive/ core/codec/ core/patches/ latticed/v1/ client/cpp/library/"
+  [client/decoder/lanes]="client/decoder/lanes/"
+  [client/decoder]="client/decoder/"
+  [client/library]="client/decoder/chunk_decoder.h core/base/ core/mesh/ core/ffd/ core/adaptive/ core/codec/ core/patches/ latticed/v1/ client/cpp/library/"
   [client/latticectl/backup]="core/base/ latticed/v1/ client/cpp/latticectl/backup/"
   [client/latticectl/output]="core/base/ client/cpp/library/ client/cpp/latticectl/output/"
   [client/latticectl/geometry]="core/base/ core/mesh/ core/ffd/ core/codec/ latticed/v1/ client/cpp/latticectl/geometry/"
@@ -84,7 +86,7 @@ readonly guarded=(
   '^zlib' '^core/patches/zlib_stream'
   '^draco' '^(core/codec|client|server|tests)/'
   '^(tbb|oneapi)/' '^(core/(cpu|view)|server|tests)/'
-  '^hwy/' '^(core/(cpu|codec|view)|client/cpp/library/patches|tests)/'
+  '^hwy/' '^(core/(cpu|codec|view)|client/cpp/library/patches|client/decoder/lanes|tests)/'
   '^prometheus/' '^server/edge/metric'
   '^libpq' '^(server|tests/server)/store/'
   '^cjose/' '^server/base/auth/'
@@ -102,6 +104,7 @@ set_layer() {  # FILE
     core/adaptive/*) layer=core/adaptive ;; core/patches/*) layer=core/patches ;; core/codec/*) layer=core/codec ;; core/view/*) layer=core/view ;; core/cpu/*/*) layer=${1%/*} ;; core/cpu/*) layer=core/cpu ;; core/*) layer=core/backend ;;
     cuda/*/*) layer=${1%/*} ;; cuda/*) layer=cuda ;;
     server/*/*) layer=${1%/*} ;; server/*) layer=server ;; tests/*) layer=tests ;;
+    client/decoder/lanes/*) layer=client/decoder/lanes ;; client/decoder/*) layer=client/decoder ;;
     client/cpp/latticectl/commands/*) layer=client/latticectl ;;
     client/cpp/latticectl/*/*) layer=${1#*/cpp/} layer=client/${layer%/*} ;;
     client/cpp/library/* | client/cpp/latticectl/* | client/cpp/load/*) layer=${1#*/cpp/} layer=client/${layer%%/*} ;;

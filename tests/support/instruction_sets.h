@@ -39,6 +39,13 @@ inline std::vector<int64_t> Targets() {
   return targets;
 }
 
+// The same with those that the encoder's kernels leave out.
+inline std::vector<int64_t> AllTargets() {
+  std::vector<int64_t> targets = Targets();
+  if (hwy::SupportedTargets() & HWY_SSSE3) targets.insert(targets.end() - 1, HWY_SSSE3);
+  return targets;
+}
+
 }  // namespace latticed::testing
 
 #endif  // LATTICED_TESTS_SUPPORT_INSTRUCTION_SETS_H_

@@ -28,10 +28,17 @@ struct DecodedPoints {
   std::vector<Vec3f> normals;    // unit, or empty
 };
 
-// Appends the points of one chunk to `points`. `view` is UpdateBegin.view, with all fields set.
-[[nodiscard]] absl::Status DecodeChunk(std::string_view data, size_t point_count,
-                                       const v1::ViewOptions& view,
-                                       const v1::Quantisation& quantisation, DecodedPoints* points);
+// A chunk as it came.
+struct EncodedChunk {
+  std::string_view data;
+  size_t point_count = 0;  // that it must have
+  const v1::Quantisation* quantisation = nullptr;
+};
+
+// Appends the points of the chunks to `points`. `view` is UpdateBegin.view, with all fields set. Draco streams that latticed
+// did not write go to libdraco; the others take a quarter of its time, if eight or more come together.
+[[nodiscard]] absl::Status DecodeChunks(std::span<const EncodedChunk> chunks,
+                                        const v1::ViewOptions& view, DecodedPoints* points);
 
 }  // namespace latticed::client
 

@@ -286,12 +286,16 @@ absl::StatusOr<DecodedPoints> Surface::Decode() const {
   DecodedPoints points;
   points.positions.reserve(PointCount());
   if (view_.normals() != v1::NORMAL_MODE_NONE) points.normals.reserve(PointCount());
-  size_t index = 0;
+  std::vector<EncodedChunk> encoded;
+  encoded.reserve(chunks_.size());
   for (const auto& run : topology_.chunk_runs()) {
-    for (uint32_t i = 0; i < run.chunk_count(); ++i, ++index) {
-      LATTICED_RETURN_IF_ERROR(DecodeOnto(index, run.patches_per_chunk(), &points));
+    for (uint32_t i = 0; i < run.chunk_count(); ++i) {
+      LATTICED_ASSIGN_OR_RETURN(const EncodedChunk chunk,
+                                Encoded(encoded.size(), run.patches_per_chunk()));
+      encoded.push_back(chunk);
     }
   }
+  LATTICED_RETURN_IF_ERROR(DecodeChunks(encoded, view_, &points));
   return points;
 }
 
@@ -301,20 +305,21 @@ absl::StatusOr<DecodedPoints> Surface::Decode(size_t chunk) const {
     return absl::InvalidArgumentError(fmt::format("chunk {} of {}", chunk, chunks_.size()));
   }
   DecodedPoints points;
-  LATTICED_RETURN_IF_ERROR(DecodeOnto(chunk, PatchesOf(chunk).count, &points));
+  LATTICED_ASSIGN_OR_RETURN(const EncodedChunk encoded, Encoded(chunk, PatchesOf(chunk).count));
+  LATTICED_RETURN_IF_ERROR(DecodeChunks({&encoded, 1}, view_, &points));
   return points;
 }
 
-absl::Status Surface::DecodeOnto(size_t chunk, uint64_t patches, DecodedPoints* points) const {
+absl::StatusOr<EncodedChunk> Surface::Encoded(size_t chunk, uint64_t patches) const {
   const HeldChunk& held = chunks_[chunk];
   if (held.quantisation == nullptr) {
     return absl::DataLossError(fmt::format("chunk {} never came", chunk));
   }
   std::vector<PatchLayout> layouts;
   LATTICED_RETURN_IF_ERROR(LayoutOnto(chunk, patches, &layouts));
-  size_t count = 0;
-  for (const PatchLayout& layout : layouts) count += layout.point_count();
-  return DecodeChunk(held.data, count, view_, *held.quantisation, points);
+  EncodedChunk encoded{.data = held.data, .quantisation = held.quantisation.get()};
+  for (const PatchLayout& layout : layouts) encoded.point_count += layout.point_count();
+  return encoded;
 }
 
 }  // namespace latticed::client

@@ -94,9 +94,9 @@ class Surface {
   absl::Status TakeBounds(v1::Chunks chunks);
   absl::Status KeepBounds();
   absl::StatusOr<CompleteUpdate> TakeEnd(v1::UpdateEnd end);
-  // Appends the layouts or the points of a chunk.
+  // Appends the layouts of a chunk.
   absl::Status LayoutOnto(size_t chunk, uint64_t patches, std::vector<PatchLayout>* layouts) const;
-  absl::Status DecodeOnto(size_t chunk, uint64_t patches, DecodedPoints* points) const;
+  absl::StatusOr<EncodedChunk> Encoded(size_t chunk, uint64_t patches) const;
 
   LatticeHistory lattices_;
   std::map<std::string, v1::Topology> announced_;  // topologies of updates to come

@@ -97,12 +97,14 @@ void DecodeEditFromDraco(benchmark::State& state, const PatchNormalsCase& normal
   for (auto _ : state) {
     points.positions.clear();
     points.normals.clear();
+    std::vector<client::EncodedChunk> chunks;
     for (const uint32_t chunk : scenario.all_chunks) {
       const auto bytes = streams[chunk].span();
-      CheckOk(client::DecodeChunk({reinterpret_cast<const char*>(bytes.data()), bytes.size()},
-                                  ChunkPoints(*view, *scenario.plan, chunk), options, grid,
-                                  &points));
+      chunks.push_back({.data = {reinterpret_cast<const char*>(bytes.data()), bytes.size()},
+                        .point_count = ChunkPoints(*view, *scenario.plan, chunk),
+                        .quantisation = &grid});
     }
+    CheckOk(client::DecodeChunks(chunks, options, &points));
   }
   state.counters["points"] = static_cast<double>(points.positions.size());
   state.counters["bits"] = spec.position_bits;

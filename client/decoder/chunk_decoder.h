@@ -1,0 +1,55 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Decodes the Draco streams that latticed writes (core/codec/draco_writer.h) to the integers that they hold. Any other
+// stream is refused, and so is one that is damaged: then a stock decoder may try. Chunks of one call are decoded side by
+// side; from eight on it is fastest.
+//
+//   x y z 0 s t    uint16 each: grid coordinates, 0, and the octahedral normal (0 0 without normals)
+//
+// Values equal libdraco's with attribute transforms skipped.
+//
+// Threads  one decoder: one at a time. Memory is kept from one call to the next
+#ifndef LATTICED_CLIENT_DECODER_CHUNK_DECODER_H_
+#define LATTICED_CLIENT_DECODER_CHUNK_DECODER_H_
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+
+namespace latticed::decoder {
+
+inline constexpr size_t kNumbersPerPoint = 6;
+
+struct ChunkForm {
+  int position_bits = 12;
+  int normal_bits = 0;  // 0: no normals
+};
+
+struct ChunkJob {
+  std::span<const uint8_t> stream;
+  uint32_t points = 0;      // that it must have
+  uint16_t* out = nullptr;  // points x kNumbersPerPoint
+
+  // Results. Unless `decoded`, what was written to `out` means nothing; nothing was written beside it.
+  bool decoded = false;
+  uint16_t least[3] = {}, most[3] = {};  // of x y z
+};
+
+class ChunkDecoder {
+ public:
+  ChunkDecoder();
+  ~ChunkDecoder();
+
+  // Returns whether all were decoded.
+  bool Decode(const ChunkForm& form, std::span<ChunkJob> jobs);
+
+ private:
+  struct Workspace;
+  std::unique_ptr<Workspace> workspace_;
+};
+
+}  // namespace latticed::decoder
+
+#endif  // LATTICED_CLIENT_DECODER_CHUNK_DECODER_H_

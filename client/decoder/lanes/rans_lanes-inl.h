@@ -1,0 +1,122 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// States of up to eight streams in turns: while one waits for its table, the others go on. A word has the state x < 2^22
+// at its top and the stream's next bytes below it, so that to take bytes in is a shift:
+//
+//   x' = x - cumulative - q complement, then a byte for each 8 bits that x' lacks of 2^14
+//
+// x' >= 4, since q >= 4: two bytes a symbol at most. 42 bits below the state are enough for two symbols.
+// Included once per instruction set by lane_kernel.cc.
+#if defined(LATTICED_CLIENT_DECODER_LANES_RANS_LANES_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef LATTICED_CLIENT_DECODER_LANES_RANS_LANES_INL_H_
+#undef LATTICED_CLIENT_DECODER_LANES_RANS_LANES_INL_H_
+#else
+#define LATTICED_CLIENT_DECODER_LANES_RANS_LANES_INL_H_
+#endif
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstring>
+
+#include "client/decoder/lanes/lane_kernel.h"
+#include "hwy/highway.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace latticed::decoder::lane_kernel {
+namespace HWY_NAMESPACE {
+
+constexpr int kQuotientShift = kStateShift + kNarrowPrecision;
+constexpr int kBelowState = 64 - kStateShift;
+constexpr uint64_t kLeastState = uint64_t{4} << kNarrowPrecision;
+constexpr uint32_t kMostSymbolBytes = 2;
+
+// Takes the next symbol. Returns the bits that were shifted in.
+HWY_INLINE uint32_t Step(uint64_t& word, const NarrowTable& table, uint16_t* out) {
+  const uint32_t rank = table.rank[word >> kStateShift & (kNarrowSlots - 1)];
+  word -= table.cumulative[rank] + (word >> kQuotientShift) * table.complement[rank];
+  *out = table.symbol[rank];
+  const auto bits = static_cast<uint32_t>(std::countl_zero(word)) & 24;
+  word <<= bits;
+  return bits;
+}
+
+// Decodes as many symbols as all lanes surely have bytes for.
+template <size_t kCount>
+HWY_INLINE void RunTogether(SymbolLane* const* lanes) {
+  uint32_t steps = ~0u;
+  std::array<uint64_t, kCount> word;
+  std::array<const uint8_t*, kCount> at;
+  std::array<uint16_t*, kCount> out;
+  std::array<const NarrowTable*, kCount> table;
+  for (size_t k = 0; k < kCount; ++k) {
+    const SymbolLane& lane = *lanes[k];
+    const auto bytes = static_cast<size_t>(lane.at - lane.begin);
+    steps = static_cast<uint32_t>(
+        std::min<size_t>({steps, lane.symbols - lane.done, bytes / kMostSymbolBytes}));
+    word[k] = lane.word;
+    at[k] = lane.at;
+    table[k] = lane.table;
+    out[k] = lane.out + size_t{lane.done} * kLanes;
+  }
+  steps &= ~1u;
+  for (uint32_t step = 0; step < steps; step += 2) {
+    for (size_t k = 0; k < kCount; ++k) {
+      uint64_t below;
+      std::memcpy(&below, at[k] - sizeof(below), sizeof(below));
+      // Bytes that are there already are put to the same place.
+      word[k] |= below >> kBelowState;
+      uint32_t bits = Step(word[k], *table[k], out[k]);
+      bits += Step(word[k], *table[k], out[k] + kLanes);
+      out[k] += 2 * kLanes;
+      at[k] -= bits / 8;
+    }
+  }
+  for (size_t k = 0; k < kCount; ++k) {
+    lanes[k]->word = word[k];
+    lanes[k]->at = at[k];
+    lanes[k]->done += steps;
+  }
+}
+
+// Decodes the last symbols byte by byte, and checks the end.
+inline void RunToEnd(SymbolLane& lane) {
+  uint64_t state = lane.word >> kStateShift;
+  for (; lane.done < lane.symbols; ++lane.done) {
+    const NarrowTable& table = *lane.table;
+    const uint32_t rank = table.rank[state & (kNarrowSlots - 1)];
+    state -= (table.cumulative[rank] >> kStateShift) +
+             (state >> kNarrowPrecision) * (table.complement[rank] >> kStateShift);
+    lane.out[size_t{lane.done} * kLanes] = table.symbol[rank];
+    while (state < kLeastState && lane.at != lane.begin) state = state << 8 | *--lane.at;
+    if (state < kLeastState) break;
+  }
+  const bool ended = lane.done == lane.symbols && state == kLeastState && lane.at == lane.begin;
+  if (!ended) lane.table = nullptr;
+}
+
+void DecodeSymbolsImpl(SymbolLane* lanes, size_t count) {
+  std::array<SymbolLane*, kLanes> running{};
+  for (size_t k = 0; k < count; ++k) running[k] = lanes + k;
+  while (count > 0) {
+    const size_t together = std::bit_floor(count);
+    if (together == 8) RunTogether<8>(running.data());
+    if (together == 4) RunTogether<4>(running.data());
+    if (together == 2) RunTogether<2>(running.data());
+    if (together == 1) RunTogether<1>(running.data());
+    for (size_t k = together; k-- > 0;) {
+      SymbolLane& lane = *running[k];
+      const auto bytes = static_cast<size_t>(lane.at - lane.begin);
+      if (lane.symbols - lane.done >= 2 && bytes >= 2 * kMostSymbolBytes) continue;
+      RunToEnd(lane);
+      running[k] = running[--count];
+    }
+  }
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace latticed::decoder::lane_kernel
+HWY_AFTER_NAMESPACE();
+
+#endif
