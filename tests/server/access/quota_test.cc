@@ -106,6 +106,7 @@ class QuotaTest : public ServerTest {
   void Start(const std::string& quotas, std::shared_ptr<Store> store = nullptr) {
     options_ = TestOptions();
     options_.caller_share = 1;
+    options_.heartbeat_interval = absl::Seconds(1);  // a watcher that sends none is paused after 3
     options_.token_file = folder_.Write(
         "tokens",
         fmt::format("{} admin ada acme\n{} edit bob beta\n", Sha256Hex(kAcme), Sha256Hex(kBeta)));
@@ -262,8 +263,6 @@ TEST_F(QuotaTest, BytesAreSentInTimeOrNotBegun) {
 
 // A client takes silence for a cut, and would ask for all again.
 TEST_F(QuotaTest, HeartbeatsDoNotWaitForBytes) {
-  options_.heartbeat_interval =
-      absl::Seconds(1);  // the watcher sends none, and would be paused after three
   Start(R"({"acme": {"bytes_per_second": 60000}})");
   UploadCube();
   ASSERT_OK(CreateAs(kAcme, kScene));
