@@ -4,7 +4,10 @@
 
 #include <algorithm>
 
+#include "client/decoder/lanes/position_step.h"
 #include "client/decoder/symbol_stream.h"
+#include "core/codec/draco_container.h"
+#include "core/codec/rans_model.h"
 
 namespace latticed::decoder {
 namespace {
@@ -61,15 +64,10 @@ class BitReader {
 
 bool ReadTagged(ByteReader& in, uint32_t components, uint32_t points, WideTable* table,
                 Column& column) {
-  uint32_t largest = 0;
-  if (ReadTable(in, kNarrowPrecision, kTags, nullptr, table, &largest) != TableKind::kWide) {
-    return false;
-  }
-  const uint32_t bytes = in.Varint();
-  const uint8_t* const states = in.Skip(bytes);
-  if (states == nullptr) return false;
+  const CodedSymbols tags = ReadCoded(in, kNarrowPrecision, kTags, nullptr, table);
+  if (tags.kind != TableKind::kWide) return false;
   BitReader bits(&in);
-  return DecodeWideStates(states, states + bytes, points, *table, [&](uint32_t tag) {
+  return DecodeWideStates(tags.begin, tags.end, points, *table, [&](uint32_t tag) {
     for (uint32_t c = 0; c < components; ++c) column.Put(bits.Read(tag));
     return in.ok();
   });
@@ -77,24 +75,20 @@ bool ReadTagged(ByteReader& in, uint32_t components, uint32_t points, WideTable*
 
 bool ReadRaw(ByteReader& in, uint32_t count, NarrowTable* narrow, WideTable* wide, SymbolLane* lane,
              Column& column, uint32_t* largest) {
-  const uint32_t bit_length = in.Byte();
-  if (bit_length == 0 || bit_length > 18) return false;
-  const TableKind kind = ReadTable(in, PrecisionOf(bit_length), kEndSymbol, narrow, wide, largest);
-  if (kind == TableKind::kBad) return false;
-  const uint32_t bytes = in.Varint();
-  const uint8_t* const begin = in.Skip(bytes);
-  if (begin == nullptr) return false;
-  if (kind == TableKind::kWide) {
-    return DecodeWideStates(begin, begin + bytes, count, *wide, [&](uint32_t symbol) {
+  const CodedSymbols coded = ReadRawCoded(in, kEndSymbol, narrow, wide);
+  if (coded.kind == TableKind::kBad) return false;
+  *largest = coded.largest;
+  if (coded.kind == TableKind::kWide) {
+    return DecodeWideStates(coded.begin, coded.end, count, *wide, [&](uint32_t symbol) {
       column.Put(symbol);
       return true;
     });
   }
   RansStart start;
-  if (!StartRans(begin, begin + bytes, kNarrowPrecision, &start)) return false;
+  if (!StartRans(coded.begin, coded.end, kNarrowPrecision, &start)) return false;
   lane->word = uint64_t{start.state} << kStateShift;
   lane->at = start.at;
-  lane->begin = begin;
+  lane->begin = coded.begin;
   lane->table = narrow;
   lane->symbols = count;
   lane->done = 0;
@@ -108,13 +102,13 @@ bool ReadSymbols(ByteReader& in, uint32_t components, uint32_t points, NarrowTab
   Column column(lane->out);
   lane->table = nullptr;
   const uint32_t coded = in.Byte();
-  if (coded == kCoded) {
+  if (coded == draco_format::kCoded) {
     const uint32_t scheme = in.Byte();
     if (scheme == kSchemeRaw) {
       return ReadRaw(in, components * points, narrow, wide, lane, column, largest);
     }
     if (scheme != kSchemeTagged || !ReadTagged(in, components, points, wide, column)) return false;
-  } else if (coded != kPlain || !ReadPlain(in, components * points, column)) {
+  } else if (coded != draco_format::kPlain || !ReadPlain(in, components * points, column)) {
     return false;
   }
   *largest = column.largest();
@@ -127,10 +121,8 @@ void Unwrap(uint16_t* column, uint32_t points, uint32_t span) {
     int32_t value = 0;
     for (uint32_t i = 0; i < points; ++i) {
       uint16_t& symbol = column[i * kRow];
-      const int32_t half = symbol >> 1, before = value;
-      value += (symbol & 1) != 0 ? -half - 1 : half;
-      if (value < 0) value += static_cast<int32_t>(span);
-      if (value >= static_cast<int32_t>(span)) value -= static_cast<int32_t>(span);
+      const int32_t before = value;
+      value = NextPosition(value, symbol, static_cast<int32_t>(span));
       const auto step = static_cast<int16_t>(value - before);
       symbol = static_cast<uint16_t>(step < 0 ? -2 * step - 1 : 2 * step);
     }

@@ -10,6 +10,8 @@
 #include "client/decoder/chunk_layout.h"
 #include "client/decoder/lanes/lane_kernel.h"
 #include "client/decoder/symbol_table.h"
+#include "core/codec/draco_container.h"
+#include "core/codec/octahedral.h"
 
 namespace latticed::decoder {
 namespace {
@@ -18,79 +20,84 @@ using lane_kernel::kLanes;
 using lane_kernel::PointLanes;
 using lane_kernel::SymbolLane;
 
-constexpr uint32_t kDifference = 0, kWrap = 1, kCanonicalOctahedron = 3;
-
-bool ReadPrediction(ByteReader& in, uint32_t transform) {
-  return in.Byte() == kDifference && in.Byte() == transform;
-}
+using namespace draco_format;
 
 }  // namespace
 
 struct ChunkDecoder::Workspace {
-  std::array<NarrowTable, kLanes> position_tables, normal_tables;
+  // The symbols of one attribute of all lanes.
+  struct Attribute {
+    uint32_t components;
+    uint32_t transform;
+    std::array<NarrowTable, kLanes> tables{};
+    std::array<SymbolLane, kLanes> lanes{};
+    std::vector<uint16_t> rows{};
+  };
+
+  Attribute positions{.components = 3, .transform = kWrap};
+  Attribute normals{.components = 2, .transform = kCanonicalOctahedron};
   WideTable wide;
   KnownConnectivity known;
-  std::vector<uint16_t> position_rows, normal_rows;
   std::vector<ChunkJob*> order;  // descending by points
 
   // Of the group that is decoded.
   size_t count = 0;  // of lanes
   std::array<ChunkJob*, kLanes> jobs;
-  std::array<SymbolLane, kLanes> positions, normals;
   std::array<uint32_t, kLanes> spans;  // of positions
   PointLanes points;
 
   void Begin(const ChunkForm& form, uint32_t most_points);
+  // Reads the symbols of the next lane, and sets the largest that may occur.
+  bool ReadAttribute(ByteReader& in, uint32_t chunk_points, Attribute& attribute,
+                     uint32_t* largest);
   bool ReadPositions(ByteReader& in, const ChunkForm& form, uint32_t chunk_points);
   bool ReadNormals(ByteReader& in, const ChunkForm& form, uint32_t chunk_points);
   // Reads a chunk into the next lane, unless it is refused.
   void Read(const ChunkForm& form, ChunkJob& job);
   // Sets `decoded` to false where the bytes do not end as they must.
-  void DecodeSymbols(std::span<const SymbolLane> lanes);
+  void DecodeSymbols(const Attribute& attribute);
   void Finish();
 };
 
 void ChunkDecoder::Workspace::Begin(const ChunkForm& form, uint32_t most_points) {
   count = 0;
-  const size_t numbers = size_t{most_points} * kLanes;
-  if (position_rows.size() < 3 * numbers) position_rows.resize(3 * numbers);
-  const bool has_normals = form.normal_bits > 0;
-  if (has_normals && normal_rows.size() < 2 * numbers) normal_rows.resize(2 * numbers);
   points = PointLanes();
-  points.position_rows = position_rows.data();
-  points.normal_rows = has_normals ? normal_rows.data() : nullptr;
+  const auto rows_of = [&](Attribute& attribute) {
+    const size_t numbers = attribute.components * kLanes * size_t{most_points};
+    if (attribute.rows.size() < numbers) attribute.rows.resize(numbers);
+    return attribute.rows.data();
+  };
+  points.position_rows = rows_of(positions);
+  if (form.normal_bits > 0) points.normal_rows = rows_of(normals);
   points.normal_bits = form.normal_bits;
+}
+
+bool ChunkDecoder::Workspace::ReadAttribute(ByteReader& in, uint32_t chunk_points,
+                                            Attribute& attribute, uint32_t* largest) {
+  if (in.Byte() != kDifference || in.Byte() != attribute.transform) return false;
+  SymbolLane& lane = attribute.lanes[count];
+  lane.out = attribute.rows.data() + count;
+  return ReadSymbols(in, attribute.components, chunk_points, &attribute.tables[count], &wide, &lane,
+                     largest);
 }
 
 bool ChunkDecoder::Workspace::ReadPositions(ByteReader& in, const ChunkForm& form,
                                             uint32_t chunk_points) {
-  SymbolLane& lane = positions[count];
-  lane.out = position_rows.data() + count;
   uint32_t largest = 0;
-  if (!ReadPrediction(in, kWrap)) return false;
-  if (!ReadSymbols(in, 3, chunk_points, &position_tables[count], &wide, &lane, &largest)) {
-    return false;
-  }
+  if (!ReadAttribute(in, chunk_points, positions, &largest)) return false;
   const auto least = in.Plain<uint32_t>(), most = in.Plain<uint32_t>();
   if (!in.ok() || least > most || most >> form.position_bits != 0) return false;
-  const uint32_t span = most - least + 1;
+  spans[count] = most - least + 1;
   points.least[count] = static_cast<uint16_t>(least);
-  points.span[count] = static_cast<uint16_t>(span);
-  if (largest >= span) return false;
-  spans[count] = span;
-  return true;
+  points.span[count] = static_cast<uint16_t>(spans[count]);
+  return largest < spans[count];
 }
 
 bool ChunkDecoder::Workspace::ReadNormals(ByteReader& in, const ChunkForm& form,
                                           uint32_t chunk_points) {
-  SymbolLane& lane = normals[count];
-  lane.out = normal_rows.data() + count;
   uint32_t largest = 0;
-  if (!ReadPrediction(in, kCanonicalOctahedron)) return false;
-  if (!ReadSymbols(in, 2, chunk_points, &normal_tables[count], &wide, &lane, &largest)) {
-    return false;
-  }
-  const uint32_t top = OctahedralTop(form.normal_bits);
+  if (!ReadAttribute(in, chunk_points, normals, &largest)) return false;
+  const auto top = static_cast<uint32_t>(OctahedralMax(form.normal_bits));
   return in.Plain<uint32_t>() == top + 1 && in.Plain<uint32_t>() == top / 2 && largest <= top;
 }
 
@@ -106,14 +113,14 @@ void ChunkDecoder::Workspace::Read(const ChunkForm& form, ChunkJob& job) {
   jobs[count++] = &job;
 }
 
-void ChunkDecoder::Workspace::DecodeSymbols(std::span<const SymbolLane> lanes) {
+void ChunkDecoder::Workspace::DecodeSymbols(const Attribute& attribute) {
   std::array<SymbolLane, kLanes> coded;
   std::array<ChunkJob*, kLanes> owners;
   size_t running = 0;
   for (size_t k = 0; k < count; ++k) {
-    if (lanes[k].table == nullptr) continue;  // decoded already
+    if (attribute.lanes[k].table == nullptr) continue;  // decoded already
     owners[running] = jobs[k];
-    coded[running++] = lanes[k];
+    coded[running++] = attribute.lanes[k];
   }
   lane_kernel::DecodeSymbols(coded.data(), running);
   for (size_t r = 0; r < running; ++r) {
@@ -127,7 +134,7 @@ void ChunkDecoder::Workspace::Finish() {
   if (points.normal_rows != nullptr) DecodeSymbols(normals);
   for (size_t k = 0; k < count; ++k) {
     if (spans[k] <= lane_kernel::kMostLaneSpan) continue;
-    Unwrap(position_rows.data() + k, jobs[k]->points, spans[k]);
+    Unwrap(positions.rows.data() + k, jobs[k]->points, spans[k]);
     points.span[k] = 0;
   }
   lane_kernel::WritePoints(points);
@@ -147,7 +154,7 @@ bool ChunkDecoder::Decode(const ChunkForm& form, std::span<ChunkJob> jobs) {
   order.clear();
   for (ChunkJob& job : jobs) {
     job.decoded = false;
-    order.push_back(&job);
+    if (job.points > 0 && job.points <= kMostPoints) order.push_back(&job);
   }
   // Lanes of a group then end at about the same time.
   std::sort(order.begin(), order.end(),

@@ -21,6 +21,8 @@
 namespace latticed::decoder {
 
 inline constexpr size_t kNumbersPerPoint = 6;
+// Chunks have one point at least, and this many at most (core/base/limits.h); others are refused.
+inline constexpr uint32_t kMostPoints = 65'535;
 
 struct ChunkForm {
   int position_bits = 12;

@@ -6,31 +6,36 @@
 #include <cstring>
 
 #include "client/decoder/symbol_stream.h"
+#include "core/codec/draco_container.h"
+#include "core/codec/rans_model.h"
 
 namespace latticed::decoder {
 namespace {
 
-constexpr uint8_t kMagic[] = {'D', 'R', 'A', 'C', 'O', 2};
-constexpr uint32_t kCloud = 0, kMesh = 1, kCloudMinor = 3, kMeshMinor = 2;
-// Type, data type, components, normalised, id.
-constexpr uint8_t kPositionAttribute[] = {0, 9, 3, 0, 0}, kNormalAttribute[] = {1, 9, 3, 0, 1};
-constexpr uint32_t kQuantisedCoder = 2, kOctahedralCoder = 3;
-constexpr uint64_t kHeaderBytes = 11, kTwoVarints = 20, kLeastFaceBytes = 3;
+using namespace draco_format;
 
 template <size_t kCount>
-bool Is(ByteReader& in, const uint8_t (&expected)[kCount]) {
-  const uint8_t* const bytes = in.Skip(kCount);
-  return bytes != nullptr && std::memcmp(bytes, expected, kCount) == 0;
+bool Is(ByteReader& in, const uint32_t (&expected)[kCount]) {
+  for (const uint32_t byte : expected) {
+    if (in.Byte() != byte) return false;
+  }
+  return in.ok();
+}
+
+bool IsAttribute(ByteReader& in, uint32_t type, uint32_t id) {
+  return Is(in, {type, kFloat32, 3u, 0u, id});
 }
 
 // Reads the triangles, and forgets them: the tessellation's pattern has them too.
 bool ReadConnectivity(ByteReader& in, uint32_t points, WideTable* table, uint32_t* faces) {
   *faces = in.Varint();
-  if (in.Varint() != points || in.Byte() != 0 || !in.ok()) return false;
+  if (in.Varint() != points || in.Byte() != kCompressedIndices || !in.ok()) return false;
   if (*faces == 0) return true;
   if (*faces > 4 * uint64_t{points} || in.Byte() != kSchemeRaw) return false;
+  const CodedSymbols coded = ReadRawCoded(in, 2 * points, nullptr, table);
+  if (coded.kind != TableKind::kWide) return false;
   uint32_t last = 0;
-  return DecodeWide(in, 2 * points, 3 * *faces, table, [&](uint32_t symbol) {
+  return DecodeWideStates(coded.begin, coded.end, 3 * *faces, *table, [&](uint32_t symbol) {
     const uint32_t distance = symbol >> 1;
     if ((symbol & 1) != 0 ? distance > last : distance >= points - last) return false;
     last = (symbol & 1) != 0 ? last - distance : last + distance;
@@ -40,18 +45,14 @@ bool ReadConnectivity(ByteReader& in, uint32_t points, WideTable* table, uint32_
 
 }  // namespace
 
-uint64_t LeastMeshBytes(uint32_t faces) {
-  return kHeaderBytes + kTwoVarints + kLeastFaceBytes * faces;
-}
-
 bool ReadHead(ByteReader& in, const ChunkForm& form, uint32_t points, WideTable* table,
               KnownConnectivity* known, ChunkHead* head) {
-  if (!Is(in, kMagic)) return false;
+  if (!Is(in, {'D', 'R', 'A', 'C', 'O', kMajor})) return false;
   const uint32_t minor = in.Byte(), geometry = in.Byte();
   head->is_mesh = geometry == kMesh;
   if (geometry != kCloud && geometry != kMesh) return false;
   if (minor != (head->is_mesh ? kMeshMinor : kCloudMinor)) return false;
-  if (in.Byte() != 0 || in.Plain<uint16_t>() != 0) return false;
+  if (in.Byte() != kSequential || in.Plain<uint16_t>() != 0) return false;
   if (!head->is_mesh) {
     if (in.Plain<uint32_t>() != points) return false;
   } else if (known->points == points && known->bytes.size() <= in.left() &&
@@ -67,7 +68,8 @@ bool ReadHead(ByteReader& in, const ChunkForm& form, uint32_t points, WideTable*
   }
   const bool has_normals = form.normal_bits > 0;
   if (in.Byte() != 1 || in.Byte() != (has_normals ? 2u : 1u)) return false;
-  if (!Is(in, kPositionAttribute) || (has_normals && !Is(in, kNormalAttribute))) return false;
+  if (!IsAttribute(in, kPositionType, 0)) return false;
+  if (has_normals && !IsAttribute(in, kNormalType, 1)) return false;
   return in.Byte() == kQuantisedCoder && (!has_normals || in.Byte() == kOctahedralCoder) && in.ok();
 }
 

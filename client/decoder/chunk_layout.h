@@ -16,17 +16,11 @@
 
 namespace latticed::decoder {
 
-// Largest value of an octahedral coordinate.
-constexpr uint32_t OctahedralTop(int bits) { return (1u << bits) - 2; }
-
 // The connectivity that was read last. All meshes of one number of points have the same.
 struct KnownConnectivity {
   std::vector<uint8_t> bytes;
   uint32_t points = 0, faces = 0;
 };
-
-// The smallest size that libdraco accepts for a mesh. What a shorter stream lacks is filled with zeros.
-uint64_t LeastMeshBytes(uint32_t faces);
 
 struct ChunkHead {
   bool is_mesh = false;

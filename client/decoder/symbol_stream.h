@@ -5,20 +5,13 @@
 #ifndef LATTICED_CLIENT_DECODER_SYMBOL_STREAM_H_
 #define LATTICED_CLIENT_DECODER_SYMBOL_STREAM_H_
 
-#include <algorithm>
 #include <cstdint>
 
 #include "client/decoder/byte_reader.h"
 #include "client/decoder/symbol_table.h"
+#include "core/codec/rans_model.h"
 
 namespace latticed::decoder {
-
-inline constexpr uint32_t kPlain = 0, kCoded = 1;             // whether symbols are coded
-inline constexpr uint32_t kSchemeTagged = 0, kSchemeRaw = 1;  // how
-
-constexpr int PrecisionOf(uint32_t bit_length) {
-  return static_cast<int>(std::clamp(3 * bit_length / 2, 12u, 20u));
-}
 
 // The state that a stream ends with, and how many bytes are before it.
 struct RansStart {
@@ -39,7 +32,7 @@ inline bool StartRans(const uint8_t* begin, const uint8_t* end, int precision, R
   return start->state < 1024u << precision;
 }
 
-// Calls visit(symbol) for each symbol of the coded bytes. False if visit is, or if they do not end where they began.
+// Calls visit(symbol) for each symbol of the coded bytes, by a wide table. False if visit is, or if they do not end where they began.
 template <class Visit>
 bool DecodeWideStates(const uint8_t* begin, const uint8_t* end, uint32_t count,
                       const WideTable& table, const Visit& visit) {
@@ -56,20 +49,32 @@ bool DecodeWideStates(const uint8_t* begin, const uint8_t* end, uint32_t count,
   return state == least && at == begin;
 }
 
-// The same for bit length, table, length and states.
-template <class Visit>
-bool DecodeWide(ByteReader& in, uint32_t end_symbol, uint32_t count, WideTable* table,
-                const Visit& visit) {
-  const uint32_t bit_length = in.Byte();
-  if (bit_length == 0 || bit_length > 18) return false;
-  uint32_t largest = 0;
-  if (ReadTable(in, PrecisionOf(bit_length), end_symbol, nullptr, table, &largest) !=
-      TableKind::kWide) {
-    return false;
-  }
+// Symbols that are coded: their table, and the bytes of the states.
+struct CodedSymbols {
+  TableKind kind = TableKind::kBad;
+  uint32_t largest = 0;  // that may occur
+  const uint8_t* begin = nullptr;
+  const uint8_t* end = nullptr;
+};
+// Reads a table, of symbols below `end_symbol`, the number of bytes, and skips them. As ReadTable.
+[[nodiscard]] inline CodedSymbols ReadCoded(ByteReader& in, int precision, uint32_t end_symbol,
+                                            NarrowTable* narrow, WideTable* wide) {
+  CodedSymbols coded;
+  coded.kind = ReadTable(in, precision, end_symbol, narrow, wide, &coded.largest);
+  if (coded.kind == TableKind::kBad) return coded;
   const uint32_t bytes = in.Varint();
-  const uint8_t* const begin = in.Skip(bytes);
-  return begin != nullptr && DecodeWideStates(begin, begin + bytes, count, *table, visit);
+  coded.begin = in.Skip(bytes);
+  if (coded.begin == nullptr) return {};
+  coded.end = coded.begin + bytes;
+  return coded;
+}
+// The same after the bit length that says the precision.
+[[nodiscard]] inline CodedSymbols ReadRawCoded(ByteReader& in, uint32_t end_symbol,
+                                               NarrowTable* narrow, WideTable* wide) {
+  constexpr uint32_t kMostBitLength = 18;
+  const uint32_t bit_length = in.Byte();
+  if (bit_length == 0 || bit_length > kMostBitLength) return {};
+  return ReadCoded(in, RansPrecision(static_cast<int>(bit_length)), end_symbol, narrow, wide);
 }
 
 }  // namespace latticed::decoder

@@ -14,9 +14,6 @@
 namespace latticed {
 namespace {
 
-// A number of the format.
-constexpr uint32_t kCompressedIndices = 0;
-
 // Each index minus the one before it; the sign is in the lowest bit.
 std::vector<uint32_t> IndexSymbols(std::span<const std::array<uint32_t, 3>> triangles) {
   std::vector<uint32_t> symbols;
@@ -70,14 +67,12 @@ ChunkConnectivity::ChunkConnectivity(size_t point_count,
   ByteWriter out(bytes_.data());
   out.Varint(triangles.size());
   out.Varint(point_count);
-  out.Byte(kCompressedIndices);
+  out.Byte(draco_format::kCompressedIndices);
   out.Bytes(symbols);
   bytes_.resize(static_cast<size_t>(out.at() - bytes_.data()));
 }
 
-size_t ChunkConnectivity::LeastStreamBytes() const {
-  return kDracoHeaderBytes + 2 * kMostVarintBytes + 3 * triangles_.size();
-}
+size_t ChunkConnectivity::LeastStreamBytes() const { return LeastMeshBytes(triangles_.size()); }
 
 size_t ChunkConnectivity::MemoryBytes() const {
   return triangles_.capacity() * sizeof(triangles_[0]) + bytes_.capacity();

@@ -25,9 +25,7 @@ class ChunkConnectivity {
 
   std::span<const std::array<uint32_t, 3>> triangles() const { return triangles_; }
   std::span<const uint8_t> bytes() const { return bytes_; }
-  // The least size of a whole stream. libdraco refuses a stream with less than three bytes a face
-  // after its counts, however well the indices are coded. It does not read the rest, so zeros fill
-  // it.
+  // The least size of a whole stream. libdraco does not read what is behind the attributes, so zeros fill it.
   size_t LeastStreamBytes() const;
   size_t MemoryBytes() const;
 

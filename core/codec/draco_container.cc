@@ -7,12 +7,7 @@
 namespace latticed {
 namespace {
 
-// Numbers of the format.
-constexpr uint32_t kMajor = 2, kCloudMinor = 3, kMeshMinor = 2;
-constexpr uint32_t kCloud = 0, kMesh = 1, kSequential = 0;
-constexpr uint32_t kPositionType = 0, kNormalType = 1, kFloat32 = 9;
-constexpr uint32_t kQuantisedCoder = 2, kOctahedralCoder = 3;
-constexpr uint32_t kDifference = 0, kWrap = 1, kCanonicalOctahedron = 3;
+using namespace draco_format;
 
 void WriteHeader(uint32_t minor, uint32_t geometry, ByteWriter& out) {
   constexpr uint8_t kMagic[] = {'D', 'R', 'A', 'C', 'O'};

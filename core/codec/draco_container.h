@@ -27,10 +27,24 @@ namespace latticed {
 
 enum class DracoAttribute { kPosition, kNormal };
 
+// Numbers of the format.
+namespace draco_format {
+inline constexpr uint32_t kMajor = 2, kCloudMinor = 3, kMeshMinor = 2;
+inline constexpr uint32_t kCloud = 0, kMesh = 1, kSequential = 0, kCompressedIndices = 0;
+inline constexpr uint32_t kPositionType = 0, kNormalType = 1, kFloat32 = 9;
+inline constexpr uint32_t kQuantisedCoder = 2, kOctahedralCoder = 3;
+inline constexpr uint32_t kDifference = 0, kWrap = 1, kCanonicalOctahedron = 3;
+inline constexpr uint32_t kPlain = 0, kCoded = 1;  // whether symbols are coded
+}  // namespace draco_format
+
 // The bytes from "DRACO" to flags.
 inline constexpr size_t kDracoHeaderBytes = 11;
 // All that is neither connectivity nor symbols, rounded up.
 inline constexpr size_t kMostContainerBytes = 128;
+// libdraco refuses a mesh with less than three bytes a face after its counts, however well the indices are coded.
+constexpr size_t LeastMeshBytes(size_t faces) {
+  return kDracoHeaderBytes + 2 * kMostVarintBytes + 3 * faces;
+}
 
 // Writes what comes before the attributes. normal_bits = 0: no normals.
 void WriteCloudHead(size_t point_count, int normal_bits, ByteWriter& out);

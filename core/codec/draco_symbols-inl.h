@@ -14,6 +14,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "core/codec/diamond-inl.h"
 #include "core/codec/draco_kernel.h"
 #include "core/codec/draco_symbols.h"
 #include "hwy/highway.h"
@@ -92,18 +93,11 @@ HWY_INLINE VI16 LoadCentred(const uint8_t* plane, size_t point, VU16 top, VI16 c
 }
 
 // InvertDiamond in the lanes of `outside`.
-HWY_INLINE void InvertDiamondLanes(hn::Mask<DI16> outside, VI16 centre, VI16& s, VI16& t) {
-  const DI16 d;
-  const VI16 zero = hn::Zero(d);
-  const auto right = hn::Or(hn::Gt(s, zero), hn::AndNot(hn::Lt(t, zero), hn::Eq(s, zero)));
-  const auto upper = hn::Or(hn::Gt(t, zero), hn::AndNot(hn::Lt(s, zero), hn::Eq(t, zero)));
-  const auto opposite = hn::Xor(right, upper);
-  const VI16 turned_s = hn::IfThenElse(opposite, t, hn::Neg(t));
-  const VI16 turned_t = hn::IfThenElse(opposite, s, hn::Neg(s));
-  const VI16 corner_s = hn::IfThenElse(right, centre, hn::Neg(centre));
-  const VI16 corner_t = hn::IfThenElse(upper, centre, hn::Neg(centre));
-  s = hn::IfThenElse(outside, hn::Add(corner_s, turned_s), s);
-  t = hn::IfThenElse(outside, hn::Add(corner_t, turned_t), t);
+HWY_INLINE void InvertWhere(hn::Mask<DI16> outside, VI16 centre, VI16& s, VI16& t) {
+  VI16 inverse_s, inverse_t;
+  latticed::HWY_NAMESPACE::InvertDiamondLanes(DI16(), centre, s, t, inverse_s, inverse_t);
+  s = hn::IfThenElse(outside, inverse_s, s);
+  t = hn::IfThenElse(outside, inverse_t, t);
 }
 
 // NormalSymbols for values about the centre.
@@ -114,8 +108,8 @@ HWY_INLINE void NormalSymbolLanes(VI16 s, VI16 t, VI16 ps, VI16 pt, VI16 centre,
   const auto outside = hn::Gt(hn::Add(hn::Abs(ps), hn::Abs(pt)), centre);
   // Neighbours are in the same hemisphere most of the time.
   if (!hn::AllFalse(d, outside)) {
-    InvertDiamondLanes(outside, centre, s, t);
-    InvertDiamondLanes(outside, centre, ps, pt);
+    InvertWhere(outside, centre, s, t);
+    InvertWhere(outside, centre, ps, pt);
   }
   const VI16 ds = hn::Sub(s, ps), dt = hn::Sub(t, pt);
   const auto half = hn::AndNot(hn::Lt(pt, zero), hn::Gt(ps, zero));

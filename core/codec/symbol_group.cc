@@ -5,16 +5,17 @@
 #include <algorithm>
 #include <cstring>
 
+#include "core/codec/draco_container.h"
 #include "core/codec/rans_model.h"
 
 namespace latticed {
 namespace {
 
+using draco_format::kCoded;
+using draco_format::kPlain;
 using draco_kernel::kLanes;
 using draco_kernel::kPadding;
 
-// Numbers of the format.
-constexpr uint32_t kPlain = 0, kCoded = 1;
 constexpr size_t kHistograms = 4;
 // Without vectors, this many states are coded in turns: one waits for its multiplication while the next begins.
 constexpr size_t kChains = 4;

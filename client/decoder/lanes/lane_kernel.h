@@ -40,8 +40,8 @@ struct PointLanes {
   const uint16_t* position_rows = nullptr;
   const uint16_t* normal_rows = nullptr;  // null: no normals
   int normal_bits = 0;
-  uint16_t least[kLanes] = {},
-           span[kLanes] = {};    // of positions: the least value, and how many there are
+  // Of positions: the least value, and how many there are, 0 for 2^16.
+  uint16_t least[kLanes] = {}, span[kLanes] = {};
   uint32_t points[kLanes] = {};  // descending; 0: no chunk
   uint16_t* out[kLanes] = {};    // kNumbersPerPoint each
   // Results, of x y z.

@@ -14,6 +14,8 @@
 #include <cstring>
 
 #include "client/decoder/lanes/lane_kernel.h"
+#include "core/codec/diamond-inl.h"
+#include "core/codec/octahedral.h"
 #include "hwy/highway.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -49,19 +51,6 @@ struct NormalLanes {
   hn::Mask<DI16> inverted;
 };
 
-// InvertDiamond of draco_symbols.h.
-HWY_INLINE void Invert(VI16 centre, VI16 s, VI16 t, VI16& inverse_s, VI16& inverse_t) {
-  const DI16 d;
-  const VI16 zero = hn::Zero(d);
-  const auto right = hn::Or(hn::Gt(s, zero), hn::AndNot(hn::Lt(t, zero), hn::Eq(s, zero)));
-  const auto upper = hn::Or(hn::Gt(t, zero), hn::AndNot(hn::Lt(s, zero), hn::Eq(t, zero)));
-  const auto opposite = hn::Xor(right, upper);
-  const VI16 corner_s = hn::IfThenElse(right, centre, hn::Neg(centre));
-  const VI16 corner_t = hn::IfThenElse(upper, centre, hn::Neg(centre));
-  inverse_s = hn::Add(corner_s, hn::IfThenElse(opposite, t, hn::Neg(t)));
-  inverse_t = hn::Add(corner_t, hn::IfThenElse(opposite, s, hn::Neg(s)));
-}
-
 // Returns s and t of the true points, as they are sent.
 HWY_INLINE void NextNormal(const uint16_t* rows, VI16 centre, NormalLanes& lanes, VU16& out_s,
                            VU16& out_t) {
@@ -88,7 +77,7 @@ HWY_INLINE void NextNormal(const uint16_t* rows, VI16 centre, NormalLanes& lanes
   b = hn::IfThenElse(negate_t, hn::Neg(b), b);
   const VI16 s = hn::IfThenElse(quarter, b, a), t = hn::IfThenElse(quarter, a, b);
   VI16 inverse_s, inverse_t;
-  Invert(centre, s, t, inverse_s, inverse_t);
+  latticed::HWY_NAMESPACE::InvertDiamondLanes(d, centre, s, t, inverse_s, inverse_t);
   out_s = hn::BitCast(du, hn::Add(hn::IfThenElse(lanes.inverted, inverse_s, s), centre));
   out_t = hn::BitCast(du, hn::Add(hn::IfThenElse(lanes.inverted, inverse_t, t), centre));
   const VI16 distance = hn::Add(hn::Abs(s), hn::Abs(t));
@@ -137,7 +126,7 @@ void WriteRows(PointLanes& lanes) {
   const VU16 least = hn::LoadU(d, lanes.least), span = hn::LoadU(d, lanes.span);
   PositionLanes axes[3];
   for (PositionLanes& axis : axes) axis = {hn::Zero(d), hn::Set(d, uint16_t{0xFFFF}), hn::Zero(d)};
-  const VI16 centre = hn::Set(di, static_cast<int16_t>((1 << lanes.normal_bits) / 2 - 1));
+  const VI16 centre = hn::Set(di, static_cast<int16_t>(OctahedralMax(lanes.normal_bits) / 2));
   // The first prediction is the corner of the square, whose inversion is the centre.
   NormalLanes normals{hn::Zero(di), hn::Zero(di), hn::Eq(centre, centre)};
   VU16 s = hn::Zero(d), t = hn::Zero(d);

@@ -149,6 +149,8 @@ TEST(ChunkDecoderTest, RefusesAnotherForm) {
   EXPECT_FALSE(DecodeAll({11, 8}, streams, {66}).jobs[0].decoded);
   EXPECT_FALSE(DecodeAll({12, 9}, streams, {66}).jobs[0].decoded);
   EXPECT_FALSE(DecodeAll({12, 0}, streams, {66}).jobs[0].decoded);
+  EXPECT_FALSE(DecodeAll({12, 8}, streams, {0}).jobs[0].decoded);
+  EXPECT_FALSE(DecodeAll({12, 8}, streams, {size_t{kMostPoints} + 1}).jobs[0].decoded);
   streams[0].push_back(0);
   EXPECT_FALSE(DecodeAll({12, 8}, streams, {66}).jobs[0].decoded);
 }
