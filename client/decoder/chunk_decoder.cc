@@ -22,6 +22,13 @@ using lane_kernel::SymbolLane;
 
 using namespace draco_format;
 
+constexpr int kMostPositionBits = 16, kMostNormalBits = 12;
+
+bool IsWritten(const ChunkForm& form) {
+  return form.position_bits >= 1 && form.position_bits <= kMostPositionBits &&
+         form.normal_bits >= 0 && form.normal_bits <= kMostNormalBits;
+}
+
 }  // namespace
 
 struct ChunkDecoder::Workspace {
@@ -154,7 +161,7 @@ bool ChunkDecoder::Decode(const ChunkForm& form, std::span<ChunkJob> jobs) {
   order.clear();
   for (ChunkJob& job : jobs) {
     job.decoded = false;
-    if (job.points > 0 && job.points <= kMostPoints) order.push_back(&job);
+    if (IsWritten(form) && job.points > 0 && job.points <= kMostPoints) order.push_back(&job);
   }
   // Lanes of a group then end at about the same time.
   std::sort(order.begin(), order.end(),

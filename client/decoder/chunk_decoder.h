@@ -24,9 +24,10 @@ inline constexpr size_t kNumbersPerPoint = 6;
 // Chunks have one point at least, and this many at most (core/base/limits.h); others are refused.
 inline constexpr uint32_t kMostPoints = 65'535;
 
+// Chunks of other bits are refused.
 struct ChunkForm {
-  int position_bits = 12;
-  int normal_bits = 0;  // 0: no normals
+  int position_bits = 12;  // 1 to 16
+  int normal_bits = 0;     // up to 12; 0: no normals
 };
 
 struct ChunkJob {

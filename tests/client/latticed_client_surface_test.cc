@@ -5,6 +5,7 @@
 #include <array>
 #include <cstring>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "client/cpp/library/mesh.h"
@@ -101,11 +102,11 @@ std::string QuantisedChunk(uint16_t first) {
   return data;
 }
 
-std::string DracoChunk(uint16_t first) {
+std::string DracoChunk(uint16_t first, std::string_view writer = "reference") {
   const std::string data = QuantisedChunk(first);
   const auto vertices = QuantisedVertices::FromBytes(
       {reinterpret_cast<const uint8_t*>(data.data()), data.size()}, 3, 12, 8);
-  const auto stream = testing::EncodePoints(*MakeReferenceEncoder(), vertices, 4095 * 0.25);
+  const auto stream = testing::EncodePoints(*MakeChunkEncoder(writer), vertices, 4095 * 0.25);
   return {stream->begin(), stream->end()};
 }
 
@@ -199,6 +200,33 @@ TEST(Surface, ContradictionsAreDataLoss) {
   EXPECT_THAT(surface.Apply(EndEvent(1, 1)), data_loss);  // no topology
   ApplyOk(surface, TopologyEvent());
   EXPECT_THAT(surface.Apply(EndEvent(1, 1)), data_loss);  // chunk 5 of 2
+}
+
+TEST(Surface, ChunksOfBothWritersAreDecodedTogether) {
+  Surface surface;
+  ApplyUpdate(surface, v1::ENCODING_DRACO_POINTS, DracoChunk(10, "latticed"),
+              DracoChunk(20, "reference"));
+  ExpectPoints(surface, 0.25);
+}
+
+TEST(Surface, ChunksWithoutTheNormalsOfTheirViewAreDataLoss) {
+  const std::string data = QuantisedChunk(10);
+  const auto vertices = QuantisedVertices::FromBytes(
+      {reinterpret_cast<const uint8_t*>(data.data()), data.size()}, 3, 12, 0);
+  ASSERT_OK_AND_ASSIGN(const auto stream,
+                       testing::EncodePoints(*MakeChunkEncoder("latticed"), vertices, 4095 * 0.25));
+  const std::string chunk(stream.begin(), stream.end());
+  for (const int normal_bits : {8, 0}) {
+    Surface surface;
+    ApplyOk(surface, TopologyEvent());
+    v1::SceneEvent grid = QuantisationEvent();
+    grid.mutable_quantisation()->set_normal_bits(normal_bits);
+    ApplyOk(surface, grid);
+    ApplyOk(surface, BeginEvent(1, 2, v1::ENCODING_DRACO_POINTS));
+    for (const uint32_t index : {0u, 1u}) ApplyOk(surface, ChunkEvent(1, index, chunk));
+    ASSERT_OK(surface.Apply(EndEvent(1, 7)));
+    EXPECT_THAT(surface.Decode(), StatusIs(absl::StatusCode::kDataLoss)) << normal_bits;
+  }
 }
 
 TEST(Surface, ChunksOfAWrongSizeAreDataLoss) {

@@ -28,19 +28,20 @@ absl::Status WrongSize(std::string_view encoding, size_t got, size_t expected) {
       fmt::format("a {} chunk holds {} values or bytes instead of {}", encoding, got, expected));
 }
 
-bool HasNormals(const v1::ViewOptions& view) { return view.normals() != v1::NORMAL_MODE_NONE; }
+std::span<const uint8_t> Bytes(const EncodedChunk& chunk) {
+  return {reinterpret_cast<const uint8_t*>(chunk.data.data()), chunk.data.size()};
+}
 
-absl::Status DecodeRaw(std::string_view data, size_t point_count, const v1::ViewOptions& view,
-                       Vec3d origin, DecodedPoints* points) {
-  const size_t floats = HasNormals(view) ? 6 : 3;
-  if (data.size() != point_count * floats * sizeof(float)) {
-    return WrongSize("RAW", data.size(), point_count * floats * sizeof(float));
-  }
-  for (size_t i = 0; i < point_count; ++i) {
+absl::Status DecodeRaw(const EncodedChunk& chunk, bool has_normals, DecodedPoints* points) {
+  const size_t floats = has_normals ? 6 : 3;
+  const size_t bytes = chunk.point_count * floats * sizeof(float);
+  if (chunk.data.size() != bytes) return WrongSize("RAW", chunk.data.size(), bytes);
+  const Vec3d origin = Origin(*chunk.quantisation);
+  for (size_t i = 0; i < chunk.point_count; ++i) {
     float value[6];
-    std::memcpy(value, data.data() + i * floats * sizeof(float), floats * sizeof(float));
+    std::memcpy(value, chunk.data.data() + i * floats * sizeof(float), floats * sizeof(float));
     points->positions.push_back(origin + ToDouble({value[0], value[1], value[2]}));
-    if (floats == 6) points->normals.push_back({value[3], value[4], value[5]});
+    if (has_normals) points->normals.push_back({value[3], value[4], value[5]});
   }
   return absl::OkStatus();
 }
@@ -52,46 +53,51 @@ uint32_t PlaneValue(std::string_view plane, size_t width, size_t i) {
   return value;
 }
 
-absl::Status DecodeQuantised(std::string_view data, size_t point_count, const v1::ViewOptions& view,
-                             Vec3d origin, const v1::Quantisation& quantisation,
-                             DecodedPoints* points) {
-  const size_t width = !HasNormals(view) ? 0 : quantisation.normal_bits() <= 8 ? 1 : 2;
-  if (data.size() != point_count * (6 + 2 * width)) {
-    return WrongSize("QUANTISED", data.size(), point_count * (6 + 2 * width));
+// Appends points of integers.
+class GridPoints {
+ public:
+  GridPoints(const v1::Quantisation& quantisation, bool has_normals, DecodedPoints* points)
+      : origin_(Origin(quantisation)),
+        step_(quantisation.step()),
+        normal_bits_(static_cast<int>(quantisation.normal_bits())),
+        has_normals_(has_normals),
+        points_(points) {}
+
+  void Append(Vec3d integers, OctahedralNormal normal) {
+    points_->positions.push_back(origin_ + integers * step_);
+    if (has_normals_) points_->normals.push_back(DequantiseNormal(normal, normal_bits_));
   }
-  const auto plane = [&](size_t begin) { return data.substr(begin * point_count); };
-  for (size_t i = 0; i < point_count; ++i) {
-    const Vec3d integers{static_cast<double>(PlaneValue(plane(0), 2, i)),
-                         static_cast<double>(PlaneValue(plane(2), 2, i)),
-                         static_cast<double>(PlaneValue(plane(4), 2, i))};
-    points->positions.push_back(origin + integers * quantisation.step());
-    if (width == 0) continue;
-    points->normals.push_back(
-        DequantiseNormal({static_cast<int32_t>(PlaneValue(plane(6), width, i)),
-                          static_cast<int32_t>(PlaneValue(plane(6 + width), width, i))},
-                         quantisation.normal_bits()));
+
+ private:
+  const Vec3d origin_;
+  const double step_;
+  const int normal_bits_;
+  const bool has_normals_;
+  DecodedPoints* const points_;
+};
+
+absl::Status DecodeQuantised(const EncodedChunk& chunk, bool has_normals, DecodedPoints* points) {
+  const size_t count = chunk.point_count;
+  const size_t width = !has_normals ? 0 : chunk.quantisation->normal_bits() <= 8 ? 1 : 2;
+  if (chunk.data.size() != count * (6 + 2 * width)) {
+    return WrongSize("QUANTISED", chunk.data.size(), count * (6 + 2 * width));
+  }
+  const auto plane = [&](size_t begin) { return chunk.data.substr(begin * count); };
+  const auto normal = [&](size_t begin, size_t i) {
+    return static_cast<int32_t>(PlaneValue(plane(begin), width, i));
+  };
+  GridPoints grid(*chunk.quantisation, has_normals, points);
+  for (size_t i = 0; i < count; ++i) {
+    grid.Append({static_cast<double>(PlaneValue(plane(0), 2, i)),
+                 static_cast<double>(PlaneValue(plane(2), 2, i)),
+                 static_cast<double>(PlaneValue(plane(4), 2, i))},
+                {normal(6, i), normal(6 + width, i)});
   }
   return absl::OkStatus();
 }
 
-// Appends points x y z 0 s t, of which `integers` has kNumbersPerPoint numbers each.
-void AppendIntegers(std::span<const uint16_t> integers, bool has_normals,
-                    const v1::Quantisation& quantisation, DecodedPoints* points) {
-  const Vec3d origin = Origin(quantisation);
-  const double step = quantisation.step();
-  for (; !integers.empty(); integers = integers.subspan(decoder::kNumbersPerPoint)) {
-    points->positions.push_back(
-        origin + Vec3d{double(integers[0]), double(integers[1]), double(integers[2])} * step);
-    if (!has_normals) continue;
-    points->normals.push_back(
-        DequantiseNormal({integers[4], integers[5]}, quantisation.normal_bits()));
-  }
-}
-
-absl::Status DecodeByLibdraco(const EncodedChunk& chunk, bool has_normals,
-                              std::span<uint16_t> integers) {
-  const auto decoded = DecodeDracoChunkIntegers(
-      {reinterpret_cast<const uint8_t*>(chunk.data.data()), chunk.data.size()});
+absl::Status DecodeByLibdraco(const EncodedChunk& chunk, bool has_normals, DecodedPoints* points) {
+  const auto decoded = DecodeDracoChunkIntegers(Bytes(chunk));
   if (!decoded.ok()) return absl::DataLossError(std::string(decoded.status().message()));
   const size_t normal_values = has_normals ? 2 * chunk.point_count : 0;
   if (decoded->positions.size() != 3 * chunk.point_count) {
@@ -100,12 +106,15 @@ absl::Status DecodeByLibdraco(const EncodedChunk& chunk, bool has_normals,
   if (decoded->normals.size() != normal_values) {
     return WrongSize("DRACO", decoded->normals.size(), normal_values);
   }
+  GridPoints grid(*chunk.quantisation, has_normals, points);
   for (size_t i = 0; i < chunk.point_count; ++i) {
-    uint16_t* const point = &integers[decoder::kNumbersPerPoint * i];
-    for (size_t c = 0; c < 3; ++c) point[c] = static_cast<uint16_t>(decoded->positions[3 * i + c]);
-    for (size_t c = 0; c < 2 && has_normals; ++c) {
-      point[4 + c] = static_cast<uint16_t>(decoded->normals[2 * i + c]);
+    const uint32_t* const p = &decoded->positions[3 * i];
+    OctahedralNormal normal;
+    if (has_normals) {
+      normal = {static_cast<int32_t>(decoded->normals[2 * i]),
+                static_cast<int32_t>(decoded->normals[2 * i + 1])};
     }
+    grid.Append({double(p[0]), double(p[1]), double(p[2])}, normal);
   }
   return absl::OkStatus();
 }
@@ -129,28 +138,32 @@ absl::StatusOr<size_t> DecodeDraco(std::span<const EncodedChunk> chunks, bool ha
   }
   std::vector<uint16_t> integers(begins[count]);
   for (size_t i = 0; i < count; ++i) {
-    const std::string_view data = chunks[i].data;
-    jobs[i] = {.stream = {reinterpret_cast<const uint8_t*>(data.data()), data.size()},
+    jobs[i] = {.stream = Bytes(chunks[i]),
                .points = static_cast<uint32_t>(chunks[i].point_count),
                .out = integers.data() + begins[i]};
   }
-  decoder->Decode(form, std::span(jobs).first(count));
+  // A grid without bits for the normals of its view contradicts it: libdraco says what is wrong.
+  if (!has_normals || form.normal_bits > 0) decoder->Decode(form, std::span(jobs).first(count));
   for (size_t i = 0; i < count; ++i) {
-    const std::span own = std::span(integers).subspan(begins[i], begins[i + 1] - begins[i]);
     if (!jobs[i].decoded) {
-      LATTICED_RETURN_IF_ERROR(DecodeByLibdraco(chunks[i], has_normals, own));
+      LATTICED_RETURN_IF_ERROR(DecodeByLibdraco(chunks[i], has_normals, points));
+      continue;
     }
-    AppendIntegers(own, has_normals, *chunks[i].quantisation, points);
+    GridPoints grid(*chunks[i].quantisation, has_normals, points);
+    for (size_t at = begins[i]; at < begins[i + 1]; at += decoder::kNumbersPerPoint) {
+      const uint16_t* const n = &integers[at];
+      grid.Append({double(n[0]), double(n[1]), double(n[2])}, {n[4], n[5]});
+    }
   }
   return count;
 }
 
-absl::Status DecodeDracoChunks(std::span<const EncodedChunk> chunks, const v1::ViewOptions& view,
+absl::Status DecodeDracoChunks(std::span<const EncodedChunk> chunks, bool has_normals,
                                DecodedPoints* points) {
   decoder::ChunkDecoder decoder;
   while (!chunks.empty()) {
     LATTICED_ASSIGN_OR_RETURN(const size_t count,
-                              DecodeDraco(chunks, HasNormals(view), &decoder, points));
+                              DecodeDraco(chunks, has_normals, &decoder, points));
     chunks = chunks.subspan(count);
   }
   return absl::OkStatus();
@@ -160,23 +173,21 @@ absl::Status DecodeDracoChunks(std::span<const EncodedChunk> chunks, const v1::V
 
 absl::Status DecodeChunks(std::span<const EncodedChunk> chunks, const v1::ViewOptions& view,
                           DecodedPoints* points) {
+  const bool has_normals = view.normals() != v1::NORMAL_MODE_NONE;
   switch (view.encoding()) {
     case v1::ENCODING_RAW:
       for (const EncodedChunk& chunk : chunks) {
-        LATTICED_RETURN_IF_ERROR(
-            DecodeRaw(chunk.data, chunk.point_count, view, Origin(*chunk.quantisation), points));
+        LATTICED_RETURN_IF_ERROR(DecodeRaw(chunk, has_normals, points));
       }
       return absl::OkStatus();
     case v1::ENCODING_QUANTISED:
       for (const EncodedChunk& chunk : chunks) {
-        LATTICED_RETURN_IF_ERROR(DecodeQuantised(chunk.data, chunk.point_count, view,
-                                                 Origin(*chunk.quantisation), *chunk.quantisation,
-                                                 points));
+        LATTICED_RETURN_IF_ERROR(DecodeQuantised(chunk, has_normals, points));
       }
       return absl::OkStatus();
     case v1::ENCODING_DRACO_POINTS:
     case v1::ENCODING_DRACO_MESH:
-      return DecodeDracoChunks(chunks, view, points);
+      return DecodeDracoChunks(chunks, has_normals, points);
     default:
       return absl::DataLossError(
           fmt::format("the server sent encoding {}, which this client does not know",

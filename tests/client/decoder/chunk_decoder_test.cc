@@ -149,6 +149,12 @@ TEST(ChunkDecoderTest, RefusesAnotherForm) {
   EXPECT_FALSE(DecodeAll({11, 8}, streams, {66}).jobs[0].decoded);
   EXPECT_FALSE(DecodeAll({12, 9}, streams, {66}).jobs[0].decoded);
   EXPECT_FALSE(DecodeAll({12, 0}, streams, {66}).jobs[0].decoded);
+  for (const int bits : {-1, 0, 17, 33, 1 << 30}) {
+    EXPECT_FALSE(DecodeAll({bits, 8}, streams, {66}).jobs[0].decoded) << bits;
+  }
+  for (const int bits : {-1, 13, 33, 1 << 30}) {
+    EXPECT_FALSE(DecodeAll({12, bits}, streams, {66}).jobs[0].decoded) << bits;
+  }
   EXPECT_FALSE(DecodeAll({12, 8}, streams, {0}).jobs[0].decoded);
   EXPECT_FALSE(DecodeAll({12, 8}, streams, {size_t{kMostPoints} + 1}).jobs[0].decoded);
   streams[0].push_back(0);
