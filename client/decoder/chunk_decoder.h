@@ -2,12 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Decodes the Draco streams that latticed writes (core/codec/draco_writer.h) to the integers that they hold. Any other
-// stream is refused, and so is one that is damaged: then a stock decoder may try. Chunks of one call are decoded side by
-// side; from eight on it is fastest.
+// stream is refused; then a stock decoder may try. Damage that contradicts nothing is not seen. Chunks of one call are
+// decoded side by side; from eight on it is fastest.
 //
 //   x y z 0 s t    uint16 each: grid coordinates, 0, and the octahedral normal (0 0 without normals)
 //
-// Values equal libdraco's with attribute transforms skipped.
+// Values equal libdraco's with attribute transforms skipped, also those of damaged streams.
 //
 // Threads  one decoder: one at a time. Memory is kept from one call to the next
 #ifndef LATTICED_CLIENT_DECODER_CHUNK_DECODER_H_
