@@ -16,11 +16,12 @@
 namespace latticed::decoder {
 namespace {
 
+using draco_format::kCanonicalOctahedron;
+using draco_format::kDifference;
+using draco_format::kWrap;
 using lane_kernel::kLanes;
 using lane_kernel::PointLanes;
 using lane_kernel::SymbolLane;
-
-using namespace draco_format;
 
 constexpr int kMostPositionBits = 16, kMostNormalBits = 12;
 

@@ -12,7 +12,18 @@
 namespace latticed::decoder {
 namespace {
 
-using namespace draco_format;
+using draco_format::kCloud;
+using draco_format::kCloudMinor;
+using draco_format::kCompressedIndices;
+using draco_format::kFloat32;
+using draco_format::kMajor;
+using draco_format::kMesh;
+using draco_format::kMeshMinor;
+using draco_format::kNormalType;
+using draco_format::kOctahedralCoder;
+using draco_format::kPositionType;
+using draco_format::kQuantisedCoder;
+using draco_format::kSequential;
 
 template <size_t kCount>
 bool Is(ByteReader& in, const uint32_t (&expected)[kCount]) {

@@ -7,7 +7,20 @@
 namespace latticed {
 namespace {
 
-using namespace draco_format;
+using draco_format::kCanonicalOctahedron;
+using draco_format::kCloud;
+using draco_format::kCloudMinor;
+using draco_format::kDifference;
+using draco_format::kFloat32;
+using draco_format::kMajor;
+using draco_format::kMesh;
+using draco_format::kMeshMinor;
+using draco_format::kNormalType;
+using draco_format::kOctahedralCoder;
+using draco_format::kPositionType;
+using draco_format::kQuantisedCoder;
+using draco_format::kSequential;
+using draco_format::kWrap;
 
 void WriteHeader(uint32_t minor, uint32_t geometry, ByteWriter& out) {
   constexpr uint8_t kMagic[] = {'D', 'R', 'A', 'C', 'O'};
