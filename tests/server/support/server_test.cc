@@ -108,8 +108,21 @@ void ExpectRefusal(const absl::Status& status, const Refusal& refusal, const cha
   EXPECT_EQ(details.field, refusal.field) << status;
 }
 
+namespace {
+
+// A client that sends nothing for three heartbeats gets no updates. Those of tests send no heartbeats, and under a
+// sanitizer they may be slow.
+void WaitForSlowClients(Options& options) {
+  if (options.heartbeat_interval == Options().heartbeat_interval) {
+    options.heartbeat_interval = absl::Seconds(20);
+  }
+}
+
+}  // namespace
+
 void ServerTest::StartServer(Options options) {
   server_.reset();
+  WaitForSlowClients(options);
   options.backend = "cpu";
   options.threads = std::max(options.threads, 1);
   options.log_level = "off";
@@ -121,6 +134,7 @@ void ServerTest::StartServerOn(std::unique_ptr<Backend> backend, Options options
   std::vector<std::unique_ptr<Backend>> backends;
   backends.push_back(std::move(backend));
   options.log_level = "off";
+  WaitForSlowClients(options);
   Use(InProcessServer::Start(std::move(options), std::move(backends), std::move(store)));
 }
 
