@@ -2,13 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "client/decoder/symbol_table.h"
 
+#include <algorithm>
 #include <cstring>
 
 namespace latticed::decoder {
 namespace {
 
-constexpr size_t kMostSymbols = 1u << 16;
-constexpr int kMostPrecision = 18;  // enough for 2^16 symbols
+constexpr int kMostPrecision = 20;  // the largest that there is
 
 // Calls visit(symbol, probability) for the symbols that occur. False if the bytes are no table.
 template <class Visit>
@@ -62,10 +62,8 @@ TableKind ReadTable(ByteReader& in, int precision, uint32_t end, NarrowTable* na
   wide->cumulative.clear();
   wide->probability.clear();
   const bool good = ForEachProbability(in, end, [&](uint32_t symbol, uint32_t probability) {
-    if (probability > slots - sum || ranks == kMostSymbols) return false;
-    for (uint32_t slot = sum; slot < sum + probability; ++slot) {
-      wide->rank[slot] = static_cast<uint16_t>(ranks);
-    }
+    if (probability > slots - sum) return false;
+    std::fill_n(wide->rank.begin() + sum, probability, ranks);
     wide->symbol.push_back(symbol);
     wide->cumulative.push_back(sum);
     wide->probability.push_back(probability);

@@ -18,7 +18,7 @@ namespace latticed::decoder {
 // Any table.
 struct WideTable {
   int precision = 0;
-  std::vector<uint16_t> rank;                             // by slot
+  std::vector<uint32_t> rank;                             // by slot
   std::vector<uint32_t> symbol, cumulative, probability;  // by rank
 };
 

@@ -36,11 +36,18 @@ async function bundleAssets(entryPoints, to, define = {}) {
 
 // Builds a page: folder/index.html, which names its entry points as main.js and style.css, and the files that it fetches.
 async function buildPage(folder, entryPoints, samples, to) {
+  // Where no compiler for WebAssembly was found, draco3d decodes.
+  const own = process.env.DECODER_WASM ? { decoder: process.env.DECODER_WASM } : {};
   const decoder = await bundleAssets({
-    decode_worker: 'src/decode/decode_worker.ts', draco_decoder: 'node_modules/draco3d/draco_decoder.wasm',
+    ...own,
+    decode_worker: 'src/decode/decode_worker.ts',
+    draco_chunk: 'src/decode/draco_chunk.ts',
+    draco_decoder: 'node_modules/draco3d/draco_decoder.wasm',
   }, to);
   const define = {
-    DECODER_FILES: JSON.stringify({ worker: decoder.decode_worker, wasm: decoder.draco_decoder }),
+    DECODER_FILES: JSON.stringify({
+      worker: decoder.decode_worker, wasm: decoder.decoder, draco3d: { script: decoder.draco_chunk, wasm: decoder.draco_decoder },
+    }),
     SAMPLE_FILES: JSON.stringify(await bundleAssets(samples, to)),
   };
   let page = readFileSync(join(folder, 'index.html'), 'utf8');

@@ -50,6 +50,7 @@ def main(address):
     program = get(script, "text/javascript; charset=utf-8")
     for pattern, media_type, begins in (
         (r"decode_worker-\w+\.js", "text/javascript; charset=utf-8", b""),
+        (r"\bdecoder-\w+\.wasm", "application/wasm", b"\0asm"),
         (r"draco_decoder-\w+\.wasm", "application/wasm", b"\0asm"),
     ):
         names = set(re.findall(pattern, program))

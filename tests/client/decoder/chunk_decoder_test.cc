@@ -122,7 +122,7 @@ TEST(ChunkDecoderTest, DecodesWhatTheWriterWrites) {
 }
 
 TEST(ChunkDecoderTest, DecodesMeshes) {
-  constexpr size_t kPoints[] = {1, 3, 66, 2112};
+  constexpr size_t kPoints[] = {1, 3, 66, 2112, 65'535};
   const DracoWriter writer;
   for (const size_t points : kPoints) {
     const ChunkConnectivity connectivity(points, latticed::testing::Fan(points));

@@ -1,93 +1,191 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Environment: LATTICED_WRITE_STREAMS, the program of tests/core/codec/draco3d that writes the streams to decode.
+// Environment: LATTICED_WRITE_STREAMS, the program of tests/core/codec/draco3d that writes the streams to decode;
+// LATTICED_DECODER_WASM, the module of client/decoder.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
 import { mkdtempSync, readdirSync, readFileSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
-import { join } from 'node:path';
+import { join, parse } from 'node:path';
 import { test } from 'node:test';
 import { ChunkDecoder } from '@src/decode/chunk_decoder';
-import { NUMBERS_PER_POINT, type ChunkForm } from '@src/decode/chunk_form';
-import { DecodePool, type PendingChunk } from '@src/decode/decode_pool';
-import { FakeWorker } from './support/fake_worker';
+import { NUMBERS_PER_POINT, type ChunkForm, type DecodedChunk } from '@src/decode/chunk_form';
+import type { PendingChunk } from '@src/decode/decode_pool';
+import { OwnDecoder } from '@src/decode/own_decoder';
+import { decoderWasm, FakeWorker, loadDraco3d, poolOf } from './support/fake_worker';
+import { RandomNumbers } from './support/random_numbers';
 
-const wasm = new Uint8Array(readFileSync('node_modules/draco3d/draco_decoder.wasm')).buffer;
+const form = { encoding: 'quantised', points: 1, normals: false, positionBits: 16, normalBits: 0 } as const;
+const quantisedForm = (points: number, normalBits: number): ChunkForm => ({ ...form, points, normals: normalBits > 0, normalBits });
 
-function quantisedForm(points: number, normalBits: number): ChunkForm {
-  return { encoding: 'quantised', points, normals: normalBits > 0, normalBits };
+/** A stream of the server's writer, and the integers that it holds. */
+interface Stream {
+  readonly name: string;
+  readonly data: Uint8Array;
+  readonly form: ChunkForm;
+  readonly integers: Uint32Array; // x y z of all points, then s t
 }
 
-test('one decoder reads every stream of the server\'s writer to the integers that were written', async () => {
+const SIZES = [1, 66, 2112, 12_288, 17_952, 65_535]; // numbers of points
+
+function readStreams(): Stream[] {
   const folder = mkdtempSync(join(tmpdir(), 'latticed-streams-'));
   execFileSync(process.env.LATTICED_WRITE_STREAMS!, [folder]);
-  const decoder = await ChunkDecoder.create(wasm);
   const names = readdirSync(folder).filter((name) => name.endsWith('.drc'));
-  assert.equal(names.length, 1758);
-  let decodeAgain = (): unknown => undefined;
-  for (const name of names) {
+  const streams = names.map((name): Stream => {
     const bytes = readFileSync(join(folder, name.replace('.drc', '.bin')));
-    const expected = new Uint32Array(bytes.buffer, bytes.byteOffset, bytes.length / 4);
-    const sizes = [1, 66, 2112, 12_288, 17_952, 65_535];
-    const points = sizes.find((size) => [3 * size, 5 * size].includes(expected.length))!;
-    const normals = expected.length === 5 * points;
-    const data = new Uint8Array(readFileSync(join(folder, name)));
-
-    const decode = () => decoder.decode(data, { encoding: 'draco', points, normals, normalBits: 8 });
-    const { points: got, extent } = decode();
-
-    if (points === sizes.at(-1)) decodeAgain = decode;
-    assert.equal(got.length, NUMBERS_PER_POINT * points);
-    let wrong = 0;  // one assertion per value would take seconds
-    for (let i = 0; i < points; ++i) {
-      for (let axis = 0; axis < 3; ++axis) {
-        const value = got[6 * i + axis];
-        if (value !== expected[3 * i + axis] || value < extent[axis] || value > extent[3 + axis]) ++wrong;
-      }
-      for (let axis = 0; normals && axis < 2; ++axis) {
-        if (got[6 * i + 4 + axis] !== expected[3 * points + 2 * i + axis]) ++wrong;
-      }
-    }
-    assert.equal(wrong, 0, name);
-  }
+    const integers = new Uint32Array(bytes.buffer, bytes.byteOffset, bytes.length / 4);
+    const [positionBits, normalBits] = parse(name).name.split('_').slice(1).map(Number);
+    const points = integers.length / (normalBits > 0 ? 5 : 3);
+    assert.ok(SIZES.includes(points), name);
+    return { name, data: new Uint8Array(readFileSync(join(folder, name))), integers,
+      form: { encoding: 'draco', points, normals: normalBits > 0, positionBits, normalBits } };
+  });
   rmSync(folder, { recursive: true });
+  assert.equal(streams.length, 1758);
+  return streams;
+}
+const streams = readStreams();
 
-  const { draco } = (decoder as unknown as { draco: { draco: { HEAP32: Int32Array } } }).draco;
-  const { length } = draco.HEAP32;
-  for (let i = 0; i < 100; ++i) decodeAgain();
-  assert.equal(draco.HEAP32.length, length, 'what a chunk takes in WebAssembly is given back');
+/** Counts the wrong numbers: one assertion for each would take seconds. */
+function wrongNumbers({ form: { points, normals }, integers }: Stream, { points: got, extent }: DecodedChunk): number {
+  let wrong = got.length === NUMBERS_PER_POINT * points ? 0 : 1;
+  const low = [Infinity, Infinity, Infinity], high = [-1, -1, -1];
+  for (let i = 0; i < points; ++i) {
+    for (let axis = 0; axis < 3; ++axis) {
+      const value = integers[3 * i + axis];
+      if (got[6 * i + axis] !== value) ++wrong;
+      low[axis] = Math.min(low[axis], value);
+      high[axis] = Math.max(high[axis], value);
+    }
+    for (let axis = 0; normals && axis < 2; ++axis) {
+      if (got[6 * i + 4 + axis] !== integers[3 * points + 2 * i + axis]) ++wrong;
+    }
+  }
+  return wrong + [...low, ...high].filter((value, i) => value !== extent[i]).length;
+}
+
+async function memoryOf(decoder: ChunkDecoder): Promise<number> {
+  const { own, stock } = decoder as unknown as {
+    own?: { module: { memory: WebAssembly.Memory } }; stock?: Promise<{ draco: { HEAP32: Int32Array } }>;
+  };
+  return (own?.module.memory.buffer.byteLength ?? 0) + ((await stock)?.draco.HEAP32.length ?? 0);
+}
+
+for (const [which, module] of [['ours', decoderWasm], ['draco3d', undefined]] as const) {
+  test(`${which} reads every stream of the server's writer to the integers that were written`, async () => {
+    const decoder = await ChunkDecoder.create(module, async () => {
+      assert.equal(which, 'draco3d', 'draco3d is not needed');
+      return loadDraco3d();
+    });
+    assert.ok(which === 'draco3d' || module, 'LATTICED_DECODER_WASM is not set');
+    for (let first = 0; first < streams.length; first += 16) {
+      const batch = streams.slice(first, first + 16);
+      (await decoder.decode(batch)).forEach((result, i) => {
+        assert.ok(!(result instanceof Error), String(result));
+        assert.equal(wrongNumbers(batch[i], result), 0, batch[i].name);
+      });
+    }
+    const largest = streams.filter(({ form: { points } }) => points === SIZES.at(-1));
+    const before = await memoryOf(decoder);
+    for (let i = 0; i < 20; ++i) await decoder.decode(largest.slice(0, 4));
+    assert.equal(await memoryOf(decoder), before, 'what chunks take in WebAssembly is used again');
+  });
+}
+
+test('damaged streams are refused or read as draco3d reads them, and do no harm to their neighbours', async () => {
+  const seed = Math.floor(Math.random() * 2 ** 32);
+  const random = new RandomNumbers(seed);
+  const small = streams.filter(({ form: { points, positionBits, normalBits } }) =>
+    points === 2112 && positionBits === 12 && normalBits === 8);
+  assert.ok(small.length >= 16);
+  const ours = await OwnDecoder.create(decoderWasm!);
+  const stock = await loadDraco3d();
+  let [accepted, compared] = [0, 0];
+  for (let round = 0; round < 300; ++round) {
+    const good = [small[random.below(small.length)], small[random.below(small.length)]];
+    const data = small[random.below(small.length)].data.slice(0, undefined);
+    for (let changes = 1 + random.below(3); changes > 0; --changes) data[random.below(data.length)] = random.below(256);
+    const cut = random.below(4) === 0 ? data.slice(0, random.below(data.length)) : data;
+    const damaged = { ...good[0], data: cut };
+
+    const [before, result, after] = ours.decode([good[0], damaged, good[1]]);
+
+    const context = `seed ${seed}, round ${round}`;
+    assert.equal(wrongNumbers(good[0], before!) + wrongNumbers(good[1], after!), 0, context);
+    if (!result) continue;
+    ++accepted;
+    const numbers = new Uint16Array(result.points.length);
+    try {
+      stock.decode(cut, damaged.form, numbers);
+    } catch {
+      continue; // draco3d checks more of what does not say points
+    }
+    ++compared;
+    assert.deepEqual(result.points, numbers, context);
+  }
+  assert.ok(compared > 0, `of ${accepted}`);
+});
+
+test('draco3d is loaded once, when a stream needs it, and asked for again after a failure', async () => {
+  let loaded = 0;
+  const decoder = await ChunkDecoder.create(decoderWasm, async () => {
+    if (++loaded === 1) throw new Error('no answer');
+    return loadDraco3d();
+  });
+  const { data, form: written } = streams[0];
+  const foreign = data.slice();
+  foreign[6] = foreign[6] === 3 ? 2 : 1; // another minor version
+
+  const [own] = await decoder.decode([{ data, form: written }]);
+  assert.ok(!(own instanceof Error));
+  assert.equal(loaded, 0);
+  assert.match(String((await decoder.decode([{ data: foreign, form: written }]))[0]), /no answer/);
+  await decoder.decode([{ data: foreign, form: written }, { data: foreign, form: written }]);
+  assert.equal(loaded, 2);
 });
 
 test('a stream of other points than announced, and bytes that are none, are refused; the next is decoded', async () => {
-  const decoder = await ChunkDecoder.create(wasm);
+  const decoder = await ChunkDecoder.create(decoderWasm, loadDraco3d);
   const good = new Uint8Array([1, 0, 2, 0, 3, 0]);
 
-  assert.throws(() => decoder.decode(new Uint8Array([1, 2, 3]), { encoding: 'draco', points: 1, normals: false, normalBits: 0 }),
-    /no Draco stream/);
-  assert.throws(() => decoder.decode(good, quantisedForm(2, 0)), /6 bytes, not 12/);
-  assert.throws(() => decoder.decode(good, { encoding: 'raw', points: 1, normals: true, normalBits: 0 }), /6 bytes, not 24/);
-  assert.deepEqual([...decoder.decode(good, quantisedForm(1, 0)).points], [1, 2, 3, 0, 0, 0]);
+  const [noDraco, short, noFloats, points] = await decoder.decode([
+    { data: new Uint8Array([1, 2, 3]), form: { ...form, encoding: 'draco' } },
+    { data: good, form: quantisedForm(2, 0) },
+    { data: good, form: { ...form, encoding: 'raw', normals: true } },
+    { data: good, form },
+  ]);
+
+  assert.match(String(noDraco), /no Draco stream/);
+  assert.match(String(short), /6 bytes, not 12/);
+  assert.match(String(noFloats), /6 bytes, not 24/);
+  assert.deepEqual([...(points as DecodedChunk).points], [1, 2, 3, 0, 0, 0]);
 });
 
+/** Decodes a chunk alone. */
+async function decoded(data: Uint8Array, chunkForm: ChunkForm): Promise<DecodedChunk> {
+  const [result] = await (await ChunkDecoder.create(decoderWasm, loadDraco3d)).decode([{ data, form: chunkForm }]);
+  if (result instanceof Error) throw result;
+  return result;
+}
+
 test('planar integers are read with narrow and with wide normals, from odd addresses too', async () => {
-  const decoder = await ChunkDecoder.create(wasm);
   const planes = [1, 2, 300, 400, 65535, 6];
   const positions = new Uint8Array(Uint16Array.from(planes).buffer);
   const narrow = new Uint8Array([0, ...positions, 7, 8, 9, 254]).subarray(1);
   const wide = new Uint8Array([...positions, ...new Uint8Array(Uint16Array.from([7, 800, 9, 1022]).buffer)]);
 
-  assert.deepEqual([...decoder.decode(narrow, quantisedForm(2, 8)).points], [1, 300, 65535, 0, 7, 9, 2, 400, 6, 0, 8, 254]);
-  assert.deepEqual([...decoder.decode(wide, quantisedForm(2, 10)).points], [1, 300, 65535, 0, 7, 9, 2, 400, 6, 0, 800, 1022]);
+  assert.deepEqual([...(await decoded(narrow, quantisedForm(2, 8))).points], [1, 300, 65535, 0, 7, 9, 2, 400, 6, 0, 8, 254]);
+  assert.deepEqual([...(await decoded(wide, quantisedForm(2, 10))).points], [1, 300, 65535, 0, 7, 9, 2, 400, 6, 0, 800, 1022]);
 });
 
 test('raw floats are read with and without normals, and extents hold them', async () => {
-  const decoder = await ChunkDecoder.create(wasm);
   const values = new Float32Array([0.5, -1, 2, 0, 0, 1, -3, 4, 5, 1, 0, 0]);
-  const form = { encoding: 'raw', points: 2, normals: true, normalBits: 0 } as const;
+  const floats: ChunkForm = { ...form, encoding: 'raw', points: 2, normals: true };
 
-  const { points, extent } = decoder.decode(new Uint8Array(values.buffer), form);
-  const bare = decoder.decode(new Uint8Array(values.slice(0, 6).buffer), { ...form, normals: false });
+  const { points, extent } = await decoded(new Uint8Array(values.buffer), floats);
+  const bare = await decoded(new Uint8Array(values.slice(0, 6).buffer), { ...floats, normals: false });
 
   assert.deepEqual([...points], [...values]);
   assert.deepEqual([...extent], [-3, -1, 2, 0.5, 4, 5]);
@@ -95,9 +193,9 @@ test('raw floats are read with and without normals, and extents hold them', asyn
 });
 
 test('small chunks go to a worker together; it has two batches, what waits can be cancelled, and memory that came back is used', async () => {
-  const workers = [new FakeWorker(wasm), new FakeWorker(wasm)];
-  const pool = new DecodePool(workers, wasm);
-  const [SMALL, LARGE] = [3000, 8000]; // two small ones are a batch, a large one is another
+  const workers = [new FakeWorker(), new FakeWorker()];
+  const pool = poolOf(...workers);
+  const [SMALL, LARGE] = [12_000, 32_000]; // two small ones are a batch, a large one is another
   const decode = (first: number, points: number): PendingChunk =>
     pool.decode(new Uint8Array(Uint16Array.from({ length: 3 * points }, () => first).buffer), quantisedForm(points, 0));
   const chunks = [SMALL, SMALL, LARGE, SMALL, LARGE, SMALL, LARGE, SMALL].map((points, i) => decode(i, points));
@@ -122,8 +220,8 @@ test('small chunks go to a worker together; it has two batches, what waits can b
 });
 
 test('what a worker cannot decode rejects that chunk alone; a worker that is not there rejects all', async () => {
-  const worker = new FakeWorker(wasm);
-  const pool = new DecodePool([worker], wasm);
+  const worker = new FakeWorker();
+  const pool = poolOf(worker);
   const bad = pool.decode(new Uint8Array([1]), quantisedForm(1, 0));
   const good = pool.decode(new Uint8Array([1, 0, 2, 0, 3, 0]), quantisedForm(1, 0));
   await Promise.resolve();

@@ -8,13 +8,12 @@ import { create } from '@bufbuild/protobuf';
 import type { InterleavedBufferAttribute } from 'three';
 import { ChunksSchema, QuantisationSchema, TopologySchema, UpdateBeginSchema, UpdateEndSchema } from 'latticed/v1/event_pb';
 import { Encoding, NormalMode } from 'latticed/v1/view_pb';
-import { DecodePool } from '@src/decode/decode_pool';
 import { UpdateReceiver, type ReceivedUpdate } from '@src/session/update_receiver';
 import { PointBuffer } from '@src/surface/point_buffer';
 import { SurfaceMesh } from '@src/surface/surface_mesh';
 import { TopologyLayout } from '@src/surface/topology_layout';
-import { FakeWorker } from './support/fake_worker';
-import { decoderWasm, noPatches, until } from './support/session_fixture';
+import { FakeWorker, poolOf } from './support/fake_worker';
+import { noPatches, until } from './support/session_fixture';
 
 // Three patches of one triangle each. Patches 0 and 1 are chunk 0; patch 2 is chunk 1.
 const topology = create(TopologySchema, {
@@ -37,9 +36,9 @@ class Receiving {
   readonly receiver: UpdateReceiver;
 
   constructor(atOnce: boolean) {
-    this.worker = new FakeWorker(decoderWasm, atOnce);
+    this.worker = new FakeWorker(atOnce);
     this.receiver = new UpdateReceiver(
-      new DecodePool([this.worker], decoderWasm), (update) => this.got.push(update), (error) => this.failures.push(error.message));
+      poolOf(this.worker), (update) => this.got.push(update), (error) => this.failures.push(error.message));
     this.receiver.topology(topology);
     this.receiver.quantisation(grid);
   }

@@ -1,33 +1,72 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-import createDecoderModule from 'draco3d/draco_decoder_nodejs.js';
-import { extentOf, NUMBERS_PER_POINT, type ChunkForm, type DecodedChunk } from './chunk_form';
-import { DracoChunkDecoder } from './draco_chunk';
+import { extentOf, NUMBERS_PER_POINT, pointMemory, type ChunkForm, type DecodedChunk } from './chunk_form';
+import type { DracoChunkDecoder } from './draco_chunk';
+import { OwnDecoder, type ChunkData } from './own_decoder';
 
 /** Decodes chunks of every encoding; one per worker. */
 export class ChunkDecoder {
-  private constructor(private readonly draco: DracoChunkDecoder) {}
+  private stock: Promise<DracoChunkDecoder> | undefined;
 
-  /** @param wasm draco_decoder.wasm of draco3d. */
-  static async create(wasm: ArrayBuffer): Promise<ChunkDecoder> {
-    return new ChunkDecoder(new DracoChunkDecoder(await createDecoderModule({ wasmBinary: wasm })));
+  private constructor(
+    private readonly own: OwnDecoder | undefined,
+    private readonly loadStock: () => Promise<DracoChunkDecoder>,
+  ) {}
+
+  /**
+   * @param wasm decoder.wasm of client/decoder. Without it, and in a browser without SIMD128, draco3d decodes.
+   * @param loadStock Loads draco3d when it is needed.
+   */
+  static async create(wasm: ArrayBuffer | undefined, loadStock: () => Promise<DracoChunkDecoder>): Promise<ChunkDecoder> {
+    const own = wasm && WebAssembly.validate(wasm) ? await OwnDecoder.create(wasm) : undefined;
+    return new ChunkDecoder(own, loadStock);
   }
 
-  /** @param reuse Memory for the points, used if it is large enough. */
-  decode(data: Uint8Array, form: ChunkForm, reuse?: ArrayBuffer): DecodedChunk {
-    const numbers = NUMBERS_PER_POINT * form.points;
-    const bytes = numbers * (form.encoding === 'raw' ? 4 : 2);
-    const memory = reuse && reuse.byteLength >= bytes ? reuse : new ArrayBuffer(bytes);
-    if (form.encoding === 'raw') {
-      const points = new Float32Array(memory, 0, numbers);
-      readRaw(data, form, points);
-      return { points, extent: extentOf(points, form.points) };
+  /** Decodes chunks, the sooner the more they are. A chunk that cannot be decoded has an error for a result. */
+  async decode(chunks: readonly ChunkData[]): Promise<(DecodedChunk | Error)[]> {
+    const results = this.own ? decodeByOwn(this.own, chunks) : new Map<ChunkData, DecodedChunk>();
+    const decoded: (DecodedChunk | Error)[] = [];
+    for (const chunk of chunks) {
+      decoded.push(results.get(chunk) ?? await this.decodeAlone(chunk).catch((error: unknown) =>
+        error instanceof Error ? error : new Error(String(error))));
     }
-    const points = new Uint16Array(memory, 0, numbers);
-    if (form.encoding === 'draco') this.draco.decode(data, form, points);
+    return decoded;
+  }
+
+  private async decodeAlone({ data, form, reuse }: ChunkData): Promise<DecodedChunk> {
+    const numbers = NUMBERS_PER_POINT * form.points;
+    const memory = pointMemory(numbers * (form.encoding === 'raw' ? 4 : 2), reuse);
+    const points = form.encoding === 'raw' ? new Float32Array(memory, 0, numbers) : new Uint16Array(memory, 0, numbers);
+    if (points instanceof Float32Array) readRaw(data, form, points);
+    else if (form.encoding === 'draco') (await this.stockDecoder()).decode(data, form, points);
     else readQuantised(data, form, points);
     return { points, extent: extentOf(points, form.points) };
   }
+
+  /** draco3d, loaded once. A failed attempt is repeated with the next chunk. */
+  private stockDecoder(): Promise<DracoChunkDecoder> {
+    this.stock ??= this.loadStock();
+    this.stock.catch(() => (this.stock = undefined));
+    return this.stock;
+  }
+}
+
+/** Decodes those Draco chunks that our decoder knows. */
+function decodeByOwn(own: OwnDecoder, chunks: readonly ChunkData[]): Map<ChunkData, DecodedChunk> {
+  const byBits = new Map<string, ChunkData[]>();
+  for (const chunk of chunks) {
+    const { encoding, positionBits, normals, normalBits } = chunk.form;
+    if (encoding !== 'draco') continue;
+    const bits = `${positionBits}/${normals ? normalBits : 0}`;
+    const group = byBits.get(bits);
+    if (group) group.push(chunk);
+    else byBits.set(bits, [chunk]);
+  }
+  const results = new Map<ChunkData, DecodedChunk>();
+  for (const group of byBits.values()) {
+    own.decode(group).forEach((result, i) => result && results.set(group[i]!, result));
+  }
+  return results;
 }
 
 /** Reads ENCODING_RAW (float32, interleaved) into x y z nx ny nz of each point. Throws if the length differs. */

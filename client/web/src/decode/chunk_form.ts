@@ -7,6 +7,8 @@ export interface ChunkForm {
   readonly points: number;
   /** Whether normals are sent. */
   readonly normals: boolean;
+  /** Bits per coordinate of positions; 0 if they are floats. */
+  readonly positionBits: number;
   /** Bits per coordinate of the octahedral normals. */
   readonly normalBits: number;
 }
@@ -16,6 +18,11 @@ export const NUMBERS_PER_POINT = 6;
 
 /** Points of one chunk: six integers each, or six floats for RAW. */
 export type PointNumbers = Uint16Array | Float32Array;
+
+/** Memory for the points of a chunk: `reuse` if it is large enough. */
+export function pointMemory(bytes: number, reuse: ArrayBuffer | undefined): ArrayBuffer {
+  return reuse && reuse.byteLength >= bytes ? reuse : new ArrayBuffer(bytes);
+}
 
 export interface DecodedChunk {
   readonly points: PointNumbers;

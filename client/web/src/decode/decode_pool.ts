@@ -2,25 +2,33 @@
 // SPDX-License-Identifier: Apache-2.0
 import { fetchAsset } from '../wire/asset';
 import type { ChunkForm, DecodedChunk } from './chunk_form';
+import type { ChunkData } from './own_decoder';
 
 /** The names of the built files beside the page's script. build.mjs defines it. */
-declare const DECODER_FILES: { readonly worker: string; readonly wasm: string };
+declare const DECODER_FILES: { readonly worker: string; readonly wasm: string | undefined; readonly draco3d: Draco3dFiles };
+
+/** The module of draco_chunk.ts, and draco3d's draco_decoder.wasm. */
+interface Draco3dFiles {
+  readonly script: string;
+  readonly wasm: string;
+}
 
 /** The first message to a worker. */
-interface DecodeStart {
+export interface DecodeStart {
   readonly kind: 'start';
-  readonly wasm: ArrayBuffer;
+  /** decoder.wasm; without it draco3d decodes. */
+  readonly wasm: ArrayBuffer | undefined;
+  /** Their addresses. */
+  readonly draco3d: Draco3dFiles;
 }
 
 /** One chunk to decode. `data` and `reuse`, an earlier result that nobody needs, are transferred to the worker. */
-export interface DecodeJob {
+export interface DecodeJob extends ChunkData {
   readonly id: number;
   readonly data: Uint8Array<ArrayBuffer>;
-  readonly form: ChunkForm;
-  readonly reuse?: ArrayBuffer | undefined;
 }
 
-/** Chunks to decode one after another. A message takes longer than a small chunk, so small ones go together. */
+/** Chunks to decode together. */
 export interface DecodeBatch {
   readonly kind: 'batch';
   readonly jobs: readonly DecodeJob[];
@@ -64,7 +72,7 @@ interface Job {
  */
 export class DecodePool {
   private static readonly BATCHES_PER_WORKER = 2;
-  private static readonly POINTS_PER_BATCH = 8192; // about 2 ms
+  private static readonly POINTS_PER_BATCH = 34_000; // 16 chunks of 32 patches of 10 segments, about 0.6 ms
   private static readonly SPARE_BUFFERS = 256;
 
   private readonly queue: Job[] = [];
@@ -75,21 +83,27 @@ export class DecodePool {
   private isPumping = false;
   private failure: Error | undefined;
 
-  constructor(private readonly workers: readonly DecodeWorker[], wasm: ArrayBuffer) {
+  /**
+   * @param wasm decoder.wasm, if there is one.
+   * @param draco3d Addresses.
+   */
+  constructor(private readonly workers: readonly DecodeWorker[], wasm: ArrayBuffer | undefined, draco3d: Draco3dFiles) {
     this.load = workers.map(() => 0);
     workers.forEach((worker, number) => {
       worker.onmessage = ({ data }) => this.answered(number, data);
       worker.onerror = ({ message }) => this.fail(new Error(`a decoding worker failed: ${message ?? 'not loaded'}`));
-      worker.postMessage({ kind: 'start', wasm }, []);
+      worker.postMessage({ kind: 'start', wasm, draco3d }, []);
     });
   }
 
   /** Starts a worker for each hardware thread but one: at least 1, at most 6. */
   static async inBrowser(): Promise<DecodePool> {
-    const wasm = await (await fetchAsset(DECODER_FILES.wasm)).arrayBuffer();
+    const { worker, wasm, draco3d } = DECODER_FILES;
+    const own = wasm === undefined ? undefined : await (await fetchAsset(wasm)).arrayBuffer();
     const count = Math.min(Math.max((navigator.hardwareConcurrency || 2) - 1, 1), 6);
-    const workers = Array.from({ length: count }, () => new Worker(new URL(DECODER_FILES.worker, import.meta.url), { type: 'module' }));
-    return new DecodePool(workers as DecodeWorker[], wasm);
+    const workers = Array.from({ length: count }, () => new Worker(new URL(worker, import.meta.url), { type: 'module' }));
+    const address = (name: string): string => new URL(name, import.meta.url).href;
+    return new DecodePool(workers as DecodeWorker[], own, { script: address(draco3d.script), wasm: address(draco3d.wasm) });
   }
 
   /** Decodes one chunk. The pool owns `data` from then on. */

@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-import type { Decoder, DecoderModule, PointCloud } from 'draco3d/draco_decoder_nodejs.js';
+import createDecoderModule, { type Decoder, type DecoderModule, type PointCloud } from 'draco3d/draco_decoder_nodejs.js';
 import { NUMBERS_PER_POINT, type ChunkForm } from './chunk_form';
 
 /**
- * Decodes Draco chunks to the integers that were encoded. Attribute transforms are skipped, since the vertex shader
+ * Decodes Draco chunks by draco3d to the integers that were encoded: streams of a newer server, and in browsers without SIMD. Attribute transforms are skipped, since the vertex shader
  * undoes the quantisation: this saves 40 % of the time. One decoder and one piece of wasm memory serve all chunks.
  */
 export class DracoChunkDecoder {
@@ -12,10 +12,15 @@ export class DracoChunkDecoder {
   private address = 0;
   private capacity = 0;  // bytes at address
 
-  constructor(private readonly draco: DecoderModule) {
+  private constructor(private readonly draco: DecoderModule) {
     this.decoder = new draco.Decoder();
     this.decoder.SkipAttributeTransform(draco.POSITION);
     this.decoder.SkipAttributeTransform(draco.NORMAL);
+  }
+
+  /** @param wasm draco_decoder.wasm of draco3d. */
+  static async create(wasm: ArrayBuffer): Promise<DracoChunkDecoder> {
+    return new DracoChunkDecoder(await createDecoderModule({ wasmBinary: wasm }));
   }
 
   /** Writes x y z 0 s t of each point. Throws if the stream is not a chunk of this form. */

@@ -225,7 +225,7 @@ export class PatchSurface {
     points.evaluated();
     const measured = chunks === undefined ? stage.layout.firstPatch.subarray(0, -1).keys() : moved;
     this.surface.applyEvaluation({
-      points, normals: stage.plan.hasNormals, grid: { origin: stage.plan.origin, step: 1, range: 0, normalBits: 0 },
+      points, normals: stage.plan.hasNormals, grid: { origin: stage.plan.origin, step: 1, range: 0, positionBits: 0, normalBits: 0 },
       extents: new Map(Array.from(measured, (chunk) => [chunk, stage.extents.of(chunk)])),
     });
     this.source.changed();

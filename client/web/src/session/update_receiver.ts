@@ -76,7 +76,7 @@ export class UpdateReceiver {
     this.grids.clear();
     this.grids.set(message.quantisationId, {
       origin: vector(message.origin), step: message.bits ? message.step : 1, range: message.step * (2 ** message.bits - 1),
-      normalBits: message.normalBits });
+      positionBits: message.bits, normalBits: message.normalBits });
   }
 
   begin({ view }: UpdateBegin): void {
@@ -98,7 +98,7 @@ export class UpdateReceiver {
       const encoding = encodingOf(update.view) as ChunkForm['encoding'];
       const decoding = this.pool.decode(data as Uint8Array<ArrayBuffer>, {
         encoding, points: layout.pointsOf(index, codes),
-        normals: hasNormals(update.view), normalBits: grid.normalBits });
+        normals: hasNormals(update.view), positionBits: grid.positionBits, normalBits: grid.normalBits });
       update.chunks.set(index, { codes, decoding });
     }
   }

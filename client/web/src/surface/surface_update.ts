@@ -13,6 +13,8 @@ export interface Grid {
   readonly step: number;
   /** The largest integer times the step, in world units; 0 for floats. */
   readonly range: number;
+  /** Bits per coordinate of positions; 0 for floats. */
+  readonly positionBits: number;
   /** Bits per coordinate of the octahedral normals. */
   readonly normalBits: number;
 }

@@ -14,8 +14,9 @@ import type { Page } from 'playwright-core';
 import { latticeToJson } from '@src/wire/lattice_json';
 import { distance, sub } from '@src/lattice/vec';
 import { openPage } from './browser';
+import { followsDefinition } from './definition';
 import { sheetObj } from './sheet';
-import { allPoints, browser, errors, page, press, select, server, shot, until, useStage } from './stage';
+import { allPoints, browser, errors, page, press, select, server, setView, shot, until, useStage } from './stage';
 import { camera, controlPoint, createScene, dropFiles, latticeIn, live, meshUploaded, onScreen, saved } from './viewer_page';
 
 /** A PNG file of one grey pixel. */
@@ -386,16 +387,34 @@ test('of two scenes the one that was asked for last is shown, also where the oth
   await fresh.close();
 });
 
+const TETRAHEDRON = 'v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n';
+
+test('a browser without SIMD decodes by draco3d', async () => {
+  const { page: old } = await openPage(browser, `${server.origin}/#token=${TOKENS.edit}`);
+  // To such a browser the module is as invalid as this one.
+  await old.route('**/decoder-*.wasm', (route) => route.fulfill({ body: Buffer.from('\0asm\x01\0\0\0\xff', 'latin1') }));
+  const loaded = old.waitForResponse('**/draco_decoder-*.wasm');
+  await dropFiles(old, [['tetrahedron.obj', TETRAHEDRON]]);
+  await setView({ encoding: 'draco', segments: 4 }, old);
+  await createScene(old);
+  await live(old);
+
+  assert.ok((await loaded).ok());
+  await old.waitForFunction(() => (window.latticed.scene!.session.surface.grid?.positionBits ?? 0) > 0);
+  await followsDefinition(old, TETRAHEDRON);
+  await old.close();
+});
+
 test('a decoder that cannot be fetched is said, and fetched with the next scene; its name is in the title and on the start page', async () => {
   const { page: fresh } = await openPage(browser, `${server.origin}/#token=${TOKENS.edit}`);
-  await fresh.route('**/draco_decoder-*.wasm', (route) => route.abort());
+  await fresh.route('**/decoder-*.wasm', (route) => route.abort());
   await dropFiles(fresh, [['tetrahedron.stl', tetrahedronStl()]]);
   await meshUploaded(fresh);
   await fresh.getByRole('button', { name: 'Create scene' }).click();
-  await fresh.locator('.fit .error').getByText(/^draco_decoder-\w+\.wasm cannot be fetched: no answer\.$/).waitFor();
+  await fresh.locator('.fit .error').getByText(/^decoder-\w+\.wasm cannot be fetched: no answer\.$/).waitFor();
   await fresh.unrouteAll({ behavior: 'wait' });
   // A newer server has files with other hashes in their names.
-  await fresh.route('**/draco_decoder-*.wasm', (route) => route.fulfill({ status: 404 }));
+  await fresh.route('**/decoder-*.wasm', (route) => route.fulfill({ status: 404 }));
   await fresh.getByRole('button', { name: 'Create scene' }).click();
   await fresh.locator('.fit .error').getByText('The server has been updated: reload the page.').waitFor();
   await fresh.unrouteAll({ behavior: 'wait' });

@@ -60,7 +60,7 @@ test('a first visit loads compressed files, and the next one only asks whether t
   const next = await visit(context);
 
   const kinds = new Set(first.map(({ name }) => name.replace(/-[0-9A-Z]{8}\./, '.')));
-  assert.deepEqual(kinds, new Set(['index.html', 'main.js', 'style.css', 'draco_decoder.wasm', 'decode_worker.js']));
+  assert.deepEqual(kinds, new Set(['index.html', 'main.js', 'style.css', 'decoder.wasm', 'decode_worker.js']));
   for (const { name, bytes, body } of first) assert.ok(body > 0 && body < bytes, `${name} has ${bytes} bytes, sent as ${body}`);
   const sent = sum(first.map(({ transfer }) => transfer));
   assert.ok(sent < MOST_BYTES, `the first visit loads ${sent} bytes`);

@@ -1,7 +1,20 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
+import { readFileSync } from 'node:fs';
 import { ChunkDecoder } from '@src/decode/chunk_decoder';
-import type { DecodeAnswer, DecodeBatch, DecodeRequest, DecodeWorker } from '@src/decode/decode_pool';
+import { DecodePool, type DecodeAnswer, type DecodeBatch, type DecodeRequest, type DecodeWorker } from '@src/decode/decode_pool';
+import { DracoChunkDecoder } from '@src/decode/draco_chunk';
+
+const bytesOf = (path: string): ArrayBuffer => new Uint8Array(readFileSync(path)).buffer;
+/** Environment: LATTICED_DECODER_WASM, the module of client/decoder; without it draco3d decodes. */
+export const decoderWasm = process.env.LATTICED_DECODER_WASM ? bytesOf(process.env.LATTICED_DECODER_WASM) : undefined;
+const draco3dWasm = bytesOf('node_modules/draco3d/draco_decoder.wasm');
+export const loadDraco3d = (): Promise<DracoChunkDecoder> => DracoChunkDecoder.create(draco3dWasm);
+
+/** A pool of such workers. */
+export function poolOf(...workers: readonly FakeWorker[]): DecodePool {
+  return new DecodePool(workers, decoderWasm, { script: 'draco_chunk.js', wasm: 'draco_decoder.wasm' });
+}
 
 /** A worker that decodes when work() is called, or at once. */
 export class FakeWorker implements DecodeWorker {
@@ -10,11 +23,11 @@ export class FakeWorker implements DecodeWorker {
   readonly batches: DecodeBatch[] = [];
   private readonly decoder: Promise<ChunkDecoder>;
 
-  constructor(wasm: ArrayBuffer, private readonly atOnce = false) {
-    this.decoder = FakeWorker.shared ??= ChunkDecoder.create(wasm);
+  constructor(private readonly atOnce = false) {
+    this.decoder = FakeWorker.shared ??= ChunkDecoder.create(decoderWasm, loadDraco3d);
   }
 
-  private static shared: Promise<ChunkDecoder> | undefined;  // compiling the decoder takes long
+  private static shared: Promise<ChunkDecoder> | undefined;  // compiling draco3d takes long
 
   postMessage(message: DecodeRequest): void {
     if (message.kind !== 'batch') return;
@@ -26,13 +39,9 @@ export class FakeWorker implements DecodeWorker {
   async work(): Promise<void> {
     const decoder = await this.decoder;
     for (const { jobs } of this.batches.splice(0)) {
-      this.onmessage?.({ data: jobs.map(({ id, data, form, reuse }): DecodeAnswer => {
-        try {
-          return { id, chunk: decoder.decode(data, form, reuse) };
-        } catch (error) {
-          return { id, error: (error as Error).message };
-        }
-      }) });
+      const results = await decoder.decode(jobs);
+      this.onmessage?.({ data: results.map((result, i): DecodeAnswer =>
+        result instanceof Error ? { id: jobs[i]!.id, error: result.message } : { id: jobs[i]!.id, chunk: result }) });
     }
   }
 

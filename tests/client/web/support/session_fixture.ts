@@ -1,10 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-import { readFileSync } from 'node:fs';
 import type { TestContext } from 'node:test';
 import { Code } from '@connectrpc/connect';
 import { Encoding, NormalMode } from 'latticed/v1/view_pb';
-import { DecodePool } from '@src/decode/decode_pool';
 import { Lattice } from '@src/lattice/lattice';
 import { LiveSession } from '@src/session/live_session';
 import type { BackOff, Wakeable } from '@src/session/scene_connection';
@@ -15,13 +13,12 @@ import { MeshDownloads } from '@src/wire/mesh_downloads';
 import { ServerError } from '@src/wire/server_error';
 import { FakeServer } from './fake_server';
 import { FakeStreams, type FakeStream } from './fake_stream';
-import { FakeWorker } from './fake_worker';
+import { FakeWorker, poolOf } from './fake_worker';
 import { fitLattice } from '@src/lattice/fitted_lattice';
 import { until } from './until';
 
 export { until };
 
-export const decoderWasm = new Uint8Array(readFileSync('node_modules/draco3d/draco_decoder.wasm')).buffer;
 
 /** Patches for tests that never ask for their origins or rest shape. */
 export const noPatches: PatchSource = {
@@ -59,13 +56,13 @@ export class SessionFixture {
 
   constructor(t: TestContext, options: Options = {}) {
     this.surface = new SurfaceMesh(options.patches ?? noPatches);
-    this.worker = new FakeWorker(decoderWasm, options.decodesAtOnce ?? true);
+    this.worker = new FakeWorker(options.decodesAtOnce ?? true);
     this.server = options.server ?? new FakeServer();
     this.server.features = options.features ?? [];
     this.server.durable = options.durable ?? true;
     this.session = new LiveSession('scene-0001', {
       server: this.server.client, info: this.server.info(), streams: [this.sockets.open, this.watches.open],
-      pool: new DecodePool([this.worker], decoderWasm), surface: this.surface,
+      pool: poolOf(this.worker), surface: this.surface,
       downloads: new MeshDownloads(this.server.client.meshes),
       backOff: options.backOff ?? { firstMs: 1, lastMs: 2 },
       wakes: (connection) => {

@@ -4,9 +4,9 @@
 // Usage: draco3d_write_streams FOLDER. Writes streams of our writer, and beside each the integers
 // that it must hold, for another decoder to compare (compare_streams.mjs):
 //
-//   N.drc    the stream, written alone or in a group, as a server does; about a third are meshes, and every second of
-//            those written alone may use the scheme TAGGED
-//   N.bin    little-endian uint32: position values of all points, x y z each; then s t of normals
+//   N_P_Q.drc  the stream, positions of P bits and normals of Q (0: none), written alone or in a group, as a server does; about a third are meshes, and every second of
+//              those written alone may use the scheme TAGGED
+//   N_P_Q.bin  little-endian uint32: position values of all points, x y z each; then s t of normals
 #include <array>
 #include <cstdio>
 #include <fstream>
@@ -37,8 +37,9 @@ bool WriteFiles(const std::string& folder, unsigned number, const Chunk& chunk,
                 const std::vector<uint8_t>& stream) {
   std::vector<uint32_t> values = chunk.integers.positions;
   values.insert(values.end(), chunk.integers.normals.begin(), chunk.integers.normals.end());
-  return WriteBytes(fmt::format("{}/{}.drc", folder, number), stream) &&
-         WriteBytes(fmt::format("{}/{}.bin", folder, number), values);
+  const std::string path =
+      fmt::format("{}/{}_{}_{}", folder, number, chunk.position_bits, chunk.normal_bits);
+  return WriteBytes(path + ".drc", stream) && WriteBytes(path + ".bin", values);
 }
 
 bool WriteStream(const std::string& folder, unsigned number, const Chunk& chunk) {
