@@ -82,7 +82,7 @@ for (const [which, module] of [['ours', decoderWasm], ['draco3d', undefined]] as
     assert.ok(which === 'draco3d' || module, 'LATTICED_DECODER_WASM is not set');
     for (let first = 0; first < streams.length; first += 16) {
       const batch = streams.slice(first, first + 16);
-      (await decoder.decode(batch)).forEach((result, i) => {
+      (await decoder.decode(batch)).results.forEach((result, i) => {
         assert.ok(!(result instanceof Error), String(result));
         assert.equal(wrongNumbers(batch[i], result), 0, batch[i].name);
       });
@@ -110,20 +110,23 @@ test('damaged streams are refused or read as draco3d reads them, and do no harm 
     const cut = random.below(4) === 0 ? data.slice(0, random.below(data.length)) : data;
     const damaged = { ...good[0], data: cut };
 
-    const [before, result, after] = ours.decode([good[0], damaged, good[1]]);
+    const chunks = [good[0], damaged, good[1]];
+    const points = chunks.map(() => new Uint16Array(NUMBERS_PER_POINT * damaged.form.points));
+    const [before, extent, after] = ours.decode(chunks, points);
 
     const context = `seed ${seed}, round ${round}`;
-    assert.equal(wrongNumbers(good[0], before!) + wrongNumbers(good[1], after!), 0, context);
-    if (!result) continue;
+    assert.equal(wrongNumbers(good[0], { points: points[0], extent: before! }), 0, context);
+    assert.equal(wrongNumbers(good[1], { points: points[2], extent: after! }), 0, context);
+    if (!extent) continue;
     ++accepted;
-    const numbers = new Uint16Array(result.points.length);
+    const numbers = new Uint16Array(points[1].length);
     try {
       stock.decode(cut, damaged.form, numbers);
     } catch {
       continue; // draco3d checks more of what does not say points
     }
     ++compared;
-    assert.deepEqual(result.points, numbers, context);
+    assert.deepEqual(points[1], numbers, context);
   }
   assert.ok(compared > 0, `of ${accepted}`);
 });
@@ -138,10 +141,10 @@ test('draco3d is loaded once, when a stream needs it, and asked for again after 
   const foreign = data.slice();
   foreign[6] = foreign[6] === 3 ? 2 : 1; // another minor version
 
-  const [own] = await decoder.decode([{ data, form: written }]);
+  const { results: [own] } = await decoder.decode([{ data, form: written }]);
   assert.ok(!(own instanceof Error));
   assert.equal(loaded, 0);
-  assert.match(String((await decoder.decode([{ data: foreign, form: written }]))[0]), /no answer/);
+  assert.match(String((await decoder.decode([{ data: foreign, form: written }])).results[0]), /no answer/);
   await decoder.decode([{ data: foreign, form: written }, { data: foreign, form: written }]);
   assert.equal(loaded, 2);
 });
@@ -150,7 +153,7 @@ test('a stream of other points than announced, and bytes that are none, are refu
   const decoder = await ChunkDecoder.create(decoderWasm, loadDraco3d);
   const good = new Uint8Array([1, 0, 2, 0, 3, 0]);
 
-  const [noDraco, short, noFloats, points] = await decoder.decode([
+  const { results: [noDraco, short, noFloats, points] } = await decoder.decode([
     { data: new Uint8Array([1, 2, 3]), form: { ...form, encoding: 'draco' } },
     { data: good, form: quantisedForm(2, 0) },
     { data: good, form: { ...form, encoding: 'raw', normals: true } },
@@ -165,7 +168,7 @@ test('a stream of other points than announced, and bytes that are none, are refu
 
 /** Decodes a chunk alone. */
 async function decoded(data: Uint8Array, chunkForm: ChunkForm): Promise<DecodedChunk> {
-  const [result] = await (await ChunkDecoder.create(decoderWasm, loadDraco3d)).decode([{ data, form: chunkForm }]);
+  const { results: [result] } = await (await ChunkDecoder.create(decoderWasm, loadDraco3d)).decode([{ data, form: chunkForm }]);
   if (result instanceof Error) throw result;
   return result;
 }
@@ -192,31 +195,38 @@ test('raw floats are read with and without normals, and extents hold them', asyn
   assert.deepEqual([...bare.points], [0.5, -1, 2, 0, 0, 0, 0, 0, 1, 0, 0, 0]);
 });
 
-test('small chunks go to a worker together; it has two batches, what waits can be cancelled, and memory that came back is used', async () => {
+test('small chunks go to a worker together; it has eight batches, what waits can be cancelled, and memory that came back is used', async () => {
   const workers = [new FakeWorker(), new FakeWorker()];
   const pool = poolOf(...workers);
   const [SMALL, LARGE] = [12_000, 32_000]; // two small ones are a batch, a large one is another
   const decode = (first: number, points: number): PendingChunk =>
     pool.decode(new Uint8Array(Uint16Array.from({ length: 3 * points }, () => first).buffer), quantisedForm(points, 0));
-  const chunks = [SMALL, SMALL, LARGE, SMALL, LARGE, SMALL, LARGE, SMALL].map((points, i) => decode(i, points));
+  const chunks = [SMALL, SMALL, ...Array<number>(15).fill(LARGE), SMALL, SMALL].map((points, i) => decode(i, points));
   await Promise.resolve();
 
-  const sizes = (): number[][] => workers.map(({ batches }) => batches.map(({ jobs }) => jobs.length));
-  assert.deepEqual(sizes(), [[2, 1], [1, 1]]);
-  assert.deepEqual([chunks[5].cancel(), chunks[0].cancel(), chunks[4].cancel()], [true, false, false]);
-  assert.equal(pool.pending, 7);
+  const sizes = (): number[][] => workers.map(({ batches }) => batches.map(({ chunks: { length } }) => length));
+  assert.deepEqual(sizes(), [[2, 1, 1, 1, 1, 1, 1, 1], [1, 1, 1, 1, 1, 1, 1, 1]]);
+  assert.deepEqual([chunks[17].cancel(), chunks[0].cancel(), chunks[16].cancel()], [true, false, false]);
+  assert.equal(pool.pending, 18);
   await Promise.all(workers.map((worker) => worker.work()));
   await Promise.all(workers.map((worker) => worker.work()));
-  const decoded = await Promise.all(chunks.filter((_, i) => i !== 5).map((chunk) => chunk.result));
-  pool.giveBack(decoded[2]);
-  const again = decode(9, LARGE);
-  await Promise.resolve();
-  const { reuse } = workers.flatMap(({ batches }) => batches).at(0)!.jobs[0];
+  const decoded = await Promise.all(chunks.filter((_, i) => i !== 17).map((chunk) => chunk.result));
+  assert.deepEqual(decoded.map(({ points }) => points[0]), [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 18]);
+  const memory = decoded[0].points.buffer;
+  assert.equal(decoded[1].points.buffer, memory);
 
-  assert.deepEqual(decoded.map(({ points }) => points[0]), [0, 1, 2, 3, 4, 6, 7]);
-  assert.equal(reuse, decoded[2].points.buffer);
-  await Promise.all(workers.map((worker) => worker.work()));
-  assert.equal((await again.result).points.buffer, reuse);
+  const reused = async (): Promise<ArrayBuffer | undefined> => {
+    const chunk = decode(19, SMALL);
+    await Promise.resolve();
+    const [{ reuse }] = workers.flatMap(({ batches }) => batches);
+    await Promise.all(workers.map((worker) => worker.work()));
+    assert.equal((await chunk.result).points[0], 19);
+    return reuse;
+  };
+  pool.giveBack(decoded[0]);
+  assert.equal(await reused(), undefined, 'a chunk of the batch is in use');
+  pool.giveBack(decoded[1]);
+  assert.equal(await reused(), memory);
 });
 
 test('what a worker cannot decode rejects that chunk alone; a worker that is not there rejects all', async () => {

@@ -1,8 +1,14 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-import { extentOf, NUMBERS_PER_POINT, pointMemory, type ChunkForm, type DecodedChunk } from './chunk_form';
+import { extentOf, NUMBERS_PER_POINT, type ChunkData, type ChunkForm, type DecodedChunk, type PointNumbers } from './chunk_form';
 import type { DracoChunkDecoder } from './draco_chunk';
-import { OwnDecoder, type ChunkData } from './own_decoder';
+import { OwnDecoder } from './own_decoder';
+
+/** The results of a batch, and the memory that its points lie in. */
+export interface DecodedBatch {
+  readonly memory: ArrayBuffer;
+  readonly results: readonly (DecodedChunk | Error)[];
+}
 
 /** Decodes chunks of every encoding; one per worker. */
 export class ChunkDecoder {
@@ -22,25 +28,28 @@ export class ChunkDecoder {
     return new ChunkDecoder(own, loadStock);
   }
 
-  /** Decodes chunks, the sooner the more they are. A chunk that cannot be decoded has an error for a result. */
-  async decode(chunks: readonly ChunkData[]): Promise<(DecodedChunk | Error)[]> {
-    const results = this.own ? decodeByOwn(this.own, chunks) : new Map<ChunkData, DecodedChunk>();
-    const decoded: (DecodedChunk | Error)[] = [];
-    for (const chunk of chunks) {
-      decoded.push(results.get(chunk) ?? await this.decodeAlone(chunk).catch((error: unknown) =>
-        error instanceof Error ? error : new Error(String(error))));
+  /**
+   * Decodes chunks, the more at once the sooner. Their points lie in one piece of memory: `reuse`, if that is large enough. A chunk
+   * that cannot be decoded has an error for a result.
+   */
+  async decode(chunks: readonly ChunkData[], reuse?: ArrayBuffer): Promise<DecodedBatch> {
+    const { memory, arrays } = roomFor(chunks, reuse);
+    const extents = this.own ? decodeByOwn(this.own, chunks, arrays) : new Map<number, Float32Array>();
+    const results: (DecodedChunk | Error)[] = [];
+    for (const [i, chunk] of chunks.entries()) {
+      const points = arrays[i]!;
+      const extent = extents.get(i) ?? await this.decodeAlone(chunk, points).catch((error: unknown) =>
+        error instanceof Error ? error : new Error(String(error)));
+      results.push(extent instanceof Error ? extent : { points, extent });
     }
-    return decoded;
+    return { memory, results };
   }
 
-  private async decodeAlone({ data, form, reuse }: ChunkData): Promise<DecodedChunk> {
-    const numbers = NUMBERS_PER_POINT * form.points;
-    const memory = pointMemory(numbers * (form.encoding === 'raw' ? 4 : 2), reuse);
-    const points = form.encoding === 'raw' ? new Float32Array(memory, 0, numbers) : new Uint16Array(memory, 0, numbers);
+  private async decodeAlone({ data, form }: ChunkData, points: PointNumbers): Promise<Float32Array> {
     if (points instanceof Float32Array) readRaw(data, form, points);
     else if (form.encoding === 'draco') (await this.stockDecoder()).decode(data, form, points);
     else readQuantised(data, form, points);
-    return { points, extent: extentOf(points, form.points) };
+    return extentOf(points, form.points);
   }
 
   /** draco3d, loaded once. A failed attempt is repeated with the next chunk. */
@@ -51,22 +60,37 @@ export class ChunkDecoder {
   }
 }
 
-/** Decodes those Draco chunks that our decoder knows. */
-function decodeByOwn(own: OwnDecoder, chunks: readonly ChunkData[]): Map<ChunkData, DecodedChunk> {
-  const byBits = new Map<string, ChunkData[]>();
-  for (const chunk of chunks) {
-    const { encoding, positionBits, normals, normalBits } = chunk.form;
+/** An array for the points of each chunk, all in one piece of memory. */
+function roomFor(chunks: readonly ChunkData[], reuse: ArrayBuffer | undefined): { memory: ArrayBuffer; arrays: PointNumbers[] } {
+  const numbers = chunks.map(({ form }) => NUMBERS_PER_POINT * form.points);
+  const begins: number[] = [];
+  let end = 0;
+  for (const [i, { form }] of chunks.entries()) {
+    begins.push(end);
+    end += numbers[i]! * (form.encoding === 'raw' ? 4 : 2);
+  }
+  const memory = reuse && reuse.byteLength >= end ? reuse : new ArrayBuffer(end);
+  const arrays = chunks.map(({ form }, i) => form.encoding === 'raw' ? new Float32Array(memory, begins[i], numbers[i])
+                                                                     : new Uint16Array(memory, begins[i], numbers[i]));
+  return { memory, arrays };
+}
+
+/** Decodes those Draco chunks that our decoder knows. Returns the extent of each by its place. */
+function decodeByOwn(own: OwnDecoder, chunks: readonly ChunkData[], arrays: readonly PointNumbers[]): Map<number, Float32Array> {
+  const byBits = new Map<string, number[]>();
+  for (const [i, { form: { encoding, positionBits, normals, normalBits } }] of chunks.entries()) {
     if (encoding !== 'draco') continue;
     const bits = `${positionBits}/${normals ? normalBits : 0}`;
     const group = byBits.get(bits);
-    if (group) group.push(chunk);
-    else byBits.set(bits, [chunk]);
+    if (group) group.push(i);
+    else byBits.set(bits, [i]);
   }
-  const results = new Map<ChunkData, DecodedChunk>();
+  const extents = new Map<number, Float32Array>();
   for (const group of byBits.values()) {
-    own.decode(group).forEach((result, i) => result && results.set(group[i]!, result));
+    const decoded = own.decode(group.map((i) => chunks[i]!), group.map((i) => arrays[i] as Uint16Array));
+    decoded.forEach((extent, at) => extent && extents.set(group[at]!, extent));
   }
-  return results;
+  return extents;
 }
 
 /** Reads ENCODING_RAW (float32, interleaved) into x y z nx ny nz of each point. Throws if the length differs. */

@@ -19,9 +19,10 @@ export const NUMBERS_PER_POINT = 6;
 /** Points of one chunk: six integers each, or six floats for RAW. */
 export type PointNumbers = Uint16Array | Float32Array;
 
-/** Memory for the points of a chunk: `reuse` if it is large enough. */
-export function pointMemory(bytes: number, reuse: ArrayBuffer | undefined): ArrayBuffer {
-  return reuse && reuse.byteLength >= bytes ? reuse : new ArrayBuffer(bytes);
+/** A chunk to decode. */
+export interface ChunkData {
+  readonly data: Uint8Array;
+  readonly form: ChunkForm;
 }
 
 export interface DecodedChunk {

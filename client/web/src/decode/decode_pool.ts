@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 import { fetchAsset } from '../wire/asset';
 import type { ChunkForm, DecodedChunk } from './chunk_form';
-import type { ChunkData } from './own_decoder';
 
 /** The names of the built files beside the page's script. build.mjs defines it. */
 declare const DECODER_FILES: { readonly worker: string; readonly wasm: string | undefined; readonly draco3d: Draco3dFiles };
@@ -22,31 +21,28 @@ export interface DecodeStart {
   readonly draco3d: Draco3dFiles;
 }
 
-/** One chunk to decode. `data` and `reuse`, an earlier result that nobody needs, are transferred to the worker. */
-export interface DecodeJob extends ChunkData {
-  readonly id: number;
-  readonly data: Uint8Array<ArrayBuffer>;
-}
-
-/** Chunks to decode together. */
+/** Chunks to decode together. `data` and `reuse`, of an earlier batch that nobody needs, are transferred to the worker. */
 export interface DecodeBatch {
   readonly kind: 'batch';
-  readonly jobs: readonly DecodeJob[];
+  readonly id: number;
+  /** The streams of all chunks, one after the other. */
+  readonly data: Uint8Array<ArrayBuffer>;
+  readonly chunks: readonly { readonly bytes: number; readonly form: ChunkForm }[];
+  readonly reuse?: ArrayBuffer | undefined;
 }
 
 export type DecodeRequest = DecodeStart | DecodeBatch;
 
-/** The answer to a job: the chunk, or why there is none. */
+/** The answer to a batch: the points of each chunk in `memory`, or why there are none. */
 export interface DecodeAnswer {
   readonly id: number;
-  readonly chunk?: DecodedChunk;
-  readonly error?: string;
+  readonly memory: ArrayBuffer;
+  readonly chunks: readonly (DecodedChunk | string)[];
 }
 
 /** The part of a Worker that the pool uses. */
 export interface DecodeWorker {
-  /** The answers to the jobs of a batch. */
-  onmessage: ((event: { data: readonly DecodeAnswer[] }) => void) | null;
+  onmessage: ((event: { data: DecodeAnswer }) => void) | null;
   onerror: ((event: { message?: string }) => void) | null;
   postMessage(message: DecodeRequest, transfer: ArrayBuffer[]): void;
 }
@@ -71,14 +67,15 @@ interface Job {
  * cancelled. The caller bounds the queue: a stream has at most two unacknowledged updates.
  */
 export class DecodePool {
-  private static readonly BATCHES_PER_WORKER = 2;
+  private static readonly BATCHES_PER_WORKER = 8;
   private static readonly POINTS_PER_BATCH = 34_000; // 16 chunks of 32 patches of 10 segments, about 0.6 ms
-  private static readonly SPARE_BUFFERS = 256;
+  private static readonly SPARE_BUFFERS = 64;
 
   private readonly queue: Job[] = [];
-  private readonly running = new Map<number, Job>();
+  private readonly running = new Map<number, readonly Job[]>(); // by batch
   private readonly load: number[];
   private readonly spare: ArrayBuffer[] = [];
+  private readonly users = new WeakMap<ArrayBuffer, number>(); // how many of its chunks were not given back
   private nextId = 1;
   private isPumping = false;
   private failure: Error | undefined;
@@ -119,12 +116,17 @@ export class DecodePool {
 
   /** Takes back the memory of a decoded chunk that nobody reads any more. */
   giveBack(chunk: DecodedChunk): void {
-    if (this.spare.length < DecodePool.SPARE_BUFFERS) this.spare.push(chunk.points.buffer as ArrayBuffer);
+    const memory = chunk.points.buffer as ArrayBuffer;
+    const users = this.users.get(memory);
+    if (users === undefined) return;
+    if (users > 1) return void this.users.set(memory, users - 1);
+    this.users.delete(memory);
+    if (this.spare.length < DecodePool.SPARE_BUFFERS) this.spare.push(memory);
   }
 
   /** Chunks that wait or are being decoded. */
   get pending(): number {
-    return this.queue.length + this.running.size;
+    return [...this.running.values()].reduce((sum, { length }) => sum + length, this.queue.length);
   }
 
   private cancel(id: number): boolean {
@@ -158,30 +160,37 @@ export class DecodePool {
     return this.queue.splice(0, past < 0 ? this.queue.length : Math.max(past, 1));
   }
 
-  private send(worker: DecodeWorker, batch: readonly Job[]): void {
-    const jobs = batch.map((job): DecodeJob => {
-      this.running.set(job.id, job);
-      // A part of a larger message is copied, since only the message's whole buffer could be transferred.
-      const data = job.data.byteLength === job.data.buffer.byteLength ? job.data : job.data.slice();
-      return { id: job.id, data, form: job.form, reuse: this.spare.pop() };
-    });
-    worker.postMessage({ kind: 'batch', jobs }, jobs.flatMap(({ data, reuse }) => (reuse ? [data.buffer, reuse] : [data.buffer])));
+  private send(worker: DecodeWorker, jobs: readonly Job[]): void {
+    const id = this.nextId++;
+    this.running.set(id, jobs);
+    const data = new Uint8Array(jobs.reduce((sum, job) => sum + job.data.length, 0));
+    let end = 0;
+    for (const job of jobs) {
+      data.set(job.data, end);
+      end += job.data.length;
+    }
+    const reuse = this.spare.pop();
+    const chunks = jobs.map((job) => ({ bytes: job.data.length, form: job.form }));
+    worker.postMessage({ kind: 'batch', id, data, chunks, reuse }, reuse ? [data.buffer, reuse] : [data.buffer]);
   }
 
-  private answered(number: number, answers: readonly DecodeAnswer[]): void {
+  private answered(number: number, { id, memory, chunks }: DecodeAnswer): void {
     --this.load[number]!;
-    for (const answer of answers) {
-      const job = this.running.get(answer.id);
-      this.running.delete(answer.id);
-      if (answer.chunk) job?.resolve(answer.chunk);
-      else job?.reject(new Error(answer.error ?? 'a worker answered nothing'));
-    }
+    const jobs = this.running.get(id) ?? [];
+    this.running.delete(id);
+    const decoded = chunks.filter((chunk) => typeof chunk !== 'string');
+    if (decoded.length) this.users.set(memory, decoded.length);
+    jobs.forEach((job, i) => {
+      const chunk = chunks[i] ?? 'a worker answered nothing';
+      if (typeof chunk === 'string') job.reject(new Error(chunk));
+      else job.resolve(chunk);
+    });
     this.pump();
   }
 
   private fail(error: Error): void {
     this.failure = error;
-    for (const job of [...this.running.values(), ...this.queue]) job.reject(error);
+    for (const job of [...[...this.running.values()].flat(), ...this.queue]) job.reject(error);
     this.running.clear();
     this.queue.length = 0;
   }

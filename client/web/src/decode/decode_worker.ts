@@ -1,13 +1,14 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 import { ChunkDecoder } from './chunk_decoder';
+import type { ChunkData } from './chunk_form';
 import type { DecodeAnswer, DecodeBatch, DecodeRequest, DecodeStart } from './decode_pool';
 import type { DracoChunkDecoder } from './draco_chunk';
 
 /** The worker's side: decodes batches. */
 const worker = globalThis as unknown as {
   onmessage: (event: MessageEvent<DecodeRequest>) => void;
-  postMessage(answers: DecodeAnswer[], transfer: ArrayBuffer[]): void;
+  postMessage(answer: DecodeAnswer, transfer: ArrayBuffer[]): void;
 };
 let decoder: Promise<ChunkDecoder> = Promise.reject(new Error('a job before the start'));
 decoder.catch(() => undefined);
@@ -19,11 +20,12 @@ async function loadDraco3d({ script, wasm }: DecodeStart['draco3d']): Promise<Dr
   return Decoder.create(await response.arrayBuffer());
 }
 
-async function answer({ jobs }: DecodeBatch): Promise<void> {
-  const results = await decoder.then((ready) => ready.decode(jobs), (error: unknown) => jobs.map(() => new Error(String(error))));
-  const answers = results.map((result, i): DecodeAnswer =>
-    result instanceof Error ? { id: jobs[i]!.id, error: result.message } : { id: jobs[i]!.id, chunk: result });
-  worker.postMessage(answers, answers.flatMap(({ chunk }) => (chunk ? [chunk.points.buffer as ArrayBuffer] : [])));
+async function answer({ id, data, chunks, reuse }: DecodeBatch): Promise<void> {
+  let end = 0;
+  const parts = chunks.map(({ bytes, form }): ChunkData => ({ form, data: data.subarray(end, (end += bytes)) }));
+  const { memory, results } = await decoder.then((ready) => ready.decode(parts, reuse),
+    (error: unknown) => ({ memory: new ArrayBuffer(0), results: chunks.map(() => new Error(String(error))) }));
+  worker.postMessage({ id, memory, chunks: results.map((result) => (result instanceof Error ? result.message : result)) }, [memory]);
 }
 
 worker.onmessage = ({ data }) => {

@@ -1,13 +1,6 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-import { NUMBERS_PER_POINT, pointMemory, type ChunkForm, type DecodedChunk } from './chunk_form';
-
-/** A chunk to decode, and memory for its points, used if it is large enough. */
-export interface ChunkData {
-  readonly data: Uint8Array;
-  readonly form: ChunkForm;
-  readonly reuse?: ArrayBuffer | undefined;
-}
+import { NUMBERS_PER_POINT, type ChunkData } from './chunk_form';
 
 /** What client/decoder/wasm/module.cc exports. */
 interface DecoderModule {
@@ -35,8 +28,11 @@ export class OwnDecoder {
     return new OwnDecoder(instance.exports as unknown as DecoderModule);
   }
 
-  /** Returns a result for each chunk; undefined for streams that latticed does not write. All have the same bits. */
-  decode(chunks: readonly ChunkData[]): (DecodedChunk | undefined)[] {
+  /**
+   * Decodes chunks of the same bits. Writes the points of each to its array, and returns its extent; undefined, and nothing
+   * written, for a stream that latticed does not write.
+   */
+  decode(chunks: readonly ChunkData[], out: readonly Uint16Array[]): (Float32Array | undefined)[] {
     const { module } = this;
     let end = OwnDecoder.RECORD_BYTES * chunks.length;
     const take = (bytes: number): number => {
@@ -56,15 +52,11 @@ export class OwnDecoder {
     });
     const { positionBits, normals, normalBits } = chunks[0]!.form;
     module.Decode(start, chunks.length, positionBits, normals ? normalBits : 0);
-    return chunks.map((chunk, i) => this.read(chunk, start, places[i]!));
-  }
-
-  private read({ form, reuse }: ChunkData, start: number, place: Place): DecodedChunk | undefined {
-    const { buffer } = this.module.memory;  // replaced when memory grew
-    if (new Uint32Array(buffer, start + place.record, 5)[4] === 0) return undefined;
-    const numbers = NUMBERS_PER_POINT * form.points;
-    const points = new Uint16Array(pointMemory(2 * numbers, reuse), 0, numbers);
-    points.set(new Uint16Array(buffer, start + place.points, numbers));
-    return { points, extent: Float32Array.from(new Uint16Array(buffer, start + place.record + 20, 6)) };
+    const { buffer } = module.memory;  // replaced when memory grew
+    return places.map(({ record, points }, i) => {
+      if (new Uint32Array(buffer, start + record, 5)[4] === 0) return undefined;
+      out[i]!.set(new Uint16Array(buffer, start + points, out[i]!.length));
+      return new Float32Array(new Uint16Array(buffer, start + record + 20, 6));
+    });
   }
 }

@@ -18,7 +18,7 @@ export function poolOf(...workers: readonly FakeWorker[]): DecodePool {
 
 /** A worker that decodes when work() is called, or at once. */
 export class FakeWorker implements DecodeWorker {
-  onmessage: ((event: { data: readonly DecodeAnswer[] }) => void) | null = null;
+  onmessage: ((event: { data: DecodeAnswer }) => void) | null = null;
   onerror: ((event: { message?: string }) => void) | null = null;
   readonly batches: DecodeBatch[] = [];
   private readonly decoder: Promise<ChunkDecoder>;
@@ -38,10 +38,11 @@ export class FakeWorker implements DecodeWorker {
   /** Decodes all waiting batches, in order. */
   async work(): Promise<void> {
     const decoder = await this.decoder;
-    for (const { jobs } of this.batches.splice(0)) {
-      const results = await decoder.decode(jobs);
-      this.onmessage?.({ data: results.map((result, i): DecodeAnswer =>
-        result instanceof Error ? { id: jobs[i]!.id, error: result.message } : { id: jobs[i]!.id, chunk: result }) });
+    for (const { id, data, chunks, reuse } of this.batches.splice(0)) {
+      let end = 0;
+      const parts = chunks.map(({ bytes, form }) => ({ form, data: data.subarray(end, (end += bytes)) }));
+      const { memory, results } = await decoder.decode(parts, reuse);
+      this.onmessage?.({ data: { id, memory, chunks: results.map((result) => (result instanceof Error ? result.message : result)) } });
     }
   }
 
