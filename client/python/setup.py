@@ -1,6 +1,9 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
 #
+# Builds the decoder of Draco chunks, where there are a C++20 compiler, Python's headers and Highway (Debian's g++, python3-dev and
+# libhwy-dev); elsewhere the package works without it, and takes updates uncompressed.
+#
 # Adds modules that protoc generates to the package: latticed.v1 from ../../proto, and google.rpc for
 # machines without googleapis-common-protos. Uses the protoc of grpcio-tools if that is installed, as in
 # pip's own build environment, and otherwise protoc and grpc_python_plugin on PATH.
@@ -12,11 +15,12 @@ import subprocess
 import sys
 from pathlib import Path
 
-from setuptools import setup
+from setuptools import Extension, setup
 from setuptools.command.build_py import build_py
 
 HERE = Path(__file__).resolve().parent
-PROTO = HERE.parent.parent / "proto"
+ROOT = HERE.parent.parent
+PROTO = ROOT / "proto"
 DEBIAN = Path("/usr/share/gocode/src/github.com/grpc-ecosystem/grpc-gateway/third_party/googleapis")
 
 
@@ -82,11 +86,22 @@ class BuildWithProtos(build_py):
         subprocess.check_call([*command, f"--python_out={out}/latticed/googleapis", *rpc], cwd=PROTO)
 
 
+DECODER = Extension(
+    "latticed._decoder",
+    ["decoder_module.cc", "../decoder/lanes/lane_kernel.cc", "../../core/codec/octahedral.cc"]
+    + sorted(f"../decoder/{path.name}" for path in (ROOT / "client/decoder").glob("*.cc")),
+    include_dirs=[str(ROOT)],
+    libraries=["hwy"],
+    extra_compile_args=["-std=c++20", "-O3"],
+    optional=True,
+)
+
 # Older versions of setuptools need the folder of setup.cfg's egg_base to exist.
-(HERE.parent.parent / "build" / "python").mkdir(parents=True, exist_ok=True)
+(ROOT / "build" / "python").mkdir(parents=True, exist_ok=True)
 os.chdir(HERE)
 setup(
     packages=["latticed", "latticed.patches"],
-    package_data={"latticed": ["py.typed"]},
+    package_data={"latticed": ["py.typed", "_decoder.pyi"]},
+    ext_modules=[DECODER],
     cmdclass={"build_py": BuildWithProtos},
 )

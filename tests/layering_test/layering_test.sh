@@ -64,6 +64,7 @@ declare -A allowed=(
   [server/web]="core/base/ latticed/v1/ server/base/ server/net/ server/wire/ server/web/"
   [server]="core/ cuda/cuda_backend.h latticed/v1/ server/"
   [client/decoder/lanes]="core/base/ core/codec/diamond-inl.h core/codec/draco_symbols.h core/codec/octahedral.h client/decoder/lanes/"
+  [client/python]="client/decoder/chunk_decoder.h core/codec/octahedral.h"
   [client/decoder]="core/codec/draco_container.h core/codec/octahedral.h core/codec/rans_model.h client/decoder/"
   [client/library]="client/decoder/chunk_decoder.h core/base/ core/mesh/ core/ffd/ core/adaptive/ core/codec/ core/patches/ latticed/v1/ client/cpp/library/"
   [client/latticectl/backup]="core/base/ latticed/v1/ client/cpp/latticectl/backup/"
@@ -105,6 +106,7 @@ set_layer() {  # FILE
     cuda/*/*) layer=${1%/*} ;; cuda/*) layer=cuda ;;
     server/*/*) layer=${1%/*} ;; server/*) layer=server ;; tests/*) layer=tests ;;
     client/decoder/lanes/*) layer=client/decoder/lanes ;; client/decoder/*) layer=client/decoder ;;
+    client/python/*) layer=client/python ;;
     client/cpp/latticectl/commands/*) layer=client/latticectl ;;
     client/cpp/latticectl/*/*) layer=${1#*/cpp/} layer=client/${layer%/*} ;;
     client/cpp/library/* | client/cpp/latticectl/* | client/cpp/load/*) layer=${1#*/cpp/} layer=client/${layer%%/*} ;;

@@ -11,17 +11,18 @@ With ENCODING_PATCHES a chunk has no points: its bytes are edge bounds.
 from __future__ import annotations
 
 import functools
-from typing import Any, Sequence, Tuple
+from typing import Any, Dict, List, Sequence
 
 import numpy as np
 import numpy.typing as npt
 
 from latticed import draco
+from latticed.draco import Decoded
 from latticed.errors import LatticedError
 from latticed.pattern import PatchPattern
 from latticed.v1 import view_pb2
 
-Decoded = Tuple[npt.NDArray[np.floating[Any]], "npt.NDArray[np.float32] | None"]
+_DRACO = (view_pb2.ENCODING_DRACO_POINTS, view_pb2.ENCODING_DRACO_MESH)
 
 
 class Chunk:
@@ -36,6 +37,7 @@ class Chunk:
         grid = quantisation.origin  # 0 0 0 if there is no grid
         self.origin = np.array([grid.x, grid.y, grid.z])
         self.step = float(quantisation.step)  # world units per integer; 0 for RAW
+        self._position_bits = int(quantisation.bits)
         self._normal_bits = int(quantisation.normal_bits)
         self._encoding = view.encoding
         self._has_normals = view.normals != view_pb2.NORMAL_MODE_NONE
@@ -44,13 +46,15 @@ class Chunk:
     @functools.cached_property
     def decoded(self) -> Decoded:
         """Positions relative to the origin, (points, 3), float32 for RAW and else float64; and unit normals,
-        or None. LatticedError DATA_LOSS for bytes that contradict the topology or the view."""
+        or None. The chunks of an update are decoded together. LatticedError DATA_LOSS for bytes that contradict the topology or the view.
+        """
         if self._encoding == view_pb2.ENCODING_RAW:
             return self._raw()
         if self._encoding == view_pb2.ENCODING_QUANTISED:
             return self._quantised()
-        if self._encoding in (view_pb2.ENCODING_DRACO_POINTS, view_pb2.ENCODING_DRACO_MESH):
-            return self._draco()
+        if self._encoding in _DRACO:
+            decode_together([self])
+            return self.decoded
         raise LatticedError.data_loss(
             f"the server sent encoding {self._encoding}, which this client does not know"
         )
@@ -75,16 +79,21 @@ class Chunk:
         st = np.frombuffer(self.data, f"<u{width}", offset=6 * self._points).reshape(2, -1)
         return positions, octahedral_normals(st[0], st[1], self._normal_bits).astype(np.float32)
 
-    def _draco(self) -> Decoded:
+
+def decode_together(chunks: Sequence[Chunk]) -> None:
+    """Decodes those Draco chunks that are not decoded yet: together it takes a fraction of the time. As Chunk.decoded."""
+    groups: Dict[draco.Form, List[Chunk]] = {}
+    for chunk in chunks:
+        if chunk._encoding in _DRACO and "decoded" not in vars(chunk):
+            normal_bits = chunk._normal_bits if chunk._has_normals else 0
+            groups.setdefault(draco.Form(chunk._position_bits, normal_bits, chunk.step), []).append(chunk)
+    for form, group in groups.items():
         try:
-            floats, normals = draco.decode(self.data)
+            decoded = draco.decode([c.data for c in group], [c._points for c in group], form)
         except ValueError as error:
             raise LatticedError.data_loss(str(error)) from error
-        self._expect(len(floats), self._points, "points")
-        if self._has_normals:
-            self._expect(0 if normals is None else len(normals), self._points, "normals")
-        # The decoder's floats are rounded multiples of the step; this restores the exact ones.
-        return np.rint(floats.astype(float) / self.step) * self.step, normals
+        for chunk, result in zip(group, decoded):
+            vars(chunk)["decoded"] = result  # where cached_property keeps it
 
 
 def octahedral_normals(s: npt.NDArray[Any], t: npt.NDArray[Any], bits: int) -> npt.NDArray[np.float64]:

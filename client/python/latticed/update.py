@@ -9,7 +9,7 @@ from typing import Any, List, Optional, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from latticed.chunk import Chunk
+from latticed.chunk import Chunk, decode_together
 from latticed.lattice import Lattice
 from latticed.pattern import PatchPattern
 from latticed.topology import Topology
@@ -98,8 +98,7 @@ class Update:
     def points(self) -> npt.NDArray[np.float64]:
         """(patches, q, 3), world units; q points per patch, in the order of topology.weights. With a tolerance
         patches have different numbers of points: (points, 3), in the order of patterns."""
-        self._check_points()
-        return self._shaped([chunk.origin + chunk.decoded[0].astype(float) for chunk in self._chunks])
+        return self._shaped([chunk.origin + chunk.decoded[0] for chunk in self._decoded_chunks()])
 
     @property
     def origin(self) -> npt.NDArray[np.float64]:
@@ -114,15 +113,13 @@ class Update:
     @functools.cached_property
     def relative_points(self) -> npt.NDArray[np.float32]:
         """points - origin in single precision, for graphics with large world coordinates."""
-        self._check_points()
-        parts = [chunk.decoded[0] + (chunk.origin - self.origin) for chunk in self._chunks]
+        parts = [chunk.decoded[0] + (chunk.origin - self.origin) for chunk in self._decoded_chunks()]
         return self._shaped(parts).astype(np.float32)
 
     @functools.cached_property
     def normals(self) -> npt.NDArray[np.float32] | None:
         """In the shape of points, unit vectors; None if the view has none."""
-        self._check_points()
-        parts = [chunk.decoded[1] for chunk in self._chunks]
+        parts = [chunk.decoded[1] for chunk in self._decoded_chunks()]
         return None if any(part is None for part in parts) else self._shaped(parts)
 
     @functools.cached_property
@@ -143,6 +140,11 @@ class Update:
         if earlier.topology.id != self.topology.id:
             return list(range(self.topology.chunks))
         return [i for i, chunk in enumerate(self._chunks) if chunk is not earlier._chunks[i]]
+
+    def _decoded_chunks(self) -> Sequence[Chunk]:
+        self._check_points()
+        decode_together(self._chunks)
+        return self._chunks
 
     def _check_points(self) -> None:
         if self.view.encoding == "patches":

@@ -63,10 +63,12 @@ class View:
         names no encoding gets QUANTISED instead of the scene's Draco, and the logger "latticed" says it."""
         options = self.to_proto()
         wanted = self.encoding or scene_default.encoding
-        if not wanted.startswith("draco") or draco.decoder() is not None:
+        if not wanted.startswith("draco") or draco.has_decoder():
             return options
         if self.encoding:
-            raise ValueError(f"encoding {self.encoding!r} needs a decoder: pip install DracoPy")
+            raise ValueError(
+                f"encoding {self.encoding!r} needs a decoder: build the package with g++, python3-dev and libhwy-dev"
+            )
         draco.say_that_it_is_missing()
         options.encoding = view_pb2.ENCODING_QUANTISED
         return options

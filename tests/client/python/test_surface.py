@@ -167,7 +167,7 @@ def test_a_chunk_that_is_not_as_announced_is_data_loss(encoding, data, text, mon
         def decode(data):
             raise TypeError("no Draco")
 
-    monkeypatch.setattr(draco, "decoder", lambda: Decoder)
+    monkeypatch.setattr(draco, "draco_py", lambda: Decoder)
     view = view_pb2.ViewOptions(encoding=encoding, normals=view_pb2.NORMAL_MODE_NONE)
     (update,) = updates([*START, begin(view=view), chunks(data=data), end()])
 

@@ -1,8 +1,12 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
+import dataclasses
 import logging
+import os
 import sys
+import sysconfig
 import types
+from pathlib import Path
 
 import latticed
 import numpy as np
@@ -80,10 +84,12 @@ def test_an_unknown_word_is_a_value_error(client, scene, ask, text):
 @pytest.fixture
 def without_decoder(monkeypatch):
     monkeypatch.setitem(sys.modules, "DracoPy", None)
-    draco.decoder.cache_clear()
+    monkeypatch.setitem(sys.modules, "latticed._decoder", None)
+    monkeypatch.delattr(latticed, "_decoder", raising=False)
+    draco.draco_py.cache_clear()
     draco.say_that_it_is_missing.cache_clear()
     yield
-    draco.decoder.cache_clear()
+    draco.draco_py.cache_clear()
 
 
 def test_without_a_decoder_updates_are_quantised_and_that_is_logged_once(
@@ -94,9 +100,69 @@ def test_without_a_decoder_updates_are_quantised_and_that_is_logged_once(
         assert scene.default_view.encoding == "draco"
         assert scene.encoding == "quantised"
         assert scene.get_update().view.encoding == "quantised"
-        with pytest.raises(ValueError, match="pip install DracoPy"):
+        with pytest.raises(ValueError, match="build the package with g"):
             scene.get_update(latticed.View(encoding="draco"))
-    assert [r.message[:24] for r in caplog.records if r.name == "latticed"] == ["no Draco decoder is inst"]
+    assert [r.message[:39] for r in caplog.records if r.name == "latticed"] == [
+        "this package was built without its deco"
+    ]
+
+
+@pytest.fixture
+def own():
+    """The package's decoder. run_tests.sh has built it if there are a compiler and Python's headers."""
+    has_headers = (Path(sysconfig.get_path("include")) / "Python.h").exists()
+    if draco.own_decoder() is None and not has_headers and "LATTICED_REQUIRE_PYTHON" not in os.environ:
+        pytest.skip("no Python.h: the package has no decoder")
+    assert draco.own_decoder() is not None
+    return draco.own_decoder()
+
+
+@pytest.mark.parametrize("encoding", ["draco", "draco_mesh"])
+@pytest.mark.parametrize("normals", ["none", "facet", "smooth"])
+@pytest.mark.parametrize("position_bits, normal_bits", [(12, 8), (16, 12)])
+def test_the_packages_decoder_gives_the_same_integers(
+    client, box, own, encoding, normals, position_bits, normal_bits
+):
+    view = latticed.View(normals=normals, position_bits=position_bits, normal_bits=normal_bits)
+    with client.create_scene(box, delete_on_exit=True) as scene:
+        quantised = scene.get_update(dataclasses.replace(view, encoding="quantised"))
+        update = scene.get_update(dataclasses.replace(view, encoding=encoding))
+
+    assert (scene.encoding, update.view.encoding) == ("draco", encoding)
+    np.testing.assert_array_equal(update.points, quantised.points)
+    if normals == "none":
+        assert update.normals is None
+    else:
+        np.testing.assert_allclose(update.normals, quantised.normals, rtol=0, atol=4e-7)
+
+
+def test_the_packages_decoder_leaves_other_streams_alone(own):
+    positions, normals = np.zeros((3, 3)), np.zeros((3, 3), np.float32)
+
+    assert own.decode((b"junk", b""), 12, 8, 1.0, (positions, positions), (normals, normals)) == [
+        False,
+        False,
+    ]
+    assert not positions.any() and not normals.any()
+    assert own.decode((), 12, 0, 1.0, (), ()) == []
+
+
+@pytest.mark.parametrize(
+    "arguments, error",
+    [
+        (((b"",), 12, 0, 1.0, (), ()), "differ in number"),
+        (((b"",), 12, 8, 1.0, (np.zeros((1, 3)),), ()), "differ in number"),
+        (((b"",), 12, 0, 1.0, (np.zeros(2),), ()), "a wrong size"),
+        (((b"",), 12, 8, 1.0, (np.zeros((2, 3)),), (np.zeros((1, 3), np.float32),)), "a wrong size"),
+        (((b"",), 12, 0, 1.0, (np.zeros((65_536, 3)),), ()), "a wrong size"),
+        ((("text",), 12, 0, 1.0, (np.zeros((1, 3)),), ()), "expected bytes"),
+        (((b"",), 12, 0, 1.0, (b"read only",), ()), "read-only|not writable"),
+        (([b""], 12, 0, 1.0, (), ()), "must be tuple"),
+    ],
+)
+def test_arrays_that_do_not_fit_are_refused(own, arguments, error):
+    with pytest.raises((ValueError, TypeError, BufferError), match=error):
+        own.decode(*arguments)
 
 
 class StandIn:
@@ -115,15 +181,14 @@ class StandIn:
         get_attribute_by_type = None
 
 
-def test_with_a_decoder_updates_are_draco_and_the_same_integers(client, box, monkeypatch):
+def test_without_the_packages_decoder_dracopy_decodes(client, box, without_decoder, monkeypatch):
     with client.create_scene(box, delete_on_exit=True) as scene:
         quantised = scene.get_update(latticed.View(encoding="quantised"))
         monkeypatch.setitem(sys.modules, "DracoPy", StandIn(quantised))
-        draco.decoder.cache_clear()
+        draco.draco_py.cache_clear()
 
         update = scene.get_update()
 
         assert (scene.encoding, update.view.encoding) == ("draco", "draco")
         np.testing.assert_array_equal(update.points, quantised.points)
         np.testing.assert_array_equal(update.normals, quantised.normals)
-    draco.decoder.cache_clear()

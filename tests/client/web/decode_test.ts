@@ -9,6 +9,7 @@ import { mkdtempSync, readdirSync, readFileSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join, parse } from 'node:path';
 import { test } from 'node:test';
+import { gzipSync } from 'node:zlib';
 import { ChunkDecoder } from '@src/decode/chunk_decoder';
 import { NUMBERS_PER_POINT, type ChunkForm, type DecodedChunk } from '@src/decode/chunk_form';
 import type { PendingChunk } from '@src/decode/decode_pool';
@@ -93,6 +94,11 @@ for (const [which, module] of [['ours', decoderWasm], ['draco3d', undefined]] as
     assert.equal(await memoryOf(decoder), before, 'what chunks take in WebAssembly is used again');
   });
 }
+
+test('the module takes at most 12 KB on the line, and imports nothing', () => {
+  assert.ok(gzipSync(new Uint8Array(decoderWasm!)).length <= 12 * 1024);
+  assert.deepEqual(WebAssembly.Module.imports(new WebAssembly.Module(decoderWasm!)), []);
+});
 
 test('damaged streams are refused or read as draco3d reads them, and do no harm to their neighbours', async () => {
   const seed = Math.floor(Math.random() * 2 ** 32);
