@@ -36,6 +36,7 @@ node_18_unpack() {
 # Bundles the viewer, its documentation and its tests anew, from the messages and samples of the Release build.
 node_18_viewer() {
   local programs=$PWD/$ci_build tree=$PWD/build/ci/tree viewer=$PWD/$node_18/server/viewer
+  export LATTICED_DECODER_WASM=$programs/client/decoder/wasm/decoder.wasm
   local script="node --preserve-symlinks --preserve-symlinks-main" readmes
   readmes=$(cd "$tree" && ls README.md ./*/README.md client/*/README.md | sed 's|^./||')
   mkdir -p "$node_18"/{client,server} && cp -a "$programs/client/web" "$node_18/client" && cd "$node_18/client/web" &&

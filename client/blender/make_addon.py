@@ -22,7 +22,7 @@ def pack(folder, place, archive):
 
 def main(out):
     with tempfile.TemporaryDirectory() as built, zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
-        build = [sys.executable, "setup.py", "-q", "build_py", "--build-lib", built]
+        build = [sys.executable, "setup.py", "-q", "build", "--build-lib", built]
         subprocess.run(build, cwd=CLIENT, check=True)
         pack(HERE / "latticed_blender", "latticed_blender", archive)
         pack(Path(built) / "latticed", "latticed_blender/modules/latticed", archive)

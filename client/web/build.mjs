@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// usage: node build.mjs web OUT | node build.mjs tests OUT
+// usage: node build.mjs web OUT | node build.mjs tests OUT. Environment: LATTICED_DECODER_WASM, the module of client/decoder.
 // Bundles the viewer with esbuild; or its tests for Node, and the page that they steer in a browser. Run in the build
 // folder, where src and test are links into the source tree, beside node_modules and gen (CMakeLists.txt).
 //
@@ -37,7 +37,7 @@ async function bundleAssets(entryPoints, to, define = {}) {
 // Builds a page: folder/index.html, which names its entry points as main.js and style.css, and the files that it fetches.
 async function buildPage(folder, entryPoints, samples, to) {
   // Where no compiler for WebAssembly was found, draco3d decodes.
-  const own = process.env.DECODER_WASM ? { decoder: process.env.DECODER_WASM } : {};
+  const own = process.env.LATTICED_DECODER_WASM ? { decoder: process.env.LATTICED_DECODER_WASM } : {};
   const decoder = await bundleAssets({
     ...own,
     decode_worker: 'src/decode/decode_worker.ts',

@@ -24,7 +24,6 @@ def _view(settings):
         segments=_MOST_SEGMENTS if settings.tolerance > 0 else settings.segments,
         tolerance=settings.tolerance,
         normals=settings.normals.lower(),
-        encoding="quantised",  # needs no Draco decoder
         position_bits=16,
         normal_bits=12,
     )
