@@ -159,16 +159,18 @@ TEST(Surface, DecodesEveryEncoding) {
 
 TEST(Surface, DecodesOneChunk) {
   Surface surface;
-  EXPECT_THAT(surface.Decode(0), StatusIs(absl::StatusCode::kFailedPrecondition));
+  EXPECT_THAT(surface.Decode(std::array<uint32_t, 1>{0}),
+              StatusIs(absl::StatusCode::kFailedPrecondition));
   ApplyUpdate(surface, v1::ENCODING_RAW, RawChunk(10), RawChunk(20));
   EXPECT_EQ(surface.chunk_count(), 2u);
   EXPECT_EQ(surface.PatchesOf(1).first, 1u);
   EXPECT_EQ(surface.PatchesOf(1).count, 1u);
-  const auto points = surface.Decode(1);
+  const auto points = surface.Decode(std::array<uint32_t, 1>{1});
   ASSERT_OK(points);
   ASSERT_EQ(points->positions.size(), 3u);
   EXPECT_EQ(points->positions[0], (Vec3d{1020, 32, 60.5}));
-  EXPECT_THAT(surface.Decode(2), StatusIs(absl::StatusCode::kInvalidArgument));
+  EXPECT_THAT(surface.Decode(std::array<uint32_t, 1>{2}),
+              StatusIs(absl::StatusCode::kInvalidArgument));
 }
 
 TEST(Surface, APartialUpdateDoesNotCount) {

@@ -121,7 +121,8 @@ absl::Status DecodeByLibdraco(const EncodedChunk& chunk, bool has_normals, Decod
 
 // Decodes the first chunks that have the same bits. Returns how many.
 absl::StatusOr<size_t> DecodeDraco(std::span<const EncodedChunk> chunks, bool has_normals,
-                                   decoder::ChunkDecoder* decoder, DecodedPoints* points) {
+                                   decoder::ChunkDecoder* decoder, std::vector<uint16_t>* integers,
+                                   DecodedPoints* points) {
   const v1::Quantisation& first = *chunks.front().quantisation;
   const decoder::ChunkForm form{
       .position_bits = static_cast<int>(first.bits()),
@@ -136,11 +137,11 @@ absl::StatusOr<size_t> DecodeDraco(std::span<const EncodedChunk> chunks, bool ha
     }
     begins[count + 1] = begins[count] + decoder::kNumbersPerPoint * chunks[count].point_count;
   }
-  std::vector<uint16_t> integers(begins[count]);
+  if (integers->size() < begins[count]) integers->resize(begins[count]);
   for (size_t i = 0; i < count; ++i) {
     jobs[i] = {.stream = Bytes(chunks[i]),
                .points = static_cast<uint32_t>(chunks[i].point_count),
-               .out = integers.data() + begins[i]};
+               .out = integers->data() + begins[i]};
   }
   // A grid without bits for the normals of its view contradicts it: libdraco says what is wrong.
   if (!has_normals || form.normal_bits > 0) decoder->Decode(form, std::span(jobs).first(count));
@@ -151,7 +152,7 @@ absl::StatusOr<size_t> DecodeDraco(std::span<const EncodedChunk> chunks, bool ha
     }
     GridPoints grid(*chunks[i].quantisation, has_normals, points);
     for (size_t at = begins[i]; at < begins[i + 1]; at += decoder::kNumbersPerPoint) {
-      const uint16_t* const n = &integers[at];
+      const uint16_t* const n = integers->data() + at;
       grid.Append({double(n[0]), double(n[1]), double(n[2])}, {n[4], n[5]});
     }
   }
@@ -161,9 +162,10 @@ absl::StatusOr<size_t> DecodeDraco(std::span<const EncodedChunk> chunks, bool ha
 absl::Status DecodeDracoChunks(std::span<const EncodedChunk> chunks, bool has_normals,
                                DecodedPoints* points) {
   decoder::ChunkDecoder decoder;
+  std::vector<uint16_t> integers;
   while (!chunks.empty()) {
     LATTICED_ASSIGN_OR_RETURN(const size_t count,
-                              DecodeDraco(chunks, has_normals, &decoder, points));
+                              DecodeDraco(chunks, has_normals, &decoder, &integers, points));
     chunks = chunks.subspan(count);
   }
   return absl::OkStatus();
@@ -174,6 +176,10 @@ absl::Status DecodeDracoChunks(std::span<const EncodedChunk> chunks, bool has_no
 absl::Status DecodeChunks(std::span<const EncodedChunk> chunks, const v1::ViewOptions& view,
                           DecodedPoints* points) {
   const bool has_normals = view.normals() != v1::NORMAL_MODE_NONE;
+  size_t count = points->positions.size();
+  for (const EncodedChunk& chunk : chunks) count += chunk.point_count;
+  points->positions.reserve(count);
+  if (has_normals) points->normals.reserve(count);
   switch (view.encoding()) {
     case v1::ENCODING_RAW:
       for (const EncodedChunk& chunk : chunks) {

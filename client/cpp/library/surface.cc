@@ -299,14 +299,18 @@ absl::StatusOr<DecodedPoints> Surface::Decode() const {
   return points;
 }
 
-absl::StatusOr<DecodedPoints> Surface::Decode(size_t chunk) const {
+absl::StatusOr<DecodedPoints> Surface::Decode(std::span<const uint32_t> chunks) const {
   if (!complete_) return absl::FailedPreconditionError("no complete update has come yet");
-  if (chunk >= chunks_.size()) {
-    return absl::InvalidArgumentError(fmt::format("chunk {} of {}", chunk, chunks_.size()));
+  std::vector<EncodedChunk> encoded;
+  encoded.reserve(chunks.size());
+  for (const uint32_t chunk : chunks) {
+    if (chunk >= chunks_.size()) {
+      return absl::InvalidArgumentError(fmt::format("chunk {} of {}", chunk, chunks_.size()));
+    }
+    LATTICED_ASSIGN_OR_RETURN(encoded.emplace_back(), Encoded(chunk, PatchesOf(chunk).count));
   }
   DecodedPoints points;
-  LATTICED_ASSIGN_OR_RETURN(const EncodedChunk encoded, Encoded(chunk, PatchesOf(chunk).count));
-  LATTICED_RETURN_IF_ERROR(DecodeChunks({&encoded, 1}, view_, &points));
+  LATTICED_RETURN_IF_ERROR(DecodeChunks(encoded, view_, &points));
   return points;
 }
 

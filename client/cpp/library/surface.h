@@ -13,6 +13,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -76,8 +77,9 @@ class Surface {
 
   // All points of the newest complete update.
   [[nodiscard]] absl::StatusOr<DecodedPoints> Decode() const;
-  // The points of one of its chunks.
-  [[nodiscard]] absl::StatusOr<DecodedPoints> Decode(size_t chunk) const;
+  // The points of some of its chunks, in this order. Chunks that come together are decoded faster. Several threads may decode
+  // at once, while none applies an event.
+  [[nodiscard]] absl::StatusOr<DecodedPoints> Decode(std::span<const uint32_t> chunks) const;
 
  private:
   struct HeldChunk {

@@ -75,7 +75,8 @@ absl::Status SurfaceVerifier::Check(const Surface& surface, size_t offset,
 absl::Status SurfaceVerifier::Sample(const Surface& surface, size_t chunk,
                                      v1::EvaluatePointsRequest* request,
                                      std::vector<Vec3d>* positions) const {
-  LATTICED_ASSIGN_OR_RETURN(const auto decoded, surface.Decode(chunk));
+  const auto index = static_cast<uint32_t>(chunk);
+  LATTICED_ASSIGN_OR_RETURN(const auto decoded, surface.Decode({&index, 1}));
   const Surface::PatchRange patches = surface.PatchesOf(chunk);
   LATTICED_ASSIGN_OR_RETURN(const auto layouts, surface.Layouts(chunk));
   const size_t count = decoded.positions.size();

@@ -3,11 +3,14 @@
 #include "client/cpp/load/update_log.h"
 
 #include <algorithm>
+#include <span>
 #include <utility>
 
 #include "absl/time/clock.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
+#include "tbb/blocked_range.h"
+#include "tbb/parallel_for.h"
 
 namespace latticed::client {
 namespace {
@@ -52,9 +55,18 @@ void UpdateLog::TakeEnd(const v1::UpdateEnd& end) {
 }
 
 absl::Status UpdateLog::DecodeNewest(const Surface& surface) {
-  for (const uint32_t chunk : newest_chunks_) {
-    LATTICED_RETURN_IF_ERROR(surface.Decode(chunk).status());
-  }
+  constexpr size_t kChunksOfATask = 16;
+  const std::span<const uint32_t> chunks = newest_chunks_;
+  Mutex mutex;
+  absl::Status status;
+  tbb::parallel_for(tbb::blocked_range<size_t>(0, chunks.size(), kChunksOfATask),
+                    [&](const tbb::blocked_range<size_t>& task) {
+                      const auto decoded =
+                          surface.Decode(chunks.subspan(task.begin(), task.size()));
+                      const MutexLock lock(&mutex);
+                      status.Update(decoded.status());
+                    });
+  LATTICED_RETURN_IF_ERROR(status);
   updates_.back().decoded = absl::Now();
   return absl::OkStatus();
 }

@@ -35,7 +35,7 @@ struct LoggedUpdate {
 class UpdateLog {
  public:
   void Take(const v1::SceneEvent& event);
-  // Decodes the chunks that the newest update has brought.
+  // Decodes the chunks that the newest update has brought, on all cores.
   [[nodiscard]] absl::Status DecodeNewest(const Surface& surface);
 
   // The revision of the newest complete update.

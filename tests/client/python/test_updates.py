@@ -12,9 +12,11 @@ import latticed
 import numpy as np
 import pytest
 from latticed import draco
+from latticed.chunk import octahedral_normals
 
 import definition
 
+ROOT = Path(os.environ["LATTICED_ROOT"])
 RAW = latticed.View(encoding="raw")
 # The error of vertices, which are evaluated in single precision: coordinates are at most 5.
 FLOAT32 = 5e-6
@@ -145,6 +147,24 @@ def test_the_packages_decoder_leaves_other_streams_alone(own):
     ]
     assert not positions.any() and not normals.any()
     assert own.decode((), 12, 0, 1.0, (), ()) == []
+
+
+def test_streams_of_an_earlier_writer_decode_for_ever(own):
+    """tests/client/decoder/golden_streams_test.cc describes the files."""
+    streams = sorted((ROOT / "tests/client/golden").glob("*.drc"))
+    assert len(streams) == 18
+    for stream in streams:
+        count, position_bits, normal_bits = map(int, stream.stem.split("_")[1:4])
+        expected = np.fromfile(stream.with_suffix(".points"), "<u2").reshape(count, 6)
+        positions, normals = np.empty((count, 3)), np.empty((count, 3), np.float32)
+        arrays = ((positions,), (normals,) if normal_bits else ())
+
+        assert own.decode((stream.read_bytes(),), position_bits, normal_bits, 1.0, *arrays) == [True]
+
+        np.testing.assert_array_equal(positions, expected[:, :3])
+        if normal_bits:
+            exact = octahedral_normals(expected[:, 4], expected[:, 5], normal_bits)
+            np.testing.assert_allclose(normals, exact, rtol=0, atol=4e-7)
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@
 // LATTICED_DECODER_WASM, the module of client/decoder.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
-import { mkdtempSync, readdirSync, readFileSync, rmSync } from 'node:fs';
+import { mkdtempSync, readdirSync, readFileSync, realpathSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join, parse } from 'node:path';
 import { test } from 'node:test';
@@ -94,6 +94,21 @@ for (const [which, module] of [['ours', decoderWasm], ['draco3d', undefined]] as
     assert.equal(await memoryOf(decoder), before, 'what chunks take in WebAssembly is used again');
   });
 }
+
+test('streams of an earlier writer decode for ever', async () => {
+  const golden = join(realpathSync('test'), '../golden'); // tests/client/decoder/golden_streams_test.cc describes it
+  const names = readdirSync(golden).filter((name) => name.endsWith('.drc'));
+  assert.equal(names.length, 18);
+  for (const name of names) {
+    const [points, positionBits, normalBits] = parse(name).name.split('_').slice(1).map(Number);
+    const expected = new Uint8Array(readFileSync(join(golden, name.replace('.drc', '.points'))));
+
+    const { points: got } = await decoded(new Uint8Array(readFileSync(join(golden, name))),
+      { encoding: 'draco', points, normals: normalBits > 0, positionBits, normalBits });
+
+    assert.deepEqual(new Uint8Array(got.buffer, got.byteOffset, got.byteLength), expected, name);
+  }
+});
 
 test('the module takes at most 12 KB on the line, and imports nothing', () => {
   assert.ok(gzipSync(new Uint8Array(decoderWasm!)).length <= 12 * 1024);
