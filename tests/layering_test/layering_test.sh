@@ -86,7 +86,7 @@ readonly guarded=(
   '^boost/' '^(server|tests/server)/web/|^tests/fuzz/http|^server/(net|edge)/|^server/rpc/server_env\.cc$'
   '^zlib' '^core/patches/zlib_stream'
   '^draco' '^(core/codec|client|server|tests)/'
-  '^(tbb|oneapi)/' '^(core/(cpu|view)|server|tests)/'
+  '^(tbb|oneapi)/' '^(core/(cpu|view)|client/cpp/load|server|tests)/'
   '^hwy/' '^(core/(cpu|codec|view)|client/cpp/library/patches|client/decoder/lanes|tests)/'
   '^prometheus/' '^server/edge/metric'
   '^libpq' '^(server|tests/server)/store/'
