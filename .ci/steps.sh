@@ -12,7 +12,8 @@ readonly unsanitized="*RealMesh*:*ThousandEdits*:*LargeLattice*:*HundredThousand
 :*ExportMemoryTest.*:*Watertight*/cpu_gemm*:*Watertight*/cpu_control_net:*Accuracy*/cpu_gemm12\
 :*Accuracy*/cpu_spanned_fused:*Watertight*/cpu_spanned_fused:*QuantisedAfterRandomEdits/cpu_fused:*SmoothFloatsAfterRandomEdits/cpu_fused\
 :*StoreKill.*:*StorePowerLoss.*\
-:*Watertight.FewChunksOfManyHaveTheSameBits*:*Spanned.WholeEvaluationsHaveTheBitsOfOneDevice*"
+:*Watertight.FewChunksOfManyHaveTheSameBits*:*Spanned.WholeEvaluationsHaveTheBitsOfOneDevice*\
+:*DevicesDoNotChangeABitOfAWholeEvaluation*:*EdgeBounds.AfterAnyEdits*/cpu_spanned_fused:*ToleranceEncoding.StreamsAreThose*"
 
 source .ci/node_18.sh
 
