@@ -7,7 +7,7 @@ readonly tsan_targets=(scene_engine_test engine_rooms_test model_based_test stor
 # Tests that the Release build alone runs. They check accuracy or memory on large inputs, or take minutes with sanitizers.
 # All pipelines of the CPU run the suite View. The GEMM ones share code, so one of them runs the accuracy tests. Spans
 # are evaluated by the fused one, which runs them too. It also runs Watertight, without its three longest tests. Of the
-# tests of Spanned the two shorter ones run.
+# tests of Spanned the two shorter ones run. Of the bits, bounds and streams of tolerances, tests that make edits run.
 readonly unsanitized="*RealMesh*:*ThousandEdits*:*LargeLattice*:*HundredThousand*:*Keeps64MiB*:*BitsAndShapesTogether*\
 :*ExportMemoryTest.*:*Watertight*/cpu_gemm*:*Watertight*/cpu_control_net:*Accuracy*/cpu_gemm12\
 :*Accuracy*/cpu_spanned_fused:*Watertight*/cpu_spanned_fused:*QuantisedAfterRandomEdits/cpu_fused:*SmoothFloatsAfterRandomEdits/cpu_fused\

@@ -17,7 +17,7 @@ export interface DecodeStart {
   readonly kind: 'start';
   /** decoder.wasm; without it draco3d decodes. */
   readonly wasm: ArrayBuffer | undefined;
-  /** Their addresses. */
+  /** Addresses. */
   readonly draco3d: Draco3dFiles;
 }
 
@@ -63,8 +63,8 @@ interface Job {
 }
 
 /**
- * Decodes chunks in workers, in the order of the calls. A worker has at most two batches, so that all other chunks can be
- * cancelled. The caller bounds the queue: a stream has at most two unacknowledged updates.
+ * Decodes chunks in workers, in the order of the calls. A worker has at most eight batches, so that all other chunks can be
+ * cancelled, and it does not wait for the page. The caller bounds the queue: a stream has at most two unacknowledged updates.
  */
 export class DecodePool {
   private static readonly BATCHES_PER_WORKER = 8;
@@ -82,7 +82,7 @@ export class DecodePool {
 
   /**
    * @param wasm decoder.wasm, if there is one.
-   * @param draco3d Addresses.
+   * @param draco3d The addresses of draco3d's files.
    */
   constructor(private readonly workers: readonly DecodeWorker[], wasm: ArrayBuffer | undefined, draco3d: Draco3dFiles) {
     this.load = workers.map(() => 0);

@@ -23,7 +23,7 @@ async function loadDraco3d({ script, wasm }: DecodeStart['draco3d']): Promise<Dr
 async function answer({ id, data, chunks, reuse }: DecodeBatch): Promise<void> {
   let end = 0;
   const parts = chunks.map(({ bytes, form }): ChunkData => ({ form, data: data.subarray(end, (end += bytes)) }));
-  const { memory, results } = await decoder.then((ready) => ready.decode(parts, reuse),
+  const { memory, results } = await decoder.then((ready) => ready.decode(parts, reuse)).catch(
     (error: unknown) => ({ memory: new ArrayBuffer(0), results: chunks.map(() => new Error(String(error))) }));
   worker.postMessage({ id, memory, chunks: results.map((result) => (result instanceof Error ? result.message : result)) }, [memory]);
 }
