@@ -10,6 +10,7 @@ import { tmpdir } from 'node:os';
 import { join, parse } from 'node:path';
 import { test } from 'node:test';
 import { gzipSync } from 'node:zlib';
+import { answerBatch } from '@src/decode/answer_batch';
 import { ChunkDecoder } from '@src/decode/chunk_decoder';
 import { NUMBERS_PER_POINT, type ChunkForm, type DecodedChunk } from '@src/decode/chunk_form';
 import type { PendingChunk } from '@src/decode/decode_pool';
@@ -248,6 +249,18 @@ test('small chunks go to a worker together; it has eight batches, what waits can
   assert.equal(await reused(), undefined, 'a chunk of the batch is in use');
   pool.giveBack(decoded[1]);
   assert.equal(await reused(), memory);
+});
+
+test('a decoder that fails answers each chunk of the batch', async () => {
+  const batch = { kind: 'batch', id: 7, data: new Uint8Array(2), chunks: [{ bytes: 1, form }, { bytes: 1, form }] } as const;
+  const trapped = { decode: () => Promise.reject(new WebAssembly.RuntimeError('unreachable')) } as unknown as ChunkDecoder;
+
+  const answer = await answerBatch(batch, Promise.resolve(trapped));
+  const unmade = await answerBatch(batch, Promise.reject(new Error('no memory')));
+
+  assert.deepEqual(answer.chunks, Array(2).fill('RuntimeError: unreachable'));
+  assert.deepEqual(unmade.chunks, Array(2).fill('Error: no memory'));
+  assert.equal(answer.id, 7);
 });
 
 test('what a worker cannot decode rejects that chunk alone; a worker that is not there rejects all', async () => {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
+import { answerBatch } from './answer_batch';
 import { ChunkDecoder } from './chunk_decoder';
-import type { ChunkData } from './chunk_form';
 import type { DecodeAnswer, DecodeBatch, DecodeRequest, DecodeStart } from './decode_pool';
 import type { DracoChunkDecoder } from './draco_chunk';
 
@@ -20,12 +20,9 @@ async function loadDraco3d({ script, wasm }: DecodeStart['draco3d']): Promise<Dr
   return Decoder.create(await response.arrayBuffer());
 }
 
-async function answer({ id, data, chunks, reuse }: DecodeBatch): Promise<void> {
-  let end = 0;
-  const parts = chunks.map(({ bytes, form }): ChunkData => ({ form, data: data.subarray(end, (end += bytes)) }));
-  const { memory, results } = await decoder.then((ready) => ready.decode(parts, reuse)).catch(
-    (error: unknown) => ({ memory: new ArrayBuffer(0), results: chunks.map(() => new Error(String(error))) }));
-  worker.postMessage({ id, memory, chunks: results.map((result) => (result instanceof Error ? result.message : result)) }, [memory]);
+async function answer(batch: DecodeBatch): Promise<void> {
+  const answered = await answerBatch(batch, decoder);
+  worker.postMessage(answered, [answered.memory]);
 }
 
 worker.onmessage = ({ data }) => {

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 import { readFileSync } from 'node:fs';
+import { answerBatch } from '@src/decode/answer_batch';
 import { ChunkDecoder } from '@src/decode/chunk_decoder';
 import { DecodePool, type DecodeAnswer, type DecodeBatch, type DecodeRequest, type DecodeWorker } from '@src/decode/decode_pool';
 import { DracoChunkDecoder } from '@src/decode/draco_chunk';
@@ -37,13 +38,7 @@ export class FakeWorker implements DecodeWorker {
 
   /** Decodes all waiting batches, in order. */
   async work(): Promise<void> {
-    const decoder = await this.decoder;
-    for (const { id, data, chunks, reuse } of this.batches.splice(0)) {
-      let end = 0;
-      const parts = chunks.map(({ bytes, form }) => ({ form, data: data.subarray(end, (end += bytes)) }));
-      const { memory, results } = await decoder.decode(parts, reuse);
-      this.onmessage?.({ data: { id, memory, chunks: results.map((result) => (result instanceof Error ? result.message : result)) } });
-    }
+    for (const batch of this.batches.splice(0)) this.onmessage?.({ data: await answerBatch(batch, this.decoder) });
   }
 
   terminate(): void {}
