@@ -22,6 +22,8 @@ bool IsDraco(Encoding encoding) {
   return encoding == Encoding::kDracoPoints || encoding == Encoding::kDracoMesh;
 }
 
+bool IsCompressed(Encoding encoding) { return IsDraco(encoding) || encoding == Encoding::kMeshopt; }
+
 size_t BytesPerPoint(const ViewSpec& spec) {
   const bool normals = spec.normals != NormalMode::kNone;
   if (spec.format == VertexFormat::kEdgeBounds) return 0;

@@ -55,9 +55,11 @@ enum class VertexFormat {
   kEdgeBounds,
 };
 
-enum class Encoding { kRaw, kQuantised, kDracoPoints, kDracoMesh, kPatches };
+enum class Encoding { kRaw, kQuantised, kDracoPoints, kDracoMesh, kPatches, kMeshopt };
 [[nodiscard]] VertexFormat FormatOf(Encoding encoding);
 [[nodiscard]] bool IsDraco(Encoding encoding);  // points or mesh
+// Whether the bytes of a chunk depend on its vertices, and not only on their number.
+[[nodiscard]] bool IsCompressed(Encoding encoding);
 
 struct ViewSpec {
   // Subdivisions per patch edge. With a tolerance: the view has at most as many points as these would give.

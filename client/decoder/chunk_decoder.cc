@@ -9,6 +9,7 @@
 #include "client/decoder/attribute_reader.h"
 #include "client/decoder/chunk_layout.h"
 #include "client/decoder/lanes/lane_kernel.h"
+#include "client/decoder/meshopt/meshopt_reader.h"
 #include "client/decoder/symbol_table.h"
 #include "core/codec/draco_container.h"
 #include "core/codec/octahedral.h"
@@ -163,6 +164,10 @@ bool ChunkDecoder::Decode(const ChunkForm& form, std::span<ChunkJob> jobs) {
   for (ChunkJob& job : jobs) {
     job.decoded = false;
     if (IsWritten(form) && job.points > 0 && job.points <= kMostPoints) order.push_back(&job);
+  }
+  if (form.codec == Codec::kMeshopt) {
+    for (ChunkJob* job : order) DecodeMeshopt(form, *job);
+    order.clear();
   }
   // Lanes of a group then end at about the same time.
   const auto is_larger = [](const ChunkJob* a, const ChunkJob* b) { return a->points > b->points; };

@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Decodes the Draco streams that latticed writes (core/codec/draco_writer.h) to the integers that they hold. Any other
-// stream is refused; then a stock decoder may try. Damage that contradicts nothing is not seen. Chunks of one call are
-// decoded side by side; from eight on it is fastest.
+// Decodes the Draco and meshopt streams that latticed writes (core/codec/draco_writer.h, core/codec/meshopt) to the integers
+// that they hold. Any other stream is refused; then a stock decoder may try. Damage that contradicts nothing is not seen.
+// Draco's chunks of one call are decoded side by side; from eight on it is fastest.
 //
 //   x y z 0 s t    uint16 each: grid coordinates, 0, and the octahedral normal (0 0 without normals)
 //
-// Values equal libdraco's with attribute transforms skipped, also those of damaged streams.
+// Values equal libdraco's with attribute transforms skipped, or meshoptimizer's, also those of damaged streams.
 //
 // Threads  one decoder: one at a time. Memory is kept from one call to the next
 #ifndef LATTICED_CLIENT_DECODER_CHUNK_DECODER_H_
@@ -24,10 +24,13 @@ inline constexpr size_t kNumbersPerPoint = 6;
 // Chunks have one point at least, and this many at most (core/base/limits.h); others are refused.
 inline constexpr uint32_t kMostPoints = 65'535;
 
+enum class Codec { kDraco, kMeshopt };
+
 // Chunks of other bits are refused.
 struct ChunkForm {
   int position_bits = 12;  // 1 to 16
   int normal_bits = 0;     // up to 12; 0: no normals
+  Codec codec = Codec::kDraco;
 };
 
 struct ChunkJob {

@@ -14,6 +14,7 @@
 #include "core/adaptive/adaptive_pattern.h"
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
+#include "core/codec/meshopt/meshopt_writer.h"
 #include "core/ffd/tessellation_pattern.h"
 
 namespace latticed {
@@ -73,6 +74,11 @@ size_t ViewEncoder::PointsOf(uint32_t chunk) const {
                       : ChunkPoints(plan_, chunk, spec_.segments);
 }
 
+QuantisedVertices ViewEncoder::VerticesOf(uint32_t chunk, std::span<const uint8_t> bytes) const {
+  const int normal_bits = spec_.normals == NormalMode::kNone ? 0 : spec_.normal_bits;
+  return QuantisedVertices::FromBytes(bytes, PointsOf(chunk), spec_.position_bits, normal_bits);
+}
+
 const ChunkConnectivity& ViewEncoder::Connectivity(uint32_t chunk) {
   const auto [first, last] = plan_.ChunkPatches(chunk);
   const auto known = connectivity_.find(last - first);
@@ -115,13 +121,10 @@ absl::Status ViewEncoder::EncodeDraco(std::span<const uint32_t> chunks,
                                       std::span<const size_t> places, Encoding encoding,
                                       double range, BytesOf bytes_of,
                                       std::span<SharedBytes> results) const {
-  const int normal_bits = spec_.normals == NormalMode::kNone ? 0 : spec_.normal_bits;
   std::vector<std::vector<uint8_t>> scratch(places.size()), streams(places.size());
   std::vector<QuantisedVertices> vertices(places.size());
   for (size_t p = 0; p < places.size(); ++p) {
-    vertices[p] =
-        QuantisedVertices::FromBytes(bytes_of(places[p], scratch[p]), PointsOf(chunks[places[p]]),
-                                     spec_.position_bits, normal_bits);
+    vertices[p] = VerticesOf(chunks[places[p]], bytes_of(places[p], scratch[p]));
     vertices[p].is_sparse = static_cast<bool>(patterns_of_);
   }
   const bool is_mesh = encoding == Encoding::kDracoMesh;
@@ -162,6 +165,10 @@ absl::Status ViewEncoder::Encode(std::span<const uint32_t> chunks, Encoding enco
     arena_.ForEach(places.size(), [&](size_t p) {
       std::vector<uint8_t> scratch;
       const std::span<const uint8_t> bytes = bytes_of(places[p], scratch);
+      if (encoding == Encoding::kMeshopt) {
+        results[places[p]] = MakeSharedBytes(EncodeMeshopt(VerticesOf(chunks[places[p]], bytes)));
+        return;
+      }
       if (scratch.empty()) scratch.assign(bytes.begin(), bytes.end());
       results[places[p]] = MakeSharedBytes(std::move(scratch));
     });

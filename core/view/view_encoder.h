@@ -71,6 +71,8 @@ class ViewEncoder {
   // Returns the chunks whose digest differs from `digests`, and updates `digests`.
   std::vector<size_t> FindChanged(size_t count, BytesOf bytes_of, std::span<VertexDigest> digests);
   size_t PointsOf(uint32_t chunk) const;
+  // Points into `bytes`, the vertices of the chunk.
+  QuantisedVertices VerticesOf(uint32_t chunk, std::span<const uint8_t> bytes) const;
   // Draco streams of chunks[i] for the i in `places`.
   [[nodiscard]] absl::Status EncodeDraco(std::span<const uint32_t> chunks,
                                          std::span<const size_t> places, Encoding encoding,

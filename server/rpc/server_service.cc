@@ -50,7 +50,7 @@ void FillHostMemory(ServerEnv& env, v1::ServerInfo& info) {
 
 void FillAbilities(v1::ServerInfo& info) {
   for (const auto encoding : {v1::ENCODING_DRACO_POINTS, v1::ENCODING_DRACO_MESH, v1::ENCODING_RAW,
-                              v1::ENCODING_QUANTISED, v1::ENCODING_PATCHES}) {
+                              v1::ENCODING_QUANTISED, v1::ENCODING_PATCHES, v1::ENCODING_MESHOPT}) {
     info.add_encodings(encoding);
   }
   for (const auto format : {v1::MESH_FORMAT_OBJ, v1::MESH_FORMAT_PLY, v1::MESH_FORMAT_STL,

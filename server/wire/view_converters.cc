@@ -26,7 +26,8 @@ constexpr auto kEncodings = std::to_array<std::pair<v1::Encoding, Encoding>>(
      {v1::ENCODING_DRACO_MESH, Encoding::kDracoMesh},
      {v1::ENCODING_RAW, Encoding::kRaw},
      {v1::ENCODING_QUANTISED, Encoding::kQuantised},
-     {v1::ENCODING_PATCHES, Encoding::kPatches}});
+     {v1::ENCODING_PATCHES, Encoding::kPatches},
+     {v1::ENCODING_MESHOPT, Encoding::kMeshopt}});
 
 // Takes the numbers of `options` that are not 0.
 absl::Status TakeNumbers(const v1::ViewOptions& options, std::string_view field, WatchView& view) {

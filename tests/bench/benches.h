@@ -24,6 +24,7 @@ void RegisterFloorBenches();      // streaming stores; product (25) alone
 void RegisterPlanBenches();       // from mesh and lattice to plan
 void RegisterCodecBenches();      // from vertices to Draco bytes, and their number
 void RegisterDecodeBenches();     // from Draco bytes to integers
+void RegisterMeshoptBenches();    // from vertices to meshopt bytes, and back
 void RegisterPatchesBenches();    // what a client does with an edit: patches against Draco
 void RegisterCpuEncodeBenches();  // from an edit to Draco bytes
 void RegisterDeliveryBenches();   // chunks to a client's memory, through gRPC

@@ -77,6 +77,7 @@ int Benchmarks(const Options& options) {
   RegisterPlanBenches();
   RegisterCodecBenches();
   RegisterDecodeBenches();
+  RegisterMeshoptBenches();
   RegisterPatchesBenches();
   RegisterCpuEncodeBenches();
   RegisterDeliveryBenches();

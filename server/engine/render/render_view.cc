@@ -34,7 +34,7 @@ uint64_t SnapshotBytes(const DeformPlan& plan, const ViewKey& key) {
   constexpr uint64_t kPatternBytes =
       sizeof(ChunkPatterns) + limits::kPatchesPerChunk * sizeof(uint16_t);
   const uint64_t chunk_bytes = kChunkHeaderBytes + (key.spec.tolerance > 0 ? kPatternBytes : 0);
-  const uint64_t snapshots = IsDraco(key.encoding) ? 1 : limits::kMaxSnapshotsPerView;
+  const uint64_t snapshots = IsCompressed(key.encoding) ? 1 : limits::kMaxSnapshotsPerView;
   return snapshots * (VertexBytes(plan, key) + chunk_bytes * plan.chunk_count());
 }
 

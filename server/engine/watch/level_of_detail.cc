@@ -73,7 +73,7 @@ double LevelOfDetail::UpdateBytes() const {
 
 double LevelOfDetail::BytesPerPointOf(const ViewSpec& spec) const {
   const auto integers = static_cast<double>(BytesPerPoint(spec));
-  if (!IsDraco(asked_.key.encoding)) return integers;
+  if (!IsCompressed(asked_.key.encoding)) return integers;
   const auto measured = bytes_per_point_.lower_bound(spec.segments);
   const bool known = measured != bytes_per_point_.end();
   const double bytes = known ? measured->second : integers / kIntegersPerDraco;
