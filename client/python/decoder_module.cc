@@ -169,11 +169,13 @@ PyObject* Decode(PyObject*, PyObject* arguments) {
   PyObject *streams = nullptr, *positions = nullptr, *normals = nullptr;
   try {
     Request request;
-    if (PyArg_ParseTuple(arguments, "O!iidO!O!", &PyTuple_Type, &streams,
+    int is_meshopt = 0;
+    if (PyArg_ParseTuple(arguments, "O!piidO!O!", &PyTuple_Type, &streams, &is_meshopt,
                          &request.form.position_bits, &request.form.normal_bits, &request.step,
                          &PyTuple_Type, &positions, &PyTuple_Type, &normals) == 0) {
       return nullptr;
     }
+    if (is_meshopt != 0) request.form.codec = latticed::decoder::Codec::kMeshopt;
     return Run(streams, positions, normals, request);
   } catch (const std::bad_alloc&) {
     return PyErr_NoMemory();
@@ -181,7 +183,8 @@ PyObject* Decode(PyObject*, PyObject* arguments) {
 }
 
 constexpr char kDecodeText[] =
-    "decode(streams, position_bits, normal_bits, step, positions, normals) -> list of bool\n\n"
+    "decode(streams, is_meshopt, position_bits, normal_bits, step, positions, normals) -> list of "
+    "bool\n\n"
     "Decodes a tuple of chunks. Writes integer * step to positions, float64 (points, 3) for each "
     "chunk, and unit vectors to\n"
     "normals, float32 (points, 3); no arrays if normal_bits is 0. False for each chunk that is not "
@@ -193,7 +196,7 @@ PyMethodDef methods[] = {{"decode", Decode, METH_VARARGS, kDecodeText},
 PyModuleDef module = {
     .m_base = PyModuleDef_HEAD_INIT,
     .m_name = "_decoder",
-    .m_doc = "Decodes the Draco streams that latticed writes.",
+    .m_doc = "Decodes the Draco and meshopt streams that latticed writes.",
     .m_size = -1,
     .m_methods = methods,
 };

@@ -89,7 +89,8 @@ class BuildWithProtos(build_py):
 DECODER = Extension(
     "latticed._decoder",
     ["decoder_module.cc", "../decoder/lanes/lane_kernel.cc", "../../core/codec/octahedral.cc"]
-    + sorted(f"../decoder/{path.name}" for path in (ROOT / "client/decoder").glob("*.cc")),
+    + sorted(f"../decoder/{path.name}" for path in (ROOT / "client/decoder").glob("*.cc"))
+    + sorted(f"../decoder/meshopt/{path.name}" for path in (ROOT / "client/decoder/meshopt").glob("*.cc")),
     include_dirs=[str(ROOT)],
     libraries=["hwy"],
     extra_compile_args=["-std=c++20", "-O3"],

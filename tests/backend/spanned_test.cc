@@ -133,8 +133,8 @@ TEST_P(Spanned, EncodedBytesAreThoseOfOneDeviceInTheOrderAsked) {
   ViewTraits traits = target->Traits({});
   traits.encode_batch = traits.device_chunks.size();  // alternate between the parts
   const std::vector<uint32_t> chunks = EncodeOrder(traits, AllChunks(*plan_));
-  for (const Encoding encoding :
-       {Encoding::kRaw, Encoding::kQuantised, Encoding::kDracoPoints, Encoding::kDracoMesh}) {
+  for (const Encoding encoding : {Encoding::kRaw, Encoding::kQuantised, Encoding::kDracoPoints,
+                                  Encoding::kDracoMesh, Encoding::kMeshopt}) {
     Views views = MakeViews({.segments = 4, .format = FormatOf(encoding)});
     Evaluate(views, points_, BoxFor(*plan_, points_), AllChunks(*plan_));
 

@@ -9,6 +9,7 @@
 #include <random>
 
 #include "core/codec/draco_writer.h"
+#include "core/codec/meshopt/meshopt_writer.h"
 #include "core/ffd/dirty_set.h"
 #include "fmt/format.h"
 #include "tests/backend/conformance.h"
@@ -103,9 +104,13 @@ TEST_P(ToleranceEncoding, StreamsAreThoseOfTheHostsWriter) {
         ASSERT_OK(view->Evaluate(points, box, all));
 
         ASSERT_OK_AND_ASSIGN(const auto streams, view->Encode(all, Encoding::kDracoPoints));
+        ASSERT_OK_AND_ASSIGN(const auto meshopt, view->Encode(all, Encoding::kMeshopt));
 
         for (const uint32_t chunk : all) {
           ExpectTheHostsStream(*plan, *view, box.range, chunk, streams[chunk].span());
+          std::vector<uint8_t> bytes;
+          EXPECT_TRUE(std::ranges::equal(meshopt[chunk].span(),
+                                         EncodeMeshopt(IntegersOf(*plan, *view, chunk, bytes))));
           fewest = std::min(fewest, ChunkPoints(*view, *plan, chunk));
           most = std::max(most, ChunkPoints(*view, *plan, chunk));
         }
@@ -175,7 +180,7 @@ TEST_P(ToleranceEncoding, LeavesOutWhatTheCallerHasAndNothingElse) {
   const auto all = AllChunks(*plan);
   ASSERT_OK(view->Evaluate(points, box, all));
   for (const Encoding encoding :
-       {Encoding::kQuantised, Encoding::kDracoPoints, Encoding::kDracoMesh}) {
+       {Encoding::kQuantised, Encoding::kDracoPoints, Encoding::kDracoMesh, Encoding::kMeshopt}) {
     std::vector<VertexDigest> digests(all.size());
     ASSERT_OK(view->Evaluate(points, box, all));
     ASSERT_OK_AND_ASSIGN(const auto old, view->Encode(all, encoding, digests));

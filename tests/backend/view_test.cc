@@ -9,6 +9,7 @@
 
 #include "core/codec/chunk_encoder.h"
 #include "core/codec/draco_decode.h"
+#include "core/codec/meshopt/meshopt_writer.h"
 #include "core/ffd/bernstein.h"
 #include "fmt/format.h"
 #include "tests/backend/conformance.h"
@@ -89,7 +90,7 @@ TEST_P(View, RawAndQuantisedBytesAreWhatReadGives) {
 
 TEST_P(View, LeavesOutWhatTheCallerHasAndNothingElse) {
   for (const Encoding encoding :
-       {Encoding::kQuantised, Encoding::kDracoPoints, Encoding::kDracoMesh}) {
+       {Encoding::kQuantised, Encoding::kDracoPoints, Encoding::kDracoMesh, Encoding::kMeshopt}) {
     const auto view = Evaluated({.segments = 3});
     ASSERT_NE(view, nullptr);
     const auto all = AllChunks(*plan_);
@@ -111,6 +112,27 @@ TEST_P(View, LeavesOutWhatTheCallerHasAndNothingElse) {
       EXPECT_TRUE(std::ranges::equal(bytes, expected[c].span())) << "chunk " << c;
     }
     EXPECT_LT(left_out, all.size());
+  }
+}
+
+TEST_P(View, MeshoptStreamsAreTheHostsOfTheIntegers) {
+  for (const auto& [normals, normal_bits] :
+       {std::pair(NormalMode::kNone, 8), {NormalMode::kFacet, 8}, {NormalMode::kSmooth, 10}}) {
+    for (const int segments : {1, 4, 10}) {
+      ViewSpec spec{.segments = segments, .normals = normals, .position_bits = 14};
+      spec.normal_bits = normal_bits;
+      const auto view = Evaluated(spec);
+      ASSERT_NE(view, nullptr);
+      const auto chunks = ReadAll(*plan_, *view);
+      ASSERT_OK_AND_ASSIGN(const auto streams, view->Encode(AllChunks(*plan_), Encoding::kMeshopt));
+      for (size_t c = 0; c < chunks.size(); ++c) {
+        const auto vertices = QuantisedVertices::FromBytes(
+            chunks[c], ChunkPoints(*plan_, c, segments), spec.position_bits,
+            normals == NormalMode::kNone ? 0 : normal_bits);
+        EXPECT_TRUE(std::ranges::equal(streams[c].span(), EncodeMeshopt(vertices)))
+            << "chunk " << c << ", " << segments << " segments";
+      }
+    }
   }
 }
 

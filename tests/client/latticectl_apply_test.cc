@@ -90,6 +90,7 @@ TEST_F(LatticectlApply, IdentityReproducesTheMeshInEveryFormatAndEncoding) {
       {"o.ply", {"--encoding", "draco"}, kQuantisedTolerance},
       {"o.ply", {"--encoding", "draco-mesh"}, kQuantisedTolerance},
       {"o.ply", {"--encoding", "quantised"}, kQuantisedTolerance},
+      {"o.ply", {"--encoding", "meshopt"}, kQuantisedTolerance},
       {"o.ply", {"--encoding", "draco", "--position-bits", "16"}, kQuantisedTolerance / 16},
       {"o.ply", {"--encoding", "patches", "--tolerance", "0.001"}, 2.0 / 65535},
       {"o.ply", {"--pipeline", "control-net"}}};

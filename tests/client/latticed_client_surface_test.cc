@@ -236,6 +236,7 @@ TEST(Surface, ChunksOfAWrongSizeAreDataLoss) {
        {std::pair<v1::Encoding, std::string>{v1::ENCODING_RAW, RawChunk(1) + "x"},
         {v1::ENCODING_QUANTISED, "short"},
         {v1::ENCODING_DRACO_POINTS, "DRACO"},
+        {v1::ENCODING_MESHOPT, "\xa1"},
         {v1::ENCODING_CONTROL_NETS, ""}}) {
     Surface surface;
     ApplyUpdate(surface, encoding, data, data);

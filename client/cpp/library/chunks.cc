@@ -120,13 +120,14 @@ absl::Status DecodeByLibdraco(const EncodedChunk& chunk, bool has_normals, Decod
 }
 
 // Decodes the first chunks that have the same bits. Returns how many.
-absl::StatusOr<size_t> DecodeDraco(std::span<const EncodedChunk> chunks, bool has_normals,
-                                   decoder::ChunkDecoder* decoder, std::vector<uint16_t>* integers,
-                                   DecodedPoints* points) {
+absl::StatusOr<size_t> DecodeBatch(std::span<const EncodedChunk> chunks, decoder::Codec codec,
+                                   bool has_normals, decoder::ChunkDecoder* decoder,
+                                   std::vector<uint16_t>* integers, DecodedPoints* points) {
   const v1::Quantisation& first = *chunks.front().quantisation;
   const decoder::ChunkForm form{
       .position_bits = static_cast<int>(first.bits()),
-      .normal_bits = has_normals ? static_cast<int>(first.normal_bits()) : 0};
+      .normal_bits = has_normals ? static_cast<int>(first.normal_bits()) : 0,
+      .codec = codec};
   std::array<decoder::ChunkJob, kBatch> jobs;
   std::array<size_t, kBatch + 1> begins{};
   size_t count = 0;
@@ -146,6 +147,9 @@ absl::StatusOr<size_t> DecodeDraco(std::span<const EncodedChunk> chunks, bool ha
   // A grid without bits for the normals of its view contradicts it: libdraco says what is wrong.
   if (!has_normals || form.normal_bits > 0) decoder->Decode(form, std::span(jobs).first(count));
   for (size_t i = 0; i < count; ++i) {
+    if (!jobs[i].decoded && codec == decoder::Codec::kMeshopt) {
+      return absl::DataLossError("a chunk is no meshopt stream of its view");
+    }
     if (!jobs[i].decoded) {
       LATTICED_RETURN_IF_ERROR(DecodeByLibdraco(chunks[i], has_normals, points));
       continue;
@@ -159,13 +163,13 @@ absl::StatusOr<size_t> DecodeDraco(std::span<const EncodedChunk> chunks, bool ha
   return count;
 }
 
-absl::Status DecodeDracoChunks(std::span<const EncodedChunk> chunks, bool has_normals,
-                               DecodedPoints* points) {
+absl::Status DecodeInBatches(std::span<const EncodedChunk> chunks, decoder::Codec codec,
+                             bool has_normals, DecodedPoints* points) {
   decoder::ChunkDecoder decoder;
   std::vector<uint16_t> integers;
   while (!chunks.empty()) {
     LATTICED_ASSIGN_OR_RETURN(const size_t count,
-                              DecodeDraco(chunks, has_normals, &decoder, &integers, points));
+                              DecodeBatch(chunks, codec, has_normals, &decoder, &integers, points));
     chunks = chunks.subspan(count);
   }
   return absl::OkStatus();
@@ -193,7 +197,9 @@ absl::Status DecodeChunks(std::span<const EncodedChunk> chunks, const v1::ViewOp
       return absl::OkStatus();
     case v1::ENCODING_DRACO_POINTS:
     case v1::ENCODING_DRACO_MESH:
-      return DecodeDracoChunks(chunks, has_normals, points);
+      return DecodeInBatches(chunks, decoder::Codec::kDraco, has_normals, points);
+    case v1::ENCODING_MESHOPT:
+      return DecodeInBatches(chunks, decoder::Codec::kMeshopt, has_normals, points);
     default:
       return absl::DataLossError(
           fmt::format("the server sent encoding {}, which this client does not know",

@@ -10,7 +10,6 @@
 #define LATTICED_CLIENT_DECODER_MESHOPT_BYTE_GROUPS_INL_H_
 #endif
 
-#include <array>
 #include <bit>
 #include <cstdint>
 #include <cstring>
@@ -47,36 +46,27 @@ HWY_INLINE const uint8_t* ReadPacked(const uint8_t* at, uint8_t* group) {
 using Group = hn::FixedTag<uint8_t, kGroupVertices>;
 using Half = hn::FixedTag<uint8_t, 8>;
 
-// By marks of eight differences, for each that is marked how many are before it; 0x80 for others.
-inline constexpr auto kRanks = [] {
-  std::array<std::array<uint8_t, 8>, 256> ranks{};
-  for (unsigned marks = 0; marks < ranks.size(); ++marks) {
-    uint8_t rank = 0;
-    for (uint8_t i = 0; i < 8; ++i) ranks[marks][i] = (marks >> i & 1) != 0 ? rank++ : 0x80;
-  }
-  return ranks;
-}();
-
-// Sixteen bytes: at the marked places those from `rest` on, in order, else 0. Moves `rest` behind the last one.
-HWY_INLINE hn::Vec<Group> ReadMarked(uint32_t marks, const uint8_t*& rest) {
-  const Half half;
-  const auto read = [&](uint32_t its) {
-    const auto bytes =
-        hn::TableLookupBytesOr0(hn::LoadU(half, rest), hn::LoadU(half, kRanks[its].data()));
-    rest += std::popcount(its);
-    return bytes;
-  };
-  const auto lower = read(marks & 0xff);
-  const auto upper = read(marks >> 8);
-  return hn::Combine(Group(), upper, lower);
-}
-
-HWY_INLINE uint32_t BitsOf(hn::Mask<Group> mask) {
+HWY_INLINE uint32_t CountOf(hn::Mask<Group> mask) {
   uint8_t bytes[8] = {};
   hn::StoreMaskBits(Group(), mask, bytes);
   uint16_t bits;
   std::memcpy(&bits, bytes, sizeof(bits));
-  return bits;
+  return static_cast<uint32_t>(std::popcount(bits));
+}
+
+// Sixteen bytes: at the marked places those from `rest` on, in order, else 0. Moves `rest` behind the last one.
+HWY_INLINE hn::Vec<Group> ReadMarked(hn::Mask<Group> is_marked, const uint8_t*& rest) {
+  const Group d;
+  // How many are marked up to each place, less one: where its byte is. The upper bit stands for none.
+  auto place = hn::VecFromMask(d, is_marked);
+  place = hn::Add(place, hn::ShiftLeftBytes<1>(d, place));
+  place = hn::Add(place, hn::ShiftLeftBytes<2>(d, place));
+  place = hn::Add(place, hn::ShiftLeftBytes<4>(d, place));
+  place = hn::Not(hn::Add(place, hn::ShiftLeftBytes<8>(d, place)));
+  const auto none = hn::AndNot(hn::VecFromMask(d, is_marked), hn::Set(d, uint8_t{0x80}));
+  const auto bytes = hn::LoadU(d, rest);
+  rest += CountOf(is_marked);
+  return hn::TableLookupBytesOr0(bytes, hn::Or(place, none));
 }
 
 // Each byte of the code `kInAByte` times, then shifted so that each difference is in the lowest bits of one.
@@ -104,16 +94,15 @@ template <int kBits>
 HWY_INLINE const uint8_t* ReadPacked(const uint8_t* at, uint8_t* group) {
   const Group d;
   if constexpr (kBits == 1) {
-    uint16_t marks;
-    std::memcpy(&marks, at, sizeof(marks));
-    at += sizeof(marks);
-    hn::StoreU(ReadMarked(marks, at), d, group);
+    const auto is_marked = hn::LoadMaskBits(d, at);
+    at += kGroupVertices / 8;
+    hn::StoreU(ReadMarked(is_marked, at), d, group);
     return at;
   } else {
     const auto values = Unpack<kBits>(at);
     at += kGroupVertices * kBits / 8;
     const auto is_large = hn::Eq(values, hn::Set(d, uint8_t{(1 << kBits) - 1}));
-    const auto large = ReadMarked(BitsOf(is_large), at);
+    const auto large = ReadMarked(is_large, at);
     hn::StoreU(hn::IfThenElse(is_large, large, values), d, group);
     return at;
   }

@@ -28,6 +28,7 @@ uint32_t BytesThatDiffer(int normal_bits) {
 bool ReadTail(const uint8_t* tail, int normal_bits, Blocks& blocks) {
   if (std::any_of(tail, tail + kTailPadding, [](uint8_t byte) { return byte != 0; })) return false;
   std::memcpy(blocks.before, tail + kTailPadding, kVertexBytes);
+  if (blocks.byte_differences && (blocks.before[4] | blocks.before[5]) > 0xff) return false;
   const uint8_t* const modes = tail + kTailPadding + kVertexBytes;
   return modes[0] == kShortDifferences && modes[1] == kShortDifferences &&
          modes[2] == NormalMode(normal_bits);

@@ -80,29 +80,19 @@ class VertexSum {
   }
 
   void Write(const BlockDifferences& differences, uint32_t count, uint16_t* out, bool is_last) {
-    uint32_t i = 0;
-    // A vertex is stored with four bytes more, which the next one replaces. The last of all has none.
-    for (const uint32_t whole = is_last ? count - 1 : count; i + kVertices <= whole;
-         i += kVertices) {
-      V vertices[kVertices];
-      Turn(differences, i, vertices);
-      for (const V& vertex : vertices) {
-        Add(vertex);
-        hn::StoreU(sum_, D(), out);
-        out += kNumbers;
-      }
-    }
-    if (i == count) return;
     V vertices[kVertices];
-    for (; i < count; i += kVertices) {
+    for (uint32_t i = 0; i < count; i += kVertices, out += kVertices * kNumbers) {
       Turn(differences, i, vertices);
-      for (uint32_t k = 0; k < std::min<uint32_t>(kVertices, count - i); ++k) {
+      // A vertex is stored with four bytes more, which the next one replaces. The last of all has no next one.
+      uint16_t ends[kVertices * kNumbers + 2];
+      const uint32_t left = count - i;
+      const bool ends_here = is_last && left <= kVertices;
+      uint16_t* const to = ends_here ? ends : out;
+      for (uint32_t k = 0; k < kVertices && k < left; ++k) {
         Add(vertices[k]);
-        HWY_ALIGN uint16_t numbers[kVertices];
-        hn::Store(sum_, D(), numbers);
-        std::memcpy(out, numbers, kVertexBytes);
-        out += kNumbers;
+        hn::StoreU(sum_, D(), to + k * kNumbers);
       }
+      if (ends_here) std::memcpy(out, ends, left * kVertexBytes);
     }
   }
   void Finish(Blocks& blocks) const {

@@ -22,6 +22,7 @@ namespace {
 using latticed::decoder::ChunkDecoder;
 using latticed::decoder::ChunkForm;
 using latticed::decoder::ChunkJob;
+using latticed::decoder::Codec;
 
 // A chunk: where its stream is, and where its points go.
 struct Record {
@@ -53,7 +54,7 @@ extern "C" [[clang::export_name("Reserve")]] uint8_t* Reserve(size_t bytes) {
   return memory;
 }
 
-extern "C" [[clang::export_name("Decode")]] void Decode(Record* records, size_t count,
+extern "C" [[clang::export_name("Decode")]] void Decode(Record* records, size_t count, Codec codec,
                                                         int position_bits, int normal_bits) {
   static auto* const jobs = new std::vector<ChunkJob>();
   jobs->clear();
@@ -63,7 +64,8 @@ extern "C" [[clang::export_name("Decode")]] void Decode(Record* records, size_t 
                      .points = record.points,
                      .out = record.out});
   }
-  Decoder().Decode({.position_bits = position_bits, .normal_bits = normal_bits}, *jobs);
+  Decoder().Decode({.position_bits = position_bits, .normal_bits = normal_bits, .codec = codec},
+                   *jobs);
   for (size_t i = 0; i < count; ++i) {
     const ChunkJob& job = (*jobs)[i];
     records[i].decoded = job.decoded ? 1 : 0;

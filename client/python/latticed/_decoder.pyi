@@ -4,6 +4,7 @@ from typing import Any, List, Tuple
 
 def decode(
     streams: Tuple[bytes, ...],
+    is_meshopt: bool,
     position_bits: int,
     normal_bits: int,
     step: float,

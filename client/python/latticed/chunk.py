@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A chunk: the bytes of a run of patches as they were sent, and its points.
 
-    position = origin + integer * step     QUANTISED and Draco, in double
+    position = origin + integer * step     QUANTISED, Draco and MESHOPT, in double
     position = origin + float32            RAW, added in double
     normal                                 the octahedral map of ENCODING_QUANTISED in view.proto
 
@@ -22,7 +22,7 @@ from latticed.errors import LatticedError
 from latticed.pattern import PatchPattern
 from latticed.v1 import view_pb2
 
-_DRACO = (view_pb2.ENCODING_DRACO_POINTS, view_pb2.ENCODING_DRACO_MESH)
+_CODED = (view_pb2.ENCODING_DRACO_POINTS, view_pb2.ENCODING_DRACO_MESH, view_pb2.ENCODING_MESHOPT)
 
 
 class Chunk:
@@ -52,7 +52,7 @@ class Chunk:
             return self._raw()
         if self._encoding == view_pb2.ENCODING_QUANTISED:
             return self._quantised()
-        if self._encoding in _DRACO:
+        if self._encoding in _CODED:
             decode_together([self])
             return self.decoded
         raise LatticedError.data_loss(
@@ -81,12 +81,14 @@ class Chunk:
 
 
 def decode_together(chunks: Sequence[Chunk]) -> None:
-    """Decodes those Draco chunks that are not decoded yet: together it takes a fraction of the time. As Chunk.decoded."""
+    """Decodes those Draco and meshopt chunks that are not decoded yet: together it takes a fraction of the time. As Chunk.decoded."""
     groups: Dict[draco.Form, List[Chunk]] = {}
     for chunk in chunks:
-        if chunk._encoding in _DRACO and "decoded" not in vars(chunk):
+        if chunk._encoding in _CODED and "decoded" not in vars(chunk):
             normal_bits = chunk._normal_bits if chunk._has_normals else 0
-            groups.setdefault(draco.Form(chunk._position_bits, normal_bits, chunk.step), []).append(chunk)
+            is_meshopt = chunk._encoding == view_pb2.ENCODING_MESHOPT
+            form = draco.Form(chunk._position_bits, normal_bits, chunk.step, is_meshopt)
+            groups.setdefault(form, []).append(chunk)
     for form, group in groups.items():
         try:
             decoded = draco.decode([c.data for c in group], [c._points for c in group], form)

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
-"""Decodes the encodings "draco" and "draco_mesh": by the package's own decoder where it was built, else by DracoPy
-where that is installed. Streams of another writer go to DracoPy."""
+"""Decodes the encodings "draco", "draco_mesh" and "meshopt": by the package's own decoder where it was built, else by DracoPy
+where that is installed. Draco streams of another writer go to DracoPy; "meshopt" needs the package's own."""
 from __future__ import annotations
 
 import functools
@@ -23,6 +23,7 @@ class Form(NamedTuple):
     position_bits: int
     normal_bits: int  # 0: no normals
     step: float
+    is_meshopt: bool = False
 
 
 def own_decoder() -> Any:
@@ -63,7 +64,7 @@ def decode(streams: Sequence[bytes], points: Sequence[int], form: Form) -> List[
     ValueError for bytes that are no Draco chunk, or have another number of points or normals."""
     ours: List[Decoded | None] = _by_own(streams, points, form) or [None] * len(streams)
     return [
-        _by_draco_py(stream, count, form) if decoded is None else decoded
+        _by_stock(stream, count, form) if decoded is None else decoded
         for stream, count, decoded in zip(streams, points, ours)
     ]
 
@@ -75,9 +76,17 @@ def _by_own(streams: Sequence[bytes], points: Sequence[int], form: Form) -> List
         return None
     positions = tuple(np.empty((count, 3)) for count in points)
     normals = tuple(np.empty((count, 3), np.float32) for count in points if form.normal_bits)
-    good = own.decode(tuple(streams), form.position_bits, form.normal_bits, form.step, positions, normals)
+    good = own.decode(
+        tuple(streams), form.is_meshopt, form.position_bits, form.normal_bits, form.step, positions, normals
+    )
     arrays = zip(positions, normals or [None] * len(positions))
     return [decoded if is_good else None for decoded, is_good in zip(arrays, good)]
+
+
+def _by_stock(stream: bytes, points: int, form: Form) -> Decoded:
+    if form.is_meshopt:
+        raise ValueError("a chunk is no meshopt stream of its view")
+    return _by_draco_py(stream, points, form)
 
 
 def _by_draco_py(stream: bytes, points: int, form: Form) -> Decoded:

@@ -14,6 +14,7 @@ _ENCODINGS: Dict[str, Any] = {
     "": view_pb2.ENCODING_UNSPECIFIED,
     "draco": view_pb2.ENCODING_DRACO_POINTS,
     "draco_mesh": view_pb2.ENCODING_DRACO_MESH,
+    "meshopt": view_pb2.ENCODING_MESHOPT,
     "raw": view_pb2.ENCODING_RAW,
     "quantised": view_pb2.ENCODING_QUANTISED,
     "patches": view_pb2.ENCODING_PATCHES,
@@ -38,7 +39,7 @@ class View:
         0  # subdivisions of a patch's edge, 1 to 32; default 10; with a tolerance, a limit of points
     )
     normals: str = ""  # "none", "facet" or "smooth"; default smooth if the mesh has normals, else facet
-    # "draco", "draco_mesh", "raw" or "quantised"; default draco. "patches": updates have no points, see PatchEvaluator
+    # "draco", "draco_mesh", "meshopt", "raw" or "quantised"; default draco. "patches": updates have no points, see PatchEvaluator
     encoding: str = ""
     position_bits: int = 0  # bits per coordinate, 8 to 16; default 12; no effect for raw
     normal_bits: int = 0  # bits per coordinate of the octahedral map, 6 to 12; default 8; no effect for raw
@@ -59,11 +60,12 @@ class View:
         return view_pb2.ViewOptions(**{**vars(self), **named})
 
     def for_watching(self, scene_default: View) -> view_pb2.ViewOptions:
-        """Like to_proto, with an encoding that can be decoded here. Without a Draco decoder, a view that
-        names no encoding gets QUANTISED instead of the scene's Draco, and the logger "latticed" says it."""
+        """Like to_proto, with an encoding that can be decoded here. Without a decoder, a view that
+        names no encoding gets QUANTISED instead of the scene's, and the logger "latticed" says it."""
         options = self.to_proto()
         wanted = self.encoding or scene_default.encoding
-        if not wanted.startswith("draco") or draco.has_decoder():
+        has_decoder = draco.has_decoder() if wanted.startswith("draco") else draco.own_decoder() is not None
+        if not wanted.startswith(("draco", "meshopt")) or has_decoder:
             return options
         if self.encoding:
             raise ValueError(

@@ -26,32 +26,34 @@ namespace {
 
 using meshopt_format::kVertexBytes;
 
-constexpr decoder::ChunkForm kForm{
+constexpr decoder::ChunkForm kMeshoptForm{
     .position_bits = 12, .normal_bits = 8, .codec = decoder::Codec::kMeshopt};
-constexpr int kSegments = 10;
+constexpr int kMeshoptSegments = 10;
 
-struct Chunk {
+struct MeshoptChunk {
   std::vector<uint8_t> integers;  // QUANTISED layout
   std::vector<uint16_t> numbers;  // vertices of kVertexBytes
   size_t points() const { return numbers.size() / decoder::kNumbersPerPoint; }
   QuantisedVertices vertices() const {
-    return QuantisedVertices::FromBytes(integers, points(), kForm.position_bits, kForm.normal_bits);
+    return QuantisedVertices::FromBytes(integers, points(), kMeshoptForm.position_bits,
+                                        kMeshoptForm.normal_bits);
   }
 };
 
-const std::vector<Chunk>& Chunks() {
+const std::vector<MeshoptChunk>& MeshoptChunks() {
   static const auto* chunks = [] {
     const Scenario& scenario = SmallScenario(2);
-    const ViewSpec spec{.segments = kSegments,
+    const ViewSpec spec{.segments = kMeshoptSegments,
                         .normals = NormalMode::kSmooth,
-                        .position_bits = kForm.position_bits,
-                        .normal_bits = kForm.normal_bits};
+                        .position_bits = kMeshoptForm.position_bits,
+                        .normal_bits = kMeshoptForm.normal_bits};
     const auto view = MakeView(scenario, Pipeline::kFused, spec, 1);
-    auto* made = new std::vector<Chunk>;
+    auto* made = new std::vector<MeshoptChunk>;
     for (const uint32_t c : scenario.all_chunks) {
-      Chunk& chunk = made->emplace_back();
+      MeshoptChunk& chunk = made->emplace_back();
       chunk.integers = ReadChunk(scenario, *view, c);
-      chunk.numbers.resize(decoder::kNumbersPerPoint * ChunkPoints(*scenario.plan, c, kSegments));
+      chunk.numbers.resize(decoder::kNumbersPerPoint *
+                           ChunkPoints(*scenario.plan, c, kMeshoptSegments));
       const QuantisedVertices v = chunk.vertices();
       for (size_t i = 0; i < v.point_count; ++i) {
         const uint16_t numbers[] = {v.x[i], v.y[i], v.z[i], 0, v.s[i], v.t[i]};
@@ -63,16 +65,16 @@ const std::vector<Chunk>& Chunks() {
   return *chunks;
 }
 
-void Count(benchmark::State& state, size_t bytes) {
+void CountMeshopt(benchmark::State& state, size_t bytes) {
   size_t points = 0;
-  for (const Chunk& chunk : Chunks()) points += chunk.points();
+  for (const MeshoptChunk& chunk : MeshoptChunks()) points += chunk.points();
   state.counters["ns_point"] = benchmark::Counter(
       static_cast<double>(points) * 1e-9,
       benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
   state.counters["bytes_point"] = static_cast<double>(bytes) / static_cast<double>(points);
 }
 
-std::vector<uint8_t> EncodeByLibrary(const Chunk& chunk) {
+std::vector<uint8_t> EncodeByLibrary(const MeshoptChunk& chunk) {
   std::vector<uint8_t> stream(meshopt_encodeVertexBufferBound(chunk.points(), kVertexBytes));
   stream.resize(meshopt_encodeVertexBuffer(stream.data(), stream.size(), chunk.numbers.data(),
                                            chunk.points(), kVertexBytes));
@@ -82,54 +84,57 @@ std::vector<uint8_t> EncodeByLibrary(const Chunk& chunk) {
 template <class Encode>
 size_t EncodeAll(const Encode& encode) {
   size_t bytes = 0;
-  for (const Chunk& chunk : Chunks()) bytes += encode(chunk).size();
+  for (const MeshoptChunk& chunk : MeshoptChunks()) bytes += encode(chunk).size();
   return bytes;
 }
 
-std::vector<uint8_t> EncodeByOurs(const Chunk& chunk) { return EncodeMeshopt(chunk.vertices()); }
+std::vector<uint8_t> EncodeByOurs(const MeshoptChunk& chunk) {
+  return EncodeMeshopt(chunk.vertices());
+}
 
-void BenchEncode(benchmark::State& state, std::vector<uint8_t> (*encode)(const Chunk&)) {
-  Chunks();
+void BenchEncode(benchmark::State& state, std::vector<uint8_t> (*encode)(const MeshoptChunk&)) {
+  MeshoptChunks();
   size_t bytes = 0;
   for (auto _ : state) bytes = EncodeAll(encode);
-  Count(state, bytes);
+  CountMeshopt(state, bytes);
 }
 
 void BenchLibraryDecode(benchmark::State& state) {
   std::vector<std::vector<uint8_t>> streams;
-  for (const Chunk& chunk : Chunks()) streams.push_back(EncodeByLibrary(chunk));
+  for (const MeshoptChunk& chunk : MeshoptChunks()) streams.push_back(EncodeByLibrary(chunk));
   std::vector<uint16_t> numbers(decoder::kNumbersPerPoint * decoder::kMostPoints);
   for (auto _ : state) {
     for (size_t i = 0; i < streams.size(); ++i) {
-      benchmark::DoNotOptimize(meshopt_decodeVertexBuffer(numbers.data(), Chunks()[i].points(),
-                                                          kVertexBytes, streams[i].data(),
-                                                          streams[i].size()));
+      benchmark::DoNotOptimize(meshopt_decodeVertexBuffer(numbers.data(),
+                                                          MeshoptChunks()[i].points(), kVertexBytes,
+                                                          streams[i].data(), streams[i].size()));
     }
   }
-  Count(state, 0);
+  CountMeshopt(state, 0);
 }
 
 void BenchDecode(benchmark::State& state) {
   std::vector<std::vector<uint8_t>> streams;
   size_t bytes = 0;
-  for (const Chunk& chunk : Chunks()) bytes += streams.emplace_back(EncodeByOurs(chunk)).size();
+  for (const MeshoptChunk& chunk : MeshoptChunks())
+    bytes += streams.emplace_back(EncodeByOurs(chunk)).size();
   std::vector<uint16_t> numbers(decoder::kNumbersPerPoint * decoder::kMostPoints);
   decoder::ChunkDecoder ours;
   const auto decode = [&](size_t i) {
     decoder::ChunkJob job{.stream = streams[i],
-                          .points = static_cast<uint32_t>(Chunks()[i].points()),
+                          .points = static_cast<uint32_t>(MeshoptChunks()[i].points()),
                           .out = numbers.data()};
-    return ours.Decode(kForm, {&job, 1});
+    return ours.Decode(kMeshoptForm, {&job, 1});
   };
   for (size_t i = 0; i < streams.size(); ++i) {
-    const std::vector<uint16_t>& expected = Chunks()[i].numbers;
+    const std::vector<uint16_t>& expected = MeshoptChunks()[i].numbers;
     if (decode(i) && std::equal(expected.begin(), expected.end(), numbers.begin())) continue;
     return state.SkipWithError("a stream is refused, or decodes to other integers");
   }
   for (auto _ : state) {
     for (size_t i = 0; i < streams.size(); ++i) benchmark::DoNotOptimize(decode(i));
   }
-  Count(state, bytes);
+  CountMeshopt(state, bytes);
 }
 
 }  // namespace

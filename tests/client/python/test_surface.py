@@ -158,6 +158,7 @@ def test_events_that_contradict_each_other_are_data_loss(events, text):
         (view_pb2.ENCODING_RAW, bytes(35), "35 bytes instead of 36"),
         (view_pb2.ENCODING_QUANTISED, bytes(19), "19 bytes instead of 18"),
         (view_pb2.ENCODING_CONTROL_NETS, bytes(36), "encoding 5, which this client does not know"),
+        (view_pb2.ENCODING_MESHOPT, b"junk", "a chunk is no meshopt stream of its view"),
         (view_pb2.ENCODING_DRACO_POINTS, b"junk", "DracoPy: no Draco"),
     ],
 )

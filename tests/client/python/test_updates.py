@@ -104,6 +104,8 @@ def test_without_a_decoder_updates_are_quantised_and_that_is_logged_once(
         assert scene.get_update().view.encoding == "quantised"
         with pytest.raises(ValueError, match="build the package with g"):
             scene.get_update(latticed.View(encoding="draco"))
+        with pytest.raises(ValueError, match="encoding 'meshopt' needs a decoder"):
+            scene.get_update(latticed.View(encoding="meshopt"))
     assert [r.message[:39] for r in caplog.records if r.name == "latticed"] == [
         "this package was built without its deco"
     ]
@@ -119,7 +121,7 @@ def own():
     return draco.own_decoder()
 
 
-@pytest.mark.parametrize("encoding", ["draco", "draco_mesh"])
+@pytest.mark.parametrize("encoding", ["draco", "draco_mesh", "meshopt"])
 @pytest.mark.parametrize("normals", ["none", "facet", "smooth"])
 @pytest.mark.parametrize("position_bits, normal_bits", [(12, 8), (16, 12)])
 def test_the_packages_decoder_gives_the_same_integers(
@@ -141,12 +143,12 @@ def test_the_packages_decoder_gives_the_same_integers(
 def test_the_packages_decoder_leaves_other_streams_alone(own):
     positions, normals = np.zeros((3, 3)), np.zeros((3, 3), np.float32)
 
-    assert own.decode((b"junk", b""), 12, 8, 1.0, (positions, positions), (normals, normals)) == [
+    assert own.decode((b"junk", b""), False, 12, 8, 1.0, (positions, positions), (normals, normals)) == [
         False,
         False,
     ]
     assert not positions.any() and not normals.any()
-    assert own.decode((), 12, 0, 1.0, (), ()) == []
+    assert own.decode((), True, 12, 0, 1.0, (), ()) == []
 
 
 def test_streams_of_an_earlier_writer_decode_for_ever(own):

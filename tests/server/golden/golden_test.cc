@@ -91,6 +91,7 @@ TEST_F(GoldenTest, Encodings) {
   ExpectSame("chunks.quantised", Chunks(v1::ENCODING_QUANTISED));
   ExpectSame("chunks.draco_points", Chunks(v1::ENCODING_DRACO_POINTS));
   ExpectSame("chunks.draco_mesh", Chunks(v1::ENCODING_DRACO_MESH));
+  ExpectSame("chunks.meshopt", Chunks(v1::ENCODING_MESHOPT));
 }
 
 // One control point is moved, which bends quad and triangle. What a stream says of it: patterns, then levels and data.

@@ -19,7 +19,8 @@ namespace {
 constexpr uint32_t kSeed = 2014;
 constexpr double kTolerance = 2e-3;  // the mesh is about 1 wide
 constexpr v1::Encoding kEncodings[] = {v1::ENCODING_DRACO_POINTS, v1::ENCODING_DRACO_MESH,
-                                       v1::ENCODING_RAW, v1::ENCODING_QUANTISED};
+                                       v1::ENCODING_RAW, v1::ENCODING_QUANTISED,
+                                       v1::ENCODING_MESHOPT};
 
 class ToleranceStreamTest : public SceneStreamTest {
  protected:

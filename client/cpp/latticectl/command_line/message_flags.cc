@@ -14,9 +14,10 @@ namespace {
 constexpr NamedValues<v1::NormalMode, 3> kNormalModes{{{"facet", v1::NORMAL_MODE_FACET},
                                                        {"smooth", v1::NORMAL_MODE_SMOOTH},
                                                        {"none", v1::NORMAL_MODE_NONE}}};
-constexpr NamedValues<v1::Encoding, 5> kEncodings{{{"raw", v1::ENCODING_RAW},
+constexpr NamedValues<v1::Encoding, 6> kEncodings{{{"raw", v1::ENCODING_RAW},
                                                    {"draco", v1::ENCODING_DRACO_POINTS},
                                                    {"draco-mesh", v1::ENCODING_DRACO_MESH},
+                                                   {"meshopt", v1::ENCODING_MESHOPT},
                                                    {"quantised", v1::ENCODING_QUANTISED},
                                                    {"patches", v1::ENCODING_PATCHES}}};
 constexpr NamedValues<v1::Pipeline, 4> kPipelines{{{"fused", v1::PIPELINE_FUSED},

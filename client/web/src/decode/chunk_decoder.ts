@@ -48,6 +48,7 @@ export class ChunkDecoder {
   private async decodeAlone({ data, form }: ChunkData, points: PointNumbers): Promise<Float32Array> {
     if (points instanceof Float32Array) readRaw(data, form, points);
     else if (form.encoding === 'draco') (await this.stockDecoder()).decode(data, form, points);
+    else if (form.encoding === 'meshopt') throw new Error(this.own ? 'a chunk is no meshopt stream of its view' : 'this browser has no WebAssembly SIMD, which meshopt chunks need');
     else readQuantised(data, form, points);
     return extentOf(points, form.points);
   }
@@ -75,12 +76,12 @@ function roomFor(chunks: readonly ChunkData[], reuse: ArrayBuffer | undefined): 
   return { memory, arrays };
 }
 
-/** Decodes those Draco chunks that our decoder knows. Returns the extent of each by its place. */
+/** Decodes those chunks that our decoder knows. Returns the extent of each by its place. */
 function decodeByOwn(own: OwnDecoder, chunks: readonly ChunkData[], arrays: readonly PointNumbers[]): Map<number, Float32Array> {
   const byBits = new Map<string, number[]>();
   for (const [i, { form: { encoding, positionBits, normals, normalBits } }] of chunks.entries()) {
-    if (encoding !== 'draco') continue;
-    const bits = `${positionBits}/${normals ? normalBits : 0}`;
+    if (encoding !== 'draco' && encoding !== 'meshopt') continue;
+    const bits = `${encoding}/${positionBits}/${normals ? normalBits : 0}`;
     const group = byBits.get(bits);
     if (group) group.push(i);
     else byBits.set(bits, [i]);

@@ -3,7 +3,7 @@
 
 /** Form of a chunk's bytes (view.proto, Encoding) and how many points they hold. */
 export interface ChunkForm {
-  readonly encoding: 'draco' | 'quantised' | 'raw';
+  readonly encoding: 'draco' | 'meshopt' | 'quantised' | 'raw';
   readonly points: number;
   /** Whether normals are sent. */
   readonly normals: boolean;

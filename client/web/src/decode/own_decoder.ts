@@ -6,7 +6,7 @@ import { NUMBERS_PER_POINT, type ChunkData } from './chunk_form';
 interface DecoderModule {
   readonly memory: WebAssembly.Memory;
   Reserve(bytes: number): number;
-  Decode(records: number, count: number, positionBits: number, normalBits: number): void;
+  Decode(records: number, count: number, codec: number, positionBits: number, normalBits: number): void;
 }
 
 /** The place of a chunk's record, stream and points in the module's memory, from the reserved address on. */
@@ -16,7 +16,10 @@ interface Place {
   readonly points: number;
 }
 
-/** Decodes the Draco streams that latticed writes, several times faster than draco3d: client/decoder as WebAssembly. */
+/** Codec of client/decoder/chunk_decoder.h. */
+const CODECS = { draco: 0, meshopt: 1 } as const;
+
+/** Decodes the Draco and meshopt streams that latticed writes, several times faster than draco3d: client/decoder as WebAssembly. */
 export class OwnDecoder {
   private static readonly RECORD_BYTES = 32;
 
@@ -29,7 +32,7 @@ export class OwnDecoder {
   }
 
   /**
-   * Decodes chunks of the same bits. Writes the points of each to its array, and returns its extent; undefined, and nothing
+   * Decodes chunks of the same codec and bits. Writes the points of each to its array, and returns its extent; undefined, and nothing
    * written, for a stream that latticed does not write.
    */
   decode(chunks: readonly ChunkData[], out: readonly Uint16Array[]): (Float32Array | undefined)[] {
@@ -50,8 +53,8 @@ export class OwnDecoder {
       records.set([start + stream, data.length, form.points, start + points], record / 4);
       bytes.set(data, stream);
     });
-    const { positionBits, normals, normalBits } = chunks[0]!.form;
-    module.Decode(start, chunks.length, positionBits, normals ? normalBits : 0);
+    const { encoding, positionBits, normals, normalBits } = chunks[0]!.form;
+    module.Decode(start, chunks.length, CODECS[encoding as keyof typeof CODECS], positionBits, normals ? normalBits : 0);
     const { buffer } = module.memory;  // replaced when memory grew
     return places.map(({ record, points }, i) => {
       if (new Uint32Array(buffer, start + record, 5)[4] === 0) return undefined;

@@ -89,7 +89,7 @@ export interface ViewRequest {
   readonly maxPoints?: number;
   readonly normals?: 'facet' | 'smooth' | 'none';
   /** patches: no points come, and the page evaluates them by itself, within a tolerance of its own. */
-  readonly encoding?: 'draco' | 'quantised' | 'raw' | 'patches';
+  readonly encoding?: 'draco' | 'meshopt' | 'quantised' | 'raw' | 'patches';
   /** 8 to 16. 0 with a tolerance: the least that meet it. */
   readonly positionBits?: number;
   /** 6 to 12. */

@@ -6,7 +6,7 @@ import type { ViewRequest } from '../session/scene_session';
 
 const NORMALS = { none: NormalMode.NONE, facet: NormalMode.FACET, smooth: NormalMode.SMOOTH } as const;
 const ENCODINGS = {
-  draco: Encoding.DRACO_POINTS, quantised: Encoding.QUANTISED, raw: Encoding.RAW, patches: Encoding.PATCHES,
+  draco: Encoding.DRACO_POINTS, meshopt: Encoding.MESHOPT, quantised: Encoding.QUANTISED, raw: Encoding.RAW, patches: Encoding.PATCHES,
 } as const;
 
 /** An absent field gets the scene's default, but an absent encoding is Draco. */
@@ -23,12 +23,13 @@ export function fromView(view: ViewRequest): ViewOptions {
 }
 
 /** The decoding for chunks of a view in force. */
-export function encodingOf(view: Pick<ViewOptions, 'encoding'>): 'draco' | 'quantised' | 'raw' | 'patches' {
+export function encodingOf(view: Pick<ViewOptions, 'encoding'>): 'draco' | 'meshopt' | 'quantised' | 'raw' | 'patches' {
   switch (view.encoding) {
     case Encoding.RAW: return 'raw';
     case Encoding.QUANTISED: return 'quantised';
     case Encoding.DRACO_POINTS:
     case Encoding.DRACO_MESH: return 'draco';
+    case Encoding.MESHOPT: return 'meshopt';
     case Encoding.PATCHES: return 'patches';
     default: throw new Error(`chunks in an encoding that this viewer does not know: ${view.encoding}`);
   }

@@ -282,7 +282,7 @@ test('bits and encoding of the panel are those of what comes, which the head-up 
   assert.deepEqual(told, [inUnits(bytes), `${patchesSent.toLocaleString('en')} / ${patchesAll.toLocaleString('en')}`]);
   assert.ok(patchesSent <= patchesAll && bytes >= patchesSent * 12, `${bytes} bytes of ${patchesSent} patches`);
   await page.locator('[data-hud=latency][title^="The newest: server "]').getByText(/^[1-9]/).waitFor(); // a frame has shown it
-  for (const encoding of ['raw', 'draco', 'quantised'] as const) {
+  for (const encoding of ['raw', 'draco', 'meshopt', 'quantised'] as const) {
     await setView({ encoding });
     await page.waitForFunction((isRaw) => (window.latticed.scene!.session.surface.grid?.step === 1) === isRaw, encoding === 'raw');
     await followsDefinition(page, OBJ);

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // usage: node compare_streams.mjs FOLDER NODE_MODULES
-// Decodes the streams of write_streams.cc with draco3d, the decoder of browsers, and compares all
+// Decodes the streams of write_streams.cc with draco3d and with meshoptimizer, the decoders of browsers, and compares all
 // integers.
 import assert from 'node:assert/strict';
 import { readdirSync, readFileSync } from 'node:fs';
@@ -10,7 +10,10 @@ import { createRequire } from 'node:module';
 import { join } from 'node:path';
 
 const [folder, modules] = process.argv.slice(2);
-const draco3d = createRequire(join(modules, 'x'))('draco3d');
+const packages = createRequire(join(modules, 'x'));
+const draco3d = packages('draco3d');
+const { MeshoptDecoder: meshopt } = packages('meshoptimizer/decoder');
+await meshopt.ready;
 const draco = await draco3d.createDecoderModule({});
 
 // Returns point times components as one array; null if the stream has no such attribute.
@@ -56,6 +59,15 @@ function decode(bytes) {
   return { isMesh, points, faces, bits, values };
 }
 
+// Returns point times components as one array, positions before normals.
+function decodeMeshopt(bytes, points, hasNormals) {
+  const vertices = new Uint16Array(6 * points);
+  meshopt.decodeVertexBuffer(new Uint8Array(vertices.buffer), points, 12, bytes);
+  const numbers = (places) => Array.from({ length: points }, (_, i) => places.map((place) => vertices[6 * i + place])).flat();
+  assert.ok(numbers(hasNormals ? [3] : [3, 4, 5]).every((number) => number === 0));
+  return [...numbers([0, 1, 2]), ...(hasNormals ? numbers([4, 5]) : [])];
+}
+
 let meshes = 0;
 const streams = {};  // number of streams by number of points
 const pairsOfBits = new Set();
@@ -66,6 +78,10 @@ for (const name of names) {
   const { isMesh, points, faces, bits, values } = decode(readFileSync(join(folder, name)));
   const same = values.length === expected.length && values.every((value, i) => value === expected[i]);
   if (!same) throw new Error(`${name}: not the integers that were written`);
+  const read = decodeMeshopt(readFileSync(join(folder, name.replace('.drc', '.meshopt'))), points, values.length > 3 * points);
+  if (read.length !== expected.length || !read.every((value, i) => value === expected[i])) {
+    throw new Error(`${name}: meshoptimizer reads other integers`);
+  }
   if (isMesh && faces !== points - 2) throw new Error(`${name}: ${faces} faces for ${points} points`);
   meshes += isMesh ? 1 : 0;
   streams[points] = (streams[points] ?? 0) + 1;

@@ -6,6 +6,7 @@
 //
 //   N_P_Q.drc  the stream, positions of P bits and normals of Q (0: none), written alone or in a group, as a server does; about a third are meshes, and every second of
 //              those written alone may use the scheme TAGGED
+//   N_P_Q.meshopt  the same vertices as a stream of ENCODING_MESHOPT
 //   N_P_Q.bin  little-endian uint32: position values of all points, x y z each; then s t of normals
 #include <array>
 #include <cstdio>
@@ -16,6 +17,7 @@
 #include <vector>
 
 #include "core/codec/chunk_connectivity.h"
+#include "core/codec/meshopt/meshopt_writer.h"
 #include "fmt/format.h"
 #include "tests/core/codec/chunk_fixtures.h"
 #include "tests/support/encode_chunk.h"
@@ -39,7 +41,8 @@ bool WriteFiles(const std::string& folder, unsigned number, const Chunk& chunk,
   values.insert(values.end(), chunk.integers.normals.begin(), chunk.integers.normals.end());
   const std::string path =
       fmt::format("{}/{}_{}_{}", folder, number, chunk.position_bits, chunk.normal_bits);
-  return WriteBytes(path + ".drc", stream) && WriteBytes(path + ".bin", values);
+  return WriteBytes(path + ".drc", stream) && WriteBytes(path + ".bin", values) &&
+         WriteBytes(path + ".meshopt", EncodeMeshopt(chunk.vertices()));
 }
 
 bool WriteStream(const std::string& folder, unsigned number, const Chunk& chunk) {
