@@ -65,7 +65,7 @@ declare -A allowed=(
   [server]="core/ cuda/cuda_backend.h latticed/v1/ server/"
   [client/decoder/lanes]="core/base/ core/codec/diamond-inl.h core/codec/draco_symbols.h core/codec/octahedral.h client/decoder/lanes/"
   [client/python]="client/decoder/chunk_decoder.h core/codec/octahedral.h"
-  [client/decoder]="core/codec/draco_container.h core/codec/octahedral.h core/codec/rans_model.h client/decoder/"
+  [client/decoder]="core/codec/draco_container.h core/codec/meshopt/meshopt_format.h core/codec/octahedral.h core/codec/rans_model.h client/decoder/"
   [client/library]="client/decoder/chunk_decoder.h core/base/ core/mesh/ core/ffd/ core/adaptive/ core/codec/ core/patches/ latticed/v1/ client/cpp/library/"
   [client/latticectl/backup]="core/base/ latticed/v1/ client/cpp/latticectl/backup/"
   [client/latticectl/output]="core/base/ client/cpp/library/ client/cpp/latticectl/output/"
@@ -87,7 +87,7 @@ readonly guarded=(
   '^zlib' '^core/patches/zlib_stream'
   '^draco' '^(core/codec|client|server|tests)/'
   '^(tbb|oneapi)/' '^(core/(cpu|view)|client/cpp/load|server|tests)/'
-  '^hwy/' '^(core/(cpu|codec|view)|client/cpp/library/patches|client/decoder/lanes|tests)/'
+  '^hwy/' '^(core/(cpu|codec|view)|client/cpp/library/patches|client/decoder/lanes|client/decoder/meshopt|tests)/'
   '^prometheus/' '^server/edge/metric'
   '^libpq' '^(server|tests/server)/store/'
   '^cjose/' '^server/base/auth/'

@@ -153,15 +153,18 @@ def test_the_packages_decoder_leaves_other_streams_alone(own):
 
 def test_streams_of_an_earlier_writer_decode_for_ever(own):
     """tests/client/decoder/golden_streams_test.cc describes the files."""
-    streams = sorted((ROOT / "tests/client/golden").glob("*.drc"))
-    assert len(streams) == 18
+    folder = ROOT / "tests/client/golden"
+    streams = [*folder.glob("*.drc"), *folder.glob("*.meshopt")]
+    assert len(streams) == 18 + 10
     for stream in streams:
         count, position_bits, normal_bits = map(int, stream.stem.split("_")[1:4])
         expected = np.fromfile(stream.with_suffix(".points"), "<u2").reshape(count, 6)
         positions, normals = np.empty((count, 3)), np.empty((count, 3), np.float32)
         arrays = ((positions,), (normals,) if normal_bits else ())
 
-        assert own.decode((stream.read_bytes(),), position_bits, normal_bits, 1.0, *arrays) == [True]
+        is_meshopt = stream.suffix == ".meshopt"
+        bits = (position_bits, normal_bits)
+        assert own.decode((stream.read_bytes(),), is_meshopt, *bits, 1.0, *arrays) == [True]
 
         np.testing.assert_array_equal(positions, expected[:, :3])
         if normal_bits:
@@ -172,14 +175,14 @@ def test_streams_of_an_earlier_writer_decode_for_ever(own):
 @pytest.mark.parametrize(
     "arguments, error",
     [
-        (((b"",), 12, 0, 1.0, (), ()), "differ in number"),
-        (((b"",), 12, 8, 1.0, (np.zeros((1, 3)),), ()), "differ in number"),
-        (((b"",), 12, 0, 1.0, (np.zeros(2),), ()), "a wrong size"),
-        (((b"",), 12, 8, 1.0, (np.zeros((2, 3)),), (np.zeros((1, 3), np.float32),)), "a wrong size"),
-        (((b"",), 12, 0, 1.0, (np.zeros((65_536, 3)),), ()), "a wrong size"),
-        ((("text",), 12, 0, 1.0, (np.zeros((1, 3)),), ()), "expected bytes"),
-        (((b"",), 12, 0, 1.0, (b"read only",), ()), "read-only|not writable"),
-        (([b""], 12, 0, 1.0, (), ()), "must be tuple"),
+        (((b"",), False, 12, 0, 1.0, (), ()), "differ in number"),
+        (((b"",), False, 12, 8, 1.0, (np.zeros((1, 3)),), ()), "differ in number"),
+        (((b"",), False, 12, 0, 1.0, (np.zeros(2),), ()), "a wrong size"),
+        (((b"",), False, 12, 8, 1.0, (np.zeros((2, 3)),), (np.zeros((1, 3), np.float32),)), "a wrong size"),
+        (((b"",), False, 12, 0, 1.0, (np.zeros((65_536, 3)),), ()), "a wrong size"),
+        ((("text",), False, 12, 0, 1.0, (np.zeros((1, 3)),), ()), "expected bytes"),
+        (((b"",), False, 12, 0, 1.0, (b"read only",), ()), "read-only|not writable"),
+        (([b""], False, 12, 0, 1.0, (), ()), "must be tuple"),
     ],
 )
 def test_arrays_that_do_not_fit_are_refused(own, arguments, error):

@@ -17,7 +17,7 @@ source "$root/tests/support/readme_blocks.sh"
 declare -A exempt=(
   ["README.md, Quick start, 1"]="./dev ci runs ./dev run in a fresh copy of the tree, asks the address that it prints, and runs all tests"
   ["client/README.md, Rules for a client, 1"]="a diagram"
-  ["client/decoder/README.md, client/decoder: Draco chunks at a quarter of libdraco's time, 1"]="a diagram"
+  ["client/decoder/README.md, client/decoder: Draco and meshopt chunks at memory speed, 1"]="a diagram"
   ["docker/README.md, Containers, 1"]="Docker's engine and a GPU; compose_test reads the file, container_test.sh brings it up"
   ["docker/README.md, Several servers, 1"]="Docker's engine; compose_test reads the file"
   ["docker/README.md, Behind a proxy, and several servers, 1"]="tests/docker/shared_test.sh runs it, with other addresses"
