@@ -51,7 +51,9 @@ node_18_example() {
   local tree=$PWD/$node_18/tree
   mkdir -p "$tree" && sources client/node proto | tar -cf - -T - | tar -xf - -C "$tree" &&
     "$ci_build/client/cpp/latticectl" sample vase --resolution 1 -o "$tree/vase.obj" &&
-    (cd "$tree/client/node" && npm ci --no-fund --no-audit && npm run build) &&
+    (export LATTICED_DECODER_WASM=$PWD/$ci_build/client/decoder/wasm/decoder.wasm && cd "$tree/client/node" &&
+      npm ci --no-fund --no-audit && npm run build) &&
+    node tests/client/node/draco_points_test.mjs "$tree/client/node" tests/client/golden &&
     tests/client/with_server.sh "$ci_build" node "$tree/client/node/dist/drag.js" "$tree/vase.obj"
 }
 

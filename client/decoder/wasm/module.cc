@@ -5,7 +5,7 @@
 //
 //   reserves memory for a batch: records, streams and points, each at a multiple of 4,
 //   writes records and streams,
-//   decodes, and reads records and points (client/web/src/decode/own_decoder.ts).
+//   decodes, and reads records and points (own_decoder.ts in client/web/src/decode and client/node/src).
 //
 // Memory may grow with each call of Reserve, so views of it are made anew. A module is used by one thread.
 #include <algorithm>

@@ -46,7 +46,7 @@ async function drag({ scenes }: Services, scene: Scene__Output): Promise<void> {
     if (event.heartbeat) send({ heartbeat: {} });
     const status = event.editResult?.status;
     if (status?.code) throw new Error(`edit ${event.editResult?.sequence} was refused: ${status.message}`);
-    const update = surface.take(event);
+    const update = await surface.take(event);
     if (!update) continue;
     send({ control: { ackedUpdateId: update.end.updateId } });
     if (update.end.appliedSequence < step) continue;

@@ -3,6 +3,8 @@
 //
 // The surface of a watcher: takes SceneEvents, returns complete updates. An update replaces only the
 // chunks it holds, and only when it has ended.
+import type { Chunks__Output } from './generated/latticed/v1/Chunks.js';
+import type { Quantisation__Output } from './generated/latticed/v1/Quantisation.js';
 import type { SceneEvent__Output } from './generated/latticed/v1/SceneEvent.js';
 import type { Topology__Output } from './generated/latticed/v1/Topology.js';
 import type { UpdateEnd__Output } from './generated/latticed/v1/UpdateEnd.js';
@@ -25,7 +27,7 @@ export class Surface {
   structureId = 0;
   topology: Topology__Output | undefined;
   private announced = new Map<string, Topology__Output>();
-  private origin: Triple = [0, 0, 0];
+  private grid: Quantisation__Output | undefined;
   private begun = new Map<number, HeldChunk>();
   private begunTopology = '';
   private begunBytes = 0;
@@ -34,7 +36,7 @@ export class Surface {
   constructor(private readonly draco: DracoPoints) {}
 
   /** Takes one event; returns an update if the event completes it. */
-  take(event: SceneEvent__Output): Update | undefined {
+  async take(event: SceneEvent__Output): Promise<Update | undefined> {
     if (event.latticeState?.lattice) {
       const { controlPoints, size } = event.latticeState.lattice;
       this.controlPoints = [...controlPoints];
@@ -46,18 +48,13 @@ export class Surface {
     } else if (event.topology) {
       this.announced.set(event.topology.topologyId, event.topology);
     } else if (event.quantisation) {
-      const { x, y, z } = event.quantisation.origin ?? { x: 0, y: 0, z: 0 };
-      this.origin = [x, y, z];
+      this.grid = event.quantisation;
     } else if (event.updateBegin) {
       this.begun.clear();
       this.begunTopology = '';
       this.begunBytes = 0;
     } else if (event.chunks) {
-      this.begunTopology = event.chunks.topologyId;
-      for (const { index, data } of event.chunks.chunks) {
-        this.begun.set(index, { ...this.draco.decode(data), origin: this.origin });
-        this.begunBytes += data.length;
-      }
+      await this.decode(event.chunks);
     } else if (event.updateEnd) {
       return this.complete(event.updateEnd);
     }
@@ -80,6 +77,20 @@ export class Surface {
 
   get points(): number {
     return this.held.reduce((sum, chunk) => sum + chunk.positions.length / 3, 0);
+  }
+
+  private async decode({ topologyId, chunks }: Chunks__Output): Promise<void> {
+    const { grid } = this, topology = this.announced.get(topologyId);
+    if (!grid || !topology) throw new Error('chunks came before their topology and quantisation');
+    const { x, y, z } = grid.origin ?? { x: 0, y: 0, z: 0 };
+    const perPatch = topology.pointCount / topology.patchCount;
+    const points = topology.chunkRuns.flatMap((run) => Array<number>(run.chunkCount).fill(run.patchesPerChunk * perPatch));
+    const decoded = await this.draco.decode(chunks.map(({ index, data }) => ({ data, points: points[index] ?? 0 })), grid);
+    chunks.forEach(({ index, data }, i) => {
+      this.begun.set(index, { ...decoded[i]!, origin: [x, y, z] });
+      this.begunBytes += data.length;
+    });
+    this.begunTopology = topologyId;
   }
 
   private complete(end: UpdateEnd__Output): Update {

@@ -87,6 +87,9 @@ node_client() {
   npm_config_prefer_offline=true run "client/node/README.md, Drag, 1" shell
   expect_lift
   grep -qE '[0-9]{7} points' output.txt || fail "not all points were decoded"
+  [[ ! -e build/client/decoder/wasm/decoder.wasm ]] ||  # where a compiler for WebAssembly was found
+    node "$root/tests/client/node/draco_points_test.mjs" "$PWD/client/node" "$root/tests/client/golden" >decoded.txt ||
+    fail "the example decodes something else: $(<decoded.txt)"
   local dragged
   dragged=$(awk '/^revision 10:/ { print $NF }' output.txt)
 
