@@ -74,7 +74,8 @@ async function buildTests() {
     .map((name) => ({ in: join(folder, name), out: join(to, name.slice(0, -'.ts'.length)) }));
   await build({
     ...common,
-    entryPoints: [...testsIn('test', 'unit'), ...testsIn('test/e2e', 'e2e'), { in: 'test/e2e/viewer_bench.ts', out: 'viewer_bench' }],
+    entryPoints: [...testsIn('test', 'unit'), ...testsIn('test/e2e', 'e2e'),
+      ...['viewer_bench', 'decode_bench'].map((name) => ({ in: `test/e2e/${name}.ts`, out: name }))],
     outdir: out,
     outExtension: { '.js': '.mjs' },
     format: 'esm',

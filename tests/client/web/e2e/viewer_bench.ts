@@ -8,33 +8,17 @@
 // without it all are taken. --rounds (1): how often the forms are measured, by turns. --updates (60) counts while the surface is
 // hidden, --frames (12) while it is shown. --orbit (4): seconds. Environment: LATTICED, LATTICECTL, CHROMIUM; LATTICED_VIEWER, the
 // folder of the viewer; LATTICED_SHARED, a folder with real meshes in models/. If a mesh is missing, a sample replaces it.
-import { execFileSync } from 'node:child_process';
-import { appendFileSync, existsSync, mkdtempSync, readFileSync, rmSync } from 'node:fs';
-import { tmpdir } from 'node:os';
-import { join } from 'node:path';
+import { appendFileSync } from 'node:fs';
 import { parseArgs } from 'node:util';
 import type { Page } from 'playwright-core';
 import { LatticedServer } from '@src/wire/latticed_server';
+import { MESHES, percentile, subjectOf, type Subject } from './bench_subject';
 import { launch, openPage } from './browser';
 import { DragMeter, type Measured } from './drag_meter';
 import { ServerProcess } from './server_process';
 import { measureOrbit } from './orbit_meter';
 import { createScene, dropFiles, live, meshUploaded } from './viewer_page';
 
-type Size = readonly [number, number, number]; // control points along u, v, w
-
-interface Sample {
-  readonly name: string;
-  readonly resolution: number;
-  readonly size: Size;
-}
-
-/** 1,060, 5,034 and 17,068 patches: two samples and a file. If it is missing, a sample of 16,448 patches. */
-const MESHES: readonly { readonly model?: string; readonly size?: Size; readonly sample: Sample }[] = [
-  { sample: { name: 'knot', resolution: 1, size: [4, 4, 4] } },
-  { sample: { name: 'vase', resolution: 2, size: [4, 4, 4] } },
-  { model: 'fandisk.obj', size: [5, 6, 6], sample: { name: 'knot', resolution: 4, size: [6, 6, 6] } },
-];
 /** How points come. The last one is the viewer's default, with which the page begins. */
 interface Form {
   readonly name: string;
@@ -58,29 +42,6 @@ const { values: options } = parseArgs({ options: {
 } });
 const HIDDEN = { points: Number(options.updates), frames: 0 };
 const SHOWN = { points: 0, frames: Number(options.frames) };
-
-/** A mesh, and the size of the lattice that it gets. */
-interface Subject {
-  readonly name: string;
-  readonly content: Buffer;
-  readonly size: Size;
-}
-
-function subjectOf({ model, size, sample }: (typeof MESHES)[number]): Subject {
-  const path = join(process.env.LATTICED_SHARED ?? '../shared', 'models', model ?? '');
-  if (model !== undefined && size !== undefined && existsSync(path)) return { name: model, content: readFileSync(path), size };
-  const folder = mkdtempSync(join(tmpdir(), 'latticed-bench-'));
-  const file = join(folder, 'sample.obj');
-  execFileSync(process.env.LATTICECTL!, ['sample', sample.name, '--resolution', `${sample.resolution}`, '-o', file]);
-  const content = readFileSync(file);
-  rmSync(folder, { recursive: true });
-  return { name: `${sample.name}.obj`, content, size: sample.size };
-}
-
-function percentile(values: readonly number[], fraction: number): number {
-  const sorted = [...values].sort((a, b) => a - b);
-  return sorted[Math.min(sorted.length - 1, Math.floor(fraction * sorted.length))];
-}
 
 const ms = (value: number): string => value.toFixed(value < 10 ? 1 : 0);
 const spread = (values: readonly number[]): string[] => [ms(percentile(values, 0.5)), ms(percentile(values, 0.95))];

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A short run of the viewer's benchmark. Checks that it measures, not what it measures.
+// Short runs of the viewer's benchmarks. Checks that they measure, not what they measure.
 import assert from 'node:assert/strict';
 import { execFile } from 'node:child_process';
 import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
@@ -39,6 +39,24 @@ test('the bench fills its table of every form of the points, with every part of 
   assert.ok(Number(framesPerSecond) > 0 && Number(drawn) > 0 && Number(ratio) <= 1, orbits[2].join());
 });
 
-test('the bench says so where there is no such mesh', async () => {
-  await assert.rejects(run(process.execPath, ['tests/viewer_bench.mjs', '--mesh', 'none']), /no such mesh/);
+test('the decoders give the same points, and the bench fills its table of all ways to decode', async (t) => {
+  const folder = mkdtempSync(join(tmpdir(), 'latticed-bench-'));
+  t.after(() => rmSync(folder, { recursive: true }));
+  const file = join(folder, 'viewer.md');
+
+  await run(process.execPath, ['tests/decode_bench.mjs', '--markdown', file, '--mesh', 'knot', '--rounds', '2']);
+
+  const text = readFileSync(file, 'utf8');
+  assert.match(text, /an update of knot.obj at 10 segments.*: 34 chunks,\n69960 points/);
+  const rows = [...text.matchAll(/^\| (\w+, [\w ]+) \| ([\d.]+) \| ([\d.]+) \| ([\d.]+) \|$/gm)];
+  assert.deepEqual(rows.map(([, way]) => way),
+    ['draco3d, loop', 'ours, loop', 'draco3d, one worker', 'ours, one worker', 'ours, two workers']);
+  for (const [row, , least, median, each] of rows) assert.ok(0 < Number(least) && Number(least) <= Number(median) && Number(each) > 0, row);
+  assert.equal(text.match(/: [\d.]+ of the least times, [\d.]+ of the medians\.$/gm)?.length, 3);
+});
+
+test('the benches say so where there is no such mesh', async () => {
+  for (const bench of ['viewer_bench', 'decode_bench']) {
+    await assert.rejects(run(process.execPath, [`tests/${bench}.mjs`, '--mesh', 'none']), /no such mesh/);
+  }
 });
