@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Our decoder against the integers that our writer was given, and against libdraco on damaged streams.
+// Our decoder against the integers that our writer was given, and against libdraco on damaged streams. This program counts
+// allocations.
 #include "client/decoder/chunk_decoder.h"
 
 #include <gtest/gtest.h>
@@ -17,6 +18,7 @@
 #include "core/codec/draco_writer.h"
 #include "fmt/format.h"
 #include "tests/core/codec/chunk_fixtures.h"
+#include "tests/support/counted_allocations.h"
 #include "tests/support/instruction_sets.h"
 
 namespace latticed::decoder {
@@ -159,6 +161,34 @@ TEST(ChunkDecoderTest, RefusesAnotherForm) {
   EXPECT_FALSE(DecodeAll({12, 8}, streams, {size_t{kMostPoints} + 1}).jobs[0].decoded);
   streams[0].push_back(0);
   EXPECT_FALSE(DecodeAll({12, 8}, streams, {66}).jobs[0].decoded);
+}
+
+TEST(ChunkDecoderTest, TenThousandUpdatesAllocateNothingAfterTheFirst) {
+  std::vector<std::vector<uint8_t>> streams;
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    const Chunk chunk = MakeChunk(66, 12, 8, kAllData[seed % std::size(kAllData)], seed);
+    const QuantisedVertices vertices = chunk.vertices();
+    ASSERT_TRUE(
+        DracoWriter().Encode({&vertices, 1}, 8.0, nullptr, {&streams.emplace_back(), 1}).ok());
+  }
+  streams.back().resize(streams.back().size() / 2);  // is refused
+  std::vector<uint16_t> points(streams.size() * 66 * kNumbersPerPoint);
+  std::vector<ChunkJob> jobs;
+  jobs.reserve(streams.size());
+  for (const auto& stream : streams) {
+    jobs.push_back({.stream = stream,
+                    .points = 66,
+                    .out = points.data() + jobs.size() * 66 * kNumbersPerPoint});
+  }
+  ChunkDecoder decoder;
+  decoder.Decode({12, 8}, jobs);
+  const latticed::testing::PeakMemory memory;
+
+  for (int update = 0; update < 10'000; ++update) decoder.Decode({12, 8}, jobs);
+
+  EXPECT_EQ(memory.peak(), 0u);
+  EXPECT_TRUE(jobs[0].decoded);
+  EXPECT_FALSE(jobs.back().decoded);
 }
 
 // Whatever is accepted has libdraco's values, and nothing is written beside the slice.

@@ -22,13 +22,13 @@ export class FakeWorker implements DecodeWorker {
   onmessage: ((event: { data: DecodeAnswer }) => void) | null = null;
   onerror: ((event: { message?: string }) => void) | null = null;
   readonly batches: DecodeBatch[] = [];
-  private readonly decoder: Promise<ChunkDecoder>;
 
-  constructor(private readonly atOnce = false) {
-    this.decoder = FakeWorker.shared ??= ChunkDecoder.create(decoderWasm, loadDraco3d);
-  }
+  constructor(private readonly atOnce = false, private readonly decoder = FakeWorker.sharedDecoder()) {}
 
   private static shared: Promise<ChunkDecoder> | undefined;  // compiling draco3d takes long
+  private static sharedDecoder(): Promise<ChunkDecoder> {
+    return (FakeWorker.shared ??= ChunkDecoder.create(decoderWasm, loadDraco3d));
+  }
 
   postMessage(message: DecodeRequest): void {
     if (message.kind !== 'batch') return;
