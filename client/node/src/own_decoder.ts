@@ -9,9 +9,10 @@ import type { EncodedChunk, Grid } from './draco_points.js';
 interface DecoderModule {
   memory: WebAssembly.Memory;
   Reserve(bytes: number): number;
-  Decode(records: number, count: number, positionBits: number, normalBits: number): void;
+  Decode(records: number, count: number, codec: number, positionBits: number, normalBits: number): void;
 }
 const RECORD = 8, DECODED = 4;  // numbers
+const DRACO = 0;  // a codec; the module decodes meshopt too
 
 export class OwnDecoder {
   private constructor(private readonly module: DecoderModule) {}
@@ -37,7 +38,7 @@ export class OwnDecoder {
       new Uint32Array(buffer, start + 4 * RECORD * i, RECORD).set([start + place.stream, data.length, points, start + place.points]);
       new Uint8Array(buffer, start + place.stream, data.length).set(data);
     });
-    this.module.Decode(start, chunks.length, bits, normalBits);
+    this.module.Decode(start, chunks.length, DRACO, bits, normalBits);
     const records = new Uint32Array(this.module.memory.buffer, start, RECORD * chunks.length);
     return chunks.map(({ points }, i) => records[RECORD * i + DECODED] === 0 ? undefined
       : new Uint16Array(this.module.memory.buffer, start + places[i]!.points, 6 * points).slice());
