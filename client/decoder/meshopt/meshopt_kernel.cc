@@ -16,7 +16,15 @@ HWY_BEFORE_NAMESPACE();
 namespace latticed::decoder::meshopt_kernel {
 namespace HWY_NAMESPACE {
 
-using namespace meshopt_format;
+using meshopt_format::GroupHeaderBytes;
+using meshopt_format::Groups;
+using meshopt_format::kBlockVertices;
+using meshopt_format::kChannels;
+using meshopt_format::kGroupBits;
+using meshopt_format::kGroupVertices;
+using meshopt_format::kPlain;
+using meshopt_format::kVertexBytes;
+using meshopt_format::kZeros;
 
 // Reads the differences of one byte of a block's vertices. Returns the end of their code, null where it is too long.
 HWY_INLINE const uint8_t* ReadByte(const uint8_t* at, const uint8_t* end, unsigned control,

@@ -12,9 +12,15 @@
 namespace latticed::decoder {
 namespace {
 
+using meshopt_format::kByteDifferences;
+using meshopt_format::kHeader;
+using meshopt_format::kShortDifferences;
+using meshopt_format::kTailBytes;
+using meshopt_format::kTailPadding;
+using meshopt_format::kVertexBytes;
+using meshopt_format::NormalDifferences;
 using meshopt_kernel::Blocks;
 using meshopt_kernel::kNumbers;
-using namespace meshopt_format;
 
 constexpr uint32_t kPositionBytes = 0x03f;  // of a vertex, a bit each
 
@@ -31,7 +37,7 @@ bool ReadTail(const uint8_t* tail, int normal_bits, Blocks& blocks) {
   if (blocks.byte_differences && (blocks.before[4] | blocks.before[5]) > 0xff) return false;
   const uint8_t* const modes = tail + kTailPadding + kVertexBytes;
   return modes[0] == kShortDifferences && modes[1] == kShortDifferences &&
-         modes[2] == NormalMode(normal_bits);
+         modes[2] == NormalDifferences(normal_bits);
 }
 
 bool IsWithin(const ChunkForm& form, const Blocks& blocks) {
@@ -56,7 +62,7 @@ void DecodeMeshopt(const ChunkForm& form, ChunkJob& job) {
                 .vertices = job.points,
                 .before = {},
                 .bytes = BytesThatDiffer(form.normal_bits),
-                .byte_differences = NormalMode(form.normal_bits) == kByteDifferences,
+                .byte_differences = NormalDifferences(form.normal_bits) == kByteDifferences,
                 .out = job.out,
                 .least = {},
                 .most = {}};

@@ -43,7 +43,7 @@ inline constexpr uint8_t kGroupBits[2][4] = {{0, 1, 2, 4}, {1, 2, 4, 8}};
 
 // Modes of a channel: differences of 8 or of 16 bits.
 inline constexpr uint8_t kByteDifferences = 0, kShortDifferences = 1;
-LATTICED_HD constexpr uint8_t NormalMode(int normal_bits) {
+LATTICED_HD constexpr uint8_t NormalDifferences(int normal_bits) {
   return normal_bits > 8 ? kShortDifferences : kByteDifferences;
 }
 inline constexpr uint32_t kTailPadding = 9;

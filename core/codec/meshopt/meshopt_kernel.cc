@@ -17,7 +17,18 @@ HWY_BEFORE_NAMESPACE();
 namespace latticed::meshopt_kernel {
 namespace HWY_NAMESPACE {
 
-using namespace meshopt_format;
+using meshopt_format::Control;
+using meshopt_format::GroupHeaderBytes;
+using meshopt_format::Groups;
+using meshopt_format::kBlockGroups;
+using meshopt_format::kBlockVertices;
+using meshopt_format::kChannels;
+using meshopt_format::kFewBits;
+using meshopt_format::kGroupBits;
+using meshopt_format::kGroupVertices;
+using meshopt_format::kManyBits;
+using meshopt_format::kPlain;
+using meshopt_format::kZeros;
 
 // The differences of one byte of a block's vertices.
 struct alignas(16) ByteDifferences {

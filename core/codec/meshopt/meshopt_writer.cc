@@ -11,6 +11,11 @@
 namespace latticed {
 namespace {
 
+using meshopt_format::kShortDifferences;
+using meshopt_format::kTailPadding;
+using meshopt_format::kVertexBytes;
+using meshopt_format::NormalDifferences;
+
 uint16_t NormalNumber(const uint8_t* numbers, int normal_bits) {
   if (normal_bits <= 8) return numbers[0];
   uint16_t number;
@@ -19,7 +24,6 @@ uint16_t NormalNumber(const uint8_t* numbers, int normal_bits) {
 }
 
 uint8_t* WriteTail(const QuantisedVertices& chunk, uint8_t* out) {
-  using namespace meshopt_format;
   out = std::fill_n(out, kTailPadding, uint8_t{0});
   uint16_t first[kVertexBytes / sizeof(uint16_t)] = {chunk.x[0], chunk.y[0], chunk.z[0], 0, 0, 0};
   if (chunk.normal_bits > 0) {
@@ -28,7 +32,8 @@ uint8_t* WriteTail(const QuantisedVertices& chunk, uint8_t* out) {
   }
   std::memcpy(out, first, sizeof(first));
   out += sizeof(first);
-  for (const uint8_t mode : {kShortDifferences, kShortDifferences, NormalMode(chunk.normal_bits)}) {
+  for (const uint8_t mode :
+       {kShortDifferences, kShortDifferences, NormalDifferences(chunk.normal_bits)}) {
     *out++ = mode;
   }
   return out;
