@@ -12,12 +12,11 @@
 #define LATTICED_CLIENT_CPP_LIBRARY_CHUNKS_H_
 
 #include <span>
-#include <string_view>
 #include <vector>
 
-#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "client/cpp/library/vertex_decoder.h"
 #include "core/base/vec.h"
-#include "latticed/v1/event.pb.h"
 #include "latticed/v1/view.pb.h"
 
 namespace latticed::client {
@@ -28,17 +27,9 @@ struct DecodedPoints {
   std::vector<Vec3f> normals;    // unit, or empty
 };
 
-// A chunk as it came.
-struct EncodedChunk {
-  std::string_view data;
-  size_t point_count = 0;  // that it must have
-  const v1::Quantisation* quantisation = nullptr;
-};
-
-// Appends the points of the chunks to `points`. `view` is UpdateBegin.view, with all fields set. Draco streams that latticed
-// did not write go to libdraco; the others take a quarter of its time, if eight or more come together.
-[[nodiscard]] absl::Status DecodeChunks(std::span<const EncodedChunk> chunks,
-                                        const v1::ViewOptions& view, DecodedPoints* points);
+// `view` is UpdateBegin.view, with all fields set.
+[[nodiscard]] absl::StatusOr<DecodedPoints> DecodeChunks(std::span<const EncodedChunk> chunks,
+                                                         const v1::ViewOptions& view);
 
 }  // namespace latticed::client
 

@@ -3,7 +3,7 @@
 #include "client/cpp/library/surface.h"
 
 #include <algorithm>
-#include <string_view>
+#include <numeric>
 #include <utility>
 
 #include "core/base/status_macros.h"
@@ -104,13 +104,16 @@ absl::Status Surface::TakePatterns(v1::Patterns patterns) {
   return absl::OkStatus();
 }
 
-absl::Status Surface::CheckLevels(const v1::Chunk& chunk) const {
+absl::StatusOr<uint64_t> Surface::PointsOf(const v1::Chunk& chunk) const {
+  uint64_t points = 0;
   for (size_t i = 0; i < CodeCount(chunk.levels()); ++i) {
-    if (!patterns_.contains(CodeAt(chunk.levels(), i))) {
+    const auto pattern = patterns_.find(CodeAt(chunk.levels(), i));
+    if (pattern == patterns_.end()) {
       return absl::DataLossError("chunks name a pattern that was not sent");
     }
+    points += static_cast<uint64_t>(pattern->second.points_size()) / 3;
   }
-  return absl::OkStatus();
+  return points;
 }
 
 absl::Status Surface::TakeChunks(v1::Chunks chunks) {
@@ -123,11 +126,12 @@ absl::Status Surface::TakeChunks(v1::Chunks chunks) {
     return absl::DataLossError("chunks name a quantisation that was not sent");
   }
   for (v1::Chunk& chunk : *chunks.mutable_chunks()) {
-    LATTICED_RETURN_IF_ERROR(CheckLevels(chunk));
+    LATTICED_ASSIGN_OR_RETURN(const uint64_t level_points, PointsOf(chunk));
     begun_bytes_ += chunk.data().size() + chunk.levels().size();
     HeldChunk& held = begun_chunks_[chunk.index()];
     held.data = std::move(*chunk.mutable_data());
     held.levels = std::move(*chunk.mutable_levels());
+    held.level_points = level_points;
     held.quantisation = quantisation_;
   }
   return absl::OkStatus();
@@ -237,35 +241,36 @@ absl::StatusOr<std::vector<PatchLayout>> Surface::Layouts(size_t chunk) const {
 
 absl::Status Surface::LayoutOnto(size_t chunk, uint64_t patches,
                                  std::vector<PatchLayout>* layouts) const {
-  if (HasPatches()) {
-    return absl::FailedPreconditionError("ENCODING_PATCHES sends no points: use PatchEvaluator");
-  }
+  LATTICED_RETURN_IF_ERROR(CheckHasPoints());
   if (topology_.has_pattern()) {
     LATTICED_ASSIGN_OR_RETURN(const auto layout,
                               LayoutOf(topology_.pattern(), topology_.segments()));
     layouts->insert(layouts->end(), patches, layout);
     return absl::OkStatus();
   }
-  const std::string& levels = chunks_[chunk].levels;
-  if (CodeCount(levels) != patches) {
-    return absl::DataLossError(
-        fmt::format("a chunk of {} patches has levels of {}", patches, CodeCount(levels)));
-  }
+  LATTICED_RETURN_IF_ERROR(CheckLevelCount(chunks_[chunk], patches));
   for (uint64_t i = 0; i < patches; ++i) {
-    const v1::PatchPattern& pattern = patterns_.at(CodeAt(levels, i));
+    const v1::PatchPattern& pattern = patterns_.at(CodeAt(chunks_[chunk].levels, i));
     LATTICED_ASSIGN_OR_RETURN(layouts->emplace_back(), LayoutOf(pattern, pattern.denominator()));
   }
   return absl::OkStatus();
 }
 
+absl::Status Surface::CheckHasPoints() const {
+  if (!HasPatches()) return absl::OkStatus();
+  return absl::FailedPreconditionError("ENCODING_PATCHES sends no points: use PatchEvaluator");
+}
+
+absl::Status Surface::CheckLevelCount(const HeldChunk& chunk, uint64_t patches) {
+  const size_t codes = CodeCount(chunk.levels);
+  if (codes == patches) return absl::OkStatus();
+  return absl::DataLossError(fmt::format("a chunk of {} patches has levels of {}", patches, codes));
+}
+
 uint64_t Surface::PointCount() const {
   if (topology_.has_pattern()) return topology_.point_count();
   uint64_t count = 0;
-  for (const HeldChunk& chunk : chunks_) {
-    for (size_t i = 0; i < CodeCount(chunk.levels); ++i) {
-      count += static_cast<uint64_t>(patterns_.at(CodeAt(chunk.levels, i)).points_size()) / 3;
-    }
-  }
+  for (const HeldChunk& chunk : chunks_) count += chunk.level_points;
   return count;
 }
 
@@ -282,47 +287,63 @@ absl::StatusOr<std::vector<uint8_t>> Surface::EdgeBounds() const {
 }
 
 absl::StatusOr<DecodedPoints> Surface::Decode() const {
-  if (!complete_) return absl::FailedPreconditionError("no complete update has come yet");
-  DecodedPoints points;
-  points.positions.reserve(PointCount());
-  if (view_.normals() != v1::NORMAL_MODE_NONE) points.normals.reserve(PointCount());
-  std::vector<EncodedChunk> encoded;
-  encoded.reserve(chunks_.size());
-  for (const auto& run : topology_.chunk_runs()) {
-    for (uint32_t i = 0; i < run.chunk_count(); ++i) {
-      LATTICED_ASSIGN_OR_RETURN(const EncodedChunk chunk,
-                                Encoded(encoded.size(), run.patches_per_chunk()));
-      encoded.push_back(chunk);
-    }
-  }
-  LATTICED_RETURN_IF_ERROR(DecodeChunks(encoded, view_, &points));
-  return points;
+  std::vector<uint32_t> chunks(chunks_.size());
+  std::iota(chunks.begin(), chunks.end(), 0u);
+  return Decode(chunks);
 }
 
 absl::StatusOr<DecodedPoints> Surface::Decode(std::span<const uint32_t> chunks) const {
+  LATTICED_ASSIGN_OR_RETURN(const auto encoded, Encoded(chunks));
+  return DecodeChunks(encoded, view_);
+}
+
+absl::StatusOr<uint64_t> Surface::PointCount(std::span<const uint32_t> chunks) const {
+  LATTICED_ASSIGN_OR_RETURN(const auto encoded, Encoded(chunks));
+  uint64_t count = 0;
+  for (const EncodedChunk& chunk : encoded) count += chunk.point_count;
+  return count;
+}
+
+absl::Status Surface::Decode(std::span<const uint32_t> chunks, VertexDecoder* decoder,
+                             std::span<GridVertex> vertices) const {
+  LATTICED_ASSIGN_OR_RETURN(const auto encoded, Encoded(chunks));
+  return decoder->Decode(encoded, view_, vertices);
+}
+
+absl::Status Surface::Decode(std::span<const uint32_t> chunks, VertexDecoder* decoder,
+                             std::span<WorldVertex> vertices) const {
+  LATTICED_ASSIGN_OR_RETURN(const auto encoded, Encoded(chunks));
+  return decoder->Decode(encoded, view_, vertices);
+}
+
+absl::StatusOr<std::vector<EncodedChunk>> Surface::Encoded(std::span<const uint32_t> chunks) const {
   if (!complete_) return absl::FailedPreconditionError("no complete update has come yet");
+  LATTICED_RETURN_IF_ERROR(CheckHasPoints());
+  size_t pattern_points = 0;
+  if (topology_.has_pattern()) {
+    LATTICED_ASSIGN_OR_RETURN(const auto layout,
+                              LayoutOf(topology_.pattern(), topology_.segments()));
+    pattern_points = layout.point_count();
+  }
   std::vector<EncodedChunk> encoded;
   encoded.reserve(chunks.size());
   for (const uint32_t chunk : chunks) {
     if (chunk >= chunks_.size()) {
       return absl::InvalidArgumentError(fmt::format("chunk {} of {}", chunk, chunks_.size()));
     }
-    LATTICED_ASSIGN_OR_RETURN(encoded.emplace_back(), Encoded(chunk, PatchesOf(chunk).count));
+    const HeldChunk& held = chunks_[chunk];
+    if (held.quantisation == nullptr) {
+      return absl::DataLossError(fmt::format("chunk {} never came", chunk));
+    }
+    const uint64_t patches = PatchesOf(chunk).count;
+    size_t points = patches * pattern_points;
+    if (!topology_.has_pattern()) {
+      LATTICED_RETURN_IF_ERROR(CheckLevelCount(held, patches));
+      points = held.level_points;
+    }
+    encoded.push_back(
+        {.data = held.data, .point_count = points, .quantisation = held.quantisation.get()});
   }
-  DecodedPoints points;
-  LATTICED_RETURN_IF_ERROR(DecodeChunks(encoded, view_, &points));
-  return points;
-}
-
-absl::StatusOr<EncodedChunk> Surface::Encoded(size_t chunk, uint64_t patches) const {
-  const HeldChunk& held = chunks_[chunk];
-  if (held.quantisation == nullptr) {
-    return absl::DataLossError(fmt::format("chunk {} never came", chunk));
-  }
-  std::vector<PatchLayout> layouts;
-  LATTICED_RETURN_IF_ERROR(LayoutOnto(chunk, patches, &layouts));
-  EncodedChunk encoded{.data = held.data, .quantisation = held.quantisation.get()};
-  for (const PatchLayout& layout : layouts) encoded.point_count += layout.point_count();
   return encoded;
 }
 

@@ -22,6 +22,7 @@
 #include "client/cpp/library/chunks.h"
 #include "client/cpp/library/patch_layout.h"
 #include "client/cpp/library/patches/lattice_history.h"
+#include "client/cpp/library/vertex_decoder.h"
 #include "latticed/v1/event.pb.h"
 #include "latticed/v1/view.pb.h"
 
@@ -80,10 +81,17 @@ class Surface {
   // The points of some of its chunks, in this order. Chunks that come together are decoded faster. Several threads may decode
   // at once, while none applies an event.
   [[nodiscard]] absl::StatusOr<DecodedPoints> Decode(std::span<const uint32_t> chunks) const;
+  // The same straight into the caller's memory, which has room for PointCount(chunks) vertices. Each thread has its own decoder.
+  [[nodiscard]] absl::StatusOr<uint64_t> PointCount(std::span<const uint32_t> chunks) const;
+  [[nodiscard]] absl::Status Decode(std::span<const uint32_t> chunks, VertexDecoder* decoder,
+                                    std::span<GridVertex> vertices) const;
+  [[nodiscard]] absl::Status Decode(std::span<const uint32_t> chunks, VertexDecoder* decoder,
+                                    std::span<WorldVertex> vertices) const;
 
  private:
   struct HeldChunk {
     std::string data, levels;
+    uint64_t level_points = 0;  // of the patterns that `levels` names
     // The grid announced before the chunk. After a change of view the server may send the same id
     // with other bits.
     std::shared_ptr<const v1::Quantisation> quantisation;
@@ -91,14 +99,17 @@ class Surface {
 
   bool HasPatches() const { return view_.encoding() == v1::ENCODING_PATCHES; }
   absl::Status TakePatterns(v1::Patterns patterns);
-  absl::Status CheckLevels(const v1::Chunk& chunk) const;
+  // The points of the patterns that its levels name.
+  absl::StatusOr<uint64_t> PointsOf(const v1::Chunk& chunk) const;
   absl::Status TakeChunks(v1::Chunks chunks);
   absl::Status TakeBounds(v1::Chunks chunks);
   absl::Status KeepBounds();
   absl::StatusOr<CompleteUpdate> TakeEnd(v1::UpdateEnd end);
+  absl::Status CheckHasPoints() const;
+  static absl::Status CheckLevelCount(const HeldChunk& chunk, uint64_t patches);
   // Appends the layouts of a chunk.
   absl::Status LayoutOnto(size_t chunk, uint64_t patches, std::vector<PatchLayout>* layouts) const;
-  absl::StatusOr<EncodedChunk> Encoded(size_t chunk, uint64_t patches) const;
+  absl::StatusOr<std::vector<EncodedChunk>> Encoded(std::span<const uint32_t> chunks) const;
 
   LatticeHistory lattices_;
   std::map<std::string, v1::Topology> announced_;  // topologies of updates to come

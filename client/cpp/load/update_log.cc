@@ -3,19 +3,46 @@
 #include "client/cpp/load/update_log.h"
 
 #include <algorithm>
+#include <cstddef>
 #include <span>
 #include <utility>
 
 #include "absl/time/clock.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
-#include "tbb/blocked_range.h"
 #include "tbb/parallel_for.h"
 
 namespace latticed::client {
 namespace {
 
 constexpr absl::Duration kPatience = absl::Seconds(60);
+constexpr size_t kChunksOfATask = 16;
+
+// Decodes chunks one after the other into `vertices`, which keeps its memory.
+template <class Vertex>
+absl::Status DecodeOnAllCores(const Surface& surface, std::span<const uint32_t> chunks,
+                              std::vector<Vertex>* vertices) {
+  std::vector<size_t> begins{0};  // of each task's vertices, and the end
+  for (size_t first = 0; first < chunks.size(); first += kChunksOfATask) {
+    const size_t count = std::min(kChunksOfATask, chunks.size() - first);
+    LATTICED_ASSIGN_OR_RETURN(const uint64_t points,
+                              surface.PointCount(chunks.subspan(first, count)));
+    begins.push_back(begins.back() + points);
+  }
+  if (vertices->size() < begins.back()) vertices->resize(begins.back());
+  Mutex mutex;
+  absl::Status status;
+  tbb::parallel_for(size_t{0}, begins.size() - 1, [&](size_t task) {
+    thread_local VertexDecoder decoder;
+    const size_t first = task * kChunksOfATask;
+    const auto decoded = surface.Decode(
+        chunks.subspan(first, std::min(kChunksOfATask, chunks.size() - first)), &decoder,
+        std::span(*vertices).subspan(begins[task], begins[task + 1] - begins[task]));
+    const MutexLock lock(&mutex);
+    status.Update(decoded);
+  });
+  return status;
+}
 
 }  // namespace
 
@@ -55,18 +82,9 @@ void UpdateLog::TakeEnd(const v1::UpdateEnd& end) {
 }
 
 absl::Status UpdateLog::DecodeNewest(const Surface& surface) {
-  constexpr size_t kChunksOfATask = 16;
-  const std::span<const uint32_t> chunks = newest_chunks_;
-  Mutex mutex;
-  absl::Status status;
-  tbb::parallel_for(tbb::blocked_range<size_t>(0, chunks.size(), kChunksOfATask),
-                    [&](const tbb::blocked_range<size_t>& task) {
-                      const auto decoded =
-                          surface.Decode(chunks.subspan(task.begin(), task.size()));
-                      const MutexLock lock(&mutex);
-                      status.Update(decoded.status());
-                    });
-  LATTICED_RETURN_IF_ERROR(status);
+  const bool has_grid = surface.view().encoding() != v1::ENCODING_RAW;
+  LATTICED_RETURN_IF_ERROR(has_grid ? DecodeOnAllCores(surface, newest_chunks_, &grid_vertices_)
+                                    : DecodeOnAllCores(surface, newest_chunks_, &world_vertices_));
   updates_.back().decoded = absl::Now();
   return absl::OkStatus();
 }

@@ -18,6 +18,7 @@
 #include "absl/status/status.h"
 #include "absl/time/time.h"
 #include "client/cpp/library/surface.h"
+#include "client/cpp/library/vertex_decoder.h"
 #include "core/base/mutex.h"
 #include "latticed/v1/event.pb.h"
 
@@ -35,7 +36,7 @@ struct LoggedUpdate {
 class UpdateLog {
  public:
   void Take(const v1::SceneEvent& event);
-  // Decodes the chunks that the newest update has brought, on all cores.
+  // Decodes the chunks that the newest update has brought to a vertex buffer, on all cores.
   [[nodiscard]] absl::Status DecodeNewest(const Surface& surface);
 
   // The revision of the newest complete update.
@@ -54,6 +55,9 @@ class UpdateLog {
 
   LoggedUpdate current_;
   std::vector<uint32_t> current_chunks_, newest_chunks_;
+  // Of newest_chunks_, one after the other: of the view's grid, or with ENCODING_RAW.
+  std::vector<GridVertex> grid_vertices_;
+  std::vector<WorldVertex> world_vertices_;
   std::vector<LoggedUpdate> updates_;
   std::vector<uint64_t> restarts_;
   mutable Mutex mutex_;

@@ -3,12 +3,14 @@
 //
 // From Draco streams to the integers that they hold: every chunk of a deformed torus, smooth normals, 12 and 8 bits, one
 // thread. libdraco skips its transforms. Ours, under each instruction set, writes the viewer's layout. Values are compared
-// before they are timed.
+// before they are timed. The C++ library writes the viewer's layout too, or float32 vertices, or its vectors of points.
 #include <algorithm>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "client/cpp/library/chunks.h"
+#include "client/cpp/library/vertex_decoder.h"
 #include "client/decoder/chunk_decoder.h"
 #include "client/decoder/lanes/lane_kernel.h"
 #include "core/codec/draco_decode.h"
@@ -106,6 +108,54 @@ void ByOurs(benchmark::State& state, int64_t target, size_t chunks_a_call) {
   CountPoints(state, update);
 }
 
+// A call of the C++ library.
+struct LibraryCase {
+  const char* name;
+  absl::Status (*decode)(client::VertexDecoder& decoder,
+                         std::span<const client::EncodedChunk> chunks, const v1::ViewOptions& view,
+                         size_t points);
+};
+
+template <class Vertex>
+absl::Status ToVertices(client::VertexDecoder& decoder,
+                        std::span<const client::EncodedChunk> chunks, const v1::ViewOptions& view,
+                        size_t points) {
+  static std::vector<Vertex> vertices;
+  vertices.resize(points);
+  return decoder.Decode(chunks, view, vertices);
+}
+
+absl::Status ToPoints(client::VertexDecoder&, std::span<const client::EncodedChunk> chunks,
+                      const v1::ViewOptions& view, size_t) {
+  return client::DecodeChunks(chunks, view).status();
+}
+
+constexpr LibraryCase kLibraryCases[] = {{"grid", ToVertices<client::GridVertex>},
+                                         {"world", ToVertices<client::WorldVertex>},
+                                         {"points", ToPoints}};
+
+void ByLibrary(benchmark::State& state, const LibraryCase& library) {
+  const Update& update = WholeUpdate();
+  v1::ViewOptions view;
+  view.set_encoding(v1::ENCODING_DRACO_POINTS);
+  view.set_normals(v1::NORMAL_MODE_SMOOTH);
+  v1::Quantisation grid;
+  grid.set_step(1);
+  grid.set_bits(kForm.position_bits);
+  grid.set_normal_bits(kForm.normal_bits);
+  std::vector<client::EncodedChunk> chunks;
+  for (size_t i = 0; i < update.streams.size(); ++i) {
+    const auto& stream = update.streams[i];
+    chunks.push_back({.data = {reinterpret_cast<const char*>(stream.data()), stream.size()},
+                      .point_count = update.begins[i + 1] - update.begins[i],
+                      .quantisation = &grid});
+  }
+  client::VertexDecoder decoder;
+  CheckOk(library.decode(decoder, chunks, view, update.points()));
+  for (auto _ : state) CheckOk(library.decode(decoder, chunks, view, update.points()));
+  CountPoints(state, update);
+}
+
 }  // namespace
 
 void RegisterDecodeBenches() {
@@ -119,6 +169,10 @@ void RegisterDecodeBenches() {
     RegisterTimed(
         fmt::format("{}latticed/chunks-a-call:{}", kDecode, chunks),
         [=](benchmark::State& state) { ByOurs(state, testing::Targets().front(), chunks); });
+  }
+  for (const LibraryCase& library : kLibraryCases) {
+    RegisterTimed(fmt::format("{}library/{}", kDecode, library.name),
+                  [&](benchmark::State& state) { ByLibrary(state, library); });
   }
 }
 
