@@ -32,7 +32,8 @@ struct SymbolLane {
   uint32_t done = 0;
 };
 
-// Decodes all symbols of `count` lanes. Sets table to null in those whose bytes do not end where they began.
+// Decodes all symbols of `count` lanes. If these are kLanes, their tables are an array, their columns lie side by side, and
+// nothing is done yet. Sets table to null in those whose bytes do not end where they began.
 void DecodeSymbols(SymbolLane* lanes, size_t count);
 
 // What turns rows into points.

@@ -10,11 +10,9 @@
 #define LATTICED_CLIENT_DECODER_LANES_POINTS_INL_H_
 #endif
 
-#include <algorithm>
 #include <cstring>
 
 #include "client/decoder/lanes/lane_kernel.h"
-#include "core/codec/diamond-inl.h"
 #include "core/codec/octahedral.h"
 #include "hwy/highway.h"
 
@@ -45,47 +43,61 @@ HWY_INLINE void NextPosition(const uint16_t* row, VU16 span, PositionLanes& lane
 }
 
 // Normals of all lanes about the centre of the octahedral square: inside of the diamond, and whether the true point is its
-// inversion. The prediction of the next point is this one.
+// inversion. The prediction of the next point is this one. Masks are all ones or 0.
 struct NormalLanes {
-  VI16 s, t;
-  hn::Mask<DI16> inverted;
+  VI16 s, t;          // the prediction
+  VI16 abs_s, abs_t;  // its distances from the axes
+  VI16 inverted;      // mask
 };
 
+// All ones where `value` is negative.
+HWY_INLINE VI16 IsNegative(VI16 value) { return hn::ShiftRight<15>(value); }
+// -value under the mask.
+HWY_INLINE VI16 NegateIf(VI16 mask, VI16 value) { return hn::Sub(hn::Xor(value, mask), mask); }
+
 // Returns s and t of the true points, as they are sent.
+//
+// The prediction is turned to the lower left, to (-|s|, -|t|) or (-|t|, -|s|). There the symbols are added and wrapped, and
+// the sum is turned back. Swapping the symbols instead leaves s and t in their places. A point on an axis counts as a
+// little counter-clockwise of it.
 HWY_INLINE void NextNormal(const uint16_t* rows, VI16 centre, NormalLanes& lanes, VU16& out_s,
                            VU16& out_t) {
   const DI16 d;
   const DU16 du;
-  const VI16 zero = hn::Zero(d), ps = lanes.s, pt = lanes.t;
-  // Where the prediction is turned to the lower left: by a half, from the right, from the left.
-  const auto half = hn::AndNot(hn::Lt(pt, zero), hn::Gt(ps, zero));
-  const auto right = hn::AndNot(hn::Lt(ps, zero), hn::Lt(pt, zero));
-  const auto left = hn::AndNot(hn::Gt(ps, zero), hn::Gt(pt, zero));
-  const auto quarter = hn::Or(right, left);
-  const auto negate_s = hn::Or(half, left), negate_t = hn::Or(half, right);
-  const VI16 swapped_s = hn::IfThenElse(quarter, pt, ps),
-             swapped_t = hn::IfThenElse(quarter, ps, pt);
-  VI16 a = hn::IfThenElse(negate_s, hn::Neg(swapped_s), swapped_s);
-  VI16 b = hn::IfThenElse(negate_t, hn::Neg(swapped_t), swapped_t);
-  a = hn::Add(a, hn::BitCast(d, hn::LoadU(du, rows)));
-  b = hn::Add(b, hn::BitCast(d, hn::LoadU(du, rows + kLanes)));
+  const VI16 ps = lanes.s, pt = lanes.t;
+  const VI16 first = hn::BitCast(d, hn::LoadU(du, rows));
+  const VI16 second = hn::BitCast(d, hn::LoadU(du, rows + kLanes));
+  // Whether s > 0, t > 0.
+  const VI16 negate_s = IsNegative(hn::Sub(IsNegative(pt), hn::Add(ps, ps)));
+  const VI16 negate_t = IsNegative(hn::Sub(IsNegative(hn::Neg(ps)), hn::Add(pt, pt)));
+  const VI16 swap = hn::And(hn::Xor(first, second), hn::Xor(negate_s, negate_t));
   const VI16 modulus = hn::Add(hn::Add(centre, centre), hn::Set(d, int16_t{1}));
-  a = hn::Sub(a, hn::IfThenElseZero(hn::Gt(a, centre), modulus));
-  b = hn::Sub(b, hn::IfThenElseZero(hn::Gt(b, centre), modulus));
-  // Turned back.
-  a = hn::IfThenElse(negate_s, hn::Neg(a), a);
-  b = hn::IfThenElse(negate_t, hn::Neg(b), b);
-  const VI16 s = hn::IfThenElse(quarter, b, a), t = hn::IfThenElse(quarter, a, b);
-  VI16 inverse_s, inverse_t;
-  latticed::HWY_NAMESPACE::InvertDiamondLanes(d, centre, s, t, inverse_s, inverse_t);
-  out_s = hn::BitCast(du, hn::Add(hn::IfThenElse(lanes.inverted, inverse_s, s), centre));
-  out_t = hn::BitCast(du, hn::Add(hn::IfThenElse(lanes.inverted, inverse_t, t), centre));
-  const VI16 distance = hn::Add(hn::Abs(s), hn::Abs(t));
-  const auto outside = hn::Gt(distance, centre), inside = hn::Lt(distance, centre);
-  lanes.s = hn::IfThenElse(outside, inverse_s, s);
-  lanes.t = hn::IfThenElse(outside, inverse_t, t);
+  const auto corrected = [&](VI16 symbol, VI16 abs) {
+    const VI16 sum = hn::Sub(symbol, abs);
+    return hn::Sub(sum, hn::And(IsNegative(hn::Sub(centre, sum)), modulus));
+  };
+  const VI16 sum_s = corrected(hn::Xor(first, swap), lanes.abs_s);
+  const VI16 sum_t = corrected(hn::Xor(second, swap), lanes.abs_t);
+  const VI16 s = NegateIf(negate_s, sum_s), t = NegateIf(negate_t, sum_t);
+  const VI16 abs_s = hn::Abs(sum_s), abs_t = hn::Abs(sum_t);
+  // The inversion keeps the sides.
+  const VI16 is_left = IsNegative(hn::Add(hn::Add(s, s), IsNegative(t)));
+  const VI16 is_below = IsNegative(hn::Add(hn::Add(t, t), IsNegative(s)));
+  const VI16 inverse_s = hn::Sub(centre, abs_t), inverse_t = hn::Sub(centre, abs_s);
+  const VI16 beyond = hn::Sub(abs_s, inverse_s);
+  const VI16 outside = IsNegative(hn::Neg(beyond));
+  const auto sent = [&](VI16 side, VI16 abs, VI16 inverse) {
+    const VI16 value = NegateIf(side, hn::IfVecThenElse(lanes.inverted, inverse, abs));
+    return hn::BitCast(du, hn::Add(value, centre));
+  };
+  out_s = sent(is_left, abs_s, inverse_s);
+  out_t = sent(is_below, abs_t, inverse_t);
   // The border is its own inversion, and not outside.
-  lanes.inverted = hn::Or(hn::And(lanes.inverted, inside), hn::AndNot(lanes.inverted, outside));
+  lanes.inverted = hn::IfVecThenElse(lanes.inverted, IsNegative(beyond), outside);
+  lanes.abs_s = hn::IfVecThenElse(outside, inverse_s, abs_s);
+  lanes.abs_t = hn::IfVecThenElse(outside, inverse_t, abs_t);
+  lanes.s = NegateIf(is_left, lanes.abs_s);
+  lanes.t = NegateIf(is_below, lanes.abs_t);
 }
 
 // The numbers of one point of each lane, x y z 0 and s t.
@@ -111,11 +123,10 @@ HWY_INLINE void Interleave(VU16 x, VU16 y, VU16 z, VU16 s, VU16 t, PointRow& row
   hn::Store(hn::BitCast(d32, hn::InterleaveUpper(d, s, t)), d32, row.normal + 4);
 }
 
-HWY_INLINE void Put(const PointRow& row, size_t active, uint16_t** out) {
+HWY_INLINE void Put(const PointRow& row, size_t active, uint16_t* const* out, size_t begin) {
   for (size_t k = 0; k < active; ++k) {
-    std::memcpy(out[k], &row.position[k], sizeof(row.position[k]));
-    std::memcpy(out[k] + 4, &row.normal[k], sizeof(row.normal[k]));
-    out[k] += 6;
+    std::memcpy(out[k] + begin, &row.position[k], sizeof(row.position[k]));
+    std::memcpy(out[k] + begin + 4, &row.normal[k], sizeof(row.normal[k]));
   }
 }
 
@@ -128,10 +139,9 @@ void WriteRows(PointLanes& lanes) {
   for (PositionLanes& axis : axes) axis = {hn::Zero(d), hn::Set(d, uint16_t{0xFFFF}), hn::Zero(d)};
   const VI16 centre = hn::Set(di, static_cast<int16_t>(OctahedralMax(lanes.normal_bits) / 2));
   // The first prediction is the corner of the square, whose inversion is the centre.
-  NormalLanes normals{hn::Zero(di), hn::Zero(di), hn::Eq(centre, centre)};
+  NormalLanes normals{hn::Zero(di), hn::Zero(di), hn::Zero(di), hn::Zero(di),
+                      hn::Set(di, int16_t{-1})};
   VU16 s = hn::Zero(d), t = hn::Zero(d);
-  uint16_t* out[kLanes];
-  std::copy(lanes.out, lanes.out + kLanes, out);
   const uint16_t* positions = lanes.position_rows;
   const uint16_t* normal_rows = lanes.normal_rows;
   PointRow row;
@@ -147,9 +157,9 @@ void WriteRows(PointLanes& lanes) {
       Interleave(hn::Add(axes[0].value, least), hn::Add(axes[1].value, least),
                  hn::Add(axes[2].value, least), s, t, row);
       if (active == kLanes) {
-        Put(row, kLanes, out);
+        Put(row, kLanes, lanes.out, 6 * size_t{i});
       } else {
-        Put(row, active, out);
+        Put(row, active, lanes.out, 6 * size_t{i});
       }
     }
     // Later rows of this lane have nothing to say.

@@ -24,6 +24,10 @@
 #include "hwy/highway.h"
 
 HWY_BEFORE_NAMESPACE();
+// Every machine that Highway gives AVX2 has it, but Highway 1.0 does not tell the compiler.
+#if HWY_TARGET <= HWY_AVX2
+HWY_PUSH_ATTRIBUTES("lzcnt")
+#endif
 namespace latticed::decoder::lane_kernel {
 namespace HWY_NAMESPACE {
 
@@ -39,14 +43,17 @@ HWY_INLINE uint32_t Step(uint64_t& word, const NarrowTable& table, uint16_t* out
   const uint32_t rank = table.rank[word >> kStateShift & (kNarrowSlots - 1)];
   word -= table.cumulative[rank] + (word >> kQuotientShift) * table.complement[rank];
   *out = table.symbol[rank];
-  const auto bits = static_cast<uint32_t>(std::countl_zero(word)) & 24;
+  const auto bits = static_cast<uint32_t>(__builtin_clzll(word)) & 24;  // never of 0, since x' >= 4
   word <<= bits;
   return bits;
 }
 
-// Decodes as many symbols as all lanes surely have bytes for.
+// Decodes as many symbols as all lanes surely have bytes for. The tables and columns of a whole group lie side by side, so
+// one address of each is enough, and registers are left for the words. Each lane takes one symbol before any takes a second:
+// a processor's queue then holds work of more lanes.
 template <size_t kCount>
 HWY_INLINE void RunTogether(SymbolLane* const* lanes) {
+  constexpr bool kWhole = kCount == kLanes;
   uint32_t steps = ~0u;
   std::array<uint64_t, kCount> word;
   std::array<const uint8_t*, kCount> at;
@@ -63,17 +70,21 @@ HWY_INLINE void RunTogether(SymbolLane* const* lanes) {
     out[k] = lane.out + size_t{lane.done} * kLanes;
   }
   steps &= ~1u;
+  const auto table_of = [&](size_t k) { return kWhole ? table[0] + k : table[k]; };
+  const auto out_of = [&](size_t k) { return kWhole ? out[0] + k : out[k]; };
   for (uint32_t step = 0; step < steps; step += 2) {
+    std::array<uint32_t, kCount> bits;
     for (size_t k = 0; k < kCount; ++k) {
       uint64_t below;
       std::memcpy(&below, at[k] - sizeof(below), sizeof(below));
       // Bytes that are there already are put to the same place.
       word[k] |= below >> kBelowState;
-      uint32_t bits = Step(word[k], *table[k], out[k]);
-      bits += Step(word[k], *table[k], out[k] + kLanes);
-      out[k] += 2 * kLanes;
-      at[k] -= bits / 8;
+      bits[k] = Step(word[k], *table_of(k), out_of(k));
     }
+    for (size_t k = 0; k < kCount; ++k) {
+      at[k] -= (bits[k] + Step(word[k], *table_of(k), out_of(k) + kLanes)) / 8;
+    }
+    for (size_t k = 0; k < (kWhole ? 1 : kCount); ++k) out[k] += 2 * kLanes;
   }
   for (size_t k = 0; k < kCount; ++k) {
     lanes[k]->word = word[k];
@@ -118,6 +129,9 @@ void DecodeSymbolsImpl(SymbolLane* lanes, size_t count) {
 
 }  // namespace HWY_NAMESPACE
 }  // namespace latticed::decoder::lane_kernel
+#if HWY_TARGET <= HWY_AVX2
+HWY_POP_ATTRIBUTES
+#endif
 HWY_AFTER_NAMESPACE();
 
 #endif
