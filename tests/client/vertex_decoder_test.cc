@@ -72,12 +72,6 @@ TEST(VertexDecoder, RefusesMemoryOfAnotherSize) {
   EXPECT_THAT(surface.Decode(chunk, &decoder, grid), invalid);
   EXPECT_THAT(surface.Decode(chunk, &decoder, world), invalid);
   EXPECT_OK(surface.Decode(chunk, &decoder, std::span(grid).first(3)));
-  std::array<Vec3d, 3> positions;
-  std::array<Vec3f, 2> normals;
-  const std::string data = QuantisedChunk(10);
-  const EncodedChunk encoded{
-      .data = data, .point_count = 3, .quantisation = &surface.quantisation()};
-  EXPECT_THAT(decoder.Decode({&encoded, 1}, surface.view(), positions, normals), invalid);
 }
 
 TEST(VertexDecoder, NumbersOfMoreThan16BitsAreDataLoss) {

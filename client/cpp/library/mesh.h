@@ -17,8 +17,8 @@
 #include <span>
 
 #include "absl/status/statusor.h"
-#include "client/cpp/library/chunks.h"
 #include "client/cpp/library/patch_layout.h"
+#include "client/cpp/library/vertex_decoder.h"
 #include "core/mesh/polygon_mesh.h"
 #include "core/mesh/triangle_mesh.h"
 #include "latticed/v1/scene.pb.h"

@@ -294,7 +294,9 @@ absl::StatusOr<DecodedPoints> Surface::Decode() const {
 
 absl::StatusOr<DecodedPoints> Surface::Decode(std::span<const uint32_t> chunks) const {
   LATTICED_ASSIGN_OR_RETURN(const auto encoded, Encoded(chunks));
-  return DecodeChunks(encoded, view_);
+  DecodedPoints points;
+  LATTICED_RETURN_IF_ERROR(VertexDecoder().Decode(encoded, view_, &points));
+  return points;
 }
 
 absl::StatusOr<uint64_t> Surface::PointCount(std::span<const uint32_t> chunks) const {

@@ -19,7 +19,6 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "client/cpp/library/chunks.h"
 #include "client/cpp/library/patch_layout.h"
 #include "client/cpp/library/patches/lattice_history.h"
 #include "client/cpp/library/vertex_decoder.h"

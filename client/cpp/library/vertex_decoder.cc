@@ -60,17 +60,19 @@ class WorldVertices {
  private:
   WorldVertex* at_;
 };
-class PointArrays {
+// Growing is as fast as sizing the vectors first, which writes zeros.
+class PointVectors {
  public:
-  PointArrays(Vec3d* positions, Vec3f* normals) : positions_(positions), normals_(normals) {}
+  PointVectors(bool has_normals, DecodedPoints* points)
+      : has_normals_(has_normals), points_(points) {}
   void Put(Vec3d position, Vec3f normal) {
-    *positions_++ = position;
-    if (normals_ != nullptr) *normals_++ = normal;
+    points_->positions.push_back(position);
+    if (has_normals_) points_->normals.push_back(normal);
   }
 
  private:
-  Vec3d* positions_;
-  Vec3f* normals_;  // null: no normals
+  const bool has_normals_;
+  DecodedPoints* const points_;
 };
 
 template <class Sink>
@@ -255,13 +257,11 @@ absl::Status VertexDecoder::Decode(std::span<const EncodedChunk> chunks,
 }
 
 absl::Status VertexDecoder::Decode(std::span<const EncodedChunk> chunks,
-                                   const v1::ViewOptions& view, std::span<Vec3d> positions,
-                                   std::span<Vec3f> normals) {
-  const size_t points = CountPoints(chunks);
-  LATTICED_RETURN_IF_ERROR(CheckMemory(positions.size(), points));
-  LATTICED_RETURN_IF_ERROR(CheckMemory(normals.size(), HasNormals(view) ? points : 0));
-  return workspace_->ToWorld(
-      chunks, view, PointArrays(positions.data(), HasNormals(view) ? normals.data() : nullptr));
+                                   const v1::ViewOptions& view, DecodedPoints* points) {
+  const bool has_normals = HasNormals(view);
+  points->positions.reserve(points->positions.size() + CountPoints(chunks));
+  if (has_normals) points->normals.reserve(points->normals.size() + CountPoints(chunks));
+  return workspace_->ToWorld(chunks, view, PointVectors(has_normals, points));
 }
 
 }  // namespace latticed::client

@@ -1,13 +1,15 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Decodes chunks straight into the caller's memory, a vertex buffer for instance. It allocates nothing per chunk.
+// Decodes chunks of every encoding straight into the caller's memory, a vertex buffer for instance. It allocates nothing per
+// chunk.
 //
-//   GridVertex    position = Quantisation.origin + (x, y, z) * step; s t is the octahedral normal
-//   WorldVertex   position and unit normal in world coordinates, computed in double and rounded to float32
+//   GridVertex      position = Quantisation.origin + (x, y, z) * step; s t is the octahedral normal
+//   WorldVertex     position and unit normal in world coordinates, computed in double and rounded to float32
+//   DecodedPoints   positions in double: vectors that grow, for those who need the precision
 //
 // Normals are 0 in views without normals. Draco streams that latticed did not write go to libdraco. The others take a
-// quarter of its time if eight or more come together.
+// sixth of its time if eight or more come together.
 //
 // Errors   kDataLoss for bytes that contradict the topology or the view; what was written then means nothing.
 //          kInvalidArgument for memory of another size; for GridVertex and ENCODING_RAW, which has no grid
@@ -20,6 +22,7 @@
 #include <memory>
 #include <span>
 #include <string_view>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "core/base/vec.h"
@@ -46,6 +49,11 @@ struct WorldVertex {
   friend bool operator==(const WorldVertex&, const WorldVertex&) = default;
 };
 
+struct DecodedPoints {
+  std::vector<Vec3d> positions;  // world
+  std::vector<Vec3f> normals;    // unit, or empty
+};
+
 class VertexDecoder {
  public:
   VertexDecoder();
@@ -53,16 +61,15 @@ class VertexDecoder {
   VertexDecoder& operator=(const VertexDecoder&) = delete;
   ~VertexDecoder();
 
-  // All three write the points of the chunks one after the other: in stream order, patch by patch, and within a patch in
-  // the order of its pattern's points. `view` is UpdateBegin.view, with all fields set.
+  // Write the points of the chunks one after the other: in stream order, patch by patch, and within a patch in the order of
+  // its pattern's points. `view` is UpdateBegin.view, with all fields set.
   [[nodiscard]] absl::Status Decode(std::span<const EncodedChunk> chunks,
                                     const v1::ViewOptions& view, std::span<GridVertex> vertices);
   [[nodiscard]] absl::Status Decode(std::span<const EncodedChunk> chunks,
                                     const v1::ViewOptions& view, std::span<WorldVertex> vertices);
-  // World coordinates, and unit normals unless the view has none.
+  // Appends the same points in double.
   [[nodiscard]] absl::Status Decode(std::span<const EncodedChunk> chunks,
-                                    const v1::ViewOptions& view, std::span<Vec3d> positions,
-                                    std::span<Vec3f> normals);
+                                    const v1::ViewOptions& view, DecodedPoints* points);
 
  private:
   struct Workspace;

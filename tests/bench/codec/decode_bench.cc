@@ -9,7 +9,6 @@
 #include <string>
 #include <vector>
 
-#include "client/cpp/library/chunks.h"
 #include "client/cpp/library/vertex_decoder.h"
 #include "client/decoder/chunk_decoder.h"
 #include "client/decoder/lanes/lane_kernel.h"
@@ -125,9 +124,10 @@ absl::Status ToVertices(client::VertexDecoder& decoder,
   return decoder.Decode(chunks, view, vertices);
 }
 
-absl::Status ToPoints(client::VertexDecoder&, std::span<const client::EncodedChunk> chunks,
+absl::Status ToPoints(client::VertexDecoder& decoder, std::span<const client::EncodedChunk> chunks,
                       const v1::ViewOptions& view, size_t) {
-  return client::DecodeChunks(chunks, view).status();
+  client::DecodedPoints points;
+  return decoder.Decode(chunks, view, &points);
 }
 
 constexpr LibraryCase kLibraryCases[] = {{"grid", ToVertices<client::GridVertex>},

@@ -13,8 +13,8 @@
 #include <string>
 #include <utility>
 
-#include "client/cpp/library/chunks.h"
 #include "client/cpp/library/patches/patch_evaluator.h"
+#include "client/cpp/library/vertex_decoder.h"
 #include "core/adaptive/adaptive_pattern.h"
 #include "core/adaptive/edge_levels.h"
 #include "core/ffd/direct_ffd.h"
@@ -93,8 +93,11 @@ void DecodeEditFromDraco(benchmark::State& state, const PatchNormalsCase& normal
   grid.set_step(scenario.box.step(spec.position_bits));
   grid.set_bits(spec.position_bits);
   grid.set_normal_bits(spec.normal_bits);
+  client::VertexDecoder decoder;
   client::DecodedPoints points;
   for (auto _ : state) {
+    points.positions.clear();
+    points.normals.clear();
     std::vector<client::EncodedChunk> chunks;
     for (const uint32_t chunk : scenario.all_chunks) {
       const auto bytes = streams[chunk].span();
@@ -102,7 +105,7 @@ void DecodeEditFromDraco(benchmark::State& state, const PatchNormalsCase& normal
                         .point_count = ChunkPoints(*view, *scenario.plan, chunk),
                         .quantisation = &grid});
     }
-    points = Checked(client::DecodeChunks(chunks, options));
+    CheckOk(decoder.Decode(chunks, options, &points));
   }
   state.counters["points"] = static_cast<double>(points.positions.size());
   state.counters["bits"] = spec.position_bits;
