@@ -88,7 +88,7 @@ class BuildWithProtos(build_py):
 
 DECODER = Extension(
     "latticed._decoder",
-    ["decoder_module.cc", "../decoder/lanes/lane_kernel.cc", "../../core/codec/octahedral.cc"]
+    ["decoder_module.cc", "../decoder/lanes/lane_kernel.cc"]
     + sorted(f"../decoder/{path.name}" for path in (ROOT / "client/decoder").glob("*.cc"))
     + sorted(f"../decoder/meshopt/{path.name}" for path in (ROOT / "client/decoder/meshopt").glob("*.cc")),
     include_dirs=[str(ROOT)],

@@ -26,8 +26,10 @@ class LongDrag {
   LongDrag() {
     const auto encoder = MakeChunkEncoder("latticed");
     for (unsigned seed = 1; seed <= 100; ++seed) {
-      const auto chunk = testing::MakeChunk(kPoints, 12, 8, testing::Data::kWalk, seed);
-      const auto stream = testing::EncodePoints(*encoder, chunk.vertices(), 4095 * 0.25).value();
+      const auto chunk =
+          latticed::testing::MakeChunk(kPoints, 12, 8, latticed::testing::Data::kWalk, seed);
+      const auto stream =
+          latticed::testing::EncodePoints(*encoder, chunk.vertices(), 4095 * 0.25).value();
       streams_.emplace_back(stream.begin(), stream.end());
       first_x_.push_back(0.25 * chunk.integers.positions[0]);
     }
@@ -128,11 +130,11 @@ TEST(ManyUpdatesTest, TenThousandLeaveTheMemoryOfASurfaceAsItIs) {
   LongDrag drag;
   size_t first = 0;  // what the surface holds, and what an update takes for a moment
   {
-    const testing::PeakMemory memory;
+    const latticed::testing::PeakMemory memory;
     drag.Run(1000);
     first = memory.peak();
   }
-  const testing::PeakMemory memory;
+  const latticed::testing::PeakMemory memory;
 
   drag.Run(10'000);
 

@@ -147,12 +147,14 @@ absl::Status DecodeByLibdraco(const EncodedChunk& chunk, bool has_normals, GridV
 }
 
 // Decodes the first chunks that have the same bits, kBatch at most. Returns how many.
-absl::StatusOr<size_t> DecodeDraco(std::span<const EncodedChunk> chunks, bool has_normals,
-                                   decoder::ChunkDecoder& decoder, GridVertex* vertices) {
+absl::StatusOr<size_t> DecodeBatch(std::span<const EncodedChunk> chunks, decoder::Codec codec,
+                                   bool has_normals, decoder::ChunkDecoder& decoder,
+                                   GridVertex* vertices) {
   const v1::Quantisation& first = *chunks.front().quantisation;
   const decoder::ChunkForm form{
       .position_bits = static_cast<int>(first.bits()),
-      .normal_bits = has_normals ? static_cast<int>(first.normal_bits()) : 0};
+      .normal_bits = has_normals ? static_cast<int>(first.normal_bits()) : 0,
+      .codec = codec};
   std::array<decoder::ChunkJob, kBatch> jobs;
   size_t count = 0;
   for (; count < std::min(chunks.size(), kBatch); ++count) {
@@ -170,6 +172,9 @@ absl::StatusOr<size_t> DecodeDraco(std::span<const EncodedChunk> chunks, bool ha
   if (!has_normals || form.normal_bits > 0) decoder.Decode(form, std::span(jobs).first(count));
   for (size_t i = 0; i < count; ++i) {
     if (jobs[i].decoded) continue;
+    if (codec == decoder::Codec::kMeshopt) {
+      return absl::DataLossError("a chunk is no meshopt stream of its view");
+    }
     auto* const out = reinterpret_cast<GridVertex*>(jobs[i].out);
     LATTICED_RETURN_IF_ERROR(DecodeByLibdraco(chunks[i], has_normals, out));
   }
@@ -184,10 +189,24 @@ struct VertexDecoder::Workspace {
 
   absl::Status ToGrid(std::span<const EncodedChunk> chunks, const v1::ViewOptions& view,
                       GridVertex* vertices);
+  absl::Status DecodeInBatches(std::span<const EncodedChunk> chunks, decoder::Codec codec,
+                               bool has_normals, GridVertex* vertices);
   template <class Sink>
   absl::Status ToWorld(std::span<const EncodedChunk> chunks, const v1::ViewOptions& view,
                        Sink sink);
 };
+
+absl::Status VertexDecoder::Workspace::DecodeInBatches(std::span<const EncodedChunk> chunks,
+                                                       decoder::Codec codec, bool has_normals,
+                                                       GridVertex* vertices) {
+  while (!chunks.empty()) {
+    LATTICED_ASSIGN_OR_RETURN(const size_t count,
+                              DecodeBatch(chunks, codec, has_normals, decoder, vertices));
+    vertices += CountPoints(chunks.first(count));
+    chunks = chunks.subspan(count);
+  }
+  return absl::OkStatus();
+}
 
 absl::Status VertexDecoder::Workspace::ToGrid(std::span<const EncodedChunk> chunks,
                                               const v1::ViewOptions& view, GridVertex* vertices) {
@@ -200,13 +219,9 @@ absl::Status VertexDecoder::Workspace::ToGrid(std::span<const EncodedChunk> chun
       return absl::OkStatus();
     case v1::ENCODING_DRACO_POINTS:
     case v1::ENCODING_DRACO_MESH:
-      while (!chunks.empty()) {
-        LATTICED_ASSIGN_OR_RETURN(const size_t count,
-                                  DecodeDraco(chunks, HasNormals(view), decoder, vertices));
-        vertices += CountPoints(chunks.first(count));
-        chunks = chunks.subspan(count);
-      }
-      return absl::OkStatus();
+      return DecodeInBatches(chunks, decoder::Codec::kDraco, HasNormals(view), vertices);
+    case v1::ENCODING_MESHOPT:
+      return DecodeInBatches(chunks, decoder::Codec::kMeshopt, HasNormals(view), vertices);
     default:
       return absl::DataLossError(
           fmt::format("the server sent encoding {}, which this client does not know",
