@@ -9,7 +9,8 @@
 #include "core/base/status_macros.h"
 #include "core/codec/draco_writer.h"
 #include "cuda/device/cuda_status.h"
-#include "cuda/draco/draco_batches.h"
+#include "cuda/draco/draco_coder.h"
+#include "cuda/streams/stream_batches.h"
 
 namespace latticed {
 namespace {
@@ -40,11 +41,11 @@ CudaAdaptiveView::~CudaAdaptiveView() {
 
 uint64_t CudaAdaptiveView::HostBytesFor(const DeformPlan& plan) {
   return CudaAdaptiveEvaluator::HostBytesFor(plan) + kCopiedBytes +
-         DeviceDracoWriter::PinnedBytesFor(plan.chunk_count());
+         DeviceStreamWriter::PinnedBytesFor(plan.chunk_count());
 }
 
 size_t CudaAdaptiveView::EncodeBatch(const CudaContext& context) {
-  return context.encoder()->name() == kDracoWriterName ? kMostDracoChunks : kHostBatch;
+  return context.encoder()->name() == kDracoWriterName ? kMostStreamChunks : kHostBatch;
 }
 
 absl::Status CudaAdaptiveView::EvaluateChunks(std::span<const Vec3d> control_points,
@@ -172,11 +173,14 @@ absl::Status CudaAdaptiveView::EncodeOnDevice(std::span<const uint32_t> chunks,
         .position_bits = spec().position_bits,
         .normal_bits = spec().normals == NormalMode::kNone ? 0 : spec().normal_bits,
         .is_sparse = true};
-    LATTICED_ASSIGN_OR_RETURN(writer_, DeviceDracoWriter::Create(shape, context_, lane_));
+    LATTICED_ASSIGN_OR_RETURN(auto coder,
+                              DracoCoder::Create(shape, *context_, lane_->stream().get()));
+    LATTICED_ASSIGN_OR_RETURN(writer_,
+                              DeviceStreamWriter::Create(std::move(coder), context_, lane_));
   }
   const auto vertices = evaluator_->Vertices(0, static_cast<uint32_t>(plan().chunk_count()));
   return EncodeInBatches(chunks.size(), [&](size_t first, size_t count) {
-    std::vector<DeviceDracoWriter::Chunk> places(count);
+    std::vector<DeviceStreamWriter::Chunk> places(count);
     for (size_t i = 0; i < count; ++i) {
       const uint32_t chunk = chunks[first + i];
       const uint64_t point = evaluator_->FirstPoint(chunk);

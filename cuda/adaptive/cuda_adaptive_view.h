@@ -23,7 +23,7 @@
 #include "core/view/spanned/tolerance_slice.h"
 #include "core/view/view_encoder.h"
 #include "cuda/adaptive/cuda_adaptive_evaluator.h"
-#include "cuda/draco/device_draco_writer.h"
+#include "cuda/streams/device_stream_writer.h"
 
 namespace latticed {
 
@@ -87,7 +87,7 @@ class CudaAdaptiveView : public CheckedView, public ToleranceSlice {
   const std::unique_ptr<CudaAdaptiveEvaluator> evaluator_;
   ViewEncoder encoder_;
   PinnedBuffer staged_;
-  std::optional<DeviceDracoWriter> writer_;  // made at its first use
+  std::optional<DeviceStreamWriter> writer_;  // made at its first use
 };
 
 }  // namespace latticed

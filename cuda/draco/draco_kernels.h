@@ -3,7 +3,6 @@
 //
 // Draco streams of quantised chunks, written on the device: the bytes of core/codec/draco_writer.h.
 //
-//   draco_digest_kernel.cu   a block a chunk     integers -> their digest; whether it is the known one
 //   draco_symbols_kernel.cu  a block a chunk     integers -> symbols, their counts, probabilities,
 //   draco_ranked_kernel.cu                       the bytes of the tables
 //   draco_rans_kernel.cu     a thread a stream   symbols -> the bytes that leave the state at each
@@ -17,9 +16,7 @@
 // all values: unless it has many points, symbols of more than 9 bits are ranked, and their table has an entry for each
 // symbol that occurs. Mostly there is no such table: the tags are shorter for sure (draco_choice.cuh).
 //
-// Layout   chunks in wire layout, each with as many points as it has, at any place
-// Errors   cudaError_t of the launch
-// Threads  no call waits; all pointers must stay valid until the stream has run the kernels
+// Layout, errors and threads: those of cuda/streams/stream_kernels.h.
 #ifndef LATTICED_CUDA_DRACO_DRACO_KERNELS_H_
 #define LATTICED_CUDA_DRACO_DRACO_KERNELS_H_
 
@@ -29,6 +26,7 @@
 #include <cstdint>
 
 #include "core/base/host_device.h"
+#include "cuda/streams/stream_kernels.h"
 
 namespace latticed::kernels {
 
@@ -55,24 +53,13 @@ struct DracoStream {
   uint32_t tagged_bits;  // of tags only: the bits of the symbols behind them
   uint16_t least, most;  // of the chunk's coordinates; of positions only
   uint8_t bit_length;    // rans_model.h
-  uint8_t fate;          // DracoFate, of the chunk
+  bool skipped;          // the chunk is unchanged or deferred: there is nothing to code
   bool ranked;           // DracoWork::ranks has its symbols' places in the table
   bool left_out;  // another scheme is shorter for sure: there is no table, and nothing to code
 };
-// kUnchanged: the integers have the digest that the caller gave, so the host has the bytes already.
-enum class DracoFate : uint8_t { kCoded, kDeferred, kUnchanged };
-
-LATTICED_HD inline bool IsCoded(const DracoStream& stream) {
-  return stream.fate == static_cast<uint8_t>(DracoFate::kCoded);
-}
 LATTICED_HD inline bool HasTable(const DracoStream& stream) {
-  return IsCoded(stream) && !stream.left_out;
+  return !stream.skipped && !stream.left_out;
 }
-
-// 128 bits of a chunk's integers, the device's own: VertexDigest of core/backend.h.
-struct DracoDigest {
-  unsigned long long low, high;
-};
 
 // At 12 bits, up to two bytes leave the state at each symbol. Both are stored, whether they leave or not,
 // and two bits say how many do: a word has these bits for sixteen symbols. Streams of more bits are rare.
@@ -87,26 +74,14 @@ inline constexpr uint32_t kWideSlots = 64;
 struct alignas(16) DracoControl {
   uint32_t entries_used;
   uint32_t wide_taken[kWideSlots];
-  // Of streams: how many have a place, times kOnePlaced, and the bytes that these take.
-  static constexpr unsigned long long kOnePlaced = 1ull << 40;
-  unsigned long long placed;
 };
 
-// A chunk to encode.
-struct DracoChunk {
-  uint64_t first_point;  // at first_point * BytesPerPoint() of DracoWork::vertices
-  uint32_t points;       // at least 1
-  uint32_t first_group;  // its streams begin at this group of kSymbolsAWord words
-};
-
-// Chunks to encode, and the memory to do it in.
-struct DracoWork {
-  const uint8_t* vertices;
-  DracoChunk* chunks;
-  uint32_t count;                      // of them
-  int32_t position_bits, normal_bits;  // 0: no normals
-  bool sparse;                         // QuantisedVertices::is_sparse, of all chunks
-  uint32_t most_ranked;                // the most points of a chunk that IsRanked; 0: there is none
+// Chunks to encode, and the memory to do it in. A chunk's streams begin at the group StreamChunk::scratch_at of
+// kSymbolsAWord words.
+struct DracoWork : StreamWork {
+  int32_t position_bits;
+  bool sparse;           // QuantisedVertices::is_sparse, of all chunks
+  uint32_t most_ranked;  // the most points of a chunk that IsRanked; 0: there is none
   bool all_ranked;
 
   // By group, the parts that StreamAt says.
@@ -119,18 +94,9 @@ struct DracoWork {
   uint8_t* tables;  // kTableBytes for each entry
   uint32_t entry_room;
   uint32_t* wide_counts;  // kWideSlots of 2^position_bits, where these are more than kSharedCounts
-  DracoControl* control;
+  DracoControl* draco_control;
   DracoStream* streams;  // kDracoKinds a chunk
-  DracoDigest* digests;  // in: known ones; out: those found; null: all chunks are encoded
 
-  LATTICED_HD bool has_normals() const { return normal_bits > 0; }
-  LATTICED_HD uint32_t Points(uint32_t i) const { return chunks[i].points; }
-  LATTICED_HD uint32_t BytesPerPoint() const {
-    return 6 + (normal_bits == 0 ? 0 : normal_bits <= 8 ? 2 : 4);
-  }
-  LATTICED_HD const uint8_t* Vertices(uint32_t i) const {
-    return vertices + chunks[i].first_point * BytesPerPoint();
-  }
   LATTICED_HD DracoStream& Stream(uint32_t i, DracoKind kind) const {
     return streams[kDracoKinds * i + static_cast<uint32_t>(kind)];
   }
@@ -173,8 +139,6 @@ LATTICED_HD inline uint32_t RankedEntries(const DracoWork& work, uint32_t points
          (work.has_normals() ? RankedEntries(kNormalValues * points, work.normal_bits) : 0);
 }
 
-LATTICED_HD constexpr size_t RoundUpTo16(size_t bytes) { return (bytes + 15) / 16 * 16; }
-
 // Groups of kSymbolsAWord 16-bit words, of so many symbols.
 LATTICED_HD constexpr uint32_t GroupsOf(uint32_t symbols) {
   return (symbols + kSymbolsAWord - 1) / kSymbolsAWord;
@@ -185,14 +149,12 @@ LATTICED_HD constexpr size_t StreamWords(uint32_t points, DracoKind kind) {
 }
 // The place of a stream's first word. The streams of a chunk lie one after the other.
 LATTICED_HD inline size_t StreamAt(const DracoWork& work, uint32_t i, DracoKind kind) {
-  const DracoChunk& chunk = work.chunks[i];
-  size_t at = size_t{chunk.first_group} * kSymbolsAWord;
+  const StreamChunk& chunk = work.chunks[i];
+  size_t at = size_t{chunk.scratch_at} * kSymbolsAWord;
   for (uint32_t k = 0; work.KindOf(k) != kind; ++k) at += StreamWords(chunk.points, work.KindOf(k));
   return at;
 }
 
-// Runs first, when there are digests.
-cudaError_t LaunchDracoDigests(const DracoWork& work, cudaStream_t stream);
 // The first takes chunks that IsRanked, and the second all others. A chunk for which one finds no room is deferred.
 cudaError_t LaunchDracoRanked(const DracoWork& work, cudaStream_t stream);
 cudaError_t LaunchDracoSymbols(const DracoWork& work, cudaStream_t stream);
@@ -218,18 +180,8 @@ struct DracoFrame {
   uint32_t end_size;
 };
 
-struct DracoPlace {
-  uint32_t at, size;  // bytes; size 0: deferred or unchanged
-};
-// Room for streams. Those that are not wholly in it are not written. Bytes of no stream become 0.
-struct DracoRoom {
-  uint8_t* bytes;
-  size_t size;
-};
-// Finds places for all streams, 16 bytes aligned, one after the other in any order; or takes those of an earlier call.
-enum class DracoPlaces { kFind, kKnown };
-cudaError_t LaunchDracoPack(const DracoWork& work, const DracoFrame& frame, DracoPlaces known,
-                            DracoPlace* places, const DracoRoom& room, cudaStream_t stream);
+cudaError_t LaunchDracoPack(const DracoWork& work, const DracoFrame& frame, StreamPlaces known,
+                            const StreamRoom& room, cudaStream_t stream);
 
 }  // namespace latticed::kernels
 

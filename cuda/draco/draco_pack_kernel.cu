@@ -9,6 +9,7 @@
 // shorter; of sparse chunks also tags, coded in the same way, and the bits of the symbols, when these are shorter still.
 #include "cuda/draco/draco_leaving.cuh"
 #include "cuda/draco/draco_symbols.cuh"
+#include "cuda/streams/stream_places.cuh"
 
 namespace latticed::kernels {
 namespace {
@@ -23,9 +24,8 @@ constexpr uint32_t kPlain = 0, kCoded = 1;
 struct Arguments {
   DracoWork work;
   DracoFrame frame;
-  DracoPlaces known;
-  DracoPlace* places;
-  DracoRoom room;
+  StreamPlaces known;
+  StreamRoom room;
 };
 
 __device__ uint32_t VarintBytes(uint32_t value) {
@@ -75,7 +75,7 @@ __device__ const DracoFrame::Head& HeadOf(const Arguments& arguments, uint32_t c
 // 0 for a chunk that was not coded.
 __device__ uint32_t StreamBytes(const Arguments& arguments, uint32_t chunk) {
   const DracoWork& work = arguments.work;
-  if (!IsCoded(work.Stream(chunk, DracoKind::kPositions))) return 0;
+  if (work.Stream(chunk, DracoKind::kPositions).skipped) return 0;
   const DracoFrame::Head& head = HeadOf(arguments, chunk);
   uint32_t size = head.size + Part(work, chunk, DracoKind::kPositions).size + 2 * sizeof(int32_t) +
                   arguments.frame.end_size;
@@ -124,9 +124,7 @@ class Packer {
     }
     at_ += count * width;
   }
-  __device__ void Zeros(const uint8_t* end) {
-    for (uint8_t* at = at_ + threadIdx.x; at < end; at += kThreads) *at = 0;
-  }
+  __device__ uint8_t* at() const { return at_; }
 
  private:
   uint8_t* at_;
@@ -303,51 +301,16 @@ __device__ void PackSymbols(const DracoWork& work, uint32_t chunk, DracoKind kin
   PackTagged(work.symbols + at, points, kind, packer);
 }
 
-__device__ __forceinline__ size_t EndOf(const DracoPlace& place) {
-  return place.at + RoundUpTo16(place.size);
-}
-
-// The block that is the last to find a place also sets the room behind all streams to zero. They may fill it and more.
-template <unsigned kThreads>
-__device__ void ZeroRest(const DracoRoom& room, size_t end) {
-  const uint4 zeros{};
-  for (size_t at = end + threadIdx.x * sizeof(zeros); at + sizeof(zeros) <= room.size;
-       at += kThreads * sizeof(zeros)) {
-    *reinterpret_cast<uint4*>(room.bytes + at) = zeros;
-  }
-}
-
-template <unsigned kThreads>
-__device__ DracoPlace FindPlace(const Arguments& arguments, uint32_t chunk) {
-  if (arguments.known == DracoPlaces::kKnown) return arguments.places[chunk];
-  __shared__ DracoPlace place;
-  __shared__ bool is_last;
-  if (threadIdx.x == 0) {
-    constexpr auto kOne = DracoControl::kOnePlaced;
-    const uint32_t size = StreamBytes(arguments, chunk);
-    const auto before =
-        atomicAdd(&arguments.work.control->placed, kOne + static_cast<uint32_t>(RoundUpTo16(size)));
-    arguments.places[chunk] = place = {static_cast<uint32_t>(before % kOne), size};
-    is_last = before / kOne + 1 == arguments.work.count;
-  }
-  __syncthreads();
-  if (is_last) ZeroRest<kThreads>(arguments.room, EndOf(place));
-  return place;
-}
-
 template <unsigned kThreads>
 __global__ void __launch_bounds__(kThreads, kMultiprocessorThreads / kThreads)
     PackKernel(const __grid_constant__ Arguments arguments) {
   const uint32_t chunk = blockIdx.x;
-  const DracoPlace place = FindPlace<kThreads>(arguments, chunk);
-  if (place.size == 0) return;
-  const DracoRoom& room = arguments.room;
-  if (EndOf(place) > room.size) {
-    return Packer<kThreads>(room.bytes + min(size_t{place.at}, room.size))
-        .Zeros(room.bytes + room.size);
-  }
-  const DracoFrame& frame = arguments.frame;
   const DracoWork& work = arguments.work;
+  const StreamRoom& room = arguments.room;
+  const StreamPlace place = FindPlace<kThreads>(work, arguments.known, room, chunk,
+                                                [&] { return StreamBytes(arguments, chunk); });
+  if (!MustWrite<kThreads>(place, room)) return;
+  const DracoFrame& frame = arguments.frame;
   Packer<kThreads> packer(room.bytes + place.at);
   packer.Head(HeadOf(arguments, chunk), frame.points_at, work.Points(chunk));
   PackSymbols(work, chunk, DracoKind::kPositions, packer);
@@ -358,15 +321,15 @@ __global__ void __launch_bounds__(kThreads, kMultiprocessorThreads / kThreads)
     PackSymbols(work, chunk, DracoKind::kNormals, packer);
   }
   packer.Copy(frame.end, frame.end_size);
-  packer.Zeros(room.bytes + EndOf(place));
+  ZeroBytes<kThreads>(packer.at(), room.bytes + EndOf(place));
 }
 
 }  // namespace
 
-cudaError_t LaunchDracoPack(const DracoWork& work, const DracoFrame& frame, DracoPlaces known,
-                            DracoPlace* places, const DracoRoom& room, cudaStream_t stream) {
+cudaError_t LaunchDracoPack(const DracoWork& work, const DracoFrame& frame, StreamPlaces known,
+                            const StreamRoom& room, cudaStream_t stream) {
   if (work.count == 0) return cudaSuccess;
-  const Arguments arguments{work, frame, known, places, room};
+  const Arguments arguments{work, frame, known, room};
   if (work.sparse) {
     PackKernel<kSparseThreads><<<work.count, kSparseThreads, 0, stream>>>(arguments);
   } else {

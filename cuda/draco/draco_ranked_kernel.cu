@@ -266,17 +266,17 @@ __global__ void __launch_bounds__(kThreads, kBlocksAtOnce)
   __shared__ uint32_t first_entry;
   const uint32_t chunk = blockIdx.x, points = work.Points(chunk);
   if (!IsRanked(work, points)) return;
-  if (work.digests != nullptr && !IsCoded(work.Stream(chunk, DracoKind::kPositions))) return;
+  if (SkipUnchanged(work)) return;
   const uint32_t entries = RankedEntries(work, points);
   // Answered by the time the span is known.
-  if (threadIdx.x == 0) first_entry = atomicAdd(&work.control->entries_used, entries);
+  if (threadIdx.x == 0) first_entry = atomicAdd(&work.draco_control->entries_used, entries);
   const Rankings rankings(work, shared);
   Zero(rankings, tags);
   const Span span =
       SpanOf(reinterpret_cast<const uint16_t*>(work.Vertices(chunk)), kPositionValues * points);
   const bool has_bits = span.size() <= 1u << work.position_bits;  // or else no encoder has
   if (!has_bits || first_entry + entries > work.entry_room) {
-    if (threadIdx.x == 0) Defer(work);
+    if (threadIdx.x == 0) Skip(work);
     return;
   }
   WriteAndCount(work, span, rankings, tags);

@@ -4,9 +4,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <utility>
-
-#include "core/base/status_macros.h"
 
 namespace latticed {
 namespace {
@@ -67,15 +64,28 @@ class Parts {
   size_t at_ = 0;
 };
 
-size_t Divide(uint8_t* block, bool digests, size_t groups, DracoWork& work,
-              kernels::DracoPlace*& places) {
-  const size_t chunks = work.count, words = groups * kernels::kSymbolsAWord;
+}  // namespace
+
+DracoSizes::DracoSizes(const kernels::DracoWork& work)
+    : room_(work.Kinds() * (kernels::kSymbolsAWord - 1)) {
+  for (uint32_t k = 0; k < work.Kinds(); ++k) values_ += ValuesOf(work.KindOf(k));
+}
+
+void DracoSizes::SetSizes(uint32_t entry_room, DracoWork& work) const {
+  work.count = chunks_;
+  work.most_ranked = work.sparse ? most_of_others_ : 0;
+  work.all_ranked = work.sparse && large_ == 0;
+  const uint32_t others = work.sparse ? large_ : chunks_;
+  const uint64_t ranked_points = work.sparse ? points_ - large_points_ : 0;
+  const uint64_t ranked = RankedEntriesOfAll(work, chunks_ - others, ranked_points);
+  const uint32_t usual = UsualEntries(work, ranked, others);
+  work.entry_room = std::max(entry_room == 0 ? usual : entry_room, MostEntries(work));
+}
+
+size_t DivideDracoScratch(uint8_t* block, size_t groups, DracoWork& work) {
+  const size_t words = groups * kernels::kSymbolsAWord;
   Parts parts(block);
-  work.control = parts.Take<kernels::DracoControl>(1);
-  work.chunks = parts.Take<kernels::DracoChunk>(chunks);
-  work.digests = digests ? parts.Take<kernels::DracoDigest>(2 * chunks) : nullptr;
-  places = parts.Take<kernels::DracoPlace>(chunks);
-  work.streams = parts.Take<kernels::DracoStream>(kernels::kDracoKinds * chunks);
+  work.streams = parts.Take<kernels::DracoStream>(size_t{kernels::kDracoKinds} * work.count);
   work.entries = parts.Take<uint2>(work.entry_room);
   work.tables = parts.Take<uint8_t>(work.entry_room * size_t{kernels::kTableBytes});
   work.symbols = parts.Take<uint16_t>(words);
@@ -86,36 +96,6 @@ size_t Divide(uint8_t* block, bool digests, size_t groups, DracoWork& work,
   const bool wide = coordinates > kernels::kSharedCounts && !work.all_ranked;
   work.wide_counts = parts.Take<uint32_t>(wide ? kernels::kWideSlots * coordinates : 0);
   return parts.bytes();
-}
-static_assert(sizeof(kernels::DracoControl) % 16 == 0 && sizeof(kernels::DracoChunk) == 16 &&
-                  sizeof(kernels::DracoDigest) == 16,
-              "parts lie one after the other, without gaps");
-
-}  // namespace
-
-DracoSizes::DracoSizes(const kernels::DracoWork& work)
-    : room_(work.Kinds() * (kernels::kSymbolsAWord - 1)) {
-  for (uint32_t k = 0; k < work.Kinds(); ++k) values_ += ValuesOf(work.KindOf(k));
-}
-
-absl::StatusOr<DracoScratch> MakeDracoScratch(CudaContext& context, cudaStream_t stream,
-                                              uint32_t entry_room, bool digests,
-                                              const DracoSizes& sizes, DracoWork& work) {
-  work.count = sizes.chunks_;
-  work.most_ranked = work.sparse ? sizes.most_of_others_ : 0;
-  work.all_ranked = work.sparse && sizes.large_ == 0;
-  const uint32_t others = work.sparse ? sizes.large_ : sizes.chunks_;
-  const uint64_t ranked_points = work.sparse ? sizes.points_ - sizes.large_points_ : 0;
-  const uint64_t ranked = RankedEntriesOfAll(work, sizes.chunks_ - others, ranked_points);
-  const uint32_t usual = UsualEntries(work, ranked, others);
-  work.entry_room = std::max(entry_room == 0 ? usual : entry_room, MostEntries(work));
-  kernels::DracoPlace* places = nullptr;
-  LATTICED_ASSIGN_OR_RETURN(
-      auto block,
-      DeviceBuffer<uint8_t>::Create(context.memory(), "draco",
-                                    Divide(nullptr, digests, sizes.groups_, work, places), stream));
-  Divide(block.data(), digests, sizes.groups_, work, places);
-  return DracoScratch{std::move(block), places};
 }
 
 }  // namespace latticed

@@ -1,37 +1,28 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The device memory that encoding some chunks takes: one block, freed when they are encoded. It is about
-// 21 bytes a point with normals, 44 of sparse chunks, and 12 bytes a table entry.
+// The working memory that encoding some chunks takes: about 21 bytes a point with normals, 44 of sparse chunks, and 12
+// bytes a table entry.
 //
-// Errors   those of device_buffer.h
-// Threads  one at a time
+// Threads  pure
 #ifndef LATTICED_CUDA_DRACO_DRACO_SCRATCH_H_
 #define LATTICED_CUDA_DRACO_DRACO_SCRATCH_H_
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdint>
 
-#include "absl/status/statusor.h"
-#include "cuda/device/cuda_context.h"
-#include "cuda/device/device_buffer.h"
 #include "cuda/draco/draco_kernels.h"
 
 namespace latticed {
 
-struct DracoScratch {
-  DeviceBuffer<uint8_t> block;
-  // In the block, one a chunk. The found digests lie just before them.
-  kernels::DracoPlace* places;
-};
-
-// Counts what the chunks of an encoding need. The device may wait for this, so a chunk takes no more than a few operations.
+// Counts what the chunks of an encoding need.
 class DracoSizes {
  public:
   // Of `work`, only the properties of the view.
   explicit DracoSizes(const kernels::DracoWork& work);
 
-  // Adds a chunk, and returns DracoChunk::first_group.
+  // Adds a chunk, and returns StreamChunk::scratch_at.
   uint32_t Add(uint32_t points) {
     const uint32_t first_group = groups_;
     // No less than what its streams take, each rounded up: a sum of floor((n + 15) / 16) is at most floor of the sum.
@@ -46,26 +37,22 @@ class DracoSizes {
     }
     return first_group;
   }
-  uint64_t points() const { return points_; }
+  size_t groups() const { return groups_; }
+
+  // Sets the number of chunks in `work`, whether they are ranked, and the number of table entries. `entry_room`: that of the
+  // entries, never less than one chunk may need; 0: what most chunks need.
+  void SetSizes(uint32_t entry_room, kernels::DracoWork& work) const;
 
  private:
-  friend absl::StatusOr<DracoScratch> MakeDracoScratch(CudaContext&, cudaStream_t, uint32_t, bool,
-                                                       const DracoSizes&, kernels::DracoWork&);
-
   uint32_t values_ = 0,
            room_ = 0;  // symbols of a point in all streams; what rounding a chunk's up may take
   uint32_t groups_ = 0, chunks_ = 0, large_ = 0, most_of_others_ = 0;
   uint64_t points_ = 0, large_points_ = 0;
 };
 
-// For the chunks of `sizes`. Sets their number in `work`, whether they are ranked, and the pointers to working memory, that
-// to digests where they are asked for. work.control, work.chunks and the known digests lie one after the other, and the
-// caller copies them. `entry_room`: 0, what most chunks need; never less than one chunk may need.
-[[nodiscard]] absl::StatusOr<DracoScratch> MakeDracoScratch(CudaContext& context,
-                                                            cudaStream_t stream,
-                                                            uint32_t entry_room, bool digests,
-                                                            const DracoSizes& sizes,
-                                                            kernels::DracoWork& work);
+// Divides a block among the pointers to working memory in `work`, which has the sizes, and returns the bytes of the block.
+// They are known without it, if it is null.
+size_t DivideDracoScratch(uint8_t* block, size_t groups, kernels::DracoWork& work);
 
 }  // namespace latticed
 

@@ -140,11 +140,17 @@ class TagSink {
   uint32_t* counts_;
 };
 
-// Leaves the chunk to a later round. Called by one thread.
-__device__ inline void Defer(const DracoWork& work) {
+// Leaves the chunk out, or to a later round. Called by one thread.
+__device__ inline void Skip(const DracoWork& work) {
   for (uint32_t k = 0; k < kDracoKinds; ++k) {
-    work.streams[kDracoKinds * blockIdx.x + k].fate = static_cast<uint8_t>(DracoFate::kDeferred);
+    work.streams[kDracoKinds * blockIdx.x + k].skipped = true;
   }
+}
+// Whether it did so.
+__device__ inline bool SkipUnchanged(const DracoWork& work) {
+  const bool unchanged = work.IsUnchanged(blockIdx.x);
+  if (unchanged && threadIdx.x == 0) Skip(work);
+  return unchanged;
 }
 
 // Room for the tables of the chunk. Without room the chunk is deferred.
@@ -155,8 +161,8 @@ struct Room {
 __device__ inline Room TakeRoom(const DracoWork& work, uint32_t entries) {
   __shared__ uint32_t first_entry;
   if (threadIdx.x == 0) {
-    first_entry = atomicAdd(&work.control->entries_used, entries);
-    if (first_entry + entries > work.entry_room) Defer(work);
+    first_entry = atomicAdd(&work.draco_control->entries_used, entries);
+    if (first_entry + entries > work.entry_room) Skip(work);
   }
   __syncthreads();
   return {first_entry, first_entry + entries <= work.entry_room};

@@ -31,7 +31,7 @@ __device__ Counts ZeroCounts(const DracoWork& work, uint32_t* shared, uint32_t s
   __shared__ uint32_t slot;
   const uint32_t most = 1u << work.position_bits;
   const bool wide = span > kSharedCounts;
-  if (wide && threadIdx.x == 0) slot = TakeSlot(work.control->wide_taken);
+  if (wide && threadIdx.x == 0) slot = TakeSlot(work.draco_control->wide_taken);
   __syncthreads();
   Counts counts{shared, shared + min(most, kSharedCounts), kWideSlots};
   if (wide) {
@@ -87,7 +87,7 @@ __global__ void __launch_bounds__(kThreads, kBlocksAtOnce)
   __shared__ TagCounts tags;
   const uint32_t chunk = blockIdx.x, points = work.Points(chunk);
   if (IsRanked(work, points)) return;
-  if (work.digests != nullptr && !IsCoded(work.Stream(chunk, DracoKind::kPositions))) return;
+  if (SkipUnchanged(work)) return;
   const Span span =
       SpanOf(reinterpret_cast<const uint16_t*>(work.Vertices(chunk)), kPositionValues * points);
   const uint32_t entries = span.size() + NormalEnd(work);
@@ -119,7 +119,7 @@ __global__ void __launch_bounds__(kThreads, kBlocksAtOnce)
   __syncthreads();
   if (threadIdx.x == 0) {
     __threadfence();
-    atomicExch(work.control->wide_taken + counts.slot, 0u);
+    atomicExch(work.draco_control->wide_taken + counts.slot, 0u);
   }
 }
 

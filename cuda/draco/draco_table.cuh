@@ -10,31 +10,20 @@
 #include "core/codec/rans_shares.h"
 #include "cuda/draco/draco_kernels.h"
 #include "cuda/draco/rans_entry.h"
+#include "cuda/streams/warp.cuh"
 
 namespace latticed::kernels {
-
-inline constexpr unsigned kWarp = 32, kAllLanes = 0xffffffffu;
 
 // A stream with at most so many distinct symbols has their counts in a list. Nearly all streams do, and
 // most of their counts are zero.
 inline constexpr uint32_t kListedCounts = 256;
 
-__device__ __forceinline__ unsigned Lane() { return threadIdx.x % kWarp; }
-__device__ __forceinline__ unsigned LanesBelow() { return (1u << Lane()) - 1; }
 // The highest bit of a mask that is not 0.
 __device__ __forceinline__ unsigned HighestBit(unsigned mask) { return 31 - __clz(mask); }
 
 __device__ __forceinline__ float SumOfLanes(float value) {
   for (unsigned step = kWarp / 2; step > 0; step /= 2) {
     value += __shfl_xor_sync(kAllLanes, value, static_cast<int>(step));
-  }
-  return value;
-}
-// The sum of the values of this lane and of all lower lanes.
-__device__ __forceinline__ uint32_t SumUpTo(uint32_t value) {
-  for (unsigned step = 1; step < kWarp; step *= 2) {
-    const uint32_t below = __shfl_up_sync(kAllLanes, value, step);
-    if (Lane() >= step) value += below;
   }
   return value;
 }

@@ -9,7 +9,7 @@
 #include "core/base/status_macros.h"
 #include "core/codec/draco_writer.h"
 #include "core/view/view_layout.h"
-#include "cuda/draco/draco_batches.h"
+#include "cuda/streams/stream_batches.h"
 
 namespace latticed {
 namespace {
@@ -39,12 +39,12 @@ uint64_t CudaView::HostBytesFor(const DeformPlan& plan, const ViewSpec& spec) {
   return 2 * PinnedMemory::BlockBytes(staged) +
          CudaFrame::PinnedBytesFor(plan, /*has_chunk_needs=*/true) +
          StagedUpload::PinnedBytesFor(plan.chunk_count() * sizeof(uint32_t)) +  // in wire order
-         DeviceDracoWriter::PinnedBytesFor(plan.chunk_count()) + ViewEncoder::MostBytes(spec);
+         DeviceStreamWriter::PinnedBytesFor(plan.chunk_count()) + ViewEncoder::MostBytes(spec);
 }
 
 size_t CudaView::EncodeBatch(const CudaContext& context) {
   const bool on_device = context.encoder()->name() == kDracoWriterName;
-  return on_device ? kMostDracoChunks : kHostChunks;
+  return on_device ? kMostStreamChunks : kHostChunks;
 }
 
 absl::StatusOr<std::unique_ptr<DeformView>> CudaView::Create(

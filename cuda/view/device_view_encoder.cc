@@ -7,7 +7,8 @@
 
 #include "core/base/error.h"
 #include "core/base/status_macros.h"
-#include "cuda/draco/draco_batches.h"
+#include "cuda/draco/draco_coder.h"
+#include "cuda/streams/stream_batches.h"
 
 namespace latticed {
 
@@ -19,7 +20,9 @@ absl::Status DeviceViewEncoder::MakeWriter(Encoding encoding) {
     shape.connectivity = {&host_.Connectivity(0), &host_.Connectivity(last)};
     shape.mesh_points = ChunkPoints(plan_, 0, spec_.segments);
   }
-  LATTICED_ASSIGN_OR_RETURN(writer_, DeviceDracoWriter::Create(shape, context_, lane_));
+  LATTICED_ASSIGN_OR_RETURN(auto coder,
+                            DracoCoder::Create(shape, *context_, lane_->stream().get()));
+  LATTICED_ASSIGN_OR_RETURN(writer_, DeviceStreamWriter::Create(std::move(coder), context_, lane_));
   writer_encoding_ = encoding;
   return absl::OkStatus();
 }
@@ -28,7 +31,7 @@ absl::Status DeviceViewEncoder::EncodeBatch(const Source& source, std::span<cons
                                             std::span<VertexDigest> digests,
                                             std::span<SharedBytes> results) {
   const bool is_wire_order = source.kernel.OwnOrderBytes() == 0;
-  std::vector<DeviceDracoWriter::Chunk> places;
+  std::vector<DeviceStreamWriter::Chunk> places;
   places.reserve(chunks.size());
   size_t copied = 0;  // points, if they are brought to wire order
   for (const uint32_t chunk : chunks) {
@@ -43,8 +46,8 @@ absl::Status DeviceViewEncoder::EncodeBatch(const Source& source, std::span<cons
   }
   LATTICED_ASSIGN_OR_RETURN(
       const auto wire,
-      DeviceBuffer<uint8_t>::Create(context_->memory(), "draco", copied * BytesPerPoint(spec_),
-                                    lane_->stream().get()));
+      DeviceBuffer<uint8_t>::Create(context_->memory(), writer_->purpose(),
+                                    copied * BytesPerPoint(spec_), lane_->stream().get()));
   LATTICED_RETURN_IF_ERROR(source.kernel.ToWireOrder(source.vertices, chunks, wire.span()));
   return writer_->Encode(wire.span(), places, source.range, digests, results);
 }

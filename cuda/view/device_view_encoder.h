@@ -4,7 +4,7 @@
 // Writes the Draco streams of a view's chunks on its device, in batches. Brings vertices to wire
 // order first, if the kernel keeps another order. Twin of core/view/view_encoder.h.
 //
-// Errors   those of device_draco_writer.h
+// Errors   those of device_stream_writer.h
 // Threads  one at a time; works on the lane and waits for it before it returns
 #ifndef LATTICED_CUDA_VIEW_DEVICE_VIEW_ENCODER_H_
 #define LATTICED_CUDA_VIEW_DEVICE_VIEW_ENCODER_H_
@@ -15,7 +15,7 @@
 #include <utility>
 
 #include "core/view/view_encoder.h"
-#include "cuda/draco/device_draco_writer.h"
+#include "cuda/streams/device_stream_writer.h"
 #include "cuda/view/cuda_vertex_kernel.h"
 
 namespace latticed {
@@ -58,7 +58,7 @@ class DeviceViewEncoder {
   std::shared_ptr<CudaContext> context_;
   std::shared_ptr<CudaLane> lane_;
   ViewEncoder& host_;
-  std::optional<DeviceDracoWriter> writer_;  // made at the first Encode
+  std::optional<DeviceStreamWriter> writer_;  // made at the first Encode
   Encoding writer_encoding_ = Encoding::kDracoPoints;
 };
 

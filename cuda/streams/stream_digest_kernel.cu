@@ -5,7 +5,8 @@
 // of these bytes and of their place (splitmix64's: Stafford's variants 13 and 4 of Murmur3's finaliser).
 // The order of a sum does not matter, so all threads add to it. The host uses another digest
 // (core/view/view_encoder.cc), so a chunk that was encoded on the host is encoded here once more.
-#include "cuda/draco/draco_table.cuh"
+#include "cuda/streams/stream_kernels.h"
+#include "cuda/streams/warp.cuh"
 
 namespace latticed::kernels {
 namespace {
@@ -41,8 +42,8 @@ __device__ uint64_t WordAt(const uint8_t* bytes) {
 }
 
 // The digest of `count` bytes at a multiple of 2.
-__device__ DracoDigest DigestOf(const uint8_t* bytes, uint32_t count) {
-  __shared__ DracoDigest sum;
+__device__ StreamDigest DigestOf(const uint8_t* bytes, uint32_t count) {
+  __shared__ StreamDigest sum;
   if (threadIdx.x == 0) sum = {count, count};
   __syncthreads();
   const auto* words = reinterpret_cast<const uint64_t*>(bytes);
@@ -74,21 +75,16 @@ __device__ DracoDigest DigestOf(const uint8_t* bytes, uint32_t count) {
   return sum;
 }
 
-__global__ void __launch_bounds__(kThreads) DigestKernel(const __grid_constant__ DracoWork work) {
+__global__ void __launch_bounds__(kThreads) DigestKernel(const __grid_constant__ StreamWork work) {
   const uint32_t chunk = blockIdx.x;
-  const DracoDigest found =
+  const StreamDigest found =
       DigestOf(work.Vertices(chunk), work.Points(chunk) * work.BytesPerPoint());
-  if (threadIdx.x != 0) return;
-  const DracoDigest known = work.digests[chunk];
-  work.digests[work.count + chunk] = found;
-  const bool same = known.low == found.low && known.high == found.high;
-  const auto fate = static_cast<uint8_t>(same ? DracoFate::kUnchanged : DracoFate::kCoded);
-  for (uint32_t k = 0; k < kDracoKinds; ++k) work.streams[kDracoKinds * chunk + k].fate = fate;
+  if (threadIdx.x == 0) work.digests[work.count + chunk] = found;
 }
 
 }  // namespace
 
-cudaError_t LaunchDracoDigests(const DracoWork& work, cudaStream_t stream) {
+cudaError_t LaunchStreamDigests(const StreamWork& work, cudaStream_t stream) {
   if (work.count == 0 || work.digests == nullptr) return cudaSuccess;
   DigestKernel<<<work.count, kThreads, 0, stream>>>(work);
   return cudaPeekAtLastError();

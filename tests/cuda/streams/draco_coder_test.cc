@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Compares the device's writer with the host's, byte for byte. Stock decoders check the host's
+// Compares the device's Draco streams with the host's, byte for byte. Stock decoders check the host's
 // streams (tests/core/codec/).
-#include "cuda/draco/device_draco_writer.h"
+#include "cuda/draco/draco_coder.h"
 
 #include <algorithm>
 #include <random>
@@ -11,37 +11,15 @@
 #include "core/base/limits.h"
 #include "core/codec/draco_writer.h"
 #include "core/ffd/tessellation_pattern.h"
-#include "tests/core/codec/chunk_fixtures.h"
-#include "tests/cuda/cuda_test.h"
+#include "tests/cuda/streams/stream_coder_test.h"
 
 namespace latticed::testing {
 namespace {
 
-constexpr unsigned kSeed = 20'261'121;
 constexpr double kRange = 8.0;
 
-class DeviceDracoWriterTest : public CudaTest {
+class DracoCoderTest : public StreamCoderTest {
  protected:
-  DeviceDracoWriterTest() : CudaTest(kSeed) {}
-
-  void SetUp() override {
-    CudaTest::SetUp();
-    if (IsSkipped() || HasFatalFailure()) return;
-    ASSERT_OK_AND_ASSIGN(context_, CudaContext::Create(0, {.poison_memory = true}));
-    ASSERT_OK_AND_ASSIGN(lane_, context_->lanes().Borrow());
-  }
-
-  DeviceBuffer<uint8_t> Upload(std::span<const Chunk> chunks) {
-    std::vector<uint8_t> bytes;
-    for (const Chunk& chunk : chunks) {
-      bytes.insert(bytes.end(), chunk.bytes.begin(), chunk.bytes.end());
-    }
-    auto buffer = DeviceBuffer<uint8_t>::Upload(
-        context_->memory(), "vertices", std::span<const uint8_t>(bytes), lane_->stream().get());
-    EXPECT_OK(buffer);
-    return *std::move(buffer);
-  }
-
   struct Options {
     bool mesh = false;  // with triangles
     bool sparse = false;
@@ -51,6 +29,10 @@ class DeviceDracoWriterTest : public CudaTest {
     return {.position_bits = chunk.position_bits,
             .normal_bits = chunk.normal_bits,
             .is_sparse = sparse};
+  }
+
+  absl::StatusOr<DeviceStreamWriter> WriterOf(const DracoShape& shape, uint32_t entry_room = 0) {
+    return WriterWith(DracoCoder::Create(shape, *context_, lane_->stream().get(), entry_room));
   }
 
   // Encodes those of `chunks` that `numbers` names, with both writers. Meshes may have two numbers of points, that of
@@ -66,10 +48,9 @@ class DeviceDracoWriterTest : public CudaTest {
       shape.mesh_points = first.points;
     }
     const auto vertices = Upload(chunks);
-    ASSERT_OK_AND_ASSIGN(auto writer, DeviceDracoWriter::Create(shape, context_, lane_));
+    ASSERT_OK_AND_ASSIGN(auto writer, WriterOf(shape, options.entry_room));
     std::vector<SharedBytes> results(numbers.size());
-    ASSERT_OK(writer.Encode(vertices.span(), PlacesOf(chunks, numbers), kRange, {}, results,
-                            options.entry_room));
+    ASSERT_OK(writer.Encode(vertices.span(), PlacesOf(chunks, numbers), kRange, {}, results));
     for (size_t i = 0; i < numbers.size(); ++i) {
       const Chunk& chunk = chunks[numbers[i]];
       QuantisedVertices one = chunk.vertices();
@@ -84,52 +65,10 @@ class DeviceDracoWriterTest : public CudaTest {
           << expected.size() << ", seed " << kSeed;
     }
   }
-  static std::vector<DeviceDracoWriter::Chunk> PlacesOf(std::span<const Chunk> chunks,
-                                                        std::span<const uint32_t> numbers) {
-    std::vector<uint64_t> first(chunks.size());
-    for (size_t i = 1; i < chunks.size(); ++i) first[i] = first[i - 1] + chunks[i - 1].points;
-    std::vector<DeviceDracoWriter::Chunk> places;
-    for (const uint32_t i : numbers) {
-      places.push_back({first[i], static_cast<uint32_t>(chunks[i].points)});
-    }
-    return places;
-  }
-
-  // Full chunks of each kind of data, then a smaller last one.
-  static std::vector<Chunk> AllKinds(size_t points, int position_bits, int normal_bits) {
-    std::vector<Chunk> chunks;
-    constexpr unsigned kKinds = std::size(kAllData);
-    for (unsigned i = 0; i < 2 * kKinds; ++i) {
-      chunks.push_back(
-          MakeChunk(points, position_bits, normal_bits, kAllData[i % kKinds], kSeed + i));
-    }
-    chunks.push_back(MakeChunk((points + 2) / 3, position_bits, normal_bits, Data::kWalk, kSeed));
-    return chunks;
-  }
-  // Chunks of each of these sizes and of each kind of data. Odd sizes put the next chunks at odd places.
-  static std::vector<Chunk> ChunksOf(std::span<const size_t> sizes, int position_bits,
-                                     int normal_bits) {
-    std::vector<Chunk> chunks;
-    for (const size_t points : sizes) {
-      for (const Data data : kAllData) {
-        const auto seed = kSeed + static_cast<unsigned>(chunks.size());
-        chunks.push_back(MakeChunk(points, position_bits, normal_bits, data, seed));
-      }
-    }
-    return chunks;
-  }
-  static std::vector<uint32_t> All(std::span<const Chunk> chunks) {
-    std::vector<uint32_t> numbers(chunks.size());
-    for (uint32_t i = 0; i < numbers.size(); ++i) numbers[i] = i;
-    return numbers;
-  }
-
-  std::shared_ptr<CudaContext> context_;
-  std::shared_ptr<CudaLane> lane_;
 };
 
 // With these numbers of points, whole chunks end at multiples of 4 bytes, as 32 patches do.
-TEST_F(DeviceDracoWriterTest, AllSizesAndBits) {
+TEST_F(DracoCoderTest, AllSizesAndBits) {
   for (const size_t points : {4u, 96u, 2112u, 17'952u}) {
     for (int position_bits = 8; position_bits <= 16; ++position_bits) {
       const int normal_bits = position_bits == 8 ? 0 : std::max(position_bits - 4, 6);
@@ -141,7 +80,7 @@ TEST_F(DeviceDracoWriterTest, AllSizesAndBits) {
 }
 
 // Whole chunks, as in a scene.
-TEST_F(DeviceDracoWriterTest, EveryNumberOfSegments) {
+TEST_F(DracoCoderTest, EveryNumberOfSegments) {
   for (int segments = limits::kMinSegments; segments <= limits::kMaxSegments; ++segments) {
     const int points = limits::kPatchesPerChunk * PointsPerPatch(segments);
     const auto chunks = AllKinds(static_cast<size_t>(points), 12, 8);
@@ -150,7 +89,7 @@ TEST_F(DeviceDracoWriterTest, EveryNumberOfSegments) {
   }
 }
 
-TEST_F(DeviceDracoWriterTest, AllPairsOfBitsAsCloudsAndMeshes) {
+TEST_F(DracoCoderTest, AllPairsOfBitsAsCloudsAndMeshes) {
   for (int position_bits = 8; position_bits <= 16; ++position_bits) {
     for (const int normal_bits : {0, 6, 7, 8, 9, 10, 11, 12}) {
       const auto chunks = AllKinds(2112, position_bits, normal_bits);
@@ -162,13 +101,13 @@ TEST_F(DeviceDracoWriterTest, AllPairsOfBitsAsCloudsAndMeshes) {
   }
 }
 
-TEST_F(DeviceDracoWriterTest, TheLargestChunk) {
+TEST_F(DracoCoderTest, TheLargestChunk) {
   std::vector<Chunk> chunks;
   for (const Data data : kAllData) chunks.push_back(MakeChunk(65'532, 16, 12, data, kSeed));
   ExpectTheHostsBytes(chunks, All(chunks), {});
 }
 
-TEST_F(DeviceDracoWriterTest, SomeOfTheChunks) {
+TEST_F(DracoCoderTest, SomeOfTheChunks) {
   const auto chunks = AllKinds(2112, 14, 10);
   ExpectTheHostsBytes(chunks, std::vector<uint32_t>{1, 4, 5, 14}, {});
   ExpectTheHostsBytes(chunks, std::vector<uint32_t>{7}, {});
@@ -176,7 +115,7 @@ TEST_F(DeviceDracoWriterTest, SomeOfTheChunks) {
 }
 
 // More chunks than sets of wide counts, where each chunk needs a set; and space for one table at a time.
-TEST_F(DeviceDracoWriterTest, MemoryThatChunksWaitFor) {
+TEST_F(DracoCoderTest, MemoryThatChunksWaitFor) {
   std::vector<Chunk> chunks;
   for (unsigned i = 0; i < 3 * kernels::kWideSlots; ++i) {
     chunks.push_back(MakeChunk(2112, 16, 8, Data::kRandom, kSeed + i));
@@ -187,7 +126,7 @@ TEST_F(DeviceDracoWriterTest, MemoryThatChunksWaitFor) {
 }
 
 // From a chunk of one point to one of more than a ranking has room for.
-TEST_F(DeviceDracoWriterTest, SparseChunksOfAllSizesAndBits) {
+TEST_F(DracoCoderTest, SparseChunksOfAllSizesAndBits) {
   constexpr size_t kSizes[] = {1, 2, 3, 5, 31, 97, 128, 129, 255, 300, 683, 1023, 1024, 1025, 2113};
   for (const auto& [position_bits, normal_bits] :
        {std::pair(8, 0), {8, 6}, {12, 0}, {12, 8}, {14, 8}, {14, 9}, {16, 0}, {16, 8}, {16, 12}}) {
@@ -199,7 +138,7 @@ TEST_F(DeviceDracoWriterTest, SparseChunksOfAllSizesAndBits) {
   }
 }
 
-TEST_F(DeviceDracoWriterTest, SparseChunksOfRandomSizesInAnyOrder) {
+TEST_F(DracoCoderTest, SparseChunksOfRandomSizesInAnyOrder) {
   std::mt19937 random(kSeed);
   std::vector<Chunk> chunks;
   for (unsigned i = 0; i < 300; ++i) {
@@ -214,14 +153,14 @@ TEST_F(DeviceDracoWriterTest, SparseChunksOfRandomSizesInAnyOrder) {
   ExpectTheHostsBytes(chunks, All(chunks), {.sparse = true, .entry_room = 1});
 }
 
-TEST_F(DeviceDracoWriterTest, TheLargestSparseChunk) {
+TEST_F(DracoCoderTest, TheLargestSparseChunk) {
   constexpr size_t kSizes[] = {17'952, 4, 65'532};
   const auto chunks = ChunksOf(kSizes, 16, 12);
   ExpectTheHostsBytes(chunks, All(chunks), {.sparse = true});
 }
 
 // The chunk of a flat part of the surface: all points and normals are the same.
-TEST_F(DeviceDracoWriterTest, OnePointManyTimes) {
+TEST_F(DracoCoderTest, OnePointManyTimes) {
   std::vector<Chunk> chunks;
   for (const size_t points : {1u, 2u, 96u, 1500u}) {
     chunks.push_back(MakeChunk(points, 14, 8, Data::kConstant, kSeed));
@@ -230,26 +169,25 @@ TEST_F(DeviceDracoWriterTest, OnePointManyTimes) {
 }
 
 // Integers beyond the bits of a view are an error, also where tables have no place for them.
-TEST_F(DeviceDracoWriterTest, RefusesMoreBitsThanTheViewHas) {
+TEST_F(DracoCoderTest, RefusesMoreBitsThanTheViewHas) {
   for (const size_t points : {97u, 2112u}) {
     const Chunk chunk = MakeChunk(points, 16, 8, Data::kRandom, kSeed);
     const auto vertices = Upload({&chunk, 1});
     DracoShape shape = ShapeOf(chunk, true);
     shape.position_bits = 10;
-    ASSERT_OK_AND_ASSIGN(auto writer, DeviceDracoWriter::Create(shape, context_, lane_));
+    ASSERT_OK_AND_ASSIGN(auto writer, WriterOf(shape, 1));
     SharedBytes result;
     const std::vector<uint32_t> first{0};
     EXPECT_THAT(
-        writer.Encode(vertices.span(), PlacesOf({&chunk, 1}, first), kRange, {}, {&result, 1}, 1),
+        writer.Encode(vertices.span(), PlacesOf({&chunk, 1}, first), kRange, {}, {&result, 1}),
         StatusIs(absl::StatusCode::kInternal));
   }
 }
 
-TEST_F(DeviceDracoWriterTest, WhatTheCallerHasIsNotWritten) {
+TEST_F(DracoCoderTest, WhatTheCallerHasIsNotWritten) {
   std::vector<Chunk> chunks = AllKinds(2112, 12, 8);
   const auto numbers = All(chunks);
-  ASSERT_OK_AND_ASSIGN(auto writer,
-                       DeviceDracoWriter::Create(ShapeOf(chunks.front(), false), context_, lane_));
+  ASSERT_OK_AND_ASSIGN(auto writer, WriterOf(ShapeOf(chunks.front(), false)));
   std::vector<VertexDigest> digests(chunks.size());
   const auto encode = [&] {
     const auto vertices = Upload(chunks);
@@ -274,15 +212,14 @@ TEST_F(DeviceDracoWriterTest, WhatTheCallerHasIsNotWritten) {
 }
 
 // The same chunks at other places, which need not be multiples of eight bytes.
-TEST_F(DeviceDracoWriterTest, DigestsDoNotDependOnPlaces) {
+TEST_F(DracoCoderTest, DigestsDoNotDependOnPlaces) {
   constexpr size_t kSizes[] = {5, 97, 1200};
   const auto chunks = ChunksOf(kSizes, 14, 0);
   const auto vertices = Upload(chunks);
   std::vector<Chunk> moved = chunks;
   moved.insert(moved.begin(), MakeChunk(7, 14, 0, Data::kRandom, kSeed));
   const auto others = Upload(moved);
-  ASSERT_OK_AND_ASSIGN(auto writer,
-                       DeviceDracoWriter::Create(ShapeOf(chunks.front(), true), context_, lane_));
+  ASSERT_OK_AND_ASSIGN(auto writer, WriterOf(ShapeOf(chunks.front(), true)));
   std::vector<VertexDigest> digests(chunks.size());
   std::vector<SharedBytes> results(chunks.size());
   ASSERT_OK(
@@ -301,15 +238,14 @@ TEST_F(DeviceDracoWriterTest, DigestsDoNotDependOnPlaces) {
 }
 
 // A writer guesses the room for its streams from those before.
-TEST_F(DeviceDracoWriterTest, StreamsAreWholeWhereTheyTakeMoreOrLessThanTheLastOnes) {
+TEST_F(DracoCoderTest, StreamsAreWholeWhereTheyTakeMoreOrLessThanTheLastOnes) {
   std::vector<Chunk> small, large, mixed;
   for (unsigned i = 0; i < 40; ++i) {
     small.push_back(MakeChunk(97, 14, 8, Data::kConstant, kSeed + i));
     large.push_back(MakeChunk(97, 14, 8, Data::kRandom, kSeed + i));
     mixed.push_back(i % 8 == 0 ? large.back() : small.back());
   }
-  ASSERT_OK_AND_ASSIGN(auto writer,
-                       DeviceDracoWriter::Create(ShapeOf(small.front(), true), context_, lane_));
+  ASSERT_OK_AND_ASSIGN(auto writer, WriterOf(ShapeOf(small.front(), true)));
   for (const auto& chunks : {small, large, large, mixed, large, small, small}) {
     const auto vertices = Upload(chunks);
     std::vector<SharedBytes> results(chunks.size());
@@ -328,14 +264,13 @@ TEST_F(DeviceDracoWriterTest, StreamsAreWholeWhereTheyTakeMoreOrLessThanTheLastO
 
 // A round that writes nothing says nothing of the next one. The first call has nothing to go by, so its block is that of
 // the streams, a little below a power of two; a guess of a sixteenth more takes the next one.
-TEST_F(DeviceDracoWriterTest, TheGuessOfTheRoomOutlivesARoundWithoutStreams) {
+TEST_F(DracoCoderTest, TheGuessOfTheRoomOutlivesARoundWithoutStreams) {
   constexpr size_t kPowerOfTwo = 1 << 18;
   const std::vector<Chunk> one{MakeChunk(97, 14, 8, Data::kRandom, kSeed)};
   const auto vertices = Upload(one);
-  ASSERT_OK_AND_ASSIGN(auto writer,
-                       DeviceDracoWriter::Create(ShapeOf(one.front(), true), context_, lane_));
+  ASSERT_OK_AND_ASSIGN(auto writer, WriterOf(ShapeOf(one.front(), true)));
   const auto encode = [&](size_t count, std::span<VertexDigest> digests) {
-    const std::vector<DeviceDracoWriter::Chunk> places(count, {.first_point = 0, .points = 97});
+    const std::vector<DeviceStreamWriter::Chunk> places(count, {.first_point = 0, .points = 97});
     std::vector<SharedBytes> results(count);
     EXPECT_OK(writer.Encode(vertices.span(), places, kRange, digests, results));
     return results;
@@ -344,8 +279,7 @@ TEST_F(DeviceDracoWriterTest, TheGuessOfTheRoomOutlivesARoundWithoutStreams) {
   ASSERT_LT(stream, kPowerOfTwo / 100);
   const size_t count = kPowerOfTwo / stream;
   std::vector<VertexDigest> digests(count);
-  ASSERT_OK_AND_ASSIGN(writer,
-                       DeviceDracoWriter::Create(ShapeOf(one.front(), true), context_, lane_));
+  ASSERT_OK_AND_ASSIGN(writer, WriterOf(ShapeOf(one.front(), true)));
 
   EXPECT_EQ(encode(count, digests).front().block_bytes, kPowerOfTwo);
   EXPECT_EQ(encode(count, digests).front().data, nullptr) << "nothing changed";
@@ -353,8 +287,8 @@ TEST_F(DeviceDracoWriterTest, TheGuessOfTheRoomOutlivesARoundWithoutStreams) {
   EXPECT_EQ(encode(count, digests).front().block_bytes, 2 * kPowerOfTwo);
 }
 
-TEST_F(DeviceDracoWriterTest, NothingToEncode) {
-  ASSERT_OK_AND_ASSIGN(auto writer, DeviceDracoWriter::Create({}, context_, lane_));
+TEST_F(DracoCoderTest, NothingToEncode) {
+  ASSERT_OK_AND_ASSIGN(auto writer, WriterOf({}));
   EXPECT_OK(writer.Encode({}, {}, kRange, {}, {}));
 }
 

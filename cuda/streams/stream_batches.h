@@ -5,8 +5,8 @@
 //
 // Errors   those of a batch
 // Threads  pure
-#ifndef LATTICED_CUDA_DRACO_DRACO_BATCHES_H_
-#define LATTICED_CUDA_DRACO_DRACO_BATCHES_H_
+#ifndef LATTICED_CUDA_STREAMS_STREAM_BATCHES_H_
+#define LATTICED_CUDA_STREAMS_STREAM_BATCHES_H_
 
 #include <algorithm>
 #include <cstddef>
@@ -16,18 +16,18 @@
 
 namespace latticed {
 
-// Chunks of one batch. kMostDracoChunks keep all schedulers busy and take 0.3 GB of working memory at 10 segments. A batch
-// that does not fit is halved, if it has more than kFewestDracoChunks.
-inline constexpr size_t kMostDracoChunks = 4096, kFewestDracoChunks = 64;
+// Chunks of one batch. kMostStreamChunks keep all schedulers busy. Draco takes 0.3 GB of working memory for them at 10 segments. A batch
+// that does not fit is halved, if it has more than kFewestStreamChunks.
+inline constexpr size_t kMostStreamChunks = 4096, kFewestStreamChunks = 64;
 
 // Calls encode(first, count) for the batches of `chunks` chunks.
 [[nodiscard]] inline absl::Status EncodeInBatches(
     size_t chunks, absl::FunctionRef<absl::Status(size_t first, size_t count)> encode) {
-  size_t most = kMostDracoChunks;
+  size_t most = kMostStreamChunks;
   for (size_t done = 0; done < chunks;) {
     const size_t count = std::min(most, chunks - done);
     const absl::Status status = encode(done, count);
-    if (absl::IsResourceExhausted(status) && count > kFewestDracoChunks) {
+    if (absl::IsResourceExhausted(status) && count > kFewestStreamChunks) {
       most = count / 2;
       continue;
     }
@@ -39,4 +39,4 @@ inline constexpr size_t kMostDracoChunks = 4096, kFewestDracoChunks = 64;
 
 }  // namespace latticed
 
-#endif  // LATTICED_CUDA_DRACO_DRACO_BATCHES_H_
+#endif  // LATTICED_CUDA_STREAMS_STREAM_BATCHES_H_
