@@ -9,7 +9,6 @@
 #include "core/base/status_macros.h"
 #include "core/codec/draco_writer.h"
 #include "cuda/device/cuda_status.h"
-#include "cuda/draco/draco_coder.h"
 #include "cuda/streams/stream_batches.h"
 
 namespace latticed {
@@ -29,6 +28,7 @@ CudaAdaptiveView::CudaAdaptiveView(std::shared_ptr<const DeformPlan> plan, const
     : CheckedView(std::move(plan), spec),
       context_(std::move(context)),
       lane_(std::move(lane)),
+      writer_(context_, lane_),
       evaluator_(std::move(evaluator)),
       encoder_(this->plan(), spec, context_->encoder(), context_->arena(),
                [this](uint32_t chunk) { return Patterns(chunk); }) {}
@@ -154,10 +154,9 @@ absl::Status CudaAdaptiveView::EncodeChunks(std::span<const uint32_t> chunks, En
                                             std::span<VertexDigest> digests,
                                             std::span<SharedBytes> results) {
   const DeviceGuard guard(context_->device());
-  const bool on_device =
-      encoding == Encoding::kDracoPoints && context_->encoder()->name() == kDracoWriterName;
+  const bool on_device = encoding != Encoding::kDracoMesh && HasDeviceWriter(encoding, *context_);
   absl::Status status = CatchBadAlloc("the encoding", [&] {
-    return on_device ? EncodeOnDevice(chunks, digests, results)
+    return on_device ? EncodeOnDevice(chunks, encoding, digests, results)
                      : EncodeOnHost(chunks, encoding, digests, results);
   });
   // A copy may still write to memory that the failed encoding frees.
@@ -165,19 +164,15 @@ absl::Status CudaAdaptiveView::EncodeChunks(std::span<const uint32_t> chunks, En
   return status;
 }
 
-absl::Status CudaAdaptiveView::EncodeOnDevice(std::span<const uint32_t> chunks,
+absl::Status CudaAdaptiveView::EncodeOnDevice(std::span<const uint32_t> chunks, Encoding encoding,
                                               std::span<VertexDigest> digests,
                                               std::span<SharedBytes> results) {
-  if (!writer_.has_value()) {
-    const DracoShape shape{
-        .position_bits = spec().position_bits,
-        .normal_bits = spec().normals == NormalMode::kNone ? 0 : spec().normal_bits,
-        .is_sparse = true};
-    LATTICED_ASSIGN_OR_RETURN(auto coder,
-                              DracoCoder::Create(shape, *context_, lane_->stream().get()));
-    LATTICED_ASSIGN_OR_RETURN(writer_,
-                              DeviceStreamWriter::Create(std::move(coder), context_, lane_));
-  }
+  const auto shape = [&] {
+    return DracoShape{.position_bits = spec().position_bits,
+                      .normal_bits = spec().normals == NormalMode::kNone ? 0 : spec().normal_bits,
+                      .is_sparse = true};
+  };
+  LATTICED_ASSIGN_OR_RETURN(DeviceStreamWriter* const writer, writer_.For(encoding, shape));
   const auto vertices = evaluator_->Vertices(0, static_cast<uint32_t>(plan().chunk_count()));
   return EncodeInBatches(chunks.size(), [&](size_t first, size_t count) {
     std::vector<DeviceStreamWriter::Chunk> places(count);
@@ -186,9 +181,9 @@ absl::Status CudaAdaptiveView::EncodeOnDevice(std::span<const uint32_t> chunks,
       const uint64_t point = evaluator_->FirstPoint(chunk);
       places[i] = {point, static_cast<uint32_t>(evaluator_->FirstPoint(chunk + 1) - point)};
     }
-    return writer_->Encode(vertices, places, box().range,
-                           digests.empty() ? digests : digests.subspan(first, count),
-                           results.subspan(first, count));
+    return writer->Encode(vertices, places, box().range,
+                          digests.empty() ? digests : digests.subspan(first, count),
+                          results.subspan(first, count));
   });
 }
 
@@ -205,11 +200,8 @@ absl::Status CudaAdaptiveView::EncodeOnHost(std::span<const uint32_t> chunks, En
 
 MemoryUse CudaAdaptiveView::memory() const {
   MemoryUse use = evaluator_->memory();
-  use["staging"] += staged_.size() + encoder_.MemoryBytes();
-  if (writer_.has_value()) {
-    use["staging"] += writer_->PinnedBytes();
-    use["device_staging"] += writer_->DeviceBytes();
-  }
+  use["staging"] += staged_.size() + encoder_.MemoryBytes() + writer_.PinnedBytes();
+  use["device_staging"] += writer_.DeviceBytes();
   return use;
 }
 

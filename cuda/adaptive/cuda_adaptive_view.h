@@ -5,8 +5,8 @@
 // core/cpu/adaptive/adaptive_view.h.
 //
 // Evaluate waits for levels and patterns, which say how large the chunks are. Read and Encode wait for this view's lane.
-// Clouds are encoded on the device if the context's encoder is our own writer. All else is encoded on the host: each chunk
-// of a mesh has triangles of its own, whose code only the host makes.
+// Clouds are encoded on the device if HasDeviceWriter (device_writer.h). All else is encoded on the host: each chunk of a
+// mesh has triangles of its own, whose code only the host makes.
 //
 // Errors   those of core/view/checked_view.h; kResourceExhausted for device or pinned memory, also of Evaluate, since the
 //          number of points is known only then; kUnavailable when the device is lost
@@ -15,7 +15,6 @@
 #define LATTICED_CUDA_ADAPTIVE_CUDA_ADAPTIVE_VIEW_H_
 
 #include <memory>
-#include <optional>
 #include <vector>
 
 #include "absl/functional/function_ref.h"
@@ -23,7 +22,7 @@
 #include "core/view/spanned/tolerance_slice.h"
 #include "core/view/view_encoder.h"
 #include "cuda/adaptive/cuda_adaptive_evaluator.h"
-#include "cuda/streams/device_stream_writer.h"
+#include "cuda/view/device_writer.h"
 
 namespace latticed {
 
@@ -72,8 +71,8 @@ class CudaAdaptiveView : public CheckedView, public ToleranceSlice {
   absl::Status EncodeChunks(std::span<const uint32_t> chunks, Encoding encoding,
                             std::span<VertexDigest> digests,
                             std::span<SharedBytes> results) override;
-  absl::Status EncodeOnDevice(std::span<const uint32_t> chunks, std::span<VertexDigest> digests,
-                              std::span<SharedBytes> results);
+  absl::Status EncodeOnDevice(std::span<const uint32_t> chunks, Encoding encoding,
+                              std::span<VertexDigest> digests, std::span<SharedBytes> results);
   absl::Status EncodeOnHost(std::span<const uint32_t> chunks, Encoding encoding,
                             std::span<VertexDigest> digests, std::span<SharedBytes> results);
   // Copies chunks to the host in batches, and waits for each.
@@ -84,10 +83,10 @@ class CudaAdaptiveView : public CheckedView, public ToleranceSlice {
   // The context comes first: members are destroyed in reverse order, and all others use it.
   const std::shared_ptr<CudaContext> context_;
   const std::shared_ptr<CudaLane> lane_;
+  DeviceWriter writer_;
   const std::unique_ptr<CudaAdaptiveEvaluator> evaluator_;
   ViewEncoder encoder_;
   PinnedBuffer staged_;
-  std::optional<DeviceStreamWriter> writer_;  // made at its first use
 };
 
 }  // namespace latticed

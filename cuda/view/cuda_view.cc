@@ -111,7 +111,7 @@ absl::Status CudaView::EncodeChunks(std::span<const uint32_t> chunks, Encoding e
   const size_t threads = std::min(context_->arena().threads(), kMostHostThreads);
   const bool few = chunks.size() <= kHostChunksAThread * threads;
   absl::Status status = CatchBadAlloc("the encoding", [&] {
-    return WritesOnDevice(encoding) && !few
+    return HasDeviceWriter(encoding, *context_) && !few
                ? device_encoder_.Encode(*kernel_, vertices_.span(), chunks, encoding, box().range,
                                         digests, results)
                : EncodeOnHost(chunks, encoding, digests, results);
@@ -119,10 +119,6 @@ absl::Status CudaView::EncodeChunks(std::span<const uint32_t> chunks, Encoding e
   // A copy may still write to memory that the failed encoding frees.
   if (!status.ok()) static_cast<void>(lane_->stream().Synchronize("the encoding"));
   return status;
-}
-
-bool CudaView::WritesOnDevice(Encoding encoding) const {
-  return IsDraco(encoding) && context_->encoder()->name() == kDracoWriterName;
 }
 
 absl::Status CudaView::EncodeOnHost(std::span<const uint32_t> chunks, Encoding encoding,

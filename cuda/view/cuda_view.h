@@ -5,8 +5,8 @@
 // of core/cpu/cpu_view.h.
 //
 // Evaluate enqueues and returns. Read and Encode wait for this view's lane only, and report what
-// failed on the device since the last wait. Draco streams are written on the device if the
-// context's encoder is our own writer, since the device writes the same bytes.
+// failed on the device since the last wait. Streams are written on the device if HasDeviceWriter
+// (device_writer.h), since the device writes the same bytes.
 //
 // Errors   those of core/view/checked_view.h; kResourceExhausted for device or pinned memory;
 //          kUnavailable when the device is lost
@@ -58,7 +58,6 @@ class CudaView : public CheckedView {
   absl::Status EncodeChunks(std::span<const uint32_t> chunks, Encoding encoding,
                             std::span<VertexDigest> digests,
                             std::span<SharedBytes> results) override;
-  bool WritesOnDevice(Encoding encoding) const;
   absl::Status EncodeOnHost(std::span<const uint32_t> chunks, Encoding encoding,
                             std::span<VertexDigest> digests, std::span<SharedBytes> results);
 

@@ -7,12 +7,11 @@
 
 #include "core/base/error.h"
 #include "core/base/status_macros.h"
-#include "cuda/draco/draco_coder.h"
 #include "cuda/streams/stream_batches.h"
 
 namespace latticed {
 
-absl::Status DeviceViewEncoder::MakeWriter(Encoding encoding) {
+DracoShape DeviceViewEncoder::ShapeFor(Encoding encoding) const {
   DracoShape shape{.position_bits = spec_.position_bits,
                    .normal_bits = spec_.normals == NormalMode::kNone ? 0 : spec_.normal_bits};
   if (encoding == Encoding::kDracoMesh) {
@@ -20,11 +19,7 @@ absl::Status DeviceViewEncoder::MakeWriter(Encoding encoding) {
     shape.connectivity = {&host_.Connectivity(0), &host_.Connectivity(last)};
     shape.mesh_points = ChunkPoints(plan_, 0, spec_.segments);
   }
-  LATTICED_ASSIGN_OR_RETURN(auto coder,
-                            DracoCoder::Create(shape, *context_, lane_->stream().get()));
-  LATTICED_ASSIGN_OR_RETURN(writer_, DeviceStreamWriter::Create(std::move(coder), context_, lane_));
-  writer_encoding_ = encoding;
-  return absl::OkStatus();
+  return shape;
 }
 
 absl::Status DeviceViewEncoder::EncodeBatch(const Source& source, std::span<const uint32_t> chunks,
@@ -42,27 +37,26 @@ absl::Status DeviceViewEncoder::EncodeBatch(const Source& source, std::span<cons
     copied += points;
   }
   if (is_wire_order) {
-    return writer_->Encode(source.vertices, places, source.range, digests, results);
+    return source.writer.Encode(source.vertices, places, source.range, digests, results);
   }
   LATTICED_ASSIGN_OR_RETURN(
       const auto wire,
-      DeviceBuffer<uint8_t>::Create(context_->memory(), writer_->purpose(),
+      DeviceBuffer<uint8_t>::Create(context_->memory(), source.writer.purpose(),
                                     copied * BytesPerPoint(spec_), lane_->stream().get()));
   LATTICED_RETURN_IF_ERROR(source.kernel.ToWireOrder(source.vertices, chunks, wire.span()));
-  return writer_->Encode(wire.span(), places, source.range, digests, results);
+  return source.writer.Encode(wire.span(), places, source.range, digests, results);
 }
 
 absl::Status DeviceViewEncoder::Encode(CudaVertexKernel& kernel, DeviceSpan<const uint8_t> vertices,
                                        std::span<const uint32_t> chunks, Encoding encoding,
                                        double range, std::span<VertexDigest> digests,
                                        std::span<SharedBytes> results) {
-  if (!writer_.has_value() || writer_encoding_ != encoding) {
-    LATTICED_RETURN_IF_ERROR(MakeWriter(encoding));
-  }
+  LATTICED_ASSIGN_OR_RETURN(DeviceStreamWriter* const writer,
+                            writer_.For(encoding, [&] { return ShapeFor(encoding); }));
   if (!std::ranges::is_sorted(chunks)) {
     return error::InvalidField("chunks", "those of one device must be in ascending order");
   }
-  const Source source{kernel, vertices, range};
+  const Source source{*writer, kernel, vertices, range};
   return EncodeInBatches(chunks.size(), [&](size_t first, size_t count) {
     return EncodeBatch(source, chunks.subspan(first, count),
                        digests.empty() ? digests : digests.subspan(first, count),

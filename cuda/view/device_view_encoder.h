@@ -1,22 +1,21 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Writes the Draco streams of a view's chunks on its device, in batches. Brings vertices to wire
+// Writes the streams of a view's chunks on its device, in batches. Brings vertices to wire
 // order first, if the kernel keeps another order. Twin of core/view/view_encoder.h.
 //
-// Errors   those of device_stream_writer.h
+// Errors   those of device_writer.h
 // Threads  one at a time; works on the lane and waits for it before it returns
 #ifndef LATTICED_CUDA_VIEW_DEVICE_VIEW_ENCODER_H_
 #define LATTICED_CUDA_VIEW_DEVICE_VIEW_ENCODER_H_
 
 #include <memory>
-#include <optional>
 #include <span>
 #include <utility>
 
 #include "core/view/view_encoder.h"
-#include "cuda/streams/device_stream_writer.h"
 #include "cuda/view/cuda_vertex_kernel.h"
+#include "cuda/view/device_writer.h"
 
 namespace latticed {
 
@@ -30,7 +29,8 @@ class DeviceViewEncoder {
         spec_(spec),
         context_(std::move(context)),
         lane_(std::move(lane)),
-        host_(host) {}
+        host_(host),
+        writer_(context_, lane_) {}
 
   // As DeformView::Encode, for `vertices` of `kernel`. `range`: that of the quantisation box.
   [[nodiscard]] absl::Status Encode(CudaVertexKernel& kernel, DeviceSpan<const uint8_t> vertices,
@@ -38,17 +38,18 @@ class DeviceViewEncoder {
                                     double range, std::span<VertexDigest> digests,
                                     std::span<SharedBytes> results);
 
-  size_t DeviceBytes() const { return writer_.has_value() ? writer_->DeviceBytes() : 0; }
-  size_t PinnedBytes() const { return writer_.has_value() ? writer_->PinnedBytes() : 0; }
+  size_t DeviceBytes() const { return writer_.DeviceBytes(); }
+  size_t PinnedBytes() const { return writer_.PinnedBytes(); }
 
  private:
   // The arguments of one call.
   struct Source {
+    DeviceStreamWriter& writer;
     CudaVertexKernel& kernel;
     DeviceSpan<const uint8_t> vertices;
     double range;
   };
-  [[nodiscard]] absl::Status MakeWriter(Encoding encoding);
+  DracoShape ShapeFor(Encoding encoding) const;
   [[nodiscard]] absl::Status EncodeBatch(const Source& source, std::span<const uint32_t> chunks,
                                          std::span<VertexDigest> digests,
                                          std::span<SharedBytes> results);
@@ -58,8 +59,7 @@ class DeviceViewEncoder {
   std::shared_ptr<CudaContext> context_;
   std::shared_ptr<CudaLane> lane_;
   ViewEncoder& host_;
-  std::optional<DeviceStreamWriter> writer_;  // made at the first Encode
-  Encoding writer_encoding_ = Encoding::kDracoPoints;
+  DeviceWriter writer_;
 };
 
 }  // namespace latticed

@@ -190,7 +190,7 @@ TEST_P(ToleranceBits, StreamsOfDevicesAreThoseOfOne) {
   ASSERT_NE(several, nullptr);
   ASSERT_NO_FATAL_FAILURE(ExpectSameAfter(*one, *several, points, box, AllChunks(*plan_)));
   for (const Encoding encoding :
-       {Encoding::kQuantised, Encoding::kDracoPoints, Encoding::kDracoMesh}) {
+       {Encoding::kQuantised, Encoding::kDracoPoints, Encoding::kDracoMesh, Encoding::kMeshopt}) {
     ASSERT_OK_AND_ASSIGN(const auto expected, one->Encode(AllChunks(*plan_), encoding));
     ASSERT_OK_AND_ASSIGN(const auto streams, several->Encode(AllChunks(*plan_), encoding));
     for (size_t i = 0; i < expected.size(); ++i) {

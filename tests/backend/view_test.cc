@@ -187,7 +187,7 @@ TEST_P(View, ControlNetsSpanTheDeformedPatches) {
 }
 
 // The bytes depend on the chunk alone.
-TEST_P(View, DracoStreamsAreOurWritersOfTheIntegers) {
+TEST_P(View, StreamsAreOurWritersOfTheIntegers) {
   // More chunks than a device leaves to the host's threads.
   PolygonMesh mesh = TorusMesh(60, 40);
   const LatticeStructure structure = MakeStructure(mesh.ComputeBounds(), {});
@@ -204,6 +204,7 @@ TEST_P(View, DracoStreamsAreOurWritersOfTheIntegers) {
     const std::vector<uint32_t> some{0, 3, static_cast<uint32_t>(plan->chunk_count()) - 1};
     for (const auto& chunks : {AllChunks(*plan), some}) {
       ASSERT_OK_AND_ASSIGN(const auto streams, view->Encode(chunks, Encoding::kDracoPoints));
+      ASSERT_OK_AND_ASSIGN(const auto meshopt, view->Encode(chunks, Encoding::kMeshopt));
       for (size_t i = 0; i < chunks.size(); ++i) {
         const auto vertices = QuantisedVertices::FromBytes(
             integers[chunks[i]], ChunkPoints(*plan, chunks[i], spec.segments), spec.position_bits,
@@ -212,6 +213,8 @@ TEST_P(View, DracoStreamsAreOurWritersOfTheIntegers) {
             const auto expected,
             testing::EncodePoints(*MakeChunkEncoder("latticed"), vertices, box.range));
         ASSERT_TRUE(std::ranges::equal(streams[i].span(), expected))
+            << "chunk " << chunks[i] << ", " << spec.segments << " segments";
+        ASSERT_TRUE(std::ranges::equal(meshopt[i].span(), EncodeMeshopt(vertices)))
             << "chunk " << chunks[i] << ", " << spec.segments << " segments";
       }
     }

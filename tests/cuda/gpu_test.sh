@@ -57,6 +57,7 @@ run "memory, failed allocations, repeated bits" "$folder/cuda_backend_test" \
 run "what views share, made at once" "$folder/cuda_backend_test" --gtest_filter='CudaSharing.*'
 run "one scene on several devices" "$folder/cuda_backend_test" --gtest_filter='CudaSpanned.*'
 run "Draco streams, byte for byte the host's" "$folder/cuda_backend_test" --gtest_filter='DracoCoderTest.*:RansEntry*:CodedBounds*'
+run "meshopt streams, byte for byte the host's" "$folder/cuda_backend_test" --gtest_filter='MeshoptCoderTest.*:MeshoptDifferences.*'
 run "statuses, pinned memory, bytes of edges" "$folder/cuda_backend_test" --gtest_filter='CudaStatusTest.*:PinnedMemoryTest.*:EdgeBytes.*'
 # A benchmark's comparator, which is built where libepoxy is present. It skips without OpenGL.
 [[ -x $folder/bench_shaders_test ]] && run "tessellation shaders" "$folder/bench_shaders_test"

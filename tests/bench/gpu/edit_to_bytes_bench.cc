@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// From an edit to all Draco bytes of its update in host memory, by the host's clock: Evaluate, then
-// Encode with 12 and 8 bits, or 14 and 8 with a tolerance, and digests, as the server calls them. encode_ms is Encode
-// alone, including downloads and waits; ns_point is encode_ms divided by the points of the chunks. Before timing, the
-// streams are compared with those of the host's writer.
+// From an edit to all Draco bytes of its update in host memory, or with "meshopt" to all meshopt bytes, by the host's
+// clock: Evaluate, then Encode with 12 and 8 bits, or 14 and 8 with a tolerance, and digests, as the server calls them.
+// encode_ms is Encode alone, including downloads and waits; ns_point is encode_ms divided by the points of the chunks, and
+// bytes_point the bytes that reach the host. Before timing, the streams are compared with those of the host's writer.
 //
 // Rows "…/patches": the same to the bytes of bounds, which are verified before (verify_bounds.h).
 #include <algorithm>
@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "core/codec/draco_writer.h"
+#include "core/codec/meshopt/meshopt_writer.h"
 #include "core/cpu/cpu_backend.h"
 #include "fmt/format.h"
 #include "tests/bench/benches.h"
@@ -40,14 +41,27 @@ double Quantile(std::vector<double> values, double share) {
   return values[static_cast<size_t>(share * static_cast<double>(values.size() - 1))];
 }
 
+// What is edited and encoded.
+struct EncodedCase {
+  Edited edited = Edited::kAll;
+  double share = 0;  // of the box's range: the tolerance; 0: 10 segments
+  Encoding encoding = Encoding::kDracoPoints;
+};
+
+std::vector<uint8_t> EncodeOnHost(const QuantisedVertices& integers, double range,
+                                  Encoding encoding) {
+  if (encoding == Encoding::kMeshopt) return EncodeMeshopt(integers);
+  return Checked(testing::EncodePoints(DracoWriter(), integers, range));
+}
+
 // The result of comparing some chunks with the host's writer, and libdraco's time for the same chunks.
 struct Compared {
   absl::Status status;
   double libdraco_ns_point = 0;
 };
 Compared CompareWithHost(const Scenario& scenario, DeformView& view,
-                         std::span<const uint32_t> chunks) {
-  const auto streams = Checked(view.Encode(chunks, Encoding::kDracoPoints));
+                         std::span<const uint32_t> chunks, Encoding encoding) {
+  const auto streams = Checked(view.Encode(chunks, encoding));
   const size_t stride = std::max<size_t>(1, chunks.size() / kComparedByteChunks);
   Compared compared;
   size_t points = 0;
@@ -58,8 +72,7 @@ Compared CompareWithHost(const Scenario& scenario, DeformView& view,
     auto integers = QuantisedVertices::FromBytes(bytes, its, view.spec().position_bits,
                                                  view.spec().normal_bits);
     integers.is_sparse = view.spec().tolerance > 0;
-    const auto expected =
-        Checked(testing::EncodePoints(DracoWriter(), integers, scenario.box.range));
+    const auto expected = EncodeOnHost(integers, scenario.box.range, encoding);
     if (!std::ranges::equal(streams[i].span(), expected)) {
       return {absl::InternalError(fmt::format("chunk {} differs from the host's", chunks[i]))};
     }
@@ -94,13 +107,13 @@ absl::StatusOr<std::unique_ptr<DeformView>> MakeView(Backend& backend, const Sce
   return view;
 }
 
-void EditToBytes(benchmark::State& state, Backend& backend, const PaperModel& model, Edited edited,
-                 double share = 0) {
+void EditToBytes(benchmark::State& state, Backend& backend, const PaperModel& model,
+                 const EncodedCase& its) {
   const Scenario& scenario = ModelScenario(model, {2, 2, 2});
-  const auto view = MakeView(backend, scenario, share);
+  const auto view = MakeView(backend, scenario, its.share);
   if (!view.ok()) return Skip(state, view.status());
-  const auto chunks = ChunksOf(scenario, edited);
-  const Compared compared = CompareWithHost(scenario, **view, chunks);
+  const auto chunks = ChunksOf(scenario, its.edited);
+  const Compared compared = CompareWithHost(scenario, **view, chunks, its.encoding);
   if (!compared.status.ok()) return Skip(state, compared.status);
   std::vector<VertexDigest> digests(chunks.size());
   std::vector<double> whole, encode, evaluate;
@@ -110,10 +123,10 @@ void EditToBytes(benchmark::State& state, Backend& backend, const PaperModel& mo
     CheckOk((*view)->Evaluate(scenario.control_points[static_cast<size_t>(run + 1) % 2],
                               scenario.box, chunks));
     const double evaluated = MillisecondsSince(start);
-    const auto streams = (*view)->Encode(chunks, Encoding::kDracoPoints, digests);
+    const auto streams = (*view)->Encode(chunks, its.encoding, digests);
     const double both = MillisecondsSince(start);
     const auto again = Clock::now();
-    CheckOk((*view)->Encode(chunks, Encoding::kDracoPoints).status());
+    CheckOk((*view)->Encode(chunks, its.encoding).status());
     const double alone = MillisecondsSince(again);
     CheckOk(streams.status());
     if (run < kBytesWarmUps) continue;
@@ -180,14 +193,18 @@ void RegisterGpuEncodeBenches() {
                                        {"least-control-point", Edited::kLeastPoint}}) {
       RegisterOnce(fmt::format("gpu/edit-to-bytes/{}-{}/{}", model.name, model.patches, name),
                    [model, edited = edited](benchmark::State& state) {
-                     EditToBytes(state, (*TheGpu())->backend(), model, edited);
+                     EditToBytes(state, (*TheGpu())->backend(), model, {.edited = edited});
                    });
     }
-    RegisterOnce(
-        fmt::format("gpu/edit-to-bytes/{}-{}/all/tolerance-1e-4", model.name, model.patches),
-        [model](benchmark::State& state) {
-          EditToBytes(state, (*TheGpu())->backend(), model, Edited::kAll, 1e-4);
-        });
+    for (const auto& [name, its] :
+         {std::pair{"tolerance-1e-4", EncodedCase{.share = 1e-4}},
+          {"meshopt", EncodedCase{.encoding = Encoding::kMeshopt}},
+          {"tolerance-1e-4/meshopt", EncodedCase{.share = 1e-4, .encoding = Encoding::kMeshopt}}}) {
+      RegisterOnce(fmt::format("gpu/edit-to-bytes/{}-{}/all/{}", model.name, model.patches, name),
+                   [model, its = its](benchmark::State& state) {
+                     EditToBytes(state, (*TheGpu())->backend(), model, its);
+                   });
+    }
     for (const auto& [name, edited] :
          {std::pair{"all", Edited::kAll}, {"one-control-point", Edited::kMedianPoint}}) {
       RegisterOnce(
@@ -205,7 +222,7 @@ void RegisterCpuEncodeBenches() {
     RegisterOnce(fmt::format("encode/edit-to-bytes/{}-{}/{}t", model.name, model.patches, threads),
                  [model, threads](benchmark::State& state) {
                    const auto backend = MakeCpuBackend({.threads = threads});
-                   EditToBytes(state, *backend, model, Edited::kAll);
+                   EditToBytes(state, *backend, model, {});
                  });
   }
   const PaperModel large = PaperModels().back();
