@@ -10,7 +10,7 @@
 namespace latticed::kernels {
 namespace {
 
-using namespace meshopt_format;
+using meshopt_format::kBlockVertices;
 
 constexpr uint32_t kMostWarps = 4;  // of a block of threads
 

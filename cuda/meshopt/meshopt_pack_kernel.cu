@@ -9,7 +9,12 @@
 namespace latticed::kernels {
 namespace {
 
-using namespace meshopt_format;
+using meshopt_format::kHeader;
+using meshopt_format::kShortDifferences;
+using meshopt_format::kTailBytes;
+using meshopt_format::kTailPadding;
+using meshopt_format::kVertexBytes;
+using meshopt_format::NormalDifferences;
 
 // Threads that pack a chunk.
 constexpr unsigned kThreads = 128;
@@ -49,7 +54,7 @@ __device__ uint8_t FirstVertexByte(const MeshoptWork& work, uint32_t chunk, uint
 __device__ uint8_t TailByte(const MeshoptWork& work, uint32_t chunk, uint32_t byte) {
   if (byte < kTailPadding) return 0;
   if (byte < kTailPadding + kVertexBytes) return FirstVertexByte(work, chunk, byte - kTailPadding);
-  return byte + 1 < kTailBytes ? kShortDifferences : NormalMode(work.normal_bits);
+  return byte + 1 < kTailBytes ? kShortDifferences : NormalDifferences(work.normal_bits);
 }
 
 __global__ void __launch_bounds__(kThreads)
