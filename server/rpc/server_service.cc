@@ -1,5 +1,9 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
+#include <random>
+#include <string>
+
+#include "core/base/error.h"
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
 #include "latticed/v1/server.grpc.pb.h"
@@ -135,9 +139,23 @@ v1::ServerInfo DescribeServer(ServerEnv& env) {
 
 namespace {
 
-absl::Status GetServerInfo(const CallContext& context, const v1::GetServerInfoRequest&,
+// Bytes that no compression makes fewer.
+const std::string& ProbeBytes() {
+  static const auto* bytes = [] {
+    auto* made = new std::string(limits::kMaxPartBytes, '\0');
+    std::minstd_rand random(1);
+    for (char& byte : *made) byte = static_cast<char>(random() >> 8);
+    return made;
+  }();
+  return *bytes;
+}
+
+absl::Status GetServerInfo(const CallContext& context, const v1::GetServerInfoRequest& request,
                            v1::ServerInfo& response) {
+  LATTICED_RETURN_IF_ERROR(
+      error::CheckRange("probe_bytes", request.probe_bytes(), 0, double{limits::kMaxPartBytes}));
   response = DescribeServer(context.env);
+  response.set_probe(ProbeBytes().data(), request.probe_bytes());
   const Caller& caller = context.call.caller;
   response.set_role(std::string(RoleName(caller.role)));
   if (caller.shared.has_value()) {

@@ -15,6 +15,7 @@ namespace latticed::client {
 namespace {
 
 using ::latticed::testing::StatusIs;
+using ::testing::AnyOf;
 using ::testing::HasSubstr;
 
 class LatticectlBench : public LatticectlServer {
@@ -129,8 +130,8 @@ TEST_F(LatticectlBench, UpdatesThatGiveWayAreCountedAsRestartedAndSuperseded) {
 
 TEST_F(LatticectlBench, PrintsASectionOfADocument) {
   // The command starts its own server, in this process.
-  const std::string text =
-      MustRun({"bench", "vase", "--resolution", "1", "--edits", "2", "--segments", "1"});
+  const std::string text = MustRun({"bench", "vase", "--resolution", "1", "--edits", "2",
+                                    "--segments", "1", "--encoding", "draco"});
   for (const char* part :
        {"## 1 scene of vase", "closed loop; every second control point moved, draco",
         "| editors: edit to update end ", "| server: encode ",
@@ -139,6 +140,14 @@ TEST_F(LatticectlBench, PrintsASectionOfADocument) {
         " points of 1 stream against EvaluatePoints"}) {
     EXPECT_THAT(text, HasSubstr(part));
   }
+}
+
+TEST_F(LatticectlBench, SaysWhichEncodingItChoseAndWhy) {
+  const auto open = Bench({"--edits", "1"});
+  EXPECT_THAT(open["encoding"], AnyOf("draco", "meshopt"));
+  EXPECT_THAT(open["encodingReason"].get<std::string>(), HasSubstr("decoding saves"));
+  EXPECT_EQ(Bench({"--edits", "1", "--encoding", "draco"})["encodingReason"], "");
+  EXPECT_THAT(Run(Vase({"--edits", "1"})), HasSubstr(": meshopt's 0.2 bytes more a point take "));
 }
 
 TEST_F(LatticectlBench, TellsTheServersProcessorTimeWhereItsProcessIsKnown) {

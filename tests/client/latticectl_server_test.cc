@@ -16,6 +16,7 @@ namespace latticed::client {
 namespace {
 
 using ::testing::AllOf;
+using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 
 class LatticectlServerTest : public LatticectlServer {
@@ -31,6 +32,8 @@ TEST_F(LatticectlServerTest, InfoSaysWhatTheServerIs) {
                            "connections           up to "}) {
     EXPECT_THAT(info, HasSubstr(text));
   }
+  EXPECT_THAT(info, ContainsRegex("best encoding         (draco|meshopt): meshopt's 0.2 bytes more "
+                                  "a point take [0-9.]+ ns at [0-9.]+ MB/s, decoding saves "));
   EXPECT_EQ(RunJson({"info"})["limits"]["maxSegments"], 32);
 }
 
@@ -244,6 +247,11 @@ TEST_F(LatticectlServerTest, WatchPrintsALineForAnUpdate) {
   MakeScene();
   EXPECT_THAT(Run({"watch", "scene-one", "--updates", "1"}), HasSubstr("revision 0"));
   EXPECT_GT(RunJson({"watch", "scene-one", "--updates", "1"})["bytes"], 0);
+  constexpr char kChosen[] = "latticectl: by (draco|meshopt): meshopt's 0.2 bytes more a point ";
+  EXPECT_THAT(Latticectl(AtServer({"watch", "scene-one", "--updates", "1"})).err,
+              ContainsRegex(kChosen));
+  EXPECT_EQ(Latticectl(AtServer({"watch", "scene-one", "--updates", "1", "--encoding", "raw"})).err,
+            "");
   ExpectFailure({"watch", "scene-one", "--updates", "1", "--max-bytes-per-second", "1000000",
                  "--drag-position-bits", "8", "--drag-normal-bits", "6", "--max-points", "1"},
                 HasSubstr("--max-points: got 1"));

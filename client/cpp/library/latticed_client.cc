@@ -109,8 +109,10 @@ absl::StatusOr<Response> Client::Call(Stub& stub, Method<Stub, Request, Response
   return response;
 }
 
-absl::StatusOr<v1::ServerInfo> Client::GetServerInfo() {
-  return Call(*server_, &v1::ServerService::Stub::GetServerInfo, {}, "", stop_);
+absl::StatusOr<v1::ServerInfo> Client::GetServerInfo(uint32_t probe_bytes) {
+  v1::GetServerInfoRequest request;
+  request.set_probe_bytes(probe_bytes);
+  return Call(*server_, &v1::ServerService::Stub::GetServerInfo, request, "", stop_);
 }
 
 absl::Status Client::CheckHealth() {

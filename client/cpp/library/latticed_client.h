@@ -80,7 +80,8 @@ class Client {
          absl::Duration retry_for = kRetryFor, ReachabilityObserver observer = {},
          const std::shared_ptr<grpc::Channel>& stream_channel = nullptr);
 
-  [[nodiscard]] absl::StatusOr<v1::ServerInfo> GetServerInfo();
+  // `probe_bytes`: of ServerInfo.probe, to measure the line.
+  [[nodiscard]] absl::StatusOr<v1::ServerInfo> GetServerInfo(uint32_t probe_bytes = 0);
   // Asks gRPC's standard health service, without a token. kUnavailable unless the server is serving.
   [[nodiscard]] absl::Status CheckHealth();
 

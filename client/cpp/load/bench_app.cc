@@ -13,6 +13,7 @@
 #include "client/cpp/latticectl/output/output.h"
 #include "client/cpp/latticectl/session/server_meshes.h"
 #include "client/cpp/latticectl/session/session.h"
+#include "client/cpp/library/encodings/encoding_choice.h"
 #include "client/cpp/load/load_run.h"
 #include "client/cpp/load/report_output.h"
 #include "core/base/status_macros.h"
@@ -50,11 +51,18 @@ absl::StatusOr<LoadReport> Measure(Session& session, const BenchFlags& flags,
                                    const std::stop_token& stop, Console console) {
   TemporaryScenes made(session.client());
   LATTICED_ASSIGN_OR_RETURN(const auto scenes, MakeScenes(made, flags, console));
+  LoadPlan plan = flags.plan;
+  LATTICED_ASSIGN_OR_RETURN(const std::string reason,
+                            ChooseOpenEncoding(session.client(), scenes.front(), plan.view));
   ProgressBar bar(console, "edits", ProgressBar::Unit::kCount);
-  return RunLoad(
-      flags.plan, scenes, [&session] { return session.NewClient(); },
-      {.own_holds_server = flags.session.server.empty(), .server = flags.server_process},
-      bar.callback(), stop);
+  LATTICED_ASSIGN_OR_RETURN(
+      auto report,
+      RunLoad(
+          plan, scenes, [&session] { return session.NewClient(); },
+          {.own_holds_server = flags.session.server.empty(), .server = flags.server_process},
+          bar.callback(), stop));
+  report.encoding_reason = reason;
+  return report;
 }
 
 absl::Status Run(const BenchFlags& flags, CommandLine& line) {

@@ -142,6 +142,9 @@ std::string FactLines(const LoadReport& report) {
   }
   lines += fmt::format("* server: {} updates superseded by one in less detail\n",
                        FormatCount(report.after.superseded - report.before.superseded));
+  if (!report.encoding_reason.empty()) {
+    lines += fmt::format("* by {}: {}\n", EncodingName(report.encoding), report.encoding_reason);
+  }
   lines += TimeText(report) + CpuText(report);
   return lines + fmt::format(
                      "* verified: {} points of {} against EvaluatePoints; the worst is off by "
@@ -196,6 +199,7 @@ nlohmann::json LoadJson(const LoadPlan& plan, const LoadReport& report) {
                       {"patches", report.patches},
                       {"points", report.points},
                       {"encoding", EncodingName(report.encoding)},
+                      {"encodingReason", report.encoding_reason},
                       {"pace", PaceText(plan)},
                       {"moved", MovedText(plan)},
                       {"edits", report.edits},

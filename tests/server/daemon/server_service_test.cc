@@ -2,6 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // GetServerInfo, and the metadata that every reply carries.
+#include <array>
+
+#include "core/base/limits.h"
 #include "tests/server/support/server_test.h"
 
 namespace latticed::testing {
@@ -24,7 +27,7 @@ TEST_F(ServerServiceTest, InfoNamesBackendAbilitiesAndEveryLimit) {
   EXPECT_EQ(info.version(), "0.1.0");
   EXPECT_EQ(info.node(), "test-node");
   EXPECT_EQ(info.boot_id().size(), 32u);
-  EXPECT_EQ(info.encodings_size(), 5);
+  EXPECT_EQ(info.encodings_size(), 6);
   EXPECT_EQ(info.mesh_formats_size(), 6);
   EXPECT_EQ(info.export_formats_size(), 6);
   EXPECT_EQ(info.pipelines_size(), 4);
@@ -38,6 +41,24 @@ TEST_F(ServerServiceTest, InfoNamesBackendAbilitiesAndEveryLimit) {
   EXPECT_EQ(info.limits().max_watchers_per_scene(), 1'000);
   EXPECT_EQ(info.limits().max_evaluate_points(), 4'096);
   EXPECT_EQ(info.limits().upload_idle_timeout().seconds(), 3'600);
+}
+
+TEST_F(ServerServiceTest, AProbeHasAsManyBytesAsAskedForAndNoPattern) {
+  v1::GetServerInfoRequest request;
+  v1::ServerInfo info;
+  EXPECT_EQ(Info().probe(), "");
+
+  request.set_probe_bytes(limits::kMaxPartBytes);
+  ASSERT_OK(Call(&Infos::GetServerInfo, request, &info));
+  EXPECT_EQ(info.probe().size(), 786'432u);
+  std::array<int, 256> counts{};
+  for (const char byte : info.probe()) ++counts[static_cast<uint8_t>(byte)];
+  EXPECT_THAT(counts, ::testing::Each(::testing::AllOf(::testing::Gt(2'700), ::testing::Lt(3'450))))
+      << "3,072 each, within seven standard deviations";
+
+  request.set_probe_bytes(limits::kMaxPartBytes + 1);
+  ExpectRefused(Call(&Infos::GetServerInfo, request, &info), absl::StatusCode::kInvalidArgument,
+                "OUT_OF_RANGE", "probe_bytes");
 }
 
 TEST_F(ServerServiceTest, FeaturesNameHttpWhereItIsServed) {

@@ -111,6 +111,7 @@ void DeclareBench(CLI::App& bench, BenchFlags& flags) {
   bench.get_option("--encoding")->check([](const std::string& name) {
     return name == "patches" ? "patches have no points to compare with the server's" : "";
   });
+  bench.get_option("--encoding")->default_str("the faster one");
   AddToleranceFlag(bench, flags.plan.tolerance);
   AddDragFlags(bench, flags.plan.view);
   AddPipelineFlag(bench, flags.pipeline);

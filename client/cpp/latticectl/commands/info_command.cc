@@ -8,6 +8,7 @@
 #include "client/cpp/latticectl/commands/commands.h"
 #include "client/cpp/latticectl/output/output.h"
 #include "client/cpp/latticectl/session/session.h"
+#include "client/cpp/library/encodings/encoding_choice.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
 
@@ -18,7 +19,14 @@ struct InfoFlags : ServerFlags {
   bool health = false;
 };
 
-std::string InfoText(const v1::ServerInfo& info) {
+// Why none could be chosen is no reason to show nothing else.
+std::string BestEncoding(Client& client) {
+  const auto choice = ChooseEncoding(client);
+  if (!choice.ok()) return "unknown: " + std::string(choice.status().message());
+  return fmt::format("{}: {}", EncodingName(choice->encoding), choice->reason);
+}
+
+std::string InfoText(const v1::ServerInfo& info, const std::string& best_encoding) {
   TextTable table;
   table.AddRow({"version", info.version()});
   table.AddRow({"durability", info.durable()
@@ -42,6 +50,7 @@ std::string InfoText(const v1::ServerInfo& info) {
         (encodings.empty() ? "" : ", ") + EncodingName(static_cast<v1::Encoding>(encoding));
   }
   table.AddRow({"encodings", encodings});
+  table.AddRow({"best encoding", best_encoding});
   if (!info.tenant().empty()) table.AddRow({"tenant", info.tenant()});
   for (const v1::QuotaUse& use : info.quotas()) {
     table.AddRow({"quota of " + use.what(),
@@ -73,7 +82,8 @@ absl::Status RunInfo(const InfoFlags& flags, Client& client, Console console) {
     return absl::OkStatus();
   }
   LATTICED_ASSIGN_OR_RETURN(const auto info, client.GetServerInfo());
-  PrintResult(flags.json, info, InfoText(info), console.out);
+  const std::string best = flags.json ? "" : BestEncoding(client);
+  PrintResult(flags.json, info, InfoText(info, best), console.out);
   return absl::OkStatus();
 }
 

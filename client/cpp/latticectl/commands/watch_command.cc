@@ -6,12 +6,14 @@
 #include <nlohmann/json.hpp>
 #include <ostream>
 
+#include "client/cpp/latticectl/command_line/failure.h"
 #include "client/cpp/latticectl/command_line/message_flags.h"
 #include "client/cpp/latticectl/commands/commands.h"
 #include "client/cpp/latticectl/output/output.h"
 #include "client/cpp/latticectl/session/scene_patches.h"
 #include "client/cpp/latticectl/session/scene_tolerance.h"
 #include "client/cpp/latticectl/session/session.h"
+#include "client/cpp/library/encodings/encoding_choice.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
 
@@ -75,9 +77,15 @@ absl::Status RunWatch(const WatchFlags& flags, Client& client, Console console) 
   *request.mutable_view() = flags.view;
   LATTICED_RETURN_IF_ERROR(
       SetTolerance(client, flags.scene, flags.tolerance, request.mutable_view()));
+  LATTICED_ASSIGN_OR_RETURN(const std::string reason,
+                            ChooseOpenEncoding(client, flags.scene, *request.mutable_view()));
   const double tolerance = request.view().tolerance();
   ScenePatches patches(client, flags.scene, tolerance);
   LATTICED_ASSIGN_OR_RETURN(const auto watch, client.Watch(std::move(request)));
+  if (!reason.empty()) {
+    const v1::Encoding chosen = watch->surface().view().encoding();
+    PrintNotice(fmt::format("by {}: {}", EncodingName(chosen), reason), flags.json, console.err);
+  }
   std::optional<CompleteUpdate> update = watch->first_update();
   for (uint64_t count = 0; update.has_value();) {
     LATTICED_ASSIGN_OR_RETURN(const auto points, PointsOf(watch->surface(), tolerance, patches));
@@ -97,6 +105,7 @@ void AddWatchCommand(CLI::App& app, CommandLine& line) {
   command->add_option("--updates", flags->updates, "Ends after this many updates; by default never")
       ->check(CLI::PositiveNumber);
   AddViewFlags(*command, flags->view, ViewDefaults::kOfScene);
+  command->get_option("--encoding")->default_str("the faster one");
   AddToleranceFlag(*command, flags->tolerance);
   AddDragFlags(*command, flags->view);
   SetExample(*command, "watch my-scene --updates 10");
