@@ -43,9 +43,9 @@ export function firstView(settings: Settings, { diagonal, patches }: SurfaceSize
   return { ...view, tolerance, segments: segmentsFor(patches), positionBits: 0 };
 }
 
-/** Without points, segments and bits mean nothing: they come by Draco then. */
+/** Without points, segments and bits mean nothing. */
 function withPoints(view: StreamSettings): StreamSettings {
-  return view.encoding === 'patches' ? { ...view, encoding: 'draco' } : view;
+  return view.encoding === 'patches' ? { ...view, encoding: 'auto' } : view;
 }
 
 export class DetailWatch {

@@ -124,7 +124,7 @@ test('points are asked for if patches cannot be evaluated, also before anything 
   watched.settings.set({ view: DEFAULT_SETTINGS.view });
   assert.deepEqual(watched.asked, []);
   watched.watch.needsPoints();
-  assert.deepEqual([watched.askedView.encoding, watched.askedView.tolerance], ['draco', 0]);
+  assert.deepEqual([watched.askedView.encoding, watched.askedView.tolerance], ['auto', 0]);
   watched.surface.layout = {};
   watched.watch.ask();
   assert.equal(watched.askedView.tolerance, 2 ** -8);

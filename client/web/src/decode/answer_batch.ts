@@ -8,7 +8,10 @@ import type { DecodeAnswer, DecodeBatch } from './decode_pool';
 export async function answerBatch({ id, data, chunks, reuse }: DecodeBatch, decoder: Promise<ChunkDecoder>): Promise<DecodeAnswer> {
   let end = 0;
   const parts = chunks.map(({ bytes, form }): ChunkData => ({ form, data: data.subarray(end, (end += bytes)) }));
+  await decoder.catch(() => undefined);
+  const begin = performance.now();
   const { memory, results } = await decoder.then((ready) => ready.decode(parts, reuse)).catch(
     (error: unknown) => ({ memory: new ArrayBuffer(0), results: chunks.map(() => new Error(String(error))) }));
-  return { id, memory, chunks: results.map((result) => (result instanceof Error ? result.message : result)) };
+  const ms = performance.now() - begin;
+  return { id, memory, ms, chunks: results.map((result) => (result instanceof Error ? result.message : result)) };
 }

@@ -37,6 +37,8 @@ export type DecodeRequest = DecodeStart | DecodeBatch;
 export interface DecodeAnswer {
   readonly id: number;
   readonly memory: ArrayBuffer;
+  /** The time that the worker took. */
+  readonly ms: number;
   readonly chunks: readonly (DecodedChunk | string)[];
 }
 
@@ -70,6 +72,7 @@ export class DecodePool {
   private static readonly BATCHES_PER_WORKER = 8;
   private static readonly POINTS_PER_BATCH = 34_000; // 16 chunks of 32 patches of 10 segments, about 0.6 ms
   private static readonly SPARE_BUFFERS = 64;
+  private static readonly MEASURED_MS = 5; // clocks of browsers are coarse
 
   private readonly queue: Job[] = [];
   private readonly running = new Map<number, readonly Job[]>(); // by batch
@@ -79,6 +82,10 @@ export class DecodePool {
   private nextId = 1;
   private isPumping = false;
   private failure: Error | undefined;
+  private readonly draco = { ms: 0, points: 0 }; // of all batches without another encoding
+
+  /** Whether this browser can run decoder.wasm. draco3d decodes otherwise. */
+  readonly hasOwnDecoder: boolean;
 
   /**
    * @param wasm decoder.wasm, if there is one.
@@ -86,6 +93,7 @@ export class DecodePool {
    */
   constructor(private readonly workers: readonly DecodeWorker[], wasm: ArrayBuffer | undefined, draco3d: Draco3dFiles) {
     this.load = workers.map(() => 0);
+    this.hasOwnDecoder = wasm !== undefined && WebAssembly.validate(wasm);
     workers.forEach((worker, number) => {
       worker.onmessage = ({ data }) => this.answered(number, data);
       worker.onerror = ({ message }) => this.fail(new Error(`a decoding worker failed: ${message ?? 'not loaded'}`));
@@ -122,6 +130,17 @@ export class DecodePool {
     if (users > 1) return void this.users.set(memory, users - 1);
     this.users.delete(memory);
     if (this.spare.length < DecodePool.SPARE_BUFFERS) this.spare.push(memory);
+  }
+
+  /** How many chunks are decoded at once. */
+  get size(): number {
+    return this.workers.length;
+  }
+
+  /** What a worker takes for a point of Draco; undefined until enough were decoded. */
+  get dracoNs(): number | undefined {
+    const { ms, points } = this.draco;
+    return ms < DecodePool.MEASURED_MS ? undefined : (1e6 * ms) / points;
   }
 
   /** Chunks that wait or are being decoded. */
@@ -174,11 +193,15 @@ export class DecodePool {
     worker.postMessage({ kind: 'batch', id, data, chunks, reuse }, reuse ? [data.buffer, reuse] : [data.buffer]);
   }
 
-  private answered(number: number, { id, memory, chunks }: DecodeAnswer): void {
+  private answered(number: number, { id, memory, ms, chunks }: DecodeAnswer): void {
     --this.load[number]!;
     const jobs = this.running.get(id) ?? [];
     this.running.delete(id);
     const decoded = chunks.filter((chunk) => typeof chunk !== 'string');
+    if (decoded.length === jobs.length && jobs.every(({ form }) => form.encoding === 'draco')) {
+      this.draco.ms += ms;
+      this.draco.points += jobs.reduce((sum, { form }) => sum + form.points, 0);
+    }
     if (decoded.length) this.users.set(memory, decoded.length);
     jobs.forEach((job, i) => {
       const chunk = chunks[i] ?? 'a worker answered nothing';

@@ -49,6 +49,8 @@ export interface UpdateInfo {
   readonly certifiedError: number;
   /** Whether this is all detail that the view asks for. */
   readonly fullDetail: boolean;
+  /** Which encoding the page has chosen and why, if that was left to it. For people. */
+  readonly chosen?: string;
   /** Where the time went, in ms. */
   readonly times: { readonly server: number; readonly transfer: number; readonly decode: number; readonly upload: number };
 }
@@ -88,8 +90,11 @@ export interface ViewRequest {
   /** Most points while edits come. 0: no limit. */
   readonly maxPoints?: number;
   readonly normals?: 'facet' | 'smooth' | 'none';
-  /** patches: no points come, and the page evaluates them by itself, within a tolerance of its own. */
-  readonly encoding?: 'draco' | 'meshopt' | 'quantised' | 'raw' | 'patches';
+  /**
+   * patches: no points come, and the page evaluates them by itself, within a tolerance of its own. auto: Draco, then Meshopt if the
+   * rates of line and decoding favour it.
+   */
+  readonly encoding?: 'auto' | 'draco' | 'meshopt' | 'quantised' | 'raw' | 'patches';
   /** 8 to 16. 0 with a tolerance: the least that meet it. */
   readonly positionBits?: number;
   /** 6 to 12. */

@@ -3,6 +3,7 @@
 import { Code } from '@connectrpc/connect';
 import type { Hello, Presence as PresenceMessage, SceneEvent } from 'latticed/v1/event_pb';
 import { Feature, type ServerInfo } from 'latticed/v1/server_pb';
+import type { ViewOptions } from 'latticed/v1/view_pb';
 import type { DecodePool } from '../decode/decode_pool';
 import { clipped } from '../state/person';
 import type { SurfaceMesh } from '../surface/surface_mesh';
@@ -15,6 +16,7 @@ import { fromView, toView } from '../wire/view_message';
 import { inWords, tokenWanted } from '../wire/words';
 import { AckPace } from './ack_pace';
 import type { LatticeSync } from './edits/lattice_sync';
+import { measuredChoice, type EncodingChoice } from './encoding_choice';
 import type { Listeners } from './listeners';
 import { Presences } from './presences';
 import { SceneConnection, type AfterEnd, type BackOff, type ConnectionHost, type Wakeable } from './scene_connection';
@@ -55,6 +57,8 @@ export class SessionStream implements ConnectionHost {
   private readonly endTokens: () => void;
   private view: ViewRequest;
   private grantedView: Required<ViewRequest> | undefined;  // of the newest update with full detail
+  private choice: EncodingChoice | undefined;  // of an encoding that is left open
+  private isChoosing = false;
   private resumeToken: Uint8Array<ArrayBuffer> = new Uint8Array();
   private startsAnew = false;  // until the first update of a stream that starts anew
   private shown: SessionStatus = { state: 'connecting', text: 'Connecting …' };
@@ -103,7 +107,21 @@ export class SessionStream implements ConnectionHost {
 
   setView(view: ViewRequest): void {
     this.view = { ...this.view, ...view };
-    this.send({ message: { case: 'control', value: { view: fromView(this.view) } } });
+    this.send({ message: { case: 'control', value: { view: this.viewOptions } } });
+  }
+
+  private get viewOptions(): ViewOptions {
+    return fromView(this.view, this.choice?.encoding);
+  }
+
+  /** Chooses the encoding that is left open, once something was decoded. */
+  private async choose(): Promise<void> {
+    if (this.choice || this.isChoosing) return;
+    this.isChoosing = true;
+    const { server, info, pool } = this.parts;
+    this.choice = await measuredChoice(server, info, pool);
+    this.isChoosing = false;
+    if (this.choice?.encoding === 'meshopt') this.setView({});
   }
 
   announce(change: Partial<Presence>): void {
@@ -122,7 +140,7 @@ export class SessionStream implements ConnectionHost {
 
   request(): WatchRequestInit {
     return {
-      scene: this.sceneId, editorId: this.editorId, view: fromView(this.view), resumeToken: this.resumeToken,
+      scene: this.sceneId, editorId: this.editorId, view: this.viewOptions, resumeToken: this.resumeToken,
       maxUnackedUpdates: AckPace.AT_ONCE };
   }
 
@@ -208,7 +226,9 @@ export class SessionStream implements ConnectionHost {
     const upload = performance.now() - start;
     if (!update.ofLostStream) this.startsAnew = false;
     if (!this.startsAnew) this.resumeToken = end.resumeToken as Uint8Array<ArrayBuffer>;
-    if (update.view && end.fullDetail) this.grantedView = toView(update.view);
+    const isOpen = this.view.encoding === 'auto';
+    if (update.view && end.fullDetail) this.grantedView = { ...toView(update.view), ...(isOpen && { encoding: 'auto' }) };
+    if (isOpen) void this.choose();
     if (!update.ofLostStream) {
       this.send({ message: { case: 'control', value: { ackedUpdateId: this.acks.take(end.updateId, update.unseen) } } });
     }
@@ -218,6 +238,7 @@ export class SessionStream implements ConnectionHost {
       revision: Number(end.revision), ...(msFromEdit !== undefined && { msFromEdit }), bytes: update.bytes,
       patchesSent: update.patches, patchesAll: edges?.layout.patchCount ?? this.parts.surface.patchCount, points: this.parts.surface.pointCount,
       certifiedError: end.certifiedError, fullDetail: end.fullDetail,
+      ...(isOpen && this.choice && { chosen: `${this.choice.encoding}: ${this.choice.reason}` }),
       times: { server: (evaluateUs + encodeUs) / 1000, transfer: update.transferMs, decode: update.decodeMs, upload },
     });
   }
@@ -245,7 +266,7 @@ export class SessionStream implements ConnectionHost {
   /** Goes on with points from the server, if it has no patches for this scene. Returns whether that was it. */
   private dropPatches(error: ServerError): boolean {
     if (error.code !== Code.InvalidArgument || this.view.encoding !== 'patches') return false;
-    this.view = { ...this.view, encoding: 'draco' };
+    this.view = { ...this.view, encoding: 'auto' };
     this.startAnew();
     this.listeners.emit('view', this.view);
     return true;

@@ -163,7 +163,9 @@ export class Panel {
     const hasNone = (): boolean => this.settings.value.view.normals === 'none';
     const steps = (bound: Bound<number>, min: number, max: number): HTMLElement =>
       this.keep(slider(bound, { min, max, step: 1 }, 'change'));
-    const encodings = { patches: 'None: evaluated here', draco: 'Draco', meshopt: 'Meshopt', quantised: 'Quantised', raw: 'Raw floats' };
+    const encodings = {
+      patches: 'None: evaluated here', auto: 'Automatic', draco: 'Draco', meshopt: 'Meshopt', quantised: 'Quantised', raw: 'Raw floats',
+    };
     return [
       this.keep(segmented(this.of('detail', 'Detail'), { tolerance: 'By tolerance', segments: 'By segments' })),
       this.pixelsField(),

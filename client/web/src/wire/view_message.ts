@@ -9,14 +9,19 @@ const ENCODINGS = {
   draco: Encoding.DRACO_POINTS, meshopt: Encoding.MESHOPT, quantised: Encoding.QUANTISED, raw: Encoding.RAW, patches: Encoding.PATCHES,
 } as const;
 
-/** An absent field gets the scene's default, but an absent encoding is Draco. */
-export function fromView(view: ViewRequest): ViewOptions {
+/**
+ * An absent field gets the scene's default, but an absent encoding is Draco.
+ *
+ * @param open The encoding of a view that leaves it open.
+ */
+export function fromView(view: ViewRequest, open: 'draco' | 'meshopt' = 'draco'): ViewOptions {
+  const { encoding = 'draco' } = view;
   return create(ViewOptionsSchema, {
     segments: view.segments ?? 0,
     tolerance: view.tolerance ?? 0,
     maxPoints: BigInt(view.maxPoints ?? 0),
     normals: view.normals ? NORMALS[view.normals] : NormalMode.UNSPECIFIED,
-    encoding: ENCODINGS[view.encoding ?? 'draco'],
+    encoding: ENCODINGS[encoding === 'auto' ? open : encoding],
     positionBits: view.positionBits ?? 0,
     normalBits: view.normalBits ?? 0,
   });

@@ -222,7 +222,7 @@ test('where the GPU cannot evaluate patches, points come within a tolerance', as
   await live(other);
   await other.waitForFunction(() => window.latticed.scene!.session.askedView.tolerance! > 0);
 
-  assert.equal(await other.evaluate(() => window.latticed.scene!.session.askedView.encoding), 'draco');
+  assert.equal(await other.evaluate(() => window.latticed.scene!.session.askedView.encoding), 'auto');
   await followsDefinition(other, OBJ);
   assert.deepEqual(wrong, []);
   await context.close();

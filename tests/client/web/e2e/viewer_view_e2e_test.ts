@@ -287,6 +287,17 @@ test('bits and encoding of the panel are those of what comes, which the head-up 
     await page.waitForFunction((isRaw) => (window.latticed.scene!.session.surface.grid?.step === 1) === isRaw, encoding === 'raw');
     await followsDefinition(page, OBJ);
   }
+  await setView({ encoding: 'auto' });
+  await page.waitForFunction(async () => {
+    const { session } = window.latticed.scene!;
+    session.setView({}); // decodes until the page knows how long that takes
+    await new Promise((resolve) => void session.on('update', resolve));
+    return document.querySelector<HTMLElement>('[data-hud=bytes]')!.title !== '';
+  });
+  assert.match(await page.locator('[data-hud=bytes]').getAttribute('title') ?? '',
+    /^(draco|meshopt): meshopt's 0.2 bytes more a point take [0-9.]+ ns at [0-9.e+]+ MB\/s, decoding saves [0-9.]+ ns$/);
+  await followsDefinition(page, OBJ);
+  await setView({ encoding: 'quantised' });
   await undo(rest);
 });
 

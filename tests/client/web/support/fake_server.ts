@@ -5,6 +5,7 @@ import { Code, ConnectError, createRouterTransport } from '@connectrpc/connect';
 import { MeshSchema, MeshService, type DownloadMeshResponseSchema } from 'latticed/v1/mesh_pb';
 import { SceneService } from 'latticed/v1/scene_pb';
 import { ServerInfoSchema, ServerService, type Feature, type ServerInfo } from 'latticed/v1/server_pb';
+import { Encoding } from 'latticed/v1/view_pb';
 import { LatticedServer } from '@src/wire/latticed_server';
 
 /** Answers a session's calls, other than its stream, from memory. */
@@ -13,6 +14,10 @@ export class FakeServer {
   /** The error of GetServerInfo, if it is to fail. */
   refusal: ConnectError | undefined;
   features: Feature[] = [];
+  encodings: Encoding[] = [Encoding.DRACO_POINTS, Encoding.MESHOPT];
+  /** Milliseconds that a byte of GetServerInfo's probes takes, and the bytes that were asked for. */
+  msPerProbeByte = 0;
+  readonly probes: number[] = [];
   readonly meshes = new Map<string, Uint8Array>();
   /** The number of DownloadMesh calls. */
   downloads = 0;
@@ -26,7 +31,14 @@ export class FakeServer {
   readonly deadlines: number[] = [];
 
   readonly client = new LatticedServer('http://test', undefined, createRouterTransport(({ service }) => {
-    service(ServerService, { getServerInfo: (_, { timeoutMs }) => (this.note(timeoutMs()), this.info()) });
+    service(ServerService, {
+      getServerInfo: async ({ probeBytes }, { timeoutMs }) => {
+        this.note(timeoutMs());
+        this.probes.push(probeBytes);
+        if (this.msPerProbeByte > 0) await new Promise((resolve) => setTimeout(resolve, probeBytes * this.msPerProbeByte));
+        return this.info();
+      },
+    });
     service(MeshService, {
       getMesh: ({ mesh }) =>
         create(MeshSchema, { id: mesh, totalBytes: BigInt(this.mesh(mesh).length), ...this.meshFacts }),
@@ -42,7 +54,8 @@ export class FakeServer {
 
   info(): ServerInfo {
     if (this.refusal) throw this.refusal;
-    return create(ServerInfoSchema, { durable: this.durable, features: this.features, limits: { maxPresenceName: 8 } });
+    const { durable, features, encodings } = this;
+    return create(ServerInfoSchema, { durable, features, encodings, limits: { maxPresenceName: 8 } });
   }
 
   async *download(mesh: string, signal: AbortSignal): AsyncGenerator<MessageInitShape<typeof DownloadMeshResponseSchema>> {

@@ -3,6 +3,7 @@
 import type { TestContext } from 'node:test';
 import { Code } from '@connectrpc/connect';
 import { Encoding, NormalMode } from 'latticed/v1/view_pb';
+import type { DecodePool } from '@src/decode/decode_pool';
 import { Lattice } from '@src/lattice/lattice';
 import { LiveSession } from '@src/session/live_session';
 import type { BackOff, Wakeable } from '@src/session/scene_connection';
@@ -48,6 +49,7 @@ export class SessionFixture {
   readonly sockets = new FakeStreams();
   readonly watches = new FakeStreams();
   readonly worker: FakeWorker;
+  readonly pool: DecodePool;
   readonly surface: SurfaceMesh;
   readonly said: string[] = [];
   readonly session: LiveSession;
@@ -57,12 +59,13 @@ export class SessionFixture {
   constructor(t: TestContext, options: Options = {}) {
     this.surface = new SurfaceMesh(options.patches ?? noPatches);
     this.worker = new FakeWorker(options.decodesAtOnce ?? true);
+    this.pool = poolOf(this.worker);
     this.server = options.server ?? new FakeServer();
     this.server.features = options.features ?? [];
     this.server.durable = options.durable ?? true;
     this.session = new LiveSession('scene-0001', {
       server: this.server.client, info: this.server.info(), streams: [this.sockets.open, this.watches.open],
-      pool: poolOf(this.worker), surface: this.surface,
+      pool: this.pool, surface: this.surface,
       downloads: new MeshDownloads(this.server.client.meshes),
       backOff: options.backOff ?? { firstMs: 1, lastMs: 2 },
       wakes: (connection) => {

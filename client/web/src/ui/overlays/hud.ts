@@ -46,7 +46,7 @@ export class Hud {
     this.undrawn = undefined;
     clearTimeout(this.timer);
     for (const value of Object.values(this.values)) value.textContent = '–';
-    this.values['latency'].removeAttribute('title');
+    this.values['latency'].title = this.values['bytes'].title = '';
   }
 
   /**
@@ -59,6 +59,7 @@ export class Hud {
     if (info.msFromEdit !== undefined && !isEvaluated) this.undrawn = performance.now() - info.msFromEdit;
     if (info.patchesSent > 0) {
       this.values['bytes'].textContent = bytes(info.bytes);
+      this.values['bytes'].title = info.chosen ?? '';
       this.values['patches'].textContent =
         `${info.patchesSent.toLocaleString('en')} / ${info.patchesAll.toLocaleString('en')}`;
     }
