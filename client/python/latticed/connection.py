@@ -3,15 +3,25 @@
 """A channel to one server, with the metadata that every call carries."""
 from __future__ import annotations
 
+import logging
 import os
 from functools import partial
 from pathlib import Path
-from typing import Any, Callable, List, Tuple, Union
+from typing import Any, Callable, List, Optional, Tuple, Union
 
 import grpc
 
+from latticed.encoding_choice import EncodingChoice, measured_choice
+from latticed.errors import LatticedError
 from latticed.retries import Reachability, once, with_retries
-from latticed.v1 import backup_pb2_grpc, mesh_pb2_grpc, scene_pb2_grpc, server_pb2_grpc, share_pb2_grpc
+from latticed.v1 import (
+    backup_pb2_grpc,
+    mesh_pb2_grpc,
+    scene_pb2_grpc,
+    server_pb2,
+    server_pb2_grpc,
+    share_pb2_grpc,
+)
 
 # PEM, as bytes or as the path of a file.
 Pem = Union[bytes, str, "os.PathLike[str]"]
@@ -35,6 +45,10 @@ _ATTENTIVE = [
     # Where heartbeats are rarer, pings go on: gRPC would stop after two.
     ("grpc.http2.max_pings_without_data", 0),
 ]
+
+
+_LOG = logging.getLogger("latticed")
+_PROBE_SECONDS = 5.0
 
 
 def _read(pem: Pem | None) -> bytes | None:
@@ -63,6 +77,7 @@ class Connection:
             open_channel = partial(grpc.insecure_channel, address)
         self._channels = [open_channel(options=_OPTIONS + more) for more in (_PATIENT, _ATTENTIVE)]
         self._channel, self.stream_channel = self._channels
+        self._choice: Optional[EncodingChoice] = None
         self.reachability = Reachability(self._channel, address, retry_for)
         self.server: Any = server_pb2_grpc.ServerServiceStub(self._channel)  # type: ignore[no-untyped-call]
         self.meshes: Any = mesh_pb2_grpc.MeshServiceStub(self._channel)  # type: ignore[no-untyped-call]
@@ -86,6 +101,23 @@ class Connection:
     def call_once(self, method: Callable[..., Any], request: Any, scene: str = "") -> Any:
         """Makes a unary call with one attempt, for deletions: a second attempt would find nothing."""
         return once(self.address, lambda: method(request, metadata=self.metadata(scene)))
+
+    def encoding_choice(self) -> EncodingChoice:
+        """Measured at the first call that succeeds; Draco until then. The logger "latticed" says it."""
+        if self._choice is None:
+            try:
+                self._choice = measured_choice(self._probe)
+            except LatticedError as error:
+                return EncodingChoice("draco", f"the line could not be measured: {error}")
+            _LOG.info("points come by %s where no encoding is named: %s", *self._choice)
+        return self._choice
+
+    def _probe(self, size: int) -> Any:
+        request = server_pb2.GetServerInfoRequest(probe_bytes=size)
+        return once(
+            self.address,
+            lambda: self.server.GetServerInfo(request, metadata=self.metadata(), timeout=_PROBE_SECONDS),
+        )
 
     def close(self) -> None:
         """Ends all calls."""

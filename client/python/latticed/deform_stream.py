@@ -111,7 +111,7 @@ class DeformStream(UpdateStream, EditCalls[int]):
 
     def set_view(self, view: View) -> None:
         """Changes the view, from the next update on."""
-        options = view.for_watching(self._scene_default)
+        options = self._options(view)
         with self._changed:
             self._watch.view.CopyFrom(options)
             self._requests.send(control=scene_pb2.ControlWatchRequest(view=options))

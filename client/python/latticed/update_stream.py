@@ -44,7 +44,7 @@ class UpdateStream(ABC):
         self._connection = connection
         self._scene_default = scene_default
         self._watch = watch  # its resume_token is always the newest
-        self._watch.view.CopyFrom(view.for_watching(scene_default))
+        self._watch.view.CopyFrom(self._options(view))
         self._surface = Surface()
         self._changed = threading.Condition()  # guards all that follow
         self._call: Any = None
@@ -119,6 +119,9 @@ class UpdateStream(ABC):
 
     def __exit__(self, kind: Type[BaseException] | None, *error: object) -> None:
         self.close()
+
+    def _options(self, view: View) -> Any:
+        return view.for_stream(self._scene_default, self._connection.encoding_choice)
 
     def _start(self) -> None:
         """Starts the reading thread and waits for the first update. The lattice is known then."""

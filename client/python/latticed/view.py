@@ -3,11 +3,12 @@
 """A watcher's view of a scene."""
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
-from typing import Any, Dict
+from dataclasses import dataclass, fields, replace
+from typing import Any, Callable, Dict
 
 from latticed import draco
 from latticed.choices import choose
+from latticed.encoding_choice import EncodingChoice
 from latticed.v1 import view_pb2
 
 _ENCODINGS: Dict[str, Any] = {
@@ -39,7 +40,7 @@ class View:
         0  # subdivisions of a patch's edge, 1 to 32; default 10; with a tolerance, a limit of points
     )
     normals: str = ""  # "none", "facet" or "smooth"; default smooth if the mesh has normals, else facet
-    # "draco", "draco_mesh", "meshopt", "raw" or "quantised"; default draco. "patches": updates have no points, see PatchEvaluator
+    # "draco", "draco_mesh", "meshopt", "raw" or "quantised"; default draco, in streams the faster of draco and meshopt. "patches": updates have no points, see PatchEvaluator
     encoding: str = ""
     position_bits: int = 0  # bits per coordinate, 8 to 16; default 12; no effect for raw
     normal_bits: int = 0  # bits per coordinate of the octahedral map, 6 to 12; default 8; no effect for raw
@@ -58,6 +59,12 @@ class View:
             "encoding": choose("encoding", self.encoding, _ENCODINGS),
         }
         return view_pb2.ViewOptions(**{**vars(self), **named})
+
+    def for_stream(self, scene_default: View, choice: Callable[[], EncodingChoice]) -> view_pb2.ViewOptions:
+        """Like for_watching; a view that names no encoding gets the one that `choice` names, instead of the scene's Draco."""
+        if self.encoding or scene_default.encoding != "draco" or not draco.has_decoder():
+            return self.for_watching(scene_default)
+        return replace(self, encoding=choice().encoding).to_proto()
 
     def for_watching(self, scene_default: View) -> view_pb2.ViewOptions:
         """Like to_proto, with an encoding that can be decoded here. Without a decoder, a view that

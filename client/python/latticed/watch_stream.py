@@ -23,7 +23,7 @@ class WatchStream(UpdateStream):
 
     def set_view(self, view: View) -> None:
         """Changes the view, from the next update on."""
-        options = view.for_watching(self._scene_default)
+        options = self._options(view)
         self._control(scene_pb2.ControlWatchRequest(view=options))
         with self._changed:
             self._watch.view.CopyFrom(options)
