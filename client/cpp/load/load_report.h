@@ -66,8 +66,8 @@ struct LoadReport {
   uint64_t patches = 0, points = 0;  // of all scenes
   v1::Encoding encoding = v1::ENCODING_UNSPECIFIED;
   std::string encoding_reason;  // empty: --encoding names it
-  uint64_t edits = 0;     // that were due, replaced ones included
-  uint64_t replaced = 0;  // edits that a newer one replaced before they were sent
+  uint64_t edits = 0;           // that were due, replaced ones included
+  uint64_t replaced = 0;        // edits that a newer one replaced before they were sent
   absl::Duration duration;
   StreamGroup editors, watchers, slow;
   ServerStages stages;
