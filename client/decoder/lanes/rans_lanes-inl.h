@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// States of up to four streams in turns: while one waits for its table, the others go on. A word has the state x < 2^22
+// States of up to eight streams in turns: while one waits for its table, the others go on. A word has the state x < 2^22
 // at its top and the stream's next bytes below it, so that to take bytes in is a shift:
 //
 //   x' = x - cumulative - q complement, then a byte for each 8 bits that x' lacks of 2^14
@@ -35,8 +35,6 @@ constexpr int kQuotientShift = kStateShift + kNarrowPrecision;
 constexpr int kBelowState = 64 - kStateShift;
 constexpr uint64_t kLeastState = uint64_t{4} << kNarrowPrecision;
 constexpr uint32_t kMostSymbolBytes = 2;
-// More would be slower: their tables, 8.5 KB each, exceed a first-level cache.
-constexpr size_t kMostTogether = 4;
 
 // Takes the next symbol. Returns the bits that were shifted in.
 HWY_INLINE uint32_t Step(uint64_t& word, const NarrowTable& table, uint16_t* out) {
@@ -113,7 +111,8 @@ void DecodeSymbolsImpl(SymbolLane* lanes, size_t count) {
   std::array<SymbolLane*, kLanes> running{};
   for (size_t k = 0; k < count; ++k) running[k] = lanes + k;
   while (count > 0) {
-    const size_t together = std::bit_floor(std::min(count, kMostTogether));
+    const size_t together = std::bit_floor(count);
+    if (together == 8) RunTogether<8>(running.data());
     if (together == 4) RunTogether<4>(running.data());
     if (together == 2) RunTogether<2>(running.data());
     if (together == 1) RunTogether<1>(running.data());
