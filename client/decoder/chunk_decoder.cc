@@ -47,7 +47,7 @@ struct ChunkDecoder::Workspace {
   Attribute normals{.components = 2, .transform = kCanonicalOctahedron};
   WideTable wide;
   KnownConnectivity known;
-  std::vector<ChunkJob*> order;  // descending by points
+  std::vector<ChunkJob*> order;  // that may be decoded
 
   // Of the group that is decoded.
   size_t count = 0;  // of lanes
@@ -66,6 +66,8 @@ struct ChunkDecoder::Workspace {
   // Sets `decoded` to false where the bytes do not end as they must.
   void DecodeSymbols(const Attribute& attribute);
   void Finish();
+  // Decodes the chunks of `order`.
+  void DecodeDraco(const ChunkForm& form);
 };
 
 void ChunkDecoder::Workspace::Begin(const ChunkForm& form, uint32_t most_points) {
@@ -155,6 +157,18 @@ void ChunkDecoder::Workspace::Finish() {
   }
 }
 
+void ChunkDecoder::Workspace::DecodeDraco(const ChunkForm& form) {
+  // Lanes of a group then end at about the same time.
+  const auto is_larger = [](const ChunkJob* a, const ChunkJob* b) { return a->points > b->points; };
+  std::partial_sort(order.begin(), order.end(), order.end(), is_larger);  // less code than sort
+  for (size_t first = 0; first < order.size(); first += kLanes) {
+    Begin(form, order[first]->points);
+    const size_t end = std::min(first + kLanes, order.size());
+    for (size_t i = first; i < end; ++i) Read(form, *order[i]);
+    Finish();
+  }
+}
+
 ChunkDecoder::ChunkDecoder() : workspace_(std::make_unique<Workspace>()) {}
 ChunkDecoder::~ChunkDecoder() = default;
 
@@ -167,16 +181,8 @@ bool ChunkDecoder::Decode(const ChunkForm& form, std::span<ChunkJob> jobs) {
   }
   if (form.codec == Codec::kMeshopt) {
     for (ChunkJob* job : order) DecodeMeshopt(form, *job);
-    order.clear();
-  }
-  // Lanes of a group then end at about the same time.
-  const auto is_larger = [](const ChunkJob* a, const ChunkJob* b) { return a->points > b->points; };
-  std::partial_sort(order.begin(), order.end(), order.end(), is_larger);  // less code than sort
-  for (size_t first = 0; first < order.size(); first += kLanes) {
-    workspace_->Begin(form, order[first]->points);
-    const size_t end = std::min(first + kLanes, order.size());
-    for (size_t i = first; i < end; ++i) workspace_->Read(form, *order[i]);
-    workspace_->Finish();
+  } else {
+    workspace_->DecodeDraco(form);
   }
   return std::all_of(jobs.begin(), jobs.end(), [](const ChunkJob& job) { return job.decoded; });
 }

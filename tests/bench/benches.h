@@ -44,6 +44,9 @@ void RegisterGpuDevicesBenches(bool large);
 // Five repetitions; reports the median of real time, in milliseconds.
 void RegisterTimed(const std::string& name, std::function<void(benchmark::State&)> body);
 
+// Adds counter ns_point: the time of an iteration, in ns, divided by its `points`.
+void CountPoints(benchmark::State& state, size_t points);
+
 // Calls the body once. The body times its own runs and then calls SetTime or Skip.
 void RegisterOnce(const std::string& name, std::function<void(benchmark::State&)> body);
 void SetTime(benchmark::State& state, GpuTimes times);

@@ -111,6 +111,12 @@ void RegisterTimed(const std::string& name, std::function<void(benchmark::State&
       ->Repetitions(5);
 }
 
+void CountPoints(benchmark::State& state, size_t points) {
+  state.counters["ns_point"] = benchmark::Counter(
+      static_cast<double>(points) * 1e-9,
+      benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
+}
+
 void RegisterOnce(const std::string& name, std::function<void(benchmark::State&)> body) {
   benchmark::RegisterBenchmark(name.c_str(), std::move(body))
       ->Unit(benchmark::kMillisecond)

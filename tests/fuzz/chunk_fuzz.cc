@@ -25,7 +25,7 @@ using decoder::ChunkJob;
 using decoder::kNumbersPerPoint;
 
 constexpr size_t kHead = 4;
-constexpr size_t kLanes = 5;          // copies of the chunk: four in lockstep, and one alone
+constexpr size_t kCopies = 13;        // of the chunk: eight in lockstep, four, and one alone
 constexpr size_t kMostPoints = 1024;  // for speed
 constexpr size_t kGuard = 8;
 constexpr uint16_t kUntouched = 0xA5A5;
@@ -48,17 +48,17 @@ void RequireIntegers(const uint16_t* numbers, size_t points, const DecodedIntege
 void Check(const ChunkForm& form, size_t points, std::span<const uint8_t> stream) {
   const size_t slice = kNumbersPerPoint * points + kGuard;
   // Fresh memory for every run would take half of the time.
-  static std::vector<uint16_t> numbers(kLanes * (kNumbersPerPoint * kMostPoints + kGuard));
+  static std::vector<uint16_t> numbers(kCopies * (kNumbersPerPoint * kMostPoints + kGuard));
   static decoder::ChunkDecoder ours;
-  std::memset(numbers.data(), kUntouched & 0xFF, kLanes * slice * sizeof(uint16_t));
-  std::array<ChunkJob, kLanes> jobs;
-  for (size_t k = 0; k < kLanes; ++k) {
+  std::memset(numbers.data(), kUntouched & 0xFF, kCopies * slice * sizeof(uint16_t));
+  std::array<ChunkJob, kCopies> jobs;
+  for (size_t k = 0; k < kCopies; ++k) {
     jobs[k] = {.stream = stream,
                .points = static_cast<uint32_t>(points),
                .out = numbers.data() + k * slice};
   }
   ours.Decode(form, jobs);
-  for (size_t k = 0; k < kLanes; ++k) {
+  for (size_t k = 0; k < kCopies; ++k) {
     const uint16_t* const guard = jobs[k].out + kNumbersPerPoint * points;
     Require(std::all_of(guard, guard + kGuard, [](uint16_t n) { return n == kUntouched; }));
     Require(jobs[k].decoded == jobs[0].decoded);

@@ -10,7 +10,6 @@
 #define LATTICED_CLIENT_DECODER_MESHOPT_BYTE_GROUPS_INL_H_
 #endif
 
-#include <bit>
 #include <cstdint>
 #include <cstring>
 
@@ -46,14 +45,6 @@ HWY_INLINE const uint8_t* ReadPacked(const uint8_t* at, uint8_t* group) {
 using Group = hn::FixedTag<uint8_t, kGroupVertices>;
 using Half = hn::FixedTag<uint8_t, 8>;
 
-HWY_INLINE uint32_t CountOf(hn::Mask<Group> mask) {
-  uint8_t bytes[8] = {};
-  hn::StoreMaskBits(Group(), mask, bytes);
-  uint16_t bits;
-  std::memcpy(&bits, bytes, sizeof(bits));
-  return static_cast<uint32_t>(std::popcount(bits));
-}
-
 // Sixteen bytes: at the marked places those from `rest` on, in order, else 0. Moves `rest` behind the last one.
 HWY_INLINE hn::Vec<Group> ReadMarked(hn::Mask<Group> is_marked, const uint8_t*& rest) {
   const Group d;
@@ -65,7 +56,7 @@ HWY_INLINE hn::Vec<Group> ReadMarked(hn::Mask<Group> is_marked, const uint8_t*& 
   place = hn::Not(hn::Add(place, hn::ShiftLeftBytes<8>(d, place)));
   const auto none = hn::AndNot(hn::VecFromMask(d, is_marked), hn::Set(d, uint8_t{0x80}));
   const auto bytes = hn::LoadU(d, rest);
-  rest += CountOf(is_marked);
+  rest += hn::CountTrue(d, is_marked);
   return hn::TableLookupBytesOr0(bytes, hn::Or(place, none));
 }
 

@@ -61,7 +61,7 @@ def say_that_it_is_missing() -> None:
 def decode(streams: Sequence[bytes], points: Sequence[int], form: Form) -> List[Decoded]:
     """For each chunk its positions relative to the origin, and unit normals or None, both (points, 3).
 
-    ValueError for bytes that are no Draco chunk, or have another number of points or normals."""
+    ValueError for bytes that are no chunk of the form, or have another number of points or normals."""
     ours: List[Decoded | None] = _by_own(streams, points, form) or [None] * len(streams)
     return [
         _by_stock(stream, count, form) if decoded is None else decoded

@@ -104,8 +104,8 @@ HWY_INLINE uint8_t* PutByte(const ByteDifferences& differences, uint32_t count, 
 
 // The numbers of one component of a chunk.
 struct Component {
-  const uint8_t* numbers;
-  uint32_t width;  // bytes of a number
+  const uint8_t* numbers;  // null: all are 0
+  uint32_t width;          // bytes of a number
 };
 
 // A block's numbers, behind the one before them; that before the first of all is the first itself. Those past the last
@@ -146,8 +146,7 @@ uint8_t* WriteBlocksImpl(const QuantisedVertices& chunk, uint8_t* out) {
       controls[byte / 4] |= static_cast<uint8_t>(control << (byte % 4 * 2));
     };
     for (size_t c = 0; c < kComponents; ++c) {
-      const bool is_there = components[c].width > 0 && components[c].numbers != nullptr;
-      if (!is_there) {
+      if (components[c].numbers == nullptr) {
         controls[c / 2] |= static_cast<uint8_t>((kZeros | kZeros << 2) << (c % 2 * 4));
         continue;
       }

@@ -140,9 +140,7 @@ void Measure(benchmark::State& state, const std::vector<ChunkData>& chunks, cons
   size_t points = 0, bytes = 0;
   for (const ChunkData& chunk : chunks) points += chunk.points;
   for (const auto& stream : streams) bytes += stream.size();
-  state.counters["ns_point"] = benchmark::Counter(
-      static_cast<double>(points) * 1e-9,
-      benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
+  CountPoints(state, points);
   state.counters["bytes_point"] = static_cast<double>(bytes) / static_cast<double>(points);
 }
 

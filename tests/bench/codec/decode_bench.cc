@@ -53,12 +53,6 @@ const Update& WholeUpdate() {
   return *update;
 }
 
-void CountPoints(benchmark::State& state, const Update& update) {
-  state.counters["ns_point"] = benchmark::Counter(
-      static_cast<double>(update.points()) * 1e-9,
-      benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
-}
-
 void ByLibdraco(benchmark::State& state) {
   const Update& update = WholeUpdate();
   for (auto _ : state) {
@@ -66,7 +60,7 @@ void ByLibdraco(benchmark::State& state) {
       benchmark::DoNotOptimize(Checked(DecodeDracoChunkIntegers(stream)));
     }
   }
-  CountPoints(state, update);
+  CountPoints(state, update.points());
 }
 
 bool IsEqual(const DecodedIntegers& stock, const uint16_t* numbers) {
@@ -104,7 +98,7 @@ void ByOurs(benchmark::State& state, int64_t target, size_t chunks_a_call) {
     return state.SkipWithError("a stream decodes to other integers");
   }
   for (auto _ : state) benchmark::DoNotOptimize(decode());
-  CountPoints(state, update);
+  CountPoints(state, update.points());
 }
 
 // A call of the C++ library.
@@ -153,7 +147,7 @@ void ByLibrary(benchmark::State& state, const LibraryCase& library) {
   client::VertexDecoder decoder;
   CheckOk(library.decode(decoder, chunks, view, update.points()));
   for (auto _ : state) CheckOk(library.decode(decoder, chunks, view, update.points()));
-  CountPoints(state, update);
+  CountPoints(state, update.points());
 }
 
 }  // namespace

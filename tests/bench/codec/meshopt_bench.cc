@@ -68,9 +68,7 @@ const std::vector<MeshoptChunk>& MeshoptChunks() {
 void CountMeshopt(benchmark::State& state, size_t bytes) {
   size_t points = 0;
   for (const MeshoptChunk& chunk : MeshoptChunks()) points += chunk.points();
-  state.counters["ns_point"] = benchmark::Counter(
-      static_cast<double>(points) * 1e-9,
-      benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
+  CountPoints(state, points);
   state.counters["bytes_point"] = static_cast<double>(bytes) / static_cast<double>(points);
 }
 

@@ -72,10 +72,8 @@ void Frames(benchmark::State& state, const Scenario& scenario, const Case& c) {
     CheckOk(
         view->Evaluate(scenario.control_points[++frame % 2], scenario.box, scenario.all_chunks));
   }
-  const auto points = static_cast<double>(scenario.points(c.spec.segments));
   state.counters["patches"] = static_cast<double>(scenario.plan->patches.size());
-  state.counters["ns_point"] = benchmark::Counter(
-      points * 1e-9, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
+  CountPoints(state, scenario.points(c.spec.segments));
 }
 
 void Register(const char* scenario_name, int degree, std::vector<Case> cases,

@@ -48,9 +48,13 @@ export class ChunkDecoder {
   private async decodeAlone({ data, form }: ChunkData, points: PointNumbers): Promise<Float32Array> {
     if (points instanceof Float32Array) readRaw(data, form, points);
     else if (form.encoding === 'draco') (await this.stockDecoder()).decode(data, form, points);
-    else if (form.encoding === 'meshopt') throw new Error(this.own ? 'a chunk is no meshopt stream of its view' : 'this browser has no WebAssembly SIMD, which meshopt chunks need');
+    else if (form.encoding === 'meshopt') throw new Error(this.whyNotMeshopt);
     else readQuantised(data, form, points);
     return extentOf(points, form.points);
+  }
+
+  private get whyNotMeshopt(): string {
+    return this.own ? 'a chunk is no meshopt stream of its view' : 'this browser has no WebAssembly SIMD, which meshopt chunks need';
   }
 
   /** draco3d, loaded once. A failed attempt is repeated with the next chunk. */
