@@ -86,22 +86,21 @@ configure_sanitized() {  # KIND OPTIONS…
   configure "build/ci/$1" -DCMAKE_BUILD_TYPE=None -DCMAKE_CXX_FLAGS="-O1 -fno-omit-frame-pointer" \
     -DLATTICED_SANITIZE="$1" -DLATTICED_CUDA=OFF "${@:2}"
 }
+build_sanitized() {
+  # By clang, whose build serves the fuzzers too.
+  (export CC=clang-14 CXX=clang++-14 && configure_sanitized address -DLATTICED_FUZZ=ON) &&
+    build build/ci/address latticed_tests latticed_fuzz &&
+    configure_sanitized thread &&
+    build build/ci/thread "${tsan_targets[@]}"
+}
 test_sanitized() {  # KIND TESTS: those that match the regular expression
   ASAN_OPTIONS=detect_leaks=1 UBSAN_OPTIONS=print_stacktrace=1 \
     TSAN_OPTIONS="suppressions=$PWD/tests/support/tsan.supp" \
     GTEST_FILTER="-$unsanitized" \
     ci_ctest "build/ci/$1" -j $((2 * jobs)) -R "$2" -E 'layering|bench_'
 }
-ci_asan() {  # by clang, whose build serves the fuzzers too
-  CC=clang-14 CXX=clang++-14 configure_sanitized address -DLATTICED_FUZZ=ON &&
-    build build/ci/address latticed_tests latticed_fuzz &&
-    test_sanitized address .
-}
-ci_tsan() {
-  configure_sanitized thread &&
-    build build/ci/thread "${tsan_targets[@]}" &&
-    test_sanitized thread "^($(IFS='|'; echo "${tsan_targets[*]}"))[.]"
-}
+ci_asan() { test_sanitized address .; }
+ci_tsan() { test_sanitized thread "^($(IFS='|'; echo "${tsan_targets[*]}"))[.]"; }
 ci_fuzz() { tests/fuzz/campaign.sh build/ci/address/tests/fuzz tests/fuzz/corpus build/ci/fuzz 5 "$jobs"; }
 # Keeps what it finds in build/fuzz/work, and goes on from there the next time.
 verb_fuzz() {  # [SECONDS]
@@ -141,6 +140,7 @@ verb_ci() {
   # Tests wait half of their time, images and npm for disk and network, so another step can run in parallel.
   trap 'kill $(jobs -p) 2>/dev/null || true' EXIT
   beside "clang-tidy" at_leisure check_tidy build/ci/tidy
+  beside "builds with sanitizers" at_leisure build_sanitized
   step "tests" ci_tests
   joined
   beside "container" ci_container
