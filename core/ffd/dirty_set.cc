@@ -3,7 +3,10 @@
 #include "core/ffd/dirty_set.h"
 
 #include <algorithm>
-#include <utility>
+#include <array>
+#include <cstddef>
+#include <iterator>
+#include <numeric>
 
 #include "core/base/limits.h"
 
@@ -12,96 +15,125 @@ namespace {
 
 constexpr auto kPatchesPerChunk = static_cast<uint32_t>(limits::kPatchesPerChunk);
 
-}  // namespace
+// The boxes along an axis, or patches, first … last - 1.
+struct Range {
+  uint32_t first, last;
+};
 
-DirtySet::DirtySet(std::shared_ptr<const DeformPlan> plan)
-    : plan_(std::move(plan)),
-      chunk_dirty_(plan_->chunk_count()),
-      box_dirty_(plan_->boxes.size()),
-      patch_dirty_(plan_->patches.size()) {
-  const LatticeStructure& s = plan_->structure;
-  for (size_t axis = 0; axis < 3; ++axis) {
-    const std::vector<double>& knots = s.knots[axis];
-    std::vector<uint32_t>& below = boxes_below_[axis];
-    below.assign(static_cast<size_t>(s.size[axis]) + 1, 0);
-    for (auto span = static_cast<size_t>(s.degree[axis]); span + 1 < below.size(); ++span) {
-      below[span + 1] = below[span] + (knots[span + 1] > knots[span] ? 1 : 0);
-    }
+// Along an axis of a lattice, for each span and for the end: the number of boxes with a lower span.
+std::vector<uint32_t> BoxesBelow(const LatticeStructure& s, size_t axis) {
+  const std::vector<double>& knots = s.knots[axis];
+  std::vector<uint32_t> below(static_cast<size_t>(s.size[axis]) + 1);
+  for (auto span = static_cast<size_t>(s.degree[axis]); span + 1 < below.size(); ++span) {
+    below[span + 1] = below[span] + (knots[span + 1] > knots[span] ? 1 : 0);
   }
+  return below;
 }
 
-void DirtySet::MarkControlPoints(std::span<const uint32_t> indices) {
-  const std::array<int, 3>& size = plan_->structure.size;
-  const uint32_t row = boxes_below_[0].back(), layer = row * boxes_below_[1].back();
+// By box: whether one of the control points influences it.
+std::vector<bool> InfluencedBoxes(const DeformPlan& plan, std::span<const uint32_t> indices) {
+  const LatticeStructure& s = plan.structure;
+  const std::array below{BoxesBelow(s, 0), BoxesBelow(s, 1), BoxesBelow(s, 2)};
+  // By control points with this index along the axis.
+  const auto boxes_of = [&](size_t axis, int index) {
+    const int last = std::min(index + s.degree[axis], s.size[axis] - 1);
+    return Range{below[axis][static_cast<size_t>(index)],
+                 below[axis][static_cast<size_t>(last) + 1]};
+  };
+  std::vector<bool> boxes(plan.boxes.size());
+  const uint32_t row = below[0].back(), layer = row * below[1].back();
   for (size_t begin = 0, end = 0; begin < indices.size(); begin = end) {
-    const int first = static_cast<int>(indices[begin]), line = first / size[0];
+    const int first = static_cast<int>(indices[begin]), line = first / s.size[0];
     // Takes neighbours along u together; an edit of all points then takes one step per row.
     int last = first;
     for (end = begin + 1; end < indices.size(); ++end, ++last) {
-      if (static_cast<int>(indices[end]) != last + 1 || (last + 1) / size[0] != line) break;
+      if (static_cast<int>(indices[end]) != last + 1 || (last + 1) / s.size[0] != line) break;
     }
-    const Range u{BoxesOf(0, first % size[0]).first, BoxesOf(0, last % size[0]).last},
-        v = BoxesOf(1, line % size[1]), w = BoxesOf(2, line / size[1]);
+    const Range u{boxes_of(0, first % s.size[0]).first, boxes_of(0, last % s.size[0]).last},
+        v = boxes_of(1, line % s.size[1]), w = boxes_of(2, line / s.size[1]);
     for (uint32_t k = w.first; k < w.last; ++k) {
       for (uint32_t j = v.first; j < v.last; ++j) {
-        for (uint32_t i = u.first; i < u.last; ++i) {
-          const uint32_t box = i + row * j + layer * k;
-          if (box_dirty_[box] == 0) MarkBox(box);
-        }
+        const auto at = boxes.begin() + (layer * k + row * j);
+        std::fill(at + u.first, at + u.last, true);
       }
     }
   }
+  return boxes;
 }
 
-DirtySet::Range DirtySet::BoxesOf(size_t axis, int index) const {
-  const int degree = plan_->structure.degree[axis], last = plan_->structure.size[axis] - 1;
-  const auto below = [&](int span) { return boxes_below_[axis][static_cast<size_t>(span)]; };
-  return {below(index), below(std::min(index + degree, last) + 1)};
-}
-
-void DirtySet::MarkBox(uint32_t box) {
-  box_dirty_[box] = 1;
-  ++box_count_;
-  MarkOwnPatches(plan_->box_patches[box], plan_->box_patches[box + 1]);
-  for (const uint32_t patch : plan_->box_borrowers[box]) {
-    if (patch_dirty_[patch] != 0) continue;
-    patch_dirty_[patch] = 1;
-    ++patch_count_;
-    MarkChunk(patch / kPatchesPerChunk);
+// The patches of the boxes. Boxes whose patches follow each other share a range.
+std::vector<Range> PatchesOf(const DeformPlan& plan, const std::vector<bool>& boxes) {
+  std::vector<Range> ranges;
+  for (size_t box = 0; box < boxes.size(); ++box) {
+    const Range own{plan.box_patches[box], plan.box_patches[box + 1]};
+    if (!boxes[box] || own.first == own.last) continue;
+    if (!ranges.empty() && ranges.back().last == own.first) {
+      ranges.back().last = own.last;
+    } else {
+      ranges.push_back(own);
+    }
   }
+  return ranges;
 }
 
-void DirtySet::MarkOwnPatches(uint32_t first, uint32_t last) {
-  if (first == last) return;
-  const std::span patches = std::span(patch_dirty_).subspan(first, last - first);
-  patch_count_ += static_cast<uint64_t>(std::ranges::count(patches, 0));
-  std::ranges::fill(patches, uint8_t{1});
-  for (uint32_t chunk = first / kPatchesPerChunk; chunk * kPatchesPerChunk < last; ++chunk) {
-    MarkChunk(chunk);
+// The patches outside the ranges, ascending, that have a vertex or edge which one of the boxes owns.
+std::vector<uint32_t> BorrowersBeside(const DeformPlan& plan, const std::vector<bool>& boxes,
+                                      std::span<const Range> ranges) {
+  std::vector<uint32_t> patches;
+  for (size_t box = 0; box < boxes.size(); ++box) {
+    if (!boxes[box]) continue;
+    const std::vector<uint32_t>& borrowers = plan.box_borrowers[box];
+    auto at = borrowers.begin();
+    for (const Range& range : ranges) {
+      const auto first = std::lower_bound(at, borrowers.end(), range.first);
+      patches.insert(patches.end(), at, first);
+      at = std::lower_bound(first, borrowers.end(), range.last);
+    }
+    patches.insert(patches.end(), at, borrowers.end());
   }
+  std::ranges::sort(patches);
+  const auto [again, end] = std::ranges::unique(patches);
+  patches.erase(again, end);
+  return patches;
 }
 
-void DirtySet::MarkChunk(uint32_t chunk) {
-  if (chunk_dirty_[chunk]) return;
-  chunk_dirty_[chunk] = true;
-  ++chunk_count_;
+void AddChunk(uint32_t chunk, std::vector<uint32_t>& chunks) {
+  if (chunks.empty() || chunks.back() != chunk) chunks.push_back(chunk);
 }
 
-void DirtySet::MarkAll() {
-  for (uint32_t b = 0; b < plan_->boxes.size(); ++b) {
-    if (box_dirty_[b] == 0) MarkBox(b);
+std::vector<uint32_t> ChunksOf(std::span<const Range> ranges, std::span<const uint32_t> patches) {
+  std::vector<uint32_t> of_ranges, of_patches, chunks;
+  for (const Range& range : ranges) {
+    for (uint32_t chunk = range.first / kPatchesPerChunk; chunk * kPatchesPerChunk < range.last;
+         ++chunk) {
+      AddChunk(chunk, of_ranges);
+    }
   }
-}
-
-void DirtySet::Clear() { *this = DirtySet(plan_); }
-
-std::vector<uint32_t> DirtySet::Chunks() const {
-  std::vector<uint32_t> chunks;
-  chunks.reserve(chunk_count_);
-  for (size_t c = 0; c < chunk_dirty_.size(); ++c) {
-    if (chunk_dirty_[c]) chunks.push_back(static_cast<uint32_t>(c));
-  }
+  for (const uint32_t patch : patches) AddChunk(patch / kPatchesPerChunk, of_patches);
+  if (of_patches.empty()) return of_ranges;
+  std::ranges::set_union(of_ranges, of_patches, std::back_inserter(chunks));
   return chunks;
+}
+
+}  // namespace
+
+DirtySet DirtyByControlPoints(const DeformPlan& plan, std::span<const uint32_t> indices) {
+  const std::vector<bool> boxes = InfluencedBoxes(plan, indices);
+  const std::vector<Range> ranges = PatchesOf(plan, boxes);
+  const std::vector<uint32_t> borrowers = BorrowersBeside(plan, boxes, ranges);
+  DirtySet dirty{.chunks = ChunksOf(ranges, borrowers),
+                 .boxes = static_cast<uint64_t>(std::ranges::count(boxes, true)),
+                 .patches = borrowers.size()};
+  for (const Range& range : ranges) dirty.patches += range.last - range.first;
+  return dirty;
+}
+
+DirtySet AllDirty(const DeformPlan& plan) {
+  DirtySet dirty{.chunks = std::vector<uint32_t>(plan.chunk_count()),
+                 .boxes = plan.boxes.size(),
+                 .patches = plan.patches.size()};
+  std::iota(dirty.chunks.begin(), dirty.chunks.end(), 0u);
+  return dirty;
 }
 
 }  // namespace latticed

@@ -133,7 +133,6 @@ TEST_P(EdgeBounds, AfterAnyEditsAreThoseOfAFullEvaluation) {
     const std::vector<uint32_t> first = FirstEdges(*plan);
     std::vector<uint8_t> watched = ReadBytes(*plan, *incremental);
     std::mt19937 random(kBoundSeed);
-    DirtySet dirty(plan);
     size_t widened = 0;
     for (int edit = 0; edit < 40; ++edit) {
       SCOPED_TRACE(fmt::format("{}: edit {}, seed {}", one.name, edit, kBoundSeed));
@@ -141,9 +140,7 @@ TEST_P(EdgeBounds, AfterAnyEditsAreThoseOfAFullEvaluation) {
       points[index] = random() % 4 == 0
                           ? plan->identity_points[index]
                           : points[index] + Vec3d{noise(random), noise(random), noise(random)};
-      dirty.Clear();
-      dirty.MarkControlPoints({{index}});
-      const std::vector<uint32_t> named = dirty.Chunks();
+      const std::vector<uint32_t> named = DirtyByControlPoints(*plan, {{index}}).chunks;
       // Another box each time: bounds do not depend on it.
       ASSERT_OK(incremental->Evaluate(points, BoxFor(*plan, points), named));
       std::vector<uint32_t> changed = named;
@@ -250,7 +247,6 @@ TEST_P(SpannedEdgeBounds, AreThoseOfOneDeviceAfterAnyEdits) {
       std::vector<uint32_t> named = AllChunks(*plan);
       std::vector<VertexDigest> digests(named.size());
       std::mt19937 random(kBoundSeed);
-      DirtySet dirty(plan);
       for (int edit = 0; edit < 30; ++edit) {
         SCOPED_TRACE(
             fmt::format("{}: {} devices, edit {}, seed {}", scene.name, devices, edit, kBoundSeed));
@@ -269,9 +265,7 @@ TEST_P(SpannedEdgeBounds, AreThoseOfOneDeviceAfterAnyEdits) {
         const uint32_t index = static_cast<uint32_t>(random() % points.size());
         points[index] += Vec3d{noise(random), noise(random), noise(random)};
         if (edit % 7 == 0) points[index].x = 1e200;  // nothing is known
-        dirty.Clear();
-        dirty.MarkControlPoints({{index}});
-        named = dirty.Chunks();
+        named = DirtyByControlPoints(*plan, {{index}}).chunks;
       }
     }
   }

@@ -112,9 +112,7 @@ TEST_P(Spanned, DirtyChunksHaveTheBitsOfOneDevice) {
     for (int edit = 0; edit < kEdits; ++edit) {
       const auto moved = static_cast<uint32_t>(random() % points.size());
       points[moved] += Vec3d{0.02, -0.01, 0.03};
-      DirtySet dirty(plan_);
-      dirty.MarkControlPoints({&moved, 1});
-      Evaluate(views, points, box, dirty.Chunks());
+      Evaluate(views, points, box, DirtyByControlPoints(*plan_, {&moved, 1}).chunks);
       ExpectSameBits(views);
     }
     // No chunk, one chunk of the last part only, and both sides of every cut.

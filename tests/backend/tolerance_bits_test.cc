@@ -124,7 +124,6 @@ TEST_P(ToleranceBits, DevicesDoNotChangeABitAfterAnyEdits) {
         return std::ranges::upper_bound(first_chunks, chunk) - first_chunks.begin();
       };
       std::mt19937 random(kToleranceSeed);
-      DirtySet dirty(plan_);
       for (int edit = 0; edit < 40; ++edit) {
         SCOPED_TRACE(
             fmt::format("{}, {} devices, edit {}, seed {}", name, devices, edit, kToleranceSeed));
@@ -132,9 +131,7 @@ TEST_P(ToleranceBits, DevicesDoNotChangeABitAfterAnyEdits) {
         points[index] = random() % 4 == 0
                             ? plan_->identity_points[index]
                             : points[index] + Vec3d{noise(random), noise(random), noise(random)};
-        dirty.Clear();
-        dirty.MarkControlPoints({{index}});
-        const Chunks named = dirty.Chunks();
+        const Chunks named = DirtyByControlPoints(*plan_, {{index}}).chunks;
         ASSERT_NO_FATAL_FAILURE(ExpectSameAfter(*one, *several, points, box, named));
         for (const uint32_t chunk : several->also_changed()) {
           beyond_the_cut += std::ranges::none_of(

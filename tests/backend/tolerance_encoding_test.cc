@@ -43,13 +43,10 @@ class ToleranceEncoding : public BackendTest {
  protected:
   // The control point that moves the most chunks, but less than half of them.
   static uint32_t PointOfSomeChunks(const Plan& plan) {
-    DirtySet dirty(plan);
     uint32_t best = 0;
     size_t most = 0;
     for (uint32_t i = 0; i < plan->identity_points.size(); ++i) {
-      dirty.Clear();
-      dirty.MarkControlPoints({{i}});
-      const size_t reached = dirty.Chunks().size();
+      const size_t reached = DirtyByControlPoints(*plan, {{i}}).chunks.size();
       if (reached > most && 2 * reached < plan->chunk_count()) best = i, most = reached;
     }
     return best;
@@ -138,15 +135,12 @@ TEST_P(ToleranceEncoding, StreamsAfterAnyEditsAreThoseOfTheHostsWriter) {
     std::vector<VertexDigest> known(all.size());
     ASSERT_OK_AND_ASSIGN(auto streams, view->Encode(all, Encoding::kDracoPoints, known));
     std::mt19937 random(kEncodedSeed);
-    DirtySet dirty(plan);
     for (int edit = 0; edit < 20; ++edit) {
       SCOPED_TRACE(fmt::format("{}: edit {}, seed {}", one.name, edit, kEncodedSeed));
       const auto index = static_cast<uint32_t>(random() % points.size());
       points[index] =
           plan->identity_points[index] + Vec3d{noise(random), noise(random), noise(random)};
-      dirty.Clear();
-      dirty.MarkControlPoints({{index}});
-      std::vector<uint32_t> chunks = dirty.Chunks();
+      std::vector<uint32_t> chunks = DirtyByControlPoints(*plan, {{index}}).chunks;
       ASSERT_OK(view->Evaluate(points, box, chunks));
       chunks.insert(chunks.end(), view->also_changed().begin(), view->also_changed().end());
       std::ranges::sort(chunks);

@@ -221,7 +221,6 @@ TEST_P(Tolerance, ChunksAfterAnyEditsAreThoseOfAFullEvaluationWithoutCracks) {
     Watched watched(*plan), expected(*plan);
     watched.TakeAll(*plan, *incremental);
     std::mt19937 random(kSeed);
-    DirtySet dirty(plan);
     size_t widened = 0;
     for (int edit = 0; edit < 40; ++edit) {
       SCOPED_TRACE(fmt::format("{}: edit {}, seed {}", one.name, edit, kSeed));
@@ -229,9 +228,7 @@ TEST_P(Tolerance, ChunksAfterAnyEditsAreThoseOfAFullEvaluationWithoutCracks) {
       points[index] = random() % 4 == 0
                           ? plan->identity_points[index]
                           : points[index] + Vec3d{noise(random), noise(random), noise(random)};
-      dirty.Clear();
-      dirty.MarkControlPoints({{index}});
-      const std::vector<uint32_t> named = dirty.Chunks();
+      const std::vector<uint32_t> named = DirtyByControlPoints(*plan, {{index}}).chunks;
       ASSERT_OK(incremental->Evaluate(points, box, named));
       for (const uint32_t chunk : named) watched.Take(*plan, *incremental, chunk);
       for (const uint32_t chunk : incremental->also_changed()) {

@@ -81,7 +81,6 @@ class Watertight : public BackendTest {
     ASSERT_OK(incremental->Evaluate(points, box, AllChunks(*plan)));
     std::vector<std::vector<uint8_t>> watched = ReadAll(*plan, *incremental);
     std::mt19937 random(kWatertightSeed);
-    DirtySet dirty(plan);
     for (int edit = 0; edit <= edits; ++edit) {
       SCOPED_TRACE(fmt::format("{}, {} segments: edit {}, seed {}", scenario.name, spec.segments,
                                edit, kWatertightSeed));
@@ -93,9 +92,8 @@ class Watertight : public BackendTest {
                   0u);
         if (HasFailure()) return;
       }
-      dirty.Clear();
-      dirty.MarkControlPoints(RandomEdit(*plan, points, random));
-      const std::vector<uint32_t> chunks = dirty.Chunks();
+      const std::vector<uint32_t> chunks =
+          DirtyByControlPoints(*plan, RandomEdit(*plan, points, random)).chunks;
       ASSERT_OK(incremental->Evaluate(points, box, chunks));
       for (uint32_t chunk : chunks) ASSERT_OK(incremental->Read(chunk, watched[chunk]));
     }

@@ -55,12 +55,12 @@ absl::StatusOr<EditCommit> SceneEditor::Apply(const EditBatch& batch, const Scen
   }
 
   SceneState next = commit.structure_changed ? *std::move(candidate->state) : SceneState(before);
-  DirtySet dirty(next.plan);
-  commit.structure_changed ? dirty.MarkAll() : dirty.MarkControlPoints(outcome->changed);
-  commit.dirty = dirty.Chunks();
-  history_.SetTouched(batch.editor_id, dirty.boxes(), dirty.patches());
-  commit.summary.boxes_touched = dirty.boxes();
-  commit.summary.patches_touched = next.patches_touched = dirty.patches();
+  DirtySet dirty = commit.structure_changed ? AllDirty(*next.plan)
+                                            : DirtyByControlPoints(*next.plan, outcome->changed);
+  history_.SetTouched(batch.editor_id, dirty.boxes, dirty.patches);
+  commit.summary.boxes_touched = dirty.boxes;
+  commit.summary.patches_touched = next.patches_touched = dirty.patches;
+  commit.dirty = std::move(dirty.chunks);
   // NextState takes the commit time. It is called late, because finding the dirty chunks takes a while.
   next = NextState(batch, before, std::move(next), commit.structure_changed, clock());
   commit.box_changed = next.box.id != before.box.id;

@@ -92,22 +92,18 @@ absl::StatusOr<ShaderTimes> MeasureShaderAlgorithm(Gpu& gpu, const Scenario& sce
 }
 
 std::vector<ControlPointEffect> ControlPointsByEffect(const Scenario& scenario) {
-  DirtySet dirty(scenario.plan);
   std::vector<ControlPointEffect> effects;
   const auto count = static_cast<uint32_t>(scenario.plan->structure.control_point_count());
   for (uint32_t point = 0; point < count; ++point) {
-    dirty.Clear();
-    dirty.MarkControlPoints({&point, 1});
-    if (dirty.patches() > 0) effects.push_back({dirty.patches(), point});
+    const uint64_t patches = DirtyByControlPoints(*scenario.plan, {&point, 1}).patches;
+    if (patches > 0) effects.push_back({patches, point});
   }
   std::sort(effects.begin(), effects.end());
   return effects;
 }
 
 std::vector<uint32_t> DirtyChunks(const Scenario& scenario, uint32_t control_point) {
-  DirtySet dirty(scenario.plan);
-  dirty.MarkControlPoints({&control_point, 1});
-  return dirty.Chunks();
+  return DirtyByControlPoints(*scenario.plan, {&control_point, 1}).chunks;
 }
 
 GpuWork AllChunks(const Scenario& scenario, DeformView& view) {

@@ -50,14 +50,12 @@ void ExpectEffect(const std::shared_ptr<const DeformPlan>& plan,
   std::set<uint32_t> seen;
   for (const uint32_t index : indices) AddEffectOf(*plan, index, expected, seen);
   for (const uint32_t patch : expected.patches) expected.chunks.insert(patch / 32);
-  DirtySet dirty(plan);
 
-  dirty.MarkControlPoints(indices);
+  const DirtySet dirty = DirtyByControlPoints(*plan, indices);
 
-  const std::vector<uint32_t> chunks = dirty.Chunks();
-  ASSERT_EQ(std::vector<uint32_t>(expected.chunks.begin(), expected.chunks.end()), chunks);
-  ASSERT_EQ(dirty.patches(), expected.patches.size());
-  ASSERT_EQ(dirty.boxes(), expected.boxes);
+  ASSERT_EQ(std::vector<uint32_t>(expected.chunks.begin(), expected.chunks.end()), dirty.chunks);
+  ASSERT_EQ(dirty.patches, expected.patches.size());
+  ASSERT_EQ(dirty.boxes, expected.boxes);
 }
 
 TEST(DirtySetOfEveryControlPoint, IsWhatASearchOfAllBoxesFinds) {

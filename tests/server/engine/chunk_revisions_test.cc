@@ -148,13 +148,12 @@ TEST_F(ChunkRevisionsTest, OfPositionsAreThoseThatEditsMark) {
     std::vector<Vec3d> points = plan_->identity_points;
     PointRevisions moved(points.size(), 5);
     std::vector<uint64_t> expected(plan_->chunk_count(), 5);
-    DirtySet dirty(plan_);
     for (uint64_t now = 6; now < 5 + kRevisions; ++now) {
       const std::vector<uint32_t> indices = Move(random, points);
       moved.Move(indices, now);
-      dirty.Clear();
-      for (const uint32_t index : indices) dirty.MarkControlPoints({{index}});
-      for (const uint32_t chunk : dirty.Chunks()) expected[chunk] = now;
+      for (const uint32_t chunk : DirtyByControlPoints(*plan_, indices).chunks) {
+        expected[chunk] = now;
+      }
       EXPECT_EQ(ChunkRevisions(*plan_, moved, SpecOf(kKindsOfViews[0])), expected);
     }
   }
