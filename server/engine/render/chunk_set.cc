@@ -3,31 +3,33 @@
 #include "server/engine/render/chunk_set.h"
 
 #include <algorithm>
+#include <iterator>
+#include <numeric>
+#include <utility>
 
 namespace latticed {
 
 void ChunkSet::Add(std::span<const uint32_t> chunks) {
   if (all_) return;
-  for (const uint32_t chunk : chunks) {
-    if (chunk >= some_.size()) some_.resize(chunk + size_t{1});
-    some_[chunk] = true;
-  }
+  std::vector<uint32_t> both;
+  both.reserve(some_.size() + chunks.size());
+  std::ranges::set_union(some_, chunks, std::back_inserter(both));
+  some_ = std::move(both);
 }
 
 size_t ChunkSet::Count(size_t count) const {
   if (all_) return count;
-  const auto end = some_.begin() + static_cast<std::ptrdiff_t>(std::min(count, some_.size()));
-  return static_cast<size_t>(std::count(some_.begin(), end, true));
+  return static_cast<size_t>(std::ranges::lower_bound(some_, count) - some_.begin());
 }
 
 std::vector<uint32_t> ChunkSet::Take(size_t count) {
-  std::vector<uint32_t> chunks;
-  const size_t end = all_ ? count : std::min(count, some_.size());
-  for (size_t c = 0; c < end; ++c) {
-    if (all_ || some_[c]) chunks.push_back(static_cast<uint32_t>(c));
+  std::vector<uint32_t> chunks = std::exchange(some_, {});
+  if (std::exchange(all_, false)) {
+    chunks.resize(count);
+    std::iota(chunks.begin(), chunks.end(), 0u);
+  } else {
+    chunks.erase(std::ranges::lower_bound(chunks, count), chunks.end());
   }
-  all_ = false;
-  some_.assign(some_.size(), false);
   return chunks;
 }
 

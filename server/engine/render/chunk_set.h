@@ -22,6 +22,7 @@ class ChunkSet {
     return set;
   }
 
+  // `chunks` must be ascending.
   void Add(std::span<const uint32_t> chunks);
   // All chunks of the plan that the next Take is about.
   void AddAll() { all_ = true; }
@@ -35,7 +36,7 @@ class ChunkSet {
 
  private:
   bool all_ = false;
-  std::vector<bool> some_;
+  std::vector<uint32_t> some_;  // ascending
 };
 
 }  // namespace latticed

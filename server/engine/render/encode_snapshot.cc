@@ -56,19 +56,19 @@ absl::StatusOr<std::shared_ptr<Snapshot>> EncodeSnapshot(
     const auto batch =
         std::span(order).subspan(done, std::min(traits.encode_batch, order.size() - done));
     std::vector<VertexDigest> digests(batch.size());
-    const auto comparable_chunk = [&](uint32_t chunk) {
-      return comparable && SamePatterns(snapshot->chunks[chunk], patterns_of(chunk));
-    };
-    for (size_t i = 0; i < batch.size(); ++i) {
-      if (comparable_chunk(batch[i])) digests[i] = snapshot->chunks[batch[i]].digest;
+    // What each chunk was, where its bytes mean the same.
+    std::vector<const SnapshotChunk*> comparable_chunks(batch.size());
+    for (size_t i = 0; comparable && i < batch.size(); ++i) {
+      const SnapshotChunk& had = before->chunks[batch[i]];
+      if (!SamePatterns(had, patterns_of(batch[i]))) continue;
+      comparable_chunks[i] = &had;
+      digests[i] = had.digest;
     }
     LATTICED_ASSIGN_OR_RETURN(auto encoded, encode(batch, digests));
     for (size_t i = 0; i < batch.size(); ++i) {
       SharedBytes& data = encoded[i];
-      const SharedBytes& had = snapshot->chunks[batch[i]].data;
-      const bool same =
-          comparable_chunk(batch[i]) && (data.data == nullptr || SameBytes(had, data));
-      if (same) {
+      const SnapshotChunk* const had = comparable_chunks[i];
+      if (had != nullptr && (data.data == nullptr || SameBytes(had->data, data))) {
         // Host and device have different digests for the same vertices, and may take turns at encoding.
         snapshot->chunks.SetDigest(batch[i], digests[i]);
       } else {
