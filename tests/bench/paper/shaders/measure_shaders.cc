@@ -6,8 +6,12 @@
 #include <cmath>
 #include <map>
 #include <memory>
+#include <vector>
 
 #include "core/base/status_macros.h"
+#include "core/ffd/tessellation_pattern.h"
+#include "fmt/format.h"
+#include "tests/bench/paper/shaders/drawing/vertex_drawing.h"
 #include "tests/bench/paper/shaders/gl_context.h"
 #include "tests/bench/paper/shaders/shader_tessellator.h"
 #include "tests/bench/paper/shaders/shader_verify.h"
@@ -73,6 +77,20 @@ absl::Status MeasureSource(const Scenario& scenario, std::span<const NetPoint> n
   return absl::OkStatus();
 }
 
+// The vertices of all chunks.
+absl::StatusOr<std::vector<float>> ReadAll(const Scenario& scenario, DeformView& view) {
+  const int segments = view.spec().segments;
+  std::vector<float> vertices(scenario.points(segments) * VertexDrawing::kFloatsPerVertex);
+  auto bytes =
+      std::span(reinterpret_cast<uint8_t*>(vertices.data()), vertices.size() * sizeof(float));
+  for (const uint32_t chunk : scenario.all_chunks) {
+    const size_t size = ChunkPoints(*scenario.plan, chunk, segments) * BytesPerPoint(view.spec());
+    LATTICED_RETURN_IF_ERROR(view.Read(chunk, bytes.first(size)));
+    bytes = bytes.subspan(size);
+  }
+  return vertices;
+}
+
 }  // namespace
 
 absl::StatusOr<ShaderTimes> MeasureShaders(const Scenario& scenario, std::span<const NetPoint> nets,
@@ -86,6 +104,33 @@ absl::StatusOr<ShaderTimes> MeasureShaders(const Scenario& scenario, std::span<c
     LATTICED_RETURN_IF_ERROR(MeasureSource(scenario, nets, NetSource::kVertices, runs, times));
   }
   LATTICED_RETURN_IF_ERROR(MeasureSource(scenario, nets, NetSource::kBuffer, runs, times));
+  return times;
+}
+
+absl::StatusOr<DrawingTimes> MeasureDrawing(const Scenario& scenario, DeformView& view,
+                                            ShaderDevice device, int runs) {
+  const ViewSpec& spec = view.spec();
+  constexpr size_t kBytes = VertexDrawing::kFloatsPerVertex * sizeof(float);
+  if (spec.format != VertexFormat::kFloat32 || spec.tolerance > 0 ||
+      BytesPerPoint(spec) != kBytes) {
+    return absl::InvalidArgumentError("only float32 with normals and without a tolerance is drawn");
+  }
+  const auto& context = TheContext(device);
+  if (!context.ok()) return context.status();
+  LATTICED_RETURN_IF_ERROR((*context)->MakeCurrent());
+  LATTICED_RETURN_IF_ERROR(
+      view.Evaluate(scenario.control_points[0], scenario.box, scenario.all_chunks));
+  LATTICED_ASSIGN_OR_RETURN(const auto vertices, ReadAll(scenario, view));
+  LATTICED_ASSIGN_OR_RETURN(const auto drawing, VertexDrawing::Create(vertices, spec.segments));
+  DrawingTimes times{
+      .device = (*context)->description(), .triangles = drawing->CountTriangles(), .times = {}};
+  const size_t expected =
+      scenario.plan->patches.size() * static_cast<size_t>(TrianglesPerPatch(spec.segments));
+  if (times.triangles != expected) {
+    return absl::InternalError(
+        fmt::format("OpenGL drew {} triangles of {}", times.triangles, expected));
+  }
+  LATTICED_ASSIGN_OR_RETURN(times.times, drawing->TimeDrawn(Extent(scenario), runs));
   return times;
 }
 

@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The tessellation-shader comparator on a scenario: verified, then timed. A build without libepoxy
-// compiles measure_shaders_stub.cc instead of measure_shaders.cc.
+// The tessellation-shader comparator on a scenario, verified, then timed; and the drawing of vertices.
+// A build without libepoxy compiles measure_shaders_stub.cc instead of measure_shaders.cc.
 //
-// Times    of the tessellation alone, by the device's clock (GL_TIME_ELAPSED). CUDA makes the nets
+// Times    of the tessellation or the drawing alone, by the device's clock (GL_TIME_ELAPSED). CUDA makes the nets
 //          and times that part. Handing the nets from CUDA to OpenGL is not counted
 // Errors   kUnimplemented in the stub; kUnavailable if there is no matching device; kInternal if
 //          captured vertices differ from the definition
@@ -49,6 +49,19 @@ struct ShaderTimes {
 [[nodiscard]] absl::StatusOr<ShaderTimes> MeasureShaders(const Scenario& scenario,
                                                          std::span<const NetPoint> nets,
                                                          ShaderDevice device, int runs);
+
+// Drawing of vertices that are in the device's memory (drawing/vertex_drawing.h).
+struct DrawingTimes {
+  std::string device;
+  size_t triangles = 0;  // of all patches
+  GpuTimes times;
+};
+
+// Draws the vertices of `view`, which is verified, for control_points[0]. kInvalidArgument unless they
+// are float32 with normals and have no tolerance. kInternal if the device draws another number of triangles.
+[[nodiscard]] absl::StatusOr<DrawingTimes> MeasureDrawing(const Scenario& scenario,
+                                                          DeformView& view, ShaderDevice device,
+                                                          int runs);
 
 }  // namespace latticed::bench
 

@@ -10,4 +10,9 @@ absl::StatusOr<ShaderTimes> MeasureShaders(const Scenario& /*scenario*/,
   return absl::UnimplementedError("built without libepoxy");
 }
 
+absl::StatusOr<DrawingTimes> MeasureDrawing(const Scenario& /*scenario*/, DeformView& /*view*/,
+                                            ShaderDevice /*device*/, int /*runs*/) {
+  return absl::UnimplementedError("built without libepoxy");
+}
+
 }  // namespace latticed::bench

@@ -4,19 +4,16 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <utility>
 
 #include "core/base/status_macros.h"
+#include "tests/bench/paper/shaders/drawing/time_commands.h"
 #include "tests/bench/paper/shaders/gl_context.h"
 
 namespace latticed::bench {
 namespace {
 
 constexpr int kPictureSize = 256;
-constexpr size_t kFlushBytes = size_t{256} << 20;  // as in gpu_timer.cc
-constexpr double kWarmUpMs = 30;
-constexpr double kMsPerNs = 1e-6;
 
 // What each of the two programs captures per vertex.
 struct Captured {
@@ -167,33 +164,12 @@ absl::StatusOr<std::vector<uint8_t>> ShaderTessellator::Draw(float extent) {
   return pixels;
 }
 
-absl::StatusOr<GpuTimes> ShaderTessellator::Time(int runs,
-                                                 const std::function<void()>& commands) const {
-  using Clock = std::chrono::steady_clock;
-  LATTICED_ASSIGN_OR_RETURN(const auto flushed, GlBuffer::Create(kFlushBytes, nullptr));
-  const GlQuery elapsed(GL_TIME_ELAPSED);
-  for (const auto start = Clock::now();
-       std::chrono::duration<double, std::milli>(Clock::now() - start).count() < kWarmUpMs;) {
-    commands();
-    glFinish();
-  }
-  std::vector<double> times;
-  for (int run = 0; run < runs; ++run) {
-    const auto value = static_cast<GLuint>(run);
-    glClearNamedBufferData(flushed.id(), GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT, &value);
-    glFinish();
-    times.push_back(static_cast<double>(elapsed.Count(commands)) * kMsPerNs);
-  }
-  LATTICED_RETURN_IF_ERROR(GlStatus("the timed patches"));
-  return MedianAndLeast(std::move(times));
-}
-
 absl::StatusOr<GpuTimes> ShaderTessellator::TimeCaptured(int runs) {
-  return Time(runs, [this] { CaptureAll(); });
+  return TimeCommands(runs, [this] { CaptureAll(); });
 }
 
 absl::StatusOr<GpuTimes> ShaderTessellator::TimeDrawn(float extent, int runs) {
-  return Time(runs, [this, extent] { DrawAll(extent); });
+  return TimeCommands(runs, [this, extent] { DrawAll(extent); });
 }
 
 }  // namespace latticed::bench

@@ -23,7 +23,6 @@
 #define LATTICED_TESTS_BENCH_PAPER_SHADERS_SHADER_TESSELLATOR_H_
 
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
@@ -60,7 +59,7 @@ class ShaderTessellator {
   // Draws all patches. The picture shows points within `extent` of the origin on every axis.
   [[nodiscard]] absl::StatusOr<std::vector<uint8_t>> Draw(float extent);
 
-  // Times all patches by the device's clock. Before each run the L2 cache is flushed and the device idle.
+  // Times all patches, as time_commands.h says.
   [[nodiscard]] absl::StatusOr<GpuTimes> TimeCaptured(int runs);
   [[nodiscard]] absl::StatusOr<GpuTimes> TimeDrawn(float extent, int runs);
 
@@ -78,7 +77,6 @@ class ShaderTessellator {
                       size_t count) const;
   void CaptureAll() const;
   void DrawAll(float extent) const;
-  absl::StatusOr<GpuTimes> Time(int runs, const std::function<void()>& commands) const;
 
   Spec spec_;
   size_t patches_;

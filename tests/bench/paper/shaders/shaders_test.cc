@@ -10,6 +10,7 @@
 
 #include "tests/bench/exact_mesh.h"
 #include "tests/bench/paper/bezier_net/bezier_nets_on_host.h"
+#include "tests/bench/paper/shaders/drawing/vertex_drawing.h"
 #include "tests/bench/paper/shaders/gl_context.h"
 #include "tests/bench/paper/shaders/measure_shaders.h"
 #include "tests/bench/paper/shaders/shader_tessellator.h"
@@ -136,6 +137,53 @@ TEST_F(ShadersTest, MeasuringVerifiesAndTimesBothSources) {
   EXPECT_LE(times.captured(), times.vertices.captured.median);
   // These nets are of other control points.
   EXPECT_THAT(wrong, testing::StatusIs(absl::StatusCode::kInternal));
+}
+
+ViewSpec DrawnSpec() { return {.segments = 10, .format = VertexFormat::kFloat32}; }
+
+TEST_F(ShadersTest, VerticesOfAViewShowTheSamePictureAsTheShaders) {
+  ASSERT_NO_FATAL_FAILURE(Prepare({2, 2, 2}));
+  Scenario scenario = MakeScenario("small", plan_);
+  scenario.control_points[0] = points_;
+  const auto view = MakeView(scenario, Pipeline::kFused, DrawnSpec(), 1);
+  std::vector<float> vertices(scenario.points(10) * VertexDrawing::kFloatsPerVertex);
+  auto* to = reinterpret_cast<uint8_t*>(vertices.data());
+  for (const uint32_t chunk : scenario.all_chunks) {
+    const auto bytes = ReadChunk(scenario, *view, chunk);
+    to = std::copy(bytes.begin(), bytes.end(), to);
+  }
+  const auto tessellator = Make({.degree = 6, .level = 10});
+  ASSERT_NE(tessellator, nullptr);
+  ASSERT_OK_AND_ASSIGN(const auto drawing, VertexDrawing::Create(vertices, 10));
+
+  ASSERT_OK_AND_ASSIGN(const auto pixels, drawing->Draw(2));
+  ASSERT_OK_AND_ASSIGN(const auto expected, tessellator->Draw(2));
+
+  EXPECT_EQ(drawing->CountTriangles(), kPatches * 100);
+  // Alpha is 1 where a triangle was drawn. The patterns differ, so a few pixels at rims may.
+  size_t drawn = 0, different = 0;
+  for (size_t i = 3; i < pixels.size(); i += 4) {
+    if (expected[i] != 0) ++drawn;
+    if ((pixels[i] != 0) != (expected[i] != 0)) ++different;
+  }
+  EXPECT_GT(drawn, 1'000u);
+  EXPECT_LT(different, drawn / 50);
+}
+
+TEST_F(ShadersTest, DrawingIsTimedForFloatsWithNormalsOnly) {
+  ASSERT_NO_FATAL_FAILURE(Prepare({2, 2, 2}));
+  const Scenario scenario = MakeScenario("small", plan_);
+  const auto view = MakeView(scenario, Pipeline::kFused, DrawnSpec(), 1);
+  ViewSpec spec = DrawnSpec();
+  spec.normals = NormalMode::kNone;
+  const auto bare = MakeView(scenario, Pipeline::kFused, spec, 1);
+
+  ASSERT_OK_AND_ASSIGN(const auto times, MeasureDrawing(scenario, *view, ShaderDevice::kAny, 1));
+  const auto refused = MeasureDrawing(scenario, *bare, ShaderDevice::kAny, 1);
+
+  EXPECT_EQ(times.triangles, kPatches * 100);
+  EXPECT_GT(times.times.median, 0);
+  EXPECT_THAT(refused, testing::StatusIs(absl::StatusCode::kInvalidArgument));
 }
 
 TEST_F(ShadersTest, ASoftwareRendererIsNoGpu) {
