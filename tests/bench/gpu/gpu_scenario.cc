@@ -16,9 +16,6 @@
 namespace latticed::bench {
 namespace {
 
-constexpr std::array kPaperModels{PaperModel{"bird", 17'119}, PaperModel{"amphora", 19'924},
-                                  PaperModel{"snail", 46'742}, PaperModel{"spaceship", 96'314},
-                                  PaperModel{"tree", 113'663}};
 // Up to this size a plan is exact, which means making it twice.
 constexpr size_t kMostExact = 1'000'000;
 // Larger plans take seconds, so the reason for the wait is printed.
@@ -36,8 +33,6 @@ const Scenario& Kept(const std::string& name, std::array<int, 3> degree, const a
 }
 
 }  // namespace
-
-std::span<const PaperModel> PaperModels() { return kPaperModels; }
 
 const Scenario& ModelScenario(const PaperModel& model, std::array<int, 3> degree) {
   return Kept(fmt::format("{}-{}", model.name, model.patches), degree,
@@ -119,13 +114,6 @@ ViewSpec GpuSpec(VertexFormat format, NormalMode normals, int segments) {
           .format = format,
           .position_bits = 12,
           .normal_bits = 8};
-}
-
-double StageMs(const std::vector<GpuStage>& stages, std::string_view name) {
-  for (const GpuStage& stage : stages) {
-    if (stage.name == name) return stage.device_ms;
-  }
-  return 0;
 }
 
 double SumMs(const std::vector<GpuStage>& stages) {

@@ -12,21 +12,18 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "tests/bench/gpu/gpu.h"
+#include "tests/bench/paper/printed_tables.h"
 #include "tests/bench/paper/shaders/measure_shaders.h"
 #include "tests/bench/scenario.h"
 
 namespace latticed::bench {
 
-struct PaperModel {
-  const char* name;
-  size_t patches;
-};
-
 // In the order of the paper's tables.
-[[nodiscard]] std::span<const PaperModel> PaperModels();
+[[nodiscard]] inline std::span<const PaperModel> PaperModels() { return kPaperModels; }
 
 // Made on the first call and kept. Exactly the number of patches; above a million, a few percent more.
 [[nodiscard]] const Scenario& ModelScenario(const PaperModel& model, std::array<int, 3> degree);
@@ -69,7 +66,12 @@ struct ControlPointEffect {
 [[nodiscard]] ViewSpec GpuSpec(VertexFormat format, NormalMode normals, int segments);
 
 // Device time of one stage (0 if there is none), and of all stages.
-[[nodiscard]] double StageMs(const std::vector<GpuStage>& stages, std::string_view name);
+[[nodiscard]] inline double StageMs(const std::vector<GpuStage>& stages, std::string_view name) {
+  for (const GpuStage& stage : stages) {
+    if (stage.name == name) return stage.device_ms;
+  }
+  return 0;
+}
 [[nodiscard]] double SumMs(const std::vector<GpuStage>& stages);
 
 }  // namespace latticed::bench

@@ -87,6 +87,8 @@ PaperGpuTimes MeasureOnGpu(const Scenario& scenario) {
   }
   if (const auto view = View(gpu, scenario, Pipeline::kFused); view != nullptr) {
     times.fused = gpu.DeviceTime(*view, AllChunks(scenario, *view), kGpuRuns).median;
+    times.drawing = MeasureDrawing(scenario, *view, ShaderDevice::kCuda, kGpuRuns);
+    if (absl::IsInternal(times.drawing.status())) CheckOk(times.drawing.status());
   }
   return times;
 }

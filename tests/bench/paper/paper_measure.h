@@ -7,6 +7,7 @@
 #define LATTICED_TESTS_BENCH_PAPER_PAPER_MEASURE_H_
 
 #include <limits>
+#include <string_view>
 
 #include "tests/bench/gpu/gpu_scenario.h"
 
@@ -36,6 +37,19 @@ struct PaperGpuTimes {
   absl::StatusOr<ShaderTimes> shaders = absl::UnavailableError("there is no GPU");
   // fused
   double fused = kNotMeasured;
+  // drawing of the vertices that any of the pipelines leaves, or why there is none
+  absl::StatusOr<DrawingTimes> drawing = absl::UnavailableError("there is no GPU");
+
+  // kNotMeasured where there is no such time.
+  double drawing_ms() const { return drawing.ok() ? drawing->times.median : kNotMeasured; }
+  double tensor_ms() const { return tensor.ok() ? tensor->times.whole.median : kNotMeasured; }
+  double tensor_stage_ms(std::string_view stage) const {
+    return tensor.ok() ? StageMs(tensor->times.stages, stage) : kNotMeasured;
+  }
+  // Control points, tessellation and drawing.
+  double drawn_shaders_ms() const {
+    return shaders.ok() ? shaders->control.median + shaders->drawn() : kNotMeasured;
+  }
 };
 [[nodiscard]] PaperGpuTimes MeasureOnGpu(const Scenario& scenario);
 

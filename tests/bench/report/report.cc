@@ -24,14 +24,6 @@ std::string ProcessorName() {
   return "unknown processor";
 }
 
-std::string Machine() {
-  const std::string host =
-      fmt::format("{}, {} threads", ProcessorName(), std::thread::hardware_concurrency());
-  const auto gpu = TheGpu();
-  if (!gpu.ok()) return host;
-  return fmt::format("{}; host {}", (*gpu)->backend().description(), host);
-}
-
 std::string Escaped(std::string_view cell) {
   std::string text;
   for (const char c : cell) text += c == '|' ? std::string("\\|") : std::string(1, c);
@@ -39,6 +31,14 @@ std::string Escaped(std::string_view cell) {
 }
 
 }  // namespace
+
+std::string Machine() {
+  const std::string host =
+      fmt::format("{}, {} threads", ProcessorName(), std::thread::hardware_concurrency());
+  const auto gpu = TheGpu();
+  if (!gpu.ok()) return host;
+  return fmt::format("{}; host {}", (*gpu)->backend().description(), host);
+}
 
 std::string ToText(const Section& section) {
   std::vector<size_t> widths(section.columns.size(), 0);

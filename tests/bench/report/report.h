@@ -27,6 +27,9 @@ struct Section {
 [[nodiscard]] std::string ToText(const Section& section);
 [[nodiscard]] std::string ToMarkdown(const Section& section);
 
+// The processor, and the GPU if there is one.
+[[nodiscard]] std::string Machine();
+
 // Writes the date, the commit, the machine and the command, then the sections.
 [[nodiscard]] absl::Status WriteMarkdown(const std::string& path, const std::string& command,
                                          std::span<const Section> sections);
