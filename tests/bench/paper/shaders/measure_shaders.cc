@@ -80,7 +80,9 @@ absl::Status MeasureSource(const Scenario& scenario, std::span<const NetPoint> n
 // The vertices of all chunks.
 absl::StatusOr<std::vector<float>> ReadAll(const Scenario& scenario, DeformView& view) {
   const int segments = view.spec().segments;
-  std::vector<float> vertices(scenario.points(segments) * VertexDrawing::kFloatsPerVertex);
+  const size_t points =
+      scenario.plan->patches.size() * static_cast<size_t>(PointsPerPatch(segments));
+  std::vector<float> vertices(points * VertexDrawing::kFloatsPerVertex);
   auto bytes =
       std::span(reinterpret_cast<uint8_t*>(vertices.data()), vertices.size() * sizeof(float));
   for (const uint32_t chunk : scenario.all_chunks) {
