@@ -124,7 +124,10 @@ ci_container() {
     not_run "this machine allows no containers: $why"
     return
   fi
-  tests/docker/container_test.sh build/ci/container
+  local nvcc
+  nvcc=$(command -v nvcc || compgen -G /usr/local/cuda/bin/nvcc || true)
+  tests/docker/container_test.sh build/ci/container ${nvcc:+"$(dirname "$(dirname "$(readlink -f "$nvcc")")")"} || return
+  [[ -n $nvcc ]] || not_run "the GPU image is not built: this machine has no nvcc"
 }
 verb_ci() {
   need "compilers, libraries, linters, containers" "${build_packages[@]}" "${check_packages[@]}" "${image_packages[@]}"

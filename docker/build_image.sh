@@ -2,12 +2,17 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# usage: build_image.sh TAG
+# usage: build_image.sh TAG [CUDA]
 # Builds the CPU image with podman, as root on Debian 12. debootstrap makes the base image from this machine's own
 # package sources, so no image registry is needed. The build uses this machine's caches of ccache and npm.
+#
+# With CUDA, a folder with a CUDA toolkit such as /usr/local/cuda, it builds the GPU image. Its compiler is mounted
+# during the build only. The runtime's base then has cuBLAS, as NVIDIA's runtime images do. CMAKE_ARGS in the environment
+# are more options for CMake.
 set -euo pipefail
 root=$(cd "$(dirname "$(readlink -f "$0")")/.." && pwd)
-readonly root tag=$1 base=localhost/latticed-base:bookworm
+cuda=${2:+$(readlink -f "$2")}
+readonly root tag=$1 cuda base=localhost/latticed-base:bookworm
 export CONTAINERS_CONF=$root/docker/containers.conf
 
 die() { printf 'build_image.sh: %s\n' "$*" >&2; exit 1; }
@@ -31,6 +36,15 @@ make_base() {
     --exclude='./usr/share/man/*' --exclude='./usr/share/locale/*' -c . | podman import --quiet - "$base"
 }
 
+# cudart is in the programs, and they load cuBLAS where they find it.
+make_cuda_base() {
+  podman build --quiet --format docker --tag "$base-cuda" --volume "$cuda:/mnt:ro" --file - "$scratch" <<DOCKERFILE
+FROM $base
+RUN install -D -m 644 -t /usr/local/cuda/lib64 /mnt/lib64/libcublas.so.[0-9][0-9] /mnt/lib64/libcublasLt.so.[0-9][0-9] && \
+    echo /usr/local/cuda/lib64 >/etc/ld.so.conf.d/cuda.conf && ldconfig
+DOCKERFILE
+}
+
 ((EUID == 0)) || die "run it as root: debootstrap and containers need that here"
 why=$(unshare --mount --pid --fork --mount-proc true 2>&1) ||
   die "this machine allows no containers, neither mounts nor namespaces: $why"
@@ -38,11 +52,17 @@ why=$(unshare --mount --pid --fork --mount-proc true 2>&1) ||
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 podman image exists "$base" || make_base
-options=()
+runtime=$base options=()
+if [[ -n $cuda ]]; then
+  [[ -x $cuda/bin/nvcc ]] || die "$cuda has no bin/nvcc"
+  podman image exists "$base-cuda" || make_cuda_base
+  runtime=$base-cuda options+=(--volume "$cuda:/usr/local/cuda:ro" --build-arg LATTICED_CUDA=ON)
+fi
+[[ -z ${CMAKE_ARGS:-} ]] || options+=(--build-arg CMAKE_ARGS="$CMAKE_ARGS")
 cache=$(ccache --get-config cache_dir 2>/dev/null) && [[ -d $cache ]] &&
   options+=(--volume "$cache:/root/.cache/ccache" ${LANG:+--build-arg LANG="$LANG"})
 cache=$(npm config get cache 2>/dev/null) && [[ -d $cache ]] && options+=(--volume "$cache:/root/.npm")
 podman build --format docker --file "$root/docker/Dockerfile" --tag "$tag" \
-  --build-arg BUILD_BASE="$base" --build-arg RUNTIME_BASE="$base" \
+  --build-arg BUILD_BASE="$base" --build-arg RUNTIME_BASE="$runtime" \
   --build-arg LATTICED_COMMIT="$(git -C "$root" rev-parse --short=12 HEAD 2>/dev/null)" \
   ${options[@]+"${options[@]}"} "$root"

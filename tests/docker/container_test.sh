@@ -2,19 +2,24 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# usage: container_test.sh FOLDER
+# usage: container_test.sh FOLDER [CUDA]
 # Builds the CPU image and runs it by compose.yaml with the commands of docker/README.md. Checks that the container is
-# confined as that file says, and uses its ports with README's Python example and by HTTP. Images, networks and
-# containers are separate from this machine's own, and are deleted afterwards. The example's files go to FOLDER.
+# confined as that file says, and uses its ports with README's Python example and by HTTP. With CUDA, the folder of a
+# CUDA toolkit, it then builds the GPU image for one device architecture. That one runs on the CPU here, as it does
+# wherever it is given no GPU. Images, networks and containers are separate from this machine's own, and are deleted
+# afterwards. The example's files go to FOLDER.
 set -euo pipefail
 root=$(cd "$(dirname "$(readlink -f "$0")")/../.." && pwd)
 mkdir -p "$1"
 work=$(readlink -f "$1")
-readonly root work tag=latticed:cpu name=docker_latticed_1 most_mb=300 patience_s=60
+readonly root work cuda=${2:-} tag=latticed:cpu gpu_tag=latticed:gpu most_mb=300 patience_s=60
+name=docker_latticed_1
 storage=$(mktemp -d /var/tmp/latticed.XXXXXX)
 readonly storage
 export CONTAINERS_CONF=$root/docker/containers.conf CONTAINERS_STORAGE_CONF=$storage/storage.conf
-export BUILDAH_LAYERS=false  # no layers are cached, since no image is kept
+# No image is kept, so layers are cached only where two images begin with the same packages.
+BUILDAH_LAYERS=$([[ -n $cuda ]] && echo true || echo false)
+export BUILDAH_LAYERS
 cat >"$CONTAINERS_STORAGE_CONF" <<CONF
 [storage]
 driver = "overlay"
@@ -62,6 +67,27 @@ sys.exit(0 if text in answer else f"no {text!r} in {answer[:2000]!r}")
 PYTHON
 }
 
+# Waits until the image's own health check succeeds.
+wait_for_health() {
+  local i
+  for ((i = 0; i < patience_s; ++i)); do
+    podman healthcheck run "$name" >/dev/null 2>&1 && return
+    sleep 1
+  done
+  fail "not healthy after $patience_s s"
+}
+
+check_confined() {
+  local status line
+  [[ $(podman ps --format '{{.Names}}') == "$name" ]] || fail "not this service alone is up"
+  [[ $(podman port "$name" | sed 's/.* -> //; s/:.*//' | sort -u) == 127.0.0.1 ]] || fail "published to others"
+  status=$(podman exec "$name" cat /proc/1/status)
+  for line in 'Uid:\s65532\s' 'CapEff:\s0+$' 'CapBnd:\s0+$' 'NoNewPrivs:\s1$'; do
+    grep -qP "^$line" <<<"$status" || fail "not confined, no $line in $status"
+  done
+  podman exec "$name" grep -q '^[^ ]* / [^ ]* ro,' /proc/mounts || fail "the root is not read-only"
+}
+
 "$root/docker/build_image.sh" "$tag"
 mb=$(($(podman image inspect --format '{{.Size}}' "$tag") / 1000000))
 echo "the image has $mb MB"
@@ -76,18 +102,8 @@ cd "$work"
 read -r port http admin < <(free_ports 3)
 export LATTICED_GRPC_PORT=$port LATTICED_HTTP_PORT=$http LATTICED_ADMIN_PORT=$admin
 run "docker/README.md, Without Docker, without a registry, 1" bash -euo pipefail
-for ((i = 0; ; ++i)); do
-  podman healthcheck run "$name" >/dev/null 2>&1 && break
-  ((i < patience_s)) || fail "not healthy after $patience_s s"
-  sleep 1
-done
-[[ $(podman ps --format '{{.Names}}') == "$name" ]] || fail "not this service alone is up"
-[[ $(podman port "$name" | sed 's/.* -> //; s/:.*//' | sort -u) == 127.0.0.1 ]] || fail "published to others"
-status=$(podman exec "$name" cat /proc/1/status)
-for line in 'Uid:\s65532\s' 'CapEff:\s0+$' 'CapBnd:\s0+$' 'NoNewPrivs:\s1$'; do
-  grep -qP "^$line" <<<"$status" || fail "not confined, no $line in $status"
-done
-podman exec "$name" grep -q '^[^ ]* / [^ ]* ro,' /proc/mounts || fail "the root is not read-only"
+wait_for_health
+check_confined
 podman exec "$name" latticectl bench vase --resolution 1 --segments 1 --edits 1 --server 127.0.0.1:50151 >bench.txt 2>&1 ||
   fail "the load generator does not run: $(<bench.txt)"
 
@@ -112,3 +128,30 @@ podman logs "$name" 2>&1 | grep -q '"message":"stopped"' || fail "the log does n
 run "docker/README.md, Without Docker, without a registry, 2" bash -euo pipefail
 [[ -z $(podman ps --all --quiet) ]] || fail "a container is left"
 echo "container: built, ran read-only without capabilities, served gRPC, gRPC-Web and metrics, drained"
+
+[[ -n $cuda ]] || exit 0
+CMAKE_ARGS=-DCMAKE_CUDA_ARCHITECTURES=90-real "$root/docker/build_image.sh" "$gpu_tag" "$cuda"
+folder=$(podman image mount "$gpu_tag")
+blas_mb=$(du -sm --apparent-size "$folder/usr/local/cuda" | cut -f 1)
+mb=$(($(podman image inspect --format '{{.Size}}' "$gpu_tag") / 1000000 - blas_mb * 1048576 / 1000000))
+echo "the GPU image has $mb MB and $blas_mb MiB of cuBLAS"
+((mb <= most_mb)) || fail "the GPU image has $mb MB, over $most_mb"
+[[ $(cd "$folder/usr/local/cuda" && find . -type f | sort | xargs) == "./lib64/libcublas.so."?[0-9]" ./lib64/libcublasLt.so."?[0-9] ]] ||
+  fail "more of CUDA than cuBLAS: $(find "$folder/usr/local/cuda" -type f)"
+podman image unmount "$gpu_tag" >/dev/null
+if podman run --rm --network none --read-only --cap-drop ALL "$gpu_tag" --insecure --backend cuda >gpu.txt 2>&1; then
+  fail "the GPU image has a CUDA backend without a GPU"
+fi
+grep -q 'backend cuda: no CUDA device: .*cudaError' gpu.txt || fail "CUDA's runtime is not in the GPU image: $(<gpu.txt)"
+
+name=docker_latticed-gpu_1
+podman-compose -f docker/compose.yaml up --detach latticed-gpu
+wait_for_health
+check_confined
+podman exec "$name" latticectl info --server 127.0.0.1:50151 | tee info.txt
+grep -q '^backend  *cpu: ' info.txt || fail "the GPU image serves by no CPU"
+podman exec "$name" latticectl bench vase --resolution 1 --segments 1 --edits 1 --server 127.0.0.1:50151 >bench.txt 2>&1 ||
+  fail "the load generator does not run: $(<bench.txt)"
+/usr/bin/python3 "$root/tests/support/served_viewer.py" "http://127.0.0.1:$http/" || fail "the GPU image has no viewer"
+podman-compose -f docker/compose.yaml down --timeout 30 latticed-gpu
+echo "container: the GPU image built, ran read-only without capabilities on the CPU, and says what CUDA lacks"
