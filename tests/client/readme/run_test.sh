@@ -19,6 +19,7 @@ declare -A exempt=(
   ["client/README.md, Rules for a client, 1"]="a diagram"
   ["client/decoder/README.md, client/decoder: Draco and meshopt chunks at memory speed, 1"]="a diagram"
   ["docker/README.md, Containers, 1"]="Docker's engine and a GPU; compose_test reads the file, container_test.sh brings it up"
+  ["docker/README.md, The GPU image, without a registry, 1"]="a GPU and root; tests/docker/container_test.sh builds the image"
   ["docker/README.md, Several servers, 1"]="Docker's engine; compose_test reads the file"
   ["docker/README.md, Behind a proxy, and several servers, 1"]="tests/docker/shared_test.sh runs it, with other addresses"
   ["docker/README.md, Kubernetes, 1"]="a cluster; tests/docker/kubernetes checks the manifests"
