@@ -92,8 +92,7 @@ std::vector<uint32_t> BorrowersBeside(const DeformPlan& plan, const std::vector<
     patches.insert(patches.end(), at, borrowers.end());
   }
   std::ranges::sort(patches);
-  const auto [again, end] = std::ranges::unique(patches);
-  patches.erase(again, end);
+  patches.erase(std::unique(patches.begin(), patches.end()), patches.end());
   return patches;
 }
 

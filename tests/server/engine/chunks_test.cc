@@ -128,7 +128,7 @@ using Chunks = std::vector<uint32_t>;
 
 TEST(ChunkSet, TakesWhatWasAddedOnce) {
   ChunkSet set;
-  set.Add(Chunks{5, 1});
+  set.Add(Chunks{1, 5});
   set.Add(Chunks{1, 3});
 
   EXPECT_FALSE(set.all());
