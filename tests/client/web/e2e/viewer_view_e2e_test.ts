@@ -291,7 +291,8 @@ test('bits and encoding of the panel are those of what comes, which the head-up 
   await page.waitForFunction(async () => {
     const { session } = window.latticed.scene!;
     session.setView({}); // decodes until the page knows how long that takes
-    await new Promise((resolve) => void session.on('update', resolve));
+    // The page's own request for the chosen encoding may have come first: then this one brings no update.
+    await new Promise((resolve) => { session.on('update', resolve); setTimeout(resolve, 1000); });
     return document.querySelector<HTMLElement>('[data-hud=bytes]')!.title !== '';
   });
   assert.match(await page.locator('[data-hud=bytes]').getAttribute('title') ?? '',
