@@ -80,8 +80,7 @@ std::string ShadersNote(AllPaperTimes times) {
   if (!shaders.ok()) return fmt::format("No shaders: {}.", std::string(shaders.status().message()));
   return fmt::format(
       "Shaders: control points by (6) on CUDA, then OpenGL, which makes {} triangles with {} "
-      "points "
-      "of a patch. The paper's pattern has 100 with 66.",
+      "points of a patch. The paper's pattern has 100 with 66.",
       shaders->triangles, shaders->distinct_points);
 }
 
@@ -232,8 +231,7 @@ Section BesideTable2(AllPaperTimes times) {
   table.Ours("fused", Ratio(cpu_fused, ours.fused), kCpuRatio);
   table.Note(
       "The paper's CPU is CBLAS. Ours has all threads unless a line says one. CUDA without drawing "
-      "is "
-      "the paper's Table 2 less the drawing of its Table 3.");
+      "is the paper's Table 2 less the drawing of its Table 3.");
   table.Note(DrawingNote(times));
   table.Note(ShadersNote(times));
   table.Note(kPaperSlipShaders);
@@ -248,11 +246,9 @@ Section BesideTable3(AllPaperTimes times) {
   AddSaved(table, ours);
   table.Note(
       "Ours: copy to VBO rearranges the products and makes normals. A total is one whole "
-      "evaluation "
-      "and drawing. It includes shared points, which make the surface watertight and which the "
-      "paper "
-      "does not have. It does not include (24), which gemm keeps. Both "
-      "algorithms draw the patterns' triangles; the paper has the same times for both.");
+      "evaluation and drawing. It includes shared points, which make the surface watertight and "
+      "which the paper does not have. It does not include (24), which gemm keeps. Both algorithms "
+      "draw the patterns' triangles; the paper has the same times for both.");
   table.Note("The paper says that an edit of the volume takes less than 1 ms on the host.");
   table.Note(
       "\"not legible\": the paper's print cannot be read there. The sum of both stages follows "

@@ -291,7 +291,7 @@ test('bits and encoding of the panel are those of what comes, which the head-up 
   await page.waitForFunction(async () => {
     const { session } = window.latticed.scene!;
     session.setView({}); // decodes until the page knows how long that takes
-    // The page's own request for the chosen encoding may have come first: then this one brings no update.
+    // Not every request brings an update: the next one is made after a second.
     await new Promise((resolve) => { session.on('update', resolve); setTimeout(resolve, 1000); });
     return /^(draco|meshopt): meshopt's 0.2 bytes more a point take [0-9.]+ ns at [0-9.e+]+ MB\/s, decoding saves [0-9.]+ ns$/
       .test(document.querySelector<HTMLElement>('[data-hud=bytes]')!.title);
