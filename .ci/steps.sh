@@ -124,10 +124,18 @@ ci_container() {
     not_run "this machine allows no containers: $why"
     return
   fi
+  local toolkit
+  toolkit=$(cuda_toolkit)
+  tests/docker/container_test.sh build/ci/container $toolkit || return
+  [[ -n $toolkit ]] || not_run "the GPU image is not built: this machine has no nvcc"
+  [[ ! -f build/ci/container/not_run.txt ]] || not_run "$(<build/ci/container/not_run.txt)"
+}
+# Prints the folder of nvcc's toolkit, where there is one. nvcc itself may be a link or a script.
+cuda_toolkit() {
   local nvcc
-  nvcc=$(command -v nvcc || compgen -G /usr/local/cuda/bin/nvcc || true)
-  tests/docker/container_test.sh build/ci/container ${nvcc:+"$(dirname "$(dirname "$(readlink -f "$nvcc")")")"} || return
-  [[ -n $nvcc ]] || not_run "the GPU image is not built: this machine has no nvcc"
+  nvcc=$(command -v nvcc || compgen -G /usr/local/cuda/bin/nvcc) || return 0
+  : >build/ci/empty.cu
+  readlink -f "$("$nvcc" --dryrun build/ci/empty.cu 2>&1 | sed -n 's/^#\$ TOP=//p')"
 }
 verb_ci() {
   need "compilers, libraries, linters, containers" "${build_packages[@]}" "${check_packages[@]}" "${image_packages[@]}"

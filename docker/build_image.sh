@@ -6,16 +6,17 @@
 # Builds the CPU image with podman, as root on Debian 12. debootstrap makes the base image from this machine's own
 # package sources, so no image registry is needed. The build uses this machine's caches of ccache and npm.
 #
-# With CUDA, a folder with a CUDA toolkit such as /usr/local/cuda, it builds the GPU image. Its compiler is mounted
-# during the build only. The runtime's base then has cuBLAS, as NVIDIA's runtime images do. CMAKE_ARGS in the environment
-# are more options for CMake.
+# With CUDA, a folder with a CUDA toolkit such as /usr/local/cuda, it builds the GPU image. The toolkit is mounted during
+# the build only. The runtime's base then has the toolkit's cuBLAS, as NVIDIA's runtime images do. CMAKE_ARGS in the
+# environment are more options for CMake.
 set -euo pipefail
 root=$(cd "$(dirname "$(readlink -f "$0")")/.." && pwd)
 cuda=${2:+$(readlink -f "$2")}
 readonly root tag=$1 cuda base=localhost/latticed-base:bookworm
 export CONTAINERS_CONF=$root/docker/containers.conf
 
-die() { printf 'build_image.sh: %s\n' "$*" >&2; exit 1; }
+say() { printf 'build_image.sh: %s\n' "$*" >&2; }
+die() { say "$@"; exit 1; }
 
 # The Debian suites among this machine's package sources, as lines of sources.list. Other sources stay out of images.
 debian_sources() {
@@ -36,12 +37,17 @@ make_base() {
     --exclude='./usr/share/man/*' --exclude='./usr/share/locale/*' -c . | podman import --quiet - "$base"
 }
 
-# cudart is in the programs, and they load cuBLAS where they find it.
+# cudart is in the programs, and they load cuBLAS where they find it. An image without it has no gemm pipelines.
 make_cuda_base() {
-  podman build --quiet --format docker --tag "$base-cuda" --volume "$cuda:/mnt:ro" --file - "$scratch" <<DOCKERFILE
+  local folder=$scratch/cuda library
+  mkdir -p "$folder/lib64"
+  for library in libcublas libcublasLt; do
+    cp -L "$cuda/lib64/$library.so."[0-9][0-9] "$folder/lib64" || say "the image is built without $library"
+  done
+  podman build --quiet --format docker --tag "$base-cuda" --file - "$folder" <<DOCKERFILE
 FROM $base
-RUN install -D -m 644 -t /usr/local/cuda/lib64 /mnt/lib64/libcublas.so.[0-9][0-9] /mnt/lib64/libcublasLt.so.[0-9][0-9] && \
-    echo /usr/local/cuda/lib64 >/etc/ld.so.conf.d/cuda.conf && ldconfig
+COPY lib64 /usr/local/cuda/lib64
+RUN echo /usr/local/cuda/lib64 >/etc/ld.so.conf.d/cuda.conf && ldconfig
 DOCKERFILE
 }
 
