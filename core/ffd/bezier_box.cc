@@ -7,7 +7,6 @@ namespace {
 
 constexpr size_t kMost = BezierBox::kMostPoints;
 using Row = std::array<double, kMost>;
-using Matrix = std::array<Row, kMost>;  // [coefficient][control point]
 
 // The polar form of each basis function: the recurrence of EvaluateBasis, with another argument at each level.
 Row PolarForm(const double* knots, int degree, int span, const double* arguments) {
@@ -27,17 +26,6 @@ Row PolarForm(const double* knots, int degree, int span, const double* arguments
   return values;
 }
 
-Matrix ToBezier(const std::vector<double>& knots, int degree, int span, double lower,
-                double upper) {
-  Matrix matrix{};
-  double arguments[limits::kMaxDegree] = {lower, lower, lower};
-  for (int i = 0; i <= degree; ++i) {
-    if (i > 0) arguments[i - 1] = upper;
-    matrix[static_cast<size_t>(i)] = PolarForm(knots.data(), degree, span, arguments);
-  }
-  return matrix;
-}
-
 struct Extent {
   std::array<size_t, 3> count{};
   std::array<int, 3> first{};
@@ -52,6 +40,17 @@ Extent ExtentOf(const LatticeStructure& s, const std::array<int, 3>& span) {
 }
 
 }  // namespace
+
+BezierMatrix BezierMatrixOf(std::span<const double> knots, int degree, int span, double lower,
+                            double upper) {
+  BezierMatrix matrix{};
+  double arguments[limits::kMaxDegree] = {lower, lower, lower};
+  for (int i = 0; i <= degree; ++i) {
+    if (i > 0) arguments[i - 1] = upper;
+    matrix[static_cast<size_t>(i)] = PolarForm(knots.data(), degree, span, arguments);
+  }
+  return matrix;
+}
 
 Bounds BezierBox::Hull() const {
   Bounds hull;
@@ -79,10 +78,10 @@ Bounds BezierBox::SlopeHull(size_t axis) const {
 
 BezierBox RestrictVolume(const LatticeStructure& s, std::span<const Vec3d> control_points,
                          const std::array<int, 3>& span, Vec3d lower, Vec3d upper) {
-  std::array<Matrix, 3> to_bezier;
+  std::array<BezierMatrix, 3> to_bezier;
   for (int axis = 0; axis < 3; ++axis) {
     const auto a = static_cast<size_t>(axis);
-    to_bezier[a] = ToBezier(s.knots[a], s.degree[a], span[a], lower[axis], upper[axis]);
+    to_bezier[a] = BezierMatrixOf(s.knots[a], s.degree[a], span[a], lower[axis], upper[axis]);
   }
   const Extent extent = ExtentOf(s, span);
   const auto& [nu, nv, nw] = extent.count;

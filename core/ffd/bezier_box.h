@@ -23,6 +23,14 @@
 
 namespace latticed {
 
+// A row per Bernstein coefficient, a column per control point; zero beyond the degree.
+using BezierMatrix = std::array<std::array<double, limits::kMaxDegree + 1>, limits::kMaxDegree + 1>;
+
+// The matrix that turns the coefficients of N_{span - degree} … N_{span} on one axis into Bernstein coefficients over
+// [lower, upper]. Inside the knot interval no entry is negative, and each row sums to 1.
+[[nodiscard]] BezierMatrix BezierMatrixOf(std::span<const double> knots, int degree, int span,
+                                          double lower, double upper);
+
 struct BezierBox {
   static constexpr size_t kMostPoints = limits::kMaxDegree + 1;
 

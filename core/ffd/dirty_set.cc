@@ -30,37 +30,6 @@ std::vector<uint32_t> BoxesBelow(const LatticeStructure& s, size_t axis) {
   return below;
 }
 
-// By box: whether one of the control points influences it.
-std::vector<bool> InfluencedBoxes(const DeformPlan& plan, std::span<const uint32_t> indices) {
-  const LatticeStructure& s = plan.structure;
-  const std::array below{BoxesBelow(s, 0), BoxesBelow(s, 1), BoxesBelow(s, 2)};
-  // By control points with this index along the axis.
-  const auto boxes_of = [&](size_t axis, int index) {
-    const int last = std::min(index + s.degree[axis], s.size[axis] - 1);
-    return Range{below[axis][static_cast<size_t>(index)],
-                 below[axis][static_cast<size_t>(last) + 1]};
-  };
-  std::vector<bool> boxes(plan.boxes.size());
-  const uint32_t row = below[0].back(), layer = row * below[1].back();
-  for (size_t begin = 0, end = 0; begin < indices.size(); begin = end) {
-    const int first = static_cast<int>(indices[begin]), line = first / s.size[0];
-    // Takes neighbours along u together; an edit of all points then takes one step per row.
-    int last = first;
-    for (end = begin + 1; end < indices.size(); ++end, ++last) {
-      if (static_cast<int>(indices[end]) != last + 1 || (last + 1) / s.size[0] != line) break;
-    }
-    const Range u{boxes_of(0, first % s.size[0]).first, boxes_of(0, last % s.size[0]).last},
-        v = boxes_of(1, line % s.size[1]), w = boxes_of(2, line / s.size[1]);
-    for (uint32_t k = w.first; k < w.last; ++k) {
-      for (uint32_t j = v.first; j < v.last; ++j) {
-        const auto at = boxes.begin() + (layer * k + row * j);
-        std::fill(at + u.first, at + u.last, true);
-      }
-    }
-  }
-  return boxes;
-}
-
 // The patches of the boxes. Boxes whose patches follow each other share a range.
 std::vector<Range> PatchesOf(const DeformPlan& plan, const std::vector<bool>& boxes) {
   std::vector<Range> ranges;
@@ -115,6 +84,36 @@ std::vector<uint32_t> ChunksOf(std::span<const Range> ranges, std::span<const ui
 }
 
 }  // namespace
+
+std::vector<bool> InfluencedBoxes(const DeformPlan& plan, std::span<const uint32_t> indices) {
+  const LatticeStructure& s = plan.structure;
+  const std::array below{BoxesBelow(s, 0), BoxesBelow(s, 1), BoxesBelow(s, 2)};
+  // By control points with this index along the axis.
+  const auto boxes_of = [&](size_t axis, int index) {
+    const int last = std::min(index + s.degree[axis], s.size[axis] - 1);
+    return Range{below[axis][static_cast<size_t>(index)],
+                 below[axis][static_cast<size_t>(last) + 1]};
+  };
+  std::vector<bool> boxes(plan.boxes.size());
+  const uint32_t row = below[0].back(), layer = row * below[1].back();
+  for (size_t begin = 0, end = 0; begin < indices.size(); begin = end) {
+    const int first = static_cast<int>(indices[begin]), line = first / s.size[0];
+    // Takes neighbours along u together; an edit of all points then takes one step per row.
+    int last = first;
+    for (end = begin + 1; end < indices.size(); ++end, ++last) {
+      if (static_cast<int>(indices[end]) != last + 1 || (last + 1) / s.size[0] != line) break;
+    }
+    const Range u{boxes_of(0, first % s.size[0]).first, boxes_of(0, last % s.size[0]).last},
+        v = boxes_of(1, line % s.size[1]), w = boxes_of(2, line / s.size[1]);
+    for (uint32_t k = w.first; k < w.last; ++k) {
+      for (uint32_t j = v.first; j < v.last; ++j) {
+        const auto at = boxes.begin() + (layer * k + row * j);
+        std::fill(at + u.first, at + u.last, true);
+      }
+    }
+  }
+  return boxes;
+}
 
 DirtySet DirtyByControlPoints(const DeformPlan& plan, std::span<const uint32_t> indices) {
   const std::vector<bool> boxes = InfluencedBoxes(plan, indices);

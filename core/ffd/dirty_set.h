@@ -19,6 +19,10 @@
 
 namespace latticed {
 
+// By box, the outside box last: whether one of the control points influences it.
+[[nodiscard]] std::vector<bool> InfluencedBoxes(const DeformPlan& plan,
+                                                std::span<const uint32_t> indices);
+
 struct DirtySet {
   std::vector<uint32_t> chunks;  // ascending
   // For EditResult: the boxes, and the patches in them or with a vertex or edge that they own.

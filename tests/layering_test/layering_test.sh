@@ -16,6 +16,7 @@ declare -A allowed=(
   [core/mesh]="core/base/ core/mesh/"
   [core/ffd]="core/base/ core/mesh/ core/ffd/"
   [core/adaptive]="core/base/ core/mesh/ core/ffd/ core/adaptive/"
+  [core/folds]="core/base/ core/mesh/ core/ffd/ core/folds/"
   [core/patches]="core/base/ core/mesh/ core/ffd/ core/adaptive/ core/codec/octahedral.h core/patches/"
   [core/backend]="core/base/ core/mesh/ core/ffd/ core/adaptive/ core/patches/ core/backend.h"
   [core/codec]="core/base/ core/mesh/ core/ffd/ core/codec/"
@@ -104,7 +105,7 @@ readonly guarded=(
 set_layer() {  # FILE
   case $1 in
     core/base/*) layer=core/base ;; core/mesh/*) layer=core/mesh ;; core/ffd/*) layer=core/ffd ;;
-    core/adaptive/*) layer=core/adaptive ;; core/patches/*) layer=core/patches ;; core/codec/*) layer=core/codec ;; core/view/*) layer=core/view ;; core/cpu/*/*) layer=${1%/*} ;; core/cpu/*) layer=core/cpu ;; core/*) layer=core/backend ;;
+    core/adaptive/*) layer=core/adaptive ;; core/folds/*) layer=core/folds ;; core/patches/*) layer=core/patches ;; core/codec/*) layer=core/codec ;; core/view/*) layer=core/view ;; core/cpu/*/*) layer=${1%/*} ;; core/cpu/*) layer=core/cpu ;; core/*) layer=core/backend ;;
     cuda/*/*) layer=${1%/*} ;; cuda/*) layer=cuda ;;
     server/*/*) layer=${1%/*} ;; server/*) layer=server ;; tests/*) layer=tests ;;
     client/decoder/lanes/*) layer=client/decoder/lanes ;; client/decoder/*) layer=client/decoder ;;

@@ -1,0 +1,210 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "core/folds/box_determinant.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/ffd/bezier_box.h"
+
+namespace latticed {
+namespace {
+
+constexpr size_t kMost = BezierBox::kMostPoints;
+constexpr size_t kMostCount = BernsteinVolume::kMostCount;
+constexpr double kSlack = 6 * (450 + 8 * kMostHalvings) * 0x1p-53;
+
+constexpr auto kBinomials = [] {
+  std::array<std::array<double, kMostCount>, kMostCount> b{};
+  for (size_t n = 0; n < kMostCount; ++n) {
+    b[n][0] = 1;
+    for (size_t k = 1; k <= n; ++k) b[n][k] = b[n - 1][k - 1] + (k < n ? b[n - 1][k] : 0);
+  }
+  return b;
+}();
+
+// Vectors over a grid of coefficients, with the strides of the result. A product of polynomials is then one sum of
+// products of flat arrays: gaps between rows hold zeros.
+struct Vectors {
+  std::array<size_t, 3> count{};
+  std::array<std::array<double, BernsteinVolume::kMostCoefficients>, 3> c;
+
+  // The numbers from the first to the last one of a layer.
+  size_t LayerRun(size_t row) const { return row * (count[1] - 1) + count[0]; }
+};
+
+struct Grid {
+  std::array<size_t, 3> count{};
+  std::array<Vec3d, kMost * kMost * kMost> points;
+
+  Vec3d& at(size_t i, size_t j, size_t k) { return points[i + kMost * (j + kMost * k)]; }
+};
+
+// Replaces the `from` points along an axis by `to` sums of them.
+void Apply(const BezierMatrix& matrix, size_t axis, size_t to, Grid& grid) {
+  constexpr std::array<size_t, 3> kStrides{1, kMost, kMost * kMost};
+  const size_t from = grid.count[axis], stride = kStrides[axis];
+  const size_t a = axis == 0 ? 1 : 0, b = axis == 2 ? 1 : 2;
+  for (size_t j = 0; j < grid.count[b]; ++j) {
+    for (size_t i = 0; i < grid.count[a]; ++i) {
+      Vec3d* const line = &grid.points[i * kStrides[a] + j * kStrides[b]];
+      std::array<Vec3d, kMost> sums;
+      for (size_t r = 0; r < to; ++r) {
+        Vec3d sum;
+        for (size_t s = 0; s < from; ++s) sum += matrix[r][s] * line[s * stride];
+        sums[r] = sum;
+      }
+      for (size_t r = 0; r < to; ++r) line[r * stride] = sums[r];
+    }
+  }
+  grid.count[axis] = to;
+}
+
+// The box's control points as n (P_i - P_i-1) width / (t_i+n - t_i) along the axis. Returns the largest component.
+double Differentiate(const LatticeStructure& s, const std::array<int, 3>& span, size_t axis,
+                     Grid& grid) {
+  const auto n = static_cast<size_t>(s.degree[axis]), k = static_cast<size_t>(span[axis]);
+  const std::vector<double>& t = s.knots[axis];
+  const std::array<size_t, 3> step{axis == 0, axis == 1, axis == 2};
+  --grid.count[axis];
+  double most = 0;
+  for (size_t w = 0; w < grid.count[2]; ++w) {
+    for (size_t v = 0; v < grid.count[1]; ++v) {
+      for (size_t u = 0; u < grid.count[0]; ++u) {
+        const size_t first = k + 1 + (axis == 0 ? u : axis == 1 ? v : w);
+        const double scale =
+            static_cast<double>(n) * ((t[k + 1] - t[k]) / (t[first] - t[first - n]));
+        Vec3d& p = grid.at(u, v, w);
+        p = scale * (grid.at(u + step[0], v + step[1], w + step[2]) - p);
+        most = std::max({most, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
+      }
+    }
+  }
+  return most;
+}
+
+// Puts the coefficients, times their binomials, at the strides of the result.
+void Spread(Grid& grid, size_t row, size_t layer, Vectors& to) {
+  to.count = grid.count;
+  const std::array<size_t, 3> n = grid.count;
+  const size_t size = layer * (n[2] - 1) + to.LayerRun(row);
+  for (auto& component : to.c) std::fill_n(component.begin(), size, 0.0);
+  for (size_t k = 0; k < n[2]; ++k) {
+    for (size_t j = 0; j < n[1]; ++j) {
+      const double weight = kBinomials[n[2] - 1][k] * kBinomials[n[1] - 1][j];
+      for (size_t i = 0; i < n[0]; ++i) {
+        const Vec3d p = weight * kBinomials[n[0] - 1][i] * grid.at(i, j, k);
+        const size_t index = i + row * j + layer * k;
+        to.c[0][index] = p.x;
+        to.c[1][index] = p.y;
+        to.c[2][index] = p.z;
+      }
+    }
+  }
+}
+
+void AddCross(Vec3d a, const Vectors& b, size_t from, Vectors& product, size_t to, size_t run) {
+  const double* __restrict bx = &b.c[0][from], * __restrict by = &b.c[1][from], * __restrict bz = &b.c[2][from];
+  double *__restrict x = &product.c[0][to], *__restrict y = &product.c[1][to],
+                     *__restrict z = &product.c[2][to];
+  for (size_t i = 0; i < run; ++i) {
+    x[i] += a.y * bz[i] - a.z * by[i];
+    y[i] += a.z * bx[i] - a.x * bz[i];
+    z[i] += a.x * by[i] - a.y * bx[i];
+  }
+}
+
+void AddDot(Vec3d a, const Vectors& b, size_t from, double* __restrict sum, size_t run) {
+  const double* __restrict bx = &b.c[0][from], * __restrict by = &b.c[1][from], * __restrict bz = &b.c[2][from];
+  for (size_t i = 0; i < run; ++i) sum[i] += a.x * bx[i] + a.y * by[i] + a.z * bz[i];
+}
+
+// Calls visit(coefficient, its place) for each of the coefficients.
+template <typename Visit>
+void ForEach(const Vectors& vectors, size_t row, size_t layer, Visit visit) {
+  for (size_t k = 0; k < vectors.count[2]; ++k) {
+    for (size_t j = 0; j < vectors.count[1]; ++j) {
+      for (size_t i = 0; i < vectors.count[0]; ++i) {
+        const size_t at = i + row * j + layer * k;
+        visit(Vec3d{vectors.c[0][at], vectors.c[1][at], vectors.c[2][at]}, at);
+      }
+    }
+  }
+}
+
+// det(x_u, x_v, x_w) of the frame, with the widths of the box as units of the parameters.
+double RestDeterminant(const LatticeStructure& s, const std::array<int, 3>& span) {
+  double determinant = Dot(s.frame.edges[0], Cross(s.frame.edges[1], s.frame.edges[2]));
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::vector<double>& t = s.knots[static_cast<size_t>(axis)];
+    const auto k = static_cast<size_t>(span[static_cast<size_t>(axis)]);
+    determinant *= (t[k + 1] - t[k]) / (s.domain_end(axis) - s.domain_begin(axis));
+  }
+  return determinant;
+}
+
+}  // namespace
+
+double MakeBoxDeterminant(const LatticeStructure& s, std::span<const Vec3d> control_points,
+                          const BoxPart& part, BernsteinVolume& determinant) {
+  std::array<std::array<BezierMatrix, 3>, 2> restrict_to;  // [of the derivative][axis]
+  Grid box;
+  for (size_t a = 0; a < 3; ++a) {
+    const int axis = static_cast<int>(a);
+    for (const int less : {0, 1}) {
+      restrict_to[static_cast<size_t>(less)][a] = BezierMatrixOf(
+          s.knots[a], s.degree[a] - less, part.span[a], part.lower[axis], part.upper[axis]);
+    }
+    box.count[a] = static_cast<size_t>(s.degree[a]) + 1;
+    determinant.count[a] = 3 * static_cast<size_t>(s.degree[a]);
+  }
+  for (size_t k = 0; k < box.count[2]; ++k) {
+    for (size_t j = 0; j < box.count[1]; ++j) {
+      for (size_t i = 0; i < box.count[0]; ++i) {
+        box.at(i, j, k) = control_points[static_cast<size_t>(
+            s.Index(part.span[0] - s.degree[0] + static_cast<int>(i),
+                    part.span[1] - s.degree[1] + static_cast<int>(j),
+                    part.span[2] - s.degree[2] + static_cast<int>(k)))];
+      }
+    }
+  }
+  const size_t row = determinant.count[0], layer = row * determinant.count[1];
+  std::array<Vectors, 3> gradient;
+  double most = 1;
+  for (size_t a = 0; a < 3; ++a) {
+    Grid grid = box;
+    most *= Differentiate(s, part.span, a, grid);
+    for (size_t b = 0; b < 3; ++b) Apply(restrict_to[a == b ? 1 : 0][b], b, grid.count[b], grid);
+    Spread(grid, row, layer, gradient[a]);
+  }
+
+  Vectors cross;  // R_v x R_w
+  for (size_t a = 0; a < 3; ++a) cross.count[a] = gradient[1].count[a] + gradient[2].count[a] - 1;
+  for (auto& component : cross.c) std::fill_n(component.begin(), determinant.size(), 0.0);
+  const size_t run = gradient[2].LayerRun(row);
+  ForEach(gradient[1], row, layer, [&](Vec3d a, size_t at) {
+    for (size_t k = 0; k < gradient[2].count[2]; ++k) {
+      AddCross(a, gradient[2], k * layer, cross, at + k * layer, run);
+    }
+  });
+  double* const c = determinant.coefficients.data();
+  std::fill_n(c, determinant.size(), 0.0);
+  ForEach(gradient[0], row, layer, [&](Vec3d a, size_t at) {
+    for (size_t k = 0; k < cross.count[2]; ++k) {
+      AddDot(a, cross, k * layer, c + at + k * layer, cross.LayerRun(row));
+    }
+  });
+
+  const double rest = RestDeterminant(s, part.span);
+  const std::array<size_t, 3>& n = determinant.count;
+  for (size_t k = 0; k < n[2]; ++k) {
+    for (size_t j = 0; j < n[1]; ++j) {
+      const double weight = kBinomials[n[2] - 1][k] * kBinomials[n[1] - 1][j] * rest;
+      for (size_t i = 0; i < n[0]; ++i)
+        c[i + row * j + layer * k] /= weight * kBinomials[n[0] - 1][i];
+    }
+  }
+  return kSlack * most / std::abs(rest);
+}
+
+}  // namespace latticed

@@ -1,0 +1,93 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "core/folds/fold_certifier.h"
+
+#include <utility>
+
+#include "core/base/bounds.h"
+#include "core/base/status_macros.h"
+#include "core/ffd/dirty_set.h"
+
+namespace latticed {
+namespace {
+
+// The parameters of the patches in a box.
+Bounds PatchBounds(const DeformPlan& plan, uint32_t box) {
+  Bounds bounds;
+  for (uint32_t p = plan.box_patches[box]; p < plan.box_patches[box + 1]; ++p) {
+    for (const uint32_t vertex : plan.patches[p].vertex) {
+      bounds.Extend(plan.vertices[vertex].parameter);
+    }
+  }
+  return bounds;
+}
+
+}  // namespace
+
+FoldCertifier::FoldCertifier(std::shared_ptr<const DeformPlan> plan, FoldScope scope)
+    : plan_(std::move(plan)), map_(plan_->structure) {
+  std::array<int, 3> place{};
+  for (uint32_t box = 0; box < plan_->outside_box(); ++box) {
+    const KnotBox& knots = plan_->boxes[box];
+    // Boxes follow each other u fastest: an axis starts again where its parameter does.
+    if (box > 0) {
+      const KnotBox& last = plan_->boxes[box - 1];
+      place[0] = knots.lower.x > last.lower.x ? place[0] + 1 : 0;
+      if (knots.lower.y != last.lower.y) place[1] = knots.lower.y > last.lower.y ? place[1] + 1 : 0;
+      if (knots.lower.z != last.lower.z) ++place[2];
+    }
+    Bounds bounds{.min = knots.lower, .max = knots.upper};
+    if (scope == FoldScope::kSurface) bounds = PatchBounds(*plan_, box);
+    if (!bounds.empty()) parts_.push_back({box, place, {knots.span, bounds.min, bounds.max}});
+  }
+  parts_.shrink_to_fit();
+}
+
+size_t FoldCertifier::MostBytes(const DeformPlan& plan) {
+  return sizeof(FoldCertifier) + plan.boxes.size() * (sizeof(Part) + sizeof(FoldedBox));
+}
+
+void FoldCertifier::Examine(const Part& part, std::span<const Vec3d> control_points,
+                            FoldSearch& search, FoldReport& report) const {
+  const double slack =
+      MakeBoxDeterminant(plan_->structure, control_points, part.part, search.polynomial());
+  const FoldDecision decision = search.Decide(slack);
+  if (decision.state == FoldState::kCertified) return;
+  Vec3d parameter = part.part.lower;
+  for (int a = 0; a < 3; ++a) {
+    parameter[a] += decision.place[a] * (part.part.upper[a] - part.part.lower[a]);
+  }
+  report.places.push_back(
+      {part.box, part.place, decision.state, map_.ToWorld(parameter), decision.value});
+}
+
+absl::StatusOr<FoldReport> FoldCertifier::Certify(std::span<const Vec3d> control_points,
+                                                  StopCheck stop) const {
+  FoldReport report{.boxes = parts_.size()};
+  FoldSearch search;
+  for (const Part& part : parts_) {
+    LATTICED_RETURN_IF_ERROR(stop());
+    Examine(part, control_points, search, report);
+  }
+  return report;
+}
+
+FoldReport FoldCertifier::Recertify(const FoldReport& before, std::span<const uint32_t> changed,
+                                    std::span<const Vec3d> control_points) const {
+  FoldReport report{.boxes = before.boxes};
+  const std::vector<bool> influenced = InfluencedBoxes(*plan_, changed);
+  FoldSearch search;
+  auto old = before.places.begin();
+  for (const Part& part : parts_) {
+    const bool listed = old != before.places.end() && old->box == part.box;
+    if (influenced[part.box]) {
+      Examine(part, control_points, search, report);
+    } else if (listed) {
+      report.places.push_back(*old);
+    }
+    if (listed) ++old;
+  }
+  return report;
+}
+
+}  // namespace latticed
