@@ -53,13 +53,6 @@ absl::Status CheckGesture(const EditBatch& batch) {
   return absl::OkStatus();
 }
 
-absl::Status Conflict(std::string_view what, std::string_view editor_id) {
-  return error::WithDetails(
-      absl::AbortedError(fmt::format("{}: editor '{}' has since changed the same control points",
-                                     what, editor_id)),
-      {.reason = "UNDO_CONFLICT", .metadata = {{"editor_id", std::string(editor_id)}}});
-}
-
 std::pair<std::optional<StructureEdit>, std::string_view> LoneStructureEdit(
     const EditBatch& batch) {
   if (const auto* insert = LoneEdit<InsertKnot>(batch)) return {*insert, "edits[0].insert_knot"};
@@ -86,7 +79,8 @@ bool EditHistory::IsPutOff(const absl::Status& status) {
 }
 
 absl::StatusOr<EditOutcome> EditHistory::Apply(const EditBatch& batch, TimePoint now,
-                                               const AdmitStructure& admit) {
+                                               const AdmitStructure& admit,
+                                               const AdmitPoints& admit_points) {
   LATTICED_RETURN_IF_ERROR(CheckEditor(batch));
   if (const EditSummary* last = ledger_.Find(batch.editor_id); last != nullptr) {
     if (batch.sequence == last->sequence) {
@@ -102,10 +96,17 @@ absl::StatusOr<EditOutcome> EditHistory::Apply(const EditBatch& batch, TimePoint
   const std::vector<Vec3d> before = lattice().control_points;
   const uint64_t structure_before = structure_id_;
   EditOutcome outcome;
-  const auto restructured = [&](const StructureEdit& edit, std::string_view field) {
-    return ChangeStructure(lattice(), edit, field, admit);
+  const bool replaces = LoneEdit<ReplaceLattice>(batch) != nullptr;
+  const auto restructured = [&](const StructureEdit& edit,
+                                std::string_view field) -> absl::StatusOr<StructureChange> {
+    LATTICED_ASSIGN_OR_RETURN(auto change, ChangeStructure(lattice(), edit, field, admit));
+    if (replaces && admit_points) {
+      LATTICED_RETURN_IF_ERROR(
+          admit_points(change.lattice.structure, change.lattice.control_points));
+    }
+    return change;
   };
-  outcome.summary.status = ApplyNew(batch, now, admit, restructured, outcome.summary);
+  outcome.summary.status = ApplyNew(batch, now, admit, admit_points, restructured, outcome.summary);
   if (IsPutOff(outcome.summary.status)) return outcome.summary.status;
   if (outcome.summary.status.ok()) ++revision_;
   outcome.summary.sequence = batch.sequence;
@@ -132,8 +133,8 @@ void EditHistory::Keep(const EditBatch& batch, const EditSummary& summary) {
 }
 
 absl::Status EditHistory::ApplyNew(const EditBatch& batch, TimePoint now,
-                                   const AdmitStructure& admit, Restructurer restructured,
-                                   EditSummary& summary) {
+                                   const AdmitStructure& admit, const AdmitPoints& admit_points,
+                                   Restructurer restructured, EditSummary& summary) {
   CommitIdleGestures(now);
   if (!batch.refusal.ok()) return batch.refusal;
   LATTICED_RETURN_IF_ERROR(CheckPreconditions(batch));
@@ -150,7 +151,7 @@ absl::Status EditHistory::ApplyNew(const EditBatch& batch, TimePoint now,
     // A client may cancel a gesture whose first update it never sent. Nothing is taken back then.
     if (const size_t gesture = FindGesture(batch); gesture != kNoStep) layers_.Remove(gesture);
   } else {
-    status = Write(batch, now, summary);
+    status = Write(batch, now, admit_points, summary);
   }
   if (status.ok()) {
     CommitGestures(batch.editor_id, batch.gesture_id);
@@ -176,7 +177,8 @@ absl::Status EditHistory::CheckPreconditions(const EditBatch& batch) const {
   return absl::OkStatus();
 }
 
-absl::Status EditHistory::Write(const EditBatch& batch, TimePoint now, EditSummary& summary) {
+absl::Status EditHistory::Write(const EditBatch& batch, TimePoint now,
+                                const AdmitPoints& admit_points, EditSummary& summary) {
   const size_t gesture = FindGesture(batch);
   EditTarget target(lattice());
   if (gesture != kNoStep) {
@@ -192,6 +194,13 @@ absl::Status EditHistory::Write(const EditBatch& batch, TimePoint now, EditSumma
   if (batch.edits.empty()) {  // a commit alone: undone steps may still be redone
     if (gesture != kNoStep) layers_.Close(gesture, false);
     return absl::OkStatus();
+  }
+  if (admit_points) {
+    auto points = gesture == kNoStep ? lattice().control_points : layers_.PointsWithout(gesture);
+    for (size_t i = 0; i < points.size(); ++i) {
+      if (target.written[i]) points[i] = target.lattice.control_points[i];
+    }
+    LATTICED_RETURN_IF_ERROR(admit_points(lattice().structure, points));
   }
   summary.drag_residual = target.drag_residual;
   ForgetUndone(batch.editor_id);
@@ -246,83 +255,6 @@ absl::Status EditHistory::Restructure(EditStep step, StructureEdit edit, std::st
   summary.drag_residual = change.residual;
   layers_.Push(std::move(step));
   return absl::OkStatus();
-}
-
-absl::Status EditHistory::UndoStep(std::string_view editor_id, UndoScope scope,
-                                   const AdmitStructure& admit) {
-  const auto& steps = layers_.steps();
-  size_t found = kNoStep;
-  for (size_t n = steps.size(); n-- > 0 && found == kNoStep;) {
-    const bool mine = scope == UndoScope::kScene || steps[n].editor_id == editor_id;
-    if (mine) found = n;
-  }
-  if (found == kNoStep) {
-    return error::FailedPrecondition("NOTHING_TO_UNDO", scope == UndoScope::kMine
-                                                            ? "this editor has no step left to undo"
-                                                            : "the scene has no step left to undo");
-  }
-  for (size_t n = found + 1; n < steps.size(); ++n) {
-    if (steps[n].editor_id != editor_id && steps[n].Overlaps(steps[found])) {
-      return Conflict("undo", steps[n].editor_id);
-    }
-  }
-  const bool structural = steps[found].structural.has_value();
-  if (structural) {
-    LATTICED_RETURN_IF_ERROR(admit(layers_.StructureWithout(found)));
-  }
-  UndoneStep undone{layers_.Remove(found), std::string(editor_id), ++clock_};
-  if (structural) ++structure_id_;
-  undone.step.Close(false);
-  undone_bytes_ += undone.step.MemoryBytes();
-  undone_.push_back(std::move(undone));
-  return absl::OkStatus();
-}
-
-absl::Status EditHistory::RedoStep(std::string_view editor_id, Restructurer restructured,
-                                   EditSummary& summary) {
-  const auto found = std::find_if(undone_.rbegin(), undone_.rend(),
-                                  [&](const UndoneStep& u) { return u.undone_by == editor_id; });
-  if (found == undone_.rend()) {
-    return error::FailedPrecondition("NOTHING_TO_REDO", "this editor has no undone step left");
-  }
-  for (const EditStep& step : layers_.steps()) {
-    if (step.written_at > found->undone_at && step.editor_id != editor_id &&
-        step.Overlaps(found->step)) {
-      return Conflict("redo", step.editor_id);
-    }
-  }
-  const auto position = std::next(found).base();
-  if (found->step.structural.has_value()) {
-    StructureEdit edit = found->step.structural->edit;
-    if (auto* replace = std::get_if<ReplaceLattice>(&edit)) {
-      replace->lattice = {found->step.structural->structure, found->step.positions};
-    }
-    auto status = Restructure(found->step, std::move(edit), "edits[0].redo", restructured, summary);
-    if (status.ok()) TakeUndone(position);
-    return status;
-  }
-  if (found->step.structure_step != layers_.structure_step()) {
-    return error::Aborted("UNDO_CONFLICT", "redo: the structure of the lattice has since changed");
-  }
-  EditStep step = TakeUndone(position);
-  step.written_at = ++clock_;
-  layers_.Push(std::move(step));
-  return absl::OkStatus();
-}
-
-EditStep EditHistory::TakeUndone(std::deque<UndoneStep>::iterator position) {
-  undone_bytes_ -= position->step.MemoryBytes();
-  EditStep step = std::move(position->step);
-  undone_.erase(position);
-  return step;
-}
-
-void EditHistory::ForgetUndone(std::string_view editor_id) {
-  std::erase_if(undone_, [&](const UndoneStep& undone) {
-    if (undone.undone_by != editor_id) return false;
-    undone_bytes_ -= undone.step.MemoryBytes();
-    return true;
-  });
 }
 
 size_t EditHistory::FindGesture(const EditBatch& batch) const {

@@ -71,9 +71,11 @@ class EditHistory {
   [[nodiscard]] EditHistoryImage image() const;
 
   // Applies the whole batch or nothing. On success the revision rises by one, even if no control point changed. A scene
-  // makes the plan for another structure in `admit`, and asks for memory there.
+  // makes the plan for another structure in `admit`, and asks for memory there. `admit_points` is asked about what moves
+  // control points, but not about undo, redo, cancelled gestures and insert_knot.
   [[nodiscard]] absl::StatusOr<EditOutcome> Apply(const EditBatch& batch, TimePoint now,
-                                                  const AdmitStructure& admit);
+                                                  const AdmitStructure& admit,
+                                                  const AdmitPoints& admit_points = {});
   // Adds to the kept result of the editor's last batch what only the scene can count.
   void SetTouched(std::string_view editor_id, uint64_t boxes, uint64_t patches);
 
@@ -116,9 +118,11 @@ class EditHistory {
                                                                          std::string_view field)>;
 
   absl::Status ApplyNew(const EditBatch& batch, TimePoint now, const AdmitStructure& admit,
-                        Restructurer restructured, EditSummary& summary);
+                        const AdmitPoints& admit_points, Restructurer restructured,
+                        EditSummary& summary);
   absl::Status CheckPreconditions(const EditBatch& batch) const;
-  absl::Status Write(const EditBatch& batch, TimePoint now, EditSummary& summary);
+  absl::Status Write(const EditBatch& batch, TimePoint now, const AdmitPoints& admit_points,
+                     EditSummary& summary);
   void WritePoints(const EditTarget& target, EditStep& step);
   absl::Status Restructure(EditStep step, StructureEdit edit, std::string_view field,
                            Restructurer restructured, EditSummary& summary);

@@ -152,7 +152,7 @@ absl::Status EditHistory::ApplyRecord(const EditRecord& record) {
   };
   EditSummary summary;
   const auto status = ApplyNew(
-      batch, record.now, [](const auto&) { return absl::OkStatus(); }, restructured, summary);
+      batch, record.now, [](const auto&) { return absl::OkStatus(); }, {}, restructured, summary);
   if (status.ok()) ++revision_;
   if (status != record.result.status || revision_ != record.result.revision ||
       structure_id_ != record.result.structure_id) {

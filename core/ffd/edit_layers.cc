@@ -81,14 +81,18 @@ void EditLayers::Push(EditStep step) {
 
 EditStep EditLayers::Remove(size_t position) {
   bytes_ -= steps_[position].MemoryBytes();
+  const bool structural = steps_[position].structural.has_value();
+  if (!structural) RestorePoints(steps_[position].indices, position, lattice_.control_points);
   EditStep step = std::move(steps_[position]);
   steps_.erase(steps_.begin() + static_cast<std::ptrdiff_t>(position));
-  if (step.structural.has_value()) {
-    RebuildLattice();
-  } else {
-    RestorePoints(step.indices);
-  }
+  if (structural) RebuildLattice();
   return step;
+}
+
+std::vector<Vec3d> EditLayers::PointsWithout(size_t position) const {
+  std::vector<Vec3d> points = lattice_.control_points;
+  RestorePoints(steps_[position].indices, position, points);
+  return points;
 }
 
 void EditLayers::Close(size_t position, bool timed_out) {
@@ -128,17 +132,19 @@ const LatticeStructure& EditLayers::StructureWithout(size_t position) const {
   return base_.base.structure;
 }
 
-void EditLayers::RestorePoints(const std::vector<uint32_t>& indices) {
-  std::vector<bool> pending(lattice_.control_points.size());
+void EditLayers::RestorePoints(const std::vector<uint32_t>& indices, size_t skipped,
+                               std::vector<Vec3d>& points) const {
+  std::vector<bool> pending(points.size());
   for (const uint32_t index : indices) pending[index] = true;
   size_t left = indices.size();
   const auto take = [&](uint32_t index, Vec3d position) {
     if (!pending[index]) return;
     pending[index] = false;
     --left;
-    lattice_.control_points[index] = position;
+    points[index] = position;
   };
   for (size_t n = steps_.size(); n-- > 0 && left > 0;) {
+    if (n == skipped) continue;
     const EditStep& step = steps_[n];
     if (step.structural.has_value()) {
       for (const uint32_t index : indices) take(index, step.positions[index]);

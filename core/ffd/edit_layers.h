@@ -91,6 +91,8 @@ class EditLayers {
 
   // Id of the topmost structural step; 0 if there is none.
   uint64_t structure_step() const;
+  // The control points without the step at `position`, which is not structural.
+  std::vector<Vec3d> PointsWithout(size_t position) const;
   // The structure without the step at `position`.
   const LatticeStructure& StructureWithout(size_t position) const;
   // The bytes of all steps.
@@ -99,7 +101,9 @@ class EditLayers {
   size_t BaseBytes() const;
 
  private:
-  void RestorePoints(const std::vector<uint32_t>& indices);
+  // Gives the points with these indices the positions that they have without the step at `skipped`.
+  void RestorePoints(const std::vector<uint32_t>& indices, size_t skipped,
+                     std::vector<Vec3d>& points) const;
   void RebuildLattice();
 
   LayersBase base_;

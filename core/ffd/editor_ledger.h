@@ -12,6 +12,7 @@
 #include <chrono>
 #include <cstdint>
 #include <list>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -20,6 +21,8 @@
 #include "absl/status/status.h"
 
 namespace latticed {
+
+struct FoldReport;  // core/folds/fold_report.h
 
 // The result of a batch, as its editor receives it.
 struct EditSummary {
@@ -33,6 +36,8 @@ struct EditSummary {
   double drag_residual = 0;  // of EditTarget
   // Set by the scene. Empty in the stored result, which a repeated batch gets.
   std::optional<std::chrono::steady_clock::time_point> commit_time;
+  // Where the deformation folds after the batch. Set by scenes that watch folds; empty in the stored result as well.
+  std::shared_ptr<const FoldReport> folds;
 };
 
 class EditorLedger {

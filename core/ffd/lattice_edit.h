@@ -15,6 +15,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <variant>
@@ -90,6 +91,8 @@ struct EditBatch {
   std::string gesture_id;  // empty: the batch is an undo step of its own
   GesturePhase gesture_phase = GesturePhase::kUpdate;
   std::vector<Edit> edits;
+  bool refuse_folds =
+      false;  // the scene refuses the batch if it makes a new fold (core/folds/new_fold.h)
   // Not OK: the request could not be parsed. The batch is then refused with this status, in its
   // place in the editor's sequence.
   absl::Status refusal;
@@ -127,6 +130,10 @@ struct StructureChange {
 
 // Called with the structure that an edit leads to, before anything is changed; an error refuses the edit.
 using AdmitStructure = std::function<absl::Status(const LatticeStructure&)>;
+
+// Called with the lattice that a batch leads to, before anything is changed; an error refuses the batch. It may be empty.
+using AdmitPoints =
+    std::function<absl::Status(const LatticeStructure&, std::span<const Vec3d> control_points)>;
 
 // Makes another lattice of `lattice`. The edit's own lattice must be valid. Errors: kInvalidArgument naming a field that
 // begins with `field`; those of `admit`.

@@ -40,7 +40,7 @@ Scene::Scene(SceneConfig config, SceneLife life, MemoryReservation history,
       context_(context),
       epoch_(std::chrono::steady_clock::now() - life.now.time_since_epoch()),
       commits_(std::move(life.commits)),
-      editor_(std::move(life.history)),
+      editor_(std::move(life.history), config_.fold_watch),
       journal_(context.store, config_.id, life.replayed),
       history_reservation_(std::move(history)),
       last_use_(absl::Now()) {}

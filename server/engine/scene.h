@@ -69,6 +69,7 @@ struct SceneConfig {
   WatchView default_view;
   Pipeline pipeline = Pipeline::kFused;
   absl::Duration idle_ttl = absl::Hours(24);
+  bool fold_watch = false;  // the summary of each edit has a report of folds
   std::map<std::string, std::string> labels;
   std::string owner;
   absl::Time create_time = absl::Now();

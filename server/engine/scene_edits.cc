@@ -152,7 +152,7 @@ absl::Status Scene::ReadAgain() {
   auto head = State();
   // What was refused is stored: clients learn it from the scene that is made from the store.
   if (life.history.revision() != head->revision) return Lose();
-  editor_ = SceneEditor(std::move(life.history));
+  editor_ = SceneEditor(std::move(life.history), config_.fold_watch);
   applied_ = std::move(head);
   is_box_stored_ = life.box.has_value() && life.box->id == applied_->box.id;
   journal_.Mend();

@@ -25,6 +25,7 @@
 #include "server/rpc/access/audit.h"
 #include "server/rpc/access/quota_access.h"
 #include "server/rpc/access/tenant_access.h"
+#include "server/rpc/certify_folds.h"
 #include "server/rpc/deform_stream.h"
 #include "server/rpc/method.h"
 #include "server/rpc/patch_plan.h"
@@ -286,6 +287,8 @@ constexpr UnaryMethod kApplyEdits{kApplyEditsRpc, ApplyEdits};
 constexpr UnaryMethod kEvaluatePoints{Rpc{"SceneService/EvaluatePoints", Role::kRead, kForShares},
                                       EvaluateScene};
 constexpr UnaryMethod kPick{Rpc{"SceneService/Pick", Role::kRead, kForShares}, PickInScene};
+constexpr UnaryMethod kCertifyFolds{Rpc{"SceneService/CertifyFolds", Role::kRead, kForShares},
+                                    CertifyFolds, Lane::kLong};
 constexpr UnaryMethod kControlWatch{Rpc{"SceneService/ControlWatch", Role::kRead, kForShares},
                                     ControlWatch};
 constexpr PartMethod kGetTopology{Rpc{"SceneService/GetTopology", Role::kRead, kForShares},
@@ -307,8 +310,9 @@ using Scenes = S::WithRawCallbackMethod_CreateScene<S::WithRawCallbackMethod_Get
 using Edits = S::WithRawCallbackMethod_GetLattice<
     S::WithRawCallbackMethod_ApplyEdits<S::WithRawCallbackMethod_ControlWatch<Scenes>>>;
 using Plans = S::WithRawCallbackMethod_GetTopology<S::WithRawCallbackMethod_GetPatchPlan<Edits>>;
-using SceneServiceBase = S::WithRawCallbackMethod_Export<
-    S::WithRawCallbackMethod_Pick<S::WithRawCallbackMethod_EvaluatePoints<Plans>>>;
+using Points = S::WithRawCallbackMethod_Pick<S::WithRawCallbackMethod_EvaluatePoints<Plans>>;
+using SceneServiceBase =
+    S::WithRawCallbackMethod_Export<S::WithRawCallbackMethod_CertifyFolds<Points>>;
 
 class SceneServiceImpl final : public SceneServiceBase {
  public:
@@ -337,6 +341,9 @@ class SceneServiceImpl final : public SceneServiceBase {
   }
   UnaryReactor* Pick(Context* context, const Bytes* request, Bytes* response) override {
     return kPick.Run(env_, context, request, response);
+  }
+  UnaryReactor* CertifyFolds(Context* context, const Bytes* request, Bytes* response) override {
+    return kCertifyFolds.Run(env_, context, request, response);
   }
   UnaryReactor* ControlWatch(Context* context, const Bytes* request, Bytes* response) override {
     return kControlWatch.Run(env_, context, request, response);

@@ -15,6 +15,7 @@
 #include "fmt/format.h"
 #include "server/wire/converters.h"
 #include "server/wire/enum_table.h"
+#include "server/wire/fold_converters.h"
 #include "server/wire/grpc_status.h"
 #include "server/wire/surface_points.h"
 
@@ -174,6 +175,8 @@ absl::StatusOr<Edit> ReadEdit(const v1::Edit& edit, const PolygonMesh& mesh,
       return Read(edit.undo(), field + ".undo");
     case v1::Edit::kRedo:
       return Redo{};
+    case v1::Edit::kSetConstraints:
+      return error::Unsupported(field, "set_constraints");
     case v1::Edit::EDIT_NOT_SET:
       break;
   }
@@ -192,6 +195,7 @@ absl::StatusOr<EditBatch> FromProto(const v1::EditBatch& batch, const PolygonMes
   result.gesture_id = batch.gesture_id();
   LATTICED_ASSIGN_OR_RETURN(result.gesture_phase,
                             ReadEnum(kPhases, batch.gesture_phase(), "gesture_phase"));
+  result.refuse_folds = batch.refuse_folds();
   result.edits.reserve(static_cast<size_t>(batch.edits_size()));
   for (int i = 0; i < batch.edits_size(); ++i) {
     // Refused before it is read: many short ones would take far more memory than the request.
@@ -239,6 +243,10 @@ v1::EditResult ToProto(const EditSummary& summary) {
   result.set_patches_touched(summary.patches_touched);
   result.set_largest_move(summary.largest_move);
   result.set_drag_residual(summary.drag_residual);
+  if (summary.folds != nullptr) {
+    *result.mutable_folds() =
+        ToProto(*summary.folds, summary.revision, summary.structure_id, kMostEditPlaces);
+  }
   return result;
 }
 

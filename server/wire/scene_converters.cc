@@ -145,6 +145,7 @@ absl::StatusOr<SceneConfig> SceneConfigFromProto(const v1::CreateSceneRequest& r
   config.default_view = view;
   config.pipeline = pipeline;
   config.idle_ttl = idle_ttl;
+  config.fold_watch = request.fold_watch();
   config.labels = LabelsOf(request);
   config.owner = owner;
   config.fingerprint = Fingerprint(request, owner);
@@ -162,6 +163,7 @@ v1::Scene ToProto(const SceneConfig& config) {
   result.set_pipeline(WriteEnum(kPipelines, config.pipeline));
   SetTime(config.create_time, *result.mutable_create_time());
   result.set_owner(config.owner);
+  result.set_fold_watch(config.fold_watch);
   *result.mutable_units() = ToProto(config.units);
   if (config.crease_angle.has_value()) result.set_crease_angle(*config.crease_angle);
   return result;

@@ -46,7 +46,14 @@ absl::StatusOr<EditCommit> SceneEditor::Apply(const EditBatch& batch, const Scen
     wanted = structure;
     return EditHistory::PutOff();
   };
-  auto outcome = history_.Apply(batch, now, admit);
+  AdmitPoints refuse_folds;
+  if (batch.refuse_folds) {
+    refuse_folds = [&](const LatticeStructure& structure, std::span<const Vec3d> points) {
+      const bool stays = structure == before.structure();
+      return folds_.Admit(before, stays ? before.plan : candidate->state->plan, points);
+    };
+  }
+  auto outcome = history_.Apply(batch, now, admit, refuse_folds);
   if (!outcome.ok()) return outcome.status();
   EditCommit commit{.summary = outcome->summary, .structure_changed = outcome->structure_changed};
   if (outcome->repeated) {
@@ -64,6 +71,10 @@ absl::StatusOr<EditCommit> SceneEditor::Apply(const EditBatch& batch, const Scen
   // NextState takes the commit time. It is called late, because finding the dirty chunks takes a while.
   next = NextState(batch, before, std::move(next), commit.structure_changed, clock());
   commit.box_changed = next.box.id != before.box.id;
+  if (watch_folds_ || batch.refuse_folds) {
+    auto folds = folds_.Follow(before, next, outcome->changed);
+    if (watch_folds_) commit.summary.folds = std::move(folds);
+  }
   commit.delta = MakeDelta(batch, next, std::move(outcome->changed));
   commit.state = std::make_shared<const SceneState>(std::move(next));
   return commit;

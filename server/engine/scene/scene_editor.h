@@ -7,7 +7,7 @@
 //                -> wants a plan: `wanted` is the structure that the batch leads to. Nothing has
 //                   changed. The caller makes the plan without a lock and calls again with it.
 //
-// Errors   those of core/ffd/edit_history.h
+// Errors   those of core/ffd/edit_history.h and fold_guard.h
 // Threads  one at a time: the scene locks. Time is an argument.
 #ifndef LATTICED_SERVER_ENGINE_SCENE_SCENE_EDITOR_H_
 #define LATTICED_SERVER_ENGINE_SCENE_SCENE_EDITOR_H_
@@ -24,6 +24,7 @@
 #include "absl/time/time.h"
 #include "core/ffd/edit_history.h"
 #include "server/engine/scene/edit_log.h"
+#include "server/engine/scene/fold_guard.h"
 #include "server/engine/scene/scene_state.h"
 
 namespace latticed {
@@ -50,7 +51,9 @@ class SceneEditor {
   using TimePoint = EditHistory::TimePoint;
   using Clock = std::function<absl::Time()>;
 
-  explicit SceneEditor(EditHistory history) : history_(std::move(history)) {}
+  // `watch_folds`: the summary of each batch that is applied has a report of folds.
+  explicit SceneEditor(EditHistory history, bool watch_folds = false)
+      : history_(std::move(history)), watch_folds_(watch_folds) {}
 
   // The state that the history is at before any Apply. `planned` has what follows from the plan. Without a
   // box it gets the first box of a scene.
@@ -75,8 +78,8 @@ class SceneEditor {
   const std::list<EditorLedger::Entry>& results() const { return history_.results(); }
   [[nodiscard]] EditHistoryImage image() const { return history_.image(); }
 
-  // The bytes of undo steps and of what is kept for replay.
-  size_t MemoryBytes() const { return history_.MemoryBytes(); }
+  // The bytes of undo steps, of what is kept for replay, and of what is known of folds.
+  size_t MemoryBytes() const { return history_.MemoryBytes() + folds_.MemoryBytes(); }
   bool ForgetOldestStep() { return history_.ForgetOldestStep(); }
   bool ForgetOldestEditor() { return history_.ForgetOldestEditor(); }
 
@@ -85,6 +88,8 @@ class SceneEditor {
                        bool structure_changed, absl::Time now) const;
 
   EditHistory history_;
+  bool watch_folds_;
+  FoldGuard folds_;
 };
 
 }  // namespace latticed
