@@ -75,6 +75,7 @@ int Benchmarks(const Options& options) {
   RegisterFloorBenches();
   RegisterEvaluateBenches();
   RegisterPlanBenches();
+  RegisterFoldsBenches();
   RegisterCodecBenches();
   RegisterDecodeBenches();
   RegisterMeshoptBenches();
