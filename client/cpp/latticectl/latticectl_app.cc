@@ -19,6 +19,7 @@ void AddCommands(CLI::App& app, CommandLine& line) {
   AddSceneCommands(app, line);
   AddEditCommands(app, line);
   AddPickCommand(app, line);
+  AddFoldsCommand(app, line);
   AddWatchCommand(app, line);
   AddExportCommand(app, line);
   AddBenchCommand(app, line);

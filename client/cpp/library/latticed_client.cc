@@ -220,6 +220,10 @@ absl::StatusOr<v1::EvaluatePointsResponse> Client::EvaluatePoints(
   return Call(*scenes_, &SceneStub::EvaluatePoints, request, request.scene(), stop_);
 }
 
+absl::StatusOr<v1::FoldReport> Client::CertifyFolds(const v1::CertifyFoldsRequest& request) {
+  return Call(*scenes_, &SceneStub::CertifyFolds, request, request.scene(), stop_);
+}
+
 absl::StatusOr<v1::SurfacePoint> Client::Pick(const v1::PickRequest& request) {
   return Call(*scenes_, &SceneStub::Pick, request, request.scene(), stop_);
 }

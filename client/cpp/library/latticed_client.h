@@ -105,6 +105,9 @@ class Client {
   [[nodiscard]] absl::StatusOr<v1::EvaluatePointsResponse> EvaluatePoints(
       const v1::EvaluatePointsRequest& request);
 
+  // Where the newest revision folds (fold.proto).
+  [[nodiscard]] absl::StatusOr<v1::FoldReport> CertifyFolds(const v1::CertifyFoldsRequest& request);
+
   // The first point of the surface on a ray; kNotFound, reason NOTHING_HIT, if the ray misses it.
   [[nodiscard]] absl::StatusOr<v1::SurfacePoint> Pick(const v1::PickRequest& request);
 

@@ -27,6 +27,7 @@ from latticed.edit_result import EditResult
 from latticed.errors import LatticedError
 from latticed.evaluation import Evaluation
 from latticed.exported import Exported
+from latticed.folds import FoldedBox, FoldReport
 from latticed.lattice import Lattice
 from latticed.mesh import Mesh
 from latticed.patches.evaluator import PatchEvaluator
@@ -52,6 +53,8 @@ __all__ = [
     "EditResult",
     "Evaluation",
     "Exported",
+    "FoldReport",
+    "FoldedBox",
     "Gesture",
     "Lattice",
     "LatticedError",

@@ -149,6 +149,7 @@ class Client:
         labels: Optional[Dict[str, str]] = None,
         idle_ttl: Optional[float] = None,
         pipeline: str = "",
+        fold_watch: bool = False,
         delete_on_exit: bool = False,
     ) -> Scene:
         """Creates a scene of a mesh and a lattice.
@@ -166,6 +167,7 @@ class Client:
         idle_ttl         seconds that the scene lives unwatched and unedited; None: the server's default
         pipeline         how vertices are computed, for comparisons: "fused", "gemm", "gemm12" or
                          "control_net"; empty: "fused"
+        fold_watch       EditResult.folds says after every edit where the deformation folds
         delete_on_exit   the end of the scene's with block deletes it
         """
         source = lattice_pb2.LatticeSource()
@@ -194,6 +196,7 @@ class Client:
             units=_units(up_axis, meters_per_unit),
             crease_angle=crease_angle,
             name=name,
+            fold_watch=fold_watch,
         )
         if view is not None:
             request.default_view.CopyFrom(view.to_proto())

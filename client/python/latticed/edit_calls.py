@@ -57,12 +57,16 @@ class Gesture(PointEdits[Applied]):
     at its begin.
     """
 
-    def __init__(self, apply: Callable[[edit_pb2.EditBatch], Applied], gesture_id: str) -> None:
+    def __init__(
+        self, apply: Callable[[edit_pb2.EditBatch], Applied], gesture_id: str, refuse_folds: bool = False
+    ) -> None:
         self._send = apply
-        self._gesture_id = gesture_id
+        self._begin = edit_pb2.EditBatch(gesture_id=gesture_id, refuse_folds=refuse_folds)
 
     def _batch(self, phase: edit_pb2.GesturePhase, changes: Sequence[edit_pb2.Edit] = ()) -> Applied:
-        return self._send(edit_pb2.EditBatch(gesture_id=self._gesture_id, gesture_phase=phase, edits=changes))
+        batch = edit_pb2.EditBatch(gesture_phase=phase, edits=changes)
+        batch.MergeFrom(self._begin)
+        return self._send(batch)
 
     def apply(self, changes: Sequence[edit_pb2.Edit]) -> Applied:
         """Applies several of latticed.edits in place of the previous ones."""
@@ -90,18 +94,30 @@ class EditCalls(PointEdits[Applied]):
     """Edits of a scene, which return an EditResult, or of a stream, which return a sequence to wait for.
 
     Control points are named by their indices (Lattice.indices), or by a mask of the shape (nw, nv, nu).
+
+    refuse_folds: whether edits fail that make a new fold near the surface, with a LatticedError of the reason
+    FOLD. Its metadata has box, rest_point and determinant. What mends an old fold, or leaves it, passes.
     """
+
+    refuse_folds = False
 
     @abstractmethod
     def _apply(self, batch: edit_pb2.EditBatch) -> Applied:
         """Fills in sequence and, if it is 0, structure_id (a Scene also scene and editor). Sends the batch."""
 
-    def apply(self, changes: Sequence[edit_pb2.Edit], expected_revision: int | None = None) -> Applied:
+    def apply(
+        self,
+        changes: Sequence[edit_pb2.Edit],
+        expected_revision: int | None = None,
+        refuse_folds: bool | None = None,
+    ) -> Applied:
         """Applies several of latticed.edits at once, all or none, as one revision and one step of undo.
 
         expected_revision: refused with REVISION_CHANGED unless the scene is at this revision.
+        refuse_folds: None: as the attribute says.
         """
-        batch = edit_pb2.EditBatch(edits=changes)
+        refuse = self.refuse_folds if refuse_folds is None else refuse_folds
+        batch = edit_pb2.EditBatch(edits=changes, refuse_folds=refuse)
         if expected_revision is not None:
             batch.expected_revision = expected_revision
         return self._apply(batch)
@@ -134,4 +150,4 @@ class EditCalls(PointEdits[Applied]):
 
     def gesture(self) -> Gesture[Applied]:
         """Begins edits that are one step of undo, for example a drag. See Gesture."""
-        return Gesture(self._apply, uuid.uuid4().hex)
+        return Gesture(self._apply, uuid.uuid4().hex, self.refuse_folds)

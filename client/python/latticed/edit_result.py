@@ -4,7 +4,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from typing import Any
+from typing import Any, Optional
+
+from latticed.folds import FoldReport
 
 
 @dataclass(frozen=True)
@@ -19,8 +21,11 @@ class EditResult:
     largest_move: float  # the longest way of a control point, world units
     timings: Any  # times on the server: latticed.v1.EditTimings, microseconds
     drag_residual: float = 0.0  # largest distance that a drag left to a target, world units
+    folds: Optional[FoldReport] = None  # near the surface; only of scenes with fold_watch
 
     @classmethod
     def from_proto(cls, result: Any) -> EditResult:
         """Converts a latticed.v1.EditResult that is not a refusal."""
-        return cls(**{field.name: getattr(result, field.name) for field in fields(cls)})
+        numbers = {field.name: getattr(result, field.name) for field in fields(cls)}
+        numbers["folds"] = FoldReport.from_proto(result.folds) if result.HasField("folds") else None
+        return cls(**numbers)

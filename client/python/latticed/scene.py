@@ -21,6 +21,7 @@ from latticed.edit_calls import EditCalls
 from latticed.edit_result import EditResult
 from latticed.errors import LatticedError
 from latticed.exported import Exported
+from latticed.folds import FoldReport
 from latticed.evaluation import Evaluation
 from latticed.lattice import Lattice, vector
 from latticed.patches.plan import PatchPlan
@@ -29,7 +30,7 @@ from latticed.provenance import Provenance
 from latticed.share import ROLES, Share
 from latticed.surface_point import SurfacePoint
 from latticed.update import Update
-from latticed.v1 import edit_pb2, scene_pb2, share_pb2, surface_pb2
+from latticed.v1 import edit_pb2, fold_pb2, scene_pb2, share_pb2, surface_pb2
 from latticed.view import View
 from latticed.watch_stream import WatchStream
 
@@ -175,6 +176,15 @@ class Scene(EditCalls[EditResult]):
             if error.reason == "NOTHING_HIT":
                 return None
             raise
+
+    def certify_folds(self, volume: bool = False) -> FoldReport:
+        """Proves that the deformation folds nowhere, or says where, at the newest revision.
+
+        volume: looks in the whole frame, not only in the bounds of the surface in each knot box.
+        """
+        scope = fold_pb2.FOLD_SCOPE_VOLUME if volume else fold_pb2.FOLD_SCOPE_SURFACE
+        request = fold_pb2.CertifyFoldsRequest(scene=self.id, scope=scope)
+        return FoldReport.from_proto(self._connection.call(self._stub.CertifyFolds, request, self.id))
 
     def export(
         self,

@@ -50,7 +50,7 @@ int RunCommandLine(CLI::App& app, CommandLine& line, int argc, const char* const
     return 0;
   }
   const absl::Status status = line.action();
-  if (status.ok()) return 0;
+  if (status.ok()) return line.exit_code;
   if (const int signal = line.interruption.signal(); signal != 0) {
     PrintFailure(
         {.message = "interrupted", .code = absl::StatusCodeToString(absl::StatusCode::kCancelled)},

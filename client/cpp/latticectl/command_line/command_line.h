@@ -21,6 +21,7 @@ struct CommandLine {
   Console console;
   bool as_json = false;  // failures and notices are JSON
   std::function<absl::Status()> action;
+  int exit_code = 0;          // of an action that succeeds
   Interruption interruption;  // for commands that delete what they have made
 };
 

@@ -25,6 +25,7 @@ void AddSceneCommands(CLI::App& app, CommandLine& line);  // scene create|list|s
 void AddShareCommands(CLI::App& app, CommandLine& line);  // share create|list|revoke
 void AddEditCommands(CLI::App& app, CommandLine& line);   // edit move|set|drag|…
 void AddPickCommand(CLI::App& app, CommandLine& line);
+void AddFoldsCommand(CLI::App& app, CommandLine& line);
 void AddWatchCommand(CLI::App& app, CommandLine& line);
 void AddExportCommand(CLI::App& app, CommandLine& line);
 void AddBenchCommand(CLI::App& app, CommandLine& line);  // starts latticectl-bench

@@ -14,6 +14,7 @@
 #include "client/cpp/latticectl/command_line/message_flags.h"
 #include "client/cpp/latticectl/command_line/value_types.h"
 #include "client/cpp/latticectl/commands/commands.h"
+#include "client/cpp/latticectl/commands/folds_line.h"
 #include "client/cpp/latticectl/geometry/lattice_json.h"
 #include "client/cpp/latticectl/output/output.h"
 #include "client/cpp/latticectl/session/session.h"
@@ -32,7 +33,7 @@ struct EditFlags : ServerFlags {
   std::vector<double> by;             // --by of drag, instead of --to
   std::vector<double> ray, at;        // drag moves this point; one of the two is set
   std::string lattice, size, degree;  // of replace; of resize, "u,v,w"
-  bool keep_shape = false;
+  bool keep_shape = false, refuse_folds = false;
   double knot = 0;
   v1::LatticeAxis axis = v1::LATTICE_AXIS_U;
   v1::ResetTarget target = v1::RESET_TARGET_IDENTITY;
@@ -206,6 +207,7 @@ absl::Status Run(const EditFlags& flags, const EditMaker& make, Client& client, 
   // An editor's sequences must rise from one call of this program to the next; the clock does.
   batch.set_sequence(static_cast<uint64_t>(absl::ToUnixMicros(absl::Now())));
   batch.set_structure_id(lattice.structure_id());
+  batch.set_refuse_folds(flags.refuse_folds);
   LATTICED_RETURN_IF_ERROR(make(flags, lattice, client, *batch.add_edits()));
   LATTICED_ASSIGN_OR_RETURN(const auto result, client.ApplyEdits(batch));
   std::string text = fmt::format(
@@ -217,6 +219,7 @@ absl::Status Run(const EditFlags& flags, const EditMaker& make, Client& client, 
   if (batch.edits(0).replace_lattice().keep_shape()) {
     text += fmt::format("the shape changed by about {}\n", result.drag_residual());
   }
+  if (result.has_folds()) text += FoldsLine(result.folds());
   PrintResult(flags.json, result, text, console.out);
   return absl::OkStatus();
 }
@@ -270,6 +273,8 @@ void AddEditCommands(CLI::App& app, CommandLine& line) {
     command->add_option("scene", flags->scene, "Id of the scene")->required();
     command->add_option("--editor", flags->editor,
                         "UUID of the editor; by default one of this user and host");
+    command->add_flag("--refuse-folds", flags->refuse_folds,
+                      "Fails if the edit makes a new fold near the surface");
     SetServerAction(*command, flags, line,
                     [make](const EditFlags& from, Client& client, Console console) {
                       return Run(from, make, client, console);

@@ -32,6 +32,7 @@ struct SceneFlags : ServerFlags {
   v1::ViewOptions view;
   Tolerance tolerance;
   v1::Pipeline pipeline = v1::PIPELINE_UNSPECIFIED;
+  bool fold_watch = false;
 };
 
 constexpr size_t kMeshIdDigits = 64;
@@ -90,6 +91,7 @@ std::string SceneText(const v1::Scene& scene) {
                    view.segments(), NormalModeName(view.normals()), EncodingName(view.encoding()),
                    view.position_bits() == 0 ? "chosen" : std::to_string(view.position_bits()),
                    view.normal_bits())});
+  if (scene.fold_watch()) table.AddRow({"folds", "reported with every edit"});
   for (const auto& [purpose, bytes] : scene.bytes()) {
     table.AddRow({"bytes of " + purpose, FormatBytes(bytes)});
   }
@@ -139,6 +141,7 @@ absl::Status RunCreate(const SceneFlags& flags, Client& client, Console console)
   *request.mutable_default_view() = flags.view;
   LATTICED_RETURN_IF_ERROR(SetDefaultTolerance(flags, client, &request));
   request.mutable_diagnostics()->set_pipeline(flags.pipeline);
+  request.set_fold_watch(flags.fold_watch);
   LATTICED_ASSIGN_OR_RETURN(const auto scene, client.CreateScene(std::move(request)));
   PrintResult(flags.json, scene, SceneText(scene), console.out);
   return absl::OkStatus();
@@ -197,6 +200,7 @@ void AddSceneCommands(CLI::App& app, CommandLine& line) {
   AddViewFlags(*create, flags->view, ViewDefaults::kOfServer);
   AddToleranceFlag(*create, flags->tolerance);
   AddPipelineFlag(*create, flags->pipeline);
+  create->add_flag("--fold-watch", flags->fold_watch, "Every edit is answered with where it folds");
   add("list", "Lists scenes", "scene list", RunList)
       ->add_option(
           "--filter", flags->filter,
