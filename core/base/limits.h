@@ -104,6 +104,11 @@ inline constexpr int kDefaultMaxWatchersPerScene = 1'000;
 inline constexpr int kStoredIdleSeconds = 600;
 // 4,096 points are answered in a millisecond, and their answer fits a message.
 inline constexpr int kMaxEvaluatePoints = 4'096;
+// Sets of points beside a scene: memory is their real limit. Places of points are 32-bit, and a list of sets must fit in a
+// message. A direction of the largest lattice, 32,768 control points, has exactly kMaxPartBytes.
+inline constexpr uint64_t kMaxPointSetPoints = 1'000'000'000;
+inline constexpr int kMaxPointSetsPerScene = 64;
+inline constexpr int kMaxDirections = 64;
 // A drag of this many points, all independent, takes 0.1 s.
 inline constexpr size_t kMaxDragPoints = 1'024;
 // The presence of an editor is sent 10 times a second. With these limits it is below 4 KiB.

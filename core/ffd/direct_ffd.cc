@@ -36,7 +36,12 @@ VolumePoint EvaluateVolume(const LatticeStructure& s, std::span<const Vec3d> con
 }
 
 std::optional<VolumePlace> FindVolumePlace(const LatticeStructure& s, Vec3d world) {
-  VolumePlace place{.parameter = FrameMap(s).ToParameter(world)};
+  return FindVolumePlace(s, FrameMap(s), world);
+}
+
+std::optional<VolumePlace> FindVolumePlace(const LatticeStructure& s, const FrameMap& map,
+                                           Vec3d world) {
+  VolumePlace place{.parameter = map.ToParameter(world)};
   for (int axis = 0; axis < 3; ++axis) {
     const auto a = static_cast<size_t>(axis);
     const double begin = s.domain_begin(axis), end = s.domain_end(axis);

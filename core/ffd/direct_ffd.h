@@ -45,6 +45,9 @@ struct VolumePlace {
 // nullopt outside the domain. A point within kPlaneSnap of a face of the domain is on it, like a vertex of the mesh.
 [[nodiscard]] std::optional<VolumePlace> FindVolumePlace(const LatticeStructure& structure,
                                                          Vec3d world);
+// The same for many points: `map` is the structure's.
+[[nodiscard]] std::optional<VolumePlace> FindVolumePlace(const LatticeStructure& structure,
+                                                         const FrameMap& map, Vec3d world);
 
 struct DeformedPoint {
   Vec3d position;

@@ -27,6 +27,7 @@ void RegisterCodecBenches();      // from vertices to Draco bytes, and their num
 void RegisterDecodeBenches();     // from Draco bytes to integers
 void RegisterMeshoptBenches();    // from vertices to meshopt bytes, and back
 void RegisterPatchesBenches();    // what a client does with an edit: patches against Draco
+void RegisterPointsBenches();     // points of the world: deformed, and derivatives
 void RegisterCpuEncodeBenches();  // from an edit to Draco bytes
 void RegisterDeliveryBenches();   // chunks to a client's memory, through gRPC
 void RegisterEngineBenches();     // from an edit to a complete update, in process

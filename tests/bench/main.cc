@@ -80,6 +80,7 @@ int Benchmarks(const Options& options) {
   RegisterDecodeBenches();
   RegisterMeshoptBenches();
   RegisterPatchesBenches();
+  RegisterPointsBenches();
   RegisterCpuEncodeBenches();
   RegisterDeliveryBenches();
   RegisterEngineBenches();

@@ -21,6 +21,7 @@ declare -A allowed=(
   [core/backend]="core/base/ core/mesh/ core/ffd/ core/adaptive/ core/patches/ core/backend.h"
   [core/codec]="core/base/ core/mesh/ core/ffd/ core/codec/"
   [core/view]="core/base/ core/mesh/ core/ffd/ core/adaptive/ core/patches/ core/codec/ core/backend.h core/view/"
+  [core/points]="core/base/ core/ffd/ core/view/cpu_arena.h core/points/"
   [core/cpu/gemm]="$below_backends core/cpu/cpu_context.h core/cpu/vertex_kernel.h core/cpu/gemm/"
   [core/cpu/fused/kernel]="$below_backends core/cpu/fused/kernel/"
   [core/cpu/fused]="$below_backends core/cpu/cpu_context.h core/cpu/flush_denormals.h core/cpu/vertex_kernel.h core/cpu/fused/"
@@ -90,7 +91,7 @@ readonly guarded=(
   '^zlib' '^core/patches/zlib_stream'
   '^draco' '^(core/codec|client|server|tests)/'
   '^(tbb|oneapi)/' '^(core/(cpu|view)|client/cpp/load|server|tests)/'
-  '^hwy/' '^(core/(cpu|codec|view)|client/cpp/library/patches|client/decoder/lanes|client/decoder/meshopt|tests)/'
+  '^hwy/' '^(core/(cpu|codec|view|points)|client/cpp/library/patches|client/decoder/lanes|client/decoder/meshopt|tests)/'
   '^prometheus/' '^server/edge/metric'
   '^libpq' '^(server|tests/server)/store/'
   '^cjose/' '^server/base/auth/'
@@ -105,7 +106,7 @@ readonly guarded=(
 set_layer() {  # FILE
   case $1 in
     core/base/*) layer=core/base ;; core/mesh/*) layer=core/mesh ;; core/ffd/*) layer=core/ffd ;;
-    core/adaptive/*) layer=core/adaptive ;; core/folds/*) layer=core/folds ;; core/patches/*) layer=core/patches ;; core/codec/*) layer=core/codec ;; core/view/*) layer=core/view ;; core/cpu/*/*) layer=${1%/*} ;; core/cpu/*) layer=core/cpu ;; core/*) layer=core/backend ;;
+    core/adaptive/*) layer=core/adaptive ;; core/folds/*) layer=core/folds ;; core/patches/*) layer=core/patches ;; core/codec/*) layer=core/codec ;; core/view/*) layer=core/view ;; core/points/*) layer=core/points ;; core/cpu/*/*) layer=${1%/*} ;; core/cpu/*) layer=core/cpu ;; core/*) layer=core/backend ;;
     cuda/*/*) layer=${1%/*} ;; cuda/*) layer=cuda ;;
     server/*/*) layer=${1%/*} ;; server/*) layer=server ;; tests/*) layer=tests ;;
     client/decoder/lanes/*) layer=client/decoder/lanes ;; client/decoder/*) layer=client/decoder ;;
