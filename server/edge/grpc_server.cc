@@ -115,6 +115,7 @@ absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(ServerEnv* env) {
   result->services_.push_back(MakeSceneService(env));
   result->services_.push_back(MakeBackupService(env));
   result->services_.push_back(MakeShareService(env));
+  result->services_.push_back(MakePointSetService(env));
 
   grpc::ServerBuilder builder;
   Configure(options, builder);

@@ -161,6 +161,7 @@ MemoryUse Scene::memory() const {
   use["patch_tree"] += head.state->patch_tree->MemoryBytes();
   use["lattice"] += LatticeBytes(head.state->structure());
   use["history"] += history_bytes_.load();
+  if (const uint64_t bytes = point_sets_.MemoryBytes(); bytes > 0) use["point_sets"] += bytes;
   const MutexLock lock(&mutex_);
   for (const auto& [key, view] : views_) {
     for (const auto& [purpose, bytes] : view->memory()) use[purpose] += bytes;
@@ -198,6 +199,11 @@ uint64_t Scene::EvictableBytes(const MemoryShortage& shortage) const {
 absl::Time Scene::last_use() const {
   const MutexLock lock(&mutex_);
   return last_use_;
+}
+
+void Scene::NoteUse() {
+  const MutexLock lock(&mutex_);
+  last_use_ = absl::Now();
 }
 
 bool Scene::Evict() {

@@ -41,6 +41,7 @@
 #include "core/base/stop_check.h"
 #include "core/ffd/lattice.h"
 #include "core/mesh/mesh_units.h"
+#include "server/engine/points/point_set.h"
 #include "server/engine/render/render_queue.h"
 #include "server/engine/render/render_view.h"
 #include "server/engine/scene/edit_log.h"
@@ -177,6 +178,11 @@ class Scene : public RenderSource, public std::enable_shared_from_this<Scene> {
   // kInvalidArgument, or kResourceExhausted when limits::kMaxViewsPerScene views are watched.
   [[nodiscard]] absl::StatusOr<std::shared_ptr<SnapshotBoard>> AcquireView(
       const ViewKey& key, const MemoryAccountPtr& account = nullptr) ABSL_LOCKS_EXCLUDED(mutex_);
+  // Points that clients keep here. While there are any, the scene is not put to sleep.
+  PointSets& point_sets() { return point_sets_; }
+  const PointSets& point_sets() const { return point_sets_; }
+  // The scene is used now, so it expires later.
+  void NoteUse() ABSL_LOCKS_EXCLUDED(mutex_);
   // Called when a view may have work: it was attached, wants a newer snapshot, or is behind.
   void RequestWork() { context_.queue->Schedule(shared_from_this()); }
   [[nodiscard]] std::function<void()> TakeWork(uint64_t most_points) override
@@ -255,6 +261,7 @@ class Scene : public RenderSource, public std::enable_shared_from_this<Scene> {
   std::atomic<Life> life_ = Life::kLives;
   const std::shared_ptr<const void> hold_ = std::make_shared<char>();
   PresenceBoard presence_;
+  PointSets point_sets_;
 
   const EditHistory::TimePoint epoch_;  // Now() was 0
   const CommitTimes commits_;           // of earlier lives

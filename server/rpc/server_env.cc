@@ -14,6 +14,8 @@
 #include "absl/time/clock.h"
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
+#include "core/view/cpu_arena.h"
+#include "core/view/machine.h"
 #include "fmt/format.h"
 #include "server/base/random_id.h"
 #include "server/base/telemetry.h"
@@ -81,6 +83,7 @@ ServerEnv::ServerEnv(Options options_in, std::vector<std::unique_ptr<Backend>> b
       calls(std::make_unique<CallCounts>()),
       store(std::move(store_in)),
       backends(std::move(backends_in)),
+      point_arena(std::make_unique<CpuArena>(AllowedThreads(options.threads))),
       callers(options.caller_share,
               {.memory = options.memory_bytes,
                .requests = options.memory_bytes / limits::kWaitingRequestsShare,

@@ -40,6 +40,7 @@
 namespace latticed {
 
 class CallCounts;     // server/rpc/call_counts.h
+class CpuArena;       // core/view/cpu_arena.h
 class SceneRegistry;  // server/stores/scene_registry.h
 struct SceneConfig;   // server/engine/scene.h
 class UploadStore;    // server/stores/upload_store.h
@@ -87,6 +88,7 @@ struct ServerEnv {
   const std::unique_ptr<CallCounts> calls;
   const std::shared_ptr<Store> store;  // null: meshes and scenes end with the server
   const std::vector<std::unique_ptr<Backend>> backends;
+  const std::unique_ptr<CpuArena> point_arena;  // the threads that evaluate point sets
   Callers callers;
   TokenThrottle wrong_tokens;
   TenantQuotas quotas;

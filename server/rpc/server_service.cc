@@ -96,6 +96,9 @@ void FillLimits(const Options& options, v1::ServerLimits& out) {
   out.set_max_scenes(options.max_scenes);
   out.set_max_evaluate_points(limits::kMaxEvaluatePoints);
   out.set_max_drag_points(limits::kMaxDragPoints);
+  out.set_max_point_set_points(limits::kMaxPointSetPoints);
+  out.set_max_point_sets_per_scene(limits::kMaxPointSetsPerScene);
+  out.set_max_directions(limits::kMaxDirections);
   out.set_max_presence_name(limits::kMaxPresenceName);
   out.set_max_presence_indices(limits::kMaxPresenceIndices);
   out.set_max_calls_per_connection(limits::kMaxCallsPerConnection);

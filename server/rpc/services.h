@@ -24,6 +24,7 @@ struct ServerEnv;
 [[nodiscard]] std::unique_ptr<grpc::Service> MakeServerService(ServerEnv* env);
 [[nodiscard]] std::unique_ptr<grpc::Service> MakeBackupService(ServerEnv* env);
 [[nodiscard]] std::unique_ptr<grpc::Service> MakeShareService(ServerEnv* env);
+[[nodiscard]] std::unique_ptr<grpc::Service> MakePointSetService(ServerEnv* env);
 
 // The whole answer of GetServerInfo.
 [[nodiscard]] v1::ServerInfo DescribeServer(ServerEnv& env);

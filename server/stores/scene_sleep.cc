@@ -179,7 +179,8 @@ void SceneRegistry::SleepUnusedSince(absl::Time time) {
     // Whoever has another reference uses it, and whoever wants one waits for this lock.
     idle = TakeToLeave([&](const Scene& scene) ABSL_NO_THREAD_SAFETY_ANALYSIS {
       const auto& held = scenes_.find(scene.id())->second;
-      return held.use_count() == 1 && scene.last_use() < time;
+      // Points that clients keep beside a scene are not stored.
+      return held.use_count() == 1 && scene.last_use() < time && scene.point_sets().All().empty();
     });
     for (size_t i = 0; i < idle.size() && !shared(); ++i) {
       asleep_[idle[i]->id()] = {idle[i]->config().mesh_id, idle[i]->expire_time()};

@@ -30,9 +30,10 @@ enum class QuotaKind {
   kEditsPerSecond,  // batches of edits
   kWatchers,        // streams that watch
   kBytesPerSecond,  // of messages to clients
+  kPointSetBytes,   // of the point sets of scenes in memory
 };
-inline constexpr std::array kQuotaNames = {"scenes", "mesh_bytes", "edits_per_second", "watchers",
-                                           "bytes_per_second"};
+inline constexpr std::array kQuotaNames = {"scenes",   "mesh_bytes",       "edits_per_second",
+                                           "watchers", "bytes_per_second", "point_set_bytes"};
 inline const char* QuotaName(QuotaKind kind) { return kQuotaNames[static_cast<size_t>(kind)]; }
 
 // Without a number: no limit.

@@ -38,7 +38,16 @@ absl::StatusOr<uint64_t> MeshBytesOf(ServerEnv& env, std::string_view tenant,
   return bytes;
 }
 
+uint64_t PointSetBytesOf(ServerEnv& env, std::string_view tenant) {
+  uint64_t bytes = 0;
+  for (const auto& scene : env.scenes->All()) {
+    if (TenantOf(scene->id()) == tenant) bytes += scene->point_sets().MemoryBytes();
+  }
+  return bytes;
+}
+
 absl::StatusOr<uint64_t> UsedOf(ServerEnv& env, std::string_view tenant, QuotaKind kind) {
+  if (kind == QuotaKind::kPointSetBytes) return PointSetBytesOf(env, tenant);
   if (kind == QuotaKind::kMeshBytes) return MeshBytesOf(env, tenant, {});
   if (kind != QuotaKind::kScenes) return env.quotas.Used(tenant, kind, absl::Now());
   LATTICED_ASSIGN_OR_RETURN(const size_t stored, StoredScenesOf(env, tenant));
@@ -78,6 +87,11 @@ absl::Status CheckMeshQuota(ServerEnv& env, std::string_view tenant,
   if (!env.quotas.Of(tenant).Of(QuotaKind::kMeshBytes).has_value()) return absl::OkStatus();
   LATTICED_ASSIGN_OR_RETURN(const uint64_t used, MeshBytesOf(env, tenant, arriving));
   return env.quotas.Check(tenant, QuotaKind::kMeshBytes, used, bytes);
+}
+
+absl::Status CheckPointSetQuota(ServerEnv& env, std::string_view tenant, uint64_t bytes) {
+  if (!env.quotas.Of(tenant).Of(QuotaKind::kPointSetBytes).has_value()) return absl::OkStatus();
+  return env.quotas.Check(tenant, QuotaKind::kPointSetBytes, PointSetBytesOf(env, tenant), bytes);
 }
 
 }  // namespace latticed

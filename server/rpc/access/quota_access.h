@@ -41,6 +41,10 @@ struct QuotaInUse {
 // Whether the tenant may keep a mesh of so many bytes more, beside those that arrive.
 [[nodiscard]] absl::Status CheckMeshQuota(ServerEnv& env, std::string_view tenant,
                                           const MeshStore::Arriving& arriving, uint64_t bytes);
+// Whether the tenant's scenes here may keep so many bytes of point sets more. Two that are made in the same moment may both
+// have counted before.
+[[nodiscard]] absl::Status CheckPointSetQuota(ServerEnv& env, std::string_view tenant,
+                                              uint64_t bytes);
 
 }  // namespace latticed
 

@@ -13,6 +13,7 @@
 #include "core/cpu/cpu_backend.h"
 #include "fmt/format.h"
 #include "server/base/quotas/tenant_quotas.h"
+#include "tests/server/points/point_set_client.h"
 #include "tests/server/support/server_test.h"
 #include "tests/server/support/slow_mesh_store.h"
 #include "tests/support/becomes.h"
@@ -150,6 +151,23 @@ TEST_F(QuotaTest, Scenes) {
   for (const char* id : {"scene-a", "scene-b", "scene-c"}) EXPECT_OK(CreateAs(kBeta, id));
   EXPECT_OK(Call(&Scenes::DeleteScene, For<v1::DeleteSceneRequest>("scene-a"), nullptr, As(kAcme)));
   EXPECT_OK(CreateAs(kAcme, "scene-c"));
+}
+
+TEST_F(QuotaTest, PointSetBytes) {
+  Start(R"({"acme": {"point_set_bytes": 3000}})");
+  UploadCube(kBeta);
+  UploadCube();
+  ASSERT_OK(CreateAs(kAcme, kScene));
+  ASSERT_OK(CreateAs(kBeta, kScene));
+  PointSetClient acme(server_->channel(), As(kAcme)), beta(server_->channel(), As(kBeta));
+  const std::vector<Vec3d> points(100);
+  const auto set = acme.CreateWorld(points);
+  ASSERT_OK(set);
+
+  ExpectQuota(acme.CreateWorld(points).status(), "point_set_bytes", 3000, set->bytes(), 2800);
+  EXPECT_OK(beta.CreateWorld(points));
+  ASSERT_OK(acme.Delete(set->id()));
+  EXPECT_OK(acme.CreateWorld(points));
 }
 
 TEST_F(QuotaTest, MeshBytes) {

@@ -7,6 +7,7 @@
 #include "core/base/sha256.h"
 #include "fmt/format.h"
 #include "latticed/v1/backup.grpc.pb.h"
+#include "latticed/v1/points.pb.h"
 #include "latticed/v1/share.pb.h"
 #include "server/base/auth/tenant.h"
 #include "tests/server/support/raw_call.h"
@@ -139,7 +140,7 @@ class TokenServerTest : public ServerTest {
     for (const auto* file :
          {v1::MeshHeader::descriptor()->file(), v1::Scene::descriptor()->file(),
           v1::ServerInfo::descriptor()->file(), v1::BackupPart::descriptor()->file(),
-          v1::Share::descriptor()->file()}) {
+          v1::Share::descriptor()->file(), v1::PointSet::descriptor()->file()}) {
       for (int s = 0; s < file->service_count(); ++s) {
         for (int m = 0; m < file->service(s)->method_count(); ++m) {
           methods.push_back(file->service(s)->method(m));
@@ -153,7 +154,7 @@ class TokenServerTest : public ServerTest {
 };
 
 TEST_F(TokenServerTest, NoRpcIsOpen) {
-  ASSERT_EQ(AllMethods().size(), 29u);
+  ASSERT_EQ(AllMethods().size(), 37u);
   for (const auto* method : AllMethods()) {
     EXPECT_THAT(CallEmpty(*method, ""), StatusIs(absl::StatusCode::kUnauthenticated))
         << method->full_name();
@@ -167,10 +168,11 @@ TEST_F(TokenServerTest, NoRpcIsOpen) {
 // Each refusal names the called rpc, so every row of the handlers' table has the right name.
 TEST_F(TokenServerTest, ReaderCannotEdit) {
   const std::set<std::string> edits = {
-      "MeshService/UploadMesh",   "MeshService/BeginUpload", "MeshService/AppendUpload",
-      "MeshService/FinishUpload", "MeshService/DeleteMesh",  "SceneService/CreateScene",
-      "SceneService/DeleteScene", "SceneService/ApplyEdits", "BackupService/Restore",
-      "ShareService/CreateShare", "ShareService/ListShares", "ShareService/RevokeShare"};
+      "MeshService/UploadMesh",         "MeshService/BeginUpload",       "MeshService/AppendUpload",
+      "MeshService/FinishUpload",       "MeshService/DeleteMesh",        "SceneService/CreateScene",
+      "SceneService/DeleteScene",       "SceneService/ApplyEdits",       "BackupService/Restore",
+      "ShareService/CreateShare",       "ShareService/ListShares",       "ShareService/RevokeShare",
+      "PointSetService/CreatePointSet", "PointSetService/DeletePointSet"};
   for (const auto* method : AllMethods()) {
     const std::string rpc = fmt::format("{}/{}", method->service()->name(), method->name());
     if (rpc == "BackupService/Backup") continue;  // ReaderBacksUp

@@ -32,11 +32,11 @@ class ReflectionTest : public SmallServerTest {
   }
 };
 
-TEST_F(ReflectionTest, ListsTheFourServices) {
+TEST_F(ReflectionTest, ListsEveryService) {
   const std::string response = List();
   for (const char* service :
        {"latticed.v1.MeshService", "latticed.v1.SceneService", "latticed.v1.ServerService",
-        "latticed.v1.BackupService", "latticed.v1.ShareService"}) {
+        "latticed.v1.BackupService", "latticed.v1.ShareService", "latticed.v1.PointSetService"}) {
     EXPECT_NE(response.find(Field(1, service)), std::string::npos) << service;
   }
 }

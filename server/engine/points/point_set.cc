@@ -1,0 +1,125 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/engine/points/point_set.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/base/limits.h"
+#include "core/base/status_macros.h"
+
+namespace latticed {
+namespace {
+
+constexpr char kWhat[] = "the point set";
+
+// While points are sorted, each has the number of its box as well; to sort them again, they are copied first.
+uint64_t SortingBytes(uint64_t points) { return points * sizeof(uint32_t); }
+uint64_t CopyBytes(uint64_t points, bool with_normals) {
+  return points * sizeof(Vec3d) * (with_normals ? 2 : 1);
+}
+
+// `make` returns the sorted points. `more`: bytes that only making them takes.
+template <class Make>
+absl::StatusOr<std::shared_ptr<const PointSet::Resident>> MakeResident(
+    uint64_t count, bool with_normals, uint64_t more, uint64_t structure_id, MemoryBudget& memory,
+    const MemoryAccountPtr& account, const Make& make) {
+  LATTICED_ASSIGN_OR_RETURN(
+      auto room,
+      memory.Reserve(kWhat, SortedPoints::BytesFor(count, with_normals) + more, account));
+  auto resident =
+      std::make_shared<PointSet::Resident>(PointSet::Resident{make(), structure_id, {}});
+  LATTICED_RETURN_IF_ERROR(room.Resize(kWhat, resident->points.MemoryBytes()));
+  resident->memory = std::move(room);
+  return resident;
+}
+
+}  // namespace
+
+absl::StatusOr<std::shared_ptr<PointSet>> PointSet::Make(std::string id, const SceneState& state,
+                                                         std::span<const Vec3d> points,
+                                                         std::span<const Vec3d> normals,
+                                                         MemoryBudget& memory,
+                                                         const MemoryAccountPtr& account,
+                                                         CpuArena& arena) {
+  LATTICED_ASSIGN_OR_RETURN(
+      auto resident, MakeResident(points.size(), !normals.empty(), SortingBytes(points.size()),
+                                  state.structure_id, memory, account, [&] {
+                                    return SortedPoints(state.structure(), points, normals, arena);
+                                  }));
+  return std::shared_ptr<PointSet>(new PointSet(std::move(id), std::move(resident)));
+}
+
+std::shared_ptr<const PointSet::Resident> PointSet::Newest() const {
+  const MutexLock lock(&mutex_);
+  return newest_;
+}
+
+absl::StatusOr<std::shared_ptr<const PointSet::Resident>> PointSet::At(const SceneState& state,
+                                                                       MemoryBudget& memory,
+                                                                       CpuArena& arena) {
+  auto old = Newest();
+  if (old->structure_id == state.structure_id) return old;
+  const MutexLock sort_lock(&sort_mutex_);
+  old = Newest();
+  if (old->structure_id == state.structure_id) return old;
+  const SortedPoints& points = old->points;
+  const uint64_t more =
+      SortingBytes(points.size()) + CopyBytes(points.size(), points.has_normals());
+  LATTICED_ASSIGN_OR_RETURN(
+      auto sorted, MakeResident(points.size(), points.has_normals(), more, state.structure_id,
+                                memory, old->memory.account(),
+                                [&] { return points.Resorted(state.structure(), arena); }));
+  const MutexLock lock(&mutex_);
+  // A call at an older state must not undo what a newer one has sorted.
+  if (newest_->structure_id < sorted->structure_id) newest_ = sorted;
+  return sorted;
+}
+
+absl::Status PointSets::CheckRoom() const {
+  const MutexLock lock(&mutex_);
+  return CheckRoomLocked();
+}
+
+absl::Status PointSets::CheckRoomLocked() const {
+  if (sets_.size() < static_cast<size_t>(limits::kMaxPointSetsPerScene)) return absl::OkStatus();
+  return error::LimitExceeded("point sets of a scene", limits::kMaxPointSetsPerScene);
+}
+
+absl::Status PointSets::Add(std::shared_ptr<PointSet> set) {
+  const MutexLock lock(&mutex_);
+  LATTICED_RETURN_IF_ERROR(CheckRoomLocked());
+  sets_.push_back(std::move(set));
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::shared_ptr<PointSet>> PointSets::Find(std::string_view id) const {
+  const MutexLock lock(&mutex_);
+  const auto found = std::ranges::find(sets_, id, [](const auto& set) { return set->id(); });
+  if (found == sets_.end()) return error::NotFound("point_set", id);
+  return *found;
+}
+
+absl::Status PointSets::Remove(std::string_view id) {
+  std::shared_ptr<PointSet> removed;  // destroyed after the lock is released
+  const MutexLock lock(&mutex_);
+  const auto found = std::ranges::find(sets_, id, [](const auto& set) { return set->id(); });
+  if (found == sets_.end()) return error::NotFound("point_set", id);
+  removed = std::move(*found);
+  sets_.erase(found);
+  return absl::OkStatus();
+}
+
+std::vector<std::shared_ptr<PointSet>> PointSets::All() const {
+  const MutexLock lock(&mutex_);
+  return sets_;
+}
+
+uint64_t PointSets::MemoryBytes() const {
+  uint64_t bytes = 0;
+  for (const auto& set : All()) bytes += set->Newest()->memory.bytes();
+  return bytes;
+}
+
+}  // namespace latticed

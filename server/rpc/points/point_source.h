@@ -1,0 +1,51 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The points of a new set, from what its client sent: PointSetHeader and raw data (points.proto).
+//
+// Errors   kInvalidArgument with the path of the field, or the number of the point
+// Threads  pure functions
+#ifndef LATTICED_SERVER_RPC_POINTS_POINT_SOURCE_H_
+#define LATTICED_SERVER_RPC_POINTS_POINT_SOURCE_H_
+
+#include <cstdint>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "core/base/vec.h"
+#include "latticed/v1/points.pb.h"
+#include "server/engine/scene.h"
+
+namespace latticed {
+
+// Numbers of a client as vectors, in place.
+static_assert(sizeof(Vec3d) == 3 * sizeof(double));
+[[nodiscard]] inline std::span<Vec3d> AsVectors(std::vector<double>& numbers) {
+  return {reinterpret_cast<Vec3d*>(numbers.data()), numbers.size() / 3};
+}
+
+// NOT_FINITE with the place of the first one that is not finite.
+[[nodiscard]] absl::Status CheckFinite(std::span<const Vec3d> vectors, std::string_view field);
+
+// What a header announces.
+struct AnnouncedPoints {
+  uint64_t points = 0;
+  bool with_normals = false;
+  uint64_t data_bytes = 0;  // to come; 0 for a view
+};
+[[nodiscard]] absl::StatusOr<AnnouncedPoints> Announced(const v1::PointSetHeader& header,
+                                                        const Scene& scene,
+                                                        const SceneState& state);
+
+// Positions, then unit normals if there are any: those announced. `data` has the bytes announced.
+[[nodiscard]] absl::StatusOr<std::vector<double>> RestPoints(const v1::PointSetHeader& header,
+                                                             const Scene& scene,
+                                                             const SceneState& state,
+                                                             std::vector<double> data);
+
+}  // namespace latticed
+
+#endif  // LATTICED_SERVER_RPC_POINTS_POINT_SOURCE_H_
