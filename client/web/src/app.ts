@@ -203,6 +203,7 @@ export class App implements CommandTarget {
   private refresh(): void {
     this.panel.refresh();
     this.showDistances();
+    this.hud.tellFolds(this.scene?.folds);
     if (this.scene?.isEvaluated) {
       const { pointCount, certifiedError } = this.scene.session.surface;
       this.hud.tellDetail(pointCount, certifiedError, this.scene.units);

@@ -5,6 +5,7 @@
 import { Box3, Vector3 } from 'three';
 import { Cage } from './cage/cage';
 import { DARK_CAGE, LIGHT_CAGE } from './cage/cage_style';
+import { FoldedBoxes } from './cage/folded_boxes';
 import { KnotBoxes } from './cage/knot_boxes';
 import type { Constraint } from './edit/constraint';
 import { DetailWatch } from './detail_watch';
@@ -14,6 +15,7 @@ import { handleHeadline, pullHeadline } from './edit/headline';
 import type { Motion, MotionKind } from './edit/motion';
 import type { SurfacePull } from './edit/surface_pull';
 import type { TransformGesture } from './edit/transform_gesture';
+import { FoldsWatch } from './folds_watch';
 import { pointAt } from './lattice/vec';
 import { GroundShadow } from './light/ground_shadow';
 import type { LiveSession } from './session/live_session';
@@ -27,6 +29,7 @@ import { Gizmo } from './viewport/gizmo';
 import { KnotPlacer } from './viewport/knot_placer';
 import { PointPicker } from './viewport/point_picker';
 import { PointerTools } from './viewport/pointer_tools';
+import type { Folds } from './wire/fold_message';
 import type { Viewport } from './viewport/viewport';
 
 /** Between the background and the cage, in light and in shade: three times as light as the one, a third of the other, or the reverse. */
@@ -46,6 +49,9 @@ export class SceneView {
   readonly pointer: PointerTools;
   private readonly cage: Cage;
   private readonly knotBoxes = new KnotBoxes();
+  private readonly foldedBoxes = new FoldedBoxes();
+  private readonly foldsWatch: FoldsWatch;
+  private knownFolds: Folds | undefined;
   private readonly shadow = new GroundShadow();
   private readonly softCircle = new SoftCircle();
   private readonly pullLine = new PullLine();
@@ -95,13 +101,19 @@ export class SceneView {
       pulls: { missed: (error) => events.pullMissed(error), pulled: (pull) => this.showPull(pull) },
     });
     viewport.element.append(this.softCircle.element, this.pullLine.element);
-    viewport.scene.add(session.surface.object, this.cage.object, this.knotBoxes.object, this.shadow.object);
+    viewport.scene.add(session.surface.object, this.cage.object, this.knotBoxes.object, this.foldedBoxes.object, this.shadow.object);
     session.surface.onChanged = () => this.refreshSoon();
     viewport.coarsened = session.surface;
     this.setUnits(known);
     this.listen();
     this.applySettings(settings.value);
+    this.foldsWatch = new FoldsWatch(session, (folds) => this.showFolds(folds));
     this.refresh();
+  }
+
+  /** Where the server has found folds; undefined where that is not known. */
+  get folds(): Folds | undefined {
+    return this.knownFolds;
   }
 
   /** Whether the page evaluates the surface by itself. */
@@ -181,13 +193,18 @@ export class SceneView {
     for (const end of this.ends) end();
     this.detail.dispose();
     this.evaluation.dispose();
+    this.foldsWatch.dispose();
     this.pointer.dispose();
     this.editor.dispose();
     this.gizmo.dispose();
     this.softCircle.element.remove();
     this.pullLine.element.remove();
     this.viewport.coarsened = undefined;
-    this.viewport.scene.remove(this.session.surface.object, this.cage.object, this.knotBoxes.object, this.shadow.object);
+    const { surface } = this.session;
+    this.viewport.scene.remove(
+      surface.object, this.cage.object, this.knotBoxes.object, this.foldedBoxes.object, this.shadow.object,
+    );
+    this.foldedBoxes.dispose();
     this.shadow.dispose();
     this.cage.dispose();
     this.knotBoxes.dispose();
@@ -206,6 +223,12 @@ export class SceneView {
     this.pull = pull;
     this.events.headline(pull && pullHeadline(pull));
     this.viewport.invalidate();
+  }
+
+  private showFolds(folds: Folds | undefined): void {
+    this.knownFolds = folds;
+    this.foldedBoxes.setBoxes(folds?.places ?? [], this.session.lattice);
+    this.refreshSoon();
   }
 
   private listen(): void {
@@ -251,6 +274,7 @@ export class SceneView {
     this.cage.setThrough(settings.through);
     this.knotBoxes.object.visible = settings.knotBoxes;
     this.viewport.rig.setOrthographic(settings.orthographic);
+    this.session.refuseFolds = settings.refuseFolds;
     this.refreshSoon();
   }
 
@@ -264,6 +288,7 @@ export class SceneView {
     this.stale = false;
     this.picker.invalidate();
     this.knotBoxes.update(this.session.lattice);
+    this.foldedBoxes.update(this.session.lattice);
     if (this.hasMoved) this.session.surface.compareAgain();
     this.hasMoved = false;
     this.castShadow();

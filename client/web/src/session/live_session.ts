@@ -7,6 +7,7 @@ import type { Lattice, Vec3 } from '../lattice/lattice';
 import type { SurfaceMesh } from '../surface/surface_mesh';
 import { edits, fromEdit, toSurfacePoint } from '../wire/edit_message';
 import { randomUuid } from '../wire/ids';
+import { toFolds, type Folds } from '../wire/fold_message';
 import { fromVector } from '../wire/lattice_message';
 import type { DownloadedMesh } from '../wire/mesh_downloads';
 import type { LatticedServer } from '../wire/latticed_server';
@@ -64,6 +65,11 @@ export class LiveSession {
   /** Returns a function that removes the listener. */
   on<K extends keyof SessionEvents>(event: K, listener: SessionEvents[K]): () => void {
     return this.listeners.on(event, listener);
+  }
+
+  /** Whether the server refuses edits of this window that make a new fold. */
+  set refuseFolds(on: boolean) {
+    this.sync.refuseFolds = on;
   }
 
   gesture(listener?: GestureListener): Gesture {
@@ -158,6 +164,17 @@ export class LiveSession {
     } catch (error) {
       const failure = ServerError.fromConnect(error);
       if (failure.code === Code.NotFound && failure.reason === 'NOTHING_HIT') return undefined;
+      throw failure;
+    }
+  }
+
+  /** Where the server's newest lattice folds around the mesh. Undefined if the server cannot tell. */
+  async certifyFolds(): Promise<Folds | undefined> {
+    try {
+      return toFolds(await this.parts.server.scenes.certifyFolds({ scene: this.sceneId }, { timeoutMs: LiveSession.PICK_MS }));
+    } catch (error) {
+      const failure = ServerError.fromConnect(error);
+      if (failure.code === Code.Unimplemented) return undefined;
       throw failure;
     }
   }

@@ -30,6 +30,8 @@ export const DEFAULT_SETTINGS = {
   pivot: 'median' as Pivot,
   soft: { enabled: false, radius: 0.5, falloff: 'smooth' } as SoftSelection,
   mirror: [false, false, false] as Mirror,
+  /** Whether the server refuses edits that make a new fold. A drag then stops at its last good state. */
+  refuseFolds: false,
   /** Whether a press adds a point to the selection or removes it, instead of replacing the selection. */
   toggling: false,
   /** Whether points behind the surface are shown and can be selected. */
@@ -73,7 +75,7 @@ export type Settings = typeof DEFAULT_SETTINGS;
 
 /** The settings that a browser remembers between visits: taste, nothing that depends on one mesh. */
 const REMEMBERED = [
-  'gizmo', 'orientation', 'pivot', 'through', 'theme', 'light', 'shadow', 'upAxes', 'exportFormat', 'exportGeometry', 'exportDetail',
+  'gizmo', 'orientation', 'pivot', 'refuseFolds', 'through', 'theme', 'light', 'shadow', 'upAxes', 'exportFormat', 'exportGeometry', 'exportDetail',
   'exportTolerance', 'you', 'detail', 'pixels',
 ] as const;
 const STORAGE_KEY = 'latticed.settings';

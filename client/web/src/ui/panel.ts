@@ -117,6 +117,7 @@ export class Panel {
       this.keep(segmented(this.of('gizmo', 'Handles'), handles)),
       this.keep(segmented(this.of('orientation', 'Axes'), { world: 'World', lattice: 'Lattice', view: 'View' })),
       this.keep(segmented(this.of('pivot', 'Pivot'), { median: 'Median', active: 'Active', each: 'Each' })),
+      this.switch('refuseFolds', 'Refuse folds'),
       field('Mirror', ...AXIS_NAMES.map((name, axis) => this.mirrorSwitch(name, axis as Axis))),
     ];
   }

@@ -15,6 +15,7 @@ export function inWords(error: unknown): string {
   switch (failure.reason) {
     case 'NOTHING_TO_UNDO': return 'There is nothing to undo.';
     case 'NOTHING_TO_REDO': return 'There is nothing to redo.';
+    case 'FOLD': return 'The lattice would fold over itself around the mesh, so the points stay where they are.';
     case 'UNDO_CONFLICT': return 'Somebody else has moved the same points since, so this step cannot be undone.';
     case 'STRUCTURE_CHANGED': return 'The lattice got other control points meanwhile, so the edit was dropped.';
     case 'OUT_OF_MEMORY': return outOfMemory(failure);

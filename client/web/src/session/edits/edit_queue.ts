@@ -36,6 +36,8 @@ export interface Answered {
  * waits. After a lost connection the edit in flight is sent again with its number; the server applies it once.
  */
 export class EditQueue {
+  /** Whether the server is to refuse batches that make a new fold. Counts for batches that are added from now on. */
+  refuseFolds = false;
   private readonly answered: Batch[] = [];  // applied, but the server's lattice here does not hold them yet
   private inFlight: Batch | undefined;
   private readonly waiting: Batch[] = [];
@@ -148,7 +150,7 @@ export class EditQueue {
   /** A batch without a sequence number, which it gets when it is sent. */
   private made({ edits, targets, gestureId, phase }: NewBatch, structureId: bigint): Batch {
     const message = create(EditBatchSchema, {
-      structureId, edits: [...edits], ...(gestureId && { gestureId }), ...(phase && { gesturePhase: phase }),
+      structureId, edits: [...edits], refuseFolds: this.refuseFolds, ...(gestureId && { gestureId }), ...(phase && { gesturePhase: phase }),
     });
     return { targets, madeAt: this.now(), message };
   }

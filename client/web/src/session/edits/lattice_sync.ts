@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-import type { Edit, EditBatch, EditResult } from 'latticed/v1/edit_pb';
+import { GesturePhase, type Edit, type EditBatch, type EditResult } from 'latticed/v1/edit_pb';
 import type { LatticeDelta } from 'latticed/v1/event_pb';
 import type { LatticeState } from 'latticed/v1/lattice_pb';
 import type { Lattice } from '../../lattice/lattice';
@@ -35,6 +35,11 @@ export class LatticeSync {
   /** Undefined before the first lattice. */
   get shown(): Lattice | undefined {
     return this.model?.shown;
+  }
+
+  /** As EditQueue.refuseFolds. */
+  set refuseFolds(on: boolean) {
+    this.queue.refuseFolds = on;
   }
 
   gesture(owner: GestureListener = {}): Gesture {
@@ -86,8 +91,15 @@ export class LatticeSync {
     if (targets) this.pointsMoved(this.model!.refresh(targets.indices));
     const error = ServerError.fromStatus(result.status!);
     this.steps.refused(error.reason);
+    if (error.reason === 'FOLD') this.endAtLastGood(message!);
     this.listeners.emit('answered');
-    this.listeners.emit('refused', inWords(error), /^NOTHING_TO_/.test(error.reason));
+    this.listeners.emit('refused', inWords(error), /^(NOTHING_TO_.*|FOLD)$/.test(error.reason));
+  }
+
+  /** A gesture whose last batch would have folded ends at the one before. */
+  private endAtLastGood({ gestureId, gesturePhase, edits, structureId }: EditBatch): void {
+    if (gesturePhase !== GesturePhase.COMMIT || !edits.length) return;
+    this.queue.add({ edits: [], gestureId, phase: GesturePhase.COMMIT }, structureId);
   }
 
   /** Whether the lattice that is shown is the server's at this revision. */

@@ -4,12 +4,14 @@
 // The line of measurements: how fast the surface follows, and what that costs.
 import type { UpdateInfo } from '../../session/scene_session';
 import { lengthsInWords, type Units } from '../../state/units';
+import type { Folds } from '../../wire/fold_message';
 import { bytes } from '../../wire/words';
 import { h } from '../dom';
 
 const WINDOW_MS = 1000; // the time over which updates/s are counted
 const LATENCY = 'Median time from an edit until a frame that shows it is drawn';
 const CERTIFIED = 'The largest distance between the triangles and the exact surface, at any point; – where it is not known';
+const FOLDS = 'Knot boxes around the mesh that fold over; 0 is proved, +? is not decided';
 const LATENCIES = 31; // the number of newest latencies whose median is shown
 
 export class Hud {
@@ -30,6 +32,7 @@ export class Hud {
       ['patches', 'patches', 'Patches that the newest update sent, each counted once, of all'],
       ['points', 'points', 'Points of the surface'],
       ['error', 'off', CERTIFIED],
+      ['folds', 'folds', FOLDS],
     ] as const) {
       this.values[name] = h('b', { 'data-hud': name }, '–');
       this.element.append(h('span', { title: hint }, this.values[name], ` ${unit}`));
@@ -79,6 +82,13 @@ export class Hud {
   tellDetail(points: number, error: number, units: Units): void {
     this.values['points'].textContent = points.toLocaleString('en');
     this.values['error'].textContent = error > 0 ? lengthsInWords([error], units, 2) : '–';
+  }
+
+  /** Undefined where it is not known. */
+  tellFolds(folds: Folds | undefined): void {
+    const value = this.values['folds'];
+    value.textContent = folds === undefined ? '–' : `${folds.folded}${folds.undecided > 0 ? ` +${folds.undecided}?` : ''}`;
+    value.toggleAttribute('data-bad', folds !== undefined && !folds.certified);
   }
 
   /** Called for each frame; `seen` resolves when its pixels are there. */
