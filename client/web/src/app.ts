@@ -173,7 +173,7 @@ export class App implements CommandTarget {
     const { scene } = this;
     if (scene === undefined) return;
     this.watch?.dispose();
-    this.watch = new LatticeWatch(scene.session, extent, (remarks) => this.remarks.show(remarks));
+    this.watch = new LatticeWatch(scene.session, extent, () => scene.folds, (remarks) => this.remarks.show(remarks));
   }
 
   private selectRemarked(points: readonly number[]): void {
@@ -204,6 +204,7 @@ export class App implements CommandTarget {
     this.panel.refresh();
     this.showDistances();
     this.hud.tellFolds(this.scene?.folds);
+    this.watch?.checkSoon();
     if (this.scene?.isEvaluated) {
       const { pointCount, certifiedError } = this.scene.session.surface;
       this.hud.tellDetail(pointCount, certifiedError, this.scene.units);

@@ -13,6 +13,7 @@ export class FoldsWatch {
   private asking = false;
   private again = false;
   private ended = false;
+  private lattices = 0;  // how many there were: an answer may be about the one before
   private readonly ends: readonly (() => void)[];
 
   /** @param show Called with each new report; undefined while nothing is known. */
@@ -26,6 +27,7 @@ export class FoldsWatch {
       session.on('points', soon),
       session.on('answered', soon),
       session.on('lattice', () => {
+        ++this.lattices;
         this.show(undefined); // the boxes are others
         this.askSoon();
       }),
@@ -48,11 +50,12 @@ export class FoldsWatch {
   private async ask(): Promise<void> {
     this.timer = undefined;
     [this.asking, this.again] = [true, false];
+    const { lattices } = this;
     // Without an answer the next change, or the next connection, asks again.
     const folds = await this.session.certifyFolds().catch(() => undefined);
     this.asking = false;
     if (this.ended) return;
-    this.show(folds);
+    if (lattices === this.lattices) this.show(folds);
     if (this.again) this.askSoon();
   }
 }

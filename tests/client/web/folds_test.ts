@@ -9,7 +9,9 @@ import { Code } from '@connectrpc/connect';
 import { GesturePhase } from 'latticed/v1/edit_pb';
 import { FoldReportSchema, FoldState } from 'latticed/v1/fold_pb';
 import { FoldsWatch } from '@src/folds_watch';
-import { boxGrid } from '@src/lattice/box_grid';
+import { fitLattice } from '@src/lattice/fitted_lattice';
+import { LatticeRemarks } from '@src/lattice/lattice_remarks';
+import { boxGrid, pointsOfBox } from '@src/lattice/box_grid';
 import type { SessionEvents } from '@src/session/scene_session';
 import { Listeners } from '@src/session/listeners';
 import { toFolds, type Folds } from '@src/wire/fold_message';
@@ -76,15 +78,16 @@ test('a lone edit that would fold is taken back', async (t) => {
 
 test('a report has the folded boxes, and counts the others', () => {
   const folds = toFolds(create(FoldReportSchema, {
-    revision: 3n, structureId: 1n, boxes: 8n, folded: 1n, undecided: 1n,
+    revision: 3n, structureId: 1n, boxes: 8n, folded: 2n, undecided: 1n,
     places: [
-      { state: FoldState.FOLDED, box: { u: 1, v: 0, w: 2 } },
+      { state: FoldState.FOLDED, box: { u: 0, v: 1, w: 2 }, determinant: -0.5 },
+      { state: FoldState.FOLDED, box: { u: 1, v: 0, w: 2 }, determinant: -2 },
       { state: FoldState.UNDECIDED, box: { u: 0, v: 0, w: 0 } },
     ],
   }));
 
-  assert.deepEqual(folds.places, [[1, 0, 2]]);
-  assert.deepEqual([folds.boxes, folds.folded, folds.undecided, folds.certified], [8, 1, 1, false]);
+  assert.deepEqual(folds.places, [[1, 0, 2], [0, 1, 2]]); // the worst first
+  assert.deepEqual([folds.boxes, folds.folded, folds.undecided, folds.certified], [8, 2, 1, false]);
 });
 
 test('one question at a time is asked, again after a change, and none after the end', async () => {
@@ -118,6 +121,39 @@ test('one question at a time is asked, again after a change, and none after the 
   watch.dispose();
   await new Promise((resolve) => setTimeout(resolve, 10));
   assert.equal(answers.length, 3);
+});
+
+test('a remark names the control points of the box that folds most', () => {
+  const lattice = fitLattice({ min: [0, 0, 0], max: [1, 1, 1] }, { size: [5, 4, 4], degree: [3, 2, 1], padding: 0 });
+  const remarks = new LatticeRemarks(lattice, undefined);
+  const folds = { revision: 1n, structureId: 1n, certified: false, boxes: 12, folded: 1, undecided: 0, places: [[1, 0, 2]] } as const;
+
+  assert.deepEqual(remarks.of(lattice.points, undefined), []);
+  assert.deepEqual(remarks.of(lattice.points, { ...folds, places: [] }), []);
+  const [remark] = remarks.of(lattice.points, folds);
+  assert.equal(remark.kind, 'fold');
+  assert.deepEqual(remark.points, pointsOfBox(lattice, [1, 0, 2]));
+  assert.equal(remark.points.length, 4 * 3 * 2);
+  assert.ok(remark.points.every((index) => index % 5 >= 1 && Math.floor(index / 5) % 4 < 3 && index >= 40), `${remark.points}`);
+  assert.deepEqual(pointsOfBox(lattice, [2, 0, 0]), []); // of another lattice
+});
+
+test('an answer about the lattice before is not shown', async () => {
+  const listeners = new Listeners<SessionEvents>();
+  const shown: (Folds | undefined)[] = [];
+  let answer: (folds: Folds | undefined) => void = () => undefined;
+  let asked = 0;
+  const watch = new FoldsWatch({
+    on: (event, listener) => listeners.on(event, listener),
+    certifyFolds: () => new Promise((resolve) => [answer, asked] = [resolve, asked + 1]),
+  }, (folds) => shown.push(folds), 1);
+  await until(() => asked === 1);
+  listeners.emit('lattice', cubeLattice());
+  answer({ revision: 0n, structureId: 1n, certified: true, boxes: 8, folded: 0, undecided: 0, places: [] });
+  await until(() => asked === 2);
+  watch.dispose();
+
+  assert.deepEqual(shown, [undefined]);
 });
 
 test('a box has twelve edges and six faces, which follow the lattice', () => {

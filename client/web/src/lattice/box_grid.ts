@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// One deformed knot box: its twelve edges as lines, its six faces as triangles.
+// One knot box: its control points; deformed, its twelve edges as lines and its six faces as triangles.
 import { evaluate, knotPlanes } from './bspline';
-import { AXES, type Axis } from './grid';
+import { AXES, indexOf, type Axis, type LatticeStructure } from './grid';
 import type { Lattice } from './lattice';
 import type { MutableVec3, Vec3 } from './vec';
 
@@ -15,6 +15,24 @@ export interface BoxGrid {
   readonly edges: Vec3[];
   /** Three corners for each triangle. */
   readonly triangles: Vec3[];
+}
+
+/** The control points that influence the box. None if the lattice has no such box. */
+export function pointsOfBox({ knots, degree, size }: LatticeStructure, box: BoxPlace): number[] {
+  const firsts = AXES.map((axis) => {
+    const spans: number[] = [];
+    for (let span = degree[axis]; span < size[axis]; ++span) if (knots[axis][span] < knots[axis][span + 1]) spans.push(span);
+    return (spans[box[axis]] ?? -1) - degree[axis];
+  });
+  const points: number[] = [];
+  if (firsts.some((first) => first < 0)) return points;
+  const [u, v, w] = firsts as [number, number, number];
+  for (let k = w; k <= w + degree[2]; ++k) {
+    for (let j = v; j <= v + degree[1]; ++j) {
+      for (let i = u; i <= u + degree[0]; ++i) points.push(indexOf(size, [i, j, k]));
+    }
+  }
+  return points;
 }
 
 /** Each edge has `steps` lines, each face 2 steps² triangles. Nothing if the lattice has no such box. */

@@ -2,10 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Remarks on a lattice and its mesh that a person should know, in words, with the control points that they concern.
-import { FoldCheck, type Fractions } from './fold_check';
+import type { Folds } from '../wire/fold_message';
+import { pointsOfBox } from './box_grid';
 import type { LatticeStructure } from './grid';
 import { identityPoints } from './identity';
-import { extentInFrame, movedPoints, pointsOnCrossedFaces, pointsThatReach, type MeshExtent } from './mesh_extent';
+import { movedPoints, pointsOnCrossedFaces, pointsThatReach, type MeshExtent } from './mesh_extent';
 
 export interface Remark {
   readonly kind: 'fold' | 'tear' | 'outside';
@@ -13,30 +14,28 @@ export interface Remark {
   readonly points: readonly number[];
 }
 
-const WHOLE: Fractions = [[0, 1], [0, 1], [0, 1]];
-
 export class LatticeRemarks {
-  private readonly folds: FoldCheck;
   /** The control points of faces beyond which the mesh goes on. */
   private readonly crossed: readonly number[];
   /** Those of them that tear the mesh if they are not at rest. */
   private readonly tearing: readonly number[];
   private readonly rest: Float64Array;
 
-  /** @param extent Undefined if the mesh is not known: then only folds are found. */
+  /** @param extent Undefined if the mesh is not known: then there are only remarks on folds. */
   constructor(private readonly structure: LatticeStructure, private readonly extent: MeshExtent | undefined) {
-    this.folds = new FoldCheck(structure, extent === undefined ? WHOLE : extentInFrame(structure, extent));
     this.crossed = extent?.outside ? pointsOnCrossedFaces(structure, extent) : [];
     this.tearing = extent?.acrossFaces ? pointsThatReach(structure, extent, this.crossed) : [];
     this.rest = identityPoints(structure);
   }
 
-  of(points: Float64Array): Remark[] {
+  /** @param folds The server's newest report. */
+  of(points: Float64Array, folds: Folds | undefined): Remark[] {
     const { extent, crossed } = this;
     const remarks: Remark[] = [];
-    const folded = this.folds.folded(points);
-    if (folded !== undefined) {
-      remarks.push({ kind: 'fold', text: 'The lattice folds over itself around the mesh.', points: folded });
+    const worst = folds?.places[0];
+    if (worst !== undefined) {
+      const text = 'The lattice folds over itself around the mesh.';
+      remarks.push({ kind: 'fold', text, points: pointsOfBox(this.structure, worst) });
     }
     const torn = movedPoints(this.structure, this.rest, this.tearing, points);
     if (torn.length > 0) {

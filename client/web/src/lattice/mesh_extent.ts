@@ -3,11 +3,14 @@
 //
 // The place of a mesh at rest in its lattice: inside, or beyond some faces of the frame, where nothing moves it.
 import { AXES, domain, frameEdges, placeOf, type Axis, type LatticeStructure } from './grid';
-import type { Fractions } from './fold_check';
 import { indicesTo } from './index_sets';
 import { add, coordinates, distance, length, pointAt, sub, type Vec3 } from './vec';
 
 const NOTHING = 1e-9; // of the frame's extent
+
+/** A box in fractions of the frame: 0 to 1 is the lattice's own extent along an axis. */
+type Fractions = readonly [axis: Range, axis: Range, axis: Range];
+type Range = readonly [begin: number, end: number];
 
 export interface MeshExtent {
   /** Bounds at rest, in world units. */
@@ -25,7 +28,7 @@ interface Face {
 }
 
 /** The box around the mesh, as fractions of the frame. */
-export function extentInFrame({ frame }: LatticeStructure, { min, max }: MeshExtent): Fractions {
+function extentInFrame({ frame }: LatticeStructure, { min, max }: MeshExtent): Fractions {
   const corners = [0, 1, 2, 3, 4, 5, 6, 7].map((corner) => {
     const at = AXES.map((axis) => ((corner >> axis) & 1 ? max[axis] : min[axis])) as unknown as Vec3;
     return coordinates(frameEdges(frame), sub(at, frame.origin));

@@ -14,7 +14,7 @@ export interface Folds {
   readonly boxes: number;
   readonly folded: number;
   readonly undecided: number;
-  /** The boxes that are folded, by their numbers on u, v and w among knot intervals that are not empty. */
+  /** The boxes that are folded, the least det J first, by their numbers on u, v and w among knot intervals that are not empty. */
   readonly places: readonly (readonly [u: number, v: number, w: number])[];
 }
 
@@ -25,6 +25,7 @@ export function toFolds(report: FoldReport): Folds {
     boxes: Number(report.boxes), folded: Number(report.folded), undecided: Number(report.undecided),
     places: places
       .filter(({ state }) => state === FoldState.FOLDED)
+      .sort((a, b) => a.determinant - b.determinant)
       .map(({ box }) => [box?.u ?? 0, box?.v ?? 0, box?.w ?? 0]),
   };
 }
