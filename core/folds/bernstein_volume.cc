@@ -9,22 +9,22 @@ namespace latticed {
 namespace {
 
 // The coefficients as `outer` blocks of `count` rows of `stride` numbers: a row per coefficient on one axis.
-struct Rows {
+struct CoefficientRows {
   size_t outer, count, stride;
 };
-Rows RowsOf(const BernsteinVolume& volume, size_t axis) {
-  Rows rows{1, volume.count[axis], 1};
+CoefficientRows CoefficientRowsOf(const BernsteinVolume& volume, size_t axis) {
+  CoefficientRows rows{1, volume.count[axis], 1};
   for (size_t a = 0; a < axis; ++a) rows.stride *= volume.count[a];
   for (size_t a = axis + 1; a < 3; ++a) rows.outer *= volume.count[a];
   return rows;
 }
 
-void Average(double* __restrict to, const double* __restrict from, size_t count) {
+void AverageInto(double* __restrict to, const double* __restrict from, size_t count) {
   for (size_t i = 0; i < count; ++i) to[i] = 0.5 * (to[i] + from[i]);
 }
 
 // The value of `count` Bernstein coefficients that lie `stride` apart.
-double Univariate(const double* coefficients, size_t count, size_t stride, double t) {
+double UnivariateValue(const double* coefficients, size_t count, size_t stride, double t) {
   std::array<double, BernsteinVolume::kMostCount> c;
   for (size_t i = 0; i < count; ++i) c[i] = coefficients[i * stride];
   for (size_t left = count; left > 1; --left) {
@@ -58,17 +58,17 @@ double BernsteinVolume::Value(Vec3d l) const {
   std::array<double, kMostCount> line;
   const size_t row = count[0], layer = count[0] * count[1];
   for (size_t i = 0; i < layer; ++i) {
-    plane[i] = Univariate(&coefficients[i], count[2], layer, l.z);
+    plane[i] = UnivariateValue(&coefficients[i], count[2], layer, l.z);
   }
-  for (size_t i = 0; i < row; ++i) line[i] = Univariate(&plane[i], count[1], row, l.y);
-  return Univariate(line.data(), count[0], 1, l.x);
+  for (size_t i = 0; i < row; ++i) line[i] = UnivariateValue(&plane[i], count[1], row, l.y);
+  return UnivariateValue(line.data(), count[0], 1, l.x);
 }
 
 size_t BernsteinVolume::SteepestAxis() const {
   size_t steepest = 0;
   double most = -1;
   for (size_t axis = 0; axis < 3; ++axis) {
-    const Rows rows = RowsOf(*this, axis);
+    const CoefficientRows rows = CoefficientRowsOf(*this, axis);
     const size_t block = rows.count * rows.stride;
     double step = 0;
     for (size_t o = 0; o < rows.outer; ++o) {
@@ -88,7 +88,7 @@ size_t BernsteinVolume::SteepestAxis() const {
 
 void BernsteinVolume::Halve(size_t axis, BernsteinVolume& upper) {
   upper.count = count;
-  const Rows rows = RowsOf(*this, axis);
+  const CoefficientRows rows = CoefficientRowsOf(*this, axis);
   const size_t block = rows.count * rows.stride;
   for (size_t o = 0; o < rows.outer; ++o) {
     double* c = &coefficients[o * block];
@@ -98,7 +98,7 @@ void BernsteinVolume::Halve(size_t axis, BernsteinVolume& upper) {
       std::copy_n(c + (block - rows.stride), rows.stride, last);
       if (level + 1 == rows.count) break;
       for (size_t row = rows.count; --row > level;) {
-        Average(c + row * rows.stride, c + (row - 1) * rows.stride, rows.stride);
+        AverageInto(c + row * rows.stride, c + (row - 1) * rows.stride, rows.stride);
       }
     }
   }

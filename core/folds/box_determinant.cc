@@ -10,22 +10,22 @@
 namespace latticed {
 namespace {
 
-constexpr size_t kMost = BezierBox::kMostPoints;
-constexpr size_t kMostCount = BernsteinVolume::kMostCount;
-constexpr double kSlack = 6 * (450 + 8 * kMostHalvings) * 0x1p-53;
+constexpr size_t kMostOnAxis = BezierBox::kMostPoints;
+constexpr size_t kMostProductCount = BernsteinVolume::kMostCount;
+constexpr double kDeterminantSlack = 6 * (450 + 8 * kMostHalvings) * 0x1p-53;
 
-constexpr auto kBinomials = [] {
-  std::array<std::array<double, kMostCount>, kMostCount> b{};
-  for (size_t n = 0; n < kMostCount; ++n) {
+constexpr auto kProductBinomials = [] {
+  std::array<std::array<double, kMostProductCount>, kMostProductCount> b{};
+  for (size_t n = 0; n < kMostProductCount; ++n) {
     b[n][0] = 1;
     for (size_t k = 1; k <= n; ++k) b[n][k] = b[n - 1][k - 1] + (k < n ? b[n - 1][k] : 0);
   }
   return b;
 }();
 
-// Vectors over a grid of coefficients, with the strides of the result. A product of polynomials is then one sum of
+// SpreadVectors over a grid of coefficients, with the strides of the result. A product of polynomials is then one sum of
 // products of flat arrays: gaps between rows hold zeros.
-struct Vectors {
+struct SpreadVectors {
   std::array<size_t, 3> count{};
   std::array<std::array<double, BernsteinVolume::kMostCoefficients>, 3> c;
 
@@ -33,22 +33,24 @@ struct Vectors {
   size_t LayerRun(size_t row) const { return row * (count[1] - 1) + count[0]; }
 };
 
-struct Grid {
+struct BoxPoints {
   std::array<size_t, 3> count{};
-  std::array<Vec3d, kMost * kMost * kMost> points;
+  std::array<Vec3d, kMostOnAxis * kMostOnAxis * kMostOnAxis> points;
 
-  Vec3d& at(size_t i, size_t j, size_t k) { return points[i + kMost * (j + kMost * k)]; }
+  Vec3d& at(size_t i, size_t j, size_t k) {
+    return points[i + kMostOnAxis * (j + kMostOnAxis * k)];
+  }
 };
 
 // Replaces the `from` points along an axis by `to` sums of them.
-void Apply(const BezierMatrix& matrix, size_t axis, size_t to, Grid& grid) {
-  constexpr std::array<size_t, 3> kStrides{1, kMost, kMost * kMost};
+void ApplyOnAxis(const BezierMatrix& matrix, size_t axis, size_t to, BoxPoints& grid) {
+  constexpr std::array<size_t, 3> kStrides{1, kMostOnAxis, kMostOnAxis * kMostOnAxis};
   const size_t from = grid.count[axis], stride = kStrides[axis];
   const size_t a = axis == 0 ? 1 : 0, b = axis == 2 ? 1 : 2;
   for (size_t j = 0; j < grid.count[b]; ++j) {
     for (size_t i = 0; i < grid.count[a]; ++i) {
       Vec3d* const line = &grid.points[i * kStrides[a] + j * kStrides[b]];
-      std::array<Vec3d, kMost> sums;
+      std::array<Vec3d, kMostOnAxis> sums;
       for (size_t r = 0; r < to; ++r) {
         Vec3d sum;
         for (size_t s = 0; s < from; ++s) sum += matrix[r][s] * line[s * stride];
@@ -62,7 +64,7 @@ void Apply(const BezierMatrix& matrix, size_t axis, size_t to, Grid& grid) {
 
 // The box's control points as n (P_i - P_i-1) width / (t_i+n - t_i) along the axis. Returns the largest component.
 double Differentiate(const LatticeStructure& s, const std::array<int, 3>& span, size_t axis,
-                     Grid& grid) {
+                     BoxPoints& grid) {
   const auto n = static_cast<size_t>(s.degree[axis]), k = static_cast<size_t>(span[axis]);
   const std::vector<double>& t = s.knots[axis];
   const std::array<size_t, 3> step{axis == 0, axis == 1, axis == 2};
@@ -84,16 +86,16 @@ double Differentiate(const LatticeStructure& s, const std::array<int, 3>& span, 
 }
 
 // Puts the coefficients, times their binomials, at the strides of the result.
-void Spread(Grid& grid, size_t row, size_t layer, Vectors& to) {
+void SpreadInto(BoxPoints& grid, size_t row, size_t layer, SpreadVectors& to) {
   to.count = grid.count;
   const std::array<size_t, 3> n = grid.count;
   const size_t size = layer * (n[2] - 1) + to.LayerRun(row);
   for (auto& component : to.c) std::fill_n(component.begin(), size, 0.0);
   for (size_t k = 0; k < n[2]; ++k) {
     for (size_t j = 0; j < n[1]; ++j) {
-      const double weight = kBinomials[n[2] - 1][k] * kBinomials[n[1] - 1][j];
+      const double weight = kProductBinomials[n[2] - 1][k] * kProductBinomials[n[1] - 1][j];
       for (size_t i = 0; i < n[0]; ++i) {
-        const Vec3d p = weight * kBinomials[n[0] - 1][i] * grid.at(i, j, k);
+        const Vec3d p = weight * kProductBinomials[n[0] - 1][i] * grid.at(i, j, k);
         const size_t index = i + row * j + layer * k;
         to.c[0][index] = p.x;
         to.c[1][index] = p.y;
@@ -103,7 +105,8 @@ void Spread(Grid& grid, size_t row, size_t layer, Vectors& to) {
   }
 }
 
-void AddCross(Vec3d a, const Vectors& b, size_t from, Vectors& product, size_t to, size_t run) {
+void AddCross(Vec3d a, const SpreadVectors& b, size_t from, SpreadVectors& product, size_t to,
+              size_t run) {
   const double* __restrict bx = &b.c[0][from], * __restrict by = &b.c[1][from], * __restrict bz = &b.c[2][from];
   double *__restrict x = &product.c[0][to], *__restrict y = &product.c[1][to],
                      *__restrict z = &product.c[2][to];
@@ -114,14 +117,14 @@ void AddCross(Vec3d a, const Vectors& b, size_t from, Vectors& product, size_t t
   }
 }
 
-void AddDot(Vec3d a, const Vectors& b, size_t from, double* __restrict sum, size_t run) {
+void AddDot(Vec3d a, const SpreadVectors& b, size_t from, double* __restrict sum, size_t run) {
   const double* __restrict bx = &b.c[0][from], * __restrict by = &b.c[1][from], * __restrict bz = &b.c[2][from];
   for (size_t i = 0; i < run; ++i) sum[i] += a.x * bx[i] + a.y * by[i] + a.z * bz[i];
 }
 
 // Calls visit(coefficient, its place) for each of the coefficients.
 template <typename Visit>
-void ForEach(const Vectors& vectors, size_t row, size_t layer, Visit visit) {
+void ForEachVector(const SpreadVectors& vectors, size_t row, size_t layer, Visit visit) {
   for (size_t k = 0; k < vectors.count[2]; ++k) {
     for (size_t j = 0; j < vectors.count[1]; ++j) {
       for (size_t i = 0; i < vectors.count[0]; ++i) {
@@ -148,7 +151,7 @@ double RestDeterminant(const LatticeStructure& s, const std::array<int, 3>& span
 double MakeBoxDeterminant(const LatticeStructure& s, std::span<const Vec3d> control_points,
                           const BoxPart& part, BernsteinVolume& determinant) {
   std::array<std::array<BezierMatrix, 3>, 2> restrict_to;  // [of the derivative][axis]
-  Grid box;
+  BoxPoints box;
   for (size_t a = 0; a < 3; ++a) {
     const int axis = static_cast<int>(a);
     for (const int less : {0, 1}) {
@@ -169,27 +172,28 @@ double MakeBoxDeterminant(const LatticeStructure& s, std::span<const Vec3d> cont
     }
   }
   const size_t row = determinant.count[0], layer = row * determinant.count[1];
-  std::array<Vectors, 3> gradient;
+  std::array<SpreadVectors, 3> gradient;
   double most = 1;
   for (size_t a = 0; a < 3; ++a) {
-    Grid grid = box;
+    BoxPoints grid = box;
     most *= Differentiate(s, part.span, a, grid);
-    for (size_t b = 0; b < 3; ++b) Apply(restrict_to[a == b ? 1 : 0][b], b, grid.count[b], grid);
-    Spread(grid, row, layer, gradient[a]);
+    for (size_t b = 0; b < 3; ++b)
+      ApplyOnAxis(restrict_to[a == b ? 1 : 0][b], b, grid.count[b], grid);
+    SpreadInto(grid, row, layer, gradient[a]);
   }
 
-  Vectors cross;  // R_v x R_w
+  SpreadVectors cross;  // R_v x R_w
   for (size_t a = 0; a < 3; ++a) cross.count[a] = gradient[1].count[a] + gradient[2].count[a] - 1;
   for (auto& component : cross.c) std::fill_n(component.begin(), determinant.size(), 0.0);
   const size_t run = gradient[2].LayerRun(row);
-  ForEach(gradient[1], row, layer, [&](Vec3d a, size_t at) {
+  ForEachVector(gradient[1], row, layer, [&](Vec3d a, size_t at) {
     for (size_t k = 0; k < gradient[2].count[2]; ++k) {
       AddCross(a, gradient[2], k * layer, cross, at + k * layer, run);
     }
   });
   double* const c = determinant.coefficients.data();
   std::fill_n(c, determinant.size(), 0.0);
-  ForEach(gradient[0], row, layer, [&](Vec3d a, size_t at) {
+  ForEachVector(gradient[0], row, layer, [&](Vec3d a, size_t at) {
     for (size_t k = 0; k < cross.count[2]; ++k) {
       AddDot(a, cross, k * layer, c + at + k * layer, cross.LayerRun(row));
     }
@@ -199,12 +203,12 @@ double MakeBoxDeterminant(const LatticeStructure& s, std::span<const Vec3d> cont
   const std::array<size_t, 3>& n = determinant.count;
   for (size_t k = 0; k < n[2]; ++k) {
     for (size_t j = 0; j < n[1]; ++j) {
-      const double weight = kBinomials[n[2] - 1][k] * kBinomials[n[1] - 1][j] * rest;
+      const double weight = kProductBinomials[n[2] - 1][k] * kProductBinomials[n[1] - 1][j] * rest;
       for (size_t i = 0; i < n[0]; ++i)
-        c[i + row * j + layer * k] /= weight * kBinomials[n[0] - 1][i];
+        c[i + row * j + layer * k] /= weight * kProductBinomials[n[0] - 1][i];
     }
   }
-  return kSlack * most / std::abs(rest);
+  return kDeterminantSlack * most / std::abs(rest);
 }
 
 }  // namespace latticed

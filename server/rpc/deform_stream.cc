@@ -153,7 +153,8 @@ void DeformStream::OnReadDone(bool ok) {
   if (stream != nullptr && stream->ended()) return;  // its end, or a farewell, says what comes next
   v1::DeformRequest request;
   absl::Status status = TakeMessage(bytes, &request);
-  if (status.ok() && stream != nullptr && MayTakeLong(request.edit())) {
+  if (status.ok() && stream != nullptr &&
+      MayTakeLong(request.edit(), stream->scene().config().fold_watch)) {
     stream->Touch();
     return HandOver(std::move(request), stream->ExpectAnswer());
   }

@@ -220,16 +220,20 @@ EditBatch BatchFromProto(const v1::EditBatch& batch, const PolygonMesh& mesh) {
   return refused;
 }
 
-bool MayTakeLong(const v1::EditBatch& batch) {
-  constexpr int kQuickDragPoints = 64, kQuickEdits = 64;
-  int points = 0;
+bool MayTakeLong(const v1::EditBatch& batch, bool fold_watch) {
+  constexpr int kQuickDragPoints = 64, kQuickEdits = 64, kQuickFoldPoints = 64;
+  int points = 0, moved = 0;
   for (const v1::Edit& edit : batch.edits()) {
     if (edit.has_insert_knot() || edit.has_replace_lattice() || edit.has_reset() ||
         edit.has_undo() || edit.has_redo()) {
       return true;
     }
     points += edit.drag_points().points_size();
+    moved += edit.set_control_points().indices_size() + edit.move_control_points().indices_size() +
+             edit.transform_control_points().indices_size() +
+             edit.replace_control_points().control_points_size();
   }
+  if ((fold_watch || batch.refuse_folds()) && moved > kQuickFoldPoints) return true;
   return points > kQuickDragPoints || batch.edits_size() > kQuickEdits;
 }
 

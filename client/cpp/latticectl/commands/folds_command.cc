@@ -16,8 +16,8 @@
 namespace latticed::client {
 namespace {
 
-constexpr int kFolds = 3;  // exit code: the answer is no
-constexpr NamedValues<v1::FoldScope, 2> kFoldScopes{
+constexpr int kFoldsExitCode = 3;  // exit code: the answer is no
+constexpr NamedValues<v1::FoldScope, 2> kScopeNames{
     {{"surface", v1::FOLD_SCOPE_SURFACE}, {"volume", v1::FOLD_SCOPE_VOLUME}}};
 
 struct FoldsFlags : ServerFlags {
@@ -58,7 +58,7 @@ void AddFoldsCommand(CLI::App& app, CommandLine& line) {
           "Id of the scene")
       ->required();
   AddNamedOption<v1::FoldScope>(
-      *command, "--scope", kFoldScopes,
+      *command, "--scope", kScopeNames,
       [flags = flags.get()](auto scope) { flags->request.set_scope(scope); },
       "Where to look: around the surface, or in the whole frame")
       ->default_str("surface");
@@ -67,7 +67,7 @@ void AddFoldsCommand(CLI::App& app, CommandLine& line) {
                   [&line](const FoldsFlags& from, Client& client, Console console) -> absl::Status {
                     LATTICED_ASSIGN_OR_RETURN(const auto report, client.CertifyFolds(from.request));
                     PrintResult(from.json, report, FoldsText(report), console.out);
-                    if (!report.certified()) line.exit_code = kFolds;
+                    if (!report.certified()) line.exit_code = kFoldsExitCode;
                     return absl::OkStatus();
                   });
 }
