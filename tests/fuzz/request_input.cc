@@ -124,6 +124,7 @@ const std::vector<TextCall>& TextCalls() {
       {"EvaluatePoints",
        {R"(scene: "scene-one" surface_points { points { face: 2 corners: [0, 1, 3] barycentrics: [0.2, 0.3, 0.5] } })"}},
       {"EvaluatePoints", {R"(scene: "scene-one" world_points { positions: [0.5, 0.5, 0.5] })"}},
+      {"CertifyFolds", {R"(scene: "scene-one" scope: FOLD_SCOPE_VOLUME)"}},
       {"GetServerInfo", {""}},
   };
   return calls;

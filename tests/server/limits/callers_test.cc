@@ -262,9 +262,9 @@ TEST_F(TwoCallersTest, WhatNobodyCanParseIsInvalidInEveryRpc) {
         "SceneService/GetLattice",     "SceneService/GetTopology",  "SceneService/GetPatchPlan",
         "SceneService/ApplyEdits",     "SceneService/Deform",       "SceneService/Watch",
         "SceneService/GetUpdate",      "SceneService/ControlWatch", "SceneService/Export",
-        "SceneService/EvaluatePoints", "SceneService/Pick",         "ServerService/GetServerInfo",
-        "BackupService/Backup",        "BackupService/Restore",     "ShareService/CreateShare",
-        "ShareService/ListShares",     "ShareService/RevokeShare"}) {
+        "SceneService/EvaluatePoints", "SceneService/Pick",         "SceneService/CertifyFolds",
+        "ServerService/GetServerInfo", "BackupService/Backup",      "BackupService/Restore",
+        "ShareService/CreateShare",    "ShareService/ListShares",   "ShareService/RevokeShare"}) {
     const std::string method = std::string("/latticed.v1.") + rpc;
     const grpc::Status status =
         RawCall(server_->channel(), method, "\xff\xff\xff", nullptr, "Bearer token-e");

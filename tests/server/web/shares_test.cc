@@ -183,8 +183,8 @@ TEST_P(SharesTest, NothingElseOfTheTenantIsOpen) {
       {"SceneService/ControlWatch", control.SerializeAsString()},
       {"MeshService/GetMesh", mesh.SerializeAsString()},
       {"MeshService/DownloadMesh", mesh.SerializeAsString()}};
-  for (const char* rpc : {"GetScene", "GetLattice", "EvaluatePoints", "Pick", "GetTopology",
-                          "GetPatchPlan", "Export", "Watch", "GetUpdate"}) {
+  for (const char* rpc : {"GetScene", "GetLattice", "EvaluatePoints", "Pick", "CertifyFolds",
+                          "GetTopology", "GetPatchPlan", "Export", "Watch", "GetUpdate"}) {
     requests[std::string("SceneService/") + rpc] = scene;
   }
   const auto expect = [&](const std::string& rpc, const std::string& request, int code) {

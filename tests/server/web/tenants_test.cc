@@ -99,6 +99,7 @@ class TenantsTest : public WebTest, public ::testing::WithParamInterface<bool> {
             With("SceneService/ApplyEdits", edit),
             OfScene<v1::EvaluatePointsRequest>("EvaluatePoints", scene),
             OfScene<v1::PickRequest>("Pick", scene),
+            OfScene<v1::CertifyFoldsRequest>("CertifyFolds", scene),
             OfScene<v1::GetTopologyRequest>("GetTopology", scene),
             OfScene<v1::GetPatchPlanRequest>("GetPatchPlan", scene),
             OfScene<v1::ExportRequest>("Export", scene),
