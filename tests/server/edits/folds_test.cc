@@ -2,96 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Folds through the stub: CertifyFolds, EditResult.folds of scenes with fold_watch, and refuse_folds.
-#include <array>
-#include <map>
-#include <random>
-#include <string>
-
-#include "core/base/vec.h"
-#include "tests/server/support/server_test.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/server/edits/folds_fixture.h"
 
 namespace latticed::testing {
 namespace {
 
 using Code = absl::StatusCode;
-
-// The default lattice around kGridObj has 4^3 control points and 2^3 knot boxes. The grid lies in the knot plane between
-// the layers of boxes, so in the four lower ones. The point 21 is an inner one. A move of 2 along x folds nothing; one of
-// 6 does, in two of the boxes at least.
-constexpr uint32_t kFoldPoint = 21, kOtherPoint = 26;
-constexpr double kSafe = 0.3, kFolding = 6;
-
-class FoldsTest : public SceneFixture {
- protected:
-  void SetUp() override {
-    Restart();
-    ASSERT_OK(Create(WatchedRequest()));
-  }
-  void Restart() {
-    server_.reset();
-    Options options;
-    options.data_dir = folder_.Path("data");
-    SceneFixture::StartServer(options);
-  }
-  v1::CreateSceneRequest WatchedRequest(const std::string& id = kScene) const {
-    v1::CreateSceneRequest request = SceneRequest(id);
-    request.set_fold_watch(true);
-    return request;
-  }
-  v1::FoldReport Certify(v1::FoldScope scope = v1::FOLD_SCOPE_SURFACE,
-                         const std::string& scene = kScene) {
-    auto request = For<v1::CertifyFoldsRequest>(scene);
-    request.set_scope(scope);
-    v1::FoldReport report;
-    EXPECT_OK(Call(&Scenes::CertifyFolds, request, &report));
-    return report;
-  }
-  v1::EditBatch Push(uint32_t point, double x, bool refuse = true,
-                     const std::string& editor = "ann") {
-    v1::EditBatch batch = Move(editor, ++sequence_, point, x);
-    batch.set_structure_id(Lattice().structure_id());
-    batch.set_refuse_folds(refuse);
-    return batch;
-  }
-  // Applies it, and checks that the report in the answer is that of CertifyFolds.
-  v1::EditResult Applied(const v1::EditBatch& batch) {
-    v1::EditResult result;
-    EXPECT_OK(Apply(batch, &result));
-    EXPECT_EQ(result.folds().SerializeAsString(), Certify().SerializeAsString());
-    return result;
-  }
-  v1::EditBatch InGesture(v1::EditBatch batch, v1::GesturePhase phase) {
-    batch.set_gesture_id("drag");
-    batch.set_gesture_phase(phase);
-    return batch;
-  }
-  v1::EditBatch Alone(bool refuse = true) {
-    v1::EditBatch batch = Push(0, 0, refuse);
-    batch.clear_edits();
-    return batch;
-  }
-  void ExpectNewFold(const v1::EditBatch& batch) {
-    const std::string before = Lattice().SerializeAsString();
-    ExpectRefused(Apply(batch), Code::kFailedPrecondition, "FOLD");
-    EXPECT_EQ(Lattice().SerializeAsString(), before);
-  }
-  double DeterminantAt(const v1::Vec3& point) {
-    auto request = For<v1::EvaluatePointsRequest>();
-    for (const double x : {point.x(), point.y(), point.z()}) {
-      request.mutable_world_points()->add_positions(x);
-    }
-    v1::EvaluatePointsResponse response;
-    EXPECT_OK(Call(&Scenes::EvaluatePoints, request, &response));
-    if (response.jacobians_size() != 9) return 0;
-    std::array<Vec3d, 3> j;
-    for (int i = 0; i < 9; ++i) j[static_cast<size_t>(i / 3)][i % 3] = response.jacobians(i);
-    return Dot(j[0], Cross(j[1], j[2]));
-  }
-
-  TemporaryFolder folder_;
-  uint64_t sequence_ = 0;
-};
 
 TEST_F(FoldsTest, ASceneAtRestIsCertified) {
   const v1::FoldReport surface = Certify(v1::FOLD_SCOPE_UNSPECIFIED);
@@ -346,79 +262,6 @@ TEST_F(FoldsTest, AStreamAnswersWithReportsAndRefusals) {
   EXPECT_EQ(stream.log.results[2].status().code(), static_cast<int>(Code::kFailedPrecondition));
   EXPECT_GT(stream.log.results[3].folds().folded(), 0u);
   EXPECT_EQ(stream.log.results[3].folds().revision(), 2u);
-}
-
-// Two editors push, drag, undo, redo, reset and insert knots, with and without refuse_folds, and the server starts again.
-TEST_F(FoldsTest, RandomEditsKeepReportsRightAndMakeNoNewFoldsUnlessTheyMay) {
-  constexpr uint32_t kSeed = 26;
-  SCOPED_TRACE(kSeed);
-  std::mt19937 random(kSeed);
-  const auto below = [&](uint32_t n) { return static_cast<uint32_t>(random() % n); };
-  using States = std::map<std::array<int, 3>, int>;
-  const auto states = [&] {
-    States result;
-    const v1::FoldReport report = Certify();
-    for (const v1::FoldedBox& place : report.places()) {
-      result[{place.box().u(), place.box().v(), place.box().w()}] =
-          place.state() == v1::FOLD_STATE_FOLDED ? 2 : 1;
-    }
-    return result;
-  };
-  std::map<std::string, uint64_t> gestures;  // of each editor: the number of the open one, or 0
-  int refused = 0, folded = 0, knots = 0;
-  for (int step = 0; step < 240; ++step) {
-    if (step % 60 == 59) Restart();
-    const std::string editor = below(2) == 0 ? "ann" : "bob";
-    const States before = states();
-    const auto size = Lattice().lattice().size();
-    const auto count = static_cast<uint32_t>(size.u() * size.v() * size.w());
-    v1::EditBatch batch = Push(below(count), 0.02 * below(400) - 4, below(3) > 0, editor);
-    const uint32_t kind = below(12);
-    uint64_t& gesture = gestures[editor];
-    if (kind == 0) batch.mutable_edits(0)->mutable_undo();
-    if (kind == 1) batch.mutable_edits(0)->mutable_redo();
-    if (kind == 2) batch.mutable_edits(0)->mutable_reset();
-    if (kind == 3 && knots < 4) {
-      batch.mutable_edits(0)->mutable_insert_knot()->set_axis(
-          static_cast<v1::LatticeAxis>(1 + below(3)));
-      batch.mutable_edits(0)->mutable_insert_knot()->set_value(0.1 + 0.018 * below(100));
-      ++knots;
-    }
-    if (kind > 6) {
-      if (gesture == 0) gesture = sequence_;
-      batch.set_gesture_id(std::to_string(gesture));
-      batch.set_gesture_phase(kind == 11   ? v1::GESTURE_PHASE_CANCEL
-                              : kind == 10 ? v1::GESTURE_PHASE_COMMIT
-                                           : v1::GESTURE_PHASE_UPDATE);
-      if (kind == 11) batch.clear_edits();
-    }
-    v1::EditResult result;
-    const absl::Status applied = Apply(batch, &result);
-    if (kind <= 3 || kind >= 10) gesture = 0;
-    const v1::FoldReport now = Certify();
-    if (!applied.ok()) {
-      const std::string reason = Reason(applied);
-      EXPECT_THAT(reason,
-                  ::testing::AnyOf("FOLD", "NOTHING_TO_UNDO", "NOTHING_TO_REDO", "UNDO_CONFLICT"))
-          << applied;
-      EXPECT_EQ(states(), before);
-      refused += reason == "FOLD" ? 1 : 0;
-      if (reason == "FOLD") {
-        EXPECT_TRUE(batch.refuse_folds());
-      }
-      continue;
-    }
-    ASSERT_EQ(result.folds().SerializeAsString(), now.SerializeAsString()) << "step " << step;
-    folded += now.folded() > 0 ? 1 : 0;
-    const bool always_passes = kind <= 1 || kind == 3 || kind == 11;
-    if (!batch.refuse_folds() || always_passes) continue;
-    for (const auto& [box, state] : states()) {
-      const auto was = before.find(box);
-      EXPECT_LE(state, was == before.end() ? 0 : was->second) << "step " << step;
-    }
-  }
-  EXPECT_GT(refused, 10);
-  EXPECT_GT(folded, 10);
 }
 
 }  // namespace
