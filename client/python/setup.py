@@ -101,7 +101,7 @@ DECODER = Extension(
 (ROOT / "build" / "python").mkdir(parents=True, exist_ok=True)
 os.chdir(HERE)
 setup(
-    packages=["latticed", "latticed.patches"],
+    packages=["latticed", "latticed.patches", "latticed.points"],
     package_data={"latticed": ["py.typed", "_decoder.pyi"]},
     ext_modules=[DECODER],
     cmdclass={"build_py": BuildWithProtos},

@@ -34,6 +34,8 @@ from latticed.patches.evaluator import PatchEvaluator
 from latticed.patches.plan import PatchPlan
 from latticed.patches.surface import PatchSurface
 from latticed.pattern import PatchPattern
+from latticed.points.point_set import PointSet
+from latticed.points.values import PointGradients, PointValues
 from latticed.presence import Presence
 from latticed.progress_bar import ProgressBar
 from latticed.provenance import Provenance
@@ -63,6 +65,9 @@ __all__ = [
     "PatchPattern",
     "PatchPlan",
     "PatchSurface",
+    "PointGradients",
+    "PointSet",
+    "PointValues",
     "Presence",
     "ProgressBar",
     "Provenance",

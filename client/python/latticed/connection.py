@@ -17,6 +17,7 @@ from latticed.retries import Reachability, once, with_retries
 from latticed.v1 import (
     backup_pb2_grpc,
     mesh_pb2_grpc,
+    points_pb2_grpc,
     scene_pb2_grpc,
     server_pb2,
     server_pb2_grpc,
@@ -84,6 +85,7 @@ class Connection:
         self.scenes: Any = scene_pb2_grpc.SceneServiceStub(self._channel)  # type: ignore[no-untyped-call]
         self.shares: Any = share_pb2_grpc.ShareServiceStub(self._channel)  # type: ignore[no-untyped-call]
         self.backups: Any = backup_pb2_grpc.BackupServiceStub(self._channel)  # type: ignore[no-untyped-call]
+        self.points: Any = points_pb2_grpc.PointSetServiceStub(self._channel)  # type: ignore[no-untyped-call]
         # For Deform, Watch and ControlWatch.
         self.streams: Any = scene_pb2_grpc.SceneServiceStub(self.stream_channel)  # type: ignore[no-untyped-call]
 

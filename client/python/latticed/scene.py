@@ -25,6 +25,7 @@ from latticed.folds import FoldReport
 from latticed.evaluation import Evaluation
 from latticed.lattice import Lattice, vector
 from latticed.patches.plan import PatchPlan
+from latticed.points.calls import PointSetCalls
 from latticed.progress_bar import Progress, ProgressFunction, progress_function
 from latticed.provenance import Provenance
 from latticed.share import ROLES, Share
@@ -43,7 +44,7 @@ def _geometry(original: bool, welded: bool) -> surface_pb2.ExportGeometry:
     return surface_pb2.EXPORT_GEOMETRY_EXACT if welded else surface_pb2.EXPORT_GEOMETRY_PATCHES
 
 
-class Scene(EditCalls[EditResult]):
+class Scene(EditCalls[EditResult], PointSetCalls):
     """Made by Client.create_scene or scene. Every edit waits for its result; edits of deform() do not.
 
     As a context manager it deletes the scene at the end of the block, if create_scene had delete_on_exit.

@@ -1,0 +1,65 @@
+# SPDX-FileCopyrightText: The latticed authors
+# SPDX-License-Identifier: Apache-2.0
+#
+# usage: torch_session.py ADDRESS
+# Differentiates weighted sums of deformed points and normals by latticed.torch, and compares with difference quotients.
+import sys
+
+import latticed
+import numpy as np
+import torch
+
+import definition
+from latticed.torch import deform
+
+
+def main(address):
+    random = np.random.default_rng(26)
+    with latticed.connect(address) as client:
+        box = client.upload_arrays(definition.BOX_POSITIONS, definition.BOX_FACES, name="box", progress=False)
+        with client.create_scene(box, size=(4, 3, 5), degree=(3, 1, 2), delete_on_exit=True) as scene:
+            lattice = scene.lattice()
+            world = lattice.origin + random.uniform(0, 1, (200, 3)) @ lattice.edges
+            points = scene.points(world, random.normal(size=world.shape))
+            start = lattice.control_points + random.uniform(-0.05, 0.05, lattice.control_points.shape)
+            direction = random.normal(size=start.shape)
+            weights = [torch.tensor(random.normal(size=world.shape)) for _ in range(2)]
+
+            def value(at, normals):
+                leaf = torch.tensor(at, requires_grad=True)
+                results = deform(scene, points, leaf, normals)
+                if normals:
+                    return leaf, (results[0] * weights[0]).sum() + (results[1] * weights[1]).sum()
+                return leaf, (results * weights[0]).sum()
+
+            for normals in (False, True):
+                leaf, total = value(start, normals)
+                total.backward()
+                gradient = leaf.grad.numpy()
+                assert gradient.shape == start.shape and gradient.dtype == np.float64
+                step = 1e-5
+                ends = [value(start + s * step * direction, normals)[1].item() for s in (1, -1)]
+                difference, exact = (ends[0] - ends[1]) / (2 * step), (gradient * direction).sum()
+                assert abs(difference - exact) < 1e-5 * max(1, abs(exact)), (normals, difference, exact)
+
+            leaf, total = value(start, False)
+            scene.replace(start + direction)  # positions are linear in control points: their derivative stays
+            total.backward()
+            leaf, total = value(start, True)
+            scene.replace(start)
+            try:
+                total.backward()
+                raise AssertionError("the derivative of normals is of another revision")
+            except latticed.LatticedError as error:
+                assert error.reason == "REVISION_CHANGED"
+            leaf, total = value(start, False)
+            scene.insert_knot("u", 0.5)
+            try:
+                total.backward()
+                raise AssertionError("the gradient has another shape")
+            except RuntimeError as error:
+                assert "knots" in str(error)
+    print("gradients agree")
+
+
+main(sys.argv[1])
