@@ -22,6 +22,7 @@ void AddCommands(CLI::App& app, CommandLine& line) {
   AddFoldsCommand(app, line);
   AddWatchCommand(app, line);
   AddExportCommand(app, line);
+  AddPointsCommands(app, line);
   AddBenchCommand(app, line);
   AddShareCommands(app, line);
   AddBackupCommands(app, line);

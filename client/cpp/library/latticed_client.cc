@@ -76,7 +76,8 @@ Client::Client(std::shared_ptr<grpc::Channel> channel, std::string token, std::s
       scenes_(v1::SceneService::NewStub(channel_)),
       streams_(v1::SceneService::NewStub(stream_channel_)),
       backups_(v1::BackupService::NewStub(channel_)),
-      shares_(v1::ShareService::NewStub(channel_)) {}
+      shares_(v1::ShareService::NewStub(channel_)),
+      points_(v1::PointSetService::NewStub(channel_)) {}
 
 std::unique_ptr<grpc::ClientContext> Client::NewContext(const std::string& scene) const {
   auto context = std::make_unique<grpc::ClientContext>();
@@ -185,6 +186,23 @@ absl::Status Client::DeleteScene(const std::string& scene) {
 }
 
 // Tried once: each attempt that reached the server would have made a share.
+absl::StatusOr<std::vector<v1::PointSet>> Client::ListPointSets(const std::string& scene) {
+  v1::ListPointSetsRequest request;
+  request.set_scene(scene);
+  LATTICED_ASSIGN_OR_RETURN(
+      const auto list,
+      Call(*points_, &v1::PointSetService::Stub::ListPointSets, request, scene, stop_));
+  return std::vector<v1::PointSet>(list.point_sets().begin(), list.point_sets().end());
+}
+
+absl::Status Client::DeletePointSet(const std::string& scene, const std::string& point_set) {
+  v1::DeletePointSetRequest request;
+  request.set_scene(scene);
+  request.set_point_set(point_set);
+  return CallOnce(*points_, &v1::PointSetService::Stub::DeletePointSet, request, scene, /*stop=*/{})
+      .status();
+}
+
 absl::StatusOr<v1::CreateShareResponse> Client::CreateShare(const v1::CreateShareRequest& request) {
   return CallOnce(*shares_, &v1::ShareService::Stub::CreateShare, request, request.scene(), stop_);
 }

@@ -20,6 +20,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <stop_token>
 #include <string>
 #include <string_view>
@@ -33,10 +34,12 @@
 #include "client/cpp/library/stream.h"
 #include "client/cpp/library/surface.h"
 #include "client/cpp/library/watch.h"
+#include "core/base/vec.h"
 #include "core/patches/patch_plan.h"
 #include "grpcpp/channel.h"
 #include "latticed/v1/backup.grpc.pb.h"
 #include "latticed/v1/mesh.grpc.pb.h"
+#include "latticed/v1/points.grpc.pb.h"
 #include "latticed/v1/scene.grpc.pb.h"
 #include "latticed/v1/server.grpc.pb.h"
 #include "latticed/v1/share.grpc.pb.h"
@@ -134,6 +137,28 @@ class Client {
   [[nodiscard]] absl::StatusOr<std::vector<v1::Share>> ListShares(const std::string& scene);
   [[nodiscard]] absl::Status RevokeShare(const std::string& scene, const std::string& share);
 
+  // Keeps points beside a scene: `data` are the numbers that the header announces (points.proto). It is tried once: a
+  // second attempt could leave the set of the first behind.
+  [[nodiscard]] absl::StatusOr<v1::PointSet> CreatePointSet(const v1::PointSetHeader& header,
+                                                            std::span<const double> data);
+  [[nodiscard]] absl::StatusOr<std::vector<v1::PointSet>> ListPointSets(const std::string& scene);
+  [[nodiscard]] absl::Status DeletePointSet(const std::string& scene, const std::string& point_set);
+  struct PointVectors {
+    v1::PointSetDataHeader header;
+    // For each direction: one per point, then with header.with_normals one per normal.
+    std::vector<Vec3d> vectors;
+  };
+  [[nodiscard]] absl::StatusOr<PointVectors> DeformPointSet(
+      const v1::DeformPointSetRequest& request);
+  [[nodiscard]] absl::StatusOr<PointVectors> ApplyJacobian(const v1::ApplyJacobianRequest& request);
+  struct Gradients {
+    uint64_t revision = 0, structure_id = 0;
+    std::vector<Vec3d> vectors;  // for each direction, one per control point
+  };
+  // `cotangents`: for each direction of the header, as PointVectors.vectors.
+  [[nodiscard]] absl::StatusOr<Gradients> ApplyJacobianTranspose(const v1::CotangentHeader& header,
+                                                                 std::span<const Vec3d> cotangents);
+
   // Streams a backup: `begin` is called first, and again where a broken connection makes the backup begin anew; then `take`
   // with each part. An error of theirs ends it.
   [[nodiscard]] absl::Status Backup(const v1::BackupRequest& request,
@@ -180,6 +205,15 @@ class Client {
                        const Request& request, const std::function<void()>& begin,
                        const std::function<absl::Status(Message&&)>& take);
 
+  // Sends a header, then bytes in parts, and gets one message: one attempt.
+  template <typename Request, typename Header, typename Response>
+  absl::Status SendPoints(std::unique_ptr<grpc::ClientWriter<Request>> (
+                              v1::PointSetService::Stub::*method)(grpc::ClientContext*, Response*),
+                          const Header& header, std::string_view bytes, Response& response);
+  template <typename Request>
+  absl::StatusOr<PointVectors> ReceivePoints(
+      StreamMethod<v1::PointSetService::Stub, Request, v1::PointSetData> method,
+      const Request& request);
   // Called before a stream is opened.
   void WatchStreamSockets();
 
@@ -192,6 +226,7 @@ class Client {
   std::unique_ptr<v1::SceneService::Stub> scenes_, streams_;
   std::unique_ptr<v1::BackupService::Stub> backups_;
   std::unique_ptr<v1::ShareService::Stub> shares_;
+  std::unique_ptr<v1::PointSetService::Stub> points_;
   std::once_flag has_streams_;
   std::optional<SocketWatch> stream_sockets_;
 };

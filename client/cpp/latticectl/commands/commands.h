@@ -28,6 +28,7 @@ void AddPickCommand(CLI::App& app, CommandLine& line);
 void AddFoldsCommand(CLI::App& app, CommandLine& line);
 void AddWatchCommand(CLI::App& app, CommandLine& line);
 void AddExportCommand(CLI::App& app, CommandLine& line);
+void AddPointsCommands(CLI::App& app, CommandLine& line);  // points deform|velocities|gradient|list|delete
 void AddBenchCommand(CLI::App& app, CommandLine& line);  // starts latticectl-bench
 void AddStoreCommand(CLI::App& app, CommandLine& line);  // store check: starts latticectl-store
 void AddQuickstartCommand(CLI::App& app, CommandLine& line);
