@@ -372,5 +372,27 @@ TEST_F(DurableSceneTest, ASceneThatNobodyUsesSleepsUntilItIsCalled) {
   EXPECT_OK(scene_->ApplyEdits(UndoBatch("ann", 4)));
 }
 
+TEST_F(DurableSceneTest, ASceneWithPointsOfAClientDoesNotSleep) {
+  const auto memory = std::make_shared<MemoryBudget>(1 << 20);
+  CpuArena arena(1);
+  const std::vector<Vec3d> points(10);
+  ASSERT_OK_AND_ASSIGN(
+      auto set, PointSet::Make("nodes", *scene_->State(), points, {}, *memory, nullptr, arena));
+  ASSERT_OK(scene_->point_sets().Add(std::move(set)));
+  store_.Flush();
+  scene_ = nullptr;
+  const absl::Time later = absl::Now() + absl::Seconds(2 * limits::kStoredIdleSeconds);
+  registry_->Tick(later);
+  EXPECT_FALSE(registry_->IsAsleep(kId));
+  EXPECT_GT(memory->used_bytes(), 0u);
+
+  ASSERT_OK_AND_ASSIGN(scene_, registry_->Find(kId));
+  ASSERT_OK(scene_->point_sets().Remove("nodes"));
+  EXPECT_EQ(memory->used_bytes(), 0u);
+  scene_ = nullptr;
+  registry_->Tick(later);
+  EXPECT_TRUE(registry_->IsAsleep(kId));
+}
+
 }  // namespace
 }  // namespace latticed::testing
