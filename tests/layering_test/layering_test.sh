@@ -15,6 +15,7 @@ declare -A allowed=(
   [core/base]="core/base/"
   [core/mesh]="core/base/ core/mesh/"
   [core/ffd]="core/base/ core/mesh/ core/ffd/"
+  [core/measure]="core/base/ core/mesh/ core/ffd/ core/measure/"
   [core/adaptive]="core/base/ core/mesh/ core/ffd/ core/adaptive/"
   [core/folds]="core/base/ core/mesh/ core/ffd/ core/folds/"
   [core/patches]="core/base/ core/mesh/ core/ffd/ core/adaptive/ core/codec/octahedral.h core/patches/"
@@ -108,7 +109,7 @@ readonly guarded=(
 set_layer() {  # FILE
   case $1 in
     core/base/*) layer=core/base ;; core/mesh/*) layer=core/mesh ;; core/ffd/*) layer=core/ffd ;;
-    core/adaptive/*) layer=core/adaptive ;; core/folds/*) layer=core/folds ;; core/patches/*) layer=core/patches ;; core/codec/*) layer=core/codec ;; core/view/*) layer=core/view ;; core/points/*) layer=core/points ;; core/cpu/*/*) layer=${1%/*} ;; core/cpu/*) layer=core/cpu ;; core/*) layer=core/backend ;;
+    core/measure/*) layer=core/measure ;; core/adaptive/*) layer=core/adaptive ;; core/folds/*) layer=core/folds ;; core/patches/*) layer=core/patches ;; core/codec/*) layer=core/codec ;; core/view/*) layer=core/view ;; core/points/*) layer=core/points ;; core/cpu/*/*) layer=${1%/*} ;; core/cpu/*) layer=core/cpu ;; core/*) layer=core/backend ;;
     cuda/*/*) layer=${1%/*} ;; cuda/*) layer=cuda ;;
     server/*/*) layer=${1%/*} ;; server/*) layer=server ;; tests/*) layer=tests ;;
     client/decoder/lanes/*) layer=client/decoder/lanes ;; client/decoder/*) layer=client/decoder ;;

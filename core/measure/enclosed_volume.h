@@ -1,0 +1,52 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The volume that the exact deformed surface encloses, its centroid, and their derivatives by all control points.
+//
+//   V        = 1/3 integral x . n dA                  S_j = integral over the inside of x_j = 1/4 integral x_j x . n dA
+//   dV/dP_i  = integral N_i n dA                      dS_j/dP_i = integral N_i x_j n dA
+//   C        = S / V                                  dC_j/dP_i = (dS_j/dP_i - C_j dV/dP_i) / V
+//
+//   n dA = (F_s x F_t) ds dt; component k of it is the sum over d of (grad F_{k+1} x grad F_{k+2})_d times component d of
+//   the area element at rest, and F is one polynomial on a knot box. Its products are summed with the box's moments.
+//   Since x = sum P_i N_i + outside, V and S follow from the derivatives.
+//
+// The surface must be closed (surface_closure.h): otherwise neither V nor its derivatives mean anything. V is within
+// 1e-12 of its size where the surface is not far thinner than it is wide. For degrees (2, 2, 2) a box takes 25,000
+// multiply-adds for V with dV/dP, for (3, 3, 3) 190,000; for C with its derivatives 100,000 and 820,000.
+//
+// Units    world units
+// Errors   none: callers check that the surface is closed
+// Threads  pure functions
+#ifndef LATTICED_CORE_MEASURE_ENCLOSED_VOLUME_H_
+#define LATTICED_CORE_MEASURE_ENCLOSED_VOLUME_H_
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "core/base/vec.h"
+#include "core/measure/surface_moments.h"
+
+namespace latticed {
+
+struct EnclosedVolume {
+  double volume = 0;            // negative if the faces are oriented inwards
+  std::vector<Vec3d> gradient;  // dV/dP, one for each control point
+};
+[[nodiscard]] EnclosedVolume MeasureVolume(const SurfaceMoments& moments,
+                                           std::span<const Vec3d> control_points);
+
+struct EnclosedCentroid {
+  EnclosedVolume volume;
+  Vec3d centroid;
+  // For each control point, [i][j] = d centroid[j] / d coordinate i.
+  std::vector<std::array<Vec3d, 3>> gradient;
+};
+// The moments must be of kCentroid. A volume of 0 has no centroid: it is then not finite.
+[[nodiscard]] EnclosedCentroid MeasureCentroid(const SurfaceMoments& moments,
+                                               std::span<const Vec3d> control_points);
+
+}  // namespace latticed
+
+#endif  // LATTICED_CORE_MEASURE_ENCLOSED_VOLUME_H_

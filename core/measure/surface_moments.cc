@@ -1,0 +1,206 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "core/measure/surface_moments.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/base/status_macros.h"
+
+namespace latticed {
+namespace {
+
+// Triangles that are expanded side by side.
+constexpr size_t kTriangles = 4;
+// Groups of triangles that are summed before they join the box's sum: long sums lose digits.
+constexpr size_t kGroupsPerSum = 64;
+
+struct Lanes {
+  std::array<double, kTriangles> value{};
+};
+
+// kTriangles triangles: l of their corners, and their directed areas.
+struct TriangleGroup {
+  std::array<std::array<Lanes, 3>, 3> corner;  // [corner][axis]
+  std::array<Lanes, 3> area;
+};
+
+std::array<size_t, 3> ExtentOf(const DeformPlan& plan, SurfaceMoments::Order order) {
+  std::array<size_t, 3> extent;
+  for (size_t a = 0; a < 3; ++a) {
+    extent[a] = static_cast<size_t>(static_cast<int>(order) * plan.structure.degree[a]) + 1;
+  }
+  return extent;
+}
+
+std::vector<uint32_t> FilledBoxes(const DeformPlan& plan) {
+  std::vector<uint32_t> boxes;
+  for (uint32_t box = 0; box < plan.outside_box(); ++box) {
+    if (plan.box_patches[box] != plan.box_patches[box + 1]) boxes.push_back(box);
+  }
+  return boxes;
+}
+
+// The series of 1 / ((1 - a.z)(1 - b.z)(1 - c.z)). A border of zeros before each axis saves the tests for its begin.
+class Series {
+ public:
+  explicit Series(const std::array<size_t, 3>& extent)
+      : extent_(extent),
+        step_{(extent[1] + 1) * (extent[2] + 1), extent[2] + 1, 1},
+        terms_((extent[0] + 1) * step_[0]) {}
+
+  void Expand(const TriangleGroup& group) {
+    std::ranges::fill(terms_, Lanes{});
+    terms_[At(0, 0, 0)].value.fill(1);
+    for (const auto& corner : group.corner) Multiply(corner);
+  }
+  size_t At(size_t p, size_t q, size_t r) const {
+    return (p + 1) * step_[0] + (q + 1) * step_[1] + (r + 1);
+  }
+  const Lanes* row(size_t p, size_t q) const { return terms_.data() + At(p, q, 0); }
+
+ private:
+  void Multiply(const std::array<Lanes, 3>& v) {
+    for (size_t p = 0; p < extent_[0]; ++p) {
+      for (size_t q = 0; q < extent_[1]; ++q) {
+        Lanes* term = terms_.data() + At(p, q, 0);
+        const Lanes *before_p = term - step_[0], *before_q = term - step_[1];
+        Lanes last;
+        for (size_t r = 0; r < extent_[2]; ++r) {
+          for (size_t i = 0; i < kTriangles; ++i) {
+            last.value[i] = term[r].value[i] + v[0].value[i] * before_p[r].value[i] +
+                            v[1].value[i] * before_q[r].value[i] + v[2].value[i] * last.value[i];
+          }
+          term[r] = last;
+        }
+      }
+    }
+  }
+
+  const std::array<size_t, 3> extent_;
+  const std::array<size_t, 3> step_;
+  std::vector<Lanes> terms_;
+};
+
+double Factorial(size_t n) {
+  double product = 1;
+  for (size_t i = 2; i <= n; ++i) product *= static_cast<double>(i);
+  return product;
+}
+
+}  // namespace
+
+SurfaceMoments::SurfaceMoments(std::shared_ptr<const DeformPlan> plan, Order order)
+    : plan_(std::move(plan)),
+      order_(order),
+      extent_(ExtentOf(*plan_, order)),
+      boxes_(FilledBoxes(*plan_)),
+      moments_(3 * boxes_.size() * terms() + kOverhang) {
+  const LatticeStructure& s = plan_->structure;
+  for (size_t a = 0; a < 3; ++a) {
+    basis_[a].resize(static_cast<size_t>(s.size[a]));
+    for (int span = s.degree[a]; span < s.size[a]; ++span) {
+      const auto k = static_cast<size_t>(span);
+      if (s.knots[a][k + 1] > s.knots[a][k]) {
+        basis_[a][k] = MakeSpanBasis(s.knots[a], s.degree[a], span);
+      }
+    }
+  }
+}
+
+size_t SurfaceMoments::BytesFor(const DeformPlan& plan, Order order) {
+  const auto extent = ExtentOf(plan, order);
+  size_t spans = 0;
+  for (const int size : plan.structure.size) spans += static_cast<size_t>(size);
+  const size_t boxes = FilledBoxes(plan).size();
+  return sizeof(SurfaceMoments) + spans * sizeof(SpanBasis) + boxes * sizeof(uint32_t) +
+         (3 * boxes * extent[0] * extent[1] * extent[2] + kOverhang) * sizeof(double);
+}
+
+absl::StatusOr<std::shared_ptr<const SurfaceMoments>> SurfaceMoments::Make(
+    std::shared_ptr<const DeformPlan> plan, Order order, StopCheck stop) {
+  const std::shared_ptr<SurfaceMoments> moments(new SurfaceMoments(std::move(plan), order));
+  StopPoll poll(stop);
+  for (size_t n = 0; n < moments->boxes_.size(); ++n) {
+    LATTICED_RETURN_IF_ERROR(moments->AddBox(n, poll));
+  }
+  moments->AddOutside();
+  return moments;
+}
+
+absl::Status SurfaceMoments::AddBox(size_t n, StopPoll& poll) {
+  const DeformPlan& plan = *plan_;
+  const uint32_t box = boxes_[n];
+  const KnotBox& cell = plan.boxes[box];
+  const Vec3d centre = 0.5 * (cell.lower + cell.upper), width = cell.upper - cell.lower;
+  Series series(extent_);
+  std::array<std::vector<double>, 3> sum;
+  for (auto& component : sum) component.resize(terms());
+  double* const table = moments_.data() + 3 * n * terms();
+  const auto flush = [&] {
+    for (size_t d = 0; d < 3; ++d) {
+      for (size_t i = 0; i < terms(); ++i) table[d * terms() + i] += sum[d][i];
+      std::ranges::fill(sum[d], 0);
+    }
+  };
+  size_t groups = 0;
+  for (size_t first = plan.box_patches[box]; first < plan.box_patches[box + 1]; first += kTriangles) {
+    LATTICED_RETURN_IF_ERROR(poll.Step(kTriangles));
+    const size_t count = std::min(kTriangles, plan.box_patches[box + 1] - first);
+    TriangleGroup group;
+    for (size_t i = 0; i < count; ++i) {
+      std::array<Vec3d, 3> l;
+      for (size_t c = 0; c < 3; ++c) {
+        const Vec3d at = plan.vertices[plan.patches[first + i].vertex[c]].parameter - centre;
+        for (int a = 0; a < 3; ++a) {
+          l[c][a] = at[a] / width[a];
+          group.corner[c][static_cast<size_t>(a)].value[i] = l[c][a];
+        }
+      }
+      const Vec3d area = 0.5 * Cross(l[1] - l[0], l[2] - l[0]);
+      for (int a = 0; a < 3; ++a) group.area[static_cast<size_t>(a)].value[i] = area[a];
+    }
+    series.Expand(group);
+    size_t term = 0;
+    for (size_t p = 0; p < extent_[0]; ++p) {
+      for (size_t q = 0; q < extent_[1]; ++q) {
+        const Lanes* row = series.row(p, q);
+        for (size_t r = 0; r < extent_[2]; ++r, ++term) {
+          for (size_t d = 0; d < 3; ++d) {
+            double total = 0;
+            for (size_t i = 0; i < kTriangles; ++i) total += group.area[d].value[i] * row[r].value[i];
+            sum[d][term] += total;
+          }
+        }
+      }
+    }
+    if (++groups % kGroupsPerSum == 0) flush();
+  }
+  flush();
+  size_t term = 0;
+  for (size_t p = 0; p < extent_[0]; ++p) {
+    for (size_t q = 0; q < extent_[1]; ++q) {
+      for (size_t r = 0; r < extent_[2]; ++r, ++term) {
+        const double scale =
+            2 * Factorial(p) * Factorial(q) * Factorial(r) / Factorial(p + q + r + 2);
+        for (size_t d = 0; d < 3; ++d) table[d * terms() + term] *= scale;
+      }
+    }
+  }
+  return absl::OkStatus();
+}
+
+void SurfaceMoments::AddOutside() {
+  const DeformPlan& plan = *plan_;
+  for (size_t p = plan.box_patches[plan.outside_box()]; p < plan.patches.size(); ++p) {
+    std::array<Vec3d, 3> x;
+    for (size_t c = 0; c < 3; ++c) {
+      x[c] = plan.vertices[plan.patches[p].vertex[c]].world - plan.local_origin;
+    }
+    const double volume = 0.5 * Dot(x[0], Cross(x[1] - x[0], x[2] - x[0]));
+    outside_volume_ += volume;
+    outside_centroid_ += (volume / 3) * (x[0] + x[1] + x[2]);
+  }
+}
+
+}  // namespace latticed
