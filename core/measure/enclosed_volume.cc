@@ -2,156 +2,79 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/measure/enclosed_volume.h"
 
-#include <cstring>
-
-#include "core/base/limits.h"
+#include "core/measure/box_integral_kernel.h"
 
 namespace latticed {
 namespace {
 
-constexpr size_t kMostSide = limits::kMaxDegree + 1;
-constexpr size_t kMostTerms = kMostSide * kMostSide * kMostSide;
-// Terms of the cross products, and of what is summed with the moments: powers up to 2 n on each axis.
-constexpr size_t kMostDouble = (2 * limits::kMaxDegree + 1) * (2 * limits::kMaxDegree + 1) *
-                               (2 * limits::kMaxDegree + 1);
-constexpr size_t kPowers = 4;  // summed side by side
+using box_integral::kSide;
+using box_integral::Narrow;
+using box_integral::NarrowTerm;
+using box_integral::Wide;
+using box_integral::WideTerm;
 
-using Sides = std::array<size_t, 3>;  // number of powers on each axis
-
-size_t Term(const Sides& sides, size_t p, size_t q, size_t r) {
-  return (p * sides[1] + q) * sides[2] + r;
-}
-
-// A box of control points and its polynomial.
+// A knot box under its control points.
 class BoxMeasure {
  public:
   BoxMeasure(const SurfaceMoments& moments, size_t n, std::span<const Vec3d> control_points,
              Vec3d origin)
-      : moments_(moments), n_(n), box_(moments.boxes()[n]) {
-    const LatticeStructure& s = moments.plan().structure;
+      : structure_(moments.plan().structure),
+        moments_{{moments.table(n, 0), moments.table(n, 1), moments.table(n, 2)},
+                 moments.extent()} {
+    const uint32_t box = moments.boxes()[n];
     for (size_t a = 0; a < 3; ++a) {
-      sides_[a] = static_cast<size_t>(s.degree[a]) + 1;
-      twice_[a] = 2 * sides_[a] - 1;
-      first_[a] = moments.plan().boxes[box_].span[a] - s.degree[a];
-      basis_[a] = &moments.basis(box_, a);
+      degree_[a] = static_cast<size_t>(structure_.degree[a]);
+      first_[a] = moments.plan().boxes[box].span[a] - structure_.degree[a];
+      basis_[a] = &moments.basis(box, a);
     }
     SetPolynomial(control_points, origin);
-    SetCrossProducts();
+    box_integral::MultiplySlopes(polynomial_, degree_, cross_);
   }
 
-  // sums[k][c] = integral of l^c (n dA)_k for the powers c below `count` on each axis.
-  void Integrate(const Sides& count, double (*sums)[kMostDouble]) const {
-    const Sides& extent = moments_.extent();
-    for (size_t p = 0; p < count[0]; ++p) {
-      for (size_t q = 0; q < count[1]; ++q) {
-        for (size_t r = 0; r < count[2]; r += kPowers) {
-          double sum[3][kPowers] = {};
-          for (size_t d = 0; d < 3; ++d) {
-            const double* table = moments_.table(n_, d) + Term(extent, p, q, r);
-            const Sides have{twice_[0] - (d != 0), twice_[1] - (d != 1), twice_[2] - (d != 2)};
-            for (size_t a = 0; a < have[0]; ++a) {
-              for (size_t b = 0; b < have[1]; ++b) {
-                const double* moment = table + Term(extent, a, b, 0);
-                const size_t row = Term(twice_, a, b, 0);
-                for (size_t c = 0; c < have[2]; ++c) {
-                  for (size_t k = 0; k < 3; ++k) {
-                    for (size_t i = 0; i < kPowers; ++i) {
-                      sum[k][i] += cross_[d][k][row + c] * moment[c + i];
-                    }
-                  }
-                }
-              }
-            }
-          }
-          for (size_t i = 0; i < kPowers && r + i < count[2]; ++i) {
-            for (size_t k = 0; k < 3; ++k) sums[k][Term(count, p, q, r + i)] = sum[k][i];
-          }
-        }
-      }
-    }
+  // Integrals of l^c (n dA)_k for the powers c up to `times` the degree, into sums[k].
+  void Integrate(size_t times, std::array<Wide, 3>& sums) const {
+    box_integral::SumMoments(
+        cross_, degree_, moments_,
+        {times * degree_[0] + 1, times * degree_[1] + 1, times * degree_[2] + 1}, sums);
   }
 
-  // sums[k][c] of the powers that a basis function has, times component j of the polynomial.
-  void Multiply(size_t j, const double (*sums)[kMostDouble], double (*products)[kMostTerms]) const {
-    for (size_t k = 0; k < 3; ++k) {
-      for (size_t p = 0; p < sides_[0]; ++p) {
-        for (size_t q = 0; q < sides_[1]; ++q) {
-          for (size_t r = 0; r < sides_[2]; ++r) {
-            double sum = 0;
-            for (size_t a = 0; a < sides_[0]; ++a) {
-              for (size_t b = 0; b < sides_[1]; ++b) {
-                for (size_t c = 0; c < sides_[2]; ++c) {
-                  sum += polynomial_[j][Term(sides_, a, b, c)] *
-                         sums[k][Term(twice_, p + a, q + b, r + c)];
-                }
-              }
-            }
-            products[k][Term(sides_, p, q, r)] = sum;
-          }
-        }
-      }
-    }
-  }
-
-  // Adds integral of N_i (n dA)_k, from that of the powers, to component k of add(i) for each control point i.
+  // From the integrals of l^c f, those of N_i f for each control point i, which are added to add(i).
   template <typename Add>
-  void AddToPoints(const double* const (&powers)[3], const Add& add) const {
-    const LatticeStructure& s = moments_.plan().structure;
-    const SpanBasis &u = *basis_[0], &v = *basis_[1], &w = *basis_[2];
-    for (size_t i = 0; i < sides_[0]; ++i) {
-      Vec3d plane[kMostSide][kMostSide];
-      for (size_t a = 0; a < sides_[0]; ++a) {
-        for (size_t b = 0; b < sides_[1]; ++b) {
-          for (size_t c = 0; c < sides_[2]; ++c) {
-            const size_t at = Term(sides_, a, b, c);
-            plane[b][c] += u[i][a] * Vec3d{powers[0][at], powers[1][at], powers[2][at]};
-          }
-        }
-      }
-      for (size_t j = 0; j < sides_[1]; ++j) {
-        Vec3d line[kMostSide];
-        for (size_t b = 0; b < sides_[1]; ++b) {
-          for (size_t c = 0; c < sides_[2]; ++c) line[c] += v[j][b] * plane[b][c];
-        }
-        for (size_t k = 0; k < sides_[2]; ++k) {
-          Vec3d sum;
-          for (size_t c = 0; c < sides_[2]; ++c) sum += w[k][c] * line[c];
-          add(static_cast<size_t>(s.Index(first_[0] + static_cast<int>(i),
-                                          first_[1] + static_cast<int>(j),
-                                          first_[2] + static_cast<int>(k)))) += sum;
-        }
-      }
-    }
+  void AddToPoints(const std::array<Wide, 3>& sums, const Add& add) const {
+    Distribute(
+        [&](size_t a, size_t b, size_t c) {
+          const size_t at = WideTerm(a, b, c);
+          return Vec3d{sums[0][at], sums[1][at], sums[2][at]};
+        },
+        add);
   }
-
-  const Sides& sides() const { return sides_; }
-  const Sides& twice() const { return twice_; }
+  // The same for N_i x_j f, with x the deformed point.
+  template <typename Add>
+  void AddToPoints(const std::array<Wide, 3>& sums, size_t j, const Add& add) const {
+    Distribute([&](size_t a, size_t b, size_t c) { return Multiplied(sums, j, a, b, c); }, add);
+  }
 
  private:
   void SetPolynomial(std::span<const Vec3d> control_points, Vec3d origin) {
-    const LatticeStructure& s = moments_.plan().structure;
     const SpanBasis &u = *basis_[0], &v = *basis_[1], &w = *basis_[2];
-    for (size_t i = 0; i < sides_[0]; ++i) {
-      Vec3d plane[kMostSide][kMostSide];
-      for (size_t j = 0; j < sides_[1]; ++j) {
-        Vec3d line[kMostSide];
-        for (size_t k = 0; k < sides_[2]; ++k) {
-          const Vec3d p = control_points[static_cast<size_t>(s.Index(
-                              first_[0] + static_cast<int>(i), first_[1] + static_cast<int>(j),
-                              first_[2] + static_cast<int>(k)))] -
-                          origin;
-          for (size_t c = 0; c < sides_[2]; ++c) line[c] += w[k][c] * p;
+    for (size_t i = 0; i <= degree_[0]; ++i) {
+      Vec3d plane[kSide][kSide];
+      for (size_t j = 0; j <= degree_[1]; ++j) {
+        Vec3d line[kSide];
+        for (size_t k = 0; k <= degree_[2]; ++k) {
+          const Vec3d p = control_points[Point(i, j, k)] - origin;
+          for (size_t c = 0; c <= degree_[2]; ++c) line[c] += w[k][c] * p;
         }
-        for (size_t b = 0; b < sides_[1]; ++b) {
-          for (size_t c = 0; c < sides_[2]; ++c) plane[b][c] += v[j][b] * line[c];
+        for (size_t b = 0; b <= degree_[1]; ++b) {
+          for (size_t c = 0; c <= degree_[2]; ++c) plane[b][c] += v[j][b] * line[c];
         }
       }
-      for (size_t a = 0; a < sides_[0]; ++a) {
-        for (size_t b = 0; b < sides_[1]; ++b) {
-          for (size_t c = 0; c < sides_[2]; ++c) {
+      for (size_t a = 0; a <= degree_[0]; ++a) {
+        for (size_t b = 0; b <= degree_[1]; ++b) {
+          for (size_t c = 0; c <= degree_[2]; ++c) {
             const Vec3d term = u[i][a] * plane[b][c];
             for (size_t k = 0; k < 3; ++k) {
-              polynomial_[k][Term(sides_, a, b, c)] += term[static_cast<int>(k)];
+              polynomial_[k][NarrowTerm(a, b, c)] += term[static_cast<int>(k)];
             }
           }
         }
@@ -159,59 +82,61 @@ class BoxMeasure {
     }
   }
 
-  void SetCrossProducts() {
-    double slope[3][3][kMostTerms] = {};  // [component][axis]
-    for (size_t k = 0; k < 3; ++k) {
-      for (size_t a = 0; a < sides_[0]; ++a) {
-        for (size_t b = 0; b < sides_[1]; ++b) {
-          for (size_t c = 0; c < sides_[2]; ++c) {
-            const double term = polynomial_[k][Term(sides_, a, b, c)];
-            if (a > 0) slope[k][0][Term(sides_, a - 1, b, c)] = static_cast<double>(a) * term;
-            if (b > 0) slope[k][1][Term(sides_, a, b - 1, c)] = static_cast<double>(b) * term;
-            if (c > 0) slope[k][2][Term(sides_, a, b, c - 1)] = static_cast<double>(c) * term;
-          }
+  template <typename Integral, typename Add>
+  void Distribute(const Integral& integral, const Add& add) const {
+    const SpanBasis &u = *basis_[0], &v = *basis_[1], &w = *basis_[2];
+    Vec3d by_u[kSide][kSide][kSide];  // [i][b][c]
+    for (size_t a = 0; a <= degree_[0]; ++a) {
+      for (size_t b = 0; b <= degree_[1]; ++b) {
+        for (size_t c = 0; c <= degree_[2]; ++c) {
+          const Vec3d value = integral(a, b, c);
+          for (size_t i = 0; i <= degree_[0]; ++i) by_u[i][b][c] += u[i][a] * value;
         }
       }
     }
-    for (size_t d = 0; d < 3; ++d) {
-      const size_t e = (d + 1) % 3, f = (d + 2) % 3;
-      for (size_t k = 0; k < 3; ++k) {
-        const auto &y = slope[(k + 1) % 3], &z = slope[(k + 2) % 3];
-        AddProduct(y[e], e, z[f], f, 1, cross_[d][k]);
-        AddProduct(y[f], f, z[e], e, -1, cross_[d][k]);
-      }
-    }
-  }
-
-  // A factor is a derivative by one axis, where it has one power less.
-  void AddProduct(const double* x, size_t x_axis, const double* y, size_t y_axis, double sign,
-                  double* product) const {
-    const Sides m{sides_[0] - (x_axis == 0), sides_[1] - (x_axis == 1), sides_[2] - (x_axis == 2)};
-    const Sides n{sides_[0] - (y_axis == 0), sides_[1] - (y_axis == 1), sides_[2] - (y_axis == 2)};
-    for (size_t a = 0; a < m[0]; ++a) {
-      for (size_t b = 0; b < m[1]; ++b) {
-        for (size_t c = 0; c < m[2]; ++c) {
-          const double factor = sign * x[Term(sides_, a, b, c)];
-          for (size_t p = 0; p < n[0]; ++p) {
-            for (size_t q = 0; q < n[1]; ++q) {
-              const double* from = y + Term(sides_, p, q, 0);
-              double* to = product + Term(twice_, a + p, b + q, c);
-              for (size_t r = 0; r < n[2]; ++r) to[r] += factor * from[r];
-            }
-          }
+    for (size_t i = 0; i <= degree_[0]; ++i) {
+      for (size_t j = 0; j <= degree_[1]; ++j) {
+        Vec3d line[kSide];
+        for (size_t b = 0; b <= degree_[1]; ++b) {
+          for (size_t c = 0; c <= degree_[2]; ++c) line[c] += v[j][b] * by_u[i][b][c];
+        }
+        for (size_t k = 0; k <= degree_[2]; ++k) {
+          Vec3d sum;
+          for (size_t c = 0; c <= degree_[2]; ++c) sum += w[k][c] * line[c];
+          add(Point(i, j, k)) += sum;
         }
       }
     }
   }
 
-  const SurfaceMoments& moments_;
-  const size_t n_;
-  const uint32_t box_;
-  Sides sides_{}, twice_{};
+  // The integral of l^(a, b, c) x_j f.
+  Vec3d Multiplied(const std::array<Wide, 3>& sums, size_t j, size_t a, size_t b, size_t c) const {
+    Vec3d product;
+    for (size_t p = 0; p <= degree_[0]; ++p) {
+      for (size_t q = 0; q <= degree_[1]; ++q) {
+        const size_t row = WideTerm(a + p, b + q, c);
+        for (size_t r = 0; r <= degree_[2]; ++r) {
+          product += polynomial_[j][NarrowTerm(p, q, r)] *
+                     Vec3d{sums[0][row + r], sums[1][row + r], sums[2][row + r]};
+        }
+      }
+    }
+    return product;
+  }
+
+  size_t Point(size_t i, size_t j, size_t k) const {
+    return static_cast<size_t>(structure_.Index(first_[0] + static_cast<int>(i),
+                                                first_[1] + static_cast<int>(j),
+                                                first_[2] + static_cast<int>(k)));
+  }
+
+  const LatticeStructure& structure_;
+  const box_integral::Moments moments_;
+  std::array<size_t, 3> degree_{};
   std::array<int, 3> first_{};
   std::array<const SpanBasis*, 3> basis_{};
-  double polynomial_[3][kMostTerms] = {};
-  double cross_[3][3][kMostDouble] = {};  // [axis of the area element][component]
+  std::array<Narrow, 3> polynomial_{};
+  box_integral::CrossProducts cross_{};
 };
 
 // The sums lose the fewest digits about a point near the surface. Where pieces lie outside the frame, their sums have the
@@ -237,12 +162,11 @@ double VolumeOf(const SurfaceMoments& moments, std::span<const Vec3d> control_po
 EnclosedVolume MeasureVolume(const SurfaceMoments& moments, std::span<const Vec3d> control_points) {
   EnclosedVolume result{.gradient = std::vector<Vec3d>(control_points.size())};
   const Vec3d origin = OriginFor(moments.plan(), control_points);
-  double sums[3][kMostDouble];
+  std::array<Wide, 3> sums;
   for (size_t n = 0; n < moments.boxes().size(); ++n) {
     const BoxMeasure box(moments, n, control_points, origin);
-    box.Integrate(box.sides(), sums);
-    box.AddToPoints({sums[0], sums[1], sums[2]},
-                    [&](size_t i) -> Vec3d& { return result.gradient[i]; });
+    box.Integrate(1, sums);
+    box.AddToPoints(sums, [&](size_t i) -> Vec3d& { return result.gradient[i]; });
   }
   result.volume = VolumeOf(moments, control_points, origin, result.gradient);
   return result;
@@ -254,24 +178,13 @@ EnclosedCentroid MeasureCentroid(const SurfaceMoments& moments,
   EnclosedCentroid result{.volume = {.gradient = std::vector<Vec3d>(count)}};
   std::vector<std::array<Vec3d, 3>> first(count);  // [j][k] = dS_j / d coordinate k
   const Vec3d origin = OriginFor(moments.plan(), control_points);
-  double sums[3][kMostDouble], lower[3][kMostTerms], products[3][kMostTerms];
+  std::array<Wide, 3> sums;
   for (size_t n = 0; n < moments.boxes().size(); ++n) {
     const BoxMeasure box(moments, n, control_points, origin);
-    box.Integrate(box.twice(), sums);
-    for (size_t k = 0; k < 3; ++k) {
-      for (size_t a = 0; a < box.sides()[0]; ++a) {
-        for (size_t b = 0; b < box.sides()[1]; ++b) {
-          std::memcpy(&lower[k][Term(box.sides(), a, b, 0)], &sums[k][Term(box.twice(), a, b, 0)],
-                      box.sides()[2] * sizeof(double));
-        }
-      }
-    }
-    box.AddToPoints({lower[0], lower[1], lower[2]},
-                    [&](size_t i) -> Vec3d& { return result.volume.gradient[i]; });
+    box.Integrate(2, sums);
+    box.AddToPoints(sums, [&](size_t i) -> Vec3d& { return result.volume.gradient[i]; });
     for (size_t j = 0; j < 3; ++j) {
-      box.Multiply(j, sums, products);
-      box.AddToPoints({products[0], products[1], products[2]},
-                      [&](size_t i) -> Vec3d& { return first[i][j]; });
+      box.AddToPoints(sums, j, [&](size_t i) -> Vec3d& { return first[i][j]; });
     }
   }
   const double volume = VolumeOf(moments, control_points, origin, result.volume.gradient);

@@ -94,7 +94,7 @@ readonly guarded=(
   '^zlib' '^core/patches/zlib_stream'
   '^draco' '^(core/codec|client|server|tests)/'
   '^(tbb|oneapi)/' '^(core/(cpu|view)|client/cpp/load|server|tests)/'
-  '^hwy/' '^(core/(cpu|codec|view|points)|client/cpp/library/patches|client/decoder/lanes|client/decoder/meshopt|tests)/'
+  '^hwy/' '^(core/(cpu|codec|measure|view|points)|client/cpp/library/patches|client/decoder/lanes|client/decoder/meshopt|tests)/'
   '^prometheus/' '^server/edge/metric'
   '^libpq' '^(server|tests/server)/store/'
   '^cjose/' '^server/base/auth/'
