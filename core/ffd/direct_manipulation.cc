@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
+#include <numbers>
 #include <utility>
 
 #include "core/base/limits.h"
@@ -41,27 +43,114 @@ SparseRow BasisRow(const LatticeStructure& s, Vec3d world) {
   return row;
 }
 
+// Keeps the free control points of a row.
+void DropHeld(const PointFreedom& freedom, SparseRow& row) {
+  size_t kept = 0;
+  for (size_t n = 0; n < row.columns.size(); ++n) {
+    if (freedom.is_held(row.columns[n])) continue;
+    row.columns[kept] = row.columns[n];
+    row.values[kept++] = row.values[n];
+  }
+  row.columns.resize(kept);
+  row.values.resize(kept);
+}
+
+// The row with one column a pair of images, the lower one's. `sign` is -1 for moves across the mirror's plane.
+SparseRow PairedRow(const PointFreedom& freedom, const SparseRow& row, double sign) {
+  std::map<uint32_t, double> pairs;
+  for (size_t n = 0; n < row.columns.size(); ++n) {
+    const uint32_t index = row.columns[n];
+    const auto image = static_cast<uint32_t>(freedom.ImageOf(index));
+    if (image == index) {
+      if (sign > 0) pairs[index] += row.values[n];
+      continue;
+    }
+    pairs[std::min(index, image)] +=
+        (index < image ? 1 : sign) * row.values[n] / std::numbers::sqrt2;
+  }
+  SparseRow paired;
+  for (const auto& [column, value] : pairs) {
+    if (value == 0) continue;
+    paired.columns.push_back(column);
+    paired.values.push_back(value);
+  }
+  return paired;
+}
+
+// The columns of rows, ascending. Renumbers them in the rows: others take no part.
+std::vector<uint32_t> NumberColumns(std::vector<SparseRow>& rows) {
+  std::vector<uint32_t> columns;
+  for (const SparseRow& row : rows) {
+    columns.insert(columns.end(), row.columns.begin(), row.columns.end());
+  }
+  std::ranges::sort(columns);
+  columns.erase(std::unique(columns.begin(), columns.end()), columns.end());
+  for (SparseRow& row : rows) {
+    for (uint32_t& column : row.columns) {
+      column =
+          static_cast<uint32_t>(std::ranges::lower_bound(columns, column) - columns.begin());
+    }
+  }
+  return columns;
+}
+
+// Adds the part of the solution across the mirror's plane (sign -1) or along it (1) to the moves by control point.
+void AddMirrored(const PointFreedom& freedom, const std::vector<SparseRow>& full,
+                 std::span<const Vec3d> wanted, double sign, std::map<uint32_t, Vec3d>& moves) {
+  std::vector<SparseRow> rows;
+  for (const SparseRow& row : full) rows.push_back(PairedRow(freedom, row, sign));
+  std::vector<Vec3d> part;
+  for (const Vec3d w : wanted) {
+    part.push_back(sign < 0 ? freedom.Along(w) : w - freedom.Along(w));
+  }
+  const std::vector<uint32_t> columns = NumberColumns(rows);
+  const std::vector<Vec3d> solution = MinimumNorm(std::move(rows), columns.size()).Solve(part);
+  for (size_t n = 0; n < columns.size(); ++n) {
+    const auto image = static_cast<uint32_t>(freedom.ImageOf(columns[n]));
+    if (image == columns[n]) {
+      moves[image] += solution[n];
+      continue;
+    }
+    moves[columns[n]] += solution[n] / std::numbers::sqrt2;
+    moves[image] += sign * solution[n] / std::numbers::sqrt2;
+  }
+}
+
+ControlPointMoves DragMirrored(const PointFreedom& freedom, const std::vector<SparseRow>& rows,
+                               std::span<const Vec3d> wanted) {
+  std::map<uint32_t, Vec3d> by_point;
+  AddMirrored(freedom, rows, wanted, 1, by_point);
+  AddMirrored(freedom, rows, wanted, -1, by_point);
+  ControlPointMoves moves;
+  for (const auto& [index, offset] : by_point) {
+    moves.indices.push_back(index);
+    moves.offsets.push_back(offset);
+  }
+  for (size_t i = 0; i < rows.size(); ++i) {
+    Vec3d left = wanted[i];
+    for (size_t n = 0; n < rows[i].columns.size(); ++n) {
+      const auto found = by_point.find(rows[i].columns[n]);
+      if (found != by_point.end()) left -= rows[i].values[n] * found->second;
+    }
+    moves.residual = std::max(moves.residual, Norm(left));
+  }
+  return moves;
+}
+
 }  // namespace
 
 ControlPointMoves DragToTargets(const Lattice& lattice, std::span<const Vec3d> points,
-                                std::span<const Vec3d> targets) {
-  ControlPointMoves moves;
+                                std::span<const Vec3d> targets, const PointFreedom* freedom) {
   std::vector<SparseRow> rows;
   std::vector<Vec3d> wanted;
   for (size_t i = 0; i < points.size(); ++i) {
     rows.push_back(BasisRow(lattice.structure, points[i]));
-    moves.indices.insert(moves.indices.end(), rows[i].columns.begin(), rows[i].columns.end());
+    if (freedom != nullptr) DropHeld(*freedom, rows.back());
     wanted.push_back(targets[i] -
                      EvaluateWorld(lattice.structure, lattice.control_points, points[i]).position);
   }
-  std::ranges::sort(moves.indices);
-  moves.indices.erase(std::unique(moves.indices.begin(), moves.indices.end()), moves.indices.end());
-  for (SparseRow& row : rows) {  // renumbers columns: others take no part
-    for (uint32_t& column : row.columns) {
-      column = static_cast<uint32_t>(std::ranges::lower_bound(moves.indices, column) -
-                                     moves.indices.begin());
-    }
-  }
+  if (freedom != nullptr && freedom->is_mirrored()) return DragMirrored(*freedom, rows, wanted);
+  ControlPointMoves moves{.indices = NumberColumns(rows)};
   const MinimumNorm system(std::move(rows), moves.indices.size());
   moves.offsets = system.Solve(wanted);
   for (const Vec3d left : system.Residual(wanted, moves.offsets)) {

@@ -7,6 +7,10 @@
 //   N dC = dS      N: k x control points, the basis values at the k points; dS = targets - R
 //   dC = N^+ dS    one point: dC = N' dS / sum N^2; else minimum_norm.h
 //
+// Under constraints (constraints/point_freedom.h) the columns of held control points are missing. With a mirror a pair of
+// images i, j moves by d and its image. Across the mirror's plane they move against each other, along it together, so there
+// are two systems with one column a pair: (N_i - N_j) / sqrt(2) and (N_i + N_j) / sqrt(2).
+//
 // A point outside the domain has an empty row: no control point moves it, and its distance is left as residual.
 //
 // Units    world units
@@ -20,20 +24,22 @@
 #include <vector>
 
 #include "core/base/vec.h"
+#include "core/ffd/constraints/point_freedom.h"
 #include "core/ffd/lattice.h"
 
 namespace latticed {
 
 struct ControlPointMoves {
-  std::vector<uint32_t> indices;  // control points with a non-zero basis value; ascending
+  std::vector<uint32_t> indices;  // free control points with a non-zero basis value, or whose image has one; ascending
   std::vector<Vec3d> offsets;
   double residual = 0;  // largest distance that is left between a point and its target
 };
 
 // The smallest moves that take `points` of the rest world from their deformed positions to their
-// targets. Each point has one target.
+// targets. Each point has one target. `freedom` may be null.
 [[nodiscard]] ControlPointMoves DragToTargets(const Lattice& lattice, std::span<const Vec3d> points,
-                                              std::span<const Vec3d> targets);
+                                              std::span<const Vec3d> targets,
+                                              const PointFreedom* freedom = nullptr);
 
 }  // namespace latticed
 

@@ -11,6 +11,7 @@
 #include "core/base/error.h"
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
+#include "core/ffd/control_point_range.h"
 #include "fmt/format.h"
 
 namespace latticed {
@@ -80,7 +81,8 @@ bool EditHistory::IsPutOff(const absl::Status& status) {
 
 absl::StatusOr<EditOutcome> EditHistory::Apply(const EditBatch& batch, TimePoint now,
                                                const AdmitStructure& admit,
-                                               const AdmitPoints& admit_points) {
+                                               const AdmitPoints& admit_points,
+                                               const VolumeKeeper* keeper) {
   LATTICED_RETURN_IF_ERROR(CheckEditor(batch));
   if (const EditSummary* last = ledger_.Find(batch.editor_id); last != nullptr) {
     if (batch.sequence == last->sequence) {
@@ -95,24 +97,28 @@ absl::StatusOr<EditOutcome> EditHistory::Apply(const EditBatch& batch, TimePoint
   }
   const std::vector<Vec3d> before = lattice().control_points;
   const uint64_t structure_before = structure_id_;
+  const Constraints constraints_before = constraints();
   EditOutcome outcome;
   const bool replaces = LoneEdit<ReplaceLattice>(batch) != nullptr;
   const auto restructured = [&](const StructureEdit& edit,
                                 std::string_view field) -> absl::StatusOr<StructureChange> {
-    LATTICED_ASSIGN_OR_RETURN(auto change, ChangeStructure(lattice(), edit, field, admit));
+    LATTICED_ASSIGN_OR_RETURN(
+        auto change, ChangeStructure(lattice(), edit, field, admit, constraints().mirror));
     if (replaces && admit_points) {
       LATTICED_RETURN_IF_ERROR(
           admit_points(change.lattice.structure, change.lattice.control_points));
     }
     return change;
   };
-  outcome.summary.status = ApplyNew(batch, now, admit, admit_points, restructured, outcome.summary);
+  const Rules rules{.freedom = Freedom(), .keeper = keeper, .admit_points = admit_points};
+  outcome.summary.status = ApplyNew(batch, now, rules, admit, restructured, outcome.summary);
   if (IsPutOff(outcome.summary.status)) return outcome.summary.status;
   if (outcome.summary.status.ok()) ++revision_;
   outcome.summary.sequence = batch.sequence;
   outcome.summary.revision = revision_;
   outcome.summary.structure_id = structure_id_;
   outcome.structure_changed = structure_id_ != structure_before;
+  outcome.constraints_changed = constraints() != constraints_before;
   if (!outcome.structure_changed) {
     const auto& after = lattice().control_points;
     for (size_t i = 0; i < after.size(); ++i) {
@@ -132,9 +138,9 @@ void EditHistory::Keep(const EditBatch& batch, const EditSummary& summary) {
   ++records_;
 }
 
-absl::Status EditHistory::ApplyNew(const EditBatch& batch, TimePoint now,
-                                   const AdmitStructure& admit, const AdmitPoints& admit_points,
-                                   Restructurer restructured, EditSummary& summary) {
+absl::Status EditHistory::ApplyNew(const EditBatch& batch, TimePoint now, const Rules& rules,
+                                   const AdmitStructure& admit, Restructurer restructured,
+                                   EditSummary& summary) {
   CommitIdleGestures(now);
   if (!batch.refusal.ok()) return batch.refusal;
   LATTICED_RETURN_IF_ERROR(CheckPreconditions(batch));
@@ -147,11 +153,13 @@ absl::Status EditHistory::ApplyNew(const EditBatch& batch, TimePoint now,
     status =
         Restructure(EditStep{.editor_id = batch.editor_id}, *edit, field, restructured, summary);
     if (status.ok()) ForgetUndone(batch.editor_id);
+  } else if (const auto* set = LoneEdit<SetConstraints>(batch); set != nullptr) {
+    status = Constrain(batch.editor_id, set->constraints, rules);
   } else if (Cancels(batch)) {
     // A client may cancel a gesture whose first update it never sent. Nothing is taken back then.
     if (const size_t gesture = FindGesture(batch); gesture != kNoStep) layers_.Remove(gesture);
   } else {
-    status = Write(batch, now, admit_points, summary);
+    status = Write(batch, now, rules, summary);
   }
   if (status.ok()) {
     CommitGestures(batch.editor_id, batch.gesture_id);
@@ -177,10 +185,11 @@ absl::Status EditHistory::CheckPreconditions(const EditBatch& batch) const {
   return absl::OkStatus();
 }
 
-absl::Status EditHistory::Write(const EditBatch& batch, TimePoint now,
-                                const AdmitPoints& admit_points, EditSummary& summary) {
+absl::Status EditHistory::Write(const EditBatch& batch, TimePoint now, const Rules& rules,
+                                EditSummary& summary) {
   const size_t gesture = FindGesture(batch);
   EditTarget target(lattice());
+  target.freedom = rules.freedom;
   if (gesture != kNoStep) {
     for (const auto& [index, position] : layers_.steps()[gesture].start) {
       target.lattice.control_points[index] = position;
@@ -188,6 +197,8 @@ absl::Status EditHistory::Write(const EditBatch& batch, TimePoint now,
   }
   const auto initial_now = [this] { return initial(); };
   for (size_t n = 0; n < batch.edits.size(); ++n) {
+    const auto* written = std::get_if<SetControlPoints>(&batch.edits[n]);
+    if (rules.is_record && written != nullptr && written->indices.empty()) continue;
     const std::string field = fmt::format("edits[{}]", n);
     LATTICED_RETURN_IF_ERROR(ApplyEdit(batch.edits[n], initial_now, field, target));
   }
@@ -195,12 +206,13 @@ absl::Status EditHistory::Write(const EditBatch& batch, TimePoint now,
     if (gesture != kNoStep) layers_.Close(gesture, false);
     return absl::OkStatus();
   }
-  if (admit_points) {
+  LATTICED_RETURN_IF_ERROR(KeepVolume(batch, rules, target));
+  if (rules.admit_points) {
     auto points = gesture == kNoStep ? lattice().control_points : layers_.PointsWithout(gesture);
     for (size_t i = 0; i < points.size(); ++i) {
       if (target.written[i]) points[i] = target.lattice.control_points[i];
     }
-    LATTICED_RETURN_IF_ERROR(admit_points(lattice().structure, points));
+    LATTICED_RETURN_IF_ERROR(rules.admit_points(lattice().structure, points));
   }
   summary.drag_residual = target.drag_residual;
   ForgetUndone(batch.editor_id);
@@ -220,6 +232,50 @@ absl::Status EditHistory::Write(const EditBatch& batch, TimePoint now,
   if (Commits(batch)) step.Close(false);
   layers_.Push(std::move(step));
   return absl::OkStatus();
+}
+
+absl::Status EditHistory::KeepVolume(const EditBatch& batch, const Rules& rules,
+                                     EditTarget& target) const {
+  const auto& kept = batch.keep_volume.has_value() ? batch.keep_volume : constraints().volume;
+  if (!kept.has_value() || rules.keeper == nullptr) return absl::OkStatus();
+  if (batch.keep_volume.has_value()) LATTICED_RETURN_IF_ERROR(Check(*kept, "keep_volume"));
+  auto& points = target.lattice.control_points;
+  const std::vector<Vec3d> before = points;
+  LATTICED_RETURN_IF_ERROR(rules.keeper->Keep(*kept, rules.freedom, target.written, points));
+  for (size_t i = 0; i < points.size(); ++i) {
+    if (SameBits(before[i], points[i])) continue;
+    LATTICED_RETURN_IF_ERROR(CheckControlPoint(points[i], "keep_volume"));
+    target.written[i] = true;
+  }
+  return absl::OkStatus();
+}
+
+absl::Status EditHistory::Constrain(const std::string& editor_id, const Constraints& constraints,
+                                    const Rules& rules) {
+  LATTICED_RETURN_IF_ERROR(
+      Check(constraints, lattice().structure, "edits[0].set_constraints.constraints"));
+  if (constraints.volume.has_value() && rules.keeper != nullptr) {
+    LATTICED_RETURN_IF_ERROR(rules.keeper->CheckEncloses(lattice().control_points));
+  }
+  ForgetUndone(editor_id);
+  EditStep step{.id = ++clock_,
+                .structure_step = layers_.structure_step(),
+                .written_at = ++clock_,
+                .editor_id = editor_id};
+  step.constraints = constraints;
+  layers_.Push(std::move(step));
+  return absl::OkStatus();
+}
+
+const PointFreedom* EditHistory::Freedom() {
+  if (constraints().points_are_free()) {
+    freedom_.reset();
+  } else if (freedom_ == nullptr || freedom_->structure_id != structure_id_ ||
+             freedom_->constraints != constraints()) {
+    freedom_ = std::make_shared<const KnownFreedom>(
+        KnownFreedom{structure_id_, constraints(), PointFreedom(constraints(), lattice().structure)});
+  }
+  return freedom_ == nullptr ? nullptr : &freedom_->freedom;
 }
 
 void EditHistory::WritePoints(const EditTarget& target, EditStep& step) {
@@ -249,6 +305,9 @@ absl::Status EditHistory::Restructure(EditStep step, StructureEdit edit, std::st
   if (!same) step.id = ++clock_;
   step.written_at = ++clock_;
   step.positions = std::move(control_points);
+  step.constraints = std::holds_alternative<ReplaceLattice>(edit)
+                         ? AfterReplacement(constraints())
+                         : AfterInsertion(constraints(), lattice().structure, structure);
   if (auto* replace = std::get_if<ReplaceLattice>(&edit)) replace->lattice = {};
   step.structural = {std::move(structure), std::move(edit)};
   ++structure_id_;
@@ -292,16 +351,6 @@ void EditHistory::CommitIdleGestures(TimePoint now) {
   }
 }
 
-void EditHistory::TrimHistory() {
-  constexpr auto kSteps = static_cast<size_t>(limits::kMaxUndoSteps);
-  while (!undone_.empty() && (undone_.size() > kSteps || UndoBytes() > limits::kMaxUndoBytes)) {
-    TakeUndone(undone_.begin());
-  }
-  while (layers_.steps().size() > kSteps || layers_.MemoryBytes() > limits::kMaxUndoBytes) {
-    layers_.FoldOldest();
-  }
-}
-
 void EditHistory::SetTouched(std::string_view editor_id, uint64_t boxes, uint64_t patches) {
   EditSummary* summary = ledger_.Find(editor_id);
   if (summary == nullptr) return;
@@ -317,16 +366,6 @@ bool EditHistory::gesture_open() const {
 uint64_t EditHistory::last_sequence(std::string_view editor_id) const {
   const EditSummary* summary = ledger_.Find(editor_id);
   return summary == nullptr ? 0 : summary->sequence;
-}
-
-bool EditHistory::ForgetOldestStep() {
-  if (!undone_.empty()) {
-    TakeUndone(undone_.begin());
-    return true;
-  }
-  if (layers_.steps().size() <= 1) return false;
-  layers_.FoldOldest();
-  return true;
 }
 
 }  // namespace latticed

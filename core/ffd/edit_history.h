@@ -13,6 +13,10 @@
 //           then to other points stays. Undo is kAborted UNDO_CONFLICT, naming the editor, if another editor has since
 //           written one of the step's points or changed the structure. Redo puts back what the caller last undid; a new
 //           edit of the caller discards it.
+// Keeping   Edits honour the constraints (constraints/constraints.h). set_constraints is a step that moves nothing. Undo and
+//           redo restore points as they were written, and keep no volume: if others have moved since, the next edit
+//           restores it. insert_knot maps the constraints to the new control points; replace_lattice ends all but the
+//           volume.
 // Replay    The last sequence of each of the last 1,024 editors is kept with its result. The same sequence again
 //           returns this result, also if it is an error, and changes nothing. A lower one is kAborted OUT_OF_ORDER.
 //           A batch without a usable editor_id or sequence is not kept: it has no key, and sequence 0 means "not set".
@@ -21,7 +25,7 @@
 //           records in order has the same bits in everything: lattice, steps, undone steps, kept results, revisions.
 //
 // Errors    kInvalidArgument naming the field; kAborted OUT_OF_ORDER, STRUCTURE_CHANGED, REVISION_CHANGED,
-//           UNDO_CONFLICT; kFailedPrecondition NOTHING_TO_UNDO, NOTHING_TO_REDO. A refused batch changes nothing but
+//           UNDO_CONFLICT; kFailedPrecondition NOTHING_TO_UNDO, NOTHING_TO_REDO; those of VolumeKeeper. A refused batch changes nothing but
 //           what is kept for replay.
 // Threads   one thread at a time: the caller locks
 #ifndef LATTICED_CORE_FFD_EDIT_HISTORY_H_
@@ -32,6 +36,7 @@
 #include <deque>
 #include <functional>
 #include <list>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -39,6 +44,8 @@
 #include "absl/functional/function_ref.h"
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "core/ffd/constraints/point_freedom.h"
+#include "core/ffd/constraints/volume_keeper.h"
 #include "core/ffd/edit_history_image.h"
 #include "core/ffd/edit_layers.h"
 #include "core/ffd/edit_record.h"
@@ -53,6 +60,7 @@ struct EditOutcome {
   // changes all of them.
   std::vector<uint32_t> changed;
   bool structure_changed = false;
+  bool constraints_changed = false;
   bool repeated = false;  // the stored result of the same sequence; nothing was done
 };
 
@@ -72,10 +80,12 @@ class EditHistory {
 
   // Applies the whole batch or nothing. On success the revision rises by one, even if no control point changed. A scene
   // makes the plan for another structure in `admit`, and asks for memory there. `admit_points` is asked about what moves
-  // control points, but not about undo, redo, cancelled gestures and insert_knot.
+  // control points, but not about undo, redo, cancelled gestures and insert_knot. `keeper` restores volumes; null: none is
+  // kept.
   [[nodiscard]] absl::StatusOr<EditOutcome> Apply(const EditBatch& batch, TimePoint now,
                                                   const AdmitStructure& admit,
-                                                  const AdmitPoints& admit_points = {});
+                                                  const AdmitPoints& admit_points = {},
+                                                  const VolumeKeeper* keeper = nullptr);
   // Adds to the kept result of the editor's last batch what only the scene can count.
   void SetTouched(std::string_view editor_id, uint64_t boxes, uint64_t patches);
 
@@ -94,6 +104,7 @@ class EditHistory {
 
   const Lattice& lattice() const { return layers_.lattice(); }
   Lattice initial() const { return layers_.initial(); }
+  const Constraints& constraints() const { return layers_.constraints(); }
   uint64_t revision() const { return revision_; }
   uint64_t structure_id() const { return structure_id_; }
   // The kept results, of the editor who was heard last first.
@@ -117,12 +128,30 @@ class EditHistory {
   using Restructurer = absl::FunctionRef<absl::StatusOr<StructureChange>(const StructureEdit& edit,
                                                                          std::string_view field)>;
 
-  absl::Status ApplyNew(const EditBatch& batch, TimePoint now, const AdmitStructure& admit,
-                        const AdmitPoints& admit_points, Restructurer restructured,
+  // What a batch must honour. A record has honoured it, and may have written nothing: all that it named was held.
+  struct Rules {
+    const PointFreedom* freedom = nullptr;
+    const VolumeKeeper* keeper = nullptr;
+    AdmitPoints admit_points;
+    bool is_record = false;
+  };
+  // The freedom of points, made once for a structure and its constraints.
+  struct KnownFreedom {
+    uint64_t structure_id = 0;
+    Constraints constraints;
+    PointFreedom freedom;
+  };
+
+  absl::Status ApplyNew(const EditBatch& batch, TimePoint now, const Rules& rules,
+                        const AdmitStructure& admit, Restructurer restructured,
                         EditSummary& summary);
   absl::Status CheckPreconditions(const EditBatch& batch) const;
-  absl::Status Write(const EditBatch& batch, TimePoint now, const AdmitPoints& admit_points,
+  absl::Status Write(const EditBatch& batch, TimePoint now, const Rules& rules,
                      EditSummary& summary);
+  absl::Status KeepVolume(const EditBatch& batch, const Rules& rules, EditTarget& target) const;
+  absl::Status Constrain(const std::string& editor_id, const Constraints& constraints,
+                         const Rules& rules);
+  const PointFreedom* Freedom();
   void WritePoints(const EditTarget& target, EditStep& step);
   absl::Status Restructure(EditStep step, StructureEdit edit, std::string_view field,
                            Restructurer restructured, EditSummary& summary);
@@ -141,6 +170,7 @@ class EditHistory {
   std::deque<UndoneStep> undone_;
   size_t undone_bytes_ = 0;
   EditorLedger ledger_;
+  std::shared_ptr<const KnownFreedom> freedom_;
   uint64_t revision_ = 0;
   uint64_t structure_id_ = 1;
   uint64_t clock_ = 0;  // orders writes and undos

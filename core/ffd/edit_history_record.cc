@@ -34,13 +34,18 @@ bool ArePointsOf(const LatticeStructure& structure, const EditStep& step) {
 
 absl::Status CheckStep(const EditStep& step, const Structures& structures) {
   if (step.structural.has_value()) {
-    return Validate(Lattice{step.structural->structure, step.positions});
+    LATTICED_RETURN_IF_ERROR(Validate(Lattice{step.structural->structure, step.positions}));
+    if (!step.constraints.has_value()) return absl::OkStatus();
+    return latticed::Check(*step.constraints, step.structural->structure, "a step's constraints");
   }
   if (step.indices.size() != step.positions.size()) return Impossible("a step's points");
   // A step over a structure that is gone can never be redone.
   const auto structure = structures.find(step.structure_step);
   if (structure != structures.end() && !ArePointsOf(*structure->second, step)) {
     return Impossible("a step's indices");
+  }
+  if (structure != structures.end() && step.constraints.has_value()) {
+    LATTICED_RETURN_IF_ERROR(latticed::Check(*step.constraints, *structure->second, "a step's constraints"));
   }
   for (const Vec3d& position : step.positions) {
     LATTICED_RETURN_IF_ERROR(CheckControlPoint(position, "a step's position"));
@@ -67,6 +72,8 @@ absl::Status CheckOrder(const EditHistoryImage& image) {
 absl::Status Check(const EditHistoryImage& image) {
   LATTICED_RETURN_IF_ERROR(Validate(image.base.base));
   LATTICED_RETURN_IF_ERROR(Validate(image.base.initial));
+  LATTICED_RETURN_IF_ERROR(
+      latticed::Check(image.base.constraints, image.base.base.structure, "the constraints"));
   Structures structures{{image.base.structure_step, &image.base.base.structure}};
   const auto note = [&](const EditStep& step) {
     return !step.structural.has_value() ||
@@ -132,7 +139,8 @@ EditRecord EditHistory::LastRecord(const EditBatch& batch, TimePoint now) const 
   if (restructured && LoneEdit<Undo>(batch) == nullptr) record.made = lattice();
   if (const auto* replace = LoneEdit<ReplaceLattice>(batch); replace != nullptr) {
     record.batch.edits = {ReplaceLattice{.keep_shape = replace->keep_shape}};
-  } else if (LoneEdit<Undo>(batch) || LoneEdit<Redo>(batch) || LoneEdit<InsertKnot>(batch)) {
+  } else if (LoneEdit<Undo>(batch) || LoneEdit<Redo>(batch) || LoneEdit<InsertKnot>(batch) ||
+             LoneEdit<SetConstraints>(batch)) {
     record.batch.edits = batch.edits;
   } else if (!batch.edits.empty()) {
     const EditStep& step = layers_.steps().back();
@@ -152,7 +160,7 @@ absl::Status EditHistory::ApplyRecord(const EditRecord& record) {
   };
   EditSummary summary;
   const auto status = ApplyNew(
-      batch, record.now, [](const auto&) { return absl::OkStatus(); }, {}, restructured, summary);
+      batch, record.now, {.is_record = true}, [](const auto&) { return absl::OkStatus(); }, restructured, summary);
   if (status.ok()) ++revision_;
   if (status != record.result.status || revision_ != record.result.revision ||
       structure_id_ != record.result.structure_id) {

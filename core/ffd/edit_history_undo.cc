@@ -1,13 +1,14 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Undo and redo of an EditHistory.
+// Undo, redo, and what is forgotten of an EditHistory.
 #include <algorithm>
 #include <iterator>
 #include <optional>
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/base/limits.h"
 #include "core/base/status_macros.h"
 #include "core/ffd/edit_history.h"
 #include "fmt/format.h"
@@ -99,6 +100,26 @@ void EditHistory::ForgetUndone(std::string_view editor_id) {
     undone_bytes_ -= undone.step.MemoryBytes();
     return true;
   });
+}
+
+void EditHistory::TrimHistory() {
+  constexpr auto kSteps = static_cast<size_t>(limits::kMaxUndoSteps);
+  while (!undone_.empty() && (undone_.size() > kSteps || UndoBytes() > limits::kMaxUndoBytes)) {
+    TakeUndone(undone_.begin());
+  }
+  while (layers_.steps().size() > kSteps || layers_.MemoryBytes() > limits::kMaxUndoBytes) {
+    layers_.FoldOldest();
+  }
+}
+
+bool EditHistory::ForgetOldestStep() {
+  if (!undone_.empty()) {
+    TakeUndone(undone_.begin());
+    return true;
+  }
+  if (layers_.steps().size() <= 1) return false;
+  layers_.FoldOldest();
+  return true;
 }
 
 }  // namespace latticed

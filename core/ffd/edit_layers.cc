@@ -15,6 +15,7 @@ void EditStep::Close(bool by_time_out) {
 
 bool EditStep::Overlaps(const EditStep& other) const {
   if (structural.has_value() || other.structural.has_value()) return true;
+  if (constraints.has_value() && other.constraints.has_value()) return true;
   auto a = indices.begin();
   auto b = other.indices.begin();
   while (a != indices.end() && b != other.indices.end()) {
@@ -37,10 +38,11 @@ size_t EditStep::MemoryBytes() const {
   if (structural.has_value()) {
     for (const auto& knots : structural->structure.knots) bytes += knots.size() * sizeof(double);
   }
+  if (constraints.has_value()) bytes += constraints->MemoryBytes();
   return bytes;
 }
 
-EditLayers::EditLayers(Lattice base) : base_{base, base}, lattice_(std::move(base)) {}
+EditLayers::EditLayers(Lattice base) : base_{.base = base, .initial = base}, lattice_(std::move(base)) {}
 
 EditLayers::EditLayers(LayersBase base, std::deque<EditStep> steps)
     : base_(std::move(base)), steps_(std::move(steps)) {
@@ -55,6 +57,13 @@ Lattice EditLayers::initial() const {
     }
   }
   return base_.initial;
+}
+
+const Constraints& EditLayers::constraints() const {
+  for (auto step = steps_.rbegin(); step != steps_.rend(); ++step) {
+    if (step->constraints.has_value()) return *step->constraints;
+  }
+  return base_.constraints;
 }
 
 size_t EditLayers::BaseBytes() const {
@@ -105,6 +114,7 @@ void EditLayers::Close(size_t position, bool timed_out) {
 void EditLayers::FoldOldest() {
   EditStep& oldest = steps_.front();
   bytes_ -= oldest.MemoryBytes();
+  if (oldest.constraints.has_value()) base_.constraints = *std::move(oldest.constraints);
   if (oldest.structural.has_value()) {
     const bool replaces = oldest.structural->replaces();
     base_.base = {std::move(oldest.structural->structure), std::move(oldest.positions)};

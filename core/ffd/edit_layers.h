@@ -55,6 +55,8 @@ struct EditStep {
   // The positions before the gesture of all points that it has ever touched.
   std::map<uint32_t, Vec3d> start;
   std::optional<Structural> structural;
+  // What edits keep from this step on. Of set_constraints, and of structural steps, whose control points are others.
+  std::optional<Constraints> constraints;
 
   void Close(bool by_time_out);
   bool Overlaps(const EditStep& other) const;
@@ -67,6 +69,7 @@ struct LayersBase {
   Lattice base;
   Lattice initial;
   uint64_t structure_step = 0;
+  Constraints constraints;
 };
 
 class EditLayers {
@@ -78,6 +81,8 @@ class EditLayers {
   const Lattice& lattice() const { return lattice_; }
   // The lattice that the layers began with, or the last replacement as it was made.
   Lattice initial() const;
+  // What edits keep now.
+  const Constraints& constraints() const;
   const LayersBase& base() const { return base_; }
   // Oldest first.
   const std::deque<EditStep>& steps() const { return steps_; }

@@ -47,12 +47,15 @@ absl::Status Check(const LatticeStructure& s, int axis, double value, std::strin
   return absl::OkStatus();
 }
 
-// New point i of a row is (1 - weight[i]) P_{i-1} + weight[i] P_i.
-std::vector<double> Weights(const LatticeStructure& s, size_t axis, double value, int span) {
-  const int degree = s.degree[axis];
-  const auto& knots = s.knots[axis];
-  std::vector<double> weights(static_cast<size_t>(s.size[axis]) + 1);
-  for (int i = 0; i <= s.size[axis]; ++i) {
+}  // namespace
+
+std::vector<double> InsertionWeights(const LatticeStructure& s, int axis, double value) {
+  const auto a = static_cast<size_t>(axis);
+  const int degree = s.degree[a];
+  const auto& knots = s.knots[a];
+  const int span = FindLowerSpan(knots.data(), degree, s.size[a], value);
+  std::vector<double> weights(static_cast<size_t>(s.size[a]) + 1);
+  for (int i = 0; i <= s.size[a]; ++i) {
     const auto n = static_cast<size_t>(i);
     if (i <= span - degree) {
       weights[n] = 1;
@@ -66,15 +69,12 @@ std::vector<double> Weights(const LatticeStructure& s, size_t axis, double value
   return weights;
 }
 
-}  // namespace
-
 absl::StatusOr<Lattice> WithKnotInserted(const Lattice& lattice, int axis, double value,
                                          std::string_view field) {
   const LatticeStructure& s = lattice.structure;
   LATTICED_RETURN_IF_ERROR(Check(s, axis, value, field));
   const auto a = static_cast<size_t>(axis);
-  const int span = FindLowerSpan(s.knots[a].data(), s.degree[a], s.size[a], value);
-  const std::vector<double> weights = Weights(s, a, value, span);
+  const std::vector<double> weights = InsertionWeights(s, axis, value);
 
   Lattice result{s, {}};
   auto& knots = result.structure.knots[a];

@@ -17,6 +17,7 @@
 #define LATTICED_CORE_FFD_KNOT_INSERTION_H_
 
 #include <string_view>
+#include <vector>
 
 #include "absl/status/statusor.h"
 #include "core/ffd/lattice.h"
@@ -28,6 +29,10 @@ namespace latticed {
 // limits::kMaxControlPoints would result.
 [[nodiscard]] absl::StatusOr<Lattice> WithKnotInserted(const Lattice& lattice, int axis,
                                                        double value, std::string_view field);
+
+// The numbers a_i, for i from 0 to the axis' size: 1 where Q_i = P_i, 0 where Q_i = P_{i-1}. The insertion must be legal.
+[[nodiscard]] std::vector<double> InsertionWeights(const LatticeStructure& structure, int axis,
+                                                   double value);
 
 // Inserts every knot of `structure` that the lattice lacks. `structure` must result from the lattice's by insertions.
 [[nodiscard]] absl::StatusOr<Lattice> WithKnotsOf(const Lattice& lattice,

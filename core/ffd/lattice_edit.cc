@@ -9,6 +9,7 @@
 #include "core/base/error.h"
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
+#include "core/ffd/constraints/point_freedom.h"
 #include "core/ffd/control_point_range.h"
 #include "core/ffd/direct_manipulation.h"
 #include "core/ffd/knot_insertion.h"
@@ -16,6 +17,11 @@
 #include "fmt/format.h"
 
 namespace latticed {
+
+absl::Status NotAlone(std::string_view field) {
+  return error::InvalidField(field, "must be the only edit of its batch, outside any gesture");
+}
+
 namespace {
 
 // Indices must be in range, and none may come twice: the order of two changes of one point would
@@ -50,8 +56,10 @@ absl::Status CheckCount(size_t got, size_t expected, const std::string& field) {
 
 absl::Status Write(EditTarget& target, uint32_t index, Vec3d position, const std::string& field) {
   LATTICED_RETURN_IF_ERROR(CheckControlPoint(position, field));
+  if (target.freedom != nullptr && target.freedom->is_held(index)) return absl::OkStatus();
   target.lattice.control_points[index] = position;
   target.written[index] = true;
+  target.named.push_back(index);
   return absl::OkStatus();
 }
 
@@ -153,7 +161,8 @@ absl::Status Apply(const DragPoints& edit, std::string_view field, EditTarget& t
     status = CheckListed(edit.targets, n, path + ".targets");
   }
   if (!status.ok()) return status;
-  const ControlPointMoves moves = DragToTargets(target.lattice, edit.points, edit.targets);
+  const ControlPointMoves moves =
+      DragToTargets(target.lattice, edit.points, edit.targets, target.freedom);
   for (size_t n = 0; status.ok() && n < moves.indices.size(); ++n) {
     const uint32_t index = moves.indices[n];
     status = Write(target, index, target.lattice.control_points[index] + moves.offsets[n],
@@ -173,17 +182,8 @@ absl::Status Apply(const Reset& edit, absl::FunctionRef<Lattice()> initial, std:
   return WriteAll(refined.control_points, path, target);
 }
 
-}  // namespace
-
-EditTarget::EditTarget(Lattice start)
-    : lattice(std::move(start)), written(lattice.control_points.size()) {}
-
-absl::Status NotAlone(std::string_view field) {
-  return error::InvalidField(field, "must be the only edit of its batch, outside any gesture");
-}
-
-absl::Status ApplyEdit(const Edit& edit, absl::FunctionRef<Lattice()> initial,
-                       std::string_view field, EditTarget& target) {
+absl::Status ApplyFreely(const Edit& edit, absl::FunctionRef<Lattice()> initial,
+                         std::string_view field, EditTarget& target) {
   return std::visit(
       [&](const auto& e) -> absl::Status {
         using T = std::decay_t<decltype(e)>;
@@ -191,6 +191,8 @@ absl::Status ApplyEdit(const Edit& edit, absl::FunctionRef<Lattice()> initial,
           return NotAlone(fmt::format("{}.insert_knot", field));
         } else if constexpr (std::is_same_v<T, ReplaceLattice>) {
           return NotAlone(fmt::format("{}.replace_lattice", field));
+        } else if constexpr (std::is_same_v<T, SetConstraints>) {
+          return NotAlone(fmt::format("{}.set_constraints", field));
         } else if constexpr (std::is_same_v<T, Undo>) {
           return NotAlone(fmt::format("{}.undo", field));
         } else if constexpr (std::is_same_v<T, Redo>) {
@@ -204,12 +206,35 @@ absl::Status ApplyEdit(const Edit& edit, absl::FunctionRef<Lattice()> initial,
       edit);
 }
 
+}  // namespace
+
+EditTarget::EditTarget(Lattice start)
+    : lattice(std::move(start)), written(lattice.control_points.size()) {}
+
+absl::Status ApplyEdit(const Edit& edit, absl::FunctionRef<Lattice()> initial,
+                       std::string_view field, EditTarget& target) {
+  target.named.clear();
+  LATTICED_RETURN_IF_ERROR(ApplyFreely(edit, initial, field, target));
+  if (target.freedom == nullptr || !target.freedom->is_mirrored()) return absl::OkStatus();
+  auto& points = target.lattice.control_points;
+  for (const uint32_t index : target.freedom->Symmetrise(target.named, points)) {
+    LATTICED_RETURN_IF_ERROR(CheckControlPoint(points[index], field));
+    target.written[index] = true;
+  }
+  return absl::OkStatus();
+}
+
 absl::StatusOr<StructureChange> ChangeStructure(const Lattice& lattice, const StructureEdit& edit,
                                                 std::string_view field,
-                                                const AdmitStructure& admit) {
+                                                const AdmitStructure& admit,
+                                                std::optional<int> mirror) {
   if (const auto* insert = std::get_if<InsertKnot>(&edit); insert != nullptr) {
     LATTICED_ASSIGN_OR_RETURN(auto refined,
                               WithKnotInserted(lattice, insert->axis, insert->value, field));
+    if (const auto image = MirroredKnot(lattice.structure, insert->axis, insert->value);
+        mirror == insert->axis && image.has_value()) {
+      LATTICED_ASSIGN_OR_RETURN(refined, WithKnotInserted(refined, insert->axis, *image, field));
+    }
     LATTICED_RETURN_IF_ERROR(admit(refined.structure));
     return StructureChange{std::move(refined)};
   }

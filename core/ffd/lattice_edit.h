@@ -25,6 +25,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "core/base/vec.h"
+#include "core/ffd/constraints/constraints.h"
 #include "core/ffd/lattice.h"
 
 namespace latticed {
@@ -72,10 +73,13 @@ struct Undo {
   UndoScope scope = UndoScope::kMine;
 };
 struct Redo {};
+struct SetConstraints {
+  Constraints constraints;
+};
 
-using Edit =
-    std::variant<SetControlPoints, MoveControlPoints, TransformControlPoints, ReplaceControlPoints,
-                 DragPoints, InsertKnot, ReplaceLattice, Reset, Undo, Redo>;
+using Edit = std::variant<SetControlPoints, MoveControlPoints, TransformControlPoints,
+                          ReplaceControlPoints, DragPoints, InsertKnot, ReplaceLattice, Reset, Undo,
+                          Redo, SetConstraints>;
 
 enum class GesturePhase {
   kUpdate,  // replaces the gesture's previous update; the meaning of an unspecified phase
@@ -93,6 +97,8 @@ struct EditBatch {
   std::vector<Edit> edits;
   bool refuse_folds =
       false;  // the scene refuses the batch if it makes a new fold (core/folds/new_fold.h)
+  // In place of the volume that the constraints keep.
+  std::optional<KeptVolume> keep_volume;
   // Not OK: the request could not be parsed. The batch is then refused with this status, in its
   // place in the editor's sequence.
   absl::Status refusal;
@@ -105,17 +111,22 @@ const T* LoneEdit(const EditBatch& batch) {
   return std::get_if<T>(&batch.edits.front());
 }
 
+class PointFreedom;
+
 // The lattice to which the edits of a batch are applied, one after the other.
 struct EditTarget {
   Lattice lattice;
+  const PointFreedom* freedom = nullptr;  // null: all points are free
   std::vector<bool> written;  // per control point
   double drag_residual = 0;   // the largest of the drags, world units
+  std::vector<uint32_t> named;  // what the present edit has written
 
   explicit EditTarget(Lattice start);
 };
 
-// Applies one edit; `field` is its path, such as "edits[2]". Errors: kInvalidArgument, also for insert_knot,
-// replace_lattice, undo and redo, which need a history and must be alone in their batch.
+// Applies one edit, as far as the target's freedom allows: held points stay, and images in the mirror move too. `field` is
+// its path, such as "edits[2]". Errors: kInvalidArgument, also for insert_knot, replace_lattice, set_constraints, undo and
+// redo, which need a history and must be alone in their batch.
 // `initial` is called for the lattice that kInitial means.
 [[nodiscard]] absl::Status ApplyEdit(const Edit& edit, absl::FunctionRef<Lattice()> initial,
                                      std::string_view field, EditTarget& target);
@@ -135,12 +146,14 @@ using AdmitStructure = std::function<absl::Status(const LatticeStructure&)>;
 using AdmitPoints =
     std::function<absl::Status(const LatticeStructure&, std::span<const Vec3d> control_points)>;
 
-// Makes another lattice of `lattice`. The edit's own lattice must be valid. Errors: kInvalidArgument naming a field that
+// Makes another lattice of `lattice`. A knot on the axis `mirror` is inserted together with its mirror image. The edit's own
+// lattice must be valid. Errors: kInvalidArgument naming a field that
 // begins with `field`; those of `admit`.
 [[nodiscard]] absl::StatusOr<StructureChange> ChangeStructure(const Lattice& lattice,
                                                               const StructureEdit& edit,
                                                               std::string_view field,
-                                                              const AdmitStructure& admit);
+                                                              const AdmitStructure& admit,
+                                                              std::optional<int> mirror = {});
 
 // Whether two points have the same bits. A point "has not moved" if this is so.
 [[nodiscard]] inline bool SameBits(Vec3d a, Vec3d b) {

@@ -51,6 +51,7 @@ inline void ExpectSame(const EditStep& a, const EditStep& b) {
   EXPECT_TRUE(std::ranges::equal(a.start, b.start, [](const auto& p, const auto& q) {
     return p.first == q.first && SameBits(p.second, q.second);
   }));
+  EXPECT_EQ(a.constraints, b.constraints);
   ASSERT_EQ(a.structural.has_value(), b.structural.has_value());
   if (!a.structural.has_value()) return;
   EXPECT_EQ(a.structural->structure, b.structural->structure);
@@ -64,6 +65,8 @@ inline void ExpectSame(const EditHistory& a, const EditHistory& b) {
   EXPECT_EQ(p.clock, q.clock);
   EXPECT_EQ(p.records, q.records);
   EXPECT_EQ(p.base.structure_step, q.base.structure_step);
+  EXPECT_EQ(p.base.constraints, q.base.constraints);
+  EXPECT_EQ(a.constraints(), b.constraints());
   ExpectSame(p.base.base, q.base.base);
   ExpectSame(p.base.initial, q.base.initial);
   ExpectSame(a.lattice(), b.lattice());
@@ -95,6 +98,10 @@ class RandomBatches {
     const auto count = static_cast<uint32_t>(history.lattice().control_points.size());
     if (Below(8) == 0) {
       batch.edits = {Structural(history.lattice())};
+      return batch;
+    }
+    if (Below(10) == 0) {
+      batch.edits = {SetConstraints{SomeConstraints(count)}};
       return batch;
     }
     if (Below(4) == 0) {
@@ -131,6 +138,16 @@ class RandomBatches {
       default:
         return MoveControlPoints{{index}, Point()};
     }
+  }
+  Constraints SomeConstraints(uint32_t count) {
+    Constraints constraints;
+    if (Below(2) == 0) constraints.held = {Below(count + count / 20)};  // sometimes out of range
+    if (Below(2) == 0) {
+      constraints.held_layers = {{static_cast<int>(Below(3)), Below(2) == 0, 1}};
+    }
+    if (Below(2) == 0) constraints.mirror = static_cast<int>(Below(3));
+    if (Below(2) == 0) constraints.volume = KeptVolume{.axis = 2, .volume = 1 + Unit()};
+    return constraints;
   }
   Edit Structural(const Lattice& lattice) {
     if (Below(2) == 0) return InsertKnot{static_cast<int>(Below(3)), 0.5 + Unit()};
