@@ -129,6 +129,7 @@ absl::StatusOr<Scene::Prepared> Scene::Prepare(const LatticeStructure& structure
     LATTICED_RETURN_IF_ERROR(stop());
     SceneState state;
     state.patch_tree = std::make_shared<const PatchTree>(*plan);
+    state.measures = std::make_shared<SceneMeasures>(plan, &backend.memory(), config_.account);
     state.influential = std::make_shared<const std::vector<bool>>(InfluentialPoints(*plan));
     const uint64_t bytes = HostBytes(target->memory()) + state.patch_tree->MemoryBytes() +
                            LatticeBytes(structure) + LeastHistoryBytes(structure) +
@@ -159,6 +160,9 @@ MemoryUse Scene::memory() const {
   MemoryUse use = head.target->memory();
   use["mesh"] += config_.mesh->MemoryBytes();
   use["patch_tree"] += head.state->patch_tree->MemoryBytes();
+  if (const uint64_t moments = head.state->measures->MemoryBytes(); moments > 0) {
+    use["moments"] += moments;
+  }
   use["lattice"] += LatticeBytes(head.state->structure());
   use["history"] += history_bytes_.load();
   if (const uint64_t bytes = point_sets_.MemoryBytes(); bytes > 0) use["point_sets"] += bytes;

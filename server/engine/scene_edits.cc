@@ -206,7 +206,7 @@ void Scene::Publish(const EditCommit& commit, std::shared_ptr<TargetSlot> target
       const bool all = commit.structure_changed || (commit.box_changed && HasPositions(key.spec));
       all ? view->MarkAllDirty() : view->MarkDirty(commit.dirty);
     }
-    log_.Add(commit.delta, commit.structure_changed);
+    log_.Add(commit.delta, commit.structure_changed || commit.constraints_changed);
     last_use_ = absl::Now();
   }
   ++counts().edits_applied;

@@ -27,6 +27,7 @@
 #include "server/rpc/access/tenant_access.h"
 #include "server/rpc/certify_folds.h"
 #include "server/rpc/deform_stream.h"
+#include "server/rpc/measure_scene.h"
 #include "server/rpc/method.h"
 #include "server/rpc/patch_plan.h"
 #include "server/rpc/scene_list.h"
@@ -159,6 +160,16 @@ absl::Status PickInScene(const CallContext& context, const v1::PickRequest& requ
       *scene->State(), request, [&] { return CheckCancelled(context.call); }, &response);
 }
 
+absl::Status MeasureScene(const CallContext& context, const v1::MeasureSceneRequest& request,
+                          v1::MeasureSceneResponse& response) {
+  LATTICED_ASSIGN_OR_RETURN(const auto scene, SceneOf(context, request.scene()));
+  const auto state = scene->State();
+  const auto hold = scene->Hold();
+  LATTICED_RETURN_IF_ERROR(context.room.Hold(MeasureReplyBytes(*state, request)));
+  return MeasureState(
+      *state, request, [&] { return CheckCancelled(context.call); }, &response);
+}
+
 absl::Status ControlWatch(const CallContext& context, const v1::ControlWatchRequest& request,
                           v1::ControlWatchResponse& response) {
   if (!request.scene().empty()) {
@@ -289,6 +300,8 @@ constexpr UnaryMethod kEvaluatePoints{Rpc{"SceneService/EvaluatePoints", Role::k
 constexpr UnaryMethod kPick{Rpc{"SceneService/Pick", Role::kRead, kForShares}, PickInScene};
 constexpr UnaryMethod kCertifyFolds{Rpc{"SceneService/CertifyFolds", Role::kRead, kForShares},
                                     CertifyFolds, Lane::kLong};
+constexpr UnaryMethod kMeasureScene{Rpc{"SceneService/MeasureScene", Role::kRead, kForShares},
+                                    MeasureScene, Lane::kLong};
 constexpr UnaryMethod kControlWatch{Rpc{"SceneService/ControlWatch", Role::kRead, kForShares},
                                     ControlWatch};
 constexpr PartMethod kGetTopology{Rpc{"SceneService/GetTopology", Role::kRead, kForShares},
@@ -311,8 +324,9 @@ using Edits = S::WithRawCallbackMethod_GetLattice<
     S::WithRawCallbackMethod_ApplyEdits<S::WithRawCallbackMethod_ControlWatch<Scenes>>>;
 using Plans = S::WithRawCallbackMethod_GetTopology<S::WithRawCallbackMethod_GetPatchPlan<Edits>>;
 using Points = S::WithRawCallbackMethod_Pick<S::WithRawCallbackMethod_EvaluatePoints<Plans>>;
-using SceneServiceBase =
-    S::WithRawCallbackMethod_Export<S::WithRawCallbackMethod_CertifyFolds<Points>>;
+using Measures =
+    S::WithRawCallbackMethod_CertifyFolds<S::WithRawCallbackMethod_MeasureScene<Points>>;
+using SceneServiceBase = S::WithRawCallbackMethod_Export<Measures>;
 
 class SceneServiceImpl final : public SceneServiceBase {
  public:
@@ -344,6 +358,9 @@ class SceneServiceImpl final : public SceneServiceBase {
   }
   UnaryReactor* CertifyFolds(Context* context, const Bytes* request, Bytes* response) override {
     return kCertifyFolds.Run(env_, context, request, response);
+  }
+  UnaryReactor* MeasureScene(Context* context, const Bytes* request, Bytes* response) override {
+    return kMeasureScene.Run(env_, context, request, response);
   }
   UnaryReactor* ControlWatch(Context* context, const Bytes* request, Bytes* response) override {
     return kControlWatch.Run(env_, context, request, response);

@@ -13,6 +13,7 @@
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
+#include "server/wire/constraint_converters.h"
 #include "server/wire/converters.h"
 #include "server/wire/enum_table.h"
 #include "server/wire/fold_converters.h"
@@ -152,6 +153,12 @@ absl::StatusOr<Edit> Read(const v1::Undo& edit, std::string_view field) {
   return Undo{scope};
 }
 
+absl::StatusOr<Edit> Read(const v1::SetConstraints& edit, std::string_view field) {
+  LATTICED_ASSIGN_OR_RETURN(
+      auto constraints, FromProto(edit.constraints(), fmt::format("{}.constraints", field)));
+  return SetConstraints{std::move(constraints)};
+}
+
 absl::StatusOr<Edit> ReadEdit(const v1::Edit& edit, const PolygonMesh& mesh,
                               const std::string& field) {
   switch (edit.edit_case()) {
@@ -176,7 +183,7 @@ absl::StatusOr<Edit> ReadEdit(const v1::Edit& edit, const PolygonMesh& mesh,
     case v1::Edit::kRedo:
       return Redo{};
     case v1::Edit::kSetConstraints:
-      return error::Unsupported(field, "set_constraints");
+      return Read(edit.set_constraints(), field + ".set_constraints");
     case v1::Edit::EDIT_NOT_SET:
       break;
   }
@@ -196,6 +203,9 @@ absl::StatusOr<EditBatch> FromProto(const v1::EditBatch& batch, const PolygonMes
   LATTICED_ASSIGN_OR_RETURN(result.gesture_phase,
                             ReadEnum(kPhases, batch.gesture_phase(), "gesture_phase"));
   result.refuse_folds = batch.refuse_folds();
+  if (batch.has_keep_volume()) {
+    LATTICED_ASSIGN_OR_RETURN(result.keep_volume, FromProto(batch.keep_volume(), "keep_volume"));
+  }
   result.edits.reserve(static_cast<size_t>(batch.edits_size()));
   for (int i = 0; i < batch.edits_size(); ++i) {
     // Refused before it is read: many short ones would take far more memory than the request.
@@ -223,9 +233,10 @@ EditBatch BatchFromProto(const v1::EditBatch& batch, const PolygonMesh& mesh) {
 bool MayTakeLong(const v1::EditBatch& batch, bool fold_watch) {
   constexpr int kQuickDragPoints = 64, kQuickEdits = 64, kQuickFoldPoints = 64;
   int points = 0, moved = 0;
+  if (batch.has_keep_volume()) return true;
   for (const v1::Edit& edit : batch.edits()) {
     if (edit.has_insert_knot() || edit.has_replace_lattice() || edit.has_reset() ||
-        edit.has_undo() || edit.has_redo()) {
+        edit.has_set_constraints() || edit.has_undo() || edit.has_redo()) {
       return true;
     }
     points += edit.drag_points().points_size();

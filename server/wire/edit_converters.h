@@ -25,9 +25,9 @@ namespace latticed {
 // editor's sequence.
 [[nodiscard]] EditBatch BatchFromProto(const v1::EditBatch& batch, const PolygonMesh& mesh);
 
-// Whether applying the batch may take more than a millisecond: it drags many points, or it may change the
-// structure, and a plan must be made. Where it is examined for folds, as in scenes with fold_watch, also if it moves many
-// control points.
+// Whether applying the batch may take more than a millisecond: it drags many points or keeps a volume, or it may change
+// the structure, and a plan must be made. Where it is examined for folds, as in scenes with fold_watch, also if it moves
+// many control points.
 [[nodiscard]] bool MayTakeLong(const v1::EditBatch& batch, bool fold_watch = false);
 
 // Sets all fields but the timings.

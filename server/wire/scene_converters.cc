@@ -14,6 +14,7 @@
 #include "google/protobuf/io/zero_copy_stream_impl_lite.h"
 #include "server/base/auth/tenant.h"
 #include "server/base/labels.h"
+#include "server/wire/constraint_converters.h"
 #include "server/wire/converters.h"
 #include "server/wire/enum_table.h"
 #include "server/wire/mesh_units.h"
@@ -191,6 +192,9 @@ v1::LatticeState LatticeStateToProto(const SceneState& state) {
   *result.mutable_lattice() = ToProto(state.structure(), *state.control_points);
   result.set_structure_id(state.structure_id);
   result.set_revision(state.revision);
+  if (*state.constraints != Constraints{}) {
+    *result.mutable_constraints() = ToProto(*state.constraints);
+  }
   return result;
 }
 

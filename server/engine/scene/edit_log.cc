@@ -17,8 +17,8 @@ constexpr size_t kMaxPoints = 262'144;
 
 }  // namespace
 
-void EditLog::Add(const std::shared_ptr<const LatticeDelta>& delta, bool structure_changed) {
-  if (structure_changed) {
+void EditLog::Add(const std::shared_ptr<const LatticeDelta>& delta, bool needs_whole) {
+  if (needs_whole) {
     deltas_.clear();
     emptied_ = points_ = 0;
   } else {

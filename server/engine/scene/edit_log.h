@@ -38,9 +38,9 @@ class EditLog {
     std::vector<std::shared_ptr<const LatticeDelta>> deltas;
   };
 
-  // Adds the edit that made the newest revision. If it changed the structure, the log forgets it and all
-  // earlier ones.
-  void Add(const std::shared_ptr<const LatticeDelta>& delta, bool structure_changed);
+  // Adds the edit that made the newest revision. If it changed the structure or the constraints, a delta does not tell all:
+  // the log forgets it and all earlier ones.
+  void Add(const std::shared_ptr<const LatticeDelta>& delta, bool needs_whole);
   // The last edit of an editor, from before the log began.
   void Remember(const std::string& editor_id, uint64_t sequence, uint64_t revision) {
     last_edits_[editor_id] = {sequence, revision};

@@ -28,6 +28,7 @@ std::shared_ptr<const SceneState> SceneEditor::FirstState(
   planned.structure_id = history_.structure_id();
   planned.control_points =
       std::make_shared<const std::vector<Vec3d>>(history_.lattice().control_points);
+  planned.constraints = std::make_shared<const Constraints>(history_.constraints());
   const Bounds bounds = BoundsOf(planned);
   planned.box = box.has_value() ? *box : FitQuantisationBox(bounds, 1);
   // A box that was not made here, or by another build, may be too small.
@@ -53,9 +54,12 @@ absl::StatusOr<EditCommit> SceneEditor::Apply(const EditBatch& batch, const Scen
       return folds_.Admit(before, stays ? before.plan : candidate->state->plan, points);
     };
   }
-  auto outcome = history_.Apply(batch, now, admit, refuse_folds);
+  const SceneVolumeKeeper keeper(before.measures);
+  auto outcome = history_.Apply(batch, now, admit, refuse_folds, &keeper);
   if (!outcome.ok()) return outcome.status();
-  EditCommit commit{.summary = outcome->summary, .structure_changed = outcome->structure_changed};
+  EditCommit commit{.summary = outcome->summary,
+                    .structure_changed = outcome->structure_changed,
+                    .constraints_changed = outcome->constraints_changed};
   if (outcome->repeated) {
     if (!commit.summary.status.ok()) return commit.summary.status;
     return commit;
@@ -86,6 +90,10 @@ SceneState SceneEditor::NextState(const EditBatch& batch, const SceneState& befo
   next.structure_id = history_.structure_id();
   next.control_points =
       std::make_shared<const std::vector<Vec3d>>(history_.lattice().control_points);
+  next.constraints = before.constraints;
+  if (*next.constraints != history_.constraints()) {
+    next.constraints = std::make_shared<const Constraints>(history_.constraints());
+  }
   next.commit_time = now;
   next.gesture_open = history_.gesture_open();
   const bool ends_gesture = !batch.gesture_id.empty() &&

@@ -42,6 +42,7 @@ struct EditCommit {
   std::shared_ptr<const SceneState> state;
   std::shared_ptr<const LatticeDelta> delta;
   bool structure_changed = false;
+  bool constraints_changed = false;
   bool box_changed = false;     // the quantisation box is new
   std::vector<uint32_t> dirty;  // chunks, ascending
 };

@@ -13,10 +13,12 @@
 
 #include "absl/time/time.h"
 #include "core/base/bounds.h"
+#include "core/ffd/constraints/constraints.h"
 #include "core/ffd/deform_plan.h"
 #include "core/ffd/lattice.h"
 #include "core/ffd/patch_tree.h"
 #include "core/ffd/quantisation_box.h"
+#include "server/engine/scene/scene_measures.h"
 
 namespace latticed {
 
@@ -25,7 +27,9 @@ struct SceneState {
   uint64_t structure_id = 1;  // names knots and frame; a new plan has a new one
   std::shared_ptr<const DeformPlan> plan;
   std::shared_ptr<const PatchTree> patch_tree;  // of the plan
+  std::shared_ptr<SceneMeasures> measures;     // of the plan
   std::shared_ptr<const std::vector<Vec3d>> control_points;
+  std::shared_ptr<const Constraints> constraints;  // what edits keep; never null in a scene
   QuantisationBox box;
   // Which control points influence any patch: the box must hold these, and the patches outside.
   std::shared_ptr<const std::vector<bool>> influential;

@@ -87,6 +87,46 @@ absl::StatusOr<StructureEdit> StructureEditFromStored(const store::Edit& stored)
   return InsertKnot{static_cast<int>(stored.insert_knot().axis()), stored.insert_knot().value()};
 }
 
+void ToStored(const Constraints& constraints, store::Constraints& stored) {
+  stored.mutable_held()->Add(constraints.held.begin(), constraints.held.end());
+  for (const HeldLayers& layers : constraints.held_layers) {
+    store::HeldLayers& item = *stored.add_held_layers();
+    item.set_axis(static_cast<uint32_t>(layers.axis));
+    item.set_at_end(layers.at_end);
+    item.set_layers(static_cast<uint32_t>(layers.layers));
+  }
+  if (constraints.mirror.has_value()) {
+    stored.set_mirror(static_cast<uint32_t>(*constraints.mirror));
+  }
+  if (!constraints.volume.has_value()) return;
+  store::KeptVolume& volume = *stored.mutable_volume();
+  if (constraints.volume->axis.has_value()) {
+    volume.set_axis(static_cast<uint32_t>(*constraints.volume->axis));
+  }
+  if (constraints.volume->volume.has_value()) volume.set_volume(*constraints.volume->volume);
+}
+// Whether they fit the lattice, the history checks.
+absl::StatusOr<Constraints> FromStored(const store::Constraints& stored) {
+  constexpr uint32_t kMostAxis = 2;
+  Constraints constraints{.held = {stored.held().begin(), stored.held().end()}};
+  for (const store::HeldLayers& item : stored.held_layers()) {
+    if (item.axis() > kMostAxis || item.layers() > static_cast<uint32_t>(kMostHeldLayers)) {
+      return NotARecord("held layers");
+    }
+    constraints.held_layers.push_back(
+        {static_cast<int>(item.axis()), item.at_end(), static_cast<int>(item.layers())});
+  }
+  if (stored.mirror() > kMostAxis || stored.volume().axis() > kMostAxis) {
+    return NotARecord("the axis of a constraint");
+  }
+  if (stored.has_mirror()) constraints.mirror = static_cast<int>(stored.mirror());
+  if (!stored.has_volume()) return constraints;
+  KeptVolume& volume = constraints.volume.emplace();
+  if (stored.volume().has_axis()) volume.axis = static_cast<int>(stored.volume().axis());
+  if (stored.volume().has_volume()) volume.volume = stored.volume().volume();
+  return constraints;
+}
+
 void ToStored(const std::vector<uint32_t>& indices, const std::vector<Vec3d>& positions,
               store::Points& stored) {
   stored.mutable_indices()->Add(indices.begin(), indices.end());
@@ -115,6 +155,8 @@ void ToStored(const EditBatch& batch, store::Record& stored) {
     stored.mutable_edit()->set_redo(true);
   } else if (const auto* insert = std::get_if<InsertKnot>(&edit)) {
     ToStored(*insert, *stored.mutable_edit());
+  } else if (const auto* set = std::get_if<SetConstraints>(&edit)) {
+    ToStored(set->constraints, *stored.mutable_edit()->mutable_set_constraints());
   } else {
     stored.mutable_edit()->set_replace_keeps_shape(std::get<ReplaceLattice>(edit).keep_shape);
   }
@@ -124,6 +166,10 @@ absl::StatusOr<Edit> FromStored(const store::Edit& stored) {
   if (stored.has_undo()) {
     if (stored.undo() > static_cast<uint32_t>(UndoScope::kScene)) return NotARecord("undo");
     return Undo{static_cast<UndoScope>(stored.undo())};
+  }
+  if (stored.has_set_constraints()) {
+    LATTICED_ASSIGN_OR_RETURN(auto constraints, FromStored(stored.set_constraints()));
+    return SetConstraints{std::move(constraints)};
   }
   LATTICED_ASSIGN_OR_RETURN(const auto edit, StructureEditFromStored(stored));
   return std::visit([](const auto& e) -> Edit { return e; }, edit);
@@ -160,6 +206,7 @@ void ToStored(const EditStep& step, store::Step& stored) {
     stored.mutable_start()->add_indices(index);
     for (int axis = 0; axis < 3; ++axis) stored.mutable_start()->add_positions(position[axis]);
   }
+  if (step.constraints.has_value()) ToStored(*step.constraints, *stored.mutable_constraints());
   if (!step.structural.has_value()) {
     return ToStored(step.indices, step.positions, *stored.mutable_points());
   }
@@ -178,6 +225,9 @@ absl::StatusOr<EditStep> FromStored(const store::Step& stored) {
   LATTICED_ASSIGN_OR_RETURN(const auto start, FromStored(stored.start()));
   for (size_t n = 0; n < start.indices.size(); ++n) {
     step.start.emplace(start.indices[n], start.positions[n]);
+  }
+  if (stored.has_constraints()) {
+    LATTICED_ASSIGN_OR_RETURN(step.constraints, FromStored(stored.constraints()));
   }
   if (stored.has_structure()) {
     LATTICED_ASSIGN_OR_RETURN(auto lattice, LatticeFromStored(stored.structure()));
@@ -232,6 +282,7 @@ std::string EncodeImage(const SceneImage& image) {
   ToStored(history.base.base, *stored.mutable_base());
   ToStored(history.base.initial, *stored.mutable_initial());
   stored.set_structure_step(history.base.structure_step);
+  ToStored(history.base.constraints, *stored.mutable_constraints());
   for (const EditStep& step : history.steps) ToStored(step, *stored.add_steps());
   for (const UndoneStep& undone : history.undone) {
     store::UndoneStep& item = *stored.add_undone();
@@ -264,6 +315,7 @@ absl::StatusOr<SceneImage> DecodeImage(std::string_view bytes) {
   LATTICED_ASSIGN_OR_RETURN(history.base.base, LatticeFromStored(stored.base()));
   LATTICED_ASSIGN_OR_RETURN(history.base.initial, LatticeFromStored(stored.initial()));
   history.base.structure_step = stored.structure_step();
+  LATTICED_ASSIGN_OR_RETURN(history.base.constraints, FromStored(stored.constraints()));
   for (const store::Step& item : stored.steps()) {
     LATTICED_ASSIGN_OR_RETURN(auto step, FromStored(item));
     history.steps.push_back(std::move(step));

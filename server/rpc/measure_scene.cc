@@ -1,0 +1,124 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/rpc/measure_scene.h"
+
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/base/status_macros.h"
+#include "core/measure/enclosed_volume.h"
+#include "core/measure/surface_area.h"
+#include "core/measure/surface_bounds.h"
+#include "fmt/format.h"
+#include "server/wire/converters.h"
+
+namespace latticed {
+namespace {
+
+constexpr double kLeastAreaTolerance = 1e-12, kMostAreaTolerance = 0.1, kAreaTolerance = 1e-6;
+
+struct Wanted {
+  bool volume = false, area = false, centroid = false, bounds = false;
+  double area_tolerance = kAreaTolerance;
+};
+
+absl::StatusOr<Wanted> Read(const v1::MeasureSceneRequest& request) {
+  Wanted wanted;
+  if (request.measures().empty()) {
+    return error::InvalidField("measures", "at least one is needed");
+  }
+  for (int n = 0; n < request.measures_size(); ++n) {
+    switch (request.measures(n)) {
+      case v1::MEASURE_VOLUME:
+        wanted.volume = true;
+        break;
+      case v1::MEASURE_AREA:
+        wanted.area = true;
+        break;
+      case v1::MEASURE_CENTROID:
+        wanted.centroid = true;
+        break;
+      case v1::MEASURE_BOUNDS:
+        wanted.bounds = true;
+        break;
+      case v1::MEASURE_UNSPECIFIED:
+        return error::InvalidField(fmt::format("measures[{}]", n), "must be set");
+      default:
+        return error::Unsupported(fmt::format("measures[{}]", n), "this measure");
+    }
+  }
+  if (!request.has_area_tolerance()) return wanted;
+  wanted.area_tolerance = request.area_tolerance();
+  if (std::isnan(wanted.area_tolerance)) return error::NotFinite("area_tolerance");
+  LATTICED_RETURN_IF_ERROR(error::CheckRange("area_tolerance", wanted.area_tolerance,
+                                             kLeastAreaTolerance, kMostAreaTolerance));
+  return wanted;
+}
+
+absl::Status MeasureInside(const SceneState& state, const Wanted& wanted, bool with_gradient,
+                           StopCheck stop, v1::MeasureSceneResponse& response) {
+  const auto& points = *state.control_points;
+  LATTICED_RETURN_IF_ERROR(state.measures->CheckClosed(points));
+  const auto order =
+      wanted.centroid ? SurfaceMoments::Order::kCentroid : SurfaceMoments::Order::kVolume;
+  LATTICED_ASSIGN_OR_RETURN(const auto moments, state.measures->Moments(order, stop));
+  EnclosedVolume volume;
+  if (wanted.centroid) {
+    EnclosedCentroid centroid = MeasureCentroid(*moments, points);
+    if (!IsFinite(centroid.centroid)) {
+      return error::FailedPrecondition("NO_VOLUME",
+                                       "the enclosed volume is 0, so it has no centroid");
+    }
+    volume = std::move(centroid.volume);
+    *response.mutable_centroid() = ToProto(centroid.centroid);
+    if (with_gradient) {
+      for (const auto& by_point : centroid.gradient) {
+        AppendPoints(by_point, *response.mutable_centroid_gradient());
+      }
+    }
+  } else {
+    volume = MeasureVolume(*moments, points);
+  }
+  if (!wanted.volume) return absl::OkStatus();
+  response.set_volume(volume.volume);
+  if (with_gradient) AppendPoints(volume.gradient, *response.mutable_volume_gradient());
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+uint64_t MeasureReplyBytes(const SceneState& state, const v1::MeasureSceneRequest& request) {
+  constexpr uint64_t kNumbers = 512;
+  constexpr uint64_t kGradients = 24 + 24 + 72;  // bytes a control point: volume, area, centroid
+  return kNumbers + (request.with_gradient() ? kGradients * state.control_points->size() : 0);
+}
+
+absl::Status MeasureState(const SceneState& state, const v1::MeasureSceneRequest& request,
+                          StopCheck stop, v1::MeasureSceneResponse* response) {
+  LATTICED_ASSIGN_OR_RETURN(const Wanted wanted, Read(request));
+  response->set_revision(state.revision);
+  response->set_structure_id(state.structure_id);
+  if (wanted.volume || wanted.centroid) {
+    LATTICED_RETURN_IF_ERROR(
+        MeasureInside(state, wanted, request.with_gradient(), stop, *response));
+  }
+  if (wanted.area) {
+    LATTICED_ASSIGN_OR_RETURN(const auto area,
+                              MeasureArea(*state.plan, *state.control_points, wanted.area_tolerance,
+                                          request.with_gradient(), stop));
+    response->set_area(area.area);
+    response->set_area_error(area.error);
+    AppendPoints(area.gradient, *response->mutable_area_gradient());
+  }
+  if (!wanted.bounds) return absl::OkStatus();
+  LATTICED_ASSIGN_OR_RETURN(
+      const Bounds bounds,
+      MeasureBounds(*state.plan, *state.patch_tree, *state.control_points, stop));
+  *response->mutable_least() = ToProto(bounds.min);
+  *response->mutable_greatest() = ToProto(bounds.max);
+  return absl::OkStatus();
+}
+
+}  // namespace latticed
