@@ -201,6 +201,25 @@ TEST_F(LatticectlServerTest, ResizesAndReplacesTheLatticeOfAScene) {
   ExpectFailure({"edit", "resize", "scene-one", "--size", "2,2,2"}, HasSubstr("--size, u: got 2"));
 }
 
+TEST_F(LatticectlServerTest, MeasuresAndKeepsTheVolume) {
+  MakeScene();  // of a vase, which is closed
+  const auto volume = [this] { return RunJson({"measure", "scene-one", "--volume"})["volume"].get<double>(); };
+  const double rest = volume();
+  EXPECT_THAT(Run({"measure", "scene-one"}),
+              ::testing::AllOf(HasSubstr("volume "), HasSubstr("area "), HasSubstr("centroid "),
+                               HasSubstr("bounds ")));
+  EXPECT_EQ(RunJson({"measure", "scene-one", "--area", "--gradient"})["areaGradient"].size() % 3, 0u);
+
+  Run({"edit", "constrain", "scene-one", "--keep-volume", "--volume-axis", "w", "--layers", "w-1",
+       "--mirror", "u", "--point", "1,1,1"});
+  Run({"edit", "move", "scene-one", "--point", "1,2,2", "--by", "0.2,0.1,0.3"});
+
+  EXPECT_NEAR(volume() / rest, 1, 1e-12);
+  ExpectFailure({"edit", "constrain", "scene-one", "--layers", "x+1"}, HasSubstr("'x+1' is not an axis"));
+  ExpectFailure({"edit", "constrain", "scene-one", "--point", "9,1,1"}, HasSubstr("--point 9,1,1"));
+  ExpectFailure({"edit", "constrain", "scene-one", "--volume", "0"}, HasSubstr("must not be 0"));
+}
+
 TEST_F(LatticectlServerTest, PicksAndDragsPointsOfTheSurface) {
   MakeScene();
   const std::string ray = "5,0.1,0.1,-1,0,0";

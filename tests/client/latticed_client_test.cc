@@ -123,7 +123,8 @@ TEST_F(ClientTest, AStopCancelsAllButDeletions) {
       client.ApplyEdits({}).status(),       client.EvaluatePoints({}).status(),
       client.GetUpdate(update).status(),    client.GetTopology(scene, "").status(),
       client.Export(file).status(),         client.Watch(watch).status(),
-      client.Deform(watch).status(),        client.Pick({}).status()};
+      client.Deform(watch).status(),        client.Pick({}).status(),
+      client.MeasureScene({}).status()};
   for (size_t i = 0; i < cancelled.size(); ++i) {
     EXPECT_THAT(cancelled[i], StatusIs(absl::StatusCode::kCancelled)) << i;
   }

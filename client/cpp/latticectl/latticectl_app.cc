@@ -20,6 +20,7 @@ void AddCommands(CLI::App& app, CommandLine& line) {
   AddEditCommands(app, line);
   AddPickCommand(app, line);
   AddFoldsCommand(app, line);
+  AddMeasureCommand(app, line);
   AddWatchCommand(app, line);
   AddExportCommand(app, line);
   AddPointsCommands(app, line);

@@ -246,6 +246,11 @@ absl::StatusOr<v1::SurfacePoint> Client::Pick(const v1::PickRequest& request) {
   return Call(*scenes_, &SceneStub::Pick, request, request.scene(), stop_);
 }
 
+absl::StatusOr<v1::MeasureSceneResponse> Client::MeasureScene(
+    const v1::MeasureSceneRequest& request) {
+  return Call(*scenes_, &SceneStub::MeasureScene, request, request.scene(), stop_);
+}
+
 void Client::WatchStreamSockets() {
   if (stream_channel_ == channel_) return;
   std::call_once(has_streams_, [this] { stream_sockets_.emplace(stream_channel_); });

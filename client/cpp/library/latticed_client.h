@@ -114,6 +114,10 @@ class Client {
   // The first point of the surface on a ray; kNotFound, reason NOTHING_HIT, if the ray misses it.
   [[nodiscard]] absl::StatusOr<v1::SurfacePoint> Pick(const v1::PickRequest& request);
 
+  // Measures of the exact deformed surface. kFailedPrecondition, reason OPEN_SURFACE, for the volume of an open one.
+  [[nodiscard]] absl::StatusOr<v1::MeasureSceneResponse> MeasureScene(
+      const v1::MeasureSceneRequest& request);
+
   // One complete update.
   [[nodiscard]] absl::StatusOr<Surface> GetUpdate(const v1::GetUpdateRequest& request,
                                                   const Progress& progress = {});

@@ -29,6 +29,7 @@ from latticed.evaluation import Evaluation
 from latticed.exported import Exported
 from latticed.folds import FoldedBox, FoldReport
 from latticed.lattice import Lattice
+from latticed.measures import Constraints, Measured
 from latticed.mesh import Mesh
 from latticed.patches.evaluator import PatchEvaluator
 from latticed.patches.plan import PatchPlan
@@ -51,6 +52,7 @@ __all__ = [
     "BackedUp",
     "Camera",
     "Client",
+    "Constraints",
     "DeformStream",
     "EditResult",
     "Evaluation",
@@ -60,6 +62,7 @@ __all__ = [
     "Gesture",
     "Lattice",
     "LatticedError",
+    "Measured",
     "Mesh",
     "PatchEvaluator",
     "PatchPattern",

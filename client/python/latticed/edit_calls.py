@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from latticed import edits
 from latticed.lattice import Lattice
+from latticed.measures import Constraints
 from latticed.surface_point import SurfacePoint
 from latticed.v1 import edit_pb2
 
@@ -58,10 +59,16 @@ class Gesture(PointEdits[Applied]):
     """
 
     def __init__(
-        self, apply: Callable[[edit_pb2.EditBatch], Applied], gesture_id: str, refuse_folds: bool = False
+        self,
+        apply: Callable[[edit_pb2.EditBatch], Applied],
+        gesture_id: str,
+        refuse_folds: bool = False,
+        keep_volume: bool = False,
     ) -> None:
         self._send = apply
         self._begin = edit_pb2.EditBatch(gesture_id=gesture_id, refuse_folds=refuse_folds)
+        if keep_volume:
+            self._begin.keep_volume.SetInParent()
 
     def _batch(self, phase: edit_pb2.GesturePhase, changes: Sequence[edit_pb2.Edit] = ()) -> Applied:
         batch = edit_pb2.EditBatch(gesture_phase=phase, edits=changes)
@@ -135,6 +142,10 @@ class EditCalls(PointEdits[Applied]):
         """
         return self.apply([edits.replace_lattice(lattice, keep_shape)])
 
+    def set_constraints(self, constraints: Constraints) -> Applied:
+        """Sets what later edits must keep, in place of what they kept; Constraints() ends all."""
+        return self.apply([edits.set_constraints(constraints)])
+
     def reset(self, to: str = "identity") -> Applied:
         """Resets all control points: "identity": the mesh at rest; "initial": as the scene was
         created, or as the lattice was replaced."""
@@ -148,6 +159,9 @@ class EditCalls(PointEdits[Applied]):
         """Applies again the last step that this editor has undone."""
         return self.apply([edits.redo()])
 
-    def gesture(self) -> Gesture[Applied]:
-        """Begins edits that are one step of undo, for example a drag. See Gesture."""
-        return Gesture(self._apply, uuid.uuid4().hex, self.refuse_folds)
+    def gesture(self, keep_volume: bool = False) -> Gesture[Applied]:
+        """Begins edits that are one step of undo, for example a drag. See Gesture.
+
+        keep_volume: free control points move along, so that the surface encloses the volume that it has at rest.
+        """
+        return Gesture(self._apply, uuid.uuid4().hex, self.refuse_folds, keep_volume)

@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from latticed.choices import choose
 from latticed.lattice import Lattice, vector
+from latticed.measures import Constraints
 from latticed.surface_point import SurfacePoint
 from latticed.v1 import edit_pb2, lattice_pb2
 
@@ -97,6 +98,11 @@ def replace_lattice(lattice: Lattice, keep_shape: bool = False) -> edit_pb2.Edit
     if keep_shape:
         del change.lattice.control_points[:]
     return edit_pb2.Edit(replace_lattice=change)
+
+
+def set_constraints(constraints: Constraints) -> edit_pb2.Edit:
+    """Sets what later edits must keep, in place of what they kept. It must be the only edit of its batch."""
+    return edit_pb2.Edit(set_constraints=edit_pb2.SetConstraints(constraints=constraints.to_proto()))
 
 
 def reset(to: str = "identity") -> edit_pb2.Edit:

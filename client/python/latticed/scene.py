@@ -24,6 +24,7 @@ from latticed.exported import Exported
 from latticed.folds import FoldReport
 from latticed.evaluation import Evaluation
 from latticed.lattice import Lattice, vector
+from latticed.measures import Constraints, Measured, measure
 from latticed.patches.plan import PatchPlan
 from latticed.points.calls import PointSetCalls
 from latticed.progress_bar import Progress, ProgressFunction, progress_function
@@ -166,6 +167,25 @@ class Scene(EditCalls[EditResult], PointSetCalls):
         """The deformation, in double precision, at points of the surface, by their place in the source
         mesh: face (n,), three corners of it, numbered as in Provenance, and barycentrics, (n, 3) each."""
         return evaluation.evaluate_surface(self._connection, self.id, faces, corners, barycentrics)
+
+    def measure(
+        self,
+        *measures: str,
+        with_gradient: bool = False,
+        area_tolerance: Optional[float] = None,
+    ) -> Measured:
+        """Measures the exact deformed surface: any of "volume", "area", "centroid" and "bounds".
+
+        with_gradient: derivatives by all control points, too.
+        area_tolerance: the largest error of the area, as a fraction of it; 1e-6 if None.
+        Volume and centroid need a closed surface; else LatticedError, reason OPEN_SURFACE.
+        """
+        return measure(self._connection, self.id, measures, with_gradient, area_tolerance)
+
+    def constraints(self) -> Constraints:
+        """What edits keep, at the newest revision. See set_constraints."""
+        request = scene_pb2.GetLatticeRequest(scene=self.id)
+        return Constraints.from_proto(self._connection.call(self._stub.GetLattice, request, self.id).constraints)
 
     def pick(self, origin: npt.ArrayLike, direction: npt.ArrayLike) -> Optional[SurfacePoint]:
         """The first point of the deformed surface on a world ray, for drag; None if the ray misses it."""

@@ -26,6 +26,7 @@ void AddShareCommands(CLI::App& app, CommandLine& line);  // share create|list|r
 void AddEditCommands(CLI::App& app, CommandLine& line);   // edit move|set|drag|…
 void AddPickCommand(CLI::App& app, CommandLine& line);
 void AddFoldsCommand(CLI::App& app, CommandLine& line);
+void AddMeasureCommand(CLI::App& app, CommandLine& line);
 void AddWatchCommand(CLI::App& app, CommandLine& line);
 void AddExportCommand(CLI::App& app, CommandLine& line);
 void AddPointsCommands(CLI::App& app, CommandLine& line);  // points deform|velocities|gradient|list|delete

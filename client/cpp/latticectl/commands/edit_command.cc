@@ -7,6 +7,7 @@
 #include <functional>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <ostream>
 
 #include "absl/time/clock.h"
@@ -38,6 +39,11 @@ struct EditFlags : ServerFlags {
   v1::LatticeAxis axis = v1::LATTICE_AXIS_U;
   v1::ResetTarget target = v1::RESET_TARGET_IDENTITY;
   v1::UndoScope scope = v1::UNDO_SCOPE_SCENE;
+  std::vector<std::string> layers;  // of constrain: "u+2"
+  v1::LatticeAxis mirror = v1::LATTICE_AXIS_UNSPECIFIED;
+  v1::LatticeAxis volume_axis = v1::LATTICE_AXIS_UNSPECIFIED;
+  bool keep_volume = false;
+  std::optional<double> volume;
 };
 
 constexpr NamedValues<v1::LatticeAxis, 3> kAxes{
@@ -149,6 +155,26 @@ absl::Status MakeDrag(const EditFlags& flags, const v1::LatticeState&, Client& c
   for (int axis = 0; axis < 3; ++axis) {
     drag.add_targets(position[axis] + flags.by[static_cast<size_t>(axis)]);
   }
+  return absl::OkStatus();
+}
+
+absl::Status MakeConstrain(const EditFlags& flags, const v1::LatticeState& state, Client&,
+                           v1::Edit& edit) {
+  v1::Constraints& constraints = *edit.mutable_set_constraints()->mutable_constraints();
+  if (!flags.points.empty()) {
+    LATTICED_RETURN_IF_ERROR(AppendIndices(flags, state, constraints.mutable_held()));
+  }
+  for (const std::string& face : flags.layers) {  // checked: an axis, a sign, a digit
+    v1::HeldLayers& held = *constraints.add_held_layers();
+    held.set_axis(static_cast<v1::LatticeAxis>(v1::LATTICE_AXIS_U + (face[0] - 'u')));
+    held.set_at_end(face[1] == '+');
+    held.set_layers(face[2] - '0');
+  }
+  constraints.set_mirror(flags.mirror);
+  const bool has_axis = flags.volume_axis != v1::LATTICE_AXIS_UNSPECIFIED;
+  if (!flags.keep_volume && !flags.volume.has_value() && !has_axis) return absl::OkStatus();
+  constraints.mutable_volume()->set_axis(flags.volume_axis);
+  if (flags.volume.has_value()) constraints.mutable_volume()->set_volume(*flags.volume);
   return absl::OkStatus();
 }
 
@@ -329,6 +355,28 @@ void AddEditCommands(CLI::App& app, CommandLine& line) {
       *reset, "--to", kTargets, [flags = flags.get()](auto target) { flags->target = target; },
       "Where to")
       ->default_str("identity");
+  CLI::App* constrain = add("constrain", "Sets what later edits must keep, in place of what they kept",
+                            "edit constrain my-scene --keep-volume --layers u-2", MakeConstrain);
+  constrain->add_option("--point", flags->points, "Hold the control point i,j,k; may be given often");
+  constrain
+      ->add_option("--layers", flags->layers,
+                   "Hold 1 to 3 layers at a face: u-2 where u begins, w+1 where w ends")
+      ->check(CLI::Validator(
+          [](std::string& face) {
+            const bool known = face.size() == 3 && face[0] >= 'u' && face[0] <= 'w' &&
+                               (face[1] == '-' || face[1] == '+') && face[2] >= '1' && face[2] <= '3';
+            return known ? std::string() : "'" + face + "' is not an axis, - or +, and 1 to 3";
+          },
+          "FACE"));
+  AddNamedOption<v1::LatticeAxis>(
+      *constrain, "--mirror", kAxes, [flags = flags.get()](auto axis) { flags->mirror = axis; },
+      "Control points move as mirror images on this axis");
+  constrain->add_flag("--keep-volume", flags->keep_volume, "Keep the volume of the mesh at rest");
+  constrain->add_option("--volume", flags->volume, "Keep this volume instead");
+  AddNamedOption<v1::LatticeAxis>(
+      *constrain, "--volume-axis", kAxes,
+      [flags = flags.get()](auto axis) { flags->volume_axis = axis; },
+      "Keep it by moves along this axis only");
   CLI::App* undo = add("undo", "Reverts the last step", "edit undo my-scene --scope mine",
                        FromFlags([](const EditFlags& from, v1::Edit& to) {
                          to.mutable_undo()->set_scope(from.scope);
