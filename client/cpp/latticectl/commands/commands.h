@@ -29,9 +29,9 @@ void AddFoldsCommand(CLI::App& app, CommandLine& line);
 void AddMeasureCommand(CLI::App& app, CommandLine& line);
 void AddWatchCommand(CLI::App& app, CommandLine& line);
 void AddExportCommand(CLI::App& app, CommandLine& line);
-void AddPointsCommands(CLI::App& app, CommandLine& line);  // points deform|velocities|gradient|list|delete
-void AddBenchCommand(CLI::App& app, CommandLine& line);  // starts latticectl-bench
-void AddStoreCommand(CLI::App& app, CommandLine& line);  // store check: starts latticectl-store
+void AddPointsCommands(CLI::App& app, CommandLine& line);  // points deform|gradient|…
+void AddBenchCommand(CLI::App& app, CommandLine& line);    // starts latticectl-bench
+void AddStoreCommand(CLI::App& app, CommandLine& line);    // store check: starts latticectl-store
 void AddQuickstartCommand(CLI::App& app, CommandLine& line);
 void AddBackupCommands(CLI::App& app, CommandLine& line);  // backup, restore
 void AddCompletionCommand(CLI::App& app, CommandLine& line);
