@@ -14,18 +14,21 @@
 //
 // Layout   per direction: the positions in the order in which the points were given, then the normals if they are asked
 //          for. Directions follow each other. Tangents and gradients: one per control point, per direction.
-// Memory   ApplyJacobianTranspose: 1.5 KiB per run (at most 8,192 points) and direction, of kDirectionsTogether directions
+// Memory   ApplyJacobianTranspose takes SumBytes while it runs; the others take none
 // Errors   what `stop` says, asked once per kDirectionsTogether directions; then the output is not complete
 // Threads  the arena's. Other implementations, on a device for instance, take the same arguments.
 #ifndef LATTICED_CORE_POINTS_POINT_DERIVATIVES_H_
 #define LATTICED_CORE_POINTS_POINT_DERIVATIVES_H_
 
+#include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <span>
 
 #include "absl/status/status.h"
 #include "core/base/stop_check.h"
 #include "core/base/vec.h"
+#include "core/points/box_map.h"
 #include "core/points/sorted_points.h"
 #include "core/view/cpu_arena.h"
 
@@ -39,6 +42,11 @@ enum class PointNormals { kNone, kWanted };
 // Vectors of an answer, or of cotangents, for one direction. kWanted needs points that have normals.
 [[nodiscard]] inline size_t VectorsPerDirection(const SortedPoints& points, PointNormals normals) {
   return points.size() * (normals == PointNormals::kWanted ? 2 : 1);
+}
+
+// What ApplyJacobianTranspose takes: 1.5 KiB per run and direction, of up to kDirectionsTogether directions.
+[[nodiscard]] inline uint64_t SumBytes(const SortedPoints& points, size_t directions) {
+  return points.runs().size() * std::min(directions, kDirectionsTogether) * sizeof(BoxNumbers);
 }
 
 [[nodiscard]] absl::Status Deform(const SortedPoints& points, std::span<const Vec3d> control_points,

@@ -47,24 +47,24 @@ absl::Status DeletePointSet(const CallContext& context, const v1::DeletePointSet
   return absl::OkStatus();
 }
 
-// Vectors that a client is sent, and the memory that they take until it has them.
-struct Answer {
+// Vectors of a call, and the memory that they take. Those of an answer are kept until the client has them.
+struct Vectors {
   std::vector<Vec3d> vectors;
   MemoryReservation memory;
 };
 
-absl::StatusOr<std::shared_ptr<Answer>> MakeAnswer(const CallContext& context,
-                                                   const PointsAtHead& found, size_t directions) {
+absl::StatusOr<std::shared_ptr<Vectors>> MakeAnswer(const CallContext& context,
+                                                    const PointsAtHead& found, size_t directions) {
   LATTICED_ASSIGN_OR_RETURN(
       auto memory, context.env.memory->Reserve("the answer", directions * found.BytesPerDirection(),
                                                context.call.account->memory));
-  return std::make_shared<Answer>(
-      Answer{std::vector<Vec3d>(directions * VectorsPerDirection(found.points(), found.normals)),
-             std::move(memory)});
+  return std::make_shared<Vectors>(
+      Vectors{std::vector<Vec3d>(directions * VectorsPerDirection(found.points(), found.normals)),
+              std::move(memory)});
 }
 
 NextPart<v1::PointSetData> PartsOf(const PointsAtHead& found, size_t directions,
-                                   std::shared_ptr<const Answer> answer) {
+                                   std::shared_ptr<const Vectors> answer) {
   v1::PointSetData first;
   v1::PointSetDataHeader& header = *first.mutable_header();
   header.set_revision(found.state->revision);
@@ -96,8 +96,8 @@ absl::StatusOr<NextPart<v1::PointSetData>> OpenDeform(const CallContext& context
 }
 
 // One vector per control point and direction; zero for those that do not move.
-absl::StatusOr<std::vector<Vec3d>> TangentsOf(const v1::ApplyJacobianRequest& request,
-                                              size_t control_points) {
+absl::StatusOr<Vectors> TangentsOf(const CallContext& context,
+                                   const v1::ApplyJacobianRequest& request, size_t control_points) {
   const std::string& bytes = request.tangents();
   const size_t moving =
       request.indices().empty() ? control_points : static_cast<size_t>(request.indices_size());
@@ -118,7 +118,14 @@ absl::StatusOr<std::vector<Vec3d>> TangentsOf(const v1::ApplyJacobianRequest& re
   std::memcpy(numbers.data(), bytes.data(), bytes.size());
   const std::span<const Vec3d> given = AsVectors(numbers);
   LATTICED_RETURN_IF_ERROR(CheckFinite(given, "tangents"));
-  if (request.indices().empty()) return std::vector<Vec3d>(given.begin(), given.end());
+  // A few indices of many control points may become much more than the message.
+  LATTICED_ASSIGN_OR_RETURN(
+      auto memory,
+      context.env.memory->Reserve("the tangents", directions * control_points * sizeof(Vec3d),
+                                  context.call.account->memory));
+  if (request.indices().empty()) {
+    return Vectors{std::vector<Vec3d>(given.begin(), given.end()), std::move(memory)};
+  }
   std::vector<Vec3d> tangents(directions * control_points);
   std::vector<bool> seen(control_points);
   for (size_t i = 0; i < moving; ++i) {
@@ -132,19 +139,19 @@ absl::StatusOr<std::vector<Vec3d>> TangentsOf(const v1::ApplyJacobianRequest& re
       tangents[d * control_points + index] = given[d * moving + i];
     }
   }
-  return tangents;
+  return Vectors{std::move(tangents), std::move(memory)};
 }
 
 absl::StatusOr<NextPart<v1::PointSetData>> OpenJacobian(const CallContext& context,
                                                         const v1::ApplyJacobianRequest& request) {
   LATTICED_ASSIGN_OR_RETURN(const auto found, FindPoints(context.env, context.call, request));
   const size_t control_points = found.control_points().size();
-  LATTICED_ASSIGN_OR_RETURN(const auto tangents, TangentsOf(request, control_points));
-  const size_t directions = tangents.size() / control_points;
+  LATTICED_ASSIGN_OR_RETURN(const auto tangents, TangentsOf(context, request, control_points));
+  const size_t directions = tangents.vectors.size() / control_points;
   LATTICED_ASSIGN_OR_RETURN(auto answer, MakeAnswer(context, found, directions));
   LATTICED_RETURN_IF_ERROR(ApplyJacobian(
-      found.points(), found.control_points(), tangents, found.normals, *context.env.point_arena,
-      [&] { return CheckCancelled(context.call); }, answer->vectors));
+      found.points(), found.control_points(), tangents.vectors, found.normals,
+      *context.env.point_arena, [&] { return CheckCancelled(context.call); }, answer->vectors));
   return PartsOf(found, directions, std::move(answer));
 }
 

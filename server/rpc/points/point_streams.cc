@@ -103,6 +103,9 @@ class CotangentReceiver {
   absl::Status Finish(std::vector<double> data, v1::PointGradients& response) {
     const std::span<const Vec3d> cotangents = AsVectors(data);
     LATTICED_RETURN_IF_ERROR(CheckFinite(cotangents, "data.cotangents"));
+    LATTICED_ASSIGN_OR_RETURN(
+        const auto room, env_.memory->Reserve("the sums", SumBytes(found_.points(), directions_),
+                                              call_.account->memory));
     std::vector<Vec3d> gradients(directions_ * found_.control_points().size());
     LATTICED_RETURN_IF_ERROR(ApplyJacobianTranspose(
         found_.points(), found_.control_points(), cotangents, found_.normals, *env_.point_arena,
