@@ -27,9 +27,9 @@ namespace {
 
 // Clients may ping this often, also an idle connection. Those of latticed do so after about a second.
 constexpr int kMinClientPingMs = 500;
-constexpr const char* kServiceNames[] = {"latticed.v1.MeshService", "latticed.v1.SceneService",
-                                         "latticed.v1.ServerService", "latticed.v1.BackupService",
-                                         "latticed.v1.ShareService"};
+constexpr const char* kServiceNames[] = {
+    "latticed.v1.MeshService",   "latticed.v1.SceneService", "latticed.v1.ServerService",
+    "latticed.v1.BackupService", "latticed.v1.ShareService", "latticed.v1.PointSetService"};
 
 // gRPC looks at its files once a second. While key and certificate do not fit together, as between the renewals of two
 // files, it would serve nobody. So its files are copies in memory of what was found to fit.

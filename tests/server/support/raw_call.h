@@ -18,7 +18,8 @@
 namespace latticed::testing {
 
 inline constexpr const char* kHealthNames[] = {
-    "", "latticed.v1.MeshService", "latticed.v1.SceneService", "latticed.v1.ServerService"};
+    "", "latticed.v1.MeshService", "latticed.v1.SceneService", "latticed.v1.ServerService",
+    "latticed.v1.PointSetService"};
 
 // `method` is "/package.Service/Method". `authorization` is sent as metadata of that name, unless it is empty.
 inline grpc::Status RawCall(const std::shared_ptr<grpc::Channel>& channel,
