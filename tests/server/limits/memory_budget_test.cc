@@ -275,6 +275,17 @@ TEST_F(HistoryBudgetTest, ManyEditorsTakeNoMoreThanThereIs) {
   EXPECT_EQ(again.revision(), kEditors) << "what came twice is done once";
 }
 
+// The report of 15^3 boxes may take half a megabyte.
+TEST_F(HistoryBudgetTest, AReportOfFoldsIsRefusedAndNoEditForIt) {
+  Restart(1'000);
+  ExpectRefused(Call(&Scenes::CertifyFolds, For<v1::CertifyFoldsRequest>()),
+                absl::StatusCode::kResourceExhausted, "OUT_OF_MEMORY");
+
+  v1::EditBatch batch = Move("alice", 1, 0, 0.001);
+  batch.set_refuse_folds(true);
+  EXPECT_OK(Apply(batch));
+}
+
 TEST_F(HistoryBudgetTest, ScenesAreRefusedForTheirLattices) {
   Restart(uint64_t{100} * kPoints);
   ExpectRefused(Create(TriangleScene("scene-two", kSize)), absl::StatusCode::kResourceExhausted,
