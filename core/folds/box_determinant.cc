@@ -33,7 +33,7 @@ struct SpreadVectors {
   size_t LayerRun(size_t row) const { return row * (count[1] - 1) + count[0]; }
 };
 
-struct BoxPoints {
+struct DifferencePoints {
   std::array<size_t, 3> count{};
   std::array<Vec3d, kMostOnAxis * kMostOnAxis * kMostOnAxis> points;
 
@@ -43,7 +43,7 @@ struct BoxPoints {
 };
 
 // Replaces the `from` points along an axis by `to` sums of them.
-void ApplyOnAxis(const BezierMatrix& matrix, size_t axis, size_t to, BoxPoints& grid) {
+void ApplyOnAxis(const BezierMatrix& matrix, size_t axis, size_t to, DifferencePoints& grid) {
   constexpr std::array<size_t, 3> kStrides{1, kMostOnAxis, kMostOnAxis * kMostOnAxis};
   const size_t from = grid.count[axis], stride = kStrides[axis];
   const size_t a = axis == 0 ? 1 : 0, b = axis == 2 ? 1 : 2;
@@ -64,7 +64,7 @@ void ApplyOnAxis(const BezierMatrix& matrix, size_t axis, size_t to, BoxPoints& 
 
 // The box's control points as n (P_i - P_i-1) width / (t_i+n - t_i) along the axis. Returns the largest component.
 double Differentiate(const LatticeStructure& s, const std::array<int, 3>& span, size_t axis,
-                     BoxPoints& grid) {
+                     DifferencePoints& grid) {
   const auto n = static_cast<size_t>(s.degree[axis]), k = static_cast<size_t>(span[axis]);
   const std::vector<double>& t = s.knots[axis];
   const std::array<size_t, 3> step{axis == 0, axis == 1, axis == 2};
@@ -86,7 +86,7 @@ double Differentiate(const LatticeStructure& s, const std::array<int, 3>& span, 
 }
 
 // Puts the coefficients, times their binomials, at the strides of the result.
-void SpreadInto(BoxPoints& grid, size_t row, size_t layer, SpreadVectors& to) {
+void SpreadInto(DifferencePoints& grid, size_t row, size_t layer, SpreadVectors& to) {
   to.count = grid.count;
   const std::array<size_t, 3> n = grid.count;
   const size_t size = layer * (n[2] - 1) + to.LayerRun(row);
@@ -151,7 +151,7 @@ double RestDeterminant(const LatticeStructure& s, const std::array<int, 3>& span
 double MakeBoxDeterminant(const LatticeStructure& s, std::span<const Vec3d> control_points,
                           const BoxPart& part, BernsteinVolume& determinant) {
   std::array<std::array<BezierMatrix, 3>, 2> restrict_to;  // [of the derivative][axis]
-  BoxPoints box;
+  DifferencePoints box;
   for (size_t a = 0; a < 3; ++a) {
     const int axis = static_cast<int>(a);
     for (const int less : {0, 1}) {
@@ -175,7 +175,7 @@ double MakeBoxDeterminant(const LatticeStructure& s, std::span<const Vec3d> cont
   std::array<SpreadVectors, 3> gradient;
   double most = 1;
   for (size_t a = 0; a < 3; ++a) {
-    BoxPoints grid = box;
+    DifferencePoints grid = box;
     most *= Differentiate(s, part.span, a, grid);
     for (size_t b = 0; b < 3; ++b)
       ApplyOnAxis(restrict_to[a == b ? 1 : 0][b], b, grid.count[b], grid);
