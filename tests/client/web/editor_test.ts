@@ -4,17 +4,21 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { Editor } from '@src/edit/editor';
 import type { LatticeEdit } from '@src/session/edits/lattice_edit';
+import { heldPoints, NO_CONSTRAINTS } from '@src/lattice/constraints';
 import type { LiveSession } from '@src/session/live_session';
 import { DEFAULT_SETTINGS, rememberedSettings } from '@src/state/settings';
 import { Store } from '@src/state/store';
 import { fitLattice } from '@src/lattice/fitted_lattice';
 
 /** An editor whose session records its edits in `log`. */
-function open(mayEdit = true): { editor: Editor; log: (LatticeEdit | string)[] } {
+function open(mayEdit = true, constraints = NO_CONSTRAINTS): { editor: Editor; log: (LatticeEdit | string)[] } {
   const log: (LatticeEdit | string)[] = [];
+  const lattice = fitLattice({ min: [0, 0, 0], max: [2, 1, 1] }, { size: [4, 3, 3], degree: [2, 2, 2], padding: 0 });
   const session = {
     mayEdit,
-    lattice: fitLattice({ min: [0, 0, 0], max: [2, 1, 1] }, { size: [4, 3, 3], degree: [2, 2, 2], padding: 0 }),
+    constraints,
+    held: heldPoints(lattice.size, constraints),
+    lattice,
     gesture: () => ({ update: (edit: LatticeEdit) => log.push(edit), commit: () => log.push('commit') }),
     announce: () => undefined,
   } as unknown as LiveSession;
@@ -51,6 +55,19 @@ test('where the token only allows to watch, nothing moves', () => {
 
   assert.equal(editor.beginGesture(), undefined);
   assert.deepEqual(log, []);
+});
+
+test('held points stay, and a locked mirror takes images along', () => {
+  const { editor, log } = open(true, { held: [1], layers: [], mirror: 0 });
+  editor.selection.select([1, 2]);  // the one and its image
+  assert.equal(editor.beginGesture(), undefined);
+
+  editor.selection.select([0, 1]);
+  editor.movePivotTo([1, 0, 2]);
+
+  const [edit] = log;
+  assert.ok(typeof edit === 'object' && edit.kind === 'set');
+  assert.deepEqual([...edit.indices].sort(), [0, 3]);
 });
 
 test('a knot is offered in the middle of the widest interval', () => {
