@@ -9,12 +9,13 @@ import { SceneView } from './scene_view';
 import type { Services } from './intake/services';
 import type { MeshExtent } from './lattice/mesh_extent';
 import { LatticeWatch } from './lattice_watch';
+import { VolumeWatch } from './volume_watch';
 import { PeopleHere } from './people_here';
 import type { LiveSession } from './session/live_session';
 import type { SessionStatus } from './session/scene_session';
 import { rememberedSettings, type Settings } from './state/settings';
 import { RecentScenes } from './state/recent_scenes';
-import { lengthsInWords, type SceneFacts } from './state/units';
+import { lengthsInWords, type SceneFacts, volumeInWords } from './state/units';
 import type { PatchFacts } from './surface/patch_source';
 import { Commands, letterOf } from './ui/commands';
 import { h } from './ui/dom';
@@ -86,6 +87,7 @@ export class App implements CommandTarget {
   private readonly remarks = new Remarks((points) => this.selectRemarked(points));
   private readonly tokenForm: TokenForm;
   private watch: LatticeWatch | undefined;
+  private volumeWatch: VolumeWatch | undefined;
   private readonly transformBar = new TransformBar(() => this.scene?.editor);
   private readonly panel = new Panel(this.settings, () => this.viewport.canvas.focus());
   private readonly toolbars: Toolbar[];
@@ -147,6 +149,8 @@ export class App implements CommandTarget {
     this.showStatus(session.status);
     const size = Math.hypot(...this.scene.bounds().getSize(this.viewport.rig.target.clone()).toArray());
     this.panel.show(this.scene.editor, size);
+    this.volumeWatch?.dispose();
+    this.volumeWatch = new VolumeWatch(session, (volume) => this.showVolume(volume));
     this.scene.frameAll();
     this.people.open(session);
     this.refresh();
@@ -174,6 +178,10 @@ export class App implements CommandTarget {
     if (scene === undefined) return;
     this.watch?.dispose();
     this.watch = new LatticeWatch(scene.session, extent, () => scene.folds, (remarks) => this.remarks.show(remarks));
+  }
+
+  private showVolume(volume: number | string): void {
+    this.panel.constraints.showVolume(typeof volume === 'string' ? volume : volumeInWords(volume, this.scene!.units));
   }
 
   private selectRemarked(points: readonly number[]): void {

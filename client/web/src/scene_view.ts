@@ -83,6 +83,7 @@ export class SceneView {
     });
     this.editor = new Editor(session, settings, (text) => this.headline(text));
     this.cage = new Cage(session.lattice, this.editor.selection);
+    this.cage.setHeld(session.held);
     this.picker = new PointPicker(viewport, this.editor);
     this.gizmo = new Gizmo(viewport, {
       begin: () => (this.gizmoGesture = this.editor.beginGesture(() => this.pointer.cancel())),
@@ -243,6 +244,10 @@ export class SceneView {
       session.on('lattice', (lattice) => {
         editor.latticeReplaced();
         this.cage.setLattice(lattice);
+        this.refreshSoon();
+      }),
+      session.on('constraints', () => {
+        this.cage.setHeld(session.held);
         this.refreshSoon();
       }),
       session.on('update', () => {

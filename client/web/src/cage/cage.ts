@@ -25,6 +25,7 @@ export class Cage {
   private linesHidden = -1; // how many points were hidden when the lines were made
   private hovered: number | undefined;
   private others: readonly Presence[] = [];
+  private held: ReadonlySet<number> = new Set();
 
   constructor(private lattice: Lattice, private readonly selection: Selection) {
     this.setStyle(DARK_CAGE);
@@ -86,6 +87,12 @@ export class Cage {
     return true;
   }
 
+  /** Marks the control points that no edit moves. */
+  setHeld(held: ReadonlySet<number>): void {
+    this.held = held;
+    this.updateStates();
+  }
+
   setPresence(others: ReadonlyMap<string, Presence>): void {
     this.others = [...others.values()];
     this.updateRings();
@@ -139,7 +146,7 @@ export class Cage {
 
   private stateOf(index: number): PointState {
     if (index === this.hovered) return 'hover';
-    if (!this.selection.has(index)) return 'plain';
+    if (!this.selection.has(index)) return this.held.has(index) ? 'held' : 'plain';
     return index === this.selection.active ? 'active' : 'selected';
   }
 
@@ -162,8 +169,8 @@ function dynamic(array: Float32Array | Uint8Array, size: number, normalized = fa
 }
 
 function stateBytes({ colours }: CageStyle): Record<PointState, [number, number, number]> {
-  const { plain, selected, active, hover } = colours;
-  return { plain: bytes(plain), selected: bytes(selected), active: bytes(active), hover: bytes(hover) };
+  const { plain, held, selected, active, hover } = colours;
+  return { plain: bytes(plain), held: bytes(held), selected: bytes(selected), active: bytes(active), hover: bytes(hover) };
 }
 
 /** In the working colour space, which three expects of vertex colours. */

@@ -4,7 +4,7 @@
 // Colours and sizes of control points and of the lines between them, by state, on light and on dark.
 import { Color } from 'three';
 
-export type PointState = 'plain' | 'selected' | 'active' | 'hover';
+export type PointState = 'plain' | 'held' | 'selected' | 'active' | 'hover';
 
 export interface CageStyle {
   /** The colour of discs, and of the ends of lines, per state. */
@@ -15,11 +15,12 @@ export interface CageStyle {
 }
 
 /** Diameters in CSS pixels. */
-export const DIAMETERS: Record<PointState, number> = { plain: 8, selected: 11, active: 13, hover: 12 };
+export const DIAMETERS: Record<PointState, number> = { plain: 8, held: 8, selected: 11, active: 13, hover: 12 };
 
 export const DARK_CAGE: CageStyle = {
   colours: {
     plain: new Color(0xffffff),
+    held: new Color(0x6f7b8c),
     selected: new Color(0xff9f2e),
     active: new Color(0xffe2b0),
     hover: new Color(0x7fd0ff),
@@ -31,6 +32,7 @@ export const DARK_CAGE: CageStyle = {
 export const LIGHT_CAGE: CageStyle = {
   colours: {
     plain: new Color(0x0a0e14),
+    held: new Color(0x97a1ad),
     selected: new Color(0xe06c00),
     active: new Color(0x8a3b00),
     hover: new Color(0x0077c8),

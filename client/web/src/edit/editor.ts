@@ -10,6 +10,7 @@ import type { LiveSession } from '../session/live_session';
 import type { SettingsStore } from '../state/settings';
 import { beginSpread, respread } from './build_edit';
 import { secondOrientation, type Constraint } from './constraint';
+import type { Mirror } from './mirror';
 import { transformHeadline } from './headline';
 import type { MotionKind } from './motion';
 import { orientationBasis, pivotPoint } from './pivot';
@@ -120,9 +121,13 @@ export class Editor {
 
   /** Begins a gesture on the selected points, if there are any and they may be moved. `onEnded` is called if the session ends it. */
   beginGesture(onEnded?: () => void): TransformGesture | undefined {
-    if (this.selection.size === 0 || !this.session.mayEdit) return undefined;
-    const { soft, mirror, pivot } = this.settings.value;
-    const spread = beginSpread(this.lattice, this.selection.indices, { soft, mirror, pivot }, this.isHidden);
+    const { held, constraints } = this.session;
+    const selected = this.selection.indices.filter((index) => !held.has(index));
+    if (selected.length === 0 || !this.session.mayEdit) return undefined;
+    const { soft, pivot } = this.settings.value;
+    const mirror = this.settings.value.mirror.map((on, axis) => on || axis === constraints.mirror) as unknown as Mirror;
+    const stays = (index: number): boolean => held.has(index) || this.isHidden(index);
+    const spread = beginSpread(this.lattice, selected, { soft, mirror, pivot }, stays);
     this.gesture = new TransformGesture(this.session, spread, this.pivot(), onEnded);
     return this.gesture;
   }

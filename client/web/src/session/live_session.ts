@@ -1,7 +1,9 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 import { Code } from '@connectrpc/connect';
+import { Measure } from 'latticed/v1/measure_pb';
 import { Feature } from 'latticed/v1/server_pb';
+import type { Constraints } from '../lattice/constraints';
 import { indicesTo } from '../lattice/index_sets';
 import type { Lattice, Vec3 } from '../lattice/lattice';
 import type { SurfaceMesh } from '../surface/surface_mesh';
@@ -48,6 +50,28 @@ export class LiveSession {
     const { shown } = this.sync;
     if (!shown) throw new Error('the session is not ready');
     return shown;
+  }
+
+  /** What edits keep. */
+  get constraints(): Constraints {
+    return this.sync.constraints;
+  }
+
+  /** The control points that no edit moves. */
+  get held(): ReadonlySet<number> {
+    return this.sync.held;
+  }
+
+  /** One edit that sets what later edits keep, in place of what they kept. */
+  constrain(constraints: Constraints): void {
+    this.sync.step(edits.setConstraints(constraints));
+  }
+
+  /** The volume that the exact surface encloses, in world units cubed. Rejects with OPEN_SURFACE if it encloses none. */
+  async measureVolume(): Promise<number> {
+    const request = { scene: this.sceneId, measures: [Measure.VOLUME] };
+    const { volume = 0 } = await this.parts.server.scenes.measureScene(request, { timeoutMs: LiveSession.PICK_MS });
+    return volume;
   }
 
   get server(): LatticedServer {

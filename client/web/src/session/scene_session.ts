@@ -65,6 +65,8 @@ export interface SessionStatus {
 export interface SessionEvents {
   /** The first lattice, or one with another structure or structure id. */
   lattice: (lattice: Lattice) => void;
+  /** `session.constraints` changed, or the lattice did. */
+  constraints: () => void;
   /** `session.lattice.points` changed at these control points. `isOwn`: by an edit of this window, before the server's answer. */
   points: (indices: Uint32Array, isOwn: boolean) => void;
   /** The server has answered an edit of this window: the steps to undo or redo may have changed. */

@@ -37,6 +37,14 @@ export function lengthsInWords(lengths: readonly number[], { metersPerUnit }: Un
   return `${numbers} ${metersPerUnit > 0 ? name : 'units'}`;
 }
 
+/** A volume in the unit of length that suits its edge, such as "1.25 cm³". */
+export function volumeInWords(volume: number, { metersPerUnit }: Units, digits = 6): string {
+  const edge = Math.cbrt(Math.abs(volume));
+  const [name, length] = LENGTHS.find(([, least]) => edge * metersPerUnit >= least) ?? LENGTHS[3];
+  const scale = metersPerUnit > 0 ? metersPerUnit / length : 1;
+  return `${Number((volume * scale ** 3).toPrecision(digits))} ${metersPerUnit > 0 ? `${name}³` : 'cubic units'}`;
+}
+
 /**
  * The world direction of a direction that is given for z up and the front towards -y, like Blender's. The axes change places in
  * turn for x up; for y up the front is towards +z, like glTF's.

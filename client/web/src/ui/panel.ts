@@ -8,6 +8,7 @@ import { switchedMirror } from '../edit/mirror';
 import { AXIS_NAMES, type Axis } from '../lattice/grid';
 import type { Vec3 } from '../lattice/vec';
 import type { Settings, SettingsStore } from '../state/settings';
+import { ConstraintControls } from './constraint_controls';
 import { choice, field, segmented, slider, toggle, type Bound, type Control } from './controls';
 import { h } from './dom';
 import { numberField } from './fields/number_field';
@@ -22,6 +23,7 @@ export class Panel {
   private readonly count = h('p', { class: 'facts' });
   private readonly radius: Control;
   private editor: Editor | undefined;
+  readonly constraints = new ConstraintControls();
 
   /** `giveBack` moves the focus from a field to the view. */
   constructor(private readonly settings: SettingsStore, private readonly giveBack: () => void) {
@@ -30,6 +32,7 @@ export class Panel {
       this.section('Selection', this.count, this.positionFields(), this.switch('through', 'Through the surface', 'Alt+Z')),
       this.section('Transform', ...this.transformControls()),
       this.section('Soft selection', ...this.softControls()),
+      this.section('Constraints', this.keep(this.constraints)),
       this.section('Surface', ...this.surfaceControls()),
       this.section('Stream', ...this.streamControls()),
     );
@@ -40,6 +43,7 @@ export class Panel {
   /** Shows another scene. `size` is its size in world units, the largest soft radius. */
   show(editor: Editor, size: number): void {
     this.editor = editor;
+    this.constraints.show(editor);
     const range = this.radius.element.querySelector('input')!;
     range.max = String(size);
     range.step = String(size / 200);

@@ -5,7 +5,9 @@ import { EditSchema, ResetTarget, UndoScope, type Edit } from 'latticed/v1/edit_
 import { LatticeAxis } from 'latticed/v1/lattice_pb';
 import { SurfacePointSchema, type SurfacePoint as SurfacePointMessage } from 'latticed/v1/surface_pb';
 import type { LatticeEdit, SurfacePoint } from '../session/edits/lattice_edit';
+import type { Constraints } from '../lattice/constraints';
 import type { Lattice } from '../lattice/lattice';
+import { fromConstraints } from './constraint_message';
 import { fromLattice, fromVector, vector } from './lattice_message';
 
 type Arm = Exclude<MessageInitShape<typeof EditSchema>['edit'], undefined>;
@@ -38,6 +40,8 @@ export const edits = {
     if (keepShape) message.controlPoints = [];
     return made({ case: 'replaceLattice', value: { lattice: message, keepShape } });
   },
+  setConstraints: (constraints: Constraints) =>
+    made({ case: 'setConstraints', value: { constraints: fromConstraints(constraints) } }),
   replace: (points: Float64Array) => made({ case: 'replaceControlPoints', value: { controlPoints: Array.from(points) } }),
 };
 

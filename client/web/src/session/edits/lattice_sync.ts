@@ -3,8 +3,10 @@
 import { GesturePhase, type Edit, type EditBatch, type EditResult } from 'latticed/v1/edit_pb';
 import type { LatticeDelta } from 'latticed/v1/event_pb';
 import type { LatticeState } from 'latticed/v1/lattice_pb';
+import { heldPoints, NO_CONSTRAINTS, type Constraints } from '../../lattice/constraints';
 import type { Lattice } from '../../lattice/lattice';
 import type { LatticeStructure } from '../../lattice/grid';
+import { toConstraints } from '../../wire/constraint_message';
 import { toLattice } from '../../wire/lattice_message';
 import { ServerError } from '../../wire/server_error';
 import { inWords } from '../../wire/words';
@@ -25,6 +27,8 @@ export class LatticeSync {
   readonly steps = new UndoSteps();
   private readonly queue: EditQueue;
   private model: LatticeModel | undefined;
+  private kept = NO_CONSTRAINTS;
+  private keptStill = new Set<number>();
   private openGesture: OwnGesture | undefined;
   private structureSince = 0n;  // the revision with which the newest structure came
 
@@ -40,6 +44,15 @@ export class LatticeSync {
   /** As EditQueue.refuseFolds. */
   set refuseFolds(on: boolean) {
     this.queue.refuseFolds = on;
+  }
+
+  get constraints(): Constraints {
+    return this.kept;
+  }
+
+  /** The control points that no edit moves. */
+  get held(): ReadonlySet<number> {
+    return this.keptStill;
   }
 
   gesture(owner: GestureListener = {}): Gesture {
@@ -67,6 +80,9 @@ export class LatticeSync {
     const moved = this.model.refresh();
     if (first || changed) this.listeners.emit('lattice', this.model.shown);
     else this.pointsMoved(moved);
+    this.kept = toConstraints(state.constraints);
+    this.keptStill = heldPoints(lattice.size, this.kept);
+    this.listeners.emit('constraints');
   }
 
   takeDelta(delta: LatticeDelta): void {
