@@ -175,14 +175,14 @@ absl::Status FailedPrecondition(std::string_view reason, std::string_view messag
 }
 
 absl::Status OpenSurface(uint64_t border_edges, uint64_t torn_edges) {
-  return WithDetails(
-      absl::FailedPreconditionError(fmt::format(
-          "the surface encloses no volume: {} edges of the mesh are borders, {} edges of patches are torn at faces of the "
-          "lattice's frame",
-          border_edges, torn_edges)),
-      {.reason = "OPEN_SURFACE",
-       .metadata = {{"border_edges", fmt::to_string(border_edges)},
-                    {"torn_edges", fmt::to_string(torn_edges)}}});
+  return WithDetails(absl::FailedPreconditionError(
+                         fmt::format("the surface encloses no volume: {} edges of the mesh are "
+                                     "borders, {} edges of patches are torn at faces of the "
+                                     "lattice's frame",
+                                     border_edges, torn_edges)),
+                     {.reason = "OPEN_SURFACE",
+                      .metadata = {{"border_edges", fmt::to_string(border_edges)},
+                                   {"torn_edges", fmt::to_string(torn_edges)}}});
 }
 
 absl::Status Aborted(std::string_view reason, std::string_view message) {

@@ -87,8 +87,7 @@ std::vector<uint32_t> NumberColumns(std::vector<SparseRow>& rows) {
   columns.erase(std::unique(columns.begin(), columns.end()), columns.end());
   for (SparseRow& row : rows) {
     for (uint32_t& column : row.columns) {
-      column =
-          static_cast<uint32_t>(std::ranges::lower_bound(columns, column) - columns.begin());
+      column = static_cast<uint32_t>(std::ranges::lower_bound(columns, column) - columns.begin());
     }
   }
   return columns;

@@ -30,7 +30,8 @@
 namespace latticed {
 
 struct ControlPointMoves {
-  std::vector<uint32_t> indices;  // free control points with a non-zero basis value, or whose image has one; ascending
+  std::vector<uint32_t>
+      indices;  // free control points with a non-zero basis value, or whose image has one; ascending
   std::vector<Vec3d> offsets;
   double residual = 0;  // largest distance that is left between a point and its target
 };

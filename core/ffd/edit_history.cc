@@ -272,8 +272,8 @@ const PointFreedom* EditHistory::Freedom() {
     freedom_.reset();
   } else if (freedom_ == nullptr || freedom_->structure_id != structure_id_ ||
              freedom_->constraints != constraints()) {
-    freedom_ = std::make_shared<const KnownFreedom>(
-        KnownFreedom{structure_id_, constraints(), PointFreedom(constraints(), lattice().structure)});
+    freedom_ = std::make_shared<const KnownFreedom>(KnownFreedom{
+        structure_id_, constraints(), PointFreedom(constraints(), lattice().structure)});
   }
   return freedom_ == nullptr ? nullptr : &freedom_->freedom;
 }

@@ -45,7 +45,8 @@ absl::Status CheckStep(const EditStep& step, const Structures& structures) {
     return Impossible("a step's indices");
   }
   if (structure != structures.end() && step.constraints.has_value()) {
-    LATTICED_RETURN_IF_ERROR(latticed::Check(*step.constraints, *structure->second, "a step's constraints"));
+    LATTICED_RETURN_IF_ERROR(
+        latticed::Check(*step.constraints, *structure->second, "a step's constraints"));
   }
   for (const Vec3d& position : step.positions) {
     LATTICED_RETURN_IF_ERROR(CheckControlPoint(position, "a step's position"));
@@ -160,7 +161,8 @@ absl::Status EditHistory::ApplyRecord(const EditRecord& record) {
   };
   EditSummary summary;
   const auto status = ApplyNew(
-      batch, record.now, {.is_record = true}, [](const auto&) { return absl::OkStatus(); }, restructured, summary);
+      batch, record.now, {.is_record = true}, [](const auto&) { return absl::OkStatus(); },
+      restructured, summary);
   if (status.ok()) ++revision_;
   if (status != record.result.status || revision_ != record.result.revision ||
       structure_id_ != record.result.structure_id) {

@@ -42,7 +42,8 @@ size_t EditStep::MemoryBytes() const {
   return bytes;
 }
 
-EditLayers::EditLayers(Lattice base) : base_{.base = base, .initial = base}, lattice_(std::move(base)) {}
+EditLayers::EditLayers(Lattice base)
+    : base_{.base = base, .initial = base}, lattice_(std::move(base)) {}
 
 EditLayers::EditLayers(LayersBase base, std::deque<EditStep> steps)
     : base_(std::move(base)), steps_(std::move(steps)) {

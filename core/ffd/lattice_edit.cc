@@ -225,8 +225,7 @@ absl::Status ApplyEdit(const Edit& edit, absl::FunctionRef<Lattice()> initial,
 }
 
 absl::StatusOr<StructureChange> ChangeStructure(const Lattice& lattice, const StructureEdit& edit,
-                                                std::string_view field,
-                                                const AdmitStructure& admit,
+                                                std::string_view field, const AdmitStructure& admit,
                                                 std::optional<int> mirror) {
   if (const auto* insert = std::get_if<InsertKnot>(&edit); insert != nullptr) {
     LATTICED_ASSIGN_OR_RETURN(auto refined,

@@ -77,9 +77,9 @@ struct SetConstraints {
   Constraints constraints;
 };
 
-using Edit = std::variant<SetControlPoints, MoveControlPoints, TransformControlPoints,
-                          ReplaceControlPoints, DragPoints, InsertKnot, ReplaceLattice, Reset, Undo,
-                          Redo, SetConstraints>;
+using Edit =
+    std::variant<SetControlPoints, MoveControlPoints, TransformControlPoints, ReplaceControlPoints,
+                 DragPoints, InsertKnot, ReplaceLattice, Reset, Undo, Redo, SetConstraints>;
 
 enum class GesturePhase {
   kUpdate,  // replaces the gesture's previous update; the meaning of an unspecified phase
@@ -117,9 +117,9 @@ class PointFreedom;
 struct EditTarget {
   Lattice lattice;
   const PointFreedom* freedom = nullptr;  // null: all points are free
-  std::vector<bool> written;  // per control point
-  double drag_residual = 0;   // the largest of the drags, world units
-  std::vector<uint32_t> named;  // what the present edit has written
+  std::vector<bool> written;              // per control point
+  double drag_residual = 0;               // the largest of the drags, world units
+  std::vector<uint32_t> named;            // what the present edit has written
 
   explicit EditTarget(Lattice start);
 };

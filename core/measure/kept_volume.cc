@@ -92,8 +92,8 @@ class Solver {
 absl::Status NotKept(double volume, double wanted) {
   return error::FailedPrecondition(
       "VOLUME_NOT_KEPT",
-      fmt::format("the free control points cannot restore the volume {} from {} in {} steps", wanted,
-                  volume, kMostVolumeSteps));
+      fmt::format("the free control points cannot restore the volume {} from {} in {} steps",
+                  wanted, volume, kMostVolumeSteps));
 }
 
 }  // namespace

@@ -122,8 +122,8 @@ class AreaSum {
     }
     const Vec3d a = 0.5 * (part[1] + part[2]), b = 0.5 * (part[2] + part[0]),
                 c = 0.5 * (part[0] + part[1]);
-    for (const Part& quarter : {Part{part[0], c, b}, Part{c, part[1], a}, Part{b, a, part[2]},
-                                Part{a, b, c}}) {
+    for (const Part& quarter :
+         {Part{part[0], c, b}, Part{c, part[1], a}, Part{b, a, part[2]}, Part{a, b, c}}) {
       Add(quarter, quarterings + 1);
     }
   }
@@ -139,8 +139,7 @@ class AreaSum {
       std::array<Vec3d, 3> by_axis;
       for (int a = 0; a < 3; ++a) {
         by_axis[static_cast<size_t>(a)] =
-            0.5 * weight *
-            ((part[1] - part[0])[a] * by_s + (part[2] - part[0])[a] * by_t);
+            0.5 * weight * ((part[1] - part[0])[a] * by_s + (part[2] - part[0])[a] * by_t);
       }
       AddToPoints(at.parameter, by_axis);
     }
@@ -159,8 +158,8 @@ class AreaSum {
       for (int j = 0; j <= volume_.degree[1]; ++j) {
         const auto jj = static_cast<size_t>(j), kk = static_cast<size_t>(k);
         const Vec3d by_u = value[1][jj] * value[2][kk] * by_axis[0];
-        const Vec3d others = slope[1][jj] * value[2][kk] * by_axis[1] +
-                             value[1][jj] * slope[2][kk] * by_axis[2];
+        const Vec3d others =
+            slope[1][jj] * value[2][kk] * by_axis[1] + value[1][jj] * slope[2][kk] * by_axis[2];
         for (int i = 0; i <= volume_.degree[0]; ++i) {
           const auto ii = static_cast<size_t>(i);
           result_.gradient[static_cast<size_t>(plan_.structure.Index(

@@ -94,7 +94,8 @@ class BoundsSearch {
   }
   bool IsKnown(const Bounds& hull) const {
     for (int a = 0; a < 3; ++a) {
-      if (hull.max[a] > known_.max[a] + slack_ || hull.min[a] < known_.min[a] - slack_) return false;
+      if (hull.max[a] > known_.max[a] + slack_ || hull.min[a] < known_.min[a] - slack_)
+        return false;
     }
     return true;
   }

@@ -144,7 +144,8 @@ absl::Status SurfaceMoments::AddBox(size_t n, StopPoll& poll) {
     }
   };
   size_t groups = 0;
-  for (size_t first = plan.box_patches[box]; first < plan.box_patches[box + 1]; first += kTriangles) {
+  for (size_t first = plan.box_patches[box]; first < plan.box_patches[box + 1];
+       first += kTriangles) {
     LATTICED_RETURN_IF_ERROR(poll.Step(kTriangles));
     const size_t count = std::min(kTriangles, plan.box_patches[box + 1] - first);
     TriangleGroup group;
@@ -168,7 +169,8 @@ absl::Status SurfaceMoments::AddBox(size_t n, StopPoll& poll) {
         for (size_t r = 0; r < extent_[2]; ++r, ++term) {
           for (size_t d = 0; d < 3; ++d) {
             double total = 0;
-            for (size_t i = 0; i < kTriangles; ++i) total += group.area[d].value[i] * row[r].value[i];
+            for (size_t i = 0; i < kTriangles; ++i)
+              total += group.area[d].value[i] * row[r].value[i];
             sum[d][term] += total;
           }
         }

@@ -50,9 +50,7 @@ class SurfaceMoments {
   // The knot boxes that hold patches, ascending. The outside box is not among them.
   const std::vector<uint32_t>& boxes() const { return boxes_; }
   // Component d of the table of boxes()[n]. Up to kOverhang doubles behind it may be read.
-  const double* table(size_t n, size_t d) const {
-    return moments_.data() + (3 * n + d) * terms();
-  }
+  const double* table(size_t n, size_t d) const { return moments_.data() + (3 * n + d) * terms(); }
   // Basis functions of the box's span on an axis of the lattice, as powers of l.
   const SpanBasis& basis(uint32_t box, size_t axis) const {
     return basis_[axis][static_cast<size_t>(plan_->boxes[box].span[axis])];

@@ -113,9 +113,8 @@ absl::Status MeasureState(const SceneState& state, const v1::MeasureSceneRequest
     AppendPoints(area.gradient, *response->mutable_area_gradient());
   }
   if (!wanted.bounds) return absl::OkStatus();
-  LATTICED_ASSIGN_OR_RETURN(
-      const Bounds bounds,
-      MeasureBounds(*state.plan, *state.patch_tree, *state.control_points, stop));
+  LATTICED_ASSIGN_OR_RETURN(const Bounds bounds, MeasureBounds(*state.plan, *state.patch_tree,
+                                                               *state.control_points, stop));
   *response->mutable_least() = ToProto(bounds.min);
   *response->mutable_greatest() = ToProto(bounds.max);
   return absl::OkStatus();

@@ -56,8 +56,8 @@ absl::StatusOr<Constraints> FromProto(const v1::Constraints& constraints, std::s
   LATTICED_ASSIGN_OR_RETURN(result.mirror,
                             ReadAxis(constraints.mirror(), fmt::format("{}.mirror", field)));
   if (constraints.has_volume()) {
-    LATTICED_ASSIGN_OR_RETURN(
-        result.volume, FromProto(constraints.volume(), fmt::format("{}.volume", field)));
+    LATTICED_ASSIGN_OR_RETURN(result.volume,
+                              FromProto(constraints.volume(), fmt::format("{}.volume", field)));
   }
   return result;
 }

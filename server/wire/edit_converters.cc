@@ -154,8 +154,8 @@ absl::StatusOr<Edit> Read(const v1::Undo& edit, std::string_view field) {
 }
 
 absl::StatusOr<Edit> Read(const v1::SetConstraints& edit, std::string_view field) {
-  LATTICED_ASSIGN_OR_RETURN(
-      auto constraints, FromProto(edit.constraints(), fmt::format("{}.constraints", field)));
+  LATTICED_ASSIGN_OR_RETURN(auto constraints,
+                            FromProto(edit.constraints(), fmt::format("{}.constraints", field)));
   return SetConstraints{std::move(constraints)};
 }
 

@@ -203,12 +203,15 @@ TEST_F(LatticectlServerTest, ResizesAndReplacesTheLatticeOfAScene) {
 
 TEST_F(LatticectlServerTest, MeasuresAndKeepsTheVolume) {
   MakeScene();  // of a vase, which is closed
-  const auto volume = [this] { return RunJson({"measure", "scene-one", "--volume"})["volume"].get<double>(); };
+  const auto volume = [this] {
+    return RunJson({"measure", "scene-one", "--volume"})["volume"].get<double>();
+  };
   const double rest = volume();
   EXPECT_THAT(Run({"measure", "scene-one"}),
               ::testing::AllOf(HasSubstr("volume "), HasSubstr("area "), HasSubstr("centroid "),
                                HasSubstr("bounds ")));
-  EXPECT_EQ(RunJson({"measure", "scene-one", "--area", "--gradient"})["areaGradient"].size() % 3, 0u);
+  EXPECT_EQ(RunJson({"measure", "scene-one", "--area", "--gradient"})["areaGradient"].size() % 3,
+            0u);
 
   Run({"edit", "constrain", "scene-one", "--keep-volume", "--volume-axis", "w", "--layers", "w-1",
        "--mirror", "u", "--point", "1,1,1"});

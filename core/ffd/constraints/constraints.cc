@@ -64,7 +64,8 @@ absl::Status CheckMirror(int axis, const LatticeStructure& structure, std::strin
   }
   const auto& edges = structure.frame.edges;
   for (size_t other = 0; other < 3; ++other) {
-    const double sine = std::abs(Dot(edges[a], edges[other])) / (Norm(edges[a]) * Norm(edges[other]));
+    const double sine =
+        std::abs(Dot(edges[a], edges[other])) / (Norm(edges[a]) * Norm(edges[other]));
     if (other != a && sine > kOrthogonal) {
       return error::InvalidField(path, "the axis is not orthogonal to the frame's other edges");
     }

@@ -33,7 +33,8 @@ struct HeldLayers {
 inline constexpr int kMostHeldLayers = 3;
 
 struct KeptVolume {
-  std::optional<int> axis;       // of the lattice, along which control points are moved; unset: in all directions
+  std::optional<int>
+      axis;  // of the lattice, along which control points are moved; unset: in all directions
   std::optional<double> volume;  // world units cubed; unset: that of the mesh at rest
   friend bool operator==(const KeptVolume&, const KeptVolume&) = default;
 };
@@ -45,7 +46,9 @@ struct Constraints {
   std::optional<KeptVolume> volume;
 
   // Whether they say nothing of control points.
-  bool points_are_free() const { return held.empty() && held_layers.empty() && !mirror.has_value(); }
+  bool points_are_free() const {
+    return held.empty() && held_layers.empty() && !mirror.has_value();
+  }
   size_t MemoryBytes() const {
     return held.size() * sizeof(uint32_t) + held_layers.size() * sizeof(HeldLayers);
   }

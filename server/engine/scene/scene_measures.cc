@@ -59,8 +59,7 @@ absl::Status SceneVolumeKeeper::Keep(const KeptVolume& kept, const PointFreedom*
                                      const std::vector<bool>& named,
                                      std::vector<Vec3d>& control_points) const {
   LATTICED_RETURN_IF_ERROR(measures_->CheckClosed(control_points));
-  LATTICED_ASSIGN_OR_RETURN(const auto moments,
-                            measures_->Moments(SurfaceMoments::Order::kVolume));
+  LATTICED_ASSIGN_OR_RETURN(const auto moments, measures_->Moments(SurfaceMoments::Order::kVolume));
   KeptVolume wanted = kept;
   if (!wanted.volume.has_value()) {
     LATTICED_ASSIGN_OR_RETURN(wanted.volume, measures_->RestVolume());

@@ -63,8 +63,7 @@ class SceneVolumeKeeper final : public VolumeKeeper {
  public:
   explicit SceneVolumeKeeper(std::shared_ptr<SceneMeasures> measures);
 
-  [[nodiscard]] absl::Status CheckEncloses(
-      const std::vector<Vec3d>& control_points) const override;
+  [[nodiscard]] absl::Status CheckEncloses(const std::vector<Vec3d>& control_points) const override;
   [[nodiscard]] absl::Status Keep(const KeptVolume& kept, const PointFreedom* freedom,
                                   const std::vector<bool>& named,
                                   std::vector<Vec3d>& control_points) const override;

@@ -27,7 +27,7 @@ struct SceneState {
   uint64_t structure_id = 1;  // names knots and frame; a new plan has a new one
   std::shared_ptr<const DeformPlan> plan;
   std::shared_ptr<const PatchTree> patch_tree;  // of the plan
-  std::shared_ptr<SceneMeasures> measures;     // of the plan
+  std::shared_ptr<SceneMeasures> measures;      // of the plan
   std::shared_ptr<const std::vector<Vec3d>> control_points;
   std::shared_ptr<const Constraints> constraints;  // what edits keep; never null in a scene
   QuantisationBox box;

@@ -70,11 +70,10 @@ TEST_F(ConstraintsTest, HeldPointsStayUnderEveryEdit) {
   for (uint32_t i = 0; i < 64; ++i) all.push_back(i);
   std::vector<Vec3d> elsewhere(64, Vec3d{1, 2, 3});
   const std::array<double, 16> twice{2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 2, 0, 1, 1, 1, 1};
-  const std::vector<Edit> edits = {MoveControlPoints{all, {1, 2, 3}},
-                                   SetControlPoints{all, elsewhere},
-                                   TransformControlPoints{all, twice},
-                                   ReplaceControlPoints{elsewhere},
-                                   DragPoints{{{0.5, 0.5, 0.5}}, {{0.9, 0.9, 0.9}}}};
+  const std::vector<Edit> edits = {
+      MoveControlPoints{all, {1, 2, 3}}, SetControlPoints{all, elsewhere},
+      TransformControlPoints{all, twice}, ReplaceControlPoints{elsewhere},
+      DragPoints{{{0.5, 0.5, 0.5}}, {{0.9, 0.9, 0.9}}}};
   for (const Edit& edit : edits) {
     ASSERT_TRUE(Do("ann", edit).ok());
     EXPECT_FALSE(AtStart());
@@ -99,8 +98,9 @@ TEST_F(ConstraintsTest, ADragReachesItsTargetWithTheFreePoints) {
     ASSERT_TRUE(outcome.ok());
     EXPECT_LE(outcome->summary.drag_residual, 1e-12);
     const Lattice& lattice = history_.lattice();
-    EXPECT_LE(Norm(EvaluateWorld(lattice.structure, lattice.control_points, point).position - target),
-              1e-12);
+    EXPECT_LE(
+        Norm(EvaluateWorld(lattice.structure, lattice.control_points, point).position - target),
+        1e-12);
     if (constraints.mirror.has_value()) {
       EXPECT_LE(Asymmetry(), 1e-14);
     }
@@ -130,10 +130,20 @@ TEST_F(ConstraintsTest, AMirroredDragIsTheLeast) {
   for (size_t i = 0; i < 64; ++i) moved.control_points[i] += other[i];
   const Vec3d effect = EvaluateWorld(s, moved.control_points, point).position - point;
   EditHistory another(rest);
-  ASSERT_TRUE(another.Apply({.editor_id = "a", .sequence = 1, .structure_id = 1,
-                             .edits = {SetConstraints{{.mirror = 0}}}}, now_, {}).ok());
-  ASSERT_TRUE(another.Apply({.editor_id = "a", .sequence = 2, .structure_id = 1,
-                             .edits = {DragPoints{{point}, {point + effect}}}}, now_, {}).ok());
+  ASSERT_TRUE(another
+                  .Apply({.editor_id = "a",
+                          .sequence = 1,
+                          .structure_id = 1,
+                          .edits = {SetConstraints{{.mirror = 0}}}},
+                         now_, {})
+                  .ok());
+  ASSERT_TRUE(another
+                  .Apply({.editor_id = "a",
+                          .sequence = 2,
+                          .structure_id = 1,
+                          .edits = {DragPoints{{point}, {point + effect}}}},
+                         now_, {})
+                  .ok());
   double along = 0;
   for (size_t i = 0; i < 64; ++i) {
     other[i] -= another.lattice().control_points[i] - rest.control_points[i];
@@ -146,11 +156,13 @@ TEST_F(ConstraintsTest, ImagesMoveAlongWithTheirPoints) {
   Constrain({.mirror = 0});
   ASSERT_TRUE(Do("ann", MoveControlPoints{{21}, {0.1, 0.2, 0.3}}).ok());
   EXPECT_LE(Asymmetry(), 1e-15);
-  EXPECT_GT(Norm(history_.lattice().control_points[22] - history_.initial().control_points[22]), 0.3);
+  EXPECT_GT(Norm(history_.lattice().control_points[22] - history_.initial().control_points[22]),
+            0.3);
   // Both of a pair by one offset: what would break the symmetry is left out.
   ASSERT_TRUE(Do("ann", MoveControlPoints{{25, 26}, {0.1, 0, 0.3}}).ok());
   EXPECT_LE(Asymmetry(), 1e-15);
-  EXPECT_NEAR(history_.lattice().control_points[25].x, history_.initial().control_points[25].x, 1e-15);
+  EXPECT_NEAR(history_.lattice().control_points[25].x, history_.initial().control_points[25].x,
+              1e-15);
   ASSERT_TRUE(Do("ann", Reset{}).ok());
   EXPECT_TRUE(AtStart());
 }
@@ -203,9 +215,9 @@ TEST_F(ConstraintsTest, RefusesWhatCannotBe) {
   sheared.control_points = IdentityControlPoints(sheared.structure);
   ASSERT_TRUE(Do("ann", ReplaceLattice{sheared}).ok());
   EXPECT_EQ(refused({.mirror = 0}), field + ".mirror");
-  EXPECT_THAT(Apply({.editor_id = "ann",
-                     .edits = {SetConstraints{}, MoveControlPoints{{1}, {1, 1, 1}}}}),
-              StatusIs(Code::kInvalidArgument));
+  EXPECT_THAT(
+      Apply({.editor_id = "ann", .edits = {SetConstraints{}, MoveControlPoints{{1}, {1, 1, 1}}}}),
+      StatusIs(Code::kInvalidArgument));
 }
 
 // Against the identity, layers held at a face join the inside with continuous derivatives of lower orders.

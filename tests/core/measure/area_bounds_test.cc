@@ -48,8 +48,8 @@ TEST_P(AreaDegreesTest, KeepsItsToleranceAndItsGradientMatchesDifferences) {
   double slope = 0;
   for (size_t i = 0; i < points.size(); ++i) slope += Dot(got.gradient[i], moves[i]);
   constexpr double kStep = 1e-3;
-  const double by_differences = (8 * (moved(kStep) - moved(-kStep)) -
-                                 (moved(2 * kStep) - moved(-2 * kStep))) / (12 * kStep);
+  const double by_differences =
+      (8 * (moved(kStep) - moved(-kStep)) - (moved(2 * kStep) - moved(-2 * kStep))) / (12 * kStep);
   EXPECT_NEAR(slope, by_differences, 1e-8 * std::abs(by_differences) + 1e-8);
 }
 
@@ -72,9 +72,9 @@ TEST(SurfaceAreaTest, OfACollapsedSurfaceIsNothing) {
 
 TEST(SurfaceAreaTest, Stops) {
   const auto plan = PlanFor(TorusMesh(7, 5), {});
-  EXPECT_THAT(MeasureArea(*plan, plan->identity_points, 1e-6, false,
-                          [] { return absl::CancelledError(); }),
-              StatusIs(absl::StatusCode::kCancelled));
+  EXPECT_THAT(
+      MeasureArea(*plan, plan->identity_points, 1e-6, false, [] { return absl::CancelledError(); }),
+      StatusIs(absl::StatusCode::kCancelled));
 }
 
 class BoundsDegreesTest : public ::testing::TestWithParam<int> {};

@@ -151,8 +151,8 @@ TEST(EnclosedVolumeTest, OfClosedSampleMeshesMatchesQuadrature) {
 }
 
 TEST(EnclosedVolumeTest, CountsWhatLiesOutsideTheFrame) {
-  const auto plan = PlanOf(TorusMesh(16, 8, {5, 0, 0}),
-                           {.extra = {3, 3, 3}, .scale = 0.8, .shift = {0.3, 0, 0}});
+  const auto plan =
+      PlanOf(TorusMesh(16, 8, {5, 0, 0}), {.extra = {3, 3, 3}, .scale = 0.8, .shift = {0.3, 0, 0}});
   ASSERT_GT(plan->outside_patches, 0u);
   auto points = IdentityControlPoints(plan->structure);
   points[static_cast<size_t>(plan->structure.Index(2, 2, 2))] += Vec3d{0.1, 0.2, 0.3};
@@ -170,7 +170,8 @@ TEST(SurfaceClosureTest, CountsBorders) {
   EXPECT_EQ(CountBorderEdges(OneTriangle()), 3u);
   EXPECT_EQ(CountBorderEdges(CubeMesh(2)), 0u);
   PolygonMesh turned = CubeMesh(1);
-  std::swap(turned.corner_vertices[0], turned.corner_vertices[2]);  // one face against its neighbours
+  std::swap(turned.corner_vertices[0],
+            turned.corner_vertices[2]);  // one face against its neighbours
   EXPECT_EQ(CountBorderEdges(turned), 4u);
 }
 

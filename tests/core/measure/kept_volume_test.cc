@@ -101,8 +101,9 @@ TEST(KeptVolumeTest, RestoresAGivenVolume) {
   const double volume = 1.5 * RestVolume(*moments);
   auto points = moments->plan().identity_points;
 
-  ASSERT_TRUE(KeepVolume(*moments, {.volume = volume}, nullptr,
-                         std::vector<bool>(points.size()), points).ok());
+  ASSERT_TRUE(
+      KeepVolume(*moments, {.volume = volume}, nullptr, std::vector<bool>(points.size()), points)
+          .ok());
 
   EXPECT_NEAR(MeasureVolume(*moments, points).volume / volume, 1, kVolumeTolerance);
 }
@@ -110,8 +111,8 @@ TEST(KeptVolumeTest, RestoresAGivenVolume) {
 TEST(KeptVolumeTest, LeavesHeldPointsAndKeepsSymmetry) {
   const auto moments = MomentsFor(TorusMesh(20, 12), {.extra = {3, 2, 2}});
   const LatticeStructure& s = moments->plan().structure;
-  const PointFreedom freedom({.held_layers = {{.axis = 2, .at_end = true, .layers = 2}}, .mirror = 0},
-                             s);
+  const PointFreedom freedom(
+      {.held_layers = {{.axis = 2, .at_end = true, .layers = 2}}, .mirror = 0}, s);
   Pulled edit(*moments);
   for (size_t i = 0; i < edit.points.size(); ++i) {  // a symmetric edit
     edit.points[i] = moments->plan().identity_points[i];

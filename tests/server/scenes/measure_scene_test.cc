@@ -63,7 +63,8 @@ TEST_F(MeasureSceneTest, MeasuresTheDeformedSurface) {
   EXPECT_NEAR(got.centroid().z(), 7.5, 1e-12);
   EXPECT_NEAR(got.least().y(), 6, 1e-9);
   EXPECT_NEAR(got.greatest().y(), 9, 1e-9);
-  EXPECT_EQ(got.volume_gradient_size() + got.area_gradient_size() + got.centroid_gradient_size(), 0);
+  EXPECT_EQ(got.volume_gradient_size() + got.area_gradient_size() + got.centroid_gradient_size(),
+            0);
   EXPECT_GT(Get().bytes().at("moments"), 0u);
 }
 

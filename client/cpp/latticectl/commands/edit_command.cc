@@ -355,16 +355,19 @@ void AddEditCommands(CLI::App& app, CommandLine& line) {
       *reset, "--to", kTargets, [flags = flags.get()](auto target) { flags->target = target; },
       "Where to")
       ->default_str("identity");
-  CLI::App* constrain = add("constrain", "Sets what later edits must keep, in place of what they kept",
-                            "edit constrain my-scene --keep-volume --layers u-2", MakeConstrain);
-  constrain->add_option("--point", flags->points, "Hold the control point i,j,k; may be given often");
+  CLI::App* constrain =
+      add("constrain", "Sets what later edits must keep, in place of what they kept",
+          "edit constrain my-scene --keep-volume --layers u-2", MakeConstrain);
+  constrain->add_option("--point", flags->points,
+                        "Hold the control point i,j,k; may be given often");
   constrain
       ->add_option("--layers", flags->layers,
                    "Hold 1 to 3 layers at a face: u-2 where u begins, w+1 where w ends")
       ->check(CLI::Validator(
           [](std::string& face) {
             const bool known = face.size() == 3 && face[0] >= 'u' && face[0] <= 'w' &&
-                               (face[1] == '-' || face[1] == '+') && face[2] >= '1' && face[2] <= '3';
+                               (face[1] == '-' || face[1] == '+') && face[2] >= '1' &&
+                               face[2] <= '3';
             return known ? std::string() : "'" + face + "' is not an axis, - or +, and 1 to 3";
           },
           "FACE"));

@@ -28,8 +28,8 @@ v1::MeasureSceneRequest RequestOf(const MeasureFlags& flags) {
   if (flags.centroid) request.add_measures(v1::MEASURE_CENTROID);
   if (flags.bounds) request.add_measures(v1::MEASURE_BOUNDS);
   if (request.measures().empty()) {
-    for (const v1::Measure measure : {v1::MEASURE_VOLUME, v1::MEASURE_AREA, v1::MEASURE_CENTROID,
-                                      v1::MEASURE_BOUNDS}) {
+    for (const v1::Measure measure :
+         {v1::MEASURE_VOLUME, v1::MEASURE_AREA, v1::MEASURE_CENTROID, v1::MEASURE_BOUNDS}) {
       request.add_measures(measure);
     }
   }
@@ -47,12 +47,13 @@ absl::Status RunMeasure(const MeasureFlags& flags, Client& client, Console conso
   std::string text = fmt::format("revision {}\n", measured.revision());
   if (measured.has_volume()) text += fmt::format("volume   {:.15g}\n", measured.volume());
   if (measured.has_area()) {
-    text += fmt::format("area     {:.15g}, within {:.1e}\n", measured.area(), measured.area_error());
+    text +=
+        fmt::format("area     {:.15g}, within {:.1e}\n", measured.area(), measured.area_error());
   }
   if (measured.has_centroid()) text += fmt::format("centroid {}\n", TextOf(measured.centroid()));
   if (measured.has_least()) {
-    text += fmt::format("bounds   {} to {}\n", TextOf(measured.least()),
-                        TextOf(measured.greatest()));
+    text +=
+        fmt::format("bounds   {} to {}\n", TextOf(measured.least()), TextOf(measured.greatest()));
   }
   PrintResult(flags.json, measured, text, console.out);
   return absl::OkStatus();
