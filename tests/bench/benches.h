@@ -23,6 +23,7 @@ void RegisterEvaluateBenches();   // control points to vertices
 void RegisterFloorBenches();      // streaming stores; product (25) alone
 void RegisterPlanBenches();       // from mesh and lattice to plan
 void RegisterFoldsBenches();      // from control points to a report of folds
+void RegisterMeasureBenches();    // volume, centroid, area, the kept volume
 void RegisterCodecBenches();      // from vertices to Draco bytes, and their number
 void RegisterDecodeBenches();     // from Draco bytes to integers
 void RegisterMeshoptBenches();    // from vertices to meshopt bytes, and back
