@@ -131,7 +131,7 @@ absl::Status RunGradient(const PointsFlags& flags, Client& client, Console conso
   });
 }
 
-absl::Status RunList(const PointsFlags& flags, Client& client, Console console) {
+absl::Status RunListSets(const PointsFlags& flags, Client& client, Console console) {
   LATTICED_ASSIGN_OR_RETURN(const auto sets, client.ListPointSets(flags.scene));
   if (flags.json) {
     PrintJsonArray(sets, console.out);
@@ -146,7 +146,7 @@ absl::Status RunList(const PointsFlags& flags, Client& client, Console console) 
   return absl::OkStatus();
 }
 
-absl::Status RunDelete(const PointsFlags& flags, Client& client, Console console) {
+absl::Status RunDeleteSet(const PointsFlags& flags, Client& client, Console console) {
   LATTICED_RETURN_IF_ERROR(client.DeletePointSet(flags.scene, flags.point_set));
   PrintResult(flags.json, nlohmann::json{{"deleted", std::vector{flags.point_set}}},
               fmt::format("point set {} is deleted\n", flags.point_set), console.out);
@@ -202,10 +202,10 @@ void AddPointsCommands(CLI::App& app, CommandLine& line) {
   SetServerAction(*gradient, flags, line, RunGradient);
 
   SetServerAction(*add("list", "Lists the point sets of a scene", "points list my-scene"), flags,
-                  line, RunList);
+                  line, RunListSets);
   CLI::App* remove = add("delete", "Deletes a point set", "points delete my-scene SET");
   remove->add_option("point_set", flags->point_set, "Id of the set")->required();
-  SetServerAction(*remove, flags, line, RunDelete);
+  SetServerAction(*remove, flags, line, RunDeleteSet);
 }
 
 }  // namespace latticed::client
