@@ -102,8 +102,8 @@ absl::StatusOr<EditOutcome> EditHistory::Apply(const EditBatch& batch, TimePoint
   const bool replaces = LoneEdit<ReplaceLattice>(batch) != nullptr;
   const auto restructured = [&](const StructureEdit& edit,
                                 std::string_view field) -> absl::StatusOr<StructureChange> {
-    LATTICED_ASSIGN_OR_RETURN(
-        auto change, ChangeStructure(lattice(), edit, field, admit, constraints().mirror));
+    LATTICED_ASSIGN_OR_RETURN(auto change,
+                              ChangeStructure(lattice(), edit, field, admit, constraints().mirror));
     if (replaces && admit_points) {
       LATTICED_RETURN_IF_ERROR(
           admit_points(change.lattice.structure, change.lattice.control_points));

@@ -138,8 +138,7 @@ class Constraints:
         return Constraints(
             held=tuple(message.held),
             held_layers={
-                _NAMES[item.axis] + ("+" if item.at_end else "-"): item.layers
-                for item in message.held_layers
+                _NAMES[item.axis] + ("+" if item.at_end else "-"): item.layers for item in message.held_layers
             },
             mirror=_NAMES.get(message.mirror),
             keep_volume=message.HasField("volume"),

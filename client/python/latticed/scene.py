@@ -185,7 +185,9 @@ class Scene(EditCalls[EditResult], PointSetCalls):
     def constraints(self) -> Constraints:
         """What edits keep, at the newest revision. See set_constraints."""
         request = scene_pb2.GetLatticeRequest(scene=self.id)
-        return Constraints.from_proto(self._connection.call(self._stub.GetLattice, request, self.id).constraints)
+        return Constraints.from_proto(
+            self._connection.call(self._stub.GetLattice, request, self.id).constraints
+        )
 
     def pick(self, origin: npt.ArrayLike, direction: npt.ArrayLike) -> Optional[SurfacePoint]:
         """The first point of the deformed surface on a world ray, for drag; None if the ray misses it."""

@@ -31,7 +31,9 @@ def test_gradients_predict_a_move(scene):
 
 
 def test_a_kept_volume(scene):
-    kept = latticed.Constraints(held=(0,), held_layers={"w-": 1}, mirror="u", keep_volume=True, volume_axis="w")
+    kept = latticed.Constraints(
+        held=(0,), held_layers={"w-": 1}, mirror="u", keep_volume=True, volume_axis="w"
+    )
     scene.set_constraints(kept)
     assert scene.constraints() == kept
     before = scene.lattice()

@@ -16,13 +16,13 @@
 #include "client/cpp/latticectl/command_line/value_types.h"
 #include "client/cpp/latticectl/commands/commands.h"
 #include "client/cpp/latticectl/commands/folds_line.h"
+#include "client/cpp/latticectl/commands/ray_flag.h"
 #include "client/cpp/latticectl/geometry/lattice_json.h"
 #include "client/cpp/latticectl/output/output.h"
 #include "client/cpp/latticectl/session/session.h"
 #include "core/base/sha256.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
-#include "fmt/ranges.h"
 
 namespace latticed::client {
 namespace {
@@ -52,22 +52,6 @@ constexpr NamedValues<v1::ResetTarget, 2> kTargets{
     {{"identity", v1::RESET_TARGET_IDENTITY}, {"initial", v1::RESET_TARGET_INITIAL}}};
 constexpr NamedValues<v1::UndoScope, 2> kScopes{
     {{"mine", v1::UNDO_SCOPE_MINE}, {"scene", v1::UNDO_SCOPE_SCENE}}};
-
-// Six numbers: the ray's origin and its direction.
-CLI::Option* AddRayFlag(CLI::App& command, std::vector<double>& ray) {
-  return command
-      .add_option("--ray", ray, "Ray X,Y,Z,DX,DY,DZ in the world: where it begins, where it goes")
-      ->delimiter(',')
-      ->expected(6);
-}
-
-v1::PickRequest PickRequestOf(const std::string& scene, const std::vector<double>& ray) {
-  v1::PickRequest request;
-  request.set_scene(scene);
-  *request.mutable_ray()->mutable_origin() = ToProto(Vec3d{ray[0], ray[1], ray[2]});
-  *request.mutable_ray()->mutable_direction() = ToProto(Vec3d{ray[3], ray[4], ray[5]});
-  return request;
-}
 
 using EditMaker =
     std::function<absl::Status(const EditFlags&, const v1::LatticeState&, Client&, v1::Edit&)>;
@@ -267,25 +251,6 @@ void AddDragOptions(CLI::App& command, EditFlags& flags) {
   target->require_option(1);
 }
 
-struct PickFlags : ServerFlags {
-  std::string scene;
-  std::vector<double> ray;
-};
-
-absl::Status RunPick(const PickFlags& flags, Client& client, Console console) {
-  LATTICED_ASSIGN_OR_RETURN(const auto point, client.Pick(PickRequestOf(flags.scene, flags.ray)));
-  std::string text = fmt::format("{}, {}, {} in face {}\n", point.position().x(),
-                                 point.position().y(), point.position().z(), point.face());
-  if (point.has_normal()) {
-    text += fmt::format("normal {:.6g}, {:.6g}, {:.6g}\n", point.normal().x(), point.normal().y(),
-                        point.normal().z());
-  }
-  text += fmt::format("edit drag --at {},{},{}\n", point.face(), fmt::join(point.corners(), ","),
-                      fmt::join(point.barycentrics(), ","));
-  PrintResult(flags.json, point, text, console.out);
-  return absl::OkStatus();
-}
-
 }  // namespace
 
 void AddEditCommands(CLI::App& app, CommandLine& line) {
@@ -390,16 +355,6 @@ void AddEditCommands(CLI::App& app, CommandLine& line) {
       ->default_str("scene");
   add("redo", "Applies the step again that was undone last", "edit redo my-scene",
       FromFlags([](const EditFlags&, v1::Edit& to) { to.mutable_redo(); }));
-}
-
-void AddPickCommand(CLI::App& app, CommandLine& line) {
-  auto flags = std::make_shared<PickFlags>();
-  CLI::App* command =
-      app.add_subcommand("pick", "Finds the first point of the deformed surface on a ray");
-  command->add_option("scene", flags->scene, "Id of the scene")->required();
-  AddRayFlag(*command, flags->ray)->required();
-  SetExample(*command, "pick my-scene --ray 0,0,5,0,0,-1");
-  SetServerAction(*command, flags, line, RunPick);
 }
 
 }  // namespace latticed::client
