@@ -97,8 +97,10 @@ std::vector<uint32_t> NumberColumns(std::vector<SparseRow>& rows) {
 void AddMirrored(const PointFreedom& freedom, const std::vector<SparseRow>& full,
                  std::span<const Vec3d> wanted, double sign, std::map<uint32_t, Vec3d>& moves) {
   std::vector<SparseRow> rows;
+  rows.reserve(full.size());
   for (const SparseRow& row : full) rows.push_back(PairedRow(freedom, row, sign));
   std::vector<Vec3d> part;
+  part.reserve(wanted.size());
   for (const Vec3d w : wanted) {
     part.push_back(sign < 0 ? freedom.Along(w) : w - freedom.Along(w));
   }

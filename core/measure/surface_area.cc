@@ -19,7 +19,7 @@ constexpr int kMostQuarterings = 24;
 constexpr double kHighRules = 1e-7;
 
 // A part of a patch by its corners' parameters.
-using Part = std::array<Vec3d, 3>;
+using ParameterTriangle = std::array<Vec3d, 3>;
 
 class AreaSum {
  public:
@@ -53,14 +53,14 @@ class AreaSum {
       // Half of the error in proportion to the area, half of it in proportion to the area at rest, where a patch is
       // folded.
       spare_ = 0.5 * tolerance_ * estimate_ * RestArea(p) / rest_area_;
-      Add(PartOf(p), 0);
+      Add(TriangleOf(p), 0);
     }
     return std::move(result_);
   }
 
  private:
   bool IsOutside(size_t p) const { return plan_.patches[p].box == plan_.outside_box(); }
-  Part PartOf(size_t p) const {
+  ParameterTriangle TriangleOf(size_t p) const {
     const auto& v = plan_.patches[p].vertex;
     return {plan_.vertices[v[0]].parameter, plan_.vertices[v[1]].parameter,
             plan_.vertices[v[2]].parameter};
@@ -82,7 +82,7 @@ class AreaSum {
         continue;
       }
       span_ = plan_.boxes[plan_.patches[p].box].span.data();
-      estimate_ += Integrate(PartOf(p), centroid);
+      estimate_ += Integrate(TriangleOf(p), centroid);
     }
     return absl::OkStatus();
   }
@@ -90,7 +90,7 @@ class AreaSum {
   struct Tangents {
     Vec3d parameter, s, t;
   };
-  Tangents TangentsAt(const Part& part, const std::array<double, 3>& b) const {
+  Tangents TangentsAt(const ParameterTriangle& part, const std::array<double, 3>& b) const {
     const Vec3d place = b[0] * part[0] + b[1] * part[1] + b[2] * part[2];
     const VolumePoint point = EvaluateVolume<true>(volume_, span_, place);
     Tangents result{.parameter = place};
@@ -101,7 +101,8 @@ class AreaSum {
     return result;
   }
 
-  double Integrate(const Part& part, const std::vector<TriangleRulePoint>& rule) const {
+  double Integrate(const ParameterTriangle& part,
+                   const std::vector<TriangleRulePoint>& rule) const {
     double sum = 0;
     for (const auto& [barycentrics, weight] : rule) {
       const Tangents at = TangentsAt(part, barycentrics);
@@ -110,7 +111,7 @@ class AreaSum {
     return sum;
   }
 
-  void Add(const Part& part, int quarterings) {
+  void Add(const ParameterTriangle& part, int quarterings) {
     const double area = Integrate(part, fine_);
     const double error = std::abs(area - Integrate(part, coarse_));
     if (error <= 0.5 * tolerance_ * area + std::ldexp(spare_, -2 * quarterings) ||
@@ -122,13 +123,14 @@ class AreaSum {
     }
     const Vec3d a = 0.5 * (part[1] + part[2]), b = 0.5 * (part[2] + part[0]),
                 c = 0.5 * (part[0] + part[1]);
-    for (const Part& quarter :
-         {Part{part[0], c, b}, Part{c, part[1], a}, Part{b, a, part[2]}, Part{a, b, c}}) {
+    for (const ParameterTriangle& quarter :
+         {ParameterTriangle{part[0], c, b}, ParameterTriangle{c, part[1], a},
+          ParameterTriangle{b, a, part[2]}, ParameterTriangle{a, b, c}}) {
       Add(quarter, quarterings + 1);
     }
   }
 
-  void AddGradient(const Part& part) {
+  void AddGradient(const ParameterTriangle& part) {
     for (const auto& [barycentrics, weight] : fine_) {
       const Tangents at = TangentsAt(part, barycentrics);
       const Vec3d normal = Cross(at.s, at.t);

@@ -21,7 +21,7 @@
 namespace latticed::client {
 namespace {
 
-constexpr absl::string_view kMagic = "\x93NUMPY";
+constexpr absl::string_view kNpyMagic = "\x93NUMPY";
 constexpr size_t kAlignment = 64;  // of the data in a .npy file
 
 absl::Status Bad(const std::string& path, const std::string& problem) {
@@ -96,13 +96,13 @@ void Append(absl::string_view data, std::vector<double>& numbers) {
 absl::StatusOr<PointTable> ReadNpy(const std::string& path, absl::string_view bytes) {
   constexpr size_t kShortHead = 10,
                    kLongHead = 12;  // before the dictionary, in version 1 and later
-  if (bytes.size() < kLongHead || !absl::StartsWith(bytes, kMagic)) {
+  if (bytes.size() < kLongHead || !absl::StartsWith(bytes, kNpyMagic)) {
     return Bad(path, "is no .npy file");
   }
-  const bool is_short = bytes[kMagic.size()] == 1;
+  const bool is_short = bytes[kNpyMagic.size()] == 1;
   const size_t head = is_short ? kShortHead : kLongHead;
-  const size_t length = is_short ? LoadLittleEndian<uint16_t>(bytes.data() + kMagic.size() + 2)
-                                 : LoadLittleEndian<uint32_t>(bytes.data() + kMagic.size() + 2);
+  const size_t length = is_short ? LoadLittleEndian<uint16_t>(bytes.data() + kNpyMagic.size() + 2)
+                                 : LoadLittleEndian<uint32_t>(bytes.data() + kNpyMagic.size() + 2);
   if (bytes.size() - head < length) return Bad(path, "ends in its header");
   const absl::string_view header = bytes.substr(head, length), data = bytes.substr(head + length);
   const absl::string_view type = ValueOf(header, "descr", "'", '\'');
@@ -137,7 +137,7 @@ std::string WriteNpy(const PointTable& table) {
   const size_t used = kHead + header.size() + 1;
   header.append((kAlignment - used % kAlignment) % kAlignment, ' ');
   header += '\n';
-  std::string bytes(kMagic);
+  std::string bytes(kNpyMagic);
   bytes += '\x01';
   bytes += '\0';
   AppendLittleEndian(static_cast<uint16_t>(header.size()), &bytes);
