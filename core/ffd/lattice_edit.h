@@ -95,8 +95,8 @@ struct EditBatch {
   std::string gesture_id;  // empty: the batch is an undo step of its own
   GesturePhase gesture_phase = GesturePhase::kUpdate;
   std::vector<Edit> edits;
-  bool refuse_folds =
-      false;  // the scene refuses the batch if it makes a new fold (core/folds/new_fold.h)
+  // A scene refuses the batch if it makes a new fold (server/engine/scene/fold_guard.h).
+  bool refuse_folds = false;
   // In place of the volume that the constraints keep.
   std::optional<KeptVolume> keep_volume;
   // Not OK: the request could not be parsed. The batch is then refused with this status, in its
