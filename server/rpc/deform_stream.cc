@@ -153,8 +153,12 @@ void DeformStream::OnReadDone(bool ok) {
   if (stream != nullptr && stream->ended()) return;  // its end, or a farewell, says what comes next
   v1::DeformRequest request;
   absl::Status status = TakeMessage(bytes, &request);
-  if (status.ok() && stream != nullptr &&
-      MayTakeLong(request.edit(), stream->scene().config().fold_watch)) {
+  const auto takes_long = [&] {
+    const Scene& scene = stream->scene();
+    return MayTakeLong(request.edit(), scene.config().fold_watch) ||
+           (request.has_edit() && scene.State()->constraints->volume.has_value());
+  };
+  if (status.ok() && stream != nullptr && takes_long()) {
     stream->Touch();
     return HandOver(std::move(request), stream->ExpectAnswer());
   }
