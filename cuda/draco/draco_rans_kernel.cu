@@ -2,130 +2,137 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // One lane codes one stream. Its state takes the symbols, the last one first, and each step waits for the
-// one before. So a step does only what it must. All lanes of the warp load the symbols and entries ahead
-// and take the entries apart, sixteen symbols of each stream at a time. The bytes that leave a state are
-// stored with gaps and packed later (draco_pack_kernel.cu).
+// one before. So a warp that codes does nothing else. A second warp loads symbols and entries ahead, takes
+// the entries apart, and leaves them in shared memory, 32 symbols of each stream at a time. The bytes that
+// leave a state are stored with gaps and packed later (draco_pack_kernel.cu).
+#include "cuda/device/kernel_call.h"
 #include "cuda/draco/draco_leaving.cuh"
 #include "cuda/draco/draco_table.cuh"
 
 namespace latticed::kernels {
 namespace {
 
-// A step with p = M, which changes nothing: used past a stream's last symbol.
-__device__ __forceinline__ uint2 NoStep() { return MakeShortEntry(kShortM, 0); }
+// Pairs of warps in a block: the schedulers of a multiprocessor. Warps 0 to 3 code, and warps 4 to 7
+// prepare; a scheduler has one of each.
+constexpr uint32_t kPairs = 4;
+constexpr uint32_t kThreads = 2 * kPairs * kWarp;
+// The symbols of a stream that a round prepares and codes, one for each lane.
+constexpr uint32_t kRound = kWarp;
 
-// A stream as the lanes of a warp read it.
+// A stream of at most 12 bits. count 0: there is none.
 struct ShortStream {
   const uint16_t* symbols;
   const uint2* entries;
-  uint32_t count;  // 0: there is no stream, or it has more than 12 bits
+  uint32_t count;
 };
 
-// Codes kStreams streams at once. In each round all lanes prepare 16 symbols of each stream, kPart a lane.
+// What a round codes, of each symbol and stream. The stride is odd, so that neither the warp that writes symbols
+// beside each other nor the one that reads streams meets a bank twice.
 template <uint32_t kStreams>
-class Coder {
+struct PreparedRound {
+  ShortEntry entries[kRound][kStreams + 1];
+};
+// While one is coded the other one is prepared.
+template <uint32_t kStreams>
+using PairRounds = PreparedRound<kStreams>[2];
+
+// Both warps of a pair wait for each other; what one wrote before, the other reads after. Barrier 0 is the block's.
+__device__ __forceinline__ void Meet(uint32_t pair) {
+  asm volatile("barrier.sync %0, %1;" ::"r"(pair + 1), "n"(2 * kWarp) : "memory");
+}
+
+// The warp that prepares. Each lane has one symbol of every stream. Symbols are loaded two rounds ahead, and entries one.
+template <uint32_t kStreams>
+class Preparer {
  public:
-  static constexpr uint32_t kLanesAStream = kWarp / kStreams;
-  static constexpr uint32_t kPart = kSymbolsAWord / kLanesAStream;  // symbols
-  // What ShortStep takes of each symbol; bytes leave before it while the state is at least p << 10,
-  // two of them from p << 18 on.
-  struct Shared {
-    uint4 first[kSymbolsAWord][kStreams];   // R, p << 10, p << 18, c'
-    uint2 second[kSymbolsAWord][kStreams];  // M - p, shift
-  };
+  __device__ explicit Preparer(const ShortStream (&streams)[kStreams]) : streams_(streams) {}
 
-  // `mine`: the stream that this lane prepares for.
-  __device__ Coder(Shared& shared, const ShortStream& mine) : shared_(shared), mine_(mine) {}
-
-  // Lanes below kStreams code stream `coded`, of as many symbols.
-  __device__ void Code(uint32_t rounds, uint32_t coded, uint16_t* leaving,
-                       uint32_t* leaving_bytes) {
-    const bool codes = Lane() < kStreams;
+  __device__ void Prepare(uint32_t rounds, uint32_t pair, PairRounds<kStreams>& prepared) {
     Load(rounds - 1);
     Gather(rounds - 1);
     Load(rounds - 2);
     for (uint32_t round = rounds; round-- > 0;) {
-      Prepare();
-      __syncwarp();
+#pragma unroll
+      for (uint32_t i = 0; i < kStreams; ++i) {
+        prepared[round % 2].entries[Lane()][i] = TakeApart(entries_[i]);
+      }
       Gather(round - 1);
       Load(round - 2);
-      if (codes && round * kSymbolsAWord < coded) Steps(round, leaving, leaving_bytes);
-      __syncwarp();
+      Meet(pair);
+    }
+  }
+
+ private:
+  // Before the first round there is none.
+  __device__ __forceinline__ bool IsThere(uint32_t round, const ShortStream& stream) const {
+    return static_cast<int32_t>(round) >= 0 && round * kRound + Lane() < stream.count;
+  }
+  __device__ __forceinline__ void Load(uint32_t round) {
+#pragma unroll
+    for (uint32_t i = 0; i < kStreams; ++i) {
+      if (!IsThere(round, streams_[i])) continue;
+      symbols_[i] = __ldg(streams_[i].symbols + round * kRound + Lane());
+    }
+  }
+  __device__ __forceinline__ void Gather(uint32_t round) {
+#pragma unroll
+    for (uint32_t i = 0; i < kStreams; ++i) {
+      // Past the last symbol, p = M, which changes no state.
+      entries_[i] = IsThere(round, streams_[i]) ? __ldg(streams_[i].entries + symbols_[i])
+                                                : MakeShortEntry(kShortM, 0);
+    }
+  }
+
+  const ShortStream (&streams_)[kStreams];  // in shared memory
+  uint16_t symbols_[kStreams] = {};
+  uint2 entries_[kStreams];
+};
+
+// A lane of the warp that codes.
+class Coder {
+ public:
+  static constexpr uint32_t kPart = 8;  // symbols of a store of 16 bytes
+
+  // `column`: the stream's entries of a round. The first `stored` symbols of the round have room in `leaving`, and two bits
+  // each in `leaving_bytes`. The others change nothing.
+  template <uint32_t kStride>
+  __device__ __forceinline__ void Code(const ShortEntry (*column)[kStride], uint32_t stored,
+                                       uint16_t* leaving, uint16_t* leaving_bytes) {
+    // Loaded a part ahead, for shared memory takes as long as a step. Unrolled, or the loads wait at the loop's end.
+    ShortEntry ahead[kPart];
+#pragma unroll
+    for (uint32_t k = 0; k < kPart; ++k) ahead[k] = column[kRound - kPart + k][0];
+#pragma unroll
+    for (uint32_t end = kRound; end > 0; end -= kPart) {
+      const uint32_t first = end - kPart;
+      uint32_t low[kPart], counts = 0;
+#pragma unroll
+      for (uint32_t k = kPart; k-- > 0;) {
+        const uint32_t bits = LeavingBits(x_, ahead[k]);
+        low[k] = x_;
+        counts |= bits / 8 << (2 * k);
+        bits_ += bits;
+        x_ = ShortStep(x_, bits, ahead[k]);
+        if (first > 0) ahead[k] = column[first - kPart + k][0];
+      }
+      if (first < stored) Store(low, counts, leaving + first, leaving_bytes[first / kPart]);
     }
   }
 
   __device__ uint32_t state() const { return x_; }
-  __device__ uint32_t bytes() const { return bytes_; }
+  __device__ uint32_t bytes() const { return bits_ / 8; }
 
  private:
-  __device__ __forceinline__ uint32_t FirstOf(uint32_t round) const {
-    return round * kSymbolsAWord + Lane() % kLanesAStream * kPart;
-  }
-  // Loads the symbols of a round; before the first round there are none.
-  __device__ __forceinline__ void Load(uint32_t round) {
-    const uint32_t first = FirstOf(round);
-    if (static_cast<int32_t>(round) < 0 || first >= mine_.count) return;
-    const uint16_t* from = mine_.symbols + first;
-    if constexpr (kPart == 2) {
-      pairs_[0] = __ldg(reinterpret_cast<const uint32_t*>(from));
-    } else {
-      static_assert(kPart == 8);
-      const uint4 eight = __ldg(reinterpret_cast<const uint4*>(from));
-      pairs_[0] = eight.x, pairs_[1] = eight.y, pairs_[2] = eight.z, pairs_[3] = eight.w;
-    }
-  }
-  // Loads their entries.
-  __device__ __forceinline__ void Gather(uint32_t round) {
-    const uint32_t first = FirstOf(round);
-#pragma unroll
-    for (uint32_t i = 0; i < kPart; ++i) {
-      const uint32_t symbol = i % 2 == 0 ? pairs_[i / 2] & 0xffff : pairs_[i / 2] >> 16;
-      const bool there = static_cast<int32_t>(round) >= 0 && first + i < mine_.count;
-      entries_[i] = there ? __ldg(mine_.entries + symbol) : NoStep();
-    }
-  }
-  __device__ __forceinline__ void Prepare() {
-#pragma unroll
-    for (uint32_t i = 0; i < kPart; ++i) {
-      const uint2 entry = entries_[i];
-      const uint32_t place = Lane() % kLanesAStream * kPart + i, stream = Lane() / kLanesAStream;
-      const uint32_t p = ShortProbability(entry);
-      shared_.first[place][stream] = {entry.x, p << 10, p << 18, ShortBias(entry)};
-      shared_.second[place][stream] = {kShortM - p, ShortShift(entry)};
-    }
-  }
-  __device__ __forceinline__ void Steps(uint32_t round, uint16_t* leaving,
-                                        uint32_t* leaving_bytes) {
-    uint32_t low[kSymbolsAWord], counts = 0;
-#pragma unroll
-    for (uint32_t k = kSymbolsAWord; k-- > 0;) {
-      const uint4 first = shared_.first[k][Lane()];
-      const uint2 second = shared_.second[k][Lane()];
-      const bool any = x_ >= first.y, both = x_ >= first.z;
-      low[k] = x_;
-      counts |= (both ? 2u : any ? 1u : 0u) << (2 * k);
-      // Both shifts are computed while the comparisons run: one shift by their result takes 6 % longer.
-      uint32_t kept = any ? x_ >> 8 : x_;
-      kept = both ? x_ >> 16 : kept;
-      x_ = ShortStep(kept, first.x, second.y, first.w, second.x);
-    }
-    auto* to = reinterpret_cast<uint4*>(leaving + round * kSymbolsAWord);
+  __device__ __forceinline__ static void Store(const uint32_t (&low)[kPart], uint32_t counts,
+                                               uint16_t* leaving, uint16_t& leaving_bytes) {
     constexpr uint32_t kLowHalves = 0x5410;
-#pragma unroll
-    for (uint32_t i = 0; i < 2; ++i) {
-      const uint32_t* its = low + 8 * i;
-      to[i] = {__byte_perm(its[0], its[1], kLowHalves), __byte_perm(its[2], its[3], kLowHalves),
-               __byte_perm(its[4], its[5], kLowHalves), __byte_perm(its[6], its[7], kLowHalves)};
-    }
-    leaving_bytes[round] = counts;
-    bytes_ += SumOfBytes(counts);
+    *reinterpret_cast<uint4*>(leaving) = {
+        __byte_perm(low[0], low[1], kLowHalves), __byte_perm(low[2], low[3], kLowHalves),
+        __byte_perm(low[4], low[5], kLowHalves), __byte_perm(low[6], low[7], kLowHalves)};
+    leaving_bytes = static_cast<uint16_t>(counts);
   }
 
-  Shared& shared_;
-  const ShortStream mine_;
-  uint32_t pairs_[(kPart + 1) / 2] = {};
-  uint2 entries_[kPart];
-  uint32_t x_ = 4 * kShortM, bytes_ = 0;
+  uint32_t x_ = 4 * kShortM, bits_ = 0;
 };
 
 // The last state's bytes, as FinishRans of core/codec/rans_encoder.h.
@@ -167,55 +174,74 @@ __device__ bool IsShort(const DracoStream& stream) {
   return RansPrecision(stream.bit_length) == kLeastRansPrecision;
 }
 
+// A lane's stream, as the warp that codes sees it.
+__device__ void CodeStream(const DracoWork& work, uint32_t chunk, DracoKind kind,
+                           const Coder& coder, DracoStream& stream) {
+  if (IsShort(stream)) return Finish(coder.state(), kLeastRansPrecision, coder.bytes(), stream);
+  const size_t at = StreamAt(work, chunk, kind);
+  CodeLong(PlacesOf(work, stream, at), work.Points(chunk) * ValuesOf(kind),
+           work.entries + stream.first_entry, reinterpret_cast<uint8_t*>(work.leaving + at),
+           stream);
+}
+
 template <uint32_t kStreams>
-__global__ void __launch_bounds__(kWarp) RansKernel(const __grid_constant__ DracoWork work) {
-  using StreamCoder = Coder<kStreams>;
-  __shared__ typename StreamCoder::Shared shared;
-  const uint32_t warps = (work.count + kStreams - 1) / kStreams;  // of one kind
-  const DracoKind kind = work.KindOf(blockIdx.x / warps);
-  const uint32_t first = blockIdx.x % warps * kStreams;
-  const uint32_t values = ValuesOf(kind);
+__global__ void __launch_bounds__(kThreads) RansKernel(const __grid_constant__ DracoWork work) {
+  extern __shared__ uint4 rounds_memory[];
+  __shared__ ShortStream pair_streams[kPairs][kStreams];
+  const uint32_t pair = threadIdx.x / kWarp % kPairs;
+  const bool codes = threadIdx.x / kWarp < kPairs;
+  const uint32_t pairs = (work.count + kStreams - 1) / kStreams;  // of one kind
+  const uint32_t at = blockIdx.x * kPairs + pair;
+  if (at >= work.Kinds() * pairs) return;  // both warps
+  const DracoKind kind = work.KindOf(at / pairs);
+  const uint32_t chunk = at % pairs * kStreams + Lane();
+  DracoStream* const stream = Lane() < kStreams ? StreamOf(work, chunk, kind) : nullptr;
 
-  const uint32_t mine = first + Lane() / StreamCoder::kLanesAStream;
-  ShortStream prepared{};
-  if (const DracoStream* stream = StreamOf(work, mine, kind);
-      stream != nullptr && IsShort(*stream)) {
-    prepared = {PlacesOf(work, *stream, StreamAt(work, mine, kind)),
-                work.entries + stream->first_entry, work.Points(mine) * values};
+  ShortStream mine{};
+  size_t words = 0;
+  if (stream != nullptr && IsShort(*stream)) {
+    words = StreamAt(work, chunk, kind);
+    mine = {PlacesOf(work, *stream, words), work.entries + stream->first_entry,
+            work.Points(chunk) * ValuesOf(kind)};
   }
-  const uint32_t rounds =
-      (__reduce_max_sync(kAllLanes, prepared.count) + kSymbolsAWord - 1) / kSymbolsAWord;
-  const uint32_t chunk = first + Lane();
-  DracoStream* stream = Lane() < kStreams ? StreamOf(work, chunk, kind) : nullptr;
-  const uint32_t count = stream == nullptr ? 0 : work.Points(chunk) * values;
-  const bool codes = stream != nullptr && IsShort(*stream);
-  const size_t at = stream == nullptr ? 0 : StreamAt(work, chunk, kind);
-
-  StreamCoder coder(shared, prepared);
-  if (rounds > 0) {
-    coder.Code(rounds, codes ? count : 0, work.leaving + at,
-               work.leaving_bytes + at / kSymbolsAWord);
+  const uint32_t rounds = (__reduce_max_sync(kAllLanes, mine.count) + kRound - 1) / kRound;
+  auto& prepared = reinterpret_cast<PairRounds<kStreams>*>(rounds_memory)[pair];
+  if (!codes) {
+    if (Lane() < kStreams) pair_streams[pair][Lane()] = mine;
+    __syncwarp();
+    Preparer<kStreams>(pair_streams[pair]).Prepare(rounds, pair, prepared);
+    return;
   }
-  if (codes) {
-    Finish(coder.state(), kLeastRansPrecision, coder.bytes(), *stream);
-  } else if (stream != nullptr) {
-    CodeLong(PlacesOf(work, *stream, at), count, work.entries + stream->first_entry,
-             reinterpret_cast<uint8_t*>(work.leaving + at), *stream);
+  Coder coder;
+  // Lanes without a stream code what their neighbours do, and store nothing.
+  const uint32_t column = min(Lane(), kStreams - 1);
+  const uint32_t stored = GroupsOf(mine.count) * kSymbolsAWord;
+  auto* const leaving_bytes = reinterpret_cast<uint16_t*>(work.leaving_bytes);
+  for (uint32_t round = rounds; round-- > 0;) {
+    Meet(pair);
+    const uint32_t first = round * kRound;
+    const auto* entries = &prepared[round % 2].entries[0][column];
+    coder.Code(reinterpret_cast<const ShortEntry(*)[kStreams + 1]>(entries),
+               first < stored ? stored - first : 0, work.leaving + words + first,
+               leaving_bytes + (words + first) / Coder::kPart);
   }
+  if (stream != nullptr) CodeStream(work, chunk, kind, coder, *stream);
 }
 
 template <uint32_t kStreams>
 cudaError_t Launch(const DracoWork& work, cudaStream_t stream) {
-  const uint32_t warps = (work.count + kStreams - 1) / kStreams;
-  RansKernel<kStreams><<<work.Kinds() * warps, kWarp, 0, stream>>>(work);
-  return cudaPeekAtLastError();
+  const uint32_t pairs = work.Kinds() * ((work.count + kStreams - 1) / kStreams);
+  return KernelCall(RansKernel<kStreams>, Order::kAfter, (pairs + kPairs - 1) / kPairs, kThreads,
+                    kPairs * sizeof(PairRounds<kStreams>), work)
+      .Launch(stream);
 }
 
 }  // namespace
 
 cudaError_t LaunchDracoRans(const DracoWork& work, cudaStream_t stream) {
-  // One warp for each scheduler is best: two would take turns. A large device has about 500 schedulers.
-  constexpr uint32_t kFew = 1000, kFewStreams = 4, kManyStreams = 16;
+  // Few streams keep one pair on each scheduler, of which a large device has about 500. With many, a pair of eight streams
+  // is best: preparing more of them takes longer than coding one.
+  constexpr uint32_t kFew = 1000, kFewStreams = 4, kManyStreams = 8;
   if (work.count == 0) return cudaSuccess;
   return work.count <= kFew ? Launch<kFewStreams>(work, stream)
                             : Launch<kManyStreams>(work, stream);

@@ -2,19 +2,24 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // A symbol's entry in a table on the device, in eight bytes, and the step of the rANS state that it
-// encodes (core/codec/rans_encoder.h):  x' = floor(x / p) M + x mod p + c.
+// encodes (core/codec/rans_encoder.h). The state x takes a symbol of probability p and cumulative c:
 //
-// At 12 bits, the precision of nearly all tables, a multiplication replaces the division. With
-// s = ceil(log2 p) and R = ceil(2^(31 + s) / p), which is below 2^32 for p >= 2,
+//   b bytes leave: the least b with y = floor(x / 2^8b) < 1024 p;  x' = floor(y / p) M + y mod p + c
 //
-//   floor(x / p) = floor(x R / 2^32) >> (s - 1)        for x < 2^31 (Granlund and Montgomery 1994)
+// At 12 bits, the precision of nearly all tables, b is at most 2. Two identities shorten the chain of
+// steps, each of which waits for the one before. The division does not wait for the comparisons, because
 //
-// and x' = x + floor(x / p) (M - p) + c. For p = 1, s is 1 and R would be 2^32, which does not fit.
-// R = 2^32 - 1 gives x - 1 instead of x, and c' = c + M - 1 in place of c corrects that.
+//   floor(floor(x / 2^8b) / p) = floor(floor(x / p) / 2^8b).
 //
-//                at 12 bits                        at more
-//   first word   R                                 p
-//   second word  p | c' << 13 | (s - 1) << 26      c
+// A multiplication replaces it. With s = ceil(log2 p) and R = ceil(2^(31 + s) / p), which is below 2^32,
+//
+//   floor(x / p) = floor(2^9 x R / 2^32) >> (s + 8)     for x < 1024 M = 2^22 (Granlund and Montgomery 1994)
+//
+// and x' = floor(y / p) (M - p) + y + c.
+//
+//                at 12 bits            at more
+//   first word   R                     p
+//   second word  p | c << 13 | s << 26 c
 //
 // Threads  pure functions, on host and device
 #ifndef LATTICED_CUDA_DRACO_RANS_ENTRY_H_
@@ -37,24 +42,39 @@ LATTICED_HD inline uint32_t HighProduct(uint32_t a, uint32_t b) {
 }
 
 LATTICED_HD inline uint2 MakeShortEntry(uint32_t probability, uint32_t cumulative) {
-  if (probability == 1) return {0xffffffffu, 1 | (cumulative + kShortM - 1) << 13};
-  // The exponent of p - 1 in float32, which holds it exactly.
-  const uint32_t shift =
-      (std::bit_cast<uint32_t>(static_cast<float>(probability - 1)) >> 23) - 127u;  // log - 1
+  // One more than the exponent of p - 1 in float32, which holds it exactly.
+  const uint32_t log =
+      probability == 1
+          ? 0
+          : (std::bit_cast<uint32_t>(static_cast<float>(probability - 1)) >> 23) - 126u;
   // In double, since a device divides 64-bit integers slowly. A quotient has at most 32 bits before the point, and is an
   // integer or 1 / M away from one, so that rounding to 53 bits cannot change how it is rounded up.
-  const double quotient = static_cast<double>(uint64_t{1} << (32 + shift)) / probability;
+  const double quotient = static_cast<double>(uint64_t{1} << (31 + log)) / probability;
   const auto floor = static_cast<uint32_t>(quotient);
   return {floor + (static_cast<double>(floor) < quotient ? 1u : 0u),
-          probability | cumulative << 13 | shift << 26};
+          probability | cumulative << 13 | log << 26};
 }
-LATTICED_HD inline uint32_t ShortProbability(uint2 entry) { return entry.y & 0x1fff; }
-LATTICED_HD inline uint32_t ShortBias(uint2 entry) { return entry.y >> 13 & 0x1fff; }
-LATTICED_HD inline uint32_t ShortShift(uint2 entry) { return entry.y >> 26; }
-// The step of a state that has emitted its bytes, from the fields of an entry. `rest`: M - p.
-LATTICED_HD inline uint32_t ShortStep(uint32_t x, uint32_t reciprocal, uint32_t shift,
-                                      uint32_t bias, uint32_t rest) {
-  return x + bias + (HighProduct(x, reciprocal) >> shift) * rest;
+
+// An entry taken apart for ShortStep.
+struct alignas(16) ShortEntry {
+  uint32_t reciprocal;      // R
+  uint32_t one_byte;        // 1024 p: from here on a byte leaves, and from 2^8 times it two
+  uint32_t rest;            // M - p
+  uint32_t cumulative_log;  // c << 5 | s + 8
+};
+LATTICED_HD inline ShortEntry TakeApart(uint2 entry) {
+  const uint32_t p = entry.y & 0x1fff;
+  return {entry.x, p << 10, kShortM - p, (entry.y >> 13 & 0x1fff) << 5 | ((entry.y >> 26) + 8)};
+}
+// The bits that leave the state: 0, 8 or 16.
+LATTICED_HD inline uint32_t LeavingBits(uint32_t x, const ShortEntry& entry) {
+  const bool any = x >= entry.one_byte, both = x >= entry.one_byte << 8;
+  return both ? 16u : any ? 8u : 0u;
+}
+// The step. `leaving`: LeavingBits.
+LATTICED_HD inline uint32_t ShortStep(uint32_t x, uint32_t leaving, const ShortEntry& entry) {
+  const uint32_t quotient = HighProduct(x << 9, entry.reciprocal) >> (entry.cumulative_log & 31);
+  return (quotient >> leaving) * entry.rest + ((x >> leaving) + (entry.cumulative_log >> 5));
 }
 
 LATTICED_HD inline uint2 MakeLongEntry(uint32_t probability, uint32_t cumulative) {
