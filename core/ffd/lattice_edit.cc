@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "core/base/error.h"
@@ -11,6 +12,7 @@
 #include "core/base/status_macros.h"
 #include "core/ffd/constraints/point_freedom.h"
 #include "core/ffd/control_point_range.h"
+#include "core/ffd/direct_ffd.h"
 #include "core/ffd/direct_manipulation.h"
 #include "core/ffd/knot_insertion.h"
 #include "core/ffd/lattice_refit.h"
@@ -128,6 +130,25 @@ absl::Status Apply(const TransformControlPoints& edit, std::string_view field, E
     status =
         Write(target, edit.indices[n],
               p.x * column(0) + p.y * column(1) + p.z * column(2) + column(3), path + ".matrix");
+  }
+  return status;
+}
+
+absl::Status Apply(const CarryControlPoints& edit, std::string_view field, EditTarget& target) {
+  const std::string path = fmt::format("{}.carry_control_points", field);
+  auto& points = target.lattice.control_points;
+  std::vector<uint32_t> all;
+  if (edit.indices.empty()) {
+    all.resize(points.size());
+    std::iota(all.begin(), all.end(), 0u);
+  }
+  const std::vector<uint32_t>& indices = edit.indices.empty() ? all : edit.indices;
+  const auto& [structure, control_points] = edit.parent;
+  auto status = CheckIndices(indices, points.size(), path);
+  for (size_t n = 0; status.ok() && n < indices.size(); ++n) {
+    const uint32_t index = indices[n];
+    const DeformedPoint carried = EvaluateWorld(structure, control_points, points[index]);
+    if (carried.inside) status = Write(target, index, carried.position, path + ".parent");
   }
   return status;
 }

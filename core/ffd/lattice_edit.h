@@ -42,6 +42,11 @@ struct TransformControlPoints {
   std::vector<uint32_t> indices;
   std::array<double, 16> matrix{};
 };
+// Each point x goes to F(x) of the parent's deformation F.
+struct CarryControlPoints {
+  std::vector<uint32_t> indices;  // empty: all
+  Lattice parent;
+};
 struct ReplaceControlPoints {
   std::vector<Vec3d> control_points;
 };
@@ -77,9 +82,9 @@ struct SetConstraints {
   Constraints constraints;
 };
 
-using Edit =
-    std::variant<SetControlPoints, MoveControlPoints, TransformControlPoints, ReplaceControlPoints,
-                 DragPoints, InsertKnot, ReplaceLattice, Reset, Undo, Redo, SetConstraints>;
+using Edit = std::variant<SetControlPoints, MoveControlPoints, TransformControlPoints,
+                          ReplaceControlPoints, DragPoints, InsertKnot, ReplaceLattice, Reset, Undo,
+                          Redo, SetConstraints, CarryControlPoints>;
 
 enum class GesturePhase {
   kUpdate,  // replaces the gesture's previous update; the meaning of an unspecified phase

@@ -90,6 +90,20 @@ absl::StatusOr<Edit> Read(const v1::TransformControlPoints& edit, std::string_vi
   return result;
 }
 
+absl::StatusOr<Edit> Read(const v1::CarryControlPoints& edit, std::string_view field) {
+  std::vector<uint32_t> indices;
+  if (!edit.indices().empty()) {
+    LATTICED_ASSIGN_OR_RETURN(indices, ReadIndices(edit.indices(), field));
+  }
+  const std::string path = fmt::format("{}.parent", field);
+  if (!edit.has_parent()) return error::InvalidField(path, "must be set");
+  if (edit.parent().control_points().empty()) {
+    return error::InvalidField(path + ".control_points", "an identity moves nothing");
+  }
+  LATTICED_ASSIGN_OR_RETURN(auto parent, FromProto(edit.parent(), path));
+  return CarryControlPoints{std::move(indices), std::move(parent)};
+}
+
 absl::StatusOr<Edit> Read(const v1::ReplaceControlPoints& edit, std::string_view field) {
   LATTICED_ASSIGN_OR_RETURN(auto points,
                             PointsFromProto(edit.control_points(), limits::kMaxControlPoints,
@@ -184,6 +198,8 @@ absl::StatusOr<Edit> ReadEdit(const v1::Edit& edit, const PolygonMesh& mesh,
       return Redo{};
     case v1::Edit::kSetConstraints:
       return Read(edit.set_constraints(), field + ".set_constraints");
+    case v1::Edit::kCarryControlPoints:
+      return Read(edit.carry_control_points(), field + ".carry_control_points");
     case v1::Edit::EDIT_NOT_SET:
       break;
   }
@@ -236,7 +252,8 @@ bool MayTakeLong(const v1::EditBatch& batch, bool fold_watch) {
   if (batch.has_keep_volume()) return true;
   for (const v1::Edit& edit : batch.edits()) {
     if (edit.has_insert_knot() || edit.has_replace_lattice() || edit.has_reset() ||
-        edit.has_set_constraints() || edit.has_undo() || edit.has_redo()) {
+        edit.has_set_constraints() || edit.has_undo() || edit.has_redo() ||
+        edit.has_carry_control_points()) {
       return true;
     }
     points += edit.drag_points().points_size();

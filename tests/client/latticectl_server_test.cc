@@ -246,6 +246,24 @@ TEST_F(LatticectlServerTest, PicksAndDragsPointsOfTheSurface) {
                 HasSubstr("--at: 0.5 is not the index of a face"));
 }
 
+TEST_F(LatticectlServerTest, AParentCarriesControlPoints) {
+  MakeScene();
+  MustRun({"lattice", Path("vase.obj"), "--size", "3,3,3", "--padding", "1", "-o", Path("P.json")});
+  auto parent = nlohmann::json::parse(*ReadFile(Path("P.json")));
+  for (size_t i = 0; i < parent["controlPoints"].size(); i += 3) {
+    parent["controlPoints"][i] = parent["controlPoints"][i].template get<double>() + 2;
+  }
+  ASSERT_OK(WriteFile(Path("P.json"), parent.dump()));
+
+  EXPECT_THAT(Run({"edit", "carry", "scene-one", "--lattice", Path("P.json"), "--point", "0,0,1"}),
+              HasSubstr("revision 1: "));
+  EXPECT_THAT(Run({"edit", "carry", "scene-one", "--lattice", Path("P.json")}),
+              HasSubstr("largest move 2"));
+  EXPECT_EQ(RunJson({"edit", "undo", "scene-one"})["revision"], "3");
+  ExpectFailure({"edit", "carry", "scene-one", "--lattice", Path("P.json"), "--point", "4,0,0"},
+                HasSubstr("4 x 4 x 5"));
+}
+
 TEST_F(LatticectlServerTest, EditsRaiseTheRevision) {
   MakeScene();
   const std::vector<std::vector<std::string>> edits{

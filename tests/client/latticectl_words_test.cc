@@ -93,6 +93,9 @@ TEST_F(LatticectlWords, OfAnEditAreItsOptions) {
   ExpectWords({"edit", "drag", kScene, "--at", "9999,0,1,2,0.3,0.3,0.4", "--to", "1,0,0"},
               "--at, face: got 9999, ");
   ExpectWords({"edit", "insert-knot", kScene, "u", "5"}, "value: got 5, ");
+  const auto parent = WriteLattice([](auto& lattice) { lattice["controlPoints"].erase(0); });
+  ExpectWords({"edit", "carry", kScene, "--lattice", parent},
+              "--lattice, controlPoints: got 191 numbers, ");
   ExpectWords({"pick", kScene, "--ray", "0,0,0,0,0,0"}, "--ray, direction: must not be zero");
 }
 

@@ -75,6 +75,10 @@ const std::vector<TextCall>& TextCalls() {
             gesture_phase: GESTURE_PHASE_UPDATE edits { move_control_points { indices: 0 offset { x: 0.5 } } })"}},
       {"ApplyEdits", {R"(scene: "scene-one" editor_id: "editor-one" sequence: 3 structure_id: 1
             edits { transform_control_points { indices: 1 matrix: [1,0,0,0, 0,1,0,0, 0,0,1,0, 1,0,0,1] } })"}},
+      {"ApplyEdits", {R"(scene: "scene-one" editor_id: "editor-one" sequence: 3 structure_id: 1
+            edits { carry_control_points { indices: 2 parent { degree { u: 1 v: 1 w: 1 } size { u: 2 v: 2 w: 2 }
+            frame { origin {} u { x: 1 } v { y: 1 } w { z: 1 } } control_points:
+            [0,0,0, 1,0,0, 0,1,0, 1,1,0, 0,0,1, 1,0,1, 0,1,1, 1,1,2] } } })"}},
       {"ApplyEdits", {R"(scene: "scene-one" editor_id: "editor-two" sequence: 1 structure_id: 1
             edits { drag_points { points { corners: [0, 1, 3] barycentrics: [0.25, 0.25, 0.5] }
             targets: [1, 1, 1] } })"}},

@@ -37,6 +37,11 @@ class PointEdits(ABC, Generic[Applied]):
         """Transforms control points by an affine 4 x 4 matrix that acts on columns (x, y, z, 1)."""
         return self.apply([edits.transform(points, matrix)])
 
+    def carry(self, parent: Lattice, points: npt.ArrayLike | None = None) -> Applied:
+        """Moves control points, by default all, as a deformed parent lattice moves the world at their
+        places: the scene's lattice is nested in the parent."""
+        return self.apply([edits.carry(parent, points)])
+
     def replace(self, control_points: npt.ArrayLike) -> Applied:
         """Puts all control points at positions: shape (nw, nv, nu, 3), world units."""
         return self.apply([edits.replace(control_points)])

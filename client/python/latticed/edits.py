@@ -61,6 +61,16 @@ def transform(points: npt.ArrayLike, matrix: npt.ArrayLike) -> edit_pb2.Edit:
     return edit_pb2.Edit(transform_control_points=change)
 
 
+def carry(parent: Lattice, points: npt.ArrayLike | None = None) -> edit_pb2.Edit:
+    """Moves control points, by default all, as a deformed parent lattice moves the world at their places.
+    Those outside of its frame stay."""
+    indices = () if points is None else _indices(points)
+    if points is not None and len(indices) == 0:
+        raise ValueError("no control points are named")
+    change = edit_pb2.CarryControlPoints(indices=indices, parent=parent.to_proto())
+    return edit_pb2.Edit(carry_control_points=change)
+
+
 def replace(control_points: npt.ArrayLike) -> edit_pb2.Edit:
     """Puts all control points at positions: shape (nw, nv, nu, 3), world units."""
     flat = np.asarray(control_points, dtype=float).reshape(-1)

@@ -35,6 +35,23 @@ def test_each_edit_does_what_it_says(scene, random):
     np.testing.assert_allclose(now.control_points, lattice.control_points, atol=1e-12)
 
 
+def test_a_parent_lattice_carries_control_points_in_a_gesture(scene):
+    rest = scene.lattice().control_points
+    parent = scene.lattice().resized((3, 3, 3), degree=(2, 2, 2))
+    parent.control_points += np.random.default_rng(3).uniform(-1, 1, parent.control_points.shape)
+
+    with scene.gesture() as drag:
+        drag.carry(parent)
+        drag.carry(parent)  # from the gesture's begin, so it counts once
+
+    expected = parent.deform(rest.reshape(-1, 3)).reshape(rest.shape)
+    np.testing.assert_allclose(scene.lattice().control_points, expected, atol=1e-12)
+    scene.undo()
+    np.testing.assert_array_equal(scene.lattice().control_points, rest)
+    with pytest.raises(ValueError, match="no control points are named"):
+        scene.carry(parent, [])
+
+
 def test_undo_redo_and_reset(scene):
     rest = scene.lattice().control_points
     scene.move([0], (1, 0, 0))

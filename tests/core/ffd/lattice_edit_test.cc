@@ -53,6 +53,39 @@ TEST_F(LatticeEditTest, SetsMovesAndTransforms) {
   EXPECT_FALSE(target_.written[1]);
 }
 
+// The parent's frame is the lower half of the cube, and its points are moved along x: at u by 1 + u^2 of degree 2.
+TEST_F(LatticeEditTest, CarriesPointsAsTheParentMovesTheWorld) {
+  Bounds lower;
+  lower.Extend(Vec3d{0, 0, 0});
+  lower.Extend(Vec3d{1, 1, 0.5});
+  Lattice parent = *FitLattice(lower, {3, 3, 3}, {2, 2, 2}, 0);
+  for (size_t i = 0; i < parent.control_points.size(); ++i) {
+    parent.control_points[i].y += std::array{1.0, 1.0, 2.0}[i % 3];
+  }
+  const auto rest = initial_.control_points;
+
+  ASSERT_OK(Apply(CarryControlPoints{{}, parent}));
+
+  for (size_t i = 0; i < rest.size(); ++i) {
+    const bool inside = rest[i].z <= 0.5;
+    const Vec3d expected = rest[i] + Vec3d{0, inside ? 1 + rest[i].x * rest[i].x : 0, 0};
+    EXPECT_LE(Norm(point(i) - expected), 1e-15) << i;
+    EXPECT_EQ(target_.written[i], inside) << i;
+  }
+}
+
+TEST_F(LatticeEditTest, CarriesThePointsThatAreNamed) {
+  Lattice parent = initial_;
+  for (Vec3d& p : parent.control_points) p += Vec3d{0, 0, 3};
+
+  ASSERT_OK(Apply(CarryControlPoints{{4, 9}, parent}));
+
+  for (size_t i = 0; i < 27; ++i) {
+    const Vec3d move{0, 0, i == 4 || i == 9 ? 3.0 : 0.0};
+    EXPECT_LE(Norm(point(i) - initial_.control_points[i] - move), 1e-15) << i;
+  }
+}
+
 TEST_F(LatticeEditTest, ReplacesAndResets) {
   const std::vector<Vec3d> all(27, Vec3d{1, 1, 1});
   ASSERT_OK(Apply(ReplaceControlPoints{all}));

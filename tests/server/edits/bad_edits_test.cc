@@ -56,6 +56,31 @@ v1::Edit Knot(double value) {
   return edit;
 }
 
+v1::Edit Carry(const std::vector<uint32_t>& indices, double coordinate) {
+  v1::Edit edit;
+  auto& carry = *edit.mutable_carry_control_points();
+  carry.mutable_indices()->Add(indices.begin(), indices.end());
+  auto& frame = *carry.mutable_parent()->mutable_frame();
+  frame.mutable_origin();
+  frame.mutable_u()->set_x(1);
+  frame.mutable_v()->set_y(1);
+  frame.mutable_w()->set_z(1);
+  for (int i = 0; i < 3 * 64; ++i) carry.mutable_parent()->add_control_points(coordinate);
+  return edit;
+}
+
+v1::Edit CarryByNothing() {
+  v1::Edit edit = Carry({}, 0);
+  edit.mutable_carry_control_points()->clear_parent();
+  return edit;
+}
+
+v1::Edit CarryByIdentity() {
+  v1::Edit edit = Carry({}, 0);
+  edit.mutable_carry_control_points()->mutable_parent()->clear_control_points();
+  return edit;
+}
+
 v1::Edit NoLattice() {
   v1::Edit edit;
   edit.mutable_replace_lattice();
@@ -133,6 +158,16 @@ const std::vector<BadEdit>& BadEdits() {
        ".transform_control_points.indices[0]", "got 125, allowed is 0 to 124"},
       {"transform twice", Transform({0, 1, 0}, 0, 1), "INVALID_FIELD",
        ".transform_control_points.indices[2]", "control point 0 is named twice"},
+      {"carry by NaN", Carry({1}, kNan), "NOT_FINITE",
+       ".carry_control_points.parent.control_points", "finite"},
+      {"carry by nothing", CarryByNothing(), "INVALID_FIELD", ".carry_control_points.parent",
+       "must be set"},
+      {"carry by an identity", CarryByIdentity(), "INVALID_FIELD",
+       ".carry_control_points.parent.control_points", "an identity moves nothing"},
+      {"carry out of range", Carry({kPoints}, 1), "OUT_OF_RANGE",
+       ".carry_control_points.indices[0]", "got 125, allowed is 0 to 124"},
+      {"carry twice", Carry({3, 3}, 1), "INVALID_FIELD", ".carry_control_points.indices[1]",
+       "control point 3 is named twice"},
       {"replace by NaN", Replace(kPoints, kNan), "NOT_FINITE",
        ".replace_control_points.control_points", "finite"},
       {"replace too few", Replace(kPoints - 1, 0), "INVALID_FIELD",

@@ -95,6 +95,26 @@ TEST(EditConverter, ReadsEveryArmInOrder) {
   EXPECT_TRUE(std::holds_alternative<Redo>(result->edits[7]));
 }
 
+TEST(EditConverter, ReadsAParentThatCarries) {
+  v1::Edit edit;
+  auto& carry = *edit.mutable_carry_control_points();
+  v1::LatticeFrame& frame = *carry.mutable_parent()->mutable_frame();
+  frame.mutable_origin();
+  frame.mutable_u()->set_x(1);
+  frame.mutable_v()->set_y(2);
+  frame.mutable_w()->set_z(3);
+  for (int i = 0; i < 3 * 64; ++i) carry.mutable_parent()->add_control_points(i);
+  const auto all = FromProto(BatchOf(edit), Mesh());
+  ASSERT_OK(all);
+  EXPECT_THAT(std::get<CarryControlPoints>(all->edits[0]).indices, ::testing::IsEmpty());
+  EXPECT_EQ(std::get<CarryControlPoints>(all->edits[0]).parent.control_points[1], (Vec3d{3, 4, 5}));
+
+  carry.add_indices(9);
+  const auto one = FromProto(BatchOf(edit), Mesh());
+  ASSERT_OK(one);
+  EXPECT_THAT(std::get<CarryControlPoints>(one->edits[0]).indices, ElementsAre(9));
+}
+
 TEST(EditConverter, ALatticeThatReplacesMustBeAlone) {
   v1::Edit edit;
   v1::Lattice& lattice = *edit.mutable_replace_lattice()->mutable_lattice();

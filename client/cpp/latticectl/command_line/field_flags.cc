@@ -58,6 +58,8 @@ constexpr auto kFieldFlags = std::to_array<FieldFlag>({
     {"edits.move_control_points.offset", "--by"},
     {"edits.set_control_points.indices", "--point"},
     {"edits.set_control_points.positions", "--to"},
+    {"edits.carry_control_points.indices", "--point"},
+    {"edits.carry_control_points.parent", kLatticeFlag},
     {"edits.drag_points.points", "--at"},
     {"edits.drag_points.targets", "--to"},
     {"edits.drag_points.targets", "--by"},

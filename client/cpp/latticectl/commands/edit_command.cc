@@ -162,6 +162,13 @@ absl::Status MakeConstrain(const EditFlags& flags, const v1::LatticeState& state
   return absl::OkStatus();
 }
 
+absl::Status MakeCarry(const EditFlags& flags, const v1::LatticeState& state, Client&,
+                       v1::Edit& edit) {
+  v1::CarryControlPoints& carry = *edit.mutable_carry_control_points();
+  LATTICED_ASSIGN_OR_RETURN(*carry.mutable_parent(), ReadLattice(flags.lattice));
+  return AppendIndices(flags, state, carry.mutable_indices());
+}
+
 absl::Status MakeReplace(const EditFlags& flags, const v1::LatticeState&, Client&, v1::Edit& edit) {
   v1::ReplaceLattice& replace = *edit.mutable_replace_lattice();
   LATTICED_ASSIGN_OR_RETURN(*replace.mutable_lattice(), ReadLattice(flags.lattice));
@@ -285,6 +292,16 @@ void AddEditCommands(CLI::App& app, CommandLine& line) {
   add_points(add("set", "Puts control points somewhere",
                  "edit set my-scene --point 0,0,0 --to -1,-1,-2", MakeSet),
              "--to", "Position X,Y,Z");
+  CLI::App* carry =
+      add("carry", "Moves control points as a parent lattice moves the world at their places",
+          "edit carry my-scene --lattice parent.json", MakeCarry);
+  carry->add_option("--lattice", flags->lattice, "JSON file of the parent, deformed")
+      ->required()
+      ->type_name(kFileType);
+  carry
+      ->add_option("--point", flags->points, "Control point I,J,K; may be repeated; by default all")
+      ->take_all()
+      ->check(CheckAxes);
   AddDragOptions(*add("drag", "Moves control points so that a point of the surface goes somewhere",
                       "edit drag my-scene --ray 0,0,5,0,0,-1 --by 0,0,0.2", MakeDrag),
                  *flags);
