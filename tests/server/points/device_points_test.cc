@@ -47,12 +47,14 @@ TEST_F(DevicePointsTest, LargeSetsAreOnTheDeviceUntilTheyAreDeleted) {
 
   ASSERT_OK_AND_ASSIGN(const v1::PointSet large, CreatePoints(kLarge));
   EXPECT_EQ(DevicePointBytes(), kLarge * ScriptedBackend::kPointBytes);
+  EXPECT_EQ(Get().bytes().at("device_points"), DevicePointBytes());
   ASSERT_OK_AND_ASSIGN(const auto deformed, client_->Deform(large));
   EXPECT_EQ(deformed.vectors.size(), kLarge);
   EXPECT_EQ(backend_->script().calls(Step::kPointCall), 1);
 
   ASSERT_OK(client_->Delete(large.id()));
   EXPECT_EQ(DevicePointBytes(), 0u);
+  EXPECT_EQ(Get().bytes().count("device_points"), 0u);
 }
 
 TEST_F(DevicePointsTest, ASetThatDoesNotFitIsRefusedAndNothingIsKept) {
