@@ -78,7 +78,7 @@ class CudaPoints : public PointEvaluator {
                       std::span<Vec3d> out) override {
     return Run([&]() -> absl::Status {
       LATTICED_RETURN_IF_ERROR(stop());
-      LATTICED_ASSIGN_OR_RETURN(const Scratch scratch, MakeScratch(out.size(), 1, 0));
+      LATTICED_ASSIGN_OR_RETURN(const Scratch scratch, MakeScratch(out.size(), true, false));
       return Evaluate(control_points, Polynomials::kOfPoints, normals, scratch, out);
     });
   }
@@ -88,7 +88,7 @@ class CudaPoints : public PointEvaluator {
     return Run([&]() -> absl::Status {
       const bool with_normals = normals == PointNormals::kWanted;
       const size_t values = VectorsPerDirection(*points_, normals), count = control_points.size();
-      LATTICED_ASSIGN_OR_RETURN(const Scratch scratch, MakeScratch(values, 1, with_normals));
+      LATTICED_ASSIGN_OR_RETURN(const Scratch scratch, MakeScratch(values, true, with_normals));
       if (with_normals) {
         LATTICED_RETURN_IF_ERROR(
             SendPolynomials(control_points, Polynomials::kOfPoints, scratch.shape, scratch));
@@ -110,7 +110,7 @@ class CudaPoints : public PointEvaluator {
       const bool with_normals = normals == PointNormals::kWanted;
       const size_t values = VectorsPerDirection(*points_, normals), count = control_points.size();
       LATTICED_ASSIGN_OR_RETURN(const Scratch scratch,
-                                MakeScratch(values, 0, with_normals, /*sums=*/true));
+                                MakeScratch(values, false, with_normals, true));
       if (with_normals) {
         LATTICED_RETURN_IF_ERROR(
             SendPolynomials(control_points, Polynomials::kOfPoints, scratch.shape, scratch));
@@ -124,11 +124,14 @@ class CudaPoints : public PointEvaluator {
         LATTICED_RETURN_IF_ERROR(stop());
         LATTICED_RETURN_IF_ERROR(
             Upload(cotangents.subspan(d * values, values), scratch.vectors, 0, scratch.stream()));
+        // After a launch nothing returns before the stream has passed it, since it reads the points.
+        absl::Status status;
         if (!of_boxes.empty()) {
-          LATTICED_RETURN_IF_ERROR(Launch(kernels::SumCall(sums), scratch.stream()));
-          LATTICED_RETURN_IF_ERROR(Launch(kernels::AddCall(sums), scratch.stream()));
+          status = Launch(kernels::SumCall(sums), scratch.stream());
+          status.Update(Launch(kernels::AddCall(sums), scratch.stream()));
         }
-        LATTICED_RETURN_IF_ERROR(Download(scratch.of_boxes, std::span(of_boxes), *scratch.lane));
+        status.Update(Download(scratch.of_boxes, std::span(of_boxes), *scratch.lane));
+        LATTICED_RETURN_IF_ERROR(status);
         for (size_t slot = 0; slot < of_boxes.size(); ++slot) {
           points_->boxes().AddGradient(device_->boxes()[slot], of_boxes[slot],
                                        gradients.subspan(d * count, count));
@@ -202,13 +205,13 @@ class CudaPoints : public PointEvaluator {
     const kernels::PointDeform deform{device_->tables(), scratch.values.data(),
                                       scratch.shape.data(), normals == PointNormals::kWanted,
                                       scratch.vectors.data()};
-    if (!points_->runs().empty()) {
-      LATTICED_RETURN_IF_ERROR(Launch(kernels::DeformCall(deform), scratch.stream()));
-    }
+    absl::Status status;
+    if (!points_->runs().empty()) status = Launch(kernels::DeformCall(deform), scratch.stream());
     if (points_->inside() < points_->size()) {
-      LATTICED_RETURN_IF_ERROR(Launch(kernels::OutsideCall(deform, velocities), scratch.stream()));
+      status.Update(Launch(kernels::OutsideCall(deform, velocities), scratch.stream()));
     }
-    return Download(scratch.vectors, out, *scratch.lane);
+    status.Update(Download(scratch.vectors, out, *scratch.lane));
+    return status;
   }
 
   const std::shared_ptr<const SortedPoints> points_;

@@ -53,7 +53,7 @@ for suite in Watertight Accuracy View Spanned Tolerance ToleranceBits ToleranceE
   run "conformance, $suite" "$folder/backend_test" --gtest_filter="*/$suite.*cuda*:Backends.*"
 done
 run "memory, failed allocations, repeated bits" "$folder/cuda_backend_test" \
-  --gtest_filter='CudaMemory.*:CudaRefusals.*:CudaPurposes.*'
+  --gtest_filter='CudaMemory.*:CudaRefusals.*:CudaPurposes.*:CudaPointsTest.*'
 run "what views share, made at once" "$folder/cuda_backend_test" --gtest_filter='CudaSharing.*'
 run "one scene on several devices" "$folder/cuda_backend_test" --gtest_filter='CudaSpanned.*'
 run "Draco streams, byte for byte the host's" "$folder/cuda_backend_test" --gtest_filter='DracoCoderTest.*:RansEntry*:CodedBounds*'
