@@ -12,6 +12,8 @@
 //   DeformView::Read      vertices of one chunk -> host memory, in wire layout
 //   DeformView::Encode    vertices of chunks that changed -> encoded bytes in host memory
 //
+//   Backend --PreparePoints(points)--> PointEvaluator: points of the world and their derivatives, by the million
+//
 // Positions are relative to plan->local_origin (float32) or to the quantisation box (integers).
 // Threads  a DeformTarget is immutable and may be shared; a DeformView is used by one thread at a
 // time.
@@ -141,7 +143,9 @@ struct ViewTraits {
 [[nodiscard]] std::vector<uint32_t> EncodeOrder(const ViewTraits& traits,
                                                 std::span<const uint32_t> chunks);
 
+class PointEvaluator;  // core/points/point_evaluator.h
 class ReachSlice;      // core/view/spanned/reach_slice.h
+class SortedPoints;    // core/points/sorted_points.h
 class ToleranceSlice;  // core/view/spanned/tolerance_slice.h
 
 class DeformView {
@@ -229,6 +233,11 @@ class Backend {
   [[nodiscard]] virtual std::string Arithmetic(Pipeline /*pipeline*/) const { return ""; }
   [[nodiscard]] virtual absl::StatusOr<std::shared_ptr<DeformTarget>> Prepare(
       std::shared_ptr<const DeformPlan> plan, Pipeline pipeline) = 0;
+  // Brings points to a device. Null for a backend without one: core/points/host_points.h evaluates them there.
+  [[nodiscard]] virtual absl::StatusOr<std::shared_ptr<PointEvaluator>> PreparePoints(
+      std::shared_ptr<const SortedPoints> /*points*/) {
+    return nullptr;
+  }
 };
 
 [[nodiscard]] absl::Status Validate(const ViewSpec& spec);

@@ -11,6 +11,7 @@
 #include "cuda/device/cuda_context.h"
 #include "cuda/device/cuda_gemm.h"
 #include "cuda/gemm/cuda_gemm_kernel.h"
+#include "cuda/points/cuda_points.h"
 #include "fmt/format.h"
 
 namespace latticed {
@@ -46,6 +47,10 @@ class CudaBackend : public Backend {
   absl::StatusOr<std::shared_ptr<DeformTarget>> Prepare(std::shared_ptr<const DeformPlan> plan,
                                                         Pipeline pipeline) override {
     return MakeCudaTarget(std::move(plan), pipeline, context_);
+  }
+  absl::StatusOr<std::shared_ptr<PointEvaluator>> PreparePoints(
+      std::shared_ptr<const SortedPoints> points) override {
+    return MakeCudaPoints(std::move(points), context_);
   }
 
  private:

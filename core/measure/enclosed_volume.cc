@@ -2,12 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/measure/enclosed_volume.h"
 
+#include "core/ffd/box/box_contraction.h"
 #include "core/measure/box_integral_kernel.h"
 
 namespace latticed {
 namespace {
 
-using box_integral::kSide;
 using box_integral::Narrow;
 using box_integral::NarrowTerm;
 using box_integral::Wide;
@@ -18,16 +18,15 @@ class BoxMeasure {
  public:
   BoxMeasure(const SurfaceMoments& moments, size_t n, std::span<const Vec3d> control_points,
              Vec3d origin)
-      : structure_(moments.plan().structure),
+      : contraction_(ContractionOf(moments, moments.boxes()[n])),
         moments_{{moments.table(n, 0), moments.table(n, 1), moments.table(n, 2)},
                  moments.extent()} {
-    const uint32_t box = moments.boxes()[n];
-    for (size_t a = 0; a < 3; ++a) {
-      degree_[a] = static_cast<size_t>(structure_.degree[a]);
-      first_[a] = moments.plan().boxes[box].span[a] - structure_.degree[a];
-      basis_[a] = &moments.basis(box, a);
-    }
-    SetPolynomial(control_points, origin);
+    const LatticeStructure& structure = moments.plan().structure;
+    for (size_t a = 0; a < 3; ++a) degree_[a] = static_cast<size_t>(structure.degree[a]);
+    const BoxNumbers numbers = contraction_.Contract(control_points, origin);
+    ForTerms([&](size_t a, size_t b, size_t c) {
+      for (size_t k = 0; k < 3; ++k) polynomial_[k][NarrowTerm(a, b, c)] = numbers.at[a][b][c][k];
+    });
     box_integral::MultiplySlopes(polynomial_, degree_, cross_);
   }
 
@@ -41,70 +40,35 @@ class BoxMeasure {
   // From the integrals of l^c f, those of N_i f for each control point i, which are added to add(i).
   template <typename Add>
   void AddToPoints(const std::array<Wide, 3>& sums, const Add& add) const {
-    Distribute(
-        [&](size_t a, size_t b, size_t c) {
-          const size_t at = WideTerm(a, b, c);
-          return Vec3d{sums[0][at], sums[1][at], sums[2][at]};
-        },
-        add);
+    BoxNumbers numbers;
+    ForTerms([&](size_t a, size_t b, size_t c) {
+      for (size_t k = 0; k < 3; ++k) numbers.at[a][b][c][k] = sums[k][WideTerm(a, b, c)];
+    });
+    contraction_.AddTransposed(numbers, add);
   }
   // The same for N_i x_j f, with x the deformed point.
   template <typename Add>
   void AddToPoints(const std::array<Wide, 3>& sums, size_t j, const Add& add) const {
-    Distribute([&](size_t a, size_t b, size_t c) { return Multiplied(sums, j, a, b, c); }, add);
+    BoxNumbers numbers;
+    ForTerms([&](size_t a, size_t b, size_t c) {
+      const Vec3d product = Multiplied(sums, j, a, b, c);
+      for (int k = 0; k < 3; ++k) numbers.at[a][b][c][k] = product[k];
+    });
+    contraction_.AddTransposed(numbers, add);
   }
 
  private:
-  void SetPolynomial(std::span<const Vec3d> control_points, Vec3d origin) {
-    const SpanBasis &u = *basis_[0], &v = *basis_[1], &w = *basis_[2];
-    for (size_t i = 0; i <= degree_[0]; ++i) {
-      Vec3d plane[kSide][kSide];
-      for (size_t j = 0; j <= degree_[1]; ++j) {
-        Vec3d line[kSide];
-        for (size_t k = 0; k <= degree_[2]; ++k) {
-          const Vec3d p = control_points[Point(i, j, k)] - origin;
-          for (size_t c = 0; c <= degree_[2]; ++c) line[c] += w[k][c] * p;
-        }
-        for (size_t b = 0; b <= degree_[1]; ++b) {
-          for (size_t c = 0; c <= degree_[2]; ++c) plane[b][c] += v[j][b] * line[c];
-        }
-      }
-      for (size_t a = 0; a <= degree_[0]; ++a) {
-        for (size_t b = 0; b <= degree_[1]; ++b) {
-          for (size_t c = 0; c <= degree_[2]; ++c) {
-            const Vec3d term = u[i][a] * plane[b][c];
-            for (size_t k = 0; k < 3; ++k) {
-              polynomial_[k][NarrowTerm(a, b, c)] += term[static_cast<int>(k)];
-            }
-          }
-        }
-      }
-    }
+  static BoxContraction ContractionOf(const SurfaceMoments& moments, uint32_t box) {
+    return {moments.plan().structure,
+            moments.plan().boxes[box].span,
+            {&moments.basis(box, 0), &moments.basis(box, 1), &moments.basis(box, 2)}};
   }
 
-  template <typename Integral, typename Add>
-  void Distribute(const Integral& integral, const Add& add) const {
-    const SpanBasis &u = *basis_[0], &v = *basis_[1], &w = *basis_[2];
-    Vec3d by_u[kSide][kSide][kSide];  // [i][b][c]
+  template <typename Body>
+  void ForTerms(const Body& body) const {
     for (size_t a = 0; a <= degree_[0]; ++a) {
       for (size_t b = 0; b <= degree_[1]; ++b) {
-        for (size_t c = 0; c <= degree_[2]; ++c) {
-          const Vec3d value = integral(a, b, c);
-          for (size_t i = 0; i <= degree_[0]; ++i) by_u[i][b][c] += u[i][a] * value;
-        }
-      }
-    }
-    for (size_t i = 0; i <= degree_[0]; ++i) {
-      for (size_t j = 0; j <= degree_[1]; ++j) {
-        Vec3d line[kSide];
-        for (size_t b = 0; b <= degree_[1]; ++b) {
-          for (size_t c = 0; c <= degree_[2]; ++c) line[c] += v[j][b] * by_u[i][b][c];
-        }
-        for (size_t k = 0; k <= degree_[2]; ++k) {
-          Vec3d sum;
-          for (size_t c = 0; c <= degree_[2]; ++c) sum += w[k][c] * line[c];
-          add(Point(i, j, k)) += sum;
-        }
+        for (size_t c = 0; c <= degree_[2]; ++c) body(a, b, c);
       }
     }
   }
@@ -124,17 +88,9 @@ class BoxMeasure {
     return product;
   }
 
-  size_t Point(size_t i, size_t j, size_t k) const {
-    return static_cast<size_t>(structure_.Index(first_[0] + static_cast<int>(i),
-                                                first_[1] + static_cast<int>(j),
-                                                first_[2] + static_cast<int>(k)));
-  }
-
-  const LatticeStructure& structure_;
+  const BoxContraction contraction_;
   const box_integral::Moments moments_;
   std::array<size_t, 3> degree_{};
-  std::array<int, 3> first_{};
-  std::array<const SpanBasis*, 3> basis_{};
   std::array<Narrow, 3> polynomial_{};
   box_integral::CrossProducts cross_{};
 };

@@ -3,14 +3,6 @@
 #include "core/points/box_map.h"
 
 namespace latticed {
-namespace {
-
-using Row = std::array<double, 3>;
-
-Vec3d ToVec(const double* c) { return {c[0], c[1], c[2]}; }
-
-}  // namespace
-
 BoxMaps::BoxMaps(const LatticeStructure& structure) : structure_(structure) {
   for (int axis = 0; axis < 3; ++axis) {
     const auto a = static_cast<size_t>(axis);
@@ -45,12 +37,6 @@ std::array<const BoxMaps::Axis*, 3> BoxMaps::AxesOf(size_t box) const {
   return {&spans_[0][box % u], &spans_[1][box / u % v], &spans_[2][box / u / v]};
 }
 
-size_t BoxMaps::FirstPoint(const std::array<const Axis*, 3>& axes) const {
-  return static_cast<size_t>(structure_.Index(axes[0]->span - structure_.degree[0],
-                                              axes[1]->span - structure_.degree[1],
-                                              axes[2]->span - structure_.degree[2]));
-}
-
 LocalMap BoxMaps::MapOf(size_t box) const {
   const auto axes = AxesOf(box);
   LocalMap map{.frame_origin = structure_.frame.origin};
@@ -62,89 +48,25 @@ LocalMap BoxMaps::MapOf(size_t box) const {
   return map;
 }
 
-BoxPolynomial BoxMaps::Contract(size_t box, std::span<const Vec3d> points, Vec3d origin) const {
+BoxContraction BoxMaps::ContractionOf(size_t box) const {
   const auto axes = AxesOf(box);
-  const size_t first = FirstPoint(axes);
-  const auto nu = static_cast<size_t>(structure_.degree[0]),
-             nv = static_cast<size_t>(structure_.degree[1]),
-             nw = static_cast<size_t>(structure_.degree[2]);
-  const auto row = static_cast<size_t>(structure_.size[0]),
-             layer = row * static_cast<size_t>(structure_.size[1]);
-  // w, then v, then u: each step replaces one index of the control points by a power.
-  BoxPolynomial result{.origin = origin};
-  double by_w[kPowers][kPowers][kPowers][3] = {}, by_v[kPowers][kPowers][kPowers][3] = {};
-  for (size_t j = 0; j <= nv; ++j) {
-    for (size_t i = 0; i <= nu; ++i) {
-      for (size_t k = 0; k <= nw; ++k) {
-        const Vec3d p = points[first + i + row * j + layer * k] - origin;
-        for (size_t r = 0; r <= nw; ++r) {
-          const double weight = axes[2]->basis[k][r];
-          for (int c = 0; c < 3; ++c) by_w[i][j][r][c] += weight * p[c];
-        }
-      }
-      for (size_t q = 0; q <= nv; ++q) {
-        const double weight = axes[1]->basis[j][q];
-        for (size_t r = 0; r <= nw; ++r) {
-          for (size_t c = 0; c < 3; ++c) by_v[i][q][r][c] += weight * by_w[i][j][r][c];
-        }
-      }
-    }
-  }
-  for (size_t i = 0; i <= nu; ++i) {
-    for (size_t p = 0; p <= nu; ++p) {
-      const double weight = axes[0]->basis[i][p];
-      for (size_t q = 0; q <= nv; ++q) {
-        for (size_t r = 0; r <= nw; ++r) {
-          for (size_t c = 0; c < 3; ++c) {
-            result.coefficients.at[p][q][r][c] += weight * by_v[i][q][r][c];
-          }
-        }
-      }
-    }
-  }
-  return result;
+  return {structure_,
+          {axes[0]->span, axes[1]->span, axes[2]->span},
+          {&axes[0]->basis, &axes[1]->basis, &axes[2]->basis}};
 }
 
 BoxPolynomial BoxMaps::PolynomialOf(size_t box, std::span<const Vec3d> control_points) const {
-  return Contract(box, control_points, control_points[FirstPoint(AxesOf(box))]);
+  const BoxContraction contraction = ContractionOf(box);
+  const Vec3d origin = control_points[contraction.first()];
+  return {origin, contraction.Contract(control_points, origin)};
 }
 
 BoxPolynomial BoxMaps::VelocityOf(size_t box, std::span<const Vec3d> tangents) const {
-  return Contract(box, tangents, {});
+  return {{}, ContractionOf(box).Contract(tangents, {})};
 }
 
 void BoxMaps::AddGradient(size_t box, const BoxNumbers& sums, std::span<Vec3d> gradient) const {
-  const auto axes = AxesOf(box);
-  const size_t first = FirstPoint(axes);
-  const auto nu = static_cast<size_t>(structure_.degree[0]),
-             nv = static_cast<size_t>(structure_.degree[1]),
-             nw = static_cast<size_t>(structure_.degree[2]);
-  const auto row = static_cast<size_t>(structure_.size[0]),
-             layer = row * static_cast<size_t>(structure_.size[1]);
-  for (size_t i = 0; i <= nu; ++i) {
-    Row by_u[kPowers][kPowers] = {};
-    for (size_t p = 0; p <= nu; ++p) {
-      const double weight = axes[0]->basis[i][p];
-      for (size_t q = 0; q <= nv; ++q) {
-        for (size_t r = 0; r <= nw; ++r) {
-          for (size_t c = 0; c < 3; ++c) by_u[q][r][c] += weight * sums.at[p][q][r][c];
-        }
-      }
-    }
-    for (size_t j = 0; j <= nv; ++j) {
-      Row by_v[kPowers] = {};
-      for (size_t q = 0; q <= nv; ++q) {
-        const double weight = axes[1]->basis[j][q];
-        for (size_t r = 0; r <= nw; ++r) {
-          for (size_t c = 0; c < 3; ++c) by_v[r][c] += weight * by_u[q][r][c];
-        }
-      }
-      for (size_t k = 0; k <= nw; ++k) {
-        Vec3d& out = gradient[first + i + row * j + layer * k];
-        for (size_t r = 0; r <= nw; ++r) out += axes[2]->basis[k][r] * ToVec(by_v[r].data());
-      }
-    }
-  }
+  ContractionOf(box).AddTransposed(sums, [&](size_t i) -> Vec3d& { return gradient[i]; });
 }
 
 }  // namespace latticed

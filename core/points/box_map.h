@@ -1,15 +1,15 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The volume inside one knot box as a polynomial in power form about the box's centre, and the transposed map.
+// The volume inside each knot box as a polynomial in power form about the box's centre, and the transposed map
+// (core/ffd/box/box_contraction.h).
 //
-//   R(x) = origin + sum_pqr C_pqr l^p m^q n^r,   (l, m, n) = scale (x - frame origin) + offset,   each in [-1/2, 1/2]
-//   C_pqr = sum_ijk A[i][p] B[j][q] D[k][r] (P_ijk - origin)      A, B, D: span_basis.h of u, v, w
+//   R(x) = origin + sum_pqr C_pqr l^p m^q n^r,   (l, m, n) as in local_map.h
 //
 // `origin` is one of the box's control points, so that C has no rounding of a far position.
 //
 //   sum of cotangents          S_pqr = sum over points of l^p m^q n^r g
-//   gradient                   dP_ijk = sum_pqr A[i][p] B[j][q] D[k][r] S_pqr
+//   gradient                   the transposed map of S
 //
 // Units    world units; l, m, n without unit
 // Errors   none: the structure is valid and the spans are not empty
@@ -21,32 +21,14 @@
 #include <span>
 #include <vector>
 
-#include "core/base/limits.h"
 #include "core/base/vec.h"
+#include "core/ffd/box/box_contraction.h"
+#include "core/ffd/box/box_polynomial.h"
 #include "core/ffd/lattice.h"
 #include "core/ffd/span_basis.h"
+#include "core/points/local_map.h"
 
 namespace latticed {
-
-inline constexpr size_t kPowers = limits::kMaxDegree + 1;
-
-// Numbers for the powers l^p m^q n^r: coefficients, or sums. Zero beyond the degree.
-struct BoxNumbers {
-  double at[kPowers][kPowers][kPowers][3] = {};  // [p][q][r][component]
-};
-
-struct BoxPolynomial {
-  Vec3d origin;
-  BoxNumbers coefficients;
-};
-
-// (l, m, n) of a point of the world: number a is scale[a] . (x - frame_origin) + offset[a]. The rows `scale` are also
-// d(l, m, n)/dx.
-struct LocalMap {
-  Vec3d frame_origin;
-  std::array<Vec3d, 3> scale;
-  Vec3d offset;
-};
 
 // The boxes of a structure. Box number: u fastest, over the non-empty spans.
 class BoxMaps {
@@ -71,9 +53,7 @@ class BoxMaps {
     SpanBasis basis{};
   };
   std::array<const Axis*, 3> AxesOf(size_t box) const;
-  [[nodiscard]] BoxPolynomial Contract(size_t box, std::span<const Vec3d> points,
-                                       Vec3d origin) const;
-  size_t FirstPoint(const std::array<const Axis*, 3>& axes) const;
+  [[nodiscard]] BoxContraction ContractionOf(size_t box) const;
 
   const LatticeStructure structure_;
   std::array<std::vector<Axis>, 3> spans_;            // the non-empty ones

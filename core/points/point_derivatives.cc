@@ -7,12 +7,13 @@
 #include <vector>
 
 #include "core/base/status_macros.h"
+#include "core/points/normal_kernel.h"
 #include "core/points/point_kernel.h"
-#include "core/points/point_normal.h"
 
 namespace latticed {
 namespace {
 
+using points::BlockNormals;
 using points::BlockSlopes;
 using points::BlockVec;
 using points::kBlockPoints;
@@ -52,38 +53,31 @@ void Set(BlockVec& block, size_t i, Vec3d v) {
   for (size_t c = 0; c < 3; ++c) block[c][i] = v[static_cast<int>(c)];
 }
 
-// d/d(x, y, z) from d/d(l, m, n), at one point of a block.
-std::array<Vec3d, 3> ToWorldColumns(const LocalMap& map, const BlockSlopes& slopes, size_t i) {
-  std::array<Vec3d, 3> columns;
-  for (int c = 0; c < 3; ++c) {
-    auto& column = columns[static_cast<size_t>(c)];
-    for (size_t a = 0; a < 3; ++a) column += map.scale[a][c] * At(slopes[a], i);
-  }
-  return columns;
+// Of the points of a block, in the order of `numbered`.
+void Gather(const Block& block, std::span<const Vec3d> numbered, BlockVec& out) {
+  for (size_t i = 0; i < block.count; ++i) Set(out, i, numbered[block.number(i)]);
+  for (size_t i = block.count; i < points::PaddedCount(block.count); ++i) Set(out, i, {});
+}
+void Scatter(const Block& block, const BlockVec& values, std::span<Vec3d> numbered) {
+  for (size_t i = 0; i < block.count; ++i) numbered[block.number(i)] = At(values, i);
 }
 
-// The transpose of ToWorldColumns: cotangents of d/d(l, m, n).
-void SetFromWorldColumns(const LocalMap& map, const std::array<Vec3d, 3>& columns, size_t i,
-                         BlockSlopes& slopes) {
-  for (size_t a = 0; a < 3; ++a) {
-    Set(slopes[a], i,
-        map.scale[a].x * columns[0] + map.scale[a].y * columns[1] + map.scale[a].z * columns[2]);
-  }
+// From the derivatives by l, m, n.
+void SetNormals(const Block& block, const BlockSlopes& slopes, BlockNormals& normals) {
+  const SortedPoints& of = block.points;
+  points::MakeNormals(
+      block.map, slopes,
+      {of.normal(0) + block.first, of.normal(1) + block.first, of.normal(2) + block.first},
+      block.count, normals);
 }
 
 // The normals of a block, which its directions share.
-std::vector<PointNormal> NormalsOf(const Block& block, const BoxPolynomial& polynomial) {
+void SetNormals(const Block& block, const BoxPolynomial& polynomial, BlockNormals& normals) {
   BlockVec values;
   BlockSlopes slopes;
   points::EvaluateBlock(block.points.boxes().structure().degree, polynomial, block.local,
                         block.count, values, &slopes);
-  std::vector<PointNormal> normals;
-  normals.reserve(block.count);
-  for (size_t i = 0; i < block.count; ++i) {
-    normals.emplace_back(ToWorldColumns(block.map, slopes, i),
-                         block.points.NormalAt(block.first + i));
-  }
-  return normals;
+  SetNormals(block, slopes, normals);
 }
 
 // Calls body(place) for the points outside the frame.
@@ -106,15 +100,14 @@ absl::Status Deform(const SortedPoints& points, std::span<const Vec3d> control_p
     const BoxPolynomial polynomial = boxes.PolynomialOf(run.box, control_points);
     BlockVec values;
     BlockSlopes slopes;
+    BlockNormals carried;
     ForBlocks(points, run, [&](const Block& block) {
       points::EvaluateBlock(degree, polynomial, block.local, block.count, values,
                             with_normals ? &slopes : nullptr);
-      for (size_t i = 0; i < block.count; ++i) out[block.number(i)] = At(values, i);
-      for (size_t i = 0; with_normals && i < block.count; ++i) {
-        out[points.size() + block.number(i)] =
-            PointNormal(ToWorldColumns(block.map, slopes, i), points.NormalAt(block.first + i))
-                .value();
-      }
+      Scatter(block, values, out);
+      if (!with_normals) return;
+      SetNormals(block, slopes, carried);
+      Scatter(block, carried.value, out.subspan(points.size()));
     });
   });
   ForOutside(points, arena, [&](size_t place) {
@@ -147,18 +140,17 @@ absl::Status ApplyJacobian(const SortedPoints& points, std::span<const Vec3d> co
           with_normals ? boxes.PolynomialOf(run.box, control_points) : BoxPolynomial();
       BlockVec values;
       BlockSlopes slopes;
+      BlockNormals carried;
       ForBlocks(points, run, [&](const Block& block) {
-        const auto carried =
-            with_normals ? NormalsOf(block, polynomial) : std::vector<PointNormal>();
+        if (with_normals) SetNormals(block, polynomial, carried);
         for (size_t d = 0; d < together; ++d) {
           points::EvaluateBlock(degree, velocity[d], block.local, block.count, values,
                                 with_normals ? &slopes : nullptr);
           const auto moved = out.subspan((first + d) * per_direction, per_direction);
-          for (size_t i = 0; i < block.count; ++i) moved[block.number(i)] = At(values, i);
-          for (size_t i = 0; i < carried.size(); ++i) {
-            moved[points.size() + block.number(i)] =
-                carried[i].Velocity(ToWorldColumns(block.map, slopes, i));
-          }
+          Scatter(block, values, moved);
+          if (!with_normals) continue;
+          points::NormalVelocities(block.map, carried, slopes, block.count, values);
+          Scatter(block, values, moved.subspan(points.size()));
         }
       });
     });
@@ -194,23 +186,17 @@ absl::Status ApplyJacobianTranspose(const SortedPoints& points,
           with_normals ? boxes.PolynomialOf(runs[r].box, control_points) : BoxPolynomial();
       BlockVec forces;
       BlockSlopes slope_forces;
+      BlockNormals carried;
       ForBlocks(points, runs[r], [&](const Block& block) {
-        const auto carried =
-            with_normals ? NormalsOf(block, polynomial) : std::vector<PointNormal>();
-        const size_t padded = points::PaddedCount(block.count);
+        if (with_normals) SetNormals(block, polynomial, carried);
         for (size_t d = 0; d < together; ++d) {
           const auto of = cotangents.subspan((first + d) * per_direction, per_direction);
           BoxNumbers& sum = sums[r * together + d];
-          for (size_t i = 0; i < block.count; ++i) Set(forces, i, of[block.number(i)]);
-          for (size_t i = block.count; i < padded; ++i) Set(forces, i, {});
+          Gather(block, of, forces);
           points::SumBlock(degree, block.local, forces, block.count, sum);
           if (!with_normals) continue;
-          for (size_t i = 0; i < padded; ++i) {
-            const auto columns = i < block.count
-                                     ? carried[i].Cotangent(of[points.size() + block.number(i)])
-                                     : std::array<Vec3d, 3>();
-            SetFromWorldColumns(block.map, columns, i, slope_forces);
-          }
+          Gather(block, of.subspan(points.size()), forces);
+          points::NormalCotangents(block.map, carried, forces, block.count, slope_forces);
           points::SumSlopeBlock(degree, block.local, slope_forces, block.count, sum);
         }
       });

@@ -56,6 +56,9 @@ class SortedPoints {
   // The number of the point at each place, in the order in which they were given.
   const std::vector<uint32_t>& order() const { return order_; }
   const double* world(size_t axis) const { return world_[axis].data(); }
+  const double* normal(size_t axis) const {
+    return normal_[axis].data();
+  }  // only if it has normals
   Vec3d WorldAt(size_t place) const { return At(world_, place); }
   Vec3d NormalAt(size_t place) const { return At(normal_, place); }
   [[nodiscard]] uint64_t MemoryBytes() const;

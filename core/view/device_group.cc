@@ -51,12 +51,19 @@ class DeviceGroup : public Backend {
                                                         Pipeline pipeline) override {
     const std::vector<DeviceState> states = devices();
     if (pipeline == Pipeline::kFused && Spans(*plan, states)) return Share(plan, states);
-    const auto freest = std::ranges::max_element(states, {}, &DeviceState::free_bytes);
-    return devices_[static_cast<size_t>(freest - states.begin())]->Prepare(std::move(plan),
-                                                                           pipeline);
+    return Freest(states).Prepare(std::move(plan), pipeline);
+  }
+  absl::StatusOr<std::shared_ptr<PointEvaluator>> PreparePoints(
+      std::shared_ptr<const SortedPoints> points) override {
+    return Freest(devices()).PreparePoints(std::move(points));
   }
 
  private:
+  // The device with the most free memory.
+  Backend& Freest(const std::vector<DeviceState>& states) const {
+    const auto freest = std::ranges::max_element(states, {}, &DeviceState::free_bytes);
+    return *devices_[static_cast<size_t>(freest - states.begin())];
+  }
   bool Spans(const DeformPlan& plan, const std::vector<DeviceState>& states) const {
     if (plan.patches.size() >= span_patches_) return true;
     const uint64_t bytes = plan.patches.size() * kPatchBytes;

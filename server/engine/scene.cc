@@ -166,6 +166,10 @@ MemoryUse Scene::memory() const {
   use["lattice"] += LatticeBytes(head.state->structure());
   use["history"] += history_bytes_.load();
   if (const uint64_t bytes = point_sets_.MemoryBytes(); bytes > 0) use["point_sets"] += bytes;
+  for (const auto& set : point_sets_.All()) {
+    const uint64_t bytes = set->Newest()->evaluator->device_bytes();
+    if (bytes > 0) use["device_points"] += bytes;
+  }
   const MutexLock lock(&mutex_);
   for (const auto& [key, view] : views_) {
     for (const auto& [purpose, bytes] : view->memory()) use[purpose] += bytes;

@@ -178,6 +178,8 @@ class Scene : public RenderSource, public std::enable_shared_from_this<Scene> {
   // kInvalidArgument, or kResourceExhausted when limits::kMaxViewsPerScene views are watched.
   [[nodiscard]] absl::StatusOr<std::shared_ptr<SnapshotBoard>> AcquireView(
       const ViewKey& key, const MemoryAccountPtr& account = nullptr) ABSL_LOCKS_EXCLUDED(mutex_);
+  // What evaluates the scene.
+  RenderBackend& backend() const { return *context_.backend; }
   // Points that clients keep here. While there are any, the scene is not put to sleep.
   PointSets& point_sets() { return point_sets_; }
   const PointSets& point_sets() const { return point_sets_; }

@@ -49,11 +49,11 @@ run_alone "a device that is lost" "$folder/cuda_backend_test" --gtest_filter='Cu
 run_alone "what is left of the device's memory, 2,000 scenes" "$folder/cuda_backend_test" --gtest_filter='CudaSoak.*'
 
 # The slowest suites start first.
-for suite in Watertight Accuracy View Spanned Tolerance ToleranceBits ToleranceEncoding EdgeBounds SpannedEdgeBounds; do
+for suite in Watertight Accuracy View Spanned Tolerance ToleranceBits ToleranceEncoding EdgeBounds SpannedEdgeBounds Points; do
   run "conformance, $suite" "$folder/backend_test" --gtest_filter="*/$suite.*cuda*:Backends.*"
 done
 run "memory, failed allocations, repeated bits" "$folder/cuda_backend_test" \
-  --gtest_filter='CudaMemory.*:CudaRefusals.*:CudaPurposes.*'
+  --gtest_filter='CudaMemory.*:CudaRefusals.*:CudaPurposes.*:CudaPointsTest.*'
 run "what views share, made at once" "$folder/cuda_backend_test" --gtest_filter='CudaSharing.*'
 run "one scene on several devices" "$folder/cuda_backend_test" --gtest_filter='CudaSpanned.*'
 run "Draco streams, byte for byte the host's" "$folder/cuda_backend_test" --gtest_filter='DracoCoderTest.*:RansEntry*:CodedBounds*'
@@ -68,6 +68,7 @@ readonly sanitized=(  # NAME PROGRAM FILTER …
   memory cuda_backend_test '*-*MoreThanTheDevice*:*Repeated*:*ManyScenes*:*AllSizes*:*AllPairs*:*LargestChunk*:CudaSoak.*:CudaLost.*'
   view backend_test '*/View.*cuda*'
   tolerance backend_test '*/Tolerance.*cuda*:*/ToleranceEncoding.*cuda*:*/EdgeBounds.*cuda*'
+  points backend_test '*/Points.*cuda*-*EveryTime*'
   watertight backend_test '*QuantisedAfterRandomEdits/cuda*:*Attached*/cuda*'
   accuracy backend_test '*AllDegreeMixes*/cuda*:*AllSegments*/cuda_*fused:*FillNoLanes*/cuda*:*PartlyAndWholly*/cuda*:*Collapsed*/cuda*')
 # Runs the same kernels again, for which racecheck takes minutes.

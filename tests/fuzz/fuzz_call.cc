@@ -15,7 +15,9 @@ namespace {
 using google::protobuf::FieldDescriptor;
 using google::protobuf::Message;
 
-const std::map<std::string, std::string> kPlaceholders = {{"upload_id", "@upload"},
+// By the field's name, or its full name.
+const std::map<std::string, std::string> kPlaceholders = {{"latticed.v1.PointSet.id", "@points"},
+                                                          {"upload_id", "@upload"},
                                                           {"watch_id", "@watch"},
                                                           {"resume_token", "@resume"},
                                                           {"topology_id", "@topology"},
@@ -45,7 +47,8 @@ void VisitStrings(Message& message,
 
 void Learn(Message& answer, KnownIds& ids) {
   VisitStrings(answer, [&ids](Message& message, const FieldDescriptor* field) {
-    const auto placeholder = kPlaceholders.find(field->name());
+    auto placeholder = kPlaceholders.find(field->name());
+    if (placeholder == kPlaceholders.end()) placeholder = kPlaceholders.find(field->full_name());
     if (placeholder == kPlaceholders.end()) return;
     ids[placeholder->second] = message.GetReflection()->GetString(message, field);
   });

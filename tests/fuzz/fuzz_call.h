@@ -4,7 +4,7 @@
 // One call of an rpc whose requests are bytes, and the ids that answers contain. Ids are random, so inputs write a
 // placeholder, and the value of the last answer takes its place:
 //
-//   "@mesh" "@upload" "@watch" "@resume" "@topology" "@page"
+//   "@mesh" "@upload" "@watch" "@resume" "@topology" "@page" "@points"
 //
 // A call fails the fuzzer by an answer that its rpc does not have, and by the status INTERNAL or UNKNOWN.
 //

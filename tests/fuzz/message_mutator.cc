@@ -40,9 +40,9 @@ constexpr std::array<double, 16> kDoubles = {0,
                                              5e-324,
                                              std::numeric_limits<double>::infinity(),
                                              std::numeric_limits<double>::quiet_NaN()};
-constexpr std::array<const char*, 12> kStrings = {
-    "",      "@mesh",     "@upload",    "@watch",       "@resume",    "@topology",
-    "@page", "scene-one", "scene-two!", "second-scene", "editor-one", "gesture-one"};
+constexpr std::array<const char*, 13> kStrings = {
+    "",        "@mesh",     "@upload",    "@watch",       "@resume",    "@topology",  "@page",
+    "@points", "scene-one", "scene-two!", "second-scene", "editor-one", "gesture-one"};
 
 template <typename Values>
 auto Pick(const Values& values, Random& random) {

@@ -105,9 +105,9 @@ void MutateRecords(std::vector<RequestRecord>& records, Random& random) {
   } else if (action == 4) {
     std::swap(*place, records[Below(random, records.size())]);
   } else if (action == 5) {
-    place->head = static_cast<uint8_t>(place->head ^ (0x20U << Below(random, 3)));
+    place->head = static_cast<uint16_t>(place->head ^ (0x20U << Below(random, 3)));
   } else if (action == 6) {
-    place->head = static_cast<uint8_t>(Below(random, 256));
+    place->head = static_cast<uint16_t>(Below(random, RequestRecord::kHeads));
   } else if (action == 7) {
     const RequestRecord again = *place;
     records.insert(place, again);

@@ -8,6 +8,7 @@
 #include <array>
 
 #include "latticed/v1/mesh.pb.h"
+#include "latticed/v1/points.pb.h"
 #include "latticed/v1/scene.pb.h"
 #include "latticed/v1/server.pb.h"
 #include "latticed/v1/share.pb.h"
@@ -20,21 +21,25 @@ namespace {
 using google::protobuf::MethodDescriptor;
 
 constexpr size_t kHeadBytes = 3;
-constexpr size_t kMostBytes = 0xffff;
+constexpr size_t kMostBytes = 0x7fff;
 constexpr size_t kMostRecords = 8;  // keeps the time of an input near some milliseconds
 
 // The messages of a call in text form. With `flags` of the last record.
 struct TextCall {
   const char* method;
   std::vector<const char*> messages;
-  uint8_t flags = 0;
+  uint16_t flags = 0;
 };
 
-constexpr uint8_t kOpen = RequestRecord::kLeaveOpen;
+constexpr uint16_t kOpen = RequestRecord::kLeaveOpen;
 
 // A triangle as RAW: three positions in float32 and one face.
 constexpr char kRawData[] =
     R"(data: "\000\000\000\000\000\000\000\000\000\000\000\000\000\000\200?\000\000\000\000\000\000\000\000\000\000\000\000\000\000\200?\000\000\000\000\000\000\000\000\001\000\000\000\002\000\000\000")";
+
+// A point in the cube and a normal, or cotangents of both.
+constexpr char kTwoVectors[] =
+    R"(data: "\000\000\000\000\000\000\340?\000\000\000\000\000\000\340?\000\000\000\000\000\000\340?\000\000\000\000\000\000\000\000\000\000\000\000\000\000\000\000\000\000\000\000\000\000\360?")";
 
 const std::vector<TextCall>& TextCalls() {
   static const std::vector<TextCall> calls = {
@@ -129,16 +134,37 @@ const std::vector<TextCall>& TextCalls() {
        {R"(scene: "scene-one" surface_points { points { face: 2 corners: [0, 1, 3] barycentrics: [0.2, 0.3, 0.5] } })"}},
       {"EvaluatePoints", {R"(scene: "scene-one" world_points { positions: [0.5, 0.5, 0.5] })"}},
       {"CertifyFolds", {R"(scene: "scene-one" scope: FOLD_SCOPE_VOLUME)"}},
+      {"MeasureScene",
+       {R"(scene: "scene-one" measures: [MEASURE_VOLUME, MEASURE_AREA] with_gradient: true)"}},
+      {"ApplyEdits",
+       {R"(scene: "scene-one" editor_id: "editor-one" sequence: 7 structure_id: 1 refuse_folds: true
+            edits { set_constraints { constraints { held: 0 held_layers { axis: LATTICE_AXIS_W layers: 1 }
+            volume { axis: LATTICE_AXIS_W } } } } keep_volume {})"}},
+      {"CreatePointSet",
+       {R"(header { scene: "scene-one" world { points: 1 with_normals: true } })", kTwoVectors}},
+      {"CreatePointSet",
+       {R"(header { scene: "scene-one" surface { points: 1 } })",
+        R"(data: "\000\000\000\000\000\000\000\000\001\000\000\000\003\000\000\000\000\000\000\000\000\000\000\000\000\000\000\000\000\000\000\000\000\000\000\000\000\000\360?")"}},
+      {"CreatePointSet",
+       {R"(header { scene: "scene-one" view { segments: 2 normals: NORMAL_MODE_FACET } })"}},
+      {"ListPointSets", {R"(scene: "scene-one")"}},
+      {"DeformPointSet", {R"(scene: "scene-one" point_set: "@points" with_normals: true)"}},
+      {"ApplyJacobian",
+       {R"(scene: "scene-one" point_set: "@points" indices: 1 tangents: "\000\000\000\000\000\000\360?\000\000\000\000\000\000\360?\000\000\000\000\000\000\360?")"}},
+      {"ApplyJacobianTranspose",
+       {R"(header { scene: "scene-one" point_set: "@points" with_normals: true directions: 1 })",
+        kTwoVectors}},
+      {"DeletePointSet", {R"(scene: "scene-one" point_set: "@points")"}},
       {"GetServerInfo", {""}},
   };
   return calls;
 }
 
-uint8_t NumberOf(const std::string& name) {
+size_t NumberOf(const std::string& name) {
   const auto& methods = Methods();
   const auto method = std::ranges::find(methods, name, [](const auto* m) { return m->name(); });
   if (method == methods.end()) Fail("no rpc is called " + name);
-  return static_cast<uint8_t>(method - methods.begin());
+  return static_cast<size_t>(method - methods.begin());
 }
 
 }  // namespace
@@ -146,9 +172,9 @@ uint8_t NumberOf(const std::string& name) {
 const std::vector<const MethodDescriptor*>& Methods() {
   static const auto* const all = [] {
     auto* const methods = new std::vector<const MethodDescriptor*>;
-    for (const auto* file :
-         {v1::Mesh::descriptor()->file(), v1::Scene::descriptor()->file(),
-          v1::ServerInfo::descriptor()->file(), v1::Share::descriptor()->file()}) {
+    for (const auto* file : {v1::Mesh::descriptor()->file(), v1::Scene::descriptor()->file(),
+                             v1::ServerInfo::descriptor()->file(), v1::Share::descriptor()->file(),
+                             v1::PointSet::descriptor()->file()}) {
       const auto* const service = file->service(0);
       for (int i = 0; i < service->method_count(); ++i) methods->push_back(service->method(i));
     }
@@ -158,7 +184,7 @@ const std::vector<const MethodDescriptor*>& Methods() {
 }
 
 const MethodDescriptor* MethodOf(const RequestRecord& record) {
-  return Methods()[(record.head & RequestRecord::kRpc) % Methods().size()];
+  return Methods()[record.rpc() % Methods().size()];
 }
 
 std::vector<RequestRecord> ReadRecords(std::string_view input) {
@@ -166,8 +192,9 @@ std::vector<RequestRecord> ReadRecords(std::string_view input) {
   while (input.size() >= kHeadBytes && records.size() < kMostRecords) {
     const auto byte = [input](size_t i) { return static_cast<uint8_t>(input[i]); };
     const size_t length = byte(1) | static_cast<size_t>(byte(2)) << 8;
-    const std::string_view bytes = input.substr(kHeadBytes, length);
-    records.push_back({byte(0), std::string(bytes)});
+    const std::string_view bytes = input.substr(kHeadBytes, length & kMostBytes);
+    const size_t head = byte(0) | (length & ~kMostBytes) >> 7;
+    records.push_back({static_cast<uint16_t>(head), std::string(bytes)});
     input.remove_prefix(kHeadBytes + bytes.size());
   }
   return records;
@@ -177,9 +204,10 @@ std::string WriteRecords(const std::vector<RequestRecord>& records) {
   std::string input;
   for (const RequestRecord& record : records) {
     const std::string_view bytes = std::string_view(record.bytes).substr(0, kMostBytes);
+    const size_t length = bytes.size() | (record.head & 0x100U) << 7;
     input.push_back(static_cast<char>(record.head));
-    input.push_back(static_cast<char>(bytes.size() & 0xff));
-    input.push_back(static_cast<char>(bytes.size() >> 8));
+    input.push_back(static_cast<char>(length & 0xff));
+    input.push_back(static_cast<char>(length >> 8));
     input.append(bytes);
   }
   return input;
@@ -190,15 +218,15 @@ const std::vector<std::vector<RequestRecord>>& Templates() {
     auto* const templates = new std::vector<std::vector<RequestRecord>>;
     for (const TextCall& call : TextCalls()) {
       auto& records = templates->emplace_back();
-      const uint8_t rpc = NumberOf(call.method);
+      const size_t rpc = NumberOf(call.method);
       const auto message = NewMessage(Methods()[rpc]->input_type());
       for (const char* text : call.messages) {
         if (!google::protobuf::TextFormat::ParseFromString(text, message.get())) Fail(text);
-        const auto flags = static_cast<uint8_t>(records.empty() ? 0 : RequestRecord::kSameCall);
-        records.push_back(
-            {static_cast<uint8_t>(rpc | flags | kOpen), message->SerializeAsString()});
+        const auto flags = static_cast<uint16_t>(records.empty() ? 0 : RequestRecord::kSameCall);
+        records.push_back({static_cast<uint16_t>(RequestRecord::HeadOf(rpc) | flags | kOpen),
+                           message->SerializeAsString()});
       }
-      records.back().head = static_cast<uint8_t>((records.back().head & ~kOpen) | call.flags);
+      records.back().head = static_cast<uint16_t>((records.back().head & ~kOpen) | call.flags);
     }
     return templates;
   }();

@@ -4,8 +4,8 @@
 // The input of request_fuzz: messages one after the other, each to a call of its own or to the call before.
 //
 //   +------+--------+--------+----------------
-//   | head | length, 16 bits | bytes            head = rpc + flags; rpc counts the services' methods
-//   +------+--------+--------+----------------
+//   | head | length, 15 bits | bytes            head = rpc + flags; rpc counts the services' methods
+//   +------+--------+--------+----------------  the bit above the length is the rpc's bit 5
 //
 // The last message may be cut short. Templates are valid messages, which mutations begin with.
 //
@@ -24,12 +24,18 @@
 namespace latticed::fuzz {
 
 struct RequestRecord {
-  static constexpr uint8_t kRpc = 0x1f;
-  static constexpr uint8_t kSameCall = 0x20;   // if there is one; then the rpc does not count
-  static constexpr uint8_t kLeaveOpen = 0x40;  // other calls come before the call's end
-  static constexpr uint8_t kCancel = 0x80;     // once the message is on its way
+  static constexpr uint16_t kSameCall = 0x20;   // if there is one; then the rpc does not count
+  static constexpr uint16_t kLeaveOpen = 0x40;  // other calls come before the call's end
+  static constexpr uint16_t kCancel = 0x80;     // once the message is on its way
+  static constexpr size_t kHeads = 0x200;
 
-  uint8_t head = 0;
+  // The head of a message to this rpc, without flags; and back.
+  static constexpr uint16_t HeadOf(size_t rpc) {
+    return static_cast<uint16_t>((rpc & 0x1f) | (rpc & 0x20) << 3);
+  }
+  size_t rpc() const { return (head & 0x1fU) | (head & 0x100U) >> 3; }
+
+  uint16_t head = 0;
   std::string bytes;
 };
 

@@ -8,6 +8,7 @@
 #include "core/base/error.h"
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
+#include "core/points/host_points.h"
 
 namespace latticed {
 namespace {
@@ -20,19 +21,28 @@ uint64_t CopyBytes(uint64_t points, bool with_normals) {
   return points * sizeof(Vec3d) * (with_normals ? 2 : 1);
 }
 
+absl::StatusOr<std::shared_ptr<PointEvaluator>> EvaluatorOf(
+    std::shared_ptr<const SortedPoints> points, RenderBackend& backend, CpuArena& arena) {
+  if (points->size() >= PointSet::kLeastDevicePoints) {
+    LATTICED_ASSIGN_OR_RETURN(auto on_device, backend.PreparePoints(points));
+    if (on_device != nullptr) return on_device;
+  }
+  return std::make_shared<HostPoints>(std::move(points), &arena);
+}
+
 // `make` returns the sorted points. `more`: bytes that only making them takes.
 template <class Make>
 absl::StatusOr<std::shared_ptr<const PointSet::Resident>> MakeResident(
-    uint64_t count, bool with_normals, uint64_t more, uint64_t structure_id, MemoryBudget& memory,
-    const MemoryAccountPtr& account, const Make& make) {
+    uint64_t count, bool with_normals, uint64_t more, uint64_t structure_id, RenderBackend& backend,
+    const MemoryAccountPtr& account, CpuArena& arena, const Make& make) {
   LATTICED_ASSIGN_OR_RETURN(
       auto room,
-      memory.Reserve(kWhat, SortedPoints::BytesFor(count, with_normals) + more, account));
-  auto resident =
-      std::make_shared<PointSet::Resident>(PointSet::Resident{make(), structure_id, {}});
-  LATTICED_RETURN_IF_ERROR(room.Resize(kWhat, resident->points.MemoryBytes()));
-  resident->memory = std::move(room);
-  return resident;
+      backend.memory().Reserve(kWhat, SortedPoints::BytesFor(count, with_normals) + more, account));
+  const auto points = std::make_shared<const SortedPoints>(make());
+  LATTICED_RETURN_IF_ERROR(room.Resize(kWhat, points->MemoryBytes()));
+  LATTICED_ASSIGN_OR_RETURN(auto evaluator, EvaluatorOf(points, backend, arena));
+  return std::make_shared<const PointSet::Resident>(
+      PointSet::Resident{std::move(evaluator), structure_id, std::move(room)});
 }
 
 }  // namespace
@@ -40,12 +50,12 @@ absl::StatusOr<std::shared_ptr<const PointSet::Resident>> MakeResident(
 absl::StatusOr<std::shared_ptr<PointSet>> PointSet::Make(std::string id, const SceneState& state,
                                                          std::span<const Vec3d> points,
                                                          std::span<const Vec3d> normals,
-                                                         MemoryBudget& memory,
+                                                         RenderBackend& backend,
                                                          const MemoryAccountPtr& account,
                                                          CpuArena& arena) {
   LATTICED_ASSIGN_OR_RETURN(
       auto resident, MakeResident(points.size(), !normals.empty(), SortingBytes(points.size()),
-                                  state.structure_id, memory, account, [&] {
+                                  state.structure_id, backend, account, arena, [&] {
                                     return SortedPoints(state.structure(), points, normals, arena);
                                   }));
   return std::shared_ptr<PointSet>(new PointSet(std::move(id), std::move(resident)));
@@ -57,19 +67,19 @@ std::shared_ptr<const PointSet::Resident> PointSet::Newest() const {
 }
 
 absl::StatusOr<std::shared_ptr<const PointSet::Resident>> PointSet::At(const SceneState& state,
-                                                                       MemoryBudget& memory,
+                                                                       RenderBackend& backend,
                                                                        CpuArena& arena) {
   auto old = Newest();
   if (old->structure_id == state.structure_id) return old;
   const MutexLock sort_lock(&sort_mutex_);
   old = Newest();
   if (old->structure_id == state.structure_id) return old;
-  const SortedPoints& points = old->points;
+  const SortedPoints& points = old->points();
   const uint64_t more =
       SortingBytes(points.size()) + CopyBytes(points.size(), points.has_normals());
   LATTICED_ASSIGN_OR_RETURN(
       auto sorted, MakeResident(points.size(), points.has_normals(), more, state.structure_id,
-                                memory, old->memory.account(),
+                                backend, old->memory.account(), arena,
                                 [&] { return points.Resorted(state.structure(), arena); }));
   const MutexLock lock(&mutex_);
   // A call at an older state must not undo what a newer one has sorted.

@@ -3,10 +3,10 @@
 //
 // Points that clients keep beside a scene, and all such sets of one scene. They are in memory only.
 //
-//   Add -> Find -> At(state) -> SortedPoints, sorted again if the state has another structure
+//   Add -> Find -> At(state) -> PointEvaluator, sorted again if the state has another structure
 //   Remove, or the end of the scene: the memory is free when the last call that uses the points has ended
 //
-// Errors   kNotFound; kResourceExhausted, reasons OUT_OF_MEMORY and LIMIT_EXCEEDED
+// Errors   kNotFound; kResourceExhausted, reasons OUT_OF_MEMORY and LIMIT_EXCEEDED, of the device too; those of RenderBackend
 // Threads  safe. Sorting again takes 0.1 s per million points and thread; other callers of the set wait.
 #ifndef LATTICED_SERVER_ENGINE_POINTS_POINT_SET_H_
 #define LATTICED_SERVER_ENGINE_POINTS_POINT_SET_H_
@@ -24,25 +24,33 @@
 #include "absl/time/clock.h"
 #include "absl/time/time.h"
 #include "core/base/mutex.h"
+#include "core/points/point_evaluator.h"
 #include "core/points/sorted_points.h"
 #include "server/engine/memory/memory_budget.h"
+#include "server/engine/render/render_backend.h"
 #include "server/engine/scene/scene_state.h"
 
 namespace latticed {
 
 class PointSet {
  public:
-  // Sorted points with the memory that they take.
+  // Sets of so many points are evaluated by the backend's device, if it has one. The host has the vectors of smaller
+  // sets sooner than a device.
+  static constexpr size_t kLeastDevicePoints = 16'384;
+
+  // Sorted points where they are evaluated, with the host memory that they take.
   struct Resident {
-    SortedPoints points;
+    std::shared_ptr<PointEvaluator> evaluator;
     uint64_t structure_id = 0;
     MemoryReservation memory;
+
+    const SortedPoints& points() const { return evaluator->points(); }
   };
 
   // Sorts the points for the state's structure. `normals`: as in SortedPoints. The set is charged to `account`.
   [[nodiscard]] static absl::StatusOr<std::shared_ptr<PointSet>> Make(
       std::string id, const SceneState& state, std::span<const Vec3d> points,
-      std::span<const Vec3d> normals, MemoryBudget& memory, const MemoryAccountPtr& account,
+      std::span<const Vec3d> normals, RenderBackend& backend, const MemoryAccountPtr& account,
       CpuArena& arena);
 
   const std::string& id() const { return id_; }
@@ -51,7 +59,7 @@ class PointSet {
   [[nodiscard]] std::shared_ptr<const Resident> Newest() const ABSL_LOCKS_EXCLUDED(mutex_);
   // Sorted for the state's structure. The result keeps the points alive.
   [[nodiscard]] absl::StatusOr<std::shared_ptr<const Resident>> At(const SceneState& state,
-                                                                   MemoryBudget& memory,
+                                                                   RenderBackend& backend,
                                                                    CpuArena& arena)
       ABSL_LOCKS_EXCLUDED(sort_mutex_, mutex_);
 

@@ -48,6 +48,10 @@ class RenderBackend {
       const std::shared_ptr<const DeformPlan>& plan, Pipeline pipeline) {
     return Run([&] { return backend_->Prepare(plan, pipeline); });
   }
+  [[nodiscard]] absl::StatusOr<std::shared_ptr<PointEvaluator>> PreparePoints(
+      const std::shared_ptr<const SortedPoints>& points) {
+    return Run([&] { return backend_->PreparePoints(points); });
+  }
 
   MemoryBudget& memory() { return *memory_; }
   DeviceHealth& health() { return health_; }

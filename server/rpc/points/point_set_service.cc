@@ -89,9 +89,11 @@ absl::StatusOr<NextPart<v1::PointSetData>> OpenDeform(const CallContext& context
                                                       const v1::DeformPointSetRequest& request) {
   LATTICED_ASSIGN_OR_RETURN(const auto found, FindPoints(context.env, context.call, request));
   LATTICED_ASSIGN_OR_RETURN(auto answer, MakeAnswer(context, found, 1));
-  LATTICED_RETURN_IF_ERROR(Deform(
-      found.points(), found.control_points(), found.normals, *context.env.point_arena,
-      [&] { return CheckCancelled(context.call); }, answer->vectors));
+  LATTICED_RETURN_IF_ERROR(found.Evaluate([&](PointEvaluator& points) {
+    return points.Deform(
+        found.control_points(), found.normals, [&] { return CheckCancelled(context.call); },
+        answer->vectors);
+  }));
   return PartsOf(found, 1, std::move(answer));
 }
 
@@ -149,9 +151,11 @@ absl::StatusOr<NextPart<v1::PointSetData>> OpenJacobian(const CallContext& conte
   LATTICED_ASSIGN_OR_RETURN(const auto tangents, TangentsOf(context, request, control_points));
   const size_t directions = tangents.vectors.size() / control_points;
   LATTICED_ASSIGN_OR_RETURN(auto answer, MakeAnswer(context, found, directions));
-  LATTICED_RETURN_IF_ERROR(ApplyJacobian(
-      found.points(), found.control_points(), tangents.vectors, found.normals,
-      *context.env.point_arena, [&] { return CheckCancelled(context.call); }, answer->vectors));
+  LATTICED_RETURN_IF_ERROR(found.Evaluate([&](PointEvaluator& points) {
+    return points.ApplyJacobian(
+        found.control_points(), tangents.vectors, found.normals,
+        [&] { return CheckCancelled(context.call); }, answer->vectors);
+  }));
   return PartsOf(found, directions, std::move(answer));
 }
 

@@ -58,7 +58,7 @@ class PointSetReceiver {
     LATTICED_ASSIGN_OR_RETURN(
         auto set,
         PointSet::Make(NewRandomId(), *state_, vectors.first(points), vectors.subspan(points),
-                       *env_.memory, account, *env_.point_arena));
+                       scene_->backend(), account, *env_.point_arena));
     LATTICED_RETURN_IF_ERROR(CheckCancelled(call_));
     // Others may have made sets meanwhile.
     LATTICED_RETURN_IF_ERROR(
@@ -104,12 +104,15 @@ class CotangentReceiver {
     const std::span<const Vec3d> cotangents = AsVectors(data);
     LATTICED_RETURN_IF_ERROR(CheckFinite(cotangents, "data.cotangents"));
     LATTICED_ASSIGN_OR_RETURN(
-        const auto room, env_.memory->Reserve("the sums", SumBytes(found_.points(), directions_),
-                                              call_.account->memory));
+        const auto room,
+        env_.memory->Reserve("the sums", found_.resident->evaluator->TransposeBytes(directions_),
+                             call_.account->memory));
     std::vector<Vec3d> gradients(directions_ * found_.control_points().size());
-    LATTICED_RETURN_IF_ERROR(ApplyJacobianTranspose(
-        found_.points(), found_.control_points(), cotangents, found_.normals, *env_.point_arena,
-        [this] { return CheckCancelled(call_); }, gradients));
+    LATTICED_RETURN_IF_ERROR(found_.Evaluate([&](PointEvaluator& points) {
+      return points.ApplyJacobianTranspose(
+          found_.control_points(), cotangents, found_.normals,
+          [this] { return CheckCancelled(call_); }, gradients);
+    }));
     response.set_revision(found_.state->revision);
     response.set_structure_id(found_.state->structure_id);
     response.set_directions(directions_);

@@ -30,7 +30,8 @@ absl::StatusOr<PointsAtHead> FindPoints(ServerEnv& env, const CallInfo& call,
         {.reason = "REVISION_CHANGED",
          .metadata = {{"revision", fmt::to_string(found.state->revision)}}});
   }
-  LATTICED_ASSIGN_OR_RETURN(found.resident, set->At(*found.state, *env.memory, *env.point_arena));
+  LATTICED_ASSIGN_OR_RETURN(found.resident,
+                            set->At(*found.state, found.scene->backend(), *env.point_arena));
   if (with_normals && !found.points().has_normals()) {
     return error::InvalidField(fmt::format("{}with_normals", prefix),
                                "the point set has no normals");
@@ -44,9 +45,9 @@ v1::PointSet ToProto(const Scene& scene, const PointSet& set) {
   v1::PointSet out;
   out.set_id(set.id());
   out.set_scene(std::string(IdOf(scene.id())));
-  out.set_points(resident->points.size());
-  out.set_points_outside(resident->points.size() - resident->points.inside());
-  out.set_has_normals(resident->points.has_normals());
+  out.set_points(resident->points().size());
+  out.set_points_outside(resident->points().size() - resident->points().inside());
+  out.set_has_normals(resident->points().has_normals());
   out.set_bytes(resident->memory.bytes());
   SetTime(set.create_time(), *out.mutable_create_time());
   return out;

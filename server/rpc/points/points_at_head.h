@@ -31,7 +31,12 @@ struct PointsAtHead {
   std::shared_ptr<const PointSet::Resident> resident;
   PointNormals normals = PointNormals::kNone;
 
-  const SortedPoints& points() const { return resident->points; }
+  const SortedPoints& points() const { return resident->points(); }
+  // Runs `call`, which returns the status of a call of the evaluator.
+  template <class Call>
+  [[nodiscard]] absl::Status Evaluate(const Call& call) const {
+    return scene->backend().Run([&]() -> absl::Status { return call(*resident->evaluator); });
+  }
   const std::vector<Vec3d>& control_points() const { return *state->control_points; }
   // Bytes of an answer, or of cotangents, for one direction.
   uint64_t BytesPerDirection() const {

@@ -2,14 +2,17 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Point sets: 10^6 points in an 8 x 8 x 8 lattice, in random order: sorted, deformed, forward and reverse mode. One
-// thread, unless the name says otherwise. Beside it, pygeo_like.py does the same by a sparse matrix.
+// thread, unless the name says otherwise. Rows of "points/cuda" are on a device, with the copies over the bus. Beside it,
+// pygeo_like.py does the same by a sparse matrix.
 #include <cmath>
 #include <cstdlib>
+#include <memory>
 #include <random>
 #include <vector>
 
 #include "core/ffd/direct_ffd.h"
-#include "core/points/point_derivatives.h"
+#include "core/points/host_points.h"
+#include "cuda/cuda_backend.h"
 #include "fmt/format.h"
 #include "tests/bench/benches.h"
 
@@ -46,22 +49,24 @@ struct PointScene {
 };
 
 // Before anything is timed: the definition, and adjointness.
-void Verify(const PointScene& scene, const SortedPoints& points, CpuArena& arena) {
+void Verify(const PointScene& scene, PointEvaluator& points) {
   std::vector<Vec3d> out(kPoints), moved(kPoints), gradient(scene.control_points.size());
-  bool good = Deform(points, scene.control_points, PointNormals::kNone, arena, NeverStop, out).ok();
+  bool good = points.Deform(scene.control_points, PointNormals::kNone, NeverStop, out).ok();
   for (size_t i = 0; i < kPoints; i += 101) {
     const Vec3d expected =
         EvaluateWorld(scene.structure, scene.control_points, scene.world[i]).position;
     good = good && Norm(out[i] - expected) < 1e-14;
   }
   const std::span<const Vec3d> cotangents(scene.cotangents.data(), kPoints);
-  good = good &&
-         ApplyJacobian(points, scene.control_points, scene.tangent, PointNormals::kNone, arena,
-                       NeverStop, moved)
-             .ok() &&
-         ApplyJacobianTranspose(points, scene.control_points, cotangents, PointNormals::kNone,
-                                arena, NeverStop, gradient)
-             .ok();
+  good =
+      good &&
+      points
+          .ApplyJacobian(scene.control_points, scene.tangent, PointNormals::kNone, NeverStop, moved)
+          .ok() &&
+      points
+          .ApplyJacobianTranspose(scene.control_points, cotangents, PointNormals::kNone, NeverStop,
+                                  gradient)
+          .ok();
   long double forward = 0, reverse = 0;
   for (size_t i = 0; i < kPoints; ++i) forward += Dot(moved[i], cotangents[i]);
   for (size_t i = 0; i < gradient.size(); ++i) reverse += Dot(scene.tangent[i], gradient[i]);
@@ -72,13 +77,32 @@ void Verify(const PointScene& scene, const SortedPoints& points, CpuArena& arena
 
 enum class Call { kSort, kDeform, kForward, kReverse };
 
-void Run(benchmark::State& state, int degree, Call call, PointNormals wanted, int threads,
-         size_t directions) {
+struct Row {
+  const char* name;
+  Call call;
+  PointNormals normals;
+  int threads = 1;
+  size_t directions = 1;
+};
+
+// Of a CUDA device, or of the host.
+absl::StatusOr<std::shared_ptr<PointEvaluator>> EvaluatorOf(
+    const std::shared_ptr<const SortedPoints>& points, Backend* device, CpuArena& arena) {
+  if (device == nullptr) return std::make_shared<HostPoints>(points, &arena);
+  return device->PreparePoints(points);
+}
+
+void Run(benchmark::State& state, int degree, const Row& row, Backend* device) {
   const PointScene scene(degree);
-  CpuArena arena(threads);
-  const SortedPoints points(scene.structure, scene.world, scene.normals, arena);
-  Verify(scene, points, arena);
-  const size_t per_direction = VectorsPerDirection(points, wanted);
+  CpuArena arena(row.threads);
+  const auto sorted =
+      std::make_shared<const SortedPoints>(scene.structure, scene.world, scene.normals, arena);
+  const auto evaluator = EvaluatorOf(sorted, device, arena);
+  if (!evaluator.ok()) return Skip(state, evaluator.status());
+  PointEvaluator& points = **evaluator;
+  Verify(scene, points);
+  const PointNormals wanted = row.normals;
+  const size_t directions = row.directions, per_direction = VectorsPerDirection(*sorted, wanted);
   std::vector<Vec3d> out(directions * per_direction), cotangents, tangents,
       gradients(directions * scene.control_points.size());
   for (size_t d = 0; d < directions; ++d) {
@@ -87,20 +111,20 @@ void Run(benchmark::State& state, int degree, Call call, PointNormals wanted, in
                       scene.cotangents.begin() + static_cast<std::ptrdiff_t>(per_direction));
   }
   for (auto _ : state) {
-    switch (call) {
+    switch (row.call) {
       case Call::kSort:
         benchmark::DoNotOptimize(
             SortedPoints(scene.structure, scene.world, scene.normals, arena).size());
         break;
       case Call::kDeform:
-        (void)Deform(points, scene.control_points, wanted, arena, NeverStop, out);
+        (void)points.Deform(scene.control_points, wanted, NeverStop, out);
         break;
       case Call::kForward:
-        (void)ApplyJacobian(points, scene.control_points, tangents, wanted, arena, NeverStop, out);
+        (void)points.ApplyJacobian(scene.control_points, tangents, wanted, NeverStop, out);
         break;
       case Call::kReverse:
-        (void)ApplyJacobianTranspose(points, scene.control_points, cotangents, wanted, arena,
-                                     NeverStop, gradients);
+        (void)points.ApplyJacobianTranspose(scene.control_points, cotangents, wanted, NeverStop,
+                                            gradients);
         break;
     }
     benchmark::ClobberMemory();
@@ -111,27 +135,23 @@ void Run(benchmark::State& state, int degree, Call call, PointNormals wanted, in
 }  // namespace
 
 void RegisterPointsBenches() {
-  struct Row {
-    const char* name;
-    Call call;
-    PointNormals normals;
-    int threads;
-    size_t directions;
-  };
   constexpr PointNormals kNone = PointNormals::kNone, kWanted = PointNormals::kWanted;
   for (const int degree : {2, 3}) {
     for (const Row& row :
-         {Row{"sort", Call::kSort, kNone, 1, 1}, Row{"deform", Call::kDeform, kNone, 1, 1},
-          Row{"deform-normals", Call::kDeform, kWanted, 1, 1},
-          Row{"forward", Call::kForward, kNone, 1, 1},
-          Row{"forward-normals", Call::kForward, kWanted, 1, 1},
-          Row{"reverse", Call::kReverse, kNone, 1, 1},
-          Row{"reverse-normals", Call::kReverse, kWanted, 1, 1},
+         {Row{"sort", Call::kSort, kNone}, Row{"deform", Call::kDeform, kNone},
+          Row{"deform-normals", Call::kDeform, kWanted}, Row{"forward", Call::kForward, kNone},
+          Row{"forward-normals", Call::kForward, kWanted}, Row{"reverse", Call::kReverse, kNone},
+          Row{"reverse-normals", Call::kReverse, kWanted},
           Row{"reverse-8-directions", Call::kReverse, kNone, 1, 8},
-          Row{"reverse-2-threads", Call::kReverse, kNone, 2, 1}}) {
+          Row{"reverse-2-threads", Call::kReverse, kNone, 2}}) {
       RegisterTimed(fmt::format("points/{}/degree{}", row.name, degree),
+                    [row, degree](benchmark::State& state) { Run(state, degree, row, nullptr); });
+      if (row.call == Call::kSort || row.threads > 1) continue;
+      RegisterTimed(fmt::format("points/cuda/{}/degree{}", row.name, degree),
                     [row, degree](benchmark::State& state) {
-                      Run(state, degree, row.call, row.normals, row.threads, row.directions);
+                      const auto backend = MakeCudaBackend({});
+                      if (!backend.ok()) return SkipNotHere(state, backend.status());
+                      Run(state, degree, row, backend->get());
                     });
     }
   }

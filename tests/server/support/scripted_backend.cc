@@ -9,6 +9,7 @@
 #include "core/base/status_macros.h"
 #include "core/cpu/cpu_backend.h"
 #include "core/ffd/tessellation_pattern.h"
+#include "core/points/host_points.h"
 #include "fmt/format.h"
 #include "tests/support/status_matchers.h"
 
@@ -199,6 +200,43 @@ class ScriptedTarget : public DeformTarget {
   const std::unique_ptr<FakeMemory> memory_;
 };
 
+class ScriptedPoints : public PointEvaluator {
+ public:
+  ScriptedPoints(std::shared_ptr<const SortedPoints> points, std::shared_ptr<Script> script,
+                 std::unique_ptr<FakeMemory> memory)
+      : inner_(std::move(points), &arena_),
+        script_(std::move(script)),
+        memory_(std::move(memory)) {}
+
+  const SortedPoints& points() const override { return inner_.points(); }
+  absl::Status Deform(std::span<const Vec3d> control_points, PointNormals normals, StopCheck stop,
+                      std::span<Vec3d> out) override {
+    LATTICED_RETURN_IF_ERROR(script_->Pass(Step::kPointCall));
+    return inner_.Deform(control_points, normals, stop, out);
+  }
+  absl::Status ApplyJacobian(std::span<const Vec3d> control_points, std::span<const Vec3d> tangents,
+                             PointNormals normals, StopCheck stop, std::span<Vec3d> out) override {
+    LATTICED_RETURN_IF_ERROR(script_->Pass(Step::kPointCall));
+    return inner_.ApplyJacobian(control_points, tangents, normals, stop, out);
+  }
+  absl::Status ApplyJacobianTranspose(std::span<const Vec3d> control_points,
+                                      std::span<const Vec3d> cotangents, PointNormals normals,
+                                      StopCheck stop, std::span<Vec3d> gradients) override {
+    LATTICED_RETURN_IF_ERROR(script_->Pass(Step::kPointCall));
+    return inner_.ApplyJacobianTranspose(control_points, cotangents, normals, stop, gradients);
+  }
+  uint64_t TransposeBytes(size_t directions) const override {
+    return inner_.TransposeBytes(directions);
+  }
+  uint64_t device_bytes() const override { return memory_->bytes(); }
+
+ private:
+  CpuArena arena_{1};
+  HostPoints inner_;
+  const std::shared_ptr<Script> script_;
+  const std::unique_ptr<FakeMemory> memory_;
+};
+
 }  // namespace
 
 void Script::FailNext(Step step, absl::Status status, int calls) {
@@ -294,6 +332,14 @@ absl::StatusOr<std::shared_ptr<DeformTarget>> ScriptedBackend::Prepare(
   LATTICED_ASSIGN_OR_RETURN(auto target, inner_->Prepare(std::move(plan), pipeline));
   ++prepared_;
   return std::make_shared<ScriptedTarget>(std::move(target), script_, device_, std::move(memory));
+}
+
+absl::StatusOr<std::shared_ptr<PointEvaluator>> ScriptedBackend::PreparePoints(
+    std::shared_ptr<const SortedPoints> points) {
+  if (device_ == nullptr) return nullptr;
+  LATTICED_RETURN_IF_ERROR(script_->Pass(Step::kPreparePoints));
+  LATTICED_ASSIGN_OR_RETURN(auto memory, Take(device_, "points", points->size() * kPointBytes));
+  return std::make_shared<ScriptedPoints>(std::move(points), script_, std::move(memory));
 }
 
 }  // namespace latticed::testing

@@ -6,6 +6,7 @@
 //
 //   "device_plan"      kPlanBytes per patch, for each target
 //   "device_vertices"  points times BytesPerPoint, for each view
+//   "device_points"    kPointBytes per point, for each point set
 #ifndef LATTICED_TESTS_SERVER_SUPPORT_SCRIPTED_BACKEND_H_
 #define LATTICED_TESTS_SERVER_SUPPORT_SCRIPTED_BACKEND_H_
 
@@ -32,6 +33,8 @@ enum class Step {
   kRead,
   kEncode,
   kControlNets,
+  kPreparePoints,
+  kPointCall,
   kDestroyView,
   kFreeChunk
 };
@@ -79,7 +82,7 @@ class Script {
   }
 
   Mutex mutex_;
-  std::array<Entry, 8> entries_ ABSL_GUARDED_BY(mutex_);
+  std::array<Entry, 10> entries_ ABSL_GUARDED_BY(mutex_);
   int held_ ABSL_GUARDED_BY(mutex_) = 0;
   bool released_ ABSL_GUARDED_BY(mutex_) = true;
   std::atomic<bool> lost_ = false;
@@ -93,7 +96,7 @@ class FakeDevice;  // the memory, shared by everything allocated in it
 
 class ScriptedBackend : public Backend {
  public:
-  static constexpr uint64_t kPlanBytes = 64;
+  static constexpr uint64_t kPlanBytes = 64, kPointBytes = 28;
 
   ScriptedBackend();
   // On a fake device with a budget of `device_bytes`.
@@ -104,6 +107,9 @@ class ScriptedBackend : public Backend {
   std::vector<DeviceState> devices() const override;
   absl::StatusOr<std::shared_ptr<DeformTarget>> Prepare(std::shared_ptr<const DeformPlan> plan,
                                                         Pipeline pipeline) override;
+  // Null without a device.
+  absl::StatusOr<std::shared_ptr<PointEvaluator>> PreparePoints(
+      std::shared_ptr<const SortedPoints> points) override;
   Script& script() { return *script_; }
   // Bytes in use on the device. Call it only with a device.
   uint64_t used_bytes() const;

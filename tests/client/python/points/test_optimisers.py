@@ -60,16 +60,22 @@ def test_a_volume_mesh_is_deformed_as_points(server):
 
 
 @needs("meshio")
-def test_a_volume_mesh_is_read_and_written_as_vtu(server, tmp_path):
+@pytest.mark.parametrize("name", ["vtu", "vtk"])
+def test_a_volume_mesh_is_read_and_written(server, tmp_path, name):
     import meshio
 
-    nodes = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1]], dtype=float)
-    cells = np.array([[0, 1, 2, 3], [1, 2, 3, 4]])
-    meshio.Mesh(nodes, [("tetra", cells)]).write(tmp_path / "in.vtu")
-    printed = run(server, "tetrahedra.py", tmp_path / "in.vtu", "--out", tmp_path / "out.vtu")
-    assert printed.startswith("5 nodes, 2 tetrahedra")
-    moved = meshio.read(tmp_path / "out.vtu")
+    into, out = tmp_path / f"in.{name}", tmp_path / f"out.{name}"
+
+    corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1]]
+    nodes = np.array([*corners, [0.5, 0.45, 0.5]])  # the last one is inside the ball's lattice
+    cells = np.array([[0, 1, 2, 3], [1, 2, 3, 5], [1, 3, 2, 4]])
+    meshio.Mesh(nodes, [("tetra", cells)]).write(into)
+    printed = run(server, "tetrahedra.py", into, "--out", out)
+    assert printed.startswith("6 nodes, 3 tetrahedra")
+    moved = meshio.read(out)
     assert moved.points.shape == nodes.shape and (moved.cells_dict["tetra"] == cells).all()
+    distances = np.linalg.norm(moved.points - nodes, axis=1)
+    assert distances[:5].max() == 0 and 0.02 < distances[5] < 0.1
 
 
 def test_the_gradients_of_the_examples_are_right(random):

@@ -1,19 +1,13 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The normal that a deformation carries, as a function of its Jacobian J = [a b c], and its derivatives.
-//
-//   s   = cof(J) N = N_x (b x c) + N_y (c x a) + N_z (a x b)          n = s / |s|
-//   dn  = (ds - n (n . ds)) / |s|,   ds = N_x (db x c + b x dc) + …
-//   transposed:  h = (g - n (n . g)) / |s|,   a* = N_y (h x c) + N_z (b x h),   b* = N_x (c x h) + N_z (h x a),
-//                c* = N_x (h x b) + N_y (a x h)
-//
-// Where the normal is undefined (carried_normal.h: kappa above kMaxNormalCondition), it and its derivatives are zero.
+// The normal that a deformation carries, as a function of its Jacobian, and its derivatives. Formulas and twin:
+// core/points/normal_kernel.h.
 //
 // Layout   Jacobians are three columns d(deformed)/d(x, y, z)
-// Threads  pure functions
-#ifndef LATTICED_CORE_POINTS_POINT_NORMAL_H_
-#define LATTICED_CORE_POINTS_POINT_NORMAL_H_
+// Threads  device functions
+#ifndef LATTICED_CUDA_POINTS_POINT_NORMAL_CUH_
+#define LATTICED_CUDA_POINTS_POINT_NORMAL_CUH_
 
 #include <array>
 #include <cmath>
@@ -21,12 +15,13 @@
 #include "core/base/vec.h"
 #include "core/ffd/carried_normal.h"
 
-namespace latticed {
+namespace latticed::kernels {
 
 class PointNormal {
  public:
   // `rest` is of unit length or zero.
-  PointNormal(const std::array<Vec3d, 3>& jacobian, Vec3d rest) : j_(jacobian), rest_(rest) {
+  __device__ PointNormal(const std::array<Vec3d, 3>& jacobian, Vec3d rest)
+      : j_(jacobian), rest_(rest) {
     const auto& [a, b, c] = j_;
     const Vec3d x = Cross(b, c), y = Cross(c, a), z = Cross(a, b);
     const Vec3d carried = rest.x * x + rest.y * y + rest.z * z;
@@ -40,16 +35,16 @@ class PointNormal {
     normal_ = inverse_length_ * carried;
   }
 
-  Vec3d value() const { return normal_; }
+  __device__ Vec3d value() const { return normal_; }
   // How the normal moves when the Jacobian moves by `rate`.
-  [[nodiscard]] Vec3d Velocity(const std::array<Vec3d, 3>& rate) const {
+  [[nodiscard]] __device__ Vec3d Velocity(const std::array<Vec3d, 3>& rate) const {
     const auto& [a, b, c] = j_;
     const auto& [da, db, dc] = rate;
     return Along(rest_.x * (Cross(db, c) + Cross(b, dc)) + rest_.y * (Cross(dc, a) + Cross(c, da)) +
                  rest_.z * (Cross(da, b) + Cross(a, db)));
   }
   // The cotangent of the Jacobian, by columns, for one of the normal.
-  [[nodiscard]] std::array<Vec3d, 3> Cotangent(Vec3d g) const {
+  [[nodiscard]] __device__ std::array<Vec3d, 3> Cotangent(Vec3d g) const {
     const auto& [a, b, c] = j_;
     const Vec3d h = Along(g);
     return {rest_.y * Cross(h, c) + rest_.z * Cross(b, h),
@@ -59,7 +54,9 @@ class PointNormal {
 
  private:
   // What of v changes the direction; zero where the normal is undefined. This map is its own transpose.
-  Vec3d Along(Vec3d v) const { return inverse_length_ * (v - Dot(normal_, v) * normal_); }
+  __device__ Vec3d Along(Vec3d v) const {
+    return inverse_length_ * (v - Dot(normal_, v) * normal_);
+  }
 
   const std::array<Vec3d, 3> j_;
   const Vec3d rest_;
@@ -67,6 +64,6 @@ class PointNormal {
   double inverse_length_ = 0;
 };
 
-}  // namespace latticed
+}  // namespace latticed::kernels
 
-#endif  // LATTICED_CORE_POINTS_POINT_NORMAL_H_
+#endif  // LATTICED_CUDA_POINTS_POINT_NORMAL_CUH_

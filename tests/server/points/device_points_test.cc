@@ -1,0 +1,109 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Point sets on a server whose backend has a device: which are there, what they take, and how they fail.
+#include "server/engine/points/point_set.h"
+#include "tests/server/points/point_set_client.h"
+#include "tests/server/support/scripted_backend.h"
+#include "tests/server/support/server_test.h"
+
+namespace latticed::testing {
+namespace {
+
+using Code = absl::StatusCode;
+
+constexpr uint64_t kDeviceBytes = uint64_t{1} << 20;
+constexpr size_t kLarge = 20'000, kSmall = 1'000;
+static_assert(kLarge * ScriptedBackend::kPointBytes < kDeviceBytes &&
+              2 * kLarge * ScriptedBackend::kPointBytes > kDeviceBytes);
+
+class DevicePointsTest : public SceneFixture {
+ protected:
+  void SetUp() override {
+    auto backend = std::make_unique<ScriptedBackend>(kDeviceBytes);
+    backend_ = backend.get();
+    StartServerOn(std::move(backend));
+    mesh_ = Upload(kGridObj);
+    ASSERT_OK(Create(SceneRequest()));
+    client_ = std::make_unique<PointSetClient>(server_->channel());
+  }
+  absl::StatusOr<v1::PointSet> CreatePoints(size_t count) {
+    return client_->CreateWorld(std::vector<Vec3d>(count, Vec3d{1, 1, 0}));
+  }
+  uint64_t DevicePointBytes() const {
+    const MemoryUse use = backend_->devices().front().use;
+    return use.contains("points") ? use.at("points") : 0;
+  }
+
+  ScriptedBackend* backend_ = nullptr;
+  std::unique_ptr<PointSetClient> client_;
+};
+
+TEST_F(DevicePointsTest, LargeSetsAreOnTheDeviceUntilTheyAreDeleted) {
+  ASSERT_OK_AND_ASSIGN(const v1::PointSet small, CreatePoints(kSmall));
+  EXPECT_EQ(DevicePointBytes(), 0u);
+  ASSERT_OK(client_->Deform(small));
+  EXPECT_EQ(backend_->script().calls(Step::kPointCall), 0);
+
+  ASSERT_OK_AND_ASSIGN(const v1::PointSet large, CreatePoints(kLarge));
+  EXPECT_EQ(DevicePointBytes(), kLarge * ScriptedBackend::kPointBytes);
+  EXPECT_EQ(Get().bytes().at("device_points"), DevicePointBytes());
+  ASSERT_OK_AND_ASSIGN(const auto deformed, client_->Deform(large));
+  EXPECT_EQ(deformed.vectors.size(), kLarge);
+  EXPECT_EQ(backend_->script().calls(Step::kPointCall), 1);
+
+  ASSERT_OK(client_->Delete(large.id()));
+  EXPECT_EQ(DevicePointBytes(), 0u);
+  EXPECT_EQ(Get().bytes().count("device_points"), 0u);
+}
+
+TEST_F(DevicePointsTest, ASetThatDoesNotFitIsRefusedAndNothingIsKept) {
+  ASSERT_OK_AND_ASSIGN(const v1::PointSet first, CreatePoints(kLarge));
+
+  const absl::Status refused = CreatePoints(kLarge).status();
+
+  ExpectRefused(refused, Code::kResourceExhausted, "OUT_OF_MEMORY");
+  EXPECT_EQ(error::DetailsOf(refused).asked_bytes, kLarge * ScriptedBackend::kPointBytes);
+  EXPECT_EQ(DevicePointBytes(), kLarge * ScriptedBackend::kPointBytes);
+  EXPECT_EQ(Get().bytes().at("point_sets"), first.bytes());
+  EXPECT_OK(CreatePoints(kSmall)) << "the host has memory";
+  ASSERT_OK(client_->Delete(first.id()));
+  EXPECT_OK(CreatePoints(kLarge));
+}
+
+TEST_F(DevicePointsTest, ACallWithoutDeviceMemoryIsRefusedAndTheNextOneIsNot) {
+  ASSERT_OK_AND_ASSIGN(const v1::PointSet set, CreatePoints(kLarge));
+  backend_->script().FailNext(Step::kPointCall,
+                              error::OutOfDeviceMemory("the points", 0, 480'000, 7));
+
+  ExpectRefused(client_->Deform(set).status(), Code::kResourceExhausted, "OUT_OF_MEMORY");
+
+  EXPECT_OK(client_->Deform(set));
+}
+
+TEST_F(DevicePointsTest, AfterAChangeOfStructureTheyAreSortedOnTheDeviceAgain) {
+  ASSERT_OK_AND_ASSIGN(const v1::PointSet set, CreatePoints(PointSet::kLeastDevicePoints));
+  ASSERT_OK_AND_ASSIGN(const auto before, client_->Deform(set));
+  ASSERT_OK(Apply(Knot("alice", 1)));
+
+  ASSERT_OK_AND_ASSIGN(const auto after, client_->Deform(set));
+
+  EXPECT_EQ(after.header.structure_id(), before.header.structure_id() + 1);
+  EXPECT_EQ(backend_->script().calls(Step::kPreparePoints), 2);
+  EXPECT_EQ(DevicePointBytes(), PointSet::kLeastDevicePoints * ScriptedBackend::kPointBytes);
+}
+
+TEST_F(DevicePointsTest, ALostDeviceIsToldAndMakesTheServerUnhealthy) {
+  ASSERT_OK_AND_ASSIGN(const v1::PointSet set, CreatePoints(kLarge));
+  backend_->script().LoseDevice();
+
+  ExpectRefused(client_->Deform(set).status(), Code::kUnavailable, "DEVICE_LOST");
+
+  EXPECT_NE(Info().backends(0).lost(), "");
+  ExpectRefused(client_->Deform(set).status(), Code::kUnavailable, "DEVICE_LOST");
+  EXPECT_EQ(backend_->script().calls_after_loss(), 1);
+  EXPECT_OK(client_->Delete(set.id()));
+}
+
+}  // namespace
+}  // namespace latticed::testing
