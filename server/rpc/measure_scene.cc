@@ -57,6 +57,12 @@ absl::StatusOr<Wanted> Read(const v1::MeasureSceneRequest& request) {
   return wanted;
 }
 
+// A derivative by the plan's control points, by those of the lattice.
+std::vector<Vec3d> ByLattice(const SceneState& state, std::vector<Vec3d> gradient) {
+  if (state.outside->is_identity() || gradient.empty()) return gradient;
+  return state.outside->ApplyTransposed(gradient);
+}
+
 absl::Status MeasureInside(const SceneState& state, const Wanted& wanted, bool with_gradient,
                            StopCheck stop, v1::MeasureSceneResponse& response) {
   const auto& points = *state.control_points;
@@ -75,7 +81,7 @@ absl::Status MeasureInside(const SceneState& state, const Wanted& wanted, bool w
     *response.mutable_centroid() = ToProto(centroid.centroid);
     if (with_gradient) {
       for (const auto& by_point : centroid.gradient) {
-        AppendPoints(by_point, *response.mutable_centroid_gradient());
+        AppendPoints(ByLattice(state, by_point), *response.mutable_centroid_gradient());
       }
     }
   } else {
@@ -83,7 +89,9 @@ absl::Status MeasureInside(const SceneState& state, const Wanted& wanted, bool w
   }
   if (!wanted.volume) return absl::OkStatus();
   response.set_volume(volume.volume);
-  if (with_gradient) AppendPoints(volume.gradient, *response.mutable_volume_gradient());
+  if (with_gradient) {
+    AppendPoints(ByLattice(state, std::move(volume.gradient)), *response.mutable_volume_gradient());
+  }
   return absl::OkStatus();
 }
 
@@ -92,7 +100,7 @@ absl::Status MeasureInside(const SceneState& state, const Wanted& wanted, bool w
 uint64_t MeasureReplyBytes(const SceneState& state, const v1::MeasureSceneRequest& request) {
   constexpr uint64_t kNumbers = 512;
   constexpr uint64_t kGradients = 24 + 24 + 72;  // bytes a control point: volume, area, centroid
-  return kNumbers + (request.with_gradient() ? kGradients * state.control_points->size() : 0);
+  return kNumbers + (request.with_gradient() ? kGradients * state.lattice_points->size() : 0);
 }
 
 absl::Status MeasureState(const SceneState& state, const v1::MeasureSceneRequest& request,
@@ -110,7 +118,7 @@ absl::Status MeasureState(const SceneState& state, const v1::MeasureSceneRequest
                                           request.with_gradient(), stop));
     response->set_area(area.area);
     response->set_area_error(area.error);
-    AppendPoints(area.gradient, *response->mutable_area_gradient());
+    AppendPoints(ByLattice(state, area.gradient), *response->mutable_area_gradient());
   }
   if (!wanted.bounds) return absl::OkStatus();
   LATTICED_ASSIGN_OR_RETURN(const Bounds bounds, MeasureBounds(*state.plan, *state.patch_tree,

@@ -46,7 +46,7 @@ absl::StatusOr<std::shared_ptr<PointSet>> PointSet::Make(std::string id, const S
   LATTICED_ASSIGN_OR_RETURN(
       auto resident, MakeResident(points.size(), !normals.empty(), SortingBytes(points.size()),
                                   state.structure_id, memory, account, [&] {
-                                    return SortedPoints(state.structure(), points, normals, arena);
+                                    return SortedPoints(state.plan->structure, points, normals, arena);
                                   }));
   return std::shared_ptr<PointSet>(new PointSet(std::move(id), std::move(resident)));
 }
@@ -70,7 +70,7 @@ absl::StatusOr<std::shared_ptr<const PointSet::Resident>> PointSet::At(const Sce
   LATTICED_ASSIGN_OR_RETURN(
       auto sorted, MakeResident(points.size(), points.has_normals(), more, state.structure_id,
                                 memory, old->memory.account(),
-                                [&] { return points.Resorted(state.structure(), arena); }));
+                                [&] { return points.Resorted(state.plan->structure, arena); }));
   const MutexLock lock(&mutex_);
   // A call at an older state must not undo what a newer one has sorted.
   if (newest_->structure_id < sorted->structure_id) newest_ = sorted;

@@ -32,7 +32,10 @@ struct PointsAtHead {
   PointNormals normals = PointNormals::kNone;
 
   const SortedPoints& points() const { return resident->points; }
+  // Of the plan.
   const std::vector<Vec3d>& control_points() const { return *state->control_points; }
+  // How many the lattice has, by which clients give tangents and get derivatives.
+  size_t lattice_points() const { return state->lattice_points->size(); }
   // Bytes of an answer, or of cotangents, for one direction.
   uint64_t BytesPerDirection() const {
     return VectorsPerDirection(points(), normals) * sizeof(Vec3d);
