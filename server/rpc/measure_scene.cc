@@ -63,6 +63,21 @@ std::vector<Vec3d> ByLattice(const SceneState& state, std::vector<Vec3d> gradien
   return state.outside->ApplyTransposed(gradient);
 }
 
+// The same of three coordinates at once.
+std::vector<std::array<Vec3d, 3>> ByLattice(const SceneState& state,
+                                            std::vector<std::array<Vec3d, 3>> gradient) {
+  if (state.outside->is_identity()) return gradient;
+  std::vector<std::array<Vec3d, 3>> result(state.lattice_points->size());
+  for (size_t c = 0; c < 3; ++c) {
+    std::vector<Vec3d> one;
+    one.reserve(gradient.size());
+    for (const auto& by_point : gradient) one.push_back(by_point[c]);
+    one = state.outside->ApplyTransposed(one);
+    for (size_t n = 0; n < result.size(); ++n) result[n][c] = one[n];
+  }
+  return result;
+}
+
 absl::Status MeasureInside(const SceneState& state, const Wanted& wanted, bool with_gradient,
                            StopCheck stop, v1::MeasureSceneResponse& response) {
   const auto& points = *state.control_points;
@@ -80,8 +95,8 @@ absl::Status MeasureInside(const SceneState& state, const Wanted& wanted, bool w
     volume = std::move(centroid.volume);
     *response.mutable_centroid() = ToProto(centroid.centroid);
     if (with_gradient) {
-      for (const auto& by_point : centroid.gradient) {
-        AppendPoints(ByLattice(state, by_point), *response.mutable_centroid_gradient());
+      for (const auto& by_point : ByLattice(state, std::move(centroid.gradient))) {
+        AppendPoints(by_point, *response.mutable_centroid_gradient());
       }
     }
   } else {
