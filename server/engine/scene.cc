@@ -123,6 +123,7 @@ absl::StatusOr<Scene::Prepared> Scene::Prepare(const LatticeStructure& structure
     LATTICED_ASSIGN_OR_RETURN(auto memory,
                               backend.memory().Reserve("the scene's plan", least, config_.account));
     ProbeMemory(least);
+    LATTICED_RETURN_IF_ERROR(Validate(structure));
     const auto outside = std::make_shared<const OutsideMap>(structure);
     LATTICED_ASSIGN_OR_RETURN(
         auto plan, MakePlan(config_.mesh, outside->continued(), config_.crease_angle, stop));

@@ -83,6 +83,9 @@ std::array<double, 6> Reach(const LatticeStructure& s, std::span<const Vec3d> po
 }  // namespace
 
 absl::Status ValidateOutside(const LatticeStructure& s) {
+  if (s.outside.mode == OutsideMode::kFixed && s.outside != Outside{}) {
+    return error::InvalidField("lattice.outside.mode", "a fixed one has no widths");
+  }
   int64_t count = 1;
   for (size_t axis = 0; axis < 3; ++axis) {
     LATTICED_RETURN_IF_ERROR(CheckSide(s, axis, false));

@@ -302,6 +302,13 @@ TEST(OutsideTest, RefusesBadWidths) {
   }
 }
 
+TEST(OutsideTest, RefusesAFixedOneWithWidths) {
+  LatticeStructure s = ContinuedLattice({2, 2, 2}, kModes[0], AllWidths(0.3)).structure;
+  s.outside.mode = OutsideMode::kFixed;
+  EXPECT_THAT(Validate(s), StatusIs(absl::StatusCode::kInvalidArgument,
+                                    HasSubstr("lattice.outside.mode")));
+}
+
 TEST(OutsideTest, RefusesUnclampedKnotsAndTooManyControlPoints) {
   LatticeStructure s = ContinuedLattice({2, 2, 2}, kModes[0], {0, 0, 0, 0, 0, 0.3}).structure;
   s.knots[2].back() += 1;

@@ -40,7 +40,6 @@ TEST_F(OutsideSceneTest, AFalloffLeavesNoTearAndEnds) {
   ASSERT_OK(Create(RequestFor(Falloff(0.5))));
   EXPECT_GT(Get(kFixed).patches_on_faces(), 0u);
   EXPECT_EQ(Get().patches_on_faces(), 0u);
-  EXPECT_LT(Get().patches_outside(), Get(kFixed).patches_outside() + 1);
   ASSERT_OK(Apply(MoveFace(1, {0, 0, 0.25})));
   ASSERT_OK(Apply(MoveFace(1, {0, 0, 0.25}, kFixed)));
 
@@ -170,7 +169,7 @@ TEST_F(OutsideSceneTest, KnotsUndoAndReplacementsKeepTheirShape) {
   EXPECT_TRUE(Lattice().lattice().has_outside());
   ASSERT_OK(Apply(UndoMine("ann", 5)));
   ASSERT_OK(Apply(UndoMine("ann", 6)));
-  EXPECT_EQ(Evaluate({0.6, 0.5, 0.5}).z, 0.5);
+  EXPECT_NEAR(Evaluate({0.6, 0.5, 0.5}).z, 0.5, 1e-15);
 }
 
 TEST_F(OutsideSceneTest, FoldsOutsideAreFoundAndRefused) {
@@ -192,11 +191,11 @@ TEST_F(OutsideSceneTest, FoldsOutsideAreFoundAndRefused) {
   batch.set_sequence(2);
   v1::EditResult result;
   ASSERT_OK(Apply(batch, &result));
-  EXPECT_GT(result.folds().folded_boxes(), 0u);
+  EXPECT_GT(result.folds().folded(), 0u);
   EXPECT_EQ(result.folds().SerializeAsString(), certify().SerializeAsString());
   for (const auto& place : result.folds().places()) EXPECT_GT(place.rest_point().x(), kFaceAt - 1e-9);
   ASSERT_OK(Apply(UndoMine("ann", 3), &result));
-  EXPECT_EQ(result.folds().folded_boxes(), 0u);
+  EXPECT_EQ(result.folds().folded(), 0u);
   EXPECT_EQ(result.folds().SerializeAsString(), certify().SerializeAsString());
 }
 
@@ -260,13 +259,16 @@ TEST_F(OutsideSceneTest, AWatcherHasWhatANewOneGets) {
     auto watch = For<v1::WatchRequest>();
     watch.mutable_view()->set_segments(4);
     watch.mutable_view()->set_encoding(v1::ENCODING_QUANTISED);
-    WatchClient watcher(*scenes_, watch);
-    watcher.ReadUpdates(1);
+    watch.set_editor_id("ann");
+    watch.set_max_unacked_updates(0);
+    DeformClient watcher(*scenes_, watch);
+    watcher.ReadUntilRevision(0);
     std::mt19937 random(kOutsideSeed);
     std::uniform_real_distribution<double> move(-0.05, 0.05);
     for (uint32_t n = 1; n <= 20; ++n) {
       const auto point = static_cast<uint32_t>(random() % 64);
-      ASSERT_OK(Apply(MoveOne("ann", n, point, {move(random), move(random), move(random)})));
+      ASSERT_TRUE(
+          watcher.Send(MoveOne("ann", n, point, {move(random), move(random), move(random)})));
       watcher.ReadUntilRevision(n);
     }
     auto request = For<v1::GetUpdateRequest>();
