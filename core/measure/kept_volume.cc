@@ -132,7 +132,7 @@ absl::StatusOr<int> KeepVolume(const SurfaceMoments& moments, const KeptVolume& 
     direction = edge / Norm(edge);
   }
   const Solver solver(moments, volume, direction, freedom, outside);
-  const std::vector<bool> free = 
+  const std::vector<bool> free =
       FreePoints(moments.plan(), freedom, outside, control_points.size());
   std::vector<bool> others = free;
   for (size_t n = 0; n < others.size(); ++n) {

@@ -137,8 +137,7 @@ absl::StatusOr<Scene::Prepared> Scene::Prepare(const LatticeStructure& structure
     state.influential = std::make_shared<const std::vector<bool>>(InfluentialPoints(*plan));
     const uint64_t bytes = HostBytes(target->memory()) + state.patch_tree->MemoryBytes() +
                            LatticeBytes(structure) + outside->MemoryBytes() +
-                           LeastHistoryBytes(structure) +
-                           WholePages(config_.stored_header.size());
+                           LeastHistoryBytes(structure) + WholePages(config_.stored_header.size());
     LATTICED_RETURN_IF_ERROR(memory.Resize("the scene's plan", bytes));
     auto slot = std::make_shared<TargetSlot>(&backend, std::move(target), plan, std::move(memory));
     state.plan = std::move(plan);
@@ -168,7 +167,8 @@ MemoryUse Scene::memory() const {
   if (const uint64_t moments = head.state->measures->MemoryBytes(); moments > 0) {
     use["moments"] += moments;
   }
-  use["lattice"] += LatticeBytes(head.state->lattice_structure()) + head.state->outside->MemoryBytes();
+  use["lattice"] +=
+      LatticeBytes(head.state->lattice_structure()) + head.state->outside->MemoryBytes();
   use["history"] += history_bytes_.load();
   if (const uint64_t bytes = point_sets_.MemoryBytes(); bytes > 0) use["point_sets"] += bytes;
   const MutexLock lock(&mutex_);

@@ -135,7 +135,8 @@ absl::StatusOr<Edit> Read(const v1::ReplaceLattice& edit, const PolygonMesh& mes
     return error::InvalidField(path + ".control_points", "must be empty with keep_shape");
   }
   if (edit.keep_shape()) {
-    LATTICED_ASSIGN_OR_RETURN(auto structure, StructureFromProto(edit.lattice(), path, mesh.positions));
+    LATTICED_ASSIGN_OR_RETURN(auto structure,
+                              StructureFromProto(edit.lattice(), path, mesh.positions));
     return ReplaceLattice{{.structure = std::move(structure), .control_points = {}}, true};
   }
   LATTICED_ASSIGN_OR_RETURN(auto lattice, FromProto(edit.lattice(), path, mesh.positions));

@@ -21,10 +21,10 @@ constexpr auto kOutsideModes = std::to_array<std::pair<v1::OutsideMode, OutsideM
      {v1::OUTSIDE_MODE_UNSPECIFIED, OutsideMode::kFixed}});
 
 // Whether a falloff is smooth.
-constexpr auto kContinuities =
-    std::to_array<std::pair<v1::OutsideContinuity, bool>>({{v1::OUTSIDE_CONTINUITY_C1, true},
-                                                           {v1::OUTSIDE_CONTINUITY_C0, false},
-                                                           {v1::OUTSIDE_CONTINUITY_UNSPECIFIED, true}});
+constexpr auto kContinuities = std::to_array<std::pair<v1::OutsideContinuity, bool>>(
+    {{v1::OUTSIDE_CONTINUITY_C1, true},
+     {v1::OUTSIDE_CONTINUITY_C0, false},
+     {v1::OUTSIDE_CONTINUITY_UNSPECIFIED, true}});
 
 using Numbers = google::protobuf::RepeatedField<double>;
 
@@ -47,8 +47,8 @@ absl::StatusOr<std::array<double, 6>> SidesFromProto(const Numbers& numbers,
 
 absl::StatusOr<Outside> FromProto(const v1::LatticeOutside& outside, std::string_view field) {
   Outside result;
-  LATTICED_ASSIGN_OR_RETURN(
-      result.mode, ReadEnum(kOutsideModes, outside.mode(), fmt::format("{}.mode", field)));
+  LATTICED_ASSIGN_OR_RETURN(result.mode,
+                            ReadEnum(kOutsideModes, outside.mode(), fmt::format("{}.mode", field)));
   const std::string of_continuity = fmt::format("{}.continuity", field);
   LATTICED_ASSIGN_OR_RETURN(result.smooth,
                             ReadEnum(kContinuities, outside.continuity(), of_continuity));

@@ -30,9 +30,7 @@ class LatticectlOutside : public LatticectlServer {
     EXPECT_OK(state);
     return state.ok() ? state->lattice() : v1::Lattice();
   }
-  v1::LatticeOutside OutsideOf(const std::string& scene) {
-    return LatticeOf(scene).outside();
-  }
+  v1::LatticeOutside OutsideOf(const std::string& scene) { return LatticeOf(scene).outside(); }
 };
 
 TEST_F(LatticectlOutside, ALatticeAroundAPartGoesOn) {
@@ -61,7 +59,7 @@ TEST_F(LatticectlOutside, VerticesFollowIt) {
   }
   ASSERT_OK(WriteFile(Path("half.json"), MessageJson(*lattice)));
   MustRun({"apply", Path("vase.obj"), "--lattice", Path("half.json"), "-o", Path("out.obj"),
-       "--vertices-only"});
+           "--vertices-only"});
   const auto before = ParseMesh(*ReadMeshFile(Path("vase.obj")));
   const auto after = ParseMesh(*ReadMeshFile(Path("out.obj")));
   ASSERT_OK(after);
@@ -84,8 +82,7 @@ TEST_F(LatticectlOutside, ASceneIsGivenAnother) {
   Run({"edit", "outside", "scene-one", "falloff:0.3"});
   const v1::Lattice after = LatticeOf("scene-one");
   EXPECT_EQ(OutsideOf("scene-one").widths_size(), 6);
-  EXPECT_TRUE(std::equal(before.control_points().begin(),
-                         before.control_points().end(),
+  EXPECT_TRUE(std::equal(before.control_points().begin(), before.control_points().end(),
                          after.control_points().begin()));
   Run({"edit", "outside", "scene-one", "linear:2"});
   EXPECT_EQ(OutsideOf("scene-one").mode(), v1::OUTSIDE_MODE_LINEAR);

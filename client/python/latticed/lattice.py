@@ -95,7 +95,9 @@ class Lattice:
         degree = degree or self.degree
         u, v, w = (_clamped_uniform(count, p) for count, p in zip((nu, nv, nw), degree))
         knots = (u, v, w)
-        made = Lattice(np.zeros((nw, nv, nu, 3)), degree, knots, self.origin, self.edges, outside=self.outside)
+        made = Lattice(
+            np.zeros((nw, nv, nu, 3)), degree, knots, self.origin, self.edges, outside=self.outside
+        )
         made.control_points = made.rest()
         return made
 

@@ -13,9 +13,10 @@ using Row = OutsideMap::Row;
 
 // One side of an axis, seen from its face outwards: distances are positive.
 struct Continuation {
-  std::vector<double> knots;  // what takes the place of the face's n + 1 knots; from the face outwards
-  std::vector<Row> rows;      // what takes the place of the first control points, outermost first
-  int replaced = 0;           // how many of those
+  std::vector<double>
+      knots;              // what takes the place of the face's n + 1 knots; from the face outwards
+  std::vector<Row> rows;  // what takes the place of the first control points, outermost first
+  int replaced = 0;       // how many of those
 };
 
 double FallenOff(double distance) { return 1 - distance * distance * (3 - 2 * distance); }

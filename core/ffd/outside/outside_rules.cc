@@ -38,8 +38,7 @@ absl::Status CheckSide(const LatticeStructure& s, size_t axis, bool at_end) {
   const std::string path = fmt::format("lattice.outside.widths[{}]", side);
   if (!std::isfinite(width)) return error::NotFinite(path);
   if (width == 0) return absl::OkStatus();
-  LATTICED_RETURN_IF_ERROR(
-      error::CheckRange(path, width, kLeastOutsideWidth, kMostOutsideWidth));
+  LATTICED_RETURN_IF_ERROR(error::CheckRange(path, width, kLeastOutsideWidth, kMostOutsideWidth));
   if (!IsClamped(s, axis, at_end)) {
     return error::InvalidField(
         path, fmt::format("needs clamped knots: lattice.knots_{} must {} with a knot of "

@@ -44,10 +44,10 @@ absl::StatusOr<std::shared_ptr<PointSet>> PointSet::Make(std::string id, const S
                                                          const MemoryAccountPtr& account,
                                                          CpuArena& arena) {
   LATTICED_ASSIGN_OR_RETURN(
-      auto resident, MakeResident(points.size(), !normals.empty(), SortingBytes(points.size()),
-                                  state.structure_id, memory, account, [&] {
-                                    return SortedPoints(state.plan->structure, points, normals, arena);
-                                  }));
+      auto resident,
+      MakeResident(points.size(), !normals.empty(), SortingBytes(points.size()), state.structure_id,
+                   memory, account,
+                   [&] { return SortedPoints(state.plan->structure, points, normals, arena); }));
   return std::shared_ptr<PointSet>(new PointSet(std::move(id), std::move(resident)));
 }
 

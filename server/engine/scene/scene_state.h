@@ -25,7 +25,8 @@ namespace latticed {
 
 struct SceneState {
   uint64_t revision = 0;
-  uint64_t structure_id = 1;  // names knots, frame and what goes on outside; a new plan has a new one
+  uint64_t structure_id =
+      1;  // names knots, frame and what goes on outside; a new plan has a new one
   std::shared_ptr<const OutsideMap> outside;  // from the lattice to the one that is planned
   std::shared_ptr<const DeformPlan> plan;
   std::shared_ptr<const PatchTree> patch_tree;  // of the plan

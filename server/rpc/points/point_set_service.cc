@@ -149,10 +149,9 @@ absl::StatusOr<Vectors> Continued(const CallContext& context, const OutsideMap& 
   const auto count = static_cast<size_t>(outside.structure().control_point_count());
   const auto continued = static_cast<size_t>(outside.continued().control_point_count());
   const size_t directions = tangents.vectors.size() / count;
-  LATTICED_ASSIGN_OR_RETURN(
-      auto memory,
-      context.env.memory->Reserve("the tangents", directions * continued * sizeof(Vec3d),
-                                  context.call.account->memory));
+  LATTICED_ASSIGN_OR_RETURN(auto memory, context.env.memory->Reserve(
+                                             "the tangents", directions * continued * sizeof(Vec3d),
+                                             context.call.account->memory));
   Vectors result{{}, std::move(memory)};
   result.vectors.reserve(directions * continued);
   for (size_t d = 0; d < directions; ++d) {

@@ -186,8 +186,7 @@ TEST(OutsideTest, ALinearContinuationIsTheTangent) {
 
 TEST(OutsideTest, AnAffineMapGoesOnLinearly) {
   for (int mix = 0; mix < 27; ++mix) {
-    Lattice lattice =
-        ContinuedLattice(DegreeOf(mix), {OutsideMode::kLinear, true}, AllWidths(1.5));
+    Lattice lattice = ContinuedLattice(DegreeOf(mix), {OutsideMode::kLinear, true}, AllWidths(1.5));
     const auto shear = [](Vec3d p) {
       return Vec3d{p.x + 0.5 * p.y, p.y - 0.2 * p.z, 1.5 * p.z + 1};
     };
@@ -247,8 +246,7 @@ TEST(OutsideTest, AnInsertedKnotKeepsTheShapeOutside) {
     ASSERT_TRUE(after.ok());
     const Deformed a(before), b(*after);
     for (int n = 0; n < 200; ++n) {
-      const Vec3d p =
-          WorldAt(before.structure, {place(random), place(random), place(random)});
+      const Vec3d p = WorldAt(before.structure, {place(random), place(random), place(random)});
       EXPECT_LT(Norm(a.At(p).position - b.At(p).position), 1e-12);
     }
   }
@@ -290,8 +288,8 @@ TEST(OutsideTest, RefusesBadWidths) {
   };
   EXPECT_TRUE(check(0.3, 0.1).ok());
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_THAT(check(nan, 0.1), StatusIs(absl::StatusCode::kInvalidArgument,
-                                        HasSubstr("lattice.outside.widths[3]")));
+  EXPECT_THAT(check(nan, 0.1),
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("lattice.outside.widths[3]")));
   for (const double width : {-0.1, 1e-4, 1e4}) {
     EXPECT_THAT(check(width, 0.1), StatusIs(absl::StatusCode::kInvalidArgument,
                                             HasSubstr("lattice.outside.widths[3]")));
@@ -305,8 +303,8 @@ TEST(OutsideTest, RefusesBadWidths) {
 TEST(OutsideTest, RefusesAFixedOneWithWidths) {
   LatticeStructure s = ContinuedLattice({2, 2, 2}, kModes[0], AllWidths(0.3)).structure;
   s.outside.mode = OutsideMode::kFixed;
-  EXPECT_THAT(Validate(s), StatusIs(absl::StatusCode::kInvalidArgument,
-                                    HasSubstr("lattice.outside.mode")));
+  EXPECT_THAT(Validate(s),
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("lattice.outside.mode")));
 }
 
 TEST(OutsideTest, RefusesUnclampedKnotsAndTooManyControlPoints) {

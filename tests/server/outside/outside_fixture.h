@@ -45,8 +45,8 @@ class OutsideSceneTest : public SceneFixture {
     return lattice;
   }
   // A falloff beyond the end of u alone; its width is in lengths of the edge, 0.6.
-  static v1::Lattice Falloff(double width, v1::OutsideContinuity continuity =
-                                               v1::OUTSIDE_CONTINUITY_UNSPECIFIED) {
+  static v1::Lattice Falloff(
+      double width, v1::OutsideContinuity continuity = v1::OUTSIDE_CONTINUITY_UNSPECIFIED) {
     v1::Lattice lattice = HalfLattice();
     lattice.mutable_outside()->set_mode(v1::OUTSIDE_MODE_FALLOFF);
     lattice.mutable_outside()->set_continuity(continuity);
@@ -89,7 +89,8 @@ class OutsideSceneTest : public SceneFixture {
     EXPECT_OK(Call(&Scenes::EvaluatePoints, request, &response));
     std::vector<Vec3d> points;
     for (int i = 0; i + 2 < response.positions_size(); i += 3) {
-      points.push_back({response.positions(i), response.positions(i + 1), response.positions(i + 2)});
+      points.push_back(
+          {response.positions(i), response.positions(i + 1), response.positions(i + 2)});
     }
     EXPECT_EQ(points.size(), world.size());
     return points;

@@ -156,7 +156,8 @@ TEST_F(OutsideSceneTest, KnotsUndoAndReplacementsKeepTheirShape) {
     }
   };
   v1::EditBatch knot = MoveOne("ann", 2, 0, {});
-  knot.mutable_edits(0)->mutable_insert_knot()->set_value(1.9);  // in the last span, which has an end
+  knot.mutable_edits(0)->mutable_insert_knot()->set_value(
+      1.9);  // in the last span, which has an end
   ASSERT_OK(Apply(knot));
   expect_start("after a knot");
   EXPECT_EQ(Lattice().lattice().size().u(), 5);
@@ -193,7 +194,8 @@ TEST_F(OutsideSceneTest, FoldsOutsideAreFoundAndRefused) {
   ASSERT_OK(Apply(batch, &result));
   EXPECT_GT(result.folds().folded(), 0u);
   EXPECT_EQ(result.folds().SerializeAsString(), certify().SerializeAsString());
-  for (const auto& place : result.folds().places()) EXPECT_GT(place.rest_point().x(), kFaceAt - 1e-9);
+  for (const auto& place : result.folds().places())
+    EXPECT_GT(place.rest_point().x(), kFaceAt - 1e-9);
   ASSERT_OK(Apply(UndoMine("ann", 3), &result));
   EXPECT_EQ(result.folds().folded(), 0u);
   EXPECT_EQ(result.folds().SerializeAsString(), certify().SerializeAsString());

@@ -46,7 +46,8 @@ absl::StatusOr<Lattice> LatticeOf(const LatticeFlags& flags, const PolygonMesh& 
   Bounds bounds = mesh.ComputeBounds();
   double padding = flags.fit.padding;
   if (!flags.box.empty()) {
-    bounds = {{flags.box[0], flags.box[1], flags.box[2]}, {flags.box[3], flags.box[4], flags.box[5]}};
+    bounds = {{flags.box[0], flags.box[1], flags.box[2]},
+              {flags.box[3], flags.box[4], flags.box[5]}};
     padding = 0;
     const bool is_box = IsFinite(bounds.extent()) && bounds.extent().x > 0 &&
                         bounds.extent().y > 0 && bounds.extent().z > 0;

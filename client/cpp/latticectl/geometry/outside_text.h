@@ -21,7 +21,8 @@
 namespace latticed::client {
 
 inline constexpr char kOutsideHelp[] =
-    "What goes on outside: fixed, falloff:WIDTH[:c0] or linear; widths are parts of the box's edges";
+    "What goes on outside: fixed, falloff:WIDTH[:c0] or linear; widths are parts of the box's "
+    "edges";
 
 [[nodiscard]] absl::StatusOr<v1::LatticeOutside> ParseOutside(const std::string& text);
 // A check for CLI11: returns an error text unless ParseOutside takes it.

@@ -43,9 +43,7 @@ class LatticeHistory:
             raise LatticedError.data_loss("a lattice_delta names a control point that does not exist")
         points[indices] = np.array(delta.positions, dtype=float).reshape(-1, 3)
         shaped = points.reshape(old.control_points.shape)
-        self._lattices.append(
-            dataclasses.replace(old, control_points=shaped, revision=delta.revision)
-        )
+        self._lattices.append(dataclasses.replace(old, control_points=shaped, revision=delta.revision))
 
     def at(self, revision: int) -> Optional[Lattice]:
         """The lattice at a revision, and forgets all older ones. If a lattice_state has skipped that revision, the
