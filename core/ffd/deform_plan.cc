@@ -342,6 +342,9 @@ absl::StatusOr<std::shared_ptr<const DeformPlan>> MakePlan(std::shared_ptr<const
                                                            std::optional<double> crease_angle,
                                                            StopCheck stop) {
   LATTICED_RETURN_IF_ERROR(Validate(structure));
+  if (structure.outside != Outside{}) {
+    return error::InvalidField("lattice.outside", "a plan is made for OutsideMap::continued()");
+  }
   LATTICED_ASSIGN_OR_RETURN(auto split, SplitAtKnots(*mesh, structure, stop));
   if (split.pieces.empty()) {
     return error::InvalidField("mesh", "no face has three corners at different positions");

@@ -112,7 +112,8 @@ struct DeformPlan {
 };
 
 // crease_angle: see vertex_normals.h.
-// Errors: kInvalidArgument for an invalid structure, or where no face has three different positions;
+// Errors: kInvalidArgument for an invalid structure, one that goes on outside (outside/outside_map.h makes the one to be
+// given here), or where no face has three different positions;
 // kResourceExhausted past limits::kMaxPatches; what `stop` returns. It is called every few thousand faces or patches.
 [[nodiscard]] absl::StatusOr<std::shared_ptr<const DeformPlan>> MakePlan(
     std::shared_ptr<const PolygonMesh> mesh, const LatticeStructure& structure,

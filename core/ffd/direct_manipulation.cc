@@ -12,6 +12,7 @@
 #include "core/ffd/bspline_basis.h"
 #include "core/ffd/direct_ffd.h"
 #include "core/ffd/minimum_norm.h"
+#include "core/ffd/outside/outside_map.h"
 
 namespace latticed {
 namespace {
@@ -41,6 +42,23 @@ SparseRow BasisRow(const LatticeStructure& s, Vec3d world) {
     }
   }
   return row;
+}
+
+// The same for a continued lattice: a row of its control points, by those of the given one.
+SparseRow GivenRow(const OutsideMap& outside, const SparseRow& row) {
+  std::map<uint32_t, double> given;
+  for (size_t n = 0; n < row.columns.size(); ++n) {
+    outside.ForSources(row.columns[n], [&](size_t source, double weight) {
+      given[static_cast<uint32_t>(source)] += weight * row.values[n];
+    });
+  }
+  SparseRow result;
+  for (const auto& [column, value] : given) {
+    if (value == 0) continue;
+    result.columns.push_back(column);
+    result.values.push_back(value);
+  }
+  return result;
 }
 
 // Keeps the free control points of a row.
@@ -142,13 +160,16 @@ ControlPointMoves DragMirrored(const PointFreedom& freedom, const std::vector<Sp
 
 ControlPointMoves DragToTargets(const Lattice& lattice, std::span<const Vec3d> points,
                                 std::span<const Vec3d> targets, const PointFreedom* freedom) {
+  const OutsideMap outside(lattice.structure);
+  const LatticeStructure& continued = outside.continued();
+  const std::vector<Vec3d> control_points = outside.Continue(lattice.control_points);
   std::vector<SparseRow> rows;
   std::vector<Vec3d> wanted;
   for (size_t i = 0; i < points.size(); ++i) {
-    rows.push_back(BasisRow(lattice.structure, points[i]));
+    rows.push_back(BasisRow(continued, points[i]));
+    if (!outside.is_identity()) rows.back() = GivenRow(outside, rows.back());
     if (freedom != nullptr) DropHeld(*freedom, rows.back());
-    wanted.push_back(targets[i] -
-                     EvaluateWorld(lattice.structure, lattice.control_points, points[i]).position);
+    wanted.push_back(targets[i] - EvaluateWorld(continued, control_points, points[i]).position);
   }
   if (freedom != nullptr && freedom->is_mirrored()) return DragMirrored(*freedom, rows, wanted);
   ControlPointMoves moves{.indices = NumberColumns(rows)};

@@ -11,7 +11,8 @@
 // images i, j moves by d and its image. Across the mirror's plane they move against each other, along it together, so there
 // are two systems with one column a pair: (N_i - N_j) / sqrt(2) and (N_i + N_j) / sqrt(2).
 //
-// A point outside the domain has an empty row: no control point moves it, and its distance is left as residual.
+// A point outside the domain, and outside what goes on beyond it (outside/outside_map.h, whose E turns rows N into N E), has
+// an empty row: no control point moves it, and its distance is left as residual.
 //
 // Units    world units
 // Errors   none: callers check what clients send

@@ -14,6 +14,7 @@
 #include "core/base/status_macros.h"
 #include "core/ffd/bspline_basis.h"
 #include "core/ffd/lattice_edit.h"
+#include "core/ffd/outside/outside_rules.h"
 #include "fmt/format.h"
 
 namespace latticed {
@@ -80,6 +81,9 @@ absl::StatusOr<Lattice> WithKnotInserted(const Lattice& lattice, int axis, doubl
   auto& knots = result.structure.knots[a];
   knots.insert(std::upper_bound(knots.begin(), knots.end(), value), value);
   ++result.structure.size[a];
+  if (const auto status = ValidateOutside(result.structure); !status.ok()) {
+    return error::InvalidField(std::string(field), std::string(status.message()), "OUT_OF_RANGE");
+  }
   // Cannot fail on a valid lattice, but nothing invalid may enter a scene.
   LATTICED_RETURN_IF_ERROR(Validate(result.structure));
 

@@ -10,6 +10,8 @@
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
 #include "core/ffd/control_point_range.h"
+#include "core/ffd/outside/outside_map.h"
+#include "core/ffd/outside/outside_rules.h"
 #include "fmt/format.h"
 
 namespace latticed {
@@ -126,7 +128,8 @@ absl::Status Validate(const LatticeStructure& s) {
   for (size_t a = 0; a < 3; ++a) {
     LATTICED_RETURN_IF_ERROR(ValidateKnots(s.knots[a], s.degree[a], s.size[a], kAxis[a]));
   }
-  return ValidateFrame(s.frame);
+  LATTICED_RETURN_IF_ERROR(ValidateFrame(s.frame));
+  return ValidateOutside(s);
 }
 
 absl::Status Validate(const Lattice& lattice) {
@@ -139,6 +142,10 @@ absl::Status Validate(const Lattice& lattice) {
   }
   for (const Vec3d p : lattice.control_points) {
     LATTICED_RETURN_IF_ERROR(CheckControlPoint(p, "lattice.control_points"));
+  }
+  if (lattice.structure.outside == Outside{}) return absl::OkStatus();
+  for (const Vec3d p : OutsideMap(lattice.structure).Continue(lattice.control_points)) {
+    LATTICED_RETURN_IF_ERROR(CheckControlPoint(p, "lattice.outside"));
   }
   return absl::OkStatus();
 }

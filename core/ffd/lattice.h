@@ -24,6 +24,7 @@
 #include "absl/status/statusor.h"
 #include "core/base/bounds.h"
 #include "core/base/vec.h"
+#include "core/ffd/outside/outside.h"
 
 namespace latticed {
 
@@ -40,6 +41,7 @@ struct LatticeStructure {
   std::array<int, 3> size{4, 4, 4};
   std::array<std::vector<double>, 3> knots;
   LatticeFrame frame;
+  Outside outside;
 
   int control_point_count() const { return size[0] * size[1] * size[2]; }
   int patch_degree() const { return degree[0] + degree[1] + degree[2]; }
@@ -70,7 +72,7 @@ struct Lattice {
                                                                 std::string_view field);
 
 [[nodiscard]] absl::Status Validate(const LatticeStructure& structure);
-// Checks the structure, and the number and range of the control points.
+// Checks the structure, and the number and range of the control points, also of those outside.
 [[nodiscard]] absl::Status Validate(const Lattice& lattice);
 
 // Control points at the Greville abscissae: R is then the affine map of the frame, and the mesh is at rest.

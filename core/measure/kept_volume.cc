@@ -18,13 +18,21 @@ namespace {
 // their basis functions is rounding.
 constexpr double kNoInfluence = 1e-9;  // of all points'
 
-std::vector<bool> FreePoints(const DeformPlan& plan, const PointFreedom* freedom) {
-  std::vector<bool> free(plan.identity_points.size(), true);
+std::vector<bool> FreePoints(const DeformPlan& plan, const PointFreedom* freedom,
+                             const OutsideMap* outside, size_t count) {
+  std::vector<bool> free(count, true);
+  const auto hold = [&](size_t index) {
+    if (outside == nullptr) {
+      free[index] = false;
+    } else {
+      outside->ForSources(index, [&](size_t source, double) { free[source] = false; });
+    }
+  };
   for (const Seam& seam : plan.seams) {
     for (int k = seam.first[2]; k <= seam.last[2]; ++k) {
       for (int j = seam.first[1]; j <= seam.last[1]; ++j) {
         for (int i = seam.first[0]; i <= seam.last[0]; ++i) {
-          free[static_cast<size_t>(plan.structure.Index(i, j, k))] = false;
+          hold(static_cast<size_t>(plan.structure.Index(i, j, k)));
         }
       }
     }
@@ -46,14 +54,25 @@ double DotOf(const std::vector<Vec3d>& a, const std::vector<Vec3d>& b) {
 class Solver {
  public:
   Solver(const SurfaceMoments& moments, double volume, std::optional<Vec3d> direction,
-         const PointFreedom* freedom)
-      : moments_(moments), volume_(volume), direction_(direction), freedom_(freedom) {}
+         const PointFreedom* freedom, const OutsideMap* outside)
+      : moments_(moments),
+        volume_(volume),
+        direction_(direction),
+        freedom_(freedom),
+        outside_(outside) {}
+
+  EnclosedVolume Measure(const std::vector<Vec3d>& points) const {
+    if (outside_ == nullptr) return MeasureVolume(moments_, points);
+    EnclosedVolume volume = MeasureVolume(moments_, outside_->Continue(points));
+    volume.gradient = outside_->ApplyTransposed(volume.gradient);
+    return volume;
+  }
 
   // Moves the free points; returns the number of steps, or nothing where they cannot restore the volume.
   std::optional<int> Run(const std::vector<bool>& free, std::vector<Vec3d>& points) const {
     std::vector<Vec3d> moved = points, move(points.size());
     for (int step = 0;; ++step) {
-      EnclosedVolume now = MeasureVolume(moments_, moved);
+      EnclosedVolume now = Measure(moved);
       if (std::abs(now.volume - volume_) <= kVolumeTolerance * std::abs(volume_)) {
         points = std::move(moved);
         return step;
@@ -87,6 +106,7 @@ class Solver {
   const double volume_;
   const std::optional<Vec3d> direction_;
   const PointFreedom* const freedom_;
+  const OutsideMap* const outside_;
 };
 
 absl::Status NotKept(double volume, double wanted) {
@@ -104,15 +124,16 @@ double RestVolume(const SurfaceMoments& moments) {
 
 absl::StatusOr<int> KeepVolume(const SurfaceMoments& moments, const KeptVolume& kept,
                                const PointFreedom* freedom, const std::vector<bool>& named,
-                               std::vector<Vec3d>& control_points) {
+                               std::vector<Vec3d>& control_points, const OutsideMap* outside) {
   const double volume = kept.volume.has_value() ? *kept.volume : RestVolume(moments);
   std::optional<Vec3d> direction;
   if (kept.axis.has_value()) {
     const Vec3d edge = moments.plan().structure.frame.edges[static_cast<size_t>(*kept.axis)];
     direction = edge / Norm(edge);
   }
-  const Solver solver(moments, volume, direction, freedom);
-  const std::vector<bool> free = FreePoints(moments.plan(), freedom);
+  const Solver solver(moments, volume, direction, freedom, outside);
+  const std::vector<bool> free =
+      FreePoints(moments.plan(), freedom, outside, control_points.size());
   std::vector<bool> others = free;
   for (size_t n = 0; n < others.size(); ++n) {
     if (!named[n]) continue;
@@ -121,7 +142,7 @@ absl::StatusOr<int> KeepVolume(const SurfaceMoments& moments, const KeptVolume& 
   }
   if (const auto steps = solver.Run(others, control_points)) return *steps;
   if (const auto steps = solver.Run(free, control_points)) return *steps;
-  return NotKept(MeasureVolume(moments, control_points).volume, volume);
+  return NotKept(solver.Measure(control_points).volume, volume);
 }
 
 }  // namespace latticed

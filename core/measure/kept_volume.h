@@ -21,6 +21,7 @@
 #include "absl/status/statusor.h"
 #include "core/ffd/constraints/constraints.h"
 #include "core/ffd/constraints/point_freedom.h"
+#include "core/ffd/outside/outside_map.h"
 #include "core/measure/surface_moments.h"
 
 namespace latticed {
@@ -33,11 +34,13 @@ inline constexpr int kMostVolumeSteps = 10;
 
 // Restores kept.volume, or the rest volume, after an edit that wrote the control points `named`: moves the others that
 // are free, or if these cannot restore it, all that are free. `freedom` may be null. The surface must be closed. Returns
-// the number of steps. On an error, nothing has moved.
+// the number of steps. On an error, nothing has moved. The moments are those of a lattice that `outside` has continued;
+// null: of the control points themselves.
 [[nodiscard]] absl::StatusOr<int> KeepVolume(const SurfaceMoments& moments, const KeptVolume& kept,
                                              const PointFreedom* freedom,
                                              const std::vector<bool>& named,
-                                             std::vector<Vec3d>& control_points);
+                                             std::vector<Vec3d>& control_points,
+                                             const OutsideMap* outside = nullptr);
 
 }  // namespace latticed
 

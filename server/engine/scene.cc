@@ -123,17 +123,21 @@ absl::StatusOr<Scene::Prepared> Scene::Prepare(const LatticeStructure& structure
     LATTICED_ASSIGN_OR_RETURN(auto memory,
                               backend.memory().Reserve("the scene's plan", least, config_.account));
     ProbeMemory(least);
-    LATTICED_ASSIGN_OR_RETURN(auto plan,
-                              MakePlan(config_.mesh, structure, config_.crease_angle, stop));
+    LATTICED_RETURN_IF_ERROR(Validate(structure));
+    const auto outside = std::make_shared<const OutsideMap>(structure);
+    LATTICED_ASSIGN_OR_RETURN(
+        auto plan, MakePlan(config_.mesh, outside->continued(), config_.crease_angle, stop));
     LATTICED_ASSIGN_OR_RETURN(auto target, backend.Prepare(plan, config_.pipeline));
     LATTICED_RETURN_IF_ERROR(stop());
     SceneState state;
+    state.outside = outside;
     state.patch_tree = std::make_shared<const PatchTree>(*plan);
+    state.patches_on_faces = PatchesThatMayTear(*plan, *outside);
     state.measures = std::make_shared<SceneMeasures>(plan, &backend.memory(), config_.account);
     state.influential = std::make_shared<const std::vector<bool>>(InfluentialPoints(*plan));
     const uint64_t bytes = HostBytes(target->memory()) + state.patch_tree->MemoryBytes() +
-                           LatticeBytes(structure) + LeastHistoryBytes(structure) +
-                           WholePages(config_.stored_header.size());
+                           LatticeBytes(structure) + outside->MemoryBytes() +
+                           LeastHistoryBytes(structure) + WholePages(config_.stored_header.size());
     LATTICED_RETURN_IF_ERROR(memory.Resize("the scene's plan", bytes));
     auto slot = std::make_shared<TargetSlot>(&backend, std::move(target), plan, std::move(memory));
     state.plan = std::move(plan);
@@ -163,7 +167,8 @@ MemoryUse Scene::memory() const {
   if (const uint64_t moments = head.state->measures->MemoryBytes(); moments > 0) {
     use["moments"] += moments;
   }
-  use["lattice"] += LatticeBytes(head.state->structure());
+  use["lattice"] +=
+      LatticeBytes(head.state->lattice_structure()) + head.state->outside->MemoryBytes();
   use["history"] += history_bytes_.load();
   if (const uint64_t bytes = point_sets_.MemoryBytes(); bytes > 0) use["point_sets"] += bytes;
   for (const auto& set : point_sets_.All()) {

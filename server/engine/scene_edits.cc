@@ -198,7 +198,7 @@ void Scene::Publish(const EditCommit& commit, std::shared_ptr<TargetSlot> target
     head_.state = commit.state;
     if (commit.structure_changed) {
       head_.target = std::move(target);
-      moved_ = PointRevisions(commit.state->control_points->size(), commit.state->revision);
+      moved_ = PointRevisions(commit.state->lattice_points->size(), commit.state->revision);
     } else {
       moved_.Move(commit.delta->indices, commit.state->revision);
     }
@@ -217,7 +217,7 @@ void Scene::Publish(const EditCommit& commit, std::shared_ptr<TargetSlot> target
 void Scene::FitHistory(EditRecord& record) {
   do {
     history_bytes_ = HistoryBytes();
-  } while (!history_reservation_.Hold(history_bytes_, applied_->structure()) &&
+  } while (!history_reservation_.Hold(history_bytes_, applied_->lattice_structure()) &&
            ForgetOldest(record));
 }
 

@@ -20,7 +20,7 @@ void Append(Vec3d v, google::protobuf::RepeatedField<double>& flat) {
 }
 
 DeformedPoint Evaluate(const SceneState& state, Vec3d world, v1::EvaluatePointsResponse* response) {
-  const DeformedPoint point = EvaluateWorld(state.structure(), *state.control_points, world);
+  const DeformedPoint point = EvaluateWorld(state.plan->structure, *state.control_points, world);
   Append(point.position, *response->mutable_positions());
   for (const Vec3d column : point.jacobian) Append(column, *response->mutable_jacobians());
   return point;

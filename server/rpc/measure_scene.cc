@@ -57,6 +57,27 @@ absl::StatusOr<Wanted> Read(const v1::MeasureSceneRequest& request) {
   return wanted;
 }
 
+// A derivative by the plan's control points, by those of the lattice.
+std::vector<Vec3d> ByLattice(const SceneState& state, std::vector<Vec3d> gradient) {
+  if (state.outside->is_identity() || gradient.empty()) return gradient;
+  return state.outside->ApplyTransposed(gradient);
+}
+
+// The same of three coordinates at once.
+std::vector<std::array<Vec3d, 3>> ByLattice(const SceneState& state,
+                                            std::vector<std::array<Vec3d, 3>> gradient) {
+  if (state.outside->is_identity()) return gradient;
+  std::vector<std::array<Vec3d, 3>> result(state.lattice_points->size());
+  for (size_t c = 0; c < 3; ++c) {
+    std::vector<Vec3d> one;
+    one.reserve(gradient.size());
+    for (const auto& by_point : gradient) one.push_back(by_point[c]);
+    one = state.outside->ApplyTransposed(one);
+    for (size_t n = 0; n < result.size(); ++n) result[n][c] = one[n];
+  }
+  return result;
+}
+
 absl::Status MeasureInside(const SceneState& state, const Wanted& wanted, bool with_gradient,
                            StopCheck stop, v1::MeasureSceneResponse& response) {
   const auto& points = *state.control_points;
@@ -74,7 +95,7 @@ absl::Status MeasureInside(const SceneState& state, const Wanted& wanted, bool w
     volume = std::move(centroid.volume);
     *response.mutable_centroid() = ToProto(centroid.centroid);
     if (with_gradient) {
-      for (const auto& by_point : centroid.gradient) {
+      for (const auto& by_point : ByLattice(state, std::move(centroid.gradient))) {
         AppendPoints(by_point, *response.mutable_centroid_gradient());
       }
     }
@@ -83,7 +104,9 @@ absl::Status MeasureInside(const SceneState& state, const Wanted& wanted, bool w
   }
   if (!wanted.volume) return absl::OkStatus();
   response.set_volume(volume.volume);
-  if (with_gradient) AppendPoints(volume.gradient, *response.mutable_volume_gradient());
+  if (with_gradient) {
+    AppendPoints(ByLattice(state, std::move(volume.gradient)), *response.mutable_volume_gradient());
+  }
   return absl::OkStatus();
 }
 
@@ -92,7 +115,7 @@ absl::Status MeasureInside(const SceneState& state, const Wanted& wanted, bool w
 uint64_t MeasureReplyBytes(const SceneState& state, const v1::MeasureSceneRequest& request) {
   constexpr uint64_t kNumbers = 512;
   constexpr uint64_t kGradients = 24 + 24 + 72;  // bytes a control point: volume, area, centroid
-  return kNumbers + (request.with_gradient() ? kGradients * state.control_points->size() : 0);
+  return kNumbers + (request.with_gradient() ? kGradients * state.lattice_points->size() : 0);
 }
 
 absl::Status MeasureState(const SceneState& state, const v1::MeasureSceneRequest& request,
@@ -110,7 +133,7 @@ absl::Status MeasureState(const SceneState& state, const v1::MeasureSceneRequest
                                           request.with_gradient(), stop));
     response->set_area(area.area);
     response->set_area_error(area.error);
-    AppendPoints(area.gradient, *response->mutable_area_gradient());
+    AppendPoints(ByLattice(state, area.gradient), *response->mutable_area_gradient());
   }
   if (!wanted.bounds) return absl::OkStatus();
   LATTICED_ASSIGN_OR_RETURN(const Bounds bounds, MeasureBounds(*state.plan, *state.patch_tree,

@@ -10,8 +10,10 @@
 #include "core/base/error.h"
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
+#include "core/ffd/outside/outside_rules.h"
 #include "fmt/format.h"
 #include "google/protobuf/unknown_field_set.h"
+#include "server/wire/outside_converters.h"
 
 namespace latticed {
 namespace {
@@ -93,7 +95,8 @@ void AppendPoints(std::span<const Vec3d> points, google::protobuf::RepeatedField
 }
 
 absl::StatusOr<LatticeStructure> StructureFromProto(const v1::Lattice& lattice,
-                                                    std::string_view field) {
+                                                    std::string_view field,
+                                                    std::span<const Vec3d> mesh) {
   if (!lattice.has_frame()) {
     return error::InvalidField(fmt::format("{}.frame", field), "is required");
   }
@@ -109,11 +112,17 @@ absl::StatusOr<LatticeStructure> StructureFromProto(const v1::Lattice& lattice,
                    Vec3d{frame.v().x(), frame.v().y(), frame.v().z()},
                    Vec3d{frame.w().x(), frame.w().y(), frame.w().z()}};
   if (auto status = Validate(s); !status.ok()) return Reroot(status, "lattice", field);
+  if (!lattice.has_outside()) return s;
+  LATTICED_ASSIGN_OR_RETURN(s.outside,
+                            FromProto(lattice.outside(), fmt::format("{}.outside", field)));
+  s.outside = ResolvedOutside(s, mesh);
+  if (auto status = ValidateOutside(s); !status.ok()) return Reroot(status, "lattice", field);
   return s;
 }
 
-absl::StatusOr<Lattice> FromProto(const v1::Lattice& lattice, std::string_view field) {
-  LATTICED_ASSIGN_OR_RETURN(auto structure, StructureFromProto(lattice, field));
+absl::StatusOr<Lattice> FromProto(const v1::Lattice& lattice, std::string_view field,
+                                  std::span<const Vec3d> mesh) {
+  LATTICED_ASSIGN_OR_RETURN(auto structure, StructureFromProto(lattice, field, mesh));
   Lattice result{.structure = std::move(structure), .control_points = {}};
   if (lattice.control_points().empty()) {
     result.control_points = IdentityControlPoints(result.structure);
@@ -127,8 +136,10 @@ absl::StatusOr<Lattice> FromProto(const v1::Lattice& lattice, std::string_view f
 }
 
 absl::StatusOr<Lattice> FromProto(const v1::LatticeSource& source, const Bounds& mesh_bounds,
-                                  std::string_view field) {
-  if (source.has_lattice()) return FromProto(source.lattice(), fmt::format("{}.lattice", field));
+                                  std::string_view field, std::span<const Vec3d> mesh) {
+  if (source.has_lattice()) {
+    return FromProto(source.lattice(), fmt::format("{}.lattice", field), mesh);
+  }
   if (!source.has_fit() && HoldsUnknown(source)) {
     return error::Unsupported(field, "this kind of source");
   }
@@ -151,6 +162,7 @@ v1::Lattice ToProto(const LatticeStructure& s, std::span<const Vec3d> control_po
   result.mutable_knots_v()->Add(s.knots[1].begin(), s.knots[1].end());
   result.mutable_knots_w()->Add(s.knots[2].begin(), s.knots[2].end());
   AppendPoints(control_points, *result.mutable_control_points());
+  if (s.outside != Outside{}) *result.mutable_outside() = summary.outside();
   return result;
 }
 
@@ -166,6 +178,7 @@ v1::LatticeSummary SummaryToProto(const LatticeStructure& s) {
   *result.mutable_frame()->mutable_w() = ToProto(s.frame.edges[2]);
   SetAxes(s.degree, *result.mutable_degree());
   SetAxes(s.size, *result.mutable_size());
+  if (s.outside != Outside{}) *result.mutable_outside() = ToProto(s.outside);
   return result;
 }
 

@@ -42,13 +42,17 @@ namespace latticed {
     const google::protobuf::RepeatedField<double>& flat, size_t most, std::string_view field);
 void AppendPoints(std::span<const Vec3d> points, google::protobuf::RepeatedField<double>& flat);
 
-// Lattices. Degree 2, size 4, clamped uniform knots and identity control points where unset.
+// Lattices. Degree 2, size 4, clamped uniform knots and identity control points where unset. `mesh` has the points of the
+// rest world that a linear continuation without widths reaches.
 [[nodiscard]] absl::StatusOr<LatticeStructure> StructureFromProto(const v1::Lattice& lattice,
-                                                                  std::string_view field);
-[[nodiscard]] absl::StatusOr<Lattice> FromProto(const v1::Lattice& lattice, std::string_view field);
+                                                                  std::string_view field,
+                                                                  std::span<const Vec3d> mesh = {});
+[[nodiscard]] absl::StatusOr<Lattice> FromProto(const v1::Lattice& lattice, std::string_view field,
+                                                std::span<const Vec3d> mesh = {});
 // Lattice or fit around the bounds of the mesh.
 [[nodiscard]] absl::StatusOr<Lattice> FromProto(const v1::LatticeSource& source,
-                                                const Bounds& mesh_bounds, std::string_view field);
+                                                const Bounds& mesh_bounds, std::string_view field,
+                                                std::span<const Vec3d> mesh = {});
 [[nodiscard]] v1::Lattice ToProto(const LatticeStructure& structure,
                                   std::span<const Vec3d> control_points);
 [[nodiscard]] v1::Lattice ToProto(const Lattice& lattice);

@@ -141,17 +141,19 @@ absl::StatusOr<Edit> Read(const v1::InsertKnot& edit, std::string_view field) {
   return InsertKnot{axis, edit.value()};
 }
 
-absl::StatusOr<Edit> Read(const v1::ReplaceLattice& edit, std::string_view field) {
+absl::StatusOr<Edit> Read(const v1::ReplaceLattice& edit, const PolygonMesh& mesh,
+                          std::string_view field) {
   const std::string path = fmt::format("{}.lattice", field);
   if (!edit.has_lattice()) return error::InvalidField(path, "must be set");
   if (edit.keep_shape() && edit.lattice().control_points_size() > 0) {
     return error::InvalidField(path + ".control_points", "must be empty with keep_shape");
   }
   if (edit.keep_shape()) {
-    LATTICED_ASSIGN_OR_RETURN(auto structure, StructureFromProto(edit.lattice(), path));
+    LATTICED_ASSIGN_OR_RETURN(auto structure,
+                              StructureFromProto(edit.lattice(), path, mesh.positions));
     return ReplaceLattice{{.structure = std::move(structure), .control_points = {}}, true};
   }
-  LATTICED_ASSIGN_OR_RETURN(auto lattice, FromProto(edit.lattice(), path));
+  LATTICED_ASSIGN_OR_RETURN(auto lattice, FromProto(edit.lattice(), path, mesh.positions));
   return ReplaceLattice{std::move(lattice), false};
 }
 
@@ -189,7 +191,7 @@ absl::StatusOr<Edit> ReadEdit(const v1::Edit& edit, const PolygonMesh& mesh,
     case v1::Edit::kInsertKnot:
       return Read(edit.insert_knot(), field + ".insert_knot");
     case v1::Edit::kReplaceLattice:
-      return Read(edit.replace_lattice(), field + ".replace_lattice");
+      return Read(edit.replace_lattice(), mesh, field + ".replace_lattice");
     case v1::Edit::kReset:
       return Read(edit.reset(), field + ".reset");
     case v1::Edit::kUndo:

@@ -122,7 +122,7 @@ absl::StatusOr<SceneConfig> SceneConfigFromProto(const v1::CreateSceneRequest& r
   LATTICED_ASSIGN_OR_RETURN(
       auto lattice,
       FromProto(request.lattices_size() == 1 ? request.lattices(0) : fit_with_defaults, mesh.bounds,
-                "lattices[0]"));
+                "lattices[0]", mesh.mesh->positions));
   const bool smooth = mesh.mesh->has_normals() || request.has_crease_angle();
   LATTICED_ASSIGN_OR_RETURN(
       auto view, DefaultViewFromProto(request.default_view(), DefaultView(smooth), "default_view"));
@@ -173,12 +173,12 @@ v1::Scene ToProto(const SceneConfig& config) {
 v1::Scene ToProto(const Scene& scene) {
   const auto state = scene.State();
   v1::Scene result = ToProto(scene.config());
-  *result.add_lattices() = SummaryToProto(state->structure());
+  *result.add_lattices() = SummaryToProto(state->lattice_structure());
   result.set_revision(state->revision);
   result.set_structure_id(state->structure_id);
   result.set_patches(state->plan->patches.size());
   result.set_patches_outside(state->plan->outside_patches);
-  result.set_patches_on_faces(state->plan->seam_patches);
+  result.set_patches_on_faces(state->patches_on_faces);
   result.set_chunks(state->plan->chunk_count());
   for (const auto& [purpose, bytes] : scene.memory()) (*result.mutable_bytes())[purpose] = bytes;
   if (const absl::Time expires = scene.expire_time(); expires != absl::InfiniteFuture()) {
@@ -189,7 +189,7 @@ v1::Scene ToProto(const Scene& scene) {
 
 v1::LatticeState LatticeStateToProto(const SceneState& state) {
   v1::LatticeState result;
-  *result.mutable_lattice() = ToProto(state.structure(), *state.control_points);
+  *result.mutable_lattice() = ToProto(state.lattice_structure(), *state.lattice_points);
   result.set_structure_id(state.structure_id);
   result.set_revision(state.revision);
   if (*state.constraints != Constraints{}) {

@@ -31,6 +31,7 @@ from latticed.folds import FoldedBox, FoldReport
 from latticed.lattice import Lattice
 from latticed.measures import Constraints, Measured
 from latticed.mesh import Mesh
+from latticed.outside import Outside
 from latticed.patches.evaluator import PatchEvaluator
 from latticed.patches.plan import PatchPlan
 from latticed.patches.surface import PatchSurface
@@ -64,6 +65,7 @@ __all__ = [
     "LatticedError",
     "Measured",
     "Mesh",
+    "Outside",
     "PatchEvaluator",
     "PatchPattern",
     "PatchPlan",

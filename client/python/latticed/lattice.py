@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Optional, Tuple, Union
 
@@ -13,6 +13,7 @@ import numpy.typing as npt
 from google.protobuf import json_format
 
 from latticed import bspline
+from latticed.outside import Outside, continued
 from latticed.v1 import common_pb2, lattice_pb2
 
 FloatArray = npt.NDArray[np.float64]
@@ -43,6 +44,7 @@ class Lattice:
     knots           of u, v, w: control points of the axis + its degree + 1 knots each
     origin, edges   the frame: the knot domain is the box at origin that the rows of edges, shape (3, 3),
                     span: u, v, w
+    outside         how it goes on outside the frame
     structure_id, revision  of the scene that it was read from; 0: it was read from none
     """
 
@@ -53,6 +55,7 @@ class Lattice:
     edges: FloatArray
     structure_id: int = 0
     revision: int = 0
+    outside: Outside = field(default_factory=Outside)
 
     def __repr__(self) -> str:
         size, degree = (" x ".join(map(str, axes)) for axes in (self.size, self.degree))
@@ -76,9 +79,12 @@ class Lattice:
         for degree, knots in zip(self.degree, self.knots):
             count = len(knots) - degree - 1
             means = np.array([knots[i + 1 : i + 1 + degree].mean() for i in range(count)])
-            places.append((means - knots[degree]) / (knots[count] - knots[degree]))
-        w, v, u = np.meshgrid(places[2], places[1], places[0], indexing="ij")
-        return self.origin + np.stack([u, v, w], axis=-1) @ self.edges
+            places.append((means - knots[degree], knots[count] - knots[degree]))
+        w, v, u = np.meshgrid(places[2][0], places[1][0], places[0][0], indexing="ij")
+        # In this order, so that the bits are those of the server's.
+        at = self.origin + u[..., None] * (self.edges[0] / places[0][1])
+        at = at + v[..., None] * (self.edges[1] / places[1][1])
+        return np.asarray(at + w[..., None] * (self.edges[2] / places[2][1]))
 
     def resized(
         self, size: Optional[Tuple[int, int, int]] = None, degree: Optional[Tuple[int, int, int]] = None
@@ -88,14 +94,17 @@ class Lattice:
         nu, nv, nw = size or self.size
         degree = degree or self.degree
         u, v, w = (_clamped_uniform(count, p) for count, p in zip((nu, nv, nw), degree))
-        made = Lattice(np.zeros((nw, nv, nu, 3)), degree, (u, v, w), self.origin, self.edges)
+        knots = (u, v, w)
+        made = Lattice(
+            np.zeros((nw, nv, nu, 3)), degree, knots, self.origin, self.edges, outside=self.outside
+        )
         made.control_points = made.rest()
         return made
 
     def deform(self, points: npt.ArrayLike) -> FloatArray:
         """Where the lattice moves points of the undeformed world: (n, 3) to (n, 3), world units, in double.
 
-        A point in the frame, faces included, moves to R of its place in it. All others stay where they are.
+        A point in the frame, faces included, moves to R of its place in it. What is outside follows `outside`.
 
         This moves vertices only, as an ordinary lattice does: Sederberg & Parry, Free-form deformation of
         solid geometric models, 1986. The faces between moved vertices are flat. The exact surface, which
@@ -104,6 +113,8 @@ class Lattice:
         at = np.asarray(points, dtype=float)
         if at.ndim != 2 or at.shape[1] != 3:
             raise ValueError(f"points are of shape (n, 3), not {at.shape}")
+        if self.outside.mode != "fixed":
+            return continued(self).deform(at)
         domains = np.array([bspline.domain(k, p) for k, p in zip(self.knots, self.degree)])
         begin, width = domains[:, 0], domains[:, 1] - domains[:, 0]
         parameters = begin + (at - self.origin) @ np.linalg.inv(self.edges) * width
@@ -124,6 +135,7 @@ class Lattice:
             knots_v=self.knots[1],
             knots_w=self.knots[2],
             control_points=self.control_points.reshape(-1),
+            outside=None if self.outside.mode == "fixed" else self.outside.to_proto(),
         )
 
     @classmethod
@@ -145,6 +157,7 @@ class Lattice:
             edges=np.array([[edge.x, edge.y, edge.z] for edge in (frame.u, frame.v, frame.w)]),
             structure_id=structure_id,
             revision=revision,
+            outside=Outside.from_proto(lattice.outside),
         )
         if lattice.control_points:
             made.control_points = np.array(lattice.control_points, dtype=float).reshape(nw, nv, nu, 3)

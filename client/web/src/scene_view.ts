@@ -22,11 +22,13 @@ import type { LiveSession } from './session/live_session';
 import type { Settings, SettingsStore } from './state/settings';
 import { uprightDirection, type Units } from './state/units';
 import { showKnotDialog } from './ui/dialogs/knot_dialog';
+import { showOutsideDialog } from './ui/dialogs/outside_dialog';
 import { showResizeDialog } from './ui/dialogs/resize_dialog';
 import { PullLine } from './ui/overlays/pull_line';
 import { SoftCircle } from './ui/overlays/soft_circle';
 import { Gizmo } from './viewport/gizmo';
 import { KnotPlacer } from './viewport/knot_placer';
+import { OutsideHandles } from './viewport/outside_handles';
 import { PointPicker } from './viewport/point_picker';
 import { PointerTools } from './viewport/pointer_tools';
 import type { Folds } from './wire/fold_message';
@@ -181,6 +183,12 @@ export class SceneView {
   placeKnot(): void {
     this.closeDialog?.();
     this.closeDialog = showKnotDialog(this.editor, new KnotPlacer(this.viewport, () => this.session.lattice));
+  }
+
+  /** Asks what goes on outside the lattice, with handles in the view. */
+  chooseOutside(): void {
+    this.closeDialog?.();
+    this.closeDialog = showOutsideDialog(this.session, new OutsideHandles(this.viewport, this.session.lattice.frame));
   }
 
   /** Asks for another size or degree of the lattice. */

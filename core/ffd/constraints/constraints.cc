@@ -62,6 +62,12 @@ absl::Status CheckMirror(int axis, const LatticeStructure& structure, std::strin
       return error::InvalidField(path, "the knots of this axis are not symmetric");
     }
   }
+  const Outside& outside = structure.outside;
+  const size_t begin = SideOf(a, false), end = SideOf(a, true);
+  if (outside.widths[begin] != outside.widths[end] ||
+      std::abs(outside.steps[begin] - outside.steps[end]) > kSameKnot) {
+    return error::InvalidField(path, "what goes on outside the two faces is not symmetric");
+  }
   const auto& edges = structure.frame.edges;
   for (size_t other = 0; other < 3; ++other) {
     const double sine =

@@ -40,7 +40,7 @@ absl::StatusOr<PolygonMesh> OriginalMesh(const SceneState& state, NormalMode nor
   if (!keeps_polygons && !IsTriangular(mesh)) {
     LATTICED_ASSIGN_OR_RETURN(mesh, Triangulated(mesh, stop));
   }
-  return DeformedMesh(std::move(mesh), state.structure(), *state.control_points, stop);
+  return DeformedMesh(std::move(mesh), state.plan->structure, *state.control_points, stop);
 }
 
 SurfaceMemory MemoryOfOriginalMesh(const DeformPlan& plan, NormalMode normals,

@@ -54,10 +54,10 @@ absl::StatusOr<std::shared_ptr<PointSet>> PointSet::Make(std::string id, const S
                                                          const MemoryAccountPtr& account,
                                                          CpuArena& arena) {
   LATTICED_ASSIGN_OR_RETURN(
-      auto resident, MakeResident(points.size(), !normals.empty(), SortingBytes(points.size()),
-                                  state.structure_id, backend, account, arena, [&] {
-                                    return SortedPoints(state.structure(), points, normals, arena);
-                                  }));
+      auto resident,
+      MakeResident(points.size(), !normals.empty(), SortingBytes(points.size()), state.structure_id,
+                   backend, account, arena,
+                   [&] { return SortedPoints(state.plan->structure, points, normals, arena); }));
   return std::shared_ptr<PointSet>(new PointSet(std::move(id), std::move(resident)));
 }
 
@@ -80,7 +80,7 @@ absl::StatusOr<std::shared_ptr<const PointSet::Resident>> PointSet::At(const Sce
   LATTICED_ASSIGN_OR_RETURN(
       auto sorted, MakeResident(points.size(), points.has_normals(), more, state.structure_id,
                                 backend, old->memory.account(), arena,
-                                [&] { return points.Resorted(state.structure(), arena); }));
+                                [&] { return points.Resorted(state.plan->structure, arena); }));
   const MutexLock lock(&mutex_);
   // A call at an older state must not undo what a newer one has sorted.
   if (newest_->structure_id < sorted->structure_id) newest_ = sorted;

@@ -7,10 +7,13 @@
 #ifndef LATTICED_SERVER_ENGINE_SCENE_POINT_REVISIONS_H_
 #define LATTICED_SERVER_ENGINE_SCENE_POINT_REVISIONS_H_
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
+
+#include "core/ffd/outside/outside_map.h"
 
 namespace latticed {
 
@@ -22,6 +25,18 @@ class PointRevisions {
 
   void Move(std::span<const uint32_t> points, uint64_t revision) {
     for (const uint32_t point : points) revisions_[point] = revision;
+  }
+  // By control point of the lattice that `outside` continues this one's to.
+  [[nodiscard]] PointRevisions Continued(const OutsideMap& outside) const {
+    if (outside.is_identity()) return *this;
+    PointRevisions continued(static_cast<size_t>(outside.continued().control_point_count()),
+                             since_);
+    for (size_t n = 0; n < continued.revisions_.size(); ++n) {
+      outside.ForSources(n, [&](size_t source, double) {
+        continued.revisions_[n] = std::max(continued.revisions_[n], revisions_[source]);
+      });
+    }
+    return continued;
   }
   uint64_t since() const { return since_; }
   std::span<const uint64_t> revisions() const { return revisions_; }

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/engine/scene/scene_editor.h"
 
+#include "core/base/status_macros.h"
+#include "core/ffd/control_point_range.h"
 #include "core/ffd/dirty_set.h"
 
 namespace latticed {
@@ -15,9 +17,20 @@ std::shared_ptr<const LatticeDelta> MakeDelta(const EditBatch& batch, const Scen
   delta->editor_id = batch.editor_id;
   delta->sequence = batch.sequence;
   delta->positions.reserve(changed.size());
-  for (const uint32_t index : changed) delta->positions.push_back((*state.control_points)[index]);
+  for (const uint32_t index : changed) delta->positions.push_back((*state.lattice_points)[index]);
   delta->indices = std::move(changed);
   return delta;
+}
+
+// The control points of the plan that an edit moved. `changed`: those of the lattice.
+std::vector<uint32_t> MovedByEdit(const SceneState& before, const SceneState& after,
+                                  const std::vector<uint32_t>& changed) {
+  if (after.outside->is_identity()) return changed;
+  std::vector<uint32_t> moved;
+  for (uint32_t i = 0; i < after.control_points->size(); ++i) {
+    if (!SameBits((*before.control_points)[i], (*after.control_points)[i])) moved.push_back(i);
+  }
+  return moved;
 }
 
 }  // namespace
@@ -26,8 +39,7 @@ std::shared_ptr<const SceneState> SceneEditor::FirstState(
     SceneState planned, absl::Time commit_time, const std::optional<QuantisationBox>& box) const {
   planned.revision = history_.revision();
   planned.structure_id = history_.structure_id();
-  planned.control_points =
-      std::make_shared<const std::vector<Vec3d>>(history_.lattice().control_points);
+  planned.TakePoints(history_.lattice().control_points);
   planned.constraints = std::make_shared<const Constraints>(history_.constraints());
   const Bounds bounds = BoundsOf(planned);
   planned.box = box.has_value() ? *box : FitQuantisationBox(bounds, 1);
@@ -47,15 +59,15 @@ absl::StatusOr<EditCommit> SceneEditor::Apply(const EditBatch& batch, const Scen
     wanted = structure;
     return EditHistory::PutOff();
   };
-  AdmitPoints refuse_folds;
-  if (batch.refuse_folds) {
-    refuse_folds = [&](const LatticeStructure& structure, std::span<const Vec3d> points) {
-      const bool stays = structure == before.structure();
-      return folds_.Admit(before, stays ? before.plan : candidate->state->plan, points);
+  AdmitPoints admit_points;
+  if (batch.refuse_folds || !before.outside->is_identity() || candidate.has_value()) {
+    admit_points = [&](const LatticeStructure& structure, std::span<const Vec3d> points) {
+      const bool stays = structure == before.lattice_structure();
+      return AdmitPointsOf(batch, before, stays ? before : *candidate->state, points);
     };
   }
-  const SceneVolumeKeeper keeper(before.measures);
-  auto outcome = history_.Apply(batch, now, admit, refuse_folds, &keeper);
+  const SceneVolumeKeeper keeper(before.measures, before.outside);
+  auto outcome = history_.Apply(batch, now, admit, admit_points, &keeper);
   if (!outcome.ok()) return outcome.status();
   EditCommit commit{.summary = outcome->summary,
                     .structure_changed = outcome->structure_changed,
@@ -66,8 +78,11 @@ absl::StatusOr<EditCommit> SceneEditor::Apply(const EditBatch& batch, const Scen
   }
 
   SceneState next = commit.structure_changed ? *std::move(candidate->state) : SceneState(before);
-  DirtySet dirty = commit.structure_changed ? AllDirty(*next.plan)
-                                            : DirtyByControlPoints(*next.plan, outcome->changed);
+  next.TakePoints(history_.lattice().control_points);
+  std::vector<uint32_t> moved;
+  if (!commit.structure_changed) moved = MovedByEdit(before, next, outcome->changed);
+  DirtySet dirty =
+      commit.structure_changed ? AllDirty(*next.plan) : DirtyByControlPoints(*next.plan, moved);
   history_.SetTouched(batch.editor_id, dirty.boxes, dirty.patches);
   commit.summary.boxes_touched = dirty.boxes;
   commit.summary.patches_touched = next.patches_touched = dirty.patches;
@@ -76,7 +91,7 @@ absl::StatusOr<EditCommit> SceneEditor::Apply(const EditBatch& batch, const Scen
   next = NextState(batch, before, std::move(next), commit.structure_changed, clock());
   commit.box_changed = next.box.id != before.box.id;
   if (watch_folds_ || batch.refuse_folds) {
-    auto folds = folds_.Follow(before, next, outcome->changed);
+    auto folds = folds_.Follow(before, next, moved);
     if (watch_folds_) commit.summary.folds = std::move(folds);
   }
   commit.delta = MakeDelta(batch, next, std::move(outcome->changed));
@@ -84,12 +99,22 @@ absl::StatusOr<EditCommit> SceneEditor::Apply(const EditBatch& batch, const Scen
   return commit;
 }
 
+absl::Status SceneEditor::AdmitPointsOf(const EditBatch& batch, const SceneState& before,
+                                        const SceneState& planned, std::span<const Vec3d> points) {
+  if (planned.outside->is_identity()) {
+    return batch.refuse_folds ? folds_.Admit(before, planned.plan, points) : absl::OkStatus();
+  }
+  const std::vector<Vec3d> continued = planned.outside->Continue(points);
+  for (const Vec3d point : continued) {
+    LATTICED_RETURN_IF_ERROR(CheckControlPoint(point, "lattice.outside"));
+  }
+  return batch.refuse_folds ? folds_.Admit(before, planned.plan, continued) : absl::OkStatus();
+}
+
 SceneState SceneEditor::NextState(const EditBatch& batch, const SceneState& before, SceneState next,
                                   bool structure_changed, absl::Time now) const {
   next.revision = history_.revision();
   next.structure_id = history_.structure_id();
-  next.control_points =
-      std::make_shared<const std::vector<Vec3d>>(history_.lattice().control_points);
   next.constraints = before.constraints;
   if (*next.constraints != history_.constraints()) {
     next.constraints = std::make_shared<const Constraints>(history_.constraints());

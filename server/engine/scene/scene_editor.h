@@ -85,6 +85,9 @@ class SceneEditor {
   bool ForgetOldestEditor() { return history_.ForgetOldestEditor(); }
 
  private:
+  // Whether `points` of the lattice may be the next ones, under the plan of `planned`.
+  absl::Status AdmitPointsOf(const EditBatch& batch, const SceneState& before,
+                             const SceneState& planned, std::span<const Vec3d> points);
   SceneState NextState(const EditBatch& batch, const SceneState& before, SceneState next,
                        bool structure_changed, absl::Time now) const;
 

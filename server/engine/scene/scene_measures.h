@@ -24,6 +24,7 @@
 #include "core/base/stop_check.h"
 #include "core/ffd/constraints/volume_keeper.h"
 #include "core/ffd/deform_plan.h"
+#include "core/ffd/outside/outside_map.h"
 #include "core/measure/surface_moments.h"
 #include "server/engine/memory/memory_budget.h"
 
@@ -61,7 +62,8 @@ class SceneMeasures {
 // Keeps volumes for the edits of a scene.
 class SceneVolumeKeeper final : public VolumeKeeper {
  public:
-  explicit SceneVolumeKeeper(std::shared_ptr<SceneMeasures> measures);
+  SceneVolumeKeeper(std::shared_ptr<SceneMeasures> measures,
+                    std::shared_ptr<const OutsideMap> outside);
 
   [[nodiscard]] absl::Status CheckEncloses(const std::vector<Vec3d>& control_points) const override;
   [[nodiscard]] absl::Status Keep(const KeptVolume& kept, const PointFreedom* freedom,
@@ -70,6 +72,7 @@ class SceneVolumeKeeper final : public VolumeKeeper {
 
  private:
   const std::shared_ptr<SceneMeasures> measures_;
+  const std::shared_ptr<const OutsideMap> outside_;
 };
 
 }  // namespace latticed

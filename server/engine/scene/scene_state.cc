@@ -7,6 +7,13 @@
 
 namespace latticed {
 
+void SceneState::TakePoints(const std::vector<Vec3d>& of_lattice) {
+  lattice_points = std::make_shared<const std::vector<Vec3d>>(of_lattice);
+  control_points = outside->is_identity()
+                       ? lattice_points
+                       : std::make_shared<const std::vector<Vec3d>>(outside->Continue(of_lattice));
+}
+
 std::vector<bool> InfluentialPoints(const DeformPlan& plan) {
   const LatticeStructure& s = plan.structure;
   std::vector<bool> influential(static_cast<size_t>(s.control_point_count()));
@@ -22,6 +29,30 @@ std::vector<bool> InfluentialPoints(const DeformPlan& plan) {
     }
   }
   return influential;
+}
+
+uint64_t PatchesThatMayTear(const DeformPlan& plan, const OutsideMap& outside) {
+  if (outside.is_identity()) return plan.seam_patches;
+  const auto may_tear = [&](const Seam& seam) {
+    bool moves = false;
+    for (int k = seam.first[2]; k <= seam.last[2]; ++k) {
+      for (int j = seam.first[1]; j <= seam.last[1]; ++j) {
+        for (int i = seam.first[0]; i <= seam.last[0]; ++i) {
+          const auto index = static_cast<size_t>(plan.structure.Index(i, j, k));
+          outside.ForSources(index, [&](size_t, double) { moves = true; });
+        }
+      }
+    }
+    return moves;
+  };
+  std::vector<bool> tears(plan.seams.size());
+  for (size_t n = 0; n < tears.size(); ++n) tears[n] = may_tear(plan.seams[n]);
+  const auto is_torn = [&](uint32_t seam) { return seam != kNoIndex && tears[seam]; };
+  return static_cast<uint64_t>(std::ranges::count_if(plan.patches, [&](const Patch& patch) {
+    return std::ranges::any_of(patch.vertex,
+                               [&](uint32_t v) { return is_torn(plan.vertices[v].seam); }) ||
+           std::ranges::any_of(patch.edge, [&](uint32_t e) { return is_torn(plan.edges[e].seam); });
+  }));
 }
 
 Bounds BoundsOf(const SceneState& state) {

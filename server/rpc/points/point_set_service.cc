@@ -144,12 +144,33 @@ absl::StatusOr<Vectors> TangentsOf(const CallContext& context,
   return Vectors{std::move(tangents), std::move(memory)};
 }
 
+// Moves of the lattice's control points, as moves of the plan's.
+absl::StatusOr<Vectors> Continued(const CallContext& context, const OutsideMap& outside,
+                                  Vectors tangents) {
+  if (outside.is_identity()) return tangents;
+  const auto count = static_cast<size_t>(outside.structure().control_point_count());
+  const auto continued = static_cast<size_t>(outside.continued().control_point_count());
+  const size_t directions = tangents.vectors.size() / count;
+  LATTICED_ASSIGN_OR_RETURN(auto memory, context.env.memory->Reserve(
+                                             "the tangents", directions * continued * sizeof(Vec3d),
+                                             context.call.account->memory));
+  Vectors result{{}, std::move(memory)};
+  result.vectors.reserve(directions * continued);
+  for (size_t d = 0; d < directions; ++d) {
+    const auto one =
+        outside.Apply(std::span<const Vec3d>(tangents.vectors).subspan(d * count, count));
+    result.vectors.insert(result.vectors.end(), one.begin(), one.end());
+  }
+  return result;
+}
+
 absl::StatusOr<NextPart<v1::PointSetData>> OpenJacobian(const CallContext& context,
                                                         const v1::ApplyJacobianRequest& request) {
   LATTICED_ASSIGN_OR_RETURN(const auto found, FindPoints(context.env, context.call, request));
-  const size_t control_points = found.control_points().size();
-  LATTICED_ASSIGN_OR_RETURN(const auto tangents, TangentsOf(context, request, control_points));
-  const size_t directions = tangents.vectors.size() / control_points;
+  LATTICED_ASSIGN_OR_RETURN(auto given, TangentsOf(context, request, found.lattice_points()));
+  const size_t directions = given.vectors.size() / found.lattice_points();
+  LATTICED_ASSIGN_OR_RETURN(const auto tangents,
+                            Continued(context, *found.state->outside, std::move(given)));
   LATTICED_ASSIGN_OR_RETURN(auto answer, MakeAnswer(context, found, directions));
   LATTICED_RETURN_IF_ERROR(found.Evaluate([&](PointEvaluator& points) {
     return points.ApplyJacobian(

@@ -93,7 +93,7 @@ class CotangentReceiver {
     header_ = header;
     LATTICED_ASSIGN_OR_RETURN(found_, FindPoints(env_, call_, header, "header."));
     directions_ = std::max<uint32_t>(header.directions(), 1);
-    const size_t fit = limits::kMaxPartBytes / (found_.control_points().size() * sizeof(Vec3d));
+    const size_t fit = limits::kMaxPartBytes / (found_.lattice_points() * sizeof(Vec3d));
     const size_t most = std::min<size_t>(fit, limits::kMaxDirections);
     LATTICED_RETURN_IF_ERROR(
         error::CheckRange("header.directions", directions_, 0, static_cast<double>(most)));
@@ -105,14 +105,16 @@ class CotangentReceiver {
     LATTICED_RETURN_IF_ERROR(CheckFinite(cotangents, "data.cotangents"));
     LATTICED_ASSIGN_OR_RETURN(
         const auto room,
-        env_.memory->Reserve("the sums", found_.resident->evaluator->TransposeBytes(directions_),
-                             call_.account->memory));
+        env_.memory->Reserve(
+            "the sums", found_.resident->evaluator->TransposeBytes(directions_) + ContinuedBytes(),
+            call_.account->memory));
     std::vector<Vec3d> gradients(directions_ * found_.control_points().size());
     LATTICED_RETURN_IF_ERROR(found_.Evaluate([&](PointEvaluator& points) {
       return points.ApplyJacobianTranspose(
           found_.control_points(), cotangents, found_.normals,
           [this] { return CheckCancelled(call_); }, gradients);
     }));
+    if (ContinuedBytes() > 0) gradients = ByLattice(gradients);
     response.set_revision(found_.state->revision);
     response.set_structure_id(found_.state->structure_id);
     response.set_directions(directions_);
@@ -122,6 +124,22 @@ class CotangentReceiver {
   }
 
  private:
+  // What derivatives by the plan's control points take, where those are not the lattice's.
+  uint64_t ContinuedBytes() const {
+    if (found_.state->outside->is_identity()) return 0;
+    return directions_ * found_.control_points().size() * sizeof(Vec3d);
+  }
+  std::vector<Vec3d> ByLattice(const std::vector<Vec3d>& gradients) const {
+    std::vector<Vec3d> result;
+    for (size_t d = 0; d < directions_; ++d) {
+      const size_t count = found_.control_points().size();
+      const auto one = found_.state->outside->ApplyTransposed(
+          std::span<const Vec3d>(gradients).subspan(d * count, count));
+      result.insert(result.end(), one.begin(), one.end());
+    }
+    return result;
+  }
+
   ServerEnv& env_;
   const CallInfo& call_;
   v1::CotangentHeader header_;

@@ -37,7 +37,10 @@ struct PointsAtHead {
   [[nodiscard]] absl::Status Evaluate(const Call& call) const {
     return scene->backend().Run([&]() -> absl::Status { return call(*resident->evaluator); });
   }
+  // Of the plan.
   const std::vector<Vec3d>& control_points() const { return *state->control_points; }
+  // How many the lattice has, by which clients give tangents and get derivatives.
+  size_t lattice_points() const { return state->lattice_points->size(); }
   // Bytes of an answer, or of cotangents, for one direction.
   uint64_t BytesPerDirection() const {
     return VectorsPerDirection(points(), normals) * sizeof(Vec3d);

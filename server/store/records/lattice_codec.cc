@@ -2,12 +2,37 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/store/records/lattice_codec.h"
 
+#include <algorithm>
 #include <string>
 
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
 
 namespace latticed {
+namespace {
+
+void ToStored(const Outside& outside, store::Outside& stored) {
+  stored.set_mode(static_cast<uint32_t>(outside.mode));
+  stored.set_smooth(outside.smooth);
+  stored.mutable_widths()->Add(outside.widths.begin(), outside.widths.end());
+  stored.mutable_steps()->Add(outside.steps.begin(), outside.steps.end());
+}
+
+absl::StatusOr<Outside> OutsideFromStored(const store::Outside& stored) {
+  Outside outside;
+  const auto most = static_cast<uint32_t>(OutsideMode::kLinear);
+  if (stored.mode() > most || stored.widths_size() != static_cast<int>(outside.widths.size()) ||
+      stored.steps_size() != static_cast<int>(outside.steps.size())) {
+    return NotARecord("what is outside a lattice");
+  }
+  outside.mode = static_cast<OutsideMode>(stored.mode());
+  outside.smooth = stored.smooth();
+  std::copy(stored.widths().begin(), stored.widths().end(), outside.widths.begin());
+  std::copy(stored.steps().begin(), stored.steps().end(), outside.steps.begin());
+  return outside;
+}
+
+}  // namespace
 
 absl::Status NotARecord(std::string_view what) {
   return absl::DataLossError(fmt::format("not a record of a scene: {}", what));
@@ -41,6 +66,7 @@ void ToStored(const Lattice& lattice, store::Lattice& stored) {
   const LatticeFrame& frame = structure.frame;
   ToStored({frame.origin, frame.edges[0], frame.edges[1], frame.edges[2]}, *stored.mutable_frame());
   ToStored(lattice.control_points, *stored.mutable_control_points());
+  if (structure.outside != Outside{}) ToStored(structure.outside, *stored.mutable_outside());
 }
 
 absl::StatusOr<Lattice> LatticeFromStored(const store::Lattice& stored) {
@@ -57,6 +83,9 @@ absl::StatusOr<Lattice> LatticeFromStored(const store::Lattice& stored) {
   LATTICED_ASSIGN_OR_RETURN(const auto frame, PointsFromStored(stored.frame()));
   if (frame.size() != 4) return NotARecord("a lattice's frame");
   structure.frame = {frame[0], {frame[1], frame[2], frame[3]}};
+  if (stored.has_outside()) {
+    LATTICED_ASSIGN_OR_RETURN(structure.outside, OutsideFromStored(stored.outside()));
+  }
   LATTICED_ASSIGN_OR_RETURN(lattice.control_points, PointsFromStored(stored.control_points()));
   return lattice;
 }

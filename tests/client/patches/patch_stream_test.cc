@@ -63,14 +63,8 @@ class PatchStreamTest : public ::testing::Test {
     }
   }
 
-  const std::unique_ptr<InProcessServer> server_ = StartServer();
-  const std::unique_ptr<Client> client_ = std::make_unique<Client>(server_->channel(), "");
-  std::string scene_;
-};
-
-TEST_F(PatchStreamTest, AWatcherEvaluatesWhatOthersAreSent) {
-  for (const v1::NormalMode normals :
-       {v1::NORMAL_MODE_NONE, v1::NORMAL_MODE_FACET, v1::NORMAL_MODE_SMOOTH}) {
+  // Edits the scene, and compares what a watcher of patches evaluates with what the server sends to others.
+  void ExpectFollows(v1::NormalMode normals) {
     auto stream = client_->Deform(Watch(normals));
     ASSERT_OK(stream);
     const Surface& held = (*stream)->surface();
@@ -100,6 +94,44 @@ TEST_F(PatchStreamTest, AWatcherEvaluatesWhatOthersAreSent) {
       EXPECT_LE(fine.error, 1e-4 * kTorusSize);
       EXPECT_GT(fine.positions.size(), coarse.positions.size());
     }
+  }
+
+  const std::unique_ptr<InProcessServer> server_ = StartServer();
+  const std::unique_ptr<Client> client_ = std::make_unique<Client>(server_->channel(), "");
+  std::string scene_;
+};
+
+TEST_F(PatchStreamTest, AWatcherEvaluatesWhatOthersAreSent) {
+  for (const v1::NormalMode normals :
+       {v1::NORMAL_MODE_NONE, v1::NORMAL_MODE_FACET, v1::NORMAL_MODE_SMOOTH}) {
+    ExpectFollows(normals);
+  }
+}
+
+TEST_F(PatchStreamTest, AWatcherEvaluatesWhatGoesOnOutside) {
+  for (const v1::OutsideMode mode : {v1::OUTSIDE_MODE_FALLOFF, v1::OUTSIDE_MODE_LINEAR}) {
+    auto state = client_->GetLattice(scene_);
+    ASSERT_OK(state);
+    v1::Lattice lattice = state->lattice();
+    if (mode == v1::OUTSIDE_MODE_FALLOFF) {  // around three quarters of the torus in x and y
+      lattice.mutable_frame()->mutable_u()->set_x(0.75 * lattice.frame().u().x());
+      lattice.mutable_frame()->mutable_v()->set_y(0.75 * lattice.frame().v().y());
+      lattice.clear_control_points();
+      for (const double width : {0., 0.2, 0., 0., 0., 0.}) {
+        lattice.mutable_outside()->add_widths(width);
+      }
+    } else {
+      lattice.mutable_outside()->Clear();
+    }
+    lattice.mutable_outside()->set_mode(mode);
+    v1::EditBatch batch;
+    batch.set_scene(scene_);
+    batch.set_editor_id("ann");
+    batch.set_sequence(mode == v1::OUTSIDE_MODE_FALLOFF ? 1 : 2);
+    batch.set_structure_id(state->structure_id());
+    *batch.add_edits()->mutable_replace_lattice()->mutable_lattice() = lattice;
+    ASSERT_OK(client_->ApplyEdits(batch).status());
+    ExpectFollows(v1::NORMAL_MODE_SMOOTH);
   }
 }
 

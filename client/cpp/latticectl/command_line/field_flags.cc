@@ -68,6 +68,7 @@ constexpr auto kFieldFlags = std::to_array<FieldFlag>({
     {"edits.insert_knot", "value"},
     {"edits.replace_lattice.lattice.size", "--size"},
     {"edits.replace_lattice.lattice.degree", "--degree"},
+    {"edits.replace_lattice.lattice.outside", "outside"},
     {"edits.replace_lattice.lattice", kLatticeFlag},
     {"edits.reset.target", "--to"},
     {"edits.undo.scope", "--scope"},
@@ -75,6 +76,7 @@ constexpr auto kFieldFlags = std::to_array<FieldFlag>({
     {"fit.size", "--size"},
     {"fit.degree", "--degree"},
     {"fit.padding", "--padding"},
+    {"lattice.outside", "--outside"},
     {"lattice", kLatticeFlag},
 });
 

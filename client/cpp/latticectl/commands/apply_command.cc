@@ -20,6 +20,7 @@
 #include "client/cpp/library/patches/lattice_from_proto.h"
 #include "core/base/status_macros.h"
 #include "core/ffd/deformed_mesh.h"
+#include "core/ffd/outside/outside_map.h"
 #include "fmt/format.h"
 
 namespace latticed::client {
@@ -82,13 +83,14 @@ absl::Status RunVerticesOnly(const ApplyFlags& flags, Console console) {
   LATTICED_ASSIGN_OR_RETURN(const auto file, ReadMeshFile(flags.mesh));
   LATTICED_ASSIGN_OR_RETURN(auto mesh, ParseMesh(file));
   LATTICED_ASSIGN_OR_RETURN(const auto proto, ReadLattice(flags.lattice));
-  LATTICED_ASSIGN_OR_RETURN(const auto lattice, FromProto(proto));
+  LATTICED_ASSIGN_OR_RETURN(const auto lattice, FromProto(proto, mesh.positions));
   MeshUnits units{UpAxisName(flags.units.up_axis()), flags.units.meters_per_unit()};
   if (file.format == MeshFormat::kGlb) units = WithGltfDefaults(units);
   mesh.normals.clear();  // those of the file are wrong after a deformation
   mesh.corner_normals.clear();
-  LATTICED_ASSIGN_OR_RETURN(
-      mesh, DeformedMesh(std::move(mesh), lattice.structure, lattice.control_points));
+  const OutsideMap outside(lattice.structure);
+  LATTICED_ASSIGN_OR_RETURN(mesh, DeformedMesh(std::move(mesh), outside.continued(),
+                                               outside.Continue(lattice.control_points)));
   LATTICED_RETURN_IF_ERROR(WriteMeshFile(
       flags.output, mesh, {.units = units, .source = file.bytes, .source_format = file.format}));
   const double seconds = absl::ToDoubleSeconds(absl::Now() - start);

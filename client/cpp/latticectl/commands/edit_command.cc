@@ -18,6 +18,7 @@
 #include "client/cpp/latticectl/commands/folds_line.h"
 #include "client/cpp/latticectl/commands/ray_flag.h"
 #include "client/cpp/latticectl/geometry/lattice_json.h"
+#include "client/cpp/latticectl/geometry/outside_text.h"
 #include "client/cpp/latticectl/output/output.h"
 #include "client/cpp/latticectl/session/session.h"
 #include "core/base/sha256.h"
@@ -34,6 +35,7 @@ struct EditFlags : ServerFlags {
   std::vector<double> by;             // --by of drag, instead of --to
   std::vector<double> ray, at;        // drag moves this point; one of the two is set
   std::string lattice, size, degree;  // of replace; of resize, "u,v,w"
+  std::string outside;                // of outside
   bool keep_shape = false, refuse_folds = false;
   double knot = 0;
   v1::LatticeAxis axis = v1::LATTICE_AXIS_U;
@@ -208,6 +210,15 @@ absl::Status MakeResize(const EditFlags& flags, const v1::LatticeState& state, C
   return absl::OkStatus();
 }
 
+// The scene's own lattice, with another continuation. Whoever edits meanwhile makes the server refuse it.
+absl::Status MakeOutside(const EditFlags& flags, const v1::LatticeState& state, Client&,
+                         v1::Edit& edit) {
+  v1::Lattice& lattice = *edit.mutable_replace_lattice()->mutable_lattice();
+  lattice = state.lattice();
+  LATTICED_ASSIGN_OR_RETURN(*lattice.mutable_outside(), ParseOutside(flags.outside));
+  return absl::OkStatus();
+}
+
 // For edits that depend only on flags.
 EditMaker FromFlags(void (*fill)(const EditFlags&, v1::Edit&)) {
   return [fill](const EditFlags& flags, const v1::LatticeState&, Client&, v1::Edit& edit) {
@@ -226,6 +237,7 @@ absl::Status Run(const EditFlags& flags, const EditMaker& make, Client& client, 
   batch.set_structure_id(lattice.structure_id());
   batch.set_refuse_folds(flags.refuse_folds);
   LATTICED_RETURN_IF_ERROR(make(flags, lattice, client, *batch.add_edits()));
+  if (!flags.outside.empty()) batch.set_expected_revision(lattice.revision());
   LATTICED_ASSIGN_OR_RETURN(const auto result, client.ApplyEdits(batch));
   std::string text = fmt::format(
       "revision {}: {} patches in {} knot boxes changed, largest move {}\n", result.revision(),
@@ -329,6 +341,11 @@ void AddEditCommands(CLI::App& app, CommandLine& line) {
       ->type_name(kFileType);
   replace->add_flag("--keep-shape", flags->keep_shape,
                     "Fits the control points to the present shape; the frame must be the scene's");
+  add("outside", "Changes what goes on outside the lattice, and nothing inside",
+      "edit outside my-scene falloff:0.3", MakeOutside)
+      ->add_option("outside", flags->outside, kOutsideHelp)
+      ->required()
+      ->check(CheckOutside);
   CLI::App* reset = add("reset", "Puts all control points back", "edit reset my-scene --to initial",
                         FromFlags([](const EditFlags& from, v1::Edit& to) {
                           to.mutable_reset()->set_target(from.target);

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <ostream>
+#include <vector>
 
 #include "absl/strings/numbers.h"
 #include "client/cpp/latticectl/command_line/value_types.h"
@@ -15,7 +16,9 @@
 #include "client/cpp/latticectl/geometry/bent_lattice.h"
 #include "client/cpp/latticectl/geometry/files.h"
 #include "client/cpp/latticectl/geometry/lattice_json.h"
+#include "client/cpp/latticectl/geometry/outside_text.h"
 #include "client/cpp/latticectl/output/output.h"
+#include "client/cpp/library/patches/lattice_from_proto.h"
 #include "core/base/status_macros.h"
 #include "core/mesh/mesh_io.h"
 #include "core/mesh/sample_meshes.h"
@@ -31,19 +34,42 @@ double Radians(double degrees) { return degrees * std::numbers::pi / 180; }
 struct LatticeFlags {
   std::string mesh;
   FitFlags fit;
+  std::vector<double> box;  // in place of the fit's: the lowest and the highest corner
+  std::string outside;
   double twist = 0, bend = 0;  // degrees
   std::string output;
   bool json = false;
 };
 
+// The box of a lattice: that of --box, or the mesh's with --padding.
+absl::StatusOr<Lattice> LatticeOf(const LatticeFlags& flags, const PolygonMesh& mesh) {
+  Bounds bounds = mesh.ComputeBounds();
+  double padding = flags.fit.padding;
+  if (!flags.box.empty()) {
+    bounds = {{flags.box[0], flags.box[1], flags.box[2]},
+              {flags.box[3], flags.box[4], flags.box[5]}};
+    padding = 0;
+    const bool is_box = IsFinite(bounds.extent()) && bounds.extent().x > 0 &&
+                        bounds.extent().y > 0 && bounds.extent().z > 0;
+    if (!is_box) {
+      return absl::InvalidArgumentError(
+          "--box: each coordinate of the second corner must be above the first one's");
+    }
+  }
+  return FitLattice(bounds, ParseAxes(flags.fit.size), ParseAxes(flags.fit.degree), padding);
+}
+
 absl::Status RunLattice(const LatticeFlags& flags, Console console) {
   LATTICED_ASSIGN_OR_RETURN(const auto file, ReadMeshFile(flags.mesh));
   LATTICED_ASSIGN_OR_RETURN(const auto mesh, ParseMesh(file));
-  LATTICED_ASSIGN_OR_RETURN(auto lattice,
-                            FitLattice(mesh.ComputeBounds(), ParseAxes(flags.fit.size),
-                                       ParseAxes(flags.fit.degree), flags.fit.padding));
+  LATTICED_ASSIGN_OR_RETURN(auto lattice, LatticeOf(flags, mesh));
   BendLattice(Radians(flags.twist), Radians(flags.bend), lattice);
-  const std::string json = MessageJson(ToProto(lattice));
+  v1::Lattice proto = ToProto(lattice);
+  if (!flags.outside.empty()) {
+    LATTICED_ASSIGN_OR_RETURN(*proto.mutable_outside(), ParseOutside(flags.outside));
+    LATTICED_RETURN_IF_ERROR(FromProto(proto, mesh.positions).status());
+  }
+  const std::string json = MessageJson(proto);
   if (flags.output.empty()) {
     console.out << json;
     return absl::OkStatus();
@@ -99,6 +125,13 @@ void AddLatticeCommand(CLI::App& app, CommandLine& line) {
       ->required()
       ->type_name(kFileType);
   AddFitFlags(*command, flags->fit);
+  command
+      ->add_option("--box", flags->box,
+                   "Box X,Y,Z,X,Y,Z of the lattice, by two corners, in place of the mesh's")
+      ->delimiter(',')
+      ->expected(6)
+      ->excludes(command->get_option("--padding"));
+  command->add_option("--outside", flags->outside, kOutsideHelp)->check(CheckOutside);
   const auto add_angle = [&](const char* name, double& angle, const char* text) {
     command->add_option(name, angle, text)->check(CheckAngle)->capture_default_str();
   };

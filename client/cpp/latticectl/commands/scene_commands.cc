@@ -20,6 +20,7 @@
 #include "core/base/status_macros.h"
 #include "core/mesh/mesh_units.h"
 #include "fmt/format.h"
+#include "fmt/ranges.h"
 
 namespace latticed::client {
 namespace {
@@ -63,6 +64,12 @@ std::string ToleranceText(const v1::ViewOptions& view) {
   return view.tolerance() > 0 ? fmt::format("tolerance {:.6g}, at most ", view.tolerance()) : "";
 }
 
+std::string OutsideText(const v1::LatticeOutside& outside) {
+  if (outside.mode() <= v1::OUTSIDE_MODE_FIXED) return "";
+  const char* kind = outside.mode() == v1::OUTSIDE_MODE_LINEAR ? "linear" : "falloff";
+  return fmt::format(", {} outside of widths {}", kind, fmt::join(outside.widths(), ","));
+}
+
 std::string SceneText(const v1::Scene& scene) {
   TextTable table;
   table.AddRow({"scene", scene.id()});
@@ -74,8 +81,8 @@ std::string SceneText(const v1::Scene& scene) {
     table.AddRow({"crease angle", fmt::format("{} degrees", scene.crease_angle())});
   }
   for (const auto& lattice : scene.lattices()) {
-    table.AddRow({"lattice",
-                  fmt::format("size {}, degree {}", Axes(lattice.size()), Axes(lattice.degree()))});
+    table.AddRow({"lattice", fmt::format("size {}, degree {}{}", Axes(lattice.size()),
+                                         Axes(lattice.degree()), OutsideText(lattice.outside()))});
   }
   table.AddRow({"revision", FormatCount(scene.revision())});
   table.AddRow({"structure", FormatCount(scene.structure_id())});

@@ -3,6 +3,8 @@
 #ifndef LATTICED_CLIENT_CPP_LIBRARY_PATCHES_LATTICE_FROM_PROTO_H_
 #define LATTICED_CLIENT_CPP_LIBRARY_PATCHES_LATTICE_FROM_PROTO_H_
 
+#include <span>
+
 #include "absl/status/statusor.h"
 #include "core/base/vec.h"
 #include "core/ffd/lattice.h"
@@ -14,7 +16,9 @@ namespace latticed::client {
 [[nodiscard]] Vec3d FromProto(const v1::Vec3& proto);
 // A lattice whose missing fields have the defaults of the protocol. Errors: those of Validate(Lattice), as a server
 // would report them.
-[[nodiscard]] absl::StatusOr<Lattice> FromProto(const v1::Lattice& proto);
+// `mesh` has the points of the rest world that a linear continuation without widths reaches. A server has filled them in.
+[[nodiscard]] absl::StatusOr<Lattice> FromProto(const v1::Lattice& proto,
+                                                std::span<const Vec3d> mesh = {});
 
 }  // namespace latticed::client
 

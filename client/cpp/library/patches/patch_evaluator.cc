@@ -103,7 +103,10 @@ void MoveToLowerBox(std::array<int32_t, 3> sums, const std::array<bool, 3>& lowe
 
 PatchEvaluator::PatchEvaluator(std::shared_ptr<const PatchPlan> plan,
                                const LatticeStructure& structure)
-    : plan_(std::move(plan)), size_(structure.size), polynomials_(structure, plan_->header) {}
+    : plan_(std::move(plan)),
+      outside_(structure),
+      size_(outside_.continued().size),
+      polynomials_(outside_.continued(), plan_->header) {}
 
 absl::StatusOr<PatchEvaluator> PatchEvaluator::Create(std::shared_ptr<const PatchPlan> plan,
                                                       const LatticeStructure& structure) {
@@ -114,7 +117,7 @@ absl::StatusOr<PatchEvaluator> PatchEvaluator::Create(std::shared_ptr<const Patc
     return error::InvalidField("plan", "has patches outside the frame, but no box of theirs");
   }
   PatchEvaluator evaluator(std::move(plan), structure);
-  LATTICED_RETURN_IF_ERROR(evaluator.CheckSeams(structure));
+  LATTICED_RETURN_IF_ERROR(evaluator.CheckSeams(evaluator.outside_.continued()));
   LATTICED_RETURN_IF_ERROR(evaluator.FindBoxes());
   return evaluator;
 }
@@ -259,24 +262,24 @@ void PatchEvaluator::EvaluatePatch(size_t p, const AdaptivePattern& pattern,
   }
 }
 
-absl::Status PatchEvaluator::CheckControlPoints(std::span<const Vec3d> control_points) const {
-  const auto expected =
-      static_cast<size_t>(size_[0]) * static_cast<size_t>(size_[1]) * static_cast<size_t>(size_[2]);
-  if (control_points.size() == expected) return absl::OkStatus();
+absl::StatusOr<std::vector<Vec3d>> PatchEvaluator::Continued(
+    std::span<const Vec3d> control_points) const {
+  const auto expected = static_cast<size_t>(outside_.structure().control_point_count());
+  if (control_points.size() == expected) return outside_.Continue(control_points);
   return error::InvalidField("control_points", fmt::format("has {} points, {} are needed",
                                                            control_points.size(), expected));
 }
 
 absl::StatusOr<double> PatchEvaluator::PositionError(std::span<const Vec3d> control_points) {
-  LATTICED_RETURN_IF_ERROR(CheckControlPoints(control_points));
-  polynomials_.Update(control_points, used_boxes_);
+  LATTICED_ASSIGN_OR_RETURN(const auto continued, Continued(control_points));
+  polynomials_.Update(continued, used_boxes_);
   return polynomials_.PositionError(used_boxes_);
 }
 
 absl::Status PatchEvaluator::Evaluate(std::span<const Vec3d> control_points,
                                       std::span<const uint8_t> edge_bounds, double tolerance,
                                       PatchSurface* surface) {
-  LATTICED_RETURN_IF_ERROR(CheckControlPoints(control_points));
+  LATTICED_ASSIGN_OR_RETURN(const auto continued, Continued(control_points));
   if (edge_bounds.size() != plan_->header.edge_count) {
     return error::InvalidField(
         "edge_bounds",
@@ -284,8 +287,8 @@ absl::Status PatchEvaluator::Evaluate(std::span<const Vec3d> control_points,
   }
   if (!(tolerance > 0)) return error::InvalidField("tolerance", "must be above 0");
   LATTICED_RETURN_IF_ERROR(ChoosePatterns(edge_bounds, tolerance, surface));
-  polynomials_.Update(control_points, used_boxes_);
-  FindAttached(control_points);
+  polynomials_.Update(continued, used_boxes_);
+  FindAttached(continued);
   PointBatch batch(polynomials_, surface->positions.data(),
                    surface->normals.empty() ? nullptr : surface->normals.data());
   auto triangle = surface->triangles.begin();

@@ -36,6 +36,7 @@
 #include "core/adaptive/adaptive_pattern.h"
 #include "core/base/vec.h"
 #include "core/ffd/lattice.h"
+#include "core/ffd/outside/outside_map.h"
 #include "core/patches/patch_plan.h"
 
 namespace latticed::client {
@@ -71,7 +72,8 @@ class PatchEvaluator {
   PatchEvaluator(std::shared_ptr<const PatchPlan> plan, const LatticeStructure& structure);
   absl::Status FindBoxes();
   absl::Status CheckSeams(const LatticeStructure& structure) const;
-  absl::Status CheckControlPoints(std::span<const Vec3d> control_points) const;
+  // The control points of the lattice that the plan is of.
+  absl::StatusOr<std::vector<Vec3d>> Continued(std::span<const Vec3d> control_points) const;
   void FindAttached(std::span<const Vec3d> control_points);
   absl::Status ChoosePatterns(std::span<const uint8_t> edge_bounds, double tolerance,
                               PatchSurface* surface) const;
@@ -81,6 +83,7 @@ class PatchEvaluator {
   void EvaluatePatch(size_t patch, const AdaptivePattern& pattern, PointBatch* batch) const;
 
   std::shared_ptr<const PatchPlan> plan_;
+  OutsideMap outside_;
   std::array<int, 3> size_;
   BoxPolynomials polynomials_;
   std::vector<uint32_t> patch_boxes_;  // by patch; 0 is the outside box

@@ -18,6 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from latticed.lattice import Lattice
+from latticed.outside import continued
 from latticed.patches.box_table import BoxTable
 from latticed.patches.integer_points import IntegerPoints, for_positions, in_own_spans
 from latticed.patches.pattern_rule import make_pattern
@@ -46,6 +47,7 @@ class PatchEvaluator:
         self._plan = plan
         self._revision = lattice.revision
         self._dtype = dtype
+        lattice = continued(lattice, plan.seams.identity_points)
         self._boxes = BoxTable(plan, lattice, dtype)
         attached = plan.seams.attached(lattice)
         self._attached_vertices = np.zeros(len(plan.places), dtype=bool)

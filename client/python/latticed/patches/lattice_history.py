@@ -3,6 +3,7 @@
 """The lattice of a stream at its newest revisions."""
 from __future__ import annotations
 
+import dataclasses
 from typing import Any, List, Optional
 
 import numpy as np
@@ -42,9 +43,7 @@ class LatticeHistory:
             raise LatticedError.data_loss("a lattice_delta names a control point that does not exist")
         points[indices] = np.array(delta.positions, dtype=float).reshape(-1, 3)
         shaped = points.reshape(old.control_points.shape)
-        self._lattices.append(
-            Lattice(shaped, old.degree, old.knots, old.origin, old.edges, old.structure_id, delta.revision)
-        )
+        self._lattices.append(dataclasses.replace(old, control_points=shaped, revision=delta.revision))
 
     def at(self, revision: int) -> Optional[Lattice]:
         """The lattice at a revision, and forgets all older ones. If a lattice_state has skipped that revision, the

@@ -153,6 +153,7 @@ function editCommands(app: CommandTarget): Command[] {
     onEditable('reset', 'Reset to rest', ({ session }) => session.reset('identity'), { icon: 'reset' }),
     onEditable('reset-initial', 'Reset to the first lattice', ({ session }) => session.reset('initial')),
     onEditable('resize', 'Size and degree…', (scene) => scene.resizeLattice()),
+    onEditable('outside', 'Outside the lattice…', (scene) => scene.chooseOutside()),
     onEditable('knot', 'Insert knot plane…', (scene) => scene.placeKnot(), { keys: ['K'], icon: 'knot' }),
   ];
 }

@@ -6,7 +6,7 @@ import type { Lattice, LatticeFrame } from './lattice';
 import type { Basis } from './vec';
 
 /** A lattice without its control points. */
-export type LatticeStructure = Pick<Lattice, 'frame' | 'degree' | 'size' | 'knots'>;
+export type LatticeStructure = Pick<Lattice, 'frame' | 'degree' | 'size' | 'knots' | 'outside'>;
 
 /** One integer per axis u, v, w. */
 export type Axes = readonly [number, number, number];
@@ -71,6 +71,10 @@ export function sameStructure(a: LatticeStructure, b: LatticeStructure): boolean
     equal(a.degree, b.degree) &&
     equal(a.size, b.size) &&
     equal(a.frame.origin, b.frame.origin) &&
+    a.outside?.mode === b.outside?.mode &&
+    a.outside?.smooth === b.outside?.smooth &&
+    equal(a.outside?.widths ?? [], b.outside?.widths ?? []) &&
+    equal(a.outside?.steps ?? [], b.outside?.steps ?? []) &&
     AXES.every((axis) => equal(a.knots[axis], b.knots[axis]) && equal(frameEdges(a.frame)[axis], frameEdges(b.frame)[axis]))
   );
 }

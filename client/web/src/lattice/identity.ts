@@ -32,12 +32,14 @@ export function grevilleAbscissae(knots: ArrayLike<number>, degree: number, size
   });
 }
 
-/** Maps a point of the knot domain to the world by the rest lattice's frame. */
+/** Maps a point of the knot domain to the world by the rest lattice's frame, to the same bits as the server. */
 export function restPosition(structure: LatticeStructure, parameter: Vec3): Vec3 {
   let p = structure.frame.origin;
   for (const axis of AXES) {
     const [begin, end] = domain(structure, axis);
-    p = add(p, scale(frameEdges(structure.frame)[axis], (parameter[axis] - begin) / (end - begin)));
+    const [x, y, z] = frameEdges(structure.frame)[axis];
+    const length = end - begin;
+    p = add(p, scale([x / length, y / length, z / length], parameter[axis] - begin));
   }
   return p;
 }
@@ -60,10 +62,10 @@ export function identityPoints(structure: LatticeStructure): Float64Array {
 
 /** A lattice at rest with another size and degree. An axis that keeps both keeps its knots; others get uniform ones. */
 export function resized(before: LatticeStructure, size: Axes, degree: Axes): Lattice {
-  const { frame } = before;
+  const { frame, outside } = before;
   const isKept = (axis: Axis): boolean => size[axis] === before.size[axis] && degree[axis] === before.degree[axis];
   const knots = knotVectors((axis) => (isKept(axis) ? before.knots[axis] : clampedUniformKnots(degree[axis], size[axis])));
-  return new Lattice(frame, degree, size, knots, identityPoints({ frame, degree, size, knots }));
+  return new Lattice(frame, degree, size, knots, identityPoints({ frame, degree, size, knots }), outside);
 }
 
 /** One knot vector per axis. */

@@ -1,6 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 
+import type { Outside } from './outside';
+
 /** Three world coordinates, or one number per axis. */
 export type Vec3 = readonly [number, number, number];
 
@@ -28,6 +30,8 @@ export class Lattice {
     readonly knots: readonly [Float64Array, Float64Array, Float64Array],
     /** Control points in world units, x y z each. Changed in place by edits. */
     readonly points: Float64Array,
+    /** How it goes on outside the frame; undefined: points outside stay. */
+    readonly outside?: Outside,
   ) {}
 
   /** Number of control points. */
@@ -37,6 +41,6 @@ export class Lattice {
 
   /** The same lattice with its own copy of the control points. */
   clone(): Lattice {
-    return new Lattice(this.frame, this.degree, this.size, this.knots, this.points.slice());
+    return new Lattice(this.frame, this.degree, this.size, this.knots, this.points.slice(), this.outside);
   }
 }

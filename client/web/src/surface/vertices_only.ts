@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 import type { Lattice } from '../lattice/lattice';
+import { OutsideMap } from '../lattice/outside';
 import { PlacedPoints } from '../lattice/placed_points';
 import type { PatchOrigins, RestCorners } from './patch_source';
 
@@ -13,7 +14,7 @@ export class VerticesOnly {
   private readonly vertices: Float64Array;
   /** Per corner of a face, the number of its vertex. */
   private readonly vertexOf: Int32Array;
-  private placed: { readonly lattice: Lattice; readonly points: PlacedPoints } | undefined;
+  private placed: { readonly lattice: Lattice; readonly outside: OutsideMap; readonly points: PlacedPoints } | undefined;
 
   constructor(private readonly origins: PatchOrigins, private readonly rest: RestCorners) {
     const { vertices, vertexOf } = sourceVertices(origins, rest);
@@ -23,8 +24,11 @@ export class VerticesOnly {
 
   /** Nine per patch, like RestCorners and about the same origin: the corners of all patches in the flat triangles. */
   corners(lattice: Lattice): Float32Array {
-    if (this.placed?.lattice !== lattice) this.placed = { lattice, points: new PlacedPoints(lattice, this.vertices) };
-    const moved = this.placed.points.deformed(lattice.points);
+    if (this.placed?.lattice !== lattice) {
+      const outside = new OutsideMap(lattice);
+      this.placed = { lattice, outside, points: new PlacedPoints(outside.continued, this.vertices) };
+    }
+    const moved = this.placed.points.deformed(this.placed.outside.points(lattice.points));
     const { corners, barycentrics } = this.origins;
     const { origin } = this.rest;
     const out = new Float32Array(barycentrics.length);

@@ -33,7 +33,7 @@ export function latticeFromJson(text: string): Lattice {
   const structure: LatticeStructure = { degree, size, knots, frame: given.frame };
   Object.entries(given.frame).forEach(([name, vector]) => checkFinite(name, vector as readonly number[]));
   const points = allOrNone('controlPoints', given.points, 3 * pointCount(size)) ?? identityPoints(structure);
-  return new Lattice(structure.frame, degree, size, knots, points);
+  return new Lattice(structure.frame, degree, size, knots, points, given.outside);
 }
 
 function parse(text: string): LatticeMessage {

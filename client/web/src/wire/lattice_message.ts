@@ -1,9 +1,13 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-import { create } from '@bufbuild/protobuf';
-import { LatticeSchema, type Lattice as LatticeMessage, type LatticeAxes } from 'latticed/v1/lattice_pb';
+import { create, type MessageInitShape } from '@bufbuild/protobuf';
+import {
+  LatticeSchema, OutsideContinuity, OutsideMode,
+  type Lattice as LatticeMessage, type LatticeAxes, type LatticeOutside, type LatticeOutsideSchema,
+} from 'latticed/v1/lattice_pb';
 import type { Vec3 as Vec3Message } from 'latticed/v1/common_pb';
 import { Lattice, type Vec3 } from '../lattice/lattice';
+import type { Outside } from '../lattice/outside';
 
 /** From a message that has all fields, as in LatticeState. An absent field becomes zeros or an empty array. */
 export function toLattice(message: LatticeMessage): Lattice {
@@ -12,7 +16,7 @@ export function toLattice(message: LatticeMessage): Lattice {
     { origin: vector(frame?.origin), u: vector(frame?.u), v: vector(frame?.v), w: vector(frame?.w) },
     axes(message.degree), axes(message.size),
     [Float64Array.from(message.knotsU), Float64Array.from(message.knotsV), Float64Array.from(message.knotsW)],
-    Float64Array.from(message.controlPoints));
+    Float64Array.from(message.controlPoints), toOutside(message.outside));
 }
 
 export function fromLattice(lattice: Lattice): LatticeMessage {
@@ -25,7 +29,28 @@ export function fromLattice(lattice: Lattice): LatticeMessage {
     knotsV: Array.from(lattice.knots[1]),
     knotsW: Array.from(lattice.knots[2]),
     controlPoints: Array.from(lattice.points),
+    outside: lattice.outside && fromOutside(lattice.outside),
   });
+}
+
+/** One number for all six sides becomes six. */
+export function toOutside(message: LatticeOutside | undefined): Outside | undefined {
+  const mode = message?.mode === OutsideMode.FALLOFF ? 'falloff' : message?.mode === OutsideMode.LINEAR ? 'linear' : undefined;
+  if (!message || !mode) return undefined;
+  const sides = (numbers: readonly number[]): number[] =>
+    numbers.length === 1 ? new Array<number>(6).fill(numbers[0]!) : [...numbers];
+  return {
+    mode, smooth: message.continuity !== OutsideContinuity.C0, widths: sides(message.widths), steps: sides(message.steps),
+  };
+}
+
+function fromOutside({ mode, smooth, widths, steps }: Outside): MessageInitShape<typeof LatticeOutsideSchema> {
+  return {
+    mode: mode === 'falloff' ? OutsideMode.FALLOFF : OutsideMode.LINEAR,
+    continuity: smooth ? OutsideContinuity.UNSPECIFIED : OutsideContinuity.C0,
+    widths: [...widths],
+    steps: [...steps],
+  };
 }
 
 export function vector(message: Vec3Message | undefined): [number, number, number] {

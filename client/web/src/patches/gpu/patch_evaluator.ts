@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 import type { LatticeStructure } from '../../lattice/grid';
+import { OutsideMap } from '../../lattice/outside';
 import { ADAPTIVE_WHOLE } from '../../surface/patches/adaptive_pattern';
 import { BoxPolynomials } from '../box_polynomials';
 import { conormals } from '../conormals';
@@ -26,6 +27,7 @@ export interface EvaluatorChange {
 export class PatchEvaluator {
   readonly buffers: PointBuffers;
   readonly boxes: BoxPolynomials;
+  private readonly outside: OutsideMap;
   private readonly tables: PatchTables;
   private readonly seams: SeamStates;
   private readonly program: WebGLProgram;
@@ -35,11 +37,13 @@ export class PatchEvaluator {
 
   /** Throws, in words, if the GPU or its driver cannot do it. */
   constructor(private readonly gl: WebGL2RenderingContext, plan: PatchPlan, structure: LatticeStructure) {
-    this.boxes = new BoxPolynomials(structure, plan.origin, plan.outside);
+    this.outside = new OutsideMap(structure);
+    const { continued } = this.outside;
+    this.boxes = new BoxPolynomials(continued, plan.origin, plan.outside);
     this.tables = new PatchTables(plan, this.boxes.steps, (axis, span) => this.boxes.isSmoothBelow(axis, span));
-    this.seams = new SeamStates(plan.seams, structure.size);
-    this.program = evaluationProgram(gl, structure.degree);
-    setConstants(gl, this.program, { denominator: ADAPTIVE_WHOLE, boxSteps: this.boxes.steps, conormals: conormals(structure) });
+    this.seams = new SeamStates(plan.seams, continued.size);
+    this.program = evaluationProgram(gl, continued.degree);
+    setConstants(gl, this.program, { denominator: ADAPTIVE_WHOLE, boxSteps: this.boxes.steps, conormals: conormals(continued) });
     this.textures = {
       patches: new NumberTexture(gl, TEXTURES.patches, this.tables.patches),
       seams: new NumberTexture(gl, TEXTURES.seams, this.tables.seams),
@@ -59,7 +63,7 @@ export class PatchEvaluator {
 
   /** These control points have moved, all if absent. The next `update` takes them into account. */
   moved(indices?: Iterable<number>): void {
-    this.boxes.moved(indices);
+    this.boxes.moved(indices && this.outside.reached(indices));
   }
 
   /** The box of a patch's own spans. */
@@ -68,7 +72,8 @@ export class PatchEvaluator {
   }
 
   /** Takes the control points: computes the boxes that moved ones affect, and which seams are attached. */
-  update(points: Float64Array): EvaluatorChange {
+  update(given: Float64Array): EvaluatorChange {
+    const points = this.outside.points(given);
     const changed = this.boxes.update(points);
     const { perBox, numbers } = this.boxes;
     for (let i = 0; i < changed.length;) {

@@ -1,0 +1,110 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What goes on outside the lattice, on the command line: lattice --box --outside, edit outside, apply --vertices-only.
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "client/cpp/latticectl/geometry/files.h"
+#include "client/cpp/latticectl/geometry/lattice_json.h"
+#include "client/cpp/latticectl/geometry/outside_text.h"
+#include "client/cpp/latticectl/output/output.h"
+#include "client/cpp/library/latticed_client.h"
+#include "tests/client/latticectl_server_fixture.h"
+
+namespace latticed::client {
+namespace {
+
+using ::testing::HasSubstr;
+
+class LatticectlOutside : public LatticectlServer {
+ protected:
+  // Around the lower half of the vase, and more of its neighbourhood.
+  std::vector<std::string> HalfLattice(const std::string& outside) const {
+    return {"lattice",   Path("vase.obj"), "--box", "-3,-3,-1,3,3,1",
+            "--outside", outside,          "-o",    Path("half.json")};
+  }
+  v1::Lattice LatticeOf(const std::string& scene) {
+    const auto state = Client::Connect({.address = address()})->GetLattice(scene);
+    EXPECT_OK(state);
+    return state.ok() ? state->lattice() : v1::Lattice();
+  }
+  v1::LatticeOutside OutsideOf(const std::string& scene) { return LatticeOf(scene).outside(); }
+};
+
+TEST_F(LatticectlOutside, ALatticeAroundAPartGoesOn) {
+  MustRun(HalfLattice("falloff:0,0,0,0,0,0.5:c0"));
+  const auto lattice = ReadLattice(Path("half.json"));
+  ASSERT_OK(lattice);
+  EXPECT_EQ(lattice->frame().origin().z(), -1);
+  EXPECT_EQ(lattice->frame().w().z(), 2);
+  EXPECT_EQ(lattice->outside().mode(), v1::OUTSIDE_MODE_FALLOFF);
+  EXPECT_EQ(lattice->outside().continuity(), v1::OUTSIDE_CONTINUITY_C0);
+  EXPECT_EQ(lattice->outside().widths(5), 0.5);
+  EXPECT_THAT(Run({"scene", "create", Path("vase.obj"), "--id", "scene-one", "--lattice",
+                   Path("half.json")}),
+              HasSubstr("falloff outside of widths 0,0,0,0,0,0.5"));
+  EXPECT_EQ(OutsideOf("scene-one").steps_size(), 6);
+}
+
+TEST_F(LatticectlOutside, VerticesFollowIt) {
+  MustRun(HalfLattice("linear"));
+  auto lattice = ReadLattice(Path("half.json"));
+  ASSERT_OK(lattice);
+  // A shear of x by z, which goes on as it is.
+  for (int n = 0; n + 2 < lattice->control_points_size(); n += 3) {
+    lattice->set_control_points(n,
+                                lattice->control_points(n) + 0.5 * lattice->control_points(n + 2));
+  }
+  ASSERT_OK(WriteFile(Path("half.json"), MessageJson(*lattice)));
+  MustRun({"apply", Path("vase.obj"), "--lattice", Path("half.json"), "-o", Path("out.obj"),
+           "--vertices-only"});
+  const auto before = ParseMesh(*ReadMeshFile(Path("vase.obj")));
+  const auto after = ParseMesh(*ReadMeshFile(Path("out.obj")));
+  ASSERT_OK(after);
+  ASSERT_EQ(after->positions.size(), before->positions.size());
+  double highest = 0;
+  for (size_t n = 0; n < after->positions.size(); ++n) {
+    const Vec3d p = before->positions[n], q = after->positions[n];
+    EXPECT_LE(std::abs(q.x - (p.x + 0.5 * p.z)), 1e-5 * (1 + std::abs(p.x)));
+    highest = std::max(highest, p.z);
+  }
+  EXPECT_GT(highest, 1.1) << "nothing of the mesh is outside";
+}
+
+TEST_F(LatticectlOutside, ASceneIsGivenAnother) {
+  MustRun(HalfLattice("fixed"));
+  Run({"scene", "create", Path("vase.obj"), "--id", "scene-one", "--lattice", Path("half.json")});
+  Run({"edit", "move", "scene-one", "--point", "1,1,3", "--by", "0,0,0.25"});
+  const v1::Lattice before = LatticeOf("scene-one");
+  EXPECT_FALSE(before.has_outside());
+  Run({"edit", "outside", "scene-one", "falloff:0.3"});
+  const v1::Lattice after = LatticeOf("scene-one");
+  EXPECT_EQ(OutsideOf("scene-one").widths_size(), 6);
+  EXPECT_TRUE(std::equal(before.control_points().begin(), before.control_points().end(),
+                         after.control_points().begin()));
+  Run({"edit", "outside", "scene-one", "linear:2"});
+  EXPECT_EQ(OutsideOf("scene-one").mode(), v1::OUTSIDE_MODE_LINEAR);
+  Run({"edit", "outside", "scene-one", "fixed"});
+  EXPECT_EQ(OutsideOf("scene-one").mode(), v1::OUTSIDE_MODE_UNSPECIFIED);
+}
+
+TEST_F(LatticectlOutside, BadOnesAreRefused) {
+  for (const char* text : {"round", "falloff", "falloff:x", "falloff:1,2", "falloff:0.3:c2",
+                           "linear:1,2", "fixed:1", "linear:1:c0"}) {
+    SCOPED_TRACE(text);
+    EXPECT_THAT(CheckOutside(text), HasSubstr("is not fixed, linear"));
+    EXPECT_NE(Latticectl(HalfLattice(text)).code, 0);
+  }
+  // What the text alone does not show.
+  EXPECT_THAT(Latticectl(HalfLattice("falloff:-1")).err, HasSubstr("--outside"));
+  auto flat = HalfLattice("fixed");
+  flat[3] = "-3,-3,-1,3,3,-1";
+  EXPECT_THAT(Latticectl(flat).err, HasSubstr("--box"));
+  Run({"scene", "create", Path("vase.obj"), "--id", "scene-one"});
+  ExpectFailure({"edit", "outside", "scene-one", "falloff:5000"}, HasSubstr("outside"));
+}
+
+}  // namespace
+}  // namespace latticed::client

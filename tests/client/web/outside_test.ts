@@ -1,0 +1,95 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Lattices that go on outside their frame, against formula (1) of the given lattice.
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { evaluate } from '@src/lattice/bspline';
+import { fitLattice } from '@src/lattice/fitted_lattice';
+import { domain, indexOf, sameStructure } from '@src/lattice/grid';
+import { identityPoints } from '@src/lattice/identity';
+import { Lattice, type Vec3 } from '@src/lattice/lattice';
+import { OutsideMap, type Outside } from '@src/lattice/outside';
+import { latticeFromJson, latticeToJson } from '@src/wire/lattice_json';
+
+const SIX = [0, 1, 2, 3, 4, 5] as const;
+const falloff = (smooth: boolean): Outside => ({ mode: 'falloff', smooth, widths: SIX.map(() => 0.3), steps: [] });
+const linear: Outside = { mode: 'linear', smooth: true, widths: SIX.map(() => 2), steps: [] };
+
+function latticeOf(degree: Vec3, outside: Outside, move: (p: Vec3) => Vec3): Lattice {
+  const size = degree.map((n, axis) => n + 1 + axis) as unknown as Vec3;
+  const fit = fitLattice({ min: [-1, 0, 2], max: [1, 1, 2.5] }, { size, degree, padding: 0.1 });
+  const points = fit.points.slice();
+  for (let at = 0; at < points.length; at += 3) points.set(move([points[at]!, points[at + 1]!, points[at + 2]!]), at);
+  return new Lattice(fit.frame, degree, size, fit.knots, points, outside);
+}
+
+const wave = ([x, y, z]: Vec3): Vec3 => [x + 0.3 * Math.sin(5 * y), y + 0.2 * Math.cos(4 * z), z + 0.25 * x * x];
+
+/** A place in the frame, 0 to 1 inside. */
+function at(lattice: Lattice, place: Vec3): Vec3 {
+  const map = new OutsideMap(lattice);
+  const { frame, degree, size, knots } = map.continued;
+  const whole = new Lattice(frame, degree, size, knots, map.points(lattice.points));
+  return evaluate(whole, place.map((p, axis) => {
+    const [begin, end] = domain(lattice, axis as 0 | 1 | 2);
+    return begin + p * (end - begin);
+  }) as unknown as Vec3);
+}
+
+const distance = (a: Vec3, b: Vec3): number => Math.hypot(...a.map((x, i) => x - b[i]!));
+
+for (const degree of [[1, 2, 3], [2, 3, 1], [3, 1, 2], [2, 2, 2]] as const) {
+  for (const outside of [falloff(true), falloff(false), linear]) {
+    test(`degree ${degree}, ${outside.mode}, smooth ${outside.smooth}: the inside stays, and no face has a gap`, () => {
+      const lattice = latticeOf(degree, outside, wave);
+      for (const place of [[0.1, 0.5, 0.9], [0.999, 0.001, 0.3], [0, 1, 0.4]] as const) {
+        const inside = evaluate(lattice, place.map((p, a) => p * domain(lattice, a as 0 | 1 | 2)[1]) as unknown as Vec3);
+        assert.ok(distance(at(lattice, place), inside) < 1e-13);
+      }
+      assert.ok(distance(at(lattice, [1 - 1e-9, 0.4, 0.6]), at(lattice, [1 + 1e-9, 0.4, 0.6])) < 1e-7);
+      assert.ok(distance(at(lattice, [0.2, -1e-9, 0.6]), at(lattice, [0.2, 1e-9, 0.6])) < 1e-7);
+    });
+  }
+}
+
+test('a falloff ends at rest, and an affine map goes on linearly', () => {
+  const ended = latticeOf([2, 3, 1], falloff(true), wave);
+  const { origin, u, v, w } = ended.frame;
+  const rest = (place: Vec3): Vec3 => origin.map((x, c) => x + place[0] * u[c]! + place[1] * v[c]! + place[2] * w[c]!) as unknown as Vec3;
+  assert.ok(distance(at(ended, [1.3, 0.4, 0.6]), rest([1.3, 0.4, 0.6])) < 1e-13);
+  assert.ok(distance(at(ended, [1.15, 0.4, 0.6]), rest([1.15, 0.4, 0.6])) > 1e-2);
+
+  const shear = ([x, y, z]: Vec3): Vec3 => [x + 0.5 * y, y - 0.2 * z, 1.5 * z + 1];
+  const sheared = latticeOf([3, 2, 1], linear, shear);
+  assert.ok(distance(at(sheared, [2.5, -1, 1.7]), shear(rest([2.5, -1, 1.7]))) < 1e-12);
+});
+
+test('points at rest keep their bits, and a moved one reaches those that depend on it', () => {
+  const lattice = latticeOf([2, 2, 2], { ...falloff(true), widths: [0, 0.3, 0, 0, 0, 0] }, (p) => p);
+  const map = new OutsideMap(lattice);
+  const rest = identityPoints(map.continued);
+  assert.deepEqual(map.points(lattice.points), rest);
+  const moved = indexOf(lattice.size, [2, 1, 1]);
+  lattice.points[3 * moved]! += 0.1;
+  const points = map.points(lattice.points);
+  const changed = Array.from({ length: rest.length / 3 }, (_, i) => i).filter((i) => points[3 * i] !== rest[3 * i]);
+  assert.deepEqual(changed, [...map.reached([moved])]);
+  assert.ok(changed.length > 0);
+});
+
+test('nothing goes on without widths', () => {
+  const lattice = latticeOf([2, 2, 2], { ...falloff(true), widths: SIX.map(() => 0) }, wave);
+  const map = new OutsideMap(lattice);
+  assert.equal(map.continued, lattice);
+  assert.equal(map.points(lattice.points), lattice.points);
+  assert.deepEqual(map.reached([3]), [3]);
+});
+
+test('files keep it, and it is part of the structure', () => {
+  const lattice = latticeOf([2, 3, 1], falloff(false), wave);
+  const read = latticeFromJson(latticeToJson(lattice));
+  assert.deepEqual(read.outside, lattice.outside);
+  assert.ok(sameStructure(read, lattice));
+  assert.ok(!sameStructure(read, new Lattice(read.frame, read.degree, read.size, read.knots, read.points)));
+});
