@@ -43,6 +43,11 @@ SparseRow BasisRow(const LatticeStructure& s, Vec3d world) {
   return row;
 }
 
+void Scale(double weight, SparseRow& row) {
+  if (weight == 0) row = {};
+  for (double& value : row.values) value *= weight;
+}
+
 // Keeps the free control points of a row.
 void DropHeld(const PointFreedom& freedom, SparseRow& row) {
   size_t kept = 0;
@@ -141,14 +146,19 @@ ControlPointMoves DragMirrored(const PointFreedom& freedom, const std::vector<Sp
 }  // namespace
 
 ControlPointMoves DragToTargets(const Lattice& lattice, std::span<const Vec3d> points,
-                                std::span<const Vec3d> targets, const PointFreedom* freedom) {
+                                std::span<const Vec3d> targets, const PointFreedom* freedom,
+                                std::span<const double> weights) {
   std::vector<SparseRow> rows;
   std::vector<Vec3d> wanted;
   for (size_t i = 0; i < points.size(); ++i) {
     rows.push_back(BasisRow(lattice.structure, points[i]));
     if (freedom != nullptr) DropHeld(*freedom, rows.back());
-    wanted.push_back(targets[i] -
-                     EvaluateWorld(lattice.structure, lattice.control_points, points[i]).position);
+    Vec3d position = EvaluateWorld(lattice.structure, lattice.control_points, points[i]).position;
+    if (!weights.empty()) {
+      Scale(weights[i], rows.back());
+      position = points[i] + weights[i] * (position - points[i]);
+    }
+    wanted.push_back(targets[i] - position);
   }
   if (freedom != nullptr && freedom->is_mirrored()) return DragMirrored(*freedom, rows, wanted);
   ControlPointMoves moves{.indices = NumberColumns(rows)};

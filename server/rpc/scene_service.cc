@@ -136,7 +136,8 @@ absl::Status ApplyEdits(const CallContext& context, const v1::EditBatch& request
   LATTICED_RETURN_IF_ERROR(context.env.quotas.TakeEdit(context.call.caller.tenant, absl::Now()));
   const auto begun = Clock::now();
   LATTICED_ASSIGN_OR_RETURN(const auto summary,
-                            scene->ApplyEdits(BatchFromProto(request, *scene->config().mesh),
+                            scene->ApplyEdits(BatchFromProto(request, *scene->config().mesh,
+                                                             scene->config().weights),
                                               [&] { return CheckCancelled(context.call); }));
   AuditEdit(context.env, context.call, scene->id());
   response = ToProto(summary);

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/engine/scene/scene_editor.h"
 
+#include "core/base/error.h"
 #include "core/ffd/dirty_set.h"
 
 namespace latticed {
@@ -47,6 +48,9 @@ absl::StatusOr<EditCommit> SceneEditor::Apply(const EditBatch& batch, const Scen
     wanted = structure;
     return EditHistory::PutOff();
   };
+  if (batch.refuse_folds && before.plan->is_weighted()) {
+    return error::NotWithWeights("refuse_folds");
+  }
   AdmitPoints refuse_folds;
   if (batch.refuse_folds) {
     refuse_folds = [&](const LatticeStructure& structure, std::span<const Vec3d> points) {

@@ -45,7 +45,8 @@ struct SceneState {
 // Control points with a non-zero basis function on a box that holds patches.
 [[nodiscard]] std::vector<bool> InfluentialPoints(const DeformPlan& plan);
 
-// What the quantisation box must hold: a B-spline volume stays in the hull of its control points.
+// What the quantisation box must hold: a B-spline volume stays in the hull of its control points. With weights, points lie
+// between there and the mesh at rest.
 [[nodiscard]] Bounds BoundsOf(const SceneState& state);
 
 // Until when edits count as coming after one at `edit_time`, when the edit before it was at `before`. They
