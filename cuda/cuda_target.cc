@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/base/catch_bad_alloc.h"
+#include "core/base/error.h"
 #include "core/base/status_macros.h"
 #include "core/view/checked_view.h"
 #include "cuda/adaptive/cuda_adaptive_view.h"
