@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "core/base/catch_bad_alloc.h"
-#include "core/base/error.h"
 #include "core/base/status_macros.h"
 #include "core/view/checked_view.h"
 #include "cuda/adaptive/cuda_adaptive_view.h"
@@ -159,7 +158,7 @@ class CudaTarget : public DeformTarget {
 absl::StatusOr<std::shared_ptr<DeformTarget>> MakeCudaTarget(std::shared_ptr<const DeformPlan> plan,
                                                              Pipeline pipeline,
                                                              std::shared_ptr<CudaContext> context) {
-  if (plan->is_weighted()) return error::NotWithWeights("the CUDA backend");
+  LATTICED_RETURN_IF_ERROR(CheckSupported(*plan, pipeline));
   const DeviceGuard guard(context->device());
   return CatchBadAlloc("the plan", [&]() -> absl::StatusOr<std::shared_ptr<DeformTarget>> {
     LATTICED_ASSIGN_OR_RETURN(auto device_plan, DevicePlan::Create(plan, pipeline, context));

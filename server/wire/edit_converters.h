@@ -11,6 +11,7 @@
 #include "absl/status/statusor.h"
 #include "core/ffd/editor_ledger.h"
 #include "core/ffd/lattice_edit.h"
+#include "core/ffd/weights/vertex_weights.h"
 #include "core/mesh/polygon_mesh.h"
 #include "latticed/v1/edit.pb.h"
 

@@ -51,12 +51,6 @@ Plan WeightedPlan(PolygonMesh mesh, const LatticeStructure& structure, VertexWei
 
 class Weighted : public BackendTest {
  protected:
-  void SetUp() override {
-    BackendTest::SetUp();
-    if (backend_ == nullptr) return;
-    if (backend_->name() == "cuda") GTEST_SKIP() << "refused: see WeightedRefusals";
-  }
-
   void Check(PolygonMesh mesh, const LatticeOptions& options, NormalMode normals,
              VertexWeights weights, std::span<const int> segments = kFewAndMany) {
     const LatticeStructure structure = MakeStructure(mesh.ComputeBounds(), options);
@@ -216,7 +210,7 @@ TEST_P(WeightedRefusals, NameTheWeights) {
 
   const auto target = backend_->Prepare(plan, GetParam().pipeline);
 
-  if (GetParam().pipeline != Pipeline::kFused || backend_->name() == "cuda") {
+  if (GetParam().pipeline != Pipeline::kFused) {
     EXPECT_THAT(target, StatusIs(absl::StatusCode::kFailedPrecondition));
     return;
   }
