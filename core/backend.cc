@@ -86,6 +86,11 @@ absl::Status Validate(const ViewSpec& spec) {
                            limits::kMaxNormalBits);
 }
 
+absl::Status CheckSupported(const DeformPlan& plan, Pipeline pipeline) {
+  if (!plan.is_weighted() || pipeline == Pipeline::kFused) return absl::OkStatus();
+  return error::NotWithWeights("a pipeline other than fused");
+}
+
 size_t ChunkPoints(const DeformPlan& plan, size_t chunk, int segments) {
   const auto [first, last] = plan.ChunkPatches(chunk);
   return (last - first) * static_cast<size_t>(PointsPerPatch(segments));
@@ -102,10 +107,12 @@ size_t PatternPoints(std::span<const uint16_t> patterns) {
 absl::Status CheckSupported(const DeformTarget& target, const ViewSpec& spec) {
   if (spec.format == VertexFormat::kEdgeBounds) {
     if (target.has_edge_bounds()) return absl::OkStatus();
+    if (target.plan().is_weighted()) return error::NotWithWeights("the encoding patches");
     return error::InvalidField("view.encoding", "this pipeline has no patches on these devices",
                                "UNSUPPORTED");
   }
   if (!(spec.tolerance > 0) || target.has_tolerance()) return absl::OkStatus();
+  if (target.plan().is_weighted()) return error::NotWithWeights("a view with a tolerance");
   return error::InvalidField("view.tolerance", "this pipeline has none on these devices",
                              "UNSUPPORTED");
 }

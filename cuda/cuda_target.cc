@@ -33,8 +33,12 @@ class CudaTarget : public DeformTarget {
 
   const DeformPlan& plan() const override { return *plan_; }
   Pipeline pipeline() const override { return pipeline_; }
-  bool has_tolerance() const override { return pipeline_ == Pipeline::kFused; }
-  bool has_edge_bounds() const override { return pipeline_ == Pipeline::kFused; }
+  bool has_tolerance() const override {
+    return pipeline_ == Pipeline::kFused && !plan_->is_weighted();
+  }
+  bool has_edge_bounds() const override {
+    return pipeline_ == Pipeline::kFused && !plan_->is_weighted();
+  }
 
   absl::StatusOr<std::unique_ptr<DeformView>> CreateView(const ViewSpec& spec) override {
     LATTICED_RETURN_IF_ERROR(Validate(spec));
@@ -154,6 +158,7 @@ class CudaTarget : public DeformTarget {
 absl::StatusOr<std::shared_ptr<DeformTarget>> MakeCudaTarget(std::shared_ptr<const DeformPlan> plan,
                                                              Pipeline pipeline,
                                                              std::shared_ptr<CudaContext> context) {
+  LATTICED_RETURN_IF_ERROR(CheckSupported(*plan, pipeline));
   const DeviceGuard guard(context->device());
   return CatchBadAlloc("the plan", [&]() -> absl::StatusOr<std::shared_ptr<DeformTarget>> {
     LATTICED_ASSIGN_OR_RETURN(auto device_plan, DevicePlan::Create(plan, pipeline, context));

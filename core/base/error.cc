@@ -185,6 +185,12 @@ absl::Status OpenSurface(uint64_t border_edges, uint64_t torn_edges) {
                                    {"torn_edges", fmt::to_string(torn_edges)}}});
 }
 
+absl::Status NotWithWeights(std::string_view what) {
+  return FailedPrecondition(
+      "VERTEX_WEIGHTS",
+      fmt::format("the scene has vertex weights, and {} does not take them", what));
+}
+
 absl::Status Aborted(std::string_view reason, std::string_view message) {
   return Make(absl::StatusCode::kAborted, message, {.reason = std::string(reason)});
 }

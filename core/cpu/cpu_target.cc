@@ -75,8 +75,12 @@ class CpuTarget : public DeformTarget {
 
   const DeformPlan& plan() const override { return *plan_; }
   Pipeline pipeline() const override { return pipeline_; }
-  bool has_tolerance() const override { return pipeline_ == Pipeline::kFused; }
-  bool has_edge_bounds() const override { return pipeline_ == Pipeline::kFused; }
+  bool has_tolerance() const override {
+    return pipeline_ == Pipeline::kFused && !plan_->is_weighted();
+  }
+  bool has_edge_bounds() const override {
+    return pipeline_ == Pipeline::kFused && !plan_->is_weighted();
+  }
 
   absl::StatusOr<std::unique_ptr<DeformView>> CreateView(const ViewSpec& spec) override {
     LATTICED_RETURN_IF_ERROR(Validate(spec));
@@ -163,6 +167,7 @@ class CpuTarget : public DeformTarget {
 absl::StatusOr<std::shared_ptr<DeformTarget>> MakeCpuTarget(std::shared_ptr<const DeformPlan> plan,
                                                             Pipeline pipeline,
                                                             std::shared_ptr<CpuContext> context) {
+  LATTICED_RETURN_IF_ERROR(CheckSupported(*plan, pipeline));
   return CatchBadAlloc("the plan", [&]() -> absl::StatusOr<std::shared_ptr<DeformTarget>> {
     return std::make_shared<CpuTarget>(std::move(plan), pipeline, std::move(context));
   });

@@ -37,60 +37,74 @@ std::array<int, 3> BoxBasis::degree() const {
   return degree;
 }
 
+template <typename Point>
+std::array<Vec3d, BoxBasis::kMostTerms> BoxBasis::Contract(uint32_t box, const Point& point) const {
+  const std::array<int, 3> degree = this->degree(), &axes = axes_;
+  std::array<Vec3d, kMostTerms> c{};
+  const auto at = [&](int i, int j, int k) -> Vec3d& {
+    return c[static_cast<size_t>((i * (degree[1] + 1) + j) * (degree[2] + 1) + k)];
+  };
+  const std::array<int, 3>& span = plan_->boxes[box].span;
+  std::array<const BoxBasis::Matrix*, 3> basis;
+  for (size_t i = 0; i < 3; ++i) {
+    const auto axis = static_cast<size_t>(axes[i]);
+    basis[i] = &basis_[i][static_cast<size_t>(span[axis])];
+  }
+  // Contract one axis after the other; r, s, t run over basis functions, a, b, k over powers.
+  std::array<int, 3> index;
+  for (int r = 0; r <= degree[0]; ++r) {
+    std::array<std::array<Vec3d, 4>, 4> plane{};  // [b][k]
+    for (int s = 0; s <= degree[1]; ++s) {
+      std::array<Vec3d, 4> line{};  // [k]
+      for (int t = 0; t <= degree[2]; ++t) {
+        const std::array<int, 3> local{r, s, t};
+        for (size_t i = 0; i < 3; ++i) {
+          const auto axis = static_cast<size_t>(axes[i]);
+          index[axis] = span[axis] - degree[i] + local[i];
+        }
+        const Vec3d p = point(
+            static_cast<size_t>(plan_->structure.Index(index[0], index[1], index[2])));
+        for (size_t k = 0; k < 4; ++k) line[k] += (*basis[2])[static_cast<size_t>(t)][k] * p;
+      }
+      for (size_t b = 0; b < 4; ++b) {
+        for (size_t k = 0; k < 4; ++k) {
+          plane[b][k] += (*basis[1])[static_cast<size_t>(s)][b] * line[k];
+        }
+      }
+    }
+    for (int a = 0; a <= degree[0]; ++a) {
+      const double weight = (*basis[0])[static_cast<size_t>(r)][static_cast<size_t>(a)];
+      for (int b = 0; b <= degree[1]; ++b) {
+        for (int k = 0; k <= degree[2]; ++k) {
+          at(a, b, k) += weight * plane[static_cast<size_t>(b)][static_cast<size_t>(k)];
+        }
+      }
+    }
+  }
+  return c;
+}
+
 std::array<Vec3d, BoxBasis::kMostTerms> BoxBasis::Polynomial(
     uint32_t box, std::span<const Vec3d> control_points) const {
+  if (box != plan_->outside_box()) {
+    return Contract(box, [&](size_t i) { return control_points[i] - plan_->local_origin; });
+  }
   const std::array<int, 3> degree = this->degree(), &axes = axes_;
   std::array<Vec3d, kMostTerms> c{};
   const auto at = [&](int i, int j, int k) -> Vec3d& {
     return c[static_cast<size_t>((i * (degree[1] + 1) + j) * (degree[2] + 1) + k)];
   };
   const Vec3d width = Width(box);
-  if (box == plan_->outside_box()) {
-    at(0, 0, 0) = Centre(box) - plan_->local_origin;
-    at(1, 0, 0)[axes[0]] = width[axes[0]];
-    at(0, 1, 0)[axes[1]] = width[axes[1]];
-    at(0, 0, 1)[axes[2]] = width[axes[2]];
-  } else {
-    const std::array<int, 3>& span = plan_->boxes[box].span;
-    std::array<const BoxBasis::Matrix*, 3> basis;
-    for (size_t i = 0; i < 3; ++i) {
-      const auto axis = static_cast<size_t>(axes[i]);
-      basis[i] = &basis_[i][static_cast<size_t>(span[axis])];
-    }
-    // Contract one axis after the other; r, s, t run over basis functions, a, b, k over powers.
-    std::array<int, 3> index;
-    for (int r = 0; r <= degree[0]; ++r) {
-      std::array<std::array<Vec3d, 4>, 4> plane{};  // [b][k]
-      for (int s = 0; s <= degree[1]; ++s) {
-        std::array<Vec3d, 4> line{};  // [k]
-        for (int t = 0; t <= degree[2]; ++t) {
-          const std::array<int, 3> local{r, s, t};
-          for (size_t i = 0; i < 3; ++i) {
-            const auto axis = static_cast<size_t>(axes[i]);
-            index[axis] = span[axis] - degree[i] + local[i];
-          }
-          const Vec3d p = control_points[static_cast<size_t>(
-                              plan_->structure.Index(index[0], index[1], index[2]))] -
-                          plan_->local_origin;
-          for (size_t k = 0; k < 4; ++k) line[k] += (*basis[2])[static_cast<size_t>(t)][k] * p;
-        }
-        for (size_t b = 0; b < 4; ++b) {
-          for (size_t k = 0; k < 4; ++k) {
-            plane[b][k] += (*basis[1])[static_cast<size_t>(s)][b] * line[k];
-          }
-        }
-      }
-      for (int a = 0; a <= degree[0]; ++a) {
-        const double weight = (*basis[0])[static_cast<size_t>(r)][static_cast<size_t>(a)];
-        for (int b = 0; b <= degree[1]; ++b) {
-          for (int k = 0; k <= degree[2]; ++k) {
-            at(a, b, k) += weight * plane[static_cast<size_t>(b)][static_cast<size_t>(k)];
-          }
-        }
-      }
-    }
-  }
+  at(0, 0, 0) = Centre(box) - plan_->local_origin;
+  at(1, 0, 0)[axes[0]] = width[axes[0]];
+  at(0, 1, 0)[axes[1]] = width[axes[1]];
+  at(0, 0, 1)[axes[2]] = width[axes[2]];
   return c;
+}
+
+std::array<Vec3d, BoxBasis::kMostTerms> BoxBasis::OffsetPolynomial(
+    uint32_t box, std::span<const Vec3d> control_points) const {
+  return Contract(box, [&](size_t i) { return control_points[i] - plan_->identity_points[i]; });
 }
 
 Vec3d BoxBasis::Local(uint32_t box, const PlanVertex& vertex) const {

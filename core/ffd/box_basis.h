@@ -44,6 +44,10 @@ class BoxBasis {
   static constexpr size_t kMostTerms = 64;
   std::array<Vec3d, kMostTerms> Polynomial(uint32_t box,
                                            std::span<const Vec3d> control_points) const;
+  // The same of the offset R(x) - x, from the offsets of control points from their places at rest. It keeps the digits of a
+  // small offset. Not of the outside box.
+  std::array<Vec3d, kMostTerms> OffsetPolynomial(uint32_t box,
+                                                 std::span<const Vec3d> control_points) const;
   // The coordinates l of a vertex, by permuted axis. In the outside box they come from the world position.
   Vec3d Local(uint32_t box, const PlanVertex& vertex) const;
 
@@ -54,6 +58,10 @@ class BoxBasis {
   std::array<Vec3d, 3> Gradients(uint32_t box) const;
 
  private:
+  // C of a box from the points that point(index) returns.
+  template <typename Point>
+  std::array<Vec3d, kMostTerms> Contract(uint32_t box, const Point& point) const;
+
   std::shared_ptr<const DeformPlan> plan_;
   std::array<int, 3> axes_;
   std::array<std::vector<Matrix>, 3> basis_;

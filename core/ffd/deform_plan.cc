@@ -54,10 +54,11 @@ std::vector<int> NonEmptySpans(const LatticeStructure& s, size_t axis) {
 class Planner {
  public:
   Planner(std::shared_ptr<const PolygonMesh> mesh, const LatticeStructure& structure,
-          SplitMesh split, StopCheck stop)
+          SplitMesh split, StopCheck stop, VertexWeights weights)
       : split_(std::move(split)), stop_(stop), poll_(stop), plan_(std::make_shared<DeformPlan>()) {
     plan_->mesh = std::move(mesh);
     plan_->structure = structure;
+    plan_->mesh_weights = std::move(weights);
   }
 
   absl::StatusOr<std::shared_ptr<const DeformPlan>> Run(std::optional<double> crease_angle) {
@@ -245,6 +246,8 @@ class Planner {
       vertex.box = (vertex_use[v] & kInside) ? LowerBox(p) : plan_->outside_box();
       if (vertex_use[v] == kBoth) vertex.seam = FindSeam(vertex.box, p, p);
       plan_->vertices.push_back(vertex);
+      if (plan_->mesh_weights != nullptr)
+        plan_->vertex_weights.push_back(split_.vertices[v].weight);
     }
     for (size_t e = 0; e < plan_->edges.size(); ++e) {
       LATTICED_RETURN_IF_ERROR(poll_.Step());
@@ -329,10 +332,27 @@ std::array<size_t, 2> DeformPlan::ChunkPatches(size_t chunk) const {
   return {chunk * kChunk, std::min(patches.size(), (chunk + 1) * kChunk)};
 }
 
+std::array<double, 3> DeformPlan::CornerWeights(size_t patch) const {
+  const auto& v = patches[patch].vertex;
+  return {vertex_weights[v[0]], vertex_weights[v[1]], vertex_weights[v[2]]};
+}
+
+Vec3d DeformPlan::PatchWeightGradient(size_t patch) const {
+  std::array<Vec3d, 3> corners;
+  std::array<double, 3> weights;
+  for (size_t c = 0; c < 3; ++c) {
+    const uint32_t v = mesh->corner_vertices[sources[patch].corners[c]];
+    corners[c] = mesh->positions[v];
+    weights[c] = (*mesh_weights)[v];
+  }
+  return WeightGradient(corners, weights);
+}
+
 size_t DeformPlan::MemoryBytes() const {
   size_t bytes = BytesUsed(boxes) + BytesUsed(vertices) + BytesUsed(edges) + BytesUsed(patches) +
                  BytesUsed(sources) + BytesUsed(seams) + BytesUsed(vertex_normals) +
-                 BytesUsed(identity_points) + BytesUsed(box_patches);
+                 BytesUsed(identity_points) + BytesUsed(box_patches) + BytesUsed(vertex_weights);
+  if (mesh_weights != nullptr) bytes += BytesUsed(*mesh_weights);
   for (const auto& borrowers : box_borrowers) bytes += BytesUsed(borrowers);
   return bytes;
 }
@@ -340,16 +360,22 @@ size_t DeformPlan::MemoryBytes() const {
 absl::StatusOr<std::shared_ptr<const DeformPlan>> MakePlan(std::shared_ptr<const PolygonMesh> mesh,
                                                            const LatticeStructure& structure,
                                                            std::optional<double> crease_angle,
-                                                           StopCheck stop) {
+                                                           StopCheck stop, VertexWeights weights) {
   LATTICED_RETURN_IF_ERROR(Validate(structure));
   if (structure.outside != Outside{}) {
     return error::InvalidField("lattice.outside", "a plan is made for OutsideMap::continued()");
   }
-  LATTICED_ASSIGN_OR_RETURN(auto split, SplitAtKnots(*mesh, structure, stop));
+  std::span<const float> of_positions;
+  if (weights != nullptr) {
+    LATTICED_RETURN_IF_ERROR(CheckVertexWeights(*mesh, *weights));
+    of_positions = *weights;
+  }
+  LATTICED_ASSIGN_OR_RETURN(auto split, SplitAtKnots(*mesh, structure, stop, of_positions));
   if (split.pieces.empty()) {
     return error::InvalidField("mesh", "no face has three corners at different positions");
   }
-  return Planner(std::move(mesh), structure, std::move(split), stop).Run(crease_angle);
+  return Planner(std::move(mesh), structure, std::move(split), stop, std::move(weights))
+      .Run(crease_angle);
 }
 
 bool IsAttached(const DeformPlan& plan, const Seam& seam, std::span<const Vec3d> control_points) {

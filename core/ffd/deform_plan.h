@@ -36,6 +36,7 @@
 #include "core/base/stop_check.h"
 #include "core/base/vec.h"
 #include "core/ffd/lattice.h"
+#include "core/ffd/weights/vertex_weights.h"
 #include "core/mesh/polygon_mesh.h"
 
 namespace latticed {
@@ -93,6 +94,9 @@ struct DeformPlan {
   std::vector<Seam> seams;
   std::vector<Vec3f> vertex_normals;   // per mesh corner, unit (vertex_normals.h)
   std::vector<Vec3d> identity_points;  // IdentityControlPoints(structure)
+  // By position of the mesh, and by vertex. Null and empty where the scene has no weights.
+  VertexWeights mesh_weights;
+  std::vector<double> vertex_weights;
   Bounds mesh_bounds;
   Bounds outside_bounds;  // world bounds of the outside pieces; empty if none
   // Backends compute relative to this point, the centre of the mesh's bounds.
@@ -102,6 +106,11 @@ struct DeformPlan {
 
   uint32_t outside_box() const { return static_cast<uint32_t>(boxes.size()) - 1; }
   size_t chunk_count() const;
+  bool is_weighted() const { return !vertex_weights.empty(); }
+  // The weights of a patch's corners. The plan must be weighted.
+  std::array<double, 3> CornerWeights(size_t patch) const;
+  // The gradient of the weight in a patch, from its source triangle. The plan must be weighted.
+  Vec3d PatchWeightGradient(size_t patch) const;
   // The patches [first, last) of a chunk.
   std::array<size_t, 2> ChunkPatches(size_t chunk) const;
   // Patches in `box` are box_patches[box] .. box_patches[box + 1] - 1.
@@ -111,13 +120,14 @@ struct DeformPlan {
   size_t MemoryBytes() const;
 };
 
-// crease_angle: see vertex_normals.h.
+// crease_angle: see vertex_normals.h; weights: see weights/vertex_weights.h.
 // Errors: kInvalidArgument for an invalid structure, one that goes on outside (outside/outside_map.h makes the one to be
-// given here), or where no face has three different positions;
+// given here), invalid weights, or where no face has three different positions;
 // kResourceExhausted past limits::kMaxPatches; what `stop` returns. It is called every few thousand faces or patches.
 [[nodiscard]] absl::StatusOr<std::shared_ptr<const DeformPlan>> MakePlan(
     std::shared_ptr<const PolygonMesh> mesh, const LatticeStructure& structure,
-    std::optional<double> crease_angle = {}, StopCheck stop = NeverStop);
+    std::optional<double> crease_angle = {}, StopCheck stop = NeverStop,
+    VertexWeights weights = nullptr);
 
 // Whether `seam` is attached; AttachedSeams answers for every seam of the plan.
 [[nodiscard]] bool IsAttached(const DeformPlan& plan, const Seam& seam,

@@ -7,6 +7,9 @@
 //   vertex  x -> R(u(x))          R, and what happens outside the lattice: core/ffd/direct_ffd.h
 //   normal  cof(J) N / |…|        of each corner, if the mesh has normals; N where that vanishes
 //
+// With weights, a vertex goes to x + w (R - x), and J has the gradient of the weight in the triangle of a corner and its two
+// neighbours in the face (weights/vertex_weights.h).
+//
 // Vertices, faces, texture coordinates and groups stay as they are. Normals that are nearly the same at a vertex become
 // one.
 //
@@ -25,10 +28,12 @@
 
 namespace latticed {
 
+// `weights` is empty, or has one for each position.
 [[nodiscard]] absl::StatusOr<PolygonMesh> DeformedMesh(PolygonMesh mesh,
                                                        const LatticeStructure& structure,
                                                        std::span<const Vec3d> control_points,
-                                                       StopCheck stop = NeverStop);
+                                                       StopCheck stop = NeverStop,
+                                                       std::span<const float> weights = {});
 
 }  // namespace latticed
 

@@ -81,6 +81,11 @@ DeformedPoint DirectFfd::EvaluatePosition(size_t patch, std::array<double, 3> b)
                                            plan_.boxes[p.box].span, Blend(parameter, b));
   DeformedPoint result{.position = point.position, .inside = true};
   WorldJacobian(point.derivatives, parameter_by_world_.data(), result.jacobian.data());
+  if (plan_.is_weighted()) {
+    const std::array<double, 3> w = plan_.CornerWeights(patch);
+    Weigh(Blend(world, b), b[0] * w[0] + b[1] * w[1] + b[2] * w[2],
+          plan_.PatchWeightGradient(patch), result.position, result.jacobian);
+  }
   return result;
 }
 

@@ -61,6 +61,11 @@ SparseRow GivenRow(const OutsideMap& outside, const SparseRow& row) {
   return result;
 }
 
+void Scale(double weight, SparseRow& row) {
+  if (weight == 0) row = {};
+  for (double& value : row.values) value *= weight;
+}
+
 // Keeps the free control points of a row.
 void DropHeld(const PointFreedom& freedom, SparseRow& row) {
   size_t kept = 0;
@@ -159,7 +164,8 @@ ControlPointMoves DragMirrored(const PointFreedom& freedom, const std::vector<Sp
 }  // namespace
 
 ControlPointMoves DragToTargets(const Lattice& lattice, std::span<const Vec3d> points,
-                                std::span<const Vec3d> targets, const PointFreedom* freedom) {
+                                std::span<const Vec3d> targets, const PointFreedom* freedom,
+                                std::span<const double> weights) {
   const OutsideMap outside(lattice.structure);
   const LatticeStructure& continued = outside.continued();
   const std::vector<Vec3d> control_points = outside.Continue(lattice.control_points);
@@ -169,7 +175,12 @@ ControlPointMoves DragToTargets(const Lattice& lattice, std::span<const Vec3d> p
     rows.push_back(BasisRow(continued, points[i]));
     if (!outside.is_identity()) rows.back() = GivenRow(outside, rows.back());
     if (freedom != nullptr) DropHeld(*freedom, rows.back());
-    wanted.push_back(targets[i] - EvaluateWorld(continued, control_points, points[i]).position);
+    Vec3d position = EvaluateWorld(continued, control_points, points[i]).position;
+    if (!weights.empty()) {
+      Scale(weights[i], rows.back());
+      position = points[i] + weights[i] * (position - points[i]);
+    }
+    wanted.push_back(targets[i] - position);
   }
   if (freedom != nullptr && freedom->is_mirrored()) return DragMirrored(*freedom, rows, wanted);
   ControlPointMoves moves{.indices = NumberColumns(rows)};

@@ -11,8 +11,11 @@
 // images i, j moves by d and its image. Across the mirror's plane they move against each other, along it together, so there
 // are two systems with one column a pair: (N_i - N_j) / sqrt(2) and (N_i + N_j) / sqrt(2).
 //
-// A point outside the domain, and outside what goes on beyond it (outside/outside_map.h, whose E turns rows N into N E), has
-// an empty row: no control point moves it, and its distance is left as residual.
+// A point with the weight w is at x + w (R - x) (weights/vertex_weights.h), so its row is w N. outside/outside_map.h, whose
+// E continues the lattice, turns rows N into N E.
+//
+// A point outside the domain and what goes on beyond it, or of weight 0, has an empty row: no control point moves it, and its
+// distance is left as residual.
 //
 // Units    world units
 // Errors   none: callers check what clients send
@@ -38,10 +41,12 @@ struct ControlPointMoves {
 };
 
 // The smallest moves that take `points` of the rest world from their deformed positions to their
-// targets. Each point has one target. `freedom` may be null.
+// targets. Each point has one target. `freedom` may be null, and `weights` empty: then
+// each weight is 1.
 [[nodiscard]] ControlPointMoves DragToTargets(const Lattice& lattice, std::span<const Vec3d> points,
                                               std::span<const Vec3d> targets,
-                                              const PointFreedom* freedom = nullptr);
+                                              const PointFreedom* freedom = nullptr,
+                                              std::span<const double> weights = {});
 
 }  // namespace latticed
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <span>
 #include <utility>
 
 #include "absl/container/flat_hash_map.h"
@@ -25,12 +26,12 @@ struct PolygonVertex {
 };
 using Polygon = std::vector<PolygonVertex>;
 
-using PositionKey = std::array<uint64_t, 3>;
+using VertexKey = std::array<uint64_t, 4>;
 
-// Equal positions have equal keys: + 0.0 turns -0 into +0.
-PositionKey KeyOf(Vec3d p) {
+// Equal positions of equal weights have equal keys: + 0.0 turns -0 into +0.
+VertexKey KeyOf(Vec3d p, double weight) {
   return {std::bit_cast<uint64_t>(p.x + 0.0), std::bit_cast<uint64_t>(p.y + 0.0),
-          std::bit_cast<uint64_t>(p.z + 0.0)};
+          std::bit_cast<uint64_t>(p.z + 0.0), std::bit_cast<uint64_t>(weight + 0.0)};
 }
 
 std::vector<double> DistinctKnots(const LatticeStructure& s, int axis) {
@@ -42,8 +43,9 @@ std::vector<double> DistinctKnots(const LatticeStructure& s, int axis) {
 
 class Splitter {
  public:
-  Splitter(const PolygonMesh& mesh, const LatticeStructure& structure, StopCheck stop)
-      : mesh_(mesh), map_(structure), stop_(stop), poll_(stop) {
+  Splitter(const PolygonMesh& mesh, const LatticeStructure& structure, StopCheck stop,
+           std::span<const float> weights)
+      : mesh_(mesh), weights_(weights), map_(structure), stop_(stop), poll_(stop) {
     for (int axis = 0; axis < 3; ++axis) {
       planes_[static_cast<size_t>(axis)] = DistinctKnots(structure, axis);
       snap_[axis] = kPlaneSnap * (structure.domain_end(axis) - structure.domain_begin(axis));
@@ -92,14 +94,16 @@ class Splitter {
   }
 
   absl::Status AddMeshVertices() {
-    absl::flat_hash_map<PositionKey, uint32_t> ids;
+    absl::flat_hash_map<VertexKey, uint32_t> ids;
     ids.reserve(mesh_.positions.size());
     vertex_of_position_.reserve(mesh_.positions.size());
-    for (const Vec3d& world : mesh_.positions) {
+    for (size_t v = 0; v < mesh_.positions.size(); ++v) {
       LATTICED_RETURN_IF_ERROR(poll_.Step());
+      const Vec3d world = mesh_.positions[v];
+      const double weight = weights_.empty() ? 1.0 : weights_[v];
       const auto [it, added] =
-          ids.try_emplace(KeyOf(world), static_cast<uint32_t>(result_.vertices.size()));
-      if (added) result_.vertices.push_back({world, Snap(map_.ToParameter(world))});
+          ids.try_emplace(KeyOf(world, weight), static_cast<uint32_t>(result_.vertices.size()));
+      if (added) result_.vertices.push_back({world, Snap(map_.ToParameter(world)), weight});
       vertex_of_position_.push_back(it->second);
     }
     return absl::OkStatus();
@@ -187,7 +191,8 @@ class Splitter {
     if (added) {
       Vec3d parameter = va.parameter + t * (vb.parameter - va.parameter);
       parameter[axis] = knot;
-      result_.vertices.push_back({va.world + t * (vb.world - va.world), Snap(parameter)});
+      const double weight = std::clamp(va.weight + t * (vb.weight - va.weight), 0.0, 1.0);
+      result_.vertices.push_back({va.world + t * (vb.world - va.world), Snap(parameter), weight});
     }
     cut.id = id;
     return cut;
@@ -215,6 +220,7 @@ class Splitter {
   }
 
   const PolygonMesh& mesh_;
+  const std::span<const float> weights_;
   const FrameMap map_;
   std::array<std::vector<double>, 3> planes_;
   Vec3d snap_;
@@ -229,8 +235,8 @@ class Splitter {
 }  // namespace
 
 absl::StatusOr<SplitMesh> SplitAtKnots(const PolygonMesh& mesh, const LatticeStructure& structure,
-                                       StopCheck stop) {
-  return Splitter(mesh, structure, stop).Run();
+                                       StopCheck stop, std::span<const float> weights) {
+  return Splitter(mesh, structure, stop, weights).Run();
 }
 
 }  // namespace latticed

@@ -11,6 +11,9 @@
 // one vertex, which is snapped to planes once. A cut point is keyed by its edge's two vertices and the plane. It is
 // computed once, from the end points in canonical order (lexicographic by world position).
 //
+// With weights (weights/vertex_weights.h), mesh vertices are one vertex where their weights are equal too. A cut point has the
+// weight of its place on the edge.
+//
 // Errors   kResourceExhausted past limits::kMaxPatches; kInvalidArgument for a face that takes too long to triangulate;
 //          what `stop` returns
 // Threads  pure function
@@ -19,6 +22,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -32,6 +36,7 @@ namespace latticed {
 struct SplitVertex {
   Vec3d world;
   Vec3d parameter;  // exactly the knot where the vertex is on a plane
+  double weight = 1;
 };
 
 // A sub-triangle: three vertices, and where they are in the source triangle.
@@ -56,9 +61,11 @@ struct SplitMesh {
 // A vertex closer to a knot plane than this fraction of the axis range is on it.
 inline constexpr double kPlaneSnap = 0x1p-40;
 
+// `weights` is empty, or has one for each position of the mesh.
 [[nodiscard]] absl::StatusOr<SplitMesh> SplitAtKnots(const PolygonMesh& mesh,
                                                      const LatticeStructure& structure,
-                                                     StopCheck stop = NeverStop);
+                                                     StopCheck stop = NeverStop,
+                                                     std::span<const float> weights = {});
 
 }  // namespace latticed
 

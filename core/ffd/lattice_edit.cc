@@ -183,7 +183,7 @@ absl::Status Apply(const DragPoints& edit, std::string_view field, EditTarget& t
   }
   if (!status.ok()) return status;
   const ControlPointMoves moves =
-      DragToTargets(target.lattice, edit.points, edit.targets, target.freedom);
+      DragToTargets(target.lattice, edit.points, edit.targets, target.freedom, edit.weights);
   for (size_t n = 0; status.ok() && n < moves.indices.size(); ++n) {
     const uint32_t index = moves.indices[n];
     status = Write(target, index, target.lattice.control_points[index] + moves.offsets[n],

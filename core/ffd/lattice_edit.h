@@ -53,6 +53,7 @@ struct ReplaceControlPoints {
 struct DragPoints {
   std::vector<Vec3d> points;   // of the rest world
   std::vector<Vec3d> targets;  // one each
+  std::vector<double> weights;  // one each (weights/vertex_weights.h); empty: 1
 };
 struct InsertKnot {
   int axis = 0;  // 0 = u, 1 = v, 2 = w

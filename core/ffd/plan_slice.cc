@@ -77,6 +77,7 @@ class Slicer {
     }
     vertices.Number();
     slice_->vertices = vertices.Take(plan_.vertices);
+    slice_->vertex_weights = vertices.Take(plan_.vertex_weights);
     std::vector<uint32_t> edge_numbers(plan_.edges.size(), kNoIndex);
     for (Patch& patch : slice_->patches) {
       for (uint32_t& vertex : patch.vertex) vertex = vertices.Of(vertex);
@@ -111,6 +112,10 @@ class Slicer {
     slice_->vertex_normals = corners.Take(plan_.vertex_normals);
     auto mesh = std::make_shared<PolygonMesh>();
     mesh->positions = positions.Take(plan_.mesh->positions);
+    if (plan_.mesh_weights != nullptr) {
+      slice_->mesh_weights =
+          std::make_shared<const std::vector<float>>(positions.Take(*plan_.mesh_weights));
+    }
     mesh->corner_vertices = corners.Take(plan_.mesh->corner_vertices);
     for (uint32_t& vertex : mesh->corner_vertices) vertex = positions.Of(vertex);
     slice_->mesh = std::move(mesh);

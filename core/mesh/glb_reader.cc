@@ -34,7 +34,7 @@ using Slots = std::vector<uint32_t>;
 
 // The accessors of one primitive under one node.
 struct Vertices {
-  GlbAccessor positions, normals, uvs;  // the last two with count 0 where there are none
+  GlbAccessor positions, normals, uvs, weights;  // all but the first with count 0 where there are none
   Slots *position_slots = nullptr, *normal_slots = nullptr, *uv_slots = nullptr;
 };
 
@@ -48,6 +48,7 @@ class GlbReader {
   absl::StatusOr<PolygonMesh> Read() {
     LATTICED_ASSIGN_OR_RETURN(const auto roots, Roots());
     LATTICED_RETURN_IF_ERROR(ReadNodes(roots));
+    if (!mesh_.weights.empty()) mesh_.weights.resize(mesh_.positions.size(), 1.0f);
     return FinishMesh("GLB", std::move(mesh_));
   }
 
@@ -189,14 +190,20 @@ class GlbReader {
   absl::Status ReadPrimitive(const json& primitive, int mode, const GlbTransform& transform) {
     const json& attributes = GlbMember(primitive, "attributes");
     Vertices v;
-    LATTICED_RETURN_IF_ERROR(OpenAttribute(attributes, "POSITION", 3, &position_slots_,
+    // A vertex of another weight is another vertex.
+    const int64_t weights = GlbIndex(attributes, "_WEIGHT");
+    LATTICED_RETURN_IF_ERROR(OpenAttribute(attributes, "POSITION", 3, &position_slots_[weights],
                                            &v.positions, &v.position_slots));
     if (v.positions.count == 0) return absl::OkStatus();  // glTF: such a primitive is not drawn
     LATTICED_RETURN_IF_ERROR(
         OpenAttribute(attributes, "NORMAL", 3, &normal_slots_, &v.normals, &v.normal_slots));
     LATTICED_RETURN_IF_ERROR(
         OpenAttribute(attributes, "TEXCOORD_0", 2, &uv_slots_, &v.uvs, &v.uv_slots));
-    for (const GlbAccessor* attribute : {&v.normals, &v.uvs}) {
+    if (weights != kGlbNoIndex) {
+      LATTICED_ASSIGN_OR_RETURN(v.weights, document_.Open(weights, 1));
+      LATTICED_RETURN_IF_ERROR(growth_.Append(v.weights.count * sizeof(float)));
+    }
+    for (const GlbAccessor* attribute : {&v.normals, &v.uvs, &v.weights}) {
       if (attribute->count != 0 && attribute->count != v.positions.count) {
         return MalformedGlb("a primitive", "its attributes have different counts");
       }
@@ -238,10 +245,19 @@ class GlbReader {
     return {accessor.Component(i, 0), accessor.Component(i, 1), accessor.Component(i, 2)};
   }
 
+  uint32_t AddPosition(Vec3d point, const Vertices& v, size_t vertex) {
+    if (v.weights.count == 0) return welder_.Add(point);
+    const auto weight = static_cast<float>(v.weights.Component(vertex, 0));
+    const uint32_t position = welder_.Add(point, weight);
+    mesh_.weights.resize(mesh_.positions.size(), 1.0f);
+    mesh_.weights[position] = weight;
+    return position;
+  }
+
   void AddCorner(const Vertices& v, size_t vertex, const GlbTransform& transform) {
     uint32_t& position = (*v.position_slots)[vertex];
     if (position == PolygonMesh::kNoAttribute) {
-      position = welder_.Add(transform.Point(ReadVector(v.positions, vertex)));
+      position = AddPosition(transform.Point(ReadVector(v.positions, vertex)), v, vertex);
     }
     mesh_.corner_vertices.push_back(position);
     if (v.normals.count > 0) {
@@ -268,7 +284,8 @@ class GlbReader {
   PolygonMesh mesh_;
   VertexWelder welder_{&mesh_.positions};
   MeshGrowth growth_;
-  std::map<int64_t, Slots> position_slots_, normal_slots_, uv_slots_;  // by accessor, of one node
+  std::map<int64_t, Slots> normal_slots_, uv_slots_;  // by accessor, of one node
+  std::map<int64_t, std::map<int64_t, Slots>> position_slots_;  // the same, by accessor of weights
   uint64_t slot_bytes_ = 0;
   std::map<std::string, uint32_t> group_ids_;
   uint32_t group_ = 0;

@@ -93,19 +93,20 @@ std::string Quoted(std::string_view word) {
   return quoted + (word.size() > kLongest ? "…'" : "'");
 }
 
-size_t VertexWelder::Hash::operator()(Vec3d p) const {
-  uint64_t hash = 0;
+size_t VertexWelder::Hash::operator()(const Key& key) const {
+  uint64_t hash = std::bit_cast<uint32_t>(key.weight);
   for (int axis = 0; axis < 3; ++axis) {
-    hash ^= std::bit_cast<uint64_t>(p[axis]);
+    hash ^= std::bit_cast<uint64_t>(key.position[axis]);
     hash *= 0x9e3779b97f4a7c15u;  // 2^64 / golden ratio
     hash ^= hash >> 32;
   }
   return hash;
 }
 
-uint32_t VertexWelder::Add(Vec3d position) {
+uint32_t VertexWelder::Add(Vec3d position, float weight) {
   position += Vec3d{};  // -0 + 0 is +0
-  const auto [it, added] = index_.try_emplace(position, static_cast<uint32_t>(positions_.size()));
+  const auto [it, added] =
+      index_.try_emplace(Key{position, weight}, static_cast<uint32_t>(positions_.size()));
   if (added) positions_.push_back(position);
   return it->second;
 }

@@ -39,7 +39,8 @@ namespace latticed {
 class VertexWelder {
  public:
   explicit VertexWelder(std::vector<Vec3d>* positions) : positions_(*positions) {}
-  uint32_t Add(Vec3d position);
+  // Vertices of different weights stay apart.
+  uint32_t Add(Vec3d position, float weight = 1);
   static constexpr uint64_t kNodeBytes = 64;  // of its table, for a position
   // Of its table: nodes, and pointers, which it copies to an array of twice the size.
   uint64_t MemoryBytes() const {
@@ -47,11 +48,16 @@ class VertexWelder {
   }
 
  private:
+  struct Key {
+    Vec3d position;
+    float weight;
+    friend bool operator==(const Key&, const Key&) = default;
+  };
   struct Hash {
-    size_t operator()(Vec3d p) const;
+    size_t operator()(const Key& key) const;
   };
   std::vector<Vec3d>& positions_;
-  std::unordered_map<Vec3d, uint32_t, Hash> index_;
+  std::unordered_map<Key, uint32_t, Hash> index_;
 };
 
 // Gives the last corner of `mesh` its attribute: `list` is corner_normals or corner_uvs, which stays

@@ -3,7 +3,7 @@
 //
 // Stanford PLY: ascii, binary little endian, binary big endian.
 //
-// Reads, of the element `vertex`: x y z, nx ny nz, and a pair s t, u v or texture_u texture_v; of `face`: the list
+// Reads, of the element `vertex`: x y z, nx ny nz, weight, and a pair s t, u v or texture_u texture_v; of `face`: the list
 // vertex_indices or vertex_index; of `tristrips`: the list vertex_indices, whose strips end with -1. Triangles of a
 // strip that have a repeated vertex only join strips and are left out. Other elements and properties are skipped, lists
 // too. Texture coordinates have their origin at the lower left.
@@ -156,7 +156,7 @@ class PlyReader {
   }
 
   absl::Status ReadVertices(const PlyElement& element) {
-    enum Slot { kX, kY, kZ, kNx, kNy, kNz, kU, kV, kSlots };
+    enum Slot { kX, kY, kZ, kNx, kNy, kNz, kU, kV, kWeight, kSlots };
     const int columns[kSlots] = {
         element.FindProperty({"x"}, false),
         element.FindProperty({"y"}, false),
@@ -166,22 +166,25 @@ class PlyReader {
         element.FindProperty({"nz"}, false),
         element.FindProperty({"s", "u", "texture_u", "texture_s"}, false),
         element.FindProperty({"t", "v", "texture_v", "texture_t"}, false),
+        element.FindProperty({"weight"}, false),
     };
     for (int slot : {kX, kY, kZ}) {
       if (columns[slot] < 0) return body_.Malformed("vertices lack one of x, y, z");
     }
     const bool has_normals = columns[kNx] >= 0 && columns[kNy] >= 0 && columns[kNz] >= 0;
-    const bool has_uvs = columns[kU] >= 0 && columns[kV] >= 0;
+    const bool has_uvs = columns[kU] >= 0 && columns[kV] >= 0, has_weights = columns[kWeight] >= 0;
     std::vector<int> slot_of(element.properties.size(), -1);
     for (int slot = 0; slot < kSlots; ++slot) {
       if (columns[slot] >= 0) slot_of[static_cast<size_t>(columns[slot])] = slot;
     }
     LATTICED_RETURN_IF_ERROR(
         growth_.Reserve(element.count * (sizeof(Vec3d) + (has_normals ? sizeof(Vec3f) : 0) +
-                                         (has_uvs ? sizeof(Vec2f) : 0))));
+                                         (has_uvs ? sizeof(Vec2f) : 0) +
+                                         (has_weights ? sizeof(float) : 0))));
     mesh_.positions.reserve(element.count);
     if (has_normals) mesh_.normals.reserve(element.count);
     if (has_uvs) mesh_.uvs.reserve(element.count);
+    if (has_weights) mesh_.weights.reserve(element.count);
     double values[kSlots] = {};
     for (uint64_t i = 0; i < element.count; ++i) {
       LATTICED_RETURN_IF_ERROR(ReadRecord(element, slot_of, values));
@@ -190,6 +193,7 @@ class PlyReader {
       if (has_uvs) {
         mesh_.uvs.push_back({static_cast<float>(values[kU]), static_cast<float>(values[kV])});
       }
+      if (has_weights) mesh_.weights.push_back(static_cast<float>(values[kWeight]));
     }
     return absl::OkStatus();
   }

@@ -39,6 +39,8 @@ absl::Status CheckSizes(const PolygonMesh& mesh) {
     return Invalid(fmt::format("{} has {} entries instead of {}", what, got, wanted));
   };
   const size_t corners = mesh.corner_count();
+  LATTICED_RETURN_IF_ERROR(check("weights", mesh.weights.size(),
+                                 mesh.weights.empty() ? 0 : mesh.positions.size()));
   LATTICED_RETURN_IF_ERROR(
       check("corner_normals", mesh.corner_normals.size(), mesh.has_normals() ? corners : 0));
   LATTICED_RETURN_IF_ERROR(
@@ -113,7 +115,8 @@ Bounds PolygonMesh::ComputeBounds() const {
 size_t PolygonMesh::MemoryBytes() const {
   size_t bytes = sizeof(*this) + BytesOf(positions) + BytesOf(face_offsets) +
                  BytesOf(corner_vertices) + BytesOf(normals) + BytesOf(corner_normals) +
-                 BytesOf(uvs) + BytesOf(corner_uvs) + BytesOf(group_names) + BytesOf(face_groups);
+                 BytesOf(uvs) + BytesOf(corner_uvs) + BytesOf(weights) + BytesOf(group_names) +
+                 BytesOf(face_groups);
   for (const std::string& name : group_names) bytes += name.capacity();
   return bytes;
 }

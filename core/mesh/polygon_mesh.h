@@ -7,6 +7,7 @@
 //   corner c has the vertex  corner_vertices[c]   (always)
 //            the normal      corner_normals[c]    (when normals is not empty)
 //            and the uv      corner_uvs[c]        (when uvs is not empty)
+//   vertex v has the weight  weights[v]           (when weights is not empty)
 //   kNoAttribute marks a corner without normal or uv, in a file where others have one.
 //
 // Units    world units of the file; normals need not be unit length, and readers keep them as written
@@ -37,6 +38,7 @@ struct PolygonMesh {
   std::vector<uint32_t> corner_normals;
   std::vector<Vec2f> uvs;
   std::vector<uint32_t> corner_uvs;
+  std::vector<float> weights;  // as written; a scene that takes them checks them
 
   std::vector<std::string> group_names;  // materials, OBJ groups, GLB primitives; may be empty
   std::vector<uint32_t> face_groups;     // per face, index into group_names; empty without groups

@@ -12,6 +12,7 @@
 #include "core/view/view_layout.h"
 #include "cuda/device/cuda_device.h"
 #include "cuda/device/cuda_status.h"
+#include "cuda/fused/weighted_launch.h"
 
 namespace latticed {
 namespace {
@@ -138,15 +139,24 @@ absl::Status CudaFusedKernel::Evaluate(const CudaFrame& frame, const Quantisatio
                               .segments = spec_.segments,
                               .normals = NormalsOf(spec_.normals),
                               .output = Output(vertices.data)};
-  launch.blocks = kernels::DivideChunks(launch, blocks_at_once_);
   const kernels::BoxList boxes{frame.boxes().data, static_cast<uint32_t>(frame.boxes().size)};
+  const bool part = boxes.numbers != nullptr;
+  if (plan_->is_weighted()) {
+    std::array calls{frame.SendCall(),
+                     kernels::WeightedCall({launch, device_plan_->weight_tables()})};
+    return LaunchAll(calls, part);
+  }
+  launch.blocks = kernels::DivideChunks(launch, blocks_at_once_);
   std::array calls{frame.SendCall(),
                    kernels::BoxPolynomialsCall(tables_, launch.tables, launch.control_points, boxes,
                                                launch.polynomials),
                    kernels::FusedCall(launch)};
+  return LaunchAll(calls, part);
+}
+
+absl::Status CudaFusedKernel::LaunchAll(std::span<kernels::KernelCall> calls, bool part) {
   if (lane_->marks_stages()) return LaunchByStages(calls);
-  LaunchGraph& graph = boxes.numbers == nullptr ? graph_ : part_graph_;
-  return graph.Launch(calls, lane_->stream().get());
+  return (part ? part_graph_ : graph_).Launch(calls, lane_->stream().get());
 }
 
 absl::Status CudaFusedKernel::LaunchByStages(std::span<kernels::KernelCall> calls) {

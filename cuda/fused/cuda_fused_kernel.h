@@ -54,6 +54,8 @@ class CudaFusedKernel : public CudaVertexKernel {
   absl::Status CountBlocksAtOnce(int device);
   // Launches the kernels one by one and marks each stage. Marks are impossible between the kernels
   // of a graph.
+  // Launches the calls as a graph, or by stages. `part`: the frame has a part of the lattice.
+  absl::Status LaunchAll(std::span<kernels::KernelCall> calls, bool part);
   absl::Status LaunchByStages(std::span<kernels::KernelCall> calls);
   kernels::BoxPolynomials Polynomials(const QuantisationBox& box) const;
   kernels::FusedOutput Output(uint8_t* vertices) const;

@@ -58,6 +58,13 @@ std::vector<kernels::CornerNormals> InterpolateNormals(const DeformPlan& plan) {
   return normals;
 }
 
+std::vector<Vec3d> PackGradients(const DeformPlan& plan) {
+  std::vector<Vec3d> gradients;
+  gradients.reserve(plan.patches.size());
+  for (size_t p = 0; p < plan.patches.size(); ++p) gradients.push_back(plan.PatchWeightGradient(p));
+  return gradients;
+}
+
 std::vector<kernels::FusedBox> PackBoxes(const DeformPlan& plan, const BoxBasis& basis) {
   std::vector<kernels::FusedBox> boxes;
   boxes.reserve(plan.boxes.size());
@@ -147,6 +154,10 @@ absl::Status DevicePlan::AddTables(Pipeline pipeline, TableUpload& upload) {
   upload.Add(PackVertices(plan), tables_.vertices);
   upload.Add(PackSpans(plan), tables_.boxes);
   upload.Add(PackFacetNormals(plan), tables_.facet_normals);
+  if (plan.is_weighted()) {
+    upload.Add(plan.vertex_weights, weight_tables_.vertices);
+    upload.Add(PackGradients(plan), weight_tables_.gradients);
+  }
   if (pipeline == Pipeline::kFused) {
     AddBoxes(plan_, packed.seam_uses, upload, fused_tables_);
     if (LatticePart::IsWorthwhile(s)) chunk_needs_ = std::make_shared<const ChunkNeeds>(plan);

@@ -6,6 +6,7 @@
 //   a patch   16 bytes of indices, 8 of facet normal, 36 more once a smooth view exists
 //   a vertex  48 bytes, about half a vertex a patch
 //   fused     knot boxes, feature uses: fused_tables.h
+//   weights   8 bytes a vertex, 24 a patch, where the plan has any
 //   others    shared points: shared_point_tables.h
 //
 // Errors   those of device_buffer.h
@@ -25,6 +26,7 @@
 #include "cuda/plan/fused_tables.h"
 #include "cuda/plan/plan_tables.h"
 #include "cuda/plan/shared_point_tables.h"
+#include "cuda/plan/weight_tables.h"
 
 namespace latticed {
 
@@ -46,6 +48,8 @@ class DevicePlan {
   const kernels::SharedPointTables& shared_points() const { return shared_points_; }
   // For kFused alone.
   const kernels::FusedTables& fused_tables() const { return fused_tables_; }
+  // For a plan with weights.
+  const kernels::WeightTables& weight_tables() const { return weight_tables_; }
   // For kFused with a large lattice; else null.
   const std::shared_ptr<const ChunkNeeds>& chunk_needs() const { return chunk_needs_; }
   size_t MemoryBytes() const;  // on the device
@@ -65,6 +69,7 @@ class DevicePlan {
   DeviceBuffer<uint8_t> block_;  // holds all tables but the corner normals
   kernels::PlanTables tables_{};
   kernels::FusedTables fused_tables_{};
+  kernels::WeightTables weight_tables_{};
   kernels::SharedPointTables shared_points_{};
   std::shared_ptr<const ChunkNeeds> chunk_needs_;
   mutable Mutex mutex_;

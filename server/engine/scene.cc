@@ -125,8 +125,8 @@ absl::StatusOr<Scene::Prepared> Scene::Prepare(const LatticeStructure& structure
     ProbeMemory(least);
     LATTICED_RETURN_IF_ERROR(Validate(structure));
     const auto outside = std::make_shared<const OutsideMap>(structure);
-    LATTICED_ASSIGN_OR_RETURN(
-        auto plan, MakePlan(config_.mesh, outside->continued(), config_.crease_angle, stop));
+    LATTICED_ASSIGN_OR_RETURN(auto plan, MakePlan(config_.mesh, outside->continued(),
+                                                  config_.crease_angle, stop, config_.weights));
     LATTICED_ASSIGN_OR_RETURN(auto target, backend.Prepare(plan, config_.pipeline));
     LATTICED_RETURN_IF_ERROR(stop());
     SceneState state;

@@ -40,6 +40,7 @@
 #include "core/base/mutex.h"
 #include "core/base/stop_check.h"
 #include "core/ffd/lattice.h"
+#include "core/ffd/weights/vertex_weights.h"
 #include "core/mesh/mesh_units.h"
 #include "server/engine/points/point_set.h"
 #include "server/engine/render/render_queue.h"
@@ -65,6 +66,7 @@ struct SceneConfig {
   std::shared_ptr<const PolygonMesh> mesh;
   // At revision 0; reset{INITIAL} returns to it. The scene moves it out of here and keeps its own copies.
   Lattice lattice;
+  VertexWeights weights;               // null: none (core/ffd/weights/vertex_weights.h)
   std::optional<double> crease_angle;  // in degrees (core/ffd/vertex_normals.h)
   MeshUnits units;                     // of its coordinates, for clients and exported files
   WatchView default_view;

@@ -213,7 +213,8 @@ void Watcher::WantNewer(const Snapshot* offered) {
 const std::string& Watcher::TopologyOf(const Snapshot& snapshot) {
   const std::pair of(snapshot.structure_id, TopologySegments(snapshot.view.spec));
   if (std::exchange(named_, of) != of) {
-    name_ = TopologyId(IdOf(scene_->config().mesh_id), snapshot.plan->structure, of.second);
+    name_ = TopologyId(WeightedMeshId(IdOf(scene_->config().mesh_id), snapshot.plan->mesh_weights),
+                       snapshot.plan->structure, of.second);
   }
   return name_;
 }

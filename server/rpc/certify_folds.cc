@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/rpc/certify_folds.h"
 
+#include "core/base/error.h"
 #include "core/base/status_macros.h"
 #include "core/folds/fold_certifier.h"
 #include "server/rpc/server_env.h"
@@ -16,6 +17,8 @@ absl::Status CertifyFolds(const CallContext& context, const v1::CertifyFoldsRequ
                             FindScene(context.env, context.call, request.scene()));
   LATTICED_ASSIGN_OR_RETURN(const FoldScope scope, FoldScopeFromProto(request.scope()));
   const auto state = scene->State();
+  // Weights are of the surface: the volume around it has no deformation that could fold.
+  if (state->plan->is_weighted()) return error::NotWithWeights("a report of folds");
   LATTICED_ASSIGN_OR_RETURN(
       const auto room,
       context.env.memory->Reserve("the report of folds", FoldCertifier::MostBytes(*state->plan),

@@ -19,8 +19,12 @@ void Append(Vec3d v, google::protobuf::RepeatedField<double>& flat) {
   for (int axis = 0; axis < 3; ++axis) flat.Add(v[axis]);
 }
 
-DeformedPoint Evaluate(const SceneState& state, Vec3d world, v1::EvaluatePointsResponse* response) {
-  const DeformedPoint point = EvaluateWorld(state.plan->structure, *state.control_points, world);
+DeformedPoint Evaluate(const SceneState& state, const RestPoint& rest,
+                       v1::EvaluatePointsResponse* response) {
+  DeformedPoint point = EvaluateWorld(state.plan->structure, *state.control_points, rest.position);
+  if (state.plan->is_weighted()) {
+    Weigh(rest.position, rest.weight, rest.weight_gradient, point.position, point.jacobian);
+  }
   Append(point.position, *response->mutable_positions());
   for (const Vec3d column : point.jacobian) Append(column, *response->mutable_jacobians());
   return point;
@@ -33,10 +37,11 @@ absl::Status EvaluateSurface(const SceneState& state, const v1::SurfacePoints& p
                              limits::kMaxEvaluatePoints);
   }
   for (int i = 0; i < points.points_size(); ++i) {
-    LATTICED_ASSIGN_OR_RETURN(const auto rest,
-                              RestPointFromProto(*state.plan->mesh, points.points(i),
-                                                 fmt::format("surface_points.points[{}]", i)));
-    const DeformedPoint deformed = Evaluate(state, rest.position, response);
+    LATTICED_ASSIGN_OR_RETURN(
+        const auto rest,
+        RestPointFromProto(*state.plan->mesh, state.plan->mesh_weights, points.points(i),
+                           fmt::format("surface_points.points[{}]", i)));
+    const DeformedPoint deformed = Evaluate(state, rest, response);
     const Vec3d normal = ApplyCofactor(deformed.jacobian, rest.normal);
     const double length = Norm(normal);
     const double condition = CofactorNorm(deformed.jacobian) * Norm(rest.normal);
@@ -48,12 +53,14 @@ absl::Status EvaluateSurface(const SceneState& state, const v1::SurfacePoints& p
 
 absl::Status EvaluateWorldPoints(const SceneState& state, const v1::WorldPoints& message,
                                  v1::EvaluatePointsResponse* response) {
+  // Weights are of the surface: elsewhere in space there are none.
+  if (state.plan->is_weighted()) return error::NotWithWeights("a point that is not of the surface");
   LATTICED_ASSIGN_OR_RETURN(
       const auto points,
       PointsFromProto(message.positions(), limits::kMaxEvaluatePoints, "world_points.positions"));
   if (points.empty())
     return error::OutOfRange("world_points.positions", 0, 1, limits::kMaxEvaluatePoints);
-  for (const Vec3d point : points) Evaluate(state, point, response);
+  for (const Vec3d point : points) Evaluate(state, {.position = point}, response);
   return absl::OkStatus();
 }
 

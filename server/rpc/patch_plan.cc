@@ -109,6 +109,7 @@ absl::StatusOr<NextPart<v1::PatchPlanPart>> OpenPatchPlan(const CallContext& con
                             FindScene(context.env, context.call, request.scene()));
   const SceneConfig& config = scene->config();
   const auto plan = scene->State()->plan;
+  if (plan->is_weighted()) return error::NotWithWeights("a plan of patches");
   if (request.topology_id() != TopologyId(IdOf(config.mesh_id), plan->structure, kNoSegments)) {
     return error::NotFound("topology", request.topology_id());
   }

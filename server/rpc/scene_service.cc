@@ -20,6 +20,7 @@
 #include "server/base/auth/tenant.h"
 #include "server/base/random_id.h"
 #include "server/engine/exports/surface_export.h"
+#include "server/engine/scene/topology_id.h"
 #include "server/engine/watch/view_tolerance.h"
 #include "server/engine/watch_control.h"
 #include "server/rpc/access/audit.h"
@@ -136,7 +137,8 @@ absl::Status ApplyEdits(const CallContext& context, const v1::EditBatch& request
   LATTICED_RETURN_IF_ERROR(context.env.quotas.TakeEdit(context.call.caller.tenant, absl::Now()));
   const auto begun = Clock::now();
   LATTICED_ASSIGN_OR_RETURN(const auto summary,
-                            scene->ApplyEdits(BatchFromProto(request, *scene->config().mesh),
+                            scene->ApplyEdits(BatchFromProto(request, *scene->config().mesh,
+                                                             scene->config().weights),
                                               [&] { return CheckCancelled(context.call); }));
   AuditEdit(context.env, context.call, scene->id());
   response = ToProto(summary);
@@ -196,7 +198,9 @@ absl::StatusOr<NextPart<v1::TopologyPart>> OpenTopology(const CallContext& conte
                                                         const v1::GetTopologyRequest& request) {
   LATTICED_ASSIGN_OR_RETURN(const auto scene, SceneOf(context, request.scene()));
   const auto plan = scene->State()->plan;
-  if (!IsTopologyOf(request.topology_id(), IdOf(scene->config().mesh_id), plan->structure)) {
+  if (!IsTopologyOf(request.topology_id(),
+                    WeightedMeshId(IdOf(scene->config().mesh_id), plan->mesh_weights),
+                    plan->structure)) {
     return error::NotFound("topology", request.topology_id());
   }
   return [plan, id = request.topology_id(),

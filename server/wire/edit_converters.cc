@@ -112,7 +112,7 @@ absl::StatusOr<Edit> Read(const v1::ReplaceControlPoints& edit, std::string_view
 }
 
 absl::StatusOr<Edit> Read(const v1::DragPoints& edit, const PolygonMesh& mesh,
-                          std::string_view field) {
+                          const VertexWeights& weights, std::string_view field) {
   const int count = edit.points_size();
   if (count < 1 || static_cast<size_t>(count) > limits::kMaxDragPoints) {
     return error::OutOfRange(fmt::format("{}.points", field), count, 1,
@@ -129,8 +129,9 @@ absl::StatusOr<Edit> Read(const v1::DragPoints& edit, const PolygonMesh& mesh,
   for (int i = 0; i < count; ++i) {
     LATTICED_ASSIGN_OR_RETURN(
         const auto rest,
-        RestPointFromProto(mesh, edit.points(i), fmt::format("{}.points[{}]", field, i)));
+        RestPointFromProto(mesh, weights, edit.points(i), fmt::format("{}.points[{}]", field, i)));
     drag.points.push_back(rest.position);
+    if (weights != nullptr) drag.weights.push_back(rest.weight);
   }
   return drag;
 }
@@ -176,6 +177,7 @@ absl::StatusOr<Edit> Read(const v1::SetConstraints& edit, std::string_view field
 }
 
 absl::StatusOr<Edit> ReadEdit(const v1::Edit& edit, const PolygonMesh& mesh,
+                              const VertexWeights& weights,
                               const std::string& field) {
   switch (edit.edit_case()) {
     case v1::Edit::kSetControlPoints:
@@ -187,7 +189,7 @@ absl::StatusOr<Edit> ReadEdit(const v1::Edit& edit, const PolygonMesh& mesh,
     case v1::Edit::kReplaceControlPoints:
       return Read(edit.replace_control_points(), field + ".replace_control_points");
     case v1::Edit::kDragPoints:
-      return Read(edit.drag_points(), mesh, field + ".drag_points");
+      return Read(edit.drag_points(), mesh, weights, field + ".drag_points");
     case v1::Edit::kInsertKnot:
       return Read(edit.insert_knot(), field + ".insert_knot");
     case v1::Edit::kReplaceLattice:
@@ -211,7 +213,8 @@ absl::StatusOr<Edit> ReadEdit(const v1::Edit& edit, const PolygonMesh& mesh,
 
 }  // namespace
 
-absl::StatusOr<EditBatch> FromProto(const v1::EditBatch& batch, const PolygonMesh& mesh) {
+absl::StatusOr<EditBatch> FromProto(const v1::EditBatch& batch, const PolygonMesh& mesh,
+                                    const VertexWeights& weights) {
   EditBatch result;
   result.editor_id = batch.editor_id();
   result.sequence = batch.sequence();
@@ -230,15 +233,16 @@ absl::StatusOr<EditBatch> FromProto(const v1::EditBatch& batch, const PolygonMes
     if (batch.edits(i).has_replace_lattice() && batch.edits_size() > 1) {
       return NotAlone(fmt::format("edits[{}].replace_lattice", i));
     }
-    auto edit = ReadEdit(batch.edits(i), mesh, fmt::format("edits[{}]", i));
+    auto edit = ReadEdit(batch.edits(i), mesh, weights, fmt::format("edits[{}]", i));
     if (!edit.ok()) return edit.status();  // with the macro, GCC 12 takes the variant for unset
     result.edits.push_back(*std::move(edit));
   }
   return result;
 }
 
-EditBatch BatchFromProto(const v1::EditBatch& batch, const PolygonMesh& mesh) {
-  auto readable = FromProto(batch, mesh);
+EditBatch BatchFromProto(const v1::EditBatch& batch, const PolygonMesh& mesh,
+                         const VertexWeights& weights) {
+  auto readable = FromProto(batch, mesh, weights);
   if (readable.ok()) return *std::move(readable);
   EditBatch refused;
   refused.editor_id = batch.editor_id();

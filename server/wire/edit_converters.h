@@ -11,6 +11,7 @@
 #include "absl/status/statusor.h"
 #include "core/ffd/editor_ledger.h"
 #include "core/ffd/lattice_edit.h"
+#include "core/ffd/weights/vertex_weights.h"
 #include "core/mesh/polygon_mesh.h"
 #include "latticed/v1/edit.pb.h"
 
@@ -19,11 +20,13 @@ namespace latticed {
 // Checks what follows from the message and the scene's mesh: counts that must agree, known enum values,
 // finite numbers, points of the surface. The scene checks indices, sequence and structure.
 [[nodiscard]] absl::StatusOr<EditBatch> FromProto(const v1::EditBatch& batch,
-                                                  const PolygonMesh& mesh);
+                                                  const PolygonMesh& mesh,
+                                                  const VertexWeights& weights = nullptr);
 
 // The same, but an error is put in `refusal`, so that the scene refuses the batch in its place in the
 // editor's sequence.
-[[nodiscard]] EditBatch BatchFromProto(const v1::EditBatch& batch, const PolygonMesh& mesh);
+[[nodiscard]] EditBatch BatchFromProto(const v1::EditBatch& batch, const PolygonMesh& mesh,
+                                       const VertexWeights& weights = nullptr);
 
 // Whether applying the batch may take more than a millisecond: it drags many points or keeps a volume, or it may change
 // the structure, and a plan must be made. Where it is examined for folds, as in scenes with fold_watch, also if it moves

@@ -3,6 +3,8 @@
 #include "server/wire/scene_converters.h"
 
 #include <algorithm>
+#include <cstring>
+#include <memory>
 #include <utility>
 
 #include "core/base/error.h"
@@ -101,6 +103,49 @@ std::string WithoutEnding(const std::string& name) {
   return dot == 0 ? name : name.substr(0, dot);
 }
 
+// The weights that a request names, checked.
+absl::StatusOr<VertexWeights> WeightsFromProto(const v1::VertexWeights& message,
+                                               const PolygonMesh& mesh) {
+  std::vector<float> weights;
+  switch (message.source_case()) {
+    case v1::VertexWeights::kValues:
+      if (message.values().size() % sizeof(float) != 0) {
+        return error::InvalidField("weights.values",
+                                   fmt::format("{} bytes are no whole number of float32",
+                                               message.values().size()));
+      }
+      weights.resize(message.values().size() / sizeof(float));
+      std::memcpy(weights.data(), message.values().data(), message.values().size());
+      break;
+    case v1::VertexWeights::kFromMesh:
+      if (!message.from_mesh()) {
+        return error::InvalidField("weights.from_mesh", "must be true where it is set");
+      }
+      if (mesh.weights.empty()) {
+        return error::InvalidField("weights.from_mesh",
+                                   "the mesh's file has none: no property weight (PLY), and no "
+                                   "attribute _WEIGHT (GLB)");
+      }
+      weights = mesh.weights;
+      break;
+    case v1::VertexWeights::SOURCE_NOT_SET:
+      if (HoldsUnknown(message)) return error::Unsupported("weights", "this kind of weights");
+      return error::InvalidField("weights", "values or from_mesh must be set");
+  }
+  LATTICED_RETURN_IF_ERROR(CheckVertexWeights(mesh, weights));
+  return std::make_shared<const std::vector<float>>(std::move(weights));
+}
+
+// What a scene with weights cannot have from its beginning.
+absl::Status CheckWithWeights(const v1::CreateSceneRequest& request, Pipeline pipeline,
+                              const ViewSpec& view) {
+  if (pipeline != Pipeline::kFused) return error::NotWithWeights("a pipeline other than fused");
+  if (view.tolerance > 0) return error::NotWithWeights("a view with a tolerance");
+  if (!HasPositions(view)) return error::NotWithWeights("the encoding patches");
+  if (request.fold_watch()) return error::NotWithWeights("fold_watch");
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 absl::Status CheckCreateScene(const v1::CreateSceneRequest& request) {
@@ -129,6 +174,11 @@ absl::StatusOr<SceneConfig> SceneConfigFromProto(const v1::CreateSceneRequest& r
   LATTICED_ASSIGN_OR_RETURN(
       const auto pipeline,
       ReadEnum(kPipelines, request.diagnostics().pipeline(), "diagnostics.pipeline"));
+  VertexWeights weights;
+  if (request.has_weights()) {
+    LATTICED_ASSIGN_OR_RETURN(weights, WeightsFromProto(request.weights(), *mesh.mesh));
+    LATTICED_RETURN_IF_ERROR(CheckWithWeights(request, pipeline, view.key.spec));
+  }
   LATTICED_ASSIGN_OR_RETURN(const auto idle_ttl, IdleTtl(request, default_idle_ttl));
   LATTICED_RETURN_IF_ERROR(error::CheckRange("crease_angle", request.crease_angle(), 0, 180));
   LATTICED_ASSIGN_OR_RETURN(auto units, MeshUnitsFromProto(request.units(), "units"));
@@ -142,6 +192,7 @@ absl::StatusOr<SceneConfig> SceneConfigFromProto(const v1::CreateSceneRequest& r
   config.mesh = mesh.mesh;
   config.lattice = std::move(lattice);
   if (request.has_crease_angle()) config.crease_angle = request.crease_angle();
+  config.weights = std::move(weights);
   config.units = std::move(units);
   config.default_view = view;
   config.pipeline = pipeline;
@@ -165,6 +216,7 @@ v1::Scene ToProto(const SceneConfig& config) {
   SetTime(config.create_time, *result.mutable_create_time());
   result.set_owner(config.owner);
   result.set_fold_watch(config.fold_watch);
+  result.set_weighted(config.weights != nullptr);
   *result.mutable_units() = ToProto(config.units);
   if (config.crease_angle.has_value()) result.set_crease_angle(*config.crease_angle);
   return result;

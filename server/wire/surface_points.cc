@@ -61,7 +61,8 @@ absl::Status CheckBarycentrics(const v1::SurfacePoint& point, const std::string&
 
 }  // namespace
 
-absl::StatusOr<RestPoint> RestPointFromProto(const PolygonMesh& mesh, const v1::SurfacePoint& point,
+absl::StatusOr<RestPoint> RestPointFromProto(const PolygonMesh& mesh, const VertexWeights& weights,
+                                             const v1::SurfacePoint& point,
                                              const std::string& field) {
   LATTICED_RETURN_IF_ERROR(CheckCorners(mesh, point, field));
   LATTICED_RETURN_IF_ERROR(CheckBarycentrics(point, field));
@@ -74,6 +75,17 @@ absl::StatusOr<RestPoint> RestPointFromProto(const PolygonMesh& mesh, const v1::
   std::array<uint32_t, 3> corners{point.corners(0), point.corners(1), point.corners(2)};
   std::ranges::sort(corners);
   rest.normal = Cross(world(corners[1]) - world(corners[0]), world(corners[2]) - world(corners[0]));
+  if (weights == nullptr) return rest;
+  std::array<Vec3d, 3> triangle;
+  std::array<double, 3> of_corner;
+  rest.weight = 0;
+  for (int c = 0; c < 3; ++c) {
+    const auto k = static_cast<size_t>(c);
+    triangle[k] = world(point.corners(c));
+    of_corner[k] = (*weights)[mesh.corner_vertices[point.corners(c)]];
+    rest.weight += point.barycentrics(c) * of_corner[k];
+  }
+  rest.weight_gradient = WeightGradient(triangle, of_corner);
   return rest;
 }
 

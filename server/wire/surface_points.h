@@ -12,6 +12,7 @@
 
 #include "absl/status/statusor.h"
 #include "core/base/vec.h"
+#include "core/ffd/weights/vertex_weights.h"
 #include "core/mesh/polygon_mesh.h"
 #include "latticed/v1/surface.pb.h"
 
@@ -21,9 +22,13 @@ namespace latticed {
 struct RestPoint {
   Vec3d position;
   Vec3d normal;
+  double weight = 1;      // with its gradient, where there are weights
+  Vec3d weight_gradient;
 };
 
+// `weights` are the scene's, or null.
 [[nodiscard]] absl::StatusOr<RestPoint> RestPointFromProto(const PolygonMesh& mesh,
+                                                           const VertexWeights& weights,
                                                            const v1::SurfacePoint& point,
                                                            const std::string& field);
 

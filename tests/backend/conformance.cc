@@ -47,6 +47,7 @@ std::vector<uint32_t> AllChunks(const DeformPlan& plan) {
 QuantisationBox BoxFor(const DeformPlan& plan, std::span<const Vec3d> control_points) {
   Bounds bounds = plan.outside_bounds;
   for (const Vec3d& p : control_points) bounds.Extend(p);
+  if (plan.is_weighted()) bounds.Extend(plan.mesh_bounds);  // weight 0 rests
   return FitQuantisationBox(bounds, 1);
 }
 

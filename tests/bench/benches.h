@@ -22,6 +22,7 @@ namespace latticed::bench {
 void RegisterEvaluateBenches();   // control points to vertices
 void RegisterFloorBenches();      // streaming stores; product (25) alone
 void RegisterPlanBenches();       // from mesh and lattice to plan
+void RegisterWeightsBenches();    // with vertex weights, and without, by turns
 void RegisterFoldsBenches();      // from control points to a report of folds
 void RegisterMeasureBenches();    // volume, centroid, area, the kept volume
 void RegisterCodecBenches();      // from vertices to Draco bytes, and their number

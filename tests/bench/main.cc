@@ -76,6 +76,7 @@ int Benchmarks(const Options& options) {
   RegisterEvaluateBenches();
   RegisterPlanBenches();
   RegisterFoldsBenches();
+  RegisterWeightsBenches();
   RegisterMeasureBenches();
   RegisterCodecBenches();
   RegisterDecodeBenches();

@@ -131,5 +131,41 @@ TEST_F(LatticectlApply, AMovedLatticeMovesTheMeshAndKeepsTheVertexOrder) {
   }
 }
 
+TEST_F(LatticectlApply, WeightsSayHowFarEachVertexGoes) {
+  auto lattice = ReadLattice(Path("L.json"));
+  ASSERT_OK(lattice);
+  for (int i = 0; i + 2 < lattice->control_points_size(); i += 3) {
+    lattice->set_control_points(i, lattice->control_points(i) + 3);
+  }
+  ASSERT_OK(WriteFile(Path("L.json"), MessageJson(*lattice)));
+  const PolygonMesh rest = Apply("follows.ply");
+  ASSERT_OK(WriteFile(Path("y.csv"), "weight\n0\n0\n1\n1\n0\n0\n1\n1\n"));  // y of each vertex
+
+  const PolygonMesh deformed = Apply("weighted.ply", {"--weights", Path("y.csv")});
+
+  ASSERT_EQ(deformed.positions.size(), rest.positions.size());
+  for (const Vec3d p : deformed.positions) {
+    EXPECT_GE(p.x, 3 * p.y - 1e-5);
+    EXPECT_LE(p.x, 3 * p.y + 1 + 1e-5);
+  }
+}
+
+TEST_F(LatticectlApply, BadWeightsAreNamed) {
+  ASSERT_OK(WriteFile(Path("few.csv"), "0\n1\n"));
+  ASSERT_OK(WriteFile(Path("two.csv"), "0,1\n1,1\n"));
+  const auto apply = [&](const std::string& weights) {
+    const RunResult result =
+        Latticectl({"apply", Path("cube.obj"), "--lattice", Path("L.json"), "--backend", "cpu", "-o",
+                    Path("o.ply"), "--weights", weights});
+    EXPECT_NE(result.code, 0);
+    return result.err;
+  };
+  using ::testing::HasSubstr;
+  EXPECT_THAT(apply(Path("few.csv")), HasSubstr("--weights"));
+  EXPECT_THAT(apply(Path("few.csv")), HasSubstr("there are 2 for a mesh of 8 vertices"));
+  EXPECT_THAT(apply(Path("two.csv")), HasSubstr("has 2 columns; one is needed"));
+  EXPECT_THAT(apply("attribute"), HasSubstr("the mesh's file has none"));
+}
+
 }  // namespace
 }  // namespace latticed::client

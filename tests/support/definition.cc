@@ -162,8 +162,13 @@ absl::Status Definition::Check(Pipeline pipeline, std::span<const ViewPoint> poi
 double Definition::NormalTolerance(Pipeline pipeline, size_t at) const {
   const double kappa = points_[at].kappa;
   if (!(kappa <= kMostKappa)) return std::numeric_limits<double>::infinity();
-  if (pipeline == Pipeline::kFused) return kFusedNormal * kappa;
   const size_t nth = at / barycentrics_.size();
+  if (pipeline == Pipeline::kFused) {
+    // A weight's gradient carries the error of a position to the normal.
+    const double steepness =
+        plan_.is_weighted() ? Norm(plan_.PatchWeightGradient(patches_[nth])) : 0.0;
+    return (kFusedNormal + kFusedPosition * scale_ * steepness) * kappa;
+  }
   return kResultRounding + GemmNormalBound(plan_, direct_, patches_[nth],
                                            barycentrics_[at % barycentrics_.size()], kind_,
                                            patch_diagonals_[nth]);

@@ -18,20 +18,34 @@ def _array(collection, name, width, kind):
     return values.reshape(-1, width) if width > 1 else values
 
 
-def read_mesh(source):
-    """Reads the object's own mesh, in its own space, without modifiers. ValueError if it has no faces."""
+def read_mesh(source, group=""):
+    """Reads the object's own mesh, in its own space, without modifiers. `group` names the vertex group that has the
+    weights; empty: there are none. ValueError if the object has no faces, or no such group."""
+    index = source.vertex_groups.find(group) if group else None
+    if index == -1:
+        raise ValueError(f"{source.name} has no vertex group {group}")
     if source.mode != "EDIT":
-        return _read(source.data, source.name)
+        return _read(source.data, source.name, index)
     # In edit mode Blender 3.4 has no texture coordinates to read, but a copy, which has no edit mode, has.
     source.update_from_editmode()
     copy = source.data.copy()
     try:
-        return _read(copy, source.name)
+        return _read(copy, source.name, index)
     finally:
         bpy.data.meshes.remove(copy)
 
 
-def _read(mesh, name):
+def _weights(mesh, group):
+    """A vertex that is not in the group has the weight 0, as in Blender's modifiers."""
+    weights = np.zeros(len(mesh.vertices), np.float32)
+    for vertex in mesh.vertices:
+        for element in vertex.groups:
+            if element.group == group:
+                weights[vertex.index] = element.weight
+    return weights
+
+
+def _read(mesh, name, group):
     if not len(mesh.polygons):
         raise ValueError(f"{name} has no faces")
     corners = _array(mesh.loops, "vertex_index", 1, np.int32)
@@ -52,6 +66,7 @@ def _read(mesh, name):
         uv_name="" if layer is None else layer.name,
         materials=_array(mesh.polygons, "material_index", 1, np.int32),
         smooth=_array(mesh.polygons, "use_smooth", 1, bool),
+        weights=None if group is None else _weights(mesh, group),
     )
 
 

@@ -55,7 +55,8 @@ class Live:
         """Starts a session. ValueError, with a text for the user, for objects that cannot be shown."""
         self.disconnect()
         settings = scene.latticed
-        mesh, grid = blender_data.read_mesh(source), blender_data.read_lattice(lattice, source)
+        mesh = blender_data.read_mesh(source, settings.weights)
+        grid = blender_data.read_lattice(lattice, source)
         settings.source, settings.lattice = source, lattice
         if settings.result is None or settings.result.parent != source:
             settings.result = result_object.make_result(source)
@@ -148,7 +149,7 @@ class Live:
     def _send(self, settings):
         mesh = grid = view = None
         if "mesh" in self._dirty:
-            mesh = blender_data.read_mesh(settings.source)
+            mesh = blender_data.read_mesh(settings.source, settings.weights)
             result_object.copy_materials(settings.source, settings.result)
         if "lattice" in self._dirty:
             grid = self._grid = blender_data.read_lattice(settings.lattice, settings.source, self._grid)

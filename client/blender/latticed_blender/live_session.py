@@ -128,6 +128,7 @@ class LiveSession:
             uploaded,
             mapping.lattice(grid),
             crease_angle=mesh.crease_angle,
+            weights=mesh.weights,
             labels={"client": "blender"},
             delete_on_exit=True,
         ) as scene, scene.deform(view) as stream:

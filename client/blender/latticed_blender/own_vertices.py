@@ -10,8 +10,9 @@ from . import blender_data
 from .lattice_map import LatticeMap
 
 
-def move_vertices(source, lattice):
-    """Moves the mesh's vertices to where the lattice has them, computed in double. Faces, texture coordinates and
+def move_vertices(source, lattice, group=""):
+    """Moves the mesh's vertices to where the lattice has them, computed in double, each by its weight in the vertex group
+    `group`, or all of the way where that is empty. Faces, texture coordinates and
     materials stay. ValueError, with a text for the user, for a mesh that cannot be changed so."""
     mesh = source.data
     if mesh.shape_keys is not None:
@@ -19,8 +20,11 @@ def move_vertices(source, lattice):
     users = sum(thing.data == mesh for thing in bpy.data.objects)
     if users > 1:
         raise ValueError(f"{users} objects share the mesh of {source.name}: make it single-user first")
-    positions = blender_data.read_mesh(source).positions.astype(float)
+    read = blender_data.read_mesh(source, group)
+    positions = read.positions.astype(float)
     grid = blender_data.read_lattice(lattice, source)
     moved = LatticeMap(grid, positions).lattice(grid).deform(positions)
+    if read.weights is not None:
+        moved = positions + read.weights[:, None].astype(float) * (moved - positions)
     mesh.vertices.foreach_set("co", moved.astype(np.float32).reshape(-1))
     mesh.update()

@@ -20,6 +20,10 @@ def _view_changed(settings, context):
     LIVE.touch("view")
 
 
+def _weights_changed(settings, context):
+    LIVE.touch("mesh")
+
+
 def _is_mesh(settings, candidate):
     return candidate.type == "MESH"
 
@@ -42,6 +46,11 @@ class LatticedSettings(bpy.types.PropertyGroup):
         "source": bpy.props.PointerProperty(type=bpy.types.Object, poll=_is_mesh, name="Mesh"),
         "lattice": bpy.props.PointerProperty(type=bpy.types.Object, poll=_is_lattice, name="Lattice"),
         "result": bpy.props.PointerProperty(type=bpy.types.Object, poll=_is_mesh, name="Result"),
+        "weights": bpy.props.StringProperty(
+            name="Weights",
+            description="Vertex group of the mesh: how much of the deformation each vertex takes. Empty: all of it",
+            update=_weights_changed,
+        ),
         "segments": bpy.props.IntProperty(
             name="Segments",
             default=4,
@@ -83,6 +92,8 @@ class LATTICED_PT_panel(bpy.types.Panel):
             layout.operator("latticed.disconnect", icon="UNLINKED")
         else:
             layout.operator("latticed.connect", icon="LINKED")
+        if settings.source is not None:
+            layout.prop_search(settings, "weights", settings.source, "vertex_groups")
         segments = layout.column()
         segments.enabled = settings.tolerance == 0
         segments.prop(settings, "segments")

@@ -19,6 +19,7 @@ class SourceMesh:
     uv_name       that layer's name
     materials     (faces,): each face's index in the list of materials; None: all are 0
     smooth        (faces,): whether Blender shades the face smooth; None: all are
+    weights       (vertices,): how much of the deformation each takes, 0 to 1; None: all of it
     """
 
     positions: npt.NDArray[np.float32]
@@ -28,6 +29,7 @@ class SourceMesh:
     uv_name: str = ""
     materials: Optional[npt.NDArray[np.int32]] = None
     smooth: Optional[npt.NDArray[np.bool_]] = None
+    weights: Optional[npt.NDArray[np.float32]] = None
 
     @property
     def corners(self) -> npt.NDArray[np.int64]:

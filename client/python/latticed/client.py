@@ -144,6 +144,7 @@ class Client:
         up_axis: str = "",
         meters_per_unit: float = 0,
         crease_angle: Optional[float] = None,
+        weights: Union[None, str, npt.ArrayLike] = None,
         name: str = "",
         scene_id: str = "",
         labels: Optional[Dict[str, str]] = None,
@@ -162,6 +163,8 @@ class Client:
                          are those of the mesh
         crease_angle     smooth normals are computed, and split where faces meet at more degrees, 0 to 180;
                          None: those of the mesh, split at 30 degrees where it has none
+        weights          how much of the deformation each vertex takes, 0 to 1: an array with one for each
+                         vertex, or "mesh" for those in the mesh's file (PLY weight, GLB _WEIGHT); None: all
         name             for people, and of exported files; empty: the mesh's, without its ending
         scene_id         [a-z0-9-]{1,63}; empty: a random one. Repeating a request returns the same scene
         idle_ttl         seconds that the scene lives unwatched and unedited; None: the server's default
@@ -198,6 +201,12 @@ class Client:
             name=name,
             fold_watch=fold_watch,
         )
+        if isinstance(weights, str):
+            if weights != "mesh":
+                raise ValueError(f'weights is an array or "mesh", not {weights!r}')
+            request.weights.from_mesh = True
+        elif weights is not None:
+            request.weights.values = np.ascontiguousarray(weights, "<f4").tobytes()
         if view is not None:
             request.default_view.CopyFrom(view.to_proto())
         request.diagnostics.pipeline = choose("pipeline", pipeline, _PIPELINES)

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The polynomial of each knot box, relative to the plan's local origin: R - local_origin (core/ffd/box_basis.h).
+// With weights it is that of the offset, R(x) - x.
 // It is computed in double from the control points and rounded to float once.
 //
 // Threads  pure functions; the constructor does all work that does not depend on control points
@@ -34,11 +35,17 @@ class BoxPolynomials {
   Vec3d Local(uint32_t box, const PlanVertex& vertex) const;
   // The same for a direction in the world.
   Vec3d LocalDirection(uint32_t box, Vec3d world) const;
+  // The derivatives of the world position by box-local coordinates.
+  std::array<Vec3d, 3> WorldByLocal(uint32_t box) const;
   // The conormal cof(A) N of a world normal N, where A is the Jacobian of box-local coordinates by world position.
   // The cofactors of the polynomial's Jacobian map it to cof(J) N.
   Vec3d LocalConormal(uint32_t box, Vec3d world_normal) const;
 
  private:
+  // The polynomial's coefficients in double, as BoxBasis::Polynomial orders them.
+  std::array<Vec3d, BoxBasis::kMostTerms> Coefficients(uint32_t box,
+                                                       std::span<const Vec3d> control_points) const;
+
   std::shared_ptr<const DeformPlan> plan_;
   FrameMap map_;
   BoxBasis basis_;

@@ -13,6 +13,7 @@
 #include "core/cpu/fused/fused_layout.h"
 #include "core/cpu/fused/fused_output.h"
 #include "core/cpu/fused/kernel/fused_kernel.h"
+#include "core/cpu/fused/kernel/weight_lanes.h"
 #include "core/cpu/fused/prefetch.h"
 #include "core/ffd/direct_ffd.h"
 #include "core/ffd/tessellation_pattern.h"
@@ -140,14 +141,27 @@ class Kernel final : public FusedKernel {
       const FlushDenormals flush;
       const size_t g = frame.edge_groups[i];
       if (stride == 0) return;  // one segment: edges have no interior points
-      EvaluateEdges(degree, polynomial(layout_.edges.boxes[g]), layout_.edges.groups[g],
-                    frame.spec.segments, frame.edge_points[g * stride].value);
+      const BoxPolynomial& box = polynomial(layout_.edges.boxes[g]);
+      const EdgeLanes& edges = layout_.edges.groups[g];
+      float* out = frame.edge_points[g * stride].value;
+      if (plan_->is_weighted()) {
+        EvaluateWeightedEdges(degree, box, edges, layout_.weights.edges[g], frame.spec.segments,
+                              out);
+      } else {
+        EvaluateEdges(degree, box, edges, frame.spec.segments, out);
+      }
     });
     arena.ForEach(frame.corner_groups.size(), [&](size_t i) {
       const FlushDenormals flush;
       const size_t g = frame.corner_groups[i];
-      EvaluateCorners(degree, polynomial(layout_.corners.boxes[g]), layout_.corners.groups[g],
-                      frame.corner_points[g * 3].value);
+      const BoxPolynomial& box = polynomial(layout_.corners.boxes[g]);
+      const CornerLanes& corners = layout_.corners.groups[g];
+      float* out = frame.corner_points[g * 3].value;
+      if (plan_->is_weighted()) {
+        EvaluateWeightedCorners(degree, box, corners, layout_.weights.corners[g], out);
+      } else {
+        EvaluateCorners(degree, box, corners, out);
+      }
     });
   }
 
@@ -176,9 +190,16 @@ class Kernel final : public FusedKernel {
     // Without it, a quarter of the time is spent waiting for memory.
     if (g + 1 < layout_.groups.size()) {
       PrefetchToRead(&layout_.patches[g + 1], sizeof(PatchLanes));
+      if (plan_->is_weighted()) {
+        PrefetchToRead(&layout_.weights.patches[g + 1], sizeof(WeightedPatch));
+      }
     }
     frame.output.Prefetch(group);
-    EvaluateGroup(arguments);
+    if (plan_->is_weighted()) {
+      EvaluateWeightedGroup(arguments, layout_.weights.patches[g]);
+    } else {
+      EvaluateGroup(arguments);
+    }
     ApplyFixes(frame, group, arguments.scratch);
     ReplaceWeakNormals(frame, group, arguments);
     frame.output.Store(g, arguments.scratch);

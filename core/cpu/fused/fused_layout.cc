@@ -113,6 +113,9 @@ void FusedLayout::PackLane(size_t group, size_t lane, uint32_t p) {
   out.along_length[lane] = static_cast<float>(length);
   out.inverse_height[lane] = height > 0 ? static_cast<float>(1 / height) : 0.0f;
   PackSmooth(group, lane, p, facet, along, across);
+  if (plan_->is_weighted()) {
+    weights.PackPatch(*plan_, polynomials_, group, lane, p, along, across, facet);
+  }
 }
 
 void FusedLayout::PackSmooth(size_t group, size_t lane, uint32_t p, Vec3d facet, Vec3d along,
@@ -174,6 +177,7 @@ uint32_t FusedLayout::EdgeFeature(uint32_t edge, uint32_t box) {
     SetLane(lanes.from.point, lane, from);
     SetLane(lanes.to.point, lane, to);
   });
+  if (plan_->is_weighted()) weights.PackEdge(*plan_, edge, it->second);
   return it->second;
 }
 
@@ -184,13 +188,15 @@ uint32_t FusedLayout::CornerFeature(uint32_t vertex, uint32_t box) {
   it->second = AddFeature(corners, open_corners_, box, [&](CornerLanes& lanes, size_t lane) {
     SetLane(lanes.point, lane, point);
   });
+  if (plan_->is_weighted()) weights.PackCorner(*plan_, vertex, it->second);
   return it->second;
 }
 
 uint64_t FusedLayout::MemoryBytes() const {
   return groups.size() * (sizeof(Group) + sizeof(PatchLanes) + sizeof(SmoothLanes)) +
          fixes.size() * sizeof(Fix) + edges.groups.size() * sizeof(EdgeLanes) +
-         corners.groups.size() * sizeof(CornerLanes) + group_of_patch.size() * sizeof(uint32_t);
+         corners.groups.size() * sizeof(CornerLanes) + group_of_patch.size() * sizeof(uint32_t) +
+         weights.MemoryBytes();
 }
 
 }  // namespace latticed::fused

@@ -20,6 +20,7 @@
 #include <vector>
 
 #include "core/cpu/fused/box_polynomials.h"
+#include "core/cpu/fused/fused_weights.h"
 #include "core/cpu/fused/kernel/fused_kernel.h"
 #include "core/ffd/deform_plan.h"
 
@@ -59,6 +60,7 @@ class FusedLayout {
   std::vector<Fix> fixes;
   FeatureSet<EdgeLanes> edges;
   FeatureSet<CornerLanes> corners;
+  FusedWeights weights;
   std::vector<uint32_t> group_of_patch;
 
   uint64_t MemoryBytes() const;

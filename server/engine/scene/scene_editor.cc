@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/engine/scene/scene_editor.h"
 
+#include "core/base/error.h"
 #include "core/base/status_macros.h"
 #include "core/ffd/control_point_range.h"
 #include "core/ffd/dirty_set.h"
@@ -59,6 +60,9 @@ absl::StatusOr<EditCommit> SceneEditor::Apply(const EditBatch& batch, const Scen
     wanted = structure;
     return EditHistory::PutOff();
   };
+  if (batch.refuse_folds && before.plan->is_weighted()) {
+    return error::NotWithWeights("refuse_folds");
+  }
   AdmitPoints admit_points;
   if (batch.refuse_folds || !before.outside->is_identity() || candidate.has_value()) {
     admit_points = [&](const LatticeStructure& structure, std::span<const Vec3d> points) {

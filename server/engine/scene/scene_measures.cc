@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/base/catch_bad_alloc.h"
+#include "core/base/error.h"
 #include "core/base/status_macros.h"
 #include "core/measure/kept_volume.h"
 #include "core/measure/surface_closure.h"
@@ -16,6 +17,7 @@ SceneMeasures::SceneMeasures(std::shared_ptr<const DeformPlan> plan, MemoryBudge
     : plan_(std::move(plan)), memory_(memory), account_(std::move(account)) {}
 
 absl::Status SceneMeasures::CheckClosed(std::span<const Vec3d> control_points) {
+  if (plan_->is_weighted()) return error::NotWithWeights("a volume");
   uint64_t border_edges = 0;
   {
     const MutexLock lock(&mutex_);

@@ -61,6 +61,8 @@ Bounds BoundsOf(const SceneState& state) {
     if ((*state.influential)[i]) bounds.Extend((*state.control_points)[i]);
   }
   if (!state.plan->outside_bounds.empty()) bounds.Extend(state.plan->outside_bounds);
+  // Weights draw points towards their places at rest.
+  if (state.plan->is_weighted()) bounds.Extend(state.plan->mesh_bounds);
   return bounds;
 }
 

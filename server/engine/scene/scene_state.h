@@ -59,7 +59,8 @@ struct SceneState {
 // continued beyond a face, and fades out, none may.
 [[nodiscard]] uint64_t PatchesThatMayTear(const DeformPlan& plan, const OutsideMap& outside);
 
-// What the quantisation box must hold: a B-spline volume stays in the hull of its control points.
+// What the quantisation box must hold: a B-spline volume stays in the hull of its control points. With weights, points lie
+// between there and the mesh at rest.
 [[nodiscard]] Bounds BoundsOf(const SceneState& state);
 
 // Until when edits count as coming after one at `edit_time`, when the edit before it was at `before`. They

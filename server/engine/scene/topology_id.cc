@@ -18,6 +18,13 @@ void Append(std::string& text, Vec3d v) { text += fmt::format("{:a},{:a},{:a};",
 
 }  // namespace
 
+std::string WeightedMeshId(std::string_view mesh_id, const VertexWeights& weights) {
+  if (weights == nullptr) return std::string(mesh_id);
+  const std::string_view bytes(reinterpret_cast<const char*>(weights->data()),
+                               weights->size() * sizeof(float));
+  return fmt::format("{}+{}", mesh_id, Sha256Hex(bytes));
+}
+
 std::string TopologyId(std::string_view mesh_id, const LatticeStructure& structure, int segments) {
   std::string text = fmt::format("{};{};", kOrder, mesh_id);
   for (size_t axis = 0; axis < 3; ++axis) {

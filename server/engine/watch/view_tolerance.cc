@@ -38,11 +38,15 @@ absl::StatusOr<WatchView> SettleTolerance(const WatchView& view, const TargetSlo
                                           const QuantisationBox& box, std::string_view field) {
   if (!HasPositions(view.key.spec)) {
     if (target.has_edge_bounds()) return view;
+    if (target.plan()->is_weighted()) return error::NotWithWeights("the encoding patches");
     return error::InvalidField(fmt::format("{}.encoding", field),
                                "this pipeline has no patches on these devices", "UNSUPPORTED");
   }
   const double tolerance = view.key.spec.tolerance;
   if (!(tolerance > 0)) return view;
+  if (!target.has_tolerance() && target.plan()->is_weighted()) {
+    return error::NotWithWeights("a view with a tolerance");
+  }
   if (!target.has_tolerance()) {
     return error::InvalidField(fmt::format("{}.tolerance", field),
                                "this pipeline has none on these devices", "UNSUPPORTED");

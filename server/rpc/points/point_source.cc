@@ -95,7 +95,7 @@ absl::StatusOr<std::vector<double>> SurfacePoints(const PolygonMesh& mesh,
     point.mutable_barycentrics()->Add(std::begin(record.barycentrics),
                                       std::end(record.barycentrics));
     LATTICED_ASSIGN_OR_RETURN(const RestPoint rest,
-                              RestPointFromProto(mesh, point, fmt::format("data.points[{}]", i)));
+                              RestPointFromProto(mesh, nullptr, point, fmt::format("data.points[{}]", i)));
     vectors[i] = rest.position;
     vectors[count + i] = Unit(rest.normal);
   }
@@ -112,6 +112,7 @@ absl::Status CheckFinite(std::span<const Vec3d> vectors, std::string_view field)
 
 absl::StatusOr<AnnouncedPoints> Announced(const Source& header, const Scene& scene,
                                           const SceneState& state) {
+  if (state.plan->is_weighted()) return error::NotWithWeights("a point set");
   switch (header.source_case()) {
     case Source::kWorld: {
       const uint64_t points = header.world().points();

@@ -138,6 +138,39 @@ def follows_the_view(rest):
     wait_for(lambda: not result().data.use_auto_smooth, "no normals")
 
 
+def follows_a_vertex_group(random):
+    """The vertices are where the lattice modifier has them with the same group."""
+    settings, (torus, lattice) = bpy.context.scene.latticed, objects()
+    group = torus.vertex_groups.new(name="Some")
+    for vertex in torus.data.vertices:
+        if vertex.index % 3:  # the others are in no group
+            group.add([vertex.index], float(random.uniform()), "REPLACE")
+    settings.weights = "Some"
+    set_points(lambda place: place + 0.3 * random.standard_normal(3))
+    copy = bpy.data.objects.new("weighted", torus.data.copy())
+    copy.matrix_world = torus.matrix_world
+    bpy.context.collection.objects.link(copy)
+    copy.vertex_groups.new(name="Some")
+    modifier = copy.modifiers.new("Lattice", "LATTICE")
+    modifier.object, modifier.vertex_group = lattice, "Some"
+    bpy.context.view_layer.update()
+    expected = coordinates(copy.evaluated_get(bpy.context.evaluated_depsgraph_get()).data)
+    bpy.data.objects.remove(copy)
+
+    def worst():
+        shown = coordinates(result().data)
+        if not len(shown):
+            return np.inf
+        return np.linalg.norm(expected[:, None] - shown, axis=-1).min(axis=1).max()
+
+    wait_for(lambda: worst() < 2 * TOLERANCE, "a vertex group")
+    print(f"drive_addon: a vertex group: at most {worst():.1e} from Blender's modifier")
+    settings.weights = "None of them"
+    wait_for(lambda: not runs_by_timer(), "noticing that there is no such group")
+    settings.weights = ""
+    connect("KEY_BSPLINE")
+
+
 def leaves_no_timer():
     """Checks that a disconnect stops the timer, and so does disabling the add-on."""
     from latticed_blender.live import tick
@@ -184,6 +217,7 @@ def main(addon):
     follows_a_shape_key(rest, random)
     follows_other_structures(random)
     follows_the_view(rest)
+    follows_a_vertex_group(random)
     says_what_is_wrong()
     leaves_no_timer()
 

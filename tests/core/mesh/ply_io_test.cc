@@ -53,6 +53,19 @@ TEST(PlyReaderTest, ExtraElementsPropertiesAndListsAnywhere) {
   EXPECT_THAT(mesh.corner_vertices, ElementsAre(0, 1, 2));
 }
 
+TEST(PlyReaderTest, WeightsAsTheyAreWritten) {
+  const auto read = [](const std::string& weights) {
+    return ReadPly(
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty "
+        "float z\nproperty double weight\nelement face 1\nproperty list uchar int "
+        "vertex_indices\nend_header\n" +
+        weights + "3 0 1 2\n");
+  };
+  ASSERT_OK_AND_ASSIGN(const auto mesh, read("0 0 0 0.25\n1 0 0 1\n0 1 0 7\n"));
+  EXPECT_THAT(mesh.weights, ElementsAre(0.25f, 1.0f, 7.0f));
+  EXPECT_THAT(read("0 0 0 0.25\n1 0 0 nan\n0 1 0 7\n"), IsMalformed("nan"));
+}
+
 TEST(PlyReaderTest, NormalsAndEveryNameOfUvs) {
   for (const char* uv : {"s t", "u v", "texture_u texture_v"}) {
     const std::string u = std::string(uv).substr(0, std::string(uv).find(' '));

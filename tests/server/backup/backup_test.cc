@@ -79,6 +79,27 @@ TEST_F(BackupTest, WhileItIsEditedASceneIsAtOneRevision) {
   }
 }
 
+TEST_F(BackupTest, HoldsWeights) {
+  mesh_ = Upload(kGridObj);
+  v1::CreateSceneRequest request = SceneRequest();
+  const std::vector<float> weights = {0, 0.25f, 0.5f, 1, 1, 0.75f, 0, 0, 1};
+  request.mutable_weights()->set_values(reinterpret_cast<const char*>(weights.data()),
+                                        weights.size() * sizeof(float));
+  ASSERT_OK(Create(request));
+  ASSERT_OK(Apply(Move("ann", 1, 5, 0.5)));
+  const auto ply = Export(For<v1::ExportRequest>());
+  ASSERT_OK(ply);
+
+  ASSERT_OK_AND_ASSIGN(const BackupParts parts, Backup());
+  Start("second");
+  ASSERT_OK(Restore(parts));
+
+  EXPECT_TRUE(Get().weighted());
+  const auto restored = Export(For<v1::ExportRequest>());
+  ASSERT_OK(restored);
+  EXPECT_EQ(*restored, *ply);
+}
+
 TEST_F(BackupTest, WakesNothingOnEitherSide) {
   MakeScenes(3);
   Start("first");

@@ -47,6 +47,23 @@ TEST_F(RestartTest, AServerSaysWhetherItKeepsWhatItIsGiven) {
   EXPECT_FALSE(Info().durable());
 }
 
+TEST_F(RestartTest, WeightsComeBack) {
+  v1::CreateSceneRequest request = SceneRequest();
+  const std::vector<float> weights = {0, 0.25f, 0.5f, 1, 1, 0.75f, 0, 0, 1};
+  request.mutable_weights()->set_values(reinterpret_cast<const char*>(weights.data()),
+                                        weights.size() * sizeof(float));
+  ASSERT_OK(Create(request));
+  ASSERT_OK(Apply(Move("ann", 1, 5, 0.5)));
+  const std::string ply = Ply();
+
+  Restart();
+
+  EXPECT_TRUE(Get().weighted());
+  EXPECT_EQ(Ply(), ply);
+  EXPECT_OK(Create(request));  // the same request is still the same scene
+  ExpectRefused(Create(SceneRequest()), absl::StatusCode::kAlreadyExists, "ALREADY_EXISTS");
+}
+
 TEST_F(RestartTest, ScenesAndMeshesComeBackWithAllTheirBits) {
   const std::string cube = Upload(CubeObj());
   ASSERT_OK(Create(SceneRequest()));

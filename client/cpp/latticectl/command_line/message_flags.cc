@@ -125,6 +125,14 @@ void AddCreaseFlag(CLI::App& command, std::optional<double>& angle) {
       ->check(CLI::Range(0., 180.));
 }
 
+void AddWeightsFlag(CLI::App& command, std::string& source) {
+  command
+      .add_option("--weights", source,
+                  "How much of the deformation each vertex takes, 0 to 1: 'attribute' for those in "
+                  "the mesh's file (PLY weight, GLB _WEIGHT), or a .npy or .csv file of numbers")
+      ->type_name(kFileType);
+}
+
 std::string UpAxisName(v1::UpAxis axis) { return NameOf(kUpAxes, axis, ""); }
 
 }  // namespace latticed::client

@@ -72,6 +72,9 @@ void AddUnitsFlags(CLI::App& command, v1::MeshUnits& units);
 // --crease-angle 30, in degrees.
 void AddCreaseFlag(CLI::App& command, std::optional<double>& angle);
 
+// --weights attribute|FILE: geometry/weights_source.h reads it.
+void AddWeightsFlag(CLI::App& command, std::string& source);
+
 }  // namespace latticed::client
 
 #endif  // LATTICED_CLIENT_CPP_LATTICECTL_COMMAND_LINE_MESSAGE_FLAGS_H_

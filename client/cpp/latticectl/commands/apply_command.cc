@@ -8,6 +8,7 @@
 
 #include "absl/time/clock.h"
 #include "absl/time/time.h"
+#include "client/cpp/latticectl/geometry/weights_source.h"
 #include "client/cpp/latticectl/command_line/message_flags.h"
 #include "client/cpp/latticectl/command_line/value_types.h"
 #include "client/cpp/latticectl/commands/commands.h"
@@ -27,7 +28,7 @@ namespace latticed::client {
 namespace {
 
 struct ApplyFlags {
-  std::string mesh, lattice, output;
+  std::string mesh, lattice, output, weights;
   v1::MeshUnits units;
   std::optional<double> crease_angle;
   v1::ViewOptions view;
@@ -70,6 +71,7 @@ absl::StatusOr<FetchedSurface> Deform(Client& client, const ApplyFlags& flags, c
   v1::CreateSceneRequest request;
   *request.add_lattices()->mutable_lattice() = std::move(lattice);
   if (flags.crease_angle.has_value()) request.set_crease_angle(*flags.crease_angle);
+  LATTICED_RETURN_IF_ERROR(SetWeights(flags.weights, &request));
   *request.mutable_units() = flags.units;
   request.mutable_diagnostics()->set_pipeline(flags.pipeline);
   LATTICED_ASSIGN_OR_RETURN(const auto scene, made.Create(std::move(request)));
@@ -129,7 +131,7 @@ void AddVerticesOnlyFlag(CLI::App& command, bool& vertices_only) {
       "--vertices-only", vertices_only,
       "Ordinary deformation: moves the vertices and keeps the faces, without a server");
   for (const char* of_server :
-       {"--segments", "--tolerance", "--normals", "--crease-angle", "--encoding", "--position-bits",
+       {"--segments", "--tolerance", "--normals", "--crease-angle", "--weights", "--encoding", "--position-bits",
         "--normal-bits", "--pipeline", "--server", "--backend"}) {
     CLI::Option* option = command.get_option(of_server);
     flag->excludes(option);
@@ -155,6 +157,7 @@ void AddApplyCommand(CLI::App& app, CommandLine& line) {
       ->check(CheckMeshFileName);
   AddUnitsFlags(*command, flags->units);
   AddCreaseFlag(*command, flags->crease_angle);
+  AddWeightsFlag(*command, flags->weights);
   AddViewFlags(*command, flags->view, ViewDefaults::kOfServer);
   AddToleranceFlag(*command, flags->tolerance);
   command->get_option("--encoding")->default_str("raw");

@@ -9,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include "client/cpp/latticectl/geometry/weights_source.h"
 #include "client/cpp/latticectl/command_line/message_flags.h"
 #include "client/cpp/latticectl/command_line/tolerance_flag.h"
 #include "client/cpp/latticectl/command_line/value_types.h"
@@ -26,7 +27,7 @@ namespace latticed::client {
 namespace {
 
 struct SceneFlags : ServerFlags {
-  std::string id, name, mesh, lattice, filter;
+  std::string id, name, mesh, lattice, filter, weights;
   FitFlags fit;
   v1::MeshUnits units;
   std::optional<double> crease_angle;
@@ -98,6 +99,7 @@ std::string SceneText(const v1::Scene& scene) {
                    view.segments(), NormalModeName(view.normals()), EncodingName(view.encoding()),
                    view.position_bits() == 0 ? "chosen" : std::to_string(view.position_bits()),
                    view.normal_bits())});
+  if (scene.weighted()) table.AddRow({"weights", "of vertices"});
   if (scene.fold_watch()) table.AddRow({"folds", "reported with every edit"});
   for (const auto& [purpose, bytes] : scene.bytes()) {
     table.AddRow({"bytes of " + purpose, FormatBytes(bytes)});
@@ -145,6 +147,7 @@ absl::Status RunCreate(const SceneFlags& flags, Client& client, Console console)
   }
   *request.mutable_units() = flags.units;
   if (flags.crease_angle.has_value()) request.set_crease_angle(*flags.crease_angle);
+  LATTICED_RETURN_IF_ERROR(SetWeights(flags.weights, &request));
   *request.mutable_default_view() = flags.view;
   LATTICED_RETURN_IF_ERROR(SetDefaultTolerance(flags, client, &request));
   request.mutable_diagnostics()->set_pipeline(flags.pipeline);
@@ -204,6 +207,7 @@ void AddSceneCommands(CLI::App& app, CommandLine& line) {
     lattice->excludes(create->get_option(fit));
   AddUnitsFlags(*create, flags->units);
   AddCreaseFlag(*create, flags->crease_angle);
+  AddWeightsFlag(*create, flags->weights);
   AddViewFlags(*create, flags->view, ViewDefaults::kOfServer);
   AddToleranceFlag(*create, flags->tolerance);
   AddPipelineFlag(*create, flags->pipeline);

@@ -114,9 +114,10 @@ absl::StatusOr<PointTable> ReadNpy(const std::string& path, absl::string_view by
   }
   const std::vector<absl::string_view> shape =
       absl::StrSplit(ValueOf(header, "shape", "(", ')'), ',', absl::SkipWhitespace());
-  uint64_t rows = 0, columns = 0;
-  if (shape.size() != 2 || !absl::SimpleAtoi(shape[0], &rows) ||
-      !absl::SimpleAtoi(shape[1], &columns) || columns == 0 || columns > 6) {
+  uint64_t rows = 0, columns = 1;
+  if (shape.empty() || shape.size() > 2 || !absl::SimpleAtoi(shape[0], &rows) ||
+      (shape.size() == 2 && !absl::SimpleAtoi(shape[1], &columns)) || columns == 0 ||
+      columns > 6) {
     return Bad(path, "must have two dimensions, of points and of 3 or 6 numbers");
   }
   const size_t item = type == "<f8" ? sizeof(double) : sizeof(float);
@@ -147,16 +148,25 @@ std::string WriteNpy(const PointTable& table) {
   return bytes;
 }
 
+absl::StatusOr<PointTable> ReadTable(const std::string& path) {
+  LATTICED_ASSIGN_OR_RETURN(const std::string bytes, ReadFile(path));
+  return LowerExtension(path) == ".npy" ? ReadNpy(path, bytes) : ReadCsv(path, bytes);
+}
+
 }  // namespace
 
 absl::StatusOr<PointTable> ReadPointTable(const std::string& path) {
-  LATTICED_ASSIGN_OR_RETURN(const std::string bytes, ReadFile(path));
-  LATTICED_ASSIGN_OR_RETURN(PointTable table, LowerExtension(path) == ".npy"
-                                                  ? ReadNpy(path, bytes)
-                                                  : ReadCsv(path, bytes));
+  LATTICED_ASSIGN_OR_RETURN(PointTable table, ReadTable(path));
   if (table.numbers.empty()) return Bad(path, "has no points");
   if (table.columns == 3 || table.columns == 6) return table;
   return Bad(path, fmt::format("has {} columns; 3, or 6 with normals, are needed", table.columns));
+}
+
+absl::StatusOr<std::vector<double>> ReadColumn(const std::string& path) {
+  LATTICED_ASSIGN_OR_RETURN(PointTable table, ReadTable(path));
+  if (table.numbers.empty()) return Bad(path, "has no numbers");
+  if (table.columns == 1) return std::move(table.numbers);
+  return Bad(path, fmt::format("has {} columns; one is needed", table.columns));
 }
 
 absl::Status WritePointTable(const std::string& path, const PointTable& table) {

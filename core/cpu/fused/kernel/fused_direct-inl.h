@@ -20,6 +20,7 @@
 #include "core/cpu/fused/kernel/fused_edge-inl.h"
 #include "core/cpu/fused/kernel/fused_point-inl.h"
 #include "core/cpu/fused/kernel/fused_vertices-inl.h"
+#include "core/cpu/fused/kernel/fused_weights-inl.h"
 #include "core/ffd/tessellation_pattern.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -31,14 +32,15 @@ namespace HWY_NAMESPACE {
 // The two forms therefore break even between 5 and 6 segments, as measured in tests/bench/results/cpu.md.
 constexpr int kMostDirectSegments = 5;
 
-template <int D0, int D1, int D2, bool kNormals, bool kSmooth>
+template <int D0, int D1, int D2, bool kNormals, bool kSmooth, class PatchWeights = NoWeights>
 class DirectGroupKernel {
  public:
-  DirectGroupKernel(GroupArguments& arguments, size_t lane)
+  DirectGroupKernel(GroupArguments& arguments, size_t lane, const WeightedPatch* weights = nullptr)
       : args_(arguments),
         lane_(lane),
         segments_(arguments.segments),
-        vertices_(arguments, lane, hn::Set(D(), 1.0f)) {
+        weights_(weights, lane),
+        vertices_(MakeVertices(arguments, lane, hn::Set(D(), 1.0f), weights_)) {
     for (size_t c = 0; c < 3; ++c) LoadPoint(args_.patches->corners[c], lane_, corners_[c]);
   }
 
@@ -48,10 +50,13 @@ class DirectGroupKernel {
     for (size_t e = 0; e < 3; ++e) {
       const auto& points = pattern.edge_points[e];
       const EdgeLine line(corners_[e], corners_[(e + 1) % 3]);
+      weights_.SetCorner(e);
       Evaluate(corners_[e], pattern.points[points[0]], points[0]);
+      const auto weighted_line = weights_.Line(e, (e + 1) % 3);
       for (int k = 1; k < segments_; ++k) {
         const size_t point = points[static_cast<size_t>(k)];
         line.Place(k, segments_, place);
+        weights_.SetOnLine(weighted_line, k, segments_);
         Evaluate(place, pattern.points[point], point);
       }
     }
@@ -61,6 +66,7 @@ class DirectGroupKernel {
       for (size_t a = 0; a < 3; ++a) {
         place[a] = Interpolate(corners_[0][a], corners_[1][a], corners_[2][a], steps);
       }
+      weights_.SetInside([&](V v0, V v1, V v2) HWY_ATTR { return Interpolate(v0, v1, v2, steps); });
       Evaluate(place, steps, point);
     }
   }
@@ -80,6 +86,7 @@ class DirectGroupKernel {
     V jet[3][kNormals ? 4 : 1];
     for (int c = 0; c < 3; ++c) {
       EvaluatePoint<D0, D1, D2, kNormals>(*args_.box, place, c, jet[c]);
+      weights_.template Combine<kNormals>(static_cast<size_t>(c), jet[c]);
       vertices_.Store(static_cast<size_t>(c), point, jet[c][0]);
     }
     if constexpr (kNormals) {
@@ -102,6 +109,7 @@ class DirectGroupKernel {
   GroupArguments& args_;
   const size_t lane_;
   const int segments_;
+  PatchWeights weights_;
   GroupVertices vertices_;
   V corners_[3][3];  // [corner][axis]
 };

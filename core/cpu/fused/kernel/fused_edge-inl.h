@@ -84,13 +84,16 @@ struct EdgeLine {
     }
   }
 
-  // The k-th of `segments` + 1 points. Points k and `segments` - k must have the same |tau|, and
+  // tau of the k-th of `segments` + 1 points. Points k and `segments` - k must have the same |tau|, and
   // k / segments - 1/2 would be rounded differently for the two.
-  HWY_INLINE void Place(int k, int segments, V* point) const {
+  static HWY_INLINE V Tau(int k, int segments) {
     const bool low = 2 * k < segments;
     const float tau =
         static_cast<float>(low ? segments - k : k) / static_cast<float>(segments) - 0.5f;
-    const V t = hn::Set(D(), low ? -tau : tau);
+    return hn::Set(D(), low ? -tau : tau);
+  }
+  HWY_INLINE void Place(int k, int segments, V* point) const {
+    const V t = Tau(k, segments);
     for (size_t a = 0; a < 3; ++a) point[a] = hn::MulAdd(direction[a], t, midpoint[a]);
   }
 };

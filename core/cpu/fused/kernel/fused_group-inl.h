@@ -14,6 +14,7 @@
 #include "core/cpu/fused/kernel/fused_edge-inl.h"
 #include "core/cpu/fused/kernel/fused_polynomial-inl.h"
 #include "core/cpu/fused/kernel/fused_vertices-inl.h"
+#include "core/cpu/fused/kernel/fused_weights-inl.h"
 #include "core/ffd/tessellation_pattern.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -90,18 +91,23 @@ struct Row {
   V along_normal[3][N];  // d R / d facet normal; smooth only
 };
 
-template <int D0, int D1, int D2, bool kNormals, bool kSmooth>
+template <int D0, int D1, int D2, bool kNormals, bool kSmooth, class PatchWeights = NoWeights>
 class GroupKernel {
   static constexpr int kDegree = D0 + D1 + D2;
+  using RestRow = typename PatchWeights::Row;
+  using Weight = typename PatchWeights::Weight;
 
  public:
-  GroupKernel(GroupArguments& arguments, size_t lane)
+  GroupKernel(GroupArguments& arguments, size_t lane, const WeightedPatch* weights = nullptr)
       : args_(arguments),
         lane_(lane),
         segments_(arguments.segments),
         shear_(Load(args_.patches->shear)),
         inverse_height_(Load(args_.patches->inverse_height)),
-        vertices_(arguments, lane, kSmooth ? Broadcast(1.0f) : Load(args_.patches->along_length)) {}
+        weights_(weights, lane),
+        vertices_(MakeVertices(arguments, lane,
+                               kSmooth ? Broadcast(1.0f) : Load(args_.patches->along_length),
+                               weights_)) {}
 
   void Run() {
     ComposeAll();
@@ -154,40 +160,53 @@ class GroupKernel {
     const float step = 1.0f / static_cast<float>(segments_);
     const float b2 = static_cast<float>(row) * step;
     const V x0 = hn::MulSub(shear_, Broadcast(b2), Broadcast(0.5f));
+    const auto rest = weights_.RowAt(b2 - 0.5f);
     for (int k = 0; k <= segments_ - row; ++k) {
       const float b1 = static_cast<float>(k) * step;
       const auto point = static_cast<size_t>(PointIndex(segments_, row, k));
-      EvaluatePointOfRow(r, hn::Add(x0, Broadcast(b1)), b1, b2, point);
+      EvaluatePointOfRow(r, rest, hn::Add(x0, Broadcast(b1)), b1, b2, point);
     }
   }
 
-  HWY_INLINE void EvaluatePointOfRow(const Row<kDegree, kSmooth>& r, V x, float b1, float b2,
-                                     size_t point) {
+  HWY_INLINE void EvaluatePointOfRow(const Row<kDegree, kSmooth>& r, const RestRow& rest, V x,
+                                     float b1, float b2, size_t point) {
+    const auto weight = weights_.WeightAt(rest, x);
     if constexpr (!kNormals) {
-      for (size_t c = 0; c < 3; ++c) vertices_.Store(c, point, Horner<kDegree>(r.position[c], x));
+      for (size_t c = 0; c < 3; ++c) {
+        const V value = Horner<kDegree>(r.position[c], x);
+        vertices_.Store(c, point, weights_.Position(rest, x, weight, c, value));
+      }
       return;
     }
     V3 position, along;
     HornerWithSlope<kDegree>(r.position[0], x, position.x, along.x);
     HornerWithSlope<kDegree>(r.position[1], x, position.y, along.y);
     HornerWithSlope<kDegree>(r.position[2], x, position.z, along.z);
-    vertices_.Store(0, point, position.x);
-    vertices_.Store(1, point, position.y);
-    vertices_.Store(2, point, position.z);
-    const V3 across{hn::Mul(Horner<kDegree - 1>(r.across[0], x), inverse_height_),
-                    hn::Mul(Horner<kDegree - 1>(r.across[1], x), inverse_height_),
-                    hn::Mul(Horner<kDegree - 1>(r.across[2], x), inverse_height_)};
+    vertices_.Store(0, point, weights_.Position(rest, x, weight, 0, position.x));
+    vertices_.Store(1, point, weights_.Position(rest, x, weight, 1, position.y));
+    vertices_.Store(2, point, weights_.Position(rest, x, weight, 2, position.z));
+    along = {weights_.Along(weight, 0, position.x, along.x),
+             weights_.Along(weight, 1, position.y, along.y),
+             weights_.Along(weight, 2, position.z, along.z)};
+    const V3 across{Across(r, x, weight, 0, position.x), Across(r, x, weight, 1, position.y),
+                    Across(r, x, weight, 2, position.z)};
     V3 normal = CrossLanes(along, across);
-    if constexpr (kSmooth) normal = CarrySmooth(r, x, b1, b2, along, across, normal);
+    if constexpr (kSmooth) normal = CarrySmooth(r, x, weight, b1, b2, along, across, normal);
     vertices_.StoreNormal(normal, point);
   }
 
+  HWY_INLINE V Across(const Row<kDegree, kSmooth>& r, V x, Weight weight, size_t c,
+                      V position) const {
+    const V slope = Horner<kDegree - 1>(r.across[c], x);
+    return hn::Mul(weights_.Across(weight, c, position, slope), inverse_height_);
+  }
+
   // cof(J) N = n_f P_a x P_c + n_a P_c x P_f + n_c P_f x P_a for N given in the frame.
-  HWY_INLINE V3 CarrySmooth(const Row<kDegree, kSmooth>& r, V x, float b1, float b2,
+  HWY_INLINE V3 CarrySmooth(const Row<kDegree, kSmooth>& r, V x, Weight weight, float b1, float b2,
                             const V3& along, const V3& across, const V3& facet) {
-    const V3 off{Horner<kDegree - 1>(r.along_normal[0], x),
-                 Horner<kDegree - 1>(r.along_normal[1], x),
-                 Horner<kDegree - 1>(r.along_normal[2], x)};
+    const V3 off{weights_.AlongNormal(weight, 0, Horner<kDegree - 1>(r.along_normal[0], x)),
+                 weights_.AlongNormal(weight, 1, Horner<kDegree - 1>(r.along_normal[1], x)),
+                 weights_.AlongNormal(weight, 2, Horner<kDegree - 1>(r.along_normal[2], x))};
     const V3 first = CrossLanes(across, off), second = CrossLanes(off, along);
     const V nf = VertexNormal(0, b1, b2), na = VertexNormal(1, b1, b2);
     const V nc = VertexNormal(2, b1, b2);
@@ -210,14 +229,18 @@ class GroupKernel {
     for (size_t e = 0; e < 3; ++e) LoadPoint(args_.patches->corners[e], lane_, corners[e]);
     for (size_t e = 0; e < 3; ++e) {
       const auto& points = pattern.edge_points[e];
-      const auto store = [&](size_t k, size_t c, V value)
-                             HWY_ATTR { vertices_.Store(c, points[k], value); };
+      const auto line = weights_.Line(e, (e + 1) % 3);
+      const auto store = [&](size_t k, size_t c, V value) HWY_ATTR {
+        vertices_.Store(c, points[k], line.Position(static_cast<int>(k), segments_, c, value));
+      };
       ComposedEdgePoints<D0, D1, D2>(*args_.box, EdgeLine(corners[e], corners[(e + 1) % 3]),
                                      segments_, store);
+      weights_.SetCorner(e);
       for (int c = 0; c < 3; ++c) {
         V value;
         EvaluatePoint<D0, D1, D2, false>(*args_.box, corners[e], c, &value);
-        store(0, static_cast<size_t>(c), value);
+        weights_.template Combine<false>(static_cast<size_t>(c), &value);
+        vertices_.Store(static_cast<size_t>(c), points[0], value);
       }
     }
   }
@@ -226,6 +249,7 @@ class GroupKernel {
   const size_t lane_;
   const int segments_;
   const V shear_, inverse_height_;
+  PatchWeights weights_;
   GroupVertices vertices_;
   V composed_[3][Terms(kDegree)];
   V composed_normal_[3][kSmooth ? Terms(kDegree - 1) : 1];

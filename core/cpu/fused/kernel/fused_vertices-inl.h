@@ -28,6 +28,11 @@ class GroupVertices {
     // Two divisions, because the product of the divisors may overflow.
     to_bound_ = hn::Div(hn::Set(D(), 1.0f / args_.box->cofactor_bound), scale);
   }
+  // The same, where lanes have bounds of their own.
+  GroupVertices(GroupArguments& arguments, size_t lane, V scale, V cofactor_bound)
+      : args_(arguments), lane_(lane) {
+    to_bound_ = hn::Div(hn::Div(hn::Set(D(), 1.0f), cofactor_bound), scale);
+  }
 
   HWY_INLINE void Store(size_t component, size_t point, V value) const {
     hn::Store(value, D(), args_.scratch.Row(component, point) + lane_);

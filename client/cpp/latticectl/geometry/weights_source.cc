@@ -1,0 +1,28 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "client/cpp/latticectl/geometry/weights_source.h"
+
+#include <utility>
+#include <vector>
+
+#include "client/cpp/latticectl/geometry/point_table.h"
+#include "core/base/status_macros.h"
+#include "core/mesh/little_endian.h"
+
+namespace latticed::client {
+
+absl::Status SetWeights(const std::string& source, v1::CreateSceneRequest* request) {
+  if (source.empty()) return absl::OkStatus();
+  if (source == kWeightsOfMesh) {
+    request->mutable_weights()->set_from_mesh(true);
+    return absl::OkStatus();
+  }
+  LATTICED_ASSIGN_OR_RETURN(const std::vector<double> numbers, ReadColumn(source));
+  std::string values;
+  values.reserve(numbers.size() * sizeof(float));
+  for (const double number : numbers) AppendLittleEndian(static_cast<float>(number), &values);
+  request->mutable_weights()->set_values(std::move(values));
+  return absl::OkStatus();
+}
+
+}  // namespace latticed::client

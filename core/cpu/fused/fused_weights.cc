@@ -1,0 +1,72 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "core/cpu/fused/fused_weights.h"
+
+namespace latticed::fused {
+namespace {
+
+void SetPoint(CornerLanes& lanes, size_t lane, Vec3d value) {
+  const Vec3f f = ToFloat(value);
+  lanes.point[0][lane] = f.x;
+  lanes.point[1][lane] = f.y;
+  lanes.point[2][lane] = f.z;
+}
+
+void SetWeighted(WeightedPoint& lanes, size_t lane, Vec3d rest, double weight) {
+  SetPoint(lanes.rest, lane, rest);
+  lanes.weight[lane] = static_cast<float>(weight);
+}
+
+void SetVertex(const DeformPlan& plan, uint32_t vertex, WeightedPoint& lanes, size_t lane) {
+  SetWeighted(lanes, lane, plan.vertices[vertex].world - plan.local_origin,
+              plan.vertex_weights[vertex]);
+}
+
+}  // namespace
+
+void FusedWeights::PackPatch(const DeformPlan& plan, const BoxPolynomials& polynomials,
+                             size_t group, size_t lane, uint32_t p, Vec3d along, Vec3d across,
+                             Vec3d facet) {
+  if (patches.size() <= group) patches.resize(group + 1);
+  WeightedPatch& out = patches[group];
+  const Patch& patch = plan.patches[p];
+  for (size_t c = 0; c < 3; ++c) SetVertex(plan, patch.vertex[c], out.corners[c], lane);
+  const std::array<double, 3> weight = plan.CornerWeights(p);
+  const Vec3d gradient = plan.PatchWeightGradient(p);
+  const Vec3d first = plan.vertices[patch.vertex[0]].world - plan.local_origin;
+  const double rise = weight[1] - weight[0], climb = Dot(gradient, across);
+  SetWeighted(out.center, lane, first + 0.5 * along + 0.5 * across,
+              weight[0] + 0.5 * rise + 0.5 * climb);
+  SetWeighted(out.along, lane, along, rise);
+  SetWeighted(out.across, lane, across, climb);
+  SetPoint(out.facet, lane, facet);
+  out.steepness[lane] = static_cast<float>(Norm(gradient));
+  const std::array<Vec3d, 3> by_local = polynomials.WorldByLocal(patch.box);
+  Vec3d slope;
+  for (size_t l = 0; l < 3; ++l) {
+    const Vec3f f = ToFloat(by_local[l]);
+    out.rest_by_local[l] = {f.x, f.y, f.z};
+    slope[static_cast<int>(l)] = Dot(gradient, by_local[l]);
+  }
+  SetPoint(out.by_local, lane, slope);
+}
+
+void FusedWeights::PackEdge(const DeformPlan& plan, uint32_t edge, uint32_t feature) {
+  const size_t group = feature / kLanes, lane = feature % kLanes;
+  if (edges.size() <= group) edges.resize(group + 1);
+  SetVertex(plan, plan.edges[edge].vertex[0], edges[group].from, lane);
+  SetVertex(plan, plan.edges[edge].vertex[1], edges[group].to, lane);
+}
+
+void FusedWeights::PackCorner(const DeformPlan& plan, uint32_t vertex, uint32_t feature) {
+  const size_t group = feature / kLanes, lane = feature % kLanes;
+  if (corners.size() <= group) corners.resize(group + 1);
+  SetVertex(plan, vertex, corners[group], lane);
+}
+
+uint64_t FusedWeights::MemoryBytes() const {
+  return patches.size() * sizeof(WeightedPatch) + edges.size() * sizeof(WeightedEdge) +
+         corners.size() * sizeof(WeightedPoint);
+}
+
+}  // namespace latticed::fused

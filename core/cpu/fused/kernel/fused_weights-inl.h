@@ -1,0 +1,182 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// How the kernels of a group combine offsets with positions at rest (weight_lanes.h). NoWeights stands for a mesh without
+// weights: it does nothing, and the kernels are the same as if it were not there.
+// Included once per instruction set by each kernel.
+#if defined(LATTICED_CORE_CPU_FUSED_KERNEL_FUSED_WEIGHTS_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef LATTICED_CORE_CPU_FUSED_KERNEL_FUSED_WEIGHTS_INL_H_
+#undef LATTICED_CORE_CPU_FUSED_KERNEL_FUSED_WEIGHTS_INL_H_
+#else
+#define LATTICED_CORE_CPU_FUSED_KERNEL_FUSED_WEIGHTS_INL_H_
+#endif
+
+#include "core/cpu/fused/kernel/fused_edge-inl.h"
+#include "core/cpu/fused/kernel/fused_vertices-inl.h"
+#include "core/cpu/fused/kernel/weight_lanes.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace latticed::fused {
+namespace HWY_NAMESPACE {
+
+HWY_INLINE V LoadLanes(const Lanes& lanes, size_t lane) { return hn::Load(D(), lanes.data() + lane); }
+
+// The points of an edge at rest, and their weights. Exchanging the ends does not change the bits of a point.
+class WeightedLine {
+ public:
+  WeightedLine(const WeightedPoint& from, const WeightedPoint& to, size_t lane)
+      : rest_(Ends(from, lane).point, Ends(to, lane).point),
+        weight_(hn::Mul(hn::Set(D(), 0.5f), hn::Add(LoadLanes(from.weight, lane), LoadLanes(to.weight, lane)))),
+        rise_(hn::Sub(LoadLanes(to.weight, lane), LoadLanes(from.weight, lane))) {}
+
+  HWY_INLINE void Place(int k, int segments, V* rest, V& weight) const {
+    rest_.Place(k, segments, rest);
+    weight = hn::MulAdd(rise_, EdgeLine::Tau(k, segments), weight_);
+  }
+  // Component c of the k-th point, from that of its offset.
+  HWY_INLINE V Position(int k, int segments, size_t c, V offset) const {
+    V rest[3], weight;
+    Place(k, segments, rest, weight);
+    return hn::MulAdd(weight, offset, rest[c]);
+  }
+
+ private:
+  struct Loaded {
+    V point[3];
+  };
+  static Loaded Ends(const WeightedPoint& end, size_t lane) {
+    Loaded loaded;
+    LoadPoint(end.rest, lane, loaded.point);
+    return loaded;
+  }
+
+  const EdgeLine rest_;
+  const V weight_, rise_;
+};
+
+struct NoWeights {
+  struct Row {};
+  struct Weight {};
+  struct Edge {
+    HWY_INLINE V Position(int, int, size_t, V position) const { return position; }
+  };
+  NoWeights(const WeightedPatch*, size_t) {}
+
+  HWY_INLINE Row RowAt(float) const { return {}; }
+  HWY_INLINE Weight WeightAt(Row, V) const { return {}; }
+  HWY_INLINE V Position(Row, V, Weight, size_t, V position) const { return position; }
+  HWY_INLINE V Along(Weight, size_t, V, V slope) const { return slope; }
+  HWY_INLINE V Across(Weight, size_t, V, V slope) const { return slope; }
+  HWY_INLINE V AlongNormal(Weight, size_t, V slope) const { return slope; }
+  HWY_INLINE Edge Line(size_t, size_t) const { return {}; }
+  HWY_INLINE void SetCorner(size_t) const {}
+  HWY_INLINE void SetOnLine(Edge, int, int) const {}
+  template <class Interpolate>
+  HWY_INLINE void SetInside(const Interpolate&) const {}
+  template <bool kSlopes>
+  HWY_INLINE void Combine(size_t, V*) const {}
+};
+
+class Weights {
+ public:
+  using Weight = V;
+  Weights(const WeightedPatch* patch, size_t lane) : patch_(*patch), lane_(lane) {}
+
+  // An upper bound of the norm of cof J: half the squared Frobenius norm of J = I + w J_G + G grad(w)^T.
+  V CofactorBound(const BoxPolynomial& box) const {
+    const D d;
+    const V norm = hn::MulAdd(Load(patch_.steepness), hn::Set(d, box.offset_bound),
+                              hn::Set(d, 1.7320508f + box.slope_bound));
+    return hn::Mul(hn::Set(d, 0.5f), hn::Mul(norm, norm));
+  }
+
+  // A row of points: the affine functions at its t.
+  struct Row {
+    V rest[3], weight;
+  };
+  HWY_INLINE Row RowAt(float t) const {
+    const V at = hn::Set(D(), t);
+    Row row;
+    for (size_t c = 0; c < 3; ++c) {
+      row.rest[c] = hn::MulAdd(Load(patch_.across.rest.point[c]), at, Load(patch_.center.rest.point[c]));
+    }
+    row.weight = hn::MulAdd(Load(patch_.across.weight), at, Load(patch_.center.weight));
+    return row;
+  }
+  HWY_INLINE V WeightAt(const Row& row, V x) const {
+    return hn::MulAdd(Load(patch_.along.weight), x, row.weight);
+  }
+  HWY_INLINE V Position(const Row& row, V x, V weight, size_t c, V offset) const {
+    const V rest = hn::MulAdd(Load(patch_.along.rest.point[c]), x, row.rest[c]);
+    return hn::MulAdd(weight, offset, rest);
+  }
+  // Derivatives of component c of the position, from the offset and its derivatives.
+  HWY_INLINE V Along(V weight, size_t c, V offset, V slope) const {
+    return Slope(weight, patch_.along.weight, patch_.along.rest.point[c], offset, slope);
+  }
+  HWY_INLINE V Across(V weight, size_t c, V offset, V slope) const {
+    return Slope(weight, patch_.across.weight, patch_.across.rest.point[c], offset, slope);
+  }
+  // Along the facet normal, where w does not change.
+  HWY_INLINE V AlongNormal(V weight, size_t c, V slope) const {
+    return hn::MulAdd(weight, slope, Load(patch_.facet.point[c]));
+  }
+
+  // A point for Combine.
+  void SetCorner(size_t corner) {
+    LoadPoint(patch_.corners[corner].rest, lane_, rest_);
+    weight_ = Load(patch_.corners[corner].weight);
+  }
+  WeightedLine Line(size_t from, size_t to) const {
+    return {patch_.corners[from], patch_.corners[to], lane_};
+  }
+  void SetOnLine(const WeightedLine& line, int k, int segments) {
+    line.Place(k, segments, rest_, weight_);
+  }
+  template <class Interpolate>
+  void SetInside(const Interpolate& interpolate) {
+    const auto& c = patch_.corners;
+    for (size_t a = 0; a < 3; ++a) {
+      rest_[a] = interpolate(Load(c[0].rest.point[a]), Load(c[1].rest.point[a]), Load(c[2].rest.point[a]));
+    }
+    weight_ = interpolate(Load(c[0].weight), Load(c[1].weight), Load(c[2].weight));
+  }
+  // Turns the jet of the offset's component c at the point that was set into that of the position. Order of the jet:
+  // EvaluatePoint.
+  template <bool kSlopes>
+  HWY_INLINE void Combine(size_t c, V* jet) const {
+    const V offset = jet[0];
+    jet[0] = hn::MulAdd(weight_, offset, rest_[c]);
+    if constexpr (kSlopes) {
+      for (size_t l = 0; l < 3; ++l) {
+        const V rest = hn::MulAdd(Load(patch_.by_local.point[l]), offset, hn::Set(D(), patch_.rest_by_local[l][c]));
+        jet[3 - l] = hn::MulAdd(weight_, jet[3 - l], rest);
+      }
+    }
+  }
+
+ private:
+  HWY_INLINE V Load(const Lanes& lanes) const { return LoadLanes(lanes, lane_); }
+  HWY_INLINE V Slope(V weight, const Lanes& rise, const Lanes& rest, V offset, V slope) const {
+    return hn::MulAdd(weight, slope, hn::MulAdd(Load(rise), offset, Load(rest)));
+  }
+
+  const WeightedPatch& patch_;
+  const size_t lane_;
+  V rest_[3], weight_;
+};
+
+HWY_INLINE GroupVertices MakeVertices(GroupArguments& arguments, size_t lane, V scale,
+                                      const NoWeights&) {
+  return {arguments, lane, scale};
+}
+HWY_INLINE GroupVertices MakeVertices(GroupArguments& arguments, size_t lane, V scale,
+                                      const Weights& weights) {
+  return {arguments, lane, scale, weights.CofactorBound(*arguments.box)};
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace latticed::fused
+HWY_AFTER_NAMESPACE();
+
+#endif  // LATTICED_CORE_CPU_FUSED_KERNEL_FUSED_WEIGHTS_INL_H_
