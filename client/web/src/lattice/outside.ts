@@ -3,8 +3,9 @@
 //
 // How a lattice goes on outside its frame: the larger lattice that the server's plans are of. Its displacements are
 // E_w x E_v x E_u times the given ones (core/ffd/outside/outside_map.h has the formulas).
-import { AXES, domain, frameEdges, pointCount, type Axis, type LatticeStructure } from './grid';
+import { AXES, domain, frameEdges, type Axis, type LatticeStructure } from './grid';
 import { identityPoints } from './identity';
+import { Lattice } from './lattice';
 import { add, scale, type Vec3 } from './vec';
 
 export interface Outside {
@@ -88,6 +89,16 @@ export class OutsideMap {
     return reached;
   }
 
+  /** The control points of the given lattice on which these of the continued one depend, ascending. */
+  sources(indices: Iterable<number>): number[] {
+    if (this.isIdentity) return [...indices];
+    const wanted = new Set(indices), sources = new Set<number>();
+    this.forSources((index, source) => {
+      if (wanted.has(index)) sources.add(source);
+    });
+    return [...sources].sort((a, b) => a - b);
+  }
+
   private forSources(visit: (index: number, source: number, weight: number) => void): void {
     const [us, vs, ws] = this.rows as [Row[], Row[], Row[]];
     const { size } = this.structure;
@@ -105,9 +116,12 @@ export class OutsideMap {
   }
 }
 
-/** How many control points a lattice has with what goes on outside. */
-export function continuedCount(structure: LatticeStructure): number {
-  return pointCount(new OutsideMap(structure).continued.size);
+/** The continued lattice of a lattice, or the lattice itself if nothing goes on. */
+export function continuedLattice(lattice: Lattice): Lattice {
+  if (!lattice.outside) return lattice;
+  const map = new OutsideMap(lattice);
+  const { frame, degree, size, knots } = map.continued;
+  return new Lattice(frame, degree, size, knots, map.points(lattice.points));
 }
 
 function continueAxis(structure: LatticeStructure, outside: Outside, axis: Axis): { knots: Float64Array; rows: Row[] } {
