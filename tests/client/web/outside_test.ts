@@ -8,10 +8,10 @@ import { evaluate } from '@src/lattice/bspline';
 import { fitLattice } from '@src/lattice/fitted_lattice';
 import { domain, indexOf, sameStructure } from '@src/lattice/grid';
 import { identityPoints } from '@src/lattice/identity';
-import { Lattice, type Vec3 } from '@src/lattice/lattice';
+import { Lattice, type Outside, type Vec3 } from '@src/lattice/lattice';
 import { boxGrid, pointsOfBox } from '@src/lattice/box_grid';
 import { LatticeRemarks } from '@src/lattice/lattice_remarks';
-import { continuedLattice, OutsideMap, type Outside } from '@src/lattice/outside';
+import { continuedLattice, OutsideMap } from '@src/lattice/outside';
 import type { Folds } from '@src/wire/fold_message';
 import { latticeFromJson, latticeToJson } from '@src/wire/lattice_json';
 

@@ -5,18 +5,8 @@
 // E_w x E_v x E_u times the given ones (core/ffd/outside/outside_map.h has the formulas).
 import { AXES, domain, frameEdges, type Axis, type LatticeStructure } from './grid';
 import { identityPoints } from './identity';
-import { Lattice } from './lattice';
+import { Lattice, type Outside } from './lattice';
 import { add, scale, type Vec3 } from './vec';
-
-export interface Outside {
-  readonly mode: 'falloff' | 'linear';
-  /** Of a falloff: whether normals, too, go on through the faces. */
-  readonly smooth: boolean;
-  /** How far it goes on, in lengths of the frame's edges: at the begin and end of u, of v, of w. 0: points outside stay. */
-  readonly widths: readonly number[];
-  /** Of a falloff: how far from each face its inner knot plane is. Empty: not yet chosen by the server. */
-  readonly steps: readonly number[];
-}
 
 /** A row of E on one axis: control points of the given lattice from `first` on, and their weights. */
 interface Row {
