@@ -9,14 +9,14 @@
 namespace latticed {
 namespace {
 
-using Row = OutsideMap::Row;
+using MapRow = OutsideMap::Row;
 
 // One side of an axis, seen from its face outwards: distances are positive.
 struct Continuation {
   std::vector<double>
-      knots;              // what takes the place of the face's n + 1 knots; from the face outwards
-  std::vector<Row> rows;  // what takes the place of the first control points, outermost first
-  int replaced = 0;       // how many of those
+      knots;  // what takes the place of the face's n + 1 knots; from the face outwards
+  std::vector<MapRow> rows;  // what takes the place of the first control points, outermost first
+  int replaced = 0;          // how many of those
 };
 
 double FallenOff(double distance) { return 1 - distance * distance * (3 - 2 * distance); }
@@ -52,7 +52,7 @@ Continuation ContinueSide(const Outside& outside, int degree, double width, doub
 }
 
 // Continues one axis of the structure.
-std::vector<Row> ContinueAxis(size_t axis, LatticeStructure& s) {
+std::vector<MapRow> ContinueAxis(size_t axis, LatticeStructure& s) {
   const Outside& outside = s.outside;
   const std::vector<double> knots = s.knots[axis];
   const int degree = s.degree[axis], size = s.size[axis];
@@ -67,7 +67,7 @@ std::vector<Row> ContinueAxis(size_t axis, LatticeStructure& s) {
       ContinueSide(outside, degree, after * range, outside.steps[SideOf(axis, true)] * range,
                    end - knots[count - 1]);
 
-  std::vector<Row> rows = front.rows;
+  std::vector<MapRow> rows = front.rows;
   for (int i = front.replaced; i < size - back.replaced; ++i) rows.push_back({i, 1, {1}});
   for (auto row = back.rows.rbegin(); row != back.rows.rend(); ++row) {
     if (row->count == 2) {
@@ -140,7 +140,7 @@ std::vector<Vec3d> OutsideMap::ApplyTransposed(std::span<const Vec3d> g) const {
 
 size_t OutsideMap::MemoryBytes() const {
   size_t bytes = (rest_.capacity() + continued_rest_.capacity()) * sizeof(Vec3d);
-  for (const auto& rows : rows_) bytes += rows.capacity() * sizeof(Row);
+  for (const auto& rows : rows_) bytes += rows.capacity() * sizeof(MapRow);
   return bytes;
 }
 

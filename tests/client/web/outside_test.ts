@@ -8,8 +8,11 @@ import { evaluate } from '@src/lattice/bspline';
 import { fitLattice } from '@src/lattice/fitted_lattice';
 import { domain, indexOf, sameStructure } from '@src/lattice/grid';
 import { identityPoints } from '@src/lattice/identity';
-import { Lattice, type Vec3 } from '@src/lattice/lattice';
-import { OutsideMap, type Outside } from '@src/lattice/outside';
+import { Lattice, type Outside, type Vec3 } from '@src/lattice/lattice';
+import { boxGrid, pointsOfBox } from '@src/lattice/box_grid';
+import { LatticeRemarks } from '@src/lattice/lattice_remarks';
+import { continuedLattice, OutsideMap } from '@src/lattice/outside';
+import type { Folds } from '@src/wire/fold_message';
 import { latticeFromJson, latticeToJson } from '@src/wire/lattice_json';
 
 const SIX = [0, 1, 2, 3, 4, 5] as const;
@@ -76,6 +79,16 @@ test('points at rest keep their bits, and a moved one reaches those that depend 
   const changed = Array.from({ length: rest.length / 3 }, (_, i) => i).filter((i) => points[3 * i] !== rest[3 * i]);
   assert.deepEqual(changed, [...map.reached([moved])]);
   assert.ok(changed.length > 0);
+  assert.ok(map.sources(changed).includes(moved));
+  assert.deepEqual(map.sources([0]), [0]); // nothing goes on at this corner
+});
+
+test('the folded boxes that the server names are those of the continued lattice', () => {
+  const lattice = latticeOf([2, 2, 2], { ...falloff(true), widths: [0.3, 0, 0, 0, 0, 0] }, wave);
+  const { edges } = boxGrid(continuedLattice(lattice), [2, 0, 0], 1); // two boxes are in front of the lattice's first one
+  assert.deepEqual(edges.map((p) => p.map((x) => x.toFixed(9))), boxGrid(lattice, [0, 0, 0], 1).edges.map((p) => p.map((x) => x.toFixed(9))));
+  const remarks = new LatticeRemarks(lattice, undefined).of(lattice.points, { places: [[2, 0, 0]] } as unknown as Folds);
+  assert.deepEqual(remarks[0]!.points, pointsOfBox(lattice, [0, 0, 0]));
 });
 
 test('nothing goes on without widths', () => {

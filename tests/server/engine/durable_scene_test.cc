@@ -128,7 +128,7 @@ TEST_F(DurableSceneTest, ASceneComesBackWithItsHistory) {
   const auto after = scene_->State();
   EXPECT_EQ(after->revision, 4u);
   EXPECT_EQ(after->structure_id, before->structure_id);
-  EXPECT_EQ(after->structure(), before->structure());
+  EXPECT_EQ(after->lattice_structure(), before->lattice_structure());
   EXPECT_TRUE(std::ranges::equal(*after->control_points, *before->control_points, SameBits));
   EXPECT_EQ(after->box.id, before->box.id);
   EXPECT_TRUE(SameBits(after->box.origin, before->box.origin));

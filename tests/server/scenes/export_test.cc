@@ -247,14 +247,15 @@ TEST_F(ExportTest, AnOriginalMeshIsMovedAndOtherwiseTheSame) {
   EXPECT_EQ(mesh->corner_uvs, source.corner_uvs);
   EXPECT_EQ(mesh->face_groups, source.face_groups);
   for (size_t v = 0; v < source.positions.size(); ++v) {
-    const DeformedPoint wanted = EvaluateWorld(input_.state->structure(),
+    const DeformedPoint wanted = EvaluateWorld(input_.state->plan->structure,
                                                *input_.state->control_points, source.positions[v]);
     ASSERT_EQ(mesh->positions[v], wanted.position);
     ASSERT_NE(mesh->positions[v], source.positions[v]);
   }
   for (size_t c = 0; c < mesh->corner_count(); ++c) {
-    const DeformedPoint at = EvaluateWorld(input_.state->structure(), *input_.state->control_points,
-                                           source.positions[source.corner_vertices[c]]);
+    const DeformedPoint at =
+        EvaluateWorld(input_.state->plan->structure, *input_.state->control_points,
+                      source.positions[source.corner_vertices[c]]);
     const Vec3d wanted = Unit(ApplyCofactor(at.jacobian, {0, 0, 1}));  // the grid is flat
     ASSERT_LE(Norm(ToDouble(mesh->normals[mesh->corner_normals[c]]) - wanted), 1e-6);
   }

@@ -52,6 +52,27 @@ TEST(LatticeConverter, RoundTripKeepsEveryBit) {
   EXPECT_EQ(back->control_points, lattice.control_points);
 }
 
+TEST(LatticeConverter, RoundTripKeepsWhatGoesOnOutside) {
+  Lattice lattice;
+  lattice.structure.frame.edges = {Vec3d{1, 0, 0}, Vec3d{0, 2, 0}, Vec3d{0, 0, 3}};
+  for (auto& knots : lattice.structure.knots) knots = ClampedUniformKnots(2, 4);
+  lattice.control_points = IdentityControlPoints(lattice.structure);
+  for (const Outside& outside : {Outside{OutsideMode::kFalloff,
+                                         false,
+                                         {0, 0.1, 0.2, 0.3, 0.4, 1e3},
+                                         {0, 0.05, 0.1, 0.1, 0.3, 7}},
+                                 Outside{OutsideMode::kLinear, true, {1, 2, 3, 4, 5, 6}, {}}}) {
+    lattice.structure.outside = outside;
+    const auto back = FromProto(ToProto(lattice), "lattice");
+    ASSERT_OK(back);
+    EXPECT_EQ(back->structure, lattice.structure);
+  }
+  v1::Lattice one = ToProto(lattice);
+  one.mutable_outside()->clear_widths();
+  one.mutable_outside()->add_widths(0.5);
+  EXPECT_EQ(FromProto(one, "lattice")->structure.outside.widths[4], 0.5);
+}
+
 TEST(LatticeConverter, JsonHasTheFormThatOtherProgramsWrite) {
   const std::string json = R"({"frame":{"origin":{"x":0,"y":0,"z":0},"u":{"x":1,"y":0,"z":0},
     "v":{"x":0,"y":2,"z":0},"w":{"x":0,"y":0,"z":3}},"degree":{"u":1,"v":1,"w":1},

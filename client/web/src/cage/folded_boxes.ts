@@ -7,6 +7,7 @@ import {
 } from 'three';
 import { boxGrid, type BoxPlace } from '../lattice/box_grid';
 import type { Lattice } from '../lattice/lattice';
+import { continuedLattice } from '../lattice/outside';
 import { lineMaterial } from './cage_materials';
 
 const RED = new Color(0xff3b30);
@@ -45,7 +46,8 @@ export class FoldedBoxes {
   update(lattice: Lattice): void {
     this.object.visible = this.boxes.length > 0;
     if (!this.object.visible) return;
-    const grids = this.boxes.map((box) => boxGrid(lattice, box, STEPS));
+    const continued = continuedLattice(lattice); // the server numbers boxes with those outside
+    const grids = this.boxes.map((box) => boxGrid(continued, box, STEPS));
     const lines = positions(grids.flatMap(({ edges }) => edges), lattice);
     for (const edge of this.edges) replace(edge, lines);
     replace(this.faces, positions(grids.flatMap(({ triangles }) => triangles), lattice));

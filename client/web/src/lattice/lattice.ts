@@ -1,8 +1,6 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 
-import type { Outside } from './outside';
-
 /** Three world coordinates, or one number per axis. */
 export type Vec3 = readonly [number, number, number];
 
@@ -12,6 +10,17 @@ export interface LatticeFrame {
   readonly u: Vec3;
   readonly v: Vec3;
   readonly w: Vec3;
+}
+
+/** How a lattice goes on outside its frame. */
+export interface Outside {
+  readonly mode: 'falloff' | 'linear';
+  /** Of a falloff: whether normals, too, go on through the faces. */
+  readonly smooth: boolean;
+  /** How far it goes on, in lengths of the frame's edges: at the begin and end of u, of v, of w. 0: points outside stay. */
+  readonly widths: readonly number[];
+  /** Of a falloff: how far from each face its inner knot plane is. Empty: not yet chosen by the server. */
+  readonly steps: readonly number[];
 }
 
 /**

@@ -7,6 +7,7 @@ import { pointsOfBox } from './box_grid';
 import type { LatticeStructure } from './grid';
 import { identityPoints } from './identity';
 import { movedPoints, pointsOnCrossedFaces, pointsThatReach, type MeshExtent } from './mesh_extent';
+import { OutsideMap } from './outside';
 
 export interface Remark {
   readonly kind: 'fold' | 'tear' | 'outside';
@@ -20,12 +21,14 @@ export class LatticeRemarks {
   /** Those of them that tear the mesh if they are not at rest. */
   private readonly tearing: readonly number[];
   private readonly rest: Float64Array;
+  private readonly outside: OutsideMap;
 
   /** @param extent Undefined if the mesh is not known: then there are only remarks on folds. */
   constructor(private readonly structure: LatticeStructure, private readonly extent: MeshExtent | undefined) {
     this.crossed = extent?.outside ? pointsOnCrossedFaces(structure, extent) : [];
     this.tearing = extent?.acrossFaces ? pointsThatReach(structure, extent, this.crossed) : [];
     this.rest = identityPoints(structure);
+    this.outside = new OutsideMap(structure);
   }
 
   /** @param folds The server's newest report. */
@@ -35,7 +38,7 @@ export class LatticeRemarks {
     const worst = folds?.places[0];
     if (worst !== undefined) {
       const text = 'The lattice folds over itself around the mesh.';
-      remarks.push({ kind: 'fold', text, points: pointsOfBox(this.structure, worst) });
+      remarks.push({ kind: 'fold', text, points: this.outside.sources(pointsOfBox(this.outside.continued, worst)) });
     }
     const torn = movedPoints(this.structure, this.rest, this.tearing, points);
     if (torn.length > 0) {

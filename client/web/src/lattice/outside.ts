@@ -3,19 +3,10 @@
 //
 // How a lattice goes on outside its frame: the larger lattice that the server's plans are of. Its displacements are
 // E_w x E_v x E_u times the given ones (core/ffd/outside/outside_map.h has the formulas).
-import { AXES, domain, frameEdges, pointCount, type Axis, type LatticeStructure } from './grid';
+import { AXES, domain, frameEdges, type Axis, type LatticeStructure } from './grid';
 import { identityPoints } from './identity';
+import { Lattice, type Outside } from './lattice';
 import { add, scale, type Vec3 } from './vec';
-
-export interface Outside {
-  readonly mode: 'falloff' | 'linear';
-  /** Of a falloff: whether normals, too, go on through the faces. */
-  readonly smooth: boolean;
-  /** How far it goes on, in lengths of the frame's edges: at the begin and end of u, of v, of w. 0: points outside stay. */
-  readonly widths: readonly number[];
-  /** Of a falloff: how far from each face its inner knot plane is. Empty: not yet chosen by the server. */
-  readonly steps: readonly number[];
-}
 
 /** A row of E on one axis: control points of the given lattice from `first` on, and their weights. */
 interface Row {
@@ -88,6 +79,16 @@ export class OutsideMap {
     return reached;
   }
 
+  /** The control points of the given lattice on which these of the continued one depend, ascending. */
+  sources(indices: Iterable<number>): number[] {
+    if (this.isIdentity) return [...indices];
+    const wanted = new Set(indices), sources = new Set<number>();
+    this.forSources((index, source) => {
+      if (wanted.has(index)) sources.add(source);
+    });
+    return [...sources].sort((a, b) => a - b);
+  }
+
   private forSources(visit: (index: number, source: number, weight: number) => void): void {
     const [us, vs, ws] = this.rows as [Row[], Row[], Row[]];
     const { size } = this.structure;
@@ -105,9 +106,12 @@ export class OutsideMap {
   }
 }
 
-/** How many control points a lattice has with what goes on outside. */
-export function continuedCount(structure: LatticeStructure): number {
-  return pointCount(new OutsideMap(structure).continued.size);
+/** The continued lattice of a lattice, or the lattice itself if nothing goes on. */
+export function continuedLattice(lattice: Lattice): Lattice {
+  if (!lattice.outside) return lattice;
+  const map = new OutsideMap(lattice);
+  const { frame, degree, size, knots } = map.continued;
+  return new Lattice(frame, degree, size, knots, map.points(lattice.points));
 }
 
 function continueAxis(structure: LatticeStructure, outside: Outside, axis: Axis): { knots: Float64Array; rows: Row[] } {

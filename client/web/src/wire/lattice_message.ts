@@ -6,8 +6,7 @@ import {
   type Lattice as LatticeMessage, type LatticeAxes, type LatticeOutside, type LatticeOutsideSchema,
 } from 'latticed/v1/lattice_pb';
 import type { Vec3 as Vec3Message } from 'latticed/v1/common_pb';
-import { Lattice, type Vec3 } from '../lattice/lattice';
-import type { Outside } from '../lattice/outside';
+import { Lattice, type Outside, type Vec3 } from '../lattice/lattice';
 
 /** From a message that has all fields, as in LatticeState. An absent field becomes zeros or an empty array. */
 export function toLattice(message: LatticeMessage): Lattice {

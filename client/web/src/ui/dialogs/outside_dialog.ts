@@ -3,8 +3,7 @@
 //
 // Asks what goes on outside the lattice. The view beside the dialog shows the box at which a falloff ends, with a handle on each
 // face. The control points stay as they are.
-import { Lattice } from '../../lattice/lattice';
-import type { Outside } from '../../lattice/outside';
+import { Lattice, type Outside } from '../../lattice/lattice';
 import type { LiveSession } from '../../session/live_session';
 import { allowedWidth, type OutsideHandles } from '../../viewport/outside_handles';
 import { button, field, segmented, toggle } from '../controls';
