@@ -246,7 +246,8 @@ class Planner {
       vertex.box = (vertex_use[v] & kInside) ? LowerBox(p) : plan_->outside_box();
       if (vertex_use[v] == kBoth) vertex.seam = FindSeam(vertex.box, p, p);
       plan_->vertices.push_back(vertex);
-      if (plan_->mesh_weights != nullptr) plan_->vertex_weights.push_back(split_.vertices[v].weight);
+      if (plan_->mesh_weights != nullptr)
+        plan_->vertex_weights.push_back(split_.vertices[v].weight);
     }
     for (size_t e = 0; e < plan_->edges.size(); ++e) {
       LATTICED_RETURN_IF_ERROR(poll_.Step());

@@ -123,8 +123,8 @@ absl::StatusOr<Scene::Prepared> Scene::Prepare(const LatticeStructure& structure
     LATTICED_ASSIGN_OR_RETURN(auto memory,
                               backend.memory().Reserve("the scene's plan", least, config_.account));
     ProbeMemory(least);
-    LATTICED_ASSIGN_OR_RETURN(auto plan,
-                              MakePlan(config_.mesh, structure, config_.crease_angle, stop, config_.weights));
+    LATTICED_ASSIGN_OR_RETURN(
+        auto plan, MakePlan(config_.mesh, structure, config_.crease_angle, stop, config_.weights));
     LATTICED_ASSIGN_OR_RETURN(auto target, backend.Prepare(plan, config_.pipeline));
     LATTICED_RETURN_IF_ERROR(stop());
     SceneState state;

@@ -37,9 +37,10 @@ absl::Status EvaluateSurface(const SceneState& state, const v1::SurfacePoints& p
                              limits::kMaxEvaluatePoints);
   }
   for (int i = 0; i < points.points_size(); ++i) {
-    LATTICED_ASSIGN_OR_RETURN(const auto rest,
-                              RestPointFromProto(*state.plan->mesh, state.plan->mesh_weights, points.points(i),
-                                                 fmt::format("surface_points.points[{}]", i)));
+    LATTICED_ASSIGN_OR_RETURN(
+        const auto rest,
+        RestPointFromProto(*state.plan->mesh, state.plan->mesh_weights, points.points(i),
+                           fmt::format("surface_points.points[{}]", i)));
     const DeformedPoint deformed = Evaluate(state, rest, response);
     const Vec3d normal = ApplyCofactor(deformed.jacobian, rest.normal);
     const double length = Norm(normal);

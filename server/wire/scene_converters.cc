@@ -110,9 +110,9 @@ absl::StatusOr<VertexWeights> WeightsFromProto(const v1::VertexWeights& message,
   switch (message.source_case()) {
     case v1::VertexWeights::kValues:
       if (message.values().size() % sizeof(float) != 0) {
-        return error::InvalidField("weights.values",
-                                   fmt::format("{} bytes are no whole number of float32",
-                                               message.values().size()));
+        return error::InvalidField(
+            "weights.values",
+            fmt::format("{} bytes are no whole number of float32", message.values().size()));
       }
       weights.resize(message.values().size() / sizeof(float));
       std::memcpy(weights.data(), message.values().data(), message.values().size());
@@ -122,9 +122,10 @@ absl::StatusOr<VertexWeights> WeightsFromProto(const v1::VertexWeights& message,
         return error::InvalidField("weights.from_mesh", "must be true where it is set");
       }
       if (mesh.weights.empty()) {
-        return error::InvalidField("weights.from_mesh",
-                                   "the mesh's file has none: no property weight (PLY), and no "
-                                   "attribute _WEIGHT (GLB)");
+        return error::InvalidField(
+            "weights.from_mesh",
+            "the mesh's file has none: no property weight (PLY), no weights (RAW), and no "
+            "attribute _WEIGHT (GLB)");
       }
       weights = mesh.weights;
       break;
