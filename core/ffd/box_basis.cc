@@ -62,8 +62,8 @@ std::array<Vec3d, BoxBasis::kMostTerms> BoxBasis::Contract(uint32_t box, const P
           const auto axis = static_cast<size_t>(axes[i]);
           index[axis] = span[axis] - degree[i] + local[i];
         }
-        const Vec3d p = point(
-            static_cast<size_t>(plan_->structure.Index(index[0], index[1], index[2])));
+        const Vec3d p =
+            point(static_cast<size_t>(plan_->structure.Index(index[0], index[1], index[2])));
         for (size_t k = 0; k < 4; ++k) line[k] += (*basis[2])[static_cast<size_t>(t)][k] * p;
       }
       for (size_t b = 0; b < 4; ++b) {

@@ -36,8 +36,7 @@ Vec3d GradientAt(const PolygonMesh& mesh, std::span<const Carrier> carriers,
   std::array<Vec3d, 3> corners;
   std::array<double, 3> values;
   for (size_t k = 0; k < 3; ++k) {
-    const uint32_t vertex =
-        mesh.corner_vertices[first + (corner - first + count - 1 + k) % count];
+    const uint32_t vertex = mesh.corner_vertices[first + (corner - first + count - 1 + k) % count];
     corners[k] = carriers[vertex].rest;
     values[k] = weights[vertex];
   }

@@ -51,8 +51,8 @@ struct ReplaceControlPoints {
   std::vector<Vec3d> control_points;
 };
 struct DragPoints {
-  std::vector<Vec3d> points;   // of the rest world
-  std::vector<Vec3d> targets;  // one each
+  std::vector<Vec3d> points;    // of the rest world
+  std::vector<Vec3d> targets;   // one each
   std::vector<double> weights;  // one each (weights/vertex_weights.h); empty: 1
 };
 struct InsertKnot {

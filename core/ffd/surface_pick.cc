@@ -14,6 +14,7 @@
 #include "core/ffd/bezier_box.h"
 #include "core/ffd/carried_normal.h"
 #include "core/ffd/direct_ffd.h"
+#include "core/ffd/weights/weighted_triangle.h"
 
 namespace latticed {
 namespace {
@@ -40,10 +41,9 @@ class RayFrame {
     origin_ = ray.origin - begin_ * z;
   }
 
-  Vec3d ToRay(Vec3d world) const {
-    const Vec3d d = world - origin_;
-    return {Dot(d, axes_[0]), Dot(d, axes_[1]), Dot(d, axes_[2])};
-  }
+  Vec3d ToRay(Vec3d world) const { return Turn(world - origin_); }
+  // The same for a difference of points.
+  Vec3d Turn(Vec3d d) const { return {Dot(d, axes_[0]), Dot(d, axes_[1]), Dot(d, axes_[2])}; }
   // z of the point where the ray begins.
   double begin() const { return begin_; }
 
@@ -132,8 +132,15 @@ class Search {
  public:
   Search(const DeformPlan& plan, const PatchTree& tree, std::span<const Vec3d> control_points,
          const Ray& ray)
-      : plan_(plan), tree_(tree), frame_(ray, BoundsOf(control_points).center()) {
-    for (const Vec3d p : control_points) control_points_.push_back(frame_.ToRay(p));
+      : plan_(plan),
+        tree_(tree),
+        map_(plan.structure),
+        frame_(ray, BoundsOf(control_points).center()) {
+    for (size_t i = 0; i < control_points.size(); ++i) {
+      const Vec3d p = control_points[i];
+      control_points_.push_back(plan.is_weighted() ? frame_.Turn(p - plan.identity_points[i])
+                                                   : frame_.ToRay(p));
+    }
   }
 
   absl::StatusOr<std::optional<SurfaceHit>> Run(StopCheck stop) {
@@ -177,7 +184,7 @@ class Search {
     for (const uint32_t root : tree_.roots()) {
       const PatchTree::Node& node = tree_.node(root);
       hulls.push_back(
-          node.box == plan_.outside_box()
+          node.box == plan_.outside_box() || plan_.is_weighted()
               ? HullOf(node)
               : ControlHull(plan_.structure, control_points_, plan_.boxes[node.box].span));
       all.Extend(hulls.back());
@@ -194,18 +201,21 @@ class Search {
   }
 
   Bounds HullOf(const PatchTree::Node& node) const {
-    if (node.box != plan_.outside_box()) {
-      return RestrictVolume(plan_.structure, control_points_, plan_.boxes[node.box].span,
+    const bool outside = node.box == plan_.outside_box();
+    Bounds hull, rest;
+    if (!outside) {
+      hull = RestrictVolume(plan_.structure, control_points_, plan_.boxes[node.box].span,
                             node.lower, node.upper)
-          .Hull();
+                 .Hull();
+      if (!plan_.is_weighted()) return hull;
     }
-    Bounds hull;
     for (int corner = 0; corner < 8; ++corner) {
-      hull.Extend(frame_.ToRay({(corner & 1) != 0 ? node.upper.x : node.lower.x,
-                                (corner & 2) != 0 ? node.upper.y : node.lower.y,
-                                (corner & 4) != 0 ? node.upper.z : node.lower.z}));
+      const Vec3d p{(corner & 1) != 0 ? node.upper.x : node.lower.x,
+                    (corner & 2) != 0 ? node.upper.y : node.lower.y,
+                    (corner & 4) != 0 ? node.upper.z : node.lower.z};
+      rest.Extend(frame_.ToRay(outside ? p : map_.ToWorld(p)));
     }
-    return hull;
+    return outside ? rest : WeightedHull(rest, hull, 0, 1);
   }
 
   void Descend(const PatchTree::Node& node) {
@@ -237,6 +247,19 @@ class Search {
     return corners;
   }
 
+  // The plan must be weighted, and the part inside.
+  WeightedTriangle TriangleOf(const Part& part) const {
+    const std::array<double, 3> weights = plan_.CornerWeights(part.patch);
+    WeightedTriangle triangle;
+    for (size_t c = 0; c < 3; ++c) {
+      const Vec3d b = part.corners[c];
+      triangle.rest[c] =
+          Blend(part, b, [this](const PlanVertex& v) { return frame_.ToRay(v.world); });
+      triangle.weight[c] = b.x * weights[0] + b.y * weights[1] + b.z * weights[2];
+    }
+    return triangle;
+  }
+
   Reach ReachOf(const Part& part) const {
     const std::array<Vec3d, 3> corners = Corners(part);
     const Bounds bounds = BoundsOf(corners);
@@ -258,6 +281,13 @@ class Search {
         reach.slope[e] += share * slopes.center();
         reach.spread[e] += 0.5 * std::abs(share) * slopes.extent();
       }
+    }
+    if (plan_.is_weighted()) {
+      const WeightedTriangle triangle = TriangleOf(part);
+      for (size_t e = 0; e < 2; ++e) {
+        triangle.BoundSlope(e, reach.hull, reach.slope[e], reach.spread[e]);
+      }
+      reach.hull = triangle.Hull(reach.hull);
     }
     reach.corner = Evaluate(part, corners, 0, 0).position;
     const Bounds mean = reach.MeanValueHull();
@@ -310,6 +340,7 @@ class Search {
         result.slope[e] += edges[e][axis] * point.derivatives[axis];
       }
     }
+    if (plan_.is_weighted()) TriangleOf(part).Combine(s, t, result.position, result.slope);
     return result;
   }
 
@@ -346,8 +377,9 @@ class Search {
 
   const DeformPlan& plan_;
   const PatchTree& tree_;
+  const FrameMap map_;
   const RayFrame frame_;
-  std::vector<Vec3d> control_points_;  // in the ray's frame
+  std::vector<Vec3d> control_points_;  // in the ray's frame; with weights their offsets
   double reach_ = 0, touch_ = 0;       // world units
   std::priority_queue<Step, std::vector<Step>, Later> steps_;
   std::optional<SurfaceHit> hit_;

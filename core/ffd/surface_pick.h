@@ -13,6 +13,9 @@
 //              most one root, which Newton's iteration finds    Toth 1985, On ray tracing parametric surfaces
 //   a hit      where it is smaller than kTouch of the surface: the ray touches it, or runs along it
 //
+// With weights the coefficients are those of the offset, and weights/weighted_triangle.h turns its bounds into those of the
+// surface.
+//
 // Rounding may put a root just outside of its patch. Its barycentrics are clamped, and it is a hit if the clamped point
 // is within kReach of the ray: no ray passes between two patches that share an edge.
 //

@@ -34,7 +34,8 @@ using Slots = std::vector<uint32_t>;
 
 // The accessors of one primitive under one node.
 struct Vertices {
-  GlbAccessor positions, normals, uvs, weights;  // all but the first with count 0 where there are none
+  GlbAccessor positions, normals, uvs,
+      weights;  // all but the first with count 0 where there are none
   Slots *position_slots = nullptr, *normal_slots = nullptr, *uv_slots = nullptr;
 };
 
@@ -284,7 +285,7 @@ class GlbReader {
   PolygonMesh mesh_;
   VertexWelder welder_{&mesh_.positions};
   MeshGrowth growth_;
-  std::map<int64_t, Slots> normal_slots_, uv_slots_;  // by accessor, of one node
+  std::map<int64_t, Slots> normal_slots_, uv_slots_;            // by accessor, of one node
   std::map<int64_t, std::map<int64_t, Slots>> position_slots_;  // the same, by accessor of weights
   uint64_t slot_bytes_ = 0;
   std::map<std::string, uint32_t> group_ids_;

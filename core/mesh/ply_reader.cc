@@ -177,10 +177,9 @@ class PlyReader {
     for (int slot = 0; slot < kSlots; ++slot) {
       if (columns[slot] >= 0) slot_of[static_cast<size_t>(columns[slot])] = slot;
     }
-    LATTICED_RETURN_IF_ERROR(
-        growth_.Reserve(element.count * (sizeof(Vec3d) + (has_normals ? sizeof(Vec3f) : 0) +
-                                         (has_uvs ? sizeof(Vec2f) : 0) +
-                                         (has_weights ? sizeof(float) : 0))));
+    LATTICED_RETURN_IF_ERROR(growth_.Reserve(
+        element.count * (sizeof(Vec3d) + (has_normals ? sizeof(Vec3f) : 0) +
+                         (has_uvs ? sizeof(Vec2f) : 0) + (has_weights ? sizeof(float) : 0))));
     mesh_.positions.reserve(element.count);
     if (has_normals) mesh_.normals.reserve(element.count);
     if (has_uvs) mesh_.uvs.reserve(element.count);

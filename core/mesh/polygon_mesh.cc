@@ -39,8 +39,8 @@ absl::Status CheckSizes(const PolygonMesh& mesh) {
     return Invalid(fmt::format("{} has {} entries instead of {}", what, got, wanted));
   };
   const size_t corners = mesh.corner_count();
-  LATTICED_RETURN_IF_ERROR(check("weights", mesh.weights.size(),
-                                 mesh.weights.empty() ? 0 : mesh.positions.size()));
+  LATTICED_RETURN_IF_ERROR(
+      check("weights", mesh.weights.size(), mesh.weights.empty() ? 0 : mesh.positions.size()));
   LATTICED_RETURN_IF_ERROR(
       check("corner_normals", mesh.corner_normals.size(), mesh.has_normals() ? corners : 0));
   LATTICED_RETURN_IF_ERROR(

@@ -96,10 +96,9 @@ class WeightedPatch {
   // x + w (F(x) - x), with F of the box.
   __device__ Vec3d Blended(const RestPlace& at, uint32_t box) const {
     if (box == launch_.plan.outside_box) return at.world;
-    const Vec3d deformed =
-        EvaluateVolume<false>(Volume(launch_.plan, launch_.control_points),
-                              launch_.plan.boxes[box].span, at.parameter)
-            .position;
+    const Vec3d deformed = EvaluateVolume<false>(Volume(launch_.plan, launch_.control_points),
+                                                 launch_.plan.boxes[box].span, at.parameter)
+                               .position;
     return at.world + at.weight * (deformed - at.world);
   }
 
@@ -139,9 +138,10 @@ __device__ void StorePoint(const WeightedLaunch& launch, const WeightedPatch& pa
   const float norm1 = fabsf(normal.x) + fabsf(normal.y) + fabsf(normal.z);
   using Vertex = typename VertexSink<kFloat>::Vertex;
   const unsigned places[1] = {sink.Place(PointIndex(fused.segments, row, column))};
-  const Vertex vertices[1] = {sink.MakeVertex(
-      sink.MakePosition({static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)}),
-      normal, norm1, 1.0f)};
+  const Vertex vertices[1] = {
+      sink.MakeVertex(sink.MakePosition({static_cast<float>(p.x), static_cast<float>(p.y),
+                                         static_cast<float>(p.z)}),
+                      normal, norm1, 1.0f)};
   sink.Store(places, vertices);
 }
 

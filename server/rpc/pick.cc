@@ -46,7 +46,6 @@ absl::Status Pick(const SceneState& state, const v1::PickRequest& request, StopC
                   v1::SurfacePoint* response) {
   LATTICED_ASSIGN_OR_RETURN(const auto ray, RayFromProto(request));
   const DeformPlan& plan = *state.plan;
-  if (plan.is_weighted()) return error::NotWithWeights("a pick");
   LATTICED_ASSIGN_OR_RETURN(const auto hit,
                             PickSurface(plan, *state.patch_tree, *state.control_points, ray, stop));
   if (!hit.has_value()) return error::NothingHit();

@@ -136,10 +136,10 @@ absl::Status ApplyEdits(const CallContext& context, const v1::EditBatch& request
   LATTICED_ASSIGN_OR_RETURN(const auto scene, SceneOf(context, request.scene()));
   LATTICED_RETURN_IF_ERROR(context.env.quotas.TakeEdit(context.call.caller.tenant, absl::Now()));
   const auto begun = Clock::now();
-  LATTICED_ASSIGN_OR_RETURN(const auto summary,
-                            scene->ApplyEdits(BatchFromProto(request, *scene->config().mesh,
-                                                             scene->config().weights),
-                                              [&] { return CheckCancelled(context.call); }));
+  LATTICED_ASSIGN_OR_RETURN(
+      const auto summary,
+      scene->ApplyEdits(BatchFromProto(request, *scene->config().mesh, scene->config().weights),
+                        [&] { return CheckCancelled(context.call); }));
   AuditEdit(context.env, context.call, scene->id());
   response = ToProto(summary);
   const auto ended = summary.commit_time.value_or(Clock::now());
@@ -198,9 +198,8 @@ absl::StatusOr<NextPart<v1::TopologyPart>> OpenTopology(const CallContext& conte
                                                         const v1::GetTopologyRequest& request) {
   LATTICED_ASSIGN_OR_RETURN(const auto scene, SceneOf(context, request.scene()));
   const auto plan = scene->State()->plan;
-  if (!IsTopologyOf(request.topology_id(),
-                    WeightedMeshId(IdOf(scene->config().mesh_id), plan->mesh_weights),
-                    plan->structure)) {
+  const std::string mesh = WeightedMeshId(IdOf(scene->config().mesh_id), plan->mesh_weights);
+  if (!IsTopologyOf(request.topology_id(), mesh, plan->structure)) {
     return error::NotFound("topology", request.topology_id());
   }
   return [plan, id = request.topology_id(),

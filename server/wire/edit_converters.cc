@@ -177,8 +177,7 @@ absl::StatusOr<Edit> Read(const v1::SetConstraints& edit, std::string_view field
 }
 
 absl::StatusOr<Edit> ReadEdit(const v1::Edit& edit, const PolygonMesh& mesh,
-                              const VertexWeights& weights,
-                              const std::string& field) {
+                              const VertexWeights& weights, const std::string& field) {
   switch (edit.edit_case()) {
     case v1::Edit::kSetControlPoints:
       return Read(edit.set_control_points(), field + ".set_control_points");

@@ -25,10 +25,11 @@ constexpr uint64_t kMinFaceSize = 3;
 struct RawSizes {
   uint64_t vertices = 0, faces = 0, corners = 0;
   uint64_t position_bytes = 0;  // of one coordinate
-  uint64_t sizes = 0, normals = 0, uvs = 0, groups = 0;
+  uint64_t sizes = 0, normals = 0, uvs = 0, groups = 0, weights = 0;
 
   uint64_t TotalBytes() const {
-    return vertices * 3 * position_bytes + 4 * (sizes + corners + groups) + 12 * normals + 8 * uvs;
+    return vertices * 3 * position_bytes + 4 * (sizes + corners + groups + weights) + 12 * normals +
+           8 * uvs;
   }
 };
 
@@ -54,6 +55,7 @@ RawSizes SizesOf(const v1::RawLayout& layout) {
   sizes.normals = Elements(layout.normals(), sizes);
   sizes.uvs = Elements(layout.uvs(), sizes);
   sizes.groups = layout.group_names().empty() ? 0 : layout.face_count();
+  sizes.weights = layout.weights() ? layout.vertex_count() : 0;
   return sizes;
 }
 
@@ -79,7 +81,8 @@ class RawReader {
 uint64_t MeshBytes(const RawSizes& sizes) {
   return 2 * sizes.vertices * sizeof(Vec3d) + 2 * sizes.faces * sizeof(uint32_t) +
          3 * sizes.corners * sizeof(uint32_t) + sizes.normals * sizeof(Vec3f) +
-         sizes.uvs * sizeof(Vec2f) + sizes.groups * sizeof(uint32_t);
+         sizes.uvs * sizeof(Vec2f) + sizes.groups * sizeof(uint32_t) +
+         sizes.weights * sizeof(float);
 }
 
 std::vector<Vec3d> TakePositions(RawReader& reader, const RawSizes& sizes) {
@@ -190,6 +193,7 @@ absl::StatusOr<PolygonMesh> ReadRawMesh(const v1::RawLayout& layout, std::string
   }
   mesh.group_names.assign(layout.group_names().begin(), layout.group_names().end());
   mesh.face_groups = reader.Take<uint32_t>(sizes.groups);
+  mesh.weights = reader.Take<float>(sizes.weights);
   if (absl::Status status = Validate(mesh); !status.ok()) {
     return error::MalformedFile("RAW", "the arrays", std::string(status.message()));
   }

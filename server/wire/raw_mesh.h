@@ -9,6 +9,7 @@
 //   normals    (vertices or corners) x 3 float32
 //   uvs        (vertices or corners) x 2 float32
 //   groups     face_count uint32               where there are group_names
+//   weights    vertex_count float32            where the layout has weights
 //
 // Errors   kInvalidArgument with the path of the field, or MALFORMED_FILE with the byte
 // Threads  pure functions

@@ -3,8 +3,8 @@
 #include "server/wire/scene_converters.h"
 
 #include <algorithm>
-#include <cstring>
 #include <memory>
+#include <string_view>
 #include <utility>
 
 #include "core/base/error.h"
@@ -103,37 +103,43 @@ std::string WithoutEnding(const std::string& name) {
   return dot == 0 ? name : name.substr(0, dot);
 }
 
+VertexWeights FloatsOf(std::string_view bytes) {
+  std::vector<float> floats(bytes.size() / sizeof(float));
+  std::ranges::copy(bytes, reinterpret_cast<char*>(floats.data()));
+  return std::make_shared<const std::vector<float>>(std::move(floats));
+}
+
 // The weights that a request names, checked.
 absl::StatusOr<VertexWeights> WeightsFromProto(const v1::VertexWeights& message,
-                                               const PolygonMesh& mesh) {
-  std::vector<float> weights;
+                                               const std::shared_ptr<const PolygonMesh>& mesh) {
+  VertexWeights weights;
   switch (message.source_case()) {
     case v1::VertexWeights::kValues:
       if (message.values().size() % sizeof(float) != 0) {
-        return error::InvalidField("weights.values",
-                                   fmt::format("{} bytes are no whole number of float32",
-                                               message.values().size()));
+        return error::InvalidField(
+            "weights.values",
+            fmt::format("{} bytes are no whole number of float32", message.values().size()));
       }
-      weights.resize(message.values().size() / sizeof(float));
-      std::memcpy(weights.data(), message.values().data(), message.values().size());
+      weights = FloatsOf(message.values());
       break;
     case v1::VertexWeights::kFromMesh:
       if (!message.from_mesh()) {
         return error::InvalidField("weights.from_mesh", "must be true where it is set");
       }
-      if (mesh.weights.empty()) {
-        return error::InvalidField("weights.from_mesh",
-                                   "the mesh's file has none: no property weight (PLY), and no "
-                                   "attribute _WEIGHT (GLB)");
+      if (mesh->weights.empty()) {
+        return error::InvalidField(
+            "weights.from_mesh",
+            "the mesh's file has none: no property weight (PLY), no weights (RAW), and no "
+            "attribute _WEIGHT (GLB)");
       }
-      weights = mesh.weights;
+      weights = VertexWeights(mesh, &mesh->weights);  // keeps the mesh, and copies nothing
       break;
     case v1::VertexWeights::SOURCE_NOT_SET:
       if (HoldsUnknown(message)) return error::Unsupported("weights", "this kind of weights");
       return error::InvalidField("weights", "values or from_mesh must be set");
   }
-  LATTICED_RETURN_IF_ERROR(CheckVertexWeights(mesh, weights));
-  return std::make_shared<const std::vector<float>>(std::move(weights));
+  LATTICED_RETURN_IF_ERROR(CheckVertexWeights(*mesh, *weights));
+  return weights;
 }
 
 // What a scene with weights cannot have from its beginning.
@@ -176,7 +182,7 @@ absl::StatusOr<SceneConfig> SceneConfigFromProto(const v1::CreateSceneRequest& r
       ReadEnum(kPipelines, request.diagnostics().pipeline(), "diagnostics.pipeline"));
   VertexWeights weights;
   if (request.has_weights()) {
-    LATTICED_ASSIGN_OR_RETURN(weights, WeightsFromProto(request.weights(), *mesh.mesh));
+    LATTICED_ASSIGN_OR_RETURN(weights, WeightsFromProto(request.weights(), mesh.mesh));
     LATTICED_RETURN_IF_ERROR(CheckWithWeights(request, pipeline, view.key.spec));
   }
   LATTICED_ASSIGN_OR_RETURN(const auto idle_ttl, IdleTtl(request, default_idle_ttl));

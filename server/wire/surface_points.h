@@ -22,7 +22,7 @@ namespace latticed {
 struct RestPoint {
   Vec3d position;
   Vec3d normal;
-  double weight = 1;      // with its gradient, where there are weights
+  double weight = 1;  // with its gradient, where there are weights
   Vec3d weight_gradient;
 };
 

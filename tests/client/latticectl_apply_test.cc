@@ -155,8 +155,8 @@ TEST_F(LatticectlApply, BadWeightsAreNamed) {
   ASSERT_OK(WriteFile(Path("two.csv"), "0,1\n1,1\n"));
   const auto apply = [&](const std::string& weights) {
     const RunResult result =
-        Latticectl({"apply", Path("cube.obj"), "--lattice", Path("L.json"), "--backend", "cpu", "-o",
-                    Path("o.ply"), "--weights", weights});
+        Latticectl({"apply", Path("cube.obj"), "--lattice", Path("L.json"), "--backend", "cpu",
+                    "-o", Path("o.ply"), "--weights", weights});
     EXPECT_NE(result.code, 0);
     return result.err;
   };

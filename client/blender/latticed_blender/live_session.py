@@ -122,13 +122,18 @@ class LiveSession:
         self._find_server()
         self._say("Uploading the mesh")
         uploaded = client.upload_arrays(
-            mesh.positions, mesh.faces, name="Blender", up_axis="z", progress=False
+            mesh.positions,
+            mesh.faces,
+            weights=mesh.weights,
+            name="Blender",
+            up_axis="z",
+            progress=False,
         )
         with client.create_scene(
             uploaded,
             mapping.lattice(grid),
             crease_angle=mesh.crease_angle,
-            weights=mesh.weights,
+            weights=None if mesh.weights is None else "mesh",
             labels={"client": "blender"},
             delete_on_exit=True,
         ) as scene, scene.deform(view) as stream:

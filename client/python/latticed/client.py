@@ -35,6 +35,9 @@ _PIPELINES: Dict[str, Any] = {
     "control_net": scene_pb2.PIPELINE_CONTROL_NET,
 }
 
+# A request holds at most 1 MiB.
+_MOST_WEIGHTS = 250_000
+
 
 class Client:
     """Meshes and scenes of a server; made by latticed.connect. Any number of threads may use it.
@@ -101,6 +104,7 @@ class Client:
         uvs: Optional[npt.ArrayLike] = None,
         face_groups: Optional[npt.ArrayLike] = None,
         group_names: Sequence[str] = (),
+        weights: Optional[npt.ArrayLike] = None,
         name: str = "",
         up_axis: str = "",
         meters_per_unit: float = 0.0,
@@ -113,9 +117,10 @@ class Client:
         faces         (faces, 3 or more) vertex indices, or a list of sequences of any length
         normals, uvs  (vertices, 3 or 2), or one per corner of each face: (corners, …) or (faces, k, …)
         face_groups   (faces,): indices into group_names, which may be materials
+        weights       (vertices,): for scenes that are created with weights="mesh"
         The rest as in upload. ValueError for shapes that do not fit together.
         """
-        layout, data = raw_mesh(positions, faces, normals, uvs, face_groups, group_names)
+        layout, data = raw_mesh(positions, faces, normals, uvs, face_groups, group_names, weights)
         header = _header(name, mesh_pb2.MESH_FORMAT_RAW, up_axis, meters_per_unit, labels)
         header.raw_layout.CopyFrom(layout)
         show = progress_function(progress, f"upload {name or 'mesh'}")
@@ -164,7 +169,8 @@ class Client:
         crease_angle     smooth normals are computed, and split where faces meet at more degrees, 0 to 180;
                          None: those of the mesh, split at 30 degrees where it has none
         weights          how much of the deformation each vertex takes, 0 to 1: an array with one for each
-                         vertex, or "mesh" for those in the mesh's file (PLY weight, GLB _WEIGHT); None: all
+                         vertex, or "mesh" for those that came with the mesh (PLY weight, GLB _WEIGHT,
+                         upload_arrays); None: all. Those of more than 250,000 vertices come with the mesh
         name             for people, and of exported files; empty: the mesh's, without its ending
         scene_id         [a-z0-9-]{1,63}; empty: a random one. Repeating a request returns the same scene
         idle_ttl         seconds that the scene lives unwatched and unedited; None: the server's default
@@ -206,7 +212,12 @@ class Client:
                 raise ValueError(f'weights is an array or "mesh", not {weights!r}')
             request.weights.from_mesh = True
         elif weights is not None:
-            request.weights.values = np.ascontiguousarray(weights, "<f4").tobytes()
+            values = np.ascontiguousarray(weights, "<f4")
+            if values.size > _MOST_WEIGHTS:
+                raise ValueError(
+                    f'{values.size} weights are too many for a request: use upload_arrays and weights="mesh"'
+                )
+            request.weights.values = values.tobytes()
         if view is not None:
             request.default_view.CopyFrom(view.to_proto())
         request.diagnostics.pipeline = choose("pipeline", pipeline, _PIPELINES)

@@ -61,6 +61,7 @@ def raw_mesh(
     uvs: npt.ArrayLike | None,
     face_groups: npt.ArrayLike | None,
     group_names: Sequence[str],
+    weights: npt.ArrayLike | None = None,
 ) -> Tuple[mesh_pb2.RawLayout, bytes]:
     """Returns layout and bytes. Client.upload_arrays describes the arguments. ValueError for wrong shapes."""
     points = np.asarray(positions)
@@ -93,4 +94,10 @@ def raw_mesh(
         if groups.shape != (layout.face_count,):
             raise ValueError(f"face_groups have the shape ({layout.face_count},), not {groups.shape}")
         arrays.append(groups)
+    if weights is not None:
+        of_vertices = np.asarray(weights, dtype="<f4")
+        if of_vertices.shape != (len(points),):
+            raise ValueError(f"weights have the shape ({len(points)},), not {of_vertices.shape}")
+        layout.weights = True
+        arrays.append(of_vertices)
     return layout, b"".join(array.tobytes() for array in arrays)

@@ -17,7 +17,7 @@ Vec3d Permute(Vec3d v, const std::array<int, 3>& axes) {
 // An upper bound of the Frobenius norm of J in the box: the sum, over all coefficients, of |coefficient| times |gradient of
 // its power product|.
 double SlopeBound(const std::array<Vec3d, 64>& c, const std::array<int, 3>& degree,
-                     const std::array<Vec3d, 3>& gradient) {
+                  const std::array<Vec3d, 3>& gradient) {
   const double g[3] = {Norm(gradient[0]), Norm(gradient[1]), Norm(gradient[2])};
   double slope = 0;
   for (int a = 0; a <= degree[0]; ++a) {

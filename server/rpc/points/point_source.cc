@@ -94,8 +94,9 @@ absl::StatusOr<std::vector<double>> SurfacePoints(const PolygonMesh& mesh,
     point.mutable_corners()->Add(std::begin(record.corners), std::end(record.corners));
     point.mutable_barycentrics()->Add(std::begin(record.barycentrics),
                                       std::end(record.barycentrics));
-    LATTICED_ASSIGN_OR_RETURN(const RestPoint rest,
-                              RestPointFromProto(mesh, nullptr, point, fmt::format("data.points[{}]", i)));
+    LATTICED_ASSIGN_OR_RETURN(
+        const RestPoint rest,
+        RestPointFromProto(mesh, nullptr, point, fmt::format("data.points[{}]", i)));
     vectors[i] = rest.position;
     vectors[count + i] = Unit(rest.normal);
   }

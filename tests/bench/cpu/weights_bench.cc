@@ -56,7 +56,8 @@ void ByTurns(benchmark::State& state, int degree, const ViewSpec& spec) {
     weighted_times.push_back(Frame(weighted, *with, frame));
     times.push_back(Frame(plain, *without, frame));
   }
-  const double weighted_ms = std::ranges::min(weighted_times), unweighted_ms = std::ranges::min(times);
+  const double weighted_ms = std::ranges::min(weighted_times),
+               unweighted_ms = std::ranges::min(times);
   state.counters["weighted_ms"] = weighted_ms;
   state.counters["unweighted_ms"] = unweighted_ms;
   state.counters["ratio"] = weighted_ms / unweighted_ms;
@@ -70,8 +71,8 @@ void RegisterWeightsBenches() {
          {std::pair{NormalMode::kFacet, "facet"}, std::pair{NormalMode::kSmooth, "smooth"}}) {
       for (const int segments : {3, 10}) {
         const ViewSpec spec{.segments = segments, .normals = normals};
-        RegisterTimed(fmt::format("weights/torus-17k/degree{}/quantised/{}/{}segments", degree, name,
-                                  segments),
+        RegisterTimed(fmt::format("weights/torus-17k/degree{}/quantised/{}/{}segments", degree,
+                                  name, segments),
                       [=](benchmark::State& state) { ByTurns(state, degree, spec); });
       }
     }

@@ -51,10 +51,24 @@ def test_the_meshs_file_weighs_the_vertices(client, tmp_path):
             assert_shows_vertices(update, expected(stream.lattice, WEIGHTS))
 
 
+def test_uploaded_arrays_weigh_the_vertices(client):
+    mesh = client.upload_arrays(
+        definition.BOX_POSITIONS, definition.BOX_FACES, weights=WEIGHTS, progress=False
+    )
+    with client.create_scene(mesh, weights="mesh", delete_on_exit=True) as scene:
+        with scene.deform(RAW) as stream:
+            update = stream.wait(stream.move(stream.lattice.indices[-1], (0.5, 0.25, 1)))
+            assert_shows_vertices(update, expected(stream.lattice, WEIGHTS))
+
+
 def test_bad_weights_are_refused(client):
     mesh = client.upload_arrays(definition.BOX_POSITIONS, definition.BOX_FACES, progress=False)
     with pytest.raises(ValueError, match='weights is an array or "mesh"'):
         client.create_scene(mesh, weights="group")
+    with pytest.raises(ValueError, match="too many for a request"):
+        client.create_scene(mesh, weights=np.ones(250_001))
+    with pytest.raises(ValueError, match=r"weights have the shape \(8,\)"):
+        client.upload_arrays(definition.BOX_POSITIONS, definition.BOX_FACES, weights=WEIGHTS[:7])
     for weights in (WEIGHTS[:7], 2 * WEIGHTS, np.full(8, np.nan)):
         with pytest.raises(latticed.LatticedError) as error:
             client.create_scene(mesh, weights=weights)

@@ -198,6 +198,21 @@ test('where the server has no memory for the most points of a tolerance, fewer a
   assert.equal(fixture.said.length, 1);
 });
 
+test('a scene with vertex weights has no tolerance and no patches: it is shown by segments', async (t) => {
+  for (const view of [{ segments: 32, tolerance: 0.25, maxPoints: 100_000 }, { encoding: 'patches' }] as ViewRequest[]) {
+    const fixture = await SessionFixture.live(t);
+    const views: ViewRequest[] = [];
+    fixture.session.on('view', (granted) => views.push(granted));
+    fixture.session.setView(view);
+
+    await fixture.lose(new ServerError(Code.FailedPrecondition, 'VERTEX_WEIGHTS', 'the scene has vertex weights'));
+
+    assert.equal(fixture.stream.request.view!.tolerance, 0);
+    assert.equal(views.length, 1);
+    assert.notEqual(views[0]!.encoding, 'patches');
+  }
+});
+
 test('a server that did not answer in time is left alone for the longest pause; one that goes away says for how long', async (t) => {
   const pauses = t.mock.method(globalThis, 'setTimeout');
   const pausesAnHour = (): boolean => pauses.mock.calls.some(({ arguments: [, ms] }) => ms === HOUR);

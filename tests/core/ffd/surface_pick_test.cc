@@ -9,6 +9,7 @@
 #include <limits>
 #include <memory>
 #include <random>
+#include <utility>
 #include <vector>
 
 #include "core/ffd/direct_ffd.h"
@@ -23,8 +24,10 @@ constexpr double kOnRay = 1e-9;  // fraction of the diagonal, as SceneService.Pi
 
 class Picker {
  public:
-  Picker(PolygonMesh mesh, const LatticeStructure& structure, std::vector<Vec3d> control_points)
-      : plan_(*MakePlan(std::make_shared<const PolygonMesh>(std::move(mesh)), structure)),
+  Picker(PolygonMesh mesh, const LatticeStructure& structure, std::vector<Vec3d> control_points,
+         VertexWeights weights = nullptr)
+      : plan_(*MakePlan(std::make_shared<const PolygonMesh>(std::move(mesh)), structure, {},
+                        NeverStop, std::move(weights))),
         tree_(*plan_),
         control_points_(std::move(control_points)),
         ffd_(*plan_, control_points_) {
@@ -169,17 +172,26 @@ class Rays {
   std::mt19937 random_;
 };
 
-Picker Draw(uint32_t seed) {
+Picker Draw(uint32_t seed, bool weighted = false) {
   const RandomCase drawn = DrawCase(seed);
   const LatticeStructure structure = MakeStructure(drawn.mesh.ComputeBounds(), drawn.options);
-  return Picker(drawn.mesh, structure, Jitter(structure, 0.15, seed));
+  VertexWeights weights;
+  if (weighted) {
+    Rays rays(seed);
+    std::vector<float> values;
+    for (size_t v = 0; v < drawn.mesh.positions.size(); ++v) {
+      values.push_back(static_cast<float>(rays.Unit()));
+    }
+    weights = std::make_shared<const std::vector<float>>(std::move(values));
+  }
+  return Picker(drawn.mesh, structure, Jitter(structure, 0.15, seed), std::move(weights));
 }
 
-TEST(SurfacePick, FindsTheFirstRootOfRandomRays) {
+void ExpectFirstRoots(bool weighted) {
   size_t hits = 0, misses = 0;
   for (uint32_t seed = 1; seed <= 24; ++seed) {
     SCOPED_TRACE(seed);
-    Picker picker = Draw(seed);
+    Picker picker = Draw(seed, weighted);
     const std::vector<Vec3d> points = Tessellate(picker);
     Rays rays(seed);
     for (int i = 0; i < 40; ++i) {
@@ -195,6 +207,9 @@ TEST(SurfacePick, FindsTheFirstRootOfRandomRays) {
   EXPECT_GT(hits, 200u);
   EXPECT_GT(misses, 100u);
 }
+
+TEST(SurfacePick, FindsTheFirstRootOfRandomRays) { ExpectFirstRoots(false); }
+TEST(SurfacePick, FindsTheFirstRootOnWeightedSurfaces) { ExpectFirstRoots(true); }
 
 // A ray from outside through a point of the surface must hit at that point or before.
 void ExpectNotPassed(Picker& picker, size_t patch, std::array<double, 3> b, Vec3d direction,

@@ -130,7 +130,8 @@ TEST(GlbReaderTest, VerticesDoubledAtSeamsAreOne) {
   EXPECT_THAT(mesh.corner_vertices, ElementsAre(0, 1, 2, 0, 2, 3));
 }
 
-// The first and the fourth point have one place and one weight; the third and the fifth have one place and two weights.
+// The first and the fourth point have one place and one weight; the third and the fifth have one place and two weights. The second
+// primitive has none, so its vertices have the weight 1.
 TEST(GlbReaderTest, WeightsKeepVerticesApart) {
   Triangle file = SixPoints({0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 0, 0, 1, 1, 0, 0, 1, 0});
   file.binary += Floats({0, 0.5f, 1, 0, 0.25f, 0.75f});
@@ -138,27 +139,14 @@ TEST(GlbReaderTest, WeightsKeepVerticesApart) {
   file.document["buffers"][0]["byteLength"] = 96;
   file.document["accessors"].push_back(
       {{"bufferView", 1}, {"componentType", 5126}, {"count", 6}, {"type", "SCALAR"}});
+  file.document["meshes"][0]["primitives"].push_back(file.primitive());
   file.primitive()["attributes"]["_WEIGHT"] = 1;
   ASSERT_OK_AND_ASSIGN(const auto mesh, file.Read());
-  EXPECT_THAT(mesh.corner_vertices, ElementsAre(0, 1, 2, 0, 3, 4));
-  EXPECT_THAT(mesh.weights, ElementsAre(0, 0.5f, 1, 0.25f, 0.75f));
+  EXPECT_THAT(mesh.corner_vertices, ElementsAre(0, 1, 2, 0, 3, 4, 5, 6, 2, 5, 2, 7));
+  EXPECT_THAT(mesh.weights, ElementsAre(0, 0.5f, 1, 0.25f, 0.75f, 1, 1, 1));
 
   file.document["accessors"][1]["count"] = 5;
   EXPECT_THAT(file.Read(), IsMalformed("different counts"));
-}
-
-TEST(GlbReaderTest, PrimitivesWithoutWeightsHaveTheWeightOne) {
-  Triangle file;
-  file.binary += std::string(2, '\0') + Floats({0, 0.5f, 0.25f});
-  file.document["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", 80}, {"byteLength", 12}});
-  file.document["buffers"][0]["byteLength"] = 92;
-  file.document["accessors"].push_back(
-      {{"bufferView", 2}, {"componentType", 5126}, {"count", 3}, {"type", "SCALAR"}});
-  json weighted = file.primitive();
-  weighted["attributes"]["_WEIGHT"] = 3;
-  file.document["meshes"][0]["primitives"].push_back(weighted);
-  ASSERT_OK_AND_ASSIGN(const auto mesh, file.Read());
-  EXPECT_THAT(mesh.weights, ElementsAre(1, 1, 1, 0, 0.5f, 0.25f));
 }
 
 TEST(GlbReaderTest, QuantisedAttributesAndByteIndices) {

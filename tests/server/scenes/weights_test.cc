@@ -18,7 +18,8 @@ using ::testing::HasSubstr;
 const std::vector<float> kGridWeights = {0, 0.5f, 1, 0, 0.5f, 1, 0, 0.5f, 1};
 // A triangle whose third vertex has the weight 1/2, and one that it leaves out.
 constexpr char kWeightedPly[] =
-    "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+    "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float "
+    "z\n"
     "property float weight\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
     "0 0 0 0\n2 0 0 1\n0 2 0 0.5\n3 0 1 2\n";
 
@@ -146,9 +147,45 @@ TEST_F(WeightsTest, ComeFromTheMeshsFile) {
   EXPECT_NEAR(response.positions(8), 2, 1e-12);
 }
 
+TEST_F(WeightsTest, ComeWithRawArrays) {
+  const auto append = [](const auto& values, std::string& bytes) {
+    bytes.append(reinterpret_cast<const char*>(values.data()),
+                 values.size() * sizeof(values.front()));
+  };
+  std::string bytes;
+  append(std::vector<float>{0, 0, 0, 2, 0, 0, 0, 2, 0}, bytes);
+  append(std::vector<uint32_t>{0, 1, 2}, bytes);
+  append(std::vector<float>{1, 0.25f, 0}, bytes);
+  v1::MeshHeader header = ObjHeader(bytes);
+  header.set_format(v1::MESH_FORMAT_RAW);
+  header.mutable_raw_layout()->set_vertex_count(3);
+  header.mutable_raw_layout()->set_face_count(1);
+  header.mutable_raw_layout()->set_face_size(3);
+  ExpectRefused(ServerTest::Upload(header, bytes), Code::kInvalidArgument, "INVALID_FIELD",
+                "header.raw_layout");
+  header.mutable_raw_layout()->set_weights(true);
+  v1::Mesh mesh;
+  ASSERT_OK(ServerTest::Upload(header, bytes, &mesh));
+  v1::CreateSceneRequest request = SceneRequest();
+  request.set_mesh(mesh.id());
+  request.mutable_weights()->set_from_mesh(true);
+  ASSERT_OK(Create(request));
+  ASSERT_OK(Lift(4));
+  auto points = For<v1::EvaluatePointsRequest>();
+  v1::SurfacePoint& point = *points.mutable_surface_points()->add_points();
+  for (uint32_t c = 0; c < 3; ++c) {
+    point.add_corners(c);
+    point.add_barycentrics(c == 1 ? 1 : 0);
+  }
+  v1::EvaluatePointsResponse response;
+  ASSERT_OK(Call(&Scenes::EvaluatePoints, points, &response));
+  EXPECT_NEAR(response.positions(2), 1, 1e-12);
+}
+
 TEST_F(WeightsTest, RefusesOtherCountsAndValues) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
-  for (const auto& [bad, problem] : std::initializer_list<std::pair<std::vector<float>, std::string>>{
+  for (const auto& [bad, problem] :
+       std::initializer_list<std::pair<std::vector<float>, std::string>>{
            {{}, "there are 0 for a mesh of 9 vertices"},
            {{0, 1}, "there are 2 for a mesh of 9 vertices"},
            {{0, 0, 0, 0, nan, 0, 0, 0, 0}, "the weight of vertex 4 is nan"},
@@ -207,11 +244,8 @@ TEST_F(WeightsTest, RefusesWhatDoesNotTakeThem) {
   }
   auto world = For<v1::EvaluatePointsRequest>();
   for (const double x : {0.5, 0.5, 0.0}) world.mutable_world_points()->add_positions(x);
-  ExpectRefusedForWeights(Call(&Scenes::EvaluatePoints, world), "a point that is not of the surface");
-  auto pick = For<v1::PickRequest>();
-  *pick.mutable_ray()->mutable_origin() = ToVec3({1, 1, 5});
-  *pick.mutable_ray()->mutable_direction() = ToVec3({0, 0, -1});
-  ExpectRefusedForWeights(Call(&Scenes::Pick, pick), "a pick");
+  ExpectRefusedForWeights(Call(&Scenes::EvaluatePoints, world),
+                          "a point that is not of the surface");
 }
 
 TEST_F(WeightsTest, RefusesEditsThatDoNotTakeThem) {
@@ -223,6 +257,19 @@ TEST_F(WeightsTest, RefusesEditsThatDoNotTakeThem) {
   batch.mutable_keep_volume();
   ExpectRefusedForWeights(Apply(batch), "a volume");
   EXPECT_EQ(Get().revision(), 0u);
+}
+
+TEST_F(WeightsTest, PicksHitTheWeightedSurface) {
+  ASSERT_OK(Create(Weighted()));
+  ASSERT_OK(Lift(3));
+  auto pick = For<v1::PickRequest>();
+  *pick.mutable_ray()->mutable_origin() = ToVec3({1.5, 0.25, 9});
+  *pick.mutable_ray()->mutable_direction() = ToVec3({0, 0, -1});
+  v1::SurfacePoint point;
+  ASSERT_OK(Call(&Scenes::Pick, pick, &point));
+  EXPECT_NEAR(point.position().x(), 1.5, 1e-9);
+  EXPECT_NEAR(point.position().z(), 3 * 0.75, 1e-9);
+  EXPECT_NEAR(point.normal().x(), -1.5 / std::sqrt(3.25), 1e-9);
 }
 
 TEST_F(WeightsTest, OtherWeightsAreAnotherScene) {

@@ -8,11 +8,11 @@
 
 #include "absl/time/clock.h"
 #include "absl/time/time.h"
-#include "client/cpp/latticectl/geometry/weights_source.h"
 #include "client/cpp/latticectl/command_line/message_flags.h"
 #include "client/cpp/latticectl/command_line/value_types.h"
 #include "client/cpp/latticectl/commands/commands.h"
 #include "client/cpp/latticectl/geometry/lattice_json.h"
+#include "client/cpp/latticectl/geometry/weights_source.h"
 #include "client/cpp/latticectl/output/output.h"
 #include "client/cpp/latticectl/session/scene_patches.h"
 #include "client/cpp/latticectl/session/scene_tolerance.h"
@@ -131,8 +131,8 @@ void AddVerticesOnlyFlag(CLI::App& command, bool& vertices_only) {
       "--vertices-only", vertices_only,
       "Ordinary deformation: moves the vertices and keeps the faces, without a server");
   for (const char* of_server :
-       {"--segments", "--tolerance", "--normals", "--crease-angle", "--weights", "--encoding", "--position-bits",
-        "--normal-bits", "--pipeline", "--server", "--backend"}) {
+       {"--segments", "--tolerance", "--normals", "--crease-angle", "--weights", "--encoding",
+        "--position-bits", "--normal-bits", "--pipeline", "--server", "--backend"}) {
     CLI::Option* option = command.get_option(of_server);
     flag->excludes(option);
     option->remove_excludes(flag);  // the help says it once; one direction suffices for the check

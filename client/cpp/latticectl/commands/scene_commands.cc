@@ -9,12 +9,12 @@
 #include <string>
 #include <utility>
 
-#include "client/cpp/latticectl/geometry/weights_source.h"
 #include "client/cpp/latticectl/command_line/message_flags.h"
 #include "client/cpp/latticectl/command_line/tolerance_flag.h"
 #include "client/cpp/latticectl/command_line/value_types.h"
 #include "client/cpp/latticectl/commands/commands.h"
 #include "client/cpp/latticectl/geometry/lattice_json.h"
+#include "client/cpp/latticectl/geometry/weights_source.h"
 #include "client/cpp/latticectl/output/output.h"
 #include "client/cpp/latticectl/session/server_meshes.h"
 #include "client/cpp/latticectl/session/session.h"

@@ -18,6 +18,14 @@ absl::Status SetWeights(const std::string& source, v1::CreateSceneRequest* reque
     return absl::OkStatus();
   }
   LATTICED_ASSIGN_OR_RETURN(const std::vector<double> numbers, ReadColumn(source));
+  // A request holds at most 1 MiB.
+  constexpr size_t kMost = 250'000;
+  if (numbers.size() > kMost) {
+    return absl::InvalidArgumentError(
+        source +
+        ": has more numbers than the 250,000 of a request; put them into the mesh's file, "
+        "as the property weight of PLY");
+  }
   std::string values;
   values.reserve(numbers.size() * sizeof(float));
   for (const double number : numbers) AppendLittleEndian(static_cast<float>(number), &values);

@@ -41,6 +41,11 @@ export interface SessionParts extends SessionOptions {
   readonly wakes?: (connection: Wakeable) => () => void;
 }
 
+/** Whether the server has no such view: of any scene, of this one's pipeline, or of a scene with vertex weights. */
+function refusesView(error: ServerError): boolean {
+  return error.code === Code.InvalidArgument || error.reason === 'VERTEX_WEIGHTS';
+}
+
 /**
  * The streams of a session, one after another. Their messages go to the lattice, the surface and the listeners. A lost
  * stream is resumed by the next one.
@@ -265,7 +270,7 @@ export class SessionStream implements ConnectionHost {
 
   /** Goes on with points from the server, if it has no patches for this scene. Returns whether that was it. */
   private dropPatches(error: ServerError): boolean {
-    if (error.code !== Code.InvalidArgument || this.view.encoding !== 'patches') return false;
+    if (!refusesView(error) || this.view.encoding !== 'patches') return false;
     this.view = { ...this.view, encoding: 'auto' };
     this.startAnew();
     this.listeners.emit('view', this.view);
@@ -277,7 +282,7 @@ export class SessionStream implements ConnectionHost {
    * grid has become too coarse for it. Returns whether that was it.
    */
   private dropTolerance(error: ServerError): boolean {
-    if (error.code !== Code.InvalidArgument || !(this.view.tolerance! > 0)) return false;
+    if (!refusesView(error) || !(this.view.tolerance! > 0)) return false;
     const segments = Math.min(this.view.segments ?? 0, SessionStream.USUAL_SEGMENTS);
     this.view = { ...this.view, segments, tolerance: 0, maxPoints: 0 };
     this.startAnew();

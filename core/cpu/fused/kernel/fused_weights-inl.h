@@ -19,14 +19,17 @@ HWY_BEFORE_NAMESPACE();
 namespace latticed::fused {
 namespace HWY_NAMESPACE {
 
-HWY_INLINE V LoadLanes(const Lanes& lanes, size_t lane) { return hn::Load(D(), lanes.data() + lane); }
+HWY_INLINE V LoadLanes(const Lanes& lanes, size_t lane) {
+  return hn::Load(D(), lanes.data() + lane);
+}
 
 // The points of an edge at rest, and their weights. Exchanging the ends does not change the bits of a point.
 class WeightedLine {
  public:
   WeightedLine(const WeightedPoint& from, const WeightedPoint& to, size_t lane)
       : rest_(Ends(from, lane).point, Ends(to, lane).point),
-        weight_(hn::Mul(hn::Set(D(), 0.5f), hn::Add(LoadLanes(from.weight, lane), LoadLanes(to.weight, lane)))),
+        weight_(hn::Mul(hn::Set(D(), 0.5f),
+                        hn::Add(LoadLanes(from.weight, lane), LoadLanes(to.weight, lane)))),
         rise_(hn::Sub(LoadLanes(to.weight, lane), LoadLanes(from.weight, lane))) {}
 
   HWY_INLINE void Place(int k, int segments, V* rest, V& weight) const {
@@ -98,7 +101,8 @@ class Weights {
     const V at = hn::Set(D(), t);
     Row row;
     for (size_t c = 0; c < 3; ++c) {
-      row.rest[c] = hn::MulAdd(Load(patch_.across.rest.point[c]), at, Load(patch_.center.rest.point[c]));
+      row.rest[c] =
+          hn::MulAdd(Load(patch_.across.rest.point[c]), at, Load(patch_.center.rest.point[c]));
     }
     row.weight = hn::MulAdd(Load(patch_.across.weight), at, Load(patch_.center.weight));
     return row;
@@ -137,7 +141,8 @@ class Weights {
   void SetInside(const Interpolate& interpolate) {
     const auto& c = patch_.corners;
     for (size_t a = 0; a < 3; ++a) {
-      rest_[a] = interpolate(Load(c[0].rest.point[a]), Load(c[1].rest.point[a]), Load(c[2].rest.point[a]));
+      rest_[a] =
+          interpolate(Load(c[0].rest.point[a]), Load(c[1].rest.point[a]), Load(c[2].rest.point[a]));
     }
     weight_ = interpolate(Load(c[0].weight), Load(c[1].weight), Load(c[2].weight));
   }
@@ -149,7 +154,8 @@ class Weights {
     jet[0] = hn::MulAdd(weight_, offset, rest_[c]);
     if constexpr (kSlopes) {
       for (size_t l = 0; l < 3; ++l) {
-        const V rest = hn::MulAdd(Load(patch_.by_local.point[l]), offset, hn::Set(D(), patch_.rest_by_local[l][c]));
+        const V rest = hn::MulAdd(Load(patch_.by_local.point[l]), offset,
+                                  hn::Set(D(), patch_.rest_by_local[l][c]));
         jet[3 - l] = hn::MulAdd(weight_, jet[3 - l], rest);
       }
     }

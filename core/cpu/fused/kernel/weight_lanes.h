@@ -32,10 +32,11 @@ struct alignas(64) WeightedEdge {
 struct alignas(64) WeightedPatch {
   std::array<WeightedPoint, 3> corners;
   WeightedPoint center, along, across;
-  CornerLanes facet;       // the unit facet normal at rest
-  CornerLanes by_local;    // the gradient of w by box-local coordinates
-  Lanes steepness;         // |grad w| in the world
-  std::array<std::array<float, 3>, 3> rest_by_local;  // [coordinate][component]: dx / dl, the same for all lanes
+  CornerLanes facet;     // the unit facet normal at rest
+  CornerLanes by_local;  // the gradient of w by box-local coordinates
+  Lanes steepness;       // |grad w| in the world
+  std::array<std::array<float, 3>, 3>
+      rest_by_local;  // [coordinate][component]: dx / dl, the same for all lanes
 };
 
 // As EvaluateGroup, EvaluateEdges and EvaluateCorners, with weights.

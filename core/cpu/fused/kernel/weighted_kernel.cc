@@ -113,8 +113,7 @@ void EvaluateWeightedEdges(const std::array<int, 3>& degree, const BoxPolynomial
   HWY_DYNAMIC_DISPATCH(EvaluateWeightedEdgesImpl)(degree, box, edges, weights, segments, out);
 }
 void EvaluateWeightedCorners(const std::array<int, 3>& degree, const BoxPolynomial& box,
-                             const CornerLanes& corners, const WeightedPoint& weights,
-                             float* out) {
+                             const CornerLanes& corners, const WeightedPoint& weights, float* out) {
   HWY_DYNAMIC_DISPATCH(EvaluateWeightedCornersImpl)(degree, box, corners, weights, out);
 }
 

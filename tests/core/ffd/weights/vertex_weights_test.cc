@@ -92,8 +92,7 @@ TEST(DirectFfd, WeightsBlendRestAndDeformed) {
   const std::array<double, 3> b{0.2, 0.3, 0.5};
   for (size_t p = 0; p < plan->patches.size(); ++p) {
     const Vec3d x = rest.EvaluatePosition(p, b).position;
-    const Vec3d wanted =
-        x + SourceWeight(*plan, p, b) * (full.EvaluatePosition(p, b).position - x);
+    const Vec3d wanted = x + SourceWeight(*plan, p, b) * (full.EvaluatePosition(p, b).position - x);
     ASSERT_LE(Norm(ffd.EvaluatePosition(p, b).position - wanted), 1e-14) << "patch " << p;
   }
 }
