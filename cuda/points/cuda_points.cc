@@ -26,7 +26,7 @@ constexpr size_t kBoxesTogether = 1'024, kBoxGrain = 32;
 enum class Polynomials { kOfPoints, kVelocities };
 
 // The device memory of one call.
-struct Scratch {
+struct PointScratch {
   std::shared_ptr<CudaLane> lane;  // before the buffers, which are freed on its stream
   DeviceBuffer<BoxPolynomial> values, shape;
   DeviceBuffer<Vec3d> vectors;  // of one direction: an answer, or cotangents
@@ -35,14 +35,14 @@ struct Scratch {
   cudaStream_t stream() const { return lane->stream().get(); }
 };
 
-absl::Status Launch(kernels::KernelCall call, cudaStream_t stream) {
+absl::Status LaunchPoints(kernels::KernelCall call, cudaStream_t stream) {
   return CudaStatus(call.Launch(stream), kPointsWork);
 }
 
 // The elements of the host may be overwritten at once, since they are pageable.
 template <class T>
-absl::Status Upload(std::span<const T> from, const DeviceBuffer<T>& to, size_t first,
-                    cudaStream_t stream) {
+absl::Status SendToDevice(std::span<const T> from, const DeviceBuffer<T>& to, size_t first,
+                          cudaStream_t stream) {
   if (from.empty()) return absl::OkStatus();
   return CudaStatus(cudaMemcpyAsync(to.data() + first, from.data(), from.size_bytes(),
                                     cudaMemcpyHostToDevice, stream),
@@ -51,7 +51,7 @@ absl::Status Upload(std::span<const T> from, const DeviceBuffer<T>& to, size_t f
 
 // Waits for the stream.
 template <class T>
-absl::Status Download(const DeviceBuffer<T>& from, std::span<T> to, const CudaLane& lane) {
+absl::Status FetchAndWait(const DeviceBuffer<T>& from, std::span<T> to, const CudaLane& lane) {
   absl::Status status;
   if (!to.empty()) {
     status = CudaStatus(cudaMemcpyAsync(to.data(), from.data(), to.size_bytes(),
@@ -78,7 +78,7 @@ class CudaPoints : public PointEvaluator {
                       std::span<Vec3d> out) override {
     return Run([&]() -> absl::Status {
       LATTICED_RETURN_IF_ERROR(stop());
-      LATTICED_ASSIGN_OR_RETURN(const Scratch scratch, MakeScratch(out.size(), true, false));
+      LATTICED_ASSIGN_OR_RETURN(const PointScratch scratch, MakeScratch(out.size(), true, false));
       return Evaluate(control_points, Polynomials::kOfPoints, normals, scratch, out);
     });
   }
@@ -88,7 +88,8 @@ class CudaPoints : public PointEvaluator {
     return Run([&]() -> absl::Status {
       const bool with_normals = normals == PointNormals::kWanted;
       const size_t values = VectorsPerDirection(*points_, normals), count = control_points.size();
-      LATTICED_ASSIGN_OR_RETURN(const Scratch scratch, MakeScratch(values, true, with_normals));
+      LATTICED_ASSIGN_OR_RETURN(const PointScratch scratch,
+                                MakeScratch(values, true, with_normals));
       if (with_normals) {
         LATTICED_RETURN_IF_ERROR(
             SendPolynomials(control_points, Polynomials::kOfPoints, scratch.shape, scratch));
@@ -109,7 +110,7 @@ class CudaPoints : public PointEvaluator {
     return Run([&]() -> absl::Status {
       const bool with_normals = normals == PointNormals::kWanted;
       const size_t values = VectorsPerDirection(*points_, normals), count = control_points.size();
-      LATTICED_ASSIGN_OR_RETURN(const Scratch scratch,
+      LATTICED_ASSIGN_OR_RETURN(const PointScratch scratch,
                                 MakeScratch(values, false, with_normals, true));
       if (with_normals) {
         LATTICED_RETURN_IF_ERROR(
@@ -122,15 +123,15 @@ class CudaPoints : public PointEvaluator {
       std::ranges::fill(gradients, Vec3d());
       for (size_t d = 0; d < cotangents.size() / values; ++d) {
         LATTICED_RETURN_IF_ERROR(stop());
-        LATTICED_RETURN_IF_ERROR(
-            Upload(cotangents.subspan(d * values, values), scratch.vectors, 0, scratch.stream()));
+        LATTICED_RETURN_IF_ERROR(SendToDevice(cotangents.subspan(d * values, values),
+                                              scratch.vectors, 0, scratch.stream()));
         // After a launch nothing returns before the stream has passed it, since it reads the points.
         absl::Status status;
         if (!of_boxes.empty()) {
-          status = Launch(kernels::SumCall(sums), scratch.stream());
-          status.Update(Launch(kernels::AddCall(sums), scratch.stream()));
+          status = LaunchPoints(kernels::SumCall(sums), scratch.stream());
+          status.Update(LaunchPoints(kernels::AddCall(sums), scratch.stream()));
         }
-        status.Update(Download(scratch.of_boxes, std::span(of_boxes), *scratch.lane));
+        status.Update(FetchAndWait(scratch.of_boxes, std::span(of_boxes), *scratch.lane));
         LATTICED_RETURN_IF_ERROR(status);
         for (size_t slot = 0; slot < of_boxes.size(); ++slot) {
           points_->boxes().AddGradient(device_->boxes()[slot], of_boxes[slot],
@@ -154,13 +155,13 @@ class CudaPoints : public PointEvaluator {
   }
 
   // Room for so many vectors, polynomials of values and of the shape, and sums.
-  absl::StatusOr<Scratch> MakeScratch(size_t vectors, bool values, bool shape,
-                                      bool sums = false) const {
+  absl::StatusOr<PointScratch> MakeScratch(size_t vectors, bool values, bool shape,
+                                           bool sums = false) const {
     const size_t boxes = device_->boxes().size(), pieces = device_->tables().piece_count;
     const uint64_t bytes = vectors * sizeof(Vec3d) +
                            ((values ? boxes : 0) + (shape ? boxes : 0)) * sizeof(BoxPolynomial) +
                            (sums ? boxes + pieces : 0) * sizeof(BoxNumbers);
-    Scratch scratch;
+    PointScratch scratch;
     LATTICED_ASSIGN_OR_RETURN(scratch.lane, context_->lanes().Borrow());
     LATTICED_ASSIGN_OR_RETURN(auto room,
                               DeviceReservation::Create(context_->memory(), kPointsWork, bytes));
@@ -179,7 +180,7 @@ class CudaPoints : public PointEvaluator {
 
   absl::Status SendPolynomials(std::span<const Vec3d> points, Polynomials kind,
                                const DeviceBuffer<BoxPolynomial>& to,
-                               const Scratch& scratch) const {
+                               const PointScratch& scratch) const {
     const BoxMaps& boxes = points_->boxes();
     const size_t slots = device_->boxes().size();
     std::vector<BoxPolynomial> some(std::min(slots, kBoxesTogether));
@@ -191,26 +192,28 @@ class CudaPoints : public PointEvaluator {
                                                  : boxes.VelocityOf(box, points);
       };
       context_->arena().ForEach(count, make, kBoxGrain);
-      LATTICED_RETURN_IF_ERROR(
-          Upload(std::span<const BoxPolynomial>(some.data(), count), to, first, scratch.stream()));
+      LATTICED_RETURN_IF_ERROR(SendToDevice(std::span<const BoxPolynomial>(some.data(), count), to,
+                                            first, scratch.stream()));
     }
     return absl::OkStatus();
   }
 
   // Values of one direction, made of `points` or of their velocities.
   absl::Status Evaluate(std::span<const Vec3d> points, Polynomials kind, PointNormals normals,
-                        const Scratch& scratch, std::span<Vec3d> out) const {
+                        const PointScratch& scratch, std::span<Vec3d> out) const {
     LATTICED_RETURN_IF_ERROR(SendPolynomials(points, kind, scratch.values, scratch));
     const bool velocities = kind == Polynomials::kVelocities;
     const kernels::PointDeform deform{device_->tables(), scratch.values.data(),
                                       scratch.shape.data(), normals == PointNormals::kWanted,
                                       scratch.vectors.data()};
     absl::Status status;
-    if (!points_->runs().empty()) status = Launch(kernels::DeformCall(deform), scratch.stream());
-    if (points_->inside() < points_->size()) {
-      status.Update(Launch(kernels::OutsideCall(deform, velocities), scratch.stream()));
+    if (!points_->runs().empty()) {
+      status = LaunchPoints(kernels::DeformCall(deform), scratch.stream());
     }
-    status.Update(Download(scratch.vectors, out, *scratch.lane));
+    if (points_->inside() < points_->size()) {
+      status.Update(LaunchPoints(kernels::OutsideCall(deform, velocities), scratch.stream()));
+    }
+    status.Update(FetchAndWait(scratch.vectors, out, *scratch.lane));
     return status;
   }
 

@@ -28,13 +28,13 @@ constexpr double kNormalTolerance = 2e-12;
 constexpr double kAdjointness = 1e-12;
 
 // Points in and around a lattice, on a backend.
-struct PointScene {
+struct PlacedPoints {
   LatticeStructure structure;
   std::vector<Vec3d> control_points, world, rest_normals;
   CpuArena arena{2};
   std::shared_ptr<PointEvaluator> evaluator;
 
-  PointScene(Backend& backend, std::array<int, 3> degree, size_t count, RandomVectors& random)
+  PlacedPoints(Backend& backend, std::array<int, 3> degree, size_t count, RandomVectors& random)
       : structure(ObliqueStructure(degree, {2, 1, 3})),
         control_points(random.Jittered(structure, kPointsJitter)),
         world(random.Around(structure, count)),
@@ -89,10 +89,10 @@ double Distance(Vec3d a, Vec3d b) { return Norm(a - b); }
 class Points : public ::testing::TestWithParam<std::string> {
  protected:
   void SetUp() override { backend_ = BackendOrSkip(GetParam()); }
-  PointScene Scene(std::array<int, 3> degree, size_t count) {
-    return PointScene(*backend_, degree, count, random_);
+  PlacedPoints Scene(std::array<int, 3> degree, size_t count) {
+    return PlacedPoints(*backend_, degree, count, random_);
   }
-  void ExpectAdjoint(const PointScene& f, PointNormals normals) {
+  void ExpectAdjoint(const PlacedPoints& f, PointNormals normals) {
     const std::vector<Vec3d> tangent = random_.Some(f.control_points.size());
     const std::vector<Vec3d> cotangent = random_.Some(VectorsPerDirection(f.points(), normals));
 
@@ -110,7 +110,7 @@ class Points : public ::testing::TestWithParam<std::string> {
 
 TEST_P(Points, DeformMatchesTheDefinitionAtEveryDegree) {
   ForAllDegrees([&](std::array<int, 3> degree) {
-    PointScene f = Scene(degree, 700);
+    PlacedPoints f = Scene(degree, 700);
 
     const std::vector<Vec3d> out = f.Deformed();
 
@@ -127,7 +127,7 @@ TEST_P(Points, DeformMatchesTheDefinitionAtEveryDegree) {
 TEST_P(Points, ForwardModeIsTheDerivativeAtEveryDegree) {
   constexpr double kStep = 1e-5;
   ForAllDegrees([&](std::array<int, 3> degree) {
-    PointScene f = Scene(degree, 300);
+    PlacedPoints f = Scene(degree, 300);
     const std::vector<Vec3d> tangent = random_.Some(f.control_points.size());
     const std::vector<Vec3d> control_points = f.control_points;
     const auto moved = [&](double step) {
@@ -153,7 +153,7 @@ TEST_P(Points, ForwardModeIsTheDerivativeAtEveryDegree) {
 
 TEST_P(Points, ManyDirectionsGiveTheBitsOfEachAlone) {
   constexpr size_t kDirections = kDirectionsTogether + 3;
-  PointScene f = Scene({2, 2, 3}, 1'500);
+  PlacedPoints f = Scene({2, 2, 3}, 1'500);
   const size_t count = f.control_points.size(), values = 2 * f.world.size();
   const std::vector<Vec3d> tangents = random_.Some(kDirections * count);
   const std::vector<Vec3d> cotangents = random_.Some(kDirections * values);
@@ -177,7 +177,7 @@ TEST_P(Points, ManyDirectionsGiveTheBitsOfEachAlone) {
 }
 
 TEST_P(Points, OutsidePointsStayAndHaveNoDerivative) {
-  PointScene f = Scene({1, 2, 2}, 80);
+  PlacedPoints f = Scene({1, 2, 2}, 80);
   const std::vector<Vec3d> out = f.Deformed();
   const std::vector<Vec3d> moved = f.Velocities(random_.Some(f.control_points.size()));
   std::vector<Vec3d> cotangents(2 * f.world.size());
@@ -197,7 +197,7 @@ TEST_P(Points, OutsidePointsStayAndHaveNoDerivative) {
 }
 
 TEST_P(Points, ACollapsedLatticeHasNoNormalAndNoDerivativeOfOne) {
-  PointScene f = Scene({2, 2, 2}, 64);
+  PlacedPoints f = Scene({2, 2, 2}, 64);
   std::ranges::fill(f.control_points, Vec3d{1, 2, 3});
 
   const std::vector<Vec3d> out = f.Deformed();
@@ -212,7 +212,7 @@ TEST_P(Points, ACollapsedLatticeHasNoNormalAndNoDerivativeOfOne) {
 }
 
 TEST_P(Points, StopsWhenTheCallerHasGone) {
-  const PointScene f = Scene({2, 2, 2}, 100);
+  const PlacedPoints f = Scene({2, 2, 2}, 100);
   const auto gone = [] { return absl::CancelledError("gone"); };
   std::vector<Vec3d> out(f.world.size()), gradient(f.control_points.size());
   EXPECT_TRUE(
@@ -225,7 +225,7 @@ TEST_P(Points, StopsWhenTheCallerHasGone) {
 
 TEST_P(Points, TransposeIsTheAdjointAtEveryDegree) {
   ForAllDegrees([&](std::array<int, 3> degree) {
-    const PointScene f = Scene(degree, 2'000);
+    const PlacedPoints f = Scene(degree, 2'000);
     ExpectAdjoint(f, PointNormals::kNone);
     ExpectAdjoint(f, PointNormals::kWanted);
   });
@@ -233,7 +233,7 @@ TEST_P(Points, TransposeIsTheAdjointAtEveryDegree) {
 
 // Boxes of many runs and of a few points, and boxes without any.
 TEST_P(Points, UnevenBoxesHaveExactSums) {
-  PointScene f = Scene({2, 3, 1}, 1'000);
+  PlacedPoints f = Scene({2, 3, 1}, 1'000);
   const Vec3d origin = f.structure.frame.origin;
   const auto& edges = f.structure.frame.edges;
   const Vec3d corner = 0.05 * (edges[0] + edges[1] + edges[2]);
@@ -248,7 +248,7 @@ TEST_P(Points, UnevenBoxesHaveExactSums) {
 }
 
 TEST_P(Points, CallsHaveTheSameBitsEveryTime) {
-  const PointScene f = Scene({3, 2, 1}, 100'000);
+  const PlacedPoints f = Scene({3, 2, 1}, 100'000);
   const std::vector<Vec3d> tangents = random_.Some(f.control_points.size());
   const std::vector<Vec3d> cotangents = random_.Some(2 * f.world.size());
   const std::vector<Vec3d> deformed = f.Deformed(), moved = f.Velocities(tangents);
@@ -264,7 +264,7 @@ TEST_P(Points, CallsHaveTheSameBitsEveryTime) {
     expect_same(f.Gradients(cotangents, PointNormals::kWanted), gradient);
   }
   // Another evaluator of the same points.
-  PointScene again(*backend_, {3, 2, 1}, 8, random_);
+  PlacedPoints again(*backend_, {3, 2, 1}, 8, random_);
   again.world = f.world, again.rest_normals = f.rest_normals;
   again.control_points = f.control_points;
   again.Prepare(*backend_);
@@ -272,7 +272,7 @@ TEST_P(Points, CallsHaveTheSameBitsEveryTime) {
 }
 
 TEST_P(Points, WithoutNormalsPositionsAreTheSame) {
-  PointScene f = Scene({2, 3, 1}, 999);
+  PlacedPoints f = Scene({2, 3, 1}, 999);
   const std::vector<Vec3d> both = f.Deformed(), alone = f.Deformed(PointNormals::kNone);
   f.rest_normals.clear();
   f.Prepare(*backend_);
@@ -285,7 +285,7 @@ TEST_P(Points, WithoutNormalsPositionsAreTheSame) {
 }
 
 TEST_P(Points, AllPointsMayBeOutside) {
-  PointScene f = Scene({2, 2, 2}, 300);
+  PlacedPoints f = Scene({2, 2, 2}, 300);
   for (Vec3d& p : f.world) p += Vec3d{100, 0, 0};
   f.Prepare(*backend_);
   EXPECT_EQ(f.points().inside(), 0u);
@@ -296,7 +296,7 @@ TEST_P(Points, AllPointsMayBeOutside) {
 }
 
 TEST_P(Points, FarFromTheOriginDerivativesKeepTheirDigits) {
-  PointScene f = Scene({3, 3, 3}, 500);
+  PlacedPoints f = Scene({3, 3, 3}, 500);
   const std::vector<Vec3d> tangents = random_.Some(f.control_points.size());
   const std::vector<Vec3d> expected = f.Deformed(PointNormals::kNone);
   const std::vector<Vec3d> expected_moves = f.Velocities(tangents, PointNormals::kNone);
@@ -319,7 +319,7 @@ TEST_P(Points, CountsItsDeviceMemoryAndFreesIt) {
   const auto free_bytes = [&] { return backend_->devices().front().free_bytes; };
   const uint64_t before = free_bytes();
   {
-    const PointScene f = Scene({2, 2, 2}, 10'000);
+    const PlacedPoints f = Scene({2, 2, 2}, 10'000);
     if (GetParam() == "cpu") {
       EXPECT_EQ(f.evaluator->device_bytes(), 0u);
       return;

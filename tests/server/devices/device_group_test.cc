@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/points/point_evaluator.h"
 #include "core/view/device_group.h"
 #include "tests/server/devices/device_fixture.h"
 #include "tests/server/engine/engine_support.h"
@@ -68,6 +69,19 @@ TEST(DeviceGroup, SmallPlansGoToTheFreest) {
   EXPECT_EQ((*first)->device_use().begin()->first, 4);
   EXPECT_EQ(group.backend->devices().size(), 3u);
   EXPECT_EQ(group.backend->devices()[2].number, 5);
+}
+
+TEST(DeviceGroup, PointsGoToTheFreest) {
+  const Group group = MakeGroup({kGiB, 3 * kGiB, 2 * kGiB}, kNever);
+  CpuArena arena(1);
+  const auto sorted = std::make_shared<const SortedPoints>(
+      MakeSceneConfig("scene", 2).lattice.structure, std::vector<Vec3d>(100),
+      std::span<const Vec3d>(), arena);
+
+  ASSERT_OK_AND_ASSIGN(const auto points, group.backend->PreparePoints(sorted));
+
+  EXPECT_EQ(group.devices[1]->used_bytes(), points->device_bytes());
+  EXPECT_EQ(points->device_bytes(), 100 * ScriptedBackend::kPointBytes);
 }
 
 TEST(DeviceGroup, PlansOfSoManyPatchesTakeAllDevices) {

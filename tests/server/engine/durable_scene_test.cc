@@ -373,22 +373,22 @@ TEST_F(DurableSceneTest, ASceneThatNobodyUsesSleepsUntilItIsCalled) {
 }
 
 TEST_F(DurableSceneTest, ASceneWithPointsOfAClientDoesNotSleep) {
-  const auto memory = std::make_shared<MemoryBudget>(1 << 20);
   CpuArena arena(1);
   const std::vector<Vec3d> points(10);
-  ASSERT_OK_AND_ASSIGN(
-      auto set, PointSet::Make("nodes", *scene_->State(), points, {}, *memory, nullptr, arena));
+  ASSERT_OK_AND_ASSIGN(auto set, PointSet::Make("nodes", *scene_->State(), points, {},
+                                                scene_->backend(), nullptr, arena));
+  const std::weak_ptr<PointSet> kept = set;
   ASSERT_OK(scene_->point_sets().Add(std::move(set)));
   store_.Flush();
   scene_ = nullptr;
   const absl::Time later = absl::Now() + absl::Seconds(2 * limits::kStoredIdleSeconds);
   registry_->Tick(later);
   EXPECT_FALSE(registry_->IsAsleep(kId));
-  EXPECT_GT(memory->used_bytes(), 0u);
+  EXPECT_FALSE(kept.expired());
 
   ASSERT_OK_AND_ASSIGN(scene_, registry_->Find(kId));
   ASSERT_OK(scene_->point_sets().Remove("nodes"));
-  EXPECT_EQ(memory->used_bytes(), 0u);
+  EXPECT_TRUE(kept.expired());
   scene_ = nullptr;
   registry_->Tick(later);
   EXPECT_TRUE(registry_->IsAsleep(kId));

@@ -25,19 +25,19 @@
 namespace latticed::testing {
 namespace {
 
-constexpr int kSessions = 6, kSteps = 40, kMostKnots = 3;
+constexpr int kRandomSessions = 6, kSessionSteps = 40, kMostKnots = 3;
 // A closed box of volume 2.
-constexpr char kBoxObj[] =
+constexpr char kSessionBoxObj[] =
     "v 0 0 0\nv 2 0 0\nv 2 1 0\nv 0 1 0\nv 0 0 1\nv 2 0 1\nv 2 1 1\nv 0 1 1\n"
     "f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
 
 // What undo brings back.
-struct Step {
+struct Undoable {
   std::string lattice, constraints;  // serialised
-  friend bool operator==(const Step&, const Step&) = default;
+  friend bool operator==(const Undoable&, const Undoable&) = default;
 };
 
-Step StepOf(const v1::LatticeState& state) {
+Undoable UndoableOf(const v1::LatticeState& state) {
   return {state.lattice().SerializeAsString(), state.constraints().SerializeAsString()};
 }
 
@@ -57,7 +57,7 @@ class RandomSession : public SceneFixture, public ::testing::WithParamInterface<
     std::printf("seed %u\n", seed);
     random_.seed(seed);
     Restart();
-    mesh_ = Upload(kBoxObj);
+    mesh_ = Upload(kSessionBoxObj);
     ASSERT_OK(Create(SceneRequest()));
     state_ = Lattice();
     for (int i = 0; i < 60; ++i)
@@ -93,12 +93,22 @@ class RandomSession : public SceneFixture, public ::testing::WithParamInterface<
     std::set<uint32_t> indices;
     for (int i = Below(3); i >= 0; --i) indices.insert(AnyPoint());
     const double reach = Below(6) == 0 ? 1.5 : 0.15;  // some fold
-    if (Below(3) == 0) {
+    const int kind = Below(4);
+    if (kind == 0) {
+      auto& shear = *batch.mutable_edits(0)->mutable_transform_control_points();
+      shear.mutable_indices()->Add(indices.begin(), indices.end());
+      const double slope = Number(-reach, reach), offset = Number(-reach, reach);
+      for (const double m :
+           {1., 0., 0., 0., slope, 1., 0., 0., 0., 0., 1., 0., offset, 0., 0., 1.}) {
+        shear.add_matrix(m);
+      }
+    } else if (kind == 1) {
       auto& set = *batch.mutable_edits(0)->mutable_set_control_points();
       for (const uint32_t i : indices) {
         set.add_indices(i);
-        for (int a = 0; a < 3; ++a)
+        for (int a = 0; a < 3; ++a) {
           set.add_positions(ControlPoint(state_, i)[a] + Number(-reach, reach));
+        }
       }
     } else {
       auto& move = *batch.mutable_edits(0)->mutable_move_control_points();
@@ -219,10 +229,10 @@ class RandomSession : public SceneFixture, public ::testing::WithParamInterface<
   }
   void Done() {
     undone_.clear();
-    done_.push_back(StepOf(before_));
+    done_.push_back(UndoableOf(before_));
   }
   void UndoOrRedo(bool undo) {
-    std::vector<Step>&from = undo ? done_ : undone_, &to = undo ? undone_ : done_;
+    std::vector<Undoable>&from = undo ? done_ : undone_, &to = undo ? undone_ : done_;
     v1::EditBatch batch = Batch();
     if (undo) {
       batch.mutable_edits(0)->mutable_undo();
@@ -231,16 +241,16 @@ class RandomSession : public SceneFixture, public ::testing::WithParamInterface<
     }
     ASSERT_EQ(Send(batch), !from.empty());
     if (from.empty()) return;
-    EXPECT_EQ(StepOf(state_), from.back()) << (undo ? "undo" : "redo");
-    to.push_back(StepOf(before_));
+    EXPECT_EQ(UndoableOf(state_), from.back()) << (undo ? "undo" : "redo");
+    to.push_back(UndoableOf(before_));
     from.pop_back();
     ++counts_[undo ? "undone" : "redone"];
   }
 
   TemporaryFolder folder_;
   std::mt19937 random_;
-  v1::LatticeState state_, before_;  // after and before the last step
-  std::vector<Step> done_, undone_;  // what undo and redo bring back
+  v1::LatticeState state_, before_;      // after and before the last step
+  std::vector<Undoable> done_, undone_;  // what undo and redo bring back
   std::vector<Vec3d> world_;
   std::map<std::string, int> counts_;
   uint64_t sequence_ = 0;
@@ -248,16 +258,16 @@ class RandomSession : public SceneFixture, public ::testing::WithParamInterface<
 };
 
 TEST_P(RandomSession, KeepsWhatItPromises) {
-  for (int step = 0; step < kSteps && !HasFailure(); ++step) {
+  for (int step = 0; step < kSessionSteps && !HasFailure(); ++step) {
     SCOPED_TRACE(step);
     TakeStep();
     if (step % 4 == 3) ExpectDefinition();
   }
   for (const auto& [what, count] : counts_) std::printf("%s: %d\n", what.c_str(), count);
-  EXPECT_GE(counts_["applied"], kSteps / 3);
+  EXPECT_GE(counts_["applied"], kSessionSteps / 3);
 }
 
-INSTANTIATE_TEST_SUITE_P(Seeds, RandomSession, ::testing::Range(0, kSessions));
+INSTANTIATE_TEST_SUITE_P(Seeds, RandomSession, ::testing::Range(0, kRandomSessions));
 
 }  // namespace
 }  // namespace latticed::testing
