@@ -365,11 +365,9 @@ absl::StatusOr<std::shared_ptr<const DeformPlan>> MakePlan(std::shared_ptr<const
   if (structure.outside != Outside{}) {
     return error::InvalidField("lattice.outside", "a plan is made for OutsideMap::continued()");
   }
-  std::span<const float> of_positions;
-  if (weights != nullptr) {
-    LATTICED_RETURN_IF_ERROR(CheckVertexWeights(*mesh, *weights));
-    of_positions = *weights;
-  }
+  if (weights != nullptr) LATTICED_RETURN_IF_ERROR(CheckVertexWeights(*mesh, *weights));
+  const std::span<const float> of_positions =
+      weights == nullptr ? std::span<const float>() : *weights;
   LATTICED_ASSIGN_OR_RETURN(auto split, SplitAtKnots(*mesh, structure, stop, of_positions));
   if (split.pieces.empty()) {
     return error::InvalidField("mesh", "no face has three corners at different positions");

@@ -161,14 +161,12 @@ RenderInput Scene::Head() const {
 
 MemoryUse Scene::memory() const {
   const RenderInput head = Head();
+  const SceneState& state = *head.state;
   MemoryUse use = head.target->memory();
   use["mesh"] += config_.mesh->MemoryBytes();
-  use["patch_tree"] += head.state->patch_tree->MemoryBytes();
-  if (const uint64_t moments = head.state->measures->MemoryBytes(); moments > 0) {
-    use["moments"] += moments;
-  }
-  use["lattice"] +=
-      LatticeBytes(head.state->lattice_structure()) + head.state->outside->MemoryBytes();
+  use["patch_tree"] += state.patch_tree->MemoryBytes();
+  if (const uint64_t bytes = state.measures->MemoryBytes(); bytes > 0) use["moments"] += bytes;
+  use["lattice"] += LatticeBytes(state.lattice_structure()) + state.outside->MemoryBytes();
   use["history"] += history_bytes_.load();
   if (const uint64_t bytes = point_sets_.MemoryBytes(); bytes > 0) use["point_sets"] += bytes;
   for (const auto& set : point_sets_.All()) {
