@@ -45,6 +45,8 @@ test('handles change the widths of a falloff, and the scene has them', async () 
   await page.mouse.move(x + 0.1 * ox, y + 0.1 * oy, { steps: 4 });
   await page.mouse.up();
   assert.ok(Number(await other.getAttribute('aria-valuenow')) > 0.35);
+  const scrolled = await page.evaluate(() => window.latticed.viewport.element.scrollLeft);
+  assert.equal(scrolled, 0, 'a handle beyond the edge does not scroll the view');
   await shot('outside');
   await page.getByText('Smooth at the faces').click();
   await page.getByRole('button', { name: 'Change' }).click();
