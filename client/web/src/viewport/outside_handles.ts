@@ -68,7 +68,7 @@ export class OutsideHandles {
     const handle = h('div', { class: 'outside-handle', role: 'slider', tabindex: 0, 'aria-label': name, title: name, 'data-side': side });
     handle.addEventListener('pointerdown', (event) => {
       event.preventDefault();
-      handle.focus();
+      handle.focus({ preventScroll: true });
       handle.setPointerCapture(event.pointerId);
       this.drag = { side, width: this.widths[side]!, x: event.clientX, y: event.clientY };
     });

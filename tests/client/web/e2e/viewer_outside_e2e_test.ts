@@ -5,7 +5,7 @@
 // Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer.
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { openTorus, page, press, useStage } from './stage';
+import { openTorus, page, press, shot, useStage } from './stage';
 
 useStage({ context: { viewport: { width: 1000, height: 800 } }, begin: openTorus });
 
@@ -45,6 +45,9 @@ test('handles change the widths of a falloff, and the scene has them', async () 
   await page.mouse.move(x + 0.1 * ox, y + 0.1 * oy, { steps: 4 });
   await page.mouse.up();
   assert.ok(Number(await other.getAttribute('aria-valuenow')) > 0.35);
+  const scrolled = await page.evaluate(() => window.latticed.viewport.element.scrollLeft);
+  assert.equal(scrolled, 0, 'a handle beyond the edge does not scroll the view');
+  await shot('outside');
   await page.getByText('Smooth at the faces').click();
   await page.getByRole('button', { name: 'Change' }).click();
 

@@ -227,3 +227,35 @@ test('where the GPU cannot evaluate patches, points come within a tolerance', as
   assert.deepEqual(wrong, []);
   await context.close();
 });
+
+test('where the lattice goes on outside its frame, points are where the server says, too', async () => {
+  await until(async () => page.evaluate(() => window.latticed.scene !== undefined));
+  const before = await page.evaluate(() => {
+    const { session } = window.latticed.scene!;
+    const { lattice } = session;
+    const { origin, u } = lattice.frame; // along x
+    const points = lattice.points.map((x, i) => (i % 3 === 0 ? origin[0] + 0.6 * (x - origin[0]) : x));
+    const part = Object.assign(Object.create(Object.getPrototypeOf(lattice) as object), lattice, {
+      frame: { ...lattice.frame, u: [0.6 * u[0], 0, 0] }, points,
+      outside: { mode: 'falloff', smooth: true, widths: [0, 0.4, 0, 0, 0, 0], steps: [] },
+    }) as typeof lattice;
+    session.replaceLattice(part, false);
+    return session.surface.patchCount;
+  });
+  await page.waitForFunction((count) => {
+    const { session } = window.latticed.scene!;
+    return session.lattice.outside?.mode === 'falloff' && session.surface.patchCount !== count;
+  }, before);
+  await evaluated(page);
+  await move(CORNER, [0.1, 0.2, 0.3]);
+  await until(async () => String(await pointAtServer(CORNER)) === String(await controlPoint(page, CORNER)));
+  await evaluated(page);
+
+  const { topology, spots, points } = await shownBy(page);
+  const source = (await sourcePlaces(page, topology, spots, OBJ))!;
+  const scene = await page.evaluate(() => window.latticed.scene!.session.sceneId);
+  const [worst] = await againstServer(scene, source.surfacePoints, points, []);
+  assert.ok(points.length > 500, `${points.length} points`);
+  assert.ok(worst < 4e-5, `${worst} units`);
+  assert.deepEqual(errors, []);
+});
