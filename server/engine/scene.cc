@@ -136,7 +136,7 @@ absl::StatusOr<Scene::Prepared> Scene::Prepare(const LatticeStructure& structure
     state.measures = std::make_shared<SceneMeasures>(plan, &backend.memory(), config_.account);
     state.influential = std::make_shared<const std::vector<bool>>(InfluentialPoints(*plan));
     const uint64_t bytes = HostBytes(target->memory()) + state.patch_tree->MemoryBytes() +
-                           LatticeBytes(structure) + outside->MemoryBytes() +
+                           LatticeBytes(structure) + OutsideBytes(*outside) +
                            LeastHistoryBytes(structure) + WholePages(config_.stored_header.size());
     LATTICED_RETURN_IF_ERROR(memory.Resize("the scene's plan", bytes));
     auto slot = std::make_shared<TargetSlot>(&backend, std::move(target), plan, std::move(memory));
@@ -166,7 +166,7 @@ MemoryUse Scene::memory() const {
   use["mesh"] += config_.mesh->MemoryBytes();
   use["patch_tree"] += state.patch_tree->MemoryBytes();
   if (const uint64_t bytes = state.measures->MemoryBytes(); bytes > 0) use["moments"] += bytes;
-  use["lattice"] += LatticeBytes(state.lattice_structure()) + state.outside->MemoryBytes();
+  use["lattice"] += LatticeBytes(state.lattice_structure()) + OutsideBytes(*state.outside);
   use["history"] += history_bytes_.load();
   if (const uint64_t bytes = point_sets_.MemoryBytes(); bytes > 0) use["point_sets"] += bytes;
   for (const auto& set : point_sets_.All()) {

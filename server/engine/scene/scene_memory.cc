@@ -30,6 +30,12 @@ uint64_t LatticeBytes(const LatticeStructure& structure) {
   return kCopies * sizeof(Vec3d) * PointsOf(structure);
 }
 
+uint64_t OutsideBytes(const OutsideMap& outside) {
+  if (outside.is_identity()) return 0;
+  const auto points = static_cast<uint64_t>(outside.continued().control_point_count());
+  return outside.MemoryBytes() + 2 * points * sizeof(Vec3d);
+}
+
 uint64_t LeastHistoryBytes(const LatticeStructure& structure) {
   // Bytes per control point. An undo step holds the point, its index, and a map node with its position before
   // the gesture (EditStep::MemoryBytes). The log holds the point and its index.

@@ -17,6 +17,7 @@
 #include <utility>
 
 #include "core/ffd/lattice.h"
+#include "core/ffd/outside/outside_map.h"
 #include "core/mesh/polygon_mesh.h"
 #include "server/engine/memory/memory_budget.h"
 
@@ -27,6 +28,8 @@ namespace latticed {
 // do not survive an allocation that fails half-way.
 void ProbeMemory(uint64_t bytes);
 [[nodiscard]] uint64_t LatticeBytes(const LatticeStructure& structure);
+// What goes on outside: the map, and the plan's control points in the newest state and in one that is drawn.
+[[nodiscard]] uint64_t OutsideBytes(const OutsideMap& outside);
 [[nodiscard]] uint64_t LeastHistoryBytes(const LatticeStructure& structure);
 
 // Memory for undo steps and the log of edits beyond LeastHistoryBytes.
