@@ -6,7 +6,8 @@
 //   position  within PositionTolerance() * D, D = max(diagonal of the deformed points, diagonal of
 //             the control points that influence the mesh)
 //   normal    length 1 within kUnitTolerance. Where kappa <= kMostKappa, the angle in rad is within
-//             kFusedNormal * kappa (fused; with weights (kFusedNormal + kFusedPosition * D |grad w|) * kappa), or within the rounding of the products, carried over to
+//             kFusedNormal * kappa (fused; with weights (kFusedNormal + kFusedPosition * D
+//             |grad w|) * kappa), or within the rounding of the products, carried over to
 //             the cross product (all others)
 //
 // Two backends or pipelines agree within the sum of their tolerances.

@@ -25,8 +25,8 @@ struct alignas(64) BoxPolynomial {
   std::array<std::array<float, 3>, 64> coefficient;
   // An upper bound of the spectral norm of cof J in the box. Normals that are much shorter are ill-conditioned.
   float cofactor_bound = 0;
-  // Only with weights, where the polynomial is that of an offset: upper bounds of the Frobenius norm of its Jacobian, and of
-  // its length.
+  // Only with weights, where the polynomial is that of an offset: upper bounds of the Frobenius norm of its
+  // Jacobian, and of its length.
   float slope_bound = 0, offset_bound = 0;
 };
 
