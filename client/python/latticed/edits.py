@@ -64,10 +64,11 @@ def transform(points: npt.ArrayLike, matrix: npt.ArrayLike) -> edit_pb2.Edit:
 def carry(parent: Lattice, points: npt.ArrayLike | None = None) -> edit_pb2.Edit:
     """Moves control points, by default all, as a deformed parent lattice moves the world at their places.
     Those outside of its frame stay."""
-    indices = () if points is None else _indices(points)
-    if points is not None and len(indices) == 0:
-        raise ValueError("no control points are named")
-    change = edit_pb2.CarryControlPoints(indices=indices, parent=parent.to_proto())
+    change = edit_pb2.CarryControlPoints(parent=parent.to_proto())
+    if points is not None:
+        change.indices.extend(_indices(points))
+        if not change.indices:
+            raise ValueError("no control points are named")
     return edit_pb2.Edit(carry_control_points=change)
 
 

@@ -62,7 +62,7 @@ int AddedBy(const LatticeStructure& s, size_t axis, bool at_end) {
 }
 
 // As far as the points lie outside, per side, in lengths of the frame's edges.
-std::array<double, 6> Reach(const LatticeStructure& s, std::span<const Vec3d> points) {
+std::array<double, 6> ReachOf(const LatticeStructure& s, std::span<const Vec3d> points) {
   const FrameMap map(s);
   std::array<double, 6> reach{};
   for (const Vec3d p : points) {
@@ -109,7 +109,7 @@ Outside ResolvedOutside(const LatticeStructure& s, std::span<const Vec3d> mesh) 
   if (outside.mode == OutsideMode::kLinear && is_fixed()) {
     // What lies within rounding of a face is no reason to continue the lattice there.
     constexpr double kMore = 1.0 / 16, kNothing = 1e-9;
-    outside.widths = Reach(s, mesh);
+    outside.widths = ReachOf(s, mesh);
     for (double& width : outside.widths) {
       width = width > kNothing ? std::max((1 + kMore) * width, kLeastOutsideWidth) : 0;
     }
