@@ -49,7 +49,7 @@ run_alone "a device that is lost" "$folder/cuda_backend_test" --gtest_filter='Cu
 run_alone "what is left of the device's memory, 2,000 scenes" "$folder/cuda_backend_test" --gtest_filter='CudaSoak.*'
 
 # The slowest suites start first.
-for suite in Watertight Accuracy View Spanned Tolerance ToleranceBits ToleranceEncoding EdgeBounds SpannedEdgeBounds Points; do
+for suite in Watertight Accuracy View Spanned Tolerance ToleranceBits ToleranceEncoding EdgeBounds SpannedEdgeBounds Weighted Points; do
   run "conformance, $suite" "$folder/backend_test" --gtest_filter="*/$suite.*cuda*:Backends.*"
 done
 run "memory, failed allocations, repeated bits" "$folder/cuda_backend_test" \
