@@ -16,6 +16,7 @@
 #include "core/ffd/direct_manipulation.h"
 #include "core/ffd/knot_insertion.h"
 #include "core/ffd/lattice_refit.h"
+#include "core/ffd/outside/outside_map.h"
 #include "fmt/format.h"
 
 namespace latticed {
@@ -143,11 +144,12 @@ absl::Status Apply(const CarryControlPoints& edit, std::string_view field, EditT
     std::iota(all.begin(), all.end(), 0u);
   }
   const std::vector<uint32_t>& indices = edit.indices.empty() ? all : edit.indices;
-  const auto& [structure, control_points] = edit.parent;
+  const OutsideMap outside(edit.parent.structure);
+  const std::vector<Vec3d> continued = outside.Continue(edit.parent.control_points);
   auto status = CheckIndices(indices, points.size(), path);
   for (size_t n = 0; status.ok() && n < indices.size(); ++n) {
     const uint32_t index = indices[n];
-    const DeformedPoint carried = EvaluateWorld(structure, control_points, points[index]);
+    const DeformedPoint carried = EvaluateWorld(outside.continued(), continued, points[index]);
     if (carried.inside) status = Write(target, index, carried.position, path + ".parent");
   }
   return status;

@@ -74,6 +74,23 @@ TEST_F(LatticeEditTest, CarriesPointsAsTheParentMovesTheWorld) {
   }
 }
 
+// The parent goes on outside: linearly, so points above its frame move as those at its face.
+TEST_F(LatticeEditTest, CarriesPointsOutsideOfAParentThatGoesOn) {
+  Bounds lower;
+  lower.Extend(Vec3d{0, 0, 0});
+  lower.Extend(Vec3d{1, 1, 0.5});
+  Lattice parent = *FitLattice(lower, {3, 3, 3}, {2, 2, 2}, 0);
+  parent.structure.outside = {.mode = OutsideMode::kLinear, .widths = {0, 0, 0, 0, 0, 2}};
+  ASSERT_OK(Validate(parent.structure));
+  for (Vec3d& p : parent.control_points) p += Vec3d{3, 0, 0};
+
+  ASSERT_OK(Apply(CarryControlPoints{{}, parent}));
+
+  for (size_t i = 0; i < 27; ++i) {
+    EXPECT_LE(Norm(point(i) - initial_.control_points[i] - Vec3d{3, 0, 0}), 1e-14) << i;
+  }
+}
+
 TEST_F(LatticeEditTest, CarriesThePointsThatAreNamed) {
   Lattice parent = initial_;
   for (Vec3d& p : parent.control_points) p += Vec3d{0, 0, 3};
