@@ -140,7 +140,9 @@ TEST_F(LatticectlPoints, ReadsWhatNumPyWritesAndNothingElse) {
   for (const auto& [bytes, why] : std::vector<std::pair<std::string, std::string>>{
            {Npy("{'descr': '>f8', 'fortran_order': False, 'shape': (1, 3)}", doubles), "'>f8'"},
            {Npy("{'descr': '<f8', 'fortran_order': True, 'shape': (1, 3)}", doubles), "C order"},
-           {Npy("{'descr': '<f8', 'fortran_order': False, 'shape': (3,)}", doubles), "dimensions"},
+           {Npy("{'descr': '<f8', 'fortran_order': False, 'shape': (3,)}", doubles), "1 columns"},
+           {Npy("{'descr': '<f8', 'fortran_order': False, 'shape': (1, 1, 3)}", doubles),
+            "dimensions"},
            {Npy("{'descr': '<f8', 'fortran_order': False, 'shape': (2, 3)}", doubles), "2 rows"},
            {Npy("{'descr': '<f8', 'fortran_order': False, 'shape': (1, 0)}", doubles),
             "dimensions"},

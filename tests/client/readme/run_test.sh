@@ -74,6 +74,8 @@ python_client() {
   grep -q '[0-9] patches, up to' output.txt && [[ $(head -c 4 deformed.glb) == glTF ]] || fail "no deformed.glb"
   run "client/README.md, Python, 3" build/env/bin/python
   grep -qE '^[0-9]{4,} points from [0-9]{3,} bytes$' output.txt || fail "no points from patches"
+  run "client/python/README.md, Nested lattices, 1" build/env/bin/python
+  grep -qF 'moved by up to 0.600' output.txt || fail "a parent carried its child elsewhere"
   run "client/python/README.md, Point sets, 1" build/env/bin/python
   grep -qF '(100000, 3) (100000, 3) (64, 3)' output.txt || fail "other points or gradients than README's"
 }
@@ -145,7 +147,7 @@ for name in "${!exempt[@]}"; do
 done
 own_mesh
 if can_run python "README.md, Quick start, 2"; then picture; fi
-if can_run python "README.md, Quick start, 3" "client/README.md, Python, "{1,2,3} "client/python/README.md, Point sets, 1"; then python_client; fi
+if can_run python "README.md, Quick start, 3" "client/README.md, Python, "{1,2,3} "client/python/README.md, "{"Nested lattices","Point sets"}", 1"; then python_client; fi
 cpp_client
 if can_run node "client/node/README.md, "{Drag,"Patches and backups"}", 1"; then node_client; fi
 if can_run curl "client/web/README.md, The viewer, 1"; then browser; fi

@@ -117,7 +117,7 @@ absl::StatusOr<PointTable> ReadNpy(const std::string& path, absl::string_view by
   uint64_t rows = 0, columns = 1;
   if (shape.empty() || shape.size() > 2 || !absl::SimpleAtoi(shape[0], &rows) ||
       (shape.size() == 2 && !absl::SimpleAtoi(shape[1], &columns)) || columns == 0 || columns > 6) {
-    return Bad(path, "must have two dimensions, of points and of 3 or 6 numbers");
+    return Bad(path, "must have one or two dimensions, of rows and of at most 6 columns");
   }
   const size_t item = type == "<f8" ? sizeof(double) : sizeof(float);
   if (data.size() / item / columns != rows || data.size() % (item * columns) != 0) {
