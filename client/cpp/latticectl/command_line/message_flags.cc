@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "absl/strings/numbers.h"
+#include "client/cpp/latticectl/command_line/value_types.h"
 #include "core/base/limits.h"
 #include "fmt/format.h"
 
