@@ -25,6 +25,12 @@ function drawn(): Promise<{ geometries: number; textures: number }> {
   return page.evaluate(() => ({ ...window.latticed.viewport.renderer.info.memory }));
 }
 
+async function assertNoMoreOnGpu(before: Awaited<ReturnType<typeof drawn>>): Promise<void> {
+  const { geometries, textures } = await drawn();
+  assert.ok(geometries <= before.geometries + HANDLES, `${geometries} geometries on the GPU, ${before.geometries} before`);
+  assert.ok(textures <= before.textures + LATE_TEXTURES, `${textures} textures on the GPU, ${before.textures} before`);
+}
+
 useStage({
   context: { viewport: { width: 480, height: 360 } }, // frames draw quickly
   begin: async () => {
@@ -71,9 +77,7 @@ test('200 moves of the mouse and 400 steps of a drag leave what the page takes a
 
   const { moves, updates } = await seen.jsonValue();
   assert.ok(moves >= 600 / A_FRAME && updates > 0, `${moves} moves, ${updates} updates`);
-  const { geometries, textures } = await drawn();
-  assert.ok(geometries <= onGpu.geometries + HANDLES, `${geometries} geometries on the GPU, ${onGpu.geometries} before`);
-  assert.ok(textures <= onGpu.textures + LATE_TEXTURES, `${textures} textures on the GPU, ${onGpu.textures} before`);
+  await assertNoMoreOnGpu(onGpu);
   await followsDefinition(page, OBJ);
 });
 
@@ -127,7 +131,7 @@ test('5,000 updates of the surface, beside cage, panel and head-up line, leave w
   await assertFlat(page, async () => (seen = await drag(UPDATES)));
 
   assert.ok(seen.received >= UPDATES && seen.frames > 10 && seen.rate > 0, JSON.stringify(seen));
-  assert.deepEqual(await drawn(), onGpu);
+  await assertNoMoreOnGpu(onGpu); // handles come and go with the frames that a slow machine draws
   await show(2, true);
   await followsDefinition(page, SMALL_OBJ);
   assert.deepEqual(errors, []);
