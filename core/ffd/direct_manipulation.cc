@@ -44,6 +44,17 @@ SparseRow BasisRow(const LatticeStructure& s, Vec3d world) {
   return row;
 }
 
+// The entries that are not zero, by column.
+SparseRow RowOf(const std::map<uint32_t, double>& entries) {
+  SparseRow row;
+  for (const auto& [column, value] : entries) {
+    if (value == 0) continue;
+    row.columns.push_back(column);
+    row.values.push_back(value);
+  }
+  return row;
+}
+
 // The same for a continued lattice: a row of its control points, by those of the given one.
 SparseRow GivenRow(const OutsideMap& outside, const SparseRow& row) {
   std::map<uint32_t, double> given;
@@ -52,13 +63,7 @@ SparseRow GivenRow(const OutsideMap& outside, const SparseRow& row) {
       given[static_cast<uint32_t>(source)] += weight * row.values[n];
     });
   }
-  SparseRow result;
-  for (const auto& [column, value] : given) {
-    if (value == 0) continue;
-    result.columns.push_back(column);
-    result.values.push_back(value);
-  }
-  return result;
+  return RowOf(given);
 }
 
 void Scale(double weight, SparseRow& row) {
@@ -91,13 +96,7 @@ SparseRow PairedRow(const PointFreedom& freedom, const SparseRow& row, double si
     pairs[std::min(index, image)] +=
         (index < image ? 1 : sign) * row.values[n] / std::numbers::sqrt2;
   }
-  SparseRow paired;
-  for (const auto& [column, value] : pairs) {
-    if (value == 0) continue;
-    paired.columns.push_back(column);
-    paired.values.push_back(value);
-  }
-  return paired;
+  return RowOf(pairs);
 }
 
 // The columns of rows, ascending. Renumbers them in the rows: others take no part.
