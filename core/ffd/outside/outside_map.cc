@@ -94,11 +94,12 @@ std::vector<MapRow> ContinueAxis(size_t axis, LatticeStructure& s) {
 
 }  // namespace
 
-OutsideMap::OutsideMap(const LatticeStructure& structure)
-    : structure_(structure), continued_(structure) {
+OutsideMap::OutsideMap(const LatticeStructure& structure, double strength)
+    : structure_(structure), continued_(structure), strength_(strength) {
   for (size_t axis = 0; axis < 3; ++axis) rows_[axis] = ContinueAxis(axis, continued_);
   continued_.outside = {};
-  is_identity_ = std::ranges::all_of(structure.outside.widths, [](double w) { return w == 0; });
+  is_identity_ = strength == 1 &&
+                 std::ranges::all_of(structure.outside.widths, [](double w) { return w == 0; });
   if (is_identity_) return;
   rest_ = IdentityControlPoints(structure_);
   continued_rest_ = IdentityControlPoints(continued_);

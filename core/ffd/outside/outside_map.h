@@ -4,7 +4,7 @@
 // Continues a lattice outside its frame: makes a larger lattice, the continued one, which is the given one inside the frame.
 // Plans, kernels and certificates see the continued lattice alone, edits the given one.
 //
-//   displacements of the continued lattice = E d,  E = E_w x E_v x E_u,  d = P - identity
+//   displacements of the continued lattice = s E d,  E = E_w x E_v x E_u,  d = P - identity,  s = strength, 0 to 1
 //
 // E_a, for an axis of degree n whose first knot spans are h inside, and at the beginning of which W is the width and S the
 // step; d_0, d_1, … are the given displacements (the end mirrors this):
@@ -40,10 +40,11 @@ namespace latticed {
 
 class OutsideMap {
  public:
-  explicit OutsideMap(const LatticeStructure& structure);
+  explicit OutsideMap(const LatticeStructure& structure, double strength = 1);
 
   // Whether both lattices are the same one.
   bool is_identity() const { return is_identity_; }
+  double strength() const { return strength_; }
   // The given one's.
   const LatticeStructure& structure() const { return structure_; }
   // The continued one's. Its own `outside` is fixed.
@@ -51,9 +52,9 @@ class OutsideMap {
 
   // The control points of the continued lattice, from those of the given one.
   [[nodiscard]] std::vector<Vec3d> Continue(std::span<const Vec3d> control_points) const;
-  // E d, for moves or tangents of the given control points.
+  // s E d, for moves or tangents of the given control points.
   [[nodiscard]] std::vector<Vec3d> Apply(std::span<const Vec3d> d) const;
-  // E' g, for derivatives by the continued control points.
+  // s E' g, for derivatives by the continued control points.
   [[nodiscard]] std::vector<Vec3d> ApplyTransposed(std::span<const Vec3d> g) const;
   // Calls visit(given index, weight) for the control points on which the continued one with this index depends.
   template <typename Visit>
@@ -71,6 +72,7 @@ class OutsideMap {
  private:
   LatticeStructure structure_;
   LatticeStructure continued_;
+  double strength_;
   bool is_identity_ = true;
   std::array<std::vector<Row>, 3> rows_;
   std::vector<Vec3d> rest_;            // the given lattice's identity
@@ -88,8 +90,8 @@ void OutsideMap::ForSources(size_t index, Visit visit) const {
     for (int j = 0; j < v.count; ++j) {
       for (int i = 0; i < u.count; ++i) {
         visit(static_cast<size_t>(structure_.Index(u.first + i, v.first + j, w.first + k)),
-              u.weight[static_cast<size_t>(i)] * v.weight[static_cast<size_t>(j)] *
-                  w.weight[static_cast<size_t>(k)]);
+              strength_ * (u.weight[static_cast<size_t>(i)] * v.weight[static_cast<size_t>(j)] *
+                           w.weight[static_cast<size_t>(k)]));
       }
     }
   }
