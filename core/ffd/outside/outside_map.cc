@@ -3,8 +3,8 @@
 #include "core/ffd/outside/outside_map.h"
 
 #include <algorithm>
-
-#include "core/ffd/lattice_edit.h"
+#include <map>
+#include <utility>
 
 namespace latticed {
 namespace {
@@ -92,6 +92,82 @@ std::vector<MapRow> ContinueAxis(size_t axis, LatticeStructure& s) {
   return rows;
 }
 
+// The rows of `refined`, whose columns are the rows of `rows`, as rows over the columns of `rows`.
+std::vector<MapRow> Composed(const std::vector<RefinedPoint>& refined,
+                             const std::vector<MapRow>& rows) {
+  std::vector<MapRow> result;
+  for (const RefinedPoint& point : refined) {
+    std::map<int, double> sum;
+    for (int i = 0; i < point.count; ++i) {
+      const MapRow& row = rows[static_cast<size_t>(point.first + i)];
+      for (int j = 0; j < row.count; ++j) {
+        sum[row.first + j] +=
+            point.weight[static_cast<size_t>(i)] * row.weight[static_cast<size_t>(j)];
+      }
+    }
+    std::erase_if(sum, [](const auto& entry) { return entry.second == 0; });
+    MapRow& row = result.emplace_back();
+    if (sum.empty()) continue;
+    row.first = sum.begin()->first;
+    row.count = sum.rbegin()->first - row.first + 1;
+    for (const auto& [column, weight] : sum) {
+      row.weight[static_cast<size_t>(column - row.first)] = weight;
+    }
+  }
+  return result;
+}
+
+using GridSize = std::array<size_t, 3>;
+
+GridSize SizeOf(const LatticeStructure& s) {
+  return {static_cast<size_t>(s.size[0]), static_cast<size_t>(s.size[1]),
+          static_cast<size_t>(s.size[2])};
+}
+
+// How far apart neighbours along the axis are.
+size_t StrideOf(size_t axis, const GridSize& grid) {
+  return axis == 0 ? 1 : axis == 1 ? grid[0] : grid[0] * grid[1];
+}
+
+// Applies E_a to all lines along an axis of a grid, u fastest.
+std::vector<Vec3d> Along(size_t axis, const std::vector<MapRow>& rows, const GridSize& grid,
+                         const std::vector<Vec3d>& d) {
+  const size_t stride = StrideOf(axis, grid), lines = d.size() / grid[axis];
+  std::vector<Vec3d> result(lines * rows.size());
+  for (size_t outer = 0; outer < lines / stride; ++outer) {
+    for (size_t r = 0; r < rows.size(); ++r) {
+      Vec3d* const to = &result[(outer * rows.size() + r) * stride];
+      for (size_t i = 0; i < static_cast<size_t>(rows[r].count); ++i) {
+        const double weight = rows[r].weight[i];
+        const Vec3d* const from =
+            &d[(outer * grid[axis] + static_cast<size_t>(rows[r].first) + i) * stride];
+        for (size_t x = 0; x < stride; ++x) to[x] += weight * from[x];
+      }
+    }
+  }
+  return result;
+}
+
+// Applies E_a' to them; `columns`: how many control points there are along the axis before E_a.
+std::vector<Vec3d> AlongTransposed(size_t axis, const std::vector<MapRow>& rows,
+                                   const GridSize& grid, size_t columns,
+                                   const std::vector<Vec3d>& g) {
+  const size_t stride = StrideOf(axis, grid), lines = g.size() / grid[axis];
+  std::vector<Vec3d> result(lines * columns);
+  for (size_t outer = 0; outer < lines / stride; ++outer) {
+    for (size_t r = 0; r < rows.size(); ++r) {
+      const Vec3d* const from = &g[(outer * rows.size() + r) * stride];
+      for (size_t i = 0; i < static_cast<size_t>(rows[r].count); ++i) {
+        const double weight = rows[r].weight[i];
+        Vec3d* const to =
+            &result[(outer * columns + static_cast<size_t>(rows[r].first) + i) * stride];
+        for (size_t x = 0; x < stride; ++x) to[x] += weight * from[x];
+      }
+    }
+  }
+  return result;
+}
+
 }  // namespace
 
 OutsideMap::OutsideMap(const LatticeStructure& structure, double strength)
@@ -105,36 +181,48 @@ OutsideMap::OutsideMap(const LatticeStructure& structure, double strength)
   continued_rest_ = IdentityControlPoints(continued_);
 }
 
+OutsideMap::OutsideMap(const LatticeStructure& structure, double strength,
+                       const LatticeStructure& sum, const RefinedAxes& refined,
+                       std::shared_ptr<const std::vector<Vec3d>> others)
+    : OutsideMap(structure, strength) {
+  for (size_t axis = 0; axis < 3; ++axis) rows_[axis] = Composed(refined[axis], rows_[axis]);
+  continued_ = sum;
+  is_identity_ = false;
+  rest_ = IdentityControlPoints(structure_);
+  continued_rest_ = IdentityControlPoints(continued_);
+  others_ = std::move(others);
+}
+
 std::vector<Vec3d> OutsideMap::Continue(std::span<const Vec3d> control_points) const {
-  if (is_identity_) return {control_points.begin(), control_points.end()};
-  std::vector<bool> moved(rest_.size());
-  for (size_t i = 0; i < moved.size(); ++i) moved[i] = !SameBits(control_points[i], rest_[i]);
-  std::vector<Vec3d> points = continued_rest_;
+  std::vector<Vec3d> points(control_points.begin(), control_points.end());
+  if (is_identity_) return points;
+  for (size_t i = 0; i < points.size(); ++i) points[i] -= rest_[i];
+  points = Apply(points);
   for (size_t n = 0; n < points.size(); ++n) {
-    Vec3d move;
-    bool moves = false;
-    ForSources(n, [&](size_t source, double weight) {
-      if (!moved[source]) return;
-      moves = true;
-      move += weight * (control_points[source] - rest_[source]);
-    });
-    if (moves) points[n] += move;
+    const Vec3d move = others_ == nullptr ? points[n] : points[n] + (*others_)[n];
+    points[n] = move == Vec3d{} ? continued_rest_[n] : continued_rest_[n] + move;
   }
   return points;
 }
 
 std::vector<Vec3d> OutsideMap::Apply(std::span<const Vec3d> d) const {
-  std::vector<Vec3d> result(static_cast<size_t>(continued_.control_point_count()));
-  for (size_t n = 0; n < result.size(); ++n) {
-    ForSources(n, [&](size_t source, double weight) { result[n] += weight * d[source]; });
+  const GridSize grid = SizeOf(structure_);
+  std::vector<Vec3d> result = Along(0, rows_[0], grid, {d.begin(), d.end()});
+  result = Along(1, rows_[1], {rows_[0].size(), grid[1], grid[2]}, result);
+  result = Along(2, rows_[2], {rows_[0].size(), rows_[1].size(), grid[2]}, result);
+  if (strength_ != 1) {
+    for (Vec3d& p : result) p = strength_ * p;
   }
   return result;
 }
 
 std::vector<Vec3d> OutsideMap::ApplyTransposed(std::span<const Vec3d> g) const {
-  std::vector<Vec3d> result(static_cast<size_t>(structure_.control_point_count()));
-  for (size_t n = 0; n < g.size(); ++n) {
-    ForSources(n, [&](size_t source, double weight) { result[source] += weight * g[n]; });
+  const GridSize given = SizeOf(structure_), grid = SizeOf(continued_);
+  std::vector<Vec3d> result = AlongTransposed(2, rows_[2], grid, given[2], {g.begin(), g.end()});
+  result = AlongTransposed(1, rows_[1], {grid[0], grid[1], given[2]}, given[1], result);
+  result = AlongTransposed(0, rows_[0], {grid[0], given[1], given[2]}, given[0], result);
+  if (strength_ != 1) {
+    for (Vec3d& p : result) p = strength_ * p;
   }
   return result;
 }

@@ -30,17 +30,23 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "core/base/vec.h"
 #include "core/ffd/lattice.h"
+#include "core/ffd/sum/knot_refinement.h"
 
 namespace latticed {
 
 class OutsideMap {
  public:
   explicit OutsideMap(const LatticeStructure& structure, double strength = 1);
+  // The lattice as one of several, whose sum is planned: lattice_sum.h. `refined`: its part of the sum. `others`: what the
+  // other lattices move the control points of the sum; null: nothing.
+  OutsideMap(const LatticeStructure& structure, double strength, const LatticeStructure& sum,
+             const RefinedAxes& refined, std::shared_ptr<const std::vector<Vec3d>> others);
 
   // Whether both lattices are the same one.
   bool is_identity() const { return is_identity_; }
@@ -49,6 +55,9 @@ class OutsideMap {
   const LatticeStructure& structure() const { return structure_; }
   // The continued one's. Its own `outside` is fixed.
   const LatticeStructure& continued() const { return continued_; }
+
+  // Of the control points of the sum, by the other lattices; null: none.
+  const std::shared_ptr<const std::vector<Vec3d>>& others() const { return others_; }
 
   // The control points of the continued lattice, from those of the given one.
   [[nodiscard]] std::vector<Vec3d> Continue(std::span<const Vec3d> control_points) const;
@@ -61,11 +70,11 @@ class OutsideMap {
   void ForSources(size_t index, Visit visit) const;
   size_t MemoryBytes() const;
 
-  // A row of E_a: at most two numbers that are not 0, in neighbouring columns.
+  // A row of E_a: at most two numbers that are not 0, in neighbouring columns; in a sum at most five.
   struct Row {
     int first = 0;  // column
     int count = 0;
-    std::array<double, 2> weight{};
+    std::array<double, 5> weight{};
   };
   const std::vector<Row>& rows(size_t axis) const { return rows_[axis]; }
 
@@ -77,6 +86,7 @@ class OutsideMap {
   std::array<std::vector<Row>, 3> rows_;
   std::vector<Vec3d> rest_;            // the given lattice's identity
   std::vector<Vec3d> continued_rest_;  // the continued one's
+  std::shared_ptr<const std::vector<Vec3d>> others_;
 };
 
 template <typename Visit>
