@@ -164,8 +164,8 @@ ControlPointMoves DragMirrored(const PointFreedom& freedom, const std::vector<Sp
 
 ControlPointMoves DragToTargets(const Lattice& lattice, std::span<const Vec3d> points,
                                 std::span<const Vec3d> targets, const PointFreedom* freedom,
-                                std::span<const double> weights) {
-  const OutsideMap outside(lattice.structure);
+                                std::span<const double> weights, double strength) {
+  const OutsideMap outside(lattice.structure, strength);
   const LatticeStructure& continued = outside.continued();
   const std::vector<Vec3d> control_points = outside.Continue(lattice.control_points);
   std::vector<SparseRow> rows;

@@ -12,7 +12,7 @@
 // are two systems with one column a pair: (N_i - N_j) / sqrt(2) and (N_i + N_j) / sqrt(2).
 //
 // A point with the weight w is at x + w (R - x) (weights/vertex_weights.h), so its row is w N. outside/outside_map.h, whose
-// E continues the lattice, turns rows N into N E.
+// E continues the lattice and has the scene's strength as a factor, turns rows N into N E.
 //
 // A point outside the domain and what goes on beyond it, or of weight 0, has an empty row: no control point moves it, and its
 // distance is left as residual.
@@ -42,11 +42,12 @@ struct ControlPointMoves {
 
 // The smallest moves that take `points` of the rest world from their deformed positions to their
 // targets. Each point has one target. `freedom` may be null, and `weights` empty: then
-// each weight is 1.
+// each weight is 1. `strength` is the scene's, above 0.
 [[nodiscard]] ControlPointMoves DragToTargets(const Lattice& lattice, std::span<const Vec3d> points,
                                               std::span<const Vec3d> targets,
                                               const PointFreedom* freedom = nullptr,
-                                              std::span<const double> weights = {});
+                                              std::span<const double> weights = {},
+                                              double strength = 1);
 
 }  // namespace latticed
 

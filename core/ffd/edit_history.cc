@@ -64,7 +64,8 @@ std::pair<std::optional<StructureEdit>, std::string_view> LoneStructureEdit(
 
 }  // namespace
 
-EditHistory::EditHistory(Lattice initial) : EditHistory(EditLayers(std::move(initial))) {}
+EditHistory::EditHistory(Lattice initial, double strength)
+    : EditHistory(EditLayers(std::move(initial), strength)) {}
 
 EditHistory::EditHistory(EditLayers layers)
     : layers_(std::move(layers)), ledger_(static_cast<size_t>(limits::kMaxEditorsRemembered)) {}
@@ -98,6 +99,7 @@ absl::StatusOr<EditOutcome> EditHistory::Apply(const EditBatch& batch, TimePoint
   const std::vector<Vec3d> before = lattice().control_points;
   const uint64_t structure_before = structure_id_;
   const Constraints constraints_before = constraints();
+  const double strength_before = strength();
   EditOutcome outcome;
   const bool replaces = LoneEdit<ReplaceLattice>(batch) != nullptr;
   const auto restructured = [&](const StructureEdit& edit,
@@ -106,7 +108,7 @@ absl::StatusOr<EditOutcome> EditHistory::Apply(const EditBatch& batch, TimePoint
                               ChangeStructure(lattice(), edit, field, admit, constraints().mirror));
     if (replaces && admit_points) {
       LATTICED_RETURN_IF_ERROR(
-          admit_points(change.lattice.structure, change.lattice.control_points));
+          admit_points(change.lattice.structure, change.lattice.control_points, strength()));
     }
     return change;
   };
@@ -119,6 +121,7 @@ absl::StatusOr<EditOutcome> EditHistory::Apply(const EditBatch& batch, TimePoint
   outcome.summary.structure_id = structure_id_;
   outcome.structure_changed = structure_id_ != structure_before;
   outcome.constraints_changed = constraints() != constraints_before;
+  outcome.strength_changed = strength() != strength_before;
   if (!outcome.structure_changed) {
     const auto& after = lattice().control_points;
     for (size_t i = 0; i < after.size(); ++i) {
@@ -188,7 +191,7 @@ absl::Status EditHistory::CheckPreconditions(const EditBatch& batch) const {
 absl::Status EditHistory::Write(const EditBatch& batch, TimePoint now, const Rules& rules,
                                 EditSummary& summary) {
   const size_t gesture = FindGesture(batch);
-  EditTarget target(lattice());
+  EditTarget target(lattice(), layers_.StrengthWithout(gesture));
   target.freedom = rules.freedom;
   if (gesture != kNoStep) {
     for (const auto& [index, position] : layers_.steps()[gesture].start) {
@@ -212,7 +215,7 @@ absl::Status EditHistory::Write(const EditBatch& batch, TimePoint now, const Rul
     for (size_t i = 0; i < points.size(); ++i) {
       if (target.written[i]) points[i] = target.lattice.control_points[i];
     }
-    LATTICED_RETURN_IF_ERROR(rules.admit_points(lattice().structure, points));
+    LATTICED_RETURN_IF_ERROR(rules.admit_points(lattice().structure, points, target.strength));
   }
   summary.drag_residual = target.drag_residual;
   ForgetUndone(batch.editor_id);
@@ -241,7 +244,8 @@ absl::Status EditHistory::KeepVolume(const EditBatch& batch, const Rules& rules,
   if (batch.keep_volume.has_value()) LATTICED_RETURN_IF_ERROR(Check(*kept, "keep_volume"));
   auto& points = target.lattice.control_points;
   const std::vector<Vec3d> before = points;
-  LATTICED_RETURN_IF_ERROR(rules.keeper->Keep(*kept, rules.freedom, target.written, points));
+  LATTICED_RETURN_IF_ERROR(
+      rules.keeper->Keep(*kept, rules.freedom, target.written, target.strength, points));
   for (size_t i = 0; i < points.size(); ++i) {
     if (SameBits(before[i], points[i])) continue;
     LATTICED_RETURN_IF_ERROR(CheckControlPoint(points[i], "keep_volume"));
@@ -255,7 +259,7 @@ absl::Status EditHistory::Constrain(const std::string& editor_id, const Constrai
   LATTICED_RETURN_IF_ERROR(
       Check(constraints, lattice().structure, "edits[0].set_constraints.constraints"));
   if (constraints.volume.has_value() && rules.keeper != nullptr) {
-    LATTICED_RETURN_IF_ERROR(rules.keeper->CheckEncloses(lattice().control_points));
+    LATTICED_RETURN_IF_ERROR(rules.keeper->CheckEncloses(lattice().control_points, strength()));
   }
   ForgetUndone(editor_id);
   EditStep step{.id = ++clock_,
@@ -285,6 +289,8 @@ void EditHistory::WritePoints(const EditTarget& target, EditStep& step) {
   step.positions = {};
   step.positions.reserve(count);
   step.written_at = ++clock_;
+  step.strength.reset();
+  if (target.strength_written) step.strength = target.strength;
   for (uint32_t i = 0; i < target.written.size(); ++i) {
     if (!target.written[i]) continue;
     step.indices.push_back(i);

@@ -13,6 +13,7 @@
 //           then to other points stays. Undo is kAborted UNDO_CONFLICT, naming the editor, if another editor has since
 //           written one of the step's points or changed the structure. Redo puts back what the caller last undid; a new
 //           edit of the caller discards it.
+// Strength  set_strength writes the scene's strength as others write points: in gestures too, and the last write counts.
 // Keeping   Edits honour the constraints (constraints/constraints.h). set_constraints is a step that moves nothing. Undo and
 //           redo restore points as they were written, and keep no volume: if others have moved since, the next edit
 //           restores it. insert_knot maps the constraints to the new control points; replace_lattice ends all but the
@@ -61,6 +62,7 @@ struct EditOutcome {
   std::vector<uint32_t> changed;
   bool structure_changed = false;
   bool constraints_changed = false;
+  bool strength_changed = false;
   bool repeated = false;  // the stored result of the same sequence; nothing was done
 };
 
@@ -72,8 +74,8 @@ class EditHistory {
   [[nodiscard]] static absl::Status PutOff();
   [[nodiscard]] static bool IsPutOff(const absl::Status& status);
 
-  // `initial` must be valid. The history begins at revision 0 and structure_id 1.
-  explicit EditHistory(Lattice initial);
+  // `initial` must be valid, the strength 0 to 1. The history begins at revision 0 and structure_id 1.
+  explicit EditHistory(Lattice initial, double strength = 1);
   // Goes on from an image. kDataLoss naming what cannot be: an image from a file may be anything.
   [[nodiscard]] static absl::StatusOr<EditHistory> FromImage(EditHistoryImage image);
   [[nodiscard]] EditHistoryImage image() const;
@@ -105,6 +107,8 @@ class EditHistory {
   const Lattice& lattice() const { return layers_.lattice(); }
   Lattice initial() const { return layers_.initial(); }
   const Constraints& constraints() const { return layers_.constraints(); }
+  // How much of the lattice's deformation the scene takes.
+  double strength() const { return layers_.strength(); }
   uint64_t revision() const { return revision_; }
   uint64_t structure_id() const { return structure_id_; }
   // The kept results, of the editor who was heard last first.

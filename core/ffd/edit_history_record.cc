@@ -33,6 +33,9 @@ bool ArePointsOf(const LatticeStructure& structure, const EditStep& step) {
 }
 
 absl::Status CheckStep(const EditStep& step, const Structures& structures) {
+  if (step.strength.has_value()) {
+    LATTICED_RETURN_IF_ERROR(CheckStrength(*step.strength, "a step's strength"));
+  }
   if (step.structural.has_value()) {
     LATTICED_RETURN_IF_ERROR(Validate(Lattice{step.structural->structure, step.positions}));
     if (!step.constraints.has_value()) return absl::OkStatus();
@@ -75,6 +78,7 @@ absl::Status Check(const EditHistoryImage& image) {
   LATTICED_RETURN_IF_ERROR(Validate(image.base.initial));
   LATTICED_RETURN_IF_ERROR(
       latticed::Check(image.base.constraints, image.base.base.structure, "the constraints"));
+  LATTICED_RETURN_IF_ERROR(CheckStrength(image.base.strength, "the strength"));
   Structures structures{{image.base.structure_step, &image.base.base.structure}};
   const auto note = [&](const EditStep& step) {
     return !step.structural.has_value() ||
@@ -146,6 +150,7 @@ EditRecord EditHistory::LastRecord(const EditBatch& batch, TimePoint now) const 
   } else if (!batch.edits.empty()) {
     const EditStep& step = layers_.steps().back();
     record.batch.edits = {SetControlPoints{step.indices, step.positions}};
+    if (step.strength.has_value()) record.batch.edits.push_back(SetStrength{*step.strength});
   }
   return record;
 }

@@ -16,6 +16,7 @@ void EditStep::Close(bool by_time_out) {
 bool EditStep::Overlaps(const EditStep& other) const {
   if (structural.has_value() || other.structural.has_value()) return true;
   if (constraints.has_value() && other.constraints.has_value()) return true;
+  if (strength.has_value() && other.strength.has_value()) return true;
   auto a = indices.begin();
   auto b = other.indices.begin();
   while (a != indices.end() && b != other.indices.end()) {
@@ -42,8 +43,8 @@ size_t EditStep::MemoryBytes() const {
   return bytes;
 }
 
-EditLayers::EditLayers(Lattice base)
-    : base_{.base = base, .initial = base}, lattice_(std::move(base)) {}
+EditLayers::EditLayers(Lattice base, double strength)
+    : base_{.base = base, .initial = base, .strength = strength}, lattice_(std::move(base)) {}
 
 EditLayers::EditLayers(LayersBase base, std::deque<EditStep> steps)
     : base_(std::move(base)), steps_(std::move(steps)) {
@@ -65,6 +66,13 @@ const Constraints& EditLayers::constraints() const {
     if (step->constraints.has_value()) return *step->constraints;
   }
   return base_.constraints;
+}
+
+double EditLayers::StrengthWithout(size_t position) const {
+  for (size_t n = steps_.size(); n-- > 0;) {
+    if (n != position && steps_[n].strength.has_value()) return *steps_[n].strength;
+  }
+  return base_.strength;
 }
 
 size_t EditLayers::BaseBytes() const {
@@ -116,6 +124,7 @@ void EditLayers::FoldOldest() {
   EditStep& oldest = steps_.front();
   bytes_ -= oldest.MemoryBytes();
   if (oldest.constraints.has_value()) base_.constraints = *std::move(oldest.constraints);
+  if (oldest.strength.has_value()) base_.strength = *oldest.strength;
   if (oldest.structural.has_value()) {
     const bool replaces = oldest.structural->replaces();
     base_.base = {std::move(oldest.structural->structure), std::move(oldest.positions)};

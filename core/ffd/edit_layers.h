@@ -57,6 +57,8 @@ struct EditStep {
   std::optional<Structural> structural;
   // What edits keep from this step on. Of set_constraints, and of structural steps, whose control points are others.
   std::optional<Constraints> constraints;
+  // The scene's strength from this step on.
+  std::optional<double> strength;
 
   void Close(bool by_time_out);
   bool Overlaps(const EditStep& other) const;
@@ -70,11 +72,12 @@ struct LayersBase {
   Lattice initial;
   uint64_t structure_step = 0;
   Constraints constraints;
+  double strength = 1;
 };
 
 class EditLayers {
  public:
-  explicit EditLayers(Lattice base);
+  explicit EditLayers(Lattice base, double strength = 1);
   // Goes on from what another one had. Steps must fit the structures below them.
   EditLayers(LayersBase base, std::deque<EditStep> steps);
 
@@ -83,6 +86,8 @@ class EditLayers {
   Lattice initial() const;
   // What edits keep now.
   const Constraints& constraints() const;
+  // The scene's strength now.
+  double strength() const { return StrengthWithout(steps_.size()); }
   const LayersBase& base() const { return base_; }
   // Oldest first.
   const std::deque<EditStep>& steps() const { return steps_; }
@@ -98,6 +103,8 @@ class EditLayers {
   uint64_t structure_step() const;
   // The control points without the step at `position`, which is not structural.
   std::vector<Vec3d> PointsWithout(size_t position) const;
+  // The strength without the step at `position`.
+  double StrengthWithout(size_t position) const;
   // The structure without the step at `position`.
   const LatticeStructure& StructureWithout(size_t position) const;
   // The bytes of all steps.

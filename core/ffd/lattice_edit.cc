@@ -184,8 +184,14 @@ absl::Status Apply(const DragPoints& edit, std::string_view field, EditTarget& t
     status = CheckListed(edit.targets, n, path + ".targets");
   }
   if (!status.ok()) return status;
-  const ControlPointMoves moves =
-      DragToTargets(target.lattice, edit.points, edit.targets, target.freedom, edit.weights);
+  if (target.strength == 0) {
+    return error::FailedPrecondition(
+        "NO_STRENGTH", fmt::format("{}: the scene's strength is 0, so no control point moves the "
+                                   "surface; set another strength first",
+                                   path));
+  }
+  const ControlPointMoves moves = DragToTargets(target.lattice, edit.points, edit.targets,
+                                                target.freedom, edit.weights, target.strength);
   for (size_t n = 0; status.ok() && n < moves.indices.size(); ++n) {
     const uint32_t index = moves.indices[n];
     status = Write(target, index, target.lattice.control_points[index] + moves.offsets[n],
@@ -193,6 +199,14 @@ absl::Status Apply(const DragPoints& edit, std::string_view field, EditTarget& t
   }
   target.drag_residual = std::max(target.drag_residual, moves.residual);
   return status;
+}
+
+absl::Status Apply(const SetStrength& edit, std::string_view field, EditTarget& target) {
+  LATTICED_RETURN_IF_ERROR(
+      CheckStrength(edit.strength, fmt::format("{}.set_strength.strength", field)));
+  target.strength = edit.strength;
+  target.strength_written = true;
+  return absl::OkStatus();
 }
 
 absl::Status Apply(const Reset& edit, absl::FunctionRef<Lattice()> initial, std::string_view field,
@@ -231,8 +245,13 @@ absl::Status ApplyFreely(const Edit& edit, absl::FunctionRef<Lattice()> initial,
 
 }  // namespace
 
-EditTarget::EditTarget(Lattice start)
-    : lattice(std::move(start)), written(lattice.control_points.size()) {}
+EditTarget::EditTarget(Lattice start, double with_strength)
+    : lattice(std::move(start)), strength(with_strength), written(lattice.control_points.size()) {}
+
+absl::Status CheckStrength(double strength, std::string_view field) {
+  if (!std::isfinite(strength)) return error::NotFinite(field);
+  return error::CheckRange(field, strength, 0, 1);
+}
 
 absl::Status ApplyEdit(const Edit& edit, absl::FunctionRef<Lattice()> initial,
                        std::string_view field, EditTarget& target) {

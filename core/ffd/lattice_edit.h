@@ -82,10 +82,14 @@ struct Redo {};
 struct SetConstraints {
   Constraints constraints;
 };
+// How much of the deformation the scene takes: x goes to x + strength (F(x) - x).
+struct SetStrength {
+  double strength = 1;  // 0 to 1
+};
 
 using Edit = std::variant<SetControlPoints, MoveControlPoints, TransformControlPoints,
                           ReplaceControlPoints, DragPoints, InsertKnot, ReplaceLattice, Reset, Undo,
-                          Redo, SetConstraints, CarryControlPoints>;
+                          Redo, SetConstraints, CarryControlPoints, SetStrength>;
 
 enum class GesturePhase {
   kUpdate,  // replaces the gesture's previous update; the meaning of an unspecified phase
@@ -122,20 +126,25 @@ class PointFreedom;
 // The lattice to which the edits of a batch are applied, one after the other.
 struct EditTarget {
   Lattice lattice;
+  double strength = 1;                    // of the scene
   const PointFreedom* freedom = nullptr;  // null: all points are free
   std::vector<bool> written;              // per control point
   double drag_residual = 0;               // the largest of the drags, world units
-  std::vector<uint32_t> named;            // what the present edit has written
+  bool strength_written = false;
+  std::vector<uint32_t> named;  // what the present edit has written
 
-  explicit EditTarget(Lattice start);
+  explicit EditTarget(Lattice start, double with_strength = 1);
 };
 
 // Applies one edit, as far as the target's freedom allows: held points stay, and images in the mirror move too. `field` is
 // its path, such as "edits[2]". Errors: kInvalidArgument, also for insert_knot, replace_lattice, set_constraints, undo and
-// redo, which need a history and must be alone in their batch.
+// redo, which need a history and must be alone in their batch; kFailedPrecondition NO_STRENGTH for a drag at strength 0.
 // `initial` is called for the lattice that kInitial means.
 [[nodiscard]] absl::Status ApplyEdit(const Edit& edit, absl::FunctionRef<Lattice()> initial,
                                      std::string_view field, EditTarget& target);
+
+// kInvalidArgument naming `field`, reason NOT_FINITE or OUT_OF_RANGE: a scene's strength is 0 to 1.
+[[nodiscard]] absl::Status CheckStrength(double strength, std::string_view field);
 
 // kInvalidArgument for an edit that must be alone in its batch; `field` is its path with its name.
 [[nodiscard]] absl::Status NotAlone(std::string_view field);
@@ -148,9 +157,9 @@ struct StructureChange {
 // Called with the structure that an edit leads to, before anything is changed; an error refuses the edit.
 using AdmitStructure = std::function<absl::Status(const LatticeStructure&)>;
 
-// Called with the lattice that a batch leads to, before anything is changed; an error refuses the batch. It may be empty.
-using AdmitPoints =
-    std::function<absl::Status(const LatticeStructure&, std::span<const Vec3d> control_points)>;
+// Called with the lattice and the strength that a batch leads to, before anything is changed; an error refuses the batch. It may be empty.
+using AdmitPoints = std::function<absl::Status(
+    const LatticeStructure&, std::span<const Vec3d> control_points, double strength)>;
 
 // Makes another lattice of `lattice`. A knot on the axis `mirror` is inserted together with its mirror image. The edit's own
 // lattice must be valid. Errors: kInvalidArgument naming a field that

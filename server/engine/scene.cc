@@ -53,7 +53,7 @@ absl::StatusOr<std::shared_ptr<Scene>> Scene::Create(SceneConfig config,
   ViewSpec default_spec = config.default_view.key.spec;
   if (default_spec.position_bits == 0) default_spec.position_bits = limits::kMaxPositionBits;
   LATTICED_RETURN_IF_ERROR(Validate(default_spec));
-  SceneLife life{.history = EditHistory(std::exchange(config.lattice, {})),
+  SceneLife life{.history = EditHistory(std::exchange(config.lattice, {}), config.strength),
                  .commit_time = config.create_time};
   life.moved = PointRevisions(life.history.lattice().control_points.size(), 0);
   LATTICED_ASSIGN_OR_RETURN(auto scene, Make(std::move(config), std::move(life), context, stop));

@@ -66,6 +66,7 @@ struct SceneConfig {
   std::shared_ptr<const PolygonMesh> mesh;
   // At revision 0; reset{INITIAL} returns to it. The scene moves it out of here and keeps its own copies.
   Lattice lattice;
+  double strength = 1;                 // at revision 0: how much of the deformation the scene takes
   VertexWeights weights;               // null: none (core/ffd/weights/vertex_weights.h)
   std::optional<double> crease_angle;  // in degrees (core/ffd/vertex_normals.h)
   MeshUnits units;                     // of its coordinates, for clients and exported files

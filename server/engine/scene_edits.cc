@@ -199,6 +199,8 @@ void Scene::Publish(const EditCommit& commit, std::shared_ptr<TargetSlot> target
     if (commit.structure_changed) {
       head_.target = std::move(target);
       moved_ = PointRevisions(commit.state->lattice_points->size(), commit.state->revision);
+    } else if (commit.strength_changed) {
+      moved_.MoveAll(commit.state->revision);
     } else {
       moved_.Move(commit.delta->indices, commit.state->revision);
     }

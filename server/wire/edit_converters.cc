@@ -176,6 +176,13 @@ absl::StatusOr<Edit> Read(const v1::SetConstraints& edit, std::string_view field
   return SetConstraints{std::move(constraints)};
 }
 
+absl::StatusOr<Edit> Read(const v1::SetStrength& edit, std::string_view field) {
+  if (!edit.has_strength()) {
+    return error::InvalidField(fmt::format("{}.strength", field), "is required");
+  }
+  return SetStrength{edit.strength()};
+}
+
 absl::StatusOr<Edit> ReadEdit(const v1::Edit& edit, const PolygonMesh& mesh,
                               const VertexWeights& weights, const std::string& field) {
   switch (edit.edit_case()) {
@@ -203,6 +210,8 @@ absl::StatusOr<Edit> ReadEdit(const v1::Edit& edit, const PolygonMesh& mesh,
       return Read(edit.set_constraints(), field + ".set_constraints");
     case v1::Edit::kCarryControlPoints:
       return Read(edit.carry_control_points(), field + ".carry_control_points");
+    case v1::Edit::kSetStrength:
+      return Read(edit.set_strength(), field + ".set_strength");
     case v1::Edit::EDIT_NOT_SET:
       break;
   }
@@ -258,7 +267,7 @@ bool MayTakeLong(const v1::EditBatch& batch, bool fold_watch) {
   for (const v1::Edit& edit : batch.edits()) {
     if (edit.has_insert_knot() || edit.has_replace_lattice() || edit.has_reset() ||
         edit.has_set_constraints() || edit.has_undo() || edit.has_redo() ||
-        edit.has_carry_control_points()) {
+        edit.has_carry_control_points() || edit.has_set_strength()) {
       return true;
     }
     points += edit.drag_points().points_size();

@@ -180,6 +180,8 @@ absl::StatusOr<SceneConfig> SceneConfigFromProto(const v1::CreateSceneRequest& r
   LATTICED_ASSIGN_OR_RETURN(
       const auto pipeline,
       ReadEnum(kPipelines, request.diagnostics().pipeline(), "diagnostics.pipeline"));
+  const double strength = request.has_strength() ? request.strength() : 1;
+  LATTICED_RETURN_IF_ERROR(CheckStrength(strength, "strength"));
   VertexWeights weights;
   if (request.has_weights()) {
     LATTICED_ASSIGN_OR_RETURN(weights, WeightsFromProto(request.weights(), mesh.mesh));
@@ -198,6 +200,7 @@ absl::StatusOr<SceneConfig> SceneConfigFromProto(const v1::CreateSceneRequest& r
   config.mesh = mesh.mesh;
   config.lattice = std::move(lattice);
   if (request.has_crease_angle()) config.crease_angle = request.crease_angle();
+  config.strength = strength;
   config.weights = std::move(weights);
   config.units = std::move(units);
   config.default_view = view;
@@ -232,6 +235,7 @@ v1::Scene ToProto(const Scene& scene) {
   const auto state = scene.State();
   v1::Scene result = ToProto(scene.config());
   *result.add_lattices() = SummaryToProto(state->lattice_structure());
+  result.set_strength(state->outside->strength());
   result.set_revision(state->revision);
   result.set_structure_id(state->structure_id);
   result.set_patches(state->plan->patches.size());
@@ -250,6 +254,7 @@ v1::LatticeState LatticeStateToProto(const SceneState& state) {
   *result.mutable_lattice() = ToProto(state.lattice_structure(), *state.lattice_points);
   result.set_structure_id(state.structure_id);
   result.set_revision(state.revision);
+  if (state.outside->strength() != 1) result.set_strength(state.outside->strength());
   if (*state.constraints != Constraints{}) {
     *result.mutable_constraints() = ToProto(*state.constraints);
   }

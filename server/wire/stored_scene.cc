@@ -38,7 +38,8 @@ std::string StoredHeaderOf(const v1::CreateSceneRequest& request, const SceneCon
                        .idle_ttl = config.idle_ttl,
                        .listing = ToProto(config).SerializeAsString(),
                        .token_key = config.token_key,
-                       .tenant = std::string(TenantOf(config.id))});
+                       .tenant = std::string(TenantOf(config.id)),
+                       .strength = config.strength});
 }
 
 absl::StatusOr<StoredScene> StoredSceneOf(std::string_view header) {

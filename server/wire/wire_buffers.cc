@@ -133,6 +133,7 @@ v1::SceneEvent ToProto(const std::shared_ptr<const LatticeDelta>& delta) {
   out.mutable_indices()->Add(delta->indices.begin(), delta->indices.end());
   AppendPoints(delta->positions, *out.mutable_positions());
   out.set_editor_id(delta->editor_id);
+  if (delta->strength.has_value()) out.set_strength(*delta->strength);
   return message;
 }
 

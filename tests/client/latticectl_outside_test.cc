@@ -90,6 +90,15 @@ TEST_F(LatticectlOutside, ASceneIsGivenAnother) {
   EXPECT_EQ(OutsideOf("scene-one").mode(), v1::OUTSIDE_MODE_UNSPECIFIED);
 }
 
+TEST_F(LatticectlOutside, ASceneHasAStrength) {
+  Run({"scene", "create", Path("vase.obj"), "--id", "scene-one", "--strength", "0.5"});
+  EXPECT_THAT(Run({"scene", "show", "scene-one"}), HasSubstr("0.5"));
+  EXPECT_THAT(Run({"edit", "strength", "scene-one", "0.25"}), HasSubstr("revision 1"));
+  EXPECT_EQ(Client::Connect({.address = address()})->GetScene("scene-one")->strength(), 0.25);
+  ExpectFailure({"edit", "strength", "scene-one", "1.5"}, HasSubstr("strength"));
+  ExpectFailure({"scene", "create", Path("vase.obj"), "--strength", "-1"}, HasSubstr("--strength"));
+}
+
 TEST_F(LatticectlOutside, BadOnesAreRefused) {
   for (const char* text : {"round", "falloff", "falloff:x", "falloff:1,2", "falloff:0.3:c2",
                            "linear:1,2", "fixed:1", "linear:1:c0"}) {

@@ -149,6 +149,7 @@ class Client:
         up_axis: str = "",
         meters_per_unit: float = 0,
         crease_angle: Optional[float] = None,
+        strength: Optional[float] = None,
         weights: Union[None, str, npt.ArrayLike] = None,
         name: str = "",
         scene_id: str = "",
@@ -168,6 +169,7 @@ class Client:
                          are those of the mesh
         crease_angle     smooth normals are computed, and split where faces meet at more degrees, 0 to 180;
                          None: those of the mesh, split at 30 degrees where it has none
+        strength         how much of the deformation the scene takes, 0 to 1; None: the lattice's, or 1
         weights          how much of the deformation each vertex takes, 0 to 1: an array with one for each
                          vertex, or "mesh" for those that came with the mesh (PLY weight, GLB _WEIGHT,
                          upload_arrays); None: all. Those of more than 250,000 vertices come with the mesh
@@ -207,6 +209,10 @@ class Client:
             name=name,
             fold_watch=fold_watch,
         )
+        if strength is not None:
+            request.strength = strength
+        elif lattice is not None and lattice.strength != 1:
+            request.strength = lattice.strength
         if isinstance(weights, str):
             if weights != "mesh":
                 raise ValueError(f'weights is an array or "mesh", not {weights!r}')

@@ -46,6 +46,11 @@ class PointEdits(ABC, Generic[Applied]):
         """Puts all control points at positions: shape (nw, nv, nu, 3), world units."""
         return self.apply([edits.replace(control_points)])
 
+    def set_strength(self, strength: float) -> Applied:
+        """Sets how much of the deformation the scene takes, 0 to 1: x goes to x + strength (F(x) - x), exactly. It
+        moves no control point; a drag at 0 fails with the reason NO_STRENGTH."""
+        return self.apply([edits.set_strength(strength)])
+
     def drag(self, points: Union[SurfacePoint, Sequence[SurfacePoint]], targets: npt.ArrayLike) -> Applied:
         """Moves points of the surface, for example from Scene.pick, to targets, shape (points, 3), world
         units, by the smallest possible moves of control points."""

@@ -64,7 +64,7 @@ def transform(points: npt.ArrayLike, matrix: npt.ArrayLike) -> edit_pb2.Edit:
 def carry(parent: Lattice, points: npt.ArrayLike | None = None) -> edit_pb2.Edit:
     """Moves control points, by default all, as a deformed parent lattice moves the world at their places.
     Those outside of its frame stay."""
-    change = edit_pb2.CarryControlPoints(parent=parent.to_proto())
+    change = edit_pb2.CarryControlPoints(parent=parent.effective().to_proto())
     if points is not None:
         change.indices.extend(_indices(points))
         if not change.indices:
@@ -114,6 +114,11 @@ def replace_lattice(lattice: Lattice, keep_shape: bool = False) -> edit_pb2.Edit
 def set_constraints(constraints: Constraints) -> edit_pb2.Edit:
     """Sets what later edits must keep, in place of what they kept. It must be the only edit of its batch."""
     return edit_pb2.Edit(set_constraints=edit_pb2.SetConstraints(constraints=constraints.to_proto()))
+
+
+def set_strength(strength: float) -> edit_pb2.Edit:
+    """Sets how much of the deformation the scene takes, 0 to 1: x goes to x + strength (F(x) - x)."""
+    return edit_pb2.Edit(set_strength=edit_pb2.SetStrength(strength=strength))
 
 
 def reset(to: str = "identity") -> edit_pb2.Edit:

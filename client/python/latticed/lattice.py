@@ -3,6 +3,7 @@
 """A B-spline lattice as numpy arrays."""
 from __future__ import annotations
 
+import dataclasses
 import os
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -45,6 +46,7 @@ class Lattice:
     origin, edges   the frame: the knot domain is the box at origin that the rows of edges, shape (3, 3),
                     span: u, v, w
     outside         how it goes on outside the frame
+    strength        how much of its deformation the scene takes, 0 to 1: see effective()
     structure_id, revision  of the scene that it was read from; 0: it was read from none
     """
 
@@ -56,6 +58,7 @@ class Lattice:
     structure_id: int = 0
     revision: int = 0
     outside: Outside = field(default_factory=Outside)
+    strength: float = 1.0
 
     def __repr__(self) -> str:
         size, degree = (" x ".join(map(str, axes)) for axes in (self.size, self.degree))
@@ -86,6 +89,14 @@ class Lattice:
         at = at + v[..., None] * (self.edges[1] / places[1][1])
         return np.asarray(at + w[..., None] * (self.edges[2] / places[2][1]))
 
+    def effective(self) -> Lattice:
+        """The lattice of strength 1 that deforms as this one: control points rest + strength (P - rest)."""
+        if self.strength == 1:
+            return self
+        rest = self.rest()
+        points = rest + self.strength * (self.control_points - rest)
+        return dataclasses.replace(self, control_points=points, strength=1.0)
+
     def resized(
         self, size: Optional[Tuple[int, int, int]] = None, degree: Optional[Tuple[int, int, int]] = None
     ) -> Lattice:
@@ -104,7 +115,8 @@ class Lattice:
     def deform(self, points: npt.ArrayLike) -> FloatArray:
         """Where the lattice moves points of the undeformed world: (n, 3) to (n, 3), world units, in double.
 
-        A point in the frame, faces included, moves to R of its place in it. What is outside follows `outside`.
+        A point x in the frame, faces included, moves to x + strength (R - x), with R of its place in it. What is outside
+        follows `outside`.
 
         This moves vertices only, as an ordinary lattice does: Sederberg & Parry, Free-form deformation of
         solid geometric models, 1986. The faces between moved vertices are flat. The exact surface, which
@@ -113,7 +125,7 @@ class Lattice:
         at = np.asarray(points, dtype=float)
         if at.ndim != 2 or at.shape[1] != 3:
             raise ValueError(f"points are of shape (n, 3), not {at.shape}")
-        if self.outside.mode != "fixed":
+        if self.outside.mode != "fixed" or self.strength != 1:
             return continued(self).deform(at)
         domains = np.array([bspline.domain(k, p) for k, p in zip(self.knots, self.degree)])
         begin, width = domains[:, 0], domains[:, 1] - domains[:, 0]
@@ -139,8 +151,15 @@ class Lattice:
         )
 
     @classmethod
+    def from_state(cls, state: Any) -> Lattice:
+        """Converts a latticed.v1.LatticeState, with its strength."""
+        made = cls.from_proto(state.lattice, state.structure_id, state.revision)
+        made.strength = state.strength if state.HasField("strength") else 1.0
+        return made
+
+    @classmethod
     def from_proto(cls, lattice: Any, structure_id: int = 0, revision: int = 0) -> Lattice:
-        """Converts a latticed.v1.Lattice. Fills in control points, size, degree and knots if unset."""
+        """Converts a latticed.v1.Lattice, of strength 1. Fills in control points, size, degree and knots if unset."""
         nu, nv, nw = _axes(lattice.size) if lattice.HasField("size") else (4, 4, 4)
         degree = _axes(lattice.degree) if lattice.HasField("degree") else (2, 2, 2)
         frame = lattice.frame
@@ -166,7 +185,7 @@ class Lattice:
         return made
 
     def save(self, path: Union[str, os.PathLike[str]]) -> None:
-        """Writes the JSON that latticectl reads."""
+        """Writes the JSON that latticectl reads. It has no strength: that is the scene's."""
         Path(path).write_text(json_format.MessageToJson(self.to_proto()))
 
     @classmethod

@@ -71,11 +71,12 @@ class Outside:
 def continued(lattice: Lattice, rest: Optional[FloatArray] = None) -> Lattice:
     """The lattice that plans and patches are of: the given one inside the frame, and what goes on outside it.
 
-    Its displacements are E_w x E_v x E_u times the given ones; see core/ffd/outside/outside_map.h, or LatticeOutside in
+    Its displacements are strength times E_w x E_v x E_u times the given ones; see core/ffd/outside/outside_map.h, or LatticeOutside in
     lattice.proto. rest  its control points at rest, if they are known bit by bit
 
     ValueError for a linear one without widths, which the server fills in from the mesh.
     """
+    lattice = lattice.effective()
     if lattice.outside.mode == "fixed":
         return lattice
     if not lattice.outside.widths:

@@ -104,7 +104,7 @@ class Scene(EditCalls[EditResult], PointSetCalls):
         state = self._connection.call(self._stub.GetLattice, request, self.id)
         with self._one_edit_at_a_time:
             self._structure_id = state.structure_id
-        return Lattice.from_proto(state.lattice, state.structure_id, state.revision)
+        return Lattice.from_state(state)
 
     def get_update(self, view: View = _DEFAULT_VIEW, min_revision: int = 0) -> Update:
         """The whole surface at the newest revision. Waits until the revision is at least min_revision."""

@@ -47,6 +47,6 @@ export class LatticeWatch {
 
   private check(): void {
     this.timer = 0;
-    this.show(this.remarks.of(this.session.lattice.points, this.folds()));
+    this.show(this.remarks.of(this.session.lattice, this.folds()));
   }
 }

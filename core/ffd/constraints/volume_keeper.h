@@ -20,14 +20,14 @@ class VolumeKeeper {
  public:
   virtual ~VolumeKeeper() = default;
 
-  // Whether the surface under the control points has a volume to be kept. kFailedPrecondition OPEN_SURFACE.
-  [[nodiscard]] virtual absl::Status CheckEncloses(
-      const std::vector<Vec3d>& control_points) const = 0;
+  // Whether the surface under the control points, at the scene's strength, has a volume to be kept. kFailedPrecondition OPEN_SURFACE.
+  [[nodiscard]] virtual absl::Status CheckEncloses(const std::vector<Vec3d>& control_points,
+                                                   double strength) const = 0;
   // Restores the volume after an edit wrote the control points `named`: moves the others that are free, or where these
   // cannot restore it, the named ones too. `freedom` may be null: all are free. Errors: kFailedPrecondition
   // OPEN_SURFACE, VOLUME_NOT_KEPT; kResourceExhausted.
   [[nodiscard]] virtual absl::Status Keep(const KeptVolume& kept, const PointFreedom* freedom,
-                                          const std::vector<bool>& named,
+                                          const std::vector<bool>& named, double strength,
                                           std::vector<Vec3d>& control_points) const = 0;
 };
 

@@ -227,6 +227,12 @@ std::vector<Vec3d> OutsideMap::ApplyTransposed(std::span<const Vec3d> g) const {
   return result;
 }
 
+std::shared_ptr<const OutsideMap> WithStrength(const std::shared_ptr<const OutsideMap>& map,
+                                               double strength) {
+  if (map->strength() == strength) return map;
+  return std::make_shared<const OutsideMap>(map->structure(), strength);
+}
+
 size_t OutsideMap::MemoryBytes() const {
   size_t bytes = (rest_.capacity() + continued_rest_.capacity()) * sizeof(Vec3d);
   for (const auto& rows : rows_) bytes += rows.capacity() * sizeof(MapRow);

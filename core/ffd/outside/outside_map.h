@@ -89,6 +89,10 @@ class OutsideMap {
   std::shared_ptr<const std::vector<Vec3d>> others_;
 };
 
+// The map of the same structure with this strength: `map` itself if it has it.
+[[nodiscard]] std::shared_ptr<const OutsideMap> WithStrength(
+    const std::shared_ptr<const OutsideMap>& map, double strength);
+
 template <typename Visit>
 void OutsideMap::ForSources(size_t index, Visit visit) const {
   const auto size_u = static_cast<size_t>(continued_.size[0]);

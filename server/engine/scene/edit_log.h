@@ -12,6 +12,7 @@
 #include <deque>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,7 @@ struct LatticeDelta {
   uint64_t sequence = 0;
   std::vector<uint32_t> indices;
   std::vector<Vec3d> positions;
+  std::optional<double> strength;  // of the scene, if the edit changed it
 };
 
 class EditLog {

@@ -26,6 +26,7 @@ class PointRevisions {
   void Move(std::span<const uint32_t> points, uint64_t revision) {
     for (const uint32_t point : points) revisions_[point] = revision;
   }
+  void MoveAll(uint64_t revision) { std::ranges::fill(revisions_, revision); }
   // By control point of the lattice that `outside` continues this one's to.
   [[nodiscard]] PointRevisions Continued(const OutsideMap& outside) const {
     if (outside.is_identity()) return *this;

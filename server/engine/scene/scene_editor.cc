@@ -11,6 +11,7 @@ namespace latticed {
 namespace {
 
 std::shared_ptr<const LatticeDelta> MakeDelta(const EditBatch& batch, const SceneState& state,
+                                              bool strength_changed,
                                               std::vector<uint32_t> changed) {
   auto delta = std::make_shared<LatticeDelta>();
   delta->revision = state.revision;
@@ -18,6 +19,7 @@ std::shared_ptr<const LatticeDelta> MakeDelta(const EditBatch& batch, const Scen
   delta->editor_id = batch.editor_id;
   delta->sequence = batch.sequence;
   delta->positions.reserve(changed.size());
+  if (strength_changed) delta->strength = state.outside->strength();
   for (const uint32_t index : changed) delta->positions.push_back((*state.lattice_points)[index]);
   delta->indices = std::move(changed);
   return delta;
@@ -26,7 +28,7 @@ std::shared_ptr<const LatticeDelta> MakeDelta(const EditBatch& batch, const Scen
 // The control points of the plan that an edit moved. `changed`: those of the lattice.
 std::vector<uint32_t> MovedByEdit(const SceneState& before, const SceneState& after,
                                   const std::vector<uint32_t>& changed) {
-  if (after.outside->is_identity()) return changed;
+  if (after.outside->is_identity() && before.outside->is_identity()) return changed;
   std::vector<uint32_t> moved;
   for (uint32_t i = 0; i < after.control_points->size(); ++i) {
     if (!SameBits((*before.control_points)[i], (*after.control_points)[i])) moved.push_back(i);
@@ -40,6 +42,7 @@ std::shared_ptr<const SceneState> SceneEditor::FirstState(
     SceneState planned, absl::Time commit_time, const std::optional<QuantisationBox>& box) const {
   planned.revision = history_.revision();
   planned.structure_id = history_.structure_id();
+  planned.outside = WithStrength(planned.outside, history_.strength());
   planned.TakePoints(history_.lattice().control_points);
   planned.constraints = std::make_shared<const Constraints>(history_.constraints());
   const Bounds bounds = BoundsOf(planned);
@@ -65,9 +68,10 @@ absl::StatusOr<EditCommit> SceneEditor::Apply(const EditBatch& batch, const Scen
   }
   AdmitPoints admit_points;
   if (batch.refuse_folds || !before.outside->is_identity() || candidate.has_value()) {
-    admit_points = [&](const LatticeStructure& structure, std::span<const Vec3d> points) {
+    admit_points = [&](const LatticeStructure& structure, std::span<const Vec3d> points,
+                       double strength) {
       const bool stays = structure == before.lattice_structure();
-      return AdmitPointsOf(batch, before, stays ? before : *candidate->state, points);
+      return AdmitPointsOf(batch, before, stays ? before : *candidate->state, points, strength);
     };
   }
   const SceneVolumeKeeper keeper(before.measures, before.outside);
@@ -75,13 +79,15 @@ absl::StatusOr<EditCommit> SceneEditor::Apply(const EditBatch& batch, const Scen
   if (!outcome.ok()) return outcome.status();
   EditCommit commit{.summary = outcome->summary,
                     .structure_changed = outcome->structure_changed,
-                    .constraints_changed = outcome->constraints_changed};
+                    .constraints_changed = outcome->constraints_changed,
+                    .strength_changed = outcome->strength_changed};
   if (outcome->repeated) {
     if (!commit.summary.status.ok()) return commit.summary.status;
     return commit;
   }
 
   SceneState next = commit.structure_changed ? *std::move(candidate->state) : SceneState(before);
+  next.outside = WithStrength(next.outside, history_.strength());
   next.TakePoints(history_.lattice().control_points);
   std::vector<uint32_t> moved;
   if (!commit.structure_changed) moved = MovedByEdit(before, next, outcome->changed);
@@ -98,17 +104,19 @@ absl::StatusOr<EditCommit> SceneEditor::Apply(const EditBatch& batch, const Scen
     auto folds = folds_.Follow(before, next, moved);
     if (watch_folds_) commit.summary.folds = std::move(folds);
   }
-  commit.delta = MakeDelta(batch, next, std::move(outcome->changed));
+  commit.delta = MakeDelta(batch, next, outcome->strength_changed, std::move(outcome->changed));
   commit.state = std::make_shared<const SceneState>(std::move(next));
   return commit;
 }
 
 absl::Status SceneEditor::AdmitPointsOf(const EditBatch& batch, const SceneState& before,
-                                        const SceneState& planned, std::span<const Vec3d> points) {
-  if (planned.outside->is_identity()) {
+                                        const SceneState& planned, std::span<const Vec3d> points,
+                                        double strength) {
+  const auto outside = WithStrength(planned.outside, strength);
+  if (outside->is_identity()) {
     return batch.refuse_folds ? folds_.Admit(before, planned.plan, points) : absl::OkStatus();
   }
-  const std::vector<Vec3d> continued = planned.outside->Continue(points);
+  const std::vector<Vec3d> continued = outside->Continue(points);
   for (const Vec3d point : continued) {
     LATTICED_RETURN_IF_ERROR(CheckControlPoint(point, "lattice.outside"));
   }

@@ -43,6 +43,7 @@ struct EditCommit {
   std::shared_ptr<const LatticeDelta> delta;
   bool structure_changed = false;
   bool constraints_changed = false;
+  bool strength_changed = false;
   bool box_changed = false;     // the quantisation box is new
   std::vector<uint32_t> dirty;  // chunks, ascending
 };
@@ -85,9 +86,10 @@ class SceneEditor {
   bool ForgetOldestEditor() { return history_.ForgetOldestEditor(); }
 
  private:
-  // Whether `points` of the lattice may be the next ones, under the plan of `planned`.
+  // Whether `points` of the lattice and the strength may be the next ones, under the plan of `planned`.
   absl::Status AdmitPointsOf(const EditBatch& batch, const SceneState& before,
-                             const SceneState& planned, std::span<const Vec3d> points);
+                             const SceneState& planned, std::span<const Vec3d> points,
+                             double strength);
   SceneState NextState(const EditBatch& batch, const SceneState& before, SceneState next,
                        bool structure_changed, absl::Time now) const;
 

@@ -54,21 +54,24 @@ SceneVolumeKeeper::SceneVolumeKeeper(std::shared_ptr<SceneMeasures> measures,
                                      std::shared_ptr<const OutsideMap> outside)
     : measures_(std::move(measures)), outside_(std::move(outside)) {}
 
-absl::Status SceneVolumeKeeper::CheckEncloses(const std::vector<Vec3d>& control_points) const {
-  return measures_->CheckClosed(outside_->Continue(control_points));
+absl::Status SceneVolumeKeeper::CheckEncloses(const std::vector<Vec3d>& control_points,
+                                              double strength) const {
+  return measures_->CheckClosed(At(strength)->Continue(control_points));
 }
 
 absl::Status SceneVolumeKeeper::Keep(const KeptVolume& kept, const PointFreedom* freedom,
-                                     const std::vector<bool>& named,
+                                     const std::vector<bool>& named, double strength,
                                      std::vector<Vec3d>& control_points) const {
-  LATTICED_RETURN_IF_ERROR(CheckEncloses(control_points));
+  LATTICED_RETURN_IF_ERROR(CheckEncloses(control_points, strength));
   LATTICED_ASSIGN_OR_RETURN(const auto moments, measures_->Moments(SurfaceMoments::Order::kVolume));
   KeptVolume wanted = kept;
   if (!wanted.volume.has_value()) {
     LATTICED_ASSIGN_OR_RETURN(wanted.volume, measures_->RestVolume());
   }
-  const OutsideMap* outside = outside_->is_identity() ? nullptr : outside_.get();
-  return KeepVolume(*moments, wanted, freedom, named, control_points, outside).status();
+  const auto outside = At(strength);
+  return KeepVolume(*moments, wanted, freedom, named, control_points,
+                    outside->is_identity() ? nullptr : outside.get())
+      .status();
 }
 
 }  // namespace latticed

@@ -65,12 +65,18 @@ class SceneVolumeKeeper final : public VolumeKeeper {
   SceneVolumeKeeper(std::shared_ptr<SceneMeasures> measures,
                     std::shared_ptr<const OutsideMap> outside);
 
-  [[nodiscard]] absl::Status CheckEncloses(const std::vector<Vec3d>& control_points) const override;
+  [[nodiscard]] absl::Status CheckEncloses(const std::vector<Vec3d>& control_points,
+                                           double strength) const override;
   [[nodiscard]] absl::Status Keep(const KeptVolume& kept, const PointFreedom* freedom,
-                                  const std::vector<bool>& named,
+                                  const std::vector<bool>& named, double strength,
                                   std::vector<Vec3d>& control_points) const override;
 
  private:
+  // The map at this strength.
+  [[nodiscard]] std::shared_ptr<const OutsideMap> At(double strength) const {
+    return WithStrength(outside_, strength);
+  }
+
   const std::shared_ptr<SceneMeasures> measures_;
   const std::shared_ptr<const OutsideMap> outside_;
 };

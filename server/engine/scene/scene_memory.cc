@@ -31,9 +31,13 @@ uint64_t LatticeBytes(const LatticeStructure& structure) {
 }
 
 uint64_t OutsideBytes(const OutsideMap& outside) {
-  if (outside.is_identity()) return 0;
-  const auto points = static_cast<uint64_t>(outside.continued().control_point_count());
-  return outside.MemoryBytes() + 2 * points * sizeof(Vec3d);
+  // The rest points of both lattices, and twice those of the continued one.
+  const uint64_t points = PointsOf(outside.structure()) + 3 * PointsOf(outside.continued());
+  uint64_t bytes = points * sizeof(Vec3d);
+  for (size_t axis = 0; axis < 3; ++axis) {
+    bytes += outside.rows(axis).capacity() * sizeof(OutsideMap::Row);
+  }
+  return bytes;
 }
 
 uint64_t LeastHistoryBytes(const LatticeStructure& structure) {

@@ -28,7 +28,8 @@ namespace latticed {
 // do not survive an allocation that fails half-way.
 void ProbeMemory(uint64_t bytes);
 [[nodiscard]] uint64_t LatticeBytes(const LatticeStructure& structure);
-// What goes on outside: the map, and the plan's control points in the newest state and in one that is drawn.
+// The map to the plan's lattice, and the plan's control points in the newest state and in one that is drawn. Where nothing goes
+// on outside, there are none at strength 1, but an edit may set another one.
 [[nodiscard]] uint64_t OutsideBytes(const OutsideMap& outside);
 [[nodiscard]] uint64_t LeastHistoryBytes(const LatticeStructure& structure);
 

@@ -44,7 +44,7 @@ std::vector<uint32_t> TakeMoved(const Lattice& lattice, std::vector<Vec3d>& plac
 
 absl::StatusOr<SceneLife> Replay(const SceneLog& log) {
   LATTICED_ASSIGN_OR_RETURN(auto header, DecodeHeader(log.header));
-  SceneLife life{.history = EditHistory(std::move(header.lattice)),
+  SceneLife life{.history = EditHistory(std::move(header.lattice), header.strength),
                  .commit_time = header.create_time};
   if (log.snapshot_lsn > 0) {
     LATTICED_ASSIGN_OR_RETURN(life, FromSnapshot(log));
@@ -56,6 +56,7 @@ absl::StatusOr<SceneLife> Replay(const SceneLog& log) {
   for (size_t n = 0; n < log.records.size(); ++n) {
     const uint64_t lsn = log.snapshot_lsn + n + 1;
     const uint64_t structure = life.history.structure_id(), revision = life.history.revision();
+    const double strength = life.history.strength();
     const auto record = DecodeRecord(log.records[n]);
     if (!record.ok()) return Damaged(lsn, record.status());
     if (const auto status = life.history.ApplyRecord(record->edit); !status.ok()) {
@@ -64,6 +65,9 @@ absl::StatusOr<SceneLife> Replay(const SceneLog& log) {
     if (life.history.structure_id() != structure) {
       places = lattice.control_points;
       life.moved = PointRevisions(places.size(), life.history.revision());
+    } else if (life.history.strength() != strength) {
+      places = lattice.control_points;
+      life.moved.MoveAll(life.history.revision());
     } else {
       life.moved.Move(TakeMoved(lattice, places), life.history.revision());
     }

@@ -3,6 +3,7 @@
 #include "server/store/records/header_codec.h"
 
 #include "core/base/status_macros.h"
+#include "core/ffd/lattice_edit.h"
 #include "server/store/records/lattice_codec.h"
 
 namespace latticed {
@@ -17,6 +18,7 @@ std::string EncodeHeader(const SceneHeader& header) {
   stored.set_listing(header.listing);
   stored.set_token_key(header.token_key);
   stored.set_tenant(header.tenant);
+  stored.set_strength(header.strength);
   return stored.SerializeAsString();
 }
 
@@ -31,9 +33,11 @@ absl::StatusOr<SceneHeader> DecodeHeader(std::string_view bytes) {
                      .idle_ttl = absl::Nanoseconds(stored.idle_ttl()),
                      .listing = stored.listing(),
                      .token_key = stored.token_key(),
-                     .tenant = stored.tenant()};
+                     .tenant = stored.tenant(),
+                     .strength = stored.has_strength() ? stored.strength() : 1};
   LATTICED_ASSIGN_OR_RETURN(header.lattice, LatticeFromStored(stored.lattice()));
   if (!Validate(header.lattice).ok()) return NotARecord("the lattice of a header");
+  if (!CheckStrength(header.strength, "").ok()) return NotARecord("the strength of a header");
   return header;
 }
 

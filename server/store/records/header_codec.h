@@ -26,6 +26,7 @@ struct SceneHeader {
   std::string listing;    // latticed.v1.Scene
   std::string token_key;  // of resume tokens; empty in headers of older servers
   std::string tenant;
+  double strength = 1;  // at revision 0
 };
 
 [[nodiscard]] std::string EncodeHeader(const SceneHeader& header);

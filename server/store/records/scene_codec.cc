@@ -146,7 +146,10 @@ void ToStored(const EditBatch& batch, store::Record& stored) {
   stored.set_gesture_id(batch.gesture_id);
   stored.set_gesture_phase(static_cast<uint32_t>(batch.gesture_phase));
   if (batch.edits.empty()) return;
-  const Edit& edit = batch.edits.front();  // a record has no more
+  if (const auto* set = std::get_if<SetStrength>(&batch.edits.back())) {
+    stored.set_strength(set->strength);
+  }
+  const Edit& edit = batch.edits.front();  // a record has no others
   if (const auto* written = std::get_if<SetControlPoints>(&edit)) {
     ToStored(written->indices, written->positions, *stored.mutable_written());
   } else if (const auto* undo = std::get_if<Undo>(&edit)) {
@@ -186,6 +189,7 @@ absl::StatusOr<EditBatch> BatchFromStored(const store::Record& stored) {
   if (stored.has_written()) {
     LATTICED_ASSIGN_OR_RETURN(auto written, FromStored(stored.written()));
     batch.edits.push_back(std::move(written));
+    if (stored.has_strength()) batch.edits.push_back(SetStrength{stored.strength()});
   } else if (stored.has_edit()) {
     LATTICED_ASSIGN_OR_RETURN(auto edit, FromStored(stored.edit()));
     batch.edits.push_back(std::move(edit));
@@ -206,6 +210,7 @@ void ToStored(const EditStep& step, store::Step& stored) {
     stored.mutable_start()->add_indices(index);
     for (int axis = 0; axis < 3; ++axis) stored.mutable_start()->add_positions(position[axis]);
   }
+  if (step.strength.has_value()) stored.set_strength(*step.strength);
   if (step.constraints.has_value()) ToStored(*step.constraints, *stored.mutable_constraints());
   if (!step.structural.has_value()) {
     return ToStored(step.indices, step.positions, *stored.mutable_points());
@@ -229,6 +234,7 @@ absl::StatusOr<EditStep> FromStored(const store::Step& stored) {
   if (stored.has_constraints()) {
     LATTICED_ASSIGN_OR_RETURN(step.constraints, FromStored(stored.constraints()));
   }
+  if (stored.has_strength()) step.strength = stored.strength();
   if (stored.has_structure()) {
     LATTICED_ASSIGN_OR_RETURN(auto lattice, LatticeFromStored(stored.structure()));
     LATTICED_ASSIGN_OR_RETURN(auto edit, StructureEditFromStored(stored.edit()));
@@ -283,6 +289,7 @@ std::string EncodeImage(const SceneImage& image) {
   ToStored(history.base.initial, *stored.mutable_initial());
   stored.set_structure_step(history.base.structure_step);
   ToStored(history.base.constraints, *stored.mutable_constraints());
+  stored.set_strength(history.base.strength);
   for (const EditStep& step : history.steps) ToStored(step, *stored.add_steps());
   for (const UndoneStep& undone : history.undone) {
     store::UndoneStep& item = *stored.add_undone();
@@ -316,6 +323,7 @@ absl::StatusOr<SceneImage> DecodeImage(std::string_view bytes) {
   LATTICED_ASSIGN_OR_RETURN(history.base.initial, LatticeFromStored(stored.initial()));
   history.base.structure_step = stored.structure_step();
   LATTICED_ASSIGN_OR_RETURN(history.base.constraints, FromStored(stored.constraints()));
+  if (stored.has_strength()) history.base.strength = stored.strength();
   for (const store::Step& item : stored.steps()) {
     LATTICED_ASSIGN_OR_RETURN(auto step, FromStored(item));
     history.steps.push_back(std::move(step));

@@ -55,6 +55,20 @@ std::string LatticesOf(const Surface& surface) {
   return text(surface.update_lattice()) + ", " + text(surface.lattice());
 }
 
+TEST(Surface, KeepsTheStrengthOfItsUpdate) {
+  Surface surface;
+  ApplyOk(surface, LatticeEvent(0, 1));
+  v1::SceneEvent delta = DeltaEvent(1, 2);
+  delta.mutable_lattice_delta()->set_strength(0.5);
+  ApplyOk(surface, std::move(delta));
+  ApplyEmptyUpdate(surface, 1, 0);
+  EXPECT_FALSE(surface.update_lattice().has_strength());
+  EXPECT_EQ(surface.lattice().strength(), 0.5);
+  ApplyOk(surface, DeltaEvent(2, 3));  // keeps it
+  ApplyEmptyUpdate(surface, 2, 2);
+  EXPECT_EQ(surface.update_lattice().strength(), 0.5);
+}
+
 TEST(Surface, KeepsTheLatticeOfItsUpdate) {
   Surface surface;
   EXPECT_EQ(LatticesOf(surface), "0: -1, 0: -1");

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "client/cpp/library/latticed_client.h"
@@ -64,7 +65,7 @@ class PatchStreamTest : public ::testing::Test {
   }
 
   // Edits the scene, and compares what a watcher of patches evaluates with what the server sends to others.
-  void ExpectFollows(v1::NormalMode normals) {
+  void ExpectFollows(v1::NormalMode normals, std::optional<double> strength = std::nullopt) {
     auto stream = client_->Deform(Watch(normals));
     ASSERT_OK(stream);
     const Surface& held = (*stream)->surface();
@@ -76,13 +77,14 @@ class PatchStreamTest : public ::testing::Test {
     ASSERT_OK(evaluator);
     for (int edit = 0; edit < 3; ++edit) {
       v1::EditBatch batch;
+      if (strength.has_value()) batch.add_edits()->mutable_set_strength()->set_strength(*strength);
       auto* move = batch.add_edits()->mutable_move_control_points();
       move->add_indices(static_cast<uint32_t>(20 * edit + 5));
       move->mutable_offset()->set_x(0.3);
       move->mutable_offset()->set_z(0.2);
       const auto sequence = (*stream)->Send(batch);
       ASSERT_OK((*stream)->WaitFor(*sequence));
-      const auto lattice = FromProto(held.update_lattice().lattice());
+      const auto lattice = EffectiveLattice(held.update_lattice());
       const auto bounds = held.EdgeBounds();
       ASSERT_OK(bounds);
 
@@ -92,7 +94,9 @@ class PatchStreamTest : public ::testing::Test {
 
       ExpectSame(coarse, **plan, Corners(normals));
       EXPECT_LE(fine.error, 1e-4 * kTorusSize);
-      EXPECT_GT(fine.positions.size(), coarse.positions.size());
+      if (strength != 0.0) {  // at rest all is flat
+        EXPECT_GT(fine.positions.size(), coarse.positions.size());
+      }
     }
   }
 
@@ -106,6 +110,10 @@ TEST_F(PatchStreamTest, AWatcherEvaluatesWhatOthersAreSent) {
        {v1::NORMAL_MODE_NONE, v1::NORMAL_MODE_FACET, v1::NORMAL_MODE_SMOOTH}) {
     ExpectFollows(normals);
   }
+}
+
+TEST_F(PatchStreamTest, AWatcherEvaluatesTheSceneAtItsStrength) {
+  for (const double strength : {0.625, 0.0, 1.0}) ExpectFollows(v1::NORMAL_MODE_SMOOTH, strength);
 }
 
 TEST_F(PatchStreamTest, AWatcherEvaluatesWhatGoesOnOutside) {

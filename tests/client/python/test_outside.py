@@ -94,3 +94,29 @@ def test_a_replaced_lattice_keeps_it(half_scene):
     before = half_scene.lattice()
     half_scene.replace_lattice(before.resized((6, 6, 6)), keep_shape=True)
     assert half_scene.lattice().outside == before.outside
+
+
+def test_a_scene_takes_a_part_of_it(half_scene, random):
+    whole = half_scene.lattice()
+    points = whole.origin + random.uniform(-0.3, 1.6, size=(300, 3)) @ whole.edges
+    assert half_scene.set_strength(0.375).largest_move == 0
+    lattice = half_scene.lattice()
+    assert lattice.strength == 0.375 and lattice.structure_id == whole.structure_id
+    wanted = points + 0.375 * (whole.deform(points) - points)
+    np.testing.assert_allclose(half_scene.evaluate(points).positions, wanted, atol=1e-12)
+    np.testing.assert_allclose(lattice.deform(points), wanted, atol=1e-12)
+    np.testing.assert_allclose(lattice.effective().deform(points), wanted, atol=1e-12)
+    test_patches_go_on_outside(half_scene)
+    half_scene.undo()
+    assert half_scene.lattice().strength == 1
+
+
+def test_bad_strengths_are_refused(half_scene):
+    for bad in (-0.1, 1.5, float("nan")):
+        with pytest.raises(latticed.LatticedError, match="edits.0..set_strength.strength"):
+            half_scene.set_strength(bad)
+    half_scene.set_strength(0)
+    point = half_scene.pick((0.0, 0.0, 100.0), (0.0, 0.0, -1.0))
+    with pytest.raises(latticed.LatticedError) as refused:
+        half_scene.drag(point, (0, 0, 0))
+    assert refused.value.reason == "NO_STRENGTH"

@@ -128,9 +128,9 @@ test('a remark names the control points of the box that folds most', () => {
   const remarks = new LatticeRemarks(lattice, undefined);
   const folds = { revision: 1n, structureId: 1n, certified: false, boxes: 12, folded: 1, undecided: 0, places: [[1, 0, 2]] } as const;
 
-  assert.deepEqual(remarks.of(lattice.points, undefined), []);
-  assert.deepEqual(remarks.of(lattice.points, { ...folds, places: [] }), []);
-  const [remark] = remarks.of(lattice.points, folds);
+  assert.deepEqual(remarks.of(lattice, undefined), []);
+  assert.deepEqual(remarks.of(lattice, { ...folds, places: [] }), []);
+  const [remark] = remarks.of(lattice, folds);
   assert.equal(remark.kind, 'fold');
   assert.deepEqual(remark.points, pointsOfBox(lattice, [1, 0, 2]));
   assert.equal(remark.points.length, 4 * 3 * 2);

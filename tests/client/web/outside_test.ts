@@ -11,7 +11,7 @@ import { identityPoints } from '@src/lattice/identity';
 import { Lattice, type Outside, type Vec3 } from '@src/lattice/lattice';
 import { boxGrid, pointsOfBox } from '@src/lattice/box_grid';
 import { LatticeRemarks } from '@src/lattice/lattice_remarks';
-import { continuedLattice, OutsideMap } from '@src/lattice/outside';
+import { continuedLattice, effectiveLattice, OutsideMap } from '@src/lattice/outside';
 import type { Folds } from '@src/wire/fold_message';
 import { latticeFromJson, latticeToJson } from '@src/wire/lattice_json';
 
@@ -19,7 +19,7 @@ const SIX = [0, 1, 2, 3, 4, 5] as const;
 const falloff = (smooth: boolean): Outside => ({ mode: 'falloff', smooth, widths: SIX.map(() => 0.3), steps: [] });
 const linear: Outside = { mode: 'linear', smooth: true, widths: SIX.map(() => 2), steps: [] };
 
-function latticeOf(degree: Vec3, outside: Outside, move: (p: Vec3) => Vec3): Lattice {
+function latticeOf(degree: Vec3, outside: Outside | undefined, move: (p: Vec3) => Vec3): Lattice {
   const size = degree.map((n, axis) => n + 1 + axis) as unknown as Vec3;
   const fit = fitLattice({ min: [-1, 0, 2], max: [1, 1, 2.5] }, { size, degree, padding: 0.1 });
   const points = fit.points.slice();
@@ -87,7 +87,7 @@ test('the folded boxes that the server names are those of the continued lattice'
   const lattice = latticeOf([2, 2, 2], { ...falloff(true), widths: [0.3, 0, 0, 0, 0, 0] }, wave);
   const { edges } = boxGrid(continuedLattice(lattice), [2, 0, 0], 1); // two boxes are in front of the lattice's first one
   assert.deepEqual(edges.map((p) => p.map((x) => x.toFixed(9))), boxGrid(lattice, [0, 0, 0], 1).edges.map((p) => p.map((x) => x.toFixed(9))));
-  const remarks = new LatticeRemarks(lattice, undefined).of(lattice.points, { places: [[2, 0, 0]] } as unknown as Folds);
+  const remarks = new LatticeRemarks(lattice, undefined).of(lattice, { places: [[2, 0, 0]] } as unknown as Folds);
   assert.deepEqual(remarks[0]!.points, pointsOfBox(lattice, [0, 0, 0]));
 });
 
@@ -105,4 +105,18 @@ test('files keep it, and it is part of the structure', () => {
   assert.deepEqual(read.outside, lattice.outside);
   assert.ok(sameStructure(read, lattice));
   assert.ok(!sameStructure(read, new Lattice(read.frame, read.degree, read.size, read.knots, read.points)));
+});
+
+test('points go that part of their way that the strength says, with and without a continuation', () => {
+  for (const outside of [undefined, falloff(true)]) {
+    const lattice = latticeOf([2, 3, 1], outside, wave);
+    const map = new OutsideMap(lattice);
+    const rest = map.points(identityPoints(lattice)), whole = map.points(lattice.points);
+    const part = map.points(lattice.points, 0.25);
+    part.forEach((x, i) => assert.ok(Math.abs(x - (rest[i]! + 0.25 * (whole[i]! - rest[i]!))) < 1e-14));
+    assert.deepEqual(map.points(lattice.points, 0), rest);
+    lattice.strength = 0.25;
+    assert.deepEqual(continuedLattice(lattice).points, part);
+    if (!outside) assert.deepEqual(effectiveLattice(lattice).points, part);
+  }
 });

@@ -292,3 +292,35 @@ test('steps to undo and to redo are counted by the answers, and not those that w
     sequence: fixture.stream.edits.at(-1)!.sequence, status: refusal(9, 'NOTHING_TO_UNDO', 'nothing'), revision: 0n } });
   assert.equal(can(), '');
 });
+
+test('a slide of the strength is shown at once, is one gesture, and goes back when it is cancelled or refused', async (t) => {
+  const fixture = await SessionFixture.live(t);
+  const { session } = fixture;
+  const moved: number[] = [];
+  session.on('points', (indices) => moved.push(indices.length));
+  const gesture = session.gesture();
+
+  gesture.update({ kind: 'strength', strength: 0.5 });
+  assert.equal(session.lattice.strength, 0.5);
+  assert.deepEqual(moved, [session.lattice.count]); // all of the surface follows
+  fixture.accept(fixture.stream.edits[0].sequence, 1n);
+  fixture.stream.event({ case: 'latticeDelta', value: { structureId: 1n, revision: 1n, strength: 0.5 } });
+  assert.equal(moved.length, 1);
+  gesture.update({ kind: 'strength', strength: 0.25 });
+  const [first, second] = fixture.stream.edits;
+  assert.equal(second.gestureId, first.gestureId);
+  assert.deepEqual(second.edits[0].edit.case === 'setStrength' && second.edits[0].edit.value.strength, 0.25);
+  gesture.cancel();
+  assert.equal(session.lattice.strength, 1);
+
+  fixture.stream.event({ case: 'editResult', value: { sequence: second.sequence, revision: 2n, structureId: 1n } });
+  fixture.stream.event({ case: 'latticeDelta', value: { structureId: 1n, revision: 2n, strength: 0.25 } });
+  assert.equal(session.lattice.strength, 1);
+  fixture.accept(fixture.stream.edits[2].sequence, 3n);
+  fixture.stream.event({ case: 'latticeDelta', value: { structureId: 1n, revision: 3n, strength: 1 } });
+  session.apply({ kind: 'strength', strength: 0.75 });
+  assert.equal(session.lattice.strength, 0.75);
+  fixture.stream.event({ case: 'editResult', value: {
+    sequence: fixture.stream.edits[3].sequence, status: refusal(9, 'FOLD', 'folds'), revision: 3n } });
+  assert.equal(session.lattice.strength, 1);
+});

@@ -52,6 +52,7 @@ inline void ExpectSame(const EditStep& a, const EditStep& b) {
     return p.first == q.first && SameBits(p.second, q.second);
   }));
   EXPECT_EQ(a.constraints, b.constraints);
+  EXPECT_EQ(a.strength, b.strength);
   ASSERT_EQ(a.structural.has_value(), b.structural.has_value());
   if (!a.structural.has_value()) return;
   EXPECT_EQ(a.structural->structure, b.structural->structure);
@@ -66,6 +67,8 @@ inline void ExpectSame(const EditHistory& a, const EditHistory& b) {
   EXPECT_EQ(p.records, q.records);
   EXPECT_EQ(p.base.structure_step, q.base.structure_step);
   EXPECT_EQ(p.base.constraints, q.base.constraints);
+  EXPECT_EQ(p.base.strength, q.base.strength);
+  EXPECT_EQ(a.strength(), b.strength());
   EXPECT_EQ(a.constraints(), b.constraints());
   ExpectSame(p.base.base, q.base.base);
   ExpectSame(p.base.initial, q.base.initial);
@@ -125,7 +128,7 @@ class RandomBatches {
 
   Edit Write(uint32_t count) {
     const uint32_t index = Below(count + count / 20);  // sometimes out of range
-    switch (Below(6)) {
+    switch (Below(7)) {
       case 0:
         return SetControlPoints{{index}, {Point()}};
       case 1:
@@ -135,6 +138,8 @@ class RandomBatches {
         return DragPoints{{{0.3 + Unit(), 0.5, 0.5}}, {{0.5 + Unit(), 0.6, 0.5}}};
       case 3:
         return Reset{Below(2) == 0 ? ResetTo::kIdentity : ResetTo::kInitial};
+      case 4:
+        return SetStrength{0.9 + Unit()};  // sometimes out of range
       default:
         return MoveControlPoints{{index}, Point()};
     }

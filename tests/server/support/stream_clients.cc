@@ -19,6 +19,7 @@ void EventLog::Take(const v1::SceneEvent& event) {
       const v1::LatticeDelta& delta = event.lattice_delta();
       EXPECT_EQ(delta.revision(), lattice.revision() + 1) << "deltas have no gap";
       lattice.set_revision(delta.revision());
+      if (delta.has_strength()) lattice.set_strength(delta.strength());
       for (int i = 0; i < delta.indices_size(); ++i) {
         for (int k = 0; k < 3; ++k) {
           lattice.mutable_lattice()->set_control_points(3 * static_cast<int>(delta.indices(i)) + k,

@@ -38,6 +38,7 @@ constexpr auto kFieldFlags = std::to_array<FieldFlag>({
     {"diagnostics.pipeline", "--pipeline"},
     {"scene_id", "--id"},
     {"name", "--name"},
+    {"strength", "--strength"},
     {"view.segments", "--segments"},
     {"view.tolerance", "--tolerance"},
     {"view.normals", "--normals"},
@@ -74,6 +75,7 @@ constexpr auto kFieldFlags = std::to_array<FieldFlag>({
     {"edits.replace_lattice.lattice.outside", "outside"},
     {"edits.replace_lattice.lattice", kLatticeFlag},
     {"edits.reset.target", "--to"},
+    {"edits.set_strength.strength", "strength"},
     {"edits.undo.scope", "--scope"},
     // Without a server, latticectl checks a fit and a lattice itself.
     {"fit.size", "--size"},

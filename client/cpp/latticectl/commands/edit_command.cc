@@ -46,6 +46,7 @@ struct EditFlags : ServerFlags {
   v1::LatticeAxis volume_axis = v1::LATTICE_AXIS_UNSPECIFIED;
   bool keep_volume = false;
   std::optional<double> volume;
+  double strength = 1;
 };
 
 constexpr NamedValues<v1::LatticeAxis, 3> kAxes{
@@ -54,7 +55,6 @@ constexpr NamedValues<v1::ResetTarget, 2> kTargets{
     {{"identity", v1::RESET_TARGET_IDENTITY}, {"initial", v1::RESET_TARGET_INITIAL}}};
 constexpr NamedValues<v1::UndoScope, 2> kScopes{
     {{"mine", v1::UNDO_SCOPE_MINE}, {"scene", v1::UNDO_SCOPE_SCENE}}};
-
 using EditMaker =
     std::function<absl::Status(const EditFlags&, const v1::LatticeState&, Client&, v1::Edit&)>;
 
@@ -379,6 +379,12 @@ void AddEditCommands(CLI::App& app, CommandLine& line) {
       *constrain, "--volume-axis", kAxes,
       [flags = flags.get()](auto axis) { flags->volume_axis = axis; },
       "Keep it by moves along this axis only");
+  add("strength", "Sets how much of the deformation the scene takes", "edit strength my-scene 0.5",
+      FromFlags([](const EditFlags& from, v1::Edit& to) {
+        to.mutable_set_strength()->set_strength(from.strength);
+      }))
+      ->add_option("strength", flags->strength, "0, at rest, to 1, all of it")
+      ->required();
   CLI::App* undo = add("undo", "Reverts the last step", "edit undo my-scene --scope mine",
                        FromFlags([](const EditFlags& from, v1::Edit& to) {
                          to.mutable_undo()->set_scope(from.scope);

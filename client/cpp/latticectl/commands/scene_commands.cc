@@ -28,6 +28,7 @@ namespace {
 
 struct SceneFlags : ServerFlags {
   std::string id, name, mesh, lattice, filter, weights;
+  std::optional<double> strength;
   FitFlags fit;
   v1::MeshUnits units;
   std::optional<double> crease_angle;
@@ -99,6 +100,9 @@ std::string SceneText(const v1::Scene& scene) {
                    view.segments(), NormalModeName(view.normals()), EncodingName(view.encoding()),
                    view.position_bits() == 0 ? "chosen" : std::to_string(view.position_bits()),
                    view.normal_bits())});
+  if (scene.has_strength() && scene.strength() != 1) {
+    table.AddRow({"strength", fmt::format("{}", scene.strength())});
+  }
   if (scene.weighted()) table.AddRow({"weights", "of vertices"});
   if (scene.fold_watch()) table.AddRow({"folds", "reported with every edit"});
   for (const auto& [purpose, bytes] : scene.bytes()) {
@@ -147,6 +151,7 @@ absl::Status RunCreate(const SceneFlags& flags, Client& client, Console console)
   }
   *request.mutable_units() = flags.units;
   if (flags.crease_angle.has_value()) request.set_crease_angle(*flags.crease_angle);
+  if (flags.strength.has_value()) request.set_strength(*flags.strength);
   LATTICED_RETURN_IF_ERROR(SetWeights(flags.weights, &request));
   *request.mutable_default_view() = flags.view;
   LATTICED_RETURN_IF_ERROR(SetDefaultTolerance(flags, client, &request));
@@ -207,6 +212,8 @@ void AddSceneCommands(CLI::App& app, CommandLine& line) {
     lattice->excludes(create->get_option(fit));
   AddUnitsFlags(*create, flags->units);
   AddCreaseFlag(*create, flags->crease_angle);
+  create->add_option("--strength", flags->strength,
+                     "How much of the deformation the scene takes, 0 to 1; by default all");
   AddWeightsFlag(*create, flags->weights);
   AddViewFlags(*create, flags->view, ViewDefaults::kOfServer);
   AddToleranceFlag(*create, flags->tolerance);

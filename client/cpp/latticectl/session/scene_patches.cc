@@ -21,7 +21,7 @@ absl::Status ScenePatches::Prepare(const Surface& surface, const LatticeStructur
 }
 
 absl::Status ScenePatches::Evaluate(const Surface& surface) {
-  LATTICED_ASSIGN_OR_RETURN(const Lattice lattice, FromProto(surface.update_lattice().lattice()));
+  LATTICED_ASSIGN_OR_RETURN(const Lattice lattice, EffectiveLattice(surface.update_lattice()));
   LATTICED_RETURN_IF_ERROR(Prepare(surface, lattice.structure));
   LATTICED_ASSIGN_OR_RETURN(const auto bounds, surface.EdgeBounds());
   LATTICED_ASSIGN_OR_RETURN(const double rounding,

@@ -5,10 +5,12 @@
 #include <algorithm>
 #include <array>
 #include <span>
+#include <vector>
 
 #include "core/base/error.h"
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
+#include "core/ffd/lattice_edit.h"
 #include "core/ffd/outside/outside_rules.h"
 
 namespace latticed::client {
@@ -70,6 +72,17 @@ absl::StatusOr<Lattice> FromProto(const v1::Lattice& proto, std::span<const Vec3
                                            limits::kMaxControlPoints, "lattice.control_points"));
   if (lattice.control_points.empty()) lattice.control_points = IdentityControlPoints(s);
   LATTICED_RETURN_IF_ERROR(Validate(lattice));
+  return lattice;
+}
+
+absl::StatusOr<Lattice> EffectiveLattice(const v1::LatticeState& state) {
+  LATTICED_ASSIGN_OR_RETURN(Lattice lattice, FromProto(state.lattice()));
+  if (!state.has_strength() || state.strength() == 1) return lattice;
+  LATTICED_RETURN_IF_ERROR(CheckStrength(state.strength(), "strength"));
+  const std::vector<Vec3d> rest = IdentityControlPoints(lattice.structure);
+  for (size_t i = 0; i < rest.size(); ++i) {
+    lattice.control_points[i] = rest[i] + state.strength() * (lattice.control_points[i] - rest[i]);
+  }
   return lattice;
 }
 

@@ -19,6 +19,9 @@ namespace latticed::client {
 // `mesh` has the points of the rest world that a linear continuation without widths reaches. A server has filled them in.
 [[nodiscard]] absl::StatusOr<Lattice> FromProto(const v1::Lattice& proto,
                                                 std::span<const Vec3d> mesh = {});
+// The lattice by which a scene at this state is deformed: rest + strength (P - rest), with the control points P of the state
+// and rest, its identity. For PatchEvaluator. Errors: of FromProto; a strength that is not 0 to 1.
+[[nodiscard]] absl::StatusOr<Lattice> EffectiveLattice(const v1::LatticeState& state);
 
 }  // namespace latticed::client
 

@@ -26,6 +26,7 @@ void Move(const v1::LatticeDelta& delta, v1::LatticeState* lattice) {
     const int first = 3 * static_cast<int>(delta.indices(i));
     for (int c = 0; c < 3; ++c) points->Set(first + c, delta.positions(3 * i + c));
   }
+  if (delta.has_strength()) lattice->set_strength(delta.strength());
   lattice->set_revision(delta.revision());
 }
 

@@ -8,10 +8,10 @@
 //   auto stream = client->Deform(watch);
 //   const Surface& held = (*stream)->surface();
 //   auto plan = client->GetPatchPlan(scene, held.topology().topology_id(), held.view().normals());
-//   auto lattice = FromProto(held.update_lattice().lattice());                   // lattice_from_proto.h
+//   auto lattice = EffectiveLattice(held.update_lattice());                      // lattice_from_proto.h
 //   auto evaluator = PatchEvaluator::Create(*plan, lattice->structure);
 //   …                                                                            // after each update:
-//   lattice = FromProto(held.update_lattice().lattice());
+//   lattice = EffectiveLattice(held.update_lattice());
 //   evaluator->Evaluate(lattice->control_points, *held.EdgeBounds(), tolerance, &surface);
 //
 // Points that patches share have the same bits in all of them. On each axis, positions are within half a unit of a grid

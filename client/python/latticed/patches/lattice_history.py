@@ -26,7 +26,7 @@ class LatticeHistory:
 
     def take_state(self, state: Any) -> None:
         """Takes a latticed.v1.LatticeState."""
-        lattice = Lattice.from_proto(state.lattice, state.structure_id, state.revision)
+        lattice = Lattice.from_state(state)
         kept = [older for older in self._lattices if older.revision < lattice.revision]
         self._lattices = [*kept, lattice]
 
@@ -43,7 +43,9 @@ class LatticeHistory:
             raise LatticedError.data_loss("a lattice_delta names a control point that does not exist")
         points[indices] = np.array(delta.positions, dtype=float).reshape(-1, 3)
         shaped = points.reshape(old.control_points.shape)
-        self._lattices.append(dataclasses.replace(old, control_points=shaped, revision=delta.revision))
+        strength = delta.strength if delta.HasField("strength") else old.strength
+        made = dataclasses.replace(old, control_points=shaped, revision=delta.revision, strength=strength)
+        self._lattices.append(made)
 
     def at(self, revision: int) -> Optional[Lattice]:
         """The lattice at a revision, and forgets all older ones. If a lattice_state has skipped that revision, the

@@ -5,6 +5,7 @@
 import { BufferAttribute, BufferGeometry, Color, LineSegments } from 'three';
 import { knotBoxLines } from '../lattice/bspline';
 import type { Lattice } from '../lattice/lattice';
+import { effectiveLattice } from '../lattice/outside';
 import { lineMaterial } from './cage_materials';
 
 const STEPS = 8; // lines per edge, so that a quadratic or cubic curve looks smooth
@@ -29,7 +30,7 @@ export class KnotBoxes {
     if (!this.object.visible) return;
     const { origin } = lattice.frame;
     const edges = 3 * lattice.count;
-    const lines = knotBoxLines(lattice, Math.min(Math.max(Math.floor(MOST_LINES / edges), 1), STEPS));
+    const lines = knotBoxLines(effectiveLattice(lattice), Math.min(Math.max(Math.floor(MOST_LINES / edges), 1), STEPS));
     const array = Float32Array.from(lines, (x, i) => x - origin[(i % 3) as 0 | 1 | 2]);
     const position = this.object.geometry.getAttribute('position') as BufferAttribute | undefined;
     if (position?.array.length === array.length) {

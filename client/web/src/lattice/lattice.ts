@@ -41,6 +41,8 @@ export class Lattice {
     readonly points: Float64Array,
     /** How it goes on outside the frame; undefined: points outside stay. */
     readonly outside?: Outside,
+    /** How much of its deformation the scene takes, 0 to 1. Changed in place by edits. */
+    public strength = 1,
   ) {}
 
   /** Number of control points. */
@@ -50,6 +52,6 @@ export class Lattice {
 
   /** The same lattice with its own copy of the control points. */
   clone(): Lattice {
-    return new Lattice(this.frame, this.degree, this.size, this.knots, this.points.slice(), this.outside);
+    return new Lattice(this.frame, this.degree, this.size, this.knots, this.points.slice(), this.outside, this.strength);
   }
 }

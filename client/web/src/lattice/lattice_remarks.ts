@@ -6,6 +6,7 @@ import type { Folds } from '../wire/fold_message';
 import { pointsOfBox } from './box_grid';
 import type { LatticeStructure } from './grid';
 import { identityPoints } from './identity';
+import type { Lattice } from './lattice';
 import { movedPoints, pointsOnCrossedFaces, pointsThatReach, type MeshExtent } from './mesh_extent';
 import { OutsideMap } from './outside';
 
@@ -32,7 +33,7 @@ export class LatticeRemarks {
   }
 
   /** @param folds The server's newest report. */
-  of(points: Float64Array, folds: Folds | undefined): Remark[] {
+  of({ points, strength }: Pick<Lattice, 'points' | 'strength'>, folds: Folds | undefined): Remark[] {
     const { extent, crossed } = this;
     const remarks: Remark[] = [];
     const worst = folds?.places[0];
@@ -40,7 +41,7 @@ export class LatticeRemarks {
       const text = 'The lattice folds over itself around the mesh.';
       remarks.push({ kind: 'fold', text, points: this.outside.sources(pointsOfBox(this.outside.continued, worst)) });
     }
-    const torn = movedPoints(this.structure, this.rest, this.tearing, points);
+    const torn = strength === 0 ? [] : movedPoints(this.structure, this.rest, this.tearing, points);
     if (torn.length > 0) {
       remarks.push({ kind: 'tear', text: 'The mesh is torn at a face of the lattice: outside, nothing moves it.', points: torn });
     } else if (extent?.outside) {

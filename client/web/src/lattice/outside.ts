@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // How a lattice goes on outside its frame: the larger lattice that the server's plans are of. Its displacements are
-// E_w x E_v x E_u times the given ones (core/ffd/outside/outside_map.h has the formulas).
+// the strength times E_w x E_v x E_u times the given ones (core/ffd/outside/outside_map.h has the formulas).
 import { AXES, domain, frameEdges, type Axis, type LatticeStructure } from './grid';
 import { identityPoints } from './identity';
 import { Lattice, type Outside } from './lattice';
@@ -50,22 +50,24 @@ export class OutsideMap {
         knots: axes.map((axis) => axis!.knots) as unknown as LatticeStructure['knots'],
       };
     }
-    this.rest = this.isIdentity ? new Float64Array() : identityPoints(structure);
-    this.continuedRest = this.isIdentity ? new Float64Array() : identityPoints(this.continued);
+    this.rest = identityPoints(structure);
+    this.continuedRest = this.isIdentity ? this.rest : identityPoints(this.continued);
   }
 
-  /** The control points of the continued lattice; those of the given one itself, if nothing goes on. */
-  points(given: Float64Array): Float64Array {
-    if (this.isIdentity) return given;
+  /** The control points of the continued lattice; those of the given one itself, if nothing goes on and the strength is 1. */
+  points(given: Float64Array, strength = 1): Float64Array {
+    if (this.isIdentity && strength === 1) return given;
     const { rest } = this;
     const points = this.continuedRest.slice();
-    this.forSources((index, source, weight) => {
+    const add = (index: number, source: number, weight: number): void => {
       for (const axis of AXES) {
         const from = 3 * source + axis;
         // Without this, -0 + 0 would change a bit of a point at rest.
-        if (given[from] !== rest[from]) points[3 * index + axis]! += weight * (given[from]! - rest[from]!);
+        if (given[from] !== rest[from]) points[3 * index + axis]! += strength * weight * (given[from]! - rest[from]!);
       }
-    });
+    };
+    if (this.isIdentity) for (let i = 0; 3 * i < given.length; ++i) add(i, i, 1);
+    else this.forSources(add);
     return points;
   }
 
@@ -106,12 +108,20 @@ export class OutsideMap {
   }
 }
 
-/** The continued lattice of a lattice, or the lattice itself if nothing goes on. */
+/** The continued lattice of a lattice, of strength 1; or the lattice itself if nothing goes on and that is its strength. */
 export function continuedLattice(lattice: Lattice): Lattice {
-  if (!lattice.outside) return lattice;
+  if (!lattice.outside && lattice.strength === 1) return lattice;
   const map = new OutsideMap(lattice);
   const { frame, degree, size, knots } = map.continued;
-  return new Lattice(frame, degree, size, knots, map.points(lattice.points));
+  return new Lattice(frame, degree, size, knots, map.points(lattice.points, lattice.strength));
+}
+
+/** The lattice of strength 1 that deforms the inside of the frame as this one. */
+export function effectiveLattice(lattice: Lattice): Lattice {
+  if (lattice.strength === 1) return lattice;
+  const { frame, degree, size, knots, points, strength } = lattice;
+  const rest = identityPoints(lattice);
+  return new Lattice(frame, degree, size, knots, points.map((x, i) => rest[i]! + strength * (x - rest[i]!)));
 }
 
 function continueAxis(structure: LatticeStructure, outside: Outside, axis: Axis): { knots: Float64Array; rows: Row[] } {

@@ -204,7 +204,8 @@ export class PatchSurface {
     let moved: readonly number[] = [];
     const isErrorOld = this.hasMoved || this.levelsAreOld;
     if (this.hasMoved) {
-      const { boxes, seams } = evaluator.update(this.source.lattice().points);
+      const lattice = this.source.lattice();
+      const { boxes, seams } = evaluator.update(lattice.points, lattice.strength);
       moved = corners.update(boxes);
       stage.extents.update(boxes);
       chunks = seams ? undefined : moved;

@@ -28,7 +28,7 @@ export class VerticesOnly {
       const outside = new OutsideMap(lattice);
       this.placed = { lattice, outside, points: new PlacedPoints(outside.continued, this.vertices) };
     }
-    const moved = this.placed.points.deformed(this.placed.outside.points(lattice.points));
+    const moved = this.placed.points.deformed(this.placed.outside.points(lattice.points, lattice.strength));
     const { corners, barycentrics } = this.origins;
     const { origin } = this.rest;
     const out = new Float32Array(barycentrics.length);

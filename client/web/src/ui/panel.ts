@@ -11,6 +11,7 @@ import type { Settings, SettingsStore } from '../state/settings';
 import { ConstraintControls } from './constraint_controls';
 import { choice, field, segmented, slider, toggle, type Bound, type Control } from './controls';
 import { h } from './dom';
+import { StrengthControl } from './strength_control';
 import { numberField } from './fields/number_field';
 
 const [LEAST_PIXELS, MOST_PIXELS] = [0.1, 20];
@@ -24,6 +25,7 @@ export class Panel {
   private readonly radius: Control;
   private editor: Editor | undefined;
   readonly constraints = new ConstraintControls();
+  private readonly strength = new StrengthControl();
 
   /** `giveBack` moves the focus from a field to the view. */
   constructor(private readonly settings: SettingsStore, private readonly giveBack: () => void) {
@@ -32,6 +34,7 @@ export class Panel {
       this.section('Selection', this.count, this.positionFields(), this.switch('through', 'Through the surface', 'Alt+Z')),
       this.section('Transform', ...this.transformControls()),
       this.section('Soft selection', ...this.softControls()),
+      this.section('Lattice', this.keep(this.strength)),
       this.section('Constraints', this.keep(this.constraints)),
       this.section('Surface', ...this.surfaceControls()),
       this.section('Stream', ...this.streamControls()),
@@ -44,6 +47,7 @@ export class Panel {
   show(editor: Editor, size: number): void {
     this.editor = editor;
     this.constraints.show(editor);
+    this.strength.show(editor.session);
     const range = this.radius.element.querySelector('input')!;
     range.max = String(size);
     range.step = String(size / 200);

@@ -19,6 +19,7 @@ export function fromEdit(edit: LatticeEdit): Edit {
     const { points, targets } = edit;
     return made({ case: 'dragPoints', value: { points: points.map(fromSurfacePoint), targets: Array.from(targets) } });
   }
+  if (edit.kind === 'strength') return made({ case: 'setStrength', value: { strength: edit.strength } });
   const indices = Array.from(edit.indices);
   switch (edit.kind) {
     case 'move': return made({ case: 'moveControlPoints', value: { indices, offset: fromVector(edit.offset) } });

@@ -57,6 +57,14 @@ def test_an_update_has_the_lattice_of_its_revision(random):
     assert surface.lattice.revision == 4
 
 
+def test_an_update_has_the_strength_of_its_revision(random):
+    surface, lattice = Surface(), moved_lattice(random, (2, 2, 2))
+    weaker = event_pb2.LatticeDelta(structure_id=1, revision=2, strength=0.25)
+    for event in (state(lattice, 1), event_pb2.SceneEvent(lattice_delta=weaker), delta(3, 30)):
+        surface.apply(event)
+    assert [update(surface, revision, revision).lattice.strength for revision in (1, 2, 3)] == [1, 0.25, 0.25]
+
+
 def test_a_newer_state_stands_in_for_a_lattice_that_was_skipped(random):
     surface, lattice = Surface(), moved_lattice(random, (2, 2, 2))
     surface.apply(state(lattice, 1))

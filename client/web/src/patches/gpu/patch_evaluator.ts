@@ -71,9 +71,9 @@ export class PatchEvaluator {
     return this.tables.boxOf(patch);
   }
 
-  /** Takes the control points: computes the boxes that moved ones affect, and which seams are attached. */
-  update(given: Float64Array): EvaluatorChange {
-    const points = this.outside.points(given);
+  /** Takes the control points and the scene's strength: computes the boxes that moved ones affect, and which seams are attached. */
+  update(given: Float64Array, strength = 1): EvaluatorChange {
+    const points = this.outside.points(given, strength);
     const changed = this.boxes.update(points);
     const { perBox, numbers } = this.boxes;
     for (let i = 0; i < changed.length;) {

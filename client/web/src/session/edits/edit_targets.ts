@@ -3,11 +3,14 @@
 import { add, pointAt, type Vec3 } from '../../lattice/vec';
 import type { LatticeEdit } from './lattice_edit';
 
-/** Positions of control points after an edit: x y z per index, world units. */
+/** Positions of control points after an edit: x y z per index, world units; and the scene's strength, if it sets one. */
 export interface Targets {
   readonly indices: Uint32Array;
   readonly positions: Float64Array;
+  readonly strength?: number;
 }
+
+const NO_POINTS: Targets = { indices: new Uint32Array(), positions: new Float64Array() };
 
 /** The targets of an edit, as the server computes them; undefined for a drag, which only the server can solve. */
 export function targetsOf(edit: LatticeEdit, points: Float64Array): Targets | undefined {
@@ -18,6 +21,7 @@ export function targetsOf(edit: LatticeEdit, points: Float64Array): Targets | un
       const m = edit.matrix;
       return [0, 1, 2].map((row) => m[row]! * x + m[4 + row]! * y + m[8 + row]! * z + m[12 + row]!);
     });
+    case 'strength': return { ...NO_POINTS, strength: edit.strength };
     case 'drag': return undefined;
   }
 }
@@ -32,7 +36,7 @@ export function withRestored(targets: Targets, touched: Iterable<number>, points
   positions.set(targets.positions);
   restored.forEach((index, i) =>
     positions.set(points.subarray(3 * index, 3 * index + 3), targets.positions.length + 3 * i));
-  return { indices, positions };
+  return { ...targets, indices, positions };
 }
 
 function moved(indices: Uint32Array, points: Float64Array, map: (point: Vec3) => ArrayLike<number>): Targets {

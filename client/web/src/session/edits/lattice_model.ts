@@ -36,18 +36,22 @@ export class LatticeModel {
   }
 
   takeDelta(targets: Targets, revision: bigint): void {
-    write(this.server.points, targets);
+    write(this.server, targets);
     this.revision = revision;
   }
 
   /** Shows an edit of this window on top of the others. */
   show(targets: Targets): void {
-    write(this.shownLattice.points, targets);
+    write(this.shownLattice, targets);
   }
 
-  /** Puts points where the server and the overlays have them; returns those that moved. Absent: all points. */
+  /**
+   * Puts points where the server and the overlays have them; returns those that moved, all if the strength is another one.
+   * Absent: all points.
+   */
   refresh(indices: Uint32Array = Uint32Array.from(indicesTo(this.server.count))): Uint32Array {
-    const points = this.shownLattice.points;
+    const { points, strength } = this.shownLattice;
+    this.shownLattice.strength = this.server.strength;
     const before = new Float64Array(3 * indices.length);
     indices.forEach((index, i) => {
       for (let axis = 0; axis < 3; ++axis) {
@@ -55,13 +59,16 @@ export class LatticeModel {
         points[3 * index + axis] = this.server.points[3 * index + axis]!;
       }
     });
-    for (const targets of this.queue.overlays(this.structureId)) write(points, targets);
+    for (const targets of this.queue.overlays(this.structureId)) write(this.shownLattice, targets);
+    if (this.shownLattice.strength !== strength) return Uint32Array.from(indicesTo(this.server.count));
     return indices.filter((index, i) =>
       [0, 1, 2].some((axis) => before[3 * i + axis] !== points[3 * index + axis]));
   }
 }
 
-function write(points: Float64Array, { indices, positions }: Targets): void {
+function write(lattice: Lattice, { indices, positions, strength }: Targets): void {
+  const { points } = lattice;
+  lattice.strength = strength ?? lattice.strength;
   indices.forEach((index, i) => {
     for (let axis = 0; axis < 3; ++axis) points[3 * index + axis] = positions[3 * i + axis]!;
   });

@@ -4,6 +4,7 @@ import { GesturePhase, type Edit, type EditBatch, type EditResult } from 'lattic
 import type { LatticeDelta } from 'latticed/v1/event_pb';
 import type { LatticeState } from 'latticed/v1/lattice_pb';
 import { heldPoints, NO_CONSTRAINTS, type Constraints } from '../../lattice/constraints';
+import { indicesTo } from '../../lattice/index_sets';
 import type { Lattice } from '../../lattice/lattice';
 import type { LatticeStructure } from '../../lattice/grid';
 import { toConstraints } from '../../wire/constraint_message';
@@ -70,6 +71,7 @@ export class LatticeSync {
 
   takeState(state: LatticeState): void {
     const lattice = toLattice(state.lattice!);
+    lattice.strength = state.strength ?? 1;
     const first = !this.model;
     const known = this.model?.structureId;
     this.model ??= new LatticeModel(lattice, state.structureId, state.revision, this.queue);
@@ -87,7 +89,11 @@ export class LatticeSync {
 
   takeDelta(delta: LatticeDelta): void {
     if (!this.model || delta.structureId !== this.model.structureId) return;
-    const targets = { indices: Uint32Array.from(delta.indices), positions: Float64Array.from(delta.positions) };
+    const { strength } = delta;
+    const targets = {
+      indices: Uint32Array.from(delta.indices), positions: Float64Array.from(delta.positions),
+      ...(strength !== undefined && { strength }),
+    };
     this.model.takeDelta(targets, delta.revision);
     this.queue.reached(delta.revision);
     this.pointsMoved(this.model.refresh(targets.indices));
@@ -160,7 +166,8 @@ export class LatticeSync {
 
   private show(targets: Targets): void {
     this.model!.show(targets);
-    this.pointsMoved(targets.indices, true);
+    const all = targets.strength !== undefined; // of the surface
+    this.pointsMoved(all ? Uint32Array.from(indicesTo(this.model!.shown.count)) : targets.indices, true);
   }
 
   private pointsMoved(indices: Uint32Array, isOwn = false): void {

@@ -14,6 +14,7 @@ export class OwnGesture implements Gesture {
   private readonly id = randomId();
   private readonly structureId: bigint;  // of the lattice at the gesture's begin
   private start: Float64Array | undefined;
+  private startStrength: number | undefined;  // if the gesture has set another one
   private readonly touched = new Set<number>();
   private begun = false;  // a batch was queued
   private ended = false;
@@ -52,7 +53,8 @@ export class OwnGesture implements Gesture {
     if (!this.begun) return;
     this.queue.takeBack(this.id);
     const start = this.start!;
-    const targets = withRestored({ indices: new Uint32Array(), positions: new Float64Array() }, this.touched, start);
+    const nothing = { indices: new Uint32Array(), positions: new Float64Array() };
+    const targets = withRestored(this.withStrength(nothing), this.touched, start);
     if (this.queue.hasSent(this.id)) {
       this.queue.add({ edits: [], targets, gestureId: this.id, phase: GesturePhase.CANCEL }, this.structureId);
     }
@@ -80,10 +82,16 @@ export class OwnGesture implements Gesture {
     if (gestureId === this.id && this.isOpen) this.owner.dragged?.(dragResidual);
   }
 
+  /** Where an edit sets none, the strength is that at the gesture's begin. */
+  private withStrength(targets: Targets): Targets {
+    return this.startStrength === undefined ? targets : { strength: this.startStrength, ...targets };
+  }
+
   private add(edit: LatticeEdit, phase: GesturePhase): void {
     this.start ??= this.model.shown.points.slice();
     const moved = targetsOf(edit, this.start);
-    const targets = moved && withRestored(moved, this.touched, this.start);
+    const targets = moved && withRestored(this.withStrength(moved), this.touched, this.start);
+    if (edit.kind === 'strength') this.startStrength ??= this.model.shown.strength;
     for (const index of moved?.indices ?? []) this.touched.add(index);
     this.begun = true;
     this.queue.add({ edits: [fromEdit(edit)], targets, gestureId: this.id, phase }, this.structureId, true);

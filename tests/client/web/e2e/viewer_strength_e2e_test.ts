@@ -1,0 +1,47 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The strength of a scene in the viewer in Chromium: a slide of it is shown, sent and undone as one step.
+// Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer.
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { openTorus, page, press, select, useStage } from './stage';
+import { controlPoint } from './viewer_page';
+
+const TOP = Array.from({ length: 16 }, (_, i) => 48 + i);  // the highest layer of 4 x 4 x 4
+
+useStage({ context: { viewport: { width: 1000, height: 800 } }, begin: openTorus });
+
+/** The surface's largest coordinates, as drawn. */
+function top(): Promise<number> {
+  return page.evaluate(() => window.latticed.scene!.session.surface.bounds.max.z);
+}
+
+async function inStep(): Promise<void> {
+  await page.waitForFunction(() => window.latticed.scene!.session.isAt(1_000));
+  await page.waitForTimeout(400); // the frames after it
+}
+
+test('a slide shows a part of the deformation, moves no control point, and is one step of undo', async () => {
+  const rest = await top();
+  await select(...TOP);
+  await press('g', 'z', '2', 'Enter');
+  await inStep();
+  const whole = await top(), before = await controlPoint(page, TOP[0]!);
+  assert.ok(whole > rest + 0.3, `${rest} to ${whole}`);
+  const slider = page.getByRole('slider', { name: 'Strength', exact: true });
+
+  await slider.focus();
+  await slider.fill('0.5');
+  await inStep();
+
+  const half = await top();
+  assert.ok(Math.abs(half - (rest + whole) / 2) < 0.02 * (whole - rest), `${half} between ${rest} and ${whole}`);
+  assert.deepEqual(await controlPoint(page, TOP[0]!), before);
+  assert.equal(await page.evaluate(() => window.latticed.scene!.session.lattice.strength), 0.5);
+  await page.getByText('50 %').waitFor();
+  await page.evaluate(() => window.latticed.scene!.session.undo());
+  await page.getByText('100 %').waitFor();
+  await inStep();
+  assert.ok(Math.abs((await top()) - whole) < 0.05 * (whole - rest));
+});
