@@ -83,7 +83,8 @@ bool EditHistory::IsPutOff(const absl::Status& status) {
 absl::StatusOr<EditOutcome> EditHistory::Apply(const EditBatch& batch, TimePoint now,
                                                const AdmitStructure& admit,
                                                const AdmitPoints& admit_points,
-                                               const VolumeKeeper* keeper) {
+                                               const VolumeKeeper* keeper,
+                                               const AdmitWeights& admit_weights) {
   LATTICED_RETURN_IF_ERROR(CheckEditor(batch));
   if (const EditSummary* last = ledger_.Find(batch.editor_id); last != nullptr) {
     if (batch.sequence == last->sequence) {
@@ -112,7 +113,10 @@ absl::StatusOr<EditOutcome> EditHistory::Apply(const EditBatch& batch, TimePoint
     }
     return change;
   };
-  const Rules rules{.freedom = Freedom(), .keeper = keeper, .admit_points = admit_points};
+  const Rules rules{.freedom = Freedom(),
+                    .keeper = keeper,
+                    .admit_points = admit_points,
+                    .admit_weights = admit_weights};
   outcome.summary.status = ApplyNew(batch, now, rules, admit, restructured, outcome.summary);
   if (IsPutOff(outcome.summary.status)) return outcome.summary.status;
   if (outcome.summary.status.ok()) ++revision_;
@@ -149,15 +153,17 @@ absl::Status EditHistory::ApplyNew(const EditBatch& batch, TimePoint now, const 
   LATTICED_RETURN_IF_ERROR(CheckPreconditions(batch));
   absl::Status status;
   if (const Undo* undo = LoneEdit<Undo>(batch); undo != nullptr) {
-    status = UndoStep(batch.editor_id, undo->scope, admit);
+    status = UndoStep(batch.editor_id, undo->scope, admit, rules);
   } else if (LoneEdit<Redo>(batch) != nullptr) {
-    status = RedoStep(batch.editor_id, restructured, summary);
+    status = RedoStep(batch.editor_id, restructured, rules, summary);
   } else if (const auto [edit, field] = LoneStructureEdit(batch); edit.has_value()) {
     status =
         Restructure(EditStep{.editor_id = batch.editor_id}, *edit, field, restructured, summary);
     if (status.ok()) ForgetUndone(batch.editor_id);
   } else if (const auto* set = LoneEdit<SetConstraints>(batch); set != nullptr) {
     status = Constrain(batch.editor_id, set->constraints, rules);
+  } else if (const auto* weigh = LoneEdit<SetWeights>(batch); weigh != nullptr) {
+    status = Weigh(batch.editor_id, *weigh, rules);
   } else if (Cancels(batch)) {
     // A client may cancel a gesture whose first update it never sent. Nothing is taken back then.
     if (const size_t gesture = FindGesture(batch); gesture != kNoStep) layers_.Remove(gesture);
@@ -268,6 +274,44 @@ absl::Status EditHistory::Constrain(const std::string& editor_id, const Constrai
                 .editor_id = editor_id};
   step.constraints = constraints;
   layers_.Push(std::move(step));
+  return absl::OkStatus();
+}
+
+absl::Status EditHistory::Weigh(const std::string& editor_id, const SetWeights& change,
+                                const Rules& rules) {
+  LATTICED_ASSIGN_OR_RETURN(VertexWeights weights,
+                            Changed(this->weights(), change, vertices_, "edits[0].set_weights"));
+  LATTICED_RETURN_IF_ERROR(Admit(weights, rules));
+  CommitGestures("", "");
+  ForgetUndone(editor_id);
+  EditStep step{.id = ++clock_,
+                .structure_step = layers_.structure_step(),
+                .written_at = ++clock_,
+                .editor_id = editor_id};
+  step.weights = std::move(weights);
+  layers_.Push(std::move(step));
+  ++structure_id_;
+  return absl::OkStatus();
+}
+
+absl::Status EditHistory::Admit(const VertexWeights& weights, const Rules& rules) const {
+  if (rules.is_record) return absl::OkStatus();
+  if (weights != nullptr && constraints().volume.has_value()) {
+    return error::NotWithWeights("the volume that the constraints keep");
+  }
+  return rules.admit_weights ? rules.admit_weights(weights) : absl::OkStatus();
+}
+
+absl::Status EditHistory::MadeWith(VertexWeights weights, size_t vertices) {
+  const auto fits = [&](const std::optional<VertexWeights>& of) {
+    return !of.has_value() || *of == nullptr || (*of)->size() == vertices;
+  };
+  bool all = fits(layers_.base().weights);
+  for (const EditStep& step : layers_.steps()) all = all && fits(step.weights);
+  for (const UndoneStep& undone : undone_) all = all && fits(undone.step.weights);
+  if (!all) return absl::DataLossError("a step has weights of another number of vertices");
+  made_weights_ = std::move(weights);
+  vertices_ = vertices;
   return absl::OkStatus();
 }
 

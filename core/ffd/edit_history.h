@@ -14,6 +14,8 @@
 //           written one of the step's points or changed the structure. Redo puts back what the caller last undid; a new
 //           edit of the caller discards it.
 // Strength  set_strength writes the scene's strength as others write points: in gestures too, and the last write counts.
+// Weights   set_weights is a step that moves nothing, but makes another plan: structure_id rises, and open gestures end. The
+//           structure stays, so that steps below and above it can be undone without it.
 // Keeping   Edits honour the constraints (constraints/constraints.h). set_constraints is a step that moves nothing. Undo and
 //           redo restore points as they were written, and keep no volume: if others have moved since, the next edit
 //           restores it. insert_knot maps the constraints to the new control points; replace_lattice ends all but the
@@ -80,14 +82,20 @@ class EditHistory {
   [[nodiscard]] static absl::StatusOr<EditHistory> FromImage(EditHistoryImage image);
   [[nodiscard]] EditHistoryImage image() const;
 
+  // Tells the weights with which the scene was made, and how many vertices its mesh has. Without this, weights that are set
+  // have no least number. kDataLoss if steps have weights of another number.
+  [[nodiscard]] absl::Status MadeWith(VertexWeights weights, size_t vertices);
+
   // Applies the whole batch or nothing. On success the revision rises by one, even if no control point changed. A scene
   // makes the plan for another structure in `admit`, and asks for memory there. `admit_points` is asked about what moves
-  // control points, but not about undo, redo, cancelled gestures and insert_knot. `keeper` restores volumes; null: none is
+  // control points, but not about undo, redo, cancelled gestures and insert_knot. `admit_weights` does for
+  // weights what `admit` does for a structure. `keeper` restores volumes; null: none is
   // kept.
   [[nodiscard]] absl::StatusOr<EditOutcome> Apply(const EditBatch& batch, TimePoint now,
                                                   const AdmitStructure& admit,
                                                   const AdmitPoints& admit_points = {},
-                                                  const VolumeKeeper* keeper = nullptr);
+                                                  const VolumeKeeper* keeper = nullptr,
+                                                  const AdmitWeights& admit_weights = {});
   // Adds to the kept result of the editor's last batch what only the scene can count.
   void SetTouched(std::string_view editor_id, uint64_t boxes, uint64_t patches);
 
@@ -109,6 +117,8 @@ class EditHistory {
   const Constraints& constraints() const { return layers_.constraints(); }
   // How much of the lattice's deformation the scene takes.
   double strength() const { return layers_.strength(); }
+  // Of the mesh's vertices; null: none.
+  VertexWeights weights() const { return layers_.weights().value_or(made_weights_); }
   uint64_t revision() const { return revision_; }
   uint64_t structure_id() const { return structure_id_; }
   // The kept results, of the editor who was heard last first.
@@ -137,6 +147,7 @@ class EditHistory {
     const PointFreedom* freedom = nullptr;
     const VolumeKeeper* keeper = nullptr;
     AdmitPoints admit_points;
+    AdmitWeights admit_weights;
     bool is_record = false;
   };
   // The freedom of points, made once for a structure and its constraints.
@@ -155,12 +166,15 @@ class EditHistory {
   absl::Status KeepVolume(const EditBatch& batch, const Rules& rules, EditTarget& target) const;
   absl::Status Constrain(const std::string& editor_id, const Constraints& constraints,
                          const Rules& rules);
+  absl::Status Weigh(const std::string& editor_id, const SetWeights& change, const Rules& rules);
+  absl::Status Admit(const VertexWeights& weights, const Rules& rules) const;
   const PointFreedom* Freedom();
   void WritePoints(const EditTarget& target, EditStep& step);
   absl::Status Restructure(EditStep step, StructureEdit edit, std::string_view field,
                            Restructurer restructured, EditSummary& summary);
-  absl::Status UndoStep(std::string_view editor_id, UndoScope scope, const AdmitStructure& admit);
-  absl::Status RedoStep(std::string_view editor_id, Restructurer restructured,
+  absl::Status UndoStep(std::string_view editor_id, UndoScope scope, const AdmitStructure& admit,
+                        const Rules& rules);
+  absl::Status RedoStep(std::string_view editor_id, Restructurer restructured, const Rules& rules,
                         EditSummary& summary);
   void Keep(const EditBatch& batch, const EditSummary& summary);
   size_t FindGesture(const EditBatch& batch) const;
@@ -175,6 +189,8 @@ class EditHistory {
   size_t undone_bytes_ = 0;
   EditorLedger ledger_;
   std::shared_ptr<const KnownFreedom> freedom_;
+  VertexWeights made_weights_;
+  size_t vertices_ = 0;  // 0: not known
   uint64_t revision_ = 0;
   uint64_t structure_id_ = 1;
   uint64_t clock_ = 0;  // orders writes and undos

@@ -32,10 +32,16 @@ bool ArePointsOf(const LatticeStructure& structure, const EditStep& step) {
          (step.start.empty() || step.start.rbegin()->first < count);
 }
 
+bool AreWeights(const VertexWeights& weights) {
+  return weights == nullptr ||
+         std::ranges::all_of(*weights, [](float w) { return w >= 0 && w <= 1; });
+}
+
 absl::Status CheckStep(const EditStep& step, const Structures& structures) {
   if (step.strength.has_value()) {
     LATTICED_RETURN_IF_ERROR(CheckStrength(*step.strength, "a step's strength"));
   }
+  if (step.weights.has_value() && !AreWeights(*step.weights)) return Impossible("a step's weights");
   if (step.structural.has_value()) {
     LATTICED_RETURN_IF_ERROR(Validate(Lattice{step.structural->structure, step.positions}));
     if (!step.constraints.has_value()) return absl::OkStatus();
@@ -79,6 +85,9 @@ absl::Status Check(const EditHistoryImage& image) {
   LATTICED_RETURN_IF_ERROR(
       latticed::Check(image.base.constraints, image.base.base.structure, "the constraints"));
   LATTICED_RETURN_IF_ERROR(CheckStrength(image.base.strength, "the strength"));
+  if (image.base.weights.has_value() && !AreWeights(*image.base.weights)) {
+    return Impossible("the weights");
+  }
   Structures structures{{image.base.structure_step, &image.base.base.structure}};
   const auto note = [&](const EditStep& step) {
     return !step.structural.has_value() ||
@@ -141,11 +150,13 @@ EditRecord EditHistory::LastRecord(const EditBatch& batch, TimePoint now) const 
   record.batch.gesture_id = batch.gesture_id;
   record.batch.gesture_phase = batch.gesture_phase;
   const bool restructured = record.result.structure_id != batch.structure_id;
-  if (restructured && LoneEdit<Undo>(batch) == nullptr) record.made = lattice();
+  const bool weighed = LoneEdit<SetWeights>(batch) != nullptr ||
+                       (LoneEdit<Redo>(batch) != nullptr && layers_.steps().back().weights.has_value());
+  if (restructured && !weighed && LoneEdit<Undo>(batch) == nullptr) record.made = lattice();
   if (const auto* replace = LoneEdit<ReplaceLattice>(batch); replace != nullptr) {
     record.batch.edits = {ReplaceLattice{.keep_shape = replace->keep_shape}};
   } else if (LoneEdit<Undo>(batch) || LoneEdit<Redo>(batch) || LoneEdit<InsertKnot>(batch) ||
-             LoneEdit<SetConstraints>(batch)) {
+             LoneEdit<SetConstraints>(batch) || LoneEdit<SetWeights>(batch)) {
     record.batch.edits = batch.edits;
   } else if (!batch.edits.empty()) {
     const EditStep& step = layers_.steps().back();

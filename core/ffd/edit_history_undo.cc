@@ -26,7 +26,7 @@ absl::Status Conflict(std::string_view what, std::string_view editor_id) {
 }  // namespace
 
 absl::Status EditHistory::UndoStep(std::string_view editor_id, UndoScope scope,
-                                   const AdmitStructure& admit) {
+                                   const AdmitStructure& admit, const Rules& rules) {
   const auto& steps = layers_.steps();
   std::optional<size_t> found;
   for (size_t n = steps.size(); n-- > 0 && !found.has_value();) {
@@ -47,8 +47,14 @@ absl::Status EditHistory::UndoStep(std::string_view editor_id, UndoScope scope,
   if (structural) {
     LATTICED_RETURN_IF_ERROR(admit(layers_.StructureWithout(*found)));
   }
+  const bool weighs = steps[*found].weights.has_value();
+  if (weighs) {
+    const auto without = layers_.WeightsWithout(*found);
+    LATTICED_RETURN_IF_ERROR(Admit(without.value_or(made_weights_), rules));
+    CommitGestures("", "");
+  }
   UndoneStep undone{layers_.Remove(*found), std::string(editor_id), ++clock_};
-  if (structural) ++structure_id_;
+  if (structural || weighs) ++structure_id_;
   undone.step.Close(false);
   undone_bytes_ += undone.step.MemoryBytes();
   undone_.push_back(std::move(undone));
@@ -56,7 +62,7 @@ absl::Status EditHistory::UndoStep(std::string_view editor_id, UndoScope scope,
 }
 
 absl::Status EditHistory::RedoStep(std::string_view editor_id, Restructurer restructured,
-                                   EditSummary& summary) {
+                                   const Rules& rules, EditSummary& summary) {
   const auto found = std::find_if(undone_.rbegin(), undone_.rend(),
                                   [&](const UndoneStep& u) { return u.undone_by == editor_id; });
   if (found == undone_.rend()) {
@@ -80,6 +86,11 @@ absl::Status EditHistory::RedoStep(std::string_view editor_id, Restructurer rest
   }
   if (found->step.structure_step != layers_.structure_step()) {
     return error::Aborted("UNDO_CONFLICT", "redo: the structure of the lattice has since changed");
+  }
+  if (found->step.weights.has_value()) {
+    LATTICED_RETURN_IF_ERROR(Admit(*found->step.weights, rules));
+    CommitGestures("", "");
+    ++structure_id_;
   }
   EditStep step = TakeUndone(position);
   step.written_at = ++clock_;

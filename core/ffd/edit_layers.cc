@@ -17,6 +17,7 @@ bool EditStep::Overlaps(const EditStep& other) const {
   if (structural.has_value() || other.structural.has_value()) return true;
   if (constraints.has_value() && other.constraints.has_value()) return true;
   if (strength.has_value() && other.strength.has_value()) return true;
+  if (weights.has_value() && other.weights.has_value()) return true;
   auto a = indices.begin();
   auto b = other.indices.begin();
   while (a != indices.end() && b != other.indices.end()) {
@@ -40,6 +41,7 @@ size_t EditStep::MemoryBytes() const {
     for (const auto& knots : structural->structure.knots) bytes += knots.size() * sizeof(double);
   }
   if (constraints.has_value()) bytes += constraints->MemoryBytes();
+  if (weights.has_value() && *weights != nullptr) bytes += (*weights)->size() * sizeof(float);
   return bytes;
 }
 
@@ -73,6 +75,13 @@ double EditLayers::StrengthWithout(size_t position) const {
     if (n != position && steps_[n].strength.has_value()) return *steps_[n].strength;
   }
   return base_.strength;
+}
+
+std::optional<VertexWeights> EditLayers::WeightsWithout(size_t position) const {
+  for (size_t n = steps_.size(); n-- > 0;) {
+    if (n != position && steps_[n].weights.has_value()) return steps_[n].weights;
+  }
+  return base_.weights;
 }
 
 size_t EditLayers::BaseBytes() const {
@@ -125,6 +134,7 @@ void EditLayers::FoldOldest() {
   bytes_ -= oldest.MemoryBytes();
   if (oldest.constraints.has_value()) base_.constraints = *std::move(oldest.constraints);
   if (oldest.strength.has_value()) base_.strength = *oldest.strength;
+  if (oldest.weights.has_value()) base_.weights = std::move(oldest.weights);
   if (oldest.structural.has_value()) {
     const bool replaces = oldest.structural->replaces();
     base_.base = {std::move(oldest.structural->structure), std::move(oldest.positions)};

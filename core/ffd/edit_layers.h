@@ -59,6 +59,8 @@ struct EditStep {
   std::optional<Constraints> constraints;
   // The scene's strength from this step on.
   std::optional<double> strength;
+  // The scene's vertex weights from this step on; null: none.
+  std::optional<VertexWeights> weights;
 
   void Close(bool by_time_out);
   bool Overlaps(const EditStep& other) const;
@@ -73,6 +75,7 @@ struct LayersBase {
   uint64_t structure_step = 0;
   Constraints constraints;
   double strength = 1;
+  std::optional<VertexWeights> weights;  // unset: as the scene was made
 };
 
 class EditLayers {
@@ -88,6 +91,8 @@ class EditLayers {
   const Constraints& constraints() const;
   // The scene's strength now.
   double strength() const { return StrengthWithout(steps_.size()); }
+  // The scene's vertex weights now; unset: as it was made.
+  std::optional<VertexWeights> weights() const { return WeightsWithout(steps_.size()); }
   const LayersBase& base() const { return base_; }
   // Oldest first.
   const std::deque<EditStep>& steps() const { return steps_; }
@@ -105,6 +110,8 @@ class EditLayers {
   std::vector<Vec3d> PointsWithout(size_t position) const;
   // The strength without the step at `position`.
   double StrengthWithout(size_t position) const;
+  // The vertex weights without it.
+  std::optional<VertexWeights> WeightsWithout(size_t position) const;
   // The structure without the step at `position`.
   const LatticeStructure& StructureWithout(size_t position) const;
   // The bytes of all steps.

@@ -230,6 +230,8 @@ absl::Status ApplyFreely(const Edit& edit, absl::FunctionRef<Lattice()> initial,
           return NotAlone(fmt::format("{}.replace_lattice", field));
         } else if constexpr (std::is_same_v<T, SetConstraints>) {
           return NotAlone(fmt::format("{}.set_constraints", field));
+        } else if constexpr (std::is_same_v<T, SetWeights>) {
+          return NotAlone(fmt::format("{}.set_weights", field));
         } else if constexpr (std::is_same_v<T, Undo>) {
           return NotAlone(fmt::format("{}.undo", field));
         } else if constexpr (std::is_same_v<T, Redo>) {

@@ -27,6 +27,7 @@
 #include "core/base/vec.h"
 #include "core/ffd/constraints/constraints.h"
 #include "core/ffd/lattice.h"
+#include "core/ffd/weights/vertex_weights.h"
 
 namespace latticed {
 
@@ -89,7 +90,7 @@ struct SetStrength {
 
 using Edit = std::variant<SetControlPoints, MoveControlPoints, TransformControlPoints,
                           ReplaceControlPoints, DragPoints, InsertKnot, ReplaceLattice, Reset, Undo,
-                          Redo, SetConstraints, CarryControlPoints, SetStrength>;
+                          Redo, SetConstraints, CarryControlPoints, SetStrength, SetWeights>;
 
 enum class GesturePhase {
   kUpdate,  // replaces the gesture's previous update; the meaning of an unspecified phase
@@ -137,7 +138,7 @@ struct EditTarget {
 };
 
 // Applies one edit, as far as the target's freedom allows: held points stay, and images in the mirror move too. `field` is
-// its path, such as "edits[2]". Errors: kInvalidArgument, also for insert_knot, replace_lattice, set_constraints, undo and
+// its path, such as "edits[2]". Errors: kInvalidArgument, also for insert_knot, replace_lattice, set_constraints, set_weights, undo and
 // redo, which need a history and must be alone in their batch; kFailedPrecondition NO_STRENGTH for a drag at strength 0.
 // `initial` is called for the lattice that kInitial means.
 [[nodiscard]] absl::Status ApplyEdit(const Edit& edit, absl::FunctionRef<Lattice()> initial,
@@ -156,6 +157,9 @@ struct StructureChange {
 
 // Called with the structure that an edit leads to, before anything is changed; an error refuses the edit.
 using AdmitStructure = std::function<absl::Status(const LatticeStructure&)>;
+
+// The same with the weights that an edit leads to, null for none, under the present structure.
+using AdmitWeights = std::function<absl::Status(const VertexWeights&)>;
 
 // Called with the lattice and the strength that a batch leads to, before anything is changed; an error refuses the batch. It may be empty.
 using AdmitPoints = std::function<absl::Status(

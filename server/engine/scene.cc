@@ -27,6 +27,15 @@ uint64_t WholePages(uint64_t bytes) {
   return (bytes + kPage - 1) / kPage * kPage;
 }
 
+// What a scene with weights cannot have from its beginning.
+absl::Status CheckWithWeights(const SceneConfig& config) {
+  const ViewSpec& view = config.default_view.key.spec;
+  if (view.tolerance > 0) return error::NotWithWeights("the scene's default view with a tolerance");
+  if (!HasPositions(view)) return error::NotWithWeights("the scene's default view of patches");
+  if (config.fold_watch) return error::NotWithWeights("fold_watch");
+  return absl::OkStatus();
+}
+
 SceneConfig WithTokenKey(SceneConfig config) {
   if (config.token_key.empty()) config.token_key = NewRandomId();
   return config;
@@ -55,6 +64,8 @@ absl::StatusOr<std::shared_ptr<Scene>> Scene::Create(SceneConfig config,
   LATTICED_RETURN_IF_ERROR(Validate(default_spec));
   SceneLife life{.history = EditHistory(std::exchange(config.lattice, {}), config.strength),
                  .commit_time = config.create_time};
+  LATTICED_RETURN_IF_ERROR(
+      life.history.MadeWith(config.weights, config.mesh->positions.size()));
   life.moved = PointRevisions(life.history.lattice().control_points.size(), 0);
   LATTICED_ASSIGN_OR_RETURN(auto scene, Make(std::move(config), std::move(life), context, stop));
   const RenderInput head = scene->Head();
@@ -67,7 +78,7 @@ absl::StatusOr<std::shared_ptr<Scene>> Scene::Create(SceneConfig config,
 absl::StatusOr<std::shared_ptr<Scene>> Scene::Restore(SceneConfig config, const SceneLog& log,
                                                       const SceneContext& context, StopCheck stop) {
   config.lattice = {};
-  LATTICED_ASSIGN_OR_RETURN(auto life, Replay(log));
+  LATTICED_ASSIGN_OR_RETURN(auto life, Replay(log, {config.weights, config.mesh->positions.size()}));
   // No clock ran meanwhile, but that of the machine.
   const absl::Duration since = std::max(absl::Now() - life.commit_time, absl::ZeroDuration());
   life.now += absl::ToChronoNanoseconds(since);
@@ -76,7 +87,7 @@ absl::StatusOr<std::shared_ptr<Scene>> Scene::Restore(SceneConfig config, const 
 
 absl::StatusOr<std::shared_ptr<Scene>> Scene::Make(SceneConfig config, SceneLife life,
                                                    const SceneContext& context, StopCheck stop) {
-  const LatticeStructure structure = life.history.lattice().structure;
+  const PlanKey key{life.history.lattice().structure, life.history.weights()};
   const auto box = life.box;
   const absl::Time commit_time = life.commit_time;
   PointRevisions moved = std::move(life.moved);
@@ -84,9 +95,9 @@ absl::StatusOr<std::shared_ptr<Scene>> Scene::Make(SceneConfig config, SceneLife
       auto history, context.backend->memory().Reserve("the scene's history", 0, config.account));
   const std::shared_ptr<Scene> scene(
       new Scene(std::move(config), std::move(life), std::move(history), context));
-  LATTICED_ASSIGN_OR_RETURN(auto prepared, scene->Prepare(structure, stop));
+  LATTICED_ASSIGN_OR_RETURN(auto prepared, scene->Prepare(key, stop));
   const MutexLock edit_lock(&scene->edit_mutex_);
-  LATTICED_RETURN_IF_ERROR(scene->HoldRestored(structure));
+  LATTICED_RETURN_IF_ERROR(scene->HoldRestored(key.structure));
   scene->applied_ = scene->editor_.FirstState(std::move(prepared.state), commit_time, box);
   scene->is_box_stored_ = box.has_value() && box->id == scene->applied_->box.id;
   const MutexLock lock(&scene->mutex_);
@@ -113,8 +124,9 @@ uint64_t Scene::HistoryBytes() const {
          commits_.capacity() * sizeof(CommitTimes::value_type);
 }
 
-absl::StatusOr<Scene::Prepared> Scene::Prepare(const LatticeStructure& structure,
-                                               StopCheck stop) const {
+absl::StatusOr<Scene::Prepared> Scene::Prepare(const PlanKey& key, StopCheck stop) const {
+  const LatticeStructure& structure = key.structure;
+  if (key.weights != nullptr) LATTICED_RETURN_IF_ERROR(CheckWithWeights(config_));
   return CatchBadAlloc("the scene's plan", [&]() -> absl::StatusOr<Prepared> {
     RenderBackend& backend = *context_.backend;
     // Checked before the plan is made, which may take seconds.
@@ -126,7 +138,7 @@ absl::StatusOr<Scene::Prepared> Scene::Prepare(const LatticeStructure& structure
     LATTICED_RETURN_IF_ERROR(Validate(structure));
     const auto outside = std::make_shared<const OutsideMap>(structure);
     LATTICED_ASSIGN_OR_RETURN(auto plan, MakePlan(config_.mesh, outside->continued(),
-                                                  config_.crease_angle, stop, config_.weights));
+                                                  config_.crease_angle, stop, key.weights));
     LATTICED_ASSIGN_OR_RETURN(auto target, backend.Prepare(plan, config_.pipeline));
     LATTICED_RETURN_IF_ERROR(stop());
     SceneState state;

@@ -67,7 +67,7 @@ struct SceneConfig {
   // At revision 0; reset{INITIAL} returns to it. The scene moves it out of here and keeps its own copies.
   Lattice lattice;
   double strength = 1;                 // at revision 0: how much of the deformation the scene takes
-  VertexWeights weights;               // null: none (core/ffd/weights/vertex_weights.h)
+  VertexWeights weights;               // at revision 0; null: none (core/ffd/weights/vertex_weights.h)
   std::optional<double> crease_angle;  // in degrees (core/ffd/vertex_normals.h)
   MeshUnits units;                     // of its coordinates, for clients and exported files
   WatchView default_view;
@@ -223,15 +223,14 @@ class Scene : public RenderSource, public std::enable_shared_from_this<Scene> {
   // Of undo steps, log_ and commits_.
   uint64_t HistoryBytes() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(edit_mutex_)
       ABSL_LOCKS_EXCLUDED(mutex_);
-  [[nodiscard]] absl::StatusOr<Prepared> Prepare(const LatticeStructure& structure,
-                                                 StopCheck stop) const;
+  [[nodiscard]] absl::StatusOr<Prepared> Prepare(const PlanKey& key, StopCheck stop) const;
   // What becomes of a batch: its answer, or where there is a store, nothing here and `done` later.
   using Answer = std::optional<absl::StatusOr<EditSummary>>;
-  // Applies the batch with the present plan. If it leads to another structure, sets `wanted` to that and
+  // Applies the batch with the present plan. If it leads to another one, sets `wanted` to what that is of, and
   // changes nothing.
   [[nodiscard]] Answer TryEdits(const EditBatch& batch, std::optional<PlanCandidate>& candidate,
                                 std::shared_ptr<TargetSlot> target,
-                                std::optional<LatticeStructure>& wanted, const EditDone& done)
+                                std::optional<PlanKey>& wanted, const EditDone& done)
       ABSL_LOCKS_EXCLUDED(edit_mutex_, mutex_);
   void MaybeSnapshot(const SceneRecord& record) ABSL_EXCLUSIVE_LOCKS_REQUIRED(edit_mutex_);
   [[nodiscard]] absl::Status AdmitEdit() ABSL_EXCLUSIVE_LOCKS_REQUIRED(edit_mutex_)

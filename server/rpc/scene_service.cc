@@ -138,7 +138,7 @@ absl::Status ApplyEdits(const CallContext& context, const v1::EditBatch& request
   const auto begun = Clock::now();
   LATTICED_ASSIGN_OR_RETURN(
       const auto summary,
-      scene->ApplyEdits(BatchFromProto(request, *scene->config().mesh, scene->config().weights),
+      scene->ApplyEdits(BatchFromProto(request, *scene->config().mesh, scene->State()->plan->mesh_weights),
                         [&] { return CheckCancelled(context.call); }));
   AuditEdit(context.env, context.call, scene->id());
   response = ToProto(summary);

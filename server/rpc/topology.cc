@@ -11,7 +11,7 @@
 namespace latticed {
 namespace {
 
-static_assert(kPatchesPerTopologyPart * 93 < limits::kMaxPartBytes);
+static_assert(kPatchesPerTopologyPart * 120 < limits::kMaxPartBytes);
 
 bool OnLatticeFace(const DeformPlan& plan, const Patch& patch) {
   const auto on_seam = [](const auto& element) { return element.seam != kNoIndex; };
@@ -30,7 +30,12 @@ v1::TopologyPart MakeTopologyPart(const DeformPlan& plan, std::string topology_i
   for (size_t p = first; p < last; ++p) {
     const PatchSource& source = plan.sources[p];
     part.add_faces(source.face);
-    for (const uint32_t corner : source.corners) part.add_corners(corner);
+    for (const uint32_t corner : source.corners) {
+      const uint32_t vertex = plan.mesh->corner_vertices[corner];
+      part.add_corners(corner);
+      part.add_vertices(vertex);
+      if (plan.is_weighted()) part.add_weights((*plan.mesh_weights)[vertex]);
+    }
     for (const auto& corner : source.barycentrics) {
       for (const double b : corner) part.add_barycentrics(b);
     }

@@ -17,8 +17,8 @@
 
 namespace latticed {
 
-// A patch takes at most 93 bytes (5 + 15 + 72 + 1), so a part stays below limits::kMaxPartBytes.
-inline constexpr size_t kPatchesPerTopologyPart = 8192;
+// A patch takes at most 120 bytes (5 + 15 + 72 + 1 + 15 + 12), so a part stays below limits::kMaxPartBytes.
+inline constexpr size_t kPatchesPerTopologyPart = 6144;
 
 // Patches from `first` on, at most kPatchesPerTopologyPart of them.
 [[nodiscard]] v1::TopologyPart MakeTopologyPart(const DeformPlan& plan, std::string topology_id,

@@ -183,6 +183,46 @@ absl::StatusOr<Edit> Read(const v1::SetStrength& edit, std::string_view field) {
   return SetStrength{edit.strength()};
 }
 
+absl::StatusOr<std::vector<float>> ReadFloats(const std::string& bytes, std::string_view field) {
+  if (bytes.size() % sizeof(float) != 0) {
+    return error::InvalidField(
+        field, fmt::format("{} bytes are no whole number of float32", bytes.size()));
+  }
+  std::vector<float> floats(bytes.size() / sizeof(float));
+  std::ranges::copy(bytes, reinterpret_cast<char*>(floats.data()));
+  return floats;
+}
+
+absl::StatusOr<Edit> Read(const v1::SetWeights& edit, std::string_view field) {
+  SetWeights result;
+  switch (edit.change_case()) {
+    case v1::SetWeights::kValues: {
+      const std::string path = fmt::format("{}.values", field);
+      LATTICED_ASSIGN_OR_RETURN(result.values, ReadFloats(edit.values(), path));
+      if (result.values.empty()) return error::InvalidField(path, "must not be empty");
+      return result;
+    }
+    case v1::SetWeights::kSome: {
+      const std::string path = fmt::format("{}.some", field);
+      const auto& indices = edit.some().indices();
+      if (indices.empty()) {
+        return error::InvalidField(fmt::format("{}.indices", path), "at least one is needed");
+      }
+      result.indices.assign(indices.begin(), indices.end());
+      LATTICED_ASSIGN_OR_RETURN(
+          result.values, ReadFloats(edit.some().values(), fmt::format("{}.values", path)));
+      return result;
+    }
+    case v1::SetWeights::kClear:
+      if (edit.clear()) return result;
+      return error::InvalidField(fmt::format("{}.clear", field), "must be true where it is set");
+    case v1::SetWeights::CHANGE_NOT_SET:
+      break;
+  }
+  if (HoldsUnknown(edit)) return error::Unsupported(field, "this change of weights");
+  return error::InvalidField(field, "values, some or clear must be set");
+}
+
 absl::StatusOr<Edit> ReadEdit(const v1::Edit& edit, const PolygonMesh& mesh,
                               const VertexWeights& weights, const std::string& field) {
   switch (edit.edit_case()) {
@@ -212,6 +252,8 @@ absl::StatusOr<Edit> ReadEdit(const v1::Edit& edit, const PolygonMesh& mesh,
       return Read(edit.carry_control_points(), field + ".carry_control_points");
     case v1::Edit::kSetStrength:
       return Read(edit.set_strength(), field + ".set_strength");
+    case v1::Edit::kSetWeights:
+      return Read(edit.set_weights(), field + ".set_weights");
     case v1::Edit::EDIT_NOT_SET:
       break;
   }
@@ -267,7 +309,7 @@ bool MayTakeLong(const v1::EditBatch& batch, bool fold_watch) {
   for (const v1::Edit& edit : batch.edits()) {
     if (edit.has_insert_knot() || edit.has_replace_lattice() || edit.has_reset() ||
         edit.has_set_constraints() || edit.has_undo() || edit.has_redo() ||
-        edit.has_carry_control_points() || edit.has_set_strength()) {
+        edit.has_carry_control_points() || edit.has_set_strength() || edit.has_set_weights()) {
       return true;
     }
     points += edit.drag_points().points_size();

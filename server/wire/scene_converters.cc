@@ -235,6 +235,7 @@ v1::Scene ToProto(const Scene& scene) {
   const auto state = scene.State();
   v1::Scene result = ToProto(scene.config());
   *result.add_lattices() = SummaryToProto(state->lattice_structure());
+  result.set_weighted(state->plan->is_weighted());
   result.set_strength(state->outside->strength());
   result.set_revision(state->revision);
   result.set_structure_id(state->structure_id);

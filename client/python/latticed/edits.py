@@ -6,7 +6,7 @@ Control points are named by their indices (Lattice.indices), or by a mask of the
 """
 from __future__ import annotations
 
-from typing import Sequence, Union
+from typing import Optional, Sequence, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -119,6 +119,22 @@ def set_constraints(constraints: Constraints) -> edit_pb2.Edit:
 def set_strength(strength: float) -> edit_pb2.Edit:
     """Sets how much of the deformation the scene takes, 0 to 1: x goes to x + strength (F(x) - x)."""
     return edit_pb2.Edit(set_strength=edit_pb2.SetStrength(strength=strength))
+
+
+def set_weights(
+    weights: Optional[npt.ArrayLike], vertices: Optional[npt.ArrayLike] = None
+) -> edit_pb2.Edit:
+    """Sets how much of the deformation vertices take, 0 to 1: of all vertices of the mesh, or of some, named by
+    their indices or by a mask. None: the scene has no weights any more. It must be the only edit of its batch."""
+    if weights is None:
+        return edit_pb2.Edit(set_weights=edit_pb2.SetWeights(clear=True))
+    if vertices is None:
+        values = np.ascontiguousarray(weights, "<f4").tobytes()
+        return edit_pb2.Edit(set_weights=edit_pb2.SetWeights(values=values))
+    indices = _indices(vertices)
+    values = np.ascontiguousarray(np.broadcast_to(np.asarray(weights, "<f4"), indices.shape)).tobytes()
+    some = edit_pb2.SomeWeights(indices=indices, values=values)
+    return edit_pb2.Edit(set_weights=edit_pb2.SetWeights(some=some))
 
 
 def reset(to: str = "identity") -> edit_pb2.Edit:

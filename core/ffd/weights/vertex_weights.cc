@@ -2,10 +2,67 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/ffd/weights/vertex_weights.h"
 
+#include <algorithm>
+#include <utility>
+
 #include "core/base/error.h"
+#include "core/base/status_macros.h"
 #include "fmt/format.h"
 
 namespace latticed {
+
+namespace {
+
+absl::Status CheckChange(const SetWeights& change, size_t vertices, std::string_view field) {
+  const bool of_all = change.indices.empty();
+  const size_t wanted = of_all ? vertices : change.indices.size();
+  if (change.values.size() != wanted && wanted != 0) {
+    return error::InvalidField(fmt::format("{}.values", field),
+                               fmt::format("there are {} for {} vertices", change.values.size(),
+                                           wanted));
+  }
+  for (size_t n = 0; n < change.values.size(); ++n) {
+    if (change.values[n] >= 0 && change.values[n] <= 1) continue;  // false for NaN
+    return error::InvalidField(
+        fmt::format("{}.values", field),
+        fmt::format("number {} is {}; weights are from 0 to 1", n, change.values[n]),
+        "OUT_OF_RANGE");
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::StatusOr<VertexWeights> Changed(const VertexWeights& weights, const SetWeights& change,
+                                      size_t vertices, std::string_view field) {
+  if (change.indices.empty() && change.values.empty()) return VertexWeights();
+  LATTICED_RETURN_IF_ERROR(CheckChange(change, vertices, field));
+  if (change.indices.empty()) return std::make_shared<const std::vector<float>>(change.values);
+  std::vector<float> changed;
+  if (weights != nullptr) changed = *weights;
+  const size_t highest = std::ranges::max(change.indices);
+  if (vertices != 0 && highest >= vertices) {
+    return error::OutOfRange(fmt::format("{}.indices", field), static_cast<double>(highest), 0,
+                             static_cast<double>(vertices - 1));
+  }
+  changed.resize(std::max({changed.size(), vertices, highest + 1}), 1.0f);
+  std::vector<bool> named(changed.size());
+  for (size_t n = 0; n < change.indices.size(); ++n) {
+    const uint32_t vertex = change.indices[n];
+    if (named[vertex]) {
+      return error::InvalidField(fmt::format("{}.indices", field),
+                                 fmt::format("{} is named twice", vertex));
+    }
+    named[vertex] = true;
+    changed[vertex] = change.values[n];
+  }
+  return std::make_shared<const std::vector<float>>(std::move(changed));
+}
+
+bool SameWeights(const VertexWeights& a, const VertexWeights& b) {
+  if (a == nullptr || b == nullptr) return a == b;
+  return a == b || *a == *b;
+}
 
 absl::Status CheckVertexWeights(const PolygonMesh& mesh, std::span<const float> weights) {
   if (weights.size() != mesh.positions.size()) {

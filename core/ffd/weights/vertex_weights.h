@@ -15,11 +15,14 @@
 #define LATTICED_CORE_FFD_WEIGHTS_VERTEX_WEIGHTS_H_
 
 #include <array>
+#include <cstdint>
 #include <memory>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include "absl/status/status.h"
+#include "absl/status/statusor.h"
 #include "core/base/vec.h"
 #include "core/mesh/polygon_mesh.h"
 
@@ -27,6 +30,20 @@ namespace latticed {
 
 // One weight per position of the mesh. Null: the mesh has no weights, and follows the lattice everywhere.
 using VertexWeights = std::shared_ptr<const std::vector<float>>;
+
+// A change of a scene's weights.
+struct SetWeights {
+  std::vector<uint32_t> indices;  // of vertices, none twice; empty: of all
+  std::vector<float> values;      // one each; empty with no indices: the scene has no weights any more
+};
+
+// The weights after the change. `vertices` of the mesh; 0: not known. Null weights are all 1 where only some are set.
+// kInvalidArgument naming `field` and values or indices.
+[[nodiscard]] absl::StatusOr<VertexWeights> Changed(const VertexWeights& weights,
+                                                    const SetWeights& change, size_t vertices,
+                                                    std::string_view field);
+// Whether both are none, or the same numbers.
+[[nodiscard]] bool SameWeights(const VertexWeights& a, const VertexWeights& b);
 
 // kInvalidArgument for another number of weights than of positions, and for a weight that is not from 0 to 1.
 [[nodiscard]] absl::Status CheckVertexWeights(const PolygonMesh& mesh,

@@ -56,12 +56,18 @@ std::shared_ptr<const SceneState> SceneEditor::FirstState(
 
 absl::StatusOr<EditCommit> SceneEditor::Apply(const EditBatch& batch, const SceneState& before,
                                               std::optional<PlanCandidate>& candidate,
-                                              std::optional<LatticeStructure>& wanted,
+                                              std::optional<PlanKey>& wanted,
                                               TimePoint now, const Clock& clock) {
-  const auto admit = [&](const LatticeStructure& structure) -> absl::Status {
-    if (candidate && candidate->structure == structure) return candidate->state.status();
-    wanted = structure;
+  const auto plan = [&](PlanKey key) -> absl::Status {
+    if (candidate && candidate->key == key) return candidate->state.status();
+    wanted = std::move(key);
     return EditHistory::PutOff();
+  };
+  const auto admit = [&](const LatticeStructure& structure) {
+    return plan({structure, history_.weights()});
+  };
+  const auto admit_weights = [&](const VertexWeights& weights) {
+    return plan({history_.lattice().structure, weights});
   };
   if (batch.refuse_folds && before.plan->is_weighted()) {
     return error::NotWithWeights("refuse_folds");
@@ -75,7 +81,7 @@ absl::StatusOr<EditCommit> SceneEditor::Apply(const EditBatch& batch, const Scen
     };
   }
   const SceneVolumeKeeper keeper(before.measures, before.outside);
-  auto outcome = history_.Apply(batch, now, admit, admit_points, &keeper);
+  auto outcome = history_.Apply(batch, now, admit, admit_points, &keeper, admit_weights);
   if (!outcome.ok()) return outcome.status();
   EditCommit commit{.summary = outcome->summary,
                     .structure_changed = outcome->structure_changed,

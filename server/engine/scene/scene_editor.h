@@ -4,7 +4,7 @@
 // Edits of one scene: a batch and a state in, the next state and what it changes out.
 //
 //   Apply(batch) -> EditCommit {state, delta, dirty chunks}    or why the batch is refused
-//                -> wants a plan: `wanted` is the structure that the batch leads to. Nothing has
+//                -> wants a plan: `wanted` says of what. Nothing has
 //                   changed. The caller makes the plan without a lock and calls again with it.
 //
 // Errors   those of core/ffd/edit_history.h and fold_guard.h
@@ -29,10 +29,19 @@
 
 namespace latticed {
 
-// A plan for a structure that edits lead to, or the status of making it. Of the state, only what follows
+// What a plan of the scene's mesh depends on.
+struct PlanKey {
+  LatticeStructure structure;
+  VertexWeights weights;
+  friend bool operator==(const PlanKey& a, const PlanKey& b) {
+    return a.structure == b.structure && SameWeights(a.weights, b.weights);
+  }
+};
+
+// A plan that edits lead to, or the status of making it. Of the state, only what follows
 // from the plan is set.
 struct PlanCandidate {
-  LatticeStructure structure;
+  PlanKey key;
   absl::StatusOr<SceneState> state;
 };
 
@@ -65,7 +74,7 @@ class SceneEditor {
   // `before` is the newest state. An EditCommit without a state repeats the answer of an earlier batch.
   [[nodiscard]] absl::StatusOr<EditCommit> Apply(const EditBatch& batch, const SceneState& before,
                                                  std::optional<PlanCandidate>& candidate,
-                                                 std::optional<LatticeStructure>& wanted,
+                                                 std::optional<PlanKey>& wanted,
                                                  TimePoint now, const Clock& clock);
   // Commits gestures that have been silent for too long. If that ends the last open gesture, returns the
   // newest state without it, at the same revision; else null.

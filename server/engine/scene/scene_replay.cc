@@ -42,12 +42,15 @@ std::vector<uint32_t> TakeMoved(const Lattice& lattice, std::vector<Vec3d>& plac
 
 }  // namespace
 
-absl::StatusOr<SceneLife> Replay(const SceneLog& log) {
+absl::StatusOr<SceneLife> Replay(const SceneLog& log, const ReplayedMesh& mesh) {
   LATTICED_ASSIGN_OR_RETURN(auto header, DecodeHeader(log.header));
   SceneLife life{.history = EditHistory(std::move(header.lattice), header.strength),
                  .commit_time = header.create_time};
   if (log.snapshot_lsn > 0) {
     LATTICED_ASSIGN_OR_RETURN(life, FromSnapshot(log));
+  }
+  if (mesh.vertices > 0) {
+    LATTICED_RETURN_IF_ERROR(life.history.MadeWith(mesh.weights, mesh.vertices));
   }
   const Lattice& lattice = life.history.lattice();
   std::vector<Vec3d> places = lattice.control_points;

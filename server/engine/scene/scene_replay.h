@@ -39,7 +39,13 @@ struct SceneLife {
   CommitTimes commits;    // of those records and the one before, the last kMostCommitTimes
 };
 
-[[nodiscard]] absl::StatusOr<SceneLife> Replay(const SceneLog& log);
+// What the log does not hold of the scene's mesh. Without it, weights are not compared with the mesh.
+struct ReplayedMesh {
+  VertexWeights weights;  // with which the scene was made
+  size_t vertices = 0;
+};
+
+[[nodiscard]] absl::StatusOr<SceneLife> Replay(const SceneLog& log, const ReplayedMesh& mesh = {});
 
 }  // namespace latticed
 

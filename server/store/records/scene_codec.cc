@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/store/records/scene_codec.h"
 
+#include <memory>
 #include <utility>
 #include <variant>
 
@@ -139,6 +140,14 @@ absl::StatusOr<SetControlPoints> FromStored(const store::Points& stored) {
   return points;
 }
 
+void ToStored(const VertexWeights& weights, store::Weights& stored) {
+  if (weights != nullptr) stored.mutable_values()->Add(weights->begin(), weights->end());
+}
+VertexWeights FromStored(const store::Weights& stored) {
+  if (stored.values().empty()) return nullptr;
+  return std::make_shared<const std::vector<float>>(stored.values().begin(), stored.values().end());
+}
+
 void ToStored(const EditBatch& batch, store::Record& stored) {
   stored.set_editor_id(batch.editor_id);
   stored.set_sequence(batch.sequence);
@@ -158,6 +167,10 @@ void ToStored(const EditBatch& batch, store::Record& stored) {
     stored.mutable_edit()->set_redo(true);
   } else if (const auto* insert = std::get_if<InsertKnot>(&edit)) {
     ToStored(*insert, *stored.mutable_edit());
+  } else if (const auto* weigh = std::get_if<SetWeights>(&edit)) {
+    store::SetWeights& item = *stored.mutable_edit()->mutable_set_weights();
+    item.mutable_indices()->Add(weigh->indices.begin(), weigh->indices.end());
+    item.mutable_values()->Add(weigh->values.begin(), weigh->values.end());
   } else if (const auto* set = std::get_if<SetConstraints>(&edit)) {
     ToStored(set->constraints, *stored.mutable_edit()->mutable_set_constraints());
   } else {
@@ -173,6 +186,11 @@ absl::StatusOr<Edit> FromStored(const store::Edit& stored) {
   if (stored.has_set_constraints()) {
     LATTICED_ASSIGN_OR_RETURN(auto constraints, FromStored(stored.set_constraints()));
     return SetConstraints{std::move(constraints)};
+  }
+  if (stored.has_set_weights()) {
+    const store::SetWeights& item = stored.set_weights();
+    return SetWeights{{item.indices().begin(), item.indices().end()},
+                      {item.values().begin(), item.values().end()}};
   }
   LATTICED_ASSIGN_OR_RETURN(const auto edit, StructureEditFromStored(stored));
   return std::visit([](const auto& e) -> Edit { return e; }, edit);
@@ -211,6 +229,7 @@ void ToStored(const EditStep& step, store::Step& stored) {
     for (int axis = 0; axis < 3; ++axis) stored.mutable_start()->add_positions(position[axis]);
   }
   if (step.strength.has_value()) stored.set_strength(*step.strength);
+  if (step.weights.has_value()) ToStored(*step.weights, *stored.mutable_weights());
   if (step.constraints.has_value()) ToStored(*step.constraints, *stored.mutable_constraints());
   if (!step.structural.has_value()) {
     return ToStored(step.indices, step.positions, *stored.mutable_points());
@@ -235,6 +254,7 @@ absl::StatusOr<EditStep> FromStored(const store::Step& stored) {
     LATTICED_ASSIGN_OR_RETURN(step.constraints, FromStored(stored.constraints()));
   }
   if (stored.has_strength()) step.strength = stored.strength();
+  if (stored.has_weights()) step.weights = FromStored(stored.weights());
   if (stored.has_structure()) {
     LATTICED_ASSIGN_OR_RETURN(auto lattice, LatticeFromStored(stored.structure()));
     LATTICED_ASSIGN_OR_RETURN(auto edit, StructureEditFromStored(stored.edit()));
@@ -290,6 +310,9 @@ std::string EncodeImage(const SceneImage& image) {
   stored.set_structure_step(history.base.structure_step);
   ToStored(history.base.constraints, *stored.mutable_constraints());
   stored.set_strength(history.base.strength);
+  if (history.base.weights.has_value()) {
+    ToStored(*history.base.weights, *stored.mutable_weights());
+  }
   for (const EditStep& step : history.steps) ToStored(step, *stored.add_steps());
   for (const UndoneStep& undone : history.undone) {
     store::UndoneStep& item = *stored.add_undone();
@@ -324,6 +347,7 @@ absl::StatusOr<SceneImage> DecodeImage(std::string_view bytes) {
   history.base.structure_step = stored.structure_step();
   LATTICED_ASSIGN_OR_RETURN(history.base.constraints, FromStored(stored.constraints()));
   if (stored.has_strength()) history.base.strength = stored.strength();
+  if (stored.has_weights()) history.base.weights = FromStored(stored.weights());
   for (const store::Step& item : stored.steps()) {
     LATTICED_ASSIGN_OR_RETURN(auto step, FromStored(item));
     history.steps.push_back(std::move(step));

@@ -76,6 +76,7 @@ constexpr auto kFieldFlags = std::to_array<FieldFlag>({
     {"edits.replace_lattice.lattice", kLatticeFlag},
     {"edits.reset.target", "--to"},
     {"edits.set_strength.strength", "strength"},
+    {"edits.set_weights.values", "weights"},
     {"edits.undo.scope", "--scope"},
     // Without a server, latticectl checks a fit and a lattice itself.
     {"fit.size", "--size"},

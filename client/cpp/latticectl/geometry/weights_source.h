@@ -14,12 +14,15 @@
 #include <string>
 
 #include "absl/status/status.h"
+#include "absl/status/statusor.h"
 #include "latticed/v1/scene.pb.h"
 
 namespace latticed::client {
 
 inline constexpr char kWeightsOfMesh[] = "attribute";
 
+// One float32, little endian, for each number of the file.
+[[nodiscard]] absl::StatusOr<std::string> ReadWeights(const std::string& file);
 // Sets the request's weights to those that `source` names. Empty: none.
 [[nodiscard]] absl::Status SetWeights(const std::string& source, v1::CreateSceneRequest* request);
 

@@ -41,6 +41,11 @@ export const edits = {
     if (keepShape) message.controlPoints = [];
     return made({ case: 'replaceLattice', value: { lattice: message, keepShape } });
   },
+  /** float32 weights of some vertices, in their order. */
+  setWeights: (indices: readonly number[], values: Float32Array) =>
+    made({ case: 'setWeights', value: { change: { case: 'some', value: {
+      indices: [...indices], values: new Uint8Array(values.buffer, values.byteOffset, values.byteLength) as Uint8Array<ArrayBuffer>,
+    } } } }),
   setConstraints: (constraints: Constraints) =>
     made({ case: 'setConstraints', value: { constraints: fromConstraints(constraints) } }),
   replace: (points: Float64Array) => made({ case: 'replaceControlPoints', value: { controlPoints: Array.from(points) } }),
