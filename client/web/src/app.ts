@@ -39,7 +39,7 @@ import { Viewport } from './viewport/viewport';
 import { inWords } from './wire/words';
 
 const TOOLS = [
-  ['tool-select', 'tool-box', 'tool-pull'],
+  ['tool-select', 'tool-box', 'tool-pull', 'tool-paint'],
   ['gizmo-move', 'gizmo-rotate', 'gizmo-scale'],
   ['toggling', 'soft', 'through'],
   ['undo', 'redo'],
@@ -51,6 +51,7 @@ const HINTS: Record<Settings['tool'], string> = {
   select: 'Click or drag a control point; G R S move, turn and scale what is selected; ? shows all keys',
   box: 'Draw a box around control points; Shift adds, Ctrl toggles',
   pull: 'Press on the surface and pull it',
+  paint: 'Paint how far vertices follow the lattice: red all the way, blue not at all',
 };
 
 const ONLY_LOOKING = 'The token of this page only allows to watch this scene, not to edit it';
@@ -68,6 +69,7 @@ const LACKS: Record<PatchFacts, string> = {
   rest: 'Displacement, knot boxes and rest shape cannot be shown.',
   uvs: 'The texture cannot be shown.',
   flat: 'The comparison with vertices only cannot be shown.',
+  weights: 'The weights cannot be shown.',
 };
 
 export class App implements CommandTarget {

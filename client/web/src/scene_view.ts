@@ -262,6 +262,7 @@ export class SceneView {
         this.hasMoved = true;
         this.refreshSoon();
       }),
+      session.on('refused', () => session.surface.painted && session.surface.dropWeights()),
       session.on('answered', () => this.refreshSoon()),
       session.on('status', () => this.refreshSoon()), // the token may allow more than before, or less
       session.on('presence', (others) => {
@@ -280,7 +281,7 @@ export class SceneView {
   private applySettings(settings: Settings): void {
     const { surface } = this.session;
     const { colouring, light, wireframe, patchEdges, ghost, compare } = settings;
-    surface.setLook({ colouring, light, wireframe, patchEdges, ghost, compare });
+    surface.setLook({ colouring: settings.tool === 'paint' ? 'weights' : colouring, light, wireframe, patchEdges, ghost, compare });
     surface.object.visible = settings.surface;
     this.shadow.object.visible = settings.surface && settings.shadow;
     this.cage.object.visible = settings.cage;
@@ -322,18 +323,20 @@ export class SceneView {
     this.detail.ask();
     if (this.settings.value.orientation === 'view') this.placeGizmo();
     this.cage.setPixelRatio(this.viewport.renderer.getPixelRatio());
-    const { soft, divider } = this.settings.value;
+    const { soft, divider, tool, brush } = this.settings.value;
     this.session.surface.setDivider(divider * this.viewport.canvas.width);
     const missed = this.pull !== undefined && this.pull.outOfReach > 0 ? this.pull : undefined;
     this.pullLine.show(missed && this.viewport.project(missed.point.position), missed && this.viewport.project(missed.target));
     const busy = this.editor.transforming || this.gizmoGesture !== undefined;
-    this.softCircle.show(soft.enabled && busy ? this.viewport.disc(this.editor.pivot(), soft.radius) : undefined);
+    const [x, y] = this.pointer.place;
+    if (tool === 'paint') this.softCircle.show({ x, y, radius: brush.radius });
+    else this.softCircle.show(soft.enabled && busy ? this.viewport.disc(this.editor.pivot(), soft.radius) : undefined);
   }
 
   private placeGizmo(): void {
     const { gizmo, tool, cage } = this.settings.value;
     const shown =
-      this.session.mayEdit && gizmo !== 'none' && tool !== 'pull' && cage && this.editor.selection.size > 0 && !this.editor.transforming;
+      this.session.mayEdit && gizmo !== 'none' && tool !== 'pull' && tool !== 'paint' && cage && this.editor.selection.size > 0 && !this.editor.transforming;
     if (!shown) return this.gizmo.hide();
     this.gizmo.show(gizmo, this.editor.pivot(), this.editor.axes(this.viewport.rig.basis()));
   }

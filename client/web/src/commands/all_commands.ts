@@ -204,6 +204,7 @@ function transformCommands(app: CommandTarget): Command[] {
   return [
     ...begin,
     tool('pull', 'Pull the surface', 'P'),
+    tool('paint', 'Paint weights', 'W'),
     ...handles,
     cycle('orientation', ['world', 'lattice', 'view'], 'cycle-orientation', 'Next axes', { keys: [','] }),
     cycle('pivot', ['median', 'active', 'each'], 'cycle-pivot', 'Next pivot', { keys: ['.'] }),

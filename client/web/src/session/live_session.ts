@@ -144,6 +144,16 @@ export class LiveSession {
     this.sync.step(edits.replaceLattice(lattice, keepShape));
   }
 
+  /** Weights of some vertices of the mesh, in their order: an undo step. */
+  setWeights(indices: readonly number[], weights: Float32Array): void {
+    this.sync.step(edits.setWeights(indices, weights));
+  }
+
+  /** All vertices follow the lattice again. */
+  clearWeights(): void {
+    this.sync.step(edits.clearWeights());
+  }
+
   /** All control points at once, x y z each. */
   replace(points: Float64Array): void {
     this.sync.step(edits.replace(points), { indices: Uint32Array.from(indicesTo(this.lattice.count)), positions: points.slice() });

@@ -27,6 +27,8 @@ export class ServerPatches implements PatchSource {
   async origins(topologyId: string): Promise<PatchOrigins> {
     let corners = new Uint32Array();
     let barycentrics = new Float64Array();
+    let vertices: Uint32Array | undefined;
+    let weights: Float32Array | undefined;
     const call = { headers: { 'latticed-scene': this.sceneId } };
     for await (const part of this.server.scenes.getTopology({ scene: this.sceneId, topologyId }, call)) {
       const patches = Number(part.patchCount);
@@ -34,10 +36,12 @@ export class ServerPatches implements PatchSource {
         corners = new Uint32Array(3 * patches);
         barycentrics = new Float64Array(9 * patches);
       }
+      if (part.vertices.length > 0) (vertices ??= new Uint32Array(3 * patches)).set(part.vertices, 3 * Number(part.firstPatch));
+      if (part.weights.length > 0) (weights ??= new Float32Array(3 * patches)).set(part.weights, 3 * Number(part.firstPatch));
       corners.set(part.corners, 3 * Number(part.firstPatch));
       barycentrics.set(part.barycentrics, 9 * Number(part.firstPatch));
     }
-    return { corners, barycentrics };
+    return { corners, barycentrics, vertices, weights };
   }
 
   async restCorners(): Promise<RestCorners> {

@@ -15,8 +15,16 @@ import type { You } from './person';
 import { Store } from './store';
 import type { UpAxis } from './units';
 
-/** The action of a press on the view: select and drag points, draw a box, or pull the surface. */
-export type Tool = 'select' | 'box' | 'pull';
+/** The action of a press on the view: select and drag points, draw a box, pull the surface, or paint vertex weights. */
+export type Tool = 'select' | 'box' | 'pull' | 'paint';
+
+/** Paints weights towards `weight`, by the share `strength` in its middle, falling off smoothly to its radius in pixels. */
+export interface Brush {
+  readonly radius: number;
+  readonly strength: number;
+  readonly weight: number;
+}
+
 export type Colouring = 'plain' | 'boxes' | 'displacement' | 'difference' | 'texture';
 /** How the shape is shown that the mesh would have if only its vertices moved. */
 export type Compare = 'off' | 'split' | 'over';
@@ -29,6 +37,7 @@ export const DEFAULT_SETTINGS = {
   orientation: 'world' as Orientation,
   pivot: 'median' as Pivot,
   soft: { enabled: false, radius: 0.5, falloff: 'smooth' } as SoftSelection,
+  brush: { radius: 50, strength: 0.5, weight: 0 } as Brush,
   mirror: [false, false, false] as Mirror,
   /** Whether the server refuses edits that make a new fold. A drag then stops at its last good state. */
   refuseFolds: false,

@@ -3,6 +3,7 @@
 import { Color, type DataTexture } from 'three';
 import type { FlatPatches } from './largest_distance';
 import type { PatchFacts, PatchOrigins, PatchSource, RestCorners } from './patch_source';
+import { PaintedVertices } from './painted_vertices';
 import { patchTexture } from './patch_texture';
 import type { TopologyLayout } from './topology_layout';
 import { VerticesOnly } from './vertices_only';
@@ -17,6 +18,7 @@ export class PatchColours {
   flatCorners: DataTexture | undefined;
   boxColours: DataTexture | undefined;
   uvs: DataTexture | undefined;
+  painted: PaintedVertices | undefined;
   rest: RestCorners | undefined;
   /** The shape if only vertices moved. */
   flat: FlatPatches | undefined;
@@ -63,8 +65,16 @@ export class PatchColours {
   forget(): void {
     for (const texture of [this.restCorners, this.flatCorners, this.boxColours, this.uvs]) texture?.dispose();
     this.restCorners = this.flatCorners = this.boxColours = this.uvs = undefined;
+    this.dropWeights();
     this.rest = this.flat = this.verticesOnly = undefined;
     this.asks.clear();
+  }
+
+  /** Weights are fetched again when they are wanted. */
+  dropWeights(): void {
+    this.painted?.texture.dispose();
+    this.painted = undefined;
+    this.asks.delete('weights');
   }
 
   /** The look has changed: failed fetches may be repeated, and reported again. */
@@ -78,6 +88,7 @@ export class PatchColours {
     if (!this.restCorners) this.asks.delete('rest');
     if (!this.uvs) this.asks.delete('uvs');
     if (!this.flat) this.asks.delete('flat');
+    if (!this.painted) this.asks.delete('weights');
   }
 
   wantRest(): void {
@@ -89,6 +100,15 @@ export class PatchColours {
     if (this.asks.has('uvs') || !this.corners || !this.layout) return;
     const { id } = this.layout;
     void this.ask('uvs', () => this.source.origins(id), (origins) => this.takeOrigins(origins));
+  }
+
+  wantWeights(): void {
+    if (this.asks.has('weights') || !this.layout) return;
+    const { id } = this.layout;
+    void this.ask('weights', () => this.source.origins(id), (origins) => {
+      this.checkCount({ corners: origins.barycentrics });
+      this.painted = new PaintedVertices(origins);
+    });
   }
 
   wantFlat(): void {

@@ -5,8 +5,8 @@ import type { Light } from '../light/shading';
 /** How the surface is drawn. */
 export interface SurfaceLook {
   /** boxes: a colour per knot box; displacement, difference: heat maps of the distance from the rest shape, and from the shape
-   * if only vertices moved. */
-  readonly colouring?: 'plain' | 'boxes' | 'displacement' | 'difference' | 'texture';
+   * if only vertices moved; weights: of the vertices, from blue, 0, to red, 1. */
+  readonly colouring?: 'plain' | 'boxes' | 'displacement' | 'difference' | 'texture' | 'weights';
   /** The shape if only vertices moved: left of the divider in place of the surface, or over it. */
   readonly compare?: 'off' | 'split' | 'over';
   readonly wireframe?: boolean;

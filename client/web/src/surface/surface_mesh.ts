@@ -11,6 +11,7 @@ import { ChunkBounds } from './chunk_bounds';
 import type { EvaluatedPoints } from './evaluated_points';
 import { largestAtCorners, largestAtPoints, type DrawnPoints } from './largest_distance';
 import { PatchColours } from './patch_colours';
+import type { PaintedVertices } from './painted_vertices';
 import type { PatchFacts, PatchSource } from './patch_source';
 import type { PatchPlaces } from './patches/patch_places';
 import { PointBuffer } from './point_buffer';
@@ -39,7 +40,7 @@ export class SurfaceMesh {
     whole: { value: 1 }, octahedralMax: { value: 1 }, step: { value: 1 },
     toRest: { value: new Vector3() }, restCorners: { value: null as Texture | null },
     flatCorners: { value: null as Texture | null }, divider: { value: 0 },
-    boxColours: { value: null as Texture | null }, patchUvs: { value: null as Texture | null }, map: { value: null as DataArrayTexture | null },
+    boxColours: { value: null as Texture | null }, patchUvs: { value: null as Texture | null }, patchWeights: { value: null as Texture | null }, map: { value: null as DataArrayTexture | null },
     baseColour: { value: new Color(0xb9bec6) }, lineColour: { value: new Color(0x11151c) }, wireframe: { value: 0 },
     patchEdges: { value: 0 }, opacity: { value: 1 }, displacementRange: { value: 1 },
     shading: { value: null as Texture | null }, hollows: { value: null as Texture | null }, viewSize: { value: new Vector2() },
@@ -224,6 +225,22 @@ export class SurfaceMesh {
     this.scaleHeat();
   }
 
+  /** The vertices' weights, once the look 'weights' has fetched them. */
+  get painted(): PaintedVertices | undefined {
+    return this.layout && this.patches.painted;
+  }
+
+  /** World positions of the vertices as they are drawn, x y z each, of `painted`. */
+  vertexPlaces(): Float64Array {
+    return this.painted!.places(this.drawnPoints());
+  }
+
+  /** The weights shown are not the server's: fetches them again. */
+  dropWeights(): void {
+    this.patches.dropWeights();
+    this.dress();
+  }
+
   /** Where a split view is divided, in pixels of the frame buffer from its left. */
   setDivider(pixels: number): void {
     this.uniforms.divider.value = pixels;
@@ -354,13 +371,15 @@ export class SurfaceMesh {
     if (this.layout) {
       if (look.ghost || look.colouring === 'displacement' || look.colouring === 'boxes') patches.wantRest();
       if (look.colouring === 'texture') patches.wantUvs();
+      if (look.colouring === 'weights') patches.wantWeights();
       if (this.comparesVertices) patches.wantFlat();
     }
-    const { restCorners, flatCorners, boxColours, uvs } = patches;
+    const { restCorners, flatCorners, boxColours, uvs, painted } = patches;
     this.uniforms.restCorners.value = restCorners ?? null;
     this.uniforms.flatCorners.value = flatCorners ?? null;
     this.uniforms.boxColours.value = boxColours ?? null;
     this.uniforms.patchUvs.value = uvs ?? null;
+    this.uniforms.patchWeights.value = painted?.texture ?? null;
     this.placeRest();
     this.scaleHeat();
     const light = (look.colouring ?? 'plain') === 'plain' ? look.light ?? 'studio' : 'studio';
@@ -375,6 +394,7 @@ export class SurfaceMesh {
       ...(look.colouring === 'displacement' && restCorners && { DISPLACEMENT: '' }),
       ...(look.colouring === 'difference' && flatCorners && { DIFFERENCE: '' }),
       ...(look.colouring === 'texture' && uvs && this.uniforms.map.value && { TEXTURED: '' }),
+      ...(look.colouring === 'weights' && painted && { WEIGHTS: '' }),
       ...((look.wireframe || look.patchEdges) && { LINES: '' }),
     };
     redefine(this.material, { ...colours, ...(this.hasNormals && { HAS_NORMALS: '' }) });

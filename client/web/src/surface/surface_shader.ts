@@ -6,7 +6,7 @@ import { PATCH_TEXTURE_WIDTH } from './patch_texture';
  * The surface's shaders. The mesh's matrix undoes the quantisation of positions. The CPU computes it in double,
  * relative to the camera. The vertex shader decodes octahedral normals (formula of view.proto, ENCODING_QUANTISED).
  *
- * Defines: FLOAT_POINTS (RAW), HAS_NORMALS, BOXES, DISPLACEMENT, DIFFERENCE, TEXTURED (colour), LINES, GHOST (the rest
+ * Defines: FLOAT_POINTS (RAW), HAS_NORMALS, BOXES, DISPLACEMENT, DIFFERENCE, TEXTURED, WEIGHTS (colour), LINES, GHOST (the rest
  * shape), FLAT (the shape if only vertices moved), SPLIT (FLAT left of the divider, the surface right of it).
  * patchPlace is an entry of PatchPlaces.places: facts of a patch are found by its number. Lines
  * are where a barycentric times the segments is an integer. SIDES: of triangles, drawn as lines. OWN_COLOUR: the shading has the colour. NORMALS: normals and
@@ -23,6 +23,7 @@ export const VERTEX_SHADER = /* glsl */ `
   uniform highp sampler2D flatCorners;
   uniform highp sampler2D boxColours;
   uniform highp sampler2D patchUvs;
+  uniform highp sampler2D patchWeights;
   in uvec2 patchPlace;
   #ifdef FLOAT_POINTS
     in vec3 pointNormal;
@@ -76,6 +77,8 @@ export const VERTEX_SHADER = /* glsl */ `
     #endif
     #if defined(DISPLACEMENT)
       displacement = length(position * step + toRest - inTriangle(restCorners, patchNumber, weights));
+    #elif defined(WEIGHTS)
+      displacement = dot(weights, patchTexel(patchWeights, patchNumber).xyz);
     #elif defined(DIFFERENCE)
       displacement = length(position * step + toRest - inTriangle(flatCorners, patchNumber, weights));
     #endif
@@ -139,6 +142,8 @@ export const FRAGMENT_SHADER = /* glsl */ `
       return boxColour;
     #elif defined(DISPLACEMENT) || defined(DIFFERENCE)
       return heat(displacement / max(displacementRange, 1e-30));
+    #elif defined(WEIGHTS)
+      return heat(displacement);
     #elif defined(TEXTURED)
       return texture(map, vec3(textureUv, textureLayer)).rgb;
     #elif defined(OWN_COLOUR)
@@ -201,11 +206,11 @@ export const FRAGMENT_SHADER = /* glsl */ `
       return;
     #endif
     vec4 shade = shadeOf(normal, toEye);
-    #if defined(BOXES) || defined(DISPLACEMENT) || defined(DIFFERENCE) || defined(TEXTURED)
+    #if defined(BOXES) || defined(DISPLACEMENT) || defined(DIFFERENCE) || defined(TEXTURED) || defined(WEIGHTS)
       shade = vec4(0.3 + 0.45 * shade.rgb, 0.5 * shade.a);  // less light and shade, so that colours can be told apart
     #endif
     vec3 colour = surfaceColour() * shade.rgb + shade.a;
-    #if !defined(BOXES) && !defined(DISPLACEMENT) && !defined(DIFFERENCE) && !defined(TEXTURED)
+    #if !defined(BOXES) && !defined(DISPLACEMENT) && !defined(DIFFERENCE) && !defined(TEXTURED) && !defined(WEIGHTS)
       colour = toned(colour);
     #endif
     #ifdef HAS_NORMALS

@@ -34,6 +34,7 @@ export class Panel {
       this.section('Selection', this.count, this.positionFields(), this.switch('through', 'Through the surface', 'Alt+Z')),
       this.section('Transform', ...this.transformControls()),
       this.section('Soft selection', ...this.softControls()),
+      this.section('Weights', ...this.brushControls()),
       this.section('Lattice', this.keep(this.strength)),
       this.section('Constraints', this.keep(this.constraints)),
       this.section('Surface', ...this.surfaceControls()),
@@ -78,7 +79,7 @@ export class Panel {
   }
 
   /** Binds a part of a setting that is a record. */
-  private partOf<K extends 'soft' | 'view', P extends keyof Settings[K]>(key: K, part: P, label: string): Bound<Settings[K][P]> {
+  private partOf<K extends 'soft' | 'view' | 'brush', P extends keyof Settings[K]>(key: K, part: P, label: string): Bound<Settings[K][P]> {
     return {
       label,
       get: () => this.settings.value[key][part],
@@ -142,6 +143,17 @@ export class Panel {
       this.keep(toggle(this.partOf('soft', 'enabled', 'Nearby points follow'), 'O')),
       this.keep(this.radius),
       this.keep(choice(this.partOf('soft', 'falloff', 'Falloff'), falloffs)),
+    ];
+  }
+
+  /** Of the tool that paints vertex weights. */
+  private brushControls(): HTMLElement[] {
+    const clear = h('button', { type: 'button', onclick: () => this.editor?.session.clearWeights() }, 'Clear weights');
+    return [
+      this.keep(slider(this.partOf('brush', 'weight', 'Weight to paint'), { min: 0, max: 1, step: 0.05 })),
+      this.keep(slider(this.partOf('brush', 'radius', 'Brush radius'), { min: 5, max: 200, step: 1 })),
+      this.keep(slider(this.partOf('brush', 'strength', 'Brush strength'), { min: 0.05, max: 1, step: 0.05 })),
+      h('div', { class: 'buttons' }, clear),
     ];
   }
 

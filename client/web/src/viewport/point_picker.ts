@@ -17,7 +17,7 @@ const DISC = { mouse: 6, pen: 7, touch: 10 } as Record<string, number>;
 export class PointPicker {
   private visible: Uint8Array | undefined;
   private seenFrom = '';
-  private readonly occlusion: Occlusion;
+  readonly occlusion: Occlusion;
 
   constructor(private readonly viewport: Viewport, private readonly editor: Editor) {
     this.occlusion = new Occlusion(viewport);

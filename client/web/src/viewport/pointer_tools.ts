@@ -7,13 +7,19 @@
 import type { Cage } from '../cage/cage';
 import type { Editor } from '../edit/editor';
 import { WORLD_BASIS } from '../lattice/vec';
-import type { SettingsStore } from '../state/settings';
+import type { Settings, SettingsStore } from '../state/settings';
 import { BoxDrag, PointDrag, PullDrag, SteeringDrag, selectMode, type Drag, type Place, type PullListener } from './drags';
 import type { Gizmo } from './gizmo';
+import { PaintDrag } from './paint_drag';
 import type { PointPicker } from './point_picker';
 import type { Viewport } from './viewport';
 
 const SLACK = 4; // pixels that the pointer may move in a click
+
+/** Whether presses are of the surface, and not of control points. */
+function isSurfaceTool(tool: Settings['tool']): boolean {
+  return tool === 'pull' || tool === 'paint';
+}
 
 interface Press {
   id: number;
@@ -97,8 +103,9 @@ export class PointerTools {
     if (!event.isPrimary && event.pointerType === 'touch') return this.handOver();
     if (!event.isPrimary || event.button !== 0) return;
 
-    const point = this.parts.picker.at(...this.place, event.pointerType);
-    const onHandle = this.isForHandle(point, event.pointerType);
+    const paints = this.parts.settings.value.tool === 'paint'; // also where a control point lies over the surface
+    const point = paints ? undefined : this.parts.picker.at(...this.place, event.pointerType);
+    const onHandle = !paints && this.isForHandle(point, event.pointerType);
     gizmo.setEnabled(onHandle);
     const drag = onHandle ? undefined : this.toolDrag(event, point);
     this.press = { id: event.pointerId, place: this.place, point, onHandle, drag, moved: false, last: event };
@@ -147,6 +154,10 @@ export class PointerTools {
   private toolDrag(event: PointerEvent, point: number | undefined): Drag | undefined {
     const { viewport, editor, settings, picker, pulls } = this.parts;
     const { tool } = settings.value;
+    if (tool === 'paint' && editor.session.mayEdit) {
+      if (editor.session.surface.painted === undefined) return undefined;
+      return new PaintDrag(viewport, editor.session, settings.value.brush, this.place, picker.occlusion);
+    }
     if (tool === 'pull' && editor.session.mayEdit) return new PullDrag(viewport, editor, this.place, pulls);
     if (tool === 'box' || (event.shiftKey && point === undefined)) {
       return new BoxDrag(viewport, picker, editor, this.place, selectMode(event, settings.value.toggling));
@@ -155,10 +166,11 @@ export class PointerTools {
   }
 
   private move(event: PointerEvent): void {
-    const { editor, viewport, gizmo } = this.parts;
+    const { editor, viewport, gizmo, settings } = this.parts;
     if (!event.isPrimary) return;
     const place = viewport.place(event);
     this.place = place;
+    if (settings.value.tool === 'paint') viewport.invalidate(); // the brush's circle follows
     gizmo.setSnapping(
       event.ctrlKey && gizmo.busy
         ? viewport.transformView(editor.pivot(), WORLD_BASIS, WORLD_BASIS).snapStep
@@ -193,13 +205,13 @@ export class PointerTools {
     this.press = undefined;
     parts.viewport.rig.controls.enabled = true;
     parts.gizmo.setEnabled(true);
-    if (press.drag !== undefined && (press.moved || parts.settings.value.tool === 'pull')) return press.drag.end();
+    if (press.drag !== undefined && (press.moved || isSurfaceTool(parts.settings.value.tool))) return press.drag.end();
     press.drag?.cancel();
     if (press.moved) return;
     const { tool, toggling } = parts.settings.value;
     const mode = selectMode(event, toggling);
     if (press.point !== undefined) parts.editor.selection.select([press.point], mode);
-    else if (mode === 'replace' && tool !== 'pull' && !press.onHandle) parts.editor.selection.none();
+    else if (mode === 'replace' && !isSurfaceTool(tool) && !press.onHandle) parts.editor.selection.none();
   }
 
   private hoverAt(event: PointerEvent): void {
@@ -208,7 +220,7 @@ export class PointerTools {
     const point = picker.at(...this.place, event.pointerType);
     const onHandle = this.isForHandle(point, event.pointerType);
     gizmo.setEnabled(onHandle);
-    this.hover(onHandle || settings.value.tool === 'pull' ? undefined : point);
+    this.hover(onHandle || isSurfaceTool(settings.value.tool) ? undefined : point);
   }
 
   private hover(point: number | undefined): void {

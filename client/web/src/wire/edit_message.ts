@@ -46,6 +46,7 @@ export const edits = {
     made({ case: 'setWeights', value: { change: { case: 'some', value: {
       indices: [...indices], values: new Uint8Array(values.buffer, values.byteOffset, values.byteLength) as Uint8Array<ArrayBuffer>,
     } } } }),
+  clearWeights: () => made({ case: 'setWeights', value: { change: { case: 'clear', value: true } } }),
   setConstraints: (constraints: Constraints) =>
     made({ case: 'setConstraints', value: { constraints: fromConstraints(constraints) } }),
   replace: (points: Float64Array) => made({ case: 'replaceControlPoints', value: { controlPoints: Array.from(points) } }),

@@ -1,0 +1,97 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The brush for vertex weights in the viewer in Chromium: a stroke shows its colours, is one edit, and is undone as one.
+// Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer.
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { errors, direct, openTorus, page, press, shot, useStage } from './stage';
+import { frames } from './viewer_page';
+
+useStage({ context: { viewport: { width: 1000, height: 800 } }, begin: openTorus });
+
+/** A place of the page on the side of the torus near the camera. */
+function nearPlace(): Promise<[number, number]> {
+  return page.evaluate(() => {
+    const { viewport, scene } = window.latticed;
+    const { bounds } = scene!.session.surface;
+    const away = viewport.rig.basis()[2];
+    const [x, y] = viewport.project([away[0] * 1.1, away[1] * 1.1, bounds.max.z * 0.5])!;
+    const box = viewport.canvas.getBoundingClientRect();
+    return [box.left + x, box.top + y] as [number, number];
+  });
+}
+
+function weightsCome(): Promise<unknown> {
+  return page.waitForFunction(() => window.latticed.scene!.session.surface.painted !== undefined);
+}
+
+function weights(): Promise<number[]> {
+  return page.evaluate(() => [...window.latticed.scene!.session.surface.painted!.weights]);
+}
+
+async function scene(): Promise<{ weighted: boolean; revision: bigint }> {
+  const id = await page.evaluate(() => window.latticed.scene!.session.sceneId);
+  return direct.scenes.getScene({ scene: id });
+}
+
+function revisionComes(revision: number): Promise<unknown> {
+  return page.waitForFunction((wanted) => {
+    const { session } = window.latticed.scene!;
+    return session.isAt(wanted) && session.canUndo;
+  }, revision);
+}
+
+test('a stroke paints what it passes, and is one edit', async () => {
+  const [x, y] = await nearPlace();
+  await press('w');
+  await weightsCome();
+  assert.ok((await weights()).every((weight) => weight === 1));
+  await page.evaluate(() => window.latticed.settings.set({ brush: { radius: 60, strength: 1, weight: 0 } }));
+
+  await page.mouse.move(x - 40, y);
+  await page.mouse.down();
+  for (let step = 1; step <= 8; ++step) await page.mouse.move(x - 40 + 10 * step, y);
+  const shown = await weights();
+  await shot('viewer_paint_stroke');
+  await page.mouse.up();
+
+  const painted = shown.filter((weight) => weight < 0.5).length;
+  assert.ok(painted >= 1 && painted < shown.length / 2, `${painted} of ${shown.length}`);
+  await revisionComes(1);
+  assert.equal((await scene()).revision, 1n);
+  assert.equal((await scene()).weighted, true);
+  await page.waitForFunction(() => window.latticed.scene!.session.surface.painted === undefined || true);
+  await page.waitForFunction((expected) => {
+    const now = window.latticed.scene!.session.surface.painted?.weights;
+    return now !== undefined && now.every((weight, vertex) => Math.abs(weight - expected[vertex]!) < 1e-6);
+  }, shown);
+});
+
+test('what is painted rests, the rest follows the lattice', async () => {
+  await page.evaluate(() => {
+    const { session } = window.latticed.scene!;
+    const indices = Uint32Array.from({ length: 64 }, (_, i) => i);
+    session.apply({ kind: 'move', indices, offset: [0, 0, 1] });
+  });
+  await revisionComes(2);
+  await page.waitForTimeout(500);
+  await frames(page);
+  const heights = await page.evaluate(() => {
+    const { surface } = window.latticed.scene!.session;
+    const places = surface.vertexPlaces();
+    return [...surface.painted!.weights].map((weight, vertex) => [weight, places[3 * vertex + 2]!] as const);
+  });
+  const lowest = Math.min(...heights.map(([, z]) => z)), highest = Math.max(...heights.map(([, z]) => z));
+  assert.ok(highest - lowest > 1, `${lowest} to ${highest}`);
+  await shot('viewer_paint_moved');
+});
+
+test('undo takes the stroke back as one step', async () => {
+  await page.evaluate(() => window.latticed.scene!.session.undo());
+  await revisionComes(3);
+  await page.evaluate(() => window.latticed.scene!.session.undo());
+  await page.waitForFunction(() => window.latticed.scene!.session.surface.painted?.weights.every((weight) => weight === 1));
+  assert.equal((await scene()).weighted, false);
+  assert.deepEqual(errors, []);
+});
