@@ -174,11 +174,22 @@ OutsideMap::OutsideMap(const LatticeStructure& structure, double strength)
     : structure_(structure), continued_(structure), strength_(strength) {
   for (size_t axis = 0; axis < 3; ++axis) rows_[axis] = ContinueAxis(axis, continued_);
   continued_.outside = {};
-  is_identity_ = strength == 1 &&
-                 std::ranges::all_of(structure.outside.widths, [](double w) { return w == 0; });
+  goes_on_ = std::ranges::any_of(structure.outside.widths, [](double w) { return w != 0; });
+  TakeRest();
+}
+
+void OutsideMap::TakeRest() {
+  is_identity_ = strength_ == 1 && !goes_on_;
   if (is_identity_) return;
   rest_ = IdentityControlPoints(structure_);
   continued_rest_ = IdentityControlPoints(continued_);
+}
+
+OutsideMap OutsideMap::At(double strength) const {
+  OutsideMap map = *this;
+  map.strength_ = strength;
+  map.TakeRest();
+  return map;
 }
 
 OutsideMap::OutsideMap(const LatticeStructure& structure, double strength,
@@ -187,9 +198,8 @@ OutsideMap::OutsideMap(const LatticeStructure& structure, double strength,
     : OutsideMap(structure, strength) {
   for (size_t axis = 0; axis < 3; ++axis) rows_[axis] = Composed(refined[axis], rows_[axis]);
   continued_ = sum;
-  is_identity_ = false;
-  rest_ = IdentityControlPoints(structure_);
-  continued_rest_ = IdentityControlPoints(continued_);
+  goes_on_ = true;
+  TakeRest();
   others_ = std::move(others);
 }
 
@@ -230,7 +240,7 @@ std::vector<Vec3d> OutsideMap::ApplyTransposed(std::span<const Vec3d> g) const {
 std::shared_ptr<const OutsideMap> WithStrength(const std::shared_ptr<const OutsideMap>& map,
                                                double strength) {
   if (map->strength() == strength) return map;
-  return std::make_shared<const OutsideMap>(map->structure(), strength);
+  return std::make_shared<const OutsideMap>(map->At(strength));
 }
 
 size_t OutsideMap::MemoryBytes() const {

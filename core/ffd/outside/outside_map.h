@@ -48,6 +48,9 @@ class OutsideMap {
   OutsideMap(const LatticeStructure& structure, double strength, const LatticeStructure& sum,
              const RefinedAxes& refined, std::shared_ptr<const std::vector<Vec3d>> others);
 
+  // The same map with this strength.
+  [[nodiscard]] OutsideMap At(double strength) const;
+
   // Whether both lattices are the same one.
   bool is_identity() const { return is_identity_; }
   double strength() const { return strength_; }
@@ -79,9 +82,13 @@ class OutsideMap {
   const std::vector<Row>& rows(size_t axis) const { return rows_[axis]; }
 
  private:
+  // Sets what follows from the strength and from whether the lattice goes on.
+  void TakeRest();
+
   LatticeStructure structure_;
   LatticeStructure continued_;
   double strength_;
+  bool goes_on_ = false;  // the lattices differ, whatever the strength
   bool is_identity_ = true;
   std::array<std::vector<Row>, 3> rows_;
   std::vector<Vec3d> rest_;            // the given lattice's identity
@@ -89,7 +96,7 @@ class OutsideMap {
   std::shared_ptr<const std::vector<Vec3d>> others_;
 };
 
-// The map of the same structure with this strength: `map` itself if it has it.
+// As OutsideMap::At: `map` itself if it has the strength.
 [[nodiscard]] std::shared_ptr<const OutsideMap> WithStrength(
     const std::shared_ptr<const OutsideMap>& map, double strength);
 
