@@ -209,8 +209,8 @@ absl::StatusOr<Edit> Read(const v1::SetWeights& edit, std::string_view field) {
         return error::InvalidField(fmt::format("{}.indices", path), "at least one is needed");
       }
       result.indices.assign(indices.begin(), indices.end());
-      LATTICED_ASSIGN_OR_RETURN(
-          result.values, ReadFloats(edit.some().values(), fmt::format("{}.values", path)));
+      LATTICED_ASSIGN_OR_RETURN(result.values,
+                                ReadFloats(edit.some().values(), fmt::format("{}.values", path)));
       return result;
     }
     case v1::SetWeights::kClear:
@@ -266,6 +266,7 @@ absl::StatusOr<Edit> ReadEdit(const v1::Edit& edit, const PolygonMesh& mesh,
 absl::StatusOr<EditBatch> FromProto(const v1::EditBatch& batch, const PolygonMesh& mesh,
                                     const VertexWeights& weights) {
   EditBatch result;
+  result.lattice = batch.lattice();
   result.editor_id = batch.editor_id();
   result.sequence = batch.sequence();
   result.structure_id = batch.structure_id();
@@ -295,6 +296,7 @@ EditBatch BatchFromProto(const v1::EditBatch& batch, const PolygonMesh& mesh,
   auto readable = FromProto(batch, mesh, weights);
   if (readable.ok()) return *std::move(readable);
   EditBatch refused;
+  refused.lattice = batch.lattice();
   refused.editor_id = batch.editor_id();
   refused.sequence = batch.sequence();
   refused.structure_id = batch.structure_id();

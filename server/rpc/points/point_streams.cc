@@ -126,14 +126,14 @@ class CotangentReceiver {
  private:
   // What derivatives by the plan's control points take, where those are not the lattice's.
   uint64_t ContinuedBytes() const {
-    if (found_.state->outside->is_identity()) return 0;
+    if (found_.lattice().map->is_identity()) return 0;
     return directions_ * found_.control_points().size() * sizeof(Vec3d);
   }
   std::vector<Vec3d> ByLattice(const std::vector<Vec3d>& gradients) const {
     std::vector<Vec3d> result;
     for (size_t d = 0; d < directions_; ++d) {
       const size_t count = found_.control_points().size();
-      const auto one = found_.state->outside->ApplyTransposed(
+      const auto one = found_.lattice().map->ApplyTransposed(
           std::span<const Vec3d>(gradients).subspan(d * count, count));
       result.insert(result.end(), one.begin(), one.end());
     }
