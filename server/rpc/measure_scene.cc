@@ -121,7 +121,6 @@ uint64_t MeasureReplyBytes(const SceneState& state, const v1::MeasureSceneReques
 absl::Status MeasureState(const SceneState& state, const v1::MeasureSceneRequest& request,
                           StopCheck stop, v1::MeasureSceneResponse* response) {
   LATTICED_ASSIGN_OR_RETURN(const Wanted wanted, Read(request));
-  if (state.plan->is_weighted()) return error::NotWithWeights("a measure");
   response->set_revision(state.revision);
   response->set_structure_id(state.structure_id);
   if (wanted.volume || wanted.centroid) {
