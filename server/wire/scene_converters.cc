@@ -146,7 +146,6 @@ absl::StatusOr<VertexWeights> WeightsFromProto(const v1::VertexWeights& message,
 absl::Status CheckWithWeights(const v1::CreateSceneRequest& request, Pipeline pipeline,
                               const ViewSpec& view) {
   if (pipeline != Pipeline::kFused) return error::NotWithWeights("a pipeline other than fused");
-  if (view.tolerance > 0) return error::NotWithWeights("a view with a tolerance");
   if (!HasPositions(view)) return error::NotWithWeights("the encoding patches");
   if (request.fold_watch()) return error::NotWithWeights("fold_watch");
   return absl::OkStatus();

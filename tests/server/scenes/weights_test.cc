@@ -225,9 +225,6 @@ TEST_F(WeightsTest, RefusesScenesThatDoNotTakeThem) {
   request.set_fold_watch(true);
   ExpectRefusedForWeights(Create(request), "fold_watch");
   request = Weighted();
-  request.mutable_default_view()->set_tolerance(0.1);
-  ExpectRefusedForWeights(Create(request), "a view with a tolerance");
-  request = Weighted();
   request.mutable_default_view()->set_encoding(v1::ENCODING_PATCHES);
   ExpectRefusedForWeights(Create(request), "the encoding patches");
   EXPECT_EQ(SceneCount(), 0);
@@ -237,9 +234,6 @@ TEST_F(WeightsTest, RefusesWhatDoesNotTakeThem) {
   ASSERT_OK(Create(Weighted()));
   EventLog log;
   auto update = For<v1::GetUpdateRequest>();
-  update.mutable_view()->set_tolerance(0.1);
-  ExpectRefusedForWeights(Update(update, log), "a view with a tolerance");
-  update.mutable_view()->clear_tolerance();
   update.mutable_view()->set_encoding(v1::ENCODING_PATCHES);
   ExpectRefusedForWeights(Update(update, log), "the encoding patches");
 
@@ -257,6 +251,36 @@ TEST_F(WeightsTest, RefusesEditsThatDoNotTakeThem) {
   batch.set_refuse_folds(true);
   ExpectRefusedForWeights(Apply(batch), "refuse_folds");
   EXPECT_EQ(Get().revision(), 0u);
+}
+
+TEST_F(WeightsTest, ViewsWithAToleranceAreWithinIt) {
+  v1::CreateSceneRequest request = Weighted();
+  request.mutable_default_view()->set_tolerance(0.01);
+  ASSERT_OK(Create(request));
+  const auto update_of = [&](EventLog& log) {
+    auto update = For<v1::GetUpdateRequest>();
+    update.mutable_view()->set_tolerance(1e-3);
+    update.mutable_view()->set_encoding(v1::ENCODING_RAW);
+    update.mutable_view()->set_normals(v1::NORMAL_MODE_NONE);
+    return Update(update, log);
+  };
+  const auto points = [](const EventLog& log) {
+    size_t bytes = 0;
+    for (const auto& [chunk, data] : log.chunks) bytes += data.size();
+    return bytes / (3 * sizeof(float));
+  };
+  EventLog lifted, bent;
+  ASSERT_OK(Lift(3));
+  ASSERT_OK(update_of(lifted));
+  v1::EditBatch batch = Move("ann", 2, 21, 0.7);
+  ASSERT_OK(Apply(batch));
+  ASSERT_OK(update_of(bent));
+
+  EXPECT_LE(lifted.ends.back().certified_error(), 1e-3);
+  EXPECT_LE(bent.ends.back().certified_error(), 1e-3);
+  // w and the lift are linear: the corners of patches suffice.
+  EXPECT_EQ(points(lifted), 3 * Get().patches());
+  EXPECT_GT(points(bent), 3 * Get().patches());
 }
 
 // A unit cube whose bottom rests and whose top follows.
