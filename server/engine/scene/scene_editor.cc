@@ -60,9 +60,6 @@ absl::StatusOr<EditCommit> SceneEditor::Apply(const EditBatch& batch, const Scen
     wanted = structure;
     return EditHistory::PutOff();
   };
-  if (batch.refuse_folds && before.plan->is_weighted()) {
-    return error::NotWithWeights("refuse_folds");
-  }
   AdmitPoints admit_points;
   if (batch.refuse_folds || !before.outside->is_identity() || candidate.has_value()) {
     admit_points = [&](const LatticeStructure& structure, std::span<const Vec3d> points) {
