@@ -130,7 +130,6 @@ absl::Status MeasureState(const SceneState& state, const v1::MeasureSceneRequest
                           StopCheck stop, v1::MeasureSceneResponse* response) {
   LATTICED_ASSIGN_OR_RETURN(const Wanted wanted, Read(request));
   LATTICED_RETURN_IF_ERROR(CheckLattice(state.lattices, request.lattice(), "lattice"));
-  if (state.plan->is_weighted()) return error::NotWithWeights("a measure");
   response->set_revision(state.revision);
   response->set_structure_id(state.structure_id);
   if (wanted.volume || wanted.centroid) {

@@ -157,12 +157,9 @@ absl::StatusOr<std::vector<Lattice>> LatticesFromProto(const v1::CreateSceneRequ
 }
 
 // What a scene with weights cannot have from its beginning.
-absl::Status CheckWithWeights(const v1::CreateSceneRequest& request, Pipeline pipeline,
-                              const ViewSpec& view) {
+absl::Status CheckWithWeights(Pipeline pipeline, const ViewSpec& view) {
   if (pipeline != Pipeline::kFused) return error::NotWithWeights("a pipeline other than fused");
-  if (view.tolerance > 0) return error::NotWithWeights("a view with a tolerance");
   if (!HasPositions(view)) return error::NotWithWeights("the encoding patches");
-  if (request.fold_watch()) return error::NotWithWeights("fold_watch");
   return absl::OkStatus();
 }
 
@@ -194,7 +191,7 @@ absl::StatusOr<SceneConfig> SceneConfigFromProto(const v1::CreateSceneRequest& r
   VertexWeights weights;
   if (request.has_weights()) {
     LATTICED_ASSIGN_OR_RETURN(weights, WeightsFromProto(request.weights(), mesh.mesh));
-    LATTICED_RETURN_IF_ERROR(CheckWithWeights(request, pipeline, view.key.spec));
+    LATTICED_RETURN_IF_ERROR(CheckWithWeights(pipeline, view.key.spec));
   }
   LATTICED_ASSIGN_OR_RETURN(const auto idle_ttl, IdleTtl(request, default_idle_ttl));
   LATTICED_RETURN_IF_ERROR(error::CheckRange("crease_angle", request.crease_angle(), 0, 180));

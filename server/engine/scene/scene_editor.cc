@@ -118,9 +118,6 @@ absl::StatusOr<EditCommit> SceneEditor::Apply(const EditBatch& batch, const Scen
   const auto admit_weights = [&](const VertexWeights& weights) {
     return plan({history_.structures(), weights});
   };
-  if (batch.refuse_folds && before.plan->is_weighted()) {
-    return error::NotWithWeights("refuse_folds");
-  }
   AdmitPoints admit_points;
   if (batch.refuse_folds || !before.lattices[k].map->is_identity() || candidate.has_value()) {
     admit_points = [&](const LatticeStructure& structure, std::span<const Vec3d> points,

@@ -376,7 +376,7 @@ TEST_F(DurableSceneTest, ASceneThatNobodyUsesSleepsUntilItIsCalled) {
 TEST_F(DurableSceneTest, ASceneWithPointsOfAClientDoesNotSleep) {
   CpuArena arena(1);
   const std::vector<Vec3d> points(10);
-  ASSERT_OK_AND_ASSIGN(auto set, PointSet::Make("nodes", *scene_->State(), points, {},
+  ASSERT_OK_AND_ASSIGN(auto set, PointSet::Make("nodes", *scene_->State(), {points, {}, {}},
                                                 scene_->backend(), nullptr, arena));
   const std::weak_ptr<PointSet> kept = set;
   ASSERT_OK(scene_->point_sets().Add(std::move(set)));
