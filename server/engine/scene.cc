@@ -27,12 +27,12 @@ uint64_t WholePages(uint64_t bytes) {
   return (bytes + kPage - 1) / kPage * kPage;
 }
 
-// What a scene with weights cannot have from its beginning.
-absl::Status CheckWithWeights(const SceneConfig& config) {
-  const ViewSpec& view = config.default_view.key.spec;
-  if (view.tolerance > 0) return error::NotWithWeights("the scene's default view with a tolerance");
+// Whether a scene with weights can have its default view.
+absl::Status CheckWithWeights(const ViewSpec& view, const DeformTarget& target) {
   if (!HasPositions(view)) return error::NotWithWeights("the scene's default view of patches");
-  if (config.fold_watch) return error::NotWithWeights("fold_watch");
+  if (view.tolerance > 0 && !target.has_tolerance()) {
+    return error::NotWithWeights("the scene's default view with a tolerance");
+  }
   return absl::OkStatus();
 }
 
@@ -130,7 +130,6 @@ uint64_t Scene::HistoryBytes() const {
 }
 
 absl::StatusOr<Scene::Prepared> Scene::Prepare(const PlanKey& key, StopCheck stop) const {
-  if (key.weights != nullptr) LATTICED_RETURN_IF_ERROR(CheckWithWeights(config_));
   return CatchBadAlloc("the scene's plan", [&]() -> absl::StatusOr<Prepared> {
     RenderBackend& backend = *context_.backend;
     // Checked before the plan is made, which may take seconds.
@@ -148,6 +147,9 @@ absl::StatusOr<Scene::Prepared> Scene::Prepare(const PlanKey& key, StopCheck sto
     LATTICED_ASSIGN_OR_RETURN(auto plan, MakePlan(config_.mesh, state.lattices[0].map->continued(),
                                                   config_.crease_angle, stop, key.weights));
     LATTICED_ASSIGN_OR_RETURN(auto target, backend.Prepare(plan, config_.pipeline));
+    if (key.weights != nullptr) {
+      LATTICED_RETURN_IF_ERROR(CheckWithWeights(config_.default_view.key.spec, *target));
+    }
     LATTICED_RETURN_IF_ERROR(stop());
     state.patch_tree = std::make_shared<const PatchTree>(*plan);
     state.patches_on_faces = PatchesThatMayTear(*plan, state.lattices);

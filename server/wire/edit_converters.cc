@@ -18,6 +18,7 @@
 #include "server/wire/enum_table.h"
 #include "server/wire/fold_converters.h"
 #include "server/wire/grpc_status.h"
+#include "server/wire/outside_converters.h"
 #include "server/wire/surface_points.h"
 
 namespace latticed {
@@ -100,6 +101,7 @@ absl::StatusOr<Edit> Read(const v1::CarryControlPoints& edit, std::string_view f
   if (edit.parent().control_points().empty()) {
     return error::InvalidField(path + ".control_points", "an identity moves nothing");
   }
+  LATTICED_RETURN_IF_ERROR(CheckHasWidths(edit.parent().outside(), path + ".outside"));
   LATTICED_ASSIGN_OR_RETURN(auto parent, FromProto(edit.parent(), path));
   return CarryControlPoints{std::move(indices), std::move(parent)};
 }
