@@ -21,7 +21,7 @@ namespace {
 using ::latticed::testing::StatusIs;
 using ::testing::HasSubstr;
 
-constexpr uint64_t kSeed = 20261130;
+constexpr uint64_t kSumSeed = 20261130;
 constexpr std::array<Vec3d, 3> kEdges{Vec3d{2, 0, 0.3}, Vec3d{0, 3, 0}, Vec3d{0.1, 0, 1}};
 
 std::array<int, 3> DegreeOf(int mix) { return {1 + mix % 3, 1 + mix / 3 % 3, 1 + mix / 9}; }
@@ -116,8 +116,8 @@ void ExpectSum(const std::vector<Lattice>& lattices, double strength,
 }
 
 TEST(LatticeSumTest, IsTheSumOfDisplacementsAtEveryMixOfDegrees) {
-  SCOPED_TRACE(kSeed);
-  std::mt19937_64 random(kSeed);
+  SCOPED_TRACE(kSumSeed);
+  std::mt19937_64 random(kSumSeed);
   double worst = 0;
   for (int mix = 0; mix < 27; ++mix) {
     for (int other = 0; other < 27; ++other) {
@@ -133,8 +133,8 @@ TEST(LatticeSumTest, IsTheSumOfDisplacementsAtEveryMixOfDegrees) {
 }
 
 TEST(LatticeSumTest, SpotsFadeOutInsideTheMesh) {
-  SCOPED_TRACE(kSeed);
-  std::mt19937_64 random(kSeed);
+  SCOPED_TRACE(kSumSeed);
+  std::mt19937_64 random(kSumSeed);
   double worst = 0;
   for (int mix = 0; mix < 27; ++mix) {
     for (const bool smooth : {true, false}) {
@@ -175,8 +175,8 @@ TEST(LatticeSumTest, ALatticeAndItselfKeepTheKnots) {
 }
 
 TEST(LatticeSumTest, LatticesAtRestLeaveTheOtherAsItIs) {
-  SCOPED_TRACE(kSeed);
-  std::mt19937_64 random(kSeed);
+  SCOPED_TRACE(kSumSeed);
+  std::mt19937_64 random(kSumSeed);
   std::vector<Lattice> lattices{
       LatticeOver({-0.1, -0.1, -0.1}, {1.1, 1.1, 1.1}, {2, 2, 2}, {5, 5, 5}),
       LatticeOver({-0.3, -0.1, -0.1}, {1.2, 1.1, 1.1}, {3, 1, 2}, {5, 4, 6})};
@@ -189,8 +189,8 @@ TEST(LatticeSumTest, LatticesAtRestLeaveTheOtherAsItIs) {
 }
 
 TEST(LatticeSumTest, TheTransposeIsTheTranspose) {
-  SCOPED_TRACE(kSeed);
-  std::mt19937_64 random(kSeed);
+  SCOPED_TRACE(kSumSeed);
+  std::mt19937_64 random(kSumSeed);
   const Outside outside{OutsideMode::kFalloff, true, {0.3, 0.3, 0.3, 0.3, 0.3, 0.3}, {}};
   const std::vector<Lattice> lattices{
       LatticeOver({-0.1, -0.1, -0.1}, {1.1, 1.1, 1.1}, {2, 2, 2}, {5, 5, 5}),
@@ -243,7 +243,7 @@ TEST(LatticeSumTest, RefusesFramesThatAreNotParallel) {
 }
 
 TEST(LatticeSumTest, RefusesALatticeThatEndsInTheMesh) {
-  std::mt19937_64 random(kSeed);
+  std::mt19937_64 random(kSumSeed);
   const Lattice one = LatticeOver({0, 0, 0}, {1, 1, 1}, {2, 2, 2}, {4, 4, 4});
   const Lattice spot = LatticeOver({0, 0.2, 0}, {1, 1, 1}, {2, 2, 2}, {4, 4, 4});
   const std::vector<LatticeStructure> both{one.structure, spot.structure};
@@ -254,7 +254,7 @@ TEST(LatticeSumTest, RefusesALatticeThatEndsInTheMesh) {
 }
 
 TEST(LatticeSumTest, RefusesASumOfTooManyControlPoints) {
-  std::mt19937_64 random(kSeed);
+  std::mt19937_64 random(kSumSeed);
   const Lattice one = LatticeOver({-0.2, -0.2, -0.2}, {1.1, 1.2, 1.3}, {2, 2, 2}, {25, 25, 25});
   const Lattice other = LatticeOver({-0.1, -0.1, -0.1}, {1.1, 1.1, 1.1}, {1, 1, 1}, {20, 20, 20});
   const std::vector<LatticeStructure> both{one.structure, other.structure};

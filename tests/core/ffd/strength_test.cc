@@ -17,7 +17,7 @@ namespace {
 using ::latticed::testing::StatusIs;
 using Code = absl::StatusCode;
 
-constexpr uint32_t kSeed = 47;
+constexpr uint32_t kStrengthSeed = 47;
 
 // A lattice over the unit cube, moved at random; a falloff of 0.3 goes on at all sides where `falls_off`.
 Lattice RandomLattice(std::array<int, 3> degree, bool falls_off, std::mt19937& random) {
@@ -37,7 +37,7 @@ Vec3d Deformed(const OutsideMap& map, const Lattice& lattice, Vec3d world) {
 }
 
 TEST(Strength, EveryPointGoesThatPartOfItsWay) {
-  std::mt19937 random(kSeed);
+  std::mt19937 random(kStrengthSeed);
   std::uniform_real_distribution<double> place(-0.25, 1.25), unit(0, 1);
   for (int mix = 0; mix < 27; ++mix) {
     const std::array<int, 3> degree{1 + mix % 3, 1 + mix / 3 % 3, 1 + mix / 9};
@@ -49,14 +49,14 @@ TEST(Strength, EveryPointGoesThatPartOfItsWay) {
         const Vec3d x{place(random), place(random), place(random)};
         const Vec3d wanted = x + s * (Deformed(whole, lattice, x) - x);
         EXPECT_LE(Norm(Deformed(part, lattice, x) - wanted), 1e-14)
-            << "mix " << mix << ", seed " << kSeed;
+            << "mix " << mix << ", seed " << kStrengthSeed;
       }
     }
   }
 }
 
 TEST(Strength, AtNoneAllIsAtRestBitByBit) {
-  std::mt19937 random(kSeed);
+  std::mt19937 random(kStrengthSeed);
   const Lattice lattice = RandomLattice({2, 3, 1}, true, random);
   const OutsideMap none(lattice.structure, 0);
   const std::vector<Vec3d> points = none.Continue(lattice.control_points);
@@ -66,7 +66,7 @@ TEST(Strength, AtNoneAllIsAtRestBitByBit) {
 }
 
 TEST(Strength, ADragReachesItsTargets) {
-  std::mt19937 random(kSeed);
+  std::mt19937 random(kStrengthSeed);
   for (const bool falls_off : {false, true}) {
     Lattice lattice = RandomLattice({2, 2, 2}, falls_off, random);
     const OutsideMap map(lattice.structure, 0.3);

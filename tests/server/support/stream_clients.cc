@@ -13,17 +13,22 @@ void EventLog::Take(const v1::SceneEvent& event) {
       hello = event.hello();
       break;
     case v1::SceneEvent::kLatticeState:
-      lattice = event.lattice_state();
+      if (event.lattice_state().index() == 0) {
+        lattice = event.lattice_state();
+      } else {
+        others[event.lattice_state().index()] = event.lattice_state();
+      }
       break;
     case v1::SceneEvent::kLatticeDelta: {
       const v1::LatticeDelta& delta = event.lattice_delta();
       EXPECT_EQ(delta.revision(), lattice.revision() + 1) << "deltas have no gap";
       lattice.set_revision(delta.revision());
-      if (delta.has_strength()) lattice.set_strength(delta.strength());
+      v1::LatticeState& edited = delta.lattice() == 0 ? lattice : others.at(delta.lattice());
+      if (delta.has_strength()) edited.set_strength(delta.strength());
       for (int i = 0; i < delta.indices_size(); ++i) {
         for (int k = 0; k < 3; ++k) {
-          lattice.mutable_lattice()->set_control_points(3 * static_cast<int>(delta.indices(i)) + k,
-                                                        delta.positions(3 * i + k));
+          edited.mutable_lattice()->set_control_points(3 * static_cast<int>(delta.indices(i)) + k,
+                                                       delta.positions(3 * i + k));
         }
       }
       ++deltas;

@@ -34,7 +34,8 @@ class EventLog {
 
   std::vector<v1::SceneEvent> events;
   v1::Hello hello;
-  v1::LatticeState lattice;  // with the deltas applied
+  v1::LatticeState lattice;  // the first one, with the deltas applied
+  std::map<uint32_t, v1::LatticeState> others;
   std::vector<v1::Topology> topologies;
   std::vector<v1::Quantisation> quantisations;
   std::vector<v1::UpdateBegin> begins;

@@ -5,6 +5,7 @@
 #include <ostream>
 #include <string>
 
+#include "client/cpp/latticectl/command_line/message_flags.h"
 #include "client/cpp/latticectl/command_line/value_types.h"
 #include "client/cpp/latticectl/commands/commands.h"
 #include "client/cpp/latticectl/commands/folds_line.h"

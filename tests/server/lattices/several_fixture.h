@@ -1,0 +1,94 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A unit cube in two lattices: one around all of it, and one around a part of it, which fades out.
+#ifndef LATTICED_TESTS_SERVER_LATTICES_SEVERAL_FIXTURE_H_
+#define LATTICED_TESTS_SERVER_LATTICES_SEVERAL_FIXTURE_H_
+
+#include <random>
+#include <string>
+#include <vector>
+
+#include "core/ffd/lattice.h"
+#include "tests/server/outside/outside_fixture.h"
+
+namespace latticed::testing {
+
+class SeveralLatticesTest : public OutsideSceneTest {
+ protected:
+  static constexpr uint32_t kSeed = 62;
+
+  // 4 x 4 x 4 control points around the whole cube.
+  static v1::Lattice Whole(std::array<int, 3> degree = {2, 2, 2}) {
+    v1::Lattice lattice;
+    SetFrame(*lattice.mutable_frame(), {-0.1, -0.1, -0.1}, {1.2, 1.2, 1.2});
+    SetAxes(*lattice.mutable_degree(), degree[0], degree[1], degree[2]);
+    return lattice;
+  }
+  // 4 x 4 x 4 around a part of the cube, z from -0.1 to 0.3, x and y from 0.2 to 0.6. It fades out within the cube.
+  static v1::Lattice Spot(std::array<int, 3> degree = {2, 2, 2}) {
+    v1::Lattice lattice;
+    SetFrame(*lattice.mutable_frame(), {0.2, 0.2, -0.1}, {0.4, 0.4, 0.4});
+    SetAxes(*lattice.mutable_degree(), degree[0], degree[1], degree[2]);
+    lattice.mutable_outside()->set_mode(v1::OUTSIDE_MODE_FALLOFF);
+    for (const double w : {0.5, 0.5, 0.5, 0.5, 0., 0.5}) lattice.mutable_outside()->add_widths(w);
+    return lattice;
+  }
+  // Sets x y z of all control points: those at rest, each moved at random.
+  v1::Lattice Shaken(v1::Lattice lattice) {
+    LatticeStructure s;
+    s.degree = {lattice.degree().u(), lattice.degree().v(), lattice.degree().w()};
+    for (size_t a = 0; a < 3; ++a) s.knots[a] = ClampedUniformKnots(s.degree[a], s.size[a]);
+    const auto& frame = lattice.frame();
+    s.frame = {
+        {frame.origin().x(), frame.origin().y(), frame.origin().z()},
+        {Vec3d{frame.u().x(), 0, 0}, Vec3d{0, frame.v().y(), 0}, Vec3d{0, 0, frame.w().z()}}};
+    std::uniform_real_distribution<double> move(-0.1, 0.1);
+    for (const Vec3d p : IdentityControlPoints(s)) {
+      for (int a = 0; a < 3; ++a) lattice.add_control_points(p[a] + move(random_));
+    }
+    return lattice;
+  }
+  v1::CreateSceneRequest RequestOf(const std::vector<v1::Lattice>& lattices,
+                                   const std::string& id = kScene) const {
+    v1::CreateSceneRequest request = SceneRequest(id);
+    for (const v1::Lattice& lattice : lattices) {
+      *request.add_lattices()->mutable_lattice() = lattice;
+    }
+    return request;
+  }
+  static v1::EditBatch MoveIn(uint32_t lattice, uint64_t sequence, uint32_t index, Vec3d offset) {
+    v1::EditBatch batch = MoveOne("ann", sequence, index, offset);
+    batch.set_lattice(lattice);
+    return batch;
+  }
+  v1::LatticeState LatticeAt(uint32_t index) {
+    auto request = For<v1::GetLatticeRequest>();
+    request.set_lattice(index);
+    v1::LatticeState state;
+    EXPECT_OK(Call(&Scenes::GetLattice, request, &state));
+    EXPECT_EQ(state.index(), index);
+    return state;
+  }
+  std::vector<Vec3d> SomePoints(int count) {
+    std::uniform_real_distribution<double> place(0, 1);
+    std::vector<Vec3d> points;
+    for (int n = 0; n < count; ++n) {
+      points.push_back({place(random_), place(random_), place(random_)});
+    }
+    return points;
+  }
+  // Raw chunks of 3 segments.
+  auto Chunks(const std::string& scene = kScene) {
+    EventLog log;
+    EXPECT_OK(Update(3, scene, &log));
+    EXPECT_FALSE(log.chunks.empty());
+    return log.chunks;
+  }
+
+  std::mt19937 random_{kSeed};
+};
+
+}  // namespace latticed::testing
+
+#endif  // LATTICED_TESTS_SERVER_LATTICES_SEVERAL_FIXTURE_H_

@@ -1,0 +1,163 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Several lattices of one scene through the stub: x goes to x + sum_k (F_k(x) - x), and each lattice has edits of its own.
+#include <cmath>
+
+#include "tests/server/lattices/several_fixture.h"
+
+namespace latticed::testing {
+namespace {
+
+constexpr char kFirst[] = "first-scene", kSecond[] = "second-scene";  // of one lattice each
+
+TEST_F(SeveralLatticesTest, DisplacementsAddAtMixesOfDegrees) {
+  for (int mix = 0; mix < 27; ++mix) {
+    const auto degree = [](int n) {
+      return std::array<int, 3>{1 + n % 3, 1 + n / 3 % 3, 1 + n / 9};
+    };
+    const v1::Lattice one = Shaken(Whole(degree(mix))), other = Shaken(Spot(degree(26 - mix)));
+    ASSERT_OK(Create(RequestOf({one, other})));
+    ASSERT_OK(Create(RequestOf({one}, kFirst)));
+    ASSERT_OK(Create(RequestOf({other}, kSecond)));
+    const std::vector<Vec3d> world = SomePoints(100);
+    const auto sum = Evaluate(world), first = Evaluate(world, kFirst);
+    const auto second = Evaluate(world, kSecond);
+    for (size_t n = 0; n < world.size(); ++n) {
+      EXPECT_LE(Norm(sum[n] - (first[n] + second[n] - world[n])), 1e-13)
+          << n << ", mix " << mix << ", seed " << kSeed;
+    }
+    for (const char* id : {kScene, kFirst, kSecond}) ASSERT_OK(DeleteScene(id));
+  }
+}
+
+TEST_F(SeveralLatticesTest, AWatcherFollowsTheEditsOfEach) {
+  ASSERT_OK(Create(RequestOf({Whole(), Spot()})));
+  EXPECT_EQ(Get().lattices_size(), 2);
+  EXPECT_EQ(Get().lattices(1).frame().origin().x(), 0.2);
+  v1::WatchRequest watch = For<v1::WatchRequest>();
+  watch.mutable_view()->set_encoding(v1::ENCODING_RAW);
+  watch.mutable_view()->set_segments(3);
+  WatchClient watcher(*scenes_, watch);
+  watcher.ReadUpdates(1);
+  ASSERT_EQ(watcher.log.others.size(), 1u);
+  EXPECT_EQ(watcher.log.others.at(1).lattice().frame().u().x(), 0.4);
+
+  ASSERT_OK(Apply(MoveIn(1, 1, 21, {0.05, 0, 0})));
+  ASSERT_OK(Apply(MoveIn(0, 2, 42, {0, 0.1, 0})));
+
+  watcher.ReadUntilRevision(2);
+  EXPECT_EQ(watcher.log.deltas, 2u);
+  for (const uint32_t k : {0u, 1u}) {
+    const v1::LatticeState& seen = k == 0 ? watcher.log.lattice : watcher.log.others.at(k);
+    EXPECT_EQ(seen.lattice().SerializeAsString(), LatticeAt(k).lattice().SerializeAsString());
+  }
+  v1::CreateSceneRequest fresh =
+      RequestOf({LatticeAt(0).lattice(), LatticeAt(1).lattice()}, kFirst);
+  ASSERT_OK(Create(fresh));
+  EXPECT_TRUE(Chunks() == Chunks(kFirst));
+}
+
+TEST_F(SeveralLatticesTest, EachHasItsOwnUndoAlsoAfterARestart) {
+  ASSERT_OK(Create(RequestOf({Whole(), Spot()})));
+  const std::string first = LatticeAt(0).lattice().SerializeAsString();
+  ASSERT_OK(Apply(MoveIn(0, 1, 42, {0, 0.1, 0})));
+  ASSERT_OK(Apply(MoveIn(1, 2, 21, {0.05, 0, 0})));
+  ASSERT_OK(Apply(MoveIn(1, 3, 22, {0.05, 0, 0})));
+  const std::string second = LatticeAt(1).lattice().SerializeAsString();
+  const auto before = Chunks();
+
+  Restart();
+
+  EXPECT_TRUE(Chunks() == before);
+  EXPECT_EQ(Get().revision(), 3u);
+  ASSERT_OK(Apply(UndoMine("ann", 4)));  // of lattice 0
+  EXPECT_EQ(LatticeAt(0).lattice().SerializeAsString(), first);
+  EXPECT_EQ(LatticeAt(1).lattice().SerializeAsString(), second);
+  v1::EditBatch undo = UndoMine("ann", 5);
+  undo.set_lattice(1);
+  ASSERT_OK(Apply(undo));
+  EXPECT_NE(LatticeAt(1).lattice().SerializeAsString(), second);
+  EXPECT_EQ(Get().revision(), 5u);
+}
+
+TEST_F(SeveralLatticesTest, AnInsertedKnotKeepsTheShape) {
+  ASSERT_OK(Create(RequestOf({Shaken(Whole()), Shaken(Spot())})));
+  const std::vector<Vec3d> world = SomePoints(50);
+  const auto before = Evaluate(world);
+  v1::EditBatch insert = MoveIn(1, 1, 0, {});
+  auto& knot = *insert.mutable_edits(0)->mutable_insert_knot();
+  knot.set_axis(v1::LATTICE_AXIS_U);
+  knot.set_value(0.5);
+  ASSERT_OK(Apply(insert));
+  EXPECT_EQ(LatticeAt(1).lattice().size().u(), 5);
+  EXPECT_EQ(LatticeAt(0).lattice().size().u(), 4);
+  EXPECT_EQ(Get().structure_id(), 2u);
+  const auto after = Evaluate(world);
+  for (size_t n = 0; n < world.size(); ++n) EXPECT_LE(Norm(after[n] - before[n]), 1e-13);
+  ExpectRefused(Apply(MoveIn(0, 2, 0, {})), absl::StatusCode::kAborted, "STRUCTURE_CHANGED");
+}
+
+TEST_F(SeveralLatticesTest, StrengthIsOfOneLattice) {
+  const v1::Lattice one = Shaken(Whole()), other = Shaken(Spot());
+  ASSERT_OK(Create(RequestOf({one, other})));
+  ASSERT_OK(Create(RequestOf({one}, kFirst)));
+  v1::EditBatch batch = MoveIn(1, 1, 0, {});
+  batch.mutable_edits(0)->mutable_set_strength()->set_strength(0);
+  ASSERT_OK(Apply(batch));
+  EXPECT_EQ(LatticeAt(1).strength(), 0);
+  EXPECT_FALSE(LatticeAt(0).has_strength());
+  const std::vector<Vec3d> world = SomePoints(50);
+  const auto sum = Evaluate(world), alone = Evaluate(world, kFirst);
+  for (size_t n = 0; n < world.size(); ++n) EXPECT_LE(Norm(sum[n] - alone[n]), 1e-14);
+}
+
+TEST_F(SeveralLatticesTest, ADragOfOneReachesItsTargetBesideTheOther) {
+  ASSERT_OK(Create(RequestOf({Shaken(Whole()), Shaken(Spot())})));
+  v1::EditBatch batch = MoveIn(1, 1, 0, {});
+  auto& drag = *batch.mutable_edits(0)->mutable_drag_points();
+  auto& point = *drag.add_points();  // (0.5, 0.25, 0), in the fading part of the spot
+  for (const uint32_t corner : {0u, 1u, 2u}) point.add_corners(corner);
+  for (const double b : {0.5, 0.25, 0.25}) point.add_barycentrics(b);
+  const Vec3d rest{0.5, 0.25, 0}, target{0.55, 0.3, 0.05};
+  for (int a = 0; a < 3; ++a) drag.add_targets(target[a]);
+  v1::EditResult result;
+  ASSERT_OK(Apply(batch, &result));
+  EXPECT_LE(result.drag_residual(), 1e-12);
+  EXPECT_LE(Norm(Evaluate(rest) - target), 1e-12);
+}
+
+TEST_F(SeveralLatticesTest, DerivativesAreByThePointsOfOne) {
+  ASSERT_OK(Create(RequestOf({Shaken(Whole()), Shaken(Spot())})));
+  const auto volume = [&] {
+    auto request = For<v1::MeasureSceneRequest>();
+    request.add_measures(v1::MEASURE_VOLUME);
+    request.set_with_gradient(true);
+    request.set_lattice(1);
+    v1::MeasureSceneResponse got;
+    EXPECT_OK(Call(&Scenes::MeasureScene, request, &got));
+    return got;
+  };
+  const v1::MeasureSceneResponse before = volume();
+  constexpr double kStep = 1e-6;
+  constexpr uint32_t kIndex = 21;  // (1, 1, 1)
+  ASSERT_OK(Apply(MoveIn(1, 1, kIndex, {0, 0, kStep})));
+  ASSERT_EQ(before.volume_gradient_size(), 3 * 64);
+  const double slope = before.volume_gradient(3 * kIndex + 2);
+  EXPECT_NEAR((volume().volume() - before.volume()) / kStep, slope, 1e-8);
+  EXPECT_GT(std::abs(slope), 1e-4);
+}
+
+TEST_F(SeveralLatticesTest, OneKeepsTheVolumeBesideTheOther) {
+  ASSERT_OK(Create(RequestOf({Shaken(Whole()), Spot()})));
+  v1::EditBatch keep = MoveIn(1, 1, 0, {});
+  keep.mutable_edits(0)->mutable_set_constraints()->mutable_constraints()->mutable_volume();
+  ASSERT_OK(Apply(keep));
+  ASSERT_OK(Apply(MoveIn(1, 2, 21, {0.05, 0.02, -0.05})));
+  v1::MeasureSceneResponse got;
+  ASSERT_OK(Volume(&got));
+  EXPECT_NEAR(got.volume(), 1, 1e-12);
+}
+
+}  // namespace
+}  // namespace latticed::testing
