@@ -64,8 +64,7 @@ absl::StatusOr<std::shared_ptr<Scene>> Scene::Create(SceneConfig config,
   LATTICED_RETURN_IF_ERROR(Validate(default_spec));
   SceneLife life{.history = EditHistory(std::exchange(config.lattice, {}), config.strength),
                  .commit_time = config.create_time};
-  LATTICED_RETURN_IF_ERROR(
-      life.history.MadeWith(config.weights, config.mesh->positions.size()));
+  LATTICED_RETURN_IF_ERROR(life.history.MadeWith(config.weights, config.mesh->positions.size()));
   life.moved = PointRevisions(life.history.lattice().control_points.size(), 0);
   LATTICED_ASSIGN_OR_RETURN(auto scene, Make(std::move(config), std::move(life), context, stop));
   const RenderInput head = scene->Head();
@@ -78,7 +77,8 @@ absl::StatusOr<std::shared_ptr<Scene>> Scene::Create(SceneConfig config,
 absl::StatusOr<std::shared_ptr<Scene>> Scene::Restore(SceneConfig config, const SceneLog& log,
                                                       const SceneContext& context, StopCheck stop) {
   config.lattice = {};
-  LATTICED_ASSIGN_OR_RETURN(auto life, Replay(log, {config.weights, config.mesh->positions.size()}));
+  LATTICED_ASSIGN_OR_RETURN(auto life,
+                            Replay(log, {config.weights, config.mesh->positions.size()}));
   // No clock ran meanwhile, but that of the machine.
   const absl::Duration since = std::max(absl::Now() - life.commit_time, absl::ZeroDuration());
   life.now += absl::ToChronoNanoseconds(since);

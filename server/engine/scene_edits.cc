@@ -63,8 +63,8 @@ void Scene::SubmitEdits(const EditBatch& batch, StopCheck stop, EditDone done) {
 }
 
 Scene::Answer Scene::TryEdits(const EditBatch& batch, std::optional<PlanCandidate>& candidate,
-                              std::shared_ptr<TargetSlot> target,
-                              std::optional<PlanKey>& wanted, const EditDone& done) {
+                              std::shared_ptr<TargetSlot> target, std::optional<PlanKey>& wanted,
+                              const EditDone& done) {
   // Destroyed after the locks are released, because a large plan takes long to destroy.
   const RenderInput retired = Head();
   const MutexLock edit_lock(&edit_mutex_);
@@ -148,7 +148,8 @@ absl::Status Scene::ReadAgain() {
   const auto log = journal_.Read();
   if (absl::IsAborted(log.status())) return Lose();
   LATTICED_RETURN_IF_ERROR(log.status());
-  LATTICED_ASSIGN_OR_RETURN(auto life, Replay(*log, {config_.weights, config_.mesh->positions.size()}));
+  LATTICED_ASSIGN_OR_RETURN(auto life,
+                            Replay(*log, {config_.weights, config_.mesh->positions.size()}));
   auto head = State();
   // What was refused is stored: clients learn it from the scene that is made from the store.
   if (life.history.revision() != head->revision) return Lose();

@@ -136,10 +136,10 @@ absl::Status ApplyEdits(const CallContext& context, const v1::EditBatch& request
   LATTICED_ASSIGN_OR_RETURN(const auto scene, SceneOf(context, request.scene()));
   LATTICED_RETURN_IF_ERROR(context.env.quotas.TakeEdit(context.call.caller.tenant, absl::Now()));
   const auto begun = Clock::now();
-  LATTICED_ASSIGN_OR_RETURN(
-      const auto summary,
-      scene->ApplyEdits(BatchFromProto(request, *scene->config().mesh, scene->State()->plan->mesh_weights),
-                        [&] { return CheckCancelled(context.call); }));
+  LATTICED_ASSIGN_OR_RETURN(const auto summary,
+                            scene->ApplyEdits(BatchFromProto(request, *scene->config().mesh,
+                                                             scene->State()->plan->mesh_weights),
+                                              [&] { return CheckCancelled(context.call); }));
   AuditEdit(context.env, context.call, scene->id());
   response = ToProto(summary);
   const auto ended = summary.commit_time.value_or(Clock::now());

@@ -209,8 +209,8 @@ absl::StatusOr<Edit> Read(const v1::SetWeights& edit, std::string_view field) {
         return error::InvalidField(fmt::format("{}.indices", path), "at least one is needed");
       }
       result.indices.assign(indices.begin(), indices.end());
-      LATTICED_ASSIGN_OR_RETURN(
-          result.values, ReadFloats(edit.some().values(), fmt::format("{}.values", path)));
+      LATTICED_ASSIGN_OR_RETURN(result.values,
+                                ReadFloats(edit.some().values(), fmt::format("{}.values", path)));
       return result;
     }
     case v1::SetWeights::kClear:

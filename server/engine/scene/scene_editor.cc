@@ -56,8 +56,8 @@ std::shared_ptr<const SceneState> SceneEditor::FirstState(
 
 absl::StatusOr<EditCommit> SceneEditor::Apply(const EditBatch& batch, const SceneState& before,
                                               std::optional<PlanCandidate>& candidate,
-                                              std::optional<PlanKey>& wanted,
-                                              TimePoint now, const Clock& clock) {
+                                              std::optional<PlanKey>& wanted, TimePoint now,
+                                              const Clock& clock) {
   const auto plan = [&](PlanKey key) -> absl::Status {
     if (candidate && candidate->key == key) return candidate->state.status();
     wanted = std::move(key);
@@ -69,7 +69,7 @@ absl::StatusOr<EditCommit> SceneEditor::Apply(const EditBatch& batch, const Scen
   const auto admit_weights = [&](const VertexWeights& weights) {
     return plan({history_.lattice().structure, weights});
   };
-  if (batch.refuse_folds && before.plan->is_weighted()) {
+  if (batch.refuse_folds && before.plan->is_weighted() && LoneEdit<SetWeights>(batch) == nullptr) {
     return error::NotWithWeights("refuse_folds");
   }
   AdmitPoints admit_points;
@@ -106,7 +106,7 @@ absl::StatusOr<EditCommit> SceneEditor::Apply(const EditBatch& batch, const Scen
   // NextState takes the commit time. It is called late, because finding the dirty chunks takes a while.
   next = NextState(batch, before, std::move(next), commit.structure_changed, clock());
   commit.box_changed = next.box.id != before.box.id;
-  if (watch_folds_ || batch.refuse_folds) {
+  if ((watch_folds_ || batch.refuse_folds) && !next.plan->is_weighted()) {
     auto folds = folds_.Follow(before, next, moved);
     if (watch_folds_) commit.summary.folds = std::move(folds);
   }

@@ -74,8 +74,8 @@ class SceneEditor {
   // `before` is the newest state. An EditCommit without a state repeats the answer of an earlier batch.
   [[nodiscard]] absl::StatusOr<EditCommit> Apply(const EditBatch& batch, const SceneState& before,
                                                  std::optional<PlanCandidate>& candidate,
-                                                 std::optional<PlanKey>& wanted,
-                                                 TimePoint now, const Clock& clock);
+                                                 std::optional<PlanKey>& wanted, TimePoint now,
+                                                 const Clock& clock);
   // Commits gestures that have been silent for too long. If that ends the last open gesture, returns the
   // newest state without it, at the same revision; else null.
   [[nodiscard]] std::shared_ptr<const SceneState> EndIdleGestures(const SceneState& newest,

@@ -88,7 +88,8 @@ class SetWeightsTest : public SceneFixture {
     std::vector<float> weights(9, -1);
     const std::vector<uint32_t> vertices = {0, 1, 4, 1, 2, 5, 3, 4, 7, 4, 5, 8};
     for (size_t n = 0; n < vertices.size(); ++n) {
-      weights[vertices[n]] = static_cast<float>(response.positions(3 * static_cast<int>(n) + 2) / 3);
+      weights[vertices[n]] =
+          static_cast<float>(response.positions(3 * static_cast<int>(n) + 2) / 3);
     }
     weights.erase(weights.begin() + 6);  // no triangle above has it
     return weights;
@@ -232,6 +233,29 @@ TEST_F(SetWeightsTest, ScenesOfOtherKindsTakeNone) {
   batch.set_structure_id(1);
   ExpectRefused(Apply(batch), Code::kFailedPrecondition, "VERTEX_WEIGHTS");
   EXPECT_FALSE(Get("other-scene").weighted());
+}
+
+TEST_F(SetWeightsTest, AnEditThatRefusesFoldsSetsThemToo) {
+  for (const float w : {0.5f, 0.25f}) {
+    v1::EditBatch batch = Some({4}, {w});
+    batch.set_refuse_folds(true);
+    ASSERT_OK(Apply(batch));
+    EXPECT_NEAR(Weights()[4], w, 1e-6);
+  }
+}
+
+TEST_F(SetWeightsTest, AKeptVolumeTakesNone) {
+  mesh_ = Upload(CubeObj());
+  ASSERT_OK(Create(SceneRequest("cube-scene")));
+  v1::EditBatch keep = Batch();
+  keep.set_scene("cube-scene");
+  keep.set_structure_id(1);
+  keep.add_edits()->mutable_set_constraints()->mutable_constraints()->mutable_volume();
+  ASSERT_OK(Apply(keep));
+  v1::EditBatch batch = Some({4}, {0.5f});
+  batch.set_scene("cube-scene");
+  batch.set_structure_id(1);
+  ExpectRefused(Apply(batch), Code::kFailedPrecondition, "VERTEX_WEIGHTS");
 }
 
 TEST_F(SetWeightsTest, WatchesThatCannotShowThemEnd) {
