@@ -1,0 +1,66 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The plan of a Scene, and what follows from it.
+#include <memory>
+#include <utility>
+
+#include "core/base/catch_bad_alloc.h"
+#include "core/base/error.h"
+#include "core/base/status_macros.h"
+#include "server/engine/scene.h"
+
+namespace latticed {
+namespace {
+
+// Times in a header take a few bytes more or less. What a scene reserves does not depend on them.
+uint64_t WholePages(uint64_t bytes) {
+  constexpr uint64_t kPage = 4096;
+  return (bytes + kPage - 1) / kPage * kPage;
+}
+
+// What a scene with weights cannot have from its beginning.
+absl::Status CheckWithWeights(const SceneConfig& config) {
+  const ViewSpec& view = config.default_view.key.spec;
+  if (view.tolerance > 0) return error::NotWithWeights("the scene's default view with a tolerance");
+  if (!HasPositions(view)) return error::NotWithWeights("the scene's default view of patches");
+  if (config.fold_watch) return error::NotWithWeights("fold_watch");
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::StatusOr<Scene::Prepared> Scene::Prepare(const PlanKey& key, StopCheck stop) const {
+  const LatticeStructure& structure = key.structure;
+  if (key.weights != nullptr) LATTICED_RETURN_IF_ERROR(CheckWithWeights(config_));
+  return CatchBadAlloc("the scene's plan", [&]() -> absl::StatusOr<Prepared> {
+    RenderBackend& backend = *context_.backend;
+    // Checked before the plan is made, which may take seconds.
+    LATTICED_RETURN_IF_ERROR(backend.health().status());
+    const uint64_t least = LeastPlanBytes(*config_.mesh);
+    LATTICED_ASSIGN_OR_RETURN(auto memory,
+                              backend.memory().Reserve("the scene's plan", least, config_.account));
+    ProbeMemory(least);
+    LATTICED_RETURN_IF_ERROR(Validate(structure));
+    const auto outside = std::make_shared<const OutsideMap>(structure);
+    LATTICED_ASSIGN_OR_RETURN(auto plan, MakePlan(config_.mesh, outside->continued(),
+                                                  config_.crease_angle, stop, key.weights));
+    LATTICED_ASSIGN_OR_RETURN(auto target, backend.Prepare(plan, config_.pipeline));
+    LATTICED_RETURN_IF_ERROR(stop());
+    SceneState state;
+    state.outside = outside;
+    state.patch_tree = std::make_shared<const PatchTree>(*plan);
+    state.patches_on_faces = PatchesThatMayTear(*plan, *outside);
+    state.measures = std::make_shared<SceneMeasures>(plan, &backend.memory(), config_.account);
+    state.influential = std::make_shared<const std::vector<bool>>(InfluentialPoints(*plan));
+    const uint64_t bytes = HostBytes(target->memory()) + state.patch_tree->MemoryBytes() +
+                           LatticeBytes(structure) + OutsideBytes(*outside) +
+                           LeastHistoryBytes(structure) + WholePages(config_.stored_header.size());
+    LATTICED_RETURN_IF_ERROR(memory.Resize("the scene's plan", bytes));
+    auto slot = std::make_shared<TargetSlot>(&backend, std::move(target), plan, std::move(memory));
+    state.plan = std::move(plan);
+    return Prepared{std::move(state), std::move(slot)};
+  });
+}
+
+}  // namespace latticed
