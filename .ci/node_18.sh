@@ -54,6 +54,7 @@ node_18_example() {
     (export LATTICED_DECODER_WASM=$PWD/$ci_build/client/decoder/wasm/decoder.wasm && cd "$tree/client/node" &&
       npm ci --no-fund --no-audit && npm run build) &&
     node tests/client/node/draco_points_test.mjs "$tree/client/node" tests/client/golden &&
+    node tests/client/node/evaluate_patches_test.mjs "$tree/client/node" &&
     tests/client/with_server.sh "$ci_build" node "$tree/client/node/dist/drag.js" "$tree/vase.obj"
 }
 

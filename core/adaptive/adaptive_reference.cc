@@ -17,7 +17,7 @@ constexpr double kShear = 0.5;
 
 template <int kDegree>
 CurvatureBounds<double> BoundOfDegree(const double* const* p, int degree) {
-  if constexpr (kDegree < kMostPatchDegree) {
+  if constexpr (kDegree < kMostWeightedDegree) {
     if (degree > kDegree) return BoundOfDegree<kDegree + 1>(p, degree);
   }
   return BoundCurvature<kDegree, double>(p, kShear);
@@ -28,8 +28,15 @@ CurvatureBounds<double> BoundOfDegree(const double* const* p, int degree) {
 AdaptiveReference::AdaptiveReference(std::shared_ptr<const DeformPlan> plan)
     : plan_(plan), basis_(std::move(plan)) {}
 
-CurvatureBounds<double> AdaptiveReference::BoundPatch(const Patch& patch,
+AdaptiveReference::BoxCoefficients AdaptiveReference::Polynomial(
+    uint32_t box, std::span<const Vec3d> control_points) const {
+  return plan_->is_weighted() ? basis_.OffsetPolynomial(box, control_points)
+                              : basis_.Polynomial(box, control_points);
+}
+
+CurvatureBounds<double> AdaptiveReference::BoundPatch(size_t p,
                                                       std::span<const Vec3d> polynomial) const {
+  const Patch& patch = plan_->patches[p];
   std::array<Vec3d, 3> corner;
   for (size_t c = 0; c < 3; ++c) {
     corner[c] = basis_.Local(patch.box, plan_->vertices[patch.vertex[c]]);
@@ -42,15 +49,23 @@ CurvatureBounds<double> AdaptiveReference::BoundPatch(const Patch& patch,
     map[a][1] = along[a];
     map[a][2] = across[a];
   }
-  const double* p[3];
+  double weight[3] = {1, 0, 0};  // at x = t = 0, and its derivatives
+  if (plan_->is_weighted()) {
+    const std::array<double, 3> of_corner = plan_->CornerWeights(p);
+    weight[1] = of_corner[1] - of_corner[0];
+    weight[2] = of_corner[2] - of_corner[0] - kShear * weight[1];
+    weight[0] = of_corner[0] + 0.5 * weight[1] + 0.5 * weight[2];
+  }
+  const double* coefficients[3];
   PatchPolynomial<double> composed[3];
   for (int component = 0; component < 3; ++component) {
     double c[BoxBasis::kMostTerms];
     for (size_t k = 0; k < polynomial.size(); ++k) c[k] = polynomial[k][component];
     composed[component] = ComposePatch(c, basis_.degree(), map);
-    p[component] = composed[component].value;
+    if (plan_->is_weighted()) composed[component].MultiplyLinear(weight);
+    coefficients[component] = composed[component].value;
   }
-  return BoundOfDegree<3 * limits::kMinDegree>(p, plan_->structure.patch_degree());
+  return BoundOfDegree<3 * limits::kMinDegree>(coefficients, composed[0].degree);
 }
 
 std::vector<CurvatureBounds<double>> AdaptiveReference::Bounds(
@@ -59,8 +74,8 @@ std::vector<CurvatureBounds<double>> AdaptiveReference::Bounds(
   for (uint32_t box = 0; box < plan_->outside_box(); ++box) {
     const uint32_t first = plan_->box_patches[box], last = plan_->box_patches[box + 1];
     if (first == last) continue;
-    const auto polynomial = basis_.Polynomial(box, control_points);
-    for (uint32_t p = first; p < last; ++p) bounds[p] = BoundPatch(plan_->patches[p], polynomial);
+    const BoxCoefficients polynomial = Polynomial(box, control_points);
+    for (uint32_t p = first; p < last; ++p) bounds[p] = BoundPatch(p, polynomial);
   }
   return bounds;
 }

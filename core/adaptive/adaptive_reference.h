@@ -5,6 +5,9 @@
 // same in float32, with larger bounds (core/adaptive/curvature_slack.h). At a threshold their levels may differ; both
 // certificates hold.
 //
+// With vertex weights a patch is P = x + w G, G = F - x the offset (core/ffd/weights/). Its second derivatives are those of
+// w G, one polynomial of degree n + 1. The CPU backend takes them from here.
+//
 // Patches outside the frame have bounds and certificates 0: they do not move. Their edges still take the levels of
 // neighbours inside, so that an attached seam has no cracks.
 //
@@ -13,6 +16,7 @@
 #ifndef LATTICED_CORE_ADAPTIVE_ADAPTIVE_REFERENCE_H_
 #define LATTICED_CORE_ADAPTIVE_ADAPTIVE_REFERENCE_H_
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -35,6 +39,13 @@ class AdaptiveReference {
  public:
   explicit AdaptiveReference(std::shared_ptr<const DeformPlan> plan);
 
+  using BoxCoefficients = std::array<Vec3d, BoxBasis::kMostTerms>;
+  // C of a box inside the frame; with weights that of the offset.
+  [[nodiscard]] BoxCoefficients Polynomial(uint32_t box,
+                                           std::span<const Vec3d> control_points) const;
+  // Of one patch of the box that has this polynomial.
+  [[nodiscard]] CurvatureBounds<double> BoundPatch(size_t patch,
+                                                   std::span<const Vec3d> polynomial) const;
   // Of every patch.
   [[nodiscard]] std::vector<CurvatureBounds<double>> Bounds(
       std::span<const Vec3d> control_points) const;
@@ -44,8 +55,6 @@ class AdaptiveReference {
                                                 double tolerance) const;
 
  private:
-  CurvatureBounds<double> BoundPatch(const Patch& patch, std::span<const Vec3d> polynomial) const;
-
   std::shared_ptr<const DeformPlan> plan_;
   BoxBasis basis_;
 };

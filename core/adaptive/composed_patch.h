@@ -19,12 +19,13 @@
 namespace latticed {
 
 inline constexpr int kMostPatchDegree = 3 * limits::kMaxDegree;
+inline constexpr int kMostWeightedDegree = kMostPatchDegree + 1;  // of a patch with vertex weights
 
 constexpr int PatchTerm(int i, int j) { return (i + j) * (i + j + 1) / 2 + j; }
 
 template <typename T>
 struct PatchPolynomial {
-  static constexpr int kMostTerms = (kMostPatchDegree + 1) * (kMostPatchDegree + 2) / 2;
+  static constexpr int kMostTerms = (kMostWeightedDegree + 1) * (kMostWeightedDegree + 2) / 2;
   T value[kMostTerms] = {};
   int degree = 0;
 

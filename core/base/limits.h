@@ -15,6 +15,8 @@ namespace latticed::limits {
 inline constexpr int kMinDegree = 1;
 inline constexpr int kMaxDegree = 3;
 inline constexpr int kMaxControlPoints = 32'768;
+// Lattices of a scene. Their sum has a control point for each combination of their knots.
+inline constexpr int kMaxLattices = 8;
 
 // Views. 32 segments: 561 points per patch; 32 patches stay far below kMaxChunkPoints.
 inline constexpr int kMinSegments = 1;

@@ -96,6 +96,12 @@ class EditHistory {
                                                   const AdmitPoints& admit_points = {},
                                                   const VolumeKeeper* keeper = nullptr,
                                                   const AdmitWeights& admit_weights = {});
+  // Makes the next batch follow upon this revision and structure: those of a scene, whose other lattices have histories too.
+  // Neither may be lower than it is.
+  void GoOnFrom(uint64_t revision, uint64_t structure_id) {
+    revision_ = revision;
+    structure_id_ = structure_id;
+  }
   // Adds to the kept result of the editor's last batch what only the scene can count.
   void SetTouched(std::string_view editor_id, uint64_t boxes, uint64_t patches);
 

@@ -143,6 +143,7 @@ absl::StatusOr<EditHistory> EditHistory::FromImage(EditHistoryImage image) {
 
 EditRecord EditHistory::LastRecord(const EditBatch& batch, TimePoint now) const {
   EditRecord record{.now = now, .result = *ledger_.Find(batch.editor_id)};
+  record.batch.lattice = batch.lattice;
   record.batch.editor_id = batch.editor_id;
   record.batch.sequence = batch.sequence;
   if (!record.result.status.ok()) return record;

@@ -5,7 +5,6 @@
 #include <optional>
 #include <utility>
 
-#include "core/base/error.h"
 #include "core/base/status_macros.h"
 #include "core/ffd/edit_history.h"
 
@@ -30,9 +29,6 @@ absl::Status EditHistory::Weigh(const std::string& editor_id, const SetWeights& 
 
 absl::Status EditHistory::Admit(const VertexWeights& weights, const Rules& rules) const {
   if (rules.is_record) return absl::OkStatus();
-  if (weights != nullptr && constraints().volume.has_value()) {
-    return error::NotWithWeights("the volume that the constraints keep");
-  }
   return rules.admit_weights ? rules.admit_weights(weights) : absl::OkStatus();
 }
 

@@ -99,6 +99,7 @@ enum class GesturePhase {
 };
 
 struct EditBatch {
+  uint32_t lattice = 0;  // which of a scene's lattices; a history is of one, and does not read it
   std::string editor_id;
   uint64_t sequence = 0;  // from 1, rising
   uint64_t structure_id = 0;

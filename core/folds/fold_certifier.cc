@@ -2,11 +2,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/folds/fold_certifier.h"
 
+#include <optional>
 #include <utility>
 
 #include "core/base/bounds.h"
 #include "core/base/status_macros.h"
 #include "core/ffd/dirty_set.h"
+#include "core/folds/fold_search.h"
+#include "core/folds/triangle_search.h"
+#include "core/folds/weighted_determinant.h"
 
 namespace latticed {
 namespace {
@@ -47,11 +51,45 @@ size_t FoldCertifier::MostBytes(const DeformPlan& plan) {
   return sizeof(FoldCertifier) + plan.boxes.size() * (sizeof(Part) + sizeof(FoldedBox));
 }
 
-void FoldCertifier::Examine(const Part& part, std::span<const Vec3d> control_points,
-                            FoldSearch& search, FoldReport& report) const {
-  const double slack =
-      MakeBoxDeterminant(plan_->structure, control_points, part.part, search.polynomial());
-  const FoldDecision decision = search.Decide(slack);
+struct FoldCertifier::Looker {
+  Looker(const DeformPlan& plan, std::span<const Vec3d> points) : control_points(points) {
+    if (!plan.is_weighted()) return;
+    triangles.emplace();
+    for (size_t i = 0; i < points.size(); ++i) {
+      offsets.push_back(points[i] - plan.identity_points[i]);
+    }
+  }
+
+  const std::span<const Vec3d> control_points;
+  FoldSearch search;
+  // With weights.
+  std::optional<TriangleSearch> triangles;
+  std::vector<Vec3d> offsets;  // of control points from their places at rest
+};
+
+void FoldCertifier::ExamineWeighted(const Part& part, Looker& looker, FoldReport& report) const {
+  const WeightedBox box(*plan_, part.box, looker.offsets);
+  FoldedBox worst{part.box, part.place, FoldState::kCertified};
+  for (uint32_t p = plan_->box_patches[part.box]; p < plan_->box_patches[part.box + 1]; ++p) {
+    if (box.IsNearRest(p)) continue;
+    const double slack = box.MakeDeterminant(p, looker.triangles->polynomial());
+    const TriangleDecision decision = looker.triangles->Decide(slack);
+    if (decision.state <= worst.state) continue;
+    Vec3d rest_point;
+    for (size_t c = 0; c < 3; ++c) {
+      rest_point += decision.barycentrics[c] * plan_->vertices[plan_->patches[p].vertex[c]].world;
+    }
+    worst = {part.box, part.place, decision.state, rest_point, decision.value};
+    if (worst.state == FoldState::kFolded) break;
+  }
+  if (worst.state != FoldState::kCertified) report.places.push_back(worst);
+}
+
+void FoldCertifier::Examine(const Part& part, Looker& looker, FoldReport& report) const {
+  if (plan_->is_weighted()) return ExamineWeighted(part, looker, report);
+  const double slack = MakeBoxDeterminant(plan_->structure, looker.control_points, part.part,
+                                          looker.search.polynomial());
+  const FoldDecision decision = looker.search.Decide(slack);
   if (decision.state == FoldState::kCertified) return;
   Vec3d parameter = part.part.lower;
   for (int a = 0; a < 3; ++a) {
@@ -64,10 +102,10 @@ void FoldCertifier::Examine(const Part& part, std::span<const Vec3d> control_poi
 absl::StatusOr<FoldReport> FoldCertifier::Certify(std::span<const Vec3d> control_points,
                                                   StopCheck stop) const {
   FoldReport report{.boxes = parts_.size()};
-  FoldSearch search;
+  Looker looker(*plan_, control_points);
   for (const Part& part : parts_) {
     LATTICED_RETURN_IF_ERROR(stop());
-    Examine(part, control_points, search, report);
+    Examine(part, looker, report);
   }
   return report;
 }
@@ -76,12 +114,12 @@ FoldReport FoldCertifier::Recertify(const FoldReport& before, std::span<const ui
                                     std::span<const Vec3d> control_points) const {
   FoldReport report{.boxes = before.boxes};
   const std::vector<bool> influenced = InfluencedBoxes(*plan_, changed);
-  FoldSearch search;
+  Looker looker(*plan_, control_points);
   auto old = before.places.begin();
   for (const Part& part : parts_) {
     const bool listed = old != before.places.end() && old->box == part.box;
     if (influenced[part.box]) {
-      Examine(part, control_points, search, report);
+      Examine(part, looker, report);
     } else if (listed) {
       report.places.push_back(*old);
     }

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Certifies that a deformation does not fold, box by box: the determinant of box_determinant.h, decided by fold_search.h.
+// With vertex weights a box is certified when all of its patches are, on which the surface's own determinant
+// (weighted_determinant.h) is decided by triangle_search.h; a folded patch is the first one.
 //
 // The parts of the boxes that are looked at depend on the plan alone and are kept. A report of the control points before an
 // edit saves the boxes that the edit does not influence: both ways lead to the same report. det J > 0 is local. It does not
@@ -23,12 +25,12 @@
 #include "core/ffd/deform_plan.h"
 #include "core/folds/box_determinant.h"
 #include "core/folds/fold_report.h"
-#include "core/folds/fold_search.h"
 
 namespace latticed {
 
 class FoldCertifier {
  public:
+  // A weighted plan has only kSurface.
   FoldCertifier(std::shared_ptr<const DeformPlan> plan, FoldScope scope);
 
   const DeformPlan& plan() const { return *plan_; }
@@ -51,8 +53,11 @@ class FoldCertifier {
     BoxPart part;
   };
 
-  void Examine(const Part& part, std::span<const Vec3d> control_points, FoldSearch& search,
-               FoldReport& report) const;
+  // What looking at boxes one after the other keeps.
+  struct Looker;
+
+  void Examine(const Part& part, Looker& looker, FoldReport& report) const;
+  void ExamineWeighted(const Part& part, Looker& looker, FoldReport& report) const;
 
   std::shared_ptr<const DeformPlan> plan_;
   FrameMap map_;

@@ -2,8 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/measure/enclosed_volume.h"
 
+#include <utility>
+
 #include "core/ffd/box/box_contraction.h"
 #include "core/measure/box_integral_kernel.h"
+#include "core/measure/weighted_integrals.h"
 
 namespace latticed {
 namespace {
@@ -113,9 +116,39 @@ double VolumeOf(const SurfaceMoments& moments, std::span<const Vec3d> control_po
   return sum / 3;
 }
 
+// dC_j/dP_i from the derivatives of S and V; the centroid is relative to the origin of both.
+std::vector<std::array<Vec3d, 3>> CentroidGradient(const EnclosedVolume& volume, Vec3d centroid,
+                                                   std::span<const std::array<Vec3d, 3>> first) {
+  std::vector<std::array<Vec3d, 3>> gradient(first.size());
+  for (size_t i = 0; i < first.size(); ++i) {
+    for (int k = 0; k < 3; ++k) {
+      for (int j = 0; j < 3; ++j) {
+        gradient[i][static_cast<size_t>(k)][j] =
+            (first[i][static_cast<size_t>(j)][k] - centroid[j] * volume.gradient[i][k]) /
+            volume.volume;
+      }
+    }
+  }
+  return gradient;
+}
+
+EnclosedCentroid MeasureWeightedCentroid(const DeformPlan& plan,
+                                         std::span<const Vec3d> control_points) {
+  WeightedIntegrals sums = IntegrateWeighted(plan, control_points, true);
+  EnclosedCentroid result{.volume = {sums.volume, std::move(sums.volume_gradient)}};
+  const Vec3d centroid = sums.moment / sums.volume;
+  result.centroid = sums.origin + centroid;
+  result.gradient = CentroidGradient(result.volume, centroid, sums.moment_gradient);
+  return result;
+}
+
 }  // namespace
 
 EnclosedVolume MeasureVolume(const SurfaceMoments& moments, std::span<const Vec3d> control_points) {
+  if (moments.plan().is_weighted()) {
+    WeightedIntegrals sums = IntegrateWeighted(moments.plan(), control_points, false);
+    return {sums.volume, std::move(sums.volume_gradient)};
+  }
   EnclosedVolume result{.gradient = std::vector<Vec3d>(control_points.size())};
   const Vec3d origin = OriginFor(moments.plan(), control_points);
   std::array<Wide, 3> sums;
@@ -130,6 +163,7 @@ EnclosedVolume MeasureVolume(const SurfaceMoments& moments, std::span<const Vec3
 
 EnclosedCentroid MeasureCentroid(const SurfaceMoments& moments,
                                  std::span<const Vec3d> control_points) {
+  if (moments.plan().is_weighted()) return MeasureWeightedCentroid(moments.plan(), control_points);
   const size_t count = control_points.size();
   EnclosedCentroid result{.volume = {.gradient = std::vector<Vec3d>(count)}};
   std::vector<std::array<Vec3d, 3>> first(count);  // [j][k] = dS_j / d coordinate k
@@ -153,16 +187,7 @@ EnclosedCentroid MeasureCentroid(const SurfaceMoments& moments,
   }
   const Vec3d centroid = moment / (4 * volume);  // relative to the origin
   result.centroid = origin + centroid;
-  result.gradient.resize(count);
-  for (size_t i = 0; i < count; ++i) {
-    for (int k = 0; k < 3; ++k) {
-      for (int j = 0; j < 3; ++j) {
-        result.gradient[i][static_cast<size_t>(k)][j] =
-            (first[i][static_cast<size_t>(j)][k] - centroid[j] * result.volume.gradient[i][k]) /
-            volume;
-      }
-    }
-  }
+  result.gradient = CentroidGradient(result.volume, centroid, first);
   return result;
 }
 

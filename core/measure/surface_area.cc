@@ -18,8 +18,16 @@ constexpr int kMostQuarterings = 24;
 // Above this tolerance two low rules need the fewest points, below it two higher ones.
 constexpr double kHighRules = 1e-7;
 
-// A part of a patch by its corners' parameters.
-using ParameterTriangle = std::array<Vec3d, 3>;
+// A part of a patch by its corners.
+struct PartCorner {
+  Vec3d parameter, rest;
+  double weight = 1;
+};
+using PatchPart = std::array<PartCorner, 3>;
+
+PartCorner MiddleOf(const PartCorner& a, const PartCorner& b) {
+  return {0.5 * (a.parameter + b.parameter), 0.5 * (a.rest + b.rest), 0.5 * (a.weight + b.weight)};
+}
 
 class AreaSum {
  public:
@@ -53,17 +61,21 @@ class AreaSum {
       // Half of the error in proportion to the area, half of it in proportion to the area at rest, where a patch is
       // folded.
       spare_ = 0.5 * tolerance_ * estimate_ * RestArea(p) / rest_area_;
-      Add(TriangleOf(p), 0);
+      Add(PartOf(p), 0);
     }
     return std::move(result_);
   }
 
  private:
   bool IsOutside(size_t p) const { return plan_.patches[p].box == plan_.outside_box(); }
-  ParameterTriangle TriangleOf(size_t p) const {
-    const auto& v = plan_.patches[p].vertex;
-    return {plan_.vertices[v[0]].parameter, plan_.vertices[v[1]].parameter,
-            plan_.vertices[v[2]].parameter};
+  PatchPart PartOf(size_t p) const {
+    PatchPart part;
+    for (size_t c = 0; c < 3; ++c) {
+      const uint32_t v = plan_.patches[p].vertex[c];
+      part[c] = {plan_.vertices[v].parameter, plan_.vertices[v].world,
+                 plan_.is_weighted() ? plan_.vertex_weights[v] : 1};
+    }
+    return part;
   }
   double RestArea(size_t p) const {
     const auto& v = plan_.patches[p].vertex;
@@ -82,27 +94,42 @@ class AreaSum {
         continue;
       }
       span_ = plan_.boxes[plan_.patches[p].box].span.data();
-      estimate_ += Integrate(TriangleOf(p), centroid);
+      estimate_ += Integrate(PartOf(p), centroid);
     }
     return absl::OkStatus();
   }
 
   struct Tangents {
     Vec3d parameter, s, t;
+    double weight = 1, weight_s = 0, weight_t = 0;
   };
-  Tangents TangentsAt(const ParameterTriangle& part, const std::array<double, 3>& b) const {
-    const Vec3d place = b[0] * part[0] + b[1] * part[1] + b[2] * part[2];
+  Tangents TangentsAt(const PatchPart& part, const std::array<double, 3>& b) const {
+    const Vec3d place =
+        b[0] * part[0].parameter + b[1] * part[1].parameter + b[2] * part[2].parameter;
     const VolumePoint point = EvaluateVolume<true>(volume_, span_, place);
     Tangents result{.parameter = place};
     for (int a = 0; a < 3; ++a) {
-      result.s += (part[1] - part[0])[a] * point.derivatives[a];
-      result.t += (part[2] - part[0])[a] * point.derivatives[a];
+      result.s += (part[1].parameter - part[0].parameter)[a] * point.derivatives[a];
+      result.t += (part[2].parameter - part[0].parameter)[a] * point.derivatives[a];
     }
+    if (plan_.is_weighted()) Weigh(part, b, point.position, result);
     return result;
   }
 
-  double Integrate(const ParameterTriangle& part,
-                   const std::vector<TriangleRulePoint>& rule) const {
+  // Turns the derivatives of F at a point into those of P = x + w (F - x).
+  static void Weigh(const PatchPart& part, const std::array<double, 3>& b, Vec3d position,
+                    Tangents& at) {
+    const Vec3d offset =
+        position - (b[0] * part[0].rest + b[1] * part[1].rest + b[2] * part[2].rest);
+    const Vec3d rest_s = part[1].rest - part[0].rest, rest_t = part[2].rest - part[0].rest;
+    at.weight = b[0] * part[0].weight + b[1] * part[1].weight + b[2] * part[2].weight;
+    at.weight_s = part[1].weight - part[0].weight;
+    at.weight_t = part[2].weight - part[0].weight;
+    at.s = rest_s + at.weight * (at.s - rest_s) + at.weight_s * offset;
+    at.t = rest_t + at.weight * (at.t - rest_t) + at.weight_t * offset;
+  }
+
+  double Integrate(const PatchPart& part, const std::vector<TriangleRulePoint>& rule) const {
     double sum = 0;
     for (const auto& [barycentrics, weight] : rule) {
       const Tangents at = TangentsAt(part, barycentrics);
@@ -111,7 +138,7 @@ class AreaSum {
     return sum;
   }
 
-  void Add(const ParameterTriangle& part, int quarterings) {
+  void Add(const PatchPart& part, int quarterings) {
     const double area = Integrate(part, fine_);
     const double error = std::abs(area - Integrate(part, coarse_));
     if (error <= 0.5 * tolerance_ * area + std::ldexp(spare_, -2 * quarterings) ||
@@ -121,16 +148,15 @@ class AreaSum {
       if (!result_.gradient.empty()) AddGradient(part);
       return;
     }
-    const Vec3d a = 0.5 * (part[1] + part[2]), b = 0.5 * (part[2] + part[0]),
-                c = 0.5 * (part[0] + part[1]);
-    for (const ParameterTriangle& quarter :
-         {ParameterTriangle{part[0], c, b}, ParameterTriangle{c, part[1], a},
-          ParameterTriangle{b, a, part[2]}, ParameterTriangle{a, b, c}}) {
+    const PartCorner a = MiddleOf(part[1], part[2]), b = MiddleOf(part[2], part[0]),
+                     c = MiddleOf(part[0], part[1]);
+    for (const PatchPart& quarter : {PatchPart{part[0], c, b}, PatchPart{c, part[1], a},
+                                     PatchPart{b, a, part[2]}, PatchPart{a, b, c}}) {
       Add(quarter, quarterings + 1);
     }
   }
 
-  void AddGradient(const ParameterTriangle& part) {
+  void AddGradient(const PatchPart& part) {
     for (const auto& [barycentrics, weight] : fine_) {
       const Tangents at = TangentsAt(part, barycentrics);
       const Vec3d normal = Cross(at.s, at.t);
@@ -140,15 +166,16 @@ class AreaSum {
       const Vec3d by_s = Cross(at.t, unit), by_t = Cross(unit, at.s);
       std::array<Vec3d, 3> by_axis;
       for (int a = 0; a < 3; ++a) {
-        by_axis[static_cast<size_t>(a)] =
-            0.5 * weight * ((part[1] - part[0])[a] * by_s + (part[2] - part[0])[a] * by_t);
+        by_axis[static_cast<size_t>(a)] = 0.5 * weight * at.weight *
+                                          ((part[1].parameter - part[0].parameter)[a] * by_s +
+                                           (part[2].parameter - part[0].parameter)[a] * by_t);
       }
-      AddToPoints(at.parameter, by_axis);
+      AddToPoints(at.parameter, 0.5 * weight * (at.weight_s * by_s + at.weight_t * by_t), by_axis);
     }
   }
 
-  // Adds sum over a of dN_i/da by_axis[a] to each control point i.
-  void AddToPoints(Vec3d parameter, const std::array<Vec3d, 3>& by_axis) {
+  // Adds N_i by_value and the sum over a of dN_i/da by_axis[a] to each control point i.
+  void AddToPoints(Vec3d parameter, Vec3d by_value, const std::array<Vec3d, 3>& by_axis) {
     std::array<std::array<double, limits::kMaxDegree + 1>, 3> value{}, slope{};
     for (size_t a = 0; a < 3; ++a) {
       EvaluateBasis(volume_.knots[a], volume_.degree[a], span_[a], parameter[static_cast<int>(a)],
@@ -160,8 +187,9 @@ class AreaSum {
       for (int j = 0; j <= volume_.degree[1]; ++j) {
         const auto jj = static_cast<size_t>(j), kk = static_cast<size_t>(k);
         const Vec3d by_u = value[1][jj] * value[2][kk] * by_axis[0];
-        const Vec3d others =
-            slope[1][jj] * value[2][kk] * by_axis[1] + value[1][jj] * slope[2][kk] * by_axis[2];
+        const Vec3d others = value[1][jj] * value[2][kk] * by_value +
+                             slope[1][jj] * value[2][kk] * by_axis[1] +
+                             value[1][jj] * slope[2][kk] * by_axis[2];
         for (int i = 0; i <= volume_.degree[0]; ++i) {
           const auto ii = static_cast<size_t>(i);
           result_.gradient[static_cast<size_t>(plan_.structure.Index(

@@ -12,6 +12,7 @@
 #include "core/ffd/bezier_box.h"
 #include "core/ffd/direct_ffd.h"
 #include "core/ffd/stage_matrices.h"
+#include "core/ffd/weights/weighted_triangle.h"
 
 namespace latticed {
 namespace {
@@ -22,7 +23,7 @@ constexpr int kMostHalvings = 64;
 // A coordinate on a part of a patch as a Bezier triangle of degree n: coefficient of (i, j, n - i - j) at i (n + 1) + j.
 class BezierTriangle {
  public:
-  static constexpr size_t kMost = 3 * limits::kMaxDegree + 1;
+  static constexpr size_t kMost = 3 * limits::kMaxDegree + 2;  // of a patch with weights
 
   explicit BezierTriangle(int degree) : n_(static_cast<size_t>(degree)) {}
   double& at(size_t i, size_t j) { return c_[i * (n_ + 1) + j]; }
@@ -34,6 +35,9 @@ class BezierTriangle {
       for (size_t j = 0; i + j <= n_; ++j) largest = std::max(largest, at(i, j));
     }
     return largest;
+  }
+  void Negate() {
+    for (double& c : c_) c = -c;
   }
   double LargestCorner() const { return std::max({at(n_, 0), at(0, n_), at(0, 0)}); }
 
@@ -68,17 +72,20 @@ class BoundsSearch {
   BoundsSearch(const DeformPlan& plan, const PatchTree& tree, std::span<const Vec3d> points)
       : plan_(plan),
         tree_(tree),
-        points_(points),
+        points_(points.begin(), points.end()),
+        frame_(plan.structure),
         degree_(plan.structure.patch_degree()),
         inverse_(InverseBernsteinMatrix(degree_)),
-        samples_((*StageMatrices::Get(degree_, 1))->samples) {}
+        samples_((*StageMatrices::Get(degree_, 1))->samples) {
+    if (!plan.is_weighted()) return;
+    for (size_t i = 0; i < points.size(); ++i) points_[i] -= plan.identity_points[i];
+  }
 
   absl::StatusOr<Bounds> Run(StopCheck stop) {
     StopPoll poll(stop);
-    for (const PlanVertex& vertex : plan_.vertices) {
+    for (size_t v = 0; v < plan_.vertices.size(); ++v) {
       LATTICED_RETURN_IF_ERROR(poll.Step());
-      known_.Extend(vertex.box == plan_.outside_box() ? vertex.world
-                                                      : At(vertex.box, vertex.parameter));
+      known_.Extend(PositionOf(v));
     }
     const Vec3d extent = known_.extent();
     slack_ = kBoundsTolerance * std::max({extent.x, extent.y, extent.z});
@@ -92,6 +99,27 @@ class BoundsSearch {
   Vec3d At(uint32_t box, Vec3d parameter) const {
     return EvaluateVolume(plan_.structure, points_, plan_.boxes[box].span, parameter).position;
   }
+  Vec3d PositionOf(size_t v) const {
+    const PlanVertex& vertex = plan_.vertices[v];
+    if (vertex.box == plan_.outside_box()) return vertex.world;
+    const Vec3d at = At(vertex.box, vertex.parameter);
+    return plan_.is_weighted() ? vertex.world + plan_.vertex_weights[v] * at : at;
+  }
+  // Of F, or with weights of the offset F - x, on a part of a knot box.
+  Bounds HullOf(uint32_t box, Vec3d lower, Vec3d upper) const {
+    return RestrictVolume(plan_.structure, points_, plan_.boxes[box].span, lower, upper).Hull();
+  }
+  Bounds HullOf(const PatchTree::Node& node) const {
+    const Bounds hull = HullOf(node.box, node.lower, node.upper);
+    if (!plan_.is_weighted()) return hull;
+    Bounds rest;
+    for (int corner = 0; corner < 8; ++corner) {
+      rest.Extend(frame_.ToWorld({(corner & 1) != 0 ? node.upper.x : node.lower.x,
+                                  (corner & 2) != 0 ? node.upper.y : node.lower.y,
+                                  (corner & 4) != 0 ? node.upper.z : node.lower.z}));
+    }
+    return WeightedHull(rest, hull, 0, 1);
+  }
   bool IsKnown(const Bounds& hull) const {
     for (int a = 0; a < 3; ++a) {
       if (hull.max[a] > known_.max[a] + slack_ || hull.min[a] < known_.min[a] - slack_)
@@ -104,56 +132,79 @@ class BoundsSearch {
     // Outside pieces are flat: their corners are known.
     if (node.box == plan_.outside_box()) return absl::OkStatus();
     LATTICED_RETURN_IF_ERROR(poll.Step());
-    if (IsKnown(RestrictVolume(plan_.structure, points_, plan_.boxes[node.box].span, node.lower,
-                               node.upper)
-                    .Hull())) {
-      return absl::OkStatus();
-    }
+    if (IsKnown(HullOf(node))) return absl::OkStatus();
     for (uint32_t n = node.first; n < node.first + node.count; ++n) {
-      LATTICED_RETURN_IF_ERROR(node.leaf ? SearchPatch(plan_.patches[n], poll)
-                                         : Search(tree_.node(n), poll));
+      LATTICED_RETURN_IF_ERROR(node.leaf ? SearchPatch(n, poll) : Search(tree_.node(n), poll));
     }
     return absl::OkStatus();
   }
 
-  absl::Status SearchPatch(const Patch& patch, StopPoll& poll) {
+  absl::Status SearchPatch(size_t p, StopPoll& poll) {
+    const Patch& patch = plan_.patches[p];
+    WeightedTriangle triangle;
     std::array<Vec3d, 3> corner;
     Bounds bounds;
     for (size_t c = 0; c < 3; ++c) {
       corner[c] = plan_.vertices[patch.vertex[c]].parameter;
+      triangle.rest[c] = plan_.vertices[patch.vertex[c]].world;
       bounds.Extend(corner[c]);
     }
-    if (IsKnown(RestrictVolume(plan_.structure, points_, plan_.boxes[patch.box].span, bounds.min,
-                               bounds.max)
-                    .Hull())) {
-      return absl::OkStatus();
-    }
+    if (plan_.is_weighted()) triangle.weight = plan_.CornerWeights(p);
+    const Bounds hull = HullOf(patch.box, bounds.min, bounds.max);
+    if (IsKnown(plan_.is_weighted() ? triangle.Hull(hull) : hull)) return absl::OkStatus();
     std::vector<Vec3d> values;
     for (const auto& [i, j, k] : samples_) {
       values.push_back(
           At(patch.box, (i * corner[0] + j * corner[1] + k * corner[2]) / double(degree_)));
     }
     for (int axis = 0; axis < 3; ++axis) {
-      LATTICED_RETURN_IF_ERROR(SearchAxis(values, axis, 1, known_.max[axis], poll));
+      BezierTriangle patch_axis = Interpolated(values, axis);
+      if (plan_.is_weighted()) patch_axis = Weighted(patch_axis, triangle, axis);
+      LATTICED_RETURN_IF_ERROR(SearchAxis(patch_axis, known_.max[axis], poll));
       double least = -known_.min[axis];
-      LATTICED_RETURN_IF_ERROR(SearchAxis(values, axis, -1, least, poll));
+      patch_axis.Negate();
+      LATTICED_RETURN_IF_ERROR(SearchAxis(patch_axis, least, poll));
       known_.min[axis] = -least;
     }
     return absl::OkStatus();
   }
 
-  // Raises `most` to the largest value of sign times a coordinate on the patch.
-  absl::Status SearchAxis(const std::vector<Vec3d>& values, int axis, double sign, double& most,
-                          StopPoll& poll) const {
+  BezierTriangle Interpolated(const std::vector<Vec3d>& values, int axis) const {
     BezierTriangle whole(degree_);
     const size_t m = values.size();
     for (size_t row = 0; row < m; ++row) {
       double sum = 0;
       for (size_t column = 0; column < m; ++column) {
-        sum += inverse_[column * m + row] * sign * values[column][axis];
+        sum += inverse_[column * m + row] * values[column][axis];
       }
       whole.at(static_cast<size_t>(samples_[row][0]), static_cast<size_t>(samples_[row][1])) = sum;
     }
+    return whole;
+  }
+
+  // x + w (F - x), one degree higher, from F - x.
+  BezierTriangle Weighted(const BezierTriangle& offset, const WeightedTriangle& triangle,
+                          int axis) const {
+    const auto n = static_cast<size_t>(degree_) + 1;
+    BezierTriangle whole(degree_ + 1);
+    for (size_t i = 0; i <= n; ++i) {
+      for (size_t j = 0; i + j <= n; ++j) {
+        const std::array<size_t, 3> power{i, j, n - i - j};
+        double sum = 0;
+        for (size_t c = 0; c < 3; ++c) {
+          if (power[c] == 0) continue;
+          const double before = offset.at(i - (c == 0 ? 1 : 0), j - (c == 1 ? 1 : 0));
+          sum += static_cast<double>(power[c]) *
+                 (triangle.rest[c][axis] + triangle.weight[c] * before);
+        }
+        whole.at(i, j) = sum / static_cast<double>(n);
+      }
+    }
+    return whole;
+  }
+
+  // Raises `most` to the largest value on the patch.
+  absl::Status SearchAxis(const BezierTriangle& whole, double& most, StopPoll& poll) const {
     std::vector<std::pair<BezierTriangle, int>> parts{{whole, 0}};
     while (!parts.empty()) {
       LATTICED_RETURN_IF_ERROR(poll.Step());
@@ -171,7 +222,8 @@ class BoundsSearch {
 
   const DeformPlan& plan_;
   const PatchTree& tree_;
-  const std::span<const Vec3d> points_;
+  std::vector<Vec3d> points_;  // with weights, the offsets of control points
+  const FrameMap frame_;
   const int degree_;
   const std::vector<double> inverse_;
   const std::vector<std::array<int, 3>>& samples_;

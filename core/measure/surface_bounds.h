@@ -6,7 +6,7 @@
 // A patch lies in the hull of its Bezier control points, and has their corners. What cannot reach beyond the farthest point
 // known is left out: first knot boxes and groups of patches, by the hull of the restricted volume (bezier_box.h), then
 // patches, and parts of them, which are halved by de Casteljau's rule. The distance from hull to surface falls with the
-// square of a part's size.
+// square of a part's size. With vertex weights a patch has one degree more, and hulls are those of weighted_triangle.h.
 //
 // Units    world units. Each bound is attained by the surface, and nothing is farther out by more than kBoundsTolerance of
 //          its largest extent

@@ -12,14 +12,19 @@
 namespace latticed {
 namespace {
 
-// For each vertex, the number of its position.
-std::vector<uint32_t> WeldedVertices(const std::vector<Vec3d>& positions) {
+// For each vertex, the number of its position and weight.
+std::vector<uint32_t> WeldedVertices(const std::vector<Vec3d>& positions,
+                                     const VertexWeights& weights) {
   std::vector<uint32_t> order(positions.size());
   std::iota(order.begin(), order.end(), 0u);
-  std::ranges::sort(order, [&](uint32_t a, uint32_t b) { return positions[a] < positions[b]; });
+  const auto weight = [&](uint32_t v) { return weights == nullptr ? 1 : (*weights)[v]; };
+  std::ranges::sort(order, [&](uint32_t a, uint32_t b) {
+    return positions[a] == positions[b] ? weight(a) < weight(b) : positions[a] < positions[b];
+  });
   std::vector<uint32_t> welded(positions.size());
   for (size_t n = 0; n < order.size(); ++n) {
-    const bool same = n > 0 && positions[order[n]] == positions[order[n - 1]];
+    const bool same = n > 0 && positions[order[n]] == positions[order[n - 1]] &&
+                      weight(order[n]) == weight(order[n - 1]);
     welded[order[n]] = same ? welded[order[n - 1]] : order[n];
   }
   return welded;
@@ -27,8 +32,8 @@ std::vector<uint32_t> WeldedVertices(const std::vector<Vec3d>& positions) {
 
 }  // namespace
 
-uint64_t CountBorderEdges(const PolygonMesh& mesh) {
-  const std::vector<uint32_t> welded = WeldedVertices(mesh.positions);
+uint64_t CountBorderEdges(const PolygonMesh& mesh, const VertexWeights& weights) {
+  const std::vector<uint32_t> welded = WeldedVertices(mesh.positions, weights);
   struct Side {
     uint64_t edge;  // its lower vertex above its higher one
     int direction;
@@ -57,8 +62,12 @@ uint64_t CountBorderEdges(const PolygonMesh& mesh) {
 uint64_t CountTornEdges(const DeformPlan& plan, std::span<const Vec3d> control_points) {
   if (plan.seams.empty()) return 0;
   const std::vector<bool> attached = AttachedSeams(plan, control_points);
+  const auto rests = [&](uint32_t vertex) {
+    return plan.is_weighted() && plan.vertex_weights[vertex] == 0;
+  };
   return static_cast<uint64_t>(std::ranges::count_if(plan.edges, [&](const PlanEdge& edge) {
-    return edge.seam != kNoIndex && !attached[edge.seam];
+    return edge.seam != kNoIndex && !attached[edge.seam] &&
+           !(rests(edge.vertex[0]) && rests(edge.vertex[1]));
   }));
 }
 

@@ -4,8 +4,10 @@
 // Whether the deformed surface encloses a volume.
 //
 //   border edge   an edge of the mesh that its faces do not run along equally often in both directions: it has one face
-//                 only, or faces that are oriented against each other. Vertices at one position are one.
-//   torn edge     an edge of a patch on a seam that is not attached (deform_plan.h): the two sides part there
+//                 only, or faces that are oriented against each other. Vertices at one position are one, if their
+//                 weights are equal.
+//   torn edge     an edge of a patch on a seam that is not attached (deform_plan.h): the two sides part there, unless
+//                 both ends have the weight 0
 //
 // Errors   CheckClosed: kFailedPrecondition OPEN_SURFACE with both counts
 // Threads  pure functions
@@ -20,7 +22,8 @@
 
 namespace latticed {
 
-[[nodiscard]] uint64_t CountBorderEdges(const PolygonMesh& mesh);
+[[nodiscard]] uint64_t CountBorderEdges(const PolygonMesh& mesh,
+                                        const VertexWeights& weights = nullptr);
 [[nodiscard]] uint64_t CountTornEdges(const DeformPlan& plan,
                                       std::span<const Vec3d> control_points);
 [[nodiscard]] absl::Status CheckClosed(uint64_t border_edges, uint64_t torn_edges);

@@ -35,6 +35,7 @@ std::array<size_t, 3> ExtentOf(const DeformPlan& plan, SurfaceMoments::Order ord
 
 std::vector<uint32_t> FilledBoxes(const DeformPlan& plan) {
   std::vector<uint32_t> boxes;
+  if (plan.is_weighted()) return boxes;
   for (uint32_t box = 0; box < plan.outside_box(); ++box) {
     if (plan.box_patches[box] != plan.box_patches[box + 1]) boxes.push_back(box);
   }

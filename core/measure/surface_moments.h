@@ -13,7 +13,8 @@
 //              Baldoni, Berline, De Loera, Koeppe & Vergne 2011, doi:10.1090/S0025-5718-2010-02378-6
 //
 // kVolume has the powers up to 3 n on an axis of degree n, which the volume and its gradient need; kCentroid up to 4 n.
-// For degrees (2, 2, 2) a box takes 8 and 17 KB, for (3, 3, 3) 24 and 53 KB.
+// For degrees (2, 2, 2) a box takes 8 and 17 KB, for (3, 3, 3) 24 and 53 KB. A surface with vertex weights has no tables
+// (weighted_integrals.h).
 //
 // Layout   [d][p][q][r], double
 // Errors   what `stop` returns
@@ -47,7 +48,7 @@ class SurfaceMoments {
   Order order() const { return order_; }
   // Number of powers on each axis.
   const std::array<size_t, 3>& extent() const { return extent_; }
-  // The knot boxes that hold patches, ascending. The outside box is not among them.
+  // The knot boxes that hold patches, ascending. The outside box is not among them. None with vertex weights.
   const std::vector<uint32_t>& boxes() const { return boxes_; }
   // Component d of the table of boxes()[n]. Up to kOverhang doubles behind it may be read.
   const double* table(size_t n, size_t d) const { return moments_.data() + (3 * n + d) * terms(); }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/base/status_macros.h"
+#include "core/points/block_weights.h"
 #include "core/points/normal_kernel.h"
 #include "core/points/point_kernel.h"
 
@@ -16,6 +17,7 @@ namespace {
 using points::BlockNormals;
 using points::BlockSlopes;
 using points::BlockVec;
+using points::BlockWeights;
 using points::kBlockPoints;
 
 constexpr size_t kOutsideGrain = 16'384;  // points of one part of a loop that copies
@@ -29,6 +31,11 @@ struct Block {
   BlockVec local;
 
   size_t number(size_t i) const { return points.order()[first + i]; }
+  std::array<const double*, 3> world() const {
+    return {points.world(0) + first, points.world(1) + first, points.world(2) + first};
+  }
+  // Only if the points have weights.
+  BlockWeights weights() const { return {map, points.weights().subspan(first, count)}; }
 };
 
 // Calls body(block) for the blocks of a run, in order.
@@ -39,10 +46,7 @@ void ForBlocks(const SortedPoints& points, const SortedPoints::Run& run, const B
   for (size_t done = 0; done < run.count; done += kBlockPoints) {
     block.first = run.first + done;
     block.count = std::min<size_t>(kBlockPoints, run.count - done);
-    points::MapBlock(map,
-                     {points.world(0) + block.first, points.world(1) + block.first,
-                      points.world(2) + block.first},
-                     block.count, block.local);
+    points::MapBlock(map, block.world(), block.count, block.local);
     body(block);
   }
 }
@@ -71,12 +75,19 @@ void SetNormals(const Block& block, const BlockSlopes& slopes, BlockNormals& nor
       block.count, normals);
 }
 
+// Deformed points, and their derivatives by l, m, n unless `slopes` is null.
+void SetValues(const Block& block, const BoxPolynomial& polynomial, BlockVec& values,
+               BlockSlopes* slopes) {
+  points::EvaluateBlock(block.points.boxes().structure().degree, polynomial, block.local,
+                        block.count, values, slopes);
+  if (block.points.has_weights()) block.weights().WeighValues(block.world(), values, slopes);
+}
+
 // The normals of a block, which its directions share.
 void SetNormals(const Block& block, const BoxPolynomial& polynomial, BlockNormals& normals) {
   BlockVec values;
   BlockSlopes slopes;
-  points::EvaluateBlock(block.points.boxes().structure().degree, polynomial, block.local,
-                        block.count, values, &slopes);
+  SetValues(block, polynomial, values, &slopes);
   SetNormals(block, slopes, normals);
 }
 
@@ -94,7 +105,6 @@ absl::Status Deform(const SortedPoints& points, std::span<const Vec3d> control_p
   LATTICED_RETURN_IF_ERROR(stop());
   const bool with_normals = normals == PointNormals::kWanted;
   const BoxMaps& boxes = points.boxes();
-  const std::array<int, 3>& degree = boxes.structure().degree;
   arena.ForEach(points.runs().size(), [&](size_t r) {
     const SortedPoints::Run& run = points.runs()[r];
     const BoxPolynomial polynomial = boxes.PolynomialOf(run.box, control_points);
@@ -102,8 +112,7 @@ absl::Status Deform(const SortedPoints& points, std::span<const Vec3d> control_p
     BlockSlopes slopes;
     BlockNormals carried;
     ForBlocks(points, run, [&](const Block& block) {
-      points::EvaluateBlock(degree, polynomial, block.local, block.count, values,
-                            with_normals ? &slopes : nullptr);
+      SetValues(block, polynomial, values, with_normals ? &slopes : nullptr);
       Scatter(block, values, out);
       if (!with_normals) return;
       SetNormals(block, slopes, carried);
@@ -144,8 +153,9 @@ absl::Status ApplyJacobian(const SortedPoints& points, std::span<const Vec3d> co
       ForBlocks(points, run, [&](const Block& block) {
         if (with_normals) SetNormals(block, polynomial, carried);
         for (size_t d = 0; d < together; ++d) {
-          points::EvaluateBlock(degree, velocity[d], block.local, block.count, values,
-                                with_normals ? &slopes : nullptr);
+          BlockSlopes* const rates = with_normals ? &slopes : nullptr;
+          points::EvaluateBlock(degree, velocity[d], block.local, block.count, values, rates);
+          if (points.has_weights()) block.weights().WeighVelocities(values, rates);
           const auto moved = out.subspan((first + d) * per_direction, per_direction);
           Scatter(block, values, moved);
           if (!with_normals) continue;
@@ -192,11 +202,16 @@ absl::Status ApplyJacobianTranspose(const SortedPoints& points,
         for (size_t d = 0; d < together; ++d) {
           const auto of = cotangents.subspan((first + d) * per_direction, per_direction);
           BoxNumbers& sum = sums[r * together + d];
+          if (with_normals) {
+            Gather(block, of.subspan(points.size()), forces);
+            points::NormalCotangents(block.map, carried, forces, block.count, slope_forces);
+          }
           Gather(block, of, forces);
+          if (points.has_weights()) {
+            block.weights().WeighCotangents(forces, with_normals ? &slope_forces : nullptr);
+          }
           points::SumBlock(degree, block.local, forces, block.count, sum);
           if (!with_normals) continue;
-          Gather(block, of.subspan(points.size()), forces);
-          points::NormalCotangents(block.map, carried, forces, block.count, slope_forces);
           points::SumSlopeBlock(degree, block.local, slope_forces, block.count, sum);
         }
       });

@@ -7,7 +7,8 @@
 //   ApplyJacobian            dx = (dx/dP) dP               forward mode: one direction dP at a time, or several at once
 //   ApplyJacobianTranspose   (dx/dP)^T g                   reverse mode: the derivative by P of sum_k g_k . x_k
 //
-// With normals, n_k = cof(J) N_k / |…| is a part of x, and so are its derivatives (normal_kernel.h).
+// With normals, n_k = cof(J) N_k / |…| is a part of x, and so are its derivatives (normal_kernel.h). Points with weights go a
+// part of the way (block_weights.h).
 //
 // The transpose sums l^p m^q n^r g over the points of each run, adds the runs of a box in order, and multiplies each box's
 // sums by the transposed basis (box_map.h), box after box. No sum depends on the number of threads.

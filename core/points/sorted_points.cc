@@ -14,7 +14,8 @@ constexpr size_t kGrain = 16'384;  // points of one part of a loop: about a mill
 }  // namespace
 
 SortedPoints::SortedPoints(const LatticeStructure& structure, std::span<const Vec3d> points,
-                           std::span<const Vec3d> normals, CpuArena& arena)
+                           std::span<const Vec3d> normals, CpuArena& arena,
+                           std::span<const PointWeight> weights)
     : boxes_(structure), order_(points.size()) {
   const size_t outside = boxes_.count();
   std::vector<uint32_t> box_of(points.size());
@@ -40,10 +41,12 @@ SortedPoints::SortedPoints(const LatticeStructure& structure, std::span<const Ve
   if (!normals.empty()) {
     for (auto& axis : normal_) axis.resize(points.size());
   }
+  weight_.resize(weights.size());
   arena.ForEach(
       points.size(),
       [&](size_t place) {
         const size_t i = order_[place];
+        if (!weights.empty()) weight_[place] = weights[i];
         const Vec3d normal = normals.empty() ? Vec3d() : normals[i];
         for (size_t a = 0; a < 3; ++a) {
           world_[a][place] = points[i][static_cast<int>(a)];
@@ -64,22 +67,25 @@ void SortedPoints::MakeRuns(std::span<const size_t> first_of_box) {
 
 SortedPoints SortedPoints::Resorted(const LatticeStructure& structure, CpuArena& arena) const {
   std::vector<Vec3d> points(size()), normals(has_normals() ? size() : 0);
+  std::vector<PointWeight> weights(weight_.size());
   arena.ForEach(
       size(),
       [&](size_t place) {
         points[order_[place]] = WorldAt(place);
         if (!normals.empty()) normals[order_[place]] = NormalAt(place);
+        if (!weights.empty()) weights[order_[place]] = weight_[place];
       },
       kGrain);
-  return SortedPoints(structure, points, normals, arena);
+  return SortedPoints(structure, points, normals, arena, weights);
 }
 
-uint64_t SortedPoints::BytesFor(uint64_t points, bool with_normals) {
-  return points * (sizeof(uint32_t) + sizeof(Vec3d) * (with_normals ? 2 : 1));
+uint64_t SortedPoints::BytesFor(uint64_t points, bool with_normals, bool with_weights) {
+  return points * (sizeof(uint32_t) + sizeof(Vec3d) * (with_normals ? 2 : 1) +
+                   (with_weights ? sizeof(PointWeight) : 0));
 }
 
 uint64_t SortedPoints::MemoryBytes() const {
-  return BytesFor(size(), has_normals()) + runs_.capacity() * sizeof(Run);
+  return BytesFor(size(), has_normals(), has_weights()) + runs_.capacity() * sizeof(Run);
 }
 
 }  // namespace latticed

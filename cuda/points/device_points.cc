@@ -52,7 +52,8 @@ absl::StatusOr<DevicePoints> DevicePoints::Create(const SortedPoints& points,
   const cudaStream_t stream = context.stream().get();
   PieceTables pieces = MakePieces(points);
   DevicePoints result;
-  result.bytes_ = SortedPoints::BytesFor(points.size(), points.has_normals()) + pieces.Bytes();
+  result.bytes_ =
+      SortedPoints::BytesFor(points.size(), points.has_normals(), false) + pieces.Bytes();
   LATTICED_ASSIGN_OR_RETURN(
       auto room, DeviceReservation::Create(context.memory(), "the point set", result.bytes_));
   kernels::PointTables& tables = result.tables_;

@@ -42,16 +42,18 @@ Scene::~Scene() = default;
 
 absl::StatusOr<std::shared_ptr<Scene>> Scene::Create(SceneConfig config,
                                                      const SceneContext& context, StopCheck stop) {
-  LATTICED_RETURN_IF_ERROR(Validate(config.lattice));
+  for (const Lattice& lattice : config.lattices) LATTICED_RETURN_IF_ERROR(Validate(lattice));
   ViewSpec default_spec = config.default_view.key.spec;
   if (default_spec.position_bits == 0) default_spec.position_bits = limits::kMaxPositionBits;
   LATTICED_RETURN_IF_ERROR(Validate(default_spec));
-  SceneLife life{.history = EditHistory(std::exchange(config.lattice, {}), config.strength),
+  SceneLife life{.history = SceneHistory(std::exchange(config.lattices, {}), config.strength),
                  .commit_time = config.create_time};
   LATTICED_RETURN_IF_ERROR(life.history.MadeWith(config.weights, config.mesh->positions.size()));
-  life.moved = PointRevisions(life.history.lattice().control_points.size(), 0);
+  life.moved = PointRevisions(life.history.of(0).lattice().control_points.size(), 0);
   LATTICED_ASSIGN_OR_RETURN(auto scene, Make(std::move(config), std::move(life), context, stop));
   const RenderInput head = scene->Head();
+  LATTICED_RETURN_IF_ERROR(
+      CheckLattices(scene->config_.default_view.key.spec, head.state->lattices, "default_view"));
   LATTICED_RETURN_IF_ERROR(
       SettleTolerance(scene->config_.default_view, *head.target, head.state->box, "default_view")
           .status());
@@ -60,7 +62,7 @@ absl::StatusOr<std::shared_ptr<Scene>> Scene::Create(SceneConfig config,
 
 absl::StatusOr<std::shared_ptr<Scene>> Scene::Restore(SceneConfig config, const SceneLog& log,
                                                       const SceneContext& context, StopCheck stop) {
-  config.lattice = {};
+  config.lattices = {};
   LATTICED_ASSIGN_OR_RETURN(auto life,
                             Replay(log, {config.weights, config.mesh->positions.size()}));
   // No clock ran meanwhile, but that of the machine.
@@ -71,7 +73,7 @@ absl::StatusOr<std::shared_ptr<Scene>> Scene::Restore(SceneConfig config, const 
 
 absl::StatusOr<std::shared_ptr<Scene>> Scene::Make(SceneConfig config, SceneLife life,
                                                    const SceneContext& context, StopCheck stop) {
-  const PlanKey key{life.history.lattice().structure, life.history.weights()};
+  const PlanKey key{life.history.structures(), life.history.weights()};
   const auto box = life.box;
   const absl::Time commit_time = life.commit_time;
   PointRevisions moved = std::move(life.moved);
@@ -81,24 +83,27 @@ absl::StatusOr<std::shared_ptr<Scene>> Scene::Make(SceneConfig config, SceneLife
       new Scene(std::move(config), std::move(life), std::move(history), context));
   LATTICED_ASSIGN_OR_RETURN(auto prepared, scene->Prepare(key, stop));
   const MutexLock edit_lock(&scene->edit_mutex_);
-  LATTICED_RETURN_IF_ERROR(scene->HoldRestored(key.structure));
+  LATTICED_RETURN_IF_ERROR(scene->HoldRestored(prepared.state.lattices));
   scene->applied_ = scene->editor_.FirstState(std::move(prepared.state), commit_time, box);
   scene->is_box_stored_ = box.has_value() && box->id == scene->applied_->box.id;
   const MutexLock lock(&scene->mutex_);
   scene->head_ = {scene->applied_, std::move(prepared.target)};
-  scene->moved_ = std::move(moved);
+  scene->moved_ = moved.Continued(*scene->applied_->lattices[0].map);
   return scene;
 }
 
-absl::Status Scene::HoldRestored(const LatticeStructure& structure) {
+absl::Status Scene::HoldRestored(const SceneLattices& lattices) {
   {
     const MutexLock lock(&mutex_);
-    for (const auto& [editor_id, last] : editor_.results()) {
-      log_.Remember(editor_id, last.sequence, last.revision);
+    const SceneHistory& history = editor_.history();
+    for (size_t k = 0; k < history.size(); ++k) {
+      for (const auto& [editor_id, last] : history.of(k).results()) {
+        log_.Remember(editor_id, last.sequence, last.revision);
+      }
     }
   }
   history_bytes_ = HistoryBytes();
-  if (history_reservation_.Hold(history_bytes_, structure)) return absl::OkStatus();
+  if (history_reservation_.Hold(history_bytes_, lattices)) return absl::OkStatus();
   return absl::ResourceExhaustedError("the scene's history does not fit in memory");
 }
 
@@ -129,7 +134,7 @@ MemoryUse Scene::memory() const {
   use["mesh"] += config_.mesh->MemoryBytes();
   use["patch_tree"] += state.patch_tree->MemoryBytes();
   if (const uint64_t bytes = state.measures->MemoryBytes(); bytes > 0) use["moments"] += bytes;
-  use["lattice"] += LatticeBytes(state.lattice_structure()) + OutsideBytes(*state.outside);
+  use["lattice"] += LatticeBytes(state.lattices);
   use["history"] += history_bytes_.load();
   if (const uint64_t bytes = point_sets_.MemoryBytes(); bytes > 0) use["point_sets"] += bytes;
   for (const auto& set : point_sets_.All()) {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A scene: one mesh under one lattice, edited by many and watched by many. Here the engine's rooms
+// A scene: one mesh under its lattices, edited by many and watched by many. Here the engine's rooms
 // meet:
 //
 //   ApplyEdits -> scene/   SceneEditor: the next state, and which chunks are dirty
@@ -58,16 +58,17 @@
 
 namespace latticed {
 
-// What a scene is made from. Only its lattice changes.
+// What a scene is made from. Only its lattices change.
 struct SceneConfig {
   std::string id;       // with its tenant: server/base/auth/tenant.h
   std::string mesh_id;  // the same
   std::string name;     // for people; may be empty
   std::shared_ptr<const PolygonMesh> mesh;
-  // At revision 0; reset{INITIAL} returns to it. The scene moves it out of here and keeps its own copies.
-  Lattice lattice;
-  double strength = 1;                 // at revision 0: how much of the deformation the scene takes
-  VertexWeights weights;               // at revision 0; null: none (core/ffd/weights/vertex_weights.h)
+  // At revision 0; reset{INITIAL} returns to them. At least one: their displacements add. The scene moves them out of here
+  // and keeps its own copies.
+  std::vector<Lattice> lattices;
+  double strength = 1;    // at revision 0: how much of the deformation the scene takes
+  VertexWeights weights;  // at revision 0; null: none (core/ffd/weights/vertex_weights.h)
   std::optional<double> crease_angle;  // in degrees (core/ffd/vertex_normals.h)
   MeshUnits units;                     // of its coordinates, for clients and exported files
   WatchView default_view;
@@ -207,7 +208,7 @@ class Scene : public RenderSource, public std::enable_shared_from_this<Scene> {
  private:
   enum class Life { kLives, kDeleted, kLeft };
   void End(Life life) ABSL_LOCKS_EXCLUDED(edit_mutex_, mutex_);
-  // A plan for a structure, and the backend's target for it.
+  // A plan for the structures of all lattices, and the backend's target for it.
   struct Prepared {
     SceneState state;
     std::shared_ptr<TargetSlot> target;
@@ -218,7 +219,7 @@ class Scene : public RenderSource, public std::enable_shared_from_this<Scene> {
                                                                    const SceneContext& context,
                                                                    StopCheck stop);
   // Accounts for the history that a new life of the scene begins with. kResourceExhausted.
-  [[nodiscard]] absl::Status HoldRestored(const LatticeStructure& structure)
+  [[nodiscard]] absl::Status HoldRestored(const SceneLattices& lattices)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(edit_mutex_) ABSL_LOCKS_EXCLUDED(mutex_);
   // Of undo steps, log_ and commits_.
   uint64_t HistoryBytes() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(edit_mutex_)
@@ -229,9 +230,8 @@ class Scene : public RenderSource, public std::enable_shared_from_this<Scene> {
   // Applies the batch with the present plan. If it leads to another one, sets `wanted` to what that is of, and
   // changes nothing.
   [[nodiscard]] Answer TryEdits(const EditBatch& batch, std::optional<PlanCandidate>& candidate,
-                                std::shared_ptr<TargetSlot> target,
-                                std::optional<PlanKey>& wanted, const EditDone& done)
-      ABSL_LOCKS_EXCLUDED(edit_mutex_, mutex_);
+                                std::shared_ptr<TargetSlot> target, std::optional<PlanKey>& wanted,
+                                const EditDone& done) ABSL_LOCKS_EXCLUDED(edit_mutex_, mutex_);
   void MaybeSnapshot(const SceneRecord& record) ABSL_EXCLUSIVE_LOCKS_REQUIRED(edit_mutex_);
   [[nodiscard]] absl::Status AdmitEdit() ABSL_EXCLUSIVE_LOCKS_REQUIRED(edit_mutex_)
       ABSL_LOCKS_EXCLUDED(mutex_);

@@ -115,7 +115,7 @@ void Scene::MaybeSnapshot(const SceneRecord& record) {
   if (!journal_.WantsSnapshot()) return;
   // The edit is on its way already: without memory for a snapshot, a later edit makes one.
   const auto put = CatchBadAlloc("the snapshot", [&]() ABSL_NO_THREAD_SAFETY_ANALYSIS {
-    journal_.PutSnapshot(editor_.records(), {.history = editor_.image(),
+    journal_.PutSnapshot(editor_.records(), {.histories = editor_.history().images(),
                                              .box = applied_->box,
                                              .now = record.edit.now,
                                              .commit_time = record.commit_time});
@@ -126,12 +126,16 @@ void Scene::MaybeSnapshot(const SceneRecord& record) {
 
 SceneLog Scene::Copy() {
   SceneImage image;
+  uint64_t records = 0;
   {
     const MutexLock lock(&edit_mutex_);
-    image = {
-        .history = editor_.image(), .box = applied_->box, .now = Now(), .commit_time = absl::Now()};
+    records = editor_.records();
+    image = {.histories = editor_.history().images(),
+             .box = applied_->box,
+             .now = Now(),
+             .commit_time = absl::Now()};
   }
-  SceneLog log{.header = config_.stored_header, .snapshot_lsn = image.history.records};
+  SceneLog log{.header = config_.stored_header, .snapshot_lsn = records};
   if (log.snapshot_lsn > 0) log.snapshot = EncodeImage(image);
   return log;
 }
@@ -199,11 +203,9 @@ void Scene::Publish(const EditCommit& commit, std::shared_ptr<TargetSlot> target
     head_.state = commit.state;
     if (commit.structure_changed) {
       head_.target = std::move(target);
-      moved_ = PointRevisions(commit.state->lattice_points->size(), commit.state->revision);
-    } else if (commit.strength_changed) {
-      moved_.MoveAll(commit.state->revision);
+      moved_ = PointRevisions(commit.state->control_points->size(), commit.state->revision);
     } else {
-      moved_.Move(commit.delta->indices, commit.state->revision);
+      moved_.Move(commit.moved, commit.state->revision);
     }
     for (const auto& [key, view] : views_) {
       const bool all = commit.structure_changed || (commit.box_changed && HasPositions(key.spec));
@@ -220,8 +222,7 @@ void Scene::Publish(const EditCommit& commit, std::shared_ptr<TargetSlot> target
 void Scene::FitHistory(EditRecord& record) {
   do {
     history_bytes_ = HistoryBytes();
-  } while (!history_reservation_.Hold(history_bytes_, applied_->lattice_structure()) &&
-           ForgetOldest(record));
+  } while (!history_reservation_.Hold(history_bytes_, applied_->lattices) && ForgetOldest(record));
 }
 
 bool Scene::ForgetOldest(EditRecord& record) {

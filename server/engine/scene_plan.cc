@@ -4,6 +4,7 @@
 // The plan of a Scene, and what follows from it.
 #include <memory>
 #include <utility>
+#include <vector>
 
 #include "core/base/catch_bad_alloc.h"
 #include "core/base/error.h"
@@ -19,20 +20,18 @@ uint64_t WholePages(uint64_t bytes) {
   return (bytes + kPage - 1) / kPage * kPage;
 }
 
-// What a scene with weights cannot have from its beginning.
-absl::Status CheckWithWeights(const SceneConfig& config) {
-  const ViewSpec& view = config.default_view.key.spec;
-  if (view.tolerance > 0) return error::NotWithWeights("the scene's default view with a tolerance");
+// Whether a scene with weights can have its default view.
+absl::Status CheckWithWeights(const ViewSpec& view, const DeformTarget& target) {
   if (!HasPositions(view)) return error::NotWithWeights("the scene's default view of patches");
-  if (config.fold_watch) return error::NotWithWeights("fold_watch");
+  if (view.tolerance > 0 && !target.has_tolerance()) {
+    return error::NotWithWeights("the scene's default view with a tolerance");
+  }
   return absl::OkStatus();
 }
 
 }  // namespace
 
 absl::StatusOr<Scene::Prepared> Scene::Prepare(const PlanKey& key, StopCheck stop) const {
-  const LatticeStructure& structure = key.structure;
-  if (key.weights != nullptr) LATTICED_RETURN_IF_ERROR(CheckWithWeights(config_));
   return CatchBadAlloc("the scene's plan", [&]() -> absl::StatusOr<Prepared> {
     RenderBackend& backend = *context_.backend;
     // Checked before the plan is made, which may take seconds.
@@ -41,21 +40,26 @@ absl::StatusOr<Scene::Prepared> Scene::Prepare(const PlanKey& key, StopCheck sto
     LATTICED_ASSIGN_OR_RETURN(auto memory,
                               backend.memory().Reserve("the scene's plan", least, config_.account));
     ProbeMemory(least);
-    LATTICED_RETURN_IF_ERROR(Validate(structure));
-    const auto outside = std::make_shared<const OutsideMap>(structure);
-    LATTICED_ASSIGN_OR_RETURN(auto plan, MakePlan(config_.mesh, outside->continued(),
+    for (const LatticeStructure& structure : key.structures) {
+      LATTICED_RETURN_IF_ERROR(Validate(structure));
+    }
+    SceneState state;
+    LATTICED_ASSIGN_OR_RETURN(state.lattices,
+                              LatticesWithMaps(key.structures, config_.mesh->positions));
+    LATTICED_ASSIGN_OR_RETURN(auto plan, MakePlan(config_.mesh, state.lattices[0].map->continued(),
                                                   config_.crease_angle, stop, key.weights));
     LATTICED_ASSIGN_OR_RETURN(auto target, backend.Prepare(plan, config_.pipeline));
+    if (key.weights != nullptr) {
+      LATTICED_RETURN_IF_ERROR(CheckWithWeights(config_.default_view.key.spec, *target));
+    }
     LATTICED_RETURN_IF_ERROR(stop());
-    SceneState state;
-    state.outside = outside;
     state.patch_tree = std::make_shared<const PatchTree>(*plan);
-    state.patches_on_faces = PatchesThatMayTear(*plan, *outside);
+    state.patches_on_faces = PatchesThatMayTear(*plan, state.lattices);
     state.measures = std::make_shared<SceneMeasures>(plan, &backend.memory(), config_.account);
     state.influential = std::make_shared<const std::vector<bool>>(InfluentialPoints(*plan));
     const uint64_t bytes = HostBytes(target->memory()) + state.patch_tree->MemoryBytes() +
-                           LatticeBytes(structure) + OutsideBytes(*outside) +
-                           LeastHistoryBytes(structure) + WholePages(config_.stored_header.size());
+                           LatticeBytes(state.lattices) + LeastHistoryBytes(state.lattices) +
+                           WholePages(config_.stored_header.size());
     LATTICED_RETURN_IF_ERROR(memory.Resize("the scene's plan", bytes));
     auto slot = std::make_shared<TargetSlot>(&backend, std::move(target), plan, std::move(memory));
     state.plan = std::move(plan);

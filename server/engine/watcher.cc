@@ -13,6 +13,7 @@
 #include "fmt/format.h"
 #include "server/base/auth/tenant.h"
 #include "server/engine/scene/topology_id.h"
+#include "server/engine/watch/view_tolerance.h"
 
 namespace latticed {
 namespace {
@@ -63,7 +64,9 @@ Watcher::~Watcher() {
 }
 
 absl::Status Watcher::UseView(const WatchView& asked) {
-  LATTICED_RETURN_IF_ERROR(CheckMaxPoints(asked, *scene_->State()->plan));
+  const auto state = scene_->State();
+  LATTICED_RETURN_IF_ERROR(CheckMaxPoints(asked, *state->plan));
+  LATTICED_RETURN_IF_ERROR(CheckLattices(asked.key.spec, state->lattices, "view"));
   LATTICED_ASSIGN_OR_RETURN(auto board, scene_->AcquireView(asked.key, account_));
   if (attached_) board_->Detach(absl::Now());
   attached_ = false;

@@ -18,7 +18,9 @@ absl::Status CertifyFolds(const CallContext& context, const v1::CertifyFoldsRequ
   LATTICED_ASSIGN_OR_RETURN(const FoldScope scope, FoldScopeFromProto(request.scope()));
   const auto state = scene->State();
   // Weights are of the surface: the volume around it has no deformation that could fold.
-  if (state->plan->is_weighted()) return error::NotWithWeights("a report of folds");
+  if (state->plan->is_weighted() && scope == FoldScope::kVolume) {
+    return error::NotWithWeights("a report of folds in the volume");
+  }
   LATTICED_ASSIGN_OR_RETURN(
       const auto room,
       context.env.memory->Reserve("the report of folds", FoldCertifier::MostBytes(*state->plan),

@@ -36,6 +36,12 @@
 namespace latticed {
 namespace {
 
+// Whether the edited lattice keeps a volume.
+bool KeepsVolume(const SceneState& state, const v1::EditBatch& batch) {
+  return batch.lattice() < state.lattices.size() &&
+         state.lattices[batch.lattice()].constraints->volume.has_value();
+}
+
 using Clock = std::chrono::steady_clock;
 
 // Reads and writes run at the same time. The next message is read when the one before was handled.
@@ -156,7 +162,7 @@ void DeformStream::OnReadDone(bool ok) {
   const auto takes_long = [&] {
     const Scene& scene = stream->scene();
     return MayTakeLong(request.edit(), scene.config().fold_watch) ||
-           (request.has_edit() && scene.State()->constraints->volume.has_value());
+           (request.has_edit() && KeepsVolume(*scene.State(), request.edit()));
   };
   if (status.ok() && stream != nullptr && takes_long()) {
     stream->Touch();

@@ -22,7 +22,7 @@ void Append(Vec3d v, google::protobuf::RepeatedField<double>& flat) {
 DeformedPoint Evaluate(const SceneState& state, const RestPoint& rest,
                        v1::EvaluatePointsResponse* response) {
   DeformedPoint point = EvaluateWorld(state.plan->structure, *state.control_points, rest.position);
-  if (state.plan->is_weighted()) {
+  if (state.plan->is_weighted()) {  // a point of the world has the weight 1
     Weigh(rest.position, rest.weight, rest.weight_gradient, point.position, point.jacobian);
   }
   Append(point.position, *response->mutable_positions());
@@ -53,8 +53,6 @@ absl::Status EvaluateSurface(const SceneState& state, const v1::SurfacePoints& p
 
 absl::Status EvaluateWorldPoints(const SceneState& state, const v1::WorldPoints& message,
                                  v1::EvaluatePointsResponse* response) {
-  // Weights are of the surface: elsewhere in space there are none.
-  if (state.plan->is_weighted()) return error::NotWithWeights("a point that is not of the surface");
   LATTICED_ASSIGN_OR_RETURN(
       const auto points,
       PointsFromProto(message.positions(), limits::kMaxEvaluatePoints, "world_points.positions"));

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/rpc/measure_scene.h"
 
+#include <algorithm>
+
 #include <array>
 #include <cmath>
 #include <utility>
@@ -57,30 +59,33 @@ absl::StatusOr<Wanted> Read(const v1::MeasureSceneRequest& request) {
   return wanted;
 }
 
-// A derivative by the plan's control points, by those of the lattice.
-std::vector<Vec3d> ByLattice(const SceneState& state, std::vector<Vec3d> gradient) {
-  if (state.outside->is_identity() || gradient.empty()) return gradient;
-  return state.outside->ApplyTransposed(gradient);
+// A derivative by the plan's control points, by those of a lattice.
+std::vector<Vec3d> ByLattice(const SceneLattice& lattice, std::vector<Vec3d> gradient) {
+  if (lattice.map->is_identity() || gradient.empty()) return gradient;
+  return lattice.map->ApplyTransposed(gradient);
 }
 
 // The same of three coordinates at once.
-std::vector<std::array<Vec3d, 3>> ByLattice(const SceneState& state,
+std::vector<std::array<Vec3d, 3>> ByLattice(const SceneLattice& lattice,
                                             std::vector<std::array<Vec3d, 3>> gradient) {
-  if (state.outside->is_identity()) return gradient;
-  std::vector<std::array<Vec3d, 3>> result(state.lattice_points->size());
+  if (lattice.map->is_identity()) return gradient;
+  std::vector<std::array<Vec3d, 3>> result(lattice.points->size());
   for (size_t c = 0; c < 3; ++c) {
     std::vector<Vec3d> one;
     one.reserve(gradient.size());
     for (const auto& by_point : gradient) one.push_back(by_point[c]);
-    one = state.outside->ApplyTransposed(one);
+    one = lattice.map->ApplyTransposed(one);
     for (size_t n = 0; n < result.size(); ++n) result[n][c] = one[n];
   }
   return result;
 }
 
-absl::Status MeasureInside(const SceneState& state, const Wanted& wanted, bool with_gradient,
-                           StopCheck stop, v1::MeasureSceneResponse& response) {
+absl::Status MeasureInside(const SceneState& state, const Wanted& wanted,
+                           const v1::MeasureSceneRequest& request, StopCheck stop,
+                           v1::MeasureSceneResponse& response) {
   const auto& points = *state.control_points;
+  const SceneLattice& lattice = state.lattices[request.lattice()];
+  const bool with_gradient = request.with_gradient();
   LATTICED_RETURN_IF_ERROR(state.measures->CheckClosed(points));
   const auto order =
       wanted.centroid ? SurfaceMoments::Order::kCentroid : SurfaceMoments::Order::kVolume;
@@ -95,7 +100,7 @@ absl::Status MeasureInside(const SceneState& state, const Wanted& wanted, bool w
     volume = std::move(centroid.volume);
     *response.mutable_centroid() = ToProto(centroid.centroid);
     if (with_gradient) {
-      for (const auto& by_point : ByLattice(state, std::move(centroid.gradient))) {
+      for (const auto& by_point : ByLattice(lattice, std::move(centroid.gradient))) {
         AppendPoints(by_point, *response.mutable_centroid_gradient());
       }
     }
@@ -105,7 +110,8 @@ absl::Status MeasureInside(const SceneState& state, const Wanted& wanted, bool w
   if (!wanted.volume) return absl::OkStatus();
   response.set_volume(volume.volume);
   if (with_gradient) {
-    AppendPoints(ByLattice(state, std::move(volume.gradient)), *response.mutable_volume_gradient());
+    AppendPoints(ByLattice(lattice, std::move(volume.gradient)),
+                 *response.mutable_volume_gradient());
   }
   return absl::OkStatus();
 }
@@ -115,18 +121,19 @@ absl::Status MeasureInside(const SceneState& state, const Wanted& wanted, bool w
 uint64_t MeasureReplyBytes(const SceneState& state, const v1::MeasureSceneRequest& request) {
   constexpr uint64_t kNumbers = 512;
   constexpr uint64_t kGradients = 24 + 24 + 72;  // bytes a control point: volume, area, centroid
-  return kNumbers + (request.with_gradient() ? kGradients * state.lattice_points->size() : 0);
+  // One that there is not is refused later.
+  const size_t k = std::min<size_t>(request.lattice(), state.lattices.size() - 1);
+  return kNumbers + (request.with_gradient() ? kGradients * state.lattices[k].points->size() : 0);
 }
 
 absl::Status MeasureState(const SceneState& state, const v1::MeasureSceneRequest& request,
                           StopCheck stop, v1::MeasureSceneResponse* response) {
   LATTICED_ASSIGN_OR_RETURN(const Wanted wanted, Read(request));
-  if (state.plan->is_weighted()) return error::NotWithWeights("a measure");
+  LATTICED_RETURN_IF_ERROR(CheckLattice(state.lattices, request.lattice(), "lattice"));
   response->set_revision(state.revision);
   response->set_structure_id(state.structure_id);
   if (wanted.volume || wanted.centroid) {
-    LATTICED_RETURN_IF_ERROR(
-        MeasureInside(state, wanted, request.with_gradient(), stop, *response));
+    LATTICED_RETURN_IF_ERROR(MeasureInside(state, wanted, request, stop, *response));
   }
   if (wanted.area) {
     LATTICED_ASSIGN_OR_RETURN(const auto area,
@@ -134,7 +141,8 @@ absl::Status MeasureState(const SceneState& state, const v1::MeasureSceneRequest
                                           request.with_gradient(), stop));
     response->set_area(area.area);
     response->set_area_error(area.error);
-    AppendPoints(ByLattice(state, area.gradient), *response->mutable_area_gradient());
+    AppendPoints(ByLattice(state.lattices[request.lattice()], area.gradient),
+                 *response->mutable_area_gradient());
   }
   if (!wanted.bounds) return absl::OkStatus();
   LATTICED_ASSIGN_OR_RETURN(const Bounds bounds, MeasureBounds(*state.plan, *state.patch_tree,

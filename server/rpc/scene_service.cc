@@ -127,7 +127,9 @@ absl::Status DeleteScene(const CallContext& context, const v1::DeleteSceneReques
 absl::Status GetLattice(const CallContext& context, const v1::GetLatticeRequest& request,
                         v1::LatticeState& response) {
   LATTICED_ASSIGN_OR_RETURN(const auto scene, SceneOf(context, request.scene()));
-  response = LatticeStateToProto(*scene->State());
+  const auto state = scene->State();
+  LATTICED_RETURN_IF_ERROR(CheckLattice(state->lattices, request.lattice(), "lattice"));
+  response = LatticeStateToProto(*state, request.lattice());
   return absl::OkStatus();
 }
 

@@ -43,6 +43,27 @@ absl::Status Reroot(const absl::Status& status, std::string_view from, std::stri
   return error::WithDetails(absl::Status(status.code(), message), details);
 }
 
+// Sets what goes on outside, filled in. The rest of the structure must be valid.
+absl::Status SetOutside(const v1::LatticeOutside& outside, std::string_view field,
+                        std::span<const Vec3d> mesh, LatticeStructure& s) {
+  LATTICED_ASSIGN_OR_RETURN(s.outside, FromProto(outside, fmt::format("{}.outside", field)));
+  s.outside = ResolvedOutside(s, mesh);
+  return Reroot(ValidateOutside(s), "lattice", field);
+}
+
+absl::StatusOr<Lattice> FromFit(const v1::LatticeFit& fit, const Bounds& mesh,
+                                std::string_view field) {
+  const LatticeStructure unset;
+  auto lattice = FitLattice(mesh, AxesOr(fit.has_size(), fit.size(), unset.size),
+                            AxesOr(fit.has_degree(), fit.degree(), unset.degree),
+                            fit.has_padding() ? fit.padding() : kDefaultPadding);
+  if (!lattice.ok()) return Reroot(lattice.status(), "fit", field);
+  if (!fit.has_outside()) return lattice;
+  LATTICED_RETURN_IF_ERROR(CheckHasWidths(fit.outside(), fmt::format("{}.outside", field)));
+  LATTICED_RETURN_IF_ERROR(SetOutside(fit.outside(), field, {}, lattice->structure));
+  return lattice;
+}
+
 }  // namespace
 
 bool HoldsUnknown(const google::protobuf::Message& message) {
@@ -113,10 +134,7 @@ absl::StatusOr<LatticeStructure> StructureFromProto(const v1::Lattice& lattice,
                    Vec3d{frame.w().x(), frame.w().y(), frame.w().z()}};
   if (auto status = Validate(s); !status.ok()) return Reroot(status, "lattice", field);
   if (!lattice.has_outside()) return s;
-  LATTICED_ASSIGN_OR_RETURN(s.outside,
-                            FromProto(lattice.outside(), fmt::format("{}.outside", field)));
-  s.outside = ResolvedOutside(s, mesh);
-  if (auto status = ValidateOutside(s); !status.ok()) return Reroot(status, "lattice", field);
+  LATTICED_RETURN_IF_ERROR(SetOutside(lattice.outside(), field, mesh, s));
   return s;
 }
 
@@ -143,13 +161,7 @@ absl::StatusOr<Lattice> FromProto(const v1::LatticeSource& source, const Bounds&
   if (!source.has_fit() && HoldsUnknown(source)) {
     return error::Unsupported(field, "this kind of source");
   }
-  const v1::LatticeFit& fit = source.fit();
-  const LatticeStructure unset;
-  auto lattice = FitLattice(mesh_bounds, AxesOr(fit.has_size(), fit.size(), unset.size),
-                            AxesOr(fit.has_degree(), fit.degree(), unset.degree),
-                            fit.has_padding() ? fit.padding() : kDefaultPadding);
-  if (!lattice.ok()) return Reroot(lattice.status(), "fit", fmt::format("{}.fit", field));
-  return lattice;
+  return FromFit(source.fit(), mesh_bounds, fmt::format("{}.fit", field));
 }
 
 v1::Lattice ToProto(const LatticeStructure& s, std::span<const Vec3d> control_points) {

@@ -18,6 +18,7 @@
 #include "server/wire/enum_table.h"
 #include "server/wire/fold_converters.h"
 #include "server/wire/grpc_status.h"
+#include "server/wire/outside_converters.h"
 #include "server/wire/surface_points.h"
 
 namespace latticed {
@@ -100,6 +101,7 @@ absl::StatusOr<Edit> Read(const v1::CarryControlPoints& edit, std::string_view f
   if (edit.parent().control_points().empty()) {
     return error::InvalidField(path + ".control_points", "an identity moves nothing");
   }
+  LATTICED_RETURN_IF_ERROR(CheckHasWidths(edit.parent().outside(), path + ".outside"));
   LATTICED_ASSIGN_OR_RETURN(auto parent, FromProto(edit.parent(), path));
   return CarryControlPoints{std::move(indices), std::move(parent)};
 }
@@ -266,6 +268,7 @@ absl::StatusOr<Edit> ReadEdit(const v1::Edit& edit, const PolygonMesh& mesh,
 absl::StatusOr<EditBatch> FromProto(const v1::EditBatch& batch, const PolygonMesh& mesh,
                                     const VertexWeights& weights) {
   EditBatch result;
+  result.lattice = batch.lattice();
   result.editor_id = batch.editor_id();
   result.sequence = batch.sequence();
   result.structure_id = batch.structure_id();
@@ -295,6 +298,7 @@ EditBatch BatchFromProto(const v1::EditBatch& batch, const PolygonMesh& mesh,
   auto readable = FromProto(batch, mesh, weights);
   if (readable.ok()) return *std::move(readable);
   EditBatch refused;
+  refused.lattice = batch.lattice();
   refused.editor_id = batch.editor_id();
   refused.sequence = batch.sequence();
   refused.structure_id = batch.structure_id();

@@ -70,6 +70,13 @@ absl::StatusOr<Outside> FromProto(const v1::LatticeOutside& outside, std::string
   return result;
 }
 
+absl::Status CheckHasWidths(const v1::LatticeOutside& outside, std::string_view field) {
+  const bool has_none = std::ranges::all_of(outside.widths(), [](double w) { return w == 0; });
+  if (outside.mode() != v1::OUTSIDE_MODE_LINEAR || !has_none) return absl::OkStatus();
+  return error::InvalidField(fmt::format("{}.widths", field),
+                             "must be set for a linear one here, where no mesh says how far");
+}
+
 v1::LatticeOutside ToProto(const Outside& outside) {
   v1::LatticeOutside result;
   result.set_mode(WriteEnum(kOutsideModes, outside.mode));

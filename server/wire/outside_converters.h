@@ -10,6 +10,7 @@
 
 #include <string_view>
 
+#include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "core/ffd/outside/outside.h"
 #include "latticed/v1/lattice.pb.h"
@@ -19,6 +20,9 @@ namespace latticed {
 // As it is given: ResolvedOutside (core/ffd/outside/outside_rules.h) fills in the rest.
 [[nodiscard]] absl::StatusOr<Outside> FromProto(const v1::LatticeOutside& outside,
                                                 std::string_view field);
+// Where no mesh says how far a linear one goes: an error if it has no widths.
+[[nodiscard]] absl::Status CheckHasWidths(const v1::LatticeOutside& outside,
+                                          std::string_view field);
 [[nodiscard]] v1::LatticeOutside ToProto(const Outside& outside);
 
 }  // namespace latticed

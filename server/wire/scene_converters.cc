@@ -142,13 +142,24 @@ absl::StatusOr<VertexWeights> WeightsFromProto(const v1::VertexWeights& message,
   return weights;
 }
 
+absl::StatusOr<std::vector<Lattice>> LatticesFromProto(const v1::CreateSceneRequest& request,
+                                                       const StoredMesh& mesh) {
+  const v1::LatticeSource fit_with_defaults;
+  std::vector<Lattice> lattices;
+  for (int k = 0; k < std::max(request.lattices_size(), 1); ++k) {
+    LATTICED_ASSIGN_OR_RETURN(
+        auto lattice,
+        FromProto(request.lattices_size() > 0 ? request.lattices(k) : fit_with_defaults,
+                  mesh.bounds, fmt::format("lattices[{}]", k), mesh.mesh->positions));
+    lattices.push_back(std::move(lattice));
+  }
+  return lattices;
+}
+
 // What a scene with weights cannot have from its beginning.
-absl::Status CheckWithWeights(const v1::CreateSceneRequest& request, Pipeline pipeline,
-                              const ViewSpec& view) {
+absl::Status CheckWithWeights(Pipeline pipeline, const ViewSpec& view) {
   if (pipeline != Pipeline::kFused) return error::NotWithWeights("a pipeline other than fused");
-  if (view.tolerance > 0) return error::NotWithWeights("a view with a tolerance");
   if (!HasPositions(view)) return error::NotWithWeights("the encoding patches");
-  if (request.fold_watch()) return error::NotWithWeights("fold_watch");
   return absl::OkStatus();
 }
 
@@ -157,9 +168,8 @@ absl::Status CheckWithWeights(const v1::CreateSceneRequest& request, Pipeline pi
 absl::Status CheckCreateScene(const v1::CreateSceneRequest& request) {
   LATTICED_RETURN_IF_ERROR(CheckSceneId(request.scene_id()));
   if (request.mesh().empty()) return error::InvalidField("mesh", "is required");
-  if (request.lattices_size() > 1) {
-    return error::Unsupported("lattices", "more than one lattice a scene");
-  }
+  LATTICED_RETURN_IF_ERROR(
+      error::CheckRange("lattices", request.lattices_size(), 0, limits::kMaxLattices));
   if (auto ttl = IdleTtl(request, absl::ZeroDuration()); !ttl.ok()) return ttl.status();
   LATTICED_RETURN_IF_ERROR(error::CheckRange("name", static_cast<double>(request.name().size()), 0,
                                              static_cast<double>(limits::kMaxNameBytes)));
@@ -169,11 +179,7 @@ absl::Status CheckCreateScene(const v1::CreateSceneRequest& request) {
 absl::StatusOr<SceneConfig> SceneConfigFromProto(const v1::CreateSceneRequest& request,
                                                  const StoredMesh& mesh, const std::string& owner,
                                                  absl::Duration default_idle_ttl) {
-  const v1::LatticeSource fit_with_defaults;
-  LATTICED_ASSIGN_OR_RETURN(
-      auto lattice,
-      FromProto(request.lattices_size() == 1 ? request.lattices(0) : fit_with_defaults, mesh.bounds,
-                "lattices[0]", mesh.mesh->positions));
+  LATTICED_ASSIGN_OR_RETURN(auto lattices, LatticesFromProto(request, mesh));
   const bool smooth = mesh.mesh->has_normals() || request.has_crease_angle();
   LATTICED_ASSIGN_OR_RETURN(
       auto view, DefaultViewFromProto(request.default_view(), DefaultView(smooth), "default_view"));
@@ -185,7 +191,7 @@ absl::StatusOr<SceneConfig> SceneConfigFromProto(const v1::CreateSceneRequest& r
   VertexWeights weights;
   if (request.has_weights()) {
     LATTICED_ASSIGN_OR_RETURN(weights, WeightsFromProto(request.weights(), mesh.mesh));
-    LATTICED_RETURN_IF_ERROR(CheckWithWeights(request, pipeline, view.key.spec));
+    LATTICED_RETURN_IF_ERROR(CheckWithWeights(pipeline, view.key.spec));
   }
   LATTICED_ASSIGN_OR_RETURN(const auto idle_ttl, IdleTtl(request, default_idle_ttl));
   LATTICED_RETURN_IF_ERROR(error::CheckRange("crease_angle", request.crease_angle(), 0, 180));
@@ -198,7 +204,7 @@ absl::StatusOr<SceneConfig> SceneConfigFromProto(const v1::CreateSceneRequest& r
   config.mesh_id = mesh.id;
   config.name = request.name().empty() ? WithoutEnding(mesh.name) : request.name();
   config.mesh = mesh.mesh;
-  config.lattice = std::move(lattice);
+  config.lattices = std::move(lattices);
   if (request.has_crease_angle()) config.crease_angle = request.crease_angle();
   config.strength = strength;
   config.weights = std::move(weights);
@@ -234,9 +240,11 @@ v1::Scene ToProto(const SceneConfig& config) {
 v1::Scene ToProto(const Scene& scene) {
   const auto state = scene.State();
   v1::Scene result = ToProto(scene.config());
-  *result.add_lattices() = SummaryToProto(state->lattice_structure());
+  for (const SceneLattice& lattice : state->lattices) {
+    *result.add_lattices() = SummaryToProto(lattice.structure());
+  }
   result.set_weighted(state->plan->is_weighted());
-  result.set_strength(state->outside->strength());
+  result.set_strength(state->lattices[0].map->strength());
   result.set_revision(state->revision);
   result.set_structure_id(state->structure_id);
   result.set_patches(state->plan->patches.size());
@@ -250,14 +258,16 @@ v1::Scene ToProto(const Scene& scene) {
   return result;
 }
 
-v1::LatticeState LatticeStateToProto(const SceneState& state) {
+v1::LatticeState LatticeStateToProto(const SceneState& state, size_t k) {
+  const SceneLattice& lattice = state.lattices[k];
   v1::LatticeState result;
-  *result.mutable_lattice() = ToProto(state.lattice_structure(), *state.lattice_points);
+  result.set_index(static_cast<uint32_t>(k));
+  *result.mutable_lattice() = ToProto(lattice.structure(), *lattice.points);
   result.set_structure_id(state.structure_id);
   result.set_revision(state.revision);
-  if (state.outside->strength() != 1) result.set_strength(state.outside->strength());
-  if (*state.constraints != Constraints{}) {
-    *result.mutable_constraints() = ToProto(*state.constraints);
+  if (lattice.map->strength() != 1) result.set_strength(lattice.map->strength());
+  if (*lattice.constraints != Constraints{}) {
+    *result.mutable_constraints() = ToProto(*lattice.constraints);
   }
   return result;
 }

@@ -33,7 +33,7 @@ absl::StatusOr<Stored> Decode(std::string_view bytes) {
 std::string StoredHeaderOf(const v1::CreateSceneRequest& request, const SceneConfig& config) {
   return EncodeHeader({.request = request.SerializeAsString(),
                        .owner = config.owner,
-                       .lattice = config.lattice,
+                       .lattices = config.lattices,
                        .create_time = config.create_time,
                        .idle_ttl = config.idle_ttl,
                        .listing = ToProto(config).SerializeAsString(),
@@ -90,7 +90,7 @@ absl::StatusOr<SceneConfig> SceneConfigFromCopy(std::string_view header, const S
   LATTICED_ASSIGN_OR_RETURN(
       auto config, SceneConfigFromProto(stored.request, mesh, owner.value_or(stored.header.owner),
                                         stored.header.idle_ttl));
-  config.lattice = std::move(stored.header.lattice);
+  config.lattices = std::move(stored.header.lattices);
   config.create_time = stored.header.create_time;
   config.token_key = NewRandomId();  // a token of the first scene is none of this one
   config.stored_header = StoredHeaderOf(stored.request, config);

@@ -121,13 +121,14 @@ grpc::Slice SliceOf(const SharedBytes& bytes) {
 
 v1::SceneEvent ToProto(const LatticeWhole& event) {
   v1::SceneEvent message;
-  *message.mutable_lattice_state() = LatticeStateToProto(*event.state);
+  *message.mutable_lattice_state() = LatticeStateToProto(*event.state, event.lattice);
   return message;
 }
 
 v1::SceneEvent ToProto(const std::shared_ptr<const LatticeDelta>& delta) {
   v1::SceneEvent message;
   v1::LatticeDelta& out = *message.mutable_lattice_delta();
+  out.set_lattice(delta->lattice);
   out.set_structure_id(delta->structure_id);
   out.set_revision(delta->revision);
   out.mutable_indices()->Add(delta->indices.begin(), delta->indices.end());

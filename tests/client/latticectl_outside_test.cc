@@ -114,6 +114,17 @@ TEST_F(LatticectlOutside, ASceneIsGivenWeights) {
   ExpectFailure({"edit", "weights", "scene-one", Path("absent.csv")}, HasSubstr("absent.csv"));
 }
 
+TEST_F(LatticectlOutside, ALatticeThatTheServerFitsGoesOn) {
+  Run({"scene", "create", Path("vase.obj"), "--id", "scene-one", "--outside", "falloff:0.3"});
+  EXPECT_EQ(OutsideOf("scene-one").mode(), v1::OUTSIDE_MODE_FALLOFF);
+  EXPECT_EQ(OutsideOf("scene-one").widths_size(), 6);
+  MustRun(HalfLattice("fixed"));
+  EXPECT_NE(Latticectl({"scene", "create", Path("vase.obj"), "--lattice", Path("half.json"),
+                        "--outside", "linear:1"})
+                .code,
+            0);
+}
+
 TEST_F(LatticectlOutside, BadOnesAreRefused) {
   for (const char* text : {"round", "falloff", "falloff:x", "falloff:1,2", "falloff:0.3:c2",
                            "linear:1,2", "fixed:1", "linear:1:c0"}) {

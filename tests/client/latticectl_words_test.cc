@@ -52,6 +52,9 @@ TEST_F(LatticectlWords, OfAFitAndASceneAreItsOptions) {
   ExpectWords({"scene", "create", vase, "--size", "2,4,4"}, "--size, u: got 2, allowed is 3 to ");
   ExpectWords({"scene", "create", vase, "--size", "200,400,400"}, "--size: got 32000000, ");
   ExpectWords({"scene", "create", vase, "--padding", "-1"}, "--padding: got -1, ");
+  ExpectWords({"scene", "create", vase, "--outside", "falloff:5000"},
+              "--outside, widths[0]: got 5000, ");
+  ExpectWords({"scene", "create", vase, "--outside", "linear"}, "--outside, widths: must be set ");
   ExpectWords({"scene", "create", vase, "--id", "X"}, "--id: must be 1 to 63 of ");
   ExpectWords({"scene", "list", "--filter", "="}, "--filter: '=' is neither ");
   ExpectWords({"meshes", "--filter", "A"}, "--filter: 'A' is neither ");
@@ -72,6 +75,11 @@ TEST_F(LatticectlWords, OfALatticesFileAreTheOptionAndItsKey) {
   const auto points = WriteLattice([](auto& lattice) { lattice["controlPoints"].erase(0); });
   ExpectWords({"apply", Path("vase.obj"), "--lattice", points, "-o", Path("o.ply")},
               "--lattice, controlPoints: got 191 numbers, ");
+  const auto endless = WriteLattice([](auto& lattice) {
+    lattice["outside"] = {{"mode", "OUTSIDE_MODE_LINEAR"}};
+  });
+  ExpectWords({"edit", "carry", kScene, "--lattice", endless},
+              "--lattice, outside.widths: must be set for a linear one here");
 }
 
 TEST_F(LatticectlWords, OfAnEditAreItsOptions) {

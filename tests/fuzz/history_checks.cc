@@ -25,14 +25,14 @@ void Require(bool holds, const char* what) {
 }
 
 std::string BytesOf(const EditHistory& history) {
-  return EncodeImage({.history = history.image(), .box = {}, .now = {}, .commit_time = {}});
+  return EncodeImage({.histories = {history.image()}, .box = {}, .now = {}, .commit_time = {}});
 }
 
 void CheckImage(const EditHistory& history) {
   const std::string bytes = BytesOf(history);
   auto image = DecodeImage(bytes);
   Require(image.status(), "an image is decoded");
-  const auto again = EditHistory::FromImage(std::move(image->history));
+  const auto again = EditHistory::FromImage(std::move(image->histories[0]));
   Require(again.status(), "an image is a history");
   Require(SameBits(BytesOf(*again), bytes), "an image has the same bits again");
 }

@@ -26,9 +26,9 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const auto again = latticed::DecodeImage(encoded);
   if (!again.ok()) std::abort();
   if (!latticed::fuzz::SameBits(latticed::EncodeImage(*again), encoded)) std::abort();
-  log.snapshot_lsn = image->history.records;
+  log.snapshot_lsn = image->histories[0].records;
   if (log.snapshot_lsn == 0 || !latticed::CheckCopied(log).ok()) return 0;
-  auto history = latticed::EditHistory::FromImage(std::move(image->history));
+  auto history = latticed::EditHistory::FromImage(std::move(image->histories[0]));
   if (!history.ok()) std::abort();
   latticed::fuzz::CheckHistory(*std::move(history));
   return 0;

@@ -3,7 +3,7 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # usage: finds_violations_test.sh ROOT
-# Puts one bad file at a time into a copy of the sources. The layering test must name that file.
+# Puts bad files into a copy of the sources. The layering test must name each of them.
 set -euo pipefail
 root=$1
 copy=$(mktemp -d)
@@ -13,15 +13,12 @@ trap 'rm -rf "$copy"' EXIT
 readonly licence='// SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0'
 
+bad=()
 expect_violation() {  # FILE TEXT
   mkdir -p "$copy/$(dirname "$1")"
+  [[ ! -e $copy/$1 ]] || { echo "$1 is a source"; exit 1; }
   printf '%s\n' "$2" >"$copy/$1"
-  if bash "$root/tests/layering_test/layering_test.sh" "$copy" >"$copy/out.txt"; then
-    echo "not noticed: $1 with: ${2##*$'\n'}"
-    exit 1
-  fi
-  grep -q "^$1" "$copy/out.txt" || { echo "$1 is not named in:"; cat "$copy/out.txt"; exit 1; }
-  rm "$copy/$1"
+  bad+=("$1")
 }
 
 expect_violation core/base/bad.h "$licence
@@ -51,4 +48,13 @@ expect_violation server/web/bad.cc "$licence
 expect_violation server/unlicensed.h '#pragma once'
 expect_violation core/mesh/long.cc "$licence
 $(seq -f '// %g' 400)"
+
+if bash "$root/tests/layering_test/layering_test.sh" "$copy" >"$copy/out.txt"; then
+  echo "nothing is noticed"
+  exit 1
+fi
+for file in "${bad[@]}"; do
+  grep -q "^$file:" "$copy/out.txt" || { echo "$file is not named in:"; cat "$copy/out.txt"; exit 1; }
+done
+grep -q "^${#bad[@]} violations$" "$copy/out.txt" || { echo "a good file is named, too:"; cat "$copy/out.txt"; exit 1; }
 echo "every kind of violation is noticed"

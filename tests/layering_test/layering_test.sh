@@ -15,7 +15,7 @@ declare -A allowed=(
   [core/base]="core/base/"
   [core/mesh]="core/base/ core/mesh/"
   [core/ffd]="core/base/ core/mesh/ core/ffd/"
-  [core/measure]="core/base/ core/mesh/ core/ffd/ core/measure/"
+  [core/measure]="core/base/ core/mesh/ core/ffd/ core/points/ core/measure/"
   [core/adaptive]="core/base/ core/mesh/ core/ffd/ core/adaptive/"
   [core/folds]="core/base/ core/mesh/ core/ffd/ core/folds/"
   [core/patches]="core/base/ core/mesh/ core/ffd/ core/adaptive/ core/codec/octahedral.h core/patches/"
@@ -78,6 +78,7 @@ declare -A allowed=(
   [client/latticectl/backup]="core/base/ latticed/v1/ client/cpp/latticectl/backup/"
   [client/latticectl/output]="core/base/ client/cpp/library/ client/cpp/latticectl/output/"
   [client/latticectl/geometry]="core/base/ core/mesh/ core/ffd/ core/codec/ latticed/v1/ client/cpp/latticectl/geometry/"
+  [client/latticectl/vtk]="core/base/ client/cpp/latticectl/vtk/"
   [client/latticectl/command_line]="core/base/ latticed/v1/ client/cpp/latticectl/output/ client/cpp/latticectl/command_line/"
   [client/latticectl/reference]="client/cpp/latticectl/command_line/ client/cpp/latticectl/reference/"
   [client/latticectl/session]="core/base/ core/mesh/ latticed/v1/ client/cpp/library/ client/cpp/latticectl/output/ client/cpp/latticectl/geometry/ client/cpp/latticectl/command_line/ client/cpp/latticectl/session/ server/in_process.h server/base/options.h"
@@ -92,7 +93,7 @@ readonly guarded=(
   '^(grpcpp|grpc|google/protobuf|google/rpc)/' '^(server/(wire|rpc|edge|web|[a-z_]+\.)|client/|tests/)'
   '^(spdlog|CLI)/' '^(server|client|tests)/'
   '^boost/' '^(server|tests/server)/web/|^tests/fuzz/http|^server/(net|edge)/|^server/rpc/server_env\.cc$'
-  '^zlib' '^core/patches/zlib_stream'
+  '^zlib' '^(core/patches/zlib_stream|client/cpp/latticectl/vtk/xml_array)'
   '^draco' '^(core/codec|client|server|tests)/'
   '^(tbb|oneapi)/' '^(core/(cpu|view)|client/cpp/load|server|tests)/'
   '^hwy/' '^(core/(cpu|codec|measure|view|points)|client/cpp/library/patches|client/decoder/lanes|client/decoder/meshopt|tests)/'

@@ -18,6 +18,10 @@ export interface Triangles {
 export function evaluatePatches(
   plan: PatchPlan, lattice: Lattice__Output, edgeBytes: Uint8Array, tolerance: number): Triangles {
   if (edgeBytes.length !== plan.edgeCount) throw new Error(`${plan.edgeCount} edges have ${edgeBytes.length} bytes`);
+  const { mode } = lattice.outside ?? {};
+  if (mode !== undefined && mode !== 'OUTSIDE_MODE_UNSPECIFIED' && mode !== 'OUTSIDE_MODE_FIXED') {
+    throw new Error('this example has no lattices that go on outside their frame: lattice.outside is set');
+  }
   const volume = new BsplineVolume(lattice);
   const levels = Array.from(edgeBytes, (byte) => plan.levelOf(byte, tolerance));
   const points: Triangles['points'] = [];

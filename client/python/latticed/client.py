@@ -20,6 +20,7 @@ from latticed.encoding_choice import EncodingChoice
 from latticed.lattice import Lattice
 from latticed.mesh import Mesh
 from latticed.mesh_arrays import Faces, raw_mesh
+from latticed.outside import Outside
 from latticed.progress_bar import Progress, progress_function
 from latticed.scene import Scene
 from latticed.upload import SUFFIXES, upload
@@ -145,6 +146,7 @@ class Client:
         size: Optional[Tuple[int, int, int]] = None,
         degree: Optional[Tuple[int, int, int]] = None,
         padding: Optional[float] = None,
+        outside: Optional[Outside] = None,
         view: Optional[View] = None,
         up_axis: str = "",
         meters_per_unit: float = 0,
@@ -161,9 +163,10 @@ class Client:
     ) -> Scene:
         """Creates a scene of a mesh and a lattice.
 
-        lattice          None: an identity lattice around the mesh, made from the next three
+        lattice          None: an identity lattice around the mesh, made from the next four
         size, degree     control points and degree of u, v, w; by default 4, 4, 4 and 2, 2, 2
         padding          margin on every side, as a share of the longest edge of the mesh's bounds; 0.05
+        outside          what becomes of points outside it, with widths: of point sets, for the mesh has none there
         view             the view of watchers that name none
         up_axis          "x", "y" or "z"; clients and exports get it, and meters_per_unit. By default both
                          are those of the mesh
@@ -183,8 +186,8 @@ class Client:
         """
         source = lattice_pb2.LatticeSource()
         if lattice is not None:
-            if not (size is None and degree is None and padding is None):
-                raise ValueError("size, degree and padding are of a lattice that the server makes")
+            if not (size is None and degree is None and padding is None and outside is None):
+                raise ValueError("size, degree, padding and outside are of a lattice that the server makes")
             source.lattice.CopyFrom(lattice.to_proto())
         else:
             source.fit.SetInParent()
@@ -199,6 +202,8 @@ class Client:
                 axes.u, axes.v, axes.w = numbers
             if padding is not None:
                 source.fit.padding = padding
+            if outside is not None:
+                source.fit.outside.CopyFrom(outside.to_proto())
         request = scene_pb2.CreateSceneRequest(
             scene_id=scene_id or uuid.uuid4().hex,
             mesh=mesh.id if isinstance(mesh, Mesh) else mesh,

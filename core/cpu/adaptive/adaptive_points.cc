@@ -17,6 +17,8 @@ using fused::FusedLayout;
 using fused::Group;
 using fused::RunBuffer;
 using fused::RunPatches;
+using fused::RunWeights;
+using fused::WeightedPatch;
 
 namespace {
 
@@ -31,6 +33,20 @@ void ForFixes(const FusedLayout& layout, size_t first, size_t last, const F& f) 
       if (patch >= first && patch < last) f(patch, fix);
     }
   }
+}
+
+// copy(from, row) copies the lanes that a run wants.
+template <class Copy>
+void CopyWeights(const WeightedPatch& from, const Copy& copy, RunWeights& to) {
+  for (size_t c = 0; c < 3; ++c) {
+    for (size_t axis = 0; axis < 3; ++axis) {
+      copy(from.corners[c].rest.point[axis], to.rest[axis][c]);
+    }
+    copy(from.corners[c].weight, to.weight[c]);
+    copy(from.by_local.point[c], to.by_local[c]);
+  }
+  copy(from.steepness, to.steepness);
+  to.rest_by_local = from.rest_by_local;
 }
 
 const AdaptivePattern& PatternOf(uint16_t code) {
@@ -80,19 +96,20 @@ void AdaptivePoints::EvaluateChunk(uint32_t chunk, ChunkVertices& vertices,
 void AdaptivePoints::EvaluateRun(const Run& run, RunBuffer& buffer) const {
   std::array<size_t, fused::kRunPatches> first_points;
   buffer.Clear();
-  FillPatches(run, buffer.patches);
+  FillPatches(run, buffer);
   for (size_t p = run.first; p < run.last; ++p) {
     first_points[p - run.first] = buffer.Add(p - run.first, PatternPlaces::Get(input_.codes[p]));
   }
   buffer.Evaluate(plan_.polynomials.degree(), boxes_[plan_.plan->patches[run.first].box],
-                  spec_.normals);
+                  spec_.normals, plan_.plan->is_weighted());
   TakeFeatures(run, first_points, buffer);
   ReplaceWeakNormals(run, first_points, buffer);
   Write(run, buffer);
 }
 
-void AdaptivePoints::FillPatches(const Run& run, RunPatches& patches) const {
+void AdaptivePoints::FillPatches(const Run& run, RunBuffer& buffer) const {
   const FusedLayout& layout = plan_.layout;
+  RunPatches& patches = buffer.patches;
   for (size_t p = run.first; p < run.last;) {
     const uint32_t g = layout.group_of_patch[p];
     const size_t lane = p - layout.groups[g].first_patch, to = p - run.first;
@@ -112,6 +129,7 @@ void AdaptivePoints::FillPatches(const Run& run, RunPatches& patches) const {
         copy(layout.patches[g].conormal[axis], patches.conormals[axis][0]);
       }
     }
+    if (plan_.plan->is_weighted()) CopyWeights(layout.weights.patches[g], copy, buffer.weights);
     p += lanes;
   }
 }

@@ -53,7 +53,7 @@ class AdaptivePoints {
   void NeedFeatures(uint32_t chunk);
   void EvaluateChunk(uint32_t chunk, ChunkVertices& vertices, fused::RunBuffer& buffer) const;
   void EvaluateRun(const Run& run, fused::RunBuffer& buffer) const;
-  void FillPatches(const Run& run, fused::RunPatches& patches) const;
+  void FillPatches(const Run& run, fused::RunBuffer& buffer) const;
   void TakeFeatures(const Run& run, std::span<const size_t> first_points,
                     fused::RunBuffer& buffer) const;
   void ReplaceWeakNormals(const Run& run, std::span<const size_t> first_points,

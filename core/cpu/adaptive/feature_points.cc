@@ -15,6 +15,13 @@ void CopyCorner(const CornerLanes& from, size_t corner, RunPatches& to) {
   }
 }
 
+void CopyWeighted(const WeightedPoint& from, size_t corner, RunWeights& to) {
+  for (size_t axis = 0; axis < 3; ++axis) {
+    std::ranges::copy(from.rest.point[axis], to.rest[axis][corner].begin());
+  }
+  std::ranges::copy(from.weight, to.weight[corner].begin());
+}
+
 }  // namespace
 
 FeaturePoints::FeaturePoints(const FusedPlan& plan, std::span<const Vec3d> control_points,
@@ -68,6 +75,13 @@ void FeaturePoints::Evaluate(const Work& work, RunBuffer& run) {
   } else {
     CopyCorner(layout.corners.groups[work.group], 0, run.patches);
   }
+  const bool weighted = plan_.plan->is_weighted();
+  if (weighted && work.is_edge) {
+    CopyWeighted(layout.weights.edges[work.group].from, 0, run.weights);
+    CopyWeighted(layout.weights.edges[work.group].to, 1, run.weights);
+  } else if (weighted) {
+    CopyWeighted(layout.weights.corners[work.group], 0, run.weights);
+  }
   for (size_t lane = 0; lane < kLanes; ++lane) {
     const Place& place = places[work.group * kLanes + lane];
     for (uint32_t k = 0; k < place.count; ++k) {
@@ -81,7 +95,7 @@ void FeaturePoints::Evaluate(const Work& work, RunBuffer& run) {
   }
   const uint32_t box =
       work.is_edge ? layout.edges.boxes[work.group] : layout.corners.boxes[work.group];
-  run.Evaluate(plan_.polynomials.degree(), boxes_[box], NormalMode::kNone);
+  run.Evaluate(plan_.polynomials.degree(), boxes_[box], NormalMode::kNone, weighted);
   size_t from = 0;
   for (size_t lane = 0; lane < kLanes; ++lane) {
     const Place& place = places[work.group * kLanes + lane];

@@ -193,24 +193,32 @@ OutsideMap OutsideMap::At(double strength) const {
 }
 
 OutsideMap::OutsideMap(const LatticeStructure& structure, double strength,
-                       const LatticeStructure& sum, const RefinedAxes& refined,
-                       std::shared_ptr<const std::vector<Vec3d>> others)
+                       const LatticeStructure& sum, const RefinedAxes& refined)
     : OutsideMap(structure, strength) {
   for (size_t axis = 0; axis < 3; ++axis) rows_[axis] = Composed(refined[axis], rows_[axis]);
   continued_ = sum;
   goes_on_ = true;
   TakeRest();
-  others_ = std::move(others);
 }
 
 std::vector<Vec3d> OutsideMap::Continue(std::span<const Vec3d> control_points) const {
-  std::vector<Vec3d> points(control_points.begin(), control_points.end());
-  if (is_identity_) return points;
-  for (size_t i = 0; i < points.size(); ++i) points[i] -= rest_[i];
-  points = Apply(points);
+  if (is_identity_) return {control_points.begin(), control_points.end()};
+  std::vector<Vec3d> moves = Moves(control_points);
+  if (others_ == nullptr) return Moved(moves);
+  for (size_t n = 0; n < moves.size(); ++n) moves[n] += (*others_)[n];
+  return Moved(moves);
+}
+
+std::vector<Vec3d> OutsideMap::Moves(std::span<const Vec3d> control_points) const {
+  std::vector<Vec3d> d(control_points.begin(), control_points.end());
+  for (size_t i = 0; i < d.size(); ++i) d[i] -= rest_[i];
+  return Apply(d);
+}
+
+std::vector<Vec3d> OutsideMap::Moved(std::span<const Vec3d> moves) const {
+  std::vector<Vec3d> points = continued_rest_;
   for (size_t n = 0; n < points.size(); ++n) {
-    const Vec3d move = others_ == nullptr ? points[n] : points[n] + (*others_)[n];
-    points[n] = move == Vec3d{} ? continued_rest_[n] : continued_rest_[n] + move;
+    if (moves[n] != Vec3d{}) points[n] += moves[n];
   }
   return points;
 }

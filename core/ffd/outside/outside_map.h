@@ -23,7 +23,7 @@
 //
 // Layout   control points u fastest, as in lattice.h
 // Errors   none: the structure must be valid
-// Threads  immutable
+// Threads  immutable, once what others move is known
 #ifndef LATTICED_CORE_FFD_OUTSIDE_OUTSIDE_MAP_H_
 #define LATTICED_CORE_FFD_OUTSIDE_OUTSIDE_MAP_H_
 
@@ -32,6 +32,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "core/base/vec.h"
@@ -43,10 +44,11 @@ namespace latticed {
 class OutsideMap {
  public:
   explicit OutsideMap(const LatticeStructure& structure, double strength = 1);
-  // The lattice as one of several, whose sum is planned: lattice_sum.h. `refined`: its part of the sum. `others`: what the
-  // other lattices move the control points of the sum; null: nothing.
+  // The lattice as one of several, whose sum is planned: lattice_sum.h. `refined`: its part of the sum.
   OutsideMap(const LatticeStructure& structure, double strength, const LatticeStructure& sum,
-             const RefinedAxes& refined, std::shared_ptr<const std::vector<Vec3d>> others);
+             const RefinedAxes& refined);
+  // Continue also adds what the other lattices of the sum move its control points.
+  void AddOthers(std::shared_ptr<const std::vector<Vec3d>> moves) { others_ = std::move(moves); }
 
   // The same map with this strength.
   [[nodiscard]] OutsideMap At(double strength) const;
@@ -59,11 +61,12 @@ class OutsideMap {
   // The continued one's. Its own `outside` is fixed.
   const LatticeStructure& continued() const { return continued_; }
 
-  // Of the control points of the sum, by the other lattices; null: none.
-  const std::shared_ptr<const std::vector<Vec3d>>& others() const { return others_; }
-
   // The control points of the continued lattice, from those of the given one.
   [[nodiscard]] std::vector<Vec3d> Continue(std::span<const Vec3d> control_points) const;
+  // What this lattice moves the control points of the continued one: s E d.
+  [[nodiscard]] std::vector<Vec3d> Moves(std::span<const Vec3d> control_points) const;
+  // The continued lattice at rest, moved.
+  [[nodiscard]] std::vector<Vec3d> Moved(std::span<const Vec3d> moves) const;
   // s E d, for moves or tangents of the given control points.
   [[nodiscard]] std::vector<Vec3d> Apply(std::span<const Vec3d> d) const;
   // s E' g, for derivatives by the continued control points.

@@ -32,17 +32,18 @@ struct AxisEnds {
   double begin = kInfinity, end = -kInfinity;
 };
 
-// Axis `a` of `continued`, of which `given` is the inside.
-absl::StatusOr<SummandAxis> AxisOf(const LatticeStructure& given, const LatticeStructure& continued,
-                                   const FrameMap& first, size_t a) {
+// Axis `a` of `continued`, of which `given` is the inside, the lattice `k`.
+absl::StatusOr<SummandAxis> AxisOf(size_t k, const LatticeStructure& given,
+                                   const LatticeStructure& continued, const FrameMap& first,
+                                   size_t a) {
   constexpr double kParallel = 1e-9;
   const auto axis = static_cast<int>(a);
   const Vec3d edge = first.DirectionToParameter(continued.frame.edges[a]);
   for (int b = 0; b < 3; ++b) {
     if (b != axis && !(std::abs(edge[b]) <= kParallel * edge[axis])) {
-      return error::InvalidField("lattice.frame",
-                                 "lattices that add up must have frames with parallel edges",
-                                 "FRAMES_NOT_PARALLEL");
+      return error::InvalidField(fmt::format("lattices[{}].frame", k),
+                                 "its edges must be parallel to those of the first lattice, and "
+                                 "have their directions");
     }
   }
   const double at = first.ToParameter(continued.frame.origin)[axis];
@@ -87,18 +88,17 @@ AxisEnds EndsOf(std::span<const SummandAxis> axes, const AxisEnds& mesh) {
   return ends;
 }
 
-absl::Status CheckEnds(const SummandAxis& axis, const AxisEnds& ends, size_t a) {
+absl::Status CheckEnds(size_t k, const SummandAxis& axis, const AxisEnds& ends, size_t a) {
   const double near = kSameKnot * (ends.end - ends.begin);
   const bool begins_inside = axis.space.begin() > ends.begin + near && !axis.fades_at_begin;
   const bool ends_inside = axis.space.end() < ends.end - near && !axis.fades_at_end;
   if (!begins_inside && !ends_inside) return absl::OkStatus();
   constexpr std::array<std::string_view, 3> kNames{"u", "v", "w"};
   return error::InvalidField(
-      "lattice.outside",
-      fmt::format("a lattice ends inside the mesh, at the {} of {}, where another goes on: give it "
-                  "FALLOFF with a width there, or a larger frame",
-                  begins_inside ? "begin" : "end", kNames[a]),
-      "LATTICE_ENDS_IN_MESH");
+      fmt::format("lattices[{}].outside", k),
+      fmt::format("the lattice ends inside the mesh, at the {} of {}, where another goes on: give "
+                  "it FALLOFF with a width there, or a larger frame",
+                  begins_inside ? "begin" : "end", kNames[a]));
 }
 
 // The places of all knots between the ends, ascending. Of those that are almost equal, that of the first lattice.
@@ -165,7 +165,9 @@ AxisSpace SpaceOf(std::span<SummandAxis> axes, const AxisEnds& ends) {
 absl::Status SumAxis(size_t a, std::vector<SummandAxis>& axes, const AxisEnds& mesh,
                      LatticeSum& sum) {
   const AxisEnds ends = EndsOf(axes, mesh);
-  for (const SummandAxis& axis : axes) LATTICED_RETURN_IF_ERROR(CheckEnds(axis, ends, a));
+  for (size_t k = 0; k < axes.size(); ++k) {
+    LATTICED_RETURN_IF_ERROR(CheckEnds(k, axes[k], ends, a));
+  }
   const AxisSpace space = SpaceOf(axes, ends);
   for (size_t k = 0; k < axes.size(); ++k) sum.parts[k][a] = Refine(axes[k].space, space);
   sum.structure.degree[a] = space.degree;
@@ -185,9 +187,9 @@ absl::StatusOr<LatticeSum> SumLattices(std::span<const LatticeStructure> lattice
   std::array<double, 3> begin{}, range{};
   for (size_t a = 0; a < 3; ++a) {
     std::vector<SummandAxis> axes;
-    for (const LatticeStructure& given : lattices) {
-      const LatticeStructure continued = OutsideMap(given).continued();
-      LATTICED_ASSIGN_OR_RETURN(auto axis, AxisOf(given, continued, first, a));
+    for (size_t k = 0; k < lattices.size(); ++k) {
+      const LatticeStructure continued = OutsideMap(lattices[k]).continued();
+      LATTICED_ASSIGN_OR_RETURN(auto axis, AxisOf(k, lattices[k], continued, first, a));
       // The first lattice's own knots, not rounded on their way through the world.
       if (axes.empty()) axis.space.knots = continued.knots[a];
       axes.push_back(std::move(axis));
@@ -198,8 +200,9 @@ absl::StatusOr<LatticeSum> SumLattices(std::span<const LatticeStructure> lattice
     range[a] = sum.structure.domain_end(static_cast<int>(a)) - begin[a];
   }
   if (count > limits::kMaxControlPoints) {
-    return error::OutOfRange("lattice.size", static_cast<double>(count), 8,
-                             limits::kMaxControlPoints);
+    return error::InvalidField(
+        "lattices", fmt::format("their sum has {} control points, at most {} are allowed", count,
+                                limits::kMaxControlPoints));
   }
   const LatticeStructure& one = lattices.front();
   sum.structure.frame.origin = first.ToWorld({begin[0], begin[1], begin[2]});

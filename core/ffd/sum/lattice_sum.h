@@ -13,8 +13,7 @@
 // Frame       the smallest box that holds the mesh and ends where a lattice does. A lattice may reach beyond it. One that
 //             ends inside it must fade out there; otherwise the surface would tear in the middle
 // Knots       within 2^-40 of the range of an axis are one knot, as in knot_split.h. Those of the first lattice stay
-// Errors      kInvalidArgument: field "lattice.frame", reason FRAMES_NOT_PARALLEL; "lattice.outside", reason
-//             LATTICE_ENDS_IN_MESH; "lattice.size" for too many control points
+// Errors      kInvalidArgument: fields "lattices[k].frame", "lattices[k].outside"; "lattices" for too many control points
 // Threads     pure functions
 #ifndef LATTICED_CORE_FFD_SUM_LATTICE_SUM_H_
 #define LATTICED_CORE_FFD_SUM_LATTICE_SUM_H_

@@ -17,27 +17,27 @@ constexpr char kWhat[] = "the point set";
 
 // While points are sorted, each has the number of its box as well; to sort them again, they are copied first.
 uint64_t SortingBytes(uint64_t points) { return points * sizeof(uint32_t); }
-uint64_t CopyBytes(uint64_t points, bool with_normals) {
-  return points * sizeof(Vec3d) * (with_normals ? 2 : 1);
+uint64_t CopyBytes(const SortedPoints& points) {
+  return points.size() * (sizeof(Vec3d) * (points.has_normals() ? 2 : 1) +
+                          (points.has_weights() ? sizeof(PointWeight) : 0));
 }
 
 absl::StatusOr<std::shared_ptr<PointEvaluator>> EvaluatorOf(
     std::shared_ptr<const SortedPoints> points, RenderBackend& backend, CpuArena& arena) {
-  if (points->size() >= PointSet::kLeastDevicePoints) {
+  // Devices do not weigh points.
+  if (points->size() >= PointSet::kLeastDevicePoints && !points->has_weights()) {
     LATTICED_ASSIGN_OR_RETURN(auto on_device, backend.PreparePoints(points));
     if (on_device != nullptr) return on_device;
   }
   return std::make_shared<HostPoints>(std::move(points), &arena);
 }
 
-// `make` returns the sorted points. `more`: bytes that only making them takes.
+// `make` returns the sorted points. `bytes`: of the points; `more`: those that only making them takes.
 template <class Make>
 absl::StatusOr<std::shared_ptr<const PointSet::Resident>> MakeResident(
-    uint64_t count, bool with_normals, uint64_t more, uint64_t structure_id, RenderBackend& backend,
+    uint64_t bytes, uint64_t more, uint64_t structure_id, RenderBackend& backend,
     const MemoryAccountPtr& account, CpuArena& arena, const Make& make) {
-  LATTICED_ASSIGN_OR_RETURN(
-      auto room,
-      backend.memory().Reserve(kWhat, SortedPoints::BytesFor(count, with_normals) + more, account));
+  LATTICED_ASSIGN_OR_RETURN(auto room, backend.memory().Reserve(kWhat, bytes + more, account));
   const auto points = std::make_shared<const SortedPoints>(make());
   LATTICED_RETURN_IF_ERROR(room.Resize(kWhat, points->MemoryBytes()));
   LATTICED_ASSIGN_OR_RETURN(auto evaluator, EvaluatorOf(points, backend, arena));
@@ -48,16 +48,18 @@ absl::StatusOr<std::shared_ptr<const PointSet::Resident>> MakeResident(
 }  // namespace
 
 absl::StatusOr<std::shared_ptr<PointSet>> PointSet::Make(std::string id, const SceneState& state,
-                                                         std::span<const Vec3d> points,
-                                                         std::span<const Vec3d> normals,
+                                                         const Source& source,
                                                          RenderBackend& backend,
                                                          const MemoryAccountPtr& account,
                                                          CpuArena& arena) {
+  const size_t count = source.points.size();
   LATTICED_ASSIGN_OR_RETURN(
       auto resident,
-      MakeResident(points.size(), !normals.empty(), SortingBytes(points.size()), state.structure_id,
-                   backend, account, arena,
-                   [&] { return SortedPoints(state.plan->structure, points, normals, arena); }));
+      MakeResident(SortedPoints::BytesFor(count, !source.normals.empty(), !source.weights.empty()),
+                   SortingBytes(count), state.structure_id, backend, account, arena, [&] {
+                     return SortedPoints(state.plan->structure, source.points, source.normals,
+                                         arena, source.weights);
+                   }));
   return std::shared_ptr<PointSet>(new PointSet(std::move(id), std::move(resident)));
 }
 
@@ -75,11 +77,11 @@ absl::StatusOr<std::shared_ptr<const PointSet::Resident>> PointSet::At(const Sce
   old = Newest();
   if (old->structure_id == state.structure_id) return old;
   const SortedPoints& points = old->points();
-  const uint64_t more =
-      SortingBytes(points.size()) + CopyBytes(points.size(), points.has_normals());
+  const uint64_t bytes =
+      SortedPoints::BytesFor(points.size(), points.has_normals(), points.has_weights());
   LATTICED_ASSIGN_OR_RETURN(
-      auto sorted, MakeResident(points.size(), points.has_normals(), more, state.structure_id,
-                                backend, old->memory.account(), arena,
+      auto sorted, MakeResident(bytes, SortingBytes(points.size()) + CopyBytes(points),
+                                state.structure_id, backend, old->memory.account(), arena,
                                 [&] { return points.Resorted(state.plan->structure, arena); }));
   const MutexLock lock(&mutex_);
   // A call at an older state must not undo what a newer one has sorted.

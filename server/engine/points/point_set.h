@@ -34,10 +34,15 @@ namespace latticed {
 
 class PointSet {
  public:
-  // Sets of so many points are evaluated by the backend's device, if it has one. The host has the vectors of smaller
-  // sets sooner than a device.
+  // Sets of so many points are evaluated by the backend's device, if it has one and they have no weights. The host has the
+  // vectors of smaller sets sooner than a device.
   static constexpr size_t kLeastDevicePoints = 16'384;
 
+  // Points at rest, as SortedPoints takes them.
+  struct Source {
+    std::span<const Vec3d> points, normals;
+    std::span<const PointWeight> weights;
+  };
   // Sorted points where they are evaluated, with the host memory that they take.
   struct Resident {
     std::shared_ptr<PointEvaluator> evaluator;
@@ -47,11 +52,10 @@ class PointSet {
     const SortedPoints& points() const { return evaluator->points(); }
   };
 
-  // Sorts the points for the state's structure. `normals`: as in SortedPoints. The set is charged to `account`.
+  // Sorts the points for the state's structure. The set is charged to `account`.
   [[nodiscard]] static absl::StatusOr<std::shared_ptr<PointSet>> Make(
-      std::string id, const SceneState& state, std::span<const Vec3d> points,
-      std::span<const Vec3d> normals, RenderBackend& backend, const MemoryAccountPtr& account,
-      CpuArena& arena);
+      std::string id, const SceneState& state, const Source& source, RenderBackend& backend,
+      const MemoryAccountPtr& account, CpuArena& arena);
 
   const std::string& id() const { return id_; }
   absl::Time create_time() const { return create_time_; }

@@ -106,8 +106,7 @@ absl::StatusOr<std::shared_ptr<Snapshot>> RenderView::Render(const RenderWork& w
   const auto before = board_.newest();
   std::vector<uint64_t> revisions;
   if (work.moved) {
-    const SceneState& state = *work.input.state;
-    revisions = ChunkRevisions(*state.plan, work.moved->Continued(*state.outside), key().spec);
+    revisions = ChunkRevisions(*work.input.state->plan, *work.moved, key().spec);
   }
   LATTICED_ASSIGN_OR_RETURN(
       auto snapshot,

@@ -8,8 +8,9 @@
 #include <utility>
 
 #include "core/base/status_macros.h"
-#include "core/ffd/edit_history.h"
 #include "fmt/format.h"
+#include "server/engine/lattices/scene_history.h"
+#include "server/store/records/header_codec.h"
 #include "server/store/records/scene_codec.h"
 
 namespace latticed {
@@ -60,13 +61,20 @@ absl::Status CheckCopied(const SceneLog& log) {
     return log.snapshot.empty() ? absl::OkStatus() : CannotBe("it has no edits, and is not empty");
   }
   LATTICED_ASSIGN_OR_RETURN(SceneImage image, DecodeImage(log.snapshot));
-  if (image.history.records != log.snapshot_lsn) return CannotBe("the number of its edits");
-  LATTICED_RETURN_IF_ERROR(CheckCounts(image.history));
+  uint64_t records = 0;
+  for (const EditHistoryImage& history : image.histories) {
+    LATTICED_RETURN_IF_ERROR(CheckCounts(history));
+    records += history.records;
+  }
+  if (records != log.snapshot_lsn) return CannotBe("the number of its edits");
   LATTICED_RETURN_IF_ERROR(CheckBox(image.box));
   if (image.now < EditHistory::TimePoint() || image.commit_time < absl::UnixEpoch()) {
     return CannotBe("its times");
   }
-  return EditHistory::FromImage(std::move(image.history)).status();
+  LATTICED_ASSIGN_OR_RETURN(const auto header, DecodeHeader(log.header));
+  if (image.histories.size() != header.lattices.size())
+    return CannotBe("the number of its lattices");
+  return SceneHistory::FromImages(std::move(image.histories)).status();
 }
 
 }  // namespace latticed

@@ -22,6 +22,7 @@ namespace latticed {
 
 // What one edit did to the control points. Watchers apply it to their lattice.
 struct LatticeDelta {
+  uint32_t lattice = 0;  // which of the scene's
   uint64_t revision = 0;
   uint64_t structure_id = 0;
   std::string editor_id;

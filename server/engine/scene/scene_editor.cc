@@ -2,9 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/engine/scene/scene_editor.h"
 
+#include <algorithm>
+#include <limits>
+#include <variant>
+
 #include "core/base/error.h"
 #include "core/base/status_macros.h"
 #include "core/ffd/control_point_range.h"
+#include "core/ffd/direct_ffd.h"
 #include "core/ffd/dirty_set.h"
 
 namespace latticed {
@@ -13,14 +18,16 @@ namespace {
 std::shared_ptr<const LatticeDelta> MakeDelta(const EditBatch& batch, const SceneState& state,
                                               bool strength_changed,
                                               std::vector<uint32_t> changed) {
+  const SceneLattice& lattice = state.lattices[batch.lattice];
   auto delta = std::make_shared<LatticeDelta>();
+  delta->lattice = batch.lattice;
   delta->revision = state.revision;
   delta->structure_id = state.structure_id;
   delta->editor_id = batch.editor_id;
   delta->sequence = batch.sequence;
   delta->positions.reserve(changed.size());
-  if (strength_changed) delta->strength = state.outside->strength();
-  for (const uint32_t index : changed) delta->positions.push_back((*state.lattice_points)[index]);
+  if (strength_changed) delta->strength = lattice.map->strength();
+  for (const uint32_t index : changed) delta->positions.push_back((*lattice.points)[index]);
   delta->indices = std::move(changed);
   return delta;
 }
@@ -28,7 +35,9 @@ std::shared_ptr<const LatticeDelta> MakeDelta(const EditBatch& batch, const Scen
 // The control points of the plan that an edit moved. `changed`: those of the lattice.
 std::vector<uint32_t> MovedByEdit(const SceneState& before, const SceneState& after,
                                   const std::vector<uint32_t>& changed) {
-  if (after.outside->is_identity() && before.outside->is_identity()) return changed;
+  if (after.lattices[0].map->is_identity() && before.lattices[0].map->is_identity()) {
+    return changed;
+  }
   std::vector<uint32_t> moved;
   for (uint32_t i = 0; i < after.control_points->size(); ++i) {
     if (!SameBits((*before.control_points)[i], (*after.control_points)[i])) moved.push_back(i);
@@ -36,15 +45,30 @@ std::vector<uint32_t> MovedByEdit(const SceneState& before, const SceneState& af
   return moved;
 }
 
+constexpr size_t kNone = std::numeric_limits<size_t>::max();
+
 }  // namespace
+
+void SceneEditor::TakeLattice(SceneState& state, size_t k) const {
+  const EditHistory& history = history_.of(k);
+  TakePoints(state.lattices, k, history.strength(), history.lattice().control_points);
+  auto& constraints = state.lattices[k].constraints;
+  if (constraints != nullptr && *constraints == history.constraints()) return;
+  constraints = std::make_shared<const Constraints>(history.constraints());
+}
+
+void SceneEditor::TakeLattices(SceneState& state, size_t left_out) const {
+  for (size_t k = 0; k < state.lattices.size(); ++k) {
+    if (k != left_out) TakeLattice(state, k);
+  }
+}
 
 std::shared_ptr<const SceneState> SceneEditor::FirstState(
     SceneState planned, absl::Time commit_time, const std::optional<QuantisationBox>& box) const {
   planned.revision = history_.revision();
   planned.structure_id = history_.structure_id();
-  planned.outside = WithStrength(planned.outside, history_.strength());
-  planned.TakePoints(history_.lattice().control_points);
-  planned.constraints = std::make_shared<const Constraints>(history_.constraints());
+  TakeLattices(planned, kNone);
+  planned.control_points = PlannedPoints(planned.lattices);
   const Bounds bounds = BoundsOf(planned);
   planned.box = box.has_value() ? *box : FitQuantisationBox(bounds, 1);
   // A box that was not made here, or by another build, may be too small.
@@ -54,60 +78,89 @@ std::shared_ptr<const SceneState> SceneEditor::FirstState(
   return std::make_shared<const SceneState>(std::move(planned));
 }
 
+EditBatch SceneEditor::AmongOthers(EditBatch batch, const SceneState& before) const {
+  if (before.lattices.size() == 1) return batch;
+  const LatticeStructure& planned = before.plan->structure;
+  std::vector<Vec3d> others;
+  for (Edit& edit : batch.edits) {
+    auto* const drag = std::get_if<DragPoints>(&edit);
+    if (drag == nullptr) continue;
+    if (others.empty()) {
+      const SceneLattice& own = before.lattices[batch.lattice];
+      others = MapAmongOthers(before.lattices, batch.lattice)
+                   ->Continue(IdentityControlPoints(own.structure()));
+    }
+    for (size_t i = 0; i < std::min(drag->points.size(), drag->targets.size()); ++i) {
+      const Vec3d point = drag->points[i];
+      const double weight = drag->weights.empty() ? 1 : drag->weights[i];
+      drag->targets[i] -= weight * (EvaluateWorld(planned, others, point).position - point);
+    }
+  }
+  return batch;
+}
+
 absl::StatusOr<EditCommit> SceneEditor::Apply(const EditBatch& batch, const SceneState& before,
                                               std::optional<PlanCandidate>& candidate,
                                               std::optional<PlanKey>& wanted, TimePoint now,
                                               const Clock& clock) {
+  LATTICED_RETURN_IF_ERROR(history_.Check(batch));
+  const size_t k = batch.lattice;
   const auto plan = [&](PlanKey key) -> absl::Status {
     if (candidate && candidate->key == key) return candidate->state.status();
     wanted = std::move(key);
     return EditHistory::PutOff();
   };
   const auto admit = [&](const LatticeStructure& structure) {
-    return plan({structure, history_.weights()});
+    std::vector<LatticeStructure> structures = history_.structures();
+    structures[k] = structure;
+    return plan({std::move(structures), history_.weights()});
   };
   const auto admit_weights = [&](const VertexWeights& weights) {
-    return plan({history_.lattice().structure, weights});
+    return plan({history_.structures(), weights});
   };
-  if (batch.refuse_folds && before.plan->is_weighted() && LoneEdit<SetWeights>(batch) == nullptr) {
-    return error::NotWithWeights("refuse_folds");
-  }
   AdmitPoints admit_points;
-  if (batch.refuse_folds || !before.outside->is_identity() || candidate.has_value()) {
+  if (batch.refuse_folds || !before.lattices[k].map->is_identity() || candidate.has_value()) {
     admit_points = [&](const LatticeStructure& structure, std::span<const Vec3d> points,
                        double strength) {
-      const bool stays = structure == before.lattice_structure();
-      return AdmitPointsOf(batch, before, stays ? before : *candidate->state, points, strength);
+      if (structure == before.lattices[k].structure()) {
+        return AdmitPointsOf(batch, before, before, points, strength);
+      }
+      SceneState planned = *candidate->state;
+      TakeLattices(planned, k);
+      return AdmitPointsOf(batch, before, planned, points, strength);
     };
   }
-  const SceneVolumeKeeper keeper(before.measures, before.outside);
-  auto outcome = history_.Apply(batch, now, admit, admit_points, &keeper, admit_weights);
+  const SceneVolumeKeeper keeper(before.measures, MapAmongOthers(before.lattices, k));
+  auto outcome =
+      history_.Apply(AmongOthers(batch, before), now, admit, admit_points, &keeper, admit_weights);
   if (!outcome.ok()) return outcome.status();
   EditCommit commit{.summary = outcome->summary,
                     .structure_changed = outcome->structure_changed,
-                    .constraints_changed = outcome->constraints_changed,
-                    .strength_changed = outcome->strength_changed};
+                    .constraints_changed = outcome->constraints_changed};
   if (outcome->repeated) {
     if (!commit.summary.status.ok()) return commit.summary.status;
     return commit;
   }
 
   SceneState next = commit.structure_changed ? *std::move(candidate->state) : SceneState(before);
-  next.outside = WithStrength(next.outside, history_.strength());
-  next.TakePoints(history_.lattice().control_points);
-  std::vector<uint32_t> moved;
-  if (!commit.structure_changed) moved = MovedByEdit(before, next, outcome->changed);
-  DirtySet dirty =
-      commit.structure_changed ? AllDirty(*next.plan) : DirtyByControlPoints(*next.plan, moved);
-  history_.SetTouched(batch.editor_id, dirty.boxes, dirty.patches);
+  if (commit.structure_changed) {
+    TakeLattices(next, kNone);
+  } else {
+    TakeLattice(next, k);
+  }
+  next.control_points = PlannedPoints(next.lattices);
+  if (!commit.structure_changed) commit.moved = MovedByEdit(before, next, outcome->changed);
+  DirtySet dirty = commit.structure_changed ? AllDirty(*next.plan)
+                                            : DirtyByControlPoints(*next.plan, commit.moved);
+  history_.SetTouched(batch, dirty.boxes, dirty.patches);
   commit.summary.boxes_touched = dirty.boxes;
   commit.summary.patches_touched = next.patches_touched = dirty.patches;
   commit.dirty = std::move(dirty.chunks);
   // NextState takes the commit time. It is called late, because finding the dirty chunks takes a while.
   next = NextState(batch, before, std::move(next), commit.structure_changed, clock());
   commit.box_changed = next.box.id != before.box.id;
-  if ((watch_folds_ || batch.refuse_folds) && !next.plan->is_weighted()) {
-    auto folds = folds_.Follow(before, next, moved);
+  if (watch_folds_ || batch.refuse_folds) {
+    auto folds = folds_.Follow(before, next, commit.moved);
     if (watch_folds_) commit.summary.folds = std::move(folds);
   }
   commit.delta = MakeDelta(batch, next, outcome->strength_changed, std::move(outcome->changed));
@@ -118,11 +171,11 @@ absl::StatusOr<EditCommit> SceneEditor::Apply(const EditBatch& batch, const Scen
 absl::Status SceneEditor::AdmitPointsOf(const EditBatch& batch, const SceneState& before,
                                         const SceneState& planned, std::span<const Vec3d> points,
                                         double strength) {
-  const auto outside = WithStrength(planned.outside, strength);
-  if (outside->is_identity()) {
+  const auto map = WithStrength(MapAmongOthers(planned.lattices, batch.lattice), strength);
+  if (map->is_identity()) {
     return batch.refuse_folds ? folds_.Admit(before, planned.plan, points) : absl::OkStatus();
   }
-  const std::vector<Vec3d> continued = outside->Continue(points);
+  const std::vector<Vec3d> continued = map->Continue(points);
   for (const Vec3d point : continued) {
     LATTICED_RETURN_IF_ERROR(CheckControlPoint(point, "lattice.outside"));
   }
@@ -133,10 +186,6 @@ SceneState SceneEditor::NextState(const EditBatch& batch, const SceneState& befo
                                   bool structure_changed, absl::Time now) const {
   next.revision = history_.revision();
   next.structure_id = history_.structure_id();
-  next.constraints = before.constraints;
-  if (*next.constraints != history_.constraints()) {
-    next.constraints = std::make_shared<const Constraints>(history_.constraints());
-  }
   next.commit_time = now;
   next.gesture_open = history_.gesture_open();
   const bool ends_gesture = !batch.gesture_id.empty() &&

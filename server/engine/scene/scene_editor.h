@@ -23,6 +23,7 @@
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
 #include "core/ffd/edit_history.h"
+#include "server/engine/lattices/scene_history.h"
 #include "server/engine/scene/edit_log.h"
 #include "server/engine/scene/fold_guard.h"
 #include "server/engine/scene/scene_state.h"
@@ -31,10 +32,10 @@ namespace latticed {
 
 // What a plan of the scene's mesh depends on.
 struct PlanKey {
-  LatticeStructure structure;
+  std::vector<LatticeStructure> structures;  // of all lattices
   VertexWeights weights;
   friend bool operator==(const PlanKey& a, const PlanKey& b) {
-    return a.structure == b.structure && SameWeights(a.weights, b.weights);
+    return a.structures == b.structures && SameWeights(a.weights, b.weights);
   }
 };
 
@@ -52,8 +53,8 @@ struct EditCommit {
   std::shared_ptr<const LatticeDelta> delta;
   bool structure_changed = false;
   bool constraints_changed = false;
-  bool strength_changed = false;
   bool box_changed = false;     // the quantisation box is new
+  std::vector<uint32_t> moved;  // control points of the plan; none if the structure has changed
   std::vector<uint32_t> dirty;  // chunks, ascending
 };
 
@@ -63,7 +64,7 @@ class SceneEditor {
   using Clock = std::function<absl::Time()>;
 
   // `watch_folds`: the summary of each batch that is applied has a report of folds.
-  explicit SceneEditor(EditHistory history, bool watch_folds = false)
+  explicit SceneEditor(SceneHistory history, bool watch_folds = false)
       : history_(std::move(history)), watch_folds_(watch_folds) {}
 
   // The state that the history is at before any Apply. `planned` has what follows from the plan. Without a
@@ -86,8 +87,7 @@ class SceneEditor {
   [[nodiscard]] EditRecord LastRecord(const EditBatch& batch, TimePoint now) const {
     return history_.LastRecord(batch, now);
   }
-  const std::list<EditorLedger::Entry>& results() const { return history_.results(); }
-  [[nodiscard]] EditHistoryImage image() const { return history_.image(); }
+  const SceneHistory& history() const { return history_; }
 
   // The bytes of undo steps, of what is kept for replay, and of what is known of folds.
   size_t MemoryBytes() const { return history_.MemoryBytes() + folds_.MemoryBytes(); }
@@ -95,6 +95,11 @@ class SceneEditor {
   bool ForgetOldestEditor() { return history_.ForgetOldestEditor(); }
 
  private:
+  // Sets points, strength and constraints of a lattice, or of all but one, as the history has them.
+  void TakeLattice(SceneState& state, size_t k) const;
+  void TakeLattices(SceneState& state, size_t left_out) const;
+  // The batch, whose drags then aim at what this lattice must do beside the others.
+  EditBatch AmongOthers(EditBatch batch, const SceneState& before) const;
   // Whether `points` of the lattice and the strength may be the next ones, under the plan of `planned`.
   absl::Status AdmitPointsOf(const EditBatch& batch, const SceneState& before,
                              const SceneState& planned, std::span<const Vec3d> points,
@@ -102,7 +107,7 @@ class SceneEditor {
   SceneState NextState(const EditBatch& batch, const SceneState& before, SceneState next,
                        bool structure_changed, absl::Time now) const;
 
-  EditHistory history_;
+  SceneHistory history_;
   bool watch_folds_;
   FoldGuard folds_;
 };

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "core/base/catch_bad_alloc.h"
-#include "core/base/error.h"
 #include "core/base/status_macros.h"
 #include "core/measure/kept_volume.h"
 #include "core/measure/surface_closure.h"
@@ -17,11 +16,11 @@ SceneMeasures::SceneMeasures(std::shared_ptr<const DeformPlan> plan, MemoryBudge
     : plan_(std::move(plan)), memory_(memory), account_(std::move(account)) {}
 
 absl::Status SceneMeasures::CheckClosed(std::span<const Vec3d> control_points) {
-  if (plan_->is_weighted()) return error::NotWithWeights("a volume");
   uint64_t border_edges = 0;
   {
     const MutexLock lock(&mutex_);
-    if (!border_edges_.has_value()) border_edges_ = CountBorderEdges(*plan_->mesh);
+    if (!border_edges_.has_value())
+      border_edges_ = CountBorderEdges(*plan_->mesh, plan_->mesh_weights);
     border_edges = *border_edges_;
   }
   return latticed::CheckClosed(border_edges, CountTornEdges(*plan_, control_points));

@@ -5,7 +5,7 @@
 // first asked for: the moments of volume or centroid (core/measure/surface_moments.h), the number of border edges, the
 // rest volume. Their bytes are reserved in the budget.
 //
-// Errors   kResourceExhausted; what `stop` returns; kFailedPrecondition OPEN_SURFACE, VERTEX_WEIGHTS
+// Errors   kResourceExhausted; what `stop` returns; kFailedPrecondition OPEN_SURFACE
 // Threads  safe. Who asks for what another thread is making waits for it
 #ifndef LATTICED_SERVER_ENGINE_SCENE_SCENE_MEASURES_H_
 #define LATTICED_SERVER_ENGINE_SCENE_SCENE_MEASURES_H_

@@ -25,32 +25,36 @@ uint64_t LeastPlanBytes(const PolygonMesh& mesh) {
 
 void ProbeMemory(uint64_t bytes) { ::operator delete(::operator new(bytes)); }
 
-uint64_t LatticeBytes(const LatticeStructure& structure) {
-  constexpr uint64_t kCopies = 4;
-  return kCopies * sizeof(Vec3d) * PointsOf(structure);
-}
-
-uint64_t OutsideBytes(const OutsideMap& outside) {
-  // The rest points of both lattices, and twice those of the continued one.
-  const uint64_t points = PointsOf(outside.structure()) + 3 * PointsOf(outside.continued());
-  uint64_t bytes = points * sizeof(Vec3d);
-  for (size_t axis = 0; axis < 3; ++axis) {
-    bytes += outside.rows(axis).capacity() * sizeof(OutsideMap::Row);
+uint64_t LatticeBytes(const SceneLattices& lattices) {
+  constexpr uint64_t kCopies = 4;  // of the control points of a lattice
+  const uint64_t planned = PointsOf(lattices[0].map->continued());
+  uint64_t points = 2 * planned, bytes = 0;
+  for (const SceneLattice& lattice : lattices) {
+    const OutsideMap& map = *lattice.map;
+    // Also the rest points of both, and in a scene of several what this one moves.
+    points += (kCopies + 1) * PointsOf(map.structure()) + (lattices.size() == 1 ? 1 : 2) * planned;
+    for (size_t axis = 0; axis < 3; ++axis) {
+      bytes += map.rows(axis).capacity() * sizeof(OutsideMap::Row);
+    }
   }
-  return bytes;
+  return bytes + points * sizeof(Vec3d);
 }
 
-uint64_t LeastHistoryBytes(const LatticeStructure& structure) {
+uint64_t LeastHistoryBytes(const SceneLattices& lattices) {
   // Bytes per control point. An undo step holds the point, its index, and a map node with its position before
   // the gesture (EditStep::MemoryBytes). The log holds the point and its index.
   constexpr uint64_t kGesture = 28 + 80, kLog = 28;
   // Bytes for all that a scene has besides its plan: a few editors, its labels, and the object itself.
   constexpr uint64_t kScene = uint64_t{16} << 10;
-  return kScene + (kGesture + kLog) * PointsOf(structure);
+  uint64_t bytes = kScene;
+  for (const SceneLattice& lattice : lattices) {
+    bytes += (kGesture + kLog) * PointsOf(lattice.structure());
+  }
+  return bytes;
 }
 
-bool HistoryReservation::Hold(uint64_t bytes, const LatticeStructure& structure) {
-  const uint64_t beyond = bytes - std::min(bytes, LeastHistoryBytes(structure));
+bool HistoryReservation::Hold(uint64_t bytes, const SceneLattices& lattices) {
+  const uint64_t beyond = bytes - std::min(bytes, LeastHistoryBytes(lattices));
   const uint64_t wanted = (beyond + kStepBytes - 1) / kStepBytes * kStepBytes;
   return wanted == reservation_.bytes() ||
          reservation_.TryResize("the scene's history", wanted).ok();

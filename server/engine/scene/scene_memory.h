@@ -16,9 +16,8 @@
 #include <memory>
 #include <utility>
 
-#include "core/ffd/lattice.h"
-#include "core/ffd/outside/outside_map.h"
 #include "core/mesh/polygon_mesh.h"
+#include "server/engine/lattices/scene_lattice.h"
 #include "server/engine/memory/memory_budget.h"
 
 namespace latticed {
@@ -27,11 +26,10 @@ namespace latticed {
 // Throws std::bad_alloc where so many bytes cannot be allocated: Abseil's tables, which MakePlan uses,
 // do not survive an allocation that fails half-way.
 void ProbeMemory(uint64_t bytes);
-[[nodiscard]] uint64_t LatticeBytes(const LatticeStructure& structure);
-// The map to the plan's lattice, and the plan's control points in the newest state and in one that is drawn. Where nothing goes
-// on outside, there are none at strength 1, but an edit may set another one.
-[[nodiscard]] uint64_t OutsideBytes(const OutsideMap& outside);
-[[nodiscard]] uint64_t LeastHistoryBytes(const LatticeStructure& structure);
+// Control points, maps to those of the plan, and these in the newest state and in one that is drawn. Where nothing goes on
+// outside a lone lattice, there are none at strength 1, but an edit may set another one.
+[[nodiscard]] uint64_t LatticeBytes(const SceneLattices& lattices);
+[[nodiscard]] uint64_t LeastHistoryBytes(const SceneLattices& lattices);
 
 // Memory for undo steps and the log of edits beyond LeastHistoryBytes.
 class HistoryReservation {
@@ -40,7 +38,7 @@ class HistoryReservation {
 
   // Reserves for `bytes` of history, in steps of kStepBytes, and evicts nothing. False where the
   // budget has no more; then nothing changes.
-  [[nodiscard]] bool Hold(uint64_t bytes, const LatticeStructure& structure);
+  [[nodiscard]] bool Hold(uint64_t bytes, const SceneLattices& lattices);
 
  private:
   static constexpr uint64_t kStepBytes = uint64_t{16} << 10;

@@ -21,7 +21,7 @@ absl::Status Damaged(uint64_t lsn, const absl::Status& why) {
 
 absl::StatusOr<SceneLife> FromSnapshot(const SceneLog& log) {
   LATTICED_ASSIGN_OR_RETURN(auto image, DecodeImage(log.snapshot));
-  LATTICED_ASSIGN_OR_RETURN(auto history, EditHistory::FromImage(std::move(image.history)));
+  LATTICED_ASSIGN_OR_RETURN(auto history, SceneHistory::FromImages(std::move(image.histories)));
   if (history.records() != log.snapshot_lsn) {
     return absl::DataLossError(fmt::format("the snapshot of record {} is of record {}",
                                            log.snapshot_lsn, history.records()));
@@ -44,7 +44,7 @@ std::vector<uint32_t> TakeMoved(const Lattice& lattice, std::vector<Vec3d>& plac
 
 absl::StatusOr<SceneLife> Replay(const SceneLog& log, const ReplayedMesh& mesh) {
   LATTICED_ASSIGN_OR_RETURN(auto header, DecodeHeader(log.header));
-  SceneLife life{.history = EditHistory(std::move(header.lattice), header.strength),
+  SceneLife life{.history = SceneHistory(std::move(header.lattices), header.strength),
                  .commit_time = header.create_time};
   if (log.snapshot_lsn > 0) {
     LATTICED_ASSIGN_OR_RETURN(life, FromSnapshot(log));
@@ -52,23 +52,24 @@ absl::StatusOr<SceneLife> Replay(const SceneLog& log, const ReplayedMesh& mesh) 
   if (mesh.vertices > 0) {
     LATTICED_RETURN_IF_ERROR(life.history.MadeWith(mesh.weights, mesh.vertices));
   }
-  const Lattice& lattice = life.history.lattice();
+  const EditHistory& first = life.history.of(0);
+  const Lattice& lattice = first.lattice();
   std::vector<Vec3d> places = lattice.control_points;
   life.moved = PointRevisions(places.size(), life.history.revision());
   CommitTimes commits = {{life.history.revision(), life.commit_time}};
   for (size_t n = 0; n < log.records.size(); ++n) {
     const uint64_t lsn = log.snapshot_lsn + n + 1;
     const uint64_t structure = life.history.structure_id(), revision = life.history.revision();
-    const double strength = life.history.strength();
+    const double strength = first.strength();
     const auto record = DecodeRecord(log.records[n]);
     if (!record.ok()) return Damaged(lsn, record.status());
     if (const auto status = life.history.ApplyRecord(record->edit); !status.ok()) {
       return Damaged(lsn, status);
     }
-    if (life.history.structure_id() != structure) {
+    if (life.history.structure_id() != structure || life.history.size() > 1) {
       places = lattice.control_points;
       life.moved = PointRevisions(places.size(), life.history.revision());
-    } else if (life.history.strength() != strength) {
+    } else if (first.strength() != strength) {
       places = lattice.control_points;
       life.moved.MoveAll(life.history.revision());
     } else {

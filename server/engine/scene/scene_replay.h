@@ -16,8 +16,8 @@
 
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
-#include "core/ffd/edit_history.h"
 #include "core/ffd/quantisation_box.h"
+#include "server/engine/lattices/scene_history.h"
 #include "server/engine/scene/point_revisions.h"
 #include "server/store/store.h"
 
@@ -30,13 +30,14 @@ inline constexpr size_t kMostCommitTimes = 8'192;
 
 // What a scene was when it made its last record.
 struct SceneLife {
-  EditHistory history;
+  SceneHistory history;
   std::optional<QuantisationBox> box;         // none: no edit has come yet
   std::chrono::steady_clock::time_point now;  // on the scene's clock
   absl::Time commit_time;
   uint64_t replayed = 0;  // records since the last snapshot
-  PointRevisions moved;   // by those records
-  CommitTimes commits;    // of those records and the one before, the last kMostCommitTimes
+  PointRevisions
+      moved;  // by those records: points of the first lattice; of several, all points by each
+  CommitTimes commits;  // of those records and the one before, the last kMostCommitTimes
 };
 
 // What the log does not hold of the scene's mesh. Without it, weights are not compared with the mesh.

@@ -7,13 +7,6 @@
 
 namespace latticed {
 
-void SceneState::TakePoints(const std::vector<Vec3d>& of_lattice) {
-  lattice_points = std::make_shared<const std::vector<Vec3d>>(of_lattice);
-  control_points = outside->is_identity()
-                       ? lattice_points
-                       : std::make_shared<const std::vector<Vec3d>>(outside->Continue(of_lattice));
-}
-
 std::vector<bool> InfluentialPoints(const DeformPlan& plan) {
   const LatticeStructure& s = plan.structure;
   std::vector<bool> influential(static_cast<size_t>(s.control_point_count()));
@@ -31,15 +24,17 @@ std::vector<bool> InfluentialPoints(const DeformPlan& plan) {
   return influential;
 }
 
-uint64_t PatchesThatMayTear(const DeformPlan& plan, const OutsideMap& outside) {
-  if (outside.is_identity()) return plan.seam_patches;
+uint64_t PatchesThatMayTear(const DeformPlan& plan, const SceneLattices& lattices) {
+  if (lattices[0].map->is_identity()) return plan.seam_patches;
   const auto may_tear = [&](const Seam& seam) {
     bool moves = false;
     for (int k = seam.first[2]; k <= seam.last[2]; ++k) {
       for (int j = seam.first[1]; j <= seam.last[1]; ++j) {
         for (int i = seam.first[0]; i <= seam.last[0]; ++i) {
           const auto index = static_cast<size_t>(plan.structure.Index(i, j, k));
-          outside.ForSources(index, [&](size_t, double) { moves = true; });
+          for (const SceneLattice& lattice : lattices) {
+            lattice.map->ForSources(index, [&](size_t, double) { moves = true; });
+          }
         }
       }
     }

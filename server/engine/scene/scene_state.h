@@ -13,12 +13,11 @@
 
 #include "absl/time/time.h"
 #include "core/base/bounds.h"
-#include "core/ffd/constraints/constraints.h"
 #include "core/ffd/deform_plan.h"
 #include "core/ffd/lattice.h"
-#include "core/ffd/outside/outside_map.h"
 #include "core/ffd/patch_tree.h"
 #include "core/ffd/quantisation_box.h"
+#include "server/engine/lattices/scene_lattice.h"
 #include "server/engine/scene/scene_measures.h"
 
 namespace latticed {
@@ -26,15 +25,12 @@ namespace latticed {
 struct SceneState {
   uint64_t revision = 0;
   uint64_t structure_id =
-      1;  // names knots, frame and what goes on outside; a new plan has a new one
-  std::shared_ptr<const OutsideMap> outside;  // from the lattice to the one that is planned
-  std::shared_ptr<const DeformPlan> plan;
+      1;                   // names knots, frame and what goes on outside; a new plan has a new one
+  SceneLattices lattices;  // as edits and clients see them
+  std::shared_ptr<const DeformPlan> plan;       // of their sum, with what goes on outside
   std::shared_ptr<const PatchTree> patch_tree;  // of the plan
   std::shared_ptr<SceneMeasures> measures;      // of the plan
-  // As edits and clients see them; and those of the plan, which are the same ones if nothing goes on outside.
-  std::shared_ptr<const std::vector<Vec3d>> lattice_points;
-  std::shared_ptr<const std::vector<Vec3d>> control_points;
-  std::shared_ptr<const Constraints> constraints;  // what edits keep; never null in a scene
+  std::shared_ptr<const std::vector<Vec3d>> control_points;  // of the plan
   QuantisationBox box;
   // Which of the plan's control points influence any patch: the box must hold these, and the patches outside.
   std::shared_ptr<const std::vector<bool>> influential;
@@ -45,11 +41,6 @@ struct SceneState {
   bool gesture_open = false;
   // Until when edits count as coming, unless a newer state says otherwise: see BusyUntil.
   absl::Time busy_until;
-
-  // Of the lattice that edits and clients see. The plan has its own.
-  const LatticeStructure& lattice_structure() const { return outside->structure(); }
-  // Sets both kinds of control points.
-  void TakePoints(const std::vector<Vec3d>& of_lattice);
 };
 
 // Control points with a non-zero basis function on a box that holds patches.
@@ -57,7 +48,7 @@ struct SceneState {
 
 // How many patches have an edge or corner on a face where a move of the lattice may tear the surface. Where the lattice is
 // continued beyond a face, and fades out, none may.
-[[nodiscard]] uint64_t PatchesThatMayTear(const DeformPlan& plan, const OutsideMap& outside);
+[[nodiscard]] uint64_t PatchesThatMayTear(const DeformPlan& plan, const SceneLattices& lattices);
 
 // What the quantisation box must hold: a B-spline volume stays in the hull of its control points. With weights, points lie
 // between there and the mesh at rest.

@@ -17,8 +17,19 @@ constexpr size_t kFirstBatchBytes = size_t{32} << 10;
 // After a pause, the bytes that max_bytes_per_second allows in this time may be sent at once.
 constexpr absl::Duration kBurst = absl::Milliseconds(250);
 
+// All lattices are sent of one revision, from which deltas go on.
+LatticeWhole NextWhole(ClientState& client) {
+  LatticeWhole whole{client.wholes, client.next_whole++};
+  if (client.next_whole == whole.state->lattices.size()) {
+    client.wholes = nullptr;
+    client.next_whole = 0;
+  }
+  return whole;
+}
+
 WatchEvent NextLattice(ClientState& client, const WatchOffer& offer) {
   const EditLog::Deltas& news = offer.deltas;
+  if (client.wholes != nullptr) return NextWhole(client);
   if (client.lattice_revision.has_value() && news.complete &&
       news.deltas.front()->structure_id == client.lattice_structure) {
     client.lattice_revision = news.deltas.front()->revision;
@@ -26,7 +37,8 @@ WatchEvent NextLattice(ClientState& client, const WatchOffer& offer) {
   }
   client.lattice_revision = client.lattice_from = offer.state->revision;
   client.lattice_structure = offer.state->structure_id;
-  return LatticeWhole{offer.state};
+  client.wholes = offer.state;
+  return NextWhole(client);
 }
 
 bool IsComparable(const ClientState& client, const Snapshot& snapshot) {
@@ -175,7 +187,8 @@ NextEvent NextOfUpdate(ClientState& client, const WatchOffer& offer) {
 }  // namespace
 
 bool LatticeIsDue(const ClientState& client, const EditLog::Deltas& deltas) {
-  return !client.lattice_revision.has_value() || !deltas.complete || !deltas.deltas.empty();
+  return client.wholes != nullptr || !client.lattice_revision.has_value() || !deltas.complete ||
+         !deltas.deltas.empty();
 }
 
 NextEvent Next(ClientState& client, const WatchOffer& offer) {

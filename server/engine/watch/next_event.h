@@ -59,7 +59,9 @@ struct ClientState {
   std::optional<uint64_t> ceiling;  // updates above it wait for the answer to an edit
   // What the client was sent.
   std::optional<uint64_t> lattice_structure, lattice_revision;
-  uint64_t lattice_from = 0;  // the lattices of revisions from here on were all sent
+  std::shared_ptr<const SceneState> wholes;  // whose lattices are being sent; null: none
+  size_t next_whole = 0;                     // which is next
+  uint64_t lattice_from = 0;                 // the lattices of revisions from here on were all sent
   std::string topology_id;
   std::optional<std::pair<uint64_t, ViewKey>> quantisation;  // id and view
   std::bitset<1 << kPatternCodeBits> patterns;               // by code

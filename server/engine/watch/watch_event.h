@@ -25,6 +25,7 @@ namespace latticed {
 
 struct LatticeWhole {
   std::shared_ptr<const SceneState> state;
+  size_t lattice = 0;
 };
 struct TopologyNews {
   std::string topology_id;

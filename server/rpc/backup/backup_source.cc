@@ -38,7 +38,7 @@ absl::Status Compact(SceneLog& log) {
   if (!life.box.has_value()) return absl::DataLossError("no record has a quantisation box");
   log.snapshot_lsn = log.lsn();
   log.records.clear();
-  log.snapshot = EncodeImage({.history = life.history.image(),
+  log.snapshot = EncodeImage({.histories = life.history.images(),
                               .box = *life.box,
                               .now = life.now,
                               .commit_time = life.commit_time});

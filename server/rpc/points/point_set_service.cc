@@ -170,7 +170,7 @@ absl::StatusOr<NextPart<v1::PointSetData>> OpenJacobian(const CallContext& conte
   LATTICED_ASSIGN_OR_RETURN(auto given, TangentsOf(context, request, found.lattice_points()));
   const size_t directions = given.vectors.size() / found.lattice_points();
   LATTICED_ASSIGN_OR_RETURN(const auto tangents,
-                            Continued(context, *found.state->outside, std::move(given)));
+                            Continued(context, *found.lattice().map, std::move(given)));
   LATTICED_ASSIGN_OR_RETURN(auto answer, MakeAnswer(context, found, directions));
   LATTICED_RETURN_IF_ERROR(found.Evaluate([&](PointEvaluator& points) {
     return points.ApplyJacobian(

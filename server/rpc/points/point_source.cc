@@ -52,23 +52,33 @@ absl::StatusOr<ViewSpec> ViewOf(const Source& header, const Scene& scene) {
   return spec;
 }
 
-std::vector<double> ViewPoints(const SceneState& state, const ViewSpec& spec) {
+RestNumbers ViewPoints(const SceneState& state, const ViewSpec& spec) {
   const DeformPlan& plan = *state.plan;
   const DirectFfd at_rest(plan, plan.identity_points);
   const auto& pattern = TessellationPattern::Get(spec.segments).points;
   const size_t count = plan.patches.size() * pattern.size();
   const bool with_normals = spec.normals != NormalMode::kNone;
-  std::vector<double> numbers(3 * count * (with_normals ? 2 : 1));
-  const std::span<Vec3d> vectors = AsVectors(numbers);
+  RestNumbers numbers{std::vector<double>(3 * count * (with_normals ? 2 : 1)), {}};
+  if (plan.is_weighted()) numbers.weights.resize(count);
+  const std::span<Vec3d> vectors = AsVectors(numbers.vectors);
   size_t next = 0;
   for (size_t p = 0; p < plan.patches.size(); ++p) {
     std::array<Vec3d, 3> corner;
     for (size_t c = 0; c < 3; ++c) corner[c] = plan.vertices[plan.patches[p].vertex[c]].world;
     const Vec3d facet = at_rest.RestFacetNormal(p);
+    std::array<double, 3> weight{};
+    Vec3d gradient;
+    if (plan.is_weighted()) {
+      weight = plan.CornerWeights(p);
+      gradient = plan.PatchWeightGradient(p);
+    }
     for (const auto& number : pattern) {
       std::array<double, 3> b{};
       for (size_t c = 0; c < 3; ++c) b[c] = static_cast<double>(number[c]) / spec.segments;
       vectors[next] = b[0] * corner[0] + b[1] * corner[1] + b[2] * corner[2];
+      if (plan.is_weighted()) {
+        numbers.weights[next] = {b[0] * weight[0] + b[1] * weight[1] + b[2] * weight[2], gradient};
+      }
       if (with_normals) {
         vectors[count + next] =
             spec.normals == NormalMode::kFacet ? facet : Unit(at_rest.RestSmoothNormal(p, b));
@@ -79,11 +89,11 @@ std::vector<double> ViewPoints(const SceneState& state, const ViewSpec& spec) {
   return numbers;
 }
 
-absl::StatusOr<std::vector<double>> SurfacePoints(const PolygonMesh& mesh,
-                                                  const std::vector<double>& data) {
+absl::StatusOr<RestNumbers> SurfacePoints(const DeformPlan& plan, const std::vector<double>& data) {
   const size_t count = data.size() * sizeof(double) / sizeof(SurfaceRecord);
-  std::vector<double> numbers(6 * count);
-  const std::span<Vec3d> vectors = AsVectors(numbers);
+  RestNumbers numbers{std::vector<double>(6 * count), {}};
+  if (plan.is_weighted()) numbers.weights.reserve(count);
+  const std::span<Vec3d> vectors = AsVectors(numbers.vectors);
   v1::SurfacePoint point;
   for (size_t i = 0; i < count; ++i) {
     SurfaceRecord record;
@@ -94,9 +104,10 @@ absl::StatusOr<std::vector<double>> SurfacePoints(const PolygonMesh& mesh,
     point.mutable_corners()->Add(std::begin(record.corners), std::end(record.corners));
     point.mutable_barycentrics()->Add(std::begin(record.barycentrics),
                                       std::end(record.barycentrics));
-    LATTICED_ASSIGN_OR_RETURN(
-        const RestPoint rest,
-        RestPointFromProto(mesh, nullptr, point, fmt::format("data.points[{}]", i)));
+    LATTICED_ASSIGN_OR_RETURN(const RestPoint rest,
+                              RestPointFromProto(*plan.mesh, plan.mesh_weights, point,
+                                                 fmt::format("data.points[{}]", i)));
+    if (plan.is_weighted()) numbers.weights.push_back({rest.weight, rest.weight_gradient});
     vectors[i] = rest.position;
     vectors[count + i] = Unit(rest.normal);
   }
@@ -113,25 +124,27 @@ absl::Status CheckFinite(std::span<const Vec3d> vectors, std::string_view field)
 
 absl::StatusOr<AnnouncedPoints> Announced(const Source& header, const Scene& scene,
                                           const SceneState& state) {
-  if (state.plan->is_weighted()) return error::NotWithWeights("a point set");
+  // Weights are of the surface: points of the world follow the lattice.
+  const bool weighted = state.plan->is_weighted();
   switch (header.source_case()) {
     case Source::kWorld: {
       const uint64_t points = header.world().points();
       const bool with_normals = header.world().with_normals();
       LATTICED_RETURN_IF_ERROR(CheckCount(points, "header.world.points"));
-      return AnnouncedPoints{points, with_normals, points * sizeof(Vec3d) * (with_normals ? 2 : 1)};
+      return AnnouncedPoints{points, with_normals, false,
+                             points * sizeof(Vec3d) * (with_normals ? 2 : 1)};
     }
     case Source::kSurface: {
       const uint64_t points = header.surface().points();
       LATTICED_RETURN_IF_ERROR(CheckCount(points, "header.surface.points"));
-      return AnnouncedPoints{points, true, points * sizeof(SurfaceRecord)};
+      return AnnouncedPoints{points, true, weighted, points * sizeof(SurfaceRecord)};
     }
     case Source::kView: {
       LATTICED_ASSIGN_OR_RETURN(const ViewSpec spec, ViewOf(header, scene));
       const uint64_t points =
           state.plan->patches.size() * static_cast<uint64_t>(PointsPerPatch(spec.segments));
       LATTICED_RETURN_IF_ERROR(CheckCount(points, "header.view.segments"));
-      return AnnouncedPoints{points, spec.normals != NormalMode::kNone, 0};
+      return AnnouncedPoints{points, spec.normals != NormalMode::kNone, weighted, 0};
     }
     case Source::SOURCE_NOT_SET:
       break;
@@ -140,13 +153,13 @@ absl::StatusOr<AnnouncedPoints> Announced(const Source& header, const Scene& sce
   return error::InvalidField("header", "one of world, surface and view must be set");
 }
 
-absl::StatusOr<std::vector<double>> RestPoints(const Source& header, const Scene& scene,
-                                               const SceneState& state, std::vector<double> data) {
+absl::StatusOr<RestNumbers> RestPoints(const Source& header, const Scene& scene,
+                                       const SceneState& state, std::vector<double> data) {
   if (header.has_view()) {
     LATTICED_ASSIGN_OR_RETURN(const ViewSpec spec, ViewOf(header, scene));
     return ViewPoints(state, spec);
   }
-  if (header.has_surface()) return SurfacePoints(*scene.config().mesh, data);
+  if (header.has_surface()) return SurfacePoints(*state.plan, data);
   const std::span<Vec3d> vectors = AsVectors(data);
   const size_t count = header.world().points();
   LATTICED_RETURN_IF_ERROR(CheckFinite(vectors.first(count), "data.positions"));
@@ -157,7 +170,7 @@ absl::StatusOr<std::vector<double>> RestPoints(const Source& header, const Scene
                                                limits::kMaxCoordinate));
   }
   for (Vec3d& normal : vectors.subspan(count)) normal = Unit(normal);
-  return data;
+  return RestNumbers{std::move(data), {}};
 }
 
 }  // namespace latticed

@@ -16,6 +16,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "core/base/vec.h"
+#include "core/points/sorted_points.h"
 #include "latticed/v1/points.pb.h"
 #include "server/engine/scene.h"
 
@@ -34,17 +35,27 @@ static_assert(sizeof(Vec3d) == 3 * sizeof(double));
 struct AnnouncedPoints {
   uint64_t points = 0;
   bool with_normals = false;
+  bool with_weights = false;
   uint64_t data_bytes = 0;  // to come; 0 for a view
+
+  // What the server makes of the data: RestNumbers.
+  uint64_t MadeBytes() const {
+    return points *
+           (sizeof(Vec3d) * (with_normals ? 2 : 1) + (with_weights ? sizeof(PointWeight) : 0));
+  }
 };
 [[nodiscard]] absl::StatusOr<AnnouncedPoints> Announced(const v1::PointSetHeader& header,
                                                         const Scene& scene,
                                                         const SceneState& state);
 
-// Positions, then unit normals if there are any: those announced. `data` has the bytes announced.
-[[nodiscard]] absl::StatusOr<std::vector<double>> RestPoints(const v1::PointSetHeader& header,
-                                                             const Scene& scene,
-                                                             const SceneState& state,
-                                                             std::vector<double> data);
+struct RestNumbers {
+  std::vector<double> vectors;       // positions, then unit normals if there are any
+  std::vector<PointWeight> weights;  // empty, or one per point
+};
+// Those announced. `data` has the bytes announced.
+[[nodiscard]] absl::StatusOr<RestNumbers> RestPoints(const v1::PointSetHeader& header,
+                                                     const Scene& scene, const SceneState& state,
+                                                     std::vector<double> data);
 
 }  // namespace latticed
 

@@ -40,7 +40,8 @@ class PointSetReceiver {
     LATTICED_RETURN_IF_ERROR(scene_->point_sets().CheckRoom());
     LATTICED_RETURN_IF_ERROR(
         CheckPointSetQuota(env_, call_.caller.tenant,
-                           SortedPoints::BytesFor(announced_.points, announced_.with_normals)));
+                           SortedPoints::BytesFor(announced_.points, announced_.with_normals,
+                                                  announced_.with_weights)));
     return announced_.data_bytes;
   }
 
@@ -48,17 +49,17 @@ class PointSetReceiver {
     const MemoryAccountPtr& account = call_.account->memory;
     MemoryReservation rest;  // for points that are made here
     if (!header_.has_world()) {
-      const uint64_t bytes = announced_.points * sizeof(Vec3d) * (announced_.with_normals ? 2 : 1);
-      LATTICED_ASSIGN_OR_RETURN(rest, env_.memory->Reserve("the points", bytes, account));
+      LATTICED_ASSIGN_OR_RETURN(
+          rest, env_.memory->Reserve("the points", announced_.MadeBytes(), account));
     }
-    LATTICED_ASSIGN_OR_RETURN(std::vector<double> numbers,
+    LATTICED_ASSIGN_OR_RETURN(RestNumbers numbers,
                               RestPoints(header_, *scene_, *state_, std::move(data)));
-    const std::span<const Vec3d> vectors = AsVectors(numbers);
+    const std::span<const Vec3d> vectors = AsVectors(numbers.vectors);
     const size_t points = announced_.points;
     LATTICED_ASSIGN_OR_RETURN(
-        auto set,
-        PointSet::Make(NewRandomId(), *state_, vectors.first(points), vectors.subspan(points),
-                       scene_->backend(), account, *env_.point_arena));
+        auto set, PointSet::Make(NewRandomId(), *state_,
+                                 {vectors.first(points), vectors.subspan(points), numbers.weights},
+                                 scene_->backend(), account, *env_.point_arena));
     LATTICED_RETURN_IF_ERROR(CheckCancelled(call_));
     // Others may have made sets meanwhile.
     LATTICED_RETURN_IF_ERROR(
@@ -126,14 +127,14 @@ class CotangentReceiver {
  private:
   // What derivatives by the plan's control points take, where those are not the lattice's.
   uint64_t ContinuedBytes() const {
-    if (found_.state->outside->is_identity()) return 0;
+    if (found_.lattice().map->is_identity()) return 0;
     return directions_ * found_.control_points().size() * sizeof(Vec3d);
   }
   std::vector<Vec3d> ByLattice(const std::vector<Vec3d>& gradients) const {
     std::vector<Vec3d> result;
     for (size_t d = 0; d < directions_; ++d) {
       const size_t count = found_.control_points().size();
-      const auto one = found_.state->outside->ApplyTransposed(
+      const auto one = found_.lattice().map->ApplyTransposed(
           std::span<const Vec3d>(gradients).subspan(d * count, count));
       result.insert(result.end(), one.begin(), one.end());
     }

@@ -30,6 +30,7 @@ struct PointsAtHead {
   std::shared_ptr<const SceneState> state;
   std::shared_ptr<const PointSet::Resident> resident;
   PointNormals normals = PointNormals::kNone;
+  uint32_t lattice_number = 0;  // by whose control points clients give tangents and get derivatives
 
   const SortedPoints& points() const { return resident->points(); }
   // Runs `call`, which returns the status of a call of the evaluator.
@@ -39,8 +40,8 @@ struct PointsAtHead {
   }
   // Of the plan.
   const std::vector<Vec3d>& control_points() const { return *state->control_points; }
-  // How many the lattice has, by which clients give tangents and get derivatives.
-  size_t lattice_points() const { return state->lattice_points->size(); }
+  const SceneLattice& lattice() const { return state->lattices[lattice_number]; }
+  size_t lattice_points() const { return lattice().points->size(); }
   // Bytes of an answer, or of cotangents, for one direction.
   uint64_t BytesPerDirection() const {
     return VectorsPerDirection(points(), normals) * sizeof(Vec3d);
@@ -52,14 +53,16 @@ struct PointsAtHead {
                                                       const std::string& scene,
                                                       const std::string& point_set,
                                                       uint64_t revision, bool with_normals,
-                                                      std::string_view prefix);
+                                                      uint32_t lattice, std::string_view prefix);
 // Of a request, or of the header of one.
 template <class Request>
 [[nodiscard]] absl::StatusOr<PointsAtHead> FindPoints(ServerEnv& env, const CallInfo& call,
                                                       const Request& request,
                                                       std::string_view prefix = "") {
+  uint32_t lattice = 0;
+  if constexpr (requires { request.lattice(); }) lattice = request.lattice();
   return FindPoints(env, call, request.scene(), request.point_set(), request.revision(),
-                    request.with_normals(), prefix);
+                    request.with_normals(), lattice, prefix);
 }
 
 [[nodiscard]] v1::PointSet ToProto(const Scene& scene, const PointSet& set);

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/store/records/header_codec.h"
 
+#include <utility>
+
 #include "core/base/status_macros.h"
 #include "core/ffd/lattice_edit.h"
 #include "server/store/records/lattice_codec.h"
@@ -12,7 +14,7 @@ std::string EncodeHeader(const SceneHeader& header) {
   store::SceneHeader stored;
   stored.set_request(header.request);
   stored.set_owner(header.owner);
-  ToStored(header.lattice, *stored.mutable_lattice());
+  for (const Lattice& lattice : header.lattices) ToStored(lattice, *stored.add_lattices());
   stored.set_create_time(absl::ToUnixNanos(header.create_time));
   stored.set_idle_ttl(absl::ToInt64Nanoseconds(header.idle_ttl));
   stored.set_listing(header.listing);
@@ -35,8 +37,12 @@ absl::StatusOr<SceneHeader> DecodeHeader(std::string_view bytes) {
                      .token_key = stored.token_key(),
                      .tenant = stored.tenant(),
                      .strength = stored.has_strength() ? stored.strength() : 1};
-  LATTICED_ASSIGN_OR_RETURN(header.lattice, LatticeFromStored(stored.lattice()));
-  if (!Validate(header.lattice).ok()) return NotARecord("the lattice of a header");
+  for (const store::Lattice& item : stored.lattices()) {
+    LATTICED_ASSIGN_OR_RETURN(auto lattice, LatticeFromStored(item));
+    if (!Validate(lattice).ok()) return NotARecord("a lattice of a header");
+    header.lattices.push_back(std::move(lattice));
+  }
+  if (header.lattices.empty()) return NotARecord("a header without a lattice");
   if (!CheckStrength(header.strength, "").ok()) return NotARecord("the strength of a header");
   return header;
 }

@@ -10,6 +10,7 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
@@ -20,7 +21,7 @@ namespace latticed {
 struct SceneHeader {
   std::string request;  // latticed.v1.CreateSceneRequest
   std::string owner;
-  Lattice lattice;  // at revision 0; valid
+  std::vector<Lattice> lattices;  // at revision 0; valid, and at least one
   absl::Time create_time;
   absl::Duration idle_ttl;
   std::string listing;    // latticed.v1.Scene

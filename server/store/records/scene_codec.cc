@@ -149,6 +149,7 @@ VertexWeights FromStored(const store::Weights& stored) {
 }
 
 void ToStored(const EditBatch& batch, store::Record& stored) {
+  stored.set_lattice(batch.lattice);
   stored.set_editor_id(batch.editor_id);
   stored.set_sequence(batch.sequence);
   stored.set_structure_id(batch.structure_id);
@@ -199,7 +200,8 @@ absl::StatusOr<EditBatch> BatchFromStored(const store::Record& stored) {
   if (stored.gesture_phase() > static_cast<uint32_t>(GesturePhase::kCancel)) {
     return NotARecord("the phase of a gesture");
   }
-  EditBatch batch{.editor_id = stored.editor_id(),
+  EditBatch batch{.lattice = stored.lattice(),
+                  .editor_id = stored.editor_id(),
                   .sequence = stored.sequence(),
                   .structure_id = stored.structure_id(),
                   .gesture_id = stored.gesture_id(),
@@ -268,6 +270,59 @@ absl::StatusOr<EditStep> FromStored(const store::Step& stored) {
   return step;
 }
 
+void ToStored(const EditHistoryImage& history, store::Image& stored) {
+  ToStored(history.base.base, *stored.mutable_base());
+  ToStored(history.base.initial, *stored.mutable_initial());
+  stored.set_structure_step(history.base.structure_step);
+  ToStored(history.base.constraints, *stored.mutable_constraints());
+  stored.set_strength(history.base.strength);
+  if (history.base.weights.has_value()) {
+    ToStored(*history.base.weights, *stored.mutable_weights());
+  }
+  for (const EditStep& step : history.steps) ToStored(step, *stored.add_steps());
+  for (const UndoneStep& undone : history.undone) {
+    store::UndoneStep& item = *stored.add_undone();
+    ToStored(undone.step, *item.mutable_step());
+    item.set_undone_by(undone.undone_by);
+    item.set_undone_at(undone.undone_at);
+  }
+  for (const auto& [editor_id, summary] : history.results) {
+    store::KeptResult& item = *stored.add_results();
+    item.set_editor_id(editor_id);
+    ToStored(summary, *item.mutable_result());
+  }
+  stored.set_revision(history.revision);
+  stored.set_structure_id(history.structure_id);
+  stored.set_clock(history.clock);
+  stored.set_records(history.records);
+}
+
+absl::StatusOr<EditHistoryImage> HistoryFromStored(const store::Image& stored) {
+  EditHistoryImage history;
+  LATTICED_ASSIGN_OR_RETURN(history.base.base, LatticeFromStored(stored.base()));
+  LATTICED_ASSIGN_OR_RETURN(history.base.initial, LatticeFromStored(stored.initial()));
+  history.base.structure_step = stored.structure_step();
+  LATTICED_ASSIGN_OR_RETURN(history.base.constraints, FromStored(stored.constraints()));
+  if (stored.has_strength()) history.base.strength = stored.strength();
+  if (stored.has_weights()) history.base.weights = FromStored(stored.weights());
+  for (const store::Step& item : stored.steps()) {
+    LATTICED_ASSIGN_OR_RETURN(auto step, FromStored(item));
+    history.steps.push_back(std::move(step));
+  }
+  for (const store::UndoneStep& item : stored.undone()) {
+    LATTICED_ASSIGN_OR_RETURN(auto step, FromStored(item.step()));
+    history.undone.push_back({std::move(step), item.undone_by(), item.undone_at()});
+  }
+  for (const store::KeptResult& item : stored.results()) {
+    history.results.push_back({item.editor_id(), FromStored(item.result())});
+  }
+  history.revision = stored.revision();
+  history.structure_id = stored.structure_id();
+  history.clock = stored.clock();
+  history.records = stored.records();
+  return history;
+}
+
 }  // namespace
 
 std::string EncodeRecord(const SceneRecord& record) {
@@ -303,32 +358,11 @@ absl::StatusOr<SceneRecord> DecodeRecord(std::string_view bytes) {
 }
 
 std::string EncodeImage(const SceneImage& image) {
-  const EditHistoryImage& history = image.history;
   store::Image stored;
-  ToStored(history.base.base, *stored.mutable_base());
-  ToStored(history.base.initial, *stored.mutable_initial());
-  stored.set_structure_step(history.base.structure_step);
-  ToStored(history.base.constraints, *stored.mutable_constraints());
-  stored.set_strength(history.base.strength);
-  if (history.base.weights.has_value()) {
-    ToStored(*history.base.weights, *stored.mutable_weights());
+  ToStored(image.histories.front(), stored);
+  for (size_t k = 1; k < image.histories.size(); ++k) {
+    ToStored(image.histories[k], *stored.add_others());
   }
-  for (const EditStep& step : history.steps) ToStored(step, *stored.add_steps());
-  for (const UndoneStep& undone : history.undone) {
-    store::UndoneStep& item = *stored.add_undone();
-    ToStored(undone.step, *item.mutable_step());
-    item.set_undone_by(undone.undone_by);
-    item.set_undone_at(undone.undone_at);
-  }
-  for (const auto& [editor_id, summary] : history.results) {
-    store::KeptResult& item = *stored.add_results();
-    item.set_editor_id(editor_id);
-    ToStored(summary, *item.mutable_result());
-  }
-  stored.set_revision(history.revision);
-  stored.set_structure_id(history.structure_id);
-  stored.set_clock(history.clock);
-  stored.set_records(history.records);
   ToStored(image.box, *stored.mutable_box());
   stored.set_now(ToStored(image.now));
   stored.set_commit_time(absl::ToUnixNanos(image.commit_time));
@@ -341,28 +375,12 @@ absl::StatusOr<SceneImage> DecodeImage(std::string_view bytes) {
     return NotARecord("no such message");
   }
   SceneImage image;
-  EditHistoryImage& history = image.history;
-  LATTICED_ASSIGN_OR_RETURN(history.base.base, LatticeFromStored(stored.base()));
-  LATTICED_ASSIGN_OR_RETURN(history.base.initial, LatticeFromStored(stored.initial()));
-  history.base.structure_step = stored.structure_step();
-  LATTICED_ASSIGN_OR_RETURN(history.base.constraints, FromStored(stored.constraints()));
-  if (stored.has_strength()) history.base.strength = stored.strength();
-  if (stored.has_weights()) history.base.weights = FromStored(stored.weights());
-  for (const store::Step& item : stored.steps()) {
-    LATTICED_ASSIGN_OR_RETURN(auto step, FromStored(item));
-    history.steps.push_back(std::move(step));
+  LATTICED_ASSIGN_OR_RETURN(auto first, HistoryFromStored(stored));
+  image.histories.push_back(std::move(first));
+  for (const store::Image& item : stored.others()) {
+    LATTICED_ASSIGN_OR_RETURN(auto history, HistoryFromStored(item));
+    image.histories.push_back(std::move(history));
   }
-  for (const store::UndoneStep& item : stored.undone()) {
-    LATTICED_ASSIGN_OR_RETURN(auto step, FromStored(item.step()));
-    history.undone.push_back({std::move(step), item.undone_by(), item.undone_at()});
-  }
-  for (const store::KeptResult& item : stored.results()) {
-    history.results.push_back({item.editor_id(), FromStored(item.result())});
-  }
-  history.revision = stored.revision();
-  history.structure_id = stored.structure_id();
-  history.clock = stored.clock();
-  history.records = stored.records();
   image.box = FromStored(stored.box());
   LATTICED_ASSIGN_OR_RETURN(image.now, TimeFromStored(stored.now()));
   image.commit_time = absl::FromUnixNanos(stored.commit_time());

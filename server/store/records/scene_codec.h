@@ -12,6 +12,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
@@ -29,7 +30,7 @@ struct SceneRecord {
 };
 
 struct SceneImage {
-  EditHistoryImage history;
+  std::vector<EditHistoryImage> histories;  // one per lattice
   QuantisationBox box;
   std::chrono::steady_clock::time_point now;  // of the last record, on the scene's clock
   absl::Time commit_time;                     // of the last record

@@ -30,8 +30,8 @@ SceneConfig ConfigOf(const Scenario& scenario, Encoding encoding) {
   config.id = scenario.name;
   config.mesh_id = scenario.name;
   config.mesh = scenario.plan->mesh;
-  config.lattice = {.structure = scenario.plan->structure,
-                    .control_points = scenario.control_points[0]};
+  config.lattices = {
+      {.structure = scenario.plan->structure, .control_points = scenario.control_points[0]}};
   config.default_view.key.encoding = encoding;
   config.default_view.key.spec.format = FormatOf(encoding);
   config.pipeline = Pipeline::kFused;

@@ -11,13 +11,13 @@
 namespace latticed::bench {
 
 std::string EditedHistory::NextRecord() {
-  EditHistory& history = life_.history;
+  SceneHistory& history = life_.history;
   life_.now += std::chrono::milliseconds(1);
   const uint64_t n = history.records() + 1;
   const double reach = n % 2 == 0 ? 0.01 : -0.01;
   MoveControlPoints move{.offset = {reach, 0, -reach}};
   for (uint64_t i = 0; i < kMoved; ++i) {
-    const uint64_t point = (n / 2 * 31 + i * 17) % history.lattice().control_points.size();
+    const uint64_t point = (n / 2 * 31 + i * 17) % history.of(0).lattice().control_points.size();
     move.indices.push_back(static_cast<uint32_t>(point));
   }
   const EditBatch batch{.editor_id = "bench",
@@ -30,7 +30,7 @@ std::string EditedHistory::NextRecord() {
 }
 
 std::string EditedHistory::Snapshot() const {
-  return EncodeImage({life_.history.image(), life_.box.value(), life_.now, life_.commit_time});
+  return EncodeImage({life_.history.images(), life_.box.value(), life_.now, life_.commit_time});
 }
 
 }  // namespace latticed::bench

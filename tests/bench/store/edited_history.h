@@ -23,7 +23,7 @@ class EditedHistory {
   // Goes on from there. The lattice has at least 200 control points.
   explicit EditedHistory(SceneLife life) : life_(std::move(life)) {}
 
-  const EditHistory& history() const { return life_.history; }
+  const SceneHistory& history() const { return life_.history; }
   // Makes an edit, and its record.
   [[nodiscard]] std::string NextRecord();
   // Of all edits up to now.

@@ -57,7 +57,7 @@ struct Times {
 
 Section ReplayTable() {
   const testing::TemporaryFolder folder;
-  EditedHistory edited({.history = EditHistory(Box())});
+  EditedHistory edited({.history = SceneHistory({Box()})});
   const auto open = [&] {
     auto store = OpenSqliteStore({.folder = folder.Path("data")});
     CheckOk(store.status());
@@ -66,7 +66,7 @@ Section ReplayTable() {
   uint64_t bytes = 0;
   {
     const auto store = open();
-    const std::string header = EncodeHeader({.lattice = Box()});
+    const std::string header = EncodeHeader({.lattices = {Box()}});
     for (int scene = 0; scene < kScenes; ++scene) {
       CheckOk(store->CreateScene(SceneId(scene), header));
     }
@@ -88,8 +88,8 @@ Section ReplayTable() {
   const auto life = Replay(*log);
   CheckOk(life.status());
   const Times replayed;
-  const auto& points = life->history.lattice().control_points;
-  const auto& expected = edited.history().lattice().control_points;
+  const auto& points = life->history.of(0).lattice().control_points;
+  const auto& expected = edited.history().of(0).lattice().control_points;
   if (life->history.revision() != kEdits || !std::ranges::equal(points, expected, SameBits)) {
     CheckOk(absl::DataLossError("the history is not the one that was stored"));
   }

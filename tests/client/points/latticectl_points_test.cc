@@ -5,7 +5,9 @@
 #include <cmath>
 #include <cstdint>
 
+#include "absl/strings/str_replace.h"
 #include "client/cpp/latticectl/geometry/point_table.h"
+#include "client/cpp/latticectl/vtk/vtk_file.h"
 #include "core/base/read_file.h"
 #include "core/mesh/little_endian.h"
 #include "tests/client/latticectl_server_fixture.h"
@@ -94,6 +96,54 @@ TEST_F(LatticectlPoints, VelocitiesAndGradientAreAdjoint) {
   EXPECT_GT(std::abs(forward), 1e-3);
 }
 
+// Two points, of which the scene moves the first.
+constexpr char kGrid[] =
+    "# vtk DataFile Version 3.0\nt\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 2 double\n"
+    "0.25 -0.5 0\n100 0 0\nCELLS 1 3\n2 0 1\nCELL_TYPES 1\n3\n";
+constexpr char kXmlGrid[] =
+    "<VTKFile type=\"UnstructuredGrid\"><UnstructuredGrid><Piece NumberOfPoints=\"2\">"
+    "<Points><DataArray type=\"Float64\" NumberOfComponents=\"3\" format=\"ascii\">"
+    "0.25 -0.5 0 100 0 0</DataArray></Points><Cells/></Piece></UnstructuredGrid></VTKFile>";
+
+TEST_F(LatticectlPoints, DeformsVtkFilesAndKeepsTheirCells) {
+  Run({"edit", "move", "vase", "--point", "1,1,1", "--by", "0", "0", "0.5"});
+  const auto first = [](const std::string& bytes, bool is_xml) {
+    const auto file = VtkFile::Parse(bytes, is_xml);
+    EXPECT_OK(file);
+    return file.ok() && file->points().size() == 2 ? file->points()[0] : Vec3d{};
+  };
+  Run({"points", "deform", "vase", Write("in.vtk", kGrid), "-o", Path("out.vtk")});
+  const std::string grid = ReadFile(Path("out.vtk")).value_or("");
+  EXPECT_THAT(grid, AllOf(HasSubstr("\n100 0 0\n\nCELLS 1 3\n2 0 1\nCELL_TYPES 1\n3\n"),
+                          HasSubstr("POINT_DATA 2\nVECTORS displacement double\n"),
+                          ::testing::EndsWith("\n0 0 0\n\n")));
+  Run({"points", "deform", "vase", Write("in.vtu", kXmlGrid), "-o", Path("out.vtu")});
+  const std::string xml = ReadFile(Path("out.vtu")).value_or("");
+  EXPECT_THAT(xml, HasSubstr("</Points><Cells/></Piece>"));
+  Run({"points", "deform", "vase", Path("in.vtu"), "-o", Path("out.csv")});
+  const PointTable table = Read("out.csv");
+  ASSERT_EQ(table.rows(), 2u);
+  EXPECT_GT(table.numbers[2], 0.01);
+  EXPECT_EQ(table.numbers[3], 100);
+
+  // A file that was deformed is no file at rest, and a table has no cells.
+  ExpectFailure({"points", "deform", "vase", Path("out.vtu"), "-o", Path("a.vtu")},
+                HasSubstr("out.vtu already has point data named displacement"));
+  ExpectFailure({"points", "deform", "vase", Path("out.vtk"), "-o", Path("a.vtk")},
+                HasSubstr("out.vtk already has point data named displacement"));
+  ExpectFailure({"points", "deform", "vase", Path("out.csv"), "-o", Path("a.vtu")},
+                HasSubstr("a.vtu: a .vtu file is written from one"));
+  ExpectFailure({"points", "deform", "vase", Path("in.vtu"), "-o", Path("a.vtk")},
+                HasSubstr("a.vtk: a .vtk file is written from one"));
+  EXPECT_FALSE(ReadFile(Path("a.vtk")).ok());
+  const std::string none =
+      Write("none.vtk", "# vtk DataFile Version 3.0\nt\nASCII\nDATASET POLYDATA\nPOINTS 0 float\n");
+  ExpectFailure({"points", "deform", "vase", none, "-o", Path("a.vtk")},
+                HasSubstr("none.vtk has no points"));
+  EXPECT_EQ(first(absl::StrReplaceAll(grid, {{"displacement", "moved"}}), false),
+            first(absl::StrReplaceAll(xml, {{"displacement", "moved"}}), true));
+}
+
 TEST_F(LatticectlPoints, SaysWhatIsWrong) {
   const std::string points = Points("points.csv", 3), out = Path("out.csv");
   const auto expect = [&](const std::string& bytes, const std::string& name, const char* why) {
@@ -112,7 +162,7 @@ TEST_F(LatticectlPoints, SaysWhatIsWrong) {
   ExpectFailure({"points", "velocities", "vase", points, points, "-o", out},
                 HasSubstr("a direction has 1536 of 64 control points"));
   ExpectFailure({"points", "delete", "vase", "no-such-set"}, HasSubstr("no-such-set"));
-  EXPECT_EQ(Latticectl(AtServer({"points", "deform", "vase", "points.vtu", "-o", out})).code, 2);
+  EXPECT_EQ(Latticectl(AtServer({"points", "deform", "vase", "points.vtx", "-o", out})).code, 2);
   EXPECT_EQ(RunJson({"points", "list", "vase"}).size(), 0u) << "also after an error";
 }
 

@@ -76,11 +76,11 @@ def test_bad_weights_are_refused(client):
         assert "weights" in str(error.value)
 
 
-def test_a_tolerance_is_refused(client):
+def test_patches_are_refused(client):
     mesh = client.upload_arrays(definition.BOX_POSITIONS, definition.BOX_FACES, progress=False)
     with client.create_scene(mesh, weights=WEIGHTS, delete_on_exit=True) as scene:
         with pytest.raises(latticed.LatticedError) as error:
-            scene.get_update(latticed.View(tolerance=0.01))
+            scene.get_update(latticed.View(encoding="patches"))
         assert error.value.reason == "VERTEX_WEIGHTS"
 
 

@@ -81,7 +81,7 @@ std::shared_ptr<const std::vector<Vec3d>> OthersOf(const std::vector<Lattice>& l
   for (size_t k = 0; k < lattices.size(); ++k) {
     if (k == last) continue;
     const Lattice& lattice = lattices[k];
-    const OutsideMap map(lattice.structure, 1, sum.structure, sum.parts[k], nullptr);
+    const OutsideMap map(lattice.structure, 1, sum.structure, sum.parts[k]);
     const std::vector<Vec3d> points = map.Continue(lattice.control_points);
     const std::vector<Vec3d> rest = IdentityControlPoints(sum.structure);
     for (size_t i = 0; i < rest.size(); ++i) (*others)[i] += points[i] - rest[i];
@@ -96,8 +96,8 @@ void ExpectSum(const std::vector<Lattice>& lattices, double strength,
   ASSERT_TRUE(sum.ok()) << sum.status();
   ASSERT_TRUE(Validate(sum->structure).ok()) << Validate(sum->structure);
   const size_t last = lattices.size() - 1;
-  const OutsideMap map(lattices[last].structure, strength, sum->structure, sum->parts[last],
-                       OthersOf(lattices, *sum, last));
+  OutsideMap map(lattices[last].structure, strength, sum->structure, sum->parts[last]);
+  map.AddOthers(OthersOf(lattices, *sum, last));
   const std::vector<Vec3d> points = map.Continue(lattices[last].control_points);
   for (const Vec3d p : mesh) {
     Vec3d want = p;
@@ -183,8 +183,8 @@ TEST(LatticeSumTest, LatticesAtRestLeaveTheOtherAsItIs) {
   const std::vector<Vec3d> mesh = MeshPoints(random, 0);
   const auto sum = SumLattices(StructuresOf(lattices), mesh);
   ASSERT_TRUE(sum.ok()) << sum.status();
-  const OutsideMap map(lattices[1].structure, 1, sum->structure, sum->parts[1],
-                       OthersOf(lattices, *sum, 1));
+  OutsideMap map(lattices[1].structure, 1, sum->structure, sum->parts[1]);
+  map.AddOthers(OthersOf(lattices, *sum, 1));
   EXPECT_EQ(map.Continue(lattices[1].control_points), IdentityControlPoints(sum->structure));
 }
 
@@ -197,7 +197,7 @@ TEST(LatticeSumTest, TheTransposeIsTheTranspose) {
       LatticeOver({0.2, 0.3, 0.2}, {0.5, 0.6, 0.6}, {3, 1, 2}, {5, 4, 6}, outside)};
   const auto sum = SumLattices(StructuresOf(lattices), MeshPoints(random, 0));
   ASSERT_TRUE(sum.ok()) << sum.status();
-  const OutsideMap map(lattices[1].structure, 0.7, sum->structure, sum->parts[1], nullptr);
+  const OutsideMap map(lattices[1].structure, 0.7, sum->structure, sum->parts[1]);
   std::uniform_real_distribution<double> move(-1, 1);
   std::vector<Vec3d> d(lattices[1].control_points.size());
   std::vector<Vec3d> g(static_cast<size_t>(sum->structure.control_point_count()));
@@ -237,7 +237,8 @@ TEST(LatticeSumTest, RefusesFramesThatAreNotParallel) {
   for (const Lattice& bad : {other, mirrored}) {
     const std::vector<LatticeStructure> both{one.structure, bad.structure};
     EXPECT_THAT(SumLattices(both, mesh).status(),
-                StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("parallel edges")));
+                StatusIs(absl::StatusCode::kInvalidArgument,
+                         HasSubstr("lattices[1].frame: its edges must be parallel")));
   }
 }
 
@@ -248,7 +249,8 @@ TEST(LatticeSumTest, RefusesALatticeThatEndsInTheMesh) {
   const std::vector<LatticeStructure> both{one.structure, spot.structure};
   EXPECT_THAT(SumLattices(both, MeshPoints(random, 0)).status(),
               StatusIs(absl::StatusCode::kInvalidArgument,
-                       HasSubstr("a lattice ends inside the mesh, at the begin of v")));
+                       HasSubstr("lattices[1].outside: the lattice ends inside the mesh, at the "
+                                 "begin of v")));
 }
 
 TEST(LatticeSumTest, RefusesASumOfTooManyControlPoints) {
@@ -257,7 +259,7 @@ TEST(LatticeSumTest, RefusesASumOfTooManyControlPoints) {
   const Lattice other = LatticeOver({-0.1, -0.1, -0.1}, {1.1, 1.1, 1.1}, {1, 1, 1}, {20, 20, 20});
   const std::vector<LatticeStructure> both{one.structure, other.structure};
   EXPECT_THAT(SumLattices(both, MeshPoints(random, 0)).status(),
-              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("32768")));
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("lattices: their sum has")));
 }
 
 }  // namespace

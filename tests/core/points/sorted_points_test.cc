@@ -67,14 +67,20 @@ TEST(SortedPoints, ResortedHasThePointsOfAnotherStructure) {
   const LatticeStructure after = ObliqueStructure({3, 1, 2}, {4, 5, 2});
   const std::vector<Vec3d> world = random.Around(before, 3'000), normals = random.Units(3'000);
 
-  const SortedPoints resorted = SortedPoints(before, world, normals, arena).Resorted(after, arena);
+  std::vector<PointWeight> weights(3'000);
+  for (PointWeight& weight : weights) weight = {random.Next().x, random.Next()};
 
-  const SortedPoints expected(after, world, normals, arena);
+  const SortedPoints resorted =
+      SortedPoints(before, world, normals, arena, weights).Resorted(after, arena);
+
+  const SortedPoints expected(after, world, normals, arena, weights);
   EXPECT_EQ(resorted.order(), expected.order());
   EXPECT_EQ(resorted.inside(), expected.inside());
   for (size_t place = 0; place < resorted.size(); ++place) {
     ASSERT_EQ(resorted.WorldAt(place), expected.WorldAt(place));
     ASSERT_EQ(resorted.NormalAt(place), expected.NormalAt(place));
+    ASSERT_EQ(resorted.weights()[place].weight, weights[resorted.order()[place]].weight);
+    ASSERT_EQ(resorted.weights()[place].gradient, weights[resorted.order()[place]].gradient);
   }
 }
 
@@ -83,10 +89,13 @@ TEST(SortedPoints, CountsItsMemory) {
   CpuArena arena(1);
   const LatticeStructure s = ObliqueStructure({2, 2, 2}, {1, 1, 1});
   const std::vector<Vec3d> world = random.Around(s, 1'000);
-  EXPECT_EQ(SortedPoints::BytesFor(1'000, false), 28'000u);
-  EXPECT_EQ(SortedPoints::BytesFor(1'000, true), 52'000u);
+  EXPECT_EQ(SortedPoints::BytesFor(1'000, false, false), 28'000u);
+  EXPECT_EQ(SortedPoints::BytesFor(1'000, true, false), 52'000u);
+  EXPECT_EQ(SortedPoints::BytesFor(1'000, true, true), 84'000u);
   EXPECT_GE(SortedPoints(s, world, world, arena).MemoryBytes(), 52'000u);
   EXPECT_LE(SortedPoints(s, world, world, arena).MemoryBytes(), 52'200u);
+  const std::vector<PointWeight> weights(1'000);
+  EXPECT_GE(SortedPoints(s, world, world, arena, weights).MemoryBytes(), 84'000u);
 }
 
 }  // namespace

@@ -44,7 +44,7 @@ Group MakeGroup(const std::vector<uint64_t>& bytes, uint64_t span_patches) {
 
 std::shared_ptr<const DeformPlan> MakeGridPlan(int cells) {
   const SceneConfig config = MakeSceneConfig("scene", cells);
-  auto plan = MakePlan(config.mesh, config.lattice.structure);
+  auto plan = MakePlan(config.mesh, config.lattices[0].structure);
   EXPECT_OK(plan);
   return *plan;
 }
@@ -75,7 +75,7 @@ TEST(DeviceGroup, PointsGoToTheFreest) {
   const Group group = MakeGroup({kGiB, 3 * kGiB, 2 * kGiB}, kNever);
   CpuArena arena(1);
   const auto sorted = std::make_shared<const SortedPoints>(
-      MakeSceneConfig("scene", 2).lattice.structure, std::vector<Vec3d>(100),
+      MakeSceneConfig("scene", 2).lattices[0].structure, std::vector<Vec3d>(100),
       std::span<const Vec3d>(), arena);
 
   ASSERT_OK_AND_ASSIGN(const auto points, group.backend->PreparePoints(sorted));

@@ -81,6 +81,14 @@ v1::Edit CarryByIdentity() {
   return edit;
 }
 
+v1::Edit CarryByLinear(const std::vector<double>& widths) {
+  v1::Edit edit = Carry({}, 0);
+  auto& outside = *edit.mutable_carry_control_points()->mutable_parent()->mutable_outside();
+  outside.set_mode(v1::OUTSIDE_MODE_LINEAR);
+  outside.mutable_widths()->Add(widths.begin(), widths.end());
+  return edit;
+}
+
 v1::Edit NoLattice() {
   v1::Edit edit;
   edit.mutable_replace_lattice();
@@ -164,6 +172,12 @@ const std::vector<BadEdit>& BadEdits() {
        "must be set"},
       {"carry by an identity", CarryByIdentity(), "INVALID_FIELD",
        ".carry_control_points.parent.control_points", "an identity moves nothing"},
+      {"carry by a line without widths", CarryByLinear({}), "INVALID_FIELD",
+       ".carry_control_points.parent.outside.widths", "no mesh says how far"},
+      {"carry by a line of widths 0", CarryByLinear({0}), "INVALID_FIELD",
+       ".carry_control_points.parent.outside.widths", "no mesh says how far"},
+      {"carry by a line of two widths", CarryByLinear({1, 1}), "INVALID_FIELD",
+       ".carry_control_points.parent.outside.widths", "got 2 numbers"},
       {"carry out of range", Carry({kPoints}, 1), "OUT_OF_RANGE",
        ".carry_control_points.indices[0]", "got 125, allowed is 0 to 124"},
       {"carry twice", Carry({3, 3}, 1), "INVALID_FIELD", ".carry_control_points.indices[1]",

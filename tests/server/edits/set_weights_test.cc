@@ -226,7 +226,7 @@ TEST_F(SetWeightsTest, BadOnesAreRefusedAndChangeNothing) {
 
 TEST_F(SetWeightsTest, ScenesOfOtherKindsTakeNone) {
   v1::CreateSceneRequest request = SceneRequest("other-scene");
-  request.mutable_default_view()->set_tolerance(0.01);
+  request.mutable_default_view()->set_encoding(v1::ENCODING_PATCHES);
   ASSERT_OK(Create(request));
   v1::EditBatch batch = All(kGridWeights);
   batch.set_scene("other-scene");
@@ -244,7 +244,7 @@ TEST_F(SetWeightsTest, AnEditThatRefusesFoldsSetsThemToo) {
   }
 }
 
-TEST_F(SetWeightsTest, AKeptVolumeTakesNone) {
+TEST_F(SetWeightsTest, TheVolumeIsKeptByTheNextEdit) {
   mesh_ = Upload(CubeObj());
   ASSERT_OK(Create(SceneRequest("cube-scene")));
   v1::EditBatch keep = Batch();
@@ -255,15 +255,24 @@ TEST_F(SetWeightsTest, AKeptVolumeTakesNone) {
   v1::EditBatch batch = Some({4}, {0.5f});
   batch.set_scene("cube-scene");
   batch.set_structure_id(1);
-  ExpectRefused(Apply(batch), Code::kFailedPrecondition, "VERTEX_WEIGHTS");
+  ASSERT_OK(Apply(batch));
+  v1::EditBatch move = Move("ann", ++sequence_, 21, 0.25);
+  move.set_scene("cube-scene");
+  move.set_structure_id(2);
+  ASSERT_OK(Apply(move));
+  auto request = For<v1::MeasureSceneRequest>("cube-scene");
+  request.add_measures(v1::MEASURE_VOLUME);
+  v1::MeasureSceneResponse response;
+  ASSERT_OK(Call(&Scenes::MeasureScene, request, &response));
+  EXPECT_NEAR(response.volume(), 1, 1e-12);
 }
 
 TEST_F(SetWeightsTest, WatchesThatCannotShowThemEnd) {
   v1::WatchRequest coarse = For<v1::WatchRequest>();
   coarse.mutable_view()->set_segments(2);
-  v1::WatchRequest tolerant = For<v1::WatchRequest>();
-  tolerant.mutable_view()->set_tolerance(0.01);
-  WatchClient kept(*scenes_, coarse), ended(*scenes_, tolerant);
+  v1::WatchRequest patches = For<v1::WatchRequest>();
+  patches.mutable_view()->set_encoding(v1::ENCODING_PATCHES);
+  WatchClient kept(*scenes_, coarse), ended(*scenes_, patches);
   kept.ReadUpdates(1);
   ended.ReadUpdates(1);
   ASSERT_OK(Apply(All(kGridWeights)));

@@ -30,7 +30,7 @@ constexpr char kId[] = "scene-one";
 SceneConfig StoredConfig() {
   SceneConfig config = MakeSceneConfig(kId);
   config.stored_header =
-      EncodeHeader({.lattice = config.lattice, .create_time = config.create_time});
+      EncodeHeader({.lattices = config.lattices, .create_time = config.create_time});
   return config;
 }
 
@@ -91,7 +91,7 @@ class DurableSceneTest : public ::testing::Test {
 TEST_F(DurableSceneTest, CommitTimesOfALongLogAreBoundedAndAccounted) {
   constexpr uint64_t kRecords = kMostCommitTimes + 10;
   const auto time_of = [](uint64_t n) { return absl::UnixEpoch() + absl::Milliseconds(n); };
-  EditHistory history(StoredConfig().lattice);
+  EditHistory history(StoredConfig().lattices[0]);
   for (uint64_t n = 1; n <= kRecords; ++n) {
     const EditBatch batch = MoveBatch(*scene_, "ann", n, {62}, {1e-6, 0, 0});
     ASSERT_OK(history.Apply(batch, {}, [](const auto&) { return absl::OkStatus(); }));
@@ -107,8 +107,9 @@ TEST_F(DurableSceneTest, CommitTimesOfALongLogAreBoundedAndAccounted) {
   EXPECT_EQ(scene_->CommitTime(kRecords - kMostCommitTimes), std::nullopt);
   const uint64_t with_times = scene_->memory().at("history");
 
-  store_.PutSnapshot(kId, kRecords,
-                     EncodeImage({.history = history.image(), .commit_time = time_of(kRecords)}));
+  store_.PutSnapshot(
+      kId, kRecords,
+      EncodeImage({.histories = {history.image()}, .commit_time = time_of(kRecords)}));
   Restart();
   EXPECT_EQ(scene_->CommitTime(kRecords), time_of(kRecords));
   EXPECT_EQ(scene_->CommitTime(kRecords - 1), std::nullopt);
@@ -128,7 +129,7 @@ TEST_F(DurableSceneTest, ASceneComesBackWithItsHistory) {
   const auto after = scene_->State();
   EXPECT_EQ(after->revision, 4u);
   EXPECT_EQ(after->structure_id, before->structure_id);
-  EXPECT_EQ(after->lattice_structure(), before->lattice_structure());
+  EXPECT_EQ(after->lattices[0].structure(), before->lattices[0].structure());
   EXPECT_TRUE(std::ranges::equal(*after->control_points, *before->control_points, SameBits));
   EXPECT_EQ(after->box.id, before->box.id);
   EXPECT_TRUE(SameBits(after->box.origin, before->box.origin));
@@ -375,7 +376,7 @@ TEST_F(DurableSceneTest, ASceneThatNobodyUsesSleepsUntilItIsCalled) {
 TEST_F(DurableSceneTest, ASceneWithPointsOfAClientDoesNotSleep) {
   CpuArena arena(1);
   const std::vector<Vec3d> points(10);
-  ASSERT_OK_AND_ASSIGN(auto set, PointSet::Make("nodes", *scene_->State(), points, {},
+  ASSERT_OK_AND_ASSIGN(auto set, PointSet::Make("nodes", *scene_->State(), {points, {}, {}},
                                                 scene_->backend(), nullptr, arena));
   const std::weak_ptr<PointSet> kept = set;
   ASSERT_OK(scene_->point_sets().Add(std::move(set)));

@@ -46,7 +46,7 @@ SceneConfig MakeSceneConfig(std::string id, int cells, int size) {
   config.mesh = MakeWavyGrid(cells);
   auto lattice = FitLattice(config.mesh->ComputeBounds(), {size, size, size}, {2, 2, 2}, 0.05);
   EXPECT_OK(lattice);
-  config.lattice = *std::move(lattice);
+  config.lattices = {*std::move(lattice)};
   config.default_view.key.spec.segments = 4;
   config.default_view.key.encoding = Encoding::kQuantised;
   return config;

@@ -81,7 +81,7 @@ EditBatch RandomBatch(const Scene& scene, const std::string& editor, uint64_t se
   const bool room = state->structure_id <= kMaxKnots;
   if (kind == 0 && room) {
     const int axis = random.Below(3);
-    const LatticeStructure& s = state->lattice_structure();
+    const LatticeStructure& s = state->lattices[0].structure();
     const double t = random.Number(0.05, 0.95);
     return KnotBatch(scene, editor, sequence, axis,
                      (1 - t) * s.domain_begin(axis) + t * s.domain_end(axis));
@@ -96,7 +96,7 @@ EditBatch RandomBatch(const Scene& scene, const std::string& editor, uint64_t se
     return batch;
   }
   MoveControlPoints move;
-  const int count = state->lattice_structure().control_point_count();
+  const int count = state->lattices[0].structure().control_point_count();
   // Moves neighbouring points, each once. Kind 5 may move them out of the quantisation box.
   const int first = random.Below(count);
   for (int i = first; i < std::min(count, first + 1 + random.Below(4)); ++i) {

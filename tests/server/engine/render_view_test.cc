@@ -218,7 +218,7 @@ TEST_F(RenderViewTest, AViewReservesOnceForTheMostThatItCanTake) {
 TEST_F(RenderViewTest, AViewOfUnconnectedTrianglesTakesNoMoreThanItReserves) {
   SceneConfig config = MakeSceneConfig("scene-soup");
   config.mesh = std::make_shared<const PolygonMesh>(TriangleSoup(300, 20261122));
-  config.lattice = *FitLattice(config.mesh->ComputeBounds(), {4, 4, 4}, {2, 2, 2}, 0.05);
+  config.lattices = {*FitLattice(config.mesh->ComputeBounds(), {4, 4, 4}, {2, 2, 2}, 0.05)};
   config.default_view.key.encoding = Encoding::kDracoPoints;
   config.default_view.key.spec.position_bits = 16;
   config.default_view.key.spec.normal_bits = 12;

@@ -29,7 +29,7 @@ SceneConfig SharedConfig(const std::string& fingerprint = "") {
   SceneConfig config = MakeSceneConfig(kSharedScene);
   config.fingerprint = fingerprint;
   config.stored_header =
-      EncodeHeader({.lattice = config.lattice, .create_time = config.create_time});
+      EncodeHeader({.lattices = config.lattices, .create_time = config.create_time});
   return config;
 }
 

@@ -57,6 +57,29 @@ TEST_F(DevicePointsTest, LargeSetsAreOnTheDeviceUntilTheyAreDeleted) {
   EXPECT_EQ(Get().bytes().count("device_points"), 0u);
 }
 
+TEST_F(DevicePointsTest, PointsWithWeightsStayOnTheHost) {
+  mesh_ = Upload(WavyGridObj(8));
+  v1::CreateSceneRequest scene = SceneRequest("weighted");
+  const std::vector<float> weights(9 * 9, 0.5f);
+  scene.mutable_weights()->set_values(
+      std::string(reinterpret_cast<const char*>(weights.data()), weights.size() * sizeof(float)));
+  ASSERT_OK(Create(scene));
+  v1::PointSetHeader header;
+  header.set_scene("weighted");
+  header.mutable_view()->set_segments(32);
+  header.mutable_view()->set_normals(v1::NORMAL_MODE_NONE);
+
+  ASSERT_OK_AND_ASSIGN(const v1::PointSet set, client_->Create(header, ""));
+
+  EXPECT_GE(set.points(), PointSet::kLeastDevicePoints);
+  EXPECT_EQ(DevicePointBytes(), 0u);
+  v1::DeformPointSetRequest request;
+  request.set_scene("weighted");
+  request.set_point_set(set.id());
+  EXPECT_OK(client_->Deform(request));
+  EXPECT_EQ(backend_->script().calls(Step::kPointCall), 0);
+}
+
 TEST_F(DevicePointsTest, ASetThatDoesNotFitIsRefusedAndNothingIsKept) {
   ASSERT_OK_AND_ASSIGN(const v1::PointSet first, CreatePoints(kLarge));
 

@@ -156,6 +156,11 @@ struct BadFit {
   const char* message;
 };
 
+void SetOutside(v1::LatticeFit& fit, v1::OutsideMode mode, const std::vector<double>& widths) {
+  fit.mutable_outside()->set_mode(mode);
+  fit.mutable_outside()->mutable_widths()->Add(widths.begin(), widths.end());
+}
+
 TEST_F(BadLatticesTest, FitsAreCheckedFieldByField) {
   using F = v1::LatticeFit;
   const std::vector<BadFit> rows = {
@@ -175,6 +180,14 @@ TEST_F(BadLatticesTest, FitsAreCheckedFieldByField) {
        "size.v", "got 2, allowed is 3 to 32768"},
       {"too many control points", [](F& f) { SetAxes(*f.mutable_size(), 100, 100, 100); },
        "OUT_OF_RANGE", "size", "got 1000000, allowed is 8 to 32768"},
+      {"a line without widths", [](F& f) { SetOutside(f, v1::OUTSIDE_MODE_LINEAR, {}); },
+       "INVALID_FIELD", "outside.widths", "no mesh says how far"},
+      {"a falloff without widths", [](F& f) { SetOutside(f, v1::OUTSIDE_MODE_FALLOFF, {}); },
+       "INVALID_FIELD", "outside.widths", "must be set"},
+      {"a fixed one of a width", [](F& f) { SetOutside(f, v1::OUTSIDE_MODE_FIXED, {1}); },
+       "INVALID_FIELD", "outside.widths", "must be empty"},
+      {"next to no width", [](F& f) { SetOutside(f, v1::OUTSIDE_MODE_FALLOFF, {1e-6}); },
+       "OUT_OF_RANGE", "outside.widths[0]", "allowed is 0.001 to 1000"},
   };
   for (const BadFit& row : rows) {
     SCOPED_TRACE(row.name);

@@ -27,7 +27,7 @@ inline absl::StatusOr<RenderInput> MakeInput(RenderBackend& backend,
   LATTICED_ASSIGN_OR_RETURN(auto plan, MakePlan(std::move(mesh), lattice.structure));
   LATTICED_ASSIGN_OR_RETURN(auto target, backend.Prepare(plan, Pipeline::kFused));
   SceneState state;
-  state.outside = std::make_shared<const OutsideMap>(lattice.structure);
+  state.lattices = {{.map = std::make_shared<const OutsideMap>(lattice.structure)}};
   state.plan = plan;
   state.control_points = std::make_shared<const std::vector<Vec3d>>(lattice.control_points);
   Bounds bounds = plan->mesh_bounds;

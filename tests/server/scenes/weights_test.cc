@@ -1,12 +1,13 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Scenes with vertex weights through the stub: where the weights come from, what they do, and what does not take them.
+// Scenes with vertex weights through the stub: where the weights come from, what they do, and what does not take them. What
+// follows their surface is in weighted_surface_test.cc.
 #include <cmath>
 #include <limits>
 
 #include "core/mesh/mesh_io.h"
-#include "tests/server/support/server_test.h"
+#include "tests/server/scenes/weights_fixture.h"
 
 namespace latticed::testing {
 namespace {
@@ -14,8 +15,6 @@ namespace {
 using Code = absl::StatusCode;
 using ::testing::HasSubstr;
 
-// kGridObj has 3 x 3 vertices on [0,2]^2: those at x = 0 rest, those at x = 2 follow.
-const std::vector<float> kGridWeights = {0, 0.5f, 1, 0, 0.5f, 1, 0, 0.5f, 1};
 // A triangle whose third vertex has the weight 1/2, and one that it leaves out.
 constexpr char kWeightedPly[] =
     "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float "
@@ -23,39 +22,7 @@ constexpr char kWeightedPly[] =
     "property float weight\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
     "0 0 0 0\n2 0 0 1\n0 2 0 0.5\n3 0 1 2\n";
 
-std::string BytesOf(const std::vector<float>& weights) {
-  return {reinterpret_cast<const char*>(weights.data()), weights.size() * sizeof(float)};
-}
-
-class WeightsTest : public SceneFixture {
- protected:
-  v1::CreateSceneRequest Weighted(const std::vector<float>& weights = kGridWeights) const {
-    v1::CreateSceneRequest request = SceneRequest();
-    request.mutable_weights()->set_values(BytesOf(weights));
-    return request;
-  }
-  // Lifts all control points by `z`.
-  absl::Status Lift(double z) {
-    v1::EditBatch lift = Move("ann", 1, 0, 0);
-    auto* all = lift.mutable_edits(0)->mutable_move_control_points();
-    all->clear_indices();
-    for (uint32_t i = 0; i < 64; ++i) all->add_indices(i);
-    all->mutable_offset()->set_z(z);
-    return Apply(lift);
-  }
-  // Where the second face's triangle (1,0), (2,0), (2,1) has its point with these barycentrics.
-  static v1::SurfacePoint PointAt(double a, double b, double c) {
-    v1::SurfacePoint point;
-    point.set_face(1);
-    for (const uint32_t corner : {4u, 5u, 6u}) point.add_corners(corner);
-    for (const double number : {a, b, c}) point.add_barycentrics(number);
-    return point;
-  }
-  void ExpectRefusedForWeights(const absl::Status& status, const std::string& what,
-                               const char* file = __builtin_FILE(), int line = __builtin_LINE()) {
-    ExpectRefusal(status, {Code::kFailedPrecondition, "VERTEX_WEIGHTS", "", what}, file, line);
-  }
-};
+class WeightsTest : public WeightsFixture {};
 
 TEST_F(WeightsTest, ExportsMoveByTheirWeights) {
   v1::Scene scene;
@@ -90,6 +57,18 @@ TEST_F(WeightsTest, EvaluatedPointsHaveTheWeightsNormals) {
   EXPECT_NEAR(response.normals(0), -1.5 / std::sqrt(3.25), 1e-12);
   EXPECT_NEAR(response.normals(2), 1 / std::sqrt(3.25), 1e-12);
   EXPECT_NEAR(response.jacobians(2), 1.5, 1e-12) << "dz / dx";
+}
+
+TEST_F(WeightsTest, PointsOfTheWorldFollowTheLattice) {
+  ASSERT_OK(Create(Weighted()));
+  ASSERT_OK(Lift(3));
+  auto request = For<v1::EvaluatePointsRequest>();
+  for (const double x : {0.5, 0.5, 0.0}) request.mutable_world_points()->add_positions(x);
+  v1::EvaluatePointsResponse response;
+  ASSERT_OK(Call(&Scenes::EvaluatePoints, request, &response));
+  EXPECT_NEAR(response.positions(0), 0.5, 1e-12);
+  EXPECT_NEAR(response.positions(2), 3, 1e-12);
+  EXPECT_NEAR(response.jacobians(2), 0, 1e-12) << "dz / dx";
 }
 
 TEST_F(WeightsTest, DraggedPointsReachTheirTargets) {
@@ -210,12 +189,6 @@ TEST_F(WeightsTest, RefusesScenesThatDoNotTakeThem) {
   request.mutable_diagnostics()->set_pipeline(v1::PIPELINE_GEMM);
   ExpectRefusedForWeights(Create(request), "a pipeline other than fused");
   request = Weighted();
-  request.set_fold_watch(true);
-  ExpectRefusedForWeights(Create(request), "fold_watch");
-  request = Weighted();
-  request.mutable_default_view()->set_tolerance(0.1);
-  ExpectRefusedForWeights(Create(request), "a view with a tolerance");
-  request = Weighted();
   request.mutable_default_view()->set_encoding(v1::ENCODING_PATCHES);
   ExpectRefusedForWeights(Create(request), "the encoding patches");
   EXPECT_EQ(SceneCount(), 0);
@@ -225,9 +198,6 @@ TEST_F(WeightsTest, RefusesWhatDoesNotTakeThem) {
   ASSERT_OK(Create(Weighted()));
   EventLog log;
   auto update = For<v1::GetUpdateRequest>();
-  update.mutable_view()->set_tolerance(0.1);
-  ExpectRefusedForWeights(Update(update, log), "a view with a tolerance");
-  update.mutable_view()->clear_tolerance();
   update.mutable_view()->set_encoding(v1::ENCODING_PATCHES);
   ExpectRefusedForWeights(Update(update, log), "the encoding patches");
 
@@ -235,28 +205,9 @@ TEST_F(WeightsTest, RefusesWhatDoesNotTakeThem) {
   exported.set_format(v1::EXPORT_FORMAT_CONTROL_NETS);
   ExpectRefusedForWeights(Export(exported).status(), "a control net");
 
-  ExpectRefusedForWeights(Call(&Scenes::CertifyFolds, For<v1::CertifyFoldsRequest>()),
-                          "a report of folds");
-  for (const auto measure : {v1::MEASURE_VOLUME, v1::MEASURE_AREA, v1::MEASURE_BOUNDS}) {
-    auto request = For<v1::MeasureSceneRequest>();
-    request.add_measures(measure);
-    ExpectRefusedForWeights(Call(&Scenes::MeasureScene, request), "a measure");
-  }
-  auto world = For<v1::EvaluatePointsRequest>();
-  for (const double x : {0.5, 0.5, 0.0}) world.mutable_world_points()->add_positions(x);
-  ExpectRefusedForWeights(Call(&Scenes::EvaluatePoints, world),
-                          "a point that is not of the surface");
-}
-
-TEST_F(WeightsTest, RefusesEditsThatDoNotTakeThem) {
-  ASSERT_OK(Create(Weighted()));
-  v1::EditBatch batch = Move("ann", 1, 21, 0.1);
-  batch.set_refuse_folds(true);
-  ExpectRefusedForWeights(Apply(batch), "refuse_folds");
-  batch.set_refuse_folds(false);
-  batch.mutable_keep_volume();
-  ExpectRefusedForWeights(Apply(batch), "a volume");
-  EXPECT_EQ(Get().revision(), 0u);
+  auto folds = For<v1::CertifyFoldsRequest>();
+  folds.set_scope(v1::FOLD_SCOPE_VOLUME);
+  ExpectRefusedForWeights(Call(&Scenes::CertifyFolds, folds), "a report of folds in the volume");
 }
 
 TEST_F(WeightsTest, PicksHitTheWeightedSurface) {

@@ -48,11 +48,11 @@ TEST(SceneCodec, AHistoryGoesOnFromItsImageInBytes) {
   RunSession(7, 400, [&](const EditHistory& history, const EditRecord& record) {
     ASSERT_OK(copy.ApplyRecord(record));
     if (copy.records() % 40 != 0) return;
-    const std::string bytes = EncodeImage({.history = copy.image(), .now = record.now});
+    const std::string bytes = EncodeImage({.histories = {copy.image()}, .now = record.now});
     ASSERT_OK_AND_ASSIGN(SceneImage image, DecodeImage(bytes));
     EXPECT_EQ(image.now, record.now);
     EXPECT_EQ(EncodeImage(image), bytes);
-    ASSERT_OK_AND_ASSIGN(copy, EditHistory::FromImage(std::move(image.history)));
+    ASSERT_OK_AND_ASSIGN(copy, EditHistory::FromImage(std::move(image.histories[0])));
     ExpectSame(copy, history);
   });
 }
@@ -77,7 +77,7 @@ TEST(SceneCodec, DamagedBytesCrashNothing) {
   std::vector<std::string> records;
   RunSession(3, 60, [&](const EditHistory& history, const EditRecord& record) {
     records.push_back(EncodeRecord(ToScene(record)));
-    image = EncodeImage({.history = history.image()});
+    image = EncodeImage({.histories = {history.image()}});
   });
   std::mt19937 random(5);
   int refused = 0;
@@ -90,7 +90,7 @@ TEST(SceneCodec, DamagedBytesCrashNothing) {
     }
     if (is_image) {
       auto decoded = DecodeImage(bytes);
-      auto history = decoded.ok() ? EditHistory::FromImage(std::move(decoded->history))
+      auto history = decoded.ok() ? EditHistory::FromImage(std::move(decoded->histories[0]))
                                   : absl::StatusOr<EditHistory>(decoded.status());
       if (!history.ok()) {
         EXPECT_THAT(history.status(), StatusIs(absl::StatusCode::kDataLoss));

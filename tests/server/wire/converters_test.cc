@@ -126,6 +126,14 @@ TEST(LatticeConverter, FitSurroundsTheMeshWithTheDefaultMargin) {
   EXPECT_DOUBLE_EQ(lattice->structure.frame.origin.z, -0.5);
   EXPECT_DOUBLE_EQ(lattice->structure.frame.edges[0].x, 11.0);
   EXPECT_DOUBLE_EQ(lattice->structure.frame.edges[2].z, 1.0);
+  v1::LatticeSource falloff;
+  falloff.mutable_fit()->mutable_outside()->set_mode(v1::OUTSIDE_MODE_FALLOFF);
+  falloff.mutable_fit()->mutable_outside()->add_widths(0.3);
+  const auto goes_on = FromProto(falloff, bounds, "lattices[0]");
+  ASSERT_OK(goes_on);
+  EXPECT_EQ(goes_on->structure.outside.widths, (std::array{0.3, 0.3, 0.3, 0.3, 0.3, 0.3}));
+  EXPECT_EQ(goes_on->structure.outside.steps[0], 0.125);  // a quarter of the first knot span of 1/2
+  EXPECT_EQ(goes_on->control_points, lattice->control_points);
   v1::LatticeSource bad;
   bad.mutable_fit()->set_padding(-1);
   EXPECT_THAT(FromProto(bad, bounds, "lattices[0]"),

@@ -22,6 +22,7 @@ constexpr auto kFieldFlags = std::to_array<FieldFlag>({
     {"lattices.fit.size", "--size"},
     {"lattices.fit.degree", "--degree"},
     {"lattices.fit.padding", "--padding"},
+    {"lattices.fit.outside", "--outside"},
     {"lattices.lattice", kLatticeFlag},
     {"units.up_axis", "--up-axis"},
     {"units.meters_per_unit", "--meters-per-unit"},

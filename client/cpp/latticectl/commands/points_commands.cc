@@ -4,9 +4,11 @@
 // points: deforms points of files, and applies the derivative by control points. Each command makes a point set and
 // deletes it.
 #include <CLI/CLI.hpp>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <ostream>
 #include <string>
 #include <utility>
@@ -14,9 +16,12 @@
 
 #include "client/cpp/latticectl/command_line/value_types.h"
 #include "client/cpp/latticectl/commands/commands.h"
+#include "client/cpp/latticectl/geometry/files.h"
 #include "client/cpp/latticectl/geometry/point_table.h"
 #include "client/cpp/latticectl/output/output.h"
 #include "client/cpp/latticectl/session/session.h"
+#include "client/cpp/latticectl/vtk/vtk_file.h"
+#include "core/base/read_file.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
 
@@ -28,6 +33,47 @@ constexpr size_t kPlain = 3, kWithNormals = 6;  // columns
 struct PointsFlags : ServerFlags {
   std::string scene, points, vectors, output, point_set;
 };
+
+// Points of a file, and the file itself if it is one of VTK.
+struct PointsInput {
+  PointTable table;
+  std::optional<VtkFile> vtk;
+};
+
+absl::StatusOr<PointsInput> ReadPoints(const std::string& path) {
+  PointsInput input;
+  if (!IsVtkFileName(path)) {
+    LATTICED_ASSIGN_OR_RETURN(input.table, ReadPointTable(path));
+    return input;
+  }
+  LATTICED_ASSIGN_OR_RETURN(std::string bytes, ReadFile(path));
+  auto file = VtkFile::Parse(std::move(bytes), IsXmlVtkFileName(path));
+  if (file.ok() && file->points().empty()) file = absl::InvalidArgumentError("has no points");
+  if (!file.ok()) {
+    const std::string why(file.status().message());
+    return absl::InvalidArgumentError(fmt::format("{} {}", path, why));
+  }
+  for (const Vec3d p : file->points()) {
+    for (int axis = 0; axis < 3; ++axis) input.table.numbers.push_back(p[axis]);
+  }
+  input.vtk = *std::move(file);
+  return input;
+}
+
+std::string CheckPointsOrVtk(const std::string& path) {
+  return IsVtkFileName(path) || CheckPointFileName(path).empty()
+             ? ""
+             : fmt::format("{}: the extension must be .csv, .npy, .vtk, .vtu, .vtp or .vts", path);
+}
+
+// A VTK file is the one that was read with other points.
+absl::Status CheckVtkOutput(const PointsFlags& flags) {
+  const std::filesystem::path from(flags.points), to(flags.output);
+  if (!IsVtkFileName(flags.output) || from.extension() == to.extension()) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      fmt::format("{}: a {} file is written from one, with its cells and data; {} is none",
+                  flags.output, to.extension().string(), flags.points));
+}
 
 // First the columns x y z of all rows, then those of normals: as the server has them.
 std::vector<Vec3d> VectorsOf(const PointTable& table) {
@@ -81,9 +127,12 @@ Request RequestFor(const PointsFlags& flags, const v1::PointSet& set) {
 }
 
 absl::Status Finish(const PointsFlags& flags, const std::vector<Vec3d>& vectors, size_t columns,
-                    uint64_t revision, std::string_view what, Console console) {
+                    uint64_t revision, std::string_view what, Console console,
+                    const std::optional<VtkFile>& vtk = std::nullopt) {
   const PointTable table = PointTableOf(vectors, columns);
-  LATTICED_RETURN_IF_ERROR(WritePointTable(flags.output, table));
+  LATTICED_RETURN_IF_ERROR(IsVtkFileName(flags.output)
+                               ? WriteFile(flags.output, vtk.value().WithPoints(vectors))
+                               : WritePointTable(flags.output, table));
   PrintResult(flags.json,
               nlohmann::json{{"output", flags.output},
                              {"rows", table.rows()},
@@ -96,18 +145,21 @@ absl::Status Finish(const PointsFlags& flags, const std::vector<Vec3d>& vectors,
 }
 
 absl::Status RunDeform(const PointsFlags& flags, Client& client, Console console) {
-  LATTICED_ASSIGN_OR_RETURN(const PointTable table, ReadPointTable(flags.points));
+  LATTICED_RETURN_IF_ERROR(CheckVtkOutput(flags));
+  LATTICED_ASSIGN_OR_RETURN(const PointsInput input, ReadPoints(flags.points));
+  const PointTable& table = input.table;
   return WithPoints(flags, table, client, [&](const v1::PointSet& set) -> absl::Status {
     LATTICED_ASSIGN_OR_RETURN(
         const auto deformed,
         client.DeformPointSet(RequestFor<v1::DeformPointSetRequest>(flags, set)));
     return Finish(flags, deformed.vectors, table.columns, deformed.header.revision(), "points",
-                  console);
+                  console, input.vtk);
   });
 }
 
 absl::Status RunVelocities(const PointsFlags& flags, Client& client, Console console) {
-  LATTICED_ASSIGN_OR_RETURN(const PointTable table, ReadPointTable(flags.points));
+  LATTICED_ASSIGN_OR_RETURN(const PointsInput input, ReadPoints(flags.points));
+  const PointTable& table = input.table;
   LATTICED_ASSIGN_OR_RETURN(const PointTable tangents, ReadPointTable(flags.vectors));
   return WithPoints(flags, table, client, [&](const v1::PointSet& set) -> absl::Status {
     auto request = RequestFor<v1::ApplyJacobianRequest>(flags, set);
@@ -120,7 +172,8 @@ absl::Status RunVelocities(const PointsFlags& flags, Client& client, Console con
 }
 
 absl::Status RunGradient(const PointsFlags& flags, Client& client, Console console) {
-  LATTICED_ASSIGN_OR_RETURN(const PointTable table, ReadPointTable(flags.points));
+  LATTICED_ASSIGN_OR_RETURN(const PointsInput input, ReadPoints(flags.points));
+  const PointTable& table = input.table;
   LATTICED_ASSIGN_OR_RETURN(const PointTable cotangents, ReadPointTable(flags.vectors));
   return WithPoints(flags, table, client, [&](const v1::PointSet& set) -> absl::Status {
     auto header = RequestFor<v1::CotangentHeader>(flags, set);
@@ -167,38 +220,39 @@ void AddPointsCommands(CLI::App& app, CommandLine& line) {
     return command;
   };
   const auto add_file = [](CLI::App* command, const char* name, std::string& value,
-                           const char* text) {
-    command->add_option(name, value, text)
-        ->required()
-        ->type_name(kFileType)
-        ->check(CheckPointFileName);
+                           const char* text, std::string (*check)(const std::string&)) {
+    command->add_option(name, value, text)->required()->type_name(kFileType)->check(check);
   };
-  constexpr char kPoints[] = "CSV or NPY file of points at rest: x y z, or x y z and a normal";
+  constexpr char kPoints[] =
+      "CSV or NPY file of points at rest, x y z or x y z and a normal; or a VTK file";
   constexpr char kOutput[] = "CSV or NPY file to write";
 
   CLI::App* deform = add("deform", "Writes the deformed points, and their normals if they have any",
                          "points deform my-scene nodes.npy -o deformed.npy");
-  add_file(deform, "points", flags->points, kPoints);
-  add_file(deform, "-o,--output", flags->output, kOutput);
+  add_file(deform, "points", flags->points, kPoints, CheckPointsOrVtk);
+  add_file(deform, "-o,--output", flags->output,
+           "CSV or NPY file to write; or the VTK file with moved points and how they moved",
+           CheckPointsOrVtk);
   SetServerAction(*deform, flags, line, RunDeform);
 
   CLI::App* velocities =
       add("velocities", "Writes how the points move when the control points move: forward mode",
           "points velocities my-scene nodes.npy tangents.csv -o velocities.npy");
-  add_file(velocities, "points", flags->points, kPoints);
+  add_file(velocities, "points", flags->points, kPoints, CheckPointsOrVtk);
   add_file(velocities, "tangents", flags->vectors,
-           "CSV or NPY file: a velocity of every control point, u fastest");
-  add_file(velocities, "-o,--output", flags->output, kOutput);
+           "CSV or NPY file: a velocity of every control point, u fastest", CheckPointFileName);
+  add_file(velocities, "-o,--output", flags->output, kOutput, CheckPointFileName);
   SetServerAction(*velocities, flags, line, RunVelocities);
 
   CLI::App* gradient =
       add("gradient", "Writes the derivative of a value by all control points: reverse mode",
           "points gradient my-scene nodes.npy cotangents.npy -o gradient.csv");
-  add_file(gradient, "points", flags->points, kPoints);
+  add_file(gradient, "points", flags->points, kPoints, CheckPointsOrVtk);
   add_file(
       gradient, "cotangents", flags->vectors,
-      "CSV or NPY file: the derivative of the value by every deformed point, and by its normal");
-  add_file(gradient, "-o,--output", flags->output, kOutput);
+      "CSV or NPY file: the derivative of the value by every deformed point, and by its normal",
+      CheckPointFileName);
+  add_file(gradient, "-o,--output", flags->output, kOutput, CheckPointFileName);
   SetServerAction(*gradient, flags, line, RunGradient);
 
   SetServerAction(*add("list", "Lists the point sets of a scene", "points list my-scene"), flags,

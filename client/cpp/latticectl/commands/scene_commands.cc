@@ -14,6 +14,7 @@
 #include "client/cpp/latticectl/command_line/value_types.h"
 #include "client/cpp/latticectl/commands/commands.h"
 #include "client/cpp/latticectl/geometry/lattice_json.h"
+#include "client/cpp/latticectl/geometry/outside_text.h"
 #include "client/cpp/latticectl/geometry/weights_source.h"
 #include "client/cpp/latticectl/output/output.h"
 #include "client/cpp/latticectl/session/server_meshes.h"
@@ -30,6 +31,7 @@ struct SceneFlags : ServerFlags {
   std::string id, name, mesh, lattice, filter, weights;
   std::optional<double> strength;
   FitFlags fit;
+  std::string outside;  // of the fit; empty: not set
   v1::MeshUnits units;
   std::optional<double> crease_angle;
   v1::ViewOptions view;
@@ -117,6 +119,10 @@ absl::StatusOr<v1::LatticeSource> Source(const SceneFlags& flags) {
     LATTICED_ASSIGN_OR_RETURN(*source.mutable_lattice(), ReadLattice(flags.lattice));
   } else {
     *source.mutable_fit() = ToProto(flags.fit);
+    if (!flags.outside.empty()) {
+      LATTICED_ASSIGN_OR_RETURN(*source.mutable_fit()->mutable_outside(),
+                                ParseOutside(flags.outside));
+    }
   }
   return source;
 }
@@ -208,7 +214,8 @@ void AddSceneCommands(CLI::App& app, CommandLine& line) {
   CLI::Option* lattice = create->add_option("--lattice", flags->lattice, "JSON file of the lattice")
                              ->type_name(kFileType);
   AddFitFlags(*create, flags->fit);
-  for (const char* fit : {"--size", "--degree", "--padding"})
+  create->add_option("--outside", flags->outside, kOutsideHelp)->check(CheckOutside);
+  for (const char* fit : {"--size", "--degree", "--padding", "--outside"})
     lattice->excludes(create->get_option(fit));
   AddUnitsFlags(*create, flags->units);
   AddCreaseFlag(*create, flags->crease_angle);

@@ -15,9 +15,24 @@ namespace latticed {
 using fused::FusedLayout;
 using fused::Group;
 
+namespace {
+
+// What rounding in double can take from a bound, as a share of the sum of the box's coefficients. As in
+// core/adaptive/curvature_slack.h, the second derivatives of w G are bounded as if all terms had one sign: by at most
+// 110,000 times this sum, 16 n (n + 1) by the degree and the steps, 1.5^n by the patch's reach of its box, 2 by the weight.
+// Each product is rounded 150 times, which takes 1.9e-9.
+constexpr double kWeightedSlack = 2e-9;
+
+float RaisedBound(double bound, double slack) {
+  return static_cast<float>(kBoundFactor * (bound + slack));
+}
+
+}  // namespace
+
 PatchBounder::PatchBounder(std::shared_ptr<const fused::FusedPlan> plan, CpuArena& arena)
     : plan_(std::move(plan)), arena_(arena), reach_(plan_->plan->boxes.size()) {
   MeasureReach();
+  if (plan_->plan->is_weighted()) weighted_.emplace(plan_->plan);
 }
 
 void PatchBounder::MeasureReach() {
@@ -41,6 +56,7 @@ void PatchBounder::Bound(std::span<const uint32_t> chunks, std::span<const Vec3d
   const FusedLayout& layout = plan_->layout;
   const std::vector<uint32_t> groups = GroupsOf(chunks, boxes);
   boxes.MakeNeeded(arena_);
+  if (weighted_.has_value()) return BoundWeighted(groups, control_points, take);
   std::vector<std::array<float, 6>> slack(reach_.size());
   arena_.ForEach(reach_.size(), [&](size_t i) {
     const auto box = static_cast<uint32_t>(i);
@@ -60,6 +76,27 @@ void PatchBounder::Bound(std::span<const uint32_t> chunks, std::span<const Vec3d
       for (size_t lane = 0; lane < group.lanes; ++lane) {
         take(group.first_patch + lane, {{bounds[0][lane], bounds[1][lane], bounds[2][lane]},
                                         {bounds[3][lane], bounds[4][lane], bounds[5][lane]}});
+      }
+    }
+  });
+}
+
+void PatchBounder::BoundWeighted(std::span<const uint32_t> groups,
+                                 std::span<const Vec3d> control_points, Take take) const {
+  arena_.ForRanges(groups.size(), 1, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      const Group& group = plan_->layout.groups[groups[i]];
+      const auto polynomial = weighted_->Polynomial(group.box, control_points);
+      double slack = 0;
+      for (const Vec3d c : polynomial) slack += kWeightedSlack * Norm(c);
+      for (size_t p = group.first_patch; p < group.first_patch + group.lanes; ++p) {
+        const CurvatureBounds<double> exact = weighted_->BoundPatch(p, polynomial);
+        CurvatureBounds<float> bounds;
+        for (size_t e = 0; e < 3; ++e) {
+          bounds.edge[e] = RaisedBound(exact.edge[e], slack);
+          bounds.mixed[e] = RaisedBound(exact.mixed[e], slack);
+        }
+        take(p, bounds);
       }
     }
   });

@@ -29,28 +29,7 @@ struct AdaptiveInstance {
     }
   }
 
-  static void Run(RunArguments& arguments) {
-    switch (arguments.normals) {
-      case NormalMode::kNone:
-        return RunOf<NormalMode::kNone>(arguments);
-      case NormalMode::kFacet:
-        return RunOf<NormalMode::kFacet>(arguments);
-      case NormalMode::kSmooth:
-        return RunOf<NormalMode::kSmooth>(arguments);
-    }
-  }
-
-  template <NormalMode kNormals>
-  static void RunOf(RunArguments& arguments) {
-    GroupArguments output{};
-    output.box = arguments.box;
-    output.scratch = arguments.scratch;
-    output.weak = arguments.weak;
-    for (size_t lane = 0; lane < kLanes; lane += hn::Lanes(D())) {
-      RunKernel<D0, D1, D2, kNormals>(arguments, output, lane).Run();
-    }
-    arguments.weak_count = output.weak_count;
-  }
+  static void Run(RunArguments& arguments) { RunInstance<D0, D1, D2, false>::Run(arguments); }
 };
 
 void BoundGroupImpl(const BoundArguments& arguments) {

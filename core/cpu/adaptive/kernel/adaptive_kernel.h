@@ -48,6 +48,15 @@ struct alignas(64) RunPatches {
 // A point by the corners of its patch: a | b << 2 | c << 4.
 constexpr int32_t PlaceCode(int a, int b, int c) { return a | b << 2 | c << 4; }
 
+// With vertex weights: what weight_lanes.h has of patches, by patch of the run, and of the box.
+struct alignas(64) RunWeights {
+  std::array<std::array<RunPatches::Row, 3>, 3> rest;  // [axis][corner]
+  std::array<RunPatches::Row, 3> weight;               // [corner]
+  std::array<RunPatches::Row, 3> by_local;
+  RunPatches::Row steepness;
+  std::array<std::array<float, 3>, 3> rest_by_local;
+};
+
 // The points of a run, one entry each, padded to a multiple of 16 with entries that are evaluated and not used.
 struct RunPoints {
   const int32_t* patch;  // in the run
@@ -67,8 +76,11 @@ struct RunArguments {
   GroupScratch scratch;
   WeakNormal* weak;  // room for one each; `point` is the vector
   size_t weak_count;
+  const RunWeights* weights = nullptr;  // null: none
 };
 void EvaluateRun(RunArguments& arguments);
+// The same where `weights` is not null.
+void EvaluateWeightedRun(RunArguments& arguments);
 
 // integer = round(p * scale + offset), clamped to 0 … 2^bits - 1. `to` need not be aligned.
 void QuantisePositions(std::span<const float> row, float scale, float offset, int bits,

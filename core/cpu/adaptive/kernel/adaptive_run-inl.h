@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Evaluates R and its Jacobian at points of a run, 16 at a time, whichever patches they belong to.
-// Included once per instruction set by adaptive_kernel.cc.
+// Evaluates R and its Jacobian at points of a run, 16 at a time, whichever patches they belong to. With weights the box has
+// the polynomial of the offset, and points and slopes are those of fused_weights-inl.h.
+// Included once per instruction set by adaptive_kernel.cc and weighted_run_kernel.cc.
 #if defined(LATTICED_CORE_CPU_ADAPTIVE_KERNEL_ADAPTIVE_RUN_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef LATTICED_CORE_CPU_ADAPTIVE_KERNEL_ADAPTIVE_RUN_INL_H_
 #undef LATTICED_CORE_CPU_ADAPTIVE_KERNEL_ADAPTIVE_RUN_INL_H_
@@ -18,7 +19,7 @@ HWY_BEFORE_NAMESPACE();
 namespace latticed::fused {
 namespace HWY_NAMESPACE {
 
-template <int D0, int D1, int D2, NormalMode kNormals>
+template <int D0, int D1, int D2, NormalMode kNormals, bool kWeighted = false>
 class RunKernel {
   using DI = hn::RebindToSigned<D>;
   using VI = hn::Vec<DI>;
@@ -26,7 +27,10 @@ class RunKernel {
 
  public:
   RunKernel(RunArguments& arguments, GroupArguments& output, size_t lane)
-      : args_(arguments), lane_(lane), vertices_(output, lane, hn::Set(D(), 1.0f)) {}
+      : args_(arguments),
+        output_(output),
+        lane_(lane),
+        vertices_(output, lane, hn::Set(D(), 1.0f)) {}
 
   void Run() {
     for (size_t vector = 0; vector < args_.scratch.points; ++vector) Evaluate(vector);
@@ -70,27 +74,91 @@ class RunKernel {
     V jet[3][kHasNormals ? 4 : 1];
     for (int c = 0; c < 3; ++c) {
       EvaluatePoint<D0, D1, D2, kHasNormals>(*args_.box, l, c, jet[c]);
+      if constexpr (kWeighted) Weigh(place, static_cast<size_t>(c), jet[c]);
       vertices_.Store(static_cast<size_t>(c), vector, jet[c][0]);
     }
     if constexpr (kHasNormals) {
-      vertices_.StoreNormal(
-          CofactorTimes(jet, Conormal(0, place), Conormal(1, place), Conormal(2, place)), vector);
+      const V3 carried =
+          CofactorTimes(jet, Conormal(0, place), Conormal(1, place), Conormal(2, place));
+      if constexpr (kWeighted) {
+        GroupVertices(output_, lane_, hn::Set(D(), 1.0f), CofactorBound(place))
+            .StoreNormal(carried, vector);
+      } else {
+        vertices_.StoreNormal(carried, vector);
+      }
     }
   }
 
+  // The entry of the point's patch in a row that has one for each patch.
+  static HWY_INLINE V OfPatch(const RunPatches::Row& row, const Place& place) {
+    const VI patch = hn::And(place.a, hn::Set(DI(), int32_t{kRunPatches - 1}));
+    return hn::GatherIndex(D(), row.data(), patch);
+  }
+
+  // Turns the jet of the offset's component c into that of the position.
+  HWY_INLINE void Weigh(const Place& place, size_t c, V* jet) const {
+    const RunWeights& weights = *args_.weights;
+    const V offset = jet[0], weight = Between(weights.weight[0].data(), place);
+    jet[0] = hn::MulAdd(weight, offset, Between(weights.rest[c][0].data(), place));
+    if constexpr (kHasNormals) {
+      for (size_t l = 0; l < 3; ++l) {
+        const V rest = hn::MulAdd(OfPatch(weights.by_local[l], place), offset,
+                                  hn::Set(D(), weights.rest_by_local[l][c]));
+        jet[3 - l] = hn::MulAdd(weight, jet[3 - l], rest);
+      }
+    }
+  }
+
+  // As Weights::CofactorBound.
+  HWY_INLINE V CofactorBound(const Place& place) const {
+    const D d;
+    const V norm =
+        hn::MulAdd(OfPatch(args_.weights->steepness, place), hn::Set(d, args_.box->offset_bound),
+                   hn::Set(d, 1.7320508f + args_.box->slope_bound));
+    return hn::Mul(hn::Set(d, 0.5f), hn::Mul(norm, norm));
+  }
+
   HWY_INLINE V Conormal(size_t axis, const Place& place) const {
-    const float* rows = args_.patches->conormals[axis][0].data();
+    const auto& rows = args_.patches->conormals[axis];
     if constexpr (kNormals == NormalMode::kSmooth) {
-      return Between(rows, place);
+      return Between(rows[0].data(), place);
     } else {
-      const VI patch = hn::And(place.a, hn::Set(DI(), int32_t{kRunPatches - 1}));
-      return hn::GatherIndex(D(), rows, patch);
+      return OfPatch(rows[0], place);
     }
   }
 
   RunArguments& args_;
+  GroupArguments& output_;
   const size_t lane_;
   GroupVertices vertices_;
+};
+
+template <int D0, int D1, int D2, bool kWeighted>
+class RunInstance {
+ public:
+  static void Run(RunArguments& arguments) {
+    switch (arguments.normals) {
+      case NormalMode::kNone:
+        return RunOf<NormalMode::kNone>(arguments);
+      case NormalMode::kFacet:
+        return RunOf<NormalMode::kFacet>(arguments);
+      case NormalMode::kSmooth:
+        return RunOf<NormalMode::kSmooth>(arguments);
+    }
+  }
+
+ private:
+  template <NormalMode kNormals>
+  static void RunOf(RunArguments& arguments) {
+    GroupArguments output{};
+    output.box = arguments.box;
+    output.scratch = arguments.scratch;
+    output.weak = arguments.weak;
+    for (size_t lane = 0; lane < kLanes; lane += hn::Lanes(D())) {
+      RunKernel<D0, D1, D2, kNormals, kWeighted>(arguments, output, lane).Run();
+    }
+    arguments.weak_count = output.weak_count;
+  }
 };
 
 }  // namespace HWY_NAMESPACE

@@ -30,7 +30,7 @@ void RunBuffer::Add(size_t patch, int32_t code, float along, float up) {
 }
 
 void RunBuffer::Evaluate(const std::array<int, 3>& degree, const BoxPolynomial& box,
-                         NormalMode normals) {
+                         NormalMode normals, bool weighted) {
   const size_t count = size(), vectors = (count + kLanes - 1) / kLanes;
   padded_ = vectors * kLanes;
   // The last vector repeats its last point.
@@ -53,8 +53,9 @@ void RunBuffer::Evaluate(const std::array<int, 3>& degree, const BoxPolynomial& 
                          .points = {patch_.data(), code_.data(), along_.data(), up_.data()},
                          .scratch = {rows_, vectors},
                          .weak = weak_.data(),
-                         .weak_count = 0};
-  EvaluateRun(arguments);
+                         .weak_count = 0,
+                         .weights = weighted ? &weights : nullptr};
+  weighted ? EvaluateWeightedRun(arguments) : EvaluateRun(arguments);
   weak_count_ = arguments.weak_count;
   patch_.resize(count);
   code_.resize(count);

@@ -24,6 +24,7 @@ namespace latticed::fused {
 class RunBuffer {
  public:
   RunPatches patches;
+  RunWeights weights;  // only where the mesh has weights
 
   size_t size() const { return patch_.size(); }
   void Clear();
@@ -32,7 +33,8 @@ class RunBuffer {
   void Add(size_t patch, int32_t code, float along, float up);
 
   // Evaluates all points. The patches of the run must be filled in.
-  void Evaluate(const std::array<int, 3>& degree, const BoxPolynomial& box, NormalMode normals);
+  void Evaluate(const std::array<int, 3>& degree, const BoxPolynomial& box, NormalMode normals,
+                bool weighted);
 
   // After Evaluate: a value of every point. Components are x y z relative to the local origin, then the unit normal.
   float* Row(size_t component) { return rows_ + component * padded_; }

@@ -1,0 +1,113 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/engine/lattices/scene_history.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/base/status_macros.h"
+
+namespace latticed {
+
+SceneHistory::SceneHistory(std::vector<Lattice> initial, double strength) {
+  for (Lattice& lattice : initial) histories_.emplace_back(std::move(lattice), strength);
+}
+
+SceneHistory::SceneHistory(std::vector<EditHistory> histories) : histories_(std::move(histories)) {
+  for (const EditHistory& history : histories_) {
+    revision_ = std::max(revision_, history.revision());
+    structure_id_ = std::max(structure_id_, history.structure_id());
+  }
+}
+
+absl::StatusOr<SceneHistory> SceneHistory::FromImages(std::vector<EditHistoryImage> images) {
+  std::vector<EditHistory> histories;
+  for (EditHistoryImage& image : images) {
+    LATTICED_ASSIGN_OR_RETURN(auto history, EditHistory::FromImage(std::move(image)));
+    histories.push_back(std::move(history));
+  }
+  return SceneHistory(std::move(histories));
+}
+
+std::vector<EditHistoryImage> SceneHistory::images() const {
+  std::vector<EditHistoryImage> images;
+  for (const EditHistory& history : histories_) images.push_back(history.image());
+  return images;
+}
+
+absl::Status SceneHistory::Check(const EditBatch& batch) const {
+  if (batch.lattice > 0 && LoneEdit<SetWeights>(batch) != nullptr) {
+    return error::InvalidField("lattice", "weights are set by edits of lattice 0");
+  }
+  return error::CheckRange("lattice", batch.lattice, 0, static_cast<double>(histories_.size()) - 1);
+}
+
+void SceneHistory::TurnTo(size_t lattice) {
+  last_ = lattice;
+  histories_[last_].GoOnFrom(revision_, structure_id_);
+}
+
+void SceneHistory::GoOn() {
+  revision_ = histories_[last_].revision();
+  structure_id_ = histories_[last_].structure_id();
+}
+
+absl::StatusOr<EditOutcome> SceneHistory::Apply(const EditBatch& batch, TimePoint now,
+                                                const AdmitStructure& admit,
+                                                const AdmitPoints& admit_points,
+                                                const VolumeKeeper* keeper,
+                                                const AdmitWeights& admit_weights) {
+  TurnTo(batch.lattice);
+  auto outcome = histories_[last_].Apply(batch, now, admit, admit_points, keeper, admit_weights);
+  GoOn();
+  return outcome;
+}
+
+void SceneHistory::SetTouched(const EditBatch& batch, uint64_t boxes, uint64_t patches) {
+  histories_[batch.lattice].SetTouched(batch.editor_id, boxes, patches);
+}
+
+EditRecord SceneHistory::LastRecord(const EditBatch& batch, TimePoint now) const {
+  return histories_[batch.lattice].LastRecord(batch, now);
+}
+
+absl::Status SceneHistory::ApplyRecord(const EditRecord& record) {
+  if (!Check(record.batch).ok()) {
+    return absl::DataLossError("the record is of a lattice that the scene does not have");
+  }
+  TurnTo(record.batch.lattice);
+  LATTICED_RETURN_IF_ERROR(histories_[last_].ApplyRecord(record));
+  GoOn();
+  return absl::OkStatus();
+}
+
+void SceneHistory::CommitIdleGestures(TimePoint now) {
+  for (EditHistory& history : histories_) history.CommitIdleGestures(now);
+}
+
+bool SceneHistory::gesture_open() const {
+  return std::ranges::any_of(histories_, &EditHistory::gesture_open);
+}
+
+uint64_t SceneHistory::records() const {
+  uint64_t records = 0;
+  for (const EditHistory& history : histories_) records += history.records();
+  return records;
+}
+
+size_t SceneHistory::MemoryBytes() const {
+  size_t bytes = 0;
+  for (const EditHistory& history : histories_) bytes += history.MemoryBytes();
+  return bytes;
+}
+
+std::vector<LatticeStructure> SceneHistory::structures() const {
+  std::vector<LatticeStructure> structures;
+  for (const EditHistory& history : histories_) {
+    structures.push_back(history.lattice().structure);
+  }
+  return structures;
+}
+
+}  // namespace latticed

@@ -1,0 +1,79 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The edits of all lattices of a scene. Each lattice has an EditHistory, with editors, gestures, undo steps and constraints
+// of its own. Revision and structure_id are the scene's: they count the batches and the structures of all lattices.
+//
+// Records   in the order of batches, whichever lattice they are of (EditBatch::lattice)
+// Errors    those of EditHistory; kInvalidArgument, field "lattice", for one that the scene does not have
+// Threads   one thread at a time: the caller locks
+#ifndef LATTICED_SERVER_ENGINE_LATTICES_SCENE_HISTORY_H_
+#define LATTICED_SERVER_ENGINE_LATTICES_SCENE_HISTORY_H_
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "core/ffd/edit_history.h"
+
+namespace latticed {
+
+class SceneHistory {
+ public:
+  using TimePoint = EditHistory::TimePoint;
+
+  // The lattices must be valid, and at least one, the strength of all 0 to 1. The history begins at revision 0 and structure_id 1.
+  explicit SceneHistory(std::vector<Lattice> initial, double strength = 1);
+  // One image per lattice. kDataLoss naming what cannot be.
+  [[nodiscard]] static absl::StatusOr<SceneHistory> FromImages(
+      std::vector<EditHistoryImage> images);
+  [[nodiscard]] std::vector<EditHistoryImage> images() const;
+
+  // kInvalidArgument for a batch of a lattice that there is not. No other function takes such a one.
+  [[nodiscard]] absl::Status Check(const EditBatch& batch) const;
+  // As EditHistory, for the lattice that the batch names.
+  [[nodiscard]] absl::StatusOr<EditOutcome> Apply(const EditBatch& batch, TimePoint now,
+                                                  const AdmitStructure& admit,
+                                                  const AdmitPoints& admit_points = {},
+                                                  const VolumeKeeper* keeper = nullptr,
+                                                  const AdmitWeights& admit_weights = {});
+  // As EditHistory::MadeWith. The weights of the mesh are in the history of the first lattice.
+  [[nodiscard]] absl::Status MadeWith(const VertexWeights& weights, size_t vertices) {
+    return histories_[0].MadeWith(weights, vertices);
+  }
+  VertexWeights weights() const { return histories_[0].weights(); }
+  void SetTouched(const EditBatch& batch, uint64_t boxes, uint64_t patches);
+  [[nodiscard]] EditRecord LastRecord(const EditBatch& batch, TimePoint now) const;
+  [[nodiscard]] absl::Status ApplyRecord(const EditRecord& record);
+  // Of all lattices.
+  void CommitIdleGestures(TimePoint now);
+  bool gesture_open() const;
+  uint64_t records() const;
+  uint64_t revision() const { return revision_; }
+  uint64_t structure_id() const { return structure_id_; }
+  size_t MemoryBytes() const;
+  // Of the lattice of the last batch, whose record tells it. As EditHistory's.
+  bool ForgetOldestStep() { return histories_[last_].ForgetOldestStep(); }
+  bool ForgetOldestEditor() { return histories_[last_].ForgetOldestEditor(); }
+
+  size_t size() const { return histories_.size(); }
+  const EditHistory& of(size_t lattice) const { return histories_[lattice]; }
+  [[nodiscard]] std::vector<LatticeStructure> structures() const;
+
+ private:
+  explicit SceneHistory(std::vector<EditHistory> histories);
+  // Lets the next batch, which is of this lattice, follow upon the scene's revision.
+  void TurnTo(size_t lattice);
+  void GoOn();
+
+  std::vector<EditHistory> histories_;
+  size_t last_ = 0;  // whose batch was the last
+  uint64_t revision_ = 0;
+  uint64_t structure_id_ = 1;
+};
+
+}  // namespace latticed
+
+#endif  // LATTICED_SERVER_ENGINE_LATTICES_SCENE_HISTORY_H_

@@ -1,0 +1,74 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "server/engine/lattices/scene_lattice.h"
+
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/base/status_macros.h"
+#include "core/ffd/sum/lattice_sum.h"
+
+namespace latticed {
+namespace {
+
+using Moves = std::shared_ptr<const std::vector<Vec3d>>;
+
+// What all lattices but `left_out` move the control points of the plan.
+Moves SumOfMoves(const SceneLattices& lattices, size_t left_out) {
+  const auto count = static_cast<size_t>(lattices[0].map->continued().control_point_count());
+  auto sum = std::make_shared<std::vector<Vec3d>>(count);
+  for (size_t k = 0; k < lattices.size(); ++k) {
+    if (k == left_out) continue;
+    for (size_t i = 0; i < count; ++i) (*sum)[i] += (*lattices[k].moves)[i];
+  }
+  return sum;
+}
+
+}  // namespace
+
+absl::Status CheckLattice(const SceneLattices& lattices, uint32_t number, std::string_view field) {
+  return error::CheckRange(field, number, 0, static_cast<double>(lattices.size()) - 1);
+}
+
+absl::StatusOr<SceneLattices> LatticesWithMaps(std::span<const LatticeStructure> structures,
+                                               std::span<const Vec3d> mesh) {
+  SceneLattices lattices(structures.size());
+  if (structures.size() == 1) {
+    lattices[0].map = std::make_shared<const OutsideMap>(structures[0]);
+    return lattices;
+  }
+  LATTICED_ASSIGN_OR_RETURN(const auto sum, SumLattices(structures, mesh));
+  for (size_t k = 0; k < structures.size(); ++k) {
+    lattices[k].map =
+        std::make_shared<const OutsideMap>(structures[k], 1, sum.structure, sum.parts[k]);
+  }
+  return lattices;
+}
+
+void TakePoints(SceneLattices& lattices, size_t k, double strength,
+                const std::vector<Vec3d>& points) {
+  SceneLattice& lattice = lattices[k];
+  lattice.map = WithStrength(lattice.map, strength);
+  lattice.points = std::make_shared<const std::vector<Vec3d>>(points);
+  if (lattices.size() == 1) return;
+  lattice.moves = std::make_shared<const std::vector<Vec3d>>(lattice.map->Moves(points));
+}
+
+std::shared_ptr<const std::vector<Vec3d>> PlannedPoints(const SceneLattices& lattices) {
+  const SceneLattice& first = lattices[0];
+  if (first.map->is_identity()) return first.points;
+  if (lattices.size() == 1) {
+    return std::make_shared<const std::vector<Vec3d>>(first.map->Continue(*first.points));
+  }
+  return std::make_shared<const std::vector<Vec3d>>(
+      first.map->Moved(*SumOfMoves(lattices, lattices.size())));
+}
+
+std::shared_ptr<const OutsideMap> MapAmongOthers(const SceneLattices& lattices, size_t k) {
+  if (lattices.size() == 1) return lattices[k].map;
+  auto map = std::make_shared<OutsideMap>(*lattices[k].map);
+  map->AddOthers(SumOfMoves(lattices, k));
+  return map;
+}
+
+}  // namespace latticed

@@ -1,0 +1,259 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Measures of surfaces with vertex weights, compared with quadrature and samples of the definition, and with differences.
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <memory>
+#include <random>
+#include <utility>
+
+#include "core/ffd/patch_tree.h"
+#include "core/measure/enclosed_volume.h"
+#include "core/measure/kept_volume.h"
+#include "core/measure/surface_area.h"
+#include "core/measure/surface_bounds.h"
+#include "core/measure/surface_closure.h"
+#include "tests/core/measure/measured_patches.h"
+#include "tests/support/status_matchers.h"
+#include "tests/support/test_meshes.h"
+
+namespace latticed::testing {
+namespace {
+
+constexpr uint32_t kMeasuredWeightsSeed = 63;
+
+using Order = SurfaceMoments::Order;
+using WeightedPlanPtr = std::shared_ptr<const DeformPlan>;
+
+// About a third are 0 and a third are 1.
+VertexWeights SomeWeights(const PolygonMesh& mesh) {
+  std::mt19937 random(kMeasuredWeightsSeed);
+  std::uniform_real_distribution<float> uniform(-1, 2);
+  std::vector<float> weights(mesh.positions.size());
+  for (float& w : weights) w = std::clamp(uniform(random), 0.0f, 1.0f);
+  return std::make_shared<const std::vector<float>>(std::move(weights));
+}
+
+WeightedPlanPtr WeightedPlanOf(PolygonMesh mesh, const LatticeOptions& options,
+                               VertexWeights weights = nullptr) {
+  if (weights == nullptr) weights = SomeWeights(mesh);
+  const auto structure = MakeStructure(mesh.ComputeBounds(), options);
+  return *MakePlan(std::make_shared<const PolygonMesh>(std::move(mesh)), structure, {}, NeverStop,
+                   std::move(weights));
+}
+
+VertexWeights ConstantWeights(const PolygonMesh& mesh, float weight) {
+  return std::make_shared<const std::vector<float>>(mesh.positions.size(), weight);
+}
+
+EnclosedCentroid CentroidOf(const WeightedPlanPtr& plan, std::span<const Vec3d> points) {
+  return MeasureCentroid(**SurfaceMoments::Make(plan, Order::kCentroid), points);
+}
+
+EnclosedVolume VolumeOf(const WeightedPlanPtr& plan, std::span<const Vec3d> points) {
+  return MeasureVolume(**SurfaceMoments::Make(plan, Order::kVolume), points);
+}
+
+double SlopeOf(const std::function<double(double)>& value, double h) {
+  return (8 * (value(h) - value(-h)) - (value(2 * h) - value(-2 * h))) / (12 * h);
+}
+
+std::vector<Vec3d> MovedBy(std::vector<Vec3d> points, double amount, std::span<const Vec3d> moves) {
+  for (size_t i = 0; i < points.size(); ++i) points[i] += amount * moves[i];
+  return points;
+}
+
+class WeightedDegrees : public ::testing::TestWithParam<int> {
+ protected:
+  static WeightedPlanPtr Plan() {
+    const int n = GetParam();
+    return WeightedPlanOf(TorusMesh(7, 5), {.degree = {1 + n % 3, 1 + n / 3 % 3, 1 + n / 9},
+                                            .extra = {1, 1, 1},
+                                            .knots = KnotKind::kNonUniform,
+                                            .mirrored = n % 2 == 1});
+  }
+};
+
+TEST_P(WeightedDegrees, VolumeAndCentroidMatchQuadrature) {
+  const auto plan = Plan();
+  const auto points = Jitter(plan->structure, 0.08, 3);
+
+  const auto got = CentroidOf(plan, points);
+  const auto volume = VolumeOf(plan, points);
+
+  const MeasuredPatches want = MeasurePatches(*plan, points);
+  EXPECT_NEAR(volume.volume / want.volume, 1, 1e-12);
+  EXPECT_NEAR(got.volume.volume / want.volume, 1, 1e-12);
+  EXPECT_NEAR(Norm(got.centroid - want.centroid), 0, 1e-12);
+  for (size_t i = 0; i < points.size(); ++i) {
+    EXPECT_NEAR(Norm(got.volume.gradient[i] - volume.gradient[i]), 0, 1e-13);
+  }
+}
+
+TEST_P(WeightedDegrees, GradientsMatchDifferences) {
+  const auto plan = Plan();
+  const auto points = Jitter(plan->structure, 0.08, 4);
+  const auto moves = Jitter(plan->structure, 0.5, 5);
+  const auto at = [&](double h) { return CentroidOf(plan, MovedBy(points, h, moves)); };
+
+  const auto got = at(0);
+
+  double volume_slope = 0;
+  Vec3d centroid_slope;
+  for (size_t i = 0; i < points.size(); ++i) {
+    volume_slope += Dot(got.volume.gradient[i], moves[i]);
+    for (int c = 0; c < 3; ++c) {
+      centroid_slope += moves[i][c] * got.gradient[i][static_cast<size_t>(c)];
+    }
+  }
+  // On a line V is a cubic.
+  EXPECT_NEAR(SlopeOf([&](double h) { return at(h).volume.volume; }, 0.05), volume_slope, 1e-11);
+  for (int c = 0; c < 3; ++c) {
+    EXPECT_NEAR(SlopeOf([&](double h) { return at(h).centroid[c]; }, 1e-3), centroid_slope[c],
+                1e-8);
+  }
+}
+
+TEST_P(WeightedDegrees, AreaKeepsItsToleranceAndItsGradientMatchesDifferences) {
+  const auto plan = Plan();
+  const auto points = Jitter(plan->structure, 0.08, 9);
+  const double want = MeasurePatches(*plan, points, 24).area;
+  for (const double tolerance : {1e-2, 1e-6, 1e-10}) {
+    const auto got = *MeasureArea(*plan, points, tolerance, false);
+    EXPECT_NEAR(got.area / want, 1, tolerance);
+    EXPECT_LE(got.error, tolerance * got.area);
+  }
+  if (GetParam() % 5 != 0) return;  // differences take long
+  const auto moves = Jitter(plan->structure, 0.5, 10);
+  const auto got = *MeasureArea(*plan, points, 1e-10, true);
+  double slope = 0;
+  for (size_t i = 0; i < points.size(); ++i) slope += Dot(got.gradient[i], moves[i]);
+  const double by_differences = SlopeOf(
+      [&](double h) { return MeasureArea(*plan, MovedBy(points, h, moves), 1e-12, false)->area; },
+      1e-3);
+  EXPECT_NEAR(slope, by_differences, 1e-8 * std::abs(by_differences) + 1e-8);
+}
+
+TEST_P(WeightedDegrees, BoundsHoldTheSurfaceClosely) {
+  const auto plan = Plan();
+  const auto points = Jitter(plan->structure, 0.2, 11);
+  const DirectFfd ffd(*plan, points);
+  Bounds sampled;
+  constexpr int kSegments = 24;
+  for (size_t p = 0; p < plan->patches.size(); ++p) {
+    for (int i = 0; i <= kSegments; ++i) {
+      for (int j = 0; i + j <= kSegments; ++j) {
+        const double a = double(i) / kSegments, b = double(j) / kSegments;
+        sampled.Extend(ffd.EvaluatePosition(p, {1 - a - b, a, b}).position);
+      }
+    }
+  }
+
+  const Bounds got = *MeasureBounds(*plan, PatchTree(*plan), points);
+
+  for (int axis = 0; axis < 3; ++axis) {
+    const double size = sampled.extent()[axis];
+    EXPECT_GE(got.max[axis], sampled.max[axis] - 2e-9 * size);
+    EXPECT_LE(got.min[axis], sampled.min[axis] + 2e-9 * size);
+    EXPECT_LE(got.max[axis], sampled.max[axis] + 2e-3 * size);
+    EXPECT_GE(got.min[axis], sampled.min[axis] - 2e-3 * size);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, WeightedDegrees, ::testing::Range(0, 27));
+
+TEST(WeightedMeasures, OfWeightZeroAreThoseAtRest) {
+  const auto plan = WeightedPlanOf(CubeMesh(3), {.scale = 1.5}, ConstantWeights(CubeMesh(3), 0));
+  const auto got = CentroidOf(plan, Jitter(plan->structure, 0.2, 6));
+  EXPECT_NEAR(got.volume.volume, 1, 1e-14);
+  EXPECT_NEAR(Norm(got.centroid - Vec3d{0.5, 0.5, 0.5}), 0, 1e-14);
+  for (const Vec3d g : got.volume.gradient) EXPECT_EQ(g, Vec3d());
+}
+
+TEST(WeightedMeasures, OfWeightOneAreThoseWithoutWeights) {
+  const PolygonMesh mesh = TorusMesh(20, 12);
+  const auto plan = WeightedPlanOf(mesh, {.degree = {3, 2, 3}}, ConstantWeights(mesh, 1));
+  const auto structure = MakeStructure(mesh.ComputeBounds(), {.degree = {3, 2, 3}});
+  const WeightedPlanPtr plain = *MakePlan(std::make_shared<const PolygonMesh>(mesh), structure);
+  const auto points = Jitter(structure, 0.1, 7);
+
+  const auto got = CentroidOf(plan, points), want = CentroidOf(plain, points);
+
+  EXPECT_NEAR(got.volume.volume / want.volume.volume, 1, 1e-12);
+  EXPECT_NEAR(Norm(got.centroid - want.centroid), 0, 1e-12);
+  for (size_t i = 0; i < points.size(); ++i) {
+    EXPECT_NEAR(Norm(got.volume.gradient[i] - want.volume.gradient[i]), 0, 1e-12);
+    for (size_t k = 0; k < 3; ++k) {
+      EXPECT_NEAR(Norm(got.gradient[i][k] - want.gradient[i][k]), 0, 1e-12);
+    }
+  }
+}
+
+TEST(WeightedMeasures, CountWhatLiesOutsideTheFrame) {
+  const auto plan = WeightedPlanOf(TorusMesh(16, 8, {5, 0, 0}),
+                                   {.extra = {3, 3, 3}, .scale = 0.8, .shift = {0.3, 0, 0}});
+  ASSERT_GT(plan->outside_patches, 0u);
+  auto points = IdentityControlPoints(plan->structure);
+  points[static_cast<size_t>(plan->structure.Index(2, 2, 2))] += Vec3d{0.1, 0.2, 0.3};
+  ASSERT_EQ(CountTornEdges(*plan, points), 0u);
+
+  const auto got = CentroidOf(plan, points);
+
+  const MeasuredPatches want = MeasurePatches(*plan, points);
+  EXPECT_NEAR(got.volume.volume / want.volume, 1, 1e-12);
+  EXPECT_NEAR(Norm(got.centroid - want.centroid), 0, 1e-12);
+}
+
+TEST(WeightedMeasures, AVolumeIsKept) {
+  for (int degree = 1; degree <= 3; ++degree) {
+    const auto plan =
+        WeightedPlanOf(TorusMesh(20, 12), {.degree = {degree, degree, degree}, .extra = {2, 2, 2}});
+    const auto moments = *SurfaceMoments::Make(plan, Order::kVolume);
+    std::vector<Vec3d> points = plan->identity_points;
+    std::vector<bool> named(points.size());
+    for (size_t i = 0; i < points.size() / 2; ++i) {
+      points[i] += Vec3d{0.2, 0.1 * std::sin(static_cast<double>(i)), -0.3};
+      named[i] = true;
+    }
+    const auto error = [&] {
+      return std::abs(MeasurePatches(*plan, points).volume / RestVolume(*moments) - 1);
+    };
+    ASSERT_GT(error(), 1e-3);
+
+    const int steps = *KeepVolume(*moments, {}, nullptr, named, points);
+
+    EXPECT_LE(steps, kMostVolumeSteps);
+    EXPECT_LE(error(), 2e-12);
+  }
+}
+
+TEST(WeightedClosure, VerticesOfOtherWeightsAreNotOne) {
+  PolygonMesh mesh = CubeMesh(1);
+  // Another vertex at the place of the first, for one face.
+  mesh.positions.push_back(mesh.positions[mesh.corner_vertices[0]]);
+  mesh.corner_vertices[0] = static_cast<uint32_t>(mesh.positions.size() - 1);
+  std::vector<float> weights(mesh.positions.size(), 0.5f);
+  const auto shared = [&] { return std::make_shared<const std::vector<float>>(weights); };
+
+  EXPECT_EQ(CountBorderEdges(mesh, shared()), 0u);
+  weights.back() = 0.25f;
+  EXPECT_EQ(CountBorderEdges(mesh, shared()), 4u);
+}
+
+TEST(WeightedClosure, WhatRestsIsNotTorn) {
+  const PolygonMesh mesh = TorusMesh(16, 8);
+  const LatticeOptions options{.extra = {3, 3, 3}, .scale = 0.8};
+  const auto torn = [&](VertexWeights weights) {
+    const auto plan = WeightedPlanOf(mesh, options, std::move(weights));
+    auto points = IdentityControlPoints(plan->structure);
+    for (Vec3d& p : points) p += Vec3d{0, 0, 0.1};
+    return CountTornEdges(*plan, points);
+  };
+  EXPECT_GT(torn(ConstantWeights(mesh, 0.1f)), 0u);
+  EXPECT_EQ(torn(ConstantWeights(mesh, 0)), 0u);
+}
+
+}  // namespace
+}  // namespace latticed::testing

@@ -1,0 +1,100 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A random session on a box: a scene of one kind, random edits of it, and a model that says what they must do. All numbers
+// of the model are doubles of core/ffd/direct_ffd.h.
+//
+// LATTICED_SEED sets the seed of the random numbers.
+#ifndef LATTICED_TESTS_SERVER_POINTS_RANDOM_SESSION_H_
+#define LATTICED_TESTS_SERVER_POINTS_RANDOM_SESSION_H_
+
+#include <array>
+#include <map>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "core/ffd/lattice.h"
+#include "tests/server/points/point_set_client.h"
+#include "tests/support/temporary_folder.h"
+
+namespace latticed::testing {
+
+// What undo brings back.
+struct Undoable {
+  std::string lattice, constraints;  // serialised
+  friend bool operator==(const Undoable&, const Undoable&) = default;
+};
+[[nodiscard]] Undoable UndoableOf(const v1::LatticeState& state);
+[[nodiscard]] std::vector<Vec3d> ControlPointsOf(const v1::LatticeState& state);
+
+class RandomSession : public SceneFixture, public ::testing::WithParamInterface<int> {
+ protected:
+  // By the parameter: a lattice around the box, one around its half that goes on outside, and vertex weights.
+  enum class Kind { kPlain, kFalloff, kLinear, kWeighted };
+  static constexpr int kKinds = 4;
+
+  void SetUp() override;
+  void Restart();
+
+  Kind kind() const { return static_cast<Kind>(GetParam() % kKinds); }
+  bool is_weighted() const { return kind() == Kind::kWeighted; }
+  int Below(int end) { return std::uniform_int_distribution<int>(0, end - 1)(random_); }
+  double Number(double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random_);
+  }
+  Vec3d Step(double reach) {
+    return {Number(-reach, reach), Number(-reach, reach), Number(-reach, reach)};
+  }
+  uint32_t AnyPoint() {
+    return static_cast<uint32_t>(Below(state_.lattice().control_points_size() / 3));
+  }
+
+  // Random batches. Those of Change move control points: set, moved, sheared, carried or dragged.
+  v1::EditBatch Batch();
+  v1::EditBatch Change();
+  v1::EditBatch Constrain();
+  v1::EditBatch InsertKnot();
+
+  // Sends the batch. Returns whether it was applied; a refusal has changed nothing.
+  bool Send(const v1::EditBatch& batch);
+  // Checks what an edit made of the lattice that it began with, unless it is free to move other points.
+  void ExpectChange(const v1::Edit& edit, const v1::LatticeState& begin);
+  void ExpectHeld() const;
+  // Compares points of the surface, and a point set where the scene takes any.
+  void ExpectDefinition();
+  bool KeepsVolume(const v1::EditBatch& batch) const {
+    return batch.has_keep_volume() || state_.constraints().has_volume();
+  }
+  double Volume();
+  bool IsCertified();
+
+  TemporaryFolder folder_;
+  std::mt19937 random_;
+  v1::LatticeState state_, before_;  // after and before the last step
+  double residual_ = 0;              // of the last edit
+  std::map<std::string, int> counts_;
+  uint64_t sequence_ = 0;
+
+ private:
+  struct SurfacePlace {
+    v1::SurfacePoint point;
+    Vec3d rest;
+    double weight = 1;
+  };
+  SurfacePlace AnyPlace();
+  SurfacePlace PlaceOf(const v1::SurfacePoint& point) const;
+  void AddDrag(v1::EditBatch& batch, double reach);
+  void AddCarry(v1::EditBatch& batch, double reach);
+  // F of the present state, by the definition.
+  Vec3d Deformed(Vec3d rest) const;
+  Vec3d DeformedPlace(const SurfacePlace& place) const;
+  void ExpectPositions(const v1::Edit& edit, const std::vector<Vec3d>& begin);
+  void ExpectTargets(const v1::DragPoints& drag);
+
+  std::vector<Vec3d> world_;
+};
+
+}  // namespace latticed::testing
+
+#endif  // LATTICED_TESTS_SERVER_POINTS_RANDOM_SESSION_H_
