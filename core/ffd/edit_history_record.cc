@@ -151,8 +151,9 @@ EditRecord EditHistory::LastRecord(const EditBatch& batch, TimePoint now) const 
   record.batch.gesture_id = batch.gesture_id;
   record.batch.gesture_phase = batch.gesture_phase;
   const bool restructured = record.result.structure_id != batch.structure_id;
-  const bool weighed = LoneEdit<SetWeights>(batch) != nullptr ||
-                       (LoneEdit<Redo>(batch) != nullptr && layers_.steps().back().weights.has_value());
+  const bool weighed =
+      LoneEdit<SetWeights>(batch) != nullptr ||
+      (LoneEdit<Redo>(batch) != nullptr && layers_.steps().back().weights.has_value());
   if (restructured && !weighed && LoneEdit<Undo>(batch) == nullptr) record.made = lattice();
   if (const auto* replace = LoneEdit<ReplaceLattice>(batch); replace != nullptr) {
     record.batch.edits = {ReplaceLattice{.keep_shape = replace->keep_shape}};

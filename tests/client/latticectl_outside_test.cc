@@ -99,6 +99,21 @@ TEST_F(LatticectlOutside, ASceneHasAStrength) {
   ExpectFailure({"scene", "create", Path("vase.obj"), "--strength", "-1"}, HasSubstr("--strength"));
 }
 
+TEST_F(LatticectlOutside, ASceneIsGivenWeights) {
+  Run({"scene", "create", Path("vase.obj"), "--id", "scene-one"});
+  const auto vertices = ParseMesh(*ReadMeshFile(Path("vase.obj")))->positions.size();
+  std::string half = "weight\n";
+  for (size_t v = 0; v < vertices; ++v) half += "0.5\n";
+  ASSERT_OK(WriteFile(Path("half.csv"), half));
+  Run({"edit", "weights", "scene-one", Path("half.csv")});
+  EXPECT_THAT(Run({"scene", "show", "scene-one"}), HasSubstr("weights"));
+  Run({"edit", "weights", "scene-one", "none"});
+  EXPECT_FALSE(Client::Connect({.address = address()})->GetScene("scene-one")->weighted());
+  ASSERT_OK(WriteFile(Path("few.csv"), "weight\n0.5\n"));
+  ExpectFailure({"edit", "weights", "scene-one", Path("few.csv")}, HasSubstr("weights"));
+  ExpectFailure({"edit", "weights", "scene-one", Path("absent.csv")}, HasSubstr("absent.csv"));
+}
+
 TEST_F(LatticectlOutside, ALatticeThatTheServerFitsGoesOn) {
   Run({"scene", "create", Path("vase.obj"), "--id", "scene-one", "--outside", "falloff:0.3"});
   EXPECT_EQ(OutsideOf("scene-one").mode(), v1::OUTSIDE_MODE_FALLOFF);

@@ -92,6 +92,10 @@ const std::vector<TextCall>& TextCalls() {
       {"ApplyEdits", {R"(scene: "scene-one" editor_id: "editor-two" sequence: 3 structure_id: 2
             edits { replace_lattice { lattice { degree { u: 1 v: 2 w: 3 } size { u: 3 v: 4 w: 5 }
             frame { origin {} u { x: 1 } v { y: 1 } w { z: 1 } } } } })"}},
+      {"ApplyEdits", {R"(scene: "scene-one" editor_id: "editor-two" sequence: 4 structure_id: 2
+            edits { set_strength { strength: 0.5 } })"}},
+      {"ApplyEdits", {R"(scene: "scene-one" editor_id: "editor-two" sequence: 5 structure_id: 2
+            edits { set_weights { some { indices: 1 values: "\000\000\000\077" } } })"}},
       {"ApplyEdits",
        {R"(scene: "scene-one" editor_id: "editor-one" sequence: 4 edits { undo { scope: UNDO_SCOPE_SCENE } })"}},
       {"ApplyEdits",

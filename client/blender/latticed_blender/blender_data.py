@@ -70,7 +70,7 @@ def _read(mesh, name, group):
     )
 
 
-def read_lattice(lattice, source, known=None):
+def read_lattice(lattice, source, strength=1.0, known=None):
     """Reads a lattice object's points, after edits, shape keys and hooks, relative to the mesh object.
     `known` is the result of an earlier call for the same lattice, or None."""
     data = lattice.data
@@ -81,6 +81,7 @@ def read_lattice(lattice, source, known=None):
         deformed=_array(evaluated.points, "co_deform", 3, np.float32).astype(float).reshape(shape),
         interpolation=(data.interpolation_type_u, data.interpolation_type_v, data.interpolation_type_w),
         to_mesh=np.array(source.matrix_world.inverted_safe() @ lattice.matrix_world),
+        strength=float(strength),
     )
 
 

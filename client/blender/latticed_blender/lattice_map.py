@@ -7,6 +7,7 @@ together changes nothing. axis_map says how each interpolation is converted.
 """
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 from typing import Tuple
 
@@ -24,12 +25,14 @@ class BlenderLattice:
     """rest, deformed  (nw, nv, nu, 3): its points at rest, a grid along the axes, and as edited; own space
     interpolation   of u, v, w: "KEY_BSPLINE", …
     to_mesh         4 x 4 matrix for column vectors, from the lattice's own space to the mesh object's
+    strength        how much of the deformation the mesh takes, 0 to 1
     """
 
     rest: FloatArray
     deformed: FloatArray
     interpolation: Tuple[str, str, str]
     to_mesh: FloatArray
+    strength: float = 1.0
 
     @property
     def counts(self) -> Tuple[int, int, int]:
@@ -48,10 +51,11 @@ class BlenderLattice:
         return np.array([step / (n - 1) if n > 1 else 1.0 for step, n in zip(steps, self.counts)])
 
     def same(self, other: BlenderLattice) -> bool:
-        return self.same_structure(other) and np.array_equal(self.deformed, other.deformed)
+        same_points = np.array_equal(self.deformed, other.deformed)
+        return self.same_structure(other) and same_points and self.strength == other.strength
 
     def same_structure(self, other: BlenderLattice) -> bool:
-        """Whether the two differ at most in their control points."""
+        """Whether the two differ at most in their control points and strength."""
         return (
             self.interpolation == other.interpolation
             and self.rest.shape == other.rest.shape
@@ -94,6 +98,7 @@ class LatticeMap:
         return self._rest.control_points + moved
 
     def lattice(self, grid: BlenderLattice) -> latticed.Lattice:
-        """Like control_points, but with degrees, knots and frame."""
+        """Like control_points, but with degrees, knots, frame and strength."""
         rest = self._rest
-        return latticed.Lattice(self.control_points(grid), rest.degree, rest.knots, rest.origin, rest.edges)
+        points = self.control_points(grid)
+        return dataclasses.replace(rest, control_points=points, strength=grid.strength)

@@ -56,7 +56,7 @@ class Live:
         self.disconnect()
         settings = scene.latticed
         mesh = blender_data.read_mesh(source, settings.weights)
-        grid = blender_data.read_lattice(lattice, source)
+        grid = blender_data.read_lattice(lattice, source, settings.strength)
         settings.source, settings.lattice = source, lattice
         if settings.result is None or settings.result.parent != source:
             settings.result = result_object.make_result(source)
@@ -152,7 +152,9 @@ class Live:
             mesh = blender_data.read_mesh(settings.source, settings.weights)
             result_object.copy_materials(settings.source, settings.result)
         if "lattice" in self._dirty:
-            grid = self._grid = blender_data.read_lattice(settings.lattice, settings.source, self._grid)
+            grid = self._grid = blender_data.read_lattice(
+                settings.lattice, settings.source, settings.strength, self._grid
+            )
         if "view" in self._dirty:
             view = _view(settings)
         if self._dirty:

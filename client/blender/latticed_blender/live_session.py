@@ -150,7 +150,8 @@ class LiveSession:
                     view = wanted_view
                     stream.set_view(view)
                 if edited:
-                    edit = stream.replace(mapping.control_points(wanted_grid))
+                    replaced = latticed.edits.replace(mapping.control_points(wanted_grid))
+                    edit = stream.apply([replaced, latticed.edits.set_strength(wanted_grid.strength)])
                     self._publish(stream.wait(edit, timeout=_EDIT_SECONDS), layouts)
 
     @staticmethod

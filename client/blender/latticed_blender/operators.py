@@ -71,7 +71,14 @@ class LATTICED_OT_apply(bpy.types.Operator):
 
     def execute(self, context):
         settings = context.scene.latticed
-        if not _done(self, own_vertices.move_vertices, settings.source, settings.lattice, settings.weights):
+        if not _done(
+            self,
+            own_vertices.move_vertices,
+            settings.source,
+            settings.lattice,
+            settings.weights,
+            settings.strength,
+        ):
             return {"CANCELLED"}
         LIVE.disconnect("The mesh is deformed")
         if settings.result is not None:

@@ -10,9 +10,9 @@ from . import blender_data
 from .lattice_map import LatticeMap
 
 
-def move_vertices(source, lattice, group=""):
+def move_vertices(source, lattice, group="", strength=1.0):
     """Moves the mesh's vertices to where the lattice has them, computed in double, each by its weight in the vertex group
-    `group`, or all of the way where that is empty. Faces, texture coordinates and
+    `group`, or all of the way where that is empty, and by the strength. Faces, texture coordinates and
     materials stay. ValueError, with a text for the user, for a mesh that cannot be changed so."""
     mesh = source.data
     if mesh.shape_keys is not None:
@@ -22,7 +22,7 @@ def move_vertices(source, lattice, group=""):
         raise ValueError(f"{users} objects share the mesh of {source.name}: make it single-user first")
     read = blender_data.read_mesh(source, group)
     positions = read.positions.astype(float)
-    grid = blender_data.read_lattice(lattice, source)
+    grid = blender_data.read_lattice(lattice, source, strength)
     moved = LatticeMap(grid, positions).lattice(grid).deform(positions)
     if read.weights is not None:
         moved = positions + read.weights[:, None].astype(float) * (moved - positions)

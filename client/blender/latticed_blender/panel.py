@@ -24,6 +24,10 @@ def _weights_changed(settings, context):
     LIVE.touch("mesh")
 
 
+def _strength_changed(settings, context):
+    LIVE.touch("lattice")
+
+
 def _is_mesh(settings, candidate):
     return candidate.type == "MESH"
 
@@ -50,6 +54,15 @@ class LatticedSettings(bpy.types.PropertyGroup):
             name="Weights",
             description="Vertex group of the mesh: how much of the deformation each vertex takes. Empty: all of it",
             update=_weights_changed,
+        ),
+        "strength": bpy.props.FloatProperty(
+            name="Strength",
+            default=1.0,
+            min=0.0,
+            max=1.0,
+            subtype="FACTOR",
+            description="How much of the deformation the mesh takes",
+            update=_strength_changed,
         ),
         "segments": bpy.props.IntProperty(
             name="Segments",
@@ -94,6 +107,7 @@ class LATTICED_PT_panel(bpy.types.Panel):
             layout.operator("latticed.connect", icon="LINKED")
         if settings.source is not None:
             layout.prop_search(settings, "weights", settings.source, "vertex_groups")
+        layout.prop(settings, "strength", slider=True)
         segments = layout.column()
         segments.enabled = settings.tolerance == 0
         segments.prop(settings, "segments")

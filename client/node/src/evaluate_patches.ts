@@ -14,7 +14,7 @@ export interface Triangles {
   triangles: number[];  // three indices of points each, counter-clockwise from outside
 }
 
-/** edgeBytes: the data of all chunks, in the order of edges. */
+/** lattice: with the control points of effective_points.ts. edgeBytes: the data of all chunks, in the order of edges. */
 export function evaluatePatches(
   plan: PatchPlan, lattice: Lattice__Output, edgeBytes: Uint8Array, tolerance: number): Triangles {
   if (edgeBytes.length !== plan.edgeCount) throw new Error(`${plan.edgeCount} edges have ${edgeBytes.length} bytes`);

@@ -152,9 +152,7 @@ class EditCalls(PointEdits[Applied]):
         """
         return self.apply([edits.replace_lattice(lattice, keep_shape)])
 
-    def set_weights(
-        self, weights: npt.ArrayLike | None, vertices: npt.ArrayLike | None = None
-    ) -> Applied:
+    def set_weights(self, weights: npt.ArrayLike | None, vertices: npt.ArrayLike | None = None) -> Applied:
         """Sets how much of the deformation vertices take, 0 to 1: an array with one number for each vertex, or with
         `vertices`, their indices or a mask, for each of those. None: the scene has no weights any more. It is one
         step of undo; the scene's plan is made again."""

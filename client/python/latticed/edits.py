@@ -121,11 +121,10 @@ def set_strength(strength: float) -> edit_pb2.Edit:
     return edit_pb2.Edit(set_strength=edit_pb2.SetStrength(strength=strength))
 
 
-def set_weights(
-    weights: Optional[npt.ArrayLike], vertices: Optional[npt.ArrayLike] = None
-) -> edit_pb2.Edit:
+def set_weights(weights: Optional[npt.ArrayLike], vertices: Optional[npt.ArrayLike] = None) -> edit_pb2.Edit:
     """Sets how much of the deformation vertices take, 0 to 1: of all vertices of the mesh, or of some, named by
-    their indices or by a mask. None: the scene has no weights any more. It must be the only edit of its batch."""
+    their indices or by a mask. None: the scene has no weights any more. It must be the only edit of its batch.
+    """
     if weights is None:
         return edit_pb2.Edit(set_weights=edit_pb2.SetWeights(clear=True))
     if vertices is None:

@@ -17,9 +17,9 @@ absl::Status CheckChange(const SetWeights& change, size_t vertices, std::string_
   const bool of_all = change.indices.empty();
   const size_t wanted = of_all ? vertices : change.indices.size();
   if (change.values.size() != wanted && wanted != 0) {
-    return error::InvalidField(fmt::format("{}.values", field),
-                               fmt::format("there are {} for {} vertices", change.values.size(),
-                                           wanted));
+    return error::InvalidField(
+        fmt::format("{}.values", field),
+        fmt::format("there are {} for {} vertices", change.values.size(), wanted));
   }
   for (size_t n = 0; n < change.values.size(); ++n) {
     if (change.values[n] >= 0 && change.values[n] <= 1) continue;  // false for NaN

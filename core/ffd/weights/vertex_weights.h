@@ -34,7 +34,7 @@ using VertexWeights = std::shared_ptr<const std::vector<float>>;
 // A change of a scene's weights.
 struct SetWeights {
   std::vector<uint32_t> indices;  // of vertices, none twice; empty: of all
-  std::vector<float> values;      // one each; empty with no indices: the scene has no weights any more
+  std::vector<float> values;  // one each; empty with no indices: the scene has no weights any more
 };
 
 // The weights after the change. `vertices` of the mesh; 0: not known. Null weights are all 1 where only some are set.

@@ -86,7 +86,7 @@ def compare_vertices(what):
     """Like compare, for the mesh's vertices only. Each is a point of the result, whatever the patches are."""
 
     def farthest(expected, shown):
-        return np.linalg.norm(expected[:, None] - shown, axis=-1).min(axis=1).max()
+        return np.linalg.norm(wanted[:, None] - shown, axis=-1).min(axis=1).max()
 
     # A distance is at most sqrt(3) times its largest coordinate.
     compare(coordinates(objects()[0].data), what, farthest, 2 * TOLERANCE)
@@ -139,8 +139,9 @@ def follows_the_view(rest):
 
 
 def follows_a_vertex_group(random):
-    """The vertices are where the lattice modifier has them with the same group."""
+    """The vertices are where the lattice modifier has them with the same group, and with a strength."""
     settings, (torus, lattice) = bpy.context.scene.latticed, objects()
+    modifier_strength = 0.375  # a float32 too
     group = torus.vertex_groups.new(name="Some")
     for vertex in torus.data.vertices:
         if vertex.index % 3:  # the others are in no group
@@ -154,10 +155,17 @@ def follows_a_vertex_group(random):
     modifier = copy.modifiers.new("Lattice", "LATTICE")
     modifier.object, modifier.vertex_group = lattice, "Some"
     bpy.context.view_layer.update()
-    expected = coordinates(copy.evaluated_get(bpy.context.evaluated_depsgraph_get()).data)
+
+    def modified(strength):
+        modifier.strength = strength
+        bpy.context.view_layer.update()
+        return coordinates(copy.evaluated_get(bpy.context.evaluated_depsgraph_get()).data)
+
+    expected = {1.0: modified(1.0), modifier_strength: modified(modifier_strength)}
     bpy.data.objects.remove(copy)
 
     def worst():
+        wanted = expected[settings.strength]
         shown = coordinates(result().data)
         if not len(shown):
             return np.inf
@@ -165,6 +173,9 @@ def follows_a_vertex_group(random):
 
     wait_for(lambda: worst() < 2 * TOLERANCE, "a vertex group")
     print(f"drive_addon: a vertex group: at most {worst():.1e} from Blender's modifier")
+    settings.strength = modifier_strength
+    wait_for(lambda: worst() < 2 * TOLERANCE, "another strength")
+    settings.strength = 1.0
     settings.weights = "None of them"
     wait_for(lambda: not runs_by_timer(), "noticing that there is no such group")
     settings.weights = ""

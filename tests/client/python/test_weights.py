@@ -82,3 +82,32 @@ def test_patches_are_refused(client):
         with pytest.raises(latticed.LatticedError) as error:
             scene.get_update(latticed.View(encoding="patches"))
         assert error.value.reason == "VERTEX_WEIGHTS"
+
+
+def test_weights_are_set_later_in_part_and_ended(client):
+    mesh = client.upload_arrays(definition.BOX_POSITIONS, definition.BOX_FACES, progress=False)
+    with client.create_scene(mesh, delete_on_exit=True) as scene:
+        scene.move(scene.lattice().indices[-1], (0.5, 0.25, 1))
+        scene.set_weights(WEIGHTS)
+        lattice = scene.lattice()
+        assert scene.refresh().weighted and lattice.structure_id == 2
+        assert_shows_vertices(scene.get_update(RAW), expected(lattice, WEIGHTS))
+        some = WEIGHTS.copy()
+        some[[1, 6]] = 0.125
+        scene.set_weights(0.125, [1, 6])
+        assert_shows_vertices(scene.get_update(RAW), expected(lattice, some))
+        scene.lattice()  # of the new structure
+        scene.set_weights(None)
+        assert not scene.refresh().weighted
+        scene.lattice()
+        scene.undo()
+        assert_shows_vertices(scene.get_update(RAW), expected(lattice, some))
+
+
+def test_bad_weights_are_not_set(client):
+    mesh = client.upload_arrays(definition.BOX_POSITIONS, definition.BOX_FACES, progress=False)
+    with client.create_scene(mesh, delete_on_exit=True) as scene:
+        for weights, vertices in (([0.5], None), (2.0, [1]), (0.5, [8])):
+            with pytest.raises(latticed.LatticedError, match="edits.0..set_weights"):
+                scene.set_weights(weights, vertices)
+        assert not scene.refresh().weighted

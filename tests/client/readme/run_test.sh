@@ -95,6 +95,7 @@ node_client() {
   [[ ! -e build/client/decoder/wasm/decoder.wasm ]] ||  # where a compiler for WebAssembly was found
     node "$root/tests/client/node/draco_points_test.mjs" "$PWD/client/node" "$root/tests/client/golden" >decoded.txt ||
     fail "the example decodes something else: $(<decoded.txt)"
+  node "$root/tests/client/node/effective_points_test.mjs" "$PWD/client/node" >effective.txt || fail "at a strength: $(<effective.txt)"
   node "$root/tests/client/node/evaluate_patches_test.mjs" "$PWD/client/node" >evaluated.txt ||
     fail "the example evaluates something else: $(<evaluated.txt)"
   local dragged

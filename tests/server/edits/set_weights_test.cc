@@ -88,7 +88,8 @@ class SetWeightsTest : public SceneFixture {
     std::vector<float> weights(9, -1);
     const std::vector<uint32_t> vertices = {0, 1, 4, 1, 2, 5, 3, 4, 7, 4, 5, 8};
     for (size_t n = 0; n < vertices.size(); ++n) {
-      weights[vertices[n]] = static_cast<float>(response.positions(3 * static_cast<int>(n) + 2) / 3);
+      weights[vertices[n]] =
+          static_cast<float>(response.positions(3 * static_cast<int>(n) + 2) / 3);
     }
     weights.erase(weights.begin() + 6);  // no triangle above has it
     return weights;
@@ -225,7 +226,7 @@ TEST_F(SetWeightsTest, BadOnesAreRefusedAndChangeNothing) {
 
 TEST_F(SetWeightsTest, ScenesOfOtherKindsTakeNone) {
   v1::CreateSceneRequest request = SceneRequest("other-scene");
-  request.mutable_default_view()->set_tolerance(0.01);
+  request.mutable_default_view()->set_encoding(v1::ENCODING_PATCHES);
   ASSERT_OK(Create(request));
   v1::EditBatch batch = All(kGridWeights);
   batch.set_scene("other-scene");
@@ -234,12 +235,44 @@ TEST_F(SetWeightsTest, ScenesOfOtherKindsTakeNone) {
   EXPECT_FALSE(Get("other-scene").weighted());
 }
 
+TEST_F(SetWeightsTest, AnEditThatRefusesFoldsSetsThemToo) {
+  for (const float w : {0.5f, 0.25f}) {
+    v1::EditBatch batch = Some({4}, {w});
+    batch.set_refuse_folds(true);
+    ASSERT_OK(Apply(batch));
+    EXPECT_NEAR(Weights()[4], w, 1e-6);
+  }
+}
+
+TEST_F(SetWeightsTest, TheVolumeIsKeptByTheNextEdit) {
+  mesh_ = Upload(CubeObj());
+  ASSERT_OK(Create(SceneRequest("cube-scene")));
+  v1::EditBatch keep = Batch();
+  keep.set_scene("cube-scene");
+  keep.set_structure_id(1);
+  keep.add_edits()->mutable_set_constraints()->mutable_constraints()->mutable_volume();
+  ASSERT_OK(Apply(keep));
+  v1::EditBatch batch = Some({4}, {0.5f});
+  batch.set_scene("cube-scene");
+  batch.set_structure_id(1);
+  ASSERT_OK(Apply(batch));
+  v1::EditBatch move = Move("ann", ++sequence_, 21, 0.25);
+  move.set_scene("cube-scene");
+  move.set_structure_id(2);
+  ASSERT_OK(Apply(move));
+  auto request = For<v1::MeasureSceneRequest>("cube-scene");
+  request.add_measures(v1::MEASURE_VOLUME);
+  v1::MeasureSceneResponse response;
+  ASSERT_OK(Call(&Scenes::MeasureScene, request, &response));
+  EXPECT_NEAR(response.volume(), 1, 1e-12);
+}
+
 TEST_F(SetWeightsTest, WatchesThatCannotShowThemEnd) {
   v1::WatchRequest coarse = For<v1::WatchRequest>();
   coarse.mutable_view()->set_segments(2);
-  v1::WatchRequest tolerant = For<v1::WatchRequest>();
-  tolerant.mutable_view()->set_tolerance(0.01);
-  WatchClient kept(*scenes_, coarse), ended(*scenes_, tolerant);
+  v1::WatchRequest patches = For<v1::WatchRequest>();
+  patches.mutable_view()->set_encoding(v1::ENCODING_PATCHES);
+  WatchClient kept(*scenes_, coarse), ended(*scenes_, patches);
   kept.ReadUpdates(1);
   ended.ReadUpdates(1);
   ASSERT_OK(Apply(All(kGridWeights)));

@@ -1,0 +1,70 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The plan of a Scene, and what follows from it.
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "core/base/catch_bad_alloc.h"
+#include "core/base/error.h"
+#include "core/base/status_macros.h"
+#include "server/engine/scene.h"
+
+namespace latticed {
+namespace {
+
+// Times in a header take a few bytes more or less. What a scene reserves does not depend on them.
+uint64_t WholePages(uint64_t bytes) {
+  constexpr uint64_t kPage = 4096;
+  return (bytes + kPage - 1) / kPage * kPage;
+}
+
+// Whether a scene with weights can have its default view.
+absl::Status CheckWithWeights(const ViewSpec& view, const DeformTarget& target) {
+  if (!HasPositions(view)) return error::NotWithWeights("the scene's default view of patches");
+  if (view.tolerance > 0 && !target.has_tolerance()) {
+    return error::NotWithWeights("the scene's default view with a tolerance");
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::StatusOr<Scene::Prepared> Scene::Prepare(const PlanKey& key, StopCheck stop) const {
+  return CatchBadAlloc("the scene's plan", [&]() -> absl::StatusOr<Prepared> {
+    RenderBackend& backend = *context_.backend;
+    // Checked before the plan is made, which may take seconds.
+    LATTICED_RETURN_IF_ERROR(backend.health().status());
+    const uint64_t least = LeastPlanBytes(*config_.mesh);
+    LATTICED_ASSIGN_OR_RETURN(auto memory,
+                              backend.memory().Reserve("the scene's plan", least, config_.account));
+    ProbeMemory(least);
+    for (const LatticeStructure& structure : key.structures) {
+      LATTICED_RETURN_IF_ERROR(Validate(structure));
+    }
+    SceneState state;
+    LATTICED_ASSIGN_OR_RETURN(state.lattices,
+                              LatticesWithMaps(key.structures, config_.mesh->positions));
+    LATTICED_ASSIGN_OR_RETURN(auto plan, MakePlan(config_.mesh, state.lattices[0].map->continued(),
+                                                  config_.crease_angle, stop, key.weights));
+    LATTICED_ASSIGN_OR_RETURN(auto target, backend.Prepare(plan, config_.pipeline));
+    if (key.weights != nullptr) {
+      LATTICED_RETURN_IF_ERROR(CheckWithWeights(config_.default_view.key.spec, *target));
+    }
+    LATTICED_RETURN_IF_ERROR(stop());
+    state.patch_tree = std::make_shared<const PatchTree>(*plan);
+    state.patches_on_faces = PatchesThatMayTear(*plan, state.lattices);
+    state.measures = std::make_shared<SceneMeasures>(plan, &backend.memory(), config_.account);
+    state.influential = std::make_shared<const std::vector<bool>>(InfluentialPoints(*plan));
+    const uint64_t bytes = HostBytes(target->memory()) + state.patch_tree->MemoryBytes() +
+                           LatticeBytes(state.lattices) + LeastHistoryBytes(state.lattices) +
+                           WholePages(config_.stored_header.size());
+    LATTICED_RETURN_IF_ERROR(memory.Resize("the scene's plan", bytes));
+    auto slot = std::make_shared<TargetSlot>(&backend, std::move(target), plan, std::move(memory));
+    state.plan = std::move(plan);
+    return Prepared{std::move(state), std::move(slot)};
+  });
+}
+
+}  // namespace latticed
