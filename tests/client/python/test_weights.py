@@ -76,6 +76,15 @@ def test_bad_weights_are_refused(client):
         assert "weights" in str(error.value)
 
 
+def test_a_tolerance_is_met(client):
+    mesh = client.upload_arrays(definition.BOX_POSITIONS, definition.BOX_FACES, progress=False)
+    with client.create_scene(mesh, weights=WEIGHTS, delete_on_exit=True) as scene:
+        with scene.deform(RAW) as stream:
+            stream.wait(stream.move(stream.lattice.indices[-1], (0.5, 0.25, 1)))
+        update = scene.get_update(latticed.View(tolerance=0.01, segments=32))
+        assert 0 < update.certified_error <= 0.01
+
+
 def test_patches_are_refused(client):
     mesh = client.upload_arrays(definition.BOX_POSITIONS, definition.BOX_FACES, progress=False)
     with client.create_scene(mesh, weights=WEIGHTS, delete_on_exit=True) as scene:
