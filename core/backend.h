@@ -211,7 +211,7 @@ class DeformTarget {
   [[nodiscard]] virtual absl::StatusOr<std::unique_ptr<DeformView>> CreateView(
       const ViewSpec& spec) = 0;
   // Bézier control nets of patches [first, last): m x 3 doubles per patch, world coordinates, in the
-  // order T_{n,0,0}, T_{n-1,1,0}, …, T_{0,0,n} of formula (3).
+  // order T_{n,0,0}, T_{n-1,1,0}, …, T_{0,0,n} of formula (3). With vertex weights n is one more.
   [[nodiscard]] virtual absl::StatusOr<std::vector<double>> ControlNets(
       std::span<const Vec3d> control_points, size_t first, size_t last) = 0;
   [[nodiscard]] virtual MemoryUse memory() const = 0;

@@ -6,6 +6,7 @@
 
 #include "core/base/catch_bad_alloc.h"
 #include "core/base/status_macros.h"
+#include "core/ffd/weights/weighted_nets.h"
 #include "core/view/checked_view.h"
 #include "cuda/adaptive/cuda_adaptive_view.h"
 #include "cuda/bounds/cuda_edge_bound_view.h"
@@ -62,8 +63,11 @@ class CudaTarget : public DeformTarget {
     LATTICED_RETURN_IF_ERROR(CheckControlNets(*plan_, control_points, first, last));
     if (first == last) return std::vector<double>();
     const DeviceGuard guard(context_->device());
-    return CatchBadAlloc("the control nets", [&] {
-      return CudaControlNets(plan_, *device_plan_, *context_, control_points, first, last);
+    return CatchBadAlloc("the control nets", [&]() -> absl::StatusOr<std::vector<double>> {
+      LATTICED_ASSIGN_OR_RETURN(
+          auto nets, CudaControlNets(plan_, *device_plan_, *context_, control_points, first, last));
+      if (plan_->is_weighted()) nets = WeighNets(*plan_, first, nets);
+      return nets;
     });
   }
 

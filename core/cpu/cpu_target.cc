@@ -16,6 +16,7 @@
 #include "core/cpu/host_buffer.h"
 #include "core/ffd/shared_points.h"
 #include "core/ffd/stage_matrices.h"
+#include "core/ffd/weights/weighted_nets.h"
 #include "core/view/checked_view.h"
 #include "core/view/view_encoder.h"
 #include "core/view/view_layout.h"
@@ -115,6 +116,7 @@ class CpuTarget : public DeformTarget {
       LATTICED_RETURN_IF_ERROR(context_->arena.TryEach(last - first, [&](size_t i) {
         return ControlNet(*plan_, sampler, *stage, first + i, nets.data() + i * doubles);
       }));
+      if (plan_->is_weighted()) nets = WeighNets(*plan_, first, nets);
       return nets;
     });
   }

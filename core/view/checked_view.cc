@@ -92,7 +92,6 @@ absl::StatusOr<std::vector<SharedBytes>> CheckedView::Encode(std::span<const uin
 
 absl::Status CheckControlNets(const DeformPlan& plan, std::span<const Vec3d> control_points,
                               size_t first, size_t last) {
-  if (plan.is_weighted()) return error::NotWithWeights("a control net");
   if (first > last || last > plan.patches.size()) {
     return error::InvalidField(
         "patches", fmt::format("got [{}, {}), the plan has {}", first, last, plan.patches.size()));

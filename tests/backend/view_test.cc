@@ -186,6 +186,38 @@ TEST_P(View, ControlNetsSpanTheDeformedPatches) {
   }
 }
 
+TEST_P(View, ControlNetsOfWeightedPatchesHaveOneDegreeMore) {
+  if (GetParam().pipeline != Pipeline::kFused) GTEST_SKIP();
+  std::vector<float> weights;
+  for (size_t v = 0; v < plan_->mesh->positions.size(); ++v) {
+    weights.push_back(static_cast<float>(v % 5) / 4);
+  }
+  ASSERT_OK_AND_ASSIGN(const Plan plan,
+                       MakePlan(plan_->mesh, plan_->structure, {}, NeverStop,
+                                std::make_shared<const std::vector<float>>(std::move(weights))));
+  ASSERT_OK_AND_ASSIGN(auto target, backend_->Prepare(plan, GetParam().pipeline));
+  const int n = plan->structure.patch_degree() + 1;
+  const auto m = static_cast<size_t>(BernsteinCount(n));
+  const DirectFfd direct(*plan, points_);
+  const size_t all = plan->patches.size();
+  for (const auto& [first, last] : {std::pair<size_t, size_t>{0, all}, {all / 4, all - 3}}) {
+    ASSERT_OK_AND_ASSIGN(const auto nets, target->ControlNets(points_, first, last));
+    ASSERT_EQ(nets.size(), (last - first) * m * 3);
+    for (size_t p = first; p < last; ++p) {
+      for (const auto& b : {std::array{0.0, 1.0, 0.0}, {0.2, 0.3, 0.5}, {0.6, 0.1, 0.3}}) {
+        Vec3d sum;
+        const double* net = nets.data() + (p - first) * 3 * m;
+        for (int i = n; i >= 0; --i) {
+          for (int j = n - i; j >= 0; --j, net += 3) {
+            sum += Bernstein(i, j, n - i - j, b[0], b[1], b[2]) * Vec3d{net[0], net[1], net[2]};
+          }
+        }
+        ASSERT_LE(Norm(sum - direct.EvaluatePosition(p, b).position), 1e-12) << "patch " << p;
+      }
+    }
+  }
+}
+
 // The bytes depend on the chunk alone.
 TEST_P(View, StreamsAreOurWritersOfTheIntegers) {
   // More chunks than a device leaves to the host's threads.

@@ -28,6 +28,8 @@ if [[ -n $missing ]]; then
   exit 77
 fi
 
+# The decoder is compiled for the package, and again for the wheel of a test.
+if command -v ccache >/dev/null; then export CC="ccache ${CC:-cc}" CCACHE_BASEDIR=$root CCACHE_NOHASHDIR=1; fi
 mkdir -p "$build/python"
 (cd "$root/client/python" && /usr/bin/python3 setup.py -q build --build-lib "$build/python/package" >"$build/python/build.txt" 2>&1) ||
   { cat "$build/python/build.txt"; exit 1; }

@@ -126,7 +126,7 @@ def test_a_lattice_that_the_server_makes_goes_on(client, box):
     with client.create_scene(box, outside=latticed.Outside.falloff(0.3), delete_on_exit=True) as scene:
         assert scene.lattice().outside.mode == "falloff"
         assert scene.lattice().outside.widths == (0.3,) * 6
-    with pytest.raises(latticed.InvalidArgument, match="widths"):
+    with pytest.raises(latticed.LatticedError, match="widths"):
         client.create_scene(box, outside=latticed.Outside.linear())
     with pytest.raises(ValueError, match="outside are of a lattice that the server makes"):
         client.create_scene(box, scene.lattice, outside=latticed.Outside.linear(1))

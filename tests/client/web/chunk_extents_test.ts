@@ -44,9 +44,10 @@ for (const [seed, [degree, isTorn]] of CASES.entries()) {
       const at = (i1: number, i2: number): number[] =>
         referencePoint(made, patch, [PARTS - i1 - i2, i1, i2], !isTorn).position.map((x, axis) => x - plan.origin[axis]);
       const flat = [at(0, 0), at(PARTS, 0), at(0, PARTS)];
+      const points: number[][] = [];
+      for (let i1 = 0; i1 <= PARTS; ++i1) for (let i2 = 0; i1 + i2 <= PARTS; ++i2) points.push(at(i1, i2));
       for (const axis of [0, 1, 2]) {
-        const all: number[] = [];
-        for (let i1 = 0; i1 <= PARTS; ++i1) for (let i2 = 0; i1 + i2 <= PARTS; ++i2) all.push(at(i1, i2)[axis]);
+        const all = points.map((point) => point[axis]);
         const [low, high] = [Math.min(...all), Math.max(...all)];
         assert.ok(extent[axis] <= low + ROUNDING && extent[axis + 3] >= high - ROUNDING, `patch ${patch}, axis ${axis}`);
         const ends = flat.map((corner) => corner[axis]);

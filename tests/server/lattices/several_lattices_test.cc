@@ -38,6 +38,7 @@ TEST_F(SeveralLatticesTest, AWatcherFollowsTheEditsOfEach) {
   v1::WatchRequest watch = For<v1::WatchRequest>();
   watch.mutable_view()->set_encoding(v1::ENCODING_RAW);
   watch.mutable_view()->set_segments(3);
+  watch.set_max_unacked_updates(10);
   WatchClient watcher(*scenes_, watch);
   watcher.ReadUpdates(1);
   ASSERT_EQ(watcher.log.others.size(), 1u);
@@ -116,10 +117,10 @@ TEST_F(SeveralLatticesTest, ADragOfOneReachesItsTargetBesideTheOther) {
   ASSERT_OK(Create(RequestOf({Shaken(Whole()), Shaken(Spot())})));
   v1::EditBatch batch = MoveIn(1, 1, 0, {});
   auto& drag = *batch.mutable_edits(0)->mutable_drag_points();
-  auto& point = *drag.add_points();  // (0.5, 0.25, 0), in the fading part of the spot
+  auto& point = *drag.add_points();  // (0.5, 0.75, 0), in the fading part of the spot
   for (const uint32_t corner : {0u, 1u, 2u}) point.add_corners(corner);
   for (const double b : {0.5, 0.25, 0.25}) point.add_barycentrics(b);
-  const Vec3d rest{0.5, 0.25, 0}, target{0.55, 0.3, 0.05};
+  const Vec3d rest{0.5, 0.75, 0}, target{0.55, 0.8, 0.05};
   for (int a = 0; a < 3; ++a) drag.add_targets(target[a]);
   v1::EditResult result;
   ASSERT_OK(Apply(batch, &result));

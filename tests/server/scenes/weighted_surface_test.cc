@@ -3,6 +3,7 @@
 //
 // What follows the weighted surface, through the stub: views with a tolerance, measures, a kept volume, folds.
 #include <cmath>
+#include <cstring>
 
 #include "tests/server/scenes/weights_fixture.h"
 
@@ -42,6 +43,29 @@ TEST_F(WeightedSurfaceTest, ViewsWithAToleranceAreWithinIt) {
   // w and the lift are linear: the corners of patches suffice.
   EXPECT_EQ(points(lifted), 3 * Get().patches());
   EXPECT_GT(points(bent), 3 * Get().patches());
+}
+
+TEST_F(WeightedSurfaceTest, ControlNetsHaveOneDegreeMore) {
+  ASSERT_OK(Create(Weighted()));
+  ASSERT_OK(Lift(3));
+  auto request = For<v1::ExportRequest>();
+  request.set_format(v1::EXPORT_FORMAT_CONTROL_NETS);
+  const auto bytes = Export(request);
+  ASSERT_OK(bytes);
+  uint32_t header[4];
+  ASSERT_GE(bytes->size(), 32u);
+  std::memcpy(header, bytes->data() + 8, sizeof(header));
+  const v1::LatticeAxes degree = Lattice().lattice().degree();
+  const auto n = static_cast<uint32_t>(degree.u() + degree.v() + degree.w() + 1);
+  const uint32_t m = (n + 1) * (n + 2) / 2;
+  EXPECT_EQ(header[1], n);
+  EXPECT_EQ(header[2], m);
+  ASSERT_EQ(bytes->size(), 32 + Get().patches() * m * sizeof(Vec3d));
+  for (size_t at = 32; at < bytes->size(); at += sizeof(Vec3d)) {
+    Vec3d p;
+    std::memcpy(&p, bytes->data() + at, sizeof(p));
+    ASSERT_NEAR(p.z, 1.5 * p.x, 1e-11);
+  }
 }
 
 // A unit cube whose bottom rests and whose top follows.

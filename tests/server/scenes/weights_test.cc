@@ -201,10 +201,6 @@ TEST_F(WeightsTest, RefusesWhatDoesNotTakeThem) {
   update.mutable_view()->set_encoding(v1::ENCODING_PATCHES);
   ExpectRefusedForWeights(Update(update, log), "the encoding patches");
 
-  auto exported = For<v1::ExportRequest>();
-  exported.set_format(v1::EXPORT_FORMAT_CONTROL_NETS);
-  ExpectRefusedForWeights(Export(exported).status(), "a control net");
-
   auto folds = For<v1::CertifyFoldsRequest>();
   folds.set_scope(v1::FOLD_SCOPE_VOLUME);
   ExpectRefusedForWeights(Call(&Scenes::CertifyFolds, folds), "a report of folds in the volume");

@@ -241,7 +241,9 @@ test('a press on a dot follows: the camera stays with theirs as they orbit, zoom
 });
 
 test('a move of the own camera ends it, and moves nobody else', async () => {
+  for (const each of [page, other]) await each.setViewportSize(SMALL); // for this test and the next ones
   await frames(page);
+  await agrees();
   const before = await camera(page);
   await orbit(other, [50, 10]);
   await other.locator('.following').waitFor({ state: 'hidden' });
@@ -276,7 +278,6 @@ test('two who follow each other come to rest, whoever begins', async () => {
 });
 
 test('two who begin to follow each other at the same moment come to rest', async () => {
-  for (const each of [page, other]) await each.setViewportSize(SMALL);
   await restAfterCircles([page, other]);
 });
 
