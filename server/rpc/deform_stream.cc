@@ -384,8 +384,7 @@ absl::Status DeformStream::Apply(const v1::EditBatch& batch, Scene::EditDone don
   const auto stop = [this] {
     return cancelled_ ? absl::CancelledError("the stream was cancelled") : absl::OkStatus();
   };
-  scene.SubmitEdits(BatchFromProto(batch, *scene.config().mesh, scene.State()->plan->mesh_weights),
-                    stop, std::move(done));
+  scene.SubmitEdits(BatchFromProto(batch, *scene.State()->plan), stop, std::move(done));
   return absl::OkStatus();
 }
 

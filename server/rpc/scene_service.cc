@@ -139,8 +139,7 @@ absl::Status ApplyEdits(const CallContext& context, const v1::EditBatch& request
   LATTICED_RETURN_IF_ERROR(context.env.quotas.TakeEdit(context.call.caller.tenant, absl::Now()));
   const auto begun = Clock::now();
   LATTICED_ASSIGN_OR_RETURN(const auto summary,
-                            scene->ApplyEdits(BatchFromProto(request, *scene->config().mesh,
-                                                             scene->State()->plan->mesh_weights),
+                            scene->ApplyEdits(BatchFromProto(request, *scene->State()->plan),
                                               [&] { return CheckCancelled(context.call); }));
   AuditEdit(context.env, context.call, scene->id());
   response = ToProto(summary);
@@ -207,9 +206,7 @@ absl::StatusOr<NextPart<v1::TopologyPart>> OpenTopology(const CallContext& conte
   return [plan, id = request.topology_id(),
           first = size_t{0}]() mutable -> absl::StatusOr<std::optional<v1::TopologyPart>> {
     if (first >= plan->patches.size()) return std::nullopt;
-    auto part = MakeTopologyPart(*plan, id, first);
-    first += kPatchesPerTopologyPart;
-    return part;
+    return MakeTopologyPart(*plan, id, std::exchange(first, first + kPatchesPerTopologyPart));
   };
 }
 

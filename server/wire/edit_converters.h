@@ -9,6 +9,7 @@
 #define LATTICED_SERVER_WIRE_EDIT_CONVERTERS_H_
 
 #include "absl/status/statusor.h"
+#include "core/ffd/deform_plan.h"
 #include "core/ffd/editor_ledger.h"
 #include "core/ffd/lattice_edit.h"
 #include "core/ffd/weights/vertex_weights.h"
@@ -27,6 +28,10 @@ namespace latticed {
 // editor's sequence.
 [[nodiscard]] EditBatch BatchFromProto(const v1::EditBatch& batch, const PolygonMesh& mesh,
                                        const VertexWeights& weights = nullptr);
+// The same for a scene with this plan.
+[[nodiscard]] inline EditBatch BatchFromProto(const v1::EditBatch& batch, const DeformPlan& plan) {
+  return BatchFromProto(batch, *plan.mesh, plan.mesh_weights);
+}
 
 // Whether applying the batch may take more than a millisecond: it drags many points or keeps a volume, or it may change
 // the structure, and a plan must be made. Where it is examined for folds, as in scenes with fold_watch, also if it moves

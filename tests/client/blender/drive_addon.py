@@ -86,7 +86,7 @@ def compare_vertices(what):
     """Like compare, for the mesh's vertices only. Each is a point of the result, whatever the patches are."""
 
     def farthest(expected, shown):
-        return np.linalg.norm(wanted[:, None] - shown, axis=-1).min(axis=1).max()
+        return np.linalg.norm(expected[:, None] - shown, axis=-1).min(axis=1).max()
 
     # A distance is at most sqrt(3) times its largest coordinate.
     compare(coordinates(objects()[0].data), what, farthest, 2 * TOLERANCE)
@@ -169,7 +169,7 @@ def follows_a_vertex_group(random):
         shown = coordinates(result().data)
         if not len(shown):
             return np.inf
-        return np.linalg.norm(expected[:, None] - shown, axis=-1).min(axis=1).max()
+        return np.linalg.norm(wanted[:, None] - shown, axis=-1).min(axis=1).max()
 
     wait_for(lambda: worst() < 2 * TOLERANCE, "a vertex group")
     print(f"drive_addon: a vertex group: at most {worst():.1e} from Blender's modifier")

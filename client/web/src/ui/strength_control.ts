@@ -10,7 +10,7 @@ import { h } from './dom';
 
 export class StrengthControl implements Control {
   readonly element: HTMLElement;
-  private readonly output = h('output', {});
+  private readonly output = h('output', { style: 'white-space: nowrap' });
   private readonly input = h('input', {
     type: 'range', 'aria-label': 'Strength', min: 0, max: 1, step: 0.01,
     oninput: () => this.slide(),
