@@ -55,7 +55,7 @@ void MakeScenes(const std::string& folder) {
 }
 
 // Appends the edits to all scenes, and returns the history that they all have then.
-EditHistory MakeEdits(const std::string& folder) {
+SceneHistory MakeEdits(const std::string& folder) {
   const auto store = Checked(OpenSqliteStore({.folder = folder}));
   EditedHistory edited(Checked(Replay(Checked(store->ReadScene(KeptScene(0))))));
   for (uint64_t lsn = kEditsByServer + 1; lsn <= kKeptEdits; ++lsn) {
@@ -90,8 +90,8 @@ class KilledServer {
 };
 
 absl::Status Compare(const v1::Scene& scene, const v1::LatticeState& lattice,
-                     const EditHistory& history) {
-  const std::vector<Vec3d>& points = history.lattice().control_points;
+                     const SceneHistory& history) {
+  const std::vector<Vec3d>& points = history.of(0).lattice().control_points;
   const auto& flat = lattice.lattice().control_points();
   bool same =
       scene.revision() == history.revision() && flat.size() == static_cast<int>(3 * points.size());
@@ -106,7 +106,7 @@ absl::Status Compare(const v1::Scene& scene, const v1::LatticeState& lattice,
 using Steps = std::vector<double>;
 
 absl::StatusOr<Steps> Restart(const std::string& folder, const std::string& id,
-                              const EditHistory& history) {
+                              const SceneHistory& history) {
   std::vector<absl::Time> times = {absl::Now()};
   KilledServer server(folder);
   const auto client = client::Client::Connect({.address = server.Address()});
@@ -147,7 +147,7 @@ Section RestartTable() {
   const testing::TemporaryFolder folder;
   const std::string data = folder.Path("data");
   MakeScenes(data);
-  const EditHistory history = MakeEdits(data);
+  const SceneHistory history = MakeEdits(data);
   const std::string before = LoadOfMachine();
   std::vector<std::vector<double>> steps;
   for (int round = 0; round < kRestarts; ++round) {
