@@ -90,6 +90,27 @@ TEST_F(LatticectlOutside, ASceneIsGivenAnother) {
   EXPECT_EQ(OutsideOf("scene-one").mode(), v1::OUTSIDE_MODE_UNSPECIFIED);
 }
 
+TEST_F(LatticectlOutside, ASceneHasSeveralLattices) {
+  MustRun(HalfLattice("falloff:0,0,0,0,0,0.5"));
+  MustRun({"lattice", Path("vase.obj"), "-o", Path("whole.json")});
+  EXPECT_THAT(Run({"scene", "create", Path("vase.obj"), "--id", "scene-one", "--lattice",
+                   Path("whole.json"), "--lattice", Path("half.json")}),
+              HasSubstr("falloff outside of widths 0,0,0,0,0,0.5"));
+  EXPECT_THAT(Run({"edit", "move", "scene-one", "--lattice-number", "1", "--point", "1,1,3", "--by",
+                   "0,0,0.25"}),
+              HasSubstr("revision 1"));
+  const auto client = Client::Connect({.address = address()});
+  const auto first = client->GetLattice("scene-one"), second = client->GetLattice("scene-one", 1);
+  ASSERT_OK(second);
+  EXPECT_EQ(second->index(), 1u);
+  EXPECT_EQ(second->lattice().frame().origin().z(), -1.5);
+  ExpectFailure({"edit", "undo", "scene-one", "--scope", "mine"},
+                HasSubstr("no step left to undo"));
+  EXPECT_THAT(Run({"edit", "undo", "scene-one", "--lattice-number", "1"}), HasSubstr("revision 2"));
+  ExpectFailure({"edit", "undo", "scene-one", "--lattice-number", "2"},
+                HasSubstr("lattice: got 2"));
+}
+
 TEST_F(LatticectlOutside, ASceneHasAStrength) {
   Run({"scene", "create", Path("vase.obj"), "--id", "scene-one", "--strength", "0.5"});
   EXPECT_THAT(Run({"scene", "show", "scene-one"}), HasSubstr("0.5"));

@@ -223,8 +223,9 @@ absl::Status Client::RevokeShare(const std::string& scene, const std::string& sh
       .status();
 }
 
-absl::StatusOr<v1::LatticeState> Client::GetLattice(const std::string& scene) {
+absl::StatusOr<v1::LatticeState> Client::GetLattice(const std::string& scene, uint32_t lattice) {
   v1::GetLatticeRequest request;
+  request.set_lattice(lattice);
   request.set_scene(scene);
   return Call(*scenes_, &SceneStub::GetLattice, request, scene, stop_);
 }

@@ -101,7 +101,9 @@ class Client {
   [[nodiscard]] absl::StatusOr<v1::Scene> GetScene(const std::string& scene);
   [[nodiscard]] absl::StatusOr<std::vector<v1::Scene>> ListScenes(const std::string& filter = "");
   [[nodiscard]] absl::Status DeleteScene(const std::string& scene);
-  [[nodiscard]] absl::StatusOr<v1::LatticeState> GetLattice(const std::string& scene);
+  // Of several lattices, that with this number, from 0.
+  [[nodiscard]] absl::StatusOr<v1::LatticeState> GetLattice(const std::string& scene,
+                                                            uint32_t lattice = 0);
   // Only one call per editor of a scene may run at a time. A batch that arrives after one with a higher
   // sequence of the same editor is refused with OUT_OF_ORDER.
   [[nodiscard]] absl::StatusOr<v1::EditResult> ApplyEdits(const v1::EditBatch& batch);

@@ -37,12 +37,12 @@ export class Surface {
 
   /** Takes one event; returns an update if the event completes it. */
   async take(event: SceneEvent__Output): Promise<Update | undefined> {
-    if (event.latticeState?.lattice) {
+    if (event.latticeState?.lattice && !event.latticeState.index) {  // of several lattices, the first
       const { controlPoints, size } = event.latticeState.lattice;
       this.controlPoints = [...controlPoints];
       this.size = [size?.u ?? 0, size?.v ?? 0, size?.w ?? 0];
       this.structureId = event.latticeState.structureId;
-    } else if (event.latticeDelta?.structureId === this.structureId) {  // otherwise a latticeState follows
+    } else if (event.latticeDelta?.structureId === this.structureId && !event.latticeDelta.lattice) {  // otherwise a latticeState follows
       const { indices, positions } = event.latticeDelta;
       indices.forEach((index, i) => this.controlPoints.splice(3 * index, 3, ...positions.slice(3 * i, 3 * i + 3)));
     } else if (event.topology) {

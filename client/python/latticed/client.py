@@ -141,7 +141,7 @@ class Client:
     def create_scene(
         self,
         mesh: Union[Mesh, str],
-        lattice: Optional[Lattice] = None,
+        lattice: Union[None, Lattice, Sequence[Lattice]] = None,
         *,
         size: Optional[Tuple[int, int, int]] = None,
         degree: Optional[Tuple[int, int, int]] = None,
@@ -161,9 +161,10 @@ class Client:
         fold_watch: bool = False,
         delete_on_exit: bool = False,
     ) -> Scene:
-        """Creates a scene of a mesh and a lattice.
+        """Creates a scene of a mesh and a lattice, or several lattices.
 
-        lattice          None: an identity lattice around the mesh, made from the next four
+        lattice          several: what they move the mesh adds up (Scene.edits_of). Their frames have parallel edges.
+                         None: an identity lattice around the mesh, made from the next four
         size, degree     control points and degree of u, v, w; by default 4, 4, 4 and 2, 2, 2
         padding          margin on every side, as a share of the longest edge of the mesh's bounds; 0.05
         outside          what becomes of points outside it, with widths: of point sets, for the mesh has none there
@@ -172,7 +173,7 @@ class Client:
                          are those of the mesh
         crease_angle     smooth normals are computed, and split where faces meet at more degrees, 0 to 180;
                          None: those of the mesh, split at 30 degrees where it has none
-        strength         how much of the deformation the scene takes, 0 to 1; None: the lattice's, or 1
+        strength         how much of the deformation the scene takes, 0 to 1; None: the first lattice's, or 1
         weights          how much of the deformation each vertex takes, 0 to 1: an array with one for each
                          vertex, or "mesh" for those that came with the mesh (PLY weight, GLB _WEIGHT,
                          upload_arrays); None: all. Those of more than 250,000 vertices come with the mesh
@@ -185,11 +186,13 @@ class Client:
         delete_on_exit   the end of the scene's with block deletes it
         """
         source = lattice_pb2.LatticeSource()
-        if lattice is not None:
+        given = [lattice] if isinstance(lattice, Lattice) else lattice
+        if given is not None:
             if not (size is None and degree is None and padding is None and outside is None):
                 raise ValueError("size, degree, padding and outside are of a lattice that the server makes")
-            source.lattice.CopyFrom(lattice.to_proto())
+            sources = [lattice_pb2.LatticeSource(lattice=one.to_proto()) for one in given]
         else:
+            sources = [source]
             source.fit.SetInParent()
             for field, axes, numbers in (
                 ("size", source.fit.size, size),
@@ -207,7 +210,7 @@ class Client:
         request = scene_pb2.CreateSceneRequest(
             scene_id=scene_id or uuid.uuid4().hex,
             mesh=mesh.id if isinstance(mesh, Mesh) else mesh,
-            lattices=[source],
+            lattices=sources,
             labels=labels or {},
             units=_units(up_axis, meters_per_unit),
             crease_angle=crease_angle,
@@ -216,8 +219,8 @@ class Client:
         )
         if strength is not None:
             request.strength = strength
-        elif lattice is not None and lattice.strength != 1:
-            request.strength = lattice.strength
+        elif given and given[0].strength != 1:
+            request.strength = given[0].strength
         if isinstance(weights, str):
             if weights != "mesh":
                 raise ValueError(f'weights is an array or "mesh", not {weights!r}')

@@ -175,9 +175,27 @@ class EditCalls(PointEdits[Applied]):
         """Applies again the last step that this editor has undone."""
         return self.apply([edits.redo()])
 
+    def edits_of(self, lattice: int) -> LatticeEdits[Applied]:
+        """The same edits for another lattice of the scene, from 0. Each lattice has undo steps, gestures and
+        constraints of its own; what all of them move the mesh adds up."""
+        return LatticeEdits(self, lattice)
+
     def gesture(self, keep_volume: bool = False) -> Gesture[Applied]:
         """Begins edits that are one step of undo, for example a drag. See Gesture.
 
         keep_volume: free control points move along, so that the surface encloses the volume that it has at rest.
         """
         return Gesture(self._apply, uuid.uuid4().hex, self.refuse_folds, keep_volume)
+
+
+class LatticeEdits(EditCalls[Applied]):
+    """Edits of one lattice of several, from EditCalls.edits_of."""
+
+    def __init__(self, target: EditCalls[Applied], lattice: int) -> None:
+        self._target = target
+        self._lattice = lattice
+        self.refuse_folds = target.refuse_folds
+
+    def _apply(self, batch: edit_pb2.EditBatch) -> Applied:
+        batch.lattice = self._lattice
+        return self._target._apply(batch)

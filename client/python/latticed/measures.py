@@ -60,6 +60,7 @@ def measure(
     measures: Sequence[str],
     with_gradient: bool,
     area_tolerance: Optional[float],
+    lattice: int,
 ) -> Measured:
     """Calls MeasureScene."""
     request = measure_pb2.MeasureSceneRequest(
@@ -67,6 +68,7 @@ def measure(
         measures=[choose("a measure", name, MEASURES) for name in measures],
         with_gradient=with_gradient,
         area_tolerance=area_tolerance,
+        lattice=lattice,
     )
     got = connection.call(connection.scenes.MeasureScene, request, scene)
 

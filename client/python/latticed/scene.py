@@ -98,9 +98,9 @@ class Scene(EditCalls[EditResult], PointSetCalls):
         )
         return self.info
 
-    def lattice(self) -> Lattice:
-        """The lattice at the newest revision. Later edits refer to its structure."""
-        request = scene_pb2.GetLatticeRequest(scene=self.id)
+    def lattice(self, number: int = 0) -> Lattice:
+        """The lattice at the newest revision, of several that with this number. Later edits refer to its structure."""
+        request = scene_pb2.GetLatticeRequest(scene=self.id, lattice=number)
         state = self._connection.call(self._stub.GetLattice, request, self.id)
         with self._one_edit_at_a_time:
             self._structure_id = state.structure_id
@@ -173,18 +173,19 @@ class Scene(EditCalls[EditResult], PointSetCalls):
         *measures: str,
         with_gradient: bool = False,
         area_tolerance: Optional[float] = None,
+        lattice: int = 0,
     ) -> Measured:
         """Measures the exact deformed surface: any of "volume", "area", "centroid" and "bounds".
 
-        with_gradient: derivatives by all control points, too.
+        with_gradient: derivatives by all control points of a lattice, too.
         area_tolerance: the largest error of the area, as a fraction of it; 1e-6 if None.
         Volume and centroid need a closed surface; else LatticedError, reason OPEN_SURFACE.
         """
-        return measure(self._connection, self.id, measures, with_gradient, area_tolerance)
+        return measure(self._connection, self.id, measures, with_gradient, area_tolerance, lattice)
 
-    def constraints(self) -> Constraints:
-        """What edits keep, at the newest revision. See set_constraints."""
-        request = scene_pb2.GetLatticeRequest(scene=self.id)
+    def constraints(self, lattice: int = 0) -> Constraints:
+        """What edits of a lattice keep, at the newest revision. See set_constraints."""
+        request = scene_pb2.GetLatticeRequest(scene=self.id, lattice=lattice)
         return Constraints.from_proto(
             self._connection.call(self._stub.GetLattice, request, self.id).constraints
         )

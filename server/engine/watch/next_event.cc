@@ -20,7 +20,7 @@ constexpr absl::Duration kBurst = absl::Milliseconds(250);
 // All lattices are sent of one revision, from which deltas go on.
 LatticeWhole NextWhole(ClientState& client) {
   LatticeWhole whole{client.wholes, client.next_whole++};
-  if (client.next_whole == whole.state->lattices.size()) {
+  if (client.next_whole >= whole.state->lattices.size()) {
     client.wholes = nullptr;
     client.next_whole = 0;
   }

@@ -184,7 +184,7 @@ TEST_F(StrengthStepsTest, ADragWithoutStrengthIsRefused) {
 }
 
 TEST_F(StrengthStepsTest, AStrengthThatLeavesNothingToDragByIsAnError) {
-  ASSERT_OK(Set("ann", 1e-200));
+  ASSERT_OK(Set("ann", 1e-20));
   const auto refused = Do("ann", DragPoints{{{0.3, 0.5, 0.5}}, {{0.5, 0.6, 0.5}}});
   EXPECT_THAT(refused, StatusIs(Code::kInvalidArgument));
   EXPECT_TRUE(AtStart());

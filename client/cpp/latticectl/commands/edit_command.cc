@@ -51,12 +51,14 @@ EditMaker FromFlags(void (*fill)(const EditFlags&, v1::Edit&)) {
 }
 
 absl::Status Run(const EditFlags& flags, const EditMaker& make, Client& client, Console console) {
-  LATTICED_ASSIGN_OR_RETURN(const auto lattice, client.GetLattice(flags.scene));
+  LATTICED_ASSIGN_OR_RETURN(const auto lattice,
+                            client.GetLattice(flags.scene, flags.lattice_number));
   v1::EditBatch batch;
   batch.set_scene(flags.scene);
   batch.set_editor_id(flags.editor.empty() ? StableEditorId() : flags.editor);
   // An editor's sequences must rise from one call of this program to the next; the clock does.
   batch.set_sequence(static_cast<uint64_t>(absl::ToUnixMicros(absl::Now())));
+  batch.set_lattice(flags.lattice_number);
   batch.set_structure_id(lattice.structure_id());
   batch.set_refuse_folds(flags.refuse_folds);
   LATTICED_RETURN_IF_ERROR(make(flags, lattice, client, *batch.add_edits()));
@@ -106,6 +108,8 @@ void AddEditCommands(CLI::App& app, CommandLine& line) {
     command->add_option("scene", flags->scene, "Id of the scene")->required();
     command->add_option("--editor", flags->editor,
                         "UUID of the editor; by default one of this user and host");
+    command->add_option("--lattice-number", flags->lattice_number,
+                        "Which of the scene's lattices, from 0");
     command->add_flag("--refuse-folds", flags->refuse_folds,
                       "Fails if the edit makes a new fold near the surface");
     SetServerAction(*command, flags, line,

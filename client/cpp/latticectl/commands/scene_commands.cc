@@ -28,7 +28,8 @@ namespace latticed::client {
 namespace {
 
 struct SceneFlags : ServerFlags {
-  std::string id, name, mesh, lattice, filter, weights;
+  std::string id, name, mesh, filter, weights;
+  std::vector<std::string> lattices;  // files
   std::optional<double> strength;
   FitFlags fit;
   std::string outside;  // of the fit; empty: not set
@@ -113,18 +114,17 @@ std::string SceneText(const v1::Scene& scene) {
   return table.Text();
 }
 
-absl::StatusOr<v1::LatticeSource> Source(const SceneFlags& flags) {
-  v1::LatticeSource source;
-  if (!flags.lattice.empty()) {
-    LATTICED_ASSIGN_OR_RETURN(*source.mutable_lattice(), ReadLattice(flags.lattice));
-  } else {
-    *source.mutable_fit() = ToProto(flags.fit);
-    if (!flags.outside.empty()) {
-      LATTICED_ASSIGN_OR_RETURN(*source.mutable_fit()->mutable_outside(),
-                                ParseOutside(flags.outside));
-    }
+// The lattices from files, or one that the server fits.
+absl::Status AddLattices(const SceneFlags& flags, v1::CreateSceneRequest& request) {
+  for (const std::string& file : flags.lattices) {
+    LATTICED_ASSIGN_OR_RETURN(*request.add_lattices()->mutable_lattice(), ReadLattice(file));
   }
-  return source;
+  if (!flags.lattices.empty()) return absl::OkStatus();
+  v1::LatticeFit& fit = *request.add_lattices()->mutable_fit();
+  fit = ToProto(flags.fit);
+  if (flags.outside.empty()) return absl::OkStatus();
+  LATTICED_ASSIGN_OR_RETURN(*fit.mutable_outside(), ParseOutside(flags.outside));
+  return absl::OkStatus();
 }
 
 // A new scene may not be deformed yet, so its mesh's diagonal counts.
@@ -146,7 +146,7 @@ absl::Status SetDefaultTolerance(const SceneFlags& flags, Client& client,
 
 absl::Status RunCreate(const SceneFlags& flags, Client& client, Console console) {
   v1::CreateSceneRequest request;
-  LATTICED_ASSIGN_OR_RETURN(*request.add_lattices(), Source(flags));
+  LATTICED_RETURN_IF_ERROR(AddLattices(flags, request));
   request.set_scene_id(flags.id);
   request.set_name(flags.name);
   request.set_mesh(flags.mesh);
@@ -211,8 +211,12 @@ void AddSceneCommands(CLI::App& app, CommandLine& line) {
       ->type_name(kFileType);
   create->add_option("--id", flags->id, "Id of the scene; by default a random one");
   create->add_option("--name", flags->name, "Name for people; by default the mesh's");
-  CLI::Option* lattice = create->add_option("--lattice", flags->lattice, "JSON file of the lattice")
-                             ->type_name(kFileType);
+  CLI::Option* lattice =
+      create
+          ->add_option("--lattice", flags->lattices,
+                       "JSON file of the lattice; may be repeated: what several move adds up")
+          ->take_all()
+          ->type_name(kFileType);
   AddFitFlags(*create, flags->fit);
   create->add_option("--outside", flags->outside, kOutsideHelp)->check(CheckOutside);
   for (const char* fit : {"--size", "--degree", "--padding", "--outside"})

@@ -38,6 +38,7 @@ uint64_t RevisionOf(const News& news) {
 }  // namespace
 
 void LatticeHistory::Take(v1::LatticeState state) {
+  if (state.index() != 0) return;
   // Another run of a server may begin again at a lower revision.
   while (!news_.empty() && RevisionOf(news_.back()) >= state.revision()) news_.pop_back();
   newest_ = state;
@@ -46,6 +47,13 @@ void LatticeHistory::Take(v1::LatticeState state) {
 
 absl::Status LatticeHistory::Take(const v1::LatticeDelta& delta) {
   if (delta.structure_id() != newest_.structure_id()) return absl::OkStatus();  // a state follows
+  if (delta.lattice() != 0) {  // of another lattice: this one has a new revision, and moves nowhere
+    v1::LatticeDelta elsewhere;
+    elsewhere.set_revision(delta.revision());
+    Move(elsewhere, &newest_);
+    news_.emplace_back(std::move(elsewhere));
+    return absl::OkStatus();
+  }
   if (absl::Status s = Check(delta, newest_); !s.ok()) return s;
   Move(delta, &newest_);
   news_.emplace_back(delta);

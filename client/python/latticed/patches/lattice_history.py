@@ -13,8 +13,8 @@ from latticed.lattice import Lattice
 
 
 class LatticeHistory:
-    """Keeps all lattices since the newest complete update, because edits are reported before their update ends.
-    One thread at a time."""
+    """Keeps all lattices since the newest complete update, because edits are reported before their update ends. Of a
+    scene of several lattices, those of the first. One thread at a time."""
 
     def __init__(self) -> None:
         self._lattices: List[Lattice] = []  # ascending by revision
@@ -26,6 +26,8 @@ class LatticeHistory:
 
     def take_state(self, state: Any) -> None:
         """Takes a latticed.v1.LatticeState."""
+        if state.index:
+            return
         lattice = Lattice.from_state(state)
         kept = [older for older in self._lattices if older.revision < lattice.revision]
         self._lattices = [*kept, lattice]
@@ -35,6 +37,9 @@ class LatticeHistory:
         old = self.newest
         if old is None or delta.structure_id != old.structure_id:
             return  # a lattice_state follows
+        if delta.lattice:
+            self._lattices.append(dataclasses.replace(old, revision=delta.revision))
+            return
         indices = np.array(delta.indices, dtype=np.int64)
         if len(delta.positions) != 3 * len(indices):
             raise LatticedError.data_loss("a lattice_delta must have three numbers per index")

@@ -52,6 +52,25 @@ export class LiveSession {
     return shown;
   }
 
+  /** How many lattices the scene has; their displacements add. Which one is shown and edited, from 0. */
+  get latticeCount(): number {
+    return this.sync.count;
+  }
+
+  get latticeIndex(): number {
+    return this.sync.index;
+  }
+
+  /** Shows and edits another lattice, as soon as no edit waits for its answer: event 'lattice'. */
+  chooseLattice(index: number): void {
+    this.sync.choose(index);
+  }
+
+  /** The server's lattices, all of them. */
+  get lattices(): readonly Lattice[] {
+    return this.sync.lattices;
+  }
+
   /** What edits keep. */
   get constraints(): Constraints {
     return this.sync.constraints;

@@ -93,7 +93,7 @@ export async function openSession(
       (open, handlers) => new WatchStream(server, open, handlers),
     ],
     pool: decoders,
-    surface: new SurfaceMesh(new ServerPatches(server, sceneId, () => session.lattice)),
+    surface: new SurfaceMesh(new ServerPatches(server, sceneId, () => session.lattice, () => session.lattices)),
     downloads: new MeshDownloads(server.meshes),
     wakes: followPage,
     ...options,

@@ -14,7 +14,7 @@ import { cornersOf } from './patch_corners';
 /**
  * A scene's patch data, from the server.
  *
- * Corners at rest come from a temporary scene: the same mesh under the same knots at rest, with one segment per patch.
+ * Corners at rest come from a temporary scene: the same mesh under the same lattices at rest, with one segment per patch.
  * It has the same patches in the same order. This way no mesh file is read here, whatever its format.
  */
 export class ServerPatches implements PatchSource {
@@ -22,6 +22,7 @@ export class ServerPatches implements PatchSource {
     private readonly server: LatticedServer,
     private readonly sceneId: string,
     readonly lattice: () => Lattice,
+    private readonly lattices: () => readonly Lattice[],
   ) {}
 
   async origins(topologyId: string): Promise<PatchOrigins> {
@@ -47,11 +48,10 @@ export class ServerPatches implements PatchSource {
   async restCorners(): Promise<RestCorners> {
     const rest = `rest-${randomId()}`;
     const { mesh } = await this.server.scenes.getScene({ scene: this.sceneId });
-    const atRest = fromLattice(this.lattice());
-    atRest.controlPoints = [];
+    const atRest = this.lattices().map((lattice) => ({ ...fromLattice(lattice), controlPoints: [] }));
     const call = { headers: { 'latticed-scene': rest }, timeoutMs: LONG_CALL_MS };
     await this.server.scenes.createScene({
-      sceneId: rest, mesh, lattices: [{ source: { case: 'lattice', value: atRest } }],
+      sceneId: rest, mesh, lattices: atRest.map((value) => ({ source: { case: 'lattice' as const, value } })),
       labels: { 'rest-shape-of': this.sceneId }, idleTtl: { seconds: 60n } }, call);
     try {
       return await cornersOf(this.server, rest);

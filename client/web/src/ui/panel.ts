@@ -11,6 +11,7 @@ import type { Settings, SettingsStore } from '../state/settings';
 import { ConstraintControls } from './constraint_controls';
 import { choice, field, segmented, slider, toggle, type Bound, type Control } from './controls';
 import { h } from './dom';
+import { LatticeChoice } from './lattice_choice';
 import { StrengthControl } from './strength_control';
 import { numberField } from './fields/number_field';
 
@@ -26,6 +27,7 @@ export class Panel {
   private editor: Editor | undefined;
   readonly constraints = new ConstraintControls();
   private readonly strength = new StrengthControl();
+  private readonly choice = new LatticeChoice();
 
   /** `giveBack` moves the focus from a field to the view. */
   constructor(private readonly settings: SettingsStore, private readonly giveBack: () => void) {
@@ -35,7 +37,7 @@ export class Panel {
       this.section('Transform', ...this.transformControls()),
       this.section('Soft selection', ...this.softControls()),
       this.section('Weights', ...this.brushControls()),
-      this.section('Lattice', this.keep(this.strength)),
+      this.section('Lattice', this.keep(this.choice), this.keep(this.strength)),
       this.section('Constraints', this.keep(this.constraints)),
       this.section('Surface', ...this.surfaceControls()),
       this.section('Stream', ...this.streamControls()),
@@ -49,6 +51,7 @@ export class Panel {
     this.editor = editor;
     this.constraints.show(editor);
     this.strength.show(editor.session);
+    this.choice.show(editor.session);
     const range = this.radius.element.querySelector('input')!;
     range.max = String(size);
     range.step = String(size / 200);

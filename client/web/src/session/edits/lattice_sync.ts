@@ -14,6 +14,7 @@ import { inWords } from '../../wire/words';
 import { EditQueue } from './edit_queue';
 import type { Targets } from './edit_targets';
 import { LatticeModel } from './lattice_model';
+import { LatticeStates } from './lattice_states';
 import { OwnGesture } from './own_gesture';
 import { UndoSteps } from './undo_steps';
 import type { Listeners } from '../listeners';
@@ -25,7 +26,10 @@ export class LatticeSync {
   private static readonly MADE_AGAIN = 'The scene was made again meanwhile, so unsent edits were dropped.';
   private static readonly CHANGED = 'The lattice got other control points meanwhile, so your move ended.';
 
-  readonly steps = new UndoSteps();
+  private readonly states = new LatticeStates();
+  private readonly stepsOf: UndoSteps[] = [];  // by lattice
+  private edited = 0;                          // which lattice is shown
+  private wanted = 0;                          // which is to be, once no edit waits for its answer
   private readonly queue: EditQueue;
   private model: LatticeModel | undefined;
   private kept = NO_CONSTRAINTS;
@@ -34,7 +38,37 @@ export class LatticeSync {
   private structureSince = 0n;  // the revision with which the newest structure came
 
   constructor(send: (batch: EditBatch) => void, private readonly listeners: Listeners<SessionEvents>) {
-    this.queue = new EditQueue(send);
+    this.queue = new EditQueue((batch) => {
+      // Weights are of the mesh, and the first lattice has their history.
+      batch.lattice = batch.edits[0]?.edit.case === 'setWeights' ? 0 : this.edited;
+      send(batch);
+    });
+  }
+
+  /** How many lattices the scene has. Their displacements add. */
+  get count(): number {
+    return this.states.count;
+  }
+
+  /** Which of them is shown and edited, from 0. */
+  get index(): number {
+    return this.wanted;
+  }
+
+  /** Shows and edits another one, with undo steps of its own, as soon as no edit waits for its answer. */
+  choose(index: number): void {
+    this.wanted = index;
+    this.openGesture?.giveWay();
+    this.turn();
+  }
+
+  /** The server's lattices, all of them. */
+  get lattices(): readonly Lattice[] {
+    return this.states.all.map(({ lattice }) => toLattice(lattice!));
+  }
+
+  get steps(): UndoSteps {
+    return (this.stepsOf[this.edited] ??= new UndoSteps());
   }
 
   /** Undefined before the first lattice. */
@@ -70,6 +104,19 @@ export class LatticeSync {
   }
 
   takeState(state: LatticeState): void {
+    this.states.take(state);
+    if (state.index === this.edited) this.showState(state);
+  }
+
+  private turn(): void {
+    const state = this.states.of(this.wanted);
+    if (this.wanted === this.edited || this.queue.isPending || !state) return;
+    this.edited = this.wanted;
+    this.model = undefined;
+    this.showState(state);
+  }
+
+  private showState(state: LatticeState): void {
     const lattice = toLattice(state.lattice!);
     lattice.strength = state.strength ?? 1;
     const first = !this.model;
@@ -88,6 +135,11 @@ export class LatticeSync {
   }
 
   takeDelta(delta: LatticeDelta): void {
+    this.states.takeDelta(delta);
+    if (delta.lattice !== this.edited) {
+      this.queue.reached(delta.revision);
+      return this.turn();
+    }
     if (!this.model || delta.structureId !== this.model.structureId) return;
     const { strength } = delta;
     const targets = {
@@ -97,6 +149,7 @@ export class LatticeSync {
     this.model.takeDelta(targets, delta.revision);
     this.queue.reached(delta.revision);
     this.pointsMoved(this.model.refresh(targets.indices));
+    this.turn();
   }
 
   takeResult(result: EditResult): void {
@@ -108,6 +161,7 @@ export class LatticeSync {
     if (!refused) {
       if (message) this.steps.applied(message);
       if (keepsShape(message)) this.listeners.emit('refitted', result.dragResidual);
+      this.turn();
       return this.listeners.emit('answered');
     }
     if (targets) this.pointsMoved(this.model!.refresh(targets.indices));
@@ -146,7 +200,7 @@ export class LatticeSync {
    */
   opened(head: bigint): void {
     if (this.model && head < this.model.revision) {
-      this.steps.forget();
+      for (const steps of this.stepsOf) steps?.forget();
       const unsent = this.queue.clear();
       if (this.openGesture?.abandon() || unsent) this.listeners.emit('refused', LatticeSync.MADE_AGAIN);
     }

@@ -1,0 +1,90 @@
+# SPDX-FileCopyrightText: The latticed authors
+# SPDX-License-Identifier: Apache-2.0
+"""Several lattices of one scene: their displacements add, and each has edits of its own."""
+import latticed
+import numpy as np
+import pytest
+
+import definition
+from test_lattice_deform import frame
+
+
+def around(low, high, degree, outside=latticed.Outside()):
+    lattice = frame(degree)
+    lattice.origin, lattice.edges = low, np.diag(high - low)
+    lattice.control_points = lattice.rest()
+    lattice.outside = outside
+    return lattice
+
+
+@pytest.fixture
+def two(client, box, random):
+    """The box in a lattice around it, and in one around a part of it, which fades out."""
+    low, high = definition.BOX_POSITIONS.min(axis=0), definition.BOX_POSITIONS.max(axis=0)
+    size = high - low
+    lattices = [
+        around(low - 0.1 * size, high + 0.1 * size, (2, 2, 2)),
+        around(low + 0.2 * size, high - 0.4 * size, (3, 1, 2), latticed.Outside.falloff(0.4)),
+    ]
+    for lattice in lattices:
+        lattice.control_points = lattice.control_points + random.normal(
+            scale=0.02, size=lattice.control_points.shape
+        )
+    with client.create_scene(box, lattices, delete_on_exit=True) as made:
+        yield made
+
+
+def deformed(lattices, points):
+    return points + sum(lattice.deform(points) - points for lattice in lattices)
+
+
+def test_displacements_add(two, random):
+    low, high = definition.BOX_POSITIONS.min(axis=0), definition.BOX_POSITIONS.max(axis=0)
+    points = random.uniform(low, high, size=(300, 3))
+    lattices = [two.lattice(), two.lattice(1)]
+    assert lattices[1].outside.mode == "falloff"
+    np.testing.assert_allclose(two.evaluate(points).positions, deformed(lattices, points), atol=1e-12)
+
+
+def test_each_has_its_own_edits(two):
+    first, second = two.lattice(), two.lattice(1)
+    index = second.indices[1, 1, 1]
+    result = two.edits_of(1).move(index, (0.01, 0, 0))
+    np.testing.assert_allclose(result.largest_move, 0.01, atol=1e-12)
+    moved = two.lattice(1).control_points - second.control_points
+    np.testing.assert_allclose(moved[1, 1, 1], (0.01, 0, 0), atol=1e-12)
+    assert np.array_equal(two.lattice().control_points, first.control_points)
+    with pytest.raises(latticed.LatticedError) as refused:
+        two.undo()  # of the first
+    assert refused.value.reason == "NOTHING_TO_UNDO"
+    two.edits_of(1).undo()
+    assert np.array_equal(two.lattice(1).control_points, second.control_points)
+
+
+def test_a_stream_follows_both(two):
+    with two.deform(latticed.View(segments=2, encoding="raw")) as stream:
+        before = stream.lattice
+        edit = stream.edits_of(1).move(two.lattice(1).indices[1, 1, 1], (0.05, 0, 0))
+        update = stream.wait(edit)
+        assert update.revision == 1
+        assert stream.lattice.revision == 1
+        assert np.array_equal(stream.lattice.control_points, before.control_points)
+        stream.wait(stream.move(before.indices[-1], (0, 0, 0.1)))
+        assert not np.array_equal(stream.lattice.control_points, before.control_points)
+
+
+def test_derivatives_are_by_one_of_them(two):
+    gradient = two.measure("volume", with_gradient=True, lattice=1).volume_gradient
+    assert gradient.shape == (two.lattice(1).control_points.size // 3, 3)
+
+
+def test_bad_ones_are_refused(two, client, box):
+    with pytest.raises(latticed.LatticedError, match="lattice: got 2"):
+        two.edits_of(2).undo()
+    with pytest.raises(latticed.LatticedError, match="lattice: got 5"):
+        two.lattice(5)
+    turned = two.lattice()
+    turned.edges = turned.edges + np.array([[0, 0.1, 0], [0, 0, 0], [0, 0, 0]])
+    turned.control_points = turned.rest()
+    with pytest.raises(latticed.LatticedError, match="parallel"):
+        client.create_scene(box, [two.lattice(), turned])

@@ -1,0 +1,56 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A scene of two lattices in the viewer in Chromium: the panel chooses whose cage is shown and edited.
+// Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer.
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { openTorus, page, press, select, useStage } from './stage';
+import { live } from './viewer_page';
+
+useStage({ context: { viewport: { width: 1000, height: 800 } }, begin: openTorus });
+
+/** Makes a scene of the page's mesh with a second lattice, of 3 x 3 x 3 control points, and opens it. */
+async function openTwo(): Promise<void> {
+  await page.evaluate(async () => {
+    const { session } = window.latticed.scene!;
+    const { scenes } = session.server;
+    const [{ lattice }, { mesh }] = await Promise.all([
+      scenes.getLattice({ scene: session.sceneId }), scenes.getScene({ scene: session.sceneId })]);
+    const { frame } = lattice!;
+    const second = { frame, size: { u: 3, v: 3, w: 3 }, degree: { u: 2, v: 2, w: 2 } };
+    await scenes.createScene({ sceneId: 'two-lattices', mesh, lattices: [
+      { source: { case: 'lattice', value: lattice! } }, { source: { case: 'lattice', value: second } }] });
+  });
+  const address = new URL(page.url());
+  address.searchParams.set('scene', 'two-lattices');
+  await page.goto(address.href);
+  await live(page);
+}
+
+const count = (): Promise<number> => page.evaluate(() => window.latticed.scene!.session.lattice.count);
+const top = (): Promise<number> => page.evaluate(() => window.latticed.scene!.session.surface.bounds.max.z);
+
+test('each lattice has its cage, its edits and its undo steps, and the moves of both add up', async () => {
+  await openTwo();
+  const choice = page.getByRole('combobox', { name: 'Lattice', exact: true });
+  assert.equal(await count(), 64);
+  const rest = await top();
+  await select(...Array.from({ length: 16 }, (_, i) => 48 + i)); // the highest layer
+  await press('g', 'z', '1', 'Enter');
+  await page.waitForFunction(() => window.latticed.scene!.session.canUndo);
+
+  await choice.selectOption('2 of 2');
+
+  await page.waitForFunction(() => window.latticed.scene!.session.lattice.count === 27);
+  assert.equal(await page.evaluate(() => window.latticed.scene!.session.canUndo), false);
+  await select(...Array.from({ length: 9 }, (_, i) => 18 + i));
+  await press('g', 'z', '1', 'Enter');
+  await page.waitForFunction((least) => window.latticed.scene!.session.surface.bounds.max.z > least, rest + 1.2);
+  await page.evaluate(() => window.latticed.scene!.session.undo());
+  await page.waitForFunction((most) => window.latticed.scene!.session.surface.bounds.max.z < most, rest + 1.1);
+  await choice.selectOption('1 of 2');
+  await page.waitForFunction(() => window.latticed.scene!.session.lattice.count === 64);
+  await page.evaluate(() => window.latticed.scene!.session.undo());
+  await page.waitForFunction((most) => window.latticed.scene!.session.surface.bounds.max.z < most, rest + 0.1);
+});
