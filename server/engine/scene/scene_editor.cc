@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <optional>
 #include <variant>
 
 #include "core/base/error.h"
@@ -79,7 +80,6 @@ std::shared_ptr<const SceneState> SceneEditor::FirstState(
 }
 
 EditBatch SceneEditor::AmongOthers(EditBatch batch, const SceneState& before) const {
-  if (before.lattices.size() == 1) return batch;
   const LatticeStructure& planned = before.plan->structure;
   std::vector<Vec3d> others;
   for (Edit& edit : batch.edits) {
@@ -131,8 +131,10 @@ absl::StatusOr<EditCommit> SceneEditor::Apply(const EditBatch& batch, const Scen
     };
   }
   const SceneVolumeKeeper keeper(before.measures, MapAmongOthers(before.lattices, k));
-  auto outcome =
-      history_.Apply(AmongOthers(batch, before), now, admit, admit_points, &keeper, admit_weights);
+  std::optional<EditBatch> among_others;
+  if (before.lattices.size() > 1) among_others = AmongOthers(batch, before);
+  auto outcome = history_.Apply(among_others.has_value() ? *among_others : batch, now, admit,
+                                admit_points, &keeper, admit_weights);
   if (!outcome.ok()) return outcome.status();
   EditCommit commit{.summary = outcome->summary,
                     .structure_changed = outcome->structure_changed,

@@ -34,7 +34,7 @@ uint64_t LatticeBytes(const SceneLattices& lattices) {
     // Also the rest points of both, and in a scene of several what this one moves.
     points += (kCopies + 1) * PointsOf(map.structure()) + (lattices.size() == 1 ? 1 : 2) * planned;
     for (size_t axis = 0; axis < 3; ++axis) {
-      bytes += map.rows(axis).capacity() * sizeof(OutsideMap::Row);
+      bytes += map.rows(axis).size() * sizeof(OutsideMap::Row);
     }
   }
   return bytes + points * sizeof(Vec3d);

@@ -182,7 +182,9 @@ class HistoryBudgetTest : public SceneFixture {
     mesh_ = Upload("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     ASSERT_OK(Create(TriangleScene("scene-one", size)));
     const uint64_t reserved = Info().reserved_host_bytes();
-    EXPECT_EQ(Get().bytes().at("lattice"), static_cast<uint64_t>(4 * 24 * size * size * size));
+    // Four copies of the control points; and for a strength, those at rest, twice, the moved ones, twice, and rows of 48.
+    EXPECT_EQ(Get().bytes().at("lattice"),
+              static_cast<uint64_t>(8 * 24 * size * size * size + 3 * 48 * size));
     StartServer({.memory_bytes = reserved + bytes});
     mesh_ = Upload("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     ASSERT_OK(Create(TriangleScene("scene-one", size)));

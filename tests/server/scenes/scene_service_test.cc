@@ -170,11 +170,6 @@ TEST_F(SceneServiceTest, RefusesBadCreations) {
   ExpectRefused(Create(request), Code::kNotFound, "NOT_FOUND");
 
   request = SceneRequest();
-  request.add_lattices();
-  request.add_lattices();
-  ExpectRefused(Create(request), Code::kInvalidArgument, "UNSUPPORTED", "lattices");
-
-  request = SceneRequest();
   (*request.mutable_labels())["No Good"] = "";
   ExpectRefused(Create(request), Code::kInvalidArgument, "INVALID_FIELD", "labels");
 

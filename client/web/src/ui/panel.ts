@@ -9,7 +9,7 @@ import { AXIS_NAMES, type Axis } from '../lattice/grid';
 import type { Vec3 } from '../lattice/vec';
 import type { Settings, SettingsStore } from '../state/settings';
 import { ConstraintControls } from './constraint_controls';
-import { choice, field, segmented, slider, toggle, type Bound, type Control } from './controls';
+import { button, choice, field, segmented, slider, toggle, type Bound, type Control } from './controls';
 import { h } from './dom';
 import { LatticeChoice } from './lattice_choice';
 import { StrengthControl } from './strength_control';
@@ -151,7 +151,7 @@ export class Panel {
 
   /** Of the tool that paints vertex weights. */
   private brushControls(): HTMLElement[] {
-    const clear = h('button', { type: 'button', onclick: () => this.editor?.session.clearWeights() }, 'Clear weights');
+    const clear = button('Clear weights', () => this.editor?.session.clearWeights());
     return [
       this.keep(slider(this.partOf('brush', 'weight', 'Weight to paint'), { min: 0, max: 1, step: 0.05 })),
       this.keep(slider(this.partOf('brush', 'radius', 'Brush radius'), { min: 5, max: 200, step: 1 })),
