@@ -18,7 +18,7 @@ namespace latticed {
 namespace {
 
 // Below this size of parts, 2^-64 of the patch, rounding decides.
-constexpr int kMostHalvings = 64;
+constexpr int kMostBoundHalvings = 64;
 
 // A coordinate on a part of a patch as a Bezier triangle of degree n: coefficient of (i, j, n - i - j) at i (n + 1) + j.
 class BezierTriangle {
@@ -212,7 +212,7 @@ class BoundsSearch {
       parts.pop_back();
       if (part.Largest() <= most + slack_) continue;
       if (halvings > 0) most = std::max(most, part.LargestCorner());
-      if (halvings == kMostHalvings) continue;
+      if (halvings == kMostBoundHalvings) continue;
       for (const BezierTriangle& half : part.Halves()) {
         if (half.Largest() > most + slack_) parts.emplace_back(half, halvings + 1);
       }

@@ -17,7 +17,7 @@ using points::BlockVec;
 using points::kBlockPoints;
 
 // A patch at rest, relative to the origin, with the derivatives of all by the barycentrics s and t.
-struct WeightedPatch {
+struct IntegratedPatch {
   Vec3d corner, s, t;
   double weight = 0, weight_s = 0, weight_t = 0;
   std::array<double, 3> local_s{}, local_t{};  // of l, m, n
@@ -91,7 +91,7 @@ class WeightedSum {
   }
 
   void AddPatch(size_t p, const BoxPolynomial& polynomial) {
-    WeightedPatch patch;
+    IntegratedPatch patch;
     const std::array<double, 3> weights = plan_.CornerWeights(p);
     patch.corner = CornerOf(p, 0);
     patch.s = CornerOf(p, 1) - patch.corner;
@@ -109,7 +109,7 @@ class WeightedSum {
     }
   }
 
-  void AddPoints(const WeightedPatch& patch, const BoxPolynomial& polynomial,
+  void AddPoints(const IntegratedPatch& patch, const BoxPolynomial& polynomial,
                  std::span<const TriangleRulePoint> rule) {
     for (size_t i = 0; i < rule.size(); ++i) {
       const auto& b = rule[i].barycentrics;
@@ -136,7 +136,7 @@ class WeightedSum {
     for (size_t c = 0; c < 3; ++c) block[c][i] = v[static_cast<int>(c)];
   }
 
-  void AddPoint(const WeightedPatch& patch, const TriangleRulePoint& point, size_t i) {
+  void AddPoint(const IntegratedPatch& patch, const TriangleRulePoint& point, size_t i) {
     const auto& b = point.barycentrics;
     const double w = patch.weight + b[1] * patch.weight_s + b[2] * patch.weight_t;
     const Vec3d x = At(rest_, i), offset = At(values_, i) - x;

@@ -9,7 +9,7 @@
 namespace latticed {
 namespace {
 
-constexpr size_t kGrain = 16'384;  // points of one part of a loop: about a millisecond
+constexpr size_t kSortedGrain = 16'384;  // points of one part of a loop: about a millisecond
 
 }  // namespace
 
@@ -26,7 +26,7 @@ SortedPoints::SortedPoints(const LatticeStructure& structure, std::span<const Ve
         const auto place = FindVolumePlace(structure, map, points[i]);
         box_of[i] = static_cast<uint32_t>(place.has_value() ? boxes_.BoxOf(place->span) : outside);
       },
-      kGrain);
+      kSortedGrain);
 
   std::vector<size_t> first_of_box(outside + 2);
   for (const uint32_t box : box_of) ++first_of_box[box + 1];
@@ -53,7 +53,7 @@ SortedPoints::SortedPoints(const LatticeStructure& structure, std::span<const Ve
           if (!normals.empty()) normal_[a][place] = normal[static_cast<int>(a)];
         }
       },
-      kGrain);
+      kSortedGrain);
 }
 
 void SortedPoints::MakeRuns(std::span<const size_t> first_of_box) {
@@ -75,7 +75,7 @@ SortedPoints SortedPoints::Resorted(const LatticeStructure& structure, CpuArena&
         if (!normals.empty()) normals[order_[place]] = NormalAt(place);
         if (!weights.empty()) weights[order_[place]] = weight_[place];
       },
-      kGrain);
+      kSortedGrain);
   return SortedPoints(structure, points, normals, arena, weights);
 }
 

@@ -20,7 +20,7 @@ namespace latticed {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kSameKnot = 0x1p-40;  // of the range of an axis
+constexpr double kOneKnot = 0x1p-40;  // of the range of an axis
 
 // One axis of one lattice as it is continued, in the parameter of the first lattice.
 struct SummandAxis {
@@ -70,7 +70,7 @@ AxisEnds ExtentOf(std::span<const Vec3d> mesh, const FrameMap& first, size_t a) 
 // Where the sum ends: where the first lattice beyond the mesh does, or else the last one. Of ends that are almost equal, that
 // of the first lattice counts.
 AxisEnds EndsOf(std::span<const SummandAxis> axes, const AxisEnds& mesh) {
-  const double near = kSameKnot * (axes.front().space.end() - axes.front().space.begin());
+  const double near = kOneKnot * (axes.front().space.end() - axes.front().space.begin());
   AxisEnds all, beyond{-kInfinity, kInfinity};
   for (const SummandAxis& axis : axes) {
     const double begin = axis.space.begin(), end = axis.space.end();
@@ -89,7 +89,7 @@ AxisEnds EndsOf(std::span<const SummandAxis> axes, const AxisEnds& mesh) {
 }
 
 absl::Status CheckEnds(size_t k, const SummandAxis& axis, const AxisEnds& ends, size_t a) {
-  const double near = kSameKnot * (ends.end - ends.begin);
+  const double near = kOneKnot * (ends.end - ends.begin);
   const bool begins_inside = axis.space.begin() > ends.begin + near && !axis.fades_at_begin;
   const bool ends_inside = axis.space.end() < ends.end - near && !axis.fades_at_end;
   if (!begins_inside && !ends_inside) return absl::OkStatus();
@@ -103,7 +103,7 @@ absl::Status CheckEnds(size_t k, const SummandAxis& axis, const AxisEnds& ends, 
 
 // The places of all knots between the ends, ascending. Of those that are almost equal, that of the first lattice.
 std::vector<double> PlacesOfKnots(std::span<const SummandAxis> axes, const AxisEnds& ends) {
-  const double near = kSameKnot * (ends.end - ends.begin);
+  const double near = kOneKnot * (ends.end - ends.begin);
   std::vector<std::pair<double, size_t>> knots;  // with the index of the lattice
   for (size_t k = 0; k < axes.size(); ++k) {
     for (const double knot : axes[k].space.knots) {
@@ -148,7 +148,7 @@ AxisSpace SpaceOf(std::span<SummandAxis> axes, const AxisEnds& ends) {
   places.push_back(ends.end);
   AxisSpace sum;
   for (SummandAxis& axis : axes) {
-    Snap(places, kSameKnot * (ends.end - ends.begin), axis.space.knots);
+    Snap(places, kOneKnot * (ends.end - ends.begin), axis.space.knots);
     sum.degree = std::max(sum.degree, axis.space.degree);
   }
   for (const double place : places) {

@@ -146,7 +146,7 @@ absl::StatusOr<LegacyVtk> ParseLegacyVtk(std::string_view bytes) {
       }
       LATTICED_ASSIGN_OR_RETURN(const auto numbers,
                                 reader.Numbers(uint64_t{3} * count, words[2], parts.is_text));
-      parts.points = PointsOf(numbers);
+      parts.points = PointsFromNumbers(numbers);
       parts.splices.push_back({.begin = reader.line(),
                                .end = reader.at(),
                                .before = fmt::format("POINTS {} double\n", count),

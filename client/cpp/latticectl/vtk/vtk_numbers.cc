@@ -80,7 +80,7 @@ absl::StatusOr<std::vector<double>> BinaryNumbers(std::string_view bytes, uint64
   return numbers;
 }
 
-std::vector<Vec3d> PointsOf(std::span<const double> numbers) {
+std::vector<Vec3d> PointsFromNumbers(std::span<const double> numbers) {
   std::vector<Vec3d> points;
   points.reserve(numbers.size() / 3);
   for (size_t n = 0; n + 2 < numbers.size(); n += 3) {

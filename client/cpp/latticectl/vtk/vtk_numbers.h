@@ -31,7 +31,7 @@ inline constexpr uint64_t kAllNumbers = UINT64_MAX;
                                                                 const std::string& type,
                                                                 std::endian order, size_t& at);
 // x y z of each point.
-[[nodiscard]] std::vector<Vec3d> PointsOf(std::span<const double> numbers);
+[[nodiscard]] std::vector<Vec3d> PointsFromNumbers(std::span<const double> numbers);
 
 }  // namespace latticed::client
 

@@ -100,7 +100,7 @@ class XmlVtkParser {
       return Wrong("its points have not three coordinates each");
     }
     const size_t before = parts_.points.size(), count = numbers.size() / 3;
-    const std::vector<Vec3d> read = PointsOf(numbers);
+    const std::vector<Vec3d> read = PointsFromNumbers(numbers);
     parts_.points.insert(parts_.points.end(), read.begin(), read.end());
     parts_.splices.push_back({.begin = tag.begin,
                               .end = tags_[close].end,

@@ -21,7 +21,7 @@ namespace {
 // core/adaptive/curvature_slack.h, the second derivatives of w G are bounded as if all terms had one sign: by at most
 // 110,000 times this sum, 16 n (n + 1) by the degree and the steps, 1.5^n by the patch's reach of its box, 2 by the weight.
 // Each product is rounded 150 times, which takes 1.9e-9.
-constexpr double kWeightedSlack = 2e-9;
+constexpr double kWeightedBoundSlack = 2e-9;
 
 float RaisedBound(double bound, double slack) {
   return static_cast<float>(kBoundFactor * (bound + slack));
@@ -88,7 +88,7 @@ void PatchBounder::BoundWeighted(std::span<const uint32_t> groups,
       const Group& group = plan_->layout.groups[groups[i]];
       const auto polynomial = weighted_->Polynomial(group.box, control_points);
       double slack = 0;
-      for (const Vec3d c : polynomial) slack += kWeightedSlack * Norm(c);
+      for (const Vec3d c : polynomial) slack += kWeightedBoundSlack * Norm(c);
       for (size_t p = group.first_patch; p < group.first_patch + group.lanes; ++p) {
         const CurvatureBounds<double> exact = weighted_->BoundPatch(p, polynomial);
         CurvatureBounds<float> bounds;
