@@ -3,23 +3,16 @@
 #include "core/folds/fold_search.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
-#include <utility>
 
-#include "core/folds/box_determinant.h"
+#include "core/folds/cell_search.h"
 
 namespace latticed {
-namespace {
 
-constexpr size_t kMostOpen = static_cast<size_t>(kMostHalvings) + 1;
-
-}  // namespace
-
-FoldSearch::FoldSearch() : cells_(kMostOpen) {}
+FoldSearch::FoldSearch() : cells_(kMostOpenCells) {}
 
 // Whether a corner of the cell has a value of 0 or less. Keeps the least value seen.
-bool FoldSearch::Look(const Cell& cell, FoldDecision& decision) const {
+bool FoldSearch::Look(const Cell& cell, FoldDecision& decision) {
   for (unsigned corner = 0; corner < 8; ++corner) {
     const double value = cell.polynomial.Corner(corner);
     if (!(value < decision.value)) continue;
@@ -52,38 +45,19 @@ FoldDecision FoldSearch::Decide(double slack) {
   first.lower = {};
   first.width = {1, 1, 1};
   first.halvings = 0;
-  size_t open = 1;
   FoldDecision decision{.value = std::numeric_limits<double>::infinity(), .cells = 0};
-  while (open > 0) {
-    Cell& cell = cells_[open - 1];
-    if (decision.cells++ == kMostCells) break;
-    const double least = cell.polynomial.Least();
-    if (least > slack) {
-      --open;
-      continue;
-    }
-    if (Look(cell, decision)) {
-      decision.state = FoldState::kFolded;
-      return MoveInside(cell, decision);
-    }
-    if (std::isnan(least)) break;
-    if (cell.halvings == kMostHalvings) {
-      decision.state = FoldState::kUndecided;
-      --open;
-      continue;
-    }
-    Cell& upper = cells_[open++];
-    const size_t axis = cell.polynomial.SteepestAxis();
-    cell.polynomial.Halve(axis, upper.polynomial);
-    cell.width[static_cast<int>(axis)] *= 0.5;
+  const auto look = [](const Cell& cell, FoldDecision& least) { return Look(cell, least); };
+  const auto halve = [](Cell& cell, Cell& upper) {
+    const size_t steepest = cell.polynomial.SteepestAxis();
+    const auto axis = static_cast<int>(steepest);
+    cell.polynomial.Halve(steepest, upper.polynomial);
+    cell.width[axis] *= 0.5;
     upper.lower = cell.lower;
-    upper.lower[static_cast<int>(axis)] += cell.width[static_cast<int>(axis)];
+    upper.lower[axis] += cell.width[axis];
     upper.width = cell.width;
-    upper.halvings = ++cell.halvings;
-    if (cell.polynomial.Least() < upper.polynomial.Least()) std::swap(cell, upper);
-  }
-  if (open > 0) decision.state = FoldState::kUndecided;
-  return decision;
+  };
+  const Cell* const folded = SearchCells(cells_, slack, decision, look, halve);
+  return folded == nullptr ? decision : MoveInside(*folded, decision);
 }
 
 }  // namespace latticed

@@ -3,13 +3,7 @@
 //
 // Decides whether a Bernstein polynomial is above 0 everywhere in the unit cube.
 //
-//   every coefficient > slack   the cell is certified
-//   a corner's value <= 0       the polynomial is 0 or less there
-//   neither                     the cell is halved along its steepest axis, and the half with the lesser coefficient is
-//                               looked at first
-//
-// After kMostCells cells, or kMostHalvings halvings of one, the cube is undecided: the polynomial touches 0 within the
-// slack, or nearly so. In 10,000 random lattices no box needed more than tests/bench/results/folds.md says.
+// The search is that of cell_search.h; a cell is halved along its steepest axis. In 10,000 random lattices no box needed more than tests/bench/results/folds.md says.
 //
 // Errors   none; a polynomial with NaN is undecided
 // Threads  one at a time: the search keeps its memory from cube to cube
@@ -34,8 +28,6 @@ struct FoldDecision {
 
 class FoldSearch {
  public:
-  static constexpr int kMostCells = 256;
-
   FoldSearch();
   // The polynomial of the next cube, to be filled in before Decide.
   BernsteinVolume& polynomial() { return whole_; }
@@ -48,7 +40,7 @@ class FoldSearch {
     int halvings = 0;
   };
 
-  [[nodiscard]] bool Look(const Cell& cell, FoldDecision& decision) const;
+  [[nodiscard]] static bool Look(const Cell& cell, FoldDecision& decision);
   [[nodiscard]] FoldDecision MoveInside(const Cell& cell, FoldDecision decision) const;
 
   BernsteinVolume whole_;

@@ -2,16 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/folds/triangle_search.h"
 
-#include <cmath>
 #include <limits>
-#include <utility>
 
-#include "core/folds/box_determinant.h"
+#include "core/folds/cell_search.h"
 
 namespace latticed {
 namespace {
-
-constexpr size_t kMostOpenTriangles = static_cast<size_t>(kMostHalvings) + 1;
 
 // a + share (b - a)
 std::array<double, 3> Toward(const std::array<double, 3>& a, const std::array<double, 3>& b,
@@ -23,7 +19,7 @@ std::array<double, 3> Toward(const std::array<double, 3>& a, const std::array<do
 
 }  // namespace
 
-TriangleSearch::TriangleSearch() : cells_(kMostOpenTriangles) {}
+TriangleSearch::TriangleSearch() : cells_(kMostOpenCells) {}
 
 // Whether a corner of the cell has a value of 0 or less. Keeps the least value seen.
 bool TriangleSearch::Look(const Cell& cell, TriangleDecision& decision) {
@@ -53,37 +49,17 @@ TriangleDecision TriangleSearch::Decide(double slack) {
   whole_.CopyTo(first.polynomial);
   first.corners = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   first.halvings = 0;
-  size_t open = 1;
   TriangleDecision decision{.value = std::numeric_limits<double>::infinity()};
-  while (open > 0) {
-    Cell& cell = cells_[open - 1];
-    if (decision.cells++ == kMostCells) break;
-    const double least = cell.polynomial.Least();
-    if (least > slack) {
-      --open;
-      continue;
-    }
-    if (Look(cell, decision)) {
-      decision.state = FoldState::kFolded;
-      return MoveInside(decision);
-    }
-    if (std::isnan(least)) break;
-    if (cell.halvings == kMostHalvings) {
-      decision.state = FoldState::kUndecided;
-      --open;
-      continue;
-    }
-    Cell& second = cells_[open++];
+  const auto look = [](const Cell& cell, TriangleDecision& least) { return Look(cell, least); };
+  const auto halve = [](Cell& cell, Cell& second) {
     const Corners& c = cell.corners;
     const auto middle = Toward(c[0], c[1], 0.5);
     cell.polynomial.Halve(second.polynomial);
     second.corners = {c[1], c[2], middle};
     cell.corners = Corners{c[2], c[0], middle};
-    second.halvings = ++cell.halvings;
-    if (cell.polynomial.Least() < second.polynomial.Least()) std::swap(cell, second);
-  }
-  if (open > 0) decision.state = FoldState::kUndecided;
-  return decision;
+  };
+  const bool is_folded = SearchCells(cells_, slack, decision, look, halve) != nullptr;
+  return is_folded ? MoveInside(decision) : decision;
 }
 
 }  // namespace latticed

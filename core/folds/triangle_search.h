@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Decides whether a Bernstein polynomial is above 0 everywhere on a triangle: fold_search.h, with triangles for cubes. A
-// triangle that is not decided is halved, each time at another edge.
+// Decides whether a Bernstein polynomial is above 0 everywhere on a triangle. The search is that of cell_search.h; a triangle
+// is halved each time at another edge.
 //
 // Errors   none; a polynomial with NaN is undecided
 // Threads  one at a time: the search keeps its memory from triangle to triangle
@@ -27,8 +27,6 @@ struct TriangleDecision {
 
 class TriangleSearch {
  public:
-  static constexpr int kMostCells = 256;
-
   TriangleSearch();
   // The polynomial of the next triangle, to be filled in before Decide.
   BernsteinTriangle& polynomial() { return whole_; }
