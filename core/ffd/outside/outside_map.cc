@@ -129,42 +129,44 @@ size_t StrideOf(size_t axis, const GridSize& grid) {
   return axis == 0 ? 1 : axis == 1 ? grid[0] : grid[0] * grid[1];
 }
 
-// Applies E_a to all lines along an axis of a grid, u fastest.
-std::vector<Vec3d> Along(size_t axis, const std::vector<MapRow>& rows, const GridSize& grid,
-                         const std::vector<Vec3d>& d) {
-  const size_t stride = StrideOf(axis, grid), lines = d.size() / grid[axis];
-  std::vector<Vec3d> result(lines * rows.size());
-  for (size_t outer = 0; outer < lines / stride; ++outer) {
+// Calls add(line of E_a's result, line of its argument, weight) for the numbers of E_a in each layer of a grid. A line is what
+// one control point along the axis has in the layer; before E_a there are `columns` of them.
+template <typename Add>
+void ForNumbers(const std::vector<MapRow>& rows, size_t columns, size_t layers, Add add) {
+  for (size_t layer = 0; layer < layers; ++layer) {
     for (size_t r = 0; r < rows.size(); ++r) {
-      Vec3d* const to = &result[(outer * rows.size() + r) * stride];
+      const size_t first = layer * columns + static_cast<size_t>(rows[r].first);
       for (size_t i = 0; i < static_cast<size_t>(rows[r].count); ++i) {
-        const double weight = rows[r].weight[i];
-        const Vec3d* const from =
-            &d[(outer * grid[axis] + static_cast<size_t>(rows[r].first) + i) * stride];
-        for (size_t x = 0; x < stride; ++x) to[x] += weight * from[x];
+        add(layer * rows.size() + r, first + i, rows[r].weight[i]);
       }
     }
   }
+}
+
+void AddLine(double weight, const Vec3d* from, size_t count, Vec3d* to) {
+  for (size_t x = 0; x < count; ++x) to[x] += weight * from[x];
+}
+
+// Applies E_a along an axis of a grid, u fastest.
+std::vector<Vec3d> Along(size_t axis, const std::vector<MapRow>& rows, const GridSize& grid,
+                         const std::vector<Vec3d>& d) {
+  const size_t stride = StrideOf(axis, grid), layers = d.size() / grid[axis] / stride;
+  std::vector<Vec3d> result(layers * rows.size() * stride);
+  ForNumbers(rows, grid[axis], layers, [&](size_t row, size_t column, double weight) {
+    AddLine(weight, &d[column * stride], stride, &result[row * stride]);
+  });
   return result;
 }
 
-// Applies E_a' to them; `columns`: how many control points there are along the axis before E_a.
+// Applies E_a' to what Along returns.
 std::vector<Vec3d> AlongTransposed(size_t axis, const std::vector<MapRow>& rows,
                                    const GridSize& grid, size_t columns,
                                    const std::vector<Vec3d>& g) {
-  const size_t stride = StrideOf(axis, grid), lines = g.size() / grid[axis];
-  std::vector<Vec3d> result(lines * columns);
-  for (size_t outer = 0; outer < lines / stride; ++outer) {
-    for (size_t r = 0; r < rows.size(); ++r) {
-      const Vec3d* const from = &g[(outer * rows.size() + r) * stride];
-      for (size_t i = 0; i < static_cast<size_t>(rows[r].count); ++i) {
-        const double weight = rows[r].weight[i];
-        Vec3d* const to =
-            &result[(outer * columns + static_cast<size_t>(rows[r].first) + i) * stride];
-        for (size_t x = 0; x < stride; ++x) to[x] += weight * from[x];
-      }
-    }
-  }
+  const size_t stride = StrideOf(axis, grid), layers = g.size() / grid[axis] / stride;
+  std::vector<Vec3d> result(layers * columns * stride);
+  ForNumbers(rows, columns, layers, [&](size_t row, size_t column, double weight) {
+    AddLine(weight, &g[row * stride], stride, &result[column * stride]);
+  });
   return result;
 }
 
