@@ -46,14 +46,13 @@ absl::StatusOr<std::shared_ptr<Scene>> Scene::Create(SceneConfig config,
   ViewSpec default_spec = config.default_view.key.spec;
   if (default_spec.position_bits == 0) default_spec.position_bits = limits::kMaxPositionBits;
   LATTICED_RETURN_IF_ERROR(Validate(default_spec));
+  LATTICED_RETURN_IF_ERROR(CheckLattices(default_spec, config.lattices.size(), "default_view"));
   SceneLife life{.history = SceneHistory(std::exchange(config.lattices, {}), config.strength),
                  .commit_time = config.create_time};
   LATTICED_RETURN_IF_ERROR(life.history.MadeWith(config.weights, config.mesh->positions.size()));
   life.moved = PointRevisions(life.history.of(0).lattice().control_points.size(), 0);
   LATTICED_ASSIGN_OR_RETURN(auto scene, Make(std::move(config), std::move(life), context, stop));
   const RenderInput head = scene->Head();
-  LATTICED_RETURN_IF_ERROR(
-      CheckLattices(scene->config_.default_view.key.spec, head.state->lattices, "default_view"));
   LATTICED_RETURN_IF_ERROR(
       SettleTolerance(scene->config_.default_view, *head.target, head.state->box, "default_view")
           .status());

@@ -66,7 +66,7 @@ Watcher::~Watcher() {
 absl::Status Watcher::UseView(const WatchView& asked) {
   const auto state = scene_->State();
   LATTICED_RETURN_IF_ERROR(CheckMaxPoints(asked, *state->plan));
-  LATTICED_RETURN_IF_ERROR(CheckLattices(asked.key.spec, state->lattices, "view"));
+  LATTICED_RETURN_IF_ERROR(CheckLattices(asked.key.spec, state->lattices.size(), "view"));
   LATTICED_ASSIGN_OR_RETURN(auto board, scene_->AcquireView(asked.key, account_));
   if (attached_) board_->Detach(absl::Now());
   attached_ = false;

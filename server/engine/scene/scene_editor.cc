@@ -46,6 +46,22 @@ std::vector<uint32_t> MovedByEdit(const SceneState& before, const SceneState& af
   return moved;
 }
 
+// The batch, whose drags then aim at what this lattice must do beside the others. `map`: its own, with what they move.
+EditBatch AmongOthers(EditBatch batch, const LatticeStructure& planned, const OutsideMap& map) {
+  std::vector<Vec3d> others;
+  for (Edit& edit : batch.edits) {
+    auto* const drag = std::get_if<DragPoints>(&edit);
+    if (drag == nullptr) continue;
+    if (others.empty()) others = map.Continue(IdentityControlPoints(map.structure()));
+    for (size_t i = 0; i < std::min(drag->points.size(), drag->targets.size()); ++i) {
+      const Vec3d point = drag->points[i];
+      const double weight = drag->weights.empty() ? 1 : drag->weights[i];
+      drag->targets[i] -= weight * (EvaluateWorld(planned, others, point).position - point);
+    }
+  }
+  return batch;
+}
+
 constexpr size_t kNone = std::numeric_limits<size_t>::max();
 
 }  // namespace
@@ -79,26 +95,6 @@ std::shared_ptr<const SceneState> SceneEditor::FirstState(
   return std::make_shared<const SceneState>(std::move(planned));
 }
 
-EditBatch SceneEditor::AmongOthers(EditBatch batch, const SceneState& before) const {
-  const LatticeStructure& planned = before.plan->structure;
-  std::vector<Vec3d> others;
-  for (Edit& edit : batch.edits) {
-    auto* const drag = std::get_if<DragPoints>(&edit);
-    if (drag == nullptr) continue;
-    if (others.empty()) {
-      const SceneLattice& own = before.lattices[batch.lattice];
-      others = MapAmongOthers(before.lattices, batch.lattice)
-                   ->Continue(IdentityControlPoints(own.structure()));
-    }
-    for (size_t i = 0; i < std::min(drag->points.size(), drag->targets.size()); ++i) {
-      const Vec3d point = drag->points[i];
-      const double weight = drag->weights.empty() ? 1 : drag->weights[i];
-      drag->targets[i] -= weight * (EvaluateWorld(planned, others, point).position - point);
-    }
-  }
-  return batch;
-}
-
 absl::StatusOr<EditCommit> SceneEditor::Apply(const EditBatch& batch, const SceneState& before,
                                               std::optional<PlanCandidate>& candidate,
                                               std::optional<PlanKey>& wanted, TimePoint now,
@@ -118,21 +114,23 @@ absl::StatusOr<EditCommit> SceneEditor::Apply(const EditBatch& batch, const Scen
   const auto admit_weights = [&](const VertexWeights& weights) {
     return plan({history_.structures(), weights});
   };
+  const auto map = MapAmongOthers(before.lattices, k);
   AdmitPoints admit_points;
-  if (batch.refuse_folds || !before.lattices[k].map->is_identity() || candidate.has_value()) {
+  if (batch.refuse_folds || !map->is_identity() || candidate.has_value()) {
     admit_points = [&](const LatticeStructure& structure, std::span<const Vec3d> points,
                        double strength) {
-      if (structure == before.lattices[k].structure()) {
-        return AdmitPointsOf(batch, before, before, points, strength);
+      if (structure == map->structure()) {
+        return AdmitPointsOf(batch, before, before.plan, *WithStrength(map, strength), points);
       }
       SceneState planned = *candidate->state;
       TakeLattices(planned, k);
-      return AdmitPointsOf(batch, before, planned, points, strength);
+      const auto next = WithStrength(MapAmongOthers(planned.lattices, k), strength);
+      return AdmitPointsOf(batch, before, planned.plan, *next, points);
     };
   }
-  const SceneVolumeKeeper keeper(before.measures, MapAmongOthers(before.lattices, k));
+  const SceneVolumeKeeper keeper(before.measures, map);
   std::optional<EditBatch> among_others;
-  if (before.lattices.size() > 1) among_others = AmongOthers(batch, before);
+  if (before.lattices.size() > 1) among_others = AmongOthers(batch, before.plan->structure, *map);
   auto outcome = history_.Apply(among_others.has_value() ? *among_others : batch, now, admit,
                                 admit_points, &keeper, admit_weights);
   if (!outcome.ok()) return outcome.status();
@@ -171,17 +169,16 @@ absl::StatusOr<EditCommit> SceneEditor::Apply(const EditBatch& batch, const Scen
 }
 
 absl::Status SceneEditor::AdmitPointsOf(const EditBatch& batch, const SceneState& before,
-                                        const SceneState& planned, std::span<const Vec3d> points,
-                                        double strength) {
-  const auto map = WithStrength(MapAmongOthers(planned.lattices, batch.lattice), strength);
-  if (map->is_identity()) {
-    return batch.refuse_folds ? folds_.Admit(before, planned.plan, points) : absl::OkStatus();
+                                        const std::shared_ptr<const DeformPlan>& plan,
+                                        const OutsideMap& map, std::span<const Vec3d> points) {
+  if (map.is_identity()) {
+    return batch.refuse_folds ? folds_.Admit(before, plan, points) : absl::OkStatus();
   }
-  const std::vector<Vec3d> continued = map->Continue(points);
+  const std::vector<Vec3d> continued = map.Continue(points);
   for (const Vec3d point : continued) {
     LATTICED_RETURN_IF_ERROR(CheckControlPoint(point, "lattice.outside"));
   }
-  return batch.refuse_folds ? folds_.Admit(before, planned.plan, continued) : absl::OkStatus();
+  return batch.refuse_folds ? folds_.Admit(before, plan, continued) : absl::OkStatus();
 }
 
 SceneState SceneEditor::NextState(const EditBatch& batch, const SceneState& before, SceneState next,

@@ -98,12 +98,10 @@ class SceneEditor {
   // Sets points, strength and constraints of a lattice, or of all but one, as the history has them.
   void TakeLattice(SceneState& state, size_t k) const;
   void TakeLattices(SceneState& state, size_t left_out) const;
-  // The batch, whose drags then aim at what this lattice must do beside the others.
-  EditBatch AmongOthers(EditBatch batch, const SceneState& before) const;
-  // Whether `points` of the lattice and the strength may be the next ones, under the plan of `planned`.
+  // Whether `points` of the lattice, which `map` takes to control points of the plan, may be the next ones.
   absl::Status AdmitPointsOf(const EditBatch& batch, const SceneState& before,
-                             const SceneState& planned, std::span<const Vec3d> points,
-                             double strength);
+                             const std::shared_ptr<const DeformPlan>& plan, const OutsideMap& map,
+                             std::span<const Vec3d> points);
   SceneState NextState(const EditBatch& batch, const SceneState& before, SceneState next,
                        bool structure_changed, absl::Time now) const;
 

@@ -11,11 +11,11 @@
 #ifndef LATTICED_SERVER_ENGINE_WATCH_VIEW_TOLERANCE_H_
 #define LATTICED_SERVER_ENGINE_WATCH_VIEW_TOLERANCE_H_
 
+#include <cstddef>
 #include <string_view>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "server/engine/lattices/scene_lattice.h"
 #include "server/engine/render/target_slot.h"
 #include "server/engine/watch/watch_view.h"
 
@@ -29,7 +29,7 @@ namespace latticed {
                                                         std::string_view field);
 
 // Refuses patches of a scene of several lattices: clients evaluate them from one.
-[[nodiscard]] absl::Status CheckLattices(const ViewSpec& spec, const SceneLattices& lattices,
+[[nodiscard]] absl::Status CheckLattices(const ViewSpec& spec, size_t lattices,
                                          std::string_view field);
 
 }  // namespace latticed
