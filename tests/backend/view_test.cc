@@ -161,6 +161,17 @@ TEST_P(View, DracoStreamsHoldTheIntegers) {
   }
 }
 
+// The point at barycentrics `b` of the Bernstein form of degree n with these coefficients, x y z each.
+Vec3d PointOfNet(const double* net, int n, const std::array<double, 3>& b) {
+  Vec3d sum;
+  for (int i = n; i >= 0; --i) {
+    for (int j = n - i; j >= 0; --j, net += 3) {
+      sum += Bernstein(i, j, n - i - j, b[0], b[1], b[2]) * Vec3d{net[0], net[1], net[2]};
+    }
+  }
+  return sum;
+}
+
 TEST_P(View, ControlNetsSpanTheDeformedPatches) {
   ASSERT_OK_AND_ASSIGN(auto target, backend_->Prepare(plan_, GetParam().pipeline));
   const int n = plan_->structure.patch_degree();
@@ -173,13 +184,7 @@ TEST_P(View, ControlNetsSpanTheDeformedPatches) {
     ASSERT_EQ(nets.size(), (last - first) * m * 3);
     for (size_t p = first; p < last; ++p) {
       for (const auto& b : {std::array{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.2, 0.3, 0.5}}) {
-        Vec3d sum;
-        const double* net = nets.data() + (p - first) * 3 * m;
-        for (int i = n; i >= 0; --i) {
-          for (int j = n - i; j >= 0; --j, net += 3) {
-            sum += Bernstein(i, j, n - i - j, b[0], b[1], b[2]) * Vec3d{net[0], net[1], net[2]};
-          }
-        }
+        const Vec3d sum = PointOfNet(nets.data() + (p - first) * 3 * m, n, b);
         ASSERT_LE(Norm(sum - direct.EvaluatePosition(p, b).position), 1e-12) << "patch " << p;
       }
     }
@@ -205,13 +210,7 @@ TEST_P(View, ControlNetsOfWeightedPatchesHaveOneDegreeMore) {
     ASSERT_EQ(nets.size(), (last - first) * m * 3);
     for (size_t p = first; p < last; ++p) {
       for (const auto& b : {std::array{0.0, 1.0, 0.0}, {0.2, 0.3, 0.5}, {0.6, 0.1, 0.3}}) {
-        Vec3d sum;
-        const double* net = nets.data() + (p - first) * 3 * m;
-        for (int i = n; i >= 0; --i) {
-          for (int j = n - i; j >= 0; --j, net += 3) {
-            sum += Bernstein(i, j, n - i - j, b[0], b[1], b[2]) * Vec3d{net[0], net[1], net[2]};
-          }
-        }
+        const Vec3d sum = PointOfNet(nets.data() + (p - first) * 3 * m, n, b);
         ASSERT_LE(Norm(sum - direct.EvaluatePosition(p, b).position), 1e-12) << "patch " << p;
       }
     }

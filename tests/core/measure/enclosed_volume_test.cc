@@ -5,7 +5,6 @@
 // and with differences.
 #include "core/measure/enclosed_volume.h"
 
-#include <functional>
 #include <memory>
 #include <random>
 #include <string>
@@ -17,6 +16,7 @@
 #include "core/measure/surface_closure.h"
 #include "core/mesh/sample_meshes.h"
 #include "tests/core/measure/measured_patches.h"
+#include "tests/core/measure/slopes.h"
 #include "tests/support/status_matchers.h"
 #include "tests/support/test_meshes.h"
 
@@ -42,16 +42,6 @@ std::vector<Vec3d> RandomMoves(size_t count, uint32_t seed) {
   std::vector<Vec3d> moves(count);
   for (Vec3d& m : moves) m = {unit(random), unit(random), unit(random)};
   return moves;
-}
-
-std::vector<Vec3d> Moved(std::vector<Vec3d> points, double amount, std::span<const Vec3d> moves) {
-  for (size_t i = 0; i < points.size(); ++i) points[i] += amount * moves[i];
-  return points;
-}
-
-// On a line V is a cubic, of which this difference takes the linear term exactly.
-double CubicSlope(const std::function<double(double)>& value, double h) {
-  return (8 * (value(h) - value(-h)) - (value(2 * h) - value(-2 * h))) / (12 * h);
 }
 
 class DegreesTest : public ::testing::TestWithParam<int> {

@@ -4,7 +4,6 @@
 // Measures of surfaces with vertex weights, compared with quadrature and samples of the definition, and with differences.
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <memory>
 #include <random>
 #include <utility>
@@ -16,6 +15,7 @@
 #include "core/measure/surface_bounds.h"
 #include "core/measure/surface_closure.h"
 #include "tests/core/measure/measured_patches.h"
+#include "tests/core/measure/slopes.h"
 #include "tests/support/status_matchers.h"
 #include "tests/support/test_meshes.h"
 
@@ -56,15 +56,6 @@ EnclosedVolume VolumeOf(const WeightedPlanPtr& plan, std::span<const Vec3d> poin
   return MeasureVolume(**SurfaceMoments::Make(plan, Order::kVolume), points);
 }
 
-double SlopeOf(const std::function<double(double)>& value, double h) {
-  return (8 * (value(h) - value(-h)) - (value(2 * h) - value(-2 * h))) / (12 * h);
-}
-
-std::vector<Vec3d> MovedBy(std::vector<Vec3d> points, double amount, std::span<const Vec3d> moves) {
-  for (size_t i = 0; i < points.size(); ++i) points[i] += amount * moves[i];
-  return points;
-}
-
 class WeightedDegrees : public ::testing::TestWithParam<int> {
  protected:
   static WeightedPlanPtr Plan() {
@@ -96,7 +87,7 @@ TEST_P(WeightedDegrees, GradientsMatchDifferences) {
   const auto plan = Plan();
   const auto points = Jitter(plan->structure, 0.08, 4);
   const auto moves = Jitter(plan->structure, 0.5, 5);
-  const auto at = [&](double h) { return CentroidOf(plan, MovedBy(points, h, moves)); };
+  const auto at = [&](double h) { return CentroidOf(plan, Moved(points, h, moves)); };
 
   const auto got = at(0);
 
@@ -109,9 +100,9 @@ TEST_P(WeightedDegrees, GradientsMatchDifferences) {
     }
   }
   // On a line V is a cubic.
-  EXPECT_NEAR(SlopeOf([&](double h) { return at(h).volume.volume; }, 0.05), volume_slope, 1e-11);
+  EXPECT_NEAR(CubicSlope([&](double h) { return at(h).volume.volume; }, 0.05), volume_slope, 1e-11);
   for (int c = 0; c < 3; ++c) {
-    EXPECT_NEAR(SlopeOf([&](double h) { return at(h).centroid[c]; }, 1e-3), centroid_slope[c],
+    EXPECT_NEAR(CubicSlope([&](double h) { return at(h).centroid[c]; }, 1e-3), centroid_slope[c],
                 1e-8);
   }
 }
@@ -130,8 +121,8 @@ TEST_P(WeightedDegrees, AreaKeepsItsToleranceAndItsGradientMatchesDifferences) {
   const auto got = *MeasureArea(*plan, points, 1e-10, true);
   double slope = 0;
   for (size_t i = 0; i < points.size(); ++i) slope += Dot(got.gradient[i], moves[i]);
-  const double by_differences = SlopeOf(
-      [&](double h) { return MeasureArea(*plan, MovedBy(points, h, moves), 1e-12, false)->area; },
+  const double by_differences = CubicSlope(
+      [&](double h) { return MeasureArea(*plan, Moved(points, h, moves), 1e-12, false)->area; },
       1e-3);
   EXPECT_NEAR(slope, by_differences, 1e-8 * std::abs(by_differences) + 1e-8);
 }
