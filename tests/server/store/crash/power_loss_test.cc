@@ -113,10 +113,10 @@ TEST_F(StorePowerLoss, LosesWhatIsNot) {
   if (!disk.Make() || !disk.Mount()) GTEST_SKIP() << "no loop device can be mounted here";
 
   int64_t lost = 0;
-  for (int i = 0; i < 5; ++i) {
-    const int64_t now = Lost(disk, "async", absl::Milliseconds(100 + random_() % 300));
-    if (now < 0) GTEST_SKIP() << "this kernel cannot shut a filesystem down";
-    lost += now;
+  // A machine that is short of memory may have written everything by itself.
+  for (int i = 0; i < 50 && lost == 0; ++i) {
+    lost = Lost(disk, "async", absl::Milliseconds(100 + random_() % 300));
+    if (lost < 0) GTEST_SKIP() << "this kernel cannot shut a filesystem down";
   }
   EXPECT_GT(lost, 0);
 }
