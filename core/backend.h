@@ -32,8 +32,8 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "core/ffd/deform_plan.h"
-#include "core/ffd/quantisation_box.h"
+#include "core/ffd/plan/deform_plan.h"
+#include "core/ffd/plan/quantisation_box.h"
 
 namespace latticed {
 

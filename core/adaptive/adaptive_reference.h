@@ -24,7 +24,7 @@
 
 #include "core/adaptive/patch_curvature.h"
 #include "core/adaptive/pattern_key.h"
-#include "core/ffd/box_basis.h"
+#include "core/ffd/box/box_basis.h"
 
 namespace latticed {
 

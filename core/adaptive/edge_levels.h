@@ -30,7 +30,7 @@
 
 #include "core/base/host_device.h"
 #include "core/base/limits.h"
-#include "core/ffd/quantisation_box.h"
+#include "core/ffd/plan/quantisation_box.h"
 
 namespace latticed {
 

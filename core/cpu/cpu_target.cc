@@ -14,7 +14,7 @@
 #include "core/cpu/gemm/gemm_kernel.h"
 #include "core/cpu/gemm/patch_sampler.h"
 #include "core/cpu/host_buffer.h"
-#include "core/ffd/shared_points.h"
+#include "core/ffd/plan/shared_points.h"
 #include "core/ffd/stage_matrices.h"
 #include "core/ffd/weights/weighted_nets.h"
 #include "core/view/checked_view.h"

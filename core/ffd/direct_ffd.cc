@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "core/ffd/bspline_basis.h"
-#include "core/ffd/knot_split.h"
+#include "core/ffd/plan/knot_split.h"
 
 namespace latticed {
 namespace {

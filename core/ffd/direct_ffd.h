@@ -26,10 +26,10 @@
 #include <span>
 
 #include "core/base/vec.h"
+#include "core/ffd/box/volume_point.h"
 #include "core/ffd/carried_normal.h"
-#include "core/ffd/deform_plan.h"
 #include "core/ffd/lattice.h"
-#include "core/ffd/volume_point.h"
+#include "core/ffd/plan/deform_plan.h"
 
 namespace latticed {
 

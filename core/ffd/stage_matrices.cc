@@ -10,7 +10,7 @@
 #include "core/base/error.h"
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
-#include "core/ffd/bernstein.h"
+#include "core/ffd/box/bernstein.h"
 #include "core/ffd/tessellation_pattern.h"
 
 namespace latticed {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/ffd/bezier_box.h"
+#include "core/ffd/box/bezier_box.h"
 
 namespace latticed {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "core/base/bounds.h"
 #include "core/base/status_macros.h"
-#include "core/ffd/dirty_set.h"
+#include "core/ffd/plan/dirty_set.h"
 #include "core/folds/fold_search.h"
 #include "core/folds/triangle_search.h"
 #include "core/folds/weighted_determinant.h"

@@ -31,8 +31,8 @@
 #include <span>
 
 #include "core/base/vec.h"
-#include "core/ffd/bezier_box.h"
-#include "core/ffd/deform_plan.h"
+#include "core/ffd/box/bezier_box.h"
+#include "core/ffd/plan/deform_plan.h"
 #include "core/folds/bernstein_triangle.h"
 
 namespace latticed {

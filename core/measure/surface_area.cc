@@ -7,8 +7,8 @@
 
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
+#include "core/ffd/box/volume_point.h"
 #include "core/ffd/bspline_basis.h"
-#include "core/ffd/volume_point.h"
 #include "core/measure/triangle_rule.h"
 
 namespace latticed {

@@ -23,7 +23,7 @@
 
 #include "absl/status/statusor.h"
 #include "core/base/stop_check.h"
-#include "core/ffd/deform_plan.h"
+#include "core/ffd/plan/deform_plan.h"
 
 namespace latticed {
 

@@ -9,7 +9,7 @@
 
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
-#include "core/ffd/bezier_box.h"
+#include "core/ffd/box/bezier_box.h"
 #include "core/ffd/direct_ffd.h"
 #include "core/ffd/stage_matrices.h"
 #include "core/ffd/weights/weighted_triangle.h"

@@ -20,8 +20,8 @@
 #include "absl/status/statusor.h"
 #include "core/base/bounds.h"
 #include "core/base/stop_check.h"
-#include "core/ffd/deform_plan.h"
-#include "core/ffd/patch_tree.h"
+#include "core/ffd/pick/patch_tree.h"
+#include "core/ffd/plan/deform_plan.h"
 
 namespace latticed {
 

@@ -18,7 +18,7 @@
 #include <span>
 
 #include "absl/status/status.h"
-#include "core/ffd/deform_plan.h"
+#include "core/ffd/plan/deform_plan.h"
 
 namespace latticed {
 

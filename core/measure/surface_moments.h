@@ -30,8 +30,8 @@
 
 #include "absl/status/statusor.h"
 #include "core/base/stop_check.h"
-#include "core/ffd/deform_plan.h"
-#include "core/ffd/span_basis.h"
+#include "core/ffd/box/span_basis.h"
+#include "core/ffd/plan/deform_plan.h"
 
 namespace latticed {
 

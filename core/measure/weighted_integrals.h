@@ -22,7 +22,7 @@
 #include <vector>
 
 #include "core/base/vec.h"
-#include "core/ffd/deform_plan.h"
+#include "core/ffd/plan/deform_plan.h"
 
 namespace latticed {
 

@@ -19,7 +19,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "core/ffd/adjacency_index.h"
+#include "core/ffd/plan/adjacency_index.h"
 #include "core/patches/patch_plan.h"
 
 namespace latticed {

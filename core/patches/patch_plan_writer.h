@@ -24,9 +24,9 @@
 #include "absl/status/statusor.h"
 #include "core/base/bounds.h"
 #include "core/base/stop_check.h"
-#include "core/ffd/adjacency_index.h"
-#include "core/ffd/deform_plan.h"
 #include "core/ffd/direct_ffd.h"
+#include "core/ffd/plan/adjacency_index.h"
+#include "core/ffd/plan/deform_plan.h"
 #include "core/patches/patch_places.h"
 #include "core/patches/patch_plan_parts.h"
 

@@ -13,7 +13,7 @@
 #include "core/base/catch_bad_alloc.h"
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
-#include "core/ffd/plan_slice.h"
+#include "core/ffd/plan/plan_slice.h"
 #include "core/view/spanned/spanned_target.h"
 #include "fmt/format.h"
 

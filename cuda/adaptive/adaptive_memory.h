@@ -20,7 +20,7 @@
 #include <span>
 #include <vector>
 
-#include "core/ffd/deform_plan.h"
+#include "core/ffd/plan/deform_plan.h"
 #include "cuda/adaptive/adaptive_kernels.h"
 #include "cuda/device/device_buffer.h"
 

@@ -16,7 +16,7 @@
 
 #include <vector>
 
-#include "core/ffd/deform_plan.h"
+#include "core/ffd/plan/deform_plan.h"
 #include "cuda/adaptive/adaptive_kernels.h"
 #include "cuda/device/device_buffer.h"
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/base/status_macros.h"
-#include "core/ffd/bernstein.h"
+#include "core/ffd/box/bernstein.h"
 #include "core/ffd/tessellation_pattern.h"
 #include "cuda/device/table_upload.h"
 

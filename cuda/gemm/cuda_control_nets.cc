@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "core/base/status_macros.h"
-#include "core/ffd/bernstein.h"
+#include "core/ffd/box/bernstein.h"
 #include "cuda/gemm/gemm_kernels.h"
 #include "cuda/view/cuda_frame.h"
 

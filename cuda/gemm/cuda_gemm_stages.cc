@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "core/base/status_macros.h"
-#include "core/ffd/bernstein.h"
+#include "core/ffd/box/bernstein.h"
 #include "core/ffd/tessellation_pattern.h"
 #include "cuda/device/cuda_status.h"
 #include "cuda/gemm/gemm_kernels.h"

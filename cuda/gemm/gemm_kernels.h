@@ -67,7 +67,7 @@ struct Surface {
 LATTICED_HD constexpr size_t IllWords(size_t points) { return (points + 31) / 32; }
 cudaError_t LaunchSurface(const Tile& tile, const Surface& surface, cudaStream_t stream);
 
-// Copies shared positions from their owners, one thread a point.     core/ffd/shared_points.h
+// Copies shared positions from their owners, one thread a point.     core/ffd/plan/shared_points.h
 struct SharedPositions {
   SharedPointTables tables;
   const uint8_t* attached;  // per seam

@@ -6,7 +6,7 @@
 // CopyKernel has one block per run of patches and one thread per point: first the corners, then the
 // inner points of the edges that are copied. The few records of seams and orphans are not sorted. With
 // n = max(1, segments - 1), item i is point i mod n of record i / n; a corner needs only its item 0.
-// No point is both read and written (core/ffd/shared_points.h), so the order does not matter.
+// No point is both read and written (core/ffd/plan/shared_points.h), so the order does not matter.
 #include "core/ffd/tessellation_pattern.h"
 #include "cuda/device/launch.cuh"
 #include "cuda/gemm/gemm_kernels.h"

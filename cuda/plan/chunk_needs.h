@@ -13,7 +13,7 @@
 #include <span>
 #include <vector>
 
-#include "core/ffd/deform_plan.h"
+#include "core/ffd/plan/deform_plan.h"
 
 namespace latticed {
 

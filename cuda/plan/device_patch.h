@@ -8,7 +8,7 @@
 //
 // Bit a of the steps says that the owner is the next lower box along axis a: the corner or edge lies in the
 // knot plane between the two boxes. A table of SeamUse says on which seam a corner or edge is.
-//                                                                          core/ffd/deform_plan.h
+//                                                                          core/ffd/plan/deform_plan.h
 // Threads  plain data, host and device
 #ifndef LATTICED_CUDA_PLAN_DEVICE_PATCH_H_
 #define LATTICED_CUDA_PLAN_DEVICE_PATCH_H_

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/base/status_macros.h"
-#include "core/ffd/box_basis.h"
+#include "core/ffd/box/box_basis.h"
 #include "core/ffd/direct_ffd.h"
 #include "cuda/plan/lattice_part.h"
 #include "cuda/plan/pack_patches.h"
@@ -81,7 +81,7 @@ std::vector<kernels::FusedBox> PackBoxes(const DeformPlan& plan, const BoxBasis&
 }
 
 // Tables of the fused kernels alone. A patch takes 8 bytes (feature_uses.h), a box 120, a knot span
-// 128 (the matrix of core/ffd/box_basis.h), a corner or edge on a seam 8. The pointers of `tables`
+// 128 (the matrix of core/ffd/box/box_basis.h), a corner or edge on a seam 8. The pointers of `tables`
 // are set when `upload` is sent.
 void AddBoxes(const std::shared_ptr<const DeformPlan>& plan,
               const std::vector<kernels::SeamUse>& seam_uses, TableUpload& upload,

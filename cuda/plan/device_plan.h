@@ -18,7 +18,7 @@
 
 #include "core/backend.h"
 #include "core/base/mutex.h"
-#include "core/ffd/deform_plan.h"
+#include "core/ffd/plan/deform_plan.h"
 #include "cuda/device/cuda_context.h"
 #include "cuda/device/device_buffer.h"
 #include "cuda/device/table_upload.h"

@@ -18,7 +18,7 @@
 #include <vector>
 
 #include "core/base/host_device.h"
-#include "core/ffd/deform_plan.h"
+#include "core/ffd/plan/deform_plan.h"
 
 namespace latticed {
 namespace kernels {

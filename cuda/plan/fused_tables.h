@@ -20,7 +20,7 @@ struct FusedBox {
   Vec3d gradient[3];            // of the coordinates by world position, by permuted axis
 };
 
-// Permuted axes: core/ffd/box_basis.h.
+// Permuted axes: core/ffd/box/box_basis.h.
 struct FusedTables {
   int axis[3];             // of the lattice, behind each permuted axis
   int degree[3];           // by permuted axis, none greater than the one before

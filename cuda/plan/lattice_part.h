@@ -23,7 +23,7 @@
 #include <span>
 #include <vector>
 
-#include "core/ffd/deform_plan.h"
+#include "core/ffd/plan/deform_plan.h"
 #include "cuda/plan/chunk_needs.h"
 
 namespace latticed {

@@ -6,7 +6,7 @@
 
 #include "core/base/error.h"
 #include "core/base/limits.h"
-#include "core/ffd/shared_points.h"
+#include "core/ffd/plan/shared_points.h"
 #include "cuda/plan/plan_tables.h"
 
 namespace latticed {

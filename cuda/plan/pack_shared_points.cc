@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "core/base/limits.h"
-#include "core/ffd/shared_points.h"
+#include "core/ffd/plan/shared_points.h"
 
 namespace latticed {
 namespace {

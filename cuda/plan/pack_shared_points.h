@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Packs the tables of core/ffd/shared_points.h for the device, in about 10 bytes a patch.
+// Packs the tables of core/ffd/plan/shared_points.h for the device, in about 10 bytes a patch.
 //
 //   a vertex  4 bytes: the use that owns its position
 //   an edge   5 bytes for each of its uses but the owner; 4 for each run of 32 patches, where its copies begin
@@ -14,7 +14,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/ffd/deform_plan.h"
+#include "core/ffd/plan/deform_plan.h"
 #include "cuda/plan/shared_point_tables.h"
 
 namespace latticed {

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Which positions a patch takes from another, for pipelines that evaluate every patch by itself.
-//                                                                     core/ffd/shared_points.h
+//                                                                     core/ffd/plan/shared_points.h
 // Threads  plain data, host and device
 #ifndef LATTICED_CUDA_PLAN_SHARED_POINT_TABLES_H_
 #define LATTICED_CUDA_PLAN_SHARED_POINT_TABLES_H_

@@ -5,7 +5,7 @@
 #ifndef LATTICED_CUDA_PLAN_VOLUME_CUH_
 #define LATTICED_CUDA_PLAN_VOLUME_CUH_
 
-#include "core/ffd/volume_point.h"
+#include "core/ffd/box/volume_point.h"
 #include "cuda/plan/plan_tables.h"
 
 namespace latticed::kernels {

@@ -23,7 +23,7 @@ __device__ inline Vec3d WorldAt(const double* const* axes, size_t place) {
   return {axes[0][place], axes[1][place], axes[2][place]};
 }
 
-// A point is in its box, but for rounding and for the snapping of core/ffd/knot_split.h.
+// A point is in its box, but for rounding and for the snapping of core/ffd/plan/knot_split.h.
 __device__ inline Vec3d ToLocal(const LocalMap& map, Vec3d world) {
   const Vec3d x = world - map.frame_origin;
   const Vec3d half{0.5, 0.5, 0.5};

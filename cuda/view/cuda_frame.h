@@ -18,7 +18,7 @@
 #include <span>
 #include <utility>
 
-#include "core/ffd/deform_plan.h"
+#include "core/ffd/plan/deform_plan.h"
 #include "cuda/device/staged_upload.h"
 #include "cuda/plan/lattice_part.h"
 

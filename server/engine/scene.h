@@ -69,7 +69,7 @@ struct SceneConfig {
   std::vector<Lattice> lattices;
   double strength = 1;    // at revision 0: how much of the deformation the scene takes
   VertexWeights weights;  // at revision 0; null: none (core/ffd/weights/vertex_weights.h)
-  std::optional<double> crease_angle;  // in degrees (core/ffd/vertex_normals.h)
+  std::optional<double> crease_angle;  // in degrees (core/ffd/plan/vertex_normals.h)
   MeshUnits units;                     // of its coordinates, for clients and exported files
   WatchView default_view;
   Pipeline pipeline = Pipeline::kFused;

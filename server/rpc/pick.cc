@@ -8,7 +8,7 @@
 #include "core/base/error.h"
 #include "core/base/status_macros.h"
 #include "core/ffd/direct_ffd.h"
-#include "core/ffd/surface_pick.h"
+#include "core/ffd/pick/surface_pick.h"
 #include "server/wire/converters.h"
 #include "server/wire/scene_converters.h"
 

@@ -12,7 +12,7 @@
 #include <string>
 #include <string_view>
 
-#include "core/ffd/deform_plan.h"
+#include "core/ffd/plan/deform_plan.h"
 #include "latticed/v1/scene.pb.h"
 
 namespace latticed {

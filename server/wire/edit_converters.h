@@ -9,9 +9,9 @@
 #define LATTICED_SERVER_WIRE_EDIT_CONVERTERS_H_
 
 #include "absl/status/statusor.h"
-#include "core/ffd/deform_plan.h"
-#include "core/ffd/editor_ledger.h"
-#include "core/ffd/lattice_edit.h"
+#include "core/ffd/edit/lattice_edit.h"
+#include "core/ffd/history/editor_ledger.h"
+#include "core/ffd/plan/deform_plan.h"
 #include "core/ffd/weights/vertex_weights.h"
 #include "core/mesh/polygon_mesh.h"
 #include "latticed/v1/edit.pb.h"

@@ -10,7 +10,7 @@
 
 #include "core/adaptive/adaptive_reference.h"
 #include "core/base/error.h"
-#include "core/ffd/dirty_set.h"
+#include "core/ffd/plan/dirty_set.h"
 #include "core/patches/edge_bound.h"
 #include "core/patches/edge_order.h"
 #include "fmt/format.h"

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <random>
 
-#include "core/ffd/dirty_set.h"
+#include "core/ffd/plan/dirty_set.h"
 #include "fmt/format.h"
 #include "tests/backend/tolerance_scenes.h"
 

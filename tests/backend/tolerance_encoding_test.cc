@@ -10,7 +10,7 @@
 
 #include "core/codec/draco_writer.h"
 #include "core/codec/meshopt/meshopt_writer.h"
-#include "core/ffd/dirty_set.h"
+#include "core/ffd/plan/dirty_set.h"
 #include "fmt/format.h"
 #include "tests/backend/conformance.h"
 #include "tests/support/encode_chunk.h"

@@ -13,7 +13,7 @@
 #include "core/adaptive/edge_levels.h"
 #include "core/base/error.h"
 #include "core/codec/draco_decode.h"
-#include "core/ffd/dirty_set.h"
+#include "core/ffd/plan/dirty_set.h"
 #include "fmt/format.h"
 #include "tests/backend/conformance.h"
 #include "tests/backend/tolerance_checks.h"

@@ -10,7 +10,7 @@
 #include "core/codec/chunk_encoder.h"
 #include "core/codec/draco_decode.h"
 #include "core/codec/meshopt/meshopt_writer.h"
-#include "core/ffd/bernstein.h"
+#include "core/ffd/box/bernstein.h"
 #include "fmt/format.h"
 #include "tests/backend/conformance.h"
 #include "tests/support/encode_chunk.h"

@@ -11,7 +11,7 @@
 #include <random>
 #include <utility>
 
-#include "core/ffd/dirty_set.h"
+#include "core/ffd/plan/dirty_set.h"
 #include "fmt/format.h"
 #include "tests/backend/conformance.h"
 #include "tests/support/real_meshes.h"

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "core/adaptive/adaptive_reference.h"
-#include "core/ffd/dirty_set.h"
+#include "core/ffd/plan/dirty_set.h"
 #include "fmt/format.h"
 #include "tests/backend/conformance.h"
 #include "tests/backend/tolerance_checks.h"

@@ -9,7 +9,7 @@
 #include <random>
 #include <utility>
 
-#include "core/ffd/dirty_set.h"
+#include "core/ffd/plan/dirty_set.h"
 #include "fmt/format.h"
 #include "tests/backend/conformance.h"
 

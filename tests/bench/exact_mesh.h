@@ -23,7 +23,7 @@
 #include <memory>
 
 #include "absl/status/statusor.h"
-#include "core/ffd/deform_plan.h"
+#include "core/ffd/plan/deform_plan.h"
 
 namespace latticed::bench {
 

@@ -18,8 +18,8 @@
 
 #include "absl/status/statusor.h"
 #include "core/backend.h"
-#include "core/ffd/deform_plan.h"
-#include "core/ffd/quantisation_box.h"
+#include "core/ffd/plan/deform_plan.h"
+#include "core/ffd/plan/quantisation_box.h"
 
 namespace latticed::bench {
 

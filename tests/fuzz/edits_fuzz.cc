@@ -14,7 +14,7 @@
 #include <string>
 #include <string_view>
 
-#include "core/ffd/edit_history.h"
+#include "core/ffd/history/edit_history.h"
 #include "server/wire/edit_converters.h"
 
 namespace {

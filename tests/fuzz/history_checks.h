@@ -8,7 +8,7 @@
 
 #include <string>
 
-#include "core/ffd/edit_history.h"
+#include "core/ffd/history/edit_history.h"
 
 namespace latticed::fuzz {
 

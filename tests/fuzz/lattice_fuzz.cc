@@ -11,7 +11,7 @@
 #include <memory>
 #include <string>
 
-#include "core/ffd/deform_plan.h"
+#include "core/ffd/plan/deform_plan.h"
 #include "server/wire/converters.h"
 
 namespace {

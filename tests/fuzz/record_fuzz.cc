@@ -12,7 +12,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/ffd/edit_history.h"
+#include "core/ffd/history/edit_history.h"
 #include "server/store/records/scene_codec.h"
 #include "server/store/records/scene_log.pb.h"
 #include "tests/fuzz/history_checks.h"

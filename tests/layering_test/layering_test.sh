@@ -10,11 +10,14 @@ set -euo pipefail
 cd "$1"
 
 readonly below_backends="core/base/ core/mesh/ core/ffd/ core/adaptive/ core/patches/ core/codec/ core/backend.h core/view/"
+readonly below_edits="core/ffd/box/ core/ffd/bspline_basis.h core/ffd/carried_normal.h core/ffd/control_point_range.h core/ffd/deformed_mesh.h core/ffd/direct_ffd.h core/ffd/lattice.h core/ffd/outside/ core/ffd/pick/ core/ffd/plan/ core/ffd/stage_matrices.h core/ffd/sum/ core/ffd/tessellation_pattern.h core/ffd/weights/"
 # layer    prefixes of paths that it may include
 declare -A allowed=(
   [core/base]="core/base/"
   [core/mesh]="core/base/ core/mesh/"
-  [core/ffd]="core/base/ core/mesh/ core/ffd/"
+  [core/ffd]="core/base/ core/mesh/ $below_edits"
+  [core/ffd/edit]="core/base/ core/mesh/ $below_edits core/ffd/constraints/ core/ffd/edit/"
+  [core/ffd/history]="core/base/ core/mesh/ core/ffd/"
   [core/measure]="core/base/ core/mesh/ core/ffd/ core/points/ core/measure/"
   [core/adaptive]="core/base/ core/mesh/ core/ffd/ core/adaptive/"
   [core/folds]="core/base/ core/mesh/ core/ffd/ core/folds/"
@@ -111,7 +114,8 @@ readonly guarded=(
 # Sets $layer rather than printing it: $(…) would start a process for each of thousands of includes.
 set_layer() {  # FILE
   case $1 in
-    core/base/*) layer=core/base ;; core/mesh/*) layer=core/mesh ;; core/ffd/*) layer=core/ffd ;;
+    core/base/*) layer=core/base ;; core/mesh/*) layer=core/mesh ;;
+    core/ffd/edit/* | core/ffd/constraints/*) layer=core/ffd/edit ;; core/ffd/history/*) layer=core/ffd/history ;; core/ffd/*) layer=core/ffd ;;
     core/measure/*) layer=core/measure ;; core/adaptive/*) layer=core/adaptive ;; core/folds/*) layer=core/folds ;; core/patches/*) layer=core/patches ;; core/codec/*) layer=core/codec ;; core/view/*) layer=core/view ;; core/points/*) layer=core/points ;; core/cpu/*/*) layer=${1%/*} ;; core/cpu/*) layer=core/cpu ;; core/*) layer=core/backend ;;
     cuda/*/*) layer=${1%/*} ;; cuda/*) layer=cuda ;;
     server/*/*) layer=${1%/*} ;; server/*) layer=server ;; tests/*) layer=tests ;;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The polynomial of each knot box, relative to the plan's local origin: R - local_origin (core/ffd/box_basis.h).
+// The polynomial of each knot box, relative to the plan's local origin: R - local_origin (core/ffd/box/box_basis.h).
 // With weights it is that of the offset, R(x) - x.
 // It is computed in double from the control points and rounded to float once.
 //
@@ -14,7 +14,7 @@
 #include <span>
 
 #include "core/cpu/fused/kernel/fused_kernel.h"
-#include "core/ffd/box_basis.h"
+#include "core/ffd/box/box_basis.h"
 
 namespace latticed::fused {
 

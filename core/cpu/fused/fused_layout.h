@@ -22,7 +22,7 @@
 #include "core/cpu/fused/box_polynomials.h"
 #include "core/cpu/fused/fused_weights.h"
 #include "core/cpu/fused/kernel/fused_kernel.h"
-#include "core/ffd/deform_plan.h"
+#include "core/ffd/plan/deform_plan.h"
 
 namespace latticed::fused {
 

@@ -19,8 +19,8 @@
 #include "core/cpu/fused/cpu_fused.h"
 #include "core/cpu/fused/fused_layout.h"
 #include "core/cpu/fused/kernel/fused_kernel.h"
-#include "core/ffd/deform_plan.h"
-#include "core/ffd/quantisation_box.h"
+#include "core/ffd/plan/deform_plan.h"
+#include "core/ffd/plan/quantisation_box.h"
 
 namespace latticed::fused {
 

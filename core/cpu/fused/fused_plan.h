@@ -12,7 +12,7 @@
 
 #include "core/cpu/fused/box_polynomials.h"
 #include "core/cpu/fused/fused_layout.h"
-#include "core/ffd/deform_plan.h"
+#include "core/ffd/plan/deform_plan.h"
 
 namespace latticed::fused {
 

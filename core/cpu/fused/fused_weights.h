@@ -13,7 +13,7 @@
 
 #include "core/cpu/fused/box_polynomials.h"
 #include "core/cpu/fused/kernel/weight_lanes.h"
-#include "core/ffd/deform_plan.h"
+#include "core/ffd/plan/deform_plan.h"
 
 namespace latticed::fused {
 

@@ -15,7 +15,7 @@ namespace {
 
 constexpr size_t kCopiesPerTask = 2'048;  // about 100 us
 
-// Copies every shared position from its owner, by the tables of core/ffd/shared_points.h.
+// Copies every shared position from its owner, by the tables of core/ffd/plan/shared_points.h.
 void CopySharedPoints(const SharedPoints& shared, const DeformPlan& plan,
                       std::span<const Vec3d> control_points, const VertexLayout& layout,
                       const VertexWriter& writer, int segments, std::span<uint8_t> vertices,

@@ -28,7 +28,7 @@
 #include "core/cpu/gemm/patch_sampler.h"
 #include "core/cpu/vertex_kernel.h"
 #include "core/ffd/direct_ffd.h"
-#include "core/ffd/shared_points.h"
+#include "core/ffd/plan/shared_points.h"
 #include "core/view/vertex_layout.h"
 
 namespace latticed {

@@ -18,7 +18,7 @@
 #include <span>
 #include <vector>
 
-#include "core/ffd/deform_plan.h"
+#include "core/ffd/plan/deform_plan.h"
 #include "core/ffd/stage_matrices.h"
 
 namespace latticed {

@@ -21,8 +21,8 @@
 
 #include "core/base/vec.h"
 #include "core/ffd/box/box_polynomial.h"
+#include "core/ffd/box/span_basis.h"
 #include "core/ffd/lattice.h"
-#include "core/ffd/span_basis.h"
 
 namespace latticed {
 

@@ -8,7 +8,7 @@
 
 #include "core/base/error.h"
 #include "core/base/status_macros.h"
-#include "core/ffd/knot_insertion.h"
+#include "core/ffd/edit/knot_insertion.h"
 #include "fmt/format.h"
 
 namespace latticed {

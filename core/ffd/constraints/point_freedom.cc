@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/ffd/lattice_edit.h"
+#include "core/ffd/edit/lattice_edit.h"
 
 namespace latticed {
 namespace {

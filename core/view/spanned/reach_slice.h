@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A view of a slice of a plan (core/ffd/plan_slice.h) that bounds second derivatives. The slack of its bounds depends on how
+// A view of a slice of a plan (core/ffd/plan/plan_slice.h) that bounds second derivatives. The slack of its bounds depends on how
 // far all patches of a box reach, also those of other slices. With the reach of all, its bounds have the bits of those of
 // the whole plan.
 //

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A view of edge bounds whose patches are shared out among views, each of a slice of the plan (core/ffd/plan_slice.h) and
+// A view of edge bounds whose patches are shared out among views, each of a slice of the plan (core/ffd/plan/plan_slice.h) and
 // each, as a rule, on a device of its own. Clients see the whole plan, and the bytes of one device.
 //
 //   bytes of each slice's edges -> the largest byte of each edge on a cut -> bytes of the plan's edges, by its chunks

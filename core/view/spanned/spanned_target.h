@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // A target whose chunks are shared out among other targets, each of a slice of the plan
-// (core/ffd/plan_slice.h). Its vertices are bit for bit those of one target of the whole plan.
+// (core/ffd/plan/plan_slice.h). Its vertices are bit for bit those of one target of the whole plan.
 //
 // The whole plan stays on the host beside the slices, which take about as much memory again.
 //

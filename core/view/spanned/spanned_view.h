@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // A view whose chunks are shared out among other views, each of a slice of the plan
-// (core/ffd/plan_slice.h) and each, as a rule, on a device of its own.
+// (core/ffd/plan/plan_slice.h) and each, as a rule, on a device of its own.
 //
 //   chunks of the plan   0 … first(1) - 1 | first(1) … first(2) - 1 | …
 //   part                 0                | 1                       | …

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A view with a tolerance of a slice of a plan (core/ffd/plan_slice.h). Its levels depend on patches of other slices, in two
+// A view with a tolerance of a slice of a plan (core/ffd/plan/plan_slice.h). Its levels depend on patches of other slices, in two
 // ways: an edge takes the largest bound in all of its patches, and the slack of bounds the reach of all patches of a box.
 // tolerance_exchange.h gives each slice the maxima of all, and the views then have the bits of one view of the whole plan.
 //
@@ -25,7 +25,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "core/base/vec.h"
-#include "core/ffd/quantisation_box.h"
+#include "core/ffd/plan/quantisation_box.h"
 #include "core/view/spanned/reach_slice.h"
 
 namespace latticed {

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "core/adaptive/adaptive_pattern.h"
-#include "core/ffd/deform_plan.h"
+#include "core/ffd/plan/deform_plan.h"
 
 namespace latticed {
 

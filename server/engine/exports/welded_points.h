@@ -22,7 +22,7 @@
 
 #include "absl/container/flat_hash_map.h"
 #include "core/base/vec.h"
-#include "core/ffd/deform_plan.h"
+#include "core/ffd/plan/deform_plan.h"
 #include "server/engine/exports/surface_patterns.h"
 
 namespace latticed {

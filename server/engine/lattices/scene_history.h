@@ -16,7 +16,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "core/ffd/edit_history.h"
+#include "core/ffd/history/edit_history.h"
 
 namespace latticed {
 

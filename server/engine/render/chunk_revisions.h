@@ -20,7 +20,7 @@
 #include <vector>
 
 #include "core/backend.h"
-#include "core/ffd/deform_plan.h"
+#include "core/ffd/plan/deform_plan.h"
 #include "server/engine/scene/point_revisions.h"
 
 namespace latticed {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/base/error.h"
-#include "core/ffd/lattice_edit.h"
+#include "core/ffd/edit/lattice_edit.h"
 #include "fmt/format.h"
 
 namespace latticed {

@@ -11,7 +11,7 @@
 #include "core/base/status_macros.h"
 #include "core/ffd/control_point_range.h"
 #include "core/ffd/direct_ffd.h"
-#include "core/ffd/dirty_set.h"
+#include "core/ffd/plan/dirty_set.h"
 
 namespace latticed {
 namespace {

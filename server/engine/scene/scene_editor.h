@@ -7,7 +7,7 @@
 //                -> wants a plan: `wanted` says of what. Nothing has
 //                   changed. The caller makes the plan without a lock and calls again with it.
 //
-// Errors   those of core/ffd/edit_history.h and fold_guard.h
+// Errors   those of core/ffd/history/edit_history.h and fold_guard.h
 // Threads  one at a time: the scene locks. Time is an argument.
 #ifndef LATTICED_SERVER_ENGINE_SCENE_SCENE_EDITOR_H_
 #define LATTICED_SERVER_ENGINE_SCENE_SCENE_EDITOR_H_
@@ -22,7 +22,7 @@
 
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
-#include "core/ffd/edit_history.h"
+#include "core/ffd/history/edit_history.h"
 #include "server/engine/lattices/scene_history.h"
 #include "server/engine/scene/edit_log.h"
 #include "server/engine/scene/fold_guard.h"

@@ -23,8 +23,8 @@
 #include "core/base/mutex.h"
 #include "core/base/stop_check.h"
 #include "core/ffd/constraints/volume_keeper.h"
-#include "core/ffd/deform_plan.h"
 #include "core/ffd/outside/outside_map.h"
+#include "core/ffd/plan/deform_plan.h"
 #include "core/measure/surface_moments.h"
 #include "server/engine/memory/memory_budget.h"
 

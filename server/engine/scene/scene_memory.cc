@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <new>
 
-#include "core/ffd/deform_plan.h"
+#include "core/ffd/plan/deform_plan.h"
 
 namespace latticed {
 namespace {

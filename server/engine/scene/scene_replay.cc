@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "core/base/status_macros.h"
-#include "core/ffd/lattice_edit.h"
+#include "core/ffd/edit/lattice_edit.h"
 #include "fmt/format.h"
 #include "server/store/records/header_codec.h"
 #include "server/store/records/scene_codec.h"

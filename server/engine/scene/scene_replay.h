@@ -16,7 +16,7 @@
 
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
-#include "core/ffd/quantisation_box.h"
+#include "core/ffd/plan/quantisation_box.h"
 #include "server/engine/lattices/scene_history.h"
 #include "server/engine/scene/point_revisions.h"
 #include "server/store/store.h"

@@ -13,10 +13,10 @@
 
 #include "absl/time/time.h"
 #include "core/base/bounds.h"
-#include "core/ffd/deform_plan.h"
 #include "core/ffd/lattice.h"
-#include "core/ffd/patch_tree.h"
-#include "core/ffd/quantisation_box.h"
+#include "core/ffd/pick/patch_tree.h"
+#include "core/ffd/plan/deform_plan.h"
+#include "core/ffd/plan/quantisation_box.h"
 #include "server/engine/lattices/scene_lattice.h"
 #include "server/engine/scene/scene_measures.h"
 

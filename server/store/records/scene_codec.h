@@ -16,9 +16,9 @@
 
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
-#include "core/ffd/edit_history_image.h"
-#include "core/ffd/edit_record.h"
-#include "core/ffd/quantisation_box.h"
+#include "core/ffd/history/edit_history_image.h"
+#include "core/ffd/history/edit_record.h"
+#include "core/ffd/plan/quantisation_box.h"
 
 namespace latticed {
 

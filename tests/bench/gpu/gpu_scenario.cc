@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "core/base/status_macros.h"
-#include "core/ffd/dirty_set.h"
+#include "core/ffd/plan/dirty_set.h"
 #include "fmt/format.h"
 #include "tests/bench/exact_mesh.h"
 #include "tests/bench/paper/tensor/tensor_verify.h"

@@ -11,7 +11,7 @@
 #include <string>
 #include <utility>
 
-#include "core/ffd/edit_history.h"
+#include "core/ffd/history/edit_history.h"
 #include "server/engine/scene/scene_replay.h"
 
 namespace latticed::bench {

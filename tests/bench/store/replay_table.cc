@@ -11,7 +11,7 @@
 
 #include "absl/time/clock.h"
 #include "absl/time/time.h"
-#include "core/ffd/edit_history.h"
+#include "core/ffd/history/edit_history.h"
 #include "core/ffd/lattice.h"
 #include "fmt/format.h"
 #include "server/engine/scene/scene_replay.h"

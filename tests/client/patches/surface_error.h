@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "core/ffd/direct_ffd.h"
-#include "core/ffd/quantisation_box.h"
+#include "core/ffd/plan/quantisation_box.h"
 #include "tests/client/patches/evaluated_scene.h"
 #include "tests/support/definition.h"
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-#include "core/ffd/bernstein.h"
+#include "core/ffd/box/bernstein.h"
 
 #include <gtest/gtest.h>
 

@@ -9,12 +9,12 @@
 #include <random>
 #include <vector>
 
-#include "core/ffd/deform_plan.h"
 #include "core/ffd/direct_ffd.h"
-#include "core/ffd/knot_insertion.h"
-#include "core/ffd/lattice_edit.h"
+#include "core/ffd/edit/knot_insertion.h"
+#include "core/ffd/edit/lattice_edit.h"
 #include "core/ffd/outside/outside_map.h"
 #include "core/ffd/outside/outside_rules.h"
+#include "core/ffd/plan/deform_plan.h"
 #include "core/mesh/sample_meshes.h"
 #include "tests/support/status_matchers.h"
 

@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-#include "core/ffd/bernstein.h"
+#include "core/ffd/box/bernstein.h"
 #include "core/ffd/tessellation_pattern.h"
 #include "tests/support/status_matchers.h"
 

@@ -6,10 +6,10 @@
 #include <random>
 
 #include "core/ffd/direct_ffd.h"
-#include "core/ffd/direct_manipulation.h"
+#include "core/ffd/edit/direct_manipulation.h"
 #include "core/ffd/outside/outside_map.h"
 #include "core/ffd/outside/outside_rules.h"
-#include "tests/core/ffd/edit_history_fixture.h"
+#include "tests/core/ffd/history/edit_history_fixture.h"
 
 namespace latticed {
 namespace {

@@ -3,7 +3,7 @@
 //
 // Picks, compared with the definition: the hit is a point of the exact surface on the ray, and no
 // triangle of a fine tessellation is hit before it.
-#include "core/ffd/surface_pick.h"
+#include "core/ffd/pick/surface_pick.h"
 
 #include <cmath>
 #include <limits>

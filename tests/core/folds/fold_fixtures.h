@@ -12,9 +12,9 @@
 #include <random>
 #include <vector>
 
-#include "core/ffd/deform_plan.h"
 #include "core/ffd/direct_ffd.h"
 #include "core/ffd/lattice.h"
+#include "core/ffd/plan/deform_plan.h"
 #include "tests/support/test_meshes.h"
 
 namespace latticed::testing {

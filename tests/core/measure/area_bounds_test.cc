@@ -6,7 +6,7 @@
 #include <memory>
 #include <utility>
 
-#include "core/ffd/patch_tree.h"
+#include "core/ffd/pick/patch_tree.h"
 #include "core/measure/surface_area.h"
 #include "core/measure/surface_bounds.h"
 #include "tests/core/measure/measured_patches.h"

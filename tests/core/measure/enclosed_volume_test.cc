@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "core/base/error.h"
-#include "core/ffd/deform_plan.h"
+#include "core/ffd/plan/deform_plan.h"
 #include "core/measure/surface_closure.h"
 #include "core/mesh/sample_meshes.h"
 #include "tests/core/measure/measured_patches.h"

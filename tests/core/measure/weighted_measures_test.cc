@@ -8,7 +8,7 @@
 #include <random>
 #include <utility>
 
-#include "core/ffd/patch_tree.h"
+#include "core/ffd/pick/patch_tree.h"
 #include "core/measure/enclosed_volume.h"
 #include "core/measure/kept_volume.h"
 #include "core/measure/surface_area.h"

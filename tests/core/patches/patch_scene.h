@@ -13,8 +13,8 @@
 
 #include "absl/status/statusor.h"
 #include "core/base/vec.h"
-#include "core/ffd/deform_plan.h"
 #include "core/ffd/direct_ffd.h"
+#include "core/ffd/plan/deform_plan.h"
 #include "core/mesh/polygon_mesh.h"
 #include "core/patches/patch_plan.h"
 #include "core/patches/patch_plan_parts.h"

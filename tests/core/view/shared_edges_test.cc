@@ -8,7 +8,7 @@
 #include <map>
 #include <set>
 
-#include "core/ffd/plan_slice.h"
+#include "core/ffd/plan/plan_slice.h"
 #include "tests/backend/conformance.h"
 
 namespace latticed::testing {

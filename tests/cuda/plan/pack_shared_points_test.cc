@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Compares the packed table of shared points with core/ffd/shared_points.h. Needs no device.
+// Compares the packed table of shared points with core/ffd/plan/shared_points.h. Needs no device.
 #include "cuda/plan/pack_shared_points.h"
 
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@
 #include <tuple>
 #include <vector>
 
-#include "core/ffd/shared_points.h"
+#include "core/ffd/plan/shared_points.h"
 #include "tests/backend/conformance.h"
 #include "tests/support/test_meshes.h"
 

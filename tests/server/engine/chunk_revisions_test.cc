@@ -14,7 +14,7 @@
 #include <gtest/gtest.h>
 
 #include "core/cpu/cpu_backend.h"
-#include "core/ffd/dirty_set.h"
+#include "core/ffd/plan/dirty_set.h"
 #include "fmt/format.h"
 #include "tests/support/status_matchers.h"
 #include "tests/support/test_meshes.h"

@@ -12,8 +12,8 @@
 
 #include "absl/status/statusor.h"
 #include "core/base/status_macros.h"
-#include "core/ffd/deform_plan.h"
 #include "core/ffd/lattice.h"
+#include "core/ffd/plan/deform_plan.h"
 #include "server/engine/render/render_backend.h"
 #include "server/engine/render/render_view.h"
 #include "tests/support/test_meshes.h"

@@ -7,7 +7,7 @@
 
 #include <random>
 
-#include "tests/core/ffd/edit_sessions.h"
+#include "tests/core/ffd/history/edit_sessions.h"
 
 namespace latticed {
 namespace {

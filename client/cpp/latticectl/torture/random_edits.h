@@ -14,7 +14,7 @@
 #include <cstdint>
 #include <random>
 
-#include "core/ffd/lattice_edit.h"
+#include "core/ffd/edit/lattice_edit.h"
 #include "latticed/v1/edit.pb.h"
 #include "latticed/v1/lattice.pb.h"
 

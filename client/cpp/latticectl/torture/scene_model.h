@@ -25,7 +25,7 @@
 #include "absl/base/thread_annotations.h"
 #include "client/cpp/latticectl/torture/torture_report.h"
 #include "core/base/mutex.h"
-#include "core/ffd/edit_history.h"
+#include "core/ffd/history/edit_history.h"
 #include "latticed/v1/edit.pb.h"
 #include "latticed/v1/lattice.pb.h"
 

@@ -21,8 +21,8 @@
 #include <vector>
 
 #include "core/base/vec.h"
+#include "core/ffd/box/span_basis.h"
 #include "core/ffd/lattice.h"
-#include "core/ffd/span_basis.h"
 #include "core/patches/patch_places.h"
 #include "core/patches/patch_plan_parts.h"
 

@@ -10,7 +10,7 @@
 #include "core/base/error.h"
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
-#include "core/ffd/lattice_edit.h"
+#include "core/ffd/edit/lattice_edit.h"
 #include "core/ffd/outside/outside_rules.h"
 
 namespace latticed::client {

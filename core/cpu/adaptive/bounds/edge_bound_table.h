@@ -19,7 +19,7 @@
 
 #include "core/adaptive/patch_curvature.h"
 #include "core/base/limits.h"
-#include "core/ffd/deform_plan.h"
+#include "core/ffd/plan/deform_plan.h"
 #include "core/view/cpu_arena.h"
 
 namespace latticed {

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "core/ffd/deform_plan.h"
+#include "core/ffd/plan/deform_plan.h"
 #include "core/ffd/stage_matrices.h"
 
 namespace latticed::bench {

@@ -25,8 +25,8 @@
 #include "core/base/host_device.h"
 #include "core/base/limits.h"
 #include "core/base/vec.h"
-#include "core/ffd/bernstein.h"
-#include "core/ffd/volume_point.h"
+#include "core/ffd/box/bernstein.h"
+#include "core/ffd/box/volume_point.h"
 
 namespace latticed {
 struct DeformPlan;  // its header cannot be compiled for the device

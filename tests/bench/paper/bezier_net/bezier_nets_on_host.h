@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-#include "core/ffd/deform_plan.h"
+#include "core/ffd/plan/deform_plan.h"
 #include "tests/bench/paper/bezier_net/bezier_net.h"
 
 namespace latticed::bench {

@@ -4,7 +4,7 @@
 
 #include <string_view>
 
-#include "core/ffd/bernstein.h"
+#include "core/ffd/box/bernstein.h"
 #include "fmt/format.h"
 
 namespace latticed::bench {

@@ -41,7 +41,7 @@
 
 #include "core/base/host_device.h"
 #include "core/base/vec.h"
-#include "core/ffd/volume_point.h"
+#include "core/ffd/box/volume_point.h"
 
 namespace latticed::bench {
 

@@ -13,7 +13,7 @@
 
 #include "absl/status/statusor.h"
 #include "core/base/vec.h"
-#include "core/ffd/deform_plan.h"
+#include "core/ffd/plan/deform_plan.h"
 #include "tests/bench/paper/tensor/tensor_product.h"
 #include "tests/bench/paper/trimming/parameter_rectangle.h"
 #include "tests/bench/paper/trimming/sub_polygons.h"

@@ -15,7 +15,7 @@
 #include <span>
 
 #include "absl/status/statusor.h"
-#include "core/ffd/deform_plan.h"
+#include "core/ffd/plan/deform_plan.h"
 #include "tests/bench/paper/comparator_precision.h"
 #include "tests/bench/paper/tensor/tensor_surfaces.h"
 

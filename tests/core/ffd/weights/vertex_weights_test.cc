@@ -10,8 +10,8 @@
 #include <string>
 #include <utility>
 
-#include "core/ffd/deform_plan.h"
 #include "core/ffd/direct_ffd.h"
+#include "core/ffd/plan/deform_plan.h"
 #include "tests/support/status_matchers.h"
 #include "tests/support/test_meshes.h"
 

@@ -1,0 +1,137 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "core/ffd/plan/dirty_set.h"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <iterator>
+#include <numeric>
+
+#include "core/base/limits.h"
+
+namespace latticed {
+namespace {
+
+constexpr auto kPatchesPerChunk = static_cast<uint32_t>(limits::kPatchesPerChunk);
+
+// The boxes along an axis, or patches, first … last - 1.
+struct Range {
+  uint32_t first, last;
+};
+
+// Along an axis of a lattice, for each span and for the end: the number of boxes with a lower span.
+std::vector<uint32_t> BoxesBelow(const LatticeStructure& s, size_t axis) {
+  const std::vector<double>& knots = s.knots[axis];
+  std::vector<uint32_t> below(static_cast<size_t>(s.size[axis]) + 1);
+  for (auto span = static_cast<size_t>(s.degree[axis]); span + 1 < below.size(); ++span) {
+    below[span + 1] = below[span] + (knots[span + 1] > knots[span] ? 1 : 0);
+  }
+  return below;
+}
+
+// The patches of the boxes. Boxes whose patches follow each other share a range.
+std::vector<Range> PatchesOf(const DeformPlan& plan, const std::vector<bool>& boxes) {
+  std::vector<Range> ranges;
+  for (size_t box = 0; box < boxes.size(); ++box) {
+    const Range own{plan.box_patches[box], plan.box_patches[box + 1]};
+    if (!boxes[box] || own.first == own.last) continue;
+    if (!ranges.empty() && ranges.back().last == own.first) {
+      ranges.back().last = own.last;
+    } else {
+      ranges.push_back(own);
+    }
+  }
+  return ranges;
+}
+
+// The patches outside the ranges, ascending, that have a vertex or edge which one of the boxes owns.
+std::vector<uint32_t> BorrowersBeside(const DeformPlan& plan, const std::vector<bool>& boxes,
+                                      std::span<const Range> ranges) {
+  std::vector<uint32_t> patches;
+  for (size_t box = 0; box < boxes.size(); ++box) {
+    if (!boxes[box]) continue;
+    const std::vector<uint32_t>& borrowers = plan.box_borrowers[box];
+    auto at = borrowers.begin();
+    for (const Range& range : ranges) {
+      const auto first = std::lower_bound(at, borrowers.end(), range.first);
+      patches.insert(patches.end(), at, first);
+      at = std::lower_bound(first, borrowers.end(), range.last);
+    }
+    patches.insert(patches.end(), at, borrowers.end());
+  }
+  std::ranges::sort(patches);
+  patches.erase(std::unique(patches.begin(), patches.end()), patches.end());
+  return patches;
+}
+
+void AddChunk(uint32_t chunk, std::vector<uint32_t>& chunks) {
+  if (chunks.empty() || chunks.back() != chunk) chunks.push_back(chunk);
+}
+
+std::vector<uint32_t> ChunksOf(std::span<const Range> ranges, std::span<const uint32_t> patches) {
+  std::vector<uint32_t> of_ranges, of_patches, chunks;
+  for (const Range& range : ranges) {
+    for (uint32_t chunk = range.first / kPatchesPerChunk; chunk * kPatchesPerChunk < range.last;
+         ++chunk) {
+      AddChunk(chunk, of_ranges);
+    }
+  }
+  for (const uint32_t patch : patches) AddChunk(patch / kPatchesPerChunk, of_patches);
+  if (of_patches.empty()) return of_ranges;
+  std::ranges::set_union(of_ranges, of_patches, std::back_inserter(chunks));
+  return chunks;
+}
+
+}  // namespace
+
+std::vector<bool> InfluencedBoxes(const DeformPlan& plan, std::span<const uint32_t> indices) {
+  const LatticeStructure& s = plan.structure;
+  const std::array below{BoxesBelow(s, 0), BoxesBelow(s, 1), BoxesBelow(s, 2)};
+  // By control points with this index along the axis.
+  const auto boxes_of = [&](size_t axis, int index) {
+    const int last = std::min(index + s.degree[axis], s.size[axis] - 1);
+    return Range{below[axis][static_cast<size_t>(index)],
+                 below[axis][static_cast<size_t>(last) + 1]};
+  };
+  std::vector<bool> boxes(plan.boxes.size());
+  const uint32_t row = below[0].back(), layer = row * below[1].back();
+  for (size_t begin = 0, end = 0; begin < indices.size(); begin = end) {
+    const int first = static_cast<int>(indices[begin]), line = first / s.size[0];
+    // Takes neighbours along u together; an edit of all points then takes one step per row.
+    int last = first;
+    for (end = begin + 1; end < indices.size(); ++end, ++last) {
+      if (static_cast<int>(indices[end]) != last + 1 || (last + 1) / s.size[0] != line) break;
+    }
+    const Range u{boxes_of(0, first % s.size[0]).first, boxes_of(0, last % s.size[0]).last},
+        v = boxes_of(1, line % s.size[1]), w = boxes_of(2, line / s.size[1]);
+    for (uint32_t k = w.first; k < w.last; ++k) {
+      for (uint32_t j = v.first; j < v.last; ++j) {
+        const auto at = boxes.begin() + (layer * k + row * j);
+        std::fill(at + u.first, at + u.last, true);
+      }
+    }
+  }
+  return boxes;
+}
+
+DirtySet DirtyByControlPoints(const DeformPlan& plan, std::span<const uint32_t> indices) {
+  const std::vector<bool> boxes = InfluencedBoxes(plan, indices);
+  const std::vector<Range> ranges = PatchesOf(plan, boxes);
+  const std::vector<uint32_t> borrowers = BorrowersBeside(plan, boxes, ranges);
+  DirtySet dirty{.chunks = ChunksOf(ranges, borrowers),
+                 .boxes = static_cast<uint64_t>(std::ranges::count(boxes, true)),
+                 .patches = borrowers.size()};
+  for (const Range& range : ranges) dirty.patches += range.last - range.first;
+  return dirty;
+}
+
+DirtySet AllDirty(const DeformPlan& plan) {
+  DirtySet dirty{.chunks = std::vector<uint32_t>(plan.chunk_count()),
+                 .boxes = plan.boxes.size(),
+                 .patches = plan.patches.size()};
+  std::iota(dirty.chunks.begin(), dirty.chunks.end(), 0u);
+  return dirty;
+}
+
+}  // namespace latticed
