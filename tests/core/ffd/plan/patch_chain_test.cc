@@ -11,12 +11,12 @@
 namespace latticed {
 namespace {
 
-using Triangle = std::array<Vec3d, 3>;
+using Corners = std::array<Vec3d, 3>;
 
 // Triangles that share no vertex record; corners at one position count as one all the same.
-SplitMesh Split(const std::vector<Triangle>& triangles) {
+SplitMesh Split(const std::vector<Corners>& triangles) {
   SplitMesh split;
-  for (const Triangle& triangle : triangles) {
+  for (const Corners& triangle : triangles) {
     SplitPiece piece;
     for (size_t c = 0; c < 3; ++c) {
       piece.vertex[c] = static_cast<uint32_t>(split.vertices.size());
@@ -77,7 +77,7 @@ TEST(PatchChain, AnEdgeThatRoundingMayTurnDoesNotComeFirst) {
 
 TEST(PatchChain, OfEqualCostsTheFirstComesNext) {
   const SplitMesh split =
-      Split(std::vector<Triangle>(8, {{{0, 0, 0}, {0.5, 0.9, 0}, {-0.5, 0.9, 0}}}));
+      Split(std::vector<Corners>(8, {{{0, 0, 0}, {0.5, 0.9, 0}, {-0.5, 0.9, 0}}}));
 
   const auto chained = Chain(split);
 
@@ -91,8 +91,8 @@ TEST(PatchChain, HasEveryPieceOnceAndEachLiesOverItsFirstEdge) {
   constexpr uint32_t kSeed = 7;
   std::mt19937 random(kSeed);
   std::uniform_real_distribution<double> uniform(-1, 1);
-  std::vector<Triangle> triangles(32);
-  for (Triangle& triangle : triangles) {
+  std::vector<Corners> triangles(32);
+  for (Corners& triangle : triangles) {
     for (Vec3d& corner : triangle) corner = {uniform(random), uniform(random), uniform(random)};
   }
   const SplitMesh split = Split(triangles);
