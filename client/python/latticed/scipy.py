@@ -33,10 +33,15 @@ class Shape:
     One thread at a time may use it. While it is used, nobody else edits the scene.
     """
 
-    def __init__(self, scene: Scene, points: PointSet, free: Optional[npt.ArrayLike] = None) -> None:
-        """free: indices of the control points that move (Lattice.indices), or a mask of the shape (nw, nv, nu); None: all"""
-        self._scene, self._points = scene, points
-        self._lattice = scene.lattice()
+    def __init__(
+        self, scene: Scene, points: PointSet, free: Optional[npt.ArrayLike] = None, lattice: int = 0
+    ) -> None:
+        """
+        free     indices of the control points that move (Lattice.indices), or a mask of the shape (nw, nv, nu); None: all
+        lattice  which one has these control points, from 0, where the scene has several
+        """
+        self._edits, self._points, self._number = scene.edits_of(lattice), points, lattice
+        self._lattice = scene.lattice(lattice)
         indices = self._lattice.indices
         chosen = indices if free is None else np.asarray(free)
         self._free: npt.NDArray[np.int64] = (indices[chosen] if chosen.dtype == bool else chosen).reshape(-1)
@@ -51,7 +56,7 @@ class Shape:
         flat: FloatArray = np.asarray(x, dtype=float).reshape(-1)
         if flat.tobytes() != self._at:
             self._control_points[self._free] = flat.reshape(-1, 3)
-            result = self._scene.replace(self._control_points.reshape(self._lattice.control_points.shape))
+            result = self._edits.replace(self._control_points.reshape(self._lattice.control_points.shape))
             values = self._points.deform(revision=result.revision)
             self.positions, self._revision, self._at = values.positions, values.revision, flat.tobytes()
         return self.positions
@@ -59,7 +64,7 @@ class Shape:
     def pull_back(self, x: npt.ArrayLike, cotangents: npt.ArrayLike) -> FloatArray:
         """The derivative by x of a value whose derivative by the deformed points is `cotangents`, (n, 3)."""
         self.move(x)
-        gradients = self._points.vjp(cotangents, revision=self._revision).gradients
+        gradients = self._points.vjp(cotangents, revision=self._revision, lattice=self._number).gradients
         return gradients[self._free].reshape(-1)
 
     def objective(self, function: PointFunction) -> Callable[[FloatArray], Tuple[float, FloatArray]]:

@@ -23,12 +23,14 @@ class _Deform(torch.autograd.Function):
     """Forward: an edit and DeformPointSet. Backward: ApplyJacobianTranspose."""
 
     @staticmethod
-    def forward(ctx: Any, control_points: Any, scene: Scene, points: PointSet, normals: bool) -> Any:
-        lattice = scene.lattice()
+    def forward(
+        ctx: Any, control_points: Any, scene: Scene, points: PointSet, normals: bool, number: int
+    ) -> Any:
+        lattice = scene.lattice(number)
         array = control_points.detach().cpu().double().numpy()
-        result = scene.replace(array.reshape(lattice.control_points.shape))
+        result = scene.edits_of(number).replace(array.reshape(lattice.control_points.shape))
         values = points.deform(normals, result.revision)
-        ctx.points, ctx.shape = points, control_points.shape
+        ctx.points, ctx.number, ctx.shape = points, number, control_points.shape
         ctx.structure_id = values.structure_id
         # Positions depend on control points linearly, so their derivative is the same at all revisions.
         ctx.revision = values.revision if normals else 0
@@ -47,21 +49,26 @@ class _Deform(torch.autograd.Function):
             return tensor.detach().cpu().double().numpy()
 
         by_normals = array(cotangents[1]) if len(cotangents) > 1 else None
-        gradients = ctx.points.vjp(array(cotangents[0]), by_normals, ctx.revision)
+        gradients = ctx.points.vjp(array(cotangents[0]), by_normals, ctx.revision, ctx.number)
         if gradients.structure_id != ctx.structure_id:
             raise RuntimeError("the lattice's knots or frame have changed since the points were deformed")
         tensor = torch.as_tensor(gradients.gradients, dtype=given.dtype, device=given.device)
-        return tensor.reshape(ctx.shape), None, None, None
+        return tensor.reshape(ctx.shape), None, None, None, None
 
 
 def deform(
-    scene: Scene, points: PointSet, control_points: torch.Tensor, normals: bool = False
+    scene: Scene,
+    points: PointSet,
+    control_points: torch.Tensor,
+    normals: bool = False,
+    lattice: int = 0,
 ) -> Union[torch.Tensor, Tuple[torch.Tensor, torch.Tensor]]:
     """Puts all control points of the scene at a tensor, and returns the deformed points: (n, 3), and with `normals` a
     pair of positions and normals. Gradients flow back to the tensor.
 
     control_points  shaped like Lattice.control_points, or (control points, 3); any float type and device. The server
                     computes in double
+    lattice         which one has these control points, from 0, where the scene has several
     The gradient of normals needs the scene as it was: if it was edited meanwhile, backward fails with REVISION_CHANGED.
     """
-    return _Deform.apply(control_points, scene, points, normals)
+    return _Deform.apply(control_points, scene, points, normals, lattice)

@@ -96,6 +96,25 @@ TEST_F(LatticectlPoints, VelocitiesAndGradientAreAdjoint) {
   EXPECT_GT(std::abs(forward), 1e-3);
 }
 
+TEST_F(LatticectlPoints, DerivesByOneOfSeveralLattices) {
+  MustRun({"lattice", Path("vase.obj"), "-o", Path("whole.json")});
+  MustRun({"lattice", Path("vase.obj"), "--size", "3,4,5", "-o", Path("other.json")});
+  Run({"scene", "create", Path("vase.obj"), "--id", "both", "--lattice", Path("whole.json"),
+       "--lattice", Path("other.json")});
+  const std::string points = Points("points.npy", 3);
+  const auto gradient = [&](const std::string& number) {
+    return std::vector<std::string>{
+        "points",           "gradient", "both", points, points, "-o", Path("gradient.npy"),
+        "--lattice-number", number};
+  };
+  EXPECT_THAT(Run(gradient("0")), HasSubstr(": 64 derivatives"));
+  EXPECT_THAT(Run(gradient("1")), HasSubstr(": 60 derivatives"));
+  ExpectFailure(gradient("2"), HasSubstr("lattice: got 2"));
+  Run({"points", "velocities", "both", points, Path("gradient.npy"), "-o", Path("moved.npy"),
+       "--lattice-number", "1"});
+  EXPECT_EQ(Read("moved.npy").rows(), 40u);
+}
+
 // Two points, of which the scene moves the first.
 constexpr char kGrid[] =
     "# vtk DataFile Version 3.0\nt\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 2 double\n"

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import definition
+from latticed.scipy import Shape
 from test_lattice_deform import frame
 
 
@@ -73,9 +74,37 @@ def test_a_stream_follows_both(two):
         assert not np.array_equal(stream.lattice.control_points, before.control_points)
 
 
-def test_derivatives_are_by_one_of_them(two):
+def test_derivatives_are_by_one_of_them(two, random):
+    shape = two.lattice(1).control_points.shape
     gradient = two.measure("volume", with_gradient=True, lattice=1).volume_gradient
     assert gradient.shape == (two.lattice(1).control_points.size // 3, 3)
+
+    low, high = definition.BOX_POSITIONS.min(axis=0), definition.BOX_POSITIONS.max(axis=0)
+    with two.points(random.uniform(low, high, size=(50, 3))) as points:
+        tangents, cotangents = random.normal(size=shape), random.normal(size=(3, 50, 3))
+        moved = points.jvp(tangents, lattice=1).positions
+        pulled = points.vjp(cotangents, lattice=1).gradients
+        assert pulled.shape == (3, tangents.size // 3, 3)
+        forward = (moved * cotangents).sum(axis=(1, 2))
+        np.testing.assert_allclose((pulled * tangents.reshape(-1, 3)).sum(axis=(1, 2)), forward, atol=1e-12)
+        before = points.deform().positions
+        two.edits_of(1).replace(two.lattice(1).control_points + tangents)
+        np.testing.assert_allclose(points.deform().positions - before, moved, atol=1e-12)
+        with pytest.raises(latticed.LatticedError, match="lattice: got 2"):
+            points.vjp(cotangents, lattice=2)
+
+
+def test_one_of_them_is_a_shape_of_scipy(two, random):
+    low, high = definition.BOX_POSITIONS.min(axis=0), definition.BOX_POSITIONS.max(axis=0)
+    first = two.lattice().control_points
+    with two.points(random.uniform(low, high, size=(50, 3))) as points:
+        shape = Shape(two, points, two.lattice(1).indices[1], lattice=1)
+        value = shape.objective(lambda x: ((x**2).sum(), 2 * x))
+        gradient = value(shape.start)[1]
+        direction = random.normal(size=shape.start.shape)
+        ends = [value(shape.start + step * direction)[0] for step in (1e-5, -1e-5)]
+        assert abs((ends[0] - ends[1]) / 2e-5 - gradient @ direction) < 1e-7 * np.abs(gradient).sum()
+    assert np.array_equal(two.lattice().control_points, first)
 
 
 def test_bad_ones_are_refused(two, client, box):

@@ -4,6 +4,7 @@
 // points: deforms points of files, and applies the derivative by control points. Each command makes a point set and
 // deletes it.
 #include <CLI/CLI.hpp>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -32,6 +33,7 @@ constexpr size_t kPlain = 3, kWithNormals = 6;  // columns
 
 struct PointsFlags : ServerFlags {
   std::string scene, points, vectors, output, point_set;
+  uint32_t lattice_number = 0;
 };
 
 // Points of a file, and the file itself if it is one of VTK.
@@ -163,6 +165,7 @@ absl::Status RunVelocities(const PointsFlags& flags, Client& client, Console con
   LATTICED_ASSIGN_OR_RETURN(const PointTable tangents, ReadPointTable(flags.vectors));
   return WithPoints(flags, table, client, [&](const v1::PointSet& set) -> absl::Status {
     auto request = RequestFor<v1::ApplyJacobianRequest>(flags, set);
+    request.set_lattice(flags.lattice_number);
     request.set_tangents(reinterpret_cast<const char*>(tangents.numbers.data()),
                          tangents.numbers.size() * sizeof(double));
     LATTICED_ASSIGN_OR_RETURN(const auto moved, client.ApplyJacobian(request));
@@ -178,6 +181,7 @@ absl::Status RunGradient(const PointsFlags& flags, Client& client, Console conso
   return WithPoints(flags, table, client, [&](const v1::PointSet& set) -> absl::Status {
     auto header = RequestFor<v1::CotangentHeader>(flags, set);
     header.set_with_normals(cotangents.columns == kWithNormals);
+    header.set_lattice(flags.lattice_number);
     LATTICED_ASSIGN_OR_RETURN(const auto gradient,
                               client.ApplyJacobianTranspose(header, VectorsOf(cotangents)));
     return Finish(flags, gradient.vectors, kPlain, gradient.revision, "derivatives", console);
@@ -223,6 +227,10 @@ void AddPointsCommands(CLI::App& app, CommandLine& line) {
                            const char* text, std::string (*check)(const std::string&)) {
     command->add_option(name, value, text)->required()->type_name(kFileType)->check(check);
   };
+  const auto add_lattice = [flags](CLI::App* command) {
+    command->add_option("--lattice-number", flags->lattice_number,
+                        "Which of the scene's lattices, from 0");
+  };
   constexpr char kPoints[] =
       "CSV or NPY file of points at rest, x y z or x y z and a normal; or a VTK file";
   constexpr char kOutput[] = "CSV or NPY file to write";
@@ -242,6 +250,7 @@ void AddPointsCommands(CLI::App& app, CommandLine& line) {
   add_file(velocities, "tangents", flags->vectors,
            "CSV or NPY file: a velocity of every control point, u fastest", CheckPointFileName);
   add_file(velocities, "-o,--output", flags->output, kOutput, CheckPointFileName);
+  add_lattice(velocities);
   SetServerAction(*velocities, flags, line, RunVelocities);
 
   CLI::App* gradient =
@@ -253,6 +262,7 @@ void AddPointsCommands(CLI::App& app, CommandLine& line) {
       "CSV or NPY file: the derivative of the value by every deformed point, and by its normal",
       CheckPointFileName);
   add_file(gradient, "-o,--output", flags->output, kOutput, CheckPointFileName);
+  add_lattice(gradient);
   SetServerAction(*gradient, flags, line, RunGradient);
 
   SetServerAction(*add("list", "Lists the point sets of a scene", "points list my-scene"), flags,

@@ -83,6 +83,7 @@ class PointSet:
         indices: Optional[Sequence[int]] = None,
         normals: bool = False,
         revision: int = 0,
+        lattice: int = 0,
     ) -> PointValues:
         """Forward mode: how the deformed points move when the control points move by `tangents`, to first order.
 
@@ -90,6 +91,7 @@ class PointSet:
                   directions at once
         indices   the control points that move, and that `tangents` has; None: all
         normals, revision  as in deform
+        lattice   whose control points move, from 0, where the scene has several
         """
         array = vectors(tangents, "tangents")
         several = array.ndim in (3, 5)
@@ -104,6 +106,7 @@ class PointSet:
                 revision=made[0].revision if made else revision,
                 indices=indices,
                 tangents=directions[begin : begin + each].tobytes(),
+                lattice=lattice,
             )
             made.append(self._read(self._stub.ApplyJacobian, request))
         positions = np.concatenate([values.positions for values in made])
@@ -113,7 +116,11 @@ class PointSet:
         return PointValues(positions, carried, made[0].revision, made[0].structure_id)
 
     def vjp(
-        self, cotangents: npt.ArrayLike, normals: Optional[npt.ArrayLike] = None, revision: int = 0
+        self,
+        cotangents: npt.ArrayLike,
+        normals: Optional[npt.ArrayLike] = None,
+        revision: int = 0,
+        lattice: int = 0,
     ) -> PointGradients:
         """Reverse mode: the derivative by all control points of a value whose derivative by the deformed points is
         `cotangents`. The same call at the same revision returns the same bits.
@@ -121,6 +128,7 @@ class PointSet:
         cotangents  (n, 3), or (N, n, 3) for N values at once
         normals     the derivative of the value by the normals, of the same shape; None: it does not depend on them
         revision    as in deform
+        lattice     by whose control points, from 0, where the scene has several
         """
         array = vectors(cotangents, "cotangents")
         several = array.ndim == 3
@@ -132,13 +140,21 @@ class PointSet:
             if block.shape != (len(blocks[0]), len(self), 3):
                 raise ValueError(f"cotangents of {len(self)} points are needed, not the shape {block.shape}")
         data = np.concatenate(blocks, axis=1)
+        header = points_pb2.CotangentHeader(
+            scene=self.info.scene,
+            point_set=self.id,
+            with_normals=normals is not None,
+            revision=revision,
+            lattice=lattice,
+        )
         made: List[PointGradients] = []
         # How many directions one call may have depends on the lattice, which the first answer shows.
         begin = 0
         while begin < len(data):
             each = self._together(made[0].gradients.shape[1]) if made else 1
-            at = made[0].revision if made else revision
-            made.append(self._gradients(data[begin : begin + each], normals is not None, at))
+            header.directions = len(data[begin : begin + each])
+            made.append(self._gradients(header, data[begin : begin + each]))
+            header.revision = made[0].revision
             begin += each
         gradients = np.concatenate([part.gradients for part in made])
         return PointGradients(gradients if several else gradients[0], made[0].revision, made[0].structure_id)
@@ -186,15 +202,7 @@ class PointSet:
 
         return with_retries(self._connection.reachability, attempt)
 
-    def _gradients(self, data: FloatArray, with_normals: bool, revision: int) -> PointGradients:
-        header = points_pb2.CotangentHeader(
-            scene=self.info.scene,
-            point_set=self.id,
-            with_normals=with_normals,
-            directions=len(data),
-            revision=revision,
-        )
-
+    def _gradients(self, header: Any, data: FloatArray) -> PointGradients:
         def messages() -> Iterator[points_pb2.ApplyJacobianTransposeRequest]:
             yield points_pb2.ApplyJacobianTransposeRequest(header=header)
             for part in parts(data):

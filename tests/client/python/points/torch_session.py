@@ -59,7 +59,19 @@ def main(address):
                 raise AssertionError("the gradient has another shape")
             except RuntimeError as error:
                 assert "knots" in str(error)
+        check_one_of_two_lattices(client, box, lattice, world, random)
     print("gradients agree")
+
+
+def check_one_of_two_lattices(client, box, lattice, world, random):
+    lattice.control_points = lattice.rest()
+    with client.create_scene(box, [lattice, lattice], delete_on_exit=True) as scene:
+        start = torch.tensor(lattice.control_points, requires_grad=True)
+        with scene.points(world) as points:
+            ones = torch.tensor(np.ones(world.shape))
+            (deform(scene, points, start, lattice=1) * ones).sum().backward()
+        gradient = start.grad.numpy().reshape(-1, 3).sum(axis=0)
+        np.testing.assert_allclose(gradient, len(world))  # all points move as all control points
 
 
 main(sys.argv[1])
