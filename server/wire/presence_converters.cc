@@ -93,6 +93,9 @@ absl::StatusOr<Presence> FromProto(const v1::Presence& message) {
     return error::OutOfRange(fmt::format("presence.selected_indices[{}]", i), indices[i], 0,
                              limits::kMaxControlPoints - 1);
   }
+  if (message.lattice() >= static_cast<uint32_t>(limits::kMaxLattices)) {
+    return error::OutOfRange("presence.lattice", message.lattice(), 0, limits::kMaxLattices - 1);
+  }
   if (message.following().size() > limits::kMaxEditorIdBytes) {
     return error::InvalidField("presence.following",
                                fmt::format("at most {} bytes", limits::kMaxEditorIdBytes));
@@ -106,6 +109,7 @@ absl::StatusOr<Presence> FromProto(const v1::Presence& message) {
                   .name = message.name(),
                   .colour = message.colour(),
                   .selected = {indices.begin(), indices.end()},
+                  .lattice = message.lattice(),
                   .camera = camera,
                   .following = message.following()};
 }
@@ -116,6 +120,7 @@ v1::Presence ToProto(const Presence& presence) {
   message.set_name(presence.name);
   message.set_colour(presence.colour);
   message.mutable_selected_indices()->Add(presence.selected.begin(), presence.selected.end());
+  message.set_lattice(presence.lattice);
   if (presence.camera.has_value()) *message.mutable_camera() = CameraToProto(*presence.camera);
   message.set_following(presence.following);
   message.set_left(presence.left);

@@ -129,9 +129,10 @@ class DeformStream(UpdateStream, EditCalls[int]):
         selected: Sequence[int] = (),
         camera: Optional[Camera] = None,
         following: str = "",
+        lattice: int = 0,
     ) -> None:
         """Shows others who this editor is and what it has selected, and its camera, until the stream ends: see Presence."""
-        presence = Presence(name, colour, tuple(selected), camera, following)
+        presence = Presence(name, colour, tuple(selected), camera, following, lattice)
         message = presence.to_proto()
         with self._changed:
             self._shown = presence

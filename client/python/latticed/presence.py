@@ -19,14 +19,14 @@ class Presence:
     selected: Tuple[int, ...] = ()  # indices of control points, at most 1,024
     camera: Optional[Camera] = None  # None: not shown
     following: str = ""  # the editor_id of the editor whose camera this one shows; empty: nobody's
+    lattice: int = 0  # of `selected`, where the scene has several
 
     @classmethod
     def from_proto(cls, presence: Any) -> Presence:
         """Converts a latticed.v1.Presence of an editor who is present."""
         camera = Camera.from_proto(presence.camera) if presence.HasField("camera") else None
-        return cls(
-            presence.name, presence.colour, tuple(presence.selected_indices), camera, presence.following
-        )
+        selected = tuple(presence.selected_indices)
+        return cls(presence.name, presence.colour, selected, camera, presence.following, presence.lattice)
 
     def to_proto(self) -> event_pb2.Presence:
         camera = None if self.camera is None else self.camera.to_proto()
@@ -36,4 +36,5 @@ class Presence:
             selected_indices=self.selected,
             camera=camera,
             following=self.following,
+            lattice=self.lattice,
         )

@@ -40,9 +40,10 @@ class WatchStream(UpdateStream):
         selected: Sequence[int] = (),
         camera: Optional[Camera] = None,
         following: str = "",
+        lattice: int = 0,
     ) -> None:
         """Shows others who this watch's editor is, until the stream ends: see Presence. Needs role edit."""
-        presence = Presence(name, colour, tuple(selected), camera, following)
+        presence = Presence(name, colour, tuple(selected), camera, following, lattice)
         message = presence.to_proto()
         self._shown = presence
         self._control(scene_pb2.ControlWatchRequest(presence=message))

@@ -240,6 +240,12 @@ export class SceneView {
     this.refreshSoon();
   }
 
+  private showPresence(): void {
+    const { others, latticeIndex } = this.session;
+    this.cage.setPresence([...others.values()].filter(({ lattice }) => lattice === latticeIndex));
+    this.viewport.invalidate();
+  }
+
   private listen(): void {
     const { session, editor } = this;
     this.ends.push(
@@ -252,6 +258,7 @@ export class SceneView {
       session.on('lattice', (lattice) => {
         editor.latticeReplaced();
         this.cage.setLattice(lattice);
+        this.showPresence();
         this.refreshSoon();
       }),
       session.on('constraints', () => {
@@ -265,10 +272,7 @@ export class SceneView {
       session.on('refused', () => session.surface.painted && session.surface.dropWeights()),
       session.on('answered', () => this.refreshSoon()),
       session.on('status', () => this.refreshSoon()), // the token may allow more than before, or less
-      session.on('presence', (others) => {
-        this.cage.setPresence(others);
-        this.viewport.invalidate();
-      }),
+      session.on('presence', () => this.showPresence()),
       editor.selection.onChange(() => {
         this.cage.updateStates();
         this.refreshSoon();

@@ -53,6 +53,7 @@ struct Presence {
   std::string name;
   uint32_t colour = 0;  // 0xRRGGBB
   std::vector<uint32_t> selected;
+  uint32_t lattice = 0;  // of `selected`
   std::optional<Camera> camera;
   std::string following;  // the editor whose camera this one shows; empty: nobody
   bool left = false;      // the rest is empty then

@@ -18,9 +18,9 @@ def wait_for(condition):
 def test_streams_see_each_other_until_they_end(scene):
     with scene.watch(editor_id="bob") as bob:
         with scene.deform(editor_id="alice") as alice:
-            alice.show("Alice", 0x3366FF, selected=[4, 5])
+            alice.show("Alice", 0x3366FF, selected=[4, 5], lattice=1)
             wait_for(lambda: bob.others)
-            assert bob.others == {"alice": latticed.Presence("Alice", 0x3366FF, (4, 5))}
+            assert bob.others == {"alice": latticed.Presence("Alice", 0x3366FF, (4, 5), lattice=1)}
             bob.show("Bob")
             wait_for(lambda: alice.others)
             assert alice.others == {"bob": latticed.Presence("Bob")}

@@ -89,7 +89,7 @@ test('a stream that opens again gets all of it at once', (t) => {
   presences.opened();
   pass(1);
 
-  assert.deepEqual(sent.at(-1), { name: 'Ada', colour: 0, selected: Uint32Array.of(3), camera: poseAt(1), following: '' });
+  assert.deepEqual(sent.at(-1), { name: 'Ada', colour: 0, selected: Uint32Array.of(3), lattice: 0, camera: poseAt(1), following: '' });
   assert.equal(sent.length, 2);
 });
 
@@ -107,9 +107,9 @@ async function sentBy(t: TestContext, change: Partial<Presence>): Promise<Presen
 
 test('a session sends name, colour, camera and whom one follows, and hears those of others', async (t) => {
   const height = { ...POSE, projection: { height: 3 } };
-  const message = await sentBy(t, { name: 'Ada', colour: 7, camera: height, following: 'b' });
+  const message = await sentBy(t, { name: 'Ada', colour: 7, camera: height, following: 'b', lattice: 1 });
   assert.deepEqual([message.name, message.colour, message.camera?.projection], ['Ada', 7, { case: 'height', value: 3 }]);
-  assert.equal(message.following, 'b');
+  assert.deepEqual([message.following, message.lattice], ['b', 1]);
 
   const fixture = await SessionFixture.live(t);
   const seen: (CameraPose | undefined)[] = [];
@@ -119,14 +119,15 @@ test('a session sends name, colour, camera and whom one follows, and hears those
   fixture.stream.event({ case: 'presence', value: { editorId: 'b', camera: { position: { x: 1 } } } }); // of a later version
   assert.deepEqual(seen, [height, POSE, undefined]);
   assert.deepEqual([...fixture.session.others.keys()], ['b'], 'who listens later knows them too');
-  fixture.stream.event({ case: 'presence', value: { editorId: 'b', following: 'c' } });
-  assert.equal(fixture.session.others.get('b')!.following, 'c');
+  fixture.stream.event({ case: 'presence', value: { editorId: 'b', following: 'c', lattice: 1 } });
+  const { following, lattice } = fixture.session.others.get('b')!;
+  assert.deepEqual([following, lattice], ['c', 1]);
 });
 
 /** Others by id, with whom each follows. All show a camera, unless they are in `hidden`. */
 function following(list: Readonly<Record<string, string>>, hidden = ''): Map<string, Presence> {
   const presence = ([id, followed]: [string, string]): [string, Presence] =>
-    [id, { name: id, colour: 0, selected: new Uint32Array(), following: followed, ...(!hidden.includes(id) && { camera: POSE }) }];
+    [id, { name: id, colour: 0, selected: new Uint32Array(), lattice: 0, following: followed, ...(!hidden.includes(id) && { camera: POSE }) }];
   return new Map(Object.entries(list).map(presence));
 }
 

@@ -45,6 +45,7 @@ TEST_F(PresenceTest, OthersSeeItThoseWhoComeLateToo) {
   bob.ReadUntilRevision(0);
   v1::DeformRequest shown = Presence("Alice");
   for (const uint32_t index : {7u, 9u}) shown.mutable_presence()->add_selected_indices(index);
+  shown.mutable_presence()->set_lattice(1);
   ASSERT_TRUE(alice.Send(shown));
   bob.ReadUntil([&] { return !bob.log.presences.empty(); });
   WatchClient carol(*scenes_, Watch("carol"));
@@ -56,6 +57,7 @@ TEST_F(PresenceTest, OthersSeeItThoseWhoComeLateToo) {
     EXPECT_EQ(seen.name(), "Alice");
     EXPECT_EQ(seen.colour(), 0x3366FFu);
     EXPECT_THAT(seen.selected_indices(), ElementsAre(7u, 9u));
+    EXPECT_EQ(seen.lattice(), 1u);
     EXPECT_FALSE(seen.left());
   }
   // If alice's own presence came back to her, it would come before carol's.
@@ -116,6 +118,7 @@ TEST_F(PresenceTest, RefusesWhatIsTooLargeOrSomebodyElses) {
          "OUT_OF_RANGE", "presence.selected_indices", "1024");
   expect(Spoilt([](auto& p) { p.add_selected_indices(32768); }), "OUT_OF_RANGE",
          "presence.selected_indices[0]", "32767");
+  expect(Spoilt([](auto& p) { p.set_lattice(8); }), "OUT_OF_RANGE", "presence.lattice", "7");
   expect(Spoilt([](auto& p) { p.set_left(true); }), "INVALID_FIELD", "presence.left", "server");
   expect(Spoilt([](auto& p) { p.set_editor_id("bob"); }), "INVALID_FIELD", "presence.editor_id",
          "not the editor");

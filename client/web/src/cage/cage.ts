@@ -93,8 +93,9 @@ export class Cage {
     this.updateStates();
   }
 
-  setPresence(others: ReadonlyMap<string, Presence>): void {
-    this.others = [...others.values()];
+  /** Shows what others have selected of this lattice. */
+  setPresence(others: readonly Presence[]): void {
+    this.others = others;
     this.updateRings();
   }
 

@@ -36,6 +36,7 @@ export class Editor {
   private running: Running | undefined;
   /** The lattice's size that the selection's indices are of. */
   private size: Axes;
+  private latticeIndex: number;
   private readonly endSettings: () => void;
   private held: Modifiers = { shift: false, ctrl: false };
   private gesture: TransformGesture | undefined; // the newest one, begun by keys or handles
@@ -47,8 +48,9 @@ export class Editor {
     private readonly onHeadline: (text: string | undefined) => void,
   ) {
     this.size = session.lattice.size;
+    this.latticeIndex = session.latticeIndex;
     this.selection = new Selection(session.lattice.count);
-    this.selection.onChange(() => session.announce({ selected: this.selection.indices }));
+    this.selection.onChange(() => session.announce({ selected: this.selection.indices, lattice: session.latticeIndex }));
     this.endSettings = settings.subscribe((now, before) => now.soft !== before.soft && this.spreadAnew());
   }
 
@@ -70,12 +72,14 @@ export class Editor {
     return this.running?.transform.constraint;
   }
 
-  /** Cancels the transform after a change of structure. Another size also resets the selection. */
+  /** Cancels the transform after a change of structure. Another size, or another lattice, also resets the selection. */
   latticeReplaced(): void {
     this.cancelTransform();
     const { size } = this.lattice;
-    if (AXES.every((axis) => size[axis] === this.size[axis])) return;
+    const { latticeIndex } = this.session;
+    if (latticeIndex === this.latticeIndex && AXES.every((axis) => size[axis] === this.size[axis])) return;
     this.size = size;
+    this.latticeIndex = latticeIndex;
     this.selection.reset(this.lattice.count);
   }
 

@@ -31,13 +31,14 @@ export class Presences {
       return;
     }
     const camera = message.camera && toCamera(message.camera);
-    const { name, colour, selectedIndices, following } = message;
-    this.here.set(message.editorId, { name, colour, selected: Uint32Array.from(selectedIndices), ...(camera && { camera }), following });
+    const { name, colour, lattice, following } = message;
+    const selected = Uint32Array.from(message.selectedIndices);
+    this.here.set(message.editorId, { name, colour, selected, lattice, ...(camera && { camera }), following });
   }
 
   /** Changes what this window shows. Nothing is sent before the first call. */
   announce(change: Partial<Presence>): void {
-    this.own = { name: '', colour: 0, selected: new Uint32Array(), following: '', ...this.own, ...change };
+    this.own = { name: '', colour: 0, selected: new Uint32Array(), lattice: 0, following: '', ...this.own, ...change };
     this.sendSoon();
   }
 

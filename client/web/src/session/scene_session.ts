@@ -27,6 +27,8 @@ export interface GestureListener {
 export interface Presence extends Person {
   /** Control points that the editor has selected. */
   readonly selected: Uint32Array;
+  /** The lattice of `selected`, from 0. */
+  readonly lattice: number;
   /** How the editor looks at the scene, if it is known. */
   readonly camera?: CameraPose;
   /** The id of the editor whose camera this one shows; empty: nobody's. */

@@ -248,10 +248,10 @@ export class SessionStream implements ConnectionHost {
     });
   }
 
-  private showPresence({ name, colour, selected, camera, following }: Presence): void {
+  private showPresence({ name, colour, selected, lattice, camera, following }: Presence): void {
     if (!this.presenceAllowed || this.shown.state === 'retrying') return;
     const seen = camera && fromCamera(camera);
-    const value = { name: clipped(name, this.longestName), colour, selectedIndices: Array.from(selected), following };
+    const value = { name: clipped(name, this.longestName), colour, selectedIndices: Array.from(selected), lattice, following };
     this.send({ message: { case: 'presence', value: { ...value, ...(seen && { camera: seen }) } } });
   }
 

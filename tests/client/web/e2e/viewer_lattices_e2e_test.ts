@@ -5,7 +5,8 @@
 // Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer.
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { openTorus, page, press, select, useStage } from './stage';
+import { openPage } from './browser';
+import { browser, openTorus, page, press, select, useStage } from './stage';
 import { live } from './viewer_page';
 
 useStage({ context: { viewport: { width: 1000, height: 800 } }, begin: openTorus });
@@ -53,4 +54,27 @@ test('each lattice has its cage, its edits and its undo steps, and the moves of 
   await page.waitForFunction(() => window.latticed.scene!.session.lattice.count === 64);
   await page.evaluate(() => window.latticed.scene!.session.undo());
   await page.waitForFunction((most) => window.latticed.scene!.session.surface.bounds.max.z < most, rest + 0.1);
+});
+
+test('what others have selected is marked in the cage of their lattice alone', async () => {
+  const { page: other, errors } = await openPage(browser, page.url());
+  await live(other);
+  await other.getByRole('combobox', { name: 'Lattice', exact: true }).selectOption('2 of 2');
+  await other.waitForFunction(() => window.latticed.scene!.session.lattice.count === 27);
+
+  await other.evaluate(() => window.latticed.scene!.editor.selection.select([3]));
+
+  const marked = (): number => window.latticed.scene!['cage']['others'].length;
+  await page.waitForFunction(() => [...window.latticed.scene!.session.others.values()].some(({ selected }) => selected[0] === 3));
+  assert.equal(await page.evaluate(marked), 0);
+  const choice = page.getByRole('combobox', { name: 'Lattice', exact: true });
+  await choice.selectOption('2 of 2');
+  await page.waitForFunction(() => window.latticed.scene!.session.lattice.count === 27);
+  assert.equal(await page.evaluate(marked), 1);
+  await other.evaluate(() => window.latticed.scene!.editor.selection.select([5, 6]));
+  await choice.selectOption('1 of 2');
+  await page.waitForFunction(() => window.latticed.scene!.session.lattice.count === 64);
+  assert.equal(await page.evaluate(marked), 0);
+  assert.deepEqual(errors, []);
+  await other.close();
 });
