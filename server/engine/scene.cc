@@ -46,7 +46,6 @@ absl::StatusOr<std::shared_ptr<Scene>> Scene::Create(SceneConfig config,
   ViewSpec default_spec = config.default_view.key.spec;
   if (default_spec.position_bits == 0) default_spec.position_bits = limits::kMaxPositionBits;
   LATTICED_RETURN_IF_ERROR(Validate(default_spec));
-  LATTICED_RETURN_IF_ERROR(CheckLattices(default_spec, config.lattices.size(), "default_view"));
   SceneLife life{.history = SceneHistory(std::exchange(config.lattices, {}), config.strength),
                  .commit_time = config.create_time};
   LATTICED_RETURN_IF_ERROR(life.history.MadeWith(config.weights, config.mesh->positions.size()));

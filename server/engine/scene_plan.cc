@@ -10,6 +10,7 @@
 #include "core/base/error.h"
 #include "core/base/status_macros.h"
 #include "server/engine/scene.h"
+#include "server/engine/watch/view_tolerance.h"
 
 namespace latticed {
 namespace {
@@ -34,6 +35,8 @@ absl::Status CheckWithWeights(const ViewSpec& view, const DeformTarget& target) 
 absl::StatusOr<Scene::Prepared> Scene::Prepare(const PlanKey& key, StopCheck stop) const {
   return CatchBadAlloc("the scene's plan", [&]() -> absl::StatusOr<Prepared> {
     RenderBackend& backend = *context_.backend;
+    LATTICED_RETURN_IF_ERROR(
+        CheckLattices(config_.default_view.key.spec, key.structures.size(), "default_view"));
     // Checked before the plan is made, which may take seconds.
     LATTICED_RETURN_IF_ERROR(backend.health().status());
     const uint64_t least = LeastPlanBytes(*config_.mesh);

@@ -169,6 +169,7 @@ absl::StatusOr<std::optional<WatchEvent>> Watcher::Next(absl::Time now) {
   wake_at_ = absl::InfiniteFuture();
   LATTICED_RETURN_IF_ERROR(scene_->ended());
   auto [state, deltas] = scene_->LatticeAfter(client_.lattice_revision);
+  LATTICED_RETURN_IF_ERROR(CheckLattices(asked_.key.spec, state->lattices.size(), "view"));
   WatchOffer offer{
       .state = std::move(state), .deltas = std::move(deltas), .asked = asked_, .now = now};
   if (LatticeIsDue(client_, offer.deltas)) return latticed::Next(client_, offer).event;

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/base/limits.h"
 #include "core/base/status_macros.h"
 
 namespace latticed {
@@ -40,7 +41,24 @@ absl::Status SceneHistory::Check(const EditBatch& batch) const {
   if (batch.lattice > 0 && LoneEdit<SetWeights>(batch) != nullptr) {
     return error::InvalidField("lattice", "weights are set by edits of lattice 0");
   }
+  if (Adds(batch)) return absl::OkStatus();
+  if (batch.lattice >= histories_.size() && !batch.refusal.ok()) return batch.refusal;
   return error::CheckRange("lattice", batch.lattice, 0, static_cast<double>(histories_.size()) - 1);
+}
+
+bool SceneHistory::Adds(const EditBatch& batch) const {
+  const auto* replace = LoneEdit<ReplaceLattice>(batch);
+  return replace != nullptr && !replace->keep_shape && batch.lattice == histories_.size() &&
+         histories_.size() < static_cast<size_t>(limits::kMaxLattices);
+}
+
+void SceneHistory::Add(const LatticeStructure& structure) {
+  histories_.emplace_back(Lattice{structure, IdentityControlPoints(structure)});
+}
+
+void SceneHistory::TakeBack() {
+  histories_.pop_back();
+  last_ = 0;
 }
 
 void SceneHistory::TurnTo(size_t lattice) {
@@ -58,8 +76,18 @@ absl::StatusOr<EditOutcome> SceneHistory::Apply(const EditBatch& batch, TimePoin
                                                 const AdmitPoints& admit_points,
                                                 const VolumeKeeper* keeper,
                                                 const AdmitWeights& admit_weights) {
+  const bool adds = Adds(batch);
+  if (adds) {
+    const LatticeStructure& structure = LoneEdit<ReplaceLattice>(batch)->lattice.structure;
+    LATTICED_RETURN_IF_ERROR(Validate(structure));
+    Add(structure);
+  }
   TurnTo(batch.lattice);
   auto outcome = histories_[last_].Apply(batch, now, admit, admit_points, keeper, admit_weights);
+  if (adds && !outcome.ok()) {
+    TakeBack();
+    return outcome;
+  }
   GoOn();
   return outcome;
 }
@@ -75,6 +103,11 @@ EditRecord SceneHistory::LastRecord(const EditBatch& batch, TimePoint now) const
 absl::Status SceneHistory::ApplyRecord(const EditRecord& record) {
   if (!Check(record.batch).ok()) {
     return absl::DataLossError("the record is of a lattice that the scene does not have");
+  }
+  if (Adds(record.batch)) {
+    if (!record.made.has_value()) return absl::DataLossError("the record adds no lattice");
+    LATTICED_RETURN_IF_ERROR(Validate(record.made->structure));
+    Add(record.made->structure);
   }
   TurnTo(record.batch.lattice);
   LATTICED_RETURN_IF_ERROR(histories_[last_].ApplyRecord(record));

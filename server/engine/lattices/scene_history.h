@@ -4,6 +4,7 @@
 // The edits of all lattices of a scene. Each lattice has an EditHistory, with editors, gestures, undo steps and constraints
 // of its own. Revision and structure_id are the scene's: they count the batches and the structures of all lattices.
 //
+// Adding    a replacement for the number that follows the last lattice's adds a lattice, as a step over one at rest
 // Records   in the order of batches, whichever lattice they are of (EditBatch::lattice)
 // Errors    those of EditHistory; kInvalidArgument, field "lattice", for one that the scene does not have
 // Threads   one thread at a time: the caller locks
@@ -31,7 +32,7 @@ class SceneHistory {
       std::vector<EditHistoryImage> images);
   [[nodiscard]] std::vector<EditHistoryImage> images() const;
 
-  // kInvalidArgument for a batch of a lattice that there is not. No other function takes such a one.
+  // kInvalidArgument for a batch of a lattice that there is not, and that it does not add. No other function takes such a one.
   [[nodiscard]] absl::Status Check(const EditBatch& batch) const;
   // As EditHistory, for the lattice that the batch names.
   [[nodiscard]] absl::StatusOr<EditOutcome> Apply(const EditBatch& batch, TimePoint now,
@@ -64,6 +65,10 @@ class SceneHistory {
 
  private:
   explicit SceneHistory(std::vector<EditHistory> histories);
+  bool Adds(const EditBatch& batch) const;
+  // Adds a lattice with this structure, at rest.
+  void Add(const LatticeStructure& structure);
+  void TakeBack();
   // Lets the next batch, which is of this lattice, follow upon the scene's revision.
   void TurnTo(size_t lattice);
   void GoOn();

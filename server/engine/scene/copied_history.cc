@@ -7,6 +7,7 @@
 #include <string_view>
 #include <utility>
 
+#include "core/base/limits.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
 #include "server/engine/lattices/scene_history.h"
@@ -72,7 +73,8 @@ absl::Status CheckCopied(const SceneLog& log) {
     return CannotBe("its times");
   }
   LATTICED_ASSIGN_OR_RETURN(const auto header, DecodeHeader(log.header));
-  if (image.histories.size() != header.lattices.size())
+  if (image.histories.size() < header.lattices.size() ||
+      image.histories.size() > static_cast<size_t>(limits::kMaxLattices))
     return CannotBe("the number of its lattices");
   return SceneHistory::FromImages(std::move(image.histories)).status();
 }

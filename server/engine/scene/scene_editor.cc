@@ -114,12 +114,13 @@ absl::StatusOr<EditCommit> SceneEditor::Apply(const EditBatch& batch, const Scen
   const auto admit_weights = [&](const VertexWeights& weights) {
     return plan({history_.structures(), weights});
   };
-  const auto map = MapAmongOthers(before.lattices, k);
+  const bool adds = k == before.lattices.size();
+  const auto map = MapAmongOthers(before.lattices, adds ? 0 : k);
   AdmitPoints admit_points;
   if (batch.refuse_folds || !map->is_identity() || candidate.has_value()) {
     admit_points = [&](const LatticeStructure& structure, std::span<const Vec3d> points,
                        double strength) {
-      if (structure == map->structure()) {
+      if (!adds && structure == map->structure()) {
         return AdmitPointsOf(batch, before, before.plan, *WithStrength(map, strength), points);
       }
       SceneState planned = *candidate->state;

@@ -1,0 +1,164 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Lattices that edits add to a scene: as if it had been created with them, with undo, deltas and restarts.
+#include "tests/server/lattices/several_fixture.h"
+
+namespace latticed::testing {
+namespace {
+
+using Code = absl::StatusCode;
+
+constexpr char kBoth[] = "both-scene";  // created with both lattices
+
+class AddedLatticesTest : public SeveralLatticesTest {
+ protected:
+  static v1::EditBatch Add(uint32_t number, uint64_t sequence, const v1::Lattice& lattice,
+                           uint64_t structure_id = 1) {
+    v1::EditBatch batch = MoveIn(number, sequence, 0, {});
+    *batch.mutable_edits(0)->mutable_replace_lattice()->mutable_lattice() = lattice;
+    batch.set_structure_id(structure_id);
+    return batch;
+  }
+  static v1::EditBatch At(uint64_t structure_id, v1::EditBatch batch) {
+    batch.set_structure_id(structure_id);
+    return batch;
+  }
+};
+
+TEST_F(AddedLatticesTest, TheSceneIsAsIfCreatedWithThem) {
+  const v1::Lattice one = Shaken(Whole()), other = Shaken(Spot({1, 2, 3}));
+  ASSERT_OK(Create(RequestOf({one})));
+  ASSERT_OK(Create(RequestOf({one, other}, kBoth)));
+  v1::EditResult result;
+  ASSERT_OK(Apply(Add(1, 1, other), &result));
+  EXPECT_EQ(result.structure_id(), 2u);
+  EXPECT_EQ(Get().lattices_size(), 2);
+  EXPECT_TRUE(Chunks() == Chunks(kBoth));
+  EXPECT_EQ(LatticeAt(1).lattice().SerializeAsString(), [&] {
+    auto request = For<v1::GetLatticeRequest>(kBoth);
+    request.set_lattice(1);
+    v1::LatticeState state;
+    EXPECT_OK(Call(&Scenes::GetLattice, request, &state));
+    return state.lattice().SerializeAsString();
+  }());
+  // Sent again, it adds no other.
+  v1::EditResult again;
+  ASSERT_OK(Apply(Add(1, 1, other), &again));
+  EXPECT_EQ(again.revision(), 1u);
+  EXPECT_EQ(Get().lattices_size(), 2);
+}
+
+TEST_F(AddedLatticesTest, UndoTakesItToRestAndRedoBack) {
+  ASSERT_OK(Create(RequestOf({Shaken(Whole())})));
+  const std::vector<Vec3d> world = SomePoints(50);
+  const auto before = Evaluate(world);
+  ASSERT_OK(Apply(Add(1, 1, Shaken(Spot()))));
+  const auto added = Evaluate(world);
+
+  v1::EditBatch undo = At(2, UndoMine("ann", 2));
+  undo.set_lattice(1);
+  ASSERT_OK(Apply(undo));
+
+  const auto undone = Evaluate(world);
+  for (size_t n = 0; n < world.size(); ++n) EXPECT_LE(Norm(undone[n] - before[n]), 1e-14);
+  EXPECT_EQ(Get().lattices_size(), 2);
+  undo.set_sequence(3);
+  undo.set_structure_id(Get().structure_id());
+  ExpectRefused(Apply(undo), Code::kFailedPrecondition, "NOTHING_TO_UNDO");
+  v1::EditBatch redo = At(Get().structure_id(), MoveIn(1, 4, 0, {}));
+  redo.mutable_edits(0)->mutable_redo();
+  ASSERT_OK(Apply(redo));
+  const auto redone = Evaluate(world);
+  for (size_t n = 0; n < world.size(); ++n) EXPECT_EQ(redone[n], added[n]);
+}
+
+TEST_F(AddedLatticesTest, AWatcherFollowsThem) {
+  ASSERT_OK(Create(RequestOf({Whole()})));
+  v1::WatchRequest watch = For<v1::WatchRequest>();
+  watch.mutable_view()->set_encoding(v1::ENCODING_RAW);
+  watch.mutable_view()->set_segments(3);
+  watch.set_max_unacked_updates(10);
+  WatchClient watcher(*scenes_, watch);
+  watcher.ReadUpdates(1);
+  EXPECT_TRUE(watcher.log.others.empty());
+
+  ASSERT_OK(Apply(Add(1, 1, Spot())));
+  watcher.ReadUntilRevision(1);
+  ASSERT_EQ(watcher.log.others.size(), 1u);
+  EXPECT_EQ(watcher.log.lattice.structure_id(), 2u);
+  ASSERT_OK(Apply(At(2, MoveIn(1, 2, 21, {0.05, 0, 0}))));
+  watcher.ReadUntilRevision(2);
+
+  EXPECT_EQ(watcher.log.deltas, 1u);
+  EXPECT_EQ(watcher.log.others.at(1).lattice().SerializeAsString(),
+            LatticeAt(1).lattice().SerializeAsString());
+}
+
+TEST_F(AddedLatticesTest, ARestartKeepsThem) {
+  ASSERT_OK(Create(RequestOf({Shaken(Whole())})));
+  ASSERT_OK(Apply(MoveIn(0, 1, 42, {0, 0.1, 0})));
+  ASSERT_OK(Apply(Add(1, 2, Shaken(Spot()))));
+  ASSERT_OK(Apply(At(2, Add(2, 3, Shaken(Whole({1, 1, 1}))))));
+  ASSERT_OK(Apply(At(3, MoveIn(1, 4, 21, {0.05, 0, 0}))));
+  const auto before = Chunks();
+
+  for (int i = 0; i < 2; ++i) {  // from records, then from a snapshot
+    Restart();
+    EXPECT_TRUE(Chunks() == before);
+    EXPECT_EQ(Get().lattices_size(), 3);
+    EXPECT_EQ(Get().revision(), 4u);
+  }
+  v1::EditBatch undo = At(3, UndoMine("ann", 5));
+  undo.set_lattice(1);
+  ASSERT_OK(Apply(undo));
+  EXPECT_FALSE(Chunks() == before);
+}
+
+TEST_F(AddedLatticesTest, WhatCannotBeAddedChangesNothing) {
+  ASSERT_OK(Create(RequestOf({Whole()})));
+  v1::Lattice turned = Whole();
+  turned.mutable_frame()->mutable_u()->set_y(0.1);
+  ExpectRefused(Apply(Add(1, 1, turned)), Code::kInvalidArgument, "INVALID_FIELD",
+                "lattices[1].frame");
+  ExpectRefused(Apply(Add(1, 2, HalfLattice())), Code::kInvalidArgument, "INVALID_FIELD",
+                "lattices[1].outside");
+  ExpectRefused(Apply(Add(2, 3, Whole())), Code::kInvalidArgument, "OUT_OF_RANGE", "lattice");
+  ExpectRefused(Apply(Add(1, 4, Whole(), 7)), Code::kAborted, "STRUCTURE_CHANGED");
+  v1::Lattice wrong = Whole();
+  SetAxes(*wrong.mutable_degree(), 2, 2, 7);
+  ExpectRefused(Apply(Add(1, 5, wrong)), Code::kInvalidArgument, "OUT_OF_RANGE",
+                "edits[0].replace_lattice.lattice.degree.w");
+  v1::EditBatch fit = Add(1, 6, Whole());
+  fit.mutable_edits(0)->mutable_replace_lattice()->set_keep_shape(true);
+  ExpectRefused(Apply(fit), Code::kInvalidArgument, "OUT_OF_RANGE", "lattice");
+  ExpectRefused(Apply(MoveIn(1, 7, 0, {})), Code::kInvalidArgument, "OUT_OF_RANGE", "lattice");
+  EXPECT_EQ(Get().lattices_size(), 1);
+  EXPECT_EQ(Get().revision(), 0u);
+  EXPECT_EQ(Get().structure_id(), 1u);
+
+  ASSERT_OK(Create(RequestOf(std::vector<v1::Lattice>(8, Whole({1, 1, 1})), kBoth)));
+  v1::EditBatch ninth = Add(8, 1, Whole());
+  ninth.set_scene(kBoth);
+  ExpectRefused(Apply(ninth), Code::kInvalidArgument, "OUT_OF_RANGE", "lattice");
+}
+
+TEST_F(AddedLatticesTest, ClientsThatEvaluatePatchesCannotFollow) {
+  ASSERT_OK(Create(RequestOf({Whole()})));
+  v1::WatchRequest patches = For<v1::WatchRequest>();
+  patches.mutable_view()->set_encoding(v1::ENCODING_PATCHES);
+  WatchClient ended(*scenes_, patches);
+  ended.ReadUpdates(1);
+  ASSERT_OK(Apply(Add(1, 1, Whole())));
+  ExpectRefused(ended.Finish(), Code::kInvalidArgument, "UNSUPPORTED", "view.encoding");
+
+  v1::CreateSceneRequest request = RequestOf({Whole()}, kBoth);
+  request.mutable_default_view()->set_encoding(v1::ENCODING_PATCHES);
+  ASSERT_OK(Create(request));
+  v1::EditBatch add = Add(1, 2, Whole());
+  add.set_scene(kBoth);
+  ExpectRefused(Apply(add), Code::kInvalidArgument, "UNSUPPORTED", "default_view.encoding");
+}
+
+}  // namespace
+}  // namespace latticed::testing
