@@ -111,6 +111,19 @@ TEST_F(LatticectlOutside, ASceneHasSeveralLattices) {
                 HasSubstr("lattice: got 2"));
 }
 
+TEST_F(LatticectlOutside, ALatticeIsAdded) {
+  MustRun(HalfLattice("falloff:0,0,0,0,0,0.5"));
+  Run({"scene", "create", Path("vase.obj"), "--id", "scene-one"});
+  EXPECT_THAT(Run({"edit", "replace", "scene-one", "--add", "--lattice", Path("half.json")}),
+              HasSubstr("revision 1"));
+  EXPECT_EQ(Client::Connect({.address = address()})->GetScene("scene-one")->lattices_size(), 2);
+  EXPECT_THAT(Run({"edit", "undo", "scene-one", "--lattice-number", "1"}), HasSubstr("revision 2"));
+  EXPECT_EQ(Latticectl(AtServer({"edit", "replace", "scene-one", "--add", "--keep-shape",
+                                 "--lattice", Path("half.json")}))
+                .code,
+            2);
+}
+
 TEST_F(LatticectlOutside, ASceneHasAStrength) {
   Run({"scene", "create", Path("vase.obj"), "--id", "scene-one", "--strength", "0.5"});
   EXPECT_THAT(Run({"scene", "show", "scene-one"}), HasSubstr("0.5"));

@@ -106,6 +106,11 @@ class Scene(EditCalls[EditResult], PointSetCalls):
             self._structure_id = state.structure_id
         return Lattice.from_state(state)
 
+    def add_lattice(self, lattice: Lattice) -> EditResult:
+        """Adds a lattice: what it moves the mesh adds to what the others do. Its number follows theirs; edits_of(number)
+        has its edits, and undo there takes it to rest."""
+        return self.edits_of(len(self.refresh().lattices)).replace_lattice(lattice)
+
     def get_update(self, view: View = _DEFAULT_VIEW, min_revision: int = 0) -> Update:
         """The whole surface at the newest revision. Waits until the revision is at least min_revision."""
         options = view.for_watching(self.default_view)

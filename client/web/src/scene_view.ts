@@ -21,6 +21,7 @@ import { GroundShadow } from './light/ground_shadow';
 import type { LiveSession } from './session/live_session';
 import type { Settings, SettingsStore } from './state/settings';
 import { uprightDirection, type Units } from './state/units';
+import { allowedReach, showAddLatticeDialog } from './ui/dialogs/add_lattice_dialog';
 import { showKnotDialog } from './ui/dialogs/knot_dialog';
 import { showOutsideDialog } from './ui/dialogs/outside_dialog';
 import { showResizeDialog } from './ui/dialogs/resize_dialog';
@@ -189,6 +190,13 @@ export class SceneView {
   chooseOutside(): void {
     this.closeDialog?.();
     this.closeDialog = showOutsideDialog(this.session, new OutsideHandles(this.viewport, this.session.lattice.frame));
+  }
+
+  /** Asks for a lattice to add, with handles in the view. */
+  addLattice(): void {
+    this.closeDialog?.();
+    const { frame } = this.session.lattice;
+    this.closeDialog = showAddLatticeDialog(this.session, new OutsideHandles(this.viewport, frame, allowedReach, 'Face'));
   }
 
   /** Asks for another size or degree of the lattice. */

@@ -107,6 +107,19 @@ def test_one_of_them_is_a_shape_of_scipy(two, random):
     assert np.array_equal(two.lattice().control_points, first)
 
 
+def test_one_is_added(client, box, two):
+    lattices = [two.lattice(), two.lattice(1)]
+    points = np.full((1, 3), 0.1) + definition.BOX_POSITIONS.min(axis=0)
+    with client.create_scene(box, lattices[0], delete_on_exit=True) as scene:
+        assert scene.add_lattice(lattices[1]).structure_id == 2
+        np.testing.assert_allclose(
+            scene.evaluate(points).positions, two.evaluate(points).positions, atol=1e-14
+        )
+        scene.edits_of(1).undo()
+        np.testing.assert_allclose(scene.evaluate(points).positions, lattices[0].deform(points), atol=1e-12)
+        assert len(scene.refresh().lattices) == 2
+
+
 def test_bad_ones_are_refused(two, client, box):
     with pytest.raises(latticed.LatticedError, match="lattice: got 2"):
         two.edits_of(2).undo()
@@ -117,3 +130,5 @@ def test_bad_ones_are_refused(two, client, box):
     turned.control_points = turned.rest()
     with pytest.raises(latticed.LatticedError, match="parallel"):
         client.create_scene(box, [two.lattice(), turned])
+    with pytest.raises(latticed.LatticedError, match="parallel"):
+        two.add_lattice(turned)

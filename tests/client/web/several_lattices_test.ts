@@ -61,6 +61,41 @@ test('edits and undo steps are of the chosen one, and weights of the first', asy
   assert.equal(stream.edits[1]!.lattice, 0);
 });
 
+test('a lattice that is added is shown when the server has it, with its undo step', async (t) => {
+  const fixture = await live(t);
+  const { session, stream } = fixture;
+  const third = cubeLattice();
+  third.points[3] = 0.375;
+
+  session.addLattice(third);
+
+  const batch = stream.edits[0]!;
+  assert.equal(batch.lattice, 2);
+  assert.equal(batch.edits[0]!.edit.case, 'replaceLattice');
+  fixture.stream.event({ case: 'editResult', value: { sequence: batch.sequence, revision: 1n, structureId: 2n } });
+  [cubeLattice(), cubeLattice(), third].forEach((lattice, index) => {
+    fixture.stream.event({ case: 'latticeState', value: { lattice: fromLattice(lattice), structureId: 2n, revision: 1n, index } });
+  });
+  assert.equal(session.latticeIndex, 2);
+  assert.equal(session.latticeCount, 3);
+  assert.equal(fixture.x(1), 0.375);
+  assert.ok(session.canUndo);
+  session.chooseLattice(0);
+  assert.ok(!session.canUndo);
+});
+
+test('a lattice that is refused leaves the one that is shown', async (t) => {
+  const fixture = await live(t);
+  const { session, stream } = fixture;
+  session.addLattice(cubeLattice());
+  const status = { code: 3, message: 'lattices[2].frame: its edges are not parallel' };
+  stream.event({ case: 'editResult', value: { sequence: stream.edits[0]!.sequence, revision: 0n, structureId: 1n, status } });
+  assert.equal(session.latticeIndex, 0);
+  assert.equal(session.latticeCount, 2);
+  session.apply(move(0.25));
+  assert.equal(stream.edits[1]!.lattice, 0);
+});
+
 test('a choice waits for the answers of edits', async (t) => {
   const fixture = await live(t);
   const { session, stream } = fixture;

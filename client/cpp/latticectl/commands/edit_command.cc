@@ -59,6 +59,10 @@ absl::Status Run(const EditFlags& flags, const EditMaker& make, Client& client, 
   // An editor's sequences must rise from one call of this program to the next; the clock does.
   batch.set_sequence(static_cast<uint64_t>(absl::ToUnixMicros(absl::Now())));
   batch.set_lattice(flags.lattice_number);
+  if (flags.adds) {
+    LATTICED_ASSIGN_OR_RETURN(const auto scene, client.GetScene(flags.scene));
+    batch.set_lattice(static_cast<uint32_t>(scene.lattices_size()));
+  }
   batch.set_structure_id(lattice.structure_id());
   batch.set_refuse_folds(flags.refuse_folds);
   LATTICED_RETURN_IF_ERROR(make(flags, lattice, client, *batch.add_edits()));
@@ -166,8 +170,13 @@ void AddEditCommands(CLI::App& app, CommandLine& line) {
   replace->add_option("--lattice", flags->lattice, "JSON file of the lattice")
       ->required()
       ->type_name(kFileType);
-  replace->add_flag("--keep-shape", flags->keep_shape,
-                    "Fits the control points to the present shape; the frame must be the scene's");
+  CLI::Option* keep = replace->add_flag(
+      "--keep-shape", flags->keep_shape,
+      "Fits the control points to the present shape; the frame must be the scene's");
+  replace
+      ->add_flag("--add", flags->adds,
+                 "Adds it to the scene's lattices instead; what all of them move the mesh adds up")
+      ->excludes(keep);
   add("outside", "Changes what goes on outside the lattice, and nothing inside",
       "edit outside my-scene falloff:0.3", MakeOutside)
       ->add_option("outside", flags->outside, kOutsideHelp)

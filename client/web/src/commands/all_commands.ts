@@ -154,6 +154,7 @@ function editCommands(app: CommandTarget): Command[] {
     onEditable('reset-initial', 'Reset to the first lattice', ({ session }) => session.reset('initial')),
     onEditable('resize', 'Size and degree…', (scene) => scene.resizeLattice()),
     onEditable('outside', 'Outside the lattice…', (scene) => scene.chooseOutside()),
+    onEditable('add-lattice', 'Add a lattice…', (scene) => scene.addLattice()),
     onEditable('knot', 'Insert knot plane…', (scene) => scene.placeKnot(), { keys: ['K'], icon: 'knot' }),
   ];
 }

@@ -4,7 +4,7 @@
 // The lattice at rest. Its control points are at the Greville abscissae of the frame, which do not deform the mesh.
 
 import { AXES, domain, frameEdges, pointCount, type Axes, type Axis, type LatticeStructure } from './grid';
-import { Lattice } from './lattice';
+import { Lattice, type LatticeFrame, type Outside } from './lattice';
 import { add, scale, type Vec3 } from './vec';
 
 export interface Fit {
@@ -65,6 +65,12 @@ export function resized(before: LatticeStructure, size: Axes, degree: Axes): Lat
   const { frame, outside } = before;
   const isKept = (axis: Axis): boolean => size[axis] === before.size[axis] && degree[axis] === before.degree[axis];
   const knots = knotVectors((axis) => (isKept(axis) ? before.knots[axis] : clampedUniformKnots(degree[axis], size[axis])));
+  return new Lattice(frame, degree, size, knots, identityPoints({ frame, degree, size, knots }), outside);
+}
+
+/** A lattice at rest in a frame, with uniform knots. */
+export function latticeAtRest(frame: LatticeFrame, size: Axes, degree: Axes, outside?: Outside): Lattice {
+  const knots = knotVectors((axis) => clampedUniformKnots(degree[axis], size[axis]));
   return new Lattice(frame, degree, size, knots, identityPoints({ frame, degree, size, knots }), outside);
 }
 

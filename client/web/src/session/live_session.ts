@@ -163,6 +163,11 @@ export class LiveSession {
     this.sync.step(edits.replaceLattice(lattice, keepShape));
   }
 
+  /** Adds a lattice to the scene's. It is shown when the server has taken it. */
+  addLattice(lattice: Lattice): void {
+    this.sync.add(lattice);
+  }
+
   /** Weights of some vertices of the mesh, in their order: an undo step. */
   setWeights(indices: readonly number[], weights: Float32Array): void {
     this.sync.step(edits.setWeights(indices, weights));

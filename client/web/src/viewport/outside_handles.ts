@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Handles in the middle of the six faces of the box at which a continuation outside the lattice ends. Each is dragged, or moved
-// by arrow keys, along its axis, which changes the width of its side.
+// Handles in the middle of the six faces of a box around a lattice's frame, such as that at which a continuation outside it ends.
+// Each is dragged, or moved by arrow keys, along its axis, which changes the width of its side.
 import { middleOfSide, OutsideBox } from '../cage/outside_box';
 import { AXIS_NAMES } from '../lattice/grid';
 import type { LatticeFrame } from '../lattice/lattice';
@@ -38,7 +38,13 @@ export class OutsideHandles {
   private widths: readonly number[] = [0, 0, 0, 0, 0, 0];
   private drag: { readonly side: number; readonly width: number; readonly x: number; readonly y: number } | undefined;
 
-  constructor(private readonly viewport: Viewport, private readonly frame: LatticeFrame) {
+  /** @param allowed The width nearest to one that is wanted. @param what The word for it. */
+  constructor(
+    private readonly viewport: Viewport,
+    private readonly frame: LatticeFrame,
+    private readonly allowed: (width: number) => number = allowedWidth,
+    private readonly what = 'Width',
+  ) {
     this.handles = [0, 1, 2, 3, 4, 5].map((side) => this.handle(side));
     this.overlay.append(...this.handles);
     viewport.element.prepend(this.overlay); // above the canvas, and below all else on the view
@@ -64,7 +70,7 @@ export class OutsideHandles {
   }
 
   private handle(side: number): HTMLElement {
-    const name = `Width at the ${side % 2 === 0 ? 'begin' : 'end'} of ${AXIS_NAMES[Math.floor(side / 2)]}`;
+    const name = `${this.what} at the ${side % 2 === 0 ? 'begin' : 'end'} of ${AXIS_NAMES[Math.floor(side / 2)]}`;
     const handle = h('div', { class: 'outside-handle', role: 'slider', tabindex: 0, 'aria-label': name, title: name, 'data-side': side });
     handle.addEventListener('pointerdown', (event) => {
       event.preventDefault();
@@ -79,7 +85,7 @@ export class OutsideHandles {
       if (by === undefined) return;
       event.preventDefault();
       event.stopPropagation();
-      this.onDragged?.(side, allowedWidth(this.widths[side]! + by));
+      this.onDragged?.(side, this.allowed(this.widths[side]! + by));
     });
     return handle;
   }
@@ -88,7 +94,7 @@ export class OutsideHandles {
     const { drag } = this;
     if (drag === undefined) return;
     const [ex, ey] = this.outwards(drag.side);
-    this.onDragged?.(drag.side, allowedWidth(drag.width + widthChange(clientX - drag.x, clientY - drag.y, ex, ey)));
+    this.onDragged?.(drag.side, this.allowed(drag.width + widthChange(clientX - drag.x, clientY - drag.y, ex, ey)));
   }
 
   /** The frame's edge of a side, from its face outwards, in pixels. */

@@ -6,7 +6,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { openPage } from './browser';
-import { browser, openTorus, page, press, select, useStage } from './stage';
+import { browser, openTorus, page, press, select, shot, useStage } from './stage';
 import { live } from './viewer_page';
 
 useStage({ context: { viewport: { width: 1000, height: 800 } }, begin: openTorus });
@@ -56,10 +56,40 @@ test('each lattice has its cage, its edits and its undo steps, and the moves of 
   await page.waitForFunction((most) => window.latticed.scene!.session.surface.bounds.max.z < most, rest + 0.1);
 });
 
+test('one is added in the middle of the frame, where its handles are dragged to, and undone', async () => {
+  await page.evaluate(() => window.latticed.scene!.addLattice());
+  await page.locator('dialog.add-lattice').waitFor();
+  const handle = page.getByRole('slider', { name: 'Face at the end of w' });
+  assert.equal(await handle.getAttribute('aria-valuenow'), '-0.250');
+  await handle.focus();
+  await press('ArrowUp', 'ArrowUp', 'ArrowUp');
+  assert.equal(await handle.getAttribute('aria-valuenow'), '-0.100');
+  await shot('viewer_add_lattice');
+  await page.getByRole('button', { name: 'Add', exact: true }).click();
+
+  await page.waitForFunction(() => window.latticed.scene!.session.latticeCount === 3);
+  await page.waitForFunction(() => window.latticed.scene!.session.latticeIndex === 2);
+  const { w, first } = await page.evaluate(async () => {
+    const { session } = window.latticed.scene!;
+    const { lattice } = await session.server.scenes.getLattice({ scene: session.sceneId });
+    return { w: session.lattice.frame.w[2], first: lattice!.frame!.w!.z };
+  });
+  assert.ok(Math.abs(w / first - 0.65) < 1e-12);
+  assert.equal(await page.evaluate(() => window.latticed.scene!.session.lattice.outside?.mode), 'falloff');
+  const rest = await top();
+  await select(...Array.from({ length: 64 }, (_, i) => i));
+  await press('g', 'z', '1', 'Enter');
+  await page.waitForFunction((least) => window.latticed.scene!.session.surface.bounds.max.z > least, rest + 0.5);
+  await page.evaluate(() => window.latticed.scene!.session.undo());
+  await page.waitForFunction((most) => window.latticed.scene!.session.surface.bounds.max.z < most, rest + 0.1);
+  await page.getByRole('combobox', { name: 'Lattice', exact: true }).selectOption('1 of 3');
+  await page.waitForFunction(() => window.latticed.scene!.session.lattice.outside === undefined);
+});
+
 test('what others have selected is marked in the cage of their lattice alone', async () => {
   const { page: other, errors } = await openPage(browser, page.url());
   await live(other);
-  await other.getByRole('combobox', { name: 'Lattice', exact: true }).selectOption('2 of 2');
+  await other.getByRole('combobox', { name: 'Lattice', exact: true }).selectOption('2 of 3');
   await other.waitForFunction(() => window.latticed.scene!.session.lattice.count === 27);
 
   await other.evaluate(() => window.latticed.scene!.editor.selection.select([3]));
@@ -68,11 +98,11 @@ test('what others have selected is marked in the cage of their lattice alone', a
   await page.waitForFunction(() => [...window.latticed.scene!.session.others.values()].some(({ selected }) => selected[0] === 3));
   assert.equal(await page.evaluate(marked), 0);
   const choice = page.getByRole('combobox', { name: 'Lattice', exact: true });
-  await choice.selectOption('2 of 2');
+  await choice.selectOption('2 of 3');
   await page.waitForFunction(() => window.latticed.scene!.session.lattice.count === 27);
   assert.equal(await page.evaluate(marked), 1);
   await other.evaluate(() => window.latticed.scene!.editor.selection.select([5, 6]));
-  await choice.selectOption('1 of 2');
+  await choice.selectOption('1 of 3');
   await page.waitForFunction(() => window.latticed.scene!.session.lattice.count === 64);
   assert.equal(await page.evaluate(marked), 0);
   assert.deepEqual(errors, []);

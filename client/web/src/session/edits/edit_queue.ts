@@ -10,6 +10,8 @@ export interface NewBatch {
   readonly targets?: Targets | undefined;
   readonly gestureId?: string;
   readonly phase?: GesturePhase;
+  /** The number of a lattice that the batch adds. Else whoever sends the batch says of which lattice it is. */
+  readonly lattice?: number;
 }
 
 interface Batch {
@@ -148,9 +150,10 @@ export class EditQueue {
   }
 
   /** A batch without a sequence number, which it gets when it is sent. */
-  private made({ edits, targets, gestureId, phase }: NewBatch, structureId: bigint): Batch {
+  private made({ edits, targets, gestureId, phase, lattice }: NewBatch, structureId: bigint): Batch {
     const message = create(EditBatchSchema, {
-      structureId, edits: [...edits], refuseFolds: this.refuseFolds, ...(gestureId && { gestureId }), ...(phase && { gesturePhase: phase }),
+      structureId, edits: [...edits], refuseFolds: this.refuseFolds,
+      ...(gestureId && { gestureId }), ...(phase && { gesturePhase: phase }), ...(lattice && { lattice }),
     });
     return { targets, madeAt: this.now(), message };
   }

@@ -8,6 +8,7 @@ import { indicesTo } from '../../lattice/index_sets';
 import type { Lattice } from '../../lattice/lattice';
 import type { LatticeStructure } from '../../lattice/grid';
 import { toConstraints } from '../../wire/constraint_message';
+import { edits } from '../../wire/edit_message';
 import { toLattice } from '../../wire/lattice_message';
 import { ServerError } from '../../wire/server_error';
 import { inWords } from '../../wire/words';
@@ -40,7 +41,7 @@ export class LatticeSync {
   constructor(send: (batch: EditBatch) => void, private readonly listeners: Listeners<SessionEvents>) {
     this.queue = new EditQueue((batch) => {
       // Weights are of the mesh, and the first lattice has their history.
-      batch.lattice = batch.edits[0]?.edit.case === 'setWeights' ? 0 : this.edited;
+      batch.lattice ||= batch.edits[0]?.edit.case === 'setWeights' ? 0 : this.edited;
       send(batch);
     });
   }
@@ -68,7 +69,7 @@ export class LatticeSync {
   }
 
   get steps(): UndoSteps {
-    return (this.stepsOf[this.edited] ??= new UndoSteps());
+    return this.stepsFor(this.edited);
   }
 
   /** Undefined before the first lattice. */
@@ -103,9 +104,20 @@ export class LatticeSync {
     if (targets) this.show(targets);
   }
 
+  /** Adds a lattice, and shows it when the server has taken it. */
+  add(lattice: Lattice): void {
+    this.openGesture?.giveWay();
+    this.queue.add({ edits: [edits.replaceLattice(lattice, false)], lattice: this.count }, this.model!.structureId);
+  }
+
   takeState(state: LatticeState): void {
     this.states.take(state);
     if (state.index === this.edited) this.showState(state);
+    else this.turn();
+  }
+
+  private stepsFor(lattice: number): UndoSteps {
+    return (this.stepsOf[lattice] ??= new UndoSteps());
   }
 
   private turn(): void {
@@ -159,14 +171,15 @@ export class LatticeSync {
     if (this.model) this.queue.reached(this.model.revision);
     if (!refused && gestureId) this.openGesture?.answered(gestureId, result.dragResidual);
     if (!refused) {
-      if (message) this.steps.applied(message);
+      if (message) this.stepsFor(message.lattice).applied(message);
+      if (message && isAdded(message, this.edited)) this.wanted = message.lattice;
       if (keepsShape(message)) this.listeners.emit('refitted', result.dragResidual);
       this.turn();
       return this.listeners.emit('answered');
     }
     if (targets) this.pointsMoved(this.model!.refresh(targets.indices));
     const error = ServerError.fromStatus(result.status!);
-    this.steps.refused(error.reason);
+    this.stepsFor(message!.lattice).refused(error.reason);
     if (error.reason === 'FOLD') this.endAtLastGood(message!);
     this.listeners.emit('answered');
     this.listeners.emit('refused', inWords(error), /^(NOTHING_TO_.*|FOLD)$/.test(error.reason));
@@ -227,6 +240,11 @@ export class LatticeSync {
   private pointsMoved(indices: Uint32Array, isOwn = false): void {
     if (indices.length) this.listeners.emit('points', indices, isOwn);
   }
+}
+
+/** Whether the batch has added a lattice: no other is of one that is not shown, but weights, which are of the first. */
+function isAdded({ edits, lattice }: EditBatch, shown: number): boolean {
+  return lattice !== shown && edits[0]?.edit.case === 'replaceLattice';
 }
 
 function keepsShape(batch: EditBatch | undefined): boolean {

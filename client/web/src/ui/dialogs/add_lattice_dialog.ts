@@ -1,0 +1,72 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Asks for a lattice to add to the scene's. The view beside the dialog shows its box, with a handle on each face. The box has the
+// axes of the lattice that is shown: only such lattices add up.
+import { placeInFrame } from '../../cage/outside_box';
+import { frameEdges } from '../../lattice/grid';
+import { DEFAULT_FIT, latticeAtRest } from '../../lattice/identity';
+import type { LatticeFrame } from '../../lattice/lattice';
+import { scale, type Vec3 } from '../../lattice/vec';
+import type { LiveSession } from '../../session/live_session';
+import { allowedWidth, type OutsideHandles } from '../../viewport/outside_handles';
+import { button, field } from '../controls';
+import { h, onEnter, showBeside } from '../dom';
+import { axesTable } from '../fields/axes_table';
+import { numberField } from '../fields/number_field';
+
+const FIRST = -0.25; // of each side: the middle half of the frame
+const LEAST_EDGE = 0.02; // of the box, in lengths of the frame's edges
+const FALLOFF = 0.5; // lengths of the box's edges
+
+/** How far a face of the box may be from that of the frame, in lengths of the frame's edges. */
+export function allowedReach(reach: number): number {
+  return Math.min(Math.max(reach, LEAST_EDGE - 1), 10);
+}
+
+/** The box that reaches so far beyond each side of a frame: the begin and end of u, of v, of w. Below 0: within it. */
+export function boxAround(frame: LatticeFrame, reach: readonly number[]): LatticeFrame {
+  const edge = (axis: 0 | 1 | 2): Vec3 => scale(frameEdges(frame)[axis], 1 + reach[2 * axis]! + reach[2 * axis + 1]!);
+  const origin = placeInFrame(frame, [-reach[0]!, -reach[2]!, -reach[4]!]);
+  return { origin, u: edge(0), v: edge(1), w: edge(2) };
+}
+
+/** Returns a function that closes the dialog. */
+export function showAddLatticeDialog(session: LiveSession, handles: OutsideHandles): () => void {
+  const { frame } = session.lattice;
+  const values = { size: DEFAULT_FIT.size, degree: DEFAULT_FIT.degree };
+  let reach: readonly number[] = new Array<number>(6).fill(FIRST);
+  let falloff = FALLOFF;
+  const confirm = button('Add', () => add(), { class: 'button primary' });
+  const table = axesTable(values, (isValid) => (confirm.disabled = !isValid));
+  const width = numberField(
+    { label: 'Falloff', get: () => falloff, set: (typed) => { falloff = allowedWidth(typed); width.refresh(); } },
+    { min: 0, max: 1000, step: 0.1 });
+  const add = (): void => {
+    if (confirm.disabled) return;
+    dialog.close();
+    const outside = falloff > 0
+      ? { mode: 'falloff', smooth: true, widths: new Array<number>(6).fill(falloff), steps: [] } as const : undefined;
+    session.addLattice(latticeAtRest(boxAround(frame, reach), values.size, values.degree, outside));
+  };
+  const dialog = showBeside(
+    'Add a lattice', 'add-lattice',
+    h('h2', {}, 'Add a lattice'),
+    table.element, table.note, field('Falloff', width.element),
+    h('p', { class: 'note' },
+      'Drag the handles in the view to place its box. What all lattices move the mesh adds up; the falloff, in lengths of the box, is how far outside the box its move fades out.'),
+    h('footer', {}, button('Cancel', () => dialog.close()), confirm));
+  handles.onDragged = (side, dragged) => {
+    const opposite = reach[side ^ 1]!;
+    reach = reach.map((each, other) => (other === side ? Math.max(dragged, LEAST_EDGE - 1 - opposite) : each));
+    handles.show(reach, true);
+  };
+  const endLattice = session.on('lattice', () => dialog.close()); // it is another one
+  dialog.addEventListener('close', () => {
+    endLattice();
+    handles.dispose();
+  });
+  onEnter(dialog, add);
+  handles.show(reach, true);
+  return () => dialog.close();
+}
