@@ -34,7 +34,9 @@ TEST_F(AddedLatticesTest, TheSceneIsAsIfCreatedWithThem) {
   ASSERT_OK(Apply(Add(1, 1, other), &result));
   EXPECT_EQ(result.structure_id(), 2u);
   EXPECT_EQ(Get().lattices_size(), 2);
-  EXPECT_TRUE(Chunks() == Chunks(kBoth));
+  const std::vector<Vec3d> world = SomePoints(100);
+  EXPECT_EQ(Evaluate(world), Evaluate(world, kBoth));
+  EXPECT_EQ(Get().patches(), Get(kBoth).patches());
   EXPECT_EQ(LatticeAt(1).lattice().SerializeAsString(), [&] {
     auto request = For<v1::GetLatticeRequest>(kBoth);
     request.set_lattice(1);
