@@ -106,19 +106,49 @@ void RandomSession::SetUp() {
   if (is_weighted()) {
     request.mutable_weights()->set_values(
         std::string(reinterpret_cast<const char*>(kBoxWeights.data()), sizeof(kBoxWeights)));
-  } else if (kind() != Kind::kPlain) {
-    auto& lattice = *request.add_lattices()->mutable_lattice();
-    SetFrame(*lattice.mutable_frame(), {-0.1, -0.1, -0.1}, {1.1, 1.2, 1.2});
-    const bool is_line = kind() == Kind::kLinear;
-    lattice.mutable_outside()->set_mode(is_line ? v1::OUTSIDE_MODE_LINEAR
-                                                : v1::OUTSIDE_MODE_FALLOFF);
-    if (!is_line) lattice.mutable_outside()->add_widths(0.4);
+  } else if (kind() == Kind::kFalloff || kind() == Kind::kLinear) {
+    *request.add_lattices()->mutable_lattice() = Half();
   }
   ASSERT_OK(Create(request));
-  state_ = Lattice();
+  if (is_of_two()) AddSecond();
+  state_ = State();
   for (int i = 0; i < 60; ++i) {
     world_.push_back({Number(-0.3, 2.3), Number(-0.3, 1.3), Number(-0.3, 1.3)});
   }
+}
+
+v1::LatticeState RandomSession::StateOf(uint32_t lattice) {
+  auto request = For<v1::GetLatticeRequest>();
+  request.set_lattice(lattice);
+  v1::LatticeState state;
+  EXPECT_OK(Call(&Scenes::GetLattice, request, &state));
+  return state;
+}
+
+v1::Lattice RandomSession::Half() const {
+  v1::Lattice lattice;
+  SetFrame(*lattice.mutable_frame(), {-0.1, -0.1, -0.1}, {1.1, 1.2, 1.2});
+  const bool is_line = kind() == Kind::kLinear;
+  lattice.mutable_outside()->set_mode(is_line ? v1::OUTSIDE_MODE_LINEAR : v1::OUTSIDE_MODE_FALLOFF);
+  if (!is_line) lattice.mutable_outside()->add_widths(0.4);
+  return lattice;
+}
+
+void RandomSession::AddSecond() {
+  v1::EditBatch batch = MoveOne("bob", ++other_sequence_, 0, {});
+  batch.set_lattice(1);
+  *batch.mutable_edits(0)->mutable_replace_lattice()->mutable_lattice() = Half();
+  ASSERT_OK(Apply(batch));
+  MoveOther();
+}
+
+void RandomSession::MoveOther() {
+  v1::EditBatch batch =
+      MoveOne("bob", ++other_sequence_, static_cast<uint32_t>(Below(64)), Step(0.1));
+  batch.set_structure_id(State().structure_id());
+  ASSERT_OK(Apply(batch));
+  other_ = StateOf(0);
+  state_ = State();
 }
 
 void RandomSession::Restart() {
@@ -134,6 +164,7 @@ v1::EditBatch RandomSession::Batch() {
   batch.set_editor_id("ann");
   batch.set_sequence(++sequence_);
   batch.set_structure_id(state_.structure_id());
+  batch.set_lattice(is_of_two() ? 1 : 0);
   batch.add_edits();
   return batch;
 }
@@ -174,11 +205,8 @@ v1::EditBatch RandomSession::Change() {
       edit.mutable_move_control_points()->mutable_indices()->Add(indices.begin(), indices.end());
       *edit.mutable_move_control_points()->mutable_offset() = ToVec3(Step(reach));
   }
-  // Scenes with weights have neither.
-  if (!is_weighted()) {
-    batch.set_refuse_folds(Below(3) == 0);
-    if (Below(4) == 0) batch.mutable_keep_volume();
-  }
+  batch.set_refuse_folds(Below(3) == 0);
+  if (Below(4) == 0) batch.mutable_keep_volume();
   return batch;
 }
 
@@ -228,7 +256,7 @@ v1::EditBatch RandomSession::Constrain() {
     layers.set_at_end(Below(2) == 0);
     layers.set_layers(1);
   }
-  if (!is_weighted() && Below(2) == 0) kept.mutable_volume();
+  if (Below(2) == 0) kept.mutable_volume();
   return batch;
 }
 
@@ -244,7 +272,7 @@ bool RandomSession::Send(const v1::EditBatch& batch) {
   v1::EditResult result;
   const absl::Status status = Apply(batch, &result);
   residual_ = result.drag_residual();
-  before_ = std::exchange(state_, Lattice());
+  before_ = std::exchange(state_, State());
   if (status.ok()) {
     EXPECT_EQ(state_.revision(), before_.revision() + 1);
   } else {
@@ -314,7 +342,9 @@ RandomSession::SurfacePlace RandomSession::PlaceOf(const v1::SurfacePoint& point
 }
 
 Vec3d RandomSession::Deformed(Vec3d rest) const {
-  return EvaluatedBy(state_.lattice(), ControlPointsOf(state_), rest);
+  const Vec3d at = EvaluatedBy(state_.lattice(), ControlPointsOf(state_), rest);
+  if (!is_of_two()) return at;
+  return at + EvaluatedBy(other_.lattice(), ControlPointsOf(other_), rest) - rest;
 }
 
 Vec3d RandomSession::DeformedPlace(const SurfacePlace& place) const {
@@ -335,7 +365,6 @@ void RandomSession::ExpectDefinition() {
   for (size_t i = 0; i < places.size(); ++i) {
     ASSERT_LE(Norm(evaluated[i] - DeformedPlace(places[i])), kClose) << i;
   }
-  if (is_weighted()) return;  // no point sets
   PointSetClient client(server_->channel());
   ASSERT_OK_AND_ASSIGN(const v1::PointSet set, client.CreateWorld(world_));
   ASSERT_OK_AND_ASSIGN(const auto deformed, client.Deform(set));

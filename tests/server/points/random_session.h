@@ -30,15 +30,19 @@ struct Undoable {
 
 class RandomSession : public SceneFixture, public ::testing::WithParamInterface<int> {
  protected:
-  // By the parameter: a lattice around the box, one around its half that goes on outside, and vertex weights.
-  enum class Kind { kPlain, kFalloff, kLinear, kWeighted };
-  static constexpr int kKinds = 4;
+  // By the parameter: a lattice around the box, one around its half that goes on outside, vertex weights, and two lattices,
+  // of which the session edits the second, which was added, and another editor the first.
+  enum class Kind { kPlain, kFalloff, kLinear, kWeighted, kSeveral };
+  static constexpr int kKinds = 5;
 
   void SetUp() override;
   void Restart();
 
   Kind kind() const { return static_cast<Kind>(GetParam() % kKinds); }
   bool is_weighted() const { return kind() == Kind::kWeighted; }
+  bool is_of_two() const { return kind() == Kind::kSeveral; }
+  // The lattice that the session edits.
+  v1::LatticeState State() { return StateOf(is_of_two() ? 1 : 0); }
   int Below(int end) { return std::uniform_int_distribution<int>(0, end - 1)(random_); }
   double Number(double low, double high) {
     return std::uniform_real_distribution<double>(low, high)(random_);
@@ -56,6 +60,8 @@ class RandomSession : public SceneFixture, public ::testing::WithParamInterface<
   v1::EditBatch Constrain();
   v1::EditBatch InsertKnot();
 
+  // Another editor moves a point of the first of two lattices.
+  void MoveOther();
   // Sends the batch. Returns whether it was applied; a refusal has changed nothing.
   bool Send(const v1::EditBatch& batch);
   // Checks what an edit made of the lattice that it began with, unless it is free to move other points.
@@ -77,6 +83,11 @@ class RandomSession : public SceneFixture, public ::testing::WithParamInterface<
   uint64_t sequence_ = 0;
 
  private:
+  v1::LatticeState StateOf(uint32_t lattice);
+  // The lattice of the kinds that go on outside: around a half of the box.
+  v1::Lattice Half() const;
+  void AddSecond();
+
   struct SurfacePlace {
     v1::SurfacePoint point;
     Vec3d rest;
@@ -93,6 +104,8 @@ class RandomSession : public SceneFixture, public ::testing::WithParamInterface<
   void ExpectTargets(const v1::DragPoints& drag);
 
   std::vector<Vec3d> world_;
+  v1::LatticeState other_;  // the first of two lattices
+  uint64_t other_sequence_ = 0;
 };
 
 }  // namespace latticed::testing
