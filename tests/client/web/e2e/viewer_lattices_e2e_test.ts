@@ -89,7 +89,7 @@ test('one is added in the middle of the frame, where its handles are dragged to,
 test('what others have selected is marked in the cage of their lattice alone', async () => {
   const { page: other, errors } = await openPage(browser, page.url());
   await live(other);
-  await other.getByRole('combobox', { name: 'Lattice', exact: true }).selectOption('2 of 3');
+  await other.evaluate(() => window.latticed.scene!.session.chooseLattice(1));
   await other.waitForFunction(() => window.latticed.scene!.session.lattice.count === 27);
 
   await other.evaluate(() => window.latticed.scene!.editor.selection.select([3]));
