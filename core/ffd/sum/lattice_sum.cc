@@ -67,16 +67,18 @@ AxisEnds ExtentOf(std::span<const Vec3d> mesh, const FrameMap& first, size_t a) 
   return extent;
 }
 
-// Where the sum ends: where the first lattice beyond the mesh does, or else the last one. Of ends that are almost equal, that
-// of the first lattice counts.
+// Where the sum ends: where the last lattice does, but no further than the first one that does not fade out, beyond the mesh.
+// Of ends that are almost equal, that of the first lattice counts.
 AxisEnds EndsOf(std::span<const SummandAxis> axes, const AxisEnds& mesh) {
   const double near = kOneKnot * (axes.front().space.end() - axes.front().space.begin());
   AxisEnds all, beyond{-kInfinity, kInfinity};
   for (const SummandAxis& axis : axes) {
     const double begin = axis.space.begin(), end = axis.space.end();
     all = {std::min(all.begin, begin), std::max(all.end, end)};
-    if (begin <= mesh.begin + near) beyond.begin = std::max(beyond.begin, begin);
-    if (end >= mesh.end - near) beyond.end = std::min(beyond.end, end);
+    if (begin <= mesh.begin + near && !axis.fades_at_begin) {
+      beyond.begin = std::max(beyond.begin, begin);
+    }
+    if (end >= mesh.end - near && !axis.fades_at_end) beyond.end = std::min(beyond.end, end);
   }
   AxisEnds ends{std::isinf(beyond.begin) ? all.begin : beyond.begin,
                 std::isinf(beyond.end) ? all.end : beyond.end};

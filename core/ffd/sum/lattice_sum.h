@@ -10,8 +10,9 @@
 //
 // Continuity  a knot of a lattice of degree n with multiplicity m gets multiplicity N - n + m, with N the sum's degree; an end
 //             where a lattice fades out (OutsideMode::kFalloff, n layers at rest) counts as a knot with m = 1
-// Frame       the smallest box that holds the mesh and ends where a lattice does. A lattice may reach beyond it. One that
-//             ends inside it must fade out there; otherwise the surface would tear in the middle
+// Frame       the box that ends where the last lattice does, but no further beyond the mesh than the first one that does not fade
+//             out there: points further out stay. A lattice that ends inside the mesh must fade out there; otherwise the
+//             surface would tear in the middle
 // Knots       within 2^-40 of the range of an axis are one knot, as in knot_split.h. Those of the first lattice stay
 // Errors      kInvalidArgument: fields "lattices[k].frame", "lattices[k].outside"; "lattices" for too many control points
 // Threads     pure functions

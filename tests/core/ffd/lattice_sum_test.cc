@@ -89,9 +89,9 @@ std::shared_ptr<const std::vector<Vec3d>> OthersOf(const std::vector<Lattice>& l
   return others;
 }
 
-// Compares the sum with its definition, with the last lattice's strength of `strength`.
+// Compares the sum with its definition at some points, with the last lattice's strength of `strength`.
 void ExpectSum(const std::vector<Lattice>& lattices, double strength,
-               const std::vector<Vec3d>& mesh, double& worst) {
+               const std::vector<Vec3d>& mesh, const std::vector<Vec3d>& at, double& worst) {
   const auto sum = SumLattices(StructuresOf(lattices), mesh);
   ASSERT_TRUE(sum.ok()) << sum.status();
   ASSERT_TRUE(Validate(sum->structure).ok()) << Validate(sum->structure);
@@ -99,7 +99,7 @@ void ExpectSum(const std::vector<Lattice>& lattices, double strength,
   OutsideMap map(lattices[last].structure, strength, sum->structure, sum->parts[last]);
   map.AddOthers(OthersOf(lattices, *sum, last));
   const std::vector<Vec3d> points = map.Continue(lattices[last].control_points);
-  for (const Vec3d p : mesh) {
+  for (const Vec3d p : at) {
     Vec3d want = p;
     std::array<Vec3d, 3> jacobian{Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, 1}};
     const std::array<Vec3d, 3> identity = jacobian;
@@ -125,7 +125,8 @@ TEST(LatticeSumTest, IsTheSumOfDisplacementsAtEveryMixOfDegrees) {
           LatticeOver({-0.1, -0.1, -0.1}, {1.1, 1.1, 1.1}, DegreeOf(mix), {5, 4, 6}),
           LatticeOver({-0.05, -0.2, -0.1}, {1.3, 1.1, 1.01}, DegreeOf(other), {4, 5, 4})};
       for (Lattice& lattice : lattices) ShakeLattice(lattice, random);
-      ExpectSum(lattices, 1, MeshPoints(random, 20), worst);
+      const std::vector<Vec3d> mesh = MeshPoints(random, 20);
+      ExpectSum(lattices, 1, mesh, mesh, worst);
       if (HasFatalFailure()) FAIL() << mix << " and " << other;
     }
   }
@@ -144,10 +145,31 @@ TEST(LatticeSumTest, SpotsFadeOutInsideTheMesh) {
           LatticeOver({0.2, 0.3, 0.2}, {0.5, 0.6, 0.6}, DegreeOf(mix), {4, 4, 5}, outside),
           LatticeOver({0.6, 0.3, 0.5}, {0.9, 0.6, 0.9}, {2, 1, 2}, {4, 2, 3}, outside)};
       for (Lattice& lattice : lattices) ShakeLattice(lattice, random);
-      ExpectSum(lattices, 0.3, MeshPoints(random, 200), worst);
+      const std::vector<Vec3d> mesh = MeshPoints(random, 200);
+      ExpectSum(lattices, 0.3, mesh, mesh, worst);
       if (HasFatalFailure()) FAIL() << mix;
     }
   }
+  EXPECT_LT(worst, 2e-14 * 6);
+}
+
+// As points of the flow around a body.
+TEST(LatticeSumTest, LatticesThatFadeOutMovePointsBeyondTheMesh) {
+  SCOPED_TRACE(kSumSeed);
+  std::mt19937_64 random(kSumSeed);
+  const Outside outside{OutsideMode::kFalloff, true, {0.3, 0.3, 0.2, 0.4, 0.3, 0.3}, {}};
+  std::vector<Lattice> lattices{
+      LatticeOver({-0.2, -0.2, -0.2}, {1.1, 1.2, 1.2}, {2, 2, 2}, {4, 4, 4}, outside),
+      LatticeOver({-0.4, 0.3, 0.2}, {0.5, 1.4, 0.6}, {3, 1, 2}, {4, 4, 5}, outside)};
+  for (Lattice& lattice : lattices) ShakeLattice(lattice, random);
+  std::vector<Vec3d> corners = MeshPoints(random, 0), flow;
+  std::uniform_real_distribution<double> place(-1, 2.5);
+  for (int n = 0; n < 400; ++n) {
+    flow.push_back(place(random) * kEdges[0] + place(random) * kEdges[1] +
+                   place(random) * kEdges[2]);
+  }
+  double worst = 0;
+  ExpectSum(lattices, 0.7, corners, flow, worst);
   EXPECT_LT(worst, 2e-14 * 6);
 }
 
