@@ -33,7 +33,7 @@ struct Mode {
 constexpr std::array<Mode, 3> kModes{
     {{OutsideMode::kFalloff, true}, {OutsideMode::kFalloff, false}, {OutsideMode::kLinear, true}}};
 
-std::array<int, 3> DegreeOf(int mix) { return {1 + mix % 3, 1 + mix / 3 % 3, 1 + mix / 9}; }
+std::array<int, 3> MixOf(int mix) { return {1 + mix % 3, 1 + mix / 3 % 3, 1 + mix / 9}; }
 
 Lattice ContinuedLattice(std::array<int, 3> degree, Mode mode, std::array<double, 6> widths) {
   Lattice lattice;
@@ -89,7 +89,7 @@ TEST(OutsideTest, TheInsideStaysAsItIsAtEveryDegree) {
   double worst = 0;
   for (int mix = 0; mix < 27; ++mix) {
     for (const Mode mode : kModes) {
-      const Lattice lattice = ShakenLattice(DegreeOf(mix), mode, AllWidths(0.3), random);
+      const Lattice lattice = ShakenLattice(MixOf(mix), mode, AllWidths(0.3), random);
       ASSERT_TRUE(Validate(lattice).ok());
       const Deformed deformed(lattice);
       ASSERT_TRUE(Validate(deformed.structure).ok());
@@ -113,7 +113,7 @@ TEST(OutsideTest, NoGapAtTheFaceNorAtTheEnd) {
   constexpr double kStep = 1e-7;
   for (int mix = 0; mix < 27; ++mix) {
     for (const Mode mode : kModes) {
-      const std::array<int, 3> degree = DegreeOf(mix);
+      const std::array<int, 3> degree = MixOf(mix);
       const Lattice lattice = ShakenLattice(degree, mode, AllWidths(0.3), random);
       const Deformed deformed(lattice);
       for (int n = 0; n < 20; ++n) {
@@ -147,7 +147,7 @@ TEST(OutsideTest, FalloffDoesNotOvershoot) {
   std::array<double, 2> worst{};  // of C1, C0: by the largest move inside
   for (int mix = 0; mix < 27; ++mix) {
     for (size_t m = 0; m < 2; ++m) {
-      const Lattice lattice = ShakenLattice(DegreeOf(mix), kModes[m], AllWidths(0.3), random);
+      const Lattice lattice = ShakenLattice(MixOf(mix), kModes[m], AllWidths(0.3), random);
       const Deformed deformed(lattice);
       double inside = 0, outside = 0;
       for (int k = -6; k <= 26; ++k) {
@@ -186,7 +186,7 @@ TEST(OutsideTest, ALinearContinuationIsTheTangent) {
 
 TEST(OutsideTest, AnAffineMapGoesOnLinearly) {
   for (int mix = 0; mix < 27; ++mix) {
-    Lattice lattice = ContinuedLattice(DegreeOf(mix), {OutsideMode::kLinear, true}, AllWidths(1.5));
+    Lattice lattice = ContinuedLattice(MixOf(mix), {OutsideMode::kLinear, true}, AllWidths(1.5));
     const auto shear = [](Vec3d p) {
       return Vec3d{p.x + 0.5 * p.y, p.y - 0.2 * p.z, 1.5 * p.z + 1};
     };
