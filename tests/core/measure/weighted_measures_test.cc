@@ -14,6 +14,7 @@
 #include "core/measure/surface_area.h"
 #include "core/measure/surface_bounds.h"
 #include "core/measure/surface_closure.h"
+#include "tests/core/measure/close_bounds.h"
 #include "tests/core/measure/measured_patches.h"
 #include "tests/core/measure/slopes.h"
 #include "tests/support/status_matchers.h"
@@ -130,27 +131,7 @@ TEST_P(WeightedDegrees, AreaKeepsItsToleranceAndItsGradientMatchesDifferences) {
 TEST_P(WeightedDegrees, BoundsHoldTheSurfaceClosely) {
   const auto plan = Plan();
   const auto points = Jitter(plan->structure, 0.2, 11);
-  const DirectFfd ffd(*plan, points);
-  Bounds sampled;
-  constexpr int kSegments = 24;
-  for (size_t p = 0; p < plan->patches.size(); ++p) {
-    for (int i = 0; i <= kSegments; ++i) {
-      for (int j = 0; i + j <= kSegments; ++j) {
-        const double a = double(i) / kSegments, b = double(j) / kSegments;
-        sampled.Extend(ffd.EvaluatePosition(p, {1 - a - b, a, b}).position);
-      }
-    }
-  }
-
-  const Bounds got = *MeasureBounds(*plan, PatchTree(*plan), points);
-
-  for (int axis = 0; axis < 3; ++axis) {
-    const double size = sampled.extent()[axis];
-    EXPECT_GE(got.max[axis], sampled.max[axis] - 2e-9 * size);
-    EXPECT_LE(got.min[axis], sampled.min[axis] + 2e-9 * size);
-    EXPECT_LE(got.max[axis], sampled.max[axis] + 2e-3 * size);
-    EXPECT_GE(got.min[axis], sampled.min[axis] - 2e-3 * size);
-  }
+  ExpectCloseBounds(*plan, points);
 }
 
 INSTANTIATE_TEST_SUITE_P(All, WeightedDegrees, ::testing::Range(0, 27));
