@@ -173,7 +173,8 @@ class Client:
                          are those of the mesh
         crease_angle     smooth normals are computed, and split where faces meet at more degrees, 0 to 180;
                          None: those of the mesh, split at 30 degrees where it has none
-        strength         how much of the deformation the scene takes, 0 to 1; None: the first lattice's, or 1
+        strength         how much of the deformation the scene takes, 0 to 1, of each of several lattices; None: those of
+                         the lattices, or 1. Strengths that differ from the first lattice's are set by edits
         weights          how much of the deformation each vertex takes, 0 to 1: an array with one for each
                          vertex, or "mesh" for those that came with the mesh (PLY weight, GLB _WEIGHT,
                          upload_arrays); None: all. Those of more than 250,000 vertices come with the mesh
@@ -238,7 +239,12 @@ class Client:
         if idle_ttl is not None:
             request.idle_ttl.CopyFrom(_duration(idle_ttl))
         info = self._connection.call(self._connection.scenes.CreateScene, request, request.scene_id)
-        return Scene(self._connection, info, delete_on_exit)
+        scene = Scene(self._connection, info, delete_on_exit)
+        if given is not None and strength is None:
+            for k, one in enumerate(given):
+                if one.strength != given[0].strength:
+                    scene.edits_of(k).set_strength(one.strength)
+        return scene
 
     def scene(self, scene_id: str) -> Scene:
         """The scene with this id; LatticedError NOT_FOUND if there is none."""

@@ -144,7 +144,7 @@ class EditCalls(PointEdits[Applied]):
         return self.apply([edits.insert_knot(axis, value)])
 
     def replace_lattice(self, lattice: Lattice, keep_shape: bool = False) -> Applied:
-        """Gives the scene another lattice.
+        """Gives the scene another lattice. The strength stays what it is in the scene.
 
         keep_shape: the lattice has the scene's frame. Its control points are ignored; those that keep the
         present shape best are fitted. EditResult.drag_residual is the largest distance at the knots
@@ -194,7 +194,15 @@ class LatticeEdits(EditCalls[Applied]):
     def __init__(self, target: EditCalls[Applied], lattice: int) -> None:
         self._target = target
         self._lattice = lattice
-        self.refuse_folds = target.refuse_folds
+
+    @property
+    def refuse_folds(self) -> bool:  # type: ignore[override]
+        """That of what it was made from."""
+        return self._target.refuse_folds
+
+    @refuse_folds.setter
+    def refuse_folds(self, on: bool) -> None:
+        self._target.refuse_folds = on
 
     def _apply(self, batch: edit_pb2.EditBatch) -> Applied:
         batch.lattice = self._lattice

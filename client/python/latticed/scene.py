@@ -108,8 +108,11 @@ class Scene(EditCalls[EditResult], PointSetCalls):
 
     def add_lattice(self, lattice: Lattice) -> EditResult:
         """Adds a lattice: what it moves the mesh adds to what the others do. Its number follows theirs; edits_of(number)
-        has its edits, and undo there takes it to rest."""
-        return self.edits_of(len(self.refresh().lattices)).replace_lattice(lattice)
+        has its edits, and undo there takes it to rest, with its knots and its frame. A strength below 1 is a second edit.
+        """
+        added = self.edits_of(len(self.refresh().lattices))
+        result = added.replace_lattice(lattice)
+        return result if lattice.strength == 1 else added.set_strength(lattice.strength)
 
     def get_update(self, view: View = _DEFAULT_VIEW, min_revision: int = 0) -> Update:
         """The whole surface at the newest revision. Waits until the revision is at least min_revision."""

@@ -48,6 +48,10 @@ class EditorLedger {
   };
 
   explicit EditorLedger(size_t capacity) : capacity_(capacity) {}
+  EditorLedger(const EditorLedger&) = delete;  // by_editor_ would point into the other one
+  EditorLedger& operator=(const EditorLedger&) = delete;
+  EditorLedger(EditorLedger&&) = default;
+  EditorLedger& operator=(EditorLedger&&) = default;
 
   // nullptr for an editor that is not remembered. The pointer is valid until the next Store or ForgetOldest.
   EditSummary* Find(std::string_view editor_id) const;

@@ -42,7 +42,7 @@ absl::StatusOr<VertexWeights> Changed(const VertexWeights& weights, const SetWei
   if (weights != nullptr) changed = *weights;
   const size_t highest = std::ranges::max(change.indices);
   if (vertices != 0 && highest >= vertices) {
-    return error::OutOfRange(fmt::format("{}.indices", field), static_cast<double>(highest), 0,
+    return error::OutOfRange(fmt::format("{}.some.indices", field), static_cast<double>(highest), 0,
                              static_cast<double>(vertices - 1));
   }
   changed.resize(std::max({changed.size(), vertices, highest + 1}), 1.0f);
@@ -50,7 +50,7 @@ absl::StatusOr<VertexWeights> Changed(const VertexWeights& weights, const SetWei
   for (size_t n = 0; n < change.indices.size(); ++n) {
     const uint32_t vertex = change.indices[n];
     if (named[vertex]) {
-      return error::InvalidField(fmt::format("{}.indices", field),
+      return error::InvalidField(fmt::format("{}.some.indices", field),
                                  fmt::format("{} is named twice", vertex));
     }
     named[vertex] = true;

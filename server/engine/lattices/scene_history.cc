@@ -4,10 +4,12 @@
 
 #include <algorithm>
 #include <utility>
+#include <variant>
 
 #include "core/base/error.h"
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
+#include "fmt/format.h"
 
 namespace latticed {
 
@@ -43,7 +45,34 @@ absl::Status SceneHistory::Check(const EditBatch& batch) const {
   }
   if (Adds(batch)) return absl::OkStatus();
   if (batch.lattice >= histories_.size() && !batch.refusal.ok()) return batch.refusal;
+  if (batch.lattice == histories_.size() && !batch.edits.empty() &&
+      std::holds_alternative<ReplaceLattice>(batch.edits.front())) {
+    return WhyNotAdded(batch);
+  }
   return error::CheckRange("lattice", batch.lattice, 0, static_cast<double>(histories_.size()) - 1);
+}
+
+absl::Status SceneHistory::WhyNotAdded(const EditBatch& batch) const {
+  constexpr char kField[] = "edits[0].replace_lattice";
+  if (histories_.size() == static_cast<size_t>(limits::kMaxLattices)) {
+    return error::InvalidField("lattice",
+                               fmt::format("a scene has at most {} lattices", limits::kMaxLattices),
+                               "OUT_OF_RANGE");
+  }
+  const auto* replace = LoneEdit<ReplaceLattice>(batch);
+  if (replace == nullptr) return NotAlone(kField);
+  return error::InvalidField(fmt::format("{}.keep_shape", kField),
+                             "a lattice that is added has no shape to keep");
+}
+
+size_t SceneHistory::NewestOf(std::string_view editor_id) const {
+  size_t newest = 0;
+  for (size_t k = 1; k < histories_.size(); ++k) {
+    if (histories_[k].last_sequence(editor_id) > histories_[newest].last_sequence(editor_id)) {
+      newest = k;
+    }
+  }
+  return newest;
 }
 
 bool SceneHistory::Adds(const EditBatch& batch) const {
@@ -76,6 +105,11 @@ absl::StatusOr<EditOutcome> SceneHistory::Apply(const EditBatch& batch, TimePoin
                                                 const AdmitPoints& admit_points,
                                                 const VolumeKeeper* keeper,
                                                 const AdmitWeights& admit_weights) {
+  if (const size_t newest = NewestOf(batch.editor_id);
+      histories_[newest].last_sequence(batch.editor_id) >= std::max<uint64_t>(batch.sequence, 1)) {
+    // It gets its result there, or why it comes too late.
+    return histories_[newest].Apply(batch, now, admit, admit_points, keeper, admit_weights);
+  }
   const bool adds = Adds(batch);
   if (adds) {
     const LatticeStructure& structure = LoneEdit<ReplaceLattice>(batch)->lattice.structure;

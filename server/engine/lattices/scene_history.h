@@ -4,6 +4,7 @@
 // The edits of all lattices of a scene. Each lattice has an EditHistory, with editors, gestures, undo steps and constraints
 // of its own. Revision and structure_id are the scene's: they count the batches and the structures of all lattices.
 //
+// Replay    an editor's sequences rise over all lattices: a batch that is sent twice gets its result, whichever lattice it names
 // Adding    a replacement for the number that follows the last lattice's adds a lattice, as a step over one at rest
 // Records   in the order of batches, whichever lattice they are of (EditBatch::lattice)
 // Errors    those of EditHistory; kInvalidArgument, field "lattice", for one that the scene does not have
@@ -13,6 +14,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <string_view>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -66,6 +68,10 @@ class SceneHistory {
  private:
   explicit SceneHistory(std::vector<EditHistory> histories);
   bool Adds(const EditBatch& batch) const;
+  // Of a replacement for the number that follows the last lattice's.
+  absl::Status WhyNotAdded(const EditBatch& batch) const;
+  // The lattice of the editor's batch with the highest sequence.
+  size_t NewestOf(std::string_view editor_id) const;
   // Adds a lattice with this structure, at rest.
   void Add(const LatticeStructure& structure);
   void TakeBack();

@@ -120,6 +120,28 @@ def test_one_is_added(client, box, two):
         assert len(scene.refresh().lattices) == 2
 
 
+def test_each_keeps_its_strength(client, box, two):
+    two.set_strength(0.75)
+    two.edits_of(1).set_strength(0.25)
+    points = definition.BOX_POSITIONS.min(axis=0) + np.array([[0.1, 0.1, 0.1], [0.3, 0.2, 0.25]])
+    lattices = [two.lattice(), two.lattice(1)]
+    assert [lattice.strength for lattice in lattices] == [0.75, 0.25]
+    wanted = two.evaluate(points).positions
+    with client.create_scene(box, lattices, delete_on_exit=True) as scene:
+        np.testing.assert_allclose(scene.evaluate(points).positions, wanted, atol=1e-13)
+    with client.create_scene(box, lattices[0], delete_on_exit=True) as scene:
+        scene.add_lattice(lattices[1])
+        np.testing.assert_allclose(scene.evaluate(points).positions, wanted, atol=1e-13)
+
+
+def test_refusing_folds_is_of_the_scene(two):
+    edits = two.edits_of(1)
+    two.refuse_folds = True
+    assert edits.refuse_folds
+    edits.refuse_folds = False
+    assert not two.refuse_folds
+
+
 def test_bad_ones_are_refused(two, client, box):
     with pytest.raises(latticed.LatticedError, match="lattice: got 2"):
         two.edits_of(2).undo()

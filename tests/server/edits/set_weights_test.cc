@@ -204,8 +204,8 @@ TEST_F(SetWeightsTest, BadOnesAreRefusedAndChangeNothing) {
     refused(Some({3}, {w}), "OUT_OF_RANGE", ".values");
   }
   refused(Some({3, 4}, {0.5f}), "INVALID_FIELD", ".values");
-  refused(Some({9}, {0.5f}), "OUT_OF_RANGE", ".indices");
-  refused(Some({3, 3}, {0.5f, 0.5f}), "INVALID_FIELD", ".indices");
+  refused(Some({9}, {0.5f}), "OUT_OF_RANGE", ".some.indices");
+  refused(Some({3, 3}, {0.5f, 0.5f}), "INVALID_FIELD", ".some.indices");
   refused(Some({}, {}), "INVALID_FIELD", ".some.indices");
   v1::EditBatch odd = All(kGridWeights);
   odd.mutable_edits(0)->mutable_set_weights()->mutable_values()->pop_back();

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Lattices that edits add to a scene: as if it had been created with them, with undo, deltas and restarts.
+#include <map>
+
 #include "tests/server/lattices/several_fixture.h"
 
 namespace latticed::testing {
@@ -117,6 +119,53 @@ TEST_F(AddedLatticesTest, ARestartKeepsThem) {
   EXPECT_FALSE(Chunks() == before);
 }
 
+// Each history has results of many editors, and moves when another lattice joins it.
+TEST_F(AddedLatticesTest, ManyEditorsAreRememberedAlsoAfterARestart) {
+  ASSERT_OK(Create(RequestOf({Whole()})));
+  const std::vector<std::string> editors{"ann",  "bob", "carol",
+                                         "dave", "eve", "a longer name than fits"};
+  std::map<std::string, uint64_t> sequences;
+  std::map<std::string, uint64_t> revisions;  // of the last batch of each
+  std::map<std::string, v1::EditBatch> batches;
+  const auto move_in = [&](uint32_t lattice) {
+    for (const std::string& editor : editors) {
+      v1::EditBatch batch = MoveIn(lattice, ++sequences[editor], 21, {0.01, 0, 0});
+      batch.set_editor_id(editor);
+      batch.set_structure_id(Get().structure_id());
+      v1::EditResult result;
+      ASSERT_OK(Apply(batch, &result));
+      revisions[editor] = result.revision();
+      batches[editor] = batch;
+    }
+  };
+  const auto expect_repeated = [&] {
+    const uint64_t revision = Get().revision();
+    for (const std::string& editor : editors) {
+      v1::EditResult result;
+      ASSERT_OK(Apply(batches[editor], &result));
+      EXPECT_EQ(result.revision(), revisions[editor]) << editor;
+      v1::EditBatch late = batches[editor];
+      late.set_sequence(late.sequence() - 1);
+      late.set_lattice(0);
+      if (late.sequence() > 0) {
+        ExpectRefused(Apply(late), Code::kAborted, "OUT_OF_ORDER");
+      }
+    }
+    EXPECT_EQ(Get().revision(), revision);
+  };
+  move_in(0);
+  for (uint32_t k = 1; k < 5; ++k) {
+    ASSERT_OK(Apply(Add(k, ++sequences["ann"], Shaken(Whole({1, 1, 1})), k)));
+    for (uint32_t lattice = 0; lattice <= k; ++lattice) move_in(lattice);
+    expect_repeated();
+  }
+  Restart();
+  expect_repeated();
+  move_in(2);
+  Restart();
+  expect_repeated();
+}
+
 TEST_F(AddedLatticesTest, WhatCannotBeAddedChangesNothing) {
   ASSERT_OK(Create(RequestOf({Whole()})));
   v1::Lattice turned = Whole();
@@ -133,7 +182,12 @@ TEST_F(AddedLatticesTest, WhatCannotBeAddedChangesNothing) {
                 "edits[0].replace_lattice.lattice.degree.w");
   v1::EditBatch fit = Add(1, 6, Whole());
   fit.mutable_edits(0)->mutable_replace_lattice()->set_keep_shape(true);
-  ExpectRefused(Apply(fit), Code::kInvalidArgument, "OUT_OF_RANGE", "lattice");
+  ExpectRefused(Apply(fit), Code::kInvalidArgument, "INVALID_FIELD",
+                "edits[0].replace_lattice.keep_shape");
+  v1::EditBatch gesture = Add(1, 8, Whole());
+  gesture.set_gesture_id("drag");
+  ExpectRefused(Apply(gesture), Code::kInvalidArgument, "INVALID_FIELD",
+                "edits[0].replace_lattice");
   ExpectRefused(Apply(MoveIn(1, 7, 0, {})), Code::kInvalidArgument, "OUT_OF_RANGE", "lattice");
   EXPECT_EQ(Get().lattices_size(), 1);
   EXPECT_EQ(Get().revision(), 0u);

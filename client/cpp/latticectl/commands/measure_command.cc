@@ -18,11 +18,13 @@ struct MeasureFlags : ServerFlags {
   std::string scene;
   bool volume = false, area = false, centroid = false, bounds = false, gradient = false;
   double area_tolerance = 0;
+  uint32_t lattice_number = 0;
 };
 
 v1::MeasureSceneRequest RequestOf(const MeasureFlags& flags) {
   v1::MeasureSceneRequest request;
   request.set_scene(flags.scene);
+  request.set_lattice(flags.lattice_number);
   if (flags.volume) request.add_measures(v1::MEASURE_VOLUME);
   if (flags.area) request.add_measures(v1::MEASURE_AREA);
   if (flags.centroid) request.add_measures(v1::MEASURE_CENTROID);
@@ -77,6 +79,8 @@ void AddMeasureCommand(CLI::App& app, CommandLine& line) {
       ->default_str("1e-6");
   command->add_flag("--gradient", flags->gradient,
                     "Derivatives by all control points too; shown with --json");
+  command->add_option("--lattice-number", flags->lattice_number,
+                      "By whose control points, from 0, where the scene has several lattices");
   SetExample(*command, "measure my-scene --volume --area");
   SetServerAction(*command, flags, line, RunMeasure);
 }
