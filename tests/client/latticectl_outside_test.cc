@@ -117,6 +117,10 @@ TEST_F(LatticectlOutside, ALatticeIsAdded) {
   EXPECT_THAT(Run({"edit", "replace", "scene-one", "--add", "--lattice", Path("half.json")}),
               HasSubstr("revision 1"));
   EXPECT_EQ(Client::Connect({.address = address()})->GetScene("scene-one")->lattices_size(), 2);
+  EXPECT_EQ(RunJson({"measure", "scene-one", "--area", "--gradient", "--lattice-number",
+                     "1"})["areaGradient"]
+                .size(),
+            3u * 64);
   EXPECT_THAT(Run({"edit", "undo", "scene-one", "--lattice-number", "1"}), HasSubstr("revision 2"));
   EXPECT_EQ(Latticectl(AtServer({"edit", "replace", "scene-one", "--add", "--keep-shape",
                                  "--lattice", Path("half.json")}))

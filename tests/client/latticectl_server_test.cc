@@ -212,6 +212,8 @@ TEST_F(LatticectlServerTest, MeasuresAndKeepsTheVolume) {
                                HasSubstr("bounds ")));
   EXPECT_EQ(RunJson({"measure", "scene-one", "--area", "--gradient"})["areaGradient"].size() % 3,
             0u);
+  ExpectFailure({"measure", "scene-one", "--volume", "--lattice-number", "1"},
+                HasSubstr("lattice: got 1"));
 
   Run({"edit", "constrain", "scene-one", "--keep-volume", "--volume-axis", "w", "--layers", "w-1",
        "--mirror", "u", "--point", "1,1,1"});

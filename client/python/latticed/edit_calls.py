@@ -196,7 +196,7 @@ class LatticeEdits(EditCalls[Applied]):
         self._lattice = lattice
 
     @property
-    def refuse_folds(self) -> bool:  # type: ignore[override]
+    def refuse_folds(self) -> bool:
         """That of what it was made from."""
         return self._target.refuse_folds
 
