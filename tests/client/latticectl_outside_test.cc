@@ -112,7 +112,9 @@ TEST_F(LatticectlOutside, ASceneHasSeveralLattices) {
 }
 
 TEST_F(LatticectlOutside, ALatticeIsAdded) {
-  MustRun(HalfLattice("falloff:0,0,0,0,0,0.5"));
+  std::vector<std::string> half = HalfLattice("falloff:0,0,0,0,0,0.5");
+  half.insert(half.end(), {"--size", "3,4,4"});
+  MustRun(half);
   Run({"scene", "create", Path("vase.obj"), "--id", "scene-one"});
   EXPECT_THAT(Run({"edit", "replace", "scene-one", "--add", "--lattice", Path("half.json")}),
               HasSubstr("revision 1"));
@@ -120,7 +122,7 @@ TEST_F(LatticectlOutside, ALatticeIsAdded) {
   EXPECT_EQ(RunJson({"measure", "scene-one", "--area", "--gradient", "--lattice-number",
                      "1"})["areaGradient"]
                 .size(),
-            3u * 64);
+            3u * 48);
   EXPECT_THAT(Run({"edit", "undo", "scene-one", "--lattice-number", "1"}), HasSubstr("revision 2"));
   EXPECT_EQ(Latticectl(AtServer({"edit", "replace", "scene-one", "--add", "--keep-shape",
                                  "--lattice", Path("half.json")}))

@@ -240,10 +240,15 @@ class Client:
             request.idle_ttl.CopyFrom(_duration(idle_ttl))
         info = self._connection.call(self._connection.scenes.CreateScene, request, request.scene_id)
         scene = Scene(self._connection, info, delete_on_exit)
-        if given is not None and strength is None:
-            for k, one in enumerate(given):
-                if one.strength != given[0].strength:
-                    scene.edits_of(k).set_strength(one.strength)
+        others = [k for k, one in enumerate(given or []) if one.strength != given[0].strength]
+        if strength is None and others:
+            try:
+                for k in others:
+                    scene.edits_of(k).set_strength(given[k].strength)
+                scene.refresh()
+            except BaseException:
+                scene.delete()  # nobody else knows of it
+                raise
         return scene
 
     def scene(self, scene_id: str) -> Scene:

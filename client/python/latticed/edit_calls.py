@@ -197,7 +197,7 @@ class LatticeEdits(EditCalls[Applied]):
 
     @property
     def refuse_folds(self) -> bool:
-        """That of what it was made from."""
+        """The setting of the scene or stream that made this object."""
         return self._target.refuse_folds
 
     @refuse_folds.setter

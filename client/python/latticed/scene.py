@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
-"""A scene: one mesh under one lattice, edited and watched."""
+"""A scene: one mesh under one lattice or several, edited and watched."""
 from __future__ import annotations
 
 import io
@@ -13,7 +13,7 @@ from typing import Any, Dict, List, Optional, Type, Union
 
 import numpy.typing as npt
 
-from latticed import evaluation, transfers
+from latticed import edits, evaluation, transfers
 from latticed.connection import Connection
 from latticed.deform_stream import DeformStream
 from latticed.choices import choose
@@ -110,9 +110,16 @@ class Scene(EditCalls[EditResult], PointSetCalls):
         """Adds a lattice: what it moves the mesh adds to what the others do. Its number follows theirs; edits_of(number)
         has its edits, and undo there takes it to rest, with its knots and its frame. A strength below 1 is a second edit.
         """
-        added = self.edits_of(len(self.refresh().lattices))
-        result = added.replace_lattice(lattice)
-        return result if lattice.strength == 1 else added.set_strength(lattice.strength)
+        info = self.refresh()
+        number = len(info.lattices)
+        batch = edit_pb2.EditBatch(
+            lattice=number,
+            structure_id=info.structure_id,
+            edits=[edits.replace_lattice(lattice, False)],
+            refuse_folds=self.refuse_folds,
+        )
+        result = self._apply(batch)
+        return result if lattice.strength == 1 else self.edits_of(number).set_strength(lattice.strength)
 
     def get_update(self, view: View = _DEFAULT_VIEW, min_revision: int = 0) -> Update:
         """The whole surface at the newest revision. Waits until the revision is at least min_revision."""

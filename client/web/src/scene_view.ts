@@ -249,8 +249,8 @@ export class SceneView {
   }
 
   private showPresence(): void {
-    const { others, latticeIndex } = this.session;
-    this.cage.setPresence([...others.values()].filter(({ lattice }) => lattice === latticeIndex));
+    const { others, shownLatticeIndex } = this.session;
+    this.cage.setPresence([...others.values()].filter(({ lattice }) => lattice === shownLatticeIndex));
     this.viewport.invalidate();
   }
 

@@ -67,8 +67,8 @@ AxisEnds ExtentOf(std::span<const Vec3d> mesh, const FrameMap& first, size_t a) 
   return extent;
 }
 
-// Where the sum ends: where the last lattice does, but no further than the first one that does not fade out, beyond the mesh.
-// Of ends that are almost equal, that of the first lattice counts.
+// Where the sum ends: at the nearest end, beyond the mesh, of a lattice that does not fade out there, or else at the last end of
+// all. Of ends that are almost equal, that of the first lattice counts.
 AxisEnds EndsOf(std::span<const SummandAxis> axes, const AxisEnds& mesh) {
   const double near = kOneKnot * (axes.front().space.end() - axes.front().space.begin());
   AxisEnds all, beyond{-kInfinity, kInfinity};

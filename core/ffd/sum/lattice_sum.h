@@ -10,9 +10,9 @@
 //
 // Continuity  a knot of a lattice of degree n with multiplicity m gets multiplicity N - n + m, with N the sum's degree; an end
 //             where a lattice fades out (OutsideMode::kFalloff, n layers at rest) counts as a knot with m = 1
-// Frame       the box that ends where the last lattice does, but no further beyond the mesh than the first one that does not fade
-//             out there: points further out stay. A lattice that ends inside the mesh must fade out there; otherwise the
-//             surface would tear in the middle
+// Frame       the box that ends where the last lattice does. Beyond the mesh, the nearest end of a lattice that does not fade out
+//             is the end: points beyond it do not move. A lattice that ends inside the mesh must fade out there; otherwise
+//             the surface would tear in the middle
 // Knots       within 2^-40 of the range of an axis are one knot, as in knot_split.h. Those of the first lattice stay
 // Errors      kInvalidArgument: fields "lattices[k].frame", "lattices[k].outside"; "lattices" for too many control points
 // Threads     pure functions

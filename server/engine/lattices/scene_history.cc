@@ -17,7 +17,7 @@ SceneHistory::SceneHistory(std::vector<Lattice> initial, double strength) {
   for (Lattice& lattice : initial) histories_.emplace_back(std::move(lattice), strength);
 }
 
-SceneHistory::SceneHistory(std::vector<EditHistory> histories) : histories_(std::move(histories)) {
+SceneHistory::SceneHistory(std::deque<EditHistory> histories) : histories_(std::move(histories)) {
   for (const EditHistory& history : histories_) {
     revision_ = std::max(revision_, history.revision());
     structure_id_ = std::max(structure_id_, history.structure_id());
@@ -25,7 +25,7 @@ SceneHistory::SceneHistory(std::vector<EditHistory> histories) : histories_(std:
 }
 
 absl::StatusOr<SceneHistory> SceneHistory::FromImages(std::vector<EditHistoryImage> images) {
-  std::vector<EditHistory> histories;
+  std::deque<EditHistory> histories;
   for (EditHistoryImage& image : images) {
     LATTICED_ASSIGN_OR_RETURN(auto history, EditHistory::FromImage(std::move(image)));
     histories.push_back(std::move(history));
@@ -81,13 +81,16 @@ bool SceneHistory::Adds(const EditBatch& batch) const {
          histories_.size() < static_cast<size_t>(limits::kMaxLattices);
 }
 
-void SceneHistory::Add(const LatticeStructure& structure) {
-  histories_.emplace_back(Lattice{structure, IdentityControlPoints(structure)});
+EditHistory SceneHistory::MadeAtRest(const LatticeStructure& structure) const {
+  EditHistory history(Lattice{structure, IdentityControlPoints(structure)});
+  history.GoOnFrom(revision_, structure_id_);
+  return history;
 }
 
-void SceneHistory::TakeBack() {
-  histories_.pop_back();
-  last_ = 0;
+void SceneHistory::Add(EditHistory history) {
+  histories_.push_back(std::move(history));
+  last_ = histories_.size() - 1;
+  GoOn();
 }
 
 void SceneHistory::TurnTo(size_t lattice) {
@@ -110,18 +113,16 @@ absl::StatusOr<EditOutcome> SceneHistory::Apply(const EditBatch& batch, TimePoin
     // It gets its result there, or why it comes too late.
     return histories_[newest].Apply(batch, now, admit, admit_points, keeper, admit_weights);
   }
-  const bool adds = Adds(batch);
-  if (adds) {
+  if (Adds(batch)) {
     const LatticeStructure& structure = LoneEdit<ReplaceLattice>(batch)->lattice.structure;
     LATTICED_RETURN_IF_ERROR(Validate(structure));
-    Add(structure);
+    EditHistory added = MadeAtRest(structure);
+    auto outcome = added.Apply(batch, now, admit, admit_points, keeper, admit_weights);
+    if (outcome.ok()) Add(std::move(added));
+    return outcome;
   }
   TurnTo(batch.lattice);
   auto outcome = histories_[last_].Apply(batch, now, admit, admit_points, keeper, admit_weights);
-  if (adds && !outcome.ok()) {
-    TakeBack();
-    return outcome;
-  }
   GoOn();
   return outcome;
 }
@@ -141,7 +142,10 @@ absl::Status SceneHistory::ApplyRecord(const EditRecord& record) {
   if (Adds(record.batch)) {
     if (!record.made.has_value()) return absl::DataLossError("the record adds no lattice");
     LATTICED_RETURN_IF_ERROR(Validate(record.made->structure));
-    Add(record.made->structure);
+    EditHistory added = MadeAtRest(record.made->structure);
+    LATTICED_RETURN_IF_ERROR(added.ApplyRecord(record));
+    Add(std::move(added));
+    return absl::OkStatus();
   }
   TurnTo(record.batch.lattice);
   LATTICED_RETURN_IF_ERROR(histories_[last_].ApplyRecord(record));

@@ -5,7 +5,8 @@
 // of its own. Revision and structure_id are the scene's: they count the batches and the structures of all lattices.
 //
 // Replay    an editor's sequences rise over all lattices: a batch that is sent twice gets its result, whichever lattice it names
-// Adding    a replacement for the number that follows the last lattice's adds a lattice, as a step over one at rest
+// Adding    a replacement for the number that follows the last lattice's adds a lattice, as a step over one at rest. A refused
+//           addition changes nothing, and no result of it is kept
 // Records   in the order of batches, whichever lattice they are of (EditBatch::lattice)
 // Errors    those of EditHistory; kInvalidArgument, field "lattice", for one that the scene does not have
 // Threads   one thread at a time: the caller locks
@@ -14,6 +15,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <string_view>
 #include <vector>
 
@@ -34,7 +36,7 @@ class SceneHistory {
       std::vector<EditHistoryImage> images);
   [[nodiscard]] std::vector<EditHistoryImage> images() const;
 
-  // kInvalidArgument for a batch of a lattice that there is not, and that it does not add. No other function takes such a one.
+  // kInvalidArgument for a batch whose lattice does not exist and which does not add it. No other function takes it.
   [[nodiscard]] absl::Status Check(const EditBatch& batch) const;
   // As EditHistory, for the lattice that the batch names.
   [[nodiscard]] absl::StatusOr<EditOutcome> Apply(const EditBatch& batch, TimePoint now,
@@ -66,21 +68,21 @@ class SceneHistory {
   [[nodiscard]] std::vector<LatticeStructure> structures() const;
 
  private:
-  explicit SceneHistory(std::vector<EditHistory> histories);
+  explicit SceneHistory(std::deque<EditHistory> histories);
   bool Adds(const EditBatch& batch) const;
-  // Of a replacement for the number that follows the last lattice's.
+  // For a replacement that names the number after the last lattice's.
   absl::Status WhyNotAdded(const EditBatch& batch) const;
   // The lattice of the editor's batch with the highest sequence.
   size_t NewestOf(std::string_view editor_id) const;
-  // Adds a lattice with this structure, at rest.
-  void Add(const LatticeStructure& structure);
-  void TakeBack();
+  // The history of a lattice that is to be added, before its first batch.
+  EditHistory MadeAtRest(const LatticeStructure& structure) const;
+  void Add(EditHistory history);
   // Lets the next batch, which is of this lattice, follow upon the scene's revision.
   void TurnTo(size_t lattice);
   void GoOn();
 
-  std::vector<EditHistory> histories_;
-  size_t last_ = 0;  // whose batch was the last
+  std::deque<EditHistory> histories_;  // a vector would move them when one is added
+  size_t last_ = 0;                    // whose batch was the last
   uint64_t revision_ = 0;
   uint64_t structure_id_ = 1;
 };

@@ -44,9 +44,10 @@ class EditLog {
   // Adds the edit that made the newest revision. If it changed the structure or the constraints, a delta does not tell all:
   // the log forgets it and all earlier ones.
   void Add(const std::shared_ptr<const LatticeDelta>& delta, bool needs_whole);
-  // The last edit of an editor, from before the log began.
+  // An edit of an editor, from before the log began. Of several, the last one counts.
   void Remember(const std::string& editor_id, uint64_t sequence, uint64_t revision) {
-    last_edits_[editor_id] = {sequence, revision};
+    LastEdit& last = last_edits_[editor_id];
+    if (sequence > last.sequence) last = {sequence, revision};
   }
   // Deltas after `revision` up to `newest`.
   [[nodiscard]] Deltas After(uint64_t revision, uint64_t newest) const;

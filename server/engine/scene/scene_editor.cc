@@ -101,6 +101,7 @@ absl::StatusOr<EditCommit> SceneEditor::Apply(const EditBatch& batch, const Scen
                                               const Clock& clock) {
   LATTICED_RETURN_IF_ERROR(history_.Check(batch));
   const size_t k = batch.lattice;
+  const bool adds = k == before.lattices.size();
   const auto plan = [&](PlanKey key) -> absl::Status {
     if (candidate && candidate->key == key) return candidate->state.status();
     wanted = std::move(key);
@@ -108,13 +109,13 @@ absl::StatusOr<EditCommit> SceneEditor::Apply(const EditBatch& batch, const Scen
   };
   const auto admit = [&](const LatticeStructure& structure) {
     std::vector<LatticeStructure> structures = history_.structures();
+    if (adds) structures.emplace_back();
     structures[k] = structure;
     return plan({std::move(structures), history_.weights()});
   };
   const auto admit_weights = [&](const VertexWeights& weights) {
     return plan({history_.structures(), weights});
   };
-  const bool adds = k == before.lattices.size();
   const auto map = MapAmongOthers(before.lattices, adds ? 0 : k);
   AdmitPoints admit_points;
   if (batch.refuse_folds || !map->is_identity() || candidate.has_value()) {

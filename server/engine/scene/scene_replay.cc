@@ -52,28 +52,28 @@ absl::StatusOr<SceneLife> Replay(const SceneLog& log, const ReplayedMesh& mesh) 
   if (mesh.vertices > 0) {
     LATTICED_RETURN_IF_ERROR(life.history.MadeWith(mesh.weights, mesh.vertices));
   }
-  // Not a reference: a record may add a lattice.
-  const auto first = [&life]() -> const EditHistory& { return life.history.of(0); };
-  std::vector<Vec3d> places = first().lattice().control_points;
+  const EditHistory& first = life.history.of(0);
+  const Lattice& lattice = first.lattice();
+  std::vector<Vec3d> places = lattice.control_points;
   life.moved = PointRevisions(places.size(), life.history.revision());
   CommitTimes commits = {{life.history.revision(), life.commit_time}};
   for (size_t n = 0; n < log.records.size(); ++n) {
     const uint64_t lsn = log.snapshot_lsn + n + 1;
     const uint64_t structure = life.history.structure_id(), revision = life.history.revision();
-    const double strength = first().strength();
+    const double strength = first.strength();
     const auto record = DecodeRecord(log.records[n]);
     if (!record.ok()) return Damaged(lsn, record.status());
     if (const auto status = life.history.ApplyRecord(record->edit); !status.ok()) {
       return Damaged(lsn, status);
     }
     if (life.history.structure_id() != structure || life.history.size() > 1) {
-      places = first().lattice().control_points;
+      places = lattice.control_points;
       life.moved = PointRevisions(places.size(), life.history.revision());
-    } else if (first().strength() != strength) {
-      places = first().lattice().control_points;
+    } else if (first.strength() != strength) {
+      places = lattice.control_points;
       life.moved.MoveAll(life.history.revision());
     } else {
-      life.moved.Move(TakeMoved(first().lattice(), places), life.history.revision());
+      life.moved.Move(TakeMoved(lattice, places), life.history.revision());
     }
     if (record->box.has_value()) life.box = record->box;
     life.now = record->edit.now;

@@ -84,6 +84,23 @@ test('a lattice that is added is shown when the server has it, with its undo ste
   assert.ok(!session.canUndo);
 });
 
+test('a lattice that is chosen while an edit waits is shown when all states have come', async (t) => {
+  const fixture = await live(t);
+  const { session, stream } = fixture;
+  session.chooseLattice(1);
+  session.insertKnot(0, 0.5);
+  session.chooseLattice(0);
+  assert.equal(session.shownLatticeIndex, 1);
+  const other = cubeLattice();
+  other.points[3] = 0.25;
+  stream.event({ case: 'editResult', value: { sequence: stream.edits[0]!.sequence, revision: 1n, structureId: 2n } });
+  [other, cubeLattice()].forEach((lattice, index) => {
+    stream.event({ case: 'latticeState', value: { lattice: fromLattice(lattice), structureId: 2n, revision: 1n, index } });
+  });
+  assert.equal(session.shownLatticeIndex, 0);
+  assert.equal(fixture.x(1), 0.25);
+});
+
 test('a lattice that is refused leaves the one that is shown', async (t) => {
   const fixture = await live(t);
   const { session, stream } = fixture;

@@ -164,6 +164,23 @@ TEST_F(AddedLatticesTest, ManyEditorsAreRememberedAlsoAfterARestart) {
   move_in(2);
   Restart();
   expect_repeated();
+  for (const std::string& editor : editors) {
+    v1::WatchRequest watch = For<v1::WatchRequest>();
+    watch.set_editor_id(editor);
+    WatchClient watcher(*scenes_, watch);
+    watcher.ReadUpdates(1);
+    EXPECT_EQ(watcher.log.ends.back().applied_sequence(), sequences[editor]) << editor;
+  }
+}
+
+TEST_F(AddedLatticesTest, OfTwoWhoAddAtOnceOneIsTold) {
+  ASSERT_OK(Create(RequestOf({Whole()})));
+  v1::EditBatch bobs = Add(1, 1, Spot());
+  bobs.set_editor_id("bob");
+  ASSERT_OK(Apply(Add(1, 1, Whole())));
+  ExpectRefused(Apply(bobs), Code::kAborted, "STRUCTURE_CHANGED");
+  EXPECT_EQ(Get().lattices_size(), 2);
+  EXPECT_EQ(LatticeAt(1).lattice().frame().origin().x(), -0.1);
 }
 
 TEST_F(AddedLatticesTest, WhatCannotBeAddedChangesNothing) {

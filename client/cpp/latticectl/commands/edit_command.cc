@@ -176,7 +176,8 @@ void AddEditCommands(CLI::App& app, CommandLine& line) {
   replace
       ->add_flag("--add", flags->adds,
                  "Adds it to the scene's lattices instead; what all of them move the mesh adds up")
-      ->excludes(keep);
+      ->excludes(keep)
+      ->excludes(replace->get_option("--lattice-number"));
   add("outside", "Changes what goes on outside the lattice, and nothing inside",
       "edit outside my-scene falloff:0.3", MakeOutside)
       ->add_option("outside", flags->outside, kOutsideHelp)

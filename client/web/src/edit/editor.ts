@@ -48,9 +48,9 @@ export class Editor {
     private readonly onHeadline: (text: string | undefined) => void,
   ) {
     this.size = session.lattice.size;
-    this.latticeIndex = session.latticeIndex;
+    this.latticeIndex = session.shownLatticeIndex;
     this.selection = new Selection(session.lattice.count);
-    this.selection.onChange(() => session.announce({ selected: this.selection.indices, lattice: session.latticeIndex }));
+    this.selection.onChange(() => session.announce({ selected: this.selection.indices, lattice: session.shownLatticeIndex }));
     this.endSettings = settings.subscribe((now, before) => now.soft !== before.soft && this.spreadAnew());
   }
 
@@ -76,7 +76,7 @@ export class Editor {
   latticeReplaced(): void {
     this.cancelTransform();
     const { size } = this.lattice;
-    const { latticeIndex } = this.session;
+    const { shownLatticeIndex: latticeIndex } = this.session;
     if (latticeIndex === this.latticeIndex && AXES.every((axis) => size[axis] === this.size[axis])) return;
     this.size = size;
     this.latticeIndex = latticeIndex;

@@ -61,6 +61,11 @@ export class LiveSession {
     return this.sync.index;
   }
 
+  /** Which one `lattice` is: not yet the chosen one while an edit waits for its answer. */
+  get shownLatticeIndex(): number {
+    return this.sync.shownIndex;
+  }
+
   /** Shows and edits another lattice, as soon as no edit waits for its answer: event 'lattice'. */
   chooseLattice(index: number): void {
     this.sync.choose(index);

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Handles in the middle of the six faces of a box around a lattice's frame, such as that at which a continuation outside it ends.
-// Each is dragged, or moved by arrow keys, along its axis, which changes the width of its side.
+// Handles in the middle of the six faces of a box. The box reaches beyond a lattice's frame, or lies within it, by a width at each
+// side. Each is dragged, or moved by arrow keys, along its axis, which changes the width of its side.
 import { middleOfSide, OutsideBox } from '../cage/outside_box';
 import { AXIS_NAMES } from '../lattice/grid';
 import type { LatticeFrame } from '../lattice/lattice';

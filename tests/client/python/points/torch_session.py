@@ -65,7 +65,8 @@ def main(address):
 
 def check_one_of_two_lattices(client, box, lattice, world, random):
     lattice.control_points = lattice.rest()
-    with client.create_scene(box, [lattice, lattice], delete_on_exit=True) as scene:
+    with client.create_scene(box, size=(4, 4, 4), delete_on_exit=True) as scene:
+        scene.add_lattice(lattice)
         start = torch.tensor(lattice.control_points, requires_grad=True)
         with scene.points(world) as points:
             ones = torch.tensor(np.ones(world.shape))

@@ -10,7 +10,7 @@ export interface NewBatch {
   readonly targets?: Targets | undefined;
   readonly gestureId?: string;
   readonly phase?: GesturePhase;
-  /** The number of a lattice that the batch adds. Else whoever sends the batch says of which lattice it is. */
+  /** The number of a lattice that the batch adds. Absent: the sender fills in the shown lattice. */
   readonly lattice?: number;
 }
 

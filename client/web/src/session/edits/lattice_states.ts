@@ -19,6 +19,11 @@ export class LatticeStates {
     return this.states[index];
   }
 
+  /** The scene is another one. */
+  forget(): void {
+    this.states.length = 0;
+  }
+
   take(state: LatticeState): void {
     this.states[state.index] = state;
   }

@@ -51,9 +51,14 @@ export class LatticeSync {
     return this.states.count;
   }
 
-  /** Which of them is shown and edited, from 0. */
+  /** Which of them is chosen, from 0: it is shown and edited as soon as no edit waits for its answer. */
   get index(): number {
     return this.wanted;
+  }
+
+  /** Which of them is shown and edited now. */
+  get shownIndex(): number {
+    return this.edited;
   }
 
   /** Shows and edits another one, with undo steps of its own, as soon as no edit waits for its answer. */
@@ -113,7 +118,7 @@ export class LatticeSync {
   takeState(state: LatticeState): void {
     this.states.take(state);
     if (state.index === this.edited) this.showState(state);
-    else this.turn();
+    this.turn();
   }
 
   private stepsFor(lattice: number): UndoSteps {
@@ -214,6 +219,8 @@ export class LatticeSync {
   opened(head: bigint): void {
     if (this.model && head < this.model.revision) {
       for (const steps of this.stepsOf) steps?.forget();
+      this.states.forget();
+      this.edited = this.wanted = 0;
       const unsent = this.queue.clear();
       if (this.openGesture?.abandon() || unsent) this.listeners.emit('refused', LatticeSync.MADE_AGAIN);
     }
