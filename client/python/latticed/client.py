@@ -174,7 +174,7 @@ class Client:
         crease_angle     smooth normals are computed, and split where faces meet at more degrees, 0 to 180;
                          None: those of the mesh, split at 30 degrees where it has none
         strength         how much of the deformation the scene takes, 0 to 1, of each of several lattices; None: those of
-                         the lattices, or 1. Strengths that differ from the first lattice's are set by edits
+                         the lattices, or 1. Strengths that differ are set by edits
         weights          how much of the deformation each vertex takes, 0 to 1: an array with one for each
                          vertex, or "mesh" for those that came with the mesh (PLY weight, GLB _WEIGHT,
                          upload_arrays); None: all. Those of more than 250,000 vertices come with the mesh
@@ -240,11 +240,10 @@ class Client:
             request.idle_ttl.CopyFrom(_duration(idle_ttl))
         info = self._connection.call(self._connection.scenes.CreateScene, request, request.scene_id)
         scene = Scene(self._connection, info, delete_on_exit)
-        others = [k for k, one in enumerate(given or []) if one.strength != given[0].strength]
-        if strength is None and others:
+        if given is not None and strength is None and any(one.strength != given[0].strength for one in given):
             try:
-                for k in others:
-                    scene.edits_of(k).set_strength(given[k].strength)
+                for k, one in enumerate(given):
+                    scene.edits_of(k).set_strength(one.strength)
                 scene.refresh()
             except BaseException:
                 scene.delete()  # nobody else knows of it

@@ -24,6 +24,8 @@ class EditedHistory {
   explicit EditedHistory(SceneLife life) : life_(std::move(life)) {}
 
   const SceneHistory& history() const { return life_.history; }
+  // Ends the edits.
+  SceneHistory TakeHistory() { return std::move(life_.history); }
   // Makes an edit, and its record.
   [[nodiscard]] std::string NextRecord();
   // Of all edits up to now.

@@ -71,7 +71,7 @@ SceneHistory MakeEdits(const std::string& folder) {
     }
   }
   store->Flush();
-  return edited.history();
+  return edited.TakeHistory();
 }
 
 // The program latticed, which ends with this object.

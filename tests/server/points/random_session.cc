@@ -108,8 +108,7 @@ void RandomSession::SetUp() {
         std::string(reinterpret_cast<const char*>(kBoxWeights.data()), sizeof(kBoxWeights)));
   } else if (kind() == Kind::kFalloff || kind() == Kind::kLinear) {
     *request.add_lattices()->mutable_lattice() = Half();
-  } else if (
-      is_of_two()) {  // the first fades out too: beyond the first that does not, points would stay
+  } else if (is_of_two()) {  // both fade out: an end that does not would also end the sum
     v1::Lattice& whole = *request.add_lattices()->mutable_lattice();
     whole = Half();
     SetFrame(*whole.mutable_frame(), {-0.1, -0.1, -0.1}, {2.2, 1.2, 1.2});
