@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "server/engine/scene/copied_history.h"
+#include "server/store/records/header_codec.h"
 #include "server/store/records/scene_codec.h"
 #include "server/store/records/scene_log.pb.h"
 #include "tests/fuzz/history_checks.h"
@@ -17,8 +18,17 @@
 
 extern "C" size_t LLVMFuzzerMutate(uint8_t* data, size_t size, size_t max_size);
 
+static std::string HeaderOfOneLattice() {
+  latticed::Bounds bounds;
+  bounds.Extend(latticed::Vec3d{0, 0, 0});
+  bounds.Extend(latticed::Vec3d{1, 2, 3});
+  return latticed::EncodeHeader(
+      {.lattices = {*latticed::FitLattice(bounds, {4, 4, 4}, {2, 2, 2}, 0.05)}});
+}
+
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
-  latticed::SceneLog log{.header = "",
+  static const std::string header = HeaderOfOneLattice();
+  latticed::SceneLog log{.header = header,
                          .snapshot = std::string(reinterpret_cast<const char*>(data), size)};
   auto image = latticed::DecodeImage(log.snapshot);
   if (!image.ok()) return 0;
@@ -26,11 +36,13 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const auto again = latticed::DecodeImage(encoded);
   if (!again.ok()) std::abort();
   if (!latticed::fuzz::SameBits(latticed::EncodeImage(*again), encoded)) std::abort();
-  log.snapshot_lsn = image->histories[0].records;
+  for (const auto& history : image->histories) log.snapshot_lsn += history.records;
   if (log.snapshot_lsn == 0 || !latticed::CheckCopied(log).ok()) return 0;
-  auto history = latticed::EditHistory::FromImage(std::move(image->histories[0]));
-  if (!history.ok()) std::abort();
-  latticed::fuzz::CheckHistory(*std::move(history));
+  for (auto& one : image->histories) {
+    auto history = latticed::EditHistory::FromImage(std::move(one));
+    if (!history.ok()) std::abort();
+    latticed::fuzz::CheckHistory(*std::move(history));
+  }
   return 0;
 }
 
