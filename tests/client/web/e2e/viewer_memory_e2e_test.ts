@@ -128,7 +128,9 @@ test('5,000 updates of the surface, beside cage, panel and head-up line, leave w
   await assertFlat(page, async () => (seen = await drag(UPDATES)));
 
   assert.ok(seen.received >= UPDATES && seen.frames > 10 && seen.rate > 0, JSON.stringify(seen));
-  assert.deepEqual(await drawn(), onGpu);
+  const { geometries, textures } = await drawn(); // where frames take long, what the last scene had may go only now
+  assert.ok(geometries <= onGpu.geometries, `${geometries} geometries on the GPU, ${onGpu.geometries} before`);
+  assert.ok(textures <= onGpu.textures, `${textures} textures on the GPU, ${onGpu.textures} before`);
   await show(2, true);
   await followsDefinition(page, SMALL_OBJ);
   assert.deepEqual(errors, []);
