@@ -35,9 +35,9 @@ absl::Status CheckWithWeights(const ViewSpec& view, const DeformTarget& target) 
 absl::StatusOr<Scene::Prepared> Scene::Prepare(const PlanKey& key, StopCheck stop) const {
   return CatchBadAlloc("the scene's plan", [&]() -> absl::StatusOr<Prepared> {
     RenderBackend& backend = *context_.backend;
+    // Checked before the plan is made, which may take seconds.
     LATTICED_RETURN_IF_ERROR(
         CheckLattices(config_.default_view.key.spec, key.structures.size(), "default_view"));
-    // Checked before the plan is made, which may take seconds.
     LATTICED_RETURN_IF_ERROR(backend.health().status());
     const uint64_t least = LeastPlanBytes(*config_.mesh);
     LATTICED_ASSIGN_OR_RETURN(auto memory,

@@ -46,6 +46,13 @@ bool SameBits(std::string a, std::string b) {
   return a == b;
 }
 
+Lattice FirstLattice() {
+  Bounds bounds;
+  bounds.Extend(Vec3d{0, 0, 0});
+  bounds.Extend(Vec3d{1, 2, 3});
+  return *FitLattice(bounds, {4, 4, 4}, {2, 2, 2}, 0.05);
+}
+
 void CheckHistory(EditHistory history) {
   Require(Validate(history.lattice()), "the lattice is valid");
   CheckImage(history);

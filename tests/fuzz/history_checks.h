@@ -15,6 +15,9 @@ namespace latticed::fuzz {
 // Whether two encodings are the same. absl::Status gives its payloads in any order.
 [[nodiscard]] bool SameBits(std::string a, std::string b);
 
+// That with which histories and headers of scenes begin.
+[[nodiscard]] Lattice FirstLattice();
+
 // Takes the history back and forth, adds to it, and reads it from its own image.
 void CheckHistory(EditHistory history);
 

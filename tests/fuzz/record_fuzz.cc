@@ -45,18 +45,11 @@ std::string Join(const std::vector<std::string>& records) {
   return input;
 }
 
-latticed::Lattice FirstLattice() {
-  latticed::Bounds bounds;
-  bounds.Extend(latticed::Vec3d{0, 0, 0});
-  bounds.Extend(latticed::Vec3d{1, 2, 3});
-  return *latticed::FitLattice(bounds, {4, 4, 4}, {2, 2, 2}, 0.05);
-}
-
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   constexpr size_t kMostRecords = 32;  // keeps the time of an input near a millisecond
-  latticed::EditHistory history(FirstLattice());
+  latticed::EditHistory history(latticed::fuzz::FirstLattice());
   auto records = Split({reinterpret_cast<const char*>(data), size});
   records.resize(std::min(records.size(), kMostRecords));
   for (const std::string& bytes : records) {

@@ -18,16 +18,9 @@
 
 extern "C" size_t LLVMFuzzerMutate(uint8_t* data, size_t size, size_t max_size);
 
-static std::string HeaderOfOneLattice() {
-  latticed::Bounds bounds;
-  bounds.Extend(latticed::Vec3d{0, 0, 0});
-  bounds.Extend(latticed::Vec3d{1, 2, 3});
-  return latticed::EncodeHeader(
-      {.lattices = {*latticed::FitLattice(bounds, {4, 4, 4}, {2, 2, 2}, 0.05)}});
-}
-
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
-  static const std::string header = HeaderOfOneLattice();
+  static const std::string header =
+      latticed::EncodeHeader({.lattices = {latticed::fuzz::FirstLattice()}});
   latticed::SceneLog log{.header = header,
                          .snapshot = std::string(reinterpret_cast<const char*>(data), size)};
   auto image = latticed::DecodeImage(log.snapshot);

@@ -174,7 +174,7 @@ class Client:
         crease_angle     smooth normals are computed, and split where faces meet at more degrees, 0 to 180;
                          None: those of the mesh, split at 30 degrees where it has none
         strength         how much of the deformation the scene takes, 0 to 1, of each of several lattices; None: those of
-                         the lattices, or 1. Strengths that differ are set by edits
+                         the lattices, or 1. Edits set those that differ from the first lattice's
         weights          how much of the deformation each vertex takes, 0 to 1: an array with one for each
                          vertex, or "mesh" for those that came with the mesh (PLY weight, GLB _WEIGHT,
                          upload_arrays); None: all. Those of more than 250,000 vertices come with the mesh
@@ -240,10 +240,12 @@ class Client:
             request.idle_ttl.CopyFrom(_duration(idle_ttl))
         info = self._connection.call(self._connection.scenes.CreateScene, request, request.scene_id)
         scene = Scene(self._connection, info, delete_on_exit)
-        if given is not None and strength is None and any(one.strength != given[0].strength for one in given):
+        strengths = [one.strength for one in given or []]
+        others = [k for k, each in enumerate(strengths) if each != strengths[0]]
+        if strength is None and others:
             try:
-                for k, one in enumerate(given):
-                    scene.edits_of(k).set_strength(one.strength)
+                for k in others:
+                    scene.edits_of(k).set_strength(strengths[k])
                 scene.refresh()
             except BaseException:
                 scene.delete()  # nobody else knows of it

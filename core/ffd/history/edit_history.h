@@ -7,8 +7,8 @@
 //           its points had when the gesture first touched them. The previous update's changes to other points are taken
 //           back; changes by other editors to other points stay. Where two editors move the same point, the last write
 //           counts. An editor has at most one open gesture. A batch without gesture_id or with another one commits it;
-//           so does a change of this lattice's structure, and 60 s of silence. After a silence, an update continues the same step if
-//           it can.
+//           so does a change of this lattice's structure, and 60 s of silence. After a silence, an update continues the
+//           same step if it can.
 // Undo      A step is a layer over earlier steps, and undo takes one layer out (edit_layers.h): what others did since
 //           then to other points stays. Undo is kAborted UNDO_CONFLICT, naming the editor, if another editor has since
 //           written one of the step's points or changed the structure. Redo puts back what the caller last undid; a new

@@ -43,16 +43,15 @@ absl::Status SceneHistory::Check(const EditBatch& batch) const {
   if (batch.lattice > 0 && LoneEdit<SetWeights>(batch) != nullptr) {
     return error::InvalidField("lattice", "weights are set by edits of lattice 0");
   }
-  if (Adds(batch)) return absl::OkStatus();
   if (batch.lattice >= histories_.size() && !batch.refusal.ok()) return batch.refusal;
   if (batch.lattice == histories_.size() && !batch.edits.empty() &&
       std::holds_alternative<ReplaceLattice>(batch.edits.front())) {
-    return WhyNotAdded(batch);
+    return CheckAddition(batch);
   }
   return error::CheckRange("lattice", batch.lattice, 0, static_cast<double>(histories_.size()) - 1);
 }
 
-absl::Status SceneHistory::WhyNotAdded(const EditBatch& batch) const {
+absl::Status SceneHistory::CheckAddition(const EditBatch& batch) const {
   constexpr char kField[] = "edits[0].replace_lattice";
   if (histories_.size() == static_cast<size_t>(limits::kMaxLattices)) {
     return error::InvalidField("lattice",
@@ -61,6 +60,7 @@ absl::Status SceneHistory::WhyNotAdded(const EditBatch& batch) const {
   }
   const auto* replace = LoneEdit<ReplaceLattice>(batch);
   if (replace == nullptr) return NotAlone(kField);
+  if (!replace->keep_shape) return absl::OkStatus();
   return error::InvalidField(fmt::format("{}.keep_shape", kField),
                              "a lattice that is added has no shape to keep");
 }
@@ -73,12 +73,6 @@ size_t SceneHistory::NewestOf(std::string_view editor_id) const {
     }
   }
   return newest;
-}
-
-bool SceneHistory::Adds(const EditBatch& batch) const {
-  const auto* replace = LoneEdit<ReplaceLattice>(batch);
-  return replace != nullptr && !replace->keep_shape && batch.lattice == histories_.size() &&
-         histories_.size() < static_cast<size_t>(limits::kMaxLattices);
 }
 
 EditHistory SceneHistory::MadeAtRest(const LatticeStructure& structure) const {
@@ -113,7 +107,7 @@ absl::StatusOr<EditOutcome> SceneHistory::Apply(const EditBatch& batch, TimePoin
     // It gets its result there, or why it comes too late.
     return histories_[newest].Apply(batch, now, admit, admit_points, keeper, admit_weights);
   }
-  if (Adds(batch)) {
+  if (batch.lattice == histories_.size()) {
     const LatticeStructure& structure = LoneEdit<ReplaceLattice>(batch)->lattice.structure;
     LATTICED_RETURN_IF_ERROR(Validate(structure));
     EditHistory added = MadeAtRest(structure);
@@ -139,7 +133,7 @@ absl::Status SceneHistory::ApplyRecord(const EditRecord& record) {
   if (!Check(record.batch).ok()) {
     return absl::DataLossError("the record is of a lattice that the scene does not have");
   }
-  if (Adds(record.batch)) {
+  if (record.batch.lattice == histories_.size()) {
     if (!record.made.has_value()) return absl::DataLossError("the record adds no lattice");
     LATTICED_RETURN_IF_ERROR(Validate(record.made->structure));
     EditHistory added = MadeAtRest(record.made->structure);

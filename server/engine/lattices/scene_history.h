@@ -69,9 +69,8 @@ class SceneHistory {
 
  private:
   explicit SceneHistory(std::deque<EditHistory> histories);
-  bool Adds(const EditBatch& batch) const;
-  // For a replacement that names the number after the last lattice's.
-  absl::Status WhyNotAdded(const EditBatch& batch) const;
+  // Whether a replacement that names the number after the last lattice's may add a lattice.
+  absl::Status CheckAddition(const EditBatch& batch) const;
   // The lattice of the editor's batch with the highest sequence.
   size_t NewestOf(std::string_view editor_id) const;
   // The history of a lattice that is to be added, before its first batch.

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 import { AXES } from './grid';
-import { clampedUniformKnots, identityPoints, knotVectors, type Fit } from './identity';
-import { Lattice, type Vec3 } from './lattice';
+import { latticeAtRest, type Fit } from './identity';
+import type { Lattice, Vec3 } from './lattice';
 
 /** The lattice that the server fits around a mesh with these bounds, along the world axes. */
 export function fitLattice(bounds: { min: Vec3; max: Vec3 }, { size, degree, padding }: Fit): Lattice {
@@ -11,6 +11,5 @@ export function fitLattice(bounds: { min: Vec3; max: Vec3 }, { size, degree, pad
   const [x, y, z] = extent.map((length) => length + 2 * margin);
   const origin = AXES.map((a) => bounds.min[a] - margin) as unknown as Vec3;
   const frame = { origin, u: [x, 0, 0], v: [0, y, 0], w: [0, 0, z] } as const;
-  const knots = knotVectors((a) => clampedUniformKnots(degree[a], size[a]));
-  return new Lattice(frame, degree, size, knots, identityPoints({ degree, size, knots, frame }));
+  return latticeAtRest(frame, size, degree);
 }

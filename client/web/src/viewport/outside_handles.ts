@@ -38,7 +38,7 @@ export class OutsideHandles {
   private widths: readonly number[] = [0, 0, 0, 0, 0, 0];
   private drag: { readonly side: number; readonly width: number; readonly x: number; readonly y: number } | undefined;
 
-  /** @param allowed The width nearest to one that is wanted. @param what The word for it. */
+  /** @param allowed The width nearest to one that is wanted. @param what What the names of the handles call a width. */
   constructor(
     private readonly viewport: Viewport,
     private readonly frame: LatticeFrame,

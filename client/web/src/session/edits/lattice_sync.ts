@@ -249,7 +249,7 @@ export class LatticeSync {
   }
 }
 
-/** Whether the batch has added a lattice: no other is of one that is not shown, but weights, which are of the first. */
+/** Whether the batch has added a lattice. All others are of the lattice that is shown, or set weights. */
 function isAdded({ edits, lattice }: EditBatch, shown: number): boolean {
   return lattice !== shown && edits[0]?.edit.case === 'replaceLattice';
 }

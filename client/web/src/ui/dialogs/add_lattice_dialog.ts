@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Asks for a lattice to add to the scene's. The view beside the dialog shows its box, with a handle on each face. The box has the
+// Asks for a lattice to add to the scene. The view beside the dialog shows its box, with a handle on each face. The box has the
 // axes of the lattice that is shown: only such lattices add up.
 import { placeInFrame } from '../../cage/outside_box';
 import { frameEdges } from '../../lattice/grid';
@@ -54,7 +54,7 @@ export function showAddLatticeDialog(session: LiveSession, handles: OutsideHandl
     h('h2', {}, 'Add a lattice'),
     table.element, table.note, field('Falloff', width.element),
     h('p', { class: 'note' },
-      'Drag the handles in the view to place its box. What all lattices move the mesh adds up; the falloff, in lengths of the box, is how far outside the box its move fades out.'),
+      'Drag the handles in the view to place the box. What all lattices move the mesh adds up. Outside the box the move fades out over the falloff, in lengths of the box.'),
     h('footer', {}, button('Cancel', () => dialog.close()), confirm));
   handles.onDragged = (side, dragged) => {
     const opposite = reach[side ^ 1]!;
