@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Counts the bytes that leave a state, for the kernel that stores them and the kernel that packs them.
+// Which bytes leave a state, for the kernel that stores them and the kernel that packs them. A word has two bits for each of
+// sixteen symbols: bit i says whether a byte leaves at symbol i, and bit 16 + i whether two do.
 #ifndef LATTICED_CUDA_DRACO_DRACO_LEAVING_CUH_
 #define LATTICED_CUDA_DRACO_DRACO_LEAVING_CUH_
 
@@ -9,10 +10,17 @@
 
 namespace latticed::kernels {
 
-// How many bytes sixteen symbols have: the sum of sixteen numbers of two bits.
-__device__ __forceinline__ uint32_t SumOfBytes(uint32_t leaving_bytes) {
-  return static_cast<uint32_t>(__popc(leaving_bytes & 0x55555555) +
-                               2 * __popc(leaving_bytes & 0xaaaaaaaa));
+// The words of 32 symbols: [0] of the first sixteen, [1] of the others.
+__device__ __forceinline__ uint32_t LeavingWord(unsigned one, unsigned two, uint32_t half) {
+  return half == 0 ? (one & 0xffff) | two << 16 : one >> 16 | (two & 0xffff0000);
+}
+// How many bytes sixteen symbols have.
+__device__ __forceinline__ uint32_t SumOfBytes(uint32_t word) {
+  return static_cast<uint32_t>(__popc(word));
+}
+// How many bytes leave at symbol i.
+__device__ __forceinline__ uint32_t BytesAt(uint32_t word, uint32_t i) {
+  return (word >> i & 1) + (word >> (16 + i) & 1);
 }
 
 // How many bytes DracoStream::last_word has; its highest byte says so.

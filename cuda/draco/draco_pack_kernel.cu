@@ -167,8 +167,8 @@ __device__ void PutLeaving(const uint16_t* leaving, uint32_t counts, WordSink si
                           : pair % 4 == 1 ? half.y
                           : pair % 4 == 2 ? half.z
                                           : half.w;
-    const uint32_t upper = (counts >> (4 * pair + 2) & 3) * 8;
-    const uint32_t lower = (counts >> (4 * pair) & 3) * 8;
+    const uint32_t upper = BytesAt(counts, 2 * pair + 1) * 8;
+    const uint32_t lower = BytesAt(counts, 2 * pair) * 8;
     sink.Put(both >> 16 & ((1u << upper) - 1), upper);
     sink.Put(both & ((1u << lower) - 1), lower);
     sink.Flush();

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // One lane codes one stream. Its state takes the symbols, the last one first, and each step waits for the
-// one before. So a warp that codes does nothing else. A second warp loads symbols and entries ahead, takes
-// the entries apart, and leaves them in shared memory, 32 symbols of each stream at a time. The bytes that
-// leave a state are stored with gaps and packed later (draco_pack_kernel.cu).
+// one before. So a warp that codes does nothing but steps (rans_entry.h). Other warps do the rest, 32 symbols of each stream
+// at a time: they load symbols and entries ahead, and leave the entries in shared memory; and they store which bytes leave
+// the states that they find there. These are stored with gaps and packed later (draco_pack_kernel.cu).
 #include "cuda/device/kernel_call.h"
 #include "cuda/draco/draco_leaving.cuh"
 #include "cuda/draco/draco_table.cuh"
@@ -12,128 +12,214 @@
 namespace latticed::kernels {
 namespace {
 
-// Pairs of warps in a block: the schedulers of a multiprocessor. Warps 0 to 3 code, and warps 4 to 7
-// prepare; a scheduler has one of each.
-constexpr uint32_t kPairs = 4;
-constexpr uint32_t kThreads = 2 * kPairs * kWarp;
-// The symbols of a stream that a round prepares and codes, one for each lane.
+// A block codes the streams of one kind of so many chunks, one for each lane of its first warp.
+constexpr uint32_t kStreams = kWarp;
+// The symbols of a stream in a round, one for each lane of a warp that helps.
 constexpr uint32_t kRound = kWarp;
+// Warps that help, and the streams of each. A scheduler of the multiprocessor takes every fourth warp.
+constexpr uint32_t kHelpers = 8, kOwn = kStreams / kHelpers, kSchedulers = 4;
+constexpr uint32_t kWarps = (kHelpers + kSchedulers - 2) / (kSchedulers - 1) * kSchedulers;
+// That a multiprocessor must hold at once; the compiler limits the registers to that.
+constexpr unsigned kBlocksAtOnce = 2;
 
-// A stream of at most 12 bits. count 0: there is none.
+// A stream of at most 12 bits. Without symbols there is none.
 struct ShortStream {
-  const uint16_t* symbols;
-  const uint2* entries;
-  uint32_t count;
+  uint32_t count;        // of symbols
+  uint32_t first_entry;  // of its table
+  size_t at;             // of its symbols
+  bool ranked;
 };
 
-// What a round codes, of each symbol and stream. The stride is odd, so that neither the warp that writes symbols
-// beside each other nor the one that reads streams meets a bank twice.
-template <uint32_t kStreams>
-struct PreparedRound {
+// The entries of a round's symbols, and the states before each. The strides are such that no warp meets a bank twice.
+struct Round {
   ShortEntry entries[kRound][kStreams + 1];
+  float states[kStreams][kRound + 4];
 };
-// While one is coded the other one is prepared.
-template <uint32_t kStreams>
-using PairRounds = PreparedRound<kStreams>[2];
+// While one round is coded, the next one is prepared.
+struct BlockMemory {
+  Round rounds[2];
+  float last_states[kStreams];
+};
 
-// Both warps of a pair wait for each other; what one wrote before, the other reads after. Barrier 0 is the block's.
-__device__ __forceinline__ void Meet(uint32_t pair) {
-  asm volatile("barrier.sync %0, %1;" ::"r"(pair + 1), "n"(2 * kWarp) : "memory");
+// The warp that codes and those that help wait for each other; what one wrote before, the others read after. Barrier 0 is for all
+// warps of a block.
+__device__ __forceinline__ void Meet() {
+  asm volatile("barrier.sync 1, %0;" ::"n"((1 + kHelpers) * kWarp) : "memory");
 }
 
-// The warp that prepares. Each lane has one symbol of every stream. Symbols are loaded two rounds ahead, and entries one.
-template <uint32_t kStreams>
-class Preparer {
- public:
-  __device__ explicit Preparer(const ShortStream (&streams)[kStreams]) : streams_(streams) {}
+struct DeviceArithmetic {
+  static __device__ float ClampedSum(float a, float b) { return __saturatef(__fadd_rn(a, b)); }
+  static __device__ float MultiplyAdd(float a, float b, float c) { return __fmaf_rn(a, b, c); }
+  static __device__ float MultiplyAddDown(float a, float b, float c) { return __fmaf_rd(a, b, c); }
+};
 
-  __device__ void Prepare(uint32_t rounds, uint32_t pair, PairRounds<kStreams>& prepared) {
-    Load(rounds - 1);
-    Gather(rounds - 1);
-    Load(rounds - 2);
-    for (uint32_t round = rounds; round-- > 0;) {
+// Keeps a pointer in registers: from its parts, each address would take four instructions instead of one.
+template <class T>
+__device__ __forceinline__ void Keep(T*& pointer) {
+  asm volatile("" : "+l"(pointer));
+}
+
+// A warp that helps kOwn streams. Each lane has one symbol of every stream. Symbols are loaded two rounds ahead,
+// and entries one.
+class Helper {
+ public:
+  // `mine`: of a lane, its stream. It helps those from `first` on.
+  __device__ Helper(const DracoWork& work, const ShortStream& mine, uint32_t first,
+                    BlockMemory& memory)
+      : memory_(memory), first_(first) {
+    uint32_t least = 0xffffffff;
 #pragma unroll
-      for (uint32_t i = 0; i < kStreams; ++i) {
-        prepared[round % 2].entries[Lane()][i] = TakeApart(entries_[i]);
-      }
-      Gather(round - 1);
-      Load(round - 2);
-      Meet(pair);
+    for (uint32_t i = 0; i < kOwn; ++i) {
+      counts_[i] = __shfl_sync(kAllLanes, mine.count, first + i);
+      least = min(least, counts_[i]);
+      const size_t at = __shfl_sync(kAllLanes, mine.at, first + i) + Lane();
+      const bool ranked = __shfl_sync(kAllLanes, mine.ranked, first + i);
+      symbols_at_[i] = (ranked ? work.ranks : work.symbols) + at;
+      entries_at_[i] = work.entries + __shfl_sync(kAllLanes, mine.first_entry, first + i);
+      leaving_at_[i] = work.leaving + at;
+      Keep(symbols_at_[i]);
+      Keep(entries_at_[i]);
+      Keep(leaving_at_[i]);
     }
+    full_ = least / kRound;
+    const uint32_t its = first + Lane() / kHalves;  // this lane stores a half of its rounds
+    const uint32_t its_groups = GroupsOf(__shfl_sync(kAllLanes, mine.count, its));
+    my_groups_ = Lane() < kHalves * kOwn ? its_groups : 0;
+    my_words_ = work.leaving_bytes + __shfl_sync(kAllLanes, mine.at, its) / kSymbolsAWord +
+                Lane() % kHalves;
+    Keep(my_words_);
+  }
+
+  __device__ void Run(uint32_t rounds) {
+    Load<false>(rounds - 1);
+    Gather<false>(rounds - 1);
+    Load<false>(rounds - 2);
+    uint32_t round = rounds;  // one above the next
+    // Rounds that need no conditions are a loop of their own, whose loads may still be on their way when it begins anew.
+    for (; round > 0 && round + 1 >= full_; --round) Turn<false>(rounds, round - 1);
+    for (; round > 2; --round) Turn<true>(rounds, round - 1);
+    for (; round > 0; --round) Turn<false>(rounds, round - 1);
+    if (rounds > 1) Store<false>(1);
+#pragma unroll
+    for (uint32_t i = 0; i < kOwn; ++i) above_[0][i] = above_[1][i];
+    Meet();
+    if (rounds > 0) Store<false>(0);
+  }
+  // The bytes that left the state of stream first + Lane().
+  __device__ uint32_t bytes() const {
+    const uint32_t both = bytes_ + __shfl_down_sync(kAllLanes, bytes_, 1);
+    return __shfl_sync(kAllLanes, both, Lane() * kHalves);
   }
 
  private:
-  // Before the first round there is none.
-  __device__ __forceinline__ bool IsThere(uint32_t round, const ShortStream& stream) const {
-    return static_cast<int32_t>(round) >= 0 && round * kRound + Lane() < stream.count;
+  static constexpr uint32_t kHalves = kRound / kSymbolsAWord;
+
+  // While `round` + 1 is coded. kFull: all its streams have all symbols of the rounds from `round` - 2 to `round` + 2.
+  template <bool kFull>
+  __device__ __forceinline__ void Turn(uint32_t rounds, uint32_t round) {
+    if (kFull || round + 2 < rounds) Store<kFull>(round + 2);
+    Prepare(round);
+    Gather<kFull>(round - 1);
+    Load<kFull>(round - 2);
+    Meet();
   }
+
+  // Before the first round there is none.
+  template <bool kFull>
+  __device__ __forceinline__ bool IsThere(uint32_t round, uint32_t i) const {
+    return kFull || (static_cast<int32_t>(round) >= 0 && round * kRound + Lane() < counts_[i]);
+  }
+  template <bool kFull>
   __device__ __forceinline__ void Load(uint32_t round) {
 #pragma unroll
-    for (uint32_t i = 0; i < kStreams; ++i) {
-      if (!IsThere(round, streams_[i])) continue;
-      symbols_[i] = __ldg(streams_[i].symbols + round * kRound + Lane());
+    for (uint32_t i = 0; i < kOwn; ++i) {
+      if (IsThere<kFull>(round, i)) symbols_[i] = __ldg(symbols_at_[i] + round * kRound);
     }
   }
+  template <bool kFull>
   __device__ __forceinline__ void Gather(uint32_t round) {
 #pragma unroll
-    for (uint32_t i = 0; i < kStreams; ++i) {
+    for (uint32_t i = 0; i < kOwn; ++i) {
       // Past the last symbol, p = M, which changes no state.
-      entries_[i] = IsThere(round, streams_[i]) ? __ldg(streams_[i].entries + symbols_[i])
-                                                : MakeShortEntry(kShortM, 0);
+      if constexpr (!kFull) entries_[i] = MakeShortEntry(kShortM, 0);
+      if (IsThere<kFull>(round, i)) entries_[i] = __ldg(entries_at_[i] + symbols_[i]);
     }
   }
+  __device__ __forceinline__ void Prepare(uint32_t round) {
+    Round& to = memory_.rounds[round % 2];
+#pragma unroll
+    for (uint32_t i = 0; i < kOwn; ++i) {
+      const ShortEntry entry = TakeApart(entries_[i]);
+      to.entries[Lane()][first_ + i] = entry;
+      above_[0][i] = above_[1][i];
+      above_[1][i] = entry.above;
+    }
+  }
+  // Of a round that was coded.
+  template <bool kFull>
+  __device__ __forceinline__ void Store(uint32_t round) {
+    const Round& from = memory_.rounds[round % 2];
+    uint32_t my_one = 0, my_two = 0;
+#pragma unroll
+    for (uint32_t i = 0; i < kOwn; ++i) {
+      const float state = from.states[first_ + i][Lane()];
+      const bool is_there = IsThere<kFull>(round, i);
+      const unsigned one = __ballot_sync(kAllLanes, is_there && ByteLeaves(state, above_[0][i]));
+      const unsigned two = __ballot_sync(
+          kAllLanes, is_there && ByteLeaves(WithoutByte<DeviceArithmetic>(state), above_[0][i]));
+      if (Lane() / kHalves == i) my_one = one, my_two = two;
+      if (kFull || round * kRound + Lane() < GroupsOf(counts_[i]) * kSymbolsAWord) {
+        __stwb(leaving_at_[i] + round * kRound, static_cast<uint16_t>(StateOf(state)));
+      }
+    }
+    const uint32_t word = LeavingWord(my_one, my_two, Lane() % kHalves);
+    if (round * kHalves + Lane() % kHalves < my_groups_) __stwb(my_words_ + round * kHalves, word);
+    bytes_ += SumOfBytes(word);
+  }
 
-  const ShortStream (&streams_)[kStreams];  // in shared memory
-  uint16_t symbols_[kStreams] = {};
-  uint2 entries_[kStreams];
+  BlockMemory& memory_;
+  uint32_t first_, full_;
+  uint32_t counts_[kOwn];
+  const uint16_t* symbols_at_[kOwn];
+  const uint2* entries_at_[kOwn];
+  uint16_t* leaving_at_[kOwn];
+  uint32_t symbols_[kOwn] = {};
+  uint2 entries_[kOwn];
+  float above_[2][kOwn] = {};  // ShortEntry::above of the two rounds that were prepared last
+  // This lane's half of a round of a stream.
+  uint32_t my_groups_;
+  uint32_t* my_words_;
+  uint32_t bytes_ = 0;
 };
 
-// A lane of the warp that codes.
-class Coder {
- public:
-  static constexpr uint32_t kPart = 8;  // symbols of a store of 16 bytes
-
-  // `column`: the stream's entries of a round. The first `stored` symbols of the round have room in `leaving`, and two bits
-  // each in `leaving_bytes`. The others change nothing.
-  template <uint32_t kStride>
-  __device__ __forceinline__ void Code(const ShortEntry (*column)[kStride], uint32_t stored,
-                                       uint16_t* leaving, uint16_t* leaving_bytes) {
-    // Loaded a part ahead, for shared memory takes as long as a step. Unrolled, or the loads wait at the loop's end.
+// The warp that codes.
+__device__ void CodeRounds(uint32_t rounds, BlockMemory& memory) {
+  constexpr uint32_t kPart = 4;  // states of a store of 16 bytes
+  float state = ToState(4 * kShortM);
+  for (uint32_t round = rounds; round-- > 0;) {
+    Meet();
+    Round& its = memory.rounds[round % 2];
+    // Loaded a part ahead, for shared memory takes longer than a step. Unrolled, or the loads wait at the loop's end.
     ShortEntry ahead[kPart];
 #pragma unroll
-    for (uint32_t k = 0; k < kPart; ++k) ahead[k] = column[kRound - kPart + k][0];
+    for (uint32_t k = 0; k < kPart; ++k) ahead[k] = its.entries[kRound - kPart + k][Lane()];
 #pragma unroll
     for (uint32_t end = kRound; end > 0; end -= kPart) {
       const uint32_t first = end - kPart;
-      uint32_t low[kPart], counts = 0;
+      float before[kPart];
 #pragma unroll
       for (uint32_t k = kPart; k-- > 0;) {
-        const uint32_t bits = LeavingBits(x_, ahead[k]);
-        low[k] = x_;
-        counts |= bits / 8 << (2 * k);
-        bits_ += bits;
-        x_ = ShortStep(x_, bits, ahead[k]);
-        if (first > 0) ahead[k] = column[first - kPart + k][0];
+        before[k] = state;
+        state = ShortStep<DeviceArithmetic>(state, ahead[k]);
+        if (first > 0) ahead[k] = its.entries[first - kPart + k][Lane()];
       }
-      if (first < stored) Store(low, counts, leaving + first, leaving_bytes[first / kPart]);
+      *reinterpret_cast<float4*>(&its.states[Lane()][first]) = {before[0], before[1], before[2],
+                                                                before[3]};
     }
   }
-
-  __device__ uint32_t state() const { return x_; }
-  __device__ uint32_t bytes() const { return bits_ / 8; }
-
- private:
-  __device__ __forceinline__ static void Store(const uint32_t (&low)[kPart], uint32_t counts,
-                                               uint16_t* leaving, uint16_t& leaving_bytes) {
-    constexpr uint32_t kLowHalves = 0x5410;
-    *reinterpret_cast<uint4*>(leaving) = {
-        __byte_perm(low[0], low[1], kLowHalves), __byte_perm(low[2], low[3], kLowHalves),
-        __byte_perm(low[4], low[5], kLowHalves), __byte_perm(low[6], low[7], kLowHalves)};
-    leaving_bytes = static_cast<uint16_t>(counts);
-  }
-
-  uint32_t x_ = 4 * kShortM, bits_ = 0;
-};
+  memory.last_states[Lane()] = state;
+  Meet();
+}
 
 // The last state's bytes, as FinishRans of core/codec/rans_encoder.h.
 __device__ void Finish(uint32_t x, int precision, uint32_t bytes, DracoStream& stream) {
@@ -174,77 +260,62 @@ __device__ bool IsShort(const DracoStream& stream) {
   return RansPrecision(stream.bit_length) == kLeastRansPrecision;
 }
 
-// A lane's stream, as the warp that codes sees it.
-__device__ void CodeStream(const DracoWork& work, uint32_t chunk, DracoKind kind,
-                           const Coder& coder, DracoStream& stream) {
-  if (IsShort(stream)) return Finish(coder.state(), kLeastRansPrecision, coder.bytes(), stream);
-  const size_t at = StreamAt(work, chunk, kind);
-  CodeLong(PlacesOf(work, stream, at), work.Points(chunk) * ValuesOf(kind),
-           work.entries + stream.first_entry, reinterpret_cast<uint8_t*>(work.leaving + at),
-           stream);
+__host__ __device__ uint32_t BlocksOfKind(const DracoWork& work) {
+  return (work.count + kStreams - 1) / kStreams;
 }
 
-template <uint32_t kStreams>
-__global__ void __launch_bounds__(kThreads) RansKernel(const __grid_constant__ DracoWork work) {
-  extern __shared__ uint4 rounds_memory[];
-  __shared__ ShortStream pair_streams[kPairs][kStreams];
-  const uint32_t pair = threadIdx.x / kWarp % kPairs;
-  const bool codes = threadIdx.x / kWarp < kPairs;
-  const uint32_t pairs = (work.count + kStreams - 1) / kStreams;  // of one kind
-  const uint32_t at = blockIdx.x * kPairs + pair;
-  if (at >= work.Kinds() * pairs) return;  // both warps
-  const DracoKind kind = work.KindOf(at / pairs);
-  const uint32_t chunk = at % pairs * kStreams + Lane();
-  DracoStream* const stream = Lane() < kStreams ? StreamOf(work, chunk, kind) : nullptr;
+// The number of a warp that helps, or what else the warp does. One scheduler of the block has the warp that codes and no
+// other. Blocks on a multiprocessor should code on different schedulers; their hashes are as good as random.
+enum : uint32_t { kCodes = 0xffffffff, kIdles = 0xfffffffe };
+__device__ uint32_t NumberOfWarp() {
+  constexpr uint32_t kHash = 0x9e3779b1u;
+  const uint32_t coder = (blockIdx.x * kHash >> 24) % kSchedulers;
+  const uint32_t warp = threadIdx.x / kWarp, behind = (warp - coder) % kSchedulers;
+  if (behind == 0) return warp == coder ? kCodes : kIdles;
+  const uint32_t number = warp / kSchedulers * (kSchedulers - 1) + behind - 1;
+  return number < kHelpers ? number : kIdles;
+}
 
+__global__ void __launch_bounds__(kWarps* kWarp, kBlocksAtOnce)
+    RansKernel(const __grid_constant__ DracoWork work) {
+  extern __shared__ uint4 block_memory[];
+  auto& memory = *reinterpret_cast<BlockMemory*>(block_memory);
+  const uint32_t number = NumberOfWarp();
+  if (number == kIdles) return;
+  const uint32_t blocks = BlocksOfKind(work);
+  const DracoKind kind = work.KindOf(blockIdx.x / blocks);
+  const uint32_t first_chunk = blockIdx.x % blocks * kStreams;
   ShortStream mine{};
-  size_t words = 0;
-  if (stream != nullptr && IsShort(*stream)) {
-    words = StreamAt(work, chunk, kind);
-    mine = {PlacesOf(work, *stream, words), work.entries + stream->first_entry,
-            work.Points(chunk) * ValuesOf(kind)};
+  if (const DracoStream* stream = StreamOf(work, first_chunk + Lane(), kind);
+      stream != nullptr && IsShort(*stream)) {
+    mine = {work.Points(first_chunk + Lane()) * ValuesOf(kind), stream->first_entry,
+            StreamAt(work, first_chunk + Lane(), kind), stream->ranked};
   }
   const uint32_t rounds = (__reduce_max_sync(kAllLanes, mine.count) + kRound - 1) / kRound;
-  auto& prepared = reinterpret_cast<PairRounds<kStreams>*>(rounds_memory)[pair];
-  if (!codes) {
-    if (Lane() < kStreams) pair_streams[pair][Lane()] = mine;
-    __syncwarp();
-    Preparer<kStreams>(pair_streams[pair]).Prepare(rounds, pair, prepared);
+  if (number == kCodes) return CodeRounds(rounds, memory);
+  const uint32_t first = number * kOwn;
+  Helper helper(work, mine, first, memory);
+  helper.Run(rounds);
+  const uint32_t bytes = helper.bytes(), chunk = first_chunk + first + Lane();
+  DracoStream* const stream = Lane() < kOwn ? StreamOf(work, chunk, kind) : nullptr;
+  if (stream == nullptr) return;
+  if (IsShort(*stream)) {
+    Finish(StateOf(memory.last_states[first + Lane()]), kLeastRansPrecision, bytes, *stream);
     return;
   }
-  Coder coder;
-  // Lanes without a stream code what their neighbours do, and store nothing.
-  const uint32_t column = min(Lane(), kStreams - 1);
-  const uint32_t stored = GroupsOf(mine.count) * kSymbolsAWord;
-  auto* const leaving_bytes = reinterpret_cast<uint16_t*>(work.leaving_bytes);
-  for (uint32_t round = rounds; round-- > 0;) {
-    Meet(pair);
-    const uint32_t first = round * kRound;
-    const auto* entries = &prepared[round % 2].entries[0][column];
-    coder.Code(reinterpret_cast<const ShortEntry(*)[kStreams + 1]>(entries),
-               first < stored ? stored - first : 0, work.leaving + words + first,
-               leaving_bytes + (words + first) / Coder::kPart);
-  }
-  if (stream != nullptr) CodeStream(work, chunk, kind, coder, *stream);
-}
-
-template <uint32_t kStreams>
-cudaError_t Launch(const DracoWork& work, cudaStream_t stream) {
-  const uint32_t pairs = work.Kinds() * ((work.count + kStreams - 1) / kStreams);
-  return KernelCall(RansKernel<kStreams>, Order::kAfter, (pairs + kPairs - 1) / kPairs, kThreads,
-                    kPairs * sizeof(PairRounds<kStreams>), work)
-      .Launch(stream);
+  const size_t place = StreamAt(work, chunk, kind);
+  CodeLong(PlacesOf(work, *stream, place), work.Points(chunk) * ValuesOf(kind),
+           work.entries + stream->first_entry, reinterpret_cast<uint8_t*>(work.leaving + place),
+           *stream);
 }
 
 }  // namespace
 
 cudaError_t LaunchDracoRans(const DracoWork& work, cudaStream_t stream) {
-  // Few streams keep one pair on each scheduler, of which a large device has about 500. With many, a pair of eight streams
-  // is best: preparing more of them takes longer than coding one.
-  constexpr uint32_t kFew = 1000, kFewStreams = 4, kManyStreams = 8;
   if (work.count == 0) return cudaSuccess;
-  return work.count <= kFew ? Launch<kFewStreams>(work, stream)
-                            : Launch<kManyStreams>(work, stream);
+  return KernelCall(RansKernel, Order::kAfter, work.Kinds() * BlocksOfKind(work), kWarps * kWarp,
+                    sizeof(BlockMemory), work)
+      .Launch(stream);
 }
 
 }  // namespace latticed::kernels

@@ -6,20 +6,24 @@
 //
 //   b bytes leave: the least b with y = floor(x / 2^8b) < 1024 p;  x' = floor(y / p) M + y mod p + c
 //
-// At 12 bits, the precision of nearly all tables, b is at most 2. Two identities shorten the chain of
-// steps, each of which waits for the one before. The division does not wait for the comparisons, because
+//                at 12 bits                              at more
+//   first word   1 / p, rounded up to a float            p
+//   second word  p | c << 13                             c
 //
-//   floor(floor(x / 2^8b) / p) = floor(floor(x / p) / 2^8b).
+// Each step waits for the one before, so what counts is how long a step takes. At 12 bits, the precision of nearly all
+// tables, x is below 2^22, and a step is done in float32, whose instructions take the fewest cycles. Integers below 2^24 are
+// exact in float32. A float from 2^23 on has no bits behind the point, so that
 //
-// A multiplication replaces it. With s = ceil(log2 p) and R = ceil(2^(31 + s) / p), which is below 2^32,
+//   floor(a b) = (a b + 2^23, rounded down) - 2^23,      and the low bits of the float 2^23 + x are those of x.
 //
-//   floor(x / p) = floor(2^9 x R / 2^32) >> (s + 8)     for x < 1024 M = 2^22 (Granlund and Montgomery 1994)
+// A state is kept as the float 2^23 + x. At most two bytes leave:
 //
-// and x' = floor(y / p) (M - p) + y + c.
+//   x1 = floor(x / 2^8), x2 = floor(x / 2^16)
+//   z1 = 1 where x >= 1024 p, else 0;  z2 = 1 where x1 >= 1024 p, else 0       differences, clamped to [0, 1]
+//   y  = x + z1 (x1 - x) + z2 (x2 - x1)
+//   x' = q (M - p) + y + c,  q = floor(y r),  r = 1 / p rounded up
 //
-//                at 12 bits            at more
-//   first word   R                     p
-//   second word  p | c << 13 | s << 26 c
+// q is exact: y r exceeds y / p by less than 2^-23 y / p, which is below 1 / p, the distance of y / p from a higher integer.
 //
 // Threads  pure functions, on host and device
 #ifndef LATTICED_CUDA_DRACO_RANS_ENTRY_H_
@@ -37,44 +41,60 @@ namespace latticed::kernels {
 
 inline constexpr uint32_t kShortM = uint32_t{1} << kLeastRansPrecision;
 
-LATTICED_HD inline uint32_t HighProduct(uint32_t a, uint32_t b) {
-  return static_cast<uint32_t>((uint64_t{a} * b) >> 32);
-}
-
 LATTICED_HD inline uint2 MakeShortEntry(uint32_t probability, uint32_t cumulative) {
-  // One more than the exponent of p - 1 in float32, which holds it exactly.
-  const uint32_t log =
-      probability == 1
-          ? 0
-          : (std::bit_cast<uint32_t>(static_cast<float>(probability - 1)) >> 23) - 126u;
-  // In double, since a device divides 64-bit integers slowly. A quotient has at most 32 bits before the point, and is an
-  // integer or 1 / M away from one, so that rounding to 53 bits cannot change how it is rounded up.
-  const double quotient = static_cast<double>(uint64_t{1} << (31 + log)) / probability;
-  const auto floor = static_cast<uint32_t>(quotient);
-  return {floor + (static_cast<double>(floor) < quotient ? 1u : 0u),
-          probability | cumulative << 13 | log << 26};
+  const auto nearest = static_cast<float>(1.0 / probability);
+  const bool below = static_cast<double>(nearest) * probability < 1;  // 24 and 13 bits: exact
+  return {std::bit_cast<uint32_t>(nearest) + (below ? 1u : 0u), probability | cumulative << 13};
 }
 
-// An entry taken apart for ShortStep.
+// A state as the float 2^23 + x.
+inline constexpr float kStateBase = 1 << 23;
+LATTICED_HD inline uint32_t StateOf(float state) {
+  return std::bit_cast<uint32_t>(state) & 0x7fffff;
+}
+LATTICED_HD inline float ToState(uint32_t x) {
+  return std::bit_cast<float>(std::bit_cast<uint32_t>(kStateBase) | x);
+}
+
+// An entry taken apart for a step.
 struct alignas(16) ShortEntry {
-  uint32_t reciprocal;      // R
-  uint32_t one_byte;        // 1024 p: from here on a byte leaves, and from 2^8 times it two
-  uint32_t rest;            // M - p
-  uint32_t cumulative_log;  // c << 5 | s + 8
+  float reciprocal;  // r
+  float above;       // 1 - 1024 p - 2^23
+  uint32_t rest;     // M - p
+  uint32_t sum;      // c less rest times the bits of the float 2^23
 };
 LATTICED_HD inline ShortEntry TakeApart(uint2 entry) {
-  const uint32_t p = entry.y & 0x1fff;
-  return {entry.x, p << 10, kShortM - p, (entry.y >> 13 & 0x1fff) << 5 | ((entry.y >> 26) + 8)};
+  const uint32_t p = entry.y & 0x1fff, rest = kShortM - p;
+  // The bits of -2^23, and behind them what is added to it.
+  const uint32_t above = std::bit_cast<uint32_t>(-kStateBase) + (1024 * p - 1);
+  return {std::bit_cast<float>(entry.x), std::bit_cast<float>(above), rest,
+          (entry.y >> 13) - std::bit_cast<uint32_t>(kStateBase) * rest};
 }
-// The bits that leave the state: 0, 8 or 16.
-LATTICED_HD inline uint32_t LeavingBits(uint32_t x, const ShortEntry& entry) {
-  const bool any = x >= entry.one_byte, both = x >= entry.one_byte << 8;
-  return both ? 16u : any ? 8u : 0u;
+
+// The step and its parts. Arithmetic has a + b clamped to [0, 1], and a b + c to the nearest float and down.
+template <class Arithmetic>
+LATTICED_HD inline float WithoutByte(float state) {  // 2^23 + x1
+  return Arithmetic::MultiplyAddDown(state, 1.0f / 256, kStateBase - kStateBase / 256);
 }
-// The step. `leaving`: LeavingBits.
-LATTICED_HD inline uint32_t ShortStep(uint32_t x, uint32_t leaving, const ShortEntry& entry) {
-  const uint32_t quotient = HighProduct(x << 9, entry.reciprocal) >> (entry.cumulative_log & 31);
-  return (quotient >> leaving) * entry.rest + ((x >> leaving) + (entry.cumulative_log >> 5));
+// Whether a byte leaves. With WithoutByte(state): whether a second one does.
+LATTICED_HD inline bool ByteLeaves(float state, float above) { return state + above > 0; }
+
+template <class Arithmetic>
+LATTICED_HD inline float ShortStep(float state, const ShortEntry& entry) {
+  constexpr float kBy2 = 1.0f / 65536;
+  const float state1 = WithoutByte<Arithmetic>(state);
+  const float state2 = Arithmetic::MultiplyAddDown(state, kBy2, kStateBase - kStateBase * kBy2);
+  const float z1 = Arithmetic::ClampedSum(state, entry.above);
+  const float z2 = Arithmetic::ClampedSum(state1, entry.above);
+  const float change1 = state1 - state, change2 = state2 - state1;
+  // y, and beside it 2^23 + y.
+  const float y = Arithmetic::MultiplyAdd(z2, change2,
+                                          Arithmetic::MultiplyAdd(z1, change1, state - kStateBase));
+  const float state_y =
+      Arithmetic::MultiplyAdd(z2, change2, Arithmetic::MultiplyAdd(z1, change1, state));
+  const float quotient = Arithmetic::MultiplyAddDown(y, entry.reciprocal, kStateBase);
+  return std::bit_cast<float>(std::bit_cast<uint32_t>(quotient) * entry.rest +
+                              (std::bit_cast<uint32_t>(state_y) + entry.sum));
 }
 
 LATTICED_HD inline uint2 MakeLongEntry(uint32_t probability, uint32_t cumulative) {
