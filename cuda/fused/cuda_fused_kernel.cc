@@ -167,9 +167,7 @@ absl::Status CudaFusedKernel::LaunchByStages(std::span<kernels::KernelCall> call
   return absl::OkStatus();
 }
 
-absl::Status CudaFusedKernel::ToWireOrder(DeviceSpan<const uint8_t> vertices,
-                                          std::span<const uint32_t> chunks,
-                                          DeviceSpan<uint8_t> out) {
+absl::StatusOr<const WireChunk*> CudaFusedKernel::SendWireChunks(std::span<const uint32_t> chunks) {
   const VertexLayout layout = MakeVertexLayout(*plan_, spec_);
   LATTICED_ASSIGN_OR_RETURN(const auto to, buffers_.wire_chunks.Begin());
   uint64_t offset = 0;
@@ -181,16 +179,29 @@ absl::Status CudaFusedKernel::ToWireOrder(DeviceSpan<const uint8_t> vertices,
   absl::Status sent = buffers_.wire_chunks.Send(chunks.size() * sizeof(WireChunk));
   sent.Update(buffers_.wire_chunks.Sent());
   if (!sent.ok()) return sent;
-  const kernels::WireOrder order{
-      .format = FormatFor(spec_),
-      .vertices = vertices.data,
-      .second_plane = vertices.data + FirstPlaneBytes(),
-      .chunks = reinterpret_cast<const WireChunk*>(buffers_.wire_chunks.device_data()),
-      .chunk_count = static_cast<uint32_t>(chunks.size()),
-      .patch_count = static_cast<uint32_t>(plan_->patches.size()),
-      .points_per_patch = PointsPerPatch(spec_.segments),
-      .normals = spec_.normals != NormalMode::kNone,
-      .out = out.data};
+  return reinterpret_cast<const WireChunk*>(buffers_.wire_chunks.device_data());
+}
+
+absl::Status CudaFusedKernel::ToWireOrder(DeviceSpan<const uint8_t> vertices,
+                                          std::span<const uint32_t> chunks,
+                                          DeviceSpan<uint8_t> out) {
+  if (chunks.empty()) return absl::OkStatus();
+  const WireChunk* list = nullptr;
+  if (std::ranges::adjacent_find(chunks, [](uint32_t a, uint32_t b) { return b != a + 1; }) !=
+      chunks.end()) {
+    LATTICED_ASSIGN_OR_RETURN(list, SendWireChunks(chunks));
+  }
+  const kernels::WireOrder order{.format = FormatFor(spec_),
+                                 .vertices = vertices.data,
+                                 .second_plane = vertices.data + FirstPlaneBytes(),
+                                 .chunks = list,
+                                 .first_chunk = chunks.front(),
+                                 .chunk_bytes = MakeVertexLayout(*plan_, spec_).ChunkBytes(0),
+                                 .chunk_count = static_cast<uint32_t>(chunks.size()),
+                                 .patch_count = static_cast<uint32_t>(plan_->patches.size()),
+                                 .points_per_patch = PointsPerPatch(spec_.segments),
+                                 .normals = spec_.normals != NormalMode::kNone,
+                                 .out = out.data};
   return CudaStatus(kernels::LaunchWireOrder(order, lane_->stream().get()), "the wire order");
 }
 

@@ -52,6 +52,8 @@ class CudaFusedKernel : public CudaVertexKernel {
                   const ViewSpec& spec, std::shared_ptr<CudaLane> lane, kernels::PlanTables tables,
                   Buffers buffers);
   absl::Status CountBlocksAtOnce(int device);
+  // Returns the list on the device.
+  absl::StatusOr<const kernels::WireChunk*> SendWireChunks(std::span<const uint32_t> chunks);
   // Launches the kernels one by one and marks each stage. Marks are impossible between the kernels
   // of a graph.
   // Launches the calls as a graph, or by stages. `part`: the frame has a part of the lattice.

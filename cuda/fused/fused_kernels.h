@@ -130,7 +130,9 @@ struct WireOrder {
   LaneFormat format;
   const uint8_t* vertices;
   const uint8_t* second_plane;
-  const WireChunk* chunks;
+  const WireChunk* chunks;  // null: they follow each other, from first_chunk on
+  uint32_t first_chunk;
+  uint64_t chunk_bytes;  // of a chunk in wire order, unless it is the last one
   uint32_t chunk_count;
   uint32_t patch_count;  // of the plan
   int points_per_patch;
