@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cuda/device/cuda_device.h"
 
+#include <algorithm>
+
 #include <string_view>
 
 #include "core/base/error.h"
@@ -25,7 +27,10 @@ absl::StatusOr<CudaStream> CudaStream::Create(StreamPriority priority) {
   int least = 0, greatest = 0;
   LATTICED_RETURN_IF_ERROR(CudaStatus(cudaDeviceGetStreamPriorityRange(&least, &greatest), kWhat));
   cudaStream_t stream = nullptr;
-  const int number = priority == StreamPriority::kGreatest ? greatest : least;
+  // Lower numbers are greater priorities.
+  const int number = priority == StreamPriority::kGreatest ? greatest
+                     : priority == StreamPriority::kMiddle ? std::max(greatest, least - 1)
+                                                           : least;
   LATTICED_RETURN_IF_ERROR(
       CudaStatus(cudaStreamCreateWithPriority(&stream, cudaStreamNonBlocking, number), kWhat));
   return CudaStream(stream);

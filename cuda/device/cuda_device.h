@@ -34,7 +34,7 @@ class DeviceGuard {
 };
 
 // When blocks of several streams wait for a multiprocessor, those of greater priority start first.
-enum class StreamPriority { kLeast, kGreatest };
+enum class StreamPriority { kLeast, kMiddle, kGreatest };
 
 // A stream that does not wait for the legacy default stream.
 class CudaStream {

@@ -3,7 +3,9 @@
 #include "cuda/streams/device_stream_writer.h"
 
 #include <algorithm>
+#include <optional>
 
+#include "absl/cleanup/cleanup.h"
 #include "core/base/status_macros.h"
 #include "cuda/device/cuda_status.h"
 #include "cuda/device/upload_kernel.h"
@@ -17,19 +19,30 @@ using kernels::StreamControl;
 using kernels::StreamPlace;
 
 constexpr std::string_view kWhat = "the encoding";
+// Of so many chunks, half of the bytes take longer to copy than two rounds take longer than one.
+constexpr size_t kFewestHalved = 2048;
 
 static_assert(sizeof(StreamControl) % 16 == 0 && sizeof(StreamChunk) == 16 &&
                   sizeof(kernels::StreamDigest) == 16 && sizeof(VertexDigest) == 16,
               "parts lie one after the other, without gaps");
+
+absl::Status CopyToHost(void* to, const void* from, size_t bytes, cudaStream_t stream) {
+  return CudaStatus(cudaMemcpyAsync(to, from, bytes, cudaMemcpyDeviceToHost, stream), kWhat);
+}
 
 }  // namespace
 
 absl::StatusOr<DeviceStreamWriter> DeviceStreamWriter::Create(std::unique_ptr<StreamCoder> coder,
                                                               std::shared_ptr<CudaContext> context,
                                                               std::shared_ptr<CudaLane> lane) {
+  LATTICED_ASSIGN_OR_RETURN(auto ready, CudaEvent::Create());
   LATTICED_ASSIGN_OR_RETURN(auto placed, CudaEvent::Create());
-  return DeviceStreamWriter(std::move(coder), std::move(context), std::move(lane),
-                            std::move(placed));
+  LATTICED_ASSIGN_OR_RETURN(auto other_placed, CudaEvent::Create());
+  LATTICED_ASSIGN_OR_RETURN(auto other, context->lanes().Borrow(StreamPriority::kMiddle));
+  return DeviceStreamWriter(std::move(coder), std::move(context),
+                            {Slot{std::move(lane), std::move(placed), {}},
+                             Slot{std::move(other), std::move(other_placed), {}}},
+                            std::move(ready));
 }
 
 DeviceStreamWriter::Layout::Layout(size_t count, size_t zeros, bool has_digests)
@@ -39,28 +52,21 @@ DeviceStreamWriter::Layout::Layout(size_t count, size_t zeros, bool has_digests)
       places(found + (found - known)),
       end(places + count * sizeof(StreamPlace)) {}
 
-absl::Status DeviceStreamWriter::CopyToHost(void* to, const void* from, size_t bytes) const {
-  return CudaStatus(cudaMemcpyAsync(to, from, bytes, cudaMemcpyDeviceToHost, lane_->stream().get()),
-                    kWhat);
-}
-
-absl::Status DeviceStreamWriter::CopyToHost(const Block& block) const {
-  if (block.bytes == 0) return absl::OkStatus();
-  return CopyToHost(block.pinned->data(), block.packed.data(), block.bytes);
-}
-
 size_t DeviceStreamWriter::PinnedBytesFor(size_t chunks) {
   const size_t batch = std::min(chunks, kMostStreamChunks);
-  return PinnedMemory::BlockBytes(Layout(batch, StreamCoder::kMostZeros, true).end);
+  const auto bytes = [](size_t count) {
+    return PinnedMemory::BlockBytes(Layout(count, StreamCoder::kMostZeros, true).end);
+  };
+  return bytes(batch) + (batch < kFewestHalved ? 0 : bytes(batch / 2));
 }
 
 absl::StatusOr<uint64_t> DeviceStreamWriter::Stage(const Call& call,
                                                    std::span<const size_t> numbers,
-                                                   const Layout& layout) {
-  if (exchanged_.size() < layout.end) {
-    LATTICED_ASSIGN_OR_RETURN(exchanged_, context_->pinned().Borrow(layout.end));
+                                                   const Layout& layout, Slot& slot) {
+  if (slot.exchanged.size() < layout.end) {
+    LATTICED_ASSIGN_OR_RETURN(slot.exchanged, context_->pinned().Borrow(layout.end));
   }
-  uint8_t* const at = exchanged_.data();
+  uint8_t* const at = slot.exchanged.data();
   std::fill_n(at, layout.chunks, uint8_t{0});
   auto* chunks = reinterpret_cast<StreamChunk*>(at + layout.chunks);
   uint64_t points = 0;
@@ -75,32 +81,38 @@ absl::StatusOr<uint64_t> DeviceStreamWriter::Stage(const Call& call,
   return points;
 }
 
-absl::Status DeviceStreamWriter::Pack(kernels::StreamPlaces places, const Block& block) const {
-  return CudaStatus(coder_->Pack(places, block.room(), lane_->stream().get()), kWhat);
+absl::Status DeviceStreamWriter::Pack(kernels::StreamPlaces places, const Block& block,
+                                      const Slot& slot) const {
+  return CudaStatus(coder_->Pack(places, block.room(), slot.stream()), kWhat);
 }
 
 absl::Status DeviceStreamWriter::Code(const Layout& layout, const kernels::StreamWork& work,
-                                      uint8_t* scratch, const Block& block) const {
-  const cudaStream_t stream = lane_->stream().get();
+                                      uint8_t* scratch, const Block& block,
+                                      const Slot& slot) const {
+  const cudaStream_t stream = slot.stream();
+  uint8_t* const exchanged = slot.exchanged.data();
   // By a kernel: between kernels, a copy engine takes 20 us for this.
-  auto send = kernels::UploadCall(exchanged_.data(), layout.found, work.control);
+  auto send = kernels::UploadCall(exchanged, layout.found, work.control);
   LATTICED_RETURN_IF_ERROR(CudaStatus(send.Launch(stream), kWhat));
   LATTICED_RETURN_IF_ERROR(CudaStatus(kernels::LaunchStreamDigests(work, stream), kWhat));
   LATTICED_RETURN_IF_ERROR(CudaStatus(coder_->Code(work, scratch, stream), kWhat));
-  LATTICED_RETURN_IF_ERROR(Pack(kernels::StreamPlaces::kFind, block));
-  LATTICED_RETURN_IF_ERROR(CopyToHost(exchanged_.data() + layout.found,
+  LATTICED_RETURN_IF_ERROR(Pack(kernels::StreamPlaces::kFind, block, slot));
+  LATTICED_RETURN_IF_ERROR(CopyToHost(exchanged + layout.found,
                                       reinterpret_cast<const uint8_t*>(work.control) + layout.found,
-                                      layout.end - layout.found));
-  LATTICED_RETURN_IF_ERROR(placed_.Record(stream));
-  return CopyToHost(block);
+                                      layout.end - layout.found, stream));
+  LATTICED_RETURN_IF_ERROR(slot.placed.Record(stream));
+  return block.bytes == 0
+             ? absl::OkStatus()
+             : CopyToHost(block.pinned->data(), block.packed.data(), block.bytes, stream);
 }
 
-absl::StatusOr<DeviceStreamWriter::Block> DeviceStreamWriter::MakeBlock(size_t bytes) const {
+absl::StatusOr<DeviceStreamWriter::Block> DeviceStreamWriter::MakeBlock(size_t bytes,
+                                                                        const Slot& slot) const {
   Block block{.bytes = bytes, .packed = {}, .pinned = nullptr};
   if (bytes == 0) return block;
   LATTICED_ASSIGN_OR_RETURN(
-      block.packed, DeviceBuffer<uint8_t>::Create(context_->memory(), coder_->purpose(), bytes,
-                                                  lane_->stream().get()));
+      block.packed,
+      DeviceBuffer<uint8_t>::Create(context_->memory(), coder_->purpose(), bytes, slot.stream()));
   LATTICED_ASSIGN_OR_RETURN(auto pinned, context_->pinned().Borrow(bytes));
   block.pinned = std::make_shared<const PinnedBuffer>(std::move(pinned));
   return block;
@@ -116,20 +128,28 @@ size_t DeviceStreamWriter::GuessBytes(double points) const {
   return kernels::RoundUpTo16(static_cast<size_t>(kMore * bytes_per_point_ * points));
 }
 
-absl::StatusOr<std::vector<size_t>> DeviceStreamWriter::Round(const Call& call,
-                                                              std::span<const size_t> numbers) {
+absl::StatusOr<DeviceStreamWriter::Round> DeviceStreamWriter::Begin(const Call& call,
+                                                                    std::span<const size_t> numbers,
+                                                                    Slot& slot) {
   const bool has_digests = !call.digests.empty();
   const Layout layout(numbers.size(), coder_->zeros(), has_digests);
-  LATTICED_ASSIGN_OR_RETURN(const uint64_t all_points, Stage(call, numbers, layout));
-  const auto points = static_cast<double>(all_points);
+  LATTICED_ASSIGN_OR_RETURN(const uint64_t points, Stage(call, numbers, layout, slot));
   const size_t scratch_at = kernels::RoundUpTo16(layout.end);
   const size_t scratch_bytes = coder_->Plan(
-      {reinterpret_cast<StreamChunk*>(exchanged_.data() + layout.chunks), numbers.size()});
+      {reinterpret_cast<StreamChunk*>(slot.exchanged.data() + layout.chunks), numbers.size()});
   LATTICED_ASSIGN_OR_RETURN(
-      const auto memory,
-      DeviceBuffer<uint8_t>::Create(context_->memory(), coder_->purpose(),
-                                    scratch_at + scratch_bytes, lane_->stream().get()));
-  uint8_t* const at = memory.data();
+      auto memory, DeviceBuffer<uint8_t>::Create(context_->memory(), coder_->purpose(),
+                                                 scratch_at + scratch_bytes, slot.stream()));
+  LATTICED_ASSIGN_OR_RETURN(Block block, MakeBlock(GuessBytes(static_cast<double>(points)), slot));
+  Round round{.slot = &slot,
+              .numbers = numbers,
+              .layout = layout,
+              .points = static_cast<double>(points),
+              .memory = std::move(memory),
+              .block = std::move(block),
+              .deferred = {}};
+  round.deferred.reserve(numbers.size());
+  uint8_t* const at = round.memory.data();
   const kernels::StreamWork work{
       .vertices = call.vertices.data,
       .chunks = reinterpret_cast<const StreamChunk*>(at + layout.chunks),
@@ -139,47 +159,84 @@ absl::StatusOr<std::vector<size_t>> DeviceStreamWriter::Round(const Call& call,
       .digests =
           has_digests ? reinterpret_cast<kernels::StreamDigest*>(at + layout.known) : nullptr,
       .places = reinterpret_cast<StreamPlace*>(at + layout.places)};
-  LATTICED_ASSIGN_OR_RETURN(Block block, MakeBlock(GuessBytes(points)));
-  std::vector<size_t> deferred;
-  // From here on nothing throws: the block must stay until the copy is done.
-  deferred.reserve(numbers.size());
-  LATTICED_RETURN_IF_ERROR(Code(layout, work, at + scratch_at, block));
-  Own(call, numbers, block);
-  LATTICED_RETURN_IF_ERROR(placed_.Synchronize());
+  LATTICED_RETURN_IF_ERROR(Code(layout, work, at + scratch_at, round.block, slot));
+  return round;
+}
 
-  const auto* const found = reinterpret_cast<const VertexDigest*>(exchanged_.data() + layout.found);
-  const std::span places(reinterpret_cast<const StreamPlace*>(exchanged_.data() + layout.places),
+absl::Status DeviceStreamWriter::Finish(const Call& call, Round& round, bool coder_is_free) {
+  const Slot& slot = *round.slot;
+  const std::span<const size_t> numbers = round.numbers;
+  Block& block = round.block;
+  Own(call, numbers, block);
+  LATTICED_RETURN_IF_ERROR(slot.placed.Synchronize());
+
+  const uint8_t* const exchanged = slot.exchanged.data();
+  const auto* const found = reinterpret_cast<const VertexDigest*>(exchanged + round.layout.found);
+  const std::span places(reinterpret_cast<const StreamPlace*>(exchanged + round.layout.places),
                          numbers.size());
   size_t bytes = 0;
   for (const StreamPlace& place : places) {
     bytes = std::max(bytes, place.at + kernels::RoundUpTo16(place.size));
   }
-  if (bytes > 0) bytes_per_point_ = static_cast<double>(bytes) / points;
-  if (bytes > block.bytes) {
-    LATTICED_RETURN_IF_ERROR(lane_->stream().Synchronize(kWhat));  // for the copy to the old block
-    LATTICED_ASSIGN_OR_RETURN(block, MakeBlock(bytes));
-    LATTICED_RETURN_IF_ERROR(Pack(kernels::StreamPlaces::kKnown, block));
-    LATTICED_RETURN_IF_ERROR(CopyToHost(block));
+  if (bytes > 0) bytes_per_point_ = static_cast<double>(bytes) / round.points;
+  const bool fits = bytes <= block.bytes;
+  if (!fits && coder_is_free) {
+    LATTICED_RETURN_IF_ERROR(
+        slot.lane->stream().Synchronize(kWhat));  // for the copy to the old block
+    LATTICED_ASSIGN_OR_RETURN(block, MakeBlock(bytes, slot));
+    LATTICED_RETURN_IF_ERROR(Pack(kernels::StreamPlaces::kKnown, block, slot));
+    LATTICED_RETURN_IF_ERROR(
+        CopyToHost(block.pinned->data(), block.packed.data(), block.bytes, slot.stream()));
     Own(call, numbers, block);
   }
+  const bool has_digests = !call.digests.empty();
   for (size_t k = 0; k < numbers.size(); ++k) {
     const size_t i = numbers[k];
     SharedBytes& result = call.results[i];
-    if (places[k].size > 0) {
+    if (places[k].size > 0 && (fits || coder_is_free)) {
       result.data = block.pinned->data() + places[k].at;
       result.size = places[k].size;
       result.block_bytes = block.pinned->size();
     } else {
       result = {};
       if (!has_digests || found[k] != call.digests[i]) {
-        deferred.push_back(i);
+        round.deferred.push_back(i);
         continue;
       }
     }
     if (has_digests) call.digests[i] = found[k];
   }
   // The results were named while the bytes were on their way.
-  LATTICED_RETURN_IF_ERROR(lane_->stream().Synchronize(kWhat));
+  return slot.lane->stream().Synchronize(kWhat);
+}
+
+absl::StatusOr<std::vector<size_t>> DeviceStreamWriter::InOne(const Call& call,
+                                                              std::span<const size_t> numbers) {
+  LATTICED_ASSIGN_OR_RETURN(Round round, Begin(call, numbers, slots_[0]));
+  LATTICED_RETURN_IF_ERROR(Finish(call, round, /*coder_is_free=*/true));
+  return std::move(round.deferred);
+}
+
+absl::StatusOr<std::vector<size_t>> DeviceStreamWriter::InTwo(const Call& call,
+                                                              std::span<const size_t> numbers) {
+  std::array<std::optional<Round>, 2> rounds;
+  // Whatever fails, their memory must stay until what is on its way has ended.
+  absl::Cleanup wait = [this] {
+    for (const Slot& slot : slots_) static_cast<void>(slot.lane->stream().Synchronize(kWhat));
+  };
+  LATTICED_RETURN_IF_ERROR(ready_.Record(slots_[0].stream()));
+  LATTICED_RETURN_IF_ERROR(ready_.HoldBack(slots_[1].stream()));
+  const size_t half = numbers.size() / 2;
+  LATTICED_ASSIGN_OR_RETURN(rounds[0], Begin(call, numbers.first(half), slots_[1]));
+  LATTICED_ASSIGN_OR_RETURN(rounds[1], Begin(call, numbers.subspan(half), slots_[0]));
+  std::vector<size_t> deferred;
+  deferred.reserve(numbers.size());
+  for (auto& round : rounds) {
+    const bool is_last = &round == &rounds.back();
+    LATTICED_RETURN_IF_ERROR(Finish(call, *round, /*coder_is_free=*/is_last));
+    deferred.insert(deferred.end(), round->deferred.begin(), round->deferred.end());
+  }
+  std::move(wait).Cancel();
   return deferred;
 }
 
@@ -192,8 +249,10 @@ absl::Status DeviceStreamWriter::Encode(DeviceSpan<const uint8_t> vertices,
   for (size_t i = all_.size(); i < chunks.size(); ++i) all_.push_back(i);
   std::span<const size_t> left = std::span(all_).first(chunks.size());
   for (std::vector<size_t> deferred; !left.empty(); left = deferred) {
-    LATTICED_ASSIGN_OR_RETURN(auto again, Round(call, left));
-    if (again.size() == left.size()) {
+    // Where nothing says how many bytes there will be, none can be on their way early.
+    const bool in_two = left.size() >= kFewestHalved && bytes_per_point_ > 0;
+    LATTICED_ASSIGN_OR_RETURN(auto again, in_two ? InTwo(call, left) : InOne(call, left));
+    if (!in_two && again.size() == left.size()) {
       return absl::InternalError("a chunk's integers have more bits than its view");
     }
     deferred = std::move(again);

@@ -8,6 +8,9 @@
 //   chunks, known digests        <-- host
 //   digests | coding | packing   --> host: sizes and places, bytes
 //
+// Many chunks are encoded in two halves, on two streams. The bytes of the first half cross the bus while the second one is
+// encoded.
+//
 // The host does not wait for the sizes before it asks for the bytes. It guesses their number from the last streams, asks
 // for a sixteenth more, and names the results while they are copied. Streams that need more are packed and copied again.
 // What it can do for the results before it knows the sizes, it does while the device encodes.
@@ -18,6 +21,7 @@
 #ifndef LATTICED_CUDA_STREAMS_DEVICE_STREAM_WRITER_H_
 #define LATTICED_CUDA_STREAMS_DEVICE_STREAM_WRITER_H_
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -53,15 +57,23 @@ class DeviceStreamWriter {
   static size_t PinnedBytesFor(size_t chunks);
   std::string_view purpose() const { return coder_->purpose(); }
   size_t DeviceBytes() const { return coder_->DeviceBytes(); }
-  size_t PinnedBytes() const { return exchanged_.size(); }
+  size_t PinnedBytes() const { return slots_[0].exchanged.size() + slots_[1].exchanged.size(); }
 
  private:
+  // What a round takes while it is on its way. The first slot has the lane of the writer, and the second one a lane of a
+  // higher priority.
+  struct Slot {
+    std::shared_ptr<CudaLane> lane;
+    CudaEvent placed;
+    PinnedBuffer exchanged;
+    cudaStream_t stream() const { return lane->stream().get(); }
+  };
   DeviceStreamWriter(std::unique_ptr<StreamCoder> coder, std::shared_ptr<CudaContext> context,
-                     std::shared_ptr<CudaLane> lane, CudaEvent placed)
+                     std::array<Slot, 2> slots, CudaEvent ready)
       : context_(std::move(context)),
-        lane_(std::move(lane)),
         coder_(std::move(coder)),
-        placed_(std::move(placed)) {}
+        slots_(std::move(slots)),
+        ready_(std::move(ready)) {}
 
   // The arguments of Encode.
   struct Call {
@@ -70,17 +82,12 @@ class DeviceStreamWriter {
     std::span<VertexDigest> digests;
     std::span<SharedBytes> results;
   };
-  // Where the parts of a round begin, in exchanged_ and on the device. The control comes first. All that is before `found`
+  // Where the parts of a round begin, in Slot::exchanged and on the device. The control comes first. All that is before `found`
   // goes to the device, and the rest comes back.
   struct Layout {
     Layout(size_t count, size_t zeros, bool has_digests);
     size_t chunks, known, found, places, end;
   };
-  // Encodes those of `numbers`, places in call.chunks, for which the coder has room. Returns the others.
-  absl::StatusOr<std::vector<size_t>> Round(const Call& call, std::span<const size_t> numbers);
-  // Puts all that goes to the device in exchanged_, and returns the number of points. The coder has not seen the chunks.
-  absl::StatusOr<uint64_t> Stage(const Call& call, std::span<const size_t> numbers,
-                                 const Layout& layout);
   // Where packed streams go.
   struct Block {
     size_t bytes = 0;
@@ -88,24 +95,42 @@ class DeviceStreamWriter {
     std::shared_ptr<const PinnedBuffer> pinned;
     kernels::StreamRoom room() const { return {packed.data(), bytes}; }
   };
-  absl::StatusOr<Block> MakeBlock(size_t bytes) const;
+  // Chunks that are on their way. `numbers`: their places in call.chunks.
+  struct Round {
+    Slot* slot;
+    std::span<const size_t> numbers;
+    Layout layout;
+    double points;
+    DeviceBuffer<uint8_t> memory;
+    Block block;
+    std::vector<size_t> deferred;  // has room for all
+  };
+  // Enqueues a round.
+  absl::StatusOr<Round> Begin(const Call& call, std::span<const size_t> numbers, Slot& slot);
+  // Waits for it and names the results. Round::deferred then has the chunks for which the coder has no room. Where the streams
+  // do not fit in the block, they are packed again, or deferred if the coder has begun another round.
+  absl::Status Finish(const Call& call, Round& round, bool coder_is_free);
+  // Encodes `numbers` in one round, or in two at once. Returns those that are deferred.
+  absl::StatusOr<std::vector<size_t>> InOne(const Call& call, std::span<const size_t> numbers);
+  absl::StatusOr<std::vector<size_t>> InTwo(const Call& call, std::span<const size_t> numbers);
+  // Puts all that goes to the device in slot.exchanged, and returns the number of points. The coder has not seen the chunks.
+  absl::StatusOr<uint64_t> Stage(const Call& call, std::span<const size_t> numbers,
+                                 const Layout& layout, Slot& slot);
+  absl::StatusOr<Block> MakeBlock(size_t bytes, const Slot& slot) const;
   // Makes the block the owner of the named results.
   static void Own(const Call& call, std::span<const size_t> numbers, const Block& block);
   // The bytes of a block for so many points, a multiple of 16; 0 where there is nothing to go by.
   size_t GuessBytes(double points) const;
-  // Enqueues all kernels, which pack those streams that fit in the block, and its copy to the host. When placed_ is reached,
-  // exchanged_ holds the new digests and the places.
+  // Enqueues all kernels, which pack those streams that fit in the block, and its copy to the host. When slot.placed is
+  // reached, slot.exchanged holds the new digests and the places.
   absl::Status Code(const Layout& layout, const kernels::StreamWork& work, uint8_t* scratch,
-                    const Block& block) const;
-  absl::Status Pack(kernels::StreamPlaces places, const Block& block) const;
-  absl::Status CopyToHost(const Block& block) const;
-  absl::Status CopyToHost(void* to, const void* from, size_t bytes) const;
+                    const Block& block, const Slot& slot) const;
+  absl::Status Pack(kernels::StreamPlaces places, const Block& block, const Slot& slot) const;
 
   std::shared_ptr<CudaContext> context_;
-  std::shared_ptr<CudaLane> lane_;
   std::unique_ptr<StreamCoder> coder_;
-  CudaEvent placed_;
-  PinnedBuffer exchanged_;
+  std::array<Slot, 2> slots_;
+  CudaEvent ready_;             // the vertices
   std::vector<size_t> all_;     // 0, 1, 2, …
   double bytes_per_point_ = 0;  // of the last round that coded any
 };

@@ -237,29 +237,59 @@ TEST_F(DracoCoderTest, DigestsDoNotDependOnPlaces) {
   }
 }
 
-// A writer guesses the room for its streams from those before.
+// A writer guesses the room for its streams from those before. Many chunks are two rounds, of which each has its room.
 TEST_F(DracoCoderTest, StreamsAreWholeWhereTheyTakeMoreOrLessThanTheLastOnes) {
-  std::vector<Chunk> small, large, mixed;
-  for (unsigned i = 0; i < 40; ++i) {
-    small.push_back(MakeChunk(97, 14, 8, Data::kConstant, kSeed + i));
-    large.push_back(MakeChunk(97, 14, 8, Data::kRandom, kSeed + i));
-    mixed.push_back(i % 8 == 0 ? large.back() : small.back());
-  }
-  ASSERT_OK_AND_ASSIGN(auto writer, WriterOf(ShapeOf(small.front(), true)));
-  for (const auto& chunks : {small, large, large, mixed, large, small, small}) {
-    const auto vertices = Upload(chunks);
-    std::vector<SharedBytes> results(chunks.size());
+  for (const unsigned count : {40u, 2'200u}) {
+    std::vector<Chunk> small, large, mixed;
+    for (unsigned i = 0; i < count; ++i) {
+      small.push_back(MakeChunk(97, 14, 8, Data::kConstant, kSeed + i));
+      large.push_back(MakeChunk(97, 14, 8, Data::kRandom, kSeed + i));
+      mixed.push_back(i % 8 == 0 ? large.back() : small.back());
+    }
+    ASSERT_OK_AND_ASSIGN(auto writer, WriterOf(ShapeOf(small.front(), true)));
+    for (const auto& chunks : {small, large, large, mixed, large, small, small}) {
+      const auto vertices = Upload(chunks);
+      std::vector<SharedBytes> results(chunks.size());
 
-    ASSERT_OK(writer.Encode(vertices.span(), PlacesOf(chunks, All(chunks)), kRange, {}, results));
+      ASSERT_OK(writer.Encode(vertices.span(), PlacesOf(chunks, All(chunks)), kRange, {}, results));
 
-    for (size_t i = 0; i < chunks.size(); ++i) {
-      QuantisedVertices one = chunks[i].vertices();
-      one.is_sparse = true;
-      std::vector<uint8_t> expected;
-      ASSERT_OK(DracoWriter().Encode({&one, 1}, kRange, nullptr, {&expected, 1}));
-      ASSERT_TRUE(std::ranges::equal(results[i].span(), expected)) << "chunk " << i;
+      for (size_t i = 0; i < chunks.size(); ++i) {
+        QuantisedVertices one = chunks[i].vertices();
+        one.is_sparse = true;
+        std::vector<uint8_t> expected;
+        ASSERT_OK(DracoWriter().Encode({&one, 1}, kRange, nullptr, {&expected, 1}));
+        ASSERT_TRUE(std::ranges::equal(results[i].span(), expected))
+            << "chunk " << i << " of " << count;
+      }
     }
   }
+}
+
+// Of two rounds that are on their way at once, either may have chunks that did not change.
+TEST_F(DracoCoderTest, DigestsOfTwoRoundsAreKeptApart) {
+  constexpr uint32_t kCount = 2'100;
+  std::vector<Chunk> chunks;
+  for (uint32_t i = 0; i < kCount; ++i) {
+    chunks.push_back(MakeChunk(33, 12, 8, Data::kRandom, kSeed + i));
+  }
+  ASSERT_OK_AND_ASSIGN(auto writer, WriterOf(ShapeOf(chunks.front(), false)));
+  std::vector<VertexDigest> digests(kCount);
+  const auto encode = [&] {
+    const auto vertices = Upload(chunks);
+    std::vector<SharedBytes> results(kCount);
+    EXPECT_OK(
+        writer.Encode(vertices.span(), PlacesOf(chunks, All(chunks)), kRange, digests, results));
+    std::vector<uint32_t> written;
+    for (uint32_t i = 0; i < kCount; ++i) {
+      if (results[i].data != nullptr) written.push_back(i);
+    }
+    return written;
+  };
+  EXPECT_EQ(encode(), All(chunks));
+  EXPECT_EQ(encode(), std::vector<uint32_t>{});
+  const std::vector<uint32_t> changed{0, 7, 1049, 1050, kCount - 1};
+  for (const uint32_t i : changed) chunks[i].bytes.back() ^= 1;
+  EXPECT_EQ(encode(), changed);
 }
 
 // A round that writes nothing says nothing of the next one. The first call has nothing to go by, so its block is that of
