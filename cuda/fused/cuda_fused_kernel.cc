@@ -141,16 +141,13 @@ absl::Status CudaFusedKernel::Evaluate(const CudaFrame& frame, const Quantisatio
                               .output = Output(vertices.data)};
   const kernels::BoxList boxes{frame.boxes().data, static_cast<uint32_t>(frame.boxes().size)};
   const bool part = boxes.numbers != nullptr;
-  if (plan_->is_weighted()) {
-    std::array calls{frame.SendCall(),
-                     kernels::WeightedCall({launch, device_plan_->weight_tables()})};
-    return LaunchAll(calls, part);
-  }
-  launch.blocks = kernels::DivideChunks(launch, blocks_at_once_);
+  if (!plan_->is_weighted()) launch.blocks = kernels::DivideChunks(launch, blocks_at_once_);
   std::array calls{frame.SendCall(),
                    kernels::BoxPolynomialsCall(tables_, launch.tables, launch.control_points, boxes,
                                                launch.polynomials),
-                   kernels::FusedCall(launch)};
+                   plan_->is_weighted()
+                       ? kernels::WeightedCall({launch, device_plan_->weight_tables()})
+                       : kernels::FusedCall(launch)};
   return LaunchAll(calls, part);
 }
 

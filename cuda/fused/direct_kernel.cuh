@@ -41,18 +41,6 @@ constexpr int DirectBlocksAtOnce() {
   return N <= 6 ? 4 : 3;
 }
 
-// The k-th of `segments` + 1 points on the line from one place to another. Point k from one end is bit for
-// bit point `segments` - k from the other end.
-__device__ __forceinline__ void PlaceOnEdge(const float* from, const float* to, int k, int segments,
-                                            float* place) {
-  const float tau = static_cast<float>(2 * k - segments) * (0.5f / static_cast<float>(segments));
-#pragma unroll
-  for (int i = 0; i < 3; ++i) {
-    const float middle = 0.5f * (from[i] + to[i]);
-    place[i] = k == 0 ? from[i] : fmaf(to[i] - from[i], tau, middle);
-  }
-}
-
 // Replaces the normals of one lane's weak points by those of the definition. `weak`: bit i is point i. It
 // is not inlined, so that the kernel needs no registers for it.
 template <bool kFloat>

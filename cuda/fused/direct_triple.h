@@ -36,9 +36,9 @@ struct DirectTriple {
   // Point r is then steps[1] segments from corner r, on the edge that begins there.
   LATTICED_HD constexpr bool IsOnRim() const { return steps[2] == 0; }
   // The index of point r in the tessellation pattern.
-  LATTICED_HD constexpr int Index(int r) const {
-    return PointIndex(segments, steps[2 - r], steps[r == 2 ? 2 : 1 - r]);
-  }
+  LATTICED_HD constexpr int Index(int r) const { return PointIndex(segments, Row(r), Column(r)); }
+  LATTICED_HD constexpr int Row(int r) const { return steps[2 - r]; }
+  LATTICED_HD constexpr int Column(int r) const { return steps[r == 2 ? 2 : 1 - r]; }
 
  private:
   // Three values of `steps` name the same three points; this says whether these are the first of them.

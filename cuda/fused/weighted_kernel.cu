@@ -1,177 +1,263 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Points of meshes with weights, each by itself and in double, from the definition (core/ffd/weights/vertex_weights.h):
+// Points of meshes with weights, each by itself (core/ffd/weights/vertex_weights.h). As direct_kernel.cuh, which this one
+// follows, it evaluates R and its Jacobian from the polynomials of boxes; then it blends them with the mesh at rest:
 //
 //   position   x + w (F(x) - x); of a point on the rim from its corner or edge alone, so that neighbours agree
-//   normal     cof(J) N / |...|, J = I + w (J_F - I) + (F(x) - x) grad(w)^T of the patch's own box
+//   normal     cof(J) N, J = dx + w (dF - dx) + (F(x) - x) dw of the patch's own box
 //
-// The kernels of meshes without weights have not changed for this one. It takes longer than they do: it computes in double,
-// and shares nothing between points.
-//
-// A block takes a chunk, a lane a patch, and the warps of a block take the points in turn.
-#include "core/ffd/tessellation_pattern.h"
-#include "cuda/fused/fused_geometry.cuh"
+// The kernels of meshes without weights have not changed for this one. A block takes a chunk, a lane a patch, and the warps of a
+// block take triples of points in turn.
+#include "core/base/limits.h"
+#include "cuda/device/dependent_launch.cuh"
+#include "cuda/fused/call_by_degree.h"
+#include "cuda/fused/direct_triple.h"
+#include "cuda/fused/fused_coefficients.cuh"
+#include "cuda/fused/fused_point.cuh"
 #include "cuda/fused/fused_store.cuh"
-#include "cuda/fused/weighted_launch.h"
-#include "cuda/plan/definition_normal.cuh"
+#include "cuda/fused/weighted_normal.cuh"
+#include "cuda/fused/weighted_patch.cuh"
 
 namespace latticed::kernels {
 namespace {
 
 constexpr int kWeightedWarps = 4, kWeightedThreads = kWeightedWarps * kLanes;
+// That a multiprocessor must hold at once; the compiler limits the registers to that.
+constexpr int kWeightedBlocks = 4;
+// A normal whose length rounding may have changed by more than its part in so many is left to the definition.
+constexpr float kWeakParts = 1e3f;
 
-// A point of the mesh at rest.
-struct RestPlace {
-  Vec3d world;  // relative to the local origin
-  Vec3d parameter;
-  double weight;
-};
+// The most segments with which each triple that a warp takes has a bit of its own.
+constexpr int kFewSegments = 36;
 
-class WeightedPatch {
+template <bool kFloat>
+__device__ __noinline__ void ReplaceNormal(const WeightedLaunch& launch, uint32_t chunk,
+                                           unsigned lane, int row, int column) {
+  const double over = 1.0 / launch.fused.segments;
+  const Vec3d b{(launch.fused.segments - row - column) * over, column * over, row * over};
+  const VertexSink<kFloat> sink(launch.fused, chunk, lane);
+  sink.StoreNormal(sink.Place(PointIndex(launch.fused.segments, row, column)),
+                   ToFloat(WeightedNormal(launch, chunk * kLanes + lane, b)));
+}
+
+template <int D0, int D1, int D2>
+class WeightedWarp {
+  static constexpr int kStride = CoefficientStride(D0, D1, D2);
+  // By component at one point: the value, then the derivatives by coordinates 2, 1 and 0.
+  using Jet = float[3][4];
+
  public:
-  __device__ WeightedPatch(const WeightedLaunch& launch, uint32_t index)
-      : launch_(launch.fused),
-        gradient_(launch.weights.gradients[index]),
-        index_(index),
-        patch_(launch.fused.plan.patches[index]) {
-    for (int c = 0; c < 3; ++c) {
-      const uint32_t v = patch_.Vertex(c);
-      const DeviceVertex& vertex = launch_.plan.vertices[v];
-      corner_[c] = {vertex.world, vertex.parameter, launch.weights.vertices[v]};
-    }
-  }
+  __device__ __forceinline__ WeightedWarp(const WeightedLaunch& launch, uint32_t chunk,
+                                          unsigned lane)
+      : launch_(launch),
+        fused_(launch.fused),
+        chunk_(chunk),
+        lane_(lane),
+        // Lanes past the last patch repeat it.
+        patch_(launch.fused, min(chunk * kLanes + lane, launch.fused.patch_count - 1)),
+        weighted_(launch, min(chunk * kLanes + lane, launch.fused.patch_count - 1)) {}
 
-  // Relative to the local origin.
-  __device__ Vec3d Position(const int (&steps)[3]) const {
-    const int s = launch_.segments;
-    for (int c = 0; c < 3; ++c) {
-      if (steps[c] == s) return Blended(corner_[c], OwnerOfCorner(c));
-    }
-    for (int e = 0; e < 3; ++e) {
-      if (steps[(e + 2) % 3] != 0) continue;
-      return Blended(OnEdge(corner_[e], corner_[(e + 1) % 3], steps[(e + 1) % 3]), OwnerOfEdge(e));
-    }
-    return Blended(Inside(Barycentrics(steps)), patch_.Box());
-  }
-
-  __device__ Vec3d Normal(const int (&steps)[3]) const {
-    const bool smooth = launch_.normals == Normals::kSmooth;
-    const CarriedNormal here = Carried(Barycentrics(steps), smooth);
-    if (here.kappa <= kMaxNormalCondition) return here.direction;
-    const Vec3d centroid{1.0 / 3, 1.0 / 3, 1.0 / 3};
-    const CarriedNormal middle = Carried(centroid, smooth);
-    if (middle.kappa <= kMaxNormalCondition) return middle.direction;
-    const Vec3d rest = Unit(RestNormal(launch_.plan, index_, centroid, smooth));
-    return rest != Vec3d{} ? rest : UnpackDirection(launch_.plan.facet_normals[index_]);
+  // Every kWeightedWarps-th triple, from the one of this number on.
+  __device__ __forceinline__ void Run(int first) {
+    InTurn(first, [&](const DirectTriple& triple, uint64_t bit) {
+      if (!Evaluate(triple)) weak_ |= bit;
+    });
+    if (weak_ == 0 || fused_.normals == Normals::kNone) return;
+    if (chunk_ * kLanes + lane_ >= fused_.patch_count) return;
+    InTurn(first, [&](const DirectTriple& triple, uint64_t bit) {
+      if ((weak_ & bit) == 0) return;
+      for (int r = 0; r < 3; ++r) {
+        if (IsFloat()) {
+          ReplaceNormal<true>(launch_, chunk_, lane_, triple.Row(r), triple.Column(r));
+        } else {
+          ReplaceNormal<false>(launch_, chunk_, lane_, triple.Row(r), triple.Column(r));
+        }
+      }
+    });
   }
 
  private:
-  __device__ Vec3d Barycentrics(const int (&steps)[3]) const {
-    const double over = 1.0 / launch_.segments;
-    return {steps[0] * over, steps[1] * over, steps[2] * over};
-  }
-  __device__ RestPlace Inside(Vec3d b) const {
-    return {b.x * corner_[0].world + b.y * corner_[1].world + b.z * corner_[2].world,
-            b.x * corner_[0].parameter + b.y * corner_[1].parameter + b.z * corner_[2].parameter,
-            b.x * corner_[0].weight + b.y * corner_[1].weight + b.z * corner_[2].weight};
-  }
-  // The k-th of segments + 1 points. Exchanging the ends changes only the signs of tau and of the differences.
-  __device__ RestPlace OnEdge(const RestPlace& from, const RestPlace& to, int k) const {
-    const double tau = (2 * k - launch_.segments) * (0.5 / launch_.segments);
-    return {0.5 * (from.world + to.world) + tau * (to.world - from.world),
-            0.5 * (from.parameter + to.parameter) + tau * (to.parameter - from.parameter),
-            0.5 * (from.weight + to.weight) + tau * (to.weight - from.weight)};
+  __device__ bool IsFloat() const { return fused_.output.format == LaneFormat::kFloat32; }
+
+  __device__ __forceinline__ static float Blend(const float* weight, float a, float b, float c) {
+    return fmaf(a, weight[0], fmaf(b, weight[1], c * weight[2]));
   }
 
-  __device__ uint32_t OwnerOfCorner(int c) const {
-    return OwnerOf(launch_, {index_, patch_.Box(), static_cast<uint32_t>(c), patch_.CornerSteps(c),
-                             patch_.CornerOnSeam(c)});
-  }
-  __device__ uint32_t OwnerOfEdge(int e) const {
-    return OwnerOf(launch_, {index_, patch_.Box(), static_cast<uint32_t>(e) + 3,
-                             patch_.EdgeSteps(e), patch_.EdgeOnSeam(e)});
-  }
-
-  // x + w (F(x) - x), with F of the box.
-  __device__ Vec3d Blended(const RestPlace& at, uint32_t box) const {
-    if (box == launch_.plan.outside_box) return at.world;
-    const Vec3d deformed = EvaluateVolume<false>(Volume(launch_.plan, launch_.control_points),
-                                                 launch_.plan.boxes[box].span, at.parameter)
-                               .position;
-    return at.world + at.weight * (deformed - at.world);
-  }
-
-  __device__ CarriedNormal Carried(Vec3d b, bool smooth) const {
-    Vec3d jacobian[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-    if (patch_.Box() != launch_.plan.outside_box) {
-      const RestPlace at = Inside(b);
-      const VolumePoint point =
-          EvaluateVolume<true>(Volume(launch_.plan, launch_.control_points),
-                               launch_.plan.boxes[patch_.Box()].span, at.parameter);
-      WorldJacobian(point.derivatives, launch_.plan.parameter_by_world, jacobian);
-      const Vec3d offset = point.position - at.world;
-      const double rest = 1 - at.weight;
-      jacobian[0] = at.weight * jacobian[0] + gradient_.x * offset + Vec3d{rest, 0, 0};
-      jacobian[1] = at.weight * jacobian[1] + gradient_.y * offset + Vec3d{0, rest, 0};
-      jacobian[2] = at.weight * jacobian[2] + gradient_.z * offset + Vec3d{0, 0, rest};
+  // Returns whether float32 has all three normals.
+  __device__ __forceinline__ bool Evaluate(const DirectTriple& triple) {
+    const float step = 1 / static_cast<float>(fused_.segments);
+    const float weight[3] = {static_cast<float>(triple.steps[0]) * step,
+                             static_cast<float>(triple.steps[1]) * step,
+                             static_cast<float>(triple.steps[2]) * step};
+    float place[3][3], at[3][kRestNumbers];
+#pragma unroll
+    for (int r = 0; r < 3; ++r) PlacePoint(triple, weight, r, place[r], at[r]);
+    Jet jet[3];
+#pragma unroll
+    for (int component = 0; component < 3; ++component) {
+      float c[kStride];
+      LoadCoefficients<kStride>(fused_, patch_.box(), component, c);
+#pragma unroll
+      for (int r = 0; r < 3; ++r) {
+        PointJet<D0, D1, D2, true>::Evaluate(c, place[r], jet[r][component]);
+      }
     }
-    return CarryNormal(jacobian, RestNormal(launch_.plan, index_, b, smooth));
+    float error[3][3];
+#pragma unroll
+    for (int r = 0; r < 3; ++r) weighted_.Blend(at[r], jet[r], error[r]);
+    if (triple.IsOnRim()) TakeFromOwners(triple, at, jet);
+    return IsFloat() ? Store<true>(triple, weight, jet, error)
+                     : Store<false>(triple, weight, jet, error);
   }
 
-  const FusedLaunch& launch_;
-  const Vec3d gradient_;
-  const uint32_t index_;
-  const DevicePatch patch_;
-  RestPlace corner_[3];
+  // Calls take(triple, bit). Of many segments four triples share a bit.
+  template <class Take>
+  __device__ __forceinline__ void InTurn(int first, const Take& take) {
+    static_assert(PointsPerPatch(limits::kMaxSegments) < 3 * 4 * 64 * kWeightedWarps &&
+                  PointsPerPatch(kFewSegments) < 3 * 64 * kWeightedWarps);
+    const int sharing = fused_.segments > kFewSegments ? 2 : 0;
+    DirectTriple triple(fused_.segments);
+    int others = first, turn = 0;
+    do {
+      if (others-- > 0) continue;
+      take(triple, uint64_t{1} << (turn++ >> sharing));
+      others = kWeightedWarps - 1;
+    } while (triple.Next());
+  }
+
+  // The place of the r-th point of the triple in its box, and at rest.
+  __device__ __forceinline__ void PlacePoint(const DirectTriple& triple, const float* weight, int r,
+                                             float* place, float* at) const {
+    const int next = (r + 1) % 3, last = (r + 2) % 3;
+    const float* const a = patch_.corner(r).place;
+    const float* const b = patch_.corner(next).place;
+    if (triple.IsOnRim()) {
+      PlaceOnEdge(a, b, triple.steps[1], fused_.segments, place);
+      PlaceOnEdge<kRestNumbers>(weighted_.corner(r), weighted_.corner(next), triple.steps[1],
+                                fused_.segments, at);
+      return;
+    }
+    const float* const c = patch_.corner(last).place;
+#pragma unroll
+    for (int i = 0; i < 3; ++i) place[i] = Blend(weight, a[i], b[i], c[i]);
+#pragma unroll
+    for (int i = 0; i < kRestNumbers; ++i) {
+      at[i] = Blend(weight, weighted_.corner(r)[i], weighted_.corner(next)[i],
+                    weighted_.corner(last)[i]);
+    }
+  }
+
+  // Positions of points on the rim that another box owns, from that box's polynomial.
+  __device__ __forceinline__ void TakeFromOwners(const DirectTriple& triple,
+                                                 const float (*at)[kRestNumbers], Jet* jet) const {
+    const int k = triple.steps[1];
+#pragma unroll 1
+    for (int r = 0; r < 3; ++r) {
+      const uint32_t owner = k == 0 ? patch_.OwnerOfCorner(r) : patch_.OwnerOfEdge(r);
+      if (owner == patch_.box()) continue;
+      float from[3], to[3], place[3];
+      patch_.PlaceCorner(r, owner, from);
+      patch_.PlaceCorner(r == 2 ? 0 : r + 1, owner, to);
+      PlaceOnEdge(from, to, k, fused_.segments, place);
+#pragma unroll
+      for (int component = 0; component < 3; ++component) {
+        float c[kStride], deformed;
+        LoadCoefficients<kStride>(fused_, owner, component, c);
+        PointJet<D0, D1, D2, false>::Evaluate(c, place, &deformed);
+#pragma unroll
+        for (int q = 0; q < 3; ++q) {
+          if (q != r) continue;
+          jet[q][component][0] =
+              fmaf(at[q][kWeight], deformed - at[q][component], at[q][component]);
+        }
+      }
+    }
+  }
+
+  template <bool kFloat>
+  __device__ __forceinline__ bool Store(const DirectTriple& triple, const float* weight,
+                                        const Jet* jet, const float (*error)[3]) const {
+    using Vertex = typename VertexSink<kFloat>::Vertex;
+    const VertexSink<kFloat> sink(fused_, chunk_, lane_);
+    unsigned places[3];
+    bool strong = true;
+    Vertex vertices[3];
+#pragma unroll
+    for (int r = 0; r < 3; ++r) {
+      float conormal[3];
+#pragma unroll
+      for (int i = 0; i < 3; ++i) {
+        conormal[i] =
+            Blend(weight, patch_.corner(r).conormal[i], patch_.corner((r + 1) % 3).conormal[i],
+                  patch_.corner((r + 2) % 3).conormal[i]);
+      }
+      const float3 normal = CofactorTimes(jet[r], conormal);
+      const float norm1 = fabsf(normal.x) + fabsf(normal.y) + fabsf(normal.z);
+      const Bounds bounds(jet[r], conormal, error[r]);
+      strong &= bounds.IsStrong(norm1);
+      places[r] = sink.Place(triple.Index(r));
+      vertices[r] = sink.MakeVertex(sink.MakePosition({jet[r][0][0], jet[r][1][0], jet[r][2][0]}),
+                                    normal, norm1, 1 / bounds.length);
+    }
+    sink.Store(places, vertices);
+    return strong;
+  }
+
+  // Of cof(J) n: no less than its length, and than what rounding may have taken from it.
+  struct Bounds {
+    float length, error;
+
+    __device__ __forceinline__ Bounds(const Jet& jet, const float* n, const float* errors) {
+      float column[3];
+#pragma unroll
+      for (int i = 0; i < 3; ++i) {
+        column[i] = fabsf(jet[0][3 - i]) + fabsf(jet[1][3 - i]) + fabsf(jet[2][3 - i]);
+      }
+      length = error = 0;
+#pragma unroll
+      for (int i = 0; i < 3; ++i) {
+        const int a = (i + 1) % 3, b = (i + 2) % 3;
+        const float size = fabsf(n[i]);
+        length = fmaf(size, column[a] * column[b], length);
+        error = fmaf(size, fmaf(errors[a], column[b], column[a] * errors[b]), error);
+      }
+    }
+    // False for NaN.
+    __device__ __forceinline__ bool IsStrong(float norm1) const {
+      constexpr auto kWeak = static_cast<float>(kWeakNormal);
+      return norm1 > fmaf(kWeakParts, error, kWeak * length) && norm1 < kInfinity &&
+             length > static_cast<float>(kShortestNormal);
+    }
+  };
+
+  const WeightedLaunch& launch_;
+  const FusedLaunch& fused_;
+  const uint32_t chunk_;
+  const unsigned lane_;
+  const DirectPatch patch_;
+  const WeightedPatch weighted_;
+  uint64_t weak_ = 0;  // triples that have a weak normal
 };
 
-template <bool kFloat>
-__device__ void StorePoint(const WeightedLaunch& launch, const WeightedPatch& patch,
-                           const VertexSink<kFloat>& sink, int row, int column) {
-  const FusedLaunch& fused = launch.fused;
-  const int steps[3] = {fused.segments - row - column, column, row};
-  const Vec3d p = fused.polynomials.scale * patch.Position(steps) + fused.polynomials.offset;
-  Vec3d n{0, 0, 1};
-  if (fused.normals != Normals::kNone) n = patch.Normal(steps);
-  const float3 normal{static_cast<float>(n.x), static_cast<float>(n.y), static_cast<float>(n.z)};
-  const float norm1 = fabsf(normal.x) + fabsf(normal.y) + fabsf(normal.z);
-  using Vertex = typename VertexSink<kFloat>::Vertex;
-  const unsigned places[1] = {sink.Place(PointIndex(fused.segments, row, column))};
-  const Vertex vertices[1] = {
-      sink.MakeVertex(sink.MakePosition({static_cast<float>(p.x), static_cast<float>(p.y),
-                                         static_cast<float>(p.z)}),
-                      normal, norm1, 1.0f)};
-  sink.Store(places, vertices);
-}
-
-template <bool kFloat>
-__global__ void __launch_bounds__(kWeightedThreads)
+template <int D0, int D1, int D2>
+__global__ void __launch_bounds__(kWeightedThreads, kWeightedBlocks)
     WeightedKernel(const __grid_constant__ WeightedLaunch launch) {
   const FusedLaunch& fused = launch.fused;
   const uint32_t chunk = fused.chunks != nullptr ? fused.chunks[blockIdx.x] : blockIdx.x;
-  const unsigned lane = threadIdx.x % kLanes;
-  const int warp = static_cast<int>(threadIdx.x / kLanes);
-  const uint32_t index = chunk * kLanes + lane;
-  if (index >= fused.patch_count) return;
-  const WeightedPatch patch(launch, index);
-  const VertexSink<kFloat> sink(fused, chunk, lane);
-  int point = 0;
-  for (int row = 0; row <= fused.segments; ++row) {
-    for (int column = 0; column <= fused.segments - row; ++column, ++point) {
-      if (point % kWeightedWarps == warp) StorePoint<kFloat>(launch, patch, sink, row, column);
-    }
-  }
+  WeightedWarp<D0, D1, D2> warp(launch, chunk, threadIdx.x % kLanes);
+  // Only the plan and the list of chunks were read before this line: an earlier kernel brought them.
+  WaitForKernelBefore();
+  warp.Run(static_cast<int>(threadIdx.x / kLanes));
 }
 
 }  // namespace
 
 KernelCall WeightedCall(const WeightedLaunch& launch) {
-  const unsigned blocks = launch.fused.chunk_count;
-  return launch.fused.output.format == LaneFormat::kFloat32
-             ? KernelCall(&WeightedKernel<true>, Order::kAfter, blocks, kWeightedThreads, 0, launch)
-             : KernelCall(&WeightedKernel<false>, Order::kAfter, blocks, kWeightedThreads, 0,
-                          launch);
+  return CallByDegree(launch.fused.tables.degree, [&]<int D0, int D1, int D2> {
+    return KernelCall(&WeightedKernel<D0, D1, D2>, Order::kDependent, launch.fused.chunk_count,
+                      kWeightedThreads, 0, launch);
+  });
 }
 
 }  // namespace latticed::kernels

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The kernel of meshes with weights, as the .cc files see it. It takes the place of the box polynomials and of FusedCall.
+// The kernel of meshes with weights, as the .cc files see it. It takes the place of FusedCall.
 //
 // Errors   cudaError_t of the launch; those of kernel_call.h
 // Threads  no call waits; all pointers must stay valid until the stream has run the kernel
@@ -13,12 +13,12 @@
 
 namespace latticed::kernels {
 
-// Of the polynomials only scale and offset are read, and the blocks not at all.
+// The blocks are not read.
 struct WeightedLaunch {
   FusedLaunch fused;
   WeightTables weights;
 };
-// Runs after the copy of the control points. There is at least one chunk.
+// Runs after the polynomials of all boxes that own points of the chunks. There is at least one chunk.
 KernelCall WeightedCall(const WeightedLaunch& launch);
 
 }  // namespace latticed::kernels

@@ -1,0 +1,112 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A scene with vertex weights and the same scene without, evaluated by turns, so that a drift of the machine touches both.
+//
+//   weighted_ms, unweighted_ms   the least time of a frame; on a GPU, the median on the device
+//   ratio                        of the two
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "fmt/format.h"
+#include "tests/bench/benches.h"
+#include "tests/bench/gpu/gpu_scenario.h"
+#include "tests/bench/scenario.h"
+#include "tests/bench/verify.h"
+
+namespace latticed::bench {
+namespace {
+
+// All weights from 0 to 1, smoothly.
+VertexWeights Waves(const PolygonMesh& mesh) {
+  std::vector<float> weights;
+  weights.reserve(mesh.positions.size());
+  for (const Vec3d p : mesh.positions) {
+    weights.push_back(static_cast<float>(0.5 + 0.5 * std::sin(3 * p.x + 2 * p.y)));
+  }
+  return std::make_shared<const std::vector<float>>(std::move(weights));
+}
+
+double Frame(const Scenario& scenario, DeformView& view, size_t frame) {
+  const auto begin = std::chrono::steady_clock::now();
+  CheckOk(view.Evaluate(scenario.control_points[frame % 2], scenario.box, scenario.all_chunks));
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin)
+      .count();
+}
+
+Scenario WithWaves(const Scenario& plain) {
+  return MakeScenario("weighted", Checked(MakePlan(plain.plan->mesh, plain.plan->structure, {},
+                                                   NeverStop, Waves(*plain.plan->mesh))));
+}
+
+void SetRatio(benchmark::State& state, double weighted_ms, double unweighted_ms) {
+  state.counters["weighted_ms"] = weighted_ms;
+  state.counters["unweighted_ms"] = unweighted_ms;
+  state.counters["ratio"] = weighted_ms / unweighted_ms;
+}
+
+void ByTurns(benchmark::State& state, int degree, const ViewSpec& spec) {
+  const Scenario& plain = SmallScenario(degree);
+  const Scenario weighted = WithWaves(plain);
+  const auto with = MakeView(weighted, Pipeline::kFused, spec, 1);
+  const auto without = MakeView(plain, Pipeline::kFused, spec, 1);
+  if (const absl::Status verified = Verify(weighted, Pipeline::kFused, *with); !verified.ok()) {
+    state.SkipWithError(std::string(verified.message()).c_str());
+    return;
+  }
+  std::vector<double> weighted_times, times;
+  size_t frame = 0;
+  for (auto _ : state) {
+    ++frame;
+    weighted_times.push_back(Frame(weighted, *with, frame));
+    times.push_back(Frame(plain, *without, frame));
+  }
+  SetRatio(state, std::ranges::min(weighted_times), std::ranges::min(times));
+}
+
+void OnGpu(benchmark::State& state, int degree, const ViewSpec& spec) {
+  constexpr int kRuns = 30;
+  Gpu& gpu = **TheGpu();
+  const Scenario& plain = ModelScenario(PaperModels().back(), {degree, degree, degree});
+  const Scenario weighted = WithWaves(plain);
+  const auto with = MakeGpuView(gpu.backend(), weighted, Pipeline::kFused, spec);
+  const auto without = MakeGpuView(gpu.backend(), plain, Pipeline::kFused, spec);
+  if (!with.ok()) return Skip(state, with.status());
+  if (!without.ok()) return Skip(state, without.status());
+  const GpuTimes time = gpu.DeviceTime(**with, AllChunks(weighted, **with), kRuns);
+  SetTime(state, time);
+  SetRatio(state, time.median,
+           gpu.DeviceTime(**without, AllChunks(plain, **without), kRuns).median);
+}
+
+void RegisterWith(int degree, NormalMode normals, int segments) {
+  const char* const name = normals == NormalMode::kFacet ? "facet" : "smooth";
+  const ViewSpec spec{.segments = segments, .normals = normals};
+  RegisterTimed(
+      fmt::format("weights/torus-17k/degree{}/quantised/{}/{}segments", degree, name, segments),
+      [=](benchmark::State& state) { ByTurns(state, degree, spec); });
+  if (!TheGpu().ok()) return;
+  for (const VertexFormat format : {VertexFormat::kQuantised, VertexFormat::kFloat32}) {
+    RegisterOnce(
+        fmt::format("gpu/weights/degree{}/{}/{}/{}segments", degree,
+                    format == VertexFormat::kQuantised ? "quantised" : "float32", name, segments),
+        [=](benchmark::State& state) { OnGpu(state, degree, GpuSpec(format, normals, segments)); });
+  }
+}
+
+}  // namespace
+
+void RegisterWeightsBenches() {
+  for (const int degree : {1, 2, 3}) {
+    for (const NormalMode normals : {NormalMode::kFacet, NormalMode::kSmooth}) {
+      for (const int segments : {3, 10}) RegisterWith(degree, normals, segments);
+    }
+  }
+}
+
+}  // namespace latticed::bench
