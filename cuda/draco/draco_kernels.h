@@ -5,7 +5,7 @@
 //
 //   draco_symbols_kernel.cu  a block a chunk     integers -> symbols, their counts, probabilities,
 //   draco_ranked_kernel.cu                       the bytes of the tables
-//   draco_rans_kernel.cu     a thread a stream   symbols -> the bytes that leave the state at each
+//   draco_rans_kernel.cu     a lane a stream     symbols -> the bytes that leave the state at each
 //   draco_pack_kernel.cu     a block a chunk     the bytes of the stream, in the next place
 //
 // A stream is the symbols of one attribute of a chunk, or, of sparse chunks, the tags of these symbols
@@ -62,7 +62,7 @@ LATTICED_HD inline bool HasTable(const DracoStream& stream) {
 }
 
 // At 12 bits, up to two bytes leave the state at each symbol. Both are stored, whether they leave or not,
-// and two bits say how many do: a word has these bits for sixteen symbols. Streams of more bits are rare.
+// and two bits say how many do: a word has these bits for sixteen symbols (draco_leaving.cuh). Streams of more bits are rare.
 // Their bytes are stored one after the other, up to two for each symbol.
 inline constexpr uint32_t kSymbolsAWord = 16;
 

@@ -12,7 +12,7 @@
 namespace latticed::kernels {
 namespace {
 
-// A block codes the streams of one kind of so many chunks, one for each lane of its first warp.
+// A block codes the streams of one kind of so many chunks, one for each lane of the warp that codes.
 constexpr uint32_t kStreams = kWarp;
 // The symbols of a stream in a round, one for each lane of a warp that helps.
 constexpr uint32_t kRound = kWarp;

@@ -18,7 +18,8 @@ struct WeightedLaunch {
   FusedLaunch fused;
   WeightTables weights;
 };
-// Runs after the polynomials of all boxes that own points of the chunks. There is at least one chunk.
+// Runs after the polynomials of all boxes that own points of the chunks. There is at least one chunk. Returns
+// a call of no kernel for degrees that no plan has.
 KernelCall WeightedCall(const WeightedLaunch& launch);
 
 }  // namespace latticed::kernels

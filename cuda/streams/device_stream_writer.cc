@@ -19,7 +19,7 @@ using kernels::StreamControl;
 using kernels::StreamPlace;
 
 constexpr std::string_view kWhat = "the encoding";
-// Of so many chunks, half of the bytes take longer to copy than two rounds take longer than one.
+// From so many chunks on, hiding the copy of half the bytes saves more than a second round costs.
 constexpr size_t kFewestHalved = 2048;
 
 static_assert(sizeof(StreamControl) % 16 == 0 && sizeof(StreamChunk) == 16 &&
@@ -123,9 +123,11 @@ void DeviceStreamWriter::Own(const Call& call, std::span<const size_t> numbers,
   for (const size_t i : numbers) call.results[i].owner = block.pinned;
 }
 
-size_t DeviceStreamWriter::GuessBytes(double points) const {
+size_t DeviceStreamWriter::GuessBytes(double points, const Slot& slot) const {
   constexpr double kMore = 1 + 1.0 / 16;
-  return kernels::RoundUpTo16(static_cast<size_t>(kMore * bytes_per_point_ * points));
+  const double usual = slots_[0].bytes_per_point;
+  const double bytes = slot.bytes_per_point > 0 ? slot.bytes_per_point : usual;
+  return kernels::RoundUpTo16(static_cast<size_t>(kMore * bytes * points));
 }
 
 absl::StatusOr<DeviceStreamWriter::Round> DeviceStreamWriter::Begin(const Call& call,
@@ -140,7 +142,8 @@ absl::StatusOr<DeviceStreamWriter::Round> DeviceStreamWriter::Begin(const Call& 
   LATTICED_ASSIGN_OR_RETURN(
       auto memory, DeviceBuffer<uint8_t>::Create(context_->memory(), coder_->purpose(),
                                                  scratch_at + scratch_bytes, slot.stream()));
-  LATTICED_ASSIGN_OR_RETURN(Block block, MakeBlock(GuessBytes(static_cast<double>(points)), slot));
+  LATTICED_ASSIGN_OR_RETURN(Block block,
+                            MakeBlock(GuessBytes(static_cast<double>(points), slot), slot));
   Round round{.slot = &slot,
               .numbers = numbers,
               .layout = layout,
@@ -163,8 +166,8 @@ absl::StatusOr<DeviceStreamWriter::Round> DeviceStreamWriter::Begin(const Call& 
   return round;
 }
 
-absl::Status DeviceStreamWriter::Finish(const Call& call, Round& round, bool coder_is_free) {
-  const Slot& slot = *round.slot;
+absl::Status DeviceStreamWriter::Finish(const Call& call, Round& round, bool is_last_begun) {
+  Slot& slot = *round.slot;
   const std::span<const size_t> numbers = round.numbers;
   Block& block = round.block;
   Own(call, numbers, block);
@@ -178,9 +181,9 @@ absl::Status DeviceStreamWriter::Finish(const Call& call, Round& round, bool cod
   for (const StreamPlace& place : places) {
     bytes = std::max(bytes, place.at + kernels::RoundUpTo16(place.size));
   }
-  if (bytes > 0) bytes_per_point_ = static_cast<double>(bytes) / round.points;
+  if (bytes > 0) slot.bytes_per_point = static_cast<double>(bytes) / round.points;
   const bool fits = bytes <= block.bytes;
-  if (!fits && coder_is_free) {
+  if (!fits && is_last_begun) {
     LATTICED_RETURN_IF_ERROR(
         slot.lane->stream().Synchronize(kWhat));  // for the copy to the old block
     LATTICED_ASSIGN_OR_RETURN(block, MakeBlock(bytes, slot));
@@ -193,7 +196,7 @@ absl::Status DeviceStreamWriter::Finish(const Call& call, Round& round, bool cod
   for (size_t k = 0; k < numbers.size(); ++k) {
     const size_t i = numbers[k];
     SharedBytes& result = call.results[i];
-    if (places[k].size > 0 && (fits || coder_is_free)) {
+    if (places[k].size > 0 && (fits || is_last_begun)) {
       result.data = block.pinned->data() + places[k].at;
       result.size = places[k].size;
       result.block_bytes = block.pinned->size();
@@ -204,7 +207,7 @@ absl::Status DeviceStreamWriter::Finish(const Call& call, Round& round, bool cod
         continue;
       }
     }
-    if (has_digests) call.digests[i] = found[k];
+    if (has_digests) found_[i] = found[k];
   }
   // The results were named while the bytes were on their way.
   return slot.lane->stream().Synchronize(kWhat);
@@ -213,7 +216,7 @@ absl::Status DeviceStreamWriter::Finish(const Call& call, Round& round, bool cod
 absl::StatusOr<std::vector<size_t>> DeviceStreamWriter::InOne(const Call& call,
                                                               std::span<const size_t> numbers) {
   LATTICED_ASSIGN_OR_RETURN(Round round, Begin(call, numbers, slots_[0]));
-  LATTICED_RETURN_IF_ERROR(Finish(call, round, /*coder_is_free=*/true));
+  LATTICED_RETURN_IF_ERROR(Finish(call, round, /*is_last_begun=*/true));
   return std::move(round.deferred);
 }
 
@@ -227,13 +230,14 @@ absl::StatusOr<std::vector<size_t>> DeviceStreamWriter::InTwo(const Call& call,
   LATTICED_RETURN_IF_ERROR(ready_.Record(slots_[0].stream()));
   LATTICED_RETURN_IF_ERROR(ready_.HoldBack(slots_[1].stream()));
   const size_t half = numbers.size() / 2;
+  // The first half has the stream of higher priority, so that it ends early.
   LATTICED_ASSIGN_OR_RETURN(rounds[0], Begin(call, numbers.first(half), slots_[1]));
   LATTICED_ASSIGN_OR_RETURN(rounds[1], Begin(call, numbers.subspan(half), slots_[0]));
   std::vector<size_t> deferred;
   deferred.reserve(numbers.size());
   for (auto& round : rounds) {
     const bool is_last = &round == &rounds.back();
-    LATTICED_RETURN_IF_ERROR(Finish(call, *round, /*coder_is_free=*/is_last));
+    LATTICED_RETURN_IF_ERROR(Finish(call, *round, /*is_last_begun=*/is_last));
     deferred.insert(deferred.end(), round->deferred.begin(), round->deferred.end());
   }
   std::move(wait).Cancel();
@@ -247,16 +251,20 @@ absl::Status DeviceStreamWriter::Encode(DeviceSpan<const uint8_t> vertices,
   coder_->SetRange(range);
   const Call call{vertices, chunks, digests, results};
   for (size_t i = all_.size(); i < chunks.size(); ++i) all_.push_back(i);
+  found_.resize(digests.size());
   std::span<const size_t> left = std::span(all_).first(chunks.size());
+  bool stuck = false;  // nothing of the last two rounds was encoded
   for (std::vector<size_t> deferred; !left.empty(); left = deferred) {
     // Where nothing says how many bytes there will be, none can be on their way early.
-    const bool in_two = left.size() >= kFewestHalved && bytes_per_point_ > 0;
+    const bool in_two = left.size() >= kFewestHalved && slots_[0].bytes_per_point > 0 && !stuck;
     LATTICED_ASSIGN_OR_RETURN(auto again, in_two ? InTwo(call, left) : InOne(call, left));
-    if (!in_two && again.size() == left.size()) {
+    stuck = again.size() == left.size();
+    if (stuck && !in_two) {
       return absl::InternalError("a chunk's integers have more bits than its view");
     }
     deferred = std::move(again);
   }
+  std::ranges::copy(found_, digests.begin());
   return absl::OkStatus();
 }
 

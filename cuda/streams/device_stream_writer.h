@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Writes the streams of chunks on the device, from vertices that are there. A StreamCoder knows the codec. Only the bytes
-// cross the bus, in one copy for all chunks. Each result is a part of the copied block. Chunks may have any numbers of
-// points.
+// cross the bus, in one copy for all chunks of a round. Each result is a part of a copied block. Chunks may have any numbers
+// of points.
 //
 //   chunks, known digests        <-- host
 //   digests | coding | packing   --> host: sizes and places, bytes
@@ -17,7 +17,7 @@
 //
 // Errors   kResourceExhausted for device or pinned memory, of which fewer chunks take less; those
 //          of cuda_status.h
-// Threads  one at a time; works on the stream of the lane and waits for it before it returns
+// Threads  one at a time; works on the stream of the lane and on one of its own, and waits for both before it returns
 #ifndef LATTICED_CUDA_STREAMS_DEVICE_STREAM_WRITER_H_
 #define LATTICED_CUDA_STREAMS_DEVICE_STREAM_WRITER_H_
 
@@ -46,7 +46,7 @@ class DeviceStreamWriter {
     uint64_t first_point = 0;
     uint32_t points = 0;  // 1 or more
   };
-  // Sets results[i] and digests[i] of chunks[i], as DeformView::Encode says. `range`: that of the quantisation box.
+  // Sets results[i] and digests[i] of chunks[i], as DeformView::Encode says; after an error, the digests are as they were. `range`: that of the quantisation box.
   // kInternal where the coder has no room even for one chunk.
   [[nodiscard]] absl::Status Encode(DeviceSpan<const uint8_t> vertices,
                                     std::span<const Chunk> chunks, double range,
@@ -66,6 +66,7 @@ class DeviceStreamWriter {
     std::shared_ptr<CudaLane> lane;
     CudaEvent placed;
     PinnedBuffer exchanged;
+    double bytes_per_point = 0;  // of its last round that coded any
     cudaStream_t stream() const { return lane->stream().get(); }
   };
   DeviceStreamWriter(std::unique_ptr<StreamCoder> coder, std::shared_ptr<CudaContext> context,
@@ -108,8 +109,8 @@ class DeviceStreamWriter {
   // Enqueues a round.
   absl::StatusOr<Round> Begin(const Call& call, std::span<const size_t> numbers, Slot& slot);
   // Waits for it and names the results. Round::deferred then has the chunks for which the coder has no room. Where the streams
-  // do not fit in the block, they are packed again, or deferred if the coder has begun another round.
-  absl::Status Finish(const Call& call, Round& round, bool coder_is_free);
+  // do not fit in the block, they are packed again if the coder still describes this round, the one begun last; else deferred.
+  absl::Status Finish(const Call& call, Round& round, bool is_last_begun);
   // Encodes `numbers` in one round, or in two at once. Returns those that are deferred.
   absl::StatusOr<std::vector<size_t>> InOne(const Call& call, std::span<const size_t> numbers);
   absl::StatusOr<std::vector<size_t>> InTwo(const Call& call, std::span<const size_t> numbers);
@@ -120,7 +121,7 @@ class DeviceStreamWriter {
   // Makes the block the owner of the named results.
   static void Own(const Call& call, std::span<const size_t> numbers, const Block& block);
   // The bytes of a block for so many points, a multiple of 16; 0 where there is nothing to go by.
-  size_t GuessBytes(double points) const;
+  size_t GuessBytes(double points, const Slot& slot) const;
   // Enqueues all kernels, which pack those streams that fit in the block, and its copy to the host. When slot.placed is
   // reached, slot.exchanged holds the new digests and the places.
   absl::Status Code(const Layout& layout, const kernels::StreamWork& work, uint8_t* scratch,
@@ -130,9 +131,9 @@ class DeviceStreamWriter {
   std::shared_ptr<CudaContext> context_;
   std::unique_ptr<StreamCoder> coder_;
   std::array<Slot, 2> slots_;
-  CudaEvent ready_;             // the vertices
-  std::vector<size_t> all_;     // 0, 1, 2, …
-  double bytes_per_point_ = 0;  // of the last round that coded any
+  CudaEvent ready_;                  // the vertices
+  std::vector<size_t> all_;          // 0, 1, 2, …
+  std::vector<VertexDigest> found_;  // of this call's chunks
 };
 
 }  // namespace latticed

@@ -41,10 +41,11 @@ class StreamCoder {
   // Begins a round. Sets StreamChunk::scratch_at, and returns the bytes of working memory. The device may wait for this,
   // so a chunk takes no more than a few operations.
   virtual size_t Plan(std::span<kernels::StreamChunk> chunks) = 0;
-  // Codes the chunks of Plan, unless they are unchanged. `scratch`: working memory, 16 bytes aligned, until the next Plan.
+  // Codes the chunks of Plan, unless they are unchanged. `scratch`: working memory, 16 bytes aligned, until the stream has
+  // run Pack. Meanwhile a second round may begin, on another stream.
   virtual cudaError_t Code(const kernels::StreamWork& work, uint8_t* scratch,
                            cudaStream_t stream) = 0;
-  // Writes the streams, and work.places if it finds them. The stream of a chunk that waits for memory has size 0: the
+  // Writes the streams, and work.places if it finds them. With places that are known: those of the round begun last. The stream of a chunk that waits for memory has size 0: the
   // caller encodes the chunk again, in a round of fewer chunks.
   virtual cudaError_t Pack(kernels::StreamPlaces places, const kernels::StreamRoom& room,
                            cudaStream_t stream) const = 0;
