@@ -143,6 +143,11 @@ test('the camera changes the levels of edges and asks the server for nothing', a
   await page.mouse.move(x, y);
   const before = await pointCount();
   const asked = await page.evaluate(() => JSON.stringify(window.latticed.scene!.session.askedView));
+  await until(async () => { // the volume is measured a quarter of a second after the edit before
+    const called = calls.length;
+    await page.waitForTimeout(1000);
+    return calls.length === called;
+  });
   const called = calls.length;
 
   await zoom(-200);
