@@ -54,10 +54,10 @@ class CudaFusedKernel : public CudaVertexKernel {
   absl::Status CountBlocksAtOnce(int device);
   // Returns the list on the device.
   absl::StatusOr<const kernels::WireChunk*> SendWireChunks(std::span<const uint32_t> chunks);
-  // Launches the kernels one by one and marks each stage. Marks are impossible between the kernels
-  // of a graph.
   // Launches the calls as a graph, or by stages. `part`: the frame has a part of the lattice.
   absl::Status LaunchAll(std::span<kernels::KernelCall> calls, bool part);
+  // Launches the kernels one by one and marks each stage. Marks are impossible between the kernels
+  // of a graph.
   absl::Status LaunchByStages(std::span<kernels::KernelCall> calls);
   kernels::BoxPolynomials Polynomials(const QuantisationBox& box) const;
   kernels::FusedOutput Output(uint8_t* vertices) const;

@@ -19,11 +19,8 @@
 #include "core/base/limits.h"
 #include "core/ffd/tessellation_pattern.h"
 #include "cuda/device/dependent_launch.cuh"
-#include "cuda/fused/direct_patch.cuh"
-#include "cuda/fused/direct_triple.h"
+#include "cuda/fused/direct_points.cuh"
 #include "cuda/fused/fused_ahead.cuh"
-#include "cuda/fused/fused_coefficients.cuh"
-#include "cuda/fused/fused_point.cuh"
 #include "cuda/fused/fused_store.cuh"
 #include "cuda/fused/weak_normal.cuh"
 
@@ -56,8 +53,6 @@ __device__ __noinline__ void ReplaceWeakNormals(const FusedLaunch& launch, unsig
 
 template <int D0, int D1, int D2>
 class DirectWarp {
-  static constexpr int kStride = CoefficientStride(D0, D1, D2);
-
  public:
   __device__ __forceinline__ DirectWarp(const FusedLaunch& launch, FusedBlocks::Part part,
                                         unsigned lane)
@@ -89,78 +84,42 @@ class DirectWarp {
   }
 
  private:
-  // By component of R at one point: the value, then the derivatives by coordinates 2, 1 and 0.
-  using Jet = float[3][4];
-
   __device__ bool IsFloat() const { return launch_.output.format == LaneFormat::kFloat32; }
 
   __device__ __forceinline__ void Evaluate(const DirectTriple& triple) {
-    const float step = 1 / static_cast<float>(launch_.segments);
-    const float weight[3] = {static_cast<float>(triple.steps[0]) * step,
-                             static_cast<float>(triple.steps[1]) * step,
-                             static_cast<float>(triple.steps[2]) * step};
+    const Barycentrics barycentrics(triple);
     float place[3][3];
 #pragma unroll
-    for (int r = 0; r < 3; ++r) PlacePoint(triple, weight, r, place[r]);
-    Jet jet[3];
-#pragma unroll
-    for (int component = 0; component < 3; ++component) {
-      float c[kStride];
-      LoadCoefficients<kStride>(launch_, patch_.box(), component, c);
-#pragma unroll
-      for (int r = 0; r < 3; ++r) {
-        PointJet<D0, D1, D2, true>::Evaluate(c, place[r], jet[r][component]);
-      }
+    for (int r = 0; r < 3; ++r) PlacePoint(triple, barycentrics, r, place[r]);
+    DirectJet jet[3];
+    EvaluateJets<D0, D1, D2>(launch_, patch_.box(), place, jet);
+    if (triple.IsOnRim()) {
+      EvaluateByOwners<D0, D1, D2>(launch_, patch_, triple, [&](int r, int component, float value) {
+        jet[r][component][0] = value;
+      });
     }
-    if (triple.IsOnRim()) TakeFromOwners(triple, jet);
     if (IsFloat()) {
-      Store<true>(triple, weight, jet);
+      Store<true>(triple, barycentrics, jet);
     } else {
-      Store<false>(triple, weight, jet);
+      Store<false>(triple, barycentrics, jet);
     }
   }
 
   // The place of the r-th point of the triple.
-  __device__ __forceinline__ void PlacePoint(const DirectTriple& triple, const float* weight, int r,
+  __device__ __forceinline__ void PlacePoint(const DirectTriple& triple,
+                                             const Barycentrics& barycentrics, int r,
                                              float* place) const {
     const float* const a = patch_.corner(r).place;
     const float* const b = patch_.corner((r + 1) % 3).place;
     const float* const c = patch_.corner((r + 2) % 3).place;
     if (triple.IsOnRim()) return PlaceOnEdge(a, b, triple.steps[1], launch_.segments, place);
 #pragma unroll
-    for (int i = 0; i < 3; ++i) place[i] = Blend(weight, a[i], b[i], c[i]);
-  }
-  __device__ __forceinline__ static float Blend(const float* weight, float a, float b, float c) {
-    return fmaf(a, weight[0], fmaf(b, weight[1], c * weight[2]));
-  }
-
-  // Positions of points on the rim that another box owns, from that box's polynomial.
-  __device__ __forceinline__ void TakeFromOwners(const DirectTriple& triple, Jet* jet) const {
-    const int k = triple.steps[1];
-#pragma unroll 1
-    for (int r = 0; r < 3; ++r) {
-      const uint32_t owner = k == 0 ? patch_.OwnerOfCorner(r) : patch_.OwnerOfEdge(r);
-      if (owner == patch_.box()) continue;
-      float from[3], to[3], place[3];
-      patch_.PlaceCorner(r, owner, from);
-      patch_.PlaceCorner(r == 2 ? 0 : r + 1, owner, to);
-      PlaceOnEdge(from, to, k, launch_.segments, place);
-#pragma unroll
-      for (int component = 0; component < 3; ++component) {
-        float c[kStride], position;
-        LoadCoefficients<kStride>(launch_, owner, component, c);
-        PointJet<D0, D1, D2, false>::Evaluate(c, place, &position);
-#pragma unroll
-        for (int q = 0; q < 3; ++q) {
-          if (q == r) jet[q][component][0] = position;
-        }
-      }
-    }
+    for (int i = 0; i < 3; ++i) place[i] = barycentrics.Blend(a[i], b[i], c[i]);
   }
 
   template <bool kFloat>
-  __device__ __forceinline__ void Store(const DirectTriple& triple, const float* weight,
-                                        const Jet* jet) {
+  __device__ __forceinline__ void Store(const DirectTriple& triple,
+                                        const Barycentrics& barycentrics, const DirectJet* jet) {
     using Vertex = typename VertexSink<kFloat>::Vertex;
     const VertexSink<kFloat> sink(launch_, chunk_, lane_);
     unsigned places[3];
@@ -168,7 +127,7 @@ class DirectWarp {
 #pragma unroll
     for (int r = 0; r < 3; ++r) {
       const int index = triple.Index(r);
-      const float3 normal = Carry(weight, r, jet[r]);
+      const float3 normal = Carry(barycentrics, r, jet[r]);
       const float norm1 = fabsf(normal.x) + fabsf(normal.y) + fabsf(normal.z);
       const bool strong = norm1 > range_.weak_below && norm1 < kInfinity;  // false for NaN
       if (!strong) weak_ |= 1u << index;
@@ -180,13 +139,10 @@ class DirectWarp {
   }
 
   // cof(J) N.
-  __device__ __forceinline__ float3 Carry(const float* weight, int r, const Jet& jet) const {
+  __device__ __forceinline__ float3 Carry(const Barycentrics& barycentrics, int r,
+                                          const DirectJet& jet) const {
     float n[3];
-#pragma unroll
-    for (int i = 0; i < 3; ++i) {
-      n[i] = Blend(weight, patch_.corner(r).conormal[i], patch_.corner((r + 1) % 3).conormal[i],
-                   patch_.corner((r + 2) % 3).conormal[i]);
-    }
+    BlendConormals(patch_, barycentrics, r, n);
     return CofactorTimes(jet, n);
   }
 

@@ -7,14 +7,12 @@
 //   position   x + w (F(x) - x); of a point on the rim from its corner or edge alone, so that neighbours agree
 //   normal     cof(J) N, J = dx + w (dF - dx) + (F(x) - x) dw of the patch's own box
 //
-// The kernels of meshes without weights have not changed for this one. A block takes a chunk, a lane a patch, and the warps of a
+// A block takes a chunk, a lane a patch, and the warps of a
 // block take triples of points in turn.
 #include "core/base/limits.h"
 #include "cuda/device/dependent_launch.cuh"
 #include "cuda/fused/call_by_degree.h"
-#include "cuda/fused/direct_triple.h"
-#include "cuda/fused/fused_coefficients.cuh"
-#include "cuda/fused/fused_point.cuh"
+#include "cuda/fused/direct_points.cuh"
 #include "cuda/fused/fused_store.cuh"
 #include "cuda/fused/weighted_normal.cuh"
 #include "cuda/fused/weighted_patch.cuh"
@@ -25,9 +23,8 @@ namespace {
 constexpr int kWeightedWarps = 4, kWeightedThreads = kWeightedWarps * kLanes;
 // That a multiprocessor must hold at once; the compiler limits the registers to that.
 constexpr int kWeightedBlocks = 4;
-// A normal whose length rounding may have changed by more than its part in so many is left to the definition.
+// A normal is left to the definition where rounding may have changed it by more than a thousandth.
 constexpr float kWeakParts = 1e3f;
-
 // The most segments with which each triple that a warp takes has a bit of its own.
 constexpr int kFewSegments = 36;
 
@@ -43,10 +40,6 @@ __device__ __noinline__ void ReplaceNormal(const WeightedLaunch& launch, uint32_
 
 template <int D0, int D1, int D2>
 class WeightedWarp {
-  static constexpr int kStride = CoefficientStride(D0, D1, D2);
-  // By component at one point: the value, then the derivatives by coordinates 2, 1 and 0.
-  using Jet = float[3][4];
-
  public:
   __device__ __forceinline__ WeightedWarp(const WeightedLaunch& launch, uint32_t chunk,
                                           unsigned lane)
@@ -80,35 +73,26 @@ class WeightedWarp {
  private:
   __device__ bool IsFloat() const { return fused_.output.format == LaneFormat::kFloat32; }
 
-  __device__ __forceinline__ static float Blend(const float* weight, float a, float b, float c) {
-    return fmaf(a, weight[0], fmaf(b, weight[1], c * weight[2]));
-  }
-
   // Returns whether float32 has all three normals.
   __device__ __forceinline__ bool Evaluate(const DirectTriple& triple) {
-    const float step = 1 / static_cast<float>(fused_.segments);
-    const float weight[3] = {static_cast<float>(triple.steps[0]) * step,
-                             static_cast<float>(triple.steps[1]) * step,
-                             static_cast<float>(triple.steps[2]) * step};
+    const Barycentrics barycentrics(triple);
     float place[3][3], at[3][kRestNumbers];
 #pragma unroll
-    for (int r = 0; r < 3; ++r) PlacePoint(triple, weight, r, place[r], at[r]);
-    Jet jet[3];
-#pragma unroll
-    for (int component = 0; component < 3; ++component) {
-      float c[kStride];
-      LoadCoefficients<kStride>(fused_, patch_.box(), component, c);
-#pragma unroll
-      for (int r = 0; r < 3; ++r) {
-        PointJet<D0, D1, D2, true>::Evaluate(c, place[r], jet[r][component]);
-      }
-    }
+    for (int r = 0; r < 3; ++r) PlacePoint(triple, barycentrics, r, place[r], at[r]);
+    DirectJet jet[3];
+    EvaluateJets<D0, D1, D2>(fused_, patch_.box(), place, jet);
     float error[3][3];
 #pragma unroll
-    for (int r = 0; r < 3; ++r) weighted_.Blend(at[r], jet[r], error[r]);
-    if (triple.IsOnRim()) TakeFromOwners(triple, at, jet);
-    return IsFloat() ? Store<true>(triple, weight, jet, error)
-                     : Store<false>(triple, weight, jet, error);
+    for (int r = 0; r < 3; ++r) weighted_.Combine(at[r], jet[r], error[r]);
+    if (triple.IsOnRim()) {
+      EvaluateByOwners<D0, D1, D2>(
+          fused_, patch_, triple, [&](int r, int component, float deformed) {
+            jet[r][component][0] =
+                fmaf(at[r][kWeight], deformed - at[r][component], at[r][component]);
+          });
+    }
+    return IsFloat() ? Store<true>(triple, barycentrics, jet, error)
+                     : Store<false>(triple, barycentrics, jet, error);
   }
 
   // Calls take(triple, bit). Of many segments four triples share a bit.
@@ -127,8 +111,9 @@ class WeightedWarp {
   }
 
   // The place of the r-th point of the triple in its box, and at rest.
-  __device__ __forceinline__ void PlacePoint(const DirectTriple& triple, const float* weight, int r,
-                                             float* place, float* at) const {
+  __device__ __forceinline__ void PlacePoint(const DirectTriple& triple,
+                                             const Barycentrics& barycentrics, int r, float* place,
+                                             float* at) const {
     const int next = (r + 1) % 3, last = (r + 2) % 3;
     const float* const a = patch_.corner(r).place;
     const float* const b = patch_.corner(next).place;
@@ -140,44 +125,18 @@ class WeightedWarp {
     }
     const float* const c = patch_.corner(last).place;
 #pragma unroll
-    for (int i = 0; i < 3; ++i) place[i] = Blend(weight, a[i], b[i], c[i]);
+    for (int i = 0; i < 3; ++i) place[i] = barycentrics.Blend(a[i], b[i], c[i]);
 #pragma unroll
     for (int i = 0; i < kRestNumbers; ++i) {
-      at[i] = Blend(weight, weighted_.corner(r)[i], weighted_.corner(next)[i],
-                    weighted_.corner(last)[i]);
-    }
-  }
-
-  // Positions of points on the rim that another box owns, from that box's polynomial.
-  __device__ __forceinline__ void TakeFromOwners(const DirectTriple& triple,
-                                                 const float (*at)[kRestNumbers], Jet* jet) const {
-    const int k = triple.steps[1];
-#pragma unroll 1
-    for (int r = 0; r < 3; ++r) {
-      const uint32_t owner = k == 0 ? patch_.OwnerOfCorner(r) : patch_.OwnerOfEdge(r);
-      if (owner == patch_.box()) continue;
-      float from[3], to[3], place[3];
-      patch_.PlaceCorner(r, owner, from);
-      patch_.PlaceCorner(r == 2 ? 0 : r + 1, owner, to);
-      PlaceOnEdge(from, to, k, fused_.segments, place);
-#pragma unroll
-      for (int component = 0; component < 3; ++component) {
-        float c[kStride], deformed;
-        LoadCoefficients<kStride>(fused_, owner, component, c);
-        PointJet<D0, D1, D2, false>::Evaluate(c, place, &deformed);
-#pragma unroll
-        for (int q = 0; q < 3; ++q) {
-          if (q != r) continue;
-          jet[q][component][0] =
-              fmaf(at[q][kWeight], deformed - at[q][component], at[q][component]);
-        }
-      }
+      at[i] = barycentrics.Blend(weighted_.corner(r)[i], weighted_.corner(next)[i],
+                                 weighted_.corner(last)[i]);
     }
   }
 
   template <bool kFloat>
-  __device__ __forceinline__ bool Store(const DirectTriple& triple, const float* weight,
-                                        const Jet* jet, const float (*error)[3]) const {
+  __device__ __forceinline__ bool Store(const DirectTriple& triple,
+                                        const Barycentrics& barycentrics, const DirectJet* jet,
+                                        const float (*error)[3]) const {
     using Vertex = typename VertexSink<kFloat>::Vertex;
     const VertexSink<kFloat> sink(fused_, chunk_, lane_);
     unsigned places[3];
@@ -186,12 +145,7 @@ class WeightedWarp {
 #pragma unroll
     for (int r = 0; r < 3; ++r) {
       float conormal[3];
-#pragma unroll
-      for (int i = 0; i < 3; ++i) {
-        conormal[i] =
-            Blend(weight, patch_.corner(r).conormal[i], patch_.corner((r + 1) % 3).conormal[i],
-                  patch_.corner((r + 2) % 3).conormal[i]);
-      }
+      BlendConormals(patch_, barycentrics, r, conormal);
       const float3 normal = CofactorTimes(jet[r], conormal);
       const float norm1 = fabsf(normal.x) + fabsf(normal.y) + fabsf(normal.z);
       const Bounds bounds(jet[r], conormal, error[r]);
@@ -204,11 +158,11 @@ class WeightedWarp {
     return strong;
   }
 
-  // Of cof(J) n: no less than its length, and than what rounding may have taken from it.
+  // Of cof(J) n: its length is no more than `length`, and rounding changed it by no more than `error`.
   struct Bounds {
     float length, error;
 
-    __device__ __forceinline__ Bounds(const Jet& jet, const float* n, const float* errors) {
+    __device__ __forceinline__ Bounds(const DirectJet& jet, const float* n, const float* errors) {
       float column[3];
 #pragma unroll
       for (int i = 0; i < 3; ++i) {

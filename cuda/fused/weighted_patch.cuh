@@ -35,13 +35,13 @@ class WeightedPatch {
 
   __device__ const float* corner(int c) const { return corner_[c]; }
 
-  // Blends the jets of F at a point with the mesh at rest: `at` there, and position and derivatives as PointJet has them.
+  // Combines the jet of F at a point with the mesh at rest. `at`: the point at rest; `jet`: of F, then of the result.
   //
   //   x + w (F - x),   dx + w (dF - dx) + (F - x) dw
   //
-  // Returns a bound of the part of (F - x) dw that rounding may have taken, for each coordinate i in error[i].
-  __device__ __forceinline__ void Blend(const float* at, float (&jet)[3][4],
-                                        float (&error)[3]) const {
+  // error[i]: how much rounding may have changed (F - x) dw, by coordinate i.
+  __device__ __forceinline__ void Combine(const float* at, float (&jet)[3][4],
+                                          float (&error)[3]) const {
     const float w = at[kWeight];
     float reach = 0;
 #pragma unroll
