@@ -3,7 +3,6 @@
 #include "cuda/device/cuda_device.h"
 
 #include <algorithm>
-
 #include <string_view>
 
 #include "core/base/error.h"

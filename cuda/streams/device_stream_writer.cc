@@ -230,7 +230,6 @@ absl::StatusOr<std::vector<size_t>> DeviceStreamWriter::InTwo(const Call& call,
   LATTICED_RETURN_IF_ERROR(ready_.Record(slots_[0].stream()));
   LATTICED_RETURN_IF_ERROR(ready_.HoldBack(slots_[1].stream()));
   const size_t half = numbers.size() / 2;
-  // The first half has the stream of higher priority, so that it ends early.
   LATTICED_ASSIGN_OR_RETURN(rounds[0], Begin(call, numbers.first(half), slots_[1]));
   LATTICED_ASSIGN_OR_RETURN(rounds[1], Begin(call, numbers.subspan(half), slots_[0]));
   std::vector<size_t> deferred;
@@ -253,7 +252,7 @@ absl::Status DeviceStreamWriter::Encode(DeviceSpan<const uint8_t> vertices,
   for (size_t i = all_.size(); i < chunks.size(); ++i) all_.push_back(i);
   found_.resize(digests.size());
   std::span<const size_t> left = std::span(all_).first(chunks.size());
-  bool stuck = false;  // nothing of the last two rounds was encoded
+  bool stuck = false;  // the last turn of the loop encoded nothing
   for (std::vector<size_t> deferred; !left.empty(); left = deferred) {
     // Where nothing says how many bytes there will be, none can be on their way early.
     const bool in_two = left.size() >= kFewestHalved && slots_[0].bytes_per_point > 0 && !stuck;

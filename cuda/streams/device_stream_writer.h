@@ -46,8 +46,8 @@ class DeviceStreamWriter {
     uint64_t first_point = 0;
     uint32_t points = 0;  // 1 or more
   };
-  // Sets results[i] and digests[i] of chunks[i], as DeformView::Encode says; after an error, the digests are as they were. `range`: that of the quantisation box.
-  // kInternal where the coder has no room even for one chunk.
+  // Sets results[i] and digests[i] of chunks[i], as DeformView::Encode says. After an error the digests are as they were.
+  // `range`: that of the quantisation box. kInternal where the coder has no room even for one chunk.
   [[nodiscard]] absl::Status Encode(DeviceSpan<const uint8_t> vertices,
                                     std::span<const Chunk> chunks, double range,
                                     std::span<VertexDigest> digests,
@@ -60,8 +60,8 @@ class DeviceStreamWriter {
   size_t PinnedBytes() const { return slots_[0].exchanged.size() + slots_[1].exchanged.size(); }
 
  private:
-  // What a round takes while it is on its way. The first slot has the lane of the writer, and the second one a lane of a
-  // higher priority.
+  // What a round needs while it is on its way. The first slot has the lane of the writer. The second one has a lane of
+  // higher priority, and of two rounds it takes the first half, so that its bytes are ready early.
   struct Slot {
     std::shared_ptr<CudaLane> lane;
     CudaEvent placed;

@@ -45,8 +45,8 @@ class StreamCoder {
   // run Pack. Meanwhile a second round may begin, on another stream.
   virtual cudaError_t Code(const kernels::StreamWork& work, uint8_t* scratch,
                            cudaStream_t stream) = 0;
-  // Writes the streams, and work.places if it finds them. With places that are known: those of the round begun last. The stream of a chunk that waits for memory has size 0: the
-  // caller encodes the chunk again, in a round of fewer chunks.
+  // Writes the streams, and work.places if it finds them. Places that are known must be those of the round begun last. The
+  // stream of a chunk that waits for memory has size 0: the caller encodes the chunk again, in a round of fewer chunks.
   virtual cudaError_t Pack(kernels::StreamPlaces places, const kernels::StreamRoom& room,
                            cudaStream_t stream) const = 0;
 };

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A scene with vertex weights and the same scene without, evaluated by turns, so that a drift of the machine touches both.
+// A scene with vertex weights and the same scene without. On the CPU they are evaluated by turns, so that a drift of the
+// machine touches both; on a GPU one after the other.
 //
 //   weighted_ms, unweighted_ms   the least time of a frame; on a GPU, the median on the device
 //   ratio                        of the two
