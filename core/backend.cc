@@ -112,7 +112,6 @@ absl::Status CheckSupported(const DeformTarget& target, const ViewSpec& spec) {
                                "UNSUPPORTED");
   }
   if (!(spec.tolerance > 0) || target.has_tolerance()) return absl::OkStatus();
-  if (target.plan().is_weighted()) return error::NotWithWeights("a view with a tolerance");
   return error::InvalidField("view.tolerance", "this pipeline has none on these devices",
                              "UNSUPPORTED");
 }

@@ -34,9 +34,7 @@ class CudaTarget : public DeformTarget {
 
   const DeformPlan& plan() const override { return *plan_; }
   Pipeline pipeline() const override { return pipeline_; }
-  bool has_tolerance() const override {
-    return pipeline_ == Pipeline::kFused && !plan_->is_weighted();
-  }
+  bool has_tolerance() const override { return pipeline_ == Pipeline::kFused; }
   bool has_edge_bounds() const override {
     return pipeline_ == Pipeline::kFused && !plan_->is_weighted();
   }

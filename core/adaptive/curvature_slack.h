@@ -26,6 +26,12 @@
 // |e| <= 2^-24; one more in the sum stands for their products. The norm, its root and the slack itself round 24 times,
 // for which 2e-6 stands.
 //
+// With vertex weights a patch is x + w (R - x): its second derivatives are those of w G, G = R - x of the coefficients C_k
+// now, w = w_0 + w_x x + w_t t. That is one more affine factor, so n + 1 stands for n, and
+//
+//   slack = (13 (n + 1) + 8) 2^-24 (W sum_ab v_a v_b S_ab + 2 V sum_a v_a S_a)
+//   W = |w_0| + |w_x| / 2 + |w_t| / 2      V = 2 |w_x| + |w_t|      S_a as S_ab, with one derivative
+//
 // Limits   bounds below 1e-19 world units may vanish: their squares are not normal floats
 // Units    slack_ab in world units
 // Threads  pure functions
@@ -62,6 +68,15 @@ template <typename T>
 LATTICED_HD inline T PatchSlack(const T* v, const T* slack) {
   return v[0] * (v[0] * slack[0] + v[1] * slack[3]) + v[1] * (v[1] * slack[1] + v[2] * slack[4]) +
          v[2] * (v[2] * slack[2] + v[0] * slack[5]);
+}
+
+// The same with vertex weights. slack[6 + a] = 2 S_a (13 (n + 1) + 8) 2^-24, and n + 1 stands for n in the others.
+template <typename T>
+LATTICED_HD inline T WeightedPatchSlack(const T* v, const T* w, const T* slack) {
+  const T w_x = std::abs(w[1]), w_t = std::abs(w[2]);
+  const T most = std::abs(w[0]) + static_cast<T>(0.5) * (w_x + w_t);
+  const T first = v[0] * slack[6] + v[1] * slack[7] + v[2] * slack[8];
+  return most * PatchSlack(v, slack) + (2 * w_x + w_t) * first;
 }
 
 template <typename T>

@@ -35,6 +35,8 @@
 namespace latticed::kernels {
 
 inline constexpr uint32_t kChunkPatches = limits::kPatchesPerChunk;
+// The sums of core/adaptive/curvature_slack.h for one box.
+constexpr uint32_t SlackSums(bool weighted) { return weighted ? 9 : 6; }
 
 struct AdaptiveTables {
   const uint32_t* edges;  // [patch][3]: Patch::edge of the plan
@@ -47,7 +49,7 @@ struct AdaptiveTables {
 // of a NaN come last.
 struct AdaptiveState {
   uint32_t* reach;          // [box][3]: PatchReach, rounded up, as bits; zeros at first
-  float* slack;             // [box][6]: CurvatureSlack
+  float* slack;             // [box][SlackSums]: CurvatureSlack
   float* edge_bounds;       // by patch, three: CurvatureBounds::edge
   float* mixed_bounds;      // likewise, CurvatureBounds::mixed; null where nothing reads them
   uint32_t* edge_maxima;    // by edge, as bits; zeros before EdgeMaximaCall

@@ -44,16 +44,12 @@ std::vector<uint32_t> PatchEdges(const DeformPlan& plan) {
   return edges;
 }
 
-size_t FloatsOfPolynomials(const DeformPlan& plan) {
-  const std::array<int, 3>& d = plan.structure.degree;  // in any order
-  return plan.boxes.size() * 3 * static_cast<size_t>(kernels::CoefficientStride(d[0], d[1], d[2]));
-}
-
 AdaptiveMemory::Parts AdaptiveMemory::PartsOf(const DeformPlan& plan, size_t scan_bytes) {
   BlockParts block;
   Parts parts{};
   parts.reach = block.Add(plan.boxes.size() * 3 * sizeof(uint32_t));
-  parts.slack = block.Add(plan.boxes.size() * 6 * sizeof(float));
+  parts.slack =
+      block.Add(plan.boxes.size() * kernels::SlackSums(plan.is_weighted()) * sizeof(float));
   parts.edge_bounds = block.Add(plan.patches.size() * 3 * sizeof(float));
   parts.mixed_bounds = block.Add(plan.patches.size() * 3 * sizeof(float));
   parts.first_points = block.Add(plan.patches.size() * sizeof(uint16_t));

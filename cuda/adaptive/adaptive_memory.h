@@ -5,7 +5,7 @@
 // last evaluation.
 //
 //   tables   edges 12 a patch | patterns, 0.6 MB in all
-//   state    reach 12, slack 24 a box | bounds 24, first point 2 a patch | scratch of the scan |
+//   state    reach 12, slack 24 a box (36 with weights) | bounds 24, first point 2 a patch | scratch of the scan |
 //            maxima 4 an edge | largest error | first points 8 a chunk | codes 2 a patch
 //
 // Each part begins at a multiple of 256 bytes. From the maxima to the largest error, zeros are written in one go; from
@@ -28,8 +28,6 @@ namespace latticed {
 
 // By patch, three: Patch::edge.
 [[nodiscard]] std::vector<uint32_t> PatchEdges(const DeformPlan& plan);
-// The floats of the coefficients of all boxes (cuda/fused/fused_kernels.h).
-[[nodiscard]] size_t FloatsOfPolynomials(const DeformPlan& plan);
 
 // What an evaluation copies to the host: reads a copy of AdaptiveMemory::results.
 class AdaptiveResults {

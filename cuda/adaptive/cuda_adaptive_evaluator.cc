@@ -53,8 +53,7 @@ double UnitsPerWorld(const ViewSpec& spec, const QuantisationBox& box) {
 absl::StatusOr<uint64_t> CudaAdaptiveEvaluator::DeviceBytesFor(const DeformPlan& plan,
                                                                const ViewSpec& spec) {
   LATTICED_ASSIGN_OR_RETURN(const uint64_t memory, AdaptiveMemory::BytesFor(plan));
-  return memory + CudaFrame::DeviceBytesFor(plan, false) +
-         (FloatsOfPolynomials(plan) + plan.boxes.size()) * sizeof(float) +
+  return memory + CudaFrame::DeviceBytesFor(plan, false) + PolynomialMemory::BytesFor(plan) +
          FirstCapacity(plan, spec) * BytesPerPoint(spec);
 }
 
@@ -71,11 +70,7 @@ absl::StatusOr<std::unique_ptr<CudaAdaptiveEvaluator>> CudaAdaptiveEvaluator::Cr
   LATTICED_ASSIGN_OR_RETURN(const auto tables,
                             device_plan->Tables(spec.normals == NormalMode::kSmooth, from));
   LATTICED_ASSIGN_OR_RETURN(auto frame, CudaFrame::Create(plan, nullptr, *context, lane, from));
-  const auto floats = [&](size_t count) {
-    return DeviceBuffer<float>::Create(from, "box_polynomials", count, stream);
-  };
-  LATTICED_ASSIGN_OR_RETURN(auto coefficients, floats(FloatsOfPolynomials(*plan)));
-  LATTICED_ASSIGN_OR_RETURN(auto cofactor_bounds, floats(plan->boxes.size()));
+  LATTICED_ASSIGN_OR_RETURN(auto polynomials, PolynomialMemory::Create(*plan, from, stream));
   LATTICED_ASSIGN_OR_RETURN(auto memory, AdaptiveMemory::Create(*plan, from, stream));
   const size_t vertex_bytes = FirstCapacity(*plan, spec) * BytesPerPoint(spec);
   LATTICED_ASSIGN_OR_RETURN(auto vertices,
@@ -90,9 +85,8 @@ absl::StatusOr<std::unique_ptr<CudaAdaptiveEvaluator>> CudaAdaptiveEvaluator::Cr
   const bool is_empty = plan->patches.empty();
   std::unique_ptr<CudaAdaptiveEvaluator> evaluator(new CudaAdaptiveEvaluator(
       std::move(plan), std::move(device_plan), spec, std::move(context), std::move(lane), tables,
-      {std::move(frame), std::move(coefficients), std::move(cofactor_bounds), std::move(memory),
-       std::move(vertices), std::move(results), std::move(copies), std::move(summed),
-       std::move(read_back)}));
+      {std::move(frame), std::move(polynomials), std::move(memory), std::move(vertices),
+       std::move(results), std::move(copies), std::move(summed), std::move(read_back)}));
   if (is_empty) return evaluator;
   LATTICED_RETURN_IF_ERROR(
       evaluator->Launch({kernels::ReachCall(evaluator->LaunchFor({}, {})), "reach"}));
@@ -130,14 +124,11 @@ absl::Status CudaAdaptiveEvaluator::Launch(Stage stage) const {
 kernels::AdaptiveLaunch CudaAdaptiveEvaluator::LaunchFor(const QuantisationBox& box,
                                                          std::span<const uint32_t> chunks) const {
   const bool floats = spec_.format == VertexFormat::kFloat32;
+  const Vec3d offset = floats ? Vec3d{} : (plan_->local_origin - box.origin) / box.range;
   return {
       .fused = {.plan = tables_,
                 .tables = device_plan_->fused_tables(),
-                .polynomials = {.scale = UnitsPerWorld(spec_, box),
-                                .offset = floats ? Vec3d{}
-                                                 : (plan_->local_origin - box.origin) / box.range,
-                                .coefficients = parts_.coefficients.data(),
-                                .cofactor_bounds = parts_.cofactor_bounds.data()},
+                .polynomials = parts_.polynomials.polynomials(UnitsPerWorld(spec_, box), offset),
                 .control_points = parts_.frame.control_points().data,
                 .attached = parts_.frame.attached().data,
                 .chunks = parts_.frame.chunks(),
@@ -347,8 +338,7 @@ DeviceSpan<const uint8_t> CudaAdaptiveEvaluator::Vertices(uint32_t first, uint32
 }
 
 MemoryUse CudaAdaptiveEvaluator::memory() const {
-  return {{"device_box_polynomials",
-           parts_.coefficients.size_bytes() + parts_.cofactor_bounds.size_bytes()},
+  return {{"device_box_polynomials", parts_.polynomials.size_bytes()},
           {"device_levels", parts_.memory.size_bytes() + (shared_ ? shared_->DeviceBytes() : 0)},
           {"device_vertices", parts_.vertices.size_bytes()},
           {"device_staging", parts_.frame.DeviceBytes()},

@@ -33,6 +33,7 @@
 #include "cuda/adaptive/cuda_shared_bounds.h"
 #include "cuda/device/launch_graph.h"
 #include "cuda/device/pinned_memory.h"
+#include "cuda/fused/polynomial_memory.h"
 #include "cuda/plan/device_plan.h"
 #include "cuda/view/cuda_frame.h"
 
@@ -85,7 +86,7 @@ class CudaAdaptiveEvaluator {
  private:
   struct Parts {
     CudaFrame frame;
-    DeviceBuffer<float> coefficients, cofactor_bounds;
+    PolynomialMemory polynomials;
     AdaptiveMemory memory;
     DeviceBuffer<uint8_t> vertices;
     // Those of the last evaluation, and room for the next ones: results_at_.

@@ -6,6 +6,8 @@
 //
 //   point(x, t) = centre + x along + t across      along = c1 - c0, across = c2 - (c0 + c1) / 2, c the corners
 //
+// With weights it composes the displacement and multiplies it by the weight.
+//
 // x = t = 0 is on the median, so the shear of core/adaptive/patch_curvature-inl.h is 1/2. At degree 8 and 9 a thread's
 // numbers do not fit its registers; some are then in local memory.
 #include "core/adaptive/curvature_slack.h"
@@ -73,12 +75,14 @@ __device__ __forceinline__ PowerSlopes SlopesOf(float l, int order) {
   return slopes;
 }
 
-// One thread for each of the six sums of CurvatureSlack. All terms are positive, and the sums are rounded at most 40
+// One thread for each of the sums of CurvatureSlack. All terms are positive, and the sums are rounded at most 40
 // times, for which 4e-6 stands.
+template <bool kWeighted>
 __global__ void __launch_bounds__(kBlockThreads)
     SlackKernel(const __grid_constant__ AdaptiveLaunch launch) {
   const auto item = static_cast<uint32_t>(Item());
-  const uint32_t box = item / 6, pair = item % 6;
+  constexpr uint32_t kSums = SlackSums(kWeighted);
+  const uint32_t box = item / kSums, pair = item % kSums;
   if (box >= launch.fused.tables.box_count) return;
   const int* degree = launch.fused.tables.degree;
   const int stride = CoefficientStride(degree[0], degree[1], degree[2]);
@@ -87,8 +91,11 @@ __global__ void __launch_bounds__(kBlockThreads)
   PowerSlopes slopes[3];
 #pragma unroll
   for (uint32_t a = 0; a < 3; ++a) {
-    // Pairs 0, 1, 2 are second derivatives by one coordinate; pairs 3, 4, 5 by pair - 3 and the next one.
-    const int order = pair < 3 ? (a == pair ? 2 : 0) : (a == (pair - 2) % 3 || a == pair - 3);
+    // Pairs 0, 1, 2 are second derivatives by one coordinate; pairs 3, 4, 5 by pair - 3 and the next one; with weights
+    // 6, 7, 8 are first derivatives.
+    const int order = pair < 3   ? (a == pair ? 2 : 0)
+                      : pair < 6 ? (a == (pair - 2) % 3 || a == pair - 3)
+                                 : a == pair - 6;
     slopes[a] = SlopesOf(__uint_as_float(launch.state.reach[box * 3 + a]), order);
   }
   float sum = 0;
@@ -110,7 +117,8 @@ __global__ void __launch_bounds__(kBlockThreads)
       sum = fmaf(row, slopes[0].of[a] * slopes[1].of[b], sum);
     }
   }
-  const auto roundings = static_cast<float>(13 * (degree[0] + degree[1] + degree[2]) + 8);
+  const int of_patch = degree[0] + degree[1] + degree[2] + (kWeighted ? 1 : 0);
+  const auto roundings = static_cast<float>(13 * of_patch + 8);
   const float weight = pair < 3 ? 1.0f : 2.0f;
   launch.state.slack[item] = weight * (1 + 4e-6f) * 0x1p-24f * roundings * sum;
 }
@@ -124,10 +132,23 @@ __device__ __forceinline__ void StoreBounds(const AdaptiveState& state, size_t p
   for (int e = 0; e < 3; ++e) state.mixed_bounds[3 * patch + e] = bounds.mixed[e];
 }
 
-template <int D0, int D1, int D2>
+// The weight at x = t = 0, and its changes by x and t.
+__device__ __forceinline__ void WeightOf(const PlanTables& plan, const DevicePatch& patch,
+                                         float (&weight)[3]) {
+  double corner[3];
+#pragma unroll
+  for (int c = 0; c < 3; ++c) corner[c] = plan.weights.vertices[patch.Vertex(c)];
+  const double middle = 0.5 * (corner[0] + corner[1]);
+  weight[0] = static_cast<float>(0.5 * (middle + corner[2]));
+  weight[1] = static_cast<float>(corner[1] - corner[0]);
+  weight[2] = static_cast<float>(corner[2] - middle);
+}
+
+template <int D0, int D1, int D2, bool kWeighted>
 __global__ void __launch_bounds__(kBlockThreads)
     BoundsKernel(const __grid_constant__ AdaptiveLaunch launch) {
-  constexpr int kDegree = D0 + D1 + D2, kStride = CoefficientStride(D0, D1, D2);
+  constexpr int kSum = D0 + D1 + D2, kDegree = kSum + (kWeighted ? 1 : 0),
+                kStride = CoefficientStride(D0, D1, D2);
   const size_t item = Item();
   if (item >= size_t{launch.fused.chunk_count} * kChunkPatches) return;
   const size_t place = item / kChunkPatches;
@@ -152,16 +173,26 @@ __global__ void __launch_bounds__(kBlockThreads)
     }
   }
   map.FormPowers();
+  float weight[3] = {1, 0, 0};
+  if constexpr (kWeighted) WeightOf(launch.fused.plan, patch, weight);
   float composed[3][Terms(kDegree)];
 #pragma unroll
   for (int component = 0; component < 3; ++component) {
     float c[kStride];
     LoadCoefficients<kStride>(launch.fused, patch.Box(), component, c);
-    Composition<D0, D1, D2, false>::Compose(c, map, composed[component], nullptr);
+    if constexpr (kWeighted) {
+      constexpr float kNone[1] = {0};
+      float displacement[Terms(kSum)];
+      Composition<D0, D1, D2, false>::Compose(c, map, displacement, nullptr);
+      MultiplyLinearAdd<kSum, 0>(displacement, weight, kNone, composed[component]);
+    } else {
+      Composition<D0, D1, D2, false>::Compose(c, map, composed[component], nullptr);
+    }
   }
   const float* const p[3] = {composed[0], composed[1], composed[2]};
   CurvatureBounds<float> bounds = BoundCurvature<kDegree, float>(p, kMedianShear);
-  RaiseBounds(PatchSlack(v, launch.state.slack + size_t{patch.Box()} * 6), &bounds);
+  const float* const slack = launch.state.slack + size_t{patch.Box()} * SlackSums(kWeighted);
+  RaiseBounds(kWeighted ? WeightedPatchSlack(v, weight, slack) : PatchSlack(v, slack), &bounds);
   StoreBounds(launch.state, index, bounds);
 }
 
@@ -172,16 +203,25 @@ KernelCall ReachCall(const AdaptiveLaunch& launch) {
 }
 
 KernelCall SlackCall(const AdaptiveLaunch& launch) {
-  const size_t items = size_t{launch.fused.tables.box_count} * 6;
-  return {SlackKernel, Order::kAfter, Blocks(items), kBlockThreads, 0, launch};
+  const bool weighted = launch.fused.plan.weights.vertices != nullptr;
+  const size_t items = size_t{launch.fused.tables.box_count} * SlackSums(weighted);
+  return {weighted ? SlackKernel<true> : SlackKernel<false>,
+          Order::kAfter,
+          Blocks(items),
+          kBlockThreads,
+          0,
+          launch};
 }
 
 KernelCall BoundsCall(const AdaptiveLaunch& launch) {
   // One at least, which does nothing where a slice has no named chunk.
   const size_t patches = size_t{launch.fused.chunk_count} * kChunkPatches;
   const unsigned blocks = patches > 0 ? Blocks(patches) : 1;
+  const bool weighted = launch.fused.plan.weights.vertices != nullptr;
   return CallByDegree(launch.fused.tables.degree, [&]<int D0, int D1, int D2> {
-    return KernelCall(&BoundsKernel<D0, D1, D2>, Order::kAfter, blocks, kBlockThreads, 0, launch);
+    const auto kernel =
+        weighted ? &BoundsKernel<D0, D1, D2, true> : &BoundsKernel<D0, D1, D2, false>;
+    return KernelCall(kernel, Order::kAfter, blocks, kBlockThreads, 0, launch);
   });
 }
 

@@ -7,6 +7,7 @@
 //   position   R of the box that owns the point, at a place whose bits are the same from both sides (flat_patterns.h)
 //   normal     cof(J) N, J the Jacobian of R of the patch's own box and N interpolated from the corners; where the
 //              products cancel, that of the definition
+//   weights    cuda/fused/weighted_patch.cuh
 #include "cuda/adaptive/adaptive_kernels.h"
 #include "cuda/device/launch.cuh"
 #include "cuda/fused/call_by_degree.h"
@@ -14,6 +15,7 @@
 #include "cuda/fused/fused_coefficients.cuh"
 #include "cuda/fused/fused_point.cuh"
 #include "cuda/fused/fused_store.cuh"
+#include "cuda/fused/weighted_patch.cuh"
 #include "cuda/plan/definition_normal.cuh"
 
 namespace latticed::kernels {
@@ -168,13 +170,19 @@ __device__ __noinline__ void StoreDefinitionNormal(const AdaptiveLaunch& launch,
   PointSink(launch, site).StoreUnitNormal(ToFloat(normal));
 }
 
-template <int D0, int D1, int D2>
+template <int D0, int D1, int D2, bool kWeighted>
 class PointThread {
   static constexpr int kStride = CoefficientStride(D0, D1, D2);
+  using Weights = PatchWeights<kWeighted>;
+  using Rest = typename Weights::Rest;
 
  public:
   __device__ __forceinline__ PointThread(const FusedLaunch& launch, const PointSite& site)
-      : launch_(launch), kind_(site.place.Kind()), place_(site.place), patch_(launch, site.patch) {}
+      : launch_(launch),
+        kind_(site.place.Kind()),
+        place_(site.place),
+        patch_(launch, site.patch),
+        weights_(launch, site.patch) {}
 
   // Returns whether the normal is left to the definition.
   __device__ __forceinline__ bool Run(const PointSink& sink) const {
@@ -191,8 +199,11 @@ class PointThread {
       LoadCoefficients<kStride>(launch_, patch_.box(), component, c);
       PointJet<D0, D1, D2, true>::Evaluate(c, l, jet[component]);
     }
+    const Rest rest =
+        weights_.RestAt(0, [&](float c0, float c1, float c2) { return place_.Of(c0, c1, c2); });
+    weights_.Combine(rest, jet);
     float position[3] = {jet[0][0], jet[1][0], jet[2][0]};
-    if (kind_ != PatternPlace::kInside) TakeFromOwner(position);
+    if (kind_ != PatternPlace::kInside) TakeFromOwner(rest, position);
     sink.StorePosition(position);
     return launch_.normals != Normals::kNone && !StoreNormal(jet, sink);
   }
@@ -202,7 +213,7 @@ class PointThread {
   using Jet = float[3][4];
 
   // The position on an edge or at a corner that another box owns, from that box's polynomial.
-  __device__ __forceinline__ void TakeFromOwner(float* position) const {
+  __device__ __forceinline__ void TakeFromOwner(const Rest& rest, float* position) const {
     const uint32_t owner = kind_ < 3 ? patch_.OwnerOfCorner(kind_) : patch_.OwnerOfEdge(kind_ - 3);
     if (owner == patch_.box()) return;
     float from[3], to[3], l[3];
@@ -214,13 +225,15 @@ class PointThread {
     for (int component = 0; component < 3; ++component) {
       float c[kStride];
       LoadCoefficients<kStride>(launch_, owner, component, c);
-      PointJet<D0, D1, D2, false>::Evaluate(c, l, position + component);
+      float value;
+      PointJet<D0, D1, D2, false>::Evaluate(c, l, &value);
+      position[component] = weights_.Position(rest, component, value);
     }
   }
 
   // Returns false where the products cancel.
   __device__ __forceinline__ bool StoreNormal(const Jet& jet, const PointSink& sink) const {
-    const NormalRange range = patch_.Range();
+    const NormalRange range = patch_.Range(weights_.CofactorBound(launch_, patch_.box()));
     const float3 n = Carry(jet);
     const float norm1 = fabsf(n.x) + fabsf(n.y) + fabsf(n.z);
     if (!(norm1 > range.weak_below && norm1 < kInfinity)) return false;  // also for NaN
@@ -243,15 +256,16 @@ class PointThread {
   const int kind_;
   const Between place_;
   const DirectPatch patch_;
+  const Weights weights_;
 };
 
-template <int D0, int D1, int D2>
+template <int D0, int D1, int D2, bool kWeighted>
 __global__ void __launch_bounds__(kBlockThreads, (PointBlocksAtOnce<D0 + D1 + D2>()))
     PointsKernel(const __grid_constant__ AdaptiveLaunch launch) {
   const uint64_t total = launch.state.chunk_first[launch.plan_chunks], point = Item();
   if (point >= total || total > launch.most_points) return;
   const PointSite site = SiteOf(launch, point);
-  const PointThread<D0, D1, D2> thread(launch.fused, site);
+  const PointThread<D0, D1, D2, kWeighted> thread(launch.fused, site);
   if (thread.Run(PointSink(launch, site))) StoreDefinitionNormal(launch, point);
 }
 
@@ -259,8 +273,11 @@ __global__ void __launch_bounds__(kBlockThreads, (PointBlocksAtOnce<D0 + D1 + D2
 
 KernelCall PointsCall(const AdaptiveLaunch& launch) {
   const unsigned blocks = Blocks(launch.most_points > 0 ? launch.most_points : 1);
+  const bool weighted = launch.fused.plan.weights.vertices != nullptr;
   return CallByDegree(launch.fused.tables.degree, [&]<int D0, int D1, int D2> {
-    return KernelCall(&PointsKernel<D0, D1, D2>, Order::kAfter, blocks, kBlockThreads, 0, launch);
+    const auto kernel =
+        weighted ? &PointsKernel<D0, D1, D2, true> : &PointsKernel<D0, D1, D2, false>;
+    return KernelCall(kernel, Order::kAfter, blocks, kBlockThreads, 0, launch);
   });
 }
 

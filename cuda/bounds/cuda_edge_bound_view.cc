@@ -33,7 +33,7 @@ size_t PinnedBytes(const DeformPlan& plan) {
 
 uint64_t CudaEdgeBoundView::DeviceBytesFor(const DeformPlan& plan) {
   return EdgeBoundMemory::BytesFor(plan) + CudaFrame::DeviceBytesFor(plan, false) +
-         (FloatsOfPolynomials(plan) + plan.boxes.size()) * sizeof(float);
+         PolynomialMemory::BytesFor(plan);
 }
 
 uint64_t CudaEdgeBoundView::HostBytesFor(const DeformPlan& plan) {
@@ -48,21 +48,16 @@ absl::StatusOr<std::unique_ptr<CudaEdgeBoundView>> CudaEdgeBoundView::Create(
   const cudaStream_t stream = lane->stream().get();
   LATTICED_ASSIGN_OR_RETURN(const auto tables, device_plan->Tables(/*smooth=*/false, from));
   LATTICED_ASSIGN_OR_RETURN(auto frame, CudaFrame::Create(plan, nullptr, *context, lane, from));
-  const auto floats = [&](size_t count) {
-    return DeviceBuffer<float>::Create(from, "box_polynomials", count, stream);
-  };
-  LATTICED_ASSIGN_OR_RETURN(auto coefficients, floats(FloatsOfPolynomials(*plan)));
-  LATTICED_ASSIGN_OR_RETURN(auto cofactor_bounds, floats(plan->boxes.size()));
+  LATTICED_ASSIGN_OR_RETURN(auto polynomials, PolynomialMemory::Create(*plan, from, stream));
   std::vector<uint32_t> first_edges = FirstEdges(*plan);
   LATTICED_ASSIGN_OR_RETURN(auto memory, EdgeBoundMemory::Create(*plan, first_edges, from, stream));
   LATTICED_ASSIGN_OR_RETURN(auto pinned, context->pinned().Borrow(PinnedBytes(*plan)));
   std::ranges::fill_n(pinned.data(), static_cast<ptrdiff_t>(plan->edges.size()), uint8_t{0});
   const bool is_empty = plan->patches.empty();
-  std::unique_ptr<CudaEdgeBoundView> view(
-      new CudaEdgeBoundView(std::move(plan), std::move(device_plan), spec, std::move(context),
-                            std::move(lane), tables, std::move(first_edges),
-                            {std::move(frame), std::move(coefficients), std::move(cofactor_bounds),
-                             std::move(memory), std::move(pinned)}));
+  std::unique_ptr<CudaEdgeBoundView> view(new CudaEdgeBoundView(
+      std::move(plan), std::move(device_plan), spec, std::move(context), std::move(lane), tables,
+      std::move(first_edges),
+      {std::move(frame), std::move(polynomials), std::move(memory), std::move(pinned)}));
   if (is_empty) return view;
   LATTICED_RETURN_IF_ERROR(view->LaunchStage(kernels::ReachCall(view->LaunchFor(0)), "reach"));
   return view;
@@ -92,10 +87,7 @@ kernels::AdaptiveLaunch CudaEdgeBoundView::LaunchFor(size_t chunks) const {
   kernels::AdaptiveLaunch launch{};
   launch.fused.plan = tables_;
   launch.fused.tables = device_plan_->fused_tables();
-  launch.fused.polynomials = {.scale = 1,
-                              .offset = {},
-                              .coefficients = parts_.coefficients.data(),
-                              .cofactor_bounds = parts_.cofactor_bounds.data()};
+  launch.fused.polynomials = parts_.polynomials.polynomials(1, {});
   launch.fused.control_points = parts_.frame.control_points().data;
   launch.fused.attached = parts_.frame.attached().data;
   launch.fused.chunks = parts_.frame.chunks();
@@ -198,8 +190,7 @@ absl::Status CudaEdgeBoundView::SetReach(std::span<const Vec3d> reach) {
 }
 
 MemoryUse CudaEdgeBoundView::memory() const {
-  return {{"device_box_polynomials",
-           parts_.coefficients.size_bytes() + parts_.cofactor_bounds.size_bytes()},
+  return {{"device_box_polynomials", parts_.polynomials.size_bytes()},
           {"device_bounds", parts_.memory.size_bytes()},
           {"device_staging", parts_.frame.DeviceBytes()},
           {"bounds", first_edges_.size() * sizeof(uint32_t)},

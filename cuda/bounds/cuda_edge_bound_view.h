@@ -23,6 +23,7 @@
 #include "cuda/bounds/edge_bound_memory.h"
 #include "cuda/device/launch_graph.h"
 #include "cuda/device/pinned_memory.h"
+#include "cuda/fused/polynomial_memory.h"
 #include "cuda/plan/device_plan.h"
 #include "cuda/view/cuda_frame.h"
 
@@ -54,7 +55,7 @@ class CudaEdgeBoundView : public CheckedView, public ReachSlice {
  private:
   struct Parts {
     CudaFrame frame;
-    DeviceBuffer<float> coefficients, cofactor_bounds;
+    PolynomialMemory polynomials;
     EdgeBoundMemory memory;
     PinnedBuffer pinned;
   };

@@ -19,7 +19,8 @@ EdgeBoundMemory::Parts EdgeBoundMemory::PartsOf(const DeformPlan& plan) {
   BlockParts block;
   Parts parts{};
   parts.reach = block.Add(plan.boxes.size() * 3 * sizeof(uint32_t));
-  parts.slack = block.Add(plan.boxes.size() * 6 * sizeof(float));
+  parts.slack =
+      block.Add(plan.boxes.size() * kernels::SlackSums(plan.is_weighted()) * sizeof(float));
   parts.bounds = block.Add(plan.patches.size() * 3 * sizeof(float));
   parts.maxima = block.Add(plan.edges.size() * sizeof(uint32_t));
   parts.bytes = block.Add(plan.edges.size());

@@ -5,7 +5,7 @@
 // last evaluation.
 //
 //   tables   edges 12 a patch | first edges 4 a chunk
-//   state    reach 12, slack 24 a box | bounds 12 a patch | maxima 4 an edge | bytes 1 an edge
+//   state    reach 12, slack 24 a box (36 with weights) | bounds 12 a patch | maxima 4 an edge | bytes 1 an edge
 //
 // Each part begins at a multiple of 256 bytes.
 //

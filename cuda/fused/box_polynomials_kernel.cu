@@ -40,6 +40,7 @@ __device__ Triple TripleAt(const int* degree, int index) {
   return {{index / (n1 * n2), index / n2 % n1, index % n2}};
 }
 
+template <bool kWeighted>
 class BoxWarp {
  public:
   // Divides here, before the kernel waits for anything.
@@ -60,6 +61,7 @@ class BoxWarp {
     for (int k = 0; k < kMine; ++k) {
       power_[k] = TripleAt(degree_, min(Mine(k), count_ - 1));
       slope_[k] = SlopeOf(power_[k], gradient);
+      if constexpr (kWeighted) size_[k] = SizeOf(power_[k]);
     }
   }
 
@@ -67,7 +69,7 @@ class BoxWarp {
     if (box_ == a_.plan.outside_box) {
       WaitForKernelBefore();
       LetNextKernelBegin();
-      SetIdentity();
+      SetOutside();
     } else {
       ContractControlPoints();
     }
@@ -91,11 +93,15 @@ class BoxWarp {
                       static_cast<float>(at[2]) * gradient[2];
     return sum * ldexpf(1, 1 - at[0] - at[1] - at[2]);
   }
+  // An upper bound of |l0^a l1^b l2^c| there.
+  __device__ static float SizeOf(const Triple& power) {
+    return ldexpf(1, -power.at[0] - power.at[1] - power.at[2]);
+  }
 
   __device__ void ContractControlPoints() {
     int span[3];  // by permuted axis
     for (int i = 0; i < 3; ++i) span[i] = a_.plan.boxes[box_].span[a_.tables.axis[i]];
-    const Vec3d* from[kMine];
+    int from[kMine];
 #pragma unroll
     for (int k = 0; k < kMine; ++k) from[k] = ControlPoint(span, power_[k]);
     const int n1 = degree_[1] + 1, n2 = degree_[2] + 1;
@@ -106,7 +112,10 @@ class BoxWarp {
     LetNextKernelBegin();
 #pragma unroll
     for (int k = 0; k < kMine; ++k) {
-      if (Mine(k) < count_) tile_[Mine(k)] = *from[k];
+      if (Mine(k) >= count_) continue;
+      Vec3d point = a_.control_points[from[k]];
+      if constexpr (kWeighted) point -= a_.plan.weights.identity_points[from[k]];
+      tile_[Mine(k)] = point;
     }
     __syncwarp();
     Contract(last, 2, 1);
@@ -127,8 +136,8 @@ class BoxWarp {
     return column;
   }
 
-  // The control point at `local` within the box that ends at `span`.
-  __device__ const Vec3d* ControlPoint(const int* span, const Triple& local) const {
+  // The index of the control point at `local` within the box that ends at `span`.
+  __device__ int ControlPoint(const int* span, const Triple& local) const {
     int at[3];  // by axis of the lattice
 #pragma unroll
     for (int i = 0; i < 3; ++i) {
@@ -138,7 +147,7 @@ class BoxWarp {
       }
     }
     const int* size = a_.plan.size;
-    return a_.control_points + (at[0] + size[0] * (at[1] + size[1] * at[2]));
+    return at[0] + size[0] * (at[1] + size[1] * at[2]);
   }
 
   // Changes from basis functions to powers along permuted axis i; neighbours along it are `stride`
@@ -162,8 +171,8 @@ class BoxWarp {
     __syncwarp();
   }
 
-  // The identity map, by box-local coordinates.
-  __device__ void SetIdentity() {
+  // The identity map, by box-local coordinates; its displacement is zero.
+  __device__ void SetOutside() {
     const FusedBox& box = a_.tables.boxes[box_];
 #pragma unroll
     for (int k = 0; k < kMine; ++k) {
@@ -174,7 +183,7 @@ class BoxWarp {
         const int axis = a_.tables.axis[power[0] == 1 ? 0 : power[1] == 1 ? 1 : 2];
         c[axis] = 1 / box.inverse_width[axis];
       }
-      tile_[Mine(k)] = c;
+      tile_[Mine(k)] = kWeighted ? Vec3d{} : c;
     }
     __syncwarp();
   }
@@ -182,26 +191,36 @@ class BoxWarp {
   __device__ void Store() {
     const int stride = CoefficientStride(degree_[0], degree_[1], degree_[2]);
     float* row = a_.out.coefficients + size_t{box_} * 3 * static_cast<size_t>(stride);
-    float slope = 0;  // this lane's part of a bound of ||J||
+    // This lane's parts of bounds of ||J|| and of the displacement.
+    float slope = 0, length = 0;
 #pragma unroll
     for (int k = 0; k < kMine; ++k) {
       const int index = Mine(k);
       if (index >= stride) continue;
       Vec3d c;
       if (index < count_) c = a_.out.scale * tile_[index];
-      if (index == 0) c += a_.out.offset;
+      if (!kWeighted && index == 0) c += a_.out.offset;
       const Vec3f v = ToFloat(c);
       row[index] = v.x;
       row[stride + index] = v.y;
       row[2 * stride + index] = v.z;
-      slope += slope_[k] * norm3df(v.x, v.y, v.z);
+      const float norm = norm3df(v.x, v.y, v.z);
+      slope += slope_[k] * norm;
+      if constexpr (kWeighted) length += size_[k] * norm;
     }
-#pragma unroll
-    for (int step = kLanes / 2; step > 0; step /= 2) {
-      slope += __shfl_xor_sync(kAllLanes, slope, step);
-    }
+    slope = SumOfLanes(slope);
     // The spectral norm of cof J is at most half the squared Frobenius norm of J.
     if (lane_ == 0) a_.out.cofactor_bounds[box_] = 0.5f * slope * slope;
+    if constexpr (kWeighted) {
+      length = SumOfLanes(length);
+      if (lane_ == 0) a_.out.length_bounds[box_] = length;
+    }
+  }
+
+  __device__ static float SumOfLanes(float x) {
+#pragma unroll
+    for (int step = kLanes / 2; step > 0; step /= 2) x += __shfl_xor_sync(kAllLanes, x, step);
+    return x;
   }
 
   const Arguments& a_;
@@ -211,10 +230,11 @@ class BoxWarp {
   const int count_, lane_;
   Triple power_[kMine];  // of each of the lane's coefficients; past the end, of the last one
   float slope_[kMine];   // bounds of these powers' gradients by world position
+  float size_[kMine];    // bounds of the powers; only with weights
 };
 
-// For all boxes, or for a list of them. The list takes registers, so these are two kernels.
-template <bool kListed>
+// For all boxes, or for a list of them. The list takes registers, so these are two kernels, and two with weights.
+template <bool kListed, bool kWeighted>
 __global__ void __launch_bounds__(kBlockThreads)
     BoxPolynomialsKernel(const __grid_constant__ Arguments arguments) {
   // Bytes, since Vec3d has a constructor.
@@ -227,7 +247,8 @@ __global__ void __launch_bounds__(kBlockThreads)
     LetNextKernelBegin();
     box = arguments.boxes.numbers[box];
   }
-  BoxWarp(arguments, box, reinterpret_cast<Vec3d*>(tiles) + threadIdx.x / kLanes * kMost).Run();
+  BoxWarp<kWeighted>(arguments, box, reinterpret_cast<Vec3d*>(tiles) + threadIdx.x / kLanes * kMost)
+      .Run();
 }
 
 }  // namespace
@@ -237,7 +258,10 @@ KernelCall BoxPolynomialsCall(const PlanTables& plan, const FusedTables& tables,
                               const BoxPolynomials& polynomials) {
   const bool listed = boxes.numbers != nullptr;
   const size_t threads = size_t{listed ? boxes.count : tables.box_count} * kLanes;
-  return {listed ? BoxPolynomialsKernel<true> : BoxPolynomialsKernel<false>,
+  const bool weighted = plan.weights.vertices != nullptr;
+  return {listed
+              ? (weighted ? BoxPolynomialsKernel<true, true> : BoxPolynomialsKernel<true, false>)
+              : (weighted ? BoxPolynomialsKernel<false, true> : BoxPolynomialsKernel<false, false>),
           Order::kDependent,
           Blocks(threads),
           kBlockThreads,

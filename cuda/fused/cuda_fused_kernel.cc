@@ -12,7 +12,6 @@
 #include "core/view/view_layout.h"
 #include "cuda/device/cuda_device.h"
 #include "cuda/device/cuda_status.h"
-#include "cuda/fused/weighted_launch.h"
 
 namespace latticed {
 namespace {
@@ -20,17 +19,7 @@ namespace {
 using kernels::LaneFormat;
 using kernels::WireChunk;
 
-absl::StatusOr<DeviceBuffer<float>> Floats(DeviceReservation& from, const CudaLane& lane,
-                                           size_t count) {
-  return DeviceBuffer<float>::Create(from, "box_polynomials", count, lane.stream().get());
-}
-
 size_t WireListBytes(const DeformPlan& plan) { return plan.chunk_count() * sizeof(WireChunk); }
-
-size_t CoefficientCount(const DeformPlan& plan) {
-  const std::array<int, 3>& d = plan.structure.degree;  // in any order
-  return plan.boxes.size() * 3 * static_cast<size_t>(kernels::CoefficientStride(d[0], d[1], d[2]));
-}
 
 LaneFormat FormatFor(const ViewSpec& spec) {
   if (spec.format == VertexFormat::kFloat32) return LaneFormat::kFloat32;
@@ -47,8 +36,7 @@ size_t PaddedPoints(const DeformPlan& plan, const ViewSpec& spec) {
 }  // namespace
 
 uint64_t CudaFusedKernel::DeviceBytesFor(const DeformPlan& plan) {
-  return StagedUpload::DeviceBytesFor(WireListBytes(plan)) +
-         (CoefficientCount(plan) + plan.boxes.size()) * sizeof(float);
+  return StagedUpload::DeviceBytesFor(WireListBytes(plan)) + PolynomialMemory::BytesFor(plan);
 }
 
 absl::StatusOr<std::unique_ptr<CudaFusedKernel>> CudaFusedKernel::Create(
@@ -59,11 +47,11 @@ absl::StatusOr<std::unique_ptr<CudaFusedKernel>> CudaFusedKernel::Create(
                             device_plan->Tables(spec.normals == NormalMode::kSmooth, from));
   LATTICED_ASSIGN_OR_RETURN(auto wire_chunks,
                             StagedUpload::Create(context, lane, WireListBytes(*plan), from));
-  LATTICED_ASSIGN_OR_RETURN(auto coefficients, Floats(from, *lane, CoefficientCount(*plan)));
-  LATTICED_ASSIGN_OR_RETURN(auto bounds, Floats(from, *lane, plan->boxes.size()));
+  LATTICED_ASSIGN_OR_RETURN(auto polynomials,
+                            PolynomialMemory::Create(*plan, from, lane->stream().get()));
   std::unique_ptr<CudaFusedKernel> kernel(
       new CudaFusedKernel(std::move(plan), std::move(device_plan), spec, std::move(lane), tables,
-                          {std::move(wire_chunks), std::move(coefficients), std::move(bounds)}));
+                          {std::move(wire_chunks), std::move(polynomials)}));
   LATTICED_RETURN_IF_ERROR(kernel->CountBlocksAtOnce(context.device()));
   return kernel;
 }
@@ -81,7 +69,8 @@ CudaFusedKernel::CudaFusedKernel(std::shared_ptr<const DeformPlan> plan,
 
 absl::Status CudaFusedKernel::CountBlocksAtOnce(int device) {
   LATTICED_ASSIGN_OR_RETURN(const auto multiprocessors, CountMultiprocessors(device));
-  const kernels::FusedLaunch any{.tables = device_plan_->fused_tables(),
+  const kernels::FusedLaunch any{.plan = tables_,
+                                 .tables = device_plan_->fused_tables(),
                                  .segments = spec_.segments,
                                  .normals = NormalsOf(spec_.normals),
                                  .output = {.format = FormatFor(spec_)}};
@@ -109,10 +98,9 @@ size_t CudaFusedKernel::FirstPlaneBytes() const {
 
 kernels::BoxPolynomials CudaFusedKernel::Polynomials(const QuantisationBox& box) const {
   const bool floats = FormatFor(spec_) == LaneFormat::kFloat32;
-  return {.scale = floats ? 1 : 1 / box.range,
-          .offset = floats ? Vec3d{} : (plan_->local_origin - box.origin) / box.range,
-          .coefficients = buffers_.coefficients.data(),
-          .cofactor_bounds = buffers_.cofactor_bounds.data()};
+  if (floats) return buffers_.polynomials.polynomials(1, {});
+  return buffers_.polynomials.polynomials(1 / box.range,
+                                          (plan_->local_origin - box.origin) / box.range);
 }
 
 kernels::FusedOutput CudaFusedKernel::Output(uint8_t* vertices) const {
@@ -141,13 +129,11 @@ absl::Status CudaFusedKernel::Evaluate(const CudaFrame& frame, const Quantisatio
                               .output = Output(vertices.data)};
   const kernels::BoxList boxes{frame.boxes().data, static_cast<uint32_t>(frame.boxes().size)};
   const bool part = boxes.numbers != nullptr;
-  if (!plan_->is_weighted()) launch.blocks = kernels::DivideChunks(launch, blocks_at_once_);
+  launch.blocks = kernels::DivideChunks(launch, blocks_at_once_);
   std::array calls{frame.SendCall(),
                    kernels::BoxPolynomialsCall(tables_, launch.tables, launch.control_points, boxes,
                                                launch.polynomials),
-                   plan_->is_weighted()
-                       ? kernels::WeightedCall({launch, device_plan_->weight_tables()})
-                       : kernels::FusedCall(launch)};
+                   kernels::FusedCall(launch)};
   return LaunchAll(calls, part);
 }
 
@@ -203,8 +189,7 @@ absl::Status CudaFusedKernel::ToWireOrder(DeviceSpan<const uint8_t> vertices,
 }
 
 MemoryUse CudaFusedKernel::memory() const {
-  return {{"device_box_polynomials",
-           buffers_.coefficients.size_bytes() + buffers_.cofactor_bounds.size_bytes()},
+  return {{"device_box_polynomials", buffers_.polynomials.size_bytes()},
           {"device_staging", buffers_.wire_chunks.DeviceBytes()},
           {"staging", buffers_.wire_chunks.PinnedBytes()}};
 }

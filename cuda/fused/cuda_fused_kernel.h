@@ -15,6 +15,7 @@
 
 #include "cuda/device/launch_graph.h"
 #include "cuda/fused/fused_kernels.h"
+#include "cuda/fused/polynomial_memory.h"
 #include "cuda/plan/device_plan.h"
 #include "cuda/view/cuda_vertex_kernel.h"
 
@@ -46,7 +47,7 @@ class CudaFusedKernel : public CudaVertexKernel {
   // Evaluate fills the polynomials; ToWireOrder fills the list of chunks.
   struct Buffers {
     StagedUpload wire_chunks;
-    DeviceBuffer<float> coefficients, cofactor_bounds;
+    PolynomialMemory polynomials;
   };
   CudaFusedKernel(std::shared_ptr<const DeformPlan> plan, std::shared_ptr<DevicePlan> device_plan,
                   const ViewSpec& spec, std::shared_ptr<CudaLane> lane, kernels::PlanTables tables,

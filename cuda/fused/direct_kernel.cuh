@@ -8,6 +8,7 @@
 //   position   R of the box that owns the point, at a place whose bits are the same from both sides
 //   normal     cof(J) N = n0 J1 x J2 + n1 J2 x J0 + n2 J0 x J1, J the Jacobian of R of the patch's own
 //              box and n the conormal of N there, interpolated from the corners
+//   weights    weighted_patch.cuh
 //
 // This kernel is a dependent launch after box_polynomials_kernel.cu. A warp takes a chunk, or a part of one
 // when chunks are few; a lane takes a patch. Every patch evaluates its own corners and edges. A lane
@@ -23,6 +24,7 @@
 #include "cuda/fused/fused_ahead.cuh"
 #include "cuda/fused/fused_store.cuh"
 #include "cuda/fused/weak_normal.cuh"
+#include "cuda/fused/weighted_patch.cuh"
 
 namespace latticed::kernels {
 
@@ -51,8 +53,10 @@ __device__ __noinline__ void ReplaceWeakNormals(const FusedLaunch& launch, unsig
   }
 }
 
-template <int D0, int D1, int D2>
+template <int D0, int D1, int D2, bool kWeighted>
 class DirectWarp {
+  using Weights = PatchWeights<kWeighted>;
+
  public:
   __device__ __forceinline__ DirectWarp(const FusedLaunch& launch, FusedBlocks::Part part,
                                         unsigned lane)
@@ -61,12 +65,13 @@ class DirectWarp {
         chunk_(launch.chunks != nullptr ? launch.chunks[part.index] : part.index),
         lane_(lane),
         // Lanes past the last patch repeat it.
-        patch_(launch, min(chunk_ * kLanes + lane, launch.patch_count - 1)) {}
+        patch_(launch, min(chunk_ * kLanes + lane, launch.patch_count - 1)),
+        weights_(launch, min(chunk_ * kLanes + lane, launch.patch_count - 1)) {}
 
   __device__ __forceinline__ void Run() {
     // Only the plan and the list of chunks were read before this line: an earlier kernel brought them.
     WaitForKernelBefore();
-    range_ = patch_.Range();
+    range_ = patch_.Range(weights_.CofactorBound(launch_, patch_.box()));
     DirectTriple triple(launch_.segments);
     uint32_t others = part_.part;  // triples of other warps that come before the next of this one
     do {
@@ -93,9 +98,18 @@ class DirectWarp {
     for (int r = 0; r < 3; ++r) PlacePoint(triple, barycentrics, r, place[r]);
     DirectJet jet[3];
     EvaluateJets<D0, D1, D2>(launch_, patch_.box(), place, jet);
+    typename Weights::Rest rest[3];
+#pragma unroll
+    for (int r = 0; r < 3; ++r) {
+      rest[r] = weights_.RestAt(r, [&](float a, float b, float c) {
+        return triple.IsOnRim() ? OnEdge(a, b, triple.steps[1], launch_.segments)
+                                : barycentrics.Blend(a, b, c);
+      });
+      weights_.Combine(rest[r], jet[r]);
+    }
     if (triple.IsOnRim()) {
       EvaluateByOwners<D0, D1, D2>(launch_, patch_, triple, [&](int r, int component, float value) {
-        jet[r][component][0] = value;
+        jet[r][component][0] = weights_.Position(rest[r], component, value);
       });
     }
     if (IsFloat()) {
@@ -151,11 +165,12 @@ class DirectWarp {
   const uint32_t chunk_;
   const unsigned lane_;
   const DirectPatch patch_;
+  const Weights weights_;
   NormalRange range_;
   unsigned weak_ = 0;  // bit i: point i of the pattern
 };
 
-template <int D0, int D1, int D2>
+template <int D0, int D1, int D2, bool kWeighted>
 __global__ void __launch_bounds__(kDirectThreads, (DirectBlocksAtOnce<D0 + D1 + D2>()))
     DirectKernel(const __grid_constant__ FusedLaunch launch) {
   const uint32_t number = blockIdx.x * kDirectWarps + threadIdx.x / kLanes;
@@ -166,7 +181,7 @@ __global__ void __launch_bounds__(kDirectThreads, (DirectBlocksAtOnce<D0 + D1 + 
   ahead.BringPartOf(launch.plan.facet_normals);
   if (launch.normals == Normals::kSmooth) ahead.BringPartOf(launch.plan.corner_normals);
   ahead.BringPatches();
-  DirectWarp<D0, D1, D2> warp(launch, part, lane);
+  DirectWarp<D0, D1, D2, kWeighted> warp(launch, part, lane);
   ahead.BringVertices();
   warp.Run();
 }

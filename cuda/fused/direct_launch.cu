@@ -9,9 +9,11 @@ namespace latticed::kernels {
 KernelCall DirectCall(const FusedLaunch& launch) {
   const unsigned blocks =
       (launch.blocks.Count(launch.chunk_count) + kDirectWarps - 1) / kDirectWarps;
+  const bool weighted = launch.plan.weights.vertices != nullptr;
   return CallByDegree(launch.tables.degree, [&]<int D0, int D1, int D2> {
-    return KernelCall(&DirectKernel<D0, D1, D2>, Order::kDependent, blocks, kDirectThreads, 0,
-                      launch);
+    const auto kernel =
+        weighted ? &DirectKernel<D0, D1, D2, true> : &DirectKernel<D0, D1, D2, false>;
+    return KernelCall(kernel, Order::kDependent, blocks, kDirectThreads, 0, launch);
   });
 }
 

@@ -18,17 +18,16 @@ struct DirectCorner {
   float conormal[3];
 };
 
-// The k-th of `segments` + 1 points on the line from one place to another. Point k from one end is bit for
-// bit point `segments` - k from the other end.
-template <int kNumbers = 3>
+// A coordinate of the k-th of `segments` + 1 points on a line. Point k from one end is bit for bit point
+// `segments` - k from the other end.
+__device__ __forceinline__ float OnEdge(float from, float to, int k, int segments) {
+  const float tau = static_cast<float>(2 * k - segments) * (0.5f / static_cast<float>(segments));
+  return k == 0 ? from : fmaf(to - from, tau, 0.5f * (from + to));
+}
 __device__ __forceinline__ void PlaceOnEdge(const float* from, const float* to, int k, int segments,
                                             float* place) {
-  const float tau = static_cast<float>(2 * k - segments) * (0.5f / static_cast<float>(segments));
 #pragma unroll
-  for (int i = 0; i < kNumbers; ++i) {
-    const float middle = 0.5f * (from[i] + to[i]);
-    place[i] = k == 0 ? from[i] : fmaf(to[i] - from[i], tau, middle);
-  }
+  for (int i = 0; i < 3; ++i) place[i] = OnEdge(from[i], to[i], k, segments);
 }
 
 class DirectPatch {
@@ -45,9 +44,9 @@ class DirectPatch {
   }
 
   __device__ uint32_t box() const { return patch_.Box(); }
-  // Reads the polynomials.
-  __device__ __forceinline__ NormalRange Range() const {
-    const double bound = double{launch_.polynomials.cofactor_bounds[box()]} * per_unit_;
+  // `cofactor_bound`: of ||cof J||, J the Jacobian by world position.
+  __device__ __forceinline__ NormalRange Range(double cofactor_bound) const {
+    const double bound = cofactor_bound * per_unit_;
     return RangeOfNormals(bound, bound);
   }
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The steps that direct_kernel.cuh and weighted_kernel.cu share: the points of a triple (direct_triple.h) of a patch.
+// The steps of direct_kernel.cuh: the points of a triple (direct_triple.h) of a patch.
 // Barycentric coordinates of point r are those with respect to corners r, r + 1 and r + 2.
 #ifndef LATTICED_CUDA_FUSED_DIRECT_POINTS_CUH_
 #define LATTICED_CUDA_FUSED_DIRECT_POINTS_CUH_

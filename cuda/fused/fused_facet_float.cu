@@ -4,6 +4,7 @@
 
 namespace latticed::kernels {
 
-template KernelCall FusedCallByDegree<false, true>(const FusedLaunch&);
+template KernelCall FusedCallByDegree<false, true, false>(const FusedLaunch&);
+template KernelCall FusedCallByDegree<false, true, true>(const FusedLaunch&);
 
 }  // namespace latticed::kernels

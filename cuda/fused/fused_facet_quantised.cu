@@ -4,6 +4,7 @@
 
 namespace latticed::kernels {
 
-template KernelCall FusedCallByDegree<false, false>(const FusedLaunch&);
+template KernelCall FusedCallByDegree<false, false, false>(const FusedLaunch&);
+template KernelCall FusedCallByDegree<false, false, true>(const FusedLaunch&);
 
 }  // namespace latticed::kernels

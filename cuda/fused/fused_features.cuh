@@ -16,10 +16,10 @@ namespace latticed::kernels {
 // Warps 0 and 1 evaluate edges, and one of them also corners; warp 2 computes the patches' frames.
 constexpr int kEdgeWarps = 2, kFrameWarp = 2;
 
-template <int D0, int D1, int D2, bool kSmooth, bool kFloat>
+template <int D0, int D1, int D2, bool kSmooth, bool kFloat, bool kWeighted>
 class FeatureKernel {
   static constexpr int N = D0 + D1 + D2, kStride = CoefficientStride(D0, D1, D2);
-  using Shared = FusedShared<N, kSmooth, kFloat>;
+  using Shared = FusedShared<N + (kWeighted ? 1 : 0), kSmooth, kFloat, kWeighted>;
   // Measured: the other warp makes float32 take 1 % longer and quantised vertices 3 %.
   static constexpr int kCornerWarp = kFloat ? 0 : 1;
 
@@ -54,6 +54,9 @@ class FeatureKernel {
     auto* to = reinterpret_cast<double2*>(&Shared::Vertex(threadIdx.x));
 #pragma unroll
     for (size_t k = 0; k < sizeof(DeviceVertex) / sizeof(double2); ++k) to[k] = from[k];
+    if constexpr (kWeighted) {
+      Shared::CornerWeight(threadIdx.x) = static_cast<float>(launch_.plan.weights.vertices[vertex]);
+    }
   }
 
   // The corners and edges of this warp.
@@ -88,8 +91,45 @@ class FeatureKernel {
       LoadCoefficients<kStride>(launch_, box, component, c);
       PointJet<D0, D1, D2, false>::Evaluate(c, l, at + component);
     }
+    if constexpr (kWeighted) {
+      const Vec3f rest = ToFloat(RestPoint(launch_, vertex.world));
+      const float weight = Shared::CornerWeight(number);
+      at[0] = fmaf(weight, at[0], rest.x);
+      at[1] = fmaf(weight, at[1], rest.y);
+      at[2] = fmaf(weight, at[2], rest.z);
+    }
     Shared::Set(Shared::CornerAt(number), sink_.MakePosition({at[0], at[1], at[2]}));
   }
+
+  // An edge at rest and its weight, f(tau) = middle + tau rise. Exchanging the ends changes the sign of the rise.
+  struct RestEdge {
+    float middle[4], rise[4];  // x, y, z and the weight
+
+    __device__ __forceinline__ RestEdge(const FusedLaunch& launch, unsigned from, unsigned to) {
+      const Vec3d a = RestPoint(launch, Shared::Vertex(from).world);
+      const Vec3d b = RestPoint(launch, Shared::Vertex(to).world);
+#pragma unroll
+      for (int i = 0; i < 3; ++i) {
+        middle[i] = static_cast<float>(0.5 * ((&a.x)[i] + (&b.x)[i]));
+        rise[i] = static_cast<float>((&b.x)[i] - (&a.x)[i]);
+      }
+      const float w0 = Shared::CornerWeight(from), w1 = Shared::CornerWeight(to);
+      middle[3] = 0.5f * (w0 + w1), rise[3] = w1 - w0;
+    }
+    // Turns displacements at -tau and tau into positions.
+    __device__ __forceinline__ void Place(float tau, float* left, float* right) const {
+      const float w_left = fmaf(-rise[3], tau, middle[3]), w_right = fmaf(rise[3], tau, middle[3]);
+#pragma unroll
+      for (int i = 0; i < 3; ++i) {
+        left[i] = fmaf(w_left, left[i], fmaf(-rise[i], tau, middle[i]));
+        right[i] = fmaf(w_right, right[i], fmaf(rise[i], tau, middle[i]));
+      }
+    }
+  };
+  struct NoEdge {
+    __device__ NoEdge(const FusedLaunch&, unsigned, unsigned) {}
+    __device__ void Place(float, float*, float*) const {}
+  };
 
   // The inner points of an edge, in the direction of its first use.
   __device__ __forceinline__ void EvaluateEdge(unsigned number) {
@@ -97,8 +137,8 @@ class FeatureKernel {
     const int slot = static_cast<int>(use / kLanes);
     const DevicePatch& patch = Shared::Patch(use % kLanes);
     const FeatureUses uses = Shared::Uses(use % kLanes);
-    const DeviceVertex& from = Shared::Vertex(uses.Corner(slot));
-    const DeviceVertex& to = Shared::Vertex(uses.Corner(slot == 2 ? 0 : slot + 1));
+    const unsigned first = uses.Corner(slot), last = uses.Corner(slot == 2 ? 0 : slot + 1);
+    const DeviceVertex &from = Shared::Vertex(first), &to = Shared::Vertex(last);
     const uint32_t box =
         OwnerOf(launch_, {PatchOf(use), patch.Box(), static_cast<uint32_t>(slot) + 3,
                           patch.EdgeSteps(slot), patch.EdgeOnSeam(slot)});
@@ -116,6 +156,7 @@ class FeatureKernel {
       LoadCoefficients<kStride>(launch_, box, component, c);
       EdgeComposition<D0, D1, D2>::Compose(c, midpoint, direction, p[component]);
     }
+    const std::conditional_t<kWeighted, RestEdge, NoEdge> rest(launch_, first, last);
     const float unit = 0.5f / static_cast<float>(launch_.segments);
     for (int low = 1; 2 * low <= launch_.segments; ++low) {
       const int high = launch_.segments - low;
@@ -128,6 +169,7 @@ class FeatureKernel {
         left[component] = fmaf(-odd, tau, even);
         right[component] = fmaf(odd, tau, even);
       }
+      rest.Place(tau, left, right);
       Shared::Set(Shared::EdgePointAt(number, low),
                   sink_.MakePosition({left[0], left[1], left[2]}));
       Shared::Set(Shared::EdgePointAt(number, high),

@@ -90,6 +90,21 @@ __device__ inline double LocalCoordinate(const FusedLaunch& launch, const Device
   return __dmul_rn(v[axis] - (&b.centre.x)[axis], (&b.inverse_width.x)[axis]);
 }
 
+// A point at rest, from the world to the units of the output.
+__device__ inline Vec3d RestPoint(const FusedLaunch& launch, Vec3d world) {
+  return launch.polynomials.scale * world + launch.polynomials.offset;
+}
+// An upper bound of ||cof J|| with weights: half the squared Frobenius norm of J = I + w J_G + G grad(w)^T.
+// `steepness`: |grad w| in the world. Reads the polynomials.
+__device__ inline double WeightedCofactorBound(const FusedLaunch& launch, uint32_t box,
+                                               double steepness) {
+  constexpr double kSqrt3 = 1.7320508075688773;
+  const BoxPolynomials& p = launch.polynomials;
+  const double slope = sqrt(2 * double{p.cofactor_bounds[box]});
+  const double norm = kSqrt3 * p.scale + slope + steepness * double{p.length_bounds[box]};
+  return 0.5 * norm * norm;
+}
+
 // Rows of a chunk's frames in shared memory. A row has one float for each lane.
 enum FrameRow {
   kCentre = 0,
@@ -102,6 +117,16 @@ enum FrameRow {
   kFacet = kFacetRows,         // direction of the facet normal; this and the next are smooth only
   kVertexNormal = kFacet + 3,  // [3 corners][3]: by facet normal, along and across; see CarryNormal
   kSmoothRows = kVertexNormal + 9,
+};
+template <bool kSmooth>
+constexpr int kPlainRows = kSmooth ? kSmoothRows : kFacetRows;
+// Rows that follow with weights, counted from kPlainRows. Of an affine function of the patch at rest there
+// are three: its value at the centre, and its changes along and across.
+enum WeightRow {
+  kRest = 0,  // of x, y and z in the units of the output
+  kWeight = 9,
+  kRestFacet = 12,  // the facet normal, times the scale of the output
+  kWeightRows = 15,
 };
 
 // Vertex normals in the frame, as components n with cof(J) N |along| |across| =
@@ -122,16 +147,37 @@ __device__ inline void WriteSmoothRows(const FusedLaunch& launch, uint32_t patch
   }
 }
 
+// `centre`, relative to the local origin, and the other two are of the patch at rest. `weight`: that of
+// corner 0, which lies at `corner`.
+__device__ inline void WriteWeightRows(const FusedLaunch& launch, uint32_t patch, Vec3d facet,
+                                       Vec3d centre, Vec3d along, Vec3d across, Vec3d corner,
+                                       double weight, float* rows, int lanes) {
+  const double scale = launch.polynomials.scale;
+  const Vec3d gradient = launch.plan.weights.gradients[patch], rest = RestPoint(launch, centre);
+#pragma unroll
+  for (int i = 0; i < 3; ++i) {
+    float* row = rows + (kRest + 3 * i) * lanes;
+    row[0] = static_cast<float>((&rest.x)[i]);
+    row[lanes] = static_cast<float>(scale * (&along.x)[i]);
+    row[2 * lanes] = static_cast<float>(scale * (&across.x)[i]);
+    rows[(kRestFacet + i) * lanes] = static_cast<float>(scale * (&facet.x)[i]);
+  }
+  float* row = rows + kWeight * lanes;
+  row[0] = static_cast<float>(weight + Dot(gradient, centre - corner));
+  row[lanes] = static_cast<float>(Dot(gradient, along));
+  row[2 * lanes] = static_cast<float>(Dot(gradient, across));
+}
+
 struct FrameSize {
   double length, height;  // of the patch's first edge, and of the patch over it
 };
 
 // Writes all rows but the two of NormalRange. Reads only the plan. `corner`: the vertices of the patch;
-// `facet`: its facet normal.
-template <bool kSmooth>
+// `facet`: its facet normal; `weight`: that of corner 0.
+template <bool kSmooth, bool kWeighted>
 __device__ inline FrameSize WriteFrame(const FusedLaunch& launch, uint32_t patch, uint32_t box,
                                        Vec3d facet, const DeviceVertex* const (&corner)[3],
-                                       float* rows, int lanes) {
+                                       double weight, float* rows, int lanes) {
   const Vec3d origin = corner[0]->world;
   const Vec3d side = corner[2]->world - origin;
   Vec3d along = corner[1]->world - origin;
@@ -157,6 +203,11 @@ __device__ inline FrameSize WriteFrame(const FusedLaunch& launch, uint32_t patch
   rows[kShear * lanes] = static_cast<float>(shear);
   if constexpr (kSmooth) {
     WriteSmoothRows(launch, patch, box, facet, along, across, rows, lanes);
+  }
+  if constexpr (kWeighted) {
+    const Vec3d centre = origin + (0.5 + 0.5 * shear) * along + 0.5 * across;
+    WriteWeightRows(launch, patch, facet, centre, along, across, origin, weight,
+                    rows + kPlainRows<kSmooth> * lanes, lanes);
   }
   return {length, height};
 }

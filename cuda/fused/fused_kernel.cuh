@@ -7,7 +7,8 @@
 // one a lane. (When chunks are few, several blocks share a chunk: each does steps 1 and 2, and some of the
 // rows of step 3.) The three warps of a block
 //   1  evaluate the chunk's edges and corners, and compute the patches' frames
-//   2  compose one component each, and leave its Taylor coefficients in shared memory
+//   2  compose one component each, and leave its Taylor coefficients in shared memory; with weights they
+//      compose the displacement G, multiply it by w, and add x (core/ffd/weights/vertex_weights.h)
 //   3  take rows in turn, and write vertices from registers
 //   4  replace the normals that lost their digits to cancellation by those of the definition
 #ifndef LATTICED_CUDA_FUSED_FUSED_KERNEL_CUH_
@@ -25,13 +26,13 @@ namespace latticed::kernels {
 constexpr int kFusedThreads = kFusedWarps * kLanes;
 
 // How many blocks a multiprocessor must hold at once; the compiler limits the registers to that. N is the
-// sum of the degrees. These were fastest on an H200, at 113,663 patches and 10 segments. With one more,
+// degree of a patch: the sum of the degrees, one more with weights. These were fastest on an H200, at 113,663 patches and 10 segments. With one more,
 // registers spill to memory (2x2x2 smooth: 0.135 ms with five, 0.109 with four); with one fewer, the
 // multiprocessor is idle more often.
 template <int N, bool kSmooth>
 constexpr int BlocksAtOnce() {
   constexpr int kLeastSum = 3;
-  constexpr int kFacet[] = {8, 7, 5, 5, 4, 4, 4}, kVertex[] = {5, 5, 4, 4, 4, 3, 2};
+  constexpr int kFacet[] = {8, 7, 5, 5, 4, 4, 4, 4}, kVertex[] = {5, 5, 4, 4, 4, 3, 2, 2};
   return kSmooth ? kVertex[N - kLeastSum] : kFacet[N - kLeastSum];
 }
 
@@ -67,12 +68,14 @@ __device__ __noinline__ void ReplaceWeakNormals(const FusedLaunch& launch, const
   }
 }
 
-template <int D0, int D1, int D2, bool kSmooth, bool kFloat>
+template <int D0, int D1, int D2, bool kSmooth, bool kFloat, bool kWeighted>
 class FusedBlock {
-  static constexpr int N = D0 + D1 + D2, kStride = CoefficientStride(D0, D1, D2);
-  using Shared = FusedShared<N, kSmooth, kFloat>;
+  static constexpr int kSum = D0 + D1 + D2, kStride = CoefficientStride(D0, D1, D2);
+  static constexpr int N = kSum + (kWeighted ? 1 : 0);  // degree of a patch
 
  public:
+  using Shared = FusedShared<N, kSmooth, kFloat, kWeighted>;
+
   // `index`: the place of the chunk in the launch.
   __device__ FusedBlock(const FusedLaunch& launch, uint32_t index)
       : launch_(launch),
@@ -98,7 +101,7 @@ class FusedBlock {
       if constexpr (kSmooth) ahead.BringPartOf(launch_.plan.corner_normals);
       ahead.BringPatches();
     }
-    FeatureKernel<D0, D1, D2, kSmooth, kFloat> features(launch_, chunk_);
+    FeatureKernel<D0, D1, D2, kSmooth, kFloat, kWeighted> features(launch_, chunk_);
     features.Begin(uses, patch, warp_, lane_);
     __syncthreads();
     features.Vertices();
@@ -115,7 +118,7 @@ class FusedBlock {
     __syncthreads();
     Compose(patch.Box());
     __syncthreads();
-    RowKernel<N, kSmooth, kFloat> rows(launch_, uses, chunk_, lane_);
+    RowKernel<N, kSmooth, kFloat, kWeighted> rows(launch_, uses, chunk_, lane_);
     const RowTurns turns = Turns();
     for (int low = turns.first; 2 * low <= launch_.segments; low += turns.of) rows.Run(low);
     if (!rows.any_weak() || launch_.normals == Normals::kNone) return;
@@ -129,12 +132,14 @@ class FusedBlock {
     const DeviceVertex* const corner[3] = {&Shared::Vertex(uses.Corner(0)),
                                            &Shared::Vertex(uses.Corner(1)),
                                            &Shared::Vertex(uses.Corner(2))};
-    return WriteFrame<kSmooth>(launch_, patch_index_, patch.Box(), UnpackDirection(facet), corner,
-                               &Shared::Frame(0, lane_), kLanes);
+    const double weight = kWeighted ? double{Shared::CornerWeight(uses.Corner(0))} : 1;
+    return WriteFrame<kSmooth, kWeighted>(launch_, patch_index_, patch.Box(),
+                                          UnpackDirection(facet), corner, weight,
+                                          &Shared::Frame(0, lane_), kLanes);
   }
   // Reads the polynomials.
   __device__ __forceinline__ void BoundNormals(uint32_t box, FrameSize size) const {
-    const double by_length = double{launch_.polynomials.cofactor_bounds[box]} * size.length;
+    const double by_length = CofactorBound(box) * size.length;
     const double bound = by_length * size.height;
     // Smooth normals have the term P_facet x P_along, and P_facet belongs to a normal of length 1.
     const NormalRange range = RangeOfNormals(bound, kSmooth ? by_length : bound);
@@ -145,6 +150,14 @@ class FusedBlock {
     const FusedBlocks::Part part = launch_.blocks.PartOf(blockIdx.x);
     return {static_cast<int>(part.part * kFusedWarps) + warp_,
             static_cast<int>(part.parts * kFusedWarps)};
+  }
+  __device__ __forceinline__ double CofactorBound(uint32_t box) const {
+    if constexpr (kWeighted) {
+      const double steepness = Norm(launch_.plan.weights.gradients[patch_index_]);
+      return WeightedCofactorBound(launch_, box, steepness);
+    } else {
+      return launch_.polynomials.cofactor_bounds[box];
+    }
   }
   // Warp w composes component w.
   __device__ __forceinline__ void Compose(uint32_t box) {
@@ -159,12 +172,32 @@ class FusedBlock {
     map.FormPowers();
     float c[kStride], p[Terms(N)], out[4 * Shared::kVectors];
     LoadCoefficients<kStride>(launch_, box, warp_, c);
-    Composition<D0, D1, D2, kSmooth>::Compose(c, map, p, out + Shared::kFacetAt);
+    if constexpr (kWeighted) {
+      ComposeWeighted(c, map, p, out + Shared::kFacetAt);
+    } else {
+      Composition<D0, D1, D2, kSmooth>::Compose(c, map, p, out + Shared::kFacetAt);
+    }
     ToRowForm(p, Shared::Frame(kShear, lane_), out);
 #pragma unroll
     for (int k = 0; k < Shared::kVectors; ++k) {
       Shared::Coefficients(warp_, k, lane_) = {out[4 * k], out[4 * k + 1], out[4 * k + 2],
                                                out[4 * k + 3]};
+    }
+  }
+
+  // x + w G, and its derivative along the facet normal, where w does not change.
+  __device__ __forceinline__ void ComposeWeighted(const float* c, const AffineMap<D2>& map,
+                                                  float* p, float* facet) const {
+    const auto row = [this](int k) { return Shared::Frame(kPlainRows<kSmooth> + k, lane_); };
+    const float weight[3] = {row(kWeight), row(kWeight + 1), row(kWeight + 2)};
+    const int own = kRest + 3 * warp_;
+    const float rest[3] = {row(own), row(own + 1), row(own + 2)};
+    float displacement[Terms(kSum)], by_normal[Terms(kSum - 1)];
+    Composition<D0, D1, D2, kSmooth>::Compose(c, map, displacement, by_normal);
+    MultiplyLinearAdd<kSum, 1>(displacement, weight, rest, p);
+    if constexpr (kSmooth) {
+      const float slope[1] = {row(kRestFacet + warp_)};
+      MultiplyLinearAdd<kSum - 1, 0>(by_normal, weight, slope, facet);
     }
   }
 
@@ -204,11 +237,12 @@ class FusedBlock {
   uint32_t patch_index_;
 };
 
-template <int D0, int D1, int D2, bool kSmooth, bool kFloat>
-__global__ void __launch_bounds__(kFusedThreads, (BlocksAtOnce<D0 + D1 + D2, kSmooth>()))
+template <int D0, int D1, int D2, bool kSmooth, bool kFloat, bool kWeighted>
+__global__ void __launch_bounds__(kFusedThreads,
+                                  (BlocksAtOnce<D0 + D1 + D2 + (kWeighted ? 1 : 0), kSmooth>()))
     FusedKernel(const __grid_constant__ FusedLaunch launch) {
   const uint32_t index = launch.blocks.PartOf(blockIdx.x).index;
-  FusedBlock<D0, D1, D2, kSmooth, kFloat>(launch, index).Run();
+  FusedBlock<D0, D1, D2, kSmooth, kFloat, kWeighted>(launch, index).Run();
 }
 
 }  // namespace latticed::kernels

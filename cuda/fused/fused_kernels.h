@@ -28,11 +28,14 @@ namespace latticed::kernels {
 
 // The polynomial of each box in the units of the output format, float: [box][component][coefficient],
 // rows of CoefficientStride; coefficient (a (d1 + 1) + b)(d2 + 1) + c belongs to l0^a l1^b l2^c.
+//
+//   scale R + offset     of the point; of a plan with weights, scale (R - x) of its displacement
 struct BoxPolynomials {
-  double scale;  // the polynomial is scale R + offset
+  double scale;
   Vec3d offset;
   float* coefficients;
   float* cofactor_bounds;  // upper bounds of ||cof J|| in the box, J of the scaled polynomial
+  float* length_bounds;    // with weights: upper bounds of the displacement's length; else null
 };
 // Rows are padded to multiples of 16 bytes.
 LATTICED_HD constexpr int CoefficientStride(int d0, int d1, int d2) {

@@ -24,6 +24,17 @@ int MostParts(const FusedLaunch& launch) {
                           : divided_up(launch.segments / 2 + 1, kFusedWarps);  // pairs of rows
 }
 
+template <bool kWeighted>
+KernelCall ComposingCall(const FusedLaunch& launch) {
+  const bool floats = launch.output.format == LaneFormat::kFloat32;
+  if (launch.normals == Normals::kSmooth) {
+    return floats ? FusedCallByDegree<true, true, kWeighted>(launch)
+                  : FusedCallByDegree<true, false, kWeighted>(launch);
+  }
+  return floats ? FusedCallByDegree<false, true, kWeighted>(launch)
+                : FusedCallByDegree<false, false, kWeighted>(launch);
+}
+
 }  // namespace
 
 FusedBlocks DivideChunks(const FusedLaunch& launch, int blocks_at_once) {
@@ -39,11 +50,8 @@ FusedBlocks DivideChunks(const FusedLaunch& launch, int blocks_at_once) {
 
 KernelCall FusedCall(const FusedLaunch& launch) {
   if (IsDirect(launch)) return DirectCall(launch);
-  const bool floats = launch.output.format == LaneFormat::kFloat32;
-  if (launch.normals == Normals::kSmooth) {
-    return floats ? FusedCallByDegree<true, true>(launch) : FusedCallByDegree<true, false>(launch);
-  }
-  return floats ? FusedCallByDegree<false, true>(launch) : FusedCallByDegree<false, false>(launch);
+  return launch.plan.weights.vertices != nullptr ? ComposingCall<true>(launch)
+                                                 : ComposingCall<false>(launch);
 }
 
 }  // namespace latticed::kernels

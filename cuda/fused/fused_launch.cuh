@@ -12,12 +12,13 @@
 
 namespace latticed::kernels {
 
-template <bool kSmooth, bool kFloat>
+template <bool kSmooth, bool kFloat, bool kWeighted>
 KernelCall FusedCallByDegree(const FusedLaunch& launch) {
   return CallByDegree(launch.tables.degree, [&]<int D0, int D1, int D2> {
-    return KernelCall(&FusedKernel<D0, D1, D2, kSmooth, kFloat>, Order::kDependent,
+    using Block = FusedBlock<D0, D1, D2, kSmooth, kFloat, kWeighted>;
+    return KernelCall(&FusedKernel<D0, D1, D2, kSmooth, kFloat, kWeighted>, Order::kDependent,
                       launch.blocks.Count(launch.chunk_count), kFusedThreads,
-                      FusedShared<D0 + D1 + D2, kSmooth, kFloat>::Bytes(launch.segments), launch);
+                      Block::Shared::Bytes(launch.segments), launch);
   });
 }
 

@@ -143,7 +143,7 @@ class Composition {
 // From powers to Taylor coefficients: p[At(i, j)] *= i! j!, the derivative d^i/dx^i d^j/dt^j at 0.
 template <int N>
 __device__ __forceinline__ void ToTaylor(float* p) {
-  constexpr float kFactorial[10] = {1, 1, 2, 6, 24, 120, 720, 5040, 40320, 362880};
+  constexpr float kFactorial[11] = {1, 1, 2, 6, 24, 120, 720, 5040, 40320, 362880, 3628800};
 #pragma unroll
   for (int i = 0; i <= N; ++i) {
 #pragma unroll

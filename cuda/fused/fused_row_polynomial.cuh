@@ -21,9 +21,9 @@ struct RowPowers {
   float t, of[size_t{N} + 1];
 
   __device__ explicit RowPowers(float t) : t(t) {
-    constexpr float kInverse[10] = {
-        1,          1,          1.0f / 2,    1.0f / 6,     1.0f / 24,
-        1.0f / 120, 1.0f / 720, 1.0f / 5040, 1.0f / 40320, 1.0f / 362880};
+    constexpr float kInverse[11] = {
+        1,          1,           1.0f / 2,     1.0f / 6,      1.0f / 24,     1.0f / 120,
+        1.0f / 720, 1.0f / 5040, 1.0f / 40320, 1.0f / 362880, 1.0f / 3628800};
     float even = 1;
 #pragma unroll
     for (int j = 0; j <= N; ++j) {

@@ -40,10 +40,10 @@ struct Tangents {
   float3 along, across, facet;
 };
 
-template <int N, bool kSmooth, bool kFloat>
+template <int N, bool kSmooth, bool kFloat, bool kWeighted>
 class RowKernel {
  public:
-  using Shared = FusedShared<N, kSmooth, kFloat>;
+  using Shared = FusedShared<N, kSmooth, kFloat, kWeighted>;
   using Row = FusedRow<N, kSmooth>;
   using Step = RowStep<N>;
   using Sink = VertexSink<kFloat>;

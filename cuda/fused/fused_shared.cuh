@@ -13,7 +13,8 @@
 
 namespace latticed::kernels {
 
-template <int N, bool kSmooth, bool kFloat>
+// N: the degree of a patch.
+template <int N, bool kSmooth, bool kFloat, bool kWeighted>
 class FusedShared {
  public:
   // Taylor coefficients of one component: of P, of P_across and, with smooth normals, of P_facet.
@@ -45,6 +46,10 @@ class FusedShared {
   }
   __device__ static DeviceVertex& Vertex(unsigned corner) {
     return reinterpret_cast<DeviceVertex*>(Vectors() + kLanes + kLanes / 2)[corner];
+  }
+  // Their weights.
+  __device__ static float& CornerWeight(unsigned corner) {
+    return reinterpret_cast<float*>(&Vertex(kUses))[corner];
   }
   // Lane and slot of the first use of a corner or edge: lane | slot << 5.
   __device__ static uint8_t& CornerUse(unsigned number) { return Bytes8()[kUsesAt * 4 + number]; }
@@ -81,12 +86,13 @@ class FusedShared {
   static constexpr int kUses = 3 * kLanes;  // uses of corners; as many of edges
   static constexpr int kWords = VertexSink<kFloat>::kPositionWords;
   static constexpr int kFrameAt = 3 * kVectors * 4 * kLanes;
-  static constexpr int kWeakAt = kFrameAt + (kSmooth ? kSmoothRows : kFacetRows) * kLanes;
+  static constexpr int kFrameRows = kPlainRows<kSmooth> + (kWeighted ? kWeightRows : 0);
+  static constexpr int kWeakAt = kFrameAt + kFrameRows * kLanes;
   static constexpr int kUsesAt = kWeakAt + kRows;
   static constexpr int kCornersAt = kUsesAt + 2 * kUses / 4;
   static constexpr int kEdgesAt = kCornersAt + kWords * kUses;
   static_assert(kLanes * (sizeof(DevicePatch) + sizeof(FeatureUses)) +
-                    kUses * sizeof(DeviceVertex) <=
+                    kUses * (sizeof(DeviceVertex) + (kWeighted ? sizeof(float) : 0)) <=
                 kFrameAt * sizeof(float));
 
   // Declared here, not passed as a pointer, so that the compiler knows that it is shared memory.

@@ -4,6 +4,7 @@
 
 namespace latticed::kernels {
 
-template KernelCall FusedCallByDegree<true, true>(const FusedLaunch&);
+template KernelCall FusedCallByDegree<true, true, false>(const FusedLaunch&);
+template KernelCall FusedCallByDegree<true, true, true>(const FusedLaunch&);
 
 }  // namespace latticed::kernels

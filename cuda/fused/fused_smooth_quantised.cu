@@ -4,6 +4,7 @@
 
 namespace latticed::kernels {
 
-template KernelCall FusedCallByDegree<true, false>(const FusedLaunch&);
+template KernelCall FusedCallByDegree<true, false, false>(const FusedLaunch&);
+template KernelCall FusedCallByDegree<true, false, true>(const FusedLaunch&);
 
 }  // namespace latticed::kernels

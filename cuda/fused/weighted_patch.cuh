@@ -1,88 +1,107 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a lane of the weighted kernel knows of its patch beside DirectPatch: the mesh at rest and its weights, in the units of the
-// output, by the coordinates of the patch's box.
+// How a lane combines the displacement G = F(x) - x at a point with the mesh at rest (core/ffd/weights/vertex_weights.h):
+//
+//   P = x + w G,   dP = dx + w dG + G dw
+//
+// NoWeights stands for a mesh without weights: it does nothing, and the kernels are the same as if it were not there.
+// Twin of core/cpu/fused/kernel/fused_weights-inl.h.
 #ifndef LATTICED_CUDA_FUSED_WEIGHTED_PATCH_CUH_
 #define LATTICED_CUDA_FUSED_WEIGHTED_PATCH_CUH_
 
-#include "cuda/fused/direct_patch.cuh"
-#include "cuda/fused/weighted_launch.h"
+#include "cuda/fused/fused_geometry.cuh"
 
 namespace latticed::kernels {
 
-// Numbers of a point at rest: x, y, z and the weight.
-inline constexpr int kRestNumbers = 4, kWeight = 3;
+struct NoWeights {
+  struct Rest {};
+
+  __device__ NoWeights(const FusedLaunch&, uint32_t) {}
+  template <class Blend>
+  __device__ Rest RestAt(int, const Blend&) const {
+    return {};
+  }
+  __device__ float Position(const Rest&, int, float position) const { return position; }
+  __device__ void Combine(const Rest&, float (&)[3][4]) const {}
+  __device__ double CofactorBound(const FusedLaunch& launch, uint32_t box) const {
+    return launch.polynomials.cofactor_bounds[box];
+  }
+};
 
 class WeightedPatch {
  public:
+  // Of a point, in the units of the output.
+  struct Rest {
+    float at[3], weight;
+  };
+
   // Reads only the plan.
-  __device__ __forceinline__ WeightedPatch(const WeightedLaunch& launch, uint32_t index) {
-    const FusedLaunch& fused = launch.fused;
-    const DevicePatch patch = fused.plan.patches[index];
+  __device__ __forceinline__ WeightedPatch(const FusedLaunch& launch, uint32_t index) {
+    const DevicePatch patch = launch.plan.patches[index];
 #pragma unroll
     for (int c = 0; c < 3; ++c) {
       const uint32_t v = patch.Vertex(c);
-      const Vec3d at =
-          fused.polynomials.scale * fused.plan.vertices[v].world + fused.polynomials.offset;
-      corner_[c][0] = static_cast<float>(at.x);
-      corner_[c][1] = static_cast<float>(at.y);
-      corner_[c][2] = static_cast<float>(at.z);
-      corner_[c][kWeight] = static_cast<float>(launch.weights.vertices[v]);
+      const Vec3f at = ToFloat(RestPoint(launch, launch.plan.vertices[v].world));
+      corner_[c] = {{at.x, at.y, at.z}, static_cast<float>(launch.plan.weights.vertices[v])};
     }
-    SetSlopes(fused, patch.Box(), launch.weights.gradients[index]);
+    const Vec3d gradient = launch.plan.weights.gradients[index];
+    steepness_ = Norm(gradient);
+    SetSlopes(launch, patch.Box(), gradient);
   }
 
-  __device__ const float* corner(int c) const { return corner_[c]; }
-
-  // Combines the jet of F at a point with the mesh at rest. `at`: the point at rest; `jet`: of F, then of the result.
-  //
-  //   x + w (F - x),   dx + w (dF - dx) + (F - x) dw
-  //
-  // error[i]: how much rounding may have changed (F - x) dw, by coordinate i.
-  __device__ __forceinline__ void Combine(const float* at, float (&jet)[3][4],
-                                          float (&error)[3]) const {
-    const float w = at[kWeight];
-    float reach = 0;
+  // blend(a, b, c): a number at the point, from those of corner r and of the next two.
+  template <class Blend>
+  __device__ __forceinline__ Rest RestAt(int r, const Blend& blend) const {
+    const Rest &a = corner_[r], &b = corner_[(r + 1) % 3], &c = corner_[(r + 2) % 3];
+    return {{blend(a.at[0], b.at[0], c.at[0]), blend(a.at[1], b.at[1], c.at[1]),
+             blend(a.at[2], b.at[2], c.at[2])},
+            blend(a.weight, b.weight, c.weight)};
+  }
+  __device__ __forceinline__ float Position(const Rest& rest, int component,
+                                            float displacement) const {
+    return fmaf(rest.weight, displacement, rest.at[component]);
+  }
+  // Turns the jet of G (fused_point.cuh) into that of P.
+  __device__ __forceinline__ void Combine(const Rest& rest, float (&jet)[3][4]) const {
 #pragma unroll
     for (int component = 0; component < 3; ++component) {
       float* const its = jet[component];
-      const float offset = its[0] - at[component];
-      reach = fmaxf(reach, fmaxf(fabsf(its[0]), fabsf(at[component])));
-      its[0] = fmaf(w, offset, at[component]);
 #pragma unroll
       for (int i = 0; i < 3; ++i) {
-        const float rest = by_coordinate_[i][component];
-        its[3 - i] = fmaf(offset, slope_[i], fmaf(w, its[3 - i] - rest, rest));
+        const float slope = fmaf(its[0], slope_[i], by_coordinate_[i][component]);
+        its[3 - i] = fmaf(rest.weight, its[3 - i], slope);
       }
+      its[0] = Position(rest, component, its[0]);
     }
-#pragma unroll
-    for (int i = 0; i < 3; ++i) error[i] = kRounding * reach * fabsf(slope_[i]);
+  }
+  __device__ double CofactorBound(const FusedLaunch& launch, uint32_t box) const {
+    return WeightedCofactorBound(launch, box, steepness_);
   }
 
  private:
-  // Twice the rounding of a float.
-  static constexpr float kRounding = 0x1p-22f;
-
-  __device__ __forceinline__ void SetSlopes(const FusedLaunch& fused, uint32_t box,
+  __device__ __forceinline__ void SetSlopes(const FusedLaunch& launch, uint32_t box,
                                             Vec3d gradient) {
-    const Vec3d* row = fused.tables.boxes[box].gradient;
+    const Vec3d* row = launch.tables.boxes[box].gradient;
     const Vec3d cofactor[3] = {Cross(row[1], row[2]), Cross(row[2], row[0]), Cross(row[0], row[1])};
     const double over = 1 / Dot(row[0], cofactor[0]);
 #pragma unroll
     for (int i = 0; i < 3; ++i) {
       const Vec3d world = over * cofactor[i];  // by coordinate i
+      const Vec3f f = ToFloat(launch.polynomials.scale * world);
       slope_[i] = static_cast<float>(Dot(gradient, world));
-      by_coordinate_[i][0] = static_cast<float>(fused.polynomials.scale * world.x);
-      by_coordinate_[i][1] = static_cast<float>(fused.polynomials.scale * world.y);
-      by_coordinate_[i][2] = static_cast<float>(fused.polynomials.scale * world.z);
+      by_coordinate_[i][0] = f.x, by_coordinate_[i][1] = f.y, by_coordinate_[i][2] = f.z;
     }
   }
 
-  float corner_[3][kRestNumbers];
+  Rest corner_[3];
+  double steepness_;           // |grad w| in the world
   float by_coordinate_[3][3];  // of the point at rest
   float slope_[3];             // of the weight
 };
+
+template <bool kWeighted>
+using PatchWeights = std::conditional_t<kWeighted, WeightedPatch, NoWeights>;
 
 }  // namespace latticed::kernels
 

@@ -2,7 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The normal of the definition at one point, in double, for points where products in float32 cancel. It
-// has the formulas of DirectFfd::Evaluate (core/ffd/carried_normal.h) and reads the device's tables.
+// has the formulas of DirectFfd::Evaluate (core/ffd/carried_normal.h, core/ffd/weights/vertex_weights.h)
+// and reads the device's tables.
 #ifndef LATTICED_CUDA_PLAN_DEFINITION_NORMAL_CUH_
 #define LATTICED_CUDA_PLAN_DEFINITION_NORMAL_CUH_
 
@@ -26,6 +27,24 @@ __device__ inline Vec3d RestNormal(const PlanTables& plan, size_t patch, Vec3d b
   return smooth ? RestSmoothNormal(plan, patch, b) : UnpackDirection(plan.facet_normals[patch]);
 }
 
+// With weights, from the Jacobian of F to I + w (J_F - I) + (F(x) - x) grad(w)^T. `deformed`: F(x).
+__device__ inline void Weigh(const PlanTables& plan, size_t patch, Vec3d b, Vec3d deformed,
+                             Vec3d (&jacobian)[3]) {
+  Vec3d world[3];
+  double weight = 0;
+  for (int c = 0; c < 3; ++c) {
+    const uint32_t v = plan.patches[patch].Vertex(c);
+    world[c] = plan.vertices[v].world;
+    weight += (&b.x)[c] * plan.weights.vertices[v];
+  }
+  const Vec3d gradient = plan.weights.gradients[patch], offset = deformed - Blend(world, b);
+#pragma unroll
+  for (int axis = 0; axis < 3; ++axis) {
+    jacobian[axis] = weight * jacobian[axis] + (&gradient.x)[axis] * offset;
+    jacobian[axis][axis] += 1 - weight;
+  }
+}
+
 // Not inlined, because kernels with many instances call it twice.
 __device__ __noinline__ inline CarriedNormal CarryAt(const PlanTables& plan,
                                                      const Vec3d* control_points, size_t patch,
@@ -38,6 +57,7 @@ __device__ __noinline__ inline CarriedNormal CarryAt(const PlanTables& plan,
     const VolumePoint point = EvaluateVolume<true>(Volume(plan, control_points),
                                                    plan.boxes[p.Box()].span, Blend(parameter, b));
     WorldJacobian(point.derivatives, plan.parameter_by_world, jacobian);
+    if (plan.weights.vertices != nullptr) Weigh(plan, patch, b, point.position, jacobian);
   }
   return CarryNormal(jacobian, RestNormal(plan, patch, b, smooth));
 }

@@ -65,6 +65,12 @@ std::vector<Vec3d> PackGradients(const DeformPlan& plan) {
   return gradients;
 }
 
+std::vector<Vec3d> PackIdentity(const DeformPlan& plan) {
+  std::vector<Vec3d> points = plan.identity_points;
+  for (Vec3d& p : points) p -= plan.local_origin;
+  return points;
+}
+
 std::vector<kernels::FusedBox> PackBoxes(const DeformPlan& plan, const BoxBasis& basis) {
   std::vector<kernels::FusedBox> boxes;
   boxes.reserve(plan.boxes.size());
@@ -155,8 +161,9 @@ absl::Status DevicePlan::AddTables(Pipeline pipeline, TableUpload& upload) {
   upload.Add(PackSpans(plan), tables_.boxes);
   upload.Add(PackFacetNormals(plan), tables_.facet_normals);
   if (plan.is_weighted()) {
-    upload.Add(plan.vertex_weights, weight_tables_.vertices);
-    upload.Add(PackGradients(plan), weight_tables_.gradients);
+    upload.Add(plan.vertex_weights, tables_.weights.vertices);
+    upload.Add(PackGradients(plan), tables_.weights.gradients);
+    upload.Add(PackIdentity(plan), tables_.weights.identity_points);
   }
   if (pipeline == Pipeline::kFused) {
     AddBoxes(plan_, packed.seam_uses, upload, fused_tables_);

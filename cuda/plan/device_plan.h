@@ -26,7 +26,6 @@
 #include "cuda/plan/fused_tables.h"
 #include "cuda/plan/plan_tables.h"
 #include "cuda/plan/shared_point_tables.h"
-#include "cuda/plan/weight_tables.h"
 
 namespace latticed {
 
@@ -48,8 +47,6 @@ class DevicePlan {
   const kernels::SharedPointTables& shared_points() const { return shared_points_; }
   // For kFused alone.
   const kernels::FusedTables& fused_tables() const { return fused_tables_; }
-  // For a plan with weights.
-  const kernels::WeightTables& weight_tables() const { return weight_tables_; }
   // For kFused with a large lattice; else null.
   const std::shared_ptr<const ChunkNeeds>& chunk_needs() const { return chunk_needs_; }
   size_t MemoryBytes() const;  // on the device
@@ -69,7 +66,6 @@ class DevicePlan {
   DeviceBuffer<uint8_t> block_;  // holds all tables but the corner normals
   kernels::PlanTables tables_{};
   kernels::FusedTables fused_tables_{};
-  kernels::WeightTables weight_tables_{};
   kernels::SharedPointTables shared_points_{};
   std::shared_ptr<const ChunkNeeds> chunk_needs_;
   mutable Mutex mutex_;

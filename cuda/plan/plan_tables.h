@@ -13,6 +13,7 @@
 #include "core/base/vec.h"
 #include "cuda/plan/device_patch.h"
 #include "cuda/plan/packed_direction.h"
+#include "cuda/plan/weight_tables.h"
 
 namespace latticed::kernels {
 
@@ -40,6 +41,7 @@ struct PlanTables {
   const DeviceBox* boxes;
   const PackedDirection* facet_normals;  // of the source triangle, one a patch
   const CornerNormals* corner_normals;   // null until a smooth view asks
+  WeightTables weights;
 };
 
 enum class Normals { kNone, kFacet, kSmooth };

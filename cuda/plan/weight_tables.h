@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The weights of a plan in device memory (core/ffd/weights/vertex_weights.h), beside PlanTables.
+// The weights of a plan in device memory (core/ffd/weights/vertex_weights.h), a part of PlanTables.
 #ifndef LATTICED_CUDA_PLAN_WEIGHT_TABLES_H_
 #define LATTICED_CUDA_PLAN_WEIGHT_TABLES_H_
 
@@ -9,10 +9,11 @@
 
 namespace latticed::kernels {
 
-// Both are null without weights.
+// All are null without weights.
 struct WeightTables {
-  const double* vertices;  // one a vertex
-  const Vec3d* gradients;  // one a patch, by world position
+  const double* vertices;        // one a vertex
+  const Vec3d* gradients;        // one a patch, by world position
+  const Vec3d* identity_points;  // the control points of the identity
 };
 
 }  // namespace latticed::kernels

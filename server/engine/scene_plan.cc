@@ -21,15 +21,6 @@ uint64_t WholePages(uint64_t bytes) {
   return (bytes + kPage - 1) / kPage * kPage;
 }
 
-// Whether a scene with weights can have its default view.
-absl::Status CheckWithWeights(const ViewSpec& view, const DeformTarget& target) {
-  if (!HasPositions(view)) return error::NotWithWeights("the scene's default view of patches");
-  if (view.tolerance > 0 && !target.has_tolerance()) {
-    return error::NotWithWeights("the scene's default view with a tolerance");
-  }
-  return absl::OkStatus();
-}
-
 }  // namespace
 
 absl::StatusOr<Scene::Prepared> Scene::Prepare(const PlanKey& key, StopCheck stop) const {
@@ -52,8 +43,8 @@ absl::StatusOr<Scene::Prepared> Scene::Prepare(const PlanKey& key, StopCheck sto
     LATTICED_ASSIGN_OR_RETURN(auto plan, MakePlan(config_.mesh, state.lattices[0].map->continued(),
                                                   config_.crease_angle, stop, key.weights));
     LATTICED_ASSIGN_OR_RETURN(auto target, backend.Prepare(plan, config_.pipeline));
-    if (key.weights != nullptr) {
-      LATTICED_RETURN_IF_ERROR(CheckWithWeights(config_.default_view.key.spec, *target));
+    if (key.weights != nullptr && !HasPositions(config_.default_view.key.spec)) {
+      return error::NotWithWeights("the scene's default view of patches");
     }
     LATTICED_RETURN_IF_ERROR(stop());
     state.patch_tree = std::make_shared<const PatchTree>(*plan);

@@ -44,9 +44,6 @@ absl::StatusOr<WatchView> SettleTolerance(const WatchView& view, const TargetSlo
   }
   const double tolerance = view.key.spec.tolerance;
   if (!(tolerance > 0)) return view;
-  if (!target.has_tolerance() && target.plan()->is_weighted()) {
-    return error::NotWithWeights("a view with a tolerance");
-  }
   if (!target.has_tolerance()) {
     return error::InvalidField(fmt::format("{}.tolerance", field),
                                "this pipeline has none on these devices", "UNSUPPORTED");

@@ -292,6 +292,67 @@ TEST_F(DracoCoderTest, DigestsOfTwoRoundsAreKeptApart) {
   EXPECT_EQ(encode(), changed);
 }
 
+TEST_F(DracoCoderTest, RefusesMoreBitsThanTheViewHasInTwoRounds) {
+  std::vector<Chunk> good, wide;
+  for (uint32_t i = 0; i < 2'100; ++i) {
+    good.push_back(MakeChunk(33, 10, 8, Data::kRandom, kSeed + i));
+    wide.push_back(MakeChunk(33, 16, 8, Data::kRandom, kSeed + i));
+  }
+  ASSERT_OK_AND_ASSIGN(auto writer, WriterOf(ShapeOf(good.front(), true)));
+  std::vector<VertexDigest> digests(good.size());
+  const auto encode = [&](std::span<const Chunk> chunks) {
+    const auto vertices = Upload(chunks);
+    std::vector<SharedBytes> results(chunks.size());
+    return writer.Encode(vertices.span(), PlacesOf(chunks, All(chunks)), kRange, digests, results);
+  };
+  ASSERT_OK(encode(good));
+  const std::vector<VertexDigest> before = digests;
+
+  EXPECT_THAT(encode(wide), StatusIs(absl::StatusCode::kInternal));
+
+  EXPECT_EQ(digests, before);
+  EXPECT_OK(encode(good));
+}
+
+// Also where the streams of both rounds take more than the room that was guessed for them.
+TEST_F(DracoCoderTest, RefusedMemoryChangesNoDigest) {
+  constexpr uint32_t kCount = 2'100;
+  std::vector<Chunk> small, large;
+  for (uint32_t i = 0; i < kCount; ++i) {
+    small.push_back(MakeChunk(33, 14, 8, Data::kConstant, kSeed + i));
+    large.push_back(MakeChunk(33, 14, 8, Data::kRandom, kSeed + i));
+  }
+  int left = -1;  // allocations before the one that is refused; negative: none is
+  ASSERT_OK_AND_ASSIGN(context_, CudaContext::Create(0, {.refuse_allocation = [&](auto, uint64_t) {
+                                                       return left >= 0 && left-- == 0;
+                                                     }}));
+  ASSERT_OK_AND_ASSIGN(lane_, context_->lanes().Borrow());
+  const auto few = Upload(small), many = Upload(large);
+  const auto places = PlacesOf(small, All(small));
+  for (int refused = 0;; ++refused) {
+    ASSERT_OK_AND_ASSIGN(auto writer, WriterOf(ShapeOf(small.front(), true)));
+    std::vector<VertexDigest> digests(kCount);
+    std::vector<SharedBytes> results(kCount);
+    ASSERT_OK(writer.Encode(few.span(), places, kRange, digests, results));
+    const std::vector<VertexDigest> before = digests;
+
+    left = refused;
+    const absl::Status status = writer.Encode(many.span(), places, kRange, digests, results);
+    left = -1;
+
+    if (status.ok()) {
+      EXPECT_GE(refused, 8) << "two rounds of three allocations, and two of the second block";
+      EXPECT_NE(digests, before);
+      return;
+    }
+    EXPECT_THAT(status, StatusIs(absl::StatusCode::kResourceExhausted)) << refused;
+    ASSERT_EQ(digests, before) << refused;
+    results.assign(kCount, {});
+    ASSERT_OK(writer.Encode(many.span(), places, kRange, digests, results));
+    for (uint32_t i = 0; i < kCount; ++i) ASSERT_NE(results[i].data, nullptr) << refused;
+  }
+}
+
 // A round that writes nothing says nothing of the next one. The first call has nothing to go by, so its block is that of
 // the streams, a little below a power of two; a guess of a sixteenth more takes the next one.
 TEST_F(DracoCoderTest, TheGuessOfTheRoomOutlivesARoundWithoutStreams) {
