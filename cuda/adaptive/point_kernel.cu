@@ -174,13 +174,13 @@ template <int D0, int D1, int D2, bool kWeighted>
 class PointThread {
   static constexpr int kStride = CoefficientStride(D0, D1, D2);
   using Weights = PatchWeights<kWeighted>;
-  using Rest = typename Weights::Rest;
 
  public:
   __device__ __forceinline__ PointThread(const FusedLaunch& launch, const PointSite& site)
       : launch_(launch),
         kind_(site.place.Kind()),
         place_(site.place),
+        index_(site.patch),
         patch_(launch, site.patch),
         weights_(launch, site.patch) {}
 
@@ -192,18 +192,19 @@ class PointThread {
       l[i] = place_.Of(patch_.corner(0).place[i], patch_.corner(1).place[i],
                        patch_.corner(2).place[i]);
     }
+    const float weight =
+        weights_.WeightAt(0, [&](float c0, float c1, float c2) { return place_.Of(c0, c1, c2); });
     Jet jet;
 #pragma unroll
     for (int component = 0; component < 3; ++component) {
       float c[kStride];
       LoadCoefficients<kStride>(launch_, patch_.box(), component, c);
       PointJet<D0, D1, D2, true>::Evaluate(c, l, jet[component]);
+      const auto row = Weights::RowOf(launch_, patch_.box(), component);
+      weights_.Combine(row, l, weight, jet[component]);
     }
-    const Rest rest =
-        weights_.RestAt(0, [&](float c0, float c1, float c2) { return place_.Of(c0, c1, c2); });
-    weights_.Combine(rest, jet);
     float position[3] = {jet[0][0], jet[1][0], jet[2][0]};
-    if (kind_ != PatternPlace::kInside) TakeFromOwner(rest, position);
+    if (kind_ != PatternPlace::kInside) TakeFromOwner(weight, position);
     sink.StorePosition(position);
     return launch_.normals != Normals::kNone && !StoreNormal(jet, sink);
   }
@@ -213,7 +214,7 @@ class PointThread {
   using Jet = float[3][4];
 
   // The position on an edge or at a corner that another box owns, from that box's polynomial.
-  __device__ __forceinline__ void TakeFromOwner(const Rest& rest, float* position) const {
+  __device__ __forceinline__ void TakeFromOwner(float weight, float* position) const {
     const uint32_t owner = kind_ < 3 ? patch_.OwnerOfCorner(kind_) : patch_.OwnerOfEdge(kind_ - 3);
     if (owner == patch_.box()) return;
     float from[3], to[3], l[3];
@@ -227,13 +228,14 @@ class PointThread {
       LoadCoefficients<kStride>(launch_, owner, component, c);
       float value;
       PointJet<D0, D1, D2, false>::Evaluate(c, l, &value);
-      position[component] = weights_.Position(rest, component, value);
+      const auto row = Weights::RowOf(launch_, owner, component);
+      position[component] = Weights::Position(row, l, weight, value);
     }
   }
 
   // Returns false where the products cancel.
   __device__ __forceinline__ bool StoreNormal(const Jet& jet, const PointSink& sink) const {
-    const NormalRange range = patch_.Range(weights_.CofactorBound(launch_, patch_.box()));
+    const NormalRange range = patch_.Range(Weights::CofactorBound(launch_, patch_.box(), index_));
     const float3 n = Carry(jet);
     const float norm1 = fabsf(n.x) + fabsf(n.y) + fabsf(n.z);
     if (!(norm1 > range.weak_below && norm1 < kInfinity)) return false;  // also for NaN
@@ -255,6 +257,7 @@ class PointThread {
   const FusedLaunch& launch_;
   const int kind_;
   const Between place_;
+  const uint32_t index_;  // of the patch
   const DirectPatch patch_;
   const Weights weights_;
 };

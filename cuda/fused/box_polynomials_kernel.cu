@@ -214,7 +214,16 @@ class BoxWarp {
     if constexpr (kWeighted) {
       length = SumOfLanes(length);
       if (lane_ == 0) a_.out.length_bounds[box_] = length;
+      StoreRest();
     }
+  }
+  __device__ void StoreRest() const {
+    if (lane_ >= 12) return;
+    const RestBox& box = a_.plan.weights.boxes[box_];
+    const int component = lane_ / 4, k = lane_ % 4;
+    const double value = a_.out.scale * (k == 0 ? box.centre : box.by_coordinate[k - 1])[component];
+    a_.out.rest[box_ * 12 + static_cast<unsigned>(lane_)] =
+        static_cast<float>(k == 0 ? value + a_.out.offset[component] : value);
   }
 
   __device__ static float SumOfLanes(float x) {

@@ -65,13 +65,14 @@ class DirectWarp {
         chunk_(launch.chunks != nullptr ? launch.chunks[part.index] : part.index),
         lane_(lane),
         // Lanes past the last patch repeat it.
-        patch_(launch, min(chunk_ * kLanes + lane, launch.patch_count - 1)),
-        weights_(launch, min(chunk_ * kLanes + lane, launch.patch_count - 1)) {}
+        index_(min(chunk_ * kLanes + lane, launch.patch_count - 1)),
+        patch_(launch, index_),
+        weights_(launch, index_) {}
 
   __device__ __forceinline__ void Run() {
     // Only the plan and the list of chunks were read before this line: an earlier kernel brought them.
     WaitForKernelBefore();
-    range_ = patch_.Range(weights_.CofactorBound(launch_, patch_.box()));
+    range_ = patch_.Range(Weights::CofactorBound(launch_, patch_.box(), index_));
     DirectTriple triple(launch_.segments);
     uint32_t others = part_.part;  // triples of other warps that come before the next of this one
     do {
@@ -98,19 +99,23 @@ class DirectWarp {
     for (int r = 0; r < 3; ++r) PlacePoint(triple, barycentrics, r, place[r]);
     DirectJet jet[3];
     EvaluateJets<D0, D1, D2>(launch_, patch_.box(), place, jet);
-    typename Weights::Rest rest[3];
+    float weight[3];
 #pragma unroll
-    for (int r = 0; r < 3; ++r) {
-      rest[r] = weights_.RestAt(r, [&](float a, float b, float c) {
-        return triple.IsOnRim() ? OnEdge(a, b, triple.steps[1], launch_.segments)
-                                : barycentrics.Blend(a, b, c);
-      });
-      weights_.Combine(rest[r], jet[r]);
+    for (int r = 0; r < 3; ++r) weight[r] = WeightAt(triple, barycentrics, r);
+#pragma unroll
+    for (int component = 0; component < 3; ++component) {
+      const auto row = Weights::RowOf(launch_, patch_.box(), component);
+#pragma unroll
+      for (int r = 0; r < 3; ++r) {
+        weights_.Combine(row, place[r], weight[r], jet[r][component]);
+      }
     }
     if (triple.IsOnRim()) {
-      EvaluateByOwners<D0, D1, D2>(launch_, patch_, triple, [&](int r, int component, float value) {
-        jet[r][component][0] = weights_.Position(rest[r], component, value);
-      });
+      const auto take = [&](uint32_t owner, const float* at, int r, int component, float value) {
+        const auto row = Weights::RowOf(launch_, owner, component);
+        jet[r][component][0] = Weights::Position(row, at, weight[r], value);
+      };
+      EvaluateByOwners<D0, D1, D2>(launch_, patch_, triple, take);
     }
     if (IsFloat()) {
       Store<true>(triple, barycentrics, jet);
@@ -129,6 +134,14 @@ class DirectWarp {
     if (triple.IsOnRim()) return PlaceOnEdge(a, b, triple.steps[1], launch_.segments, place);
 #pragma unroll
     for (int i = 0; i < 3; ++i) place[i] = barycentrics.Blend(a[i], b[i], c[i]);
+  }
+
+  __device__ __forceinline__ float WeightAt(const DirectTriple& triple,
+                                            const Barycentrics& barycentrics, int r) const {
+    return weights_.WeightAt(r, [&](float a, float b, float c) {
+      return triple.IsOnRim() ? OnEdge(a, b, triple.steps[1], launch_.segments)
+                              : barycentrics.Blend(a, b, c);
+    });
   }
 
   template <bool kFloat>
@@ -164,6 +177,7 @@ class DirectWarp {
   const FusedBlocks::Part part_;
   const uint32_t chunk_;
   const unsigned lane_;
+  const uint32_t index_;  // of the patch
   const DirectPatch patch_;
   const Weights weights_;
   NormalRange range_;

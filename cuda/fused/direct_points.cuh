@@ -56,8 +56,8 @@ __device__ __forceinline__ void EvaluateJets(const FusedLaunch& launch, uint32_t
   }
 }
 
-// Of points of a triple on the rim that another box owns: calls take(r, component, value) with the values of that box's
-// polynomial.
+// Of points of a triple on the rim that another box owns: calls take(owner, place, r, component, value) with the values
+// of that box's polynomial, and the place in its coordinates.
 template <int D0, int D1, int D2, class Take>
 __device__ __forceinline__ void EvaluateByOwners(const FusedLaunch& launch,
                                                  const DirectPatch& patch,
@@ -80,7 +80,7 @@ __device__ __forceinline__ void EvaluateByOwners(const FusedLaunch& launch,
       // An index that is not a constant would move the jets from registers to memory.
 #pragma unroll
       for (int q = 0; q < 3; ++q) {
-        if (q == r) take(q, component, value);
+        if (q == r) take(owner, place, q, component, value);
       }
     }
   }

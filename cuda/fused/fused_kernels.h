@@ -34,6 +34,7 @@ struct BoxPolynomials {
   double scale;
   Vec3d offset;
   float* coefficients;
+  float* rest;  // with weights: scale x + offset, [box][component][1, l0, l1, l2]; else null
   float* cofactor_bounds;  // upper bounds of ||cof J|| in the box, J of the scaled polynomial
   float* length_bounds;    // with weights: upper bounds of the displacement's length; else null
 };

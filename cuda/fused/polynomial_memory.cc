@@ -12,8 +12,11 @@ size_t CoefficientCount(const DeformPlan& plan) {
   return plan.boxes.size() * 3 * static_cast<size_t>(kernels::CoefficientStride(d[0], d[1], d[2]));
 }
 
+// Of a box at rest: three components of four numbers.
+constexpr size_t kRestFloats = 12;
+
 size_t FloatCount(const DeformPlan& plan) {
-  return CoefficientCount(plan) + plan.boxes.size() * (plan.is_weighted() ? 2 : 1);
+  return CoefficientCount(plan) + plan.boxes.size() * (plan.is_weighted() ? kRestFloats + 2 : 1);
 }
 
 }  // namespace
@@ -37,12 +40,14 @@ PolynomialMemory::PolynomialMemory(const DeformPlan& plan, DeviceBuffer<float> f
       floats_(std::move(floats)) {}
 
 kernels::BoxPolynomials PolynomialMemory::polynomials(double scale, Vec3d offset) const {
-  float* const bounds = floats_.data() + coefficients_;
+  float* const next = floats_.data() + coefficients_;
+  float* const lengths = next + kRestFloats * boxes_;
   return {.scale = scale,
           .offset = offset,
           .coefficients = floats_.data(),
-          .cofactor_bounds = bounds,
-          .length_bounds = weighted_ ? bounds + boxes_ : nullptr};
+          .rest = weighted_ ? next : nullptr,
+          .cofactor_bounds = weighted_ ? lengths + boxes_ : next,
+          .length_bounds = weighted_ ? lengths : nullptr};
 }
 
 }  // namespace latticed

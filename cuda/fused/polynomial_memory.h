@@ -3,7 +3,7 @@
 //
 // The polynomials of a plan's boxes and their bounds in device memory, one block of floats:
 //
-//   coefficients as BoxPolynomials has them | bounds of cofactors | bounds of lengths, with weights
+//   coefficients as BoxPolynomials has them | with weights: points at rest, bounds of lengths | bounds of cofactors
 //
 // Errors   those of device_buffer.h
 // Threads  one at a time; Create enqueues on the stream and does not wait

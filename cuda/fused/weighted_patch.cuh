@@ -15,89 +15,77 @@
 namespace latticed::kernels {
 
 struct NoWeights {
-  struct Rest {};
+  struct Row {};
 
   __device__ NoWeights(const FusedLaunch&, uint32_t) {}
   template <class Blend>
-  __device__ Rest RestAt(int, const Blend&) const {
-    return {};
+  __device__ float WeightAt(int, const Blend&) const {
+    return 1;
   }
-  __device__ float Position(const Rest&, int, float position) const { return position; }
-  __device__ void Combine(const Rest&, float (&)[3][4]) const {}
-  __device__ double CofactorBound(const FusedLaunch& launch, uint32_t box) const {
+  __device__ static Row RowOf(const FusedLaunch&, uint32_t, int) { return {}; }
+  __device__ static float Position(Row, const float*, float, float position) { return position; }
+  __device__ void Combine(Row, const float*, float, float (&)[4]) const {}
+  __device__ static double CofactorBound(const FusedLaunch& launch, uint32_t box, uint32_t) {
     return launch.polynomials.cofactor_bounds[box];
   }
 };
 
 class WeightedPatch {
  public:
-  // Of a point, in the units of the output.
-  struct Rest {
-    float at[3], weight;
-  };
-
   // Reads only the plan.
   __device__ __forceinline__ WeightedPatch(const FusedLaunch& launch, uint32_t index) {
     const DevicePatch patch = launch.plan.patches[index];
+    const WeightTables& weights = launch.plan.weights;
+    const Vec3d gradient = weights.gradients[index];
 #pragma unroll
-    for (int c = 0; c < 3; ++c) {
-      const uint32_t v = patch.Vertex(c);
-      const Vec3f at = ToFloat(RestPoint(launch, launch.plan.vertices[v].world));
-      corner_[c] = {{at.x, at.y, at.z}, static_cast<float>(launch.plan.weights.vertices[v])};
+    for (int i = 0; i < 3; ++i) {
+      corner_[i] = static_cast<float>(weights.vertices[patch.Vertex(i)]);
+      slope_[i] = static_cast<float>(Dot(gradient, weights.boxes[patch.Box()].by_coordinate[i]));
     }
-    const Vec3d gradient = launch.plan.weights.gradients[index];
-    steepness_ = Norm(gradient);
-    SetSlopes(launch, patch.Box(), gradient);
   }
 
   // blend(a, b, c): a number at the point, from those of corner r and of the next two.
   template <class Blend>
-  __device__ __forceinline__ Rest RestAt(int r, const Blend& blend) const {
-    const Rest &a = corner_[r], &b = corner_[(r + 1) % 3], &c = corner_[(r + 2) % 3];
-    return {{blend(a.at[0], b.at[0], c.at[0]), blend(a.at[1], b.at[1], c.at[1]),
-             blend(a.at[2], b.at[2], c.at[2])},
-            blend(a.weight, b.weight, c.weight)};
+  __device__ __forceinline__ float WeightAt(int r, const Blend& blend) const {
+    return blend(corner_[r], corner_[(r + 1) % 3], corner_[(r + 2) % 3]);
   }
-  __device__ __forceinline__ float Position(const Rest& rest, int component,
-                                            float displacement) const {
-    return fmaf(rest.weight, displacement, rest.at[component]);
-  }
-  // Turns the jet of G (fused_point.cuh) into that of P.
-  __device__ __forceinline__ void Combine(const Rest& rest, float (&jet)[3][4]) const {
-#pragma unroll
-    for (int component = 0; component < 3; ++component) {
-      float* const its = jet[component];
-#pragma unroll
-      for (int i = 0; i < 3; ++i) {
-        const float slope = fmaf(its[0], slope_[i], by_coordinate_[i][component]);
-        its[3 - i] = fmaf(rest.weight, its[3 - i], slope);
-      }
-      its[0] = Position(rest, component, its[0]);
+
+  // One component of the points of a box at rest.
+  struct Row {
+    float4 of;
+
+    __device__ __forceinline__ float At(const float* place) const {
+      return fmaf(place[0], of.y, fmaf(place[1], of.z, fmaf(place[2], of.w, of.x)));
     }
+    __device__ __forceinline__ float Slope(int i) const {
+      return i == 0 ? of.y : i == 1 ? of.z : of.w;
+    }
+  };
+  __device__ __forceinline__ static Row RowOf(const FusedLaunch& launch, uint32_t box,
+                                              int component) {
+    return {reinterpret_cast<const float4*>(launch.polynomials.rest)[box * 3 + component]};
   }
-  __device__ double CofactorBound(const FusedLaunch& launch, uint32_t box) const {
-    return WeightedCofactorBound(launch, box, steepness_);
+  // A component of P. `place`: box-local.
+  __device__ __forceinline__ static float Position(Row row, const float* place, float weight,
+                                                   float displacement) {
+    return fmaf(weight, displacement, row.At(place));
+  }
+  // Turns a component of the jet of G (fused_point.cuh) into that of P.
+  __device__ __forceinline__ void Combine(Row row, const float* place, float weight,
+                                          float (&jet)[4]) const {
+#pragma unroll
+    for (int i = 0; i < 3; ++i) {
+      jet[3 - i] = fmaf(weight, jet[3 - i], fmaf(jet[0], slope_[i], row.Slope(i)));
+    }
+    jet[0] = Position(row, place, weight, jet[0]);
+  }
+  __device__ static double CofactorBound(const FusedLaunch& launch, uint32_t box, uint32_t index) {
+    return WeightedCofactorBound(launch, box, Norm(launch.plan.weights.gradients[index]));
   }
 
  private:
-  __device__ __forceinline__ void SetSlopes(const FusedLaunch& launch, uint32_t box,
-                                            Vec3d gradient) {
-    const Vec3d* row = launch.tables.boxes[box].gradient;
-    const Vec3d cofactor[3] = {Cross(row[1], row[2]), Cross(row[2], row[0]), Cross(row[0], row[1])};
-    const double over = 1 / Dot(row[0], cofactor[0]);
-#pragma unroll
-    for (int i = 0; i < 3; ++i) {
-      const Vec3d world = over * cofactor[i];  // by coordinate i
-      const Vec3f f = ToFloat(launch.polynomials.scale * world);
-      slope_[i] = static_cast<float>(Dot(gradient, world));
-      by_coordinate_[i][0] = f.x, by_coordinate_[i][1] = f.y, by_coordinate_[i][2] = f.z;
-    }
-  }
-
-  Rest corner_[3];
-  double steepness_;           // |grad w| in the world
-  float by_coordinate_[3][3];  // of the point at rest
-  float slope_[3];             // of the weight
+  float corner_[3];  // weights
+  float slope_[3];   // of the weight, by box-local coordinate
 };
 
 template <bool kWeighted>

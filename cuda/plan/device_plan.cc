@@ -71,6 +71,24 @@ std::vector<Vec3d> PackIdentity(const DeformPlan& plan) {
   return points;
 }
 
+std::vector<kernels::RestBox> PackRestBoxes(const std::shared_ptr<const DeformPlan>& plan) {
+  const BoxBasis basis(plan);
+  const FrameMap map(plan->structure);
+  std::vector<kernels::RestBox> boxes;
+  for (uint32_t b = 0; b < plan->boxes.size(); ++b) {
+    const Vec3d centre = basis.Centre(b);
+    const Vec3d world = b == plan->outside_box() ? centre : map.ToWorld(centre);
+    // The inverse of the gradients.
+    const std::array<Vec3d, 3> row = basis.Gradients(b);
+    const double volume = Dot(row[0], Cross(row[1], row[2]));
+    boxes.push_back(
+        {.centre = world - plan->local_origin,
+         .by_coordinate = {Cross(row[1], row[2]) / volume, Cross(row[2], row[0]) / volume,
+                           Cross(row[0], row[1]) / volume}});
+  }
+  return boxes;
+}
+
 std::vector<kernels::FusedBox> PackBoxes(const DeformPlan& plan, const BoxBasis& basis) {
   std::vector<kernels::FusedBox> boxes;
   boxes.reserve(plan.boxes.size());
@@ -164,6 +182,7 @@ absl::Status DevicePlan::AddTables(Pipeline pipeline, TableUpload& upload) {
     upload.Add(plan.vertex_weights, tables_.weights.vertices);
     upload.Add(PackGradients(plan), tables_.weights.gradients);
     upload.Add(PackIdentity(plan), tables_.weights.identity_points);
+    upload.Add(PackRestBoxes(plan_), tables_.weights.boxes);
   }
   if (pipeline == Pipeline::kFused) {
     AddBoxes(plan_, packed.seam_uses, upload, fused_tables_);

@@ -9,11 +9,17 @@
 
 namespace latticed::kernels {
 
+// The points of a box at rest, x = centre + sum_i l_i by_coordinate[i], l its coordinates by permuted axis
+// (fused_tables.h).
+struct RestBox {
+  Vec3d centre, by_coordinate[3];
+};
 // All are null without weights.
 struct WeightTables {
   const double* vertices;        // one a vertex
   const Vec3d* gradients;        // one a patch, by world position
   const Vec3d* identity_points;  // the control points of the identity
+  const RestBox* boxes;
 };
 
 }  // namespace latticed::kernels

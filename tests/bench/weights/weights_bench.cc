@@ -4,7 +4,8 @@
 // A scene with vertex weights and the same scene without. On the CPU they are evaluated by turns, so that a drift of the
 // machine touches both; on a GPU one after the other.
 //
-//   weighted_ms, unweighted_ms   the least time of a frame; on a GPU, the median on the device
+//   weighted_ms, unweighted_ms   the least time of a frame; on a GPU, the median on the device; with a tolerance, by the
+//                                host's clock from the launch to the result
 //   ratio                        of the two
 #include <algorithm>
 #include <chrono>
@@ -85,6 +86,27 @@ void OnGpu(benchmark::State& state, int degree, const ViewSpec& spec) {
            gpu.DeviceTime(**without, AllChunks(plain, **without), kRuns).median);
 }
 
+GpuTimes WithTolerance(Gpu& gpu, const Scenario& scenario, double share) {
+  ViewSpec spec = GpuSpec(VertexFormat::kQuantised, NormalMode::kFacet, 32);
+  spec.position_bits = 16;
+  spec.tolerance = share * scenario.box.range;
+  const auto target = Checked(gpu.backend().Prepare(scenario.plan, Pipeline::kFused));
+  const auto view = Checked(target->CreateView(spec));
+  const GpuTimes time = gpu.LaunchToResult(*view, AllChunks(scenario, *view), 30);
+  if (!(view->certified_error() <= spec.tolerance)) {
+    CheckOk(absl::InternalError("the tolerance is not met"));
+  }
+  return time;
+}
+
+// `share`: of the quantisation box's range.
+void OnGpuWithTolerance(benchmark::State& state, double share) {
+  const Scenario& plain = ModelScenario(PaperModels().back(), {2, 2, 2});
+  const GpuTimes time = WithTolerance(**TheGpu(), WithWaves(plain), share);
+  SetTime(state, time);
+  SetRatio(state, time.median, WithTolerance(**TheGpu(), plain, share).median);
+}
+
 void RegisterWith(int degree, NormalMode normals, int segments) {
   const char* const name = normals == NormalMode::kFacet ? "facet" : "smooth";
   const ViewSpec spec{.segments = segments, .normals = normals};
@@ -107,6 +129,11 @@ void RegisterWeightsBenches() {
     for (const NormalMode normals : {NormalMode::kFacet, NormalMode::kSmooth}) {
       for (const int segments : {3, 10}) RegisterWith(degree, normals, segments);
     }
+  }
+  if (!TheGpu().ok()) return;
+  for (const auto& [name, share] : {std::pair{"1e-3", 1e-3}, std::pair{"1e-4", 1e-4}}) {
+    RegisterOnce(fmt::format("gpu/weights/degree2/tolerance-{}", name),
+                 [share = share](benchmark::State& state) { OnGpuWithTolerance(state, share); });
   }
 }
 
