@@ -33,7 +33,7 @@ constexpr int kDirectThreads = kDirectWarps * kLanes;
 static_assert(PointsPerPatch(MostDirectSegments(3 * limits::kMaxDegree, Normals::kSmooth)) <= 32);
 
 // How many blocks a multiprocessor must hold at once; the compiler limits the registers to that. N is the
-// sum of the degrees. One more block leaves fewer registers and takes 1.04 (1x1x1) to 1.12 times as long
+// sum of the degrees, one more with weights. One more block leaves fewer registers and takes 1.04 (1x1x1) to 1.12 times as long
 // (2x2x2). Blocks of two warps with as many registers take 0.97 to 1.00 times as long (3x3x3).
 template <int N>
 constexpr int DirectBlocksAtOnce() {
@@ -185,7 +185,8 @@ class DirectWarp {
 };
 
 template <int D0, int D1, int D2, bool kWeighted>
-__global__ void __launch_bounds__(kDirectThreads, (DirectBlocksAtOnce<D0 + D1 + D2>()))
+__global__ void __launch_bounds__(kDirectThreads,
+                                  (DirectBlocksAtOnce<D0 + D1 + D2 + (kWeighted ? 1 : 0)>()))
     DirectKernel(const __grid_constant__ FusedLaunch launch) {
   const uint32_t number = blockIdx.x * kDirectWarps + threadIdx.x / kLanes;
   if (number >= launch.blocks.Count(launch.chunk_count)) return;
