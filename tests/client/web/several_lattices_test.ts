@@ -181,6 +181,37 @@ for (const first of ['answer', 'states']) {
   });
 }
 
+for (const first of ['answer', 'states']) {
+  test(`redo gives a lattice back whose addition was undone, until another step: first the ${first}`, async (t) => {
+    const fixture = await SessionFixture.live(t);
+    const { session, stream } = fixture;
+    states(fixture, [0], 1n, 2n);
+    const follow = (numbers: number[], revision: bigint): void => {
+      if (first === 'answer') accepted(fixture, revision, revision + 1n);
+      states(fixture, numbers, revision, revision + 1n);
+      if (first === 'states') accepted(fixture, revision, revision + 1n);
+    };
+    session.addLattice(cubeLattice());
+    follow([0, 1], 2n);
+    session.undo();
+    assert.equal(stream.edits[1]!.lattice, 1);
+    follow([0], 3n);
+    assert.equal(session.shownLatticeIndex, 0);
+    assert.ok(!session.canUndo);
+    assert.ok(session.canRedo);
+    session.redo();
+    assert.equal(stream.edits[2]!.lattice, 1);
+    assert.equal(stream.edits[2]!.edits[0]!.edit.case, 'redo');
+    follow([0, 1], 4n);
+    assert.equal(session.shownLatticeIndex, 1);
+    session.undo();
+    follow([0], 5n);
+    session.apply(move(0.5));
+    fixture.accept(stream.edits[4]!.sequence, 6n);
+    assert.ok(!session.canRedo);
+  });
+}
+
 test('undo takes back later steps first, and the removal of lattice 0 by its number', async (t) => {
   const fixture = await SessionFixture.live(t);
   const { session, stream } = fixture;

@@ -151,7 +151,7 @@ export class LiveSession {
   }
 
   get canRedo(): boolean {
-    return this.sync.steps.canRedo;
+    return this.sync.canRedo;
   }
 
   undo(): void {
@@ -159,7 +159,7 @@ export class LiveSession {
   }
 
   redo(): void {
-    this.sync.step(edits.redo());
+    this.sync.redo();
   }
 
   reset(to: 'identity' | 'initial'): void {

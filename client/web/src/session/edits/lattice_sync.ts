@@ -123,10 +123,23 @@ export class LatticeSync {
 
   /** Reverts this window's last step of the lattice that is shown, or its last removal of one, which is then shown. */
   undo(): void {
-    const removed = this.removals.toUndo(this.steps.canUndo);
-    if (removed === undefined) return this.step(edits.undo());
+    this.stepOf(this.removals.toUndo(this.steps.canUndo), edits.undo());
+  }
+
+  get canRedo(): boolean {
+    return this.steps.canRedo || this.removals.toRedo !== undefined;
+  }
+
+  /** Makes this window's last undone step again: of the lattice that is shown, or the addition of one, which is then shown. */
+  redo(): void {
+    this.stepOf(this.removals.toRedo, edits.redo());
+  }
+
+  /** An edit of a lattice that may not be there; undefined: of the one that is shown. */
+  private stepOf(lattice: number | undefined, edit: Edit): void {
+    if (lattice === undefined) return this.step(edit);
     this.openGesture?.giveWay();
-    this.queue.add({ edits: [edits.undo()], lattice: removed }, this.model!.structureId);
+    this.queue.add({ edits: [edit], lattice }, this.model!.structureId);
   }
 
   takeState(state: LatticeState): void {
@@ -277,7 +290,7 @@ export class LatticeSync {
 
 /** Whether the batch has added a lattice, or given one back. All others are of the lattice that is shown, or set weights. */
 function isAdded({ edits, lattice }: EditBatch, shown: number): boolean {
-  return lattice !== shown && ['replaceLattice', 'undo'].includes(edits[0]?.edit.case ?? '');
+  return lattice !== shown && ['replaceLattice', 'undo', 'redo'].includes(edits[0]?.edit.case ?? '');
 }
 
 function keepsShape(batch: EditBatch | undefined): boolean {
