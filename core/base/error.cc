@@ -191,6 +191,11 @@ absl::Status NotWithWeights(std::string_view what) {
       fmt::format("the scene has vertex weights, and {} does not take them", what));
 }
 
+absl::Status LatticeRemoved() {
+  return FailedPrecondition("LATTICE_REMOVED",
+                            "lattice: it was removed; undo that, or put a lattice in its place");
+}
+
 absl::Status Aborted(std::string_view reason, std::string_view message) {
   return Make(absl::StatusCode::kAborted, message, {.reason = std::string(reason)});
 }

@@ -49,7 +49,7 @@ absl::StatusOr<std::shared_ptr<Scene>> Scene::Create(SceneConfig config,
   SceneLife life{.history = SceneHistory(std::exchange(config.lattices, {}), config.strength),
                  .commit_time = config.create_time};
   LATTICED_RETURN_IF_ERROR(life.history.MadeWith(config.weights, config.mesh->positions.size()));
-  life.moved = PointRevisions(life.history.of(0).lattice().control_points.size(), 0);
+  life.moved = PointRevisions(life.history.first().lattice().control_points.size(), 0);
   LATTICED_ASSIGN_OR_RETURN(auto scene, Make(std::move(config), std::move(life), context, stop));
   const RenderInput head = scene->Head();
   LATTICED_RETURN_IF_ERROR(

@@ -34,7 +34,7 @@ absl::StatusOr<Scene::Prepared> Scene::Prepare(const PlanKey& key, StopCheck sto
     LATTICED_ASSIGN_OR_RETURN(auto memory,
                               backend.memory().Reserve("the scene's plan", least, config_.account));
     ProbeMemory(least);
-    for (const LatticeStructure& structure : key.structures) {
+    for (const auto& [number, structure] : key.structures) {
       LATTICED_RETURN_IF_ERROR(Validate(structure));
     }
     SceneState state;

@@ -38,8 +38,8 @@ namespace {
 
 // Whether the edited lattice keeps a volume.
 bool KeepsVolume(const SceneState& state, const v1::EditBatch& batch) {
-  return batch.lattice() < state.lattices.size() &&
-         state.lattices[batch.lattice()].constraints->volume.has_value();
+  const size_t place = PlaceOf(state.lattices, batch.lattice());
+  return place < state.lattices.size() && state.lattices[place].constraints->volume.has_value();
 }
 
 using Clock = std::chrono::steady_clock;

@@ -84,7 +84,7 @@ absl::Status MeasureInside(const SceneState& state, const Wanted& wanted,
                            const v1::MeasureSceneRequest& request, StopCheck stop,
                            v1::MeasureSceneResponse& response) {
   const auto& points = *state.control_points;
-  const SceneLattice& lattice = state.lattices[request.lattice()];
+  const SceneLattice& lattice = state.lattices[PlaceOf(state.lattices, request.lattice())];
   const bool with_gradient = request.with_gradient();
   LATTICED_RETURN_IF_ERROR(state.measures->CheckClosed(points));
   const auto order =
@@ -122,7 +122,7 @@ uint64_t MeasureReplyBytes(const SceneState& state, const v1::MeasureSceneReques
   constexpr uint64_t kNumbers = 512;
   constexpr uint64_t kGradients = 24 + 24 + 72;  // bytes a control point: volume, area, centroid
   // One that there is not is refused later.
-  const size_t k = std::min<size_t>(request.lattice(), state.lattices.size() - 1);
+  const size_t k = std::min(PlaceOf(state.lattices, request.lattice()), state.lattices.size() - 1);
   return kNumbers + (request.with_gradient() ? kGradients * state.lattices[k].points->size() : 0);
 }
 
@@ -141,8 +141,9 @@ absl::Status MeasureState(const SceneState& state, const v1::MeasureSceneRequest
                                           request.with_gradient(), stop));
     response->set_area(area.area);
     response->set_area_error(area.error);
-    AppendPoints(ByLattice(state.lattices[request.lattice()], area.gradient),
-                 *response->mutable_area_gradient());
+    AppendPoints(
+        ByLattice(state.lattices[PlaceOf(state.lattices, request.lattice())], area.gradient),
+        *response->mutable_area_gradient());
   }
   if (!wanted.bounds) return absl::OkStatus();
   LATTICED_ASSIGN_OR_RETURN(const Bounds bounds, MeasureBounds(*state.plan, *state.patch_tree,

@@ -129,7 +129,7 @@ absl::Status GetLattice(const CallContext& context, const v1::GetLatticeRequest&
   LATTICED_ASSIGN_OR_RETURN(const auto scene, SceneOf(context, request.scene()));
   const auto state = scene->State();
   LATTICED_RETURN_IF_ERROR(CheckLattice(state->lattices, request.lattice(), "lattice"));
-  response = LatticeStateToProto(*state, request.lattice());
+  response = LatticeStateToProto(*state, PlaceOf(state->lattices, request.lattice()));
   return absl::OkStatus();
 }
 

@@ -256,6 +256,8 @@ absl::StatusOr<Edit> ReadEdit(const v1::Edit& edit, const PolygonMesh& mesh,
       return Read(edit.set_strength(), field + ".set_strength");
     case v1::Edit::kSetWeights:
       return Read(edit.set_weights(), field + ".set_weights");
+    case v1::Edit::kRemoveLattice:
+      return RemoveLattice{};
     case v1::Edit::EDIT_NOT_SET:
       break;
   }
@@ -313,7 +315,8 @@ bool MayTakeLong(const v1::EditBatch& batch, bool fold_watch) {
   for (const v1::Edit& edit : batch.edits()) {
     if (edit.has_insert_knot() || edit.has_replace_lattice() || edit.has_reset() ||
         edit.has_set_constraints() || edit.has_undo() || edit.has_redo() ||
-        edit.has_carry_control_points() || edit.has_set_strength() || edit.has_set_weights()) {
+        edit.has_carry_control_points() || edit.has_set_strength() || edit.has_set_weights() ||
+        edit.has_remove_lattice()) {
       return true;
     }
     points += edit.drag_points().points_size();

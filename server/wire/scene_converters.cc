@@ -242,6 +242,7 @@ v1::Scene ToProto(const Scene& scene) {
   v1::Scene result = ToProto(scene.config());
   for (const SceneLattice& lattice : state->lattices) {
     *result.add_lattices() = SummaryToProto(lattice.structure());
+    result.mutable_lattices()->rbegin()->set_index(lattice.number);
   }
   result.set_weighted(state->plan->is_weighted());
   result.set_strength(state->lattices[0].map->strength());
@@ -258,10 +259,11 @@ v1::Scene ToProto(const Scene& scene) {
   return result;
 }
 
-v1::LatticeState LatticeStateToProto(const SceneState& state, size_t k) {
-  const SceneLattice& lattice = state.lattices[k];
+v1::LatticeState LatticeStateToProto(const SceneState& state, size_t place) {
+  const SceneLattice& lattice = state.lattices[place];
   v1::LatticeState result;
-  result.set_index(static_cast<uint32_t>(k));
+  result.set_index(lattice.number);
+  for (const SceneLattice& one : state.lattices) result.add_indexes(one.number);
   *result.mutable_lattice() = ToProto(lattice.structure(), *lattice.points);
   result.set_structure_id(state.structure_id);
   result.set_revision(state.revision);

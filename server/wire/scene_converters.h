@@ -32,7 +32,7 @@ namespace latticed {
 [[nodiscard]] v1::Scene ToProto(const Scene& scene);
 // Without what changes with edits.
 [[nodiscard]] v1::Scene ToProto(const SceneConfig& config);
-[[nodiscard]] v1::LatticeState LatticeStateToProto(const SceneState& state, size_t k);
+[[nodiscard]] v1::LatticeState LatticeStateToProto(const SceneState& state, size_t place);
 
 [[nodiscard]] absl::StatusOr<ExportSpec> ExportSpecFromProto(const v1::ExportRequest& request,
                                                              const WatchView& defaults);

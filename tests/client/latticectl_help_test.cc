@@ -44,7 +44,7 @@ class LatticectlHelp : public LatticectlTest {};
 
 TEST_F(LatticectlHelp, OfEveryCommandEndsWithAnExampleThatParses) {
   const auto commands = Commands();
-  EXPECT_EQ(commands.size(), 46u);
+  EXPECT_EQ(commands.size(), 47u);
   for (const auto& command : commands) {
     SCOPED_TRACE(::testing::PrintToString(command));
     auto asks_for_help = command;

@@ -124,10 +124,45 @@ TEST_F(LatticectlOutside, ALatticeIsAdded) {
                 .size(),
             3u * 48);
   EXPECT_THAT(Run({"edit", "undo", "scene-one", "--lattice-number", "1"}), HasSubstr("revision 2"));
+  EXPECT_EQ(Client::Connect({.address = address()})->GetScene("scene-one")->lattices_size(), 1);
   EXPECT_EQ(Latticectl(AtServer({"edit", "replace", "scene-one", "--add", "--keep-shape",
                                  "--lattice", Path("half.json")}))
                 .code,
             2);
+}
+
+TEST_F(LatticectlOutside, ALatticeIsRemovedAndGivenBack) {
+  std::vector<std::string> half = HalfLattice("falloff:0,0,0,0,0,0.5");
+  MustRun(half);
+  Run({"scene", "create", Path("vase.obj"), "--id", "scene-one"});
+  const auto add = [this] {
+    return Run({"edit", "replace", "scene-one", "--add", "--lattice", Path("half.json")});
+  };
+  add();
+  const auto numbers = [this] {
+    std::vector<uint32_t> numbers;
+    const auto scene = Client::Connect({.address = address()})->GetScene("scene-one");
+    for (const auto& lattice : scene->lattices()) numbers.push_back(lattice.index());
+    return numbers;
+  };
+
+  EXPECT_THAT(Run({"edit", "remove-lattice", "scene-one", "--lattice-number", "0"}),
+              HasSubstr("revision 2"));
+
+  EXPECT_EQ(numbers(), std::vector<uint32_t>{1});
+  ExpectFailure({"edit", "remove-lattice", "scene-one", "--lattice-number", "1"},
+                HasSubstr("a scene's last one cannot go"));
+  ExpectFailure({"edit", "reset", "scene-one"}, HasSubstr("lattice 0 was removed"));
+  ExpectFailure({"edit", "move", "scene-one", "--point", "0,0,0", "--by", "0,0,1"},
+                HasSubstr("lattice 0 was removed"));
+  Run({"edit", "undo", "scene-one"});
+  EXPECT_EQ(numbers(), (std::vector<uint32_t>{0, 1}));
+  EXPECT_THAT(Run({"scene", "show", "scene-one"}), HasSubstr("lattice 1"));
+  Run({"edit", "redo", "scene-one"});
+  EXPECT_EQ(numbers(), std::vector<uint32_t>{1});
+  add();
+  EXPECT_EQ(numbers(), (std::vector<uint32_t>{0, 1}));
+  EXPECT_EQ(Latticectl(AtServer({"edit", "remove-lattice", "scene-one"})).code, 2);
 }
 
 TEST_F(LatticectlOutside, ASceneHasAStrength) {

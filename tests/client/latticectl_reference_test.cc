@@ -97,7 +97,7 @@ TEST_F(LatticectlReference, BashOffersEveryOptionOfEveryCommand) {
 
   const auto offers = Completed(lines);
 
-  ASSERT_EQ(commands.size(), 52u);
+  ASSERT_EQ(commands.size(), 53u);
   for (size_t i = 0; i < commands.size(); ++i) {
     SCOPED_TRACE(commands[i]->path);
     std::vector<std::string> names = OptionNames(*commands[i]);

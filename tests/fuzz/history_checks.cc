@@ -63,6 +63,10 @@ void CheckHistory(EditHistory history) {
                                    InsertKnot{1, 0.375},
                                    Undo{},
                                    Redo{},
+                                   RemoveLattice{},
+                                   Undo{},
+                                   Redo{},
+                                   Undo{},
                                    Undo{},
                                    Undo{}};
   auto now = EditHistory::TimePoint(std::chrono::hours(1));

@@ -96,6 +96,8 @@ const std::vector<TextCall>& TextCalls() {
             edits { set_strength { strength: 0.5 } })"}},
       {"ApplyEdits", {R"(scene: "scene-one" editor_id: "editor-two" sequence: 5 structure_id: 2
             edits { set_weights { some { indices: 1 values: "\000\000\000\077" } } })"}},
+      {"ApplyEdits", {R"(scene: "scene-one" editor_id: "editor-two" sequence: 6 structure_id: 2
+            lattice: 1 edits { remove_lattice {} })"}},
       {"ApplyEdits",
        {R"(scene: "scene-one" editor_id: "editor-one" sequence: 4 edits { undo { scope: UNDO_SCOPE_SCENE } })"}},
       {"ApplyEdits",

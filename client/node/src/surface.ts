@@ -26,6 +26,7 @@ export class Surface {
   size: Triple = [0, 0, 0];      // of the lattice: control points of u, v, w
   structureId = 0;
   topology: Topology__Output | undefined;
+  private number = 0;            // of the lattice in the scene
   private announced = new Map<string, Topology__Output>();
   private grid: Quantisation__Output | undefined;
   private begun = new Map<number, HeldChunk>();
@@ -37,12 +38,13 @@ export class Surface {
 
   /** Takes one event; returns an update if the event completes it. */
   async take(event: SceneEvent__Output): Promise<Update | undefined> {
-    if (event.latticeState?.lattice && !event.latticeState.index) {  // of several lattices, the first
+    if (event.latticeState?.lattice && event.latticeState.index === (event.latticeState.indexes[0] ?? 0)) {  // of several, the first
       const { controlPoints, size } = event.latticeState.lattice;
       this.controlPoints = [...controlPoints];
       this.size = [size?.u ?? 0, size?.v ?? 0, size?.w ?? 0];
       this.structureId = event.latticeState.structureId;
-    } else if (event.latticeDelta?.structureId === this.structureId && !event.latticeDelta.lattice) {  // otherwise a latticeState follows
+      this.number = event.latticeState.index;
+    } else if (event.latticeDelta?.structureId === this.structureId && event.latticeDelta.lattice === this.number) {  // otherwise a latticeState follows
       const { indices, positions } = event.latticeDelta;
       indices.forEach((index, i) => this.controlPoints.splice(3 * index, 3, ...positions.slice(3 * i, 3 * i + 3)));
     } else if (event.topology) {

@@ -111,6 +111,11 @@ def replace_lattice(lattice: Lattice, keep_shape: bool = False) -> edit_pb2.Edit
     return edit_pb2.Edit(replace_lattice=change)
 
 
+def remove_lattice() -> edit_pb2.Edit:
+    """Takes the lattice that the batch names away from its scene. It must be the only edit of its batch."""
+    return edit_pb2.Edit(remove_lattice=edit_pb2.RemoveLattice())
+
+
 def set_constraints(constraints: Constraints) -> edit_pb2.Edit:
     """Sets what later edits must keep, in place of what they kept. It must be the only edit of its batch."""
     return edit_pb2.Edit(set_constraints=edit_pb2.SetConstraints(constraints=constraints.to_proto()))

@@ -107,11 +107,12 @@ class Scene(EditCalls[EditResult], PointSetCalls):
         return Lattice.from_state(state)
 
     def add_lattice(self, lattice: Lattice) -> EditResult:
-        """Adds a lattice: what it moves the mesh adds to what the others do. Its number follows theirs; edits_of(number)
-        has its edits, and undo there takes it to rest, with its knots and its frame. A strength below 1 is a second edit.
+        """Adds a lattice: what it moves the mesh adds to what the others do. It gets the lowest number that no lattice
+        has; edits_of(number) has its edits, and undo there takes it away again. A strength below 1 is a second edit.
         """
         info = self.refresh()
-        number = len(info.lattices)
+        taken = {lattice.index for lattice in info.lattices}
+        number = min(set(range(len(taken) + 1)) - taken)
         batch = edit_pb2.EditBatch(
             lattice=number,
             structure_id=info.structure_id,
@@ -120,6 +121,18 @@ class Scene(EditCalls[EditResult], PointSetCalls):
         )
         result = self._apply(batch)
         return result if lattice.strength == 1 else self.edits_of(number).set_strength(lattice.strength)
+
+    def remove_lattice(self, number: int) -> EditResult:
+        """Takes a lattice of several away, with what it moves. The others keep their numbers. edits_of(number).undo()
+        gives it back, with its control points, constraints and steps of undo. The last one stays: LAST_LATTICE.
+        """
+        batch = edit_pb2.EditBatch(
+            lattice=number,
+            structure_id=self.refresh().structure_id,
+            edits=[edits.remove_lattice()],
+            refuse_folds=self.refuse_folds,
+        )
+        return self._apply(batch)
 
     def get_update(self, view: View = _DEFAULT_VIEW, min_revision: int = 0) -> Update:
         """The whole surface at the newest revision. Waits until the revision is at least min_revision."""

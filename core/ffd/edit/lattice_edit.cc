@@ -232,6 +232,8 @@ absl::Status ApplyFreely(const Edit& edit, absl::FunctionRef<Lattice()> initial,
           return NotAlone(fmt::format("{}.set_constraints", field));
         } else if constexpr (std::is_same_v<T, SetWeights>) {
           return NotAlone(fmt::format("{}.set_weights", field));
+        } else if constexpr (std::is_same_v<T, RemoveLattice>) {
+          return NotAlone(fmt::format("{}.remove_lattice", field));
         } else if constexpr (std::is_same_v<T, Undo>) {
           return NotAlone(fmt::format("{}.undo", field));
         } else if constexpr (std::is_same_v<T, Redo>) {

@@ -83,14 +83,17 @@ struct Redo {};
 struct SetConstraints {
   Constraints constraints;
 };
+// Takes the lattice out of its scene.
+struct RemoveLattice {};
 // How much of the deformation the scene takes: x goes to x + strength (F(x) - x).
 struct SetStrength {
   double strength = 1;  // 0 to 1
 };
 
-using Edit = std::variant<SetControlPoints, MoveControlPoints, TransformControlPoints,
-                          ReplaceControlPoints, DragPoints, InsertKnot, ReplaceLattice, Reset, Undo,
-                          Redo, SetConstraints, CarryControlPoints, SetStrength, SetWeights>;
+using Edit =
+    std::variant<SetControlPoints, MoveControlPoints, TransformControlPoints, ReplaceControlPoints,
+                 DragPoints, InsertKnot, ReplaceLattice, Reset, Undo, Redo, SetConstraints,
+                 CarryControlPoints, SetStrength, SetWeights, RemoveLattice>;
 
 enum class GesturePhase {
   kUpdate,  // replaces the gesture's previous update; the meaning of an unspecified phase
@@ -139,8 +142,8 @@ struct EditTarget {
 };
 
 // Applies one edit, as far as the target's freedom allows: held points stay, and images in the mirror move too. `field` is
-// its path, such as "edits[2]". Errors: kInvalidArgument, also for insert_knot, replace_lattice, set_constraints, set_weights, undo and
-// redo, which need a history and must be alone in their batch; kFailedPrecondition NO_STRENGTH for a drag at strength 0.
+// its path, such as "edits[2]". Errors: kInvalidArgument, also for insert_knot, replace_lattice, remove_lattice, set_constraints, set_weights,
+// undo and redo, which need a history and must be alone in their batch; kFailedPrecondition NO_STRENGTH for a drag at strength 0.
 // `initial` is called for the lattice that kInitial means.
 [[nodiscard]] absl::Status ApplyEdit(const Edit& edit, absl::FunctionRef<Lattice()> initial,
                                      std::string_view field, EditTarget& target);
@@ -161,6 +164,9 @@ using AdmitStructure = std::function<absl::Status(const LatticeStructure&)>;
 
 // The same with the weights that an edit leads to, null for none, under the present structure.
 using AdmitWeights = std::function<absl::Status(const VertexWeights&)>;
+
+// The same for an edit that takes the lattice away.
+using AdmitRemoval = std::function<absl::Status()>;
 
 // Called with the lattice and the strength that a batch leads to, before anything is changed; an error refuses the batch. It may be empty.
 using AdmitPoints = std::function<absl::Status(

@@ -67,6 +67,11 @@ std::pair<std::optional<StructureEdit>, std::string_view> LoneStructureEdit(
 EditHistory::EditHistory(Lattice initial, double strength)
     : EditHistory(EditLayers(std::move(initial), strength)) {}
 
+EditHistory EditHistory::Absent(Lattice at_rest) {
+  LayersBase base{.base = at_rest, .initial = std::move(at_rest), .absent = true};
+  return EditHistory(EditLayers(std::move(base), {}));
+}
+
 EditHistory::EditHistory(EditLayers layers)
     : layers_(std::move(layers)), ledger_(static_cast<size_t>(limits::kMaxEditorsRemembered)) {}
 
@@ -84,7 +89,8 @@ absl::StatusOr<EditOutcome> EditHistory::Apply(const EditBatch& batch, TimePoint
                                                const AdmitStructure& admit,
                                                const AdmitPoints& admit_points,
                                                const VolumeKeeper* keeper,
-                                               const AdmitWeights& admit_weights) {
+                                               const AdmitWeights& admit_weights,
+                                               const AdmitRemoval& admit_removal) {
   LATTICED_RETURN_IF_ERROR(CheckEditor(batch));
   if (const EditSummary* last = ledger_.Find(batch.editor_id); last != nullptr) {
     if (batch.sequence == last->sequence) {
@@ -108,15 +114,16 @@ absl::StatusOr<EditOutcome> EditHistory::Apply(const EditBatch& batch, TimePoint
     LATTICED_ASSIGN_OR_RETURN(auto change,
                               ChangeStructure(lattice(), edit, field, admit, constraints().mirror));
     if (replaces && admit_points) {
-      LATTICED_RETURN_IF_ERROR(
-          admit_points(change.lattice.structure, change.lattice.control_points, strength()));
+      LATTICED_RETURN_IF_ERROR(admit_points(change.lattice.structure, change.lattice.control_points,
+                                            absent() ? 1 : strength()));
     }
     return change;
   };
   const Rules rules{.freedom = Freedom(),
                     .keeper = keeper,
                     .admit_points = admit_points,
-                    .admit_weights = admit_weights};
+                    .admit_weights = admit_weights,
+                    .admit_removal = admit_removal};
   outcome.summary.status = ApplyNew(batch, now, rules, admit, restructured, outcome.summary);
   if (IsPutOff(outcome.summary.status)) return outcome.summary.status;
   if (outcome.summary.status.ok()) ++revision_;
@@ -151,6 +158,7 @@ absl::Status EditHistory::ApplyNew(const EditBatch& batch, TimePoint now, const 
   CommitIdleGestures(now);
   if (!batch.refusal.ok()) return batch.refusal;
   LATTICED_RETURN_IF_ERROR(CheckPreconditions(batch));
+  LATTICED_RETURN_IF_ERROR(CheckPresent(batch));
   absl::Status status;
   if (const Undo* undo = LoneEdit<Undo>(batch); undo != nullptr) {
     status = UndoStep(batch.editor_id, undo->scope, admit, rules);
@@ -164,6 +172,8 @@ absl::Status EditHistory::ApplyNew(const EditBatch& batch, TimePoint now, const 
     status = Constrain(batch.editor_id, set->constraints, rules);
   } else if (const auto* weigh = LoneEdit<SetWeights>(batch); weigh != nullptr) {
     status = Weigh(batch.editor_id, *weigh, rules);
+  } else if (LoneEdit<RemoveLattice>(batch) != nullptr) {
+    status = TakeAway(batch.editor_id, rules);
   } else if (Cancels(batch)) {
     // A client may cancel a gesture whose first update it never sent. Nothing is taken back then.
     if (const size_t gesture = FindGesture(batch); gesture != kNoStep) layers_.Remove(gesture);
@@ -320,6 +330,10 @@ absl::Status EditHistory::Restructure(EditStep step, StructureEdit edit, std::st
   step.constraints = std::holds_alternative<ReplaceLattice>(edit)
                          ? AfterReplacement(constraints())
                          : AfterInsertion(constraints(), lattice().structure, structure);
+  if (absent()) {  // another lattice begins
+    step.constraints = Constraints{};
+    step.strength = 1;
+  }
   if (auto* replace = std::get_if<ReplaceLattice>(&edit)) replace->lattice = {};
   step.structural = {std::move(structure), std::move(edit)};
   ++structure_id_;

@@ -16,6 +16,9 @@
 // Strength  set_strength writes the scene's strength as others write points: in gestures too, and the last write counts.
 // Weights   set_weights is a step that moves nothing, but makes another plan: structure_id rises, and open gestures end. The
 //           structure stays, so that steps below and above it can be undone without it.
+// Removal   remove_lattice is a step that keeps everything, but the lattice is away: structure_id rises, open gestures end, and
+//           edits other than set_weights are refused until the removal is undone or replace_lattice puts another one there.
+//           A history may begin without a lattice; its first replacement is then the first lattice.
 // Keeping   Edits honour the constraints (constraints/constraints.h). set_constraints is a step that moves nothing. Undo and
 //           redo restore points as they were written, and keep no volume: if others have moved since, the next edit
 //           restores it. insert_knot maps the constraints to the new control points; replace_lattice ends all but the
@@ -28,7 +31,7 @@
 //           records in order has the same bits in everything: lattice, steps, undone steps, kept results, revisions.
 //
 // Errors    kInvalidArgument naming the field; kAborted OUT_OF_ORDER, STRUCTURE_CHANGED, REVISION_CHANGED,
-//           UNDO_CONFLICT; kFailedPrecondition NOTHING_TO_UNDO, NOTHING_TO_REDO; those of VolumeKeeper. A refused batch changes nothing but
+//           UNDO_CONFLICT; kFailedPrecondition NOTHING_TO_UNDO, NOTHING_TO_REDO, LATTICE_REMOVED; those of VolumeKeeper. A refused batch changes nothing but
 //           what is kept for replay.
 // Threads   one thread at a time: the caller locks
 #ifndef LATTICED_CORE_FFD_HISTORY_EDIT_HISTORY_H_
@@ -78,6 +81,8 @@ class EditHistory {
 
   // `initial` must be valid, the strength 0 to 1. The history begins at revision 0 and structure_id 1.
   explicit EditHistory(Lattice initial, double strength = 1);
+  // Begins without a lattice: `at_rest` is what undo leads to before the first replacement.
+  [[nodiscard]] static EditHistory Absent(Lattice at_rest);
   // Goes on from an image. kDataLoss naming what cannot be: an image from a file may be anything.
   [[nodiscard]] static absl::StatusOr<EditHistory> FromImage(EditHistoryImage image);
   [[nodiscard]] EditHistoryImage image() const;
@@ -89,13 +94,14 @@ class EditHistory {
   // Applies the whole batch or nothing. On success the revision rises by one, even if no control point changed. A scene
   // makes the plan for another structure in `admit`, and asks for memory there. `admit_points` is asked about what moves
   // control points, but not about undo, redo, cancelled gestures and insert_knot. `admit_weights` does for
-  // weights what `admit` does for a structure. `keeper` restores volumes; null: none is
-  // kept.
+  // weights what `admit` does for a structure, `admit_removal` where the lattice goes away. `keeper` restores volumes; null: none
+  // is kept.
   [[nodiscard]] absl::StatusOr<EditOutcome> Apply(const EditBatch& batch, TimePoint now,
                                                   const AdmitStructure& admit,
                                                   const AdmitPoints& admit_points = {},
                                                   const VolumeKeeper* keeper = nullptr,
-                                                  const AdmitWeights& admit_weights = {});
+                                                  const AdmitWeights& admit_weights = {},
+                                                  const AdmitRemoval& admit_removal = {});
   // Makes the next batch follow upon this revision and structure: those of a scene, whose other lattices have histories too.
   // Neither may be lower than it is.
   void GoOnFrom(uint64_t revision, uint64_t structure_id) {
@@ -118,6 +124,10 @@ class EditHistory {
   void CommitIdleGestures(TimePoint now);
   bool gesture_open() const;
 
+  // Whether the lattice is away.
+  bool absent() const { return layers_.absent(); }
+  // Whether it was away before all steps that can still be undone.
+  bool began_absent() const { return layers_.base().absent; }
   const Lattice& lattice() const { return layers_.lattice(); }
   Lattice initial() const { return layers_.initial(); }
   const Constraints& constraints() const { return layers_.constraints(); }
@@ -154,6 +164,7 @@ class EditHistory {
     const VolumeKeeper* keeper = nullptr;
     AdmitPoints admit_points;
     AdmitWeights admit_weights;
+    AdmitRemoval admit_removal;
     bool is_record = false;
   };
   // The freedom of points, made once for a structure and its constraints.
@@ -172,6 +183,8 @@ class EditHistory {
   absl::Status KeepVolume(const EditBatch& batch, const Rules& rules, EditTarget& target) const;
   absl::Status Constrain(const std::string& editor_id, const Constraints& constraints,
                          const Rules& rules);
+  absl::Status TakeAway(const std::string& editor_id, const Rules& rules);
+  absl::Status CheckPresent(const EditBatch& batch) const;
   absl::Status Weigh(const std::string& editor_id, const SetWeights& change, const Rules& rules);
   absl::Status Admit(const VertexWeights& weights, const Rules& rules) const;
   const PointFreedom* Freedom();
@@ -180,6 +193,7 @@ class EditHistory {
                            Restructurer restructured, EditSummary& summary);
   absl::Status UndoStep(std::string_view editor_id, UndoScope scope, const AdmitStructure& admit,
                         const Rules& rules);
+  absl::Status AdmitWithout(size_t position, const AdmitStructure& admit, const Rules& rules) const;
   absl::Status RedoStep(std::string_view editor_id, Restructurer restructured, const Rules& rules,
                         EditSummary& summary);
   void Keep(const EditBatch& batch, const EditSummary& summary);

@@ -151,14 +151,17 @@ EditRecord EditHistory::LastRecord(const EditBatch& batch, TimePoint now) const 
   record.batch.gesture_id = batch.gesture_id;
   record.batch.gesture_phase = batch.gesture_phase;
   const bool restructured = record.result.structure_id != batch.structure_id;
-  const bool weighed =
-      LoneEdit<SetWeights>(batch) != nullptr ||
-      (LoneEdit<Redo>(batch) != nullptr && layers_.steps().back().weights.has_value());
-  if (restructured && !weighed && LoneEdit<Undo>(batch) == nullptr) record.made = lattice();
+  const EditStep* const redone =
+      LoneEdit<Redo>(batch) != nullptr ? &layers_.steps().back() : nullptr;
+  const bool made = restructured && LoneEdit<Undo>(batch) == nullptr &&
+                    LoneEdit<SetWeights>(batch) == nullptr &&
+                    LoneEdit<RemoveLattice>(batch) == nullptr;
+  if (made && (redone == nullptr || redone->structural.has_value())) record.made = lattice();
   if (const auto* replace = LoneEdit<ReplaceLattice>(batch); replace != nullptr) {
     record.batch.edits = {ReplaceLattice{.keep_shape = replace->keep_shape}};
   } else if (LoneEdit<Undo>(batch) || LoneEdit<Redo>(batch) || LoneEdit<InsertKnot>(batch) ||
-             LoneEdit<SetConstraints>(batch) || LoneEdit<SetWeights>(batch)) {
+             LoneEdit<SetConstraints>(batch) || LoneEdit<SetWeights>(batch) ||
+             LoneEdit<RemoveLattice>(batch)) {
     record.batch.edits = batch.edits;
   } else if (!batch.edits.empty()) {
     const EditStep& step = layers_.steps().back();

@@ -43,10 +43,8 @@ absl::Status EditHistory::UndoStep(std::string_view editor_id, UndoScope scope,
       return Conflict("undo", steps[n].editor_id);
     }
   }
-  const bool structural = steps[*found].structural.has_value();
-  if (structural) {
-    LATTICED_RETURN_IF_ERROR(admit(layers_.StructureWithout(*found)));
-  }
+  LATTICED_RETURN_IF_ERROR(AdmitWithout(*found, admit, rules));
+  const bool structural = steps[*found].structural.has_value() || steps[*found].removes;
   const bool weighs = steps[*found].weights.has_value();
   if (weighs) {
     const auto without = layers_.WeightsWithout(*found);
@@ -75,6 +73,8 @@ absl::Status EditHistory::RedoStep(std::string_view editor_id, Restructurer rest
     }
   }
   const auto position = std::next(found).base();
+  const bool replaces = found->step.structural.has_value() && found->step.structural->replaces();
+  if (absent() && !replaces && !found->step.weights.has_value()) return error::LatticeRemoved();
   if (found->step.structural.has_value()) {
     StructureEdit edit = found->step.structural->edit;
     if (auto* replace = std::get_if<ReplaceLattice>(&edit)) {
@@ -89,6 +89,11 @@ absl::Status EditHistory::RedoStep(std::string_view editor_id, Restructurer rest
   }
   if (found->step.weights.has_value()) {
     LATTICED_RETURN_IF_ERROR(Admit(*found->step.weights, rules));
+    CommitGestures("", "");
+    ++structure_id_;
+  }
+  if (found->step.removes) {
+    if (rules.admit_removal) LATTICED_RETURN_IF_ERROR(rules.admit_removal());
     CommitGestures("", "");
     ++structure_id_;
   }

@@ -14,6 +14,8 @@ void EditStep::Close(bool by_time_out) {
 }
 
 bool EditStep::Overlaps(const EditStep& other) const {
+  // Weights are of the scene.
+  if (removes || other.removes) return !weights.has_value() && !other.weights.has_value();
   if (structural.has_value() || other.structural.has_value()) return true;
   if (constraints.has_value() && other.constraints.has_value()) return true;
   if (strength.has_value() && other.strength.has_value()) return true;
@@ -84,9 +86,20 @@ std::optional<VertexWeights> EditLayers::WeightsWithout(size_t position) const {
   return base_.weights;
 }
 
+bool EditLayers::AbsentWithout(size_t position) const {
+  for (size_t n = steps_.size(); n-- > 0;) {
+    const EditStep& step = steps_[n];
+    if (n == position) continue;
+    if (step.removes) return true;
+    if (step.structural.has_value() && step.structural->replaces()) return false;
+  }
+  return base_.absent;
+}
+
 size_t EditLayers::BaseBytes() const {
-  const size_t present = lattice_.control_points.size();
-  size_t points = 0;
+  const size_t own = lattice_.control_points.size();
+  const size_t present = absent() ? 0 : own;
+  size_t points = own - present;
   for (const Lattice* lattice : {&base_.base, &base_.initial}) {
     points += std::max(lattice->control_points.size(), present) - present;
   }
@@ -135,10 +148,14 @@ void EditLayers::FoldOldest() {
   if (oldest.constraints.has_value()) base_.constraints = *std::move(oldest.constraints);
   if (oldest.strength.has_value()) base_.strength = *oldest.strength;
   if (oldest.weights.has_value()) base_.weights = std::move(oldest.weights);
+  if (oldest.removes) base_.absent = true;
   if (oldest.structural.has_value()) {
     const bool replaces = oldest.structural->replaces();
     base_.base = {std::move(oldest.structural->structure), std::move(oldest.positions)};
-    if (replaces) base_.initial = base_.base;
+    if (replaces) {
+      base_.initial = base_.base;
+      base_.absent = false;
+    }
     base_.structure_step = oldest.id;
   } else {
     for (size_t n = 0; n < oldest.indices.size(); ++n) {

@@ -10,7 +10,8 @@
 //   base                p  p  p  p
 //
 // A step that changes the structure holds every point. The indices of steps above it refer to its structure, so nothing
-// below it can be taken out before it.
+// below it can be taken out before it. A step that removes the lattice keeps all points; a replacement above it ends its
+// absence.
 //
 // Errors   none: callers check first
 // Threads  plain data
@@ -61,6 +62,8 @@ struct EditStep {
   std::optional<double> strength;
   // The scene's vertex weights from this step on; null: none.
   std::optional<VertexWeights> weights;
+  // Whether it takes the lattice away.
+  bool removes = false;
 
   void Close(bool by_time_out);
   bool Overlaps(const EditStep& other) const;
@@ -76,6 +79,7 @@ struct LayersBase {
   Constraints constraints;
   double strength = 1;
   std::optional<VertexWeights> weights;  // unset: as the scene was made
+  bool absent = false;                   // there is no lattice yet, or no more
 };
 
 class EditLayers {
@@ -93,6 +97,8 @@ class EditLayers {
   double strength() const { return StrengthWithout(steps_.size()); }
   // The scene's vertex weights now; unset: as it was made.
   std::optional<VertexWeights> weights() const { return WeightsWithout(steps_.size()); }
+  // Whether the lattice is away. Its points and structure are then those that it had, or will have.
+  bool absent() const { return AbsentWithout(steps_.size()); }
   const LayersBase& base() const { return base_; }
   // Oldest first.
   const std::deque<EditStep>& steps() const { return steps_; }
@@ -112,11 +118,14 @@ class EditLayers {
   double StrengthWithout(size_t position) const;
   // The vertex weights without it.
   std::optional<VertexWeights> WeightsWithout(size_t position) const;
+  // Whether the lattice is away without it.
+  bool AbsentWithout(size_t position) const;
   // The structure without the step at `position`.
   const LatticeStructure& StructureWithout(size_t position) const;
   // The bytes of all steps.
   size_t MemoryBytes() const { return bytes_; }
-  // The bytes of the two lattices below the steps, as far as they have more control points than the present one.
+  // The bytes of the two lattices below the steps, as far as they have more control points than the present one; of an absent
+  // lattice all, and its own.
   size_t BaseBytes() const;
 
  private:

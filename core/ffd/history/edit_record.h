@@ -20,9 +20,11 @@ namespace latticed {
 
 struct EditRecord {
   // The batch, with one SetControlPoints of all that it wrote in place of its edits, and a SetStrength if it set one. Undo,
-  // redo and changes of structure stay, a replacement without its lattice. A refused batch has no edits. expected_revision is not kept.
+  // redo, removals and changes of structure stay, a replacement without its lattice. A refused batch has no edits. expected_revision is not kept.
   EditBatch batch;
   std::chrono::steady_clock::time_point now;
+  // Whether it adds the lattice to its scene, so that its undo takes it away again.
+  bool adds = false;
   // The lattice that a change of structure made, also if undone before and redone.
   std::optional<Lattice> made;
   // The result that is kept for its editor.

@@ -30,7 +30,9 @@ absl::StatusOr<SceneHistory> SceneHistory::FromImages(std::vector<EditHistoryIma
     LATTICED_ASSIGN_OR_RETURN(auto history, EditHistory::FromImage(std::move(image)));
     histories.push_back(std::move(history));
   }
-  return SceneHistory(std::move(histories));
+  SceneHistory history(std::move(histories));
+  if (history.structures().empty()) return absl::DataLossError("a scene has no lattice");
+  return history;
 }
 
 std::vector<EditHistoryImage> SceneHistory::images() const {
@@ -44,7 +46,9 @@ absl::Status SceneHistory::Check(const EditBatch& batch) const {
     return error::InvalidField("lattice", "weights are set by edits of lattice 0");
   }
   if (batch.lattice >= histories_.size() && !batch.refusal.ok()) return batch.refusal;
-  if (batch.lattice == histories_.size() && !batch.edits.empty() &&
+  const bool is_free = batch.lattice == histories_.size() ||
+                       (batch.lattice < histories_.size() && histories_[batch.lattice].absent());
+  if (is_free && !batch.edits.empty() &&
       std::holds_alternative<ReplaceLattice>(batch.edits.front())) {
     return CheckAddition(batch);
   }
@@ -53,7 +57,7 @@ absl::Status SceneHistory::Check(const EditBatch& batch) const {
 
 absl::Status SceneHistory::CheckAddition(const EditBatch& batch) const {
   constexpr char kField[] = "edits[0].replace_lattice";
-  if (histories_.size() == static_cast<size_t>(limits::kMaxLattices)) {
+  if (batch.lattice == static_cast<uint32_t>(limits::kMaxLattices)) {
     return error::InvalidField("lattice",
                                fmt::format("a scene has at most {} lattices", limits::kMaxLattices),
                                "OUT_OF_RANGE");
@@ -75,8 +79,9 @@ size_t SceneHistory::NewestOf(std::string_view editor_id) const {
   return newest;
 }
 
-EditHistory SceneHistory::MadeAtRest(const LatticeStructure& structure) const {
-  EditHistory history(Lattice{structure, IdentityControlPoints(structure)});
+EditHistory SceneHistory::MadeFor(Lattice at_rest, bool absent) const {
+  EditHistory history =
+      absent ? EditHistory::Absent(std::move(at_rest)) : EditHistory(std::move(at_rest));
   history.GoOnFrom(revision_, structure_id_);
   return history;
 }
@@ -101,22 +106,25 @@ absl::StatusOr<EditOutcome> SceneHistory::Apply(const EditBatch& batch, TimePoin
                                                 const AdmitStructure& admit,
                                                 const AdmitPoints& admit_points,
                                                 const VolumeKeeper* keeper,
-                                                const AdmitWeights& admit_weights) {
+                                                const AdmitWeights& admit_weights,
+                                                const AdmitRemoval& admit_removal) {
   if (const size_t newest = NewestOf(batch.editor_id);
       histories_[newest].last_sequence(batch.editor_id) >= std::max<uint64_t>(batch.sequence, 1)) {
     // It gets its result there, or why it comes too late.
-    return histories_[newest].Apply(batch, now, admit, admit_points, keeper, admit_weights);
+    return histories_[newest].Apply(batch, now, admit, admit_points, keeper, admit_weights,
+                                    admit_removal);
   }
   if (batch.lattice == histories_.size()) {
     const LatticeStructure& structure = LoneEdit<ReplaceLattice>(batch)->lattice.structure;
     LATTICED_RETURN_IF_ERROR(Validate(structure));
-    EditHistory added = MadeAtRest(structure);
+    EditHistory added = MadeFor({structure, IdentityControlPoints(structure)}, true);
     auto outcome = added.Apply(batch, now, admit, admit_points, keeper, admit_weights);
     if (outcome.ok()) Add(std::move(added));
     return outcome;
   }
   TurnTo(batch.lattice);
-  auto outcome = histories_[last_].Apply(batch, now, admit, admit_points, keeper, admit_weights);
+  auto outcome = histories_[last_].Apply(batch, now, admit, admit_points, keeper, admit_weights,
+                                         admit_removal);
   GoOn();
   return outcome;
 }
@@ -126,7 +134,10 @@ void SceneHistory::SetTouched(const EditBatch& batch, uint64_t boxes, uint64_t p
 }
 
 EditRecord SceneHistory::LastRecord(const EditBatch& batch, TimePoint now) const {
-  return histories_[batch.lattice].LastRecord(batch, now);
+  const EditHistory& history = histories_[batch.lattice];
+  EditRecord record = history.LastRecord(batch, now);
+  record.adds = history.records() == 1 && history.began_absent();
+  return record;
 }
 
 absl::Status SceneHistory::ApplyRecord(const EditRecord& record) {
@@ -135,14 +146,17 @@ absl::Status SceneHistory::ApplyRecord(const EditRecord& record) {
   }
   if (record.batch.lattice == histories_.size()) {
     if (!record.made.has_value()) return absl::DataLossError("the record adds no lattice");
-    LATTICED_RETURN_IF_ERROR(Validate(record.made->structure));
-    EditHistory added = MadeAtRest(record.made->structure);
+    const LatticeStructure& structure = record.made->structure;
+    LATTICED_RETURN_IF_ERROR(Validate(structure));
+    // Earlier servers took a lattice to rest where its addition was undone.
+    EditHistory added = MadeFor({structure, IdentityControlPoints(structure)}, record.adds);
     LATTICED_RETURN_IF_ERROR(added.ApplyRecord(record));
     Add(std::move(added));
     return absl::OkStatus();
   }
   TurnTo(record.batch.lattice);
   LATTICED_RETURN_IF_ERROR(histories_[last_].ApplyRecord(record));
+  if (structures().empty()) return absl::DataLossError("the record removes the last lattice");
   GoOn();
   return absl::OkStatus();
 }
@@ -167,12 +181,16 @@ size_t SceneHistory::MemoryBytes() const {
   return bytes;
 }
 
-std::vector<LatticeStructure> SceneHistory::structures() const {
-  std::vector<LatticeStructure> structures;
-  for (const EditHistory& history : histories_) {
-    structures.push_back(history.lattice().structure);
+std::map<uint32_t, LatticeStructure> SceneHistory::structures() const {
+  std::map<uint32_t, LatticeStructure> structures;
+  for (uint32_t k = 0; k < histories_.size(); ++k) {
+    if (!histories_[k].absent()) structures.emplace(k, histories_[k].lattice().structure);
   }
   return structures;
+}
+
+const EditHistory& SceneHistory::first() const {
+  return *std::ranges::find_if_not(histories_, &EditHistory::absent);
 }
 
 }  // namespace latticed

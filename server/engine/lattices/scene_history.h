@@ -5,8 +5,10 @@
 // of its own. Revision and structure_id are the scene's: they count the batches and the structures of all lattices.
 //
 // Replay    an editor's sequences rise over all lattices: a batch that is sent twice gets its result, whichever lattice it names
-// Adding    a replacement for the number that follows the last lattice's adds a lattice, as a step over one at rest. A refused
-//           addition changes nothing, and no result of it is kept
+// Adding    a replacement for a number that no lattice has, up to the one that follows the last, adds a lattice. Undo of the step
+//           takes it away. A refused addition of a new number changes nothing, and no result of it is kept
+// Removing  the history of a lattice that was removed stays, with its number, for undo and for another lattice there. The
+//           caller's AdmitRemoval refuses to remove the last one
 // Records   in the order of batches, whichever lattice they are of (EditBatch::lattice)
 // Errors    those of EditHistory; kInvalidArgument, field "lattice", for one that the scene does not have
 // Threads   one thread at a time: the caller locks
@@ -16,6 +18,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <map>
 #include <string_view>
 #include <vector>
 
@@ -43,7 +46,8 @@ class SceneHistory {
                                                   const AdmitStructure& admit,
                                                   const AdmitPoints& admit_points = {},
                                                   const VolumeKeeper* keeper = nullptr,
-                                                  const AdmitWeights& admit_weights = {});
+                                                  const AdmitWeights& admit_weights = {},
+                                                  const AdmitRemoval& admit_removal = {});
   // As EditHistory::MadeWith. The weights of the mesh are in the history of the first lattice.
   [[nodiscard]] absl::Status MadeWith(const VertexWeights& weights, size_t vertices) {
     return histories_[0].MadeWith(weights, vertices);
@@ -63,18 +67,22 @@ class SceneHistory {
   bool ForgetOldestStep() { return histories_[last_].ForgetOldestStep(); }
   bool ForgetOldestEditor() { return histories_[last_].ForgetOldestEditor(); }
 
+  // How many numbers lattices have, or had.
   size_t size() const { return histories_.size(); }
   const EditHistory& of(size_t lattice) const { return histories_[lattice]; }
-  [[nodiscard]] std::vector<LatticeStructure> structures() const;
+  // Of the lattices that are there, by number.
+  [[nodiscard]] std::map<uint32_t, LatticeStructure> structures() const;
+  // The lattice that is there with the lowest number.
+  const EditHistory& first() const;
 
  private:
   explicit SceneHistory(std::deque<EditHistory> histories);
-  // Whether a replacement that names the number after the last lattice's may add a lattice.
+  // Whether a replacement that names a number that no lattice has may add one.
   absl::Status CheckAddition(const EditBatch& batch) const;
   // The lattice of the editor's batch with the highest sequence.
   size_t NewestOf(std::string_view editor_id) const;
   // The history of a lattice that is to be added, before its first batch.
-  EditHistory MadeAtRest(const LatticeStructure& structure) const;
+  EditHistory MadeFor(Lattice at_rest, bool absent) const;
   void Add(EditHistory history);
   // Lets the next batch, which is of this lattice, follow upon the scene's revision.
   void TurnTo(size_t lattice);

@@ -2,11 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/engine/lattices/scene_lattice.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "core/base/error.h"
 #include "core/base/status_macros.h"
 #include "core/ffd/sum/lattice_sum.h"
+#include "fmt/format.h"
 
 namespace latticed {
 namespace {
@@ -26,21 +28,32 @@ Moves SumOfMoves(const SceneLattices& lattices, size_t left_out) {
 
 }  // namespace
 
-absl::Status CheckLattice(const SceneLattices& lattices, uint32_t number, std::string_view field) {
-  return error::CheckRange(field, number, 0, static_cast<double>(lattices.size()) - 1);
+size_t PlaceOf(const SceneLattices& lattices, uint32_t number) {
+  const auto found = std::ranges::find(lattices, number, &SceneLattice::number);
+  return static_cast<size_t>(found - lattices.begin());
 }
 
-absl::StatusOr<SceneLattices> LatticesWithMaps(std::span<const LatticeStructure> structures,
-                                               std::span<const Vec3d> mesh) {
-  SceneLattices lattices(structures.size());
-  if (structures.size() == 1) {
-    lattices[0].map = std::make_shared<const OutsideMap>(structures[0]);
+absl::Status CheckLattice(const SceneLattices& lattices, uint32_t number, std::string_view field) {
+  LATTICED_RETURN_IF_ERROR(error::CheckRange(field, number, 0, lattices.back().number));
+  if (PlaceOf(lattices, number) < lattices.size()) return absl::OkStatus();
+  return error::InvalidField(field, fmt::format("lattice {} was removed", number), "OUT_OF_RANGE");
+}
+
+absl::StatusOr<SceneLattices> LatticesWithMaps(
+    const std::map<uint32_t, LatticeStructure>& structures, std::span<const Vec3d> mesh) {
+  SceneLattices lattices;
+  std::vector<LatticeStructure> parts;
+  for (const auto& [number, structure] : structures) {
+    lattices.push_back({.number = number});
+    parts.push_back(structure);
+  }
+  if (parts.size() == 1) {
+    lattices[0].map = std::make_shared<const OutsideMap>(parts[0]);
     return lattices;
   }
-  LATTICED_ASSIGN_OR_RETURN(const auto sum, SumLattices(structures, mesh));
-  for (size_t k = 0; k < structures.size(); ++k) {
-    lattices[k].map =
-        std::make_shared<const OutsideMap>(structures[k], 1, sum.structure, sum.parts[k]);
+  LATTICED_ASSIGN_OR_RETURN(const auto sum, SumLattices(parts, mesh));
+  for (size_t k = 0; k < parts.size(); ++k) {
+    lattices[k].map = std::make_shared<const OutsideMap>(parts[k], 1, sum.structure, sum.parts[k]);
   }
   return lattices;
 }

@@ -11,6 +11,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <span>
 #include <string_view>
@@ -26,6 +27,8 @@
 namespace latticed {
 
 struct SceneLattice {
+  // By which edits and clients name it. Of a lattice that was removed, no other one takes the number.
+  uint32_t number = 0;
   // From its control points to those of the plan, with its strength.
   std::shared_ptr<const OutsideMap> map;
   // As edits and clients see them.
@@ -38,21 +41,25 @@ struct SceneLattice {
   const LatticeStructure& structure() const { return map->structure(); }
 };
 
+// Those that the scene has, their numbers ascending.
 using SceneLattices = std::vector<SceneLattice>;
+
+// Where the lattice with this number is among them; their count if it is not.
+[[nodiscard]] size_t PlaceOf(const SceneLattices& lattices, uint32_t number);
 
 // kInvalidArgument naming `field` for the number of a lattice that there is not.
 [[nodiscard]] absl::Status CheckLattice(const SceneLattices& lattices, uint32_t number,
                                         std::string_view field);
-// Lattices with these structures and the maps of strength 1; the rest is null. `mesh`: the points at rest.
+// Lattices with these structures, by number, and the maps of strength 1; the rest is null. `mesh`: the points at rest.
 [[nodiscard]] absl::StatusOr<SceneLattices> LatticesWithMaps(
-    std::span<const LatticeStructure> structures, std::span<const Vec3d> mesh);
-// Sets the points of lattice `k`, at this strength. Its map may be of another one.
+    const std::map<uint32_t, LatticeStructure>& structures, std::span<const Vec3d> mesh);
+// Sets the points of the lattice at place `k`, at this strength. Its map may be of another one.
 void TakePoints(SceneLattices& lattices, size_t k, double strength,
                 const std::vector<Vec3d>& points);
 // The control points of the plan, from the points of all lattices. They do not depend on the order of edits.
 [[nodiscard]] std::shared_ptr<const std::vector<Vec3d>> PlannedPoints(
     const SceneLattices& lattices);
-// The map of lattice `k`, which also adds what the others move. Those must have their moves.
+// The map of the lattice at place `k`, which also adds what the others move. Those must have their moves.
 [[nodiscard]] std::shared_ptr<const OutsideMap> MapAmongOthers(const SceneLattices& lattices,
                                                                size_t k);
 

@@ -19,13 +19,15 @@ namespace {
 std::shared_ptr<const LatticeDelta> MakeDelta(const EditBatch& batch, const SceneState& state,
                                               bool strength_changed,
                                               std::vector<uint32_t> changed) {
-  const SceneLattice& lattice = state.lattices[batch.lattice];
   auto delta = std::make_shared<LatticeDelta>();
   delta->lattice = batch.lattice;
   delta->revision = state.revision;
   delta->structure_id = state.structure_id;
   delta->editor_id = batch.editor_id;
   delta->sequence = batch.sequence;
+  const size_t place = PlaceOf(state.lattices, batch.lattice);
+  if (place == state.lattices.size()) return delta;  // it was removed
+  const SceneLattice& lattice = state.lattices[place];
   delta->positions.reserve(changed.size());
   if (strength_changed) delta->strength = lattice.map->strength();
   for (const uint32_t index : changed) delta->positions.push_back((*lattice.points)[index]);
@@ -66,10 +68,10 @@ constexpr size_t kNone = std::numeric_limits<size_t>::max();
 
 }  // namespace
 
-void SceneEditor::TakeLattice(SceneState& state, size_t k) const {
-  const EditHistory& history = history_.of(k);
-  TakePoints(state.lattices, k, history.strength(), history.lattice().control_points);
-  auto& constraints = state.lattices[k].constraints;
+void SceneEditor::TakeLattice(SceneState& state, size_t place) const {
+  const EditHistory& history = history_.of(state.lattices[place].number);
+  TakePoints(state.lattices, place, history.strength(), history.lattice().control_points);
+  auto& constraints = state.lattices[place].constraints;
   if (constraints != nullptr && *constraints == history.constraints()) return;
   constraints = std::make_shared<const Constraints>(history.constraints());
 }
@@ -100,33 +102,47 @@ absl::StatusOr<EditCommit> SceneEditor::Apply(const EditBatch& batch, const Scen
                                               std::optional<PlanKey>& wanted, TimePoint now,
                                               const Clock& clock) {
   LATTICED_RETURN_IF_ERROR(history_.Check(batch));
-  const size_t k = batch.lattice;
-  const bool adds = k == before.lattices.size();
+  const size_t place = PlaceOf(before.lattices, batch.lattice);
+  const bool absent = place == before.lattices.size();
   const auto plan = [&](PlanKey key) -> absl::Status {
     if (candidate && candidate->key == key) return candidate->state.status();
     wanted = std::move(key);
     return EditHistory::PutOff();
   };
   const auto admit = [&](const LatticeStructure& structure) {
-    std::vector<LatticeStructure> structures = history_.structures();
-    if (adds) structures.emplace_back();
-    structures[k] = structure;
+    auto structures = history_.structures();
+    structures[batch.lattice] = structure;
     return plan({std::move(structures), history_.weights()});
   };
   const auto admit_weights = [&](const VertexWeights& weights) {
     return plan({history_.structures(), weights});
   };
-  const auto map = MapAmongOthers(before.lattices, adds ? 0 : k);
+  const auto admit_removal = [&]() -> absl::Status {
+    auto structures = history_.structures();
+    structures.erase(batch.lattice);
+    if (structures.empty()) {
+      return error::FailedPrecondition("LAST_LATTICE", "lattice: a scene's last one cannot go");
+    }
+    LATTICED_RETURN_IF_ERROR(plan({std::move(structures), history_.weights()}));
+    if (LoneEdit<RemoveLattice>(batch) == nullptr) return absl::OkStatus();
+    SceneState planned = *candidate->state;
+    TakeLattices(planned, kNone);
+    const SceneLattice& first = planned.lattices[0];
+    return AdmitPointsOf(batch, before, planned.plan, *MapAmongOthers(planned.lattices, 0),
+                         *first.points);
+  };
+  const auto map = MapAmongOthers(before.lattices, absent ? 0 : place);
   AdmitPoints admit_points;
   if (batch.refuse_folds || !map->is_identity() || candidate.has_value()) {
     admit_points = [&](const LatticeStructure& structure, std::span<const Vec3d> points,
                        double strength) {
-      if (!adds && structure == map->structure()) {
+      if (!absent && structure == map->structure()) {
         return AdmitPointsOf(batch, before, before.plan, *WithStrength(map, strength), points);
       }
       SceneState planned = *candidate->state;
-      TakeLattices(planned, k);
-      const auto next = WithStrength(MapAmongOthers(planned.lattices, k), strength);
+      const size_t own = PlaceOf(planned.lattices, batch.lattice);
+      TakeLattices(planned, own);
+      const auto next = WithStrength(MapAmongOthers(planned.lattices, own), strength);
       return AdmitPointsOf(batch, before, planned.plan, *next, points);
     };
   }
@@ -134,7 +150,7 @@ absl::StatusOr<EditCommit> SceneEditor::Apply(const EditBatch& batch, const Scen
   std::optional<EditBatch> among_others;
   if (before.lattices.size() > 1) among_others = AmongOthers(batch, before.plan->structure, *map);
   auto outcome = history_.Apply(among_others.has_value() ? *among_others : batch, now, admit,
-                                admit_points, &keeper, admit_weights);
+                                admit_points, &keeper, admit_weights, admit_removal);
   if (!outcome.ok()) return outcome.status();
   EditCommit commit{.summary = outcome->summary,
                     .structure_changed = outcome->structure_changed,
@@ -148,7 +164,7 @@ absl::StatusOr<EditCommit> SceneEditor::Apply(const EditBatch& batch, const Scen
   if (commit.structure_changed) {
     TakeLattices(next, kNone);
   } else {
-    TakeLattice(next, k);
+    TakeLattice(next, place);
   }
   next.control_points = PlannedPoints(next.lattices);
   if (!commit.structure_changed) commit.moved = MovedByEdit(before, next, outcome->changed);

@@ -15,6 +15,7 @@
 #include <cstdint>
 #include <functional>
 #include <list>
+#include <map>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -32,7 +33,7 @@ namespace latticed {
 
 // What a plan of the scene's mesh depends on.
 struct PlanKey {
-  std::vector<LatticeStructure> structures;  // of all lattices
+  std::map<uint32_t, LatticeStructure> structures;  // of all lattices, by number
   VertexWeights weights;
   friend bool operator==(const PlanKey& a, const PlanKey& b) {
     return a.structures == b.structures && SameWeights(a.weights, b.weights);
@@ -95,8 +96,8 @@ class SceneEditor {
   bool ForgetOldestEditor() { return history_.ForgetOldestEditor(); }
 
  private:
-  // Sets points, strength and constraints of a lattice, or of all but one, as the history has them.
-  void TakeLattice(SceneState& state, size_t k) const;
+  // Sets points, strength and constraints of the lattice at a place, or of all but one, as the history has them.
+  void TakeLattice(SceneState& state, size_t place) const;
   void TakeLattices(SceneState& state, size_t left_out) const;
   // Whether `points` of the lattice, which `map` takes to control points of the plan, may be the next ones.
   absl::Status AdmitPointsOf(const EditBatch& batch, const SceneState& before,

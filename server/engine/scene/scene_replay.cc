@@ -52,20 +52,20 @@ absl::StatusOr<SceneLife> Replay(const SceneLog& log, const ReplayedMesh& mesh) 
   if (mesh.vertices > 0) {
     LATTICED_RETURN_IF_ERROR(life.history.MadeWith(mesh.weights, mesh.vertices));
   }
-  const EditHistory& first = life.history.of(0);
-  const Lattice& lattice = first.lattice();
-  std::vector<Vec3d> places = lattice.control_points;
+  std::vector<Vec3d> places = life.history.first().lattice().control_points;
   life.moved = PointRevisions(places.size(), life.history.revision());
   CommitTimes commits = {{life.history.revision(), life.commit_time}};
   for (size_t n = 0; n < log.records.size(); ++n) {
     const uint64_t lsn = log.snapshot_lsn + n + 1;
     const uint64_t structure = life.history.structure_id(), revision = life.history.revision();
-    const double strength = first.strength();
+    const double strength = life.history.first().strength();
     const auto record = DecodeRecord(log.records[n]);
     if (!record.ok()) return Damaged(lsn, record.status());
     if (const auto status = life.history.ApplyRecord(record->edit); !status.ok()) {
       return Damaged(lsn, status);
     }
+    const EditHistory& first = life.history.first();
+    const Lattice& lattice = first.lattice();
     if (life.history.structure_id() != structure || life.history.size() > 1) {
       places = lattice.control_points;
       life.moved = PointRevisions(places.size(), life.history.revision());

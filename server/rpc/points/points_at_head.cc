@@ -32,7 +32,7 @@ absl::StatusOr<PointsAtHead> FindPoints(ServerEnv& env, const CallInfo& call,
   }
   LATTICED_RETURN_IF_ERROR(
       CheckLattice(found.state->lattices, lattice, fmt::format("{}lattice", prefix)));
-  found.lattice_number = lattice;
+  found.lattice_place = PlaceOf(found.state->lattices, lattice);
   LATTICED_ASSIGN_OR_RETURN(found.resident,
                             set->At(*found.state, found.scene->backend(), *env.point_arena));
   if (with_normals && !found.points().has_normals()) {

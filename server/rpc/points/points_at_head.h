@@ -30,7 +30,7 @@ struct PointsAtHead {
   std::shared_ptr<const SceneState> state;
   std::shared_ptr<const PointSet::Resident> resident;
   PointNormals normals = PointNormals::kNone;
-  uint32_t lattice_number = 0;  // by whose control points clients give tangents and get derivatives
+  size_t lattice_place = 0;  // by whose control points clients give tangents and get derivatives
 
   const SortedPoints& points() const { return resident->points(); }
   // Runs `call`, which returns the status of a call of the evaluator.
@@ -40,7 +40,7 @@ struct PointsAtHead {
   }
   // Of the plan.
   const std::vector<Vec3d>& control_points() const { return *state->control_points; }
-  const SceneLattice& lattice() const { return state->lattices[lattice_number]; }
+  const SceneLattice& lattice() const { return state->lattices[lattice_place]; }
   size_t lattice_points() const { return lattice().points->size(); }
   // Bytes of an answer, or of cotangents, for one direction.
   uint64_t BytesPerDirection() const {

@@ -172,6 +172,8 @@ void ToStored(const EditBatch& batch, store::Record& stored) {
     store::SetWeights& item = *stored.mutable_edit()->mutable_set_weights();
     item.mutable_indices()->Add(weigh->indices.begin(), weigh->indices.end());
     item.mutable_values()->Add(weigh->values.begin(), weigh->values.end());
+  } else if (std::holds_alternative<RemoveLattice>(edit)) {
+    stored.mutable_edit()->set_remove_lattice(true);
   } else if (const auto* set = std::get_if<SetConstraints>(&edit)) {
     ToStored(set->constraints, *stored.mutable_edit()->mutable_set_constraints());
   } else {
@@ -180,6 +182,7 @@ void ToStored(const EditBatch& batch, store::Record& stored) {
 }
 absl::StatusOr<Edit> FromStored(const store::Edit& stored) {
   if (stored.has_redo()) return Redo{};
+  if (stored.has_remove_lattice()) return RemoveLattice{};
   if (stored.has_undo()) {
     if (stored.undo() > static_cast<uint32_t>(UndoScope::kScene)) return NotARecord("undo");
     return Undo{static_cast<UndoScope>(stored.undo())};
@@ -232,6 +235,7 @@ void ToStored(const EditStep& step, store::Step& stored) {
   }
   if (step.strength.has_value()) stored.set_strength(*step.strength);
   if (step.weights.has_value()) ToStored(*step.weights, *stored.mutable_weights());
+  stored.set_removes(step.removes);
   if (step.constraints.has_value()) ToStored(*step.constraints, *stored.mutable_constraints());
   if (!step.structural.has_value()) {
     return ToStored(step.indices, step.positions, *stored.mutable_points());
@@ -246,7 +250,8 @@ absl::StatusOr<EditStep> FromStored(const store::Step& stored) {
                 .editor_id = stored.editor_id(),
                 .gesture_id = stored.gesture_id(),
                 .open = stored.open(),
-                .timed_out = stored.timed_out()};
+                .timed_out = stored.timed_out(),
+                .removes = stored.removes()};
   LATTICED_ASSIGN_OR_RETURN(step.last_heard, TimeFromStored(stored.last_heard()));
   LATTICED_ASSIGN_OR_RETURN(const auto start, FromStored(stored.start()));
   for (size_t n = 0; n < start.indices.size(); ++n) {
@@ -276,6 +281,7 @@ void ToStored(const EditHistoryImage& history, store::Image& stored) {
   stored.set_structure_step(history.base.structure_step);
   ToStored(history.base.constraints, *stored.mutable_constraints());
   stored.set_strength(history.base.strength);
+  stored.set_absent(history.base.absent);
   if (history.base.weights.has_value()) {
     ToStored(*history.base.weights, *stored.mutable_weights());
   }
@@ -304,6 +310,7 @@ absl::StatusOr<EditHistoryImage> HistoryFromStored(const store::Image& stored) {
   history.base.structure_step = stored.structure_step();
   LATTICED_ASSIGN_OR_RETURN(history.base.constraints, FromStored(stored.constraints()));
   if (stored.has_strength()) history.base.strength = stored.strength();
+  history.base.absent = stored.absent();
   if (stored.has_weights()) history.base.weights = FromStored(stored.weights());
   for (const store::Step& item : stored.steps()) {
     LATTICED_ASSIGN_OR_RETURN(auto step, FromStored(item));
@@ -331,6 +338,7 @@ std::string EncodeRecord(const SceneRecord& record) {
   stored.set_now(ToStored(record.edit.now));
   if (record.edit.made.has_value()) ToStored(*record.edit.made, *stored.mutable_made());
   ToStored(record.edit.result, *stored.mutable_result());
+  stored.set_adds(record.edit.adds);
   stored.set_steps_forgotten(record.edit.steps_forgotten);
   stored.set_editors_forgotten(record.edit.editors_forgotten);
   if (record.box.has_value()) ToStored(*record.box, *stored.mutable_box());
@@ -350,6 +358,7 @@ absl::StatusOr<SceneRecord> DecodeRecord(std::string_view bytes) {
     LATTICED_ASSIGN_OR_RETURN(record.edit.made, LatticeFromStored(stored.made()));
   }
   record.edit.result = FromStored(stored.result());
+  record.edit.adds = stored.adds();
   record.edit.steps_forgotten = stored.steps_forgotten();
   record.edit.editors_forgotten = stored.editors_forgotten();
   if (stored.has_box()) record.box = FromStored(stored.box());

@@ -117,7 +117,48 @@ def test_one_is_added(client, box, two):
         )
         scene.edits_of(1).undo()
         np.testing.assert_allclose(scene.evaluate(points).positions, lattices[0].deform(points), atol=1e-12)
-        assert len(scene.refresh().lattices) == 2
+        assert numbers(scene) == [0]
+
+
+def numbers(scene):
+    return [lattice.index for lattice in scene.refresh().lattices]
+
+
+def test_one_is_removed_and_given_back(two):
+    points = definition.BOX_POSITIONS.min(axis=0) + np.array([[0.1, 0.1, 0.1], [0.3, 0.2, 0.25]])
+    first, second, both = two.lattice(), two.lattice(1), two.evaluate(points).positions
+
+    assert two.remove_lattice(0).structure_id == 2
+
+    assert numbers(two) == [1]
+    np.testing.assert_allclose(two.evaluate(points).positions, second.deform(points), atol=1e-12)
+    with pytest.raises(latticed.LatticedError) as last:
+        two.remove_lattice(1)
+    assert last.value.reason == "LAST_LATTICE"
+    with pytest.raises(latticed.LatticedError) as removed:
+        two.move(0, (0, 0, 1))
+    assert removed.value.reason == "LATTICE_REMOVED"
+    two.edits_of(0).undo()
+    assert np.array_equal(two.lattice().control_points, first.control_points)
+    assert np.array_equal(two.evaluate(points).positions, both)
+    two.remove_lattice(0)
+    assert two.add_lattice(second).structure_id == 5
+    assert numbers(two) == [0, 1]
+    moved = points + 2 * (second.deform(points) - points)
+    np.testing.assert_allclose(two.evaluate(points).positions, moved, atol=1e-12)
+
+
+def test_a_stream_follows_the_first_that_is_left(two):
+    second = two.lattice(1)
+    with two.deform(latticed.View(segments=2, encoding="raw")) as stream:
+        assert stream.lattice.control_points.shape == two.lattice().control_points.shape
+        two.remove_lattice(0)
+        while stream.latest.revision < 1:
+            stream.next_update()
+        assert np.array_equal(stream.lattice.control_points, second.control_points)
+        stream.wait(stream.edits_of(1).move(second.indices[1, 1, 1], (0.05, 0, 0)))
+        moved = stream.lattice.control_points - second.control_points
+        np.testing.assert_allclose(moved[1, 1, 1], (0.05, 0, 0), atol=1e-12)
 
 
 def test_each_keeps_its_strength(client, box, two):

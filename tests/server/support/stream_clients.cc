@@ -13,6 +13,10 @@ void EventLog::Take(const v1::SceneEvent& event) {
       hello = event.hello();
       break;
     case v1::SceneEvent::kLatticeState:
+      std::erase_if(others, [&event](const auto& other) {
+        const auto& left = event.lattice_state().indexes();
+        return std::ranges::find(left, other.first) == left.end();
+      });
       if (event.lattice_state().index() == 0) {
         lattice = event.lattice_state();
       } else {

@@ -50,19 +50,37 @@ EditMaker FromFlags(void (*fill)(const EditFlags&, v1::Edit&)) {
   };
 }
 
-absl::Status Run(const EditFlags& flags, const EditMaker& make, Client& client, Console console) {
-  LATTICED_ASSIGN_OR_RETURN(const auto lattice,
-                            client.GetLattice(flags.scene, flags.lattice_number));
+// The lowest number that no lattice has.
+uint32_t FreeNumber(const v1::Scene& scene) {
+  uint32_t number = 0;
+  for (const auto& lattice : scene.lattices()) {
+    if (lattice.index() == number) ++number;
+  }
+  return number;
+}
+
+// What an edit begins with. One that may be of a lattice that was removed, or of one that is to be, knows the structure alone.
+absl::StatusOr<v1::LatticeState> Begin(const EditFlags& flags, bool needs_lattice, Client& client,
+                                       v1::EditBatch& batch) {
+  batch.set_lattice(flags.lattice_number);
+  if (needs_lattice && !flags.adds) {
+    return client.GetLattice(flags.scene, flags.lattice_number);
+  }
+  LATTICED_ASSIGN_OR_RETURN(const auto scene, client.GetScene(flags.scene));
+  if (flags.adds) batch.set_lattice(FreeNumber(scene));
+  v1::LatticeState state;
+  state.set_structure_id(scene.structure_id());
+  return state;
+}
+
+absl::Status Run(const EditFlags& flags, const EditMaker& make, bool needs_lattice, Client& client,
+                 Console console) {
   v1::EditBatch batch;
   batch.set_scene(flags.scene);
   batch.set_editor_id(flags.editor.empty() ? StableEditorId() : flags.editor);
   // An editor's sequences must rise from one call of this program to the next; the clock does.
   batch.set_sequence(static_cast<uint64_t>(absl::ToUnixMicros(absl::Now())));
-  batch.set_lattice(flags.lattice_number);
-  if (flags.adds) {
-    LATTICED_ASSIGN_OR_RETURN(const auto scene, client.GetScene(flags.scene));
-    batch.set_lattice(static_cast<uint32_t>(scene.lattices_size()));
-  }
+  LATTICED_ASSIGN_OR_RETURN(const auto lattice, Begin(flags, needs_lattice, client, batch));
   batch.set_structure_id(lattice.structure_id());
   batch.set_refuse_folds(flags.refuse_folds);
   LATTICED_RETURN_IF_ERROR(make(flags, lattice, client, *batch.add_edits()));
@@ -106,7 +124,7 @@ void AddEditCommands(CLI::App& app, CommandLine& line) {
   CLI::App* edit = app.add_subcommand("edit", "Edits the lattice of a scene");
   edit->require_subcommand(0, 1);
   const auto add = [&](const char* name, const char* what, const char* example,
-                       const EditMaker& make) {
+                       const EditMaker& make, bool needs_lattice = true) {
     CLI::App* command = edit->add_subcommand(name, what);
     SetExample(*command, example);
     command->add_option("scene", flags->scene, "Id of the scene")->required();
@@ -117,8 +135,8 @@ void AddEditCommands(CLI::App& app, CommandLine& line) {
     command->add_flag("--refuse-folds", flags->refuse_folds,
                       "Fails if the edit makes a new fold near the surface");
     SetServerAction(*command, flags, line,
-                    [make](const EditFlags& from, Client& client, Console console) {
-                      return Run(from, make, client, console);
+                    [=](const EditFlags& from, Client& client, Console console) {
+                      return Run(from, make, needs_lattice, client, console);
                     });
     return command;
   };
@@ -178,6 +196,11 @@ void AddEditCommands(CLI::App& app, CommandLine& line) {
                  "Adds it to the scene's lattices instead; what all of them move the mesh adds up")
       ->excludes(keep)
       ->excludes(replace->get_option("--lattice-number"));
+  add("remove-lattice", "Takes a lattice of several away; undo gives it back",
+      "edit remove-lattice my-scene --lattice-number 1",
+      FromFlags([](const EditFlags&, v1::Edit& to) { to.mutable_remove_lattice(); }))
+      ->get_option("--lattice-number")
+      ->required();
   add("outside", "Changes what goes on outside the lattice, and nothing inside",
       "edit outside my-scene falloff:0.3", MakeOutside)
       ->add_option("outside", flags->outside, kOutsideHelp)
@@ -223,7 +246,7 @@ void AddEditCommands(CLI::App& app, CommandLine& line) {
       ->add_option("strength", flags->strength, "0, at rest, to 1, all of it")
       ->required();
   add("weights", "Sets how much of the deformation each vertex takes",
-      "edit weights my-scene weights.csv", MakeWeights)
+      "edit weights my-scene weights.csv", MakeWeights, false)
       ->add_option("weights", flags->weights,
                    ".npy or .csv file with a number from 0 to 1 for each vertex; none: all follow")
       ->required()
@@ -231,13 +254,14 @@ void AddEditCommands(CLI::App& app, CommandLine& line) {
   CLI::App* undo = add("undo", "Reverts the last step", "edit undo my-scene --scope mine",
                        FromFlags([](const EditFlags& from, v1::Edit& to) {
                          to.mutable_undo()->set_scope(from.scope);
-                       }));
+                       }),
+                       false);
   AddNamedOption<v1::UndoScope>(
       *undo, "--scope", kScopes, [flags = flags.get()](auto scope) { flags->scope = scope; },
       "Whose: this editor's, or anybody's")
       ->default_str("scene");
   add("redo", "Applies the step again that was undone last", "edit redo my-scene",
-      FromFlags([](const EditFlags&, v1::Edit& to) { to.mutable_redo(); }));
+      FromFlags([](const EditFlags&, v1::Edit& to) { to.mutable_redo(); }), false);
 }
 
 }  // namespace latticed::client

@@ -86,8 +86,10 @@ std::string SceneText(const v1::Scene& scene) {
     table.AddRow({"crease angle", fmt::format("{} degrees", scene.crease_angle())});
   }
   for (const auto& lattice : scene.lattices()) {
-    table.AddRow({"lattice", fmt::format("size {}, degree {}{}", Axes(lattice.size()),
-                                         Axes(lattice.degree()), OutsideText(lattice.outside()))});
+    const std::string label =
+        scene.lattices_size() == 1 ? "lattice" : fmt::format("lattice {}", lattice.index());
+    table.AddRow({label, fmt::format("size {}, degree {}{}", Axes(lattice.size()),
+                                     Axes(lattice.degree()), OutsideText(lattice.outside()))});
   }
   table.AddRow({"revision", FormatCount(scene.revision())});
   table.AddRow({"structure", FormatCount(scene.structure_id())});

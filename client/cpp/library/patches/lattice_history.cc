@@ -38,7 +38,7 @@ uint64_t RevisionOf(const News& news) {
 }  // namespace
 
 void LatticeHistory::Take(v1::LatticeState state) {
-  if (state.index() != 0) return;
+  if (state.index() != (state.indexes().empty() ? 0 : state.indexes(0))) return;
   // Another run of a server may begin again at a lower revision.
   while (!news_.empty() && RevisionOf(news_.back()) >= state.revision()) news_.pop_back();
   newest_ = state;
@@ -47,7 +47,8 @@ void LatticeHistory::Take(v1::LatticeState state) {
 
 absl::Status LatticeHistory::Take(const v1::LatticeDelta& delta) {
   if (delta.structure_id() != newest_.structure_id()) return absl::OkStatus();  // a state follows
-  if (delta.lattice() != 0) {  // of another lattice: this one has a new revision, and moves nowhere
+  if (delta.lattice() !=
+      newest_.index()) {  // of another lattice: this one has a new revision, and moves nowhere
     v1::LatticeDelta elsewhere;
     elsewhere.set_revision(delta.revision());
     Move(elsewhere, &newest_);

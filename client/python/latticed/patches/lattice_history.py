@@ -18,6 +18,7 @@ class LatticeHistory:
 
     def __init__(self) -> None:
         self._lattices: List[Lattice] = []  # ascending by revision
+        self._number = 0  # in the scene
 
     @property
     def newest(self) -> Optional[Lattice]:
@@ -26,8 +27,9 @@ class LatticeHistory:
 
     def take_state(self, state: Any) -> None:
         """Takes a latticed.v1.LatticeState."""
-        if state.index:
+        if state.index != next(iter(state.indexes), 0):
             return
+        self._number = state.index
         lattice = Lattice.from_state(state)
         kept = [older for older in self._lattices if older.revision < lattice.revision]
         self._lattices = [*kept, lattice]
@@ -37,7 +39,7 @@ class LatticeHistory:
         old = self.newest
         if old is None or delta.structure_id != old.structure_id:
             return  # a lattice_state follows
-        if delta.lattice:
+        if delta.lattice != self._number:
             self._lattices.append(dataclasses.replace(old, revision=delta.revision))
             return
         indices = np.array(delta.indices, dtype=np.int64)

@@ -155,6 +155,9 @@ function editCommands(app: CommandTarget): Command[] {
     onEditable('resize', 'Size and degree…', (scene) => scene.resizeLattice()),
     onEditable('outside', 'Outside the lattice…', (scene) => scene.chooseOutside()),
     onEditable('add-lattice', 'Add a lattice…', (scene) => scene.addLattice()),
+    onEditable('remove-lattice', 'Remove this lattice', ({ session }) => session.removeLattice(), {
+      idle: () => (app.scene?.session.latticeCount ?? 0) < 2,
+    }),
     onEditable('knot', 'Insert knot plane…', (scene) => scene.placeKnot(), { keys: ['K'], icon: 'knot' }),
   ];
 }

@@ -52,11 +52,17 @@ export class LiveSession {
     return shown;
   }
 
-  /** How many lattices the scene has; their displacements add. Which one is shown and edited, from 0. */
+  /** How many lattices the scene has; their displacements add. */
   get latticeCount(): number {
-    return this.sync.count;
+    return this.sync.numbers.length;
   }
 
+  /** Their numbers, ascending: those of removed lattices are left out. */
+  get latticeNumbers(): readonly number[] {
+    return this.sync.numbers;
+  }
+
+  /** The number of the one that is shown and edited. */
   get latticeIndex(): number {
     return this.sync.index;
   }
@@ -141,19 +147,19 @@ export class LiveSession {
 
   /** Whether the server's history holds a step of this window to undo, by its newest answer. */
   get canUndo(): boolean {
-    return this.sync.steps.canUndo;
+    return this.sync.canUndo;
   }
 
   get canRedo(): boolean {
-    return this.sync.steps.canRedo;
+    return this.sync.canRedo;
   }
 
   undo(): void {
-    this.sync.step(edits.undo());
+    this.sync.undo();
   }
 
   redo(): void {
-    this.sync.step(edits.redo());
+    this.sync.redo();
   }
 
   reset(to: 'identity' | 'initial'): void {
@@ -171,6 +177,11 @@ export class LiveSession {
   /** Adds a lattice to the scene's. It is shown when the server has taken it. */
   addLattice(lattice: Lattice): void {
     this.sync.add(lattice);
+  }
+
+  /** Takes the lattice that is shown away from the scene's. Another one is shown when the server has done so. */
+  removeLattice(): void {
+    this.sync.step(edits.removeLattice());
   }
 
   /** Weights of some vertices of the mesh, in their order: an undo step. */

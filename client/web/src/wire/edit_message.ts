@@ -41,6 +41,7 @@ export const edits = {
     if (keepShape) message.controlPoints = [];
     return made({ case: 'replaceLattice', value: { lattice: message, keepShape } });
   },
+  removeLattice: () => made({ case: 'removeLattice', value: {} }),
   /** float32 weights of some vertices, in their order. */
   setWeights: (indices: readonly number[], values: Float32Array) =>
     made({ case: 'setWeights', value: { change: { case: 'some', value: {

@@ -18,6 +18,8 @@ export function inWords(error: unknown): string {
     case 'FOLD': return 'The lattice would fold over itself around the mesh, so the points stay where they are.';
     case 'UNDO_CONFLICT': return 'Somebody else has moved the same points since, so this step cannot be undone.';
     case 'STRUCTURE_CHANGED': return 'The lattice got other control points meanwhile, so the edit was dropped.';
+    case 'LAST_LATTICE': return 'The last lattice of a scene stays.';
+    case 'LATTICE_REMOVED': return 'The lattice was removed meanwhile, so the edit was dropped.';
     case 'OUT_OF_MEMORY': return outOfMemory(failure);
     case 'MALFORMED_FILE': return sentence(failure.message.replace(/^data: /, ''));
     case 'PERMISSION_DENIED':

@@ -108,3 +108,48 @@ test('what others have selected is marked in the cage of their lattice alone', a
   assert.deepEqual(errors, []);
   await other.close();
 });
+
+test('one is removed by its button, and undo gives it back with its points', async () => {
+  const choice = page.getByRole('combobox', { name: 'Lattice', exact: true });
+  await choice.selectOption('2 of 3');
+  await page.waitForFunction(() => window.latticed.scene!.session.lattice.count === 27);
+  await select(3);
+  await press('g', 'x', '1', 'Enter');
+  await page.waitForFunction(() => window.latticed.scene!.session.canUndo);
+  const points = (): Promise<number[]> => page.evaluate(() => Array.from(window.latticed.scene!.session.lattice.points));
+  const before = await points();
+  const numbers = (): Promise<readonly number[]> => page.evaluate(() => window.latticed.scene!.session.latticeNumbers);
+
+  await page.getByRole('button', { name: 'Remove', exact: true }).click();
+
+  await page.waitForFunction(() => window.latticed.scene!.session.lattice.count === 64);
+  assert.deepEqual(await numbers(), [0, 2]);
+  assert.deepEqual(await choice.locator('option').allTextContents(), ['1 of 2', '2 of 2']);
+  await shot('viewer_remove_lattice');
+  await page.locator('canvas').first().focus();
+  await press('Control+z');
+  await page.waitForFunction(() => window.latticed.scene!.session.lattice.count === 27);
+  assert.deepEqual(await numbers(), [0, 1, 2]);
+  assert.deepEqual(await points(), before);
+  await press('Control+z');  // the move
+  await page.waitForFunction((x) => window.latticed.scene!.session.lattice.points[9] !== x, before[9]);
+});
+
+test('a box that the server refuses is told in the dialog, which stays until one is added', async () => {
+  await page.evaluate(() => window.latticed.scene!.addLattice());
+  const dialog = page.locator('dialog.add-lattice');
+  const add = dialog.getByRole('button', { name: 'Add', exact: true });
+  const falloff = dialog.getByRole('spinbutton', { name: 'Falloff' });
+  await falloff.fill('0');  // the surface would tear where the box ends
+  await falloff.press('Tab');
+  await add.click();
+
+  await dialog.getByText('ends inside the mesh').waitFor();
+  assert.ok(await add.isEnabled());
+  assert.equal(await page.evaluate(() => window.latticed.scene!.session.latticeCount), 3);
+  await falloff.fill('0.5');
+  await falloff.press('Tab');
+  await add.click();
+  await dialog.waitFor({ state: 'detached' });
+  assert.equal(await page.evaluate(() => window.latticed.scene!.session.latticeCount), 4);
+});

@@ -14,7 +14,7 @@ using ::latticed::testing::StatusIs;
 using ::testing::HasSubstr;
 
 TEST(EditRecord, ALogOfRandomSessionsLeadsToTheSameHistory) {
-  size_t records = 0, refusals = 0, structures = 0;
+  size_t records = 0, refusals = 0, structures = 0, absences = 0;
   for (uint32_t seed = 1; seed <= 40; ++seed) {
     SCOPED_TRACE(::testing::Message() << "seed " << seed);
     EditHistory copy(UnitLattice());
@@ -22,6 +22,7 @@ TEST(EditRecord, ALogOfRandomSessionsLeadsToTheSameHistory) {
       ++records;
       refusals += record.result.status.ok() ? 0u : 1u;
       structures += record.made.has_value() ? 1u : 0u;
+      absences += history.absent() ? 1u : 0u;
       ASSERT_OK(copy.ApplyRecord(record));
       if (copy.records() % 20 == 0) ExpectSame(copy, history);
     });
@@ -30,6 +31,7 @@ TEST(EditRecord, ALogOfRandomSessionsLeadsToTheSameHistory) {
   EXPECT_GT(records, 9000u);
   EXPECT_GT(refusals, 1000u);
   EXPECT_GT(structures, 300u);
+  EXPECT_GT(absences, 100u);
 }
 
 TEST(EditRecord, AHistoryGoesOnFromItsImage) {

@@ -53,6 +53,7 @@ inline void ExpectSame(const EditStep& a, const EditStep& b) {
   }));
   EXPECT_EQ(a.constraints, b.constraints);
   EXPECT_EQ(a.strength, b.strength);
+  EXPECT_EQ(a.removes, b.removes);
   ASSERT_EQ(a.structural.has_value(), b.structural.has_value());
   if (!a.structural.has_value()) return;
   EXPECT_EQ(a.structural->structure, b.structural->structure);
@@ -68,6 +69,8 @@ inline void ExpectSame(const EditHistory& a, const EditHistory& b) {
   EXPECT_EQ(p.base.structure_step, q.base.structure_step);
   EXPECT_EQ(p.base.constraints, q.base.constraints);
   EXPECT_EQ(p.base.strength, q.base.strength);
+  EXPECT_EQ(p.base.absent, q.base.absent);
+  EXPECT_EQ(a.absent(), b.absent());
   EXPECT_EQ(a.strength(), b.strength());
   EXPECT_EQ(a.constraints(), b.constraints());
   ExpectSame(p.base.base, q.base.base);
@@ -101,6 +104,10 @@ class RandomBatches {
     const auto count = static_cast<uint32_t>(history.lattice().control_points.size());
     if (Below(8) == 0) {
       batch.edits = {Structural(history.lattice())};
+      return batch;
+    }
+    if (Below(40) == 0) {
+      batch.edits = {RemoveLattice{}};
       return batch;
     }
     if (Below(10) == 0) {

@@ -10,13 +10,15 @@ export interface NewBatch {
   readonly targets?: Targets | undefined;
   readonly gestureId?: string;
   readonly phase?: GesturePhase;
-  /** The number of a lattice that the batch adds. Absent: the sender fills in the shown lattice. */
+  /** The number of its lattice. Absent: the sender fills in the shown one. */
   readonly lattice?: number;
 }
 
 interface Batch {
   readonly message: EditBatch;
   readonly targets: Targets | undefined;
+  /** Whether the message's lattice is the batch's; else the sender fills in the shown one. */
+  readonly namesLattice: boolean;
   /** performance.now() of the edit. */
   readonly madeAt: number;
   /** The revision that the answer names; absent before the answer. */
@@ -52,7 +54,7 @@ export class EditQueue {
    * @param send Sends one batch.
    * @param now The time in milliseconds.
    */
-  constructor(private readonly send: (batch: EditBatch) => void, private readonly now: () => number = () => performance.now()) {}
+  constructor(private readonly send: (batch: EditBatch, namesLattice: boolean) => void, private readonly now: () => number = () => performance.now()) {}
 
   /** The targets of edits to one structure that the server's lattice here may lack, oldest first. */
   overlays(structureId: bigint): readonly Targets[] {
@@ -94,7 +96,7 @@ export class EditQueue {
   /** A stream is open: the batch in flight is sent again. */
   opened(): void {
     this.isOpen = true;
-    if (this.inFlight) this.send(this.inFlight.message);
+    if (this.inFlight) this.send(this.inFlight.message, this.inFlight.namesLattice);
     this.pump();
   }
 
@@ -155,7 +157,7 @@ export class EditQueue {
       structureId, edits: [...edits], refuseFolds: this.refuseFolds,
       ...(gestureId && { gestureId }), ...(phase && { gesturePhase: phase }), ...(lattice && { lattice }),
     });
-    return { targets, madeAt: this.now(), message };
+    return { targets, namesLattice: lattice !== undefined, madeAt: this.now(), message };
   }
 
   private pump(): void {
@@ -164,6 +166,6 @@ export class EditQueue {
     this.inFlight.message.sequence = this.nextSequence++;
     this.sentGesture = this.inFlight.message.gestureId;
     this.sent.push({ sequence: this.inFlight.message.sequence, madeAt: this.inFlight.madeAt });
-    this.send(this.inFlight.message);
+    this.send(this.inFlight.message, this.inFlight.namesLattice);
   }
 }

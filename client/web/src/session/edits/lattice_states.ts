@@ -5,10 +5,22 @@ import type { LatticeState } from 'latticed/v1/lattice_pb';
 
 /** The lattices of a scene as its stream has told them, without this window's unanswered edits. */
 export class LatticeStates {
-  private readonly states: LatticeState[] = [];
+  private states: readonly LatticeState[] = []; // by number, ascending
 
-  get count(): number {
-    return this.states.length;
+  /** Their numbers, ascending: those of removed lattices are left out. */
+  get numbers(): readonly number[] {
+    return this.states.map(({ index }) => index);
+  }
+
+  /** The lowest number that no lattice has. */
+  get free(): number {
+    const gap = this.states.findIndex(({ index }, n) => index !== n);
+    return gap < 0 ? this.states.length : gap;
+  }
+
+  /** The newest of theirs. */
+  get revision(): bigint {
+    return this.states.reduce((newest, { revision }) => (revision > newest ? revision : newest), 0n);
   }
 
   get all(): readonly LatticeState[] {
@@ -16,20 +28,22 @@ export class LatticeStates {
   }
 
   of(index: number): LatticeState | undefined {
-    return this.states[index];
+    return this.states.find((state) => state.index === index);
   }
 
   /** The scene is another one. */
   forget(): void {
-    this.states.length = 0;
+    this.states = [];
   }
 
   take(state: LatticeState): void {
-    this.states[state.index] = state;
+    const isLeft = ({ index }: LatticeState): boolean => !state.indexes.length || state.indexes.includes(index);
+    const others = this.states.filter((other) => other.index !== state.index && isLeft(other));
+    this.states = [...others, state].sort((a, b) => a.index - b.index);
   }
 
   takeDelta(delta: LatticeDelta): void {
-    const state = this.states[delta.lattice];
+    const state = this.of(delta.lattice);
     if (state?.structureId !== delta.structureId) return;
     const { controlPoints } = state.lattice!;
     delta.indices.forEach((index, n) => {

@@ -17,6 +17,7 @@ import type { Targets } from './edit_targets';
 import { LatticeModel } from './lattice_model';
 import { LatticeStates } from './lattice_states';
 import { OwnGesture } from './own_gesture';
+import { Removals } from './removals';
 import { UndoSteps } from './undo_steps';
 import type { Listeners } from '../listeners';
 import type { Gesture, GestureListener, SessionEvents } from '../scene_session';
@@ -29,6 +30,7 @@ export class LatticeSync {
 
   private readonly states = new LatticeStates();
   private readonly stepsOf: UndoSteps[] = [];  // by lattice
+  private readonly removals = new Removals();
   private edited = 0;                          // which lattice is shown
   private wanted = 0;                          // which is to be, once no edit waits for its answer
   private readonly queue: EditQueue;
@@ -39,16 +41,16 @@ export class LatticeSync {
   private structureSince = 0n;  // the revision with which the newest structure came
 
   constructor(send: (batch: EditBatch) => void, private readonly listeners: Listeners<SessionEvents>) {
-    this.queue = new EditQueue((batch) => {
-      // Weights are of the mesh, and the first lattice has their history.
-      batch.lattice ||= batch.edits[0]?.edit.case === 'setWeights' ? 0 : this.edited;
+    this.queue = new EditQueue((batch, namesLattice) => {
+      // Weights are of the mesh, and lattice 0 has their history, even where it was removed.
+      if (!namesLattice) batch.lattice = batch.edits[0]?.edit.case === 'setWeights' ? 0 : this.edited;
       send(batch);
     });
   }
 
-  /** How many lattices the scene has. Their displacements add. */
-  get count(): number {
-    return this.states.count;
+  /** The numbers of the scene's lattices, ascending. Their displacements add. */
+  get numbers(): readonly number[] {
+    return this.states.numbers;
   }
 
   /** Which of them is chosen, from 0: it is shown and edited as soon as no edit waits for its answer. */
@@ -112,13 +114,47 @@ export class LatticeSync {
   /** Adds a lattice, and shows it when the server has taken it. */
   add(lattice: Lattice): void {
     this.openGesture?.giveWay();
-    this.queue.add({ edits: [edits.replaceLattice(lattice, false)], lattice: this.count }, this.model!.structureId);
+    this.queue.add({ edits: [edits.replaceLattice(lattice, false)], lattice: this.states.free }, this.model!.structureId);
+  }
+
+  get canUndo(): boolean {
+    return this.steps.canUndo || this.removals.toUndo(false) !== undefined;
+  }
+
+  /** Reverts this window's last step of the lattice that is shown, or its last removal of one, which is then shown. */
+  undo(): void {
+    this.stepOf(this.removals.toUndo(this.steps.canUndo), edits.undo());
+  }
+
+  get canRedo(): boolean {
+    return this.steps.canRedo || this.removals.toRedo !== undefined;
+  }
+
+  /** Makes this window's last undone step again: of the lattice that is shown, or the addition of one, which is then shown. */
+  redo(): void {
+    this.stepOf(this.removals.toRedo, edits.redo());
+  }
+
+  /** An edit of a lattice that may not be there; undefined: of the one that is shown. */
+  private stepOf(lattice: number | undefined, edit: Edit): void {
+    if (lattice === undefined) return this.step(edit);
+    this.openGesture?.giveWay();
+    this.queue.add({ edits: [edit], lattice }, this.model!.structureId);
   }
 
   takeState(state: LatticeState): void {
     this.states.take(state);
+    if (this.model && !this.states.of(this.edited)) this.leave(state.structureId);
     if (state.index === this.edited) this.showState(state);
     this.turn();
+  }
+
+  /** The lattice that is shown was removed: the first one that is left is shown once no edit waits for its answer. */
+  private leave(structureId: bigint): void {
+    this.removals.gone(this.edited);
+    this.queue.reached(this.states.revision);
+    if (!this.states.of(this.wanted)) this.wanted = this.states.numbers[0]!;
+    this.letGo(structureId);
   }
 
   private stepsFor(lattice: number): UndoSteps {
@@ -173,10 +209,11 @@ export class LatticeSync {
     // A server that ends the stream did not take the edit. It stays in flight, and the next server gets it.
     if (['DRAINING', 'SCENE_MOVED'].includes(result.status ? ServerError.fromStatus(result.status).reason : '')) return;
     const { refused, message, targets, gestureId } = this.queue.answer(result);
-    if (this.model) this.queue.reached(this.model.revision);
+    if (this.model) this.queue.reached(this.states.of(this.edited) ? this.model.revision : this.states.revision);
     if (!refused && gestureId) this.openGesture?.answered(gestureId, result.dragResidual);
     if (!refused) {
       if (message) this.stepsFor(message.lattice).applied(message);
+      if (message) this.removals.applied(message, this.states.of(message.lattice) !== undefined);
       if (message && isAdded(message, this.edited)) this.wanted = message.lattice;
       if (keepsShape(message)) this.listeners.emit('refitted', result.dragResidual);
       this.turn();
@@ -186,6 +223,7 @@ export class LatticeSync {
     const error = ServerError.fromStatus(result.status!);
     this.stepsFor(message!.lattice).refused(error.reason);
     if (error.reason === 'FOLD') this.endAtLastGood(message!);
+    this.turn();
     this.listeners.emit('answered');
     this.listeners.emit('refused', inWords(error), /^(NOTHING_TO_.*|FOLD)$/.test(error.reason));
   }
@@ -220,6 +258,7 @@ export class LatticeSync {
     if (this.model && head < this.model.revision) {
       for (const steps of this.stepsOf) steps?.forget();
       this.states.forget();
+      this.removals.forget();
       this.edited = this.wanted = 0;
       const unsent = this.queue.clear();
       if (this.openGesture?.abandon() || unsent) this.listeners.emit('refused', LatticeSync.MADE_AGAIN);
@@ -249,9 +288,9 @@ export class LatticeSync {
   }
 }
 
-/** Whether the batch has added a lattice. All others are of the lattice that is shown, or set weights. */
+/** Whether the batch has added a lattice, or given one back. All others are of the lattice that is shown, or set weights. */
 function isAdded({ edits, lattice }: EditBatch, shown: number): boolean {
-  return lattice !== shown && edits[0]?.edit.case === 'replaceLattice';
+  return lattice !== shown && ['replaceLattice', 'undo', 'redo'].includes(edits[0]?.edit.case ?? '');
 }
 
 function keepsShape(batch: EditBatch | undefined): boolean {

@@ -42,9 +42,11 @@ export function showAddLatticeDialog(session: LiveSession, handles: OutsideHandl
   const width = numberField(
     { label: 'Falloff', get: () => falloff, set: (typed) => { falloff = allowedWidth(typed); width.refresh(); } },
     { min: 0, max: 1000, step: 0.1 });
+  const problem = h('p', { class: 'note', role: 'alert' });
   const add = (): void => {
     if (confirm.disabled) return;
-    dialog.close();
+    confirm.disabled = true; // until the answer: a lattice that was added is shown, and ends the dialog
+    problem.textContent = '';
     const outside = falloff > 0
       ? { mode: 'falloff', smooth: true, widths: new Array<number>(6).fill(falloff), steps: [] } as const : undefined;
     session.addLattice(latticeAtRest(boxAround(frame, reach), values.size, values.degree, outside));
@@ -55,6 +57,7 @@ export function showAddLatticeDialog(session: LiveSession, handles: OutsideHandl
     table.element, table.note, field('Falloff', width.element),
     h('p', { class: 'note' },
       'Drag the handles in the view to place the box. What all lattices move the mesh adds up. Outside the box the move fades out over the falloff, in lengths of the box.'),
+    problem,
     h('footer', {}, button('Cancel', () => dialog.close()), confirm));
   handles.onDragged = (side, dragged) => {
     const opposite = reach[side ^ 1]!;
@@ -62,8 +65,13 @@ export function showAddLatticeDialog(session: LiveSession, handles: OutsideHandl
     handles.show(reach, true);
   };
   const endLattice = session.on('lattice', () => dialog.close()); // it is another one
+  const endRefused = session.on('refused', (text) => {
+    problem.textContent = text;
+    confirm.disabled = false;
+  });
   dialog.addEventListener('close', () => {
     endLattice();
+    endRefused();
     handles.dispose();
   });
   onEnter(dialog, add);
