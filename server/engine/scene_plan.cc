@@ -10,7 +10,6 @@
 #include "core/base/error.h"
 #include "core/base/status_macros.h"
 #include "server/engine/scene.h"
-#include "server/engine/watch/view_tolerance.h"
 
 namespace latticed {
 namespace {
@@ -35,9 +34,6 @@ absl::Status CheckWithWeights(const ViewSpec& view, const DeformTarget& target) 
 absl::StatusOr<Scene::Prepared> Scene::Prepare(const PlanKey& key, StopCheck stop) const {
   return CatchBadAlloc("the scene's plan", [&]() -> absl::StatusOr<Prepared> {
     RenderBackend& backend = *context_.backend;
-    // Checked before the plan is made, which may take seconds.
-    LATTICED_RETURN_IF_ERROR(
-        CheckLattices(config_.default_view.key.spec, key.structures.size(), "default_view"));
     LATTICED_RETURN_IF_ERROR(backend.health().status());
     const uint64_t least = LeastPlanBytes(*config_.mesh);
     LATTICED_ASSIGN_OR_RETURN(auto memory,

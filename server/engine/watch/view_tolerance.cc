@@ -72,11 +72,4 @@ absl::StatusOr<WatchView> SettleTolerance(const WatchView& view, const TargetSlo
   return settled;
 }
 
-absl::Status CheckLattices(const ViewSpec& spec, size_t lattices, std::string_view field) {
-  if (HasPositions(spec) || lattices == 1) return absl::OkStatus();
-  return error::InvalidField(fmt::format("{}.encoding", field),
-                             "clients evaluate patches from one lattice, and the scene has several",
-                             "UNSUPPORTED");
-}
-
 }  // namespace latticed
