@@ -114,7 +114,7 @@ class Surface {
   absl::StatusOr<std::vector<EncodedChunk>> Encoded(std::span<const uint32_t> chunks) const;
 
   LatticeHistory lattices_;
-  LatticeHistory sum_;  // of several lattices, with ENCODING_PATCHES
+  LatticeHistory sum_;                             // of several lattices, with ENCODING_PATCHES
   std::map<std::string, v1::Topology> announced_;  // topologies of updates to come
   std::shared_ptr<const v1::Quantisation> quantisation_;
   std::map<uint32_t, v1::PatchPattern> patterns_;  // by code; they are the same on every stream

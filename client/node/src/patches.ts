@@ -3,7 +3,7 @@
 //
 // usage: [LATTICED_SERVER=ADDRESS] node dist/patches.js IN.obj OUT.ply [TOLERANCE]
 // Uploads a mesh, lifts the top of the lattice around it by 1, and makes the surface by itself: from the patch plan,
-// the lattice, and one byte for each edge. Its triangles are within TOLERANCE (0.0001, world units) of the exact surface.
+// the lattice (of a scene of several, their sum), and one byte for each edge. Its triangles are within TOLERANCE (0.0001, world units) of the exact surface.
 import { randomUUID } from 'node:crypto';
 import { effectivePoints } from './effective_points.js';
 import { evaluatePatches } from './evaluate_patches.js';
@@ -38,8 +38,9 @@ async function getUpdate({ scenes }: Services, scene: string): Promise<Update> {
   const update: Partial<Update> = {};
   const bounds: [firstEdge: number, bytes: Buffer][] = [];
   for await (const event of scenes.GetUpdate({ scene, view }, about(scene))) {
-    if (event.latticeState?.lattice) {
-      update.lattice = { ...event.latticeState.lattice, controlPoints: effectivePoints(event.latticeState) };
+    const state = event.patchLattice?.state ?? event.latticeState;
+    if (state?.lattice && state.index === 0) {
+      update.lattice = { ...state.lattice, controlPoints: effectivePoints(state) };
     }
     if (event.topology) update.topologyId = event.topology.topologyId;
     for (const { firstEdge, data } of event.chunks?.chunks ?? []) bounds.push([firstEdge, data]);

@@ -38,8 +38,8 @@ uint64_t SnapshotBytes(const DeformPlan& plan, const ViewKey& key, size_t lattic
   const bool has_points = !HasPositions(key.spec) && lattices > 1;
   const uint64_t points =
       has_points ? static_cast<uint64_t>(plan.structure.control_point_count()) : 0;
-  return snapshots * (VertexBytes(plan, key) + chunk_bytes * plan.chunk_count() +
-                      points * sizeof(Vec3d));
+  return snapshots *
+         (VertexBytes(plan, key) + chunk_bytes * plan.chunk_count() + points * sizeof(Vec3d));
 }
 
 RenderView::Stage RenderView::stage() const {
@@ -144,8 +144,9 @@ absl::Status RenderView::PrepareVertices(const RenderInput& input) {
   MemoryBudget& memory = backend_->memory();
   LATTICED_ASSIGN_OR_RETURN(
       auto reservation,
-      memory.Reserve("the view", traits_.host_bytes + SnapshotBytes(*input.state->plan, key(),
-                                                                  input.state->lattices.size()),
+      memory.Reserve("the view",
+                     traits_.host_bytes +
+                         SnapshotBytes(*input.state->plan, key(), input.state->lattices.size()),
                      account_));
   if (IsDraco(key().encoding)) {
     LATTICED_RETURN_IF_ERROR(memory.KeepAtLeast("the view's encoder", traits_.encoder_bytes));

@@ -46,9 +46,9 @@ struct ClientSurface {
 struct ClientUpdate {
   std::string topology_id;
   std::vector<uint32_t> chunks;
-  size_t sent = 0;  // how many of them were sent
+  size_t sent = 0;       // how many of them were sent
   bool has_sum = false;  // SumNews was sent
-  uint64_t id = 0;  // 0: update_begin was not sent yet
+  uint64_t id = 0;       // 0: update_begin was not sent yet
   absl::Time begin_time;
 };
 

@@ -98,7 +98,8 @@ class SummedPatchesClientTest : public ::testing::Test {
 
   // Compares the points and normals that a client makes from what `held` has with the definition.
   void ExpectDefinition(const std::string& scene, const Surface& held, size_t count) {
-    const auto plan = client_->GetPatchPlan(scene, held.topology().topology_id(), held.view().normals());
+    const auto plan =
+        client_->GetPatchPlan(scene, held.topology().topology_id(), held.view().normals());
     ASSERT_OK(plan);
     ASSERT_EQ(held.update_lattice().revision(), held.revision());
     const auto sum = EffectiveLattice(held.update_lattice());

@@ -123,8 +123,7 @@ TEST_F(NextEventOfSumsTest, ADroppedUpdateKeepsItsSum) {
   EXPECT_EQ(Text(Next(client_, offer_)), "sum 11 since 10");
   DropUpdate(client_);
   Be(2, OfSum(2, {2}, 12));
-  EXPECT_THAT(Drain(),
-              ElementsAre("begin 3@2 restart", "sum 12 since 11", "batch 0", "end 3@2"));
+  EXPECT_THAT(Drain(), ElementsAre("begin 3@2 restart", "sum 12 since 11", "batch 0", "end 3@2"));
 }
 
 TEST_F(NextEventOfSumsTest, NoUpdateLacksItsLattice) {
