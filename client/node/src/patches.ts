@@ -3,7 +3,7 @@
 //
 // usage: [LATTICED_SERVER=ADDRESS] node dist/patches.js IN.obj OUT.ply [TOLERANCE]
 // Uploads a mesh, lifts the top of the lattice around it by 1, and makes the surface by itself: from the patch plan,
-// the lattice (of a scene of several, their sum), and one byte for each edge. Its triangles are within TOLERANCE (0.0001, world units) of the exact surface.
+// the lattice, and one byte for each edge. Its triangles are within TOLERANCE (0.0001, world units) of the exact surface.
 import { randomUUID } from 'node:crypto';
 import { effectivePoints } from './effective_points.js';
 import { evaluatePatches } from './evaluate_patches.js';
