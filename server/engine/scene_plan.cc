@@ -22,7 +22,9 @@ uint64_t WholePages(uint64_t bytes) {
 
 // Whether a scene with weights can have its default view.
 absl::Status CheckWithWeights(const ViewSpec& view, const DeformTarget& target) {
-  if (!HasPositions(view)) return error::NotWithWeights("the scene's default view of patches");
+  if (!HasPositions(view) && !target.has_edge_bounds()) {
+    return error::NotWithWeights("the scene's default view of patches");
+  }
   if (view.tolerance > 0 && !target.has_tolerance()) {
     return error::NotWithWeights("the scene's default view with a tolerance");
   }

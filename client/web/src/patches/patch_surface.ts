@@ -269,7 +269,7 @@ export class PatchSurface {
     return points.take(patterns);
   }
 
-  private errorOf({ chosen, bytes, corners }: Stage): number {
+  private errorOf({ plan, chosen, bytes, corners }: Stage): number {
     const error = chosen.error(bytes);
     if (!Number.isFinite(error)) return 0;
     const { positions } = corners;
@@ -281,7 +281,8 @@ export class PatchSurface {
       }
       return high - low;
     });
-    return error + PLACE_ERROR * Math.max(...sides) + FLOAT_ERROR * Math.hypot(...sides);
+    const places = plan.weights ? 2 * PLACE_ERROR : PLACE_ERROR; // weights have 16 bits, too; moves are not larger than the surface
+    return error + places * Math.max(...sides) + FLOAT_ERROR * Math.hypot(...sides);
   }
 }
 
