@@ -6,6 +6,7 @@
 
 #include "core/ffd/direct_ffd.h"
 #include "core/ffd/outside/outside_map.h"
+#include "core/patches/edge_bound.h"
 #include "fmt/format.h"
 #include "server/wire/converters.h"
 #include "tests/server/lattices/several_fixture.h"
@@ -167,16 +168,22 @@ TEST_F(SummedPatchesTest, AViewOfPointsHasNone) {
   EXPECT_EQ(CountSums(points.log, true), 0u);
 }
 
-// With weights the scene has no patches, whatever its lattices.
-TEST_F(SummedPatchesTest, WithWeightsThereAreNone) {
-  v1::CreateSceneRequest request = RequestOf({Whole(), Spot()});
+// The sum does not depend on weights; the plan has them.
+TEST_F(SummedPatchesTest, WeightsAreInThePlan) {
+  v1::CreateSceneRequest request = RequestOf({Shaken(Whole()), Shaken(Spot())});
   auto& values = *request.mutable_weights()->mutable_values();
   values.resize(8 * sizeof(float));
   ASSERT_OK(Create(request));
-  auto update = For<v1::GetUpdateRequest>();
-  update.mutable_view()->set_encoding(v1::ENCODING_PATCHES);
-  EventLog log;
-  ExpectRefused(Update(update, log), absl::StatusCode::kFailedPrecondition, "VERTEX_WEIGHTS");
+  WatchClient watcher(*scenes_, WatchPatches());
+  watcher.ReadUpdates(1);
+  ExpectDefinition(watcher.log);
+  auto plan = For<v1::GetPatchPlanRequest>();
+  plan.set_topology_id(watcher.log.topologies.back().topology_id());
+  std::vector<v1::PatchPlanPart> parts;
+  ASSERT_OK(ReadAll(&Scenes::GetPatchPlan, plan, &parts));
+  EXPECT_TRUE(parts.at(0).header().weighted());
+  const double unit = parts.at(0).header().curvature_unit();
+  EXPECT_LT(EdgeBound(std::ranges::max(watcher.log.bounds), unit), 1e-6) << "all vertices rest";
 }
 
 }  // namespace

@@ -7,7 +7,7 @@ import latticed
 import numpy as np
 import pytest
 
-from test_patch_stream import PATCHES, Watched, moved_scene
+from test_patch_stream import PATCHES, Watched, half_unit, moved_scene, some_points
 
 
 @pytest.fixture
@@ -60,6 +60,16 @@ def test_patches_of_several_lattices_are_of_their_sum(three):
         expect_sum(Watched(three), 3)
     three.edits_of(1).undo()
     expect_sum(Watched(three), 3)
+
+
+def test_weights_go_with_the_sum(client, blob, random, three):
+    lattices, weights = [three.lattice(k) for k in range(3)], random.uniform(size=134)
+    with client.create_scene(blob, lattices, weights=weights, delete_on_exit=True) as scene:
+        watched = Watched(scene)
+        surface = watched.evaluator().surface(watched.update.edge_bytes, 1e-3)
+        chosen, patch, at = some_points(surface, random)
+        exact = watched.exact(patch, at)
+    assert np.abs(surface.points[chosen] - exact.positions).max() <= 2 * half_unit(surface)
 
 
 def test_a_stream_follows_the_sum(three):

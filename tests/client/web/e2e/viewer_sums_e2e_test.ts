@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The viewer in Chromium where it evaluates the patches of several lattices by itself: their sum comes with the updates.
+// The viewer in Chromium where it evaluates the patches of several lattices by itself: their sum comes with the updates. Also of
+// vertices with weights.
 // Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer.
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
@@ -73,6 +74,28 @@ test('edits of each and their undo are seen with the updates', async () => {
     await followsServer();
   }
   await page.evaluate(() => window.latticed.scene!.session.undo());
+  await followsServer();
+  assert.ok(await isEvaluated());
+  assert.deepEqual(errors, []);
+});
+
+test('vertices with weights are evaluated, too, and so they are without them again', async () => {
+  const plan = await page.evaluate(() => window.latticed.scene!.session.surface.edgeBounds.layout!.id);
+  const otherPlan = (id: string): Promise<unknown> =>
+    page.waitForFunction((before) => window.latticed.scene!.session.surface.edgeBounds.layout!.id !== before, id);
+  await page.evaluate(() => window.latticed.scene!.session.setWeights(
+    Array.from({ length: 60 }, (_, i) => i), Float32Array.from({ length: 60 }, (_, i) => (i % 7) / 6)));
+  await otherPlan(plan);
+  await followsServer();
+  await apply(1, [37], [0.125, 0, 0.125]);
+  await followsServer();
+  assert.ok(await isEvaluated());
+  const weighted = await page.evaluate(() => window.latticed.scene!.session.surface.edgeBounds.layout!.id);
+  await page.evaluate(() => {
+    window.latticed.scene!.session.chooseLattice(0);
+    window.latticed.scene!.session.undo();
+  });
+  await otherPlan(weighted);
   await followsServer();
   assert.ok(await isEvaluated());
   assert.deepEqual(errors, []);
