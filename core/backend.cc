@@ -107,7 +107,6 @@ size_t PatternPoints(std::span<const uint16_t> patterns) {
 absl::Status CheckSupported(const DeformTarget& target, const ViewSpec& spec) {
   if (spec.format == VertexFormat::kEdgeBounds) {
     if (target.has_edge_bounds()) return absl::OkStatus();
-    if (target.plan().is_weighted()) return error::NotWithWeights("the encoding patches");
     return error::InvalidField("view.encoding", "this pipeline has no patches on these devices",
                                "UNSUPPORTED");
   }

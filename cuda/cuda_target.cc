@@ -35,9 +35,7 @@ class CudaTarget : public DeformTarget {
   const DeformPlan& plan() const override { return *plan_; }
   Pipeline pipeline() const override { return pipeline_; }
   bool has_tolerance() const override { return pipeline_ == Pipeline::kFused; }
-  bool has_edge_bounds() const override {
-    return pipeline_ == Pipeline::kFused && !plan_->is_weighted();
-  }
+  bool has_edge_bounds() const override { return pipeline_ == Pipeline::kFused; }
 
   absl::StatusOr<std::unique_ptr<DeformView>> CreateView(const ViewSpec& spec) override {
     LATTICED_RETURN_IF_ERROR(Validate(spec));

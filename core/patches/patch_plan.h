@@ -33,6 +33,8 @@ struct PatchPlan {
   std::vector<Patch> patches;
   std::vector<Places> places;       // by vertex
   std::vector<Vec3f> rest_normals;  // unit facet normals, or smooth normals up to 1 long
+  std::vector<uint16_t> weights;    // by vertex, times kWeightUnit; empty without weights
+  std::vector<Vec3f> slopes;  // by patch, of the weight; empty without weights or without normals
   std::vector<std::array<uint32_t, 6>> seam_ranges;  // i_0 i_1 j_0 j_1 k_0 k_1
   std::vector<uint32_t> vertex_seams;                // by vertex; empty without seams
   std::vector<Places> outside_places;                // by vertex; empty without seams

@@ -30,6 +30,7 @@ constexpr size_t NumbersPerRestNormal(RestNormals normals) {
 
 inline constexpr int kRestNormalBits = 16;         // of octahedral normals
 inline constexpr double kRestNormalUnit = 32'767;  // of the components of smooth normals
+inline constexpr double kWeightUnit = 65'535;      // of weights
 inline constexpr uint32_t kMaxRunPatches = 4'096;
 // Seams, vertices and edges of one message of seams. It is then below limits::kMaxPartBytes: a seam takes 6 numbers of
 // at most 2 bytes, a vertex 5 of 17 in all, an edge 2 of 8.
@@ -41,6 +42,7 @@ struct PatchPlanHeader {
   Vec3d origin;
   Vec3d outside_lower, outside_upper;  // equal where no patch is outside
   double curvature_unit = 1;
+  bool weighted = false;
 };
 
 struct PatchRun {

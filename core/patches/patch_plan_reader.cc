@@ -3,6 +3,7 @@
 #include "core/patches/patch_plan_reader.h"
 
 #include <algorithm>
+#include <bit>
 #include <utility>
 
 #include "core/base/error.h"
@@ -94,9 +95,13 @@ absl::Status PatchPlanReader::Add(const PatchRun& run) {
   const size_t corner_bytes = size_t{12} * run.patches, place_bytes = size_t{12} * run.new_vertices;
   const size_t use_bytes = 4 * RestNormalsPerPatch(normals) * run.patches;
   const size_t rest_bytes = 2 * NumbersPerRestNormal(normals) * run.new_normals;
+  const size_t slope_bytes = normals == RestNormals::kNone ? 0 : size_t{12} * run.patches;
+  const size_t weight_bytes =
+      plan_.header.weighted ? size_t{2} * run.new_vertices + slope_bytes : 0;
   LATTICED_ASSIGN_OR_RETURN(
       const std::string inflated,
-      Inflate("run.data", run.data, corner_bytes + place_bytes + use_bytes + rest_bytes));
+      Inflate("run.data", run.data,
+              corner_bytes + place_bytes + use_bytes + rest_bytes + weight_bytes));
   std::string_view bytes = inflated;
   const size_t first_patch = plan_.patches.size();
   plan_.patches.resize(first_patch + run.patches);
@@ -107,6 +112,8 @@ absl::Status PatchPlanReader::Add(const PatchRun& run) {
   LATTICED_RETURN_IF_ERROR(ReadNormals(bytes, run.patches, run.new_normals));
   bytes.remove_prefix(use_bytes);
   ReadRestNormals(bytes, run.new_normals);
+  bytes.remove_prefix(rest_bytes);
+  LATTICED_RETURN_IF_ERROR(ReadWeights(bytes, run.new_vertices, run.patches));
   NumberEdges(first_patch);
   return absl::OkStatus();
 }
@@ -158,6 +165,26 @@ absl::Status PatchPlanReader::ReadNormals(std::string_view bytes, uint32_t patch
   }
   if (!reader.AtEnd())
     return error::InvalidField("run.new_normals", "is more than the patches use");
+  return absl::OkStatus();
+}
+
+absl::Status PatchPlanReader::ReadWeights(std::string_view bytes, uint32_t vertices,
+                                          uint32_t patches) {
+  if (!plan_.header.weighted) return absl::OkStatus();
+  for (size_t i = 0; i < vertices; ++i) {
+    plan_.weights.push_back(BytePlanesNumber<uint16_t>(bytes, vertices, i));
+  }
+  bytes.remove_prefix(size_t{2} * vertices);
+  if (plan_.header.normals == RestNormals::kNone) return absl::OkStatus();
+  const size_t count = size_t{3} * patches;
+  const auto component = [&](size_t a, size_t i) {
+    return std::bit_cast<float>(BytePlanesNumber<uint32_t>(bytes, count, a * patches + i));
+  };
+  for (size_t i = 0; i < patches; ++i) {
+    const Vec3f slope{component(0, i), component(1, i), component(2, i)};
+    if (!IsFinite(ToDouble(slope))) return error::NotFinite("run.data");
+    plan_.slopes.push_back(slope);
+  }
   return absl::OkStatus();
 }
 

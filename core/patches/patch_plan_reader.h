@@ -38,6 +38,8 @@ class PatchPlanReader {
   absl::Status CheckRun(const PatchRun& run) const;
   void ReadPlaces(std::string_view bytes, uint32_t count);
   void ReadRestNormals(std::string_view bytes, uint32_t count);
+  // Of the new vertices, and of the patches.
+  absl::Status ReadWeights(std::string_view bytes, uint32_t vertices, uint32_t patches);
   absl::Status ReadCorners(std::string_view bytes, uint32_t patches, uint32_t new_vertices);
   absl::Status ReadNormals(std::string_view bytes, uint32_t patches, uint32_t new_normals);
   void NumberEdges(size_t first_patch);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <string>
 #include <utility>
@@ -33,7 +34,7 @@ bool IsOnSeam(const PlanVertex& vertex) { return vertex.seam != kNoIndex; }
 
 // With the arrays of a run, which are copied while they grow.
 uint64_t WriterBytes(const DeformPlan& plan, RestNormals normals, uint64_t normal_count) {
-  constexpr uint64_t kRunPatchBytes = 400;
+  constexpr uint64_t kRunPatchBytes = 450;
   const auto seams =
       static_cast<uint64_t>(std::count_if(plan.vertices.begin(), plan.vertices.end(), IsOnSeam));
   return plan.vertices.size() * sizeof(uint32_t) + seams * sizeof(std::pair<uint32_t, uint32_t>) +
@@ -51,6 +52,8 @@ struct PatchPlanWriter::RunArrays {
   std::vector<uint32_t> corners, normals;
   std::array<std::vector<uint32_t>, 3> places;  // by axis
   std::array<std::vector<uint16_t>, 3> rest;    // by component
+  std::vector<uint16_t> weights;
+  std::array<std::vector<uint32_t>, 3> slopes;  // by component, the bits of float32
 
   void AddPlaces(Places place) {
     for (size_t a = 0; a < 3; ++a) places[a].push_back(place[a]);
@@ -76,6 +79,12 @@ struct PatchPlanWriter::RunArrays {
     AppendBytePlanes<uint32_t>(differences, &bytes);
     AppendBytePlanes<uint32_t>(normals, &bytes);
     AppendBytePlanes<uint16_t>(rest_numbers, &bytes);
+    AppendBytePlanes<uint16_t>(weights, &bytes);
+    std::vector<uint32_t> all_slopes;
+    for (const auto& component : slopes) {
+      all_slopes.insert(all_slopes.end(), component.begin(), component.end());
+    }
+    AppendBytePlanes<uint32_t>(all_slopes, &bytes);
     return bytes;
   }
 };
@@ -93,6 +102,7 @@ PatchPlanWriter::PatchPlanWriter(std::shared_ptr<const DeformPlan> plan, RestNor
   header_.edge_count = plan_->edges.size();
   header_.origin = plan_->local_origin;
   header_.curvature_unit = CurvatureUnit(plan_->mesh_bounds);
+  header_.weighted = plan_->is_weighted();
   if (outside_box_.empty()) return;
   header_.outside_lower = outside_box_.min;
   header_.outside_upper = outside_box_.max;
@@ -173,6 +183,16 @@ void PatchPlanWriter::AppendPatch(size_t patch, RunArrays* arrays) {
     number = vertices_++;
     arrays->corners.push_back(0);
     arrays->AddPlaces(PlacesOfVertex(plan_->vertices[v]));
+    if (!header_.weighted) continue;
+    arrays->weights.push_back(
+        static_cast<uint16_t>(std::lround(kWeightUnit * plan_->vertex_weights[v])));
+  }
+  if (header_.weighted && normals_ != RestNormals::kNone) {
+    const Vec3f slope = ToFloat(plan_->PatchWeightGradient(patch));
+    const float components[] = {slope.x, slope.y, slope.z};
+    for (size_t a = 0; a < 3; ++a) {
+      arrays->slopes[a].push_back(std::bit_cast<uint32_t>(components[a]));
+    }
   }
   for (size_t c = 0; c < RestNormalsPerPatch(normals_); ++c) {
     const uint32_t so_far = normals_so_far_;

@@ -10,7 +10,6 @@
 #include "core/base/error.h"
 #include "core/base/status_macros.h"
 #include "server/engine/scene.h"
-#include "server/engine/watch/view_tolerance.h"
 
 namespace latticed {
 namespace {
@@ -26,9 +25,6 @@ uint64_t WholePages(uint64_t bytes) {
 absl::StatusOr<Scene::Prepared> Scene::Prepare(const PlanKey& key, StopCheck stop) const {
   return CatchBadAlloc("the scene's plan", [&]() -> absl::StatusOr<Prepared> {
     RenderBackend& backend = *context_.backend;
-    // Checked before the plan is made, which may take seconds.
-    LATTICED_RETURN_IF_ERROR(
-        CheckLattices(config_.default_view.key.spec, key.structures.size(), "default_view"));
     LATTICED_RETURN_IF_ERROR(backend.health().status());
     const uint64_t least = LeastPlanBytes(*config_.mesh);
     LATTICED_ASSIGN_OR_RETURN(auto memory,
@@ -43,9 +39,6 @@ absl::StatusOr<Scene::Prepared> Scene::Prepare(const PlanKey& key, StopCheck sto
     LATTICED_ASSIGN_OR_RETURN(auto plan, MakePlan(config_.mesh, state.lattices[0].map->continued(),
                                                   config_.crease_angle, stop, key.weights));
     LATTICED_ASSIGN_OR_RETURN(auto target, backend.Prepare(plan, config_.pipeline));
-    if (key.weights != nullptr && !HasPositions(config_.default_view.key.spec)) {
-      return error::NotWithWeights("the scene's default view of patches");
-    }
     LATTICED_RETURN_IF_ERROR(stop());
     state.patch_tree = std::make_shared<const PatchTree>(*plan);
     state.patches_on_faces = PatchesThatMayTear(*plan, state.lattices);

@@ -13,7 +13,6 @@
 #include "fmt/format.h"
 #include "server/base/auth/tenant.h"
 #include "server/engine/scene/topology_id.h"
-#include "server/engine/watch/view_tolerance.h"
 
 namespace latticed {
 namespace {
@@ -66,7 +65,6 @@ Watcher::~Watcher() {
 absl::Status Watcher::UseView(const WatchView& asked) {
   const auto state = scene_->State();
   LATTICED_RETURN_IF_ERROR(CheckMaxPoints(asked, *state->plan));
-  LATTICED_RETURN_IF_ERROR(CheckLattices(asked.key.spec, state->lattices.size(), "view"));
   LATTICED_ASSIGN_OR_RETURN(auto board, scene_->AcquireView(asked.key, account_));
   if (attached_) board_->Detach(absl::Now());
   attached_ = false;
@@ -169,7 +167,6 @@ absl::StatusOr<std::optional<WatchEvent>> Watcher::Next(absl::Time now) {
   wake_at_ = absl::InfiniteFuture();
   LATTICED_RETURN_IF_ERROR(scene_->ended());
   auto [state, deltas] = scene_->LatticeAfter(client_.lattice_revision);
-  LATTICED_RETURN_IF_ERROR(CheckLattices(asked_.key.spec, state->lattices.size(), "view"));
   WatchOffer offer{
       .state = std::move(state), .deltas = std::move(deltas), .asked = asked_, .now = now};
   if (LatticeIsDue(client_, offer.deltas)) return latticed::Next(client_, offer).event;

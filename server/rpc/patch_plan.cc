@@ -54,6 +54,7 @@ v1::PatchPlanPart HeaderPart(const PatchPlanHeader& header, const std::string& t
     *out.mutable_outside_upper() = ToProto(header.outside_upper);
   }
   out.set_curvature_unit(header.curvature_unit);
+  out.set_weighted(header.weighted);
   return part;
 }
 
@@ -109,8 +110,8 @@ absl::StatusOr<NextPart<v1::PatchPlanPart>> OpenPatchPlan(const CallContext& con
                             FindScene(context.env, context.call, request.scene()));
   const SceneConfig& config = scene->config();
   const auto plan = scene->State()->plan;
-  if (plan->is_weighted()) return error::NotWithWeights("a plan of patches");
-  if (request.topology_id() != TopologyId(IdOf(config.mesh_id), plan->structure, kNoSegments)) {
+  const std::string mesh = WeightedMeshId(IdOf(config.mesh_id), plan->mesh_weights);
+  if (request.topology_id() != TopologyId(mesh, plan->structure, kNoSegments)) {
     return error::NotFound("topology", request.topology_id());
   }
   LATTICED_ASSIGN_OR_RETURN(

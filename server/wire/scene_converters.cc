@@ -157,9 +157,8 @@ absl::StatusOr<std::vector<Lattice>> LatticesFromProto(const v1::CreateSceneRequ
 }
 
 // What a scene with weights cannot have from its beginning.
-absl::Status CheckWithWeights(Pipeline pipeline, const ViewSpec& view) {
+absl::Status CheckWithWeights(Pipeline pipeline) {
   if (pipeline != Pipeline::kFused) return error::NotWithWeights("a pipeline other than fused");
-  if (!HasPositions(view)) return error::NotWithWeights("the encoding patches");
   return absl::OkStatus();
 }
 
@@ -191,7 +190,7 @@ absl::StatusOr<SceneConfig> SceneConfigFromProto(const v1::CreateSceneRequest& r
   VertexWeights weights;
   if (request.has_weights()) {
     LATTICED_ASSIGN_OR_RETURN(weights, WeightsFromProto(request.weights(), mesh.mesh));
-    LATTICED_RETURN_IF_ERROR(CheckWithWeights(pipeline, view.key.spec));
+    LATTICED_RETURN_IF_ERROR(CheckWithWeights(pipeline));
   }
   LATTICED_ASSIGN_OR_RETURN(const auto idle_ttl, IdleTtl(request, default_idle_ttl));
   LATTICED_RETURN_IF_ERROR(error::CheckRange("crease_angle", request.crease_angle(), 0, 180));

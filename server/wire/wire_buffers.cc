@@ -138,6 +138,36 @@ v1::SceneEvent ToProto(const std::shared_ptr<const LatticeDelta>& delta) {
   return message;
 }
 
+void SetMoved(const std::vector<Vec3d>& before, const std::vector<Vec3d>& points,
+              v1::LatticeDelta& out) {
+  std::vector<Vec3d> moved;
+  for (size_t i = 0; i < points.size(); ++i) {
+    if (points[i] == before[i]) continue;
+    out.add_indices(static_cast<uint32_t>(i));
+    moved.push_back(points[i]);
+  }
+  AppendPoints(moved, *out.mutable_positions());
+}
+
+v1::SceneEvent ToProto(const SumNews& event) {
+  const Snapshot& snapshot = *event.snapshot;
+  v1::SceneEvent message;
+  const auto set_names = [&](auto& out) {
+    out.set_structure_id(snapshot.structure_id);
+    out.set_revision(snapshot.revision);
+  };
+  if (event.before != nullptr) {
+    v1::LatticeDelta& out = *message.mutable_patch_lattice()->mutable_delta();
+    SetMoved(*event.before, *snapshot.summed_points, out);
+    set_names(out);
+    return message;
+  }
+  v1::LatticeState& out = *message.mutable_patch_lattice()->mutable_state();
+  *out.mutable_lattice() = ToProto(snapshot.plan->structure, *snapshot.summed_points);
+  set_names(out);
+  return message;
+}
+
 void AppendRun(const DeformPlan& plan, size_t chunk, v1::Topology& out) {
   const auto [first, last] = plan.ChunkPatches(chunk);
   const auto patches = static_cast<uint32_t>(last - first);

@@ -88,6 +88,28 @@ TEST_P(EdgeBounds, AreNeverBelowTheDefinitionAtAnyDegree) {
   }
 }
 
+// On the CPU: a GPU has none.
+TEST_P(EdgeBounds, WithWeightsAreNeverBelowTheDefinition) {
+  for (int mix = 0; mix < 27; mix += 5) {
+    const std::array<int, 3> degree{1 + mix % 3, 1 + mix / 3 % 3, 1 + mix / 9};
+    SCOPED_TRACE(
+        fmt::format("degree {} {} {}, seed {}", degree[0], degree[1], degree[2], kBoundSeed));
+    const auto mesh = std::make_shared<const PolygonMesh>(TorusMesh(12, 7));
+    const LatticeStructure structure =
+        MakeStructure(mesh->ComputeBounds(), {.degree = degree, .scale = 0.8});
+    std::mt19937 random(kBoundSeed);
+    std::uniform_real_distribution<float> weight(0, 1);
+    auto weights = std::make_shared<std::vector<float>>(mesh->positions.size());
+    for (float& w : *weights) w = weight(random);
+    const auto plan = MakePlan(mesh, structure, {}, NeverStop, weights);
+    ASSERT_OK(plan);
+    const auto target = backend_->Prepare(*plan, GetParam().pipeline);
+    ASSERT_OK(target);
+    if (!(*target)->has_edge_bounds()) GTEST_SKIP();
+    ExpectBytesHold(*plan, Jitter(structure, 0.2, kBoundSeed));
+  }
+}
+
 TEST_P(EdgeBounds, AreNeverBelowTheDefinitionAtAnyScale) {
   for (const double scale : {1e-15, 1e-12, 1e-6, 1e6, 1e14}) {
     SCOPED_TRACE(fmt::format("scale {}, seed {}", scale, kBoundSeed));

@@ -64,6 +64,9 @@ absl::StatusOr<std::optional<CompleteUpdate>> Surface::Apply(v1::SceneEvent even
       DropPartialUpdate();
       begin_ = event.update_begin();
       break;
+    case v1::SceneEvent::kPatchLattice:
+      status = TakeSum(std::move(*event.mutable_patch_lattice()));
+      break;
     case v1::SceneEvent::kChunks:
       status = TakeChunks(std::move(*event.mutable_chunks()));
       break;
@@ -82,6 +85,7 @@ void Surface::DropPartialUpdate() {
   begun_chunks_.clear();
   begun_bounds_.clear();
   begun_bytes_ = 0;
+  begun_sum_ = false;
 }
 
 double Surface::progress() const {
@@ -93,6 +97,16 @@ uint64_t Surface::bytes() const {
   uint64_t sum = HasPatches() ? edge_bounds_.size() : 0;
   for (const HeldChunk& chunk : chunks_) sum += chunk.data.size() + chunk.levels.size();
   return sum;
+}
+
+absl::Status Surface::TakeSum(v1::PatchLattice news) {
+  if (!begin_.has_value()) {
+    return absl::DataLossError("a patch_lattice came outside of an update");
+  }
+  begun_sum_ = true;
+  if (news.has_delta()) return sum_.Take(news.delta());
+  sum_.Take(std::move(*news.mutable_state()));
+  return absl::OkStatus();
 }
 
 absl::Status Surface::TakePatterns(v1::Patterns patterns) {
@@ -200,6 +214,8 @@ absl::StatusOr<CompleteUpdate> Surface::TakeEnd(v1::UpdateEnd end) {
   revision_ = update.end.revision();
   certified_error_ = update.end.certified_error();
   lattices_.EndUpdate(revision_);
+  shows_sum_ = begun_sum_;
+  if (shows_sum_) sum_.EndUpdate(revision_);
   complete_ = true;
   DropPartialUpdate();
   return update;

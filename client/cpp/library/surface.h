@@ -47,14 +47,16 @@ class Surface {
   const v1::ViewOptions& view() const { return view_; }
   uint64_t revision() const { return revision_; }
   double certified_error() const { return certified_error_; }  // UpdateEnd.certified_error
-  // The lattice that the update shows: with ENCODING_PATCHES that of revision(). In other views a lattice_state may
-  // have skipped it, and this is the next one.
-  const v1::LatticeState& update_lattice() const { return lattices_.of_update(); }
+  // The lattice that the update shows: with ENCODING_PATCHES that of revision(), and the sum if the scene has several. In other
+  // views it is the first one; a lattice_state may have skipped it, and this is the next one.
+  const v1::LatticeState& update_lattice() const {
+    return shows_sum_ ? sum_.of_update() : lattices_.of_update();
+  }
   // Bytes of all chunks of the surface.
   uint64_t bytes() const;
   // The received share of the update in progress, 0 to 1; 1 if none is in progress.
   double progress() const;
-  // The lattice after the newest edit that the server has reported. The next updates show it.
+  // The lattice after the newest edit that the server has reported, of several the first one. The next updates show it.
   const v1::LatticeState& lattice() const { return lattices_.newest(); }
 
   // The quantisation grid announced last. All chunks use it unless an update is in progress.
@@ -97,6 +99,7 @@ class Surface {
   };
 
   bool HasPatches() const { return view_.encoding() == v1::ENCODING_PATCHES; }
+  absl::Status TakeSum(v1::PatchLattice news);
   absl::Status TakePatterns(v1::Patterns patterns);
   // The points of the patterns that its levels name.
   absl::StatusOr<uint64_t> PointsOf(const v1::Chunk& chunk) const;
@@ -111,6 +114,7 @@ class Surface {
   absl::StatusOr<std::vector<EncodedChunk>> Encoded(std::span<const uint32_t> chunks) const;
 
   LatticeHistory lattices_;
+  LatticeHistory sum_;                             // of several lattices, with ENCODING_PATCHES
   std::map<std::string, v1::Topology> announced_;  // topologies of updates to come
   std::shared_ptr<const v1::Quantisation> quantisation_;
   std::map<uint32_t, v1::PatchPattern> patterns_;  // by code; they are the same on every stream
@@ -119,6 +123,7 @@ class Surface {
   std::string begun_topology_;
   std::map<uint32_t, HeldChunk> begun_chunks_;
   std::vector<v1::Chunk> begun_bounds_;
+  bool begun_sum_ = false;  // a patch_lattice has come
   uint64_t begun_bytes_ = 0;
 
   bool complete_ = false;
@@ -126,6 +131,7 @@ class Surface {
   v1::ViewOptions view_;
   uint64_t revision_ = 0;
   double certified_error_ = 0;
+  bool shows_sum_ = false;
   std::vector<HeldChunk> chunks_;
   std::vector<uint8_t> edge_bounds_;  // with ENCODING_PATCHES, when chunks_ have no data
 };

@@ -42,6 +42,7 @@ export class PatchPlan {
 
   private constructor(private readonly header: PatchPlanHeader__Output) {
     if (header.patchesOutside) throw new Error('this example has no patches outside the frame');
+    if (header.weighted) throw new Error('this example has no vertex weights');
   }
 
   /** Throws if the parts contradict each other. */

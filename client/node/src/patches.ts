@@ -38,8 +38,9 @@ async function getUpdate({ scenes }: Services, scene: string): Promise<Update> {
   const update: Partial<Update> = {};
   const bounds: [firstEdge: number, bytes: Buffer][] = [];
   for await (const event of scenes.GetUpdate({ scene, view }, about(scene))) {
-    if (event.latticeState?.lattice) {
-      update.lattice = { ...event.latticeState.lattice, controlPoints: effectivePoints(event.latticeState) };
+    const state = event.patchLattice?.state ?? event.latticeState;
+    if (state?.lattice && state.index === 0) {
+      update.lattice = { ...state.lattice, controlPoints: effectivePoints(state) };
     }
     if (event.topology) update.topologyId = event.topology.topologyId;
     for (const { firstEdge, data } of event.chunks?.chunks ?? []) bounds.push([firstEdge, data]);

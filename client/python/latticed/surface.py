@@ -26,6 +26,8 @@ class Surface:
 
     def __init__(self) -> None:
         self._lattices = LatticeHistory()
+        self._sums = LatticeHistory()  # of several lattices, with ENCODING_PATCHES
+        self._begun_sum = False  # whether the update in progress has one
         self._announced: Dict[str, Topology] = {}
         self._patterns: Dict[int, PatchPattern] = {}  # by code; they are the same on every stream
         self._quantisation: Any = None
@@ -62,6 +64,8 @@ class Surface:
         elif arm == "update_begin":
             self.drop_partial_update()
             self._begin = event.update_begin
+        elif arm == "patch_lattice":
+            self._take_sum(event.patch_lattice)
         elif arm == "chunks":
             self._take_chunks(event.chunks)
         return None  # the stream handles hello, results and heartbeats; later versions may add events
@@ -69,6 +73,16 @@ class Surface:
     def drop_partial_update(self) -> None:
         """Drops an update that has begun, because its stream has broken."""
         self._begin, self._begun_topology, self._begun, self._begun_bounds = None, None, {}, []
+        self._begun_sum = False
+
+    def _take_sum(self, news: Any) -> None:
+        if self._begin is None:
+            raise LatticedError.data_loss("a patch_lattice came outside of an update")
+        self._begun_sum = True
+        if news.HasField("delta"):
+            self._sums.take_delta(news.delta)
+        else:
+            self._sums.take_state(news.state)
 
     def _take_chunks(self, chunks: Any) -> None:
         if self._begin is None or self._begin.update_id != chunks.update_id:
@@ -137,7 +151,8 @@ class Surface:
         for first, bounds in self._begun_bounds:
             self._bounds.extend(bytes(max(0, first - len(self._bounds))))
             self._bounds[first : first + len(bounds)] = bounds
+        lattices = self._sums if self._begun_sum else self._lattices
         self.drop_partial_update()
-        view, lattice = View.from_proto(begin.view), self._lattices.at(end.revision)
+        view, lattice = View.from_proto(begin.view), lattices.at(end.revision)
         bounds = bytes(self._bounds) if view.encoding == "patches" else b""
         return Update(end, view, self._topology, whole, lattice, bounds)

@@ -29,7 +29,8 @@ class Update:
                              Else 0
 
     lattice                  the lattice at this revision; newer if the server skipped it: lattice.revision; None if
-                             the stream has sent none
+                             the stream has sent none. Of several lattices the first one, and with the encoding
+                             "patches" their sum, which is one lattice
 
     Points are decoded at the first use, so a skipped update costs no decoding. With the encoding "patches" there are
     none: PatchEvaluator makes them from lattice and edge_bytes. What needs points then raises ValueError.

@@ -2,8 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Keeps a surface that the page evaluates by itself in step with the session's lattice, with the camera and with the settings.
-// Before each frame that is drawn, what has changed is evaluated. No camera asks the server for anything.
+// Before each frame that is drawn, what has changed is evaluated. No camera asks the server for anything. The sum of several
+// lattices comes with the server's updates.
+import { sameStructure } from './lattice/grid';
+import type { Lattice } from './lattice/lattice';
 import type { LiveSession } from './session/live_session';
+import type { UpdateInfo } from './session/scene_session';
+import { movedPoints } from './session/summed_lattice';
 import type { SeenTolerance } from './patches/levels/chosen_levels';
 import { LevelPace, PAUSE_MS } from './patches/levels/level_pace';
 import { PatchSurface } from './patches/patch_surface';
@@ -32,6 +37,7 @@ export class EvaluationWatch {
   /** performance.now() of the newest edit, and of this window's newest one that no frame shows. */
   private editedAt = -Infinity;
   private ownEditAt: number | undefined;
+  private sumBefore: Lattice | undefined; // as of the update before
   private timer: ReturnType<typeof setTimeout> | undefined;
   private readonly ends: readonly (() => void)[];
 
@@ -43,7 +49,7 @@ export class EvaluationWatch {
   ) {
     this.plans = new PlanCache(session.server, session.sceneId);
     this.surface = new PatchSurface(viewport.gl, () => viewport.renderer.resetState(), session.surface, {
-      lattice: () => session.lattice,
+      lattice: () => this.sum ?? session.lattice,
       plan: (topologyId, normals) => this.plans.plan(topologyId, normals),
       ready: () => viewport.invalidate(),
       changed: () => events.changed(),
@@ -52,7 +58,7 @@ export class EvaluationWatch {
     this.ends = [
       session.on('points', (indices, isOwn) => this.moved(indices, isOwn)),
       session.on('lattice', () => this.surface.latticeReplaced()),
-      session.on('update', ({ revision }) => this.surface.updated(session.isAt(revision))),
+      session.on('update', (update) => this.updated(update)),
       viewport.onDrawing(() => this.draw()),
     ];
     viewport.canvas.addEventListener('webglcontextrestored', this.restored);
@@ -77,10 +83,24 @@ export class EvaluationWatch {
     this.viewport.invalidate();
   };
 
+  private get sum(): Lattice | undefined {
+    return this.session.surface.edgeBounds.sum;
+  }
+
   private moved(indices: Uint32Array, isOwn: boolean): void {
-    this.surface.moved(indices);
     this.editedAt = performance.now();
+    if (this.sum) return;
+    this.surface.moved(indices);
     if (isOwn) this.ownEditAt = this.editedAt;
+  }
+
+  private updated({ revision, msFromEdit }: UpdateInfo): void {
+    const { sum, sumBefore } = this;
+    this.sumBefore = sum;
+    if (sum && sumBefore && sameStructure(sum, sumBefore)) this.surface.moved(movedPoints(sumBefore, sum));
+    else if (sum) this.surface.latticeReplaced();
+    this.surface.updated(sum !== undefined || this.session.isAt(revision));
+    if (sum && msFromEdit !== undefined) this.ownEditAt = performance.now() - msFromEdit;
   }
 
   private draw(): void {

@@ -47,6 +47,7 @@ absl::StatusOr<std::shared_ptr<Snapshot>> EncodeSnapshot(
     snapshot->first_edges =
         same_plan ? before->first_edges
                   : std::make_shared<const std::vector<uint32_t>>(FirstEdges(*state.plan));
+    if (state.lattices.size() > 1) snapshot->summed_points = state.control_points;
   }
   snapshot->chunks = same_plan ? before->chunks.Share() : ChunkTable(state.plan->chunk_count());
 

@@ -29,13 +29,17 @@ uint64_t VertexBytes(const DeformPlan& plan, const ViewKey& key) {
          BytesPerPoint(key.spec);
 }
 
-uint64_t SnapshotBytes(const DeformPlan& plan, const ViewKey& key) {
+uint64_t SnapshotBytes(const DeformPlan& plan, const ViewKey& key, size_t lattices) {
   constexpr uint64_t kChunkHeaderBytes = 256;
   constexpr uint64_t kPatternBytes =
       sizeof(ChunkPatterns) + limits::kPatchesPerChunk * sizeof(uint16_t);
   const uint64_t chunk_bytes = kChunkHeaderBytes + (key.spec.tolerance > 0 ? kPatternBytes : 0);
   const uint64_t snapshots = IsCompressed(key.encoding) ? 1 : limits::kMaxSnapshotsPerView;
-  return snapshots * (VertexBytes(plan, key) + chunk_bytes * plan.chunk_count());
+  const bool has_points = !HasPositions(key.spec) && lattices > 1;
+  const uint64_t points =
+      has_points ? static_cast<uint64_t>(plan.structure.control_point_count()) : 0;
+  return snapshots *
+         (VertexBytes(plan, key) + chunk_bytes * plan.chunk_count() + points * sizeof(Vec3d));
 }
 
 RenderView::Stage RenderView::stage() const {
@@ -140,7 +144,9 @@ absl::Status RenderView::PrepareVertices(const RenderInput& input) {
   MemoryBudget& memory = backend_->memory();
   LATTICED_ASSIGN_OR_RETURN(
       auto reservation,
-      memory.Reserve("the view", traits_.host_bytes + SnapshotBytes(*input.state->plan, key()),
+      memory.Reserve("the view",
+                     traits_.host_bytes +
+                         SnapshotBytes(*input.state->plan, key(), input.state->lattices.size()),
                      account_));
   if (IsDraco(key().encoding)) {
     LATTICED_RETURN_IF_ERROR(memory.KeepAtLeast("the view's encoder", traits_.encoder_bytes));

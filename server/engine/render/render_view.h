@@ -59,7 +59,7 @@ struct RenderWork {
 [[nodiscard]] uint64_t VertexBytes(const DeformPlan& plan, const ViewKey& key);
 // The most that a view's snapshots may keep. Draco streams usually take a quarter of their
 // vertices, so there is room for four; raw and quantised chunks are their vertices.
-[[nodiscard]] uint64_t SnapshotBytes(const DeformPlan& plan, const ViewKey& key);
+[[nodiscard]] uint64_t SnapshotBytes(const DeformPlan& plan, const ViewKey& key, size_t lattices);
 
 class RenderView {
  public:

@@ -15,6 +15,7 @@
 
 #include "absl/time/time.h"
 #include "core/backend.h"
+#include "core/base/vec.h"
 #include "server/engine/render/chunk_table.h"
 
 namespace latticed {
@@ -49,6 +50,8 @@ struct Snapshot {
   ChunkTable chunks;
   // Of bounds: FirstEdges of the plan. Else null.
   std::shared_ptr<const std::vector<uint32_t>> first_edges;
+  // Of bounds, in a scene of several lattices: the control points of their sum, which is the plan's lattice. Else null.
+  std::shared_ptr<const std::vector<Vec3d>> summed_points;
   uint64_t held_bytes = 0;         // what the chunks keep in memory; chunk_blocks.h
   double certified_error = 0;      // DeformView::certified_error
   double curvature_tolerance = 0;  // DeformView::curvature_tolerance

@@ -97,6 +97,16 @@ WatchEvent Begin(ClientState& client, const WatchOffer& offer) {
                       .view = in_force};
 }
 
+// In an update that is dropped the client keeps it, too.
+SumNews NextSum(ClientState& client, const WatchOffer& offer) {
+  client.update->has_sum = true;
+  const Snapshot& snapshot = *offer.snapshot;
+  if (std::exchange(client.sum_structure, snapshot.structure_id) != snapshot.structure_id) {
+    client.sum = nullptr;
+  }
+  return {offer.snapshot, std::exchange(client.sum, snapshot.summed_points)};
+}
+
 ChunkBatch NextBatch(const ClientUpdate& update, const WatchOffer& offer) {
   ChunkBatch batch{
       .update_id = update.id, .topology_id = update.topology_id, .snapshot = offer.snapshot};
@@ -179,6 +189,7 @@ NextEvent NextOfUpdate(ClientState& client, const WatchOffer& offer) {
     return {QuantisationNews{offer.snapshot}};
   }
   if (update.id == 0) return {Begin(client, offer)};
+  if (offer.snapshot->summed_points != nullptr && !update.has_sum) return {NextSum(client, offer)};
   if (update.sent == update.chunks.size()) return {End(client, offer)};
   if (offer.now < client.next_batch_time) return {std::nullopt, client.next_batch_time};
   return {Batch(client, offer)};
@@ -201,7 +212,8 @@ NextEvent Next(ClientState& client, const WatchOffer& offer) {
 }
 
 bool LacksLattice(const ClientState& client, const Snapshot& snapshot) {
-  return !HasPositions(snapshot.view.spec) && snapshot.revision < client.lattice_from;
+  return !HasPositions(snapshot.view.spec) && snapshot.summed_points == nullptr &&
+         snapshot.revision < client.lattice_from;
 }
 
 bool AcksAllow(const ClientState& client, size_t updates) {

@@ -8,7 +8,7 @@
 // There is no queue. After update_end at revision r a client has every chunk with a version at or below r.
 // So its view, structure, quantisation, revision and kept tolerance describe all that it has; they are also
 // the resume token. The lattice comes before the surface; what the client evaluates by itself needs the lattice of its
-// update's very revision. An update whose snapshot was retired is begun again, with
+// update's very revision, which of several lattices is their sum and comes in the update. An update whose snapshot was retired is begun again, with
 // restart set, from what the client had before it.
 //
 // Threads  pure: no clock, no lock, no scene
@@ -46,8 +46,9 @@ struct ClientSurface {
 struct ClientUpdate {
   std::string topology_id;
   std::vector<uint32_t> chunks;
-  size_t sent = 0;  // how many of them were sent
-  uint64_t id = 0;  // 0: update_begin was not sent yet
+  size_t sent = 0;       // how many of them were sent
+  bool has_sum = false;  // SumNews was sent
+  uint64_t id = 0;       // 0: update_begin was not sent yet
   absl::Time begin_time;
 };
 
@@ -65,6 +66,8 @@ struct ClientState {
   std::string topology_id;
   std::optional<std::pair<uint64_t, ViewKey>> quantisation;  // id and view
   std::bitset<1 << kPatternCodeBits> patterns;               // by code
+  std::shared_ptr<const std::vector<Vec3d>> sum;             // of the lattices; null: none
+  uint64_t sum_structure = 0;
   std::optional<ClientSurface> had;  // in full; perhaps from an earlier watch
   std::optional<uint64_t> covered;   // revision of the last update_end
   std::optional<ClientUpdate> update;

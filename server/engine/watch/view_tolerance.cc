@@ -38,7 +38,6 @@ absl::StatusOr<WatchView> SettleTolerance(const WatchView& view, const TargetSlo
                                           const QuantisationBox& box, std::string_view field) {
   if (!HasPositions(view.key.spec)) {
     if (target.has_edge_bounds()) return view;
-    if (target.plan()->is_weighted()) return error::NotWithWeights("the encoding patches");
     return error::InvalidField(fmt::format("{}.encoding", field),
                                "this pipeline has no patches on these devices", "UNSUPPORTED");
   }
@@ -67,13 +66,6 @@ absl::StatusOr<WatchView> SettleTolerance(const WatchView& view, const TargetSlo
         "OUT_OF_RANGE");
   }
   return settled;
-}
-
-absl::Status CheckLattices(const ViewSpec& spec, size_t lattices, std::string_view field) {
-  if (HasPositions(spec) || lattices == 1) return absl::OkStatus();
-  return error::InvalidField(fmt::format("{}.encoding", field),
-                             "clients evaluate patches from one lattice, and the scene has several",
-                             "UNSUPPORTED");
 }
 
 }  // namespace latticed

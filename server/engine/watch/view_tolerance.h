@@ -5,13 +5,12 @@
 // core/adaptive/edge_levels.h.
 //
 // Errors   kInvalidArgument with the path of the field, which begins with the argument `field`: UNSUPPORTED where
-//          views have no tolerance or no patches, also for several lattices; OUT_OF_RANGE with the position bits that would meet it, or with the least
+//          views have no tolerance or no patches; OUT_OF_RANGE with the position bits that would meet it, or with the least
 //          tolerance where none would
 // Threads  pure functions
 #ifndef LATTICED_SERVER_ENGINE_WATCH_VIEW_TOLERANCE_H_
 #define LATTICED_SERVER_ENGINE_WATCH_VIEW_TOLERANCE_H_
 
-#include <cstddef>
 #include <string_view>
 
 #include "absl/status/status.h"
@@ -27,10 +26,6 @@ namespace latticed {
                                                         const TargetSlot& target,
                                                         const QuantisationBox& box,
                                                         std::string_view field);
-
-// Refuses patches of a scene of several lattices: clients evaluate them from one.
-[[nodiscard]] absl::Status CheckLattices(const ViewSpec& spec, size_t lattices,
-                                         std::string_view field);
 
 }  // namespace latticed
 

@@ -4,7 +4,7 @@
 // What a watcher is sent, without a transport: the events of proto/latticed/v1/scene.proto's
 // SceneEvent that follow from the scene.
 //
-//   lattice (whole, then deltas) | topology, quantisation when they change | begin, patterns and batches, end
+//   lattice (whole, then deltas) | topology, quantisation when they change | begin, sum of lattices, patterns and batches, end
 #ifndef LATTICED_SERVER_ENGINE_WATCH_WATCH_EVENT_H_
 #define LATTICED_SERVER_ENGINE_WATCH_WATCH_EVENT_H_
 
@@ -46,6 +46,12 @@ struct UpdateBegins {
   bool restart = false;
   WatchView view;  // the view in force
 };
+// The sum of several lattices, for a client that evaluates patches: what differs from the control points `before`, or all if
+// that is null.
+struct SumNews {
+  std::shared_ptr<const Snapshot> snapshot;
+  std::shared_ptr<const std::vector<Vec3d>> before;
+};
 struct ChunkBatch {
   uint64_t update_id = 0;
   std::string topology_id;
@@ -66,7 +72,7 @@ struct UpdateEnds {
 
 using WatchEvent =
     std::variant<LatticeWhole, std::shared_ptr<const LatticeDelta>, TopologyNews, QuantisationNews,
-                 PatternNews, UpdateBegins, ChunkBatch, UpdateEnds>;
+                 PatternNews, UpdateBegins, SumNews, ChunkBatch, UpdateEnds>;
 
 }  // namespace latticed
 

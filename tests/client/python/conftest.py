@@ -38,3 +38,24 @@ def random():
     seed = 20261121
     print(f"seed {seed}")
     return np.random.default_rng(seed)
+
+
+@pytest.fixture
+def blob(client, random):
+    """A closed mesh of 264 triangles around the origin, about 2 wide."""
+    turns, rings = 12, 12
+    angle, height = np.meshgrid(np.arange(turns) * 2 * np.pi / turns, np.linspace(0, np.pi, rings + 1)[1:-1])
+    sphere = np.stack(
+        [np.sin(height) * np.cos(angle), np.sin(height) * np.sin(angle), np.cos(height)], axis=-1
+    )
+    points = np.concatenate([sphere.reshape(-1, 3), [[0, 0, 1], [0, 0, -1]]])
+    points *= random.uniform(0.8, 1.2, size=(len(points), 1))
+    a = np.arange(turns)
+    b = (a + 1) % turns
+    faces = [np.stack([a, b, np.full(turns, len(points) - 2)], axis=-1)[:, [2, 0, 1]]]
+    for ring in range(0, (rings - 2) * turns, turns):
+        faces += [np.stack([ring + a, ring + turns + a, ring + b], axis=-1)]
+        faces += [np.stack([ring + b, ring + turns + a, ring + turns + b], axis=-1)]
+    last = (rings - 2) * turns
+    faces += [np.stack([last + a, np.full(turns, len(points) - 1), last + b], axis=-1)]
+    return client.upload_arrays(points, np.concatenate(faces), progress=False)

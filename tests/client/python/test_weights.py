@@ -85,14 +85,6 @@ def test_a_tolerance_is_met(client):
         assert 0 < update.certified_error <= 0.01
 
 
-def test_patches_are_refused(client):
-    mesh = client.upload_arrays(definition.BOX_POSITIONS, definition.BOX_FACES, progress=False)
-    with client.create_scene(mesh, weights=WEIGHTS, delete_on_exit=True) as scene:
-        with pytest.raises(latticed.LatticedError) as error:
-            scene.get_update(latticed.View(encoding="patches"))
-        assert error.value.reason == "VERTEX_WEIGHTS"
-
-
 def test_weights_are_set_later_in_part_and_ended(client):
     mesh = client.upload_arrays(definition.BOX_POSITIONS, definition.BOX_FACES, progress=False)
     with client.create_scene(mesh, delete_on_exit=True) as scene:

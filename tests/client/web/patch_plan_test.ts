@@ -49,6 +49,26 @@ for (const mode of [NormalMode.FACET, NormalMode.SMOOTH, NormalMode.NONE]) {
   });
 }
 
+for (const mode of [NormalMode.FACET, NormalMode.SMOOTH, NormalMode.NONE]) {
+  test(`weights with ${NormalMode[mode]} normals are read as they were written`, async () => {
+    const made = await randomPlan(1, [2, 1, 3], mode, true);
+
+    const plan = await read(made.parts);
+
+    assert.deepEqual([...plan.weights!], made.weights);
+    assert.ok(new Set(made.weights).size > 10);
+    if (mode === NormalMode.NONE) assert.equal(plan.slopes, undefined);
+    else assert.deepEqual([...plan.slopes!], made.slopes.flat());
+    assert.deepEqual([...plan.places], made.places.flat());
+    await assert.rejects(read(spoilt(made.parts, 0, ({ header }) => (header.weighted = false))), /longer than \d+ bytes/);
+  });
+}
+
+test('a plan without weights has none', async () => {
+  const { weights, slopes } = await read((await randomPlan(1, [2, 1, 3], NormalMode.FACET)).parts);
+  assert.deepEqual([weights, slopes], [undefined, undefined]);
+});
+
 test('a plan that is cut short, or contradicts itself, is refused in words', async () => {
   const { parts } = await randomPlan(2, [2, 2, 2], NormalMode.FACET);
   const [header, first, second, third, seams] = parts;

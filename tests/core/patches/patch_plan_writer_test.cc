@@ -9,6 +9,7 @@
 #include <cmath>
 #include <iostream>
 #include <numeric>
+#include <random>
 #include <set>
 
 #include "core/codec/octahedral.h"
@@ -166,6 +167,39 @@ TEST(PatchPlanWriter, ReadsBackRandomPlans) {
 }
 
 // The outside box has a width where the outside pieces have none.
+// By vertex of the plan: of each patch's corners. A gradient is that of the source triangle, not of the patch's rounded places.
+TEST(PatchPlanWriter, ReadsBackWeights) {
+  constexpr uint32_t kSeed = 5;
+  const PolygonMesh mesh = testing::TorusMesh(12, 7);
+  std::mt19937 random(kSeed);
+  std::uniform_real_distribution<float> weight(0, 1);
+  auto weights = std::make_shared<std::vector<float>>(mesh.positions.size());
+  for (float& w : *weights) w = weight(random);
+  const LatticeStructure structure = testing::MakeStructure(mesh.ComputeBounds(), {.scale = 0.8});
+  const auto plan =
+      MakePlan(std::make_shared<PolygonMesh>(mesh), structure, {}, NeverStop, weights);
+  ASSERT_OK(plan);
+  ASSERT_GT((*plan)->outside_patches, 0u);
+  for (const RestNormals normals : kEveryKind) {
+    const PatchPlan read = WriteAndRead(*plan, normals).plan;
+    ASSERT_TRUE(read.header.weighted);
+    ASSERT_EQ(read.weights.size(), read.places.size());
+    ASSERT_EQ(read.slopes.size(), normals == RestNormals::kNone ? 0 : read.patches.size());
+    for (size_t p = 0; p < read.patches.size(); ++p) {
+      const auto corners = (*plan)->CornerWeights(p);
+      for (size_t c = 0; c < 3; ++c) {
+        const double told = read.weights[read.patches[p].vertex[c]] / kWeightUnit;
+        ASSERT_NEAR(told, corners[c], 0.5 / kWeightUnit + 1e-12) << "patch " << p;
+      }
+      if (read.slopes.empty()) continue;
+      ASSERT_EQ(read.slopes[p], ToFloat((*plan)->PatchWeightGradient(p))) << "patch " << p;
+    }
+  }
+  const PatchPlan unweighted = WriteAndRead(PlanOf(mesh, structure), RestNormals::kFacet).plan;
+  EXPECT_FALSE(unweighted.header.weighted);
+  EXPECT_TRUE(unweighted.weights.empty() && unweighted.slopes.empty());
+}
+
 TEST(PatchPlanWriter, WidensFlatOutsideBoxes) {
   const PolygonMesh mesh = testing::FlatGrid(4, 0.25);
   const auto plan = PlanOf(

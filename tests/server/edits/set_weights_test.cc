@@ -224,15 +224,15 @@ TEST_F(SetWeightsTest, BadOnesAreRefusedAndChangeNothing) {
   EXPECT_EQ(Get().structure_id(), 1u);
 }
 
-TEST_F(SetWeightsTest, ScenesOfOtherKindsTakeNone) {
+TEST_F(SetWeightsTest, AViewOfPatchesTakesThem) {
   v1::CreateSceneRequest request = SceneRequest("other-scene");
   request.mutable_default_view()->set_encoding(v1::ENCODING_PATCHES);
   ASSERT_OK(Create(request));
   v1::EditBatch batch = All(kGridWeights);
   batch.set_scene("other-scene");
   batch.set_structure_id(1);
-  ExpectRefused(Apply(batch), Code::kFailedPrecondition, "VERTEX_WEIGHTS");
-  EXPECT_FALSE(Get("other-scene").weighted());
+  ASSERT_OK(Apply(batch));
+  EXPECT_TRUE(Get("other-scene").weighted());
 }
 
 TEST_F(SetWeightsTest, AnEditThatRefusesFoldsSetsThemToo) {
@@ -267,17 +267,18 @@ TEST_F(SetWeightsTest, TheVolumeIsKeptByTheNextEdit) {
   EXPECT_NEAR(response.volume(), 1, 1e-12);
 }
 
-TEST_F(SetWeightsTest, WatchesThatCannotShowThemEnd) {
+TEST_F(SetWeightsTest, WatchesGoOn) {
   v1::WatchRequest coarse = For<v1::WatchRequest>();
   coarse.mutable_view()->set_segments(2);
   v1::WatchRequest patches = For<v1::WatchRequest>();
   patches.mutable_view()->set_encoding(v1::ENCODING_PATCHES);
-  WatchClient kept(*scenes_, coarse), ended(*scenes_, patches);
+  WatchClient kept(*scenes_, coarse), evaluated(*scenes_, patches);
   kept.ReadUpdates(1);
-  ended.ReadUpdates(1);
+  evaluated.ReadUpdates(1);
   ASSERT_OK(Apply(All(kGridWeights)));
   kept.ReadUntilRevision(2);
-  ExpectRefused(ended.Finish(), Code::kFailedPrecondition, "VERTEX_WEIGHTS");
+  evaluated.ReadUntilRevision(2);
+  EXPECT_EQ(evaluated.log.topologies.size(), 2u);
 }
 
 }  // namespace

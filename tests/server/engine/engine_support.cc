@@ -207,6 +207,11 @@ void WatcherClient::Take(const UpdateBegins& event) {
   staged_.clear();
 }
 
+void WatcherClient::Take(const SumNews& event) {
+  ASSERT_TRUE(current_.has_value());
+  EXPECT_EQ(event.snapshot->revision, current_->begin.revision) << "one update, one revision";
+}
+
 void WatcherClient::Take(const ChunkBatch& event) {
   ASSERT_TRUE(current_.has_value());
   EXPECT_FALSE(must_restart_) << "layout and grid change between updates";

@@ -90,6 +90,7 @@ class WatcherClient {
   void Take(const QuantisationNews& event);
   void Take(const PatternNews& event);
   void Take(const UpdateBegins& event);
+  void Take(const SumNews& event);
   void Take(const ChunkBatch& event);
   void Take(const UpdateEnds& event);
 

@@ -269,7 +269,7 @@ TEST_F(RenderViewTest, SnapshotsAreRetiredWhereTheyWouldTakeMoreThanIsReserved) 
     Move(kCorner, {edit % 2 == 0 ? 40.0 : -40.0, 0, 0});  // a new box: all chunks change
     fast->RunToHead();
     const auto view = *scene_->AcquireView(options_.view.key);
-    EXPECT_LE(view->held_bytes(), SnapshotBytes(*scene_->State()->plan, options_.view.key));
+    EXPECT_LE(view->held_bytes(), SnapshotBytes(*scene_->State()->plan, options_.view.key, 1));
   }
 
   ExpectRightAtHead(*fast);

@@ -217,22 +217,5 @@ TEST_F(AddedLatticesTest, WhatCannotBeAddedChangesNothing) {
   ExpectRefused(Apply(ninth), Code::kInvalidArgument, "OUT_OF_RANGE", "lattice");
 }
 
-TEST_F(AddedLatticesTest, ClientsThatEvaluatePatchesCannotFollow) {
-  ASSERT_OK(Create(RequestOf({Whole()})));
-  v1::WatchRequest patches = For<v1::WatchRequest>();
-  patches.mutable_view()->set_encoding(v1::ENCODING_PATCHES);
-  WatchClient ended(*scenes_, patches);
-  ended.ReadUpdates(1);
-  ASSERT_OK(Apply(Add(1, 1, Whole())));
-  ExpectRefused(ended.Finish(), Code::kInvalidArgument, "UNSUPPORTED", "view.encoding");
-
-  v1::CreateSceneRequest request = RequestOf({Whole()}, kBoth);
-  request.mutable_default_view()->set_encoding(v1::ENCODING_PATCHES);
-  ASSERT_OK(Create(request));
-  v1::EditBatch add = Add(1, 2, Whole());
-  add.set_scene(kBoth);
-  ExpectRefused(Apply(add), Code::kInvalidArgument, "UNSUPPORTED", "default_view.encoding");
-}
-
 }  // namespace
 }  // namespace latticed::testing

@@ -66,17 +66,5 @@ TEST_F(BadSeveralLatticesTest, AFrameThatWouldNoLongerAddUpIsRefusedLater) {
   EXPECT_EQ(Get().structure_id(), 1u);
 }
 
-TEST_F(BadSeveralLatticesTest, ThereAreNoPatchesToEvaluateByClients) {
-  v1::CreateSceneRequest request = RequestOf({Whole(), Spot()});
-  ASSERT_OK(Create(request));
-  auto update = For<v1::GetUpdateRequest>();
-  update.mutable_view()->set_encoding(v1::ENCODING_PATCHES);
-  EventLog log;
-  ExpectRefused(Update(update, log), Code::kInvalidArgument, "UNSUPPORTED", "view.encoding");
-  ASSERT_OK(DeleteScene());
-  request.mutable_default_view()->set_encoding(v1::ENCODING_PATCHES);
-  ExpectRefused(Create(request), Code::kInvalidArgument, "UNSUPPORTED", "default_view.encoding");
-}
-
 }  // namespace
 }  // namespace latticed::testing

@@ -2,8 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Several lattices of one scene through the stub: x goes to x + sum_k (F_k(x) - x), and each lattice has edits of its own.
+#include <array>
 #include <cmath>
+#include <cstring>
 
+#include "core/mesh/mesh_io.h"
 #include "tests/server/lattices/several_fixture.h"
 
 namespace latticed::testing {
@@ -158,6 +161,74 @@ TEST_F(SeveralLatticesTest, OneKeepsTheVolumeBesideTheOther) {
   v1::MeasureSceneResponse got;
   ASSERT_OK(Volume(&got));
   EXPECT_NEAR(got.volume(), 1, 1e-12);
+}
+
+// Exports of two scenes with the same patches: at rest, and moved.
+class SeveralLatticesExportTest : public SeveralLatticesTest {
+ protected:
+  void SetUp() override {
+    SeveralLatticesTest::SetUp();
+    ASSERT_OK(Create(RequestOf({Shaken(Whole({2, 1, 3})), Shaken(Spot())})));
+    ASSERT_OK(Create(RequestOf({Whole({2, 1, 3}), Spot()}, kFirst)));
+  }
+  // A corner and the middle of each patch, from its control net: sum of n! / (i! j! k!) / 3^n T_ijk.
+  std::vector<Vec3d> PointsOfNets(const std::string& scene) {
+    auto request = For<v1::ExportRequest>(scene);
+    request.set_format(v1::EXPORT_FORMAT_CONTROL_NETS);
+    const auto bytes = Export(request);
+    EXPECT_OK(bytes);
+    uint32_t degree = 0;
+    std::memcpy(&degree, bytes->data() + 12, sizeof(degree));
+    const int n = static_cast<int>(degree);
+    std::vector<Vec3d> points;
+    for (size_t at = 32; at < bytes->size();) {
+      Vec3d middle;
+      for (int i = n; i >= 0; --i) {
+        for (int j = n - i; j >= 0; --j, at += sizeof(Vec3d)) {
+          Vec3d p;
+          std::memcpy(&p, bytes->data() + at, sizeof(p));
+          if (i == n) points.push_back(p);
+          middle += std::tgamma(n + 1) / std::tgamma(i + 1) / std::tgamma(j + 1) /
+                    std::tgamma(n - i - j + 1) / std::pow(3, n) * p;
+        }
+      }
+      points.push_back(middle);
+    }
+    return points;
+  }
+  std::vector<Vec3d> VerticesOfPatches(const std::string& scene) {
+    auto request = For<v1::ExportRequest>(scene);
+    request.set_format(v1::EXPORT_FORMAT_PLY);
+    request.set_geometry(v1::EXPORT_GEOMETRY_PATCHES);
+    request.mutable_view()->set_segments(3);
+    const auto bytes = Export(request);
+    EXPECT_OK(bytes);
+    const auto mesh = ReadMesh(MeshFormat::kPly, *bytes);
+    EXPECT_OK(mesh);
+    EXPECT_EQ(mesh->positions.size(), 10 * Get(scene).patches());
+    return mesh->positions;
+  }
+  void ExpectMoved(const std::vector<Vec3d>& rest, const std::vector<Vec3d>& moved, double most) {
+    ASSERT_EQ(rest.size(), moved.size());
+    ASSERT_GT(rest.size(), 100u);
+    constexpr size_t kMostPoints = 4096;  // of one call
+    for (size_t first = 0; first < rest.size(); first += kMostPoints) {
+      const size_t end = std::min(rest.size(), first + kMostPoints);
+      const auto want = Evaluate(std::vector<Vec3d>(rest.begin() + static_cast<ptrdiff_t>(first),
+                                                    rest.begin() + static_cast<ptrdiff_t>(end)));
+      for (size_t i = first; i < end; ++i) {
+        ASSERT_LE(Norm(moved[i] - want[i - first]), most) << i << ", seed " << kSeed;
+      }
+    }
+  }
+};
+
+TEST_F(SeveralLatticesExportTest, ControlNetsAreOfTheSum) {
+  ExpectMoved(PointsOfNets(kFirst), PointsOfNets(kScene), 1e-12);
+}
+
+TEST_F(SeveralLatticesExportTest, UnweldedPatchesAreOfTheSum) {
+  ExpectMoved(VerticesOfPatches(kFirst), VerticesOfPatches(kScene), 1e-4);  // a grid of 16 bits
 }
 
 }  // namespace

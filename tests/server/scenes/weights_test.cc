@@ -188,19 +188,11 @@ TEST_F(WeightsTest, RefusesScenesThatDoNotTakeThem) {
   v1::CreateSceneRequest request = Weighted();
   request.mutable_diagnostics()->set_pipeline(v1::PIPELINE_GEMM);
   ExpectRefusedForWeights(Create(request), "a pipeline other than fused");
-  request = Weighted();
-  request.mutable_default_view()->set_encoding(v1::ENCODING_PATCHES);
-  ExpectRefusedForWeights(Create(request), "the encoding patches");
   EXPECT_EQ(SceneCount(), 0);
 }
 
 TEST_F(WeightsTest, RefusesWhatDoesNotTakeThem) {
   ASSERT_OK(Create(Weighted()));
-  EventLog log;
-  auto update = For<v1::GetUpdateRequest>();
-  update.mutable_view()->set_encoding(v1::ENCODING_PATCHES);
-  ExpectRefusedForWeights(Update(update, log), "the encoding patches");
-
   auto folds = For<v1::CertifyFoldsRequest>();
   folds.set_scope(v1::FOLD_SCOPE_VOLUME);
   ExpectRefusedForWeights(Call(&Scenes::CertifyFolds, folds), "a report of folds in the volume");

@@ -52,6 +52,11 @@ void EventLog::Take(const v1::SceneEvent& event) {
       staged_bounds_.clear();
       begins.push_back(event.update_begin());
       break;
+    case v1::SceneEvent::kPatchLattice:
+      EXPECT_TRUE(in_update_);
+      EXPECT_LT(event.ByteSizeLong(), size_t{1} << 20);
+      TakeSum(event.patch_lattice());
+      break;
     case v1::SceneEvent::kChunks:
       EXPECT_TRUE(in_update_);
       EXPECT_LT(event.ByteSizeLong(), size_t{1} << 20);
@@ -106,6 +111,23 @@ void EventLog::Take(const v1::SceneEvent& event) {
     default:
       ADD_FAILURE() << "unexpected " << event.ShortDebugString();
   }
+}
+
+void EventLog::TakeSum(const v1::PatchLattice& news) {
+  if (news.has_state()) {
+    sum = news.state();
+  } else {
+    const v1::LatticeDelta& delta = news.delta();
+    EXPECT_EQ(delta.structure_id(), sum.structure_id());
+    for (int i = 0; i < delta.indices_size(); ++i) {
+      for (int k = 0; k < 3; ++k) {
+        sum.mutable_lattice()->set_control_points(3 * static_cast<int>(delta.indices(i)) + k,
+                                                  delta.positions(3 * i + k));
+      }
+    }
+    sum.set_revision(delta.revision());
+  }
+  EXPECT_EQ(sum.revision(), begins.back().revision());
 }
 
 void EventLog::TakePatterns(const v1::SceneEvent& event) {

@@ -36,6 +36,7 @@ class EventLog {
   v1::Hello hello;
   v1::LatticeState lattice;  // the first one, with the deltas applied
   std::map<uint32_t, v1::LatticeState> others;
+  v1::LatticeState sum;  // of several, as of the last patch_lattice
   std::vector<v1::Topology> topologies;
   std::vector<v1::Quantisation> quantisations;
   std::vector<v1::UpdateBegin> begins;
@@ -51,6 +52,7 @@ class EventLog {
   std::map<uint32_t, v1::PatchPattern> patterns;  // by code
 
  private:
+  void TakeSum(const v1::PatchLattice& news);
   void TakePatterns(const v1::SceneEvent& event);
   void TakeChunk(const v1::Chunk& chunk);
   void TakeBounds(const v1::Chunk& chunk);

@@ -38,8 +38,10 @@ BoxPolynomials::BoxPolynomials(const LatticeStructure& structure, const PatchPla
   }
   coefficients_.resize(count() * 3 * terms_);
   conormals_.resize(count() * size_t{9});
+  if (header.weighted) rest_.resize(count() * size_t{12});
   SetOutside(header);
   SetConormals(structure, planes);
+  if (header.weighted) SetRest(structure, planes);
 }
 
 std::array<uint32_t, 3> BoxPolynomials::SpansOf(uint32_t box) const {
@@ -56,13 +58,39 @@ void BoxPolynomials::Store(uint32_t box, size_t term, Vec3d coefficient) {
 
 void BoxPolynomials::SetOutside(const PatchPlanHeader& header) {
   const Vec3d width = header.outside_upper - header.outside_lower;
-  Store(0, 0, 0.5 * header.outside_lower + 0.5 * header.outside_upper - origin_);
+  const Vec3d centre = 0.5 * header.outside_lower + 0.5 * header.outside_upper - origin_;
+  Store(0, 0, centre);
+  StoreRest(0, 0, centre);
   size_t term = 1;
   for (int a = 0; a < 3; ++a) {
     Vec3d along;
     along[a] = width[a];
     Store(0, term, along);
+    StoreRest(0, static_cast<size_t>(a) + 1, along);
     term *= static_cast<size_t>(degree_[static_cast<size_t>(a)] + 1);
+  }
+}
+
+void BoxPolynomials::StoreRest(uint32_t box, size_t row, Vec3d numbers) {
+  if (rest_.empty()) return;
+  for (int c = 0; c < 3; ++c) {
+    rest_[box * size_t{12} + 3 * row + static_cast<size_t>(c)] = static_cast<float>(numbers[c]);
+  }
+}
+
+void BoxPolynomials::SetRest(const LatticeStructure& structure, const KnotPlanes& planes) {
+  for (uint32_t box = 1; box < count(); ++box) {
+    const std::array<uint32_t, 3> spans = SpansOf(box);
+    Vec3d centre = structure.frame.origin - origin_;
+    for (int a = 0; a < 3; ++a) {
+      const auto axis = static_cast<size_t>(a);
+      const double begin = structure.domain_begin(a), range = structure.domain_end(a) - begin;
+      const double lower = planes.lower(a, spans[axis]), upper = planes.upper(a, spans[axis]);
+      const Vec3d edge = structure.frame.edges[axis];
+      centre += ((0.5 * lower + 0.5 * upper - begin) / range) * edge;
+      StoreRest(box, axis + 1, ((upper - lower) / range) * edge);
+    }
+    StoreRest(box, 0, centre);
   }
 }
 
@@ -155,6 +183,23 @@ BoxPolynomials::Reach BoxPolynomials::ReachOf(uint32_t box, size_t coordinate) c
   return reach;
 }
 
+// A point lies between X and R. At one weight, the derivative by l_a is between those of X and R, too.
+BoxPolynomials::Reach BoxPolynomials::WeightedReachOf(uint32_t box, size_t coordinate) const {
+  Reach reach = ReachOf(box, coordinate);
+  const float* rest = &rest_[box * size_t{12} + coordinate];  // of rows of three
+  double radius = 0, slopes = 0;
+  for (size_t row = 1; row <= 3; ++row) {
+    radius += 0.5 * std::abs(double{rest[3 * row]});
+    slopes += std::abs(double{rest[3 * row]});
+  }
+  const double lowest = double{*rest} - radius, highest = double{*rest} + radius;
+  reach.offset = std::max(reach.highest - lowest, highest - reach.lowest);
+  reach.derivatives = std::max(reach.derivatives, slopes);
+  reach.lowest = std::min(reach.lowest, lowest);
+  reach.highest = std::max(reach.highest, highest);
+  return reach;
+}
+
 double BoxPolynomials::PositionError(std::span<const uint32_t> boxes) const {
   constexpr double kOfDiagonal = 1e-6;
   constexpr double kHalfPlace = 0.5 / kPlacesPerSpan;
@@ -164,8 +209,8 @@ double BoxPolynomials::PositionError(std::span<const uint32_t> boxes) const {
     lowest[axis] = std::numeric_limits<double>::infinity();
     highest[axis] = -lowest[axis];
     const auto add = [&](uint32_t box) {
-      const Reach reach = ReachOf(box, c);
-      derivatives[axis] = std::max(derivatives[axis], reach.derivatives);
+      const Reach reach = rest_.empty() ? ReachOf(box, c) : WeightedReachOf(box, c);
+      derivatives[axis] = std::max(derivatives[axis], reach.derivatives + reach.offset);
       lowest[axis] = std::min(lowest[axis], reach.lowest);
       highest[axis] = std::max(highest[axis], reach.highest);
     };

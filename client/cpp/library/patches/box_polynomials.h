@@ -5,6 +5,7 @@
 //
 //   position - origin = sum_ijk C_ijk l_0^i l_1^j l_2^k          l_a from -1/2 to 1/2
 //   normal            = sum_a (conormal_a . n) (J_b x J_c)       J_a = d position / d l_a; (a, b, c) in cyclic order
+//   at rest           = centre + sum_a l_a e_a - origin          of weighted plans
 //
 // conormal_a is width_a f_a of patches.proto, with the frame's sign, scaled for all boxes alike. The outside box has
 // number 0; its conormals are 0, so that n itself shows. The knot box of spans (a, b, c) has number
@@ -33,6 +34,7 @@ struct BoxPolynomial {
   std::array<int, 3> degree{};
   const float* coefficients = nullptr;  // those of x, then y, then z
   const float* conormals = nullptr;     // conormal_0, conormal_1, conormal_2
+  const float* rest = nullptr;          // centre - origin, e_0, e_1, e_2; null without weights
 };
 
 class BoxPolynomials {
@@ -55,17 +57,22 @@ class BoxPolynomials {
   [[nodiscard]] double PositionError(std::span<const uint32_t> boxes) const;
 
   BoxPolynomial operator[](uint32_t box) const {
-    return {degree_, &coefficients_[box * 3 * terms_], &conormals_[box * 9]};
+    return {degree_, &coefficients_[box * 3 * terms_], &conormals_[box * 9],
+            rest_.empty() ? nullptr : &rest_[box * 12]};
   }
 
  private:
   void SetOutside(const PatchPlanHeader& header);
   void SetConormals(const LatticeStructure& structure, const KnotPlanes& planes);
+  void SetRest(const LatticeStructure& structure, const KnotPlanes& planes);
+  void StoreRest(uint32_t box, size_t row, Vec3d numbers);
   std::array<uint32_t, 3> SpansOf(uint32_t box) const;
   // Of a box and a coordinate: the bound of sum_a |J_a|, and an interval that holds the coordinate.
   struct Reach {
     double derivatives = 0, lowest = 0, highest = 0;
+    double offset = 0;  // of |R - X|, with weights
   };
+  Reach WeightedReachOf(uint32_t box, size_t coordinate) const;
   Reach ReachOf(uint32_t box, size_t coordinate) const;
   void Store(uint32_t box, size_t term, Vec3d coefficient);
 
@@ -77,6 +84,7 @@ class BoxPolynomials {
   std::array<std::vector<SpanBasis>, 3> basis_;  // by axis, then by ordinal of the span
   std::array<std::vector<int>, 3> first_;        // the first control point that reaches a span
   std::vector<float> coefficients_, conormals_;
+  std::vector<float> rest_;  // twelve for each box; empty without weights
 };
 
 }  // namespace latticed::client

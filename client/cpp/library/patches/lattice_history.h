@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The lattice of a stream at its newest revision, and at that of its last update, which may be older: edits are
-// reported before the update that shows them. Of a scene of several lattices, the first one.
+// reported before the update that shows them. Of a scene of several lattices, the first one, or their sum.
 //
 // Memory   two lattices, and what came since the last update
 // Errors   kDataLoss for a delta that contradicts the lattice

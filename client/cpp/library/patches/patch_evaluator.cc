@@ -78,6 +78,15 @@ Vec3f Blend(const PatchPlan& plan, const PatchPlan::Patch& patch, const Weights&
   return sum;
 }
 
+// A common factor of the weights and the denominator, a power of two, does not change a bit.
+float BlendWeight(const PatchPlan& plan, const PatchPlan::Patch& patch, const Weights& weights,
+                  int denominator) {
+  int32_t sum = 0;
+  for (size_t c = 0; c < 3; ++c) sum += weights[c] * int32_t{plan.weights[patch.vertex[c]]};
+  return static_cast<float>(sum) /
+         (static_cast<float>(kWeightUnit) * static_cast<float>(denominator));
+}
+
 bool OnAttachedSeam(const Weights& weights, int denominator, const std::array<bool, 3>& vertices,
                     const std::array<bool, 3>& edges) {
   for (size_t c = 0; c < 3; ++c) {
@@ -248,10 +257,14 @@ void PatchEvaluator::EvaluatePatch(size_t p, const AdaptivePattern& pattern,
   const Vec3f facet =
       normals == RestNormals::kFacet ? plan_->rest_normals[patch.normal[0]] : Vec3f{};
 
+  const bool weighted = plan_->header.weighted;
+  PointWeight weight;
+  if (weighted && !plan_->slopes.empty()) weight.slope = plan_->slopes[p];
   for (const Weights& weights : pattern.points) {
     const std::array<int32_t, 3> sums = Sums(corners, weights);
     const Vec3f rest = normals == RestNormals::kSmooth ? Blend(*plan_, patch, weights) : facet;
-    batch->Add(box, LocalCoordinates(sums, pattern.denominator), rest);
+    if (weighted) weight.value = BlendWeight(*plan_, patch, weights, pattern.denominator);
+    batch->Add(box, LocalCoordinates(sums, pattern.denominator), rest, weight);
     if (any_attached &&
         OnAttachedSeam(weights, pattern.denominator, vertex_attached, edge_attached)) {
       const Corners outside = CornersFrom(plan_->outside_places, patch.vertex, {});

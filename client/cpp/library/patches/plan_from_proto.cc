@@ -30,7 +30,8 @@ absl::StatusOr<PatchPlanHeader> FromProto(const v1::PatchPlanHeader& proto) {
                          .origin = FromProto(proto.origin()),
                          .outside_lower = FromProto(proto.outside_lower()),
                          .outside_upper = FromProto(proto.outside_upper()),
-                         .curvature_unit = proto.curvature_unit()};
+                         .curvature_unit = proto.curvature_unit(),
+                         .weighted = proto.weighted()};
   switch (proto.normals()) {
     case v1::NORMAL_MODE_NONE:
       header.normals = RestNormals::kNone;

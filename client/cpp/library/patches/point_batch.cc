@@ -16,6 +16,7 @@ void PointBatch::Flush() {
   for (const Moved& moved : moved_) {
     PointBlock<1> point{};
     for (size_t a = 0; a < 3; ++a) point.local[a][0] = moved.local[a];
+    point.weight[0] = moved.weight;
     EvaluateBlock(polynomials_[moved.box], false, &point);
     positions_[moved.point] = {point.position[0][0], point.position[1][0], point.position[2][0]};
   }

@@ -19,6 +19,12 @@ namespace latticed::client {
 
 using LocalPoint = std::array<float, 3>;
 
+// Of a point of a weighted plan: 0 to 1, and its gradient.
+struct PointWeight {
+  float value = 0;
+  Vec3f slope;
+};
+
 class PointBatch {
  public:
   // Writes to positions[0], positions[1], … and to normals, unless that is null.
@@ -26,18 +32,22 @@ class PointBatch {
       : polynomials_(polynomials), positions_(positions), normals_(normals) {}
 
   // The next point.
-  void Add(uint32_t box, const LocalPoint& local, Vec3f rest_normal) {
+  void Add(uint32_t box, const LocalPoint& local, Vec3f rest_normal, const PointWeight& weight) {
     if (filled_ == kBlockPoints || box != box_) Flush();
     box_ = box;
     for (size_t a = 0; a < 3; ++a) block_.local[a][filled_] = local[a];
     block_.rest[0][filled_] = rest_normal.x;
     block_.rest[1][filled_] = rest_normal.y;
     block_.rest[2][filled_] = rest_normal.z;
+    block_.weight[filled_] = weight.value;
+    block_.slope[0][filled_] = weight.slope.x;
+    block_.slope[1][filled_] = weight.slope.y;
+    block_.slope[2][filled_] = weight.slope.z;
     ++filled_;
   }
   // The last point has its position, but not its normal, in another box.
   void MoveLast(uint32_t box, const LocalPoint& local) {
-    moved_.push_back({written_ + filled_ - 1, box, local});
+    moved_.push_back({written_ + filled_ - 1, box, local, block_.weight[filled_ - 1]});
   }
   // Evaluates what has been added. Call it at the end.
   void Flush();
@@ -47,6 +57,7 @@ class PointBatch {
     size_t point;
     uint32_t box;
     LocalPoint local;
+    float weight;
   };
 
   const BoxPolynomials& polynomials_;

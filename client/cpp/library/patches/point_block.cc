@@ -91,6 +91,33 @@ struct Formulas {
     return Ops::Max(Ops::Max(Ops::Abs(v[0]), Ops::Abs(v[1])), Ops::Abs(v[2]));
   }
 
+  // From R and its derivatives, d[component][axis], to X + w (R - X) and its derivatives, with X the point at rest.
+  template <bool kDerivatives>
+  static HWY_INLINE void Weigh(const float* rest, V weight, const V* slope, const V* l, V* position,
+                               V (&d)[3][3]) {
+    V rises[3];  // of the weight, by axis
+    for (size_t a = 0; a < 3; ++a) {
+      const float* edge = rest + 3 * (a + 1);
+      rises[a] = Ops::Mul(slope[0], Ops::Set(edge[0]));
+      rises[a] = MulAdd(slope[1], Ops::Set(edge[1]), rises[a]);
+      rises[a] = MulAdd(slope[2], Ops::Set(edge[2]), rises[a]);
+    }
+    for (size_t c = 0; c < 3; ++c) {
+      V at_rest = Ops::Set(rest[c]);
+      for (size_t a = 0; a < 3; ++a)
+        at_rest = MulAdd(l[a], Ops::Set(rest[3 * (a + 1) + c]), at_rest);
+      const V offset = Ops::Sub(position[c], at_rest);
+      position[c] = MulAdd(weight, offset, at_rest);
+      if constexpr (kDerivatives) {
+        for (size_t a = 0; a < 3; ++a) {
+          const V edge = Ops::Set(rest[3 * (a + 1) + c]);
+          d[c][a] = MulAdd(weight, Ops::Sub(d[c][a], edge), edge);
+          d[c][a] = MulAdd(offset, rises[a], d[c][a]);
+        }
+      }
+    }
+  }
+
   // d[component][axis]
   static HWY_INLINE void Carry(const float* conormals, const V (&d)[3][3], const V* rest,
                                V* normal) {
@@ -124,12 +151,18 @@ struct Formulas {
   static HWY_INLINE void Evaluate(const BoxPolynomial& box, size_t i, PointBlock<kPoints>* block) {
     const auto terms =
         static_cast<size_t>((box.degree[0] + 1) * (box.degree[1] + 1) * (box.degree[2] + 1));
-    V l[3], d[3][3];
+    V l[3], d[3][3], position[3];
     for (size_t a = 0; a < 3; ++a) l[a] = Ops::Load(&block->local[a][i]);
     for (size_t c = 0; c < 3; ++c) {
       const float* end = box.coefficients + (c + 1) * terms;
-      Ops::Store(Component<kNormals>(box.degree, end, l, d[c]), &block->position[c][i]);
+      position[c] = Component<kNormals>(box.degree, end, l, d[c]);
     }
+    if (box.rest != nullptr) {
+      const V slope[3] = {Ops::Load(&block->slope[0][i]), Ops::Load(&block->slope[1][i]),
+                          Ops::Load(&block->slope[2][i])};
+      Weigh<kNormals>(box.rest, Ops::Load(&block->weight[i]), slope, l, position, d);
+    }
+    for (size_t c = 0; c < 3; ++c) Ops::Store(position[c], &block->position[c][i]);
     if constexpr (kNormals) {
       V rest[3], normal[3];
       for (size_t c = 0; c < 3; ++c) rest[c] = Ops::Load(&block->rest[c][i]);

@@ -22,6 +22,8 @@ template <size_t kPoints>
 struct PointBlock {
   alignas(64) float local[3][kPoints];
   alignas(64) float rest[3][kPoints];  // normals at rest, of any length
+  alignas(64) float weight[kPoints];   // where the box has `rest`
+  alignas(64) float slope[3][kPoints];
   alignas(64) float position[3][kPoints];
   alignas(64) float normal[3][kPoints];
 };

@@ -32,6 +32,7 @@ class BoxPolynomials:
         self._axes = [_SpanBasis(knots, degree) for knots, degree in zip(lattice.knots, lattice.degree)]
         self.span_counts = np.array([len(axis.widths) for axis in self._axes])
         self._edges = lattice.edges
+        self._corner = lattice.origin - origin
 
     def coefficients(self, spans: Integers) -> FloatArray:
         """(boxes, p_0 + 1, p_1 + 1, p_2 + 1, 3), in double, of the boxes with these spans, (boxes, 3)."""
@@ -44,6 +45,12 @@ class BoxPolynomials:
         )
         powers[:, 0, 0, 0] += first
         return np.asarray(powers)
+
+    def at_rest(self, spans: Integers) -> Tuple[FloatArray, FloatArray]:
+        """The lattice at rest in these boxes: X - origin = centre + sum of l_a e_a, with centre (boxes, 3) and e (boxes, 3, 3),
+        e[:, a] the change along axis a. World units."""
+        shares = [(axis.centres / axis.widths.sum())[spans[:, a]] for a, axis in enumerate(self._axes)]
+        return self._corner + np.stack(shares, axis=-1) @ self._edges, self.rest_steps(spans)
 
     def rest_steps(self, spans: Integers) -> FloatArray:
         """(boxes, 3, 3): row a is width_a f_a, the width of the span in the domain, times the change of the world
@@ -59,6 +66,7 @@ class _SpanBasis:
         begin, end = bspline.domain(knots, degree)
         breaks = np.unique(knots[(knots >= begin) & (knots <= end)])
         self.widths = np.diff(breaks)
+        self.centres = (breaks[1:] + breaks[:-1]) / 2 - begin
         last = np.searchsorted(knots, breaks[:-1], side="right") - 1  # the knot that the span begins at
         self._first = last - degree
         pieces = [self._pieces(knots, degree, int(knot)) for knot in last]

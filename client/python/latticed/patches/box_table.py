@@ -38,25 +38,50 @@ class BoxTable:
         columns = [derivative(coefficients, axis) for axis in range(3)]
         # Common factors of J and h keep the direction of normals, and its squares in range.
         largest = max(np.abs(column).max(initial=0.0) for column in columns)
-        rest = polynomials.rest_steps(boxes) * np.sign(np.linalg.det(lattice.edges))
+        self._largest = largest or 1.0
+        centres, steps = polynomials.at_rest(boxes)
+        self._centres, self._steps = centres.astype(dtype), steps.astype(dtype)
+        rest = steps * np.sign(np.linalg.det(lattice.edges))
         self._position: npt.NDArray[Any] = coefficients.astype(dtype)
-        self._columns: List[npt.NDArray[Any]] = [
-            (column / (largest or 1.0)).astype(dtype) for column in columns
-        ]
+        self._columns: List[npt.NDArray[Any]] = [(column / self._largest).astype(dtype) for column in columns]
         self._rest_steps = rest / (np.abs(rest).max(initial=0.0) or 1.0)
 
-    def positions(self, spans: Integers, local: npt.NDArray[Any]) -> npt.NDArray[Any]:
-        """R - origin, (points, 3), world units."""
-        return horner(self._position[self._rows(spans)], local)
+    def positions(self, spans: Integers, local: npt.NDArray[Any], weight: Any = None) -> npt.NDArray[Any]:
+        """R - origin, (points, 3), world units. With weights (points, 1): X + w (R - X) - origin, X the point at rest."""
+        rows = self._rows(spans)
+        moved = horner(self._position[rows], local)
+        if weight is None:
+            return moved
+        rest = self._rest(rows, local)
+        return np.asarray(rest + weight * (moved - rest))
+
+    def _rest(self, rows: Integers, local: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        rest, steps = self._centres[rows], self._steps[rows]
+        for axis in range(3):
+            rest = rest + local[:, axis, None] * steps[:, axis]
+        return rest
 
     def normals(
-        self, spans: Integers, local: npt.NDArray[Any], rest: npt.NDArray[np.float64]
+        self,
+        spans: Integers,
+        local: npt.NDArray[Any],
+        rest: npt.NDArray[np.float64],
+        weight: Any = None,
+        slope: Any = None,
     ) -> npt.NDArray[Any]:
         """The carried rest normals, (points, 3), of any length; 0 where they have no direction.
 
-        h_0 (J_1 x J_2) + h_1 (J_2 x J_0) + h_2 (J_0 x J_1), but for a common factor above 0."""
+        h_0 (J_1 x J_2) + h_1 (J_2 x J_0) + h_2 (J_0 x J_1), but for a common factor above 0. With weights (points, 1) and their
+        slopes (points, 3), J_a is e_a + w (J_a - e_a) + (R - X) (slope . e_a)."""
         rows = self._rows(spans)
         j = [horner(column[rows], local) for column in self._columns]
+        if weight is not None:
+            offset = horner(self._position[rows], local) - self._rest(rows, local)
+            for axis in range(3):
+                step = self._steps[rows][:, axis]
+                rise = (slope * step).sum(axis=1, keepdims=True)
+                unit = self._dtype(1 / self._largest)
+                j[axis] = unit * step + weight * (j[axis] - unit * step) + unit * offset * rise
         h = np.einsum("pax,px->pa", self._rest_steps[rows], rest).astype(self._dtype)
         return np.asarray(
             h[:, :1] * np.cross(j[1], j[2])

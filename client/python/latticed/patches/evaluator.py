@@ -4,7 +4,7 @@
 
     N, s      whole numbers: integer_points.py
     l         (2 N - 65535 s) / (131070 s), from -1/2 to 1/2 across the point's span
-    position  origin + R(box, l) in a knot box: box_polynomials.py
+    position  origin + R(box, l) in a knot box: box_polynomials.py; with weights X + w (R - X), X the point at rest
               lower + (l + 1/2) (upper - lower) on each axis of the outside box
     normal    direction of h_0 (J_1 x J_2) + h_1 (J_2 x J_0) + h_2 (J_0 x J_1), with J_a the derivative of R by l_a and
               h_a = width_a (step_a . n), n the rest normal, step_a the change of the world position at rest per unit
@@ -12,7 +12,7 @@
 """
 from __future__ import annotations
 
-from typing import Any, Type, Union
+from typing import Any, Optional, Type, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -79,23 +79,31 @@ class PatchEvaluator:
                 )
                 points[places] = self._positions(shared)
                 if normals is not None:
-                    normals[places] = self._normals(own, self._rest_normals(patches, pattern.weights))
+                    slopes = (
+                        None if plan.slopes is None else np.repeat(plan.slopes[patches], len(pattern), axis=0)
+                    )
+                    normals[places] = self._normals(own, self._rest_normals(patches, pattern.weights), slopes)
         return PatchSurface(self._revision, plan.origin, points, normals, patterns, firsts)
 
     def _positions(self, points: IntegerPoints) -> npt.NDArray[Any]:
         local, inside = points.local(self._dtype), ~points.outside
         relative = np.empty_like(local)
-        relative[inside] = self._boxes.positions(points.spans[inside], local[inside])
+        weight = None if points.weights is None else points.weight(self._dtype)[inside]
+        relative[inside] = self._boxes.positions(points.spans[inside], local[inside], weight)
         if self._plan.outside_box is not None:
             lower, upper = self._plan.outside_box
             centre = ((lower + upper) / 2 - self._plan.origin).astype(self._dtype)
             relative[points.outside] = centre + local[points.outside] * (upper - lower).astype(self._dtype)
         return relative
 
-    def _normals(self, points: IntegerPoints, rest: npt.NDArray[np.float64]) -> npt.NDArray[Any]:
+    def _normals(
+        self, points: IntegerPoints, rest: npt.NDArray[np.float64], slopes: Optional[npt.NDArray[np.float64]]
+    ) -> npt.NDArray[Any]:
         normals, inside = rest.astype(self._dtype), ~points.outside
         local = points.local(self._dtype)[inside]
-        carried = self._boxes.normals(points.spans[inside], local, rest[inside])
+        weight = None if points.weights is None else points.weight(self._dtype)[inside]
+        slope = None if slopes is None else slopes[inside].astype(self._dtype)
+        carried = self._boxes.normals(points.spans[inside], local, rest[inside], weight, slope)
         has_direction = (carried != 0).any(axis=1, keepdims=True)
         normals[inside] = np.where(has_direction, carried, normals[inside])
         # Scaled first, because the squares of a tiny normal would underflow.

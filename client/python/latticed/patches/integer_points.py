@@ -10,7 +10,7 @@ which fits in 32 bits. A point that patches share has the same N / s in all of t
 """
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Optional
 
 import numpy as np
 import numpy.typing as npt
@@ -26,12 +26,19 @@ class IntegerPoints(NamedTuple):
     whole    s, of all
     spans    (points, 3): the span on each axis; 0 in the outside box
     outside  (points,): whether it lies in the outside box, and not in a knot box
+    weights  (points,): V = sum of i_k * (weight of corner k), int32; None if the plan is not weighted
     """
 
     sums: npt.NDArray[np.int32]
     whole: int
     spans: Integers
     outside: npt.NDArray[np.bool_]
+    weights: Optional[npt.NDArray[np.int32]] = None
+
+    def weight(self, dtype: Any) -> npt.NDArray[Any]:
+        """(points, 1): w = V / (65535 s), 0 to 1, of a weighted plan."""
+        assert self.weights is not None
+        return self.weights.astype(dtype)[:, None] / dtype(UNITS * self.whole)
 
     def local(self, dtype: Any) -> npt.NDArray[Any]:
         """(points, 3): l = (2 N - 65535 s) / (131070 s), in this precision. A common factor of two in N and s does
@@ -46,6 +53,9 @@ def in_own_spans(plan: PatchPlan, patches: Integers, pattern: PatchPattern) -> I
         pattern.denominator,
         np.repeat(plan.spans[patches], len(pattern), axis=0),
         np.repeat(patches >= plan.inside, len(pattern)),
+        None
+        if plan.weights is None
+        else _weighted(plan.weights[plan.corners[patches]][..., None], pattern)[:, 0],
     )
 
 
@@ -81,4 +91,4 @@ def for_positions(
 
 def _weighted(places: Integers, pattern: PatchPattern) -> npt.NDArray[np.int32]:
     points = pattern.points.astype(np.int32)
-    return np.einsum("qk,pka->pqa", points, places.astype(np.int32)).reshape(-1, 3)
+    return np.einsum("qk,pka->pqa", points, places.astype(np.int32)).reshape(-1, places.shape[-1])

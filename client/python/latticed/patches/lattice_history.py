@@ -14,7 +14,7 @@ from latticed.lattice import Lattice
 
 class LatticeHistory:
     """Keeps all lattices since the newest complete update, because edits are reported before their update ends. Of a
-    scene of several lattices, those of the first. One thread at a time."""
+    scene of several lattices, those of the first, or their sums. One thread at a time."""
 
     def __init__(self) -> None:
         self._lattices: List[Lattice] = []  # ascending by revision

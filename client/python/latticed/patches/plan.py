@@ -37,6 +37,9 @@ class PatchPlan:
     origin          what positions in single precision are relative to, world units
     outside_box     (2, 3): its lowest and highest corner, world units; None if no patch is outside
     curvature_unit  what edge bounds are multiples of, world units
+    weights         (vertices,): 0 to 65535, how much of the deformation each vertex takes; None if all take all of it
+    slopes          (patches, 3): the gradient of the weight in the patch's source triangle, per world unit; None without
+                    weights or without normals
     """
 
     topology_id: str
@@ -50,6 +53,8 @@ class PatchPlan:
     origin: FloatArray
     outside_box: Optional[FloatArray]
     curvature_unit: float
+    weights: Optional[Integers] = None
+    slopes: Optional[FloatArray] = None
 
     def __repr__(self) -> str:
         return f"<PatchPlan: {len(self)} patches, {len(self) - self.inside} of them outside the frame>"

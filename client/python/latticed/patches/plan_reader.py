@@ -61,6 +61,8 @@ class PlanReader:
         self._places: List[Integers] = []
         self._patch_normals: List[Integers] = []
         self._rest_normals: List[npt.NDArray[np.float64]] = []
+        self._weights: List[Integers] = []
+        self._slopes: List[npt.NDArray[np.float64]] = []
 
     def take_run(self, run: Any) -> None:
         inside = self.header.patch_count - self.header.patches_outside
@@ -74,7 +76,10 @@ class PlanReader:
         per_patch = _NORMALS_PER_PATCH[self.normals]
         numbers_of_normal = 2 if self.normals == "facet" else 3
         size = 4 * (3 * run.patches + 3 * run.new_vertices + per_patch * run.patches)
-        arrays = BytePlanes(run.data, size + 2 * numbers_of_normal * run.new_normals)
+        slopes = run.patches if self.header.weighted and self.normals != "none" else 0
+        weights = run.new_vertices if self.header.weighted else 0
+        size += 2 * numbers_of_normal * run.new_normals + 2 * weights + 12 * slopes
+        arrays = BytePlanes(run.data, size)
         corners = numbered(arrays.take(3 * run.patches, 4), self._vertices, run.new_vertices, "vertices")
         self._corners.append(corners.reshape(-1, 3))
         differences = arrays.take(3 * run.new_vertices, 4).reshape(3, -1)
@@ -83,6 +88,9 @@ class PlanReader:
         self._patch_normals.append(used)
         rest = arrays.take(numbers_of_normal * run.new_normals, 2).reshape(numbers_of_normal, -1)
         self._rest_normals.append(self._rest(rest))
+        self._weights.append(arrays.take(weights, 2))
+        bits = arrays.take(3 * slopes, 4).astype(np.uint32).view(np.float32)
+        self._slopes.append(bits.reshape(3, -1).T.astype(float))
         self._patches = end
         self._vertices += run.new_vertices
         self._rests += run.new_normals
@@ -116,6 +124,8 @@ class PlanReader:
             origin=_vector(header.origin),
             outside_box=self._outside_box(),
             curvature_unit=float(header.curvature_unit),
+            weights=np.concatenate(self._weights) if header.weighted and self._weights else None,
+            slopes=np.concatenate(self._slopes) if header.weighted and self._slopes else None,
         )
         self._check(plan)
         return plan
@@ -134,6 +144,8 @@ class PlanReader:
             raise LatticedError.data_loss(
                 f"a plan has {len(plan.edge_vertices)} edges instead of {self.header.edge_count}"
             )
+        if plan.slopes is not None and not np.isfinite(plan.slopes).all():
+            raise LatticedError.data_loss("a weight of a patch plan has no finite slope")
         if not (plan.curvature_unit > 0 and np.isfinite(plan.curvature_unit)):
             raise LatticedError.data_loss("the curvature unit of a patch plan is not above 0")
         used_inside = np.unique(plan.corners[: plan.inside])

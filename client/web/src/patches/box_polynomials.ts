@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-import { AXES, placeOf, type LatticeStructure } from '../lattice/grid';
-import type { Vec3 } from '../lattice/vec';
+import { AXES, domain, frameEdges, placeOf, type LatticeStructure } from '../lattice/grid';
+import { scale, sub, type Vec3 } from '../lattice/vec';
 import { KNOT, type PatchPlan } from './plan/patch_plan';
 import { spansOf, type Span } from './span_basis';
 
@@ -23,6 +23,9 @@ export class BoxPolynomials {
   private readonly isStale: Uint8Array;
   /** Powers on each axis, 0 included. */
   readonly terms: readonly [number, number, number];
+  /** The world position's change at rest per unit of the domain along each axis. */
+  readonly restEdges: readonly [Vec3, Vec3, Vec3];
+  private readonly corner: Vec3; // of the frame, relative to the origin
 
   constructor(private readonly structure: LatticeStructure, private readonly origin: Vec3, outside: PatchPlan['outside']) {
     this.spans = spansOf(structure);
@@ -33,6 +36,11 @@ export class BoxPolynomials {
     this.boxCount = 1 + n0 * n1 * n2;
     this.numbers = new Float32Array(4 * this.perBox * this.boxCount);
     this.isStale = new Uint8Array(this.boxCount).fill(1, 1);
+    this.restEdges = AXES.map((axis) => {
+      const [begin, end] = domain(structure, axis);
+      return scale(frameEdges(structure.frame)[axis], 1 / (end - begin));
+    }) as [Vec3, Vec3, Vec3];
+    this.corner = sub(structure.frame.origin, origin);
     if (outside) this.writeOutside(outside);
   }
 
@@ -97,6 +105,19 @@ export class BoxPolynomials {
     out[to + 2] = z;
   }
 
+  /** The point of a weighted plan: as `at` with the weight 1, and at rest with 0. */
+  weightedAt(box: number, l: Vec3, weight: number, out: Float64Array, to: number): void {
+    this.at(box, l, out, to);
+    if (box === 0) return;
+    const first = 4 * this.perBox * box;
+    const middle = [first, first + 4 * (1 + this.terms[0]), first + 4 * (1 + this.terms[0] * this.terms[1])];
+    for (const axis of AXES) {
+      let rest = this.numbers[middle[axis]! + 3]!;
+      for (const along of AXES) rest += l[along] * this.numbers[first + 4 * this.placeOf(along) + 3]! * this.restEdges[along][axis];
+      out[to + axis] = rest + weight * (out[to + axis]! - rest);
+    }
+  }
+
   private boxOf(i: number, j: number, k: number): number {
     return 1 + i + this.steps[1] * j + this.steps[2] * k;
   }
@@ -141,6 +162,9 @@ export class BoxPolynomials {
       for (let n = 0; n < this.perBox; ++n) this.numbers[first + 4 * n + axis] = values[n]!;
     }
     for (const axis of AXES) this.numbers[first + 4 * this.placeOf(axis) + 3] = spans[axis].width;
+    [0, 1 + t0, 1 + t0 * t1].forEach((place, axis) => {
+      this.numbers[first + 4 * place + 3] = AXES.reduce((sum, along) => sum + spans[along].middle * this.restEdges[along][axis]!, this.corner[axis]!);
+    });
   }
 }
 

@@ -22,7 +22,8 @@ const SAMPLES = 8000;
  * Boxes around the surface of each chunk, which hold all points of its patches and not only their corners. Each edge is divided
  * into a few parts. A point is no farther from the flat triangle of its part than 1/6 of the largest second derivative along the
  * edges, on each coordinate. These follow from the polynomials of the boxes, so the page need not know the server's bounds, which
- * are those of an older lattice while edits come. Points on an attached seam may be outside by the rounding of places.
+ * are those of an older lattice while edits come. With weights they hold the surface of weight 1 and that at rest, between which
+ * all points lie. Points on an attached seam may be outside by the rounding of places.
  */
 export class ChunkExtents {
   /** Of each edge. */
@@ -69,7 +70,7 @@ export class ChunkExtents {
     const { divisions, plan, corners } = this;
     const extent = emptyExtent();
     for (const patch of this.patchesInside(chunk)) {
-      if (divisions > 1) this.includeSamples(extent, patch);
+      if (divisions > 1 || plan.weights) this.includeSamples(extent, patch);
       else for (let at = 3 * patch; at < 3 * patch + 3; ++at) include(extent, corners.positions, 3 * plan.corners[at]!);
     }
     const outside = this.outside[chunk]!;
@@ -111,6 +112,9 @@ export class ChunkExtents {
           return localCoordinate(sum - divisions * KNOT * spans[axis]!, divisions);
         });
         boxes.at(box, l as unknown as Vec3, position, 0);
+        include(extent, position, 0);
+        if (!this.plan.weights) continue;
+        boxes.weightedAt(box, l as unknown as Vec3, 0, position, 0);
         include(extent, position, 0);
       }
     }

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import type { TopologyLayout } from '../surface/topology_layout';
 import { localCoordinate, type BoxPolynomials } from './box_polynomials';
-import { KNOT, spanOf, type PatchPlan } from './plan/patch_plan';
+import { KNOT, spanOf, WEIGHT_ONE, type PatchPlan } from './plan/patch_plan';
 
 /**
  * Where the vertices of a plan are, on the CPU: from them follow which patches are near, and the boxes around chunks. Also says
@@ -56,11 +56,15 @@ export class CornerPositions {
 
   /** Moves the vertices of these boxes; absent: of all. Returns the chunks whose points have moved with them. */
   update(boxes?: readonly number[]): number[] {
+    const { weights } = this.plan;
     const isChanged = new Uint8Array(this.boxes.boxCount).fill(boxes ? 0 : 1);
     for (const box of boxes ?? []) isChanged[box] = 1;
     for (let vertex = 0; vertex < this.boxOfVertex.length; ++vertex) {
       const box = this.boxOfVertex[vertex]!;
-      if (isChanged[box]) this.boxes.at(box, this.locals.subarray(3 * vertex, 3 * vertex + 3) as never, this.positions, 3 * vertex);
+      if (!isChanged[box]) continue;
+      const l = this.locals.subarray(3 * vertex, 3 * vertex + 3) as never;
+      if (weights) this.boxes.weightedAt(box, l, weights[vertex]! / WEIGHT_ONE, this.positions, 3 * vertex);
+      else this.boxes.at(box, l, this.positions, 3 * vertex);
     }
     return Array.from(this.boxesOfChunk.keys()).filter((chunk) => this.boxesOfChunk[chunk]!.some((box) => isChanged[box]));
   }

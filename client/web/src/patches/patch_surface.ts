@@ -43,7 +43,7 @@ interface Stage {
 
 /** What a surface is evaluated from, and who wants to know of it. */
 export interface EvaluationSource {
-  /** The lattice that the page shows; another object once its structure has changed. */
+  /** The lattice that the page shows, or the sum of several; another object once its structure has changed. */
   lattice(): Lattice;
   plan(topologyId: string, normals: NormalMode): Promise<PatchPlan>;
   /** A plan has come: a frame is due. */
@@ -64,7 +64,8 @@ export interface Wanted {
 
 /**
  * A surface that the page's GPU evaluates by itself (ENCODING_PATCHES), from the lattice that the page shows: own edits are seen
- * before the server answers. The server's updates bring bounds of edges, and with them other levels.
+ * before the server answers. The server's updates bring bounds of edges, and with them other levels; of several lattices also
+ * their sum, so that edits are seen with the updates.
  */
 export class PatchSurface {
   private stage: Stage | undefined;
@@ -268,7 +269,7 @@ export class PatchSurface {
     return points.take(patterns);
   }
 
-  private errorOf({ chosen, bytes, corners }: Stage): number {
+  private errorOf({ plan, chosen, bytes, corners }: Stage): number {
     const error = chosen.error(bytes);
     if (!Number.isFinite(error)) return 0;
     const { positions } = corners;
@@ -280,7 +281,8 @@ export class PatchSurface {
       }
       return high - low;
     });
-    return error + PLACE_ERROR * Math.max(...sides) + FLOAT_ERROR * Math.hypot(...sides);
+    const places = plan.weights ? 2 * PLACE_ERROR : PLACE_ERROR; // weights have 16 bits, too; moves are not larger than the surface
+    return error + places * Math.max(...sides) + FLOAT_ERROR * Math.hypot(...sides);
   }
 }
 

@@ -8,6 +8,8 @@ export interface Span {
   readonly firstPoint: number;
   /** In the domain. */
   readonly width: number;
+  /** In the domain, from its begin. */
+  readonly middle: number;
   /** factors[p][i]: the factor of l^p in the basis function of control point firstPoint + i, with l from -1/2 to 1/2. */
   readonly factors: readonly (readonly number[])[];
 }
@@ -23,7 +25,7 @@ function spansOfAxis(lattice: LatticeStructure, axis: Axis): Span[] {
   const spans: Span[] = [];
   for (let at = degree; at < lattice.size[axis]; ++at) {
     const width = knots[at + 1]! - knots[at]!;
-    if (width > 0) spans.push({ firstPoint: at - degree, width, factors: basisPolynomials(knots, degree, at) });
+    if (width > 0) spans.push({ firstPoint: at - degree, width, middle: (knots[at]! + knots[at + 1]!) / 2 - knots[degree]!, factors: basisPolynomials(knots, degree, at) });
   }
   return spans;
 }

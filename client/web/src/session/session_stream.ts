@@ -209,6 +209,7 @@ export class SessionStream implements ConnectionHost {
       case 'topology': return this.receiver.topology(event.value);
       case 'quantisation': return this.receiver.quantisation(event.value);
       case 'updateBegin': return this.receiver.begin(event.value);
+      case 'patchLattice': return this.receiver.patchLattice(event.value);
       case 'chunks': return this.receiver.chunks(event.value);
       case 'updateEnd': return this.receiver.end(event.value);
       case 'editResult': return this.sync.takeResult(event.value);
@@ -223,11 +224,11 @@ export class SessionStream implements ConnectionHost {
   }
 
   private updated(update: ReceivedUpdate): void {
-    const { end, surface, edges } = update;
+    const { end, surface, edges, sum } = update;
     const start = performance.now();
     if (surface) this.parts.surface.apply(surface);
     if (edges) this.parts.surface.edgeBounds.take(edges);
-    this.parts.surface.edgeBounds.updated(this.sync.structureAt(end.revision));
+    this.parts.surface.edgeBounds.updated(this.sync.structureAt(end.revision), sum);
     const upload = performance.now() - start;
     if (!update.ofLostStream) this.startsAnew = false;
     if (!this.startsAnew) this.resumeToken = end.resumeToken as Uint8Array<ArrayBuffer>;

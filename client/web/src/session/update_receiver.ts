@@ -1,14 +1,16 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-import type { Chunks, Quantisation, Topology, UpdateBegin, UpdateEnd } from 'latticed/v1/event_pb';
+import type { Chunks, PatchLattice, Quantisation, Topology, UpdateBegin, UpdateEnd } from 'latticed/v1/event_pb';
 import { NormalMode, type ViewOptions } from 'latticed/v1/view_pb';
 import type { ChunkForm } from '../decode/chunk_form';
 import type { DecodePool, PendingChunk } from '../decode/decode_pool';
+import type { Lattice } from '../lattice/lattice';
 import type { EdgeRun, EdgeUpdate } from '../patches/levels/edge_bounds';
 import type { Grid, SurfaceUpdate } from '../surface/surface_update';
 import { TopologyLayout, type PatternCodes } from '../surface/topology_layout';
 import { vector } from '../wire/lattice_message';
 import { encodingOf } from '../wire/view_message';
+import { SummedLattice } from './summed_lattice';
 
 /** One update on its way from the wire to the surface. */
 interface Incoming {
@@ -17,6 +19,8 @@ interface Incoming {
   readonly chunks: Map<number, { readonly codes: PatternCodes; readonly decoding: PendingChunk }>;
   /** Bounds of edges, in a view without points. */
   bounds: EdgeRun[];
+  /** The lattice of its patches, if the scene has several. */
+  sum?: Lattice;
   layout?: TopologyLayout;
   grid?: Grid;
   unseen?: bigint;
@@ -28,7 +32,7 @@ interface Incoming {
 }
 
 /** An update that is whole and decoded. */
-export interface ReceivedUpdate extends Pick<Incoming, 'ofLostStream' | 'unseen' | 'view' | 'bytes'> {
+export interface ReceivedUpdate extends Pick<Incoming, 'ofLostStream' | 'unseen' | 'view' | 'bytes' | 'sum'> {
   readonly end: UpdateEnd;
   /** Absent if no chunk changed. */
   readonly surface: SurfaceUpdate | undefined;
@@ -51,6 +55,7 @@ export class UpdateReceiver {
 
   private readonly layouts = new Map<string, TopologyLayout>();
   private readonly grids = new Map<bigint, Grid>();
+  private readonly summed = new SummedLattice();
   private incoming: Incoming | undefined;
   private ended: Incoming | undefined;
 
@@ -82,6 +87,11 @@ export class UpdateReceiver {
   begin({ view }: UpdateBegin): void {
     this.drop(this.incoming);
     this.incoming = { view, begun: performance.now(), chunks: new Map(), bounds: [], bytes: 0, isCancelled: false, ofLostStream: false };
+  }
+
+  patchLattice(message: PatchLattice): void {
+    const sum = this.summed.take(message);
+    if (this.incoming) this.incoming.sum = sum;
   }
 
   chunks(message: Chunks): void {

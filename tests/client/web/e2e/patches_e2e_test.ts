@@ -49,6 +49,23 @@ for (const [seed, degree] of DEGREES.entries()) {
   }
 }
 
+for (const [seed, degree] of DEGREES.entries()) {
+  test(`degrees ${degree.join(' x ')}, vertices with weights: points, normals and shared bits are right, too`, async () => {
+    for (const mode of [NormalMode.FACET, NormalMode.SMOOTH, NormalMode.NONE]) {
+      for (const isTorn of [false, true]) {
+        const found = await page.evaluate((of) => window.comparePatches(...of), [seed, degree, mode, isTorn, true] as const);
+
+        assert.ok(found.points > 500 && found.shared > 100, JSON.stringify(found));
+        assert.equal(found.differing, 0);
+        if (!isTorn) assert.equal(found.differingOnSeam, 0);
+        assert.ok(found.worst <= POSITION, `${found.worst} D`);
+        assert.ok(found.worstNormal <= NORMAL, `${found.worstNormal} rad`);
+      }
+    }
+    assert.deepEqual(errors, []);
+  });
+}
+
 test('a seam whose control points have moved is torn: points inside go with the lattice, those outside stay', async () => {
   const found = await page.evaluate((of) => window.comparePatches(...of), [20, [2, 2, 2], NormalMode.FACET, true] as const);
 

@@ -6,12 +6,12 @@
 // Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer; LATTICED_SHOTS, a folder for screenshots.
 import assert from 'node:assert/strict';
 import { after, test } from 'node:test';
-import type { Page } from 'playwright-core';
 import { distance } from '@src/lattice/vec';
+import { againstServer, evaluated } from './against_server';
 import { openPage } from './browser';
 import { deformed, followsDefinition, shownBy } from './definition';
 import { sourcePlaces } from './source_places';
-import { browser, CORNER, direct, errors, OBJ, page, pointAtServer, press, setView, shot, server, until, useStage } from './stage';
+import { browser, CORNER, errors, OBJ, page, pointAtServer, press, setView, shot, server, until, useStage } from './stage';
 import { TcpProxy } from './tcp_proxy';
 import { controlPoint, createScene, dropFiles, frames, live } from './viewer_page';
 
@@ -29,15 +29,6 @@ useStage({
 });
 after(() => proxy.close());
 
-/** Waits until the page has evaluated a surface and shows all of it. */
-async function evaluated(of: Page): Promise<void> {
-  await of.waitForFunction(() => {
-    const { scene } = window.latticed;
-    return scene?.isEvaluated && scene.session.surface.pointCount > 0 && scene.session.surface.certifiedError > 0;
-  });
-  await frames(of);
-}
-
 function move(index: number, offset: readonly [number, number, number]): Promise<void> {
   return page.evaluate(([i, by]) =>
     window.latticed.scene!.session.apply({ kind: 'move', indices: Uint32Array.of(i), offset: by as never }), [index, offset] as const);
@@ -53,41 +44,12 @@ test('a page evaluates by itself what it shows: every point is where the server 
   await followsDefinition(page, OBJ);
   await evaluated(page);
 
-  const { topology, spots, points } = await shownBy(page);
-  const source = (await sourcePlaces(page, topology, spots, OBJ))!;
-  const normals = await page.evaluate(() => {
-    const { surface } = window.latticed.scene!.session;
-    const all: number[] = [];
-    const { numbers } = (surface as unknown as { points: { numbers: Float32Array } }).points;
-    surface.places.eachPatch(1, (_, pattern, first) => pattern.points.forEach((__, n) => all.push(...numbers.subarray(6 * (first + n) + 3, 6 * (first + n) + 6))));
-    return all;
-  });
-  const scene = await page.evaluate(() => window.latticed.scene!.session.sceneId);
-  const [worst, worstNormal] = await againstServer(scene, source.surfacePoints, points, normals);
-  assert.ok(points.length > 500, `${points.length} points`);
+  const { points, worst, worstNormal } = await againstServer(page, OBJ);
+  assert.ok(points > 500, `${points} points`);
   assert.ok(worst < 4e-5, `${worst} units`); // half a unit of 16 bits on each axis of a lattice of 3 units
   assert.ok(worstNormal < 2e-4, `${worstNormal} rad`); // normals at rest have 2 x 16 bits
   assert.deepEqual(errors, []);
 });
-
-/** The largest distance of points from the server's, and the largest angle of their normals. */
-async function againstServer(
-  scene: string, surfacePoints: readonly { face: number; corners: number[]; barycentrics: number[] }[], points: readonly (readonly number[])[],
-  normals: readonly number[],
-): Promise<[number, number]> {
-  let [worst, worstNormal] = [0, 0];
-  for (let first = 0; first < points.length; first += 4000) {
-    const some = surfacePoints.slice(first, first + 4000);
-    const told = await direct.scenes.evaluatePoints({ scene, points: { case: 'surfacePoints', value: { points: some } } });
-    some.forEach((_, i) => {
-      const n = 3 * (first + i);
-      worst = Math.max(worst, Math.hypot(...[0, 1, 2].map((axis) => points[first + i][axis] - told.positions[3 * i + axis])));
-      const between = Math.hypot(...[0, 1, 2].map((axis) => normals[n + axis] - told.normals[3 * i + axis]));
-      worstNormal = Math.max(worstNormal, 2 * Math.asin(Math.min(between / 2, 1)));
-    });
-  }
-  return [worst, worstNormal];
-}
 
 /** How many edits the line of figures has measured from the edit to its pixels. */
 const measured = (): Promise<number> =>
@@ -256,11 +218,8 @@ test('where the lattice goes on outside its frame, points are where the server s
   await until(async () => String(await pointAtServer(CORNER)) === String(await controlPoint(page, CORNER)));
   await evaluated(page);
 
-  const { topology, spots, points } = await shownBy(page);
-  const source = (await sourcePlaces(page, topology, spots, OBJ))!;
-  const scene = await page.evaluate(() => window.latticed.scene!.session.sceneId);
-  const [worst] = await againstServer(scene, source.surfacePoints, points, []);
-  assert.ok(points.length > 500, `${points.length} points`);
+  const { points, worst } = await againstServer(page, OBJ);
+  assert.ok(points > 500, `${points} points`);
   assert.ok(worst < 4e-5, `${worst} units`);
   assert.deepEqual(errors, []);
 });

@@ -32,9 +32,9 @@ export interface Comparison {
 
 /** @param isTorn Whether the seam's control points are moved too. */
 export async function comparePatches(
-  gl: WebGL2RenderingContext, seed: number, degree: Axes, mode: NormalMode, isTorn: boolean,
+  gl: WebGL2RenderingContext, seed: number, degree: Axes, mode: NormalMode, isTorn: boolean, isWeighted = false,
 ): Promise<Comparison> {
-  const made = await randomPlan(seed, degree, mode);
+  const made = await randomPlan(seed, degree, mode, isWeighted);
   const plan = await PlanReader.read((async function* () { yield* made.parts; })());
   const random = new RandomNumbers(seed + 1000);
   const levels = Uint8Array.from({ length: plan.edgeCount }, () => random.below(4));

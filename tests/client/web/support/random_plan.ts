@@ -34,13 +34,17 @@ export interface RandomPlan {
   readonly edgeCount: number;
   /** Rest normals of a patch's corners, as they were rounded. */
   readonly restNormals: readonly (readonly [Vec3, Vec3, Vec3])[];
+  /** Of vertices, 0 to 65535; empty without weights. */
+  readonly weights: readonly number[];
+  /** Of the weight, of patches; of any direction, as they were rounded. Empty without weights or without normals. */
+  readonly slopes: readonly Vec3[];
 }
 
 /**
  * A curtain through the lattice: rows along axis 0 and 1, folded along axis 2 so that each patch lies in one box and many edges lie
  * on knot planes. The patches at the lower face of axis 0 go on outside, behind a seam that all control points of this face hold.
  */
-export async function randomPlan(seed: number, degree: Axes, mode: NormalMode): Promise<RandomPlan> {
+export async function randomPlan(seed: number, degree: Axes, mode: NormalMode, isWeighted = false): Promise<RandomPlan> {
   const random = new RandomNumbers(seed);
   const size = degree.map((n) => n + 3) as [number, number, number];
   const knots = degree.map((n, axis) => randomKnots(random, n, size[axis])) as unknown as Lattice['knots'];
@@ -91,11 +95,12 @@ export async function randomPlan(seed: number, degree: Axes, mode: NormalMode): 
     patches.push({ corners: turned(at(0, j), at(0, j + 1), far), isOutside: true });
   }
   return { lattice, identity, outside, origin: [11, -4, 3], ...(await written({
-    random, lattice, identity, patches, places, outsidePlaces, mode, outside, seamed: Array.from({ length: columns }, (_, j) => at(0, j)) })) };
+    random, lattice, identity, patches, places, outsidePlaces, mode, outside, weighing: isWeighted ? new RandomNumbers(seed + 500) : undefined,
+    seamed: Array.from({ length: columns }, (_, j) => at(0, j)) })) };
 }
 
 /** The world position at rest of a place in the lattice. */
-function worldOf(lattice: Lattice, place: Vec3): Vec3 {
+export function worldOf(lattice: Lattice, place: Vec3): Vec3 {
   const { frame } = lattice;
   const shares = place.map((p, axis) => {
     const distinct = [...new Set(lattice.knots[axis].subarray(lattice.degree[axis], lattice.size[axis] + 1))];
@@ -118,11 +123,15 @@ function randomKnots(random: RandomNumbers, degree: number, size: number): Float
 interface ToWrite extends Pick<RandomPlan, 'lattice' | 'identity' | 'patches' | 'places' | 'outsidePlaces' | 'outside'> {
   readonly random: RandomNumbers;
   readonly mode: NormalMode;
+  /** Makes weights and slopes; absent: there are none. */
+  readonly weighing: RandomNumbers | undefined;
   readonly seamed: readonly number[];
 }
 
-async function written(all: ToWrite): Promise<Pick<RandomPlan, 'parts' | 'edgeCount' | 'restNormals' | 'patches' | 'places' | 'outsidePlaces'>> {
-  const { patches, places, mode, lattice } = all;
+async function written(all: ToWrite): Promise<Pick<RandomPlan, 'parts' | 'edgeCount' | 'restNormals' | 'patches' | 'places' | 'outsidePlaces' | 'weights' | 'slopes'>> {
+  const { patches, places, mode, lattice, weighing } = all;
+  const weights: number[] = [];
+  const slopes: Vec3[] = [];
   const vertexOf = new Map<number, number>();
   const newPlaces: Vec3[] = [];
   const [normals, coded] = randomNormals(all.random, patches.length, mode);
@@ -140,11 +149,17 @@ async function written(all: ToWrite): Promise<Pick<RandomPlan, 'parts' | 'edgeCo
       return 0;
     }));
     const news = newPlaces.slice(before);
+    const newWeights = weighing ? news.map(() => weighing.below(UNIT + 1)) : [];
+    const newSlopes = weighing && mode !== NormalMode.NONE
+      ? own.map(() => [0, 1, 2].map(() => Math.fround(0.6 * weighing.next() - 0.3)) as unknown as Vec3) : [];
+    weights.push(...newWeights);
+    slopes.push(...newSlopes);
     const perPatch = mode === NormalMode.FACET ? 1 : mode === NormalMode.SMOOTH ? 3 : 0;
     const rest = coded.slice(perPatch * bounds[run], perPatch * bounds[run + 1]);
     const numbers = [
       planes(codes, 4), planes([0, 1, 2].flatMap((axis) => differences(news.map((place) => place[axis]))), 4), planes(rest.map(() => 0), 4),
-      planes([0, 1, 2].slice(0, perPatch === 1 ? 2 : 3).flatMap((part) => rest.map((code) => code[part])), 2)];
+      planes([0, 1, 2].slice(0, perPatch === 1 ? 2 : 3).flatMap((part) => rest.map((code) => code[part])), 2),
+      planes(newWeights, 2), planes([0, 1, 2].flatMap((axis) => newSlopes.map((slope) => bitsOf(slope[axis]))), 4)];
     runs.push(create(PatchPlanPartSchema, { part: { case: 'run', value: {
       firstPatch: BigInt(bounds[run]), patches: own.length, newVertices: news.length, newNormals: rest.length,
       data: await deflated(Uint8Array.from(numbers.flat())) } } }));
@@ -162,13 +177,17 @@ async function written(all: ToWrite): Promise<Pick<RandomPlan, 'parts' | 'edgeCo
   const vec = ([x, y, z]: Vec3): { x: number; y: number; z: number } => ({ x, y, z });
   const header = create(PatchPlanPartSchema, { part: { case: 'header', value: {
     topologyId: 'random', normals: mode, patchCount: BigInt(patches.length), patchesOutside: BigInt(patches.length - inside),
-    vertexCount: BigInt(newPlaces.length), edgeCount: BigInt(edges.size), normalCount: BigInt(coded.length), origin: vec([11, -4, 3]),
+    vertexCount: BigInt(newPlaces.length), edgeCount: BigInt(edges.size), normalCount: BigInt(coded.length), weighted: weighing !== undefined, origin: vec([11, -4, 3]),
     outsideLower: vec(all.outside[0]), outsideUpper: vec(all.outside[1]), curvatureUnit: 2 ** -30 } } });
   const seams = create(PatchPlanPartSchema, { part: { case: 'seams', value: {
     ranges: [0, 0, 0, lattice.size[1] - 1, 0, lattice.size[2] - 1], vertices: sorted, vertexSeams: sorted.map(() => 0),
     outsidePlaces: sorted.flatMap((vertex) => [...outsidePlaces.get(vertex)!]), edges: seamEdges, edgeSeams: seamEdges.map(() => 0),
     identityPoints: [...all.identity] } } });
-  return { parts: [header, ...runs, seams], edgeCount: edges.size, restNormals: normals, patches: renamed, places: newPlaces, outsidePlaces };
+  return { parts: [header, ...runs, seams], edgeCount: edges.size, restNormals: normals, patches: renamed, places: newPlaces, outsidePlaces, weights, slopes };
+}
+
+function bitsOf(float: number): number {
+  return new Uint32Array(Float32Array.of(float).buffer)[0];
 }
 
 export function edgeKey(p: number, q: number): string {

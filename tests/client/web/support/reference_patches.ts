@@ -4,8 +4,8 @@
 // Points of patches in double precision, from the words of patches.proto alone.
 import { basisFunctions } from '@src/lattice/bspline';
 import type { Lattice, Vec3 } from '@src/lattice/lattice';
-import { add, cross, dot, normalized, scale } from '@src/lattice/vec';
-import { UNIT, type RandomPlan } from './random_plan';
+import { add, cross, dot, normalized, scale, sub } from '@src/lattice/vec';
+import { UNIT, worldOf, type RandomPlan } from './random_plan';
 
 export interface ReferencePoint {
   /** World coordinates. */
@@ -29,9 +29,23 @@ export function referencePoint(plan: RandomPlan, patch: number, weights: Vec3, i
   if (isOutside) return { position: inOutsideBox(), normal: normalized(rest) };
   const places = corners.map((corner) => plan.places[corner]);
   const spans = [0, 1, 2].map((axis) => Math.max(0, Math.ceil(places.reduce((all, p) => all + p[axis], 0) / (3 * UNIT)) - 1));
-  const [position, derivatives] = deformed(plan.lattice, spans, mixed(places));
+  const moved = deformed(plan.lattice, spans, mixed(places));
+  const [position, derivatives] = plan.weights.length > 0 ? weighed(plan, patch, weights, mixed(places), moved) : moved;
   const onSeam = used.length < 3 && used.every((corner) => plan.outsidePlaces.has(corner));
   return { position: isAttached && onSeam ? inOutsideBox() : position, normal: normalOf(plan.lattice, derivatives, rest) };
+}
+
+/** X + w (R - X) and its derivatives by the domain, from R and its own, with X the place at rest. */
+function weighed(plan: RandomPlan, patch: number, weights: Vec3, place: Vec3, [moved, derivatives]: [Vec3, [Vec3, Vec3, Vec3]]): [Vec3, [Vec3, Vec3, Vec3]] {
+  const { frame, knots, degree, size } = plan.lattice;
+  const sum = weights[0] + weights[1] + weights[2];
+  const weight = plan.patches[patch].corners.reduce((all, corner, k) => all + (weights[k] * plan.weights[corner]) / sum / UNIT, 0);
+  const rest = worldOf(plan.lattice, place);
+  const offset = sub(moved, rest);
+  const edges = [frame.u, frame.v, frame.w].map((edge, axis) => scale(edge, 1 / (knots[axis][size[axis]] - knots[axis][degree[axis]])));
+  const weighted = edges.map((edge, axis) => add(add(edge, scale(sub(derivatives[axis], edge), weight)),
+    scale(offset, dot(plan.slopes[patch] ?? [0, 0, 0], edge)))) as [Vec3, Vec3, Vec3];
+  return [add(rest, scale(offset, weight)), weighted];
 }
 
 /** The deformation and its derivatives by the domain, of the polynomial in these spans, at places. */

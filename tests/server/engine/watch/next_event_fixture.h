@@ -43,8 +43,8 @@ inline std::shared_ptr<const LatticeDelta> MakeDelta(uint64_t revision, uint64_t
   return delta;
 }
 
-// "lattice 3", "delta 4", "topology t", "quantisation 1", "begin 1@5 restart", "patterns 0 9", "batch 0 1",
-// "end 1@5"; "-" for none.
+// "lattice 3", "delta 4", "topology t", "quantisation 1", "begin 1@5 restart", "sum 5" or "sum 5 since 4" control points,
+// "patterns 0 9", "batch 0 1", "end 1@5"; "-" for none.
 inline std::string Text(const NextEvent& next) {
   if (!next.event.has_value()) return "-";
   struct {
@@ -66,6 +66,10 @@ inline std::string Text(const NextEvent& next) {
     std::string operator()(const UpdateBegins& e) {
       return "begin " + std::to_string(e.update_id) + "@" + std::to_string(e.revision) +
              (e.restart ? " restart" : "");
+    }
+    std::string operator()(const SumNews& e) {
+      const std::string text = "sum " + std::to_string(e.snapshot->summed_points->size());
+      return e.before == nullptr ? text : text + " since " + std::to_string(e.before->size());
     }
     std::string operator()(const ChunkBatch& e) {
       std::string text = "batch";

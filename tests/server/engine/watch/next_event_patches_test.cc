@@ -84,6 +84,54 @@ TEST_F(NextEventOfPatchesTest, AnUpdateWhoseLatticeWasSkippedIsBegunAgain) {
   EXPECT_THAT(Drain(), ElementsAre("begin 3@9 restart", "batch 0", "batch 1", "end 3@9"));
 }
 
+// The snapshot of several lattices, as one that the tests tell by its number of control points.
+class NextEventOfSumsTest : public NextEventOfPatchesTest {
+ protected:
+  static std::shared_ptr<const Snapshot> OfSum(uint64_t revision, std::vector<uint64_t> revisions,
+                                               size_t points, uint64_t structure = 1) {
+    auto snapshot = std::make_shared<Snapshot>();
+    const auto made = OfPatches(revision, std::move(revisions));
+    snapshot->revision = revision;
+    snapshot->structure_id = structure;
+    snapshot->view = made->view;
+    snapshot->chunks = made->chunks.Share();
+    snapshot->summed_points = std::make_shared<const std::vector<Vec3d>>(points);
+    return snapshot;
+  }
+};
+
+// Also where no chunk has changed.
+TEST_F(NextEventOfSumsTest, EveryUpdateHasTheSum) {
+  Be(0, OfSum(0, {0}, 10));
+  EXPECT_THAT(Drain(),
+              ElementsAre("lattice 0", "topology t", "begin 1@0", "sum 10", "batch 0", "end 1@0"));
+  Acknowledge(client_, 1);
+  Be(1, OfSum(1, {0}, 11));
+  EXPECT_THAT(Drain(), ElementsAre("begin 2@1", "sum 11 since 10", "end 2@1"));
+  Acknowledge(client_, 2);
+  Be(2, OfSum(2, {2}, 12, /*structure=*/2));
+  EXPECT_THAT(Drain(), ElementsAre("begin 3@2", "sum 12", "batch 0", "end 3@2"));
+}
+
+// The client has the sum of the update that was dropped.
+TEST_F(NextEventOfSumsTest, ADroppedUpdateKeepsItsSum) {
+  Be(0, OfSum(0, {0}, 10));
+  Drain();
+  Acknowledge(client_, 1);
+  Be(1, OfSum(1, {1}, 11));
+  EXPECT_EQ(Text(Next(client_, offer_)), "begin 2@1");
+  EXPECT_EQ(Text(Next(client_, offer_)), "sum 11 since 10");
+  DropUpdate(client_);
+  Be(2, OfSum(2, {2}, 12));
+  EXPECT_THAT(Drain(), ElementsAre("begin 3@2 restart", "sum 12 since 11", "batch 0", "end 3@2"));
+}
+
+TEST_F(NextEventOfSumsTest, NoUpdateLacksItsLattice) {
+  Be(1, OfSum(0, {0}, 10));
+  EXPECT_THAT(Drain(),
+              ElementsAre("lattice 1", "topology t", "begin 1@0", "sum 10", "batch 0", "end 1@0"));
+}
+
 // Points are right at any lattice.
 TEST_F(NextEventOfPatchesTest, PointsDoNotWaitForALattice) {
   head_->revision = 1;

@@ -22,9 +22,9 @@ export function refusalOf(gl: WebGL2RenderingContext): string | undefined {
   return undefined;
 }
 
-/** Links the evaluation for degrees; transform feedback takes positions, and then normals. Throws what the driver says. */
-export function evaluationProgram(gl: WebGL2RenderingContext, degree: Axes): WebGLProgram {
-  const defines = degree.map((n, axis) => `#define DEGREE_${axis} ${n}\n`).join('');
+/** Links the evaluation for degrees, and for plans with weights or without; transform feedback takes positions, and then normals. Throws what the driver says. */
+export function evaluationProgram(gl: WebGL2RenderingContext, degree: Axes, isWeighted: boolean): WebGLProgram {
+  const defines = degree.map((n, axis) => `#define DEGREE_${axis} ${n}\n`).join('') + (isWeighted ? '#define WEIGHTED\n' : '');
   const program = gl.createProgram();
   const shaders = [[gl.VERTEX_SHADER, source.replace('\n', `\n${defines}`)], [gl.FRAGMENT_SHADER, NOTHING_DRAWN]] as const;
   for (const [type, text] of shaders) {
@@ -44,7 +44,8 @@ export function evaluationProgram(gl: WebGL2RenderingContext, degree: Axes): Web
 
 /** Sets what does not change from call to call. The program is in use afterwards. */
 export function setConstants(
-  gl: WebGL2RenderingContext, program: WebGLProgram, values: { denominator: number; boxSteps: Vec3; conormals: readonly Vec3[] },
+  gl: WebGL2RenderingContext, program: WebGLProgram,
+  values: { denominator: number; boxSteps: Vec3; conormals: readonly Vec3[]; restEdges: readonly Vec3[]; slopesAt: number },
 ): void {
   const at = (name: string): WebGLUniformLocation | null => gl.getUniformLocation(program, name);
   gl.useProgram(program);
@@ -52,4 +53,6 @@ export function setConstants(
   gl.uniform1i(at('denominator'), values.denominator);
   gl.uniform3i(at('boxSteps'), ...(values.boxSteps as [number, number, number]));
   gl.uniformMatrix3fv(at('conormals'), false, values.conormals.flat());
+  gl.uniformMatrix3fv(at('restEdges'), false, values.restEdges.flat());
+  gl.uniform1i(at('slopesAt'), values.slopesAt);
 }

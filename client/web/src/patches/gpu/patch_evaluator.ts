@@ -42,8 +42,10 @@ export class PatchEvaluator {
     this.boxes = new BoxPolynomials(continued, plan.origin, plan.outside);
     this.tables = new PatchTables(plan, this.boxes.steps, (axis, span) => this.boxes.isSmoothBelow(axis, span));
     this.seams = new SeamStates(plan.seams, continued.size);
-    this.program = evaluationProgram(gl, continued.degree);
-    setConstants(gl, this.program, { denominator: ADAPTIVE_WHOLE, boxSteps: this.boxes.steps, conormals: conormals(continued) });
+    this.program = evaluationProgram(gl, continued.degree, plan.weights !== undefined);
+    setConstants(gl, this.program, {
+      denominator: ADAPTIVE_WHOLE, boxSteps: this.boxes.steps, conormals: conormals(continued), restEdges: this.boxes.restEdges,
+      slopesAt: plan.restNormals.length / 3 });
     this.textures = {
       patches: new NumberTexture(gl, TEXTURES.patches, this.tables.patches),
       seams: new NumberTexture(gl, TEXTURES.seams, this.tables.seams),
@@ -121,9 +123,12 @@ export class PatchEvaluator {
   }
 }
 
-/** Four numbers a texel. A plan without normals has a texel of zeros. */
-function restNormals({ restNormals: normals }: PatchPlan): Float32Array {
-  const texels = new Float32Array(Math.max(4, (4 * normals.length) / 3));
-  for (let i = 0; 3 * i < normals.length; ++i) texels.set(normals.subarray(3 * i, 3 * i + 3), 4 * i);
+/** Four numbers a texel: the rest normals, then the slopes of weights. A plan without normals has texels of zeros. */
+function restNormals({ restNormals: normals, slopes, weights, patchCount }: PatchPlan): Float32Array {
+  const texels = new Float32Array(4 * Math.max(1, normals.length / 3 + (weights ? patchCount : 0)));
+  [normals, slopes ?? []].reduce((first, vectors) => {
+    for (let i = 0; 3 * i < vectors.length; ++i) for (let axis = 0; axis < 3; ++axis) texels[4 * (first + i) + axis] = vectors[3 * i + axis]!;
+    return first + vectors.length / 3;
+  }, 0);
   return texels;
 }

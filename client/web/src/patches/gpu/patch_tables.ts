@@ -39,6 +39,7 @@ export class PatchTables {
       corners.forEach((corner, k) => {
         const at = 16 * patch + 4 * k;
         for (let axis = 0; axis < 3; ++axis) this.patches[at + axis] = corner[axis]! - KNOT * spans[axis]!;
+        this.patches[at]! |= (plan.weights?.[plan.corners[3 * patch + k]!] ?? 0) << 16;
         this.patches[at + 3] = plan.cornerNormals[3 * patch + k]!;
       });
       const facts = 16 * patch + 12;

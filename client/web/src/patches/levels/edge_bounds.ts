@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import type { NormalMode } from 'latticed/v1/view_pb';
 import type { LatticeStructure } from '../../lattice/grid';
+import type { Lattice } from '../../lattice/lattice';
 import type { TopologyLayout } from '../../surface/topology_layout';
 
 /** Consecutive chunks of a view with ENCODING_PATCHES. */
@@ -25,6 +26,7 @@ export interface EdgeUpdate {
 export class EdgeBounds {
   private newest: EdgeUpdate | undefined;
   private ofStructure: LatticeStructure | undefined;
+  private ofSum: Lattice | undefined;
   /** Of all edges; longer than they are many. */
   private bytes = new Uint8Array(0);
   private edgeCount = 0;
@@ -44,6 +46,11 @@ export class EdgeBounds {
     return this.ofStructure;
   }
 
+  /** The lattice that the bounds are of, if the scene has several: their sum, as of the newest update. */
+  get sum(): Lattice | undefined {
+    return this.ofSum;
+  }
+
   take(update: EdgeUpdate): void {
     if (update.layout.id !== this.layout?.id) {
       this.clear();
@@ -60,14 +67,19 @@ export class EdgeBounds {
     for (const chunk of this.changed) this.chunks.add(chunk);
   }
 
-  /** An update has come, with bounds or without, at whose revision the lattice has this structure, if that is known. */
-  updated(structure: LatticeStructure | undefined): void {
-    if (this.newest) this.ofStructure ??= structure; // a layout never gets another structure
+  /**
+   * An update has come, with bounds or without, at whose revision the lattice has this structure, if that is known. Of several
+   * lattices, `sum` is what counts.
+   */
+  updated(structure: LatticeStructure | undefined, sum?: Lattice): void {
+    if (!this.newest) return;
+    this.ofSum = sum;
+    this.ofStructure ??= sum ?? structure; // a layout never gets another structure
   }
 
   /** The view has points again. */
   clear(): void {
-    this.newest = this.ofStructure = undefined;
+    this.newest = this.ofStructure = this.ofSum = undefined;
     this.bytes = new Uint8Array(0);
     this.edgeCount = 0;
     this.chunks = new Set();

@@ -4,6 +4,8 @@ import type { Vec3 } from '../../lattice/vec';
 
 /** A span in places (patches.proto). */
 export const KNOT = 65_535;
+/** The weight of a vertex that follows the lattice (patches.proto). */
+export const WEIGHT_ONE = 65_535;
 
 /** Vertices and edges that patches inside and outside the frame share (patches.proto, PatchSeams). */
 export interface Seams {
@@ -47,6 +49,10 @@ export interface PatchPlan {
   /** How many edges the patches before a patch use; one entry more than patches. */
   readonly edgesBefore: Uint32Array;
   readonly seams: Seams;
+  /** Of each vertex, 0 to 65535; absent if all vertices follow the lattice. */
+  readonly weights: Uint16Array | undefined;
+  /** x y z for each patch: the gradient of the weight, per world unit; absent without weights or without normals. */
+  readonly slopes: Float32Array | undefined;
 }
 
 /** The span of a patch inside the frame, from the places of its corners on an axis (patches.proto, Places). */

@@ -18,6 +18,8 @@ export class PlanReader {
   private readonly places: Int32Array;
   private readonly cornerNormals: Uint32Array;
   private readonly restNormals: Float32Array;
+  private readonly weights: Uint16Array | undefined;
+  private readonly slopes: Float32Array | undefined;
   private readonly seams = new SeamLists();
   private patches = 0;
   private vertices = 0;
@@ -33,6 +35,9 @@ export class PlanReader {
     this.cornerNormals = new Uint32Array(3 * patches);
     this.places = new Int32Array(3 * count(header.vertexCount));
     this.restNormals = new Float32Array(3 * count(header.normalCount));
+    if (!header.weighted) return;
+    this.weights = new Uint16Array(count(header.vertexCount));
+    if (header.normals !== NormalMode.NONE) this.slopes = new Float32Array(3 * patches);
   }
 
   /** Reads a whole plan from a stream of parts. */
@@ -56,7 +61,8 @@ export class PlanReader {
     if (isTooLong) throw new Error('A run of the plan does not fit its header.');
     const uses = mode === NormalMode.FACET ? patches : mode === NormalMode.SMOOTH ? 3 * patches : 0;
     const parts = mode === NormalMode.FACET ? 2 : 3;
-    const bytes = 12 * patches + 12 * newVertices + 4 * uses + 2 * parts * newNormals;
+    const ofWeights = (this.weights ? 2 * newVertices : 0) + (this.slopes ? 12 * patches : 0);
+    const bytes = 12 * patches + 12 * newVertices + 4 * uses + 2 * parts * newNormals + ofWeights;
     const planes = new BytePlanes(await inflated(data as Uint8Array<ArrayBuffer>, bytes));
     this.corners.set(decodeUses(planes.next(3 * patches, 4), this.vertices, newVertices, 'vertex'), 3 * this.patches);
     const places = planes.next(3 * newVertices, 4);
@@ -68,6 +74,8 @@ export class PlanReader {
       this.cornerNormals[3 * this.patches + at] = normals[uses === patches ? Math.floor(at / 3) : at]!;
     }
     this.takeRest(planes, newNormals);
+    this.weights?.set(planes.next(newVertices, 2), this.vertices);
+    if (this.slopes) this.takeSlopes(planes, patches);
     this.patches += patches;
     this.vertices += newVertices;
     this.normals += newNormals;
@@ -86,6 +94,12 @@ export class PlanReader {
     }
   }
 
+  private takeSlopes(planes: BytePlanes, patches: number): void {
+    const numbers = new Float32Array(planes.next(3 * patches, 4).buffer);
+    if (!numbers.every(Number.isFinite)) throw new Error('A weight of the patch plan has no finite slope.');
+    numbers.forEach((number, i) => (this.slopes![3 * (this.patches + (i % patches)) + Math.floor(i / patches)] = number));
+  }
+
   private finish(): PatchPlan {
     const { header, corners, places } = this;
     const counts = [[this.patches, header.patchCount, 'patches'], [this.vertices, header.vertexCount, 'vertices'],
@@ -101,7 +115,7 @@ export class PlanReader {
       vertexCount: this.vertices, edgeCount, hasNormals: header.normals !== NormalMode.NONE, origin: vector(header.origin),
       outside: lower && upper ? [vector(lower), vector(upper)] : undefined, curvatureUnit: header.curvatureUnit,
       corners, places, cornerNormals: this.cornerNormals, restNormals: this.restNormals, edges, edgesBefore: before,
-      seams: this.seams.finish(this.vertices, edgeCount),
+      seams: this.seams.finish(this.vertices, edgeCount), weights: this.weights, slopes: this.slopes,
     };
   }
 }

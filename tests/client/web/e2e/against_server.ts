@@ -1,0 +1,45 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Compares the surface that a page evaluates by itself with the server's evaluation in double precision.
+import type { Page } from 'playwright-core';
+import { shownBy } from './definition';
+import { sourcePlaces } from './source_places';
+import { direct } from './stage';
+import { frames } from './viewer_page';
+
+/** Waits until the page has evaluated a surface and shows all of it. */
+export async function evaluated(of: Page): Promise<void> {
+  await of.waitForFunction(() => {
+    const { scene } = window.latticed;
+    return scene?.isEvaluated && scene.session.surface.pointCount > 0 && scene.session.surface.certifiedError > 0;
+  });
+  await frames(of);
+}
+
+/** The largest distance of the page's points from the server's, and the largest angle of their normals. `obj`: the page's mesh. */
+export async function againstServer(page: Page, obj: string): Promise<{ points: number; worst: number; worstNormal: number }> {
+  const { topology, spots, points } = await shownBy(page);
+  const source = (await sourcePlaces(page, topology, spots, obj))!;
+  const normals = await page.evaluate(() => {
+    const { surface } = window.latticed.scene!.session;
+    const all: number[] = [];
+    const { numbers } = (surface as unknown as { points: { numbers: Float32Array } }).points;
+    surface.places.eachPatch(1, (_, pattern, first) => pattern.points.forEach((__, n) => all.push(...numbers.subarray(6 * (first + n) + 3, 6 * (first + n) + 6))));
+    return all;
+  });
+  const scene = await page.evaluate(() => window.latticed.scene!.session.sceneId);
+  const { surfacePoints } = source;
+  let [worst, worstNormal] = [0, 0];
+  for (let first = 0; first < points.length; first += 4000) {
+    const some = surfacePoints.slice(first, first + 4000);
+    const told = await direct.scenes.evaluatePoints({ scene, points: { case: 'surfacePoints', value: { points: some } } });
+    some.forEach((_, i) => {
+      const n = 3 * (first + i);
+      worst = Math.max(worst, Math.hypot(...[0, 1, 2].map((axis) => points[first + i][axis] - told.positions[3 * i + axis])));
+      const between = Math.hypot(...[0, 1, 2].map((axis) => normals[n + axis] - told.normals[3 * i + axis]));
+      worstNormal = Math.max(worstNormal, 2 * Math.asin(Math.min(between / 2, 1)));
+    });
+  }
+  return { points: points.length, worst, worstNormal };
+}

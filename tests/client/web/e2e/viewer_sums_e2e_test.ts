@@ -1,0 +1,112 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The viewer in Chromium where it evaluates the patches of several lattices by itself: their sum comes with the updates. Also of
+// vertices with weights.
+// Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer.
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { againstServer, evaluated } from './against_server';
+import { errors, OBJ, page, setView, until, useStage } from './stage';
+import { createScene, dropFiles } from './viewer_page';
+
+useStage({
+  begin: async () => {
+    await dropFiles(page, [['torus.obj', OBJ]]);
+    await createScene(page);
+    await setView({ normals: 'facet' }); // as the server evaluates
+    await until(async () => page.evaluate(() => window.latticed.scene!.session.surface.edgeBounds.normals === 2));
+  },
+});
+
+/** Waits until all points and normals that the page shows are the server's. */
+async function followsServer(): Promise<void> {
+  let last = '';
+  await until(async () => {
+    await evaluated(page);
+    const { points, worst, worstNormal } = await againstServer(page, OBJ);
+    last = `${points} points, ${worst} units, ${worstNormal} rad`;
+    return points > 500 && worst < 4e-5 && worstNormal < 2e-4;
+  }).catch((error: unknown) => assert.fail(`${last}: ${String(error)}`));
+}
+
+function apply(lattice: number, indices: readonly number[], offset: readonly [number, number, number]): Promise<void> {
+  return page.evaluate(([k, list, by]) => {
+    const { session } = window.latticed.scene!;
+    session.chooseLattice(k);
+    session.apply({ kind: 'move', indices: Uint32Array.from(list), offset: by as never });
+  }, [lattice, indices, offset] as const);
+}
+
+const isEvaluated = (): Promise<boolean> => page.evaluate(() => window.latticed.scene!.isEvaluated);
+
+test('a lattice that is added brings another plan, and the page goes on to evaluate', async () => {
+  await apply(0, [63], [0.5, 0.25, 0.75]);
+  const before = await page.evaluate(() => {
+    const { session } = window.latticed.scene!;
+    const { lattice } = session;
+    const { origin, u, v, w } = lattice.frame; // along x, y and z
+    const edges = { u: [0.5 * u[0], 0, 0], v: [0, 0.75 * v[1], 0], w: [0, 0, 0.75 * w[2]] };
+    // The points at rest, in the smaller frame.
+    const sizes = [u[0], v[1], w[2]];
+    const places = [0, 0.25, 0.75, 1]; // Greville points of 4 control points of degree 2
+    const at = (n: number, axis: number): number =>
+      origin[axis]! + (axis === 0 ? 0.5 : 0.75) * sizes[axis]! * places[Math.floor(n / 4 ** axis) % 4]!;
+    const part = Object.assign(Object.create(Object.getPrototypeOf(lattice) as object), lattice, {
+      frame: { origin, ...edges }, points: Float64Array.from({ length: 192 }, (_, i) => at(Math.floor(i / 3), i % 3)),
+      outside: { mode: 'falloff', smooth: true, widths: [0, 0.4, 0, 0.3, 0, 0.3], steps: [] },
+    }) as typeof lattice;
+    session.addLattice(part);
+    return session.surface.patchCount;
+  });
+  await page.waitForFunction((count) => {
+    const { session } = window.latticed.scene!;
+    return session.latticeIndex === 1 && session.surface.edgeBounds.sum !== undefined && session.surface.patchCount !== count;
+  }, before);
+  await followsServer();
+  assert.ok(await isEvaluated());
+  assert.deepEqual(errors, []);
+});
+
+test('edits of each and their undo are seen with the updates', async () => {
+  for (const lattice of [1, 0, 1]) {
+    await apply(lattice, [37, 38], [0.125, 0.25, -0.125]);
+    await followsServer();
+  }
+  await page.evaluate(() => window.latticed.scene!.session.undo());
+  await followsServer();
+  assert.ok(await isEvaluated());
+  assert.deepEqual(errors, []);
+});
+
+test('vertices with weights are evaluated, too, and so they are without them again', async () => {
+  const plan = await page.evaluate(() => window.latticed.scene!.session.surface.edgeBounds.layout!.id);
+  const otherPlan = (id: string): Promise<unknown> =>
+    page.waitForFunction((before) => window.latticed.scene!.session.surface.edgeBounds.layout!.id !== before, id);
+  await page.evaluate(() => window.latticed.scene!.session.setWeights(
+    Array.from({ length: 60 }, (_, i) => i), Float32Array.from({ length: 60 }, (_, i) => (i % 7) / 6)));
+  await otherPlan(plan);
+  await followsServer();
+  await apply(1, [37], [0.125, 0, 0.125]);
+  await followsServer();
+  assert.ok(await isEvaluated());
+  const weighted = await page.evaluate(() => window.latticed.scene!.session.surface.edgeBounds.layout!.id);
+  await page.evaluate(() => {
+    window.latticed.scene!.session.chooseLattice(0);
+    window.latticed.scene!.session.undo();
+  });
+  await otherPlan(weighted);
+  await followsServer();
+  assert.ok(await isEvaluated());
+  assert.deepEqual(errors, []);
+});
+
+test('an edit is measured once, when its update is shown', async () => {
+  const measured = (): Promise<number> =>
+    page.evaluate(() => (window.latticed as unknown as { hud: { latencies: number[] } }).hud.latencies.length);
+  const before = await measured();
+  await apply(1, [37], [0, 0.125, 0]);
+  await followsServer();
+  await until(async () => (await measured()) > before);
+  assert.equal(await measured(), before + 1);
+});
