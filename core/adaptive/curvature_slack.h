@@ -8,7 +8,8 @@
 //
 // along and across are the steps of x and t. S_ab bounds the second derivatives of the box polynomial R = sum C_k l^k
 // as if all terms had one sign: S_ab = sum_k |C_k| d^2 l^k / dl_a dl_b at l = reach. For each patch of the box,
-// reach_a >= |centre_a| + |along_a| / 2 + |across_a| / 2. Terms of degree 0 and 1 do not reach a second derivative.
+// reach_a >= |centre_a| + |along_a| / 2 + |across_a| / 2. Terms of degree 0 and 1 do not reach a second derivative,
+// and with weights only those of degree 0.
 //
 // Derivation. A computed Bernstein coefficient of a second derivative is a sum of products, each of one C_k, factors of
 // the patch's map, and constants. Were all signs equal, the sum would be at most sum_ab v_a v_b S_ab: the polar form is
@@ -23,8 +24,8 @@
 //   edges         4 operations of 2 roundings, and the factor s twice                     10
 //
 // With m = n - 2 the sum is 13 n + 7: 46 at n = 3, 85 at n = 6, 124 at n = 9. Each rounding is a factor 1 + e with
-// |e| <= 2^-24; one more in the sum stands for their products. The norm, its root and the slack itself round 24 times,
-// for which 2e-6 stands.
+// |e| <= 2^-24; one more in the sum stands for their products. The norm, its root and the slack itself round at most
+// 30 times, for which 2e-6 stands.
 //
 // With vertex weights a patch is x + w (R - x): its second derivatives are those of w G, G = R - x of the coefficients C_k
 // now, w = w_0 + w_x x + w_t t. That is one more affine factor, so n + 1 stands for n, and

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cuda/adaptive/adaptive_memory.h"
 
-#include <array>
 #include <utility>
 
 #include "cuda/device/block_parts.h"

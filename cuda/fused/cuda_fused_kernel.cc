@@ -7,6 +7,7 @@
 #include <cstring>
 #include <utility>
 
+#include "core/base/error.h"
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
 #include "core/view/view_layout.h"
@@ -76,6 +77,12 @@ absl::Status CudaFusedKernel::CountBlocksAtOnce(int device) {
                                  .output = {.format = FormatFor(spec_)}};
   int blocks = 0;
   const auto error = kernels::FusedCall(any).CountBlocksAtOnce(blocks);
+  // Some devices have 99 KB of shared memory where others have 163 or 227.
+  if (error == cudaErrorInvalidValue) {
+    static_cast<void>(cudaGetLastError());
+    return error::InvalidField("view.segments", "this device has too little memory for so many",
+                               "UNSUPPORTED");
+  }
   blocks_at_once_ = std::max(multiprocessors * blocks, 1);
   return CudaStatus(error, "the blocks of a multiprocessor");
 }

@@ -33,8 +33,9 @@ constexpr int kDirectThreads = kDirectWarps * kLanes;
 static_assert(PointsPerPatch(MostDirectSegments(3 * limits::kMaxDegree, Normals::kSmooth)) <= 32);
 
 // How many blocks a multiprocessor must hold at once; the compiler limits the registers to that. N is the
-// sum of the degrees, one more with weights. One more block leaves fewer registers and takes 1.04 (1x1x1) to 1.12 times as long
-// (2x2x2). Blocks of two warps with as many registers take 0.97 to 1.00 times as long (3x3x3).
+// sum of the degrees, one more with weights. One more block leaves fewer registers and takes 1.04 (1x1x1)
+// to 1.12 times as long (2x2x2). Blocks of two warps with as many registers take 0.97 to 1.00 times as long
+// (3x3x3).
 template <int N>
 constexpr int DirectBlocksAtOnce() {
   return N <= 6 ? 4 : 3;

@@ -56,7 +56,7 @@ __device__ __forceinline__ void EvaluateJets(const FusedLaunch& launch, uint32_t
   }
 }
 
-// Of points of a triple on the rim that another box owns: calls take(owner, place, r, component, value) with the values
+// For points of a triple on the rim that another box owns: calls take(owner, place, r, component, value) with the values
 // of that box's polynomial, and the place in its coordinates.
 template <int D0, int D1, int D2, class Take>
 __device__ __forceinline__ void EvaluateByOwners(const FusedLaunch& launch,

@@ -6,6 +6,8 @@
 #ifndef LATTICED_CUDA_FUSED_FUSED_FEATURES_CUH_
 #define LATTICED_CUDA_FUSED_FUSED_FEATURES_CUH_
 
+#include <type_traits>
+
 #include "cuda/fused/fused_coefficients.cuh"
 #include "cuda/fused/fused_edge.cuh"
 #include "cuda/fused/fused_point.cuh"

@@ -16,6 +16,7 @@
 #include <limits>
 
 #include "core/ffd/carried_normal.h"
+#include "core/ffd/weights/weight_change.h"
 #include "cuda/fused/fused_kernels.h"
 
 namespace latticed::kernels {
@@ -24,6 +25,9 @@ constexpr int kLanes = 32;  // patches of a chunk, and threads of a warp
 // A height below this fraction of the first edge is a rounding error: the perpendicular keeps its
 // direction and gets this length.
 constexpr double kSmallestHeight = 0x1p-40;
+// A facet normal is perpendicular to the patch's edges, but for this. Otherwise it is one of rounding errors:
+// the source triangle has no area.
+constexpr double kMostTilt = 1e-7;
 // Normals shorter than this fraction of their bound are computed by the definition, in double. So are all
 // normals of a patch whose bound is not between the next two: squares or products could overflow or
 // underflow in float.
@@ -90,9 +94,13 @@ __device__ inline double LocalCoordinate(const FusedLaunch& launch, const Device
   return __dmul_rn(v[axis] - (&b.centre.x)[axis], (&b.inverse_width.x)[axis]);
 }
 
-// A point at rest, from the world to the units of the output.
+// A point at rest, from the world to the units of the output. Each coordinate is rounded once, whatever the compiler makes
+// of it: the difference of two points must change only its sign when they are exchanged.
 __device__ inline Vec3d RestPoint(const FusedLaunch& launch, Vec3d world) {
-  return launch.polynomials.scale * world + launch.polynomials.offset;
+  const double scale = launch.polynomials.scale;
+  const Vec3d& offset = launch.polynomials.offset;
+  return {__fma_rn(scale, world.x, offset.x), __fma_rn(scale, world.y, offset.y),
+          __fma_rn(scale, world.z, offset.z)};
 }
 // An upper bound of ||cof J|| with weights: half the squared Frobenius norm of J = I + w J_G + G grad(w)^T.
 // `steepness`: |grad w| in the world. Reads the polynomials.
@@ -120,8 +128,8 @@ enum FrameRow {
 };
 template <bool kSmooth>
 constexpr int kPlainRows = kSmooth ? kSmoothRows : kFacetRows;
-// Rows that follow with weights, counted from kPlainRows. Of an affine function of the patch at rest there
-// are three: its value at the centre, and its changes along and across.
+// Rows that follow with weights, counted from kPlainRows. An affine function of the patch at rest has three:
+// its value at the centre, and its changes along and across.
 enum WeightRow {
   kRest = 0,  // of x, y and z in the units of the output
   kWeight = 9,
@@ -147,13 +155,16 @@ __device__ inline void WriteSmoothRows(const FusedLaunch& launch, uint32_t patch
   }
 }
 
-// `centre`, relative to the local origin, and the other two are of the patch at rest. `weight`: that of
-// corner 0, which lies at `corner`.
-__device__ inline void WriteWeightRows(const FusedLaunch& launch, uint32_t patch, Vec3d facet,
-                                       Vec3d centre, Vec3d along, Vec3d across, Vec3d corner,
-                                       double weight, float* rows, int lanes) {
+// The patch at rest: `centre` is relative to the local origin. `weight`: those of its corners. Returns how steeply the
+// weight may change.
+__device__ inline double WriteWeightRows(const FusedLaunch& launch, uint32_t patch, Vec3d facet,
+                                         Vec3d centre, Vec3d along, Vec3d across, double shear,
+                                         const double (&weight)[3], float* rows, int lanes) {
   const double scale = launch.polynomials.scale;
   const Vec3d gradient = launch.plan.weights.gradients[patch], rest = RestPoint(launch, centre);
+  const double rise = WeightChange(Dot(gradient, along), weight[1] - weight[0]);
+  const double climb = WeightChange(
+      Dot(gradient, across), weight[2] - weight[0] - (shear + 0.5) * (weight[1] - weight[0]));
 #pragma unroll
   for (int i = 0; i < 3; ++i) {
     float* row = rows + (kRest + 3 * i) * lanes;
@@ -163,32 +174,41 @@ __device__ inline void WriteWeightRows(const FusedLaunch& launch, uint32_t patch
     rows[(kRestFacet + i) * lanes] = static_cast<float>(scale * (&facet.x)[i]);
   }
   float* row = rows + kWeight * lanes;
-  row[0] = static_cast<float>(weight + Dot(gradient, centre - corner));
-  row[lanes] = static_cast<float>(Dot(gradient, along));
-  row[2 * lanes] = static_cast<float>(Dot(gradient, across));
+  row[0] = static_cast<float>(weight[0] + (0.5 + 0.5 * shear) * rise + 0.5 * climb);
+  row[lanes] = static_cast<float>(rise);
+  row[2 * lanes] = static_cast<float>(climb);
+  return WeightSteepness(Norm(gradient), climb, Norm(across));
 }
 
 struct FrameSize {
   double length, height;  // of the patch's first edge, and of the patch over it
+  double steepness;       // of the weight in the world; 0 without weights
 };
 
 // Writes all rows but the two of NormalRange. Reads only the plan. `corner`: the vertices of the patch;
-// `facet`: its facet normal; `weight`: that of corner 0.
+// `facet`: its facet normal; `weight`: those of the corners.
 template <bool kSmooth, bool kWeighted>
 __device__ inline FrameSize WriteFrame(const FusedLaunch& launch, uint32_t patch, uint32_t box,
                                        Vec3d facet, const DeviceVertex* const (&corner)[3],
-                                       double weight, float* rows, int lanes) {
+                                       const double (&weight)[3], float* rows, int lanes) {
   const Vec3d origin = corner[0]->world;
   const Vec3d side = corner[2]->world - origin;
   Vec3d along = corner[1]->world - origin;
   const double length2 = Dot(along, along), inverse = length2 > 0 ? rsqrt(length2) : 0.0;
   const double length = length2 * inverse;
+  const double off = Dot(along, facet);
+  const bool has_area = fabs(off) <= kMostTilt * length;
   // Rounding moves the ends of a very short edge out of the facet's plane; this puts its direction back.
-  along -= Dot(along, facet) * facet;
-  const Vec3d unit = inverse * Cross(facet, along);
-  const double height = fmax(Dot(side, unit), kSmallestHeight * length);
-  const Vec3d across = height * unit;
+  if (has_area) along -= off * facet;
   const double shear = Dot(side, along) * inverse * inverse - 0.5;
+  // Without area the patch has height 0, which leaves its normals to the definition.
+  double height = 0;
+  Vec3d across = side - (shear + 0.5) * along;
+  if (has_area) {
+    const Vec3d unit = inverse * Cross(facet, along);
+    height = fmax(Dot(side, unit), kSmallestHeight * length);
+    across = height * unit;
+  }
 #pragma unroll
   for (int i = 0; i < 3; ++i) {
     const Vec3d gradient = launch.tables.boxes[box].gradient[i];
@@ -204,12 +224,13 @@ __device__ inline FrameSize WriteFrame(const FusedLaunch& launch, uint32_t patch
   if constexpr (kSmooth) {
     WriteSmoothRows(launch, patch, box, facet, along, across, rows, lanes);
   }
+  double steepness = 0;
   if constexpr (kWeighted) {
     const Vec3d centre = origin + (0.5 + 0.5 * shear) * along + 0.5 * across;
-    WriteWeightRows(launch, patch, facet, centre, along, across, origin, weight,
-                    rows + kPlainRows<kSmooth> * lanes, lanes);
+    steepness = WriteWeightRows(launch, patch, facet, centre, along, across, shear, weight,
+                                rows + kPlainRows<kSmooth> * lanes, lanes);
   }
-  return {length, height};
+  return {length, height, steepness};
 }
 
 }  // namespace latticed::kernels

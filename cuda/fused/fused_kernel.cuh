@@ -26,9 +26,9 @@ namespace latticed::kernels {
 constexpr int kFusedThreads = kFusedWarps * kLanes;
 
 // How many blocks a multiprocessor must hold at once; the compiler limits the registers to that. N is the
-// degree of a patch: the sum of the degrees, one more with weights. These were fastest on an H200, at 113,663 patches and 10 segments. With one more,
-// registers spill to memory (2x2x2 smooth: 0.135 ms with five, 0.109 with four); with one fewer, the
-// multiprocessor is idle more often.
+// degree of a patch: the sum of the degrees, one more with weights. These were fastest on an H200, at
+// 113,663 patches and 10 segments. With one more, registers spill to memory (2x2x2 smooth: 0.135 ms with
+// five, 0.109 with four); with one fewer, the multiprocessor is idle more often.
 template <int N, bool kSmooth>
 constexpr int BlocksAtOnce() {
   constexpr int kLeastSum = 3;
@@ -132,14 +132,18 @@ class FusedBlock {
     const DeviceVertex* const corner[3] = {&Shared::Vertex(uses.Corner(0)),
                                            &Shared::Vertex(uses.Corner(1)),
                                            &Shared::Vertex(uses.Corner(2))};
-    const double weight = kWeighted ? double{Shared::CornerWeight(uses.Corner(0))} : 1;
+    double weight[3] = {1, 1, 1};
+    if constexpr (kWeighted) {
+#pragma unroll
+      for (int c = 0; c < 3; ++c) weight[c] = Shared::CornerWeight(uses.Corner(c));
+    }
     return WriteFrame<kSmooth, kWeighted>(launch_, patch_index_, patch.Box(),
                                           UnpackDirection(facet), corner, weight,
                                           &Shared::Frame(0, lane_), kLanes);
   }
   // Reads the polynomials.
   __device__ __forceinline__ void BoundNormals(uint32_t box, FrameSize size) const {
-    const double by_length = CofactorBound(box) * size.length;
+    const double by_length = CofactorBound(box, size.steepness) * size.length;
     const double bound = by_length * size.height;
     // Smooth normals have the term P_facet x P_along, and P_facet belongs to a normal of length 1.
     const NormalRange range = RangeOfNormals(bound, kSmooth ? by_length : bound);
@@ -151,13 +155,9 @@ class FusedBlock {
     return {static_cast<int>(part.part * kFusedWarps) + warp_,
             static_cast<int>(part.parts * kFusedWarps)};
   }
-  __device__ __forceinline__ double CofactorBound(uint32_t box) const {
-    if constexpr (kWeighted) {
-      const double steepness = Norm(launch_.plan.weights.gradients[patch_index_]);
-      return WeightedCofactorBound(launch_, box, steepness);
-    } else {
-      return launch_.polynomials.cofactor_bounds[box];
-    }
+  __device__ __forceinline__ double CofactorBound(uint32_t box, double steepness) const {
+    return kWeighted ? WeightedCofactorBound(launch_, box, steepness)
+                     : double{launch_.polynomials.cofactor_bounds[box]};
   }
   // Warp w composes component w.
   __device__ __forceinline__ void Compose(uint32_t box) {

@@ -12,7 +12,7 @@ size_t CoefficientCount(const DeformPlan& plan) {
   return plan.boxes.size() * 3 * static_cast<size_t>(kernels::CoefficientStride(d[0], d[1], d[2]));
 }
 
-// Of a box at rest: three components of four numbers.
+// A box at rest: three components of four numbers.
 constexpr size_t kRestFloats = 12;
 
 size_t FloatCount(const DeformPlan& plan) {

@@ -10,6 +10,8 @@
 #ifndef LATTICED_CUDA_FUSED_WEIGHTED_PATCH_CUH_
 #define LATTICED_CUDA_FUSED_WEIGHTED_PATCH_CUH_
 
+#include <type_traits>
+
 #include "cuda/fused/fused_geometry.cuh"
 
 namespace latticed::kernels {

@@ -6,7 +6,7 @@
 //   a patch   16 bytes of indices, 8 of facet normal, 36 more once a smooth view exists
 //   a vertex  48 bytes, about half a vertex a patch
 //   fused     knot boxes, feature uses: fused_tables.h
-//   weights   8 bytes a vertex, 24 a patch, where the plan has any
+//   weights   8 bytes a vertex, 24 a patch and a control point, 96 a knot box, where the plan has any
 //   others    shared points: shared_point_tables.h
 //
 // Errors   those of device_buffer.h

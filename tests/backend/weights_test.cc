@@ -74,7 +74,7 @@ class Weighted : public BackendTest {
     const LatticeStructure structure = MakeStructure(mesh.ComputeBounds(), options);
     const Plan plan = WeightedPlan(mesh, structure, RandomWeights(mesh, kWeightsSeed));
     ASSERT_NE(plan, nullptr);
-    const QuantisationBox box = BoxFor(*plan, Jitter(structure, 0.5, kWeightsSeed));
+    QuantisationBox box = BoxFor(*plan, Jitter(structure, 0.5, kWeightsSeed));
     std::vector<Vec3d> points = plan->identity_points;
     const auto incremental = MakeView(plan, spec), full = MakeView(plan, spec);
     ASSERT_NE(incremental, nullptr);
@@ -89,7 +89,11 @@ class Weighted : public BackendTest {
       const auto index = static_cast<uint32_t>(any(random));
       points[index] += Vec3d{noise(random), noise(random), noise(random)};
       const std::vector<uint32_t> indices = {index};
-      const std::vector<uint32_t> chunks = DirtyByControlPoints(*plan, indices).chunks;
+      std::vector<uint32_t> chunks = DirtyByControlPoints(*plan, indices).chunks;
+      if (edit == 5) {
+        box.range *= 1.25;
+        chunks = AllChunks(*plan);
+      }
       ASSERT_OK(incremental->Evaluate(points, box, chunks));
       for (const uint32_t chunk : chunks) ASSERT_OK(incremental->Read(chunk, watched[chunk]));
       ASSERT_OK(full->Evaluate(points, box, AllChunks(*plan)));
@@ -153,6 +157,41 @@ TEST_P(Weighted, SliversAndFlatMeshesMatchDefinition) {
               NormalMode::kFacet);
 }
 
+// Triangles without area, exactly or but for rounding, also without weights. The weight has no gradient, and is that of
+// the corners.
+TEST_P(Weighted, CollinearTrianglesMatchDefinition) {
+  std::mt19937 random(kWeightsSeed);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  std::uniform_int_distribution<int> integer(-4, 4);
+  for (const double height : {0.0, 1e-13, 1e-10, 1e-8}) {
+    PolygonMesh mesh;
+    for (int t = 0; t < 60; ++t) {
+      Vec3d a{uniform(random), uniform(random), uniform(random)};
+      Vec3d side{uniform(random), uniform(random), uniform(random)};
+      if (t % 3 == 0) {
+        a = {0.25 * integer(random), 0.25 * integer(random), 0.25 * integer(random)};
+        side = {0.25 * integer(random), 0.25, 0.25 * integer(random)};
+      }
+      const Vec3d up{uniform(random), uniform(random), uniform(random)};
+      const Vec3d c = a + (t % 2 == 0 ? 0.5 : 0.3) * side + height * up;
+      for (const Vec3d& p : {a, a + side, c}) {
+        mesh.corner_vertices.push_back(static_cast<uint32_t>(mesh.positions.size()));
+        mesh.positions.push_back(p);
+      }
+      mesh.face_offsets.push_back(static_cast<uint32_t>(mesh.positions.size()));
+    }
+    SCOPED_TRACE(fmt::format("height {}, seed {}", height, kWeightsSeed));
+    const LatticeStructure structure = MakeStructure(mesh.ComputeBounds(), {});
+    for (const int segments : kFewAndMany) {
+      ExpectMatchesDefinition(MakeTestPlan(mesh, structure),
+                              Jitter(structure, kWeightedNoise, kWeightsSeed),
+                              WeightedFloats(segments, NormalMode::kFacet));
+    }
+    CheckRandom(mesh, {.degree = {2, 2, 2}}, NormalMode::kNone);
+    CheckRandom(mesh, {.degree = {3, 1, 2}, .extra = {3, 3, 3}}, NormalMode::kFacet);
+  }
+}
+
 TEST_P(Weighted, NeighboursHaveTheSameBits) {
   for (const int segments : kFewAndMany) {
     const ViewSpec floats = WeightedFloats(segments, NormalMode::kSmooth);
@@ -161,6 +200,8 @@ TEST_P(Weighted, NeighboursHaveTheSameBits) {
       Watch(TorusMesh(7, 5), {.degree = {2, 2, 2}, .extra = {2, 2, 2}}, spec);
       Watch(TorusMesh(7, 5), {.degree = {2, 1, 3}, .scale = 0.7}, spec);
       Watch(CubeMesh(4), {.degree = {2, 3, 1}, .extra = {3, 3, 3}, .scale = 1.0}, spec);
+      // So many control points that CUDA uploads those of an edit alone.
+      Watch(TorusMesh(24, 12), {.degree = {2, 2, 2}, .extra = {14, 14, 14}}, spec);
     }
   }
 }

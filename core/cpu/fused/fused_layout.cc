@@ -18,6 +18,9 @@ void SetLane(std::array<Lanes, 3>& field, size_t lane, Vec3d value) {
 // A height below this fraction of the first edge is a rounding error. The perpendicular then keeps its direction and
 // gets this length, so that no coefficient of its polynomials is denormal.
 constexpr double kSmallestHeight = 0x1p-40;
+// A facet normal is perpendicular to the patch's edges, but for this. Otherwise it is one of rounding errors: the source
+// triangle has no area.
+constexpr double kMostTilt = 1e-7;
 
 // Takes the next lane of the box's feature group, or the first of a new group. All later lanes repeat its values.
 template <typename LanesType, typename Pack>
@@ -89,10 +92,11 @@ void FusedLayout::PackLane(size_t group, size_t lane, uint32_t p) {
   const double length = Norm(along);
   Vec3d facet = Cross(source(1) - source(0), source(2) - source(0));
   if (!(Norm(facet) > 0)) facet = Cross(along, side);
+  if (Norm(facet) > 0) facet = facet / Norm(facet);
+  if (!(std::abs(Dot(along, facet)) <= kMostTilt * length)) facet = {};
   Vec3d across;
   double height = 0;
   if (Norm(facet) > 0 && length > 0) {
-    facet = facet / Norm(facet);
     // Rounding moves the ends of a very short edge out of the facet's plane. This projects it back onto the plane.
     along -= Dot(along, facet) * facet;
     const Vec3d unit = Cross(facet, along / length);
@@ -100,6 +104,7 @@ void FusedLayout::PackLane(size_t group, size_t lane, uint32_t p) {
     across = height * unit;
   }
   const double shear = length > 0 ? Dot(side, along) / (length * length) : 0.0;
+  if (height == 0) across = side - shear * along;
   const Vec3d local_along = polynomials_.LocalDirection(patch.box, along);
   const Vec3d local_across = polynomials_.LocalDirection(patch.box, across);
   // x = t = 0 is half-way along and half-way up: corner 0 is at x = -1/2, t = -1/2.
@@ -114,7 +119,7 @@ void FusedLayout::PackLane(size_t group, size_t lane, uint32_t p) {
   out.inverse_height[lane] = height > 0 ? static_cast<float>(1 / height) : 0.0f;
   PackSmooth(group, lane, p, facet, along, across);
   if (plan_->is_weighted()) {
-    weights.PackPatch(*plan_, polynomials_, group, lane, p, along, across, facet);
+    weights.PackPatch(*plan_, polynomials_, group, lane, p, along, across, shear, facet);
   }
 }
 

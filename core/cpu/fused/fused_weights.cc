@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/cpu/fused/fused_weights.h"
 
+#include "core/ffd/weights/weight_change.h"
+
 namespace latticed::fused {
 namespace {
 
@@ -26,7 +28,7 @@ void SetVertex(const DeformPlan& plan, uint32_t vertex, WeightedPoint& lanes, si
 
 void FusedWeights::PackPatch(const DeformPlan& plan, const BoxPolynomials& polynomials,
                              size_t group, size_t lane, uint32_t p, Vec3d along, Vec3d across,
-                             Vec3d facet) {
+                             double shear, Vec3d facet) {
   if (patches.size() <= group) patches.resize(group + 1);
   WeightedPatch& out = patches[group];
   const Patch& patch = plan.patches[p];
@@ -34,13 +36,14 @@ void FusedWeights::PackPatch(const DeformPlan& plan, const BoxPolynomials& polyn
   const std::array<double, 3> weight = plan.CornerWeights(p);
   const Vec3d gradient = plan.PatchWeightGradient(p);
   const Vec3d first = plan.vertices[patch.vertex[0]].world - plan.local_origin;
-  const double rise = weight[1] - weight[0], climb = Dot(gradient, across);
+  const double rise = weight[1] - weight[0],
+               climb = WeightChange(Dot(gradient, across), weight[2] - weight[0] - shear * rise);
   SetWeighted(out.center, lane, first + 0.5 * along + 0.5 * across,
               weight[0] + 0.5 * rise + 0.5 * climb);
   SetWeighted(out.along, lane, along, rise);
   SetWeighted(out.across, lane, across, climb);
   SetPoint(out.facet, lane, facet);
-  out.steepness[lane] = static_cast<float>(Norm(gradient));
+  out.steepness[lane] = static_cast<float>(WeightSteepness(Norm(gradient), climb, Norm(across)));
   const std::array<Vec3d, 3> by_local = polynomials.WorldByLocal(patch.box);
   Vec3d slope;
   for (size_t l = 0; l < 3; ++l) {

@@ -24,7 +24,7 @@ struct FusedWeights {
 
   // `along` and `across` are the patch's in the world, `facet` its unit normal.
   void PackPatch(const DeformPlan& plan, const BoxPolynomials& polynomials, size_t group,
-                 size_t lane, uint32_t patch, Vec3d along, Vec3d across, Vec3d facet);
+                 size_t lane, uint32_t patch, Vec3d along, Vec3d across, double shear, Vec3d facet);
   void PackEdge(const DeformPlan& plan, uint32_t edge, uint32_t feature);
   void PackCorner(const DeformPlan& plan, uint32_t vertex, uint32_t feature);
   uint64_t MemoryBytes() const;

@@ -50,7 +50,7 @@ struct SetWeights {
                                               std::span<const float> weights);
 
 // The gradient of the linear function with these values at the corners of a triangle, in its plane. Zero where the
-// triangle has no area.
+// triangle has no area, or is a billion times as long as high.
 [[nodiscard]] Vec3d WeightGradient(const std::array<Vec3d, 3>& corners,
                                    const std::array<double, 3>& weights);
 

@@ -198,7 +198,7 @@ test('where the server has no memory for the most points of a tolerance, fewer a
   assert.equal(fixture.said.length, 1);
 });
 
-test('a scene with vertex weights has no tolerance and no patches: it is shown by segments', async (t) => {
+test('a scene that says no for its vertex weights, as one of an earlier server, is shown by segments', async (t) => {
   for (const view of [{ segments: 32, tolerance: 0.25, maxPoints: 100_000 }, { encoding: 'patches' }] as ViewRequest[]) {
     const fixture = await SessionFixture.live(t);
     const views: ViewRequest[] = [];
