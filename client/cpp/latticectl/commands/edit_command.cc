@@ -15,6 +15,7 @@
 #include "client/cpp/latticectl/commands/edit_makers.h"
 #include "client/cpp/latticectl/commands/folds_line.h"
 #include "client/cpp/latticectl/commands/ray_flag.h"
+#include "client/cpp/latticectl/geometry/lattice_json.h"
 #include "client/cpp/latticectl/geometry/outside_text.h"
 #include "client/cpp/latticectl/output/output.h"
 #include "client/cpp/latticectl/session/session.h"
