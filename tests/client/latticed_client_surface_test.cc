@@ -173,6 +173,37 @@ TEST(Surface, DeltasMoveControlPoints) {
   EXPECT_THAT(surface.Apply(delta), StatusIs(absl::StatusCode::kDataLoss));
 }
 
+TEST(Surface, FollowsTheFirstLatticeThatIsLeft) {
+  Surface surface;
+  const auto tell = [&surface](uint32_t number, const std::vector<uint32_t>& all, double x) {
+    v1::SceneEvent state;
+    state.mutable_lattice_state()->set_structure_id(all.size());
+    state.mutable_lattice_state()->set_index(number);
+    state.mutable_lattice_state()->mutable_indexes()->Add(all.begin(), all.end());
+    for (int i = 0; i < 3; ++i) {
+      state.mutable_lattice_state()->mutable_lattice()->add_control_points(x);
+    }
+    ApplyOk(surface, state);
+  };
+  const auto x = [&surface] { return surface.lattice().lattice().control_points(0); };
+  for (const uint32_t number : {0u, 1u, 2u}) tell(number, {0, 1, 2}, number);
+  EXPECT_EQ(x(), 0);
+  for (const uint32_t number : {1u, 2u}) tell(number, {1, 2}, 10 + number);
+  EXPECT_EQ(x(), 11);
+  v1::SceneEvent delta;
+  delta.mutable_lattice_delta()->set_structure_id(2);
+  delta.mutable_lattice_delta()->add_indices(0);
+  for (int i = 0; i < 3; ++i) delta.mutable_lattice_delta()->add_positions(20);
+  delta.mutable_lattice_delta()->set_lattice(2);
+  delta.mutable_lattice_delta()->set_revision(1);
+  ApplyOk(surface, delta);
+  EXPECT_EQ(x(), 11);
+  delta.mutable_lattice_delta()->set_lattice(1);
+  delta.mutable_lattice_delta()->set_revision(2);
+  ApplyOk(surface, delta);
+  EXPECT_EQ(x(), 20);
+}
+
 // Two chunks of one patch each, of a view with a tolerance.
 v1::SceneEvent AdaptiveTopologyEvent() {
   v1::SceneEvent event = TopologyEvent();

@@ -15,6 +15,7 @@
 #include "client/cpp/latticectl/commands/edit_makers.h"
 #include "client/cpp/latticectl/commands/folds_line.h"
 #include "client/cpp/latticectl/commands/ray_flag.h"
+#include "client/cpp/latticectl/geometry/lattice_json.h"
 #include "client/cpp/latticectl/geometry/outside_text.h"
 #include "client/cpp/latticectl/output/output.h"
 #include "client/cpp/latticectl/session/session.h"
@@ -60,8 +61,8 @@ uint32_t FreeNumber(const v1::Scene& scene) {
 }
 
 // What an edit begins with. One that may be of a lattice that was removed, or of one that is to be, knows the structure alone.
-absl::StatusOr<v1::LatticeState> Begin(const EditFlags& flags, bool needs_lattice, Client& client,
-                                       v1::EditBatch& batch) {
+absl::StatusOr<v1::LatticeState> EditedLattice(const EditFlags& flags, bool needs_lattice,
+                                               Client& client, v1::EditBatch& batch) {
   batch.set_lattice(flags.lattice_number);
   if (needs_lattice && !flags.adds) {
     return client.GetLattice(flags.scene, flags.lattice_number);
@@ -80,7 +81,7 @@ absl::Status Run(const EditFlags& flags, const EditMaker& make, bool needs_latti
   batch.set_editor_id(flags.editor.empty() ? StableEditorId() : flags.editor);
   // An editor's sequences must rise from one call of this program to the next; the clock does.
   batch.set_sequence(static_cast<uint64_t>(absl::ToUnixMicros(absl::Now())));
-  LATTICED_ASSIGN_OR_RETURN(const auto lattice, Begin(flags, needs_lattice, client, batch));
+  LATTICED_ASSIGN_OR_RETURN(const auto lattice, EditedLattice(flags, needs_lattice, client, batch));
   batch.set_structure_id(lattice.structure_id());
   batch.set_refuse_folds(flags.refuse_folds);
   LATTICED_RETURN_IF_ERROR(make(flags, lattice, client, *batch.add_edits()));
