@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <bit>
+#include <cmath>
 #include <iostream>
 #include <random>
 
@@ -48,7 +49,7 @@ TEST(PatchEvaluator, PointsThatPatchesShareHaveTheSameBits) {
             << all.across_seams << " across attached seams\n";
 }
 
-void ExpectSameAloneAsInBlocks() {
+void ExpectSameAloneAsInBlocks(bool weighted) {
   std::mt19937 random(7);
   std::uniform_real_distribution<float> uniform(-1, 1);
   for (int degree = 0; degree < 27; ++degree) {
@@ -56,13 +57,18 @@ void ExpectSameAloneAsInBlocks() {
     std::vector<float> coefficients(3 * 64), conormals(9);
     for (float& c : coefficients) c = uniform(random);
     for (float& c : conormals) c = uniform(random);
-    const BoxPolynomial box{degrees, coefficients.data(), conormals.data()};
+    std::vector<float> at_rest(12);
+    for (float& c : at_rest) c = uniform(random);
+    const BoxPolynomial box{degrees, coefficients.data(), conormals.data(),
+                            weighted ? at_rest.data() : nullptr};
     PointBlock<kBlockPoints> block{};
     for (size_t i = 0; i < kBlockPoints; ++i) {
       for (size_t a = 0; a < 3; ++a) {
         block.local[a][i] = uniform(random) / 2;
         block.rest[a][i] = i == 3 ? 0 : uniform(random);
+        block.slope[a][i] = uniform(random);
       }
+      block.weight[i] = std::abs(uniform(random));
     }
 
     EvaluateBlock(box, true, &block);
@@ -72,7 +78,9 @@ void ExpectSameAloneAsInBlocks() {
       for (size_t a = 0; a < 3; ++a) {
         with.local[a][0] = without.local[a][0] = block.local[a][i];
         with.rest[a][0] = block.rest[a][i];
+        with.slope[a][0] = block.slope[a][i];
       }
+      with.weight[0] = without.weight[0] = block.weight[i];
       EvaluateBlock(box, true, &with);
       EvaluateBlock(box, false, &without);
       for (size_t a = 0; a < 3; ++a) {
@@ -90,7 +98,7 @@ TEST(PatchEvaluator, EvaluatesPointsAloneAsInBlocks) {
   for (const int64_t target : testing::Targets()) {
     const testing::ChosenTarget chosen(target);
     SCOPED_TRACE(hwy::TargetName(target));
-    ExpectSameAloneAsInBlocks();
+    for (const bool weighted : {false, true}) ExpectSameAloneAsInBlocks(weighted);
   }
 }
 

@@ -44,9 +44,11 @@ PolygonMesh Cone(uint32_t triangles) {
   return mesh;
 }
 
-void ExpectBounded(const std::string& name, const PolygonMesh& mesh, double shift) {
+void ExpectBounded(const std::string& name, const PolygonMesh& mesh, double shift,
+                   const VertexWeights& weights = nullptr) {
   const auto plan = MakePlan(std::make_shared<PolygonMesh>(mesh),
-                             testing::MakeStructure(mesh.ComputeBounds(), {.shift = {shift, 0, 0}}))
+                             testing::MakeStructure(mesh.ComputeBounds(), {.shift = {shift, 0, 0}}),
+                             {}, NeverStop, weights)
                         .value();
   for (const RestNormals normals :
        {RestNormals::kNone, RestNormals::kFacet, RestNormals::kSmooth}) {
@@ -79,6 +81,10 @@ TEST(PatchPlanMemory, IsWhatTheWriterSays) {
   const PolygonMesh torus = testing::TorusMesh(160, 120);
   ExpectBounded("torus", torus, 0.3);
   ExpectBounded("soup", Soup(torus), 0);
+  const PolygonMesh soup = Soup(torus);
+  auto weights = std::make_shared<std::vector<float>>(soup.positions.size());
+  for (size_t i = 0; i < weights->size(); ++i) (*weights)[i] = static_cast<float>(i % 11) / 10;
+  ExpectBounded("weighted soup", soup, 0, weights);
   ExpectBounded("cone", Cone(30'000), 0);
 }
 

@@ -16,7 +16,7 @@
 //
 // Points that patches share have the same bits in all of them. On each axis, positions are within half a unit of a grid
 // of 16 bits, and 1e-6 of the diagonal, unless knot boxes are larger than the surface: patches.proto. Triangles add
-// `error` to that.
+// `error` to that. Weights of vertices have 16 bits, too.
 //
 // Errors   kInvalidArgument where plan, lattice and arguments do not fit; kResourceExhausted past 2^32 points
 // Threads  one at a time
