@@ -70,6 +70,9 @@ void RequireSound(const PatchPlan& plan) {
   Require(plan.patches.size() == header.patch_count);
   Require(plan.places.size() == header.vertex_count);
   Require(plan.rest_normals.size() == header.normal_count);
+  const bool has_slopes = header.weighted && header.normals != RestNormals::kNone;
+  Require(plan.weights.size() == (header.weighted ? plan.places.size() : 0));
+  Require(plan.slopes.size() == (has_slopes ? plan.patches.size() : 0));
   for (const PatchPlan::Patch& patch : plan.patches) {
     Require(AreBelow(patch.vertex, plan.places.size()));
     Require(AreBelow(patch.edge, header.edge_count));
