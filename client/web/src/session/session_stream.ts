@@ -41,7 +41,7 @@ export interface SessionParts extends SessionOptions {
   readonly wakes?: (connection: Wakeable) => () => void;
 }
 
-/** Whether the server has no such view: of any scene, of this one's pipeline, or of a scene with vertex weights. */
+/** Whether the server has no such view: of any scene, of this one's pipeline, or, of an earlier server, of one with vertex weights. */
 function refusesView(error: ServerError): boolean {
   return error.code === Code.InvalidArgument || error.reason === 'VERTEX_WEIGHTS';
 }
