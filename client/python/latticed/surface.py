@@ -151,8 +151,11 @@ class Surface:
         for first, bounds in self._begun_bounds:
             self._bounds.extend(bytes(max(0, first - len(self._bounds))))
             self._bounds[first : first + len(bounds)] = bounds
-        lattices = self._sums if self._begun_sum else self._lattices
+        # Always asked for, so that it forgets those of earlier revisions.
+        lattice = self._lattices.at(end.revision)
+        if self._begun_sum:
+            lattice = self._sums.at(end.revision)
         self.drop_partial_update()
-        view, lattice = View.from_proto(begin.view), lattices.at(end.revision)
+        view = View.from_proto(begin.view)
         bounds = bytes(self._bounds) if view.encoding == "patches" else b""
         return Update(end, view, self._topology, whole, lattice, bounds)

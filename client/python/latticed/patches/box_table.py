@@ -37,9 +37,10 @@ class BoxTable:
         coefficients = polynomials.coefficients(boxes)
         columns = [derivative(coefficients, axis) for axis in range(3)]
         # Common factors of J and h keep the direction of normals, and its squares in range.
-        largest = max(np.abs(column).max(initial=0.0) for column in columns)
-        self._largest = largest or 1.0
         centres, steps = polynomials.at_rest(boxes)
+        factors = [*columns, steps] if plan.weights is not None else columns
+        largest = max(np.abs(factor).max(initial=0.0) for factor in factors)
+        self._largest = largest or 1.0
         self._centres, self._steps = centres.astype(dtype), steps.astype(dtype)
         rest = steps * np.sign(np.linalg.det(lattice.edges))
         self._position: npt.NDArray[Any] = coefficients.astype(dtype)

@@ -112,6 +112,7 @@ class PlanReader:
             )
         corners = np.concatenate([np.zeros((0, 3), dtype=np.int64), *self._corners])
         shape = (-1, 3) if self.normals == "smooth" else (-1,)
+        has_slopes = header.weighted and self.normals != "none"
         plan = PatchPlan(
             topology_id=str(header.topology_id),
             normals=self.normals,
@@ -125,7 +126,7 @@ class PlanReader:
             outside_box=self._outside_box(),
             curvature_unit=float(header.curvature_unit),
             weights=np.concatenate(self._weights) if header.weighted and self._weights else None,
-            slopes=np.concatenate(self._slopes) if header.weighted and self._slopes else None,
+            slopes=np.concatenate(self._slopes) if has_slopes and self._slopes else None,
         )
         self._check(plan)
         return plan

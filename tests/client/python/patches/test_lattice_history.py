@@ -1,6 +1,9 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
 """Each update of a stream has the lattice of its own revision, although edits are reported before their updates."""
+import gc
+
+import latticed
 import numpy as np
 import pytest
 from latticed.errors import LatticedError
@@ -23,10 +26,11 @@ def delta(revision, x):
     return event_pb2.SceneEvent(lattice_delta=moved)
 
 
-def update(surface, revision, update_id=1, parts=None):
+def update(surface, revision, update_id=1, parts=None, total=None):
     """Sends an update of three edges in two chunks, and returns it. It has no quantisation.
 
     parts  the messages of its chunks; None: one for each chunk
+    total  the sum of several lattices; None: there is one
     """
     view = view_pb2.ViewOptions(encoding=view_pb2.ENCODING_PATCHES, normals=view_pb2.NORMAL_MODE_FACET)
     runs = [event_pb2.ChunkRun(chunk_count=2, patches_per_chunk=1)]
@@ -40,7 +44,10 @@ def update(surface, revision, update_id=1, parts=None):
     begin = event_pb2.UpdateBegin(update_id=update_id, revision=revision, chunk_count=count, view=view)
     chunks = event_pb2.Chunks(update_id=update_id, topology_id="t", chunks=parts)
     end = event_pb2.UpdateEnd(update_id=update_id, revision=revision)
-    for arms in (dict(topology=topology), dict(update_begin=begin), dict(chunks=chunks)):
+    arms_of_sum = (
+        [] if total is None else [dict(patch_lattice=event_pb2.PatchLattice(state=total.lattice_state))]
+    )
+    for arms in (dict(topology=topology), dict(update_begin=begin), *arms_of_sum, dict(chunks=chunks)):
         assert surface.apply(event_pb2.SceneEvent(**arms)) is None
     return surface.apply(event_pb2.SceneEvent(update_end=end))
 
@@ -77,6 +84,16 @@ def test_a_newer_state_stands_in_for_a_lattice_that_was_skipped(random):
 
     surface.apply(state(lattice, 3))  # the server has started again
     assert surface.lattice.revision == 3 and update(surface, 3, 4).lattice.revision == 3
+
+
+def test_lattices_of_earlier_updates_are_forgotten_also_beside_a_sum(random):
+    surface, lattice = Surface(), moved_lattice(random, (2, 2, 2))
+    surface.apply(state(lattice, 1))
+    for revision in range(2, 52):
+        surface.apply(delta(revision, revision))
+        update(surface, revision, revision, total=state(lattice, revision))
+    held = [each for each in gc.get_objects() if isinstance(each, latticed.Lattice)]
+    assert len(held) < 10
 
 
 def test_an_update_of_patches_has_edge_bytes_and_no_points(random):
