@@ -142,6 +142,24 @@ function accepted(fixture: SessionFixture, revision: bigint, structureId: bigint
   fixture.stream.event({ case: 'editResult', value: { sequence, revision, structureId } });
 }
 
+test('a scene opens whose lattice 0 was removed before: its first lattice is shown', async (t) => {
+  const fixture = new SessionFixture(t);
+  const { session, stream } = fixture;
+  let shown = 0;
+  session.on('lattice', () => ++shown);
+  stream.hello();
+  states(fixture, [1, 3], 4n, 5n);
+  await session.ready;
+  assert.equal(shown, 1);
+  assert.equal(session.shownLatticeIndex, 1);
+  assert.equal(session.latticeIndex, 1);
+  assert.equal(fixture.x(1), 3);
+  session.apply(move(0.5));
+  assert.equal(stream.edits[0]!.lattice, 1);
+  session.chooseLattice(3);
+  assert.equal(session.latticeIndex, 3);
+});
+
 for (const first of ['answer', 'states']) {
   test(`a removed lattice gives way to the first that is left, and undo shows it again: first the ${first}`, async (t) => {
     const fixture = await SessionFixture.live(t);

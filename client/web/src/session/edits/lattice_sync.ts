@@ -144,6 +144,7 @@ export class LatticeSync {
 
   takeState(state: LatticeState): void {
     this.states.take(state);
+    if (!this.model && !this.states.has(this.edited)) this.edited = this.wanted = state.indexes[0] ?? state.index;
     if (this.model && !this.states.of(this.edited)) this.leave(state.structureId);
     if (state.index === this.edited) this.showState(state);
     this.turn();
