@@ -4,8 +4,11 @@
 // A scene of several lattices: one is shown and edited at a time.
 import assert from 'node:assert/strict';
 import { test, type TestContext } from 'node:test';
+import { Encoding, NormalMode } from 'latticed/v1/view_pb';
+import { fitLattice } from '@src/lattice/fitted_lattice';
 import { fromLattice } from '@src/wire/lattice_message';
-import { cubeLattice, SessionFixture } from './support/session_fixture';
+import { cubeLattice, SessionFixture, until } from './support/session_fixture';
+import { refusal } from './support/fake_stream';
 
 const move = (x: number) => ({ kind: 'move', indices: Uint32Array.of(1), offset: [x, 0, 0] }) as const;
 
@@ -265,4 +268,43 @@ test('a lattice that another window removes ends the move of this one', async (t
   assert.ok(!session.canUndo);
   session.addLattice(cubeLattice());
   assert.equal(stream.edits.at(-1)!.lattice, 1, 'the lowest number that is free');
+});
+
+/** An update of patches at this revision, whose bounds are of another layout. */
+function patches(fixture: SessionFixture, revision: bigint): void {
+  const { stream } = fixture;
+  const topologyId = `layout-${revision}`;
+  stream.event({ case: 'topology', value: { topologyId, patchCount: 1n, chunkRuns: [{ chunkCount: 1, patchesPerChunk: 1 }] } });
+  stream.event({ case: 'updateBegin', value: { updateId: revision, view: { encoding: Encoding.PATCHES, normals: NormalMode.FACET } } });
+  stream.event({ case: 'chunks', value: { updateId: revision, topologyId, chunks: [{ index: 0, data: Uint8Array.of(1, 2, 3) }] } });
+  stream.event({ case: 'updateEnd', value: { updateId: revision, revision } });
+}
+
+test('bounds that come while the shown lattice is gone are of the only one that is left', async (t) => {
+  const fixture = await SessionFixture.live(t);
+  const { session, stream, surface: { edgeBounds } } = fixture;
+  const larger = fitLattice({ min: [0, 0, 0], max: [1, 1, 1] }, { size: [4, 4, 4], degree: [2, 2, 2], padding: 0 });
+  const state = (lattice: typeof larger, index: number, indexes: number[], revision: bigint): void => {
+    const value = { lattice: fromLattice(lattice), structureId: revision + 1n, revision, index, indexes };
+    stream.event({ case: 'latticeState', value });
+  };
+  state(cubeLattice(), 0, [0, 1], 1n);
+  state(larger, 1, [0, 1], 1n);
+  session.chooseLattice(1);
+  assert.equal(session.lattice.size[0], 4);
+  session.apply(move(0.25));
+  assert.ok(session.hasShownLattice);
+
+  state(cubeLattice(), 0, [0], 2n);
+  assert.ok(!session.hasShownLattice, 'its edit waits for an answer');
+  assert.equal(session.lattice.size[0], 4);
+  patches(fixture, 2n);
+  await until(() => edgeBounds.layout?.id === 'layout-2');
+  assert.equal(edgeBounds.structure?.size[0], 3);
+
+  const status = refusal(9, 'LATTICE_REMOVED', 'lattice 1 was removed');
+  stream.event({ case: 'editResult', value: { sequence: stream.edits[0]!.sequence, revision: 2n, structureId: 3n, status } });
+  assert.ok(session.hasShownLattice);
+  assert.equal(session.lattice.size[0], 3);
+  assert.equal(edgeBounds.structure?.size[0], 3);
 });

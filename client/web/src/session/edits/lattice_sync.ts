@@ -240,8 +240,20 @@ export class LatticeSync {
     return this.model !== undefined && !this.queue.isPending && this.model.revision <= revision;
   }
 
-  /** The structure that the lattice has at this revision, whose state has come; undefined if it has another one since. */
+  /** Whether the scene still has the lattice that is shown: one that is gone stays until no edit waits for its answer. */
+  get isThere(): boolean {
+    return this.states.has(this.edited);
+  }
+
+  /**
+   * The structure that the lattice has at this revision, whose state has come; undefined if it has another one since. Once the
+   * lattice is gone: of the only one that is left, if it is so; surfaces of several are of their sum.
+   */
   structureAt(revision: bigint): LatticeStructure | undefined {
+    if (this.model && !this.isThere) {
+      const [left, ...others] = this.states.all;
+      return left && !others.length && left.revision <= revision ? toLattice(left.lattice!) : undefined;
+    }
     return revision >= this.structureSince ? this.model?.shown : undefined;
   }
 
