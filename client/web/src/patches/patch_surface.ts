@@ -128,11 +128,10 @@ export class PatchSurface {
     if (this.planFor !== `${edgeBounds.layout!.id} ${edgeBounds.normals}`) this.ask();
     const { plan } = this;
     if (!plan || !this.isOfOneStructure) return false;
-    const { stage } = this;
-    const isCurrent = stage?.plan === plan && !this.hasMoved && !this.levelsAreOld && this.surface.draws(stage.points);
-    if (isCurrent) return true;
+    const stage = this.stage?.plan === plan && sameStructure(this.stage.structure, this.source.lattice()) ? this.stage : undefined;
+    if (stage && !this.hasMoved && !this.levelsAreOld && this.surface.draws(stage.points)) return true;
     try {
-      this.evaluate(stage?.plan === plan ? stage : this.staged(plan), wanted);
+      this.evaluate(stage ?? this.staged(plan), wanted);
       return true;
     } catch (error) {
       this.fail(error as Error);
