@@ -119,6 +119,7 @@ for (const structure of ['the same structure', 'another structure']) {
     const before = page.lowest;
 
     page.state(left, 0, [0], 2n);
+    page.evaluates(); // the sum, as long as no update has come
     await page.update(2n);
     await page.evaluated();
 
