@@ -254,6 +254,108 @@ test('undo takes back later steps first, and the removal of lattice 0 by its num
   assert.equal(stream.edits[3]!.edits[0]!.edit.case, 'undo');
 });
 
+for (const first of ['answer', 'states']) {
+  test(`weights that are set after lattice 0 was removed are undone before its removal, and made again: first the ${first}`, async (t) => {
+    const fixture = await SessionFixture.live(t);
+    const { session, stream } = fixture;
+    const sent = (): unknown[] => [stream.edits.at(-1)!.lattice, stream.edits.at(-1)!.edits[0]!.edit.case];
+    const follow = (numbers: number[], revision: bigint): void => {
+      if (first === 'answer') accepted(fixture, revision, revision);
+      states(fixture, numbers, revision, revision);
+      if (first === 'states') accepted(fixture, revision, revision);
+    };
+    states(fixture, [0, 1], 1n, 1n);
+    session.removeLattice();
+    follow([1], 2n);
+    session.apply(move(0.5));
+    follow([1], 3n);
+    session.setWeights([0], Float32Array.of(0.5));
+    assert.deepEqual(sent(), [0, 'setWeights']);
+    follow([1], 4n);
+    assert.ok(session.canUndo);
+
+    session.undo();
+    assert.deepEqual(sent(), [0, 'undo']);
+    follow([1], 5n);
+    assert.equal(session.latticeIndex, 1, 'lattice 0 is still away');
+    assert.ok(session.canRedo);
+    session.redo();
+    assert.deepEqual(sent(), [0, 'redo']);
+    follow([1], 6n);
+    session.undo();
+    follow([1], 7n);
+    session.undo();
+    assert.deepEqual(sent(), [0, 'undo']);
+    follow([0, 1], 8n);
+    assert.equal(session.latticeIndex, 0);
+    assert.equal(fixture.x(1), 2);
+  });
+}
+
+test('weights are undone where somebody else has removed lattice 0', async (t) => {
+  const fixture = await SessionFixture.live(t);
+  const { session, stream } = fixture;
+  states(fixture, [0, 1], 1n, 1n);
+  states(fixture, [1], 2n, 2n);
+  assert.ok(!session.canUndo);
+  session.setWeights([0], Float32Array.of(0.5));
+  accepted(fixture, 3n, 3n);
+  states(fixture, [1], 3n, 3n);
+  assert.ok(session.canUndo);
+  session.undo();
+  assert.equal(stream.edits[1]!.lattice, 0);
+  accepted(fixture, 4n, 4n);
+  assert.ok(!session.canUndo);
+  assert.ok(session.canRedo);
+});
+
+/** A window that has moved a point of lattice 1, and then removed it. */
+async function removed(t: TestContext): Promise<SessionFixture> {
+  const fixture = await SessionFixture.live(t);
+  states(fixture, [0, 1], 1n, 1n);
+  fixture.session.chooseLattice(1);
+  fixture.session.removeLattice();
+  accepted(fixture, 2n, 2n);
+  states(fixture, [0], 2n, 2n);
+  assert.ok(fixture.session.canUndo);
+  return fixture;
+}
+
+test('undo is of the lattice that is shown once somebody else has given the removed one back', async (t) => {
+  const fixture = await removed(t);
+  const { session, stream } = fixture;
+  states(fixture, [0, 1], 3n, 3n);
+  assert.ok(!session.canUndo);
+  session.apply(move(0.5));
+  accepted(fixture, 4n, 3n);
+  session.undo();
+  assert.equal(stream.edits.at(-1)!.lattice, 0);
+});
+
+test('a removal that the server cannot undo is not asked for again', async (t) => {
+  const { session, stream } = await removed(t);
+  session.undo();
+  const status = refusal(9, 'NOTHING_TO_UNDO', 'nothing to undo');
+  stream.event({ case: 'editResult', value: { sequence: stream.edits.at(-1)!.sequence, revision: 2n, structureId: 2n, status } });
+  assert.ok(!session.canUndo);
+});
+
+test("a removal by somebody else is not taken for this window's redo, though it made one on the lattice", async (t) => {
+  const fixture = await SessionFixture.live(t);
+  const { session } = fixture;
+  states(fixture, [0, 1], 1n, 1n);
+  session.chooseLattice(1);
+  const steps = [() => session.apply(move(0.5)), () => session.undo(), () => session.redo()];
+  steps.forEach((step, i) => {
+    step();
+    accepted(fixture, BigInt(i + 2), 1n);
+    fixture.stream.event({ case: 'latticeDelta', value: { structureId: 1n, revision: BigInt(i + 2), lattice: 1, indices: [1], positions: [i, 0, 0] } });
+  });
+  states(fixture, [0], 5n, 5n);
+  assert.equal(session.shownLatticeIndex, 0);
+  assert.ok(!session.canUndo);
+});
+
 test('a lattice that another window removes ends the move of this one', async (t) => {
   const fixture = await SessionFixture.live(t);
   const { session, stream } = fixture;
