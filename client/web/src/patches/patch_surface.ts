@@ -18,7 +18,8 @@ import { patternCodes, UNKNOWN_BEND } from './levels/edge_levels';
 import { PatchEvaluator } from './gpu/patch_evaluator';
 import type { PatchPlan } from './plan/patch_plan';
 
-const PLACE_ERROR = (0.5 * Math.sqrt(3)) / 65_535; // of the largest side: places have 16 bits on each axis
+const HALF_PLACE = 0.5 / 65_535;
+const PLACE_ERROR = HALF_PLACE * Math.sqrt(3); // of the largest side: places have 16 bits on each axis
 const FLOAT_ERROR = 1e-6; // of the diagonal (patches.proto, Positions)
 const ASK_AGAIN_MS = 1000; // after a plan did not come; each time twice as long
 const MOST_QUESTIONS = 6;
@@ -280,8 +281,8 @@ export class PatchSurface {
       }
       return high - low;
     });
-    const places = plan.weights ? 2 * PLACE_ERROR : PLACE_ERROR; // weights have 16 bits, too; moves are not larger than the surface
-    return error + places * Math.max(...sides) + FLOAT_ERROR * Math.hypot(...sides);
+    const weights = plan.weights ? HALF_PLACE * Math.hypot(...corners.largestMove()) : 0; // they have 16 bits, too
+    return error + weights + PLACE_ERROR * Math.max(...sides) + FLOAT_ERROR * Math.hypot(...sides);
   }
 }
 
