@@ -121,16 +121,17 @@ export class BoxPolynomials {
   /** No point of a box is moved from its place at rest by more than this along x, y and z: no l is beyond 1/2. */
   largestMove(box: number): [number, number, number] {
     if (box === 0) return [0, 0, 0];
-    const { terms: [t0, t1, t2], numbers, perBox } = this;
+    const { terms: [t0, t1], numbers, perBox } = this;
     const first = 4 * perBox * box;
     const middle = [0, 1 + t0, 1 + t0 * t1];
     return AXES.map((axis) => {
       const moves = Float64Array.from({ length: perBox }, (_, n) => numbers[first + 4 * n + axis]!);
       moves[0]! -= numbers[first + 4 * middle[axis]! + 3]!;
       for (const along of AXES) moves[this.placeOf(along)]! -= numbers[first + 4 * this.placeOf(along) + 3]! * this.restEdges[along][axis];
-      let largest = 0;
-      for (let k = 0, n = 0; k < t2; ++k) for (let j = 0; j < t1; ++j) for (let i = 0; i < t0; ++i) largest += Math.abs(moves[n++]!) * 0.5 ** (i + j + k);
-      return largest;
+      return moves.reduce((sum, move, n) => {
+        const powers = (n % t0) + (Math.floor(n / t0) % t1) + Math.floor(n / (t0 * t1));
+        return sum + Math.abs(move) * 0.5 ** powers;
+      }, 0);
     }) as [number, number, number];
   }
 
