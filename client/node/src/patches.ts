@@ -39,7 +39,7 @@ async function getUpdate({ scenes }: Services, scene: string): Promise<Update> {
   const bounds: [firstEdge: number, bytes: Buffer][] = [];
   for await (const event of scenes.GetUpdate({ scene, view }, about(scene))) {
     const state = event.patchLattice?.state ?? event.latticeState;
-    if (state?.lattice && state.index === 0) {
+    if (state?.lattice && state.index === (state.indexes[0] ?? 0)) {  // of several, the first, and then their sum
       update.lattice = { ...state.lattice, controlPoints: effectivePoints(state) };
     }
     if (event.topology) update.topologyId = event.topology.topologyId;

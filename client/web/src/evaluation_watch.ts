@@ -98,13 +98,13 @@ export class EvaluationWatch {
     const { sum, sumBefore } = this;
     this.sumBefore = sum;
     if (sum && sumBefore && sameStructure(sum, sumBefore)) this.surface.moved(movedPoints(sumBefore, sum));
-    else if (sum) this.surface.latticeReplaced();
+    else if (sum || sumBefore) this.surface.latticeReplaced();
     this.surface.updated(sum !== undefined || this.session.isAt(revision));
     if (sum && msFromEdit !== undefined) this.ownEditAt = performance.now() - msFromEdit;
   }
 
   private draw(): void {
-    if (!this.isActive) return;
+    if (!this.isActive || (!this.sum && !this.session.hasShownLattice)) return; // another lattice is about to be shown
     const now = performance.now();
     const isEditing = now - this.editedAt < PAUSE_MS;
     const seen = this.tolerance(isEditing);

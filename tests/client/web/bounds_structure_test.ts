@@ -66,3 +66,15 @@ test('bounds that are taken in after the lattice has another structure are not t
   assert.equal(taken.update(4n, 'four'), 4);
   assert.equal(taken.update(5n, 'four'), 4);
 });
+
+test('bounds of a layout are of another structure once several lattices have become one', () => {
+  const taken = new Taken();
+  taken.state(3, 1n);
+  taken.update(1n, 'shared');
+  const sum = latticeOf(4);
+  taken.bounds.updated(latticeOf(3), sum);
+  assert.equal(taken.bounds.structure, sum);
+  taken.bounds.updated(undefined);
+  assert.equal(taken.bounds.structure, undefined);
+  assert.equal(taken.update(2n), 3);
+});

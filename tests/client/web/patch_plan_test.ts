@@ -154,6 +154,28 @@ for (const degree of [[1, 2, 3], [3, 1, 2], [2, 2, 2]] as const) {
   });
 }
 
+for (const factor of [1, 1000]) {
+  test(`no point of a box moves further from its place at rest than is said, with moves ${factor} times as large`, async () => {
+    const { lattice, identity, outside, origin } = await randomPlan(7, [1, 2, 3], NormalMode.NONE);
+    const boxes = new BoxPolynomials(lattice, origin, outside);
+    boxes.update(lattice.points.map((x, at) => identity[at] + factor * (x - identity[at])));
+    const random = new RandomNumbers(8);
+    const [moved, atRest] = [new Float64Array(3), new Float64Array(3)];
+    for (let box = 1; box < boxes.boxCount; ++box) {
+      const most = boxes.largestMove(box);
+      const seen = [0, 0, 0];
+      for (let n = 0; n < 300; ++n) {
+        const l = [0, 1, 2].map(() => (n % 2 ? random.next() - 0.5 : random.below(2) - 0.5)) as unknown as Vec3;
+        boxes.weightedAt(box, l, 1, moved, 0);
+        boxes.weightedAt(box, l, 0, atRest, 0);
+        moved.forEach((x, axis) => (seen[axis] = Math.max(seen[axis], Math.abs(x - atRest[axis]))));
+      }
+      seen.forEach((x, axis) => assert.ok(x <= most[axis] + 1e-5 && most[axis] <= 8 * x + 1e-5, `${most} of box ${box}, which moves by ${seen}`));
+    }
+    assert.deepEqual(boxes.largestMove(0), [0, 0, 0]);
+  });
+}
+
 test('a seam is attached while all of its control points are exactly where the lattice leaves the mesh as it is', async () => {
   const { parts, lattice, identity } = await randomPlan(6, [2, 2, 2], NormalMode.NONE);
   const { seams } = await read(parts);

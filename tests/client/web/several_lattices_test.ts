@@ -5,9 +5,8 @@
 import assert from 'node:assert/strict';
 import { test, type TestContext } from 'node:test';
 import { fromLattice } from '@src/wire/lattice_message';
+import { delta, move } from './support/lattice_events';
 import { cubeLattice, SessionFixture } from './support/session_fixture';
-
-const move = (x: number) => ({ kind: 'move', indices: Uint32Array.of(1), offset: [x, 0, 0] }) as const;
 
 /** Two lattices; x of control point 1 is 0.5 in the first, and 0.625 in the second. */
 async function live(t: TestContext): Promise<SessionFixture> {
@@ -16,10 +15,6 @@ async function live(t: TestContext): Promise<SessionFixture> {
   second.points[3] = 0.625;
   fixture.stream.event({ case: 'latticeState', value: { lattice: fromLattice(second), structureId: 1n, revision: 0n, index: 1 } });
   return fixture;
-}
-
-function delta(fixture: SessionFixture, lattice: number, revision: bigint, x: number): void {
-  fixture.stream.event({ case: 'latticeDelta', value: { structureId: 1n, revision, lattice, indices: [1], positions: [x, 0, 0] } });
 }
 
 test('the first is shown until another is chosen, which has followed its own edits meanwhile', async (t) => {
@@ -125,126 +120,4 @@ test('a choice waits for the answers of edits', async (t) => {
   fixture.accept(stream.edits[0]!.sequence, 1n);
   delta(fixture, 0, 1n, 0.75);
   assert.equal(fixture.x(1), 0.625);
-});
-
-/** The server has the lattices with these numbers; x of control point 1 is the number plus 2. */
-function states(fixture: SessionFixture, numbers: number[], revision: bigint, structureId: bigint): void {
-  for (const index of numbers) {
-    const lattice = cubeLattice();
-    lattice.points[3] = index + 2;
-    const value = { lattice: fromLattice(lattice), structureId, revision, index, indexes: numbers };
-    fixture.stream.event({ case: 'latticeState', value });
-  }
-}
-
-function accepted(fixture: SessionFixture, revision: bigint, structureId: bigint): void {
-  const { sequence } = fixture.stream.edits.at(-1)!;
-  fixture.stream.event({ case: 'editResult', value: { sequence, revision, structureId } });
-}
-
-for (const first of ['answer', 'states']) {
-  test(`a removed lattice gives way to the first that is left, and undo shows it again: first the ${first}`, async (t) => {
-    const fixture = await SessionFixture.live(t);
-    const { session, stream } = fixture;
-    states(fixture, [0, 1, 2], 1n, 2n);
-    const follow = (numbers: number[], revision: bigint): void => {
-      if (first === 'answer') accepted(fixture, revision, revision + 1n);
-      states(fixture, numbers, revision, revision + 1n);
-      if (first === 'states') accepted(fixture, revision, revision + 1n);
-    };
-    session.chooseLattice(1);
-    assert.equal(fixture.x(1), 3);
-
-    session.removeLattice();
-
-    assert.equal(stream.edits[0]!.lattice, 1);
-    assert.equal(stream.edits[0]!.edits[0]!.edit.case, 'removeLattice');
-    follow([0, 2], 2n);
-    assert.deepEqual(session.latticeNumbers, [0, 2]);
-    assert.equal(session.latticeIndex, 0);
-    assert.equal(session.shownLatticeIndex, 0);
-    assert.equal(fixture.x(1), 2);
-    assert.ok(session.isAt(2));
-    assert.ok(session.canUndo);
-    session.undo();
-    assert.equal(stream.edits[1]!.lattice, 1);
-    follow([0, 1, 2], 3n);
-    assert.equal(session.shownLatticeIndex, 1);
-    assert.equal(fixture.x(1), 3);
-    assert.ok(session.canRedo);
-    session.redo();
-    assert.equal(stream.edits[2]!.lattice, 1);
-    follow([0, 2], 4n);
-    assert.equal(session.shownLatticeIndex, 0);
-    session.undo();
-    assert.equal(stream.edits[3]!.lattice, 1);
-  });
-}
-
-for (const first of ['answer', 'states']) {
-  test(`redo gives a lattice back whose addition was undone, until another step: first the ${first}`, async (t) => {
-    const fixture = await SessionFixture.live(t);
-    const { session, stream } = fixture;
-    states(fixture, [0], 1n, 2n);
-    const follow = (numbers: number[], revision: bigint): void => {
-      if (first === 'answer') accepted(fixture, revision, revision + 1n);
-      states(fixture, numbers, revision, revision + 1n);
-      if (first === 'states') accepted(fixture, revision, revision + 1n);
-    };
-    session.addLattice(cubeLattice());
-    follow([0, 1], 2n);
-    session.undo();
-    assert.equal(stream.edits[1]!.lattice, 1);
-    follow([0], 3n);
-    assert.equal(session.shownLatticeIndex, 0);
-    assert.ok(!session.canUndo);
-    assert.ok(session.canRedo);
-    session.redo();
-    assert.equal(stream.edits[2]!.lattice, 1);
-    assert.equal(stream.edits[2]!.edits[0]!.edit.case, 'redo');
-    follow([0, 1], 4n);
-    assert.equal(session.shownLatticeIndex, 1);
-    session.undo();
-    follow([0], 5n);
-    session.apply(move(0.5));
-    fixture.accept(stream.edits[4]!.sequence, 6n);
-    assert.ok(!session.canRedo);
-  });
-}
-
-test('undo takes back later steps first, and the removal of lattice 0 by its number', async (t) => {
-  const fixture = await SessionFixture.live(t);
-  const { session, stream } = fixture;
-  states(fixture, [0, 1], 1n, 2n);
-  session.removeLattice();
-  accepted(fixture, 2n, 3n);
-  states(fixture, [1], 2n, 3n);
-  session.apply(move(0.5));
-  fixture.accept(stream.edits[1]!.sequence, 3n);
-  delta(fixture, 1, 3n, 3.5);
-  assert.equal(stream.edits[1]!.lattice, 1);
-
-  session.undo();
-  assert.equal(stream.edits[2]!.lattice, 1);
-  accepted(fixture, 4n, 3n);
-  session.undo();
-
-  assert.equal(stream.edits[3]!.lattice, 0);
-  assert.equal(stream.edits[3]!.edits[0]!.edit.case, 'undo');
-});
-
-test('a lattice that another window removes ends the move of this one', async (t) => {
-  const fixture = await SessionFixture.live(t);
-  const { session, stream } = fixture;
-  states(fixture, [0, 1], 1n, 2n);
-  session.chooseLattice(1);
-  const told: string[] = [];
-  session.on('refused', (text) => told.push(text));
-  session.gesture();
-  states(fixture, [0], 2n, 3n);
-  assert.equal(session.shownLatticeIndex, 0);
-  assert.equal(told.length, 1);
-  assert.ok(!session.canUndo);
-  session.addLattice(cubeLattice());
-  assert.equal(stream.edits.at(-1)!.lattice, 1, 'the lowest number that is free');
 });

@@ -36,6 +36,11 @@ test('what contradicts the sum before is refused', () => {
   const summed = new SummedLattice();
   summed.take(whole());
   assert.throws(() => summed.take(moved(27, 0)), /does not exist/);
+  const short = message({ case: 'delta', value: { structureId: 1n, indices: [1, 2], positions: [0, 0, 0] } });
+  assert.throws(() => summed.take(short), /do not fit/);
+  const state = { lattice: { ...fromLattice(cubeLattice()), controlPoints: [0, 0, 0] }, structureId: 1n };
+  assert.throws(() => summed.take(message({ case: 'state', value: state })), /3 coordinates of control points in place of 81/);
+  assert.deepEqual([...summed.take(moved(1, 0.5)).points], [...cubeLattice().points], 'the sum is as it was');
 });
 
 /** Takes updates of patches, with bounds if an edge `bends` otherwise. */

@@ -118,6 +118,23 @@ export class BoxPolynomials {
     }
   }
 
+  /** No point of a box is moved from its place at rest by more than this along x, y and z: no l is beyond 1/2. */
+  largestMove(box: number): [number, number, number] {
+    if (box === 0) return [0, 0, 0];
+    const { terms: [t0, t1], numbers, perBox } = this;
+    const first = 4 * perBox * box;
+    const middle = [0, 1 + t0, 1 + t0 * t1];
+    return AXES.map((axis) => {
+      const moves = Float64Array.from({ length: perBox }, (_, n) => numbers[first + 4 * n + axis]!);
+      moves[0]! -= numbers[first + 4 * middle[axis]! + 3]!;
+      for (const along of AXES) moves[this.placeOf(along)]! -= numbers[first + 4 * this.placeOf(along) + 3]! * this.restEdges[along][axis];
+      return moves.reduce((sum, move, n) => {
+        const powers = (n % t0) + (Math.floor(n / t0) % t1) + Math.floor(n / (t0 * t1));
+        return sum + Math.abs(move) * 0.5 ** powers;
+      }, 0);
+    }) as [number, number, number];
+  }
+
   private boxOf(i: number, j: number, k: number): number {
     return 1 + i + this.steps[1] * j + this.steps[2] * k;
   }

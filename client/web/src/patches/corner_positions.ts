@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
+import type { Vec3 } from '../lattice/vec';
 import type { TopologyLayout } from '../surface/topology_layout';
 import { localCoordinate, type BoxPolynomials } from './box_polynomials';
 import { KNOT, spanOf, WEIGHT_ONE, type PatchPlan } from './plan/patch_plan';
@@ -52,6 +53,12 @@ export class CornerPositions {
       if (span > 0 && Math.min(a, b, c) === KNOT * span) boxes = boxes.flatMap((box) => [box, box - this.boxes.steps[axis]!]);
     }
     return boxes;
+  }
+
+  /** No point of the patches is moved from its place at rest by more than this along x, y and z, where it follows the lattice. */
+  largestMove(): Vec3 {
+    const moves = Array.from(new Set(this.boxesOfChunk.flat()), (box) => this.boxes.largestMove(box));
+    return moves.reduce(([x, y, z], move) => [Math.max(x, move[0]), Math.max(y, move[1]), Math.max(z, move[2])], [0, 0, 0]);
   }
 
   /** Moves the vertices of these boxes; absent: of all. Returns the chunks whose points have moved with them. */

@@ -18,7 +18,8 @@ import { patternCodes, UNKNOWN_BEND } from './levels/edge_levels';
 import { PatchEvaluator } from './gpu/patch_evaluator';
 import type { PatchPlan } from './plan/patch_plan';
 
-const PLACE_ERROR = (0.5 * Math.sqrt(3)) / 65_535; // of the largest side: places have 16 bits on each axis
+const HALF_PLACE = 0.5 / 65_535;
+const PLACE_ERROR = HALF_PLACE * Math.sqrt(3); // of the largest side: places have 16 bits on each axis
 const FLOAT_ERROR = 1e-6; // of the diagonal (patches.proto, Positions)
 const ASK_AGAIN_MS = 1000; // after a plan did not come; each time twice as long
 const MOST_QUESTIONS = 6;
@@ -128,11 +129,10 @@ export class PatchSurface {
     if (this.planFor !== `${edgeBounds.layout!.id} ${edgeBounds.normals}`) this.ask();
     const { plan } = this;
     if (!plan || !this.isOfOneStructure) return false;
-    const { stage } = this;
-    const isCurrent = stage?.plan === plan && !this.hasMoved && !this.levelsAreOld && this.surface.draws(stage.points);
-    if (isCurrent) return true;
+    const stage = this.stage?.plan === plan && sameStructure(this.stage.structure, this.source.lattice()) ? this.stage : undefined;
+    if (stage && !this.hasMoved && !this.levelsAreOld && this.surface.draws(stage.points)) return true;
     try {
-      this.evaluate(stage?.plan === plan ? stage : this.staged(plan), wanted);
+      this.evaluate(stage ?? this.staged(plan), wanted);
       return true;
     } catch (error) {
       this.fail(error as Error);
@@ -281,8 +281,8 @@ export class PatchSurface {
       }
       return high - low;
     });
-    const places = plan.weights ? 2 * PLACE_ERROR : PLACE_ERROR; // weights have 16 bits, too; moves are not larger than the surface
-    return error + places * Math.max(...sides) + FLOAT_ERROR * Math.hypot(...sides);
+    const weights = plan.weights ? HALF_PLACE * Math.hypot(...corners.largestMove()) : 0; // they have 16 bits, too
+    return error + weights + PLACE_ERROR * Math.max(...sides) + FLOAT_ERROR * Math.hypot(...sides);
   }
 }
 

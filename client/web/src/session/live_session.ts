@@ -72,6 +72,11 @@ export class LiveSession {
     return this.sync.shownIndex;
   }
 
+  /** Whether the scene still has the lattice that is shown: one that was removed stays until no edit waits for its answer. */
+  get hasShownLattice(): boolean {
+    return this.sync.isThere;
+  }
+
   /** Shows and edits another lattice, as soon as no edit waits for its answer: event 'lattice'. */
   chooseLattice(index: number): void {
     this.sync.choose(index);

@@ -14,6 +14,7 @@ export class SummedLattice {
     const moved = this.newest?.clone();
     if (!moved || news.case !== 'delta') throw new Error('a patch_lattice without the one before');
     const { indices, positions } = news.value;
+    if (positions.length !== 3 * indices.length) throw new Error('a patch_lattice whose positions do not fit its control points');
     indices.forEach((index, i) => {
       if (index >= moved.count) throw new Error('a patch_lattice names a control point that does not exist');
       for (let axis = 0; axis < 3; ++axis) moved.points[3 * index + axis] = positions[3 * i + axis]!;

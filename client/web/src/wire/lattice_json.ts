@@ -8,7 +8,7 @@ import { LatticeSchema, type Lattice as LatticeMessage } from 'latticed/v1/latti
 import { pointCount, refusalOfAxes, type LatticeStructure } from '../lattice/grid';
 import { clampedUniformKnots, DEFAULT_FIT, identityPoints, knotVectors } from '../lattice/identity';
 import { Lattice } from '../lattice/lattice';
-import { fromLattice, toLattice } from './lattice_message';
+import { fromLattice, toGivenLattice } from './lattice_message';
 
 export function latticeToJson(lattice: Lattice): string {
   return toJsonString(LatticeSchema, fromLattice(lattice), { alwaysEmitImplicit: true, prettySpaces: 1 }) + '\n';
@@ -17,7 +17,7 @@ export function latticeToJson(lattice: Lattice): string {
 /** Throws an Error whose message tells a person what is wrong with the file. */
 export function latticeFromJson(text: string): Lattice {
   const message = parse(text);
-  const given = toLattice(message);
+  const given = toGivenLattice(message);
   const degree = message.degree ? given.degree : DEFAULT_FIT.degree;
   const size = message.size ? given.size : DEFAULT_FIT.size;
   const refusal = refusalOfAxes(size, degree);

@@ -8,8 +8,16 @@ import {
 import type { Vec3 as Vec3Message } from 'latticed/v1/common_pb';
 import { Lattice, type Outside, type Vec3 } from '../lattice/lattice';
 
-/** From a message that has all fields, as in LatticeState. An absent field becomes zeros or an empty array. */
+/** From a message that has all fields, as in LatticeState. Throws if the control points are not as many as the size says. */
 export function toLattice(message: LatticeMessage): Lattice {
+  const lattice = toGivenLattice(message);
+  const [given, needed] = [lattice.points.length, 3 * lattice.count];
+  if (given !== needed) throw new Error(`a lattice has ${given} coordinates of control points in place of ${needed}`);
+  return lattice;
+}
+
+/** From any message: an absent field becomes zeros or an empty array. */
+export function toGivenLattice(message: LatticeMessage): Lattice {
   const { frame } = message;
   return new Lattice(
     { origin: vector(frame?.origin), u: vector(frame?.u), v: vector(frame?.v), w: vector(frame?.w) },

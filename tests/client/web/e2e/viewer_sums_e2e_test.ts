@@ -110,3 +110,35 @@ test('an edit is measured once, when its update is shown', async () => {
   await until(async () => (await measured()) > before);
   assert.equal(await measured(), before + 1);
 });
+
+test('of lattices that are removed and given back the page shows what is left, also if all have the same structure', async () => {
+  const shows = (numbers: readonly number[]): Promise<unknown> => page.waitForFunction((wanted) => {
+    const { latticeNumbers, surface } = window.latticed.scene!.session;
+    return latticeNumbers.join() === wanted && (surface.edgeBounds.sum !== undefined) === wanted.includes(',');
+  }, numbers.join());
+  const removeShown = (): Promise<void> => page.evaluate(() => window.latticed.scene!.session.removeLattice());
+  await apply(1, [37], [0, 0, 0.125]);
+  await followsServer();
+  await removeShown();
+  await shows([0]);
+  await followsServer();
+
+  await page.evaluate(() => {
+    const { session } = window.latticed.scene!;
+    session.addLattice(session.lattice.clone());
+  });
+  await shows([0, 1]);
+  await followsServer();
+  await removeShown();
+  await shows([0]);
+  await followsServer();
+  await page.evaluate(() => window.latticed.scene!.session.undo());
+  await shows([0, 1]);
+  await followsServer();
+  await page.evaluate(() => window.latticed.scene!.session.chooseLattice(0));
+  await removeShown();
+  await shows([1]);
+  await followsServer();
+  assert.ok(await isEvaluated());
+  assert.deepEqual(errors, []);
+});

@@ -3,6 +3,7 @@
 import { create, type MessageInitShape } from '@bufbuild/protobuf';
 import { Code, ConnectError, createRouterTransport } from '@connectrpc/connect';
 import { MeshSchema, MeshService, type DownloadMeshResponseSchema } from 'latticed/v1/mesh_pb';
+import type { PatchPlanPart } from 'latticed/v1/patches_pb';
 import { SceneService } from 'latticed/v1/scene_pb';
 import { ServerInfoSchema, ServerService, type Feature, type ServerInfo } from 'latticed/v1/server_pb';
 import { Encoding } from 'latticed/v1/view_pb';
@@ -19,6 +20,8 @@ export class FakeServer {
   msPerProbeByte = 0;
   readonly probes: number[] = [];
   readonly meshes = new Map<string, Uint8Array>();
+  /** By topology id. */
+  readonly plans = new Map<string, readonly PatchPlanPart[]>();
   /** The number of DownloadMesh calls. */
   downloads = 0;
   /** More fields of GetMesh's answer. */
@@ -31,6 +34,7 @@ export class FakeServer {
   readonly deadlines: number[] = [];
 
   readonly client = new LatticedServer('http://test', undefined, createRouterTransport(({ service }) => {
+    const { plans } = this;
     service(ServerService, {
       getServerInfo: async ({ probeBytes }, { timeoutMs }) => {
         this.note(timeoutMs());
@@ -45,6 +49,9 @@ export class FakeServer {
       downloadMesh: ({ mesh }, { signal }) => this.download(mesh, signal),
     });
     service(SceneService, {
+      getPatchPlan: async function* (this: void, { topologyId }) {
+        yield* plans.get(topologyId) ?? [];
+      },
       pick: (_, { timeoutMs }) => {
         this.note(timeoutMs());
         throw new ConnectError('aborted', Code.DeadlineExceeded);

@@ -73,8 +73,9 @@ export class EdgeBounds {
    */
   updated(structure: LatticeStructure | undefined, sum?: Lattice): void {
     if (!this.newest) return;
+    if ((sum === undefined) !== (this.ofSum === undefined)) this.ofStructure = undefined;
     this.ofSum = sum;
-    this.ofStructure ??= sum ?? structure; // a layout never gets another structure
+    this.ofStructure ??= sum ?? structure; // a layout gets another structure only where several lattices become one, or one several
   }
 
   /** The view has points again. */

@@ -6,6 +6,7 @@ import type { LatticeState } from 'latticed/v1/lattice_pb';
 /** The lattices of a scene as its stream has told them, without this window's unanswered edits. */
 export class LatticeStates {
   private states: readonly LatticeState[] = []; // by number, ascending
+  private named: readonly number[] = []; // by the newest state; empty: those that have come
 
   /** Their numbers, ascending: those of removed lattices are left out. */
   get numbers(): readonly number[] {
@@ -27,6 +28,11 @@ export class LatticeStates {
     return this.states;
   }
 
+  /** Whether the scene has this lattice by the newest state. Its own may come later. */
+  has(index: number): boolean {
+    return this.named.length ? this.named.includes(index) : this.of(index) !== undefined;
+  }
+
   of(index: number): LatticeState | undefined {
     return this.states.find((state) => state.index === index);
   }
@@ -34,9 +40,11 @@ export class LatticeStates {
   /** The scene is another one. */
   forget(): void {
     this.states = [];
+    this.named = [];
   }
 
   take(state: LatticeState): void {
+    this.named = state.indexes;
     const isLeft = ({ index }: LatticeState): boolean => !state.indexes.length || state.indexes.includes(index);
     const others = this.states.filter((other) => other.index !== state.index && isLeft(other));
     this.states = [...others, state].sort((a, b) => a.index - b.index);

@@ -30,7 +30,7 @@ export class LatticeSync {
 
   private readonly states = new LatticeStates();
   private readonly stepsOf: UndoSteps[] = [];  // by lattice
-  private readonly removals = new Removals();
+  private readonly removals = new Removals(this.states);
   private edited = 0;                          // which lattice is shown
   private wanted = 0;                          // which is to be, once no edit waits for its answer
   private readonly queue: EditQueue;
@@ -121,18 +121,21 @@ export class LatticeSync {
     return this.steps.canUndo || this.removals.toUndo(false) !== undefined;
   }
 
-  /** Reverts this window's last step of the lattice that is shown, or its last removal of one, which is then shown. */
+  /**
+   * Reverts this window's last step of the lattice that is shown; its last removal of one, which is then shown; or weights that it
+   * has set while lattice 0 was away.
+   */
   undo(): void {
     this.stepOf(this.removals.toUndo(this.steps.canUndo), edits.undo());
   }
 
   get canRedo(): boolean {
-    return this.steps.canRedo || this.removals.toRedo !== undefined;
+    return this.steps.canRedo || this.removals.toRedo(false) !== undefined;
   }
 
-  /** Makes this window's last undone step again: of the lattice that is shown, or the addition of one, which is then shown. */
+  /** Makes this window's last undone step again, as undo: of the lattice that is shown, the addition of one, or weights. */
   redo(): void {
-    this.stepOf(this.removals.toRedo, edits.redo());
+    this.stepOf(this.removals.toRedo(this.steps.canRedo), edits.redo());
   }
 
   /** An edit of a lattice that may not be there; undefined: of the one that is shown. */
@@ -144,6 +147,8 @@ export class LatticeSync {
 
   takeState(state: LatticeState): void {
     this.states.take(state);
+    this.removals.settle();
+    if (!this.model && !this.states.has(this.edited)) this.edited = this.wanted = state.indexes[0] ?? state.index;
     if (this.model && !this.states.of(this.edited)) this.leave(state.structureId);
     if (state.index === this.edited) this.showState(state);
     this.turn();
@@ -151,7 +156,6 @@ export class LatticeSync {
 
   /** The lattice that is shown was removed: the first one that is left is shown once no edit waits for its answer. */
   private leave(structureId: bigint): void {
-    this.removals.gone(this.edited);
     this.queue.reached(this.states.revision);
     if (!this.states.of(this.wanted)) this.wanted = this.states.numbers[0]!;
     this.letGo(structureId);
@@ -189,6 +193,7 @@ export class LatticeSync {
 
   takeDelta(delta: LatticeDelta): void {
     this.states.takeDelta(delta);
+    this.removals.settle();
     if (delta.lattice !== this.edited) {
       this.queue.reached(delta.revision);
       return this.turn();
@@ -213,8 +218,8 @@ export class LatticeSync {
     if (!refused && gestureId) this.openGesture?.answered(gestureId, result.dragResidual);
     if (!refused) {
       if (message) this.stepsFor(message.lattice).applied(message);
-      if (message) this.removals.applied(message, this.states.of(message.lattice) !== undefined);
-      if (message && isAdded(message, this.edited)) this.wanted = message.lattice;
+      const isOfWeights = message && this.removals.applied(message, result.revision);
+      if (message && !isOfWeights && isAdded(message, this.edited)) this.wanted = message.lattice;
       if (keepsShape(message)) this.listeners.emit('refitted', result.dragResidual);
       this.turn();
       return this.listeners.emit('answered');
@@ -222,6 +227,7 @@ export class LatticeSync {
     if (targets) this.pointsMoved(this.model!.refresh(targets.indices));
     const error = ServerError.fromStatus(result.status!);
     this.stepsFor(message!.lattice).refused(error.reason);
+    this.removals.refused(message!, error.reason);
     if (error.reason === 'FOLD') this.endAtLastGood(message!);
     this.turn();
     this.listeners.emit('answered');
@@ -239,8 +245,20 @@ export class LatticeSync {
     return this.model !== undefined && !this.queue.isPending && this.model.revision <= revision;
   }
 
-  /** The structure that the lattice has at this revision, whose state has come; undefined if it has another one since. */
+  /** Whether the scene still has the lattice that is shown: one that is gone stays until no edit waits for its answer. */
+  get isThere(): boolean {
+    return this.states.has(this.edited);
+  }
+
+  /**
+   * The structure that the lattice has at this revision, whose state has come; undefined if it has another one since. Once the
+   * lattice is gone: of the only one that is left, if it is so; surfaces of several are of their sum.
+   */
   structureAt(revision: bigint): LatticeStructure | undefined {
+    if (this.model && !this.isThere) {
+      const [left, ...others] = this.states.all;
+      return left && !others.length && left.revision <= revision ? toLattice(left.lattice!) : undefined;
+    }
     return revision >= this.structureSince ? this.model?.shown : undefined;
   }
 
@@ -288,7 +306,7 @@ export class LatticeSync {
   }
 }
 
-/** Whether the batch has added a lattice, or given one back. All others are of the lattice that is shown, or set weights. */
+/** Whether a batch that is not of weights has added a lattice, or given one back. All others are of the lattice that is shown. */
 function isAdded({ edits, lattice }: EditBatch, shown: number): boolean {
   return lattice !== shown && ['replaceLattice', 'undo', 'redo'].includes(edits[0]?.edit.case ?? '');
 }
