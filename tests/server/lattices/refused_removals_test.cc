@@ -89,6 +89,27 @@ TEST_F(RemovedLatticesTest, WhatCannotBeRemovedChangesNothing) {
   EXPECT_EQ(Get().revision(), 1u);
 }
 
+TEST_F(RemovedLatticesTest, AReplacementThatWasAppliedGetsItsResultAfterTheRemoval) {
+  ASSERT_OK(Create(RequestOf({Whole(), Shaken(Whole())})));
+  v1::EditBatch fit = Put(1, Whole({3, 3, 3}));
+  fit.mutable_edits(0)->mutable_replace_lattice()->set_keep_shape(true);
+  v1::EditResult first, again;
+  ASSERT_OK(Apply(fit, &first));  // its answer is lost
+  ASSERT_OK(Apply(Remove(1, "bob")));
+
+  ASSERT_OK(Apply(fit, &again));
+
+  EXPECT_EQ(again.revision(), 1u);
+  EXPECT_EQ(again.structure_id(), first.structure_id());
+  EXPECT_EQ(again.drag_residual(), first.drag_residual());
+  EXPECT_EQ(Get().revision(), 2u);
+  EXPECT_EQ(Numbers(), Numbered{0});
+  v1::EditBatch late = Put(1, Whole({3, 3, 3}));
+  late.mutable_edits(0)->mutable_replace_lattice()->set_keep_shape(true);
+  ExpectRefused(Apply(late), Code::kInvalidArgument, "INVALID_FIELD",
+                "edits[0].replace_lattice.keep_shape");
+}
+
 TEST_F(RemovedLatticesTest, NoNewFoldIfItIsRefused) {
   ASSERT_OK(Create(RequestOf({Whole({1, 1, 1}), Whole({1, 1, 1})})));
   // The first folds the cube over; the second takes that back.
