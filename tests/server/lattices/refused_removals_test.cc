@@ -26,7 +26,9 @@ TEST_F(RemovedLatticesTest, OthersAreToldByTheStructure) {
     ExpectRefused(Apply(batch), Code::kFailedPrecondition,
                   redo ? "NOTHING_TO_REDO" : "LATTICE_REMOVED");
   }
-  ExpectRefused(Apply(Undo(1, "bob")), Code::kAborted, "UNDO_CONFLICT");
+  const absl::Status conflict = Apply(Undo(1, "bob"));
+  ExpectRefused(conflict, Code::kAborted, "UNDO_CONFLICT");
+  EXPECT_EQ(conflict.message(), "undo: editor 'ann' has since removed the lattice");
   v1::EditBatch any = Undo(1, "bob");
   any.mutable_edits(0)->mutable_undo()->set_scope(v1::UNDO_SCOPE_SCENE);
   ASSERT_OK(Apply(any));
