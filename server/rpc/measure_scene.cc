@@ -59,6 +59,12 @@ absl::StatusOr<Wanted> Read(const v1::MeasureSceneRequest& request) {
   return wanted;
 }
 
+// By whose control points the derivatives are. Without a lattice of that number, any one.
+const SceneLattice& LatticeOf(const SceneState& state, const v1::MeasureSceneRequest& request) {
+  const size_t place = PlaceOf(state.lattices, request.lattice());
+  return state.lattices[std::min(place, state.lattices.size() - 1)];
+}
+
 // A derivative by the plan's control points, by those of a lattice.
 std::vector<Vec3d> ByLattice(const SceneLattice& lattice, std::vector<Vec3d> gradient) {
   if (lattice.map->is_identity() || gradient.empty()) return gradient;
@@ -84,7 +90,7 @@ absl::Status MeasureInside(const SceneState& state, const Wanted& wanted,
                            const v1::MeasureSceneRequest& request, StopCheck stop,
                            v1::MeasureSceneResponse& response) {
   const auto& points = *state.control_points;
-  const SceneLattice& lattice = state.lattices[PlaceOf(state.lattices, request.lattice())];
+  const SceneLattice& lattice = LatticeOf(state, request);
   const bool with_gradient = request.with_gradient();
   LATTICED_RETURN_IF_ERROR(state.measures->CheckClosed(points));
   const auto order =
@@ -121,15 +127,18 @@ absl::Status MeasureInside(const SceneState& state, const Wanted& wanted,
 uint64_t MeasureReplyBytes(const SceneState& state, const v1::MeasureSceneRequest& request) {
   constexpr uint64_t kNumbers = 512;
   constexpr uint64_t kGradients = 24 + 24 + 72;  // bytes a control point: volume, area, centroid
+  if (!request.with_gradient()) return kNumbers;
   // One that there is not is refused later.
-  const size_t k = std::min(PlaceOf(state.lattices, request.lattice()), state.lattices.size() - 1);
-  return kNumbers + (request.with_gradient() ? kGradients * state.lattices[k].points->size() : 0);
+  return kNumbers + kGradients * LatticeOf(state, request).points->size();
 }
 
 absl::Status MeasureState(const SceneState& state, const v1::MeasureSceneRequest& request,
                           StopCheck stop, v1::MeasureSceneResponse* response) {
   LATTICED_ASSIGN_OR_RETURN(const Wanted wanted, Read(request));
-  LATTICED_RETURN_IF_ERROR(CheckLattice(state.lattices, request.lattice(), "lattice"));
+  // The field's default names no lattice where no derivative is asked for: the lattice 0 may have been removed.
+  if (request.with_gradient() || request.lattice() != 0) {
+    LATTICED_RETURN_IF_ERROR(CheckLattice(state.lattices, request.lattice(), "lattice"));
+  }
   response->set_revision(state.revision);
   response->set_structure_id(state.structure_id);
   if (wanted.volume || wanted.centroid) {
@@ -141,9 +150,8 @@ absl::Status MeasureState(const SceneState& state, const v1::MeasureSceneRequest
                                           request.with_gradient(), stop));
     response->set_area(area.area);
     response->set_area_error(area.error);
-    AppendPoints(
-        ByLattice(state.lattices[PlaceOf(state.lattices, request.lattice())], area.gradient),
-        *response->mutable_area_gradient());
+    AppendPoints(ByLattice(LatticeOf(state, request), area.gradient),
+                 *response->mutable_area_gradient());
   }
   if (!wanted.bounds) return absl::OkStatus();
   LATTICED_ASSIGN_OR_RETURN(const Bounds bounds, MeasureBounds(*state.plan, *state.patch_tree,

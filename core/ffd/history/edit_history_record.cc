@@ -37,7 +37,17 @@ bool AreWeights(const VertexWeights& weights) {
          std::ranges::all_of(*weights, [](float w) { return w >= 0 && w <= 1; });
 }
 
+// Whether it writes nothing but weights, or nothing at all, and has ended.
+bool MovesNothing(const EditStep& step) {
+  return !step.structural.has_value() && !step.constraints.has_value() &&
+         !step.strength.has_value() && step.indices.empty() && step.positions.empty() &&
+         step.start.empty() && !step.open && !step.timed_out;
+}
+
 absl::Status CheckStep(const EditStep& step, const Structures& structures) {
+  if (step.removes && (step.weights.has_value() || !MovesNothing(step))) {
+    return Impossible("a removal of the lattice does more");
+  }
   if (step.strength.has_value()) {
     LATTICED_RETURN_IF_ERROR(CheckStrength(*step.strength, "a step's strength"));
   }
@@ -62,6 +72,21 @@ absl::Status CheckStep(const EditStep& step, const Structures& structures) {
   }
   for (const auto& [index, position] : step.start) {
     LATTICED_RETURN_IF_ERROR(CheckControlPoint(position, "a gesture's start"));
+  }
+  return absl::OkStatus();
+}
+
+// Steps between the removal of the lattice and the replacement that ends its absence. Undo takes it that any other step
+// has a lattice.
+absl::Status CheckAbsence(const EditHistoryImage& image) {
+  bool absent = image.base.absent, open = false;
+  for (const EditStep& step : image.steps) {
+    const bool replaces = step.structural.has_value() && step.structural->replaces();
+    const bool weighs = step.weights.has_value() && !step.removes && MovesNothing(step);
+    if (absent && !replaces && !weighs) return Impossible("a step of a lattice that was removed");
+    if (step.removes && open) return Impossible("a removal of the lattice leaves a gesture open");
+    open |= step.open || step.timed_out;
+    absent = step.removes || (absent && !replaces);
   }
   return absl::OkStatus();
 }
@@ -105,7 +130,8 @@ absl::Status Check(const EditHistoryImage& image) {
   for (const UndoneStep& undone : image.undone) {
     LATTICED_RETURN_IF_ERROR(CheckStep(undone.step, structures));
   }
-  return CheckOrder(image);
+  LATTICED_RETURN_IF_ERROR(CheckOrder(image));
+  return CheckAbsence(image);
 }
 
 }  // namespace

@@ -16,11 +16,12 @@
 namespace latticed {
 namespace {
 
-absl::Status Conflict(std::string_view what, std::string_view editor_id) {
+absl::Status Conflict(std::string_view what, const EditStep& later) {
   return error::WithDetails(
-      absl::AbortedError(fmt::format("{}: editor '{}' has since changed the same control points",
-                                     what, editor_id)),
-      {.reason = "UNDO_CONFLICT", .metadata = {{"editor_id", std::string(editor_id)}}});
+      absl::AbortedError(
+          fmt::format("{}: editor '{}' has since {}", what, later.editor_id,
+                      later.removes ? "removed the lattice" : "changed the same control points")),
+      {.reason = "UNDO_CONFLICT", .metadata = {{"editor_id", later.editor_id}}});
 }
 
 }  // namespace
@@ -40,7 +41,7 @@ absl::Status EditHistory::UndoStep(std::string_view editor_id, UndoScope scope,
   }
   for (size_t n = *found + 1; n < steps.size(); ++n) {
     if (steps[n].editor_id != editor_id && steps[n].Overlaps(steps[*found])) {
-      return Conflict("undo", steps[n].editor_id);
+      return Conflict("undo", steps[n]);
     }
   }
   LATTICED_RETURN_IF_ERROR(AdmitWithout(*found, admit, rules));
@@ -69,7 +70,7 @@ absl::Status EditHistory::RedoStep(std::string_view editor_id, Restructurer rest
   for (const EditStep& step : layers_.steps()) {
     if (step.written_at > found->undone_at && step.editor_id != editor_id &&
         step.Overlaps(found->step)) {
-      return Conflict("redo", step.editor_id);
+      return Conflict("redo", step);
     }
   }
   const auto position = std::next(found).base();

@@ -46,9 +46,7 @@ absl::Status SceneHistory::Check(const EditBatch& batch) const {
     return error::InvalidField("lattice", "weights are set by edits of lattice 0");
   }
   if (batch.lattice >= histories_.size() && !batch.refusal.ok()) return batch.refusal;
-  const bool is_free = batch.lattice == histories_.size() ||
-                       (batch.lattice < histories_.size() && histories_[batch.lattice].absent());
-  if (is_free && !batch.edits.empty() &&
+  if (IsFree(batch.lattice) && !batch.edits.empty() &&
       std::holds_alternative<ReplaceLattice>(batch.edits.front())) {
     return CheckAddition(batch);
   }
@@ -63,10 +61,12 @@ absl::Status SceneHistory::CheckAddition(const EditBatch& batch) const {
                                "OUT_OF_RANGE");
   }
   const auto* replace = LoneEdit<ReplaceLattice>(batch);
-  if (replace == nullptr) return NotAlone(kField);
-  if (!replace->keep_shape) return absl::OkStatus();
-  return error::InvalidField(fmt::format("{}.keep_shape", kField),
-                             "a lattice that is added has no shape to keep");
+  return replace == nullptr ? NotAlone(kField) : absl::OkStatus();
+}
+
+bool SceneHistory::IsFree(uint32_t lattice) const {
+  return lattice == histories_.size() ||
+         (lattice < histories_.size() && histories_[lattice].absent());
 }
 
 size_t SceneHistory::NewestOf(std::string_view editor_id) const {
@@ -114,8 +114,14 @@ absl::StatusOr<EditOutcome> SceneHistory::Apply(const EditBatch& batch, TimePoin
     return histories_[newest].Apply(batch, now, admit, admit_points, keeper, admit_weights,
                                     admit_removal);
   }
+  // Not sooner: a batch that is sent again may have come when the lattice was there.
+  const auto* replace = LoneEdit<ReplaceLattice>(batch);
+  if (replace != nullptr && replace->keep_shape && IsFree(batch.lattice)) {
+    return error::InvalidField("edits[0].replace_lattice.keep_shape",
+                               "a lattice that is added has no shape to keep");
+  }
   if (batch.lattice == histories_.size()) {
-    const LatticeStructure& structure = LoneEdit<ReplaceLattice>(batch)->lattice.structure;
+    const LatticeStructure& structure = replace->lattice.structure;
     LATTICED_RETURN_IF_ERROR(Validate(structure));
     EditHistory added = MadeFor({structure, IdentityControlPoints(structure)}, true);
     auto outcome = added.Apply(batch, now, admit, admit_points, keeper, admit_weights);

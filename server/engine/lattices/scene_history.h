@@ -79,6 +79,8 @@ class SceneHistory {
   explicit SceneHistory(std::deque<EditHistory> histories);
   // Whether a replacement that names a number that no lattice has may add one.
   absl::Status CheckAddition(const EditBatch& batch) const;
+  // Whether no lattice has the number, and an edit may add one there.
+  bool IsFree(uint32_t lattice) const;
   // The lattice of the editor's batch with the highest sequence.
   size_t NewestOf(std::string_view editor_id) const;
   // The history of a lattice that is to be added, before its first batch.

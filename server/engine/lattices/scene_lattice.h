@@ -27,7 +27,7 @@
 namespace latticed {
 
 struct SceneLattice {
-  // By which edits and clients name it. Of a lattice that was removed, no other one takes the number.
+  // By which edits and clients name it. The others keep theirs where it is removed.
   uint32_t number = 0;
   // From its control points to those of the plan, with its strength.
   std::shared_ptr<const OutsideMap> map;

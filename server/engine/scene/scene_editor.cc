@@ -159,6 +159,9 @@ absl::StatusOr<EditCommit> SceneEditor::Apply(const EditBatch& batch, const Scen
     if (!commit.summary.status.ok()) return commit.summary.status;
     return commit;
   }
+  if (absent && !commit.structure_changed) {
+    return absl::InternalError("an edit of a lattice that the scene does not have");
+  }
 
   SceneState next = commit.structure_changed ? *std::move(candidate->state) : SceneState(before);
   if (commit.structure_changed) {

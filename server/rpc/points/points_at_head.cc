@@ -14,8 +14,8 @@ namespace latticed {
 
 absl::StatusOr<PointsAtHead> FindPoints(ServerEnv& env, const CallInfo& call,
                                         const std::string& scene, const std::string& point_set,
-                                        uint64_t revision, bool with_normals, uint32_t lattice,
-                                        std::string_view prefix) {
+                                        uint64_t revision, bool with_normals,
+                                        std::optional<uint32_t> lattice, std::string_view prefix) {
   PointsAtHead found;
   LATTICED_ASSIGN_OR_RETURN(found.scene, FindScene(env, call, scene));
   if (point_set.empty())
@@ -30,9 +30,11 @@ absl::StatusOr<PointsAtHead> FindPoints(ServerEnv& env, const CallInfo& call,
         {.reason = "REVISION_CHANGED",
          .metadata = {{"revision", fmt::to_string(found.state->revision)}}});
   }
-  LATTICED_RETURN_IF_ERROR(
-      CheckLattice(found.state->lattices, lattice, fmt::format("{}lattice", prefix)));
-  found.lattice_place = PlaceOf(found.state->lattices, lattice);
+  if (lattice.has_value()) {
+    LATTICED_RETURN_IF_ERROR(
+        CheckLattice(found.state->lattices, *lattice, fmt::format("{}lattice", prefix)));
+    found.lattice_place = PlaceOf(found.state->lattices, *lattice);
+  }
   LATTICED_ASSIGN_OR_RETURN(found.resident,
                             set->At(*found.state, found.scene->backend(), *env.point_arena));
   if (with_normals && !found.points().has_normals()) {

@@ -11,6 +11,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -30,7 +31,8 @@ struct PointsAtHead {
   std::shared_ptr<const SceneState> state;
   std::shared_ptr<const PointSet::Resident> resident;
   PointNormals normals = PointNormals::kNone;
-  size_t lattice_place = 0;  // by whose control points clients give tangents and get derivatives
+  // By whose control points clients give tangents and get derivatives.
+  size_t lattice_place = 0;
 
   const SortedPoints& points() const { return resident->points(); }
   // Runs `call`, which returns the status of a call of the evaluator.
@@ -48,18 +50,17 @@ struct PointsAtHead {
   }
 };
 
-// `prefix` is what comes before the names of fields: "" or "header.".
-[[nodiscard]] absl::StatusOr<PointsAtHead> FindPoints(ServerEnv& env, const CallInfo& call,
-                                                      const std::string& scene,
-                                                      const std::string& point_set,
-                                                      uint64_t revision, bool with_normals,
-                                                      uint32_t lattice, std::string_view prefix);
+// `lattice`: the number that the request names; unset for one that names none. `prefix` is what comes before the names of
+// fields: "" or "header.".
+[[nodiscard]] absl::StatusOr<PointsAtHead> FindPoints(
+    ServerEnv& env, const CallInfo& call, const std::string& scene, const std::string& point_set,
+    uint64_t revision, bool with_normals, std::optional<uint32_t> lattice, std::string_view prefix);
 // Of a request, or of the header of one.
 template <class Request>
 [[nodiscard]] absl::StatusOr<PointsAtHead> FindPoints(ServerEnv& env, const CallInfo& call,
                                                       const Request& request,
                                                       std::string_view prefix = "") {
-  uint32_t lattice = 0;
+  std::optional<uint32_t> lattice;
   if constexpr (requires { request.lattice(); }) lattice = request.lattice();
   return FindPoints(env, call, request.scene(), request.point_set(), request.revision(),
                     request.with_normals(), lattice, prefix);

@@ -47,7 +47,9 @@ class HostileBackupTest : public BackupFixture {
     change(image);
     auto items = items_;
     items[1].data = items[1].header() + image.SerializeAsString();
-    items[1].item.set_records(image.records());
+    uint64_t records = image.records();
+    for (const store::Image& other : image.others()) records += other.records();
+    items[1].item.set_records(records);
     Fit(items[1]);
     return Restore(PartsOf(items)).status();
   }
@@ -144,6 +146,39 @@ TEST_F(HostileBackupTest, AHistoryThatCannotBeIsRefused) {
     ExpectRefused(status, kInvalid, "MALFORMED_FILE", "part");
     EXPECT_THAT(std::string(status.message()), HasSubstr(why));
     EXPECT_THAT(std::string(status.message()), HasSubstr("scene 'scene-one'"));
+  }
+  ExpectNothing();
+}
+
+// Undo of such a step would write to a lattice that the scene does not have.
+TEST_F(HostileBackupTest, EditsOfALatticeThatIsNotThereAreRefused) {
+  StartEmpty(nullptr, TestOptions());
+  mesh_ = Upload(kGridObj);
+  ASSERT_OK(Create(SceneRequest()));
+  ASSERT_OK(Apply(Move("ann", 1, 5, 0.1)));
+  v1::EditBatch add = Move("ann", 2, 0, 0);
+  add.set_lattice(1);
+  v1::Lattice& lattice = *add.mutable_edits(0)->mutable_replace_lattice()->mutable_lattice();
+  SetFrame(*lattice.mutable_frame(), {-1, -1, -1}, {4, 4, 2});
+  ASSERT_OK(Apply(add));
+  ASSERT_OK_AND_ASSIGN(parts_, Backup());
+  items_ = ItemsOf(parts_);
+  StartEmpty(nullptr, TestOptions());
+  ASSERT_OK(RestoreWith([](store::Image&) {}));
+  ASSERT_OK(DeleteScene());
+
+  for (const bool of_the_first : {true, false}) {
+    const absl::Status status = RestoreWith([&](store::Image& image) {
+      store::Image& gone = of_the_first ? image : *image.mutable_others(0);
+      gone.set_absent(true);
+      if (of_the_first) return;
+      store::Step step = image.steps(0);  // which moves a point
+      step.set_structure_step(0);
+      gone.clear_steps();
+      *gone.add_steps() = step;
+    });
+    ExpectRefused(status, kInvalid, "MALFORMED_FILE", "part");
+    EXPECT_THAT(std::string(status.message()), HasSubstr("a lattice that was removed"));
   }
   ExpectNothing();
 }

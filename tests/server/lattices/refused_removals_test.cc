@@ -26,7 +26,9 @@ TEST_F(RemovedLatticesTest, OthersAreToldByTheStructure) {
     ExpectRefused(Apply(batch), Code::kFailedPrecondition,
                   redo ? "NOTHING_TO_REDO" : "LATTICE_REMOVED");
   }
-  ExpectRefused(Apply(Undo(1, "bob")), Code::kAborted, "UNDO_CONFLICT");
+  const absl::Status conflict = Apply(Undo(1, "bob"));
+  ExpectRefused(conflict, Code::kAborted, "UNDO_CONFLICT");
+  EXPECT_EQ(conflict.message(), "undo: editor 'ann' has since removed the lattice");
   v1::EditBatch any = Undo(1, "bob");
   any.mutable_edits(0)->mutable_undo()->set_scope(v1::UNDO_SCOPE_SCENE);
   ASSERT_OK(Apply(any));
@@ -87,6 +89,27 @@ TEST_F(RemovedLatticesTest, WhatCannotBeRemovedChangesNothing) {
   ExpectRefused(Apply(fit), Code::kInvalidArgument, "INVALID_FIELD",
                 "edits[0].replace_lattice.keep_shape");
   EXPECT_EQ(Get().revision(), 1u);
+}
+
+TEST_F(RemovedLatticesTest, AReplacementThatWasAppliedGetsItsResultAfterTheRemoval) {
+  ASSERT_OK(Create(RequestOf({Whole(), Shaken(Whole())})));
+  v1::EditBatch fit = Put(1, Whole({3, 3, 3}));
+  fit.mutable_edits(0)->mutable_replace_lattice()->set_keep_shape(true);
+  v1::EditResult first, again;
+  ASSERT_OK(Apply(fit, &first));  // its answer is lost
+  ASSERT_OK(Apply(Remove(1, "bob")));
+
+  ASSERT_OK(Apply(fit, &again));
+
+  EXPECT_EQ(again.revision(), 1u);
+  EXPECT_EQ(again.structure_id(), first.structure_id());
+  EXPECT_EQ(again.drag_residual(), first.drag_residual());
+  EXPECT_EQ(Get().revision(), 2u);
+  EXPECT_EQ(Numbers(), Numbered{0});
+  v1::EditBatch late = Put(1, Whole({3, 3, 3}));
+  late.mutable_edits(0)->mutable_replace_lattice()->set_keep_shape(true);
+  ExpectRefused(Apply(late), Code::kInvalidArgument, "INVALID_FIELD",
+                "edits[0].replace_lattice.keep_shape");
 }
 
 TEST_F(RemovedLatticesTest, NoNewFoldIfItIsRefused) {

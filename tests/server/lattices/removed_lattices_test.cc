@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Lattices that edits remove from a scene: what is left, undo and redo, watchers, restarts.
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -256,18 +257,65 @@ TEST_F(RemovedLatticesTest, RequestsNameWhatIsLeft) {
   EXPECT_LE(Norm(Evaluate(Vec3d{0.5, 0.75, 0}) - target), 1e-12);
 }
 
-TEST_F(RemovedLatticesTest, PatchesComeAgainWhereOneIsLeft) {
+TEST_F(RemovedLatticesTest, MeasuresWithoutDerivativesNameNoLattice) {
+  ASSERT_OK(Create(RequestOf({Whole(), Shaken(Whole({1, 1, 1}))})));
+  ASSERT_OK(Create(RequestOf({LatticeAt(1).lattice()}, kLeft)));
+  ASSERT_OK(Apply(Remove(0)));
+  auto measure = For<v1::MeasureSceneRequest>();
+  for (const auto what :
+       {v1::MEASURE_VOLUME, v1::MEASURE_AREA, v1::MEASURE_CENTROID, v1::MEASURE_BOUNDS}) {
+    measure.add_measures(what);
+  }
+  v1::MeasureSceneResponse got, left;
+  ASSERT_OK(Call(&Scenes::MeasureScene, measure, &got));
+  measure.set_scene(kLeft);
+  ASSERT_OK(Call(&Scenes::MeasureScene, measure, &left));
+  EXPECT_NEAR(got.volume(), left.volume(), 1e-12);
+  EXPECT_NEAR(got.area(), left.area(), 1e-12);
+  EXPECT_NEAR(got.centroid().x(), left.centroid().x(), 1e-12);
+  EXPECT_NEAR(got.greatest().x(), left.greatest().x(), 1e-12);
+  EXPECT_EQ(got.area_gradient_size(), 0);
+
+  measure.set_scene(kScene);
+  measure.set_with_gradient(true);
+  ExpectRefused(Call(&Scenes::MeasureScene, measure, &got), Code::kInvalidArgument, "OUT_OF_RANGE",
+                "lattice");
+}
+
+TEST_F(RemovedLatticesTest, AnOpenViewOfPatchesGoesOnWithoutASum) {
   ASSERT_OK(Create(RequestOf({Whole(), Shaken(Whole({1, 1, 1}))})));
   v1::WatchRequest patches = For<v1::WatchRequest>();
   patches.mutable_view()->set_encoding(v1::ENCODING_PATCHES);
-  WatchClient refused(*scenes_, patches);
-  ExpectRefused(refused.Finish(), Code::kInvalidArgument, "UNSUPPORTED", "view.encoding");
-  ASSERT_OK(Apply(Remove(0)));
+  patches.set_max_unacked_updates(10);
   WatchClient watcher(*scenes_, patches);
   watcher.ReadUpdates(1);
+  const auto sums = [&] {
+    return std::ranges::count_if(watcher.log.events,
+                                 [](const auto& event) { return event.has_patch_lattice(); });
+  };
+  EXPECT_EQ(sums(), 1);
+  EXPECT_TRUE(watcher.log.sum.has_lattice());
+
+  ASSERT_OK(Apply(Remove(0)));
+  watcher.ReadUntilRevision(1);
+  ASSERT_OK(Apply(Push(1, 21, {0.05, 0, 0})));
+  watcher.ReadUntilRevision(2);
+
+  EXPECT_EQ(sums(), 1);
   ASSERT_EQ(watcher.log.others.count(1), 1u);
   EXPECT_EQ(watcher.log.others.at(1).lattice().SerializeAsString(),
             LatticeAt(1).lattice().SerializeAsString());
+  EventLog now;
+  auto request = For<v1::GetUpdateRequest>();
+  *request.mutable_view() = patches.view();
+  ASSERT_OK(Update(request, now));
+  EXPECT_EQ(watcher.log.bounds, now.bounds);
+  EXPECT_EQ(watcher.log.topologies.back().topology_id(), now.topologies.back().topology_id());
+  ASSERT_OK(Apply(Undo(1)));
+  ASSERT_OK(Apply(Undo(0)));
+  watcher.ReadUntilRevision(4);
+  EXPECT_EQ(sums(), 2);
+  EXPECT_EQ(watcher.log.sum.revision(), 4u);
 }
 
 }  // namespace

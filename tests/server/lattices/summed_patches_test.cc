@@ -134,11 +134,14 @@ TEST_F(SummedPatchesTest, AnAddedLatticeBringsAnotherPlan) {
   undo.set_structure_id(2);
   ASSERT_TRUE(client.Send(undo));
   client.ReadUntilRevision(3);
-  undo.set_sequence(4);  // the added lattice comes to rest, with the structure that it had before
+  ExpectDefinition(client.log);
+  undo.set_sequence(4);  // of the addition: one lattice is left, which needs no sum
   ASSERT_TRUE(client.Send(undo));
   client.ReadUntilRevision(4);
-  ExpectDefinition(client.log);
-  EXPECT_EQ(client.log.others.size(), 1u);
+  EXPECT_TRUE(client.log.others.empty());
+  EXPECT_EQ(client.log.topologies.size(), 3u);
+  EXPECT_EQ(CountSums(client.log, true), 1u);
+  EXPECT_LT(client.log.sum.revision(), 4u);
 }
 
 TEST_F(SummedPatchesTest, AResumedStreamBeginsWithTheWholeSum) {

@@ -21,6 +21,7 @@ void EventLog::Take(const v1::SceneEvent& event) {
         lattice = event.lattice_state();
       } else {
         others[event.lattice_state().index()] = event.lattice_state();
+        lattice.set_revision(event.lattice_state().revision());  // also where lattice 0 is gone
       }
       break;
     case v1::SceneEvent::kLatticeDelta: {

@@ -34,7 +34,7 @@ class EventLog {
 
   std::vector<v1::SceneEvent> events;
   v1::Hello hello;
-  v1::LatticeState lattice;  // the first one, with the deltas applied
+  v1::LatticeState lattice;  // lattice 0, with the deltas applied; its revision is that of all
   std::map<uint32_t, v1::LatticeState> others;
   v1::LatticeState sum;  // of several, as of the last patch_lattice
   std::vector<v1::Topology> topologies;

@@ -8,6 +8,7 @@ namespace latticed {
 namespace {
 
 using ::latticed::testing::StatusIs;
+using ::testing::HasSubstr;
 
 class RemovalTest : public EditHistoryTest {
  protected:
@@ -62,6 +63,59 @@ TEST_F(RemovalTest, OneThatBeginsAbsentCountsItsLatticesInMemory) {
   EditHistory history = EditHistory::Absent(UnitLattice());
   EXPECT_TRUE(history.absent());
   EXPECT_EQ(history.MemoryBytes(), 3 * 64 * sizeof(Vec3d));
+}
+
+TEST_F(RemovalTest, AnImageWithOtherStepsOfNoLatticeIsRefused) {
+  const auto refuses = [](const char* what, EditHistoryImage image) {
+    EXPECT_THAT(EditHistory::FromImage(std::move(image)).status(),
+                StatusIs(absl::StatusCode::kDataLoss, HasSubstr(what)));
+  };
+  ASSERT_OK(Do("ann", Move({3}, 0.25)));
+  EditHistoryImage image = history_.image();
+  image.base.absent = true;
+  refuses("was removed", image);  // moved without a lattice
+  EditHistoryImage with = image;
+  with.steps[0].weights.emplace();
+  refuses("was removed", with);
+  image.steps[0] = {.id = 1, .editor_id = "ann"};
+  image.steps[0].strength = 0.5;
+  refuses("was removed", image);
+  image.steps[0].strength.reset();
+  image.steps[0].constraints.emplace();
+  refuses("was removed", image);
+  image.steps[0].constraints.reset();
+  image.steps[0].removes = true;
+  refuses("was removed", image);  // twice
+  ASSERT_OK(Do("bob", RemoveLattice{}));
+  const EditHistoryImage removed = history_.image();
+  EXPECT_OK(EditHistory::FromImage(removed).status());
+  image = removed;
+  image.steps[0].open = true;
+  refuses("gesture", image);
+  image = removed;
+  image.steps[1].strength = 0.5;
+  refuses("does more", image);
+  image = removed;
+  image.steps[1].weights.emplace();
+  refuses("does more", image);
+  image = removed;
+  std::swap(image.steps[0], image.steps[1]);
+  refuses("was removed", image);
+  ASSERT_OK(Do("bob", Undo{}));
+  image = history_.image();
+  image.undone[0].step.indices = {3};
+  image.undone[0].step.positions = {Vec3d{}};
+  refuses("does more", image);
+}
+
+TEST_F(RemovalTest, AnImageOfNoLatticeTakesWeightsAndAReplacement) {
+  ASSERT_OK(Do("ann", RemoveLattice{}));
+  ASSERT_OK(Do("ann", SetWeights{}));
+  ASSERT_OK_AND_ASSIGN(EditHistory copy, EditHistory::FromImage(history_.image()));
+  EXPECT_TRUE(copy.absent());
+  ASSERT_OK(Do("bob", Another()));
+  ASSERT_OK(Do("bob", Move({3}, 0.25)));
+  EXPECT_OK(EditHistory::FromImage(history_.image()).status());
 }
 
 TEST_F(RemovalTest, TheCallerMayRefuseIt) {
