@@ -67,8 +67,8 @@ std::pair<std::optional<StructureEdit>, std::string_view> LoneStructureEdit(
 EditHistory::EditHistory(Lattice initial, double strength)
     : EditHistory(EditLayers(std::move(initial), strength)) {}
 
-EditHistory EditHistory::Absent(Lattice at_rest) {
-  LayersBase base{.base = at_rest, .initial = std::move(at_rest), .absent = true};
+EditHistory EditHistory::Absent(const Lattice& at_rest) {
+  LayersBase base{.base = at_rest, .initial = at_rest, .absent = true};
   return EditHistory(EditLayers(std::move(base), {}));
 }
 

@@ -82,7 +82,7 @@ class EditHistory {
   // `initial` must be valid, the strength 0 to 1. The history begins at revision 0 and structure_id 1.
   explicit EditHistory(Lattice initial, double strength = 1);
   // Begins without a lattice: `at_rest` is what undo leads to before the first replacement.
-  [[nodiscard]] static EditHistory Absent(Lattice at_rest);
+  [[nodiscard]] static EditHistory Absent(const Lattice& at_rest);
   // Goes on from an image. kDataLoss naming what cannot be: an image from a file may be anything.
   [[nodiscard]] static absl::StatusOr<EditHistory> FromImage(EditHistoryImage image);
   [[nodiscard]] EditHistoryImage image() const;
