@@ -80,8 +80,7 @@ size_t SceneHistory::NewestOf(std::string_view editor_id) const {
 }
 
 EditHistory SceneHistory::MadeFor(Lattice at_rest, bool absent) const {
-  EditHistory history =
-      absent ? EditHistory::Absent(std::move(at_rest)) : EditHistory(std::move(at_rest));
+  EditHistory history = absent ? EditHistory::Absent(at_rest) : EditHistory(std::move(at_rest));
   history.GoOnFrom(revision_, structure_id_);
   return history;
 }
