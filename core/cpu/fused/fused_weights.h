@@ -22,7 +22,7 @@ struct FusedWeights {
   std::vector<WeightedEdge> edges;
   std::vector<WeightedPoint> corners;
 
-  // `along` and `across` are the patch's in the world, `facet` its unit normal.
+  // `along`, `across` and `shear` are the patch's in the world (fused_kernel.h), `facet` its unit normal.
   void PackPatch(const DeformPlan& plan, const BoxPolynomials& polynomials, size_t group,
                  size_t lane, uint32_t patch, Vec3d along, Vec3d across, double shear, Vec3d facet);
   void PackEdge(const DeformPlan& plan, uint32_t edge, uint32_t feature);

@@ -278,10 +278,7 @@ absl::Status EditHistory::Constrain(const std::string& editor_id, const Constrai
     LATTICED_RETURN_IF_ERROR(rules.keeper->CheckEncloses(lattice().control_points, strength()));
   }
   ForgetUndone(editor_id);
-  EditStep step{.id = ++clock_,
-                .structure_step = layers_.structure_step(),
-                .written_at = ++clock_,
-                .editor_id = editor_id};
+  EditStep step = NewStep(editor_id);
   step.constraints = constraints;
   layers_.Push(std::move(step));
   return absl::OkStatus();

@@ -201,6 +201,13 @@ class EditHistory {
   void CommitGestures(std::string_view editor_id, std::string_view except_gesture);
   EditStep TakeUndone(std::deque<UndoneStep>::iterator position);
   void ForgetUndone(std::string_view editor_id);
+  // A step that is written now and changes nothing yet. Takes two times of the clock.
+  EditStep NewStep(const std::string& editor_id) {
+    return {.id = ++clock_,
+            .structure_step = layers_.structure_step(),
+            .written_at = ++clock_,
+            .editor_id = editor_id};
+  }
   void TrimHistory();
   size_t UndoBytes() const { return layers_.MemoryBytes() + undone_bytes_; }
 

@@ -20,10 +20,7 @@ absl::Status EditHistory::TakeAway(const std::string& editor_id, const Rules& ru
   if (rules.admit_removal) LATTICED_RETURN_IF_ERROR(rules.admit_removal());
   CommitGestures("", "");
   ForgetUndone(editor_id);
-  EditStep step{.id = ++clock_,
-                .structure_step = layers_.structure_step(),
-                .written_at = ++clock_,
-                .editor_id = editor_id};
+  EditStep step = NewStep(editor_id);
   step.removes = true;
   layers_.Push(std::move(step));
   ++structure_id_;

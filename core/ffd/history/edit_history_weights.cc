@@ -17,10 +17,7 @@ absl::Status EditHistory::Weigh(const std::string& editor_id, const SetWeights& 
   LATTICED_RETURN_IF_ERROR(Admit(weights, rules));
   CommitGestures("", "");
   ForgetUndone(editor_id);
-  EditStep step{.id = ++clock_,
-                .structure_step = layers_.structure_step(),
-                .written_at = ++clock_,
-                .editor_id = editor_id};
+  EditStep step = NewStep(editor_id);
   step.weights = std::move(weights);
   layers_.Push(std::move(step));
   ++structure_id_;

@@ -81,8 +81,8 @@ absl::Status CheckVertexWeights(const PolygonMesh& mesh, std::span<const float> 
 // The part along the longest side follows from that side alone, and the other part is perpendicular to it. Thus a thin
 // triangle's large gradient across does not disturb the small one along.
 Vec3d WeightGradient(const std::array<Vec3d, 3>& corners, const std::array<double, 3>& weights) {
-  constexpr double kLeastHeight =
-      1e-9;  // of the length: below, the direction across is of rounding errors
+  // By the length. The direction across a lower triangle is one of rounding errors.
+  constexpr double kLeastHeight = 1e-9;
   const auto side = [&](size_t c) { return corners[(c + 1) % 3] - corners[c]; };
   size_t first = 0;
   for (size_t c = 1; c < 3; ++c) {

@@ -80,11 +80,7 @@ TEST_F(AddedLatticesTest, UndoTakesItAwayAndRedoBack) {
 
 TEST_F(AddedLatticesTest, AWatcherFollowsThem) {
   ASSERT_OK(Create(RequestOf({Whole()})));
-  v1::WatchRequest watch = For<v1::WatchRequest>();
-  watch.mutable_view()->set_encoding(v1::ENCODING_RAW);
-  watch.mutable_view()->set_segments(3);
-  watch.set_max_unacked_updates(10);
-  WatchClient watcher(*scenes_, watch);
+  WatchClient watcher(*scenes_, RawWatch());
   watcher.ReadUpdates(1);
   EXPECT_TRUE(watcher.log.others.empty());
 

@@ -93,11 +93,7 @@ TEST_F(RemovedLatticesTest, TheOthersKeepTheirUndoSteps) {
 
 TEST_F(RemovedLatticesTest, AWatcherFollows) {
   ASSERT_OK(Create(RequestOf({Whole(), Spot(), Spot({1, 1, 1})})));
-  v1::WatchRequest watch = For<v1::WatchRequest>();
-  watch.mutable_view()->set_encoding(v1::ENCODING_RAW);
-  watch.mutable_view()->set_segments(3);
-  watch.set_max_unacked_updates(10);
-  WatchClient watcher(*scenes_, watch);
+  WatchClient watcher(*scenes_, RawWatch());
   watcher.ReadUpdates(1);
   ASSERT_EQ(watcher.log.others.size(), 2u);
 
@@ -112,7 +108,7 @@ TEST_F(RemovedLatticesTest, AWatcherFollows) {
             LatticeAt(2).lattice().SerializeAsString());
   watcher.ReadUntil([&] { return watcher.log.ends.back().full_detail(); });
   auto now = For<v1::GetUpdateRequest>();
-  *now.mutable_view() = watch.view();
+  *now.mutable_view() = RawWatch().view();
   EventLog fresh;
   ASSERT_OK(Update(now, fresh));
   ASSERT_FALSE(fresh.chunks.empty());

@@ -57,6 +57,14 @@ class SeveralLatticesTest : public OutsideSceneTest {
     }
     return request;
   }
+  // Of raw points by 3 segments, with room for ten updates that are not acknowledged.
+  v1::WatchRequest RawWatch() const {
+    v1::WatchRequest watch = For<v1::WatchRequest>();
+    watch.mutable_view()->set_encoding(v1::ENCODING_RAW);
+    watch.mutable_view()->set_segments(3);
+    watch.set_max_unacked_updates(10);
+    return watch;
+  }
   static v1::EditBatch MoveIn(uint32_t lattice, uint64_t sequence, uint32_t index, Vec3d offset) {
     v1::EditBatch batch = MoveOne("ann", sequence, index, offset);
     batch.set_lattice(lattice);

@@ -38,11 +38,7 @@ TEST_F(SeveralLatticesTest, AWatcherFollowsTheEditsOfEach) {
   ASSERT_OK(Create(RequestOf({Whole(), Spot()})));
   EXPECT_EQ(Get().lattices_size(), 2);
   EXPECT_EQ(Get().lattices(1).frame().origin().x(), 0.2);
-  v1::WatchRequest watch = For<v1::WatchRequest>();
-  watch.mutable_view()->set_encoding(v1::ENCODING_RAW);
-  watch.mutable_view()->set_segments(3);
-  watch.set_max_unacked_updates(10);
-  WatchClient watcher(*scenes_, watch);
+  WatchClient watcher(*scenes_, RawWatch());
   watcher.ReadUpdates(1);
   ASSERT_EQ(watcher.log.others.size(), 1u);
   EXPECT_EQ(watcher.log.others.at(1).lattice().frame().u().x(), 0.4);

@@ -54,6 +54,20 @@ def some_points(surface, random, count=3000):
     return chosen, patch[chosen], weights[chosen]
 
 
+def farthest_chord(watched, random, tolerance):
+    """A surface for the tolerance, and how far random points of its triangles are from the exact surface."""
+    surface = watched.evaluator(np.float64).surface(watched.update.edge_bytes, tolerance)
+    corners = surface.triangles[random.choice(len(surface.triangles), size=4000)]
+    patch = np.searchsorted(surface.first_points, corners[:, 0], side="right") - 1
+    mix = random.dirichlet([1, 1, 1], size=len(corners))
+    at = np.concatenate([pattern.weights for pattern in surface.patterns])
+    exact = watched.exact(patch, np.einsum("tk,tki->ti", mix, at[corners]))
+    chords = np.einsum("tk,tkx->tx", mix, surface.points[corners])
+    far = np.linalg.norm(chords - exact.positions, axis=1).max()
+    print(f"{len(surface.triangles)} triangles, {far / tolerance:.2f} of the tolerance")
+    return surface, far
+
+
 def half_unit(surface):
     """Of a grid of 16 bits around the surface, and 1e-6 of its diagonal."""
     extents = np.ptp(surface.points, axis=0)
@@ -125,16 +139,7 @@ def test_triangles_are_within_the_tolerance(client, blob, random, degree):
     with moved_scene(client, blob, random, degree) as scene:
         watched = Watched(scene)
         for tolerance in (3e-2, 1e-3):
-            surface = watched.evaluator(np.float64).surface(watched.update.edge_bytes, tolerance)
-            chosen = random.choice(len(surface.triangles), size=4000)
-            corners = surface.triangles[chosen]
-            patch = np.searchsorted(surface.first_points, corners[:, 0], side="right") - 1
-            mix = random.dirichlet([1, 1, 1], size=len(chosen))
-            weights = np.concatenate([pattern.weights for pattern in surface.patterns])
-            exact = watched.exact(patch, np.einsum("tk,tki->ti", mix, weights[corners]))
-            chords = np.einsum("tk,tkx->tx", mix, surface.points[corners])
-            far = np.linalg.norm(chords - exact.positions, axis=1).max()
-            print(f"{len(surface.triangles)} triangles, {far / tolerance:.2f} of the tolerance")
+            surface, far = farthest_chord(watched, random, tolerance)
             assert tolerance / 20 < far <= tolerance + half_unit(surface)
 
 

@@ -13,6 +13,7 @@ from test_patch_stream import (
     PATCHES,
     UNIFORM,
     Watched,
+    farthest_chord,
     half_unit,
     moved_scene,
     some_points,
@@ -60,16 +61,7 @@ def test_triangles_are_within_the_tolerance(client, blob, random, degree, weight
     with moved_scene(client, blob, random, degree, weights=weights) as scene:
         watched = Watched(scene)
         for tolerance in (3e-2, 1e-3):
-            surface = watched.evaluator(np.float64).surface(watched.update.edge_bytes, tolerance)
-            chosen = random.choice(len(surface.triangles), size=4000)
-            corners = surface.triangles[chosen]
-            patch = np.searchsorted(surface.first_points, corners[:, 0], side="right") - 1
-            mix = random.dirichlet([1, 1, 1], size=len(chosen))
-            at = np.concatenate([pattern.weights for pattern in surface.patterns])
-            exact = watched.exact(patch, np.einsum("tk,tki->ti", mix, at[corners]))
-            chords = np.einsum("tk,tkx->tx", mix, surface.points[corners])
-            far = np.linalg.norm(chords - exact.positions, axis=1).max()
-            print(f"{len(surface.triangles)} triangles, {far / tolerance:.2f} of the tolerance")
+            surface, far = farthest_chord(watched, random, tolerance)
             assert tolerance / 20 < far <= tolerance + 2 * half_unit(surface)
 
 
