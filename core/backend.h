@@ -30,6 +30,7 @@
 #include <string_view>
 #include <vector>
 
+#include "absl/functional/function_ref.h"
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "core/ffd/plan/deform_plan.h"
@@ -148,6 +149,10 @@ class ReachSlice;      // core/view/spanned/reach_slice.h
 class SortedPoints;    // core/points/sorted_points.h
 class ToleranceSlice;  // core/view/spanned/tolerance_slice.h
 
+// Takes the results of some chunks of an encoding before it has ended: of chunks[first], of the next one, and so on.
+using TakeEarly = absl::FunctionRef<void(size_t first, std::span<SharedBytes> results,
+                                         std::span<const VertexDigest> digests)>;
+
 class DeformView {
  public:
   virtual ~DeformView() = default;
@@ -186,11 +191,17 @@ class DeformView {
   // digest of the vertices whose bytes the caller already has, under this encoding and box. Encode replaces it by the
   // present digest. If the two are equal, nothing is encoded and the result has no data. A view without digests
   // encodes all and sets zeros.
+  //
+  // A device still encodes or copies when it knows some results, with their digests. Encode may call `early` with these, on the
+  // caller's thread, at most once for each chunk. Their bytes must not be read before Encode returns. `early` may move
+  // results out, which then come without data. After an error they are void.
   [[nodiscard]] virtual absl::StatusOr<std::vector<SharedBytes>> Encode(
-      std::span<const uint32_t> chunks, Encoding encoding, std::span<VertexDigest> digests) = 0;
-  [[nodiscard]] absl::StatusOr<std::vector<SharedBytes>> Encode(std::span<const uint32_t> chunks,
-                                                                Encoding encoding) {
-    return Encode(chunks, encoding, {});
+      std::span<const uint32_t> chunks, Encoding encoding, std::span<VertexDigest> digests,
+      TakeEarly early) = 0;
+  [[nodiscard]] absl::StatusOr<std::vector<SharedBytes>> Encode(
+      std::span<const uint32_t> chunks, Encoding encoding, std::span<VertexDigest> digests = {}) {
+    return Encode(chunks, encoding, digests,
+                  [](size_t, std::span<SharedBytes>, std::span<const VertexDigest>) {});
   }
 
   [[nodiscard]] virtual MemoryUse memory() const = 0;

@@ -30,8 +30,8 @@ std::span<const uint8_t> CpuView::ChunkBytes(uint32_t chunk) const {
 }
 
 absl::Status CpuView::EncodeChunks(std::span<const uint32_t> chunks, Encoding encoding,
-                                   std::span<VertexDigest> digests,
-                                   std::span<SharedBytes> results) {
+                                   std::span<VertexDigest> digests, std::span<SharedBytes> results,
+                                   TakeEarly /*early*/) {
   const auto bytes_of = [&](size_t i, std::vector<uint8_t>&) { return ChunkBytes(chunks[i]); };
   return encoder_.Encode(chunks, encoding, box().range, bytes_of, digests, results);
 }

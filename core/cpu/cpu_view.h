@@ -35,8 +35,8 @@ class CpuView : public CheckedView {
   }
   absl::Status ReadChunk(uint32_t chunk, std::span<uint8_t> out) override;
   absl::Status EncodeChunks(std::span<const uint32_t> chunks, Encoding encoding,
-                            std::span<VertexDigest> digests,
-                            std::span<SharedBytes> results) override;
+                            std::span<VertexDigest> digests, std::span<SharedBytes> results,
+                            TakeEarly early) override;
   std::span<const uint8_t> ChunkBytes(uint32_t chunk) const;
 
   VertexLayout layout_;

@@ -73,7 +73,8 @@ absl::Status CheckedView::Read(uint32_t chunk, std::span<uint8_t> out) {
 
 absl::StatusOr<std::vector<SharedBytes>> CheckedView::Encode(std::span<const uint32_t> chunks,
                                                              Encoding encoding,
-                                                             std::span<VertexDigest> digests) {
+                                                             std::span<VertexDigest> digests,
+                                                             TakeEarly early) {
   if (!box_) return NotEvaluated();
   if (FormatOf(encoding) != spec_.format) {
     return error::InvalidField("encoding", "its vertex format must be the view's");
@@ -85,7 +86,7 @@ absl::StatusOr<std::vector<SharedBytes>> CheckedView::Encode(std::span<const uin
   return CatchBadAlloc("the encoding", [&]() -> absl::StatusOr<std::vector<SharedBytes>> {
     std::vector<SharedBytes> results(chunks.size());
     if (chunks.empty()) return results;
-    LATTICED_RETURN_IF_ERROR(EncodeChunks(chunks, encoding, digests, results));
+    LATTICED_RETURN_IF_ERROR(EncodeChunks(chunks, encoding, digests, results, early));
     return results;
   });
 }

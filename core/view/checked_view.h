@@ -28,7 +28,8 @@ class CheckedView : public DeformView {
   absl::Status Read(uint32_t chunk, std::span<uint8_t> out) final;
   absl::StatusOr<std::vector<SharedBytes>> Encode(std::span<const uint32_t> chunks,
                                                   Encoding encoding,
-                                                  std::span<VertexDigest> digests) final;
+                                                  std::span<VertexDigest> digests,
+                                                  TakeEarly early) final;
 
  protected:
   CheckedView(std::shared_ptr<const DeformPlan> plan, const ViewSpec& spec)
@@ -52,8 +53,8 @@ class CheckedView : public DeformView {
     return ChunkPoints(*this, *plan_, chunk) * BytesPerPoint(spec_);
   }
   virtual absl::Status EncodeChunks(std::span<const uint32_t> chunks, Encoding encoding,
-                                    std::span<VertexDigest> digests,
-                                    std::span<SharedBytes> results) = 0;
+                                    std::span<VertexDigest> digests, std::span<SharedBytes> results,
+                                    TakeEarly early) = 0;
 
   absl::Status CheckEvaluate(std::span<const Vec3d> control_points, const QuantisationBox& box,
                              std::span<const uint32_t> chunks) const;

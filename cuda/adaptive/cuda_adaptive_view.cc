@@ -152,11 +152,11 @@ absl::Status CudaAdaptiveView::ReadChunk(uint32_t chunk, std::span<uint8_t> out)
 
 absl::Status CudaAdaptiveView::EncodeChunks(std::span<const uint32_t> chunks, Encoding encoding,
                                             std::span<VertexDigest> digests,
-                                            std::span<SharedBytes> results) {
+                                            std::span<SharedBytes> results, TakeEarly early) {
   const DeviceGuard guard(context_->device());
   const bool on_device = encoding != Encoding::kDracoMesh && HasDeviceWriter(encoding, *context_);
   absl::Status status = CatchBadAlloc("the encoding", [&] {
-    return on_device ? EncodeOnDevice(chunks, encoding, digests, results)
+    return on_device ? EncodeOnDevice(chunks, encoding, digests, results, early)
                      : EncodeOnHost(chunks, encoding, digests, results);
   });
   // A copy may still write to memory that the failed encoding frees.
@@ -166,7 +166,7 @@ absl::Status CudaAdaptiveView::EncodeChunks(std::span<const uint32_t> chunks, En
 
 absl::Status CudaAdaptiveView::EncodeOnDevice(std::span<const uint32_t> chunks, Encoding encoding,
                                               std::span<VertexDigest> digests,
-                                              std::span<SharedBytes> results) {
+                                              std::span<SharedBytes> results, TakeEarly early) {
   const auto shape = [&] {
     return DracoShape{.position_bits = spec().position_bits,
                       .normal_bits = spec().normals == NormalMode::kNone ? 0 : spec().normal_bits,
@@ -183,7 +183,7 @@ absl::Status CudaAdaptiveView::EncodeOnDevice(std::span<const uint32_t> chunks, 
     }
     return writer->Encode(vertices, places, box().range,
                           digests.empty() ? digests : digests.subspan(first, count),
-                          results.subspan(first, count));
+                          results.subspan(first, count), From(first, early));
   });
 }
 

@@ -69,10 +69,11 @@ class CudaAdaptiveView : public CheckedView, public ToleranceSlice {
                               std::span<const uint32_t> chunks) override;
   absl::Status ReadChunk(uint32_t chunk, std::span<uint8_t> out) override;
   absl::Status EncodeChunks(std::span<const uint32_t> chunks, Encoding encoding,
-                            std::span<VertexDigest> digests,
-                            std::span<SharedBytes> results) override;
+                            std::span<VertexDigest> digests, std::span<SharedBytes> results,
+                            TakeEarly early) override;
   absl::Status EncodeOnDevice(std::span<const uint32_t> chunks, Encoding encoding,
-                              std::span<VertexDigest> digests, std::span<SharedBytes> results);
+                              std::span<VertexDigest> digests, std::span<SharedBytes> results,
+                              TakeEarly early);
   absl::Status EncodeOnHost(std::span<const uint32_t> chunks, Encoding encoding,
                             std::span<VertexDigest> digests, std::span<SharedBytes> results);
   // Copies chunks to the host in batches, and waits for each.

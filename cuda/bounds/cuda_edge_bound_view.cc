@@ -173,7 +173,7 @@ absl::Status CudaEdgeBoundView::ReadChunk(uint32_t chunk, std::span<uint8_t> out
 
 absl::Status CudaEdgeBoundView::EncodeChunks(std::span<const uint32_t> chunks, Encoding,
                                              std::span<VertexDigest> digests,
-                                             std::span<SharedBytes> results) {
+                                             std::span<SharedBytes> results, TakeEarly /*early*/) {
   EncodeBounds(
       chunks, [this](uint32_t chunk) { return Bytes(chunk); }, digests, results);
   return absl::OkStatus();

@@ -69,8 +69,8 @@ class CudaEdgeBoundView : public CheckedView, public ReachSlice {
   absl::Status ReadChunk(uint32_t chunk, std::span<uint8_t> out) override;
   size_t SizeOf(uint32_t chunk) const override { return Bytes(chunk).size(); }
   absl::Status EncodeChunks(std::span<const uint32_t> chunks, Encoding encoding,
-                            std::span<VertexDigest> digests,
-                            std::span<SharedBytes> results) override;
+                            std::span<VertexDigest> digests, std::span<SharedBytes> results,
+                            TakeEarly early) override;
 
   // `chunks`: how many are named.
   kernels::AdaptiveLaunch LaunchFor(size_t chunks) const;

@@ -209,7 +209,12 @@ absl::Status DeviceStreamWriter::Finish(const Call& call, Round& round, bool is_
     }
     if (has_digests) found_[i] = found[k];
   }
-  // The results were named while the bytes were on their way.
+  const size_t first = numbers.front();
+  const bool is_range = numbers.back() - first + 1 == numbers.size();
+  if (has_digests && is_range && round.deferred.empty()) {
+    call.early(first, call.results.subspan(first, numbers.size()),
+               std::span(found_).subspan(first, numbers.size()));
+  }
   return slot.lane->stream().Synchronize(kWhat);
 }
 
@@ -246,9 +251,9 @@ absl::StatusOr<std::vector<size_t>> DeviceStreamWriter::InTwo(const Call& call,
 absl::Status DeviceStreamWriter::Encode(DeviceSpan<const uint8_t> vertices,
                                         std::span<const Chunk> chunks, double range,
                                         std::span<VertexDigest> digests,
-                                        std::span<SharedBytes> results) {
+                                        std::span<SharedBytes> results, TakeEarly early) {
   coder_->SetRange(range);
-  const Call call{vertices, chunks, digests, results};
+  const Call call{vertices, chunks, digests, results, early};
   for (size_t i = all_.size(); i < chunks.size(); ++i) all_.push_back(i);
   found_.resize(digests.size());
   std::span<const size_t> left = std::span(all_).first(chunks.size());

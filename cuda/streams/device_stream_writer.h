@@ -50,8 +50,8 @@ class DeviceStreamWriter {
   // `range`: that of the quantisation box. kInternal where the coder has no room even for one chunk.
   [[nodiscard]] absl::Status Encode(DeviceSpan<const uint8_t> vertices,
                                     std::span<const Chunk> chunks, double range,
-                                    std::span<VertexDigest> digests,
-                                    std::span<SharedBytes> results);
+                                    std::span<VertexDigest> digests, std::span<SharedBytes> results,
+                                    TakeEarly early);
 
   // The most pinned bytes that a view of so many chunks takes, but for the results.
   static size_t PinnedBytesFor(size_t chunks);
@@ -82,6 +82,7 @@ class DeviceStreamWriter {
     std::span<const Chunk> chunks;
     std::span<VertexDigest> digests;
     std::span<SharedBytes> results;
+    TakeEarly early;
   };
   // Where the parts of a round begin, in Slot::exchanged and on the device. The control comes first. All that is before `found`
   // goes to the device, and the rest comes back.
@@ -108,7 +109,7 @@ class DeviceStreamWriter {
   };
   // Enqueues a round.
   absl::StatusOr<Round> Begin(const Call& call, std::span<const size_t> numbers, Slot& slot);
-  // Waits for it and names the results. Round::deferred then has the chunks for which the coder has no room. Where the streams
+  // Waits for it, names the results, and calls `early` while their bytes are on their way. Round::deferred then has the chunks for which the coder has no room. Where the streams
   // do not fit in the block, they are packed again if the coder still describes this round, the one begun last; else deferred.
   absl::Status Finish(const Call& call, Round& round, bool is_last_begun);
   // Encodes `numbers` in one round, or in two at once. Returns those that are deferred.

@@ -10,9 +10,11 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <span>
 
 #include "absl/functional/function_ref.h"
 #include "absl/status/status.h"
+#include "core/backend.h"
 
 namespace latticed {
 
@@ -35,6 +37,14 @@ inline constexpr size_t kMostStreamChunks = 4096, kFewestStreamChunks = 64;
     done += count;
   }
   return absl::OkStatus();
+}
+
+// `early` for a batch that begins at chunk `batch`.
+[[nodiscard]] inline auto From(size_t batch, TakeEarly early) {
+  return [batch, early](size_t first, std::span<SharedBytes> results,
+                        std::span<const VertexDigest> digests) {
+    early(batch + first, results, digests);
+  };
 }
 
 }  // namespace latticed

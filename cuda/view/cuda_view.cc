@@ -105,15 +105,15 @@ absl::Status CudaView::ReadChunk(uint32_t chunk, std::span<uint8_t> out) {
 }
 
 absl::Status CudaView::EncodeChunks(std::span<const uint32_t> chunks, Encoding encoding,
-                                    std::span<VertexDigest> digests,
-                                    std::span<SharedBytes> results) {
+                                    std::span<VertexDigest> digests, std::span<SharedBytes> results,
+                                    TakeEarly early) {
   const DeviceGuard guard(context_->device());
   const size_t threads = std::min(context_->arena().threads(), kMostHostThreads);
   const bool few = chunks.size() <= kHostChunksAThread * threads;
   absl::Status status = CatchBadAlloc("the encoding", [&] {
     return HasDeviceWriter(encoding, *context_) && !few
                ? device_encoder_.Encode(*kernel_, vertices_.span(), chunks, encoding, box().range,
-                                        digests, results)
+                                        digests, results, early)
                : EncodeOnHost(chunks, encoding, digests, results);
   });
   // A copy may still write to memory that the failed encoding frees.

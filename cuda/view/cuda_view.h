@@ -56,8 +56,8 @@ class CudaView : public CheckedView {
                               std::span<const uint32_t> chunks) override;
   absl::Status ReadChunk(uint32_t chunk, std::span<uint8_t> out) override;
   absl::Status EncodeChunks(std::span<const uint32_t> chunks, Encoding encoding,
-                            std::span<VertexDigest> digests,
-                            std::span<SharedBytes> results) override;
+                            std::span<VertexDigest> digests, std::span<SharedBytes> results,
+                            TakeEarly early) override;
   absl::Status EncodeOnHost(std::span<const uint32_t> chunks, Encoding encoding,
                             std::span<VertexDigest> digests, std::span<SharedBytes> results);
 

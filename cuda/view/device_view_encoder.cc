@@ -24,7 +24,7 @@ DracoShape DeviceViewEncoder::ShapeFor(Encoding encoding) const {
 
 absl::Status DeviceViewEncoder::EncodeBatch(const Source& source, std::span<const uint32_t> chunks,
                                             std::span<VertexDigest> digests,
-                                            std::span<SharedBytes> results) {
+                                            std::span<SharedBytes> results, TakeEarly early) {
   const bool is_wire_order = source.kernel.OwnOrderBytes() == 0;
   std::vector<DeviceStreamWriter::Chunk> places;
   places.reserve(chunks.size());
@@ -41,20 +41,20 @@ absl::Status DeviceViewEncoder::EncodeBatch(const Source& source, std::span<cons
     copied += points;
   }
   if (is_wire_order) {
-    return source.writer.Encode(source.vertices, places, source.range, digests, results);
+    return source.writer.Encode(source.vertices, places, source.range, digests, results, early);
   }
   LATTICED_ASSIGN_OR_RETURN(
       const auto wire,
       DeviceBuffer<uint8_t>::Create(context_->memory(), source.writer.purpose(),
                                     copied * BytesPerPoint(spec_), lane_->stream().get()));
   LATTICED_RETURN_IF_ERROR(source.kernel.ToWireOrder(source.vertices, chunks, wire.span()));
-  return source.writer.Encode(wire.span(), places, source.range, digests, results);
+  return source.writer.Encode(wire.span(), places, source.range, digests, results, early);
 }
 
 absl::Status DeviceViewEncoder::Encode(CudaVertexKernel& kernel, DeviceSpan<const uint8_t> vertices,
                                        std::span<const uint32_t> chunks, Encoding encoding,
                                        double range, std::span<VertexDigest> digests,
-                                       std::span<SharedBytes> results) {
+                                       std::span<SharedBytes> results, TakeEarly early) {
   LATTICED_ASSIGN_OR_RETURN(DeviceStreamWriter* const writer,
                             writer_.For(encoding, [&] { return ShapeFor(encoding); }));
   if (!std::ranges::is_sorted(chunks)) {
@@ -64,7 +64,7 @@ absl::Status DeviceViewEncoder::Encode(CudaVertexKernel& kernel, DeviceSpan<cons
   return EncodeInBatches(chunks.size(), [&](size_t first, size_t count) {
     return EncodeBatch(source, chunks.subspan(first, count),
                        digests.empty() ? digests : digests.subspan(first, count),
-                       results.subspan(first, count));
+                       results.subspan(first, count), From(first, early));
   });
 }
 

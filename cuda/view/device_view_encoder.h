@@ -36,7 +36,7 @@ class DeviceViewEncoder {
   [[nodiscard]] absl::Status Encode(CudaVertexKernel& kernel, DeviceSpan<const uint8_t> vertices,
                                     std::span<const uint32_t> chunks, Encoding encoding,
                                     double range, std::span<VertexDigest> digests,
-                                    std::span<SharedBytes> results);
+                                    std::span<SharedBytes> results, TakeEarly early);
 
   size_t DeviceBytes() const { return writer_.DeviceBytes(); }
   size_t PinnedBytes() const { return writer_.PinnedBytes(); }
@@ -52,7 +52,7 @@ class DeviceViewEncoder {
   DracoShape ShapeFor(Encoding encoding) const;
   [[nodiscard]] absl::Status EncodeBatch(const Source& source, std::span<const uint32_t> chunks,
                                          std::span<VertexDigest> digests,
-                                         std::span<SharedBytes> results);
+                                         std::span<SharedBytes> results, TakeEarly early);
 
   const DeformPlan& plan_;
   const ViewSpec spec_;

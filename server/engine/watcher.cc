@@ -116,7 +116,7 @@ bool Watcher::GivesWay(const Snapshot& snapshot, absl::Time now) {
   if (state->revision == snapshot.revision) return false;
   uint64_t left = 0;
   for (size_t i = client_.update->sent; i < client_.update->chunks.size(); ++i) {
-    left += snapshot.chunks[client_.update->chunks[i]].data.size;
+    left += snapshot.chunks[client_.update->chunks[i]].data.size();
   }
   return detail_.GivesWay(*state, left, now);
 }

@@ -45,34 +45,35 @@ struct ChunkMessage {
   uint32_t index = 0, count = 0, first_edge = 0;
   uint64_t revision = 0;  // the newest
   size_t bytes = 0;
-  std::vector<SharedBytes> data;          // pieces that follow each other
-  const ChunkPatterns* levels = nullptr;  // null without a tolerance
-  std::string head, tail;                 // what comes before and after the data
+  std::vector<SharedBytes> data;     // pieces that follow each other
+  std::span<const uint16_t> levels;  // none without a tolerance
+  std::string head, tail;            // what comes before and after the data
 
-  void Add(const SnapshotChunk& chunk);
+  void Add(const ChunkTable& chunks, uint32_t chunk);
   void WriteTail();
   void WriteHead();
   size_t size() const { return head.size() + bytes + tail.size(); }
 };
 
-void ChunkMessage::Add(const SnapshotChunk& chunk) {
+void ChunkMessage::Add(const ChunkTable& chunks, uint32_t chunk) {
+  SharedBytes piece = chunks.Data(chunk);
   ++count;
-  revision = std::max(revision, chunk.revision);
-  bytes += chunk.data.size;
-  levels = chunk.patterns.get();
-  if (chunk.data.size == 0) return;
-  if (!data.empty() && data.back().owner == chunk.data.owner &&
-      data.back().data + data.back().size == chunk.data.data) {
-    data.back().size += chunk.data.size;
+  revision = std::max(revision, chunks[chunk].revision);
+  bytes += piece.size;
+  levels = chunks[chunk].patterns;
+  if (piece.size == 0) return;
+  if (!data.empty() && data.back().owner == piece.owner &&
+      data.back().data + data.back().size == piece.data) {
+    data.back().size += piece.size;
   } else {
-    data.push_back(chunk.data);
+    data.push_back(std::move(piece));
   }
 }
 
 void ChunkMessage::WriteTail() {
-  if (levels != nullptr) {
-    AppendField(v1::Chunk::kLevelsFieldNumber, kBytes, sizeof(uint16_t) * levels->size(), tail);
-    for (const uint16_t code : *levels) {
+  if (!levels.empty()) {
+    AppendField(v1::Chunk::kLevelsFieldNumber, kBytes, levels.size_bytes(), tail);
+    for (const uint16_t code : levels) {
       tail.push_back(static_cast<char>(code & 0xff));
       tail.push_back(static_cast<char>(code >> 8));
     }
@@ -102,7 +103,7 @@ std::vector<ChunkMessage> MessagesOf(const ChunkBatch& batch) {
       const uint32_t first_edge = first_edges != nullptr ? (*first_edges)[index] : 0;
       messages.push_back({.index = index, .first_edge = first_edge});
     }
-    messages.back().Add(snapshot.chunks[index]);
+    messages.back().Add(snapshot.chunks, index);
   }
   for (ChunkMessage& message : messages) {
     message.WriteTail();

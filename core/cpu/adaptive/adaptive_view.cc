@@ -71,7 +71,7 @@ absl::Status AdaptiveView::ReadChunk(uint32_t chunk, std::span<uint8_t> out) {
 
 absl::Status AdaptiveView::EncodeChunks(std::span<const uint32_t> chunks, Encoding encoding,
                                         std::span<VertexDigest> digests,
-                                        std::span<SharedBytes> results) {
+                                        std::span<SharedBytes> results, TakeEarly /*early*/) {
   const auto bytes_of = [&](size_t i, std::vector<uint8_t>&) { return vertices_[chunks[i]]; };
   return encoder_.Encode(chunks, encoding, box().range, bytes_of, digests, results);
 }

@@ -52,8 +52,8 @@ class SpannedBoundView : public CheckedView {
   absl::Status ReadChunk(uint32_t chunk, std::span<uint8_t> out) override;
   size_t SizeOf(uint32_t chunk) const override { return Bytes(chunk).size(); }
   absl::Status EncodeChunks(std::span<const uint32_t> chunks, Encoding encoding,
-                            std::span<VertexDigest> digests,
-                            std::span<SharedBytes> results) override;
+                            std::span<VertexDigest> digests, std::span<SharedBytes> results,
+                            TakeEarly early) override;
 
   // Of the edges that a chunk uses first.
   std::span<const uint8_t> Bytes(uint32_t chunk) const;

@@ -102,7 +102,7 @@ std::vector<SpannedView::Share> SpannedView::ShareOut(std::span<const uint32_t> 
 
 absl::Status SpannedView::EncodeChunks(std::span<const uint32_t> chunks, Encoding encoding,
                                        std::span<VertexDigest> digests,
-                                       std::span<SharedBytes> results) {
+                                       std::span<SharedBytes> results, TakeEarly /*early*/) {
   std::vector<Share> shares = ShareOut(chunks, digests);
   std::vector<size_t> busy;
   for (size_t p = 0; p < shares.size(); ++p) {

@@ -58,8 +58,8 @@ class SpannedView : public CheckedView {
                               std::span<const uint32_t> chunks) override;
   absl::Status ReadChunk(uint32_t chunk, std::span<uint8_t> out) override;
   absl::Status EncodeChunks(std::span<const uint32_t> chunks, Encoding encoding,
-                            std::span<VertexDigest> digests,
-                            std::span<SharedBytes> results) override;
+                            std::span<VertexDigest> digests, std::span<SharedBytes> results,
+                            TakeEarly early) override;
   absl::Status EvaluateWithTolerance(std::span<const Vec3d> control_points,
                                      const QuantisationBox& box, std::span<const uint32_t> chunks);
   // Those of `chunks` that a part has, in its own numbers; valid until the next call for this part.

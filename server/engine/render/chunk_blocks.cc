@@ -33,11 +33,8 @@ void LeaveEmptyBlocks(Snapshot& snapshot) {
     if (2 * block.used < block.bytes) mostly_empty.insert(block.owner);
   }
   for (size_t c = 0; c < chunks.size(); ++c) {
-    if (!mostly_empty.contains(chunks[c].data.owner.get())) continue;
-    SnapshotChunk copy = chunks[c];
-    const std::span<const uint8_t> bytes = chunks[c].data.span();
-    copy.data = MakeSharedBytes({bytes.begin(), bytes.end()});
-    chunks.Set(c, std::move(copy));
+    if (!mostly_empty.contains(chunks.Data(c).owner.get())) continue;
+    chunks.CopyData(c);
   }
   snapshot.held_bytes = HeldBytes(chunks);
 }

@@ -8,32 +8,36 @@
 #include "absl/container/flat_hash_map.h"
 
 namespace latticed {
-namespace {
 
-auto Of(std::vector<BlockUse>& blocks, const SharedBytes& data) {
-  return std::ranges::find(blocks, data.owner.get(), &BlockUse::owner);
+size_t ChunkTable::Chunks::OwnerFor(const SharedBytes& of) {
+  auto at = owners.end();
+  if (of.block_bytes > 0) at = std::ranges::find(owners, of.owner, &Owner::owner);
+  if (at == owners.end()) at = std::ranges::find(owners, 0u, &Owner::chunks);
+  if (at == owners.end()) at = owners.insert(at, Owner());
+  if (at->chunks == 0) *at = {of.owner, of.block_bytes};
+  return static_cast<size_t>(at - owners.begin());
 }
 
-}  // namespace
-
-void ChunkTable::Chunks::Add(const SharedBytes& data) {
-  if (data.block_bytes == 0) {
-    bytes_of_no_block += data.size;
-  } else if (const auto block = Of(blocks, data); block != blocks.end()) {
-    block->used += data.size;
-  } else {
-    blocks.push_back({data.owner.get(), data.block_bytes, data.size});
+void ChunkTable::Chunks::SetData(size_t i, const SharedBytes& to) {
+  if (data[i] != nullptr) {
+    Owner& before = owners[owner_of[i]];
+    before.used -= sizes[i];
+    if (--before.chunks == 0) before = {};
   }
+  data[i] = to.data;
+  sizes[i] = static_cast<uint32_t>(to.size);
+  if (to.data == nullptr) return;
+  const size_t at = OwnerFor(to);
+  owner_of[i] = static_cast<uint8_t>(at);
+  owners[at].used += to.size;
+  ++owners[at].chunks;
 }
 
-void ChunkTable::Chunks::Remove(const SharedBytes& data) {
-  if (data.block_bytes == 0) {
-    bytes_of_no_block -= data.size;
-    return;
-  }
-  const auto block = Of(blocks, data);
-  block->used -= data.size;
-  if (block->used == 0) blocks.erase(block);
+void ChunkTable::Chunks::SetPatterns(size_t i, std::span<const uint16_t> to) {
+  if (patterns.empty() && to.empty()) return;
+  patterns.resize(kGroup * kMostPatterns);
+  std::ranges::copy(to, patterns.begin() + static_cast<ptrdiff_t>(i * kMostPatterns));
+  pattern_counts[i] = static_cast<uint8_t>(to.size());
 }
 
 ChunkTable::Chunks& ChunkTable::Group::Own() {
@@ -53,17 +57,33 @@ ChunkTable ChunkTable::Share() const {
   return table;
 }
 
-void ChunkTable::Set(size_t chunk, SnapshotChunk to) {
+SharedBytes ChunkTable::Data(size_t chunk) const {
+  const Chunks& chunks = *groups_[chunk / kGroup].chunks;
+  const std::span<const uint8_t> bytes = chunks.At(chunk % kGroup).data;
+  if (bytes.data() == nullptr) return {};
+  const Owner& owner = chunks.owners[chunks.owner_of[chunk % kGroup]];
+  return {owner.owner, bytes.data(), bytes.size(), owner.block_bytes};
+}
+
+void ChunkTable::Set(size_t chunk, const NewChunk& to) {
   Chunks& chunks = groups_[chunk / kGroup].Own();
+  const size_t i = chunk % kGroup;
   chunks.newest_revision = std::max(chunks.newest_revision, to.revision);
-  chunks.Remove(chunks.at[chunk % kGroup].data);
-  chunks.Add(to.data);
-  chunks.at[chunk % kGroup] = std::move(to);
+  chunks.revisions[i] = to.revision;
+  chunks.digests[i] = to.digest;
+  chunks.SetData(i, to.data);
+  chunks.SetPatterns(i, to.patterns);
+}
+
+void ChunkTable::CopyData(size_t chunk) {
+  const std::span<const uint8_t> bytes = (*this)[chunk].data;
+  const SharedBytes copy = MakeSharedBytes({bytes.begin(), bytes.end()});
+  groups_[chunk / kGroup].Own().SetData(chunk % kGroup, copy);
 }
 
 void ChunkTable::SetDigest(size_t chunk, const VertexDigest& to) {
   if ((*this)[chunk].digest == to) return;
-  groups_[chunk / kGroup].Own().at[chunk % kGroup].digest = to;
+  groups_[chunk / kGroup].Own().digests[chunk % kGroup] = to;
 }
 
 std::vector<uint32_t> ChunkTable::ChangedAfter(uint64_t revision) const {
@@ -72,7 +92,7 @@ std::vector<uint32_t> ChunkTable::ChangedAfter(uint64_t revision) const {
     const Chunks& chunks = *groups_[first / kGroup].chunks;
     if (chunks.newest_revision <= revision) continue;
     for (size_t i = 0; i < std::min(kGroup, size_ - first); ++i) {
-      if (chunks.at[i].revision > revision) changed.push_back(static_cast<uint32_t>(first + i));
+      if (chunks.revisions[i] > revision) changed.push_back(static_cast<uint32_t>(first + i));
     }
   }
   return changed;
@@ -81,10 +101,10 @@ std::vector<uint32_t> ChunkTable::ChangedAfter(uint64_t revision) const {
 std::vector<BlockUse> ChunkTable::Blocks() const {
   absl::flat_hash_map<const void*, BlockUse> sums;
   for (const Group& group : groups_) {
-    for (const BlockUse& block : group.chunks->blocks) {
-      BlockUse& sum =
-          sums.try_emplace(block.owner, BlockUse{block.owner, block.bytes}).first->second;
-      sum.used += block.used;
+    for (const Owner& one : group.chunks->owners) {
+      if (one.block_bytes == 0) continue;
+      const void* const owner = one.owner.get();
+      sums.try_emplace(owner, BlockUse{owner, one.block_bytes}).first->second.used += one.used;
     }
   }
   std::vector<BlockUse> blocks;
@@ -94,7 +114,9 @@ std::vector<BlockUse> ChunkTable::Blocks() const {
 
 uint64_t ChunkTable::BytesOfNoBlock() const {
   uint64_t bytes = 0;
-  for (const Group& group : groups_) bytes += group.chunks->bytes_of_no_block;
+  for (const Group& group : groups_) {
+    for (const Owner& one : group.chunks->owners) bytes += one.block_bytes == 0 ? one.used : 0;
+  }
   return bytes;
 }
 

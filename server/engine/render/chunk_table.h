@@ -4,6 +4,9 @@
 // The chunks of a snapshot, in groups that snapshots share. After an edit that reaches few chunks of
 // thousands, the next snapshot copies only their groups, and a pointer for each of the others.
 //
+// A group keeps each block of encoded bytes once, not once a chunk: to count the owners of thousands of chunks would
+// take as long as a tenth of their encoding.
+//
 // Threads  any thread may read a table that nobody writes. A table that Share returned may be written
 //          while the original is read
 #ifndef LATTICED_SERVER_ENGINE_RENDER_CHUNK_TABLE_H_
@@ -13,26 +16,32 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "core/backend.h"
+#include "core/base/limits.h"
 
 namespace latticed {
 
-// PatternKey::Code of each patch of a chunk.
-using ChunkPatterns = std::vector<uint16_t>;
-
-struct SnapshotChunk {
+// A chunk to set.
+struct NewChunk {
   uint64_t revision = 0;  // at which its bytes or its patterns last changed
-  SharedBytes data;
-  VertexDigest digest;  // of the vertices that `data` encodes
-  // Null without a tolerance.
-  std::shared_ptr<const ChunkPatterns> patterns = nullptr;
+  SharedBytes data;       // below 4 GiB
+  VertexDigest digest;    // of the vertices that `data` encodes
+  // PatternKey::Code of each patch; none without a tolerance.
+  std::span<const uint16_t> patterns = {};
+};
+
+// A chunk of a table, until it is set anew.
+struct SnapshotChunk {
+  uint64_t revision;
+  std::span<const uint8_t> data;
+  VertexDigest digest;
+  std::span<const uint16_t> patterns;
 
   // Of data and patterns.
-  size_t bytes() const {
-    return data.size + (patterns != nullptr ? patterns->size() * sizeof(uint16_t) : 0);
-  }
+  size_t bytes() const { return data.size() + patterns.size_bytes(); }
 };
 
 // A block that chunks are parts of: SharedBytes::block_bytes.
@@ -52,10 +61,14 @@ class ChunkTable {
   [[nodiscard]] ChunkTable Share() const;
 
   size_t size() const { return size_; }
-  const SnapshotChunk& operator[](size_t chunk) const {
-    return groups_[chunk / kGroup].chunks->at[chunk % kGroup];
+  SnapshotChunk operator[](size_t chunk) const {
+    return groups_[chunk / kGroup].chunks->At(chunk % kGroup);
   }
-  void Set(size_t chunk, SnapshotChunk to);
+  // The chunk's data, with their owner.
+  [[nodiscard]] SharedBytes Data(size_t chunk) const;
+  void Set(size_t chunk, const NewChunk& to);
+  // Copies the chunk's data out of their block.
+  void CopyData(size_t chunk);
   // Keeps the bytes and the revision. A chunk that has the digest already stays shared.
   void SetDigest(size_t chunk, const VertexDigest& to);
   // The chunks with a later revision, ascending.
@@ -66,15 +79,34 @@ class ChunkTable {
   [[nodiscard]] uint64_t BytesOfNoBlock() const;
 
  private:
-  static constexpr size_t kGroup = 64;
+  static constexpr size_t kGroup = 256;
+  static constexpr size_t kMostPatterns = limits::kPatchesPerChunk;
+  // What keeps the bytes of some chunks. Null: free for another one.
+  struct Owner {
+    std::shared_ptr<const void> owner;
+    uint64_t block_bytes = 0;
+    uint64_t used = 0;    // bytes of its chunks
+    uint32_t chunks = 0;  // of this group
+  };
   struct Chunks {
-    std::array<SnapshotChunk, kGroup> at;
+    std::array<uint64_t, kGroup> revisions = {};
+    std::array<const uint8_t*, kGroup> data = {};
+    std::array<uint32_t, kGroup> sizes = {};
+    std::array<VertexDigest, kGroup> digests = {};
+    std::array<uint8_t, kGroup> owner_of = {};  // among `owners`
+    std::array<uint8_t, kGroup> pattern_counts = {};
+    std::vector<uint16_t>
+        patterns;               // so many places a chunk as it can have patches; none: of no chunk
+    std::vector<Owner> owners;  // of chunks with data
     uint64_t newest_revision = 0;  // or later
-    std::vector<BlockUse> blocks;  // of the chunks of this group
-    uint64_t bytes_of_no_block = 0;
 
-    void Add(const SharedBytes& data);
-    void Remove(const SharedBytes& data);
+    SnapshotChunk At(size_t i) const {
+      const uint16_t* const first = patterns.empty() ? nullptr : &patterns[i * kMostPatterns];
+      return {revisions[i], {data[i], sizes[i]}, digests[i], {first, pattern_counts[i]}};
+    }
+    void SetData(size_t i, const SharedBytes& to);
+    void SetPatterns(size_t i, std::span<const uint16_t> to);
+    size_t OwnerFor(const SharedBytes& data);
   };
   struct Group {
     std::shared_ptr<Chunks> chunks;

@@ -11,28 +11,12 @@
 #include "server/engine/render/chunk_blocks.h"
 
 namespace latticed {
+
 namespace {
 
-bool SameBytes(const SharedBytes& a, const SharedBytes& b) {
-  return a.size == b.size && std::equal(a.data, a.data + a.size, b.data);
-}
-
-bool SamePatterns(const SnapshotChunk& chunk, std::span<const uint16_t> patterns) {
-  if (chunk.patterns == nullptr) return patterns.empty();
-  return std::ranges::equal(*chunk.patterns, patterns);
-}
-
-std::shared_ptr<const ChunkPatterns> Shareable(std::span<const uint16_t> patterns) {
-  if (patterns.empty()) return nullptr;
-  return std::make_shared<const ChunkPatterns>(patterns.begin(), patterns.end());
-}
-
-}  // namespace
-
-absl::StatusOr<std::shared_ptr<Snapshot>> EncodeSnapshot(
-    const ViewKey& key, const SceneState& state, std::span<const uint32_t> chunks,
-    std::span<const uint64_t> revisions, const ViewTraits& traits, const Snapshot* before,
-    EncodeBatch encode, PatternsOfChunk patterns_of) {
+// Without chunks of its own: those of `before`, which is of the same plan, or none.
+std::shared_ptr<Snapshot> Begin(const ViewKey& key, const SceneState& state,
+                                const Snapshot* before) {
   auto snapshot = std::make_shared<Snapshot>();
   snapshot->view = key;
   snapshot->revision = state.revision;
@@ -41,8 +25,6 @@ absl::StatusOr<std::shared_ptr<Snapshot>> EncodeSnapshot(
   snapshot->plan = state.plan;
   snapshot->edit_time = state.commit_time;
   const bool same_plan = before != nullptr && before->structure_id == state.structure_id;
-  // Under another quantisation box the same integers mean other positions.
-  const bool comparable = same_plan && before->quantisation_id() == snapshot->quantisation_id();
   if (!HasPositions(key.spec)) {
     snapshot->first_edges =
         same_plan ? before->first_edges
@@ -50,35 +32,108 @@ absl::StatusOr<std::shared_ptr<Snapshot>> EncodeSnapshot(
     if (state.lattices.size() > 1) snapshot->summed_points = state.control_points;
   }
   snapshot->chunks = same_plan ? before->chunks.Share() : ChunkTable(state.plan->chunk_count());
+  return snapshot;
+}
+
+// Puts the chunks of a batch in a snapshot.
+class BatchTaker {
+ public:
+  // `before`: null where its bytes mean something else.
+  BatchTaker(std::span<const uint32_t> batch, const Snapshot* before, PatternsOfChunk patterns_of,
+             std::span<const uint64_t> revisions, Snapshot& snapshot)
+      : batch_(batch),
+        before_(before),
+        patterns_of_(patterns_of),
+        revisions_(revisions),
+        snapshot_(snapshot),
+        digests_(batch.size()),
+        is_comparable_(batch.size()) {
+    for (size_t i = 0; before != nullptr && i < batch.size(); ++i) {
+      const SnapshotChunk had = before->chunks[batch[i]];
+      is_comparable_[i] = std::ranges::equal(had.patterns, patterns_of(batch[i]));
+      if (is_comparable_[i]) digests_[i] = had.digest;
+    }
+  }
+
+  // Of what each chunk was, where its bytes mean the same.
+  std::span<VertexDigest> digests() { return digests_; }
+
+  // As TakeEarly says: the bytes are not there yet, so those that may be the old ones stay in `results`.
+  void TakeSome(size_t first, std::span<SharedBytes> results,
+                std::span<const VertexDigest> digests) {
+    for (size_t k = 0; k < results.size(); ++k) {
+      const size_t i = first + k;
+      if (results[k].data == nullptr) {
+        Keep(i, digests[k]);
+      } else if (!is_comparable_[i] || Before(i).data.size() != results[k].size) {
+        Put(i, results[k], digests[k]);
+      }
+    }
+  }
+  void TakeRest(std::span<SharedBytes> results) {
+    for (size_t i = 0; i < results.size(); ++i) {
+      SharedBytes& data = results[i];
+      const bool is_same = is_comparable_[i] &&
+                           (data.data == nullptr ? Before(i).digest == digests_[i]
+                                                 : std::ranges::equal(Before(i).data, data.span()));
+      if (is_same) {
+        Keep(i, digests_[i]);
+      } else if (data.data != nullptr) {  // not taken by TakeSome
+        Put(i, data, digests_[i]);
+      }
+    }
+  }
+
+ private:
+  SnapshotChunk Before(size_t i) const { return before_->chunks[batch_[i]]; }
+  // The chunk keeps its bytes and its revision.
+  void Keep(size_t i, const VertexDigest& digest) {
+    const uint32_t chunk = batch_[i];
+    const SnapshotChunk had = Before(i);
+    if (snapshot_.chunks[chunk].data.data() != had.data.data()) {  // by an attempt that failed
+      snapshot_.chunks.Set(chunk,
+                           {had.revision, before_->chunks.Data(chunk), digest, had.patterns});
+    }
+    // Host and device have different digests for the same vertices, and may take turns at encoding.
+    snapshot_.chunks.SetDigest(chunk, digest);
+  }
+  void Put(size_t i, SharedBytes& data, const VertexDigest& digest) {
+    const uint32_t chunk = batch_[i];
+    const uint64_t revision = revisions_.empty() ? snapshot_.revision : revisions_[chunk];
+    snapshot_.chunks.Set(
+        chunk, {revision, std::exchange(data, SharedBytes()), digest, patterns_of_(chunk)});
+  }
+
+  const std::span<const uint32_t> batch_;
+  const Snapshot* const before_;
+  const PatternsOfChunk patterns_of_;
+  const std::span<const uint64_t> revisions_;
+  Snapshot& snapshot_;
+  std::vector<VertexDigest> digests_;
+  std::vector<bool> is_comparable_;
+};
+
+}  // namespace
+
+absl::StatusOr<std::shared_ptr<Snapshot>> EncodeSnapshot(
+    const ViewKey& key, const SceneState& state, std::span<const uint32_t> chunks,
+    std::span<const uint64_t> revisions, const ViewTraits& traits, const Snapshot* before,
+    EncodeBatch encode, PatternsOfChunk patterns_of) {
+  const auto snapshot = Begin(key, state, before);
+  // Under another quantisation box the same integers mean other positions.
+  const bool is_comparable = before != nullptr && before->structure_id == state.structure_id &&
+                             before->quantisation_id() == snapshot->quantisation_id();
+  if (before != nullptr) revisions = {};
 
   const absl::Time start = absl::Now();
   const std::vector<uint32_t> order = EncodeOrder(traits, chunks);
   for (size_t done = 0; done < order.size();) {
     const auto batch =
         std::span(order).subspan(done, std::min(traits.encode_batch, order.size() - done));
-    std::vector<VertexDigest> digests(batch.size());
-    // What each chunk was, where its bytes mean the same.
-    std::vector<const SnapshotChunk*> comparable_chunks(batch.size());
-    for (size_t i = 0; comparable && i < batch.size(); ++i) {
-      const SnapshotChunk& had = before->chunks[batch[i]];
-      if (!SamePatterns(had, patterns_of(batch[i]))) continue;
-      comparable_chunks[i] = &had;
-      digests[i] = had.digest;
-    }
-    LATTICED_ASSIGN_OR_RETURN(auto encoded, encode(batch, digests));
-    for (size_t i = 0; i < batch.size(); ++i) {
-      SharedBytes& data = encoded[i];
-      const SnapshotChunk* const had = comparable_chunks[i];
-      if (had != nullptr && (data.data == nullptr || SameBytes(had->data, data))) {
-        // Host and device have different digests for the same vertices, and may take turns at encoding.
-        snapshot->chunks.SetDigest(batch[i], digests[i]);
-      } else {
-        const bool is_dated = before == nullptr && !revisions.empty();
-        snapshot->chunks.Set(batch[i],
-                             {is_dated ? revisions[batch[i]] : snapshot->revision, std::move(data),
-                              digests[i], Shareable(patterns_of(batch[i]))});
-      }
-    }
+    BatchTaker taker(batch, is_comparable ? before : nullptr, patterns_of, revisions, *snapshot);
+    const auto early = [&taker](auto... some) { taker.TakeSome(some...); };
+    LATTICED_ASSIGN_OR_RETURN(auto encoded, encode(batch, taker.digests(), early));
+    taker.TakeRest(encoded);
     done += batch.size();
   }
   KeepBlocksFew(*snapshot);

@@ -22,7 +22,7 @@ namespace latticed {
 
 // DeformView::Encode of one batch of chunks.
 using EncodeBatch = absl::FunctionRef<absl::StatusOr<std::vector<SharedBytes>>(
-    std::span<const uint32_t> chunks, std::span<VertexDigest> digests)>;
+    std::span<const uint32_t> chunks, std::span<VertexDigest> digests, TakeEarly early)>;
 // DeformView::Patterns of a chunk.
 using PatternsOfChunk = absl::FunctionRef<std::span<const uint16_t>(uint32_t chunk)>;
 

@@ -31,8 +31,7 @@ uint64_t VertexBytes(const DeformPlan& plan, const ViewKey& key) {
 
 uint64_t SnapshotBytes(const DeformPlan& plan, const ViewKey& key, size_t lattices) {
   constexpr uint64_t kChunkHeaderBytes = 256;
-  constexpr uint64_t kPatternBytes =
-      sizeof(ChunkPatterns) + limits::kPatchesPerChunk * sizeof(uint16_t);
+  constexpr uint64_t kPatternBytes = limits::kPatchesPerChunk * sizeof(uint16_t);
   const uint64_t chunk_bytes = kChunkHeaderBytes + (key.spec.tolerance > 0 ? kPatternBytes : 0);
   const uint64_t snapshots = IsCompressed(key.encoding) ? 1 : limits::kMaxSnapshotsPerView;
   const bool has_points = !HasPositions(key.spec) && lattices > 1;
@@ -113,16 +112,16 @@ absl::StatusOr<std::shared_ptr<Snapshot>> RenderView::Render(const RenderWork& w
     revisions = ChunkRevisions(*work.input.state->plan, *work.moved, key().spec);
   }
   LATTICED_ASSIGN_OR_RETURN(
-      auto snapshot,
-      EncodeSnapshot(
-          key(), *work.input.state, changed, revisions, traits_, before.get(),
-          [&](std::span<const uint32_t> chunks,
-              std::span<VertexDigest> digests) -> absl::StatusOr<std::vector<SharedBytes>> {
-            if (!board_.watched()) return NobodyWatches();
-            return backend_->Run(
-                [&] { return vertices_->Encode(chunks, key().encoding, digests); });
-          },
-          [&](uint32_t chunk) { return vertices_->Patterns(chunk); }));
+      auto snapshot, EncodeSnapshot(
+                         key(), *work.input.state, changed, revisions, traits_, before.get(),
+                         [&](std::span<const uint32_t> chunks, std::span<VertexDigest> digests,
+                             TakeEarly early) -> absl::StatusOr<std::vector<SharedBytes>> {
+                           if (!board_.watched()) return NobodyWatches();
+                           return backend_->Run([&] {
+                             return vertices_->Encode(chunks, key().encoding, digests, early);
+                           });
+                         },
+                         [&](uint32_t chunk) { return vertices_->Patterns(chunk); }));
   snapshot->certified_error = vertices_->certified_error();
   snapshot->curvature_tolerance = vertices_->curvature_tolerance();
   const bool is_first = before == nullptr || before->structure_id != snapshot->structure_id;

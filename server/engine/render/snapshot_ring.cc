@@ -72,7 +72,8 @@ size_t SnapshotRing::bytes() const {
   for (const Entry& entry : entries_) {
     const ChunkTable& chunks = entry.snapshot->chunks;
     for (size_t c = 0; c < chunks.size(); ++c) {
-      if (seen.insert(chunks[c].data.data).second) sum += chunks[c].data.size;
+      const std::span<const uint8_t> data = chunks[c].data;
+      if (seen.insert(data.data()).second) sum += data.size();
     }
   }
   return sum;

@@ -52,9 +52,9 @@ void LevelOfDetail::Learn(const Snapshot& snapshot) {
   if (!limited()) return;
   uint64_t bytes = 0, points = 0;
   for (size_t c = 0; c < snapshot.chunks.size(); ++c) {
-    const SnapshotChunk& chunk = snapshot.chunks[c];
-    bytes += chunk.data.size;
-    if (chunk.patterns != nullptr) points += PatternPoints(*chunk.patterns);
+    const SnapshotChunk chunk = snapshot.chunks[c];
+    bytes += chunk.data.size();
+    points += PatternPoints(chunk.patterns);
   }
   const int segments = snapshot.view.spec.segments;
   const size_t patches = snapshot.plan->patches.size();

@@ -123,16 +123,14 @@ ChunkBatch NextBatch(const ClientUpdate& update, const WatchOffer& offer) {
 }
 
 // Those of the batch that the client does not have, the first ones if they are many. The client then has them.
-ChunkPatterns TakeNewPatterns(ClientState& client, const ChunkBatch& batch) {
+std::vector<uint16_t> TakeNewPatterns(ClientState& client, const ChunkBatch& batch) {
   absl::btree_set<uint16_t> missing;
   for (const uint32_t chunk : batch.chunks) {
-    const auto& patterns = batch.snapshot->chunks[chunk].patterns;
-    if (patterns == nullptr) continue;
-    for (const uint16_t code : *patterns) {
+    for (const uint16_t code : batch.snapshot->chunks[chunk].patterns) {
       if (!client.patterns[code]) missing.insert(code);
     }
   }
-  ChunkPatterns taken;
+  std::vector<uint16_t> taken;
   for (const uint16_t code : missing) {
     if (taken.size() == PatternNews::kMost) break;
     taken.push_back(code);
@@ -144,7 +142,7 @@ ChunkPatterns TakeNewPatterns(ClientState& client, const ChunkBatch& batch) {
 WatchEvent Batch(ClientState& client, const WatchOffer& offer) {
   ClientUpdate& update = *client.update;
   ChunkBatch batch = NextBatch(update, offer);
-  if (ChunkPatterns codes = TakeNewPatterns(client, batch); !codes.empty()) {
+  if (auto codes = TakeNewPatterns(client, batch); !codes.empty()) {
     return PatternNews{std::move(codes)};
   }
   update.sent += batch.chunks.size();

@@ -37,7 +37,7 @@ struct QuantisationNews {
 // Patterns that the client does not have, PatternKey::Code of each, ascending.
 struct PatternNews {
   static constexpr size_t kMost = 8;  // about 180 KB on the wire
-  ChunkPatterns codes;
+  std::vector<uint16_t> codes;
 };
 struct UpdateBegins {
   uint64_t update_id = 0;

@@ -18,14 +18,13 @@ namespace latticed {
 namespace {
 
 using ::testing::ElementsAre;
+using ::testing::ElementsAreArray;
 using ::testing::IsEmpty;
 
 // Chunks of three groups.
-constexpr size_t kSize = 150;
+constexpr size_t kSize = 600;
 
-SnapshotChunk Chunk(uint64_t revision, uint8_t byte) {
-  return {revision, MakeSharedBytes({byte}), {}};
-}
+NewChunk Chunk(uint64_t revision, uint8_t byte) { return {revision, MakeSharedBytes({byte}), {}}; }
 
 ChunkTable MakeTable() {
   ChunkTable table(kSize);
@@ -33,20 +32,27 @@ ChunkTable MakeTable() {
   return table;
 }
 
+// How many copies of a chunk's group there are.
+long TablesWith(const ChunkTable& table, size_t chunk) {
+  return table.Data(chunk).owner.use_count() - 1;
+}
+
 TEST(ChunkTable, WhatIsSetInACopyIsNotInTheOther) {
   const ChunkTable before = MakeTable();
   ChunkTable after = before.Share();
   ASSERT_EQ(after.size(), kSize);
-  after.Set(70, Chunk(2, 0xff));
-  after.Set(71, Chunk(2, 0xfe));
+  after.Set(300, Chunk(2, 0xff));
+  after.Set(301, Chunk(2, 0xfe));
 
-  EXPECT_EQ(before[70].revision, 1u);
-  EXPECT_EQ(before[70].data.span()[0], 70);
-  EXPECT_EQ(after[70].data.span()[0], 0xff);
-  EXPECT_EQ(after[71].data.span()[0], 0xfe);
-  EXPECT_EQ(after[72].data.data, before[72].data.data) << "of the same group, and the same bytes";
-  EXPECT_EQ(&after[5], &before[5]) << "a group that nothing was set in is shared";
-  EXPECT_EQ(&after[149], &before[149]);
+  EXPECT_EQ(before[300].revision, 1u);
+  EXPECT_EQ(before[300].data[0], 300 % 256);
+  EXPECT_EQ(after[300].data[0], 0xff);
+  EXPECT_EQ(after[301].data[0], 0xfe);
+  EXPECT_EQ(after[302].data.data(), before[302].data.data())
+      << "of the same group, and the same bytes";
+  EXPECT_EQ(TablesWith(before, 302), 2);
+  EXPECT_EQ(TablesWith(before, 5), 1) << "a group that nothing was set in is shared";
+  EXPECT_EQ(TablesWith(before, 599), 1);
 }
 
 TEST(ChunkTable, ADigestIsSetBesideTheSameBytes) {
@@ -54,14 +60,14 @@ TEST(ChunkTable, ADigestIsSetBesideTheSameBytes) {
   const ChunkTable before = MakeTable();
   ChunkTable after = before.Share();
 
-  after.SetDigest(70, kDigest);
+  after.SetDigest(300, kDigest);
   after.SetDigest(5, before[5].digest);
 
-  EXPECT_EQ(after[70].digest, kDigest);
-  EXPECT_EQ(after[70].revision, 1u);
-  EXPECT_EQ(after[70].data.data, before[70].data.data);
-  EXPECT_EQ(before[70].digest, VertexDigest());
-  EXPECT_EQ(&after[5], &before[5]) << "a group where it was that already is shared";
+  EXPECT_EQ(after[300].digest, kDigest);
+  EXPECT_EQ(after[300].revision, 1u);
+  EXPECT_EQ(after[300].data.data(), before[300].data.data());
+  EXPECT_EQ(before[300].digest, VertexDigest());
+  EXPECT_EQ(TablesWith(before, 5), 1) << "a group where it was that already is shared";
   EXPECT_THAT(after.ChangedAfter(1), IsEmpty());
 }
 
@@ -80,10 +86,47 @@ TEST(ChunkTable, ACopyOfACopyIsOneOfItsOwn) {
 
 TEST(ChunkTable, TellsWhatChangedInAllGroups) {
   ChunkTable table = MakeTable();
-  for (const size_t c : {0u, 63u, 64u, 149u}) table.Set(c, Chunk(7, 0));
-  EXPECT_THAT(table.ChangedAfter(6), ElementsAre(0u, 63u, 64u, 149u));
+  for (const size_t c : {0u, 255u, 256u, 599u}) table.Set(c, Chunk(7, 0));
+  EXPECT_THAT(table.ChangedAfter(6), ElementsAre(0u, 255u, 256u, 599u));
   EXPECT_THAT(table.ChangedAfter(7), IsEmpty());
   EXPECT_EQ(table.ChangedAfter(0).size(), kSize);
+}
+
+TEST(ChunkTable, KeepsTheBytesOfASharedGroupsChunks) {
+  std::array<std::weak_ptr<const void>, 2> owners;
+  ChunkTable before(kSize);
+  for (size_t c = 0; c < owners.size(); ++c) {
+    const NewChunk chunk = Chunk(1, static_cast<uint8_t>(c));
+    owners[c] = chunk.data.owner;
+    before.Set(c, chunk);
+  }
+  ChunkTable after = before.Share();
+  after.Set(0, Chunk(2, 7));
+  EXPECT_FALSE(owners[0].expired());
+
+  before = ChunkTable();
+
+  EXPECT_TRUE(owners[0].expired()) << "nothing else has it";
+  EXPECT_FALSE(owners[1].expired());
+  after.CopyData(1);
+  EXPECT_TRUE(owners[1].expired());
+  EXPECT_EQ(after[1].data[0], 1);
+  EXPECT_EQ(after[1].revision, 1u);
+  EXPECT_EQ(after.BytesOfNoBlock(), 2u);
+}
+
+TEST(ChunkTable, HasPatternsWhereTheyWereSet) {
+  constexpr std::array<uint16_t, 3> kPatterns{1, 8, 512};
+  ChunkTable before(kSize);
+  before.Set(300, {1, MakeSharedBytes({1}), {}, kPatterns});
+  ChunkTable after = before.Share();
+  after.Set(300, {2, MakeSharedBytes({1}), {}, std::span(kPatterns).first(2)});
+
+  EXPECT_THAT(before[300].patterns, ElementsAreArray(kPatterns));
+  EXPECT_EQ(before[300].bytes(), 7u);
+  EXPECT_THAT(after[300].patterns, ElementsAre(1, 8));
+  EXPECT_THAT(after[301].patterns, IsEmpty());
+  EXPECT_THAT(after[5].patterns, IsEmpty());
 }
 
 // The first `size` bytes of `block`.
@@ -97,31 +140,31 @@ TEST(ChunkTable, CountsBlocksOnceAndWhatIsUsedOfThem) {
   ChunkTable before(kSize);
   for (size_t c = 0; c < kSize; ++c) before.Set(c, {1, Part(one, 5), {}});  // in three groups
   ASSERT_EQ(before.Blocks().size(), 1u);
-  EXPECT_EQ(before.Blocks()[0].used, 750u);
+  EXPECT_EQ(before.Blocks()[0].used, 3'000u);
 
   ChunkTable after = before.Share();
-  for (size_t c = 60; c < 70; ++c) after.Set(c, {2, Part(other, 7), {}});
-  after.Set(149, Chunk(2, 1));
+  for (size_t c = 250; c < 260; ++c) after.Set(c, {2, Part(other, 7), {}});
+  after.Set(599, Chunk(2, 1));
 
   const std::vector<BlockUse> blocks = after.Blocks();
   ASSERT_EQ(blocks.size(), 2u);
   for (const BlockUse& block : blocks) {
     EXPECT_EQ(block.bytes, block.owner == one.get() ? 1000u : 500u);
-    EXPECT_EQ(block.used, block.owner == one.get() ? 139 * 5u : 70u);
+    EXPECT_EQ(block.used, block.owner == one.get() ? 589 * 5u : 70u);
   }
   EXPECT_EQ(after.BytesOfNoBlock(), 1u);
-  EXPECT_EQ(before.Blocks()[0].used, 750u);
+  EXPECT_EQ(before.Blocks()[0].used, 3'000u);
 
-  for (size_t c = 60; c < 70; ++c) after.Set(c, Chunk(3, 1));
+  for (size_t c = 250; c < 260; ++c) after.Set(c, Chunk(3, 1));
   EXPECT_EQ(after.Blocks().size(), 1u) << "nothing is left of the other";
 }
 
 TEST(ChunkTable, OfNothingAndOfOneGroup) {
   EXPECT_EQ(ChunkTable().size(), 0u);
   EXPECT_THAT(ChunkTable().ChangedAfter(0), IsEmpty());
-  ChunkTable one(64);
-  one.Set(63, Chunk(1, 1));
-  EXPECT_THAT(one.ChangedAfter(0), ElementsAre(63u));
+  ChunkTable one(256);
+  one.Set(255, Chunk(1, 1));
+  EXPECT_THAT(one.ChangedAfter(0), ElementsAre(255u));
 }
 
 using Chunks = std::vector<uint32_t>;
@@ -168,7 +211,7 @@ class EncodeSnapshotTest : public ::testing::Test {
     const uint32_t chunks[] = {0, 1};
     auto snapshot = EncodeSnapshot(
         {}, state_, chunks, revisions, {}, before,
-        [&](std::span<const uint32_t> some, std::span<VertexDigest> digests) {
+        [&](std::span<const uint32_t> some, std::span<VertexDigest> digests, TakeEarly) {
           std::vector<SharedBytes> encoded(some.size());
           for (size_t i = 0; i < some.size(); ++i) {
             const VertexDigest digest{vertices_[some[i]], 1};
@@ -182,14 +225,37 @@ class EncodeSnapshotTest : public ::testing::Test {
     return *snapshot;
   }
 
+  // Some results are taken early, in an attempt that fails, and all of them in another one.
+  std::shared_ptr<Snapshot> EncodeInTwoAttempts(const Snapshot* before,
+                                                const std::vector<uint8_t>& bytes) {
+    ++state_.revision;
+    const uint32_t chunks[] = {0, 1};
+    auto snapshot = EncodeSnapshot(
+        {}, state_, chunks, {}, {}, before,
+        [&](std::span<const uint32_t>, std::span<VertexDigest> digests, TakeEarly early) {
+          const VertexDigest found[] = {{vertices_[0], 2}, {vertices_[1], 2}};
+          std::vector<SharedBytes> failed = {MakeSharedBytes({1, 2, 3}), MakeSharedBytes({4})};
+          early(0, failed, found);
+          std::vector<SharedBytes> encoded = {MakeSharedBytes({vertices_[0]}),
+                                              MakeSharedBytes(bytes)};
+          early(1, std::span(encoded).subspan(1), std::span(found).subspan(1));
+          const bool may_be_equal = before->chunks[1].data.size() == bytes.size();
+          EXPECT_EQ(encoded[1].data != nullptr, may_be_equal) << "else it was taken";
+          std::ranges::copy(found, digests.begin());
+          return encoded;
+        },
+        [](uint32_t) { return std::span<const uint16_t>(); });
+    return *snapshot;
+  }
+
   SceneState state_;
   std::array<uint8_t, 2> vertices_ = {5, 6};
-  std::array<ChunkPatterns, 2> patterns_;
+  std::array<std::vector<uint16_t>, 2> patterns_;
   size_t encoded_ = 0;
 };
 
 TEST_F(EncodeSnapshotTest, AnotherPatternIsAChangeWhateverTheBytes) {
-  patterns_ = {ChunkPatterns{1}, ChunkPatterns{2}};
+  patterns_ = {{{1}, {2}}};
   const auto first = Encode(nullptr);
   const auto second = Encode(first.get());
   EXPECT_EQ(encoded_, 2u) << "nothing has changed";
@@ -201,8 +267,27 @@ TEST_F(EncodeSnapshotTest, AnotherPatternIsAChangeWhateverTheBytes) {
   EXPECT_EQ(encoded_, 3u);
   EXPECT_EQ(third->chunks[0].revision, 1u);
   EXPECT_EQ(third->chunks[1].revision, 3u);
-  EXPECT_EQ(*third->chunks[1].patterns, ChunkPatterns{8});
+  EXPECT_THAT(third->chunks[1].patterns, ElementsAre(8));
   EXPECT_THAT(third->chunks.ChangedAfter(2), ElementsAre(1));
+}
+
+TEST_F(EncodeSnapshotTest, WhatIsTakenEarlyIsWhatTheLastAttemptSays) {
+  const auto first = Encode(nullptr);
+  const auto second = EncodeInTwoAttempts(first.get(), {6, 9});
+
+  EXPECT_THAT(second->chunks[0].data, ElementsAre(5));
+  EXPECT_EQ(second->chunks[0].digest, (VertexDigest{5, 2}));
+  EXPECT_THAT(second->chunks[1].data, ElementsAre(6, 9));
+  EXPECT_EQ(second->chunks[1].digest, (VertexDigest{6, 2}));
+  EXPECT_EQ(second->chunks[1].revision, 2u);
+  EXPECT_EQ(second->held_bytes, 3u);
+
+  EXPECT_EQ(second->chunks[0].revision, 1u);
+  const auto third = EncodeInTwoAttempts(second.get(), {7, 9});
+  EXPECT_THAT(third->chunks[1].data, ElementsAre(7, 9)) << "of the same size";
+  EXPECT_EQ(third->chunks[1].revision, 3u);
+  const auto fourth = EncodeInTwoAttempts(third.get(), {7, 9});
+  EXPECT_EQ(fourth->chunks[1].revision, 3u) << "the same bytes";
 }
 
 }  // namespace

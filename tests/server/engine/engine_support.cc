@@ -222,12 +222,12 @@ void WatcherClient::Take(const ChunkBatch& event) {
   }
   EXPECT_EQ(event.snapshot->revision, current_->begin.revision) << "one update, one revision";
   for (const uint32_t chunk : event.chunks) {
-    const auto& patterns = event.snapshot->chunks[chunk].patterns;
-    EXPECT_EQ(patterns != nullptr, event.snapshot->view.spec.tolerance > 0);
-    for (const uint16_t code : patterns != nullptr ? *patterns : ChunkPatterns()) {
+    const std::span<const uint16_t> patterns = event.snapshot->chunks[chunk].patterns;
+    EXPECT_EQ(!patterns.empty(), event.snapshot->view.spec.tolerance > 0);
+    for (const uint16_t code : patterns) {
       EXPECT_TRUE(patterns_.contains(code)) << "a pattern comes before its first use";
     }
-    EXPECT_TRUE(staged_.emplace(chunk, event.snapshot->chunks[chunk].data).second)
+    EXPECT_TRUE(staged_.emplace(chunk, event.snapshot->chunks.Data(chunk)).second)
         << "every chunk of an update comes once";
   }
   current_->chunks_sent += event.chunks.size();

@@ -125,10 +125,10 @@ TEST(ChunkBlocks, ChunksLeaveBlocksThatAreMostlyUnused) {
   LeaveEmptyBlocks(*snapshot);
 
   EXPECT_EQ(HeldBytes(snapshot->chunks), 400u) << "a block of 300, and a copy";
-  EXPECT_NE(snapshot->chunks[0].data.owner, old[0].owner);
-  EXPECT_EQ(snapshot->chunks[0].data.size, 100u);
-  EXPECT_EQ(snapshot->chunks[0].data.data[99], 1);
-  EXPECT_EQ(snapshot->chunks[1].data.data, recent[0].data) << "in its block, which is in use";
+  EXPECT_NE(snapshot->chunks.Data(0).owner, old[0].owner);
+  EXPECT_EQ(snapshot->chunks[0].data.size(), 100u);
+  EXPECT_EQ(snapshot->chunks[0].data[99], 1);
+  EXPECT_EQ(snapshot->chunks[1].data.data(), recent[0].data) << "in its block, which is in use";
 }
 
 // Each update makes four chunks in one block. Three replace old chunks; in turn, one old chunk stays.

@@ -118,7 +118,8 @@ class ScriptedView : public DeformView {
   }
   absl::StatusOr<std::vector<SharedBytes>> Encode(std::span<const uint32_t> chunks,
                                                   Encoding encoding,
-                                                  std::span<VertexDigest> digests) override {
+                                                  std::span<VertexDigest> digests,
+                                                  TakeEarly /*early*/) override {
     LATTICED_RETURN_IF_ERROR(script_->Pass(Step::kEncode));
     Mask(digests, script_->digest_mask());
     LATTICED_ASSIGN_OR_RETURN(auto encoded, inner_->Encode(chunks, encoding, digests));

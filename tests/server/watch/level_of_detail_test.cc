@@ -104,10 +104,10 @@ TEST_F(LevelOfDetailTest, ExpectsThePointsThatASnapshotHas) {
   EXPECT_EQ(Chosen(unknown, patches_), 2) << "as many as the segments allow";
 
   Snapshot snapshot = Sent(4, 8);
-  SnapshotChunk chunk = snapshot.chunks[0];
-  chunk.patterns = std::make_shared<ChunkPatterns>(patches_, 1 | 1 << 3 | 1 << 6);
-  chunk.data.size = 6 * patches_ * 8;
-  snapshot.chunks.Set(0, chunk);
+  const std::vector<uint16_t> patterns(patches_, 1 | 1 << 3 | 1 << 6);
+  SharedBytes data;
+  data.size = 6 * patches_ * 8;
+  snapshot.chunks.Set(0, {1, data, VertexDigest(), patterns});
   LevelOfDetail detail(asked_);
   detail.Learn(snapshot);
   EXPECT_EQ(Chosen(detail, patches_), 4) << "full detail fits";

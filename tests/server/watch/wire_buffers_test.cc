@@ -23,8 +23,9 @@ std::shared_ptr<const Snapshot> TwoChunks() {
   snapshot->chunks = ChunkTable(2);
   snapshot->chunks.Set(0, {7, MakeSharedBytes(std::vector<uint8_t>(5'000, 'a')), {}});
   // Of a view with a tolerance; the other one has no patterns.
-  snapshot->chunks.Set(1, {9, MakeSharedBytes(std::vector<uint8_t>(300, 'b')), VertexDigest(),
-                           std::make_shared<ChunkPatterns>(ChunkPatterns{0x0102, 0x0009})});
+  constexpr std::array<uint16_t, 2> kPatterns{0x0102, 0x0009};
+  snapshot->chunks.Set(
+      1, {9, MakeSharedBytes(std::vector<uint8_t>(300, 'b')), VertexDigest(), kPatterns});
   return snapshot;
 }
 
@@ -48,11 +49,11 @@ TEST(WireBuffers, APayloadIsNotCopied) {
   const std::vector<grpc::Slice> slices = SlicesOf(batch);
 
   for (const uint32_t index : batch.chunks) {
-    const SnapshotChunk& chunk = batch.snapshot->chunks[index];
+    const auto data = batch.snapshot->chunks[index].data;
     EXPECT_EQ(std::ranges::count_if(slices,
-                                    [&chunk](const grpc::Slice& slice) {
-                                      return slice.begin() == chunk.data.data &&
-                                             slice.size() == chunk.data.size;
+                                    [&data](const grpc::Slice& slice) {
+                                      return slice.begin() == data.data() &&
+                                             slice.size() == data.size();
                                     }),
               1);
   }
@@ -60,7 +61,7 @@ TEST(WireBuffers, APayloadIsNotCopied) {
 
 TEST(WireBuffers, AMessageKeepsItsPayloadWhenTheSnapshotHasGone) {
   auto snapshot = TwoChunks();
-  const std::weak_ptr<const void> payload = snapshot->chunks[0].data.owner;
+  const std::weak_ptr<const void> payload = snapshot->chunks.Data(0).owner;
   std::vector<grpc::Slice> slices = SlicesOf({.snapshot = snapshot, .chunks = {0}});
 
   snapshot.reset();
@@ -79,11 +80,11 @@ TEST(WireBuffers, TheBytesAreProtobufs) {
   chunks.set_topology_id("t");
   chunks.set_quantisation_id(3);
   for (uint32_t i = 0; i < 2; ++i) {
-    const SnapshotChunk& chunk = batch.snapshot->chunks[i];
+    const SnapshotChunk chunk = batch.snapshot->chunks[i];
     v1::Chunk& added = *chunks.add_chunks();
     added.set_index(i);
     added.set_revision(chunk.revision);
-    added.set_data(chunk.data.data, chunk.data.size);
+    added.set_data(chunk.data.data(), chunk.data.size());
     if (i == 1) added.set_levels(std::string("\x02\x01\x09\x00", 4));
   }
   EXPECT_TRUE(BytesOf(SlicesOf(batch)) == expected.SerializeAsString());
@@ -119,7 +120,7 @@ TEST(WireBuffers, ConsecutiveChunksOfBoundsAreOneMessage) {
   chunk.set_data("\1\2\3\4\5\6");
   chunk.set_chunk_count(4);
   EXPECT_TRUE(BytesOf(slices) == expected.SerializeAsString());
-  const uint8_t* const shared = batch.snapshot->chunks[0].data.data;
+  const uint8_t* const shared = batch.snapshot->chunks[0].data.data();
   EXPECT_TRUE(std::ranges::any_of(slices, [shared](const grpc::Slice& slice) {
     return slice.begin() == shared && slice.size() == 5;
   })) << "what neighbours share is one slice";

@@ -48,7 +48,7 @@ absl::Status EdgeBoundView::ReadChunk(uint32_t chunk, std::span<uint8_t> out) {
 
 absl::Status EdgeBoundView::EncodeChunks(std::span<const uint32_t> chunks, Encoding,
                                          std::span<VertexDigest> digests,
-                                         std::span<SharedBytes> results) {
+                                         std::span<SharedBytes> results, TakeEarly /*early*/) {
   EncodeBounds(
       chunks, [this](uint32_t chunk) { return bytes_[chunk]; }, digests, results);
   return absl::OkStatus();

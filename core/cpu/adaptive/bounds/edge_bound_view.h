@@ -40,8 +40,8 @@ class EdgeBoundView : public CheckedView, public ReachSlice {
   absl::Status ReadChunk(uint32_t chunk, std::span<uint8_t> out) override;
   size_t SizeOf(uint32_t chunk) const override { return bytes_.Size(chunk); }
   absl::Status EncodeChunks(std::span<const uint32_t> chunks, Encoding encoding,
-                            std::span<VertexDigest> digests,
-                            std::span<SharedBytes> results) override;
+                            std::span<VertexDigest> digests, std::span<SharedBytes> results,
+                            TakeEarly early) override;
 
   const std::shared_ptr<const fused::FusedPlan> fused_plan_;
   const std::shared_ptr<CpuContext> context_;

@@ -31,7 +31,7 @@ TEST_F(NextEventTest, AnUpdateHoldsTheChunksThatChangedSinceTheLast) {
 
 // Chunks of a view with a tolerance.
 std::shared_ptr<const Snapshot> MakeAdaptive(uint64_t revision, std::vector<uint64_t> revisions,
-                                             std::vector<ChunkPatterns> patterns) {
+                                             std::vector<std::vector<uint16_t>> patterns) {
   auto snapshot = std::make_shared<Snapshot>();
   snapshot->revision = revision;
   snapshot->structure_id = 1;
@@ -41,7 +41,7 @@ std::shared_ptr<const Snapshot> MakeAdaptive(uint64_t revision, std::vector<uint
   snapshot->chunks = ChunkTable(revisions.size());
   for (size_t c = 0; c < revisions.size(); ++c) {
     snapshot->chunks.Set(c, {revisions[c], MakeSharedBytes(std::vector<uint8_t>(kChunkBytes)),
-                             VertexDigest(), std::make_shared<ChunkPatterns>(patterns[c])});
+                             VertexDigest(), patterns[c]});
   }
   return snapshot;
 }
