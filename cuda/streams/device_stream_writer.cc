@@ -125,8 +125,8 @@ void DeviceStreamWriter::Own(const Call& call, std::span<const size_t> numbers,
 
 size_t DeviceStreamWriter::GuessBytes(double points, const Slot& slot) const {
   constexpr double kMore = 1 + 1.0 / 16;
-  const double usual = slots_[0].bytes_per_point;
-  const double bytes = slot.bytes_per_point > 0 ? slot.bytes_per_point : usual;
+  const double own = std::ranges::max(slot.bytes_per_point);
+  const double bytes = own > 0 ? own : std::ranges::max(slots_[0].bytes_per_point);
   return kernels::RoundUpTo16(static_cast<size_t>(kMore * bytes * points));
 }
 
@@ -181,7 +181,9 @@ absl::Status DeviceStreamWriter::Finish(const Call& call, Round& round, bool is_
   for (const StreamPlace& place : places) {
     bytes = std::max(bytes, place.at + kernels::RoundUpTo16(place.size));
   }
-  if (bytes > 0) slot.bytes_per_point = static_cast<double>(bytes) / round.points;
+  if (bytes > 0) {
+    slot.bytes_per_point = {static_cast<double>(bytes) / round.points, slot.bytes_per_point[0]};
+  }
   const bool fits = bytes <= block.bytes;
   if (!fits && is_last_begun) {
     LATTICED_RETURN_IF_ERROR(
@@ -260,7 +262,7 @@ absl::Status DeviceStreamWriter::Encode(DeviceSpan<const uint8_t> vertices,
   bool stuck = false;  // the last turn of the loop encoded nothing
   for (std::vector<size_t> deferred; !left.empty(); left = deferred) {
     // Where nothing says how many bytes there will be, none can be on their way early.
-    const bool in_two = left.size() >= kFewestHalved && slots_[0].bytes_per_point > 0 && !stuck;
+    const bool in_two = left.size() >= kFewestHalved && slots_[0].bytes_per_point[0] > 0 && !stuck;
     LATTICED_ASSIGN_OR_RETURN(auto again, in_two ? InTwo(call, left) : InOne(call, left));
     stuck = again.size() == left.size();
     if (stuck && !in_two) {

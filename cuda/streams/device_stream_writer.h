@@ -12,7 +12,8 @@
 // encoded.
 //
 // The host does not wait for the sizes before it asks for the bytes. It guesses their number from the last streams, asks
-// for a sixteenth more, and names the results while they are copied. Streams that need more are packed and copied again.
+// for a sixteenth more, and names the results while they are copied. It takes the larger number of the last two rounds,
+// because edits often alternate. Streams that need more are packed and copied again.
 // What it can do for the results before it knows the sizes, it does while the device encodes.
 //
 // Errors   kResourceExhausted for device or pinned memory, of which fewer chunks take less; those
@@ -66,7 +67,7 @@ class DeviceStreamWriter {
     std::shared_ptr<CudaLane> lane;
     CudaEvent placed;
     PinnedBuffer exchanged;
-    double bytes_per_point = 0;  // of its last round that coded any
+    std::array<double, 2> bytes_per_point = {};  // of its last two rounds that coded any
     cudaStream_t stream() const { return lane->stream().get(); }
   };
   DeviceStreamWriter(std::unique_ptr<StreamCoder> coder, std::shared_ptr<CudaContext> context,
