@@ -192,13 +192,13 @@ export class LatticeSync {
   }
 
   takeDelta(delta: LatticeDelta): void {
-    this.states.takeDelta(delta);
+    const isTaken = this.states.takeDelta(delta);
     this.removals.settle();
     if (delta.lattice !== this.edited) {
       this.queue.reached(delta.revision);
       return this.turn();
     }
-    if (!this.model || delta.structureId !== this.model.structureId) return;
+    if (!this.model || !isTaken || delta.structureId !== this.model.structureId) return;
     const { strength } = delta;
     const targets = {
       indices: Uint32Array.from(delta.indices), positions: Float64Array.from(delta.positions),
