@@ -3,11 +3,12 @@
 //
 // Keeps a surface that the page evaluates by itself in step with the session's lattice, with the camera and with the settings.
 // Before each frame that is drawn, what has changed is evaluated. No camera asks the server for anything. The sum of several
-// lattices comes with the server's updates.
+// lattices comes with the server's updates, and the page adds what they have moved since.
 import { sameStructure } from './lattice/grid';
 import type { Lattice } from './lattice/lattice';
 import type { LiveSession } from './session/live_session';
 import type { UpdateInfo } from './session/scene_session';
+import { SumAhead } from './session/sum_ahead';
 import { movedPoints } from './session/summed_lattice';
 import type { SeenTolerance } from './patches/levels/chosen_levels';
 import { LevelPace, PAUSE_MS } from './patches/levels/level_pace';
@@ -37,7 +38,9 @@ export class EvaluationWatch {
   /** performance.now() of the newest edit, and of this window's newest one that no frame shows. */
   private editedAt = -Infinity;
   private ownEditAt: number | undefined;
-  private sumBefore: Lattice | undefined; // as of the update before
+  private readonly ahead = new SumAhead();
+  private shownSum: Lattice | undefined; // that of the newest update, …
+  private isAhead = false; // … or one that is ahead of it
   private timer: ReturnType<typeof setTimeout> | undefined;
   private readonly ends: readonly (() => void)[];
 
@@ -49,7 +52,7 @@ export class EvaluationWatch {
   ) {
     this.plans = new PlanCache(session.server, session.sceneId);
     this.surface = new PatchSurface(viewport.gl, () => viewport.renderer.resetState(), session.surface, {
-      lattice: () => this.sum ?? session.lattice,
+      lattice: () => this.shownSum ?? this.sum ?? session.lattice,
       plan: (topologyId, normals) => this.plans.plan(topologyId, normals),
       ready: () => viewport.invalidate(),
       changed: () => events.changed(),
@@ -57,7 +60,7 @@ export class EvaluationWatch {
     });
     this.ends = [
       session.on('points', (indices, isOwn) => this.moved(indices, isOwn)),
-      session.on('lattice', () => this.surface.latticeReplaced()),
+      session.on('lattice', () => (this.sum ? this.goAhead() : this.surface.latticeReplaced())),
       session.on('update', (update) => this.updated(update)),
       viewport.onDrawing(() => this.draw()),
     ];
@@ -89,18 +92,35 @@ export class EvaluationWatch {
 
   private moved(indices: Uint32Array, isOwn: boolean): void {
     this.editedAt = performance.now();
-    if (this.sum) return;
-    this.surface.moved(indices);
+    if (!this.sum) this.surface.moved(indices);
+    else if (!this.goAhead()) return; // it is seen with its update
     if (isOwn) this.ownEditAt = this.editedAt;
   }
 
   private updated({ revision, msFromEdit }: UpdateInfo): void {
-    const { sum, sumBefore } = this;
-    this.sumBefore = sum;
-    if (sum && sumBefore && sameStructure(sum, sumBefore)) this.surface.moved(movedPoints(sumBefore, sum));
-    else if (sum || sumBefore) this.surface.latticeReplaced();
-    this.surface.updated(sum !== undefined || this.session.isAt(revision));
-    if (sum && msFromEdit !== undefined) this.ownEditAt = performance.now() - msFromEdit;
+    const { session, sum, isAhead } = this;
+    const isInStep = sum ? session.areAllAt(revision) : session.isAt(revision);
+    if (!sum) this.ahead.forget();
+    else if (isInStep) this.ahead.take(sum, session.numberedLattices);
+    if (!sum || isInStep || !this.goAhead()) this.show(sum);
+    this.surface.updated(sum ? !this.isAhead : isInStep);
+    if (sum && !isAhead && msFromEdit !== undefined) this.ownEditAt = performance.now() - msFromEdit;
+  }
+
+  /** Shows the sum of the lattices as the page has them. Returns whether it is known. */
+  private goAhead(): boolean {
+    const sum = this.ahead.of(this.session.numberedLattices);
+    if (sum) this.show(sum);
+    return sum !== undefined;
+  }
+
+  private show(sum: Lattice | undefined): void {
+    const before = this.shownSum;
+    this.shownSum = sum;
+    this.isAhead = sum !== this.sum;
+    if (sum === before) return;
+    if (sum && before && sameStructure(sum, before)) this.surface.moved(movedPoints(before, sum));
+    else this.surface.latticeReplaced();
   }
 
   private draw(): void {

@@ -88,6 +88,8 @@ WatchEvent Begin(ClientState& client, const WatchOffer& offer) {
   update.id = ++client.last_update_id;
   update.begin_time = offer.now;
   if (client.max_unacked_updates > 0) client.unacked.push_back(update.id);
+  // An update of points, or of one lattice.
+  if (offer.snapshot->summed_points == nullptr) client.sum = nullptr;
   WatchView in_force = offer.asked;
   in_force.key = offer.snapshot->view;
   return UpdateBegins{.update_id = update.id,

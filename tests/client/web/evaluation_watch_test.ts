@@ -9,7 +9,7 @@ import { OrthographicCamera } from 'three';
 import type { PatchLatticeSchema } from 'latticed/v1/event_pb';
 import { Encoding, NormalMode } from 'latticed/v1/view_pb';
 import { EvaluationWatch } from '@src/evaluation_watch';
-import type { Lattice } from '@src/lattice/lattice';
+import { Lattice } from '@src/lattice/lattice';
 import type { SettingsStore } from '@src/state/settings';
 import type { Viewport } from '@src/viewport/viewport';
 import { fromLattice } from '@src/wire/lattice_message';
@@ -32,6 +32,7 @@ class Page {
   readonly watch: EvaluationWatch;
   readonly failures: Error[] = [];
   private evaluations = 0;
+  measured = 0;
 
   private constructor(t: TestContext, readonly fixture: SessionFixture, readonly plan: RandomPlan) {
     const viewport = {
@@ -44,7 +45,7 @@ class Page {
     };
     this.watch = new EvaluationWatch(fixture.session, { value: { pixels: 1 } } as SettingsStore, viewport as unknown as Viewport, {
       changed: () => void ++this.evaluations,
-      evaluated: () => undefined,
+      evaluated: () => void ++this.measured,
       failed: (error) => void this.failures.push(error),
     });
     t.after(() => this.watch.dispose());
@@ -57,8 +58,8 @@ class Page {
     return new Page(t, fixture, plan);
   }
 
-  state(lattice: Lattice, index: number, indexes: number[], revision: bigint): void {
-    const value = { lattice: fromLattice(lattice), structureId: revision, revision, index, indexes };
+  state(lattice: Lattice, index: number, indexes: number[], revision: bigint, structureId = revision): void {
+    const value = { lattice: fromLattice(lattice), structureId, revision, index, indexes };
     this.fixture.stream.event({ case: 'latticeState', value });
   }
 
@@ -148,4 +149,87 @@ test('a lattice that is gone is not evaluated while an edit waits for its answer
   assert.ok(session.hasShownLattice);
   await page.evaluated();
   assert.ok(page.lowest < before - 0.5);
+});
+
+/** A page that shows the sum of two lattices, of which the second is chosen. */
+async function ofTwo(t: TestContext): Promise<Page> {
+  const page = await Page.open(t);
+  const { fixture: { session }, plan: { lattice } } = page;
+  page.state(lattice, 0, [0, 1], 1n);
+  page.state(shifted(lattice, 3), 1, [0, 1], 1n);
+  session.chooseLattice(1);
+  await page.update(1n, { case: 'state', value: { lattice: fromLattice(shifted(lattice, 1)), structureId: 1n } }, true);
+  await page.evaluated();
+  return page;
+}
+
+const near = (a: number, b: number): void => assert.ok(Math.abs(a - b) < 1e-4, `${a}, not ${b}`);
+
+/** A move of all control points along x. */
+function push({ fixture: { session } }: Page, by: number): void {
+  session.apply({ kind: 'move', indices: Uint32Array.from({ length: session.lattice.count }, (_, i) => i), offset: [by, 0, 0] });
+}
+
+test('an own edit of one of several lattices is seen at once, and measured once; the sum that comes with its update takes its place', async (t) => {
+  const page = await ofTwo(t);
+  const { fixture: { session, stream }, plan: { lattice } } = page;
+  const before = page.lowest;
+
+  push(page, 0.5);
+  assert.ok(page.evaluates());
+  near(page.lowest, before + 0.5);
+  assert.equal(page.measured, 1);
+  push(page, 0.25);
+  assert.ok(page.evaluates());
+  near(page.lowest, before + 0.75);
+  assert.equal(page.measured, 2);
+
+  const [first] = stream.edits;
+  stream.event({ case: 'editResult', value: { sequence: first!.sequence, revision: 2n, structureId: 1n } });
+  page.state(shifted(lattice, 3.5), 1, [0, 1], 2n, 1n);
+  await page.update(2n, { case: 'state', value: { lattice: fromLattice(shifted(lattice, 1.5)), structureId: 1n } });
+  page.evaluates();
+  near(page.lowest, before + 0.75); // the second edit is still ahead
+  stream.event({ case: 'editResult', value: { sequence: stream.edits[1]!.sequence, revision: 3n, structureId: 1n } });
+  page.state(shifted(lattice, 3.75), 1, [0, 1], 3n, 1n);
+  assert.ok(session.areAllAt(3) && !session.areAllAt(2));
+  await page.update(3n, { case: 'state', value: { lattice: fromLattice(shifted(lattice, 4)), structureId: 1n } });
+  await page.evaluated();
+  near(page.lowest, before + 3); // what comes counts
+  assert.equal(page.measured, 2);
+});
+
+test('a refused edit of one of several lattices is taken back at once', async (t) => {
+  const page = await ofTwo(t);
+  const { stream } = page.fixture;
+  const before = page.lowest;
+  push(page, 0.5);
+  page.evaluates();
+  near(page.lowest, before + 0.5);
+  stream.event({ case: 'editResult', value: { sequence: stream.edits[0]!.sequence, status: { code: 9, message: 'no' } } });
+  assert.ok(page.evaluates());
+  near(page.lowest, before);
+});
+
+test('what others move of any of the lattices is seen with the own edit, before its update', async (t) => {
+  const page = await ofTwo(t);
+  const before = page.lowest;
+  page.state(shifted(page.plan.lattice, 0.25), 0, [0, 1], 2n, 1n);
+  assert.ok(!page.fixture.session.areAllAt(1));
+  push(page, 0.5);
+  page.evaluates();
+  near(page.lowest, before + 0.75);
+});
+
+test('an edit of another structure than that of the sum waits for its update', async (t) => {
+  const page = await ofTwo(t);
+  const { plan: { lattice } } = page;
+  const before = page.lowest;
+  const other = new Lattice(lattice.frame, lattice.degree, lattice.size, lattice.knots.map((list) => list.map((x) => 2 * x)) as unknown as Lattice['knots'], lattice.points.slice());
+  page.state(lattice, 0, [0, 1], 2n);
+  page.state(other, 1, [0, 1], 2n);
+  push(page, 0.5);
+  page.evaluates();
+  near(page.lowest, before);
+  assert.equal(page.measured, 0);
 });

@@ -4,6 +4,11 @@
 // Lattices that go on outside their frame, against formula (1) of the given lattice.
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
+import { create } from '@bufbuild/protobuf';
+import { createRouterTransport } from '@connectrpc/connect';
+import { SceneSchema, SceneService, type CreateSceneRequest } from 'latticed/v1/scene_pb';
+import { boxCorners } from '@src/cage/outside_box';
+import { Services } from '@src/intake/services';
 import { evaluate } from '@src/lattice/bspline';
 import { fitLattice } from '@src/lattice/fitted_lattice';
 import { domain, indexOf, sameStructure } from '@src/lattice/grid';
@@ -11,8 +16,10 @@ import { identityPoints } from '@src/lattice/identity';
 import { Lattice, type Outside, type Vec3 } from '@src/lattice/lattice';
 import { boxGrid, pointsOfBox } from '@src/lattice/box_grid';
 import { LatticeRemarks } from '@src/lattice/lattice_remarks';
-import { continuedLattice, effectiveLattice, OutsideMap } from '@src/lattice/outside';
+import { allowedWidth, continuedLattice, effectiveLattice, OutsideMap } from '@src/lattice/outside';
 import type { Folds } from '@src/wire/fold_message';
+import { toOutside } from '@src/wire/lattice_message';
+import { LatticedServer } from '@src/wire/latticed_server';
 import { latticeFromJson, latticeToJson } from '@src/wire/lattice_json';
 
 const SIX = [0, 1, 2, 3, 4, 5] as const;
@@ -97,6 +104,38 @@ test('nothing goes on without widths', () => {
   assert.equal(map.continued, lattice);
   assert.equal(map.points(lattice.points), lattice.points);
   assert.deepEqual(map.reached([3]), [3]);
+});
+
+test('a width that is wanted becomes 0 or one that the server takes', () => {
+  assert.deepEqual([-1, 0, 0.0009, 0.001, 0.3, 1000, 2000].map(allowedWidth), [0, 0, 0, 0.001, 0.3, 1000, 1000]);
+});
+
+test('the box that shows where it ends reaches beyond the frame by each width', () => {
+  const frame = { origin: [1, 0, 0], u: [2, 0, 0], v: [0, 4, 0], w: [0, 0, 8] } as const;
+  const corners = boxCorners(frame, [0.5, 0, 0.25, 0.5, 1, 2]);
+  assert.deepEqual(corners[0], [0, -1, -8]);
+  assert.deepEqual(corners[1], [3, -1, -8]);
+  assert.deepEqual(corners[7], [3, 6, 24]);
+});
+
+test('a fitted lattice has it', () => {
+  const bounds = { min: [0, 0, 0], max: [1, 1, 1] } as const;
+  const fit = { size: [3, 3, 3], degree: [2, 2, 2], padding: 0 } as const;
+  assert.deepEqual(fitLattice(bounds, { ...fit, outside: falloff(false) }).outside, falloff(false));
+  assert.equal(fitLattice(bounds, fit).outside, undefined);
+});
+
+test('the server is asked for a fitted lattice with it', async () => {
+  const asked: CreateSceneRequest[] = [];
+  const server = new LatticedServer('http://test', undefined, createRouterTransport(({ service }) =>
+    service(SceneService, { createScene: (request) => (asked.push(request), create(SceneSchema, {})) })));
+  const fit = { size: [3, 3, 3], degree: [2, 2, 2], padding: 0 } as const;
+  for (const outside of [undefined, falloff(false), falloff(true), linear]) {
+    await new Services(server).createScene('m', { lattice: { ...fit, outside }, view: {} });
+    const { source } = asked.at(-1)!.lattices[0]!;
+    assert.ok(source.case === 'fit');
+    assert.deepEqual(toOutside(source.value.outside), outside);
+  }
 });
 
 test('files keep it, and it is part of the structure', () => {

@@ -171,6 +171,27 @@ TEST_F(SummedPatchesTest, AViewOfPointsHasNone) {
   EXPECT_EQ(CountSums(points.log, true), 0u);
 }
 
+TEST_F(SummedPatchesTest, PatchesAfterPointsBringTheWholeSum) {
+  ASSERT_OK(Create(RequestOf({Shaken(Whole()), Shaken(Spot())})));
+  DeformClient client(*scenes_, WatchPatches());
+  client.ReadUpdates(1);
+  const auto see = [&](v1::Encoding encoding) {
+    v1::DeformRequest message;
+    message.mutable_control()->mutable_view()->set_encoding(encoding);
+    return client.Send(message);
+  };
+  ASSERT_TRUE(see(v1::ENCODING_RAW));
+  client.ReadUpdates(2);
+  EXPECT_EQ(CountSums(client.log, true), 1u);
+  ASSERT_TRUE(client.Send(MoveIn(1, 1, 21, {0.05, 0, 0})));
+  client.ReadUntilRevision(1);
+  ASSERT_TRUE(see(v1::ENCODING_PATCHES));
+  client.ReadUpdates(client.log.ends.size() + 1);
+  EXPECT_EQ(CountSums(client.log, true), 2u);
+  EXPECT_EQ(CountSums(client.log, false), 0u);
+  EXPECT_EQ(client.log.sum.revision(), 1u);
+}
+
 // The sum does not depend on weights; the plan has them.
 TEST_F(SummedPatchesTest, WeightsAreInThePlan) {
   v1::CreateSceneRequest request = RequestOf({Shaken(Whole()), Shaken(Spot())});

@@ -15,7 +15,7 @@ import type { SceneFacts, Units, UpAxis } from '../state/units';
 import type { RestCorners } from '../surface/patch_source';
 import { LONG_CALL_MS } from '../wire/deadlines';
 import { randomId } from '../wire/ids';
-import { fromAxes, fromLattice, vector } from '../wire/lattice_message';
+import { fromAxes, fromLattice, fromOutside, vector } from '../wire/lattice_message';
 import type { LatticedServer } from '../wire/latticed_server';
 import { uploadMesh } from '../wire/upload';
 import { fromView, toView } from '../wire/view_message';
@@ -188,6 +188,7 @@ function meshFile(header: MeshHeader, content: Blob): MeshFile | undefined {
 
 function latticeSource(lattice: Fit | Lattice): MessageInitShape<typeof LatticeSourceSchema> {
   if (lattice instanceof Lattice) return { source: { case: 'lattice', value: fromLattice(lattice) } };
-  const { size, degree, padding } = lattice;
-  return { source: { case: 'fit', value: { size: fromAxes(size), degree: fromAxes(degree), padding } } };
+  const { size, degree, padding, outside } = lattice;
+  const value = { size: fromAxes(size), degree: fromAxes(degree), padding, ...(outside && { outside: fromOutside(outside) }) };
+  return { source: { case: 'fit', value } };
 }

@@ -12,6 +12,8 @@ export interface Fit {
   degree: Axes;
   /** Margin on every side of each axis, as a fraction of the longest edge of the bounds. */
   padding: number;
+  /** Absent: points outside stay. */
+  outside?: Outside | undefined;
 }
 
 /** The server's default. */

@@ -8,6 +8,14 @@ import { identityPoints } from './identity';
 import { Lattice, type Outside } from './lattice';
 import { add, scale, type Vec3 } from './vec';
 
+const LEAST_WIDTH = 0.001; // the server's; less is 0
+export const MOST_WIDTH = 1000;
+
+/** The width nearest to one that is wanted: 0, or what the server takes. */
+export function allowedWidth(width: number): number {
+  return width < LEAST_WIDTH ? 0 : Math.min(width, MOST_WIDTH);
+}
+
 /** A row of E on one axis: control points of the given lattice from `first` on, and their weights. */
 interface Row {
   readonly first: number;

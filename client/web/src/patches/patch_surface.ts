@@ -44,7 +44,7 @@ interface Stage {
 
 /** What a surface is evaluated from, and who wants to know of it. */
 export interface EvaluationSource {
-  /** The lattice that the page shows, or the sum of several; another object once its structure has changed. */
+  /** The lattice that the page shows, or the sum of several, with own edits; another object once its structure has changed. */
   lattice(): Lattice;
   plan(topologyId: string, normals: NormalMode): Promise<PatchPlan>;
   /** A plan has come: a frame is due. */
@@ -66,7 +66,7 @@ export interface Wanted {
 /**
  * A surface that the page's GPU evaluates by itself (ENCODING_PATCHES), from the lattice that the page shows: own edits are seen
  * before the server answers. The server's updates bring bounds of edges, and with them other levels; of several lattices also
- * their sum, so that edits are seen with the updates.
+ * their sum.
  */
 export class PatchSurface {
   private stage: Stage | undefined;

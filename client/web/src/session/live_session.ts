@@ -20,6 +20,7 @@ import { LatticeSync } from './edits/lattice_sync';
 import { Listeners } from './listeners';
 import type { Gesture, GestureListener, Presence, SessionEvents, SessionStatus, ViewRequest } from './scene_session';
 import { SessionStream, type SessionParts } from './session_stream';
+import type { NumberedLattices } from './sum_ahead';
 
 /** A scene that is watched and edited. It reconnects by itself. It has a lattice once `ready` has resolved. */
 export class LiveSession {
@@ -85,6 +86,11 @@ export class LiveSession {
   /** The server's lattices, all of them. */
   get lattices(): readonly Lattice[] {
     return this.sync.lattices;
+  }
+
+  /** All of them by number; the one that is shown with this window's edits. */
+  get numberedLattices(): NumberedLattices {
+    return this.sync.numbered;
   }
 
   /** What edits keep. */
@@ -207,6 +213,11 @@ export class LiveSession {
   /** Whether the lattice that is shown is the server's at this revision, without edits that it lacks. */
   isAt(revision: number): boolean {
     return this.sync.isAt(BigInt(revision));
+  }
+
+  /** Whether all lattices are the server's at this revision, without edits that it lacks. */
+  areAllAt(revision: number): boolean {
+    return this.sync.areAt(BigInt(revision));
   }
 
   /** What was asked for last. */

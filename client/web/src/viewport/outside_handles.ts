@@ -6,18 +6,12 @@
 import { middleOfSide, OutsideBox } from '../cage/outside_box';
 import { AXIS_NAMES } from '../lattice/grid';
 import type { LatticeFrame } from '../lattice/lattice';
+import { allowedWidth } from '../lattice/outside';
 import type { Vec3 } from '../lattice/vec';
 import { h } from '../ui/dom';
 import type { Viewport } from './viewport';
 
 const STEP = 0.05; // of an arrow key, in lengths of the frame's edge
-const LEAST = 0.001; // the server's; less is 0
-const MOST = 1000;
-
-/** 0, or what the server takes. */
-export function allowedWidth(width: number): number {
-  return width < LEAST ? 0 : Math.min(width, MOST);
-}
 
 /**
  * By how much a width changes when the pointer moves by (dx, dy) pixels, where the edge of the frame seen from its face outwards

@@ -51,7 +51,7 @@ export function toOutside(message: LatticeOutside | undefined): Outside | undefi
   };
 }
 
-function fromOutside({ mode, smooth, widths, steps }: Outside): MessageInitShape<typeof LatticeOutsideSchema> {
+export function fromOutside({ mode, smooth, widths, steps }: Outside): MessageInitShape<typeof LatticeOutsideSchema> {
   return {
     mode: mode === 'falloff' ? OutsideMode.FALLOFF : OutsideMode.LINEAR,
     continuity: smooth ? OutsideContinuity.UNSPECIFIED : OutsideContinuity.C0,

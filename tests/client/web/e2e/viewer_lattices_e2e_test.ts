@@ -139,17 +139,47 @@ test('a box that the server refuses is told in the dialog, which stays until one
   await page.evaluate(() => window.latticed.scene!.addLattice());
   const dialog = page.locator('dialog.add-lattice');
   const add = dialog.getByRole('button', { name: 'Add', exact: true });
-  const falloff = dialog.getByRole('spinbutton', { name: 'Falloff' });
-  await falloff.fill('0');  // the surface would tear where the box ends
-  await falloff.press('Tab');
+  await dialog.getByRole('radio', { name: 'Stays' }).click();  // the surface would tear where the box ends
   await add.click();
 
   await dialog.getByText('ends inside the mesh').waitFor();
   assert.ok(await add.isEnabled());
   assert.equal(await page.evaluate(() => window.latticed.scene!.session.latticeCount), 3);
-  await falloff.fill('0.5');
-  await falloff.press('Tab');
+  await dialog.getByRole('radio', { name: 'Falloff' }).click();
+  const width = dialog.getByRole('spinbutton', { name: 'Width of all sides' });
+  assert.equal(await width.inputValue(), '0.5');
+  await width.fill('0.25');
+  await width.press('Tab');
+  await dialog.getByText('Each side').click();
+  const side = dialog.getByRole('spinbutton', { name: 'Width at the end of v' });
+  await side.fill('0.75');
+  await side.press('Tab');
+  await dialog.getByText('Smooth at the faces').click();
   await add.click();
   await dialog.waitFor({ state: 'detached' });
   assert.equal(await page.evaluate(() => window.latticed.scene!.session.latticeCount), 4);
+  const outside = await page.evaluate(() => {
+    const { mode, smooth, widths } = window.latticed.scene!.session.lattice.outside!;
+    return { mode, smooth, widths: [...widths] };
+  });
+  assert.deepEqual(outside, { mode: 'falloff', smooth: false, widths: [0.25, 0.25, 0.25, 0.75, 0.25, 0.25] });
+});
+
+test('an added lattice may go on along straight lines, as far as the mesh reaches', async () => {
+  await page.evaluate(() => window.latticed.scene!.addLattice());
+  const dialog = page.locator('dialog.add-lattice');
+  await dialog.getByRole('radio', { name: 'Linear' }).click();
+  assert.equal(await dialog.getByRole('spinbutton', { name: 'Width of all sides' }).isHidden(), true);
+
+  await dialog.getByRole('button', { name: 'Add', exact: true }).click();
+
+  await dialog.waitFor({ state: 'detached' });
+  const outside = await page.evaluate(() => {
+    const { mode, widths } = window.latticed.scene!.session.lattice.outside!;
+    return { mode, widths: [...widths] };
+  });
+  assert.equal(outside.mode, 'linear');
+  // The box is a quarter of the first frame, 3.08 x 3.08 x 1.08, and the mesh is 2.8 x 2.8 x 0.8. The server adds a sixteenth.
+  const reach = [2.8 / 0.77, 2.8 / 0.77, 0.8 / 0.27].flatMap((length) => new Array<number>(2).fill((17 / 16) * (length - 1) / 2));
+  outside.widths.forEach((width, side) => assert.ok(Math.abs(width - reach[side]!) < 1e-6, `${outside.widths}`));
 });

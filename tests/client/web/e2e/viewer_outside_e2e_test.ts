@@ -5,7 +5,8 @@
 // Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer.
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { openTorus, page, press, shot, useStage } from './stage';
+import { OBJ, openTorus, page, press, shot, useStage } from './stage';
+import { createScene, dropFiles, meshUploaded } from './viewer_page';
 
 useStage({ context: { viewport: { width: 1000, height: 800 } }, begin: openTorus });
 
@@ -44,10 +45,19 @@ test('handles change the widths of a falloff, and the scene has them', async () 
   await page.mouse.down();
   await page.mouse.move(x + 0.1 * ox, y + 0.1 * oy, { steps: 4 });
   await page.mouse.up();
-  assert.ok(Number(await other.getAttribute('aria-valuenow')) > 0.35);
+  assert.ok(Number(await other.getAttribute('aria-valuenow')) > 0.45);
   const scrolled = await page.evaluate(() => window.latticed.viewport.element.scrollLeft);
   assert.equal(scrolled, 0, 'a handle beyond the edge does not scroll the view');
   await shot('outside');
+  const dialog = page.locator('dialog.outside');
+  const all = dialog.getByRole('spinbutton', { name: 'Width of all sides' });
+  assert.equal(Number(await all.inputValue()).toPrecision(3), await other.getAttribute('aria-valuenow'), 'the widest');
+  await dialog.getByText('Each side').click();
+  const side = dialog.getByRole('spinbutton', { name: 'Width at the end of w' });
+  assert.equal(await side.inputValue(), '0.3');
+  await side.fill('0.5');
+  await side.press('Tab');
+  assert.equal(await page.getByRole('slider', { name: 'Width at the end of w' }).getAttribute('aria-valuenow'), '0.500');
   await page.getByText('Smooth at the faces').click();
   await page.getByRole('button', { name: 'Change' }).click();
 
@@ -55,7 +65,7 @@ test('handles change the widths of a falloff, and the scene has them', async () 
   const shown = (await outside())!;
   assert.equal(shown.smooth, false);
   assert.ok(Math.abs(shown.widths[1]! - 0.4) < 1e-12 && shown.widths[0]! > 0.35);
-  assert.deepEqual(shown.widths.slice(2), [0.3, 0.3, 0.3, 0.3]);
+  assert.deepEqual(shown.widths.slice(2), [0.3, 0.3, 0.3, 0.5]);
   assert.equal(await page.locator('.outside-handle').count(), 0);
 });
 
@@ -67,4 +77,52 @@ test('an undo takes it back, and a cancelled dialog changes nothing', async () =
   assert.equal(await page.locator('.outside-handles').isHidden(), true);
   await page.getByRole('button', { name: 'Cancel' }).click();
   assert.equal(await outside(), undefined);
+});
+
+/** Drops the torus again, and waits for the dialog that fits its lattice. */
+async function fitDialog(): Promise<void> {
+  await dropFiles(page, [['torus.obj', OBJ]]);
+  await meshUploaded(page);
+}
+
+test('the dialog that fits a lattice has the same choice, and points stay unless somebody chooses', async () => {
+  await fitDialog();
+  const dialog = page.locator('dialog.fit');
+  const width = dialog.getByRole('spinbutton', { name: 'Width of all sides' });
+  assert.equal(await dialog.getByRole('radio', { name: 'Stays' }).getAttribute('aria-checked'), 'true');
+  assert.equal(await width.isHidden(), true);
+  await createScene(page);
+  assert.equal(await outside(), undefined);
+});
+
+test('a lattice is fitted with a falloff', async () => {
+  await fitDialog();
+  const dialog = page.locator('dialog.fit');
+  const preview = (): Promise<string> => dialog.locator('canvas').evaluate((canvas: HTMLCanvasElement) => canvas.toDataURL());
+  const before = await preview();
+  await dialog.getByRole('radio', { name: 'Falloff' }).click();
+  assert.notEqual(await preview(), before, 'the picture shows where it ends');
+  await dialog.getByText('Each side').click();
+  const side = dialog.getByRole('spinbutton', { name: 'Width at the begin of v' });
+  await side.fill('1/2');
+  await side.press('Tab');
+  assert.equal(await dialog.getByRole('spinbutton', { name: 'Width of all sides' }).inputValue(), '0.5', 'the widest');
+  await dialog.getByText('Smooth at the faces').click();
+  await shot('fit_outside');
+  await createScene(page);
+  assert.deepEqual(await outside(), { mode: 'falloff', smooth: false, widths: [0.3, 0.3, 0.5, 0.3, 0.3, 0.3] });
+});
+
+test('a linear one of a fitted lattice has widths, since the mesh is all inside; without any, points stay', async () => {
+  for (const [typed, widths] of [['2', new Array<number>(6).fill(2)], ['0', undefined]] as const) {
+    await fitDialog();
+    const dialog = page.locator('dialog.fit');
+    await dialog.getByRole('radio', { name: 'Linear' }).click();
+    assert.equal(await dialog.getByText('Smooth at the faces').isHidden(), true);
+    const width = dialog.getByRole('spinbutton', { name: 'Width of all sides' });
+    await width.fill(typed);
+    await width.press('Tab');
+    await createScene(page);
+    assert.deepEqual(await outside(), widths && { mode: 'linear', smooth: true, widths });
+  }
 });

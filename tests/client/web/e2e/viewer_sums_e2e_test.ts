@@ -68,7 +68,27 @@ test('a lattice that is added brings another plan, and the page goes on to evalu
   assert.deepEqual(errors, []);
 });
 
-test('edits of each and their undo are seen with the updates', async () => {
+test('an edit of each is seen at once, as its update then brings it', async () => {
+  for (const lattice of [0, 1]) {
+    await page.evaluate((k) => window.latticed.scene!.session.chooseLattice(k), lattice);
+    await page.waitForFunction((k) => window.latticed.scene!.session.shownLatticeIndex === k, lattice);
+    const { shown, moved } = await page.evaluate(() => {
+      const { session } = window.latticed.scene!;
+      const before = session.surface.edgeBounds.sum!.points;
+      session.apply({ kind: 'move', indices: Uint32Array.of(21, 42), offset: [0.25, 0.0625, 0.125] });
+      const { points } = window.latticed.scene!['evaluation']['shownSum']!;
+      return { shown: [...points], moved: points.filter((x, i) => x !== before[i]).length };
+    });
+    assert.ok(moved > 0 && moved < shown.length);
+    await followsServer();
+    await until(async () => page.evaluate(() => !window.latticed.scene!['evaluation']['isAhead']));
+    const come = await page.evaluate(() => [...window.latticed.scene!.session.surface.edgeBounds.sum!.points]);
+    const worst = Math.max(...come.map((x, i) => Math.abs(x - shown[i]!)));
+    assert.ok(worst < 1e-13, `${worst}`);
+  }
+});
+
+test('edits of each and their undo follow the server', async () => {
   for (const lattice of [1, 0, 1]) {
     await apply(lattice, [37, 38], [0.125, 0.25, -0.125]);
     await followsServer();
@@ -101,7 +121,7 @@ test('vertices with weights are evaluated, too, and so they are without them aga
   assert.deepEqual(errors, []);
 });
 
-test('an edit is measured once, when its update is shown', async () => {
+test('an edit is measured once', async () => {
   const measured = (): Promise<number> =>
     page.evaluate(() => (window.latticed as unknown as { hud: { latencies: number[] } }).hud.latencies.length);
   const before = await measured();

@@ -126,6 +126,21 @@ TEST_F(NextEventOfSumsTest, ADroppedUpdateKeepsItsSum) {
   EXPECT_THAT(Drain(), ElementsAre("begin 3@2 restart", "sum 12 since 11", "batch 0", "end 3@2"));
 }
 
+// The sum is not kept for a client that has points again: patches later begin with a whole one.
+TEST_F(NextEventOfSumsTest, PointsLetTheSumGo) {
+  Be(0, OfSum(0, {0}, 10));
+  Drain();
+  Acknowledge(client_, 1);
+  EXPECT_NE(client_.sum, nullptr);
+  offer_.snapshot = MakeSnapshot(0, {0});
+  EXPECT_THAT(Drain(), ElementsAre("quantisation 1", "begin 2@0", "batch 0", "end 2@0"));
+  Acknowledge(client_, 2);
+  EXPECT_EQ(client_.sum, nullptr);
+
+  Be(1, OfSum(1, {1}, 11));
+  EXPECT_THAT(Drain(), ElementsAre("begin 3@1", "sum 11", "batch 0", "end 3@1"));
+}
+
 TEST_F(NextEventOfSumsTest, NoUpdateLacksItsLattice) {
   Be(1, OfSum(0, {0}, 10));
   EXPECT_THAT(Drain(),

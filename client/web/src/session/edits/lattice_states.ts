@@ -50,14 +50,22 @@ export class LatticeStates {
     this.states = [...others, state].sort((a, b) => a.index - b.index);
   }
 
-  takeDelta(delta: LatticeDelta): void {
+  /** Throws if the delta contradicts its lattice, which then stays. Returns false if a state of that lattice is to follow. */
+  takeDelta(delta: LatticeDelta): boolean {
     const state = this.of(delta.lattice);
-    if (state?.structureId !== delta.structureId) return;
+    if (state?.structureId !== delta.structureId) return false;
     const { controlPoints } = state.lattice!;
+    check(delta, controlPoints.length);
     delta.indices.forEach((index, n) => {
       for (let k = 0; k < 3; ++k) controlPoints[3 * index + k] = delta.positions[3 * n + k]!;
     });
     state.strength = delta.strength ?? state.strength;
     state.revision = delta.revision;
+    return true;
   }
+}
+
+function check({ indices, positions }: LatticeDelta, coordinates: number): void {
+  if (positions.length !== 3 * indices.length) throw new Error('a lattice_delta must have three numbers per index');
+  if (indices.some((index) => 3 * index >= coordinates)) throw new Error('a lattice_delta names a control point that does not exist');
 }

@@ -21,6 +21,7 @@ import { Removals } from './removals';
 import { UndoSteps } from './undo_steps';
 import type { Listeners } from '../listeners';
 import type { Gesture, GestureListener, SessionEvents } from '../scene_session';
+import type { NumberedLattices } from '../sum_ahead';
 
 /** Keeps the lattice that is shown in step with the server's: edits go out, states and deltas come in. */
 export class LatticeSync {
@@ -73,6 +74,12 @@ export class LatticeSync {
   /** The server's lattices, all of them. */
   get lattices(): readonly Lattice[] {
     return this.states.all.map(({ lattice }) => toLattice(lattice!));
+  }
+
+  /** All of them by number; the one that is shown with this window's edits. */
+  get numbered(): NumberedLattices {
+    const { model } = this;
+    return new Map(this.states.all.map((state) => [state.index, model && state.index === this.edited ? model.shown : latticeOf(state)]));
   }
 
   get steps(): UndoSteps {
@@ -174,8 +181,7 @@ export class LatticeSync {
   }
 
   private showState(state: LatticeState): void {
-    const lattice = toLattice(state.lattice!);
-    lattice.strength = state.strength ?? 1;
+    const lattice = latticeOf(state);
     const first = !this.model;
     const known = this.model?.structureId;
     this.model ??= new LatticeModel(lattice, state.structureId, state.revision, this.queue);
@@ -192,13 +198,13 @@ export class LatticeSync {
   }
 
   takeDelta(delta: LatticeDelta): void {
-    this.states.takeDelta(delta);
+    const isTaken = this.states.takeDelta(delta);
     this.removals.settle();
     if (delta.lattice !== this.edited) {
       this.queue.reached(delta.revision);
       return this.turn();
     }
-    if (!this.model || delta.structureId !== this.model.structureId) return;
+    if (!this.model || !isTaken || delta.structureId !== this.model.structureId) return;
     const { strength } = delta;
     const targets = {
       indices: Uint32Array.from(delta.indices), positions: Float64Array.from(delta.positions),
@@ -243,6 +249,11 @@ export class LatticeSync {
   /** Whether the lattice that is shown is the server's at this revision. */
   isAt(revision: bigint): boolean {
     return this.model !== undefined && !this.queue.isPending && this.model.revision <= revision;
+  }
+
+  /** Whether all lattices are, as `numbered` has them. */
+  areAt(revision: bigint): boolean {
+    return this.isAt(revision) && this.states.revision <= revision;
   }
 
   /** Whether the scene still has the lattice that is shown: one that is gone stays until no edit waits for its answer. */
@@ -304,6 +315,12 @@ export class LatticeSync {
   private pointsMoved(indices: Uint32Array, isOwn = false): void {
     if (indices.length) this.listeners.emit('points', indices, isOwn);
   }
+}
+
+function latticeOf(state: LatticeState): Lattice {
+  const lattice = toLattice(state.lattice!);
+  lattice.strength = state.strength ?? 1;
+  return lattice;
 }
 
 /** Whether a batch that is not of weights has added a lattice, or given one back. All others are of the lattice that is shown. */

@@ -9,15 +9,20 @@ import { DEFAULT_FIT, latticeAtRest } from '../../lattice/identity';
 import type { LatticeFrame } from '../../lattice/lattice';
 import { scale, type Vec3 } from '../../lattice/vec';
 import type { LiveSession } from '../../session/live_session';
-import { allowedWidth, type OutsideHandles } from '../../viewport/outside_handles';
-import { button, field } from '../controls';
+import type { OutsideHandles } from '../../viewport/outside_handles';
+import { button } from '../controls';
 import { h, onEnter, showBeside } from '../dom';
 import { axesTable } from '../fields/axes_table';
-import { numberField } from '../fields/number_field';
+import { OutsideForm, type OutsideChoice } from '../fields/outside_form';
 
 const FIRST = -0.25; // of each side: the middle half of the frame
 const LEAST_EDGE = 0.02; // of the box, in lengths of the frame's edges
-const FALLOFF = 0.5; // lengths of the box's edges
+
+const NOTES: Record<OutsideChoice, string> = {
+  fixed: 'Only for a box that ends outside the mesh, which would tear there.',
+  falloff: 'Outside the box the move fades out. Widths are in lengths of its edges.',
+  linear: 'The deformation goes on along straight lines, as far as the mesh reaches.',
+};
 
 /** How far a face of the box may be from that of the frame, in lengths of the frame's edges. */
 export function allowedReach(reach: number): number {
@@ -36,27 +41,22 @@ export function showAddLatticeDialog(session: LiveSession, handles: OutsideHandl
   const { frame } = session.lattice;
   const values = { size: DEFAULT_FIT.size, degree: DEFAULT_FIT.degree };
   let reach: readonly number[] = new Array<number>(6).fill(FIRST);
-  let falloff = FALLOFF;
   const confirm = button('Add', () => add(), { class: 'button primary' });
   const table = axesTable(values, (isValid) => (confirm.disabled = !isValid));
-  const width = numberField(
-    { label: 'Falloff', get: () => falloff, set: (typed) => { falloff = allowedWidth(typed); width.refresh(); } },
-    { min: 0, max: 1000, step: 0.1 });
+  const first = { mode: 'falloff', smooth: true, widths: new Array<number>(6).fill(0.5), steps: [] } as const;
+  const outside = new OutsideForm({ first, width: 0.5, notes: NOTES });
   const problem = h('p', { class: 'note', role: 'alert' });
   const add = (): void => {
     if (confirm.disabled) return;
     confirm.disabled = true; // until the answer: a lattice that was added is shown, and ends the dialog
     problem.textContent = '';
-    const outside = falloff > 0
-      ? { mode: 'falloff', smooth: true, widths: new Array<number>(6).fill(falloff), steps: [] } as const : undefined;
-    session.addLattice(latticeAtRest(boxAround(frame, reach), values.size, values.degree, outside));
+    session.addLattice(latticeAtRest(boxAround(frame, reach), values.size, values.degree, outside.wanted));
   };
   const dialog = showBeside(
     'Add a lattice', 'add-lattice',
     h('h2', {}, 'Add a lattice'),
-    table.element, table.note, field('Falloff', width.element),
-    h('p', { class: 'note' },
-      'Drag the handles in the view to place the box. What all lattices move the mesh adds up. Outside the box the move fades out over the falloff, in lengths of the box.'),
+    table.element, table.note, outside.element,
+    h('p', { class: 'note' }, 'Drag the handles in the view to place the box. What all lattices move the mesh adds up.'),
     problem,
     h('footer', {}, button('Cancel', () => dialog.close()), confirm));
   handles.onDragged = (side, dragged) => {

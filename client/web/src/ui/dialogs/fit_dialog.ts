@@ -15,9 +15,15 @@ import { button, field, segmented } from '../controls';
 import { h, onEnter, showDialog } from '../dom';
 import { axesTable } from '../fields/axes_table';
 import { numberField } from '../fields/number_field';
+import { OutsideForm, type OutsideChoice } from '../fields/outside_form';
 import { FitPreview } from './fit_preview';
 
 const DEFAULT_CREASE_ANGLE = 30; // the server's
+const NOTES: Record<OutsideChoice, string> = { // the frame holds all of the mesh
+  fixed: 'The mesh is all inside. Points and lattices outside that it carries stay.',
+  falloff: 'The mesh is all inside. For points and lattices outside that it carries, the move fades out.',
+  linear: 'The mesh is all inside. Points and lattices outside that it carries go on along straight lines, up to the width.',
+};
 const MOST_FACES = 30_000; // of a previewed mesh; drawing them takes about a tenth of a second
 
 interface FitDialogParts {
@@ -98,6 +104,13 @@ export function showFitDialog({ file, upload, triangles, up: firstUp, create }: 
     showPreview();
   };
   const upSwitch = segmented<'y' | 'z'>({ label: 'Up', get: () => (up === 'z' ? 'z' : 'y'), set: chooseUp }, { y: 'Y', z: 'Z' });
+  const outside = new OutsideForm({
+    first: undefined, width: 0.3, linearHasWidths: true, notes: NOTES,
+    changed: () => {
+      fit.outside = outside.wanted;
+      showPreview();
+    },
+  });
   const setPadding = (percent: number): void => {
     fit.padding = percent / 100;
     showPreview();
@@ -130,6 +143,7 @@ export function showFitDialog({ file, upload, triangles, up: firstUp, create }: 
     field('Sharp edges from', crease.element, '°'),
     up !== undefined && upSwitch.element,
     table.note,
+    outside.element,
     error,
     h('footer', {}, button('Cancel', () => dialog.close()), confirm),
   );

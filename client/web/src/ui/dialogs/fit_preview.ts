@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A small picture of a mesh in the lattice that a dialog asks for, as the view would first show them. It is drawn in 2D,
+// A small picture of a mesh in the lattice that a dialog asks for, and of the box up to which that goes on outside, as the view would first show them. It is drawn in 2D,
 // triangle by triangle from behind; a mesh that is not known yet is left out.
+import { BOX_EDGES, boxCorners, OUTSIDE_COLOUR } from '../../cage/outside_box';
 import { gridLines } from '../../lattice/index_sets';
 import type { Lattice } from '../../lattice/lattice';
 import { cross, dot, normalized, sub, type Basis, type Vec3 } from '../../lattice/vec';
@@ -36,12 +37,14 @@ export class FitPreview {
     const view = viewWith(up);
     const turned = (p: Vec3): Vec3 => [dot(view[0], p), -dot(view[1], p), dot(view[2], p)];
     const points = Array.from({ length: lattice.count }, (_, i) => turned([...lattice.points.subarray(3 * i, 3 * i + 3)] as unknown as Vec3));
-    const place = fitted(points);
+    const box = lattice.outside ? boxCorners(lattice.frame, lattice.outside.widths).map(turned) : [];
+    const place = fitted([...points, ...box]);
     const context = this.element.getContext('2d')!;
     context.setTransform(this.ratio, 0, 0, this.ratio, 0, 0);
     context.clearRect(0, 0, WIDTH, HEIGHT);
     for (const triangle of this.triangles(view, turned)) paint(context, triangle, place);
     this.drawCage(context, lattice, points.map(place));
+    if (box.length > 0) drawBox(context, box.map(place));
   }
 
   private triangles(view: Basis, turned: (p: Vec3) => Vec3): Triangle[] {
@@ -63,13 +66,7 @@ export class FitPreview {
     const lines = gridLines(size, () => false);
     context.strokeStyle = context.fillStyle = color;
     context.lineWidth = 0.6;
-    context.beginPath();
-    for (let i = 0; i < lines.length; i += 2) {
-      const [from, to] = [places[lines[i]], places[lines[i + 1]]];
-      context.moveTo(from[0], from[1]);
-      context.lineTo(to[0], to[1]);
-    }
-    context.stroke();
+    drawLines(context, lines, places);
     context.beginPath();
     for (const [x, y] of places) {
       context.moveTo(x + DISC, y);
@@ -77,6 +74,23 @@ export class FitPreview {
     }
     context.fill();
   }
+}
+
+function drawBox(context: CanvasRenderingContext2D, corners: readonly Vec3[]): void {
+  context.strokeStyle = `#${OUTSIDE_COLOUR.toString(16)}`;
+  context.lineWidth = 1;
+  drawLines(context, BOX_EDGES, corners);
+}
+
+/** Lines between pairs of places. */
+function drawLines(context: CanvasRenderingContext2D, pairs: ArrayLike<number>, places: readonly Vec3[]): void {
+  context.beginPath();
+  for (let i = 0; i < pairs.length; i += 2) {
+    const [from, to] = [places[pairs[i]!]!, places[pairs[i + 1]!]!];
+    context.moveTo(from[0], from[1]);
+    context.lineTo(to[0], to[1]);
+  }
+  context.stroke();
 }
 
 /** Right, up and towards the viewer. */

@@ -1,0 +1,61 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+import { sameStructure } from '../lattice/grid';
+import { Lattice } from '../lattice/lattice';
+import { Summand } from '../lattice/lattice_sum';
+
+/** The lattices of a scene by their numbers. */
+export type NumberedLattices = ReadonlyMap<number, Lattice>;
+
+interface Base {
+  readonly sum: Lattice;
+  readonly lattices: NumberedLattices;
+  readonly summands: ReadonlyMap<number, Summand>;
+  readonly moved: Float64Array;
+}
+
+/**
+ * The sum of several lattices ahead of the server's updates: the sum of an update, and what the lattices have moved since. Where they
+ * have not, it is that sum to the bit.
+ */
+export class SumAhead {
+  private known: Pick<Base, 'sum' | 'lattices'> | undefined;
+  private base: Base | undefined; // made once something has moved
+
+  /** A sum that has come, and the lattices of its very revision. */
+  take(sum: Lattice, lattices: NumberedLattices): void {
+    this.known = { sum, lattices: new Map(Array.from(lattices, ([number, lattice]) => [number, lattice.clone()])) };
+  }
+
+  forget(): void {
+    this.known = this.base = undefined;
+  }
+
+  /** The sum that came itself if nothing has moved; undefined if others of these lattices, or other structures, were there when a sum came. */
+  of(lattices: NumberedLattices): Lattice | undefined {
+    const { known } = this;
+    if (!known || !sameStructures(known.lattices, lattices)) return undefined;
+    if (this.base?.sum !== known.sum) this.base = based(known, this.base);
+    const { sum, summands, moved } = this.base;
+    const now = displacements(summands, lattices);
+    if (now.every((x, i) => x === moved[i])) return sum;
+    return new Lattice(sum.frame, sum.degree, sum.size, sum.knots, sum.points.map((x, i) => x + (now[i]! - moved[i]!)));
+  }
+}
+
+function based({ sum, lattices }: Pick<Base, 'sum' | 'lattices'>, before: Base | undefined): Base {
+  const isKnown = before && sameStructure(before.sum, sum) && sameStructures(before.lattices, lattices);
+  const summands = isKnown ? before.summands
+    : new Map(Array.from(lattices, ([number, lattice]) => [number, new Summand(lattice, sum)]));
+  return { sum, lattices, summands, moved: displacements(summands, lattices) };
+}
+
+function displacements(summands: Base['summands'], lattices: NumberedLattices): Float64Array {
+  const [first, ...others] = Array.from(summands, ([number, summand]) => summand.displacements(lattices.get(number)!));
+  for (const other of others) other.forEach((x, i) => (first![i]! += x));
+  return first!;
+}
+
+function sameStructures(a: NumberedLattices, b: NumberedLattices): boolean {
+  return a.size === b.size && Array.from(a).every(([number, lattice]) => b.has(number) && sameStructure(lattice, b.get(number)!));
+}
