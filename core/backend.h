@@ -152,6 +152,7 @@ class ToleranceSlice;  // core/view/spanned/tolerance_slice.h
 // Takes the results of some chunks of an encoding before it has ended: of chunks[first], of the next one, and so on.
 using TakeEarly = absl::FunctionRef<void(size_t first, std::span<SharedBytes> results,
                                          std::span<const VertexDigest> digests)>;
+inline void TakeNothing(size_t, std::span<SharedBytes>, std::span<const VertexDigest>) {}
 
 class DeformView {
  public:
@@ -200,8 +201,7 @@ class DeformView {
       TakeEarly early) = 0;
   [[nodiscard]] absl::StatusOr<std::vector<SharedBytes>> Encode(
       std::span<const uint32_t> chunks, Encoding encoding, std::span<VertexDigest> digests = {}) {
-    return Encode(chunks, encoding, digests,
-                  [](size_t, std::span<SharedBytes>, std::span<const VertexDigest>) {});
+    return Encode(chunks, encoding, digests, TakeNothing);
   }
 
   [[nodiscard]] virtual MemoryUse memory() const = 0;

@@ -52,7 +52,7 @@ class DeviceStreamWriter {
   [[nodiscard]] absl::Status Encode(DeviceSpan<const uint8_t> vertices,
                                     std::span<const Chunk> chunks, double range,
                                     std::span<VertexDigest> digests, std::span<SharedBytes> results,
-                                    TakeEarly early);
+                                    TakeEarly early = TakeNothing);
 
   // The most pinned bytes that a view of so many chunks takes, but for the results.
   static size_t PinnedBytesFor(size_t chunks);
