@@ -42,7 +42,7 @@ std::vector<EditHistoryImage> SceneHistory::images() const {
 }
 
 absl::Status SceneHistory::Check(const EditBatch& batch) const {
-  if (batch.lattice > 0 && LoneEdit<SetWeights>(batch) != nullptr) {
+  if (batch.lattice > 0 && SetsWeights(batch)) {
     return error::InvalidField("lattice", "weights are set by edits of lattice 0");
   }
   if (batch.lattice >= histories_.size() && !batch.refusal.ok()) return batch.refusal;
