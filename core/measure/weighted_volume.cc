@@ -17,10 +17,10 @@ using box_integral::WideTerm;
 
 constexpr size_t kFamilies = SurfaceMoments::kWeightedFamilies;
 
-class WeightedBox {
+class WeightedBoxMeasure {
  public:
   // `offsets`: where control points are, relative to where they leave the mesh as it is.
-  WeightedBox(const SurfaceMoments& moments, size_t n, std::span<const Vec3d> offsets)
+  WeightedBoxMeasure(const SurfaceMoments& moments, size_t n, std::span<const Vec3d> offsets)
       : moments_(moments), n_(n), contraction_(ContractionOf(moments, moments.boxes()[n])) {
     const LatticeStructure& s = moments.plan().structure;
     const KnotBox& box = moments.plan().boxes[moments.boxes()[n]];
@@ -163,7 +163,7 @@ EnclosedVolume MeasureWeightedVolume(const SurfaceMoments& moments,
   std::vector<Vec3d> offsets(control_points.begin(), control_points.end());
   for (size_t i = 0; i < offsets.size(); ++i) offsets[i] -= moments.plan().identity_points[i];
   for (size_t n = 0; n < moments.boxes().size(); ++n) {
-    const WeightedBox box(moments, n, offsets);
+    const WeightedBoxMeasure box(moments, n, offsets);
     result.volume += box.Integrate([&](size_t i) -> Vec3d& { return result.gradient[i]; });
   }
   return result;

@@ -16,19 +16,19 @@ namespace {
 using Code = absl::StatusCode;
 
 // The vertices of the last face are its own, at the places of the first ones.
-constexpr char kBoxObj[] =
+constexpr char kSplitBoxObj[] =
     "v 0 0 0\nv 2 0 0\nv 2 1 0\nv 0 1 0\nv 0 0 1\nv 2 0 1\nv 2 1 1\nv 0 1 1\nv 0 0 0\nv 0 1 0\nv 0 "
     "1 1\nv 0 0 1\n"
     "f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 10 9 12 11\n";
-constexpr double kRestVolume = 2;
-constexpr double kTolerance = 1e-12;  // relative
-const std::vector<float> kWeights = {0, 1, 0.75f, 0.25f, 0.5f, 1, 1, 0, 0, 0.25f, 0, 0.5f};
+constexpr double kSplitBoxVolume = 2;
+constexpr double kVolumeSlack = 1e-12;  // relative
+const std::vector<float> kSplitBoxWeights = {0, 1, 0.75f, 0.25f, 0.5f, 1, 1, 0, 0, 0.25f, 0, 0.5f};
 
 class WeightedVolumeTest : public SceneFixture {
  protected:
   void SetUp() override {
     Restart();
-    mesh_ = Upload(kBoxObj);
+    mesh_ = Upload(kSplitBoxObj);
     ASSERT_OK(Create(SceneRequest()));
   }
   void Restart() {
@@ -88,11 +88,11 @@ class WeightedVolumeTest : public SceneFixture {
     request.add_measures(v1::MEASURE_VOLUME);
     v1::MeasureSceneResponse response;
     EXPECT_OK(Call(&Scenes::MeasureScene, request, &response));
-    return response.volume() / kRestVolume - 1;
+    return response.volume() / kSplitBoxVolume - 1;
   }
   void ExpectKept(const char* file = __builtin_FILE(), int line = __builtin_LINE()) {
     const ::testing::ScopedTrace trace(file, line, "the caller");
-    EXPECT_LE(std::abs(Excess()), kTolerance);
+    EXPECT_LE(std::abs(Excess()), kVolumeSlack);
   }
   std::vector<double> Points() {
     const v1::LatticeState state = Lattice();
@@ -107,7 +107,7 @@ class WeightedVolumeTest : public SceneFixture {
 TEST_F(WeightedVolumeTest, WithoutAKeptVolumeWeightsMoveNothing) {
   ASSERT_OK(Apply(Pull(0.5)));
   const auto before = Points();
-  ASSERT_OK(Apply(Weigh(kWeights)));
+  ASSERT_OK(Apply(Weigh(kSplitBoxWeights)));
   EXPECT_EQ(Points(), before);
   EXPECT_GT(std::abs(Excess()), 1e-4);
 }
@@ -117,7 +117,7 @@ TEST_F(WeightedVolumeTest, WeightsKeepItAndSoDoUndoAndRedo) {
   ASSERT_OK(Apply(Pull(0.5)));
   const auto bent = Points();
 
-  ASSERT_OK(Apply(Weigh(kWeights)));
+  ASSERT_OK(Apply(Weigh(kSplitBoxWeights)));
   ExpectKept();
   const auto weighted = Points();
   EXPECT_NE(weighted, bent);
@@ -139,7 +139,7 @@ TEST_F(WeightedVolumeTest, WeightsKeepItAndSoDoUndoAndRedo) {
 
 TEST_F(WeightedVolumeTest, ABatchKeepsItByItself) {
   ASSERT_OK(Apply(Pull(0.5)));
-  v1::EditBatch batch = Weigh(kWeights);
+  v1::EditBatch batch = Weigh(kSplitBoxWeights);
   batch.mutable_keep_volume()->set_axis(v1::LATTICE_AXIS_W);
   const auto before = Points();
   ASSERT_OK(Apply(batch));
@@ -157,7 +157,7 @@ TEST_F(WeightedVolumeTest, ARestartHasTheSamePoints) {
   ASSERT_OK(Apply(Pull(0.5)));
   const auto bent = Points();
   for (int n = 0; n < 70; ++n) {  // from a snapshot and from records
-    std::vector<float> weights = kWeights;
+    std::vector<float> weights = kSplitBoxWeights;
     weights[1] = static_cast<float>(n) / 100;
     ASSERT_OK(Apply(Weigh(weights)));
     if (n != 35 && n != 69) continue;
@@ -176,7 +176,7 @@ TEST_F(WeightedVolumeTest, WatchersAreToldOfTheMovedPoints) {
   ASSERT_OK(Apply(Pull(0.5)));
   WatchClient watcher(*scenes_, For<v1::WatchRequest>());
   watcher.ReadUpdates(1);
-  ASSERT_OK(Apply(Weigh(kWeights)));
+  ASSERT_OK(Apply(Weigh(kSplitBoxWeights)));
   watcher.ReadUntilRevision(3);
   const auto& points = watcher.log.lattice.lattice().control_points();
   EXPECT_EQ(std::vector<double>(points.begin(), points.end()), Points());
@@ -184,7 +184,7 @@ TEST_F(WeightedVolumeTest, WatchersAreToldOfTheMovedPoints) {
 
 TEST_F(WeightedVolumeTest, StrengthKeepsItToo) {
   ASSERT_OK(Apply(KeepVolume()));
-  ASSERT_OK(Apply(Weigh(kWeights)));
+  ASSERT_OK(Apply(Weigh(kSplitBoxWeights)));
   ASSERT_OK(Apply(Pull(0.5)));
   ASSERT_OK(Apply(Strength(0.4)));
   ExpectKept();
@@ -218,16 +218,16 @@ TEST_F(WeightedVolumeTest, WhatCannotBeKeptIsRefusedAndChangesNothing) {
   ASSERT_OK(Apply(Pull(0.5)));
   for (uint32_t i = 0; i < 64; ++i) constraints.add_held(i);
   ASSERT_OK(Apply(Keep(constraints)));
-  refused(Weigh(kWeights), "VOLUME_NOT_KEPT");
+  refused(Weigh(kSplitBoxWeights), "VOLUME_NOT_KEPT");
   refused(Strength(0.5), "VOLUME_NOT_KEPT");
   constraints.clear_held();
   constraints.mutable_volume()->set_volume(3);
   ASSERT_OK(Apply(Keep(constraints)));
   refused(Weigh(std::vector<float>(12, 0)), "VOLUME_NOT_KEPT");
-  std::vector<float> torn = kWeights;
+  std::vector<float> torn = kSplitBoxWeights;
   torn[8] = 1;  // where vertex 0 rests
   refused(Weigh(torn), "OPEN_SURFACE");
-  v1::EditBatch bad = Weigh(kWeights);
+  v1::EditBatch bad = Weigh(kSplitBoxWeights);
   bad.mutable_keep_volume()->set_volume(0);
   ExpectRefused(Apply(bad), Code::kInvalidArgument, "INVALID_FIELD", "keep_volume.volume");
   EXPECT_FALSE(Get().weighted());
