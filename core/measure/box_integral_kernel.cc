@@ -44,9 +44,8 @@ HWY_INLINE void AddProduct(const Narrow& x, size_t x_axis, const Narrow& y, size
   }
 }
 
-void MultiplySlopesImpl(const std::array<Narrow, 3>& f, const std::array<size_t, 3>& degree,
-                        CrossProducts& cross) {
-  std::array<std::array<Narrow, 3>, 3> slope{};  // [component][axis]
+using Slopes = std::array<std::array<Narrow, 3>, 3>;  // [component][axis]
+HWY_INLINE void FindSlopes(const std::array<Narrow, 3>& f, Slopes& slope) {
   for (size_t k = 0; k < 3; ++k) {
     for (size_t a = 0; a < kSide; ++a) {
       for (size_t b = 0; b < kSide; ++b) {
@@ -59,6 +58,12 @@ void MultiplySlopesImpl(const std::array<Narrow, 3>& f, const std::array<size_t,
       }
     }
   }
+}
+
+void MultiplySlopesImpl(const std::array<Narrow, 3>& f, const std::array<size_t, 3>& degree,
+                        CrossProducts& cross) {
+  Slopes slope{};
+  FindSlopes(f, slope);
   for (size_t d = 0; d < 3; ++d) {
     const size_t e = (d + 1) % 3, g = (d + 2) % 3;
     for (size_t k = 0; k < 3; ++k) {
@@ -69,11 +74,24 @@ void MultiplySlopesImpl(const std::array<Narrow, 3>& f, const std::array<size_t,
   }
 }
 
+void MultiplyOffsetsImpl(const std::array<Narrow, 3>& f, const std::array<size_t, 3>& degree,
+                         CrossProducts& offsets) {
+  constexpr size_t kNoAxis = 3;
+  Slopes slope{};
+  FindSlopes(f, slope);
+  for (size_t a = 0; a < 3; ++a) {
+    for (size_t k = 0; k < 3; ++k) {
+      const size_t y = (k + 1) % 3, z = (k + 2) % 3;
+      AddProduct(slope[y][a], a, f[z], kNoAxis, 1, degree, offsets[a][k]);
+      AddProduct(slope[z][a], a, f[y], kNoAxis, -1, degree, offsets[a][k]);
+    }
+  }
+}
+
 // Sums for kRows powers q, q + 1, … of the middle axis: each value of `cross` is loaded once for all of them.
 template <size_t kRows>
-HWY_INLINE void SumRows(const CrossProducts& cross, const std::array<size_t, 3>& degree,
-                        const Moments& moments, size_t p, size_t q, size_t r,
-                        std::array<Wide, 3>& sums) {
+HWY_INLINE void SumRows(const CrossProducts& cross, const Powers& powers, const Moments& moments,
+                        size_t p, size_t q, size_t r, std::array<Wide, 3>& sums) {
   const D d;
   const auto& extent = moments.extent;
   V sum[3][kRows];
@@ -82,11 +100,11 @@ HWY_INLINE void SumRows(const CrossProducts& cross, const std::array<size_t, 3>&
   }
   for (size_t axis = 0; axis < 3; ++axis) {
     const double* table = moments.table[axis] + (p * extent[1] + q) * extent[2] + r;
-    for (size_t a = 0; a < 2 * degree[0] + (axis == 0); ++a) {
-      for (size_t b = 0; b < 2 * degree[1] + (axis == 1); ++b) {
+    for (size_t a = 0; a < powers[axis][0]; ++a) {
+      for (size_t b = 0; b < powers[axis][1]; ++b) {
         const double* moment = table + (a * extent[1] + b) * extent[2];
         const size_t row = WideTerm(a, b, 0);
-        for (size_t c = 0; c < 2 * degree[2] + (axis == 2); ++c) {
+        for (size_t c = 0; c < powers[axis][2]; ++c) {
           const V x = hn::Set(d, cross[axis][0][row + c]), y = hn::Set(d, cross[axis][1][row + c]),
                   z = hn::Set(d, cross[axis][2][row + c]);
           for (size_t i = 0; i < kRows; ++i) {
@@ -106,9 +124,8 @@ HWY_INLINE void SumRows(const CrossProducts& cross, const std::array<size_t, 3>&
   }
 }
 
-void SumMomentsImpl(const CrossProducts& cross, const std::array<size_t, 3>& degree,
-                    const Moments& moments, const std::array<size_t, 3>& count,
-                    std::array<Wide, 3>& sums) {
+void SumMomentsImpl(const CrossProducts& cross, const Powers& powers, const Moments& moments,
+                    const std::array<size_t, 3>& count, std::array<Wide, 3>& sums) {
   constexpr size_t kMostRows = 4;
   const size_t lanes = hn::Lanes(D());
   for (size_t p = 0; p < count[0]; ++p) {
@@ -116,16 +133,16 @@ void SumMomentsImpl(const CrossProducts& cross, const std::array<size_t, 3>& deg
       for (size_t q = 0; q < count[1]; q += kMostRows) {
         switch (std::min(kMostRows, count[1] - q)) {
           case 1:
-            SumRows<1>(cross, degree, moments, p, q, r, sums);
+            SumRows<1>(cross, powers, moments, p, q, r, sums);
             break;
           case 2:
-            SumRows<2>(cross, degree, moments, p, q, r, sums);
+            SumRows<2>(cross, powers, moments, p, q, r, sums);
             break;
           case 3:
-            SumRows<3>(cross, degree, moments, p, q, r, sums);
+            SumRows<3>(cross, powers, moments, p, q, r, sums);
             break;
           default:
-            SumRows<kMostRows>(cross, degree, moments, p, q, r, sums);
+            SumRows<kMostRows>(cross, powers, moments, p, q, r, sums);
         }
       }
     }
@@ -140,6 +157,7 @@ HWY_AFTER_NAMESPACE();
 namespace latticed::box_integral {
 
 HWY_EXPORT(MultiplySlopesImpl);
+HWY_EXPORT(MultiplyOffsetsImpl);
 HWY_EXPORT(SumMomentsImpl);
 
 void MultiplySlopes(const std::array<Narrow, 3>& f, const std::array<size_t, 3>& degree,
@@ -147,10 +165,22 @@ void MultiplySlopes(const std::array<Narrow, 3>& f, const std::array<size_t, 3>&
   HWY_DYNAMIC_DISPATCH(MultiplySlopesImpl)(f, degree, cross);
 }
 
-void SumMoments(const CrossProducts& cross, const std::array<size_t, 3>& degree,
-                const Moments& moments, const std::array<size_t, 3>& count,
-                std::array<Wide, 3>& sums) {
-  HWY_DYNAMIC_DISPATCH(SumMomentsImpl)(cross, degree, moments, count, sums);
+void MultiplyOffsets(const std::array<Narrow, 3>& f, const std::array<size_t, 3>& degree,
+                     CrossProducts& offsets) {
+  HWY_DYNAMIC_DISPATCH(MultiplyOffsetsImpl)(f, degree, offsets);
+}
+
+Powers CrossPowers(const std::array<size_t, 3>& degree) {
+  Powers powers;
+  for (size_t d = 0; d < 3; ++d) {
+    for (size_t a = 0; a < 3; ++a) powers[d][a] = 2 * degree[a] + (d == a ? 1 : 0);
+  }
+  return powers;
+}
+
+void SumMoments(const CrossProducts& cross, const Powers& powers, const Moments& moments,
+                const std::array<size_t, 3>& count, std::array<Wide, 3>& sums) {
+  HWY_DYNAMIC_DISPATCH(SumMomentsImpl)(cross, powers, moments, count, sums);
 }
 
 }  // namespace latticed::box_integral

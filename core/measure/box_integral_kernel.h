@@ -6,6 +6,8 @@
 //   cross[d][k] = (grad F_{k+1} x grad F_{k+2})_d          a polynomial with powers up to 2 n on each axis
 //   sums[k][c]  = sum over d and b of cross[d][k][b] moment[d][c + b]
 //
+//   offsets[a][k] = (F_a x F)_k, with F_a the derivative by axis a
+//
 // Layout   a term l_0^a l_1^b l_2^c of F at (a kSide + b) kSide + c, of the others at (a kWide + b) kRow + c
 // Errors   none
 // Threads  pure functions
@@ -33,15 +35,23 @@ using CrossProducts = std::array<std::array<Wide, 3>, 3>;
 void MultiplySlopes(const std::array<Narrow, 3>& f, const std::array<size_t, 3>& degree,
                     CrossProducts& cross);
 
+// The same for `offsets`, which has powers up to 2 n, too.
+void MultiplyOffsets(const std::array<Narrow, 3>& f, const std::array<size_t, 3>& degree,
+                     CrossProducts& offsets);
+
+// How many powers a component d of products has on each axis.
+using Powers = std::array<std::array<size_t, 3>, 3>;
+// Those of `cross`.
+[[nodiscard]] Powers CrossPowers(const std::array<size_t, 3>& degree);
+
 // The moments of a box.
 struct Moments {
   std::array<const double*, 3> table{};
   std::array<size_t, 3> extent{};
 };
 // Sums for the powers c of each axis below `count`, which is at most kWide.
-void SumMoments(const CrossProducts& cross, const std::array<size_t, 3>& degree,
-                const Moments& moments, const std::array<size_t, 3>& count,
-                std::array<Wide, 3>& sums);
+void SumMoments(const CrossProducts& cross, const Powers& powers, const Moments& moments,
+                const std::array<size_t, 3>& count, std::array<Wide, 3>& sums);
 
 }  // namespace latticed::box_integral
 

@@ -7,6 +7,7 @@
 #include "core/ffd/box/box_contraction.h"
 #include "core/measure/box_integral_kernel.h"
 #include "core/measure/weighted_integrals.h"
+#include "core/measure/weighted_volume.h"
 
 namespace latticed {
 namespace {
@@ -36,7 +37,7 @@ class BoxMeasure {
   // Integrals of l^c (n dA)_k for the powers c up to `times` the degree, into sums[k].
   void Integrate(size_t times, std::array<Wide, 3>& sums) const {
     box_integral::SumMoments(
-        cross_, degree_, moments_,
+        cross_, box_integral::CrossPowers(degree_), moments_,
         {times * degree_[0] + 1, times * degree_[1] + 1, times * degree_[2] + 1}, sums);
   }
 
@@ -145,6 +146,7 @@ EnclosedCentroid MeasureWeightedCentroid(const DeformPlan& plan,
 }  // namespace
 
 EnclosedVolume MeasureVolume(const SurfaceMoments& moments, std::span<const Vec3d> control_points) {
+  if (moments.has_weights()) return MeasureWeightedVolume(moments, control_points);
   if (moments.plan().is_weighted()) {
     WeightedIntegrals sums = IntegrateWeighted(moments.plan(), control_points, false);
     return {sums.volume, std::move(sums.volume_gradient)};

@@ -29,6 +29,7 @@ std::vector<bool> FreePoints(const DeformPlan& plan, const PointFreedom* freedom
     }
   };
   for (const Seam& seam : plan.seams) {
+    if (seam.rests) continue;
     for (int k = seam.first[2]; k <= seam.last[2]; ++k) {
       for (int j = seam.first[1]; j <= seam.last[1]; ++j) {
         for (int i = seam.first[0]; i <= seam.last[0]; ++i) {

@@ -62,12 +62,8 @@ uint64_t CountBorderEdges(const PolygonMesh& mesh, const VertexWeights& weights)
 uint64_t CountTornEdges(const DeformPlan& plan, std::span<const Vec3d> control_points) {
   if (plan.seams.empty()) return 0;
   const std::vector<bool> attached = AttachedSeams(plan, control_points);
-  const auto rests = [&](uint32_t vertex) {
-    return plan.is_weighted() && plan.vertex_weights[vertex] == 0;
-  };
   return static_cast<uint64_t>(std::ranges::count_if(plan.edges, [&](const PlanEdge& edge) {
-    return edge.seam != kNoIndex && !attached[edge.seam] &&
-           !(rests(edge.vertex[0]) && rests(edge.vertex[1]));
+    return edge.seam != kNoIndex && !attached[edge.seam];
   }));
 }
 

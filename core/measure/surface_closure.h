@@ -6,8 +6,7 @@
 //   border edge   an edge of the mesh that its faces do not run along equally often in both directions: it has one face
 //                 only, or faces that are oriented against each other. Vertices at one position are one, if their
 //                 weights are equal.
-//   torn edge     an edge of a patch on a seam that is not attached (deform_plan.h): the two sides part there, unless
-//                 both ends have the weight 0
+//   torn edge     an edge of a patch on a seam that is not attached (deform_plan.h): the two sides part there
 //
 // Errors   CheckClosed: kFailedPrecondition OPEN_SURFACE with both counts
 // Threads  pure functions

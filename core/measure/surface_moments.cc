@@ -3,6 +3,8 @@
 #include "core/measure/surface_moments.h"
 
 #include <algorithm>
+#include <array>
+#include <span>
 #include <utility>
 
 #include "core/base/status_macros.h"
@@ -22,11 +24,44 @@ struct Lanes {
 // kTriangles triangles: l of their corners, and their directed areas.
 struct TriangleGroup {
   std::array<std::array<Lanes, 3>, 3> corner;  // [corner][axis]
-  std::array<Lanes, 3> area;
+  std::array<Lanes, 3> weight;                 // [corner]
+  std::array<Lanes, 6> area;  // (1, 2), (2, 0), (0, 1), then (0, w), (1, w), (2, w)
 };
+
+// The factor w^power, and where the directed areas begin.
+struct Family {
+  size_t power, area;
+};
+constexpr std::array<Family, 1> kPlainFamilies = {{{0, 0}}};
+constexpr std::array<Family, SurfaceMoments::kWeightedFamilies> kWeightedFamilies = {
+    {{1, 0}, {2, 0}, {3, 0}, {1, 3}, {2, 3}}};
+constexpr size_t kWeightPowers = 4;
+
+std::span<const Family> FamiliesOf(bool weighted) {
+  return weighted ? std::span<const Family>(kWeightedFamilies)
+                  : std::span<const Family>(kPlainFamilies);
+}
+
+size_t CountFilled(const DeformPlan& plan) {
+  size_t filled = 0;
+  for (uint32_t box = 0; box < plan.outside_box(); ++box) {
+    filled += plan.box_patches[box] != plan.box_patches[box + 1] ? 1u : 0u;
+  }
+  return filled;
+}
+
+// Fewer patches are integrated faster one by one, and a table of each box would take much memory.
+bool HasWeightedTables(const DeformPlan& plan) {
+  constexpr size_t kPatchesPerBox = 4;
+  return plan.is_weighted() &&
+         plan.patches.size() - plan.outside_patches >= kPatchesPerBox * CountFilled(plan);
+}
+
+size_t FamilyCount(const DeformPlan& plan) { return FamiliesOf(HasWeightedTables(plan)).size(); }
 
 std::array<size_t, 3> ExtentOf(const DeformPlan& plan, SurfaceMoments::Order order) {
   std::array<size_t, 3> extent;
+  if (plan.is_weighted()) order = SurfaceMoments::Order::kVolume;
   for (size_t a = 0; a < 3; ++a) {
     extent[a] = static_cast<size_t>(static_cast<int>(order) * plan.structure.degree[a]) + 1;
   }
@@ -35,42 +70,55 @@ std::array<size_t, 3> ExtentOf(const DeformPlan& plan, SurfaceMoments::Order ord
 
 std::vector<uint32_t> FilledBoxes(const DeformPlan& plan) {
   std::vector<uint32_t> boxes;
-  if (plan.is_weighted()) return boxes;
+  if (plan.is_weighted() && !HasWeightedTables(plan)) return boxes;
   for (uint32_t box = 0; box < plan.outside_box(); ++box) {
     if (plan.box_patches[box] != plan.box_patches[box + 1]) boxes.push_back(box);
   }
   return boxes;
 }
 
-// The series of 1 / ((1 - a.z)(1 - b.z)(1 - c.z)). A border of zeros before each axis saves the tests for its begin.
+// The series of 1 / ((1 - a.z)(1 - b.z)(1 - c.z)). A border of zeros before each axis saves the tests for its begin. The
+// powers of weights, if there are any, come before those of the axes.
 class Series {
  public:
-  explicit Series(const std::array<size_t, 3>& extent)
+  Series(const std::array<size_t, 3>& extent, size_t weight_powers)
       : extent_(extent),
+        weight_powers_(weight_powers),
         step_{(extent[1] + 1) * (extent[2] + 1), extent[2] + 1, 1},
-        terms_((extent[0] + 1) * step_[0]) {}
+        of_power_((extent[0] + 1) * step_[0]),
+        terms_(weight_powers * of_power_) {}
 
   void Expand(const TriangleGroup& group) {
     std::ranges::fill(terms_, Lanes{});
     terms_[At(0, 0, 0)].value.fill(1);
-    for (const auto& corner : group.corner) Multiply(corner);
+    for (size_t c = 0; c < 3; ++c) {
+      Multiply<false>(group.corner[c], {}, 0);
+      for (size_t s = 1; s < weight_powers_; ++s) {
+        Multiply<true>(group.corner[c], group.weight[c], s);
+      }
+    }
   }
   size_t At(size_t p, size_t q, size_t r) const {
     return (p + 1) * step_[0] + (q + 1) * step_[1] + (r + 1);
   }
-  const Lanes* row(size_t p, size_t q) const { return terms_.data() + At(p, q, 0); }
+  const Lanes* row(size_t s, size_t p, size_t q) const {
+    return terms_.data() + s * of_power_ + At(p, q, 0);
+  }
 
  private:
-  void Multiply(const std::array<Lanes, 3>& v) {
+  template <bool kWeighted>
+  void Multiply(const std::array<Lanes, 3>& v, const Lanes& weight, size_t s) {
     for (size_t p = 0; p < extent_[0]; ++p) {
       for (size_t q = 0; q < extent_[1]; ++q) {
-        Lanes* term = terms_.data() + At(p, q, 0);
+        Lanes* term = terms_.data() + s * of_power_ + At(p, q, 0);
         const Lanes *before_p = term - step_[0], *before_q = term - step_[1];
+        const Lanes* before_s = kWeighted ? term - of_power_ : nullptr;
         Lanes last;
         for (size_t r = 0; r < extent_[2]; ++r) {
           for (size_t i = 0; i < kTriangles; ++i) {
             last.value[i] = term[r].value[i] + v[0].value[i] * before_p[r].value[i] +
                             v[1].value[i] * before_q[r].value[i] + v[2].value[i] * last.value[i];
+            if constexpr (kWeighted) last.value[i] += weight.value[i] * before_s[r].value[i];
           }
           term[r] = last;
         }
@@ -79,7 +127,9 @@ class Series {
   }
 
   const std::array<size_t, 3> extent_;
+  const size_t weight_powers_;
   const std::array<size_t, 3> step_;
+  const size_t of_power_;
   std::vector<Lanes> terms_;
 };
 
@@ -93,10 +143,11 @@ double Factorial(size_t n) {
 
 SurfaceMoments::SurfaceMoments(std::shared_ptr<const DeformPlan> plan, Order order)
     : plan_(std::move(plan)),
-      order_(order),
+      order_(plan_->is_weighted() ? Order::kCentroid : order),
+      families_(FamilyCount(*plan_)),
       extent_(ExtentOf(*plan_, order)),
       boxes_(FilledBoxes(*plan_)),
-      moments_(3 * boxes_.size() * terms() + kOverhang) {
+      moments_(3 * families_ * boxes_.size() * terms() + kOverhang) {
   const LatticeStructure& s = plan_->structure;
   for (size_t a = 0; a < 3; ++a) {
     basis_[a].resize(static_cast<size_t>(s.size[a]));
@@ -115,7 +166,8 @@ size_t SurfaceMoments::BytesFor(const DeformPlan& plan, Order order) {
   for (const int size : plan.structure.size) spans += static_cast<size_t>(size);
   const size_t boxes = FilledBoxes(plan).size();
   return sizeof(SurfaceMoments) + spans * sizeof(SpanBasis) + boxes * sizeof(uint32_t) +
-         (3 * boxes * extent[0] * extent[1] * extent[2] + kOverhang) * sizeof(double);
+         (3 * FamilyCount(plan) * boxes * extent[0] * extent[1] * extent[2] + kOverhang) *
+             sizeof(double);
 }
 
 absl::StatusOr<std::shared_ptr<const SurfaceMoments>> SurfaceMoments::Make(
@@ -126,6 +178,7 @@ absl::StatusOr<std::shared_ptr<const SurfaceMoments>> SurfaceMoments::Make(
     LATTICED_RETURN_IF_ERROR(moments->AddBox(n, poll));
   }
   moments->AddOutside();
+  if (moments->has_weights()) moments->AddRestVolume();
   return moments;
 }
 
@@ -134,22 +187,20 @@ absl::Status SurfaceMoments::AddBox(size_t n, StopPoll& poll) {
   const uint32_t box = boxes_[n];
   const KnotBox& cell = plan.boxes[box];
   const Vec3d centre = 0.5 * (cell.lower + cell.upper), width = cell.upper - cell.lower;
-  Series series(extent_);
-  std::array<std::vector<double>, 3> sum;
-  for (auto& component : sum) component.resize(terms());
-  double* const table = moments_.data() + 3 * n * terms();
+  const std::span<const Family> families = FamiliesOf(has_weights());
+  Series series(extent_, has_weights() ? kWeightPowers : 1);
+  std::vector<double> sum(3 * families_ * terms());
+  double* const table = moments_.data() + n * sum.size();
   const auto flush = [&] {
-    for (size_t d = 0; d < 3; ++d) {
-      for (size_t i = 0; i < terms(); ++i) table[d * terms() + i] += sum[d][i];
-      std::ranges::fill(sum[d], 0);
-    }
+    for (size_t i = 0; i < sum.size(); ++i) table[i] += sum[i];
+    std::ranges::fill(sum, 0);
   };
   size_t groups = 0;
   for (size_t first = plan.box_patches[box]; first < plan.box_patches[box + 1];
        first += kTriangles) {
     LATTICED_RETURN_IF_ERROR(poll.Step(kTriangles));
     const size_t count = std::min(kTriangles, plan.box_patches[box + 1] - first);
-    TriangleGroup group;
+    TriangleGroup group{};
     for (size_t i = 0; i < count; ++i) {
       std::array<Vec3d, 3> l;
       for (size_t c = 0; c < 3; ++c) {
@@ -161,18 +212,28 @@ absl::Status SurfaceMoments::AddBox(size_t n, StopPoll& poll) {
       }
       const Vec3d area = 0.5 * Cross(l[1] - l[0], l[2] - l[0]);
       for (int a = 0; a < 3; ++a) group.area[static_cast<size_t>(a)].value[i] = area[a];
+      if (!has_weights()) continue;
+      const std::array<double, 3> w = plan.CornerWeights(first + i);
+      const Vec3d across = 0.5 * ((w[2] - w[0]) * (l[1] - l[0]) - (w[1] - w[0]) * (l[2] - l[0]));
+      for (size_t a = 0; a < 3; ++a) {
+        group.weight[a].value[i] = w[a];
+        group.area[3 + a].value[i] = across[static_cast<int>(a)];
+      }
     }
     series.Expand(group);
-    size_t term = 0;
-    for (size_t p = 0; p < extent_[0]; ++p) {
-      for (size_t q = 0; q < extent_[1]; ++q) {
-        const Lanes* row = series.row(p, q);
-        for (size_t r = 0; r < extent_[2]; ++r, ++term) {
-          for (size_t d = 0; d < 3; ++d) {
-            double total = 0;
-            for (size_t i = 0; i < kTriangles; ++i)
-              total += group.area[d].value[i] * row[r].value[i];
-            sum[d][term] += total;
+    for (size_t f = 0; f < families_; ++f) {
+      double* const of_family = sum.data() + 3 * f * terms();
+      size_t term = 0;
+      for (size_t p = 0; p < extent_[0]; ++p) {
+        for (size_t q = 0; q < extent_[1]; ++q) {
+          const Lanes* row = series.row(families[f].power, p, q);
+          for (size_t r = 0; r < extent_[2]; ++r, ++term) {
+            for (size_t d = 0; d < 3; ++d) {
+              const Lanes& area = group.area[families[f].area + d];
+              double total = 0;
+              for (size_t i = 0; i < kTriangles; ++i) total += area.value[i] * row[r].value[i];
+              of_family[d * terms() + term] += total;
+            }
           }
         }
       }
@@ -180,17 +241,29 @@ absl::Status SurfaceMoments::AddBox(size_t n, StopPoll& poll) {
     if (++groups % kGroupsPerSum == 0) flush();
   }
   flush();
-  size_t term = 0;
-  for (size_t p = 0; p < extent_[0]; ++p) {
-    for (size_t q = 0; q < extent_[1]; ++q) {
-      for (size_t r = 0; r < extent_[2]; ++r, ++term) {
-        const double scale =
-            2 * Factorial(p) * Factorial(q) * Factorial(r) / Factorial(p + q + r + 2);
-        for (size_t d = 0; d < 3; ++d) table[d * terms() + term] *= scale;
+  for (size_t f = 0; f < families_; ++f) {
+    const size_t s = families[f].power;
+    size_t term = 3 * f * terms();
+    for (size_t p = 0; p < extent_[0]; ++p) {
+      for (size_t q = 0; q < extent_[1]; ++q) {
+        for (size_t r = 0; r < extent_[2]; ++r, ++term) {
+          const double scale = 2 * Factorial(p) * Factorial(q) * Factorial(r) * Factorial(s) /
+                               Factorial(p + q + r + s + 2);
+          for (size_t d = 0; d < 3; ++d) table[d * terms() + term] *= scale;
+        }
       }
     }
   }
   return absl::OkStatus();
+}
+
+void SurfaceMoments::AddRestVolume() {
+  for (const Patch& patch : plan_->patches) {
+    std::array<Vec3d, 3> x;
+    for (size_t c = 0; c < 3; ++c)
+      x[c] = plan_->vertices[patch.vertex[c]].world - plan_->local_origin;
+    rest_volume_ += Dot(x[0], Cross(x[1] - x[0], x[2] - x[0])) / 6;
+  }
 }
 
 void SurfaceMoments::AddOutside() {

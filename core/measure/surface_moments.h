@@ -13,10 +13,19 @@
 //              Baldoni, Berline, De Loera, Koeppe & Vergne 2011, doi:10.1090/S0025-5718-2010-02378-6
 //
 // kVolume has the powers up to 3 n on an axis of degree n, which the volume and its gradient need; kCentroid up to 4 n.
-// For degrees (2, 2, 2) a box takes 8 and 17 KB, for (3, 3, 3) 24 and 53 KB. A surface with vertex weights has no tables
-// (weighted_integrals.h).
+// For degrees (2, 2, 2) a box takes 8 and 17 KB, for (3, 3, 3) 24 and 53 KB.
 //
-// Layout   [d][p][q][r], double
+// With vertex weights w, which are one more coordinate of a corner, there are tables for the volume alone (weighted_volume.h),
+// and only where they are worth it: where boxes have four patches each. Their integrands have a factor w^s, and those of the
+// last two families the components (a, w) of the directed area in place of (a + 1, a + 2):
+//
+//   family   0  1  2  3  4
+//   s        1  2  3  1  2
+//
+// A box takes 41 KB for degrees (2, 2, 2), 120 KB for (3, 3, 3). The centroid needs none (weighted_integrals.h), so these
+// moments are of the order kCentroid.
+//
+// Layout   [family][d][p][q][r], double; one family without weights
 // Errors   what `stop` returns
 // Threads  immutable
 #ifndef LATTICED_CORE_MEASURE_SURFACE_MOMENTS_H_
@@ -48,10 +57,16 @@ class SurfaceMoments {
   Order order() const { return order_; }
   // Number of powers on each axis.
   const std::array<size_t, 3>& extent() const { return extent_; }
-  // The knot boxes that hold patches, ascending. The outside box is not among them. None with vertex weights.
+  // The knot boxes that hold patches, ascending. The outside box is not among them. None if is_weighted() without tables.
   const std::vector<uint32_t>& boxes() const { return boxes_; }
-  // Component d of the table of boxes()[n]. Up to kOverhang doubles behind it may be read.
-  const double* table(size_t n, size_t d) const { return moments_.data() + (3 * n + d) * terms(); }
+  // Component d of the table of boxes()[n], of a family with weights. Up to kOverhang doubles behind it may be read.
+  const double* table(size_t n, size_t d, size_t family = 0) const {
+    return moments_.data() + ((n * families_ + family) * 3 + d) * terms();
+  }
+  // Whether there are tables with weights.
+  bool has_weights() const { return families_ > 1; }
+  // Of the whole surface, if has_weights().
+  double rest_volume() const { return rest_volume_; }
   // Basis functions of the box's span on an axis of the lattice, as powers of l.
   const SpanBasis& basis(uint32_t box, size_t axis) const {
     return basis_[axis][static_cast<size_t>(plan_->boxes[box].span[axis])];
@@ -63,20 +78,23 @@ class SurfaceMoments {
   size_t MemoryBytes() const { return BytesFor(*plan_, order_); }
 
   static constexpr size_t kOverhang = 8;
+  static constexpr size_t kWeightedFamilies = 5;
 
  private:
   SurfaceMoments(std::shared_ptr<const DeformPlan> plan, Order order);
   size_t terms() const { return extent_[0] * extent_[1] * extent_[2]; }
   absl::Status AddBox(size_t n, StopPoll& poll);
   void AddOutside();
+  void AddRestVolume();
 
   const std::shared_ptr<const DeformPlan> plan_;
   const Order order_;
+  const size_t families_;
   std::array<size_t, 3> extent_{};
   std::array<std::vector<SpanBasis>, 3> basis_;  // by span; zero where it is empty
   std::vector<uint32_t> boxes_;
   std::vector<double> moments_;
-  double outside_volume_ = 0;
+  double outside_volume_ = 0, rest_volume_ = 0;
   Vec3d outside_centroid_;
 };
 

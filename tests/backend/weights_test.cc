@@ -148,6 +148,31 @@ TEST_P(Weighted, PartlyOutsideMatchesDefinition) {
   }
 }
 
+// Whatever rests on a face of the frame is one on both sides, though its control points have moved.
+TEST_P(Weighted, SeamsThatRestStayAttached) {
+  const PolygonMesh mesh = TorusMesh(9, 6, {1500, -2000, 1200});  // where float32 rounds much
+  const LatticeStructure structure =
+      MakeStructure(mesh.ComputeBounds(), {.degree = {2, 1, 2}, .extra = {2, 2, 2}, .scale = 0.7});
+  std::vector<float> weights;
+  const double middle = mesh.ComputeBounds().center().x;
+  for (const Vec3d p : mesh.positions) weights.push_back(p.x < middle ? 0 : 0.5f);
+  const Plan plan =
+      WeightedPlan(mesh, structure, std::make_shared<const std::vector<float>>(std::move(weights)));
+  ASSERT_NE(plan, nullptr);
+  const std::vector<Vec3d> points = Jitter(structure, kWeightedNoise, kWeightsSeed);
+  const std::vector<bool> attached = AttachedSeams(*plan, points);
+  const auto resting = static_cast<size_t>(std::ranges::count(attached, true));
+  EXPECT_GT(resting, 10u);
+  EXPECT_GT(attached.size() - resting, 10u);
+  for (const int segments : kFewAndMany) {
+    for (const NormalMode normals : {NormalMode::kNone, NormalMode::kFacet, NormalMode::kSmooth}) {
+      const auto evaluated = EvaluateAll(plan, points, WeightedFloats(segments, normals));
+      EXPECT_EQ(CountCracks(*plan, points, segments, evaluated), 0u);
+      ExpectMatchesDefinition(plan, points, WeightedFloats(segments, normals));
+    }
+  }
+}
+
 TEST_P(Weighted, SliversAndFlatMeshesMatchDefinition) {
   const PolygonMesh soup = TriangleSoup(65, kWeightsSeed);
   Check(soup, {.degree = {2, 2, 2}}, NormalMode::kFacet, SmoothWeights(soup));

@@ -126,6 +126,11 @@ const T* LoneEdit(const EditBatch& batch) {
   return std::get_if<T>(&batch.edits.front());
 }
 
+// Whether its first edit is of weights. Records of such batches have a second one, of the points that restore a kept volume.
+[[nodiscard]] inline bool SetsWeights(const EditBatch& batch) {
+  return !batch.edits.empty() && std::holds_alternative<SetWeights>(batch.edits.front());
+}
+
 class PointFreedom;
 
 // The lattice to which the edits of a batch are applied, one after the other.

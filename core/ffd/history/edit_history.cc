@@ -170,8 +170,9 @@ absl::Status EditHistory::ApplyNew(const EditBatch& batch, TimePoint now, const 
     if (status.ok()) ForgetUndone(batch.editor_id);
   } else if (const auto* set = LoneEdit<SetConstraints>(batch); set != nullptr) {
     status = Constrain(batch.editor_id, set->constraints, rules);
-  } else if (const auto* weigh = LoneEdit<SetWeights>(batch); weigh != nullptr) {
-    status = Weigh(batch.editor_id, *weigh, rules);
+  } else if (const auto* weigh = LoneEdit<SetWeights>(batch);
+             weigh != nullptr || (rules.is_record && SetsWeights(batch))) {
+    status = Weigh(batch, std::get<SetWeights>(batch.edits.front()), rules);
   } else if (LoneEdit<RemoveLattice>(batch) != nullptr) {
     status = TakeAway(batch.editor_id, rules);
   } else if (Cancels(batch)) {

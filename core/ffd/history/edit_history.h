@@ -14,8 +14,8 @@
 //           written one of the step's points or changed the structure. Redo puts back what the caller last undid; a new
 //           edit of the caller discards it.
 // Strength  set_strength writes the scene's strength as others write points: in gestures too, and the last write counts.
-// Weights   set_weights is a step that moves nothing, but makes another plan: structure_id rises, and open gestures end. The
-//           structure stays, so that steps below and above it can be undone without it.
+// Weights   set_weights is a step that makes another plan: structure_id rises, and open gestures end. It moves only what restores
+//           a kept volume. The structure stays, so that steps below and above it can be undone without it.
 // Removal   remove_lattice is a step that keeps everything, but the lattice is away: structure_id rises, open gestures end, and
 //           edits other than set_weights are refused until the removal is undone or replace_lattice puts another one there.
 //           A history may begin without a lattice; its first replacement is then the first lattice.
@@ -185,7 +185,11 @@ class EditHistory {
                          const Rules& rules);
   absl::Status TakeAway(const std::string& editor_id, const Rules& rules);
   absl::Status CheckPresent(const EditBatch& batch) const;
-  absl::Status Weigh(const std::string& editor_id, const SetWeights& change, const Rules& rules);
+  absl::Status Weigh(const EditBatch& batch, const SetWeights& change, const Rules& rules);
+  // Where the points go that restore the volume under weights that were admitted. A record has them.
+  absl::StatusOr<EditTarget> UnderWeights(const EditBatch& batch, const Rules& rules) const;
+  // Those of the newest step, which sets weights. All, if weights of many vertices are no step any more (TrimHistory).
+  SetControlPoints PointsUnderWeights() const;
   absl::Status Admit(const VertexWeights& weights, const Rules& rules) const;
   const PointFreedom* Freedom();
   void WritePoints(const EditTarget& target, EditStep& step);

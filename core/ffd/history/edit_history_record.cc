@@ -179,16 +179,18 @@ EditRecord EditHistory::LastRecord(const EditBatch& batch, TimePoint now) const 
   const bool restructured = record.result.structure_id != batch.structure_id;
   const EditStep* const redone =
       LoneEdit<Redo>(batch) != nullptr ? &layers_.steps().back() : nullptr;
-  const bool made = restructured && LoneEdit<Undo>(batch) == nullptr &&
-                    LoneEdit<SetWeights>(batch) == nullptr &&
+  const bool made = restructured && LoneEdit<Undo>(batch) == nullptr && !SetsWeights(batch) &&
                     LoneEdit<RemoveLattice>(batch) == nullptr;
   if (made && (redone == nullptr || redone->structural.has_value())) record.made = lattice();
   if (const auto* replace = LoneEdit<ReplaceLattice>(batch); replace != nullptr) {
     record.batch.edits = {ReplaceLattice{.keep_shape = replace->keep_shape}};
   } else if (LoneEdit<Undo>(batch) || LoneEdit<Redo>(batch) || LoneEdit<InsertKnot>(batch) ||
-             LoneEdit<SetConstraints>(batch) || LoneEdit<SetWeights>(batch) ||
-             LoneEdit<RemoveLattice>(batch)) {
+             LoneEdit<SetConstraints>(batch) || LoneEdit<RemoveLattice>(batch)) {
     record.batch.edits = batch.edits;
+  } else if (SetsWeights(batch)) {
+    record.batch.edits = batch.edits;
+    SetControlPoints moved = PointsUnderWeights();
+    if (!moved.indices.empty()) record.batch.edits.push_back(std::move(moved));
   } else if (!batch.edits.empty()) {
     const EditStep& step = layers_.steps().back();
     record.batch.edits = {SetControlPoints{step.indices, step.positions}};

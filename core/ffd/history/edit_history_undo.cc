@@ -75,7 +75,8 @@ absl::Status EditHistory::RedoStep(std::string_view editor_id, Restructurer rest
   }
   const auto position = std::next(found).base();
   const bool replaces = found->step.structural.has_value() && found->step.structural->replaces();
-  if (absent() && !replaces && !found->step.weights.has_value()) return error::LatticeRemoved();
+  const bool weighs_alone = found->step.weights.has_value() && found->step.indices.empty();
+  if (absent() && !replaces && !weighs_alone) return error::LatticeRemoved();
   if (found->step.structural.has_value()) {
     StructureEdit edit = found->step.structural->edit;
     if (auto* replace = std::get_if<ReplaceLattice>(&edit)) {

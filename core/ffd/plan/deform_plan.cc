@@ -244,7 +244,7 @@ class Planner {
       const Vec3d p = split_.vertices[v].parameter;
       PlanVertex vertex{.world = split_.vertices[v].world, .parameter = p};
       vertex.box = (vertex_use[v] & kInside) ? LowerBox(p) : plan_->outside_box();
-      if (vertex_use[v] == kBoth) vertex.seam = FindSeam(vertex.box, p, p);
+      if (vertex_use[v] == kBoth) vertex.seam = FindSeam(vertex.box, p, p, Rests(v));
       plan_->vertices.push_back(vertex);
       if (plan_->mesh_weights != nullptr)
         plan_->vertex_weights.push_back(split_.vertices[v].weight);
@@ -255,23 +255,31 @@ class Planner {
       const Vec3d a = split_.vertices[edge.vertex[0]].parameter;
       const Vec3d b = split_.vertices[edge.vertex[1]].parameter;
       edge.box = (edge_use[e] & kInside) ? LowerBox(Max(a, b)) : plan_->outside_box();
-      if (edge_use[e] == kBoth) edge.seam = FindSeam(edge.box, a, b);
+      const bool rests = Rests(edge.vertex[0]) && Rests(edge.vertex[1]);
+      if (edge_use[e] == kBoth) edge.seam = FindSeam(edge.box, a, b, rests);
     }
     for (const Patch& patch : plan_->patches) plan_->seam_patches += TouchesSeam(patch) ? 1u : 0u;
     return absl::OkStatus();
   }
 
+  bool Rests(size_t vertex) const {
+    return plan_->mesh_weights != nullptr && split_.vertices[vertex].weight == 0;
+  }
+
   bool TouchesSeam(const Patch& patch) const {
+    const auto may_tear = [&](uint32_t seam) {
+      return seam != kNoIndex && !plan_->seams[seam].rests;
+    };
     for (size_t i = 0; i < 3; ++i) {
-      if (plan_->vertices[patch.vertex[i]].seam != kNoIndex) return true;
-      if (plan_->edges[patch.edge[i]].seam != kNoIndex) return true;
+      if (may_tear(plan_->vertices[patch.vertex[i]].seam)) return true;
+      if (may_tear(plan_->edges[patch.edge[i]].seam)) return true;
     }
     return false;
   }
 
   // Returns the seam that has the control points with a non-zero basis value on the segment a–b of `box`.
-  uint32_t FindSeam(uint32_t box, Vec3d a, Vec3d b) {
-    Seam seam{.box = box};
+  uint32_t FindSeam(uint32_t box, Vec3d a, Vec3d b, bool rests) {
+    Seam seam{.box = box, .rests = rests};
     for (int axis = 0; axis < 3; ++axis) {
       const auto i = static_cast<size_t>(axis);
       const int degree = structure().degree[i], span = plan_->boxes[box].span[i];
@@ -283,7 +291,7 @@ class Planner {
       while (basis[static_cast<size_t>(seam.first[i] - span + degree)] == 0) ++seam.first[i];
       while (basis[static_cast<size_t>(seam.last[i] - span + degree)] == 0) --seam.last[i];
     }
-    const auto [it, added] = seam_ids_.try_emplace(std::tuple(box, seam.first, seam.last),
+    const auto [it, added] = seam_ids_.try_emplace(std::tuple(box, seam.first, seam.last, rests),
                                                    static_cast<uint32_t>(plan_->seams.size()));
     if (added) plan_->seams.push_back(seam);
     return it->second;
@@ -316,7 +324,7 @@ class Planner {
   std::array<std::vector<uint32_t>, 3> box_of_span_;
   std::array<uint32_t, 3> box_count_{};
   std::vector<uint32_t> piece_box_;
-  std::map<std::tuple<uint32_t, std::array<int, 3>, std::array<int, 3>>, uint32_t> seam_ids_;
+  std::map<std::tuple<uint32_t, std::array<int, 3>, std::array<int, 3>, bool>, uint32_t> seam_ids_;
 };
 
 template <typename T>
@@ -374,26 +382,6 @@ absl::StatusOr<std::shared_ptr<const DeformPlan>> MakePlan(std::shared_ptr<const
   }
   return Planner(std::move(mesh), structure, std::move(split), stop, std::move(weights))
       .Run(crease_angle);
-}
-
-bool IsAttached(const DeformPlan& plan, const Seam& seam, std::span<const Vec3d> control_points) {
-  for (int k = seam.first[2]; k <= seam.last[2]; ++k) {
-    for (int j = seam.first[1]; j <= seam.last[1]; ++j) {
-      for (int i = seam.first[0]; i <= seam.last[0]; ++i) {
-        const auto index = static_cast<size_t>(plan.structure.Index(i, j, k));
-        if (control_points[index] != plan.identity_points[index]) return false;
-      }
-    }
-  }
-  return true;
-}
-
-std::vector<bool> AttachedSeams(const DeformPlan& plan, std::span<const Vec3d> control_points) {
-  std::vector<bool> attached(plan.seams.size());
-  for (size_t s = 0; s < plan.seams.size(); ++s) {
-    attached[s] = IsAttached(plan, plan.seams[s], control_points);
-  }
-  return attached;
 }
 
 }  // namespace latticed

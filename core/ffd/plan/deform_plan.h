@@ -17,7 +17,8 @@
 // Ownership makes the surface watertight. The box that contains a vertex or edge owns it; in a knot plane that is the
 // *lower* box. The vertex or edge is evaluated there, whichever patch asks. A vertex or edge that patches inside and
 // outside the frame share is on a seam. A seam is attached while no control point with a non-zero basis value on it has
-// moved from its identity position (compared without tolerance): both sides then take the outside's point.
+// moved from its identity position (compared without tolerance): both sides then take the outside's point. A vertex of weight
+// 0 rests, and so does an edge between two: their seams are always attached.
 //
 // Threads  immutable after MakePlan
 #ifndef LATTICED_CORE_FFD_PLAN_DEFORM_PLAN_H_
@@ -54,6 +55,7 @@ struct KnotBox {
 struct Seam {
   uint32_t box = 0;
   std::array<int, 3> first{}, last{};
+  bool rests = false;  // what is on it has the weight 0, and no control point moves it
 };
 
 struct PlanVertex {
@@ -102,7 +104,7 @@ struct DeformPlan {
   // Backends compute relative to this point, the centre of the mesh's bounds.
   Vec3d local_origin;
   uint64_t outside_patches = 0;
-  uint64_t seam_patches = 0;  // patches with an edge or corner on a seam
+  uint64_t seam_patches = 0;  // patches with an edge or corner on a seam that does not rest
 
   uint32_t outside_box() const { return static_cast<uint32_t>(boxes.size()) - 1; }
   size_t chunk_count() const;

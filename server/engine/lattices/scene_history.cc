@@ -42,7 +42,7 @@ std::vector<EditHistoryImage> SceneHistory::images() const {
 }
 
 absl::Status SceneHistory::Check(const EditBatch& batch) const {
-  if (batch.lattice > 0 && LoneEdit<SetWeights>(batch) != nullptr) {
+  if (batch.lattice > 0 && SetsWeights(batch)) {
     return error::InvalidField("lattice", "weights are set by edits of lattice 0");
   }
   if (batch.lattice >= histories_.size() && !batch.refusal.ok()) return batch.refusal;
@@ -116,8 +116,13 @@ absl::StatusOr<EditOutcome> SceneHistory::Apply(const EditBatch& batch, TimePoin
   // Not sooner: a batch that is sent again may have come when the lattice was there.
   const auto* replace = LoneEdit<ReplaceLattice>(batch);
   if (replace != nullptr && replace->keep_shape && IsFree(batch.lattice)) {
-    return error::InvalidField("edits[0].replace_lattice.keep_shape",
-                               "a lattice that is added has no shape to keep");
+    const absl::Status refusal = error::InvalidField(
+        "edits[0].replace_lattice.keep_shape", "a lattice that is added has no shape to keep");
+    if (batch.lattice == histories_.size()) return refusal;
+    EditBatch refused = batch;
+    refused.refusal = refusal;
+    TurnTo(batch.lattice);
+    return histories_[last_].Apply(refused, now, admit);  // which keeps the result
   }
   if (batch.lattice == histories_.size()) {
     const LatticeStructure& structure = replace->lattice.structure;

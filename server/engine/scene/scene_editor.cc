@@ -128,8 +128,8 @@ absl::StatusOr<EditCommit> SceneEditor::Apply(const EditBatch& batch, const Scen
     SceneState planned = *candidate->state;
     TakeLattices(planned, kNone);
     const SceneLattice& first = planned.lattices[0];
-    return AdmitPointsOf(batch, before, planned.plan, *MapAmongOthers(planned.lattices, 0),
-                         *first.points);
+    return AdmitPointsOf(batch.refuse_folds, before, planned.plan,
+                         *MapAmongOthers(planned.lattices, 0), *first.points);
   };
   const auto map = MapAmongOthers(before.lattices, absent ? 0 : place);
   AdmitPoints admit_points;
@@ -137,16 +137,20 @@ absl::StatusOr<EditCommit> SceneEditor::Apply(const EditBatch& batch, const Scen
     admit_points = [&](const LatticeStructure& structure, std::span<const Vec3d> points,
                        double strength) {
       if (!absent && structure == map->structure()) {
-        return AdmitPointsOf(batch, before, before.plan, *WithStrength(map, strength), points);
+        const bool refuse_folds = batch.refuse_folds && !SetsWeights(batch);  // these may fold
+        return AdmitPointsOf(refuse_folds, before, before.plan, *WithStrength(map, strength),
+                             points);
       }
       SceneState planned = *candidate->state;
       const size_t own = PlaceOf(planned.lattices, batch.lattice);
       TakeLattices(planned, own);
       const auto next = WithStrength(MapAmongOthers(planned.lattices, own), strength);
-      return AdmitPointsOf(batch, before, planned.plan, *next, points);
+      return AdmitPointsOf(batch.refuse_folds, before, planned.plan, *next, points);
     };
   }
-  const SceneVolumeKeeper keeper(before.measures, map);
+  // Weights make another surface of the same structures. Its plan is admitted before its volume is restored.
+  const bool has_surface = SetsWeights(batch) && candidate.has_value() && candidate->state.ok();
+  const SceneVolumeKeeper keeper(has_surface ? candidate->state->measures : before.measures, map);
   std::optional<EditBatch> among_others;
   if (before.lattices.size() > 1) among_others = AmongOthers(batch, before.plan->structure, *map);
   auto outcome = history_.Apply(among_others.has_value() ? *among_others : batch, now, admit,
@@ -189,17 +193,17 @@ absl::StatusOr<EditCommit> SceneEditor::Apply(const EditBatch& batch, const Scen
   return commit;
 }
 
-absl::Status SceneEditor::AdmitPointsOf(const EditBatch& batch, const SceneState& before,
+absl::Status SceneEditor::AdmitPointsOf(bool refuse_folds, const SceneState& before,
                                         const std::shared_ptr<const DeformPlan>& plan,
                                         const OutsideMap& map, std::span<const Vec3d> points) {
   if (map.is_identity()) {
-    return batch.refuse_folds ? folds_.Admit(before, plan, points) : absl::OkStatus();
+    return refuse_folds ? folds_.Admit(before, plan, points) : absl::OkStatus();
   }
   const std::vector<Vec3d> continued = map.Continue(points);
   for (const Vec3d point : continued) {
     LATTICED_RETURN_IF_ERROR(CheckControlPoint(point, "lattice.outside"));
   }
-  return batch.refuse_folds ? folds_.Admit(before, plan, continued) : absl::OkStatus();
+  return refuse_folds ? folds_.Admit(before, plan, continued) : absl::OkStatus();
 }
 
 SceneState SceneEditor::NextState(const EditBatch& batch, const SceneState& before, SceneState next,

@@ -100,7 +100,7 @@ class SceneEditor {
   void TakeLattice(SceneState& state, size_t place) const;
   void TakeLattices(SceneState& state, size_t left_out) const;
   // Whether `points` of the lattice, which `map` takes to control points of the plan, may be the next ones.
-  absl::Status AdmitPointsOf(const EditBatch& batch, const SceneState& before,
+  absl::Status AdmitPointsOf(bool refuse_folds, const SceneState& before,
                              const std::shared_ptr<const DeformPlan>& plan, const OutsideMap& map,
                              std::span<const Vec3d> points);
   SceneState NextState(const EditBatch& batch, const SceneState& before, SceneState next,

@@ -28,6 +28,7 @@ uint64_t PatchesThatMayTear(const DeformPlan& plan, const SceneLattices& lattice
   if (lattices[0].map->is_identity()) return plan.seam_patches;
   const auto may_tear = [&](const Seam& seam) {
     bool moves = false;
+    if (seam.rests) return moves;
     for (int k = seam.first[2]; k <= seam.last[2]; ++k) {
       for (int j = seam.first[1]; j <= seam.last[1]; ++j) {
         for (int i = seam.first[0]; i <= seam.last[0]; ++i) {

@@ -148,20 +148,11 @@ VertexWeights FromStored(const store::Weights& stored) {
   return std::make_shared<const std::vector<float>>(stored.values().begin(), stored.values().end());
 }
 
-void ToStored(const EditBatch& batch, store::Record& stored) {
-  stored.set_lattice(batch.lattice);
-  stored.set_editor_id(batch.editor_id);
-  stored.set_sequence(batch.sequence);
-  stored.set_structure_id(batch.structure_id);
-  stored.set_gesture_id(batch.gesture_id);
-  stored.set_gesture_phase(static_cast<uint32_t>(batch.gesture_phase));
-  if (batch.edits.empty()) return;
-  if (const auto* set = std::get_if<SetStrength>(&batch.edits.back())) {
-    stored.set_strength(set->strength);
-  }
-  const Edit& edit = batch.edits.front();  // a record has no others
+void ToStored(const Edit& edit, store::Record& stored) {
   if (const auto* written = std::get_if<SetControlPoints>(&edit)) {
     ToStored(written->indices, written->positions, *stored.mutable_written());
+  } else if (const auto* strength = std::get_if<SetStrength>(&edit)) {
+    stored.set_strength(strength->strength);
   } else if (const auto* undo = std::get_if<Undo>(&edit)) {
     stored.mutable_edit()->set_undo(static_cast<uint32_t>(undo->scope));
   } else if (std::holds_alternative<Redo>(edit)) {
@@ -179,6 +170,15 @@ void ToStored(const EditBatch& batch, store::Record& stored) {
   } else {
     stored.mutable_edit()->set_replace_keeps_shape(std::get<ReplaceLattice>(edit).keep_shape);
   }
+}
+void ToStored(const EditBatch& batch, store::Record& stored) {
+  stored.set_lattice(batch.lattice);
+  stored.set_editor_id(batch.editor_id);
+  stored.set_sequence(batch.sequence);
+  stored.set_structure_id(batch.structure_id);
+  stored.set_gesture_id(batch.gesture_id);
+  stored.set_gesture_phase(static_cast<uint32_t>(batch.gesture_phase));
+  for (const Edit& edit : batch.edits) ToStored(edit, stored);
 }
 absl::StatusOr<Edit> FromStored(const store::Edit& stored) {
   if (stored.has_redo()) return Redo{};
@@ -209,13 +209,14 @@ absl::StatusOr<EditBatch> BatchFromStored(const store::Record& stored) {
                   .structure_id = stored.structure_id(),
                   .gesture_id = stored.gesture_id(),
                   .gesture_phase = static_cast<GesturePhase>(stored.gesture_phase())};
+  if (stored.has_edit()) {
+    LATTICED_ASSIGN_OR_RETURN(auto edit, FromStored(stored.edit()));
+    batch.edits.push_back(std::move(edit));
+  }
   if (stored.has_written()) {
     LATTICED_ASSIGN_OR_RETURN(auto written, FromStored(stored.written()));
     batch.edits.push_back(std::move(written));
     if (stored.has_strength()) batch.edits.push_back(SetStrength{stored.strength()});
-  } else if (stored.has_edit()) {
-    LATTICED_ASSIGN_OR_RETURN(auto edit, FromStored(stored.edit()));
-    batch.edits.push_back(std::move(edit));
   }
   return batch;
 }

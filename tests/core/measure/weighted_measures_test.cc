@@ -53,10 +53,6 @@ EnclosedCentroid CentroidOf(const WeightedPlanPtr& plan, std::span<const Vec3d> 
   return MeasureCentroid(**SurfaceMoments::Make(plan, Order::kCentroid), points);
 }
 
-EnclosedVolume VolumeOf(const WeightedPlanPtr& plan, std::span<const Vec3d> points) {
-  return MeasureVolume(**SurfaceMoments::Make(plan, Order::kVolume), points);
-}
-
 class WeightedDegrees : public ::testing::TestWithParam<int> {
  protected:
   static WeightedPlanPtr Plan() {
@@ -72,8 +68,11 @@ TEST_P(WeightedDegrees, VolumeAndCentroidMatchQuadrature) {
   const auto plan = Plan();
   const auto points = Jitter(plan->structure, 0.08, 3);
 
+  const auto moments = *SurfaceMoments::Make(plan, Order::kVolume);
+  ASSERT_TRUE(moments->has_weights());
+
   const auto got = CentroidOf(plan, points);
-  const auto volume = VolumeOf(plan, points);
+  const auto volume = MeasureVolume(*moments, points);
 
   const MeasuredPatches want = MeasurePatches(*plan, points);
   EXPECT_NEAR(volume.volume / want.volume, 1, 1e-12);
@@ -82,6 +81,44 @@ TEST_P(WeightedDegrees, VolumeAndCentroidMatchQuadrature) {
   for (size_t i = 0; i < points.size(); ++i) {
     EXPECT_NEAR(Norm(got.volume.gradient[i] - volume.gradient[i]), 0, 1e-13);
   }
+}
+
+TEST(WeightedMeasures, FewPatchesOfABoxHaveNoTables) {
+  const PolygonMesh mesh = CubeMesh(1);
+  const auto plan = WeightedPlanOf(mesh, {.degree = {2, 2, 2}, .extra = {12, 12, 12}},
+                                   ConstantWeights(mesh, 0.5f));
+  const auto moments = *SurfaceMoments::Make(plan, Order::kVolume);
+  ASSERT_FALSE(moments->has_weights());
+  EXPECT_TRUE(moments->boxes().empty());
+  const auto points = Jitter(plan->structure, 0.05, 3);
+  EXPECT_NEAR(MeasureVolume(*moments, points).volume / MeasurePatches(*plan, points).volume, 1,
+              1e-12);
+}
+
+// What lies outside the frame rests, and so does the surface at its faces.
+TEST(WeightedMeasures, VolumePartlyOutsideMatchesQuadrature) {
+  const PolygonMesh mesh = TorusMesh(30, 20, {40, -30, 20});
+  const auto plan = WeightedPlanOf(mesh, {.degree = {2, 1, 3}, .extra = {3, 3, 3}, .scale = 0.8});
+  ASSERT_GT(plan->outside_patches, 0u);
+  const auto moments = *SurfaceMoments::Make(plan, Order::kVolume);
+  ASSERT_TRUE(moments->has_weights());
+  std::vector<Vec3d> points = plan->identity_points;
+  const double rest = RestVolume(*moments);
+  EXPECT_NEAR(rest / MeasurePatches(*plan, points).volume, 1, 1e-12);
+  const LatticeStructure& s = plan->structure;
+  const auto moves = Jitter(s, 0.08, 7);
+  for (int k = 1; k + 1 < s.size[2]; ++k) {
+    for (int j = 1; j + 1 < s.size[1]; ++j) {
+      for (int i = 1; i + 1 < s.size[0]; ++i) {
+        const auto index = static_cast<size_t>(s.Index(i, j, k));
+        points[index] = moves[index];
+      }
+    }
+  }
+  ASSERT_EQ(CountTornEdges(*plan, points), 0u);
+  const double volume = MeasureVolume(*moments, points).volume;
+  EXPECT_GT(std::abs(volume / rest - 1), 1e-5);
+  EXPECT_NEAR(volume / MeasurePatches(*plan, points).volume, 1, 1e-12);
 }
 
 TEST_P(WeightedDegrees, GradientsMatchDifferences) {

@@ -112,6 +112,28 @@ TEST_F(RemovedLatticesTest, AReplacementThatWasAppliedGetsItsResultAfterTheRemov
                 "edits[0].replace_lattice.keep_shape");
 }
 
+TEST_F(RemovedLatticesTest, AShapeThatIsGoneIsRefusedInItsPlaceInTheSequence) {
+  ASSERT_OK(Create(RequestOf({Whole(), Shaken(Whole())})));
+  ASSERT_OK(Apply(Remove(1, "bob")));
+  v1::EditBatch fit = Put(1, Whole({3, 3, 3}));
+  fit.mutable_edits(0)->mutable_replace_lattice()->set_keep_shape(true);
+  const auto refused = [&] {
+    ExpectRefused(Apply(fit), Code::kInvalidArgument, "INVALID_FIELD",
+                  "edits[0].replace_lattice.keep_shape");
+  };
+  refused();
+  ASSERT_OK(Apply(Undo(1, "bob")));  // now there is a shape
+  fit.set_structure_id(Get().structure_id());
+  refused();  // sent again, it gets its result
+  Restart();
+  refused();
+  EXPECT_EQ(LatticeAt(1).lattice().degree().u(), 2);
+  EXPECT_EQ(Get().revision(), 2u);
+  fit.set_sequence(++sequence_);
+  ASSERT_OK(Apply(fit));
+  EXPECT_EQ(LatticeAt(1).lattice().degree().u(), 3);
+}
+
 TEST_F(RemovedLatticesTest, NoNewFoldIfItIsRefused) {
   ASSERT_OK(Create(RequestOf({Whole({1, 1, 1}), Whole({1, 1, 1})})));
   // The first folds the cube over; the second takes that back.

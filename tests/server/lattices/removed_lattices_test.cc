@@ -223,6 +223,37 @@ TEST_F(RemovedLatticesTest, TheFirstMayGoAndWeightsStay) {
   EXPECT_EQ(Numbers(), (Numbered{0, 1}));
 }
 
+TEST_F(RemovedLatticesTest, WeightsRestoreTheVolumeThatLatticeZeroKeeps) {
+  ASSERT_OK(Create(RequestOf({Shaken(Whole()), Shaken(Whole({1, 1, 1})), Spot()})));
+  ASSERT_OK(Apply(Remove(2)));
+  v1::EditBatch keep = Batch(0);
+  keep.add_edits()->mutable_set_constraints()->mutable_constraints()->mutable_volume();
+  ASSERT_OK(Apply(keep));
+  const std::string other = LatticeAt(1).lattice().SerializeAsString();
+  const std::vector<float> weights = {0, 1, 1, 0, 0.5f, 1, 0.75f, 0.25f};
+  const auto weigh = [&] {
+    v1::EditBatch batch = Batch(0);
+    batch.add_edits()->mutable_set_weights()->set_values(
+        reinterpret_cast<const char*>(weights.data()), weights.size() * sizeof(float));
+    return batch;
+  };
+  ASSERT_OK(Apply(weigh()));
+  auto measure = For<v1::MeasureSceneRequest>();
+  measure.add_measures(v1::MEASURE_VOLUME);
+  v1::MeasureSceneResponse got;
+  ASSERT_OK(Call(&Scenes::MeasureScene, measure, &got));
+  EXPECT_NEAR(got.volume(), 1, 1e-12);
+  EXPECT_EQ(LatticeAt(1).lattice().SerializeAsString(), other);
+
+  ASSERT_OK(Apply(Undo(0)));
+  ASSERT_OK(Apply(Remove(0, "bob")));
+  ExpectRefused(Apply(Redo(0)), Code::kFailedPrecondition, "LATTICE_REMOVED");
+  v1::EditBatch kept = weigh();
+  kept.mutable_keep_volume();
+  ExpectRefused(Apply(kept), Code::kFailedPrecondition, "LATTICE_REMOVED");
+  EXPECT_OK(Apply(weigh()));
+}
+
 TEST_F(RemovedLatticesTest, RequestsNameWhatIsLeft) {
   ASSERT_OK(Create(RequestOf({Whole(), Shaken(Spot({1, 1, 1})), Shaken(Whole({3, 3, 3}))})));
   ASSERT_OK(Apply(Remove(1)));

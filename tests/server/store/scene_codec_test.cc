@@ -24,6 +24,7 @@ TEST(SceneCodec, ALogOfBytesLeadsToTheSameHistory) {
   for (uint32_t seed = 101; seed <= 110; ++seed) {
     SCOPED_TRACE(::testing::Message() << "seed " << seed);
     EditHistory copy(UnitLattice());
+    ASSERT_OK(copy.MadeWith(nullptr, 8));
     RunSession(seed, 250, [&](const EditHistory& history, const EditRecord& record) {
       const SceneRecord before = ToScene(record);
       const std::string bytes = EncodeRecord(before);
@@ -45,6 +46,7 @@ TEST(SceneCodec, ALogOfBytesLeadsToTheSameHistory) {
 
 TEST(SceneCodec, AHistoryGoesOnFromItsImageInBytes) {
   EditHistory copy(UnitLattice());
+  ASSERT_OK(copy.MadeWith(nullptr, 8));
   RunSession(7, 400, [&](const EditHistory& history, const EditRecord& record) {
     ASSERT_OK(copy.ApplyRecord(record));
     if (copy.records() % 40 != 0) return;
@@ -53,6 +55,7 @@ TEST(SceneCodec, AHistoryGoesOnFromItsImageInBytes) {
     EXPECT_EQ(image.now, record.now);
     EXPECT_EQ(EncodeImage(image), bytes);
     ASSERT_OK_AND_ASSIGN(copy, EditHistory::FromImage(std::move(image.histories[0])));
+    ASSERT_OK(copy.MadeWith(nullptr, 8));
     ExpectSame(copy, history);
   });
 }

@@ -14,12 +14,15 @@ using ::latticed::testing::StatusIs;
 using ::testing::HasSubstr;
 
 TEST(EditRecord, ALogOfRandomSessionsLeadsToTheSameHistory) {
-  size_t records = 0, refusals = 0, structures = 0, absences = 0;
+  size_t records = 0, refusals = 0, structures = 0, absences = 0, weighings = 0, restorations = 0;
   for (uint32_t seed = 1; seed <= 40; ++seed) {
     SCOPED_TRACE(::testing::Message() << "seed " << seed);
     EditHistory copy(UnitLattice());
+    ASSERT_OK(copy.MadeWith(nullptr, 8));
     RunSession(seed, 250, [&](const EditHistory& history, const EditRecord& record) {
       ++records;
+      weighings += SetsWeights(record.batch) ? 1u : 0u;
+      restorations += SetsWeights(record.batch) && record.batch.edits.size() == 2 ? 1u : 0u;
       refusals += record.result.status.ok() ? 0u : 1u;
       structures += record.made.has_value() ? 1u : 0u;
       absences += history.absent() ? 1u : 0u;
@@ -32,16 +35,20 @@ TEST(EditRecord, ALogOfRandomSessionsLeadsToTheSameHistory) {
   EXPECT_GT(refusals, 1000u);
   EXPECT_GT(structures, 300u);
   EXPECT_GT(absences, 100u);
+  EXPECT_GT(weighings, 100u);
+  EXPECT_GT(restorations, 20u);
 }
 
 TEST(EditRecord, AHistoryGoesOnFromItsImage) {
   for (uint32_t seed = 1; seed <= 10; ++seed) {
     SCOPED_TRACE(::testing::Message() << "seed " << seed);
     EditHistory copy(UnitLattice());
+    ASSERT_OK(copy.MadeWith(nullptr, 8));
     RunSession(seed, 250, [&](const EditHistory& history, const EditRecord& record) {
       ASSERT_OK(copy.ApplyRecord(record));
       if (copy.records() % 40 != 0) return;
       ASSERT_OK_AND_ASSIGN(copy, EditHistory::FromImage(copy.image()));
+      ASSERT_OK(copy.MadeWith(nullptr, 8));
       ExpectSame(copy, history);
     });
     if (::testing::Test::HasFailure()) return;

@@ -54,6 +54,8 @@ inline void ExpectSame(const EditStep& a, const EditStep& b) {
   EXPECT_EQ(a.constraints, b.constraints);
   EXPECT_EQ(a.strength, b.strength);
   EXPECT_EQ(a.removes, b.removes);
+  ASSERT_EQ(a.weights.has_value(), b.weights.has_value());
+  EXPECT_TRUE(SameWeights(a.weights.value_or(nullptr), b.weights.value_or(nullptr)));
   ASSERT_EQ(a.structural.has_value(), b.structural.has_value());
   if (!a.structural.has_value()) return;
   EXPECT_EQ(a.structural->structure, b.structural->structure);
@@ -72,6 +74,7 @@ inline void ExpectSame(const EditHistory& a, const EditHistory& b) {
   EXPECT_EQ(p.base.absent, q.base.absent);
   EXPECT_EQ(a.absent(), b.absent());
   EXPECT_EQ(a.strength(), b.strength());
+  EXPECT_TRUE(SameWeights(a.weights(), b.weights()));
   EXPECT_EQ(a.constraints(), b.constraints());
   ExpectSame(p.base.base, q.base.base);
   ExpectSame(p.base.initial, q.base.initial);
@@ -108,6 +111,10 @@ class RandomBatches {
     }
     if (Below(40) == 0) {
       batch.edits = {RemoveLattice{}};
+      return batch;
+    }
+    if (Below(20) == 0) {
+      batch.edits = {SetWeights{{Below(8)}, {static_cast<float>(Below(11)) / 10}}};
       return batch;
     }
     if (Below(10) == 0) {
@@ -180,6 +187,25 @@ inline EditHistory::TimePoint Later(EditHistory::TimePoint now, RandomBatches& b
   return now + std::chrono::seconds(batches.Below(30) == 0 ? 61 : 1);
 }
 
+// Moves a free point as though that restored the volume, or none where point 5 is low.
+class ScriptedKeeper final : public VolumeKeeper {
+ public:
+  absl::Status CheckEncloses(const std::vector<Vec3d>&, double) const override {
+    return absl::OkStatus();
+  }
+  absl::Status Keep(const KeptVolume& kept, const PointFreedom* freedom,
+                    const std::vector<bool>& named, double,
+                    std::vector<Vec3d>& points) const override {
+    if (points[5].z < 0) return absl::FailedPreconditionError("not kept");
+    for (size_t i = 0; i < points.size(); ++i) {
+      if (named[i] || (freedom != nullptr && freedom->is_held(i))) continue;
+      points[i].z += 0.01 * *kept.volume;
+      break;
+    }
+    return absl::OkStatus();
+  }
+};
+
 // What a scene without memory for history does.
 inline void ForgetSome(EditHistory& history, RandomBatches& batches, EditRecord& record) {
   if (batches.Below(20) != 0) return;
@@ -195,15 +221,18 @@ inline void ForgetSome(EditHistory& history, RandomBatches& batches, EditRecord&
 template <typename Each>
 void RunSession(uint32_t seed, int batches, Each each) {
   RandomBatches random(seed);
+  const ScriptedKeeper keeper;
   EditHistory history(UnitLattice());
+  ASSERT_OK(history.MadeWith(nullptr, 8));
   EditHistory::TimePoint now;
   for (int n = 0; n < batches; ++n) {
     now = Later(now, random);
     const EditBatch batch = random.Next(history);
     const uint64_t before = history.records();
-    (void)history.Apply(batch, now, [&](const LatticeStructure&) {
+    const auto admit = [&](const auto&) {
       return random.Below(5) == 0 ? absl::ResourceExhaustedError("no memory") : absl::OkStatus();
-    });
+    };
+    (void)history.Apply(batch, now, admit, {}, &keeper, admit);
     if (history.records() == before) continue;
     history.SetTouched(batch.editor_id, static_cast<uint64_t>(n), 7);
     EditRecord record = history.LastRecord(batch, now);
