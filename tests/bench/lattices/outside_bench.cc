@@ -10,9 +10,10 @@
 //   continued_ms, fixed_ms, ratio    least times (turns.h)
 //   patches, fixed_patches           of the plans
 #include <array>
-#include <cmath>
+#include <memory>
 #include <random>
 #include <string>
+#include <vector>
 
 #include "core/base/bounds.h"
 #include "core/ffd/direct_ffd.h"

@@ -9,11 +9,14 @@
 //   sums/torus-17k/<n>lattices/plan    from mesh and lattices to plan
 //
 //   sum_ms, one_ms, ratio      least times (turns.h)
-//   patches, one_patches       of the plans; points, one_points: their control points
+//   patches, one_patches       of the plans; points, one_points: their control points; chunks, one_chunks: evaluated
 #include <array>
 #include <map>
+#include <memory>
 #include <random>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "core/base/bounds.h"
 #include "core/ffd/direct_ffd.h"
@@ -63,13 +66,15 @@ class SummedScene {
     lattices_ = Checked(LatticesWithMaps(structures, mesh_->positions));
     for (size_t k = 0; k < count; ++k) TakePoints(lattices_, k, 1, points[k]);
     scenario_ = MakeScenario("sum", MakeSumPlan());
-    scenario_.control_points[0] = *PlannedPoints(lattices_);
+    planned_ = PlannedPoints(lattices_);
+    scenario_.control_points[0] = *planned_;
     Bounds bounds = mesh_->ComputeBounds();
     for (const Vec3d p : scenario_.control_points[0]) bounds.Extend(p);
     scenario_.box = FitQuantisationBox(bounds, 1);
   }
 
   const Scenario& scenario() const { return scenario_; }
+  size_t evaluated_chunks() const { return evaluated_; }
   std::shared_ptr<const DeformPlan> MakeSumPlan() const {
     return Checked(MakePlan(mesh_, lattices_[0].map->continued()));
   }
@@ -77,15 +82,21 @@ class SummedScene {
   // The view is that of the plan's definition, which is the sum of formulas (1).
   absl::Status Check(DeformView& view) const {
     constexpr double kAllowed = 1e-12;
-    for (const Vec3d p : mesh_->positions) {
-      Vec3d want = p;
-      for (const SceneLattice& lattice : lattices_) {
-        const OutsideMap alone(lattice.structure());
-        want += EvaluateWorld(alone.continued(), alone.Continue(*lattice.points), p).position - p;
+    std::vector<Vec3d> want = mesh_->positions;
+    for (const SceneLattice& lattice : lattices_) {
+      const OutsideMap alone(lattice.structure());
+      const std::vector<Vec3d> points = alone.Continue(*lattice.points);
+      for (size_t i = 0; i < want.size(); ++i) {
+        const Vec3d p = mesh_->positions[i];
+        want[i] += EvaluateWorld(alone.continued(), points, p).position - p;
       }
-      const DeformedPoint got =
-          EvaluateWorld(lattices_[0].map->continued(), scenario_.control_points[0], p);
-      if (!(Norm(got.position - want) <= kAllowed)) return absl::InternalError("the sum differs");
+    }
+    for (size_t i = 0; i < want.size(); ++i) {
+      const DeformedPoint got = EvaluateWorld(lattices_[0].map->continued(),
+                                              scenario_.control_points[0], mesh_->positions[i]);
+      if (!(Norm(got.position - want[i]) <= kAllowed)) {
+        return absl::InternalError("the sum differs");
+      }
     }
     return Verify(scenario_, Pipeline::kFused, view);
   }
@@ -95,7 +106,9 @@ class SummedScene {
     std::vector<Vec3d> points = *lattices_[0].points;
     for (Vec3d& p : points) p.x += frame % 2 == 0 ? 0.01 : -0.01;
     TakePoints(lattices_, 0, 1, points);
-    CheckOk(view.Evaluate(*PlannedPoints(lattices_), scenario_.box, scenario_.all_chunks));
+    planned_ = PlannedPoints(lattices_);
+    evaluated_ = scenario_.all_chunks.size();
+    CheckOk(view.Evaluate(*planned_, scenario_.box, scenario_.all_chunks));
   }
 
   // Moves one, as an edit does.
@@ -103,20 +116,22 @@ class SummedScene {
     std::vector<Vec3d> points = *lattices_[0].points;
     points[static_cast<size_t>(lattices_[0].structure().Index(5, 3, 3))].x +=
         frame % 2 == 0 ? 0.01 : -0.01;
-    const auto before = PlannedPoints(lattices_);
     TakePoints(lattices_, 0, 1, points);
-    const auto after = PlannedPoints(lattices_);
+    const auto before = std::exchange(planned_, PlannedPoints(lattices_));
     std::vector<uint32_t> moved;
-    for (size_t i = 0; i < after->size(); ++i) {
-      if ((*after)[i] != (*before)[i]) moved.push_back(static_cast<uint32_t>(i));
+    for (size_t i = 0; i < planned_->size(); ++i) {
+      if ((*planned_)[i] != (*before)[i]) moved.push_back(static_cast<uint32_t>(i));
     }
     const DirtySet dirty = DirtyByControlPoints(*scenario_.plan, moved);
-    CheckOk(view.Evaluate(*after, scenario_.box, dirty.chunks));
+    evaluated_ = dirty.chunks.size();
+    CheckOk(view.Evaluate(*planned_, scenario_.box, dirty.chunks));
   }
 
  private:
   std::shared_ptr<const PolygonMesh> mesh_;
   SceneLattices lattices_;
+  std::shared_ptr<const std::vector<Vec3d>> planned_;  // the control points of the plan
+  size_t evaluated_ = 0;                               // chunks at the last move
   Scenario scenario_;
 };
 
@@ -143,6 +158,8 @@ void SumMoves(benchmark::State& state, size_t lattices, Move move) {
   TakeTurns(state, {"sum", [&](size_t frame) { (sum.*move)(*view, frame); }},
             {"one", [&](size_t frame) { (one.*move)(*one_view, frame); }});
   CountSum(state, sum, one);
+  state.counters["chunks"] = static_cast<double>(sum.evaluated_chunks());
+  state.counters["one_chunks"] = static_cast<double>(one.evaluated_chunks());
 }
 
 void SumPlans(benchmark::State& state, size_t lattices) {
