@@ -23,6 +23,8 @@ void RegisterEvaluateBenches();   // control points to vertices
 void RegisterFloorBenches();      // streaming stores; product (25) alone
 void RegisterPlanBenches();       // from mesh and lattice to plan
 void RegisterWeightsBenches();    // with vertex weights, and without, by turns
+void RegisterOutsideBenches();    // a lattice that goes on outside its frame, and one that does not
+void RegisterSumBenches();        // several lattices on one mesh, and one
 void RegisterFoldsBenches();      // from control points to a report of folds
 void RegisterMeasureBenches();    // volume, centroid, area, the kept volume
 void RegisterCodecBenches();      // from vertices to Draco bytes, and their number

@@ -77,6 +77,8 @@ int Benchmarks(const Options& options) {
   RegisterPlanBenches();
   RegisterFoldsBenches();
   RegisterWeightsBenches();
+  RegisterOutsideBenches();
+  RegisterSumBenches();
   RegisterMeasureBenches();
   RegisterCodecBenches();
   RegisterDecodeBenches();

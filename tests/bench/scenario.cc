@@ -56,6 +56,15 @@ std::shared_ptr<const PolygonMesh> MakeTorus(int around, int across) {
   return mesh;
 }
 
+VertexWeights WavesOfWeights(const PolygonMesh& mesh) {
+  std::vector<float> weights;
+  weights.reserve(mesh.positions.size());
+  for (const Vec3d p : mesh.positions) {
+    weights.push_back(static_cast<float>(0.5 + 0.5 * std::sin(3 * p.x + 2 * p.y)));
+  }
+  return std::make_shared<const std::vector<float>>(std::move(weights));
+}
+
 Scenario MakeScenario(std::string name, std::shared_ptr<const PolygonMesh> mesh,
                       std::array<int, 3> size, std::array<int, 3> degree) {
   const auto lattice = Checked(FitLattice(mesh->ComputeBounds(), size, degree, kPadding));

@@ -35,6 +35,9 @@ struct Scenario {
 // A torus of `around` x `across` quads.
 [[nodiscard]] std::shared_ptr<const PolygonMesh> MakeTorus(int around, int across);
 
+// Vertex weights from 0 to 1 that change smoothly.
+[[nodiscard]] VertexWeights WavesOfWeights(const PolygonMesh& mesh);
+
 // Fits a lattice of `size` and `degree`; control points move by up to 0.3 knot boxes. Errors end
 // the program, because a benchmark without its scenario means nothing.
 [[nodiscard]] Scenario MakeScenario(std::string name, std::shared_ptr<const PolygonMesh> mesh,

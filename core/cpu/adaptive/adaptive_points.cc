@@ -15,10 +15,10 @@ namespace latticed {
 using fused::Fix;
 using fused::FusedLayout;
 using fused::Group;
+using fused::PatchWeights;
 using fused::RunBuffer;
 using fused::RunPatches;
 using fused::RunWeights;
-using fused::WeightedPatch;
 
 namespace {
 
@@ -37,16 +37,12 @@ void ForFixes(const FusedLayout& layout, size_t first, size_t last, const F& f) 
 
 // copy(from, row) copies the lanes that a run wants.
 template <class Copy>
-void CopyWeights(const WeightedPatch& from, const Copy& copy, RunWeights& to) {
+void CopyWeights(const PatchWeights& from, const Copy& copy, RunWeights& to) {
   for (size_t c = 0; c < 3; ++c) {
-    for (size_t axis = 0; axis < 3; ++axis) {
-      copy(from.corners[c].rest.point[axis], to.rest[axis][c]);
-    }
-    copy(from.corners[c].weight, to.weight[c]);
+    copy(from.corners[c], to.weight[c]);
     copy(from.by_local.point[c], to.by_local[c]);
   }
   copy(from.steepness, to.steepness);
-  to.rest_by_local = from.rest_by_local;
 }
 
 const AdaptivePattern& PatternOf(uint16_t code) {
@@ -129,7 +125,9 @@ void AdaptivePoints::FillPatches(const Run& run, RunBuffer& buffer) const {
         copy(layout.patches[g].conormal[axis], patches.conormals[axis][0]);
       }
     }
-    if (plan_.plan->is_weighted()) CopyWeights(layout.weights.patches[g], copy, buffer.weights);
+    if (plan_.plan->is_weighted()) {
+      CopyWeights(layout.weights.patches[g].weights, copy, buffer.weights);
+    }
     p += lanes;
   }
 }

@@ -15,11 +15,8 @@ void CopyCorner(const CornerLanes& from, size_t corner, RunPatches& to) {
   }
 }
 
-void CopyWeighted(const WeightedPoint& from, size_t corner, RunWeights& to) {
-  for (size_t axis = 0; axis < 3; ++axis) {
-    std::ranges::copy(from.rest.point[axis], to.rest[axis][corner].begin());
-  }
-  std::ranges::copy(from.weight, to.weight[corner].begin());
+void CopyWeights(const Lanes& from, size_t corner, RunWeights& to) {
+  std::ranges::copy(from, to.weight[corner].begin());
 }
 
 }  // namespace
@@ -77,10 +74,10 @@ void FeaturePoints::Evaluate(const Work& work, RunBuffer& run) {
   }
   const bool weighted = plan_.plan->is_weighted();
   if (weighted && work.is_edge) {
-    CopyWeighted(layout.weights.edges[work.group].from, 0, run.weights);
-    CopyWeighted(layout.weights.edges[work.group].to, 1, run.weights);
+    CopyWeights(layout.weights.edges[work.group].from, 0, run.weights);
+    CopyWeights(layout.weights.edges[work.group].to, 1, run.weights);
   } else if (weighted) {
-    CopyWeighted(layout.weights.corners[work.group], 0, run.weights);
+    CopyWeights(layout.weights.corners[work.group].weight, 0, run.weights);
   }
   for (size_t lane = 0; lane < kLanes; ++lane) {
     const Place& place = places[work.group * kLanes + lane];

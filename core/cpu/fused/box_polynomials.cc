@@ -64,8 +64,21 @@ BoxPolynomial BoxPolynomials::Make(uint32_t box, std::span<const Vec3d> control_
   if (plan_->is_weighted()) {
     polynomial.slope_bound = static_cast<float>(slope);
     polynomial.offset_bound = static_cast<float>(OffsetBound(c, basis_.degree()));
+    polynomial.rest = Rest(box);
   }
   return polynomial;
+}
+
+std::array<std::array<float, 3>, 4> BoxPolynomials::Rest(uint32_t box) const {
+  const Vec3d centre = basis_.Centre(box);
+  const Vec3d world = box == plan_->outside_box() ? centre : map_.ToWorld(centre);
+  const std::array<Vec3d, 3> by_local = WorldByLocal(box);
+  std::array<std::array<float, 3>, 4> rest;
+  for (size_t i = 0; i < 4; ++i) {
+    const Vec3f f = ToFloat(i == 0 ? world - plan_->local_origin : by_local[i - 1]);
+    rest[i] = {f.x, f.y, f.z};
+  }
+  return rest;
 }
 
 std::array<Vec3d, BoxBasis::kMostTerms> BoxPolynomials::Coefficients(

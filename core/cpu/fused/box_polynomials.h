@@ -42,6 +42,8 @@ class BoxPolynomials {
   Vec3d LocalConormal(uint32_t box, Vec3d world_normal) const;
 
  private:
+  // BoxPolynomial::rest.
+  std::array<std::array<float, 3>, 4> Rest(uint32_t box) const;
   // The polynomial's coefficients in double, as BoxBasis::Polynomial orders them.
   std::array<Vec3d, BoxBasis::kMostTerms> Coefficients(uint32_t box,
                                                        std::span<const Vec3d> control_points) const;

@@ -191,7 +191,9 @@ class Kernel final : public FusedKernel {
     if (g + 1 < layout_.groups.size()) {
       PrefetchToRead(&layout_.patches[g + 1], sizeof(PatchLanes));
       if (plan_->is_weighted()) {
-        PrefetchToRead(&layout_.weights.patches[g + 1], sizeof(WeightedPatch));
+        const bool few = frame.spec.segments <= kMostDirectSegments;
+        PrefetchToRead(&layout_.weights.patches[g + 1],
+                       few ? sizeof(PatchWeights) : sizeof(WeightedPatch));
       }
     }
     frame.output.Prefetch(group);

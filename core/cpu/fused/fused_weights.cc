@@ -19,11 +19,6 @@ void SetWeighted(WeightedPoint& lanes, size_t lane, Vec3d rest, double weight) {
   lanes.weight[lane] = static_cast<float>(weight);
 }
 
-void SetVertex(const DeformPlan& plan, uint32_t vertex, WeightedPoint& lanes, size_t lane) {
-  SetWeighted(lanes, lane, plan.vertices[vertex].world - plan.local_origin,
-              plan.vertex_weights[vertex]);
-}
-
 }  // namespace
 
 void FusedWeights::PackPatch(const DeformPlan& plan, const BoxPolynomials& polynomials,
@@ -32,8 +27,8 @@ void FusedWeights::PackPatch(const DeformPlan& plan, const BoxPolynomials& polyn
   if (patches.size() <= group) patches.resize(group + 1);
   WeightedPatch& out = patches[group];
   const Patch& patch = plan.patches[p];
-  for (size_t c = 0; c < 3; ++c) SetVertex(plan, patch.vertex[c], out.corners[c], lane);
   const std::array<double, 3> weight = plan.CornerWeights(p);
+  for (size_t c = 0; c < 3; ++c) out.weights.corners[c][lane] = static_cast<float>(weight[c]);
   const Vec3d gradient = plan.PatchWeightGradient(p);
   const Vec3d first = plan.vertices[patch.vertex[0]].world - plan.local_origin;
   const double rise = weight[1] - weight[0],
@@ -43,33 +38,33 @@ void FusedWeights::PackPatch(const DeformPlan& plan, const BoxPolynomials& polyn
   SetWeighted(out.along, lane, along, rise);
   SetWeighted(out.across, lane, across, climb);
   SetPoint(out.facet, lane, facet);
-  out.steepness[lane] = static_cast<float>(WeightSteepness(Norm(gradient), climb, Norm(across)));
+  out.weights.steepness[lane] =
+      static_cast<float>(WeightSteepness(Norm(gradient), climb, Norm(across)));
   const std::array<Vec3d, 3> by_local = polynomials.WorldByLocal(patch.box);
   Vec3d slope;
   for (size_t l = 0; l < 3; ++l) {
-    const Vec3f f = ToFloat(by_local[l]);
-    out.rest_by_local[l] = {f.x, f.y, f.z};
     slope[static_cast<int>(l)] = Dot(gradient, by_local[l]);
   }
-  SetPoint(out.by_local, lane, slope);
+  SetPoint(out.weights.by_local, lane, slope);
 }
 
 void FusedWeights::PackEdge(const DeformPlan& plan, uint32_t edge, uint32_t feature) {
   const size_t group = feature / kLanes, lane = feature % kLanes;
   if (edges.size() <= group) edges.resize(group + 1);
-  SetVertex(plan, plan.edges[edge].vertex[0], edges[group].from, lane);
-  SetVertex(plan, plan.edges[edge].vertex[1], edges[group].to, lane);
+  const auto& ends = plan.edges[edge].vertex;
+  edges[group].from[lane] = static_cast<float>(plan.vertex_weights[ends[0]]);
+  edges[group].to[lane] = static_cast<float>(plan.vertex_weights[ends[1]]);
 }
 
 void FusedWeights::PackCorner(const DeformPlan& plan, uint32_t vertex, uint32_t feature) {
   const size_t group = feature / kLanes, lane = feature % kLanes;
   if (corners.size() <= group) corners.resize(group + 1);
-  SetVertex(plan, vertex, corners[group], lane);
+  corners[group].weight[lane] = static_cast<float>(plan.vertex_weights[vertex]);
 }
 
 uint64_t FusedWeights::MemoryBytes() const {
-  return patches.size() * sizeof(WeightedPatch) + edges.size() * sizeof(WeightedEdge) +
-         corners.size() * sizeof(WeightedPoint);
+  return patches.size() * sizeof(WeightedPatch) + edges.size() * sizeof(EdgeWeights) +
+         corners.size() * sizeof(CornerWeights);
 }
 
 }  // namespace latticed::fused

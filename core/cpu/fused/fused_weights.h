@@ -19,8 +19,8 @@ namespace latticed::fused {
 
 struct FusedWeights {
   std::vector<WeightedPatch> patches;  // one per group
-  std::vector<WeightedEdge> edges;
-  std::vector<WeightedPoint> corners;
+  std::vector<EdgeWeights> edges;
+  std::vector<CornerWeights> corners;
 
   // `along`, `across` and `shear` are the patch's in the world (fused_kernel.h), `facet` its unit normal.
   void PackPatch(const DeformPlan& plan, const BoxPolynomials& polynomials, size_t group,

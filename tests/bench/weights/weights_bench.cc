@@ -7,9 +7,6 @@
 //   weighted_ms, unweighted_ms   the least time of a frame; on a GPU, the median on the device; with a tolerance, by the
 //                                host's clock from the launch to the result
 //   ratio                        of the two
-#include <algorithm>
-#include <chrono>
-#include <cmath>
 #include <memory>
 #include <string>
 #include <utility>
@@ -17,33 +14,18 @@
 
 #include "fmt/format.h"
 #include "tests/bench/benches.h"
+#include "tests/bench/cpu/lane_order_view.h"
 #include "tests/bench/gpu/gpu_scenario.h"
 #include "tests/bench/scenario.h"
+#include "tests/bench/turns.h"
 #include "tests/bench/verify.h"
 
 namespace latticed::bench {
 namespace {
 
-// All weights from 0 to 1, smoothly.
-VertexWeights Waves(const PolygonMesh& mesh) {
-  std::vector<float> weights;
-  weights.reserve(mesh.positions.size());
-  for (const Vec3d p : mesh.positions) {
-    weights.push_back(static_cast<float>(0.5 + 0.5 * std::sin(3 * p.x + 2 * p.y)));
-  }
-  return std::make_shared<const std::vector<float>>(std::move(weights));
-}
-
-double Frame(const Scenario& scenario, DeformView& view, size_t frame) {
-  const auto begin = std::chrono::steady_clock::now();
-  CheckOk(view.Evaluate(scenario.control_points[frame % 2], scenario.box, scenario.all_chunks));
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin)
-      .count();
-}
-
 Scenario WithWaves(const Scenario& plain) {
   return MakeScenario("weighted", Checked(MakePlan(plain.plan->mesh, plain.plan->structure, {},
-                                                   NeverStop, Waves(*plain.plan->mesh))));
+                                                   NeverStop, WavesOfWeights(*plain.plan->mesh))));
 }
 
 void SetRatio(benchmark::State& state, double weighted_ms, double unweighted_ms) {
@@ -52,23 +34,32 @@ void SetRatio(benchmark::State& state, double weighted_ms, double unweighted_ms)
   state.counters["ratio"] = weighted_ms / unweighted_ms;
 }
 
+// Floats in lane order: stores hide the least there.
+std::unique_ptr<DeformView> MakeCpuView(const Scenario& scenario, const ViewSpec& spec) {
+  if (spec.format == VertexFormat::kQuantised) {
+    return MakeView(scenario, Pipeline::kFused, spec, 1);
+  }
+  auto view = MakeLaneOrderView(scenario.plan, spec, 1);
+  CheckOk(view->Evaluate(scenario.control_points[0], scenario.box, scenario.all_chunks));
+  return view;
+}
+
 void ByTurns(benchmark::State& state, int degree, const ViewSpec& spec) {
   const Scenario& plain = SmallScenario(degree);
   const Scenario weighted = WithWaves(plain);
-  const auto with = MakeView(weighted, Pipeline::kFused, spec, 1);
-  const auto without = MakeView(plain, Pipeline::kFused, spec, 1);
+  const auto with = MakeCpuView(weighted, spec);
+  const auto without = MakeCpuView(plain, spec);
   if (const absl::Status verified = Verify(weighted, Pipeline::kFused, *with); !verified.ok()) {
     state.SkipWithError(std::string(verified.message()).c_str());
     return;
   }
-  std::vector<double> weighted_times, times;
-  size_t frame = 0;
-  for (auto _ : state) {
-    ++frame;
-    weighted_times.push_back(Frame(weighted, *with, frame));
-    times.push_back(Frame(plain, *without, frame));
-  }
-  SetRatio(state, std::ranges::min(weighted_times), std::ranges::min(times));
+  const auto evaluate = [](const Scenario& scenario, DeformView& view) {
+    return [&](size_t frame) {
+      CheckOk(view.Evaluate(scenario.control_points[frame % 2], scenario.box, scenario.all_chunks));
+    };
+  };
+  TakeTurns(state, {"weighted", evaluate(weighted, *with)},
+            {"unweighted", evaluate(plain, *without)});
 }
 
 void OnGpu(benchmark::State& state, int degree, const ViewSpec& spec) {
@@ -107,17 +98,22 @@ void OnGpuWithTolerance(benchmark::State& state, double share) {
   SetRatio(state, time.median, WithTolerance(**TheGpu(), plain, share).median);
 }
 
-void RegisterWith(int degree, NormalMode normals, int segments) {
-  const char* const name = normals == NormalMode::kFacet ? "facet" : "smooth";
-  const ViewSpec spec{.segments = segments, .normals = normals};
-  RegisterTimed(
-      fmt::format("weights/torus-17k/degree{}/quantised/{}/{}segments", degree, name, segments),
-      [=](benchmark::State& state) { ByTurns(state, degree, spec); });
-  if (!TheGpu().ok()) return;
+void RegisterOnCpu(int degree, NormalMode normals, int segments) {
+  for (const VertexFormat format : {VertexFormat::kQuantised, VertexFormat::kFloat32}) {
+    const ViewSpec spec{.segments = segments, .normals = normals, .format = format};
+    RegisterTurns(fmt::format("weights/torus-17k/degree{}/{}/{}/{}segments", degree,
+                              format == VertexFormat::kQuantised ? "quantised" : "lane-order",
+                              normals == NormalMode::kFacet ? "facet" : "smooth", segments),
+                  [=](benchmark::State& state) { ByTurns(state, degree, spec); });
+  }
+}
+
+void RegisterOnGpu(int degree, NormalMode normals, int segments) {
   for (const VertexFormat format : {VertexFormat::kQuantised, VertexFormat::kFloat32}) {
     RegisterOnce(
         fmt::format("gpu/weights/degree{}/{}/{}/{}segments", degree,
-                    format == VertexFormat::kQuantised ? "quantised" : "float32", name, segments),
+                    format == VertexFormat::kQuantised ? "quantised" : "float32",
+                    normals == NormalMode::kFacet ? "facet" : "smooth", segments),
         [=](benchmark::State& state) { OnGpu(state, degree, GpuSpec(format, normals, segments)); });
   }
 }
@@ -127,10 +123,15 @@ void RegisterWith(int degree, NormalMode normals, int segments) {
 void RegisterWeightsBenches() {
   for (const int degree : {1, 2, 3}) {
     for (const NormalMode normals : {NormalMode::kFacet, NormalMode::kSmooth}) {
-      for (const int segments : {3, 10}) RegisterWith(degree, normals, segments);
+      for (const int segments : {1, 2, 3, 4, 10}) RegisterOnCpu(degree, normals, segments);
     }
   }
   if (!TheGpu().ok()) return;
+  for (const int degree : {1, 2, 3}) {
+    for (const NormalMode normals : {NormalMode::kFacet, NormalMode::kSmooth}) {
+      for (const int segments : {3, 10}) RegisterOnGpu(degree, normals, segments);
+    }
+  }
   for (const auto& [name, share] : {std::pair{"1e-3", 1e-3}, std::pair{"1e-4", 1e-4}}) {
     RegisterOnce(fmt::format("gpu/weights/degree2/tolerance-{}", name),
                  [share = share](benchmark::State& state) { OnGpuWithTolerance(state, share); });

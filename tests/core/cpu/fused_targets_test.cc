@@ -6,9 +6,11 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <memory>
 #include <numeric>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/cpu/cpu_backend.h"
@@ -37,6 +39,18 @@ void Check(const Plan& plan, std::span<const Vec3d> control_points, NormalMode n
   }
 }
 
+// Weights of 0, 1/4 … 1 in turn.
+Plan WeightedPlanOf(const PolygonMesh& mesh, const LatticeStructure& structure) {
+  std::vector<float> weights;
+  for (size_t v = 0; v < mesh.positions.size(); ++v) {
+    weights.push_back(0.25f * static_cast<float>(v % 5));
+  }
+  auto plan = MakePlan(std::make_shared<const PolygonMesh>(mesh), structure, {}, NeverStop,
+                       std::make_shared<const std::vector<float>>(std::move(weights)));
+  EXPECT_OK(plan);
+  return plan.ok() ? *plan : nullptr;
+}
+
 TEST(FusedTargets, EveryInstructionSetMatchesDefinition) {
   std::set<std::string> names;
   for (const int64_t target : Targets()) {
@@ -48,11 +62,14 @@ TEST(FusedTargets, EveryInstructionSetMatchesDefinition) {
                                  degree[1], degree[2], kSeed));
         const PolygonMesh mesh = TorusMesh(11, 7);
         // Some pieces lie outside, so that seams take part.
-        const Plan plan = MakeTestPlan(
-            mesh, MakeStructure(mesh.ComputeBounds(), {.degree = degree, .scale = 0.9}));
+        const LatticeStructure inside =
+            MakeStructure(mesh.ComputeBounds(), {.degree = degree, .scale = 0.9});
+        const Plan plan = MakeTestPlan(mesh, inside);
         Check(plan, plan->identity_points, normals);
         const LatticeStructure around = MakeStructure(mesh.ComputeBounds(), {.degree = degree});
         Check(MakeTestPlan(mesh, around), Jitter(around, 0.2, kSeed), normals);
+        Check(WeightedPlanOf(mesh, inside), Jitter(inside, 0.08, kSeed), normals);
+        Check(WeightedPlanOf(mesh, around), Jitter(around, 0.08, kSeed), normals);
       }
     }
   }

@@ -48,13 +48,11 @@ struct alignas(64) RunPatches {
 // A point by the corners of its patch: a | b << 2 | c << 4.
 constexpr int32_t PlaceCode(int a, int b, int c) { return a | b << 2 | c << 4; }
 
-// With vertex weights: what weight_lanes.h has of patches, by patch of the run, and of the box.
+// With vertex weights: PatchWeights (weight_lanes.h) by patch of the run.
 struct alignas(64) RunWeights {
-  std::array<std::array<RunPatches::Row, 3>, 3> rest;  // [axis][corner]
-  std::array<RunPatches::Row, 3> weight;               // [corner]
+  std::array<RunPatches::Row, 3> weight;  // [corner]
   std::array<RunPatches::Row, 3> by_local;
   RunPatches::Row steepness;
-  std::array<std::array<float, 3>, 3> rest_by_local;
 };
 
 // The points of a run, one entry each, padded to a multiple of 16 with entries that are evaluated and not used.

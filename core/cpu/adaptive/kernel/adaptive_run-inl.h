@@ -14,6 +14,7 @@
 #include "core/cpu/adaptive/kernel/adaptive_kernel.h"
 #include "core/cpu/fused/kernel/fused_point-inl.h"
 #include "core/cpu/fused/kernel/fused_vertices-inl.h"
+#include "core/cpu/fused/kernel/fused_weights-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace latticed::fused {
@@ -71,10 +72,12 @@ class RunKernel {
     for (size_t a = 0; a < 3; ++a) {
       l[a] = Between(args_.patches->corners[a][0].data(), place);
     }
+    V rest[3];
+    if constexpr (kWeighted) RestAt(*args_.box, l, rest);
     V jet[3][kHasNormals ? 4 : 1];
     for (int c = 0; c < 3; ++c) {
       EvaluatePoint<D0, D1, D2, kHasNormals>(*args_.box, l, c, jet[c]);
-      if constexpr (kWeighted) Weigh(place, static_cast<size_t>(c), jet[c]);
+      if constexpr (kWeighted) Weigh(place, static_cast<size_t>(c), rest, jet[c]);
       vertices_.Store(static_cast<size_t>(c), vector, jet[c][0]);
     }
     if constexpr (kHasNormals) {
@@ -96,15 +99,15 @@ class RunKernel {
   }
 
   // Turns the jet of the offset's component c into that of the position.
-  HWY_INLINE void Weigh(const Place& place, size_t c, V* jet) const {
+  HWY_INLINE void Weigh(const Place& place, size_t c, const V* rest, V* jet) const {
     const RunWeights& weights = *args_.weights;
     const V offset = jet[0], weight = Between(weights.weight[0].data(), place);
-    jet[0] = hn::MulAdd(weight, offset, Between(weights.rest[c][0].data(), place));
+    jet[0] = hn::MulAdd(weight, offset, rest[c]);
     if constexpr (kHasNormals) {
       for (size_t l = 0; l < 3; ++l) {
-        const V rest = hn::MulAdd(OfPatch(weights.by_local[l], place), offset,
-                                  hn::Set(D(), weights.rest_by_local[l][c]));
-        jet[3 - l] = hn::MulAdd(weight, jet[3 - l], rest);
+        const V slope = hn::MulAdd(OfPatch(weights.by_local[l], place), offset,
+                                   hn::Set(D(), args_.box->rest[1 + l][c]));
+        jet[3 - l] = hn::MulAdd(weight, jet[3 - l], slope);
       }
     }
   }

@@ -27,11 +27,6 @@ HWY_BEFORE_NAMESPACE();
 namespace latticed::fused {
 namespace HWY_NAMESPACE {
 
-// The other form composes the polynomials of a patch and of its edges, which takes 2,100 multiply-adds at
-// degree 2 x 2 x 2, and collapses them, 100 for each row. A point then takes 110 to 120 fewer than here.
-// The two forms therefore break even between 5 and 6 segments, as measured in tests/bench/results/cpu.md.
-constexpr int kMostDirectSegments = 5;
-
 template <int D0, int D1, int D2, bool kNormals, bool kSmooth, class PatchWeights = NoWeights>
 class DirectGroupKernel {
  public:
@@ -39,7 +34,7 @@ class DirectGroupKernel {
       : args_(arguments),
         lane_(lane),
         segments_(arguments.segments),
-        weights_(weights, lane),
+        weights_(arguments, weights, lane),
         vertices_(MakeVertices(arguments, lane, hn::Set(D(), 1.0f), weights_)) {
     for (size_t c = 0; c < 3; ++c) LoadPoint(args_.patches->corners[c], lane_, corners_[c]);
   }

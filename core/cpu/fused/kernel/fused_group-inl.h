@@ -104,7 +104,7 @@ class GroupKernel {
         segments_(arguments.segments),
         shear_(Load(args_.patches->shear)),
         inverse_height_(Load(args_.patches->inverse_height)),
-        weights_(weights, lane),
+        weights_(arguments, weights, lane),
         vertices_(MakeVertices(arguments, lane,
                                kSmooth ? Broadcast(1.0f) : Load(args_.patches->along_length),
                                weights_)) {}

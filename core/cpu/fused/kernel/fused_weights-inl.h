@@ -23,14 +23,24 @@ HWY_INLINE V LoadLanes(const Lanes& lanes, size_t lane) {
   return hn::Load(D(), lanes.data() + lane);
 }
 
+// The position at rest of a point in box-local coordinates.
+HWY_INLINE void RestAt(const BoxPolynomial& box, const V* l, V* rest) {
+  const D d;
+  for (size_t c = 0; c < 3; ++c) {
+    rest[c] = hn::Set(d, box.rest[0][c]);
+    for (size_t i = 0; i < 3; ++i) {
+      rest[c] = hn::MulAdd(hn::Set(d, box.rest[1 + i][c]), l[i], rest[c]);
+    }
+  }
+}
+
 // The points of an edge at rest, and their weights. Exchanging the ends does not change the bits of a point.
 class WeightedLine {
  public:
-  WeightedLine(const WeightedPoint& from, const WeightedPoint& to, size_t lane)
-      : rest_(Ends(from, lane).point, Ends(to, lane).point),
-        weight_(hn::Mul(hn::Set(D(), 0.5f),
-                        hn::Add(LoadLanes(from.weight, lane), LoadLanes(to.weight, lane)))),
-        rise_(hn::Sub(LoadLanes(to.weight, lane), LoadLanes(from.weight, lane))) {}
+  WeightedLine(const V* from, const V* to, V weight_from, V weight_to)
+      : rest_(from, to),
+        weight_(hn::Mul(hn::Set(D(), 0.5f), hn::Add(weight_from, weight_to))),
+        rise_(hn::Sub(weight_to, weight_from)) {}
 
   HWY_INLINE void Place(int k, int segments, V* rest, V& weight) const {
     rest_.Place(k, segments, rest);
@@ -44,15 +54,6 @@ class WeightedLine {
   }
 
  private:
-  struct Loaded {
-    V point[3];
-  };
-  static Loaded Ends(const WeightedPoint& end, size_t lane) {
-    Loaded loaded;
-    LoadPoint(end.rest, lane, loaded.point);
-    return loaded;
-  }
-
   const EdgeLine rest_;
   const V weight_, rise_;
 };
@@ -63,7 +64,7 @@ struct NoWeights {
   struct Edge {
     HWY_INLINE V Position(int, int, size_t, V position) const { return position; }
   };
-  NoWeights(const WeightedPatch*, size_t) {}
+  NoWeights(const GroupArguments&, const WeightedPatch*, size_t) {}
 
   HWY_INLINE Row RowAt(float) const { return {}; }
   HWY_INLINE Weight WeightAt(Row, V) const { return {}; }
@@ -83,13 +84,21 @@ struct NoWeights {
 class Weights {
  public:
   using Weight = V;
-  Weights(const WeightedPatch* patch, size_t lane) : patch_(*patch), lane_(lane) {}
+  Weights(const GroupArguments& group, const WeightedPatch* patch, size_t lane)
+      : box_(*group.box), patch_(*patch), lane_(lane) {
+    for (size_t corner = 0; corner < 3; ++corner) {
+      V local[3];
+      LoadPoint(group.patches->corners[corner], lane, local);
+      RestAt(box_, local, rest_of_[corner]);
+      weight_of_[corner] = Load(patch_.weights.corners[corner]);
+    }
+  }
 
   // An upper bound of the norm of cof J: half the squared Frobenius norm of J = I + w J_G + G grad(w)^T.
-  V CofactorBound(const BoxPolynomial& box) const {
+  V CofactorBound() const {
     const D d;
-    const V norm = hn::MulAdd(Load(patch_.steepness), hn::Set(d, box.offset_bound),
-                              hn::Set(d, 1.7320508f + box.slope_bound));
+    const V norm = hn::MulAdd(Load(patch_.weights.steepness), hn::Set(d, box_.offset_bound),
+                              hn::Set(d, 1.7320508f + box_.slope_bound));
     return hn::Mul(hn::Set(d, 0.5f), hn::Mul(norm, norm));
   }
 
@@ -128,23 +137,21 @@ class Weights {
 
   // A point for Combine.
   void SetCorner(size_t corner) {
-    LoadPoint(patch_.corners[corner].rest, lane_, rest_);
-    weight_ = Load(patch_.corners[corner].weight);
+    for (size_t a = 0; a < 3; ++a) rest_[a] = rest_of_[corner][a];
+    weight_ = weight_of_[corner];
   }
   WeightedLine Line(size_t from, size_t to) const {
-    return {patch_.corners[from], patch_.corners[to], lane_};
+    return {rest_of_[from], rest_of_[to], weight_of_[from], weight_of_[to]};
   }
   void SetOnLine(const WeightedLine& line, int k, int segments) {
     line.Place(k, segments, rest_, weight_);
   }
   template <class Interpolate>
   void SetInside(const Interpolate& interpolate) {
-    const auto& c = patch_.corners;
     for (size_t a = 0; a < 3; ++a) {
-      rest_[a] =
-          interpolate(Load(c[0].rest.point[a]), Load(c[1].rest.point[a]), Load(c[2].rest.point[a]));
+      rest_[a] = interpolate(rest_of_[0][a], rest_of_[1][a], rest_of_[2][a]);
     }
-    weight_ = interpolate(Load(c[0].weight), Load(c[1].weight), Load(c[2].weight));
+    weight_ = interpolate(weight_of_[0], weight_of_[1], weight_of_[2]);
   }
   // Turns the jet of the offset's component c at the point that was set into that of the position. Order of the jet:
   // EvaluatePoint.
@@ -154,8 +161,8 @@ class Weights {
     jet[0] = hn::MulAdd(weight_, offset, rest_[c]);
     if constexpr (kSlopes) {
       for (size_t l = 0; l < 3; ++l) {
-        const V rest = hn::MulAdd(Load(patch_.by_local.point[l]), offset,
-                                  hn::Set(D(), patch_.rest_by_local[l][c]));
+        const V rest = hn::MulAdd(Load(patch_.weights.by_local.point[l]), offset,
+                                  hn::Set(D(), box_.rest[1 + l][c]));
         jet[3 - l] = hn::MulAdd(weight_, jet[3 - l], rest);
       }
     }
@@ -167,8 +174,10 @@ class Weights {
     return hn::MulAdd(weight, slope, hn::MulAdd(Load(rise), offset, Load(rest)));
   }
 
+  const BoxPolynomial& box_;
   const WeightedPatch& patch_;
   const size_t lane_;
+  V rest_of_[3][3], weight_of_[3];  // [corner]
   V rest_[3], weight_;
 };
 
@@ -178,7 +187,7 @@ HWY_INLINE GroupVertices MakeVertices(GroupArguments& arguments, size_t lane, V 
 }
 HWY_INLINE GroupVertices MakeVertices(GroupArguments& arguments, size_t lane, V scale,
                                       const Weights& weights) {
-  return {arguments, lane, scale, weights.CofactorBound(*arguments.box)};
+  return {arguments, lane, scale, weights.CofactorBound()};
 }
 
 }  // namespace HWY_NAMESPACE

@@ -6,7 +6,8 @@
 //
 //   P = x + w G,   dP = dx + w dG + dw G
 //
-// at each point. x and w are affine over a patch.
+// at each point. x and w are affine over a patch. At corners, and between them, x is BoxPolynomial::rest of the same local
+// coordinates as G, so that it takes no memory of its own.
 //
 // Layout  lane arrays as in fused_kernel.h; positions are relative to the local origin
 // Threads pure functions on their arguments
@@ -19,33 +20,40 @@
 
 namespace latticed::fused {
 
-// A point at rest, and its weight.
+struct alignas(64) CornerWeights {
+  Lanes weight;
+};
+struct alignas(64) EdgeWeights {
+  Lanes from, to;
+};
+
+// A position at rest and a weight, or their derivatives.
 struct alignas(64) WeightedPoint {
   CornerLanes rest;
   Lanes weight;
 };
-struct alignas(64) WeightedEdge {
-  WeightedPoint from, to;
+
+// All that few segments need (fused_direct-inl.h): it has 16 patches in 448 bytes.
+struct alignas(64) PatchWeights {
+  std::array<Lanes, 3> corners;
+  CornerLanes by_local;  // the gradient of w by box-local coordinates
+  Lanes steepness;       // |grad w| in the world
 };
 
 // f(x, t) = center + x * along + t * across for f = (x, w), with the x and t of PatchLanes.
 struct alignas(64) WeightedPatch {
-  std::array<WeightedPoint, 3> corners;
+  PatchWeights weights;
   WeightedPoint center, along, across;
-  CornerLanes facet;     // the unit facet normal at rest
-  CornerLanes by_local;  // the gradient of w by box-local coordinates
-  Lanes steepness;       // |grad w| in the world
-  std::array<std::array<float, 3>, 3>
-      rest_by_local;  // [coordinate][component]: dx / dl, the same for all lanes
+  CornerLanes facet;  // the unit facet normal at rest
 };
 
 // As EvaluateGroup, EvaluateEdges and EvaluateCorners, with weights.
 void EvaluateWeightedGroup(GroupArguments& arguments, const WeightedPatch& weights);
 void EvaluateWeightedEdges(const std::array<int, 3>& degree, const BoxPolynomial& box,
-                           const EdgeLanes& edges, const WeightedEdge& weights, int segments,
+                           const EdgeLanes& edges, const EdgeWeights& weights, int segments,
                            float* out);
 void EvaluateWeightedCorners(const std::array<int, 3>& degree, const BoxPolynomial& box,
-                             const CornerLanes& corners, const WeightedPoint& weights, float* out);
+                             const CornerLanes& corners, const CornerWeights& weights, float* out);
 
 }  // namespace latticed::fused
 

@@ -41,14 +41,18 @@ struct WeightedInstance {
     }
   }
 
-  static void Edges(const BoxPolynomial& box, const EdgeLanes& edges, const WeightedEdge& weights,
+  static void Edges(const BoxPolynomial& box, const EdgeLanes& edges, const EdgeWeights& weights,
                     int segments, float* out) {
     for (size_t lane = 0; lane < kLanes; lane += hn::Lanes(D())) {
       V from[3], to[3];
       LoadPoint(edges.from, lane, from);
       LoadPoint(edges.to, lane, to);
       const EdgeLine line(from, to);
-      const WeightedLine weighted(weights.from, weights.to, lane);
+      V rest_from[3], rest_to[3];
+      RestAt(box, from, rest_from);
+      RestAt(box, to, rest_to);
+      const WeightedLine weighted(rest_from, rest_to, LoadLanes(weights.from, lane),
+                                  LoadLanes(weights.to, lane));
       const auto store = [&](size_t k, size_t c, V offset) HWY_ATTR {
         hn::Store(weighted.Position(static_cast<int>(k), segments, c, offset), D(),
                   out + ((k - 1) * 3 + c) * kLanes + lane);
@@ -62,11 +66,11 @@ struct WeightedInstance {
   }
 
   static void Corners(const BoxPolynomial& box, const CornerLanes& corners,
-                      const WeightedPoint& weights, float* out) {
+                      const CornerWeights& weights, float* out) {
     for (size_t lane = 0; lane < kLanes; lane += hn::Lanes(D())) {
       V point[3], rest[3], offset;
       LoadPoint(corners, lane, point);
-      LoadPoint(weights.rest, lane, rest);
+      RestAt(box, point, rest);
       const V weight = LoadLanes(weights.weight, lane);
       for (size_t c = 0; c < 3; ++c) {
         EvaluatePoint<D0, D1, D2, false>(box, point, static_cast<int>(c), &offset);
@@ -81,13 +85,13 @@ void EvaluateWeightedGroupImpl(GroupArguments& arguments, const WeightedPatch& w
                                 [&](auto instance) { instance.Group(arguments, weights); });
 }
 void EvaluateWeightedEdgesImpl(const std::array<int, 3>& degree, const BoxPolynomial& box,
-                               const EdgeLanes& edges, const WeightedEdge& weights, int segments,
+                               const EdgeLanes& edges, const EdgeWeights& weights, int segments,
                                float* out) {
   WithDegrees<WeightedInstance>(
       degree, [&](auto instance) { instance.Edges(box, edges, weights, segments, out); });
 }
 void EvaluateWeightedCornersImpl(const std::array<int, 3>& degree, const BoxPolynomial& box,
-                                 const CornerLanes& corners, const WeightedPoint& weights,
+                                 const CornerLanes& corners, const CornerWeights& weights,
                                  float* out) {
   WithDegrees<WeightedInstance>(
       degree, [&](auto instance) { instance.Corners(box, corners, weights, out); });
@@ -108,12 +112,12 @@ void EvaluateWeightedGroup(GroupArguments& arguments, const WeightedPatch& weigh
   HWY_DYNAMIC_DISPATCH(EvaluateWeightedGroupImpl)(arguments, weights);
 }
 void EvaluateWeightedEdges(const std::array<int, 3>& degree, const BoxPolynomial& box,
-                           const EdgeLanes& edges, const WeightedEdge& weights, int segments,
+                           const EdgeLanes& edges, const EdgeWeights& weights, int segments,
                            float* out) {
   HWY_DYNAMIC_DISPATCH(EvaluateWeightedEdgesImpl)(degree, box, edges, weights, segments, out);
 }
 void EvaluateWeightedCorners(const std::array<int, 3>& degree, const BoxPolynomial& box,
-                             const CornerLanes& corners, const WeightedPoint& weights, float* out) {
+                             const CornerLanes& corners, const CornerWeights& weights, float* out) {
   HWY_DYNAMIC_DISPATCH(EvaluateWeightedCornersImpl)(degree, box, corners, weights, out);
 }
 
