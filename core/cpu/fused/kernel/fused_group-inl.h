@@ -93,9 +93,8 @@ struct Row {
 
 template <int D0, int D1, int D2, bool kNormals, bool kSmooth, class PatchWeights = NoWeights>
 class GroupKernel {
-  static constexpr int kDegree = D0 + D1 + D2;
-  using RestRow = typename PatchWeights::Row;
-  using Weight = typename PatchWeights::Weight;
+  static constexpr int kVolumeDegree = D0 + D1 + D2,
+                       kDegree = kVolumeDegree + PatchWeights::kDegree;
 
  public:
   GroupKernel(GroupArguments& arguments, size_t lane, const WeightedPatch* weights = nullptr)
@@ -152,7 +151,14 @@ class GroupKernel {
     }
     Powers<D2>(map);
     for (int c = 0; c < 3; ++c) {
-      Compose<D0, D1, D2, 0, kSmooth>(*args_.box, map, c, composed_[c], composed_normal_[c]);
+      if constexpr (PatchWeights::kDegree == 0) {
+        Compose<D0, D1, D2, 0, kSmooth>(*args_.box, map, c, composed_[c], composed_normal_[c]);
+      } else {
+        V offset[Terms(kVolumeDegree)], slope[Terms(kVolumeDegree - 1)];
+        Compose<D0, D1, D2, 0, kSmooth>(*args_.box, map, c, offset, slope);
+        weights_.template Blend<kVolumeDegree, kSmooth>(static_cast<size_t>(c), offset, slope,
+                                                        composed_[c], composed_normal_[c]);
+      }
     }
   }
 
@@ -160,21 +166,18 @@ class GroupKernel {
     const float step = 1.0f / static_cast<float>(segments_);
     const float b2 = static_cast<float>(row) * step;
     const V x0 = hn::MulSub(shear_, Broadcast(b2), Broadcast(0.5f));
-    const auto rest = weights_.RowAt(b2 - 0.5f);
     for (int k = 0; k <= segments_ - row; ++k) {
       const float b1 = static_cast<float>(k) * step;
       const auto point = static_cast<size_t>(PointIndex(segments_, row, k));
-      EvaluatePointOfRow(r, rest, hn::Add(x0, Broadcast(b1)), b1, b2, point);
+      EvaluatePointOfRow(r, hn::Add(x0, Broadcast(b1)), b1, b2, point);
     }
   }
 
-  HWY_INLINE void EvaluatePointOfRow(const Row<kDegree, kSmooth>& r, const RestRow& rest, V x,
-                                     float b1, float b2, size_t point) {
-    const auto weight = weights_.WeightAt(rest, x);
+  HWY_INLINE void EvaluatePointOfRow(const Row<kDegree, kSmooth>& r, V x, float b1, float b2,
+                                     size_t point) {
     if constexpr (!kNormals) {
       for (size_t c = 0; c < 3; ++c) {
-        const V value = Horner<kDegree>(r.position[c], x);
-        vertices_.Store(c, point, weights_.Position(rest, x, weight, c, value));
+        vertices_.Store(c, point, Horner<kDegree>(r.position[c], x));
       }
       return;
     }
@@ -182,31 +185,25 @@ class GroupKernel {
     HornerWithSlope<kDegree>(r.position[0], x, position.x, along.x);
     HornerWithSlope<kDegree>(r.position[1], x, position.y, along.y);
     HornerWithSlope<kDegree>(r.position[2], x, position.z, along.z);
-    vertices_.Store(0, point, weights_.Position(rest, x, weight, 0, position.x));
-    vertices_.Store(1, point, weights_.Position(rest, x, weight, 1, position.y));
-    vertices_.Store(2, point, weights_.Position(rest, x, weight, 2, position.z));
-    along = {weights_.Along(weight, 0, position.x, along.x),
-             weights_.Along(weight, 1, position.y, along.y),
-             weights_.Along(weight, 2, position.z, along.z)};
-    const V3 across{Across(r, x, weight, 0, position.x), Across(r, x, weight, 1, position.y),
-                    Across(r, x, weight, 2, position.z)};
+    vertices_.Store(0, point, position.x);
+    vertices_.Store(1, point, position.y);
+    vertices_.Store(2, point, position.z);
+    const V3 across{Across(r, x, 0), Across(r, x, 1), Across(r, x, 2)};
     V3 normal = CrossLanes(along, across);
-    if constexpr (kSmooth) normal = CarrySmooth(r, x, weight, b1, b2, along, across, normal);
+    if constexpr (kSmooth) normal = CarrySmooth(r, x, b1, b2, along, across, normal);
     vertices_.StoreNormal(normal, point);
   }
 
-  HWY_INLINE V Across(const Row<kDegree, kSmooth>& r, V x, Weight weight, size_t c,
-                      V position) const {
-    const V slope = Horner<kDegree - 1>(r.across[c], x);
-    return hn::Mul(weights_.Across(weight, c, position, slope), inverse_height_);
+  HWY_INLINE V Across(const Row<kDegree, kSmooth>& r, V x, size_t c) const {
+    return hn::Mul(Horner<kDegree - 1>(r.across[c], x), inverse_height_);
   }
 
   // cof(J) N = n_f P_a x P_c + n_a P_c x P_f + n_c P_f x P_a for N given in the frame.
-  HWY_INLINE V3 CarrySmooth(const Row<kDegree, kSmooth>& r, V x, Weight weight, float b1, float b2,
+  HWY_INLINE V3 CarrySmooth(const Row<kDegree, kSmooth>& r, V x, float b1, float b2,
                             const V3& along, const V3& across, const V3& facet) {
-    const V3 off{weights_.AlongNormal(weight, 0, Horner<kDegree - 1>(r.along_normal[0], x)),
-                 weights_.AlongNormal(weight, 1, Horner<kDegree - 1>(r.along_normal[1], x)),
-                 weights_.AlongNormal(weight, 2, Horner<kDegree - 1>(r.along_normal[2], x))};
+    const V3 off{Horner<kDegree - 1>(r.along_normal[0], x),
+                 Horner<kDegree - 1>(r.along_normal[1], x),
+                 Horner<kDegree - 1>(r.along_normal[2], x)};
     const V3 first = CrossLanes(across, off), second = CrossLanes(off, along);
     const V nf = VertexNormal(0, b1, b2), na = VertexNormal(1, b1, b2);
     const V nc = VertexNormal(2, b1, b2);

@@ -12,6 +12,7 @@
 #endif
 
 #include "core/cpu/fused/kernel/fused_edge-inl.h"
+#include "core/cpu/fused/kernel/fused_polynomial-inl.h"
 #include "core/cpu/fused/kernel/fused_vertices-inl.h"
 #include "core/cpu/fused/kernel/weight_lanes.h"
 
@@ -59,19 +60,12 @@ class WeightedLine {
 };
 
 struct NoWeights {
-  struct Row {};
-  struct Weight {};
+  static constexpr int kDegree = 0;  // of w
   struct Edge {
     HWY_INLINE V Position(int, int, size_t, V position) const { return position; }
   };
   NoWeights(const GroupArguments&, const WeightedPatch*, size_t) {}
 
-  HWY_INLINE Row RowAt(float) const { return {}; }
-  HWY_INLINE Weight WeightAt(Row, V) const { return {}; }
-  HWY_INLINE V Position(Row, V, Weight, size_t, V position) const { return position; }
-  HWY_INLINE V Along(Weight, size_t, V, V slope) const { return slope; }
-  HWY_INLINE V Across(Weight, size_t, V, V slope) const { return slope; }
-  HWY_INLINE V AlongNormal(Weight, size_t, V slope) const { return slope; }
   HWY_INLINE Edge Line(size_t, size_t) const { return {}; }
   HWY_INLINE void SetCorner(size_t) const {}
   HWY_INLINE void SetOnLine(Edge, int, int) const {}
@@ -83,7 +77,7 @@ struct NoWeights {
 
 class Weights {
  public:
-  using Weight = V;
+  static constexpr int kDegree = 1;  // of w
   Weights(const GroupArguments& group, const WeightedPatch* patch, size_t lane)
       : box_(*group.box), patch_(*patch), lane_(lane) {
     for (size_t corner = 0; corner < 3; ++corner) {
@@ -102,37 +96,19 @@ class Weights {
     return hn::Mul(hn::Set(d, 0.5f), hn::Mul(norm, norm));
   }
 
-  // A row of points: the affine functions at its t.
-  struct Row {
-    V rest[3], weight;
-  };
-  HWY_INLINE Row RowAt(float t) const {
-    const V at = hn::Set(D(), t);
-    Row row;
-    for (size_t c = 0; c < 3; ++c) {
-      row.rest[c] =
-          hn::MulAdd(Load(patch_.across.rest.point[c]), at, Load(patch_.center.rest.point[c]));
+  // out = x + w G: a polynomial of degree N + 1 on the patch, from that of the offset's component c. With kNormal also the
+  // derivative along the facet normal, where w does not change, from the offset's `slope`.
+  template <int N, bool kNormal>
+  HWY_INLINE void Blend(size_t c, const V* offset, const V* slope, V* out, V* normal_out) const {
+    const V weight[3] = {Load(patch_.center.weight), Load(patch_.along.weight),
+                         Load(patch_.across.weight)};
+    const V rest[3] = {Load(patch_.center.rest.point[c]), Load(patch_.along.rest.point[c]),
+                       Load(patch_.across.rest.point[c])};
+    MultiplyLinearAdd<N, 1>(offset, weight, rest, out);
+    if constexpr (kNormal) {
+      const V facet = Load(patch_.facet.point[c]);
+      MultiplyLinearAdd<N - 1, 0>(slope, weight, &facet, normal_out);
     }
-    row.weight = hn::MulAdd(Load(patch_.across.weight), at, Load(patch_.center.weight));
-    return row;
-  }
-  HWY_INLINE V WeightAt(const Row& row, V x) const {
-    return hn::MulAdd(Load(patch_.along.weight), x, row.weight);
-  }
-  HWY_INLINE V Position(const Row& row, V x, V weight, size_t c, V offset) const {
-    const V rest = hn::MulAdd(Load(patch_.along.rest.point[c]), x, row.rest[c]);
-    return hn::MulAdd(weight, offset, rest);
-  }
-  // Derivatives of component c of the position, from the offset and its derivatives.
-  HWY_INLINE V Along(V weight, size_t c, V offset, V slope) const {
-    return Slope(weight, patch_.along.weight, patch_.along.rest.point[c], offset, slope);
-  }
-  HWY_INLINE V Across(V weight, size_t c, V offset, V slope) const {
-    return Slope(weight, patch_.across.weight, patch_.across.rest.point[c], offset, slope);
-  }
-  // Along the facet normal, where w does not change.
-  HWY_INLINE V AlongNormal(V weight, size_t c, V slope) const {
-    return hn::MulAdd(weight, slope, Load(patch_.facet.point[c]));
   }
 
   // A point for Combine.
@@ -170,9 +146,6 @@ class Weights {
 
  private:
   HWY_INLINE V Load(const Lanes& lanes) const { return LoadLanes(lanes, lane_); }
-  HWY_INLINE V Slope(V weight, const Lanes& rise, const Lanes& rest, V offset, V slope) const {
-    return hn::MulAdd(weight, slope, hn::MulAdd(Load(rise), offset, Load(rest)));
-  }
 
   const BoxPolynomial& box_;
   const WeightedPatch& patch_;

@@ -6,7 +6,7 @@
 //
 //   P = x + w G,   dP = dx + w dG + dw G
 //
-// at each point. x and w are affine over a patch. At corners, and between them, x is BoxPolynomial::rest of the same local
+// at each point, or with many segments the polynomial of P on each patch. x and w are affine over a patch. At corners, and between them, x is BoxPolynomial::rest of the same local
 // coordinates as G, so that it takes no memory of its own.
 //
 // Layout  lane arrays as in fused_kernel.h; positions are relative to the local origin
