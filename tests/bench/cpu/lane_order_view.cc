@@ -32,7 +32,7 @@ class LaneOrderView : public DeformView {
     return absl::OkStatus();
   }
   absl::StatusOr<std::vector<SharedBytes>> Encode(std::span<const uint32_t>, Encoding,
-                                                  std::span<VertexDigest>) override {
+                                                  std::span<VertexDigest>, TakeEarly) override {
     return absl::UnimplementedError("lane order is not encoded");
   }
   MemoryUse memory() const override { return {{"vertices", vertices_.size()}}; }
