@@ -26,6 +26,7 @@ class CheckedView : public DeformView {
   absl::Status Evaluate(std::span<const Vec3d> control_points, const QuantisationBox& box,
                         std::span<const uint32_t> chunks) final;
   absl::Status Read(uint32_t chunk, std::span<uint8_t> out) final;
+  using DeformView::Encode;
   absl::StatusOr<std::vector<SharedBytes>> Encode(std::span<const uint32_t> chunks,
                                                   Encoding encoding,
                                                   std::span<VertexDigest> digests,

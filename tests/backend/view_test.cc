@@ -192,7 +192,7 @@ TEST_P(View, ControlNetsSpanTheDeformedPatches) {
 }
 
 TEST_P(View, ControlNetsOfWeightedPatchesHaveOneDegreeMore) {
-  if (GetParam().pipeline != Pipeline::kFused) GTEST_SKIP();
+  if (GetParam().pipeline != Pipeline::kFused) GTEST_SKIP() << "weights need Pipeline::kFused";
   std::vector<float> weights;
   for (size_t v = 0; v < plan_->mesh->positions.size(); ++v) {
     weights.push_back(static_cast<float>(v % 5) / 4);

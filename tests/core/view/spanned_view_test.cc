@@ -47,7 +47,8 @@ class PartView : public DeformView {
   }
   absl::Status Read(uint32_t, std::span<uint8_t>) override { return absl::OkStatus(); }
   absl::StatusOr<std::vector<SharedBytes>> Encode(std::span<const uint32_t> chunks, Encoding,
-                                                  std::span<VertexDigest> digests) override {
+                                                  std::span<VertexDigest> digests,
+                                                  TakeEarly) override {
     if (!meeting_.Wait()) return absl::DeadlineExceededError("the other part never came");
     if (fails_) throw std::bad_alloc();
     std::vector<SharedBytes> results;

@@ -32,7 +32,7 @@ class FakeSlice : public DeformView, public ToleranceSlice {
   }
   absl::Status Read(uint32_t, std::span<uint8_t>) override { return absl::OkStatus(); }
   absl::StatusOr<std::vector<SharedBytes>> Encode(std::span<const uint32_t>, Encoding,
-                                                  std::span<VertexDigest>) override {
+                                                  std::span<VertexDigest>, TakeEarly) override {
     return std::vector<SharedBytes>();
   }
   MemoryUse memory() const override { return {}; }
