@@ -235,8 +235,8 @@ void PatchPlanWriter::AppendSeamRanges(PatchSeams* part) {
   for (; next_seam_ < end; ++next_seam_) {
     const Seam& seam = plan_->seams[next_seam_];
     for (size_t a = 0; a < 3; ++a) {
-      part->ranges.push_back(static_cast<uint32_t>(seam.first[a]));
-      part->ranges.push_back(static_cast<uint32_t>(seam.last[a]));
+      part->ranges.push_back(seam.rests ? 1 : static_cast<uint32_t>(seam.first[a]));
+      part->ranges.push_back(seam.rests ? 0 : static_cast<uint32_t>(seam.last[a]));
     }
   }
 }

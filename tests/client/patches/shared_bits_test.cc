@@ -49,6 +49,32 @@ TEST(PatchEvaluator, PointsThatPatchesShareHaveTheSameBits) {
             << all.across_seams << " across attached seams\n";
 }
 
+// Seams of vertices of weight 0 are attached, though their control points have moved.
+TEST(PatchEvaluator, SeamsThatRestHaveTheSameBits) {
+  SharedCount all;
+  for (uint32_t seed = 0; seed < testing::kRandomPatchScenes; ++seed) {
+    SCOPED_TRACE(seed);
+    const testing::RandomCase drawn = testing::DrawCase(seed);
+    const LatticeStructure structure =
+        testing::MakeStructure(drawn.mesh.ComputeBounds(), drawn.options);
+    std::mt19937 random(seed);
+    std::vector<float> weights(drawn.mesh.positions.size());
+    for (float& w : weights) w = random() % 4 == 0 ? 0.5f : 0;
+    const PatchScene scene = testing::MakePatchScene(
+        drawn.mesh, structure, testing::Jitter(structure, 0.4, seed), RestNormals::kNone,
+        std::make_shared<const std::vector<float>>(std::move(weights)));
+
+    const SharedCount here =
+        testing::SharedPointsCheck(
+            scene, testing::EvaluateScene(scene, testing::kSceneTolerance * scene.size()))
+            .Count();
+
+    EXPECT_EQ(here.different, 0u) << "of " << here.points;
+    all.across_seams += here.across_seams;
+  }
+  EXPECT_GT(all.across_seams, 300u);
+}
+
 void ExpectSameAloneAsInBlocks(bool weighted) {
   std::mt19937 random(7);
   std::uniform_real_distribution<float> uniform(-1, 1);

@@ -54,8 +54,11 @@ double PatchScene::size() const {
 }
 
 PatchScene MakePatchScene(const PolygonMesh& mesh, const LatticeStructure& structure,
-                          std::vector<Vec3d> control_points, RestNormals normals) {
-  PatchScene scene{.plan = MakePlan(std::make_shared<PolygonMesh>(mesh), structure).value(),
+                          std::vector<Vec3d> control_points, RestNormals normals,
+                          VertexWeights weights) {
+  PatchScene scene{.plan = MakePlan(std::make_shared<PolygonMesh>(mesh), structure, {}, NeverStop,
+                                    std::move(weights))
+                               .value(),
                    .control_points = std::move(control_points)};
   scene.read = std::make_shared<PatchPlan>(ReadPlan(WritePlan(scene.plan, normals)).value());
   scene.edge_bounds = EdgeBounds(scene.plan, scene.control_points);

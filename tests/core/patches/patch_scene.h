@@ -49,7 +49,8 @@ struct PatchScene {
                                               std::span<const Vec3d> control_points);
 
 [[nodiscard]] PatchScene MakePatchScene(const PolygonMesh& mesh, const LatticeStructure& structure,
-                                        std::vector<Vec3d> control_points, RestNormals normals);
+                                        std::vector<Vec3d> control_points, RestNormals normals,
+                                        VertexWeights weights = nullptr);
 // A random mesh in a random lattice (DrawCase), with control points moved by `jitter`.
 [[nodiscard]] PatchScene DrawPatchScene(uint32_t seed, double jitter, RestNormals normals);
 

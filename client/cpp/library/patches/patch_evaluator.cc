@@ -138,8 +138,7 @@ absl::Status PatchEvaluator::CheckSeams(const LatticeStructure& structure) const
   }
   for (const std::array<uint32_t, 6>& range : plan_->seam_ranges) {
     for (size_t a = 0; a < 3; ++a) {
-      if (range[2 * a] <= range[2 * a + 1] && range[2 * a + 1] < static_cast<uint32_t>(size_[a]))
-        continue;
+      if (range[2 * a + 1] < static_cast<uint32_t>(size_[a])) continue;
       return error::InvalidField("plan",
                                  "is not of this lattice: a seam has control points beyond it");
     }
