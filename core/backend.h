@@ -194,8 +194,8 @@ class DeformView {
   // encodes all and sets zeros.
   //
   // A device still encodes or copies when it knows some results, with their digests. Encode may call `early` with these, on the
-  // caller's thread, at most once for each chunk. Their bytes must not be read before Encode returns. `early` may move
-  // results out, which then come without data. After an error they are void.
+  // caller's thread; it tells a chunk again if it encodes it again. Their bytes must not be read before Encode returns.
+  // `early` may move results out, which then come without data. After an error results and digests are void.
   [[nodiscard]] virtual absl::StatusOr<std::vector<SharedBytes>> Encode(
       std::span<const uint32_t> chunks, Encoding encoding, std::span<VertexDigest> digests,
       TakeEarly early) = 0;

@@ -220,20 +220,23 @@ absl::Status DeviceStreamWriter::Finish(const Call& call, Round& round, bool is_
   return slot.lane->stream().Synchronize(kWhat);
 }
 
+void DeviceStreamWriter::WaitForRounds() const {
+  for (const Slot& slot : slots_) static_cast<void>(slot.lane->stream().Synchronize(kWhat));
+}
+
 absl::StatusOr<std::vector<size_t>> DeviceStreamWriter::InOne(const Call& call,
                                                               std::span<const size_t> numbers) {
   LATTICED_ASSIGN_OR_RETURN(Round round, Begin(call, numbers, slots_[0]));
+  absl::Cleanup wait = [this] { WaitForRounds(); };
   LATTICED_RETURN_IF_ERROR(Finish(call, round, /*is_last_begun=*/true));
+  std::move(wait).Cancel();
   return std::move(round.deferred);
 }
 
 absl::StatusOr<std::vector<size_t>> DeviceStreamWriter::InTwo(const Call& call,
                                                               std::span<const size_t> numbers) {
   std::array<std::optional<Round>, 2> rounds;
-  // Whatever fails, their memory must stay until what is on its way has ended.
-  absl::Cleanup wait = [this] {
-    for (const Slot& slot : slots_) static_cast<void>(slot.lane->stream().Synchronize(kWhat));
-  };
+  absl::Cleanup wait = [this] { WaitForRounds(); };
   LATTICED_RETURN_IF_ERROR(ready_.Record(slots_[0].stream()));
   LATTICED_RETURN_IF_ERROR(ready_.HoldBack(slots_[1].stream()));
   const size_t half = numbers.size() / 2;

@@ -110,9 +110,12 @@ class DeviceStreamWriter {
   };
   // Enqueues a round.
   absl::StatusOr<Round> Begin(const Call& call, std::span<const size_t> numbers, Slot& slot);
-  // Waits for it, names the results, and calls `early` while their bytes are on their way. Round::deferred then has the chunks for which the coder has no room. Where the streams
-  // do not fit in the block, they are packed again if the coder still describes this round, the one begun last; else deferred.
+  // Waits for it, names the results, and calls `early` while their bytes are on their way. Round::deferred then has the
+  // chunks for which the coder has no room. Where the streams do not fit in the block, they are packed again if the coder
+  // still describes this round, the one begun last; else deferred.
   absl::Status Finish(const Call& call, Round& round, bool is_last_begun);
+  // Whatever fails, the memory of rounds must stay until what is on its way has ended.
+  void WaitForRounds() const;
   // Encodes `numbers` in one round, or in two at once. Returns those that are deferred.
   absl::StatusOr<std::vector<size_t>> InOne(const Call& call, std::span<const size_t> numbers);
   absl::StatusOr<std::vector<size_t>> InTwo(const Call& call, std::span<const size_t> numbers);

@@ -19,6 +19,8 @@ size_t ChunkTable::Chunks::OwnerFor(const SharedBytes& of) {
 }
 
 void ChunkTable::Chunks::SetData(size_t i, const SharedBytes& to) {
+  // After this, nothing throws.
+  if (owners.size() == owners.capacity()) owners.reserve(2 * owners.size() + 1);
   if (data[i] != nullptr) {
     Owner& before = owners[owner_of[i]];
     before.used -= sizes[i];
@@ -41,7 +43,10 @@ void ChunkTable::Chunks::SetPatterns(size_t i, std::span<const uint16_t> to) {
 }
 
 ChunkTable::Chunks& ChunkTable::Group::Own() {
-  if (std::exchange(shared, false)) chunks = std::make_shared<Chunks>(*chunks);
+  if (shared) {
+    chunks = std::make_shared<Chunks>(*chunks);
+    shared = false;  // after what may throw
+  }
   return *chunks;
 }
 
@@ -68,11 +73,11 @@ SharedBytes ChunkTable::Data(size_t chunk) const {
 void ChunkTable::Set(size_t chunk, const NewChunk& to) {
   Chunks& chunks = groups_[chunk / kGroup].Own();
   const size_t i = chunk % kGroup;
+  chunks.SetPatterns(i, to.patterns);
   chunks.newest_revision = std::max(chunks.newest_revision, to.revision);
   chunks.revisions[i] = to.revision;
   chunks.digests[i] = to.digest;
   chunks.SetData(i, to.data);
-  chunks.SetPatterns(i, to.patterns);
 }
 
 void ChunkTable::CopyData(size_t chunk) {
@@ -84,6 +89,12 @@ void ChunkTable::CopyData(size_t chunk) {
 void ChunkTable::SetDigest(size_t chunk, const VertexDigest& to) {
   if ((*this)[chunk].digest == to) return;
   groups_[chunk / kGroup].Own().digests[chunk % kGroup] = to;
+}
+
+uint64_t ChunkTable::MostBytes(size_t size, bool has_patterns) {
+  const uint64_t groups = (size + kGroup - 1) / kGroup;
+  const size_t patterns = has_patterns ? kGroup * kMostPatterns * sizeof(uint16_t) : 0;
+  return groups * (sizeof(Group) + sizeof(Chunks) + patterns) + size * 2 * sizeof(Owner);
 }
 
 std::vector<uint32_t> ChunkTable::ChangedAfter(uint64_t revision) const {

@@ -57,6 +57,9 @@ class ChunkTable {
   ChunkTable(ChunkTable&&) = default;
   ChunkTable& operator=(ChunkTable&&) = default;
 
+  // The most bytes of a table, without those of the chunks.
+  [[nodiscard]] static uint64_t MostBytes(size_t size, bool has_patterns);
+
   // Returns a table of the same chunks. Set must not be called on this one afterwards.
   [[nodiscard]] ChunkTable Share() const;
 
@@ -74,7 +77,7 @@ class ChunkTable {
   // The chunks with a later revision, ascending.
   [[nodiscard]] std::vector<uint32_t> ChangedAfter(uint64_t revision) const;
   // Every block once, and the bytes of chunks that are part of no block. Both take time by the number of
-  // groups, not of chunks.
+  // groups, and of chunks that are part of no block.
   [[nodiscard]] std::vector<BlockUse> Blocks() const;
   [[nodiscard]] uint64_t BytesOfNoBlock() const;
 
@@ -95,9 +98,9 @@ class ChunkTable {
     std::array<VertexDigest, kGroup> digests = {};
     std::array<uint8_t, kGroup> owner_of = {};  // among `owners`
     std::array<uint8_t, kGroup> pattern_counts = {};
-    std::vector<uint16_t>
-        patterns;               // so many places a chunk as it can have patches; none: of no chunk
-    std::vector<Owner> owners;  // of chunks with data
+    // kMostPatterns places a chunk; none where no chunk has patterns.
+    std::vector<uint16_t> patterns;
+    std::vector<Owner> owners;     // of chunks with data
     uint64_t newest_revision = 0;  // or later
 
     SnapshotChunk At(size_t i) const {

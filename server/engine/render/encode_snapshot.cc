@@ -64,7 +64,7 @@ class BatchTaker {
     for (size_t k = 0; k < results.size(); ++k) {
       const size_t i = first + k;
       if (results[k].data == nullptr) {
-        Keep(i, digests[k]);
+        if (is_comparable_[i]) Keep(i, digests[k]);
       } else if (!is_comparable_[i] || Before(i).data.size() != results[k].size) {
         Put(i, results[k], digests[k]);
       }

@@ -31,14 +31,14 @@ uint64_t VertexBytes(const DeformPlan& plan, const ViewKey& key) {
 
 uint64_t SnapshotBytes(const DeformPlan& plan, const ViewKey& key, size_t lattices) {
   constexpr uint64_t kChunkHeaderBytes = 256;
-  constexpr uint64_t kPatternBytes = limits::kPatchesPerChunk * sizeof(uint16_t);
-  const uint64_t chunk_bytes = kChunkHeaderBytes + (key.spec.tolerance > 0 ? kPatternBytes : 0);
+  const size_t chunks = plan.chunk_count();
+  const uint64_t chunk_bytes =
+      kChunkHeaderBytes * chunks + ChunkTable::MostBytes(chunks, key.spec.tolerance > 0);
   const uint64_t snapshots = IsCompressed(key.encoding) ? 1 : limits::kMaxSnapshotsPerView;
   const bool has_points = !HasPositions(key.spec) && lattices > 1;
   const uint64_t points =
       has_points ? static_cast<uint64_t>(plan.structure.control_point_count()) : 0;
-  return snapshots *
-         (VertexBytes(plan, key) + chunk_bytes * plan.chunk_count() + points * sizeof(Vec3d));
+  return snapshots * (VertexBytes(plan, key) + chunk_bytes + points * sizeof(Vec3d));
 }
 
 RenderView::Stage RenderView::stage() const {
@@ -111,17 +111,19 @@ absl::StatusOr<std::shared_ptr<Snapshot>> RenderView::Render(const RenderWork& w
   if (work.moved) {
     revisions = ChunkRevisions(*work.input.state->plan, *work.moved, key().spec);
   }
+  const auto encode = [&](std::span<const uint32_t> chunks, std::span<VertexDigest> digests,
+                          TakeEarly early) -> absl::StatusOr<std::vector<SharedBytes>> {
+    if (!board_.watched()) return NobodyWatches();
+    const std::vector<VertexDigest> known(digests.begin(), digests.end());
+    return backend_->Run([&] {
+      std::ranges::copy(known, digests.begin());  // an attempt that failed may have changed them
+      return vertices_->Encode(chunks, key().encoding, digests, early);
+    });
+  };
   LATTICED_ASSIGN_OR_RETURN(
-      auto snapshot, EncodeSnapshot(
-                         key(), *work.input.state, changed, revisions, traits_, before.get(),
-                         [&](std::span<const uint32_t> chunks, std::span<VertexDigest> digests,
-                             TakeEarly early) -> absl::StatusOr<std::vector<SharedBytes>> {
-                           if (!board_.watched()) return NobodyWatches();
-                           return backend_->Run([&] {
-                             return vertices_->Encode(chunks, key().encoding, digests, early);
-                           });
-                         },
-                         [&](uint32_t chunk) { return vertices_->Patterns(chunk); }));
+      auto snapshot,
+      EncodeSnapshot(key(), *work.input.state, changed, revisions, traits_, before.get(), encode,
+                     [&](uint32_t chunk) { return vertices_->Patterns(chunk); }));
   snapshot->certified_error = vertices_->certified_error();
   snapshot->curvature_tolerance = vertices_->curvature_tolerance();
   const bool is_first = before == nullptr || before->structure_id != snapshot->structure_id;

@@ -188,6 +188,23 @@ TEST_F(RenderViewTest, WhatADeviceHasNoMemoryForIsTriedAgainOnceAnotherSceneWasE
   EXPECT_EQ(registry_.evictions(), 1u);
 }
 
+// The attempt that failed had replaced the digests of what the client has.
+TEST_F(RenderViewTest, AnEncodingThatIsTriedAgainEncodesWhatChanged) {
+  for (const int cells : {24, 16}) {
+    Watch();  // of a scene that can be evicted then
+    MakeScene(cells, 4);
+  }
+  script().FailNext(Step::kEncoded, error::OutOfMemory("the encoding", 2, 1));
+  const auto client = Watch();
+  ExpectRightAtHead(*client);
+  EXPECT_EQ(registry_.evictions(), 1u);
+
+  script().FailNext(Step::kEncoded, error::OutOfMemory("the encoding", 2, 1));
+  Move(kCorner);
+  ExpectRightAtHead(*client);
+  EXPECT_EQ(registry_.evictions(), 2u);
+}
+
 TEST_F(RenderViewTest, AViewReservesOnceForTheMostThatItCanTake) {
   for (const auto& [encoding, tolerance] : {std::pair{Encoding::kQuantised, 0.0},
                                             {Encoding::kDracoPoints, 0.0},

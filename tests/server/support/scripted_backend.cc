@@ -123,6 +123,7 @@ class ScriptedView : public DeformView {
     LATTICED_RETURN_IF_ERROR(script_->Pass(Step::kEncode));
     Mask(digests, script_->digest_mask());
     LATTICED_ASSIGN_OR_RETURN(auto encoded, inner_->Encode(chunks, encoding, digests));
+    LATTICED_RETURN_IF_ERROR(script_->Pass(Step::kEncoded));
     Mask(digests, script_->digest_mask());
     script_->CountEncoded(static_cast<int>(
         std::ranges::count_if(encoded, [](const SharedBytes& c) { return c.data != nullptr; })));

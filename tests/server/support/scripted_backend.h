@@ -31,7 +31,8 @@ enum class Step {
   kCreateView,
   kEvaluate,
   kRead,
-  kEncode,
+  kEncode,   // before it, …
+  kEncoded,  // … and after it, with other digests
   kControlNets,
   kPreparePoints,
   kPointCall,
@@ -82,7 +83,7 @@ class Script {
   }
 
   Mutex mutex_;
-  std::array<Entry, 10> entries_ ABSL_GUARDED_BY(mutex_);
+  std::array<Entry, 11> entries_ ABSL_GUARDED_BY(mutex_);
   int held_ ABSL_GUARDED_BY(mutex_) = 0;
   bool released_ ABSL_GUARDED_BY(mutex_) = true;
   std::atomic<bool> lost_ = false;
