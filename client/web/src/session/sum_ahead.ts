@@ -45,8 +45,9 @@ export class SumAhead {
 
 function based({ sum, lattices }: Pick<Base, 'sum' | 'lattices'>, before: Base | undefined): Base {
   const isKnown = before && sameStructure(before.sum, sum) && sameStructures(before.lattices, lattices);
+  const first = lattices.get(Math.min(...lattices.keys()))!;
   const summands = isKnown ? before.summands
-    : new Map(Array.from(lattices, ([number, lattice]) => [number, new Summand(lattice, sum)]));
+    : new Map(Array.from(lattices, ([number, lattice]) => [number, new Summand(lattice, sum, first)]));
   return { sum, lattices, summands, moved: displacements(summands, lattices) };
 }
 
