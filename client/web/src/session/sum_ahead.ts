@@ -31,7 +31,10 @@ export class SumAhead {
     this.known = this.base = undefined;
   }
 
-  /** The sum that came itself if nothing has moved; undefined if others of these lattices, or other structures, were there when a sum came. */
+  /**
+   * The sum of these lattices: the one that came if nothing has moved. Undefined if other lattices, or ones of other structures, were
+   * there when it came.
+   */
   of(lattices: NumberedLattices): Lattice | undefined {
     const { known } = this;
     if (!known || !sameStructures(known.lattices, lattices)) return undefined;
