@@ -185,6 +185,9 @@ test('nothing is known of lattices that were not there when the sum came, or had
     assert.equal(ahead.of(new Map<number, Lattice>(numbered)), undefined);
   }
   assert.equal(ahead.of(new Map([[0, lattices[0]], [1, lattices[1].clone()]])), came);
+  ahead.take(came, new Map());
+  for (const numbered of [[], [[0, lattices[0]], [1, lattices[1]]]] as const) assert.equal(ahead.of(new Map<number, Lattice>(numbered)), undefined);
+  ahead.take(came, new Map([[0, lattices[0]], [1, lattices[1]]]));
   ahead.forget();
   assert.equal(ahead.of(new Map([[0, lattices[0]], [1, lattices[1]]])), undefined);
 });

@@ -22,8 +22,9 @@ export class SumAhead {
   private known: Pick<Base, 'sum' | 'lattices'> | undefined;
   private base: Base | undefined; // made once something has moved
 
-  /** A sum that has come, and the lattices of its very revision. */
+  /** A sum that has come, and the lattices of its very revision: none if they are still to come, as after a restart of the server. */
   take(sum: Lattice, lattices: NumberedLattices): void {
+    if (lattices.size === 0) return this.forget();
     this.known = { sum, lattices: new Map(Array.from(lattices, ([number, lattice]) => [number, lattice.clone()])) };
   }
 

@@ -123,10 +123,13 @@ test('the width of all sides may be the widest of different ones', async () => {
   const dialog = page.locator('dialog.outside');
   const all = dialog.getByRole('spinbutton', { name: 'Width of all sides' });
   assert.equal(await all.inputValue(), '');
+  const change = page.getByRole('button', { name: 'Change' });
+  await all.fill('-1');
+  assert.ok(await change.isDisabled());
   await all.fill('0.5');
   await all.press('Tab');
   assert.equal(await all.inputValue(), '0.5');
-  await page.getByRole('button', { name: 'Change' }).click();
+  await change.click();
   await changed();
   assert.deepEqual(await outside(), { mode: 'falloff', smooth: false, widths: new Array<number>(6).fill(0.5) });
 });
