@@ -63,8 +63,10 @@ class Page {
     this.fixture.stream.event({ case: 'latticeState', value });
   }
 
-  /** An update, of a sum if the scene has several lattices, and with bounds of all edges if `isFirst`. */
-  async update(revision: bigint, news?: MessageInitShape<typeof PatchLatticeSchema>['news'], isFirst = false): Promise<void> {
+  /** An update, of a sum if the scene has several lattices, with bounds of all edges if `isFirst`, and with own edits up to `applied`. */
+  async update(
+    revision: bigint, news?: MessageInitShape<typeof PatchLatticeSchema>['news'], isFirst = false, appliedSequence = 0n,
+  ): Promise<void> {
     const { stream, session } = this.fixture;
     const { patches, edgeCount } = this.plan;
     const inside = patches.findIndex(({ isOutside }) => isOutside);
@@ -79,7 +81,7 @@ class Page {
     if (isFirst) stream.event({ case: 'chunks', value: { updateId: revision, topologyId: 'random', chunks } });
     let isIn = false;
     const end = session.on('update', () => (isIn = true));
-    stream.event({ case: 'updateEnd', value: { updateId: revision, revision } });
+    stream.event({ case: 'updateEnd', value: { updateId: revision, revision, appliedSequence } });
     await until(() => isIn);
     end();
   }
@@ -187,13 +189,13 @@ test('an own edit of one of several lattices is seen at once, and measured once;
   const [first] = stream.edits;
   stream.event({ case: 'editResult', value: { sequence: first!.sequence, revision: 2n, structureId: 1n } });
   page.state(shifted(lattice, 3.5), 1, [0, 1], 2n, 1n);
-  await page.update(2n, { case: 'state', value: { lattice: fromLattice(shifted(lattice, 1.5)), structureId: 1n } });
+  await page.update(2n, { case: 'state', value: { lattice: fromLattice(shifted(lattice, 1.5)), structureId: 1n } }, false, first!.sequence);
   page.evaluates();
   near(page.lowest, before + 0.75); // the second edit is still ahead
   stream.event({ case: 'editResult', value: { sequence: stream.edits[1]!.sequence, revision: 3n, structureId: 1n } });
   page.state(shifted(lattice, 3.75), 1, [0, 1], 3n, 1n);
   assert.ok(session.areAllAt(3) && !session.areAllAt(2));
-  await page.update(3n, { case: 'state', value: { lattice: fromLattice(shifted(lattice, 4)), structureId: 1n } });
+  await page.update(3n, { case: 'state', value: { lattice: fromLattice(shifted(lattice, 4)), structureId: 1n } }, false, stream.edits[1]!.sequence);
   await page.evaluated();
   near(page.lowest, before + 3); // what comes counts
   assert.equal(page.measured, 2);

@@ -4,7 +4,7 @@
 // What one of several lattices is in their sum (core/ffd/sum/README.md): E_w x E_v x E_u times its displacements.
 import { AXES, domain, frameEdges, type Axis, type LatticeStructure } from './grid';
 import { identityPoints } from './identity';
-import { refine, type AxisSpace, type RefinedPoint } from './knot_refinement';
+import { refine, type RefinedPoint } from './knot_refinement';
 import type { Lattice } from './lattice';
 import { OutsideMap } from './outside';
 import { coordinates, sub } from './vec';
@@ -16,14 +16,18 @@ export class Summand {
   private readonly rest: Float64Array;
   private readonly rows: readonly RefinedPoint[][];
 
-  /** @param sum The structure of a sum that this lattice is part of. */
-  constructor(readonly structure: LatticeStructure, sum: LatticeStructure) {
+  /**
+   * @param sum The structure of a sum that this lattice is part of.
+   * @param first The structure of the first of its lattices, of which the sum has the parameter.
+   */
+  constructor(readonly structure: LatticeStructure, sum: LatticeStructure, first: LatticeStructure) {
     this.outside = new OutsideMap(structure);
     const { continued } = this.outside;
     this.rest = identityPoints(continued);
     this.rows = AXES.map((axis) => {
       const target = { degree: sum.degree[axis], knots: Array.from(sum.knots[axis]) };
-      return refine(placed(continued, sum, axis), target);
+      const knots = structure === first ? continued.knots[axis] : placed(continued, first, axis);
+      return refine({ degree: continued.degree[axis], knots: snapped(knots, sum, axis) }, target);
     });
   }
 
@@ -38,18 +42,26 @@ export class Summand {
   }
 }
 
-/** An axis of a lattice in the parameter of the sum, with knots that are the sum's to the bit. */
-function placed(lattice: LatticeStructure, sum: LatticeStructure, axis: Axis): AxisSpace {
-  const edges = frameEdges(sum.frame);
-  const [first, last] = domain(sum, axis), [begin, end] = domain(lattice, axis);
-  const at = first + (last - first) * coordinates(edges, sub(lattice.frame.origin, sum.frame.origin))[axis];
-  const scale = ((last - first) * coordinates(edges, frameEdges(lattice.frame)[axis])[axis]) / (end - begin);
-  const near = ONE_KNOT * (last - first);
-  const knots = Array.from(lattice.knots[axis], (knot) => {
-    const own = at + scale * (knot - begin);
-    return sum.knots[axis].find((other) => Math.abs(other - own) <= near) ?? own;
+/**
+ * The knots of a lattice in the parameter of the first one. Its given frame counts, as on the server: the origin of the sum is rounded,
+ * which far from the origin of the world would part knots that are one.
+ */
+function placed(lattice: LatticeStructure, first: LatticeStructure, axis: Axis): Float64Array {
+  const edges = frameEdges(first.frame);
+  const [from, to] = domain(first, axis), [begin, end] = domain(lattice, axis);
+  const at = from + (to - from) * coordinates(edges, sub(lattice.frame.origin, first.frame.origin))[axis];
+  const scale = ((to - from) * coordinates(edges, frameEdges(lattice.frame)[axis])[axis]) / (end - begin);
+  return lattice.knots[axis].map((knot) => at + scale * (knot - begin));
+}
+
+/** Knots that are the sum's to the bit where they are almost one of them: the nearest one. */
+function snapped(knots: Float64Array, sum: LatticeStructure, axis: Axis): number[] {
+  const [begin, end] = domain(sum, axis);
+  const near = ONE_KNOT * (end - begin);
+  return Array.from(knots, (knot) => {
+    const nearest = sum.knots[axis].reduce((best, other) => (Math.abs(other - knot) < Math.abs(best - knot) ? other : best));
+    return Math.abs(nearest - knot) <= near ? nearest : knot;
   });
-  return { degree: lattice.degree[axis], knots };
 }
 
 /** `from` has `outer` blocks of `size` control points along an axis, each of `inner` numbers. */

@@ -22,8 +22,9 @@ export class SumAhead {
   private known: Pick<Base, 'sum' | 'lattices'> | undefined;
   private base: Base | undefined; // made once something has moved
 
-  /** A sum that has come, and the lattices of its very revision. */
+  /** A sum that has come, and the lattices of its very revision: none if they are still to come, as after a restart of the server. */
   take(sum: Lattice, lattices: NumberedLattices): void {
+    if (lattices.size === 0) return this.forget();
     this.known = { sum, lattices: new Map(Array.from(lattices, ([number, lattice]) => [number, lattice.clone()])) };
   }
 
@@ -31,7 +32,10 @@ export class SumAhead {
     this.known = this.base = undefined;
   }
 
-  /** The sum that came itself if nothing has moved; undefined if others of these lattices, or other structures, were there when a sum came. */
+  /**
+   * The sum of these lattices: the one that came if nothing has moved. Undefined if other lattices, or ones of other structures, were
+   * there when it came.
+   */
   of(lattices: NumberedLattices): Lattice | undefined {
     const { known } = this;
     if (!known || !sameStructures(known.lattices, lattices)) return undefined;
@@ -45,8 +49,9 @@ export class SumAhead {
 
 function based({ sum, lattices }: Pick<Base, 'sum' | 'lattices'>, before: Base | undefined): Base {
   const isKnown = before && sameStructure(before.sum, sum) && sameStructures(before.lattices, lattices);
+  const first = lattices.get(Math.min(...lattices.keys()))!;
   const summands = isKnown ? before.summands
-    : new Map(Array.from(lattices, ([number, lattice]) => [number, new Summand(lattice, sum)]));
+    : new Map(Array.from(lattices, ([number, lattice]) => [number, new Summand(lattice, sum, first)]));
   return { sum, lattices, summands, moved: displacements(summands, lattices) };
 }
 

@@ -148,6 +148,8 @@ test('a box that the server refuses is told in the dialog, which stays until one
   await dialog.getByRole('radio', { name: 'Falloff' }).click();
   const width = dialog.getByRole('spinbutton', { name: 'Width of all sides' });
   assert.equal(await width.inputValue(), '0.5');
+  await width.fill('2000');
+  assert.ok(await add.isDisabled());
   await width.fill('0.25');
   await width.press('Tab');
   await dialog.getByText('Each side').click();

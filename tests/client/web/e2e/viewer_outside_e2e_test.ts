@@ -51,7 +51,7 @@ test('handles change the widths of a falloff, and the scene has them', async () 
   await shot('outside');
   const dialog = page.locator('dialog.outside');
   const all = dialog.getByRole('spinbutton', { name: 'Width of all sides' });
-  assert.equal(Number(await all.inputValue()).toPrecision(3), await other.getAttribute('aria-valuenow'), 'the widest');
+  assert.equal(await all.inputValue(), '', 'they differ');
   await dialog.getByText('Each side').click();
   const side = dialog.getByRole('spinbutton', { name: 'Width at the end of w' });
   assert.equal(await side.inputValue(), '0.3');
@@ -78,6 +78,11 @@ test('an undo takes it back, and a cancelled dialog changes nothing', async () =
   await page.getByRole('button', { name: 'Cancel' }).click();
   assert.equal(await outside(), undefined);
 });
+
+/** Waits until the server has taken the first change of the scene. */
+function changed(): Promise<unknown> {
+  return page.waitForFunction(() => window.latticed.scene!.session.canUndo);
+}
 
 /** Drops the torus again, and waits for the dialog that fits its lattice. */
 async function fitDialog(): Promise<void> {
@@ -106,11 +111,69 @@ test('a lattice is fitted with a falloff', async () => {
   const side = dialog.getByRole('spinbutton', { name: 'Width at the begin of v' });
   await side.fill('1/2');
   await side.press('Tab');
-  assert.equal(await dialog.getByRole('spinbutton', { name: 'Width of all sides' }).inputValue(), '0.5', 'the widest');
+  assert.equal(await dialog.getByRole('spinbutton', { name: 'Width of all sides' }).inputValue(), '', 'they differ');
   await dialog.getByText('Smooth at the faces').click();
   await shot('fit_outside');
   await createScene(page);
   assert.deepEqual(await outside(), { mode: 'falloff', smooth: false, widths: [0.3, 0.3, 0.5, 0.3, 0.3, 0.3] });
+});
+
+test('the width of all sides may be the widest of different ones', async () => {
+  await openDialog();
+  const dialog = page.locator('dialog.outside');
+  const all = dialog.getByRole('spinbutton', { name: 'Width of all sides' });
+  assert.equal(await all.inputValue(), '');
+  const change = page.getByRole('button', { name: 'Change' });
+  await all.fill('-1');
+  assert.ok(await change.isDisabled());
+  await all.fill('0.5');
+  await all.press('Tab');
+  assert.equal(await all.inputValue(), '0.5');
+  await change.click();
+  await changed();
+  assert.deepEqual(await outside(), { mode: 'falloff', smooth: false, widths: new Array<number>(6).fill(0.5) });
+});
+
+test('a wrong width is told, and makes no scene', async () => {
+  await fitDialog();
+  const dialog = page.locator('dialog.fit');
+  const create = dialog.getByRole('button', { name: 'Create scene' });
+  await dialog.getByRole('radio', { name: 'Falloff' }).click();
+  await dialog.getByText('Each side').click();
+  for (const [name, typed, why] of [['of all sides', '2000', 'A number from 0 to 1000.'], ['at the end of w', '1,,5', undefined]] as const) {
+    const width = dialog.getByRole('spinbutton', { name: `Width ${name}` });
+    await width.fill(typed);
+    await width.press('Tab');
+    assert.equal(await width.inputValue(), typed);
+    assert.equal(await width.getAttribute('aria-invalid'), 'true');
+    if (why) await dialog.getByText(why).waitFor();
+    assert.ok(await create.isDisabled(), typed);
+    await dialog.getByRole('radio', { name: 'Stays' }).click();
+    assert.ok(await create.isEnabled(), 'it is not seen');
+    await dialog.getByRole('radio', { name: 'Falloff' }).click();
+    assert.ok(await create.isDisabled(), typed);
+    await width.selectText();
+    await width.pressSequentially('0.45'); // 0. is 0, and not replaced by it
+    assert.equal(await width.inputValue(), '0.45');
+    assert.ok(await create.isEnabled());
+  }
+  await dialog.getByRole('button', { name: 'Cancel' }).click();
+});
+
+test('a lattice that cannot be is not drawn', async () => {
+  await fitDialog();
+  const dialog = page.locator('dialog.fit');
+  const preview = (): Promise<string> => dialog.locator('canvas').evaluate((canvas: HTMLCanvasElement) => canvas.toDataURL());
+  await dialog.getByRole('combobox', { name: 'Degree along u' }).selectOption('3');
+  await dialog.getByRole('spinbutton', { name: 'Points along u' }).fill('2');
+  await dialog.getByText('needs at least 4 control points').waitFor();
+  const before = await preview();
+  await dialog.getByRole('radio', { name: 'Falloff' }).click();
+  await dialog.getByRole('spinbutton', { name: 'Padding' }).fill('50');
+  assert.equal(await preview(), before);
+  await dialog.getByRole('spinbutton', { name: 'Points along u' }).fill('5');
+  assert.notEqual(await preview(), before);
+  await dialog.getByRole('button', { name: 'Cancel' }).click();
 });
 
 test('a linear one of a fitted lattice has widths, since the mesh is all inside; without any, points stay', async () => {
@@ -124,5 +187,12 @@ test('a linear one of a fitted lattice has widths, since the mesh is all inside;
     await width.press('Tab');
     await createScene(page);
     assert.deepEqual(await outside(), widths && { mode: 'linear', smooth: true, widths });
+    if (!widths) continue;
+    await openDialog();
+    assert.equal(await page.locator('dialog.outside').getByRole('spinbutton', { name: 'Width of all sides' }).inputValue(), '2');
+    await page.getByText('up to the width of each side').waitFor();
+    await page.getByRole('button', { name: 'Change' }).click();
+    await changed();
+    assert.deepEqual(await outside(), { mode: 'linear', smooth: true, widths }, 'nothing was changed');
   }
 });

@@ -251,7 +251,7 @@ export class LatticeSync {
     return this.model !== undefined && !this.queue.isPending && this.model.revision <= revision;
   }
 
-  /** Whether all lattices are, as `numbered` has them. */
+  /** Whether all lattices in `numbered` are the server's at this revision. */
   areAt(revision: bigint): boolean {
     return this.isAt(revision) && this.states.revision <= revision;
   }

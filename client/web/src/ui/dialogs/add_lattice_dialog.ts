@@ -19,7 +19,7 @@ const FIRST = -0.25; // of each side: the middle half of the frame
 const LEAST_EDGE = 0.02; // of the box, in lengths of the frame's edges
 
 const NOTES: Record<OutsideChoice, string> = {
-  fixed: 'Only for a box that ends outside the mesh, which would tear there.',
+  fixed: 'The box must end outside the mesh. Where it ends inside, the mesh would tear.',
   falloff: 'Outside the box the move fades out. Widths are in lengths of its edges.',
   linear: 'The deformation goes on along straight lines, as far as the mesh reaches.',
 };
@@ -42,9 +42,14 @@ export function showAddLatticeDialog(session: LiveSession, handles: OutsideHandl
   const values = { size: DEFAULT_FIT.size, degree: DEFAULT_FIT.degree };
   let reach: readonly number[] = new Array<number>(6).fill(FIRST);
   const confirm = button('Add', () => add(), { class: 'button primary' });
-  const table = axesTable(values, (isValid) => (confirm.disabled = !isValid));
   const first = { mode: 'falloff', smooth: true, widths: new Array<number>(6).fill(0.5), steps: [] } as const;
-  const outside = new OutsideForm({ first, width: 0.5, notes: NOTES });
+  let hasAxes = true;
+  const check = (): void => void (confirm.disabled = !hasAxes || !outside.isValid);
+  const outside = new OutsideForm({ first, width: 0.5, notes: NOTES, changed: check });
+  const table = axesTable(values, (isValid) => {
+    hasAxes = isValid;
+    check();
+  });
   const problem = h('p', { class: 'note', role: 'alert' });
   const add = (): void => {
     if (confirm.disabled) return;
@@ -67,7 +72,7 @@ export function showAddLatticeDialog(session: LiveSession, handles: OutsideHandl
   const endLattice = session.on('lattice', () => dialog.close()); // it is another one
   const endRefused = session.on('refused', (text) => {
     problem.textContent = text;
-    confirm.disabled = false;
+    check();
   });
   dialog.addEventListener('close', () => {
     endLattice();

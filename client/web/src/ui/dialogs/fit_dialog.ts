@@ -20,9 +20,9 @@ import { FitPreview } from './fit_preview';
 
 const DEFAULT_CREASE_ANGLE = 30; // the server's
 const NOTES: Record<OutsideChoice, string> = { // the frame holds all of the mesh
-  fixed: 'The mesh is all inside. Points and lattices outside that it carries stay.',
-  falloff: 'The mesh is all inside. For points and lattices outside that it carries, the move fades out.',
-  linear: 'The mesh is all inside. Points and lattices outside that it carries go on along straight lines, up to the width.',
+  fixed: 'The whole mesh is inside. Point sets and other lattices outside stay.',
+  falloff: 'The whole mesh is inside. For point sets and other lattices outside, the move fades out.',
+  linear: 'The whole mesh is inside. Point sets and other lattices outside go on along straight lines, up to the width.',
 };
 const MOST_FACES = 30_000; // of a previewed mesh; drawing them takes about a tenth of a second
 
@@ -62,10 +62,10 @@ export function showFitDialog({ file, upload, triangles, up: firstUp, create }: 
 
   const check = (): void => {
     confirm.disabled = mesh === undefined || !hasSize || !areNumbers;
-    if (hasSize) showPreview();
+    showPreview();
   };
   const showPreview = (): void => {
-    if (mesh === undefined) return;
+    if (mesh === undefined || !hasSize) return;
     preview.element.hidden = false;
     const bounds = { min: vector(mesh.bounds?.min), max: vector(mesh.bounds?.max) };
     preview.show(fitLattice(bounds, fit), up ?? 'y'); // glTF's is y
@@ -108,15 +108,12 @@ export function showFitDialog({ file, upload, triangles, up: firstUp, create }: 
     first: undefined, width: 0.3, linearHasWidths: true, notes: NOTES,
     changed: () => {
       fit.outside = outside.wanted;
-      showPreview();
+      typed();
     },
   });
-  const setPadding = (percent: number): void => {
-    fit.padding = percent / 100;
-    showPreview();
-  };
+  const setPadding = (percent: number): void => void (fit.padding = percent / 100);
   const typed = (): void => {
-    areNumbers = padding.isValid() && crease.isValid();
+    areNumbers = padding.isValid() && crease.isValid() && outside.isValid;
     check();
   };
   const padding = numberField(

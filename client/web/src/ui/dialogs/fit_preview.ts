@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A small picture of a mesh in the lattice that a dialog asks for, and of the box up to which that goes on outside, as the view would first show them. It is drawn in 2D,
-// triangle by triangle from behind; a mesh that is not known yet is left out.
+// A small picture of a mesh in the lattice that a dialog asks for, and of the box at which its outside ends, as the view would first
+// show them. It is drawn in 2D, triangle by triangle from behind; a mesh that is not known yet is left out.
 import { BOX_EDGES, boxCorners, OUTSIDE_COLOUR } from '../../cage/outside_box';
 import { gridLines } from '../../lattice/index_sets';
 import type { Lattice } from '../../lattice/lattice';

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // A field for a number, which also takes expressions. A wrong one tells why below the field and changes nothing. It is
-// restored when the focus goes; a field that follows the typing keeps it, with the reason.
+// restored when the focus goes; a field that follows the typing keeps it, with the reason. NaN, of values that differ, is shown empty.
 import type { Bound, Control } from '../controls';
 import { h } from '../dom';
 import { evaluateExpression, type Evaluated } from './expression';
@@ -48,6 +48,7 @@ export function numberField(bound: Bound<number>, options: NumberOptions = {}): 
   const element = h('span', { class: 'number-field' }, input, why);
 
   const evaluated = (): Evaluated => inRange(evaluateExpression(input.value, before), options);
+  const isAsShown = (): boolean => input.value === shown(bound.get());
   const tell = (text: string): void => {
     why.textContent = text;
     input.setAttribute('aria-invalid', String(text !== ''));
@@ -65,9 +66,10 @@ export function numberField(bound: Bound<number>, options: NumberOptions = {}): 
   /** Returns whether the text is a value. Shows why not. */
   const apply = (): boolean => {
     const found = evaluated();
-    tell('why' in found ? found.why : '');
-    if ('value' in found && input.value !== shown(bound.get())) bound.set(found.value);
-    return 'value' in found;
+    const isWrong = !isAsShown() && 'why' in found;
+    tell(isWrong ? found.why : '');
+    if ('value' in found && !isAsShown()) bound.set(found.value);
+    return !isWrong;
   };
   const typed = (): void => {
     if (live) apply();
@@ -96,7 +98,7 @@ export function numberField(bound: Bound<number>, options: NumberOptions = {}): 
     }
   };
   refresh();
-  return { element, input, refresh, isValid: () => 'value' in evaluated() };
+  return { element, input, refresh, isValid: () => isAsShown() || 'value' in evaluated() };
 }
 
 function inRange(found: Evaluated, { min = -Infinity, max = Infinity, whole = false }: NumberOptions): Evaluated {
@@ -107,5 +109,6 @@ function inRange(found: Evaluated, { min = -Infinity, max = Infinity, whole = fa
 }
 
 function shown(value: number): string {
+  if (Number.isNaN(value)) return '';
   return String(Math.abs(value) < 1e-12 ? 0 : Number(value.toPrecision(4)));
 }
