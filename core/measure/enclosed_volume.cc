@@ -133,16 +133,6 @@ std::vector<std::array<Vec3d, 3>> CentroidGradient(const EnclosedVolume& volume,
   return gradient;
 }
 
-EnclosedCentroid MeasureWeightedCentroid(const DeformPlan& plan,
-                                         std::span<const Vec3d> control_points) {
-  WeightedIntegrals sums = IntegrateWeighted(plan, control_points, true);
-  EnclosedCentroid result{.volume = {sums.volume, std::move(sums.volume_gradient)}};
-  const Vec3d centroid = sums.moment / sums.volume;
-  result.centroid = sums.origin + centroid;
-  result.gradient = CentroidGradient(result.volume, centroid, sums.moment_gradient);
-  return result;
-}
-
 }  // namespace
 
 EnclosedVolume MeasureVolume(const SurfaceMoments& moments, std::span<const Vec3d> control_points) {
@@ -165,7 +155,6 @@ EnclosedVolume MeasureVolume(const SurfaceMoments& moments, std::span<const Vec3
 
 EnclosedCentroid MeasureCentroid(const SurfaceMoments& moments,
                                  std::span<const Vec3d> control_points) {
-  if (moments.plan().is_weighted()) return MeasureWeightedCentroid(moments.plan(), control_points);
   const size_t count = control_points.size();
   EnclosedCentroid result{.volume = {.gradient = std::vector<Vec3d>(count)}};
   std::vector<std::array<Vec3d, 3>> first(count);  // [j][k] = dS_j / d coordinate k
@@ -190,6 +179,16 @@ EnclosedCentroid MeasureCentroid(const SurfaceMoments& moments,
   const Vec3d centroid = moment / (4 * volume);  // relative to the origin
   result.centroid = origin + centroid;
   result.gradient = CentroidGradient(result.volume, centroid, first);
+  return result;
+}
+
+EnclosedCentroid MeasureWeightedCentroid(const DeformPlan& plan,
+                                         std::span<const Vec3d> control_points) {
+  WeightedIntegrals sums = IntegrateWeighted(plan, control_points, true);
+  EnclosedCentroid result{.volume = {sums.volume, std::move(sums.volume_gradient)}};
+  const Vec3d centroid = sums.moment / sums.volume;
+  result.centroid = sums.origin + centroid;
+  result.gradient = CentroidGradient(result.volume, centroid, sums.moment_gradient);
   return result;
 }
 

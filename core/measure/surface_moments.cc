@@ -50,23 +50,35 @@ size_t CountFilled(const DeformPlan& plan) {
   return filled;
 }
 
-// Fewer patches are integrated faster one by one, and a table of each box would take much memory.
-bool HasWeightedTables(const DeformPlan& plan) {
-  constexpr size_t kPatchesPerBox = 4;
-  return plan.is_weighted() &&
-         plan.patches.size() - plan.outside_patches >= kPatchesPerBox * CountFilled(plan);
+SurfaceMoments::Order OrderOf(const DeformPlan& plan, SurfaceMoments::Order order) {
+  return plan.is_weighted() ? SurfaceMoments::Order::kVolume : order;
 }
-
-size_t FamilyCount(const DeformPlan& plan) { return FamiliesOf(HasWeightedTables(plan)).size(); }
 
 std::array<size_t, 3> ExtentOf(const DeformPlan& plan, SurfaceMoments::Order order) {
   std::array<size_t, 3> extent;
-  if (plan.is_weighted()) order = SurfaceMoments::Order::kVolume;
   for (size_t a = 0; a < 3; ++a) {
-    extent[a] = static_cast<size_t>(static_cast<int>(order) * plan.structure.degree[a]) + 1;
+    extent[a] =
+        static_cast<size_t>(static_cast<int>(OrderOf(plan, order)) * plan.structure.degree[a]) + 1;
   }
   return extent;
 }
+
+// Of all families of all filled boxes.
+size_t TableBytes(const std::array<size_t, 3>& extent, size_t families, size_t filled) {
+  return 3 * families * filled * extent[0] * extent[1] * extent[2] * sizeof(double);
+}
+
+// Fewer patches are integrated faster one by one, and tables of many boxes would take more memory than the scene.
+bool HasWeightedTables(const DeformPlan& plan) {
+  constexpr size_t kPatchesPerBox = 4;
+  if (!plan.is_weighted()) return false;
+  const size_t filled = CountFilled(plan);
+  return plan.patches.size() - plan.outside_patches >= kPatchesPerBox * filled &&
+         TableBytes(ExtentOf(plan, SurfaceMoments::Order::kVolume), kWeightedFamilies.size(),
+                    filled) <= SurfaceMoments::kMostWeightedBytes;
+}
+
+size_t FamilyCount(const DeformPlan& plan) { return FamiliesOf(HasWeightedTables(plan)).size(); }
 
 std::vector<uint32_t> FilledBoxes(const DeformPlan& plan) {
   std::vector<uint32_t> boxes;
@@ -133,6 +145,52 @@ class Series {
   std::vector<Lanes> terms_;
 };
 
+// Up to kTriangles patches of a box. Those that are missing have no area.
+TriangleGroup GroupOf(const DeformPlan& plan, uint32_t box, size_t first, size_t count) {
+  const KnotBox& cell = plan.boxes[box];
+  const Vec3d centre = 0.5 * (cell.lower + cell.upper), width = cell.upper - cell.lower;
+  TriangleGroup group{};
+  for (size_t i = 0; i < count; ++i) {
+    std::array<Vec3d, 3> l;
+    for (size_t c = 0; c < 3; ++c) {
+      const Vec3d at = plan.vertices[plan.patches[first + i].vertex[c]].parameter - centre;
+      for (int a = 0; a < 3; ++a) {
+        l[c][a] = at[a] / width[a];
+        group.corner[c][static_cast<size_t>(a)].value[i] = l[c][a];
+      }
+    }
+    const Vec3d area = 0.5 * Cross(l[1] - l[0], l[2] - l[0]);
+    for (int a = 0; a < 3; ++a) group.area[static_cast<size_t>(a)].value[i] = area[a];
+    if (!plan.is_weighted()) continue;
+    const std::array<double, 3> w = plan.CornerWeights(first + i);
+    const Vec3d across = 0.5 * ((w[2] - w[0]) * (l[1] - l[0]) - (w[1] - w[0]) * (l[2] - l[0]));
+    for (size_t a = 0; a < 3; ++a) {
+      group.weight[a].value[i] = w[a];
+      group.area[3 + a].value[i] = across[static_cast<int>(a)];
+    }
+  }
+  return group;
+}
+
+// Adds to the three tables of a family.
+void AddGroup(const TriangleGroup& group, const Series& series, const Family& family,
+              const std::array<size_t, 3>& extent, double* tables) {
+  const size_t terms = extent[0] * extent[1] * extent[2];
+  for (size_t p = 0; p < extent[0]; ++p) {
+    for (size_t q = 0; q < extent[1]; ++q) {
+      const Lanes* row = series.row(family.power, p, q);
+      for (size_t r = 0; r < extent[2]; ++r, ++tables) {
+        for (size_t d = 0; d < 3; ++d) {
+          const Lanes& area = group.area[family.area + d];
+          double total = 0;
+          for (size_t i = 0; i < kTriangles; ++i) total += area.value[i] * row[r].value[i];
+          tables[d * terms] += total;
+        }
+      }
+    }
+  }
+}
+
 double Factorial(size_t n) {
   double product = 1;
   for (size_t i = 2; i <= n; ++i) product *= static_cast<double>(i);
@@ -143,7 +201,7 @@ double Factorial(size_t n) {
 
 SurfaceMoments::SurfaceMoments(std::shared_ptr<const DeformPlan> plan, Order order)
     : plan_(std::move(plan)),
-      order_(plan_->is_weighted() ? Order::kCentroid : order),
+      order_(OrderOf(*plan_, order)),
       families_(FamilyCount(*plan_)),
       extent_(ExtentOf(*plan_, order)),
       boxes_(FilledBoxes(*plan_)),
@@ -166,8 +224,7 @@ size_t SurfaceMoments::BytesFor(const DeformPlan& plan, Order order) {
   for (const int size : plan.structure.size) spans += static_cast<size_t>(size);
   const size_t boxes = FilledBoxes(plan).size();
   return sizeof(SurfaceMoments) + spans * sizeof(SpanBasis) + boxes * sizeof(uint32_t) +
-         (3 * FamilyCount(plan) * boxes * extent[0] * extent[1] * extent[2] + kOverhang) *
-             sizeof(double);
+         TableBytes(extent, FamilyCount(plan), boxes) + kOverhang * sizeof(double);
 }
 
 absl::StatusOr<std::shared_ptr<const SurfaceMoments>> SurfaceMoments::Make(
@@ -183,78 +240,45 @@ absl::StatusOr<std::shared_ptr<const SurfaceMoments>> SurfaceMoments::Make(
 }
 
 absl::Status SurfaceMoments::AddBox(size_t n, StopPoll& poll) {
-  const DeformPlan& plan = *plan_;
   const uint32_t box = boxes_[n];
-  const KnotBox& cell = plan.boxes[box];
-  const Vec3d centre = 0.5 * (cell.lower + cell.upper), width = cell.upper - cell.lower;
+  const size_t end = plan_->box_patches[box + 1];
   const std::span<const Family> families = FamiliesOf(has_weights());
   Series series(extent_, has_weights() ? kWeightPowers : 1);
   std::vector<double> sum(3 * families_ * terms());
-  double* const table = moments_.data() + n * sum.size();
+  double* const tables = moments_.data() + n * sum.size();
   const auto flush = [&] {
-    for (size_t i = 0; i < sum.size(); ++i) table[i] += sum[i];
+    for (size_t i = 0; i < sum.size(); ++i) tables[i] += sum[i];
     std::ranges::fill(sum, 0);
   };
   size_t groups = 0;
-  for (size_t first = plan.box_patches[box]; first < plan.box_patches[box + 1];
-       first += kTriangles) {
+  for (size_t first = plan_->box_patches[box]; first < end; first += kTriangles) {
     LATTICED_RETURN_IF_ERROR(poll.Step(kTriangles));
-    const size_t count = std::min(kTriangles, plan.box_patches[box + 1] - first);
-    TriangleGroup group{};
-    for (size_t i = 0; i < count; ++i) {
-      std::array<Vec3d, 3> l;
-      for (size_t c = 0; c < 3; ++c) {
-        const Vec3d at = plan.vertices[plan.patches[first + i].vertex[c]].parameter - centre;
-        for (int a = 0; a < 3; ++a) {
-          l[c][a] = at[a] / width[a];
-          group.corner[c][static_cast<size_t>(a)].value[i] = l[c][a];
-        }
-      }
-      const Vec3d area = 0.5 * Cross(l[1] - l[0], l[2] - l[0]);
-      for (int a = 0; a < 3; ++a) group.area[static_cast<size_t>(a)].value[i] = area[a];
-      if (!has_weights()) continue;
-      const std::array<double, 3> w = plan.CornerWeights(first + i);
-      const Vec3d across = 0.5 * ((w[2] - w[0]) * (l[1] - l[0]) - (w[1] - w[0]) * (l[2] - l[0]));
-      for (size_t a = 0; a < 3; ++a) {
-        group.weight[a].value[i] = w[a];
-        group.area[3 + a].value[i] = across[static_cast<int>(a)];
-      }
-    }
+    const TriangleGroup group = GroupOf(*plan_, box, first, std::min(kTriangles, end - first));
     series.Expand(group);
     for (size_t f = 0; f < families_; ++f) {
-      double* const of_family = sum.data() + 3 * f * terms();
-      size_t term = 0;
-      for (size_t p = 0; p < extent_[0]; ++p) {
-        for (size_t q = 0; q < extent_[1]; ++q) {
-          const Lanes* row = series.row(families[f].power, p, q);
-          for (size_t r = 0; r < extent_[2]; ++r, ++term) {
-            for (size_t d = 0; d < 3; ++d) {
-              const Lanes& area = group.area[families[f].area + d];
-              double total = 0;
-              for (size_t i = 0; i < kTriangles; ++i) total += area.value[i] * row[r].value[i];
-              of_family[d * terms() + term] += total;
-            }
-          }
-        }
-      }
+      AddGroup(group, series, families[f], extent_, sum.data() + 3 * f * terms());
     }
     if (++groups % kGroupsPerSum == 0) flush();
   }
   flush();
-  for (size_t f = 0; f < families_; ++f) {
-    const size_t s = families[f].power;
-    size_t term = 3 * f * terms();
+  ScaleTables(tables);
+  return absl::OkStatus();
+}
+
+void SurfaceMoments::ScaleTables(double* tables) const {
+  for (const Family& family : FamiliesOf(has_weights())) {
+    const size_t s = family.power;
     for (size_t p = 0; p < extent_[0]; ++p) {
       for (size_t q = 0; q < extent_[1]; ++q) {
-        for (size_t r = 0; r < extent_[2]; ++r, ++term) {
+        for (size_t r = 0; r < extent_[2]; ++r, ++tables) {
           const double scale = 2 * Factorial(p) * Factorial(q) * Factorial(r) * Factorial(s) /
                                Factorial(p + q + r + s + 2);
-          for (size_t d = 0; d < 3; ++d) table[d * terms() + term] *= scale;
+          for (size_t d = 0; d < 3; ++d) tables[d * terms()] *= scale;
         }
       }
     }
+    tables += 2 * terms();
   }
-  return absl::OkStatus();
 }
 
 void SurfaceMoments::AddRestVolume() {

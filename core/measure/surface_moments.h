@@ -15,15 +15,16 @@
 // kVolume has the powers up to 3 n on an axis of degree n, which the volume and its gradient need; kCentroid up to 4 n.
 // For degrees (2, 2, 2) a box takes 8 and 17 KB, for (3, 3, 3) 24 and 53 KB.
 //
-// With vertex weights w, which are one more coordinate of a corner, there are tables for the volume alone (weighted_volume.h),
-// and only where they are worth it: where boxes have four patches each. Their integrands have a factor w^s, and those of the
-// last two families the components (a, w) of the directed area in place of (a + 1, a + 2):
+// With vertex weights w, which are one more coordinate of a corner, there are tables for the volume alone, always of the
+// order kVolume (weighted_volume.h), and only where they are worth it: where boxes have four patches each, and the tables
+// take no more than kMostWeightedBytes. Their integrands have a factor w^s, and those of the last two families the
+// components (a, w) of the directed area in place of (a + 1, a + 2):
 //
 //   family   0  1  2  3  4
 //   s        1  2  3  1  2
 //
-// A box takes 41 KB for degrees (2, 2, 2), 120 KB for (3, 3, 3). The centroid needs none (weighted_integrals.h), so these
-// moments are of the order kCentroid.
+// A box takes 41 KB for degrees (2, 2, 2), 120 KB for (3, 3, 3). The centroid of a weighted surface takes no moments, and
+// neither does its volume where there are no tables (weighted_integrals.h).
 //
 // Layout   [family][d][p][q][r], double; one family without weights
 // Errors   what `stop` returns
@@ -79,11 +80,14 @@ class SurfaceMoments {
 
   static constexpr size_t kOverhang = 8;
   static constexpr size_t kWeightedFamilies = 5;
+  // As many as 3,000 boxes of degrees (2, 2, 2) take, or 1,000 of (3, 3, 3).
+  static constexpr size_t kMostWeightedBytes = 128'000'000;
 
  private:
   SurfaceMoments(std::shared_ptr<const DeformPlan> plan, Order order);
   size_t terms() const { return extent_[0] * extent_[1] * extent_[2]; }
   absl::Status AddBox(size_t n, StopPoll& poll);
+  void ScaleTables(double* tables) const;
   void AddOutside();
   void AddRestVolume();
 

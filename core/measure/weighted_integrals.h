@@ -6,10 +6,11 @@
 //   V = 1/3 integral P . n dA          dV/dP_i   = integral w N_i n dA
 //   S_j = 1/4 integral P_j P . n dA    dS_j/dP_i = integral w N_i P_j n dA
 //
-// The volume has tables where boxes hold some patches each (weighted_volume.h). Otherwise, on a patch of degree n the integrands are polynomials of degree 3 n + 1 and, those of S, 4 n + 2. A rule (triangle_rule.h)
-// integrates each patch exactly; the sums over its points of l^p m^q n^r, by core/points, give the derivatives. Unlike
-// moments, this costs time for each patch: 121 points at degree 2 x 2 x 2, 225 at 3 x 3 x 3; for S 196 and 400. A patch
-// whose corners all have the weight 0 rests, and costs next to nothing.
+// The volume has tables where boxes hold some patches each (surface_moments.h). Otherwise, on a patch of degree n the
+// integrands are polynomials of degree 3 n + 1 and, those of S, 4 n + 2. A rule (triangle_rule.h) integrates each patch
+// exactly; the sums over its points of l^p m^q n^r, by core/points, give the derivatives. Unlike moments, this costs time
+// for each patch: 121 points at degree 2 x 2 x 2, 225 at 3 x 3 x 3; for S 196 and 400. A patch whose corners all have the
+// weight 0 rests, and costs next to nothing.
 //
 // Units    world units
 // Errors   none: callers check that the surface is closed

@@ -86,6 +86,16 @@ std::vector<std::array<Vec3d, 3>> ByLattice(const SceneLattice& lattice,
   return result;
 }
 
+// With the volume and its derivatives. They are all integrated at once.
+absl::StatusOr<EnclosedCentroid> CentroidOf(const SceneState& state, StopCheck stop) {
+  if (state.plan->is_weighted()) {  // makes no moments
+    return MeasureWeightedCentroid(*state.plan, *state.control_points);
+  }
+  LATTICED_ASSIGN_OR_RETURN(const auto moments,
+                            state.measures->Moments(SurfaceMoments::Order::kCentroid, stop));
+  return MeasureCentroid(*moments, *state.control_points);
+}
+
 absl::Status MeasureInside(const SceneState& state, const Wanted& wanted,
                            const v1::MeasureSceneRequest& request, StopCheck stop,
                            v1::MeasureSceneResponse& response) {
@@ -93,12 +103,9 @@ absl::Status MeasureInside(const SceneState& state, const Wanted& wanted,
   const SceneLattice& lattice = LatticeOf(state, request);
   const bool with_gradient = request.with_gradient();
   LATTICED_RETURN_IF_ERROR(state.measures->CheckClosed(points));
-  const auto order =
-      wanted.centroid ? SurfaceMoments::Order::kCentroid : SurfaceMoments::Order::kVolume;
-  LATTICED_ASSIGN_OR_RETURN(const auto moments, state.measures->Moments(order, stop));
   EnclosedVolume volume;
   if (wanted.centroid) {
-    EnclosedCentroid centroid = MeasureCentroid(*moments, points);
+    LATTICED_ASSIGN_OR_RETURN(EnclosedCentroid centroid, CentroidOf(state, stop));
     if (!IsFinite(centroid.centroid)) {
       return error::FailedPrecondition("NO_VOLUME",
                                        "the enclosed volume is 0, so it has no centroid");
@@ -111,6 +118,8 @@ absl::Status MeasureInside(const SceneState& state, const Wanted& wanted,
       }
     }
   } else {
+    LATTICED_ASSIGN_OR_RETURN(const auto moments,
+                              state.measures->Moments(SurfaceMoments::Order::kVolume, stop));
     volume = MeasureVolume(*moments, points);
   }
   if (!wanted.volume) return absl::OkStatus();

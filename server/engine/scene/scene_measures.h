@@ -40,7 +40,7 @@ class SceneMeasures {
 
   [[nodiscard]] absl::Status CheckClosed(std::span<const Vec3d> control_points)
       ABSL_LOCKS_EXCLUDED(mutex_);
-  // Moments of this order or a higher one.
+  // Moments of this order or a higher one. Those of a plan with weights are for the volume alone.
   [[nodiscard]] absl::StatusOr<std::shared_ptr<const SurfaceMoments>> Moments(
       SurfaceMoments::Order order, StopCheck stop = NeverStop) ABSL_LOCKS_EXCLUDED(mutex_);
   // The volume at rest of a closed surface.

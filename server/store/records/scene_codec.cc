@@ -8,6 +8,7 @@
 
 #include "absl/strings/cord.h"
 #include "core/base/status_macros.h"
+#include "server/store/records/constraints_codec.h"
 #include "server/store/records/lattice_codec.h"
 
 namespace latticed {
@@ -88,46 +89,6 @@ absl::StatusOr<StructureEdit> StructureEditFromStored(const store::Edit& stored)
   return InsertKnot{static_cast<int>(stored.insert_knot().axis()), stored.insert_knot().value()};
 }
 
-void ToStored(const Constraints& constraints, store::Constraints& stored) {
-  stored.mutable_held()->Add(constraints.held.begin(), constraints.held.end());
-  for (const HeldLayers& layers : constraints.held_layers) {
-    store::HeldLayers& item = *stored.add_held_layers();
-    item.set_axis(static_cast<uint32_t>(layers.axis));
-    item.set_at_end(layers.at_end);
-    item.set_layers(static_cast<uint32_t>(layers.layers));
-  }
-  if (constraints.mirror.has_value()) {
-    stored.set_mirror(static_cast<uint32_t>(*constraints.mirror));
-  }
-  if (!constraints.volume.has_value()) return;
-  store::KeptVolume& volume = *stored.mutable_volume();
-  if (constraints.volume->axis.has_value()) {
-    volume.set_axis(static_cast<uint32_t>(*constraints.volume->axis));
-  }
-  if (constraints.volume->volume.has_value()) volume.set_volume(*constraints.volume->volume);
-}
-// Whether they fit the lattice, the history checks.
-absl::StatusOr<Constraints> FromStored(const store::Constraints& stored) {
-  constexpr uint32_t kMostAxis = 2;
-  Constraints constraints{.held = {stored.held().begin(), stored.held().end()}};
-  for (const store::HeldLayers& item : stored.held_layers()) {
-    if (item.axis() > kMostAxis || item.layers() > static_cast<uint32_t>(kMostHeldLayers)) {
-      return NotARecord("held layers");
-    }
-    constraints.held_layers.push_back(
-        {static_cast<int>(item.axis()), item.at_end(), static_cast<int>(item.layers())});
-  }
-  if (stored.mirror() > kMostAxis || stored.volume().axis() > kMostAxis) {
-    return NotARecord("the axis of a constraint");
-  }
-  if (stored.has_mirror()) constraints.mirror = static_cast<int>(stored.mirror());
-  if (!stored.has_volume()) return constraints;
-  KeptVolume& volume = constraints.volume.emplace();
-  if (stored.volume().has_axis()) volume.axis = static_cast<int>(stored.volume().axis());
-  if (stored.volume().has_volume()) volume.volume = stored.volume().volume();
-  return constraints;
-}
-
 void ToStored(const std::vector<uint32_t>& indices, const std::vector<Vec3d>& positions,
               store::Points& stored) {
   stored.mutable_indices()->Add(indices.begin(), indices.end());
@@ -188,7 +149,7 @@ absl::StatusOr<Edit> FromStored(const store::Edit& stored) {
     return Undo{static_cast<UndoScope>(stored.undo())};
   }
   if (stored.has_set_constraints()) {
-    LATTICED_ASSIGN_OR_RETURN(auto constraints, FromStored(stored.set_constraints()));
+    LATTICED_ASSIGN_OR_RETURN(auto constraints, ConstraintsFromStored(stored.set_constraints()));
     return SetConstraints{std::move(constraints)};
   }
   if (stored.has_set_weights()) {
@@ -218,6 +179,7 @@ absl::StatusOr<EditBatch> BatchFromStored(const store::Record& stored) {
     batch.edits.push_back(std::move(written));
     if (stored.has_strength()) batch.edits.push_back(SetStrength{stored.strength()});
   }
+  if (batch.edits.size() > 2) return NotARecord("a batch of three edits");
   return batch;
 }
 
@@ -259,7 +221,7 @@ absl::StatusOr<EditStep> FromStored(const store::Step& stored) {
     step.start.emplace(start.indices[n], start.positions[n]);
   }
   if (stored.has_constraints()) {
-    LATTICED_ASSIGN_OR_RETURN(step.constraints, FromStored(stored.constraints()));
+    LATTICED_ASSIGN_OR_RETURN(step.constraints, ConstraintsFromStored(stored.constraints()));
   }
   if (stored.has_strength()) step.strength = stored.strength();
   if (stored.has_weights()) step.weights = FromStored(stored.weights());
@@ -309,7 +271,7 @@ absl::StatusOr<EditHistoryImage> HistoryFromStored(const store::Image& stored) {
   LATTICED_ASSIGN_OR_RETURN(history.base.base, LatticeFromStored(stored.base()));
   LATTICED_ASSIGN_OR_RETURN(history.base.initial, LatticeFromStored(stored.initial()));
   history.base.structure_step = stored.structure_step();
-  LATTICED_ASSIGN_OR_RETURN(history.base.constraints, FromStored(stored.constraints()));
+  LATTICED_ASSIGN_OR_RETURN(history.base.constraints, ConstraintsFromStored(stored.constraints()));
   if (stored.has_strength()) history.base.strength = stored.strength();
   history.base.absent = stored.absent();
   if (stored.has_weights()) history.base.weights = FromStored(stored.weights());

@@ -50,6 +50,7 @@ VertexWeights ConstantWeights(const PolygonMesh& mesh, float weight) {
 }
 
 EnclosedCentroid CentroidOf(const WeightedPlanPtr& plan, std::span<const Vec3d> points) {
+  if (plan->is_weighted()) return MeasureWeightedCentroid(*plan, points);
   return MeasureCentroid(**SurfaceMoments::Make(plan, Order::kCentroid), points);
 }
 
@@ -92,6 +93,34 @@ TEST(WeightedMeasures, FewPatchesOfABoxHaveNoTables) {
   EXPECT_TRUE(moments->boxes().empty());
   const auto points = Jitter(plan->structure, 0.05, 3);
   EXPECT_NEAR(MeasureVolume(*moments, points).volume / MeasurePatches(*plan, points).volume, 1,
+              1e-12);
+}
+
+// Tables of 1,075 boxes of degrees (3, 3, 3) would take more.
+TEST(WeightedMeasures, TablesOfManyBoxesWouldTakeTooMuchMemory) {
+  const PolygonMesh mesh = TorusMesh(60, 30);
+  const auto plan_of = [&](int inner) {
+    return WeightedPlanOf(mesh, {.degree = {3, 3, 3}, .extra = {inner, inner, inner}});
+  };
+  const auto few = plan_of(8), many = plan_of(20);
+  const auto most = SurfaceMoments::kMostWeightedBytes;
+  const size_t bytes = SurfaceMoments::BytesFor(*few, Order::kVolume);
+  EXPECT_GT(bytes, most / 10);
+  EXPECT_LT(bytes, most + 100'000);
+  EXPECT_LT(SurfaceMoments::BytesFor(*many, Order::kVolume), 100'000u);
+
+  const auto moments = *SurfaceMoments::Make(many, Order::kVolume);
+
+  std::vector<uint32_t> filled;
+  for (const Patch& patch : many->patches) filled.push_back(patch.box);
+  std::ranges::sort(filled);
+  const auto boxes = static_cast<size_t>(std::ranges::unique(filled).begin() - filled.begin());
+  ASSERT_GT(boxes, 1'075u);
+  ASSERT_GE(many->patches.size(), 4 * boxes);
+  EXPECT_FALSE(moments->has_weights());
+  EXPECT_TRUE(moments->boxes().empty());
+  const auto points = Jitter(many->structure, 0.02, 3);
+  EXPECT_NEAR(MeasureVolume(*moments, points).volume / MeasurePatches(*many, points).volume, 1,
               1e-12);
 }
 

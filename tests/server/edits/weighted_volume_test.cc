@@ -137,6 +137,25 @@ TEST_F(WeightedVolumeTest, WeightsKeepItAndSoDoUndoAndRedo) {
   ExpectKept();
 }
 
+// As all undo, that of weights takes out one step and moves nothing else (edit_history.h).
+TEST_F(WeightedVolumeTest, UndoBelowAnothersEditLeavesItToTheNextEdit) {
+  ASSERT_OK(Apply(KeepVolume()));
+  ASSERT_OK(Apply(Weigh(kSplitBoxWeights)));  // at rest: moves no points
+  v1::EditBatch pull = Pull(0.5);
+  pull.set_editor_id("bob");
+  pull.set_sequence(1);
+  ASSERT_OK(Apply(pull));
+  ExpectKept();
+  const auto pulled = Points();
+
+  ASSERT_OK(Undo());
+  EXPECT_FALSE(Get().weighted());
+  EXPECT_EQ(Points(), pulled);
+  EXPECT_GT(std::abs(Excess()), 1e-4);
+  ASSERT_OK(Apply(Pull(0.25)));
+  ExpectKept();
+}
+
 TEST_F(WeightedVolumeTest, ABatchKeepsItByItself) {
   ASSERT_OK(Apply(Pull(0.5)));
   v1::EditBatch batch = Weigh(kSplitBoxWeights);

@@ -115,6 +115,28 @@ TEST_F(WeightedCubeTest, MeasuresTheWeightedSurface) {
   EXPECT_NEAR(rise, 0.5, 1e-12);
 }
 
+TEST_F(WeightedCubeTest, TheCentroidMakesNoMoments) {
+  ASSERT_OK(Lift(1));
+  auto request = For<v1::MeasureSceneRequest>();
+  request.add_measures(v1::MEASURE_CENTROID);
+  v1::MeasureSceneResponse response;
+  ASSERT_OK(Call(&Scenes::MeasureScene, request, &response));
+  EXPECT_NEAR(response.centroid().z(), 1, 1e-12);
+  EXPECT_FALSE(response.has_volume());
+  EXPECT_EQ(Get().bytes().count("moments"), 0u);
+
+  request.add_measures(v1::MEASURE_VOLUME);
+  ASSERT_OK(Call(&Scenes::MeasureScene, request, &response));
+  EXPECT_NEAR(response.volume(), 2, 1e-12);
+  EXPECT_EQ(Get().bytes().count("moments"), 0u);
+
+  request.clear_measures();
+  request.add_measures(v1::MEASURE_VOLUME);
+  ASSERT_OK(Call(&Scenes::MeasureScene, request, &response));
+  EXPECT_NEAR(response.volume(), 2, 1e-12);
+  EXPECT_GT(Get().bytes().at("moments"), 0u);
+}
+
 TEST_F(WeightedCubeTest, KeepsAVolume) {
   v1::EditBatch batch = Move("ann", 1, 42, 0.5);
   batch.mutable_keep_volume();

@@ -6,7 +6,11 @@
 #include "server/store/records/scene_codec.h"
 
 #include <random>
+#include <string>
+#include <variant>
+#include <vector>
 
+#include "gmock/gmock.h"
 #include "tests/core/ffd/history/edit_sessions.h"
 
 namespace latticed {
@@ -73,6 +77,22 @@ TEST(SceneCodec, ARecordOfTenPointsTakesItsPointsAndAHundredBytes) {
   const std::string bytes = EncodeRecord(ToScene(history.LastRecord(batch, {})));
   EXPECT_GT(bytes.size(), 240u);
   EXPECT_LT(bytes.size(), 360u);
+}
+
+// set_weights, the points that restore a volume, and a strength: no batch has all three, and the last would be ignored.
+TEST(SceneCodec, ABatchOfThreeEditsIsRefused) {
+  SceneRecord record;
+  record.edit.batch = {.editor_id = "ann", .sequence = 1, .structure_id = 1};
+  record.edit.batch.edits = {SetWeights{{}, {0.5f, 1}}, SetControlPoints{{3}, {{1, 2, 3}}}};
+  ASSERT_OK_AND_ASSIGN(const SceneRecord two, DecodeRecord(EncodeRecord(record)));
+  ASSERT_EQ(two.edit.batch.edits.size(), 2u);
+  EXPECT_EQ(std::get<SetWeights>(two.edit.batch.edits[0]).values, (std::vector<float>{0.5f, 1}));
+  EXPECT_EQ(std::get<SetControlPoints>(two.edit.batch.edits[1]).indices, std::vector<uint32_t>{3});
+
+  record.edit.batch.edits.push_back(SetStrength{0.5});
+  const auto three = DecodeRecord(EncodeRecord(record));
+  EXPECT_THAT(three.status(), StatusIs(absl::StatusCode::kDataLoss));
+  EXPECT_THAT(std::string(three.status().message()), ::testing::HasSubstr("three edits"));
 }
 
 TEST(SceneCodec, DamagedBytesCrashNothing) {

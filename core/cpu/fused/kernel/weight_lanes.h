@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the SIMD code needs beside fused_kernel.h where a mesh has weights (core/ffd/weights/vertex_weights.h). The polynomial
-// of a box is then that of the offset G = F(x) - x, and the kernel combines
+// What the SIMD code needs beside fused_kernel.h where a mesh has weights (core/ffd/weights/vertex_weights.h). The
+// polynomial of a box is then that of the offset G = F(x) - x, and the kernel combines
 //
 //   P = x + w G,   dP = dx + w dG + dw G
 //
-// at each point, or with many segments the polynomial of P on each patch. x and w are affine over a patch. At corners, and between them, x is BoxPolynomial::rest of the same local
-// coordinates as G, so that it takes no memory of its own.
+// at each point, or with many segments the polynomial of P on each patch. x and w are affine over a patch. At corners,
+// and between them, x is BoxPolynomial::rest of the same local coordinates as G, so that it takes no memory of its own.
 //
 // Layout  lane arrays as in fused_kernel.h; positions are relative to the local origin
 // Threads pure functions on their arguments
