@@ -41,6 +41,8 @@ export class EvaluationWatch {
   private readonly ahead = new SumAhead();
   private shownSum: Lattice | undefined; // that of the newest update, …
   private isAhead = false; // … or one that is ahead of it
+  private isBehind = false; // lattices have moved since the last frame,
+  private ownMoveAt: number | undefined; // and this window moved them then
   private timer: ReturnType<typeof setTimeout> | undefined;
   private readonly ends: readonly (() => void)[];
 
@@ -92,9 +94,20 @@ export class EvaluationWatch {
 
   private moved(indices: Uint32Array, isOwn: boolean): void {
     this.editedAt = performance.now();
-    if (!this.sum) this.surface.moved(indices);
-    else if (!this.goAhead()) return; // it is seen with its update
+    if (this.sum) {
+      this.isBehind = true;
+      if (isOwn) this.ownMoveAt = this.editedAt;
+      return this.viewport.invalidate();
+    }
+    this.surface.moved(indices);
     if (isOwn) this.ownEditAt = this.editedAt;
+  }
+
+  /** Once per frame: each pointer event may move lattices. */
+  private catchUp(): void {
+    this.isBehind = false;
+    if (this.goAhead()) this.ownEditAt = this.ownMoveAt ?? this.ownEditAt; // or else it is seen with its update
+    this.ownMoveAt = undefined;
   }
 
   private updated({ revision, msFromEdit }: UpdateInfo): void {
@@ -125,6 +138,7 @@ export class EvaluationWatch {
 
   private draw(): void {
     if (!this.isActive || (!this.sum && !this.session.hasShownLattice)) return; // another lattice is about to be shown
+    if (this.isBehind) this.catchUp();
     const now = performance.now();
     const isEditing = now - this.editedAt < PAUSE_MS;
     const seen = this.tolerance(isEditing);

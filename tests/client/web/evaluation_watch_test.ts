@@ -10,6 +10,7 @@ import type { PatchLatticeSchema } from 'latticed/v1/event_pb';
 import { Encoding, NormalMode } from 'latticed/v1/view_pb';
 import { EvaluationWatch } from '@src/evaluation_watch';
 import { Lattice } from '@src/lattice/lattice';
+import { Summand } from '@src/lattice/lattice_sum';
 import type { SettingsStore } from '@src/state/settings';
 import type { Viewport } from '@src/viewport/viewport';
 import { fromLattice } from '@src/wire/lattice_message';
@@ -199,6 +200,22 @@ test('an own edit of one of several lattices is seen at once, and measured once;
   await page.evaluated();
   near(page.lowest, before + 3); // what comes counts
   assert.equal(page.measured, 2);
+});
+
+test('edits between two frames are added to the sum once, and only the lattice that has moved is', async (t) => {
+  const page = await ofTwo(t);
+  const before = page.lowest;
+  const { mock } = t.mock.method(Summand.prototype, 'displacements');
+  for (const by of [0.5, 0.25, 0.125]) push(page, by);
+  assert.equal(mock.callCount(), 0);
+  assert.ok(page.evaluates());
+  near(page.lowest, before + 0.875);
+  assert.equal(mock.callCount(), 2, 'then and now');
+  assert.equal(page.measured, 1);
+  push(page, 0.125);
+  page.evaluates();
+  near(page.lowest, before + 1);
+  assert.equal(mock.callCount(), 3);
 });
 
 test('a refused edit of one of several lattices is taken back at once', async (t) => {

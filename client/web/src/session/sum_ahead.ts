@@ -11,7 +11,8 @@ interface Base {
   readonly sum: Lattice;
   readonly lattices: NumberedLattices;
   readonly summands: ReadonlyMap<number, Summand>;
-  readonly moved: Float64Array;
+  /** What those lattices moved the sum then that have moved since. */
+  readonly before: Map<number, Float64Array>;
 }
 
 /**
@@ -39,11 +40,18 @@ export class SumAhead {
   of(lattices: NumberedLattices): Lattice | undefined {
     const { known } = this;
     if (!known || !sameStructures(known.lattices, lattices)) return undefined;
+    const moved = Array.from(lattices).filter(([number, lattice]) => !sameMoves(lattice, known.lattices.get(number)!));
+    if (moved.length === 0) return known.sum;
     if (this.base?.sum !== known.sum) this.base = based(known, this.base);
-    const { sum, summands, moved } = this.base;
-    const now = displacements(summands, lattices);
-    if (now.every((x, i) => x === moved[i])) return sum;
-    return new Lattice(sum.frame, sum.degree, sum.size, sum.knots, sum.points.map((x, i) => x + (now[i]! - moved[i]!)));
+    const { sum, summands, before } = this.base;
+    const points = sum.points.slice();
+    for (const [number, lattice] of moved) {
+      const summand = summands.get(number)!;
+      if (!before.has(number)) before.set(number, summand.displacements(known.lattices.get(number)!));
+      const then = before.get(number)!;
+      summand.displacements(lattice).forEach((x, i) => (points[i]! += x - then[i]!));
+    }
+    return new Lattice(sum.frame, sum.degree, sum.size, sum.knots, points);
   }
 }
 
@@ -52,15 +60,13 @@ function based({ sum, lattices }: Pick<Base, 'sum' | 'lattices'>, before: Base |
   const first = lattices.get(Math.min(...lattices.keys()))!;
   const summands = isKnown ? before.summands
     : new Map(Array.from(lattices, ([number, lattice]) => [number, new Summand(lattice, sum, first)]));
-  return { sum, lattices, summands, moved: displacements(summands, lattices) };
-}
-
-function displacements(summands: Base['summands'], lattices: NumberedLattices): Float64Array {
-  const [first, ...others] = Array.from(summands, ([number, summand]) => summand.displacements(lattices.get(number)!));
-  for (const other of others) other.forEach((x, i) => (first![i]! += x));
-  return first!;
+  return { sum, lattices, summands, before: new Map() };
 }
 
 function sameStructures(a: NumberedLattices, b: NumberedLattices): boolean {
   return a.size === b.size && Array.from(a).every(([number, lattice]) => b.has(number) && sameStructure(lattice, b.get(number)!));
+}
+
+function sameMoves(a: Lattice, b: Lattice): boolean {
+  return a.strength === b.strength && a.points.every((x, i) => x === b.points[i]);
 }

@@ -76,6 +76,7 @@ test('an edit of each is seen at once, as its update then brings it', async () =
       const { session } = window.latticed.scene!;
       const before = session.surface.edgeBounds.sum!.points;
       session.apply({ kind: 'move', indices: Uint32Array.of(21, 42), offset: [0.25, 0.0625, 0.125] });
+      window.latticed.scene!['evaluation']['draw'](); // before the update comes
       const { points } = window.latticed.scene!['evaluation']['shownSum']!;
       return { shown: [...points], moved: points.filter((x, i) => x !== before[i]).length };
     });
