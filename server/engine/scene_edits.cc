@@ -48,7 +48,7 @@ void Scene::SubmitEdits(const EditBatch& batch, StopCheck stop, EditDone done) {
     // Freed first, so that the old and the new candidate are never in memory together.
     candidate.reset();
     target = nullptr;
-    auto prepared = Prepare(*wanted, stop);
+    auto prepared = PrepareFor(batch, *wanted, stop);
     if (IsStopped(prepared.status())) {
       ++counts().edits_refused;
       return done(prepared.status());

@@ -20,6 +20,12 @@ uint64_t WholePages(uint64_t bytes) {
   return (bytes + kPage - 1) / kPage * kPage;
 }
 
+bool KeepsVolume(const EditBatch& batch, const SceneState& state) {
+  const size_t place = PlaceOf(state.lattices, batch.lattice);
+  return place < state.lattices.size() &&
+         (batch.keep_volume.has_value() || state.lattices[place].constraints->volume.has_value());
+}
+
 }  // namespace
 
 absl::StatusOr<Scene::Prepared> Scene::Prepare(const PlanKey& key, StopCheck stop) const {
@@ -52,6 +58,16 @@ absl::StatusOr<Scene::Prepared> Scene::Prepare(const PlanKey& key, StopCheck sto
     state.plan = std::move(plan);
     return Prepared{std::move(state), std::move(slot)};
   });
+}
+
+absl::StatusOr<Scene::Prepared> Scene::PrepareFor(const EditBatch& batch, const PlanKey& key,
+                                                  StopCheck stop) const {
+  LATTICED_ASSIGN_OR_RETURN(auto prepared, Prepare(key, stop));
+  if (SetsWeights(batch) && KeepsVolume(batch, *State())) {
+    LATTICED_RETURN_IF_ERROR(
+        prepared.state.measures->Moments(SurfaceMoments::Order::kVolume, stop).status());
+  }
+  return prepared;
 }
 
 }  // namespace latticed

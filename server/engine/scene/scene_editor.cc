@@ -125,11 +125,7 @@ absl::StatusOr<EditCommit> SceneEditor::Apply(const EditBatch& batch, const Scen
     }
     LATTICED_RETURN_IF_ERROR(plan({std::move(structures), history_.weights()}));
     if (LoneEdit<RemoveLattice>(batch) == nullptr) return absl::OkStatus();
-    SceneState planned = *candidate->state;
-    TakeLattices(planned, kNone);
-    const SceneLattice& first = planned.lattices[0];
-    return AdmitPointsOf(batch.refuse_folds, before, planned.plan,
-                         *MapAmongOthers(planned.lattices, 0), *first.points);
+    return AdmitRemaining(batch.refuse_folds, before, *candidate->state);
   };
   const auto map = MapAmongOthers(before.lattices, absent ? 0 : place);
   AdmitPoints admit_points;
@@ -141,11 +137,7 @@ absl::StatusOr<EditCommit> SceneEditor::Apply(const EditBatch& batch, const Scen
         return AdmitPointsOf(refuse_folds, before, before.plan, *WithStrength(map, strength),
                              points);
       }
-      SceneState planned = *candidate->state;
-      const size_t own = PlaceOf(planned.lattices, batch.lattice);
-      TakeLattices(planned, own);
-      const auto next = WithStrength(MapAmongOthers(planned.lattices, own), strength);
-      return AdmitPointsOf(batch.refuse_folds, before, planned.plan, *next, points);
+      return AdmitReplaced(batch, before, *candidate->state, points, strength);
     };
   }
   // Weights make another surface of the same structures. Its plan is admitted before its volume is restored.
@@ -156,25 +148,29 @@ absl::StatusOr<EditCommit> SceneEditor::Apply(const EditBatch& batch, const Scen
   auto outcome = history_.Apply(among_others.has_value() ? *among_others : batch, now, admit,
                                 admit_points, &keeper, admit_weights, admit_removal);
   if (!outcome.ok()) return outcome.status();
-  EditCommit commit{.summary = outcome->summary,
-                    .structure_changed = outcome->structure_changed,
-                    .constraints_changed = outcome->constraints_changed};
   if (outcome->repeated) {
-    if (!commit.summary.status.ok()) return commit.summary.status;
-    return commit;
+    if (!outcome->summary.status.ok()) return outcome->summary.status;
+    return EditCommit{.summary = outcome->summary};
   }
-  if (absent && !commit.structure_changed) {
-    return absl::InternalError("an edit of a lattice that the scene does not have");
+  if (!outcome->structure_changed) {
+    if (absent) return absl::InternalError("an edit of a lattice that the scene does not have");
+    return Commit(batch, before, SceneState(before), *std::move(outcome), clock);
   }
+  return Commit(batch, before, *std::move(candidate->state), *std::move(outcome), clock);
+}
 
-  SceneState next = commit.structure_changed ? *std::move(candidate->state) : SceneState(before);
+EditCommit SceneEditor::Commit(const EditBatch& batch, const SceneState& before, SceneState next,
+                               EditOutcome outcome, const Clock& clock) {
+  EditCommit commit{.summary = std::move(outcome.summary),
+                    .structure_changed = outcome.structure_changed,
+                    .constraints_changed = outcome.constraints_changed};
   if (commit.structure_changed) {
     TakeLattices(next, kNone);
   } else {
-    TakeLattice(next, place);
+    TakeLattice(next, PlaceOf(before.lattices, batch.lattice));
   }
   next.control_points = PlannedPoints(next.lattices);
-  if (!commit.structure_changed) commit.moved = MovedByEdit(before, next, outcome->changed);
+  if (!commit.structure_changed) commit.moved = MovedByEdit(before, next, outcome.changed);
   DirtySet dirty = commit.structure_changed ? AllDirty(*next.plan)
                                             : DirtyByControlPoints(*next.plan, commit.moved);
   history_.SetTouched(batch, dirty.boxes, dirty.patches);
@@ -188,9 +184,25 @@ absl::StatusOr<EditCommit> SceneEditor::Apply(const EditBatch& batch, const Scen
     auto folds = folds_.Follow(before, next, commit.moved);
     if (watch_folds_) commit.summary.folds = std::move(folds);
   }
-  commit.delta = MakeDelta(batch, next, outcome->strength_changed, std::move(outcome->changed));
+  commit.delta = MakeDelta(batch, next, outcome.strength_changed, std::move(outcome.changed));
   commit.state = std::make_shared<const SceneState>(std::move(next));
   return commit;
+}
+
+absl::Status SceneEditor::AdmitReplaced(const EditBatch& batch, const SceneState& before,
+                                        SceneState planned, std::span<const Vec3d> points,
+                                        double strength) {
+  const size_t own = PlaceOf(planned.lattices, batch.lattice);
+  TakeLattices(planned, own);
+  const auto next = WithStrength(MapAmongOthers(planned.lattices, own), strength);
+  return AdmitPointsOf(batch.refuse_folds, before, planned.plan, *next, points);
+}
+
+absl::Status SceneEditor::AdmitRemaining(bool refuse_folds, const SceneState& before,
+                                         SceneState planned) {
+  TakeLattices(planned, kNone);
+  return AdmitPointsOf(refuse_folds, before, planned.plan, *MapAmongOthers(planned.lattices, 0),
+                       *planned.lattices[0].points);
 }
 
 absl::Status SceneEditor::AdmitPointsOf(bool refuse_folds, const SceneState& before,

@@ -103,6 +103,13 @@ class SceneEditor {
   absl::Status AdmitPointsOf(bool refuse_folds, const SceneState& before,
                              const std::shared_ptr<const DeformPlan>& plan, const OutsideMap& map,
                              std::span<const Vec3d> points);
+  // The same where the batch's lattice gets another structure, or goes away: under the plan made for that.
+  absl::Status AdmitReplaced(const EditBatch& batch, const SceneState& before, SceneState planned,
+                             std::span<const Vec3d> points, double strength);
+  absl::Status AdmitRemaining(bool refuse_folds, const SceneState& before, SceneState planned);
+  // What the history did. `next`: the state before, or of the new plan.
+  EditCommit Commit(const EditBatch& batch, const SceneState& before, SceneState next,
+                    EditOutcome outcome, const Clock& clock);
   SceneState NextState(const EditBatch& batch, const SceneState& before, SceneState next,
                        bool structure_changed, absl::Time now) const;
 

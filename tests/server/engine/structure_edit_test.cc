@@ -14,6 +14,7 @@
 #include "tests/server/engine/engine_support.h"
 #include "tests/server/support/scripted_backend.h"
 #include "tests/support/status_matchers.h"
+#include "tests/support/test_meshes.h"
 
 namespace latticed::testing {
 namespace {
@@ -86,6 +87,46 @@ TEST_F(StructureEditTest, AStoppedPlanChangesNothingAndIsNotKeptForReplay) {
   ASSERT_OK(inserted);
   EXPECT_EQ(inserted->revision, 1u);
   EXPECT_EQ(inserted->structure_id, 2u);
+}
+
+// Counts the times that an edit asks whether to stop. By its first question about moments the plan is made.
+TEST_F(StructureEditTest, MomentsForWeightsHoldUpNobodyAndMayBeStopped) {
+  SceneConfig config = MakeSceneConfig("scene-two");
+  config.mesh = std::make_shared<const PolygonMesh>(TorusMesh(12, 8));
+  config.lattices = {*FitLattice(config.mesh->ComputeBounds(), {5, 5, 5}, {2, 2, 2}, 0.05)};
+  ASSERT_OK_AND_ASSIGN(const auto scene, registry_.Create(std::move(config)));
+  const auto weigh = [&](uint64_t sequence) {
+    EditBatch batch = MoveBatch(*scene, "alice", sequence, {}, {});
+    batch.edits = {SetWeights{{}, std::vector<float>(12 * 8, 0.5f)}};
+    return batch;
+  };
+  int asked = 0;
+  const auto count = [&] {
+    ++asked;
+    return absl::OkStatus();
+  };
+  ASSERT_OK(scene->ApplyEdits(weigh(1), count));
+  const int of_plan = std::exchange(asked, 0);
+  EXPECT_EQ(scene->State()->measures->MemoryBytes(), 0u);
+  EditBatch keep = MoveBatch(*scene, "alice", 2, {}, {});
+  keep.edits = {SetConstraints{{.volume = KeptVolume{}}}};
+  ASSERT_OK(scene->ApplyEdits(keep));
+
+  const auto stopped = scene->ApplyEdits(weigh(3), [&] {
+    return ++asked > of_plan ? absl::CancelledError("gone") : absl::OkStatus();
+  });
+  EXPECT_THAT(stopped, StatusIs(absl::StatusCode::kCancelled));
+  EXPECT_EQ(scene->State()->revision, 2u);
+
+  asked = 0;
+  ASSERT_OK(scene->ApplyEdits(weigh(3), [&] {
+    return ++asked == of_plan + 1
+               ? scene->ApplyEdits(MoveBatch(*scene, "bob", 1, {62}, {0.2, 0, 0})).status()
+               : absl::OkStatus();
+  }));
+  EXPECT_EQ(asked, of_plan + 1);
+  EXPECT_EQ(scene->State()->revision, 4u);
+  EXPECT_GT(scene->State()->measures->MemoryBytes(), 0u);
 }
 
 TEST_F(StructureEditTest, ASceneThatIsDeletedMeanwhileRefusesTheEdit) {
