@@ -29,7 +29,7 @@ struct NewChunk {
   uint64_t revision = 0;  // at which its bytes or its patterns last changed
   SharedBytes data;       // below 4 GiB
   VertexDigest digest;    // of the vertices that `data` encodes
-  // PatternKey::Code of each patch; none without a tolerance.
+  // PatternKey::Code of each patch, of at most limits::kPatchesPerChunk; none without a tolerance.
   std::span<const uint16_t> patterns = {};
 };
 

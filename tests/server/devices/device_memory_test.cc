@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "server/engine/render/chunk_table.h"
 #include "tests/server/devices/device_fixture.h"
 
 namespace latticed::testing {
@@ -52,10 +53,12 @@ TEST_F(DeviceMemoryTest, TheHostsBudgetDoesNotBoundTheDevice) {
   const uint64_t needed = Info().reserved_host_bytes();
   const uint64_t patches = Get().patches(), chunks = Get().chunks();
   const uint64_t vertices = patches * kBytesPerPatch;
-  // Enough for the chunks of snapshots (as many bytes as the vertices, and their headers) and for the
-  // largest message, but not for the vertices as well.
+  // Enough for the chunks of snapshots (as many bytes as the vertices, their headers and their table) and for
+  // the largest message, but not for the vertices as well.
   Options options;
-  options.memory_bytes = needed + vertices + 256 * chunks + StreamBytes(vertices, chunks);
+  options.memory_bytes = needed + vertices + 256 * chunks + ChunkTable::MostBytes(chunks, false) +
+                         StreamBytes(vertices, chunks);
+  ASSERT_GT(vertices, ChunkTable::MostBytes(chunks, false));
   Start(kMiB, options);
   ASSERT_OK(Create(SceneRequest()));
 

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "absl/time/clock.h"
+#include "core/base/limits.h"
 #include "core/cpu/cpu_backend.h"
 #include "core/ffd/tessellation_pattern.h"
 #include "tests/server/engine/engine_support.h"
@@ -104,10 +105,14 @@ TEST_F(LevelOfDetailTest, ExpectsThePointsThatASnapshotHas) {
   EXPECT_EQ(Chosen(unknown, patches_), 2) << "as many as the segments allow";
 
   Snapshot snapshot = Sent(4, 8);
-  const std::vector<uint16_t> patterns(patches_, 1 | 1 << 3 | 1 << 6);
-  SharedBytes data;
-  data.size = 6 * patches_ * 8;
-  snapshot.chunks.Set(0, {1, data, VertexDigest(), patterns});
+  const std::vector<uint16_t> patterns(limits::kPatchesPerChunk, 1 | 1 << 3 | 1 << 6);
+  snapshot.chunks = ChunkTable(snapshot.plan->chunk_count());
+  for (uint32_t chunk = 0; chunk < snapshot.chunks.size(); ++chunk) {
+    const auto [first, last] = snapshot.plan->ChunkPatches(chunk);
+    SharedBytes data;
+    data.size = 6 * (last - first) * 8;
+    snapshot.chunks.Set(chunk, {1, data, VertexDigest(), std::span(patterns).first(last - first)});
+  }
   LevelOfDetail detail(asked_);
   detail.Learn(snapshot);
   EXPECT_EQ(Chosen(detail, patches_), 4) << "full detail fits";
