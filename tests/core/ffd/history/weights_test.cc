@@ -28,7 +28,7 @@ class WeightsHistoryTest : public EditHistoryTest {
   absl::StatusOr<EditOutcome> DoKept(Edit edit) { return DoKept(EditBatch{.edits = {edit}}); }
   double FirstHeight() const { return history_.lattice().control_points[0].z; }
 
-  const ScriptedKeeper keeper_;  // moves the first point by 0.02
+  const ScriptedKeeper keeper_{};  // moves the first point by 0.02
   AdmitPoints admit_points_;
   EditBatch last_;
 };
