@@ -31,6 +31,16 @@ using Narrow = std::array<double, kSide * kSide * kSide>;
 using Wide = std::array<double, kWide * kWide * kRow>;
 using CrossProducts = std::array<std::array<Wide, 3>, 3>;
 
+// Calls body(a, b, c) for the terms l_0^a l_1^b l_2^c of F.
+template <typename Body>
+void ForTerms(const std::array<size_t, 3>& degree, const Body& body) {
+  for (size_t a = 0; a <= degree[0]; ++a) {
+    for (size_t b = 0; b <= degree[1]; ++b) {
+      for (size_t c = 0; c <= degree[2]; ++c) body(a, b, c);
+    }
+  }
+}
+
 // Terms of F beyond the degree must be zero. `cross` is zero before.
 void MultiplySlopes(const std::array<Narrow, 3>& f, const std::array<size_t, 3>& degree,
                     CrossProducts& cross);

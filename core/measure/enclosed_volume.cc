@@ -12,6 +12,7 @@
 namespace latticed {
 namespace {
 
+using box_integral::ForTerms;
 using box_integral::Narrow;
 using box_integral::NarrowTerm;
 using box_integral::Wide;
@@ -22,13 +23,13 @@ class BoxMeasure {
  public:
   BoxMeasure(const SurfaceMoments& moments, size_t n, std::span<const Vec3d> control_points,
              Vec3d origin)
-      : contraction_(ContractionOf(moments, moments.boxes()[n])),
+      : contraction_(moments.contraction(n)),
         moments_{{moments.table(n, 0), moments.table(n, 1), moments.table(n, 2)},
                  moments.extent()} {
     const LatticeStructure& structure = moments.plan().structure;
     for (size_t a = 0; a < 3; ++a) degree_[a] = static_cast<size_t>(structure.degree[a]);
     const BoxNumbers numbers = contraction_.Contract(control_points, origin);
-    ForTerms([&](size_t a, size_t b, size_t c) {
+    ForTerms(degree_, [&](size_t a, size_t b, size_t c) {
       for (size_t k = 0; k < 3; ++k) polynomial_[k][NarrowTerm(a, b, c)] = numbers.at[a][b][c][k];
     });
     box_integral::MultiplySlopes(polynomial_, degree_, cross_);
@@ -45,7 +46,7 @@ class BoxMeasure {
   template <typename Add>
   void AddToPoints(const std::array<Wide, 3>& sums, const Add& add) const {
     BoxNumbers numbers;
-    ForTerms([&](size_t a, size_t b, size_t c) {
+    ForTerms(degree_, [&](size_t a, size_t b, size_t c) {
       for (size_t k = 0; k < 3; ++k) numbers.at[a][b][c][k] = sums[k][WideTerm(a, b, c)];
     });
     contraction_.AddTransposed(numbers, add);
@@ -54,7 +55,7 @@ class BoxMeasure {
   template <typename Add>
   void AddToPoints(const std::array<Wide, 3>& sums, size_t j, const Add& add) const {
     BoxNumbers numbers;
-    ForTerms([&](size_t a, size_t b, size_t c) {
+    ForTerms(degree_, [&](size_t a, size_t b, size_t c) {
       const Vec3d product = Multiplied(sums, j, a, b, c);
       for (int k = 0; k < 3; ++k) numbers.at[a][b][c][k] = product[k];
     });
@@ -62,21 +63,6 @@ class BoxMeasure {
   }
 
  private:
-  static BoxContraction ContractionOf(const SurfaceMoments& moments, uint32_t box) {
-    return {moments.plan().structure,
-            moments.plan().boxes[box].span,
-            {&moments.basis(box, 0), &moments.basis(box, 1), &moments.basis(box, 2)}};
-  }
-
-  template <typename Body>
-  void ForTerms(const Body& body) const {
-    for (size_t a = 0; a <= degree_[0]; ++a) {
-      for (size_t b = 0; b <= degree_[1]; ++b) {
-        for (size_t c = 0; c <= degree_[2]; ++c) body(a, b, c);
-      }
-    }
-  }
-
   // The integral of l^(a, b, c) x_j f.
   Vec3d Multiplied(const std::array<Wide, 3>& sums, size_t j, size_t a, size_t b, size_t c) const {
     Vec3d product;

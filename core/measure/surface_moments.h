@@ -40,6 +40,7 @@
 
 #include "absl/status/statusor.h"
 #include "core/base/stop_check.h"
+#include "core/ffd/box/box_contraction.h"
 #include "core/ffd/box/span_basis.h"
 #include "core/ffd/plan/deform_plan.h"
 
@@ -68,9 +69,11 @@ class SurfaceMoments {
   bool has_weights() const { return families_ > 1; }
   // Of the whole surface, if has_weights().
   double rest_volume() const { return rest_volume_; }
-  // Basis functions of the box's span on an axis of the lattice, as powers of l.
-  const SpanBasis& basis(uint32_t box, size_t axis) const {
-    return basis_[axis][static_cast<size_t>(plan_->boxes[box].span[axis])];
+  // Between the control points and the powers of l of boxes()[n]. Refers to these moments.
+  BoxContraction contraction(size_t n) const {
+    const std::array<int, 3>& span = plan_->boxes[boxes_[n]].span;
+    const auto basis = [&](size_t a) { return &basis_[a][static_cast<size_t>(span[a])]; };
+    return {plan_->structure, span, {basis(0), basis(1), basis(2)}};
   }
   // The sum over the patches outside the frame of (x . A) and of (x . A) c, with x a corner, c the centroid and A the
   // directed area, relative to the plan's local origin.

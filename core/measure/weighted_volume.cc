@@ -9,6 +9,7 @@ namespace latticed {
 namespace {
 
 using box_integral::CrossProducts;
+using box_integral::ForTerms;
 using box_integral::Narrow;
 using box_integral::NarrowTerm;
 using box_integral::Powers;
@@ -21,7 +22,7 @@ class WeightedBoxMeasure {
  public:
   // `offsets`: where control points are, relative to where they leave the mesh as it is.
   WeightedBoxMeasure(const SurfaceMoments& moments, size_t n, std::span<const Vec3d> offsets)
-      : moments_(moments), n_(n), contraction_(ContractionOf(moments, moments.boxes()[n])) {
+      : moments_(moments), n_(n), contraction_(moments.contraction(n)) {
     const LatticeStructure& s = moments.plan().structure;
     const KnotBox& box = moments.plan().boxes[moments.boxes()[n]];
     for (int a = 0; a < 3; ++a) {
@@ -31,7 +32,7 @@ class WeightedBoxMeasure {
       rest_slope_[axis] = part * s.frame.edges[axis];
     }
     const BoxNumbers numbers = contraction_.Contract(offsets, {});
-    ForTerms([&](size_t a, size_t b, size_t c) {
+    ForTerms(degree_, [&](size_t a, size_t b, size_t c) {
       for (size_t k = 0; k < 3; ++k) offset_[k][NarrowTerm(a, b, c)] = numbers.at[a][b][c][k];
     });
   }
@@ -52,7 +53,7 @@ class WeightedBoxMeasure {
                                 moments_.extent()},
                                {degree_[0] + 1, degree_[1] + 1, degree_[2] + 1}, sums);
       double across = 0;
-      ForTerms([&](size_t a, size_t b, size_t c) {
+      ForTerms(degree_, [&](size_t a, size_t b, size_t c) {
         for (size_t k = 0; k < 3; ++k) {
           const double sum = sums[k][WideTerm(a, b, c)];
           total.at[a][b][c][k] += sum;
@@ -66,21 +67,6 @@ class WeightedBoxMeasure {
   }
 
  private:
-  static BoxContraction ContractionOf(const SurfaceMoments& moments, uint32_t box) {
-    return {moments.plan().structure,
-            moments.plan().boxes[box].span,
-            {&moments.basis(box, 0), &moments.basis(box, 1), &moments.basis(box, 2)}};
-  }
-
-  template <typename Body>
-  void ForTerms(const Body& body) const {
-    for (size_t a = 0; a <= degree_[0]; ++a) {
-      for (size_t b = 0; b <= degree_[1]; ++b) {
-        for (size_t c = 0; c <= degree_[2]; ++c) body(a, b, c);
-      }
-    }
-  }
-
   // What is multiplied by the moments of a family.
   Powers Multiply(size_t family, CrossProducts& products) const {
     Powers powers;
@@ -101,7 +87,7 @@ class WeightedBoxMeasure {
       case 3:
         ForComponents([&](size_t d, size_t k) {
           const size_t y = (k + 1) % 3, z = (k + 2) % 3;
-          ForTerms([&](size_t a, size_t b, size_t c) {
+          ForTerms(degree_, [&](size_t a, size_t b, size_t c) {
             const size_t term = NarrowTerm(a, b, c);
             products[d][k][WideTerm(a, b, c)] =
                 RestSlope(d, y) * offset_[z][term] - RestSlope(d, z) * offset_[y][term];
@@ -122,7 +108,7 @@ class WeightedBoxMeasure {
     ForComponents([&](size_t d, size_t k) {
       const size_t e = (d + 1) % 3, g = (d + 2) % 3, y = (k + 1) % 3, z = (k + 2) % 3;
       Wide& product = products[d][k];
-      ForTerms([&](size_t a, size_t b, size_t c) {
+      ForTerms(degree_, [&](size_t a, size_t b, size_t c) {
         const std::array<size_t, 3> power = {a, b, c};
         const double of_y = offset_[y][NarrowTerm(a, b, c)], of_z = offset_[z][NarrowTerm(a, b, c)];
         const auto add = [&](size_t axis, double value) {

@@ -20,6 +20,14 @@ namespace {
 using testing::PatchScene;
 using testing::SharedCount;
 
+SharedCount CountShared(const PatchScene& scene) {
+  const PatchSurface surface =
+      testing::EvaluateScene(scene, testing::kSceneTolerance * scene.size());
+  const SharedCount count = testing::SharedPointsCheck(scene, surface).Count();
+  EXPECT_EQ(count.different, 0u) << "of " << count.points;
+  return count;
+}
+
 // Every third scene is torn everywhere, every third in a few places, every third nowhere.
 TEST(PatchEvaluator, PointsThatPatchesShareHaveTheSameBits) {
   SharedCount all;
@@ -32,12 +40,7 @@ TEST(PatchEvaluator, PointsThatPatchesShareHaveTheSameBits) {
       if (seed % 3 == 2) scene.control_points[i] = rest[i];
     }
 
-    const SharedCount here =
-        testing::SharedPointsCheck(
-            scene, testing::EvaluateScene(scene, testing::kSceneTolerance * scene.size()))
-            .Count();
-
-    EXPECT_EQ(here.different, 0u) << "of " << here.points;
+    const SharedCount here = CountShared(scene);
     all.points += here.points;
     all.across_boxes += here.across_boxes;
     all.across_seams += here.across_seams;
@@ -64,12 +67,7 @@ TEST(PatchEvaluator, SeamsThatRestHaveTheSameBits) {
         drawn.mesh, structure, testing::Jitter(structure, 0.4, seed), RestNormals::kNone,
         std::make_shared<const std::vector<float>>(std::move(weights)));
 
-    const SharedCount here =
-        testing::SharedPointsCheck(
-            scene, testing::EvaluateScene(scene, testing::kSceneTolerance * scene.size()))
-            .Count();
-
-    EXPECT_EQ(here.different, 0u) << "of " << here.points;
+    const SharedCount here = CountShared(scene);
     all.across_seams += here.across_seams;
   }
   EXPECT_GT(all.across_seams, 300u);

@@ -54,6 +54,15 @@ EnclosedCentroid CentroidOf(const WeightedPlanPtr& plan, std::span<const Vec3d> 
   return MeasureCentroid(**SurfaceMoments::Make(plan, Order::kCentroid), points);
 }
 
+void ExpectVolumeWithoutTables(const WeightedPlanPtr& plan, double jitter) {
+  const auto moments = *SurfaceMoments::Make(plan, Order::kVolume);
+  ASSERT_FALSE(moments->has_weights());
+  EXPECT_TRUE(moments->boxes().empty());
+  const auto points = Jitter(plan->structure, jitter, 3);
+  EXPECT_NEAR(MeasureVolume(*moments, points).volume / MeasurePatches(*plan, points).volume, 1,
+              1e-12);
+}
+
 class WeightedDegrees : public ::testing::TestWithParam<int> {
  protected:
   static WeightedPlanPtr Plan() {
@@ -88,12 +97,7 @@ TEST(WeightedMeasures, FewPatchesOfABoxHaveNoTables) {
   const PolygonMesh mesh = CubeMesh(1);
   const auto plan = WeightedPlanOf(mesh, {.degree = {2, 2, 2}, .extra = {12, 12, 12}},
                                    ConstantWeights(mesh, 0.5f));
-  const auto moments = *SurfaceMoments::Make(plan, Order::kVolume);
-  ASSERT_FALSE(moments->has_weights());
-  EXPECT_TRUE(moments->boxes().empty());
-  const auto points = Jitter(plan->structure, 0.05, 3);
-  EXPECT_NEAR(MeasureVolume(*moments, points).volume / MeasurePatches(*plan, points).volume, 1,
-              1e-12);
+  ExpectVolumeWithoutTables(plan, 0.05);
 }
 
 // Tables of 1,075 boxes of degrees (3, 3, 3) would take more.
@@ -109,8 +113,6 @@ TEST(WeightedMeasures, TablesOfManyBoxesWouldTakeTooMuchMemory) {
   EXPECT_LT(bytes, most + 100'000);
   EXPECT_LT(SurfaceMoments::BytesFor(*many, Order::kVolume), 100'000u);
 
-  const auto moments = *SurfaceMoments::Make(many, Order::kVolume);
-
   std::vector<uint32_t> filled;
   for (const Patch& patch : many->patches) filled.push_back(patch.box);
   std::ranges::sort(filled);
@@ -118,11 +120,7 @@ TEST(WeightedMeasures, TablesOfManyBoxesWouldTakeTooMuchMemory) {
       static_cast<size_t>(std::unique(filled.begin(), filled.end()) - filled.begin());
   ASSERT_GT(boxes, 1'075u);
   ASSERT_GE(many->patches.size(), 4 * boxes);
-  EXPECT_FALSE(moments->has_weights());
-  EXPECT_TRUE(moments->boxes().empty());
-  const auto points = Jitter(many->structure, 0.02, 3);
-  EXPECT_NEAR(MeasureVolume(*moments, points).volume / MeasurePatches(*many, points).volume, 1,
-              1e-12);
+  ExpectVolumeWithoutTables(many, 0.02);
 }
 
 // What lies outside the frame rests, and so does the surface at its faces.
