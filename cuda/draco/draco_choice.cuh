@@ -61,7 +61,7 @@ __device__ inline MadeTable MakeTagTable(const DracoWork& work, DracoKind kind, 
   const uint32_t place = kind == DracoKind::kPositions ? 0 : 1;
   uint32_t* const counts = tags.counts[place];
   const uint32_t bits = TaggedBits(kind, counts);
-  const TableBuilder table(counts, kTags, work.Points(blockIdx.x), tags.lists[place]);
+  const TableBuilder table(counts, kTags, work.Points(blockIdx.x), tags.lists[place].room());
   return {WriteTable(work, TagsOf(kind), table, {.first_entry = first_entry, .tagged_bits = bits}),
           table.MostBits()};
 }

@@ -156,8 +156,8 @@ struct Attribute {
   // By one warp. `size`: of the counts; `names`: of those by rank.
   __device__ MadeTable MakeTable(const DracoWork& work, uint32_t size,
                                  const uint16_t* names) const {
-    __shared__ uint32_t lists[2][kListedCounts];
-    const TableBuilder table(ranking.counts, size, symbols, lists[place], names);
+    __shared__ SymbolList<kListedSymbols> lists[2];
+    const TableBuilder table(ranking.counts, size, symbols, lists[place].room(), names);
     DracoStream made = stream;
     made.ranked = names != nullptr;
     return {WriteTable(work, kind, table, made), table.MostBits()};

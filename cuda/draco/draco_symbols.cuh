@@ -197,7 +197,8 @@ __device__ __forceinline__ uint32_t RoleOfWarp() {
 
 // The counts of tags, and room for the lists of table builders: [0] of positions, [1] of normals.
 struct TagCounts {
-  uint32_t counts[2][kTags], lists[2][kTags];
+  uint32_t counts[2][kTags];
+  SymbolList<kTags> lists[2];
   __device__ void Zero() {
     for (uint32_t i = threadIdx.x; i < 2 * kTags; i += blockDim.x) counts[i / kTags][i % kTags] = 0;
   }

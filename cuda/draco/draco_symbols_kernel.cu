@@ -83,7 +83,7 @@ template <bool kSparse>
 __global__ void __launch_bounds__(kThreads, kBlocksAtOnce)
     SymbolsKernel(const __grid_constant__ DracoWork work) {
   extern __shared__ uint32_t shared[];
-  __shared__ uint32_t lists[2][kListedCounts];
+  __shared__ SymbolList<kListedSymbols> lists[2];
   __shared__ TagCounts tags;
   const uint32_t chunk = blockIdx.x, points = work.Points(chunk);
   if (IsRanked(work, points)) return;
@@ -98,14 +98,16 @@ __global__ void __launch_bounds__(kThreads, kBlocksAtOnce)
   __syncthreads();
   const uint32_t role = RoleOfWarp();
   if (role == 0) {
-    const TableBuilder table(counts.positions, span.size(), points * kPositionValues, lists[0]);
+    const TableBuilder table(counts.positions, span.size(), points * kPositionValues,
+                             lists[0].room());
     WriteTable(work, DracoKind::kPositions, table,
                {.first_entry = room.first_entry,
                 .least = static_cast<uint16_t>(span.least),
                 .most = static_cast<uint16_t>(span.most)});
   }
   if (role == 1 && work.has_normals()) {
-    const TableBuilder table(counts.normals, NormalEnd(work), points * kNormalValues, lists[1]);
+    const TableBuilder table(counts.normals, NormalEnd(work), points * kNormalValues,
+                             lists[1].room());
     WriteTable(work, DracoKind::kNormals, table, {.first_entry = room.first_entry + span.size()});
   }
   if constexpr (kSparse) {

@@ -14,9 +14,20 @@
 
 namespace latticed::kernels {
 
-// A stream with at most so many distinct symbols has their counts in a list. Nearly all streams do, and
-// most of their counts are zero.
-inline constexpr uint32_t kListedCounts = 256;
+// Room in shared memory for the symbols of a stream that occur, and their counts.
+struct SymbolRoom {
+  uint32_t* counts;
+  uint16_t* names;
+  uint32_t size;
+};
+template <uint32_t kSize>
+struct SymbolList {
+  uint32_t counts[kSize];
+  uint16_t names[kSize];
+  __device__ SymbolRoom room() { return {counts, names, kSize}; }
+};
+// Nearly all streams have fewer distinct symbols, among many values that do not occur.
+inline constexpr uint32_t kListedSymbols = 256;
 
 // The highest bit of a mask that is not 0.
 __device__ __forceinline__ unsigned HighestBit(unsigned mask) { return 31 - __clz(mask); }
@@ -30,82 +41,111 @@ __device__ __forceinline__ float SumOfLanes(float value) {
 
 class TableBuilder {
  public:
-  // `counts`: of the symbols 0 … end - 1; `total`: their sum; `list`: as many words of shared memory, kListedCounts at
-  // most. All lanes of a warp call it.
+  // `counts`: of the symbols 0 … end - 1; `total`: their sum. Those that occur are listed, if `room` suffices; else their
+  // probabilities replace the counts. All lanes of a warp call it.
   //
-  // `names`: of ranked symbols, those that occur, in ascending order; counts[i] is then that of names[i], not 0.
-  __device__ TableBuilder(uint32_t* counts, uint32_t end, uint32_t total, uint32_t* list,
+  // `names`: of ranked symbols, all that occur, in ascending order; counts[i] is then that of names[i]. The entries are by rank.
+  __device__ TableBuilder(uint32_t* counts, uint32_t end, uint32_t total, SymbolRoom room,
                           const uint16_t* names = nullptr)
-      : counts_(counts), names_(names) {
-    Look(end, list);
-    bit_length_ = RansBitLength(distinct_);
-    precision_ = RansPrecision(bit_length_);
-    ShareOut(total,
-             distinct_ <= kListedCounts ? Counts{list, distinct_} : Counts{counts_, largest_ + 1});
+      : places_{counts, names, end}, by_rank_(names != nullptr) {
+    if (by_rank_) {
+      distinct_ = end;
+      largest_ = names[end - 1];
+    } else {
+      List(room);
+      places_ = distinct_ <= room.size ? Places{room.counts, room.names, distinct_}
+                                       : Places{counts, nullptr, largest_ + 1};
+    }
+    ShareOut(total);
   }
 
-  __device__ uint32_t largest() const { return NameOf(largest_); }
+  __device__ uint32_t largest() const { return largest_; }
   __device__ int bit_length() const { return bit_length_; }
   // No less than what the probabilities say of the symbols, in bits: the sum of log2(M / p). All lanes call it.
   __device__ float MostBits() const { return SumOfLanes(lane_bits_); }
 
-  // Writes the entries, in the order of the counts, and the table's bytes; returns how many bytes.
+  // Writes the entries, by symbol or by rank, and the table's bytes; returns how many bytes.
   __device__ uint32_t Write(uint2* entries, uint8_t* bytes) const;
 
  private:
-  // In any order, with or without zeros.
-  struct Counts {
-    const uint32_t* values;
+  // Counts, then probabilities, in the order of the symbols. Without names they are of the symbols 0 … size - 1, some zero.
+  struct Places {
+    uint32_t* values;
+    const uint16_t* names;
     uint32_t size;
+
+    __device__ uint32_t NameOf(uint32_t place) const {
+      return names == nullptr ? place : names[place];
+    }
+    // How many symbols come between this one and the last one before it that occurs. `next`: where names are missing, the one
+    // behind that.
+    __device__ uint32_t ZerosBefore(uint32_t place, uint32_t next) const {
+      if (names == nullptr) return place - next;
+      return place == 0 ? names[0] : names[place] - names[place - 1] - 1u;
+    }
+    __device__ uint32_t At(uint32_t place) const { return place < size ? values[place] : 0; }
   };
   struct Sums {
     uint32_t all, ones;  // RansShares::Try
   };
 
-  __device__ uint32_t NameOf(uint32_t place) const {
-    return names_ == nullptr ? place : names_[place];
-  }
-  // How many symbols of probability 0 come before the one at `place`. `next`: the first place that may be theirs.
-  __device__ uint32_t ZerosBefore(uint32_t place, uint32_t next) const {
-    if (names_ == nullptr) return place - next;
-    return place == 0 ? names_[0] : names_[place] - names_[place - 1] - 1u;
-  }
-  __device__ uint32_t At(uint32_t symbol) const { return symbol <= largest_ ? counts_[symbol] : 0; }
-  __device__ void Look(uint32_t end, uint32_t* list);
-  __device__ void ShareOut(uint32_t total, Counts counts);
+  __device__ void List(SymbolRoom room);
+  __device__ uint32_t MostFrequent() const;
+  __device__ void ShareOut(uint32_t total);
   __device__ void GiveOut(const RansShares& shares, uint32_t left);
-  static __device__ Sums SumsAt(uint32_t scale, const RansShares& shares, Counts counts);
+  __device__ Sums SumsAt(uint32_t scale, const RansShares& shares) const;
 
-  uint32_t* counts_;  // probabilities after ShareOut
-  const uint16_t* names_;
-  uint32_t distinct_ = 0, largest_ = 0, most_frequent_ = 0;
+  Places places_;
+  bool by_rank_;
+  uint32_t distinct_ = 0, largest_ = 0;  // largest_: a symbol
   int bit_length_ = 0, precision_ = 0;
   float lane_bits_ = 0;  // of this lane's symbols
 };
 
-// Finds the number of distinct symbols, the largest and the most frequent one, and lists the counts.
-__device__ inline void TableBuilder::Look(uint32_t end, uint32_t* list) {
-  uint32_t most = 0, its_symbol = 0;  // of this lane's
-  for (uint32_t base = 0; base < end; base += kWarp) {
-    const uint32_t symbol = base + Lane(), count = symbol < end ? counts_[symbol] : 0;
-    const unsigned present = __ballot_sync(kAllLanes, count > 0);
-    if (present == 0) continue;
-    const uint32_t place = distinct_ + static_cast<uint32_t>(__popc(present & LanesBelow()));
-    if (count > 0 && place < kListedCounts) list[place] = count;
-    if (count > most) most = count, its_symbol = symbol;
-    distinct_ += static_cast<uint32_t>(__popc(present));
-    largest_ = base + HighestBit(present);
+// Finds the number of distinct symbols and the largest one, and lists them as far as there is room.
+__device__ inline void TableBuilder::List(SymbolRoom room) {
+  const uint32_t end = places_.size;
+  constexpr uint32_t kAtOnce = 4;  // loads that are on their way together
+  for (uint32_t base = 0; base < end; base += kAtOnce * kWarp) {
+    uint32_t its[kAtOnce], any = 0;
+#pragma unroll
+    for (uint32_t k = 0; k < kAtOnce; ++k) {
+      const uint32_t symbol = base + k * kWarp + Lane();
+      its[k] = places_.At(symbol);
+      any |= its[k];
+    }
+    if (!__any_sync(kAllLanes, any > 0)) continue;
+#pragma unroll
+    for (uint32_t k = 0; k < kAtOnce; ++k) {
+      const unsigned present = __ballot_sync(kAllLanes, its[k] > 0);
+      const uint32_t place = distinct_ + static_cast<uint32_t>(__popc(present & LanesBelow()));
+      if (its[k] > 0 && place < room.size) {
+        room.counts[place] = its[k];
+        room.names[place] = static_cast<uint16_t>(base + k * kWarp + Lane());
+      }
+      distinct_ += static_cast<uint32_t>(__popc(present));
+      if (present != 0) largest_ = base + k * kWarp + HighestBit(present);
+    }
   }
-  const bool has_most = most == __reduce_max_sync(kAllLanes, most);
-  most_frequent_ = __reduce_min_sync(kAllLanes, has_most ? its_symbol : end);
   __syncwarp();
 }
 
-__device__ inline TableBuilder::Sums TableBuilder::SumsAt(uint32_t scale, const RansShares& shares,
-                                                          Counts counts) {
+// The place of the largest count, the first one of several.
+__device__ inline uint32_t TableBuilder::MostFrequent() const {
+  uint32_t most = 0, its_place = 0;  // of this lane's
+  for (uint32_t place = Lane(); place < places_.size; place += kWarp) {
+    const uint32_t count = places_.values[place];
+    if (count > most) most = count, its_place = place;
+  }
+  const bool has_most = most == __reduce_max_sync(kAllLanes, most);
+  return __reduce_min_sync(kAllLanes, has_most ? its_place : places_.size);
+}
+
+__device__ inline TableBuilder::Sums TableBuilder::SumsAt(uint32_t scale,
+                                                          const RansShares& shares) const {
   Sums sums{};
-  for (uint32_t i = Lane(); i < counts.size; i += kWarp) {
-    const uint32_t count = counts.values[i];
+  for (uint32_t place = Lane(); place < places_.size; place += kWarp) {
+    const uint32_t count = places_.values[place];
     const uint32_t probability = count > 0 ? shares.Probability(scale, count) : 0;
     sums.all += probability;
     sums.ones += probability == 1 ? 1 : 0;
@@ -113,20 +153,23 @@ __device__ inline TableBuilder::Sums TableBuilder::SumsAt(uint32_t scale, const 
   return {__reduce_add_sync(kAllLanes, sums.all), __reduce_add_sync(kAllLanes, sums.ones)};
 }
 
-__device__ inline void TableBuilder::ShareOut(uint32_t total, Counts counts) {
+__device__ inline void TableBuilder::ShareOut(uint32_t total) {
+  bit_length_ = RansBitLength(distinct_);
+  precision_ = RansPrecision(bit_length_);
   RansShares shares(total, precision_);
   while (shares.searching()) {
-    const Sums sums = SumsAt(shares.scale(), shares, counts);
+    const Sums sums = SumsAt(shares.scale(), shares);
     shares.Try(sums.all, sums.ones);
   }
-  GiveOut(shares, (1u << precision_) - SumsAt(shares.fits(), shares, counts).all);
+  GiveOut(shares, (1u << precision_) - SumsAt(shares.fits(), shares).all);
 }
 
 // `left`: of M, at the scale that fits.
 __device__ inline void TableBuilder::GiveOut(const RansShares& shares, uint32_t left) {
+  const uint32_t most_frequent = MostFrequent();
   uint32_t asked = 0, given = 0;  // more, by the symbols up to here
-  for (uint32_t base = 0; base <= largest_; base += kWarp) {
-    const uint32_t symbol = base + Lane(), count = At(symbol);
+  for (uint32_t base = 0; base < places_.size; base += kWarp) {
+    const uint32_t place = base + Lane(), count = places_.At(place);
     if (__ballot_sync(kAllLanes, count > 0) == 0) continue;
     uint32_t probability = 0, more = 0;
     if (count > 0) {
@@ -141,13 +184,13 @@ __device__ inline void TableBuilder::GiveOut(const RansShares& shares, uint32_t 
       asked = __shfl_sync(kAllLanes, up_to, kWarp - 1);
     }
     if (count > 0) {
-      counts_[symbol] = probability;
+      places_.values[place] = probability;
       lane_bits_ += static_cast<float>(count) *
                     (static_cast<float>(precision_) - __log2f(static_cast<float>(probability)));
     }
   }
   __syncwarp();
-  if (Lane() == 0) counts_[most_frequent_] += left - given;
+  if (Lane() == 0) places_.values[most_frequent] += left - given;
   __syncwarp();
 }
 
@@ -167,21 +210,21 @@ __device__ inline uint32_t TableBuilder::Write(uint2* entries, uint8_t* bytes) c
                                           symbols >> 14 << 16;
   if (Lane() == 0) PutBytes(bytes, varint, at);
   uint32_t cumulative = 0, next = 0;  // of the symbols before, and the one behind the last of them
-  for (uint32_t base = 0; base <= largest_; base += kWarp) {
-    const uint32_t symbol = base + Lane(), probability = At(symbol);
+  for (uint32_t base = 0; base < places_.size; base += kWarp) {
+    const uint32_t place = base + Lane(), probability = places_.At(place);
     const unsigned present = __ballot_sync(kAllLanes, probability > 0);
     if (present == 0) continue;
     const unsigned below = present & LanesBelow();
     uint32_t zeros = 0;
     if (probability > 0) {
-      zeros = ZerosBefore(symbol, below == 0 ? next : base + HighestBit(below) + 1);
+      zeros = places_.ZerosBefore(place, below == 0 ? next : base + HighestBit(below) + 1);
     }
     const uint32_t more = probability < 1u << 6 ? 0 : probability < 1u << 14 ? 1 : 2;
     const uint32_t runs = (zeros + kMostZeros - 1) / kMostZeros;
     const uint32_t length = probability > 0 ? runs + 1 + more : 0;
     const uint32_t probabilities = SumUpTo(probability), lengths = SumUpTo(length);
     if (probability > 0) {
-      entries[symbol] =
+      entries[by_rank_ ? place : places_.NameOf(place)] =
           MakeEntry(probability, cumulative + probabilities - probability, precision_);
       uint8_t* to = bytes + at + lengths - length;
       for (uint32_t left = zeros; left > 0; left -= min(left, kMostZeros)) {

@@ -3,7 +3,6 @@
 #include "cuda/streams/device_stream_writer.h"
 
 #include <algorithm>
-#include <optional>
 
 #include "absl/cleanup/cleanup.h"
 #include "core/base/status_macros.h"
@@ -19,9 +18,6 @@ using kernels::StreamControl;
 using kernels::StreamPlace;
 
 constexpr std::string_view kWhat = "the encoding";
-// From so many chunks on, hiding the copy of half the bytes saves more than a second round costs.
-constexpr size_t kFewestHalved = 2048;
-
 static_assert(sizeof(StreamControl) % 16 == 0 && sizeof(StreamChunk) == 16 &&
                   sizeof(kernels::StreamDigest) == 16 && sizeof(VertexDigest) == 16,
               "parts lie one after the other, without gaps");
@@ -34,15 +30,19 @@ absl::Status CopyToHost(void* to, const void* from, size_t bytes, cudaStream_t s
 
 absl::StatusOr<DeviceStreamWriter> DeviceStreamWriter::Create(std::unique_ptr<StreamCoder> coder,
                                                               std::shared_ptr<CudaContext> context,
-                                                              std::shared_ptr<CudaLane> lane) {
+                                                              std::shared_ptr<CudaLane> lane,
+                                                              size_t part_bytes) {
   LATTICED_ASSIGN_OR_RETURN(auto ready, CudaEvent::Create());
-  LATTICED_ASSIGN_OR_RETURN(auto placed, CudaEvent::Create());
-  LATTICED_ASSIGN_OR_RETURN(auto other_placed, CudaEvent::Create());
-  LATTICED_ASSIGN_OR_RETURN(auto other, context->lanes().Borrow(StreamPriority::kMiddle));
-  return DeviceStreamWriter(std::move(coder), std::move(context),
-                            {Slot{std::move(lane), std::move(placed), {}},
-                             Slot{std::move(other), std::move(other_placed), {}}},
-                            std::move(ready));
+  std::vector<Slot> slots;
+  for (size_t k = 0; k < kMostParts; ++k) {
+    if (k > 0) {
+      LATTICED_ASSIGN_OR_RETURN(lane, context->lanes().Borrow(StreamPriority::kMiddle));
+    }
+    LATTICED_ASSIGN_OR_RETURN(auto placed, CudaEvent::Create());
+    slots.push_back({std::move(lane), std::move(placed), {}});
+  }
+  return DeviceStreamWriter(std::move(coder), std::move(context), std::move(slots),
+                            std::move(ready), part_bytes);
 }
 
 DeviceStreamWriter::Layout::Layout(size_t count, size_t zeros, bool has_digests)
@@ -57,7 +57,13 @@ size_t DeviceStreamWriter::PinnedBytesFor(size_t chunks) {
   const auto bytes = [](size_t count) {
     return PinnedMemory::BlockBytes(Layout(count, StreamCoder::kMostZeros, true).end);
   };
-  return bytes(batch) + (batch < kFewestHalved ? 0 : bytes(batch / 2));
+  return bytes(batch) + (kMostParts - 1) * bytes((batch + 1) / 2);
+}
+
+size_t DeviceStreamWriter::PinnedBytes() const {
+  size_t bytes = 0;
+  for (const Slot& slot : slots_) bytes += slot.exchanged.size();
+  return bytes;
 }
 
 absl::StatusOr<uint64_t> DeviceStreamWriter::Stage(const Call& call,
@@ -224,30 +230,33 @@ void DeviceStreamWriter::WaitForRounds() const {
   for (const Slot& slot : slots_) static_cast<void>(slot.lane->stream().Synchronize(kWhat));
 }
 
-absl::StatusOr<std::vector<size_t>> DeviceStreamWriter::InOne(const Call& call,
-                                                              std::span<const size_t> numbers) {
-  LATTICED_ASSIGN_OR_RETURN(Round round, Begin(call, numbers, slots_[0]));
-  absl::Cleanup wait = [this] { WaitForRounds(); };
-  LATTICED_RETURN_IF_ERROR(Finish(call, round, /*is_last_begun=*/true));
-  std::move(wait).Cancel();
-  return std::move(round.deferred);
+size_t DeviceStreamWriter::PartsOf(const Call& call, std::span<const size_t> numbers) const {
+  double points = 0;
+  for (const size_t i : numbers) points += call.chunks[i].points;
+  const size_t worth = GuessBytes(points, slots_[0]) / part_bytes_;
+  return std::clamp<size_t>(worth, 1, std::min(kMostParts, numbers.size()));
 }
 
-absl::StatusOr<std::vector<size_t>> DeviceStreamWriter::InTwo(const Call& call,
-                                                              std::span<const size_t> numbers) {
-  std::array<std::optional<Round>, 2> rounds;
+absl::StatusOr<std::vector<size_t>> DeviceStreamWriter::InParts(const Call& call,
+                                                                std::span<const size_t> numbers,
+                                                                size_t parts) {
+  std::vector<Round> rounds;
+  rounds.reserve(parts);
   absl::Cleanup wait = [this] { WaitForRounds(); };
-  LATTICED_RETURN_IF_ERROR(ready_.Record(slots_[0].stream()));
-  LATTICED_RETURN_IF_ERROR(ready_.HoldBack(slots_[1].stream()));
-  const size_t half = numbers.size() / 2;
-  LATTICED_ASSIGN_OR_RETURN(rounds[0], Begin(call, numbers.first(half), slots_[1]));
-  LATTICED_ASSIGN_OR_RETURN(rounds[1], Begin(call, numbers.subspan(half), slots_[0]));
+  if (parts > 1) LATTICED_RETURN_IF_ERROR(ready_.Record(slots_[0].stream()));
+  for (size_t k = 0, first = 0; k < parts; ++k) {
+    const bool is_last = k + 1 == parts;
+    Slot& slot = slots_[is_last ? 0 : k + 1];
+    if (!is_last) LATTICED_RETURN_IF_ERROR(ready_.HoldBack(slot.stream()));
+    const size_t last = numbers.size() * (k + 1) / parts;
+    LATTICED_ASSIGN_OR_RETURN(auto round, Begin(call, numbers.subspan(first, last - first), slot));
+    rounds.push_back(std::move(round));
+    first = last;
+  }
   std::vector<size_t> deferred;
-  deferred.reserve(numbers.size());
-  for (auto& round : rounds) {
-    const bool is_last = &round == &rounds.back();
-    LATTICED_RETURN_IF_ERROR(Finish(call, *round, /*is_last_begun=*/is_last));
-    deferred.insert(deferred.end(), round->deferred.begin(), round->deferred.end());
+  for (Round& round : rounds) {
+    LATTICED_RETURN_IF_ERROR(Finish(call, round, /*is_last_begun=*/&round == &rounds.back()));
+    deferred.insert(deferred.end(), round.deferred.begin(), round.deferred.end());
   }
   std::move(wait).Cancel();
   return deferred;
@@ -264,11 +273,10 @@ absl::Status DeviceStreamWriter::Encode(DeviceSpan<const uint8_t> vertices,
   std::span<const size_t> left = std::span(all_).first(chunks.size());
   bool stuck = false;  // the last turn of the loop encoded nothing
   for (std::vector<size_t> deferred; !left.empty(); left = deferred) {
-    // Where nothing says how many bytes there will be, none can be on their way early.
-    const bool in_two = left.size() >= kFewestHalved && slots_[0].bytes_per_point[0] > 0 && !stuck;
-    LATTICED_ASSIGN_OR_RETURN(auto again, in_two ? InTwo(call, left) : InOne(call, left));
+    const size_t parts = stuck ? 1 : PartsOf(call, left);
+    LATTICED_ASSIGN_OR_RETURN(auto again, InParts(call, left, parts));
     stuck = again.size() == left.size();
-    if (stuck && !in_two) {
+    if (stuck && parts == 1) {
       return absl::InternalError("a chunk's integers have more bits than its view");
     }
     deferred = std::move(again);

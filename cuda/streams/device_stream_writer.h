@@ -8,8 +8,8 @@
 //   chunks, known digests        <-- host
 //   digests | coding | packing   --> host: sizes and places, bytes
 //
-// Many chunks are encoded in two halves, on two streams. The bytes of the first half cross the bus while the second one is
-// encoded.
+// Where many bytes are expected, chunks are encoded in parts, each on a stream of its own. The bytes of the first parts cross
+// the bus while the last one is encoded. Where there are few, the host would take longer to launch more kernels.
 //
 // The host does not wait for the sizes before it asks for the bytes. It guesses their number from the last streams, asks
 // for a sixteenth more, and names the results while they are copied. It takes the larger number of the last two rounds,
@@ -38,9 +38,13 @@ namespace latticed {
 
 class DeviceStreamWriter {
  public:
+  // The fewest bytes of a part, whose copy takes as long as the launches of another part.
+  static constexpr size_t kPartBytes = size_t{2} << 20;
+  static constexpr size_t kMostParts = 4;
+
   [[nodiscard]] static absl::StatusOr<DeviceStreamWriter> Create(
       std::unique_ptr<StreamCoder> coder, std::shared_ptr<CudaContext> context,
-      std::shared_ptr<CudaLane> lane);
+      std::shared_ptr<CudaLane> lane, size_t part_bytes = kPartBytes);
 
   // A chunk in wire layout, among the points of all vertices.
   struct Chunk {
@@ -58,11 +62,11 @@ class DeviceStreamWriter {
   static size_t PinnedBytesFor(size_t chunks);
   std::string_view purpose() const { return coder_->purpose(); }
   size_t DeviceBytes() const { return coder_->DeviceBytes(); }
-  size_t PinnedBytes() const { return slots_[0].exchanged.size() + slots_[1].exchanged.size(); }
+  size_t PinnedBytes() const;
 
  private:
-  // What a round needs while it is on its way. The first slot has the lane of the writer. The second one has a lane of
-  // higher priority, and of two rounds it takes the first half, so that its bytes are ready early.
+  // What a round needs while it is on its way. The first slot has the lane of the writer. The others have lanes of
+  // higher priority, and take the first parts, so that their bytes are ready early.
   struct Slot {
     std::shared_ptr<CudaLane> lane;
     CudaEvent placed;
@@ -71,11 +75,12 @@ class DeviceStreamWriter {
     cudaStream_t stream() const { return lane->stream().get(); }
   };
   DeviceStreamWriter(std::unique_ptr<StreamCoder> coder, std::shared_ptr<CudaContext> context,
-                     std::array<Slot, 2> slots, CudaEvent ready)
+                     std::vector<Slot> slots, CudaEvent ready, size_t part_bytes)
       : context_(std::move(context)),
         coder_(std::move(coder)),
         slots_(std::move(slots)),
-        ready_(std::move(ready)) {}
+        ready_(std::move(ready)),
+        part_bytes_(part_bytes) {}
 
   // The arguments of Encode.
   struct Call {
@@ -116,9 +121,11 @@ class DeviceStreamWriter {
   absl::Status Finish(const Call& call, Round& round, bool is_last_begun);
   // Whatever fails, the memory of rounds must stay until what is on its way has ended.
   void WaitForRounds() const;
-  // Encodes `numbers` in one round, or in two at once. Returns those that are deferred.
-  absl::StatusOr<std::vector<size_t>> InOne(const Call& call, std::span<const size_t> numbers);
-  absl::StatusOr<std::vector<size_t>> InTwo(const Call& call, std::span<const size_t> numbers);
+  // How many parts they are worth; 1 where nothing says how many bytes there will be.
+  size_t PartsOf(const Call& call, std::span<const size_t> numbers) const;
+  // Encodes `numbers` in so many rounds at once. Returns those that are deferred.
+  absl::StatusOr<std::vector<size_t>> InParts(const Call& call, std::span<const size_t> numbers,
+                                              size_t parts);
   // Puts all that goes to the device in slot.exchanged, and returns the number of points. The coder has not seen the chunks.
   absl::StatusOr<uint64_t> Stage(const Call& call, std::span<const size_t> numbers,
                                  const Layout& layout, Slot& slot);
@@ -135,8 +142,9 @@ class DeviceStreamWriter {
 
   std::shared_ptr<CudaContext> context_;
   std::unique_ptr<StreamCoder> coder_;
-  std::array<Slot, 2> slots_;
-  CudaEvent ready_;                  // the vertices
+  std::vector<Slot> slots_;  // kParts
+  CudaEvent ready_;          // the vertices
+  size_t part_bytes_;
   std::vector<size_t> all_;          // 0, 1, 2, …
   std::vector<VertexDigest> found_;  // of this call's chunks
 };

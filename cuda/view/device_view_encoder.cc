@@ -25,30 +25,33 @@ DracoShape DeviceViewEncoder::ShapeFor(Encoding encoding) const {
 absl::Status DeviceViewEncoder::EncodeBatch(const Source& source, std::span<const uint32_t> chunks,
                                             std::span<VertexDigest> digests,
                                             std::span<SharedBytes> results, TakeEarly early) {
-  const bool is_wire_order = source.kernel.OwnOrderBytes() == 0;
-  std::vector<DeviceStreamWriter::Chunk> places;
-  places.reserve(chunks.size());
-  size_t copied = 0;  // points, if they are brought to wire order
   // Asked once: to ask for each chunk would take a twentieth of all time to the bytes.
   const auto last = static_cast<uint32_t>(plan_.chunk_count()) - 1;
   const size_t usual_points = ChunkPoints(plan_, 0, spec_.segments),
                last_points = ChunkPoints(plan_, last, spec_.segments);
+  DeviceSpan<const uint8_t> vertices = source.vertices;
+  DeviceBuffer<uint8_t> wire;
+  const bool is_wire_order = source.kernel.OwnOrderBytes() == 0;
+  if (!is_wire_order) {
+    // Before all that the host still lists, so that the device goes on meanwhile.
+    const size_t points =
+        (chunks.size() - 1) * usual_points + (chunks.back() == last ? last_points : usual_points);
+    LATTICED_ASSIGN_OR_RETURN(
+        wire, DeviceBuffer<uint8_t>::Create(context_->memory(), source.writer.purpose(),
+                                            points * BytesPerPoint(spec_), lane_->stream().get()));
+    LATTICED_RETURN_IF_ERROR(source.kernel.ToWireOrder(source.vertices, chunks, wire.span()));
+    vertices = wire.span();
+  }
+  std::vector<DeviceStreamWriter::Chunk> places;
+  places.reserve(chunks.size());
+  size_t first = 0;
   for (const uint32_t chunk : chunks) {
-    const size_t first = chunk * usual_points;
+    if (is_wire_order) first = chunk * usual_points;
     const size_t points = chunk == last ? last_points : usual_points;
-    places.push_back(
-        {.first_point = is_wire_order ? first : copied, .points = static_cast<uint32_t>(points)});
-    copied += points;
+    places.push_back({.first_point = first, .points = static_cast<uint32_t>(points)});
+    first += points;
   }
-  if (is_wire_order) {
-    return source.writer.Encode(source.vertices, places, source.range, digests, results, early);
-  }
-  LATTICED_ASSIGN_OR_RETURN(
-      const auto wire,
-      DeviceBuffer<uint8_t>::Create(context_->memory(), source.writer.purpose(),
-                                    copied * BytesPerPoint(spec_), lane_->stream().get()));
-  LATTICED_RETURN_IF_ERROR(source.kernel.ToWireOrder(source.vertices, chunks, wire.span()));
-  return source.writer.Encode(wire.span(), places, source.range, digests, results, early);
+  return source.writer.Encode(vertices, places, source.range, digests, results, early);
 }
 
 absl::Status DeviceViewEncoder::Encode(CudaVertexKernel& kernel, DeviceSpan<const uint8_t> vertices,

@@ -95,12 +95,13 @@ absl::Status Apply(const SetControlPoints& edit, std::string_view field, EditTar
 
 absl::Status Apply(const MoveControlPoints& edit, std::string_view field, EditTarget& target) {
   const std::string path = fmt::format("{}.move_control_points", field);
+  const std::string offset = path + ".offset";
   auto& points = target.lattice.control_points;
   auto status = CheckIndices(edit.indices, points.size(), path);
-  if (status.ok() && !IsFinite(edit.offset)) status = error::NotFinite(path + ".offset");
+  if (status.ok() && !IsFinite(edit.offset)) status = error::NotFinite(offset);
   for (size_t n = 0; status.ok() && n < edit.indices.size(); ++n) {
     const uint32_t index = edit.indices[n];
-    status = Write(target, index, points[index] + edit.offset, path + ".offset");
+    status = Write(target, index, points[index] + edit.offset, offset);
   }
   return status;
 }
@@ -120,23 +121,24 @@ absl::Status CheckAffine(const std::array<double, 16>& m, const std::string& pat
 
 absl::Status Apply(const TransformControlPoints& edit, std::string_view field, EditTarget& target) {
   const std::string path = fmt::format("{}.transform_control_points", field);
+  const std::string matrix = path + ".matrix";
   auto& points = target.lattice.control_points;
   auto status = CheckIndices(edit.indices, points.size(), path);
-  if (status.ok()) status = CheckAffine(edit.matrix, path + ".matrix");
+  if (status.ok()) status = CheckAffine(edit.matrix, matrix);
   const auto column = [&edit](size_t c) {
     return Vec3d{edit.matrix[4 * c], edit.matrix[4 * c + 1], edit.matrix[4 * c + 2]};
   };
   for (size_t n = 0; status.ok() && n < edit.indices.size(); ++n) {
     const Vec3d p = points[edit.indices[n]];
-    status =
-        Write(target, edit.indices[n],
-              p.x * column(0) + p.y * column(1) + p.z * column(2) + column(3), path + ".matrix");
+    status = Write(target, edit.indices[n],
+                   p.x * column(0) + p.y * column(1) + p.z * column(2) + column(3), matrix);
   }
   return status;
 }
 
 absl::Status Apply(const CarryControlPoints& edit, std::string_view field, EditTarget& target) {
   const std::string path = fmt::format("{}.carry_control_points", field);
+  const std::string parent = path + ".parent";
   auto& points = target.lattice.control_points;
   std::vector<uint32_t> all;
   if (edit.indices.empty()) {
@@ -150,7 +152,7 @@ absl::Status Apply(const CarryControlPoints& edit, std::string_view field, EditT
   for (size_t n = 0; status.ok() && n < indices.size(); ++n) {
     const uint32_t index = indices[n];
     const DeformedPoint carried = EvaluateWorld(outside.continued(), continued, points[index]);
-    if (carried.inside) status = Write(target, index, carried.position, path + ".parent");
+    if (carried.inside) status = Write(target, index, carried.position, parent);
   }
   return status;
 }
@@ -172,16 +174,17 @@ absl::Status Apply(const ReplaceControlPoints& edit, std::string_view field, Edi
 
 absl::Status Apply(const DragPoints& edit, std::string_view field, EditTarget& target) {
   const std::string path = fmt::format("{}.drag_points", field);
+  const std::string targets = path + ".targets";
   const size_t count = edit.points.size();
   LATTICED_RETURN_IF_ERROR(error::CheckRange(path + ".points", static_cast<double>(count), 1,
                                              static_cast<double>(limits::kMaxDragPoints)));
   if (edit.targets.size() != count) {
     return error::InvalidField(
-        path + ".targets", fmt::format("got {} targets for {} points", edit.targets.size(), count));
+        targets, fmt::format("got {} targets for {} points", edit.targets.size(), count));
   }
   absl::Status status;
   for (size_t n = 0; status.ok() && n < count; ++n) {
-    status = CheckListed(edit.targets, n, path + ".targets");
+    status = CheckListed(edit.targets, n, targets);
   }
   if (!status.ok()) return status;
   if (target.strength == 0) {
@@ -194,8 +197,7 @@ absl::Status Apply(const DragPoints& edit, std::string_view field, EditTarget& t
                                                 target.freedom, edit.weights, target.strength);
   for (size_t n = 0; status.ok() && n < moves.indices.size(); ++n) {
     const uint32_t index = moves.indices[n];
-    status = Write(target, index, target.lattice.control_points[index] + moves.offsets[n],
-                   path + ".targets");
+    status = Write(target, index, target.lattice.control_points[index] + moves.offsets[n], targets);
   }
   target.drag_residual = std::max(target.drag_residual, moves.residual);
   return status;

@@ -49,6 +49,9 @@ std::vector<Range> PatchesOf(const DeformPlan& plan, const std::vector<bool>& bo
 std::vector<uint32_t> BorrowersBeside(const DeformPlan& plan, const std::vector<bool>& boxes,
                                       std::span<const Range> ranges) {
   std::vector<uint32_t> patches;
+  const bool covers_all =
+      ranges.size() == 1 && ranges[0].last - ranges[0].first == plan.patches.size();
+  if (covers_all) return patches;  // asked first, because all lists of borrowers are cold by now
   for (size_t box = 0; box < boxes.size(); ++box) {
     if (!boxes[box]) continue;
     const std::vector<uint32_t>& borrowers = plan.box_borrowers[box];
@@ -98,10 +101,13 @@ std::vector<bool> InfluencedBoxes(const DeformPlan& plan, std::span<const uint32
   const uint32_t row = below[0].back(), layer = row * below[1].back();
   for (size_t begin = 0, end = 0; begin < indices.size(); begin = end) {
     const int first = static_cast<int>(indices[begin]), line = first / s.size[0];
-    // Takes neighbours along u together; an edit of all points then takes one step per row.
+    // Takes points of a row together whose boxes lie side by side; an edit of all points, or of every second one, then takes
+    // one step per row.
     int last = first;
-    for (end = begin + 1; end < indices.size(); ++end, ++last) {
-      if (static_cast<int>(indices[end]) != last + 1 || (last + 1) / s.size[0] != line) break;
+    for (end = begin + 1; end < indices.size(); ++end) {
+      const int next = static_cast<int>(indices[end]);
+      if (next < last || next > last + s.degree[0] + 1 || next / s.size[0] != line) break;
+      last = next;
     }
     const Range u{boxes_of(0, first % s.size[0]).first, boxes_of(0, last % s.size[0]).last},
         v = boxes_of(1, line % s.size[1]), w = boxes_of(2, line / s.size[1]);

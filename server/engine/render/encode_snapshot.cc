@@ -45,42 +45,42 @@ class BatchTaker {
         before_(before),
         patterns_of_(patterns_of),
         revisions_(revisions),
-        snapshot_(snapshot),
-        digests_(batch.size()),
-        is_comparable_(batch.size()) {
-    for (size_t i = 0; before != nullptr && i < batch.size(); ++i) {
-      const SnapshotChunk had = before->chunks[batch[i]];
-      is_comparable_[i] = std::ranges::equal(had.patterns, patterns_of(batch[i]));
+        snapshot_(snapshot) {}
+
+  // Of what each chunk was, where its bytes mean the same. An attempt to encode may replace them.
+  std::span<VertexDigest> Known() {
+    digests_.assign(batch_.size(), VertexDigest());
+    is_comparable_.assign(batch_.size(), false);
+    is_taken_.assign(batch_.size(), false);
+    if (before_ == nullptr) return digests_;
+    const bool has_patterns = !patterns_of_(batch_.front()).empty();  // all chunks or none
+    for (size_t i = 0; i < batch_.size(); ++i) {
+      const SnapshotChunk had = Before(i);
+      is_comparable_[i] = has_patterns ? std::ranges::equal(had.patterns, patterns_of_(batch_[i]))
+                                       : had.patterns.empty();
       if (is_comparable_[i]) digests_[i] = had.digest;
     }
+    return digests_;
   }
-
-  // Of what each chunk was, where its bytes mean the same.
-  std::span<VertexDigest> digests() { return digests_; }
 
   // As TakeEarly says: the bytes are not there yet, so those that may be the old ones stay in `results`.
   void TakeSome(size_t first, std::span<SharedBytes> results,
                 std::span<const VertexDigest> digests) {
     for (size_t k = 0; k < results.size(); ++k) {
       const size_t i = first + k;
-      if (results[k].data == nullptr) {
-        if (is_comparable_[i]) Keep(i, digests[k]);
-      } else if (!is_comparable_[i] || Before(i).data.size() != results[k].size) {
-        Put(i, results[k], digests[k]);
-      }
+      const bool is_new = results[k].data != nullptr;
+      is_taken_[i] = is_new ? !is_comparable_[i] || Before(i).data.size() != results[k].size
+                            : is_comparable_[i];
+      if (is_taken_[i]) is_new ? Put(i, results[k], digests[k]) : Keep(i, digests[k]);
     }
   }
   void TakeRest(std::span<SharedBytes> results) {
     for (size_t i = 0; i < results.size(); ++i) {
+      if (is_taken_[i]) continue;
       SharedBytes& data = results[i];
-      const bool is_same = is_comparable_[i] &&
-                           (data.data == nullptr ? Before(i).digest == digests_[i]
-                                                 : std::ranges::equal(Before(i).data, data.span()));
-      if (is_same) {
-        Keep(i, digests_[i]);
-      } else if (data.data != nullptr) {  // not taken by TakeSome
-        Put(i, data, digests_[i]);
-      }
+      const bool is_same = is_comparable_[i] && (data.data == nullptr ||
+                                                 std::ranges::equal(Before(i).data, data.span()));
+      is_same ? Keep(i, digests_[i]) : Put(i, data, digests_[i]);
     }
   }
 
@@ -110,7 +110,8 @@ class BatchTaker {
   const std::span<const uint64_t> revisions_;
   Snapshot& snapshot_;
   std::vector<VertexDigest> digests_;
-  std::vector<bool> is_comparable_;
+  // Of this attempt.
+  std::vector<bool> is_comparable_, is_taken_;
 };
 
 }  // namespace
@@ -132,7 +133,8 @@ absl::StatusOr<std::shared_ptr<Snapshot>> EncodeSnapshot(
         std::span(order).subspan(done, std::min(traits.encode_batch, order.size() - done));
     BatchTaker taker(batch, is_comparable ? before : nullptr, patterns_of, revisions, *snapshot);
     const auto early = [&taker](auto... some) { taker.TakeSome(some...); };
-    LATTICED_ASSIGN_OR_RETURN(auto encoded, encode(batch, taker.digests(), early));
+    const auto known = [&taker] { return taker.Known(); };
+    LATTICED_ASSIGN_OR_RETURN(auto encoded, encode(batch, known, early));
     taker.TakeRest(encoded);
     done += batch.size();
   }

@@ -20,9 +20,10 @@
 
 namespace latticed {
 
-// DeformView::Encode of one batch of chunks.
+// DeformView::Encode of one batch of chunks. It may be tried again after an error; each attempt begins with known().
+using KnownDigests = absl::FunctionRef<std::span<VertexDigest>()>;
 using EncodeBatch = absl::FunctionRef<absl::StatusOr<std::vector<SharedBytes>>(
-    std::span<const uint32_t> chunks, std::span<VertexDigest> digests, TakeEarly early)>;
+    std::span<const uint32_t> chunks, KnownDigests known, TakeEarly early)>;
 // DeformView::Patterns of a chunk.
 using PatternsOfChunk = absl::FunctionRef<std::span<const uint16_t>(uint32_t chunk)>;
 

@@ -41,8 +41,12 @@ void RenderQueue::Work(Role role) {
   while (true) {
     {
       const MutexLock lock(&mutex_);
-      mutex_.Await(
-          [&]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return stopping_ || seen != scheduled_; });
+      const bool is_any = role == Role::kAny;
+      idle_ += is_any ? 1 : 0;
+      mutex_.Await([&]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
+        return stopping_ || (seen != scheduled_ && (is_any || idle_ == 0));
+      });
+      idle_ -= is_any ? 1 : 0;
       if (stopping_) return;
       seen = scheduled_;
     }

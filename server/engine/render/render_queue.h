@@ -9,7 +9,8 @@
 //   worker kShort   small | small |       | small |  small | small |
 //
 // One worker takes only short turns. So a short turn waits only for other short turns, however many long
-// ones there are. The other workers take what comes first.
+// ones there are. The other workers take what comes first. While one of them is idle, that worker sleeps:
+// of two wake-ups, the turn could get the second.
 //
 // Threads  safe; work runs with no lock held. The destructor finishes what runs and drops the rest.
 #ifndef LATTICED_SERVER_ENGINE_RENDER_RENDER_QUEUE_H_
@@ -65,6 +66,7 @@ class RenderQueue {
   Mutex mutex_;
   Waiting waiting_ ABSL_GUARDED_BY(mutex_);
   uint64_t scheduled_ ABSL_GUARDED_BY(mutex_) = 0;  // calls of Schedule
+  int idle_ ABSL_GUARDED_BY(mutex_) = 0;            // workers kAny that wait
   bool stopping_ ABSL_GUARDED_BY(mutex_) = false;
   std::vector<std::thread> threads_;
 };

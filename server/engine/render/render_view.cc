@@ -111,14 +111,10 @@ absl::StatusOr<std::shared_ptr<Snapshot>> RenderView::Render(const RenderWork& w
   if (work.moved) {
     revisions = ChunkRevisions(*work.input.state->plan, *work.moved, key().spec);
   }
-  const auto encode = [&](std::span<const uint32_t> chunks, std::span<VertexDigest> digests,
+  const auto encode = [&](std::span<const uint32_t> chunks, KnownDigests known,
                           TakeEarly early) -> absl::StatusOr<std::vector<SharedBytes>> {
     if (!board_.watched()) return NobodyWatches();
-    const std::vector<VertexDigest> known(digests.begin(), digests.end());
-    return backend_->Run([&] {
-      std::ranges::copy(known, digests.begin());  // an attempt that failed may have changed them
-      return vertices_->Encode(chunks, key().encoding, digests, early);
-    });
+    return backend_->Run([&] { return vertices_->Encode(chunks, key().encoding, known(), early); });
   };
   LATTICED_ASSIGN_OR_RETURN(
       auto snapshot,

@@ -31,8 +31,10 @@ class DracoCoderTest : public StreamCoderTest {
             .is_sparse = sparse};
   }
 
-  absl::StatusOr<DeviceStreamWriter> WriterOf(const DracoShape& shape, uint32_t entry_room = 0) {
-    return WriterWith(DracoCoder::Create(shape, *context_, lane_->stream().get(), entry_room));
+  absl::StatusOr<DeviceStreamWriter> WriterOf(const DracoShape& shape, uint32_t entry_room = 0,
+                                              size_t part_bytes = DeviceStreamWriter::kPartBytes) {
+    return WriterWith(DracoCoder::Create(shape, *context_, lane_->stream().get(), entry_room),
+                      part_bytes);
   }
 
   // Encodes those of `chunks` that `numbers` names, with both writers. Meshes may have two numbers of points, that of
@@ -237,16 +239,17 @@ TEST_F(DracoCoderTest, DigestsDoNotDependOnPlaces) {
   }
 }
 
-// A writer guesses the room for its streams from those before. Many chunks are two rounds, of which each has its room.
+// A writer guesses the room for its streams from those before. Each part has its room.
 TEST_F(DracoCoderTest, StreamsAreWholeWhereTheyTakeMoreOrLessThanTheLastOnes) {
-  for (const unsigned count : {40u, 2'200u}) {
+  constexpr unsigned kCount = 130;
+  for (const size_t part_bytes : {DeviceStreamWriter::kPartBytes, kSmallParts}) {
     std::vector<Chunk> small, large, mixed;
-    for (unsigned i = 0; i < count; ++i) {
+    for (unsigned i = 0; i < kCount; ++i) {
       small.push_back(MakeChunk(97, 14, 8, Data::kConstant, kSeed + i));
       large.push_back(MakeChunk(97, 14, 8, Data::kRandom, kSeed + i));
       mixed.push_back(i % 8 == 0 ? large.back() : small.back());
     }
-    ASSERT_OK_AND_ASSIGN(auto writer, WriterOf(ShapeOf(small.front(), true)));
+    ASSERT_OK_AND_ASSIGN(auto writer, WriterOf(ShapeOf(small.front(), true), 0, part_bytes));
     for (const auto& chunks : {small, large, large, mixed, large, small, small}) {
       const auto vertices = Upload(chunks);
       std::vector<SharedBytes> results(chunks.size());
@@ -259,20 +262,20 @@ TEST_F(DracoCoderTest, StreamsAreWholeWhereTheyTakeMoreOrLessThanTheLastOnes) {
         std::vector<uint8_t> expected;
         ASSERT_OK(DracoWriter().Encode({&one, 1}, kRange, nullptr, {&expected, 1}));
         ASSERT_TRUE(std::ranges::equal(results[i].span(), expected))
-            << "chunk " << i << " of " << count;
+            << "chunk " << i << ", parts of " << part_bytes << " bytes";
       }
     }
   }
 }
 
-// Of two rounds that are on their way at once, either may have chunks that did not change.
-TEST_F(DracoCoderTest, DigestsOfTwoRoundsAreKeptApart) {
-  constexpr uint32_t kCount = 2'100;
+// Of parts that are on their way at once, any may have chunks that did not change.
+TEST_F(DracoCoderTest, DigestsOfPartsAreKeptApart) {
+  constexpr uint32_t kCount = 210;
   std::vector<Chunk> chunks;
   for (uint32_t i = 0; i < kCount; ++i) {
     chunks.push_back(MakeChunk(33, 12, 8, Data::kRandom, kSeed + i));
   }
-  ASSERT_OK_AND_ASSIGN(auto writer, WriterOf(ShapeOf(chunks.front(), false)));
+  ASSERT_OK_AND_ASSIGN(auto writer, WriterOf(ShapeOf(chunks.front(), false), 0, kSmallParts));
   std::vector<VertexDigest> digests(kCount);
   const auto encode = [&] {
     const auto vertices = Upload(chunks);
@@ -287,18 +290,18 @@ TEST_F(DracoCoderTest, DigestsOfTwoRoundsAreKeptApart) {
   };
   EXPECT_EQ(encode(), All(chunks));
   EXPECT_EQ(encode(), std::vector<uint32_t>{});
-  const std::vector<uint32_t> changed{0, 7, 1049, 1050, kCount - 1};
+  const std::vector<uint32_t> changed{0, 7, 51, 52, 105, kCount - 1};
   for (const uint32_t i : changed) chunks[i].bytes.back() ^= 1;
   EXPECT_EQ(encode(), changed);
 }
 
-TEST_F(DracoCoderTest, RefusesMoreBitsThanTheViewHasInTwoRounds) {
+TEST_F(DracoCoderTest, RefusesMoreBitsThanTheViewHasInParts) {
   std::vector<Chunk> good, wide;
-  for (uint32_t i = 0; i < 2'100; ++i) {
+  for (uint32_t i = 0; i < 210; ++i) {
     good.push_back(MakeChunk(33, 10, 8, Data::kRandom, kSeed + i));
     wide.push_back(MakeChunk(33, 16, 8, Data::kRandom, kSeed + i));
   }
-  ASSERT_OK_AND_ASSIGN(auto writer, WriterOf(ShapeOf(good.front(), true)));
+  ASSERT_OK_AND_ASSIGN(auto writer, WriterOf(ShapeOf(good.front(), true), 0, kSmallParts));
   std::vector<VertexDigest> digests(good.size());
   const auto encode = [&](std::span<const Chunk> chunks) {
     const auto vertices = Upload(chunks);
@@ -314,9 +317,9 @@ TEST_F(DracoCoderTest, RefusesMoreBitsThanTheViewHasInTwoRounds) {
   EXPECT_OK(encode(good));
 }
 
-// Also where the streams of both rounds take more than the room that was guessed for them.
+// Also where the streams of all parts take more than the room that was guessed for them.
 TEST_F(DracoCoderTest, RefusedMemoryChangesNoDigest) {
-  constexpr uint32_t kCount = 2'100;
+  constexpr uint32_t kCount = 210;
   std::vector<Chunk> small, large;
   for (uint32_t i = 0; i < kCount; ++i) {
     small.push_back(MakeChunk(33, 14, 8, Data::kConstant, kSeed + i));
@@ -330,7 +333,7 @@ TEST_F(DracoCoderTest, RefusedMemoryChangesNoDigest) {
   const auto few = Upload(small), many = Upload(large);
   const auto places = PlacesOf(small, All(small));
   for (int refused = 0;; ++refused) {
-    ASSERT_OK_AND_ASSIGN(auto writer, WriterOf(ShapeOf(small.front(), true)));
+    ASSERT_OK_AND_ASSIGN(auto writer, WriterOf(ShapeOf(small.front(), true), 0, kSmallParts));
     std::vector<VertexDigest> digests(kCount);
     std::vector<SharedBytes> results(kCount);
     ASSERT_OK(writer.Encode(few.span(), places, kRange, digests, results));
@@ -341,7 +344,7 @@ TEST_F(DracoCoderTest, RefusedMemoryChangesNoDigest) {
     left = -1;
 
     if (status.ok()) {
-      EXPECT_GE(refused, 8) << "two rounds of three allocations, and two of the second block";
+      EXPECT_GE(refused, 14) << "four parts of three allocations, and two of the second block";
       EXPECT_NE(digests, before);
       return;
     }

@@ -40,10 +40,14 @@ class StreamCoderTest : public CudaTest {
     return *std::move(buffer);
   }
 
+  // With parts of so few bytes, a writer encodes in as many as it may, once it has encoded before.
+  static constexpr size_t kSmallParts = 16;
+
   absl::StatusOr<DeviceStreamWriter> WriterWith(
-      absl::StatusOr<std::unique_ptr<StreamCoder>> coder) {
+      absl::StatusOr<std::unique_ptr<StreamCoder>> coder,
+      size_t part_bytes = DeviceStreamWriter::kPartBytes) {
     if (!coder.ok()) return coder.status();
-    return DeviceStreamWriter::Create(*std::move(coder), context_, lane_);
+    return DeviceStreamWriter::Create(*std::move(coder), context_, lane_, part_bytes);
   }
 
   static std::vector<DeviceStreamWriter::Chunk> PlacesOf(std::span<const Chunk> chunks,

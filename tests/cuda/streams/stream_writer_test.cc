@@ -14,8 +14,6 @@ namespace {
 
 class StreamWriterTest : public StreamCoderTest {
  protected:
-  static constexpr uint32_t kTwoRounds = 2'100;
-
   static std::vector<Chunk> Chunks(uint32_t count, Data data) {
     std::vector<Chunk> chunks;
     for (uint32_t i = 0; i < count; ++i) {
@@ -23,30 +21,31 @@ class StreamWriterTest : public StreamCoderTest {
     }
     return chunks;
   }
-  absl::StatusOr<DeviceStreamWriter> Writer() {
+  absl::StatusOr<DeviceStreamWriter> Writer(size_t part_bytes = DeviceStreamWriter::kPartBytes) {
     const DracoShape shape{.position_bits = 14, .normal_bits = 8, .is_sparse = true};
-    return WriterWith(DracoCoder::Create(shape, *context_, lane_->stream().get()));
+    return WriterWith(DracoCoder::Create(shape, *context_, lane_->stream().get()), part_bytes);
   }
 };
 
 TEST_F(StreamWriterTest, TellsEachResultOnceAndLeavesWhatWasTaken) {
-  for (const uint32_t count : {100u, kTwoRounds}) {
-    auto chunks = Chunks(count, Data::kRandom);
-    ASSERT_OK_AND_ASSIGN(auto writer, Writer());
-    std::vector<VertexDigest> digests(count);
-    std::vector<SharedBytes> old(count);
+  constexpr uint32_t kCount = 102;
+  for (const size_t part_bytes : {DeviceStreamWriter::kPartBytes, kSmallParts}) {
+    auto chunks = Chunks(kCount, Data::kRandom);
+    ASSERT_OK_AND_ASSIGN(auto writer, Writer(part_bytes));
+    std::vector<VertexDigest> digests(kCount);
+    std::vector<SharedBytes> old(kCount);
     const auto places = PlacesOf(chunks, All(chunks));
     ASSERT_OK(writer.Encode(Upload(chunks).span(), places, 8, digests, old));
-    for (uint32_t i = 0; i < count; i += 2) chunks[i].bytes[3] ^= 1;
+    for (uint32_t i = 0; i < kCount; i += 2) chunks[i].bytes[3] ^= 1;
     const auto vertices = Upload(chunks);
     const auto before = digests;
     ASSERT_OK_AND_ASSIGN(auto other, Writer());
-    std::vector<SharedBytes> expected(count);
+    std::vector<SharedBytes> expected(kCount);
     ASSERT_OK(other.Encode(vertices.span(), places, 8, {}, expected));
 
-    std::vector<SharedBytes> taken(count), results(count);
-    std::vector<VertexDigest> found(count);
-    std::vector<int> told(count);
+    std::vector<SharedBytes> taken(kCount), results(kCount);
+    std::vector<VertexDigest> found(kCount);
+    std::vector<int> told(kCount);
     int calls = 0;
     const auto early = [&](size_t first, std::span<SharedBytes> some,
                            std::span<const VertexDigest> known) {
@@ -59,9 +58,9 @@ TEST_F(StreamWriterTest, TellsEachResultOnceAndLeavesWhatWasTaken) {
     };
     ASSERT_OK(writer.Encode(vertices.span(), places, 8, digests, results, early));
 
-    EXPECT_EQ(calls, count == kTwoRounds ? 2 : 1);
+    EXPECT_EQ(calls, part_bytes == kSmallParts ? 4 : 1);
     EXPECT_EQ(found, digests);
-    for (uint32_t i = 0; i < count; ++i) {
+    for (uint32_t i = 0; i < kCount; ++i) {
       ASSERT_EQ(told[i], 1) << i;
       ASSERT_EQ(results[i].data, nullptr) << i;
       ASSERT_EQ(digests[i] == before[i], i % 2 == 1) << i;

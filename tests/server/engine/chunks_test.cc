@@ -211,7 +211,8 @@ class EncodeSnapshotTest : public ::testing::Test {
     const uint32_t chunks[] = {0, 1};
     auto snapshot = EncodeSnapshot(
         {}, state_, chunks, revisions, {}, before,
-        [&](std::span<const uint32_t> some, std::span<VertexDigest> digests, TakeEarly) {
+        [&](std::span<const uint32_t> some, KnownDigests known, TakeEarly) {
+          const std::span<VertexDigest> digests = known();
           std::vector<SharedBytes> encoded(some.size());
           for (size_t i = 0; i < some.size(); ++i) {
             const VertexDigest digest{vertices_[some[i]], 1};
@@ -232,10 +233,12 @@ class EncodeSnapshotTest : public ::testing::Test {
     const uint32_t chunks[] = {0, 1};
     auto snapshot = EncodeSnapshot(
         {}, state_, chunks, {}, {}, before,
-        [&](std::span<const uint32_t>, std::span<VertexDigest> digests, TakeEarly early) {
+        [&](std::span<const uint32_t>, KnownDigests known, TakeEarly early) {
+          known();
           const VertexDigest found[] = {{vertices_[0], 2}, {vertices_[1], 2}};
           std::vector<SharedBytes> failed = {MakeSharedBytes({1, 2, 3}), MakeSharedBytes({4})};
           early(0, failed, found);
+          const std::span<VertexDigest> digests = known();
           std::vector<SharedBytes> encoded = {MakeSharedBytes({vertices_[0]}),
                                               MakeSharedBytes(bytes)};
           early(1, std::span(encoded).subspan(1), std::span(found).subspan(1));
