@@ -116,7 +116,7 @@ absl::Status CheckSupported(const DeformTarget& target, const ViewSpec& spec) {
 }
 
 size_t ChunkPoints(const DeformView& view, const DeformPlan& plan, uint32_t chunk) {
-  const std::span<const uint16_t> patterns = view.Patterns(chunk);
+  const std::span<const uint16_t> patterns = view.Patterns().OfChunk(chunk);
   return patterns.empty() ? ChunkPoints(plan, chunk, view.spec().segments)
                           : PatternPoints(patterns);
 }

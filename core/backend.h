@@ -20,6 +20,7 @@
 #ifndef LATTICED_CORE_BACKEND_H_
 #define LATTICED_CORE_BACKEND_H_
 
+#include <algorithm>
 #include <compare>
 #include <cstddef>
 #include <cstdint>
@@ -33,6 +34,7 @@
 #include "absl/functional/function_ref.h"
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "core/base/limits.h"
 #include "core/ffd/plan/deform_plan.h"
 #include "core/ffd/plan/quantisation_box.h"
 
@@ -149,6 +151,18 @@ class ReachSlice;      // core/view/spanned/reach_slice.h
 class SortedPoints;    // core/points/sorted_points.h
 class ToleranceSlice;  // core/view/spanned/tolerance_slice.h
 
+// The patterns of a view with a tolerance. They stay as they are, whatever the view evaluates later.
+struct PatternCodes {
+  std::shared_ptr<const void> owner;
+  std::span<const uint16_t> codes;  // PatternKey::Code by patch; none without a tolerance
+
+  std::span<const uint16_t> OfChunk(size_t chunk) const {
+    constexpr size_t kPatches = limits::kPatchesPerChunk;
+    const size_t first = std::min(chunk * kPatches, codes.size());
+    return codes.subspan(first, std::min(kPatches, codes.size() - first));
+  }
+};
+
 // Takes the results of some chunks of an encoding before it has ended: of chunks[first], of the next one, and so on.
 using TakeEarly = absl::FunctionRef<void(size_t first, std::span<SharedBytes> results,
                                          std::span<const VertexDigest> digests)>;
@@ -170,8 +184,8 @@ class DeformView {
   // With a tolerance or of bounds, after Evaluate: the chunks beyond those named that changed, ascending. The level or the
   // bound of an edge changed there, which a named patch shares.
   [[nodiscard]] virtual std::span<const uint32_t> also_changed() const { return {}; }
-  // With a tolerance, after Evaluate: PatternKey::Code of each patch of a chunk that exists.
-  [[nodiscard]] virtual std::span<const uint16_t> Patterns(uint32_t /*chunk*/) const { return {}; }
+  // With a tolerance, after Evaluate: those of all patches.
+  [[nodiscard]] virtual PatternCodes Patterns() const { return {}; }
   // With a tolerance, after Evaluate: the bound that the vertices keep. It exceeds the tolerance where the bits, the levels
   // or the number of points do not suffice.
   [[nodiscard]] virtual double certified_error() const { return 0; }

@@ -37,6 +37,12 @@ size_t ResultBytes(const DeformPlan& plan) {
          plan.chunk_count() * limits::kPatchesPerChunk * sizeof(uint16_t);
 }
 
+absl::StatusOr<std::shared_ptr<const PinnedBuffer>> BorrowShared(CudaContext& context,
+                                                                 size_t bytes) {
+  LATTICED_ASSIGN_OR_RETURN(auto buffer, context.pinned().Borrow(bytes));
+  return std::make_shared<const PinnedBuffer>(std::move(buffer));
+}
+
 kernels::LaneFormat WireFormat(const ViewSpec& spec) {
   if (spec.format == VertexFormat::kFloat32) return kernels::LaneFormat::kFloat32;
   const bool wide = spec.normals != NormalMode::kNone && spec.normal_bits > 8;
@@ -75,9 +81,9 @@ absl::StatusOr<std::unique_ptr<CudaAdaptiveEvaluator>> CudaAdaptiveEvaluator::Cr
   const size_t vertex_bytes = FirstCapacity(*plan, spec) * BytesPerPoint(spec);
   LATTICED_ASSIGN_OR_RETURN(auto vertices,
                             DeviceBuffer<uint8_t>::Create(from, "vertices", vertex_bytes, stream));
-  std::array<PinnedBuffer, 2> results;
-  for (PinnedBuffer& one : results) {
-    LATTICED_ASSIGN_OR_RETURN(one, context->pinned().Borrow(ResultBytes(*plan)));
+  std::array<std::shared_ptr<const PinnedBuffer>, 2> results;
+  for (auto& one : results) {
+    LATTICED_ASSIGN_OR_RETURN(one, BorrowShared(*context, ResultBytes(*plan)));
   }
   LATTICED_ASSIGN_OR_RETURN(auto copies, CudaStream::Create(lane->priority()));
   LATTICED_ASSIGN_OR_RETURN(auto summed, CudaEvent::Create());
@@ -214,6 +220,10 @@ absl::Status CudaAdaptiveEvaluator::Choose(double curvature_tolerance,
 absl::Status CudaAdaptiveEvaluator::Prepare(std::span<const Vec3d> control_points,
                                             const QuantisationBox& box,
                                             std::span<const uint32_t> chunks) {
+  auto& room = parts_.results[1 - results_at_];
+  if (room.use_count() > 1) {
+    LATTICED_ASSIGN_OR_RETURN(room, BorrowShared(*context_, ResultBytes(*plan_)));
+  }
   LATTICED_RETURN_IF_ERROR(parts_.frame.Stage(control_points, chunks));
   frame_ = Frame{box, chunks, LaunchFor(box, chunks)};
   return absl::OkStatus();
@@ -326,9 +336,8 @@ void CudaAdaptiveEvaluator::KeepResults() {
   results_at_ = 1 - results_at_;
 }
 
-std::span<const uint16_t> CudaAdaptiveEvaluator::Patterns(uint32_t chunk) const {
-  const auto [first, last] = plan_->ChunkPatches(chunk);
-  return codes_.subspan(first, last - first);
+PatternCodes CudaAdaptiveEvaluator::Patterns() const {
+  return {parts_.results[results_at_], codes_.first(plan_->patches.size())};
 }
 
 DeviceSpan<const uint8_t> CudaAdaptiveEvaluator::Vertices(uint32_t first, uint32_t last) const {
@@ -342,8 +351,8 @@ MemoryUse CudaAdaptiveEvaluator::memory() const {
           {"device_levels", parts_.memory.size_bytes() + (shared_ ? shared_->DeviceBytes() : 0)},
           {"device_vertices", parts_.vertices.size_bytes()},
           {"device_staging", parts_.frame.DeviceBytes()},
-          {"levels", parts_.results[0].size()},
-          {"staging", parts_.results[1].size() + parts_.frame.PinnedBytes() +
+          {"levels", parts_.results[0]->size()},
+          {"staging", parts_.results[1]->size() + parts_.frame.PinnedBytes() +
                           (shared_ ? shared_->PinnedBytes() : 0)}};
 }
 

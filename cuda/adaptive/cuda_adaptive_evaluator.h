@@ -72,7 +72,7 @@ class CudaAdaptiveEvaluator {
   const QuantisationBox& box() const { return frame_->box; }
 
   std::span<const uint32_t> also_changed() const { return also_changed_; }
-  std::span<const uint16_t> Patterns(uint32_t chunk) const;
+  PatternCodes Patterns() const;
   double certified_error() const { return certified_error_; }
   double curvature_tolerance() const { return curvature_tolerance_; }
 
@@ -89,8 +89,8 @@ class CudaAdaptiveEvaluator {
     PolynomialMemory polynomials;
     AdaptiveMemory memory;
     DeviceBuffer<uint8_t> vertices;
-    // Those of the last evaluation, and room for the next ones: results_at_.
-    std::array<PinnedBuffer, 2> results;
+    // Those of the last evaluation, whose codes others may keep, and room for the next ones: results_at_.
+    std::array<std::shared_ptr<const PinnedBuffer>, 2> results;
     // The device copies results while it computes points.
     CudaStream copies;
     CudaEvent summed, read_back;
@@ -130,7 +130,7 @@ class CudaAdaptiveEvaluator {
   void TakeResults();
   void KeepResults();
   // Of the evaluation that runs.
-  uint8_t* incoming() const { return parts_.results[1 - results_at_].data(); }
+  uint8_t* incoming() const { return parts_.results[1 - results_at_]->data(); }
   AdaptiveResults results() const { return {*plan_, incoming()}; }
 
   const std::shared_ptr<const DeformPlan> plan_;

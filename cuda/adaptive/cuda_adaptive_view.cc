@@ -31,7 +31,7 @@ CudaAdaptiveView::CudaAdaptiveView(std::shared_ptr<const DeformPlan> plan, const
       writer_(context_, lane_),
       evaluator_(std::move(evaluator)),
       encoder_(this->plan(), spec, context_->encoder(), context_->arena(),
-               [this](uint32_t chunk) { return Patterns(chunk); }) {}
+               [this](uint32_t chunk) { return Patterns().OfChunk(chunk); }) {}
 
 CudaAdaptiveView::~CudaAdaptiveView() {
   // The destructor may free the target's tables, which kernels on the stream still read.

@@ -39,9 +39,7 @@ class CudaAdaptiveView : public CheckedView, public ToleranceSlice {
   static size_t EncodeBatch(const CudaContext& context);
 
   std::span<const uint32_t> also_changed() const override { return evaluator_->also_changed(); }
-  std::span<const uint16_t> Patterns(uint32_t chunk) const override {
-    return evaluator_->Patterns(chunk);
-  }
+  PatternCodes Patterns() const override { return evaluator_->Patterns(); }
   double certified_error() const override { return evaluator_->certified_error(); }
   double curvature_tolerance() const override { return evaluator_->curvature_tolerance(); }
   MemoryUse memory() const override;

@@ -9,7 +9,8 @@
 //   digests | coding | packing   --> host: sizes and places, bytes
 //
 // Where many bytes are expected, chunks are encoded in parts, each on a stream of its own. The bytes of the first parts cross
-// the bus while the last one is encoded. Where there are few, the host would take longer to launch more kernels.
+// the bus, and the host names their results, while the last one is encoded. Where there are few, the host would take longer to
+// launch more kernels.
 //
 // The host does not wait for the sizes before it asks for the bytes. It guesses their number from the last streams, asks
 // for a sixteenth more, and names the results while they are copied. It takes the larger number of the last two rounds,
@@ -38,8 +39,8 @@ namespace latticed {
 
 class DeviceStreamWriter {
  public:
-  // The fewest bytes of a part, whose copy takes as long as the launches of another part.
-  static constexpr size_t kPartBytes = size_t{2} << 20;
+  // The fewest bytes of a part. To copy them, and to name their results, takes as long as to launch another part.
+  static constexpr size_t kPartBytes = size_t{1} << 20;
   static constexpr size_t kMostParts = 4;
 
   [[nodiscard]] static absl::StatusOr<DeviceStreamWriter> Create(

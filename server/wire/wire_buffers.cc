@@ -49,18 +49,19 @@ struct ChunkMessage {
   std::span<const uint16_t> levels;  // none without a tolerance
   std::string head, tail;            // what comes before and after the data
 
-  void Add(const ChunkTable& chunks, uint32_t chunk);
+  void Add(const Snapshot& snapshot, uint32_t chunk);
   void WriteTail();
   void WriteHead();
   size_t size() const { return head.size() + bytes + tail.size(); }
 };
 
-void ChunkMessage::Add(const ChunkTable& chunks, uint32_t chunk) {
+void ChunkMessage::Add(const Snapshot& snapshot, uint32_t chunk) {
+  const ChunkTable& chunks = snapshot.chunks;
   SharedBytes piece = chunks.Data(chunk);
   ++count;
   revision = std::max(revision, chunks[chunk].revision);
   bytes += piece.size;
-  levels = chunks[chunk].patterns;
+  levels = snapshot.patterns.OfChunk(chunk);
   if (piece.size == 0) return;
   if (!data.empty() && data.back().owner == piece.owner &&
       data.back().data + data.back().size == piece.data) {
@@ -103,7 +104,7 @@ std::vector<ChunkMessage> MessagesOf(const ChunkBatch& batch) {
       const uint32_t first_edge = first_edges != nullptr ? (*first_edges)[index] : 0;
       messages.push_back({.index = index, .first_edge = first_edge});
     }
-    messages.back().Add(snapshot.chunks, index);
+    messages.back().Add(snapshot, index);
   }
   for (ChunkMessage& message : messages) {
     message.WriteTail();

@@ -22,7 +22,7 @@ std::vector<ToleranceScene> ToleranceScenes() {
 }
 
 void Watched::Take(const DeformPlan& plan, DeformView& view, uint32_t chunk) {
-  const auto codes = view.Patterns(chunk);
+  const auto codes = view.Patterns().OfChunk(chunk);
   patterns[chunk].assign(codes.begin(), codes.end());
   chunks[chunk].resize(ChunkPoints(view, plan, chunk) * BytesPerPoint(view.spec()));
   EXPECT_OK(view.Read(chunk, chunks[chunk]));

@@ -76,15 +76,15 @@ void AdaptiveEvaluator::Finish(ChunkVertices& vertices) {
   certified_error_ = levels_.LargestError() + PointError(frame.box, GridBits(spec_));
   also_changed_.clear();
   std::ranges::set_difference(frame.changed, frame.chunks, std::back_inserter(also_changed_));
-  AdaptivePoints points(*plan_, spec_, {frame.control_points, frame.box, levels_.codes()},
+  AdaptivePoints points(*plan_, spec_, {frame.control_points, frame.box, *levels_.codes()},
                         frame_->boxes);
   points.Evaluate(Union(frame.chunks, also_changed_), arena_, vertices);
   frame_.reset();
 }
 
-std::span<const uint16_t> AdaptiveEvaluator::Patterns(uint32_t chunk) const {
-  const auto [first, last] = plan_->plan->ChunkPatches(chunk);
-  return levels_.codes().subspan(first, last - first);
+PatternCodes AdaptiveEvaluator::Patterns() const {
+  const auto codes = levels_.codes();
+  return {codes, *codes};
 }
 
 size_t AdaptiveEvaluator::MemoryBytes() const {

@@ -54,7 +54,7 @@ class AdaptiveEvaluator {
 
   // As DeformView's, after Evaluate.
   std::span<const uint32_t> also_changed() const { return also_changed_; }
-  std::span<const uint16_t> Patterns(uint32_t chunk) const;
+  PatternCodes Patterns() const;
   double certified_error() const { return certified_error_; }
   double curvature_tolerance() const { return curvature_tolerance_; }
 

@@ -16,7 +16,7 @@ AdaptiveView::AdaptiveView(std::shared_ptr<const fused::FusedPlan> plan, const V
       evaluator_(std::move(plan), spec, context_->arena),
       vertices_(this->plan().chunk_count(), BytesPerPoint(spec)),
       encoder_(this->plan(), spec, context_->encoder, context_->arena,
-               [this](uint32_t chunk) { return Patterns(chunk); }) {}
+               [this](uint32_t chunk) { return Patterns().OfChunk(chunk); }) {}
 
 absl::Status AdaptiveView::EvaluateChunks(std::span<const Vec3d> control_points,
                                           const QuantisationBox& box,

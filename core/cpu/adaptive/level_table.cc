@@ -49,7 +49,7 @@ LevelTable::LevelTable(std::shared_ptr<const DeformPlan> plan)
       uses_(3 * plan_->patches.size()),
       bounds_(plan_->patches.size()),
       levels_(plan_->edges.size()),
-      codes_(plan_->patches.size()),
+      codes_(std::make_shared<std::vector<uint16_t>>(plan_->patches.size())),
       chunks_(plan_->chunk_count()),
       marks_(plan_->chunk_count()) {
   for (const Patch& patch : plan_->patches) {
@@ -66,6 +66,7 @@ LevelTable::LevelTable(std::shared_ptr<const DeformPlan> plan)
 
 std::vector<uint32_t> LevelTable::Update(std::span<const uint32_t> chunks, double tolerance,
                                          CpuArena& arena) {
+  if (codes_.use_count() > 1) codes_ = std::make_shared<std::vector<uint16_t>>(*codes_);
   for (const uint32_t chunk : chunks) marks_[chunk] = Mark::kNamed;
   if (chunks.size() == chunks_.size()) {
     arena.ForEach(
@@ -158,7 +159,7 @@ void LevelTable::UpdatePatches(uint32_t chunk, double tolerance) {
     now.points += static_cast<uint32_t>(choice.pattern.points.size());
     largest_error = std::max(largest_error, CertifiedError(choice.error, bounds));
     const uint16_t code = choice.pattern.key.Code();
-    if (std::exchange(codes_[p], code) != code) marks_[chunk] = Mark::kChanged;
+    if (std::exchange((*codes_)[p], code) != code) marks_[chunk] = Mark::kChanged;
   }
   now.largest_error = RoundedUp(largest_error);
   chunks_[chunk] = now;

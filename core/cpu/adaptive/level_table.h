@@ -49,8 +49,8 @@ class LevelTable {
   // The same in the patches of all slices.
   void SetSharedBounds(std::span<const float> bounds);
 
-  // PatternKey::Code of each patch.
-  std::span<const uint16_t> codes() const { return codes_; }
+  // PatternKey::Code of each patch. The vector is left as it is while others have it.
+  std::shared_ptr<const std::vector<uint16_t>> codes() const { return codes_; }
   uint64_t point_count() const { return point_count_; }
   // The largest PatternError of all patches.
   double LargestError() const;
@@ -90,9 +90,9 @@ class LevelTable {
   // The patches of edge e, ascending, are uses_[first_use_[e]] … uses_[first_use_[e + 1] - 1].
   std::vector<uint32_t> first_use_;
   std::vector<EdgeUse> uses_;
-  std::vector<CurvatureBounds<float>> bounds_;  // by patch
-  std::vector<uint8_t> levels_;                 // by edge
-  std::vector<uint16_t> codes_;                 // by patch
+  std::vector<CurvatureBounds<float>> bounds_;    // by patch
+  std::vector<uint8_t> levels_;                   // by edge
+  std::shared_ptr<std::vector<uint16_t>> codes_;  // by patch
   std::vector<Chunk> chunks_;
   // Of edges that other slices have too; empty where there is no other.
   std::vector<uint32_t> shared_edges_;

@@ -63,17 +63,16 @@ absl::Status SpannedView::EvaluateWithTolerance(std::span<const Vec3d> control_p
   for (size_t p = 0; p < parts_.size(); ++p) named.push_back(ChunksOf(p, chunks));
   LATTICED_RETURN_IF_ERROR(exchange_->Evaluate(control_points, box, named));
   also_changed_.clear();
+  const auto codes = std::make_shared<std::vector<uint16_t>>();
   for (const Part& part : parts_) {
     for (const uint32_t chunk : part.view->also_changed()) {
       also_changed_.push_back(part.first_chunk + chunk);
     }
+    const PatternCodes own = part.view->Patterns();
+    codes->insert(codes->end(), own.codes.begin(), own.codes.end());
   }
+  patterns_ = {codes, *codes};
   return absl::OkStatus();
-}
-
-std::span<const uint16_t> SpannedView::Patterns(uint32_t chunk) const {
-  const Part& part = parts_[PartOf(chunk)];
-  return part.view->Patterns(chunk - part.first_chunk);
 }
 
 double SpannedView::certified_error() const {

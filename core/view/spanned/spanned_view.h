@@ -36,7 +36,7 @@ class SpannedView : public CheckedView {
               std::unique_ptr<ToleranceExchange> exchange = nullptr);
 
   std::span<const uint32_t> also_changed() const override { return also_changed_; }
-  std::span<const uint16_t> Patterns(uint32_t chunk) const override;
+  PatternCodes Patterns() const override { return patterns_; }
   double certified_error() const override;
   // All parts have the same.
   double curvature_tolerance() const override { return parts_[0].view->curvature_tolerance(); }
@@ -75,6 +75,7 @@ class SpannedView : public CheckedView {
   std::vector<std::vector<uint32_t>> named_;  // by part: its chunks where not all are named
   const std::unique_ptr<ToleranceExchange> exchange_;
   std::vector<uint32_t> also_changed_;
+  PatternCodes patterns_;
 };
 
 }  // namespace latticed

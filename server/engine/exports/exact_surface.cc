@@ -161,13 +161,8 @@ uint64_t MostTriangles(const DeformPlan& plan, const ViewSpec& spec) {
 
 SurfacePatterns PatternsOf(const DeformView& view, const DeformPlan& plan) {
   if (!(view.spec().tolerance > 0)) return {plan, view.spec().segments};
-  std::vector<uint16_t> codes;
-  codes.reserve(plan.patches.size());
-  for (uint32_t chunk = 0; chunk < plan.chunk_count(); ++chunk) {
-    const std::span<const uint16_t> some = view.Patterns(chunk);
-    codes.insert(codes.end(), some.begin(), some.end());
-  }
-  return SurfacePatterns(std::move(codes));
+  const PatternCodes patterns = view.Patterns();
+  return SurfacePatterns({patterns.codes.begin(), patterns.codes.end()});
 }
 
 // OBJ names a group wherever the next triangle has another.

@@ -35,13 +35,6 @@ void ChunkTable::Chunks::SetData(size_t i, const SharedBytes& to) {
   ++owners[at].chunks;
 }
 
-void ChunkTable::Chunks::SetPatterns(size_t i, std::span<const uint16_t> to) {
-  if (patterns.empty() && to.empty()) return;
-  patterns.resize(kGroup * kMostPatterns);
-  std::ranges::copy(to, patterns.begin() + static_cast<ptrdiff_t>(i * kMostPatterns));
-  pattern_counts[i] = static_cast<uint8_t>(to.size());
-}
-
 ChunkTable::Chunks& ChunkTable::Group::Own() {
   if (shared) {
     chunks = std::make_shared<Chunks>(*chunks);
@@ -73,7 +66,6 @@ SharedBytes ChunkTable::Data(size_t chunk) const {
 void ChunkTable::Set(size_t chunk, const NewChunk& to) {
   Chunks& chunks = groups_[chunk / kGroup].Own();
   const size_t i = chunk % kGroup;
-  chunks.SetPatterns(i, to.patterns);
   chunks.newest_revision = std::max(chunks.newest_revision, to.revision);
   chunks.revisions[i] = to.revision;
   chunks.digests[i] = to.digest;
@@ -91,10 +83,9 @@ void ChunkTable::SetDigest(size_t chunk, const VertexDigest& to) {
   groups_[chunk / kGroup].Own().digests[chunk % kGroup] = to;
 }
 
-uint64_t ChunkTable::MostBytes(size_t size, bool has_patterns) {
+uint64_t ChunkTable::MostBytes(size_t size) {
   const uint64_t groups = (size + kGroup - 1) / kGroup;
-  const size_t patterns = has_patterns ? kGroup * kMostPatterns * sizeof(uint16_t) : 0;
-  return groups * (sizeof(Group) + sizeof(Chunks) + patterns) + size * 2 * sizeof(Owner);
+  return groups * (sizeof(Group) + sizeof(Chunks)) + size * 2 * sizeof(Owner);
 }
 
 std::vector<uint32_t> ChunkTable::ChangedAfter(uint64_t revision) const {

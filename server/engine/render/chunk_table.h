@@ -4,8 +4,7 @@
 // The chunks of a snapshot, in groups that snapshots share. After an edit that reaches few chunks of
 // thousands, the next snapshot copies only their groups, and a pointer for each of the others.
 //
-// A group keeps each block of encoded bytes once, and patterns in place. For thousands of chunks with a
-// tolerance, an owner and patterns of each took 0.2 ms more.
+// A group keeps each block of encoded bytes once. For thousands of chunks, an owner of each took 0.1 ms more.
 //
 // Threads  any thread may read a table that nobody writes. A table that Share returned may be written
 //          while the original is read
@@ -20,17 +19,14 @@
 #include <vector>
 
 #include "core/backend.h"
-#include "core/base/limits.h"
 
 namespace latticed {
 
 // A chunk to set.
 struct NewChunk {
-  uint64_t revision = 0;  // at which its bytes or its patterns last changed
+  uint64_t revision = 0;  // at which its bytes or the patterns of its patches last changed
   SharedBytes data;       // below 4 GiB
   VertexDigest digest;    // of the vertices that `data` encodes
-  // PatternKey::Code of each patch, of at most limits::kPatchesPerChunk; none without a tolerance.
-  std::span<const uint16_t> patterns = {};
 };
 
 // A chunk of a table, until it is set anew.
@@ -38,10 +34,6 @@ struct SnapshotChunk {
   uint64_t revision;
   std::span<const uint8_t> data;
   VertexDigest digest;
-  std::span<const uint16_t> patterns;
-
-  // Of data and patterns.
-  size_t bytes() const { return data.size() + patterns.size_bytes(); }
 };
 
 // A block that chunks are parts of: SharedBytes::block_bytes.
@@ -58,7 +50,7 @@ class ChunkTable {
   ChunkTable& operator=(ChunkTable&&) = default;
 
   // The most bytes of a table, without those of the chunks.
-  [[nodiscard]] static uint64_t MostBytes(size_t size, bool has_patterns);
+  [[nodiscard]] static uint64_t MostBytes(size_t size);
 
   // Returns a table of the same chunks. Set must not be called on this one afterwards.
   [[nodiscard]] ChunkTable Share() const;
@@ -83,7 +75,6 @@ class ChunkTable {
 
  private:
   static constexpr size_t kGroup = 256;
-  static constexpr size_t kMostPatterns = limits::kPatchesPerChunk;
   // What keeps the bytes of some chunks. Null: free for another one.
   struct Owner {
     std::shared_ptr<const void> owner;
@@ -97,18 +88,11 @@ class ChunkTable {
     std::array<uint32_t, kGroup> sizes = {};
     std::array<VertexDigest, kGroup> digests = {};
     std::array<uint8_t, kGroup> owner_of = {};  // among `owners`
-    std::array<uint8_t, kGroup> pattern_counts = {};
-    // kMostPatterns places a chunk; none where no chunk has patterns.
-    std::vector<uint16_t> patterns;
-    std::vector<Owner> owners;     // of chunks with data
-    uint64_t newest_revision = 0;  // or later
+    std::vector<Owner> owners;                  // of chunks with data
+    uint64_t newest_revision = 0;               // or later
 
-    SnapshotChunk At(size_t i) const {
-      const uint16_t* const first = patterns.empty() ? nullptr : &patterns[i * kMostPatterns];
-      return {revisions[i], {data[i], sizes[i]}, digests[i], {first, pattern_counts[i]}};
-    }
+    SnapshotChunk At(size_t i) const { return {revisions[i], {data[i], sizes[i]}, digests[i]}; }
     void SetData(size_t i, const SharedBytes& to);
-    void SetPatterns(size_t i, std::span<const uint16_t> to);
     size_t OwnerFor(const SharedBytes& data);
   };
   struct Group {

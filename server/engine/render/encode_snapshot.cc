@@ -39,26 +39,19 @@ std::shared_ptr<Snapshot> Begin(const ViewKey& key, const SceneState& state,
 class BatchTaker {
  public:
   // `before`: null where its bytes mean something else.
-  BatchTaker(std::span<const uint32_t> batch, const Snapshot* before, PatternsOfChunk patterns_of,
+  BatchTaker(std::span<const uint32_t> batch, const Snapshot* before,
              std::span<const uint64_t> revisions, Snapshot& snapshot)
-      : batch_(batch),
-        before_(before),
-        patterns_of_(patterns_of),
-        revisions_(revisions),
-        snapshot_(snapshot) {}
+      : batch_(batch), before_(before), revisions_(revisions), snapshot_(snapshot) {}
 
   // Of what each chunk was, where its bytes mean the same. An attempt to encode may replace them.
   std::span<VertexDigest> Known() {
     digests_.assign(batch_.size(), VertexDigest());
-    is_comparable_.assign(batch_.size(), false);
     is_taken_.assign(batch_.size(), false);
     if (before_ == nullptr) return digests_;
-    const bool has_patterns = !patterns_of_(batch_.front()).empty();  // all chunks or none
+    // Elsewhere the bytes follow from the vertices alone.
+    const bool has_triangles = snapshot_.view.encoding == Encoding::kDracoMesh;
     for (size_t i = 0; i < batch_.size(); ++i) {
-      const SnapshotChunk had = Before(i);
-      is_comparable_[i] = has_patterns ? std::ranges::equal(had.patterns, patterns_of_(batch_[i]))
-                                       : had.patterns.empty();
-      if (is_comparable_[i]) digests_[i] = had.digest;
+      if (!has_triangles || KeepsPatterns(i)) digests_[i] = Before(i).digest;
     }
     return digests_;
   }
@@ -69,49 +62,51 @@ class BatchTaker {
     for (size_t k = 0; k < results.size(); ++k) {
       const size_t i = first + k;
       const bool is_new = results[k].data != nullptr;
-      is_taken_[i] = is_new ? !is_comparable_[i] || Before(i).data.size() != results[k].size
-                            : is_comparable_[i];
-      if (is_taken_[i]) is_new ? Put(i, results[k], digests[k]) : Keep(i, digests[k]);
+      is_taken_[i] = !is_new || before_ == nullptr || Before(i).data.size() != results[k].size;
+      if (!is_taken_[i]) continue;
+      is_new ? Put(i, std::exchange(results[k], SharedBytes()), digests[k])
+             : PutVertices(i, digests[k]);
     }
   }
   void TakeRest(std::span<SharedBytes> results) {
     for (size_t i = 0; i < results.size(); ++i) {
       if (is_taken_[i]) continue;
       SharedBytes& data = results[i];
-      const bool is_same = is_comparable_[i] && (data.data == nullptr ||
-                                                 std::ranges::equal(Before(i).data, data.span()));
-      is_same ? Keep(i, digests_[i]) : Put(i, data, digests_[i]);
+      const bool is_new = data.data != nullptr &&
+                          (before_ == nullptr || !std::ranges::equal(Before(i).data, data.span()));
+      is_new ? Put(i, std::move(data), digests_[i]) : PutVertices(i, digests_[i]);
     }
   }
 
  private:
   SnapshotChunk Before(size_t i) const { return before_->chunks[batch_[i]]; }
-  // The chunk keeps its bytes and its revision.
-  void Keep(size_t i, const VertexDigest& digest) {
+  bool KeepsPatterns(size_t i) const {
+    return std::ranges::equal(before_->patterns.OfChunk(batch_[i]),
+                              snapshot_.patterns.OfChunk(batch_[i]));
+  }
+  // The chunk keeps its bytes; and its revision, unless a pattern changed.
+  void PutVertices(size_t i, const VertexDigest& digest) {
     const uint32_t chunk = batch_[i];
     const SnapshotChunk had = Before(i);
+    if (!KeepsPatterns(i)) return Put(i, before_->chunks.Data(chunk), digest);
     if (snapshot_.chunks[chunk].data.data() != had.data.data()) {  // by an attempt that failed
-      snapshot_.chunks.Set(chunk,
-                           {had.revision, before_->chunks.Data(chunk), digest, had.patterns});
+      snapshot_.chunks.Set(chunk, {had.revision, before_->chunks.Data(chunk), digest});
     }
     // Host and device have different digests for the same vertices, and may take turns at encoding.
     snapshot_.chunks.SetDigest(chunk, digest);
   }
-  void Put(size_t i, SharedBytes& data, const VertexDigest& digest) {
+  void Put(size_t i, SharedBytes data, const VertexDigest& digest) {
     const uint32_t chunk = batch_[i];
     const uint64_t revision = revisions_.empty() ? snapshot_.revision : revisions_[chunk];
-    snapshot_.chunks.Set(
-        chunk, {revision, std::exchange(data, SharedBytes()), digest, patterns_of_(chunk)});
+    snapshot_.chunks.Set(chunk, {revision, std::move(data), digest});
   }
 
   const std::span<const uint32_t> batch_;
   const Snapshot* const before_;
-  const PatternsOfChunk patterns_of_;
   const std::span<const uint64_t> revisions_;
   Snapshot& snapshot_;
   std::vector<VertexDigest> digests_;
-  // Of this attempt.
-  std::vector<bool> is_comparable_, is_taken_;
+  std::vector<bool> is_taken_;  // in this attempt
 };
 
 }  // namespace
@@ -119,8 +114,9 @@ class BatchTaker {
 absl::StatusOr<std::shared_ptr<Snapshot>> EncodeSnapshot(
     const ViewKey& key, const SceneState& state, std::span<const uint32_t> chunks,
     std::span<const uint64_t> revisions, const ViewTraits& traits, const Snapshot* before,
-    EncodeBatch encode, PatternsOfChunk patterns_of) {
+    EncodeBatch encode, PatternCodes patterns) {
   const auto snapshot = Begin(key, state, before);
+  snapshot->patterns = std::move(patterns);
   // Under another quantisation box the same integers mean other positions.
   const bool is_comparable = before != nullptr && before->structure_id == state.structure_id &&
                              before->quantisation_id() == snapshot->quantisation_id();
@@ -131,7 +127,7 @@ absl::StatusOr<std::shared_ptr<Snapshot>> EncodeSnapshot(
   for (size_t done = 0; done < order.size();) {
     const auto batch =
         std::span(order).subspan(done, std::min(traits.encode_batch, order.size() - done));
-    BatchTaker taker(batch, is_comparable ? before : nullptr, patterns_of, revisions, *snapshot);
+    BatchTaker taker(batch, is_comparable ? before : nullptr, revisions, *snapshot);
     const auto early = [&taker](auto... some) { taker.TakeSome(some...); };
     const auto known = [&taker] { return taker.Known(); };
     LATTICED_ASSIGN_OR_RETURN(auto encoded, encode(batch, known, early));

@@ -24,17 +24,15 @@ namespace latticed {
 using KnownDigests = absl::FunctionRef<std::span<VertexDigest>()>;
 using EncodeBatch = absl::FunctionRef<absl::StatusOr<std::vector<SharedBytes>>(
     std::span<const uint32_t> chunks, KnownDigests known, TakeEarly early)>;
-// DeformView::Patterns of a chunk.
-using PatternsOfChunk = absl::FunctionRef<std::span<const uint16_t>(uint32_t chunk)>;
 
 // Encodes `chunks` in batches and takes the others from `before`, which may be null if `chunks` are
 // all. Then chunks get these `revisions`, unless that is empty. A chunk whose vertices are those of its
 // old bytes is not encoded and keeps its revision, as does one whose new bytes equal the old ones.
-// Another pattern of a patch is always a change.
+// Another pattern of a patch is always a change. `patterns`: those of all chunks, DeformView::Patterns.
 [[nodiscard]] absl::StatusOr<std::shared_ptr<Snapshot>> EncodeSnapshot(
     const ViewKey& key, const SceneState& state, std::span<const uint32_t> chunks,
     std::span<const uint64_t> revisions, const ViewTraits& traits, const Snapshot* before,
-    EncodeBatch encode, PatternsOfChunk patterns_of);
+    EncodeBatch encode, PatternCodes patterns);
 
 }  // namespace latticed
 

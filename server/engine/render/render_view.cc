@@ -32,8 +32,11 @@ uint64_t VertexBytes(const DeformPlan& plan, const ViewKey& key) {
 uint64_t SnapshotBytes(const DeformPlan& plan, const ViewKey& key, size_t lattices) {
   constexpr uint64_t kChunkHeaderBytes = 256;
   const size_t chunks = plan.chunk_count();
+  // Codes of 2 bytes a patch, in a block that has more and is rounded up to a power of two.
+  constexpr uint64_t kPatternBytes = 4 * sizeof(uint16_t) * limits::kPatchesPerChunk;
   const uint64_t chunk_bytes =
-      kChunkHeaderBytes * chunks + ChunkTable::MostBytes(chunks, key.spec.tolerance > 0);
+      (kChunkHeaderBytes + (key.spec.tolerance > 0 ? kPatternBytes : 0)) * chunks +
+      ChunkTable::MostBytes(chunks);
   const uint64_t snapshots = IsCompressed(key.encoding) ? 1 : limits::kMaxSnapshotsPerView;
   const bool has_points = !HasPositions(key.spec) && lattices > 1;
   const uint64_t points =
@@ -116,10 +119,9 @@ absl::StatusOr<std::shared_ptr<Snapshot>> RenderView::Render(const RenderWork& w
     if (!board_.watched()) return NobodyWatches();
     return backend_->Run([&] { return vertices_->Encode(chunks, key().encoding, known(), early); });
   };
-  LATTICED_ASSIGN_OR_RETURN(
-      auto snapshot,
-      EncodeSnapshot(key(), *work.input.state, changed, revisions, traits_, before.get(), encode,
-                     [&](uint32_t chunk) { return vertices_->Patterns(chunk); }));
+  LATTICED_ASSIGN_OR_RETURN(auto snapshot,
+                            EncodeSnapshot(key(), *work.input.state, changed, revisions, traits_,
+                                           before.get(), encode, vertices_->Patterns()));
   snapshot->certified_error = vertices_->certified_error();
   snapshot->curvature_tolerance = vertices_->curvature_tolerance();
   const bool is_first = before == nullptr || before->structure_id != snapshot->structure_id;

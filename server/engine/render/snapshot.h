@@ -48,6 +48,11 @@ struct Snapshot {
   uint64_t quantisation_id() const { return QuantisationId(view, box); }
   std::shared_ptr<const DeformPlan> plan;
   ChunkTable chunks;
+  PatternCodes patterns;  // of a view with a tolerance
+  // Of a chunk on the wire: its data and its patterns.
+  size_t BytesOf(uint32_t chunk) const {
+    return chunks[chunk].data.size() + patterns.OfChunk(chunk).size_bytes();
+  }
   // Of bounds: FirstEdges of the plan. Else null.
   std::shared_ptr<const std::vector<uint32_t>> first_edges;
   // Of bounds, in a scene of several lattices: the control points of their sum, which is the plan's lattice. Else null.

@@ -50,12 +50,9 @@ bool LevelOfDetail::GivesWay(const SceneState& state, uint64_t bytes, absl::Time
 
 void LevelOfDetail::Learn(const Snapshot& snapshot) {
   if (!limited()) return;
-  uint64_t bytes = 0, points = 0;
-  for (size_t c = 0; c < snapshot.chunks.size(); ++c) {
-    const SnapshotChunk chunk = snapshot.chunks[c];
-    bytes += chunk.data.size();
-    points += PatternPoints(chunk.patterns);
-  }
+  uint64_t bytes = 0;
+  for (size_t c = 0; c < snapshot.chunks.size(); ++c) bytes += snapshot.chunks[c].data.size();
+  uint64_t points = PatternPoints(snapshot.patterns.codes);
   const int segments = snapshot.view.spec.segments;
   const size_t patches = snapshot.plan->patches.size();
   if (points > 0) {

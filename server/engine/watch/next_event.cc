@@ -116,7 +116,7 @@ ChunkBatch NextBatch(const ClientUpdate& update, const WatchOffer& offer) {
   const size_t end = std::min(update.chunks.size(), update.sent + limits::kMaxBatchChunks);
   for (size_t i = update.sent; i < end && batch.bytes < enough; ++i) {
     const uint32_t chunk = update.chunks[i];
-    const size_t bytes = offer.snapshot->chunks[chunk].bytes();
+    const size_t bytes = offer.snapshot->BytesOf(chunk);
     if (!batch.chunks.empty() && batch.bytes + bytes > limits::kMaxChunkBatchBytes) break;
     batch.chunks.push_back(chunk);
     batch.bytes += bytes;
@@ -128,7 +128,7 @@ ChunkBatch NextBatch(const ClientUpdate& update, const WatchOffer& offer) {
 std::vector<uint16_t> TakeNewPatterns(ClientState& client, const ChunkBatch& batch) {
   absl::btree_set<uint16_t> missing;
   for (const uint32_t chunk : batch.chunks) {
-    for (const uint16_t code : batch.snapshot->chunks[chunk].patterns) {
+    for (const uint16_t code : batch.snapshot->patterns.OfChunk(chunk)) {
       if (!client.patterns[code]) missing.insert(code);
     }
   }

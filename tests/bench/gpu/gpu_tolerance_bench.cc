@@ -35,7 +35,7 @@ absl::Status CheckPoints(const Scenario& scenario, DeformView& view) {
     CheckOk(view.Read(chunk, bytes));
     const auto points = testing::DecodePoints(*scenario.plan, view.spec(), scenario.box, bytes);
     size_t patch = scenario.plan->ChunkPatches(chunk)[0], next = 0;
-    for (const uint16_t code : view.Patterns(chunk)) {
+    for (const uint16_t code : view.Patterns().OfChunk(chunk)) {
       const AdaptivePattern& pattern = AdaptivePattern::Get(*PatternKey::FromCode(code));
       for (const auto& steps : pattern.points) {
         std::array<double, 3> at{};
@@ -64,8 +64,7 @@ void EvaluateWithTolerance(benchmark::State& state, double share, bool one_point
   const auto view = Checked(target->CreateView(spec));
   CheckOk(view->Evaluate(scenario.control_points[0], scenario.box, scenario.all_chunks));
   if (const auto good = CheckPoints(scenario, *view); !good.ok()) return Skip(state, good);
-  size_t points = 0;
-  for (const uint32_t chunk : scenario.all_chunks) points += PatternPoints(view->Patterns(chunk));
+  const size_t points = PatternPoints(view->Patterns().codes);
 
   const uint32_t moved = ControlPointsByEffect(scenario).back().point;
   std::array<std::vector<Vec3d>, 2> turns{scenario.control_points[0], scenario.control_points[1]};

@@ -77,7 +77,7 @@ MeasuredSurface MeasureSurface(DeformView& view, const DeformPlan& plan,
   for (uint32_t chunk = 0; chunk < plan.chunk_count(); ++chunk) {
     bytes.resize(ChunkPoints(view, plan, chunk) * point_bytes);
     CheckOk(view.Read(chunk, bytes));
-    const auto codes = view.Patterns(chunk);
+    const auto codes = view.Patterns().OfChunk(chunk);
     const auto [first, last] = plan.ChunkPatches(chunk);
     size_t at = 0;
     for (size_t p = first; p < last; ++p) {

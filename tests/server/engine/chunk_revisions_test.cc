@@ -68,7 +68,7 @@ class ChunkRevisionsTest : public ::testing::Test {
     EXPECT_OK(encoded);
     for (const uint32_t chunk : all) {
       const auto bytes = (*encoded)[chunk].span();
-      const auto patterns = (*view)->Patterns(chunk);
+      const auto patterns = (*view)->Patterns().OfChunk(chunk);
       surface.chunks.emplace_back(bytes.begin(), bytes.end());
       surface.patterns.emplace_back(patterns.begin(), patterns.end());
     }

@@ -115,20 +115,6 @@ TEST(ChunkTable, KeepsTheBytesOfASharedGroupsChunks) {
   EXPECT_EQ(after.BytesOfNoBlock(), 2u);
 }
 
-TEST(ChunkTable, HasPatternsWhereTheyWereSet) {
-  constexpr std::array<uint16_t, 3> kPatterns{1, 8, 512};
-  ChunkTable before(kSize);
-  before.Set(300, {1, MakeSharedBytes({1}), {}, kPatterns});
-  ChunkTable after = before.Share();
-  after.Set(300, {2, MakeSharedBytes({1}), {}, std::span(kPatterns).first(2)});
-
-  EXPECT_THAT(before[300].patterns, ElementsAreArray(kPatterns));
-  EXPECT_EQ(before[300].bytes(), 7u);
-  EXPECT_THAT(after[300].patterns, ElementsAre(1, 8));
-  EXPECT_THAT(after[301].patterns, IsEmpty());
-  EXPECT_THAT(after[5].patterns, IsEmpty());
-}
-
 // The first `size` bytes of `block`.
 SharedBytes Part(const std::shared_ptr<std::vector<uint8_t>>& block, size_t size) {
   return {block, block->data(), size, block->size()};
@@ -222,7 +208,7 @@ class EncodeSnapshotTest : public ::testing::Test {
           }
           return encoded;
         },
-        [&](uint32_t chunk) -> std::span<const uint16_t> { return patterns_[chunk]; });
+        PatternsOf(patterns_));
     return *snapshot;
   }
 
@@ -247,30 +233,37 @@ class EncodeSnapshotTest : public ::testing::Test {
           std::ranges::copy(found, digests.begin());
           return encoded;
         },
-        [](uint32_t) { return std::span<const uint16_t>(); });
+        PatternCodes());
     return *snapshot;
+  }
+
+  static PatternCodes PatternsOf(const std::vector<uint16_t>& codes) {
+    const auto copy = std::make_shared<const std::vector<uint16_t>>(codes);
+    return {copy, *copy};
   }
 
   SceneState state_;
   std::array<uint8_t, 2> vertices_ = {5, 6};
-  std::array<std::vector<uint16_t>, 2> patterns_;
+  std::vector<uint16_t> patterns_;
   size_t encoded_ = 0;
 };
 
 TEST_F(EncodeSnapshotTest, AnotherPatternIsAChangeWhateverTheBytes) {
-  patterns_ = {{{1}, {2}}};
+  patterns_.assign(2 * limits::kPatchesPerChunk, 1);
   const auto first = Encode(nullptr);
   const auto second = Encode(first.get());
   EXPECT_EQ(encoded_, 2u) << "nothing has changed";
   EXPECT_EQ(second->chunks[1].revision, 1u);
 
-  patterns_[1] = {8};
+  patterns_.back() = 8;
   const auto third = Encode(second.get());
 
-  EXPECT_EQ(encoded_, 3u);
+  EXPECT_EQ(encoded_, 2u) << "the same vertices have the same bytes";
   EXPECT_EQ(third->chunks[0].revision, 1u);
   EXPECT_EQ(third->chunks[1].revision, 3u);
-  EXPECT_THAT(third->chunks[1].patterns, ElementsAre(8));
+  EXPECT_THAT(third->chunks[1].data, ElementsAre(6));
+  EXPECT_EQ(third->patterns.OfChunk(1).back(), 8);
+  EXPECT_EQ(second->patterns.OfChunk(1).back(), 1);
   EXPECT_THAT(third->chunks.ChangedAfter(2), ElementsAre(1));
 }
 

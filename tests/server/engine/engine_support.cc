@@ -222,7 +222,7 @@ void WatcherClient::Take(const ChunkBatch& event) {
   }
   EXPECT_EQ(event.snapshot->revision, current_->begin.revision) << "one update, one revision";
   for (const uint32_t chunk : event.chunks) {
-    const std::span<const uint16_t> patterns = event.snapshot->chunks[chunk].patterns;
+    const std::span<const uint16_t> patterns = event.snapshot->patterns.OfChunk(chunk);
     EXPECT_EQ(!patterns.empty(), event.snapshot->view.spec.tolerance > 0);
     for (const uint16_t code : patterns) {
       EXPECT_TRUE(patterns_.contains(code)) << "a pattern comes before its first use";

@@ -101,9 +101,7 @@ class ScriptedView : public DeformView {
 
   const ViewSpec& spec() const override { return inner_->spec(); }
   std::span<const uint32_t> also_changed() const override { return inner_->also_changed(); }
-  std::span<const uint16_t> Patterns(uint32_t chunk) const override {
-    return inner_->Patterns(chunk);
-  }
+  PatternCodes Patterns() const override { return inner_->Patterns(); }
   double certified_error() const override { return inner_->certified_error(); }
   double curvature_tolerance() const override { return inner_->curvature_tolerance(); }
   ToleranceSlice* tolerance_slice() override { return inner_->tolerance_slice(); }

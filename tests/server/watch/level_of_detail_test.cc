@@ -105,13 +105,14 @@ TEST_F(LevelOfDetailTest, ExpectsThePointsThatASnapshotHas) {
   EXPECT_EQ(Chosen(unknown, patches_), 2) << "as many as the segments allow";
 
   Snapshot snapshot = Sent(4, 8);
-  const std::vector<uint16_t> patterns(limits::kPatchesPerChunk, 1 | 1 << 3 | 1 << 6);
+  const std::vector<uint16_t> codes(snapshot.plan->patches.size(), 1 | 1 << 3 | 1 << 6);
+  snapshot.patterns.codes = codes;
   snapshot.chunks = ChunkTable(snapshot.plan->chunk_count());
   for (uint32_t chunk = 0; chunk < snapshot.chunks.size(); ++chunk) {
     const auto [first, last] = snapshot.plan->ChunkPatches(chunk);
     SharedBytes data;
     data.size = 6 * (last - first) * 8;
-    snapshot.chunks.Set(chunk, {1, data, VertexDigest(), std::span(patterns).first(last - first)});
+    snapshot.chunks.Set(chunk, {1, data, VertexDigest()});
   }
   LevelOfDetail detail(asked_);
   detail.Learn(snapshot);

@@ -22,10 +22,11 @@ std::shared_ptr<const Snapshot> TwoChunks() {
   snapshot->box.id = 3;
   snapshot->chunks = ChunkTable(2);
   snapshot->chunks.Set(0, {7, MakeSharedBytes(std::vector<uint8_t>(5'000, 'a')), {}});
-  // Of a view with a tolerance; the other one has no patterns.
-  constexpr std::array<uint16_t, 2> kPatterns{0x0102, 0x0009};
-  snapshot->chunks.Set(
-      1, {9, MakeSharedBytes(std::vector<uint8_t>(300, 'b')), VertexDigest(), kPatterns});
+  snapshot->chunks.Set(1, {9, MakeSharedBytes(std::vector<uint8_t>(300, 'b')), VertexDigest()});
+  // The last chunk has two patches.
+  const auto codes = std::make_shared<std::vector<uint16_t>>(limits::kPatchesPerChunk, 0x0008);
+  codes->insert(codes->end(), {0x0102, 0x0009});
+  snapshot->patterns = {codes, *codes};
   return snapshot;
 }
 
@@ -85,7 +86,13 @@ TEST(WireBuffers, TheBytesAreProtobufs) {
     added.set_index(i);
     added.set_revision(chunk.revision);
     added.set_data(chunk.data.data(), chunk.data.size());
-    if (i == 1) added.set_levels(std::string("\x02\x01\x09\x00", 4));
+    if (i == 1) {
+      added.set_levels(std::string("\x02\x01\x09\x00", 4));
+    } else {
+      for (size_t p = 0; p < limits::kPatchesPerChunk; ++p) {
+        added.mutable_levels()->append("\x08\x00", 2);
+      }
+    }
   }
   EXPECT_TRUE(BytesOf(SlicesOf(batch)) == expected.SerializeAsString());
 }

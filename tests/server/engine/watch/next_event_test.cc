@@ -39,10 +39,14 @@ std::shared_ptr<const Snapshot> MakeAdaptive(uint64_t revision, std::vector<uint
   snapshot->certified_error = 0.75;
   snapshot->box.id = 1;
   snapshot->chunks = ChunkTable(revisions.size());
+  const auto codes = std::make_shared<std::vector<uint16_t>>();
   for (size_t c = 0; c < revisions.size(); ++c) {
-    snapshot->chunks.Set(c, {revisions[c], MakeSharedBytes(std::vector<uint8_t>(kChunkBytes)),
-                             VertexDigest(), patterns[c]});
+    snapshot->chunks.Set(
+        c, {revisions[c], MakeSharedBytes(std::vector<uint8_t>(kChunkBytes)), VertexDigest()});
+    patterns[c].resize(limits::kPatchesPerChunk, patterns[c].back());
+    codes->insert(codes->end(), patterns[c].begin(), patterns[c].end());
   }
+  snapshot->patterns = {codes, *codes};
   return snapshot;
 }
 
