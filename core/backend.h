@@ -98,10 +98,16 @@ struct SharedBytes {
 };
 [[nodiscard]] SharedBytes MakeSharedBytes(std::vector<uint8_t> bytes);
 
-// A digest of a chunk's vertices, in 128 bits. Within the views of one target and spec, equal digests mean equal
-// vertices. Zeros: no vertices.
+// A digest of a chunk's vertices. Within the views of one target and spec, equal digests mean equal vertices. Zeros: no
+// vertices. Host and devices have different ones for the same vertices: of 127 bits, and the lowest is 1 on a device.
 struct VertexDigest {
   uint64_t low = 0, high = 0;
+
+  // Whether the vertices differ for sure. False: they may be equal.
+  bool DiffersForSure(const VertexDigest& other) const {
+    const bool both = *this != VertexDigest() && other != VertexDigest();
+    return both && low % 2 == other.low % 2 && *this != other;
+  }
   friend bool operator==(const VertexDigest&, const VertexDigest&) = default;
 };
 
@@ -151,7 +157,7 @@ class ReachSlice;      // core/view/spanned/reach_slice.h
 class SortedPoints;    // core/points/sorted_points.h
 class ToleranceSlice;  // core/view/spanned/tolerance_slice.h
 
-// The patterns of a view with a tolerance. They stay as they are, whatever the view evaluates later.
+// The patterns of a view with a tolerance. They stay as they are while `owner` is kept; else until the view evaluates again.
 struct PatternCodes {
   std::shared_ptr<const void> owner;
   std::span<const uint16_t> codes;  // PatternKey::Code by patch; none without a tolerance

@@ -22,12 +22,12 @@
 
 namespace latticed {
 
-// The digest of a chunk's vertices on the host: XXH3's 128 bits of their bytes in wire layout.
+// The digest of a chunk's vertices on the host: XXH3 of their bytes in wire layout, but for the lowest bit.
 //
 // A dirty chunk need not be encoded if its integers are those from which its bytes were made. Keeping the integers for
 // comparison would double the memory of vertices. A digest is 16 bytes per chunk, and takes 0.3 ns per point of 8 bytes
-// on one core; encoding takes 13 ns. Two different chunks have the same digest once in 2^128 comparisons: at a million
-// per second, one update would be missed in 10^25 years.
+// on one core; encoding takes 13 ns. Two different chunks have the same digest once in 2^127 comparisons: at a million
+// per second, one update would be missed in 10^24 years.
 [[nodiscard]] VertexDigest DigestOf(std::span<const uint8_t> vertices);
 
 // ViewTraits::encoder_bytes of a backend that encodes by `encoder` on the threads of `arena`.

@@ -18,6 +18,7 @@ using kernels::StreamControl;
 using kernels::StreamPlace;
 
 constexpr std::string_view kWhat = "the encoding";
+
 static_assert(sizeof(StreamControl) % 16 == 0 && sizeof(StreamChunk) == 16 &&
                   sizeof(kernels::StreamDigest) == 16 && sizeof(VertexDigest) == 16,
               "parts lie one after the other, without gaps");
@@ -33,14 +34,9 @@ absl::StatusOr<DeviceStreamWriter> DeviceStreamWriter::Create(std::unique_ptr<St
                                                               std::shared_ptr<CudaLane> lane,
                                                               size_t part_bytes) {
   LATTICED_ASSIGN_OR_RETURN(auto ready, CudaEvent::Create());
+  LATTICED_ASSIGN_OR_RETURN(auto placed, CudaEvent::Create());
   std::vector<Slot> slots;
-  for (size_t k = 0; k < kMostParts; ++k) {
-    if (k > 0) {
-      LATTICED_ASSIGN_OR_RETURN(lane, context->lanes().Borrow(StreamPriority::kMiddle));
-    }
-    LATTICED_ASSIGN_OR_RETURN(auto placed, CudaEvent::Create());
-    slots.push_back({std::move(lane), std::move(placed), {}});
-  }
+  slots.push_back({std::move(lane), std::move(placed), {}});
   return DeviceStreamWriter(std::move(coder), std::move(context), std::move(slots),
                             std::move(ready), part_bytes);
 }
@@ -58,6 +54,15 @@ size_t DeviceStreamWriter::PinnedBytesFor(size_t chunks) {
     return PinnedMemory::BlockBytes(Layout(count, StreamCoder::kMostZeros, true).end);
   };
   return bytes(batch) + (kMostParts - 1) * bytes((batch + 1) / 2);
+}
+
+absl::Status DeviceStreamWriter::MakeSlots(size_t count) {
+  while (slots_.size() < count) {
+    LATTICED_ASSIGN_OR_RETURN(auto lane, context_->lanes().Borrow(StreamPriority::kMiddle));
+    LATTICED_ASSIGN_OR_RETURN(auto placed, CudaEvent::Create());
+    slots_.push_back({std::move(lane), std::move(placed), {}});
+  }
+  return absl::OkStatus();
 }
 
 size_t DeviceStreamWriter::PinnedBytes() const {
@@ -131,8 +136,9 @@ void DeviceStreamWriter::Own(const Call& call, std::span<const size_t> numbers,
 
 size_t DeviceStreamWriter::GuessBytes(double points, const Slot& slot) const {
   constexpr double kMore = 1 + 1.0 / 16;
-  const double own = std::ranges::max(slot.bytes_per_point);
-  const double bytes = own > 0 ? own : std::ranges::max(slots_[0].bytes_per_point);
+  // A slot of parts may not have been used for long.
+  const double bytes =
+      std::max(std::ranges::max(slot.bytes_per_point), std::ranges::max(slots_[0].bytes_per_point));
   return kernels::RoundUpTo16(static_cast<size_t>(kMore * bytes * points));
 }
 
@@ -240,6 +246,7 @@ size_t DeviceStreamWriter::PartsOf(const Call& call, std::span<const size_t> num
 absl::StatusOr<std::vector<size_t>> DeviceStreamWriter::InParts(const Call& call,
                                                                 std::span<const size_t> numbers,
                                                                 size_t parts) {
+  LATTICED_RETURN_IF_ERROR(MakeSlots(parts));
   std::vector<Round> rounds;
   rounds.reserve(parts);
   absl::Cleanup wait = [this] { WaitForRounds(); };

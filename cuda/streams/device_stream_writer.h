@@ -19,7 +19,7 @@
 //
 // Errors   kResourceExhausted for device or pinned memory, of which fewer chunks take less; those
 //          of cuda_status.h
-// Threads  one at a time; works on the stream of the lane and on one of its own, and waits for both before it returns
+// Threads  one at a time; works on the stream of the lane and, for parts, on others, and waits for all before it returns
 #ifndef LATTICED_CUDA_STREAMS_DEVICE_STREAM_WRITER_H_
 #define LATTICED_CUDA_STREAMS_DEVICE_STREAM_WRITER_H_
 
@@ -66,8 +66,8 @@ class DeviceStreamWriter {
   size_t PinnedBytes() const;
 
  private:
-  // What a round needs while it is on its way. The first slot has the lane of the writer. The others have lanes of
-  // higher priority, and take the first parts, so that their bytes are ready early.
+  // What a round needs while it is on its way. The first slot has the lane of the writer. The others, which are made when
+  // they are first needed, have lanes of higher priority. They take the first parts, so that their bytes are ready early.
   struct Slot {
     std::shared_ptr<CudaLane> lane;
     CudaEvent placed;
@@ -122,6 +122,7 @@ class DeviceStreamWriter {
   absl::Status Finish(const Call& call, Round& round, bool is_last_begun);
   // Whatever fails, the memory of rounds must stay until what is on its way has ended.
   void WaitForRounds() const;
+  absl::Status MakeSlots(size_t count);
   // How many parts they are worth; 1 where nothing says how many bytes there will be.
   size_t PartsOf(const Call& call, std::span<const size_t> numbers) const;
   // Encodes `numbers` in so many rounds at once. Returns those that are deferred.
@@ -143,7 +144,7 @@ class DeviceStreamWriter {
 
   std::shared_ptr<CudaContext> context_;
   std::unique_ptr<StreamCoder> coder_;
-  std::vector<Slot> slots_;  // kParts
+  std::vector<Slot> slots_;  // kMostParts at most
   CudaEvent ready_;          // the vertices
   size_t part_bytes_;
   std::vector<size_t> all_;          // 0, 1, 2, …

@@ -42,7 +42,7 @@ class StreamCoder {
   // so a chunk takes no more than a few operations.
   virtual size_t Plan(std::span<kernels::StreamChunk> chunks) = 0;
   // Codes the chunks of Plan, unless they are unchanged. `scratch`: working memory, 16 bytes aligned, until the stream has
-  // run Pack. Meanwhile a second round may begin, on another stream.
+  // run Pack. Meanwhile other rounds may begin, on other streams.
   virtual cudaError_t Code(const kernels::StreamWork& work, uint8_t* scratch,
                            cudaStream_t stream) = 0;
   // Writes the streams, and work.places if it finds them. Places that are known must be those of the round begun last. The

@@ -4,7 +4,8 @@
 // A chunk's digest is two sums of 64 bits. Each adds, for every eight bytes of the chunk, a mixing function
 // of these bytes and of their place (splitmix64's: Stafford's variants 13 and 4 of Murmur3's finaliser).
 // The order of a sum does not matter, so all threads add to it. The host uses another digest
-// (core/view/view_encoder.cc), so a chunk that was encoded on the host is encoded here once more.
+// (core/view/view_encoder.cc), so a chunk that was encoded on the host is encoded here once more. The lowest bit says which
+// one it is (core/backend.h).
 #include "cuda/streams/stream_kernels.h"
 #include "cuda/streams/warp.cuh"
 
@@ -72,7 +73,7 @@ __device__ StreamDigest DigestOf(const uint8_t* bytes, uint32_t count) {
     atomicAdd(&sum.high, high);
   }
   __syncthreads();
-  return sum;
+  return {sum.low | 1, sum.high};
 }
 
 __global__ void __launch_bounds__(kThreads) DigestKernel(const __grid_constant__ StreamWork work) {

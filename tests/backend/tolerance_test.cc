@@ -104,6 +104,31 @@ TEST_P(Tolerance, FewerPointsThanUniformSegmentsAtTheSameError) {
   EXPECT_LT(count, plan->patches.size() * 8);  // of 66 at 10 segments
 }
 
+TEST_P(Tolerance, CodesThatAreKeptStayAsTheyWere) {
+  ToleranceScene scene = std::move(ToleranceScenes().front());
+  const LatticeStructure structure = MakeStructure(scene.mesh.ComputeBounds(), scene.options);
+  const Plan plan = MakeTestPlan(std::move(scene.mesh), structure);
+  const QuantisationBox box = BoxFor(*plan, Jitter(structure, 1.2, kSeed));
+  std::vector<PatternCodes> kept;
+  std::vector<std::vector<uint16_t>> copies;
+  {
+    const auto view = MakeView(plan, {.segments = 32, .tolerance = 1e-4 * box.range});
+    ASSERT_NE(view, nullptr);
+    for (int turn = 0; turn < 5; ++turn) {
+      ASSERT_OK(view->Evaluate(Jitter(structure, 0.2 * turn, kSeed), box, AllChunks(*plan)));
+      kept.push_back(view->Patterns());
+      copies.emplace_back(kept.back().codes.begin(), kept.back().codes.end());
+      ASSERT_EQ(copies.back().size(), plan->patches.size());
+    }
+  }
+  for (size_t turn = 0; turn < kept.size(); ++turn) {
+    EXPECT_TRUE(std::ranges::equal(kept[turn].codes, copies[turn])) << "turn " << turn;
+    if (turn > 0) EXPECT_NE(copies[turn], copies[turn - 1]) << "turn " << turn;
+  }
+  const size_t last = plan->chunk_count() - 1;
+  EXPECT_EQ(kept[0].OfChunk(last).size(), plan->patches.size() - 32 * last);
+}
+
 TEST_P(Tolerance, ChunksAfterAnyEditsAreThoseOfAFullEvaluationWithoutCracks) {
   std::uniform_real_distribution<double> noise(-0.1, 0.1);
   for (ToleranceScene& one : ToleranceScenes()) {

@@ -64,6 +64,7 @@ absl::Status SpannedView::EvaluateWithTolerance(std::span<const Vec3d> control_p
   LATTICED_RETURN_IF_ERROR(exchange_->Evaluate(control_points, box, named));
   also_changed_.clear();
   const auto codes = std::make_shared<std::vector<uint16_t>>();
+  codes->reserve(plan().patches.size());
   for (const Part& part : parts_) {
     for (const uint32_t chunk : part.view->also_changed()) {
       also_changed_.push_back(part.first_chunk + chunk);
@@ -129,7 +130,9 @@ MemoryUse SpannedView::memory() const {
   for (const Part& part : parts_) {
     for (const auto& [purpose, bytes] : part.view->memory()) use[purpose] += bytes;
   }
-  if (exchange_ != nullptr) use["levels"] += exchange_->MemoryBytes();
+  if (exchange_ != nullptr) {
+    use["levels"] += exchange_->MemoryBytes() + patterns_.codes.size_bytes();
+  }
   return use;
 }
 

@@ -56,13 +56,15 @@ class BatchTaker {
     return digests_;
   }
 
-  // As TakeEarly says: the bytes are not there yet, so those that may be the old ones stay in `results`.
+  // As TakeEarly says: the bytes are not there yet, so those that may be the old ones stay in `results`. That is rare: a chunk
+  // was encoded on the host, and now on a device.
   void TakeSome(size_t first, std::span<SharedBytes> results,
                 std::span<const VertexDigest> digests) {
     for (size_t k = 0; k < results.size(); ++k) {
       const size_t i = first + k;
-      const bool is_new = results[k].data != nullptr;
-      is_taken_[i] = !is_new || before_ == nullptr || Before(i).data.size() != results[k].size;
+      const bool is_new = before_ == nullptr || results[k].data != nullptr;
+      is_taken_[i] = before_ == nullptr || !is_new || Before(i).data.size() != results[k].size ||
+                     Before(i).digest.DiffersForSure(digests[k]);
       if (!is_taken_[i]) continue;
       is_new ? Put(i, std::exchange(results[k], SharedBytes()), digests[k])
              : PutVertices(i, digests[k]);
@@ -70,10 +72,11 @@ class BatchTaker {
   }
   void TakeRest(std::span<SharedBytes> results) {
     for (size_t i = 0; i < results.size(); ++i) {
-      if (is_taken_[i]) continue;
+      // One that was told may be encoded again, and not told again.
+      if (is_taken_[i] && results[i].data == nullptr) continue;
       SharedBytes& data = results[i];
-      const bool is_new = data.data != nullptr &&
-                          (before_ == nullptr || !std::ranges::equal(Before(i).data, data.span()));
+      const bool is_new = before_ == nullptr || (data.data != nullptr &&
+                                                 !std::ranges::equal(Before(i).data, data.span()));
       is_new ? Put(i, std::move(data), digests_[i]) : PutVertices(i, digests_[i]);
     }
   }

@@ -9,8 +9,8 @@
 //   worker kShort   small | small |       | small |  small | small |
 //
 // One worker takes only short turns. So a short turn waits only for other short turns, however many long
-// ones there are. The other workers take what comes first. While one of them is idle, that worker sleeps:
-// of two wake-ups, the turn could get the second.
+// ones there are. The other workers take what comes first. That worker wakes after those that are idle: if it woke
+// first, a long turn would wait for two threads to wake.
 //
 // Threads  safe; work runs with no lock held. The destructor finishes what runs and drops the rest.
 #ifndef LATTICED_SERVER_ENGINE_RENDER_RENDER_QUEUE_H_

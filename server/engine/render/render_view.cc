@@ -3,6 +3,7 @@
 #include "server/engine/render/render_view.h"
 
 #include <algorithm>
+#include <bit>
 #include <iterator>
 #include <numeric>
 #include <utility>
@@ -30,18 +31,20 @@ uint64_t VertexBytes(const DeformPlan& plan, const ViewKey& key) {
 }
 
 uint64_t SnapshotBytes(const DeformPlan& plan, const ViewKey& key, size_t lattices) {
-  constexpr uint64_t kChunkHeaderBytes = 256;
+  constexpr uint64_t kChunkHeaderBytes = 256, kPageBytes = 4096;
   const size_t chunks = plan.chunk_count();
-  // Codes of 2 bytes a patch, in a block that has more and is rounded up to a power of two.
-  constexpr uint64_t kPatternBytes = 4 * sizeof(uint16_t) * limits::kPatchesPerChunk;
-  const uint64_t chunk_bytes =
-      (kChunkHeaderBytes + (key.spec.tolerance > 0 ? kPatternBytes : 0)) * chunks +
-      ChunkTable::MostBytes(chunks);
+  const uint64_t chunk_bytes = kChunkHeaderBytes * chunks + ChunkTable::MostBytes(chunks);
+  // Blocks of codes, 2 bytes a patch, with 8 more a chunk, rounded up to a power of two.
+  const uint64_t patterns =
+      key.spec.tolerance > 0
+          ? std::bit_ceil(kPageBytes + chunks * (8 + limits::kPatchesPerChunk * sizeof(uint16_t)))
+          : 0;
   const uint64_t snapshots = IsCompressed(key.encoding) ? 1 : limits::kMaxSnapshotsPerView;
   const bool has_points = !HasPositions(key.spec) && lattices > 1;
   const uint64_t points =
       has_points ? static_cast<uint64_t>(plan.structure.control_point_count()) : 0;
-  return snapshots * (VertexBytes(plan, key) + chunk_bytes + points * sizeof(Vec3d));
+  return snapshots * (VertexBytes(plan, key) + chunk_bytes + points * sizeof(Vec3d)) +
+         limits::kMaxSnapshotsPerView * patterns;
 }
 
 RenderView::Stage RenderView::stage() const {
@@ -103,7 +106,7 @@ absl::StatusOr<std::shared_ptr<Snapshot>> RenderView::Render(const RenderWork& w
   LATTICED_RETURN_IF_ERROR(PrepareVertices(work.input));
   ++backend_->counts().evaluations;
   const absl::Time start = absl::Now();
-  LATTICED_ASSIGN_OR_RETURN(const auto changed, Evaluate(work));
+  LATTICED_RETURN_IF_ERROR(Evaluate(work));
   const absl::Duration evaluate_time = absl::Now() - start;
   {
     const MutexLock lock(&mutex_);
@@ -120,7 +123,7 @@ absl::StatusOr<std::shared_ptr<Snapshot>> RenderView::Render(const RenderWork& w
     return backend_->Run([&] { return vertices_->Encode(chunks, key().encoding, known(), early); });
   };
   LATTICED_ASSIGN_OR_RETURN(auto snapshot,
-                            EncodeSnapshot(key(), *work.input.state, changed, revisions, traits_,
+                            EncodeSnapshot(key(), *work.input.state, evaluated_, revisions, traits_,
                                            before.get(), encode, vertices_->Patterns()));
   snapshot->certified_error = vertices_->certified_error();
   snapshot->curvature_tolerance = vertices_->curvature_tolerance();
@@ -158,8 +161,9 @@ absl::Status RenderView::PrepareVertices(const RenderInput& input) {
   return absl::OkStatus();
 }
 
-absl::StatusOr<std::vector<uint32_t>> RenderView::Evaluate(const RenderWork& work) {
-  if (work.chunks.empty()) return work.chunks;
+absl::Status RenderView::Evaluate(const RenderWork& work) {
+  evaluated_ = work.chunks;
+  if (work.chunks.empty()) return absl::OkStatus();
   const SceneState& state = *work.input.state;
   // A failed evaluation may leave any vertices incomplete: the retry after an eviction evaluates all chunks.
   std::span<const uint32_t> named = work.chunks;
@@ -173,11 +177,12 @@ absl::StatusOr<std::vector<uint32_t>> RenderView::Evaluate(const RenderWork& wor
     }
     return status;
   }));
+  // A retry names all, and then no others. But more than the first attempt named may have changed in it.
   const std::span<const uint32_t> also = vertices_->also_changed();
-  std::vector<uint32_t> changed;
-  changed.reserve(work.chunks.size() + also.size());
-  std::ranges::set_union(work.chunks, also, std::back_inserter(changed));
-  return changed;
+  evaluated_.clear();
+  evaluated_.reserve(named.size() + also.size());
+  std::ranges::set_union(named, also, std::back_inserter(evaluated_));
+  return absl::OkStatus();
 }
 
 void RenderView::Publish(std::shared_ptr<Snapshot> snapshot) {
@@ -198,8 +203,7 @@ bool RenderView::GiveUp(const RenderWork& work, const absl::Status& status) {
   if (stopped) {
     stage_ = Stage::kIdle;
     dirty_.Add(work.chunks);
-    // Those of an earlier turn do no harm.
-    if (vertices_ != nullptr) dirty_.Add(vertices_->also_changed());
+    dirty_.Add(evaluated_);  // those of an earlier turn do no harm
   } else {
     stage_ = Stage::kFailed;
     dirty_.AddAll();

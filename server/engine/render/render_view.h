@@ -104,8 +104,8 @@ class RenderView {
   [[nodiscard]] absl::StatusOr<std::shared_ptr<Snapshot>> Render(const RenderWork& work)
       ABSL_LOCKS_EXCLUDED(mutex_);
   [[nodiscard]] absl::Status PrepareVertices(const RenderInput& input) ABSL_LOCKS_EXCLUDED(mutex_);
-  // Returns the chunks whose vertices or patterns may have changed, ascending.
-  [[nodiscard]] absl::StatusOr<std::vector<uint32_t>> Evaluate(const RenderWork& work);
+  // Sets evaluated_.
+  [[nodiscard]] absl::Status Evaluate(const RenderWork& work);
   // The ends of a turn.
   void Publish(std::shared_ptr<Snapshot> snapshot) ABSL_LOCKS_EXCLUDED(mutex_);
   bool GiveUp(const RenderWork& work, const absl::Status& status) ABSL_LOCKS_EXCLUDED(mutex_);
@@ -121,6 +121,8 @@ class RenderView {
   std::unique_ptr<DeformView> vertices_;
   ViewTraits traits_;
   uint64_t vertices_structure_ = 0;
+  std::vector<uint32_t>
+      evaluated_;  // chunks whose vertices or patterns may have changed, ascending
 
   mutable Mutex mutex_;
   Stage stage_ ABSL_GUARDED_BY(mutex_) = Stage::kIdle;

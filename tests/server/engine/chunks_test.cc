@@ -13,12 +13,12 @@
 #include "server/engine/render/chunk_set.h"
 #include "server/engine/render/chunk_table.h"
 #include "server/engine/render/encode_snapshot.h"
+#include "tests/support/status_matchers.h"
 
 namespace latticed {
 namespace {
 
 using ::testing::ElementsAre;
-using ::testing::ElementsAreArray;
 using ::testing::IsEmpty;
 
 // Chunks of three groups.
@@ -196,7 +196,7 @@ class EncodeSnapshotTest : public ::testing::Test {
     ++state_.revision;
     const uint32_t chunks[] = {0, 1};
     auto snapshot = EncodeSnapshot(
-        {}, state_, chunks, revisions, {}, before,
+        key_, state_, chunks, revisions, {}, before,
         [&](std::span<const uint32_t> some, KnownDigests known, TakeEarly) {
           const std::span<VertexDigest> digests = known();
           std::vector<SharedBytes> encoded(some.size());
@@ -221,14 +221,16 @@ class EncodeSnapshotTest : public ::testing::Test {
         {}, state_, chunks, {}, {}, before,
         [&](std::span<const uint32_t>, KnownDigests known, TakeEarly early) {
           known();
-          const VertexDigest found[] = {{vertices_[0], 2}, {vertices_[1], 2}};
+          // Of another writer.
+          const VertexDigest found[] = {{vertices_[0] ^ 1u, 2}, {vertices_[1] ^ 1u, 2}};
           std::vector<SharedBytes> failed = {MakeSharedBytes({1, 2, 3}), MakeSharedBytes({4})};
           early(0, failed, found);
           const std::span<VertexDigest> digests = known();
           std::vector<SharedBytes> encoded = {MakeSharedBytes({vertices_[0]}),
                                               MakeSharedBytes(bytes)};
           early(1, std::span(encoded).subspan(1), std::span(found).subspan(1));
-          const bool may_be_equal = before->chunks[1].data.size() == bytes.size();
+          const bool may_be_equal = before->chunks[1].data.size() == bytes.size() &&
+                                    !before->chunks[1].digest.DiffersForSure(found[1]);
           EXPECT_EQ(encoded[1].data != nullptr, may_be_equal) << "else it was taken";
           std::ranges::copy(found, digests.begin());
           return encoded;
@@ -244,6 +246,7 @@ class EncodeSnapshotTest : public ::testing::Test {
 
   SceneState state_;
   std::array<uint8_t, 2> vertices_ = {5, 6};
+  ViewKey key_;
   std::vector<uint16_t> patterns_;
   size_t encoded_ = 0;
 };
@@ -267,14 +270,41 @@ TEST_F(EncodeSnapshotTest, AnotherPatternIsAChangeWhateverTheBytes) {
   EXPECT_THAT(third->chunks.ChangedAfter(2), ElementsAre(1));
 }
 
+// A mesh has other bytes where the same vertices have other triangles.
+TEST_F(EncodeSnapshotTest, AMeshWithOtherPatternsIsEncodedAgain) {
+  key_.encoding = Encoding::kDracoMesh;
+  patterns_.assign(2 * limits::kPatchesPerChunk, 1);
+  const auto first = Encode(nullptr);
+  patterns_.back() = 8;
+  const auto second = Encode(first.get());
+
+  EXPECT_EQ(encoded_, 3u);
+  EXPECT_THAT(second->chunks.ChangedAfter(1), ElementsAre(1)) << "though the bytes are the same";
+}
+
+TEST_F(EncodeSnapshotTest, WhatHasNoDataAndHadNoneIsEmpty) {
+  const uint32_t chunks[] = {0, 1};
+  const auto none = [](std::span<const uint32_t> some, KnownDigests known, TakeEarly early) {
+    const std::span<VertexDigest> digests = known();
+    std::vector<SharedBytes> results(some.size());
+    early(0, std::span(results).first(1), digests.first(1));
+    return results;
+  };
+  const auto snapshot = EncodeSnapshot(key_, state_, chunks, {}, {}, nullptr, none, {});
+
+  ASSERT_OK(snapshot);
+  EXPECT_TRUE((*snapshot)->chunks[0].data.empty());
+  EXPECT_TRUE((*snapshot)->chunks[1].data.empty());
+}
+
 TEST_F(EncodeSnapshotTest, WhatIsTakenEarlyIsWhatTheLastAttemptSays) {
   const auto first = Encode(nullptr);
   const auto second = EncodeInTwoAttempts(first.get(), {6, 9});
 
   EXPECT_THAT(second->chunks[0].data, ElementsAre(5));
-  EXPECT_EQ(second->chunks[0].digest, (VertexDigest{5, 2}));
+  EXPECT_EQ(second->chunks[0].digest, (VertexDigest{4, 2}));
   EXPECT_THAT(second->chunks[1].data, ElementsAre(6, 9));
-  EXPECT_EQ(second->chunks[1].digest, (VertexDigest{6, 2}));
+  EXPECT_EQ(second->chunks[1].digest, (VertexDigest{7, 2}));
   EXPECT_EQ(second->chunks[1].revision, 2u);
   EXPECT_EQ(second->held_bytes, 3u);
 
@@ -284,6 +314,11 @@ TEST_F(EncodeSnapshotTest, WhatIsTakenEarlyIsWhatTheLastAttemptSays) {
   EXPECT_EQ(third->chunks[1].revision, 3u);
   const auto fourth = EncodeInTwoAttempts(third.get(), {7, 9});
   EXPECT_EQ(fourth->chunks[1].revision, 3u) << "the same bytes";
+  vertices_[1] = 8;
+  ASSERT_TRUE(fourth->chunks[1].digest.DiffersForSure({9, 2}));
+  const auto fifth = EncodeInTwoAttempts(fourth.get(), {8, 9});
+  EXPECT_THAT(fifth->chunks[1].data, ElementsAre(8, 9)) << "not compared, but of other vertices";
+  EXPECT_EQ(fifth->chunks[1].revision, 5u);
 }
 
 }  // namespace

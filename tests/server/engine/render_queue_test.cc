@@ -1,13 +1,15 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Which scene's turn is next, by role. Only the last test has threads.
+// Which scene's turn is next, by role. Only the last tests have threads.
 #include "server/engine/render/render_queue.h"
 
+#include <atomic>
 #include <chrono>
 #include <functional>
 #include <future>
 #include <memory>
+#include <semaphore>
 #include <string>
 #include <utility>
 #include <vector>
@@ -33,8 +35,10 @@ class FakeScene : public RenderSource {
   std::function<void()> during = [] {};
 
   std::function<void()> TakeWork(uint64_t most_points) override {
-    if (turns_ == 0 || points_ > most_points) return nullptr;
-    --turns_;
+    if (points_ > most_points) return nullptr;
+    int left = turns_;
+    while (left > 0 && !turns_.compare_exchange_weak(left, left - 1)) continue;
+    if (left == 0) return nullptr;
     return [this] {
       log_->push_back(name_);
       during();
@@ -45,7 +49,7 @@ class FakeScene : public RenderSource {
   const std::string name_;
   const uint64_t points_;
   std::vector<std::string>* const log_;
-  int turns_ = 0;
+  std::atomic<int> turns_ = 0;
 };
 
 class RenderQueueTest : public ::testing::Test {
@@ -125,6 +129,36 @@ TEST_F(RenderQueueTest, ASceneThatIsGoneIsSkipped) {
   EXPECT_THAT(RunAll(kShort), ElementsAre("scene"));
   Edited("gone", kSmall).reset();
   EXPECT_THAT(RunAll(kAny), IsEmpty());
+}
+
+// The worker of short turns sleeps while another one is idle, but not while all others run.
+TEST(RenderQueueThreadsTest, AShortTurnRunsBesideLongOnesOnAllOtherWorkers) {
+  for (const int workers : {2, 3}) {
+    std::vector<std::string> long_log, log;
+    std::vector<std::shared_ptr<FakeScene>> huge;
+    std::promise<void> ended;
+    const std::shared_future<void> end = ended.get_future().share();
+    std::counting_semaphore<> begun(0);
+    RenderQueue queue(workers);
+    for (int i = 1; i < workers; ++i) {
+      huge.push_back(std::make_shared<FakeScene>("huge", kHuge, &long_log));
+      huge.back()->Give(1);
+      huge.back()->during = [&] {
+        begun.release();
+        end.wait();
+      };
+      queue.Schedule(huge.back());
+      begun.acquire();
+    }
+    auto small = std::make_shared<FakeScene>("small", kSmall, &log);
+    small->during = [&] { begun.release(); };
+    for (int turn = 0; turn < 3; ++turn) {
+      small->Give(1);
+      queue.Schedule(small);
+      EXPECT_TRUE(begun.try_acquire_for(std::chrono::seconds(20))) << "turn " << turn;
+    }
+    ended.set_value();
+  }
 }
 
 TEST(RenderQueueThreadsTest, WorkersRunWhatIsScheduledAndEndWithTheQueue) {

@@ -14,6 +14,7 @@
 
 #include "absl/time/clock.h"
 #include "core/base/error.h"
+#include "core/ffd/plan/dirty_set.h"
 #include "tests/server/engine/engine_support.h"
 #include "tests/server/support/scripted_backend.h"
 #include "tests/support/status_matchers.h"
@@ -186,6 +187,41 @@ TEST_F(RenderViewTest, WhatADeviceHasNoMemoryForIsTriedAgainOnceAnotherSceneWasE
   ExpectRightAtHead(*client);
   EXPECT_EQ(idle->EvictableBytes(), 0u);
   EXPECT_EQ(registry_.evictions(), 1u);
+}
+
+// Edges of chunks that the edit does not reach get other levels with those beside them. A retry names all chunks, and must
+// not forget these.
+TEST_F(RenderViewTest, AnEvaluationThatIsTriedAgainTellsWhatElseChanged) {
+  for (const int cells : {24, 16}) {
+    Watch();  // of a scene that can be evicted then
+    MakeScene(cells, 10);
+    options_.view.key.spec.tolerance = 0.0005;
+  }
+  const auto client = Watch();
+  const auto view = *scene_->AcquireView(options_.view.key);
+  constexpr uint32_t kPoint = 77;  // changes a level beside what it reaches, after these
+  for (uint32_t point = 0; point < kPoint; point += 7) {
+    Move(point, {0, 0, 0.2});
+    client->RunToHead();
+  }
+  const PatternCodes before = view->newest()->patterns;
+  const std::vector<uint16_t> copy(before.codes.begin(), before.codes.end());
+  script().FailNext(Step::kEvaluate, error::OutOfMemory("the stage", 2, 1));
+  Move(kPoint, {0, 0, 0.2});
+  ExpectRightAtHead(*client);
+
+  EXPECT_EQ(registry_.evictions(), 1u);
+  const auto snapshot = view->newest();
+  EXPECT_FALSE(std::ranges::equal(snapshot->patterns.codes, copy)) << "other levels";
+  EXPECT_TRUE(std::ranges::equal(before.codes, copy)) << "as they were";
+  const auto reached = DirtyByControlPoints(*snapshot->plan, {{kPoint}}).chunks;
+  size_t beside = 0;
+  for (uint32_t c = 0; c < snapshot->chunks.size(); ++c) {
+    if (std::ranges::equal(before.OfChunk(c), snapshot->patterns.OfChunk(c))) continue;
+    EXPECT_EQ(snapshot->chunks[c].revision, snapshot->revision) << "chunk " << c;
+    beside += std::ranges::binary_search(reached, c) ? 0u : 1u;
+  }
+  EXPECT_GT(beside, 0u);
 }
 
 // The attempt that failed had replaced the digests of what the client has.

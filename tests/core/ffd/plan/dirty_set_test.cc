@@ -81,6 +81,7 @@ TEST(DirtySetOfEveryControlPoint, IsWhatASearchOfAllBoxesFinds) {
       // Ranges across the ends of rows, and with gaps.
       const auto row = static_cast<uint32_t>(structure.size[0]);
       ExpectEffect(plan, {row - 2, row - 1, row, row + 1, row + 3, 3 * row, 3 * row - 1});
+      for (uint32_t gap = 1; gap < row; ++gap) ExpectEffect(plan, {2 * row, 2 * row + gap});
     }
   }
 }
