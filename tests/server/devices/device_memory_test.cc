@@ -56,9 +56,9 @@ TEST_F(DeviceMemoryTest, TheHostsBudgetDoesNotBoundTheDevice) {
   // Enough for the chunks of snapshots (as many bytes as the vertices, their headers and their table) and for
   // the largest message, but not for the vertices as well.
   Options options;
-  options.memory_bytes = needed + vertices + 256 * chunks + ChunkTable::MostBytes(chunks, false) +
+  options.memory_bytes = needed + vertices + 256 * chunks + ChunkTable::MostBytes(chunks) +
                          StreamBytes(vertices, chunks);
-  ASSERT_GT(vertices, ChunkTable::MostBytes(chunks, false));
+  ASSERT_GT(vertices, ChunkTable::MostBytes(chunks));
   Start(kMiB, options);
   ASSERT_OK(Create(SceneRequest()));
 
