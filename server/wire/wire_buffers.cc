@@ -3,13 +3,16 @@
 #include "server/wire/wire_buffers.h"
 
 #include <algorithm>
+#include <bit>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 #include <grpcpp/support/slice.h>
 
+#include "absl/container/inlined_vector.h"
 #include "core/adaptive/adaptive_pattern.h"
 #include "core/ffd/tessellation_pattern.h"
 #include "google/protobuf/io/coded_stream.h"
@@ -45,9 +48,9 @@ struct ChunkMessage {
   uint32_t index = 0, count = 0, first_edge = 0;
   uint64_t revision = 0;  // the newest
   size_t bytes = 0;
-  std::vector<SharedBytes> data;     // pieces that follow each other
-  std::span<const uint16_t> levels;  // none without a tolerance
-  std::string head, tail;            // what comes before and after the data
+  absl::InlinedVector<SharedBytes, 1> data;  // pieces that follow each other
+  std::span<const uint16_t> levels;          // none without a tolerance
+  std::string head, tail;                    // what comes before and after the data
 
   void Add(const Snapshot& snapshot, uint32_t chunk);
   void WriteTail();
@@ -74,10 +77,8 @@ void ChunkMessage::Add(const Snapshot& snapshot, uint32_t chunk) {
 void ChunkMessage::WriteTail() {
   if (!levels.empty()) {
     AppendField(v1::Chunk::kLevelsFieldNumber, kBytes, levels.size_bytes(), tail);
-    for (const uint16_t code : levels) {
-      tail.push_back(static_cast<char>(code & 0xff));
-      tail.push_back(static_cast<char>(code >> 8));
-    }
+    static_assert(std::endian::native == std::endian::little);
+    tail.append(reinterpret_cast<const char*>(levels.data()), levels.size_bytes());
   }
   if (count > 1) AppendField(v1::Chunk::kChunkCountFieldNumber, kVarint, count, tail);
   if (first_edge != 0) AppendField(v1::Chunk::kFirstEdgeFieldNumber, kVarint, first_edge, tail);
@@ -113,13 +114,50 @@ std::vector<ChunkMessage> MessagesOf(const ChunkBatch& batch) {
   return messages;
 }
 
-void LetGo(void* owner) { delete static_cast<std::shared_ptr<const void>*>(owner); }
+// The slices of a message. A slice of its own costs gRPC more than a copy of few bytes: an update of 4,025 chunks of 540
+// bytes took 1.6 times as long.
+class MessageSlices {
+ public:
+  // `bytes`: of the whole message.
+  explicit MessageSlices(size_t bytes) : left_(bytes) {}
 
-grpc::Slice SliceOf(const SharedBytes& bytes) {
-  // gRPC's parameter is not const, but gRPC never writes to a slice that it sends.
-  return {const_cast<uint8_t*>(bytes.data), bytes.size, LetGo,
-          new std::shared_ptr<const void>(bytes.owner)};
-}
+  void Copy(std::string_view bytes) {
+    if (copied_.empty()) copied_.reserve(left_);
+    copied_ += bytes;
+  }
+  void Add(const SharedBytes& piece) {
+    if (piece.size < kFewestShared) {
+      return Copy({reinterpret_cast<const char*>(piece.data), piece.size});
+    }
+    Flush();
+    left_ -= piece.size;
+    slices_.push_back(Shared(piece.data, piece.size, piece.owner));
+  }
+  grpc::ByteBuffer ToBuffer() {
+    Flush();
+    return {slices_.data(), slices_.size()};
+  }
+
+ private:
+  static constexpr size_t kFewestShared = 1024;
+
+  template <class Owner>
+  static grpc::Slice Shared(const void* data, size_t size, Owner owner) {
+    // gRPC's parameter is not const, but gRPC never writes to a slice that it sends.
+    return {const_cast<void*>(data), size, [](void* kept) { delete static_cast<Owner*>(kept); },
+            new Owner(std::move(owner))};
+  }
+  void Flush() {
+    if (copied_.empty()) return;
+    left_ -= copied_.size();
+    const auto bytes = std::make_shared<const std::string>(std::exchange(copied_, {}));
+    slices_.push_back(Shared(bytes->data(), bytes->size(), bytes));
+  }
+
+  size_t left_;
+  std::string copied_;
+  std::vector<grpc::Slice> slices_;
+};
 
 v1::SceneEvent ToProto(const LatticeWhole& event) {
   v1::SceneEvent message;
@@ -300,15 +338,15 @@ grpc::ByteBuffer EncodeChunks(const ChunkBatch& batch) {
   std::string frame;
   AppendField(v1::SceneEvent::kChunksFieldNumber, kBytes, length, frame);
 
-  std::vector<grpc::Slice> slices;
-  slices.reserve(3 * chunks.size() + 1);
-  slices.emplace_back(frame + head);
+  MessageSlices slices(frame.size() + length);
+  slices.Copy(frame);
+  slices.Copy(head);
   for (const ChunkMessage& chunk : chunks) {
-    slices.emplace_back(chunk.head);
-    for (const SharedBytes& piece : chunk.data) slices.push_back(SliceOf(piece));
-    if (!chunk.tail.empty()) slices.emplace_back(chunk.tail);
+    slices.Copy(chunk.head);
+    for (const SharedBytes& piece : chunk.data) slices.Add(piece);
+    slices.Copy(chunk.tail);
   }
-  return {slices.data(), slices.size()};
+  return slices.ToBuffer();
 }
 
 }  // namespace latticed

@@ -1,10 +1,9 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// SceneEvents as ByteBuffers. Chunk bytes are not copied: each chunk is a slice that keeps the
-// snapshot's buffer alive until the transport has sent it, between slices of hand-written framing.
-// What is on the wire is what protobuf would have written (field numbers come from the generated
-// code).
+// SceneEvents as ByteBuffers. Large chunks are not copied: each is a slice that keeps the snapshot's buffer alive until the
+// transport has sent it, between slices of hand-written framing. Small chunks are copied into these. What is on the wire is
+// what protobuf would have written (field numbers come from the generated code).
 //
 //   | SceneEvent.chunks, Chunks head, Chunk head | data | tail | Chunk head | data | tail | …
 //
@@ -25,7 +24,7 @@ namespace latticed {
 [[nodiscard]] grpc::ByteBuffer EncodeEvent(const v1::SceneEvent& event);
 [[nodiscard]] grpc::ByteBuffer EncodeEvent(const WatchEvent& event);
 
-// The zero-copy form of one batch.
+// One batch.
 [[nodiscard]] grpc::ByteBuffer EncodeChunks(const ChunkBatch& batch);
 
 }  // namespace latticed
