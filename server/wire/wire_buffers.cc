@@ -122,7 +122,9 @@ class MessageSlices {
   explicit MessageSlices(size_t bytes) : left_(bytes) {}
 
   void Copy(std::string_view bytes) {
-    if (copied_.empty()) copied_.reserve(left_);
+    const size_t size = copied_.size() + bytes.size();
+    // Between large chunks there is little to copy, between small ones the whole message.
+    if (size > copied_.capacity()) copied_.reserve(size < kFewestShared ? kFewestShared : left_);
     copied_ += bytes;
   }
   void Add(const SharedBytes& piece) {
@@ -150,6 +152,10 @@ class MessageSlices {
   void Flush() {
     if (copied_.empty()) return;
     left_ -= copied_.size();
+    if (copied_.size() < kFewestShared) {
+      slices_.emplace_back(copied_);
+      return copied_.clear();
+    }
     const auto bytes = std::make_shared<const std::string>(std::exchange(copied_, {}));
     slices_.push_back(Shared(bytes->data(), bytes->size(), bytes));
   }
