@@ -114,8 +114,8 @@ std::vector<ChunkMessage> MessagesOf(const ChunkBatch& batch) {
   return messages;
 }
 
-// The slices of a message. A slice of its own costs gRPC more than a copy of few bytes: an update of 4,025 chunks of 540
-// bytes took 1.6 times as long.
+// The slices of a message. A slice of its own costs gRPC 0.36 us, and small chunks have two more around them. To send 4,025
+// chunks took 3.3 times as long with such slices for chunks of 540 bytes, and 1.4 times for 2.3 KB; from 10 KB on it takes less.
 class MessageSlices {
  public:
   // `bytes`: of the whole message.
@@ -141,7 +141,7 @@ class MessageSlices {
   }
 
  private:
-  static constexpr size_t kFewestShared = 1024;
+  static constexpr size_t kFewestShared = 4096;
 
   template <class Owner>
   static grpc::Slice Shared(const void* data, size_t size, Owner owner) {

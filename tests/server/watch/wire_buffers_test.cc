@@ -93,7 +93,7 @@ TEST(WireBuffers, TheBytesAreProtobufs) {
   EXPECT_TRUE(BytesOf(SlicesOf(batch)) == expected.SerializeAsString());
 }
 
-constexpr size_t kBlock = 1'200;
+constexpr size_t kBlock = 5'000;
 
 // Four chunks of bounds: 0 and 1 are neighbours in one buffer, 2 has another one, and 3 has no edges of its own.
 std::shared_ptr<const Snapshot> FourChunksOfBounds() {
@@ -104,8 +104,8 @@ std::shared_ptr<const Snapshot> FourChunksOfBounds() {
   snapshot->first_edges =
       std::make_shared<const std::vector<uint32_t>>(std::vector<uint32_t>{0, 3, 5, 6, 6});
   snapshot->chunks = ChunkTable(4);
-  snapshot->chunks.Set(0, {7, {block, block->data(), 700, kBlock}, {}});
-  snapshot->chunks.Set(1, {9, {block, block->data() + 700, kBlock - 700, kBlock}, {}});
+  snapshot->chunks.Set(0, {7, {block, block->data(), 3'000, kBlock}, {}});
+  snapshot->chunks.Set(1, {9, {block, block->data() + 3'000, kBlock - 3'000, kBlock}, {}});
   snapshot->chunks.Set(2, {8, MakeSharedBytes({6}), {}});
   snapshot->chunks.Set(3, {8, MakeSharedBytes({}), {}});
   return snapshot;
