@@ -63,8 +63,7 @@ class BatchTaker {
     for (size_t k = 0; k < results.size(); ++k) {
       const size_t i = first + k;
       const bool is_new = before_ == nullptr || results[k].data != nullptr;
-      is_taken_[i] = before_ == nullptr || !is_new || Before(i).data.size() != results[k].size ||
-                     Before(i).digest.DiffersForSure(digests[k]);
+      is_taken_[i] = !is_new || !MayBeTheOldBytes(i, results[k], digests[k]);
       if (!is_taken_[i]) continue;
       is_new ? Put(i, std::exchange(results[k], SharedBytes()), digests[k])
              : PutVertices(i, digests[k]);
@@ -83,6 +82,10 @@ class BatchTaker {
 
  private:
   SnapshotChunk Before(size_t i) const { return before_->chunks[batch_[i]]; }
+  bool MayBeTheOldBytes(size_t i, const SharedBytes& data, const VertexDigest& digest) const {
+    return before_ != nullptr && Before(i).data.size() == data.size &&
+           !Before(i).digest.DiffersForSure(digest);
+  }
   bool KeepsPatterns(size_t i) const {
     return std::ranges::equal(before_->patterns.OfChunk(batch_[i]),
                               snapshot_.patterns.OfChunk(batch_[i]));

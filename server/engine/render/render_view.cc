@@ -94,9 +94,12 @@ uint64_t RenderView::PointsOf(size_t chunks) const {
 }
 
 bool RenderView::Run(const RenderWork& work) {
-  auto snapshot = CatchBadAlloc("the view", [&] { return Render(work); });
+  auto snapshot = CatchBadAlloc("the view", [&] {
+    evaluated_ = work.chunks;
+    return Render(work);
+  });
   NoteMemory();
-  if (!snapshot.ok()) return GiveUp(work, snapshot.status());
+  if (!snapshot.ok()) return GiveUp(snapshot.status());
   Publish(*std::move(snapshot));
   return true;
 }
@@ -162,7 +165,6 @@ absl::Status RenderView::PrepareVertices(const RenderInput& input) {
 }
 
 absl::Status RenderView::Evaluate(const RenderWork& work) {
-  evaluated_ = work.chunks;
   if (work.chunks.empty()) return absl::OkStatus();
   const SceneState& state = *work.input.state;
   // A failed evaluation may leave any vertices incomplete: the retry after an eviction evaluates all chunks.
@@ -196,14 +198,13 @@ void RenderView::Publish(std::shared_ptr<Snapshot> snapshot) {
   counts.snapshots_retired += board_.Publish(std::move(snapshot), absl::Now(), room);
 }
 
-bool RenderView::GiveUp(const RenderWork& work, const absl::Status& status) {
+bool RenderView::GiveUp(const absl::Status& status) {
   const bool stopped = absl::IsCancelled(status);
   if (!stopped) DropVertices();
   const MutexLock lock(&mutex_);
   if (stopped) {
     stage_ = Stage::kIdle;
-    dirty_.Add(work.chunks);
-    dirty_.Add(evaluated_);  // those of an earlier turn do no harm
+    dirty_.Add(evaluated_);
   } else {
     stage_ = Stage::kFailed;
     dirty_.AddAll();

@@ -104,11 +104,11 @@ class RenderView {
   [[nodiscard]] absl::StatusOr<std::shared_ptr<Snapshot>> Render(const RenderWork& work)
       ABSL_LOCKS_EXCLUDED(mutex_);
   [[nodiscard]] absl::Status PrepareVertices(const RenderInput& input) ABSL_LOCKS_EXCLUDED(mutex_);
-  // Sets evaluated_.
+  // Adds to evaluated_.
   [[nodiscard]] absl::Status Evaluate(const RenderWork& work);
   // The ends of a turn.
   void Publish(std::shared_ptr<Snapshot> snapshot) ABSL_LOCKS_EXCLUDED(mutex_);
-  bool GiveUp(const RenderWork& work, const absl::Status& status) ABSL_LOCKS_EXCLUDED(mutex_);
+  bool GiveUp(const absl::Status& status) ABSL_LOCKS_EXCLUDED(mutex_);
   void DropVertices() ABSL_LOCKS_EXCLUDED(mutex_);
   void NoteMemory() ABSL_LOCKS_EXCLUDED(mutex_);
 
