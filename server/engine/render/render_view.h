@@ -121,8 +121,8 @@ class RenderView {
   std::unique_ptr<DeformView> vertices_;
   ViewTraits traits_;
   uint64_t vertices_structure_ = 0;
-  std::vector<uint32_t>
-      evaluated_;  // chunks whose vertices or patterns may have changed, ascending
+  // The chunks that the turn began with, and those that its evaluation changed beside them, ascending.
+  std::vector<uint32_t> evaluated_;
 
   mutable Mutex mutex_;
   Stage stage_ ABSL_GUARDED_BY(mutex_) = Stage::kIdle;
