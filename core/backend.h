@@ -272,7 +272,8 @@ class Backend {
 };
 
 [[nodiscard]] absl::Status Validate(const ViewSpec& spec);
-// kFailedPrecondition, reason VERTEX_WEIGHTS, for a weighted plan and another pipeline than kFused.
+// kFailedPrecondition: reason VERTEX_WEIGHTS for a weighted plan and another pipeline than kFused; reason TURNED_LATTICES for
+// a plan with turned lattices and kFused, or weights.
 [[nodiscard]] absl::Status CheckSupported(const DeformPlan& plan, Pipeline pipeline);
 [[nodiscard]] size_t ChunkPoints(const DeformPlan& plan, size_t chunk, int segments);
 // The points of patches with these patterns, PatternKey::Code of each.

@@ -96,10 +96,9 @@ class CudaTarget : public DeformTarget {
   // exist yet. Excludes what GEMM pipelines allocate at the first evaluation.
   uint64_t ViewBytes(const ViewSpec& spec, const CudaLane& lane) const {
     const bool fused = pipeline_ == Pipeline::kFused;
-    const uint64_t of_kernel =
-        fused ? CudaFusedKernel::DeviceBytesFor(*plan_)
-              : CudaGemmStages::BytesToCome(pipeline_, plan_->structure.patch_degree(),
-                                            spec.segments, *context_, lane);
+    const uint64_t of_kernel = fused ? CudaFusedKernel::DeviceBytesFor(*plan_)
+                                     : CudaGemmStages::BytesToCome(pipeline_, plan_->patch_degree(),
+                                                                   spec.segments, *context_, lane);
     const size_t own_order = fused ? CudaFusedKernel::LaneOrderBytes(*plan_, spec) : 0;
     return device_plan_->BytesToCome(spec.normals == NormalMode::kSmooth) + of_kernel +
            CudaView::DeviceBytesFor(*plan_, spec, own_order,

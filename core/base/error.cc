@@ -191,6 +191,13 @@ absl::Status NotWithWeights(std::string_view what) {
       fmt::format("the scene has vertex weights, and {} does not take them", what));
 }
 
+absl::Status NotWithTurned(std::string_view what) {
+  return FailedPrecondition(
+      "TURNED_LATTICES",
+      fmt::format("lattices of the scene are turned against each other, and {} does not take them",
+                  what));
+}
+
 absl::Status LatticeRemoved() {
   return FailedPrecondition("LATTICE_REMOVED",
                             "lattice: it was removed; undo that, or put a lattice in its place");

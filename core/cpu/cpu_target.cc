@@ -85,7 +85,7 @@ class CpuTarget : public DeformTarget {
     if (spec.format == VertexFormat::kEdgeBounds) return Create<EdgeBoundView>(spec);
     if (spec.tolerance > 0) return Create<AdaptiveView>(spec);
     LATTICED_ASSIGN_OR_RETURN(const auto stage,
-                              StageMatrices::Get(plan_->structure.patch_degree(), spec.segments));
+                              StageMatrices::Get(plan_->patch_degree(), spec.segments));
     return CatchBadAlloc("the view", [&]() -> absl::StatusOr<std::unique_ptr<DeformView>> {
       std::unique_ptr<VertexKernel> kernel;
       if (fused_ != nullptr) {
@@ -105,8 +105,7 @@ class CpuTarget : public DeformTarget {
                                                   size_t first, size_t last) override {
     LATTICED_RETURN_IF_ERROR(CheckControlNets(*plan_, control_points, first, last));
     // The net does not depend on the segments: any entry of the cache has inv(B).
-    LATTICED_ASSIGN_OR_RETURN(const auto stage,
-                              StageMatrices::Get(plan_->structure.patch_degree(), 1));
+    LATTICED_ASSIGN_OR_RETURN(const auto stage, StageMatrices::Get(plan_->patch_degree(), 1));
     return CatchBadAlloc("the control nets", [&]() -> absl::StatusOr<std::vector<double>> {
       const PatchSampler sampler(*plan_, *stage, control_points);
       const size_t doubles = 3 * stage->m;
@@ -129,7 +128,7 @@ class CpuTarget : public DeformTarget {
                                                ViewEncoder::MostBytes(spec),
         .encoder_bytes = EncoderBytesOf(*plan_, spec, *context_->encoder, context_->arena)};
     if (pipeline_ == Pipeline::kFused) return traits;
-    const auto stage = StageMatrices::Get(plan_->structure.patch_degree(), spec.segments);
+    const auto stage = StageMatrices::Get(plan_->patch_degree(), spec.segments);
     if (stage.ok()) {
       traits.host_bytes += GemmKernel::MostBytes(**stage, context_->arena.most_threads());
     }

@@ -23,17 +23,15 @@
 
 #include "absl/status/statusor.h"
 #include "core/base/stop_check.h"
-#include "core/ffd/lattice.h"
+#include "core/ffd/plan/deform_plan.h"
 #include "core/mesh/polygon_mesh.h"
 
 namespace latticed {
 
-// `weights` is empty, or has one for each position.
-[[nodiscard]] absl::StatusOr<PolygonMesh> DeformedMesh(PolygonMesh mesh,
-                                                       const LatticeStructure& structure,
+// `mesh` has the positions of the plan's, whose weights are theirs.
+[[nodiscard]] absl::StatusOr<PolygonMesh> DeformedMesh(PolygonMesh mesh, const DeformPlan& plan,
                                                        std::span<const Vec3d> control_points,
-                                                       StopCheck stop = NeverStop,
-                                                       std::span<const float> weights = {});
+                                                       StopCheck stop = NeverStop);
 
 }  // namespace latticed
 

@@ -10,12 +10,6 @@
 namespace latticed {
 namespace {
 
-std::array<Vec3d, 3> ParameterByWorld(const LatticeStructure& structure) {
-  const FrameMap map(structure);
-  return {map.DirectionToParameter({1, 0, 0}), map.DirectionToParameter({0, 1, 0}),
-          map.DirectionToParameter({0, 0, 1})};
-}
-
 Vec3d Blend(std::array<Vec3d, 3> v, std::array<double, 3> b) {
   return b[0] * v[0] + b[1] * v[1] + b[2] * v[2];
 }
@@ -33,6 +27,12 @@ VolumePoint EvaluateVolume(const LatticeStructure& s, std::span<const Vec3d> con
     volume.knots[a] = s.knots[a].data();
   }
   return EvaluateVolume<true>(volume, span.data(), parameter);
+}
+
+std::array<Vec3d, 3> ParameterByWorld(const LatticeStructure& structure) {
+  const FrameMap map(structure);
+  return {map.DirectionToParameter({1, 0, 0}), map.DirectionToParameter({0, 1, 0}),
+          map.DirectionToParameter({0, 0, 1})};
 }
 
 std::optional<VolumePlace> FindVolumePlace(const LatticeStructure& s, Vec3d world) {
@@ -64,10 +64,21 @@ DeformedPoint EvaluateWorld(const LatticeStructure& s, std::span<const Vec3d> co
   return result;
 }
 
+DeformedPoint EvaluateWorld(const DeformPlan& plan, std::span<const Vec3d> control_points,
+                            Vec3d world) {
+  DeformedPoint point = EvaluateWorld(plan.structure, control_points, world);
+  if (plan.turned.empty()) return point;
+  const TurnedMove turned = TurnedMoveAt(plan.turned, control_points, world);
+  point.position += turned.move;
+  for (size_t axis = 0; axis < 3; ++axis) point.jacobian[axis] += turned.jacobian[axis];
+  return point;
+}
+
 DirectFfd::DirectFfd(const DeformPlan& plan, std::span<const Vec3d> control_points)
     : plan_(plan),
       control_points_(control_points),
-      parameter_by_world_(ParameterByWorld(plan.structure)) {}
+      parameter_by_world_(ParameterByWorld(plan.structure)),
+      turned_(plan.turned, control_points) {}
 
 DeformedPoint DirectFfd::EvaluatePosition(size_t patch, std::array<double, 3> b) const {
   const Patch& p = plan_.patches[patch];
@@ -76,12 +87,17 @@ DeformedPoint DirectFfd::EvaluatePosition(size_t patch, std::array<double, 3> b)
     world[c] = plan_.vertices[p.vertex[c]].world;
     parameter[c] = plan_.vertices[p.vertex[c]].parameter;
   }
-  if (p.box == plan_.outside_box()) return {.position = Blend(world, b)};
-  const VolumePoint point = EvaluateVolume(plan_.structure, control_points_,
-                                           plan_.boxes[p.box].span, Blend(parameter, b));
-  DeformedPoint result{.position = point.position, .inside = true};
-  WorldJacobian(point.derivatives, parameter_by_world_.data(), result.jacobian.data());
-  if (plan_.is_weighted()) {
+  DeformedPoint result{.position = Blend(world, b)};
+  const TurnedMove turned = turned_.OfPatch(patch, p.vertex, b, result.position);
+  if (p.box != plan_.outside_box()) {
+    const VolumePoint point = EvaluateVolume(plan_.structure, control_points_,
+                                             plan_.boxes[p.box].span, Blend(parameter, b));
+    result = {.position = point.position, .inside = true};
+    WorldJacobian(point.derivatives, parameter_by_world_.data(), result.jacobian.data());
+  }
+  result.position += turned.move;
+  for (size_t axis = 0; axis < 3; ++axis) result.jacobian[axis] += turned.jacobian[axis];
+  if (plan_.is_weighted() && result.inside) {
     const std::array<double, 3> w = plan_.CornerWeights(patch);
     Weigh(Blend(world, b), b[0] * w[0] + b[1] * w[1] + b[2] * w[2],
           plan_.PatchWeightGradient(patch), result.position, result.jacobian);

@@ -30,6 +30,7 @@
 #include "core/ffd/carried_normal.h"
 #include "core/ffd/lattice.h"
 #include "core/ffd/plan/deform_plan.h"
+#include "core/ffd/turned/turned_lattice.h"
 
 namespace latticed {
 
@@ -37,6 +38,9 @@ namespace latticed {
 [[nodiscard]] VolumePoint EvaluateVolume(const LatticeStructure& structure,
                                          std::span<const Vec3d> control_points,
                                          const std::array<int, 3>& span, Vec3d parameter);
+
+// The columns d(u, v, w) / d(x, y, z).
+[[nodiscard]] std::array<Vec3d, 3> ParameterByWorld(const LatticeStructure& structure);
 
 // Where a point of the rest world lies in the volume.
 struct VolumePlace {
@@ -58,6 +62,10 @@ struct DeformedPoint {
 
 // Deforms any point of the world. On a knot plane, the Jacobian is that of the lower box.
 [[nodiscard]] DeformedPoint EvaluateWorld(const LatticeStructure& structure,
+                                          std::span<const Vec3d> control_points, Vec3d world);
+
+// The same under all lattices of a plan, without weights: a point of the world has none.
+[[nodiscard]] DeformedPoint EvaluateWorld(const DeformPlan& plan,
                                           std::span<const Vec3d> control_points, Vec3d world);
 
 [[nodiscard]] inline Vec3d ApplyCofactor(const std::array<Vec3d, 3>& jacobian, Vec3d n) {
@@ -96,7 +104,8 @@ class DirectFfd {
 
   const DeformPlan& plan_;
   std::span<const Vec3d> control_points_;
-  std::array<Vec3d, 3> parameter_by_world_;  // d(u,v,w) / d(x, y, z), columns
+  std::array<Vec3d, 3> parameter_by_world_;
+  TurnedMoves turned_;
 };
 
 }  // namespace latticed

@@ -18,7 +18,7 @@ absl::Status NotEvaluated() {
 }
 
 absl::Status CheckControlPoints(const DeformPlan& plan, std::span<const Vec3d> control_points) {
-  const auto expected = static_cast<size_t>(plan.structure.control_point_count());
+  const auto expected = plan.control_point_count();
   if (control_points.size() == expected) return absl::OkStatus();
   return error::InvalidField(
       "lattice.control_points",

@@ -49,6 +49,7 @@ class DeviceGroup : public Backend {
   }
   absl::StatusOr<std::shared_ptr<DeformTarget>> Prepare(std::shared_ptr<const DeformPlan> plan,
                                                         Pipeline pipeline) override {
+    LATTICED_RETURN_IF_ERROR(CheckSupported(*plan, pipeline));
     const std::vector<DeviceState> states = devices();
     if (pipeline == Pipeline::kFused && Spans(*plan, states)) return Share(plan, states);
     return Freest(states).Prepare(std::move(plan), pipeline);

@@ -68,7 +68,7 @@ absl::StatusOr<std::vector<double>> CudaControlNets(const std::shared_ptr<const 
                                                     std::span<const Vec3d> control_points,
                                                     size_t first, size_t last) {
   // The net does not depend on the segments, so the stage of any number of segments has its inv(B).
-  const int degree = plan->structure.patch_degree(), any_segments = 1;
+  const int degree = plan->patch_degree(), any_segments = 1;
   const auto m = static_cast<size_t>(BernsteinCount(degree));
   const size_t tile_patches = std::min(kTilePatches, last - first);
   LATTICED_ASSIGN_OR_RETURN(const auto lane, context.lanes().Borrow());
@@ -88,8 +88,9 @@ absl::StatusOr<std::vector<double>> CudaControlNets(const std::shared_ptr<const 
   LATTICED_RETURN_IF_ERROR(frame.Upload(control_points));
   for (size_t begin = first; begin < last; begin += tile_patches) {
     const size_t count = std::min(tile_patches, last - begin);
-    absl::Status status = Compute({device_plan.tables(), frame.control_points().data, begin, count},
-                                  *stage, *lane, *gemm, buffers);
+    absl::Status status = Compute(
+        {device_plan.tables(), device_plan.turned(), frame.control_points().data, begin, count},
+        *stage, *lane, *gemm, buffers);
     if (status.ok()) {
       status = Download(buffers.control, std::span(control).first(3 * m * count), stream);
     }

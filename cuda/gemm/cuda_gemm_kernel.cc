@@ -30,8 +30,7 @@ absl::StatusOr<std::unique_ptr<CudaGemmKernel>> CudaGemmKernel::Create(
     std::shared_ptr<const DeformPlan> plan, std::shared_ptr<DevicePlan> device_plan,
     Pipeline pipeline, const ViewSpec& spec, std::shared_ptr<CudaContext> context,
     std::shared_ptr<CudaLane> lane, DeviceReservation& from) {
-  LATTICED_ASSIGN_OR_RETURN(auto stage,
-                            context->Stage(plan->structure.patch_degree(), spec.segments, from));
+  LATTICED_ASSIGN_OR_RETURN(auto stage, context->Stage(plan->patch_degree(), spec.segments, from));
   LATTICED_ASSIGN_OR_RETURN(auto stages,
                             CudaGemmStages::Create(pipeline, std::move(stage),
                                                    spec.normals != NormalMode::kNone, from, *lane));
@@ -109,9 +108,11 @@ absl::Status CudaGemmKernel::Evaluate(const CudaFrame& frame, const Quantisation
   for (size_t first = 0; first < plan_->patches.size(); first += tile_patches_) {
     const size_t count = std::min(tile_patches_, plan_->patches.size() - first);
     LATTICED_RETURN_IF_ERROR(
-        EvaluateTile({tables_, frame.control_points().data, first, count}, writer, vertices));
+        EvaluateTile({tables_, device_plan_->turned(), frame.control_points().data, first, count},
+                     writer, vertices));
   }
   const kernels::SharedPositions shared{.tables = device_plan_->shared_points(),
+                                        .turned = device_plan_->turned(),
                                         .attached = frame.attached().data,
                                         .segments = spec_.segments,
                                         .layout = MakeVertexLayout(*plan_, spec_),

@@ -20,12 +20,14 @@
 #include "core/view/vertex_layout.h"
 #include "cuda/plan/plan_tables.h"
 #include "cuda/plan/shared_point_tables.h"
+#include "cuda/plan/turned_tables.h"
 
 namespace latticed::kernels {
 
 // Patches first … first + count - 1, under one set of control points.
 struct Tile {
   PlanTables plan;
+  TurnedTables turned;
   const Vec3d* control_points;
   size_t first;
   size_t count;
@@ -70,6 +72,7 @@ cudaError_t LaunchSurface(const Tile& tile, const Surface& surface, cudaStream_t
 // Copies shared positions from their owners, one thread a point.     core/ffd/plan/shared_points.h
 struct SharedPositions {
   SharedPointTables tables;
+  TurnedTables turned;
   const uint8_t* attached;  // per seam
   int segments;
   VertexLayout layout;

@@ -9,6 +9,7 @@
 // of a patch without its position, as in core/cpu/gemm/patch_sampler.h.
 #include "cuda/device/launch.cuh"
 #include "cuda/gemm/gemm_kernels.h"
+#include "cuda/plan/turned_moves.cuh"
 #include "cuda/plan/volume.cuh"
 
 namespace latticed::kernels {
@@ -32,7 +33,8 @@ __device__ PatchCorners Corners(const PlanTables& plan, size_t patch) {
   return result;
 }
 
-__global__ void __launch_bounds__(kBlockThreads) CentreKernel(Tile tile, Vec3d* centres) {
+__global__ void __launch_bounds__(kBlockThreads)
+    CentreKernel(const __grid_constant__ Tile tile, Vec3d* centres) {
   const size_t i = Item();
   if (i >= tile.count) return;
   const PatchCorners patch = Corners(tile.plan, tile.first + i);
@@ -43,6 +45,10 @@ __global__ void __launch_bounds__(kBlockThreads) CentreKernel(Tile tile, Vec3d* 
                          : EvaluateVolume<false>(Volume(tile.plan, tile.control_points), patch.span,
                                                  patch.corner[c])
                                .position;
+    Vec3d corner;
+    corner[c] = 1;
+    AddTurned<false>(tile.plan, tile.turned, tile.control_points, tile.first + i, corner, sum,
+                     nullptr);
   }
   centres[i] = sum / 3.0;
 }
@@ -55,33 +61,33 @@ __device__ void Store(T* column, size_t stride, Vec3d value) {
 }
 
 template <typename T, bool kByNormal>
-__global__ void __launch_bounds__(kBlockThreads) SampleKernel(Tile tile, Samples<T> samples) {
+__global__ void __launch_bounds__(kBlockThreads)
+    SampleKernel(const __grid_constant__ Tile tile, Samples<T> samples) {
   const size_t i = Item(), m = static_cast<size_t>(samples.m), stride = m * tile.count;
   if (i >= stride) return;
   const size_t in_tile = i / m;
   const PatchCorners patch = Corners(tile.plan, tile.first + in_tile);
   const uchar4 t = samples.points[i % m];
   const double over = 1.0 / samples.degree;
-  const Vec3d at = (t.x * over) * patch.corner[0] + (t.y * over) * patch.corner[1] +
-                   (t.z * over) * patch.corner[2];
-  Vec3d normal, by_normal;
-  if constexpr (kByNormal) {
-    normal = UnpackDirection(tile.plan.facet_normals[tile.first + in_tile]);
-    by_normal = normal;
-  }
+  const Vec3d b{t.x * over, t.y * over, t.z * over};
+  const Vec3d at = b.x * patch.corner[0] + b.y * patch.corner[1] + b.z * patch.corner[2];
+  Vec3d jacobian[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
   Vec3d position = at;
   if (!patch.outside) {
     const VolumePoint point =
         EvaluateVolume<kByNormal>(Volume(tile.plan, tile.control_points), patch.span, at);
     position = point.position;
     if constexpr (kByNormal) {
-      Vec3d jacobian[3];
       WorldJacobian(point.derivatives, tile.plan.parameter_by_world, jacobian);
-      by_normal = normal.x * jacobian[0] + normal.y * jacobian[1] + normal.z * jacobian[2];
     }
   }
+  AddTurned<kByNormal>(tile.plan, tile.turned, tile.control_points, tile.first + in_tile, b,
+                       position, jacobian);
   Store(samples.positions + i, stride, position - samples.centres[in_tile]);
-  if constexpr (kByNormal) Store(samples.by_normal + i, stride, by_normal);
+  if constexpr (kByNormal) {
+    const Vec3d n = UnpackDirection(tile.plan.facet_normals[tile.first + in_tile]);
+    Store(samples.by_normal + i, stride, n.x * jacobian[0] + n.y * jacobian[1] + n.z * jacobian[2]);
+  }
 }
 
 template <typename T>

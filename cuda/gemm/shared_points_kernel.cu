@@ -10,6 +10,7 @@
 #include "core/ffd/tessellation_pattern.h"
 #include "cuda/device/launch.cuh"
 #include "cuda/gemm/gemm_kernels.h"
+#include "cuda/plan/turned_moves.cuh"
 #include "cuda/plan/volume.cuh"
 
 namespace latticed::kernels {
@@ -71,7 +72,8 @@ __global__ void __launch_bounds__(kBlockThreads)
   }
 }
 
-__global__ void __launch_bounds__(kBlockThreads) SeamCopyKernel(SharedPositions shared) {
+__global__ void __launch_bounds__(kBlockThreads)
+    SeamCopyKernel(const __grid_constant__ SharedPositions shared) {
   const size_t points = PointsPerRecord(shared.segments), record = Item() / points;
   if (record >= shared.tables.on_seams_count) return;
   const DeviceSeamCopy seam_copy = shared.tables.on_seams[record];
@@ -81,23 +83,24 @@ __global__ void __launch_bounds__(kBlockThreads) SeamCopyKernel(SharedPositions 
 }
 
 __global__ void __launch_bounds__(kBlockThreads)
-    OrphanKernel(PlanTables plan, const Vec3d* control_points, SharedPositions shared) {
+    OrphanKernel(const __grid_constant__ PlanTables plan, const Vec3d* control_points,
+                 const __grid_constant__ SharedPositions shared) {
   const size_t points = PointsPerRecord(shared.segments), record = Item() / points;
   if (record >= shared.tables.orphan_count) return;
   const DeviceOrphan orphan = shared.tables.orphans[record];
   if (orphan.seam != kNoSeam && shared.attached[orphan.seam] != 0) return;
   const int slot = SlotOf(orphan.use), k = static_cast<int>(Item() % points);
   if (!IsThere(slot, k, shared.segments)) return;
-  Vec3d parameter = plan.vertices[orphan.vertex[0]].parameter;
-  if (slot >= kFirstEdge) {
-    const double t = static_cast<double>(k + 1) / static_cast<double>(shared.segments);
-    parameter = (1 - t) * parameter + t * plan.vertices[orphan.vertex[1]].parameter;
-  }
+  const uint32_t a = orphan.vertex[0], b = orphan.vertex[1];  // equal for a corner
+  const double t =
+      slot < kFirstEdge ? 0 : static_cast<double>(k + 1) / static_cast<double>(shared.segments);
+  const Vec3d parameter = (1 - t) * plan.vertices[a].parameter + t * plan.vertices[b].parameter;
   const VolumePoint point =
       EvaluateVolume<false>(Volume(plan, control_points), plan.boxes[orphan.box].span, parameter);
-  shared.writer.WritePosition(shared.layout.Place(shared.vertices, PatchOf(orphan.use)),
-                              PointOf(slot, k, IsReversed(orphan.use), shared.segments),
-                              point.position);
+  shared.writer.WritePosition(
+      shared.layout.Place(shared.vertices, PatchOf(orphan.use)),
+      PointOf(slot, k, IsReversed(orphan.use), shared.segments),
+      point.position + TurnedOnEdge(plan, shared.turned, control_points, a, b, t));
 }
 
 }  // namespace

@@ -103,8 +103,9 @@ __global__ void __launch_bounds__(kBlockThreads)
     if ((owned >> lane & 1) == 0) continue;
     const size_t i = (first_word + static_cast<size_t>(owner)) * kLanes + lane;
     const size_t point = i % q, patch = tile.first + i / q;
-    const Vec3d normal = DefinitionNormal(tile.plan, tile.control_points, patch,
-                                          Barycentrics(surface, point), kSmooth);
+    const Vec3d normal =
+        DefinitionNormal(tile.plan, tile.control_points, patch, Barycentrics(surface, point),
+                         kSmooth, Turned{tile.turned});
     surface.writer.WriteNormal(surface.layout.Place(surface.vertices, patch), point,
                                ToFloat(normal));
   }

@@ -8,6 +8,7 @@
 #define LATTICED_CUDA_PLAN_DEFINITION_NORMAL_CUH_
 
 #include "core/ffd/carried_normal.h"
+#include "cuda/plan/turned_moves.cuh"
 #include "cuda/plan/volume.cuh"
 
 namespace latticed::kernels {
@@ -45,10 +46,25 @@ __device__ inline void Weigh(const PlanTables& plan, size_t patch, Vec3d b, Vec3
   }
 }
 
+// A plan without turned lattices.
+struct NoTurned {
+  __device__ void AddTo(const PlanTables&, const Vec3d*, size_t, Vec3d, Vec3d*) const {}
+};
+struct Turned {
+  const TurnedTables& tables;
+
+  __device__ void AddTo(const PlanTables& plan, const Vec3d* control_points, size_t patch, Vec3d b,
+                        Vec3d* jacobian) const {
+    Vec3d position;
+    AddTurned<true>(plan, tables, control_points, patch, b, position, jacobian);
+  }
+};
+
 // Not inlined, because kernels with many instances call it twice.
-__device__ __noinline__ inline CarriedNormal CarryAt(const PlanTables& plan,
-                                                     const Vec3d* control_points, size_t patch,
-                                                     Vec3d b, bool smooth) {
+template <class TurnedOrNot>
+__device__ __noinline__ CarriedNormal CarryAt(const PlanTables& plan, const Vec3d* control_points,
+                                              size_t patch, Vec3d b, bool smooth,
+                                              const TurnedOrNot& turned) {
   const DevicePatch p = plan.patches[patch];
   Vec3d jacobian[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
   if (p.Box() != plan.outside_box) {
@@ -59,15 +75,17 @@ __device__ __noinline__ inline CarriedNormal CarryAt(const PlanTables& plan,
     WorldJacobian(point.derivatives, plan.parameter_by_world, jacobian);
     if (plan.weights.vertices != nullptr) Weigh(plan, patch, b, point.position, jacobian);
   }
+  turned.AddTo(plan, control_points, patch, b, jacobian);
   return CarryNormal(jacobian, RestNormal(plan, patch, b, smooth));
 }
 
-__device__ inline Vec3d DefinitionNormal(const PlanTables& plan, const Vec3d* control_points,
-                                         size_t patch, Vec3d b, bool smooth) {
+template <class TurnedOrNot = NoTurned>
+__device__ Vec3d DefinitionNormal(const PlanTables& plan, const Vec3d* control_points, size_t patch,
+                                  Vec3d b, bool smooth, const TurnedOrNot& turned = {}) {
   const Vec3d centroid{1.0 / 3, 1.0 / 3, 1.0 / 3};
-  const CarriedNormal here = CarryAt(plan, control_points, patch, b, smooth);
+  const CarriedNormal here = CarryAt(plan, control_points, patch, b, smooth, turned);
   if (here.kappa <= kMaxNormalCondition) return here.direction;
-  const CarriedNormal middle = CarryAt(plan, control_points, patch, centroid, smooth);
+  const CarriedNormal middle = CarryAt(plan, control_points, patch, centroid, smooth, turned);
   if (middle.kappa <= kMaxNormalCondition) return middle.direction;
   const Vec3d rest = Unit(RestNormal(plan, patch, centroid, smooth));
   return rest != Vec3d{} ? rest : UnpackDirection(plan.facet_normals[patch]);

@@ -145,6 +145,31 @@ void AddSharedPoints(const DeformPlan& plan, TableUpload& upload,
   upload.Add(packed.orphans, tables.orphans);
 }
 
+// Fills degree, size, knots and parameter_by_world of the tables of a lattice.
+template <class Tables>
+void AddLattice(const LatticeStructure& s, TableUpload& upload, Tables& tables) {
+  const std::array<Vec3d, 3> parameter_by_world = ParameterByWorld(s);
+  for (size_t a = 0; a < 3; ++a) {
+    tables.degree[a] = s.degree[a];
+    tables.size[a] = s.size[a];
+    upload.Add(s.knots[a], tables.knots[a]);
+    tables.parameter_by_world[a] = parameter_by_world[a];
+  }
+}
+
+void AddTurned(const DeformPlan& plan, TableUpload& upload, kernels::TurnedTables& tables) {
+  for (const TurnedLattice& lattice : plan.turned) {
+    kernels::TurnedTable& table = tables.lattices[tables.count++];
+    AddLattice(lattice.structure, upload, table);
+    table.first_point = lattice.first_point;
+    upload.Add(lattice.parameters, table.parameters);
+    std::vector<kernels::DeviceBox> spans;
+    spans.reserve(lattice.spans.size());
+    for (const KnotSpans& s : lattice.spans) spans.push_back({{s[0], s[1], s[2], 0}});
+    upload.Add(std::move(spans), table.spans);
+  }
+}
+
 }  // namespace
 
 absl::StatusOr<std::shared_ptr<DevicePlan>> DevicePlan::Create(
@@ -162,16 +187,7 @@ absl::StatusOr<std::shared_ptr<DevicePlan>> DevicePlan::Create(
 
 absl::Status DevicePlan::AddTables(Pipeline pipeline, TableUpload& upload) {
   const DeformPlan& plan = *plan_;
-  const LatticeStructure& s = plan.structure;
-  const FrameMap map(s);
-  for (size_t a = 0; a < 3; ++a) {
-    tables_.degree[a] = s.degree[a];
-    tables_.size[a] = s.size[a];
-    upload.Add(s.knots[a], tables_.knots[a]);
-    Vec3d axis;
-    axis[static_cast<int>(a)] = 1;
-    tables_.parameter_by_world[a] = map.DirectionToParameter(axis);
-  }
+  AddLattice(plan.structure, upload, tables_);
   tables_.outside_box = plan.outside_box();
   LATTICED_ASSIGN_OR_RETURN(auto packed, PackPatches(plan));
   upload.Add(std::move(packed.patches), tables_.patches);
@@ -186,9 +202,11 @@ absl::Status DevicePlan::AddTables(Pipeline pipeline, TableUpload& upload) {
   }
   if (pipeline == Pipeline::kFused) {
     AddBoxes(plan_, packed.seam_uses, upload, fused_tables_);
-    if (LatticePart::IsWorthwhile(s)) chunk_needs_ = std::make_shared<const ChunkNeeds>(plan);
+    if (LatticePart::IsWorthwhile(plan.structure))
+      chunk_needs_ = std::make_shared<const ChunkNeeds>(plan);
   } else {
     AddSharedPoints(plan, upload, shared_points_);
+    AddTurned(plan, upload, turned_);
   }
   return absl::OkStatus();
 }

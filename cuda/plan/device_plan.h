@@ -26,6 +26,7 @@
 #include "cuda/plan/fused_tables.h"
 #include "cuda/plan/plan_tables.h"
 #include "cuda/plan/shared_point_tables.h"
+#include "cuda/plan/turned_tables.h"
 
 namespace latticed {
 
@@ -45,6 +46,7 @@ class DevicePlan {
   uint64_t BytesToCome(bool smooth) const;
   // Not for kFused.
   const kernels::SharedPointTables& shared_points() const { return shared_points_; }
+  const kernels::TurnedTables& turned() const { return turned_; }
   // For kFused alone.
   const kernels::FusedTables& fused_tables() const { return fused_tables_; }
   // For kFused with a large lattice; else null.
@@ -67,6 +69,7 @@ class DevicePlan {
   kernels::PlanTables tables_{};
   kernels::FusedTables fused_tables_{};
   kernels::SharedPointTables shared_points_{};
+  kernels::TurnedTables turned_{};
   std::shared_ptr<const ChunkNeeds> chunk_needs_;
   mutable Mutex mutex_;
   DeviceBuffer<kernels::CornerNormals> corner_normals_ ABSL_GUARDED_BY(mutex_);

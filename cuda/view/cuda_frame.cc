@@ -17,7 +17,7 @@ static_assert(LatticePart::kPagePoints * sizeof(Vec3d) == kernels::kUploadPage &
 size_t RoundUp(size_t bytes, size_t unit) { return (bytes + unit - 1) / unit * unit; }
 
 size_t SeamsOf(const DeformPlan& plan) {
-  const auto points = static_cast<size_t>(plan.structure.control_point_count());
+  const auto points = plan.control_point_count();
   return RoundUp(points * sizeof(Vec3d), kernels::kUploadUnit);
 }
 

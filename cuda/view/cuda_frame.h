@@ -59,7 +59,7 @@ class CudaFrame {
   CudaFrame(std::shared_ptr<const DeformPlan> plan, std::optional<LatticePart> part,
             StagedUpload upload)
       : plan_(std::move(plan)), part_(std::move(part)), upload_(std::move(upload)) {}
-  size_t points() const { return static_cast<size_t>(plan_->structure.control_point_count()); }
+  size_t points() const { return plan_->control_point_count(); }
   // Offsets in upload_.
   size_t SeamsAt() const;
   size_t ChunksAt() const;

@@ -225,6 +225,7 @@ class Scene : public RenderSource, public std::enable_shared_from_this<Scene> {
   uint64_t HistoryBytes() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(edit_mutex_)
       ABSL_LOCKS_EXCLUDED(mutex_);
   [[nodiscard]] absl::StatusOr<Prepared> Prepare(const PlanKey& key, StopCheck stop) const;
+  [[nodiscard]] Pipeline PipelineFor(const DeformPlan& plan) const;
   // For a batch that wants this plan. Where weights are to keep a volume, with the moments that this takes: made here, they
   // hold up no other edit.
   [[nodiscard]] absl::StatusOr<Prepared> PrepareFor(const EditBatch& batch, const PlanKey& key,

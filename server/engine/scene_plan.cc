@@ -40,11 +40,12 @@ absl::StatusOr<Scene::Prepared> Scene::Prepare(const PlanKey& key, StopCheck sto
       LATTICED_RETURN_IF_ERROR(Validate(structure));
     }
     SceneState state;
-    LATTICED_ASSIGN_OR_RETURN(state.lattices,
-                              LatticesWithMaps(key.structures, config_.mesh->positions));
-    LATTICED_ASSIGN_OR_RETURN(auto plan, MakePlan(config_.mesh, state.lattices[0].map->continued(),
-                                                  config_.crease_angle, stop, key.weights));
-    LATTICED_ASSIGN_OR_RETURN(auto target, backend.Prepare(plan, config_.pipeline));
+    LATTICED_ASSIGN_OR_RETURN(auto planned, PlanLattices(key.structures, config_.mesh->positions));
+    state.lattices = std::move(planned.lattices);
+    LATTICED_ASSIGN_OR_RETURN(
+        auto plan, MakePlan(config_.mesh, planned.structures[0], config_.crease_angle, stop,
+                            key.weights, std::span(planned.structures).subspan(1)));
+    LATTICED_ASSIGN_OR_RETURN(auto target, backend.Prepare(plan, PipelineFor(*plan)));
     LATTICED_RETURN_IF_ERROR(stop());
     state.patch_tree = std::make_shared<const PatchTree>(*plan);
     state.patches_on_faces = PatchesThatMayTear(*plan, state.lattices);
@@ -58,6 +59,12 @@ absl::StatusOr<Scene::Prepared> Scene::Prepare(const PlanKey& key, StopCheck sto
     state.plan = std::move(plan);
     return Prepared{std::move(state), std::move(slot)};
   });
+}
+
+// Pipeline fused does not take turned lattices.
+Pipeline Scene::PipelineFor(const DeformPlan& plan) const {
+  const bool is_turned = !plan.turned.empty() && config_.pipeline == Pipeline::kFused;
+  return is_turned ? Pipeline::kGemm : config_.pipeline;
 }
 
 absl::StatusOr<Scene::Prepared> Scene::PrepareFor(const EditBatch& batch, const PlanKey& key,

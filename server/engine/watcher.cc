@@ -215,7 +215,7 @@ const std::string& Watcher::TopologyOf(const Snapshot& snapshot) {
   const std::pair of(snapshot.structure_id, TopologySegments(snapshot.view.spec));
   if (std::exchange(named_, of) != of) {
     name_ = TopologyId(WeightedMeshId(IdOf(scene_->config().mesh_id), snapshot.plan->mesh_weights),
-                       snapshot.plan->structure, of.second);
+                       *snapshot.plan, of.second);
   }
   return name_;
 }

@@ -21,7 +21,7 @@ void Append(Vec3d v, google::protobuf::RepeatedField<double>& flat) {
 
 DeformedPoint Evaluate(const SceneState& state, const RestPoint& rest,
                        v1::EvaluatePointsResponse* response) {
-  DeformedPoint point = EvaluateWorld(state.plan->structure, *state.control_points, rest.position);
+  DeformedPoint point = EvaluateWorld(*state.plan, *state.control_points, rest.position);
   if (state.plan->is_weighted()) {  // a point of the world has the weight 1
     Weigh(rest.position, rest.weight, rest.weight_gradient, point.position, point.jacobian);
   }

@@ -148,6 +148,7 @@ absl::Status MeasureState(const SceneState& state, const v1::MeasureSceneRequest
   if (request.with_gradient() || request.lattice() != 0) {
     LATTICED_RETURN_IF_ERROR(CheckLattice(state.lattices, request.lattice(), "lattice"));
   }
+  if (!state.plan->turned.empty()) return error::NotWithTurned("a measure");
   response->set_revision(state.revision);
   response->set_structure_id(state.structure_id);
   if (wanted.volume || wanted.centroid) {

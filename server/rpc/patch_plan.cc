@@ -111,9 +111,10 @@ absl::StatusOr<NextPart<v1::PatchPlanPart>> OpenPatchPlan(const CallContext& con
   const SceneConfig& config = scene->config();
   const auto plan = scene->State()->plan;
   const std::string mesh = WeightedMeshId(IdOf(config.mesh_id), plan->mesh_weights);
-  if (request.topology_id() != TopologyId(mesh, plan->structure, kNoSegments)) {
+  if (request.topology_id() != TopologyId(mesh, *plan, kNoSegments)) {
     return error::NotFound("topology", request.topology_id());
   }
+  if (!plan->turned.empty()) return error::NotWithTurned("a plan of patches");
   LATTICED_ASSIGN_OR_RETURN(
       const NormalMode normals,
       NormalModeFromProto(request.normals(), config.default_view.key.spec.normals, "normals"));

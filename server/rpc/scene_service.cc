@@ -200,7 +200,7 @@ absl::StatusOr<NextPart<v1::TopologyPart>> OpenTopology(const CallContext& conte
   LATTICED_ASSIGN_OR_RETURN(const auto scene, SceneOf(context, request.scene()));
   const auto plan = scene->State()->plan;
   const std::string mesh = WeightedMeshId(IdOf(scene->config().mesh_id), plan->mesh_weights);
-  if (!IsTopologyOf(request.topology_id(), mesh, plan->structure)) {
+  if (!IsTopologyOf(request.topology_id(), mesh, *plan)) {
     return error::NotFound("topology", request.topology_id());
   }
   return [plan, id = request.topology_id(),

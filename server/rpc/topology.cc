@@ -44,10 +44,9 @@ v1::TopologyPart MakeTopologyPart(const DeformPlan& plan, std::string topology_i
   return part;
 }
 
-bool IsTopologyOf(std::string_view topology_id, std::string_view mesh_id,
-                  const LatticeStructure& structure) {
+bool IsTopologyOf(std::string_view topology_id, std::string_view mesh_id, const DeformPlan& plan) {
   for (int s = 0; s <= limits::kMaxSegments; ++s) {
-    if (topology_id == TopologyId(mesh_id, structure, s)) return true;
+    if (topology_id == TopologyId(mesh_id, plan, s)) return true;
   }
   return false;
 }

@@ -26,7 +26,7 @@ inline constexpr size_t kPatchesPerTopologyPart = 6144;
 
 // Whether `topology_id` names this mesh and structure, with any segments or a tolerance.
 [[nodiscard]] bool IsTopologyOf(std::string_view topology_id, std::string_view mesh_id,
-                                const LatticeStructure& structure);
+                                const DeformPlan& plan);
 
 }  // namespace latticed
 

@@ -46,7 +46,17 @@ std::vector<uint32_t> AllChunks(const DeformPlan& plan) {
 
 QuantisationBox BoxFor(const DeformPlan& plan, std::span<const Vec3d> control_points) {
   Bounds bounds = plan.outside_bounds;
-  for (const Vec3d& p : control_points) bounds.Extend(p);
+  const auto own = static_cast<size_t>(plan.structure.control_point_count());
+  for (const Vec3d& p : control_points.first(own)) bounds.Extend(p);
+  for (const TurnedLattice& lattice : plan.turned) {
+    Bounds moves;
+    moves.Extend(Vec3d{});
+    const auto count = static_cast<size_t>(lattice.structure.control_point_count());
+    for (size_t i = lattice.first_point; i < lattice.first_point + count; ++i) {
+      moves.Extend(control_points[i] - plan.identity_points[i]);
+    }
+    bounds = {bounds.min + moves.min, bounds.max + moves.max};
+  }
   if (plan.is_weighted()) bounds.Extend(plan.mesh_bounds);  // weight 0 rests
   return FitQuantisationBox(bounds, 1);
 }

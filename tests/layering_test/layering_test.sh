@@ -10,7 +10,7 @@ set -euo pipefail
 cd "$1"
 
 readonly below_backends="core/base/ core/mesh/ core/ffd/ core/adaptive/ core/patches/ core/codec/ core/backend.h core/view/"
-readonly below_edits="core/ffd/box/ core/ffd/bspline_basis.h core/ffd/carried_normal.h core/ffd/control_point_range.h core/ffd/deformed_mesh.h core/ffd/direct_ffd.h core/ffd/lattice.h core/ffd/outside/ core/ffd/pick/ core/ffd/plan/ core/ffd/stage_matrices.h core/ffd/sum/ core/ffd/tessellation_pattern.h core/ffd/weights/"
+readonly below_edits="core/ffd/box/ core/ffd/bspline_basis.h core/ffd/carried_normal.h core/ffd/control_point_range.h core/ffd/deformed_mesh.h core/ffd/direct_ffd.h core/ffd/lattice.h core/ffd/outside/ core/ffd/pick/ core/ffd/plan/ core/ffd/stage_matrices.h core/ffd/sum/ core/ffd/tessellation_pattern.h core/ffd/turned/ core/ffd/weights/"
 # layer    prefixes of paths that it may include
 declare -A allowed=(
   [core/base]="core/base/"

@@ -55,7 +55,7 @@ double GemmNormalBound(const DeformPlan& plan, const DirectFfd& direct, size_t p
   const Vec3d e2 = plan.vertices[p.vertex[2]].world - corner;
   const Vec3d f = direct.RestFacetNormal(patch);
   const Vec3d pu = carry(e1), pv = carry(e2), pf = carry(f);
-  const auto n = static_cast<size_t>(plan.structure.patch_degree());
+  const auto n = static_cast<size_t>(plan.patch_degree());
   const double error = kProductRounding * kDerivativeRowSum[n - 3] * 2 * patch_diagonal;
   if (kind == DirectFfd::Normal::kFacet) {
     return error * (Norm(pu) + Norm(pv)) / Norm(Cross(pu, pv));

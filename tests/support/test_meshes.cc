@@ -146,6 +146,12 @@ LatticeStructure MakeStructure(const Bounds& bounds, const LatticeOptions& optio
                              Vec3d{options.shear * edge, edge, 0},
                              Vec3d{0, options.shear * edge, edge}};
   if (options.mirrored) std::swap(edges[0], edges[1]);
+  for (Vec3d& e : edges) {
+    // Rodrigues' formula.
+    const Vec3d axis = Vec3d{1, 2, 2} / 3.0;
+    const double cosine = std::cos(options.turn), sine = std::sin(options.turn);
+    e = cosine * e + sine * Cross(axis, e) + (1 - cosine) * Dot(axis, e) * axis;
+  }
   const Vec3d centre = bounds.center() + longest * options.shift;
   s.frame = {centre - 0.5 * (edges[0] + edges[1] + edges[2]), edges};
   s.degree = options.degree;

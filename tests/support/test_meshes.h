@@ -45,6 +45,7 @@ struct LatticeOptions {
   double shear = 0;       // off-diagonal parts of the frame's edges / their diagonal parts
   bool mirrored = false;  // a left-handed frame
   double scale = 1.1;     // frame edge / longest edge of the bounds; below 1: pieces lie outside
+  double turn = 0;        // of the frame about its centre and the direction (1, 2, 2), in rad
   Vec3d shift;            // (frame centre - bounds' centre) / longest edge of the bounds
 };
 [[nodiscard]] LatticeStructure MakeStructure(const Bounds& bounds, const LatticeOptions& options);

@@ -37,25 +37,28 @@ void CopySharedPoints(const SharedPoints& shared, const DeformPlan& plan,
       layout.CopyPosition(from, source[copy.reversed ? s - k : k], to, target[k]);
     }
   };
+  const TurnedMoves turned(plan.turned, control_points);
   const auto evaluate_one = [&](const SharedPoints::Orphan& orphan) {
     const auto to = layout.Place(vertices.data(), orphan.use.patch);
-    const auto write = [&](uint32_t box, Vec3d parameter, size_t point) {
+    // At the place t from one vertex to another.
+    const auto write = [&](uint32_t box, std::array<uint32_t, 2> ends, double t, size_t point) {
+      const PlanVertex &a = plan.vertices[ends[0]], &b = plan.vertices[ends[1]];
+      const Vec3d parameter = (1 - t) * a.parameter + t * b.parameter;
       const Vec3d world =
-          EvaluateVolume(plan.structure, control_points, plan.boxes[box].span, parameter).position;
+          EvaluateVolume(plan.structure, control_points, plan.boxes[box].span, parameter).position +
+          turned.OnEdge(ends[0], ends[1], t, (1 - t) * a.world + t * b.world);
       writer.WritePosition(to, point, world - plan.local_origin);
     };
     if (orphan.use.slot < kFirstEdgeSlot) {
-      const PlanVertex& vertex = plan.vertices[orphan.entity];
-      write(vertex.box, vertex.parameter, pattern.edge_points[orphan.use.slot][0]);
+      write(plan.vertices[orphan.entity].box, {orphan.entity, orphan.entity}, 0,
+            pattern.edge_points[orphan.use.slot][0]);
       return;
     }
     const PlanEdge& edge = plan.edges[orphan.entity];
-    const Vec3d a = plan.vertices[edge.vertex[0]].parameter;
-    const Vec3d b = plan.vertices[edge.vertex[1]].parameter;
     const auto& target = pattern.edge_points[orphan.use.slot - size_t{kFirstEdgeSlot}];
     for (size_t k = 1; k < s; ++k) {
       const double t = static_cast<double>(k) / static_cast<double>(s);
-      write(edge.box, (1 - t) * a + t * b, target[orphan.use.reversed ? s - k : k]);
+      write(edge.box, edge.vertex, t, target[orphan.use.reversed ? s - k : k]);
     }
   };
   const auto copy_all = [&](size_t count, const auto& body) {

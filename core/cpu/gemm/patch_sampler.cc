@@ -49,8 +49,17 @@ Vec3d Sum(const BoxPoints& box, const Basis& u, const Basis& v, const Basis& w) 
   return total;
 }
 
-void Store(double* column, size_t stride, size_t row, Vec3d value) {
+void Set(double* column, size_t stride, size_t row, Vec3d value) {
   for (int a = 0; a < 3; ++a) column[row + static_cast<size_t>(a) * stride] = value[a];
+}
+void Add(double* column, size_t stride, size_t row, Vec3d value) {
+  for (int a = 0; a < 3; ++a) column[row + static_cast<size_t>(a) * stride] += value[a];
+}
+
+std::vector<Vec3d> Relative(std::span<const Vec3d> points, Vec3d origin) {
+  std::vector<Vec3d> relative(points.begin(), points.end());
+  for (Vec3d& p : relative) p -= origin;
+  return relative;
 }
 
 }  // namespace
@@ -59,18 +68,34 @@ PatchSampler::PatchSampler(const DeformPlan& plan, const StageMatrices& stage,
                            std::span<const Vec3d> control_points)
     : plan_(plan),
       stage_(stage),
-      map_(plan.structure),
-      control_points_(control_points.begin(), control_points.end()) {
-  for (Vec3d& p : control_points_) p -= plan.local_origin;
+      control_points_(Relative(control_points, plan.local_origin)),
+      own_{plan.structure, FrameMap(plan.structure), control_points_} {
+  for (const TurnedLattice& lattice : plan.turned) {
+    turned_.push_back({lattice.structure, FrameMap(lattice.structure),
+                       std::span(control_points_).subspan(lattice.first_point)});
+  }
 }
 
 Vec3d PatchSampler::Sample(size_t index, double* positions, double* by_normal, Vec3d facet_normal,
                            size_t stride) const {
   const Patch& patch = plan_.patches[index];
+  const Columns out{positions, by_normal, stride};
+  Corners rest, parameters;
+  for (size_t c = 0; c < 3; ++c) {
+    const PlanVertex& vertex = plan_.vertices[patch.vertex[c]];
+    rest[c] = vertex.world - plan_.local_origin;
+    parameters[c] = vertex.parameter;
+  }
   if (patch.box == plan_.outside_box()) {
-    SampleOutside(patch, positions, by_normal, facet_normal, stride);
+    SampleOutside(rest, facet_normal, out);
   } else {
-    SampleInside(patch, positions, by_normal, facet_normal, stride);
+    SampleVolume(own_, plan_.boxes[patch.box].span, parameters, nullptr, facet_normal, out);
+  }
+  for (size_t g = 0; g < turned_.size(); ++g) {
+    const TurnedLattice& lattice = plan_.turned[g];
+    if (lattice.spans[index] == kNoSpans) continue;
+    for (size_t c = 0; c < 3; ++c) parameters[c] = lattice.parameters[patch.vertex[c]];
+    SampleVolume(turned_[g], lattice.spans[index], parameters, &rest, facet_normal, out);
   }
   const size_t m = stage_.m;
   const std::array<size_t, 3> corners{0, m - 1 - static_cast<size_t>(stage_.degree), m - 1};
@@ -83,47 +108,50 @@ Vec3d PatchSampler::Sample(size_t index, double* positions, double* by_normal, V
   return centre;
 }
 
-void PatchSampler::SampleInside(const Patch& patch, double* positions, double* by_normal,
-                                Vec3d facet_normal, size_t stride) const {
-  const LatticeStructure& s = plan_.structure;
-  const KnotBox& box = plan_.boxes[patch.box];
-  const BoxPoints points = Gather(s, control_points_, box.span);
-  std::array<Vec3d, 3> corner;
-  for (size_t c = 0; c < 3; ++c) corner[c] = plan_.vertices[patch.vertex[c]].parameter;
-  const Vec3d direction = map_.DirectionToParameter(facet_normal);
+Vec3d PatchSampler::At(size_t sample, const Corners& corners) const {
+  const auto [t0, t1, t2] = stage_.samples[sample];
   const double over = 1.0 / stage_.degree;
+  return (t0 * over) * corners[0] + (t1 * over) * corners[1] + (t2 * over) * corners[2];
+}
+
+void PatchSampler::SampleVolume(const Volume& volume, const std::array<int, 3>& span,
+                                const Corners& parameters, const Corners* rest, Vec3d facet_normal,
+                                const Columns& out) const {
+  const LatticeStructure& s = volume.structure;
+  const BoxPoints points = Gather(s, volume.control_points, span);
+  const Vec3d direction = volume.map.DirectionToParameter(facet_normal);
   for (size_t i = 0; i < stage_.m; ++i) {
-    const auto [t0, t1, t2] = stage_.samples[i];
-    const Vec3d at = (t0 * over) * corner[0] + (t1 * over) * corner[1] + (t2 * over) * corner[2];
+    const Vec3d at = At(i, parameters);
     std::array<Basis, 3> value{}, slope{};
     for (int axis = 0; axis < 3; ++axis) {
       const auto a = static_cast<size_t>(axis);
-      EvaluateBasis(s.knots[a].data(), s.degree[a], box.span[a], at[axis], value[a].data());
-      if (by_normal == nullptr) continue;
-      EvaluateBasisDerivatives(s.knots[a].data(), s.degree[a], box.span[a], at[axis],
-                               slope[a].data());
+      EvaluateBasis(s.knots[a].data(), s.degree[a], span[a], at[axis], value[a].data());
+      if (out.by_normal == nullptr) continue;
+      EvaluateBasisDerivatives(s.knots[a].data(), s.degree[a], span[a], at[axis], slope[a].data());
     }
-    Store(positions, stride, i, Sum(points, value[0], value[1], value[2]));
-    if (by_normal == nullptr) continue;
-    Store(by_normal, stride, i,
-          direction.x * Sum(points, slope[0], value[1], value[2]) +
-              direction.y * Sum(points, value[0], slope[1], value[2]) +
-              direction.z * Sum(points, value[0], value[1], slope[2]));
+    const Vec3d position = Sum(points, value[0], value[1], value[2]);
+    if (rest == nullptr) {
+      Set(out.positions, out.stride, i, position);
+    } else {
+      Add(out.positions, out.stride, i, position - At(i, *rest));
+    }
+    if (out.by_normal == nullptr) continue;
+    const Vec3d by_normal = direction.x * Sum(points, slope[0], value[1], value[2]) +
+                            direction.y * Sum(points, value[0], slope[1], value[2]) +
+                            direction.z * Sum(points, value[0], value[1], slope[2]);
+    if (rest == nullptr) {
+      Set(out.by_normal, out.stride, i, by_normal);
+    } else {
+      Add(out.by_normal, out.stride, i, by_normal - facet_normal);
+    }
   }
 }
 
-void PatchSampler::SampleOutside(const Patch& patch, double* positions, double* by_normal,
-                                 Vec3d facet_normal, size_t stride) const {
-  std::array<Vec3d, 3> corner;
-  for (size_t c = 0; c < 3; ++c) {
-    corner[c] = plan_.vertices[patch.vertex[c]].world - plan_.local_origin;
-  }
-  const double over = 1.0 / stage_.degree;
+void PatchSampler::SampleOutside(const Corners& rest, Vec3d facet_normal,
+                                 const Columns& out) const {
   for (size_t i = 0; i < stage_.m; ++i) {
-    const auto [t0, t1, t2] = stage_.samples[i];
-    Store(positions, stride, i,
-          (t0 * over) * corner[0] + (t1 * over) * corner[1] + (t2 * over) * corner[2]);
-    if (by_normal != nullptr) Store(by_normal, stride, i, facet_normal);
+    Set(out.positions, out.stride, i, At(i, rest));
+    if (out.by_normal != nullptr) Set(out.by_normal, out.stride, i, facet_normal);
   }
 }
 

@@ -6,6 +6,8 @@
 //   Rs[i] = R(u_i) - centre,   u_i = sum_c (t_ic / n) u_c,   t_i the index triples of bernstein.h
 //   Rf[i] = dR/df (u_i),       f the unit facet normal of the source triangle
 //
+// Where lattices are turned against the plan's own (core/ffd/turned/), R is x plus what all of them move x.
+//
 // The basis is evaluated and summed in double. `centre`, the mean of the three corner samples, is subtracted before
 // anything is rounded, so that the digits of float32 hold the patch's shape and not its place.
 //
@@ -15,6 +17,8 @@
 #ifndef LATTICED_CORE_CPU_GEMM_PATCH_SAMPLER_H_
 #define LATTICED_CORE_CPU_GEMM_PATCH_SAMPLER_H_
 
+#include <array>
+#include <cstddef>
 #include <span>
 #include <vector>
 
@@ -35,15 +39,31 @@ class PatchSampler {
                size_t stride) const;
 
  private:
-  void SampleInside(const Patch& patch, double* positions, double* by_normal, Vec3d facet_normal,
-                    size_t stride) const;
-  void SampleOutside(const Patch& patch, double* positions, double* by_normal, Vec3d facet_normal,
-                     size_t stride) const;
+  // A lattice, and its control points relative to the local origin.
+  struct Volume {
+    const LatticeStructure& structure;
+    FrameMap map;
+    std::span<const Vec3d> control_points;
+  };
+  struct Columns {
+    double* positions;
+    double* by_normal;  // or null
+    size_t stride;
+  };
+  // The patch's corners in one space: the parameters of a lattice, or the world.
+  using Corners = std::array<Vec3d, 3>;
+
+  Vec3d At(size_t sample, const Corners& corners) const;
+  // Writes R of one lattice, or adds R - x: `rest`, if not null, has the corners in the world.
+  void SampleVolume(const Volume& volume, const std::array<int, 3>& span, const Corners& parameters,
+                    const Corners* rest, Vec3d facet_normal, const Columns& out) const;
+  void SampleOutside(const Corners& rest, Vec3d facet_normal, const Columns& out) const;
 
   const DeformPlan& plan_;
   const StageMatrices& stage_;
-  FrameMap map_;
-  std::vector<Vec3d> control_points_;
+  const std::vector<Vec3d> control_points_;  // relative to the local origin
+  const Volume own_;
+  std::vector<Volume> turned_;
 };
 
 }  // namespace latticed

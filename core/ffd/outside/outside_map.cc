@@ -184,7 +184,20 @@ void OutsideMap::TakeRest() {
   is_identity_ = strength_ == 1 && !goes_on_;
   if (is_identity_) return;
   rest_ = IdentityControlPoints(structure_);
-  continued_rest_ = IdentityControlPoints(continued_);
+  continued_rest_.clear();
+  if (plan_rest_ == nullptr) continued_rest_ = IdentityControlPoints(continued_);
+}
+
+void OutsideMap::PlaceAmong(size_t first, std::shared_ptr<const std::vector<Vec3d>> rest) {
+  first_ = first;
+  plan_rest_ = std::move(rest);
+  goes_on_ = true;
+  TakeRest();
+}
+
+size_t OutsideMap::planned_count() const {
+  return plan_rest_ != nullptr ? plan_rest_->size()
+                               : static_cast<size_t>(continued_.control_point_count());
 }
 
 OutsideMap OutsideMap::At(double strength) const {
@@ -218,7 +231,7 @@ std::vector<Vec3d> OutsideMap::Moves(std::span<const Vec3d> control_points) cons
 }
 
 std::vector<Vec3d> OutsideMap::Moved(std::span<const Vec3d> moves) const {
-  std::vector<Vec3d> points = continued_rest_;
+  std::vector<Vec3d> points = plan_rest_ != nullptr ? *plan_rest_ : continued_rest_;
   for (size_t n = 0; n < points.size(); ++n) {
     if (moves[n] != Vec3d{}) points[n] += moves[n];
   }
@@ -233,11 +246,15 @@ std::vector<Vec3d> OutsideMap::Apply(std::span<const Vec3d> d) const {
   if (strength_ != 1) {
     for (Vec3d& p : result) p = strength_ * p;
   }
-  return result;
+  if (plan_rest_ == nullptr) return result;
+  std::vector<Vec3d> planned(planned_count());
+  std::ranges::copy(result, planned.begin() + static_cast<ptrdiff_t>(first_));
+  return planned;
 }
 
 std::vector<Vec3d> OutsideMap::ApplyTransposed(std::span<const Vec3d> g) const {
   const GridSize given = SizeOf(structure_), grid = SizeOf(continued_);
+  g = g.subspan(first_, static_cast<size_t>(continued_.control_point_count()));
   std::vector<Vec3d> result = AlongTransposed(2, rows_[2], grid, given[2], {g.begin(), g.end()});
   result = AlongTransposed(1, rows_[1], {grid[0], grid[1], given[2]}, given[1], result);
   result = AlongTransposed(0, rows_[0], {grid[0], given[1], given[2]}, given[0], result);

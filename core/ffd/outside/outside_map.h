@@ -47,7 +47,11 @@ class OutsideMap {
   // The lattice as one of several, whose sum is planned: lattice_sum.h. `refined`: its part of the sum.
   OutsideMap(const LatticeStructure& structure, double strength, const LatticeStructure& sum,
              const RefinedAxes& refined);
-  // Continue also adds what the other lattices of the sum move its control points.
+  // The continued lattice as one of several of a plan: its control points are those from `first` on. `rest`: all control points
+  // of the plan at rest. Continue, Moves, Moved and Apply then return numbers for all of them; ApplyTransposed takes
+  // them, and ForSources their indices.
+  void PlaceAmong(size_t first, std::shared_ptr<const std::vector<Vec3d>> rest);
+  // Continue also adds what the other lattices move the control points of the plan.
   void AddOthers(std::shared_ptr<const std::vector<Vec3d>> moves) { others_ = std::move(moves); }
 
   // The same map with this strength.
@@ -60,6 +64,8 @@ class OutsideMap {
   const LatticeStructure& structure() const { return structure_; }
   // The continued one's. Its own `outside` is fixed.
   const LatticeStructure& continued() const { return continued_; }
+  // The number of control points of the plan.
+  size_t planned_count() const;
 
   // The control points of the continued lattice, from those of the given one.
   [[nodiscard]] std::vector<Vec3d> Continue(std::span<const Vec3d> control_points) const;
@@ -95,7 +101,10 @@ class OutsideMap {
   bool is_identity_ = true;
   std::array<std::vector<Row>, 3> rows_;
   std::vector<Vec3d> rest_;            // the given lattice's identity
-  std::vector<Vec3d> continued_rest_;  // the continued one's
+  std::vector<Vec3d> continued_rest_;  // the continued one's; with plan_rest_ empty
+  size_t first_ = 0;                   // control point of the plan
+  std::shared_ptr<const std::vector<Vec3d>>
+      plan_rest_;  // null where the continued lattice is all of the plan
   std::shared_ptr<const std::vector<Vec3d>> others_;
 };
 
@@ -105,6 +114,10 @@ class OutsideMap {
 
 template <typename Visit>
 void OutsideMap::ForSources(size_t index, Visit visit) const {
+  if (index < first_ || index - first_ >= static_cast<size_t>(continued_.control_point_count())) {
+    return;  // of another lattice
+  }
+  index -= first_;
   const auto size_u = static_cast<size_t>(continued_.size[0]);
   const auto size_v = static_cast<size_t>(continued_.size[1]);
   const Row& u = rows_[0][index % size_u];

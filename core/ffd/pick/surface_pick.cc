@@ -14,6 +14,8 @@
 #include "core/ffd/box/bezier_box.h"
 #include "core/ffd/carried_normal.h"
 #include "core/ffd/direct_ffd.h"
+#include "core/ffd/pick/ray_frame.h"
+#include "core/ffd/pick/volume_triangle.h"
 #include "core/ffd/weights/weighted_triangle.h"
 
 namespace latticed {
@@ -22,36 +24,6 @@ namespace {
 constexpr int kMostIterations = 24;
 // A patch with a smaller sine at its first corner is left out: its neighbours cover its points.
 constexpr double kNoArea = 1e-12;
-
-// The ray as the z axis of a right-handed frame. The origin is the point of the ray's line nearest to `near`, so that
-// coordinates keep their digits however far away the ray begins.
-class RayFrame {
- public:
-  RayFrame(const Ray& ray, Vec3d near) {
-    const Vec3d z = Unit(ray.direction);
-    int least = 0;
-    for (int axis = 1; axis < 3; ++axis) {
-      if (std::abs(z[axis]) < std::abs(z[least])) least = axis;
-    }
-    Vec3d other;
-    other[least] = 1;
-    const Vec3d x = Unit(Cross(z, other));
-    axes_ = {x, Cross(z, x), z};
-    begin_ = Dot(ray.origin - near, z);
-    origin_ = ray.origin - begin_ * z;
-  }
-
-  Vec3d ToRay(Vec3d world) const { return Turn(world - origin_); }
-  // The same for a difference of points.
-  Vec3d Turn(Vec3d d) const { return {Dot(d, axes_[0]), Dot(d, axes_[1]), Dot(d, axes_[2])}; }
-  // z of the point where the ray begins.
-  double begin() const { return begin_; }
-
- private:
-  std::array<Vec3d, 3> axes_;
-  Vec3d origin_;
-  double begin_ = 0;
-};
 
 // A triangle inside a patch. `corners` are barycentrics in the patch.
 struct Part {
@@ -122,6 +94,8 @@ struct Later {
   }
 };
 
+Bounds Plus(const Bounds& a, const Bounds& b) { return {a.min + b.min, a.max + b.max}; }
+
 Bounds BoundsOf(std::span<const Vec3d> points) {
   Bounds bounds;
   for (const Vec3d p : points) bounds.Extend(p);
@@ -136,10 +110,17 @@ class Search {
         tree_(tree),
         map_(plan.structure),
         frame_(ray, BoundsOf(control_points).center()) {
+    const auto own = static_cast<size_t>(plan.structure.control_point_count());
     for (size_t i = 0; i < control_points.size(); ++i) {
       const Vec3d p = control_points[i];
-      control_points_.push_back(plan.is_weighted() ? frame_.Turn(p - plan.identity_points[i])
-                                                   : frame_.ToRay(p));
+      const bool is_offset = plan.is_weighted() || i >= own;
+      control_points_.push_back(is_offset ? frame_.Turn(p - plan.identity_points[i])
+                                          : frame_.ToRay(p));
+    }
+    for (const TurnedLattice& lattice : plan.turned) {
+      Bounds moves{Vec3d{}, Vec3d{}};  // nothing outside its frame
+      for (const Vec3d move : PointsOf(lattice)) moves.Extend(move);
+      turned_ = Plus(turned_, moves);
     }
   }
 
@@ -186,7 +167,8 @@ class Search {
       hulls.push_back(
           node.box == plan_.outside_box() || plan_.is_weighted()
               ? HullOf(node)
-              : ControlHull(plan_.structure, control_points_, plan_.boxes[node.box].span));
+              : Plus(ControlHull(plan_.structure, control_points_, plan_.boxes[node.box].span),
+                     turned_));
       all.Extend(hulls.back());
     }
     const Vec3d extent = all.extent();
@@ -200,7 +182,9 @@ class Search {
     }
   }
 
-  Bounds HullOf(const PatchTree::Node& node) const {
+  Bounds HullOf(const PatchTree::Node& node) const { return Plus(OwnHullOf(node), turned_); }
+  // Without what turned lattices add.
+  Bounds OwnHullOf(const PatchTree::Node& node) const {
     const bool outside = node.box == plan_.outside_box();
     Bounds hull, rest;
     if (!outside) {
@@ -235,61 +219,67 @@ class Search {
     return Norm(Cross(a, b)) > kNoArea * Norm(a) * Norm(b);
   }
 
-  std::array<Vec3d, 3> Corners(const Part& part) const {
-    std::array<Vec3d, 3> corners;
-    for (size_t c = 0; c < 3; ++c) {
-      corners[c] =
-          IsOutside(part.patch)
-              ? Blend(part, part.corners[c],
-                      [this](const PlanVertex& v) { return frame_.ToRay(v.world); })
-              : Blend(part, part.corners[c], [](const PlanVertex& v) { return v.parameter; });
+  // Interpolates a field of the patch's vertices at the part's corners.
+  template <typename Field>
+  std::array<Vec3d, 3> Corners(const Part& part, Field field) const {
+    return {Blend(part, part.corners[0], field), Blend(part, part.corners[1], field),
+            Blend(part, part.corners[2], field)};
+  }
+  std::array<Vec3d, 3> RestCorners(const Part& part) const {
+    return Corners(part, [this](const PlanVertex& v) { return frame_.ToRay(v.world); });
+  }
+  // The part must be inside.
+  VolumeTriangle OwnTriangle(const Part& part) const {
+    return {plan_.structure, control_points_, plan_.boxes[plan_.patches[part.patch].box].span,
+            Corners(part, [](const PlanVertex& v) { return v.parameter; })};
+  }
+  std::span<const Vec3d> PointsOf(const TurnedLattice& lattice) const {
+    return std::span(control_points_)
+        .subspan(lattice.first_point, static_cast<size_t>(lattice.structure.control_point_count()));
+  }
+  // Calls visit(triangle) for the turned lattices that move the part.
+  template <typename Visit>
+  void ForTurned(const Part& part, Visit visit) const {
+    for (const TurnedLattice& lattice : plan_.turned) {
+      const KnotSpans& spans = lattice.spans[part.patch];
+      if (spans == kNoSpans) continue;
+      const auto parameter = [&](const PlanVertex& v) {
+        return lattice.parameters[static_cast<size_t>(&v - plan_.vertices.data())];
+      };
+      visit(VolumeTriangle{lattice.structure, PointsOf(lattice), spans, Corners(part, parameter)});
     }
-    return corners;
   }
 
   // The plan must be weighted, and the part inside.
   WeightedTriangle TriangleOf(const Part& part) const {
     const std::array<double, 3> weights = plan_.CornerWeights(part.patch);
-    WeightedTriangle triangle;
+    WeightedTriangle triangle{.rest = RestCorners(part)};
     for (size_t c = 0; c < 3; ++c) {
       const Vec3d b = part.corners[c];
-      triangle.rest[c] =
-          Blend(part, b, [this](const PlanVertex& v) { return frame_.ToRay(v.world); });
       triangle.weight[c] = b.x * weights[0] + b.y * weights[1] + b.z * weights[2];
     }
     return triangle;
   }
 
   Reach ReachOf(const Part& part) const {
-    const std::array<Vec3d, 3> corners = Corners(part);
-    const Bounds bounds = BoundsOf(corners);
+    Reach reach{.hull = {Vec3d{}, Vec3d{}}};
     if (IsOutside(part.patch)) {
-      return {.hull = bounds,
-              .corner = corners[0],
-              .slope = {corners[1] - corners[0], corners[2] - corners[0]}};
-    }
-    const auto& span = plan_.boxes[plan_.patches[part.patch].box].span;
-    const BezierBox box =
-        RestrictVolume(plan_.structure, control_points_, span, bounds.min, bounds.max);
-    Reach reach{.hull = box.Hull()};
-    for (int axis = 0; axis < 3; ++axis) {
-      const double width = bounds.extent()[axis];
-      if (!(width > 0)) continue;
-      const Bounds slopes = box.SlopeHull(static_cast<size_t>(axis));
-      for (size_t e = 0; e < 2; ++e) {
-        const double share = (corners[e + 1][axis] - corners[0][axis]) / width;
-        reach.slope[e] += share * slopes.center();
-        reach.spread[e] += 0.5 * std::abs(share) * slopes.extent();
+      const std::array<Vec3d, 3> rest = RestCorners(part);
+      reach = {.hull = BoundsOf(rest), .slope = {rest[1] - rest[0], rest[2] - rest[0]}};
+    } else {
+      OwnTriangle(part).Bound(reach.hull, reach.slope, reach.spread);
+      if (plan_.is_weighted()) {
+        const WeightedTriangle triangle = TriangleOf(part);
+        for (size_t e = 0; e < 2; ++e) {
+          triangle.BoundSlope(e, reach.hull, reach.slope[e], reach.spread[e]);
+        }
+        reach.hull = triangle.Hull(reach.hull);
       }
     }
-    if (plan_.is_weighted()) {
-      const WeightedTriangle triangle = TriangleOf(part);
-      for (size_t e = 0; e < 2; ++e) {
-        triangle.BoundSlope(e, reach.hull, reach.slope[e], reach.spread[e]);
-      }
-      reach.hull = triangle.Hull(reach.hull);
-    }
-    reach.corner = Evaluate(part, corners, 0, 0).position;
+    ForTurned(part, [&](const VolumeTriangle& triangle) {
+      triangle.Bound(reach.hull, reach.slope, reach.spread);
+    });
+    reach.corner = Evaluate(part, 0, 0).position;
     const Bounds mean = reach.MeanValueHull();
     reach.hull.min = Max(reach.hull.min, mean.min);
     reach.hull.max = Min(reach.hull.max, mean.max);
@@ -310,10 +300,7 @@ class Search {
 
   // Bisects the edge that is the longest at rest.
   void Bisect(const Part& part, int depth) {
-    std::array<Vec3d, 3> world;
-    for (size_t c = 0; c < 3; ++c) {
-      world[c] = Blend(part, part.corners[c], [](const PlanVertex& v) { return v.world; });
-    }
+    const auto world = Corners(part, [](const PlanVertex& v) { return v.world; });
     size_t longest = 0;
     const auto length = [&world](size_t c) { return Norm(world[(c + 1) % 3] - world[c]); };
     for (size_t c = 1; c < 3; ++c) {
@@ -328,28 +315,27 @@ class Search {
     }
   }
 
-  Point Evaluate(const Part& part, const std::array<Vec3d, 3>& corners, double s, double t) const {
-    const std::array<Vec3d, 2> edges{corners[1] - corners[0], corners[2] - corners[0]};
-    const Vec3d place = corners[0] + s * edges[0] + t * edges[1];
-    if (IsOutside(part.patch)) return {place, edges};
-    const VolumePoint point = EvaluateVolume(
-        plan_.structure, control_points_, plan_.boxes[plan_.patches[part.patch].box].span, place);
-    Point result{.position = point.position};
-    for (size_t e = 0; e < 2; ++e) {
-      for (int axis = 0; axis < 3; ++axis) {
-        result.slope[e] += edges[e][axis] * point.derivatives[axis];
-      }
+  Point Evaluate(const Part& part, double s, double t) const {
+    Point result{};
+    if (IsOutside(part.patch)) {
+      const std::array<Vec3d, 3> rest = RestCorners(part);
+      result.slope = {rest[1] - rest[0], rest[2] - rest[0]};
+      result.position = rest[0] + s * result.slope[0] + t * result.slope[1];
+    } else {
+      OwnTriangle(part).Add(s, t, result.position, result.slope);
+      if (plan_.is_weighted()) TriangleOf(part).Combine(s, t, result.position, result.slope);
     }
-    if (plan_.is_weighted()) TriangleOf(part).Combine(s, t, result.position, result.slope);
+    ForTurned(part, [&](const VolumeTriangle& triangle) {
+      triangle.Add(s, t, result.position, result.slope);
+    });
     return result;
   }
 
   void FindRoot(const Part& part) {
     constexpr double kFarOutside = 4, kConverged = 1e-15;
-    const std::array<Vec3d, 3> corners = Corners(part);
     double s = 1.0 / 3, t = 1.0 / 3;
     for (int i = 0; i < kMostIterations; ++i) {
-      const auto [p, slope] = Evaluate(part, corners, s, t);
+      const auto [p, slope] = Evaluate(part, s, t);
       const double det = slope[0].x * slope[1].y - slope[1].x * slope[0].y;
       const double ds = (slope[1].y * p.x - slope[1].x * p.y) / det;
       const double dt = (slope[0].x * p.y - slope[0].y * p.x) / det;
@@ -362,7 +348,7 @@ class Search {
     const double sum = b[0] + b[1] + b[2];
     s = b[1] / sum;
     t = b[2] / sum;
-    const Vec3d p = Evaluate(part, corners, s, t).position;
+    const Vec3d p = Evaluate(part, s, t).position;
     if (std::hypot(p.x, p.y) <= reach_) Take(part, s, t, p.z, 0);
   }
 
@@ -379,8 +365,10 @@ class Search {
   const PatchTree& tree_;
   const FrameMap map_;
   const RayFrame frame_;
-  std::vector<Vec3d> control_points_;  // in the ray's frame; with weights their offsets
-  double reach_ = 0, touch_ = 0;       // world units
+  // In the ray's frame; with weights, and of turned lattices, their offsets.
+  std::vector<Vec3d> control_points_;
+  Bounds turned_{Vec3d{}, Vec3d{}};  // what turned lattices may add
+  double reach_ = 0, touch_ = 0;     // world units
   std::priority_queue<Step, std::vector<Step>, Later> steps_;
   std::optional<SurfaceHit> hit_;
   // The least z that hit_ may have; another hit must have a lower one.

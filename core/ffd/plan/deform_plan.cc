@@ -54,17 +54,19 @@ std::vector<int> NonEmptySpans(const LatticeStructure& s, size_t axis) {
 class Planner {
  public:
   Planner(std::shared_ptr<const PolygonMesh> mesh, const LatticeStructure& structure,
-          SplitMesh split, StopCheck stop, VertexWeights weights)
+          SplitMesh split, StopCheck stop, VertexWeights weights,
+          std::span<const LatticeStructure> turned)
       : split_(std::move(split)), stop_(stop), poll_(stop), plan_(std::make_shared<DeformPlan>()) {
     plan_->mesh = std::move(mesh);
     plan_->structure = structure;
     plan_->mesh_weights = std::move(weights);
+    for (const LatticeStructure& one : turned) plan_->turned.push_back({.structure = one});
   }
 
   absl::StatusOr<std::shared_ptr<const DeformPlan>> Run(std::optional<double> crease_angle) {
     plan_->mesh_bounds = plan_->mesh->ComputeBounds();
     plan_->local_origin = plan_->mesh_bounds.center();
-    plan_->identity_points = IdentityControlPoints(plan_->structure);
+    MakeIdentity();
     LATTICED_ASSIGN_OR_RETURN(plan_->vertex_normals,
                               UnitCornerNormals(*plan_->mesh, crease_angle, stop_));
     MakeBoxes();
@@ -73,11 +75,39 @@ class Planner {
     LATTICED_RETURN_IF_ERROR(MakeEdges());
     LATTICED_RETURN_IF_ERROR(AssignOwners());
     LATTICED_RETURN_IF_ERROR(FindBorrowers());
+    LATTICED_RETURN_IF_ERROR(PlaceInTurned());
     return std::move(plan_);
   }
 
  private:
   const LatticeStructure& structure() const { return plan_->structure; }
+
+  void MakeIdentity() {
+    std::vector<Vec3d>& points = plan_->identity_points;
+    points = IdentityControlPoints(structure());
+    for (TurnedLattice& lattice : plan_->turned) {
+      lattice.first_point = points.size();
+      const std::vector<Vec3d> own = IdentityControlPoints(lattice.structure);
+      points.insert(points.end(), own.begin(), own.end());
+    }
+  }
+
+  // Finds where vertices and patches are in the turned lattices.
+  absl::Status PlaceInTurned() {
+    for (size_t g = 0; g < plan_->turned.size(); ++g) {
+      TurnedLattice& lattice = plan_->turned[g];
+      lattice.parameters = std::move(split_.turned[g]);
+      lattice.spans.reserve(plan_->patches.size());
+      for (const Patch& patch : plan_->patches) {
+        LATTICED_RETURN_IF_ERROR(poll_.Step());
+        const std::array corners{lattice.parameters[patch.vertex[0]],
+                                 lattice.parameters[patch.vertex[1]],
+                                 lattice.parameters[patch.vertex[2]]};
+        lattice.spans.push_back(LowerSpans(lattice.structure, corners));
+      }
+    }
+    return absl::OkStatus();
+  }
 
   void MakeBoxes() {
     std::array<std::vector<int>, 3> spans;
@@ -317,7 +347,7 @@ class Planner {
     return absl::OkStatus();
   }
 
-  const SplitMesh split_;
+  SplitMesh split_;
   const StopCheck stop_;
   StopPoll poll_;
   std::shared_ptr<DeformPlan> plan_;
@@ -335,6 +365,12 @@ size_t BytesUsed(const std::vector<T>& v) {
 }  // namespace
 
 size_t DeformPlan::chunk_count() const { return (patches.size() + kChunk - 1) / kChunk; }
+
+int DeformPlan::patch_degree() const {
+  int degree = structure.patch_degree();
+  for (const TurnedLattice& one : turned) degree = std::max(degree, one.structure.patch_degree());
+  return degree;
+}
 
 std::array<size_t, 2> DeformPlan::ChunkPatches(size_t chunk) const {
   return {chunk * kChunk, std::min(patches.size(), (chunk + 1) * kChunk)};
@@ -362,25 +398,34 @@ size_t DeformPlan::MemoryBytes() const {
                  BytesUsed(identity_points) + BytesUsed(box_patches) + BytesUsed(vertex_weights);
   if (mesh_weights != nullptr) bytes += BytesUsed(*mesh_weights);
   for (const auto& borrowers : box_borrowers) bytes += BytesUsed(borrowers);
+  for (const TurnedLattice& one : turned) bytes += BytesUsed(one.parameters) + BytesUsed(one.spans);
   return bytes;
 }
 
-absl::StatusOr<std::shared_ptr<const DeformPlan>> MakePlan(std::shared_ptr<const PolygonMesh> mesh,
-                                                           const LatticeStructure& structure,
-                                                           std::optional<double> crease_angle,
-                                                           StopCheck stop, VertexWeights weights) {
+namespace {
+
+absl::Status CheckPlanned(const LatticeStructure& structure) {
   LATTICED_RETURN_IF_ERROR(Validate(structure));
-  if (structure.outside != Outside{}) {
-    return error::InvalidField("lattice.outside", "a plan is made for OutsideMap::continued()");
-  }
+  if (structure.outside == Outside{}) return absl::OkStatus();
+  return error::InvalidField("lattice.outside", "a plan is made for OutsideMap::continued()");
+}
+
+}  // namespace
+
+absl::StatusOr<std::shared_ptr<const DeformPlan>> MakePlan(
+    std::shared_ptr<const PolygonMesh> mesh, const LatticeStructure& structure,
+    std::optional<double> crease_angle, StopCheck stop, VertexWeights weights,
+    std::span<const LatticeStructure> turned) {
+  LATTICED_RETURN_IF_ERROR(CheckPlanned(structure));
+  for (const LatticeStructure& one : turned) LATTICED_RETURN_IF_ERROR(CheckPlanned(one));
   if (weights != nullptr) LATTICED_RETURN_IF_ERROR(CheckVertexWeights(*mesh, *weights));
   const std::span<const float> of_positions =
       weights == nullptr ? std::span<const float>() : *weights;
-  LATTICED_ASSIGN_OR_RETURN(auto split, SplitAtKnots(*mesh, structure, stop, of_positions));
+  LATTICED_ASSIGN_OR_RETURN(auto split, SplitAtKnots(*mesh, structure, stop, of_positions, turned));
   if (split.pieces.empty()) {
     return error::InvalidField("mesh", "no face has three corners at different positions");
   }
-  return Planner(std::move(mesh), structure, std::move(split), stop, std::move(weights))
+  return Planner(std::move(mesh), structure, std::move(split), stop, std::move(weights), turned)
       .Run(crease_angle);
 }
 

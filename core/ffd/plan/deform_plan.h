@@ -37,6 +37,7 @@
 #include "core/base/stop_check.h"
 #include "core/base/vec.h"
 #include "core/ffd/lattice.h"
+#include "core/ffd/turned/turned_lattice.h"
 #include "core/ffd/weights/vertex_weights.h"
 #include "core/mesh/polygon_mesh.h"
 
@@ -88,14 +89,17 @@ struct PatchSource {
 struct DeformPlan {
   std::shared_ptr<const PolygonMesh> mesh;
   LatticeStructure structure;
+  // Lattices whose frames are turned against that of `structure`. Boxes, edges and seams are those of `structure` alone.
+  std::vector<TurnedLattice> turned;
   std::vector<KnotBox> boxes;
   std::vector<PlanVertex> vertices;
   std::vector<PlanEdge> edges;
   std::vector<Patch> patches;
   std::vector<PatchSource> sources;  // one per patch
   std::vector<Seam> seams;
-  std::vector<Vec3f> vertex_normals;   // per mesh corner, unit (vertex_normals.h)
-  std::vector<Vec3d> identity_points;  // IdentityControlPoints(structure)
+  std::vector<Vec3f> vertex_normals;  // per mesh corner, unit (vertex_normals.h)
+  // IdentityControlPoints of `structure`, then of the turned lattices, as all control points of a plan.
+  std::vector<Vec3d> identity_points;
   // By position of the mesh, and by vertex. Null and empty where the scene has no weights.
   VertexWeights mesh_weights;
   std::vector<double> vertex_weights;
@@ -108,6 +112,9 @@ struct DeformPlan {
 
   uint32_t outside_box() const { return static_cast<uint32_t>(boxes.size()) - 1; }
   size_t chunk_count() const;
+  size_t control_point_count() const { return identity_points.size(); }
+  // Of the lattices together; weights add one (weights/weighted_nets.h).
+  int patch_degree() const;
   bool is_weighted() const { return !vertex_weights.empty(); }
   // The weights of a patch's corners. The plan must be weighted.
   std::array<double, 3> CornerWeights(size_t patch) const;
@@ -122,14 +129,14 @@ struct DeformPlan {
   size_t MemoryBytes() const;
 };
 
-// crease_angle: see vertex_normals.h; weights: see weights/vertex_weights.h.
+// crease_angle: see vertex_normals.h; weights: see weights/vertex_weights.h; turned: structures of turned lattices.
 // Errors: kInvalidArgument for an invalid structure, one that goes on outside (outside/outside_map.h makes the one to be
 // given here), invalid weights, or where no face has three different positions;
 // kResourceExhausted past limits::kMaxPatches; what `stop` returns. It is called every few thousand faces or patches.
 [[nodiscard]] absl::StatusOr<std::shared_ptr<const DeformPlan>> MakePlan(
     std::shared_ptr<const PolygonMesh> mesh, const LatticeStructure& structure,
     std::optional<double> crease_angle = {}, StopCheck stop = NeverStop,
-    VertexWeights weights = nullptr);
+    VertexWeights weights = nullptr, std::span<const LatticeStructure> turned = {});
 
 // Whether `seam` is attached; AttachedSeams answers for every seam of the plan.
 [[nodiscard]] bool IsAttached(const DeformPlan& plan, const Seam& seam,

@@ -122,6 +122,8 @@ std::vector<bool> InfluencedBoxes(const DeformPlan& plan, std::span<const uint32
 }
 
 DirtySet DirtyByControlPoints(const DeformPlan& plan, std::span<const uint32_t> indices) {
+  const auto own = static_cast<uint32_t>(plan.structure.control_point_count());
+  if (std::ranges::any_of(indices, [own](uint32_t i) { return i >= own; })) return AllDirty(plan);
   const std::vector<bool> boxes = InfluencedBoxes(plan, indices);
   const std::vector<Range> ranges = PatchesOf(plan, boxes);
   const std::vector<uint32_t> borrowers = BorrowersBeside(plan, boxes, ranges);

@@ -41,15 +41,45 @@ std::vector<double> DistinctKnots(const LatticeStructure& s, int axis) {
   return planes;
 }
 
-class Splitter {
+// The parameter space of a lattice, and its knot planes.
+class KnotPlanes {
  public:
-  Splitter(const PolygonMesh& mesh, const LatticeStructure& structure, StopCheck stop,
-           std::span<const float> weights)
-      : mesh_(mesh), weights_(weights), map_(structure), stop_(stop), poll_(stop) {
+  explicit KnotPlanes(const LatticeStructure& structure) : map_(structure) {
     for (int axis = 0; axis < 3; ++axis) {
       planes_[static_cast<size_t>(axis)] = DistinctKnots(structure, axis);
       snap_[axis] = kPlaneSnap * (structure.domain_end(axis) - structure.domain_begin(axis));
     }
+  }
+
+  const std::vector<double>& along(int axis) const { return planes_[static_cast<size_t>(axis)]; }
+  Vec3d Place(Vec3d world) const { return Snap(map_.ToParameter(world)); }
+  Vec3d Snap(Vec3d parameter) const {
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto& planes = along(axis);
+      const auto above = std::lower_bound(planes.begin(), planes.end(), parameter[axis]);
+      if (above != planes.end() && *above - parameter[axis] <= snap_[axis]) {
+        parameter[axis] = *above;
+      } else if (above != planes.begin() && parameter[axis] - *(above - 1) <= snap_[axis]) {
+        parameter[axis] = *(above - 1);
+      }
+    }
+    return parameter;
+  }
+
+ private:
+  const FrameMap map_;
+  std::array<std::vector<double>, 3> planes_;
+  Vec3d snap_;
+};
+
+class Splitter {
+ public:
+  Splitter(const PolygonMesh& mesh, const LatticeStructure& structure, StopCheck stop,
+           std::span<const float> weights, std::span<const LatticeStructure> turned)
+      : mesh_(mesh), weights_(weights), stop_(stop), poll_(stop) {
+    lattices_.emplace_back(structure);
+    for (const LatticeStructure& one : turned) lattices_.emplace_back(one);
+    result_.turned.resize(turned.size());
   }
 
   absl::StatusOr<SplitMesh> Run() {
@@ -103,23 +133,17 @@ class Splitter {
       const double weight = weights_.empty() ? 1.0 : weights_[v];
       const auto [it, added] =
           ids.try_emplace(KeyOf(world, weight), static_cast<uint32_t>(result_.vertices.size()));
-      if (added) result_.vertices.push_back({world, Snap(map_.ToParameter(world)), weight});
+      if (added) AddVertex(world, weight, [&](size_t k) { return lattices_[k].Place(world); });
       vertex_of_position_.push_back(it->second);
     }
     return absl::OkStatus();
   }
 
-  Vec3d Snap(Vec3d parameter) const {
-    for (int axis = 0; axis < 3; ++axis) {
-      const auto& planes = planes_[static_cast<size_t>(axis)];
-      const auto above = std::lower_bound(planes.begin(), planes.end(), parameter[axis]);
-      if (above != planes.end() && *above - parameter[axis] <= snap_[axis]) {
-        parameter[axis] = *above;
-      } else if (above != planes.begin() && parameter[axis] - *(above - 1) <= snap_[axis]) {
-        parameter[axis] = *(above - 1);
-      }
-    }
-    return parameter;
+  // place(k): where the vertex is in lattice k.
+  template <typename Place>
+  void AddVertex(Vec3d world, double weight, const Place& place) {
+    for (size_t k = 1; k < lattices_.size(); ++k) result_.turned[k - 1].push_back(place(k));
+    result_.vertices.push_back({world, place(0), weight});
   }
 
   void SplitTriangle(uint32_t face, std::array<uint32_t, 3> corners) {
@@ -138,15 +162,15 @@ class Splitter {
     CutFromAxis(std::move(polygon), 0);
   }
 
-  // Cuts at all planes of `axis`, ascending, then at those of the later axes.
+  // Cuts at all planes of `axis`, ascending, then at those of the later axes. Axes 3 k to 3 k + 2 are those of lattice k.
   void CutFromAxis(Polygon polygon, int axis) {
-    if (axis == 3) return Emit(polygon);
+    if (axis == 3 * static_cast<int>(lattices_.size())) return Emit(polygon);
     double low = Coordinate(polygon[0], axis), high = low;
     for (const PolygonVertex& v : polygon) {
       low = std::min(low, Coordinate(v, axis));
       high = std::max(high, Coordinate(v, axis));
     }
-    const auto& planes = planes_[static_cast<size_t>(axis)];
+    const auto& planes = PlanesOf(axis);
     for (auto plane = std::upper_bound(planes.begin(), planes.end(), low);
          plane != planes.end() && *plane < high; ++plane) {
       Polygon below, above;
@@ -158,7 +182,7 @@ class Splitter {
   }
 
   void Cut(const Polygon& polygon, int axis, uint32_t plane, Polygon* below, Polygon* above) {
-    const double knot = planes_[static_cast<size_t>(axis)][plane];
+    const double knot = PlanesOf(axis)[plane];
     for (size_t i = 0; i < polygon.size(); ++i) {
       const PolygonVertex& from = polygon[i];
       const PolygonVertex& to = polygon[i + 1 == polygon.size() ? 0 : i + 1];
@@ -179,20 +203,24 @@ class Splitter {
     const PolygonVertex& a = forward ? from : to;
     const PolygonVertex& b = forward ? to : from;
     const SplitVertex va = result_.vertices[a.id], vb = result_.vertices[b.id];
-    const double knot = planes_[static_cast<size_t>(axis)][plane];
-    const double t = (knot - va.parameter[axis]) / (vb.parameter[axis] - va.parameter[axis]);
+    const double from_a = Coordinate(a, axis), knot = PlanesOf(axis)[plane];
+    const double t = (knot - from_a) / (Coordinate(b, axis) - from_a);
     PolygonVertex cut;
     for (size_t c = 0; c < 3; ++c) {
       cut.barycentric[c] = a.barycentric[c] + t * (b.barycentric[c] - a.barycentric[c]);
     }
-    const uint64_t key = (uint64_t{b.id} << 32) | (plane << 2) | static_cast<uint32_t>(axis);
+    static_assert(3 * limits::kMaxLattices < 32, "an axis takes 5 bits of a key");
+    const uint64_t key = (uint64_t{b.id} << 32) | (plane << 5) | static_cast<uint32_t>(axis);
     const auto [id, added] =
         cuts_.TryEmplace(a.id, key, static_cast<uint32_t>(result_.vertices.size()));
     if (added) {
-      Vec3d parameter = va.parameter + t * (vb.parameter - va.parameter);
-      parameter[axis] = knot;
       const double weight = std::clamp(va.weight + t * (vb.weight - va.weight), 0.0, 1.0);
-      result_.vertices.push_back({va.world + t * (vb.world - va.world), Snap(parameter), weight});
+      AddVertex(va.world + t * (vb.world - va.world), weight, [&](size_t k) {
+        const Vec3d at_a = Parameter(a.id, k);
+        Vec3d parameter = at_a + t * (Parameter(b.id, k) - at_a);
+        if (k == LatticeOf(axis)) parameter[axis % 3] = knot;
+        return lattices_[k].Snap(parameter);
+      });
     }
     cut.id = id;
     return cut;
@@ -210,8 +238,15 @@ class Splitter {
     });
   }
 
+  static size_t LatticeOf(int axis) { return static_cast<size_t>(axis) / 3; }
+  const std::vector<double>& PlanesOf(int axis) const {
+    return lattices_[LatticeOf(axis)].along(axis % 3);
+  }
+  Vec3d Parameter(uint32_t vertex, size_t lattice) const {
+    return lattice == 0 ? result_.vertices[vertex].parameter : result_.turned[lattice - 1][vertex];
+  }
   double Coordinate(const PolygonVertex& v, int axis) const {
-    return result_.vertices[v.id].parameter[axis];
+    return Parameter(v.id, LatticeOf(axis))[axis % 3];
   }
   // Canonical order of an edge's end points. Distinct cut points can round to one position; then their ids decide,
   // which both sides share as well.
@@ -221,9 +256,7 @@ class Splitter {
 
   const PolygonMesh& mesh_;
   const std::span<const float> weights_;
-  const FrameMap map_;
-  std::array<std::vector<double>, 3> planes_;
-  Vec3d snap_;
+  std::vector<KnotPlanes> lattices_;  // the first one, then the turned ones
   std::vector<uint32_t> vertex_of_position_;
   AdjacencyIndex cuts_;  // vertex: the first end; key: the other end and the plane
   std::vector<Vec3d> emit_points_;
@@ -235,8 +268,9 @@ class Splitter {
 }  // namespace
 
 absl::StatusOr<SplitMesh> SplitAtKnots(const PolygonMesh& mesh, const LatticeStructure& structure,
-                                       StopCheck stop, std::span<const float> weights) {
-  return Splitter(mesh, structure, stop, weights).Run();
+                                       StopCheck stop, std::span<const float> weights,
+                                       std::span<const LatticeStructure> turned) {
+  return Splitter(mesh, structure, stop, weights, turned).Run();
 }
 
 }  // namespace latticed

@@ -4,7 +4,7 @@
 // Cutting a mesh at the knot planes, watertight.
 //
 // All in double, in parameter space. Each source triangle is cut at the u planes, then v, then w, ascending, the six
-// faces of the frame included. The part of it in a cell is a convex polygon. This is triangulated so that its worst
+// faces of the frame included, and then at those of each lattice that is turned against the first. The part of it in a cell is a convex polygon. This is triangulated so that its worst
 // triangle is as good as possible.
 //
 // No crack can appear, because the two triangles of an edge name the same vertices. Mesh vertices at one position are
@@ -54,6 +54,7 @@ struct SourceTriangle {
 
 struct SplitMesh {
   std::vector<SplitVertex> vertices;
+  std::vector<std::vector<Vec3d>> turned;  // by turned lattice: the parameters there, by vertex
   std::vector<SplitPiece> pieces;
   std::vector<SourceTriangle> triangles;
 };
@@ -65,7 +66,8 @@ inline constexpr double kPlaneSnap = 0x1p-40;
 [[nodiscard]] absl::StatusOr<SplitMesh> SplitAtKnots(const PolygonMesh& mesh,
                                                      const LatticeStructure& structure,
                                                      StopCheck stop = NeverStop,
-                                                     std::span<const float> weights = {});
+                                                     std::span<const float> weights = {},
+                                                     std::span<const LatticeStructure> turned = {});
 
 }  // namespace latticed
 

@@ -32,20 +32,11 @@ struct AxisEnds {
   double begin = kInfinity, end = -kInfinity;
 };
 
-// Axis `a` of `continued`, of which `given` is the inside, the lattice `k`.
-absl::StatusOr<SummandAxis> AxisOf(size_t k, const LatticeStructure& given,
-                                   const LatticeStructure& continued, const FrameMap& first,
-                                   size_t a) {
-  constexpr double kParallel = 1e-9;
+// Axis `a` of `continued`, of which `given` is the inside.
+SummandAxis AxisOf(const LatticeStructure& given, const LatticeStructure& continued,
+                   const FrameMap& first, size_t a) {
   const auto axis = static_cast<int>(a);
   const Vec3d edge = first.DirectionToParameter(continued.frame.edges[a]);
-  for (int b = 0; b < 3; ++b) {
-    if (b != axis && !(std::abs(edge[b]) <= kParallel * edge[axis])) {
-      return error::InvalidField(fmt::format("lattices[{}].frame", k),
-                                 "its edges must be parallel to those of the first lattice, and "
-                                 "have their directions");
-    }
-  }
   const double at = first.ToParameter(continued.frame.origin)[axis];
   const double begin = continued.domain_begin(axis);
   const double scale = edge[axis] / (continued.domain_end(axis) - begin);
@@ -163,12 +154,14 @@ AxisSpace SpaceOf(std::span<SummandAxis> axes, const AxisEnds& ends) {
   return sum;
 }
 
-// Sums one axis of all lattices, and sets it in `sum`.
+// Sums one axis of all members, and sets it in `sum`.
 absl::Status SumAxis(size_t a, std::vector<SummandAxis>& axes, const AxisEnds& mesh,
-                     LatticeSum& sum) {
+                     std::span<const size_t> members, bool has_others, LatticeSum& sum) {
   const AxisEnds ends = EndsOf(axes, mesh);
+  AxisEnds least = ends;
+  if (has_others) least = {std::min(ends.begin, mesh.begin), std::max(ends.end, mesh.end)};
   for (size_t k = 0; k < axes.size(); ++k) {
-    LATTICED_RETURN_IF_ERROR(CheckEnds(k, axes[k], ends, a));
+    LATTICED_RETURN_IF_ERROR(CheckEnds(members[k], axes[k], least, a));
   }
   const AxisSpace space = SpaceOf(axes, ends);
   for (size_t k = 0; k < axes.size(); ++k) sum.parts[k][a] = Refine(axes[k].space, space);
@@ -180,23 +173,37 @@ absl::Status SumAxis(size_t a, std::vector<SummandAxis>& axes, const AxisEnds& m
 
 }  // namespace
 
+bool AreParallel(const LatticeStructure& first, const LatticeStructure& other) {
+  constexpr double kParallel = 1e-9;
+  const FrameMap map(first);
+  for (int axis = 0; axis < 3; ++axis) {
+    const Vec3d edge = map.DirectionToParameter(other.frame.edges[static_cast<size_t>(axis)]);
+    for (int b = 0; b < 3; ++b) {
+      if (b != axis && !(std::abs(edge[b]) <= kParallel * edge[axis])) return false;
+    }
+  }
+  return true;
+}
+
 absl::StatusOr<LatticeSum> SumLattices(std::span<const LatticeStructure> lattices,
-                                       std::span<const Vec3d> mesh) {
-  const FrameMap first(lattices.front());
+                                       std::span<const Vec3d> mesh,
+                                       std::span<const size_t> members) {
+  const LatticeStructure& one = lattices[members.front()];
+  const FrameMap first(one);
   LatticeSum sum;
-  sum.parts.resize(lattices.size());
+  sum.parts.resize(members.size());
   int64_t count = 1;
   std::array<double, 3> begin{}, range{};
   for (size_t a = 0; a < 3; ++a) {
     std::vector<SummandAxis> axes;
-    for (size_t k = 0; k < lattices.size(); ++k) {
+    for (const size_t k : members) {
       const LatticeStructure continued = OutsideMap(lattices[k]).continued();
-      LATTICED_ASSIGN_OR_RETURN(auto axis, AxisOf(k, lattices[k], continued, first, a));
+      axes.push_back(AxisOf(lattices[k], continued, first, a));
       // The first lattice's own knots, not rounded on their way through the world.
-      if (axes.empty()) axis.space.knots = continued.knots[a];
-      axes.push_back(std::move(axis));
+      if (axes.size() == 1) axes[0].space.knots = continued.knots[a];
     }
-    LATTICED_RETURN_IF_ERROR(SumAxis(a, axes, ExtentOf(mesh, first, a), sum));
+    LATTICED_RETURN_IF_ERROR(
+        SumAxis(a, axes, ExtentOf(mesh, first, a), members, members.size() < lattices.size(), sum));
     count *= sum.structure.size[a];
     begin[a] = sum.structure.domain_begin(static_cast<int>(a));
     range[a] = sum.structure.domain_end(static_cast<int>(a)) - begin[a];
@@ -206,7 +213,6 @@ absl::StatusOr<LatticeSum> SumLattices(std::span<const LatticeStructure> lattice
         "lattices", fmt::format("their sum has {} control points, at most {} are allowed", count,
                                 limits::kMaxControlPoints));
   }
-  const LatticeStructure& one = lattices.front();
   sum.structure.frame.origin = first.ToWorld({begin[0], begin[1], begin[2]});
   for (size_t a = 0; a < 3; ++a) {
     const auto axis = static_cast<int>(a);

@@ -14,7 +14,7 @@
 //             is the end: points beyond it do not move. A lattice that ends inside the mesh must fade out there; otherwise
 //             the surface would tear in the middle
 // Knots       within 2^-40 of the range of an axis are one knot, as in knot_split.h. Those of the first lattice stay
-// Errors      kInvalidArgument: fields "lattices[k].frame", "lattices[k].outside"; "lattices" for too many control points
+// Errors      kInvalidArgument: field "lattices[k].outside"; "lattices" for too many control points
 // Threads     pure functions
 #ifndef LATTICED_CORE_FFD_SUM_LATTICE_SUM_H_
 #define LATTICED_CORE_FFD_SUM_LATTICE_SUM_H_
@@ -34,9 +34,14 @@ struct LatticeSum {
   std::vector<RefinedAxes> parts;  // one per lattice, of its control points as it is continued
 };
 
-// `lattices` must be valid, and at least one. `mesh`: the points at rest.
+// Whether the edges of both frames are parallel, and have the same directions.
+[[nodiscard]] bool AreParallel(const LatticeStructure& first, const LatticeStructure& other);
+
+// Sums those `lattices` that `members` names, ascending. They must be valid, parallel, and at least one. `mesh`: the points at
+// rest. Where there are others, the mesh counts as a lattice that goes on to its bounds.
 [[nodiscard]] absl::StatusOr<LatticeSum> SumLattices(std::span<const LatticeStructure> lattices,
-                                                     std::span<const Vec3d> mesh);
+                                                     std::span<const Vec3d> mesh,
+                                                     std::span<const size_t> members);
 
 }  // namespace latticed
 

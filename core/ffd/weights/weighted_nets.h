@@ -23,7 +23,7 @@ namespace latticed {
 
 // The degree of a patch of the deformed surface.
 [[nodiscard]] inline int NetDegree(const DeformPlan& plan) {
-  return plan.structure.patch_degree() + (plan.is_weighted() ? 1 : 0);
+  return plan.patch_degree() + (plan.is_weighted() ? 1 : 0);
 }
 // `nets` are those of F of patches from `first` on. The plan must be weighted.
 [[nodiscard]] std::vector<double> WeighNets(const DeformPlan& plan, size_t first,

@@ -40,9 +40,7 @@ absl::StatusOr<PolygonMesh> OriginalMesh(const SceneState& state, NormalMode nor
   if (!keeps_polygons && !IsTriangular(mesh)) {
     LATTICED_ASSIGN_OR_RETURN(mesh, Triangulated(mesh, stop));
   }
-  const VertexWeights& weights = state.plan->mesh_weights;
-  return DeformedMesh(std::move(mesh), state.plan->structure, *state.control_points, stop,
-                      weights == nullptr ? std::span<const float>() : *weights);
+  return DeformedMesh(std::move(mesh), *state.plan, *state.control_points, stop);
 }
 
 SurfaceMemory MemoryOfOriginalMesh(const DeformPlan& plan, NormalMode normals,

@@ -7,7 +7,7 @@
 
 #include "core/base/error.h"
 #include "core/base/status_macros.h"
-#include "core/ffd/sum/lattice_sum.h"
+#include "core/ffd/sum/lattice_groups.h"
 #include "fmt/format.h"
 
 namespace latticed {
@@ -17,13 +17,17 @@ using Moves = std::shared_ptr<const std::vector<Vec3d>>;
 
 // What all lattices but `left_out` move the control points of the plan.
 Moves SumOfMoves(const SceneLattices& lattices, size_t left_out) {
-  const auto count = static_cast<size_t>(lattices[0].map->continued().control_point_count());
+  const auto count = lattices[0].map->planned_count();
   auto sum = std::make_shared<std::vector<Vec3d>>(count);
   for (size_t k = 0; k < lattices.size(); ++k) {
     if (k == left_out) continue;
     for (size_t i = 0; i < count; ++i) (*sum)[i] += (*lattices[k].moves)[i];
   }
   return sum;
+}
+
+void Append(const std::vector<Vec3d>& points, std::vector<Vec3d>& all) {
+  all.insert(all.end(), points.begin(), points.end());
 }
 
 }  // namespace
@@ -39,23 +43,36 @@ absl::Status CheckLattice(const SceneLattices& lattices, uint32_t number, std::s
   return error::InvalidField(field, fmt::format("lattice {} was removed", number), "OUT_OF_RANGE");
 }
 
-absl::StatusOr<SceneLattices> LatticesWithMaps(
-    const std::map<uint32_t, LatticeStructure>& structures, std::span<const Vec3d> mesh) {
-  SceneLattices lattices;
+absl::StatusOr<PlannedLattices> PlanLattices(const std::map<uint32_t, LatticeStructure>& structures,
+                                             std::span<const Vec3d> mesh) {
+  PlannedLattices result;
   std::vector<LatticeStructure> parts;
   for (const auto& [number, structure] : structures) {
-    lattices.push_back({.number = number});
+    result.lattices.push_back({.number = number});
     parts.push_back(structure);
   }
   if (parts.size() == 1) {
-    lattices[0].map = std::make_shared<const OutsideMap>(parts[0]);
-    return lattices;
+    result.lattices[0].map = std::make_shared<const OutsideMap>(parts[0]);
+    result.structures.push_back(result.lattices[0].map->continued());
+    return result;
   }
-  LATTICED_ASSIGN_OR_RETURN(const auto sum, SumLattices(parts, mesh));
-  for (size_t k = 0; k < parts.size(); ++k) {
-    lattices[k].map = std::make_shared<const OutsideMap>(parts[k], 1, sum.structure, sum.parts[k]);
+  LATTICED_ASSIGN_OR_RETURN(const auto groups, GroupLattices(parts, mesh));
+  auto rest = std::make_shared<std::vector<Vec3d>>();
+  for (const LatticeGroup& group : groups)
+    Append(IdentityControlPoints(group.sum.structure), *rest);
+  size_t first = 0;
+  for (const LatticeGroup& group : groups) {
+    const LatticeStructure& sum = group.sum.structure;
+    for (size_t i = 0; i < group.members.size(); ++i) {
+      const size_t k = group.members[i];
+      OutsideMap map(parts[k], 1, sum, group.sum.parts[i]);
+      if (groups.size() > 1) map.PlaceAmong(first, rest);
+      result.lattices[k].map = std::make_shared<const OutsideMap>(std::move(map));
+    }
+    first += static_cast<size_t>(sum.control_point_count());
+    result.structures.push_back(sum);
   }
-  return lattices;
+  return result;
 }
 
 void TakePoints(SceneLattices& lattices, size_t k, double strength,

@@ -1,10 +1,9 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The lattices of a scene at one revision. The displacements of several add up to one lattice, which is planned:
-// core/ffd/sum/lattice_sum.h.
+// The lattices of a scene at one revision. The displacements of several add up: those of parallel frames to one lattice, which is
+// planned (core/ffd/sum/lattice_groups.h).
 //
-// Errors   of MapsOf: those of SumLattices
 // Threads  plain data and pure functions
 #ifndef LATTICED_SERVER_ENGINE_LATTICES_SCENE_LATTICE_H_
 #define LATTICED_SERVER_ENGINE_LATTICES_SCENE_LATTICE_H_
@@ -50,8 +49,13 @@ using SceneLattices = std::vector<SceneLattice>;
 // kInvalidArgument naming `field` for the number of a lattice that there is not.
 [[nodiscard]] absl::Status CheckLattice(const SceneLattices& lattices, uint32_t number,
                                         std::string_view field);
-// Lattices with these structures, by number, and the maps of strength 1; the rest is null. `mesh`: the points at rest.
-[[nodiscard]] absl::StatusOr<SceneLattices> LatticesWithMaps(
+struct PlannedLattices {
+  SceneLattices lattices;  // with maps of strength 1; the rest is null
+  std::vector<LatticeStructure>
+      structures;  // to be planned: the first one, then those turned against it
+};
+// Lattices with these structures, by number. `mesh`: the points at rest. Errors: those of GroupLattices.
+[[nodiscard]] absl::StatusOr<PlannedLattices> PlanLattices(
     const std::map<uint32_t, LatticeStructure>& structures, std::span<const Vec3d> mesh);
 // Sets the points of the lattice at place `k`, at this strength. Its map may be of another one.
 void TakePoints(SceneLattices& lattices, size_t k, double strength,

@@ -52,6 +52,7 @@ absl::StatusOr<std::shared_ptr<PointSet>> PointSet::Make(std::string id, const S
                                                          RenderBackend& backend,
                                                          const MemoryAccountPtr& account,
                                                          CpuArena& arena) {
+  if (!state.plan->turned.empty()) return error::NotWithTurned("a point set");
   const size_t count = source.points.size();
   LATTICED_ASSIGN_OR_RETURN(
       auto resident,
@@ -71,6 +72,7 @@ std::shared_ptr<const PointSet::Resident> PointSet::Newest() const {
 absl::StatusOr<std::shared_ptr<const PointSet::Resident>> PointSet::At(const SceneState& state,
                                                                        RenderBackend& backend,
                                                                        CpuArena& arena) {
+  if (!state.plan->turned.empty()) return error::NotWithTurned("a point set");
   auto old = Newest();
   if (old->structure_id == state.structure_id) return old;
   const MutexLock sort_lock(&sort_mutex_);

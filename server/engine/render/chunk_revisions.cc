@@ -29,7 +29,11 @@ uint64_t BoxRevision(const LatticeStructure& s, const std::array<int, 3>& span,
 
 // As DirtySet marks patches: those of a box, and those that have a vertex or edge which it owns.
 std::vector<uint64_t> PatchRevisions(const DeformPlan& plan, const PointRevisions& points) {
-  std::vector<uint64_t> patches(plan.patches.size(), points.since());
+  // Control points of turned lattices make all patches dirty.
+  const auto own = static_cast<size_t>(plan.structure.control_point_count());
+  uint64_t of_turned = points.since();
+  for (const uint64_t revision : points.revisions().subspan(own)) Raise(of_turned, revision);
+  std::vector<uint64_t> patches(plan.patches.size(), of_turned);
   for (uint32_t b = 0; b < plan.outside_box(); ++b) {
     const std::vector<uint32_t>& borrowers = plan.box_borrowers[b];
     const uint32_t first = plan.box_patches[b], last = plan.box_patches[b + 1];

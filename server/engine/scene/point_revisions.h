@@ -30,8 +30,7 @@ class PointRevisions {
   // By control point of the lattice that `outside` continues this one's to.
   [[nodiscard]] PointRevisions Continued(const OutsideMap& outside) const {
     if (outside.is_identity()) return *this;
-    PointRevisions continued(static_cast<size_t>(outside.continued().control_point_count()),
-                             since_);
+    PointRevisions continued(outside.planned_count(), since_);
     for (size_t n = 0; n < continued.revisions_.size(); ++n) {
       outside.ForSources(n, [&](size_t source, double) {
         continued.revisions_[n] = std::max(continued.revisions_[n], revisions_[source]);

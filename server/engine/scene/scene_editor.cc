@@ -49,7 +49,7 @@ std::vector<uint32_t> MovedByEdit(const SceneState& before, const SceneState& af
 }
 
 // The batch, whose drags then aim at what this lattice must do beside the others. `map`: its own, with what they move.
-EditBatch AmongOthers(EditBatch batch, const LatticeStructure& planned, const OutsideMap& map) {
+EditBatch AmongOthers(EditBatch batch, const DeformPlan& plan, const OutsideMap& map) {
   std::vector<Vec3d> others;
   for (Edit& edit : batch.edits) {
     auto* const drag = std::get_if<DragPoints>(&edit);
@@ -58,7 +58,7 @@ EditBatch AmongOthers(EditBatch batch, const LatticeStructure& planned, const Ou
     for (size_t i = 0; i < std::min(drag->points.size(), drag->targets.size()); ++i) {
       const Vec3d point = drag->points[i];
       const double weight = drag->weights.empty() ? 1 : drag->weights[i];
-      drag->targets[i] -= weight * (EvaluateWorld(planned, others, point).position - point);
+      drag->targets[i] -= weight * (EvaluateWorld(plan, others, point).position - point);
     }
   }
   return batch;
@@ -144,7 +144,7 @@ absl::StatusOr<EditCommit> SceneEditor::Apply(const EditBatch& batch, const Scen
   const bool has_surface = SetsWeights(batch) && candidate.has_value() && candidate->state.ok();
   const SceneVolumeKeeper keeper(has_surface ? candidate->state->measures : before.measures, map);
   std::optional<EditBatch> among_others;
-  if (before.lattices.size() > 1) among_others = AmongOthers(batch, before.plan->structure, *map);
+  if (before.lattices.size() > 1) among_others = AmongOthers(batch, *before.plan, *map);
   auto outcome = history_.Apply(among_others.has_value() ? *among_others : batch, now, admit,
                                 admit_points, &keeper, admit_weights, admit_removal);
   if (!outcome.ok()) return outcome.status();

@@ -27,7 +27,7 @@ void ProbeMemory(uint64_t bytes) { ::operator delete(::operator new(bytes)); }
 
 uint64_t LatticeBytes(const SceneLattices& lattices) {
   constexpr uint64_t kCopies = 4;  // of the control points of a lattice
-  const uint64_t planned = PointsOf(lattices[0].map->continued());
+  const uint64_t planned = lattices[0].map->planned_count();
   uint64_t points = 2 * planned, bytes = 0;
   for (const SceneLattice& lattice : lattices) {
     const OutsideMap& map = *lattice.map;

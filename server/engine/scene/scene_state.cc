@@ -4,21 +4,28 @@
 
 #include <algorithm>
 #include <array>
+#include <set>
 
 namespace latticed {
 
 std::vector<bool> InfluentialPoints(const DeformPlan& plan) {
-  const LatticeStructure& s = plan.structure;
-  std::vector<bool> influential(static_cast<size_t>(s.control_point_count()));
-  for (uint32_t b = 0; b < plan.outside_box(); ++b) {
-    if (plan.box_patches[b] == plan.box_patches[b + 1]) continue;
-    const std::array<int, 3>& span = plan.boxes[b].span;
+  std::vector<bool> influential(plan.control_point_count());
+  const auto add = [&](const LatticeStructure& s, size_t first, const std::array<int, 3>& span) {
     for (int k = span[2] - s.degree[2]; k <= span[2]; ++k) {
       for (int j = span[1] - s.degree[1]; j <= span[1]; ++j) {
         for (int i = span[0] - s.degree[0]; i <= span[0]; ++i) {
-          influential[static_cast<size_t>(s.Index(i, j, k))] = true;
+          influential[first + static_cast<size_t>(s.Index(i, j, k))] = true;
         }
       }
+    }
+  };
+  for (uint32_t b = 0; b < plan.outside_box(); ++b) {
+    if (plan.box_patches[b] == plan.box_patches[b + 1]) continue;
+    add(plan.structure, 0, plan.boxes[b].span);
+  }
+  for (const TurnedLattice& lattice : plan.turned) {
+    for (const KnotSpans& spans : std::set(lattice.spans.begin(), lattice.spans.end())) {
+      if (spans != kNoSpans) add(lattice.structure, lattice.first_point, spans);
     }
   }
   return influential;
@@ -53,12 +60,25 @@ uint64_t PatchesThatMayTear(const DeformPlan& plan, const SceneLattices& lattice
 
 Bounds BoundsOf(const SceneState& state) {
   Bounds bounds;
-  for (size_t i = 0; i < state.control_points->size(); ++i) {
+  const DeformPlan& plan = *state.plan;
+  const auto own = static_cast<size_t>(plan.structure.control_point_count());
+  for (size_t i = 0; i < own; ++i) {
     if ((*state.influential)[i]) bounds.Extend((*state.control_points)[i]);
   }
-  if (!state.plan->outside_bounds.empty()) bounds.Extend(state.plan->outside_bounds);
+  if (!plan.outside_bounds.empty()) bounds.Extend(plan.outside_bounds);
+  // What turned lattices add lies in the hull of what they move their control points, or is nothing.
+  for (const TurnedLattice& lattice : plan.turned) {
+    Bounds moves;
+    moves.Extend(Vec3d{});
+    const auto count = static_cast<size_t>(lattice.structure.control_point_count());
+    for (size_t i = lattice.first_point; i < lattice.first_point + count; ++i) {
+      if (!(*state.influential)[i]) continue;
+      moves.Extend((*state.control_points)[i] - plan.identity_points[i]);
+    }
+    bounds = {bounds.min + moves.min, bounds.max + moves.max};
+  }
   // Weights draw points towards their places at rest.
-  if (state.plan->is_weighted()) bounds.Extend(state.plan->mesh_bounds);
+  if (plan.is_weighted()) bounds.Extend(plan.mesh_bounds);
   return bounds;
 }
 

@@ -50,7 +50,8 @@ struct SceneState {
 // continued beyond a face, and fades out, none may.
 [[nodiscard]] uint64_t PatchesThatMayTear(const DeformPlan& plan, const SceneLattices& lattices);
 
-// What the quantisation box must hold: a B-spline volume stays in the hull of its control points. With weights, points lie
+// What the quantisation box must hold: a B-spline volume stays in the hull of its control points, and what turned lattices add
+// in the hull of their moves. With weights, points lie
 // between there and the mesh at rest.
 [[nodiscard]] Bounds BoundsOf(const SceneState& state);
 

@@ -16,6 +16,15 @@ constexpr int kOrder = 2;
 
 void Append(std::string& text, Vec3d v) { text += fmt::format("{:a},{:a},{:a};", v.x, v.y, v.z); }
 
+void Append(std::string& text, const LatticeStructure& structure) {
+  for (size_t axis = 0; axis < 3; ++axis) {
+    text += fmt::format("{},{}:", structure.degree[axis], structure.size[axis]);
+    for (const double knot : structure.knots[axis]) text += fmt::format("{:a},", knot);
+    Append(text, structure.frame.edges[axis]);
+  }
+  Append(text, structure.frame.origin);
+}
+
 }  // namespace
 
 std::string WeightedMeshId(std::string_view mesh_id, const VertexWeights& weights) {
@@ -25,14 +34,10 @@ std::string WeightedMeshId(std::string_view mesh_id, const VertexWeights& weight
   return fmt::format("{}+{}", mesh_id, Sha256Hex(bytes));
 }
 
-std::string TopologyId(std::string_view mesh_id, const LatticeStructure& structure, int segments) {
+std::string TopologyId(std::string_view mesh_id, const DeformPlan& plan, int segments) {
   std::string text = fmt::format("{};{};", kOrder, mesh_id);
-  for (size_t axis = 0; axis < 3; ++axis) {
-    text += fmt::format("{},{}:", structure.degree[axis], structure.size[axis]);
-    for (const double knot : structure.knots[axis]) text += fmt::format("{:a},", knot);
-    Append(text, structure.frame.edges[axis]);
-  }
-  Append(text, structure.frame.origin);
+  Append(text, plan.structure);
+  for (const TurnedLattice& lattice : plan.turned) Append(text, lattice.structure);
   return fmt::format("{}-{}", Sha256Hex(text).substr(0, kHashDigits), segments);
 }
 

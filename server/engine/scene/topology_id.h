@@ -27,7 +27,7 @@ namespace latticed {
 [[nodiscard]] std::string WeightedMeshId(std::string_view mesh_id, const VertexWeights& weights);
 
 // 32 hex digits of a hash, a dash, and TopologySegments.
-[[nodiscard]] std::string TopologyId(std::string_view mesh_id, const LatticeStructure& structure,
+[[nodiscard]] std::string TopologyId(std::string_view mesh_id, const DeformPlan& plan,
                                      int segments);
 
 }  // namespace latticed

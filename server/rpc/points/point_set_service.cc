@@ -149,7 +149,7 @@ absl::StatusOr<Vectors> Continued(const CallContext& context, const OutsideMap& 
                                   Vectors tangents) {
   if (outside.is_identity()) return tangents;
   const auto count = static_cast<size_t>(outside.structure().control_point_count());
-  const auto continued = static_cast<size_t>(outside.continued().control_point_count());
+  const auto continued = outside.planned_count();
   const size_t directions = tangents.vectors.size() / count;
   LATTICED_ASSIGN_OR_RETURN(auto memory, context.env.memory->Reserve(
                                              "the tangents", directions * continued * sizeof(Vec3d),

@@ -63,7 +63,7 @@ class SummedScene {
       structures[static_cast<uint32_t>(k)] = lattice.structure;
       points.push_back(std::move(lattice.control_points));
     }
-    lattices_ = Checked(LatticesWithMaps(structures, mesh_->positions));
+    lattices_ = Checked(PlanLattices(structures, mesh_->positions)).lattices;
     for (size_t k = 0; k < count; ++k) TakePoints(lattices_, k, 1, points[k]);
     scenario_ = MakeScenario("sum", MakeSumPlan());
     planned_ = PlannedPoints(lattices_);

@@ -7,12 +7,14 @@
 #include <algorithm>
 #include <array>
 #include <memory>
+#include <numeric>
 #include <random>
 #include <vector>
 
 #include "core/ffd/direct_ffd.h"
 #include "core/ffd/outside/outside_map.h"
 #include "core/ffd/outside/outside_rules.h"
+#include "core/ffd/sum/lattice_groups.h"
 #include "tests/support/status_matchers.h"
 
 namespace latticed {
@@ -43,6 +45,13 @@ Lattice LatticeOver(Vec3d low, Vec3d high, std::array<int, 3> degree, std::array
   s.outside = ResolvedOutside(s, {});
   lattice.control_points = IdentityControlPoints(s);
   return lattice;
+}
+
+absl::StatusOr<LatticeSum> SumAll(const std::vector<LatticeStructure>& lattices,
+                                  std::span<const Vec3d> mesh) {
+  std::vector<size_t> members(lattices.size());
+  std::iota(members.begin(), members.end(), size_t{0});
+  return SumLattices(lattices, mesh, members);
 }
 
 void ShakeLattice(Lattice& lattice, std::mt19937_64& random) {
@@ -92,7 +101,7 @@ std::shared_ptr<const std::vector<Vec3d>> OthersOf(const std::vector<Lattice>& l
 // Compares the sum with its definition at some points, with the last lattice's strength of `strength`.
 void ExpectSum(const std::vector<Lattice>& lattices, double strength,
                const std::vector<Vec3d>& mesh, const std::vector<Vec3d>& at, double& worst) {
-  const auto sum = SumLattices(StructuresOf(lattices), mesh);
+  const auto sum = SumAll(StructuresOf(lattices), mesh);
   ASSERT_TRUE(sum.ok()) << sum.status();
   ASSERT_TRUE(Validate(sum->structure).ok()) << Validate(sum->structure);
   const size_t last = lattices.size() - 1;
@@ -177,7 +186,7 @@ TEST(LatticeSumTest, ALatticeAndItselfKeepTheKnots) {
   const Lattice lattice = LatticeOver({0, 0, 0}, {1, 1, 1}, {1, 2, 3}, {3, 5, 6});
   const std::vector<LatticeStructure> twice{lattice.structure, lattice.structure};
   const std::vector<Vec3d> mesh{{0.5, 1, 0.4}};
-  const auto sum = SumLattices(twice, mesh);
+  const auto sum = SumAll(twice, mesh);
   ASSERT_TRUE(sum.ok()) << sum.status();
   EXPECT_EQ(sum->structure.knots, lattice.structure.knots);
   EXPECT_EQ(sum->structure.degree, lattice.structure.degree);
@@ -203,7 +212,7 @@ TEST(LatticeSumTest, LatticesAtRestLeaveTheOtherAsItIs) {
       LatticeOver({-0.1, -0.1, -0.1}, {1.1, 1.1, 1.1}, {2, 2, 2}, {5, 5, 5}),
       LatticeOver({-0.3, -0.1, -0.1}, {1.2, 1.1, 1.1}, {3, 1, 2}, {5, 4, 6})};
   const std::vector<Vec3d> mesh = MeshPoints(random, 0);
-  const auto sum = SumLattices(StructuresOf(lattices), mesh);
+  const auto sum = SumAll(StructuresOf(lattices), mesh);
   ASSERT_TRUE(sum.ok()) << sum.status();
   OutsideMap map(lattices[1].structure, 1, sum->structure, sum->parts[1]);
   map.AddOthers(OthersOf(lattices, *sum, 1));
@@ -217,7 +226,7 @@ TEST(LatticeSumTest, TheTransposeIsTheTranspose) {
   const std::vector<Lattice> lattices{
       LatticeOver({-0.1, -0.1, -0.1}, {1.1, 1.1, 1.1}, {2, 2, 2}, {5, 5, 5}),
       LatticeOver({0.2, 0.3, 0.2}, {0.5, 0.6, 0.6}, {3, 1, 2}, {5, 4, 6}, outside)};
-  const auto sum = SumLattices(StructuresOf(lattices), MeshPoints(random, 0));
+  const auto sum = SumAll(StructuresOf(lattices), MeshPoints(random, 0));
   ASSERT_TRUE(sum.ok()) << sum.status();
   const OutsideMap map(lattices[1].structure, 0.7, sum->structure, sum->parts[1]);
   std::uniform_real_distribution<double> move(-1, 1);
@@ -242,26 +251,75 @@ TEST(LatticeSumTest, KnotsThatAlmostMeetAreOnePlane) {
   one.structure.frame.edges[0] = (1 + 1e-14) * one.structure.frame.edges[0];
   const std::vector<LatticeStructure> both{one.structure, other.structure};
   const std::vector<Vec3d> mesh{{0.5, 1, 0.4}};
-  const auto sum = SumLattices(both, mesh);
+  const auto sum = SumAll(both, mesh);
   ASSERT_TRUE(sum.ok()) << sum.status();
   // Degree 3: the quadratic's two knots are double.
   EXPECT_EQ(sum->structure.knots[0].size(), 4U + 2 * 2 + 4);
   EXPECT_EQ(sum->structure.knots[1], one.structure.knots[1]);
 }
 
-TEST(LatticeSumTest, RefusesFramesThatAreNotParallel) {
+TEST(LatticeGroupsTest, TurnedFramesAreGroupsOfTheirOwn) {
   const Lattice one = LatticeOver({0, 0, 0}, {1, 1, 1}, {2, 2, 2}, {4, 4, 4});
-  Lattice other = one;
-  other.structure.frame.edges[0] += Vec3d{0, 0.01, 0};
-  Lattice mirrored = one;
+  const Lattice larger = LatticeOver({-1, -1, -1}, {2, 2, 2}, {1, 1, 1}, {2, 2, 2});
+  Lattice sheared = larger, mirrored = larger;
+  sheared.structure.frame.edges[0] += Vec3d{0, 0.01, 0};
+  mirrored.structure.frame.origin += mirrored.structure.frame.edges[1];
   mirrored.structure.frame.edges[1] = -mirrored.structure.frame.edges[1];
+  const std::vector<LatticeStructure> all{one.structure, sheared.structure, larger.structure,
+                                          mirrored.structure, sheared.structure};
   const std::vector<Vec3d> mesh{{0.5, 1, 0.4}};
-  for (const Lattice& bad : {other, mirrored}) {
-    const std::vector<LatticeStructure> both{one.structure, bad.structure};
-    EXPECT_THAT(SumLattices(both, mesh).status(),
-                StatusIs(absl::StatusCode::kInvalidArgument,
-                         HasSubstr("lattices[1].frame: its edges must be parallel")));
+  const auto groups = GroupLattices(all, mesh);
+  ASSERT_TRUE(groups.ok()) << groups.status();
+  ASSERT_EQ(groups->size(), 3u);
+  EXPECT_EQ((*groups)[0].members, (std::vector<size_t>{0, 2}));
+  EXPECT_EQ((*groups)[1].members, (std::vector<size_t>{1, 4}));
+  EXPECT_EQ((*groups)[2].members, (std::vector<size_t>{3}));
+  EXPECT_EQ((*groups)[2].sum.structure, mirrored.structure);
+}
+
+// Alone, a lattice may end inside the mesh. Beside others the surface would tear where others move it.
+TEST(LatticeGroupsTest, ATurnedLatticeThatEndsInTheMeshMustFadeOut) {
+  std::mt19937_64 random(kSumSeed);
+  const std::vector<Vec3d> mesh = MeshPoints(random, 0);
+  const Lattice one = LatticeOver({0, 0, 0}, {1, 1, 1}, {2, 2, 2}, {4, 4, 4});
+  Lattice spot = LatticeOver({0.2, 0.2, 0.2}, {0.6, 0.6, 0.6}, {2, 2, 2}, {4, 4, 4});
+  spot.structure.frame.edges[2] += Vec3d{0.1, 0, 0};
+  std::vector<LatticeStructure> both{one.structure, spot.structure};
+  EXPECT_THAT(GroupLattices(both, mesh).status(),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("lattices[1].outside: the lattice ends inside the mesh")));
+  both[1].outside = {OutsideMode::kFalloff, true, {0.3, 0.3, 0.3, 0.3, 0.3, 0.3}, {}};
+  both[1].outside = ResolvedOutside(both[1], {});
+  EXPECT_TRUE(GroupLattices(both, mesh).ok());
+}
+
+TEST(LatticeGroupsTest, AMapOfOneGroupLeavesTheOthersAtRest) {
+  std::mt19937_64 random(kSumSeed);
+  const std::vector<Vec3d> mesh = MeshPoints(random, 0);
+  Lattice one = LatticeOver({0, 0, 0}, {1, 1, 1}, {2, 2, 2}, {4, 4, 4});
+  Lattice other = LatticeOver({-1, -1, -1}, {2, 2, 2}, {2, 1, 2}, {4, 3, 4});
+  other.structure.frame.edges[2] += Vec3d{0.1, 0, 0};
+  ShakeLattice(other, random);
+  auto rest = std::make_shared<std::vector<Vec3d>>(one.control_points);
+  const std::vector<Vec3d> own = IdentityControlPoints(other.structure);
+  rest->insert(rest->end(), own.begin(), own.end());
+  OutsideMap map(other.structure, 0.5);
+  const size_t first = one.control_points.size(), count = own.size();
+  map.PlaceAmong(first, rest);
+  ASSERT_EQ(map.planned_count(), first + count);
+  const std::vector<Vec3d> planned = map.Continue(other.control_points);
+  for (size_t i = 0; i < first; ++i) EXPECT_EQ(planned[i], (*rest)[i]);
+  for (size_t i = 0; i < count; ++i) {
+    const Vec3d halfway = 0.5 * own[i] + 0.5 * other.control_points[i];
+    EXPECT_LE(Norm(planned[first + i] - halfway), 1e-14);
   }
+  std::vector<Vec3d> gradient(first + count, Vec3d{1, 2, 3});
+  EXPECT_EQ(map.ApplyTransposed(gradient), std::vector<Vec3d>(count, Vec3d{0.5, 1, 1.5}));
+  map.ForSources(first - 1, [](size_t, double) { ADD_FAILURE() << "of the other lattice"; });
+  map.ForSources(first + 2, [](size_t source, double weight) {
+    EXPECT_EQ(source, 2u);
+    EXPECT_EQ(weight, 0.5);
+  });
 }
 
 TEST(LatticeSumTest, RefusesALatticeThatEndsInTheMesh) {
@@ -269,7 +327,7 @@ TEST(LatticeSumTest, RefusesALatticeThatEndsInTheMesh) {
   const Lattice one = LatticeOver({0, 0, 0}, {1, 1, 1}, {2, 2, 2}, {4, 4, 4});
   const Lattice spot = LatticeOver({0, 0.2, 0}, {1, 1, 1}, {2, 2, 2}, {4, 4, 4});
   const std::vector<LatticeStructure> both{one.structure, spot.structure};
-  EXPECT_THAT(SumLattices(both, MeshPoints(random, 0)).status(),
+  EXPECT_THAT(SumAll(both, MeshPoints(random, 0)).status(),
               StatusIs(absl::StatusCode::kInvalidArgument,
                        HasSubstr("lattices[1].outside: the lattice ends inside the mesh, at the "
                                  "begin of v")));
@@ -280,7 +338,7 @@ TEST(LatticeSumTest, RefusesASumOfTooManyControlPoints) {
   const Lattice one = LatticeOver({-0.2, -0.2, -0.2}, {1.1, 1.2, 1.3}, {2, 2, 2}, {25, 25, 25});
   const Lattice other = LatticeOver({-0.1, -0.1, -0.1}, {1.1, 1.1, 1.1}, {1, 1, 1}, {20, 20, 20});
   const std::vector<LatticeStructure> both{one.structure, other.structure};
-  EXPECT_THAT(SumLattices(both, MeshPoints(random, 0)).status(),
+  EXPECT_THAT(SumAll(both, MeshPoints(random, 0)).status(),
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("lattices: their sum has")));
 }
 

@@ -25,9 +25,9 @@ constexpr double kOnRay = 1e-9;  // fraction of the diagonal, as SceneService.Pi
 class Picker {
  public:
   Picker(PolygonMesh mesh, const LatticeStructure& structure, std::vector<Vec3d> control_points,
-         VertexWeights weights = nullptr)
+         VertexWeights weights = nullptr, std::span<const LatticeStructure> turned = {})
       : plan_(*MakePlan(std::make_shared<const PolygonMesh>(std::move(mesh)), structure, {},
-                        NeverStop, std::move(weights))),
+                        NeverStop, std::move(weights), turned)),
         tree_(*plan_),
         control_points_(std::move(control_points)),
         ffd_(*plan_, control_points_) {
@@ -172,11 +172,24 @@ class Rays {
   std::mt19937 random_;
 };
 
-Picker Draw(uint32_t seed, bool weighted = false) {
+enum class Extra { kNothing, kWeights, kTurnedLattices };
+
+Picker Draw(uint32_t seed, Extra extra = Extra::kNothing) {
   const RandomCase drawn = DrawCase(seed);
   const LatticeStructure structure = MakeStructure(drawn.mesh.ComputeBounds(), drawn.options);
+  std::vector<Vec3d> points = Jitter(structure, 0.15, seed);
+  std::vector<LatticeStructure> turned;
+  for (const double turn : {0.4, -1.3}) {
+    if (extra != Extra::kTurnedLattices) break;
+    LatticeOptions options = drawn.options;
+    options.turn = turn;
+    options.scale = 2.5;
+    turned.push_back(MakeStructure(drawn.mesh.ComputeBounds(), options));
+    const std::vector<Vec3d> own = Jitter(turned.back(), 0.05, seed);
+    points.insert(points.end(), own.begin(), own.end());
+  }
   VertexWeights weights;
-  if (weighted) {
+  if (extra == Extra::kWeights) {
     Rays rays(seed);
     std::vector<float> values;
     for (size_t v = 0; v < drawn.mesh.positions.size(); ++v) {
@@ -184,14 +197,14 @@ Picker Draw(uint32_t seed, bool weighted = false) {
     }
     weights = std::make_shared<const std::vector<float>>(std::move(values));
   }
-  return Picker(drawn.mesh, structure, Jitter(structure, 0.15, seed), std::move(weights));
+  return Picker(drawn.mesh, structure, std::move(points), std::move(weights), turned);
 }
 
-void ExpectFirstRoots(bool weighted) {
+void ExpectFirstRoots(Extra extra) {
   size_t hits = 0, misses = 0;
   for (uint32_t seed = 1; seed <= 24; ++seed) {
     SCOPED_TRACE(seed);
-    Picker picker = Draw(seed, weighted);
+    Picker picker = Draw(seed, extra);
     const std::vector<Vec3d> points = Tessellate(picker);
     Rays rays(seed);
     for (int i = 0; i < 40; ++i) {
@@ -208,8 +221,11 @@ void ExpectFirstRoots(bool weighted) {
   EXPECT_GT(misses, 100u);
 }
 
-TEST(SurfacePick, FindsTheFirstRootOfRandomRays) { ExpectFirstRoots(false); }
-TEST(SurfacePick, FindsTheFirstRootOnWeightedSurfaces) { ExpectFirstRoots(true); }
+TEST(SurfacePick, FindsTheFirstRootOfRandomRays) { ExpectFirstRoots(Extra::kNothing); }
+TEST(SurfacePick, FindsTheFirstRootOnWeightedSurfaces) { ExpectFirstRoots(Extra::kWeights); }
+TEST(SurfacePick, FindsTheFirstRootUnderTurnedLattices) {
+  ExpectFirstRoots(Extra::kTurnedLattices);
+}
 
 // A ray from outside through a point of the surface must hit at that point or before.
 void ExpectNotPassed(Picker& picker, size_t patch, std::array<double, 3> b, Vec3d direction,

@@ -182,10 +182,10 @@ TEST_F(AddedLatticesTest, OfTwoWhoAddAtOnceOneIsTold) {
 
 TEST_F(AddedLatticesTest, WhatCannotBeAddedChangesNothing) {
   ASSERT_OK(Create(RequestOf({Whole()})));
-  v1::Lattice turned = Whole();
-  turned.mutable_frame()->mutable_u()->set_y(0.1);
+  v1::Lattice turned = TurnedSpot();
+  turned.clear_outside();
   ExpectRefused(Apply(Add(1, 1, turned)), Code::kInvalidArgument, "INVALID_FIELD",
-                "lattices[1].frame");
+                "lattices[1].outside");
   ExpectRefused(Apply(Add(1, 2, HalfLattice())), Code::kInvalidArgument, "INVALID_FIELD",
                 "lattices[1].outside");
   ExpectRefused(Apply(Add(2, 3, Whole())), Code::kInvalidArgument, "OUT_OF_RANGE", "lattice");

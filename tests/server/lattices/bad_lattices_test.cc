@@ -12,10 +12,10 @@ using Code = absl::StatusCode;
 using BadSeveralLatticesTest = SeveralLatticesTest;
 
 TEST_F(BadSeveralLatticesTest, LatticesThatDoNotAddUpAreRefused) {
-  v1::Lattice turned = Whole();
-  turned.mutable_frame()->mutable_u()->set_y(0.1);
+  v1::Lattice turned = TurnedSpot();
+  turned.clear_outside();
   ExpectRefused(Create(RequestOf({Whole(), turned})), Code::kInvalidArgument, "INVALID_FIELD",
-                "lattices[1].frame");
+                "lattices[1].outside");
   ExpectRefused(Create(RequestOf({Whole(), HalfLattice()})), Code::kInvalidArgument,
                 "INVALID_FIELD", "lattices[1].outside");
   ExpectRefused(Create(RequestOf(std::vector<v1::Lattice>(9, Whole()))), Code::kInvalidArgument,

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A unit cube in two lattices: one around all of it, and one around a part of it, which fades out.
+// A unit cube in two lattices: one around all of it, and one around a part of it, which fades out. Its frame is parallel to the
+// other one or turned.
 #ifndef LATTICED_TESTS_SERVER_LATTICES_SEVERAL_FIXTURE_H_
 #define LATTICED_TESTS_SERVER_LATTICES_SEVERAL_FIXTURE_H_
 
@@ -34,15 +35,23 @@ class SeveralLatticesTest : public OutsideSceneTest {
     for (const double w : {0.5, 0.5, 0.5, 0.5, 0., 0.5}) lattice.mutable_outside()->add_widths(w);
     return lattice;
   }
+  // The same, turned about the z axis, and elsewhere.
+  static v1::Lattice TurnedSpot(std::array<int, 3> degree = {2, 2, 2}) {
+    v1::Lattice lattice = Spot(degree);
+    v1::LatticeFrame& frame = *lattice.mutable_frame();
+    SetFrame(frame, {0.4, 0.15, -0.1}, {0.35, 0.35, 0.4});
+    frame.mutable_u()->set_y(0.2);
+    frame.mutable_v()->set_x(-0.2);
+    return lattice;
+  }
   // Sets x y z of all control points: those at rest, each moved at random.
   v1::Lattice Shaken(v1::Lattice lattice) {
     LatticeStructure s;
     s.degree = {lattice.degree().u(), lattice.degree().v(), lattice.degree().w()};
     for (size_t a = 0; a < 3; ++a) s.knots[a] = ClampedUniformKnots(s.degree[a], s.size[a]);
+    const auto vector = [](const auto& v) { return Vec3d{v.x(), v.y(), v.z()}; };
     const auto& frame = lattice.frame();
-    s.frame = {
-        {frame.origin().x(), frame.origin().y(), frame.origin().z()},
-        {Vec3d{frame.u().x(), 0, 0}, Vec3d{0, frame.v().y(), 0}, Vec3d{0, 0, frame.w().z()}}};
+    s.frame = {vector(frame.origin()), {vector(frame.u()), vector(frame.v()), vector(frame.w())}};
     std::uniform_real_distribution<double> move(-0.1, 0.1);
     for (const Vec3d p : IdentityControlPoints(s)) {
       for (int a = 0; a < 3; ++a) lattice.add_control_points(p[a] + move(random_));
@@ -86,10 +95,13 @@ class SeveralLatticesTest : public OutsideSceneTest {
     }
     return points;
   }
-  // Raw chunks of 3 segments.
+  // Raw chunks of 3 segments: positions do not depend on the scene's grid.
   auto Chunks(const std::string& scene = kScene) {
+    auto request = For<v1::GetUpdateRequest>(scene);
+    request.mutable_view()->set_encoding(v1::ENCODING_RAW);
+    request.mutable_view()->set_segments(3);
     EventLog log;
-    EXPECT_OK(Update(3, scene, &log));
+    EXPECT_OK(Update(request, log));
     EXPECT_FALSE(log.chunks.empty());
     return log.chunks;
   }

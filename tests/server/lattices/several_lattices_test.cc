@@ -14,7 +14,17 @@ namespace {
 
 constexpr char kFirst[] = "first-scene", kSecond[] = "second-scene";  // of one lattice each
 
-TEST_F(SeveralLatticesTest, DisplacementsAddAtMixesOfDegrees) {
+// The frames are parallel, or turned against each other.
+class SumsTest : public SeveralLatticesTest, public ::testing::WithParamInterface<bool> {
+ protected:
+  v1::Lattice Spot(std::array<int, 3> degree = {2, 2, 2}) const {
+    return GetParam() ? TurnedSpot(degree) : SeveralLatticesTest::Spot(degree);
+  }
+};
+INSTANTIATE_TEST_SUITE_P(Frames, SumsTest, ::testing::Bool(),
+                         [](const auto& frames) { return frames.param ? "turned" : "parallel"; });
+
+TEST_P(SumsTest, DisplacementsAddAtMixesOfDegrees) {
   for (int mix = 0; mix < 27; ++mix) {
     const auto degree = [](int n) {
       return std::array<int, 3>{1 + n % 3, 1 + n / 3 % 3, 1 + n / 9};
@@ -34,14 +44,14 @@ TEST_F(SeveralLatticesTest, DisplacementsAddAtMixesOfDegrees) {
   }
 }
 
-TEST_F(SeveralLatticesTest, AWatcherFollowsTheEditsOfEach) {
+TEST_P(SumsTest, AWatcherFollowsTheEditsOfEach) {
   ASSERT_OK(Create(RequestOf({Whole(), Spot()})));
   EXPECT_EQ(Get().lattices_size(), 2);
-  EXPECT_EQ(Get().lattices(1).frame().origin().x(), 0.2);
+  EXPECT_EQ(Get().lattices(1).frame().origin().x(), Spot().frame().origin().x());
   WatchClient watcher(*scenes_, RawWatch());
   watcher.ReadUpdates(1);
   ASSERT_EQ(watcher.log.others.size(), 1u);
-  EXPECT_EQ(watcher.log.others.at(1).lattice().frame().u().x(), 0.4);
+  EXPECT_EQ(watcher.log.others.at(1).lattice().frame().u().x(), Spot().frame().u().x());
 
   ASSERT_OK(Apply(MoveIn(1, 1, 21, {0.05, 0, 0})));
   ASSERT_OK(Apply(MoveIn(0, 2, 42, {0, 0.1, 0})));
@@ -58,7 +68,7 @@ TEST_F(SeveralLatticesTest, AWatcherFollowsTheEditsOfEach) {
   EXPECT_TRUE(Chunks() == Chunks(kFirst));
 }
 
-TEST_F(SeveralLatticesTest, EachHasItsOwnUndoAlsoAfterARestart) {
+TEST_P(SumsTest, EachHasItsOwnUndoAlsoAfterARestart) {
   ASSERT_OK(Create(RequestOf({Whole(), Spot()})));
   const std::string first = LatticeAt(0).lattice().SerializeAsString();
   ASSERT_OK(Apply(MoveIn(0, 1, 42, {0, 0.1, 0})));
@@ -81,7 +91,7 @@ TEST_F(SeveralLatticesTest, EachHasItsOwnUndoAlsoAfterARestart) {
   EXPECT_EQ(Get().revision(), 5u);
 }
 
-TEST_F(SeveralLatticesTest, AnInsertedKnotKeepsTheShape) {
+TEST_P(SumsTest, AnInsertedKnotKeepsTheShape) {
   ASSERT_OK(Create(RequestOf({Shaken(Whole()), Shaken(Spot())})));
   const std::vector<Vec3d> world = SomePoints(50);
   const auto before = Evaluate(world);
@@ -98,7 +108,7 @@ TEST_F(SeveralLatticesTest, AnInsertedKnotKeepsTheShape) {
   ExpectRefused(Apply(MoveIn(0, 2, 0, {})), absl::StatusCode::kAborted, "STRUCTURE_CHANGED");
 }
 
-TEST_F(SeveralLatticesTest, StrengthIsOfOneLattice) {
+TEST_P(SumsTest, StrengthIsOfOneLattice) {
   const v1::Lattice one = Shaken(Whole()), other = Shaken(Spot());
   ASSERT_OK(Create(RequestOf({one, other})));
   ASSERT_OK(Create(RequestOf({one}, kFirst)));
@@ -112,7 +122,7 @@ TEST_F(SeveralLatticesTest, StrengthIsOfOneLattice) {
   for (size_t n = 0; n < world.size(); ++n) EXPECT_LE(Norm(sum[n] - alone[n]), 1e-14);
 }
 
-TEST_F(SeveralLatticesTest, ADragOfOneReachesItsTargetBesideTheOther) {
+TEST_P(SumsTest, ADragOfOneReachesItsTargetBesideTheOther) {
   ASSERT_OK(Create(RequestOf({Shaken(Whole()), Shaken(Spot())})));
   v1::EditBatch batch = MoveIn(1, 1, 0, {});
   auto& drag = *batch.mutable_edits(0)->mutable_drag_points();
@@ -160,7 +170,7 @@ TEST_F(SeveralLatticesTest, OneKeepsTheVolumeBesideTheOther) {
 }
 
 // Exports of two scenes with the same patches: at rest, and moved.
-class SeveralLatticesExportTest : public SeveralLatticesTest {
+class SumsExportTest : public SumsTest {
  protected:
   void SetUp() override {
     SeveralLatticesTest::SetUp();
@@ -219,11 +229,14 @@ class SeveralLatticesExportTest : public SeveralLatticesTest {
   }
 };
 
-TEST_F(SeveralLatticesExportTest, ControlNetsAreOfTheSum) {
+INSTANTIATE_TEST_SUITE_P(Frames, SumsExportTest, ::testing::Bool(),
+                         [](const auto& frames) { return frames.param ? "turned" : "parallel"; });
+
+TEST_P(SumsExportTest, ControlNetsAreOfTheSum) {
   ExpectMoved(PointsOfNets(kFirst), PointsOfNets(kScene), 1e-12);
 }
 
-TEST_F(SeveralLatticesExportTest, UnweldedPatchesAreOfTheSum) {
+TEST_P(SumsExportTest, UnweldedPatchesAreOfTheSum) {
   ExpectMoved(VerticesOfPatches(kFirst), VerticesOfPatches(kScene), 1e-4);  // a grid of 16 bits
 }
 

@@ -39,7 +39,9 @@ class ScenePartsTest : public SceneFixture {
     return ReadAll(&Scenes::Export, request, &parts);
   }
   std::string TopologyIdNow() {
-    return TopologyId(mesh_, *StructureFromProto(Lattice().lattice(), "lattice"), 2);
+    DeformPlan plan;
+    plan.structure = *StructureFromProto(Lattice().lattice(), "lattice");
+    return TopologyId(mesh_, plan, 2);
   }
   v1::Scene scene_;
 };

@@ -73,16 +73,15 @@ TEST(TopologyTest, MarksPatchesOnTheLatticesFaces) {
 TEST(TopologyTest, KnowsItsIds) {
   const auto plan = Plan(testing::OneTriangle(), {});
   const auto other = Plan(testing::OneTriangle(), {.scale = 2});
-  const std::string id = TopologyId("mesh", plan->structure, 7);
+  const std::string id = TopologyId("mesh", *plan, 7);
   const int of_tolerance = TopologySegments({.segments = 7, .tolerance = 0.5});
   EXPECT_EQ(of_tolerance, TopologySegments({.segments = 3, .tolerance = 2}));
-  EXPECT_TRUE(
-      IsTopologyOf(TopologyId("mesh", plan->structure, of_tolerance), "mesh", plan->structure));
+  EXPECT_TRUE(IsTopologyOf(TopologyId("mesh", *plan, of_tolerance), "mesh", *plan));
   EXPECT_EQ(TopologySegments({.segments = 7}), 7);
-  EXPECT_TRUE(IsTopologyOf(id, "mesh", plan->structure));
-  EXPECT_FALSE(IsTopologyOf(id, "another", plan->structure));
-  EXPECT_FALSE(IsTopologyOf(id, "mesh", other->structure));
-  EXPECT_FALSE(IsTopologyOf("", "mesh", plan->structure));
+  EXPECT_TRUE(IsTopologyOf(id, "mesh", *plan));
+  EXPECT_FALSE(IsTopologyOf(id, "another", *plan));
+  EXPECT_FALSE(IsTopologyOf(id, "mesh", *other));
+  EXPECT_FALSE(IsTopologyOf("", "mesh", *plan));
 }
 
 }  // namespace

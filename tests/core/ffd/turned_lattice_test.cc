@@ -1,0 +1,144 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Plans of lattices that are turned against each other, compared with the sum of the displacements of each lattice by
+// formula (1): DirectFfd evaluates one polynomial per lattice and patch, EvaluateWorld finds the knot box of each point.
+#include "core/ffd/turned/turned_lattice.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <memory>
+#include <random>
+#include <vector>
+
+#include "core/ffd/direct_ffd.h"
+#include "core/ffd/plan/deform_plan.h"
+#include "core/ffd/plan/dirty_set.h"
+#include "fmt/format.h"
+#include "tests/support/status_matchers.h"
+#include "tests/support/test_meshes.h"
+
+namespace latticed::testing {
+namespace {
+
+constexpr uint32_t kTurnedSeed = 20261201;
+constexpr double kTurnedNoise = 0.1;
+
+struct TurnedScene {
+  std::shared_ptr<const DeformPlan> plan;
+  std::vector<LatticeStructure> structures;
+  std::vector<std::vector<Vec3d>> points;  // by lattice
+  std::vector<Vec3d> all;
+};
+
+TurnedScene MakeTurnedScene(PolygonMesh mesh, std::span<const LatticeOptions> lattices) {
+  TurnedScene scene;
+  for (const LatticeOptions& options : lattices) {
+    scene.structures.push_back(MakeStructure(mesh.ComputeBounds(), options));
+    const auto seed = kTurnedSeed + static_cast<uint32_t>(scene.structures.size());
+    scene.points.push_back(Jitter(scene.structures.back(), kTurnedNoise, seed));
+    scene.all.insert(scene.all.end(), scene.points.back().begin(), scene.points.back().end());
+  }
+  auto plan = MakePlan(std::make_shared<const PolygonMesh>(std::move(mesh)), scene.structures[0],
+                       {}, NeverStop, nullptr, std::span(scene.structures).subspan(1));
+  EXPECT_OK(plan);
+  if (plan.ok()) scene.plan = *plan;
+  return scene;
+}
+
+// Within 1e-13 of the sum of all displacements at random points of each patch.
+void ExpectSum(const TurnedScene& scene) {
+  ASSERT_NE(scene.plan, nullptr);
+  const DeformPlan& plan = *scene.plan;
+  ASSERT_EQ(plan.control_point_count(), scene.all.size());
+  const DirectFfd direct(plan, scene.all);
+  std::mt19937 random(kTurnedSeed);
+  std::uniform_real_distribution<double> uniform(0.01, 1);
+  const double most = 1e-13 * plan.mesh_bounds.diagonal();
+  for (size_t p = 0; p < plan.patches.size(); ++p) {
+    std::array<double, 3> b{uniform(random), uniform(random), uniform(random)};
+    const double sum = b[0] + b[1] + b[2];
+    Vec3d world;
+    for (size_t c = 0; c < 3; ++c) {
+      b[c] /= sum;
+      world += b[c] * plan.vertices[plan.patches[p].vertex[c]].world;
+    }
+    Vec3d expected = world;
+    std::array<Vec3d, 3> jacobian{Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, 1}};
+    for (size_t k = 0; k < scene.structures.size(); ++k) {
+      const DeformedPoint one = EvaluateWorld(scene.structures[k], scene.points[k], world);
+      expected += one.position - world;
+      for (size_t a = 0; a < 3; ++a) {
+        Vec3d unit;
+        unit[static_cast<int>(a)] = 1;
+        jacobian[a] += one.jacobian[a] - unit;
+      }
+    }
+    const DeformedPoint found = direct.EvaluatePosition(p, b);
+    ASSERT_LE(Norm(found.position - expected), most) << "patch " << p << ", seed " << kTurnedSeed;
+    for (size_t a = 0; a < 3; ++a) {
+      ASSERT_LE(Norm(found.jacobian[a] - jacobian[a]), 1e-11) << "patch " << p;
+    }
+    const TurnedMove move = TurnedMoveAt(plan.turned, scene.all, world);
+    const Vec3d own = EvaluateWorld(plan.structure, scene.points[0], world).position;
+    ASSERT_LE(Norm(own + move.move - expected), most) << "patch " << p;
+  }
+}
+
+TEST(TurnedLattice, AllMixesOfDegreesAddUp) {
+  for (int mix = 0; mix < 27; ++mix) {
+    const std::array<int, 3> degree{1 + mix % 3, 1 + mix / 3 % 3, 1 + mix / 9};
+    SCOPED_TRACE(fmt::format("degree {} {} {}", degree[0], degree[1], degree[2]));
+    const std::array<LatticeOptions, 2> lattices{
+        LatticeOptions{.degree = degree, .scale = 2},
+        LatticeOptions{.degree = {degree[2], degree[0], degree[1]}, .scale = 2, .turn = 0.5}};
+    ExpectSum(MakeTurnedScene(TorusMesh(9, 6), lattices));
+  }
+}
+
+TEST(TurnedLattice, ThreeLatticesAddUpWhereverTheyEnd) {
+  const std::array<LatticeOptions, 3> lattices{
+      LatticeOptions{.extra = {3, 3, 3}, .scale = 0.7},
+      LatticeOptions{.degree = {3, 1, 2}, .scale = 0.5, .turn = 1, .shift = {0.4, 0, 0}},
+      LatticeOptions{.knots = KnotKind::kNonUniform, .shear = 0.2, .scale = 0.6, .turn = -2}};
+  const TurnedScene scene = MakeTurnedScene(TorusMesh(20, 12), lattices);
+  ExpectSum(scene);
+  const auto is_outside = [](const KnotSpans& spans) { return spans == kNoSpans; };
+  for (const TurnedLattice& lattice : scene.plan->turned) {
+    const auto outside = std::ranges::count_if(lattice.spans, is_outside);
+    EXPECT_GT(outside, 0);
+    EXPECT_LT(outside, static_cast<ptrdiff_t>(scene.plan->patches.size()));
+  }
+}
+
+TEST(TurnedLattice, VerticesThatPatchesShareAreCutOnce) {
+  const std::array<LatticeOptions, 2> lattices{LatticeOptions{.scale = 2},
+                                               LatticeOptions{.scale = 2, .turn = 0.7}};
+  const TurnedScene scene = MakeTurnedScene(TorusMesh(9, 6), lattices);
+  // A closed surface of one piece and genus 1: V - E + F = 0.
+  EXPECT_EQ(scene.plan->vertices.size() + scene.plan->patches.size(), scene.plan->edges.size());
+  EXPECT_EQ(scene.plan->turned[0].parameters.size(), scene.plan->vertices.size());
+}
+
+TEST(TurnedLattice, AnEditOfATurnedLatticeMakesAllChunksDirty) {
+  const std::array<LatticeOptions, 2> lattices{LatticeOptions{.extra = {6, 6, 6}, .scale = 2},
+                                               LatticeOptions{.scale = 2, .turn = 0.7}};
+  const TurnedScene scene = MakeTurnedScene(TorusMesh(30, 20), lattices);
+  const std::vector<uint32_t> own{0}, turned{static_cast<uint32_t>(scene.points[0].size())};
+  EXPECT_LT(DirtyByControlPoints(*scene.plan, own).chunks.size(), scene.plan->chunk_count());
+  EXPECT_EQ(DirtyByControlPoints(*scene.plan, turned).chunks.size(), scene.plan->chunk_count());
+}
+
+TEST(TurnedLattice, IllegalStructuresAreRefused) {
+  auto mesh = std::make_shared<const PolygonMesh>(TorusMesh(9, 6));
+  const LatticeStructure own = MakeStructure(mesh->ComputeBounds(), {});
+  std::vector<LatticeStructure> turned{own};
+  turned[0].degree[1] = 9;
+  EXPECT_THAT(MakePlan(mesh, own, {}, NeverStop, nullptr, turned),
+              StatusIs(absl::StatusCode::kInvalidArgument));
+}
+
+}  // namespace
+}  // namespace latticed::testing

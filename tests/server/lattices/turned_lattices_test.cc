@@ -1,0 +1,166 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Lattices that are turned against each other, through the stub: they come and go, the surface is picked where it is, and what
+// does not take them says so. SumsTest has what they share with parallel ones.
+#include "tests/server/lattices/removed_fixture.h"
+#include "tests/server/points/point_set_client.h"
+
+namespace latticed::testing {
+namespace {
+
+using Code = absl::StatusCode;
+
+class TurnedLatticesTest : public RemovedLatticesTest {
+ protected:
+  void ExpectNotWithTurned(const absl::Status& status) {
+    ExpectRefused(status, Code::kFailedPrecondition, "TURNED_LATTICES");
+  }
+  v1::WatchRequest WatchTo(double tolerance) const {
+    v1::WatchRequest watch = For<v1::WatchRequest>();
+    watch.mutable_view()->set_tolerance(tolerance);
+    return watch;
+  }
+};
+
+TEST_F(TurnedLatticesTest, OneComesAndGoes) {
+  const v1::Lattice one = Shaken(Whole()), turned = Shaken(TurnedSpot({1, 2, 3}));
+  constexpr char kBoth[] = "both-scene";
+  ASSERT_OK(Create(RequestOf({one})));
+  ASSERT_OK(Create(RequestOf({one, turned}, kBoth)));
+  const auto alone = Chunks();
+  ASSERT_OK(Apply(Put(1, turned)));
+  EXPECT_TRUE(Chunks() == Chunks(kBoth));
+  EXPECT_EQ(Get().patches(), Get(kBoth).patches());
+  EXPECT_EQ(Get().patches_on_faces(), 0u);
+  ASSERT_OK(Apply(Remove(1)));
+  EXPECT_TRUE(Chunks() == alone);
+  ASSERT_OK(Apply(Undo(1)));
+  EXPECT_TRUE(Chunks() == Chunks(kBoth));
+  Restart();
+  EXPECT_TRUE(Chunks() == Chunks(kBoth));
+}
+
+// The frames are where they are: neither order nor the other lattice's parameters matter.
+TEST_F(TurnedLatticesTest, TheFirstMayBeTheTurnedOne) {
+  constexpr char kOther[] = "other-scene";
+  const v1::Lattice one = Shaken(Whole()), turned = Shaken(TurnedSpot());
+  ASSERT_OK(Create(RequestOf({turned, one})));
+  ASSERT_OK(Create(RequestOf({one, turned}, kOther)));
+  const std::vector<Vec3d> world = SomePoints(200);
+  const auto first = Evaluate(world), second = Evaluate(world, kOther);
+  for (size_t n = 0; n < world.size(); ++n) EXPECT_LE(Norm(first[n] - second[n]), 1e-13);
+  // Beyond the spot, patches of the first lattice's outside are moved by the other one.
+  auto request = For<v1::PickRequest>();
+  *request.mutable_ray()->mutable_origin() = ToVec3({0.93, 0.94, 5});
+  *request.mutable_ray()->mutable_direction() = ToVec3({0, 0, -1});
+  v1::SurfacePoint point;
+  ASSERT_OK(Call(&Scenes::Pick, request, &point));
+  request.set_scene(kOther);
+  v1::SurfacePoint other;
+  ASSERT_OK(Call(&Scenes::Pick, request, &other));
+  EXPECT_NEAR(point.position().z(), other.position().z(), 1e-9);
+  EXPECT_GT(std::abs(point.position().z() - 1), 1e-4);
+}
+
+TEST_F(TurnedLatticesTest, APickFindsWhatEvaluatePointsHas) {
+  ASSERT_OK(Create(RequestOf({Shaken(Whole()), Shaken(TurnedSpot())})));
+  for (const Vec3d target : {Vec3d{0.5, 0.5, 0}, {0.45, 0.4, 0}, {0.9, 0.8, 0}, {0.1, 0.9, 1}}) {
+    const Vec3d origin{0.4, 0.3, -7}, direction = target - origin;
+    auto request = For<v1::PickRequest>();
+    *request.mutable_ray()->mutable_origin() = ToVec3(origin);
+    *request.mutable_ray()->mutable_direction() = ToVec3(direction);
+    v1::SurfacePoint point;
+    ASSERT_OK(Call(&Scenes::Pick, request, &point));
+    auto points = For<v1::EvaluatePointsRequest>();
+    *points.mutable_surface_points()->add_points() = point;
+    v1::EvaluatePointsResponse at;
+    ASSERT_OK(Call(&Scenes::EvaluatePoints, points, &at));
+    const Vec3d d = Vec3d{at.positions(0), at.positions(1), at.positions(2)} - origin;
+    EXPECT_LE(Norm(Cross(d, direction)), 1e-9 * Norm(d) * Norm(direction));
+    EXPECT_NEAR(point.position().z(), at.positions(2), 1e-12);
+  }
+}
+
+TEST_F(TurnedLatticesTest, TheQuantisationBoxHoldsWhatBothMove) {
+  ASSERT_OK(Create(RequestOf({Whole(), TurnedSpot()})));
+  v1::WatchRequest watch = For<v1::WatchRequest>();
+  watch.mutable_view()->set_encoding(v1::ENCODING_QUANTISED);
+  watch.set_max_unacked_updates(10);
+  WatchClient watcher(*scenes_, watch);
+  watcher.ReadUpdates(1);
+  for (const uint32_t number : {0u, 1u}) {
+    v1::EditBatch batch = Batch(number);
+    auto& move = *batch.add_edits()->mutable_move_control_points();
+    for (uint32_t i = 0; i < 64; ++i) move.add_indices(i);
+    *move.mutable_offset() = ToVec3({3, 0, 0});
+    ASSERT_OK(Apply(batch));
+  }
+  watcher.ReadUntilRevision(2);
+  // (0.5, 0.4, 0) is in both, and has moved by 6.
+  EXPECT_NEAR(Evaluate(Vec3d{0.5, 0.4, 0}).x, 6.5, 1e-9);
+  const v1::Quantisation& box = watcher.log.quantisations.back();
+  EXPECT_GE(box.origin().x() + box.step() * ((1 << box.bits()) - 1), 6.5);
+}
+
+TEST_F(TurnedLatticesTest, TolerancesAndPatchesAreRefused) {
+  ASSERT_OK(Create(RequestOf({Whole(), TurnedSpot()})));
+  WatchClient tolerance(*scenes_, WatchTo(0.01));
+  ExpectRefused(tolerance.Finish(), Code::kInvalidArgument, "UNSUPPORTED", "view.tolerance");
+  v1::WatchRequest patches = For<v1::WatchRequest>();
+  patches.mutable_view()->set_encoding(v1::ENCODING_PATCHES);
+  WatchClient of_patches(*scenes_, patches);
+  ExpectRefused(of_patches.Finish(), Code::kInvalidArgument, "UNSUPPORTED", "view.encoding");
+}
+
+// The stream says why it ends, and a view of points goes on.
+TEST_F(TurnedLatticesTest, AWatcherWithAToleranceIsToldWhenOneComes) {
+  ASSERT_OK(Create(RequestOf({Whole()})));
+  WatchClient watcher(*scenes_, WatchTo(0.01));
+  watcher.ReadUpdates(1);
+  ASSERT_OK(Apply(Put(1, TurnedSpot())));
+  while (watcher.Read()) {
+  }
+  ExpectRefused(watcher.Finish(), Code::kInvalidArgument, "UNSUPPORTED", "view.tolerance");
+  EXPECT_FALSE(Chunks().empty());
+}
+
+TEST_F(TurnedLatticesTest, MeasuresFoldsAndPointSetsAreRefused) {
+  ASSERT_OK(Create(RequestOf({Whole()})));
+  PointSetClient points(server_->channel());
+  const auto set = points.CreateWorld({{0.5, 0.5, 0.5}});
+  ASSERT_OK(set);
+  ASSERT_OK(Apply(Put(1, TurnedSpot())));
+  v1::MeasureSceneResponse measured;
+  ExpectNotWithTurned(Volume(&measured));
+  v1::FoldReport folds;
+  ExpectNotWithTurned(Call(&Scenes::CertifyFolds, For<v1::CertifyFoldsRequest>(), &folds));
+  ExpectNotWithTurned(points.CreateWorld({{0.5, 0.5, 0.5}}).status());
+  ExpectNotWithTurned(points.Deform(*set).status());
+  v1::EditBatch guarded = Push(1, 21, {0.05, 0, 0});
+  guarded.set_refuse_folds(true);
+  ExpectNotWithTurned(Apply(guarded));
+  v1::EditBatch kept = Push(1, 21, {0.05, 0, 0});
+  kept.mutable_keep_volume();
+  ExpectNotWithTurned(Apply(kept));
+  EXPECT_EQ(Get().revision(), 1u);
+  ASSERT_OK(Apply(Remove(1)));
+  ASSERT_OK(Volume(&measured));
+  EXPECT_OK(points.Deform(*set));
+}
+
+TEST_F(TurnedLatticesTest, WeightsAndPipelineFusedAreRefused) {
+  v1::CreateSceneRequest weighted = RequestOf({Whole(), TurnedSpot()});
+  const std::vector<float> weights(8, 0.5f);
+  weighted.mutable_weights()->set_values(
+      std::string(reinterpret_cast<const char*>(weights.data()), 8 * sizeof(float)));
+  ExpectNotWithTurned(Create(weighted));
+  ASSERT_OK(Create(RequestOf({Whole(), TurnedSpot()})));
+  v1::EditBatch batch = Batch(0);
+  *batch.add_edits()->mutable_set_weights()->mutable_values() = weighted.weights().values();
+  ExpectNotWithTurned(Apply(batch));
+  EXPECT_EQ(Get().revision(), 0u);
+}
+
+}  // namespace
+}  // namespace latticed::testing
