@@ -6,7 +6,7 @@
 
 #include "core/ffd/box/box_contraction.h"
 #include "core/measure/box_integral_kernel.h"
-#include "core/measure/weighted_integrals.h"
+#include "core/measure/patch_integrals.h"
 #include "core/measure/weighted_volume.h"
 
 namespace latticed {
@@ -123,8 +123,8 @@ std::vector<std::array<Vec3d, 3>> CentroidGradient(const EnclosedVolume& volume,
 
 EnclosedVolume MeasureVolume(const SurfaceMoments& moments, std::span<const Vec3d> control_points) {
   if (moments.has_weights()) return MeasureWeightedVolume(moments, control_points);
-  if (moments.plan().is_weighted()) {
-    WeightedIntegrals sums = IntegrateWeighted(moments.plan(), control_points, false);
+  if (moments.plan().is_weighted() || !moments.plan().turned.empty()) {
+    PatchIntegrals sums = IntegratePatches(moments.plan(), control_points, false);
     return {sums.volume, std::move(sums.volume_gradient)};
   }
   EnclosedVolume result{.gradient = std::vector<Vec3d>(control_points.size())};
@@ -168,9 +168,9 @@ EnclosedCentroid MeasureCentroid(const SurfaceMoments& moments,
   return result;
 }
 
-EnclosedCentroid MeasureWeightedCentroid(const DeformPlan& plan,
+EnclosedCentroid MeasureCentroidByPatches(const DeformPlan& plan,
                                          std::span<const Vec3d> control_points) {
-  WeightedIntegrals sums = IntegrateWeighted(plan, control_points, true);
+  PatchIntegrals sums = IntegratePatches(plan, control_points, true);
   EnclosedCentroid result{.volume = {sums.volume, std::move(sums.volume_gradient)}};
   const Vec3d centroid = sums.moment / sums.volume;
   result.centroid = sums.origin + centroid;

@@ -14,8 +14,8 @@
 // The surface must be closed (surface_closure.h): otherwise neither V nor its derivatives mean anything. V is within
 // 1e-12 of its size where the surface is not far thinner than it is wide. For degrees (2, 2, 2) a box takes 25,000
 // multiply-adds for V with dV/dP, for (3, 3, 3) 190,000; for C with its derivatives 100,000 and 820,000. With vertex
-// weights V takes 2.2 times as long (weighted_volume.h), and C is integrated patch by patch (weighted_integrals.h). So is
-// V where there are no tables with weights.
+// weights V takes 2.2 times as long (weighted_volume.h), and C is integrated patch by patch (patch_integrals.h). So is
+// V where there are no tables with weights, and both under turned lattices.
 //
 // Units    world units
 // Errors   none: callers check that the surface is closed
@@ -45,11 +45,11 @@ struct EnclosedCentroid {
   // For each control point, [i][j] = d centroid[j] / d coordinate i.
   std::vector<std::array<Vec3d, 3>> gradient;
 };
-// The moments must be of kCentroid, their plan without weights. A volume of 0 has no centroid: it is then not finite.
+// The moments must be of kCentroid, their plan without weights and turned lattices. A volume of 0 has no centroid: it is then not finite.
 [[nodiscard]] EnclosedCentroid MeasureCentroid(const SurfaceMoments& moments,
                                                std::span<const Vec3d> control_points);
-// The same of a plan with weights.
-[[nodiscard]] EnclosedCentroid MeasureWeightedCentroid(const DeformPlan& plan,
+// The same of a plan with weights or turned lattices.
+[[nodiscard]] EnclosedCentroid MeasureCentroidByPatches(const DeformPlan& plan,
                                                        std::span<const Vec3d> control_points);
 
 }  // namespace latticed

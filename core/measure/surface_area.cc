@@ -20,13 +20,14 @@ constexpr double kHighRules = 1e-7;
 
 // A part of a patch by its corners.
 struct PartCorner {
-  Vec3d parameter, rest;
+  Vec3d in_patch;  // barycentrics
+  Vec3d rest;
   double weight = 1;
 };
 using PatchPart = std::array<PartCorner, 3>;
 
 PartCorner MiddleOf(const PartCorner& a, const PartCorner& b) {
-  return {0.5 * (a.parameter + b.parameter), 0.5 * (a.rest + b.rest), 0.5 * (a.weight + b.weight)};
+  return {0.5 * (a.in_patch + b.in_patch), 0.5 * (a.rest + b.rest), 0.5 * (a.weight + b.weight)};
 }
 
 class AreaSum {
@@ -34,16 +35,11 @@ class AreaSum {
   AreaSum(const DeformPlan& plan, std::span<const Vec3d> control_points, double tolerance,
           bool with_gradient)
       : plan_(plan),
+        control_points_(control_points),
+        own_(ViewOf(plan.structure, control_points)),
         tolerance_(tolerance),
         coarse_(MakeTriangleRule(tolerance < kHighRules ? 4 : 2)),
         fine_(MakeTriangleRule(tolerance < kHighRules ? 6 : 4)) {
-    const LatticeStructure& s = plan.structure;
-    for (size_t a = 0; a < 3; ++a) {
-      volume_.degree[a] = s.degree[a];
-      volume_.size[a] = s.size[a];
-      volume_.knots[a] = s.knots[a].data();
-    }
-    volume_.control_points = control_points.data();
     if (with_gradient) result_.gradient.resize(control_points.size());
   }
 
@@ -53,11 +49,10 @@ class AreaSum {
     for (size_t p = 0; p < plan_.patches.size(); ++p) {
       constexpr size_t kCost = 8;  // a patch takes as long as so many in planning
       LATTICED_RETURN_IF_ERROR(poll.Step(kCost));
-      if (IsOutside(p)) {
+      if (!TakePatch(p)) {
         result_.area += RestArea(p);
         continue;
       }
-      span_ = plan_.boxes[plan_.patches[p].box].span.data();
       // Half of the error in proportion to the area, half of it in proportion to the area at rest, where a patch is
       // folded.
       spare_ = 0.5 * tolerance_ * estimate_ * RestArea(p) / rest_area_;
@@ -67,13 +62,49 @@ class AreaSum {
   }
 
  private:
-  bool IsOutside(size_t p) const { return plan_.patches[p].box == plan_.outside_box(); }
+  // A lattice that reaches the present patch.
+  struct Reaching {
+    VolumeView volume;
+    const int* span;                   // of the patch's box
+    size_t first;                      // of its control points
+    bool is_turned;                    // adds R - x
+    std::array<Vec3d, 3> parameters;  // of the patch's corners
+  };
+  static VolumeView ViewOf(const LatticeStructure& s, std::span<const Vec3d> control_points) {
+    VolumeView volume{.control_points = control_points.data()};
+    for (size_t a = 0; a < 3; ++a) {
+      volume.degree[a] = s.degree[a];
+      volume.size[a] = s.size[a];
+      volume.knots[a] = s.knots[a].data();
+    }
+    return volume;
+  }
+  // Whether any lattice reaches the patch, which it makes the present one.
+  bool TakePatch(size_t p) {
+    reaching_.clear();
+    const Patch& patch = plan_.patches[p];
+    const auto parameters = [&](const auto& of) {
+      return std::array{of(patch.vertex[0]), of(patch.vertex[1]), of(patch.vertex[2])};
+    };
+    if (patch.box != plan_.outside_box()) {
+      reaching_.push_back({own_, plan_.boxes[patch.box].span.data(), 0, false,
+                           parameters([&](uint32_t v) { return plan_.vertices[v].parameter; })});
+    }
+    for (const TurnedLattice& lattice : plan_.turned) {
+      if (lattice.spans[p] == kNoSpans) continue;
+      reaching_.push_back({ViewOf(lattice.structure, control_points_.subspan(lattice.first_point)),
+                           lattice.spans[p].data(), lattice.first_point, true,
+                           parameters([&](uint32_t v) { return lattice.parameters[v]; })});
+    }
+    return !reaching_.empty();
+  }
   PatchPart PartOf(size_t p) const {
     PatchPart part;
     for (size_t c = 0; c < 3; ++c) {
       const uint32_t v = plan_.patches[p].vertex[c];
-      part[c] = {plan_.vertices[v].parameter, plan_.vertices[v].world,
-                 plan_.is_weighted() ? plan_.vertex_weights[v] : 1};
+      part[c].in_patch[static_cast<int>(c)] = 1;
+      part[c].rest = plan_.vertices[v].world;
+      if (plan_.is_weighted()) part[c].weight = plan_.vertex_weights[v];
     }
     return part;
   }
@@ -89,30 +120,54 @@ class AreaSum {
     for (size_t p = 0; p < plan_.patches.size(); ++p) {
       LATTICED_RETURN_IF_ERROR(poll.Step());
       rest_area_ += RestArea(p);
-      if (IsOutside(p)) {
+      if (!TakePatch(p)) {
         estimate_ += RestArea(p);
         continue;
       }
-      span_ = plan_.boxes[plan_.patches[p].box].span.data();
       estimate_ += Integrate(PartOf(p), centroid);
     }
     return absl::OkStatus();
   }
 
+  // Where a part is in a lattice that reaches its patch.
+  static std::array<Vec3d, 3> ParametersOf(const Reaching& lattice, const PatchPart& part) {
+    std::array<Vec3d, 3> corners;
+    for (size_t c = 0; c < 3; ++c) {
+      for (int i = 0; i < 3; ++i) {
+        corners[c] += part[c].in_patch[i] * lattice.parameters[static_cast<size_t>(i)];
+      }
+    }
+    return corners;
+  }
+  static Vec3d Blend(const std::array<Vec3d, 3>& v, const std::array<double, 3>& b) {
+    return b[0] * v[0] + b[1] * v[1] + b[2] * v[2];
+  }
+
   struct Tangents {
-    Vec3d parameter, s, t;
+    Vec3d s, t;
     double weight = 1, weight_s = 0, weight_t = 0;
   };
   Tangents TangentsAt(const PatchPart& part, const std::array<double, 3>& b) const {
-    const Vec3d place =
-        b[0] * part[0].parameter + b[1] * part[1].parameter + b[2] * part[2].parameter;
-    const VolumePoint point = EvaluateVolume<true>(volume_, span_, place);
-    Tangents result{.parameter = place};
-    for (int a = 0; a < 3; ++a) {
-      result.s += (part[1].parameter - part[0].parameter)[a] * point.derivatives[a];
-      result.t += (part[2].parameter - part[0].parameter)[a] * point.derivatives[a];
+    const Vec3d rest_s = part[1].rest - part[0].rest, rest_t = part[2].rest - part[0].rest;
+    Vec3d position;
+    Tangents result;
+    if (reaching_.front().is_turned) {  // the plan's own lattice leaves it at rest
+      result = {.s = rest_s, .t = rest_t};
     }
-    if (plan_.is_weighted()) Weigh(part, b, point.position, result);
+    for (const Reaching& lattice : reaching_) {
+      const std::array<Vec3d, 3> parameters = ParametersOf(lattice, part);
+      const VolumePoint point =
+          EvaluateVolume<true>(lattice.volume, lattice.span, Blend(parameters, b));
+      position += point.position;
+      for (int a = 0; a < 3; ++a) {
+        result.s += (parameters[1] - parameters[0])[a] * point.derivatives[a];
+        result.t += (parameters[2] - parameters[0])[a] * point.derivatives[a];
+      }
+      if (!lattice.is_turned) continue;
+      result.s -= rest_s;
+      result.t -= rest_t;
+    }
+    if (plan_.is_weighted()) Weigh(part, b, position, result);
     return result;
   }
 
@@ -164,47 +219,54 @@ class AreaSum {
       if (!(length > 0)) continue;  // no direction: half of the surface's kink
       const Vec3d unit = normal / length;
       const Vec3d by_s = Cross(at.t, unit), by_t = Cross(unit, at.s);
-      std::array<Vec3d, 3> by_axis;
-      for (int a = 0; a < 3; ++a) {
-        by_axis[static_cast<size_t>(a)] = 0.5 * weight * at.weight *
-                                          ((part[1].parameter - part[0].parameter)[a] * by_s +
-                                           (part[2].parameter - part[0].parameter)[a] * by_t);
+      const Vec3d by_value = 0.5 * weight * (at.weight_s * by_s + at.weight_t * by_t);
+      for (const Reaching& lattice : reaching_) {
+        const std::array<Vec3d, 3> parameters = ParametersOf(lattice, part);
+        std::array<Vec3d, 3> by_axis;
+        for (int a = 0; a < 3; ++a) {
+          by_axis[static_cast<size_t>(a)] = 0.5 * weight * at.weight *
+                                            ((parameters[1] - parameters[0])[a] * by_s +
+                                             (parameters[2] - parameters[0])[a] * by_t);
+        }
+        AddToPoints(lattice, Blend(parameters, barycentrics), by_value, by_axis);
       }
-      AddToPoints(at.parameter, 0.5 * weight * (at.weight_s * by_s + at.weight_t * by_t), by_axis);
     }
   }
 
-  // Adds N_i by_value and the sum over a of dN_i/da by_axis[a] to each control point i.
-  void AddToPoints(Vec3d parameter, Vec3d by_value, const std::array<Vec3d, 3>& by_axis) {
+  // Adds N_i by_value and the sum over a of dN_i/da by_axis[a] to each control point i of a lattice.
+  void AddToPoints(const Reaching& lattice, Vec3d parameter, Vec3d by_value,
+                   const std::array<Vec3d, 3>& by_axis) {
+    const VolumeView& v = lattice.volume;
     std::array<std::array<double, limits::kMaxDegree + 1>, 3> value{}, slope{};
+    std::array<int, 3> first{};
     for (size_t a = 0; a < 3; ++a) {
-      EvaluateBasis(volume_.knots[a], volume_.degree[a], span_[a], parameter[static_cast<int>(a)],
-                    value[a].data());
-      EvaluateBasisDerivatives(volume_.knots[a], volume_.degree[a], span_[a],
-                               parameter[static_cast<int>(a)], slope[a].data());
+      const double at = parameter[static_cast<int>(a)];
+      EvaluateBasis(v.knots[a], v.degree[a], lattice.span[a], at, value[a].data());
+      EvaluateBasisDerivatives(v.knots[a], v.degree[a], lattice.span[a], at, slope[a].data());
+      first[a] = lattice.span[a] - v.degree[a];
     }
-    for (int k = 0; k <= volume_.degree[2]; ++k) {
-      for (int j = 0; j <= volume_.degree[1]; ++j) {
+    for (int k = 0; k <= v.degree[2]; ++k) {
+      for (int j = 0; j <= v.degree[1]; ++j) {
         const auto jj = static_cast<size_t>(j), kk = static_cast<size_t>(k);
         const Vec3d by_u = value[1][jj] * value[2][kk] * by_axis[0];
         const Vec3d others = value[1][jj] * value[2][kk] * by_value +
                              slope[1][jj] * value[2][kk] * by_axis[1] +
                              value[1][jj] * slope[2][kk] * by_axis[2];
-        for (int i = 0; i <= volume_.degree[0]; ++i) {
-          const auto ii = static_cast<size_t>(i);
-          result_.gradient[static_cast<size_t>(plan_.structure.Index(
-              span_[0] - volume_.degree[0] + i, span_[1] - volume_.degree[1] + j,
-              span_[2] - volume_.degree[2] + k))] += slope[0][ii] * by_u + value[0][ii] * others;
+        const int row = first[0] + v.size[0] * (first[1] + j + v.size[1] * (first[2] + k));
+        Vec3d* const gradient = &result_.gradient[lattice.first + static_cast<size_t>(row)];
+        for (size_t i = 0; i <= static_cast<size_t>(v.degree[0]); ++i) {
+          gradient[i] += slope[0][i] * by_u + value[0][i] * others;
         }
       }
     }
   }
 
   const DeformPlan& plan_;
+  const std::span<const Vec3d> control_points_;
+  const VolumeView own_;
   const double tolerance_;
   const std::vector<TriangleRulePoint> coarse_, fine_;
-  VolumeView volume_;
-  const int* span_ = nullptr;  // of the present patch's box
+  std::vector<Reaching> reaching_;  // of the present patch; the plan's own lattice comes first
   double estimate_ = 0, rest_area_ = 0, spare_ = 0;
   SurfaceArea result_;
 };

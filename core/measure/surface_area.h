@@ -6,7 +6,7 @@
 //   A        = sum over patches of the integral of |F_s x F_t| ds dt
 //   dA/dP_i  = integral of dN_i/ds (F_t x n) + dN_i/dt (n x F_s),   n = (F_s x F_t) / |F_s x F_t|
 //
-// With vertex weights F is x + w (F - x), and N_i is w N_i.
+// With vertex weights F is x + w (F - x), and N_i is w N_i. Under several lattices F is x plus what all of them move x.
 //
 // The integrand is the root of a polynomial, so patches are integrated by two rules (triangle_rule.h). Where these
 // differ by more than the tolerance allows, the patch is quartered and each quarter is integrated alone. The

@@ -74,7 +74,7 @@ class BoundsSearch {
         tree_(tree),
         points_(points.begin(), points.end()),
         frame_(plan.structure),
-        degree_(plan.structure.patch_degree()),
+        degree_(plan.patch_degree()),
         inverse_(InverseBernsteinMatrix(degree_)),
         samples_((*StageMatrices::Get(degree_, 1))->samples) {
     if (!plan.is_weighted()) return;
@@ -83,12 +83,12 @@ class BoundsSearch {
 
   absl::StatusOr<Bounds> Run(StopCheck stop) {
     StopPoll poll(stop);
+    if (!plan_.turned.empty()) return RunUnderTurned(poll);
     for (size_t v = 0; v < plan_.vertices.size(); ++v) {
       LATTICED_RETURN_IF_ERROR(poll.Step());
       known_.Extend(PositionOf(v));
     }
-    const Vec3d extent = known_.extent();
-    slack_ = kBoundsTolerance * std::max({extent.x, extent.y, extent.z});
+    SetSlack();
     for (const uint32_t root : tree_.roots()) {
       LATTICED_RETURN_IF_ERROR(Search(tree_.node(root), poll));
     }
@@ -139,6 +139,38 @@ class BoundsSearch {
     return absl::OkStatus();
   }
 
+  void SetSlack() {
+    const Vec3d extent = known_.extent();
+    slack_ = kBoundsTolerance * std::max({extent.x, extent.y, extent.z});
+  }
+
+  // Looks at each patch: the boxes of the tree are those of one lattice alone.
+  absl::StatusOr<Bounds> RunUnderTurned(StopPoll& poll) {
+    constexpr size_t kCost = 8;  // a patch takes as long as so many in planning
+    const DirectFfd direct(plan_, points_);
+    for (size_t p = 0; p < plan_.patches.size(); ++p) {
+      for (size_t c = 0; c < 3; ++c) {
+        std::array<double, 3> corner{};
+        corner[c] = 1;
+        known_.Extend(direct.EvaluatePosition(p, corner).position);
+      }
+    }
+    SetSlack();
+    std::vector<Vec3d> values(samples_.size());
+    for (size_t p = 0; p < plan_.patches.size(); ++p) {
+      LATTICED_RETURN_IF_ERROR(poll.Step(kCost));
+      for (size_t i = 0; i < values.size(); ++i) {
+        std::array<double, 3> b{};
+        for (size_t c = 0; c < 3; ++c) b[c] = samples_[i][c] / double(degree_);
+        values[i] = direct.EvaluatePosition(p, b).position;
+      }
+      for (int axis = 0; axis < 3; ++axis) {
+        LATTICED_RETURN_IF_ERROR(SearchBothWays(Interpolated(values, axis), axis, poll));
+      }
+    }
+    return known_;
+  }
+
   absl::Status SearchPatch(size_t p, StopPoll& poll) {
     const Patch& patch = plan_.patches[p];
     WeightedTriangle triangle;
@@ -160,12 +192,17 @@ class BoundsSearch {
     for (int axis = 0; axis < 3; ++axis) {
       BezierTriangle patch_axis = Interpolated(values, axis);
       if (plan_.is_weighted()) patch_axis = Weighted(patch_axis, triangle, axis);
-      LATTICED_RETURN_IF_ERROR(SearchAxis(patch_axis, known_.max[axis], poll));
-      double least = -known_.min[axis];
-      patch_axis.Negate();
-      LATTICED_RETURN_IF_ERROR(SearchAxis(patch_axis, least, poll));
-      known_.min[axis] = -least;
+      LATTICED_RETURN_IF_ERROR(SearchBothWays(std::move(patch_axis), axis, poll));
     }
+    return absl::OkStatus();
+  }
+
+  absl::Status SearchBothWays(BezierTriangle patch_axis, int axis, StopPoll& poll) {
+    LATTICED_RETURN_IF_ERROR(SearchAxis(patch_axis, known_.max[axis], poll));
+    double least = -known_.min[axis];
+    patch_axis.Negate();
+    LATTICED_RETURN_IF_ERROR(SearchAxis(patch_axis, least, poll));
+    known_.min[axis] = -least;
     return absl::OkStatus();
   }
 

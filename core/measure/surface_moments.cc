@@ -78,11 +78,16 @@ bool HasWeightedTables(const DeformPlan& plan) {
                     filled) <= SurfaceMoments::kMostWeightedBytes;
 }
 
+// Whether the volume is integrated patch by patch (patch_integrals.h), without moments.
+bool IsByPatches(const DeformPlan& plan) {
+  return !plan.turned.empty() || (plan.is_weighted() && !HasWeightedTables(plan));
+}
+
 size_t FamilyCount(const DeformPlan& plan) { return FamiliesOf(HasWeightedTables(plan)).size(); }
 
 std::vector<uint32_t> FilledBoxes(const DeformPlan& plan) {
   std::vector<uint32_t> boxes;
-  if (plan.is_weighted() && !HasWeightedTables(plan)) return boxes;
+  if (IsByPatches(plan)) return boxes;
   for (uint32_t box = 0; box < plan.outside_box(); ++box) {
     if (plan.box_patches[box] != plan.box_patches[box + 1]) boxes.push_back(box);
   }

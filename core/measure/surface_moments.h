@@ -24,7 +24,7 @@
 //   s        1  2  3  1  2
 //
 // A box takes 41 KB for degrees (2, 2, 2), 120 KB for (3, 3, 3). The centroid of a weighted surface takes no moments, and
-// neither does its volume where there are no tables (weighted_integrals.h).
+// neither does its volume where there are no tables, or any measure under turned lattices (patch_integrals.h).
 //
 // Layout   [family][d][p][q][r], double; one family without weights
 // Errors   what `stop` returns
@@ -59,7 +59,8 @@ class SurfaceMoments {
   Order order() const { return order_; }
   // Number of powers on each axis.
   const std::array<size_t, 3>& extent() const { return extent_; }
-  // The knot boxes that hold patches, ascending. The outside box is not among them. None if is_weighted() without tables.
+  // The knot boxes that hold patches, ascending. The outside box is not among them. None with turned lattices,
+  // and if is_weighted() without tables.
   const std::vector<uint32_t>& boxes() const { return boxes_; }
   // Component d of the table of boxes()[n], of a family with weights. Up to kOverhang doubles behind it may be read.
   const double* table(size_t n, size_t d, size_t family = 0) const {

@@ -88,8 +88,8 @@ std::vector<std::array<Vec3d, 3>> ByLattice(const SceneLattice& lattice,
 
 // With the volume and its derivatives. They are all integrated at once.
 absl::StatusOr<EnclosedCentroid> CentroidOf(const SceneState& state, StopCheck stop) {
-  if (state.plan->is_weighted()) {  // makes no moments
-    return MeasureWeightedCentroid(*state.plan, *state.control_points);
+  if (state.plan->is_weighted() || !state.plan->turned.empty()) {  // makes no moments
+    return MeasureCentroidByPatches(*state.plan, *state.control_points);
   }
   LATTICED_ASSIGN_OR_RETURN(const auto moments,
                             state.measures->Moments(SurfaceMoments::Order::kCentroid, stop));
@@ -148,7 +148,6 @@ absl::Status MeasureState(const SceneState& state, const v1::MeasureSceneRequest
   if (request.with_gradient() || request.lattice() != 0) {
     LATTICED_RETURN_IF_ERROR(CheckLattice(state.lattices, request.lattice(), "lattice"));
   }
-  if (!state.plan->turned.empty()) return error::NotWithTurned("a measure");
   response->set_revision(state.revision);
   response->set_structure_id(state.structure_id);
   if (wanted.volume || wanted.centroid) {

@@ -163,7 +163,8 @@ class Client:
     ) -> Scene:
         """Creates a scene of a mesh and a lattice, or several lattices.
 
-        lattice          several: what they move the mesh adds up (Scene.edits_of). Their frames have parallel edges.
+        lattice          several: what they move the mesh adds up (Scene.edits_of). Where their frames are turned against each
+                         other, what does not take that raises LatticedError, reason TURNED_LATTICES.
                          None: an identity lattice around the mesh, made from the next four
         size, degree     control points and degree of u, v, w; by default 4, 4, 4 and 2, 2, 2
         padding          margin on every side, as a share of the longest edge of the mesh's bounds; 0.05

@@ -16,7 +16,6 @@ SceneMeasures::SceneMeasures(std::shared_ptr<const DeformPlan> plan, MemoryBudge
     : plan_(std::move(plan)), memory_(memory), account_(std::move(account)) {}
 
 absl::Status SceneMeasures::CheckClosed(std::span<const Vec3d> control_points) {
-  if (!plan_->turned.empty()) return error::NotWithTurned("a kept volume");
   uint64_t border_edges = 0;
   {
     const MutexLock lock(&mutex_);

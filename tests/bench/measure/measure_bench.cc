@@ -17,7 +17,7 @@
 #include "core/measure/enclosed_volume.h"
 #include "core/measure/kept_volume.h"
 #include "core/measure/surface_area.h"
-#include "core/measure/weighted_integrals.h"
+#include "core/measure/patch_integrals.h"
 #include "fmt/format.h"
 #include "tests/bench/benches.h"
 #include "tests/bench/scenario.h"
@@ -76,7 +76,7 @@ void Area(benchmark::State& state, const MeasuredScene& scene) {
 
 void PatchByPatch(benchmark::State& state, const MeasuredScene& scene) {
   for (auto _ : state) {
-    benchmark::DoNotOptimize(IntegrateWeighted(*scene.plan, scene.points, false));
+    benchmark::DoNotOptimize(IntegratePatches(*scene.plan, scene.points, false));
   }
 }
 

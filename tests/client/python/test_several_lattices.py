@@ -47,6 +47,31 @@ def test_displacements_add(two, random):
     np.testing.assert_allclose(two.evaluate(points).positions, deformed(lattices, points), atol=1e-12)
 
 
+def test_turned_lattices_add_too(client, box, random):
+    low, high = definition.BOX_POSITIONS.min(axis=0), definition.BOX_POSITIONS.max(axis=0)
+    size = high - low
+    whole = around(low - 0.1 * size, high + 0.1 * size, (2, 2, 2))
+    turned = around(low - size, high + size, (1, 2, 3))
+    cosine, sine = np.cos(0.3), np.sin(0.3)
+    turned.edges = turned.edges @ np.array([[cosine, sine, 0], [-sine, cosine, 0], [0, 0, 1]])
+    turned.origin = (low + high) / 2 - turned.edges.sum(axis=0) / 2
+    turned.control_points = turned.rest()
+    lattices = [whole, turned]
+    for lattice in lattices:
+        lattice.control_points = lattice.control_points + random.normal(
+            scale=0.02, size=lattice.control_points.shape
+        )
+    points = random.uniform(low, high, size=(300, 3))
+    with client.create_scene(box, lattices, delete_on_exit=True) as scene:
+        np.testing.assert_allclose(
+            scene.evaluate(points).positions, deformed(lattices, points), atol=1e-12
+        )
+        assert scene.measure().volume > 0
+        with pytest.raises(latticed.LatticedError) as refused:
+            scene.set_weights(0.5)
+        assert refused.value.reason == "TURNED_LATTICES"
+
+
 def test_each_has_its_own_edits(two):
     first, second = two.lattice(), two.lattice(1)
     index = second.indices[1, 1, 1]

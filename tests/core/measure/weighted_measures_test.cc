@@ -1,11 +1,13 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Measures of surfaces with vertex weights, compared with quadrature and samples of the definition, and with differences.
+// Measures of surfaces with vertex weights, or under a turned lattice, compared with quadrature and samples of the definition,
+// and with differences.
 #include <algorithm>
 #include <cmath>
 #include <memory>
 #include <random>
+#include <tuple>
 #include <utility>
 
 #include "core/ffd/pick/patch_tree.h"
@@ -50,8 +52,18 @@ VertexWeights ConstantWeights(const PolygonMesh& mesh, float weight) {
 }
 
 EnclosedCentroid CentroidOf(const WeightedPlanPtr& plan, std::span<const Vec3d> points) {
-  if (plan->is_weighted()) return MeasureWeightedCentroid(*plan, points);
+  if (plan->is_weighted() || !plan->turned.empty()) return MeasureCentroidByPatches(*plan, points);
   return MeasureCentroid(**SurfaceMoments::Make(plan, Order::kCentroid), points);
+}
+
+// Of all lattices of a plan.
+std::vector<Vec3d> JitterAll(const DeformPlan& plan, double amount, uint32_t seed) {
+  std::vector<Vec3d> points = Jitter(plan.structure, amount, seed);
+  for (const TurnedLattice& lattice : plan.turned) {
+    const std::vector<Vec3d> own = Jitter(lattice.structure, amount, ++seed);
+    points.insert(points.end(), own.begin(), own.end());
+  }
+  return points;
 }
 
 void ExpectVolumeWithoutTables(const WeightedPlanPtr& plan, double jitter) {
@@ -63,23 +75,35 @@ void ExpectVolumeWithoutTables(const WeightedPlanPtr& plan, double jitter) {
               1e-12);
 }
 
-class WeightedDegrees : public ::testing::TestWithParam<int> {
+enum class Surface { kWeighted, kTurned };
+
+class MeasuredDegrees : public ::testing::TestWithParam<std::tuple<int, Surface>> {
  protected:
+  static int Mix() { return std::get<0>(GetParam()); }
   static WeightedPlanPtr Plan() {
-    const int n = GetParam();
-    return WeightedPlanOf(TorusMesh(7, 5), {.degree = {1 + n % 3, 1 + n / 3 % 3, 1 + n / 9},
-                                            .extra = {1, 1, 1},
-                                            .knots = KnotKind::kNonUniform,
-                                            .mirrored = n % 2 == 1});
+    const int n = Mix();
+    const LatticeOptions options{.degree = {1 + n % 3, 1 + n / 3 % 3, 1 + n / 9},
+                                 .extra = {1, 1, 1},
+                                 .knots = KnotKind::kNonUniform,
+                                 .mirrored = n % 2 == 1};
+    if (std::get<1>(GetParam()) == Surface::kWeighted) return WeightedPlanOf(TorusMesh(7, 5), options);
+    const auto mesh = std::make_shared<const PolygonMesh>(TorusMesh(7, 5));
+    LatticeOptions turned = options;
+    std::swap(turned.degree[0], turned.degree[2]);
+    turned.scale = 2.2;
+    turned.turn = 0.6;
+    const std::array structures{MakeStructure(mesh->ComputeBounds(), options),
+                                MakeStructure(mesh->ComputeBounds(), turned)};
+    return *MakePlan(mesh, structures[0], {}, NeverStop, nullptr, std::span(structures).subspan(1));
   }
 };
 
-TEST_P(WeightedDegrees, VolumeAndCentroidMatchQuadrature) {
+TEST_P(MeasuredDegrees, VolumeAndCentroidMatchQuadrature) {
   const auto plan = Plan();
-  const auto points = Jitter(plan->structure, 0.08, 3);
+  const auto points = JitterAll(*plan, 0.08, 3);
 
   const auto moments = *SurfaceMoments::Make(plan, Order::kVolume);
-  ASSERT_TRUE(moments->has_weights());
+  EXPECT_EQ(moments->has_weights(), plan->is_weighted());
 
   const auto got = CentroidOf(plan, points);
   const auto volume = MeasureVolume(*moments, points);
@@ -149,10 +173,10 @@ TEST(WeightedMeasures, VolumePartlyOutsideMatchesQuadrature) {
   EXPECT_NEAR(volume / MeasurePatches(*plan, points).volume, 1, 1e-12);
 }
 
-TEST_P(WeightedDegrees, GradientsMatchDifferences) {
+TEST_P(MeasuredDegrees, GradientsMatchDifferences) {
   const auto plan = Plan();
-  const auto points = Jitter(plan->structure, 0.08, 4);
-  const auto moves = Jitter(plan->structure, 0.5, 5);
+  const auto points = JitterAll(*plan, 0.08, 4);
+  const auto moves = JitterAll(*plan, 0.5, 5);
   const auto at = [&](double h) { return CentroidOf(plan, Moved(points, h, moves)); };
 
   const auto got = at(0);
@@ -173,17 +197,17 @@ TEST_P(WeightedDegrees, GradientsMatchDifferences) {
   }
 }
 
-TEST_P(WeightedDegrees, AreaKeepsItsToleranceAndItsGradientMatchesDifferences) {
+TEST_P(MeasuredDegrees, AreaKeepsItsToleranceAndItsGradientMatchesDifferences) {
   const auto plan = Plan();
-  const auto points = Jitter(plan->structure, 0.08, 9);
+  const auto points = JitterAll(*plan, 0.08, 9);
   const double want = MeasurePatches(*plan, points, 24).area;
   for (const double tolerance : {1e-2, 1e-6, 1e-10}) {
     const auto got = *MeasureArea(*plan, points, tolerance, false);
     EXPECT_NEAR(got.area / want, 1, tolerance);
     EXPECT_LE(got.error, tolerance * got.area);
   }
-  if (GetParam() % 5 != 0) return;  // differences take long
-  const auto moves = Jitter(plan->structure, 0.5, 10);
+  if (Mix() % 5 != 0) return;  // differences take long
+  const auto moves = JitterAll(*plan, 0.5, 10);
   const auto got = *MeasureArea(*plan, points, 1e-10, true);
   double slope = 0;
   for (size_t i = 0; i < points.size(); ++i) slope += Dot(got.gradient[i], moves[i]);
@@ -193,13 +217,16 @@ TEST_P(WeightedDegrees, AreaKeepsItsToleranceAndItsGradientMatchesDifferences) {
   EXPECT_NEAR(slope, by_differences, 1e-8 * std::abs(by_differences) + 1e-8);
 }
 
-TEST_P(WeightedDegrees, BoundsHoldTheSurfaceClosely) {
+TEST_P(MeasuredDegrees, BoundsHoldTheSurfaceClosely) {
   const auto plan = Plan();
-  const auto points = Jitter(plan->structure, 0.2, 11);
+  const auto points = JitterAll(*plan, 0.2, 11);
   ExpectCloseBounds(*plan, points);
 }
 
-INSTANTIATE_TEST_SUITE_P(All, WeightedDegrees, ::testing::Range(0, 27));
+INSTANTIATE_TEST_SUITE_P(All, MeasuredDegrees,
+                         ::testing::Combine(::testing::Range(0, 27),
+                                            ::testing::Values(Surface::kWeighted,
+                                                              Surface::kTurned)));
 
 TEST(WeightedMeasures, OfWeightZeroAreThoseAtRest) {
   const auto plan = WeightedPlanOf(CubeMesh(3), {.scale = 1.5}, ConstantWeights(CubeMesh(3), 0));

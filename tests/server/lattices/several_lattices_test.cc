@@ -137,7 +137,7 @@ TEST_P(SumsTest, ADragOfOneReachesItsTargetBesideTheOther) {
   EXPECT_LE(Norm(Evaluate(rest) - target), 1e-12);
 }
 
-TEST_F(SeveralLatticesTest, DerivativesAreByThePointsOfOne) {
+TEST_P(SumsTest, DerivativesAreByThePointsOfOne) {
   ASSERT_OK(Create(RequestOf({Shaken(Whole()), Shaken(Spot())})));
   const auto volume = [&] {
     auto request = For<v1::MeasureSceneRequest>();
@@ -158,7 +158,7 @@ TEST_F(SeveralLatticesTest, DerivativesAreByThePointsOfOne) {
   EXPECT_GT(std::abs(slope), 1e-4);
 }
 
-TEST_F(SeveralLatticesTest, OneKeepsTheVolumeBesideTheOther) {
+TEST_P(SumsTest, OneKeepsTheVolumeBesideTheOther) {
   ASSERT_OK(Create(RequestOf({Shaken(Whole()), Spot()})));
   v1::EditBatch keep = MoveIn(1, 1, 0, {});
   keep.mutable_edits(0)->mutable_set_constraints()->mutable_constraints()->mutable_volume();

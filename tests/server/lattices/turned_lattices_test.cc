@@ -125,14 +125,12 @@ TEST_F(TurnedLatticesTest, AWatcherWithAToleranceIsToldWhenOneComes) {
   EXPECT_FALSE(Chunks().empty());
 }
 
-TEST_F(TurnedLatticesTest, MeasuresFoldsAndPointSetsAreRefused) {
+TEST_F(TurnedLatticesTest, FoldsAndPointSetsAreRefused) {
   ASSERT_OK(Create(RequestOf({Whole()})));
   PointSetClient points(server_->channel());
   const auto set = points.CreateWorld({{0.5, 0.5, 0.5}});
   ASSERT_OK(set);
   ASSERT_OK(Apply(Put(1, TurnedSpot())));
-  v1::MeasureSceneResponse measured;
-  ExpectNotWithTurned(Volume(&measured));
   v1::FoldReport folds;
   ExpectNotWithTurned(Call(&Scenes::CertifyFolds, For<v1::CertifyFoldsRequest>(), &folds));
   ExpectNotWithTurned(points.CreateWorld({{0.5, 0.5, 0.5}}).status());
@@ -140,12 +138,8 @@ TEST_F(TurnedLatticesTest, MeasuresFoldsAndPointSetsAreRefused) {
   v1::EditBatch guarded = Push(1, 21, {0.05, 0, 0});
   guarded.set_refuse_folds(true);
   ExpectNotWithTurned(Apply(guarded));
-  v1::EditBatch kept = Push(1, 21, {0.05, 0, 0});
-  kept.mutable_keep_volume();
-  ExpectNotWithTurned(Apply(kept));
   EXPECT_EQ(Get().revision(), 1u);
   ASSERT_OK(Apply(Remove(1)));
-  ASSERT_OK(Volume(&measured));
   EXPECT_OK(points.Deform(*set));
 }
 
