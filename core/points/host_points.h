@@ -35,7 +35,7 @@ class HostPoints : public PointEvaluator {
     return latticed::ApplyJacobianTranspose(*points_, control_points, cotangents, normals, *arena_,
                                             stop, gradients);
   }
-  uint64_t TransposeBytes(size_t directions) const override {
+  uint64_t TransposeBytes(size_t directions, PointNormals /*normals*/) const override {
     return SumBytes(*points_, directions);
   }
 

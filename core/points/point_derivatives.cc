@@ -7,80 +7,28 @@
 #include <vector>
 
 #include "core/base/status_macros.h"
-#include "core/points/block_weights.h"
 #include "core/points/normal_kernel.h"
+#include "core/points/point_blocks.h"
 #include "core/points/point_kernel.h"
 
 namespace latticed {
 namespace {
 
+using points::Block;
 using points::BlockNormals;
 using points::BlockSlopes;
 using points::BlockVec;
-using points::BlockWeights;
-using points::kBlockPoints;
+using points::ForBlocks;
+using points::Gather;
+using points::Scatter;
+using points::SetValues;
+using points::SetVelocities;
 
 constexpr size_t kOutsideGrain = 16'384;  // points of one part of a loop that copies
 
-// Up to kBlockPoints points of one run.
-struct Block {
-  const SortedPoints& points;
-  const LocalMap& map;
-  size_t first = 0;
-  size_t count = 0;
-  BlockVec local;
-
-  size_t number(size_t i) const { return points.order()[first + i]; }
-  std::array<const double*, 3> world() const {
-    return {points.world(0) + first, points.world(1) + first, points.world(2) + first};
-  }
-  // Only if the points have weights.
-  BlockWeights weights() const { return {map, points.weights().subspan(first, count)}; }
-};
-
-// Calls body(block) for the blocks of a run, in order.
-template <class Body>
-void ForBlocks(const SortedPoints& points, const SortedPoints::Run& run, const Body& body) {
-  const LocalMap map = points.boxes().MapOf(run.box);
-  Block block{.points = points, .map = map};
-  for (size_t done = 0; done < run.count; done += kBlockPoints) {
-    block.first = run.first + done;
-    block.count = std::min<size_t>(kBlockPoints, run.count - done);
-    points::MapBlock(map, block.world(), block.count, block.local);
-    body(block);
-  }
-}
-
-Vec3d At(const BlockVec& block, size_t i) { return {block[0][i], block[1][i], block[2][i]}; }
-
-void Set(BlockVec& block, size_t i, Vec3d v) {
-  for (size_t c = 0; c < 3; ++c) block[c][i] = v[static_cast<int>(c)];
-}
-
-// Of the points of a block, in the order of `numbered`.
-void Gather(const Block& block, std::span<const Vec3d> numbered, BlockVec& out) {
-  for (size_t i = 0; i < block.count; ++i) Set(out, i, numbered[block.number(i)]);
-  for (size_t i = block.count; i < points::PaddedCount(block.count); ++i) Set(out, i, {});
-}
-void Scatter(const Block& block, const BlockVec& values, std::span<Vec3d> numbered) {
-  for (size_t i = 0; i < block.count; ++i) numbered[block.number(i)] = At(values, i);
-}
-
 // From the derivatives by l, m, n.
 void SetNormals(const Block& block, const BlockSlopes& slopes, BlockNormals& normals) {
-  const SortedPoints& of = block.points;
-  points::MakeNormals(
-      block.map, slopes,
-      {of.normal(0) + block.first, of.normal(1) + block.first, of.normal(2) + block.first},
-      block.count, normals);
-}
-
-// Deformed points, and their derivatives by l, m, n unless `slopes` is null.
-void SetValues(const Block& block, const BoxPolynomial& polynomial, BlockVec& values,
-               BlockSlopes* slopes) {
-  points::EvaluateBlock(block.points.boxes().structure().degree, polynomial, block.local,
-                        block.count, values, slopes);
-  if (block.points.has_weights()) block.weights().WeighValues(block.world(), values, slopes);
+  points::MakeNormals(block.map, slopes, block.normals(), block.count, normals);
 }
 
 // The normals of a block, which its directions share.
@@ -132,7 +80,6 @@ absl::Status ApplyJacobian(const SortedPoints& points, std::span<const Vec3d> co
                            StopCheck stop, std::span<Vec3d> out) {
   const bool with_normals = normals == PointNormals::kWanted;
   const BoxMaps& boxes = points.boxes();
-  const std::array<int, 3>& degree = boxes.structure().degree;
   const size_t per_direction = VectorsPerDirection(points, normals);
   const size_t directions = tangents.size() / control_points.size();
   for (size_t first = 0; first < directions; first += kDirectionsTogether) {
@@ -154,8 +101,7 @@ absl::Status ApplyJacobian(const SortedPoints& points, std::span<const Vec3d> co
         if (with_normals) SetNormals(block, polynomial, carried);
         for (size_t d = 0; d < together; ++d) {
           BlockSlopes* const rates = with_normals ? &slopes : nullptr;
-          points::EvaluateBlock(degree, velocity[d], block.local, block.count, values, rates);
-          if (points.has_weights()) block.weights().WeighVelocities(values, rates);
+          SetVelocities(block, velocity[d], values, rates);
           const auto moved = out.subspan((first + d) * per_direction, per_direction);
           Scatter(block, values, moved);
           if (!with_normals) continue;

@@ -65,8 +65,9 @@ void SortedPoints::MakeRuns(std::span<const size_t> first_of_box) {
   }
 }
 
-SortedPoints SortedPoints::Resorted(const LatticeStructure& structure, CpuArena& arena) const {
-  std::vector<Vec3d> points(size()), normals(has_normals() ? size() : 0);
+SortedPoints SortedPoints::Resorted(const LatticeStructure& structure, CpuArena& arena,
+                                    bool with_normals) const {
+  std::vector<Vec3d> points(size()), normals(with_normals && has_normals() ? size() : 0);
   std::vector<PointWeight> weights(weight_.size());
   arena.ForEach(
       size(),

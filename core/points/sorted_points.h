@@ -54,9 +54,10 @@ class SortedPoints {
   SortedPoints(const LatticeStructure& structure, std::span<const Vec3d> points,
                std::span<const Vec3d> normals, CpuArena& arena,
                std::span<const PointWeight> weights = {});
-  // The same points under another structure. Takes 24 bytes a point more while it runs, with normals 24 more, with weights
-  // 32 more.
-  [[nodiscard]] SortedPoints Resorted(const LatticeStructure& structure, CpuArena& arena) const;
+  // The same points under another structure, with their normals or without. Takes 24 bytes a point more while it runs, with
+  // normals 24 more, with weights 32 more.
+  [[nodiscard]] SortedPoints Resorted(const LatticeStructure& structure, CpuArena& arena,
+                                      bool with_normals = true) const;
 
   const BoxMaps& boxes() const { return boxes_; }
   size_t size() const { return order_.size(); }

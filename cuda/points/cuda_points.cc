@@ -142,7 +142,7 @@ class CudaPoints : public PointEvaluator {
     });
   }
 
-  uint64_t TransposeBytes(size_t /*directions*/) const override {
+  uint64_t TransposeBytes(size_t /*directions*/, PointNormals /*normals*/) const override {
     return device_->boxes().size() * sizeof(BoxNumbers);
   }
   uint64_t device_bytes() const override { return device_->bytes(); }

@@ -9,6 +9,7 @@
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
 #include "core/points/host_points.h"
+#include "core/points/summed_points.h"
 
 namespace latticed {
 namespace {
@@ -32,33 +33,61 @@ absl::StatusOr<std::shared_ptr<PointEvaluator>> EvaluatorOf(
   return std::make_shared<HostPoints>(std::move(points), &arena);
 }
 
-// `make` returns the sorted points. `bytes`: of the points; `more`: those that only making them takes.
+// Of several lattices: their sum.
+absl::StatusOr<std::shared_ptr<PointEvaluator>> EvaluatorOf(
+    const std::vector<std::shared_ptr<const SortedPoints>>& points, RenderBackend& backend,
+    CpuArena& arena) {
+  if (points.size() == 1) return EvaluatorOf(points.front(), backend, arena);
+  std::vector<std::shared_ptr<PointEvaluator>> evaluators;
+  for (const auto& of_lattice : points) {
+    LATTICED_ASSIGN_OR_RETURN(auto evaluator, EvaluatorOf(of_lattice, backend, arena));
+    evaluators.push_back(std::move(evaluator));
+  }
+  return std::make_shared<SummedPoints>(std::move(evaluators), &arena);
+}
+
+// make(structure, with_normals) returns the points sorted for a structure. `bytes`: of the points; `more`: those that only
+// making them takes.
 template <class Make>
 absl::StatusOr<std::shared_ptr<const PointSet::Resident>> MakeResident(
-    uint64_t bytes, uint64_t more, uint64_t structure_id, RenderBackend& backend,
+    uint64_t bytes, uint64_t more, const SceneState& state, RenderBackend& backend,
     const MemoryAccountPtr& account, CpuArena& arena, const Make& make) {
   LATTICED_ASSIGN_OR_RETURN(auto room, backend.memory().Reserve(kWhat, bytes + more, account));
-  const auto points = std::make_shared<const SortedPoints>(make());
-  LATTICED_RETURN_IF_ERROR(room.Resize(kWhat, points->MemoryBytes()));
+  std::vector<std::shared_ptr<const SortedPoints>> points;
+  points.push_back(std::make_shared<const SortedPoints>(make(state.plan->structure, true)));
+  for (const TurnedLattice& turned : state.plan->turned) {
+    points.push_back(std::make_shared<const SortedPoints>(make(turned.structure, false)));
+  }
+  uint64_t taken = 0;
+  for (const auto& of_lattice : points) taken += of_lattice->MemoryBytes();
+  LATTICED_RETURN_IF_ERROR(room.Resize(kWhat, taken));
   LATTICED_ASSIGN_OR_RETURN(auto evaluator, EvaluatorOf(points, backend, arena));
   return std::make_shared<const PointSet::Resident>(
-      PointSet::Resident{std::move(evaluator), structure_id, std::move(room)});
+      PointSet::Resident{std::move(evaluator), state.structure_id, std::move(room)});
 }
 
 }  // namespace
+
+// Those of turned lattices are sorted without normals, which follow from the sum.
+uint64_t PointSet::BytesFor(const DeformPlan& plan, uint64_t points, bool with_normals,
+                            bool with_weights) {
+  return SortedPoints::BytesFor(points, with_normals, with_weights) +
+         plan.turned.size() * SortedPoints::BytesFor(points, false, with_weights);
+}
 
 absl::StatusOr<std::shared_ptr<PointSet>> PointSet::Make(std::string id, const SceneState& state,
                                                          const Source& source,
                                                          RenderBackend& backend,
                                                          const MemoryAccountPtr& account,
                                                          CpuArena& arena) {
-  if (!state.plan->turned.empty()) return error::NotWithTurned("a point set");
   const size_t count = source.points.size();
   LATTICED_ASSIGN_OR_RETURN(
       auto resident,
-      MakeResident(SortedPoints::BytesFor(count, !source.normals.empty(), !source.weights.empty()),
-                   SortingBytes(count), state.structure_id, backend, account, arena, [&] {
-                     return SortedPoints(state.plan->structure, source.points, source.normals,
+      MakeResident(BytesFor(*state.plan, count, !source.normals.empty(), !source.weights.empty()),
+                   SortingBytes(count), state, backend, account, arena,
+                   [&](const LatticeStructure& structure, bool with_normals) {
+                     return SortedPoints(structure, source.points,
+                                         with_normals ? source.normals : std::span<const Vec3d>(),
                                          arena, source.weights);
                    }));
   return std::shared_ptr<PointSet>(new PointSet(std::move(id), std::move(resident)));
@@ -72,7 +101,6 @@ std::shared_ptr<const PointSet::Resident> PointSet::Newest() const {
 absl::StatusOr<std::shared_ptr<const PointSet::Resident>> PointSet::At(const SceneState& state,
                                                                        RenderBackend& backend,
                                                                        CpuArena& arena) {
-  if (!state.plan->turned.empty()) return error::NotWithTurned("a point set");
   auto old = Newest();
   if (old->structure_id == state.structure_id) return old;
   const MutexLock sort_lock(&sort_mutex_);
@@ -80,11 +108,13 @@ absl::StatusOr<std::shared_ptr<const PointSet::Resident>> PointSet::At(const Sce
   if (old->structure_id == state.structure_id) return old;
   const SortedPoints& points = old->points();
   const uint64_t bytes =
-      SortedPoints::BytesFor(points.size(), points.has_normals(), points.has_weights());
+      BytesFor(*state.plan, points.size(), points.has_normals(), points.has_weights());
   LATTICED_ASSIGN_OR_RETURN(
-      auto sorted, MakeResident(bytes, SortingBytes(points.size()) + CopyBytes(points),
-                                state.structure_id, backend, old->memory.account(), arena,
-                                [&] { return points.Resorted(state.plan->structure, arena); }));
+      auto sorted, MakeResident(bytes, SortingBytes(points.size()) + CopyBytes(points), state,
+                                backend, old->memory.account(), arena,
+                                [&](const LatticeStructure& structure, bool with_normals) {
+                                  return points.Resorted(structure, arena, with_normals);
+                                }));
   const MutexLock lock(&mutex_);
   // A call at an older state must not undo what a newer one has sorted.
   if (newest_->structure_id < sorted->structure_id) newest_ = sorted;

@@ -24,6 +24,7 @@
 #include "absl/time/clock.h"
 #include "absl/time/time.h"
 #include "core/base/mutex.h"
+#include "core/ffd/plan/deform_plan.h"
 #include "core/points/point_evaluator.h"
 #include "core/points/sorted_points.h"
 #include "server/engine/memory/memory_budget.h"
@@ -43,7 +44,8 @@ class PointSet {
     std::span<const Vec3d> points, normals;
     std::span<const PointWeight> weights;
   };
-  // Sorted points where they are evaluated, with the host memory that they take.
+  // Sorted points where they are evaluated, with the host memory that they take. They are sorted once per lattice, if lattices
+  // are turned against each other.
   struct Resident {
     std::shared_ptr<PointEvaluator> evaluator;
     uint64_t structure_id = 0;
@@ -51,6 +53,10 @@ class PointSet {
 
     const SortedPoints& points() const { return evaluator->points(); }
   };
+
+  // What a set takes, but for its runs, which are few.
+  [[nodiscard]] static uint64_t BytesFor(const DeformPlan& plan, uint64_t points, bool with_normals,
+                                         bool with_weights);
 
   // Sorts the points for the state's structure. The set is charged to `account`.
   [[nodiscard]] static absl::StatusOr<std::shared_ptr<PointSet>> Make(

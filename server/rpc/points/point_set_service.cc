@@ -63,6 +63,14 @@ absl::StatusOr<std::shared_ptr<Vectors>> MakeAnswer(const CallContext& context,
               std::move(memory)});
 }
 
+// What the evaluator takes beside its arguments.
+absl::StatusOr<MemoryReservation> ReserveSums(const CallContext& context, const PointsAtHead& found,
+                                              size_t directions) {
+  return context.env.memory->Reserve(
+      "the sums", found.resident->evaluator->ForwardBytes(directions, found.normals),
+      context.call.account->memory);
+}
+
 NextPart<v1::PointSetData> PartsOf(const PointsAtHead& found, size_t directions,
                                    std::shared_ptr<const Vectors> answer) {
   v1::PointSetData first;
@@ -89,6 +97,7 @@ absl::StatusOr<NextPart<v1::PointSetData>> OpenDeform(const CallContext& context
                                                       const v1::DeformPointSetRequest& request) {
   LATTICED_ASSIGN_OR_RETURN(const auto found, FindPoints(context.env, context.call, request));
   LATTICED_ASSIGN_OR_RETURN(auto answer, MakeAnswer(context, found, 1));
+  LATTICED_ASSIGN_OR_RETURN(const auto sums, ReserveSums(context, found, 1));
   LATTICED_RETURN_IF_ERROR(found.Evaluate([&](PointEvaluator& points) {
     return points.Deform(
         found.control_points(), found.normals, [&] { return CheckCancelled(context.call); },
@@ -172,6 +181,7 @@ absl::StatusOr<NextPart<v1::PointSetData>> OpenJacobian(const CallContext& conte
   LATTICED_ASSIGN_OR_RETURN(const auto tangents,
                             Continued(context, *found.lattice().map, std::move(given)));
   LATTICED_ASSIGN_OR_RETURN(auto answer, MakeAnswer(context, found, directions));
+  LATTICED_ASSIGN_OR_RETURN(const auto sums, ReserveSums(context, found, directions));
   LATTICED_RETURN_IF_ERROR(found.Evaluate([&](PointEvaluator& points) {
     return points.ApplyJacobian(
         found.control_points(), tangents.vectors, found.normals,

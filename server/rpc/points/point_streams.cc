@@ -40,8 +40,8 @@ class PointSetReceiver {
     LATTICED_RETURN_IF_ERROR(scene_->point_sets().CheckRoom());
     LATTICED_RETURN_IF_ERROR(
         CheckPointSetQuota(env_, call_.caller.tenant,
-                           SortedPoints::BytesFor(announced_.points, announced_.with_normals,
-                                                  announced_.with_weights)));
+                           PointSet::BytesFor(*state_->plan, announced_.points,
+                                              announced_.with_normals, announced_.with_weights)));
     return announced_.data_bytes;
   }
 
@@ -104,11 +104,10 @@ class CotangentReceiver {
   absl::Status Finish(std::vector<double> data, v1::PointGradients& response) {
     const std::span<const Vec3d> cotangents = AsVectors(data);
     LATTICED_RETURN_IF_ERROR(CheckFinite(cotangents, "data.cotangents"));
-    LATTICED_ASSIGN_OR_RETURN(
-        const auto room,
-        env_.memory->Reserve(
-            "the sums", found_.resident->evaluator->TransposeBytes(directions_) + ContinuedBytes(),
-            call_.account->memory));
+    const uint64_t sums =
+        found_.resident->evaluator->TransposeBytes(directions_, found_.normals) + ContinuedBytes();
+    LATTICED_ASSIGN_OR_RETURN(const auto room,
+                              env_.memory->Reserve("the sums", sums, call_.account->memory));
     std::vector<Vec3d> gradients(directions_ * found_.control_points().size());
     LATTICED_RETURN_IF_ERROR(found_.Evaluate([&](PointEvaluator& points) {
       return points.ApplyJacobianTranspose(

@@ -51,7 +51,7 @@ v1::PointSet ToProto(const Scene& scene, const PointSet& set) {
   out.set_id(set.id());
   out.set_scene(std::string(IdOf(scene.id())));
   out.set_points(resident->points().size());
-  out.set_points_outside(resident->points().size() - resident->points().inside());
+  out.set_points_outside(resident->evaluator->points_outside());
   out.set_has_normals(resident->points().has_normals());
   out.set_bytes(resident->memory.bytes());
   SetTime(set.create_time(), *out.mutable_create_time());

@@ -4,7 +4,6 @@
 // Lattices that are turned against each other, through the stub: they come and go, the surface is picked where it is, and what
 // does not take them says so. SumsTest has what they share with parallel ones.
 #include "tests/server/lattices/removed_fixture.h"
-#include "tests/server/points/point_set_client.h"
 
 namespace latticed::testing {
 namespace {
@@ -125,22 +124,16 @@ TEST_F(TurnedLatticesTest, AWatcherWithAToleranceIsToldWhenOneComes) {
   EXPECT_FALSE(Chunks().empty());
 }
 
-TEST_F(TurnedLatticesTest, FoldsAndPointSetsAreRefused) {
+TEST_F(TurnedLatticesTest, FoldsAreRefused) {
   ASSERT_OK(Create(RequestOf({Whole()})));
-  PointSetClient points(server_->channel());
-  const auto set = points.CreateWorld({{0.5, 0.5, 0.5}});
-  ASSERT_OK(set);
   ASSERT_OK(Apply(Put(1, TurnedSpot())));
   v1::FoldReport folds;
   ExpectNotWithTurned(Call(&Scenes::CertifyFolds, For<v1::CertifyFoldsRequest>(), &folds));
-  ExpectNotWithTurned(points.CreateWorld({{0.5, 0.5, 0.5}}).status());
-  ExpectNotWithTurned(points.Deform(*set).status());
   v1::EditBatch guarded = Push(1, 21, {0.05, 0, 0});
   guarded.set_refuse_folds(true);
   ExpectNotWithTurned(Apply(guarded));
   EXPECT_EQ(Get().revision(), 1u);
   ASSERT_OK(Apply(Remove(1)));
-  EXPECT_OK(points.Deform(*set));
 }
 
 TEST_F(TurnedLatticesTest, WeightsAndPipelineFusedAreRefused) {

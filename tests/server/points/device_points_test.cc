@@ -116,6 +116,29 @@ TEST_F(DevicePointsTest, AfterAChangeOfStructureTheyAreSortedOnTheDeviceAgain) {
   EXPECT_EQ(DevicePointBytes(), PointSet::kLeastDevicePoints * ScriptedBackend::kPointBytes);
 }
 
+TEST_F(DevicePointsTest, LatticesThatAreTurnedHaveThePointsOnceEach) {
+  constexpr size_t kPoints = PointSet::kLeastDevicePoints;
+  v1::EditBatch batch = Move("alice", 1, 0, 0);
+  batch.set_lattice(1);
+  batch.set_structure_id(Get().structure_id());
+  batch.clear_edits();
+  v1::Lattice& turned = *batch.add_edits()->mutable_replace_lattice()->mutable_lattice();
+  SetFrame(*turned.mutable_frame(), {0, -2, -1}, {3, 3, 2});
+  turned.mutable_frame()->mutable_u()->set_y(3);
+  turned.mutable_frame()->mutable_v()->set_x(-3);
+  SetAxes(*turned.mutable_degree(), 2, 2, 2);
+  ASSERT_OK(Apply(batch));
+
+  ASSERT_OK_AND_ASSIGN(const v1::PointSet set, CreatePoints(kPoints));
+
+  EXPECT_EQ(DevicePointBytes(), 2 * kPoints * ScriptedBackend::kPointBytes);
+  EXPECT_EQ(Get().bytes().at("device_points"), DevicePointBytes());
+  ASSERT_OK(client_->Deform(set));
+  EXPECT_EQ(backend_->script().calls(Step::kPointCall), 2);
+  ASSERT_OK(client_->Delete(set.id()));
+  EXPECT_EQ(DevicePointBytes(), 0u);
+}
+
 TEST_F(DevicePointsTest, ALostDeviceIsToldAndMakesTheServerUnhealthy) {
   ASSERT_OK_AND_ASSIGN(const v1::PointSet set, CreatePoints(kLarge));
   backend_->script().LoseDevice();

@@ -225,8 +225,8 @@ class ScriptedPoints : public PointEvaluator {
     LATTICED_RETURN_IF_ERROR(script_->Pass(Step::kPointCall));
     return inner_.ApplyJacobianTranspose(control_points, cotangents, normals, stop, gradients);
   }
-  uint64_t TransposeBytes(size_t directions) const override {
-    return inner_.TransposeBytes(directions);
+  uint64_t TransposeBytes(size_t directions, PointNormals normals) const override {
+    return inner_.TransposeBytes(directions, normals);
   }
   uint64_t device_bytes() const override { return memory_->bytes(); }
 
