@@ -49,9 +49,6 @@ const FoldReport& FoldGuard::ReportOf(const SceneState& state) {
 absl::Status FoldGuard::Admit(const SceneState& before,
                               const std::shared_ptr<const DeformPlan>& plan,
                               std::span<const Vec3d> control_points) {
-  if (!plan->turned.empty() || !before.plan->turned.empty()) {
-    return error::NotWithTurned("refuse_folds");
-  }
   const FoldReport& old = ReportOf(before);
   if (plan != before.plan) {
     if (!old.certified()) return absl::OkStatus();
@@ -70,7 +67,6 @@ absl::Status FoldGuard::Admit(const SceneState& before,
 std::shared_ptr<const FoldReport> FoldGuard::Follow(const SceneState& before,
                                                     const SceneState& after,
                                                     std::span<const uint32_t> changed) {
-  if (!after.plan->turned.empty()) return nullptr;
   const bool follows = after.plan == before.plan && known_.report != nullptr &&
                        &known_.certifier->plan() == after.plan.get() &&
                        known_.revision == before.revision;
