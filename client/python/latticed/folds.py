@@ -17,7 +17,7 @@ class FoldedBox:
     """A knot box that folds (folded), or for which neither is proved."""
 
     folded: bool
-    box: Tuple[int, int, int]  # its number on u, v and w, from 0, among knot intervals that are not empty
+    box: Tuple[int, int, int]  # its number on u, v and w, from 0, among knot intervals that are not empty; -1: outside the first lattice
     rest_point: npt.NDArray[np.float64]  # world units, before the deformation
     determinant: float  # det J there: 0 or below where the box is folded
 

@@ -22,13 +22,15 @@ absl::Status NewFoldError(const FoldedBox& fold) {
   const auto& [i, j, k] = fold.place;
   const Vec3d& p = fold.rest_point;
   const auto box = fmt::format("{} {} {}", i, j, k);
+  const auto where =
+      fold.place == kOutsidePlace ? "outside the first lattice" : "in knot box " + box;
   const auto point = fmt::format("{} {} {}", p.x, p.y, p.z);
   const auto determinant = fmt::format("{}", fold.determinant);
   return error::WithDetails(
-      absl::FailedPreconditionError(fmt::format(
-          "the edit would fold the deformation in knot box {}, at {}: det J is {} there; "
-          "move less, or leave refuse_folds unset",
-          box, point, determinant)),
+      absl::FailedPreconditionError(
+          fmt::format("the edit would fold the deformation {}, at {}: det J is {} there; "
+                      "move less, or leave refuse_folds unset",
+                      where, point, determinant)),
       {.reason = "FOLD",
        .metadata = {{"box", box}, {"rest_point", point}, {"determinant", determinant}}});
 }

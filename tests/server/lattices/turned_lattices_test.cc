@@ -34,6 +34,18 @@ class TurnedLatticesTest : public RemovedLatticesTest {
     EXPECT_EQ(result.folds().SerializeAsString(), Certify().SerializeAsString());
     return result.folds();
   }
+  double DeterminantAt(const v1::Vec3& point) {
+    auto request = For<v1::EvaluatePointsRequest>();
+    for (const double x : {point.x(), point.y(), point.z()}) {
+      request.mutable_world_points()->add_positions(x);
+    }
+    v1::EvaluatePointsResponse response;
+    EXPECT_OK(Call(&Scenes::EvaluatePoints, request, &response));
+    if (response.jacobians_size() != 9) return 0;
+    std::array<Vec3d, 3> j;
+    for (int i = 0; i < 9; ++i) j[static_cast<size_t>(i / 3)][i % 3] = response.jacobians(i);
+    return Dot(j[0], Cross(j[1], j[2]));
+  }
   void ExpectNewFold(v1::EditBatch batch) {
     const uint64_t before = Get().revision();
     batch.set_refuse_folds(true);
@@ -186,6 +198,7 @@ TEST_F(TurnedLatticesTest, FoldsAreThoseOfBothLattices) {
     EXPECT_FALSE(folded.certified());
     ASSERT_GT(folded.folded(), 0u);
     EXPECT_LE(folded.places(0).determinant(), 0);
+    EXPECT_NEAR(DeterminantAt(folded.places(0).rest_point()), folded.places(0).determinant(), 1e-9);
     EXPECT_EQ(folded.boxes(), rest.boxes());
     EXPECT_TRUE(FoldsAfter(Push(number, 21, {-4, -1, 0})).certified());
   }
@@ -197,13 +210,16 @@ TEST_F(TurnedLatticesTest, FoldsOutsideTheFirstLatticeAreFound) {
   const uint64_t boxes = Certify().boxes();
   ASSERT_OK(Apply(Put(1, Whole())));
   EXPECT_EQ(Certify().boxes(), boxes + 1);
-  v1::EditBatch mirror = Batch(1);
-  auto& map = *mirror.add_edits()->mutable_transform_control_points();
-  for (uint32_t i = 0; i < 64; ++i) map.add_indices(i);
-  for (int i = 0; i < 16; ++i) map.add_matrix(i == 0 ? -1 : i % 5 == 0 ? 1 : 0);
-  ExpectNewFold(mirror);
-  const v1::FoldReport report = FoldsAfter(mirror);
-  EXPECT_EQ(report.folded(), boxes + 1);
+  const auto mirrored = [this] {
+    v1::EditBatch batch = Batch(1);
+    auto& map = *batch.add_edits()->mutable_transform_control_points();
+    for (uint32_t i = 0; i < 64; ++i) map.add_indices(i);
+    for (int i = 0; i < 16; ++i) map.add_matrix(i == 0 ? -1 : i % 5 == 0 ? 1 : 0);
+    return batch;
+  };
+  ExpectNewFold(mirrored());
+  const v1::FoldReport report = FoldsAfter(mirrored());
+  ASSERT_EQ(report.folded(), boxes + 1);
   const v1::FoldedBox& outside = report.places(report.places_size() - 1);
   EXPECT_EQ(outside.box().u(), -1);
   EXPECT_EQ(outside.box().v(), -1);
