@@ -101,9 +101,9 @@ double MakeBoxDeterminant(const LatticeStructure& s, std::span<const Vec3d> cont
   const size_t row = determinant.count[0], layer = row * determinant.count[1];
   const BoxSlopes slopes(s, control_points, part);
   std::array<SpreadVectors, 3> gradient;
+  BezierBox along;
   double most = 1;
   for (size_t a = 0; a < 3; ++a) {
-    BezierBox along;
     most *= slopes.Along(a, along);
     SpreadInto(along, row, layer, gradient[a]);
   }
