@@ -10,7 +10,6 @@
 namespace latticed {
 namespace {
 
-constexpr size_t kMostOnAxis = BezierBox::kMostPoints;
 constexpr size_t kMostProductCount = BernsteinVolume::kMostCount;
 constexpr double kDeterminantSlack = 6 * (450 + 8 * kMostHalvings) * 0x1p-53;
 
@@ -33,69 +32,17 @@ struct SpreadVectors {
   size_t LayerRun(size_t row) const { return row * (count[1] - 1) + count[0]; }
 };
 
-struct DifferencePoints {
-  std::array<size_t, 3> count{};
-  std::array<Vec3d, kMostOnAxis * kMostOnAxis * kMostOnAxis> points;
-
-  Vec3d& at(size_t i, size_t j, size_t k) {
-    return points[i + kMostOnAxis * (j + kMostOnAxis * k)];
-  }
-};
-
-// Replaces the `from` points along an axis by `to` sums of them.
-void ApplyOnAxis(const BezierMatrix& matrix, size_t axis, size_t to, DifferencePoints& grid) {
-  constexpr std::array<size_t, 3> kStrides{1, kMostOnAxis, kMostOnAxis * kMostOnAxis};
-  const size_t from = grid.count[axis], stride = kStrides[axis];
-  const size_t a = axis == 0 ? 1 : 0, b = axis == 2 ? 1 : 2;
-  for (size_t j = 0; j < grid.count[b]; ++j) {
-    for (size_t i = 0; i < grid.count[a]; ++i) {
-      Vec3d* const line = &grid.points[i * kStrides[a] + j * kStrides[b]];
-      std::array<Vec3d, kMostOnAxis> sums;
-      for (size_t r = 0; r < to; ++r) {
-        Vec3d sum;
-        for (size_t s = 0; s < from; ++s) sum += matrix[r][s] * line[s * stride];
-        sums[r] = sum;
-      }
-      for (size_t r = 0; r < to; ++r) line[r * stride] = sums[r];
-    }
-  }
-  grid.count[axis] = to;
-}
-
-// The box's control points as n (P_i - P_i-1) width / (t_i+n - t_i) along the axis. Returns the largest component.
-double Differentiate(const LatticeStructure& s, const std::array<int, 3>& span, size_t axis,
-                     DifferencePoints& grid) {
-  const auto n = static_cast<size_t>(s.degree[axis]), k = static_cast<size_t>(span[axis]);
-  const std::vector<double>& t = s.knots[axis];
-  const std::array<size_t, 3> step{axis == 0, axis == 1, axis == 2};
-  --grid.count[axis];
-  double most = 0;
-  for (size_t w = 0; w < grid.count[2]; ++w) {
-    for (size_t v = 0; v < grid.count[1]; ++v) {
-      for (size_t u = 0; u < grid.count[0]; ++u) {
-        const size_t first = k + 1 + (axis == 0 ? u : axis == 1 ? v : w);
-        const double scale =
-            static_cast<double>(n) * ((t[k + 1] - t[k]) / (t[first] - t[first - n]));
-        Vec3d& p = grid.at(u, v, w);
-        p = scale * (grid.at(u + step[0], v + step[1], w + step[2]) - p);
-        most = std::max({most, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
-      }
-    }
-  }
-  return most;
-}
-
 // Puts the coefficients, times their binomials, at the strides of the result.
-void SpreadInto(DifferencePoints& grid, size_t row, size_t layer, SpreadVectors& to) {
-  to.count = grid.count;
-  const std::array<size_t, 3> n = grid.count;
+void SpreadInto(const BezierBox& box, size_t row, size_t layer, SpreadVectors& to) {
+  for (size_t a = 0; a < 3; ++a) to.count[a] = static_cast<size_t>(box.degree[a]) + 1;
+  const std::array<size_t, 3> n = to.count;
   const size_t size = layer * (n[2] - 1) + to.LayerRun(row);
   for (auto& component : to.c) std::fill_n(component.begin(), size, 0.0);
   for (size_t k = 0; k < n[2]; ++k) {
     for (size_t j = 0; j < n[1]; ++j) {
       const double weight = kProductBinomials[n[2] - 1][k] * kProductBinomials[n[1] - 1][j];
       for (size_t i = 0; i < n[0]; ++i) {
-        const Vec3d p = weight * kProductBinomials[n[0] - 1][i] * grid.at(i, j, k);
+        const Vec3d p = weight * kProductBinomials[n[0] - 1][i] * box.points[k][j][i];
         const size_t index = i + row * j + layer * k;
         to.c[0][index] = p.x;
         to.c[1][index] = p.y;
@@ -150,36 +97,15 @@ double RestDeterminant(const LatticeStructure& s, const std::array<int, 3>& span
 
 double MakeBoxDeterminant(const LatticeStructure& s, std::span<const Vec3d> control_points,
                           const BoxPart& part, BernsteinVolume& determinant) {
-  std::array<std::array<BezierMatrix, 3>, 2> restrict_to;  // [of the derivative][axis]
-  DifferencePoints box;
-  for (size_t a = 0; a < 3; ++a) {
-    const int axis = static_cast<int>(a);
-    for (const int less : {0, 1}) {
-      restrict_to[static_cast<size_t>(less)][a] = BezierMatrixOf(
-          s.knots[a], s.degree[a] - less, part.span[a], part.lower[axis], part.upper[axis]);
-    }
-    box.count[a] = static_cast<size_t>(s.degree[a]) + 1;
-    determinant.count[a] = 3 * static_cast<size_t>(s.degree[a]);
-  }
-  for (size_t k = 0; k < box.count[2]; ++k) {
-    for (size_t j = 0; j < box.count[1]; ++j) {
-      for (size_t i = 0; i < box.count[0]; ++i) {
-        box.at(i, j, k) = control_points[static_cast<size_t>(
-            s.Index(part.span[0] - s.degree[0] + static_cast<int>(i),
-                    part.span[1] - s.degree[1] + static_cast<int>(j),
-                    part.span[2] - s.degree[2] + static_cast<int>(k)))];
-      }
-    }
-  }
+  for (size_t a = 0; a < 3; ++a) determinant.count[a] = 3 * static_cast<size_t>(s.degree[a]);
   const size_t row = determinant.count[0], layer = row * determinant.count[1];
+  const BoxSlopes slopes(s, control_points, part);
   std::array<SpreadVectors, 3> gradient;
+  BezierBox along;
   double most = 1;
   for (size_t a = 0; a < 3; ++a) {
-    DifferencePoints grid = box;
-    most *= Differentiate(s, part.span, a, grid);
-    for (size_t b = 0; b < 3; ++b)
-      ApplyOnAxis(restrict_to[a == b ? 1 : 0][b], b, grid.count[b], grid);
-    SpreadInto(grid, row, layer, gradient[a]);
+    most *= slopes.Along(a, along);
+    SpreadInto(along, row, layer, gradient[a]);
   }
 
   SpreadVectors cross;  // R_v x R_w

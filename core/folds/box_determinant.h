@@ -6,11 +6,9 @@
 //   J     = d R / d x, x the rest world. det J is 1 where the lattice is at rest, and 0 or less where space is flattened or
 //           turned inside out
 //   det J = det(R_u, R_v, R_w) / det(x_u, x_v, x_w), degree 3 n - 1 on an axis of degree n
-//   R_u   = the B-spline of differences n (P_i - P_i-1) / (t_i+n - t_i)          Piegl & Tiller, The NURBS Book, §3.3
+//   R_u   = the derivative of box_slopes.h
 //   product of Bernstein polynomials: c_k binomial(p + q, k) = sum_i+j=k a_i binomial(p, i) b_j binomial(q, j)
 //                                                                                Farouki & Rajan 1988, (44)
-//
-// The derivatives come before the restriction to the part, so that the part may be flat: the bounds of one triangle are.
 //
 // Slack. With u = 2^-53 and D_a the largest component of the differences of axis a, in the box's control points:
 //   a difference, over its knots and times the box's width                                                5 u
@@ -35,14 +33,9 @@
 #include "core/base/vec.h"
 #include "core/ffd/lattice.h"
 #include "core/folds/bernstein_volume.h"
+#include "core/folds/box_slopes.h"
 
 namespace latticed {
-
-// A part of a knot box, in parameters. It may be flat.
-struct BoxPart {
-  std::array<int, 3> span{};
-  Vec3d lower, upper;
-};
 
 // Halvings of a BernsteinVolume that the slack allows for.
 inline constexpr int kMostHalvings = 40;

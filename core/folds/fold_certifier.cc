@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/folds/fold_certifier.h"
 
+#include <algorithm>
 #include <optional>
 #include <utility>
 
@@ -10,6 +11,7 @@
 #include "core/ffd/plan/dirty_set.h"
 #include "core/folds/fold_search.h"
 #include "core/folds/triangle_search.h"
+#include "core/folds/turned_determinant.h"
 #include "core/folds/weighted_determinant.h"
 
 namespace latticed {
@@ -24,6 +26,25 @@ Bounds PatchBounds(const DeformPlan& plan, uint32_t box) {
     }
   }
   return bounds;
+}
+
+// A control point of a turned lattice may influence patches of any box, those of the plan's own lattice none outside.
+std::vector<bool> BoxesToExamine(const DeformPlan& plan, std::span<const uint32_t> changed) {
+  const auto own = static_cast<uint32_t>(plan.structure.control_point_count());
+  if (!plan.turned.empty() &&
+      std::ranges::any_of(changed, [own](uint32_t i) { return i >= own; })) {
+    return std::vector<bool>(plan.boxes.size(), true);
+  }
+  return InfluencedBoxes(plan, changed);
+}
+
+// Whether a turned lattice reaches a patch outside the frame of the plan's own one.
+bool OutsideMoves(const DeformPlan& plan) {
+  if (plan.turned.empty()) return false;
+  for (size_t p = plan.box_patches[plan.outside_box()]; p < plan.patches.size(); ++p) {
+    if (TurnedPatches::IsReached(plan, p)) return true;
+  }
+  return false;
 }
 
 }  // namespace
@@ -44,15 +65,22 @@ FoldCertifier::FoldCertifier(std::shared_ptr<const DeformPlan> plan, FoldScope s
     if (scope == FoldScope::kSurface) bounds = PatchBounds(*plan_, box);
     if (!bounds.empty()) parts_.push_back({box, place, {knots.span, bounds.min, bounds.max}});
   }
+  if (OutsideMoves(*plan_)) parts_.push_back({plan_->outside_box(), kOutsidePlace, {}});
   parts_.shrink_to_fit();
 }
 
 size_t FoldCertifier::MostBytes(const DeformPlan& plan) {
-  return sizeof(FoldCertifier) + plan.boxes.size() * (sizeof(Part) + sizeof(FoldedBox));
+  const size_t bytes =
+      sizeof(FoldCertifier) + plan.boxes.size() * (sizeof(Part) + sizeof(FoldedBox));
+  return plan.turned.empty() ? bytes : bytes + TurnedPatches::MostBytes(plan);
 }
 
 struct FoldCertifier::Looker {
   Looker(const DeformPlan& plan, std::span<const Vec3d> points) : control_points(points) {
+    if (!plan.turned.empty()) {
+      triangles.emplace();
+      turned.emplace(plan, points);
+    }
     if (!plan.is_weighted()) return;
     triangles.emplace();
     for (size_t i = 0; i < points.size(); ++i) {
@@ -62,18 +90,21 @@ struct FoldCertifier::Looker {
 
   const std::span<const Vec3d> control_points;
   FoldSearch search;
-  // With weights.
+  // With weights or turned lattices.
   std::optional<TriangleSearch> triangles;
-  std::vector<Vec3d> offsets;  // of control points from their places at rest
+  std::vector<Vec3d> offsets;  // of control points from their places at rest, with weights
+  std::optional<TurnedPatches> turned;
 };
 
-void FoldCertifier::ExamineWeighted(const Part& part, Looker& looker, FoldReport& report) const {
-  const WeightedBox box(*plan_, part.box, looker.offsets);
+// `patches`: a WeightedBox of the part, or TurnedPatches.
+template <typename Patches>
+void FoldCertifier::ExaminePatches(const Part& part, Patches& patches, TriangleSearch& search,
+                                   FoldReport& report) const {
   FoldedBox worst{part.box, part.place, FoldState::kCertified};
   for (uint32_t p = plan_->box_patches[part.box]; p < plan_->box_patches[part.box + 1]; ++p) {
-    if (box.IsNearRest(p)) continue;
-    const double slack = box.MakeDeterminant(p, looker.triangles->polynomial());
-    const TriangleDecision decision = looker.triangles->Decide(slack);
+    if (patches.IsNearRest(p)) continue;
+    const double slack = patches.MakeDeterminant(p, search.polynomial());
+    const TriangleDecision decision = search.Decide(slack);
     if (decision.state <= worst.state) continue;
     Vec3d rest_point;
     for (size_t c = 0; c < 3; ++c) {
@@ -86,7 +117,13 @@ void FoldCertifier::ExamineWeighted(const Part& part, Looker& looker, FoldReport
 }
 
 void FoldCertifier::Examine(const Part& part, Looker& looker, FoldReport& report) const {
-  if (plan_->is_weighted()) return ExamineWeighted(part, looker, report);
+  if (looker.turned.has_value()) {
+    return ExaminePatches(part, *looker.turned, *looker.triangles, report);
+  }
+  if (plan_->is_weighted()) {
+    const WeightedBox box(*plan_, part.box, looker.offsets);
+    return ExaminePatches(part, box, *looker.triangles, report);
+  }
   const double slack = MakeBoxDeterminant(plan_->structure, looker.control_points, part.part,
                                           looker.search.polynomial());
   const FoldDecision decision = looker.search.Decide(slack);
@@ -113,7 +150,7 @@ absl::StatusOr<FoldReport> FoldCertifier::Certify(std::span<const Vec3d> control
 FoldReport FoldCertifier::Recertify(const FoldReport& before, std::span<const uint32_t> changed,
                                     std::span<const Vec3d> control_points) const {
   FoldReport report{.boxes = before.boxes};
-  const std::vector<bool> influenced = InfluencedBoxes(*plan_, changed);
+  const std::vector<bool> influenced = BoxesToExamine(*plan_, changed);
   Looker looker(*plan_, control_points);
   auto old = before.places.begin();
   for (const Part& part : parts_) {

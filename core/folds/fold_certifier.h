@@ -3,7 +3,8 @@
 //
 // Certifies that a deformation does not fold, box by box: the determinant of box_determinant.h, decided by fold_search.h.
 // With vertex weights a box is certified when all of its patches are, on which the surface's own determinant
-// (weighted_determinant.h) is decided by triangle_search.h; a folded patch is the first one.
+// (weighted_determinant.h) is decided by triangle_search.h; a folded patch is the first one. With turned lattices the same is
+// done by turned_determinant.h. The outside box is looked at too, if one of them reaches a patch there.
 //
 // The parts of the boxes that are looked at depend on the plan alone and are kept. A report of the control points before an
 // edit saves the boxes that the edit does not influence: both ways lead to the same report. det J > 0 is local. It does not
@@ -25,12 +26,13 @@
 #include "core/ffd/plan/deform_plan.h"
 #include "core/folds/box_determinant.h"
 #include "core/folds/fold_report.h"
+#include "core/folds/triangle_search.h"
 
 namespace latticed {
 
 class FoldCertifier {
  public:
-  // A weighted plan has only kSurface.
+  // A plan with weights or turned lattices has only kSurface.
   FoldCertifier(std::shared_ptr<const DeformPlan> plan, FoldScope scope);
 
   const DeformPlan& plan() const { return *plan_; }
@@ -57,7 +59,9 @@ class FoldCertifier {
   struct Looker;
 
   void Examine(const Part& part, Looker& looker, FoldReport& report) const;
-  void ExamineWeighted(const Part& part, Looker& looker, FoldReport& report) const;
+  template <typename Patches>
+  void ExaminePatches(const Part& part, Patches& patches, TriangleSearch& search,
+                      FoldReport& report) const;
 
   std::shared_ptr<const DeformPlan> plan_;
   FrameMap map_;

@@ -17,8 +17,8 @@
 namespace latticed {
 
 enum class FoldScope {
-  kSurface,  // of each knot box the bounds of its patches at rest
-  kVolume,   // all knot boxes
+  kSurface,  // of each knot box the bounds of its patches at rest; with weights or turned lattices, its patches
+  kVolume,  // all knot boxes
 };
 
 // From better to worse.
@@ -27,6 +27,9 @@ enum class FoldState {
   kUndecided,  // neither was found
   kFolded,     // at rest_point det J, in double, is 0 or less
 };
+
+// FoldedBox::place of the outside box.
+inline constexpr std::array<int, 3> kOutsidePlace{-1, -1, -1};
 
 // A box that is not certified.
 struct FoldedBox {

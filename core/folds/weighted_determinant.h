@@ -9,10 +9,7 @@
 //           G = F - x the offset, G_a its derivatives over the box, e_a the edges of the box at rest
 //   On a patch of degree n, each C_a has degree n, and det J has 3 n.
 //
-// The box's G in Bernstein form (bezier_box.h) has at a patch's corners p_0, p_1, p_2 the coefficients
-//   c_A M(A) = sum over A_u + A_v + A_w = A of M(A_u) M(A_v) M(A_w) g(A_u, A_v, A_w),   M(A) = |A|! / (A_0! A_1! A_2!)
-// with g the polar form, |A_a| the degree of axis a, and A_a its corners as often as they are arguments.
-//                                                                                        Ramshaw 1989, blossoming
+// The box's G and G_a come to the triangle by polar forms (triangle_forms.h).
 //
 // Slack. All weights are positive and sum to 1. So each C_a has an error of at most 300 u B_a, where u = 2^-53,
 // B_a = |e_a| + |G_a| + |grad w . e_a| |G|, by the largest components in the box; products add 500 u, and kMostHalvings

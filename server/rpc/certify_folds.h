@@ -4,7 +4,8 @@
 // CertifyFolds: where the newest state of a scene folds. It looks at all boxes of the scope: a few microseconds each of
 // degree 2, some 15 of degree 3. It holds no lock of the scene.
 //
-// Errors   kNotFound for the scene; kInvalidArgument for an unknown scope; kCancelled
+// Errors   kNotFound for the scene; kInvalidArgument for an unknown scope; kFailedPrecondition for the volume with vertex
+//          weights or turned lattices; kCancelled
 // Threads  safe
 #ifndef LATTICED_SERVER_RPC_CERTIFY_FOLDS_H_
 #define LATTICED_SERVER_RPC_CERTIFY_FOLDS_H_

@@ -17,7 +17,8 @@ class FoldedBox:
     """A knot box that folds (folded), or for which neither is proved."""
 
     folded: bool
-    box: Tuple[int, int, int]  # its number on u, v and w, from 0, among knot intervals that are not empty
+    # Its number on each axis, from 0, among knot intervals that are not empty. Outside the first lattice: -1.
+    box: Tuple[int, int, int]
     rest_point: npt.NDArray[np.float64]  # world units, before the deformation
     determinant: float  # det J there: 0 or below where the box is folded
 

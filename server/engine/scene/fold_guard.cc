@@ -22,13 +22,15 @@ absl::Status NewFoldError(const FoldedBox& fold) {
   const auto& [i, j, k] = fold.place;
   const Vec3d& p = fold.rest_point;
   const auto box = fmt::format("{} {} {}", i, j, k);
+  const auto where =
+      fold.place == kOutsidePlace ? "outside the first lattice" : "in knot box " + box;
   const auto point = fmt::format("{} {} {}", p.x, p.y, p.z);
   const auto determinant = fmt::format("{}", fold.determinant);
   return error::WithDetails(
-      absl::FailedPreconditionError(fmt::format(
-          "the edit would fold the deformation in knot box {}, at {}: det J is {} there; "
-          "move less, or leave refuse_folds unset",
-          box, point, determinant)),
+      absl::FailedPreconditionError(
+          fmt::format("the edit would fold the deformation {}, at {}: det J is {} there; "
+                      "move less, or leave refuse_folds unset",
+                      where, point, determinant)),
       {.reason = "FOLD",
        .metadata = {{"box", box}, {"rest_point", point}, {"determinant", determinant}}});
 }
@@ -49,9 +51,6 @@ const FoldReport& FoldGuard::ReportOf(const SceneState& state) {
 absl::Status FoldGuard::Admit(const SceneState& before,
                               const std::shared_ptr<const DeformPlan>& plan,
                               std::span<const Vec3d> control_points) {
-  if (!plan->turned.empty() || !before.plan->turned.empty()) {
-    return error::NotWithTurned("refuse_folds");
-  }
   const FoldReport& old = ReportOf(before);
   if (plan != before.plan) {
     if (!old.certified()) return absl::OkStatus();
@@ -70,7 +69,6 @@ absl::Status FoldGuard::Admit(const SceneState& before,
 std::shared_ptr<const FoldReport> FoldGuard::Follow(const SceneState& before,
                                                     const SceneState& after,
                                                     std::span<const uint32_t> changed) {
-  if (!after.plan->turned.empty()) return nullptr;
   const bool follows = after.plan == before.plan && known_.report != nullptr &&
                        &known_.certifier->plan() == after.plan.get() &&
                        known_.revision == before.revision;

@@ -13,7 +13,7 @@
 // undecided where it was certified, or folded where it was undecided. If the lattice is replaced, boxes do not
 // correspond: there is a new fold if the scene was certified, and is not any more.
 //
-// Errors   kFailedPrecondition: reason FOLD; TURNED_LATTICES, of which no report is made
+// Errors   kFailedPrecondition: reason FOLD
 // Threads  one at a time
 #ifndef LATTICED_SERVER_ENGINE_SCENE_FOLD_GUARD_H_
 #define LATTICED_SERVER_ENGINE_SCENE_FOLD_GUARD_H_
@@ -35,7 +35,7 @@ class FoldGuard {
   [[nodiscard]] absl::Status Admit(const SceneState& before,
                                    const std::shared_ptr<const DeformPlan>& plan,
                                    std::span<const Vec3d> control_points);
-  // The report of `after`, null with turned lattices. `changed`: the control points that moved since `before`, if both have one plan.
+  // The report of `after`. `changed`: the control points that moved since `before`, if both have one plan.
   [[nodiscard]] std::shared_ptr<const FoldReport> Follow(const SceneState& before,
                                                          const SceneState& after,
                                                          std::span<const uint32_t> changed);

@@ -15,6 +15,42 @@ class TurnedLatticesTest : public RemovedLatticesTest {
   void ExpectNotWithTurned(const absl::Status& status) {
     ExpectRefused(status, Code::kFailedPrecondition, "TURNED_LATTICES");
   }
+  v1::CreateSceneRequest WatchedRequestOf(const std::vector<v1::Lattice>& lattices) const {
+    v1::CreateSceneRequest request = RequestOf(lattices);
+    request.set_fold_watch(true);
+    return request;
+  }
+  v1::FoldReport Certify() {
+    v1::FoldReport report;
+    EXPECT_OK(Call(&Scenes::CertifyFolds, For<v1::CertifyFoldsRequest>(), &report));
+    return report;
+  }
+  // Applies it, and checks that the report in the answer is that of CertifyFolds.
+  v1::FoldReport FoldsAfter(const v1::EditBatch& batch) {
+    v1::EditResult result;
+    EXPECT_OK(Apply(batch, &result));
+    EXPECT_TRUE(result.has_folds());
+    EXPECT_EQ(result.folds().SerializeAsString(), Certify().SerializeAsString());
+    return result.folds();
+  }
+  double DeterminantAt(const v1::Vec3& point) {
+    auto request = For<v1::EvaluatePointsRequest>();
+    for (const double x : {point.x(), point.y(), point.z()}) {
+      request.mutable_world_points()->add_positions(x);
+    }
+    v1::EvaluatePointsResponse response;
+    EXPECT_OK(Call(&Scenes::EvaluatePoints, request, &response));
+    if (response.jacobians_size() != 9) return 0;
+    std::array<Vec3d, 3> j;
+    for (int i = 0; i < 9; ++i) j[static_cast<size_t>(i / 3)][i % 3] = response.jacobians(i);
+    return Dot(j[0], Cross(j[1], j[2]));
+  }
+  void ExpectNewFold(v1::EditBatch batch) {
+    const uint64_t before = Get().revision();
+    batch.set_refuse_folds(true);
+    ExpectRefused(Apply(batch), Code::kFailedPrecondition, "FOLD");
+    EXPECT_EQ(Get().revision(), before);
+  }
   v1::WatchRequest WatchTo(double tolerance) const {
     v1::WatchRequest watch = For<v1::WatchRequest>();
     watch.mutable_view()->set_tolerance(tolerance);
@@ -124,16 +160,69 @@ TEST_F(TurnedLatticesTest, AWatcherWithAToleranceIsToldWhenOneComes) {
   EXPECT_FALSE(Chunks().empty());
 }
 
-TEST_F(TurnedLatticesTest, FoldsAreRefused) {
-  ASSERT_OK(Create(RequestOf({Whole()})));
-  ASSERT_OK(Apply(Put(1, TurnedSpot())));
+TEST_F(TurnedLatticesTest, FoldsOfTheVolumeAreRefused) {
+  ASSERT_OK(Create(RequestOf({Whole(), TurnedSpot()})));
+  auto in_volume = For<v1::CertifyFoldsRequest>();
+  in_volume.set_scope(v1::FOLD_SCOPE_VOLUME);
   v1::FoldReport folds;
-  ExpectNotWithTurned(Call(&Scenes::CertifyFolds, For<v1::CertifyFoldsRequest>(), &folds));
-  v1::EditBatch guarded = Push(1, 21, {0.05, 0, 0});
-  guarded.set_refuse_folds(true);
-  ExpectNotWithTurned(Apply(guarded));
-  EXPECT_EQ(Get().revision(), 1u);
-  ASSERT_OK(Apply(Remove(1)));
+  ExpectNotWithTurned(Call(&Scenes::CertifyFolds, in_volume, &folds));
+}
+
+TEST_F(TurnedLatticesTest, FoldsAreThoseOfBothLattices) {
+  ASSERT_OK(Create(WatchedRequestOf({Whole(), TurnedSpot()})));
+  const v1::FoldReport rest = Certify();
+  EXPECT_TRUE(rest.certified());
+  EXPECT_GT(rest.boxes(), 0u);
+  for (const uint32_t number : {0u, 1u}) {
+    v1::EditBatch gentle = Push(number, 21, {0.05, 0, 0});
+    gentle.set_refuse_folds(true);
+    EXPECT_TRUE(FoldsAfter(gentle).certified());
+    ExpectNewFold(Push(number, 21, {4, 1, 0}));
+    const v1::FoldReport folded = FoldsAfter(Push(number, 21, {4, 1, 0}));
+    EXPECT_FALSE(folded.certified());
+    ASSERT_GT(folded.folded(), 0u);
+    EXPECT_LE(folded.places(0).determinant(), 0);
+    EXPECT_NEAR(DeterminantAt(folded.places(0).rest_point()), folded.places(0).determinant(), 1e-9);
+    EXPECT_EQ(folded.boxes(), rest.boxes());
+    EXPECT_TRUE(FoldsAfter(Push(number, 21, {-4, -1, 0})).certified());
+  }
+}
+
+// What lies outside the first lattice's frame has one place in a report.
+TEST_F(TurnedLatticesTest, FoldsOutsideTheFirstLatticeAreFound) {
+  ASSERT_OK(Create(WatchedRequestOf({TurnedSpot()})));
+  const uint64_t boxes = Certify().boxes();
+  ASSERT_OK(Apply(Put(1, Whole())));
+  EXPECT_EQ(Certify().boxes(), boxes + 1);
+  const auto mirrored = [this] {
+    v1::EditBatch batch = Batch(1);
+    auto& map = *batch.add_edits()->mutable_transform_control_points();
+    for (uint32_t i = 0; i < 64; ++i) map.add_indices(i);
+    for (int i = 0; i < 16; ++i) map.add_matrix(i == 0 ? -1 : i % 5 == 0 ? 1 : 0);
+    return batch;
+  };
+  ExpectNewFold(mirrored());
+  const v1::FoldReport report = FoldsAfter(mirrored());
+  ASSERT_EQ(report.folded(), boxes + 1);
+  const v1::FoldedBox& outside = report.places(report.places_size() - 1);
+  EXPECT_EQ(outside.box().u(), -1);
+  EXPECT_EQ(outside.box().v(), -1);
+  EXPECT_EQ(outside.box().w(), -1);
+  EXPECT_NEAR(outside.determinant(), -1, 1e-9);
+}
+
+TEST_F(TurnedLatticesTest, ALatticeThatFoldsIsRefused) {
+  ASSERT_OK(Create(WatchedRequestOf({Whole()})));
+  v1::Lattice folding = TurnedSpot();
+  for (int i = 0; i < 64; ++i) {  // all in one point
+    for (const double x : {0.5, 0.3, 0.1}) folding.add_control_points(x);
+  }
+  ExpectNewFold(Put(1, folding));
+  v1::EditBatch gentle = Put(1, TurnedSpot());
+  gentle.set_refuse_folds(true);
+  EXPECT_TRUE(FoldsAfter(gentle).certified());
+  EXPECT_FALSE(FoldsAfter(Put(1, folding)).certified());
+  EXPECT_TRUE(FoldsAfter(Remove(1)).certified());
 }
 
 TEST_F(TurnedLatticesTest, WeightsAndPipelineFusedAreRefused) {

@@ -1,0 +1,244 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+#include "core/folds/turned_determinant.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/folds/box_slopes.h"
+
+namespace latticed {
+namespace {
+
+constexpr double kUnknown = -1;
+
+double TurnedSlack(double condition) { return 6 * (2200 + 20 * condition) * 0x1p-53; }
+
+// The cross product with moduli instead of numbers.
+Vec3d CrossOfModuli(Vec3d a, Vec3d b) {
+  const auto of = [&](int i, int j) { return std::abs(a[i] * b[j]) + std::abs(a[j] * b[i]); };
+  return {of(1, 2), of(2, 0), of(0, 1)};
+}
+double DotOfModuli(Vec3d a, Vec3d b) {
+  return std::abs(a.x * b.x) + std::abs(a.y * b.y) + std::abs(a.z * b.z);
+}
+
+// The number of knot spans of an axis, empty ones included.
+size_t SpanCount(const LatticeStructure& s, size_t axis) {
+  return static_cast<size_t>(s.size[axis] - s.degree[axis]);
+}
+size_t SpanCount(const LatticeStructure& s) {
+  return SpanCount(s, 0) * SpanCount(s, 1) * SpanCount(s, 2);
+}
+size_t PlaceOfSpans(const LatticeStructure& s, const KnotSpans& spans) {
+  const auto at = [&](size_t a) { return static_cast<size_t>(spans[a] - s.degree[a]); };
+  return at(0) + SpanCount(s, 0) * (at(1) + SpanCount(s, 1) * at(2));
+}
+
+// The same polynomial, by forms of a higher degree: times (b0 + b1 + b2)^steps.
+VectorForm Elevated(const VectorForm& vector, size_t degree) {
+  const size_t steps = degree - vector[0].degree();
+  if (steps == 0) return vector;
+  TriangleForm one(steps);
+  for (size_t i = 0; i <= steps; ++i) {
+    for (size_t j = 0; i + j <= steps; ++j) one.at(i, j) = Multinomial(i, j, steps - i - j);
+  }
+  VectorForm result = MakeVectorForm(degree);
+  for (size_t c = 0; c < 3; ++c) result[c].AddProduct(one, vector[c], 1);
+  return result;
+}
+
+// to += factor * from
+void AddScaled(const TriangleForm& from, double factor, TriangleForm& to) {
+  const size_t n = from.degree();
+  for (size_t i = 0; i <= n; ++i) {
+    for (size_t j = 0; i + j <= n; ++j) to.at(i, j) += factor * from.at(i, j);
+  }
+}
+
+// Corners are in their boxes up to rounding; the slack has room for this much.
+bool AreInBox(const TriangleInBox& corners) {
+  constexpr double kMost = 0x1p-30;
+  return std::ranges::all_of(corners, [](const std::array<double, 3>& axis) {
+    return std::ranges::all_of(axis, [](double l) { return l >= -kMost && l <= 1 + kMost; });
+  });
+}
+
+}  // namespace
+
+TurnedPatches::Lattice TurnedPatches::MakeLattice(const LatticeStructure& structure,
+                                                  std::span<const Vec3d> points) {
+  Lattice lattice{.structure = &structure, .points = points};
+  const auto& e = structure.frame.edges;
+  const double volume = Dot(e[0], Cross(e[1], e[2]));
+  for (size_t a = 0; a < 3; ++a) {
+    const Vec3d &b = e[(a + 1) % 3], &c = e[(a + 2) % 3];
+    lattice.gradients[a] = Cross(b, c) / volume;
+    lattice.sizes[a] = CrossOfModuli(b, c) / std::abs(volume);
+  }
+  lattice.condition = DotOfModuli(e[0], lattice.sizes[0]);
+  lattice.rises.assign(SpanCount(structure), kUnknown);
+  return lattice;
+}
+
+TurnedPatches::TurnedPatches(const DeformPlan& plan, std::span<const Vec3d> control_points)
+    : plan_(plan) {
+  lattices_.push_back(MakeLattice(plan.structure, control_points));
+  for (const TurnedLattice& one : plan.turned) {
+    lattices_.push_back(MakeLattice(one.structure, control_points.subspan(one.first_point)));
+  }
+}
+
+bool TurnedPatches::IsReached(const DeformPlan& plan, size_t patch) {
+  return std::ranges::any_of(
+      plan.turned, [&](const TurnedLattice& one) { return one.spans[patch] != kNoSpans; });
+}
+
+size_t TurnedPatches::MostBytes(const DeformPlan& plan) {
+  size_t spans = SpanCount(plan.structure);
+  for (const TurnedLattice& one : plan.turned) spans += SpanCount(one.structure);
+  return (1 + plan.turned.size()) * sizeof(Lattice) + spans * sizeof(double);
+}
+
+KnotSpans TurnedPatches::SpansOf(size_t lattice, size_t patch) const {
+  if (lattice > 0) return plan_.turned[lattice - 1].spans[patch];
+  const uint32_t box = plan_.patches[patch].box;
+  return box == plan_.outside_box() ? kNoSpans : plan_.boxes[box].span;
+}
+
+// In the box with the patch's spans.
+TriangleInBox TurnedPatches::CornersOf(size_t lattice, size_t patch) const {
+  const LatticeStructure& s = *lattices_[lattice].structure;
+  const KnotSpans spans = SpansOf(lattice, patch);
+  TriangleInBox corners;
+  for (size_t c = 0; c < 3; ++c) {
+    const uint32_t v = plan_.patches[patch].vertex[c];
+    const Vec3d at =
+        lattice == 0 ? plan_.vertices[v].parameter : plan_.turned[lattice - 1].parameters[v];
+    for (size_t a = 0; a < 3; ++a) {
+      const auto span = static_cast<size_t>(spans[a]);
+      const double lower = s.knots[a][span], upper = s.knots[a][span + 1];
+      corners[a][c] = (at[static_cast<int>(a)] - lower) / (upper - lower);
+    }
+  }
+  return corners;
+}
+
+void TurnedPatches::Enter(Lattice& lattice, const KnotSpans& spans) {
+  if (lattice.spans == spans) return;
+  lattice.spans = spans;
+  const LatticeStructure& s = *lattice.structure;
+  BoxPart part{.span = spans, .lower = {}, .upper = {}};
+  for (size_t a = 0; a < 3; ++a) {
+    const auto axis = static_cast<int>(a);
+    const auto span = static_cast<size_t>(spans[a]);
+    part.lower[axis] = s.knots[a][span];
+    part.upper[axis] = s.knots[a][span + 1];
+    lattice.widths[a] =
+        (part.upper[axis] - part.lower[axis]) / (s.domain_end(axis) - s.domain_begin(axis));
+  }
+  const BoxSlopes slopes(s, lattice.points, part);
+  for (size_t a = 0; a < 3; ++a) lattice.most[a] = slopes.Along(a, lattice.slopes[a]);
+}
+
+// A bound of |J_g - I| in the box that the lattice has entered, rounding included.
+double TurnedPatches::RiseOf(const Lattice& lattice) {
+  double rise = 0;
+  for (size_t a = 0; a < 3; ++a) {
+    const BezierBox& slope = lattice.slopes[a];
+    const Vec3d edge = lattice.widths[a] * lattice.structure->frame.edges[a];
+    double largest = 0;
+    for (int k = 0; k <= slope.degree[2]; ++k) {
+      for (int j = 0; j <= slope.degree[1]; ++j) {
+        for (int i = 0; i <= slope.degree[0]; ++i) {
+          const double of_point = Norm(slope.points[k][j][i] - edge);
+          if (!(of_point <= largest)) largest = of_point;
+          if (std::isnan(largest)) return largest;
+        }
+      }
+    }
+    // Of the columns, 72 u and more; the largest component is at most so much smaller than the length.
+    const double rounding =
+        TurnedSlack(lattice.condition) * (lattice.most[a] + Norm(edge)) * Norm(lattice.sizes[a]);
+    rise += (largest * Norm(lattice.gradients[a]) + rounding) / lattice.widths[a];
+  }
+  return rise;
+}
+
+bool TurnedPatches::IsNearRest(size_t patch) {
+  constexpr double kSurely = 0.999;  // far from what rounding of the sum can do
+  double sum = 0;
+  for (size_t g = 0; g < lattices_.size(); ++g) {
+    const KnotSpans spans = SpansOf(g, patch);
+    if (spans == kNoSpans) continue;
+    Lattice& lattice = lattices_[g];
+    double& rise = lattice.rises[PlaceOfSpans(*lattice.structure, spans)];
+    if (rise == kUnknown) {
+      Enter(lattice, spans);
+      rise = RiseOf(lattice);
+    }
+    if (!AreInBox(CornersOf(g, patch))) return false;
+    sum += rise;
+  }
+  return sum < kSurely;
+}
+
+std::array<VectorForm, 3> TurnedPatches::Columns(const Lattice& lattice,
+                                                 const TriangleInBox& corners, Vec3d& bounds) {
+  const auto degree = static_cast<size_t>(lattice.structure->patch_degree()) - 1;
+  std::array<VectorForm, 3> columns{MakeVectorForm(degree), MakeVectorForm(degree),
+                                    MakeVectorForm(degree)};
+  for (size_t a = 0; a < 3; ++a) {
+    const VectorForm slope = Compose(lattice.slopes[a], corners);
+    const Vec3d gradient = lattice.gradients[a] / lattice.widths[a];
+    for (size_t axis = 0; axis < 3; ++axis) {
+      for (size_t c = 0; c < 3; ++c) {
+        AddScaled(slope[c], gradient[static_cast<int>(axis)], columns[axis][c]);
+      }
+    }
+    bounds += (lattice.most[a] / lattice.widths[a]) * lattice.sizes[a];
+  }
+  return columns;
+}
+
+double TurnedPatches::MakeDeterminant(size_t patch, BernsteinTriangle& determinant) {
+  std::vector<size_t> present;
+  size_t degree = 0;
+  for (size_t g = 0; g < lattices_.size(); ++g) {
+    if (SpansOf(g, patch) == kNoSpans) continue;
+    present.push_back(g);
+    degree = std::max(degree, static_cast<size_t>(lattices_[g].structure->patch_degree()) - 1);
+  }
+  std::array<VectorForm, 3> column{MakeVectorForm(degree), MakeVectorForm(degree),
+                                   MakeVectorForm(degree)};
+  // J without the J_g: the identity, less one for each of them.
+  const double rest = 1 - static_cast<double>(present.size());
+  for (size_t axis = 0; axis < 3; ++axis) {
+    for (size_t i = 0; i <= degree; ++i) {
+      for (size_t j = 0; i + j <= degree; ++j) {
+        column[axis][axis].at(i, j) = rest * Multinomial(i, j, degree - i - j);
+      }
+    }
+  }
+  Vec3d bounds{std::abs(rest), std::abs(rest), std::abs(rest)};
+  double condition = 1;
+  bool is_sure = true;
+  for (const size_t g : present) {
+    Lattice& lattice = lattices_[g];
+    Enter(lattice, SpansOf(g, patch));
+    const TriangleInBox corners = CornersOf(g, patch);
+    is_sure = is_sure && AreInBox(corners);
+    condition = std::max(condition, lattice.condition);
+    const std::array<VectorForm, 3> own = Columns(lattice, corners, bounds);
+    for (size_t axis = 0; axis < 3; ++axis) {
+      const VectorForm elevated = Elevated(own[axis], degree);
+      for (size_t c = 0; c < 3; ++c) AddScaled(elevated[c], 1, column[axis][c]);
+    }
+  }
+  SetDeterminant(column, 1, determinant);
+  if (!is_sure) return std::numeric_limits<double>::infinity();
+  return TurnedSlack(condition) * bounds.x * bounds.y * bounds.z;
+}
+
+}  // namespace latticed

@@ -1,0 +1,292 @@
+// SPDX-FileCopyrightText: The latticed authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Folds of surfaces under lattices that are turned against each other, against the definition of J on them.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <iostream>
+#include <random>
+#include <string>
+
+#include "core/folds/fold_certifier.h"
+#include "core/folds/turned_determinant.h"
+#include "tests/core/folds/fold_fixtures.h"
+
+namespace latticed {
+namespace {
+
+constexpr uint32_t kTurnedFoldSeed = 67;
+
+using testing::LatticeOptions;
+using testing::TorusMesh;
+
+struct TurnedFolds {
+  std::shared_ptr<const DeformPlan> plan;
+  std::vector<LatticeStructure> structures;
+};
+
+TurnedFolds PlanTurned(PolygonMesh mesh, std::span<const LatticeOptions> lattices) {
+  TurnedFolds result;
+  for (const LatticeOptions& options : lattices) {
+    result.structures.push_back(testing::MakeStructure(mesh.ComputeBounds(), options));
+  }
+  auto plan = MakePlan(std::make_shared<const PolygonMesh>(std::move(mesh)), result.structures[0],
+                       {}, NeverStop, nullptr, std::span(result.structures).subspan(1));
+  EXPECT_TRUE(plan.ok());
+  if (plan.ok()) result.plan = *plan;
+  return result;
+}
+
+// Control points of all lattices, moved by up to `amount` of their distances or so.
+std::vector<Vec3d> JitterAll(const TurnedFolds& scene, double amount, uint32_t seed) {
+  std::vector<Vec3d> points;
+  for (const LatticeStructure& s : scene.structures) {
+    const auto own = testing::Jitter(s, amount, seed++);
+    points.insert(points.end(), own.begin(), own.end());
+  }
+  return points;
+}
+
+// Two or three lattices about a torus, with degrees from `mix` = 0 … 26. Parts of the torus lie outside of each of them.
+TurnedFolds DrawTurned(uint32_t mix, bool three) {
+  const std::array<int, 3> degree{1 + static_cast<int>(mix % 3), 1 + static_cast<int>(mix / 3 % 3),
+                                  1 + static_cast<int>(mix / 9)};
+  std::vector<LatticeOptions> lattices{
+      {.degree = degree, .extra = {2, 1, 1}, .shear = 0.2, .mirrored = true, .scale = 0.8},
+      {.degree = {degree[2], 2, degree[0]},
+       .extra = {1, 2, 1},
+       .knots = testing::KnotKind::kNonUniform,
+       .scale = 0.9,
+       .turn = 0.5,
+       .shift = {0.2, 0.1, 0}}};
+  if (three) lattices.push_back({.degree = {3, 1, 2}, .scale = 0.5, .turn = -1, .shift = {0.4}});
+  return PlanTurned(TorusMesh(9, 6), lattices);
+}
+
+double SumDeterminantAt(const DirectFfd& definition, size_t patch,
+                        const std::array<double, 3>& at) {
+  const auto j = definition.EvaluatePosition(patch, at).jacobian;
+  return Dot(j[0], Cross(j[1], j[2]));
+}
+
+FoldReport ReportOfTurned(const std::shared_ptr<const DeformPlan>& plan,
+                          std::span<const Vec3d> points) {
+  auto report = FoldCertifier(plan, FoldScope::kSurface).Certify(points);
+  EXPECT_TRUE(report.ok());
+  return *std::move(report);
+}
+
+// The least det J at (steps + 1) (steps + 2) / 2 points of the patch, corners and edges included.
+double LeastOnPatch(const DirectFfd& definition, size_t patch, int steps) {
+  double least = 1e300;
+  for (int i = 0; i <= steps; ++i) {
+    for (int j = 0; i + j <= steps; ++j) {
+      const double a = double(i) / steps, b = double(j) / steps;
+      least = std::min(least, SumDeterminantAt(definition, patch, {1 - a - b, a, b}));
+    }
+  }
+  return least;
+}
+
+TEST(TurnedDeterminant, IsTheDefinitionsOnEveryPatch) {
+  std::mt19937 random(kTurnedFoldSeed);
+  std::uniform_real_distribution<double> uniform(0, 1);
+  for (uint32_t mix = 0; mix < 27; ++mix) {
+    SCOPED_TRACE(::testing::Message() << "mix " << mix << ", seed " << kTurnedFoldSeed);
+    const TurnedFolds scene = DrawTurned(mix, mix % 2 == 0);
+    const auto points = JitterAll(scene, 0.4, kTurnedFoldSeed + mix);
+    const DirectFfd definition(*scene.plan, points);
+    TurnedPatches patches(*scene.plan, points);
+    BernsteinTriangle determinant;
+    for (size_t p = 0; p < scene.plan->patches.size(); ++p) {
+      const double slack = patches.MakeDeterminant(p, determinant);
+      ASSERT_LT(slack, 1e-7);
+      const double x = uniform(random), y = uniform(random) * (1 - x);
+      const std::array<double, 3> at{1 - x - y, x, y};
+      ASSERT_NEAR(determinant.Value(at), SumDeterminantAt(definition, p, at), slack + 1e-11)
+          << "patch " << p;
+    }
+  }
+}
+
+// Far from the origin, control points lose digits, but J and its slack depend on their differences alone.
+TEST(TurnedDeterminant, DoesNotDependOnWhereTheLatticesGo) {
+  const TurnedFolds scene = DrawTurned(13, true);
+  std::vector<Vec3d> points = JitterAll(scene, 0.2, kTurnedFoldSeed);
+  BernsteinTriangle here, there;
+  TurnedPatches before(*scene.plan, points);
+  std::vector<Vec3d> moved = points;
+  for (Vec3d& p : moved) p += Vec3d{1 << 20, 1 << 20, -(1 << 20)};
+  TurnedPatches after(*scene.plan, moved);
+  for (size_t p = 0; p < scene.plan->patches.size(); ++p) {
+    const double slack = before.MakeDeterminant(p, here);
+    EXPECT_NEAR(after.MakeDeterminant(p, there), slack, 1e-6 * slack);
+    EXPECT_NEAR(here.Least(), there.Least(), 1e-6);
+  }
+}
+
+// LATTICED_TURNED_SCENES and LATTICED_FOLD_SAMPLES set how many there are, and the samples along a patch's edge.
+uint32_t TurnedSetting(const char* name, uint32_t usual) {
+  const char* const text = std::getenv(name);
+  return text == nullptr ? usual : static_cast<uint32_t>(std::stoul(text));
+}
+
+TEST(TurnedFolds, ReportsAgreeWithSamplesOfTheDefinition) {
+  const uint32_t count = TurnedSetting("LATTICED_TURNED_SCENES", 54);
+  const int steps = static_cast<int>(TurnedSetting("LATTICED_FOLD_SAMPLES", 8));
+  uint64_t folded = 0, certified = 0, undecided = 0, outside = 0;
+  for (uint32_t seed = 0; seed < count; ++seed) {
+    SCOPED_TRACE(seed);
+    const TurnedFolds scene = DrawTurned(seed % 27, seed / 27 % 2 == 0);
+    const DeformPlan& plan = *scene.plan;
+    // From lattices that hardly ever fold to lattices that nearly always do.
+    const auto points = JitterAll(scene, 0.03 * (1 + seed % 8), 3 * seed);
+    const DirectFfd definition(plan, points);
+
+    const FoldReport report = ReportOfTurned(scene.plan, points);
+
+    folded += report.Count(FoldState::kFolded);
+    undecided += report.Count(FoldState::kUndecided);
+    certified += report.boxes - report.places.size();
+    for (size_t p = 0; p < plan.patches.size(); ++p) {
+      if (report.StateOf(plan.patches[p].box) != FoldState::kCertified) continue;
+      outside += plan.patches[p].box == plan.outside_box() ? 1u : 0u;
+      ASSERT_GT(LeastOnPatch(definition, p, steps), 0) << "patch " << p;
+    }
+    for (const FoldedBox& place : report.places) {
+      if (place.state == FoldState::kFolded) {
+        EXPECT_LE(place.determinant, 0);
+      }
+    }
+  }
+  std::cout << count << " scenes: " << certified << " boxes certified, " << folded << " folded, "
+            << undecided << " undecided; " << outside << " certified patches outside\n";
+  EXPECT_GT(folded, 2 * count);
+  EXPECT_GT(certified, 2 * count);
+  EXPECT_GT(outside, count);
+  EXPECT_LE(undecided, (folded + certified) / 1000);
+}
+
+// The witness of a fold is on a patch of its box, and folded by the definition.
+TEST(TurnedFolds, AWitnessIsFolded) {
+  const TurnedFolds scene = DrawTurned(13, true);
+  const DeformPlan& plan = *scene.plan;
+  const auto points = JitterAll(scene, 0.5, kTurnedFoldSeed);
+  const FoldReport report = ReportOfTurned(scene.plan, points);
+  ASSERT_GT(report.Count(FoldState::kFolded), 3u);
+  EXPECT_EQ(report.places.back().place, kOutsidePlace);
+  for (const FoldedBox& place : report.places) {
+    const auto j = EvaluateWorld(plan, points, place.rest_point).jacobian;
+    EXPECT_NEAR(Dot(j[0], Cross(j[1], j[2])), place.determinant, 1e-7) << "box " << place.box;
+    Bounds bounds;
+    for (uint32_t p = plan.box_patches[place.box]; p < plan.box_patches[place.box + 1]; ++p) {
+      for (const uint32_t v : plan.patches[p].vertex) bounds.Extend(plan.vertices[v].world);
+    }
+    EXPECT_EQ(Max(Min(place.rest_point, bounds.max), bounds.min), place.rest_point);
+  }
+}
+
+// Both contain all of the mesh.
+TurnedFolds TwoAround() {
+  return PlanTurned(TorusMesh(9, 6),
+                    std::vector<LatticeOptions>{{.scale = 2.5}, {.scale = 2.5, .turn = 0.7}});
+}
+
+// The displacements are those of linear maps: d0 and d1 times x, along x.
+std::vector<Vec3d> StretchedBy(const TurnedFolds& scene, double d0, double d1) {
+  std::vector<Vec3d> points = scene.plan->identity_points;
+  const auto own = static_cast<size_t>(scene.structures[0].control_point_count());
+  for (size_t i = 0; i < points.size(); ++i) points[i].x += (i < own ? d0 : d1) * points[i].x;
+  return points;
+}
+
+TEST(TurnedFolds, LatticesThatFoldAloneMayNotFoldTogether) {
+  const TurnedFolds scene = TwoAround();
+  EXPECT_TRUE(ReportOfTurned(scene.plan, scene.plan->identity_points).certified());
+  EXPECT_TRUE(ReportOfTurned(scene.plan, StretchedBy(scene, -2, 2)).certified());
+  EXPECT_TRUE(ReportOfTurned(scene.plan, StretchedBy(scene, 3, -3.9)).certified());
+}
+
+TEST(TurnedFolds, LatticesThatDoNotFoldAloneMayFoldTogether) {
+  const TurnedFolds scene = TwoAround();
+  for (const auto& [d0, d1] : {std::pair{-0.6, 0.0}, {0.0, -0.6}}) {
+    EXPECT_TRUE(ReportOfTurned(scene.plan, StretchedBy(scene, d0, d1)).certified());
+  }
+  const FoldReport report = ReportOfTurned(scene.plan, StretchedBy(scene, -0.6, -0.6));
+  EXPECT_GT(report.boxes, 0u);
+  EXPECT_EQ(report.Count(FoldState::kFolded), report.boxes);
+  for (const FoldedBox& place : report.places) EXPECT_NEAR(place.determinant, -0.2, 1e-11);
+}
+
+// The plan's own lattice is around one half of the torus. The turned one is around the other half, or nowhere near.
+TEST(TurnedFolds, TheOutsideBoxCountsWhereATurnedLatticeReachesIt) {
+  for (const double x : {0.5, 5.0}) {
+    const TurnedFolds scene =
+        PlanTurned(TorusMesh(12, 6),
+                   std::vector<LatticeOptions>{{.scale = 0.6, .shift = {-0.5, 0, 0}},
+                                               {.scale = 0.6, .turn = 0.3, .shift = {x, 0, 0}}});
+    const DeformPlan& plan = *scene.plan;
+    uint64_t boxes = 0;
+    for (size_t b = 0; b < plan.outside_box(); ++b) {
+      boxes += plan.box_patches[b + 1] > plan.box_patches[b] ? 1u : 0u;
+    }
+    std::vector<Vec3d> points = plan.identity_points;
+    for (size_t i = plan.turned[0].first_point; i < points.size(); ++i) points[i].z *= -1;
+
+    const FoldReport report = ReportOfTurned(scene.plan, points);
+
+    if (x > 1) {
+      EXPECT_EQ(report, FoldReport{.boxes = boxes});
+      continue;
+    }
+    EXPECT_EQ(report.boxes, boxes + 1);
+    ASSERT_EQ(report.StateOf(plan.outside_box()), FoldState::kFolded);
+    EXPECT_EQ(report.places.back().place, kOutsidePlace);
+    EXPECT_NEAR(report.places.back().determinant, -1, 1e-12);
+  }
+}
+
+TEST(TurnedFolds, AFlattenedSumIsNotCertified) {
+  const TurnedFolds scene = TwoAround();
+  const FoldReport report = ReportOfTurned(scene.plan, StretchedBy(scene, -0.25, -0.75));
+  EXPECT_EQ(report.places.size(), report.boxes);
+}
+
+TEST(TurnedFolds, NumbersThatOverflowProveNothing) {
+  const TurnedFolds scene = TwoAround();
+  std::vector<Vec3d> points = scene.plan->identity_points;
+  for (Vec3d& p : points) p.x *= 1e308;
+  EXPECT_FALSE(ReportOfTurned(scene.plan, points).certified());
+}
+
+TEST(TurnedFolds, RecertifyLeadsToTheSameReport) {
+  for (const uint32_t mix : {5u, 13u, 21u}) {
+    const TurnedFolds scene = DrawTurned(mix, mix == 13);
+    const FoldCertifier certifier(scene.plan, FoldScope::kSurface);
+    std::vector<Vec3d> points = scene.plan->identity_points;
+    const auto own = static_cast<uint32_t>(scene.structures[0].control_point_count());
+    FoldReport report = *certifier.Certify(points);
+    EXPECT_TRUE(report.certified());
+    std::mt19937 random(kTurnedFoldSeed + mix);
+    std::uniform_real_distribution<double> uniform(-1.5, 1.5);
+    for (int edit = 0; edit < 24; ++edit) {
+      SCOPED_TRACE(::testing::Message() << "mix " << mix << ", edit " << edit);
+      std::vector<uint32_t> changed;
+      for (size_t n = random() % 3 + 1; n-- > 0;) {
+        // One third of the edits is of the own lattice, one third of the others, one third of all of them.
+        const uint32_t first = edit % 3 == 1 ? own : 0;
+        const auto end = edit % 3 == 0 ? own : static_cast<uint32_t>(points.size());
+        changed.push_back(first + static_cast<uint32_t>(random()) % (end - first));
+        points[changed.back()] += Vec3d{uniform(random), uniform(random), uniform(random)};
+      }
+      report = certifier.Recertify(report, changed, points);
+      ASSERT_EQ(report, *certifier.Certify(points));
+    }
+    EXPECT_FALSE(report.certified());
+  }
+}
+
+}  // namespace
+}  // namespace latticed
