@@ -70,17 +70,16 @@ absl::Status CarryNormals(std::span<const Carrier> carriers, std::span<const flo
 
 }  // namespace
 
-absl::StatusOr<PolygonMesh> DeformedMesh(PolygonMesh mesh, const DeformPlan& plan,
-                                         std::span<const Vec3d> control_points, StopCheck stop) {
-  std::span<const float> weights;
-  if (plan.mesh_weights != nullptr) weights = *plan.mesh_weights;
+absl::StatusOr<PolygonMesh> DeformedMesh(PolygonMesh mesh,
+                                         absl::FunctionRef<DeformedPoint(Vec3d)> deform,
+                                         StopCheck stop, std::span<const float> weights) {
   StopPoll poll(stop);
   std::vector<Carrier> carriers;
   if (mesh.has_normals()) carriers.reserve(mesh.positions.size());
   for (size_t v = 0; v < mesh.positions.size(); ++v) {
     LATTICED_RETURN_IF_ERROR(poll.Step());
     const Vec3d rest = mesh.positions[v];
-    DeformedPoint deformed = EvaluateWorld(plan, control_points, rest);
+    DeformedPoint deformed = deform(rest);
     const Vec3d offset = deformed.position - rest;
     if (!weights.empty()) Weigh(rest, weights[v], {}, deformed.position, deformed.jacobian);
     mesh.positions[v] = deformed.position;

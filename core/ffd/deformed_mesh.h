@@ -21,17 +21,18 @@
 
 #include <span>
 
+#include "absl/functional/function_ref.h"
 #include "absl/status/statusor.h"
 #include "core/base/stop_check.h"
-#include "core/ffd/plan/deform_plan.h"
+#include "core/ffd/direct_ffd.h"
 #include "core/mesh/polygon_mesh.h"
 
 namespace latticed {
 
-// `mesh` has the positions of the plan's, whose weights are theirs.
-[[nodiscard]] absl::StatusOr<PolygonMesh> DeformedMesh(PolygonMesh mesh, const DeformPlan& plan,
-                                                       std::span<const Vec3d> control_points,
-                                                       StopCheck stop = NeverStop);
+// `deform` is EvaluateWorld of a lattice or a plan. `weights` is empty, or has one for each position.
+[[nodiscard]] absl::StatusOr<PolygonMesh> DeformedMesh(
+    PolygonMesh mesh, absl::FunctionRef<DeformedPoint(Vec3d)> deform, StopCheck stop = NeverStop,
+    std::span<const float> weights = {});
 
 }  // namespace latticed
 

@@ -169,7 +169,7 @@ EnclosedCentroid MeasureCentroid(const SurfaceMoments& moments,
 }
 
 EnclosedCentroid MeasureCentroidByPatches(const DeformPlan& plan,
-                                         std::span<const Vec3d> control_points) {
+                                          std::span<const Vec3d> control_points) {
   PatchIntegrals sums = IntegratePatches(plan, control_points, true);
   EnclosedCentroid result{.volume = {sums.volume, std::move(sums.volume_gradient)}};
   const Vec3d centroid = sums.moment / sums.volume;

@@ -50,7 +50,7 @@ struct EnclosedCentroid {
                                                std::span<const Vec3d> control_points);
 // The same of a plan with weights or turned lattices.
 [[nodiscard]] EnclosedCentroid MeasureCentroidByPatches(const DeformPlan& plan,
-                                                       std::span<const Vec3d> control_points);
+                                                        std::span<const Vec3d> control_points);
 
 }  // namespace latticed
 

@@ -114,7 +114,9 @@ class Summand {
 class PatchSum {
  public:
   PatchSum(const DeformPlan& plan, std::span<const Vec3d> control_points, bool with_moment)
-      : plan_(plan), with_moment_(with_moment), rule_(MakeTriangleRule(OrderFor(plan, with_moment))) {
+      : plan_(plan),
+        with_moment_(with_moment),
+        rule_(MakeTriangleRule(OrderFor(plan, with_moment))) {
     constexpr double kThird = 1.0 / 3;
     result_.origin =
         DirectFfd(plan, control_points).EvaluatePosition(0, {kThird, kThird, kThird}).position;

@@ -65,9 +65,9 @@ class AreaSum {
   // A lattice that reaches the present patch.
   struct Reaching {
     VolumeView volume;
-    const int* span;                   // of the patch's box
-    size_t first;                      // of its control points
-    bool is_turned;                    // adds R - x
+    const int* span;                  // of the patch's box
+    size_t first;                     // of its control points
+    bool is_turned;                   // adds R - x
     std::array<Vec3d, 3> parameters;  // of the patch's corners
   };
   static VolumeView ViewOf(const LatticeStructure& s, std::span<const Vec3d> control_points) {

@@ -58,7 +58,6 @@ size_t DeformPlan::MemoryBytes() const {
   return bytes;
 }
 
-
 bool IsAttached(const DeformPlan& plan, const Seam& seam, std::span<const Vec3d> control_points) {
   if (seam.rests) return true;
   for (int k = seam.first[2]; k <= seam.last[2]; ++k) {

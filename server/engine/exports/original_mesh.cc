@@ -40,7 +40,12 @@ absl::StatusOr<PolygonMesh> OriginalMesh(const SceneState& state, NormalMode nor
   if (!keeps_polygons && !IsTriangular(mesh)) {
     LATTICED_ASSIGN_OR_RETURN(mesh, Triangulated(mesh, stop));
   }
-  return DeformedMesh(std::move(mesh), *state.plan, *state.control_points, stop);
+  const auto deform = [&](Vec3d world) {
+    return EvaluateWorld(*state.plan, *state.control_points, world);
+  };
+  const VertexWeights& weights = state.plan->mesh_weights;
+  return DeformedMesh(std::move(mesh), deform, stop,
+                      weights == nullptr ? std::span<const float>() : *weights);
 }
 
 SurfaceMemory MemoryOfOriginalMesh(const DeformPlan& plan, NormalMode normals,

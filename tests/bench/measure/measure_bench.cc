@@ -16,8 +16,8 @@
 
 #include "core/measure/enclosed_volume.h"
 #include "core/measure/kept_volume.h"
-#include "core/measure/surface_area.h"
 #include "core/measure/patch_integrals.h"
+#include "core/measure/surface_area.h"
 #include "fmt/format.h"
 #include "tests/bench/benches.h"
 #include "tests/bench/scenario.h"

@@ -86,7 +86,8 @@ class MeasuredDegrees : public ::testing::TestWithParam<std::tuple<int, Surface>
                                  .extra = {1, 1, 1},
                                  .knots = KnotKind::kNonUniform,
                                  .mirrored = n % 2 == 1};
-    if (std::get<1>(GetParam()) == Surface::kWeighted) return WeightedPlanOf(TorusMesh(7, 5), options);
+    if (std::get<1>(GetParam()) == Surface::kWeighted)
+      return WeightedPlanOf(TorusMesh(7, 5), options);
     const auto mesh = std::make_shared<const PolygonMesh>(TorusMesh(7, 5));
     LatticeOptions turned = options;
     std::swap(turned.degree[0], turned.degree[2]);

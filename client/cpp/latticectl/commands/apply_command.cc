@@ -91,8 +91,11 @@ absl::Status RunVerticesOnly(const ApplyFlags& flags, Console console) {
   mesh.normals.clear();  // those of the file are wrong after a deformation
   mesh.corner_normals.clear();
   const OutsideMap outside(lattice.structure);
-  LATTICED_ASSIGN_OR_RETURN(mesh, DeformedMesh(std::move(mesh), outside.continued(),
-                                               outside.Continue(lattice.control_points)));
+  const std::vector<Vec3d> control_points = outside.Continue(lattice.control_points);
+  const auto deform = [&](Vec3d world) {
+    return EvaluateWorld(outside.continued(), control_points, world);
+  };
+  LATTICED_ASSIGN_OR_RETURN(mesh, DeformedMesh(std::move(mesh), deform));
   LATTICED_RETURN_IF_ERROR(WriteMeshFile(
       flags.output, mesh, {.units = units, .source = file.bytes, .source_format = file.format}));
   const double seconds = absl::ToDoubleSeconds(absl::Now() - start);
