@@ -4,6 +4,7 @@
 
 #include <utility>
 
+#include "core/base/status_macros.h"
 #include "core/ffd/box/box_contraction.h"
 #include "core/measure/box_integral_kernel.h"
 #include "core/measure/patch_integrals.h"
@@ -123,10 +124,7 @@ std::vector<std::array<Vec3d, 3>> CentroidGradient(const EnclosedVolume& volume,
 
 EnclosedVolume MeasureVolume(const SurfaceMoments& moments, std::span<const Vec3d> control_points) {
   if (moments.has_weights()) return MeasureWeightedVolume(moments, control_points);
-  if (moments.plan().is_weighted() || !moments.plan().turned.empty()) {
-    PatchIntegrals sums = IntegratePatches(moments.plan(), control_points, false);
-    return {sums.volume, std::move(sums.volume_gradient)};
-  }
+  if (moments.is_by_patches()) return *MeasureVolumeByPatches(moments.plan(), control_points);
   EnclosedVolume result{.gradient = std::vector<Vec3d>(control_points.size())};
   const Vec3d origin = OriginFor(moments.plan(), control_points);
   std::array<Wide, 3> sums;
@@ -168,9 +166,17 @@ EnclosedCentroid MeasureCentroid(const SurfaceMoments& moments,
   return result;
 }
 
-EnclosedCentroid MeasureCentroidByPatches(const DeformPlan& plan,
-                                          std::span<const Vec3d> control_points) {
-  PatchIntegrals sums = IntegratePatches(plan, control_points, true);
+absl::StatusOr<EnclosedVolume> MeasureVolumeByPatches(const DeformPlan& plan,
+                                                      std::span<const Vec3d> control_points,
+                                                      StopCheck stop) {
+  LATTICED_ASSIGN_OR_RETURN(auto sums, IntegratePatches(plan, control_points, false, stop));
+  return EnclosedVolume{sums.volume, std::move(sums.volume_gradient)};
+}
+
+absl::StatusOr<EnclosedCentroid> MeasureCentroidByPatches(const DeformPlan& plan,
+                                                          std::span<const Vec3d> control_points,
+                                                          StopCheck stop) {
+  LATTICED_ASSIGN_OR_RETURN(auto sums, IntegratePatches(plan, control_points, true, stop));
   EnclosedCentroid result{.volume = {sums.volume, std::move(sums.volume_gradient)}};
   const Vec3d centroid = sums.moment / sums.volume;
   result.centroid = sums.origin + centroid;

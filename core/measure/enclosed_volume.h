@@ -27,6 +27,8 @@
 #include <span>
 #include <vector>
 
+#include "absl/status/statusor.h"
+#include "core/base/stop_check.h"
 #include "core/base/vec.h"
 #include "core/measure/surface_moments.h"
 
@@ -48,9 +50,11 @@ struct EnclosedCentroid {
 // The moments must be of kCentroid, their plan without weights and turned lattices. A volume of 0 has no centroid: it is then not finite.
 [[nodiscard]] EnclosedCentroid MeasureCentroid(const SurfaceMoments& moments,
                                                std::span<const Vec3d> control_points);
-// The same of a plan with weights or turned lattices.
-[[nodiscard]] EnclosedCentroid MeasureCentroidByPatches(const DeformPlan& plan,
-                                                        std::span<const Vec3d> control_points);
+// The same of any plan, by quadrature on patches; with weights and turned lattices the only way. Errors: what `stop` returns.
+[[nodiscard]] absl::StatusOr<EnclosedVolume> MeasureVolumeByPatches(
+    const DeformPlan& plan, std::span<const Vec3d> control_points, StopCheck stop = NeverStop);
+[[nodiscard]] absl::StatusOr<EnclosedCentroid> MeasureCentroidByPatches(
+    const DeformPlan& plan, std::span<const Vec3d> control_points, StopCheck stop = NeverStop);
 
 }  // namespace latticed
 

@@ -129,7 +129,9 @@ absl::StatusOr<int> KeepVolume(const SurfaceMoments& moments, const KeptVolume& 
   const double volume = kept.volume.has_value() ? *kept.volume : RestVolume(moments);
   std::optional<Vec3d> direction;
   if (kept.axis.has_value()) {
-    const Vec3d edge = moments.plan().structure.frame.edges[static_cast<size_t>(*kept.axis)];
+    const LatticeStructure& edited =
+        outside != nullptr ? outside->structure() : moments.plan().structure;
+    const Vec3d edge = edited.frame.edges[static_cast<size_t>(*kept.axis)];
     direction = edge / Norm(edge);
   }
   const Solver solver(moments, volume, direction, freedom, outside);

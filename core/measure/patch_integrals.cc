@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <optional>
 
+#include "core/base/status_macros.h"
 #include "core/ffd/direct_ffd.h"
 #include "core/measure/triangle_rule.h"
 #include "core/points/box_map.h"
@@ -83,14 +84,13 @@ class Summand {
   // Adds what the sums of the present box are for control points, and begins anew.
   void AddSums(PatchIntegrals& result) {
     if (!box_.has_value()) return;
-    const size_t count = control_points_.size();
-    boxes_.AddGradient(*box_, sums_[0], std::span(result.volume_gradient).subspan(first_, count));
+    boxes_.AddTransposed(*box_, sums_[0],
+                         [&](size_t i) -> Vec3d& { return result.volume_gradient[first_ + i]; });
     if (!result.moment_gradient.empty()) {
-      std::vector<Vec3d> gradient(count);
       for (size_t j = 0; j < 3; ++j) {
-        std::ranges::fill(gradient, Vec3d());
-        boxes_.AddGradient(*box_, sums_[j + 1], gradient);
-        for (size_t i = 0; i < count; ++i) result.moment_gradient[first_ + i][j] += gradient[i];
+        boxes_.AddTransposed(*box_, sums_[j + 1], [&](size_t i) -> Vec3d& {
+          return result.moment_gradient[first_ + i][j];
+        });
       }
     }
     sums_ = {};
@@ -129,8 +129,13 @@ class PatchSum {
     }
   }
 
-  PatchIntegrals Run() {
-    for (size_t p = 0; p < plan_.patches.size(); ++p) AddPatch(p);
+  absl::StatusOr<PatchIntegrals> Run(StopCheck stop) {
+    constexpr size_t kCost = 32;  // a patch takes as long as so many in planning
+    StopPoll poll(stop);
+    for (size_t p = 0; p < plan_.patches.size(); ++p) {
+      LATTICED_RETURN_IF_ERROR(poll.Step(kCost));
+      AddPatch(p);
+    }
     for (Summand& summand : summands_) summand.AddSums(result_);
     return std::move(result_);
   }
@@ -234,9 +239,10 @@ class PatchSum {
 
 }  // namespace
 
-PatchIntegrals IntegratePatches(const DeformPlan& plan, std::span<const Vec3d> control_points,
-                                bool with_moment) {
-  return PatchSum(plan, control_points, with_moment).Run();
+absl::StatusOr<PatchIntegrals> IntegratePatches(const DeformPlan& plan,
+                                                std::span<const Vec3d> control_points,
+                                                bool with_moment, StopCheck stop) {
+  return PatchSum(plan, control_points, with_moment).Run(stop);
 }
 
 }  // namespace latticed

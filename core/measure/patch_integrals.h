@@ -14,7 +14,7 @@
 // 400. A patch that no lattice reaches, or whose corners all have the weight 0, rests, and costs next to nothing.
 //
 // Units    world units
-// Errors   none: callers check that the surface is closed
+// Errors   what `stop` returns. Callers check that the surface is closed
 // Threads  pure function
 #ifndef LATTICED_CORE_MEASURE_PATCH_INTEGRALS_H_
 #define LATTICED_CORE_MEASURE_PATCH_INTEGRALS_H_
@@ -23,6 +23,8 @@
 #include <span>
 #include <vector>
 
+#include "absl/status/statusor.h"
+#include "core/base/stop_check.h"
 #include "core/base/vec.h"
 #include "core/ffd/plan/deform_plan.h"
 
@@ -36,9 +38,10 @@ struct PatchIntegrals {
   std::vector<std::array<Vec3d, 3>> moment_gradient;  // [i][j] = dS_j / dP_i
 };
 // Without `with_moment`, S and its derivatives are left empty.
-[[nodiscard]] PatchIntegrals IntegratePatches(const DeformPlan& plan,
-                                              std::span<const Vec3d> control_points,
-                                              bool with_moment);
+[[nodiscard]] absl::StatusOr<PatchIntegrals> IntegratePatches(const DeformPlan& plan,
+                                                              std::span<const Vec3d> control_points,
+                                                              bool with_moment,
+                                                              StopCheck stop = NeverStop);
 
 }  // namespace latticed
 

@@ -69,6 +69,7 @@ class AreaSum {
     size_t first;                     // of its control points
     bool is_turned;                   // adds R - x
     std::array<Vec3d, 3> parameters;  // of the patch's corners
+    std::array<Vec3d, 3> corners;     // the same of the present part's
   };
   static VolumeView ViewOf(const LatticeStructure& s, std::span<const Vec3d> control_points) {
     VolumeView volume{.control_points = control_points.data()};
@@ -124,20 +125,23 @@ class AreaSum {
         estimate_ += RestArea(p);
         continue;
       }
-      estimate_ += Integrate(PartOf(p), centroid);
+      const PatchPart part = PartOf(p);
+      TakePart(part);
+      estimate_ += Integrate(part, centroid);
     }
     return absl::OkStatus();
   }
 
-  // Where a part is in a lattice that reaches its patch.
-  static std::array<Vec3d, 3> ParametersOf(const Reaching& lattice, const PatchPart& part) {
-    std::array<Vec3d, 3> corners;
-    for (size_t c = 0; c < 3; ++c) {
-      for (int i = 0; i < 3; ++i) {
-        corners[c] += part[c].in_patch[i] * lattice.parameters[static_cast<size_t>(i)];
+  // Finds where the part is in the lattices that reach its patch.
+  void TakePart(const PatchPart& part) {
+    for (Reaching& lattice : reaching_) {
+      lattice.corners = {};
+      for (size_t c = 0; c < 3; ++c) {
+        for (int i = 0; i < 3; ++i) {
+          lattice.corners[c] += part[c].in_patch[i] * lattice.parameters[static_cast<size_t>(i)];
+        }
       }
     }
-    return corners;
   }
   static Vec3d Blend(const std::array<Vec3d, 3>& v, const std::array<double, 3>& b) {
     return b[0] * v[0] + b[1] * v[1] + b[2] * v[2];
@@ -155,13 +159,13 @@ class AreaSum {
       result = {.s = rest_s, .t = rest_t};
     }
     for (const Reaching& lattice : reaching_) {
-      const std::array<Vec3d, 3> parameters = ParametersOf(lattice, part);
+      const std::array<Vec3d, 3>& corners = lattice.corners;
       const VolumePoint point =
-          EvaluateVolume<true>(lattice.volume, lattice.span, Blend(parameters, b));
+          EvaluateVolume<true>(lattice.volume, lattice.span, Blend(corners, b));
       position += point.position;
       for (int a = 0; a < 3; ++a) {
-        result.s += (parameters[1] - parameters[0])[a] * point.derivatives[a];
-        result.t += (parameters[2] - parameters[0])[a] * point.derivatives[a];
+        result.s += (corners[1] - corners[0])[a] * point.derivatives[a];
+        result.t += (corners[2] - corners[0])[a] * point.derivatives[a];
       }
       if (!lattice.is_turned) continue;
       result.s -= rest_s;
@@ -194,6 +198,7 @@ class AreaSum {
   }
 
   void Add(const PatchPart& part, int quarterings) {
+    TakePart(part);
     const double area = Integrate(part, fine_);
     const double error = std::abs(area - Integrate(part, coarse_));
     if (error <= 0.5 * tolerance_ * area + std::ldexp(spare_, -2 * quarterings) ||
@@ -221,14 +226,14 @@ class AreaSum {
       const Vec3d by_s = Cross(at.t, unit), by_t = Cross(unit, at.s);
       const Vec3d by_value = 0.5 * weight * (at.weight_s * by_s + at.weight_t * by_t);
       for (const Reaching& lattice : reaching_) {
-        const std::array<Vec3d, 3> parameters = ParametersOf(lattice, part);
+        const std::array<Vec3d, 3>& corners = lattice.corners;
         std::array<Vec3d, 3> by_axis;
         for (int a = 0; a < 3; ++a) {
-          by_axis[static_cast<size_t>(a)] = 0.5 * weight * at.weight *
-                                            ((parameters[1] - parameters[0])[a] * by_s +
-                                             (parameters[2] - parameters[0])[a] * by_t);
+          by_axis[static_cast<size_t>(a)] =
+              0.5 * weight * at.weight *
+              ((corners[1] - corners[0])[a] * by_s + (corners[2] - corners[0])[a] * by_t);
         }
-        AddToPoints(lattice, Blend(parameters, barycentrics), by_value, by_axis);
+        AddToPoints(lattice, Blend(corners, barycentrics), by_value, by_axis);
       }
     }
   }

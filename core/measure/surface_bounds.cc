@@ -149,6 +149,7 @@ class BoundsSearch {
     constexpr size_t kCost = 8;  // a patch takes as long as so many in planning
     const DirectFfd direct(plan_, points_);
     for (size_t p = 0; p < plan_.patches.size(); ++p) {
+      LATTICED_RETURN_IF_ERROR(poll.Step(kCost));
       for (size_t c = 0; c < 3; ++c) {
         std::array<double, 3> corner{};
         corner[c] = 1;

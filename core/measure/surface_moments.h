@@ -66,6 +66,10 @@ class SurfaceMoments {
   const double* table(size_t n, size_t d, size_t family = 0) const {
     return moments_.data() + ((n * families_ + family) * 3 + d) * terms();
   }
+  // Whether there are none: measures are integrated patch by patch (patch_integrals.h).
+  bool is_by_patches() const {
+    return boxes_.empty() && (plan_->is_weighted() || !plan_->turned.empty());
+  }
   // Whether there are tables with weights.
   bool has_weights() const { return families_ > 1; }
   // Of the whole surface, if has_weights().

@@ -45,6 +45,11 @@ class BoxMaps {
   [[nodiscard]] BoxPolynomial VelocityOf(size_t box, std::span<const Vec3d> tangents) const;
   // Adds what the sums of a box are for each control point.
   void AddGradient(size_t box, const BoxNumbers& sums, std::span<Vec3d> gradient) const;
+  // The same, added to add(number of the control point), which returns a Vec3d&.
+  template <class Add>
+  void AddTransposed(size_t box, const BoxNumbers& sums, const Add& add) const {
+    ContractionOf(box).AddTransposed(sums, add);
+  }
 
  private:
   struct Axis {

@@ -132,6 +132,8 @@ class Scene : public RenderSource, public std::enable_shared_from_this<Scene> {
       ABSL_LOCKS_EXCLUDED(edit_mutex_, mutex_);
 
   [[nodiscard]] std::shared_ptr<const SceneState> State() const ABSL_LOCKS_EXCLUDED(mutex_);
+  // By which the newest plan is evaluated: the one that was asked for, if it takes turned lattices or there are none.
+  [[nodiscard]] Pipeline pipeline() const { return PipelineFor(*State()->plan); }
   // The newest state, and what evaluates it.
   [[nodiscard]] RenderInput Head() const ABSL_LOCKS_EXCLUDED(mutex_);
   [[nodiscard]] MemoryUse memory() const ABSL_LOCKS_EXCLUDED(mutex_);
@@ -224,8 +226,8 @@ class Scene : public RenderSource, public std::enable_shared_from_this<Scene> {
   // Of undo steps, log_ and commits_.
   uint64_t HistoryBytes() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(edit_mutex_)
       ABSL_LOCKS_EXCLUDED(mutex_);
-  [[nodiscard]] absl::StatusOr<Prepared> Prepare(const PlanKey& key, StopCheck stop) const;
   [[nodiscard]] Pipeline PipelineFor(const DeformPlan& plan) const;
+  [[nodiscard]] absl::StatusOr<Prepared> Prepare(const PlanKey& key, StopCheck stop) const;
   // For a batch that wants this plan. Where weights are to keep a volume, with the moments that this takes: made here, they
   // hold up no other edit.
   [[nodiscard]] absl::StatusOr<Prepared> PrepareFor(const EditBatch& batch, const PlanKey& key,

@@ -61,7 +61,6 @@ absl::StatusOr<Scene::Prepared> Scene::Prepare(const PlanKey& key, StopCheck sto
   });
 }
 
-// Pipeline fused does not take turned lattices.
 Pipeline Scene::PipelineFor(const DeformPlan& plan) const {
   const bool is_turned = !plan.turned.empty() && config_.pipeline == Pipeline::kFused;
   return is_turned ? Pipeline::kGemm : config_.pipeline;

@@ -89,7 +89,7 @@ std::vector<std::array<Vec3d, 3>> ByLattice(const SceneLattice& lattice,
 // With the volume and its derivatives. They are all integrated at once.
 absl::StatusOr<EnclosedCentroid> CentroidOf(const SceneState& state, StopCheck stop) {
   if (state.plan->is_weighted() || !state.plan->turned.empty()) {  // makes no moments
-    return MeasureCentroidByPatches(*state.plan, *state.control_points);
+    return MeasureCentroidByPatches(*state.plan, *state.control_points, stop);
   }
   LATTICED_ASSIGN_OR_RETURN(const auto moments,
                             state.measures->Moments(SurfaceMoments::Order::kCentroid, stop));
@@ -120,7 +120,11 @@ absl::Status MeasureInside(const SceneState& state, const Wanted& wanted,
   } else {
     LATTICED_ASSIGN_OR_RETURN(const auto moments,
                               state.measures->Moments(SurfaceMoments::Order::kVolume, stop));
-    volume = MeasureVolume(*moments, points);
+    if (moments->is_by_patches()) {
+      LATTICED_ASSIGN_OR_RETURN(volume, MeasureVolumeByPatches(*state.plan, points, stop));
+    } else {
+      volume = MeasureVolume(*moments, points);
+    }
   }
   if (!wanted.volume) return absl::OkStatus();
   response.set_volume(volume.volume);

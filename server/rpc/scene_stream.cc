@@ -84,7 +84,7 @@ absl::StatusOr<std::shared_ptr<SceneStream>> SceneStream::Open(ServerEnv* env,
   LATTICED_ASSIGN_OR_RETURN(auto room,
                             env->memory->Reserve("the stream's messages", bytes, caller.memory));
   options.watcher.evaluator =
-      env->evaluator + " " + env->backend().Arithmetic(stream->scene_->config().pipeline);
+      env->evaluator + " " + env->backend().Arithmetic(stream->scene_->pipeline());
   options.watcher.run = env->boot_id;
   LATTICED_ASSIGN_OR_RETURN(auto watcher, Watcher::Create(stream->scene_, options.watcher));
   const MutexLock lock(&stream->mutex_);

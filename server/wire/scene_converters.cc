@@ -243,6 +243,7 @@ v1::Scene ToProto(const Scene& scene) {
     *result.add_lattices() = SummaryToProto(lattice.structure());
     result.mutable_lattices()->rbegin()->set_index(lattice.number);
   }
+  result.set_pipeline(WriteEnum(kPipelines, scene.pipeline()));
   result.set_weighted(state->plan->is_weighted());
   result.set_strength(state->lattices[0].map->strength());
   result.set_revision(state->revision);

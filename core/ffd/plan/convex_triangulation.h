@@ -7,7 +7,7 @@
 //
 // Cutting leaves several vertices on one straight side, where a fan or ear clipping would make triangles without area.
 // This method makes such a triangle only where every triangulation has one. It is Klincsek's dynamic programme, O(n^3)
-// for n corners; most polygons have three or four, and none that cutting makes has many more than 9.
+// for n corners; most polygons have three or four.
 //
 // Threads  pure function
 #ifndef LATTICED_CORE_FFD_PLAN_CONVEX_TRIANGULATION_H_
@@ -17,6 +17,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <span>
 
 #include "core/base/vec.h"
@@ -31,20 +32,20 @@ inline double TriangleQuality(Vec3d a, Vec3d b, Vec3d c) {
 }
 
 // Calls emit(a, b, c) for each of the points.size() - 2 triangles, a < b < c. There are 3 points or more.
-// A triangle cut by three slabs has at most 9 corners, and rounding may add a few collinear ones. Above 16, a fan is
-// made.
+// A triangle cut by three slabs has at most 9 corners, and rounding may add a few collinear ones. Each turned lattice that cuts
+// the same triangle on both sides along all axes adds 6. Above 32, a fan is made.
 template <typename Emit>
 void TriangulateConvex(std::span<const Vec3d> points, Emit&& emit) {
   const size_t n = points.size();
   if (n == 3) return emit(size_t{0}, size_t{1}, size_t{2});
-  constexpr size_t kMost = 16;
-  if (n > kMost) {  // cutting never makes so many; a fan keeps the topology
+  constexpr size_t kMost = 32;
+  if (n > kMost) {  // hardly ever; a fan keeps the topology
     for (size_t k = 1; k + 1 < n; ++k) emit(size_t{0}, k, k + 1);
     return;
   }
   // worst[i][j]: quality of the worst triangle in the best triangulation of corners i … j.
   std::array<std::array<double, kMost>, kMost> worst;
-  std::array<std::array<size_t, kMost>, kMost> apex{};
+  std::array<std::array<uint8_t, kMost>, kMost> apex{};
   for (size_t i = 0; i + 1 < n; ++i) worst[i][i + 1] = HUGE_VAL;
   for (size_t length = 2; length < n; ++length) {
     for (size_t i = 0; i + length < n; ++i) {
@@ -55,7 +56,7 @@ void TriangulateConvex(std::span<const Vec3d> points, Emit&& emit) {
             std::min({worst[i][k], worst[k][j], TriangleQuality(points[i], points[k], points[j])});
         if (quality > worst[i][j]) {
           worst[i][j] = quality;
-          apex[i][j] = k;
+          apex[i][j] = static_cast<uint8_t>(k);
         }
       }
     }

@@ -81,8 +81,9 @@ AxisEnds EndsOf(std::span<const SummandAxis> axes, const AxisEnds& mesh) {
   return ends;
 }
 
-absl::Status CheckEnds(size_t k, const SummandAxis& axis, const AxisEnds& ends, size_t a) {
-  const double near = kOneKnot * (ends.end - ends.begin);
+// `near`: two ends that differ by no more are one.
+absl::Status CheckEnds(size_t k, const SummandAxis& axis, const AxisEnds& ends, double near,
+                       size_t a) {
   const bool begins_inside = axis.space.begin() > ends.begin + near && !axis.fades_at_begin;
   const bool ends_inside = axis.space.end() < ends.end - near && !axis.fades_at_end;
   if (!begins_inside && !ends_inside) return absl::OkStatus();
@@ -161,7 +162,8 @@ absl::Status SumAxis(size_t a, std::vector<SummandAxis>& axes, const AxisEnds& m
   AxisEnds least = ends;
   if (has_others) least = {std::min(ends.begin, mesh.begin), std::max(ends.end, mesh.end)};
   for (size_t k = 0; k < axes.size(); ++k) {
-    LATTICED_RETURN_IF_ERROR(CheckEnds(members[k], axes[k], least, a));
+    LATTICED_RETURN_IF_ERROR(
+        CheckEnds(members[k], axes[k], least, kOneKnot * (ends.end - ends.begin), a));
   }
   const AxisSpace space = SpaceOf(axes, ends);
   for (size_t k = 0; k < axes.size(); ++k) sum.parts[k][a] = Refine(axes[k].space, space);

@@ -211,10 +211,9 @@ def test_bad_ones_are_refused(two, client, box):
         two.edits_of(2).undo()
     with pytest.raises(latticed.LatticedError, match="lattice: got 5"):
         two.lattice(5)
-    turned = two.lattice()
-    turned.edges = turned.edges + np.array([[0, 0.1, 0], [0, 0, 0], [0, 0, 0]])
-    turned.control_points = turned.rest()
-    with pytest.raises(latticed.LatticedError, match="parallel"):
-        client.create_scene(box, [two.lattice(), turned])
-    with pytest.raises(latticed.LatticedError, match="parallel"):
-        two.add_lattice(turned)
+    ending = two.lattice(1)
+    ending.outside = latticed.Outside()
+    with pytest.raises(latticed.LatticedError, match="ends inside the mesh"):
+        client.create_scene(box, [two.lattice(), ending])
+    with pytest.raises(latticed.LatticedError, match="ends inside the mesh"):
+        two.add_lattice(ending)

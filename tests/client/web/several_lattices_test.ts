@@ -100,7 +100,7 @@ test('a lattice that is refused leaves the one that is shown', async (t) => {
   const fixture = await live(t);
   const { session, stream } = fixture;
   session.addLattice(cubeLattice());
-  const status = { code: 3, message: 'lattices[2].frame: its edges are not parallel' };
+  const status = { code: 3, message: 'lattices[2].outside: the lattice ends inside the mesh' };
   stream.event({ case: 'editResult', value: { sequence: stream.edits[0]!.sequence, revision: 0n, structureId: 1n, status } });
   assert.equal(session.latticeIndex, 0);
   assert.equal(session.latticeCount, 2);

@@ -10,6 +10,7 @@
 #include <tuple>
 #include <utility>
 
+#include "core/ffd/outside/outside_map.h"
 #include "core/ffd/pick/patch_tree.h"
 #include "core/measure/enclosed_volume.h"
 #include "core/measure/kept_volume.h"
@@ -52,7 +53,7 @@ VertexWeights ConstantWeights(const PolygonMesh& mesh, float weight) {
 }
 
 EnclosedCentroid CentroidOf(const WeightedPlanPtr& plan, std::span<const Vec3d> points) {
-  if (plan->is_weighted() || !plan->turned.empty()) return MeasureCentroidByPatches(*plan, points);
+  if (plan->is_weighted() || !plan->turned.empty()) return *MeasureCentroidByPatches(*plan, points);
   return MeasureCentroid(**SurfaceMoments::Make(plan, Order::kCentroid), points);
 }
 
@@ -292,6 +293,40 @@ TEST(WeightedMeasures, AVolumeIsKept) {
     EXPECT_LE(steps, kMostVolumeSteps);
     EXPECT_LE(error(), 2e-12);
   }
+}
+
+// The axis is one of the edited lattice's.
+TEST(TurnedMeasures, TheVolumeIsKeptAlongAnAxisOfTheTurnedLattice) {
+  const auto mesh = std::make_shared<const PolygonMesh>(TorusMesh(20, 12));
+  const LatticeOptions turned_options{.scale = 2, .turn = 0.7};
+  const std::array structures{MakeStructure(mesh->ComputeBounds(), {}),
+                              MakeStructure(mesh->ComputeBounds(), turned_options)};
+  const auto plan =
+      *MakePlan(mesh, structures[0], {}, NeverStop, nullptr, std::span(structures).subspan(1));
+  OutsideMap map(structures[1]);
+  map.PlaceAmong(plan->turned[0].first_point,
+                 std::make_shared<const std::vector<Vec3d>>(plan->identity_points));
+  const auto moments = *SurfaceMoments::Make(plan, Order::kVolume);
+  EXPECT_TRUE(moments->is_by_patches());
+  std::vector<Vec3d> points = IdentityControlPoints(structures[1]);
+  std::vector<bool> named(points.size());
+  const size_t moved = points.size() / 2;
+  points[moved] += Vec3d{0.3, 0.2, -0.4};
+  named[moved] = true;
+  const std::vector<Vec3d> before = points;
+
+  ASSERT_OK(KeepVolume(*moments, {.axis = 1}, nullptr, named, points, &map));
+
+  const double volume = MeasurePatches(*plan, map.Continue(points)).volume;
+  EXPECT_NEAR(volume / RestVolume(*moments), 1, 1e-12);
+  const Vec3d axis = structures[1].frame.edges[1] / Norm(structures[1].frame.edges[1]);
+  double most = 0;
+  for (size_t i = 0; i < points.size(); ++i) {
+    const Vec3d move = points[i] - before[i];
+    EXPECT_LE(Norm(Cross(move, axis)), 1e-13);
+    most = std::max(most, Norm(move));
+  }
+  EXPECT_GT(most, 1e-4);
 }
 
 TEST(WeightedClosure, VerticesOfOtherWeightsAreNotOne) {

@@ -68,8 +68,10 @@ TEST_F(TurnedLatticesTest, OneComesAndGoes) {
   EXPECT_TRUE(Chunks() == Chunks(kBoth));
   EXPECT_EQ(Get().patches(), Get(kBoth).patches());
   EXPECT_EQ(Get().patches_on_faces(), 0u);
+  EXPECT_EQ(Get().pipeline(), v1::PIPELINE_GEMM);
   ASSERT_OK(Apply(Remove(1)));
   EXPECT_TRUE(Chunks() == alone);
+  EXPECT_EQ(Get().pipeline(), v1::PIPELINE_FUSED);
   ASSERT_OK(Apply(Undo(1)));
   EXPECT_TRUE(Chunks() == Chunks(kBoth));
   Restart();
