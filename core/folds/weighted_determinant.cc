@@ -5,14 +5,26 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/bounds.h"
+#include "core/folds/box_slopes.h"
 #include "core/folds/triangle_forms.h"
 
 namespace latticed {
 namespace {
 
 constexpr double kWeightedSlack = 6 * 2500 * 0x1p-53;
+// Of the length of a coefficient of G or G_a: 80 u per component.
+constexpr double kBoxRounding = 140 * 0x1p-53;
 
+// |a| . |b| with moduli instead of numbers.
+double SumOfModuli(Vec3d a, Vec3d b) {
+  return std::abs(a.x * b.x) + std::abs(a.y * b.y) + std::abs(a.z * b.z);
+}
 double LargestComponent(Vec3d v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
+
+double LargestComponent(const Bounds& bounds) {
+  return std::max(LargestComponent(bounds.min), LargestComponent(bounds.max));
+}
 
 // The largest size(p) of the box's points p; not a number if one is.
 template <class Size>
@@ -30,45 +42,39 @@ double Largest(const BezierBox& box, const Size& size) {
   return largest;
 }
 
-// d / dl along an axis, l from 0 to 1 in the box.
-BezierBox SlopeOf(const BezierBox& box, size_t axis) {
-  BezierBox slope;
-  slope.degree = box.degree;
-  --slope.degree[axis];
-  const std::array<int, 3> next{axis == 0, axis == 1, axis == 2};
-  for (int k = 0; k <= slope.degree[2]; ++k) {
-    for (int j = 0; j <= slope.degree[1]; ++j) {
-      for (int i = 0; i <= slope.degree[0]; ++i) {
-        slope.points[k][j][i] =
-            static_cast<double>(box.degree[axis]) *
-            (box.points[k + next[2]][j + next[1]][i + next[0]] - box.points[k][j][i]);
-      }
+void Subtract(Vec3d v, BezierBox& box) {
+  for (int k = 0; k <= box.degree[2]; ++k) {
+    for (int j = 0; j <= box.degree[1]; ++j) {
+      for (int i = 0; i <= box.degree[0]; ++i) box.points[k][j][i] -= v;
     }
   }
-  return slope;
 }
 
 }  // namespace
 
-WeightedBox::WeightedBox(const DeformPlan& plan, uint32_t box, std::span<const Vec3d> offsets)
+WeightedBox::WeightedBox(const DeformPlan& plan, uint32_t box,
+                         std::span<const Vec3d> control_points, std::span<const Vec3d> offsets)
     : plan_(plan),
       knots_(plan.boxes[box]),
       offset_(RestrictVolume(plan.structure, offsets, knots_.span, knots_.lower, knots_.upper)),
-      offset_length_(Largest(offset_, Norm)),
-      most_offset_(Largest(offset_, [](Vec3d v) { return LargestComponent(v); })) {
-  const FrameMap map(plan.structure);
+      most_offset_(LargestComponent(ControlHull(plan.structure, offsets, knots_.span))) {
+  const LatticeStructure& s = plan.structure;
+  const BoxSlopes slopes(s, control_points, {knots_.span, knots_.lower, knots_.upper});
   for (size_t a = 0; a < 3; ++a) {
-    slopes_[a] = SlopeOf(offset_, a);
-    most_slope_[a] = Largest(slopes_[a], [](Vec3d v) { return LargestComponent(v); });
-    Vec3d end = knots_.lower;
-    end[static_cast<int>(a)] = knots_.upper[static_cast<int>(a)];
-    edges_[a] = map.ToWorld(end) - map.ToWorld(knots_.lower);
+    const auto axis = static_cast<int>(a);
+    edges_[a] =
+        ((knots_.upper[axis] - knots_.lower[axis]) / (s.domain_end(axis) - s.domain_begin(axis))) *
+        s.frame.edges[a];
+    most_slope_[a] = slopes.Along(a, slopes_[a]);
+    Subtract(edges_[a], slopes_[a]);
   }
   volume_ = Dot(edges_[0], Cross(edges_[1], edges_[2]));
+  offset_length_ = Largest(offset_, Norm) + kBoxRounding * most_offset_;
   for (size_t a = 0; a < 3; ++a) {
     const double by_world =
         Norm(Cross(edges_[(a + 1) % 3], edges_[(a + 2) % 3])) / std::abs(volume_);
-    slope_length_ += by_world * Largest(slopes_[a], Norm);
+    const double rounding = kBoxRounding * (most_slope_[a] + LargestComponent(edges_[a]));
+    slope_length_ += by_world * (Largest(slopes_[a], Norm) + rounding);
   }
 }
 
@@ -112,7 +118,7 @@ double WeightedBox::MakeDeterminant(size_t p, BernsteinTriangle& determinant) co
       }
     }
     const Vec3d edge = edges_[a];
-    most *= LargestComponent(edge) + most_slope_[a] + std::abs(rise) * most_offset_;
+    most *= LargestComponent(edge) + most_slope_[a] + SumOfModuli(gradient, edge) * most_offset_;
   }
   SetDeterminant(column, volume_, determinant);
   return kWeightedSlack * most / std::abs(volume_);
