@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/base/bounds.h"
 #include "core/folds/box_slopes.h"
 #include "core/folds/triangle_forms.h"
 
@@ -21,10 +20,6 @@ double SumOfModuli(Vec3d a, Vec3d b) {
   return std::abs(a.x * b.x) + std::abs(a.y * b.y) + std::abs(a.z * b.z);
 }
 double LargestComponent(Vec3d v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
-
-double LargestComponent(const Bounds& bounds) {
-  return std::max(LargestComponent(bounds.min), LargestComponent(bounds.max));
-}
 
 // The largest size(p) of the box's points p; not a number if one is.
 template <class Size>
@@ -54,38 +49,61 @@ void Subtract(Vec3d v, BezierBox& box) {
 
 WeightedBox::WeightedBox(const DeformPlan& plan, uint32_t box,
                          std::span<const Vec3d> control_points, std::span<const Vec3d> offsets)
-    : plan_(plan),
-      knots_(plan.boxes[box]),
-      offset_(RestrictVolume(plan.structure, offsets, knots_.span, knots_.lower, knots_.upper)),
-      most_offset_(LargestComponent(ControlHull(plan.structure, offsets, knots_.span))) {
+    : plan_(plan), knots_(plan.boxes[box]), control_points_(control_points), offsets_(offsets) {
   const LatticeStructure& s = plan.structure;
-  const BoxSlopes slopes(s, control_points, {knots_.span, knots_.lower, knots_.upper});
   for (size_t a = 0; a < 3; ++a) {
     const auto axis = static_cast<int>(a);
     edges_[a] =
         ((knots_.upper[axis] - knots_.lower[axis]) / (s.domain_end(axis) - s.domain_begin(axis))) *
         s.frame.edges[a];
-    most_slope_[a] = slopes.Along(a, slopes_[a]);
-    Subtract(edges_[a], slopes_[a]);
   }
   volume_ = Dot(edges_[0], Cross(edges_[1], edges_[2]));
-  offset_length_ = Largest(offset_, Norm) + kBoxRounding * most_offset_;
+  const BezierBox offset = ControlBox(s, offsets, knots_.span);
+  most_offset_ = Largest(offset, [](Vec3d v) { return LargestComponent(v); });
+  by_control_points_.offset = Largest(offset, Norm);
+  const BezierBox points = ControlBox(s, control_points, knots_.span);
   for (size_t a = 0; a < 3; ++a) {
-    const double by_world =
-        Norm(Cross(edges_[(a + 1) % 3], edges_[(a + 2) % 3])) / std::abs(volume_);
-    const double rounding = kBoxRounding * (most_slope_[a] + LargestComponent(edges_[a]));
-    slope_length_ += by_world * (Largest(slopes_[a], Norm) + rounding);
+    BezierBox slopes = points;
+    most_slope_[a] = Differentiate(s, knots_.span, a, slopes);
+    Subtract(edges_[a], slopes);
+    by_control_points_.rise += RiseOf(slopes, a);
   }
 }
 
-bool WeightedBox::IsNearRest(size_t patch) const {
+double WeightedBox::RiseOf(const BezierBox& slopes, size_t a) const {
+  const double by_world = Norm(Cross(edges_[(a + 1) % 3], edges_[(a + 2) % 3])) / std::abs(volume_);
+  const double rounding = kBoxRounding * (most_slope_[a] + LargestComponent(edges_[a]));
+  return by_world * (Largest(slopes, Norm) + rounding);
+}
+
+const WeightedBox::Coefficients& WeightedBox::Restrict() {
+  if (coefficients_.has_value()) return *coefficients_;
+  Coefficients& c = coefficients_.emplace(Coefficients{});
+  c.offset = RestrictVolume(plan_.structure, offsets_, knots_.span, knots_.lower, knots_.upper);
+  c.bound.offset = Largest(c.offset, Norm) + kBoxRounding * most_offset_;
+  const BoxSlopes slopes(plan_.structure, control_points_,
+                         {knots_.span, knots_.lower, knots_.upper});
+  for (size_t a = 0; a < 3; ++a) {
+    slopes.Along(a, c.slopes[a]);
+    Subtract(edges_[a], c.slopes[a]);
+    c.bound.rise += RiseOf(c.slopes[a], a);
+  }
+  return c;
+}
+
+bool WeightedBox::IsWithin(const Bound& bound, size_t patch) const {
   constexpr double kSurely = 0.999;  // far from what rounding can do
-  return std::ranges::max(plan_.CornerWeights(patch)) * slope_length_ +
-             offset_length_ * Norm(plan_.PatchWeightGradient(patch)) <
+  return std::ranges::max(plan_.CornerWeights(patch)) * bound.rise +
+             bound.offset * Norm(plan_.PatchWeightGradient(patch)) <
          kSurely;
 }
 
-double WeightedBox::MakeDeterminant(size_t p, BernsteinTriangle& determinant) const {
+bool WeightedBox::IsNearRest(size_t patch) {
+  return IsWithin(by_control_points_, patch) || IsWithin(Restrict().bound, patch);
+}
+
+double WeightedBox::MakeDeterminant(size_t p, BernsteinTriangle& determinant) {
+  const Coefficients& box = Restrict();
   TriangleInBox corners;
   for (size_t c = 0; c < 3; ++c) {
     const Vec3d at = plan_.vertices[plan_.patches[p].vertex[c]].parameter;
@@ -101,12 +119,12 @@ double WeightedBox::MakeDeterminant(size_t p, BernsteinTriangle& determinant) co
   weight.at(0, 1) = weights[1];
   weight.at(0, 0) = weights[2];
   const Vec3d gradient = plan_.PatchWeightGradient(p);
-  const VectorForm offset = Compose(offset_, corners);
+  const VectorForm offset = Compose(box.offset, corners);
   const size_t n = offset[0].degree();
   std::array<VectorForm, 3> column{MakeVectorForm(n), MakeVectorForm(n), MakeVectorForm(n)};
   double most = 1;
   for (size_t a = 0; a < 3; ++a) {
-    const VectorForm slope = Compose(slopes_[a], corners);
+    const VectorForm slope = Compose(box.slopes[a], corners);
     const double rise = Dot(gradient, edges_[a]);
     for (size_t c = 0; c < 3; ++c) {
       column[a][c].AddProduct(weight, slope[c], 1);

@@ -32,14 +32,16 @@
 // The rounding of the divisor is a factor that all coefficients share. A coefficient above the slack proves that the true one
 // is above 0.
 //
-// Most patches need no polynomial: det J > 0 where |J - I| < 1, and |J - I| <= max w |J_F - I| + |F - x| |grad w|.
+// Most patches need no polynomial: det J > 0 where |J - I| < 1, and |J - I| <= max w |J_F - I| + |F - x| |grad w|. The control
+// points and their differences bound these; so do the coefficients over the box, more closely.
 //
 // Errors   none; where numbers overflow, nothing is proved
-// Threads  pure functions
+// Threads  one at a time: what patches need of the box is made for the first of them
 #ifndef LATTICED_CORE_FOLDS_WEIGHTED_DETERMINANT_H_
 #define LATTICED_CORE_FOLDS_WEIGHTED_DETERMINANT_H_
 
 #include <array>
+#include <optional>
 #include <span>
 
 #include "core/base/vec.h"
@@ -49,7 +51,7 @@
 
 namespace latticed {
 
-// A knot box of a weighted plan, for its patches.
+// A knot box of a weighted plan, for its patches. Keeps references to all that it is made of.
 class WeightedBox {
  public:
   // `offsets`: of the control points from their places at rest.
@@ -57,21 +59,36 @@ class WeightedBox {
               std::span<const Vec3d> offsets);
 
   // Whether the second bound above proves det J > 0 on a patch of the box.
-  [[nodiscard]] bool IsNearRest(size_t patch) const;
+  [[nodiscard]] bool IsNearRest(size_t patch);
   // Sets `determinant` to det J over a patch of the box, and returns the slack.
-  [[nodiscard]] double MakeDeterminant(size_t patch, BernsteinTriangle& determinant) const;
+  [[nodiscard]] double MakeDeterminant(size_t patch, BernsteinTriangle& determinant);
 
  private:
+  // Bounds of |F - x| and of |J_F - I| in the box.
+  struct Bound {
+    double offset = 0, rise = 0;
+  };
+  // Over the box.
+  struct Coefficients {
+    BezierBox offset;
+    std::array<BezierBox, 3> slopes;  // G_a
+    Bound bound;
+  };
+
+  [[nodiscard]] bool IsWithin(const Bound& bound, size_t patch) const;
+  const Coefficients& Restrict();
+  // What the slopes along an axis add to a bound of |J_F - I|.
+  [[nodiscard]] double RiseOf(const BezierBox& slopes, size_t axis) const;
+
   const DeformPlan& plan_;
   const KnotBox& knots_;
-  BezierBox offset_;
-  std::array<BezierBox, 3> slopes_;  // G_a
+  std::span<const Vec3d> control_points_, offsets_;
   std::array<Vec3d, 3> edges_;
-  double volume_ = 0;         // of the edges; negative in a left-handed frame
-  double offset_length_ = 0;  // bounds of |F - x| and of |J_F - I|
-  double slope_length_ = 0;
+  double volume_ = 0;       // of the edges; negative in a left-handed frame
   double most_offset_ = 0;  // H and D_a of the slack
   std::array<double, 3> most_slope_{};
+  Bound by_control_points_;
+  std::optional<Coefficients> coefficients_;
 };
 
 }  // namespace latticed

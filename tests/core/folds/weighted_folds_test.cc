@@ -95,7 +95,7 @@ TEST(WeightedDeterminant, IsTheDefinitionsOnEveryPatch) {
     const DirectFfd definition(*plan, points);
     BernsteinTriangle determinant;
     for (uint32_t box = 0; box < plan->outside_box(); ++box) {
-      const WeightedBox weighted(*plan, box, points, offsets);
+      WeightedBox weighted(*plan, box, points, offsets);
       for (uint32_t p = plan->box_patches[box]; p < plan->box_patches[box + 1]; ++p) {
         const double slack = weighted.MakeDeterminant(p, determinant);
         ASSERT_LT(slack, 1e-8);
@@ -123,7 +123,7 @@ TEST(WeightedDeterminant, StaysWithinItsSlackWhereTheLatticeIsMovedFar) {
       const auto moved = Moved(points, {shift, -shift, 0.75 * shift});
       const auto offsets = OffsetsOf(*plan, points), moved_offsets = OffsetsOf(*plan, moved);
       for (uint32_t box = 0; box < plan->outside_box(); ++box) {
-        const WeightedBox near(*plan, box, points, offsets), far(*plan, box, moved, moved_offsets);
+        WeightedBox near(*plan, box, points, offsets), far(*plan, box, moved, moved_offsets);
         for (uint32_t p = plan->box_patches[box]; p < plan->box_patches[box + 1]; ++p) {
           const double slack = near.MakeDeterminant(p, here) + far.MakeDeterminant(p, there);
           ASSERT_LT(slack, 1e-8);
