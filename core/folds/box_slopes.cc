@@ -31,29 +31,24 @@ void ApplyOnAxis(const BezierMatrix& matrix, size_t axis, BezierBox& grid) {
 
 }  // namespace
 
-BoxSlopes::BoxSlopes(const LatticeStructure& s, std::span<const Vec3d> control_points,
-                     const BoxPart& part)
-    : structure_(s), span_(part.span), box_{.degree = s.degree} {
-  for (size_t a = 0; a < 3; ++a) {
-    const int axis = static_cast<int>(a);
-    for (const int less : {0, 1}) {
-      restrict_to_[static_cast<size_t>(less)][a] = BezierMatrixOf(
-          s.knots[a], s.degree[a] - less, part.span[a], part.lower[axis], part.upper[axis]);
-    }
-  }
+BezierBox ControlBox(const LatticeStructure& s, std::span<const Vec3d> control_points,
+                     const std::array<int, 3>& span) {
+  BezierBox box{.degree = s.degree};
   for (int k = 0; k <= s.degree[2]; ++k) {
     for (int j = 0; j <= s.degree[1]; ++j) {
       for (int i = 0; i <= s.degree[0]; ++i) {
-        box_.points[k][j][i] = control_points[static_cast<size_t>(s.Index(
-            span_[0] - s.degree[0] + i, span_[1] - s.degree[1] + j, span_[2] - s.degree[2] + k))];
+        box.points[k][j][i] = control_points[static_cast<size_t>(s.Index(
+            span[0] - s.degree[0] + i, span[1] - s.degree[1] + j, span[2] - s.degree[2] + k))];
       }
     }
   }
+  return box;
 }
 
-double BoxSlopes::Differentiate(size_t axis, BezierBox& grid) const {
-  const auto n = static_cast<size_t>(structure_.degree[axis]), k = static_cast<size_t>(span_[axis]);
-  const std::vector<double>& t = structure_.knots[axis];
+double Differentiate(const LatticeStructure& s, const std::array<int, 3>& span, size_t axis,
+                     BezierBox& grid) {
+  const auto n = static_cast<size_t>(s.degree[axis]), k = static_cast<size_t>(span[axis]);
+  const std::vector<double>& t = s.knots[axis];
   const std::array<int, 3> step{axis == 0, axis == 1, axis == 2};
   --grid.degree[axis];
   double most = 0;
@@ -72,9 +67,21 @@ double BoxSlopes::Differentiate(size_t axis, BezierBox& grid) const {
   return most;
 }
 
+BoxSlopes::BoxSlopes(const LatticeStructure& s, std::span<const Vec3d> control_points,
+                     const BoxPart& part)
+    : structure_(s), span_(part.span), box_(ControlBox(s, control_points, part.span)) {
+  for (size_t a = 0; a < 3; ++a) {
+    const int axis = static_cast<int>(a);
+    for (const int less : {0, 1}) {
+      restrict_to_[static_cast<size_t>(less)][a] = BezierMatrixOf(
+          s.knots[a], s.degree[a] - less, part.span[a], part.lower[axis], part.upper[axis]);
+    }
+  }
+}
+
 double BoxSlopes::Along(size_t axis, BezierBox& slopes) const {
   slopes = box_;
-  const double most = Differentiate(axis, slopes);
+  const double most = Differentiate(structure_, span_, axis, slopes);
   for (size_t b = 0; b < 3; ++b) ApplyOnAxis(restrict_to_[axis == b ? 1 : 0][b], b, slopes);
   return most;
 }

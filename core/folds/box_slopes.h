@@ -28,6 +28,14 @@ struct BoxPart {
   Vec3d lower, upper;
 };
 
+// The control points that influence a knot box.
+[[nodiscard]] BezierBox ControlBox(const LatticeStructure& structure,
+                                   std::span<const Vec3d> control_points,
+                                   const std::array<int, 3>& span);
+// Turns them into the differences of an axis, whose hull holds R_a over the knot box. Returns their largest component.
+double Differentiate(const LatticeStructure& structure, const std::array<int, 3>& span, size_t axis,
+                     BezierBox& grid);
+
 class BoxSlopes {
  public:
   BoxSlopes(const LatticeStructure& structure, std::span<const Vec3d> control_points,
@@ -37,8 +45,6 @@ class BoxSlopes {
   double Along(size_t axis, BezierBox& slopes) const;
 
  private:
-  double Differentiate(size_t axis, BezierBox& grid) const;
-
   const LatticeStructure& structure_;
   std::array<int, 3> span_;
   BezierBox box_;                                           // its control points

@@ -121,7 +121,7 @@ void FoldCertifier::Examine(const Part& part, Looker& looker, FoldReport& report
     return ExaminePatches(part, *looker.turned, *looker.triangles, report);
   }
   if (plan_->is_weighted()) {
-    const WeightedBox box(*plan_, part.box, looker.offsets);
+    WeightedBox box(*plan_, part.box, looker.control_points, looker.offsets);
     return ExaminePatches(part, box, *looker.triangles, report);
   }
   const double slack = MakeBoxDeterminant(plan_->structure, looker.control_points, part.part,

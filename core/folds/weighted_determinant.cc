@@ -5,13 +5,20 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/folds/box_slopes.h"
 #include "core/folds/triangle_forms.h"
 
 namespace latticed {
 namespace {
 
 constexpr double kWeightedSlack = 6 * 2500 * 0x1p-53;
+// Of the length of a coefficient of G or G_a: 80 u per component.
+constexpr double kBoxRounding = 140 * 0x1p-53;
 
+// |a| . |b| with moduli instead of numbers.
+double SumOfModuli(Vec3d a, Vec3d b) {
+  return std::abs(a.x * b.x) + std::abs(a.y * b.y) + std::abs(a.z * b.z);
+}
 double LargestComponent(Vec3d v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
 
 // The largest size(p) of the box's points p; not a number if one is.
@@ -30,56 +37,73 @@ double Largest(const BezierBox& box, const Size& size) {
   return largest;
 }
 
-// d / dl along an axis, l from 0 to 1 in the box.
-BezierBox SlopeOf(const BezierBox& box, size_t axis) {
-  BezierBox slope;
-  slope.degree = box.degree;
-  --slope.degree[axis];
-  const std::array<int, 3> next{axis == 0, axis == 1, axis == 2};
-  for (int k = 0; k <= slope.degree[2]; ++k) {
-    for (int j = 0; j <= slope.degree[1]; ++j) {
-      for (int i = 0; i <= slope.degree[0]; ++i) {
-        slope.points[k][j][i] =
-            static_cast<double>(box.degree[axis]) *
-            (box.points[k + next[2]][j + next[1]][i + next[0]] - box.points[k][j][i]);
-      }
+void Subtract(Vec3d v, BezierBox& box) {
+  for (int k = 0; k <= box.degree[2]; ++k) {
+    for (int j = 0; j <= box.degree[1]; ++j) {
+      for (int i = 0; i <= box.degree[0]; ++i) box.points[k][j][i] -= v;
     }
   }
-  return slope;
 }
 
 }  // namespace
 
-WeightedBox::WeightedBox(const DeformPlan& plan, uint32_t box, std::span<const Vec3d> offsets)
-    : plan_(plan),
-      knots_(plan.boxes[box]),
-      offset_(RestrictVolume(plan.structure, offsets, knots_.span, knots_.lower, knots_.upper)),
-      offset_length_(Largest(offset_, Norm)),
-      most_offset_(Largest(offset_, [](Vec3d v) { return LargestComponent(v); })) {
-  const FrameMap map(plan.structure);
+WeightedBox::WeightedBox(const DeformPlan& plan, uint32_t box,
+                         std::span<const Vec3d> control_points, std::span<const Vec3d> offsets)
+    : plan_(plan), knots_(plan.boxes[box]), control_points_(control_points), offsets_(offsets) {
+  const LatticeStructure& s = plan.structure;
   for (size_t a = 0; a < 3; ++a) {
-    slopes_[a] = SlopeOf(offset_, a);
-    most_slope_[a] = Largest(slopes_[a], [](Vec3d v) { return LargestComponent(v); });
-    Vec3d end = knots_.lower;
-    end[static_cast<int>(a)] = knots_.upper[static_cast<int>(a)];
-    edges_[a] = map.ToWorld(end) - map.ToWorld(knots_.lower);
+    const auto axis = static_cast<int>(a);
+    edges_[a] =
+        ((knots_.upper[axis] - knots_.lower[axis]) / (s.domain_end(axis) - s.domain_begin(axis))) *
+        s.frame.edges[a];
   }
   volume_ = Dot(edges_[0], Cross(edges_[1], edges_[2]));
+  const BezierBox offset = ControlBox(s, offsets, knots_.span);
+  most_offset_ = Largest(offset, [](Vec3d v) { return LargestComponent(v); });
+  by_control_points_.offset = Largest(offset, Norm);
+  const BezierBox points = ControlBox(s, control_points, knots_.span);
   for (size_t a = 0; a < 3; ++a) {
-    const double by_world =
-        Norm(Cross(edges_[(a + 1) % 3], edges_[(a + 2) % 3])) / std::abs(volume_);
-    slope_length_ += by_world * Largest(slopes_[a], Norm);
+    BezierBox slopes = points;
+    most_slope_[a] = Differentiate(s, knots_.span, a, slopes);
+    Subtract(edges_[a], slopes);
+    by_control_points_.rise += RiseOf(slopes, a);
   }
 }
 
-bool WeightedBox::IsNearRest(size_t patch) const {
+double WeightedBox::RiseOf(const BezierBox& slopes, size_t a) const {
+  const double by_world = Norm(Cross(edges_[(a + 1) % 3], edges_[(a + 2) % 3])) / std::abs(volume_);
+  const double rounding = kBoxRounding * (most_slope_[a] + LargestComponent(edges_[a]));
+  return by_world * (Largest(slopes, Norm) + rounding);
+}
+
+const WeightedBox::Coefficients& WeightedBox::Restrict() {
+  if (coefficients_.has_value()) return *coefficients_;
+  Coefficients& c = coefficients_.emplace(Coefficients{});
+  c.offset = RestrictVolume(plan_.structure, offsets_, knots_.span, knots_.lower, knots_.upper);
+  c.bound.offset = Largest(c.offset, Norm) + kBoxRounding * most_offset_;
+  const BoxSlopes slopes(plan_.structure, control_points_,
+                         {knots_.span, knots_.lower, knots_.upper});
+  for (size_t a = 0; a < 3; ++a) {
+    slopes.Along(a, c.slopes[a]);
+    Subtract(edges_[a], c.slopes[a]);
+    c.bound.rise += RiseOf(c.slopes[a], a);
+  }
+  return c;
+}
+
+bool WeightedBox::IsWithin(const Bound& bound, size_t patch) const {
   constexpr double kSurely = 0.999;  // far from what rounding can do
-  return std::ranges::max(plan_.CornerWeights(patch)) * slope_length_ +
-             offset_length_ * Norm(plan_.PatchWeightGradient(patch)) <
+  return std::ranges::max(plan_.CornerWeights(patch)) * bound.rise +
+             bound.offset * Norm(plan_.PatchWeightGradient(patch)) <
          kSurely;
 }
 
-double WeightedBox::MakeDeterminant(size_t p, BernsteinTriangle& determinant) const {
+bool WeightedBox::IsNearRest(size_t patch) {
+  return IsWithin(by_control_points_, patch) || IsWithin(Restrict().bound, patch);
+}
+
+double WeightedBox::MakeDeterminant(size_t p, BernsteinTriangle& determinant) {
+  const Coefficients& box = Restrict();
   TriangleInBox corners;
   for (size_t c = 0; c < 3; ++c) {
     const Vec3d at = plan_.vertices[plan_.patches[p].vertex[c]].parameter;
@@ -95,12 +119,12 @@ double WeightedBox::MakeDeterminant(size_t p, BernsteinTriangle& determinant) co
   weight.at(0, 1) = weights[1];
   weight.at(0, 0) = weights[2];
   const Vec3d gradient = plan_.PatchWeightGradient(p);
-  const VectorForm offset = Compose(offset_, corners);
+  const VectorForm offset = Compose(box.offset, corners);
   const size_t n = offset[0].degree();
   std::array<VectorForm, 3> column{MakeVectorForm(n), MakeVectorForm(n), MakeVectorForm(n)};
   double most = 1;
   for (size_t a = 0; a < 3; ++a) {
-    const VectorForm slope = Compose(slopes_[a], corners);
+    const VectorForm slope = Compose(box.slopes[a], corners);
     const double rise = Dot(gradient, edges_[a]);
     for (size_t c = 0; c < 3; ++c) {
       column[a][c].AddProduct(weight, slope[c], 1);
@@ -112,7 +136,7 @@ double WeightedBox::MakeDeterminant(size_t p, BernsteinTriangle& determinant) co
       }
     }
     const Vec3d edge = edges_[a];
-    most *= LargestComponent(edge) + most_slope_[a] + std::abs(rise) * most_offset_;
+    most *= LargestComponent(edge) + most_slope_[a] + SumOfModuli(gradient, edge) * most_offset_;
   }
   SetDeterminant(column, volume_, determinant);
   return kWeightedSlack * most / std::abs(volume_);

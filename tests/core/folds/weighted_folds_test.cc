@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <random>
 
 #include "core/folds/fold_certifier.h"
@@ -49,10 +50,27 @@ WeightedPlan RampPlan() {
   return PlanWith(mesh, {}, std::move(weights));
 }
 
-std::vector<Vec3d> Shifted(const DeformPlan& plan, Vec3d by) {
-  std::vector<Vec3d> points = plan.identity_points;
+std::vector<Vec3d> Moved(std::vector<Vec3d> points, Vec3d by) {
   for (Vec3d& p : points) p += by;
   return points;
+}
+std::vector<Vec3d> Shifted(const DeformPlan& plan, Vec3d by) {
+  return Moved(plan.identity_points, by);
+}
+
+// Of multiples of 2^-20, so that moves by multiples of that are exact.
+std::vector<Vec3d> JitterOnGrid(const DeformPlan& plan, double amount, uint32_t seed) {
+  std::vector<Vec3d> points = testing::Jitter(plan.structure, amount, seed);
+  for (Vec3d& p : points) {
+    for (int a = 0; a < 3; ++a) p[a] = std::round(p[a] * 0x1p20) * 0x1p-20;
+  }
+  return points;
+}
+
+std::vector<Vec3d> OffsetsOf(const DeformPlan& plan, std::span<const Vec3d> points) {
+  std::vector<Vec3d> offsets(points.begin(), points.end());
+  for (size_t i = 0; i < points.size(); ++i) offsets[i] -= plan.identity_points[i];
+  return offsets;
 }
 
 double DeterminantAt(const DirectFfd& definition, size_t patch, const std::array<double, 3>& at) {
@@ -73,12 +91,11 @@ TEST(WeightedDeterminant, IsTheDefinitionsOnEveryPatch) {
     SCOPED_TRACE(::testing::Message() << "mix " << mix << ", seed " << kWeightedFoldSeed);
     const auto plan = ScatteredTorus({1 + mix % 3, 1 + mix / 3 % 3, 1 + mix / 9});
     const auto points = testing::Jitter(plan->structure, 0.4, kWeightedFoldSeed);
-    std::vector<Vec3d> offsets = points;
-    for (size_t i = 0; i < points.size(); ++i) offsets[i] -= plan->identity_points[i];
+    const std::vector<Vec3d> offsets = OffsetsOf(*plan, points);
     const DirectFfd definition(*plan, points);
     BernsteinTriangle determinant;
     for (uint32_t box = 0; box < plan->outside_box(); ++box) {
-      const WeightedBox weighted(*plan, box, offsets);
+      WeightedBox weighted(*plan, box, points, offsets);
       for (uint32_t p = plan->box_patches[box]; p < plan->box_patches[box + 1]; ++p) {
         const double slack = weighted.MakeDeterminant(p, determinant);
         ASSERT_LT(slack, 1e-8);
@@ -88,6 +105,78 @@ TEST(WeightedDeterminant, IsTheDefinitionsOnEveryPatch) {
             << "patch " << p;
       }
     }
+  }
+}
+
+// With the same weight everywhere, det J depends on differences of control points alone.
+TEST(WeightedDeterminant, StaysWithinItsSlackWhereTheLatticeIsMovedFar) {
+  const PolygonMesh mesh = TorusMesh(9, 6);
+  BernsteinTriangle here, there;
+  for (int mix = 0; mix < 27; ++mix) {
+    const std::array<int, 3> degree{1 + mix % 3, 1 + mix / 3 % 3, 1 + mix / 9};
+    const auto plan = PlanWith(mesh, {.degree = degree, .extra = {2, 1, 1}, .shear = 0.2},
+                               std::vector<float>(mesh.positions.size(), mix % 2 == 0 ? 1 : 0.5f));
+    const auto points = JitterOnGrid(*plan, 0.4, kWeightedFoldSeed);
+    for (const double shift : {0x1p14, 0x1p17, 0x1p24}) {
+      SCOPED_TRACE(::testing::Message()
+                   << "mix " << mix << ", shift " << shift << ", seed " << kWeightedFoldSeed);
+      const auto moved = Moved(points, {shift, -shift, 0.75 * shift});
+      const auto offsets = OffsetsOf(*plan, points), moved_offsets = OffsetsOf(*plan, moved);
+      for (uint32_t box = 0; box < plan->outside_box(); ++box) {
+        WeightedBox near(*plan, box, points, offsets), far(*plan, box, moved, moved_offsets);
+        for (uint32_t p = plan->box_patches[box]; p < plan->box_patches[box + 1]; ++p) {
+          const double slack = near.MakeDeterminant(p, here) + far.MakeDeterminant(p, there);
+          ASSERT_LT(slack, 1e-8);
+          for (size_t i = 0; i <= here.degree; ++i) {
+            for (size_t j = 0; i + j <= here.degree; ++j) {
+              ASSERT_NEAR(there.at(i, j), here.at(i, j), slack) << "patch " << p;
+            }
+          }
+        }
+      }
+    }
+  }
+}
+
+TEST(WeightedFolds, ALatticeThatIsMovedFarHasTheSameFolds) {
+  const PolygonMesh mesh = TorusMesh(9, 6);
+  const auto plan = PlanWith(mesh, {.degree = {2, 1, 3}, .extra = {2, 1, 1}},
+                             std::vector<float>(mesh.positions.size(), 1));
+  uint64_t folded = 0, certified = 0;
+  for (uint32_t seed = 0; seed < 8; ++seed) {
+    SCOPED_TRACE(seed);
+    const auto points = JitterOnGrid(*plan, 0.15 * seed, seed);
+
+    const FoldReport here = ReportOf(plan, points);
+    const FoldReport there = ReportOf(plan, Moved(points, {0x1p24, -0x1p24, 0x1p23}));
+
+    for (uint32_t box = 0; box < plan->outside_box(); ++box) {
+      EXPECT_EQ(there.StateOf(box), here.StateOf(box)) << "box " << box;
+    }
+    folded += here.Count(FoldState::kFolded);
+    certified += here.boxes - here.places.size();
+  }
+  EXPECT_GT(folded, 5u);
+  EXPECT_GT(certified, 5u);
+}
+
+// Layers that are nearly flat and in the reverse order, so far away that offsets from rest do not tell them apart.
+TEST(WeightedFolds, AFoldFarAwayIsSeen) {
+  constexpr double kStep = 0x1p-30;
+  const PolygonMesh mesh = TorusMesh(9, 6);
+  for (int mix = 0; mix < 27; ++mix) {
+    const std::array<int, 3> degree{1 + mix % 3, 1 + mix / 3 % 3, 1 + mix / 9};
+    const auto plan = PlanWith(mesh, {.degree = degree, .extra = {2, 1, 1}},
+                               std::vector<float>(mesh.positions.size(), 1));
+    std::vector<Vec3d> points = plan->identity_points;
+    const size_t layer = static_cast<size_t>(plan->structure.Index(0, 0, 1));
+    for (size_t i = 0; i < points.size(); ++i) {
+      points[i].z = 0x1p23 - static_cast<double>(1 + i / layer) * kStep;
+    }
+
+    const FoldReport report = ReportOf(plan, points);
+
+    EXPECT_EQ(report.Count(FoldState::kFolded), report.boxes) << "mix " << mix;
   }
 }
 
