@@ -193,7 +193,7 @@ class BoundsSearch {
     for (int axis = 0; axis < 3; ++axis) {
       BezierTriangle patch_axis = Interpolated(values, axis);
       if (plan_.is_weighted()) patch_axis = Weighted(patch_axis, triangle, axis);
-      LATTICED_RETURN_IF_ERROR(SearchBothWays(std::move(patch_axis), axis, poll));
+      LATTICED_RETURN_IF_ERROR(SearchBothWays(patch_axis, axis, poll));
     }
     return absl::OkStatus();
   }

@@ -42,9 +42,9 @@ std::vector<double> DistinctKnots(const LatticeStructure& s, int axis) {
 }
 
 // The parameter space of a lattice, and its knot planes.
-class KnotPlanes {
+class SplitPlanes {
  public:
-  explicit KnotPlanes(const LatticeStructure& structure) : map_(structure) {
+  explicit SplitPlanes(const LatticeStructure& structure) : map_(structure) {
     for (int axis = 0; axis < 3; ++axis) {
       planes_[static_cast<size_t>(axis)] = DistinctKnots(structure, axis);
       snap_[axis] = kPlaneSnap * (structure.domain_end(axis) - structure.domain_begin(axis));
@@ -256,7 +256,7 @@ class Splitter {
 
   const PolygonMesh& mesh_;
   const std::span<const float> weights_;
-  std::vector<KnotPlanes> lattices_;  // the first one, then the turned ones
+  std::vector<SplitPlanes> lattices_;  // the first one, then the turned ones
   std::vector<uint32_t> vertex_of_position_;
   AdjacencyIndex cuts_;  // vertex: the first end; key: the other end and the plane
   std::vector<Vec3d> emit_points_;

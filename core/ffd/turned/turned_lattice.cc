@@ -17,7 +17,7 @@ std::span<const Vec3d> OwnPoints(const TurnedLattice& lattice, std::span<const V
   return of_plan.subspan(lattice.first_point, count);
 }
 
-Vec3d Blend(const std::array<Vec3d, 3>& v, const std::array<double, 3>& b) {
+Vec3d BlendCorners(const std::array<Vec3d, 3>& v, const std::array<double, 3>& b) {
   return b[0] * v[0] + b[1] * v[1] + b[2] * v[2];
 }
 
@@ -52,9 +52,10 @@ TurnedMove TurnedMoves::OfPatch(size_t patch, const std::array<uint32_t, 3>& ver
     const TurnedLattice& lattice = lattices_[g];
     const KnotSpans& spans = lattice.spans[patch];
     if (spans == kNoSpans) continue;
-    const Vec3d parameter = Blend({lattice.parameters[vertices[0]], lattice.parameters[vertices[1]],
-                                   lattice.parameters[vertices[2]]},
-                                  b);
+    const Vec3d parameter =
+        BlendCorners({lattice.parameters[vertices[0]], lattice.parameters[vertices[1]],
+                      lattice.parameters[vertices[2]]},
+                     b);
     sum.Add(
         EvaluateVolume(lattice.structure, OwnPoints(lattice, control_points_), spans, parameter),
         parameter_by_world_[g], world);
