@@ -77,6 +77,9 @@ void ExpectVolumeWithoutTables(const WeightedPlanPtr& plan, double jitter) {
 }
 
 enum class Surface { kWeighted, kTurned };
+void PrintTo(Surface surface, std::ostream* out) {
+  *out << (surface == Surface::kWeighted ? "weighted" : "turned");
+}
 
 class MeasuredDegrees : public ::testing::TestWithParam<std::tuple<int, Surface>> {
  protected:
