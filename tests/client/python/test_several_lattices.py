@@ -64,7 +64,7 @@ def test_turned_lattices_add_too(client, box, random):
     points = random.uniform(low, high, size=(300, 3))
     with client.create_scene(box, lattices, delete_on_exit=True) as scene:
         np.testing.assert_allclose(scene.evaluate(points).positions, deformed(lattices, points), atol=1e-12)
-        assert scene.measure().volume > 0
+        assert scene.measure("volume").volume > 0
         with pytest.raises(latticed.LatticedError) as refused:
             scene.set_weights(0.5)
         assert refused.value.reason == "TURNED_LATTICES"

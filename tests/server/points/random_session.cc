@@ -141,7 +141,9 @@ v1::Lattice RandomSession::Half() const {
 void RandomSession::AddSecond() {
   v1::EditBatch batch = MoveOne("bob", ++other_sequence_, 0, {});
   batch.set_lattice(1);
-  *batch.mutable_edits(0)->mutable_replace_lattice()->mutable_lattice() = Half();
+  v1::Lattice& second = *batch.mutable_edits(0)->mutable_replace_lattice()->mutable_lattice();
+  second = Half();
+  if (kind() == Kind::kTurned) second.mutable_frame()->mutable_u()->set_y(0.4);
   ASSERT_OK(Apply(batch));
   MoveOther();
 }

@@ -31,16 +31,16 @@ struct Undoable {
 class RandomSession : public SceneFixture, public ::testing::WithParamInterface<int> {
  protected:
   // By the parameter: a lattice around the box, one around its half that goes on outside, vertex weights, and two lattices,
-  // of which the session edits the second, which was added, and another editor the first.
-  enum class Kind { kPlain, kFalloff, kLinear, kWeighted, kSeveral };
-  static constexpr int kKinds = 5;
+  // parallel or turned against each other, of which the session edits the second, which was added, and another editor the first.
+  enum class Kind { kPlain, kFalloff, kLinear, kWeighted, kSeveral, kTurned };
+  static constexpr int kKinds = 6;
 
   void SetUp() override;
   void Restart();
 
   Kind kind() const { return static_cast<Kind>(GetParam() % kKinds); }
   bool is_weighted() const { return kind() == Kind::kWeighted; }
-  bool is_of_two() const { return kind() == Kind::kSeveral; }
+  bool is_of_two() const { return kind() == Kind::kSeveral || kind() == Kind::kTurned; }
   // The lattice that the session edits.
   v1::LatticeState State() { return StateOf(is_of_two() ? 1 : 0); }
   int Below(int end) { return std::uniform_int_distribution<int>(0, end - 1)(random_); }
