@@ -66,7 +66,7 @@ def test_turned_lattices_add_too(client, box, random):
         np.testing.assert_allclose(scene.evaluate(points).positions, deformed(lattices, points), atol=1e-12)
         assert scene.measure("volume").volume > 0
         with pytest.raises(latticed.LatticedError) as refused:
-            scene.set_weights(0.5)
+            scene.set_weights(np.full(len(definition.BOX_POSITIONS), 0.5))
         assert refused.value.reason == "TURNED_LATTICES"
 
 
