@@ -9,25 +9,22 @@
 #include "core/ffd/direct_ffd.h"
 #include "core/measure/triangle_rule.h"
 #include "core/points/box_map.h"
-#include "core/points/point_kernel.h"
+#include "core/points/point_blocks.h"
 
 namespace latticed {
 namespace {
 
+using points::At;
 using points::BlockSlopes;
 using points::BlockVec;
 using points::kBlockPoints;
+using points::Set;
 
 // A patch at rest, relative to the origin, with the derivatives of all by the barycentrics s and t.
 struct IntegratedPatch {
   Vec3d corner, s, t;
   double weight = 1, weight_s = 0, weight_t = 0;
 };
-
-Vec3d At(const BlockVec& block, size_t i) { return {block[0][i], block[1][i], block[2][i]}; }
-void Set(BlockVec& block, size_t i, Vec3d v) {
-  for (size_t c = 0; c < 3; ++c) block[c][i] = v[static_cast<int>(c)];
-}
 
 // A lattice: what it moves the points of the present patch, and its sums over the patches of its present box.
 class Summand {

@@ -101,10 +101,10 @@ class OutsideMap {
   bool is_identity_ = true;
   std::array<std::vector<Row>, 3> rows_;
   std::vector<Vec3d> rest_;            // the given lattice's identity
-  std::vector<Vec3d> continued_rest_;  // the continued one's; with plan_rest_ empty
-  size_t first_ = 0;                   // control point of the plan
-  std::shared_ptr<const std::vector<Vec3d>>
-      plan_rest_;  // null where the continued lattice is all of the plan
+  std::vector<Vec3d> continued_rest_;  // the continued one's; empty where plan_rest_ has it
+  size_t first_ = 0;                   // of its control points, among those of the plan
+  // Null where the continued lattice is all of the plan.
+  std::shared_ptr<const std::vector<Vec3d>> plan_rest_;
   std::shared_ptr<const std::vector<Vec3d>> others_;
 };
 
