@@ -119,7 +119,7 @@ class Search {
     }
     for (const TurnedLattice& lattice : plan.turned) {
       Bounds moves{Vec3d{}, Vec3d{}};  // nothing outside its frame
-      for (const Vec3d move : PointsOf(lattice)) moves.Extend(move);
+      for (const Vec3d move : lattice.PointsOf(control_points_)) moves.Extend(move);
       turned_ = Plus(turned_, moves);
     }
   }
@@ -233,10 +233,6 @@ class Search {
     return {plan_.structure, control_points_, plan_.boxes[plan_.patches[part.patch].box].span,
             Corners(part, [](const PlanVertex& v) { return v.parameter; })};
   }
-  std::span<const Vec3d> PointsOf(const TurnedLattice& lattice) const {
-    return std::span(control_points_)
-        .subspan(lattice.first_point, static_cast<size_t>(lattice.structure.control_point_count()));
-  }
   // Calls visit(triangle) for the turned lattices that move the part.
   template <typename Visit>
   void ForTurned(const Part& part, Visit visit) const {
@@ -246,7 +242,8 @@ class Search {
       const auto parameter = [&](const PlanVertex& v) {
         return lattice.parameters[static_cast<size_t>(&v - plan_.vertices.data())];
       };
-      visit(VolumeTriangle{lattice.structure, PointsOf(lattice), spans, Corners(part, parameter)});
+      visit(VolumeTriangle{lattice.structure, lattice.PointsOf(control_points_), spans,
+                           Corners(part, parameter)});
     }
   }
 

@@ -12,11 +12,6 @@
 namespace latticed {
 namespace {
 
-std::span<const Vec3d> OwnPoints(const TurnedLattice& lattice, std::span<const Vec3d> of_plan) {
-  const auto count = static_cast<size_t>(lattice.structure.control_point_count());
-  return of_plan.subspan(lattice.first_point, count);
-}
-
 Vec3d BlendCorners(const std::array<Vec3d, 3>& v, const std::array<double, 3>& b) {
   return b[0] * v[0] + b[1] * v[1] + b[2] * v[2];
 }
@@ -56,9 +51,8 @@ TurnedMove TurnedMoves::OfPatch(size_t patch, const std::array<uint32_t, 3>& ver
         BlendCorners({lattice.parameters[vertices[0]], lattice.parameters[vertices[1]],
                       lattice.parameters[vertices[2]]},
                      b);
-    sum.Add(
-        EvaluateVolume(lattice.structure, OwnPoints(lattice, control_points_), spans, parameter),
-        parameter_by_world_[g], world);
+    sum.Add(EvaluateVolume(lattice.structure, lattice.PointsOf(control_points_), spans, parameter),
+            parameter_by_world_[g], world);
   }
   return sum;
 }
@@ -70,7 +64,7 @@ Vec3d TurnedMoves::OnEdge(uint32_t a, uint32_t b, double t, Vec3d world) const {
     const KnotSpans spans = LowerSpans(lattice.structure, ends);
     if (spans == kNoSpans) continue;
     const Vec3d parameter = (1 - t) * ends[0] + t * ends[1];
-    sum += EvaluateVolume(lattice.structure, OwnPoints(lattice, control_points_), spans, parameter)
+    sum += EvaluateVolume(lattice.structure, lattice.PointsOf(control_points_), spans, parameter)
                .position -
            world;
   }
@@ -94,7 +88,7 @@ TurnedMove TurnedMoveAt(std::span<const TurnedLattice> lattices,
   for (const TurnedLattice& lattice : lattices) {
     const auto place = FindVolumePlace(lattice.structure, world);
     if (!place.has_value()) continue;
-    sum.Add(EvaluateVolume(lattice.structure, OwnPoints(lattice, control_points), place->span,
+    sum.Add(EvaluateVolume(lattice.structure, lattice.PointsOf(control_points), place->span,
                            place->parameter),
             ParameterByWorld(lattice.structure), world);
   }

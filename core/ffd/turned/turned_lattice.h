@@ -35,6 +35,11 @@ struct TurnedLattice {
   std::vector<Vec3d>
       parameters;  // by vertex of the plan; exactly the knot where it is on a knot plane
   std::vector<KnotSpans> spans;  // by patch
+
+  // Those of this lattice.
+  std::span<const Vec3d> PointsOf(std::span<const Vec3d> of_plan) const {
+    return of_plan.subspan(first_point, static_cast<size_t>(structure.control_point_count()));
+  }
 };
 
 // The spans of the box whose closed cell holds points that lie in one slab per axis; in a knot plane, the lower one.
