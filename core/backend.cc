@@ -109,13 +109,8 @@ size_t PatternPoints(std::span<const uint16_t> patterns) {
 }
 
 absl::Status CheckSupported(const DeformTarget& target, const ViewSpec& spec) {
-  if (spec.format == VertexFormat::kEdgeBounds) {
-    if (target.has_edge_bounds()) return absl::OkStatus();
-    return error::InvalidField("view.encoding", "this pipeline has no patches on these devices",
-                               "UNSUPPORTED");
-  }
-  if (!(spec.tolerance > 0) || target.has_tolerance()) return absl::OkStatus();
-  return error::InvalidField("view.tolerance", "this pipeline has none on these devices",
+  if (spec.format != VertexFormat::kEdgeBounds || target.has_edge_bounds()) return absl::OkStatus();
+  return error::InvalidField("view.encoding", "this pipeline has no patches on these devices",
                              "UNSUPPORTED");
 }
 

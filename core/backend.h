@@ -232,8 +232,6 @@ class DeformTarget {
   virtual ~DeformTarget() = default;
   virtual const DeformPlan& plan() const = 0;
   virtual Pipeline pipeline() const = 0;
-  // Whether its views may have a tolerance.
-  [[nodiscard]] virtual bool has_tolerance() const { return false; }
   // Whether it has views of kEdgeBounds.
   [[nodiscard]] virtual bool has_edge_bounds() const { return false; }
   // The traits of the views that CreateView makes for `spec`, which must be valid.

@@ -34,7 +34,6 @@ class CudaTarget : public DeformTarget {
 
   const DeformPlan& plan() const override { return *plan_; }
   Pipeline pipeline() const override { return pipeline_; }
-  bool has_tolerance() const override { return pipeline_ == Pipeline::kFused; }
   bool has_edge_bounds() const override { return pipeline_ == Pipeline::kFused; }
 
   absl::StatusOr<std::unique_ptr<DeformView>> CreateView(const ViewSpec& spec) override {

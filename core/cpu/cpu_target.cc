@@ -8,6 +8,8 @@
 #include "core/base/status_macros.h"
 #include "core/cpu/adaptive/adaptive_view.h"
 #include "core/cpu/adaptive/bounds/edge_bound_view.h"
+#include "core/cpu/adaptive/fused_surface.h"
+#include "core/cpu/adaptive/sampled_surface.h"
 #include "core/cpu/cpu_view.h"
 #include "core/cpu/fused/cpu_fused.h"
 #include "core/cpu/gemm/cpu_gemm.h"
@@ -76,14 +78,17 @@ class CpuTarget : public DeformTarget {
 
   const DeformPlan& plan() const override { return *plan_; }
   Pipeline pipeline() const override { return pipeline_; }
-  bool has_tolerance() const override { return pipeline_ == Pipeline::kFused; }
   bool has_edge_bounds() const override { return pipeline_ == Pipeline::kFused; }
 
   absl::StatusOr<std::unique_ptr<DeformView>> CreateView(const ViewSpec& spec) override {
     LATTICED_RETURN_IF_ERROR(Validate(spec));
     LATTICED_RETURN_IF_ERROR(CheckSupported(*this, spec));
-    if (spec.format == VertexFormat::kEdgeBounds) return Create<EdgeBoundView>(spec);
-    if (spec.tolerance > 0) return Create<AdaptiveView>(spec);
+    if (spec.format == VertexFormat::kEdgeBounds) {
+      return CatchBadAlloc("the view", [&]() -> absl::StatusOr<std::unique_ptr<DeformView>> {
+        return std::make_unique<EdgeBoundView>(fused_plan_, spec, context_);
+      });
+    }
+    if (spec.tolerance > 0) return CreateAdaptiveView(spec);
     LATTICED_ASSIGN_OR_RETURN(const auto stage,
                               StageMatrices::Get(plan_->patch_degree(), spec.segments));
     return CatchBadAlloc("the view", [&]() -> absl::StatusOr<std::unique_ptr<DeformView>> {
@@ -143,11 +148,17 @@ class CpuTarget : public DeformTarget {
   }
 
  private:
-  // A view of pipeline fused that is no CpuView.
-  template <typename View>
-  absl::StatusOr<std::unique_ptr<DeformView>> Create(const ViewSpec& spec) const {
+  absl::StatusOr<std::unique_ptr<DeformView>> CreateAdaptiveView(const ViewSpec& spec) const {
+    // Control nets do not depend on the segments.
+    LATTICED_ASSIGN_OR_RETURN(const auto stage, StageMatrices::Get(plan_->patch_degree(), 1));
     return CatchBadAlloc("the view", [&]() -> absl::StatusOr<std::unique_ptr<DeformView>> {
-      return std::make_unique<View>(fused_plan_, spec, context_);
+      std::unique_ptr<AdaptiveSurface> surface;
+      if (fused_plan_ != nullptr) {
+        surface = std::make_unique<FusedSurface>(fused_plan_, spec, context_->arena);
+      } else {
+        surface = std::make_unique<SampledSurface>(plan_, *stage, spec, context_->arena);
+      }
+      return std::make_unique<AdaptiveView>(plan_, spec, std::move(surface), context_);
     });
   }
 

@@ -105,6 +105,22 @@ DeformedPoint DirectFfd::EvaluatePosition(size_t patch, std::array<double, 3> b)
   return result;
 }
 
+Vec3d DirectFfd::OnEdge(uint32_t box, const std::array<uint32_t, 2>& ends, double t) const {
+  const PlanVertex &a = plan_.vertices[ends[0]], &b = plan_.vertices[ends[1]];
+  const Vec3d world = (1 - t) * a.world + t * b.world;
+  Vec3d position = world;
+  if (box != plan_.outside_box()) {
+    position = EvaluateVolume(plan_.structure, control_points_, plan_.boxes[box].span,
+                              (1 - t) * a.parameter + t * b.parameter)
+                   .position;
+  }
+  position += turned_.OnEdge(ends[0], ends[1], t, world);
+  if (!plan_.is_weighted()) return position;
+  const double weight =
+      (1 - t) * plan_.vertex_weights[ends[0]] + t * plan_.vertex_weights[ends[1]];
+  return world + weight * (position - world);
+}
+
 Vec3d DirectFfd::RestFacetNormal(size_t patch) const {
   const PatchSource& source = plan_.sources[patch];
   const PolygonMesh& mesh = *plan_.mesh;

@@ -92,6 +92,9 @@ class DirectFfd {
                                       Normal normal) const;
   [[nodiscard]] DeformedPoint EvaluatePosition(size_t patch,
                                                std::array<double, 3> barycentrics) const;
+  // At the place t from vertex ends[0] to vertex ends[1], which are equal or joined by an edge, where the plan's own lattice has
+  // the polynomial of `box`. The outside box: its own lattice does not move it.
+  [[nodiscard]] Vec3d OnEdge(uint32_t box, const std::array<uint32_t, 2>& ends, double t) const;
   // Unit normal of the patch's source triangle at rest; of the patch, if the source has no area; +z if neither has.
   [[nodiscard]] Vec3d RestFacetNormal(size_t patch) const;
   // The interpolated vertex normal, not normalised.

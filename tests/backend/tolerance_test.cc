@@ -11,7 +11,6 @@
 
 #include "core/adaptive/adaptive_pattern.h"
 #include "core/adaptive/edge_levels.h"
-#include "core/base/error.h"
 #include "core/codec/draco_decode.h"
 #include "core/ffd/plan/dirty_set.h"
 #include "fmt/format.h"
@@ -215,7 +214,10 @@ TEST_P(Tolerance, HugeControlPointsCertifyNothing) {
     const auto view = MakeView(plan, spec);
     ASSERT_NE(view, nullptr);
     ASSERT_OK(view->Evaluate(points, BoxFor(*plan, points), AllChunks(*plan)));
-    EXPECT_TRUE(std::isinf(view->certified_error())) << size << ": " << view->certified_error();
+    // In double, the matrix pipelines can bound the smaller size.
+    const bool overflows = GetParam().pipeline == Pipeline::kFused || size > 1e38;
+    EXPECT_EQ(std::isinf(view->certified_error()), overflows) << view->certified_error();
+    EXPECT_GT(view->certified_error(), 1e-3 * size);
   }
 }
 
@@ -253,27 +255,11 @@ TEST_P(Tolerance, StockDecodersReadChunksOfDifferentSizes) {
   }
 }
 
-TEST_P(Tolerance, OtherPipelinesRefuseIt) {
-  PolygonMesh mesh = TorusMesh(5, 4);
-  const LatticeStructure structure = MakeStructure(mesh.ComputeBounds(), {});
-  const Plan plan = MakeTestPlan(std::move(mesh), structure);
-  ASSERT_OK_AND_ASSIGN(const auto fused, backend_->Prepare(plan, Pipeline::kFused));
-  EXPECT_TRUE(fused->has_tolerance());
-  for (const Pipeline pipeline : {Pipeline::kGemm, Pipeline::kGemm12, Pipeline::kControlNet}) {
-    SCOPED_TRACE(PipelineName(pipeline));
-    ASSERT_OK_AND_ASSIGN(const auto target, backend_->Prepare(plan, pipeline));
-
-    EXPECT_FALSE(target->has_tolerance());
-    const auto view = target->CreateView({.tolerance = 1e-3});
-    ASSERT_THAT(view, StatusIs(absl::StatusCode::kInvalidArgument));
-    EXPECT_EQ(error::DetailsOf(view.status()).reason, "UNSUPPORTED");
-    EXPECT_EQ(error::DetailsOf(view.status()).field, "view.tolerance");
-  }
-}
-
 INSTANTIATE_TEST_SUITE_P(Backends, Tolerance,
                          ::testing::Values(Subject{"cpu", Pipeline::kFused},
-                                           Subject{"cuda", Pipeline::kFused}),
+                                           Subject{"cpu", Pipeline::kGemm},
+                                           Subject{"cuda", Pipeline::kFused},
+                                           Subject{"cuda", Pipeline::kGemm}),
                          SubjectName);
 
 }  // namespace

@@ -170,7 +170,6 @@ TEST_P(TurnedRefusals, PipelinesThatDoNotTakeThemSaySo) {
     EXPECT_THAT(target, StatusIs(absl::StatusCode::kFailedPrecondition));
   } else {
     ASSERT_OK(target);
-    EXPECT_FALSE((*target)->has_tolerance());
     EXPECT_FALSE((*target)->has_edge_bounds());
   }
   auto mesh = moved.plan->mesh;

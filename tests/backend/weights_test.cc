@@ -307,7 +307,6 @@ TEST_P(WeightedRefusals, NameTheWeights) {
   }
   ASSERT_OK(target);
   EXPECT_TRUE((*target)->has_edge_bounds());
-  EXPECT_TRUE((*target)->has_tolerance());
 }
 
 INSTANTIATE_TEST_SUITE_P(Backends, WeightedRefusals, ::testing::ValuesIn(Subjects()), SubjectName);

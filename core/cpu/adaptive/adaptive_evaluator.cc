@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "core/adaptive/edge_levels.h"
-#include "core/cpu/adaptive/adaptive_points.h"
+#include "core/base/status_macros.h"
 #include "core/ffd/tessellation_pattern.h"
 #include "core/view/view_layout.h"
 
@@ -24,42 +24,39 @@ std::vector<uint32_t> Union(std::span<const uint32_t> a, std::span<const uint32_
 
 }  // namespace
 
-AdaptiveEvaluator::AdaptiveEvaluator(std::shared_ptr<const fused::FusedPlan> plan,
-                                     const ViewSpec& spec, CpuArena& arena)
-    : plan_(std::move(plan)),
-      spec_(spec),
+AdaptiveEvaluator::AdaptiveEvaluator(std::shared_ptr<const DeformPlan> plan, const ViewSpec& spec,
+                                     std::unique_ptr<AdaptiveSurface> surface, CpuArena& arena)
+    : spec_(spec),
       arena_(arena),
-      most_points_(plan_->plan->patches.size() *
-                   static_cast<uint64_t>(PointsPerPatch(spec.segments))),
-      bounder_(plan_, arena),
-      levels_(plan_->plan),
-      all_chunks_(plan_->plan->chunk_count()) {
+      most_points_(plan->patches.size() * static_cast<uint64_t>(PointsPerPatch(spec.segments))),
+      surface_(std::move(surface)),
+      levels_(plan),
+      all_chunks_(plan->chunk_count()) {
   std::iota(all_chunks_.begin(), all_chunks_.end(), 0u);
 }
 
-void AdaptiveEvaluator::Evaluate(std::span<const Vec3d> control_points, const QuantisationBox& box,
-                                 std::span<const uint32_t> chunks, ChunkVertices& vertices) {
-  Bound(control_points, box, chunks);
+absl::Status AdaptiveEvaluator::Evaluate(std::span<const Vec3d> control_points,
+                                         const QuantisationBox& box,
+                                         std::span<const uint32_t> chunks,
+                                         ChunkVertices& vertices) {
+  LATTICED_RETURN_IF_ERROR(Bound(control_points, box, chunks));
   ToleranceSteps steps(spec_.tolerance, box, GridBits(spec_));
   Choose(steps.curvature());
   while (levels_.point_count() > most_points_) {
     steps.Double();
     Choose(steps.curvature());
   }
-  Finish(vertices);
+  return Finish(vertices);
 }
 
-void AdaptiveEvaluator::Bound(std::span<const Vec3d> control_points, const QuantisationBox& box,
-                              std::span<const uint32_t> chunks) {
-  frame_.emplace(Frame{.control_points = control_points,
-                       .box = box,
-                       .chunks = chunks,
-                       .boxes = fused::FrameBoxes(*plan_, control_points),
-                       .changed = {}});
-  bounder_.Bound(chunks, control_points, frame_->boxes,
-                 [this](size_t patch, const CurvatureBounds<float>& bounds) {
-                   levels_.SetBounds(patch, bounds);
-                 });
+absl::Status AdaptiveEvaluator::Bound(std::span<const Vec3d> control_points,
+                                      const QuantisationBox& box,
+                                      std::span<const uint32_t> chunks) {
+  frame_.emplace(Frame{.box = box, .chunks = chunks, .changed = {}});
+  surface_->Begin(control_points);
+  return surface_->Bound(chunks, [this](size_t patch, const CurvatureBounds<float>& bounds) {
+    levels_.SetBounds(patch, bounds);
+  });
 }
 
 void AdaptiveEvaluator::Choose(double curvature_tolerance) {
@@ -71,15 +68,15 @@ void AdaptiveEvaluator::Choose(double curvature_tolerance) {
   frame_->changed = Union(frame_->changed, changed);
 }
 
-void AdaptiveEvaluator::Finish(ChunkVertices& vertices) {
+absl::Status AdaptiveEvaluator::Finish(ChunkVertices& vertices) {
   const Frame& frame = *frame_;
   certified_error_ = levels_.LargestError() + PointError(frame.box, GridBits(spec_));
   also_changed_.clear();
   std::ranges::set_difference(frame.changed, frame.chunks, std::back_inserter(also_changed_));
-  AdaptivePoints points(*plan_, spec_, {frame.control_points, frame.box, *levels_.codes()},
-                        frame_->boxes);
-  points.Evaluate(Union(frame.chunks, also_changed_), arena_, vertices);
+  const absl::Status status = surface_->Write(Union(frame.chunks, also_changed_), *levels_.codes(),
+                                              frame.box, vertices);
   frame_.reset();
+  return status;
 }
 
 PatternCodes AdaptiveEvaluator::Patterns() const {
@@ -88,7 +85,7 @@ PatternCodes AdaptiveEvaluator::Patterns() const {
 }
 
 size_t AdaptiveEvaluator::MemoryBytes() const {
-  return levels_.MemoryBytes() + bounder_.MemoryBytes() + all_chunks_.size() * sizeof(uint32_t);
+  return levels_.MemoryBytes() + surface_->MemoryBytes() + all_chunks_.size() * sizeof(uint32_t);
 }
 
 }  // namespace latticed

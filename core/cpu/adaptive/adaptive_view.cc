@@ -9,11 +9,12 @@
 
 namespace latticed {
 
-AdaptiveView::AdaptiveView(std::shared_ptr<const fused::FusedPlan> plan, const ViewSpec& spec,
+AdaptiveView::AdaptiveView(std::shared_ptr<const DeformPlan> plan, const ViewSpec& spec,
+                           std::unique_ptr<AdaptiveSurface> surface,
                            std::shared_ptr<CpuContext> context)
-    : CheckedView(plan->plan, spec),
+    : CheckedView(plan, spec),
       context_(std::move(context)),
-      evaluator_(std::move(plan), spec, context_->arena),
+      evaluator_(std::move(plan), spec, std::move(surface), context_->arena),
       vertices_(this->plan().chunk_count(), BytesPerPoint(spec)),
       encoder_(this->plan(), spec, context_->encoder, context_->arena,
                [this](uint32_t chunk) { return Patterns().OfChunk(chunk); }) {}
@@ -21,8 +22,7 @@ AdaptiveView::AdaptiveView(std::shared_ptr<const fused::FusedPlan> plan, const V
 absl::Status AdaptiveView::EvaluateChunks(std::span<const Vec3d> control_points,
                                           const QuantisationBox& box,
                                           std::span<const uint32_t> chunks) {
-  evaluator_.Evaluate(control_points, box, chunks, vertices_);
-  return absl::OkStatus();
+  return evaluator_.Evaluate(control_points, box, chunks, vertices_);
 }
 
 absl::StatusOr<std::vector<Vec3d>> AdaptiveView::BoxReach() {
@@ -41,8 +41,7 @@ absl::Status AdaptiveView::ShareEdges(std::span<const uint32_t> edges) {
 
 absl::Status AdaptiveView::Bound(std::span<const Vec3d> control_points, const QuantisationBox& box,
                                  std::span<const uint32_t> chunks) {
-  evaluator_.Bound(control_points, box, chunks);
-  return absl::OkStatus();
+  return evaluator_.Bound(control_points, box, chunks);
 }
 
 absl::StatusOr<std::span<const float>> AdaptiveView::SharedBounds() {
@@ -60,8 +59,7 @@ absl::StatusOr<uint64_t> AdaptiveView::CountPoints() { return evaluator_.levels(
 
 absl::Status AdaptiveView::Finish() {
   SetBox(evaluator_.box());
-  evaluator_.Finish(vertices_);
-  return absl::OkStatus();
+  return evaluator_.Finish(vertices_);
 }
 
 absl::Status AdaptiveView::ReadChunk(uint32_t chunk, std::span<uint8_t> out) {

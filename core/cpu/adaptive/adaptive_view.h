@@ -3,7 +3,7 @@
 //
 // A view with a tolerance on the CPU. Its chunks have different numbers of points, which change with edits.
 //
-// Errors   those of core/view/checked_view.h and of the encoder
+// Errors   those of core/view/checked_view.h, of the surface and of the encoder
 // Threads  one thread at a time; Evaluate and Encode use the backend's arena and return when done
 #ifndef LATTICED_CORE_CPU_ADAPTIVE_ADAPTIVE_VIEW_H_
 #define LATTICED_CORE_CPU_ADAPTIVE_ADAPTIVE_VIEW_H_
@@ -21,8 +21,8 @@ namespace latticed {
 
 class AdaptiveView : public CheckedView, public ToleranceSlice {
  public:
-  AdaptiveView(std::shared_ptr<const fused::FusedPlan> plan, const ViewSpec& spec,
-               std::shared_ptr<CpuContext> context);
+  AdaptiveView(std::shared_ptr<const DeformPlan> plan, const ViewSpec& spec,
+               std::unique_ptr<AdaptiveSurface> surface, std::shared_ptr<CpuContext> context);
 
   std::span<const uint32_t> also_changed() const override { return evaluator_.also_changed(); }
   PatternCodes Patterns() const override { return evaluator_.Patterns(); }

@@ -32,6 +32,8 @@ class PatchSampler {
   // Keeps references to both; control points are taken relative to the local origin.
   PatchSampler(const DeformPlan& plan, const StageMatrices& stage,
                std::span<const Vec3d> control_points);
+  PatchSampler(const PatchSampler&) = delete;  // it refers to its own control points
+  PatchSampler& operator=(const PatchSampler&) = delete;
 
   // Writes column a at positions + a * stride, and dR/df likewise when `by_normal` is not null.
   // Returns the centre.

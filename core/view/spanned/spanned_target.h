@@ -30,7 +30,6 @@ class SpannedTarget : public DeformTarget {
 
   const DeformPlan& plan() const override { return *plan_; }
   Pipeline pipeline() const override { return parts_.front().target->pipeline(); }
-  bool has_tolerance() const override { return parts_.front().target->has_tolerance(); }
   bool has_edge_bounds() const override { return parts_.front().target->has_edge_bounds(); }
   ViewTraits Traits(const ViewSpec& spec) const override;
   absl::StatusOr<std::unique_ptr<DeformView>> CreateView(const ViewSpec& spec) override;

@@ -12,7 +12,6 @@ TargetSlot::TargetSlot(RenderBackend* backend, std::shared_ptr<DeformTarget> tar
       plan_(std::move(plan)),
       pipeline_(target->pipeline()),
       on_device_(target->Traits({}).on_device),
-      has_tolerance_(target->has_tolerance()),
       has_edge_bounds_(target->has_edge_bounds()),
       reservation_(std::move(reservation)),
       target_(std::move(target)) {}

@@ -32,7 +32,6 @@ class TargetSlot {
   // Whether the vertices of its views are on a device.
   bool on_device() const { return on_device_; }
   // As DeformTarget's.
-  bool has_tolerance() const { return has_tolerance_; }
   bool has_edge_bounds() const { return has_edge_bounds_; }
   // The target is not evicted while somebody holds the result.
   [[nodiscard]] absl::StatusOr<std::shared_ptr<DeformTarget>> Get() ABSL_LOCKS_EXCLUDED(mutex_);
@@ -50,7 +49,7 @@ class TargetSlot {
   RenderBackend* const backend_;
   const std::shared_ptr<const DeformPlan> plan_;
   const Pipeline pipeline_;
-  const bool on_device_, has_tolerance_, has_edge_bounds_;
+  const bool on_device_, has_edge_bounds_;
   const MemoryReservation reservation_;
   mutable Mutex mutex_;
   std::shared_ptr<DeformTarget> target_ ABSL_GUARDED_BY(mutex_);  // null: evicted

@@ -43,10 +43,6 @@ absl::StatusOr<WatchView> SettleTolerance(const WatchView& view, const TargetSlo
   }
   const double tolerance = view.key.spec.tolerance;
   if (!(tolerance > 0)) return view;
-  if (!target.has_tolerance()) {
-    return error::InvalidField(fmt::format("{}.tolerance", field),
-                               "this pipeline has none on these devices", "UNSUPPORTED");
-  }
   if (view.key.spec.format == VertexFormat::kFloat32) {
     if (MeetsTolerance(tolerance, box, 0)) return view;
     return TooSmall(tolerance, LeastTolerance(box, 0), "float32 positions", field);

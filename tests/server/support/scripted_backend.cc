@@ -163,7 +163,6 @@ class ScriptedTarget : public DeformTarget {
 
   const DeformPlan& plan() const override { return inner_->plan(); }
   Pipeline pipeline() const override { return inner_->pipeline(); }
-  bool has_tolerance() const override { return inner_->has_tolerance(); }
   ViewTraits Traits(const ViewSpec& spec) const override {
     ViewTraits traits = inner_->Traits(spec);
     if (device_ == nullptr) return traits;

@@ -16,9 +16,8 @@
 #include <span>
 #include <vector>
 
-#include "absl/functional/function_ref.h"
 #include "core/adaptive/adaptive_reference.h"
-#include "core/adaptive/patch_curvature.h"
+#include "core/cpu/adaptive/adaptive_surface.h"
 #include "core/cpu/adaptive/frame_boxes.h"
 #include "core/cpu/fused/fused_plan.h"
 #include "core/view/cpu_arena.h"
@@ -27,8 +26,7 @@ namespace latticed {
 
 class PatchBounder {
  public:
-  // Takes the bounds of one patch. Called from the arena's threads, once per patch.
-  using Take = absl::FunctionRef<void(size_t patch, const CurvatureBounds<float>& bounds)>;
+  using Take = AdaptiveSurface::Take;
 
   // Keeps a reference to the arena.
   PatchBounder(std::shared_ptr<const fused::FusedPlan> plan, CpuArena& arena);
