@@ -108,17 +108,23 @@ class CudaTarget : public DeformTarget {
     return CatchBadAlloc("the view", [&]() -> absl::StatusOr<std::unique_ptr<DeformView>> {
       LATTICED_ASSIGN_OR_RETURN(auto lane, context_->lanes().Borrow(Priority()));
       LATTICED_ASSIGN_OR_RETURN(const uint64_t own,
-                                CudaAdaptiveEvaluator::DeviceBytesFor(*plan_, spec));
+                                CudaAdaptiveEvaluator::DeviceBytesFor(*plan_, pipeline_, spec));
       LATTICED_ASSIGN_OR_RETURN(
           auto room, DeviceReservation::Create(context_->memory(), "the view", [&] {
-            return own + device_plan_->BytesToCome(spec.normals == NormalMode::kSmooth);
+            return own + StageBytes() + device_plan_->BytesToCome(spec.normals == NormalMode::kSmooth);
           }));
       LATTICED_ASSIGN_OR_RETURN(
           auto evaluator,
-          CudaAdaptiveEvaluator::Create(plan_, device_plan_, spec, context_, lane, room));
+          CudaAdaptiveEvaluator::Create(plan_, device_plan_, pipeline_, spec, context_, lane,
+                                        room));
       return std::make_unique<CudaAdaptiveView>(plan_, spec, context_, std::move(lane),
                                                 std::move(evaluator));
     });
+  }
+
+  // Of the stage that control nets need, where it is not made yet.
+  uint64_t StageBytes() const {
+    return pipeline_ == Pipeline::kFused ? 0 : context_->StageBytesToCome(plan_->patch_degree(), 1);
   }
 
   absl::StatusOr<std::unique_ptr<DeformView>> CreateEdgeBoundView(const ViewSpec& spec) const {

@@ -28,16 +28,6 @@ Bounds PatchBounds(const DeformPlan& plan, uint32_t box) {
   return bounds;
 }
 
-// A control point of a turned lattice may influence patches of any box, those of the plan's own lattice none outside.
-std::vector<bool> BoxesToExamine(const DeformPlan& plan, std::span<const uint32_t> changed) {
-  const auto own = static_cast<uint32_t>(plan.structure.control_point_count());
-  if (!plan.turned.empty() &&
-      std::ranges::any_of(changed, [own](uint32_t i) { return i >= own; })) {
-    return std::vector<bool>(plan.boxes.size(), true);
-  }
-  return InfluencedBoxes(plan, changed);
-}
-
 // Whether a turned lattice reaches a patch outside the frame of the plan's own one.
 bool OutsideMoves(const DeformPlan& plan) {
   if (plan.turned.empty()) return false;
@@ -150,7 +140,7 @@ absl::StatusOr<FoldReport> FoldCertifier::Certify(std::span<const Vec3d> control
 FoldReport FoldCertifier::Recertify(const FoldReport& before, std::span<const uint32_t> changed,
                                     std::span<const Vec3d> control_points) const {
   FoldReport report{.boxes = before.boxes};
-  const std::vector<bool> influenced = BoxesToExamine(*plan_, changed);
+  const std::vector<bool> influenced = InfluencedBoxes(*plan_, changed);
   Looker looker(*plan_, control_points);
   auto old = before.places.begin();
   for (const Part& part : parts_) {

@@ -12,6 +12,8 @@
 #include "core/ffd/tessellation_pattern.h"
 #include "core/view/view_layout.h"
 #include "cuda/adaptive/box_reach.h"
+#include "cuda/adaptive/surface/cuda_fused_surface.h"
+#include "cuda/adaptive/surface/cuda_sampled_surface.h"
 #include "cuda/device/cuda_status.h"
 #include "cuda/view/cuda_vertex_kernel.h"
 
@@ -49,17 +51,26 @@ kernels::LaneFormat WireFormat(const ViewSpec& spec) {
   return wide ? kernels::LaneFormat::kQuantised16 : kernels::LaneFormat::kQuantised8;
 }
 
-// The units of the polynomials in world units.
-double UnitsPerWorld(const ViewSpec& spec, const QuantisationBox& box) {
-  return spec.format == VertexFormat::kQuantised ? 1 / box.range : 1;
+absl::StatusOr<std::unique_ptr<CudaAdaptiveSurface>> MakeSurface(
+    std::shared_ptr<const DeformPlan> plan, std::shared_ptr<const DevicePlan> device_plan,
+    Pipeline pipeline, const ViewSpec& spec, CudaContext& context, DeviceReservation& from,
+    cudaStream_t stream) {
+  if (pipeline == Pipeline::kFused) {
+    return CudaFusedSurface::Create(*plan, std::move(device_plan), spec, from, stream);
+  }
+  return CudaSampledSurface::Create(std::move(plan), std::move(device_plan), spec, context, from,
+                                    stream);
 }
 
 }  // namespace
 
 absl::StatusOr<uint64_t> CudaAdaptiveEvaluator::DeviceBytesFor(const DeformPlan& plan,
+                                                               Pipeline pipeline,
                                                                const ViewSpec& spec) {
   LATTICED_ASSIGN_OR_RETURN(const uint64_t memory, AdaptiveMemory::BytesFor(plan));
-  return memory + CudaFrame::DeviceBytesFor(plan, false) + PolynomialMemory::BytesFor(plan) +
+  const uint64_t of_surface = pipeline == Pipeline::kFused ? CudaFusedSurface::BytesFor(plan)
+                                                           : CudaSampledSurface::BytesFor(plan);
+  return memory + CudaFrame::DeviceBytesFor(plan, false) + of_surface +
          FirstCapacity(plan, spec) * BytesPerPoint(spec);
 }
 
@@ -70,13 +81,14 @@ uint64_t CudaAdaptiveEvaluator::HostBytesFor(const DeformPlan& plan) {
 
 absl::StatusOr<std::unique_ptr<CudaAdaptiveEvaluator>> CudaAdaptiveEvaluator::Create(
     std::shared_ptr<const DeformPlan> plan, std::shared_ptr<DevicePlan> device_plan,
-    const ViewSpec& spec, std::shared_ptr<CudaContext> context, std::shared_ptr<CudaLane> lane,
-    DeviceReservation& from) {
+    Pipeline pipeline, const ViewSpec& spec, std::shared_ptr<CudaContext> context,
+    std::shared_ptr<CudaLane> lane, DeviceReservation& from) {
   const cudaStream_t stream = lane->stream().get();
   LATTICED_ASSIGN_OR_RETURN(const auto tables,
                             device_plan->Tables(spec.normals == NormalMode::kSmooth, from));
   LATTICED_ASSIGN_OR_RETURN(auto frame, CudaFrame::Create(plan, nullptr, *context, lane, from));
-  LATTICED_ASSIGN_OR_RETURN(auto polynomials, PolynomialMemory::Create(*plan, from, stream));
+  LATTICED_ASSIGN_OR_RETURN(
+      auto surface, MakeSurface(plan, device_plan, pipeline, spec, *context, from, stream));
   LATTICED_ASSIGN_OR_RETURN(auto memory, AdaptiveMemory::Create(*plan, from, stream));
   const size_t vertex_bytes = FirstCapacity(*plan, spec) * BytesPerPoint(spec);
   LATTICED_ASSIGN_OR_RETURN(auto vertices,
@@ -91,11 +103,12 @@ absl::StatusOr<std::unique_ptr<CudaAdaptiveEvaluator>> CudaAdaptiveEvaluator::Cr
   const bool is_empty = plan->patches.empty();
   std::unique_ptr<CudaAdaptiveEvaluator> evaluator(new CudaAdaptiveEvaluator(
       std::move(plan), std::move(device_plan), spec, std::move(context), std::move(lane), tables,
-      {std::move(frame), std::move(polynomials), std::move(memory), std::move(vertices),
+      {std::move(frame), std::move(surface), std::move(memory), std::move(vertices),
        std::move(results), std::move(copies), std::move(summed), std::move(read_back)}));
   if (is_empty) return evaluator;
-  LATTICED_RETURN_IF_ERROR(
-      evaluator->Launch({kernels::ReachCall(evaluator->LaunchFor({}, {})), "reach"}));
+  const kernels::KernelCall reach =
+      evaluator->parts_.surface->ReachCall(evaluator->LaunchFor({}, {}));
+  if (reach.kernel() != nullptr) LATTICED_RETURN_IF_ERROR(evaluator->Launch({reach, "reach"}));
   return evaluator;
 }
 
@@ -121,7 +134,7 @@ CudaAdaptiveEvaluator::~CudaAdaptiveEvaluator() {
   static_cast<void>(parts_.read_back.Synchronize());
 }
 
-absl::Status CudaAdaptiveEvaluator::Launch(Stage stage) const {
+absl::Status CudaAdaptiveEvaluator::Launch(AdaptiveStage stage) const {
   LATTICED_RETURN_IF_ERROR(CudaStatus(stage.call.Launch(stream()), "an evaluation"));
   lane_->Enqueued(stage.name);
   return absl::OkStatus();
@@ -129,12 +142,10 @@ absl::Status CudaAdaptiveEvaluator::Launch(Stage stage) const {
 
 kernels::AdaptiveLaunch CudaAdaptiveEvaluator::LaunchFor(const QuantisationBox& box,
                                                          std::span<const uint32_t> chunks) const {
-  const bool floats = spec_.format == VertexFormat::kFloat32;
-  const Vec3d offset = floats ? Vec3d{} : (plan_->local_origin - box.origin) / box.range;
-  return {
+  kernels::AdaptiveLaunch launch{
       .fused = {.plan = tables_,
-                .tables = device_plan_->fused_tables(),
-                .polynomials = parts_.polynomials.polynomials(UnitsPerWorld(spec_, box), offset),
+                .tables = {},
+                .polynomials = {},
                 .control_points = parts_.frame.control_points().data,
                 .attached = parts_.frame.attached().data,
                 .chunks = parts_.frame.chunks(),
@@ -153,6 +164,8 @@ kernels::AdaptiveLaunch CudaAdaptiveEvaluator::LaunchFor(const QuantisationBox& 
       .plan_chunks = static_cast<uint32_t>(plan_->chunk_count()),
       .tolerance = 0,
       .most_points = capacity()};
+  parts_.surface->Begin(box, launch);
+  return launch;
 }
 
 absl::Status CudaAdaptiveEvaluator::Evaluate(std::span<const Vec3d> control_points,
@@ -232,28 +245,22 @@ absl::Status CudaAdaptiveEvaluator::Prepare(std::span<const Vec3d> control_point
 void CudaAdaptiveEvaluator::SetTolerance(double curvature_tolerance) {
   curvature_tolerance_ = curvature_tolerance;
   frame_->launch.tolerance =
-      static_cast<float>(kFloatShare * curvature_tolerance * UnitsPerWorld(spec_, frame_->box));
+      static_cast<float>(kFloatShare * curvature_tolerance * parts_.surface->UnitsPerWorld(frame_->box));
 }
 
 absl::Status CudaAdaptiveEvaluator::LaunchBounds(bool with_patterns) {
   const kernels::AdaptiveLaunch& launch = frame_->launch;
-  const kernels::FusedLaunch& fused = launch.fused;
-  std::array all{Stage{parts_.frame.SendCall(), "copy"},
-                 Stage{kernels::BoxPolynomialsCall(fused.plan, fused.tables, fused.control_points,
-                                                   {nullptr, 0}, fused.polynomials),
-                       "polynomials"},
-                 Stage{kernels::SlackCall(launch), "slack"},
-                 Stage{kernels::BoundsCall(launch), "bounds"},
-                 Stage{kernels::EdgeMaximaCall(launch), "maxima"},
-                 Stage{kernels::PatternsCall(launch), "patterns"}};
-  const std::span stages = std::span(all).first(with_patterns ? all.size() : all.size() - 1);
+  std::vector<AdaptiveStage> stages{{parts_.frame.SendCall(), "copy"}};
+  for (const AdaptiveStage& stage : parts_.surface->BoundStages(launch)) stages.push_back(stage);
+  stages.push_back({kernels::EdgeMaximaCall(launch), "maxima"});
+  if (with_patterns) stages.push_back({kernels::PatternsCall(launch), "patterns"});
   absl::Status status = parts_.memory.ClearMaxima();
   if (status.ok() && lane_->marks_stages()) {
-    for (const Stage& stage : stages) status.Update(Launch(stage));
+    for (const AdaptiveStage& stage : stages) status.Update(Launch(stage));
   } else if (status.ok()) {
-    std::array<kernels::KernelCall, all.size()> calls;
-    std::ranges::transform(stages, calls.begin(), &Stage::call);
-    status = graph_.Launch(std::span(calls).first(stages.size()), stream());
+    std::vector<kernels::KernelCall> calls;
+    for (const AdaptiveStage& stage : stages) calls.push_back(stage.call);
+    status = graph_.Launch(calls, stream());
   }
   status.Update(parts_.frame.Sent());
   return status;
@@ -278,7 +285,7 @@ absl::Status CudaAdaptiveEvaluator::LaunchPoints() {
       CudaStatus(cudaMemcpyAsync(incoming(), from.data, from.size, cudaMemcpyDeviceToHost, copies),
                  "the copy of levels"));
   LATTICED_RETURN_IF_ERROR(parts_.read_back.Record(copies));
-  return Launch({kernels::PointsCall(frame_->launch), "points"});
+  return Launch({parts_.surface->PointsCall(frame_->launch), "points"});
 }
 
 absl::StatusOr<uint64_t> CudaAdaptiveEvaluator::CountPoints() const {
@@ -291,7 +298,7 @@ absl::Status CudaAdaptiveEvaluator::Finish() {
   if (points > capacity()) {
     LATTICED_RETURN_IF_ERROR(Grow(points));
   }
-  certified_error_ = double{results().largest_error()} / UnitsPerWorld(spec_, frame_->box) +
+  certified_error_ = double{results().largest_error()} / parts_.surface->UnitsPerWorld(frame_->box) +
                      PointError(frame_->box, GridBits(spec_));
   TakeResults();
   return absl::OkStatus();
@@ -306,7 +313,7 @@ absl::Status CudaAdaptiveEvaluator::Grow(uint64_t points) {
                                                           room * BytesPerPoint(spec_), stream()));
   frame_->launch.fused.output.vertices = parts_.vertices.data();
   frame_->launch.most_points = room;
-  return Launch({kernels::PointsCall(frame_->launch), "points"});
+  return Launch({parts_.surface->PointsCall(frame_->launch), "points"});
 }
 
 void CudaAdaptiveEvaluator::TakeResults() {
@@ -347,13 +354,14 @@ DeviceSpan<const uint8_t> CudaAdaptiveEvaluator::Vertices(uint32_t first, uint32
 }
 
 MemoryUse CudaAdaptiveEvaluator::memory() const {
-  return {{"device_box_polynomials", parts_.polynomials.size_bytes()},
-          {"device_levels", parts_.memory.size_bytes() + (shared_ ? shared_->DeviceBytes() : 0)},
-          {"device_vertices", parts_.vertices.size_bytes()},
-          {"device_staging", parts_.frame.DeviceBytes()},
-          {"levels", parts_.results[0]->size()},
-          {"staging", parts_.results[1]->size() + parts_.frame.PinnedBytes() +
-                          (shared_ ? shared_->PinnedBytes() : 0)}};
+  MemoryUse use = parts_.surface->memory();
+  use["device_levels"] = parts_.memory.size_bytes() + (shared_ ? shared_->DeviceBytes() : 0);
+  use["device_vertices"] = parts_.vertices.size_bytes();
+  use["device_staging"] = parts_.frame.DeviceBytes();
+  use["levels"] = parts_.results[0]->size();
+  use["staging"] = parts_.results[1]->size() + parts_.frame.PinnedBytes() +
+                   (shared_ ? shared_->PinnedBytes() : 0);
+  return use;
 }
 
 }  // namespace latticed

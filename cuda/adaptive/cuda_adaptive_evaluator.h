@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The fused pipeline of a view with a tolerance on the device. Twin of core/cpu/adaptive/adaptive_evaluator.h. An
+// A view with a tolerance on the device, with the kernels of its pipeline (surface/cuda_adaptive_surface.h). Twin of core/cpu/adaptive/adaptive_evaluator.h. An
 // evaluation runs the kernels of adaptive_kernels.h one after the other, reads their results back once and waits for
 // these, not for the vertices. It bounds the named chunks; levels, patterns and points are those of all patches.
 //
@@ -25,15 +25,14 @@
 #include <memory>
 #include <optional>
 #include <span>
-#include <string_view>
 #include <vector>
 
 #include "core/backend.h"
 #include "cuda/adaptive/adaptive_memory.h"
 #include "cuda/adaptive/cuda_shared_bounds.h"
+#include "cuda/adaptive/surface/cuda_adaptive_surface.h"
 #include "cuda/device/launch_graph.h"
 #include "cuda/device/pinned_memory.h"
-#include "cuda/fused/polynomial_memory.h"
 #include "cuda/plan/device_plan.h"
 #include "cuda/view/cuda_frame.h"
 
@@ -41,15 +40,16 @@ namespace latticed {
 
 class CudaAdaptiveEvaluator {
  public:
-  // spec.tolerance is above 0; `device_plan` was made for kFused. Takes DeviceBytesFor, and the plan's BytesToCome, from
-  // the reservation.
+  // spec.tolerance is above 0; `device_plan` was made for `pipeline`. Takes DeviceBytesFor, the plan's BytesToCome and
+  // those of the surface from the reservation.
   [[nodiscard]] static absl::StatusOr<std::unique_ptr<CudaAdaptiveEvaluator>> Create(
       std::shared_ptr<const DeformPlan> plan, std::shared_ptr<DevicePlan> device_plan,
-      const ViewSpec& spec, std::shared_ptr<CudaContext> context, std::shared_ptr<CudaLane> lane,
+      Pipeline pipeline, const ViewSpec& spec, std::shared_ptr<CudaContext> context, std::shared_ptr<CudaLane> lane,
       DeviceReservation& from);
   // Waits for copies to its memory.
   ~CudaAdaptiveEvaluator();
-  static absl::StatusOr<uint64_t> DeviceBytesFor(const DeformPlan& plan, const ViewSpec& spec);
+  static absl::StatusOr<uint64_t> DeviceBytesFor(const DeformPlan& plan, Pipeline pipeline,
+                                                 const ViewSpec& spec);
   // The most that HostBytes can be.
   static uint64_t HostBytesFor(const DeformPlan& plan);
 
@@ -86,7 +86,7 @@ class CudaAdaptiveEvaluator {
  private:
   struct Parts {
     CudaFrame frame;
-    PolynomialMemory polynomials;
+    std::unique_ptr<CudaAdaptiveSurface> surface;
     AdaptiveMemory memory;
     DeviceBuffer<uint8_t> vertices;
     // Those of the last evaluation, whose codes others may keep, and room for the next ones: results_at_.
@@ -102,12 +102,7 @@ class CudaAdaptiveEvaluator {
 
   cudaStream_t stream() const { return lane_->stream().get(); }
   uint64_t capacity() const { return parts_.vertices.size() / BytesPerPoint(spec_); }
-  // A kernel and its name for measurements.
-  struct Stage {
-    kernels::KernelCall call;
-    std::string_view name;
-  };
-  absl::Status Launch(Stage stage) const;
+  absl::Status Launch(AdaptiveStage stage) const;
   kernels::AdaptiveLaunch LaunchFor(const QuantisationBox& box,
                                     std::span<const uint32_t> chunks) const;
   // The evaluation that runs.

@@ -12,6 +12,7 @@
 // numbers do not fit its registers; some are then in local memory.
 #include "core/adaptive/curvature_slack.h"
 #include "cuda/adaptive/adaptive_kernels.h"
+#include "cuda/adaptive/store_bounds.cuh"
 #include "cuda/device/launch.cuh"
 #include "cuda/fused/call_by_degree.h"
 #include "cuda/fused/fused_coefficients.cuh"
@@ -121,15 +122,6 @@ __global__ void __launch_bounds__(kBlockThreads)
   const auto roundings = static_cast<float>(13 * of_patch + 8);
   const float weight = pair < 3 ? 1.0f : 2.0f;
   launch.state.slack[item] = weight * (1 + 4e-6f) * 0x1p-24f * roundings * sum;
-}
-
-__device__ __forceinline__ void StoreBounds(const AdaptiveState& state, size_t patch,
-                                            const CurvatureBounds<float>& bounds) {
-#pragma unroll
-  for (int e = 0; e < 3; ++e) state.edge_bounds[3 * patch + e] = bounds.edge[e];
-  if (state.mixed_bounds == nullptr) return;
-#pragma unroll
-  for (int e = 0; e < 3; ++e) state.mixed_bounds[3 * patch + e] = bounds.mixed[e];
 }
 
 // The weight at x = t = 0, and its changes by x and t.

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <iterator>
 #include <numeric>
+#include <optional>
 
 #include "core/base/limits.h"
 
@@ -86,9 +87,50 @@ std::vector<uint32_t> ChunksOf(std::span<const Range> ranges, std::span<const ui
   return chunks;
 }
 
-}  // namespace
+// Whether the support of one of the moved control points has a vertex.
+bool IsReached(const TurnedLattice& lattice, size_t vertex, const std::vector<bool>& moved) {
+  const std::optional<PointRange> range = lattice.Reaching(vertex);
+  if (!range.has_value()) return false;
+  for (int k = range->first[2]; k <= range->last[2]; ++k) {
+    for (int j = range->first[1]; j <= range->last[1]; ++j) {
+      for (int i = range->first[0]; i <= range->last[0]; ++i) {
+        const auto index = static_cast<size_t>(lattice.structure.Index(i, j, k));
+        if (moved[lattice.first_point + index]) return true;
+      }
+    }
+  }
+  return false;
+}
 
-std::vector<bool> InfluencedBoxes(const DeformPlan& plan, std::span<const uint32_t> indices) {
+// By patch: whether a control point of a turned lattice makes it dirty. Empty if none is of a turned lattice.
+std::vector<bool> ReachedByTurned(const DeformPlan& plan, std::span<const uint32_t> indices) {
+  const auto own = static_cast<size_t>(plan.structure.control_point_count());
+  std::vector<bool> moved(plan.control_point_count()), reached, vertices(plan.vertices.size());
+  for (const uint32_t i : indices) moved[i] = true;
+  if (std::find(moved.begin() + static_cast<ptrdiff_t>(own), moved.end(), true) == moved.end()) {
+    return reached;
+  }
+  for (const TurnedLattice& lattice : plan.turned) {
+    for (size_t v = 0; v < vertices.size(); ++v) {
+      if (!vertices[v]) vertices[v] = IsReached(lattice, v, moved);
+    }
+  }
+  reached.resize(plan.patches.size());
+  for (size_t p = 0; p < reached.size(); ++p) {
+    reached[p] = std::ranges::any_of(plan.patches[p].vertex, [&](uint32_t v) { return vertices[v]; });
+  }
+  return reached;
+}
+
+// Those of the plan's own lattice.
+std::vector<uint32_t> OwnOf(const DeformPlan& plan, std::span<const uint32_t> indices) {
+  const auto own = static_cast<uint32_t>(plan.structure.control_point_count());
+  std::vector<uint32_t> result;
+  std::ranges::copy_if(indices, std::back_inserter(result), [own](uint32_t i) { return i < own; });
+  return result;
+}
+
+std::vector<bool> BoxesOfOwn(const DeformPlan& plan, std::span<const uint32_t> indices) {
   const LatticeStructure& s = plan.structure;
   const std::array below{BoxesBelow(s, 0), BoxesBelow(s, 1), BoxesBelow(s, 2)};
   // By control points with this index along the axis.
@@ -121,10 +163,8 @@ std::vector<bool> InfluencedBoxes(const DeformPlan& plan, std::span<const uint32
   return boxes;
 }
 
-DirtySet DirtyByControlPoints(const DeformPlan& plan, std::span<const uint32_t> indices) {
-  const auto own = static_cast<uint32_t>(plan.structure.control_point_count());
-  if (std::ranges::any_of(indices, [own](uint32_t i) { return i >= own; })) return AllDirty(plan);
-  const std::vector<bool> boxes = InfluencedBoxes(plan, indices);
+DirtySet DirtyByOwn(const DeformPlan& plan, std::span<const uint32_t> indices) {
+  const std::vector<bool> boxes = BoxesOfOwn(plan, indices);
   const std::vector<Range> ranges = PatchesOf(plan, boxes);
   const std::vector<uint32_t> borrowers = BorrowersBeside(plan, boxes, ranges);
   DirtySet dirty{.chunks = ChunksOf(ranges, borrowers),
@@ -132,6 +172,44 @@ DirtySet DirtyByControlPoints(const DeformPlan& plan, std::span<const uint32_t> 
                  .patches = borrowers.size()};
   for (const Range& range : ranges) dirty.patches += range.last - range.first;
   return dirty;
+}
+
+// The same with turned lattices, patch by patch.
+DirtySet DirtyWithTurned(const DeformPlan& plan, std::span<const uint32_t> indices) {
+  std::vector<bool> patches = ReachedByTurned(plan, indices);
+  if (patches.empty()) return DirtyByOwn(plan, OwnOf(plan, indices));
+  std::vector<bool> boxes = BoxesOfOwn(plan, OwnOf(plan, indices));
+  for (uint32_t box = 0; box < boxes.size(); ++box) {
+    if (!boxes[box]) continue;
+    for (uint32_t p = plan.box_patches[box]; p < plan.box_patches[box + 1]; ++p) patches[p] = true;
+    for (const uint32_t p : plan.box_borrowers[box]) patches[p] = true;
+  }
+  DirtySet dirty;
+  for (uint32_t p = 0; p < patches.size(); ++p) {
+    if (!patches[p]) continue;
+    AddChunk(p / kPatchesPerChunk, dirty.chunks);
+    boxes[plan.patches[p].box] = true;
+    ++dirty.patches;
+  }
+  dirty.boxes = static_cast<uint64_t>(std::ranges::count(boxes, true));
+  return dirty;
+}
+
+}  // namespace
+
+std::vector<bool> InfluencedBoxes(const DeformPlan& plan, std::span<const uint32_t> indices) {
+  if (plan.turned.empty()) return BoxesOfOwn(plan, indices);
+  std::vector<bool> boxes = BoxesOfOwn(plan, OwnOf(plan, indices));
+  const std::vector<bool> reached = ReachedByTurned(plan, indices);
+  for (size_t p = 0; p < reached.size(); ++p) {
+    if (reached[p]) boxes[plan.patches[p].box] = true;
+  }
+  return boxes;
+}
+
+DirtySet DirtyByControlPoints(const DeformPlan& plan, std::span<const uint32_t> indices) {
+  if (!plan.turned.empty()) return DirtyWithTurned(plan, indices);
+  return DirtyByOwn(plan, indices);
 }
 
 DirtySet AllDirty(const DeformPlan& plan) {

@@ -6,7 +6,8 @@
 // Control point (i,j,k) influences the boxes whose spans are in i … i+nu, j … j+nv, k … k+nw. Its move makes the chunks
 // of all patches in those boxes dirty. It does so also with the chunks of patches elsewhere that have a vertex or edge
 // owned by one of those boxes: re-evaluating the owner can change the last bits of points that the edit cannot move.
-// Control points of a turned lattice make all chunks dirty.
+// A control point of a turned lattice makes the patches dirty that have a vertex in its basis function's support, faces
+// included: there are the patches that it moves, and all that share a vertex or edge with them.
 //
 // Threads  pure functions
 #ifndef LATTICED_CORE_FFD_PLAN_DIRTY_SET_H_
@@ -20,7 +21,7 @@
 
 namespace latticed {
 
-// By box, the outside box last: whether one of the control points, which are of the plan's own lattice, influences it.
+// By box, the outside box last: whether one of the control points influences it, or those of turned lattices a patch in it.
 [[nodiscard]] std::vector<bool> InfluencedBoxes(const DeformPlan& plan,
                                                 std::span<const uint32_t> indices);
 

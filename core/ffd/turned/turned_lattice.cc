@@ -32,6 +32,23 @@ KnotSpans LowerSpans(const LatticeStructure& s, std::span<const Vec3d> parameter
   return spans;
 }
 
+std::optional<PointRange> TurnedLattice::Reaching(size_t vertex) const {
+  PointRange range;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto a = static_cast<size_t>(axis);
+    const double u = parameters[vertex][axis];
+    if (u < structure.domain_begin(axis) || u > structure.domain_end(axis)) return std::nullopt;
+    const std::vector<double>& knots = structure.knots[a];
+    const auto order = static_cast<size_t>(structure.degree[a]) + 1;
+    size_t first = 0, last = static_cast<size_t>(structure.size[a]) - 1;
+    while (knots[first + order] < u) ++first;
+    while (knots[last] > u) --last;
+    range.first[a] = static_cast<int>(first);
+    range.last[a] = static_cast<int>(last);
+  }
+  return range;
+}
+
 TurnedMoves::TurnedMoves(std::span<const TurnedLattice> lattices,
                          std::span<const Vec3d> control_points)
     : lattices_(lattices), control_points_(control_points) {

@@ -16,6 +16,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -29,6 +30,11 @@ namespace latticed {
 using KnotSpans = std::array<int, 3>;
 inline constexpr KnotSpans kNoSpans{-1, -1, -1};
 
+// Control points by index along each axis, from first to last.
+struct PointRange {
+  std::array<int, 3> first{}, last{};
+};
+
 struct TurnedLattice {
   LatticeStructure structure;
   size_t first_point = 0;  // of its control points, among those of the plan
@@ -40,6 +46,9 @@ struct TurnedLattice {
   std::span<const Vec3d> PointsOf(std::span<const Vec3d> of_plan) const {
     return of_plan.subspan(first_point, static_cast<size_t>(structure.control_point_count()));
   }
+  // Those whose basis function's support has the vertex, its faces included. Nothing about a patch without such a vertex
+  // depends on them. nullopt outside the frame.
+  std::optional<PointRange> Reaching(size_t vertex) const;
 };
 
 // The spans of the box whose closed cell holds points that lie in one slab per axis; in a knot plane, the lower one.

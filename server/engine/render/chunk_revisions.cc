@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 
 #include "core/base/limits.h"
 #include "core/patches/edge_order.h"
@@ -27,13 +28,32 @@ uint64_t BoxRevision(const LatticeStructure& s, const std::array<int, 3>& span,
   return newest;
 }
 
+// Of the control points of a turned lattice that make a patch dirty.
+void RaiseByTurned(const DeformPlan& plan, const TurnedLattice& lattice,
+                   const PointRevisions& points, std::vector<uint64_t>& patches) {
+  const LatticeStructure& s = lattice.structure;
+  std::vector<uint64_t> vertices(plan.vertices.size());
+  for (size_t v = 0; v < vertices.size(); ++v) {
+    const std::optional<PointRange> range = lattice.Reaching(v);
+    if (!range.has_value()) continue;
+    for (int k = range->first[2]; k <= range->last[2]; ++k) {
+      for (int j = range->first[1]; j <= range->last[1]; ++j) {
+        const auto first = static_cast<size_t>(s.Index(range->first[0], j, k));
+        const auto count = static_cast<size_t>(range->last[0] - range->first[0]) + 1;
+        Raise(vertices[v],
+              std::ranges::max(points.revisions().subspan(lattice.first_point + first, count)));
+      }
+    }
+  }
+  for (size_t p = 0; p < patches.size(); ++p) {
+    for (const uint32_t v : plan.patches[p].vertex) Raise(patches[p], vertices[v]);
+  }
+}
+
 // As DirtySet marks patches: those of a box, and those that have a vertex or edge which it owns.
 std::vector<uint64_t> PatchRevisions(const DeformPlan& plan, const PointRevisions& points) {
-  // Control points of turned lattices make all patches dirty.
-  const auto own = static_cast<size_t>(plan.structure.control_point_count());
-  uint64_t of_turned = points.since();
-  for (const uint64_t revision : points.revisions().subspan(own)) Raise(of_turned, revision);
-  std::vector<uint64_t> patches(plan.patches.size(), of_turned);
+  std::vector<uint64_t> patches(plan.patches.size(), points.since());
+  for (const TurnedLattice& lattice : plan.turned) RaiseByTurned(plan, lattice, points, patches);
   for (uint32_t b = 0; b < plan.outside_box(); ++b) {
     const std::vector<uint32_t>& borrowers = plan.box_borrowers[b];
     const uint32_t first = plan.box_patches[b], last = plan.box_patches[b + 1];

@@ -122,13 +122,40 @@ TEST(TurnedLattice, VerticesThatPatchesShareAreCutOnce) {
   EXPECT_EQ(scene.plan->turned[0].parameters.size(), scene.plan->vertices.size());
 }
 
-TEST(TurnedLattice, AnEditOfATurnedLatticeMakesAllChunksDirty) {
-  const std::array<LatticeOptions, 2> lattices{LatticeOptions{.extra = {6, 6, 6}, .scale = 2},
-                                               LatticeOptions{.scale = 2, .turn = 0.7}};
+// Of each control point, the patches that it moves are dirty, with all beside them, and few others.
+TEST(TurnedLattice, AnEditMakesThePatchesDirtyThatItReaches) {
+  const std::array<LatticeOptions, 2> lattices{LatticeOptions{.extra = {3, 3, 3}, .scale = 1.2},
+                                               LatticeOptions{.extra = {2, 2, 2}, .turn = 0.7}};
   const TurnedScene scene = MakeTurnedScene(TorusMesh(30, 20), lattices);
-  const std::vector<uint32_t> own{0}, turned{static_cast<uint32_t>(scene.points[0].size())};
-  EXPECT_LT(DirtyByControlPoints(*scene.plan, own).chunks.size(), scene.plan->chunk_count());
-  EXPECT_EQ(DirtyByControlPoints(*scene.plan, turned).chunks.size(), scene.plan->chunk_count());
+  const DeformPlan& plan = *scene.plan;
+  std::vector<Vec3d> points = plan.identity_points;
+  const DirectFfd at_rest(plan, plan.identity_points), moved(plan, points);
+  size_t dirty_patches = 0, moved_patches = 0;
+  for (uint32_t i = 0; i < points.size(); ++i) {
+    points[i] += Vec3d{1, 2, 3};
+    std::vector<bool> moves(plan.vertices.size());
+    for (size_t p = 0; p < plan.patches.size(); ++p) {
+      for (const std::array<double, 3> b :
+           {std::array{1 / 3.0, 1 / 3.0, 1 / 3.0}, std::array{1.0, 0.0, 0.0},
+            std::array{0.0, 0.5, 0.5}}) {
+        const Vec3d before = at_rest.EvaluatePosition(p, b).position;
+        if (Norm(moved.EvaluatePosition(p, b).position - before) < 1e-9) continue;
+        for (const uint32_t v : plan.patches[p].vertex) moves[v] = true;
+      }
+    }
+    const DirtySet dirty = DirtyByControlPoints(plan, {{i}});
+    for (size_t p = 0; p < plan.patches.size(); ++p) {
+      if (std::ranges::none_of(plan.patches[p].vertex, [&](uint32_t v) { return moves[v]; }))
+        continue;
+      ++moved_patches;
+      const auto chunk = static_cast<uint32_t>(p / limits::kPatchesPerChunk);
+      ASSERT_TRUE(std::ranges::binary_search(dirty.chunks, chunk)) << "point " << i;
+    }
+    dirty_patches += dirty.patches;
+    points[i] -= Vec3d{1, 2, 3};
+  }
+  EXPECT_GE(dirty_patches, moved_patches);
+  EXPECT_LE(dirty_patches, moved_patches + moved_patches / 2);
 }
 
 TEST(TurnedLattice, IllegalStructuresAreRefused) {
