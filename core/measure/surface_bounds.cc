@@ -190,12 +190,12 @@ class BoundsSearch {
     return offset;
   }
 
+  // The plan must be weighted.
   WeightedTriangle TriangleOf(size_t p) const {
-    WeightedTriangle triangle;
+    WeightedTriangle triangle{.weight = plan_.CornerWeights(p)};
     for (size_t c = 0; c < 3; ++c) {
       triangle.rest[c] = plan_.vertices[plan_.patches[p].vertex[c]].world;
     }
-    if (plan_.is_weighted()) triangle.weight = plan_.CornerWeights(p);
     return triangle;
   }
 

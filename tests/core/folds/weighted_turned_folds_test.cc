@@ -22,6 +22,7 @@ using testing::ExpectReportsThatAgreeWithSamples;
 using testing::FlatGrid;
 using testing::JitterAll;
 using testing::LatticeOptions;
+using testing::LeastOnPatch;
 using testing::PlanTurned;
 using testing::ReportOfTurned;
 using testing::SumDeterminantAt;
@@ -115,6 +116,41 @@ TEST(WeightedTurnedDeterminant, OfWeightOneIsThatWithoutWeights) {
 
 TEST(WeightedTurnedFolds, ReportsAgreeWithSamplesOfTheDefinition) {
   ExpectReportsThatAgreeWithSamples(Weights::kScattered);
+}
+
+// Between moves that are certified and moves that fold lies next to nothing, and what is certified up to there is not folded.
+TEST(WeightedTurnedFolds, CertificatesEndWhereFoldsBegin) {
+  constexpr int kHalvings = 36;
+  for (uint32_t mix = 0; mix < 27; mix += 6) {
+    SCOPED_TRACE(::testing::Message() << "mix " << mix << ", seed " << kWeighedSumSeed);
+    const TurnedFolds scene = DrawTurned(mix, mix % 2 == 0, Weights::kScattered);
+    const std::vector<Vec3d>& rest = scene.plan->identity_points;
+    const auto far = JitterAll(scene, 1, kWeighedSumSeed + mix);
+    const FoldCertifier certifier(scene.plan, FoldScope::kSurface);
+    const auto moved = [&](double share) {
+      std::vector<Vec3d> points = rest;
+      for (size_t i = 0; i < points.size(); ++i) points[i] += share * (far[i] - rest[i]);
+      return points;
+    };
+    double certified = 0, folded = 1;
+    ASSERT_GT(certifier.Certify(moved(folded))->Count(FoldState::kFolded), 0u);
+    FoldReport last;
+    for (int n = 0; n < kHalvings; ++n) {
+      const double middle = 0.5 * (certified + folded);
+      const FoldReport report = *certifier.Certify(moved(middle));
+      (report.certified() ? certified : folded) = middle;
+      if (!report.certified()) last = report;
+    }
+    EXPECT_GT(certified, 0);
+    EXPECT_LT(folded - certified, 1e-9);
+    ASSERT_FALSE(last.certified());
+    EXPECT_NEAR(last.places.front().determinant, 0, 1e-8);
+    const std::vector<Vec3d> points = moved(certified);
+    const DirectFfd definition(*scene.plan, points);
+    for (size_t p = 0; p < scene.plan->patches.size(); ++p) {
+      ASSERT_GT(LeastOnPatch(definition, p, 12), 0) << "patch " << p;
+    }
+  }
 }
 
 // A flat grid on which the weight rises from 0 to 1 along x. What both lattices shift together makes det J = 1 + shift / width.
