@@ -30,8 +30,8 @@
 // With vertex weights (core/ffd/weights/vertex_weights.h)
 //   J   = I + w sum over g (J_g - I) + (sum over g G_g) grad(w)^T
 //         G_g: the offset R_g - x, where x is the volume of the lattice's identity points
-//   Its columns have degree n, and det J has 3 n. As in weighted_determinant.h, G_g comes from the offsets of control points, and
-//   J_g from differences. Column c of J is that of I, w times the column of A = sum over g (J_g - I), and grad(w)_c G:
+//   Its columns have degree n, and det J has 3 n. As in weighted_determinant.h, G_g comes from the offsets of control points,
+//   and J_g from differences. Column c of J is that of I, w times the column of A = sum over g (J_g - I), and grad(w)_c G:
 //   A, as above, with |m| in place of |1 - m| in B_c, which is then A_c                           260 u A_c + 5 k u A_c
 //   w A: sums of 3 products, the divisions of multinomials being in the 15 u below                             6 u A_c
 //   G_g over the box, with H_g the largest component of the offsets: the offsets, and the restriction         67 u H_g

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Measures of surfaces with vertex weights, under a turned lattice, and with both, compared with quadrature and samples of the definition,
-// and with differences.
+// Measures of surfaces with vertex weights, under a turned lattice, and with both, compared with quadrature and samples of the
+// definition, and with differences.
 #include <algorithm>
 #include <cmath>
 #include <memory>

@@ -391,10 +391,8 @@ double RandomSession::Volume() {
 }
 
 bool RandomSession::IsCertified() {
-  auto request = For<v1::CertifyFoldsRequest>();
-  request.set_scope(v1::FOLD_SCOPE_SURFACE);
-  v1::FoldReport report;
-  EXPECT_OK(Call(&Scenes::CertifyFolds, request, &report));
+  v1::FoldReport report;  // of the surface
+  EXPECT_OK(Call(&Scenes::CertifyFolds, For<v1::CertifyFoldsRequest>(), &report));
   return report.certified();
 }
 
