@@ -89,7 +89,7 @@ absl::Status Validate(const ViewSpec& spec) {
 absl::Status CheckSupported(const DeformPlan& plan, Pipeline pipeline) {
   if (!plan.turned.empty()) {
     if (pipeline == Pipeline::kFused) return error::NotWithTurned("pipeline fused");
-    if (plan.is_weighted()) return error::NotWithTurned("a mesh with weights");
+    return absl::OkStatus();
   }
   if (!plan.is_weighted() || pipeline == Pipeline::kFused) return absl::OkStatus();
   return error::NotWithWeights("a pipeline other than fused");

@@ -13,7 +13,9 @@
 #ifndef LATTICED_CORE_FOLDS_BOX_SLOPES_H_
 #define LATTICED_CORE_FOLDS_BOX_SLOPES_H_
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <span>
 
 #include "core/base/vec.h"
@@ -35,6 +37,25 @@ struct BoxPart {
 // Turns them into the differences of an axis, whose hull holds R_a over the knot box. Returns their largest component.
 double Differentiate(const LatticeStructure& structure, const std::array<int, 3>& span, size_t axis,
                      BezierBox& grid);
+
+// The largest size(p) of the box's points p, at least 0; not a number if one is.
+template <class Size>
+double LargestPoint(const BezierBox& box, const Size& size) {
+  double largest = 0;
+  for (int k = 0; k <= box.degree[2]; ++k) {
+    for (int j = 0; j <= box.degree[1]; ++j) {
+      for (int i = 0; i <= box.degree[0]; ++i) {
+        const double of_point = size(box.points[k][j][i]);
+        if (std::isnan(of_point)) return of_point;
+        largest = std::max(largest, of_point);
+      }
+    }
+  }
+  return largest;
+}
+[[nodiscard]] inline double LargestComponent(Vec3d v) {
+  return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
+}
 
 class BoxSlopes {
  public:

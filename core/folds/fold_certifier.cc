@@ -67,15 +67,13 @@ size_t FoldCertifier::MostBytes(const DeformPlan& plan) {
 
 struct FoldCertifier::Looker {
   Looker(const DeformPlan& plan, std::span<const Vec3d> points) : control_points(points) {
-    if (!plan.turned.empty()) {
-      triangles.emplace();
-      turned.emplace(plan, points);
+    if (plan.is_weighted()) {
+      for (size_t i = 0; i < points.size(); ++i) {
+        offsets.push_back(points[i] - plan.identity_points[i]);
+      }
     }
-    if (!plan.is_weighted()) return;
-    triangles.emplace();
-    for (size_t i = 0; i < points.size(); ++i) {
-      offsets.push_back(points[i] - plan.identity_points[i]);
-    }
+    if (plan.is_weighted() || !plan.turned.empty()) triangles.emplace();
+    if (!plan.turned.empty()) turned.emplace(plan, points, offsets);
   }
 
   const std::span<const Vec3d> control_points;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "core/folds/box_slopes.h"
 
@@ -13,7 +14,9 @@ namespace {
 
 constexpr double kUnknown = -1;
 
-double TurnedSlack(double condition) { return 6 * (2200 + 20 * condition) * 0x1p-53; }
+double TurnedSlack(double condition, bool is_weighted = false) {
+  return 6 * ((is_weighted ? 2500 : 2200) + 20 * condition) * 0x1p-53;
+}
 
 // The cross product with moduli instead of numbers.
 Vec3d CrossOfModuli(Vec3d a, Vec3d b) {
@@ -57,6 +60,14 @@ void AddScaled(const TriangleForm& from, double factor, TriangleForm& to) {
   }
 }
 
+// to += value
+void AddConstant(double value, TriangleForm& to) {
+  const size_t n = to.degree();
+  for (size_t i = 0; i <= n; ++i) {
+    for (size_t j = 0; i + j <= n; ++j) to.at(i, j) += value * Multinomial(i, j, n - i - j);
+  }
+}
+
 // Corners are in their boxes up to rounding; the slack has room for this much.
 bool AreInBox(const TriangleInBox& corners) {
   constexpr double kMost = 0x1p-30;
@@ -68,8 +79,9 @@ bool AreInBox(const TriangleInBox& corners) {
 }  // namespace
 
 TurnedPatches::Lattice TurnedPatches::MakeLattice(const LatticeStructure& structure,
-                                                  std::span<const Vec3d> points) {
-  Lattice lattice{.structure = &structure, .points = points};
+                                                  std::span<const Vec3d> points,
+                                                  std::span<const Vec3d> offsets) {
+  Lattice lattice{.structure = &structure, .points = points, .offsets = offsets};
   const auto& e = structure.frame.edges;
   const double volume = Dot(e[0], Cross(e[1], e[2]));
   for (size_t a = 0; a < 3; ++a) {
@@ -79,14 +91,18 @@ TurnedPatches::Lattice TurnedPatches::MakeLattice(const LatticeStructure& struct
   }
   lattice.condition = DotOfModuli(e[0], lattice.sizes[0]);
   lattice.rises.assign(SpanCount(structure), kUnknown);
+  if (!offsets.empty()) lattice.reaches.assign(SpanCount(structure), kUnknown);
   return lattice;
 }
 
-TurnedPatches::TurnedPatches(const DeformPlan& plan, std::span<const Vec3d> control_points)
+TurnedPatches::TurnedPatches(const DeformPlan& plan, std::span<const Vec3d> control_points,
+                             std::span<const Vec3d> offsets)
     : plan_(plan) {
-  lattices_.push_back(MakeLattice(plan.structure, control_points));
+  lattices_.push_back(MakeLattice(plan.structure, control_points, offsets));
   for (const TurnedLattice& one : plan.turned) {
-    lattices_.push_back(MakeLattice(one.structure, control_points.subspan(one.first_point)));
+    lattices_.push_back(
+        MakeLattice(one.structure, control_points.subspan(one.first_point),
+                    offsets.empty() ? std::span<const Vec3d>() : offsets.subspan(one.first_point)));
   }
 }
 
@@ -98,7 +114,8 @@ bool TurnedPatches::IsReached(const DeformPlan& plan, size_t patch) {
 size_t TurnedPatches::MostBytes(const DeformPlan& plan) {
   size_t spans = SpanCount(plan.structure);
   for (const TurnedLattice& one : plan.turned) spans += SpanCount(one.structure);
-  return (1 + plan.turned.size()) * sizeof(Lattice) + spans * sizeof(double);
+  const size_t numbers = plan.is_weighted() ? 2 : 1;  // a box
+  return (1 + plan.turned.size()) * sizeof(Lattice) + spans * numbers * sizeof(double);
 }
 
 KnotSpans TurnedPatches::SpansOf(size_t lattice, size_t patch) const {
@@ -140,24 +157,18 @@ void TurnedPatches::Enter(Lattice& lattice, const KnotSpans& spans) {
   }
   const BoxSlopes slopes(s, lattice.points, part);
   for (size_t a = 0; a < 3; ++a) lattice.most[a] = slopes.Along(a, lattice.slopes[a]);
+  if (lattice.offsets.empty()) return;
+  lattice.offset = RestrictVolume(s, lattice.offsets, spans, part.lower, part.upper);
+  lattice.most_offset = LargestPoint(ControlBox(s, lattice.offsets, spans), LargestComponent);
 }
 
 // A bound of |J_g - I| in the box that the lattice has entered, rounding included.
 double TurnedPatches::RiseOf(const Lattice& lattice) {
   double rise = 0;
   for (size_t a = 0; a < 3; ++a) {
-    const BezierBox& slope = lattice.slopes[a];
     const Vec3d edge = lattice.widths[a] * lattice.structure->frame.edges[a];
-    double largest = 0;
-    for (int k = 0; k <= slope.degree[2]; ++k) {
-      for (int j = 0; j <= slope.degree[1]; ++j) {
-        for (int i = 0; i <= slope.degree[0]; ++i) {
-          const double of_point = Norm(slope.points[k][j][i] - edge);
-          if (!(of_point <= largest)) largest = of_point;
-          if (std::isnan(largest)) return largest;
-        }
-      }
-    }
+    const double largest =
+        LargestPoint(lattice.slopes[a], [edge](Vec3d slope) { return Norm(slope - edge); });
     // Of the columns, 72 u and more; the largest component is at most so much smaller than the length.
     const double rounding =
         TurnedSlack(lattice.condition) * (lattice.most[a] + Norm(edge)) * Norm(lattice.sizes[a]);
@@ -166,22 +177,34 @@ double TurnedPatches::RiseOf(const Lattice& lattice) {
   return rise;
 }
 
+// The same of |G_g|.
+double TurnedPatches::ReachOf(const Lattice& lattice) {
+  constexpr double kRounding = 140 * 0x1p-53;  // 67 u per component
+  return LargestPoint(lattice.offset, Norm) + kRounding * lattice.most_offset;
+}
+
 bool TurnedPatches::IsNearRest(size_t patch) {
   constexpr double kSurely = 0.999;  // far from what rounding of the sum can do
-  double sum = 0;
+  double rises = 0, reaches = 0;
   for (size_t g = 0; g < lattices_.size(); ++g) {
     const KnotSpans spans = SpansOf(g, patch);
     if (spans == kNoSpans) continue;
     Lattice& lattice = lattices_[g];
-    double& rise = lattice.rises[PlaceOfSpans(*lattice.structure, spans)];
+    const size_t box = PlaceOfSpans(*lattice.structure, spans);
+    double& rise = lattice.rises[box];
     if (rise == kUnknown) {
       Enter(lattice, spans);
       rise = RiseOf(lattice);
+      if (plan_.is_weighted()) lattice.reaches[box] = ReachOf(lattice);
     }
     if (!AreInBox(CornersOf(g, patch))) return false;
-    sum += rise;
+    rises += rise;
+    if (plan_.is_weighted()) reaches += lattice.reaches[box];
   }
-  return sum < kSurely;
+  if (!plan_.is_weighted()) return rises < kSurely;
+  return std::ranges::max(plan_.CornerWeights(patch)) * rises +
+             Norm(plan_.PatchWeightGradient(patch)) * reaches <
+         kSurely;
 }
 
 std::array<VectorForm, 3> TurnedPatches::Columns(const Lattice& lattice,
@@ -202,6 +225,35 @@ std::array<VectorForm, 3> TurnedPatches::Columns(const Lattice& lattice,
   return columns;
 }
 
+void TurnedPatches::Weigh(size_t patch, std::span<const size_t> lattices,
+                          std::array<VectorForm, 3>& column, Vec3d& bounds) const {
+  const size_t n = column[0][0].degree() + 1;
+  const std::array<double, 3> weights = plan_.CornerWeights(patch);
+  TriangleForm weight(1);
+  weight.at(1, 0) = weights[0];
+  weight.at(0, 1) = weights[1];
+  weight.at(0, 0) = weights[2];
+  const Vec3d gradient = plan_.PatchWeightGradient(patch);
+  VectorForm offset = MakeVectorForm(n);
+  double most = 0;
+  for (const size_t g : lattices) {
+    const VectorForm own = Elevated(Compose(lattices_[g].offset, CornersOf(g, patch)), n);
+    for (size_t c = 0; c < 3; ++c) AddScaled(own[c], 1, offset[c]);
+    most += lattices_[g].most_offset;
+  }
+  for (size_t axis = 0; axis < 3; ++axis) {
+    const double slope = gradient[static_cast<int>(axis)];
+    VectorForm weighted = MakeVectorForm(n);
+    for (size_t c = 0; c < 3; ++c) {
+      weighted[c].AddProduct(weight, column[axis][c], 1);
+      AddScaled(offset[c], slope, weighted[c]);
+    }
+    AddConstant(1, weighted[axis]);
+    column[axis] = std::move(weighted);
+    bounds[static_cast<int>(axis)] += 1 + std::abs(slope) * most;
+  }
+}
+
 double TurnedPatches::MakeDeterminant(size_t patch, BernsteinTriangle& determinant) {
   std::vector<size_t> present;
   size_t degree = 0;
@@ -212,15 +264,9 @@ double TurnedPatches::MakeDeterminant(size_t patch, BernsteinTriangle& determina
   }
   std::array<VectorForm, 3> column{MakeVectorForm(degree), MakeVectorForm(degree),
                                    MakeVectorForm(degree)};
-  // J without the J_g: the identity, less one for each of them.
-  const double rest = 1 - static_cast<double>(present.size());
-  for (size_t axis = 0; axis < 3; ++axis) {
-    for (size_t i = 0; i <= degree; ++i) {
-      for (size_t j = 0; i + j <= degree; ++j) {
-        column[axis][axis].at(i, j) = rest * Multinomial(i, j, degree - i - j);
-      }
-    }
-  }
+  // J without the J_g: the identity, less one for each of them. With weights the identity comes later.
+  const double rest = (plan_.is_weighted() ? 0 : 1) - static_cast<double>(present.size());
+  for (size_t axis = 0; axis < 3; ++axis) AddConstant(rest, column[axis][axis]);
   Vec3d bounds{std::abs(rest), std::abs(rest), std::abs(rest)};
   double condition = 1;
   bool is_sure = true;
@@ -236,9 +282,10 @@ double TurnedPatches::MakeDeterminant(size_t patch, BernsteinTriangle& determina
       for (size_t c = 0; c < 3; ++c) AddScaled(elevated[c], 1, column[axis][c]);
     }
   }
+  if (plan_.is_weighted()) Weigh(patch, present, column, bounds);
   SetDeterminant(column, 1, determinant);
   if (!is_sure) return std::numeric_limits<double>::infinity();
-  return TurnedSlack(condition) * bounds.x * bounds.y * bounds.z;
+  return TurnedSlack(condition, plan_.is_weighted()) * bounds.x * bounds.y * bounds.z;
 }
 
 }  // namespace latticed

@@ -27,8 +27,25 @@
 //   |error| <= 6 (2,200 + 20 k) u B_x B_y B_z, with room for products of errors.
 // A coefficient above the slack proves that the true one is above 0.
 //
+// With vertex weights (core/ffd/weights/vertex_weights.h)
+//   J   = I + w sum over g (J_g - I) + (sum over g G_g) grad(w)^T
+//         G_g: the offset R_g - x, where x is the volume of the lattice's identity points
+//   Its columns have degree n, and det J has 3 n. As in weighted_determinant.h, G_g comes from the offsets of control points,
+//   and J_g from differences. Column c of J is that of I, w times the column of A = sum over g (J_g - I), and grad(w)_c G:
+//   A, as above, with |m| in place of |1 - m| in B_c, which is then A_c                           260 u A_c + 5 k u A_c
+//   w A: sums of 3 products, the divisions of multinomials being in the 15 u below                             6 u A_c
+//   G_g over the box, with H_g the largest component of the offsets: the offsets, and the restriction         67 u H_g
+//   polar forms of 9 arguments, their sums, an elevation, and the sum over lattices        72 u + 72 u + 29 u + 8 u H_g
+//   times grad(w)_c                                                                                            2 u H_g
+//   the sum of the three                                                                                   3 u of each
+// So a coefficient of column c has an error of at most (275 + 5 k) u B_c, B_c = 1 + A_c + |grad(w)_c| sum over g H_g. Three
+// columns have 825 u + 15 k u, sums of at most 2 * 55 and of 3 * 55 products 280 u, the multinomials 15 u, and kMostHalvings
+// halvings of 27 levels 1,080 u. Of the six products
+//   |error| <= 6 (2,500 + 20 k) u B_x B_y B_z, with room for products of errors.
+//
 // Most patches need no polynomial: det J > 0 where |J - I| < 1, and |J_g - I| <= sum over a |R_a - e_a| |r_a|, where the
-// coefficients of R_a over the box bound the first factor.
+// coefficients of R_a over the box bound the first factor. With weights
+//   |J - I| <= max w sum over g |J_g - I| + |grad w| sum over g |G_g|.
 //
 // Errors   none; where numbers overflow, nothing is proved
 // Threads  one at a time: what is known of boxes is kept from patch to patch
@@ -52,7 +69,9 @@ namespace latticed {
 // Keeps references to the plan and the control points.
 class TurnedPatches {
  public:
-  TurnedPatches(const DeformPlan& plan, std::span<const Vec3d> control_points);
+  // `offsets`: of the control points from their places at rest, if the plan is weighted.
+  TurnedPatches(const DeformPlan& plan, std::span<const Vec3d> control_points,
+                std::span<const Vec3d> offsets = {});
 
   // Whether a patch of the plan is in the frame of a turned lattice.
   [[nodiscard]] static bool IsReached(const DeformPlan& plan, size_t patch);
@@ -67,24 +86,33 @@ class TurnedPatches {
   // One lattice, and the knot box in it that was asked for last.
   struct Lattice {
     const LatticeStructure* structure = nullptr;
-    std::span<const Vec3d> points;
-    std::array<Vec3d, 3> gradients;  // of the frame's coordinates, 0 to 1 along its edges
-    std::array<Vec3d, 3> sizes;      // p_a of the frame
-    double condition = 1;            // k
-    std::vector<double> rises;  // bounds of |J_g - I| by box, kUnknown where none was asked for
+    std::span<const Vec3d> points, offsets;  // no offsets without weights
+    std::array<Vec3d, 3> gradients;          // of the frame's coordinates, 0 to 1 along its edges
+    std::array<Vec3d, 3> sizes;              // p_a of the frame
+    double condition = 1;                    // k
+    std::vector<double> rises;    // bounds of |J_g - I| by box, kUnknown where none was asked for
+    std::vector<double> reaches;  // bounds of |G_g|, likewise, with weights
 
     KnotSpans spans = kNoSpans;
     std::array<BezierBox, 3> slopes;  // R_a
     std::array<double, 3> most{};     // D_a
     std::array<double, 3> widths{};   // of the box, in those of the domain
+    BezierBox offset;                 // G_g, with weights
+    double most_offset = 0;           // H_g
   };
 
-  static Lattice MakeLattice(const LatticeStructure& structure, std::span<const Vec3d> points);
+  static Lattice MakeLattice(const LatticeStructure& structure, std::span<const Vec3d> points,
+                             std::span<const Vec3d> offsets);
   static void Enter(Lattice& lattice, const KnotSpans& spans);
   static double RiseOf(const Lattice& lattice);
+  static double ReachOf(const Lattice& lattice);
   // The columns of J_g by the world's axes on the triangle; adds D_a p_a to `bounds`.
   static std::array<VectorForm, 3> Columns(const Lattice& lattice, const TriangleInBox& corners,
                                            Vec3d& bounds);
+
+  // Turns the columns of A on a patch, in the boxes that the lattices have entered, into those of J, and A_c into B_c.
+  void Weigh(size_t patch, std::span<const size_t> lattices, std::array<VectorForm, 3>& column,
+             Vec3d& bounds) const;
 
   KnotSpans SpansOf(size_t lattice, size_t patch) const;
   TriangleInBox CornersOf(size_t lattice, size_t patch) const;

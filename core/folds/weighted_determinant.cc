@@ -19,23 +19,6 @@ constexpr double kBoxRounding = 140 * 0x1p-53;
 double SumOfModuli(Vec3d a, Vec3d b) {
   return std::abs(a.x * b.x) + std::abs(a.y * b.y) + std::abs(a.z * b.z);
 }
-double LargestComponent(Vec3d v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
-
-// The largest size(p) of the box's points p; not a number if one is.
-template <class Size>
-double Largest(const BezierBox& box, const Size& size) {
-  double largest = 0;
-  for (int k = 0; k <= box.degree[2]; ++k) {
-    for (int j = 0; j <= box.degree[1]; ++j) {
-      for (int i = 0; i <= box.degree[0]; ++i) {
-        const double of_point = size(box.points[k][j][i]);
-        if (std::isnan(of_point)) return of_point;
-        largest = std::max(largest, of_point);
-      }
-    }
-  }
-  return largest;
-}
 
 void Subtract(Vec3d v, BezierBox& box) {
   for (int k = 0; k <= box.degree[2]; ++k) {
@@ -59,8 +42,8 @@ WeightedBox::WeightedBox(const DeformPlan& plan, uint32_t box,
   }
   volume_ = Dot(edges_[0], Cross(edges_[1], edges_[2]));
   const BezierBox offset = ControlBox(s, offsets, knots_.span);
-  most_offset_ = Largest(offset, [](Vec3d v) { return LargestComponent(v); });
-  by_control_points_.offset = Largest(offset, Norm);
+  most_offset_ = LargestPoint(offset, LargestComponent);
+  by_control_points_.offset = LargestPoint(offset, Norm);
   const BezierBox points = ControlBox(s, control_points, knots_.span);
   for (size_t a = 0; a < 3; ++a) {
     BezierBox slopes = points;
@@ -73,14 +56,14 @@ WeightedBox::WeightedBox(const DeformPlan& plan, uint32_t box,
 double WeightedBox::RiseOf(const BezierBox& slopes, size_t a) const {
   const double by_world = Norm(Cross(edges_[(a + 1) % 3], edges_[(a + 2) % 3])) / std::abs(volume_);
   const double rounding = kBoxRounding * (most_slope_[a] + LargestComponent(edges_[a]));
-  return by_world * (Largest(slopes, Norm) + rounding);
+  return by_world * (LargestPoint(slopes, Norm) + rounding);
 }
 
 const WeightedBox::Coefficients& WeightedBox::Restrict() {
   if (coefficients_.has_value()) return *coefficients_;
   Coefficients& c = coefficients_.emplace(Coefficients{});
   c.offset = RestrictVolume(plan_.structure, offsets_, knots_.span, knots_.lower, knots_.upper);
-  c.bound.offset = Largest(c.offset, Norm) + kBoxRounding * most_offset_;
+  c.bound.offset = LargestPoint(c.offset, Norm) + kBoxRounding * most_offset_;
   const BoxSlopes slopes(plan_.structure, control_points_,
                          {knots_.span, knots_.lower, knots_.upper});
   for (size_t a = 0; a < 3; ++a) {

@@ -171,15 +171,17 @@ class AreaSum {
       result.s -= rest_s;
       result.t -= rest_t;
     }
-    if (plan_.is_weighted()) Weigh(part, b, position, result);
+    if (plan_.is_weighted()) {
+      const Vec3d rest = b[0] * part[0].rest + b[1] * part[1].rest + b[2] * part[2].rest;
+      // The sum of what the lattices say holds the point at rest once for each of them.
+      Weigh(part, b, position - static_cast<double>(reaching_.size()) * rest, result);
+    }
     return result;
   }
 
-  // Turns the derivatives of F at a point into those of P = x + w (F - x).
-  static void Weigh(const PatchPart& part, const std::array<double, 3>& b, Vec3d position,
+  // Turns the derivatives of F at a point into those of P = x + w (F - x). `offset`: F - x.
+  static void Weigh(const PatchPart& part, const std::array<double, 3>& b, Vec3d offset,
                     Tangents& at) {
-    const Vec3d offset =
-        position - (b[0] * part[0].rest + b[1] * part[1].rest + b[2] * part[2].rest);
     const Vec3d rest_s = part[1].rest - part[0].rest, rest_t = part[2].rest - part[0].rest;
     at.weight = b[0] * part[0].weight + b[1] * part[1].weight + b[2] * part[2].weight;
     at.weight_s = part[1].weight - part[0].weight;

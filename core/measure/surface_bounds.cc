@@ -72,6 +72,7 @@ class BoundsSearch {
   BoundsSearch(const DeformPlan& plan, const PatchTree& tree, std::span<const Vec3d> points)
       : plan_(plan),
         tree_(tree),
+        given_(points),
         points_(points.begin(), points.end()),
         frame_(plan.structure),
         degree_(plan.patch_degree()),
@@ -147,7 +148,7 @@ class BoundsSearch {
   // Looks at each patch: the boxes of the tree are those of one lattice alone.
   absl::StatusOr<Bounds> RunUnderTurned(StopPoll& poll) {
     constexpr size_t kCost = 8;  // a patch takes as long as so many in planning
-    const DirectFfd direct(plan_, points_);
+    const DirectFfd direct(plan_, given_);
     for (size_t p = 0; p < plan_.patches.size(); ++p) {
       LATTICED_RETURN_IF_ERROR(poll.Step(kCost));
       for (size_t c = 0; c < 3; ++c) {
@@ -163,36 +164,64 @@ class BoundsSearch {
       for (size_t i = 0; i < values.size(); ++i) {
         std::array<double, 3> b{};
         for (size_t c = 0; c < 3; ++c) b[c] = samples_[i][c] / double(degree_);
-        values[i] = direct.EvaluatePosition(p, b).position;
+        values[i] = plan_.is_weighted() ? OffsetOf(p, b) : direct.EvaluatePosition(p, b).position;
       }
-      for (int axis = 0; axis < 3; ++axis) {
-        LATTICED_RETURN_IF_ERROR(SearchBothWays(Interpolated(values, axis), axis, poll));
-      }
+      LATTICED_RETURN_IF_ERROR(SearchAxes(values, p, poll));
     }
     return known_;
   }
 
+  // F - x of all lattices on a patch, with weights.
+  Vec3d OffsetOf(size_t p, const std::array<double, 3>& b) const {
+    const Patch& patch = plan_.patches[p];
+    const auto blend = [&](const auto& of) {
+      return b[0] * of(patch.vertex[0]) + b[1] * of(patch.vertex[1]) + b[2] * of(patch.vertex[2]);
+    };
+    Vec3d offset;
+    if (patch.box != plan_.outside_box()) {
+      offset = At(patch.box, blend([&](uint32_t v) { return plan_.vertices[v].parameter; }));
+    }
+    for (const TurnedLattice& lattice : plan_.turned) {
+      if (lattice.spans[p] == kNoSpans) continue;
+      offset += EvaluateVolume(lattice.structure, lattice.PointsOf(points_), lattice.spans[p],
+                               blend([&](uint32_t v) { return lattice.parameters[v]; }))
+                    .position;
+    }
+    return offset;
+  }
+
+  // The plan must be weighted.
+  WeightedTriangle TriangleOf(size_t p) const {
+    WeightedTriangle triangle{.weight = plan_.CornerWeights(p)};
+    for (size_t c = 0; c < 3; ++c) {
+      triangle.rest[c] = plan_.vertices[plan_.patches[p].vertex[c]].world;
+    }
+    return triangle;
+  }
+
   absl::Status SearchPatch(size_t p, StopPoll& poll) {
     const Patch& patch = plan_.patches[p];
-    WeightedTriangle triangle;
     std::array<Vec3d, 3> corner;
     Bounds bounds;
     for (size_t c = 0; c < 3; ++c) {
       corner[c] = plan_.vertices[patch.vertex[c]].parameter;
-      triangle.rest[c] = plan_.vertices[patch.vertex[c]].world;
       bounds.Extend(corner[c]);
     }
-    if (plan_.is_weighted()) triangle.weight = plan_.CornerWeights(p);
     const Bounds hull = HullOf(patch.box, bounds.min, bounds.max);
-    if (IsKnown(plan_.is_weighted() ? triangle.Hull(hull) : hull)) return absl::OkStatus();
+    if (IsKnown(plan_.is_weighted() ? TriangleOf(p).Hull(hull) : hull)) return absl::OkStatus();
     std::vector<Vec3d> values;
     for (const auto& [i, j, k] : samples_) {
       values.push_back(
           At(patch.box, (i * corner[0] + j * corner[1] + k * corner[2]) / double(degree_)));
     }
+    return SearchAxes(values, p, poll);
+  }
+
+  // `values` of F at the samples of a patch, or with weights of F - x.
+  absl::Status SearchAxes(const std::vector<Vec3d>& values, size_t p, StopPoll& poll) {
     for (int axis = 0; axis < 3; ++axis) {
       BezierTriangle patch_axis = Interpolated(values, axis);
-      if (plan_.is_weighted()) patch_axis = Weighted(patch_axis, triangle, axis);
+      if (plan_.is_weighted()) patch_axis = Weighted(patch_axis, TriangleOf(p), axis);
       LATTICED_RETURN_IF_ERROR(SearchBothWays(patch_axis, axis, poll));
     }
     return absl::OkStatus();
@@ -260,7 +289,8 @@ class BoundsSearch {
 
   const DeformPlan& plan_;
   const PatchTree& tree_;
-  std::vector<Vec3d> points_;  // with weights, the offsets of control points
+  const std::span<const Vec3d> given_;  // control points
+  std::vector<Vec3d> points_;           // with weights, the offsets of control points
   const FrameMap frame_;
   const int degree_;
   const std::vector<double> inverse_;

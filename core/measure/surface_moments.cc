@@ -71,7 +71,7 @@ size_t TableBytes(const std::array<size_t, 3>& extent, size_t families, size_t f
 // Fewer patches are integrated faster one by one, and tables of many boxes would take more memory than the scene.
 bool HasWeightedTables(const DeformPlan& plan) {
   constexpr size_t kPatchesPerBox = 4;
-  if (!plan.is_weighted()) return false;
+  if (!plan.is_weighted() || !plan.turned.empty()) return false;
   const size_t filled = CountFilled(plan);
   return plan.patches.size() - plan.outside_patches >= kPatchesPerBox * filled &&
          TableBytes(ExtentOf(plan, SurfaceMoments::Order::kVolume), kWeightedFamilies.size(),

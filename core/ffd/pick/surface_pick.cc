@@ -247,7 +247,7 @@ class Search {
     }
   }
 
-  // The plan must be weighted, and the part inside.
+  // The plan must be weighted.
   WeightedTriangle TriangleOf(const Part& part) const {
     const std::array<double, 3> weights = plan_.CornerWeights(part.patch);
     WeightedTriangle triangle{.rest = RestCorners(part)};
@@ -260,22 +260,22 @@ class Search {
 
   Reach ReachOf(const Part& part) const {
     Reach reach{.hull = {Vec3d{}, Vec3d{}}};
-    if (IsOutside(part.patch)) {
+    if (!IsOutside(part.patch)) {
+      OwnTriangle(part).Bound(reach.hull, reach.slope, reach.spread);
+    } else if (!plan_.is_weighted()) {
       const std::array<Vec3d, 3> rest = RestCorners(part);
       reach = {.hull = BoundsOf(rest), .slope = {rest[1] - rest[0], rest[2] - rest[0]}};
-    } else {
-      OwnTriangle(part).Bound(reach.hull, reach.slope, reach.spread);
-      if (plan_.is_weighted()) {
-        const WeightedTriangle triangle = TriangleOf(part);
-        for (size_t e = 0; e < 2; ++e) {
-          triangle.BoundSlope(e, reach.hull, reach.slope[e], reach.spread[e]);
-        }
-        reach.hull = triangle.Hull(reach.hull);
-      }
     }
     ForTurned(part, [&](const VolumeTriangle& triangle) {
       triangle.Bound(reach.hull, reach.slope, reach.spread);
     });
+    if (plan_.is_weighted()) {  // up to here these are bounds of F - x
+      const WeightedTriangle triangle = TriangleOf(part);
+      for (size_t e = 0; e < 2; ++e) {
+        triangle.BoundSlope(e, reach.hull, reach.slope[e], reach.spread[e]);
+      }
+      reach.hull = triangle.Hull(reach.hull);
+    }
     reach.corner = Evaluate(part, 0, 0).position;
     const Bounds mean = reach.MeanValueHull();
     reach.hull.min = Max(reach.hull.min, mean.min);
@@ -314,17 +314,17 @@ class Search {
 
   Point Evaluate(const Part& part, double s, double t) const {
     Point result{};
-    if (IsOutside(part.patch)) {
+    if (!IsOutside(part.patch)) {
+      OwnTriangle(part).Add(s, t, result.position, result.slope);
+    } else if (!plan_.is_weighted()) {
       const std::array<Vec3d, 3> rest = RestCorners(part);
       result.slope = {rest[1] - rest[0], rest[2] - rest[0]};
       result.position = rest[0] + s * result.slope[0] + t * result.slope[1];
-    } else {
-      OwnTriangle(part).Add(s, t, result.position, result.slope);
-      if (plan_.is_weighted()) TriangleOf(part).Combine(s, t, result.position, result.slope);
     }
     ForTurned(part, [&](const VolumeTriangle& triangle) {
       triangle.Add(s, t, result.position, result.slope);
     });
+    if (plan_.is_weighted()) TriangleOf(part).Combine(s, t, result.position, result.slope);
     return result;
   }
 

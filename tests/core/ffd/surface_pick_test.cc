@@ -172,7 +172,7 @@ class Rays {
   std::mt19937 random_;
 };
 
-enum class Extra { kNothing, kWeights, kTurnedLattices };
+enum class Extra { kNothing, kWeights, kTurnedLattices, kBoth };
 
 Picker Draw(uint32_t seed, Extra extra = Extra::kNothing) {
   const RandomCase drawn = DrawCase(seed);
@@ -180,7 +180,7 @@ Picker Draw(uint32_t seed, Extra extra = Extra::kNothing) {
   std::vector<Vec3d> points = Jitter(structure, 0.15, seed);
   std::vector<LatticeStructure> turned;
   for (const double turn : {0.4, -1.3}) {
-    if (extra != Extra::kTurnedLattices) break;
+    if (extra != Extra::kTurnedLattices && extra != Extra::kBoth) break;
     LatticeOptions options = drawn.options;
     options.turn = turn;
     options.scale = 2.5;
@@ -189,7 +189,7 @@ Picker Draw(uint32_t seed, Extra extra = Extra::kNothing) {
     points.insert(points.end(), own.begin(), own.end());
   }
   VertexWeights weights;
-  if (extra == Extra::kWeights) {
+  if (extra == Extra::kWeights || extra == Extra::kBoth) {
     Rays rays(seed);
     std::vector<float> values;
     for (size_t v = 0; v < drawn.mesh.positions.size(); ++v) {
@@ -225,6 +225,9 @@ TEST(SurfacePick, FindsTheFirstRootOfRandomRays) { ExpectFirstRoots(Extra::kNoth
 TEST(SurfacePick, FindsTheFirstRootOnWeightedSurfaces) { ExpectFirstRoots(Extra::kWeights); }
 TEST(SurfacePick, FindsTheFirstRootUnderTurnedLattices) {
   ExpectFirstRoots(Extra::kTurnedLattices);
+}
+TEST(SurfacePick, FindsTheFirstRootOnWeightedSurfacesUnderTurnedLattices) {
+  ExpectFirstRoots(Extra::kBoth);
 }
 
 // A ray from outside through a point of the surface must hit at that point or before.

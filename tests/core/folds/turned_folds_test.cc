@@ -5,90 +5,27 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cstdlib>
-#include <iostream>
 #include <random>
-#include <string>
 
 #include "core/folds/fold_certifier.h"
 #include "core/folds/turned_determinant.h"
-#include "tests/core/folds/fold_fixtures.h"
+#include "tests/core/folds/turned_fold_fixtures.h"
 
 namespace latticed {
 namespace {
 
 constexpr uint32_t kTurnedFoldSeed = 67;
 
+using testing::DrawTurned;
+using testing::ExpectReportsThatAgreeWithSamples;
+using testing::JitterAll;
 using testing::LatticeOptions;
+using testing::PlanTurned;
+using testing::ReportOfTurned;
+using testing::SumDeterminantAt;
 using testing::TorusMesh;
-
-struct TurnedFolds {
-  std::shared_ptr<const DeformPlan> plan;
-  std::vector<LatticeStructure> structures;
-};
-
-TurnedFolds PlanTurned(PolygonMesh mesh, std::span<const LatticeOptions> lattices) {
-  TurnedFolds result;
-  for (const LatticeOptions& options : lattices) {
-    result.structures.push_back(testing::MakeStructure(mesh.ComputeBounds(), options));
-  }
-  auto plan = MakePlan(std::make_shared<const PolygonMesh>(std::move(mesh)), result.structures[0],
-                       {}, NeverStop, nullptr, std::span(result.structures).subspan(1));
-  EXPECT_TRUE(plan.ok());
-  if (plan.ok()) result.plan = *plan;
-  return result;
-}
-
-// Control points of all lattices, moved by up to `amount` of their distances or so.
-std::vector<Vec3d> JitterAll(const TurnedFolds& scene, double amount, uint32_t seed) {
-  std::vector<Vec3d> points;
-  for (const LatticeStructure& s : scene.structures) {
-    const auto own = testing::Jitter(s, amount, seed++);
-    points.insert(points.end(), own.begin(), own.end());
-  }
-  return points;
-}
-
-// Two or three lattices about a torus, with degrees from `mix` = 0 … 26. Parts of the torus lie outside of each of them.
-TurnedFolds DrawTurned(uint32_t mix, bool three) {
-  const std::array<int, 3> degree{1 + static_cast<int>(mix % 3), 1 + static_cast<int>(mix / 3 % 3),
-                                  1 + static_cast<int>(mix / 9)};
-  std::vector<LatticeOptions> lattices{
-      {.degree = degree, .extra = {2, 1, 1}, .shear = 0.2, .mirrored = true, .scale = 0.8},
-      {.degree = {degree[2], 2, degree[0]},
-       .extra = {1, 2, 1},
-       .knots = testing::KnotKind::kNonUniform,
-       .scale = 0.9,
-       .turn = 0.5,
-       .shift = {0.2, 0.1, 0}}};
-  if (three) lattices.push_back({.degree = {3, 1, 2}, .scale = 0.5, .turn = -1, .shift = {0.4}});
-  return PlanTurned(TorusMesh(9, 6), lattices);
-}
-
-double SumDeterminantAt(const DirectFfd& definition, size_t patch,
-                        const std::array<double, 3>& at) {
-  const auto j = definition.EvaluatePosition(patch, at).jacobian;
-  return Dot(j[0], Cross(j[1], j[2]));
-}
-
-FoldReport ReportOfTurned(const std::shared_ptr<const DeformPlan>& plan,
-                          std::span<const Vec3d> points) {
-  auto report = FoldCertifier(plan, FoldScope::kSurface).Certify(points);
-  EXPECT_TRUE(report.ok());
-  return *std::move(report);
-}
-
-// The least det J at (steps + 1) (steps + 2) / 2 points of the patch, corners and edges included.
-double LeastOnPatch(const DirectFfd& definition, size_t patch, int steps) {
-  double least = 1e300;
-  for (int i = 0; i <= steps; ++i) {
-    for (int j = 0; i + j <= steps; ++j) {
-      const double a = double(i) / steps, b = double(j) / steps;
-      least = std::min(least, SumDeterminantAt(definition, patch, {1 - a - b, a, b}));
-    }
-  }
-  return least;
-}
+using testing::TurnedFolds;
+using testing::Weights;
 
 TEST(TurnedDeterminant, IsTheDefinitionsOnEveryPatch) {
   std::mt19937 random(kTurnedFoldSeed);
@@ -127,46 +64,8 @@ TEST(TurnedDeterminant, DoesNotDependOnWhereTheLatticesGo) {
   }
 }
 
-// LATTICED_TURNED_SCENES and LATTICED_FOLD_SAMPLES set how many there are, and the samples along a patch's edge.
-uint32_t TurnedSetting(const char* name, uint32_t usual) {
-  const char* const text = std::getenv(name);
-  return text == nullptr ? usual : static_cast<uint32_t>(std::stoul(text));
-}
-
 TEST(TurnedFolds, ReportsAgreeWithSamplesOfTheDefinition) {
-  const uint32_t count = TurnedSetting("LATTICED_TURNED_SCENES", 54);
-  const int steps = static_cast<int>(TurnedSetting("LATTICED_FOLD_SAMPLES", 8));
-  uint64_t folded = 0, certified = 0, undecided = 0, outside = 0;
-  for (uint32_t seed = 0; seed < count; ++seed) {
-    SCOPED_TRACE(seed);
-    const TurnedFolds scene = DrawTurned(seed % 27, seed / 27 % 2 == 0);
-    const DeformPlan& plan = *scene.plan;
-    // From lattices that hardly ever fold to lattices that nearly always do.
-    const auto points = JitterAll(scene, 0.03 * (1 + seed % 8), 3 * seed);
-    const DirectFfd definition(plan, points);
-
-    const FoldReport report = ReportOfTurned(scene.plan, points);
-
-    folded += report.Count(FoldState::kFolded);
-    undecided += report.Count(FoldState::kUndecided);
-    certified += report.boxes - report.places.size();
-    for (size_t p = 0; p < plan.patches.size(); ++p) {
-      if (report.StateOf(plan.patches[p].box) != FoldState::kCertified) continue;
-      outside += plan.patches[p].box == plan.outside_box() ? 1u : 0u;
-      ASSERT_GT(LeastOnPatch(definition, p, steps), 0) << "patch " << p;
-    }
-    for (const FoldedBox& place : report.places) {
-      if (place.state == FoldState::kFolded) {
-        EXPECT_LE(place.determinant, 0);
-      }
-    }
-  }
-  std::cout << count << " scenes: " << certified << " boxes certified, " << folded << " folded, "
-            << undecided << " undecided; " << outside << " certified patches outside\n";
-  EXPECT_GT(folded, 2 * count);
-  EXPECT_GT(certified, 2 * count);
-  EXPECT_GT(outside, count);
-  EXPECT_LE(undecided, (folded + certified) / 1000);
+  ExpectReportsThatAgreeWithSamples(Weights::kNone);
 }
 
 // The witness of a fold is on a patch of its box, and folded by the definition.

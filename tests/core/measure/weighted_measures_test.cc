@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Measures of surfaces with vertex weights, or under a turned lattice, compared with quadrature and samples of the definition,
-// and with differences.
+// Measures of surfaces with vertex weights, under a turned lattice, and with both, compared with quadrature and samples of the
+// definition, and with differences.
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -76,9 +76,10 @@ void ExpectVolumeWithoutTables(const WeightedPlanPtr& plan, double jitter) {
               1e-12);
 }
 
-enum class Surface { kWeighted, kTurned };
+enum class Surface { kWeighted, kTurned, kBoth };
 void PrintTo(Surface surface, std::ostream* out) {
-  *out << (surface == Surface::kWeighted ? "weighted" : "turned");
+  constexpr std::array kNames{"weighted", "turned", "both"};
+  *out << kNames[static_cast<size_t>(surface)];
 }
 
 class MeasuredDegrees : public ::testing::TestWithParam<std::tuple<int, Surface>> {
@@ -99,7 +100,9 @@ class MeasuredDegrees : public ::testing::TestWithParam<std::tuple<int, Surface>
     turned.turn = 0.6;
     const std::array structures{MakeStructure(mesh->ComputeBounds(), options),
                                 MakeStructure(mesh->ComputeBounds(), turned)};
-    return *MakePlan(mesh, structures[0], {}, NeverStop, nullptr, std::span(structures).subspan(1));
+    const bool is_weighted = std::get<1>(GetParam()) == Surface::kBoth;
+    return *MakePlan(mesh, structures[0], {}, NeverStop, is_weighted ? SomeWeights(*mesh) : nullptr,
+                     std::span(structures).subspan(1));
   }
 };
 
@@ -108,7 +111,7 @@ TEST_P(MeasuredDegrees, VolumeAndCentroidMatchQuadrature) {
   const auto points = JitterAll(*plan, 0.08, 3);
 
   const auto moments = *SurfaceMoments::Make(plan, Order::kVolume);
-  EXPECT_EQ(moments->has_weights(), plan->is_weighted());
+  EXPECT_EQ(moments->has_weights(), std::get<1>(GetParam()) == Surface::kWeighted);
 
   const auto got = CentroidOf(plan, points);
   const auto volume = MeasureVolume(*moments, points);
@@ -230,8 +233,8 @@ TEST_P(MeasuredDegrees, BoundsHoldTheSurfaceClosely) {
 
 INSTANTIATE_TEST_SUITE_P(All, MeasuredDegrees,
                          ::testing::Combine(::testing::Range(0, 27),
-                                            ::testing::Values(Surface::kWeighted,
-                                                              Surface::kTurned)));
+                                            ::testing::Values(Surface::kWeighted, Surface::kTurned,
+                                                              Surface::kBoth)));
 
 TEST(WeightedMeasures, OfWeightZeroAreThoseAtRest) {
   const auto plan = WeightedPlanOf(CubeMesh(3), {.scale = 1.5}, ConstantWeights(CubeMesh(3), 0));
@@ -299,13 +302,14 @@ TEST(WeightedMeasures, AVolumeIsKept) {
 }
 
 // The axis is one of the edited lattice's.
-TEST(TurnedMeasures, TheVolumeIsKeptAlongAnAxisOfTheTurnedLattice) {
+void ExpectKeptAlongAnAxisOfATurnedLattice(bool is_weighted) {
   const auto mesh = std::make_shared<const PolygonMesh>(TorusMesh(20, 12));
   const LatticeOptions turned_options{.scale = 2, .turn = 0.7};
   const std::array structures{MakeStructure(mesh->ComputeBounds(), {}),
                               MakeStructure(mesh->ComputeBounds(), turned_options)};
   const auto plan =
-      *MakePlan(mesh, structures[0], {}, NeverStop, nullptr, std::span(structures).subspan(1));
+      *MakePlan(mesh, structures[0], {}, NeverStop, is_weighted ? SomeWeights(*mesh) : nullptr,
+                std::span(structures).subspan(1));
   OutsideMap map(structures[1]);
   map.PlaceAmong(plan->turned[0].first_point,
                  std::make_shared<const std::vector<Vec3d>>(plan->identity_points));
@@ -330,6 +334,35 @@ TEST(TurnedMeasures, TheVolumeIsKeptAlongAnAxisOfTheTurnedLattice) {
     most = std::max(most, Norm(move));
   }
   EXPECT_GT(most, 1e-4);
+}
+
+TEST(TurnedMeasures, TheVolumeIsKeptAlongAnAxisOfTheTurnedLattice) {
+  ExpectKeptAlongAnAxisOfATurnedLattice(false);
+  ExpectKeptAlongAnAxisOfATurnedLattice(true);
+}
+
+// Some patches are in the turned lattice alone, others in the plan's own one too.
+TEST(TurnedMeasures, WithWeightsCountWhatOnlyATurnedLatticeReaches) {
+  const auto mesh = std::make_shared<const PolygonMesh>(TorusMesh(16, 10));
+  const std::array structures{
+      MakeStructure(mesh->ComputeBounds(), {.extra = {3, 3, 3}, .scale = 0.8}),
+      MakeStructure(mesh->ComputeBounds(), {.degree = {1, 3, 2}, .scale = 2, .turn = 0.7})};
+  const auto plan = *MakePlan(mesh, structures[0], {}, NeverStop, SomeWeights(*mesh),
+                              std::span(structures).subspan(1));
+  ASSERT_GT(plan->outside_patches, 0u);
+  std::vector<Vec3d> points = JitterAll(*plan, 0.08, 12);
+  for (size_t i = 0; i < plan->turned[0].first_point; ++i) points[i] = plan->identity_points[i];
+  points[static_cast<size_t>(structures[0].Index(2, 2, 2))] += Vec3d{0.1, 0.2, 0.3};
+  ASSERT_EQ(CountTornEdges(*plan, points), 0u);
+
+  const auto got = CentroidOf(plan, points);
+  const auto area = *MeasureArea(*plan, points, 1e-8, false);
+
+  const MeasuredPatches want = MeasurePatches(*plan, points);
+  EXPECT_NEAR(got.volume.volume / want.volume, 1, 1e-12);
+  EXPECT_NEAR(Norm(got.centroid - want.centroid), 0, 1e-12);
+  EXPECT_NEAR(area.area / want.area, 1, 1e-8);
+  ExpectCloseBounds(*plan, points);
 }
 
 TEST(WeightedClosure, VerticesOfOtherWeightsAreNotOne) {

@@ -204,12 +204,13 @@ TEST(SummedPoints, TransposeIsTheAdjointAtEveryMix) {
 }
 
 TEST(SummedPoints, WeightsTakePointsAPartOfTheWay) {
-  SCOPED_TRACE(kSummedSeed);
-  SummedPointSet f({3, 1, 2}, kSummedCount, true);
-  ExpectDefinition(f);
-  ExpectDifferences(f, f.random.Some(f.control_points.size()));
-  ExpectAdjoint(f, PointNormals::kNone);
-  ExpectAdjoint(f, PointNormals::kWanted);
+  ForEveryMix([](std::array<int, 3> degree) {
+    SummedPointSet f(degree, 400, true);
+    ExpectDefinition(f);
+    ExpectDifferences(f, f.random.Some(f.control_points.size()));
+    ExpectAdjoint(f, PointNormals::kNone);
+    ExpectAdjoint(f, PointNormals::kWanted);
+  });
 }
 
 TEST(SummedPoints, ManyDirectionsAreThoseOfEachAlone) {

@@ -227,18 +227,5 @@ TEST_F(TurnedLatticesTest, ALatticeThatFoldsIsRefused) {
   EXPECT_TRUE(FoldsAfter(Remove(1)).certified());
 }
 
-TEST_F(TurnedLatticesTest, WeightsAndPipelineFusedAreRefused) {
-  v1::CreateSceneRequest weighted = RequestOf({Whole(), TurnedSpot()});
-  const std::vector<float> weights(8, 0.5f);
-  weighted.mutable_weights()->set_values(
-      std::string(reinterpret_cast<const char*>(weights.data()), 8 * sizeof(float)));
-  ExpectNotWithTurned(Create(weighted));
-  ASSERT_OK(Create(RequestOf({Whole(), TurnedSpot()})));
-  v1::EditBatch batch = Batch(0);
-  *batch.add_edits()->mutable_set_weights()->mutable_values() = weighted.weights().values();
-  ExpectNotWithTurned(Apply(batch));
-  EXPECT_EQ(Get().revision(), 0u);
-}
-
 }  // namespace
 }  // namespace latticed::testing

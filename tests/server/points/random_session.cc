@@ -106,7 +106,8 @@ void RandomSession::SetUp() {
   if (is_weighted()) {
     request.mutable_weights()->set_values(
         std::string(reinterpret_cast<const char*>(kBoxWeights.data()), sizeof(kBoxWeights)));
-  } else if (kind() == Kind::kFalloff || kind() == Kind::kLinear) {
+  }
+  if (kind() == Kind::kFalloff || kind() == Kind::kLinear) {
     *request.add_lattices()->mutable_lattice() = Half();
   } else if (is_of_two()) {  // both fade out: an end that does not would also end the sum
     v1::Lattice& whole = *request.add_lattices()->mutable_lattice();
@@ -143,7 +144,7 @@ void RandomSession::AddSecond() {
   batch.set_lattice(1);
   v1::Lattice& second = *batch.mutable_edits(0)->mutable_replace_lattice()->mutable_lattice();
   second = Half();
-  if (kind() == Kind::kTurned) second.mutable_frame()->mutable_u()->set_y(0.4);
+  if (is_turned()) second.mutable_frame()->mutable_u()->set_y(0.4);
   ASSERT_OK(Apply(batch));
   MoveOther();
 }
@@ -390,10 +391,8 @@ double RandomSession::Volume() {
 }
 
 bool RandomSession::IsCertified() {
-  auto request = For<v1::CertifyFoldsRequest>();
-  request.set_scope(v1::FOLD_SCOPE_SURFACE);
-  v1::FoldReport report;
-  EXPECT_OK(Call(&Scenes::CertifyFolds, request, &report));
+  v1::FoldReport report;  // of the surface
+  EXPECT_OK(Call(&Scenes::CertifyFolds, For<v1::CertifyFoldsRequest>(), &report));
   return report.certified();
 }
 

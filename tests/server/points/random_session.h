@@ -31,16 +31,18 @@ struct Undoable {
 class RandomSession : public SceneFixture, public ::testing::WithParamInterface<int> {
  protected:
   // By the parameter: a lattice around the box, one around its half that goes on outside, vertex weights, and two lattices,
-  // parallel or turned against each other, of which the session edits the second, which was added, and another editor the first.
-  enum class Kind { kPlain, kFalloff, kLinear, kWeighted, kSeveral, kTurned };
-  static constexpr int kKinds = 6;
+  // parallel or turned against each other, of which the session edits the second, which was added, and another editor the
+  // first. The last kind has both weights and turned lattices.
+  enum class Kind { kPlain, kFalloff, kLinear, kWeighted, kSeveral, kTurned, kWeightedTurned };
+  static constexpr int kKinds = 7;
 
   void SetUp() override;
   void Restart();
 
   Kind kind() const { return static_cast<Kind>(GetParam() % kKinds); }
-  bool is_weighted() const { return kind() == Kind::kWeighted; }
-  bool is_of_two() const { return kind() == Kind::kSeveral || kind() == Kind::kTurned; }
+  bool is_weighted() const { return kind() == Kind::kWeighted || kind() == Kind::kWeightedTurned; }
+  bool is_turned() const { return kind() == Kind::kTurned || kind() == Kind::kWeightedTurned; }
+  bool is_of_two() const { return kind() == Kind::kSeveral || is_turned(); }
   // The lattice that the session edits.
   v1::LatticeState State() { return StateOf(is_of_two() ? 1 : 0); }
   int Below(int end) { return std::uniform_int_distribution<int>(0, end - 1)(random_); }

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // A client's random session: edits, drags, carried control points, gestures, refused folds, constraints, kept volumes, knots,
-// undo and redo, point sets, and restarts of the server on its folder, also within a gesture. A sixth of the scenes is
-// plain, two sixths go on outside, one has vertex weights, and two have two lattices, parallel ones and turned ones. After
-// each step the test compares with a model:
+// undo and redo, point sets, and restarts of the server on its folder, also within a gesture. A seventh of the scenes is
+// plain, two sevenths go on outside, one has vertex weights, two have two lattices, parallel ones and turned ones, and one has
+// weights and turned lattices. After each step the test compares with a model:
 //
 //   a refused batch       changes nothing, and each restart neither
 //   an edit               puts the control points where the definition puts them; one of a gesture begins at its begin
@@ -24,7 +24,7 @@
 namespace latticed::testing {
 namespace {
 
-constexpr int kRandomSessions = 12, kSessionSteps = 30, kMostKnots = 3;
+constexpr int kRandomSessions = 14, kSessionSteps = 30, kMostKnots = 3;
 
 class EditedAtRandom : public RandomSession {
  protected:
