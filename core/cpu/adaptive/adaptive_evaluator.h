@@ -22,8 +22,8 @@
 #include <vector>
 
 #include "core/backend.h"
-#include "core/cpu/adaptive/adaptive_surface.h"
-#include "core/cpu/adaptive/chunk_vertices.h"
+#include "core/cpu/adaptive/surface/adaptive_surface.h"
+#include "core/cpu/adaptive/surface/chunk_vertices.h"
 #include "core/cpu/adaptive/level_table.h"
 #include "core/view/cpu_arena.h"
 

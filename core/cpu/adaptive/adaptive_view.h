@@ -11,7 +11,7 @@
 #include <memory>
 
 #include "core/cpu/adaptive/adaptive_evaluator.h"
-#include "core/cpu/adaptive/chunk_vertices.h"
+#include "core/cpu/adaptive/surface/chunk_vertices.h"
 #include "core/cpu/cpu_context.h"
 #include "core/view/checked_view.h"
 #include "core/view/spanned/tolerance_slice.h"

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // What an evaluation with a tolerance asks of a pipeline on the device: the kernels that bound patches, and the one that
-// writes points. Twin of core/cpu/adaptive/adaptive_surface.h.
+// writes points. Twin of core/cpu/adaptive/surface/adaptive_surface.h.
 //
 // Errors   those of kernel_call.h
 // Threads  one at a time, on the view's lane

@@ -3,7 +3,7 @@
 //
 // The kernels of the matrix pipelines under a tolerance, as the .cc files see them. They stand in the places of SlackCall and
 // BoundsCall, and of PointsCall (cuda/adaptive/adaptive_kernels.h). All is in double, and in world units. Twin of
-// core/cpu/adaptive/sampled_surface.h.
+// core/cpu/adaptive/surface/sampled_surface.h.
 //
 //   SampledBoundsCall   a warp a named patch     samples, their control net, bounds of its second derivatives
 //   SampledPointsCall   a thread a point         its vertex, by the definition

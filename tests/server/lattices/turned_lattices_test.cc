@@ -140,26 +140,32 @@ TEST_F(TurnedLatticesTest, TheQuantisationBoxHoldsWhatBothMove) {
   EXPECT_GE(box.origin().x() + box.step() * ((1 << box.bits()) - 1), 6.5);
 }
 
-TEST_F(TurnedLatticesTest, TolerancesAndPatchesAreRefused) {
+TEST_F(TurnedLatticesTest, PatchesAreRefused) {
   ASSERT_OK(Create(RequestOf({Whole(), TurnedSpot()})));
-  WatchClient tolerance(*scenes_, WatchTo(0.01));
-  ExpectRefused(tolerance.Finish(), Code::kInvalidArgument, "UNSUPPORTED", "view.tolerance");
   v1::WatchRequest patches = For<v1::WatchRequest>();
   patches.mutable_view()->set_encoding(v1::ENCODING_PATCHES);
-  WatchClient of_patches(*scenes_, patches);
-  ExpectRefused(of_patches.Finish(), Code::kInvalidArgument, "UNSUPPORTED", "view.encoding");
+  WatchClient watcher(*scenes_, patches);
+  ExpectRefused(watcher.Finish(), Code::kInvalidArgument, "UNSUPPORTED", "view.encoding");
 }
 
-// The stream says why it ends, and a view of points goes on.
-TEST_F(TurnedLatticesTest, AWatcherWithAToleranceIsToldWhenOneComes) {
+// A turned lattice comes, moves and goes; each update has a certificate.
+TEST_F(TurnedLatticesTest, AWatcherWithAToleranceGoesOn) {
+  constexpr double kTolerance = 0.01;
   ASSERT_OK(Create(RequestOf({Whole()})));
-  WatchClient watcher(*scenes_, WatchTo(0.01));
+  WatchClient watcher(*scenes_, WatchTo(kTolerance));
   watcher.ReadUpdates(1);
   ASSERT_OK(Apply(Put(1, TurnedSpot())));
-  while (watcher.Read()) {
-  }
-  ExpectRefused(watcher.Finish(), Code::kInvalidArgument, "UNSUPPORTED", "view.tolerance");
-  EXPECT_FALSE(Chunks().empty());
+  watcher.ReadUntilRevision(1);
+  v1::EditBatch batch = Batch(1);
+  auto& move = *batch.add_edits()->mutable_move_control_points();
+  move.add_indices(21);
+  *move.mutable_offset() = ToVec3({0, 0, 0.3});
+  ASSERT_OK(Apply(batch));
+  watcher.ReadUntilRevision(2);
+  EXPECT_GT(watcher.log.ends.back().certified_error(), 0);
+  ASSERT_OK(Apply(Remove(1)));
+  watcher.ReadUntilRevision(3);
+  for (const auto& end : watcher.log.ends) EXPECT_LE(end.certified_error(), kTolerance);
 }
 
 TEST_F(TurnedLatticesTest, FoldsOfTheVolumeAreRefused) {

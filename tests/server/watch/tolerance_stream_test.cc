@@ -347,20 +347,19 @@ TEST_F(ToleranceStreamTest, ADefaultViewHasIt) {
   EXPECT_EQ(uniform.begins.at(0).view().position_bits(), 12);
 }
 
-TEST_F(ToleranceStreamTest, OtherPipelinesHaveNone) {
-  v1::CreateSceneRequest create = SceneRequest("by-products");
-  create.mutable_diagnostics()->set_pipeline(v1::PIPELINE_GEMM);
-  ASSERT_OK(Create(create));
-  auto request = UpdateBy(kTolerance, v1::ENCODING_RAW);
-  request.set_scene("by-products");
-  EventLog log;
-  ExpectRefusal(Update(request, log), {.reason = "UNSUPPORTED",
-                                       .field = "view.tolerance",
-                                       .message = "this pipeline has none on these devices"});
-  create.set_scene_id("by-products-and-tolerance");
-  create.mutable_default_view()->set_tolerance(kTolerance);
-  ExpectRefused(Create(create), absl::StatusCode::kInvalidArgument, "UNSUPPORTED",
-                "default_view.tolerance");
+TEST_F(ToleranceStreamTest, AllPipelinesHaveIt) {
+  for (const v1::Pipeline pipeline :
+       {v1::PIPELINE_GEMM, v1::PIPELINE_GEMM12, v1::PIPELINE_CONTROL_NET}) {
+    v1::CreateSceneRequest create = SceneRequest(fmt::format("by-products-{}", int{pipeline}));
+    create.mutable_diagnostics()->set_pipeline(pipeline);
+    ASSERT_OK(Create(create));
+    auto request = UpdateBy(kTolerance, v1::ENCODING_RAW);
+    request.set_scene(create.scene_id());
+    EventLog log;
+    ASSERT_OK(Update(request, log));
+    EXPECT_GT(log.ends.at(0).certified_error(), 0);
+    EXPECT_LE(log.ends.at(0).certified_error(), kTolerance);
+  }
 }
 
 }  // namespace

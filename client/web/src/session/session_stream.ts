@@ -279,8 +279,8 @@ export class SessionStream implements ConnectionHost {
   }
 
   /**
-   * Goes on with the same segments everywhere, if the server refused a tolerance: it has none for this scene, or the scene's
-   * grid has become too coarse for it. Returns whether that was it.
+   * Goes on with the same segments everywhere, if the server refused a tolerance: the scene's grid has become too coarse for
+   * it, or an earlier server has none for this scene. Returns whether that was it.
    */
   private dropTolerance(error: ServerError): boolean {
     if (!refusesView(error) || !(this.view.tolerance! > 0)) return false;

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "core/cpu/adaptive/bounds/edge_bound_table.h"
-#include "core/cpu/adaptive/bounds/patch_bounder.h"
+#include "core/cpu/adaptive/surface/patch_bounder.h"
 #include "core/cpu/cpu_context.h"
 #include "core/view/checked_view.h"
 #include "core/view/spanned/reach_slice.h"

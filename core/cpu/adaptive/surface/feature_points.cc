@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-#include "core/cpu/adaptive/feature_points.h"
+#include "core/cpu/adaptive/surface/feature_points.h"
 
 #include <algorithm>
 

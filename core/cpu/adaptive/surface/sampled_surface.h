@@ -10,8 +10,8 @@
 //
 // Errors   those of OpenBLAS
 // Threads  those of adaptive_surface.h
-#ifndef LATTICED_CORE_CPU_ADAPTIVE_SAMPLED_SURFACE_H_
-#define LATTICED_CORE_CPU_ADAPTIVE_SAMPLED_SURFACE_H_
+#ifndef LATTICED_CORE_CPU_ADAPTIVE_SURFACE_SAMPLED_SURFACE_H_
+#define LATTICED_CORE_CPU_ADAPTIVE_SURFACE_SAMPLED_SURFACE_H_
 
 #include <array>
 #include <memory>
@@ -21,7 +21,7 @@
 
 #include "core/adaptive/adaptive_pattern.h"
 #include "core/adaptive/net_slack.h"
-#include "core/cpu/adaptive/adaptive_surface.h"
+#include "core/cpu/adaptive/surface/adaptive_surface.h"
 #include "core/cpu/gemm/patch_sampler.h"
 #include "core/ffd/direct_ffd.h"
 #include "core/ffd/stage_matrices.h"
@@ -79,4 +79,4 @@ class SampledSurface : public AdaptiveSurface {
 
 }  // namespace latticed
 
-#endif  // LATTICED_CORE_CPU_ADAPTIVE_SAMPLED_SURFACE_H_
+#endif  // LATTICED_CORE_CPU_ADAPTIVE_SURFACE_SAMPLED_SURFACE_H_

@@ -6,16 +6,16 @@
 // ill-conditioned normal is that of the definition in double.
 //
 // Threads  one thread at a time; uses those of the arena
-#ifndef LATTICED_CORE_CPU_ADAPTIVE_ADAPTIVE_POINTS_H_
-#define LATTICED_CORE_CPU_ADAPTIVE_ADAPTIVE_POINTS_H_
+#ifndef LATTICED_CORE_CPU_ADAPTIVE_SURFACE_ADAPTIVE_POINTS_H_
+#define LATTICED_CORE_CPU_ADAPTIVE_SURFACE_ADAPTIVE_POINTS_H_
 
 #include <cstdint>
 #include <span>
 
 #include "core/backend.h"
-#include "core/cpu/adaptive/chunk_vertices.h"
-#include "core/cpu/adaptive/feature_points.h"
-#include "core/cpu/adaptive/frame_boxes.h"
+#include "core/cpu/adaptive/surface/chunk_vertices.h"
+#include "core/cpu/adaptive/surface/feature_points.h"
+#include "core/cpu/adaptive/surface/frame_boxes.h"
 #include "core/cpu/adaptive/kernel/run_buffer.h"
 #include "core/cpu/fused/fused_plan.h"
 #include "core/view/cpu_arena.h"
@@ -70,4 +70,4 @@ class AdaptivePoints {
 
 }  // namespace latticed
 
-#endif  // LATTICED_CORE_CPU_ADAPTIVE_ADAPTIVE_POINTS_H_
+#endif  // LATTICED_CORE_CPU_ADAPTIVE_SURFACE_ADAPTIVE_POINTS_H_

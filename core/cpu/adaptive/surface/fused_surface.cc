@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-#include "core/cpu/adaptive/fused_surface.h"
+#include "core/cpu/adaptive/surface/fused_surface.h"
 
-#include "core/cpu/adaptive/adaptive_points.h"
+#include "core/cpu/adaptive/surface/adaptive_points.h"
 
 namespace latticed {
 

@@ -6,16 +6,16 @@
 //
 // Errors   none
 // Threads  those of adaptive_surface.h
-#ifndef LATTICED_CORE_CPU_ADAPTIVE_FUSED_SURFACE_H_
-#define LATTICED_CORE_CPU_ADAPTIVE_FUSED_SURFACE_H_
+#ifndef LATTICED_CORE_CPU_ADAPTIVE_SURFACE_FUSED_SURFACE_H_
+#define LATTICED_CORE_CPU_ADAPTIVE_SURFACE_FUSED_SURFACE_H_
 
 #include <memory>
 #include <optional>
 #include <span>
 
-#include "core/cpu/adaptive/adaptive_surface.h"
-#include "core/cpu/adaptive/bounds/patch_bounder.h"
-#include "core/cpu/adaptive/frame_boxes.h"
+#include "core/cpu/adaptive/surface/adaptive_surface.h"
+#include "core/cpu/adaptive/surface/patch_bounder.h"
+#include "core/cpu/adaptive/surface/frame_boxes.h"
 #include "core/cpu/fused/fused_plan.h"
 #include "core/view/cpu_arena.h"
 
@@ -46,4 +46,4 @@ class FusedSurface : public AdaptiveSurface {
 
 }  // namespace latticed
 
-#endif  // LATTICED_CORE_CPU_ADAPTIVE_FUSED_SURFACE_H_
+#endif  // LATTICED_CORE_CPU_ADAPTIVE_SURFACE_FUSED_SURFACE_H_

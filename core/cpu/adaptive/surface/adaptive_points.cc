@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-#include "core/cpu/adaptive/adaptive_points.h"
+#include "core/cpu/adaptive/surface/adaptive_points.h"
 
 #include <algorithm>
 #include <cstring>

@@ -5,8 +5,8 @@
 // core/view/vertex_layout.h.
 //
 // Threads  different chunks may be written at once
-#ifndef LATTICED_CORE_CPU_ADAPTIVE_CHUNK_VERTICES_H_
-#define LATTICED_CORE_CPU_ADAPTIVE_CHUNK_VERTICES_H_
+#ifndef LATTICED_CORE_CPU_ADAPTIVE_SURFACE_CHUNK_VERTICES_H_
+#define LATTICED_CORE_CPU_ADAPTIVE_SURFACE_CHUNK_VERTICES_H_
 
 #include <cstdint>
 #include <span>
@@ -45,4 +45,4 @@ class ChunkVertices {
 
 }  // namespace latticed
 
-#endif  // LATTICED_CORE_CPU_ADAPTIVE_CHUNK_VERTICES_H_
+#endif  // LATTICED_CORE_CPU_ADAPTIVE_SURFACE_CHUNK_VERTICES_H_

@@ -4,8 +4,8 @@
 // The polynomials of the boxes that one evaluation needs, each made once.
 //
 // Threads  one thread at a time; MakeNeeded uses those of the arena
-#ifndef LATTICED_CORE_CPU_ADAPTIVE_FRAME_BOXES_H_
-#define LATTICED_CORE_CPU_ADAPTIVE_FRAME_BOXES_H_
+#ifndef LATTICED_CORE_CPU_ADAPTIVE_SURFACE_FRAME_BOXES_H_
+#define LATTICED_CORE_CPU_ADAPTIVE_SURFACE_FRAME_BOXES_H_
 
 #include <cstdint>
 #include <span>
@@ -48,4 +48,4 @@ class FrameBoxes {
 
 }  // namespace latticed::fused
 
-#endif  // LATTICED_CORE_CPU_ADAPTIVE_FRAME_BOXES_H_
+#endif  // LATTICED_CORE_CPU_ADAPTIVE_SURFACE_FRAME_BOXES_H_

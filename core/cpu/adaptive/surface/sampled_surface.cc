@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-#include "core/cpu/adaptive/sampled_surface.h"
+#include "core/cpu/adaptive/surface/sampled_surface.h"
 
 #include "core/adaptive/curvature_slack.h"
 #include "core/adaptive/net_curvature.h"

@@ -7,8 +7,8 @@
 // 8 us at 3 x 3 x 3.
 //
 // Threads  one thread at a time; uses those of the arena
-#ifndef LATTICED_CORE_CPU_ADAPTIVE_BOUNDS_PATCH_BOUNDER_H_
-#define LATTICED_CORE_CPU_ADAPTIVE_BOUNDS_PATCH_BOUNDER_H_
+#ifndef LATTICED_CORE_CPU_ADAPTIVE_SURFACE_PATCH_BOUNDER_H_
+#define LATTICED_CORE_CPU_ADAPTIVE_SURFACE_PATCH_BOUNDER_H_
 
 #include <cstdint>
 #include <memory>
@@ -17,8 +17,8 @@
 #include <vector>
 
 #include "core/adaptive/adaptive_reference.h"
-#include "core/cpu/adaptive/adaptive_surface.h"
-#include "core/cpu/adaptive/frame_boxes.h"
+#include "core/cpu/adaptive/surface/adaptive_surface.h"
+#include "core/cpu/adaptive/surface/frame_boxes.h"
 #include "core/cpu/fused/fused_plan.h"
 #include "core/view/cpu_arena.h"
 
@@ -54,4 +54,4 @@ class PatchBounder {
 
 }  // namespace latticed
 
-#endif  // LATTICED_CORE_CPU_ADAPTIVE_BOUNDS_PATCH_BOUNDER_H_
+#endif  // LATTICED_CORE_CPU_ADAPTIVE_SURFACE_PATCH_BOUNDER_H_

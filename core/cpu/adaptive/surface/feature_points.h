@@ -5,15 +5,15 @@
 //
 // Layout  positions relative to the local origin. An edge of level k has 2^k - 1 inner points, in canonical order
 // Threads Need and MakeNeeded by one thread; then At by any
-#ifndef LATTICED_CORE_CPU_ADAPTIVE_FEATURE_POINTS_H_
-#define LATTICED_CORE_CPU_ADAPTIVE_FEATURE_POINTS_H_
+#ifndef LATTICED_CORE_CPU_ADAPTIVE_SURFACE_FEATURE_POINTS_H_
+#define LATTICED_CORE_CPU_ADAPTIVE_SURFACE_FEATURE_POINTS_H_
 
 #include <cstdint>
 #include <span>
 #include <vector>
 
 #include "core/base/vec.h"
-#include "core/cpu/adaptive/frame_boxes.h"
+#include "core/cpu/adaptive/surface/frame_boxes.h"
 #include "core/cpu/adaptive/kernel/run_buffer.h"
 
 namespace latticed::fused {
@@ -56,4 +56,4 @@ class FeaturePoints {
 
 }  // namespace latticed::fused
 
-#endif  // LATTICED_CORE_CPU_ADAPTIVE_FEATURE_POINTS_H_
+#endif  // LATTICED_CORE_CPU_ADAPTIVE_SURFACE_FEATURE_POINTS_H_

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-#include "core/cpu/adaptive/bounds/patch_bounder.h"
+#include "core/cpu/adaptive/surface/patch_bounder.h"
 
 #include <algorithm>
 #include <array>

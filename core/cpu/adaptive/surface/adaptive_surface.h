@@ -11,8 +11,8 @@
 //
 // Errors   those of the pipeline's kernels
 // Threads  one thread at a time; uses those of the arena
-#ifndef LATTICED_CORE_CPU_ADAPTIVE_ADAPTIVE_SURFACE_H_
-#define LATTICED_CORE_CPU_ADAPTIVE_ADAPTIVE_SURFACE_H_
+#ifndef LATTICED_CORE_CPU_ADAPTIVE_SURFACE_ADAPTIVE_SURFACE_H_
+#define LATTICED_CORE_CPU_ADAPTIVE_SURFACE_ADAPTIVE_SURFACE_H_
 
 #include <cstdint>
 #include <span>
@@ -21,7 +21,7 @@
 #include "absl/status/status.h"
 #include "core/adaptive/patch_curvature.h"
 #include "core/backend.h"
-#include "core/cpu/adaptive/chunk_vertices.h"
+#include "core/cpu/adaptive/surface/chunk_vertices.h"
 
 namespace latticed {
 
@@ -45,4 +45,4 @@ class AdaptiveSurface {
 
 }  // namespace latticed
 
-#endif  // LATTICED_CORE_CPU_ADAPTIVE_ADAPTIVE_SURFACE_H_
+#endif  // LATTICED_CORE_CPU_ADAPTIVE_SURFACE_ADAPTIVE_SURFACE_H_
