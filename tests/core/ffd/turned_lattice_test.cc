@@ -122,7 +122,7 @@ TEST(TurnedLattice, VerticesThatPatchesShareAreCutOnce) {
   EXPECT_EQ(scene.plan->turned[0].parameters.size(), scene.plan->vertices.size());
 }
 
-// Of each control point, the patches that it moves are dirty, with all beside them, and few others.
+// Of each control point of the turned lattice, the patches that it moves are dirty, with all beside them, and few others.
 TEST(TurnedLattice, AnEditMakesThePatchesDirtyThatItReaches) {
   const std::array<LatticeOptions, 2> lattices{LatticeOptions{.extra = {3, 3, 3}, .scale = 1.2},
                                                LatticeOptions{.extra = {2, 2, 2}, .turn = 0.7}};
@@ -131,7 +131,7 @@ TEST(TurnedLattice, AnEditMakesThePatchesDirtyThatItReaches) {
   std::vector<Vec3d> points = plan.identity_points;
   const DirectFfd at_rest(plan, plan.identity_points), moved(plan, points);
   size_t dirty_patches = 0, moved_patches = 0;
-  for (uint32_t i = 0; i < points.size(); ++i) {
+  for (auto i = static_cast<uint32_t>(plan.turned[0].first_point); i < points.size(); ++i) {
     points[i] += Vec3d{1, 2, 3};
     std::vector<bool> moves(plan.vertices.size());
     for (size_t p = 0; p < plan.patches.size(); ++p) {
