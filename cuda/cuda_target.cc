@@ -6,7 +6,6 @@
 
 #include "core/base/catch_bad_alloc.h"
 #include "core/base/status_macros.h"
-#include "core/ffd/weights/weighted_nets.h"
 #include "core/view/checked_view.h"
 #include "cuda/adaptive/cuda_adaptive_view.h"
 #include "cuda/bounds/cuda_edge_bound_view.h"
@@ -60,10 +59,7 @@ class CudaTarget : public DeformTarget {
     if (first == last) return std::vector<double>();
     const DeviceGuard guard(context_->device());
     return CatchBadAlloc("the control nets", [&]() -> absl::StatusOr<std::vector<double>> {
-      LATTICED_ASSIGN_OR_RETURN(
-          auto nets, CudaControlNets(plan_, *device_plan_, *context_, control_points, first, last));
-      if (plan_->is_weighted()) nets = WeighNets(*plan_, first, nets);
-      return nets;
+      return CudaControlNets(plan_, *device_plan_, *context_, control_points, first, last);
     });
   }
 
@@ -96,9 +92,10 @@ class CudaTarget : public DeformTarget {
   // exist yet. Excludes what GEMM pipelines allocate at the first evaluation.
   uint64_t ViewBytes(const ViewSpec& spec, const CudaLane& lane) const {
     const bool fused = pipeline_ == Pipeline::kFused;
-    const uint64_t of_kernel = fused ? CudaFusedKernel::DeviceBytesFor(*plan_)
-                                     : CudaGemmStages::BytesToCome(pipeline_, plan_->patch_degree(),
-                                                                   spec.segments, *context_, lane);
+    const uint64_t of_kernel = fused
+                                   ? CudaFusedKernel::DeviceBytesFor(*plan_)
+                                   : CudaGemmStages::BytesToCome(pipeline_, plan_->surface_degree(),
+                                                                 spec.segments, *context_, lane);
     const size_t own_order = fused ? CudaFusedKernel::LaneOrderBytes(*plan_, spec) : 0;
     return device_plan_->BytesToCome(spec.normals == NormalMode::kSmooth) + of_kernel +
            CudaView::DeviceBytesFor(*plan_, spec, own_order,

@@ -12,6 +12,7 @@
 #include "cuda/gemm/gemm_kernels.h"
 #include "cuda/plan/turned_moves.cuh"
 #include "cuda/plan/volume.cuh"
+#include "cuda/plan/weighted_point.cuh"
 
 namespace latticed::kernels {
 namespace {
@@ -97,10 +98,10 @@ __global__ void __launch_bounds__(kBlockThreads)
   const Vec3d parameter = (1 - t) * plan.vertices[a].parameter + t * plan.vertices[b].parameter;
   const VolumePoint point =
       EvaluateVolume<false>(Volume(plan, control_points), plan.boxes[orphan.box].span, parameter);
-  shared.writer.WritePosition(
-      shared.layout.Place(shared.vertices, PatchOf(orphan.use)),
-      PointOf(slot, k, IsReversed(orphan.use), shared.segments),
-      point.position + TurnedOnEdge(plan, shared.turned, control_points, a, b, t));
+  Vec3d position = point.position + TurnedOnEdge(plan, shared.turned, control_points, a, b, t);
+  if (plan.weights.vertices != nullptr) position = WeightedOnEdge(plan, a, b, t).Weigh(position);
+  shared.writer.WritePosition(shared.layout.Place(shared.vertices, PatchOf(orphan.use)),
+                              PointOf(slot, k, IsReversed(orphan.use), shared.segments), position);
 }
 
 }  // namespace
