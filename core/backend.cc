@@ -87,12 +87,8 @@ absl::Status Validate(const ViewSpec& spec) {
 }
 
 absl::Status CheckSupported(const DeformPlan& plan, Pipeline pipeline) {
-  if (!plan.turned.empty()) {
-    if (pipeline == Pipeline::kFused) return error::NotWithTurned("pipeline fused");
-    return absl::OkStatus();
-  }
-  if (!plan.is_weighted() || pipeline == Pipeline::kFused) return absl::OkStatus();
-  return error::NotWithWeights("a pipeline other than fused");
+  if (plan.turned.empty() || pipeline != Pipeline::kFused) return absl::OkStatus();
+  return error::NotWithTurned("pipeline fused");
 }
 
 size_t ChunkPoints(const DeformPlan& plan, size_t chunk, int segments) {

@@ -270,14 +270,12 @@ class Backend {
 };
 
 [[nodiscard]] absl::Status Validate(const ViewSpec& spec);
-// kFailedPrecondition: reason VERTEX_WEIGHTS for a weighted plan and another pipeline than kFused; reason TURNED_LATTICES for
-// a plan with turned lattices and kFused, or weights.
+// kFailedPrecondition, reason TURNED_LATTICES, for a plan with turned lattices and kFused.
 [[nodiscard]] absl::Status CheckSupported(const DeformPlan& plan, Pipeline pipeline);
 [[nodiscard]] size_t ChunkPoints(const DeformPlan& plan, size_t chunk, int segments);
 // The points of patches with these patterns, PatternKey::Code of each.
 [[nodiscard]] size_t PatternPoints(std::span<const uint16_t> patterns);
-// kInvalidArgument, reason UNSUPPORTED, for a tolerance or bounds that the target's views cannot have; kFailedPrecondition,
-// reason VERTEX_WEIGHTS, where that is because of weights.
+// kInvalidArgument, reason UNSUPPORTED, for bounds that the target's views cannot have.
 [[nodiscard]] absl::Status CheckSupported(const DeformTarget& target, const ViewSpec& spec);
 // The points of a chunk of a view of `plan`, with a tolerance after Evaluate.
 [[nodiscard]] size_t ChunkPoints(const DeformView& view, const DeformPlan& plan, uint32_t chunk);

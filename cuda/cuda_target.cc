@@ -6,7 +6,6 @@
 
 #include "core/base/catch_bad_alloc.h"
 #include "core/base/status_macros.h"
-#include "core/ffd/weights/weighted_nets.h"
 #include "core/view/checked_view.h"
 #include "cuda/adaptive/cuda_adaptive_view.h"
 #include "cuda/bounds/cuda_edge_bound_view.h"
@@ -59,10 +58,7 @@ class CudaTarget : public DeformTarget {
     if (first == last) return std::vector<double>();
     const DeviceGuard guard(context_->device());
     return CatchBadAlloc("the control nets", [&]() -> absl::StatusOr<std::vector<double>> {
-      LATTICED_ASSIGN_OR_RETURN(
-          auto nets, CudaControlNets(plan_, *device_plan_, *context_, control_points, first, last));
-      if (plan_->is_weighted()) nets = WeighNets(*plan_, first, nets);
-      return nets;
+      return CudaControlNets(plan_, *device_plan_, *context_, control_points, first, last);
     });
   }
 
@@ -95,9 +91,10 @@ class CudaTarget : public DeformTarget {
   // exist yet. Excludes what GEMM pipelines allocate at the first evaluation.
   uint64_t ViewBytes(const ViewSpec& spec, const CudaLane& lane) const {
     const bool fused = pipeline_ == Pipeline::kFused;
-    const uint64_t of_kernel = fused ? CudaFusedKernel::DeviceBytesFor(*plan_)
-                                     : CudaGemmStages::BytesToCome(pipeline_, plan_->patch_degree(),
-                                                                   spec.segments, *context_, lane);
+    const uint64_t of_kernel = fused
+                                   ? CudaFusedKernel::DeviceBytesFor(*plan_)
+                                   : CudaGemmStages::BytesToCome(pipeline_, plan_->surface_degree(),
+                                                                 spec.segments, *context_, lane);
     const size_t own_order = fused ? CudaFusedKernel::LaneOrderBytes(*plan_, spec) : 0;
     return device_plan_->BytesToCome(spec.normals == NormalMode::kSmooth) + of_kernel +
            CudaView::DeviceBytesFor(*plan_, spec, own_order,
@@ -111,12 +108,12 @@ class CudaTarget : public DeformTarget {
                                 CudaAdaptiveEvaluator::DeviceBytesFor(*plan_, pipeline_, spec));
       LATTICED_ASSIGN_OR_RETURN(
           auto room, DeviceReservation::Create(context_->memory(), "the view", [&] {
-            return own + StageBytes() + device_plan_->BytesToCome(spec.normals == NormalMode::kSmooth);
+            return own + StageBytes() +
+                   device_plan_->BytesToCome(spec.normals == NormalMode::kSmooth);
           }));
-      LATTICED_ASSIGN_OR_RETURN(
-          auto evaluator,
-          CudaAdaptiveEvaluator::Create(plan_, device_plan_, pipeline_, spec, context_, lane,
-                                        room));
+      LATTICED_ASSIGN_OR_RETURN(auto evaluator,
+                                CudaAdaptiveEvaluator::Create(plan_, device_plan_, pipeline_, spec,
+                                                              context_, lane, room));
       return std::make_unique<CudaAdaptiveView>(plan_, spec, context_, std::move(lane),
                                                 std::move(evaluator));
     });
@@ -124,7 +121,8 @@ class CudaTarget : public DeformTarget {
 
   // Of the stage that control nets need, where it is not made yet.
   uint64_t StageBytes() const {
-    return pipeline_ == Pipeline::kFused ? 0 : context_->StageBytesToCome(plan_->patch_degree(), 1);
+    return pipeline_ == Pipeline::kFused ? 0
+                                         : context_->StageBytesToCome(plan_->surface_degree(), 1);
   }
 
   absl::StatusOr<std::unique_ptr<DeformView>> CreateEdgeBoundView(const ViewSpec& spec) const {

@@ -44,7 +44,7 @@ double KnotRatio(const LatticeStructure& structure) {
 
 NetSlack::NetSlack(const DeformPlan& plan)
     : plan_(plan), mesh_reach_(Norm(plan.mesh_bounds.max - plan.local_origin)) {
-  const int n = plan.patch_degree();
+  const int n = plan.surface_degree();
   const double of_net = kHalfUlp * 4 * n * (n - 1) * LargestRowSum(n);
   const auto add = [&](const LatticeStructure& structure) {
     factors_.push_back(of_net * (300 + 24 * KnotRatio(structure)));
@@ -66,8 +66,8 @@ double NetSlack::Of(size_t patch, std::span<const double> norms) const {
   double slack = factors_[0] * Largest(plan_.structure, own, norms);
   for (size_t g = 0; g < plan_.turned.size(); ++g) {
     const TurnedLattice& lattice = plan_.turned[g];
-    slack += factors_[1 + g] * Largest(lattice.structure, lattice.spans[patch],
-                                       norms.subspan(lattice.first_point));
+    slack += factors_[1 + g] *
+             Largest(lattice.structure, lattice.spans[patch], norms.subspan(lattice.first_point));
   }
   return slack;
 }

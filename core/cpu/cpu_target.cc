@@ -18,7 +18,6 @@
 #include "core/cpu/host_buffer.h"
 #include "core/ffd/plan/shared_points.h"
 #include "core/ffd/stage_matrices.h"
-#include "core/ffd/weights/weighted_nets.h"
 #include "core/view/checked_view.h"
 #include "core/view/view_encoder.h"
 #include "core/view/view_layout.h"
@@ -89,13 +88,13 @@ class CpuTarget : public DeformTarget {
       });
     }
     if (spec.tolerance > 0) return CreateAdaptiveView(spec);
-    LATTICED_ASSIGN_OR_RETURN(const auto stage,
-                              StageMatrices::Get(plan_->patch_degree(), spec.segments));
     return CatchBadAlloc("the view", [&]() -> absl::StatusOr<std::unique_ptr<DeformView>> {
       std::unique_ptr<VertexKernel> kernel;
       if (fused_ != nullptr) {
         kernel = std::make_unique<FusedViewKernel>(fused_, spec, context_);
       } else {
+        LATTICED_ASSIGN_OR_RETURN(const auto stage,
+                                  StageMatrices::Get(plan_->surface_degree(), spec.segments));
         kernel = std::make_unique<GemmKernel>(plan_, shared_, *stage, pipeline_, spec, context_);
       }
       LATTICED_ASSIGN_OR_RETURN(
@@ -110,7 +109,7 @@ class CpuTarget : public DeformTarget {
                                                   size_t first, size_t last) override {
     LATTICED_RETURN_IF_ERROR(CheckControlNets(*plan_, control_points, first, last));
     // The net does not depend on the segments: any entry of the cache has inv(B).
-    LATTICED_ASSIGN_OR_RETURN(const auto stage, StageMatrices::Get(plan_->patch_degree(), 1));
+    LATTICED_ASSIGN_OR_RETURN(const auto stage, StageMatrices::Get(plan_->surface_degree(), 1));
     return CatchBadAlloc("the control nets", [&]() -> absl::StatusOr<std::vector<double>> {
       const PatchSampler sampler(*plan_, *stage, control_points);
       const size_t doubles = 3 * stage->m;
@@ -118,7 +117,6 @@ class CpuTarget : public DeformTarget {
       LATTICED_RETURN_IF_ERROR(context_->arena.TryEach(last - first, [&](size_t i) {
         return ControlNet(*plan_, sampler, *stage, first + i, nets.data() + i * doubles);
       }));
-      if (plan_->is_weighted()) nets = WeighNets(*plan_, first, nets);
       return nets;
     });
   }
@@ -133,7 +131,7 @@ class CpuTarget : public DeformTarget {
                                                ViewEncoder::MostBytes(spec),
         .encoder_bytes = EncoderBytesOf(*plan_, spec, *context_->encoder, context_->arena)};
     if (pipeline_ == Pipeline::kFused) return traits;
-    const auto stage = StageMatrices::Get(plan_->patch_degree(), spec.segments);
+    const auto stage = StageMatrices::Get(plan_->surface_degree(), spec.segments);
     if (stage.ok()) {
       traits.host_bytes += GemmKernel::MostBytes(**stage, context_->arena.most_threads());
     }
@@ -149,13 +147,13 @@ class CpuTarget : public DeformTarget {
 
  private:
   absl::StatusOr<std::unique_ptr<DeformView>> CreateAdaptiveView(const ViewSpec& spec) const {
-    // Control nets do not depend on the segments.
-    LATTICED_ASSIGN_OR_RETURN(const auto stage, StageMatrices::Get(plan_->patch_degree(), 1));
     return CatchBadAlloc("the view", [&]() -> absl::StatusOr<std::unique_ptr<DeformView>> {
       std::unique_ptr<AdaptiveSurface> surface;
       if (fused_plan_ != nullptr) {
         surface = std::make_unique<FusedSurface>(fused_plan_, spec, context_->arena);
       } else {
+        // Control nets do not depend on the segments.
+        LATTICED_ASSIGN_OR_RETURN(const auto stage, StageMatrices::Get(plan_->surface_degree(), 1));
         surface = std::make_unique<SampledSurface>(plan_, *stage, spec, context_->arena);
       }
       return std::make_unique<AdaptiveView>(plan_, spec, std::move(surface), context_);

@@ -97,7 +97,7 @@ DeformedPoint DirectFfd::EvaluatePosition(size_t patch, std::array<double, 3> b)
   }
   result.position += turned.move;
   for (size_t axis = 0; axis < 3; ++axis) result.jacobian[axis] += turned.jacobian[axis];
-  if (plan_.is_weighted() && (result.inside || !plan_.turned.empty())) {
+  if (plan_.is_weighted()) {
     const std::array<double, 3> w = plan_.CornerWeights(patch);
     Weigh(Blend(world, b), b[0] * w[0] + b[1] * w[1] + b[2] * w[2],
           plan_.PatchWeightGradient(patch), result.position, result.jacobian);
@@ -116,8 +116,7 @@ Vec3d DirectFfd::OnEdge(uint32_t box, const std::array<uint32_t, 2>& ends, doubl
   }
   position += turned_.OnEdge(ends[0], ends[1], t, world);
   if (!plan_.is_weighted()) return position;
-  const double weight =
-      (1 - t) * plan_.vertex_weights[ends[0]] + t * plan_.vertex_weights[ends[1]];
+  const double weight = (1 - t) * plan_.vertex_weights[ends[0]] + t * plan_.vertex_weights[ends[1]];
   return world + weight * (position - world);
 }
 

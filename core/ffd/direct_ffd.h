@@ -6,6 +6,7 @@
 //
 //   inside the domain   x -> R(u(x)),  J = dR/du * du/dx         formula (1)
 //   outside             x -> x,        J = I
+//   turned lattices     add what they move x, and its derivatives (turned/turned_lattice.h), inside and outside
 //   with weights        x -> x + w (F(x) - x), and the J of weights/vertex_weights.h, where F and J are those above
 //   facet normal        cof(J) (e1 x e2) / |…|
 //   smooth normal       cof(J) N / |…|,  N the interpolated vertex normal of the source triangle

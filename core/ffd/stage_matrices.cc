@@ -17,7 +17,7 @@ namespace latticed {
 namespace {
 
 constexpr int kMinPatchDegree = 3 * limits::kMinDegree;
-constexpr int kMaxPatchDegree = 3 * limits::kMaxDegree;
+constexpr int kMaxPatchDegree = 3 * limits::kMaxDegree + 1;  // with weights
 
 std::vector<std::array<int, 3>> IndexTriples(int n) {
   std::vector<std::array<int, 3>> triples;
@@ -27,7 +27,7 @@ std::vector<std::array<int, 3>> IndexTriples(int n) {
   return triples;
 }
 
-// Gauss-Jordan with partial pivoting; B's condition is at most 1,320, so double keeps 12 digits.
+// Gauss-Jordan with partial pivoting. Rows of |inv(B)| add up to at most 7,508, so double keeps 12 digits.
 std::vector<double> Invert(std::vector<double> a, size_t m) {
   std::vector<double> inverse(m * m, 0.0);
   for (size_t i = 0; i < m; ++i) inverse[i + i * m] = 1.0;

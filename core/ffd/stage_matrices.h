@@ -6,12 +6,13 @@
 //
 //   stack = [Bq; Bqu; Bqv] * inv(B)     inv(B): m x m    Bq, Bqu, Bqv: q x m    stack: 3q x m
 //
-//   m = (n+1)(n+2)/2   q = (s+1)(s+2)/2   n = nu+nv+nw, 3..9   s = segments per edge
+//   m = (n+1)(n+2)/2   q = (s+1)(s+2)/2   n = 3..10   s = segments per edge
+// Degree   nu+nv+nw, 3..9, and one more with vertex weights
 // Samples  the m uniform barycentric points (i,j,k)/n, in the order of bernstein.h
 // Layout   column-major, computed in double; rows of a block in pattern order. The matrices in double are kept for
-//          products in which float is too coarse: inv(B) has entries up to 494 at n = 9.
+//          products in which float is too coarse: inv(B) has entries up to 1,130 at n = 10.
 // Units    none: barycentric weights; each row of Bq*inv(B) sums to 1, of Bqu*inv(B) to 0
-// Errors   kInvalidArgument when n or s leaves limits::kDegree… / kSegments…
+// Errors   kInvalidArgument for n beyond 3..10, and when s leaves limits::kSegments…
 // Threads  Get is safe from any thread; matrices are immutable and live until the process ends
 #ifndef LATTICED_CORE_FFD_STAGE_MATRICES_H_
 #define LATTICED_CORE_FFD_STAGE_MATRICES_H_
@@ -42,7 +43,7 @@ struct StageMatrices {
   [[nodiscard]] static absl::StatusOr<const StageMatrices*> Get(int degree, int segments);
 };
 
-// inv(B) alone, m x m, column-major. degree in 3 … 9.
+// inv(B) alone, m x m, column-major. degree in 3 … 10.
 [[nodiscard]] std::vector<double> InverseBernsteinMatrix(int degree);
 
 }  // namespace latticed

@@ -87,8 +87,8 @@ absl::StatusOr<std::unique_ptr<CudaAdaptiveEvaluator>> CudaAdaptiveEvaluator::Cr
   LATTICED_ASSIGN_OR_RETURN(const auto tables,
                             device_plan->Tables(spec.normals == NormalMode::kSmooth, from));
   LATTICED_ASSIGN_OR_RETURN(auto frame, CudaFrame::Create(plan, nullptr, *context, lane, from));
-  LATTICED_ASSIGN_OR_RETURN(
-      auto surface, MakeSurface(plan, device_plan, pipeline, spec, *context, from, stream));
+  LATTICED_ASSIGN_OR_RETURN(auto surface,
+                            MakeSurface(plan, device_plan, pipeline, spec, *context, from, stream));
   LATTICED_ASSIGN_OR_RETURN(auto memory, AdaptiveMemory::Create(*plan, from, stream));
   const size_t vertex_bytes = FirstCapacity(*plan, spec) * BytesPerPoint(spec);
   LATTICED_ASSIGN_OR_RETURN(auto vertices,
@@ -244,8 +244,8 @@ absl::Status CudaAdaptiveEvaluator::Prepare(std::span<const Vec3d> control_point
 
 void CudaAdaptiveEvaluator::SetTolerance(double curvature_tolerance) {
   curvature_tolerance_ = curvature_tolerance;
-  frame_->launch.tolerance =
-      static_cast<float>(kFloatShare * curvature_tolerance * parts_.surface->UnitsPerWorld(frame_->box));
+  frame_->launch.tolerance = static_cast<float>(kFloatShare * curvature_tolerance *
+                                                parts_.surface->UnitsPerWorld(frame_->box));
 }
 
 absl::Status CudaAdaptiveEvaluator::LaunchBounds(bool with_patterns) {
@@ -298,8 +298,9 @@ absl::Status CudaAdaptiveEvaluator::Finish() {
   if (points > capacity()) {
     LATTICED_RETURN_IF_ERROR(Grow(points));
   }
-  certified_error_ = double{results().largest_error()} / parts_.surface->UnitsPerWorld(frame_->box) +
-                     PointError(frame_->box, GridBits(spec_));
+  certified_error_ =
+      double{results().largest_error()} / parts_.surface->UnitsPerWorld(frame_->box) +
+      PointError(frame_->box, GridBits(spec_));
   TakeResults();
   return absl::OkStatus();
 }

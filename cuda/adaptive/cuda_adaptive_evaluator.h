@@ -44,8 +44,8 @@ class CudaAdaptiveEvaluator {
   // those of the surface from the reservation.
   [[nodiscard]] static absl::StatusOr<std::unique_ptr<CudaAdaptiveEvaluator>> Create(
       std::shared_ptr<const DeformPlan> plan, std::shared_ptr<DevicePlan> device_plan,
-      Pipeline pipeline, const ViewSpec& spec, std::shared_ptr<CudaContext> context, std::shared_ptr<CudaLane> lane,
-      DeviceReservation& from);
+      Pipeline pipeline, const ViewSpec& spec, std::shared_ptr<CudaContext> context,
+      std::shared_ptr<CudaLane> lane, DeviceReservation& from);
   // Waits for copies to its memory.
   ~CudaAdaptiveEvaluator();
   static absl::StatusOr<uint64_t> DeviceBytesFor(const DeformPlan& plan, Pipeline pipeline,

@@ -13,7 +13,7 @@
 namespace latticed {
 namespace {
 
-constexpr size_t kTilePatches = 16'384;  // 22 MB of nets at n = 9
+constexpr size_t kTilePatches = 16'384;  // 26 MB of nets at n = 10
 
 // Device buffers of one tile.
 struct Nets {
@@ -68,7 +68,7 @@ absl::StatusOr<std::vector<double>> CudaControlNets(const std::shared_ptr<const 
                                                     std::span<const Vec3d> control_points,
                                                     size_t first, size_t last) {
   // The net does not depend on the segments, so the stage of any number of segments has its inv(B).
-  const int degree = plan->patch_degree(), any_segments = 1;
+  const int degree = plan->surface_degree(), any_segments = 1;
   const auto m = static_cast<size_t>(BernsteinCount(degree));
   const size_t tile_patches = std::min(kTilePatches, last - first);
   LATTICED_ASSIGN_OR_RETURN(const auto lane, context.lanes().Borrow());

@@ -30,7 +30,8 @@ absl::StatusOr<std::unique_ptr<CudaGemmKernel>> CudaGemmKernel::Create(
     std::shared_ptr<const DeformPlan> plan, std::shared_ptr<DevicePlan> device_plan,
     Pipeline pipeline, const ViewSpec& spec, std::shared_ptr<CudaContext> context,
     std::shared_ptr<CudaLane> lane, DeviceReservation& from) {
-  LATTICED_ASSIGN_OR_RETURN(auto stage, context->Stage(plan->patch_degree(), spec.segments, from));
+  LATTICED_ASSIGN_OR_RETURN(auto stage,
+                            context->Stage(plan->surface_degree(), spec.segments, from));
   LATTICED_ASSIGN_OR_RETURN(auto stages,
                             CudaGemmStages::Create(pipeline, std::move(stage),
                                                    spec.normals != NormalMode::kNone, from, *lane));

@@ -33,12 +33,13 @@ struct Tile {
   size_t count;
 };
 
-// §3.4, one thread a sample: Rs[i] = R(u_i) - centre, and Rf[i] = dR/df(u_i), f the facet normal.
+// §3.4, one thread a sample: Rs[i] = R(u_i) - centre, and Rf[i] = dR/df(u_i), f the facet normal. With weights, of the
+// weighted deformation (core/cpu/gemm/patch_sampler.h).
 // `points`: the m index triples of bernstein.h. The centre is the mean of the three corners.
 template <typename T>
 struct Samples {
   const uchar4* points;
-  int degree;  // n
+  int degree;  // n, of the deformed surface
   int m;
   T* positions;  // m x 3t
   T* by_normal;  // m x 3t, or null

@@ -6,11 +6,10 @@
 //   u_i = sum_c (t_ic / n) u_c,   t_i the index triples of bernstein.h, u_c the patch's corners
 //
 // Computed in double and stored relative to the patch's centre, so that float32 carries the shape
-// of a patch without its position, as in core/cpu/gemm/patch_sampler.h.
+// of a patch without its position, as in core/cpu/gemm/patch_sampler.h. With weights, of x + w (R - x).
 #include "cuda/device/launch.cuh"
 #include "cuda/gemm/gemm_kernels.h"
-#include "cuda/plan/turned_moves.cuh"
-#include "cuda/plan/volume.cuh"
+#include "cuda/plan/plan_point.cuh"
 
 namespace latticed::kernels {
 namespace {
@@ -37,18 +36,12 @@ __global__ void __launch_bounds__(kBlockThreads)
     CentreKernel(const __grid_constant__ Tile tile, Vec3d* centres) {
   const size_t i = Item();
   if (i >= tile.count) return;
-  const PatchCorners patch = Corners(tile.plan, tile.first + i);
   Vec3d sum;
 #pragma unroll
   for (int c = 0; c < 3; ++c) {
-    sum += patch.outside ? patch.corner[c]
-                         : EvaluateVolume<false>(Volume(tile.plan, tile.control_points), patch.span,
-                                                 patch.corner[c])
-                               .position;
     Vec3d corner;
     corner[c] = 1;
-    AddTurned<false>(tile.plan, tile.turned, tile.control_points, tile.first + i, corner, sum,
-                     nullptr);
+    sum += PlanPoint(tile.plan, tile.turned, tile.control_points, tile.first + i, corner);
   }
   centres[i] = sum / 3.0;
 }
@@ -83,11 +76,18 @@ __global__ void __launch_bounds__(kBlockThreads)
   }
   AddTurned<kByNormal>(tile.plan, tile.turned, tile.control_points, tile.first + in_tile, b,
                        position, jacobian);
-  Store(samples.positions + i, stride, position - samples.centres[in_tile]);
+  Vec3d n, by_normal;
   if constexpr (kByNormal) {
-    const Vec3d n = UnpackDirection(tile.plan.facet_normals[tile.first + in_tile]);
-    Store(samples.by_normal + i, stride, n.x * jacobian[0] + n.y * jacobian[1] + n.z * jacobian[2]);
+    n = UnpackDirection(tile.plan.facet_normals[tile.first + in_tile]);
+    by_normal = n.x * jacobian[0] + n.y * jacobian[1] + n.z * jacobian[2];
   }
+  if (tile.plan.weights.vertices != nullptr) {
+    const WeightedPoint point = WeightedOfPatch(tile.plan, tile.first + in_tile, b);
+    position = point.Weigh(position);
+    by_normal = n + point.weight * (by_normal - n);
+  }
+  Store(samples.positions + i, stride, position - samples.centres[in_tile]);
+  if constexpr (kByNormal) Store(samples.by_normal + i, stride, by_normal);
 }
 
 template <typename T>

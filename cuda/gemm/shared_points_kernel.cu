@@ -10,8 +10,7 @@
 #include "core/ffd/tessellation_pattern.h"
 #include "cuda/device/launch.cuh"
 #include "cuda/gemm/gemm_kernels.h"
-#include "cuda/plan/turned_moves.cuh"
-#include "cuda/plan/volume.cuh"
+#include "cuda/plan/plan_point.cuh"
 
 namespace latticed::kernels {
 namespace {
@@ -94,13 +93,10 @@ __global__ void __launch_bounds__(kBlockThreads)
   const uint32_t a = orphan.vertex[0], b = orphan.vertex[1];  // equal for a corner
   const double t =
       slot < kFirstEdge ? 0 : static_cast<double>(k + 1) / static_cast<double>(shared.segments);
-  const Vec3d parameter = (1 - t) * plan.vertices[a].parameter + t * plan.vertices[b].parameter;
-  const VolumePoint point =
-      EvaluateVolume<false>(Volume(plan, control_points), plan.boxes[orphan.box].span, parameter);
   shared.writer.WritePosition(
       shared.layout.Place(shared.vertices, PatchOf(orphan.use)),
       PointOf(slot, k, IsReversed(orphan.use), shared.segments),
-      point.position + TurnedOnEdge(plan, shared.turned, control_points, a, b, t));
+      PlanPointOnEdge(plan, shared.turned, control_points, orphan.box, a, b, t));
 }
 
 }  // namespace

@@ -8,9 +8,11 @@
 //           cof(J) N ~ (N.f) Pu x Pv + (N.e1) Pv x Pf + (N.e2) Pf x Pu
 //
 // Where the float products cancel beyond kMostCondition, the normal is computed by its definition in
-// double: at folds, in collapsed lattices and on extreme slivers. As in core/cpu/gemm/gemm_kernel.h.
+// double: at folds, in collapsed lattices and on extreme slivers, and in triangles whose weight has no
+// gradient. As in core/cpu/gemm/gemm_kernel.h.
 // One kernel marks these points, one bit each, and a second kernel computes them: in one kernel, all
 // points would pay for the registers of the definition.
+#include "core/ffd/weights/weight_change.h"
 #include "cuda/device/launch.cuh"
 #include "cuda/gemm/gemm_kernels.h"
 #include "cuda/plan/definition_normal.cuh"
@@ -53,13 +55,25 @@ __device__ RawNormal SmoothNormal(const PlanTables& plan, size_t patch, Vec3d b,
   return {by_f * Cross(pu, pv) + by_1 * Cross(pv, pf) + by_2 * Cross(pf, pu), bound * bound};
 }
 
+// As in core/cpu/gemm/gemm_kernel.cc.
+__device__ bool HasGradient(const PlanTables& plan, size_t patch) {
+  const DevicePatch p = plan.patches[patch];
+  const Vec3d gradient = plan.weights.gradients[patch], corner = plan.vertices[p.Vertex(0)].world;
+  const double weight = plan.weights.vertices[p.Vertex(0)];
+  const auto is_steady = [&](uint32_t v) {
+    return IsByGradient(Dot(gradient, plan.vertices[v].world - corner),
+                        plan.weights.vertices[v] - weight);
+  };
+  return is_steady(p.Vertex(1)) && is_steady(p.Vertex(2));
+}
+
 __device__ Vec3d Barycentrics(const Surface& surface, size_t point) {
   const uchar4 t = surface.pattern[point];
   const double over = 1.0 / surface.segments;
   return {t.x * over, t.y * over, t.z * over};
 }
 
-template <Normals kNormals>
+template <Normals kNormals, bool kWeighted>
 __global__ void __launch_bounds__(kBlockThreads)
     SurfaceKernel(const __grid_constant__ Tile tile, const __grid_constant__ Surface surface) {
   const size_t i = Item(), q = static_cast<size_t>(surface.q);
@@ -81,8 +95,9 @@ __global__ void __launch_bounds__(kBlockThreads)
     raw = FacetNormal(row(1), row(2));
   }
   const double length2 = Dot(raw.direction, raw.direction);
-  const bool sound = std::isfinite(length2) && length2 > 0 &&
-                     raw.bound2 <= kMostCondition * kMostCondition * length2;
+  bool sound = std::isfinite(length2) && length2 > 0 &&
+               raw.bound2 <= kMostCondition * kMostCondition * length2;
+  if constexpr (kWeighted) sound = sound && HasGradient(tile.plan, patch);
   const unsigned ill = __ballot_sync(here, !sound);
   if (i % kLanes == 0) surface.ill[i / kLanes] = ill;
   if (!sound) return;
@@ -113,8 +128,12 @@ __global__ void __launch_bounds__(kBlockThreads)
 
 template <Normals kNormals>
 void Launch(const Tile& tile, const Surface& surface, size_t points, cudaStream_t stream) {
-  SurfaceKernel<kNormals><<<Blocks(points), kBlockThreads, 0, stream>>>(tile, surface);
-  if constexpr (kNormals != Normals::kNone) {
+  constexpr bool kHasNormals = kNormals != Normals::kNone;
+  const auto kernel = kHasNormals && tile.plan.weights.vertices != nullptr
+                          ? SurfaceKernel<kNormals, kHasNormals>
+                          : SurfaceKernel<kNormals, false>;
+  kernel<<<Blocks(points), kBlockThreads, 0, stream>>>(tile, surface);
+  if constexpr (kHasNormals) {
     IllKernel<kNormals == Normals::kSmooth>
         <<<Blocks(IllWords(points)), kBlockThreads, 0, stream>>>(tile, surface);
   }

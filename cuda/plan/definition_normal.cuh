@@ -10,12 +10,9 @@
 #include "core/ffd/carried_normal.h"
 #include "cuda/plan/turned_moves.cuh"
 #include "cuda/plan/volume.cuh"
+#include "cuda/plan/weighted_point.cuh"
 
 namespace latticed::kernels {
-
-__device__ inline Vec3d Blend(const Vec3d* corner, Vec3d b) {
-  return b.x * corner[0] + b.y * corner[1] + b.z * corner[2];
-}
 
 // The interpolated vertex normal, not normalised.
 __device__ inline Vec3d RestSmoothNormal(const PlanTables& plan, size_t patch, Vec3d b) {
@@ -31,31 +28,25 @@ __device__ inline Vec3d RestNormal(const PlanTables& plan, size_t patch, Vec3d b
 // With weights, from the Jacobian of F to I + w (J_F - I) + (F(x) - x) grad(w)^T. `deformed`: F(x).
 __device__ inline void Weigh(const PlanTables& plan, size_t patch, Vec3d b, Vec3d deformed,
                              Vec3d (&jacobian)[3]) {
-  Vec3d world[3];
-  double weight = 0;
-  for (int c = 0; c < 3; ++c) {
-    const uint32_t v = plan.patches[patch].Vertex(c);
-    world[c] = plan.vertices[v].world;
-    weight += (&b.x)[c] * plan.weights.vertices[v];
-  }
-  const Vec3d gradient = plan.weights.gradients[patch], offset = deformed - Blend(world, b);
+  const WeightedPoint point = WeightedOfPatch(plan, patch, b);
+  const Vec3d gradient = plan.weights.gradients[patch], offset = deformed - point.rest;
 #pragma unroll
   for (int axis = 0; axis < 3; ++axis) {
-    jacobian[axis] = weight * jacobian[axis] + (&gradient.x)[axis] * offset;
-    jacobian[axis][axis] += 1 - weight;
+    jacobian[axis] = point.weight * jacobian[axis] + (&gradient.x)[axis] * offset;
+    jacobian[axis][axis] += 1 - point.weight;
   }
 }
 
 // A plan without turned lattices.
 struct NoTurned {
-  __device__ void AddTo(const PlanTables&, const Vec3d*, size_t, Vec3d, Vec3d*) const {}
+  static constexpr bool kAny = false;
 };
 struct Turned {
+  static constexpr bool kAny = true;
   const TurnedTables& tables;
 
   __device__ void AddTo(const PlanTables& plan, const Vec3d* control_points, size_t patch, Vec3d b,
-                        Vec3d* jacobian) const {
-    Vec3d position;
+                        Vec3d& position, Vec3d* jacobian) const {
     AddTurned<true>(plan, tables, control_points, patch, b, position, jacobian);
   }
 };
@@ -67,15 +58,25 @@ __device__ __noinline__ CarriedNormal CarryAt(const PlanTables& plan, const Vec3
                                               const TurnedOrNot& turned) {
   const DevicePatch p = plan.patches[patch];
   Vec3d jacobian[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  [[maybe_unused]] Vec3d position;  // only with turned lattices and weights
   if (p.Box() != plan.outside_box) {
     Vec3d parameter[3];
     for (int c = 0; c < 3; ++c) parameter[c] = plan.vertices[p.Vertex(c)].parameter;
     const VolumePoint point = EvaluateVolume<true>(Volume(plan, control_points),
                                                    plan.boxes[p.Box()].span, Blend(parameter, b));
     WorldJacobian(point.derivatives, plan.parameter_by_world, jacobian);
-    if (plan.weights.vertices != nullptr) Weigh(plan, patch, b, point.position, jacobian);
+    if constexpr (TurnedOrNot::kAny) {
+      position = point.position;
+    } else if (plan.weights.vertices != nullptr) {
+      Weigh(plan, patch, b, point.position, jacobian);
+    }
+  } else if (TurnedOrNot::kAny && plan.weights.vertices != nullptr) {
+    position = WeightedOfPatch(plan, patch, b).rest;
   }
-  turned.AddTo(plan, control_points, patch, b, jacobian);
+  if constexpr (TurnedOrNot::kAny) {
+    turned.AddTo(plan, control_points, patch, b, position, jacobian);
+    if (plan.weights.vertices != nullptr) Weigh(plan, patch, b, position, jacobian);
+  }
   return CarryNormal(jacobian, RestNormal(plan, patch, b, smooth));
 }
 

@@ -197,10 +197,12 @@ absl::Status DevicePlan::AddTables(Pipeline pipeline, TableUpload& upload) {
   if (plan.is_weighted()) {
     upload.Add(plan.vertex_weights, tables_.weights.vertices);
     upload.Add(PackGradients(plan), tables_.weights.gradients);
-    upload.Add(PackIdentity(plan), tables_.weights.identity_points);
-    upload.Add(PackRestBoxes(plan_), tables_.weights.boxes);
   }
   if (pipeline == Pipeline::kFused) {
+    if (plan.is_weighted()) {
+      upload.Add(PackIdentity(plan), tables_.weights.identity_points);
+      upload.Add(PackRestBoxes(plan_), tables_.weights.boxes);
+    }
     AddBoxes(plan_, packed.seam_uses, upload, fused_tables_);
     if (LatticePart::IsWorthwhile(plan.structure))
       chunk_needs_ = std::make_shared<const ChunkNeeds>(plan);

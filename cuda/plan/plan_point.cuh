@@ -8,6 +8,7 @@
 
 #include "cuda/plan/turned_moves.cuh"
 #include "cuda/plan/volume.cuh"
+#include "cuda/plan/weighted_point.cuh"
 
 namespace latticed::kernels {
 
@@ -15,22 +16,20 @@ namespace latticed::kernels {
 __device__ inline Vec3d PlanPoint(const PlanTables& plan, const TurnedTables& turned,
                                   const Vec3d* control_points, size_t index, Vec3d b) {
   const DevicePatch patch = plan.patches[index];
-  Vec3d world, parameter;
-  double weight = 0;
+  const bool outside = patch.Box() == plan.outside_box;
+  Vec3d corner[3];
   for (int c = 0; c < 3; ++c) {
-    const uint32_t v = patch.Vertex(c);
-    const double share = (&b.x)[c];
-    world += share * plan.vertices[v].world;
-    parameter += share * plan.vertices[v].parameter;
-    if (plan.weights.vertices != nullptr) weight += share * plan.weights.vertices[v];
+    const DeviceVertex& vertex = plan.vertices[patch.Vertex(c)];
+    corner[c] = outside ? vertex.world : vertex.parameter;
   }
-  Vec3d position = world;
-  if (patch.Box() != plan.outside_box) {
+  Vec3d position = Blend(corner, b);
+  if (!outside) {
     const int* span = plan.boxes[patch.Box()].span;
-    position = EvaluateVolume<false>(Volume(plan, control_points), span, parameter).position;
+    position = EvaluateVolume<false>(Volume(plan, control_points), span, position).position;
   }
   AddTurned<false>(plan, turned, control_points, index, b, position, nullptr);
-  return plan.weights.vertices == nullptr ? position : world + weight * (position - world);
+  if (plan.weights.vertices == nullptr) return position;
+  return WeightedOfPatch(plan, index, b).Weigh(position);
 }
 
 // At the place t from vertex v0 to vertex v1, which are equal or joined by an edge, where the plan's own lattice has the
@@ -39,8 +38,7 @@ __device__ inline Vec3d PlanPointOnEdge(const PlanTables& plan, const TurnedTabl
                                         const Vec3d* control_points, uint32_t box, uint32_t v0,
                                         uint32_t v1, double t) {
   const DeviceVertex &a = plan.vertices[v0], &b = plan.vertices[v1];
-  const Vec3d world = (1 - t) * a.world + t * b.world;
-  Vec3d position = world;
+  Vec3d position = (1 - t) * a.world + t * b.world;
   if (box != plan.outside_box) {
     position = EvaluateVolume<false>(Volume(plan, control_points), plan.boxes[box].span,
                                      (1 - t) * a.parameter + t * b.parameter)
@@ -48,8 +46,7 @@ __device__ inline Vec3d PlanPointOnEdge(const PlanTables& plan, const TurnedTabl
   }
   position += TurnedOnEdge(plan, turned, control_points, v0, v1, t);
   if (plan.weights.vertices == nullptr) return position;
-  const double weight = (1 - t) * plan.weights.vertices[v0] + t * plan.weights.vertices[v1];
-  return world + weight * (position - world);
+  return WeightedOnEdge(plan, v0, v1, t).Weigh(position);
 }
 
 }  // namespace latticed::kernels

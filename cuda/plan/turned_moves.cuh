@@ -9,19 +9,9 @@
 #include "core/ffd/bspline_basis.h"
 #include "cuda/plan/plan_tables.h"
 #include "cuda/plan/turned_tables.h"
+#include "cuda/plan/volume.cuh"
 
 namespace latticed::kernels {
-
-__device__ inline VolumeView Volume(const TurnedTable& lattice, const Vec3d* control_points) {
-  VolumeView volume;
-  for (int axis = 0; axis < 3; ++axis) {
-    volume.degree[axis] = lattice.degree[axis];
-    volume.size[axis] = lattice.size[axis];
-    volume.knots[axis] = lattice.knots[axis];
-  }
-  volume.control_points = control_points + lattice.first_point;
-  return volume;
-}
 
 // At barycentrics b of a patch: adds R_g(x) - x to `position`, and with kJacobian its derivatives to the columns of
 // `jacobian`.
@@ -39,7 +29,8 @@ __device__ inline void AddTurned(const PlanTables& plan, const TurnedTables& tur
                      b.z * lattice.parameters[v[2]];
     const Vec3d world = b.x * plan.vertices[v[0]].world + b.y * plan.vertices[v[1]].world +
                         b.z * plan.vertices[v[2]].world;
-    const VolumePoint point = EvaluateVolume<kJacobian>(Volume(lattice, control_points), span, at);
+    const VolumePoint point =
+        EvaluateVolume<kJacobian>(Volume(lattice, control_points + lattice.first_point), span, at);
     position += point.position - world;
     if constexpr (kJacobian) {
       Vec3d own[3];
@@ -71,7 +62,8 @@ __device__ inline Vec3d TurnedOnEdge(const PlanTables& plan, const TurnedTables&
       span[axis] = FindLowerSpan(knots, degree, size, high);
     }
     if (!inside) continue;
-    sum += EvaluateVolume<false>(Volume(lattice, control_points), span, (1 - t) * from + t * to)
+    sum += EvaluateVolume<false>(Volume(lattice, control_points + lattice.first_point), span,
+                                 (1 - t) * from + t * to)
                .position -
            world;
   }

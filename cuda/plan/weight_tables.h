@@ -14,7 +14,7 @@ namespace latticed::kernels {
 struct RestBox {
   Vec3d centre, by_coordinate[3];
 };
-// All are null without weights.
+// All are null without weights, and the last two in other pipelines than fused.
 struct WeightTables {
   const double* vertices;        // one a vertex
   const Vec3d* gradients;        // one a patch, by world position

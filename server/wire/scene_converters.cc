@@ -156,12 +156,6 @@ absl::StatusOr<std::vector<Lattice>> LatticesFromProto(const v1::CreateSceneRequ
   return lattices;
 }
 
-// What a scene with weights cannot have from its beginning.
-absl::Status CheckWithWeights(Pipeline pipeline) {
-  if (pipeline != Pipeline::kFused) return error::NotWithWeights("a pipeline other than fused");
-  return absl::OkStatus();
-}
-
 }  // namespace
 
 absl::Status CheckCreateScene(const v1::CreateSceneRequest& request) {
@@ -190,7 +184,6 @@ absl::StatusOr<SceneConfig> SceneConfigFromProto(const v1::CreateSceneRequest& r
   VertexWeights weights;
   if (request.has_weights()) {
     LATTICED_ASSIGN_OR_RETURN(weights, WeightsFromProto(request.weights(), mesh.mesh));
-    LATTICED_RETURN_IF_ERROR(CheckWithWeights(pipeline));
   }
   LATTICED_ASSIGN_OR_RETURN(const auto idle_ttl, IdleTtl(request, default_idle_ttl));
   LATTICED_RETURN_IF_ERROR(error::CheckRange("crease_angle", request.crease_angle(), 0, 180));

@@ -6,9 +6,11 @@
 #include <iterator>
 #include <map>
 #include <numeric>
+#include <random>
 #include <tuple>
 #include <utility>
 
+#include "core/ffd/box/bernstein.h"
 #include "core/ffd/tessellation_pattern.h"
 #include "tests/support/pipeline_name.h"
 
@@ -36,6 +38,14 @@ Plan MakeTestPlan(PolygonMesh mesh, const LatticeStructure& structure) {
   auto plan = MakePlan(std::make_shared<const PolygonMesh>(std::move(mesh)), structure);
   EXPECT_OK(plan);
   return plan.ok() ? *plan : nullptr;
+}
+
+VertexWeights RandomWeights(const PolygonMesh& mesh, uint32_t seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<float> uniform(-1, 2);
+  std::vector<float> weights(mesh.positions.size());
+  for (float& w : weights) w = std::clamp(uniform(random), 0.0f, 1.0f);
+  return std::make_shared<const std::vector<float>>(std::move(weights));
 }
 
 std::vector<uint32_t> AllChunks(const DeformPlan& plan) {
@@ -142,6 +152,16 @@ size_t CountCracks(const DeformPlan& plan, std::span<const Vec3d> control_points
     }
   }
   return cracks;
+}
+
+Vec3d PointOfNet(const double* net, int n, const std::array<double, 3>& b) {
+  Vec3d sum;
+  for (int i = n; i >= 0; --i) {
+    for (int j = n - i; j >= 0; --j, net += 3) {
+      sum += Bernstein(i, j, n - i - j, b[0], b[1], b[2]) * Vec3d{net[0], net[1], net[2]};
+    }
+  }
+  return sum;
 }
 
 void BackendTest::SetUp() {

@@ -40,6 +40,8 @@ inline void PrintTo(const Subject& subject, std::ostream* stream) {
 using Plan = std::shared_ptr<const DeformPlan>;
 // Fails the test if the plan cannot be made.
 [[nodiscard]] Plan MakeTestPlan(PolygonMesh mesh, const LatticeStructure& structure);
+// Weights from 0 to 1. About a third are 0 and a third are 1, so that some patches rest and some follow.
+[[nodiscard]] VertexWeights RandomWeights(const PolygonMesh& mesh, uint32_t seed);
 [[nodiscard]] std::vector<uint32_t> AllChunks(const DeformPlan& plan);
 // A box around everything that the control points can reach.
 [[nodiscard]] QuantisationBox BoxFor(const DeformPlan& plan, std::span<const Vec3d> control_points);
@@ -63,6 +65,9 @@ using Plan = std::shared_ptr<const DeformPlan>;
 // Counts the points at vertices and edges where a patch's position differs from the first patch's.
 [[nodiscard]] size_t CountCracks(const DeformPlan& plan, std::span<const Vec3d> control_points,
                                  int segments, std::span<const ViewPoint> points);
+
+// The point at barycentrics `b` of the Bernstein form of degree n with these coefficients, x y z each.
+[[nodiscard]] Vec3d PointOfNet(const double* net, int n, const std::array<double, 3>& b);
 
 class BackendTest : public ::testing::TestWithParam<Subject> {
  protected:

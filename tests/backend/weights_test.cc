@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Meshes with vertex weights: pipeline fused of every backend against the definition in double, without cracks, and with
-// the same bits after edits as in a full evaluation. Whatever does not take weights says so.
+// Meshes with vertex weights: every backend and pipeline against the definition in double, without cracks, and with the same
+// bits after edits as in a full evaluation.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "core/ffd/plan/dirty_set.h"
+#include "core/ffd/tessellation_pattern.h"
 #include "fmt/format.h"
 #include "tests/backend/conformance.h"
 
@@ -21,15 +22,6 @@ constexpr double kWeightedNoise = 0.08;
 
 ViewSpec WeightedFloats(int segments, NormalMode normals) {
   return {.segments = segments, .normals = normals, .format = VertexFormat::kFloat32};
-}
-
-// Weights from 0 to 1. About a third are 0 and a third are 1, so that some patches rest and some follow.
-VertexWeights RandomWeights(const PolygonMesh& mesh, uint32_t seed) {
-  std::mt19937 random(seed);
-  std::uniform_real_distribution<float> uniform(-1, 2);
-  std::vector<float> weights(mesh.positions.size());
-  for (float& w : weights) w = std::clamp(uniform(random), 0.0f, 1.0f);
-  return std::make_shared<const std::vector<float>>(std::move(weights));
 }
 
 // A function of the position: small where the triangles are, so that slivers have gentle gradients too.
@@ -47,6 +39,32 @@ Plan WeightedPlan(PolygonMesh mesh, const LatticeStructure& structure, VertexWei
                        NeverStop, std::move(weights));
   EXPECT_OK(plan);
   return plan.ok() ? *plan : nullptr;
+}
+
+// Triangles without area, exactly or but for rounding: `height` times as high as long. Each has a normal of its own.
+PolygonMesh ThinTriangles(double height) {
+  std::mt19937 random(kWeightsSeed);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  std::uniform_int_distribution<int> integer(-4, 4);
+  PolygonMesh mesh;
+  for (uint32_t t = 0; t < 60; ++t) {
+    Vec3d a{uniform(random), uniform(random), uniform(random)};
+    Vec3d side{uniform(random), uniform(random), uniform(random)};
+    if (t % 3 == 0) {
+      a = {0.25 * integer(random), 0.25 * integer(random), 0.25 * integer(random)};
+      side = {0.25 * integer(random), 0.25, 0.25 * integer(random)};
+    }
+    const Vec3d up{uniform(random), uniform(random), uniform(random)};
+    const Vec3d c = a + (t % 2 == 0 ? 0.5 : 0.3) * side + height * up;
+    for (const Vec3d& p : {a, a + side, c}) {
+      mesh.corner_vertices.push_back(static_cast<uint32_t>(mesh.positions.size()));
+      mesh.corner_normals.push_back(t);
+      mesh.positions.push_back(p);
+    }
+    mesh.normals.push_back(ToFloat(up));
+    mesh.face_offsets.push_back(static_cast<uint32_t>(mesh.positions.size()));
+  }
+  return mesh;
 }
 
 class Weighted : public BackendTest {
@@ -182,29 +200,10 @@ TEST_P(Weighted, SliversAndFlatMeshesMatchDefinition) {
               NormalMode::kFacet);
 }
 
-// Triangles without area, exactly or but for rounding, also without weights. The weight has no gradient, and is that of
-// the corners.
+// Also without weights. The weight has no gradient, and is that of the corners.
 TEST_P(Weighted, CollinearTrianglesMatchDefinition) {
-  std::mt19937 random(kWeightsSeed);
-  std::uniform_real_distribution<double> uniform(-1, 1);
-  std::uniform_int_distribution<int> integer(-4, 4);
   for (const double height : {0.0, 1e-13, 1e-10, 1e-8}) {
-    PolygonMesh mesh;
-    for (int t = 0; t < 60; ++t) {
-      Vec3d a{uniform(random), uniform(random), uniform(random)};
-      Vec3d side{uniform(random), uniform(random), uniform(random)};
-      if (t % 3 == 0) {
-        a = {0.25 * integer(random), 0.25 * integer(random), 0.25 * integer(random)};
-        side = {0.25 * integer(random), 0.25, 0.25 * integer(random)};
-      }
-      const Vec3d up{uniform(random), uniform(random), uniform(random)};
-      const Vec3d c = a + (t % 2 == 0 ? 0.5 : 0.3) * side + height * up;
-      for (const Vec3d& p : {a, a + side, c}) {
-        mesh.corner_vertices.push_back(static_cast<uint32_t>(mesh.positions.size()));
-        mesh.positions.push_back(p);
-      }
-      mesh.face_offsets.push_back(static_cast<uint32_t>(mesh.positions.size()));
-    }
+    const PolygonMesh mesh = ThinTriangles(height);
     SCOPED_TRACE(fmt::format("height {}, seed {}", height, kWeightsSeed));
     const LatticeStructure structure = MakeStructure(mesh.ComputeBounds(), {});
     for (const int segments : kFewAndMany) {
@@ -214,6 +213,39 @@ TEST_P(Weighted, CollinearTrianglesMatchDefinition) {
     }
     CheckRandom(mesh, {.degree = {2, 2, 2}}, NormalMode::kNone);
     CheckRandom(mesh, {.degree = {3, 1, 2}, .extra = {3, 3, 3}}, NormalMode::kFacet);
+  }
+}
+
+// Their surfaces have area where the corners' weights differ, but normals are those of the definition, without a gradient.
+TEST_P(Weighted, NormalsOfCollinearTrianglesAreThoseOfTheDefinition) {
+  for (const double height : {0.0, 1e-13, 1e-10}) {
+    const PolygonMesh mesh = ThinTriangles(height);
+    const LatticeStructure structure = MakeStructure(mesh.ComputeBounds(), {.degree = {2, 2, 2}});
+    const Plan plan = WeightedPlan(mesh, structure, RandomWeights(mesh, kWeightsSeed));
+    ASSERT_NE(plan, nullptr);
+    const std::vector<Vec3d> points = Jitter(structure, kWeightedNoise, kWeightsSeed);
+    const DirectFfd direct(*plan, points);
+    for (const NormalMode normals : {NormalMode::kFacet, NormalMode::kSmooth}) {
+      SCOPED_TRACE(fmt::format("height {}, normals {}, seed {}", height, static_cast<int>(normals),
+                               kWeightsSeed));
+      const auto kind =
+          normals == NormalMode::kSmooth ? DirectFfd::Normal::kSmooth : DirectFfd::Normal::kFacet;
+      const auto found = EvaluateAll(plan, points, WeightedFloats(1, normals));
+      ASSERT_EQ(found.size(), 3 * plan->patches.size());
+      size_t compared = 0;
+      for (size_t i = 0; i < found.size(); ++i) {
+        const size_t patch = i / 3;
+        const auto& t = TessellationPattern::Get(1).points[i % 3];
+        const auto expected = direct.Evaluate(patch, {1.0 * t[0], 1.0 * t[1], 1.0 * t[2]}, kind);
+        const auto [least, most] = std::ranges::minmax(plan->CornerWeights(patch));
+        if (plan->PatchWeightGradient(patch) != Vec3d{} || least == most) continue;
+        if (!(expected.kappa <= kMostKappa)) continue;
+        ++compared;
+        ASSERT_LE(Angle(found[i].normal, expected.normal), kFusedNormal * expected.kappa)
+            << "patch " << patch;
+      }
+      EXPECT_GT(compared, 100u);
+    }
   }
 }
 
@@ -283,33 +315,18 @@ TEST_P(Weighted, FlattenedLatticesMatchDefinition) {
   }
 }
 
-// Other pipelines refuse weights.
-std::vector<Subject> FusedSubjects() {
-  std::vector<Subject> subjects = Subjects();
-  std::erase_if(subjects, [](const Subject& s) { return s.pipeline != Pipeline::kFused; });
-  return subjects;
-}
-
-INSTANTIATE_TEST_SUITE_P(Backends, Weighted, ::testing::ValuesIn(FusedSubjects()), SubjectName);
-
-class WeightedRefusals : public BackendTest {};
-
-TEST_P(WeightedRefusals, NameTheWeights) {
+TEST_P(Weighted, TakesToleranceAndBoundsAsWithoutWeights) {
   const PolygonMesh mesh = TorusMesh(7, 5);
   const LatticeStructure structure = MakeStructure(mesh.ComputeBounds(), {});
   const Plan plan = WeightedPlan(mesh, structure, RandomWeights(mesh, kWeightsSeed));
 
   const auto target = backend_->Prepare(plan, GetParam().pipeline);
 
-  if (GetParam().pipeline != Pipeline::kFused) {
-    EXPECT_THAT(target, StatusIs(absl::StatusCode::kFailedPrecondition));
-    return;
-  }
   ASSERT_OK(target);
-  EXPECT_TRUE((*target)->has_edge_bounds());
+  EXPECT_EQ((*target)->has_edge_bounds(), GetParam().pipeline == Pipeline::kFused);
 }
 
-INSTANTIATE_TEST_SUITE_P(Backends, WeightedRefusals, ::testing::ValuesIn(Subjects()), SubjectName);
+INSTANTIATE_TEST_SUITE_P(Backends, Weighted, ::testing::ValuesIn(Subjects()), SubjectName);
 
 }  // namespace
 }  // namespace latticed::testing

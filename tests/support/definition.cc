@@ -17,9 +17,9 @@
 namespace latticed::testing {
 namespace {
 
-// Row sums of |Bqu inv(B)| at 10 segments, n = 3..9 (exact inverse). Differentiating the interpolant
+// Row sums of |Bqu inv(B)| at 10 segments, n = 3..10 (exact inverse). Differentiating the interpolant
 // amplifies the rounding of its samples by this factor.
-constexpr std::array<double, 7> kDerivativeRowSum{29, 69, 148, 303, 608, 1200, 2380};
+constexpr std::array<double, 8> kDerivativeRowSum{29, 69, 148, 303, 608, 1200, 2380, 4690};
 // Samples, matrix and sums are each rounded to float. 8 half-units in the last place cover all three.
 constexpr double kProductRounding = 8 * 0x1p-24;
 // The rounding of the result itself.
@@ -55,7 +55,7 @@ double GemmNormalBound(const DeformPlan& plan, const DirectFfd& direct, size_t p
   const Vec3d e2 = plan.vertices[p.vertex[2]].world - corner;
   const Vec3d f = direct.RestFacetNormal(patch);
   const Vec3d pu = carry(e1), pv = carry(e2), pf = carry(f);
-  const auto n = static_cast<size_t>(plan.patch_degree());
+  const auto n = static_cast<size_t>(plan.surface_degree());
   const double error = kProductRounding * kDerivativeRowSum[n - 3] * 2 * patch_diagonal;
   if (kind == DirectFfd::Normal::kFacet) {
     return error * (Norm(pu) + Norm(pv)) / Norm(Cross(pu, pv));

@@ -73,8 +73,8 @@ absl::Status AdaptiveEvaluator::Finish(ChunkVertices& vertices) {
   certified_error_ = levels_.LargestError() + PointError(frame.box, GridBits(spec_));
   also_changed_.clear();
   std::ranges::set_difference(frame.changed, frame.chunks, std::back_inserter(also_changed_));
-  const absl::Status status = surface_->Write(Union(frame.chunks, also_changed_), *levels_.codes(),
-                                              frame.box, vertices);
+  const absl::Status status =
+      surface_->Write(Union(frame.chunks, also_changed_), *levels_.codes(), frame.box, vertices);
   frame_.reset();
   return status;
 }

@@ -22,9 +22,9 @@
 #include <vector>
 
 #include "core/backend.h"
+#include "core/cpu/adaptive/level_table.h"
 #include "core/cpu/adaptive/surface/adaptive_surface.h"
 #include "core/cpu/adaptive/surface/chunk_vertices.h"
-#include "core/cpu/adaptive/level_table.h"
 #include "core/view/cpu_arena.h"
 
 namespace latticed {

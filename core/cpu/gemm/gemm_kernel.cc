@@ -8,6 +8,7 @@
 
 #include "core/base/status_macros.h"
 #include "core/ffd/tessellation_pattern.h"
+#include "core/ffd/weights/weight_change.h"
 #include "core/view/view_layout.h"
 
 namespace latticed {
@@ -37,17 +38,12 @@ void CopySharedPoints(const SharedPoints& shared, const DeformPlan& plan,
       layout.CopyPosition(from, source[copy.reversed ? s - k : k], to, target[k]);
     }
   };
-  const TurnedMoves turned(plan.turned, control_points);
+  const DirectFfd direct(plan, control_points);
   const auto evaluate_one = [&](const SharedPoints::Orphan& orphan) {
     const auto to = layout.Place(vertices.data(), orphan.use.patch);
     // At the place t from one vertex to another.
     const auto write = [&](uint32_t box, std::array<uint32_t, 2> ends, double t, size_t point) {
-      const PlanVertex &a = plan.vertices[ends[0]], &b = plan.vertices[ends[1]];
-      const Vec3d parameter = (1 - t) * a.parameter + t * b.parameter;
-      const Vec3d world =
-          EvaluateVolume(plan.structure, control_points, plan.boxes[box].span, parameter).position +
-          turned.OnEdge(ends[0], ends[1], t, (1 - t) * a.world + t * b.world);
-      writer.WritePosition(to, point, world - plan.local_origin);
+      writer.WritePosition(to, point, direct.OnEdge(box, ends, t) - plan.local_origin);
     };
     if (orphan.use.slot < kFirstEdgeSlot) {
       write(plan.vertices[orphan.entity].box, {orphan.entity, orphan.entity}, 0,
@@ -77,7 +73,21 @@ void CopySharedPoints(const SharedPoints& shared, const DeformPlan& plan,
   });
 }
 
+// Whether the surface's derivatives are those of the definition. In a patch whose source triangle is so thin that its weight
+// has no gradient, the corners' weights change the products all the same.
+bool HasGradient(const DeformPlan& plan, size_t patch) {
+  const Vec3d gradient = plan.PatchWeightGradient(patch);
+  const std::array<double, 3> weights = plan.CornerWeights(patch);
+  const auto& v = plan.patches[patch].vertex;
+  const auto is_steady = [&](size_t c) {
+    const Vec3d side = plan.vertices[v[c]].world - plan.vertices[v[0]].world;
+    return IsByGradient(Dot(gradient, side), weights[c] - weights[0]);
+  };
+  return is_steady(1) && is_steady(2);
+}
+
 }  // namespace
+
 struct GemmKernel::Frame {
   PatchSampler sampler;
   DirectFfd direct;
@@ -151,9 +161,29 @@ void GemmKernel::WritePatch(const Frame& frame, const Tile& tile, size_t patch, 
         place, i, tile.centres[column] + Vec3d{double{x[i]}, double{y[i]}, double{z[i]}});
   }
   if (spec_.normals == NormalMode::kNone) return;
+  if (plan_.is_weighted() && !HasGradient(plan_, patch)) {
+    for (size_t i = 0; i < stage_.q; ++i) {
+      frame.writer.WriteNormal(place, i, ToFloat(DefinitionNormal(frame, patch, i)));
+    }
+    return;
+  }
   for (size_t i = 0; i < stage_.q; ++i) {
     frame.writer.WriteNormal(place, i, ToFloat(NormalAt(frame, tile, patch, column, columns, i)));
   }
+}
+
+std::array<double, 3> GemmKernel::Barycentrics(size_t point) const {
+  const auto& t = TessellationPattern::Get(spec_.segments).points[point];
+  const double over = 1.0 / spec_.segments;
+  return {t[0] * over, t[1] * over, t[2] * over};
+}
+
+Vec3d GemmKernel::DefinitionNormal(const Frame& frame, size_t patch, size_t point) const {
+  return frame.direct
+      .Evaluate(patch, Barycentrics(point),
+                spec_.normals == NormalMode::kSmooth ? DirectFfd::Normal::kSmooth
+                                                     : DirectFfd::Normal::kFacet)
+      .normal;
 }
 
 Vec3d GemmKernel::NormalAt(const Frame& frame, const Tile& tile, size_t patch, size_t column,
@@ -166,15 +196,12 @@ Vec3d GemmKernel::NormalAt(const Frame& frame, const Tile& tile, size_t patch, s
   const Vec3d pu = derivative(tile.surface, rows, q + point);
   const Vec3d pv = derivative(tile.surface, rows, 2 * q + point);
   const double length_u = Norm(pu), length_v = Norm(pv);
-  const auto& t = TessellationPattern::Get(spec_.segments).points[point];
-  const double over = 1.0 / spec_.segments;
-  const std::array<double, 3> b{t[0] * over, t[1] * over, t[2] * over};
   Vec3d normal = Cross(pu, pv);
   double bound = length_u * length_v;
   if (spec_.normals == NormalMode::kSmooth) {
     const Patch& p = plan_.patches[patch];
     const Vec3d corner = plan_.vertices[p.vertex[0]].world;
-    const Vec3d n = frame.direct.RestSmoothNormal(patch, b);
+    const Vec3d n = frame.direct.RestSmoothNormal(patch, Barycentrics(point));
     const double by_f = Dot(n, frame.direct.RestFacetNormal(patch));
     const double by_1 = Dot(n, plan_.vertices[p.vertex[1]].world - corner);
     const double by_2 = Dot(n, plan_.vertices[p.vertex[2]].world - corner);
@@ -186,11 +213,7 @@ Vec3d GemmKernel::NormalAt(const Frame& frame, const Tile& tile, size_t patch, s
   const double length = Norm(normal);
   if (std::isfinite(length) && length > 0 && bound <= kMostCondition * length)
     return normal / length;
-  return frame.direct
-      .Evaluate(patch, b,
-                spec_.normals == NormalMode::kSmooth ? DirectFfd::Normal::kSmooth
-                                                     : DirectFfd::Normal::kFacet)
-      .normal;
+  return DefinitionNormal(frame, patch, point);
 }
 
 uint64_t GemmKernel::MostBytes(const StageMatrices& stage, size_t threads) {

@@ -8,7 +8,7 @@
 //   smooth  with N the interpolated vertex normal, e1, e2 the rest edges and f the facet normal,
 //           cof(J) N ~ (N.f) Pu x Pv + (N.e1) Pv x Pf + (N.e2) Pf x Pu
 //   Where the float products cancel beyond kMostCondition, the definition in double takes their place: at folds, in
-//   collapsed lattices and in extreme slivers.
+//   collapsed lattices and in extreme slivers. It does so too in triangles whose weight has no gradient.
 //
 // A tile is always one chunk, for any request and any number of threads: a BLAS may round
 // differently for another shape, and the same control points must give the same bits.
@@ -20,6 +20,7 @@
 
 #include <tbb/enumerable_thread_specific.h>
 
+#include <array>
 #include <memory>
 #include <vector>
 
@@ -62,6 +63,8 @@ class GemmKernel : public VertexKernel {
                   size_t columns) const;
   Vec3d NormalAt(const Frame& frame, const Tile& tile, size_t patch, size_t column, size_t columns,
                  size_t point) const;
+  Vec3d DefinitionNormal(const Frame& frame, size_t patch, size_t point) const;
+  std::array<double, 3> Barycentrics(size_t point) const;
 
   std::shared_ptr<const DeformPlan> owned_plan_;
   const DeformPlan& plan_;

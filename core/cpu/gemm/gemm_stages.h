@@ -9,7 +9,7 @@
 //   kControlNet  T = inv(B) Rs (6); [P; Pu; Pv] = [Bq; Bqu; Bqv] T     (17)
 //
 //   Rs: m x 3t    P, Pu, Pv: q x 3t    t patches; columns x of all patches, then y, then z
-//   (18) and (6) run in double: inv(B) has entries up to 494, which would cost float32 two digits.
+//   (18) and (6) run in double: inv(B) has entries up to 1,130, which would cost float32 three digits.
 //   Smooth normals take one more product of the same kind: Pf = Bb Rf, the derivative across the
 //   facet.
 //

@@ -55,6 +55,12 @@ void Set(double* column, size_t stride, size_t row, Vec3d value) {
 void Add(double* column, size_t stride, size_t row, Vec3d value) {
   for (int a = 0; a < 3; ++a) column[row + static_cast<size_t>(a) * stride] += value[a];
 }
+void WeighRow(double* column, size_t stride, size_t row, Vec3d rest, double weight) {
+  for (int a = 0; a < 3; ++a) {
+    double& value = column[row + static_cast<size_t>(a) * stride];
+    value = rest[a] + weight * (value - rest[a]);
+  }
+}
 
 std::vector<Vec3d> Relative(std::span<const Vec3d> points, Vec3d origin) {
   std::vector<Vec3d> relative(points.begin(), points.end());
@@ -97,6 +103,7 @@ Vec3d PatchSampler::Sample(size_t index, double* positions, double* by_normal, V
     for (size_t c = 0; c < 3; ++c) parameters[c] = lattice.parameters[patch.vertex[c]];
     SampleVolume(turned_[g], lattice.spans[index], parameters, &rest, facet_normal, out);
   }
+  if (plan_.is_weighted()) WeighSamples(index, rest, facet_normal, out);
   const size_t m = stage_.m;
   const std::array<size_t, 3> corners{0, m - 1 - static_cast<size_t>(stage_.degree), m - 1};
   Vec3d centre;
@@ -108,7 +115,8 @@ Vec3d PatchSampler::Sample(size_t index, double* positions, double* by_normal, V
   return centre;
 }
 
-Vec3d PatchSampler::At(size_t sample, const Corners& corners) const {
+template <typename T>
+T PatchSampler::At(size_t sample, const std::array<T, 3>& corners) const {
   const auto [t0, t1, t2] = stage_.samples[sample];
   const double over = 1.0 / stage_.degree;
   return (t0 * over) * corners[0] + (t1 * over) * corners[1] + (t2 * over) * corners[2];
@@ -152,6 +160,16 @@ void PatchSampler::SampleOutside(const Corners& rest, Vec3d facet_normal,
   for (size_t i = 0; i < stage_.m; ++i) {
     Set(out.positions, out.stride, i, At(i, rest));
     if (out.by_normal != nullptr) Set(out.by_normal, out.stride, i, facet_normal);
+  }
+}
+
+void PatchSampler::WeighSamples(size_t patch, const Corners& rest, Vec3d facet_normal,
+                                const Columns& out) const {
+  const std::array<double, 3> corners = plan_.CornerWeights(patch);
+  for (size_t i = 0; i < stage_.m; ++i) {
+    const double weight = At(i, corners);
+    WeighRow(out.positions, out.stride, i, At(i, rest), weight);
+    if (out.by_normal != nullptr) WeighRow(out.by_normal, out.stride, i, facet_normal, weight);
   }
 }
 

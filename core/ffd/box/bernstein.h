@@ -34,7 +34,7 @@ template <typename T>
 LATTICED_HD constexpr T Bernstein(int i, int j, int k, T b0, T b1, T b2) {
   if (i < 0 || j < 0 || k < 0) return T{0};
   T multinomial{1};
-  // (i+j+k)! / (i! j! k!) as two binomials, each product exact for n <= 9.
+  // (i+j+k)! / (i! j! k!) as two binomials, each product exact for n <= 10.
   for (int e = 1; e <= j; ++e) multinomial = multinomial * T(i + e) / T(e);
   for (int e = 1; e <= k; ++e) multinomial = multinomial * T(i + j + e) / T(e);
   return multinomial * Power(b0, i) * Power(b1, j) * Power(b2, k);

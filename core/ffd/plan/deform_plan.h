@@ -113,8 +113,10 @@ struct DeformPlan {
   uint32_t outside_box() const { return static_cast<uint32_t>(boxes.size()) - 1; }
   size_t chunk_count() const;
   size_t control_point_count() const { return identity_points.size(); }
-  // Of the lattices together; weights add one (weights/weighted_nets.h).
+  // Of the lattices together.
   int patch_degree() const;
+  // Of a patch of the deformed surface: weights add one.
+  int surface_degree() const { return patch_degree() + (is_weighted() ? 1 : 0); }
   bool is_weighted() const { return !vertex_weights.empty(); }
   // The weights of a patch's corners. The plan must be weighted.
   std::array<double, 3> CornerWeights(size_t patch) const;

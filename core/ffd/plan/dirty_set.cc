@@ -117,7 +117,8 @@ std::vector<bool> ReachedByTurned(const DeformPlan& plan, std::span<const uint32
   }
   reached.resize(plan.patches.size());
   for (size_t p = 0; p < reached.size(); ++p) {
-    reached[p] = std::ranges::any_of(plan.patches[p].vertex, [&](uint32_t v) { return vertices[v]; });
+    reached[p] =
+        std::ranges::any_of(plan.patches[p].vertex, [&](uint32_t v) { return vertices[v]; });
   }
   return reached;
 }

@@ -13,11 +13,17 @@
 
 namespace latticed {
 
-// By the gradient of the source triangle, which a thin piece of the triangle keeps exactly, or by the weights of the
-// patch's corners where the two differ: the triangle is then so thin itself that its gradient means nothing.
-LATTICED_HD inline double WeightChange(double by_gradient, double by_corners) {
+// Whether the two are one, but for rounding. They are not where the source triangle is so thin that its gradient means
+// nothing.
+LATTICED_HD inline bool IsByGradient(double by_gradient, double by_corners) {
   constexpr double kRounding = 1e-6;  // of corners in float32
-  return std::abs(by_gradient - by_corners) <= kRounding ? by_gradient : by_corners;
+  return std::abs(by_gradient - by_corners) <= kRounding;
+}
+
+// By the gradient of the source triangle, which a thin piece of the triangle keeps exactly, or by the weights of the
+// patch's corners where the two differ.
+LATTICED_HD inline double WeightChange(double by_gradient, double by_corners) {
+  return IsByGradient(by_gradient, by_corners) ? by_gradient : by_corners;
 }
 
 // How steeply the weight of a patch may change: |gradient|, or by its climb over the patch's height if that is more.

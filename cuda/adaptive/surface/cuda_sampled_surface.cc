@@ -40,9 +40,9 @@ std::vector<kernels::SharedPlace> PackVertexPlaces(const DeformPlan& plan) {
 absl::StatusOr<std::unique_ptr<CudaAdaptiveSurface>> CudaSampledSurface::Create(
     std::shared_ptr<const DeformPlan> plan, std::shared_ptr<const DevicePlan> device_plan,
     const ViewSpec& spec, CudaContext& context, DeviceReservation& from, cudaStream_t stream) {
-  LATTICED_ASSIGN_OR_RETURN(auto stage, context.Stage(plan->patch_degree(), kAnySegments, from));
-  std::unique_ptr<CudaSampledSurface> surface(new CudaSampledSurface(
-      std::move(plan), std::move(device_plan), spec, std::move(stage)));
+  LATTICED_ASSIGN_OR_RETURN(auto stage, context.Stage(plan->surface_degree(), kAnySegments, from));
+  std::unique_ptr<CudaSampledSurface> surface(
+      new CudaSampledSurface(std::move(plan), std::move(device_plan), spec, std::move(stage)));
   TableUpload upload;
   upload.Add(PackEdges(*surface->plan_), surface->tables_.edges);
   upload.Add(PackVertexPlaces(*surface->plan_), surface->tables_.vertices);

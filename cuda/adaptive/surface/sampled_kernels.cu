@@ -129,8 +129,7 @@ class WarpNet {
 __global__ void __launch_bounds__(kBoundWarps* kWarpLanes)
     SampledBoundsKernel(const __grid_constant__ SampledLaunch launch) {
   // Vec3d has a constructor, which shared memory must not.
-  __shared__ alignas(Vec3d) unsigned char
-      memory[kBoundWarps][2][kMostNetPoints * sizeof(Vec3d)];
+  __shared__ alignas(Vec3d) unsigned char memory[kBoundWarps][2][kMostNetPoints * sizeof(Vec3d)];
   const int warp = static_cast<int>(threadIdx.x) / kWarpLanes;
   const int lane = static_cast<int>(threadIdx.x) % kWarpLanes;
   const FusedLaunch& fused = launch.adaptive.fused;
@@ -187,13 +186,12 @@ __global__ void __launch_bounds__(kBlockThreads)
       kind == PatternPlace::kInside
           ? PlanPoint(fused.plan, launch.turned, fused.control_points, site.patch, b)
           : SharedPoint(launch, site, between, kind);
-  const PatchPlace chunk{launch.vertices + site.chunk_first * launch.point_bytes,
-                         site.chunk_points, 0};
+  const PatchPlace chunk{launch.vertices + site.chunk_first * launch.point_bytes, site.chunk_points,
+                         0};
   launch.writer.WritePosition(chunk, site.in_chunk, position);
   if (fused.normals == Normals::kNone) return;
-  const Vec3d normal =
-      DefinitionNormal(fused.plan, fused.control_points, site.patch, b,
-                       fused.normals == Normals::kSmooth, Turned{launch.turned});
+  const Vec3d normal = DefinitionNormal(fused.plan, fused.control_points, site.patch, b,
+                                        fused.normals == Normals::kSmooth, Turned{launch.turned});
   launch.writer.WriteNormal(chunk, site.in_chunk, ToFloat(normal));
 }
 
@@ -203,13 +201,21 @@ KernelCall SampledBoundsCall(const SampledLaunch& launch) {
   // One at least, which does nothing where a slice has no named chunk.
   const size_t patches = size_t{launch.adaptive.fused.chunk_count} * kChunkPatches;
   const size_t blocks = patches > 0 ? (patches + kBoundWarps - 1) / kBoundWarps : 1;
-  return {SampledBoundsKernel, Order::kAfter, static_cast<unsigned>(blocks),
-          kBoundWarps * kWarpLanes, 0, launch};
+  return {SampledBoundsKernel,
+          Order::kAfter,
+          static_cast<unsigned>(blocks),
+          kBoundWarps * kWarpLanes,
+          0,
+          launch};
 }
 
 KernelCall SampledPointsCall(const SampledLaunch& launch) {
   const uint64_t points = launch.adaptive.most_points;
-  return {SampledPointsKernel, Order::kAfter, Blocks(points > 0 ? points : 1), kBlockThreads, 0,
+  return {SampledPointsKernel,
+          Order::kAfter,
+          Blocks(points > 0 ? points : 1),
+          kBlockThreads,
+          0,
           launch};
 }
 

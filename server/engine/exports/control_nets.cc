@@ -6,7 +6,6 @@
 
 #include "core/backend.h"
 #include "core/base/status_macros.h"
-#include "core/ffd/weights/weighted_nets.h"
 
 namespace latticed {
 namespace {
@@ -26,7 +25,7 @@ absl::StatusOr<std::string> WriteControlNets(const RenderInput& input, StopCheck
   const SceneState& state = *input.state;
   const DeformPlan& plan = *state.plan;
   LATTICED_ASSIGN_OR_RETURN(const auto target, input.target->Get());
-  const auto n = static_cast<uint32_t>(NetDegree(plan));
+  const auto n = static_cast<uint32_t>(plan.surface_degree());
   const uint32_t m = (n + 1) * (n + 2) / 2;
   std::string out("LATTNETS");
   AppendBytes(uint32_t{1}, out);
@@ -49,11 +48,9 @@ absl::StatusOr<std::string> WriteControlNets(const RenderInput& input, StopCheck
 uint64_t ControlNetsBytes(const DeformPlan& plan) {
   constexpr uint64_t kSmallBytes = uint64_t{128} << 10;
   const uint64_t patches = plan.patches.size();
-  const auto n = static_cast<uint64_t>(NetDegree(plan));
+  const auto n = static_cast<uint64_t>(plan.surface_degree());
   const uint64_t net_bytes = (n + 1) * (n + 2) / 2 * sizeof(Vec3d);
-  // With weights a block is made of nets without.
-  const uint64_t blocks = plan.is_weighted() ? 2 : 1;
-  return (patches + blocks * std::min<uint64_t>(patches, kNetBlock)) * net_bytes + kSmallBytes;
+  return (patches + std::min<uint64_t>(patches, kNetBlock)) * net_bytes + kSmallBytes;
 }
 
 }  // namespace latticed

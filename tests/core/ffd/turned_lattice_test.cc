@@ -11,6 +11,7 @@
 #include <array>
 #include <memory>
 #include <random>
+#include <utility>
 #include <vector>
 
 #include "core/ffd/direct_ffd.h"
@@ -33,7 +34,8 @@ struct TurnedScene {
   std::vector<Vec3d> all;
 };
 
-TurnedScene MakeTurnedScene(PolygonMesh mesh, std::span<const LatticeOptions> lattices) {
+TurnedScene MakeTurnedScene(PolygonMesh mesh, std::span<const LatticeOptions> lattices,
+                            VertexWeights weights = nullptr) {
   TurnedScene scene;
   for (const LatticeOptions& options : lattices) {
     scene.structures.push_back(MakeStructure(mesh.ComputeBounds(), options));
@@ -42,7 +44,7 @@ TurnedScene MakeTurnedScene(PolygonMesh mesh, std::span<const LatticeOptions> la
     scene.all.insert(scene.all.end(), scene.points.back().begin(), scene.points.back().end());
   }
   auto plan = MakePlan(std::make_shared<const PolygonMesh>(std::move(mesh)), scene.structures[0],
-                       {}, NeverStop, nullptr, std::span(scene.structures).subspan(1));
+                       {}, NeverStop, std::move(weights), std::span(scene.structures).subspan(1));
   EXPECT_OK(plan);
   if (plan.ok()) scene.plan = *plan;
   return scene;
@@ -113,6 +115,76 @@ TEST(TurnedLattice, ThreeLatticesAddUpWhereverTheyEnd) {
   }
 }
 
+// Of a point of a patch, from the source triangle.
+double SourceWeightAt(const DeformPlan& plan, size_t patch, const std::array<double, 3>& b) {
+  const PatchSource& source = plan.sources[patch];
+  double weight = 0;
+  for (size_t c = 0; c < 3; ++c) {
+    for (size_t k = 0; k < 3; ++k) {
+      const uint32_t vertex = plan.mesh->corner_vertices[source.corners[k]];
+      weight += b[c] * source.barycentrics[c][k] * double{(*plan.mesh_weights)[vertex]};
+    }
+  }
+  return weight;
+}
+
+// Deformed = x + w (F(x) - x), with F the sum of all lattices at any point of the world. The Jacobian by differences: along
+// the sides of the patch, and along the facet normal, where w stays the same.
+void ExpectWeighted(const TurnedScene& scene) {
+  constexpr double kTurnedStep = 1e-5;
+  const DeformPlan& plan = *scene.plan;
+  const DirectFfd direct(plan, scene.all);
+  const double most = 1e-13 * plan.mesh_bounds.diagonal();
+  const std::array<double, 3> b{0.21, 0.32, 0.47};
+  for (size_t p = 0; p < plan.patches.size(); ++p) {
+    std::array<Vec3d, 3> corners;
+    for (size_t c = 0; c < 3; ++c) corners[c] = plan.vertices[plan.patches[p].vertex[c]].world;
+    const Vec3d world = b[0] * corners[0] + b[1] * corners[1] + b[2] * corners[2];
+    const double weight = SourceWeightAt(plan, p, b);
+    const auto weighted = [&](Vec3d x) {
+      return x + weight * (EvaluateWorld(plan, scene.all, x).position - x);
+    };
+    const DeformedPoint found = direct.EvaluatePosition(p, b);
+    ASSERT_LE(Norm(found.position - weighted(world)), most) << "patch " << p;
+    const auto carry = [&](Vec3d d) {
+      return d.x * found.jacobian[0] + d.y * found.jacobian[1] + d.z * found.jacobian[2];
+    };
+    for (size_t c = 1; c < 3; ++c) {
+      std::array<double, 3> ahead = b, behind = b;
+      ahead[0] -= kTurnedStep;
+      ahead[c] += kTurnedStep;
+      behind[0] += kTurnedStep;
+      behind[c] -= kTurnedStep;
+      const Vec3d slope =
+          direct.EvaluatePosition(p, ahead).position - direct.EvaluatePosition(p, behind).position;
+      ASSERT_LE(Norm(slope / (2 * kTurnedStep) - carry(corners[c] - corners[0])), 1e-8)
+          << "patch " << p;
+    }
+    const Vec3d normal = direct.RestFacetNormal(p), step = kTurnedStep * normal;
+    const Vec3d slope = (weighted(world + step) - weighted(world - step)) / (2 * kTurnedStep);
+    ASSERT_LE(Norm(slope - carry(normal)), 1e-7) << "patch " << p;
+  }
+}
+
+TEST(TurnedLattice, WeightsBlendRestAndTheSum) {
+  const PolygonMesh mesh = TorusMesh(20, 12);
+  std::mt19937 random(kTurnedSeed);
+  std::uniform_real_distribution<float> uniform(-0.5f, 1.5f);
+  std::vector<float> weights(mesh.positions.size());
+  for (float& w : weights) w = std::clamp(uniform(random), 0.0f, 1.0f);
+  const std::array<LatticeOptions, 3> lattices{
+      LatticeOptions{.extra = {3, 3, 3}, .scale = 0.7},
+      LatticeOptions{.degree = {3, 2, 2}, .scale = 0.5, .turn = 1, .shift = {0.4, 0, 0}},
+      LatticeOptions{.knots = KnotKind::kNonUniform, .shear = 0.2, .scale = 0.6, .turn = -2}};
+  SCOPED_TRACE(fmt::format("seed {}", kTurnedSeed));
+  const TurnedScene scene = MakeTurnedScene(
+      mesh, lattices, std::make_shared<const std::vector<float>>(std::move(weights)));
+  ASSERT_NE(scene.plan, nullptr);
+  ASSERT_GT(scene.plan->outside_patches, 0u);
+  ASSERT_EQ(scene.plan->surface_degree(), scene.plan->patch_degree() + 1);
+  ExpectWeighted(scene);
+}
+
 TEST(TurnedLattice, VerticesThatPatchesShareAreCutOnce) {
   const std::array<LatticeOptions, 2> lattices{LatticeOptions{.scale = 2},
                                                LatticeOptions{.scale = 2, .turn = 0.7}};
@@ -135,9 +207,8 @@ TEST(TurnedLattice, AnEditMakesThePatchesDirtyThatItReaches) {
     points[i] += Vec3d{1, 2, 3};
     std::vector<bool> moves(plan.vertices.size());
     for (size_t p = 0; p < plan.patches.size(); ++p) {
-      for (const std::array<double, 3> b :
-           {std::array{1 / 3.0, 1 / 3.0, 1 / 3.0}, std::array{1.0, 0.0, 0.0},
-            std::array{0.0, 0.5, 0.5}}) {
+      for (const std::array<double, 3> b : {std::array{1 / 3.0, 1 / 3.0, 1 / 3.0},
+                                            std::array{1.0, 0.0, 0.0}, std::array{0.0, 0.5, 0.5}}) {
         const Vec3d before = at_rest.EvaluatePosition(p, b).position;
         if (Norm(moved.EvaluatePosition(p, b).position - before) < 1e-9) continue;
         for (const uint32_t v : plan.patches[p].vertex) moves[v] = true;

@@ -184,11 +184,12 @@ TEST_F(WeightsTest, RefusesOtherCountsAndValues) {
   EXPECT_EQ(SceneCount(), 0);
 }
 
-TEST_F(WeightsTest, RefusesScenesThatDoNotTakeThem) {
+TEST_F(WeightsTest, AllPipelinesTakeThem) {
   v1::CreateSceneRequest request = Weighted();
   request.mutable_diagnostics()->set_pipeline(v1::PIPELINE_GEMM);
-  ExpectRefusedForWeights(Create(request), "a pipeline other than fused");
-  EXPECT_EQ(SceneCount(), 0);
+  v1::Scene scene;
+  ASSERT_OK(Create(request, &scene));
+  EXPECT_EQ(scene.pipeline(), v1::PIPELINE_GEMM);
 }
 
 TEST_F(WeightsTest, RefusesWhatDoesNotTakeThem) {

@@ -13,10 +13,10 @@
 #include <span>
 
 #include "core/backend.h"
+#include "core/cpu/adaptive/kernel/run_buffer.h"
 #include "core/cpu/adaptive/surface/chunk_vertices.h"
 #include "core/cpu/adaptive/surface/feature_points.h"
 #include "core/cpu/adaptive/surface/frame_boxes.h"
-#include "core/cpu/adaptive/kernel/run_buffer.h"
 #include "core/cpu/fused/fused_plan.h"
 #include "core/view/cpu_arena.h"
 

@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "core/base/vec.h"
-#include "core/cpu/adaptive/surface/frame_boxes.h"
 #include "core/cpu/adaptive/kernel/run_buffer.h"
+#include "core/cpu/adaptive/surface/frame_boxes.h"
 
 namespace latticed::fused {
 

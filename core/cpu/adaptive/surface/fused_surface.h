@@ -14,8 +14,8 @@
 #include <span>
 
 #include "core/cpu/adaptive/surface/adaptive_surface.h"
-#include "core/cpu/adaptive/surface/patch_bounder.h"
 #include "core/cpu/adaptive/surface/frame_boxes.h"
+#include "core/cpu/adaptive/surface/patch_bounder.h"
 #include "core/cpu/fused/fused_plan.h"
 #include "core/view/cpu_arena.h"
 

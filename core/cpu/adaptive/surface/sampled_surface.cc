@@ -55,8 +55,7 @@ absl::Status SampledSurface::Write(std::span<const uint32_t> chunks,
                                    std::span<const uint16_t> codes, const QuantisationBox& box,
                                    ChunkVertices& vertices) {
   const VertexWriter writer = MakeVertexWriter(*plan_, spec_, box);
-  arena_.ForEach(chunks.size(),
-                 [&](size_t i) { WriteChunk(chunks[i], codes, writer, vertices); });
+  arena_.ForEach(chunks.size(), [&](size_t i) { WriteChunk(chunks[i], codes, writer, vertices); });
   frame_.reset();
   return absl::OkStatus();
 }
@@ -107,8 +106,7 @@ void SampledSurface::WriteShared(const Target& target) const {
     const PlanEdge& edge = plan_->edges[patch.edge[e]];
     for (size_t k = 1; k < segments; ++k) {
       const double t = static_cast<double>(k) / static_cast<double>(segments);
-      target.writer.WritePosition(target.place,
-                                  points[patch.edge_reversed[e] ? segments - k : k],
+      target.writer.WritePosition(target.place, points[patch.edge_reversed[e] ? segments - k : k],
                                   Shared(patch.box, edge.box, edge.seam, edge.vertex, t));
     }
   }

@@ -32,7 +32,7 @@ namespace latticed {
 
 class SampledSurface : public AdaptiveSurface {
  public:
-  // stage: of the degree of the plan's patches, any number of segments. Keeps references to it and to the arena.
+  // stage: of surface_degree, any number of segments. Keeps references to it and to the arena.
   SampledSurface(std::shared_ptr<const DeformPlan> plan, const StageMatrices& stage,
                  const ViewSpec& spec, CpuArena& arena)
       : plan_(std::move(plan)), stage_(stage), spec_(spec), arena_(arena), slack_(*plan_) {}
@@ -66,8 +66,8 @@ class SampledSurface : public AdaptiveSurface {
   void WriteOwn(const Target& target) const;
   void WriteShared(const Target& target) const;
   // What a patch in `patch_box` has at a vertex or edge with this owner and seam, relative to the local origin.
-  Vec3d Shared(uint32_t patch_box, uint32_t box, uint32_t seam,
-               const std::array<uint32_t, 2>& ends, double t) const;
+  Vec3d Shared(uint32_t patch_box, uint32_t box, uint32_t seam, const std::array<uint32_t, 2>& ends,
+               double t) const;
 
   const std::shared_ptr<const DeformPlan> plan_;
   const StageMatrices& stage_;
