@@ -15,7 +15,7 @@
 #include "core/patches/edge_order.h"
 #include "fmt/format.h"
 #include "tests/backend/conformance.h"
-#include "tests/backend/tolerance_scenes.h"
+#include "tests/backend/tolerance/tolerance_scenes.h"
 
 namespace latticed::testing {
 namespace {

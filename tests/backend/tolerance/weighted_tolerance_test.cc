@@ -13,8 +13,8 @@
 #include "core/ffd/plan/dirty_set.h"
 #include "fmt/format.h"
 #include "tests/backend/conformance.h"
-#include "tests/backend/tolerance_checks.h"
-#include "tests/backend/tolerance_scenes.h"
+#include "tests/backend/tolerance/tolerance_checks.h"
+#include "tests/backend/tolerance/tolerance_scenes.h"
 
 namespace latticed::testing {
 namespace {
@@ -185,8 +185,10 @@ TEST_P(WeightedTolerance, HugeControlPointsCertifyNothing) {
 
 INSTANTIATE_TEST_SUITE_P(Backends, WeightedTolerance,
                          ::testing::Values(Subject{"cpu", Pipeline::kFused},
+                                           Subject{"cpu", Pipeline::kGemm},
                                            Subject{"cpu-spanned", Pipeline::kFused},
-                                           Subject{"cuda", Pipeline::kFused}),
+                                           Subject{"cuda", Pipeline::kFused},
+                                           Subject{"cuda", Pipeline::kGemm}),
                          SubjectName);
 
 // Bounds in float32 are not below those of the reference, which is exact but for rounding in double.

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Scenes for views with a tolerance or of edge bounds, and what a watcher of a view with a tolerance has.
-#ifndef LATTICED_TESTS_BACKEND_TOLERANCE_SCENES_H_
-#define LATTICED_TESTS_BACKEND_TOLERANCE_SCENES_H_
+#ifndef LATTICED_TESTS_BACKEND_TOLERANCE_TOLERANCE_SCENES_H_
+#define LATTICED_TESTS_BACKEND_TOLERANCE_TOLERANCE_SCENES_H_
 
 #include <string_view>
 #include <vector>
@@ -38,4 +38,4 @@ struct Watched {
 
 }  // namespace latticed::testing
 
-#endif  // LATTICED_TESTS_BACKEND_TOLERANCE_SCENES_H_
+#endif  // LATTICED_TESTS_BACKEND_TOLERANCE_TOLERANCE_SCENES_H_

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // What holds for every view with a tolerance, with and without vertex weights.
-#ifndef LATTICED_TESTS_BACKEND_TOLERANCE_CHECKS_H_
-#define LATTICED_TESTS_BACKEND_TOLERANCE_CHECKS_H_
+#ifndef LATTICED_TESTS_BACKEND_TOLERANCE_TOLERANCE_CHECKS_H_
+#define LATTICED_TESTS_BACKEND_TOLERANCE_TOLERANCE_CHECKS_H_
 
 #include <random>
 #include <span>
@@ -34,4 +34,4 @@ void ExpectPointsOfTheDefinition(const DeformPlan& plan, std::span<const Vec3d> 
 
 }  // namespace latticed::testing
 
-#endif  // LATTICED_TESTS_BACKEND_TOLERANCE_CHECKS_H_
+#endif  // LATTICED_TESTS_BACKEND_TOLERANCE_TOLERANCE_CHECKS_H_

@@ -15,8 +15,8 @@
 #include "core/ffd/plan/dirty_set.h"
 #include "fmt/format.h"
 #include "tests/backend/conformance.h"
-#include "tests/backend/tolerance_checks.h"
-#include "tests/backend/tolerance_scenes.h"
+#include "tests/backend/tolerance/tolerance_checks.h"
+#include "tests/backend/tolerance/tolerance_scenes.h"
 #include "tests/support/holds_integers.h"
 
 namespace latticed::testing {

@@ -10,7 +10,7 @@
 
 #include "core/ffd/plan/dirty_set.h"
 #include "fmt/format.h"
-#include "tests/backend/tolerance_scenes.h"
+#include "tests/backend/tolerance/tolerance_scenes.h"
 
 namespace latticed::testing {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-#include "tests/backend/tolerance_scenes.h"
+#include "tests/backend/tolerance/tolerance_scenes.h"
 
 namespace latticed::testing {
 
