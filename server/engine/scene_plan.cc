@@ -69,7 +69,8 @@ Pipeline Scene::PipelineFor(const DeformPlan& plan) const {
 absl::StatusOr<Scene::Prepared> Scene::PrepareFor(const EditBatch& batch, const PlanKey& key,
                                                   StopCheck stop) const {
   LATTICED_ASSIGN_OR_RETURN(auto prepared, Prepare(key, stop));
-  if (SetsWeights(batch) && KeepsVolume(batch, *State())) {
+  // Here, and not under the scene's lock, where the next edit that keeps the volume would make them.
+  if (KeepsVolume(batch, *State())) {
     LATTICED_RETURN_IF_ERROR(
         prepared.state.measures->Moments(SurfaceMoments::Order::kVolume, stop).status());
   }

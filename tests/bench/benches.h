@@ -25,6 +25,7 @@ void RegisterPlanBenches();       // from mesh and lattice to plan
 void RegisterWeightsBenches();    // with vertex weights, and without, by turns
 void RegisterOutsideBenches();    // a lattice that goes on outside its frame, and one that does not
 void RegisterSumBenches();        // several lattices on one mesh, and one
+void RegisterTurnedBenches();     // two lattices turned against each other, and one
 void RegisterFoldsBenches();      // from control points to a report of folds
 void RegisterMeasureBenches();    // volume, centroid, area, the kept volume
 void RegisterCodecBenches();      // from vertices to Draco bytes, and their number

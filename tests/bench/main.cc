@@ -79,6 +79,7 @@ int Benchmarks(const Options& options) {
   RegisterWeightsBenches();
   RegisterOutsideBenches();
   RegisterSumBenches();
+  RegisterTurnedBenches();
   RegisterMeasureBenches();
   RegisterCodecBenches();
   RegisterDecodeBenches();

@@ -79,12 +79,33 @@ Scenario MakeScenario(std::string name, std::shared_ptr<const DeformPlan> plan) 
   Bounds bounds;
   for (auto& points : scenario.control_points) {
     points = Jittered(scenario.plan->structure, random);
+    for (const TurnedLattice& lattice : scenario.plan->turned) {
+      const std::vector<Vec3d> more = Jittered(lattice.structure, random);
+      points.insert(points.end(), more.begin(), more.end());
+    }
     for (const Vec3d p : points) bounds.Extend(p);
   }
   scenario.box = FitQuantisationBox(bounds, 1);
   scenario.all_chunks.resize(scenario.plan->chunk_count());
   std::iota(scenario.all_chunks.begin(), scenario.all_chunks.end(), 0u);
   return scenario;
+}
+
+Scenario MakeTurnedScenario(std::string name, std::shared_ptr<const PolygonMesh> mesh) {
+  constexpr double kTurn = 0.5, kGrowth = 1.5;
+  const LatticeStructure own =
+      Checked(FitLattice(mesh->ComputeBounds(), {7, 7, 7}, {2, 2, 2}, kPadding)).structure;
+  LatticeStructure turned = own;
+  Frame& frame = turned.frame;
+  const Vec3d centre = frame.origin + 0.5 * (frame.edges[0] + frame.edges[1] + frame.edges[2]);
+  for (Vec3d& edge : frame.edges) {
+    const double c = std::cos(kTurn), s = std::sin(kTurn);
+    edge = kGrowth * Vec3d{c * edge.x - s * edge.y, s * edge.x + c * edge.y, edge.z};
+  }
+  frame.origin = centre - 0.5 * (frame.edges[0] + frame.edges[1] + frame.edges[2]);
+  const std::array others{turned};
+  return MakeScenario(std::move(name),
+                      Checked(MakePlan(std::move(mesh), own, {}, NeverStop, nullptr, others)));
 }
 
 const Scenario& SmallScenario(int degree) {

@@ -43,7 +43,10 @@ struct Scenario {
 [[nodiscard]] Scenario MakeScenario(std::string name, std::shared_ptr<const PolygonMesh> mesh,
                                     std::array<int, 3> size, std::array<int, 3> degree);
 
-// The same for an existing plan.
+// Under two lattices of 5 x 5 x 5 knot boxes and degree 2, the second one turned by half a radian about z, both beyond the mesh.
+[[nodiscard]] Scenario MakeTurnedScenario(std::string name, std::shared_ptr<const PolygonMesh> mesh);
+
+// The same for an existing plan; the control points of turned lattices move too.
 [[nodiscard]] Scenario MakeScenario(std::string name, std::shared_ptr<const DeformPlan> plan);
 
 // About as many patches as the paper's smallest and largest models (17,119 and 113,663, to within

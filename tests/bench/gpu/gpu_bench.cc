@@ -132,6 +132,14 @@ void RegisterFewSegments(VertexFormat format) {
   }
 }
 
+// Two lattices that are turned against each other.
+void RegisterTurned() {
+  for (const VertexFormat format : {VertexFormat::kFloat32, VertexFormat::kQuantised}) {
+    Register("turned", {2, 2, 2}, {Pipeline::kGemm, GpuSpec(format, NormalMode::kFacet, 10)},
+             []() -> const Scenario& { return TurnedTorus(); });
+  }
+}
+
 // Other degrees and segments, for the largest model.
 void RegisterShapes() {
   const PaperModel& model = PaperModels().back();
@@ -261,6 +269,7 @@ void RegisterGpuBenches(bool large) {
   RegisterTensorProduct();
   RegisterTessellationShaders();
   RegisterShapes();
+  RegisterTurned();
   RegisterPlanMemory();
   RegisterGpuEditBenches();
   RegisterGpuToleranceBenches();

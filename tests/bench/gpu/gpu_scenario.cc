@@ -49,6 +49,12 @@ const Scenario& ScaleScenario(size_t patches) {
   });
 }
 
+const Scenario& TurnedTorus() {
+  static const Scenario* const scenario =
+      new Scenario(MakeTurnedScenario("torus-turned", MakeTorus(324, 144)));
+  return *scenario;
+}
+
 absl::StatusOr<std::unique_ptr<DeformView>> MakeGpuView(Backend& backend, const Scenario& scenario,
                                                         Pipeline pipeline, const ViewSpec& spec) {
   const auto target = backend.Prepare(scenario.plan, pipeline);

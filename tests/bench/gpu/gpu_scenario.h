@@ -28,6 +28,8 @@ namespace latticed::bench {
 // Made on the first call and kept. Exactly the number of patches; above a million, a few percent more.
 [[nodiscard]] const Scenario& ModelScenario(const PaperModel& model, std::array<int, 3> degree);
 [[nodiscard]] const Scenario& ScaleScenario(size_t patches);
+// A torus of 93,312 triangles under two lattices (MakeTurnedScenario).
+[[nodiscard]] const Scenario& TurnedTorus();
 
 // A view, evaluated with control_points[0] and compared with the definition. kUnimplemented if the
 // backend lacks the pipeline, kInternal if the result is wrong. Other errors end the program.

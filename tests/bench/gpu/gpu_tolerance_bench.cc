@@ -54,13 +54,14 @@ absl::Status CheckPoints(const Scenario& scenario, DeformView& view) {
   return absl::InternalError("the tolerance is not met");
 }
 
-void EvaluateWithTolerance(benchmark::State& state, double share, bool one_point) {
-  const Scenario& scenario = ModelScenario(PaperModels().back(), {2, 2, 2});
+void EvaluateWithTolerance(benchmark::State& state, const Scenario& scenario, double share,
+                           bool one_point) {
   ViewSpec spec = GpuSpec(VertexFormat::kQuantised, NormalMode::kFacet, 10);
   spec.position_bits = kTolerancePositionBits;
   spec.tolerance = share * scenario.box.range;
   Gpu& gpu = **TheGpu();
-  const auto target = Checked(gpu.backend().Prepare(scenario.plan, Pipeline::kFused));
+  const auto target = Checked(gpu.backend().Prepare(
+      scenario.plan, scenario.plan->turned.empty() ? Pipeline::kFused : Pipeline::kGemm));
   const auto view = Checked(target->CreateView(spec));
   CheckOk(view->Evaluate(scenario.control_points[0], scenario.box, scenario.all_chunks));
   if (const auto good = CheckPoints(scenario, *view); !good.ok()) return Skip(state, good);
@@ -92,9 +93,17 @@ void RegisterGpuToleranceBenches() {
     for (const bool one_point : {false, true}) {
       RegisterOnce(fmt::format("gpu/tolerance/{}/{}", name, one_point ? "one" : "all"),
                    [share = share, one_point](benchmark::State& state) {
-                     EvaluateWithTolerance(state, share, one_point);
+                     const Scenario& model = ModelScenario(PaperModels().back(), {2, 2, 2});
+                     EvaluateWithTolerance(state, model, share, one_point);
                    });
     }
+  }
+  // Under two lattices that are turned against each other.
+  for (const bool one_point : {false, true}) {
+    RegisterOnce(fmt::format("gpu/tolerance/turned/1e-3/{}", one_point ? "one" : "all"),
+                 [one_point](benchmark::State& state) {
+                   EvaluateWithTolerance(state, TurnedTorus(), 1e-3, one_point);
+                 });
   }
 }
 
