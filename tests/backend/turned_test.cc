@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "core/ffd/box/bernstein.h"
+#include "core/ffd/plan/dirty_set.h"
 #include "core/ffd/plan/shared_points.h"
 #include "core/ffd/tessellation_pattern.h"
 #include "fmt/format.h"
@@ -248,6 +249,43 @@ TEST_P(TurnedLattices, VerticesOfWeightZeroRest) {
     }
   }
   EXPECT_GT(count, 100u);
+}
+
+TEST_P(TurnedLattices, ChunksAfterAnyEditsAreThoseOfAFullEvaluation) {
+  const std::array<MovedLattice, 2> lattices{MovedLattice{{.extra = {4, 4, 4}, .scale = 0.6}, true},
+                                             MovedLattice{{.extra = {2, 2, 2}, .turn = 0.8}}};
+  const PolygonMesh mesh = TorusMesh(14, 10);
+  for (const VertexWeights& weights : {VertexWeights(), RandomWeights(mesh, kTurnedSeed)}) {
+    const MovedPlan moved = MakeMovedPlan(mesh, lattices, weights);
+    const DeformPlan& plan = *moved.plan;
+    std::vector<Vec3d> points = moved.points;
+    const QuantisationBox box = BoxFor(plan, points);
+    const ViewSpec spec{.segments = 5, .normals = NormalMode::kSmooth, .position_bits = 16};
+    const auto incremental = MakeView(moved.plan, spec), full = MakeView(moved.plan, spec);
+    ASSERT_NE(incremental, nullptr);
+    ASSERT_NE(full, nullptr);
+    ASSERT_OK(incremental->Evaluate(points, box, AllChunks(plan)));
+    std::mt19937 random(kTurnedSeed);
+    std::uniform_real_distribution<double> noise(-0.1, 0.1);
+    size_t left = 0;
+    for (int edit = 0; edit < 30; ++edit) {
+      SCOPED_TRACE(fmt::format("edit {}, seed {}", edit, kTurnedSeed));
+      const auto index = static_cast<uint32_t>(random() % points.size());
+      points[index] += Vec3d{noise(random), noise(random), noise(random)};
+      const std::vector<uint32_t> named = DirtyByControlPoints(plan, {{index}}).chunks;
+      left += plan.chunk_count() - named.size();
+      ASSERT_OK(incremental->Evaluate(points, box, named));
+      ASSERT_OK(full->Evaluate(points, box, AllChunks(plan)));
+      for (uint32_t chunk = 0; chunk < plan.chunk_count(); ++chunk) {
+        std::vector<uint8_t> got(ChunkPoints(plan, chunk, spec.segments) * BytesPerPoint(spec));
+        std::vector<uint8_t> expected(got.size());
+        ASSERT_OK(incremental->Read(chunk, got));
+        ASSERT_OK(full->Read(chunk, expected));
+        ASSERT_EQ(got, expected) << "chunk " << chunk;
+      }
+    }
+    EXPECT_GT(left, 0u);
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Backends, TurnedLattices, ::testing::ValuesIn(Subjects()), SubjectName);

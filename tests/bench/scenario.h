@@ -44,7 +44,8 @@ struct Scenario {
                                     std::array<int, 3> size, std::array<int, 3> degree);
 
 // Under two lattices of 5 x 5 x 5 knot boxes and degree 2, the second one turned by half a radian about z, both beyond the mesh.
-[[nodiscard]] Scenario MakeTurnedScenario(std::string name, std::shared_ptr<const PolygonMesh> mesh);
+[[nodiscard]] Scenario MakeTurnedScenario(std::string name,
+                                          std::shared_ptr<const PolygonMesh> mesh);
 
 // The same for an existing plan; the control points of turned lattices move too.
 [[nodiscard]] Scenario MakeScenario(std::string name, std::shared_ptr<const DeformPlan> plan);
