@@ -49,7 +49,7 @@ run_alone "a device that is lost" "$folder/cuda_backend_test" --gtest_filter='Cu
 run_alone "what is left of the device's memory, 2,000 scenes" "$folder/cuda_backend_test" --gtest_filter='CudaSoak.*'
 
 # The slowest suites start first.
-for suite in Watertight Accuracy View Spanned Tolerance ToleranceBits ToleranceEncoding EdgeBounds SpannedEdgeBounds Weighted TurnedLattices Points; do
+for suite in Watertight Accuracy View Spanned Tolerance ToleranceBits ToleranceEncoding WeightedTolerance TurnedTolerance EdgeBounds SpannedEdgeBounds Weighted TurnedLattices Points; do
   run "conformance, $suite" "$folder/backend_test" --gtest_filter="*/$suite.*cuda*:Backends.*"
 done
 run "memory, failed allocations, repeated bits" "$folder/cuda_backend_test" \
@@ -69,7 +69,7 @@ readonly sanitized=(  # NAME PROGRAM FILTER …
   view backend_test '*/View.*cuda*'
   tolerance backend_test '*/Tolerance.*cuda*:*/ToleranceEncoding.*cuda*:*/EdgeBounds.*cuda*'
   points backend_test '*/Points.*cuda*-*EveryTime*'
-  'turned lattices' backend_test '*/TurnedLattices.*cuda*'
+  'turned lattices' backend_test '*/TurnedLattices.*cuda*:*/TurnedTolerance.*cuda*'
   watertight backend_test '*QuantisedAfterRandomEdits/cuda*:*Attached*/cuda*'
   accuracy backend_test '*AllDegreeMixes*/cuda*:*AllSegments*/cuda_*fused:*FillNoLanes*/cuda*:*PartlyAndWholly*/cuda*:*Collapsed*/cuda*')
 # Runs the same kernels again, for which racecheck takes minutes.

@@ -11,20 +11,29 @@ import { live } from './viewer_page';
 
 useStage({ context: { viewport: { width: 1000, height: 800 } }, begin: openTorus });
 
-/** Makes a scene of the page's mesh with a second lattice, of 3 x 3 x 3 control points, and opens it. */
-async function openTwo(): Promise<void> {
-  await page.evaluate(async () => {
+/** Makes a scene of the page's mesh with a second lattice, of 3 x 3 x 3 control points, turned about w by an angle, and opens it. */
+async function openTwo(sceneId: string, turn: number): Promise<void> {
+  await page.evaluate(async ({ sceneId, turn }) => {
     const { session } = window.latticed.scene!;
     const { scenes } = session.server;
     const [{ lattice }, { mesh }] = await Promise.all([
       scenes.getLattice({ scene: session.sceneId }), scenes.getScene({ scene: session.sceneId })]);
     const { frame } = lattice!;
-    const second = { frame, size: { u: 3, v: 3, w: 3 }, degree: { u: 2, v: 2, w: 2 } };
-    await scenes.createScene({ sceneId: 'two-lattices', mesh, lattices: [
+    const [cosine, sine] = [Math.cos(turn), Math.sin(turn)];
+    const { u, v, w, origin } = frame!;
+    const grown = turn === 0 ? 1 : 2; // the mesh is in it too when it is turned
+    const mixed = (a: number, b: number): { x: number; y: number; z: number } =>
+      ({ x: grown * (a * u!.x + b * v!.x), y: grown * (a * u!.y + b * v!.y), z: grown * (a * u!.z + b * v!.z) });
+    const [newU, newV, newW] = [mixed(cosine, sine), mixed(-sine, cosine), { x: grown * w!.x, y: grown * w!.y, z: grown * w!.z }];
+    const begin = (axis: 'x' | 'y' | 'z'): number =>
+      origin![axis] + (u![axis] + v![axis] + w![axis] - newU[axis] - newV[axis] - newW[axis]) / 2;
+    const turned = { origin: { x: begin('x'), y: begin('y'), z: begin('z') }, u: newU, v: newV, w: newW };
+    const second = { frame: turned, size: { u: 3, v: 3, w: 3 }, degree: { u: 2, v: 2, w: 2 } };
+    await scenes.createScene({ sceneId, mesh, lattices: [
       { source: { case: 'lattice', value: lattice! } }, { source: { case: 'lattice', value: second } }] });
-  });
+  }, { sceneId, turn });
   const address = new URL(page.url());
-  address.searchParams.set('scene', 'two-lattices');
+  address.searchParams.set('scene', sceneId);
   await page.goto(address.href);
   await live(page);
 }
@@ -33,7 +42,7 @@ const count = (): Promise<number> => page.evaluate(() => window.latticed.scene!.
 const top = (): Promise<number> => page.evaluate(() => window.latticed.scene!.session.surface.bounds.max.z);
 
 test('each lattice has its cage, its edits and its undo steps, and the moves of both add up', async () => {
-  await openTwo();
+  await openTwo('two-lattices', 0);
   const choice = page.getByRole('combobox', { name: 'Lattice', exact: true });
   assert.equal(await count(), 64);
   const rest = await top();
@@ -184,4 +193,18 @@ test('an added lattice may go on along straight lines, as far as the mesh reache
   // The box is a quarter of the first frame, 3.08 x 3.08 x 1.08, and the mesh is 2.8 x 2.8 x 0.8. The server adds a sixteenth.
   const reach = [2.8 / 0.77, 2.8 / 0.77, 0.8 / 0.27].flatMap((length) => new Array<number>(2).fill((17 / 16) * (length - 1) / 2));
   outside.widths.forEach((width, side) => assert.ok(Math.abs(width - reach[side]!) < 1e-6, `${outside.widths}`));
+});
+
+test('one that is turned shows within the tolerance of the page, and its moves add up too', async () => {
+  await openTwo('turned-lattices', 0.5);
+  await page.waitForFunction(() => window.latticed.scene!.session.surface.certifiedError > 0);
+  const rest = await top();
+  await page.getByRole('combobox', { name: 'Lattice', exact: true }).selectOption('2 of 2');
+  await page.waitForFunction(() => window.latticed.scene!.session.lattice.count === 27);
+  await select(...Array.from({ length: 27 }, (_, i) => i));
+
+  await press('g', 'z', '1', 'Enter');
+
+  await page.waitForFunction((least) => window.latticed.scene!.session.surface.bounds.max.z > least, rest + 0.9);
+  assert.ok(await page.evaluate(() => window.latticed.scene!.session.surface.certifiedError) > 0);
 });
