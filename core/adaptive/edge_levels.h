@@ -10,8 +10,8 @@
 //   view error   point error + max over patches of PatternError
 //
 // With levels so chosen, every side of a pattern has M <= sum |d_a d_b| 6 t 4^k_ab <= 6 t (pattern_split.h), and every
-// triangle an error of at most t (Lemma 1 of certificate.h). 3e-7 D is the accuracy of a point of the fused pipeline, D
-// as in core/README.md. Rounding to the grid moves a point by at most half a step on each axis.
+// triangle an error of at most t (Lemma 1 of certificate.h). 3e-7 D is the accuracy of a point of any pipeline, D as
+// in core/README.md. Rounding to the grid moves a point by at most half a step on each axis.
 //
 // D here is the diagonal of the quantisation box, which contains all that D measures. Thus t is a function of
 // tolerance, bits and box: an edit that keeps the box changes the levels of edges near it only. Bits meet a tolerance if

@@ -25,33 +25,14 @@ double LargestRowSum(int degree) {
   return largest;
 }
 
-// The largest ratio of a knot to the length of a span between knots of the domain.
-double KnotRatio(const LatticeStructure& structure) {
-  double largest = 0;
-  for (size_t axis = 0; axis < 3; ++axis) {
-    const std::vector<double>& knots = structure.knots[axis];
-    double shortest = std::abs(knots.back() - knots.front());
-    for (size_t k = 1; k < knots.size(); ++k) {
-      if (knots[k] > knots[k - 1]) shortest = std::min(shortest, knots[k] - knots[k - 1]);
-    }
-    const double farthest = std::max(std::abs(knots.front()), std::abs(knots.back()));
-    largest = std::max(largest, farthest / shortest);
-  }
-  return largest;
-}
+double FactorOfNet(int n) { return kHalfUlp * 4 * n * (n - 1) * LargestRowSum(n); }
 
 }  // namespace
 
 NetSlack::NetSlack(const DeformPlan& plan)
-    : plan_(plan), mesh_reach_(Norm(plan.mesh_bounds.max - plan.local_origin)) {
-  const int n = plan.surface_degree();
-  const double of_net = kHalfUlp * 4 * n * (n - 1) * LargestRowSum(n);
-  const auto add = [&](const LatticeStructure& structure) {
-    factors_.push_back(of_net * (300 + 24 * KnotRatio(structure)));
-  };
-  add(plan.structure);
-  for (const TurnedLattice& lattice : plan.turned) add(lattice.structure);
-}
+    : plan_(plan),
+      mesh_reach_(Norm(plan.mesh_bounds.max - plan.local_origin)),
+      of_net_(FactorOfNet(plan.surface_degree())) {}
 
 std::vector<double> NetSlack::Norms(std::span<const Vec3d> control_points) const {
   std::vector<double> norms;
@@ -61,21 +42,22 @@ std::vector<double> NetSlack::Norms(std::span<const Vec3d> control_points) const
 }
 
 double NetSlack::Of(size_t patch, std::span<const double> norms) const {
+  double slack = SlackAtRest(mesh_reach_);
   const uint32_t box = plan_.patches[patch].box;
-  const KnotSpans own = box == plan_.outside_box() ? kNoSpans : plan_.boxes[box].span;
-  double slack = factors_[0] * Largest(plan_.structure, own, norms);
-  for (size_t g = 0; g < plan_.turned.size(); ++g) {
-    const TurnedLattice& lattice = plan_.turned[g];
-    slack += factors_[1 + g] *
-             Largest(lattice.structure, lattice.spans[patch], norms.subspan(lattice.first_point));
+  if (box != plan_.outside_box()) {
+    slack += OfLattice(plan_.structure, plan_.boxes[box].span, norms);
   }
-  return slack;
+  for (const TurnedLattice& lattice : plan_.turned) {
+    if (lattice.spans[patch] == kNoSpans) continue;
+    slack += OfLattice(lattice.structure, lattice.spans[patch], norms.subspan(lattice.first_point));
+  }
+  return of_net_ * slack;
 }
 
-double NetSlack::Largest(const LatticeStructure& s, const KnotSpans& spans,
-                         std::span<const double> norms) const {
-  double largest = mesh_reach_;
-  if (spans == kNoSpans) return largest;
+double NetSlack::OfLattice(const LatticeStructure& s, const KnotSpans& spans,
+                           std::span<const double> norms) const {
+  double largest = mesh_reach_, ratio = 0;
+  for (size_t a = 0; a < 3; ++a) ratio = std::max(ratio, KnotRatio(s.knots[a].data(), spans[a]));
   for (int k = spans[2] - s.degree[2]; k <= spans[2]; ++k) {
     for (int j = spans[1] - s.degree[1]; j <= spans[1]; ++j) {
       for (int i = spans[0] - s.degree[0]; i <= spans[0]; ++i) {
@@ -83,7 +65,7 @@ double NetSlack::Largest(const LatticeStructure& s, const KnotSpans& spans,
       }
     }
   }
-  return largest;
+  return SlackOfLattice(ratio, largest);
 }
 
 }  // namespace latticed

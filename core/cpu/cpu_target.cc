@@ -131,9 +131,14 @@ class CpuTarget : public DeformTarget {
                                                ViewEncoder::MostBytes(spec),
         .encoder_bytes = EncoderBytesOf(*plan_, spec, *context_->encoder, context_->arena)};
     if (pipeline_ == Pipeline::kFused) return traits;
+    const size_t threads = context_->arena.most_threads();
+    if (spec.tolerance > 0) {
+      traits.host_bytes += SampledSurface::MostBytes(*plan_, threads);
+      return traits;
+    }
     const auto stage = StageMatrices::Get(plan_->surface_degree(), spec.segments);
     if (stage.ok()) {
-      traits.host_bytes += GemmKernel::MostBytes(**stage, context_->arena.most_threads());
+      traits.host_bytes += GemmKernel::MostBytes(**stage, threads);
     }
     return traits;
   }

@@ -140,7 +140,7 @@ class PatchSum {
  private:
   // A rule of order m is exact to the degree 2 m - 2.
   static int OrderFor(const DeformPlan& plan, bool with_moment) {
-    const int degree = plan.patch_degree() + (plan.is_weighted() ? 1 : 0);
+    const int degree = plan.surface_degree();
     return with_moment ? 2 * degree : (3 * degree + 1) / 2;
   }
 

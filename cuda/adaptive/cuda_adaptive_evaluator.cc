@@ -22,6 +22,7 @@ namespace {
 
 // Of the tolerance. Rounding of an error in float32 takes less than what is left.
 constexpr double kFloatShare = 1 - 1e-5;
+constexpr size_t kMostBoundStages = 6;
 // The room for vertices of a view that was never evaluated, in points of a patch.
 constexpr uint64_t kFirstPoints = 4;
 
@@ -250,8 +251,10 @@ void CudaAdaptiveEvaluator::SetTolerance(double curvature_tolerance) {
 
 absl::Status CudaAdaptiveEvaluator::LaunchBounds(bool with_patterns) {
   const kernels::AdaptiveLaunch& launch = frame_->launch;
-  std::vector<AdaptiveStage> stages{{parts_.frame.SendCall(), "copy"}};
-  for (const AdaptiveStage& stage : parts_.surface->BoundStages(launch)) stages.push_back(stage);
+  std::vector<AdaptiveStage> stages;
+  stages.reserve(kMostBoundStages);
+  stages.push_back({parts_.frame.SendCall(), "copy"});
+  parts_.surface->AddBoundStages(launch, stages);
   stages.push_back({kernels::EdgeMaximaCall(launch), "maxima"});
   if (with_patterns) stages.push_back({kernels::PatternsCall(launch), "patterns"});
   absl::Status status = parts_.memory.ClearMaxima();
@@ -259,6 +262,7 @@ absl::Status CudaAdaptiveEvaluator::LaunchBounds(bool with_patterns) {
     for (const AdaptiveStage& stage : stages) status.Update(Launch(stage));
   } else if (status.ok()) {
     std::vector<kernels::KernelCall> calls;
+    calls.reserve(stages.size());
     for (const AdaptiveStage& stage : stages) calls.push_back(stage.call);
     status = graph_.Launch(calls, stream());
   }

@@ -1,9 +1,10 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A view with a tolerance on the device, with the kernels of its pipeline (surface/cuda_adaptive_surface.h). Twin of core/cpu/adaptive/adaptive_evaluator.h. An
-// evaluation runs the kernels of adaptive_kernels.h one after the other, reads their results back once and waits for
-// these, not for the vertices. It bounds the named chunks; levels, patterns and points are those of all patches.
+// A view with a tolerance on the device. Twin of core/cpu/adaptive/adaptive_evaluator.h. An evaluation runs the kernels of
+// adaptive_kernels.h, or those of another pipeline in their places (surface/cuda_adaptive_surface.h), one after the other,
+// reads their results back once and waits for these, not for the vertices. It bounds the named chunks; levels, patterns and
+// points are those of all patches.
 //
 // The tolerance is doubled until the view has at most as many points as spec.segments would give (ToleranceSteps of
 // core/adaptive/edge_levels.h): a turn of the kernels after the bounds, and a read-back, for each doubling.

@@ -50,7 +50,7 @@ class KernelCall {
   cudaError_t Replace(cudaGraphExec_t graph, cudaGraphNode_t node);
 
  private:
-  static constexpr size_t kMostBytes = 2048;
+  static constexpr size_t kMostBytes = 1024;
 
   const void* kernel_ = nullptr;
   Order order_ = Order::kAfter;

@@ -324,6 +324,7 @@ TEST_P(Weighted, TakesToleranceAndBoundsAsWithoutWeights) {
 
   ASSERT_OK(target);
   EXPECT_EQ((*target)->has_edge_bounds(), GetParam().pipeline == Pipeline::kFused);
+  EXPECT_OK((*target)->CreateView({.tolerance = 1e-3}));
 }
 
 INSTANTIATE_TEST_SUITE_P(Backends, Weighted, ::testing::ValuesIn(Subjects()), SubjectName);

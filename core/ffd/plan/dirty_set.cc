@@ -9,6 +9,7 @@
 #include <numeric>
 #include <optional>
 
+#include "core/base/bounds.h"
 #include "core/base/limits.h"
 
 namespace latticed {
@@ -87,32 +88,68 @@ std::vector<uint32_t> ChunksOf(std::span<const Range> ranges, std::span<const ui
   return chunks;
 }
 
-// Whether the support of one of the moved control points has a vertex.
-bool IsReached(const TurnedLattice& lattice, size_t vertex, const std::vector<bool>& moved) {
-  const std::optional<PointRange> range = lattice.Reaching(vertex);
-  if (!range.has_value()) return false;
-  for (int k = range->first[2]; k <= range->last[2]; ++k) {
-    for (int j = range->first[1]; j <= range->last[1]; ++j) {
-      for (int i = range->first[0]; i <= range->last[0]; ++i) {
-        const auto index = static_cast<size_t>(lattice.structure.Index(i, j, k));
-        if (moved[lattice.first_point + index]) return true;
-      }
+// The moved control points of a turned lattice.
+class MovedPoints {
+ public:
+  MovedPoints(const TurnedLattice& lattice, std::span<const uint32_t> indices)
+      : lattice_(lattice), moved_(static_cast<size_t>(lattice.structure.control_point_count())) {
+    for (const uint32_t index : indices) {
+      if (index < lattice.first_point || index - lattice.first_point >= moved_.size()) continue;
+      moved_[index - lattice.first_point] = true;
+      Extend(static_cast<int>(index - lattice.first_point));
     }
   }
-  return false;
-}
+
+  // Whether the support of one of them has a vertex.
+  bool Reach(size_t vertex) const {
+    if (reach_.empty()) return false;
+    const Vec3d p = lattice_.parameters[vertex];  // most vertices are beyond all of them
+    if (p.x < reach_.min.x || p.x > reach_.max.x || p.y < reach_.min.y || p.y > reach_.max.y ||
+        p.z < reach_.min.z || p.z > reach_.max.z) {
+      return false;
+    }
+    const std::optional<PointRange> range = lattice_.Reaching(vertex);
+    if (!range.has_value()) return false;
+    for (int k = range->first[2]; k <= range->last[2]; ++k) {
+      for (int j = range->first[1]; j <= range->last[1]; ++j) {
+        for (int i = range->first[0]; i <= range->last[0]; ++i) {
+          if (moved_[static_cast<size_t>(lattice_.structure.Index(i, j, k))]) return true;
+        }
+      }
+    }
+    return false;
+  }
+
+ private:
+  void Extend(int index) {
+    const LatticeStructure& s = lattice_.structure;
+    const std::array<int, 3> at{index % s.size[0], index / s.size[0] % s.size[1],
+                                index / s.size[0] / s.size[1]};
+    Vec3d first, last;
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto a = static_cast<size_t>(axis);
+      first[axis] = s.knots[a][static_cast<size_t>(at[a])];
+      last[axis] = s.knots[a][static_cast<size_t>(at[a] + s.degree[a] + 1)];
+    }
+    reach_.Extend(first);
+    reach_.Extend(last);
+  }
+
+  const TurnedLattice& lattice_;
+  std::vector<bool> moved_;
+  Bounds reach_;  // of all supports, in parameters
+};
 
 // By patch: whether a control point of a turned lattice makes it dirty. Empty if none is of a turned lattice.
 std::vector<bool> ReachedByTurned(const DeformPlan& plan, std::span<const uint32_t> indices) {
-  const auto own = static_cast<size_t>(plan.structure.control_point_count());
-  std::vector<bool> moved(plan.control_point_count()), reached, vertices(plan.vertices.size());
-  for (const uint32_t i : indices) moved[i] = true;
-  if (std::find(moved.begin() + static_cast<ptrdiff_t>(own), moved.end(), true) == moved.end()) {
-    return reached;
-  }
+  const auto own = static_cast<uint32_t>(plan.structure.control_point_count());
+  std::vector<bool> reached;
+  if (std::ranges::none_of(indices, [own](uint32_t i) { return i >= own; })) return reached;
+  std::vector<bool> vertices(plan.vertices.size());
   for (const TurnedLattice& lattice : plan.turned) {
+    const MovedPoints moved(lattice, indices);
     for (size_t v = 0; v < vertices.size(); ++v) {
-      if (!vertices[v]) vertices[v] = IsReached(lattice, v, moved);
+      if (moved.Reach(v)) vertices[v] = true;
     }
   }
   reached.resize(plan.patches.size());

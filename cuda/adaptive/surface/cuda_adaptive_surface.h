@@ -33,8 +33,9 @@ class CudaAdaptiveSurface {
   virtual void Begin(const QuantisationBox& box, kernels::AdaptiveLaunch& launch) = 0;
   // How far patches reach, once a view; no kernel where bounds do not ask.
   virtual kernels::KernelCall ReachCall(const kernels::AdaptiveLaunch& launch) const = 0;
-  // From the control points to the bounds of the named patches.
-  virtual std::vector<AdaptiveStage> BoundStages(const kernels::AdaptiveLaunch& launch) const = 0;
+  // Appends the stages from the control points to the bounds of the named patches.
+  virtual void AddBoundStages(const kernels::AdaptiveLaunch& launch,
+                              std::vector<AdaptiveStage>& stages) const = 0;
   virtual kernels::KernelCall PointsCall(const kernels::AdaptiveLaunch& launch) const = 0;
   virtual MemoryUse memory() const = 0;
 };

@@ -21,14 +21,14 @@ void CudaFusedSurface::Begin(const QuantisationBox& box, kernels::AdaptiveLaunch
   launch.fused.polynomials = polynomials_.polynomials(UnitsPerWorld(box), offset);
 }
 
-std::vector<AdaptiveStage> CudaFusedSurface::BoundStages(
-    const kernels::AdaptiveLaunch& launch) const {
+void CudaFusedSurface::AddBoundStages(const kernels::AdaptiveLaunch& launch,
+                                      std::vector<AdaptiveStage>& stages) const {
   const kernels::FusedLaunch& fused = launch.fused;
-  return {{kernels::BoxPolynomialsCall(fused.plan, fused.tables, fused.control_points, {nullptr, 0},
-                                       fused.polynomials),
-           "polynomials"},
-          {kernels::SlackCall(launch), "slack"},
-          {kernels::BoundsCall(launch), "bounds"}};
+  stages.push_back({kernels::BoxPolynomialsCall(fused.plan, fused.tables, fused.control_points,
+                                                {nullptr, 0}, fused.polynomials),
+                    "polynomials"});
+  stages.push_back({kernels::SlackCall(launch), "slack"});
+  stages.push_back({kernels::BoundsCall(launch), "bounds"});
 }
 
 }  // namespace latticed

@@ -34,7 +34,8 @@ class CudaFusedSurface : public CudaAdaptiveSurface {
   kernels::KernelCall ReachCall(const kernels::AdaptiveLaunch& launch) const override {
     return kernels::ReachCall(launch);
   }
-  std::vector<AdaptiveStage> BoundStages(const kernels::AdaptiveLaunch& launch) const override;
+  void AddBoundStages(const kernels::AdaptiveLaunch& launch,
+                      std::vector<AdaptiveStage>& stages) const override;
   kernels::KernelCall PointsCall(const kernels::AdaptiveLaunch& launch) const override {
     return kernels::PointsCall(launch);
   }

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cuda/adaptive/surface/cuda_sampled_surface.h"
 
-#include <algorithm>
 #include <utility>
 
 #include "core/adaptive/net_slack.h"
@@ -46,6 +45,7 @@ absl::StatusOr<std::unique_ptr<CudaAdaptiveSurface>> CudaSampledSurface::Create(
   TableUpload upload;
   upload.Add(PackEdges(*surface->plan_), surface->tables_.edges);
   upload.Add(PackVertexPlaces(*surface->plan_), surface->tables_.vertices);
+  upload.Add({surface->device_plan_->turned()}, surface->tables_.turned);
   LATTICED_ASSIGN_OR_RETURN(surface->block_, upload.Send(from, "levels", stream));
   // The tables' memory on the host ends here.
   if (const auto error = cudaStreamSynchronize(stream); error != cudaSuccess) {
@@ -56,7 +56,8 @@ absl::StatusOr<std::unique_ptr<CudaAdaptiveSurface>> CudaSampledSurface::Create(
 
 uint64_t CudaSampledSurface::BytesFor(const DeformPlan& plan) {
   return TableUpload::BlockBytes({plan.edges.size() * sizeof(kernels::SharedPlace),
-                                  plan.vertices.size() * sizeof(kernels::SharedPlace)});
+                                  plan.vertices.size() * sizeof(kernels::SharedPlace),
+                                  sizeof(kernels::TurnedTables)});
 }
 
 CudaSampledSurface::CudaSampledSurface(std::shared_ptr<const DeformPlan> plan,
@@ -72,7 +73,7 @@ CudaSampledSurface::CudaSampledSurface(std::shared_ptr<const DeformPlan> plan,
   tables_.degree = stage_->degree();
   tables_.m = static_cast<int>(stage_->m());
   const NetSlack slack(*plan_);
-  std::ranges::copy(slack.factors(), tables_.slack_factors);
+  tables_.slack_of_net = slack.of_net();
   tables_.mesh_reach = slack.mesh_reach();
 }
 
@@ -82,7 +83,6 @@ void CudaSampledSurface::Begin(const QuantisationBox& box, kernels::AdaptiveLaun
 
 kernels::SampledLaunch CudaSampledSurface::LaunchOf(const kernels::AdaptiveLaunch& launch) const {
   return {.adaptive = launch,
-          .turned = device_plan_->turned(),
           .tables = tables_,
           .writer = writer_,
           .point_bytes = BytesPerPoint(spec_),

@@ -32,13 +32,17 @@ class CudaSampledSurface : public CudaAdaptiveSurface {
   double UnitsPerWorld(const QuantisationBox&) const override { return 1; }
   void Begin(const QuantisationBox& box, kernels::AdaptiveLaunch& launch) override;
   kernels::KernelCall ReachCall(const kernels::AdaptiveLaunch&) const override { return {}; }
-  std::vector<AdaptiveStage> BoundStages(const kernels::AdaptiveLaunch& launch) const override {
-    return {{kernels::SampledBoundsCall(LaunchOf(launch)), "bounds"}};
+  void AddBoundStages(const kernels::AdaptiveLaunch& launch,
+                      std::vector<AdaptiveStage>& stages) const override {
+    stages.push_back({kernels::SampledBoundsCall(LaunchOf(launch)), "bounds"});
   }
   kernels::KernelCall PointsCall(const kernels::AdaptiveLaunch& launch) const override {
     return kernels::SampledPointsCall(LaunchOf(launch));
   }
-  MemoryUse memory() const override { return {{"device_edges", block_.size_bytes()}}; }
+  MemoryUse memory() const override {
+    return {{"device_edges", block_.size_bytes()},
+            {"device_stage_matrices", stage_->MemoryBytes()}};
+  }
 
  private:
   CudaSampledSurface(std::shared_ptr<const DeformPlan> plan,

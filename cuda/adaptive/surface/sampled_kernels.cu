@@ -4,6 +4,7 @@
 
 #include "core/adaptive/curvature_slack.h"
 #include "core/adaptive/net_curvature.h"
+#include "core/adaptive/net_slack.h"
 #include "cuda/adaptive/point_site.cuh"
 #include "cuda/adaptive/store_bounds.cuh"
 #include "cuda/device/launch.cuh"
@@ -31,22 +32,23 @@ __device__ double SumOfWarp(double value) {
   return value;
 }
 
-// The largest norm of the control points of some spans. Tables: PlanTables or a TurnedTable.
+// What NetSlack adds for a lattice. Tables: PlanTables or a TurnedTable.
 template <class Tables>
-__device__ double LargestNorm(const Tables& lattice, const Vec3d* points, const int* span,
-                              int lane) {
+__device__ double SlackOfSpans(const Tables& lattice, const Vec3d* points, const int* span,
+                               double mesh_reach, int lane) {
   int first[3], count[3];
+  double ratio = 0, largest = mesh_reach;
   for (int axis = 0; axis < 3; ++axis) {
     count[axis] = lattice.degree[axis] + 1;
     first[axis] = span[axis] - lattice.degree[axis];
+    ratio = fmax(ratio, KnotRatio(lattice.knots[axis], span[axis]));
   }
-  double largest = 0;
   for (int k = lane; k < count[0] * count[1] * count[2]; k += kWarpLanes) {
     const int i = first[0] + k % count[0], j = first[1] + k / count[0] % count[1];
     const int l = first[2] + k / count[0] / count[1];
     largest = fmax(largest, Norm(points[i + lattice.size[0] * (j + lattice.size[1] * l)]));
   }
-  return LargestOfWarp(largest);
+  return SlackOfLattice(ratio, LargestOfWarp(largest));
 }
 
 __device__ double SlackOf(const SampledLaunch& launch, uint32_t index, int lane) {
@@ -54,21 +56,17 @@ __device__ double SlackOf(const SampledLaunch& launch, uint32_t index, int lane)
   const Vec3d* const points = launch.adaptive.fused.control_points;
   const double reach = launch.tables.mesh_reach;
   const uint32_t box = plan.patches[index].Box();
-  double largest = reach;
+  double slack = SlackAtRest(reach);
   if (box != plan.outside_box) {
-    largest = fmax(largest, LargestNorm(plan, points, plan.boxes[box].span, lane));
+    slack += SlackOfSpans(plan, points, plan.boxes[box].span, reach, lane);
   }
-  double slack = launch.tables.slack_factors[0] * largest;
-  for (int g = 0; g < launch.turned.count; ++g) {
-    const TurnedTable& lattice = launch.turned.lattices[g];
+  for (int g = 0; g < launch.tables.turned->count; ++g) {
+    const TurnedTable& lattice = launch.tables.turned->lattices[g];
     const int* const span = lattice.spans[index].span;
-    largest = reach;
-    if (span[0] >= 0) {
-      largest = fmax(largest, LargestNorm(lattice, points + lattice.first_point, span, lane));
-    }
-    slack += launch.tables.slack_factors[1 + g] * largest;
+    if (span[0] < 0) continue;
+    slack += SlackOfSpans(lattice, points + lattice.first_point, span, reach, lane);
   }
-  return slack;
+  return launch.tables.slack_of_net * slack;
 }
 
 // The samples of a patch, then its control net, made by one warp.
@@ -83,7 +81,7 @@ class WarpNet {
     const double over = 1.0 / tables.degree;
     for (int i = lane_; i < tables.m; i += kWarpLanes) {
       const uchar4 t = tables.samples[i];
-      samples_[i] = PlanPoint(fused.plan, launch_.turned, fused.control_points, index,
+      samples_[i] = PlanPoint(fused.plan, *tables.turned, fused.control_points, index,
                               {t.x * over, t.y * over, t.z * over});
     }
     __syncwarp();
@@ -167,7 +165,7 @@ __device__ Vec3d SharedPoint(const SampledLaunch& launch, const PointSite& site,
   if (is_edge && place.vertex[0] != patch.Vertex(corner)) t = 1 - t;
   const bool rests = patch.Box() == fused.plan.outside_box ||
                      (place.seam != kNoSharedSeam && fused.attached[place.seam] != 0);
-  return PlanPointOnEdge(fused.plan, launch.turned, fused.control_points,
+  return PlanPointOnEdge(fused.plan, *launch.tables.turned, fused.control_points,
                          rests ? fused.plan.outside_box : place.box, place.vertex[0],
                          place.vertex[1], t);
 }
@@ -184,14 +182,15 @@ __global__ void __launch_bounds__(kBlockThreads)
   const int kind = site.place.Kind();
   const Vec3d position =
       kind == PatternPlace::kInside
-          ? PlanPoint(fused.plan, launch.turned, fused.control_points, site.patch, b)
+          ? PlanPoint(fused.plan, *launch.tables.turned, fused.control_points, site.patch, b)
           : SharedPoint(launch, site, between, kind);
   const PatchPlace chunk{launch.vertices + site.chunk_first * launch.point_bytes, site.chunk_points,
                          0};
   launch.writer.WritePosition(chunk, site.in_chunk, position);
   if (fused.normals == Normals::kNone) return;
-  const Vec3d normal = DefinitionNormal(fused.plan, fused.control_points, site.patch, b,
-                                        fused.normals == Normals::kSmooth, Turned{launch.turned});
+  const Vec3d normal =
+      DefinitionNormal(fused.plan, fused.control_points, site.patch, b,
+                       fused.normals == Normals::kSmooth, Turned{*launch.tables.turned});
   launch.writer.WriteNormal(chunk, site.in_chunk, ToFloat(normal));
 }
 

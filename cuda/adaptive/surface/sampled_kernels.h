@@ -36,14 +36,12 @@ struct SampledTables {
   const double* inverse;        // inv(B), m x m
   int degree;                   // of a patch
   int m;
-  // Of core/adaptive/net_slack.h.
-  double slack_factors[limits::kMaxLattices];
-  double mesh_reach;
+  const TurnedTables* turned;
+  double slack_of_net, mesh_reach;  // of core/adaptive/net_slack.h
 };
 
 struct SampledLaunch {
   AdaptiveLaunch adaptive;  // of `fused`, no tables, polynomials and output
-  TurnedTables turned;
   SampledTables tables;
   VertexWriter writer;
   size_t point_bytes;

@@ -5,7 +5,7 @@
 // core/adaptive/edge_levels.h.
 //
 // Errors   kInvalidArgument with the path of the field, which begins with the argument `field`: UNSUPPORTED where
-//          views have no tolerance or no patches; OUT_OF_RANGE with the position bits that would meet it, or with the least
+//          views have no patches; OUT_OF_RANGE with the position bits that would meet it, or with the least
 //          tolerance where none would
 // Threads  pure functions
 #ifndef LATTICED_SERVER_ENGINE_WATCH_VIEW_TOLERANCE_H_

@@ -218,7 +218,9 @@ TEST_P(ToleranceEncoding, NoChunksHaveNoStreams) {
 
 INSTANTIATE_TEST_SUITE_P(Backends, ToleranceEncoding,
                          ::testing::Values(Subject{"cpu", Pipeline::kFused},
-                                           Subject{"cuda", Pipeline::kFused}),
+                                           Subject{"cpu", Pipeline::kGemm},
+                                           Subject{"cuda", Pipeline::kFused},
+                                           Subject{"cuda", Pipeline::kGemm}),
                          SubjectName);
 
 }  // namespace

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The fused pipeline under a tolerance: bounds of 16 patches at a time (bounds/patch_bounder.h), and points of a box side by
+// The fused pipeline under a tolerance: bounds of 16 patches at a time (patch_bounder.h), and points of a box side by
 // side (adaptive_points.h). Both take the polynomials of boxes, made once an evaluation.
 //
 // Errors   none

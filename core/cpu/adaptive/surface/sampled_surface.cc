@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/cpu/adaptive/surface/sampled_surface.h"
 
+#include <algorithm>
+
 #include "core/adaptive/curvature_slack.h"
 #include "core/adaptive/net_curvature.h"
 #include "core/base/status_macros.h"
@@ -24,10 +26,19 @@ absl::Status SampledSurface::Bound(std::span<const uint32_t> chunks, Take take) 
   return arena_.TryEach(chunks.size(), [&](size_t i) { return BoundChunk(chunks[i], take); });
 }
 
+uint64_t SampledSurface::MostBytes(const DeformPlan& plan, size_t threads) {
+  // Samples and nets of a chunk; control points and their norms.
+  const auto m = static_cast<uint64_t>(BernsteinCount(plan.surface_degree()));
+  return threads * 2 * 3 * limits::kPatchesPerChunk * m * sizeof(double) +
+         plan.control_point_count() * (sizeof(Vec3d) + sizeof(double));
+}
+
 absl::Status SampledSurface::BoundChunk(uint32_t chunk, Take take) const {
   const auto [first, last] = plan_->ChunkPatches(chunk);
   const size_t count = last - first, m = stage_.m, columns = 3 * count;
-  std::vector<double> samples(m * columns), nets(m * columns);
+  static thread_local std::vector<double> samples, nets;
+  samples.resize(m * columns);
+  nets.resize(m * columns);
   for (size_t t = 0; t < count; ++t) {
     frame_->sampler.Sample(first + t, samples.data() + t * m, nullptr, {}, count * m);
   }
@@ -74,7 +85,7 @@ void SampledSurface::WriteChunk(uint32_t chunk, std::span<const uint16_t> codes,
   }
 }
 
-// Normals, and positions of which those on edges are written over.
+// Normals of all points, and positions inside; those on edges are written over.
 void SampledSurface::WriteOwn(const Target& target) const {
   const bool smooth = spec_.normals == NormalMode::kSmooth;
   const auto kind = smooth ? DirectFfd::Normal::kSmooth : DirectFfd::Normal::kFacet;
@@ -84,6 +95,7 @@ void SampledSurface::WriteOwn(const Target& target) const {
       b[c] = static_cast<double>(target.pattern.points[i][c]) / target.pattern.denominator;
     }
     if (spec_.normals == NormalMode::kNone) {
+      if (*std::ranges::min_element(b) == 0) continue;  // on an edge
       const Vec3d world = frame_->direct.EvaluatePosition(target.patch, b).position;
       target.writer.WritePosition(target.place, i, world - plan_->local_origin);
       continue;

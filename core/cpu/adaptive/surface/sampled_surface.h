@@ -41,7 +41,9 @@ class SampledSurface : public AdaptiveSurface {
   absl::Status Bound(std::span<const uint32_t> chunks, Take take) override;
   absl::Status Write(std::span<const uint32_t> chunks, std::span<const uint16_t> codes,
                      const QuantisationBox& box, ChunkVertices& vertices) override;
-  size_t MemoryBytes() const override { return 0; }
+  size_t MemoryBytes() const override { return MostBytes(*plan_, arena_.most_threads()); }
+  // The most host memory that an evaluation takes on so many threads.
+  static uint64_t MostBytes(const DeformPlan& plan, size_t threads);
 
  private:
   struct Frame {
