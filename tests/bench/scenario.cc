@@ -96,7 +96,7 @@ Scenario MakeTurnedScenario(std::string name, std::shared_ptr<const PolygonMesh>
   const LatticeStructure own =
       Checked(FitLattice(mesh->ComputeBounds(), {7, 7, 7}, {2, 2, 2}, kPadding)).structure;
   LatticeStructure turned = own;
-  Frame& frame = turned.frame;
+  LatticeFrame& frame = turned.frame;
   const Vec3d centre = frame.origin + 0.5 * (frame.edges[0] + frame.edges[1] + frame.edges[2]);
   for (Vec3d& edge : frame.edges) {
     const double c = std::cos(kTurn), s = std::sin(kTurn);
