@@ -52,7 +52,7 @@ for node in a:latticed b:second; do
     -e "s|$place:50151|$(listened "$node" address)|; s|$place:8080|$(listened "$node" http)|")
 done
 sed "${edits[@]}" "$root/docker/haproxy.cfg" >haproxy.cfg
-haproxy -c -q -f haproxy.cfg || fail "HAProxy does not take it"
+haproxy -c -f haproxy.cfg >check.txt 2>&1 || fail "HAProxy does not take it"
 haproxy -db -f haproxy.cfg >haproxy.txt 2>&1 &
 pids+=($!)
 # A second proxy cuts streams before their heartbeats come, and logs that.

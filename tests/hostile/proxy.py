@@ -8,7 +8,7 @@ import time
 from pathlib import Path
 
 CONFIGURATION = Path(__file__).resolve().parents[2] / "docker/haproxy.cfg"
-READY_S = 10
+READY_S = 60
 
 
 def make_certificate(work):
@@ -61,7 +61,7 @@ class Proxy:
                 return
             except OSError:
                 time.sleep(0.02)
-        raise RuntimeError("HAProxy did not start")
+        raise RuntimeError(f"HAProxy did not start: {Path(self._log.name).read_text()}")
 
     def stop(self):
         self._process.kill()
