@@ -69,7 +69,7 @@ readonly sanitized=(  # NAME PROGRAM FILTER …
   view backend_test '*/View.*cuda*'
   tolerance backend_test '*/Tolerance.*cuda*:*/ToleranceEncoding.*cuda*:*/EdgeBounds.*cuda*'
   points backend_test '*/Points.*cuda*-*EveryTime*'
-  'turned lattices' backend_test '*/TurnedLattices.*cuda*:*/TurnedTolerance.*cuda*'
+  'turned lattices' backend_test '*/TurnedLattices.Three*/cuda_*:*/TurnedLattices.*Outside*/cuda_gemm:*/TurnedTolerance.*cuda*'
   watertight backend_test '*QuantisedAfterRandomEdits/cuda*:*Attached*/cuda*'
   accuracy backend_test '*AllDegreeMixes*/cuda*:*AllSegments*/cuda_*fused:*FillNoLanes*/cuda*:*PartlyAndWholly*/cuda*:*Collapsed*/cuda*')
 # Runs the same kernels again, for which racecheck takes minutes.
