@@ -169,7 +169,7 @@ TEST_P(Watertight, ThousandEditsWithoutNormals) {
   }
 }
 
-// The pipelines with products are slower, and on CUDA evaluate all patches at every edit, so they get fewer edits.
+// The pipelines with products evaluate all patches at every edit, so they get fewer edits.
 TEST_P(Watertight, RealMeshesAfterAThousandEdits) {
   std::vector<RealMesh> meshes = RealMeshes();
   if (meshes.empty()) GTEST_SKIP() << "no meshes in $LATTICED_SHARED/models";

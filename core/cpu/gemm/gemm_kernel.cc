@@ -108,15 +108,16 @@ GemmKernel::GemmKernel(std::shared_ptr<const DeformPlan> plan,
       context_(std::move(context)) {}
 
 absl::Status GemmKernel::Evaluate(std::span<const Vec3d> control_points, const QuantisationBox& box,
-                                  std::span<const uint32_t> chunks, std::span<uint8_t> vertices) {
+                                  std::span<const uint32_t> /*named: always all*/,
+                                  std::span<uint8_t> vertices) {
   LATTICED_RETURN_IF_ERROR(stages_.Begin());
   const Frame frame{{plan_, stage_, control_points},
                     {plan_, control_points},
                     MakeVertexWriter(plan_, spec_, box),
                     vertices};
-  LATTICED_RETURN_IF_ERROR(context_->arena.TryEach(
-      chunks.size(), [&](size_t i) { return EvaluateChunk(frame, chunks[i], tiles_.local()); }));
-  // Of other chunks too: their points and those of their owners are as they were.
+  LATTICED_RETURN_IF_ERROR(context_->arena.TryEach(plan_.chunk_count(), [&](size_t chunk) {
+    return EvaluateChunk(frame, chunk, tiles_.local());
+  }));
   CopySharedPoints(*shared_, plan_, control_points, layout_, frame.writer, spec_.segments, vertices,
                    context_->arena);
   return absl::OkStatus();

@@ -54,6 +54,7 @@ class TurnedLatticesTest : public RemovedLatticesTest {
   v1::WatchRequest WatchTo(double tolerance) const {
     v1::WatchRequest watch = For<v1::WatchRequest>();
     watch.mutable_view()->set_tolerance(tolerance);
+    watch.set_max_unacked_updates(10);
     return watch;
   }
 };
