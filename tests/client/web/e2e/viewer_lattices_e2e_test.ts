@@ -197,6 +197,7 @@ test('an added lattice may go on along straight lines, as far as the mesh reache
 
 test('one that is turned shows within the tolerance of the page, and its moves add up too', async () => {
   await openTwo('turned-lattices', 0.5);
+  await page.evaluate(() => window.latticed.settings.set({ detail: 'tolerance' }));
   await segmentsCome(page, 0); // patches of a tolerance have no segments in common
   const rest = await top();
   await page.getByRole('combobox', { name: 'Lattice', exact: true }).selectOption('2 of 2');
