@@ -68,6 +68,14 @@ void TriangleForm::AddProduct(const TriangleForm& a, const TriangleForm& b, doub
   }
 }
 
+TriangleForm LinearForm(const std::array<double, 3>& corners) {
+  TriangleForm form(1);
+  form.at(1, 0) = corners[0];
+  form.at(0, 1) = corners[1];
+  form.at(0, 0) = corners[2];
+  return form;
+}
+
 VectorForm MakeVectorForm(size_t degree) {
   return {TriangleForm(degree), TriangleForm(degree), TriangleForm(degree)};
 }

@@ -41,6 +41,9 @@ class TriangleForm {
   size_t degree_;
   std::vector<double> terms_;
 };
+// The linear form with these values at the corners.
+[[nodiscard]] TriangleForm LinearForm(const std::array<double, 3>& corners);
+
 using VectorForm = std::array<TriangleForm, 3>;  // by component
 [[nodiscard]] VectorForm MakeVectorForm(size_t degree);
 

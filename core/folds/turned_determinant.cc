@@ -228,11 +228,7 @@ std::array<VectorForm, 3> TurnedPatches::Columns(const Lattice& lattice,
 void TurnedPatches::Weigh(size_t patch, std::span<const size_t> lattices,
                           std::array<VectorForm, 3>& column, Vec3d& bounds) const {
   const size_t n = column[0][0].degree() + 1;
-  const std::array<double, 3> weights = plan_.CornerWeights(patch);
-  TriangleForm weight(1);
-  weight.at(1, 0) = weights[0];
-  weight.at(0, 1) = weights[1];
-  weight.at(0, 0) = weights[2];
+  const TriangleForm weight = LinearForm(plan_.CornerWeights(patch));
   const Vec3d gradient = plan_.PatchWeightGradient(patch);
   VectorForm offset = MakeVectorForm(n);
   double most = 0;

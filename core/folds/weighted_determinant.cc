@@ -96,11 +96,7 @@ double WeightedBox::MakeDeterminant(size_t p, BernsteinTriangle& determinant) {
           (at[axis] - knots_.lower[axis]) / (knots_.upper[axis] - knots_.lower[axis]), 0.0, 1.0);
     }
   }
-  const std::array<double, 3> weights = plan_.CornerWeights(p);
-  TriangleForm weight(1);
-  weight.at(1, 0) = weights[0];
-  weight.at(0, 1) = weights[1];
-  weight.at(0, 0) = weights[2];
+  const TriangleForm weight = LinearForm(plan_.CornerWeights(p));
   const Vec3d gradient = plan_.PatchWeightGradient(p);
   const VectorForm offset = Compose(box.offset, corners);
   const size_t n = offset[0].degree();

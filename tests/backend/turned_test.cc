@@ -45,18 +45,22 @@ class TurnedLattices : public BackendTest {
                      NormalMode normals) {
     Check(mesh, lattices, normals, RandomWeights(mesh, kTurnedSeed));
   }
+  void CheckAllMixes(bool weighted) {
+    for (int mix = 0; mix < 27; ++mix) {
+      const std::array<int, 3> degree{1 + mix % 3, 1 + mix / 3 % 3, 1 + mix / 9};
+      SCOPED_TRACE(fmt::format("degree {} {} {}", degree[0], degree[1], degree[2]));
+      const std::array<MovedLattice, 2> lattices{
+          MovedLattice{{.degree = degree, .scale = 2}},
+          MovedLattice{{.degree = {degree[2], degree[0], degree[1]}, .scale = 2, .turn = 0.5}}};
+      const bool is_facet = (mix % 2 == 1) != weighted;
+      const NormalMode normals = is_facet ? NormalMode::kFacet : NormalMode::kSmooth;
+      weighted ? CheckWeighted(TorusMesh(9, 6), lattices, normals)
+               : Check(TorusMesh(9, 6), lattices, normals);
+    }
+  }
 };
 
-TEST_P(TurnedLattices, AllDegreeMixesMatchDefinition) {
-  for (int mix = 0; mix < 27; ++mix) {
-    const std::array<int, 3> degree{1 + mix % 3, 1 + mix / 3 % 3, 1 + mix / 9};
-    SCOPED_TRACE(fmt::format("degree {} {} {}", degree[0], degree[1], degree[2]));
-    const std::array<MovedLattice, 2> lattices{
-        MovedLattice{{.degree = degree, .scale = 2}},
-        MovedLattice{{.degree = {degree[2], degree[0], degree[1]}, .scale = 2, .turn = 0.5}}};
-    Check(TorusMesh(9, 6), lattices, mix % 2 ? NormalMode::kFacet : NormalMode::kSmooth);
-  }
-}
+TEST_P(TurnedLattices, AllDegreeMixesMatchDefinition) { CheckAllMixes(false); }
 
 // The degree of the patches is the turned lattice's, and one lattice ends inside the mesh.
 TEST_P(TurnedLattices, ThreeLatticesMatchDefinition) {
@@ -119,16 +123,7 @@ TEST_P(TurnedLattices, ControlNetsMatchDefinition) {
   }
 }
 
-TEST_P(TurnedLattices, AllDegreeMixesWithWeightsMatchDefinition) {
-  for (int mix = 0; mix < 27; ++mix) {
-    const std::array<int, 3> degree{1 + mix % 3, 1 + mix / 3 % 3, 1 + mix / 9};
-    SCOPED_TRACE(fmt::format("degree {} {} {}", degree[0], degree[1], degree[2]));
-    const std::array<MovedLattice, 2> lattices{
-        MovedLattice{{.degree = degree, .scale = 2}},
-        MovedLattice{{.degree = {degree[2], degree[0], degree[1]}, .scale = 2, .turn = 0.5}}};
-    CheckWeighted(TorusMesh(9, 6), lattices, mix % 2 ? NormalMode::kSmooth : NormalMode::kFacet);
-  }
-}
+TEST_P(TurnedLattices, AllDegreeMixesWithWeightsMatchDefinition) { CheckAllMixes(true); }
 
 // Patches outside the first lattice take weights of what the second one moves.
 TEST_P(TurnedLattices, WeightsCountWhereverALatticeMoves) {

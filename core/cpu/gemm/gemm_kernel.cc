@@ -18,9 +18,9 @@ constexpr size_t kCopiesPerTask = 2'048;  // about 100 us
 
 // Copies every shared position from its owner, by the tables of core/ffd/plan/shared_points.h.
 void CopySharedPoints(const SharedPoints& shared, const DeformPlan& plan,
-                      std::span<const Vec3d> control_points, const VertexLayout& layout,
-                      const VertexWriter& writer, int segments, std::span<uint8_t> vertices,
-                      CpuArena& arena) {
+                      std::span<const Vec3d> control_points, const DirectFfd& direct,
+                      const VertexLayout& layout, const VertexWriter& writer, int segments,
+                      std::span<uint8_t> vertices, CpuArena& arena) {
   const std::vector<bool> attached = AttachedSeams(plan, control_points);
   const TessellationPattern& pattern = TessellationPattern::Get(segments);
   const auto s = static_cast<size_t>(segments);
@@ -38,7 +38,6 @@ void CopySharedPoints(const SharedPoints& shared, const DeformPlan& plan,
       layout.CopyPosition(from, source[copy.reversed ? s - k : k], to, target[k]);
     }
   };
-  const DirectFfd direct(plan, control_points);
   const auto evaluate_one = [&](const SharedPoints::Orphan& orphan) {
     const auto to = layout.Place(vertices.data(), orphan.use.patch);
     // At the place t from one vertex to another.
@@ -118,8 +117,8 @@ absl::Status GemmKernel::Evaluate(std::span<const Vec3d> control_points, const Q
   LATTICED_RETURN_IF_ERROR(context_->arena.TryEach(plan_.chunk_count(), [&](size_t chunk) {
     return EvaluateChunk(frame, chunk, tiles_.local());
   }));
-  CopySharedPoints(*shared_, plan_, control_points, layout_, frame.writer, spec_.segments, vertices,
-                   context_->arena);
+  CopySharedPoints(*shared_, plan_, control_points, frame.direct, layout_, frame.writer,
+                   spec_.segments, vertices, context_->arena);
   return absl::OkStatus();
 }
 

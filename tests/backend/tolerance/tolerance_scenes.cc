@@ -38,4 +38,13 @@ std::vector<uint16_t> Watched::Codes() const {
   return all;
 }
 
+void EvaluateWhole(const DeformPlan& plan, DeformView& view,
+                   const std::vector<Vec3d>& control_points, const QuantisationBox& box,
+                   WholeSurface& whole) {
+  ASSERT_OK(view.Evaluate(control_points, box, AllChunks(plan)));
+  Watched watched(plan);
+  watched.TakeAll(plan, view);
+  whole = {watched.Codes(), Decode(plan, view.spec(), box, watched.chunks)};
+}
+
 }  // namespace latticed::testing

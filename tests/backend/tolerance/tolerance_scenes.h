@@ -36,6 +36,16 @@ struct Watched {
   friend bool operator==(const Watched&, const Watched&) = default;
 };
 
+// Of a whole evaluation: the pattern of each patch, and its points.
+struct WholeSurface {
+  std::vector<uint16_t> codes;
+  std::vector<ViewPoint> points;
+};
+// Evaluates all chunks and fills `whole`; a fatal failure if the view does not evaluate.
+void EvaluateWhole(const DeformPlan& plan, DeformView& view,
+                   const std::vector<Vec3d>& control_points, const QuantisationBox& box,
+                   WholeSurface& whole);
+
 }  // namespace latticed::testing
 
 #endif  // LATTICED_TESTS_BACKEND_TOLERANCE_TOLERANCE_SCENES_H_

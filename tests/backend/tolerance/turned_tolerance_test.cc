@@ -70,15 +70,13 @@ TEST_P(TurnedTolerance, TrianglesAreWithinTheCertificateAndTheTolerance) {
             .segments = 32, .tolerance = share * box.range, .format = format, .position_bits = 16};
         const auto view = MakeView(moved.plan, spec);
         ASSERT_NE(view, nullptr);
-        ASSERT_OK(view->Evaluate(moved.points, box, AllChunks(plan)));
-        Watched watched(plan);
-        watched.TakeAll(plan, *view);
-        const auto vertices = Decode(plan, spec, box, watched.chunks);
+        WholeSurface whole;
+        ASSERT_NO_FATAL_FAILURE(EvaluateWhole(plan, *view, moved.points, box, whole));
 
         EXPECT_LE(view->certified_error(), spec.tolerance);
-        EXPECT_LE(LargestDistance(plan, moved.points, watched.Codes(), vertices, random),
+        EXPECT_LE(LargestDistance(plan, moved.points, whole.codes, whole.points, random),
                   view->certified_error());
-        EXPECT_EQ(CountCracksBetween(plan, moved.points, watched.Codes(), vertices), 0u);
+        EXPECT_EQ(CountCracksBetween(plan, moved.points, whole.codes, whole.points), 0u);
       }
     }
   });
@@ -97,11 +95,10 @@ TEST_P(TurnedTolerance, PointsAreThoseOfTheDefinition) {
                             .normal_bits = 12};
         const auto view = MakeView(moved.plan, spec);
         ASSERT_NE(view, nullptr);
-        ASSERT_OK(view->Evaluate(moved.points, box, AllChunks(*moved.plan)));
-        Watched watched(*moved.plan);
-        watched.TakeAll(*moved.plan, *view);
-        ExpectPointsOfTheDefinition(*moved.plan, moved.points, spec, box, watched.Codes(),
-                                    Decode(*moved.plan, spec, box, watched.chunks));
+        WholeSurface whole;
+        ASSERT_NO_FATAL_FAILURE(EvaluateWhole(*moved.plan, *view, moved.points, box, whole));
+        ExpectPointsOfTheDefinition(*moved.plan, moved.points, spec, box, whole.codes,
+                                    whole.points);
       }
     }
   });

@@ -50,17 +50,15 @@ TEST_P(WeightedTolerance, TrianglesAreWithinTheCertificateAndTheTolerance) {
             .segments = 32, .tolerance = share * box.range, .format = format, .position_bits = 16};
         const auto view = MakeView(plan, spec);
         ASSERT_NE(view, nullptr);
-        ASSERT_OK(view->Evaluate(points, box, AllChunks(*plan)));
-        Watched watched(*plan);
-        watched.TakeAll(*plan, *view);
-        const auto vertices = Decode(*plan, spec, box, watched.chunks);
+        WholeSurface whole;
+        ASSERT_NO_FATAL_FAILURE(EvaluateWhole(*plan, *view, points, box, whole));
 
-        const double distance = LargestDistance(*plan, points, watched.Codes(), vertices, random);
+        const double distance = LargestDistance(*plan, points, whole.codes, whole.points, random);
 
         EXPECT_LE(view->certified_error(), spec.tolerance);
         EXPECT_LE(distance, view->certified_error());
         EXPECT_GT(distance, 0);
-        EXPECT_EQ(CountCracksBetween(*plan, points, watched.Codes(), vertices), 0u);
+        EXPECT_EQ(CountCracksBetween(*plan, points, whole.codes, whole.points), 0u);
       }
     }
   }
@@ -87,12 +85,9 @@ TEST_P(WeightedTolerance, PointsOfAllDegreesAreThoseOfTheDefinition) {
                             .normal_bits = 12};
         const auto view = MakeView(plan, spec);
         ASSERT_NE(view, nullptr);
-        ASSERT_OK(view->Evaluate(points, box, AllChunks(*plan)));
-        Watched watched(*plan);
-        watched.TakeAll(*plan, *view);
-
-        ExpectPointsOfTheDefinition(*plan, points, spec, box, watched.Codes(),
-                                    Decode(*plan, spec, box, watched.chunks));
+        WholeSurface whole;
+        ASSERT_NO_FATAL_FAILURE(EvaluateWhole(*plan, *view, points, box, whole));
+        ExpectPointsOfTheDefinition(*plan, points, spec, box, whole.codes, whole.points);
       }
     }
   }

@@ -13,11 +13,13 @@
 #include <iostream>
 #include <memory>
 #include <random>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "core/folds/fold_certifier.h"
+#include "core/folds/turned_determinant.h"
 #include "tests/core/folds/fold_fixtures.h"
 
 namespace latticed::testing {
@@ -102,6 +104,23 @@ inline double LeastOnPatch(const DirectFfd& definition, size_t patch, int steps)
     }
   }
   return least;
+}
+
+// At a random point of every patch, det J of `patches` is the definition's, to within its slack, which is below `most_slack`.
+inline void ExpectDeterminantsOfTheDefinition(const DeformPlan& plan, std::span<const Vec3d> points,
+                                              TurnedPatches& patches, double most_slack,
+                                              std::mt19937& random) {
+  std::uniform_real_distribution<double> uniform(0, 1);
+  const DirectFfd definition(plan, points);
+  BernsteinTriangle determinant;
+  for (size_t p = 0; p < plan.patches.size(); ++p) {
+    const double slack = patches.MakeDeterminant(p, determinant);
+    ASSERT_LT(slack, most_slack);
+    const double x = uniform(random), y = uniform(random) * (1 - x);
+    const std::array<double, 3> at{1 - x - y, x, y};
+    ASSERT_NEAR(determinant.Value(at), SumDeterminantAt(definition, p, at), slack + 1e-11)
+        << "patch " << p;
+  }
 }
 
 // LATTICED_TURNED_SCENES and LATTICED_FOLD_SAMPLES set how many there are, and the samples along a patch's edge.

@@ -17,34 +17,25 @@ namespace {
 constexpr uint32_t kTurnedFoldSeed = 67;
 
 using testing::DrawTurned;
+using testing::ExpectDeterminantsOfTheDefinition;
 using testing::ExpectReportsThatAgreeWithSamples;
 using testing::JitterAll;
 using testing::LatticeOptions;
 using testing::PlanTurned;
 using testing::ReportOfTurned;
-using testing::SumDeterminantAt;
 using testing::TorusMesh;
 using testing::TurnedFolds;
 using testing::Weights;
 
 TEST(TurnedDeterminant, IsTheDefinitionsOnEveryPatch) {
   std::mt19937 random(kTurnedFoldSeed);
-  std::uniform_real_distribution<double> uniform(0, 1);
   for (uint32_t mix = 0; mix < 27; ++mix) {
     SCOPED_TRACE(::testing::Message() << "mix " << mix << ", seed " << kTurnedFoldSeed);
     const TurnedFolds scene = DrawTurned(mix, mix % 2 == 0);
     const auto points = JitterAll(scene, 0.4, kTurnedFoldSeed + mix);
-    const DirectFfd definition(*scene.plan, points);
     TurnedPatches patches(*scene.plan, points);
-    BernsteinTriangle determinant;
-    for (size_t p = 0; p < scene.plan->patches.size(); ++p) {
-      const double slack = patches.MakeDeterminant(p, determinant);
-      ASSERT_LT(slack, 1e-7);
-      const double x = uniform(random), y = uniform(random) * (1 - x);
-      const std::array<double, 3> at{1 - x - y, x, y};
-      ASSERT_NEAR(determinant.Value(at), SumDeterminantAt(definition, p, at), slack + 1e-11)
-          << "patch " << p;
-    }
+    ASSERT_NO_FATAL_FAILURE(
+        ExpectDeterminantsOfTheDefinition(*scene.plan, points, patches, 1e-7, random));
   }
 }
 

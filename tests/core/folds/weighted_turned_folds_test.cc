@@ -18,6 +18,7 @@ namespace {
 constexpr uint32_t kWeighedSumSeed = 71;
 
 using testing::DrawTurned;
+using testing::ExpectDeterminantsOfTheDefinition;
 using testing::ExpectReportsThatAgreeWithSamples;
 using testing::FlatGrid;
 using testing::JitterAll;
@@ -25,7 +26,6 @@ using testing::LatticeOptions;
 using testing::LeastOnPatch;
 using testing::PlanTurned;
 using testing::ReportOfTurned;
-using testing::SumDeterminantAt;
 using testing::TorusMesh;
 using testing::TurnedFolds;
 using testing::Weights;
@@ -48,23 +48,14 @@ TurnedFolds TwoAround(const PolygonMesh& mesh, VertexWeights weights) {
 
 TEST(WeightedTurnedDeterminant, IsTheDefinitionsOnEveryPatch) {
   std::mt19937 random(kWeighedSumSeed);
-  std::uniform_real_distribution<double> uniform(0, 1);
   for (uint32_t mix = 0; mix < 27; ++mix) {
     SCOPED_TRACE(::testing::Message() << "mix " << mix << ", seed " << kWeighedSumSeed);
     const TurnedFolds scene = DrawTurned(mix, mix % 2 == 0, Weights::kScattered);
     const auto points = JitterAll(scene, 0.4, kWeighedSumSeed + mix);
     const auto offsets = OffsetsFromRest(*scene.plan, points);
-    const DirectFfd definition(*scene.plan, points);
     TurnedPatches patches(*scene.plan, points, offsets);
-    BernsteinTriangle determinant;
-    for (size_t p = 0; p < scene.plan->patches.size(); ++p) {
-      const double slack = patches.MakeDeterminant(p, determinant);
-      ASSERT_LT(slack, 1e-6);
-      const double x = uniform(random), y = uniform(random) * (1 - x);
-      const std::array<double, 3> at{1 - x - y, x, y};
-      ASSERT_NEAR(determinant.Value(at), SumDeterminantAt(definition, p, at), slack + 1e-11)
-          << "patch " << p;
-    }
+    ASSERT_NO_FATAL_FAILURE(
+        ExpectDeterminantsOfTheDefinition(*scene.plan, points, patches, 1e-6, random));
   }
 }
 

@@ -8,6 +8,7 @@
 
 #include "core/adaptive/curvature_slack.h"
 #include "core/cpu/adaptive/kernel/adaptive_kernel.h"
+#include "core/cpu/adaptive/surface/raised_bounds.h"
 #include "core/cpu/flush_denormals.h"
 
 namespace latticed {
@@ -22,10 +23,6 @@ namespace {
 // 110,000 times this sum, 16 n (n + 1) by the degree and the steps, 1.5^n by the patch's reach of its box, 2 by the weight.
 // Each product is rounded 150 times, which takes 1.9e-9.
 constexpr double kWeightedBoundSlack = 2e-9;
-
-float RaisedBound(double bound, double slack) {
-  return static_cast<float>(kBoundFactor * (bound + slack));
-}
 
 }  // namespace
 
@@ -90,13 +87,7 @@ void PatchBounder::BoundWeighted(std::span<const uint32_t> groups,
       double slack = 0;
       for (const Vec3d c : polynomial) slack += kWeightedBoundSlack * Norm(c);
       for (size_t p = group.first_patch; p < group.first_patch + group.lanes; ++p) {
-        const CurvatureBounds<double> exact = weighted_->BoundPatch(p, polynomial);
-        CurvatureBounds<float> bounds;
-        for (size_t e = 0; e < 3; ++e) {
-          bounds.edge[e] = RaisedBound(exact.edge[e], slack);
-          bounds.mixed[e] = RaisedBound(exact.mixed[e], slack);
-        }
-        take(p, bounds);
+        take(p, RaisedBounds(weighted_->BoundPatch(p, polynomial), slack));
       }
     }
   });

@@ -4,9 +4,9 @@
 
 #include <algorithm>
 
-#include "core/adaptive/curvature_slack.h"
 #include "core/adaptive/net_curvature.h"
 #include "core/base/status_macros.h"
+#include "core/cpu/adaptive/surface/raised_bounds.h"
 #include "core/cpu/gemm/cpu_gemm.h"
 #include "core/view/view_layout.h"
 
@@ -50,14 +50,8 @@ absl::Status SampledSurface::BoundChunk(uint32_t chunk, Take take) const {
       const double* x = nets.data() + t * m + i;
       return Vec3d{x[0], x[count * m], x[2 * count * m]};
     };
-    const CurvatureBounds<double> exact = BoundNet(stage_.degree, net);
     const double slack = slack_.Of(first + t, frame_->norms);
-    CurvatureBounds<float> bounds;
-    for (int e = 0; e < 3; ++e) {
-      bounds.edge[e] = static_cast<float>(kBoundFactor * (exact.edge[e] + slack));
-      bounds.mixed[e] = static_cast<float>(kBoundFactor * (exact.mixed[e] + slack));
-    }
-    take(first + t, bounds);
+    take(first + t, RaisedBounds(BoundNet(stage_.degree, net), slack));
   }
   return absl::OkStatus();
 }
