@@ -31,6 +31,7 @@ after(() => rmSync(folder, { recursive: true }));
 async function openShareDialog(): Promise<void> {
   await page.evaluate(() => window.latticed.commands.get('share').run());
   await page.getByRole('dialog', { name: 'Share' }).waitFor();
+  await page.locator('.shares[aria-busy=false]').waitFor({ state: 'attached' });
 }
 
 /** Makes a link in the open dialog. */

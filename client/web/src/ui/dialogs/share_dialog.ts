@@ -34,7 +34,7 @@ export function showShareDialog({ shares, linkWith, copy, remark }: ShareDialogP
   linkField.hidden = true;
   const note = h('p', { class: 'note', role: 'status' });
   const error = h('p', { class: 'error', role: 'alert' });
-  const list = h('ul', { class: 'shares', 'aria-label': 'Links to this scene' });
+  const list = h('ul', { class: 'shares', 'aria-label': 'Links to this scene', 'aria-busy': 'true' });
 
   /** Shows what failed, in words. */
   const trying = async (act: () => Promise<void>): Promise<void> => {
@@ -48,6 +48,7 @@ export function showShareDialog({ shares, linkWith, copy, remark }: ShareDialogP
   const showList = async (): Promise<void> => {
     const all = await shares.list();
     list.replaceChildren(...all.map(row));
+    list.ariaBusy = 'false';
   };
   const row = ({ id, role: may, until: end, madeBy }: SceneShare): HTMLElement => {
     const words = `${ROLES[may]} until ${end.toLocaleDateString()}${madeBy === '' ? '' : `, by ${madeBy}`}`;
