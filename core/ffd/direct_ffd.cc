@@ -16,17 +16,26 @@ Vec3d Blend(std::array<Vec3d, 3> v, std::array<double, 3> b) {
 
 constexpr std::array<double, 3> kCentroid{1.0 / 3, 1.0 / 3, 1.0 / 3};
 
-}  // namespace
-
-VolumePoint EvaluateVolume(const LatticeStructure& s, std::span<const Vec3d> control_points,
-                           const std::array<int, 3>& span, Vec3d parameter) {
+VolumeView ViewOf(const LatticeStructure& s, std::span<const Vec3d> control_points) {
   VolumeView volume{.control_points = control_points.data()};
   for (size_t a = 0; a < 3; ++a) {
     volume.degree[a] = s.degree[a];
     volume.size[a] = s.size[a];
     volume.knots[a] = s.knots[a].data();
   }
-  return EvaluateVolume<true>(volume, span.data(), parameter);
+  return volume;
+}
+
+}  // namespace
+
+VolumePoint EvaluateVolume(const LatticeStructure& s, std::span<const Vec3d> control_points,
+                           const std::array<int, 3>& span, Vec3d parameter) {
+  return EvaluateVolume<true>(ViewOf(s, control_points), span.data(), parameter);
+}
+
+Vec3d EvaluateVolumePosition(const LatticeStructure& s, std::span<const Vec3d> control_points,
+                             const std::array<int, 3>& span, Vec3d parameter) {
+  return EvaluateVolume<false>(ViewOf(s, control_points), span.data(), parameter).position;
 }
 
 std::array<Vec3d, 3> ParameterByWorld(const LatticeStructure& structure) {
@@ -110,9 +119,8 @@ Vec3d DirectFfd::OnEdge(uint32_t box, const std::array<uint32_t, 2>& ends, doubl
   const Vec3d world = (1 - t) * a.world + t * b.world;
   Vec3d position = world;
   if (box != plan_.outside_box()) {
-    position = EvaluateVolume(plan_.structure, control_points_, plan_.boxes[box].span,
-                              (1 - t) * a.parameter + t * b.parameter)
-                   .position;
+    position = EvaluateVolumePosition(plan_.structure, control_points_, plan_.boxes[box].span,
+                                      (1 - t) * a.parameter + t * b.parameter);
   }
   position += turned_.OnEdge(ends[0], ends[1], t, world);
   if (!plan_.is_weighted()) return position;

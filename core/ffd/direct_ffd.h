@@ -39,6 +39,10 @@ namespace latticed {
 [[nodiscard]] VolumePoint EvaluateVolume(const LatticeStructure& structure,
                                          std::span<const Vec3d> control_points,
                                          const std::array<int, 3>& span, Vec3d parameter);
+// The same without derivatives.
+[[nodiscard]] Vec3d EvaluateVolumePosition(const LatticeStructure& structure,
+                                           std::span<const Vec3d> control_points,
+                                           const std::array<int, 3>& span, Vec3d parameter);
 
 // The columns d(u, v, w) / d(x, y, z).
 [[nodiscard]] std::array<Vec3d, 3> ParameterByWorld(const LatticeStructure& structure);

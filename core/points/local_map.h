@@ -23,6 +23,10 @@ struct LocalMap {
   Vec3d offset;
 };
 
+// (l, m, n) = (x, y, z).
+inline constexpr LocalMap kWorldMap{
+    .frame_origin = {}, .scale = {Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, 1}}, .offset = {}};
+
 }  // namespace latticed
 
 #endif  // LATTICED_CORE_POINTS_LOCAL_MAP_H_

@@ -23,10 +23,6 @@ using points::BlockVec;
 constexpr size_t kSummedGrain = 16'384;  // points of one part of a loop that adds
 constexpr size_t kNormalGrain = 16;      // blocks of points
 
-// Derivatives by l, m, n that are those by x, y, z.
-constexpr LocalMap kWorldMap{
-    .frame_origin = {}, .scale = {Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, 1}}, .offset = {}};
-
 // Directions that are evaluated together: the normals of each take more memory.
 size_t Together(size_t directions, PointNormals normals) {
   return std::min(directions, normals == PointNormals::kWanted ? size_t{1} : kDirectionsTogether);

@@ -81,8 +81,8 @@ Vec3d TurnedMoves::OnEdge(uint32_t a, uint32_t b, double t, Vec3d world) const {
     const KnotSpans spans = LowerSpans(lattice.structure, ends);
     if (spans == kNoSpans) continue;
     const Vec3d parameter = (1 - t) * ends[0] + t * ends[1];
-    sum += EvaluateVolume(lattice.structure, lattice.PointsOf(control_points_), spans, parameter)
-               .position -
+    sum += EvaluateVolumePosition(lattice.structure, lattice.PointsOf(control_points_), spans,
+                                  parameter) -
            world;
   }
   return sum;

@@ -8,6 +8,9 @@
 #include "core/base/status_macros.h"
 #include "core/cpu/adaptive/surface/raised_bounds.h"
 #include "core/cpu/gemm/cpu_gemm.h"
+#include "core/points/local_map.h"
+#include "core/points/normal_kernel.h"
+#include "core/points/point_blocks.h"
 #include "core/view/view_layout.h"
 
 namespace latticed {
@@ -81,22 +84,52 @@ void SampledSurface::WriteChunk(uint32_t chunk, std::span<const uint16_t> codes,
 
 // Normals of all points, and positions inside; those on edges are written over.
 void SampledSurface::WriteOwn(const Target& target) const {
+  const AdaptivePattern& pattern = target.pattern;
+  const bool has_normals = spec_.normals != NormalMode::kNone;
+  static thread_local OwnBlock block;
+  auto& [places, numbers, values] = block;
+  for (size_t i = 0; i < pattern.points.size();) {
+    places.count = 0;
+    for (; i < pattern.points.size() && places.count < points::kBlockPoints; ++i) {
+      const auto& steps = pattern.points[i];
+      if (!has_normals && *std::ranges::min_element(steps) == 0) continue;  // on an edge
+      for (size_t c = 0; c < 3; ++c) {
+        places.barycentrics[c][places.count] = static_cast<double>(steps[c]) / pattern.denominator;
+      }
+      numbers[places.count++] = i;
+    }
+    frame_->sampler.sums().Evaluate(
+        target.patch, places,
+        has_normals ? std::span<const Vec3d>(kWorldMap.scale) : std::span<const Vec3d>(), values);
+    for (size_t k = 0; k < places.count; ++k) {
+      target.writer.WritePosition(target.place, numbers[k], points::At(values.position, k));
+    }
+    if (has_normals) WriteNormals(target, block);
+  }
+}
+
+void SampledSurface::WriteNormals(const Target& target, const OwnBlock& block) const {
   const bool smooth = spec_.normals == NormalMode::kSmooth;
-  const auto kind = smooth ? DirectFfd::Normal::kSmooth : DirectFfd::Normal::kFacet;
-  for (size_t i = 0; i < target.pattern.points.size(); ++i) {
-    std::array<double, 3> b;
-    for (size_t c = 0; c < 3; ++c) {
-      b[c] = static_cast<double>(target.pattern.points[i][c]) / target.pattern.denominator;
+  const DirectFfd& direct = frame_->direct;
+  const Vec3d facet = smooth ? Vec3d{} : direct.RestFacetNormal(target.patch);
+  const auto& [places, numbers, values] = block;
+  points::BlockVec rest;
+  for (size_t k = 0; k < places.count; ++k) {
+    const auto& b = places.barycentrics;
+    points::Set(
+        rest, k,
+        smooth ? Unit(direct.RestSmoothNormal(target.patch, {b[0][k], b[1][k], b[2][k]})) : facet);
+  }
+  points::BlockNormals normals;
+  points::MakeNormals(kWorldMap, values.along, {rest[0].data(), rest[1].data(), rest[2].data()},
+                      places.count, normals);
+  for (size_t k = 0; k < places.count; ++k) {
+    Vec3d normal = points::At(normals.value, k);
+    if (normal == Vec3d{}) {
+      normal = direct.SubstituteNormal(
+          target.patch, smooth ? DirectFfd::Normal::kSmooth : DirectFfd::Normal::kFacet);
     }
-    if (spec_.normals == NormalMode::kNone) {
-      if (*std::ranges::min_element(b) == 0) continue;  // on an edge
-      const Vec3d world = frame_->direct.EvaluatePosition(target.patch, b).position;
-      target.writer.WritePosition(target.place, i, world - plan_->local_origin);
-      continue;
-    }
-    const DirectFfd::SurfacePoint point = frame_->direct.Evaluate(target.patch, b, kind);
-    target.writer.WritePosition(target.place, i, point.position - plan_->local_origin);
-    target.writer.WriteNormal(target.place, i, ToFloat(point.normal));
+    target.writer.WriteNormal(target.place, numbers[k], ToFloat(normal));
   }
 }
 

@@ -3,10 +3,10 @@
 //
 // The matrix pipelines under a tolerance, in double. Bounds are those of control nets (core/adaptive/net_curvature.h), which
 // are products of samples as in the pipelines. A pattern has fewer points than a net has samples, so points are not
-// products: each is that of the definition (core/ffd/direct_ffd.h).
+// products but sums as the samples are (core/cpu/gemm/patch_sums.h).
 //
 // A corner, and a point of an edge, is the definition's in the box that owns it, on the way from one vertex to the other in
-// canonical order. All patches therefore have the same bits there.
+// canonical order (core/ffd/direct_ffd.h). All patches therefore have the same bits there.
 //
 // Errors   those of OpenBLAS
 // Threads  those of adaptive_surface.h
@@ -62,10 +62,18 @@ class SampledSurface : public AdaptiveSurface {
     PatchPlace place;
   };
 
+  // Points of a patch that are evaluated together.
+  struct OwnBlock {
+    patch_sums::Places places;
+    std::array<size_t, points::kBlockPoints> numbers;  // in the pattern
+    patch_sums::Values values;
+  };
+
   absl::Status BoundChunk(uint32_t chunk, Take take) const;
   void WriteChunk(uint32_t chunk, std::span<const uint16_t> codes, const VertexWriter& writer,
                   ChunkVertices& vertices) const;
   void WriteOwn(const Target& target) const;
+  void WriteNormals(const Target& target, const OwnBlock& block) const;
   void WriteShared(const Target& target) const;
   // What a patch in `patch_box` has at a vertex or edge with this owner and seam, relative to the local origin.
   Vec3d Shared(uint32_t patch_box, uint32_t box, uint32_t seam, const std::array<uint32_t, 2>& ends,
