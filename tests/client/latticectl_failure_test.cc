@@ -113,16 +113,16 @@ TEST_F(LatticectlFailure, OfFilesAndConnectionsIsJson) {
 }
 
 TEST_F(LatticectlFailure, ComesAfterALineThatSaysForHowLongItTries) {
-  const RunResult text = Latticectl({"info", "--server", "127.0.0.1:1", "--retry-for", "0.5"});
+  const RunResult text = Latticectl({"info", "--server", "127.0.0.1:1", "--retry-for", "2"});
   EXPECT_EQ(text.code, 1);
-  EXPECT_THAT(text.err, StartsWith("latticectl: server unreachable, trying for 0.5 s …\n"
+  EXPECT_THAT(text.err, StartsWith("latticectl: server unreachable, trying for 2 s …\n"
                                    "latticectl: "));
   EXPECT_EQ(std::count(text.err.begin(), text.err.end(), '\n'), 2) << text.err;
 
   const RunResult json =
-      Latticectl({"info", "--server", "127.0.0.1:1", "--retry-for", "0.5", "--json"});
+      Latticectl({"info", "--server", "127.0.0.1:1", "--retry-for", "2", "--json"});
   EXPECT_THAT(json.err, StartsWith("{\"notice\":{\"message\":\"server unreachable, trying for "
-                                   "0.5 s …\"}}\n{\"error\":"));
+                                   "2 s …\"}}\n{\"error\":"));
 }
 
 TEST_F(LatticectlFailure, DoesNotComeIfTheServerStartsMeanwhile) {
@@ -130,7 +130,7 @@ TEST_F(LatticectlFailure, DoesNotComeIfTheServerStartsMeanwhile) {
   options.listen = "unix:" + Path("server.sock");
   absl::StatusOr<std::unique_ptr<InProcessServer>> server;
   std::thread starter([&] {
-    absl::SleepFor(absl::Milliseconds(700));
+    absl::SleepFor(absl::Seconds(2));
     server = InProcessServer::Serve(options);
   });
   const RunResult result = Latticectl({"info", "--server", options.listen});

@@ -271,17 +271,19 @@ class BusyScenes final : public v1::SceneService::Service {
   static grpc::Status Busy() { return {grpc::StatusCode::UNAVAILABLE, "busy"}; }
 };
 
-// The pauses are 75 to 125 ms, 150 to 250 ms, and then at least 300 ms.
+// The pauses are 75 to 125 ms, 150 to 250, 300 to 500, 600 to 1000, and then at least 750 ms: there are five or six calls,
+// and fewer where the machine stalls in one.
 TEST(Client, MakesACallAgainForAsLongAsItWasToldAndADeletionOnce) {
   BusyScenes service;
   const FakeServer server({&service});
   std::vector<absl::Status> told;
   const auto client = Client::Connect({.address = server.address(),
-                                       .retry_for = absl::Milliseconds(500),
+                                       .retry_for = absl::Seconds(2),
                                        .observer = [&](auto& s) { told.push_back(s); }});
   EXPECT_THAT(client->GetScene("a-scene"), StatusIs(absl::StatusCode::kUnavailable, "busy"));
   EXPECT_THAT(client->DeleteScene("a-scene"), StatusIs(absl::StatusCode::kUnavailable, "busy"));
-  EXPECT_EQ(service.reads, 3);
+  EXPECT_GE(service.reads, 2);
+  EXPECT_LE(service.reads, 6);
   EXPECT_EQ(service.deletions, 1);
   ASSERT_EQ(told.size(), 1u) << "once, that it waits";
   EXPECT_THAT(told[0], StatusIs(absl::StatusCode::kUnavailable, "busy"));

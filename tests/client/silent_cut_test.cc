@@ -22,7 +22,7 @@ namespace {
 constexpr double kSlow = 200e3;  // bytes a second
 constexpr int kQuads = 24;       // along each side of the sheet: updates take four seconds
 // From the cut to the edit's update. Expected are 1.6 to 1.9 s on a quiet machine; a patient client would take 40.
-constexpr absl::Duration kLongestPause = absl::Seconds(15);
+constexpr absl::Duration kLongestPause = absl::Seconds(30);
 
 std::string Sheet() {
   std::string obj;

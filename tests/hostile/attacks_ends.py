@@ -108,20 +108,32 @@ def is_known(target, token):
     return target.connect(token=token).call(INFO) == 0
 
 
+def hang_up(target, seen):
+    """Sends SIGHUP, and waits until the server says what has come of it."""
+
+    def said():
+        log = Path(target.log).read_text(errors="replace")
+        return log.count("were read again") + log.count("could be read again")
+
+    before, end = said(), time.monotonic() + END_S
+    os.kill(target.pid, signal.SIGHUP)
+    while said() == before and time.monotonic() < end:
+        time.sleep(0.05)
+    seen.expect(said() > before, "SIGHUP is not heard")
+
+
 @attack("9", seconds=3)
 def sighup(target, seen):
     """The token file changes, and SIGHUP makes the server read it again."""
     new = "newcomers-token"
     tokens = Path(target.tokens)
     tokens.write_text(token_line(ALICE, "alice") + token_line(new, "newcomer"))
-    os.kill(target.pid, signal.SIGHUP)
-    time.sleep(0.5)
+    hang_up(target, seen)
     seen.expect(os.path.exists(f"/proc/{target.pid}/exe"), "SIGHUP kills the server")
     seen.expect(is_known(target, new), "a new token is not known after SIGHUP")
     seen.expect(not is_known(target, MALLORY), "a removed token is known after SIGHUP")
     tokens.write_text("this is no token file\n")
-    os.kill(target.pid, signal.SIGHUP)
-    time.sleep(0.5)
+    hang_up(target, seen)
     seen.expect(
         is_known(target, new), "after SIGHUP with a bad file the tokens of the last good one are not known"
     )

@@ -71,7 +71,7 @@ def test_a_connection_that_vanishes_without_a_word_is_noticed(proxy, remote, how
 
         pause = time.monotonic() - cut
         print(f"the editor went on after {pause:.1f} s")  # 1.6 to 1.8 are expected
-        assert pause < 15 and update.revision == 1 and stream.reconnections == 1
+        assert pause < 30 and update.revision == 1 and stream.reconnections == 1
 
 
 def test_a_slow_line_that_is_busy_with_large_updates_is_not_taken_for_a_cut_one(server, client):
@@ -200,7 +200,7 @@ def test_a_drag_goes_on_after_a_kill_and_can_be_undone(tmp_path, caplog):
             restarter.join()
             pause = went_on - restarted
             print(f"the editor went on {1000 * pause:.0f} ms after the restart")
-            assert 0 < pause < 2 and stream.reconnections >= 1
+            assert 0 < pause < 15 and stream.reconnections >= 1
             assert_moved(scene, rest, edits, revision=edits)
 
             for _ in range(undone):

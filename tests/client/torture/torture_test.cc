@@ -107,7 +107,7 @@ TEST_F(LatticectlTorture, FindsAnOlderSceneThatLooksWell) {
 
 TEST_F(LatticectlTorture, OfOneServerKeepsItsScenesOnDemand) {
   const auto result = RunJson({"torture", "--scenes", "2", "--editors", "3", "--rate", "50",
-                               "--seconds", "0.5", "--seed", "7", "--keep"});
+                               "--seconds", "2", "--seed", "7", "--keep"});
 
   EXPECT_GT(result["acknowledged"], 20);
   EXPECT_EQ(result["seed"], 7);

@@ -66,7 +66,7 @@ TEST(LogTest, ALogThatNobodyReadsStopsNeitherCallsNorTheEnd) {
   daemon.Signal(SIGTERM);
 
   EXPECT_EQ(daemon.Wait(), 0);
-  EXPECT_LT(absl::Now() - signalled, absl::Seconds(10));
+  EXPECT_LT(absl::Now() - signalled, absl::Seconds(30));
 }
 
 TEST(LogTest, TellsHowManyLinesWereDropped) {

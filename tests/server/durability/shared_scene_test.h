@@ -33,8 +33,8 @@ class SharedSceneTest : public StreamTest {
     }
     url_ = PostgresServer::Shared().NewDatabase();
     const std::string url_file = folder_.Write("url", url_);
-    a_ = std::make_unique<SharingServer>(url_file, folder_.Path("meshes"), "a");
-    b_ = std::make_unique<SharingServer>(url_file, folder_.Path("meshes"), "b");
+    a_ = std::make_unique<SharingServer>(url_file, folder_.Path("meshes"), "a", Lease());
+    b_ = std::make_unique<SharingServer>(url_file, folder_.Path("meshes"), "b", Lease());
     Reach(a_->channel());
     ASSERT_NO_FATAL_FAILURE(CreateScene());
     for (uint64_t n = 1; n <= kEditsBefore; ++n) {
@@ -43,6 +43,8 @@ class SharedSceneTest : public StreamTest {
     }
     states_.push_back(Lattice());
   }
+  // Of the servers.
+  virtual absl::Duration Lease() const { return kLease; }
   v1::EditBatch Edit(uint64_t n, const std::string& editor = "alice") const {
     return Move(n, static_cast<uint32_t>(n % 125), 0.01, editor);
   }

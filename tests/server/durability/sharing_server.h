@@ -21,8 +21,8 @@ namespace latticed::testing {
 inline constexpr absl::Duration kLease = absl::Seconds(2);
 
 inline std::vector<std::string> SharingArguments(const std::string& url_file,
-                                                 const std::string& meshes,
-                                                 const std::string& name) {
+                                                 const std::string& meshes, const std::string& name,
+                                                 absl::Duration lease = kLease) {
   return {"--listen",         "127.0.0.1:0",
           "--backend",        "cpu",
           "--threads",        "1",
@@ -31,13 +31,14 @@ inline std::vector<std::string> SharingArguments(const std::string& url_file,
           "--store-url-file", url_file,
           "--mesh-store",     meshes,
           "--advertise",      name,
-          "--lease",          absl::FormatDuration(kLease)};
+          "--lease",          absl::FormatDuration(lease)};
 }
 
 class SharingServer {
  public:
-  SharingServer(const std::string& url_file, const std::string& meshes, const std::string& name)
-      : daemon_(SharingArguments(url_file, meshes, name)),
+  SharingServer(const std::string& url_file, const std::string& meshes, const std::string& name,
+                absl::Duration lease = kLease)
+      : daemon_(SharingArguments(url_file, meshes, name, lease)),
         channel_(grpc::CreateChannel(daemon_.Address(), grpc::InsecureChannelCredentials())),
         scenes_(v1::SceneService::NewStub(channel_)) {}
   ~SharingServer() {

@@ -13,7 +13,7 @@ namespace {
 class StalledCallsTest : public SceneFixture {
  protected:
   void SetUp() override {
-    StartServer({.write_timeout = absl::Milliseconds(200)});
+    StartServer({.write_timeout = absl::Seconds(1)});
     ASSERT_OK(Create(SceneRequest()));
   }
 };

@@ -167,7 +167,8 @@ TEST_F(MeshServiceTest, AMeshThatOutgrowsTheBudgetAsItIsReadIsRefused) {
 
   ExpectRefused(refused, absl::StatusCode::kResourceExhausted, "OUT_OF_MEMORY");
   EXPECT_THAT(refused.message(), HasSubstr("reading the mesh"));
-  EXPECT_EQ(Info().reserved_host_bytes(), before);
+  // The answer may come before the last of it is given back.
+  EXPECT_TRUE(Becomes(2000, [&] { return Info().reserved_host_bytes() == before; }));
 }
 
 TEST_F(MeshServiceTest, RawLayoutMustDescribeTheBytes) {

@@ -94,7 +94,7 @@ absl::Status OpenedStore::Append(std::string_view scene, uint64_t lsn, std::stri
 }
 
 bool OpenedStore::AdmitsAgain() {
-  const absl::Time end = absl::Now() + absl::Seconds(20);
+  const absl::Time end = absl::Now() + absl::Minutes(1);
   while (absl::Now() < end) {
     if (store_->Admit().ok()) return true;
     absl::SleepFor(absl::Milliseconds(10));

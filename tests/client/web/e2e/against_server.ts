@@ -2,23 +2,41 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Compares the surface that a page evaluates by itself with the server's evaluation in double precision.
+import assert from 'node:assert/strict';
 import type { Page } from 'playwright-core';
+import { until } from '../support/until';
 import { shownBy } from './definition';
 import { sourcePlaces } from './source_places';
 import { direct } from './stage';
 import { frames } from './viewer_page';
 
-/** Waits until the page has evaluated a surface and shows all of it. */
+const MOST_APART = 4e-5; // half a unit of 16 bits on each axis of a lattice of 3 units
+const MOST_TURNED = 2e-4; // radians: normals at rest have 2 x 16 bits
+
+/** Waits until the page has evaluated a surface, shows all of it, and the server's update of the newest edit has come. */
 export async function evaluated(of: Page): Promise<void> {
-  await of.waitForFunction(() => {
-    const { scene } = window.latticed;
-    return scene?.isEvaluated && scene.session.surface.pointCount > 0 && scene.session.surface.certifiedError > 0;
+  await until(async () => {
+    await frames(of); // the first one takes in an edit: until its update comes, no error is known
+    return of.evaluate(() => {
+      const { scene } = window.latticed;
+      return scene?.isEvaluated && scene.session.surface.pointCount > 0 && scene.session.surface.certifiedError > 0;
+    });
   });
-  await frames(of);
+}
+
+/** Waits until all points that the page shows are the server's, and all normals unless it is told otherwise. */
+export async function followsServer(page: Page, obj: string, areNormalsTold = true): Promise<void> {
+  let last = '';
+  await until(async () => {
+    await evaluated(page);
+    const { points, worst, worstNormal } = await againstServer(page, obj);
+    last = `${points} points, ${worst} units, ${worstNormal} rad`;
+    return points > 500 && worst < MOST_APART && (worstNormal < MOST_TURNED || !areNormalsTold);
+  }).catch((error: unknown) => assert.fail(`${last}: ${String(error)}`));
 }
 
 /** The largest distance of the page's points from the server's, and the largest angle of their normals. `obj`: the page's mesh. */
-export async function againstServer(page: Page, obj: string): Promise<{ points: number; worst: number; worstNormal: number }> {
+async function againstServer(page: Page, obj: string): Promise<{ points: number; worst: number; worstNormal: number }> {
   const { topology, spots, points } = await shownBy(page);
   const source = await sourcePlaces(page, topology, spots, obj);
   if (source === undefined) return { points: 0, worst: Infinity, worstNormal: Infinity }; // a newer topology is on its way

@@ -137,7 +137,7 @@ test('a connection that neither carries anything nor ends is noticed, and anothe
   await until(async () => (await told()).at(-1) === 'live');
   const pause = Date.now() - cut;
   console.log(`the page went on after ${pause} ms`); // 1.8 s is expected
-  assert.ok(pause < 15_000, `${pause} ms`);
+  assert.ok(pause < 30_000, `${pause} ms`);
 
   await arrives([x + 0.125, y, z]);
   assert.equal(await revision(), first + 1);

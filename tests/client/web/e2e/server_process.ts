@@ -3,6 +3,9 @@
 import { spawn, type ChildProcess } from 'node:child_process';
 import { connect, createServer } from 'node:net';
 
+const START_MS = 60_000; // a machine may stall
+const PORT_TAKEN = 'Address already in use';
+
 /** The server under test, on the CPU. It can be killed and restarted at the same address. */
 export class ServerProcess {
   private child: ChildProcess | undefined;
@@ -13,9 +16,16 @@ export class ServerProcess {
 
   /** Starts the server with more options. Environment: LATTICED, the program. */
   static async start(webRoot: string, more: readonly string[] = []): Promise<ServerProcess> {
-    const server = new ServerProcess(await freePort(20_000), await freePort(26_000), webRoot, more);
-    await server.restart();
-    return server;
+    for (let attempt = 1; ; ++attempt) {
+      const server = new ServerProcess(await freePort(20_000), await freePort(26_000), webRoot, more);
+      try {
+        await server.restart();
+        return server;
+      } catch (error) {
+        await server.kill();
+        if (attempt === 3 || !server.log.includes(PORT_TAKEN)) throw error; // another test may have taken it meanwhile
+      }
+    }
   }
 
   get origin(): string {
@@ -48,7 +58,7 @@ export class ServerProcess {
     this.child = spawn(process.env.LATTICED!, [
       '--listen', this.grpcAddress, '--http', `127.0.0.1:${this.port}`, '--web-root', this.webRoot, '--backend', 'cpu', ...patience, ...more]);
     for (const stream of [this.child.stdout!, this.child.stderr!]) stream.on('data', (data: Buffer) => (this.log += data.toString()));
-    for (let attempt = 0; attempt < 200 && this.child.exitCode === null; ++attempt) {
+    for (const end = Date.now() + START_MS; Date.now() < end && this.child.exitCode === null;) {
       if ((await isOpen(this.port)) && this.child.exitCode === null) return;
       await new Promise((resolve) => setTimeout(resolve, 50));
     }

@@ -21,6 +21,11 @@ useStage({
   },
 });
 
+/** Waits for an act, and meanwhile for messages of the page, which leave after some seconds. */
+async function saying(messages: readonly string[], act: Promise<void>): Promise<void> {
+  await Promise.all([act, ...messages.map((message) => page.getByText(message).waitFor())]);
+}
+
 const DROPS: Record<string, () => [string, string | Buffer][]> = {
   'an OBJ with a picture': () => [['readme.txt', 'Fine art.'], ['squares.png', picture], ['sheet.obj', sheetObj()]],
   'a PLY with the picture that it names': () => [['Squares.png', picture], ['other.png', Buffer.from('')], ['sheet.ply', sheetPly()]],
@@ -41,19 +46,17 @@ test('an OBJ with its MTL file has a picture and a colour by material, and a los
   const material = (quad: number): string => `usemtl ${quad % 4 < 2 ? 'wood' : quad < 8 ? 'paint' : 'lost'}`;
 
   await dropFiles(page, [['sheet.mtl', mtl], ['sheet.obj', sheetObj(material)], ['squares.png', picture]]);
-  await createScene(page);
+  await saying(['sheet.obj names the picture gone.png, which was not dropped with it.'], createScene(page));
   await lookAtColours(page);
 
   assert.equal(await quarters(page), 'red red blue blue');
-  await page.getByText('sheet.obj names the picture gone.png, which was not dropped with it.').waitFor();
   await shot('viewer_materials');
 });
 
 test('a mesh that has no texture coordinates says so, and is shown plain', async () => {
   await dropFiles(page, [['plain.obj', plainSheetObj()], ['squares.png', picture]]);
-  await createScene(page);
+  await saying(['plain.obj has no texture coordinates.'], createScene(page));
 
-  await page.getByText('plain.obj has no texture coordinates.').waitFor();
   assert.equal(await page.evaluate(() => window.latticed.settings.value.colouring), 'plain');
 });
 
@@ -123,10 +126,11 @@ test('a GLB says which of its colours are not shown, and takes a picture that is
   page.on('request', (request) => /squares/i.test(request.url()) && asked.push(request.url()));
 
   await dropFiles(page, [['named.glb', content]]);
-  await createScene(page);
-  await page.getByText('named.glb names the picture art/Squares one.png, which was not dropped with it.').waitFor();
-  await page.getByText('The vertex colours of named.glb are not shown.').waitFor();
-  await page.getByText('Materials of named.glb are of KHR_materials_pbrSpecularGlossiness, whose pictures are not shown.').waitFor();
+  await saying([
+    'named.glb names the picture art/Squares one.png, which was not dropped with it.',
+    'The vertex colours of named.glb are not shown.',
+    'Materials of named.glb are of KHR_materials_pbrSpecularGlossiness, whose pictures are not shown.',
+  ], createScene(page));
   errors.length = 0; // three.js reports it in the console too
   await dropFiles(page, [['squares one.png', picture]]);
   await page.getByText('named.glb clamps or mirrors pictures outside of 0 to 1; they are shown repeated.').waitFor();
@@ -153,8 +157,7 @@ test('a GLB with pictures or a mesh of a kind that is not read is refused in wor
   assert.deepEqual(errors, []);
 
   await dropFiles(page, [['broken.glb', squareGlb(Buffer.from('no picture'))]]);
-  await createScene(page);
-  await page.getByText('A picture of broken.glb cannot be read.').waitFor();
+  await saying(['A picture of broken.glb cannot be read.'], createScene(page));
 
   await dropFiles(page, [['packed.glb', packed.file({ ...ONE_NODE, ...required('KHR_draco_mesh_compression'), meshes })]]);
   await page.locator('.fit .error').getByText(/extension .KHR_draco_mesh_compression. is not supported/).waitFor();

@@ -148,8 +148,8 @@ test('a GLB above 64 MiB that another browser uploaded is shown plain, says wher
 
   const { page: elsewhere, errors: errorsElsewhere } = await openPage(browser, `${server.origin}/?scene=${sceneId}`);
   t.after(() => elsewhere.close());
-  await live(elsewhere);
-  await elsewhere.getByText('The colours of this mesh are inside its file of 67.1 MB: choose the texture to fetch it.').waitFor();
+  const told = elsewhere.getByText('The colours of this mesh are inside its file of 67.1 MB: choose the texture to fetch it.');
+  await Promise.all([live(elsewhere), told.waitFor()]); // it leaves after some seconds, in which few frames may be drawn
   assert.equal(await colouringOf(elsewhere), 'plain');
 
   await elsewhere.keyboard.press('n'); // opens the panel

@@ -116,7 +116,7 @@ test('the heat map goes up to the largest distance of the two shapes, which foll
   await until(async () => (await apart()) > 0);
 
   const shown = await shownBy(page);
-  const source = (await sourcePlaces(page, shown.topology, shown.spots, OBJ))!;
+  const source = (await until(() => sourcePlaces(page, shown.topology, shown.spots, OBJ)))!;
   const flat = source.flat((vertex) => deformed(shown.lattice, vertex));
   const largest = Math.max(...source.places.map((place, i) => distance(deformed(shown.lattice, place), flat[i])));
 

@@ -191,6 +191,7 @@ test('an export has the segments and normals that the page shows, or the segment
   await page.keyboard.press('Control+e');
   const [same] = await Promise.all([page.waitForEvent('download'), page.keyboard.press('Enter')]); // the last format again
   assert.match(same.suggestedFilename(), /\.drc$/);
+  await page.locator('.export').waitFor({ state: 'detached' });
   assert.equal(await page.evaluate(() => window.latticed.settings.value.view.segments), 3); // the view does not change
 });
 
@@ -208,9 +209,10 @@ test('an export by tolerance has points only where the surface bends, and the di
   await page.getByText('The tolerance is a length.').waitFor();
   assert.equal(await page.locator('.export-choice:enabled').count(), 0);
   await tolerance.fill('0.02');
-  const faces = (await exported('stl')).bytes.readUInt32LE(80);
+  const message = page.locator('.toast').getByText(/\.stl is within \S+ \S+ of the exact surface, at any point\.$/);
+  const [stl, told] = await Promise.all([exported('stl'), message.innerText()]); // it leaves after some seconds
+  const faces = stl.bytes.readUInt32LE(80);
   assert.ok(faces >= patches && faces < 9 * patches, `${faces} triangles of ${patches} patches`);
-  const told = await page.locator('.toast').getByText(/\.stl is within \S+ \S+ of the exact surface, at any point\.$/).innerText();
   assert.ok(Number(/within (\S+)/.exec(told)![1]) <= 0.02, told);
 
   await page.keyboard.press('Control+e');
@@ -351,7 +353,7 @@ test('Enter during the upload makes the scene once the mesh is there, as the dia
   const release = await enter();
   await release();
   await page.waitForFunction((id) => window.latticed.scene!.session.sceneId !== id, before);
-  assert.equal(await page.locator('dialog.fit').count(), 0);
+  await page.locator('dialog.fit').waitFor({ state: 'detached' });
 });
 
 test('of two scenes the one that was asked for last is shown, also where the other one answers later', async () => {

@@ -66,7 +66,7 @@ test('handles change the widths of a falloff, and the scene has them', async () 
   assert.equal(shown.smooth, false);
   assert.ok(Math.abs(shown.widths[1]! - 0.4) < 1e-12 && shown.widths[0]! > 0.35);
   assert.deepEqual(shown.widths.slice(2), [0.3, 0.3, 0.3, 0.5]);
-  assert.equal(await page.locator('.outside-handle').count(), 0);
+  await page.locator('.outside-handle').first().waitFor({ state: 'detached' });
 });
 
 test('an undo takes it back, and a cancelled dialog changes nothing', async () => {
@@ -81,7 +81,7 @@ test('an undo takes it back, and a cancelled dialog changes nothing', async () =
 
 /** Waits until the server has taken the first change of the scene. */
 function changed(): Promise<unknown> {
-  return page.waitForFunction(() => window.latticed.scene!.session.canUndo);
+  return page.waitForFunction(() => window.latticed.scene!.session.canUndo && window.latticed.scene!.session.isAt(1_000));
 }
 
 /** Drops the torus again, and waits for the dialog that fits its lattice. */

@@ -5,7 +5,7 @@
 // Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer.
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { errors, direct, openTorus, page, press, shot, useStage } from './stage';
+import { errors, direct, openTorus, page, press, shot, until, useStage } from './stage';
 import { frames } from './viewer_page';
 
 useStage({ context: { viewport: { width: 1000, height: 800 } }, begin: openTorus });
@@ -61,7 +61,6 @@ test('a stroke paints what it passes, and is one edit', async () => {
   await revisionComes(1);
   assert.equal((await scene()).revision, 1n);
   assert.equal((await scene()).weighted, true);
-  await page.waitForFunction(() => window.latticed.scene!.session.surface.painted === undefined || true);
   await page.waitForFunction((expected) => {
     const now = window.latticed.scene!.session.surface.painted?.weights;
     return now !== undefined && now.every((weight, vertex) => Math.abs(weight - expected[vertex]!) < 1e-6);
@@ -75,15 +74,18 @@ test('what is painted rests, the rest follows the lattice', async () => {
     session.apply({ kind: 'move', indices, offset: [0, 0, 1] });
   });
   await revisionComes(2);
-  await page.waitForTimeout(500);
-  await frames(page);
-  const heights = await page.evaluate(() => {
-    const { surface } = window.latticed.scene!.session;
-    const places = surface.vertexPlaces();
-    return [...surface.painted!.weights].map((weight, vertex) => [weight, places[3 * vertex + 2]!] as const);
-  });
-  const lowest = Math.min(...heights.map(([, z]) => z)), highest = Math.max(...heights.map(([, z]) => z));
-  assert.ok(highest - lowest > 1, `${lowest} to ${highest}`);
+  const heights = async (): Promise<readonly [lowest: number, highest: number]> => {
+    await frames(page);
+    return page.evaluate(() => {
+      const { surface } = window.latticed.scene!.session;
+      const all = [...(surface.painted ? surface.vertexPlaces() : [])].filter((_, i) => i % 3 === 2);
+      return [Math.min(...all), Math.max(...all)] as const;
+    });
+  };
+  await until(async () => { // the surface comes some time after the revision
+    const [lowest, highest] = await heights();
+    return highest - lowest > 1;
+  }, heights);
   await shot('viewer_paint_moved');
 });
 

@@ -9,6 +9,7 @@ import type { Page } from 'playwright-core';
 import { distance, type Vec3 } from '@src/lattice/vec';
 import { openPage } from './browser';
 import { illegible } from './legibility';
+import { keepToasts } from './restarts';
 import { browser, errors, openTorus, page, shot, until, useStage } from './stage';
 import { camera, frames, live } from './viewer_page';
 
@@ -66,6 +67,7 @@ function editorOf(of: Page): Promise<string> {
 async function part(windows: readonly Page[]): Promise<void> {
   for (const [i, each] of windows.entries()) {
     await each.evaluate(() => window.latticed.toasts.clear());
+    await keepToasts(each);
     await each.keyboard.press('Escape');
     await each.keyboard.press(['1', '3', '7'][i]!); // a drag might grasp what an earlier one has turned there
   }
@@ -123,14 +125,15 @@ async function followUnheard(windows: readonly Page[], first: number): Promise<v
 async function restTogether(windows: readonly Page[]): Promise<void> {
   const ids = await Promise.all(windows.map(editorOf));
   const least = ids.indexOf([...ids].sort()[0]!);
-  const told = windows[least]!.locator('.toast').getByText('follows you, so your camera stays.').waitFor(); // it goes soon
   const [first, ...rest] = windows;
   const agree = async (): Promise<boolean> => {
     for (const each of rest) if ((await difference(first, each)) > AGREES) return false;
     return true;
   };
+  const isAtRest = async (): Promise<boolean> => // all have heard who stands
+    String(await Promise.all(windows.map(isFollowing))) === String(ids.map((_, i) => i !== least));
   await until(async () => {
-    if (!(await agree())) return false;
+    if (!(await isAtRest()) || !(await agree())) return false;
     await pause(300); // they may meet on the way
     return agree();
   });
@@ -141,7 +144,8 @@ async function restTogether(windows: readonly Page[]): Promise<void> {
     }
   }
   assert.deepEqual(await Promise.all(windows.map(isFollowing)), ids.map((_, i) => i !== least));
-  await told;
+  await windows[least]!.waitForFunction(() => // since `part`
+    (window as unknown as { toasts: string[] }).toasts.some((text) => text.includes('follows you, so your camera stays.')));
   await windows[least]!.locator('.person[title*="Follows you."]').first().waitFor();
 }
 

@@ -6,7 +6,7 @@
 // Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer.
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { againstServer, evaluated } from './against_server';
+import { followsServer } from './against_server';
 import { errors, OBJ, page, setView, until, useStage } from './stage';
 import { createScene, dropFiles } from './viewer_page';
 
@@ -18,17 +18,6 @@ useStage({
     await until(async () => page.evaluate(() => window.latticed.scene!.session.surface.edgeBounds.normals === 2));
   },
 });
-
-/** Waits until all points and normals that the page shows are the server's. */
-async function followsServer(): Promise<void> {
-  let last = '';
-  await until(async () => {
-    await evaluated(page);
-    const { points, worst, worstNormal } = await againstServer(page, OBJ);
-    last = `${points} points, ${worst} units, ${worstNormal} rad`;
-    return points > 500 && worst < 4e-5 && worstNormal < 2e-4;
-  }).catch((error: unknown) => assert.fail(`${last}: ${String(error)}`));
-}
 
 function apply(lattice: number, indices: readonly number[], offset: readonly [number, number, number]): Promise<void> {
   return page.evaluate(([k, list, by]) => {
@@ -63,7 +52,7 @@ test('a lattice that is added brings another plan, and the page goes on to evalu
     const { session } = window.latticed.scene!;
     return session.latticeIndex === 1 && session.surface.edgeBounds.sum !== undefined && session.surface.patchCount !== count;
   }, before);
-  await followsServer();
+  await followsServer(page, OBJ);
   assert.ok(await isEvaluated());
   assert.deepEqual(errors, []);
 });
@@ -81,7 +70,7 @@ test('an edit of each is seen at once, as its update then brings it', async () =
       return { shown: [...points], moved: points.filter((x, i) => x !== before[i]).length };
     });
     assert.ok(moved > 0 && moved < shown.length);
-    await followsServer();
+    await followsServer(page, OBJ);
     await until(async () => page.evaluate(() => !window.latticed.scene!['evaluation']['isAhead']));
     const come = await page.evaluate(() => [...window.latticed.scene!.session.surface.edgeBounds.sum!.points]);
     const worst = Math.max(...come.map((x, i) => Math.abs(x - shown[i]!)));
@@ -92,10 +81,10 @@ test('an edit of each is seen at once, as its update then brings it', async () =
 test('edits of each and their undo follow the server', async () => {
   for (const lattice of [1, 0, 1]) {
     await apply(lattice, [37, 38], [0.125, 0.25, -0.125]);
-    await followsServer();
+    await followsServer(page, OBJ);
   }
   await page.evaluate(() => window.latticed.scene!.session.undo());
-  await followsServer();
+  await followsServer(page, OBJ);
   assert.ok(await isEvaluated());
   assert.deepEqual(errors, []);
 });
@@ -107,9 +96,9 @@ test('vertices with weights are evaluated, too, and so they are without them aga
   await page.evaluate(() => window.latticed.scene!.session.setWeights(
     Array.from({ length: 60 }, (_, i) => i), Float32Array.from({ length: 60 }, (_, i) => (i % 7) / 6)));
   await otherPlan(plan);
-  await followsServer();
+  await followsServer(page, OBJ);
   await apply(1, [37], [0.125, 0, 0.125]);
-  await followsServer();
+  await followsServer(page, OBJ);
   assert.ok(await isEvaluated());
   const weighted = await page.evaluate(() => window.latticed.scene!.session.surface.edgeBounds.layout!.id);
   await page.evaluate(() => {
@@ -117,7 +106,7 @@ test('vertices with weights are evaluated, too, and so they are without them aga
     window.latticed.scene!.session.undo();
   });
   await otherPlan(weighted);
-  await followsServer();
+  await followsServer(page, OBJ);
   assert.ok(await isEvaluated());
   assert.deepEqual(errors, []);
 });
@@ -127,7 +116,7 @@ test('an edit is measured once', async () => {
     page.evaluate(() => (window.latticed as unknown as { hud: { latencies: number[] } }).hud.latencies.length);
   const before = await measured();
   await apply(1, [37], [0, 0.125, 0]);
-  await followsServer();
+  await followsServer(page, OBJ);
   await until(async () => (await measured()) > before);
   assert.equal(await measured(), before + 1);
 });
@@ -139,27 +128,27 @@ test('of lattices that are removed and given back the page shows what is left, a
   }, numbers.join());
   const removeShown = (): Promise<void> => page.evaluate(() => window.latticed.scene!.session.removeLattice());
   await apply(1, [37], [0, 0, 0.125]);
-  await followsServer();
+  await followsServer(page, OBJ);
   await removeShown();
   await shows([0]);
-  await followsServer();
+  await followsServer(page, OBJ);
 
   await page.evaluate(() => {
     const { session } = window.latticed.scene!;
     session.addLattice(session.lattice.clone());
   });
   await shows([0, 1]);
-  await followsServer();
+  await followsServer(page, OBJ);
   await removeShown();
   await shows([0]);
-  await followsServer();
+  await followsServer(page, OBJ);
   await page.evaluate(() => window.latticed.scene!.session.undo());
   await shows([0, 1]);
-  await followsServer();
+  await followsServer(page, OBJ);
   await page.evaluate(() => window.latticed.scene!.session.chooseLattice(0));
   await removeShown();
   await shows([1]);
-  await followsServer();
+  await followsServer(page, OBJ);
   assert.ok(await isEvaluated());
   assert.deepEqual(errors, []);
 });

@@ -47,7 +47,7 @@ async function give(token: string): Promise<void> {
 test('when the token ends the page asks for another; edits wait for it and then arrive, in order and once', async () => {
   const [first, [x, y, z]] = [await revision(), await controlPoint(page, CORNER)];
   await keepToasts(page);
-  const short = tokenFor(4);
+  const short = tokenFor(12); // longer than a machine stalls before the edit arrives
   await page.evaluate((token) => (location.hash = `#token=${token}`), short); // as a link to the open page does
   await moveCorner([0.25, 0, 0]);
   await until(async () => (await revision()) === first + 1);

@@ -10,7 +10,7 @@ import { Pipeline } from 'latticed/v1/scene_pb';
 import { randomId } from '@src/wire/ids';
 import { followsDefinition } from './definition';
 import { differing, picture, quantile, type Picture } from './picture';
-import { CORNER, direct, errors, OBJ, page, press, select, server, setView, shot, until, useStage } from './stage';
+import { CORNER, direct, errors, OBJ, page, press, revision, select, server, setView, shot, until, useStage } from './stage';
 import { changesView, createScene, dropFiles, frames, live, segmentsCome } from './viewer_page';
 
 // Shading may differ by what the eye does not see in a picture, 1 % of white, at 99 of 100 pixels inside the outline. At the others
@@ -45,20 +45,28 @@ function told(): Promise<Told> {
   });
 }
 
-/** Keeps the views that the page asks for, in `asked`, and remembers the certified error of the newest update. */
+/** Keeps the views that the page asks for, in `asked`, and remembers the newest update. */
 function watch(): Promise<void> {
   return page.evaluate(() => {
     const { session } = window.latticed.scene!;
-    const own = Object.assign(window, { asked: [] as object[], certified: 0 });
+    const own = Object.assign(window, { asked: [] as object[], certified: 0, whole: -1 });
     const setView = session.setView.bind(session);
     session.setView = (view) => {
       own.asked.push(view);
       setView(view);
     };
-    session.on('update', ({ certifiedError }) => (own.certified = certifiedError));
+    session.on('update', ({ certifiedError, fullDetail, revision: at }) => {
+      own.certified = certifiedError;
+      own.whole = fullDetail ? at : -1;
+    });
   });
 }
 const asked = (): Promise<object[]> => page.evaluate(() => (window as unknown as { asked: object[] }).asked);
+/** Waits until the page has the server's newest revision in full detail. */
+async function wholeComes(): Promise<void> {
+  await until(async () => (await page.evaluate(() => (window as unknown as { whole: number }).whole)) === (await revision()));
+  await settled(); // its bounds may want another tolerance
+}
 const certified = (): Promise<number> => page.evaluate(() => (window as unknown as { certified: number }).certified);
 
 /** Moves the camera to a multiple of its distance. */
@@ -75,7 +83,8 @@ test('a scene opens by tolerance: its points follow the definition, and the head
   await watch();
   await select(CORNER);
   await press('g', 'z', '1', 'Enter');
-  await until(async () => (await certified()) > 0);
+  await page.waitForFunction(() => window.latticed.scene!.session.isAt(1_000)); // the server has the edit
+  await wholeComes();
   await followsDefinition(page, OBJ);
   const { tolerance, points, patches } = await told();
   const layout = await page.evaluate(() => window.latticed.scene!.session.surface.layout!.segments);

@@ -45,8 +45,12 @@ export function showShareDialog({ shares, linkWith, copy, remark }: ShareDialogP
       error.textContent = inWords(failure);
     }
   };
+  let [asked, shown] = [0, 0];
   const showList = async (): Promise<void> => {
+    const turn = ++asked;
     const all = await shares.list();
+    if (turn < shown) return; // a newer list has overtaken this one
+    shown = turn;
     list.replaceChildren(...all.map(row));
     list.ariaBusy = 'false';
   };
