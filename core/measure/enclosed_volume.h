@@ -34,12 +34,16 @@
 
 namespace latticed {
 
+class CpuArena;  // core/view/cpu_arena.h
+
 struct EnclosedVolume {
   double volume = 0;            // negative if the faces are oriented inwards
   std::vector<Vec3d> gradient;  // dV/dP, one for each control point
 };
+// `arena`: threads for moments that are by patches; null: the caller's alone.
 [[nodiscard]] EnclosedVolume MeasureVolume(const SurfaceMoments& moments,
-                                           std::span<const Vec3d> control_points);
+                                           std::span<const Vec3d> control_points,
+                                           CpuArena* arena = nullptr);
 
 struct EnclosedCentroid {
   EnclosedVolume volume;
@@ -52,9 +56,11 @@ struct EnclosedCentroid {
                                                std::span<const Vec3d> control_points);
 // The same of any plan, by quadrature on patches; with weights and turned lattices the only way. Errors: what `stop` returns.
 [[nodiscard]] absl::StatusOr<EnclosedVolume> MeasureVolumeByPatches(
-    const DeformPlan& plan, std::span<const Vec3d> control_points, StopCheck stop = NeverStop);
+    const DeformPlan& plan, std::span<const Vec3d> control_points, StopCheck stop = NeverStop,
+    CpuArena* arena = nullptr);
 [[nodiscard]] absl::StatusOr<EnclosedCentroid> MeasureCentroidByPatches(
-    const DeformPlan& plan, std::span<const Vec3d> control_points, StopCheck stop = NeverStop);
+    const DeformPlan& plan, std::span<const Vec3d> control_points, StopCheck stop = NeverStop,
+    CpuArena* arena = nullptr);
 
 }  // namespace latticed
 
