@@ -171,15 +171,19 @@ EnclosedCentroid MeasureCentroid(const SurfaceMoments& moments,
 
 absl::StatusOr<EnclosedVolume> MeasureVolumeByPatches(const DeformPlan& plan,
                                                       std::span<const Vec3d> control_points,
-                                                      StopCheck stop, CpuArena* arena) {
-  LATTICED_ASSIGN_OR_RETURN(auto sums, IntegratePatches(plan, control_points, false, stop, arena));
+                                                      StopCheck stop, CpuArena* arena,
+                                                      bool with_gradient) {
+  LATTICED_ASSIGN_OR_RETURN(
+      auto sums, IntegratePatches(plan, control_points, false, stop, arena, with_gradient));
   return EnclosedVolume{sums.volume, std::move(sums.volume_gradient)};
 }
 
 absl::StatusOr<EnclosedCentroid> MeasureCentroidByPatches(const DeformPlan& plan,
                                                           std::span<const Vec3d> control_points,
-                                                          StopCheck stop, CpuArena* arena) {
-  LATTICED_ASSIGN_OR_RETURN(auto sums, IntegratePatches(plan, control_points, true, stop, arena));
+                                                          StopCheck stop, CpuArena* arena,
+                                                          bool with_gradient) {
+  LATTICED_ASSIGN_OR_RETURN(
+      auto sums, IntegratePatches(plan, control_points, true, stop, arena, with_gradient));
   EnclosedCentroid result{.volume = {sums.volume, std::move(sums.volume_gradient)}};
   const Vec3d centroid = sums.moment / sums.volume;
   result.centroid = sums.origin + centroid;

@@ -54,13 +54,14 @@ struct EnclosedCentroid {
 // The moments must be of kCentroid, their plan without weights and turned lattices. A volume of 0 has no centroid: it is then not finite.
 [[nodiscard]] EnclosedCentroid MeasureCentroid(const SurfaceMoments& moments,
                                                std::span<const Vec3d> control_points);
-// The same of any plan, by quadrature on patches; with weights and turned lattices the only way. Errors: what `stop` returns.
+// The same of any plan, by quadrature on patches; with weights and turned lattices the only way. Without `with_gradient`, the
+// derivatives are empty. Errors: what `stop` returns.
 [[nodiscard]] absl::StatusOr<EnclosedVolume> MeasureVolumeByPatches(
     const DeformPlan& plan, std::span<const Vec3d> control_points, StopCheck stop = NeverStop,
-    CpuArena* arena = nullptr);
+    CpuArena* arena = nullptr, bool with_gradient = true);
 [[nodiscard]] absl::StatusOr<EnclosedCentroid> MeasureCentroidByPatches(
     const DeformPlan& plan, std::span<const Vec3d> control_points, StopCheck stop = NeverStop,
-    CpuArena* arena = nullptr);
+    CpuArena* arena = nullptr, bool with_gradient = true);
 
 }  // namespace latticed
 

@@ -18,23 +18,25 @@ int OrderFor(const DeformPlan& plan, bool with_moment) {
   return with_moment ? 2 * degree : (3 * degree + 1) / 2;
 }
 
-// The integrals over a run.
+// The integrals over a run. Sums are for derivatives alone.
 struct RunIntegrals {
   double across = 0;  // of P . n dA
   Vec3d moment;       // of P . n dA P
   std::vector<RunLattice> lattices;
-  std::vector<BoxNumbers> sums;  // by lattice, of l^p m^q n^r w n dA; with a moment then of that times P_j
+  std::vector<BoxNumbers>
+      sums;  // by lattice, of l^p m^q n^r w n dA; with a moment then of that times P_j
 };
 
-RunIntegrals IntegrateRun(const PatchRuns& runs, size_t run, std::span<const TriangleRulePoint> rule,
-                          bool with_moment) {
+RunIntegrals IntegrateRun(const PatchRuns& runs, size_t run,
+                          std::span<const TriangleRulePoint> rule, bool with_moment,
+                          bool with_gradient) {
   RunIntegrals result{.lattices = runs.LatticesOf(run)};
-  result.sums.resize(result.lattices.size() * (with_moment ? 4 : 1));
+  if (with_gradient) result.sums.resize(result.lattices.size() * (with_moment ? 4 : 1));
   PatchPoints points(result.lattices);
   const auto integrate = [&] {
     points.Evaluate();
     points.AddVolume(with_moment, result.across, result.moment);
-    points.SumVolumeForces(result.sums, with_moment);
+    if (with_gradient) points.SumVolumeForces(result.sums, with_moment);
     points.Clear();
   };
   for (const uint32_t patch : runs.patches(run)) {
@@ -60,24 +62,27 @@ RunIntegrals IntegrateRun(const PatchRuns& runs, size_t run, std::span<const Tri
 
 absl::StatusOr<PatchIntegrals> IntegratePatches(const DeformPlan& plan,
                                                 std::span<const Vec3d> control_points,
-                                                bool with_moment, StopCheck stop, CpuArena* arena) {
+                                                bool with_moment, StopCheck stop, CpuArena* arena,
+                                                bool with_gradient) {
   const std::vector<TriangleRulePoint> rule = MakeTriangleRule(OrderFor(plan, with_moment));
   const PatchRuns runs(plan, control_points);
-  PatchIntegrals result{.origin = runs.origin(),
-                        .volume_gradient = std::vector<Vec3d>(control_points.size())};
-  if (with_moment) result.moment_gradient.resize(control_points.size());
+  PatchIntegrals result{.origin = runs.origin()};
+  if (with_gradient) result.volume_gradient.resize(control_points.size());
+  if (with_gradient && with_moment) result.moment_gradient.resize(control_points.size());
   LATTICED_RETURN_IF_ERROR(ForRuns(
-      runs, arena, stop, [&](size_t run) { return IntegrateRun(runs, run, rule, with_moment); },
+      runs, arena, stop,
+      [&](size_t run) { return IntegrateRun(runs, run, rule, with_moment, with_gradient); },
       [&](const RunIntegrals& of_run) {
         result.volume += of_run.across / 3;
         result.moment += 0.25 * of_run.moment;
+        if (!with_gradient) return;
         auto sums = of_run.sums.begin();
         for (const RunLattice& lattice : of_run.lattices) {
           lattice.AddTransposed(*sums++,
                                 [&](size_t i) -> Vec3d& { return result.volume_gradient[i]; });
           for (size_t j = 0; with_moment && j < 3; ++j) {
-            lattice.AddTransposed(
-                *sums++, [&](size_t i) -> Vec3d& { return result.moment_gradient[i][j]; });
+            lattice.AddTransposed(*sums++,
+                                  [&](size_t i) -> Vec3d& { return result.moment_gradient[i][j]; });
           }
         }
       }));

@@ -40,12 +40,10 @@ struct PatchIntegrals {
   std::vector<Vec3d> volume_gradient;                 // for each control point
   std::vector<std::array<Vec3d, 3>> moment_gradient;  // [i][j] = dS_j / dP_i
 };
-// Without `with_moment`, S and its derivatives are left empty.
-[[nodiscard]] absl::StatusOr<PatchIntegrals> IntegratePatches(const DeformPlan& plan,
-                                                              std::span<const Vec3d> control_points,
-                                                              bool with_moment,
-                                                              StopCheck stop = NeverStop,
-                                                              CpuArena* arena = nullptr);
+// Without `with_moment`, S and its derivatives are left empty; without `with_gradient`, all derivatives.
+[[nodiscard]] absl::StatusOr<PatchIntegrals> IntegratePatches(
+    const DeformPlan& plan, std::span<const Vec3d> control_points, bool with_moment,
+    StopCheck stop = NeverStop, CpuArena* arena = nullptr, bool with_gradient = true);
 
 }  // namespace latticed
 

@@ -33,7 +33,9 @@ HWY_INLINE void StoreAt(const V3& v, BlockVec& to, size_t i) {
 HWY_INLINE V3 Subtract(const V3& a, const V3& b) {
   return {hn::Sub(a.x, b.x), hn::Sub(a.y, b.y), hn::Sub(a.z, b.z)};
 }
-HWY_INLINE V3 Scale(V f, const V3& a) { return {hn::Mul(f, a.x), hn::Mul(f, a.y), hn::Mul(f, a.z)}; }
+HWY_INLINE V3 Scale(V f, const V3& a) {
+  return {hn::Mul(f, a.x), hn::Mul(f, a.y), hn::Mul(f, a.z)};
+}
 HWY_INLINE V3 ScaleAdd(V f, const V3& a, const V3& b) {
   return {hn::MulAdd(f, a.x, b.x), hn::MulAdd(f, a.y, b.y), hn::MulAdd(f, a.z, b.z)};
 }

@@ -8,19 +8,28 @@ namespace latticed {
 
 using points::BlockArray;
 using points::BlockVec;
-using points::Set;
 
 void PatchPoints::Add(const RestTriangle& triangle, std::span<const TriangleRulePoint> rule) {
-  for (const auto& [b, weight] : rule) {
-    const size_t i = count_++;
-    Set(rest_[0], i, triangle.corner + b[1] * triangle.s + b[2] * triangle.t);
-    Set(rest_[1], i, triangle.s);
-    Set(rest_[2], i, triangle.t);
-    weight_[0][i] = triangle.weight + b[1] * triangle.weight_s + b[2] * triangle.weight_t;
-    weight_[1][i] = triangle.weight_s;
-    weight_[2][i] = triangle.weight_t;
-    h_[i] = 0.5 * weight;
+  const size_t first = count_;
+  count_ += rule.size();
+  const auto set = [&](BlockArray& values, double corner, double s, double t) {
+    for (size_t i = 0; i < rule.size(); ++i) {
+      values[first + i] = corner + rule[i].barycentrics[1] * s + rule[i].barycentrics[2] * t;
+    }
+  };
+  const auto fill = [&](BlockArray& values, double value) {
+    std::fill_n(values.begin() + static_cast<std::ptrdiff_t>(first), rule.size(), value);
+  };
+  for (int c = 0; c < 3; ++c) {
+    const auto k = static_cast<size_t>(c);
+    set(rest_[0][k], triangle.corner[c], triangle.s[c], triangle.t[c]);
+    fill(rest_[1][k], triangle.s[c]);
+    fill(rest_[2][k], triangle.t[c]);
   }
+  set(weight_[0], triangle.weight, triangle.weight_s, triangle.weight_t);
+  fill(weight_[1], triangle.weight_s);
+  fill(weight_[2], triangle.weight_t);
+  for (size_t i = 0; i < rule.size(); ++i) h_[first + i] = 0.5 * rule[i].weight;
 }
 
 void PatchPoints::Evaluate() {

@@ -34,12 +34,9 @@ struct RestTriangle {
 
   // A similar triangle, with its corner at barycentrics u, v.
   RestTriangle Part(double u, double v, double scale) const {
-    return {corner + u * s + v * t,
-            scale * s,
-            scale * t,
-            weight + u * weight_s + v * weight_t,
-            scale * weight_s,
-            scale * weight_t};
+    return {
+        corner + u * s + v * t, scale * s,       scale * t, weight + u * weight_s + v * weight_t,
+        scale * weight_s,       scale * weight_t};
   }
   double Area() const { return 0.5 * Norm(Cross(s, t)); }
   // Whether no lattice moves it.
@@ -83,9 +80,9 @@ class PatchRuns {
   const DeformPlan& plan_;
   const std::span<const Vec3d> control_points_;
   const Vec3d origin_;
-  std::vector<BoxMaps> boxes_;         // by lattice; the plan's own is the first
-  std::vector<uint32_t> order_;        // of patches
-  std::vector<size_t> begins_;         // of runs in it, and the end
+  std::vector<BoxMaps> boxes_;   // by lattice; the plan's own is the first
+  std::vector<uint32_t> order_;  // of patches
+  std::vector<size_t> begins_;   // of runs in it, and the end
 };
 
 // Sums of runs that are kept until they are added.

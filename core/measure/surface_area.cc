@@ -25,9 +25,8 @@ struct PatchPart {
 };
 
 void AppendQuarters(const PatchPart& part, std::vector<PatchPart>& parts) {
-  for (const RestTriangle& quarter :
-       {part.at.Part(0, 0, 0.5), part.at.Part(0.5, 0, 0.5), part.at.Part(0, 0.5, 0.5),
-        part.at.Part(0.5, 0.5, -0.5)}) {
+  for (const RestTriangle& quarter : {part.at.Part(0, 0, 0.5), part.at.Part(0.5, 0, 0.5),
+                                      part.at.Part(0, 0.5, 0.5), part.at.Part(0.5, 0.5, -0.5)}) {
     parts.push_back({quarter, 0.25 * part.spare, part.quarterings + 1});
   }
 }

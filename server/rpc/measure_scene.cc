@@ -87,10 +87,11 @@ std::vector<std::array<Vec3d, 3>> ByLattice(const SceneLattice& lattice,
 }
 
 // With the volume and its derivatives. They are all integrated at once.
-absl::StatusOr<EnclosedCentroid> CentroidOf(const SceneState& state, StopCheck stop) {
+absl::StatusOr<EnclosedCentroid> CentroidOf(const SceneState& state, bool with_gradient,
+                                            StopCheck stop) {
   if (state.plan->is_weighted() || !state.plan->turned.empty()) {  // makes no moments
     return MeasureCentroidByPatches(*state.plan, *state.control_points, stop,
-                                    state.measures->arena());
+                                    state.measures->arena(), with_gradient);
   }
   LATTICED_ASSIGN_OR_RETURN(const auto moments,
                             state.measures->Moments(SurfaceMoments::Order::kCentroid, stop));
@@ -106,7 +107,7 @@ absl::Status MeasureInside(const SceneState& state, const Wanted& wanted,
   LATTICED_RETURN_IF_ERROR(state.measures->CheckClosed(points));
   EnclosedVolume volume;
   if (wanted.centroid) {
-    LATTICED_ASSIGN_OR_RETURN(EnclosedCentroid centroid, CentroidOf(state, stop));
+    LATTICED_ASSIGN_OR_RETURN(EnclosedCentroid centroid, CentroidOf(state, with_gradient, stop));
     if (!IsFinite(centroid.centroid)) {
       return error::FailedPrecondition("NO_VOLUME",
                                        "the enclosed volume is 0, so it has no centroid");
@@ -123,7 +124,8 @@ absl::Status MeasureInside(const SceneState& state, const Wanted& wanted,
                               state.measures->Moments(SurfaceMoments::Order::kVolume, stop));
     if (moments->is_by_patches()) {
       LATTICED_ASSIGN_OR_RETURN(
-          volume, MeasureVolumeByPatches(*state.plan, points, stop, state.measures->arena()));
+          volume, MeasureVolumeByPatches(*state.plan, points, stop, state.measures->arena(),
+                                         with_gradient));
     } else {
       volume = MeasureVolume(*moments, points);
     }
