@@ -19,7 +19,7 @@
 //
 // Units    world units
 // Errors   none: callers check that the surface is closed
-// Threads  pure functions
+// Threads  pure functions; patch by patch on the threads of `arena`, with the same bits for any number of them
 #ifndef LATTICED_CORE_MEASURE_ENCLOSED_VOLUME_H_
 #define LATTICED_CORE_MEASURE_ENCLOSED_VOLUME_H_
 

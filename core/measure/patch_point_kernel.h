@@ -10,7 +10,7 @@
 //   AreaForces      derivatives of h |P_s x P_t| by D, D_s and D_t; none where it is 0
 //   SlopeForces     derivatives by l, m, n of F, from those by D_s and D_t
 //
-// Layout   arrays of points.h; beyond `count`, up to PaddedCount, they are read and written
+// Layout   arrays of point_kernel.h; beyond `count`, up to PaddedCount, they are read and written
 // Threads  pure functions
 #ifndef LATTICED_CORE_MEASURE_PATCH_POINT_KERNEL_H_
 #define LATTICED_CORE_MEASURE_PATCH_POINT_KERNEL_H_

@@ -85,17 +85,18 @@ class PatchRuns {
   std::vector<size_t> begins_;   // of runs in it, and the end
 };
 
-// Sums of runs that are kept until they are added.
-inline constexpr size_t kRunsTogether = 128;
+// Results that are kept until they are added.
+inline constexpr size_t kRunsPerThread = 8;
 
 // result = body(run) for all runs, on the threads of `arena`, or on the caller's alone if it is null; then add(result), in
-// the order of runs. `stop` is called on the caller's thread.
+// the order of runs. `stop` is called on the caller's thread, once in kRunsPerThread runs of a thread.
 template <class Body, class Add>
 absl::Status ForRuns(const PatchRuns& runs, CpuArena* arena, StopCheck stop, const Body& body,
                      const Add& add) {
-  for (size_t first = 0; first < runs.size(); first += kRunsTogether) {
+  const size_t together = kRunsPerThread * (arena != nullptr ? arena->threads() : 1);
+  for (size_t first = 0; first < runs.size(); first += together) {
     LATTICED_RETURN_IF_ERROR(stop());
-    std::vector<decltype(body(first))> results(std::min(kRunsTogether, runs.size() - first));
+    std::vector<decltype(body(first))> results(std::min(together, runs.size() - first));
     const auto run = [&](size_t i) { results[i] = body(first + i); };
     if (arena != nullptr) {
       arena->ForEach(results.size(), run);

@@ -184,6 +184,9 @@ class BoundsSearch {
     }
   }
 
+  struct RunBounds {
+    Bounds samples, hull;
+  };
   // Looks at the samples of each patch: the boxes of the tree are those of one lattice alone.
   absl::StatusOr<Bounds> RunUnderTurned(StopCheck stop, CpuArena* arena) {
     const PatchRuns runs(plan_, given_);
@@ -191,16 +194,16 @@ class BoundsSearch {
     LATTICED_RETURN_IF_ERROR(ForRuns(
         runs, arena, stop,
         [&](size_t run) {
-          std::array<Bounds, 2> samples_and_hull;
-          auto& [samples, hull] = samples_and_hull;
-          ForSamples(runs, run, samples, [&](size_t patch, const std::vector<Vec3d>& values) {
-            hull.Extend(HullOf(patch, values));
-          });
-          return samples_and_hull;
+          RunBounds of_run;
+          ForSamples(runs, run, of_run.samples,
+                     [&](size_t patch, const std::vector<Vec3d>& values) {
+                       of_run.hull.Extend(HullOf(patch, values));
+                     });
+          return of_run;
         },
-        [&](const std::array<Bounds, 2>& samples_and_hull) {
-          known_.Extend(samples_and_hull[0]);
-          hulls.push_back(samples_and_hull[1]);
+        [&](const RunBounds& of_run) {
+          known_.Extend(of_run.samples);
+          hulls.push_back(of_run.hull);
         }));
     SetSlack();
     // Each run begins with what the samples tell, so that none waits for another.
