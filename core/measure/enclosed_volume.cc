@@ -122,9 +122,12 @@ std::vector<std::array<Vec3d, 3>> CentroidGradient(const EnclosedVolume& volume,
 
 }  // namespace
 
-EnclosedVolume MeasureVolume(const SurfaceMoments& moments, std::span<const Vec3d> control_points) {
+EnclosedVolume MeasureVolume(const SurfaceMoments& moments, std::span<const Vec3d> control_points,
+                             CpuArena* arena) {
   if (moments.has_weights()) return MeasureWeightedVolume(moments, control_points);
-  if (moments.is_by_patches()) return *MeasureVolumeByPatches(moments.plan(), control_points);
+  if (moments.is_by_patches()) {
+    return *MeasureVolumeByPatches(moments.plan(), control_points, NeverStop, arena);
+  }
   EnclosedVolume result{.gradient = std::vector<Vec3d>(control_points.size())};
   const Vec3d origin = OriginFor(moments.plan(), control_points);
   std::array<Wide, 3> sums;
@@ -168,15 +171,19 @@ EnclosedCentroid MeasureCentroid(const SurfaceMoments& moments,
 
 absl::StatusOr<EnclosedVolume> MeasureVolumeByPatches(const DeformPlan& plan,
                                                       std::span<const Vec3d> control_points,
-                                                      StopCheck stop) {
-  LATTICED_ASSIGN_OR_RETURN(auto sums, IntegratePatches(plan, control_points, false, stop));
+                                                      StopCheck stop, CpuArena* arena,
+                                                      bool with_gradient) {
+  LATTICED_ASSIGN_OR_RETURN(
+      auto sums, IntegratePatches(plan, control_points, false, stop, arena, with_gradient));
   return EnclosedVolume{sums.volume, std::move(sums.volume_gradient)};
 }
 
 absl::StatusOr<EnclosedCentroid> MeasureCentroidByPatches(const DeformPlan& plan,
                                                           std::span<const Vec3d> control_points,
-                                                          StopCheck stop) {
-  LATTICED_ASSIGN_OR_RETURN(auto sums, IntegratePatches(plan, control_points, true, stop));
+                                                          StopCheck stop, CpuArena* arena,
+                                                          bool with_gradient) {
+  LATTICED_ASSIGN_OR_RETURN(
+      auto sums, IntegratePatches(plan, control_points, true, stop, arena, with_gradient));
   EnclosedCentroid result{.volume = {sums.volume, std::move(sums.volume_gradient)}};
   const Vec3d centroid = sums.moment / sums.volume;
   result.centroid = sums.origin + centroid;

@@ -19,7 +19,7 @@
 //
 // Units    world units
 // Errors   none: callers check that the surface is closed
-// Threads  pure functions
+// Threads  pure functions; patch by patch on the threads of `arena`, with the same bits for any number of them
 #ifndef LATTICED_CORE_MEASURE_ENCLOSED_VOLUME_H_
 #define LATTICED_CORE_MEASURE_ENCLOSED_VOLUME_H_
 
@@ -34,12 +34,16 @@
 
 namespace latticed {
 
+class CpuArena;  // core/view/cpu_arena.h
+
 struct EnclosedVolume {
   double volume = 0;            // negative if the faces are oriented inwards
   std::vector<Vec3d> gradient;  // dV/dP, one for each control point
 };
+// `arena`: threads for moments that are by patches; null: the caller's alone.
 [[nodiscard]] EnclosedVolume MeasureVolume(const SurfaceMoments& moments,
-                                           std::span<const Vec3d> control_points);
+                                           std::span<const Vec3d> control_points,
+                                           CpuArena* arena = nullptr);
 
 struct EnclosedCentroid {
   EnclosedVolume volume;
@@ -50,11 +54,14 @@ struct EnclosedCentroid {
 // The moments must be of kCentroid, their plan without weights and turned lattices. A volume of 0 has no centroid: it is then not finite.
 [[nodiscard]] EnclosedCentroid MeasureCentroid(const SurfaceMoments& moments,
                                                std::span<const Vec3d> control_points);
-// The same of any plan, by quadrature on patches; with weights and turned lattices the only way. Errors: what `stop` returns.
+// The same of any plan, by quadrature on patches; with weights and turned lattices the only way. Without `with_gradient`, the
+// derivatives are empty. Errors: what `stop` returns.
 [[nodiscard]] absl::StatusOr<EnclosedVolume> MeasureVolumeByPatches(
-    const DeformPlan& plan, std::span<const Vec3d> control_points, StopCheck stop = NeverStop);
+    const DeformPlan& plan, std::span<const Vec3d> control_points, StopCheck stop = NeverStop,
+    CpuArena* arena = nullptr, bool with_gradient = true);
 [[nodiscard]] absl::StatusOr<EnclosedCentroid> MeasureCentroidByPatches(
-    const DeformPlan& plan, std::span<const Vec3d> control_points, StopCheck stop = NeverStop);
+    const DeformPlan& plan, std::span<const Vec3d> control_points, StopCheck stop = NeverStop,
+    CpuArena* arena = nullptr, bool with_gradient = true);
 
 }  // namespace latticed
 

@@ -55,16 +55,17 @@ double DotOf(const std::vector<Vec3d>& a, const std::vector<Vec3d>& b) {
 class Solver {
  public:
   Solver(const SurfaceMoments& moments, double volume, std::optional<Vec3d> direction,
-         const PointFreedom* freedom, const OutsideMap* outside)
+         const PointFreedom* freedom, const OutsideMap* outside, CpuArena* arena)
       : moments_(moments),
         volume_(volume),
         direction_(direction),
         freedom_(freedom),
-        outside_(outside) {}
+        outside_(outside),
+        arena_(arena) {}
 
   EnclosedVolume Measure(const std::vector<Vec3d>& points) const {
-    if (outside_ == nullptr) return MeasureVolume(moments_, points);
-    EnclosedVolume volume = MeasureVolume(moments_, outside_->Continue(points));
+    if (outside_ == nullptr) return MeasureVolume(moments_, points, arena_);
+    EnclosedVolume volume = MeasureVolume(moments_, outside_->Continue(points), arena_);
     volume.gradient = outside_->ApplyTransposed(volume.gradient);
     return volume;
   }
@@ -108,6 +109,7 @@ class Solver {
   const std::optional<Vec3d> direction_;
   const PointFreedom* const freedom_;
   const OutsideMap* const outside_;
+  CpuArena* const arena_;
 };
 
 absl::Status NotKept(double volume, double wanted) {
@@ -119,14 +121,15 @@ absl::Status NotKept(double volume, double wanted) {
 
 }  // namespace
 
-double RestVolume(const SurfaceMoments& moments) {
-  return MeasureVolume(moments, moments.plan().identity_points).volume;
+double RestVolume(const SurfaceMoments& moments, CpuArena* arena) {
+  return MeasureVolume(moments, moments.plan().identity_points, arena).volume;
 }
 
 absl::StatusOr<int> KeepVolume(const SurfaceMoments& moments, const KeptVolume& kept,
                                const PointFreedom* freedom, const std::vector<bool>& named,
-                               std::vector<Vec3d>& control_points, const OutsideMap* outside) {
-  const double volume = kept.volume.has_value() ? *kept.volume : RestVolume(moments);
+                               std::vector<Vec3d>& control_points, const OutsideMap* outside,
+                               CpuArena* arena) {
+  const double volume = kept.volume.has_value() ? *kept.volume : RestVolume(moments, arena);
   std::optional<Vec3d> direction;
   if (kept.axis.has_value()) {
     const LatticeStructure& edited =
@@ -134,7 +137,7 @@ absl::StatusOr<int> KeepVolume(const SurfaceMoments& moments, const KeptVolume& 
     const Vec3d edge = edited.frame.edges[static_cast<size_t>(*kept.axis)];
     direction = edge / Norm(edge);
   }
-  const Solver solver(moments, volume, direction, freedom, outside);
+  const Solver solver(moments, volume, direction, freedom, outside, arena);
   const std::vector<bool> free =
       FreePoints(moments.plan(), freedom, outside, control_points.size());
   std::vector<bool> others = free;

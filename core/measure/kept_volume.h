@@ -12,7 +12,7 @@
 // seam depends count as held, because their move would tear the surface.
 //
 // Errors   kFailedPrecondition VOLUME_NOT_KEPT
-// Threads  pure function
+// Threads  pure functions, on the threads of `arena` (enclosed_volume.h)
 #ifndef LATTICED_CORE_MEASURE_KEPT_VOLUME_H_
 #define LATTICED_CORE_MEASURE_KEPT_VOLUME_H_
 
@@ -26,11 +26,13 @@
 
 namespace latticed {
 
+class CpuArena;  // core/view/cpu_arena.h
+
 inline constexpr double kVolumeTolerance = 1e-12;  // of the volume
 inline constexpr int kMostVolumeSteps = 10;
 
 // The volume of the mesh at rest.
-[[nodiscard]] double RestVolume(const SurfaceMoments& moments);
+[[nodiscard]] double RestVolume(const SurfaceMoments& moments, CpuArena* arena = nullptr);
 
 // Restores kept.volume, or the rest volume, after an edit that wrote the control points `named`: moves the others that
 // are free, or if these cannot restore it, all that are free. `freedom` may be null. The surface must be closed. Returns
@@ -40,7 +42,8 @@ inline constexpr int kMostVolumeSteps = 10;
                                              const PointFreedom* freedom,
                                              const std::vector<bool>& named,
                                              std::vector<Vec3d>& control_points,
-                                             const OutsideMap* outside = nullptr);
+                                             const OutsideMap* outside = nullptr,
+                                             CpuArena* arena = nullptr);
 
 }  // namespace latticed
 

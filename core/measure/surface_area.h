@@ -14,7 +14,7 @@
 //
 // Units    world units squared
 // Errors   what `stop` returns
-// Threads  pure function
+// Threads  pure function, on the threads of `arena`; null: on the caller's alone. The bits do not depend on their number
 #ifndef LATTICED_CORE_MEASURE_SURFACE_AREA_H_
 #define LATTICED_CORE_MEASURE_SURFACE_AREA_H_
 
@@ -27,6 +27,8 @@
 
 namespace latticed {
 
+class CpuArena;  // core/view/cpu_arena.h
+
 struct SurfaceArea {
   double area = 0;
   double error = 0;             // estimated
@@ -38,7 +40,8 @@ struct SurfaceArea {
 [[nodiscard]] absl::StatusOr<SurfaceArea> MeasureArea(const DeformPlan& plan,
                                                       std::span<const Vec3d> control_points,
                                                       double tolerance, bool with_gradient,
-                                                      StopCheck stop = NeverStop);
+                                                      StopCheck stop = NeverStop,
+                                                      CpuArena* arena = nullptr);
 
 }  // namespace latticed
 

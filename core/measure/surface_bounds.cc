@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <utility>
 #include <vector>
 
@@ -13,6 +14,8 @@
 #include "core/ffd/direct_ffd.h"
 #include "core/ffd/stage_matrices.h"
 #include "core/ffd/weights/weighted_triangle.h"
+#include "core/measure/patch_points.h"
+#include "core/measure/patch_runs.h"
 
 namespace latticed {
 namespace {
@@ -78,13 +81,23 @@ class BoundsSearch {
         degree_(plan.patch_degree()),
         inverse_(InverseBernsteinMatrix(degree_)),
         samples_((*StageMatrices::Get(degree_, 1))->samples) {
+    for (size_t row = 0; row < samples_.size(); ++row) {
+      TriangleRulePoint point;
+      for (size_t c = 0; c < 3; ++c) point.barycentrics[c] = samples_[row][c] / double(degree_);
+      sample_points_.push_back(point);
+      double sum = 0;
+      for (size_t column = 0; column < samples_.size(); ++column) {
+        sum += std::abs(inverse_[column * samples_.size() + row]);
+      }
+      reach_ = std::max(reach_, sum);
+    }
     if (!plan.is_weighted()) return;
     for (size_t i = 0; i < points.size(); ++i) points_[i] -= plan.identity_points[i];
   }
 
-  absl::StatusOr<Bounds> Run(StopCheck stop) {
+  absl::StatusOr<Bounds> Run(StopCheck stop, CpuArena* arena) {
     StopPoll poll(stop);
-    if (!plan_.turned.empty()) return RunUnderTurned(poll);
+    if (!plan_.turned.empty()) return RunUnderTurned(stop, arena);
     for (size_t v = 0; v < plan_.vertices.size(); ++v) {
       LATTICED_RETURN_IF_ERROR(poll.Step());
       known_.Extend(PositionOf(v));
@@ -121,10 +134,10 @@ class BoundsSearch {
     }
     return WeightedHull(rest, hull, 0, 1);
   }
-  bool IsKnown(const Bounds& hull) const {
+  bool IsKnown(const Bounds& hull) const { return IsIn(hull, known_); }
+  bool IsIn(const Bounds& hull, const Bounds& known) const {
     for (int a = 0; a < 3; ++a) {
-      if (hull.max[a] > known_.max[a] + slack_ || hull.min[a] < known_.min[a] - slack_)
-        return false;
+      if (hull.max[a] > known.max[a] + slack_ || hull.min[a] < known.min[a] - slack_) return false;
     }
     return true;
   }
@@ -145,49 +158,82 @@ class BoundsSearch {
     slack_ = kBoundsTolerance * std::max({extent.x, extent.y, extent.z});
   }
 
-  // Looks at each patch: the boxes of the tree are those of one lattice alone.
-  absl::StatusOr<Bounds> RunUnderTurned(StopPoll& poll) {
-    constexpr size_t kCost = 8;  // a patch takes as long as so many in planning
-    const DirectFfd direct(plan_, given_);
-    for (size_t p = 0; p < plan_.patches.size(); ++p) {
-      LATTICED_RETURN_IF_ERROR(poll.Step(kCost));
-      for (size_t c = 0; c < 3; ++c) {
-        std::array<double, 3> corner{};
-        corner[c] = 1;
-        known_.Extend(direct.EvaluatePosition(p, corner).position);
+  // Calls body(patch, values) for the patches of a run, with values of F at the samples, or with weights of F - x. Extends
+  // `attained` by where they are.
+  template <class Body>
+  void ForSamples(const PatchRuns& runs, size_t run, Bounds& attained, const Body& body) const {
+    const std::vector<RunLattice> lattices = runs.LatticesOf(run);
+    const size_t together = PatchPoints::kMost / sample_points_.size();
+    PatchPoints points(lattices);
+    std::vector<Vec3d> values(sample_points_.size());
+    for (auto left = runs.patches(run); !left.empty();) {
+      const auto patches = left.first(std::min(left.size(), together));
+      left = left.subspan(patches.size());
+      points.Clear();
+      for (const uint32_t patch : patches) points.Add(runs.TriangleOf(patch), sample_points_);
+      points.Evaluate();
+      for (size_t n = 0; n < patches.size(); ++n) {
+        for (size_t i = 0; i < values.size(); ++i) {
+          const size_t at = n * values.size() + i;
+          const Vec3d position = runs.origin() + points.position(at);
+          attained.Extend(position);
+          values[i] = plan_.is_weighted() ? points.move(at) : position;
+        }
+        body(patches[n], values);
       }
     }
+  }
+
+  struct RunBounds {
+    Bounds samples, hull;
+  };
+  // Looks at the samples of each patch: the boxes of the tree are those of one lattice alone.
+  absl::StatusOr<Bounds> RunUnderTurned(StopCheck stop, CpuArena* arena) {
+    const PatchRuns runs(plan_, given_);
+    std::vector<Bounds> hulls;  // by run
+    LATTICED_RETURN_IF_ERROR(ForRuns(
+        runs, arena, stop,
+        [&](size_t run) {
+          RunBounds of_run;
+          ForSamples(runs, run, of_run.samples,
+                     [&](size_t patch, const std::vector<Vec3d>& values) {
+                       of_run.hull.Extend(HullOf(patch, values));
+                     });
+          return of_run;
+        },
+        [&](const RunBounds& of_run) {
+          known_.Extend(of_run.samples);
+          hulls.push_back(of_run.hull);
+        }));
     SetSlack();
-    std::vector<Vec3d> values(samples_.size());
-    for (size_t p = 0; p < plan_.patches.size(); ++p) {
-      LATTICED_RETURN_IF_ERROR(poll.Step(kCost));
-      for (size_t i = 0; i < values.size(); ++i) {
-        std::array<double, 3> b{};
-        for (size_t c = 0; c < 3; ++c) b[c] = samples_[i][c] / double(degree_);
-        values[i] = plan_.is_weighted() ? OffsetOf(p, b) : direct.EvaluatePosition(p, b).position;
-      }
-      LATTICED_RETURN_IF_ERROR(SearchAxes(values, p, poll));
-    }
+    // Each run begins with what the samples tell, so that none waits for another.
+    const Bounds of_samples = known_;
+    LATTICED_RETURN_IF_ERROR(ForRuns(
+        runs, arena, stop,
+        [&](size_t run) {
+          Bounds known = of_samples;
+          if (IsIn(hulls[run], known)) return known;
+          StopPoll never(NeverStop);
+          ForSamples(runs, run, known, [&](size_t patch, const std::vector<Vec3d>& values) {
+            if (!IsIn(HullOf(patch, values), known)) {
+              SearchAxes(values, patch, known, never).IgnoreError();
+            }
+          });
+          return known;
+        },
+        [&](const Bounds& known) { known_.Extend(known); }));
     return known_;
   }
 
-  // F - x of all lattices on a patch, with weights.
-  Vec3d OffsetOf(size_t p, const std::array<double, 3>& b) const {
-    const Patch& patch = plan_.patches[p];
-    const auto blend = [&](const auto& of) {
-      return b[0] * of(patch.vertex[0]) + b[1] * of(patch.vertex[1]) + b[2] * of(patch.vertex[2]);
-    };
-    Vec3d offset;
-    if (patch.box != plan_.outside_box()) {
-      offset = At(patch.box, blend([&](uint32_t v) { return plan_.vertices[v].parameter; }));
-    }
-    for (const TurnedLattice& lattice : plan_.turned) {
-      if (lattice.spans[p] == kNoSpans) continue;
-      offset += EvaluateVolume(lattice.structure, lattice.PointsOf(points_), lattice.spans[p],
-                               blend([&](uint32_t v) { return lattice.parameters[v]; }))
-                    .position;
-    }
-    return offset;
+  // Holds a patch, loosely: from the middle of its samples no Bezier control point is farther than reach_ times their
+  // farthest, since the rows of the inverse Bernstein matrix sum to 1.
+  Bounds HullOf(size_t patch, const std::vector<Vec3d>& values) const {
+    Bounds samples;
+    for (const Vec3d value : values) samples.Extend(value);
+    const Vec3d middle = 0.5 * (samples.min + samples.max);
+    const Vec3d farthest = 0.5 * reach_ * samples.extent();
+    const Bounds hull{middle - farthest, middle + farthest};
+    return plan_.is_weighted() ? TriangleOf(patch).Hull(hull) : hull;
   }
 
   // The plan must be weighted.
@@ -214,25 +260,27 @@ class BoundsSearch {
       values.push_back(
           At(patch.box, (i * corner[0] + j * corner[1] + k * corner[2]) / double(degree_)));
     }
-    return SearchAxes(values, p, poll);
+    return SearchAxes(values, p, known_, poll);
   }
 
   // `values` of F at the samples of a patch, or with weights of F - x.
-  absl::Status SearchAxes(const std::vector<Vec3d>& values, size_t p, StopPoll& poll) {
+  absl::Status SearchAxes(const std::vector<Vec3d>& values, size_t p, Bounds& known,
+                          StopPoll& poll) const {
     for (int axis = 0; axis < 3; ++axis) {
       BezierTriangle patch_axis = Interpolated(values, axis);
       if (plan_.is_weighted()) patch_axis = Weighted(patch_axis, TriangleOf(p), axis);
-      LATTICED_RETURN_IF_ERROR(SearchBothWays(patch_axis, axis, poll));
+      LATTICED_RETURN_IF_ERROR(SearchBothWays(patch_axis, axis, known, poll));
     }
     return absl::OkStatus();
   }
 
-  absl::Status SearchBothWays(BezierTriangle patch_axis, int axis, StopPoll& poll) {
-    LATTICED_RETURN_IF_ERROR(SearchAxis(patch_axis, known_.max[axis], poll));
-    double least = -known_.min[axis];
+  absl::Status SearchBothWays(BezierTriangle patch_axis, int axis, Bounds& known,
+                              StopPoll& poll) const {
+    LATTICED_RETURN_IF_ERROR(SearchAxis(patch_axis, known.max[axis], poll));
+    double least = -known.min[axis];
     patch_axis.Negate();
     LATTICED_RETURN_IF_ERROR(SearchAxis(patch_axis, least, poll));
-    known_.min[axis] = -least;
+    known.min[axis] = -least;
     return absl::OkStatus();
   }
 
@@ -295,6 +343,8 @@ class BoundsSearch {
   const int degree_;
   const std::vector<double> inverse_;
   const std::vector<std::array<int, 3>>& samples_;
+  std::vector<TriangleRulePoint> sample_points_;
+  double reach_ = 0;  // the largest sum of sizes in a row of the inverse Bernstein matrix
   Bounds known_;
   double slack_ = 0;
 };
@@ -302,8 +352,9 @@ class BoundsSearch {
 }  // namespace
 
 absl::StatusOr<Bounds> MeasureBounds(const DeformPlan& plan, const PatchTree& tree,
-                                     std::span<const Vec3d> control_points, StopCheck stop) {
-  return BoundsSearch(plan, tree, control_points).Run(stop);
+                                     std::span<const Vec3d> control_points, StopCheck stop,
+                                     CpuArena* arena) {
+  return BoundsSearch(plan, tree, control_points).Run(stop, arena);
 }
 
 }  // namespace latticed

@@ -11,7 +11,7 @@
 // Units    world units. Each bound is attained by the surface, and nothing is farther out by more than kBoundsTolerance of
 //          its largest extent
 // Errors   what `stop` returns
-// Threads  pure function
+// Threads  pure function; under turned lattices on the threads of `arena`, or on the caller's alone if it is null
 #ifndef LATTICED_CORE_MEASURE_SURFACE_BOUNDS_H_
 #define LATTICED_CORE_MEASURE_SURFACE_BOUNDS_H_
 
@@ -25,11 +25,14 @@
 
 namespace latticed {
 
+class CpuArena;  // core/view/cpu_arena.h
+
 inline constexpr double kBoundsTolerance = 1e-9;
 
 [[nodiscard]] absl::StatusOr<Bounds> MeasureBounds(const DeformPlan& plan, const PatchTree& tree,
                                                    std::span<const Vec3d> control_points,
-                                                   StopCheck stop = NeverStop);
+                                                   StopCheck stop = NeverStop,
+                                                   CpuArena* arena = nullptr);
 
 }  // namespace latticed
 

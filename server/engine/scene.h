@@ -58,6 +58,8 @@
 
 namespace latticed {
 
+class CpuArena;  // core/view/cpu_arena.h
+
 // What a scene is made from. Only its lattices change.
 struct SceneConfig {
   std::string id;       // with its tenant: server/base/auth/tenant.h
@@ -91,7 +93,8 @@ struct SceneConfig {
 struct SceneContext {
   RenderBackend* backend = nullptr;
   RenderQueue* queue = nullptr;
-  Store* store = nullptr;  // null: scenes end with the server
+  Store* store = nullptr;     // null: scenes end with the server
+  CpuArena* arena = nullptr;  // null: surfaces are measured on the caller's thread alone
 };
 
 class Scene : public RenderSource, public std::enable_shared_from_this<Scene> {

@@ -49,7 +49,8 @@ absl::StatusOr<Scene::Prepared> Scene::Prepare(const PlanKey& key, StopCheck sto
     LATTICED_RETURN_IF_ERROR(stop());
     state.patch_tree = std::make_shared<const PatchTree>(*plan);
     state.patches_on_faces = PatchesThatMayTear(*plan, state.lattices);
-    state.measures = std::make_shared<SceneMeasures>(plan, &backend.memory(), config_.account);
+    state.measures =
+        std::make_shared<SceneMeasures>(plan, &backend.memory(), config_.account, context_.arena);
     state.influential = std::make_shared<const std::vector<bool>>(InfluentialPoints(*plan));
     const uint64_t bytes = HostBytes(target->memory()) + state.patch_tree->MemoryBytes() +
                            LatticeBytes(state.lattices) + LeastHistoryBytes(state.lattices) +

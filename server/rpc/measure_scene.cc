@@ -87,9 +87,11 @@ std::vector<std::array<Vec3d, 3>> ByLattice(const SceneLattice& lattice,
 }
 
 // With the volume and its derivatives. They are all integrated at once.
-absl::StatusOr<EnclosedCentroid> CentroidOf(const SceneState& state, StopCheck stop) {
+absl::StatusOr<EnclosedCentroid> CentroidOf(const SceneState& state, bool with_gradient,
+                                            StopCheck stop) {
   if (state.plan->is_weighted() || !state.plan->turned.empty()) {  // makes no moments
-    return MeasureCentroidByPatches(*state.plan, *state.control_points, stop);
+    return MeasureCentroidByPatches(*state.plan, *state.control_points, stop,
+                                    state.measures->arena(), with_gradient);
   }
   LATTICED_ASSIGN_OR_RETURN(const auto moments,
                             state.measures->Moments(SurfaceMoments::Order::kCentroid, stop));
@@ -105,7 +107,7 @@ absl::Status MeasureInside(const SceneState& state, const Wanted& wanted,
   LATTICED_RETURN_IF_ERROR(state.measures->CheckClosed(points));
   EnclosedVolume volume;
   if (wanted.centroid) {
-    LATTICED_ASSIGN_OR_RETURN(EnclosedCentroid centroid, CentroidOf(state, stop));
+    LATTICED_ASSIGN_OR_RETURN(EnclosedCentroid centroid, CentroidOf(state, with_gradient, stop));
     if (!IsFinite(centroid.centroid)) {
       return error::FailedPrecondition("NO_VOLUME",
                                        "the enclosed volume is 0, so it has no centroid");
@@ -121,7 +123,9 @@ absl::Status MeasureInside(const SceneState& state, const Wanted& wanted,
     LATTICED_ASSIGN_OR_RETURN(const auto moments,
                               state.measures->Moments(SurfaceMoments::Order::kVolume, stop));
     if (moments->is_by_patches()) {
-      LATTICED_ASSIGN_OR_RETURN(volume, MeasureVolumeByPatches(*state.plan, points, stop));
+      LATTICED_ASSIGN_OR_RETURN(
+          volume, MeasureVolumeByPatches(*state.plan, points, stop, state.measures->arena(),
+                                         with_gradient));
     } else {
       volume = MeasureVolume(*moments, points);
     }
@@ -160,15 +164,16 @@ absl::Status MeasureState(const SceneState& state, const v1::MeasureSceneRequest
   if (wanted.area) {
     LATTICED_ASSIGN_OR_RETURN(const auto area,
                               MeasureArea(*state.plan, *state.control_points, wanted.area_tolerance,
-                                          request.with_gradient(), stop));
+                                          request.with_gradient(), stop, state.measures->arena()));
     response->set_area(area.area);
     response->set_area_error(area.error);
     AppendPoints(ByLattice(LatticeOf(state, request), area.gradient),
                  *response->mutable_area_gradient());
   }
   if (!wanted.bounds) return absl::OkStatus();
-  LATTICED_ASSIGN_OR_RETURN(const Bounds bounds, MeasureBounds(*state.plan, *state.patch_tree,
-                                                               *state.control_points, stop));
+  LATTICED_ASSIGN_OR_RETURN(const Bounds bounds,
+                            MeasureBounds(*state.plan, *state.patch_tree, *state.control_points,
+                                          stop, state.measures->arena()));
   *response->mutable_least() = ToProto(bounds.min);
   *response->mutable_greatest() = ToProto(bounds.max);
   return absl::OkStatus();

@@ -107,6 +107,7 @@ ServerEnv::ServerEnv(Options options_in, std::vector<std::unique_ptr<Backend>> b
               .on_tend = [this](absl::Time now) { shares.Tend(now); },
               .on_delete = [this](std::string_view id) { shares.DropScene(id); },
               .store = store.get(),
+              .arena = point_arena.get(),
               .config_of = [this](std::string_view header) { return ConfigOf(header); },
               .mesh_of =
                   [](std::string_view header) {

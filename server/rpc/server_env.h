@@ -88,7 +88,7 @@ struct ServerEnv {
   const std::unique_ptr<CallCounts> calls;
   const std::shared_ptr<Store> store;  // null: meshes and scenes end with the server
   const std::vector<std::unique_ptr<Backend>> backends;
-  const std::unique_ptr<CpuArena> point_arena;  // the threads that evaluate point sets
+  const std::unique_ptr<CpuArena> point_arena;  // the threads that evaluate point sets and measure
   Callers callers;
   TokenThrottle wrong_tokens;
   TenantQuotas quotas;

@@ -56,6 +56,8 @@ class SceneRegistry {
     std::function<void(std::string_view id)> on_delete;
     // Null: scenes end with the server. Else it outlives the registry.
     Store* store = nullptr;
+    // The threads that measure surfaces; it outlives the registry. Null: the callers' own.
+    CpuArena* arena = nullptr;
     // The configuration of a stored scene, from its header; and its mesh's id alone, empty if the header is damaged.
     std::function<absl::StatusOr<SceneConfig>(std::string_view header)> config_of;
     std::function<std::string(std::string_view header)> mesh_of;
@@ -215,7 +217,7 @@ class SceneRegistry {
   [[nodiscard]] absl::Status CheckRoom(const std::string& id, const std::string& mesh_id,
                                        const MemoryAccountPtr& account, const Most& most) const
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  SceneContext context() { return {&render_backend_, &queue_, options_.store}; }
+  SceneContext context() { return {&render_backend_, &queue_, options_.store, options_.arena}; }
   // The budget's evictor: evicts scenes that nobody uses, the least recently used first.
   bool Evict(const MemoryShortage& shortage) ABSL_LOCKS_EXCLUDED(mutex_);
   std::vector<std::shared_ptr<Scene>> TakeWhere(const std::function<bool(const Scene&)>& condemned)

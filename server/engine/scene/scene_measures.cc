@@ -12,8 +12,8 @@
 namespace latticed {
 
 SceneMeasures::SceneMeasures(std::shared_ptr<const DeformPlan> plan, MemoryBudget* memory,
-                             MemoryAccountPtr account)
-    : plan_(std::move(plan)), memory_(memory), account_(std::move(account)) {}
+                             MemoryAccountPtr account, CpuArena* arena)
+    : plan_(std::move(plan)), memory_(memory), account_(std::move(account)), arena_(arena) {}
 
 absl::Status SceneMeasures::CheckClosed(std::span<const Vec3d> control_points) {
   uint64_t border_edges = 0;
@@ -45,7 +45,7 @@ absl::StatusOr<std::shared_ptr<const SurfaceMoments>> SceneMeasures::Moments(
 absl::StatusOr<double> SceneMeasures::RestVolume() {
   LATTICED_ASSIGN_OR_RETURN(const auto moments, Moments(SurfaceMoments::Order::kVolume));
   const MutexLock lock(&mutex_);
-  if (!rest_volume_.has_value()) rest_volume_ = latticed::RestVolume(*moments);
+  if (!rest_volume_.has_value()) rest_volume_ = latticed::RestVolume(*moments, arena_);
   return *rest_volume_;
 }
 
@@ -69,7 +69,7 @@ absl::Status SceneVolumeKeeper::Keep(const KeptVolume& kept, const PointFreedom*
   }
   const auto outside = At(strength);
   return KeepVolume(*moments, wanted, freedom, named, control_points,
-                    outside->is_identity() ? nullptr : outside.get())
+                    outside->is_identity() ? nullptr : outside.get(), measures_->arena())
       .status();
 }
 

@@ -30,11 +30,13 @@
 
 namespace latticed {
 
+class CpuArena;  // core/view/cpu_arena.h
+
 class SceneMeasures {
  public:
-  // `memory` outlives this. The account may be null.
+  // `memory` and `arena` outlive this. The account and the arena may be null.
   SceneMeasures(std::shared_ptr<const DeformPlan> plan, MemoryBudget* memory,
-                MemoryAccountPtr account);
+                MemoryAccountPtr account, CpuArena* arena);
   SceneMeasures(const SceneMeasures&) = delete;  // states share it
   SceneMeasures& operator=(const SceneMeasures&) = delete;
 
@@ -46,11 +48,14 @@ class SceneMeasures {
   // The volume at rest of a closed surface.
   [[nodiscard]] absl::StatusOr<double> RestVolume() ABSL_LOCKS_EXCLUDED(mutex_);
   uint64_t MemoryBytes() const { return bytes_; }
+  // The threads that measure; null: the caller's alone.
+  CpuArena* arena() const { return arena_; }
 
  private:
   const std::shared_ptr<const DeformPlan> plan_;
   MemoryBudget* const memory_;
   const MemoryAccountPtr account_;
+  CpuArena* const arena_;
   std::atomic<uint64_t> bytes_ = 0;
   Mutex mutex_;
   MemoryReservation reservation_ ABSL_GUARDED_BY(mutex_);
