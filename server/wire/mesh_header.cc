@@ -145,6 +145,7 @@ v1::Mesh ToProto(const StoredMesh& mesh, const MeshUse& use, bool with_groups) {
   *out.mutable_bounds() = ToProto(mesh.bounds);
   out.set_has_normals(mesh.mesh->has_normals());
   out.set_has_uvs(mesh.mesh->has_uvs());
+  out.set_has_weights(!mesh.mesh->weights.empty());
   if (with_groups) FillGroups(*mesh.mesh, out);
   out.set_host_bytes(mesh.MemoryBytes());
   out.set_device_bytes(use.device_bytes);

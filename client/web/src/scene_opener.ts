@@ -221,9 +221,9 @@ export class SceneOpener {
       up: format === 'glb' ? undefined : (up ?? this.app.settings.value.upAxes[format]),
       upload: (progress, signal) => services.upload(file, progress, signal),
       triangles: (mesh) => services.triangles(mesh),
-      create: async (mesh, fit, { up: chosen, creaseAngle }) => {
+      create: async (mesh, fit, { up: chosen, creaseAngle, weighted }) => {
         const made = openMesh({ id: mesh.id, file, companions, isDropped: true });
-        const isShown = await this.create(made, { lattice: fit, view: viewFor(mesh), up: chosen, creaseAngle });
+        const isShown = await this.create(made, { lattice: fit, view: viewFor(mesh), up: chosen, creaseAngle, weighted });
         const { settings } = this.app;
         if (format !== 'glb' && chosen !== undefined && up === undefined)
           settings.set({ upAxes: { ...settings.value.upAxes, [format]: chosen } });

@@ -64,6 +64,7 @@ TEST_F(MeshServiceTest, UploadDescribesTheMesh) {
   EXPECT_EQ(mesh.meters_per_unit(), 0.001);
   EXPECT_EQ(mesh.labels().at("project"), "chair");
   EXPECT_FALSE(mesh.has_normals());
+  EXPECT_FALSE(mesh.has_weights());
   EXPECT_GT(mesh.host_bytes(), obj.size());
   EXPECT_GT(mesh.create_time().seconds(), 0);
 }

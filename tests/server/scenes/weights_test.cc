@@ -106,6 +106,7 @@ TEST_F(WeightsTest, ComeFromTheMeshsFile) {
   header.set_format(v1::MESH_FORMAT_PLY);
   v1::Mesh mesh;
   ASSERT_OK(ServerTest::Upload(header, kWeightedPly, &mesh));
+  EXPECT_TRUE(mesh.has_weights());
   v1::CreateSceneRequest request = SceneRequest();
   request.set_mesh(mesh.id());
   request.mutable_weights()->set_from_mesh(true);

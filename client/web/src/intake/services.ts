@@ -57,6 +57,8 @@ export interface NewScene {
   readonly up?: UpAxis | undefined;
   /** Degrees; undefined: as the mesh has normals, and 30 where it has none. */
   readonly creaseAngle?: number | undefined;
+  /** Whether vertices have the weights of the mesh's file. */
+  readonly weighted?: boolean;
 }
 
 /** A scene's name, its mesh, the view of watchers that ask for none, its units, and how the mesh lies in the lattice. */
@@ -109,11 +111,12 @@ export class Services {
   }
 
   /** Makes a scene and returns its id. */
-  async createScene(mesh: string, { lattice, view, up, creaseAngle }: NewScene): Promise<string> {
+  async createScene(mesh: string, { lattice, view, up, creaseAngle, weighted }: NewScene): Promise<string> {
     const sceneId = randomId();
     await this.server.scenes.createScene({
       sceneId, mesh, lattices: [latticeSource(lattice)], defaultView: fromView(view), units: { upAxis: up && UP_AXES[up] },
       ...(creaseAngle !== undefined && { creaseAngle }),
+      ...(weighted && { weights: { source: { case: 'fromMesh', value: true } } }),
     }, { timeoutMs: LONG_CALL_MS });
     return sceneId;
   }

@@ -6,7 +6,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { errors, direct, openTorus, page, press, shot, until, useStage } from './stage';
-import { frames } from './viewer_page';
+import { createScene, dropFiles, frames, meshUploaded } from './viewer_page';
 
 useStage({ context: { viewport: { width: 1000, height: 800 } }, begin: openTorus });
 
@@ -95,5 +95,39 @@ test('undo takes the stroke back as one step', async () => {
   await page.evaluate(() => window.latticed.scene!.session.undo());
   await page.waitForFunction(() => window.latticed.scene!.session.surface.painted?.weights.every((weight) => weight === 1));
   assert.equal((await scene()).weighted, false);
+  assert.deepEqual(errors, []);
+});
+
+const PLY = `ply
+format ascii 1.0
+element vertex 4
+property float x
+property float y
+property float z
+property float weight
+element face 4
+property list uchar int vertex_indices
+end_header
+0 0 0 0
+1 0 0 1
+0 1 0 0.5
+0 0 1 1
+3 0 2 1
+3 0 1 3
+3 0 3 2
+3 1 2 3
+`;
+
+test('a scene takes the weights of a dropped file, unless that is switched off', async () => {
+  for (const takes of [true, false]) {
+    await dropFiles(page, [['weights.ply', PLY]]);
+    await meshUploaded(page);
+    if (!takes) await page.getByRole('switch', { name: 'Weights of the file' }).click();
+    await createScene(page);
+    assert.equal((await scene()).weighted, takes);
+    await press('w');
+    await weightsCome();
+    assert.deepEqual(await weights(), takes ? [0, 1, 0.5, 1] : [1, 1, 1, 1]);
+  }
   assert.deepEqual(errors, []);
 });

@@ -11,7 +11,7 @@ import type { UpAxis } from '../../state/units';
 import type { RestCorners } from '../../surface/patch_source';
 import { vector } from '../../wire/lattice_message';
 import { bytes, inWords } from '../../wire/words';
-import { button, field, segmented } from '../controls';
+import { button, field, segmented, toggle } from '../controls';
 import { h, onEnter, showDialog } from '../dom';
 import { axesTable } from '../fields/axes_table';
 import { numberField } from '../fields/number_field';
@@ -40,6 +40,8 @@ interface FitOptions {
   readonly up: UpAxis | undefined;
   /** Degrees; undefined: nobody has changed it. */
   readonly creaseAngle: number | undefined;
+  /** Whether vertices have the weights of the file. */
+  readonly weighted: boolean;
 }
 
 /** Returns a function that closes the dialog. Closing also aborts the upload. */
@@ -59,6 +61,7 @@ export function showFitDialog({ file, upload, triangles, up: firstUp, create }: 
   let areNumbers = true;
   let up = firstUp;
   let creaseAngle: number | undefined;
+  let takesWeights = true;
 
   const check = (): void => {
     confirm.disabled = mesh === undefined || !hasSize || !areNumbers;
@@ -78,7 +81,7 @@ export function showFitDialog({ file, upload, triangles, up: firstUp, create }: 
     const waiting = h('progress', { 'aria-label': 'Making the scene' }); // how long is not known
     facts.after(waiting);
     try {
-      await create(mesh, fit, { up, creaseAngle });
+      await create(mesh, fit, { up, creaseAngle, weighted: mesh.hasWeights && takesWeights });
       dialog.close();
     } catch (failure) {
       error.textContent = inWords(failure);
@@ -127,6 +130,10 @@ export function showFitDialog({ file, upload, triangles, up: firstUp, create }: 
         typed();
       },
     });
+  const weights = toggle(
+    { label: 'Weights of the file', get: () => takesWeights, set: (taken) => (takesWeights = taken) },
+    'A vertex of weight 0 stays, one of weight 1 follows the lattice');
+  weights.element.hidden = true;
   const dialog = showDialog(
     'Fit a lattice',
     'fit',
@@ -139,6 +146,7 @@ export function showFitDialog({ file, upload, triangles, up: firstUp, create }: 
     field('Padding', padding.element, '% of the longest edge'),
     field('Sharp edges from', crease.element, '°'),
     up !== undefined && upSwitch.element,
+    weights.element,
     table.note,
     outside.element,
     error,
@@ -155,6 +163,7 @@ export function showFitDialog({ file, upload, triangles, up: firstUp, create }: 
     const [vertices, faces] = [mesh.vertices, mesh.faces].map((count) => count.toLocaleString('en'));
     facts.textContent = `${mesh.name}: ${vertices} vertices, ${faces} faces, ${extent}`;
     crease.input.title = mesh.hasNormals ? 'The file has its own normals. A number here replaces them.' : '';
+    weights.element.hidden = !mesh.hasWeights;
     check();
     status.textContent = '';
     if (isConfirmed) void submit();
