@@ -35,7 +35,7 @@ export class OutsideHandles {
   /** @param allowed The width nearest to one that is wanted. @param what What the names of the handles call a width. */
   constructor(
     private readonly viewport: Viewport,
-    private readonly frame: LatticeFrame,
+    private frame: LatticeFrame,
     private readonly allowed: (width: number) => number = allowedWidth,
     private readonly what = 'Width',
   ) {
@@ -54,6 +54,12 @@ export class OutsideHandles {
     this.handles.forEach((handle, side) => handle.setAttribute('aria-valuenow', widths[side]!.toPrecision(3)));
     this.place();
     this.viewport.invalidate();
+  }
+
+  /** The box is one about this frame from now on. */
+  moveTo(frame: LatticeFrame): void {
+    this.frame = frame;
+    this.show(this.widths, !this.overlay.hidden);
   }
 
   dispose(): void {

@@ -6,7 +6,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { openPage } from './browser';
-import { browser, openTorus, page, press, select, shot, useStage } from './stage';
+import { browser, errors, openTorus, page, press, select, shot, useStage } from './stage';
 import { live, segmentsCome } from './viewer_page';
 
 useStage({ context: { viewport: { width: 1000, height: 800 } }, begin: openTorus });
@@ -193,6 +193,27 @@ test('an added lattice may go on along straight lines, as far as the mesh reache
   // The box is a quarter of the first frame, 3.08 x 3.08 x 1.08, and the mesh is 2.8 x 2.8 x 0.8. The server adds a sixteenth.
   const reach = [2.8 / 0.77, 2.8 / 0.77, 0.8 / 0.27].flatMap((length) => new Array<number>(2).fill((17 / 16) * (length - 1) / 2));
   outside.widths.forEach((width, side) => assert.ok(Math.abs(width - reach[side]!) < 1e-6, `${outside.widths}`));
+});
+
+test('a lattice is added that is turned against the others, and what it moves adds up', async () => {
+  const count = await page.evaluate(() => window.latticed.scene!.session.latticeCount);
+  const { u } = await page.evaluate(() => window.latticed.scene!.session.lattice.frame);
+  await page.evaluate(() => window.latticed.scene!.addLattice());
+  const dialog = page.locator('dialog.add-lattice');
+  await dialog.getByRole('spinbutton', { name: 'Turn about z' }).fill('30');
+  await shot('viewer_add_turned_lattice');
+  await dialog.getByRole('button', { name: 'Add', exact: true }).click();
+
+  await dialog.waitFor({ state: 'detached' });
+  await page.waitForFunction((before) => window.latticed.scene!.session.latticeCount === before + 1, count);
+  const { frame } = await page.evaluate(() => window.latticed.scene!.session.lattice);
+  const expected = [u[0] / 2 * Math.cos(Math.PI / 6), u[0] / 2 * Math.sin(Math.PI / 6), 0];
+  expected.forEach((x, axis) => assert.ok(Math.abs(frame.u[axis]! - x) < 1e-9, `${frame.u}`));
+  const rest = await top();
+  await select(...Array.from({ length: 64 }, (_, i) => i));
+  await press('g', 'z', '1', 'Enter');
+  await page.waitForFunction((least) => window.latticed.scene!.session.surface.bounds.max.z > least, rest + 0.5);
+  assert.deepEqual(errors, []);
 });
 
 test('one that is turned shows within the tolerance of the page, and its moves add up too', async () => {

@@ -2,17 +2,19 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Asks for a lattice to add to the scene. The view beside the dialog shows its box, with a handle on each face. The box has the
-// axes of the lattice that is shown: only such lattices add up.
+// axes of the lattice that is shown, or is turned against them.
 import { placeInFrame } from '../../cage/outside_box';
-import { frameEdges } from '../../lattice/grid';
+import { rotated } from '../../edit/motion';
+import { AXES, frameEdges } from '../../lattice/grid';
 import { DEFAULT_FIT, latticeAtRest } from '../../lattice/identity';
 import type { LatticeFrame } from '../../lattice/lattice';
-import { scale, type Vec3 } from '../../lattice/vec';
+import { add, scale, sub, type Vec3 } from '../../lattice/vec';
 import type { LiveSession } from '../../session/live_session';
 import type { OutsideHandles } from '../../viewport/outside_handles';
-import { button } from '../controls';
+import { button, field } from '../controls';
 import { h, onEnter, showBeside } from '../dom';
 import { axesTable } from '../fields/axes_table';
+import { numberField } from '../fields/number_field';
 import { OutsideForm, type OutsideChoice } from '../fields/outside_form';
 
 const FIRST = -0.25; // of each side: the middle half of the frame
@@ -36,31 +38,52 @@ export function boxAround(frame: LatticeFrame, reach: readonly number[]): Lattic
   return { origin, u: edge(0), v: edge(1), w: edge(2) };
 }
 
+/** The frame turned about its middle: about the world's x, then y, then z, in degrees. */
+export function turnedFrame(frame: LatticeFrame, degrees: Vec3): LatticeFrame {
+  const turned = (v: Vec3): Vec3 => AXES.reduce<Vec3>((at, axis) => {
+    const about: [number, number, number] = [0, 0, 0];
+    about[axis] = 1;
+    return degrees[axis] === 0 ? at : rotated(about, degrees[axis] * (Math.PI / 180), at);
+  }, v);
+  const middle = placeInFrame(frame, [0.5, 0.5, 0.5]);
+  const [u, v, w] = frameEdges(frame);
+  return { origin: add(middle, turned(sub(frame.origin, middle))), u: turned(u), v: turned(v), w: turned(w) };
+}
+
 /** Returns a function that closes the dialog. */
 export function showAddLatticeDialog(session: LiveSession, handles: OutsideHandles): () => void {
   const { frame } = session.lattice;
   const values = { size: DEFAULT_FIT.size, degree: DEFAULT_FIT.degree };
+  const turn: [number, number, number] = [0, 0, 0];
   let reach: readonly number[] = new Array<number>(6).fill(FIRST);
   const confirm = button('Add', () => add(), { class: 'button primary' });
   const first = { mode: 'falloff', smooth: true, widths: new Array<number>(6).fill(0.5), steps: [] } as const;
   let hasAxes = true;
-  const check = (): void => void (confirm.disabled = !hasAxes || !outside.isValid);
+  const check = (): void => void (confirm.disabled = !hasAxes || !outside.isValid || turns.some((each) => !each.isValid()));
   const outside = new OutsideForm({ first, width: 0.5, notes: NOTES, changed: check });
   const table = axesTable(values, (isValid) => {
     hasAxes = isValid;
     check();
   });
+  const turns = AXES.map((axis) => numberField(
+    { label: `Turn about ${'xyz'[axis]}`, get: () => turn[axis], set: (degrees) => (turn[axis] = degrees) }, {
+      min: -360, max: 360, step: 5, live: true,
+      typed: () => {
+        handles.moveTo(turnedFrame(frame, turn));
+        check();
+      },
+    }));
   const problem = h('p', { class: 'note', role: 'alert' });
   const add = (): void => {
     if (confirm.disabled) return;
     confirm.disabled = true; // until the answer: a lattice that was added is shown, and ends the dialog
     problem.textContent = '';
-    session.addLattice(latticeAtRest(boxAround(frame, reach), values.size, values.degree, outside.wanted));
+    session.addLattice(latticeAtRest(boxAround(turnedFrame(frame, turn), reach), values.size, values.degree, outside.wanted));
   };
   const dialog = showBeside(
     'Add a lattice', 'add-lattice',
     h('h2', {}, 'Add a lattice'),
-    table.element, table.note, outside.element,
+    table.element, table.note, field('Turn', ...turns.map(({ element }) => element), '°'), outside.element,
     h('p', { class: 'note' }, 'Drag the handles in the view to place the box. What all lattices move the mesh adds up.'),
     problem,
     h('footer', {}, button('Cancel', () => dialog.close()), confirm));
