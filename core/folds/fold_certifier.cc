@@ -71,17 +71,15 @@ size_t FoldCertifier::MostBytes(const DeformPlan& plan) {
 struct FoldCertifier::Looker {
   Looker(const DeformPlan& plan, FoldScope scope, std::span<const Vec3d> points)
       : control_points(points) {
-    if (scope == FoldScope::kVolume) {
-      if (!plan.turned.empty()) volume.emplace(plan, points);
-      return;
-    }
+    const bool is_turned = !plan.turned.empty();
+    if (is_turned && scope == FoldScope::kVolume) volume.emplace(plan, points);
     if (plan.is_weighted()) {
       for (size_t i = 0; i < points.size(); ++i) {
         offsets.push_back(points[i] - plan.identity_points[i]);
       }
     }
-    if (plan.is_weighted() || !plan.turned.empty()) triangles.emplace();
-    if (!plan.turned.empty()) turned.emplace(plan, points, offsets);
+    if (plan.is_weighted() || is_turned) triangles.emplace();
+    if (is_turned && scope == FoldScope::kSurface) turned.emplace(plan, points, offsets);
   }
 
   const std::span<const Vec3d> control_points;
@@ -89,8 +87,8 @@ struct FoldCertifier::Looker {
   // With weights or turned lattices.
   std::optional<TriangleSearch> triangles;
   std::vector<Vec3d> offsets;  // of control points from their places at rest, with weights
+  // With turned lattices, by scope.
   std::optional<TurnedPatches> turned;
-  // Of the volume, with turned lattices.
   std::optional<TurnedVolume> volume;
 };
 

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <iostream>
 #include <random>
 
@@ -253,6 +254,36 @@ TEST(TurnedVolume, PlanesMayCoincide) {
     for (uint32_t box = 0; box < scene.plan->boxes.size(); ++box) {
       EXPECT_EQ(report.StateOf(box), expected.StateOf(box));
     }
+  }
+}
+
+// The plan's own lattice turns the mesh by a right angle and bends it, the other one bends it more; it has knots side by side.
+TEST(TurnedVolume, NarrowBoxesAreDecided) {
+  const auto mesh = std::make_shared<const PolygonMesh>(TorusMesh(9, 6));
+  for (const int degree : {1, 2, 3}) {
+    SCOPED_TRACE(degree);
+    std::vector<LatticeStructure> structures;
+    for (const double turn : {0.0, 0.5}) {
+      structures.push_back(testing::MakeStructure(
+          mesh->ComputeBounds(),
+          {.degree = {degree, degree, degree}, .extra = {3, 3, 3}, .turn = turn}));
+    }
+    for (auto& knots : structures[1].knots) {
+      const auto first = static_cast<size_t>(degree) + 1;
+      knots[first + 1] = knots[first] + 1e-9 * (knots[first + 1] - knots[first]);
+    }
+    const auto plan =
+        *MakePlan(mesh, structures[0], {}, NeverStop, nullptr, std::span(structures).subspan(1));
+    std::vector<Vec3d> points = plan->identity_points;
+    for (size_t i = 0; i < points.size(); ++i) {
+      const Vec3d p = points[i];
+      if (i < plan->turned[0].first_point) {
+        points[i] = {-p.y + 0.2 * std::sin(2 * p.z), p.x + 0.1 * std::sin(3 * p.y), p.z};
+      } else {
+        points[i] += 0.15 * Vec3d{std::sin(2 * p.y), std::sin(3 * p.z), std::sin(2 * p.x)};
+      }
+    }
+    EXPECT_EQ(VolumeReport(plan, points), FoldReport{.boxes = plan->boxes.size()});
   }
 }
 
