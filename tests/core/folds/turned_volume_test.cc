@@ -157,9 +157,9 @@ TEST(TurnedVolume, LinearMapsAddUp) {
   for (const FoldedBox& place : report.places) EXPECT_NEAR(place.determinant, -0.2, 1e-11);
 }
 
-// det J steps from 1.4 to -0.2 at the turned one's frame, and from -2 to 2. A hull of both sides would have a zero.
+// The turned one turns its inside by half a turn: det J is 1 there and outside. The mean of both would be flat.
 TEST(TurnedVolume, AStepOfTheJacobianIsNoFold) {
-  TurnedFolds scene = PlanTurned(
+  const TurnedFolds scene = PlanTurned(
       TorusMesh(9, 6),
       std::vector<LatticeOptions>{{.scale = 1.2}, {.scale = 0.5, .turn = 0.7, .shift = {0.1}}});
   std::vector<Vec3d> points = scene.plan->identity_points;
