@@ -31,6 +31,16 @@ void ApplyOnAxis(const BezierMatrix& matrix, size_t axis, BezierBox& grid) {
 
 }  // namespace
 
+BoxPart WholeBox(const LatticeStructure& s, const std::array<int, 3>& span) {
+  BoxPart part{.span = span, .lower = {}, .upper = {}};
+  for (size_t a = 0; a < 3; ++a) {
+    const auto first = static_cast<size_t>(span[a]);
+    part.lower[static_cast<int>(a)] = s.knots[a][first];
+    part.upper[static_cast<int>(a)] = s.knots[a][first + 1];
+  }
+  return part;
+}
+
 BezierBox ControlBox(const LatticeStructure& s, std::span<const Vec3d> control_points,
                      const std::array<int, 3>& span) {
   BezierBox box{.degree = s.degree};

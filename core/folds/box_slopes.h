@@ -30,6 +30,9 @@ struct BoxPart {
   Vec3d lower, upper;
 };
 
+// All of a knot box.
+[[nodiscard]] BoxPart WholeBox(const LatticeStructure& structure, const std::array<int, 3>& span);
+
 // The control points that influence a knot box.
 [[nodiscard]] BezierBox ControlBox(const LatticeStructure& structure,
                                    std::span<const Vec3d> control_points,

@@ -12,6 +12,7 @@
 #include "core/folds/fold_search.h"
 #include "core/folds/triangle_search.h"
 #include "core/folds/turned_determinant.h"
+#include "core/folds/turned_volume.h"
 #include "core/folds/weighted_determinant.h"
 
 namespace latticed {
@@ -28,9 +29,10 @@ Bounds PatchBounds(const DeformPlan& plan, uint32_t box) {
   return bounds;
 }
 
-// Whether a turned lattice reaches a patch outside the frame of the plan's own one.
-bool OutsideMoves(const DeformPlan& plan) {
+// Whether a turned lattice reaches a part of the scope outside the frame of the plan's own one.
+bool OutsideMoves(const DeformPlan& plan, FoldScope scope) {
   if (plan.turned.empty()) return false;
+  if (scope == FoldScope::kVolume) return TurnedVolume::ReachesOutside(plan);
   for (size_t p = plan.box_patches[plan.outside_box()]; p < plan.patches.size(); ++p) {
     if (TurnedPatches::IsReached(plan, p)) return true;
   }
@@ -40,7 +42,7 @@ bool OutsideMoves(const DeformPlan& plan) {
 }  // namespace
 
 FoldCertifier::FoldCertifier(std::shared_ptr<const DeformPlan> plan, FoldScope scope)
-    : plan_(std::move(plan)), map_(plan_->structure) {
+    : plan_(std::move(plan)), scope_(scope), map_(plan_->structure) {
   std::array<int, 3> place{};
   for (uint32_t box = 0; box < plan_->outside_box(); ++box) {
     const KnotBox& knots = plan_->boxes[box];
@@ -55,25 +57,29 @@ FoldCertifier::FoldCertifier(std::shared_ptr<const DeformPlan> plan, FoldScope s
     if (scope == FoldScope::kSurface) bounds = PatchBounds(*plan_, box);
     if (!bounds.empty()) parts_.push_back({box, place, {knots.span, bounds.min, bounds.max}});
   }
-  if (OutsideMoves(*plan_)) parts_.push_back({plan_->outside_box(), kOutsidePlace, {}});
+  if (OutsideMoves(*plan_, scope)) parts_.push_back({plan_->outside_box(), kOutsidePlace, {}});
   parts_.shrink_to_fit();
 }
 
 size_t FoldCertifier::MostBytes(const DeformPlan& plan) {
   const size_t bytes =
       sizeof(FoldCertifier) + plan.boxes.size() * (sizeof(Part) + sizeof(FoldedBox));
-  return plan.turned.empty() ? bytes : bytes + TurnedPatches::MostBytes(plan);
+  if (plan.turned.empty()) return bytes;
+  return bytes + std::max(TurnedPatches::MostBytes(plan), TurnedVolume::MostBytes(plan));
 }
 
 struct FoldCertifier::Looker {
-  Looker(const DeformPlan& plan, std::span<const Vec3d> points) : control_points(points) {
+  Looker(const DeformPlan& plan, FoldScope scope, std::span<const Vec3d> points)
+      : control_points(points) {
+    const bool is_turned = !plan.turned.empty();
+    if (is_turned && scope == FoldScope::kVolume) volume.emplace(plan, points);
     if (plan.is_weighted()) {
       for (size_t i = 0; i < points.size(); ++i) {
         offsets.push_back(points[i] - plan.identity_points[i]);
       }
     }
-    if (plan.is_weighted() || !plan.turned.empty()) triangles.emplace();
-    if (!plan.turned.empty()) turned.emplace(plan, points, offsets);
+    if (plan.is_weighted() || is_turned) triangles.emplace();
+    if (is_turned && scope == FoldScope::kSurface) turned.emplace(plan, points, offsets);
   }
 
   const std::span<const Vec3d> control_points;
@@ -81,7 +87,9 @@ struct FoldCertifier::Looker {
   // With weights or turned lattices.
   std::optional<TriangleSearch> triangles;
   std::vector<Vec3d> offsets;  // of control points from their places at rest, with weights
+  // With turned lattices, by scope.
   std::optional<TurnedPatches> turned;
+  std::optional<TurnedVolume> volume;
 };
 
 // `patches`: a WeightedBox of the part, or TurnedPatches.
@@ -104,7 +112,27 @@ void FoldCertifier::ExaminePatches(const Part& part, Patches& patches, TriangleS
   if (worst.state != FoldState::kCertified) report.places.push_back(worst);
 }
 
-void FoldCertifier::Examine(const Part& part, Looker& looker, FoldReport& report) const {
+absl::Status FoldCertifier::Examine(const Part& part, Looker& looker, StopCheck stop,
+                                    FoldReport& report) const {
+  const bool is_outside = part.box == plan_->outside_box();
+  if (!looker.volume.has_value() || !(is_outside || looker.volume->IsReached(part.box))) {
+    ExamineBox(part, looker, report);
+    return absl::OkStatus();
+  }
+  VolumeDecision decision;
+  if (is_outside) {
+    LATTICED_ASSIGN_OR_RETURN(decision, looker.volume->DecideOutside(stop));
+  } else {
+    decision = looker.volume->DecideBox(part.box);
+  }
+  if (decision.state != FoldState::kCertified) {
+    report.places.push_back(
+        {part.box, part.place, decision.state, decision.rest_point, decision.determinant});
+  }
+  return absl::OkStatus();
+}
+
+void FoldCertifier::ExamineBox(const Part& part, Looker& looker, FoldReport& report) const {
   if (looker.turned.has_value()) {
     return ExaminePatches(part, *looker.turned, *looker.triangles, report);
   }
@@ -127,10 +155,10 @@ void FoldCertifier::Examine(const Part& part, Looker& looker, FoldReport& report
 absl::StatusOr<FoldReport> FoldCertifier::Certify(std::span<const Vec3d> control_points,
                                                   StopCheck stop) const {
   FoldReport report{.boxes = parts_.size()};
-  Looker looker(*plan_, control_points);
+  Looker looker(*plan_, scope_, control_points);
   for (const Part& part : parts_) {
     LATTICED_RETURN_IF_ERROR(stop());
-    Examine(part, looker, report);
+    LATTICED_RETURN_IF_ERROR(Examine(part, looker, stop, report));
   }
   return report;
 }
@@ -138,13 +166,15 @@ absl::StatusOr<FoldReport> FoldCertifier::Certify(std::span<const Vec3d> control
 FoldReport FoldCertifier::Recertify(const FoldReport& before, std::span<const uint32_t> changed,
                                     std::span<const Vec3d> control_points) const {
   FoldReport report{.boxes = before.boxes};
-  const std::vector<bool> influenced = InfluencedBoxes(*plan_, changed);
-  Looker looker(*plan_, control_points);
+  const std::vector<bool> influenced = scope_ == FoldScope::kVolume && !plan_->turned.empty()
+                                           ? TurnedVolume::InfluencedBoxes(*plan_, changed)
+                                           : InfluencedBoxes(*plan_, changed);
+  Looker looker(*plan_, scope_, control_points);
   auto old = before.places.begin();
   for (const Part& part : parts_) {
     const bool listed = old != before.places.end() && old->box == part.box;
     if (influenced[part.box]) {
-      Examine(part, looker, report);
+      Examine(part, looker, NeverStop, report).IgnoreError();  // nothing stops it
     } else if (listed) {
       report.places.push_back(*old);
     }

@@ -4,7 +4,8 @@
 // Certifies that a deformation does not fold, box by box: the determinant of box_determinant.h, decided by fold_search.h.
 // With vertex weights a box is certified when all of its patches are, on which the surface's own determinant
 // (weighted_determinant.h) is decided by triangle_search.h; a folded patch is the first one. With turned lattices the same is
-// done by turned_determinant.h. The outside box is looked at too, if one of them reaches a patch there.
+// done by turned_determinant.h, and in the volume by turned_volume.h. The outside box is looked at too, if one of them reaches
+// a patch there, or, in the volume, reaches out of the plan's own frame.
 //
 // The parts of the boxes that are looked at depend on the plan alone and are kept. A report of the control points before an
 // edit saves the boxes that the edit does not influence: both ways lead to the same report. det J > 0 is local. It does not
@@ -32,7 +33,7 @@ namespace latticed {
 
 class FoldCertifier {
  public:
-  // A plan with weights or turned lattices has only kSurface.
+  // A plan with weights has only kSurface.
   FoldCertifier(std::shared_ptr<const DeformPlan> plan, FoldScope scope);
 
   const DeformPlan& plan() const { return *plan_; }
@@ -58,12 +59,15 @@ class FoldCertifier {
   // What looking at boxes one after the other keeps.
   struct Looker;
 
-  void Examine(const Part& part, Looker& looker, FoldReport& report) const;
+  [[nodiscard]] absl::Status Examine(const Part& part, Looker& looker, StopCheck stop,
+                                     FoldReport& report) const;
+  void ExamineBox(const Part& part, Looker& looker, FoldReport& report) const;
   template <typename Patches>
   void ExaminePatches(const Part& part, Patches& patches, TriangleSearch& search,
                       FoldReport& report) const;
 
   std::shared_ptr<const DeformPlan> plan_;
+  FoldScope scope_;
   FrameMap map_;
   std::vector<Part> parts_;  // by box, ascending
 };

@@ -18,7 +18,7 @@ namespace latticed {
 
 enum class FoldScope {
   kSurface,  // of each knot box the bounds of its patches at rest; with weights or turned lattices, its patches
-  kVolume,  // all knot boxes
+  kVolume,  // all knot boxes; with turned lattices, all that one of their frames holds
 };
 
 // From better to worse.

@@ -18,15 +18,6 @@ double TurnedSlack(double condition, bool is_weighted = false) {
   return 6 * ((is_weighted ? 2500 : 2200) + 20 * condition) * 0x1p-53;
 }
 
-// The cross product with moduli instead of numbers.
-Vec3d CrossOfModuli(Vec3d a, Vec3d b) {
-  const auto of = [&](int i, int j) { return std::abs(a[i] * b[j]) + std::abs(a[j] * b[i]); };
-  return {of(1, 2), of(2, 0), of(0, 1)};
-}
-double DotOfModuli(Vec3d a, Vec3d b) {
-  return std::abs(a.x * b.x) + std::abs(a.y * b.y) + std::abs(a.z * b.z);
-}
-
 // The number of knot spans of an axis, empty ones included.
 size_t SpanCount(const LatticeStructure& s, size_t axis) {
   return static_cast<size_t>(s.size[axis] - s.degree[axis]);
@@ -81,15 +72,10 @@ bool AreInBox(const TriangleInBox& corners) {
 TurnedPatches::Lattice TurnedPatches::MakeLattice(const LatticeStructure& structure,
                                                   std::span<const Vec3d> points,
                                                   std::span<const Vec3d> offsets) {
-  Lattice lattice{.structure = &structure, .points = points, .offsets = offsets};
-  const auto& e = structure.frame.edges;
-  const double volume = Dot(e[0], Cross(e[1], e[2]));
-  for (size_t a = 0; a < 3; ++a) {
-    const Vec3d &b = e[(a + 1) % 3], &c = e[(a + 2) % 3];
-    lattice.gradients[a] = Cross(b, c) / volume;
-    lattice.sizes[a] = CrossOfModuli(b, c) / std::abs(volume);
-  }
-  lattice.condition = DotOfModuli(e[0], lattice.sizes[0]);
+  Lattice lattice{.structure = &structure,
+                  .points = points,
+                  .offsets = offsets,
+                  .frame = FrameGradients(structure.frame)};
   lattice.rises.assign(SpanCount(structure), kUnknown);
   if (!offsets.empty()) lattice.reaches.assign(SpanCount(structure), kUnknown);
   return lattice;
@@ -146,38 +132,14 @@ void TurnedPatches::Enter(Lattice& lattice, const KnotSpans& spans) {
   if (lattice.spans == spans) return;
   lattice.spans = spans;
   const LatticeStructure& s = *lattice.structure;
-  BoxPart part{.span = spans, .lower = {}, .upper = {}};
-  for (size_t a = 0; a < 3; ++a) {
-    const auto axis = static_cast<int>(a);
-    const auto span = static_cast<size_t>(spans[a]);
-    part.lower[axis] = s.knots[a][span];
-    part.upper[axis] = s.knots[a][span + 1];
-    lattice.widths[a] =
-        (part.upper[axis] - part.lower[axis]) / (s.domain_end(axis) - s.domain_begin(axis));
-  }
-  const BoxSlopes slopes(s, lattice.points, part);
-  for (size_t a = 0; a < 3; ++a) lattice.most[a] = slopes.Along(a, lattice.slopes[a]);
+  lattice.box = SlopesOfBox(s, lattice.points, spans);
   if (lattice.offsets.empty()) return;
+  const BoxPart part = WholeBox(s, spans);
   lattice.offset = RestrictVolume(s, lattice.offsets, spans, part.lower, part.upper);
   lattice.most_offset = LargestPoint(ControlBox(s, lattice.offsets, spans), LargestComponent);
 }
 
-// A bound of |J_g - I| in the box that the lattice has entered, rounding included.
-double TurnedPatches::RiseOf(const Lattice& lattice) {
-  double rise = 0;
-  for (size_t a = 0; a < 3; ++a) {
-    const Vec3d edge = lattice.widths[a] * lattice.structure->frame.edges[a];
-    const double largest =
-        LargestPoint(lattice.slopes[a], [edge](Vec3d slope) { return Norm(slope - edge); });
-    // Of the columns, 72 u and more; the largest component is at most so much smaller than the length.
-    const double rounding =
-        TurnedSlack(lattice.condition) * (lattice.most[a] + Norm(edge)) * Norm(lattice.sizes[a]);
-    rise += (largest * Norm(lattice.gradients[a]) + rounding) / lattice.widths[a];
-  }
-  return rise;
-}
-
-// The same of |G_g|.
+// A bound of |G_g| in the box that the lattice has entered, rounding included.
 double TurnedPatches::ReachOf(const Lattice& lattice) {
   constexpr double kRounding = 140 * 0x1p-53;  // 67 u per component
   return LargestPoint(lattice.offset, Norm) + kRounding * lattice.most_offset;
@@ -194,7 +156,7 @@ bool TurnedPatches::IsNearRest(size_t patch) {
     double& rise = lattice.rises[box];
     if (rise == kUnknown) {
       Enter(lattice, spans);
-      rise = RiseOf(lattice);
+      rise = lattice.box.RiseOver(lattice.structure->frame, lattice.frame);
       if (plan_.is_weighted()) lattice.reaches[box] = ReachOf(lattice);
     }
     if (!AreInBox(CornersOf(g, patch))) return false;
@@ -213,14 +175,14 @@ std::array<VectorForm, 3> TurnedPatches::Columns(const Lattice& lattice,
   std::array<VectorForm, 3> columns{MakeVectorForm(degree), MakeVectorForm(degree),
                                     MakeVectorForm(degree)};
   for (size_t a = 0; a < 3; ++a) {
-    const VectorForm slope = Compose(lattice.slopes[a], corners);
-    const Vec3d gradient = lattice.gradients[a] / lattice.widths[a];
+    const VectorForm slope = Compose(lattice.box.slopes[a], corners);
+    const Vec3d gradient = lattice.frame.gradients[a] / lattice.box.widths[a];
     for (size_t axis = 0; axis < 3; ++axis) {
       for (size_t c = 0; c < 3; ++c) {
         AddScaled(slope[c], gradient[static_cast<int>(axis)], columns[axis][c]);
       }
     }
-    bounds += (lattice.most[a] / lattice.widths[a]) * lattice.sizes[a];
+    bounds += (lattice.box.most[a] / lattice.box.widths[a]) * lattice.frame.sizes[a];
   }
   return columns;
 }
@@ -271,7 +233,7 @@ double TurnedPatches::MakeDeterminant(size_t patch, BernsteinTriangle& determina
     Enter(lattice, SpansOf(g, patch));
     const TriangleInBox corners = CornersOf(g, patch);
     is_sure = is_sure && AreInBox(corners);
-    condition = std::max(condition, lattice.condition);
+    condition = std::max(condition, lattice.frame.condition);
     const std::array<VectorForm, 3> own = Columns(lattice, corners, bounds);
     for (size_t axis = 0; axis < 3; ++axis) {
       const VectorForm elevated = Elevated(own[axis], degree);

@@ -62,6 +62,7 @@
 #include "core/ffd/plan/deform_plan.h"
 #include "core/ffd/turned/turned_lattice.h"
 #include "core/folds/bernstein_triangle.h"
+#include "core/folds/frame_gradients.h"
 #include "core/folds/triangle_forms.h"
 
 namespace latticed {
@@ -87,24 +88,19 @@ class TurnedPatches {
   struct Lattice {
     const LatticeStructure* structure = nullptr;
     std::span<const Vec3d> points, offsets;  // no offsets without weights
-    std::array<Vec3d, 3> gradients;          // of the frame's coordinates, 0 to 1 along its edges
-    std::array<Vec3d, 3> sizes;              // p_a of the frame
-    double condition = 1;                    // k
+    FrameGradients frame;
     std::vector<double> rises;    // bounds of |J_g - I| by box, kUnknown where none was asked for
     std::vector<double> reaches;  // bounds of |G_g|, likewise, with weights
 
     KnotSpans spans = kNoSpans;
-    std::array<BezierBox, 3> slopes;  // R_a
-    std::array<double, 3> most{};     // D_a
-    std::array<double, 3> widths{};   // of the box, in those of the domain
-    BezierBox offset;                 // G_g, with weights
-    double most_offset = 0;           // H_g
+    SlopesOfBox box;         // R_a and D_a
+    BezierBox offset;        // G_g, with weights
+    double most_offset = 0;  // H_g
   };
 
   static Lattice MakeLattice(const LatticeStructure& structure, std::span<const Vec3d> points,
                              std::span<const Vec3d> offsets);
   static void Enter(Lattice& lattice, const KnotSpans& spans);
-  static double RiseOf(const Lattice& lattice);
   static double ReachOf(const Lattice& lattice);
   // The columns of J_g by the world's axes on the triangle; adds D_a p_a to `bounds`.
   static std::array<VectorForm, 3> Columns(const Lattice& lattice, const TriangleInBox& corners,

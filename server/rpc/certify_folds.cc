@@ -17,10 +17,6 @@ absl::Status CertifyFolds(const CallContext& context, const v1::CertifyFoldsRequ
                             FindScene(context.env, context.call, request.scene()));
   LATTICED_ASSIGN_OR_RETURN(const FoldScope scope, FoldScopeFromProto(request.scope()));
   const auto state = scene->State();
-  // The knot boxes are of one lattice, and all lattices together would need others.
-  if (!state->plan->turned.empty() && scope == FoldScope::kVolume) {
-    return error::NotWithTurned("a report of folds in the volume");
-  }
   // Weights are of the surface: the volume around it has no deformation that could fold.
   if (state->plan->is_weighted() && scope == FoldScope::kVolume) {
     return error::NotWithWeights("a report of folds in the volume");

@@ -232,7 +232,8 @@ class Scene(EditCalls[EditResult], PointSetCalls):
     def certify_folds(self, volume: bool = False) -> FoldReport:
         """Proves that the deformation folds nowhere, or says where, at the newest revision.
 
-        volume: looks in the whole frame, not only in the bounds of the surface in each knot box.
+        volume: looks in the whole frame, and in those of turned lattices, not only in the bounds of the surface
+            in each knot box.
         """
         scope = fold_pb2.FOLD_SCOPE_VOLUME if volume else fold_pb2.FOLD_SCOPE_SURFACE
         request = fold_pb2.CertifyFoldsRequest(scene=self.id, scope=scope)

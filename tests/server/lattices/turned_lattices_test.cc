@@ -12,17 +12,16 @@ using Code = absl::StatusCode;
 
 class TurnedLatticesTest : public RemovedLatticesTest {
  protected:
-  void ExpectNotWithTurned(const absl::Status& status) {
-    ExpectRefused(status, Code::kFailedPrecondition, "TURNED_LATTICES");
-  }
   v1::CreateSceneRequest WatchedRequestOf(const std::vector<v1::Lattice>& lattices) const {
     v1::CreateSceneRequest request = RequestOf(lattices);
     request.set_fold_watch(true);
     return request;
   }
-  v1::FoldReport Certify() {
+  v1::FoldReport Certify(v1::FoldScope scope = v1::FOLD_SCOPE_SURFACE) {
+    auto request = For<v1::CertifyFoldsRequest>();
+    request.set_scope(scope);
     v1::FoldReport report;
-    EXPECT_OK(Call(&Scenes::CertifyFolds, For<v1::CertifyFoldsRequest>(), &report));
+    EXPECT_OK(Call(&Scenes::CertifyFolds, request, &report));
     return report;
   }
   // Applies it, and checks that the report in the answer is that of CertifyFolds.
@@ -169,12 +168,46 @@ TEST_F(TurnedLatticesTest, AWatcherWithAToleranceGoesOn) {
   for (const auto& end : watcher.log.ends) EXPECT_LE(end.certified_error(), kTolerance);
 }
 
-TEST_F(TurnedLatticesTest, FoldsOfTheVolumeAreRefused) {
+// Folds inside the volume, and in the part of the turned frame outside the first one, as EvaluatePoints has them.
+TEST_F(TurnedLatticesTest, FoldsOfTheVolumeAreThoseOfBothLattices) {
   ASSERT_OK(Create(RequestOf({Whole(), TurnedSpot()})));
-  auto in_volume = For<v1::CertifyFoldsRequest>();
-  in_volume.set_scope(v1::FOLD_SCOPE_VOLUME);
-  v1::FoldReport folds;
-  ExpectNotWithTurned(Call(&Scenes::CertifyFolds, in_volume, &folds));
+  const v1::FoldReport rest = Certify(v1::FOLD_SCOPE_VOLUME);
+  EXPECT_TRUE(rest.certified());
+  EXPECT_GE(rest.boxes(), Certify().boxes());
+  for (const uint32_t number : {0u, 1u}) {
+    ASSERT_OK(Apply(Push(number, 21, {0.05, 0, 0})));
+    EXPECT_TRUE(Certify(v1::FOLD_SCOPE_VOLUME).certified());
+    ASSERT_OK(Apply(Push(number, 21, {4, 1, 0})));
+
+    const v1::FoldReport folded = Certify(v1::FOLD_SCOPE_VOLUME);
+
+    EXPECT_EQ(folded.boxes(), rest.boxes());
+    ASSERT_GT(folded.folded(), 0u);
+    EXPECT_EQ(folded.undecided(), 0u);
+    for (const v1::FoldedBox& place : folded.places()) {
+      EXPECT_LE(place.determinant(), 0);
+      EXPECT_NEAR(DeterminantAt(place.rest_point()), place.determinant(), 1e-9);
+    }
+    ASSERT_OK(Apply(Push(number, 21, {-4, -1, 0})));
+    EXPECT_TRUE(Certify(v1::FOLD_SCOPE_VOLUME).certified());
+  }
+}
+
+TEST_F(TurnedLatticesTest, FoldsOfTheVolumeOutsideTheFirstLatticeAreFound) {
+  ASSERT_OK(Create(RequestOf({TurnedSpot(), Whole()})));
+  const v1::FoldReport rest = Certify(v1::FOLD_SCOPE_VOLUME);
+  EXPECT_TRUE(rest.certified());
+  ASSERT_OK(Apply(Push(1, 0, {3, 3, 3})));  // a corner, which is outside the spot's frame
+
+  const v1::FoldReport report = Certify(v1::FOLD_SCOPE_VOLUME);
+
+  EXPECT_EQ(report.boxes(), rest.boxes());
+  ASSERT_GT(report.folded(), 0u);
+  EXPECT_EQ(report.undecided(), 0u);
+  const v1::FoldedBox& outside = report.places(report.places_size() - 1);
+  EXPECT_EQ(outside.box().u(), -1);
+  EXPECT_LE(outside.determinant(), 0);
+  EXPECT_NEAR(DeterminantAt(outside.rest_point()), outside.determinant(), 1e-9);
 }
 
 TEST_F(TurnedLatticesTest, FoldsAreThoseOfBothLattices) {
