@@ -100,11 +100,7 @@ class Scene(EditCalls[EditResult], PointSetCalls):
 
     def lattice(self, number: int = 0) -> Lattice:
         """The lattice at the newest revision, of several that with this number. Later edits refer to its structure."""
-        request = scene_pb2.GetLatticeRequest(scene=self.id, lattice=number)
-        state = self._connection.call(self._stub.GetLattice, request, self.id)
-        with self._one_edit_at_a_time:
-            self._structure_id = state.structure_id
-        return Lattice.from_state(state)
+        return Lattice.from_state(self._lattice_state(number))
 
     def add_lattice(self, lattice: Lattice) -> EditResult:
         """Adds a lattice: what it moves the mesh adds to what the others do. It gets the lowest number that no lattice
@@ -340,6 +336,13 @@ class Scene(EditCalls[EditResult], PointSetCalls):
         except LatticedError as failure:
             if kind is None and failure.reason != "NOT_FOUND":  # an exception of the block comes first
                 raise
+
+    def _lattice_state(self, number: int) -> Any:
+        request = scene_pb2.GetLatticeRequest(scene=self.id, lattice=number)
+        state = self._connection.call(self._stub.GetLattice, request, self.id)
+        with self._one_edit_at_a_time:
+            self._structure_id = state.structure_id
+        return state
 
     def _apply(self, batch: edit_pb2.EditBatch) -> EditResult:
         with self._one_edit_at_a_time:

@@ -13,8 +13,10 @@ from __future__ import annotations
 
 from typing import Any, Optional, Tuple, Union
 
+import numpy as np
 import torch
 
+from latticed.freedom import lattice_and_freedom
 from latticed.points.point_set import PointSet
 from latticed.scene import Scene
 
@@ -26,7 +28,7 @@ class _Deform(torch.autograd.Function):
     def forward(
         ctx: Any, control_points: Any, scene: Scene, points: PointSet, normals: bool, number: int
     ) -> Any:
-        lattice = scene.lattice(number)
+        lattice, ctx.freedom = lattice_and_freedom(scene, number)
         array = control_points.detach().cpu().double().numpy()
         result = scene.edits_of(number).replace(array.reshape(lattice.control_points.shape))
         values = points.deform(normals, result.revision)
@@ -52,7 +54,8 @@ class _Deform(torch.autograd.Function):
         gradients = ctx.points.vjp(array(cotangents[0]), by_normals, ctx.revision, ctx.number)
         if gradients.structure_id != ctx.structure_id:
             raise RuntimeError("the lattice's knots or frame have changed since the points were deformed")
-        tensor = torch.as_tensor(gradients.gradients, dtype=given.dtype, device=given.device)
+        by_points = ctx.freedom.pull_back(gradients.gradients, np.arange(len(gradients.gradients)))
+        tensor = torch.as_tensor(by_points, dtype=given.dtype, device=given.device)
         return tensor.reshape(ctx.shape), None, None, None, None
 
 
@@ -69,6 +72,8 @@ def deform(
     control_points  shaped like Lattice.control_points, or (control points, 3); any float type and device. The server
                     computes in double
     lattice         which one has these control points, from 0, where the scene has several
+    Held points of the lattice stay and have the gradient 0; under a mirror both the points and the gradient are symmetrised.
+    A lattice that keeps its volume is refused: ValueError.
     The gradient of normals needs the scene as it was: if it was edited meanwhile, backward fails with REVISION_CHANGED.
     """
     return _Deform.apply(control_points, scene, points, normals, lattice)

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
 """latticed.scipy, latticed.torch and their examples. Where a package is missing, its test is skipped; latticed.torch is
-then tested with a stand-in for torch (torch_stand_in.py)."""
+then tested with a stand-in for torch (stand_in/torch.py)."""
 import importlib.util
 import os
 import re
@@ -93,13 +93,34 @@ def test_the_gradients_of_the_examples_are_right(random):
     assert 3 < bodies.volume(triangles)(vertices)[0] < 4 * np.pi / 3
 
 
-@pytest.mark.parametrize("which", [pytest.param("torch", marks=needs("torch")), "stand-in"])
-def test_torch_differentiates_through_the_server(server, which):
+def with_torch(which, *command):
+    """Runs a program with PyTorch, or with the stand-in for it."""
     path = [os.environ["PYTHONPATH"], str(HERE.parent)]
     if which == "stand-in":
         path.insert(0, str(HERE / "stand_in"))
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path)}
-    command = [sys.executable, HERE / "torch_session.py", server.address]
-    done = subprocess.run(command, capture_output=True, text=True, env=environment)
+    done = subprocess.run([sys.executable, *command], capture_output=True, text=True, env=environment)
     assert done.returncode == 0, done.stdout + done.stderr
-    assert done.stdout.endswith("gradients agree\n")
+    return done.stdout
+
+
+BOTH = pytest.mark.parametrize("which", [pytest.param("torch", marks=needs("torch")), "stand-in"])
+
+
+@BOTH
+def test_torch_differentiates_through_the_server(server, which):
+    assert with_torch(which, HERE / "torch_session.py", server.address).endswith("gradients agree\n")
+
+
+@BOTH
+def test_torch_fits_a_mirrored_lattice(server, which):
+    printed = with_torch(which, EXAMPLES / "fit_torch.py", "--server", server.address, "--steps", "150")
+    first, last = map(float, re.search(r"distance: (\S+) at first, (\S+) at last", printed).groups())
+    assert first > 0.1 and last < 0.1 * first
+    assert float(re.search(r"mirror: (\S+)", printed)[1]) < 1e-12
+
+
+@pytest.mark.skipif(importlib.util.find_spec("torch") is not None, reason="torch is here")
+def test_the_example_says_that_it_needs_torch():
+    done = subprocess.run([sys.executable, EXAMPLES / "fit_torch.py"], capture_output=True, text=True)
+    assert done.returncode != 0 and "needs PyTorch" in done.stderr and "Traceback" not in done.stderr

@@ -60,6 +60,7 @@ def main(address):
             except RuntimeError as error:
                 assert "knots" in str(error)
         check_one_of_two_lattices(client, box, lattice, world, random)
+        check_constraints(client, box, world, random)
     print("gradients agree")
 
 
@@ -73,6 +74,36 @@ def check_one_of_two_lattices(client, box, lattice, world, random):
             (deform(scene, points, start, lattice=1) * ones).sum().backward()
         gradient = start.grad.numpy().reshape(-1, 3).sum(axis=0)
         np.testing.assert_allclose(gradient, len(world))  # all points move as all control points
+
+
+def check_constraints(client, box, world, random):
+    """The loss is a function of the tensor, of which the constraints make control points."""
+    kept = latticed.Constraints(held=(1,), held_layers={"w-": 1}, mirror="u")
+    with client.create_scene(box, size=(4, 3, 5), degree=(3, 1, 2), delete_on_exit=True) as scene:
+        scene.set_constraints(kept)
+        start = scene.lattice().control_points
+        start = start + random.uniform(-0.05, 0.05, start.shape)
+        direction = random.normal(size=start.shape)
+        target = torch.tensor(random.normal(size=world.shape))
+        with scene.points(world) as points:
+
+            def value(at):
+                leaf = torch.tensor(at, requires_grad=True)
+                return leaf, ((deform(scene, points, leaf) - target) ** 2).sum()
+
+            leaf, total = value(start)
+            total.backward()
+            gradient = leaf.grad.numpy()
+            ends = [value(start + s * 1e-4 * direction)[1].item() for s in (1, -1)]
+            difference, exact = (ends[0] - ends[1]) / 2e-4, (gradient * direction).sum()
+            assert abs(difference - exact) < 1e-7 * max(1, abs(exact)), (difference, exact)
+            assert not gradient[0].any() and not gradient.reshape(-1, 3)[1].any()
+            scene.set_constraints(latticed.Constraints(keep_volume=True))
+            try:
+                value(start)
+                raise AssertionError("a kept volume has no known derivative")
+            except ValueError as error:
+                assert "keeps the volume" in str(error)
 
 
 main(sys.argv[1])
