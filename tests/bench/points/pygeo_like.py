@@ -3,10 +3,10 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # usage: pygeo_like.py [POINTS]; prints times of the CPU, the least of several runs
-# What `latticed_bench --benchmark_filter=^points` measures, as others do it, on one core: 10^6 points in an 8 x 8 x 8 lattice of
-# degree 2. pyGeo multiplies by a sparse matrix of basis values (scipy.sparse, made once per structure); a program of one's own
-# evaluates the volume with PyTorch and lets autograd differentiate it; without PyTorch its rows say so. Each is first compared with the
-# other.
+# What `latticed_bench --benchmark_filter=^points` measures, as others do it, on one core: 10^6 points in an 8 x 8 x 8 lattice
+# of degree 2. pyGeo multiplies by a sparse matrix of basis values (scipy.sparse, made once per structure); a program of one's
+# own evaluates the volume with PyTorch and lets autograd differentiate it: without PyTorch, a line says so. Each is first
+# compared with the other.
 import importlib.util
 import os
 import sys

@@ -1,7 +1,8 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
-"""What latticed.torch and its test use of PyTorch, on numpy, for machines without it: tensors, one function that is
-differentiated, sums of weighted results and of squared differences, and Adam. Debian's python3-torch takes 353 MB with what it depends on."""
+"""What latticed.torch, its test and its example use of PyTorch, on numpy, for machines without it: tensors, one function
+that is differentiated, sums of weighted results and of squared differences, and Adam. Debian's python3-torch takes 353 MB
+with what it depends on."""
 import types
 
 import numpy as np
