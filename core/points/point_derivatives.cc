@@ -131,11 +131,13 @@ absl::Status ApplyJacobianTranspose(const SortedPoints& points,
   const size_t per_direction = VectorsPerDirection(points, normals);
   const size_t directions = gradients.size() / control_points.size();
   const auto& runs = points.runs();
+  // Directions share the normals of points. Without those, cotangents of several are only more memory to gather from at once.
+  const size_t most = with_normals ? kDirectionsTogether : 1;
   std::ranges::fill(gradients, Vec3d());
-  std::vector<BoxNumbers> sums(runs.size() * std::min(directions, kDirectionsTogether));
-  for (size_t first = 0; first < directions; first += kDirectionsTogether) {
+  std::vector<BoxNumbers> sums(runs.size() * std::min(directions, most));
+  for (size_t first = 0; first < directions; first += most) {
     LATTICED_RETURN_IF_ERROR(stop());
-    const size_t together = std::min(kDirectionsTogether, directions - first);
+    const size_t together = std::min(most, directions - first);
     std::ranges::fill(sums, BoxNumbers());
     arena.ForEach(runs.size(), [&](size_t r) {
       const BoxPolynomial polynomial =
