@@ -105,7 +105,7 @@ TEST_F(LatticectlOutside, ASceneHasSeveralLattices) {
   EXPECT_EQ(second->index(), 1u);
   EXPECT_EQ(second->lattice().frame().origin().z(), -1.5);
   ExpectFailure({"edit", "undo", "scene-one", "--scope", "mine"},
-                HasSubstr("no step left to undo"));
+                HasSubstr("lattice 0 has no step of this editor left to undo"));
   EXPECT_THAT(Run({"edit", "undo", "scene-one", "--lattice-number", "1"}), HasSubstr("revision 2"));
   ExpectFailure({"edit", "undo", "scene-one", "--lattice-number", "2"},
                 HasSubstr("lattice: got 2"));

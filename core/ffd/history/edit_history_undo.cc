@@ -35,9 +35,9 @@ absl::Status EditHistory::UndoStep(std::string_view editor_id, UndoScope scope,
     if (mine) found = n;
   }
   if (!found.has_value()) {
-    return error::FailedPrecondition("NOTHING_TO_UNDO", scope == UndoScope::kMine
-                                                            ? "this editor has no step left to undo"
-                                                            : "the scene has no step left to undo");
+    return error::FailedPrecondition(
+        "NOTHING_TO_UNDO", scope == UndoScope::kMine ? "this editor has no step left to undo"
+                                                     : "the lattice has no step left to undo");
   }
   for (size_t n = *found + 1; n < steps.size(); ++n) {
     if (steps[n].editor_id != editor_id && steps[n].Overlaps(steps[*found])) {

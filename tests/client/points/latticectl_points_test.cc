@@ -10,6 +10,7 @@
 #include "client/cpp/latticectl/vtk/vtk_file.h"
 #include "core/base/read_file.h"
 #include "core/mesh/little_endian.h"
+#include "fmt/format.h"
 #include "tests/client/latticectl_server_fixture.h"
 
 namespace latticed::client {
@@ -163,6 +164,35 @@ TEST_F(LatticectlPoints, DeformsVtkFilesAndKeepsTheirCells) {
             first(absl::StrReplaceAll(xml, {{"displacement", "moved"}}), true));
 }
 
+TEST_F(LatticectlPoints, WritesVelocitiesIntoVtkFiles) {
+  PointTable tangents{.columns = 3};
+  for (int i = 0; i < 3 * 64; ++i) tangents.numbers.push_back(std::cos(3. * i));
+  ASSERT_OK(WritePointTable(Path("tangents.csv"), tangents));
+  const auto velocities = [&](const std::string& from, const std::string& to) {
+    return std::vector<std::string>{"points", "velocities", "vase", from, Path("tangents.csv"),
+                                    "-o",     Path(to)};
+  };
+  const std::string grid = Write("in.vtk", kGrid), xml = Write("in.vtu", kXmlGrid);
+  Run(velocities(grid, "v.csv"));
+  const PointTable table = Read("v.csv");
+  ASSERT_EQ(table.rows(), 2u);
+  const std::string first =
+      fmt::format("\n{} {} {}\n0 0 0\n", table.numbers[0], table.numbers[1], table.numbers[2]);
+  Run(velocities(grid, "v.vtk"));
+  EXPECT_EQ(*ReadFile(Path("v.vtk")),
+            kGrid + ("\nPOINT_DATA 2\nVECTORS lattice_velocity double" + first) + "\n");
+  Run(velocities(xml, "v.vtu"));
+  const std::string written = *ReadFile(Path("v.vtu"));
+  EXPECT_THAT(written, AllOf(HasSubstr("Name=\"lattice_velocity\""), HasSubstr(first),
+                             HasSubstr("0.25 -0.5 0 100 0 0</DataArray></Points><Cells/>")));
+
+  ExpectFailure(velocities(Path("v.vtu"), "again.vtu"),
+                HasSubstr("v.vtu already has point data named lattice_velocity"));
+  ExpectFailure(velocities(Path("v.csv"), "again.vtu"),
+                HasSubstr("again.vtu: a .vtu file is written from one"));
+  EXPECT_THAT(MustRun({"points", "velocities", "--help"}), HasSubstr(".vtu, .vtp or .vts"));
+}
+
 TEST_F(LatticectlPoints, SaysWhatIsWrong) {
   const std::string points = Points("points.csv", 3), out = Path("out.csv");
   const auto expect = [&](const std::string& bytes, const std::string& name, const char* why) {
@@ -179,7 +209,11 @@ TEST_F(LatticectlPoints, SaysWhatIsWrong) {
   ExpectFailure({"points", "gradient", "vase", points, Points("six.csv", 6), "-o", out},
                 HasSubstr("the point set has no normals"));
   ExpectFailure({"points", "velocities", "vase", points, points, "-o", out},
-                HasSubstr("a direction has 1536 of 64 control points"));
+                HasSubstr("points.csv: has 40 rows, 64 control points are in lattice 0"));
+  ExpectFailure({"points", "velocities", "vase", points, Path("six.csv"), "-o", out},
+                HasSubstr("six.csv: has 6 columns, a velocity has 3"));
+  ExpectFailure({"points", "gradient", "vase", points, Write("short.csv", "1,2,3\n"), "-o", out},
+                HasSubstr("short.csv: has 1 rows, 40 points are in " + points));
   ExpectFailure({"points", "delete", "vase", "no-such-set"}, HasSubstr("no-such-set"));
   EXPECT_EQ(Latticectl(AtServer({"points", "deform", "vase", "points.vtx", "-o", out})).code, 2);
   EXPECT_EQ(RunJson({"points", "list", "vase"}).size(), 0u) << "also after an error";

@@ -176,6 +176,15 @@ TEST(XmlVtk, ReplacesPointsInEveryCoding) {
     expected =
         absl::StrReplaceAll(expected, {{"\"Float32\" Name=\"p\"", "\"Float64\" Name=\"Points\""}});
     EXPECT_EQ(Moved(Xml(row.file, row.array, row.appended), true), expected);
+
+    const std::string velocities =
+        absl::StrReplaceAll(kMoves, {{"\"displacement\"", "\"lattice_velocity\""}});
+    const auto file = VtkFile::Parse(Xml(row.file, row.array, row.appended), true);
+    ASSERT_OK(file);
+    EXPECT_EQ(
+        file->WithVectors("lattice_velocity", std::vector<Vec3d>(2, {1, 0, 0.5})).value_or(""),
+        Xml(row.file, row.array, row.appended,
+            fmt::format("<PointData>{}</PointData>\n", velocities)));
   }
 }
 

@@ -64,6 +64,8 @@ picture() {
   [[ $(head -c 4 wireframes.png) == *PNG ]] || fail "no picture in wireframes.png"
   grep -q '^uniform.ply: 100 patches, 6,600 points' output.txt || fail "other points than README's by segments"
   grep -q '^tolerance.ply: 100 patches, 1,8[0-9][0-9] points.*within 0.0021 of' output.txt || fail "not README's points by tolerance"
+  PATH=$work/build/client/cpp:$PATH run "README.md, Several lattices, 1" shell
+  grep -q '^it is lattice 1:' output.txt && [[ $(head -c 3 turned.ply) == ply ]] || fail "no turned lattice"
 }
 
 python_client() {
@@ -149,7 +151,7 @@ for name in "${!exempt[@]}"; do
   echo "== $name: exempt, ${exempt[$name]}"
 done
 own_mesh
-if can_run python "README.md, Quick start, 2"; then picture; fi
+if can_run python "README.md, Quick start, 2" "README.md, "{"A tolerance","Several lattices"}", 1"; then picture; fi
 if can_run python "README.md, Quick start, 3" "client/README.md, Python, "{1,2,3} "client/python/README.md, "{"Nested lattices","Point sets"}", 1"; then python_client; fi
 cpp_client
 if can_run node "client/node/README.md, "{Drag,"Patches and backups"}", 1"; then node_client; fi

@@ -79,6 +79,7 @@ constexpr auto kFieldFlags = std::to_array<FieldFlag>({
     {"edits.set_strength.strength", "strength"},
     {"edits.set_weights.values", "weights"},
     {"edits.undo.scope", "--scope"},
+    {"keep_volume", "--keep-volume"},
     // Without a server, latticectl checks a fit and a lattice itself.
     {"fit.size", "--size"},
     {"fit.degree", "--degree"},

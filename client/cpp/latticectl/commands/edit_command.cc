@@ -9,16 +9,19 @@
 
 #include "absl/time/clock.h"
 #include "absl/time/time.h"
+#include "client/cpp/latticectl/command_line/failure.h"
 #include "client/cpp/latticectl/command_line/message_flags.h"
 #include "client/cpp/latticectl/command_line/value_types.h"
 #include "client/cpp/latticectl/commands/commands.h"
 #include "client/cpp/latticectl/commands/edit_makers.h"
 #include "client/cpp/latticectl/commands/folds_line.h"
+#include "client/cpp/latticectl/commands/held_points.h"
 #include "client/cpp/latticectl/commands/ray_flag.h"
 #include "client/cpp/latticectl/geometry/lattice_json.h"
 #include "client/cpp/latticectl/geometry/outside_text.h"
 #include "client/cpp/latticectl/output/output.h"
 #include "client/cpp/latticectl/session/session.h"
+#include "core/base/error.h"
 #include "core/base/sha256.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
@@ -74,6 +77,43 @@ absl::StatusOr<v1::LatticeState> EditedLattice(const EditFlags& flags, bool need
   return state;
 }
 
+// Each lattice has undo steps of its own, also a removed one: a refusal names the lattice that was meant.
+absl::Status ExplainSteps(const absl::Status& status, const v1::EditBatch& batch) {
+  error::Details details = error::DetailsOf(status);
+  if (details.reason != "NOTHING_TO_UNDO" && details.reason != "NOTHING_TO_REDO") return status;
+  const bool of_scene = batch.edits(0).undo().scope() == v1::UNDO_SCOPE_SCENE;
+  const std::string message =
+      fmt::format("lattice {} has no {}", batch.lattice(),
+                  details.reason == "NOTHING_TO_REDO" ? "step left that this editor has undone"
+                  : of_scene                          ? "step left to undo"
+                                                      : "step of this editor left to undo");
+  details.metadata[kAdviceKey] =
+      "other lattices, also removed ones, have steps of their own: --lattice-number";
+  return error::WithDetails(absl::Status(status.code(), message), details);
+}
+
+// What the numbers of a result do not say.
+std::string NotesOn(const v1::EditBatch& batch, const EditFlags& flags,
+                    const v1::LatticeState& before, const v1::EditResult& result) {
+  const v1::Edit& edit = batch.edits(0);
+  std::string text = HeldLine(edit, before);
+  if (edit.has_drag_points()) {
+    text += fmt::format("distance left to the target: {}\n", result.drag_residual());
+  }
+  if (edit.replace_lattice().keep_shape()) {
+    text += fmt::format("the shape changed by about {}\n", result.drag_residual());
+  }
+  if (flags.adds) {
+    text += fmt::format("it is lattice {0}: edits, undo too, name it by --lattice-number {0}\n",
+                        batch.lattice());
+  }
+  if (edit.has_remove_lattice()) {
+    text += fmt::format("'latticectl edit undo {} --lattice-number {}' gives it back\n",
+                        batch.scene(), batch.lattice());
+  }
+  return result.has_folds() ? text + FoldsLine(result.folds()) : text;
+}
+
 absl::Status Run(const EditFlags& flags, const EditMaker& make, bool needs_lattice, Client& client,
                  Console console) {
   v1::EditBatch batch;
@@ -84,19 +124,16 @@ absl::Status Run(const EditFlags& flags, const EditMaker& make, bool needs_latti
   LATTICED_ASSIGN_OR_RETURN(const auto lattice, EditedLattice(flags, needs_lattice, client, batch));
   batch.set_structure_id(lattice.structure_id());
   batch.set_refuse_folds(flags.refuse_folds);
+  if (flags.batch_keeps_volume) batch.mutable_keep_volume();
   LATTICED_RETURN_IF_ERROR(make(flags, lattice, client, *batch.add_edits()));
   if (!flags.outside.empty()) batch.set_expected_revision(lattice.revision());
-  LATTICED_ASSIGN_OR_RETURN(const auto result, client.ApplyEdits(batch));
+  const auto applied = client.ApplyEdits(batch);
+  if (!applied.ok()) return ExplainSteps(applied.status(), batch);
+  const v1::EditResult& result = *applied;
   std::string text = fmt::format(
       "revision {}: {} patches in {} knot boxes changed, largest move {}\n", result.revision(),
       result.patches_touched(), result.boxes_touched(), result.largest_move());
-  if (batch.edits(0).has_drag_points()) {
-    text += fmt::format("distance left to the target: {}\n", result.drag_residual());
-  }
-  if (batch.edits(0).replace_lattice().keep_shape()) {
-    text += fmt::format("the shape changed by about {}\n", result.drag_residual());
-  }
-  if (result.has_folds()) text += FoldsLine(result.folds());
+  text += NotesOn(batch, flags, lattice, result);
   PrintResult(flags.json, result, text, console.out);
   return absl::OkStatus();
 }
@@ -141,6 +178,12 @@ void AddEditCommands(CLI::App& app, CommandLine& line) {
                     });
     return command;
   };
+  const auto may_keep_volume = [&](CLI::App* command) {
+    command->add_flag("--keep-volume", flags->batch_keeps_volume,
+                      "Moves other control points too, so that the surface encloses the volume "
+                      "that it has at rest; of this edit alone ('edit constrain': of all)");
+    return command;
+  };
   const auto add_points = [&](CLI::App* command, const char* vector_flag, const char* what) {
     command->add_option("--point", flags->points, "Control point I,J,K; may be repeated")
         ->required()
@@ -148,15 +191,15 @@ void AddEditCommands(CLI::App& app, CommandLine& line) {
         ->check(CheckAxes);
     command->add_option(vector_flag, flags->vector, what)->required()->delimiter(',')->expected(3);
   };
-  add_points(add("move", "Moves control points", "edit move my-scene --point 1,1,3 --by 0,0,0.5",
-                 MakeMove),
+  add_points(may_keep_volume(add("move", "Moves control points",
+                                 "edit move my-scene --point 1,1,3 --by 0,0,0.5", MakeMove)),
              "--by", "Offset X,Y,Z in world units");
-  add_points(add("set", "Puts control points somewhere",
-                 "edit set my-scene --point 0,0,0 --to -1,-1,-2", MakeSet),
+  add_points(may_keep_volume(add("set", "Puts control points somewhere",
+                                 "edit set my-scene --point 0,0,0 --to -1,-1,-2", MakeSet)),
              "--to", "Position X,Y,Z");
-  CLI::App* carry =
+  CLI::App* carry = may_keep_volume(
       add("carry", "Moves control points as a parent lattice moves the world at their places",
-          "edit carry my-scene --lattice parent.json", MakeCarry);
+          "edit carry my-scene --lattice parent.json", MakeCarry));
   carry->add_option("--lattice", flags->lattice, "JSON file of the parent, deformed")
       ->required()
       ->type_name(kFileType);
@@ -164,8 +207,9 @@ void AddEditCommands(CLI::App& app, CommandLine& line) {
       ->add_option("--point", flags->points, "Control point I,J,K; may be repeated; by default all")
       ->take_all()
       ->check(CheckAxes);
-  AddDragOptions(*add("drag", "Moves control points so that a point of the surface goes somewhere",
-                      "edit drag my-scene --ray 0,0,5,0,0,-1 --by 0,0,0.2", MakeDrag),
+  AddDragOptions(*may_keep_volume(add(
+                     "drag", "Moves control points so that a point of the surface goes somewhere",
+                     "edit drag my-scene --ray 0,0,5,0,0,-1 --by 0,0,0.2", MakeDrag)),
                  *flags);
   CLI::App* insert =
       add("insert-knot", "Refines the lattice without a change of shape",
@@ -197,7 +241,8 @@ void AddEditCommands(CLI::App& app, CommandLine& line) {
                  "Adds it to the scene's lattices instead; what all of them move the mesh adds up")
       ->excludes(keep)
       ->excludes(replace->get_option("--lattice-number"));
-  add("remove-lattice", "Takes a lattice of several away; undo gives it back",
+  add("remove-lattice",
+      "Takes a lattice of several away; undo with the same --lattice-number gives it back",
       "edit remove-lattice my-scene --lattice-number 1",
       FromFlags([](const EditFlags&, v1::Edit& to) { to.mutable_remove_lattice(); }))
       ->get_option("--lattice-number")
@@ -211,6 +256,7 @@ void AddEditCommands(CLI::App& app, CommandLine& line) {
                         FromFlags([](const EditFlags& from, v1::Edit& to) {
                           to.mutable_reset()->set_target(from.target);
                         }));
+  may_keep_volume(reset);
   AddNamedOption<v1::ResetTarget>(
       *reset, "--to", kTargets, [flags = flags.get()](auto target) { flags->target = target; },
       "Where to")
@@ -240,29 +286,35 @@ void AddEditCommands(CLI::App& app, CommandLine& line) {
       *constrain, "--volume-axis", kAxes,
       [flags = flags.get()](auto axis) { flags->volume_axis = axis; },
       "Keep it by moves along this axis only");
-  add("strength", "Sets how much of the deformation the scene takes", "edit strength my-scene 0.5",
-      FromFlags([](const EditFlags& from, v1::Edit& to) {
-        to.mutable_set_strength()->set_strength(from.strength);
-      }))
+  may_keep_volume(add("strength", "Sets how much of the deformation the scene takes",
+                      "edit strength my-scene 0.5",
+                      FromFlags([](const EditFlags& from, v1::Edit& to) {
+                        to.mutable_set_strength()->set_strength(from.strength);
+                      })))
       ->add_option("strength", flags->strength, "0, at rest, to 1, all of it")
       ->required();
-  add("weights", "Sets how much of the deformation each vertex takes",
-      "edit weights my-scene weights.csv", MakeWeights, false)
+  may_keep_volume(add("weights", "Sets how much of the deformation each vertex takes",
+                      "edit weights my-scene weights.csv", MakeWeights, false))
       ->add_option("weights", flags->weights,
-                   ".npy or .csv file with a number from 0 to 1 for each vertex; none: all follow")
+                   ".npy or .csv file with a number from 0 to 1 for each vertex; none: all follow. "
+                   "Those of the mesh's file are taken by 'scene create --weights attribute'")
       ->required()
       ->type_name(kFileType);
-  CLI::App* undo = add("undo", "Reverts the last step", "edit undo my-scene --scope mine",
-                       FromFlags([](const EditFlags& from, v1::Edit& to) {
-                         to.mutable_undo()->set_scope(from.scope);
-                       }),
-                       false);
+  CLI::App* undo = add(
+      "undo",
+      "Reverts the last step of one lattice: of 0, or of --lattice-number. Each has "
+      "steps of its own, also a removed one",
+      "edit undo my-scene --lattice-number 1", FromFlags([](const EditFlags& from, v1::Edit& to) {
+        to.mutable_undo()->set_scope(from.scope);
+      }),
+      false);
   AddNamedOption<v1::UndoScope>(
       *undo, "--scope", kScopes, [flags = flags.get()](auto scope) { flags->scope = scope; },
       "Whose: this editor's, or anybody's")
       ->default_str("scene");
-  add("redo", "Applies the step again that was undone last", "edit redo my-scene",
-      FromFlags([](const EditFlags&, v1::Edit& to) { to.mutable_redo(); }), false);
+  add("redo", "Applies the step again that was undone last, of one lattice as undo",
+      "edit redo my-scene", FromFlags([](const EditFlags&, v1::Edit& to) { to.mutable_redo(); }),
+      false);
 }
 
 }  // namespace latticed::client

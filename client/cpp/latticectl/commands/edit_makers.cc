@@ -174,6 +174,11 @@ absl::Status MakeWeights(const EditFlags& flags, const v1::LatticeState&, Client
     set.set_clear(true);
     return absl::OkStatus();
   }
+  if (flags.weights == kWeightsOfMesh) {
+    return absl::InvalidArgumentError(
+        "weights: those of the mesh's file are taken when a scene is made ('scene create "
+        "--weights attribute'); here name a .npy or .csv file, or none");
+  }
   LATTICED_ASSIGN_OR_RETURN(*set.mutable_values(), ReadWeights(flags.weights));
   return absl::OkStatus();
 }

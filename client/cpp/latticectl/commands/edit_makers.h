@@ -28,7 +28,8 @@ struct EditFlags : ServerFlags {
   std::string lattice, size, degree;  // of replace; of resize, "u,v,w"
   std::string outside;                // of outside
   bool keep_shape = false, refuse_folds = false;
-  bool adds = false;  // replace adds the lattice
+  bool adds = false;                // replace adds the lattice
+  bool batch_keeps_volume = false;  // this edit, whatever the constraints say
   uint32_t lattice_number = 0;
   double knot = 0;
   v1::LatticeAxis axis = v1::LATTICE_AXIS_U;

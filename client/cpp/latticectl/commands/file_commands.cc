@@ -17,6 +17,7 @@
 #include "client/cpp/latticectl/geometry/files.h"
 #include "client/cpp/latticectl/geometry/lattice_json.h"
 #include "client/cpp/latticectl/geometry/outside_text.h"
+#include "client/cpp/latticectl/geometry/turn_lattice.h"
 #include "client/cpp/latticectl/output/output.h"
 #include "client/cpp/library/patches/lattice_from_proto.h"
 #include "core/base/status_macros.h"
@@ -37,6 +38,7 @@ struct LatticeFlags {
   std::vector<double> box;  // in place of the fit's: the lowest and the highest corner
   std::string outside;
   double twist = 0, bend = 0;  // degrees
+  std::vector<double> turn;    // degrees about x, y and z; empty: not turned
   std::string output;
   bool json = false;
 };
@@ -64,6 +66,7 @@ absl::Status RunLattice(const LatticeFlags& flags, Console console) {
   LATTICED_ASSIGN_OR_RETURN(const auto mesh, ParseMesh(file));
   LATTICED_ASSIGN_OR_RETURN(auto lattice, LatticeOf(flags, mesh));
   BendLattice(Radians(flags.twist), Radians(flags.bend), lattice);
+  if (!flags.turn.empty()) TurnLattice({flags.turn[0], flags.turn[1], flags.turn[2]}, lattice);
   v1::Lattice proto = ToProto(lattice);
   if (!flags.outside.empty()) {
     LATTICED_ASSIGN_OR_RETURN(*proto.mutable_outside(), ParseOutside(flags.outside));
@@ -120,7 +123,7 @@ std::string CheckIsObj(const std::string& path) {
 void AddLatticeCommand(CLI::App& app, CommandLine& line) {
   auto flags = std::make_shared<LatticeFlags>();
   CLI::App* command = app.add_subcommand(
-      "lattice", "Writes the lattice around a mesh as JSON: at rest, or twisted and bent");
+      "lattice", "Writes the lattice around a mesh as JSON: at rest, or twisted, bent and turned");
   command->add_option("mesh", flags->mesh, "OBJ, PLY, STL, GLB or DRC file")
       ->required()
       ->type_name(kFileType);
@@ -137,6 +140,14 @@ void AddLatticeCommand(CLI::App& app, CommandLine& line) {
   };
   add_angle("--twist", flags->twist, "Degrees from one end of the longest edge to the other");
   add_angle("--bend", flags->bend, "Degrees of the arc that the longest edge becomes");
+  command
+      ->add_option("--turn", flags->turn,
+                   "Turns the lattice, fitted or of --box, about the centre of its box: degrees "
+                   "RX,RY,RZ about the world's x axis, then y, then z, as Blender's Euler XYZ and "
+                   "USD's rotateXYZ. It is not fitted again")
+      ->delimiter(',')
+      ->expected(3)
+      ->check(CheckAngle);
   command->add_option("-o,--output", flags->output, "JSON file to write; by default it is printed")
       ->type_name(kFileType);
   AddJsonFlag(*command, flags->json);

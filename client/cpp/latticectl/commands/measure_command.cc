@@ -5,10 +5,11 @@
 #include <ostream>
 #include <string>
 
+#include "client/cpp/latticectl/command_line/failure.h"
 #include "client/cpp/latticectl/commands/commands.h"
 #include "client/cpp/latticectl/output/output.h"
 #include "client/cpp/latticectl/session/session.h"
-#include "core/base/status_macros.h"
+#include "core/base/error.h"
 #include "fmt/format.h"
 
 namespace latticed::client {
@@ -44,8 +45,18 @@ std::string TextOf(const v1::Vec3& v) {
   return fmt::format("{:.15g}, {:.15g}, {:.15g}", v.x(), v.y(), v.z());
 }
 
+// An open or torn surface has no volume, but all else.
+absl::Status ExplainOpen(const absl::Status& status) {
+  error::Details details = error::DetailsOf(status);
+  if (details.reason != "OPEN_SURFACE") return status;
+  details.metadata[kAdviceKey] = "'measure --area --bounds' works on open and torn surfaces";
+  return error::WithDetails(status, details);
+}
+
 absl::Status RunMeasure(const MeasureFlags& flags, Client& client, Console console) {
-  LATTICED_ASSIGN_OR_RETURN(const auto measured, client.MeasureScene(RequestOf(flags)));
+  const auto answer = client.MeasureScene(RequestOf(flags));
+  if (!answer.ok()) return ExplainOpen(answer.status());
+  const v1::MeasureSceneResponse& measured = *answer;
   std::string text = fmt::format("revision {}\n", measured.revision());
   if (measured.has_volume()) text += fmt::format("volume   {:.15g}\n", measured.volume());
   if (measured.has_area()) {
@@ -70,7 +81,8 @@ void AddMeasureCommand(CLI::App& app, CommandLine& line) {
   command->add_option("scene", flags->scene, "Id of the scene")->required();
   command->add_flag("--volume", flags->volume, "The enclosed volume; the surface must be closed");
   command->add_flag("--area", flags->area, "The area");
-  command->add_flag("--centroid", flags->centroid, "The centroid of the enclosed volume");
+  command->add_flag("--centroid", flags->centroid,
+                    "The centroid of that volume; the surface must be closed");
   command->add_flag("--bounds", flags->bounds, "The least and the greatest coordinates");
   command
       ->add_option("--area-tolerance", flags->area_tolerance,

@@ -29,7 +29,8 @@
 namespace latticed::client {
 namespace {
 
-constexpr size_t kPlain = 3, kWithNormals = 6;  // columns
+constexpr size_t kPlain = 3, kWithNormals = 6;        // columns
+constexpr char kVelocityName[] = "lattice_velocity";  // many a mesh of VTK has a velocity
 
 struct PointsFlags : ServerFlags {
   std::string scene, points, vectors, output, point_set;
@@ -42,6 +43,10 @@ struct PointsInput {
   std::optional<VtkFile> vtk;
 };
 
+absl::Status InFile(const std::string& path, const absl::Status& why) {
+  return absl::InvalidArgumentError(fmt::format("{} {}", path, std::string(why.message())));
+}
+
 absl::StatusOr<PointsInput> ReadPoints(const std::string& path) {
   PointsInput input;
   if (!IsVtkFileName(path)) {
@@ -51,10 +56,7 @@ absl::StatusOr<PointsInput> ReadPoints(const std::string& path) {
   LATTICED_ASSIGN_OR_RETURN(std::string bytes, ReadFile(path));
   auto file = VtkFile::Parse(std::move(bytes), IsXmlVtkFileName(path));
   if (file.ok() && file->points().empty()) file = absl::InvalidArgumentError("has no points");
-  if (!file.ok()) {
-    const std::string why(file.status().message());
-    return absl::InvalidArgumentError(fmt::format("{} {}", path, why));
-  }
+  if (!file.ok()) return InFile(path, file.status());
   for (const Vec3d p : file->points()) {
     for (int axis = 0; axis < 3; ++axis) input.table.numbers.push_back(p[axis]);
   }
@@ -128,13 +130,13 @@ Request RequestFor(const PointsFlags& flags, const v1::PointSet& set) {
   return request;
 }
 
+// `vtk` is what a VTK file holds, for those.
 absl::Status Finish(const PointsFlags& flags, const std::vector<Vec3d>& vectors, size_t columns,
                     uint64_t revision, std::string_view what, Console console,
-                    const std::optional<VtkFile>& vtk = std::nullopt) {
+                    const std::string& vtk = "") {
   const PointTable table = PointTableOf(vectors, columns);
-  LATTICED_RETURN_IF_ERROR(IsVtkFileName(flags.output)
-                               ? WriteFile(flags.output, vtk.value().WithPoints(vectors))
-                               : WritePointTable(flags.output, table));
+  LATTICED_RETURN_IF_ERROR(IsVtkFileName(flags.output) ? WriteFile(flags.output, vtk)
+                                                       : WritePointTable(flags.output, table));
   PrintResult(flags.json,
               nlohmann::json{{"output", flags.output},
                              {"rows", table.rows()},
@@ -154,23 +156,58 @@ absl::Status RunDeform(const PointsFlags& flags, Client& client, Console console
     LATTICED_ASSIGN_OR_RETURN(
         const auto deformed,
         client.DeformPointSet(RequestFor<v1::DeformPointSetRequest>(flags, set)));
+    const bool as_vtk = IsVtkFileName(flags.output);
     return Finish(flags, deformed.vectors, table.columns, deformed.header.revision(), "points",
-                  console, input.vtk);
+                  console, as_vtk ? input.vtk.value().WithPoints(deformed.vectors) : "");
   });
 }
 
+// Refuses a file of vectors that has not a row for each of `wanted` things, before it is sent.
+absl::Status CheckRows(const std::string& file, size_t rows, size_t wanted,
+                       const std::string& things) {
+  if (rows == wanted) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      fmt::format("{}: has {} rows, {} {}: a row for each is needed", file, rows, wanted, things));
+}
+
+// A lattice that the scene does not have is left to the server.
+absl::Status CheckTangents(const PointsFlags& flags, const PointTable& tangents, Client& client) {
+  if (tangents.columns != kPlain) {
+    return absl::InvalidArgumentError(
+        fmt::format("{}: has {} columns, a velocity has 3", flags.vectors, tangents.columns));
+  }
+  LATTICED_ASSIGN_OR_RETURN(const auto scene, client.GetScene(flags.scene));
+  for (const auto& lattice : scene.lattices()) {
+    if (lattice.index() != flags.lattice_number) continue;
+    const v1::LatticeAxes& size = lattice.size();
+    return CheckRows(flags.vectors, tangents.rows(),
+                     static_cast<size_t>(size.u()) * static_cast<size_t>(size.v()) *
+                         static_cast<size_t>(size.w()),
+                     fmt::format("control points are in lattice {}", lattice.index()));
+  }
+  return absl::OkStatus();
+}
+
 absl::Status RunVelocities(const PointsFlags& flags, Client& client, Console console) {
+  LATTICED_RETURN_IF_ERROR(CheckVtkOutput(flags));
   LATTICED_ASSIGN_OR_RETURN(const PointsInput input, ReadPoints(flags.points));
   const PointTable& table = input.table;
   LATTICED_ASSIGN_OR_RETURN(const PointTable tangents, ReadPointTable(flags.vectors));
+  LATTICED_RETURN_IF_ERROR(CheckTangents(flags, tangents, client));
   return WithPoints(flags, table, client, [&](const v1::PointSet& set) -> absl::Status {
     auto request = RequestFor<v1::ApplyJacobianRequest>(flags, set);
     request.set_lattice(flags.lattice_number);
     request.set_tangents(reinterpret_cast<const char*>(tangents.numbers.data()),
                          tangents.numbers.size() * sizeof(double));
     LATTICED_ASSIGN_OR_RETURN(const auto moved, client.ApplyJacobian(request));
+    std::string vtk;
+    if (IsVtkFileName(flags.output)) {
+      auto file = input.vtk.value().WithVectors(kVelocityName, moved.vectors);
+      if (!file.ok()) return InFile(flags.points, file.status());
+      vtk = *std::move(file);
+    }
     return Finish(flags, moved.vectors, table.columns, moved.header.revision(), "velocities",
-                  console);
+                  console, vtk);
   });
 }
 
@@ -178,6 +215,8 @@ absl::Status RunGradient(const PointsFlags& flags, Client& client, Console conso
   LATTICED_ASSIGN_OR_RETURN(const PointsInput input, ReadPoints(flags.points));
   const PointTable& table = input.table;
   LATTICED_ASSIGN_OR_RETURN(const PointTable cotangents, ReadPointTable(flags.vectors));
+  LATTICED_RETURN_IF_ERROR(CheckRows(flags.vectors, cotangents.rows(), table.rows(),
+                                     fmt::format("points are in {}", flags.points)));
   return WithPoints(flags, table, client, [&](const v1::PointSet& set) -> absl::Status {
     auto header = RequestFor<v1::CotangentHeader>(flags, set);
     header.set_with_normals(cotangents.columns == kWithNormals);
@@ -232,14 +271,16 @@ void AddPointsCommands(CLI::App& app, CommandLine& line) {
                         "Which of the scene's lattices, from 0");
   };
   constexpr char kPoints[] =
-      "CSV or NPY file of points at rest, x y z or x y z and a normal; or a VTK file";
+      "CSV or NPY file of points at rest, x y z or x y z and a normal; or a mesh of VTK: .vtk, "
+      ".vtu, .vtp or .vts";
   constexpr char kOutput[] = "CSV or NPY file to write";
 
   CLI::App* deform = add("deform", "Writes the deformed points, and their normals if they have any",
                          "points deform my-scene nodes.npy -o deformed.npy");
   add_file(deform, "points", flags->points, kPoints, CheckPointsOrVtk);
   add_file(deform, "-o,--output", flags->output,
-           "CSV or NPY file to write; or the VTK file with moved points and how they moved",
+           "CSV or NPY file to write; or the .vtk, .vtu, .vtp or .vts file with moved points and "
+           "how they moved",
            CheckPointsOrVtk);
   SetServerAction(*deform, flags, line, RunDeform);
 
@@ -249,7 +290,10 @@ void AddPointsCommands(CLI::App& app, CommandLine& line) {
   add_file(velocities, "points", flags->points, kPoints, CheckPointsOrVtk);
   add_file(velocities, "tangents", flags->vectors,
            "CSV or NPY file: a velocity of every control point, u fastest", CheckPointFileName);
-  add_file(velocities, "-o,--output", flags->output, kOutput, CheckPointFileName);
+  add_file(velocities, "-o,--output", flags->output,
+           "CSV or NPY file to write; or the .vtk, .vtu, .vtp or .vts file with the velocities as "
+           "point data lattice_velocity",
+           CheckPointsOrVtk);
   add_lattice(velocities);
   SetServerAction(*velocities, flags, line, RunVelocities);
 

@@ -13,16 +13,16 @@
 #include "client/cpp/latticectl/command_line/tolerance_flag.h"
 #include "client/cpp/latticectl/command_line/value_types.h"
 #include "client/cpp/latticectl/commands/commands.h"
+#include "client/cpp/latticectl/commands/scene_text.h"
 #include "client/cpp/latticectl/geometry/lattice_json.h"
 #include "client/cpp/latticectl/geometry/outside_text.h"
 #include "client/cpp/latticectl/geometry/weights_source.h"
 #include "client/cpp/latticectl/output/output.h"
 #include "client/cpp/latticectl/session/server_meshes.h"
 #include "client/cpp/latticectl/session/session.h"
+#include "core/base/error.h"
 #include "core/base/status_macros.h"
-#include "core/mesh/mesh_units.h"
 #include "fmt/format.h"
-#include "fmt/ranges.h"
 
 namespace latticed::client {
 namespace {
@@ -46,74 +46,6 @@ constexpr size_t kMeshIdDigits = 64;
 bool IsMeshId(const std::string& text) {
   return text.size() == kMeshIdDigits &&
          text.find_first_not_of("0123456789abcdef") == std::string::npos;
-}
-
-std::string Axes(const v1::LatticeAxes& axes) {
-  return fmt::format("{},{},{}", axes.u(), axes.v(), axes.w());
-}
-
-std::string ScenesText(const std::vector<v1::Scene>& scenes) {
-  TextTable table({"SCENE", "NAME", "MESH", "SIZE", "REVISION", "PATCHES", "CHUNKS"});
-  for (const v1::Scene& scene : scenes) {
-    const std::string size = scene.lattices_size() > 0 ? Axes(scene.lattices(0).size()) : "";
-    const auto count = [&scene](uint64_t number) {
-      return scene.asleep() ? "asleep" : FormatCount(number);
-    };
-    table.AddRow({scene.id(), scene.name(), scene.mesh().substr(0, 12), size,
-                  count(scene.revision()), count(scene.patches()), count(scene.chunks())});
-  }
-  return table.Text();
-}
-
-std::string ToleranceText(const v1::ViewOptions& view) {
-  return view.tolerance() > 0 ? fmt::format("tolerance {:.6g}, at most ", view.tolerance()) : "";
-}
-
-std::string OutsideText(const v1::LatticeOutside& outside) {
-  if (outside.mode() <= v1::OUTSIDE_MODE_FIXED) return "";
-  const char* kind = outside.mode() == v1::OUTSIDE_MODE_LINEAR ? "linear" : "falloff";
-  return fmt::format(", {} outside of widths {}", kind, fmt::join(outside.widths(), ","));
-}
-
-std::string SceneText(const v1::Scene& scene) {
-  TextTable table;
-  table.AddRow({"scene", scene.id()});
-  table.AddRow({"name", scene.name()});
-  table.AddRow({"mesh", scene.mesh()});
-  const MeshUnits units{UpAxisName(scene.units().up_axis()), scene.units().meters_per_unit()};
-  table.AddRow({"units", units.known() ? Describe(units) : "unknown"});
-  if (scene.has_crease_angle()) {
-    table.AddRow({"crease angle", fmt::format("{} degrees", scene.crease_angle())});
-  }
-  for (const auto& lattice : scene.lattices()) {
-    const std::string label =
-        scene.lattices_size() == 1 ? "lattice" : fmt::format("lattice {}", lattice.index());
-    table.AddRow({label, fmt::format("size {}, degree {}{}", Axes(lattice.size()),
-                                     Axes(lattice.degree()), OutsideText(lattice.outside()))});
-  }
-  table.AddRow({"revision", FormatCount(scene.revision())});
-  table.AddRow({"structure", FormatCount(scene.structure_id())});
-  table.AddRow(
-      {"patches",
-       fmt::format("{} ({} outside, {} on lattice faces)", FormatCount(scene.patches()),
-                   FormatCount(scene.patches_outside()), FormatCount(scene.patches_on_faces()))});
-  table.AddRow({"chunks", FormatCount(scene.chunks())});
-  const v1::ViewOptions& view = scene.default_view();
-  table.AddRow(
-      {"default view",
-       fmt::format("{}{} segments, {} normals, {}, {}/{} bits", ToleranceText(view),
-                   view.segments(), NormalModeName(view.normals()), EncodingName(view.encoding()),
-                   view.position_bits() == 0 ? "chosen" : std::to_string(view.position_bits()),
-                   view.normal_bits())});
-  if (scene.has_strength() && scene.strength() != 1) {
-    table.AddRow({"strength", fmt::format("{}", scene.strength())});
-  }
-  if (scene.weighted()) table.AddRow({"weights", "of vertices"});
-  if (scene.fold_watch()) table.AddRow({"folds", "reported with every edit"});
-  for (const auto& [purpose, bytes] : scene.bytes()) {
-    table.AddRow({"bytes of " + purpose, FormatBytes(bytes)});
-  }
-  return table.Text();
 }
 
 // The lattices from files, or one that the server fits.
@@ -182,7 +114,14 @@ absl::Status RunList(const SceneFlags& flags, Client& client, Console console) {
 
 absl::Status RunShow(const SceneFlags& flags, Client& client, Console console) {
   LATTICED_ASSIGN_OR_RETURN(const auto scene, client.GetScene(flags.id));
-  PrintResult(flags.json, scene, SceneText(scene), console.out);
+  std::vector<v1::LatticeState> states;
+  for (const auto& lattice : scene.lattices()) {
+    auto state = client.GetLattice(flags.id, lattice.index());
+    if (error::DetailsOf(state.status()).reason == "LATTICE_REMOVED") continue;  // since then
+    LATTICED_RETURN_IF_ERROR(state.status());
+    states.push_back(*std::move(state));
+  }
+  PrintResult(flags.json, SceneJson(scene, states), SceneText(scene, states), console.out);
   return absl::OkStatus();
 }
 

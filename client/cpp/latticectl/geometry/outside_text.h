@@ -21,8 +21,9 @@
 namespace latticed::client {
 
 inline constexpr char kOutsideHelp[] =
-    "What goes on outside: fixed, falloff:WIDTH[:c0] or linear; widths are parts of the box's "
-    "edges";
+    "What goes on outside: fixed, linear, linear:WIDTH, falloff:WIDTH or falloff:WIDTH:c0 (without "
+    "overshoot). WIDTH is a part of the box's edges: one number, or six for the beginning and end "
+    "of u, of v, of w, as in falloff:0,0,0,0,0,0.5; 0: points beyond that face stay";
 
 [[nodiscard]] absl::StatusOr<v1::LatticeOutside> ParseOutside(const std::string& text);
 // A check for CLI11: returns an error text unless ParseOutside takes it.

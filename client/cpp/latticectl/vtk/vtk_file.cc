@@ -17,6 +17,8 @@
 namespace latticed::client {
 namespace {
 
+constexpr std::string_view kMovesName = "displacement";  // in VtkSplice::before of every kMoves
+
 void AppendBigEndian(double number, std::string& to) {
   const auto bits = std::bit_cast<uint64_t>(number);
   for (int shift = 56; shift >= 0; shift -= 8) to += static_cast<char>(bits >> shift);
@@ -63,7 +65,30 @@ std::string VtkFile::WithPoints(std::span<const Vec3d> points) const {
       const bool is_move = splice.what == VtkSplice::What::kMoves;
       AppendNumbers(is_move ? points[n] - points_[n] : points[n], is_text_, out);
     }
-    out += splice.after;
+    out += splice.after + splice.rest + splice.closing;
+    at = splice.end;
+  }
+  return out.append(bytes_, at);
+}
+
+absl::StatusOr<std::string> VtkFile::WithVectors(std::string_view name,
+                                                 std::span<const Vec3d> vectors) const {
+  if (bytes_.find(name) != std::string::npos) {
+    return absl::InvalidArgumentError(fmt::format("already has point data named {}", name));
+  }
+  std::string out;
+  out.reserve(bytes_.size() + vectors.size() * 3 * sizeof(double));
+  size_t at = 0;
+  for (const VtkSplice& splice : splices_) {
+    if (splice.what != VtkSplice::What::kMoves) continue;
+    out.append(bytes_, at, splice.begin - at);
+    std::string before = splice.before;
+    before.replace(before.rfind(kMovesName), kMovesName.size(), name);
+    out += before;
+    for (size_t n = splice.first_point; n < splice.first_point + splice.points; ++n) {
+      AppendNumbers(vectors[n], is_text_, out);
+    }
+    out += splice.after + splice.closing;
     at = splice.end;
   }
   return out.append(bytes_, at);

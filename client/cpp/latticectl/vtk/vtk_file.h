@@ -8,7 +8,8 @@
 //
 // Points are read as float or double and written as double; in XML inline as text, which any byte order, header and
 // compressor of the file allows. Their moves from where they were are written as point data "displacement",
-// in XML files with appended points also where they were, as "rest".
+// in XML files with appended points also where they were, as "rest". Or points stay, and vectors at them are written as point
+// data of another name.
 //
 // Why no library: VTK's own is 100 MB. XML parsers refuse appended raw arrays, which VTK writes unless told otherwise, and
 // would write again what only has to be passed on.
@@ -34,6 +35,8 @@ struct VtkSplice {
   enum class What { kPoints, kMoves };
   size_t begin = 0, end = 0;
   std::string before, after;  // around the numbers
+  std::string rest,
+      closing;  // then follow: the points at rest, if they are replaced; what ends the point data
   What what = What::kPoints;
   size_t first_point = 0, points = 0;
 };
@@ -46,6 +49,9 @@ class VtkFile {
   const std::vector<Vec3d>& points() const { return points_; }
   // The file with as many points in place of these.
   [[nodiscard]] std::string WithPoints(std::span<const Vec3d> points) const;
+  // The file with a vector for each point, as point data. kInvalidArgument where the file has the name already.
+  [[nodiscard]] absl::StatusOr<std::string> WithVectors(std::string_view name,
+                                                        std::span<const Vec3d> vectors) const;
 
  private:
   std::string bytes_;

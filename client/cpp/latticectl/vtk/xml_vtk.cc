@@ -154,7 +154,7 @@ class XmlVtkParser {
                     .first_point = first,
                     .points = count};
     if (array.Value("format") == "appended") {
-      moves.after += fmt::format(
+      moves.rest = fmt::format(
           "<DataArray type=\"{}\" Name=\"rest\" NumberOfComponents=\"3\" format=\"appended\" "
           "offset=\"{}\"/>",
           array.Value("type"), array.Value("offset"));
@@ -162,12 +162,12 @@ class XmlVtkParser {
     moves.begin = moves.end = data == 0 ? tags_[points].begin : tags_[data].end;
     if (data == 0) {
       moves.before = std::string("<PointData>") + kMovesHead;
-      moves.after += "</PointData>\n";
+      moves.closing = "</PointData>\n";
     } else if (tags_[data].is_empty) {
       const XmlTag& tag = tags_[data];
       moves.begin = tag.begin;
       moves.before = fmt::format("<PointData{}>{}", tag.attributes, kMovesHead);
-      moves.after += "</PointData>";
+      moves.closing = "</PointData>";
     } else {
       for (size_t n = data; n < tags_.size() && tags_[n].name != "/PointData"; ++n) {
         if (tags_[n].Value("Name") == "displacement") return Wrong(kIsDeformed);
