@@ -106,8 +106,7 @@ size_t PatternPoints(std::span<const uint16_t> patterns) {
 
 absl::Status CheckSupported(const DeformTarget& target, const ViewSpec& spec) {
   if (spec.format != VertexFormat::kEdgeBounds || target.has_edge_bounds()) return absl::OkStatus();
-  return error::InvalidField("view.encoding", "this pipeline has no patches on these devices",
-                             "UNSUPPORTED");
+  return error::NoPatches("view.encoding");
 }
 
 size_t ChunkPoints(const DeformView& view, const DeformPlan& plan, uint32_t chunk) {

@@ -191,6 +191,13 @@ absl::Status NotWithWeights(std::string_view what) {
       fmt::format("the scene has vertex weights, and {} does not take them", what));
 }
 
+absl::Status NoPatches(std::string_view field) {
+  return InvalidField(field,
+                      "no patches here: the scene's lattices are turned against each other, or its "
+                      "pipeline has none on these devices",
+                      "UNSUPPORTED");
+}
+
 absl::Status NotWithTurned(std::string_view what) {
   return FailedPrecondition(
       "TURNED_LATTICES",

@@ -74,6 +74,8 @@ inline constexpr char kQuotaExceededReason[] = "QUOTA_EXCEEDED";
 [[nodiscard]] absl::Status OpenSurface(uint64_t border_edges, uint64_t torn_edges);
 // FAILED_PRECONDITION, reason VERTEX_WEIGHTS: the scene has vertex weights, and `what` does not take them.
 [[nodiscard]] absl::Status NotWithWeights(std::string_view what);
+// INVALID_ARGUMENT, reason UNSUPPORTED: patches as a stream were asked for where there are none.
+[[nodiscard]] absl::Status NoPatches(std::string_view field);
 // FAILED_PRECONDITION, reason TURNED_LATTICES: lattices of the scene are turned against each other, and `what` does not
 // take them.
 [[nodiscard]] absl::Status NotWithTurned(std::string_view what);

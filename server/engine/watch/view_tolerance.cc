@@ -38,8 +38,7 @@ absl::StatusOr<WatchView> SettleTolerance(const WatchView& view, const TargetSlo
                                           const QuantisationBox& box, std::string_view field) {
   if (!HasPositions(view.key.spec)) {
     if (target.has_edge_bounds()) return view;
-    return error::InvalidField(fmt::format("{}.encoding", field),
-                               "this pipeline has no patches on these devices", "UNSUPPORTED");
+    return error::NoPatches(fmt::format("{}.encoding", field));
   }
   const double tolerance = view.key.spec.tolerance;
   if (!(tolerance > 0)) return view;

@@ -9,13 +9,11 @@
 #include "client/cpp/latticectl/command_line/failure.h"
 #include "client/cpp/latticectl/command_line/message_flags.h"
 #include "client/cpp/latticectl/commands/commands.h"
-#include "client/cpp/latticectl/commands/scene_text.h"
 #include "client/cpp/latticectl/output/output.h"
 #include "client/cpp/latticectl/session/scene_patches.h"
 #include "client/cpp/latticectl/session/scene_tolerance.h"
 #include "client/cpp/latticectl/session/session.h"
 #include "client/cpp/library/encodings/encoding_choice.h"
-#include "core/base/error.h"
 #include "core/base/status_macros.h"
 #include "fmt/format.h"
 
@@ -73,17 +71,6 @@ void PrintUpdate(const CompleteUpdate& update, const UpdatePoints& points, bool 
   out << std::endl;
 }
 
-// The server says that there are no patches; whoever made the scene wants to know why.
-absl::Status ExplainPatches(const absl::Status& status, const std::string& scene, Client& client) {
-  error::Details details = error::DetailsOf(status);
-  if (details.reason != "UNSUPPORTED" || details.field != "view.encoding") return status;
-  const auto shown = client.GetScene(scene);
-  if (!shown.ok() || !HasTurnedLattices(*shown)) return status;
-  details.metadata[kAdviceKey] =
-      "the scene's lattices are turned against each other: take another --encoding";
-  return error::WithDetails(status, details);
-}
-
 absl::Status RunWatch(const WatchFlags& flags, Client& client, Console console) {
   v1::WatchRequest request;
   request.set_scene(flags.scene);
@@ -94,9 +81,7 @@ absl::Status RunWatch(const WatchFlags& flags, Client& client, Console console) 
                             ChooseOpenEncoding(client, flags.scene, *request.mutable_view()));
   const double tolerance = request.view().tolerance();
   ScenePatches patches(client, flags.scene, tolerance);
-  const auto opened = client.Watch(std::move(request));
-  if (!opened.ok()) return ExplainPatches(opened.status(), flags.scene, client);
-  const auto& watch = *opened;
+  LATTICED_ASSIGN_OR_RETURN(const auto watch, client.Watch(std::move(request)));
   if (!reason.empty()) {
     const v1::Encoding chosen = watch->surface().view().encoding();
     PrintNotice(fmt::format("by {}: {}", EncodingName(chosen), reason), flags.json, console.err);
