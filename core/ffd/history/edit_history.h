@@ -93,7 +93,7 @@ class EditHistory {
 
   // Applies the whole batch or nothing. On success the revision rises by one, even if no control point changed. A scene
   // makes the plan for another structure in `admit`, and asks for memory there. `admit_points` is asked about what moves
-  // control points, but not about undo, redo, cancelled gestures and insert_knot. `admit_weights` does for
+  // control points or sets weights, but not about undo, redo, cancelled gestures and insert_knot. `admit_weights` does for
   // weights what `admit` does for a structure, `admit_removal` where the lattice goes away. `keeper` restores volumes; null: none
   // is kept.
   [[nodiscard]] absl::StatusOr<EditOutcome> Apply(const EditBatch& batch, TimePoint now,

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The vertex weights of an EditHistory.
-#include <algorithm>
 #include <numeric>
 #include <optional>
 #include <utility>
@@ -41,7 +40,7 @@ absl::StatusOr<EditTarget> EditHistory::UnderWeights(const EditBatch& batch,
     LATTICED_RETURN_IF_ERROR(ApplyEdit(batch.edits[1], initial_now, "edits[1]", target));
   }
   LATTICED_RETURN_IF_ERROR(KeepVolume(batch, rules, target));
-  if (rules.admit_points && std::ranges::find(target.written, true) != target.written.end()) {
+  if (rules.admit_points) {
     LATTICED_RETURN_IF_ERROR(rules.admit_points(target.lattice.structure,
                                                 target.lattice.control_points, target.strength));
   }

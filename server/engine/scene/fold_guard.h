@@ -9,9 +9,9 @@
 // Nothing is made before the first of these calls. A batch that needs no report leaves the last one behind, and the next
 // call looks at all boxes again.
 //
-// New folds. If the structure stays, a fold is new in a box that is in a worse state than before (FoldState): folded or
-// undecided where it was certified, or folded where it was undecided. If the lattice is replaced, boxes do not
-// correspond: there is a new fold if the scene was certified, and is not any more.
+// New folds. A fold is new in a box that is in a worse state than before (FoldState): folded or undecided where it was
+// certified, or folded where it was undecided. If the edit makes other boxes, what counts of a box is its rest_point: the
+// fold is new if all boxes that had this point before were in a better state. So a scene that was certified stays so.
 //
 // Errors   kFailedPrecondition: reason FOLD
 // Threads  one at a time
@@ -31,7 +31,8 @@ namespace latticed {
 
 class FoldGuard {
  public:
-  // Whether a batch that leads from `before` to these control points, under `plan`, makes no new fold.
+  // Whether a batch that leads from `before` to these control points, under `plan`, makes no new fold. The plan is another
+  // one where structures or weights change.
   [[nodiscard]] absl::Status Admit(const SceneState& before,
                                    const std::shared_ptr<const DeformPlan>& plan,
                                    std::span<const Vec3d> control_points);

@@ -114,8 +114,11 @@ absl::StatusOr<EditCommit> SceneEditor::Apply(const EditBatch& batch, const Scen
     structures[batch.lattice] = structure;
     return plan({std::move(structures), history_.weights()});
   };
-  const auto admit_weights = [&](const VertexWeights& weights) {
-    return plan({history_.structures(), weights});
+  const auto admit_weights = [&](const VertexWeights& weights) -> absl::Status {
+    LATTICED_RETURN_IF_ERROR(plan({history_.structures(), weights}));
+    // The points of lattice 0 are asked about below, if there are any.
+    if (!absent || LoneEdit<SetWeights>(batch) == nullptr) return absl::OkStatus();
+    return AdmitRemaining(batch.refuse_folds, before, *candidate->state);
   };
   const auto admit_removal = [&]() -> absl::Status {
     auto structures = history_.structures();
@@ -132,15 +135,15 @@ absl::StatusOr<EditCommit> SceneEditor::Apply(const EditBatch& batch, const Scen
   if (batch.refuse_folds || !map->is_identity() || candidate.has_value()) {
     admit_points = [&](const LatticeStructure& structure, std::span<const Vec3d> points,
                        double strength) {
-      if (!absent && structure == map->structure()) {
-        const bool refuse_folds = batch.refuse_folds && !SetsWeights(batch);  // these may fold
-        return AdmitPointsOf(refuse_folds, before, before.plan, *WithStrength(map, strength),
+      // Weights make another surface of the same structures.
+      if (!absent && !SetsWeights(batch) && structure == map->structure()) {
+        return AdmitPointsOf(batch.refuse_folds, before, before.plan, *WithStrength(map, strength),
                              points);
       }
       return AdmitReplaced(batch, before, *candidate->state, points, strength);
     };
   }
-  // Weights make another surface of the same structures. Its plan is admitted before its volume is restored.
+  // The plan of new weights is admitted before its volume is restored.
   const bool has_surface = SetsWeights(batch) && candidate.has_value() && candidate->state.ok();
   const SceneVolumeKeeper keeper(has_surface ? candidate->state->measures : before.measures, map);
   std::optional<EditBatch> among_others;

@@ -103,7 +103,8 @@ class SceneEditor {
   absl::Status AdmitPointsOf(bool refuse_folds, const SceneState& before,
                              const std::shared_ptr<const DeformPlan>& plan, const OutsideMap& map,
                              std::span<const Vec3d> points);
-  // The same where the batch's lattice gets another structure, or goes away: under the plan made for that.
+  // The same under the plan made for it: where the batch's lattice gets another structure or weights are set, and where the
+  // lattice goes away or is.
   absl::Status AdmitReplaced(const EditBatch& batch, const SceneState& before, SceneState planned,
                              std::span<const Vec3d> points, double strength);
   absl::Status AdmitRemaining(bool refuse_folds, const SceneState& before, SceneState planned);

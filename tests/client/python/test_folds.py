@@ -73,7 +73,7 @@ def test_a_gesture_stops_at_the_last_certified_state(scene):
     scene.refuse_folds = True
     with scene.gesture() as drag:
         drag.move(inner(scene), (0.1, 0, 0))
-        with pytest.raises(latticed.LatticedError, match="would fold"):
+        with pytest.raises(latticed.LatticedError, match="makes a fold"):
             drag.move(inner(scene), FOLDING)
     moved = scene.lattice()
     assert scene.certify_folds(volume=True).certified
@@ -88,5 +88,5 @@ def test_a_stream_refuses_folds_too(watched):
         second = stream.move(inner(watched), FOLDING)
         stream.wait(first)
         assert stream.result(first).folds.certified
-        with pytest.raises(latticed.LatticedError, match="would fold"):
+        with pytest.raises(latticed.LatticedError, match="makes a fold"):
             stream.wait(second)

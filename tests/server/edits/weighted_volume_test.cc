@@ -225,6 +225,31 @@ TEST_F(WeightedVolumeTest, AllAtRestHaveTheVolumeAtRest) {
   ExpectKept();
 }
 
+TEST_F(WeightedVolumeTest, WeightsThatFoldUnderTheRestoredPointsAreRefused) {
+  ASSERT_OK(Apply(KeepVolume()));
+  v1::EditBatch shift = Pull(3);
+  auto& all = *shift.mutable_edits(0)->mutable_move_control_points()->mutable_indices();
+  all.Clear();
+  for (uint32_t i = 0; i < 64; ++i) all.Add(i);
+  ASSERT_OK(Apply(shift));
+  const auto shifted = Points();
+  std::vector<float> weights(12, 1);
+  weights[6] = 0;  // at x = 2: det J is 1 - 3 / 2 there
+  v1::EditBatch careful = Weigh(weights);
+  careful.set_refuse_folds(true);
+  ExpectRefused(Apply(careful), Code::kFailedPrecondition, "FOLD");
+  EXPECT_FALSE(Get().weighted());
+  EXPECT_EQ(Points(), shifted);
+  ExpectKept();
+
+  weights[6] = 0.95f;
+  careful = Weigh(weights);
+  careful.set_refuse_folds(true);
+  ASSERT_OK(Apply(careful));
+  EXPECT_NE(Points(), shifted);
+  ExpectKept();
+}
+
 TEST_F(WeightedVolumeTest, WhatCannotBeKeptIsRefusedAndChangesNothing) {
   const auto refused = [&](const v1::EditBatch& batch, const std::string& reason) {
     const std::string before = Lattice().SerializeAsString();

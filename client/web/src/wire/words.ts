@@ -15,7 +15,7 @@ export function inWords(error: unknown): string {
   switch (failure.reason) {
     case 'NOTHING_TO_UNDO': return 'There is nothing to undo.';
     case 'NOTHING_TO_REDO': return 'There is nothing to redo.';
-    case 'FOLD': return 'The lattice would fold over itself around the mesh, so the points stay where they are.';
+    case 'FOLD': return 'The lattice would fold over itself around the mesh, so it stays as it is.';
     case 'UNDO_CONFLICT': return 'Somebody else has since changed or removed what this step changed, so it cannot be undone.';
     case 'STRUCTURE_CHANGED': return 'The lattice got other control points meanwhile, so the edit was dropped.';
     case 'LAST_LATTICE': return 'The last lattice of a scene stays.';

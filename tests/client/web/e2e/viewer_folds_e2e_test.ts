@@ -68,6 +68,59 @@ test('the switch stops a move at the last state without a fold', async () => {
   await until(async () => String(await allPoints()) === String(before));
 });
 
+/** A place of the page on the side of the torus near the camera. */
+function nearPlace(): Promise<[number, number]> {
+  return page.evaluate(() => {
+    const { viewport, scene } = window.latticed;
+    const { min, max } = scene!.session.surface.bounds;
+    const away = viewport.rig.basis()[2];
+    const [x, y] = viewport.project([(min.x + max.x) / 2 + away[0] * 1.1, (min.y + max.y) / 2 + away[1] * 1.1, max.z / 2])!;
+    const box = viewport.canvas.getBoundingClientRect();
+    return [box.left + x, box.top + y] as [number, number];
+  });
+}
+
+/** Paints a spot that no longer follows the lattice. Returns how many weights show it. */
+async function paintSpot(): Promise<number> {
+  await page.waitForFunction(() => window.latticed.scene!.session.surface.painted !== undefined);
+  await page.mouse.move(...(await nearPlace()));
+  await page.mouse.down();
+  const painted = await page.evaluate(() => window.latticed.scene!.session.surface.painted!.weights.filter((w) => w < 0.5).length);
+  await page.mouse.up();
+  return painted;
+}
+
+test('a stroke of the brush that would fold is not made, and the weights are those before', async () => {
+  const isWeighted = async (): Promise<boolean> => {
+    const scene = await page.evaluate(() => window.latticed.scene!.session.sceneId);
+    return (await direct.scenes.getScene({ scene })).weighted;
+  };
+  await refuse().check();
+  await page.evaluate(() => {
+    const { scene, settings } = window.latticed;
+    scene!.session.apply({ kind: 'move', indices: Uint32Array.from({ length: 64 }, (_, i) => i), offset: [9, 0, 0] });
+    settings.set({ tool: 'paint', brush: { radius: 60, strength: 1, weight: 0 } });
+  });
+  await page.waitForFunction(() => window.latticed.scene!.session.surface.bounds.min.x > 5);
+  await page.evaluate(() => window.latticed.scene!.frameAll());
+  await frames(page);
+  assert.ok((await paintSpot()) > 0);
+
+  await page.getByText('The lattice would fold over itself').waitFor();
+  await page.waitForFunction(() => window.latticed.scene!.session.surface.painted?.weights.every((weight) => weight === 1));
+  assert.equal(await isWeighted(), false);
+  await comes(/^0$/);
+  assert.ok(await certified());
+
+  await page.evaluate(() => window.latticed.settings.set({ refuseFolds: false }));
+  assert.ok((await paintSpot()) > 0);
+  await until(isWeighted);
+  await comes(/^[1-9]/);
+  await page.evaluate(() => window.latticed.scene!.session.undo());
+  await until(async () => !(await isWeighted()));
+  await page.evaluate(() => window.latticed.settings.set({ tool: 'select' }));
+});
+
 test('a drag by the mouse stops where it would fold', async () => {
   await refuse().check();
   await page.evaluate(() => window.latticed.scene!.frameAll());
