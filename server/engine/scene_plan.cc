@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The plan of a Scene, and what follows from it.
+#include <algorithm>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -21,9 +22,10 @@ uint64_t WholePages(uint64_t bytes) {
 }
 
 bool KeepsVolume(const EditBatch& batch, const SceneState& state) {
-  const size_t place = PlaceOf(state.lattices, batch.lattice);
-  return place < state.lattices.size() &&
-         (batch.keep_volume.has_value() || state.lattices[place].constraints->volume.has_value());
+  return batch.keep_volume.has_value() ||
+         std::ranges::any_of(state.lattices, [](const SceneLattice& lattice) {
+           return lattice.constraints->volume.has_value();
+         });
 }
 
 }  // namespace

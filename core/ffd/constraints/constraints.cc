@@ -147,8 +147,21 @@ Constraints AfterInsertion(const Constraints& constraints, const LatticeStructur
   return result;
 }
 
-Constraints AfterReplacement(const Constraints& constraints) {
-  return {.volume = constraints.volume};
+bool HaveSameNet(const LatticeStructure& a, const LatticeStructure& b) {
+  return a.degree == b.degree && a.size == b.size && a.knots == b.knots;
+}
+
+Constraints AfterReplacement(const Constraints& constraints, const LatticeStructure& before,
+                             const LatticeStructure& after) {
+  Constraints result = constraints;
+  if (!HaveSameNet(before, after)) result.held.clear();
+  for (HeldLayers& layers : result.held_layers) {
+    layers.layers = std::min(layers.layers, after.size[static_cast<size_t>(layers.axis)]);
+  }
+  if (result.mirror.has_value() && !CheckMirror(*result.mirror, after, "").ok()) {
+    result.mirror.reset();
+  }
+  return result;
 }
 
 std::optional<double> MirroredKnot(const LatticeStructure& structure, int axis, double value) {

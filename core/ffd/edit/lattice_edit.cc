@@ -292,6 +292,9 @@ absl::StatusOr<StructureChange> ChangeStructure(const Lattice& lattice, const St
   }
   LATTICED_RETURN_IF_ERROR(admit(wanted.structure));
   if (!keep_shape) return StructureChange{wanted};
+  if (HaveSameNet(lattice.structure, wanted.structure)) {
+    return StructureChange{{wanted.structure, lattice.control_points}};
+  }
   LatticeRefit refit = Refit(lattice, wanted.structure);
   if (!Validate(refit.lattice).ok()) {
     return error::InvalidField(fmt::format("{}.lattice", field),

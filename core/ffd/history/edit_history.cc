@@ -113,6 +113,7 @@ absl::StatusOr<EditOutcome> EditHistory::Apply(const EditBatch& batch, TimePoint
                                 std::string_view field) -> absl::StatusOr<StructureChange> {
     LATTICED_ASSIGN_OR_RETURN(auto change,
                               ChangeStructure(lattice(), edit, field, admit, constraints().mirror));
+    if (replaces) LATTICED_RETURN_IF_ERROR(KeepIn(change.lattice, batch, keeper));
     if (replaces && admit_points) {
       LATTICED_RETURN_IF_ERROR(admit_points(change.lattice.structure, change.lattice.control_points,
                                             absent() ? 1 : strength()));
@@ -155,6 +156,7 @@ void EditHistory::Keep(const EditBatch& batch, const EditSummary& summary) {
 absl::Status EditHistory::ApplyNew(const EditBatch& batch, TimePoint now, const Rules& rules,
                                    const AdmitStructure& admit, Restructurer restructured,
                                    EditSummary& summary) {
+  touched_ = {};
   CommitIdleGestures(now);
   if (!batch.refusal.ok()) return batch.refusal;
   LATTICED_RETURN_IF_ERROR(CheckPreconditions(batch));
@@ -177,7 +179,9 @@ absl::Status EditHistory::ApplyNew(const EditBatch& batch, TimePoint now, const 
     status = TakeAway(batch.editor_id, rules);
   } else if (Cancels(batch)) {
     // A client may cancel a gesture whose first update it never sent. Nothing is taken back then.
-    if (const size_t gesture = FindGesture(batch); gesture != kNoStep) layers_.Remove(gesture);
+    if (const size_t gesture = FindGesture(batch); gesture != kNoStep) {
+      touched_.ended = layers_.Remove(gesture).id;
+    }
   } else {
     status = Write(batch, now, rules, summary);
   }
@@ -239,6 +243,7 @@ absl::Status EditHistory::Write(const EditBatch& batch, TimePoint now, const Rul
   EditStep step;
   if (gesture != kNoStep) {
     step = layers_.Remove(gesture);
+    touched_.ended = step.id;
   } else {
     step.id = ++clock_;
     step.structure_step = layers_.structure_step();
@@ -250,50 +255,8 @@ absl::Status EditHistory::Write(const EditBatch& batch, TimePoint now, const Rul
   step.timed_out = false;
   WritePoints(target, step);
   if (Commits(batch)) step.Close(false);
-  layers_.Push(std::move(step));
+  Push(std::move(step));
   return absl::OkStatus();
-}
-
-absl::Status EditHistory::KeepVolume(const EditBatch& batch, const Rules& rules,
-                                     EditTarget& target) const {
-  const auto& kept = batch.keep_volume.has_value() ? batch.keep_volume : constraints().volume;
-  if (!kept.has_value() || rules.keeper == nullptr) return absl::OkStatus();
-  if (batch.keep_volume.has_value()) LATTICED_RETURN_IF_ERROR(Check(*kept, "keep_volume"));
-  auto& points = target.lattice.control_points;
-  const std::vector<Vec3d> before = points;
-  LATTICED_RETURN_IF_ERROR(
-      rules.keeper->Keep(*kept, rules.freedom, target.written, target.strength, points));
-  for (size_t i = 0; i < points.size(); ++i) {
-    if (SameBits(before[i], points[i])) continue;
-    LATTICED_RETURN_IF_ERROR(CheckControlPoint(points[i], "keep_volume"));
-    target.written[i] = true;
-  }
-  return absl::OkStatus();
-}
-
-absl::Status EditHistory::Constrain(const std::string& editor_id, const Constraints& constraints,
-                                    const Rules& rules) {
-  LATTICED_RETURN_IF_ERROR(
-      Check(constraints, lattice().structure, "edits[0].set_constraints.constraints"));
-  if (constraints.volume.has_value() && rules.keeper != nullptr) {
-    LATTICED_RETURN_IF_ERROR(rules.keeper->CheckEncloses(lattice().control_points, strength()));
-  }
-  ForgetUndone(editor_id);
-  EditStep step = NewStep(editor_id);
-  step.constraints = constraints;
-  layers_.Push(std::move(step));
-  return absl::OkStatus();
-}
-
-const PointFreedom* EditHistory::Freedom() {
-  if (constraints().points_are_free()) {
-    freedom_.reset();
-  } else if (freedom_ == nullptr || freedom_->structure_id != structure_id_ ||
-             freedom_->constraints != constraints()) {
-    freedom_ = std::make_shared<const KnownFreedom>(KnownFreedom{
-        structure_id_, constraints(), PointFreedom(constraints(), lattice().structure)});
-  }
-  return freedom_ == nullptr ? nullptr : &freedom_->freedom;
 }
 
 void EditHistory::WritePoints(const EditTarget& target, EditStep& step) {
@@ -326,17 +289,14 @@ absl::Status EditHistory::Restructure(EditStep step, StructureEdit edit, std::st
   step.written_at = ++clock_;
   step.positions = std::move(control_points);
   step.constraints = std::holds_alternative<ReplaceLattice>(edit)
-                         ? AfterReplacement(constraints())
+                         ? ConstraintsIn(structure)
                          : AfterInsertion(constraints(), lattice().structure, structure);
-  if (absent()) {  // another lattice begins
-    step.constraints = Constraints{};
-    step.strength = 1;
-  }
+  if (absent()) step.strength = 1;  // another lattice begins
   if (auto* replace = std::get_if<ReplaceLattice>(&edit)) replace->lattice = {};
   step.structural = {std::move(structure), std::move(edit)};
   ++structure_id_;
   summary.drag_residual = change.residual;
-  layers_.Push(std::move(step));
+  Push(std::move(step));
   return absl::OkStatus();
 }
 
@@ -351,6 +311,11 @@ size_t EditHistory::FindGesture(const EditBatch& batch) const {
     }
   }
   return kNoStep;
+}
+
+uint64_t EditHistory::GestureStep(const EditBatch& batch) const {
+  const size_t gesture = batch.edits.empty() ? kNoStep : FindGesture(batch);
+  return gesture == kNoStep ? 0 : layers_.steps()[gesture].id;
 }
 
 // Commits the gestures of one editor, except one gesture. An empty editor_id means all editors.

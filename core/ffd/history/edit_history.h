@@ -21,8 +21,11 @@
 //           A history may begin without a lattice; its first replacement is then the first lattice.
 // Keeping   Edits honour the constraints (constraints/constraints.h). set_constraints is a step that moves nothing. Undo and
 //           redo restore points as they were written, and keep no volume: if others have moved since, the next edit
-//           restores it. insert_knot maps the constraints to the new control points; replace_lattice ends all but the
-//           volume.
+//           restores it. insert_knot and replace_lattice map the constraints to the new control points. Where the lattice keeps
+//           its frame and knots, held points also stay where they are.
+// Followers The volume may be restored after an edit of another lattice of the scene. That is a step here which follows the other
+//           one (SceneHistory): undo and redo of this lattice pass it over. Steps below it whose points it moved cannot be undone
+//           before it is, whoever made them: UNDO_CONFLICT.
 // Replay    The last sequence of each of the last 1,024 editors is kept with its result. The same sequence again
 //           returns this result, also if it is an error, and changes nothing. A lower one is kAborted OUT_OF_ORDER.
 //           A batch without a usable editor_id or sequence is not kept: it has no key, and sequence 0 means "not set".
@@ -43,6 +46,7 @@
 #include <functional>
 #include <list>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -60,6 +64,14 @@
 
 namespace latticed {
 
+// What a batch did to the steps of a history, by their ids; 0: nothing.
+struct StepsTouched {
+  uint64_t made = 0;    // also again, as a gesture is by each update
+  uint64_t ended = 0;   // taken out for good, or to be made again
+  uint64_t undone = 0;  // by undo
+  uint64_t redone = 0;  // the id that it had. `made` is the new one
+};
+
 struct EditOutcome {
   EditSummary summary;
   // Control points whose bits changed, ascending. Empty for a repeated batch, and for a change of structure, which
@@ -68,7 +80,8 @@ struct EditOutcome {
   bool structure_changed = false;
   bool constraints_changed = false;
   bool strength_changed = false;
-  bool repeated = false;  // the stored result of the same sequence; nothing was done
+  bool repeated = false;             // the stored result of the same sequence; nothing was done
+  std::vector<uint32_t> also_moved;  // other lattices of the scene: set by SceneHistory
 };
 
 class EditHistory {
@@ -118,6 +131,22 @@ class EditHistory {
   // Does what the record says, and counts it. kDataLoss if that is impossible here, or leads to another revision or
   // structure than the record says; the history is then of no use.
   [[nodiscard]] absl::Status ApplyRecord(const EditRecord& record);
+
+  // What the last batch did that was applied.
+  const StepsTouched& touched() const { return touched_; }
+  // Followers of a step of another lattice. Adds one; takes it out, for good or until its step is redone by `undone_by`; brings
+  // it back for a step that may have another id then; forgets those that would come back with steps that an editor undid.
+  // All but the first find nothing where the lattice's structure has changed since, or the lattice is away. Return whether
+  // points may have moved.
+  void AddFollower(std::string_view editor_id, const FollowedStep& of, SetControlPoints moved);
+  bool TakeFollower(const FollowedStep& of, std::string_view undone_by);
+  bool RedoFollower(const FollowedStep& of, uint64_t step);
+  void ForgetFollowers(uint32_t lattice, std::string_view undone_by);
+  // The control points without it; nullopt where there is none.
+  [[nodiscard]] std::optional<std::vector<Vec3d>> PointsWithoutFollower(
+      const FollowedStep& of) const;
+  // The step of the batch's gesture that the batch would make again; 0: none.
+  [[nodiscard]] uint64_t GestureStep(const EditBatch& batch) const;
 
   // Commits gestures that have been silent for limits::kGestureTimeoutSeconds. Apply does so itself; call this from a
   // timer where gesture_open() matters. It makes no revision.
@@ -181,6 +210,10 @@ class EditHistory {
   absl::Status Write(const EditBatch& batch, TimePoint now, const Rules& rules,
                      EditSummary& summary);
   absl::Status KeepVolume(const EditBatch& batch, const Rules& rules, EditTarget& target) const;
+  // Lets the lattice that takes the place of the present one honour the constraints.
+  absl::Status KeepIn(Lattice& replaced, const EditBatch& batch, const VolumeKeeper* keeper) const;
+  // Those of a lattice that takes the place of the present one.
+  Constraints ConstraintsIn(const LatticeStructure& replaced) const;
   absl::Status Constrain(const std::string& editor_id, const Constraints& constraints,
                          const Rules& rules);
   absl::Status TakeAway(const std::string& editor_id, const Rules& rules);
@@ -202,6 +235,10 @@ class EditHistory {
                         EditSummary& summary);
   void Keep(const EditBatch& batch, const EditSummary& summary);
   size_t FindGesture(const EditBatch& batch) const;
+  std::optional<size_t> FindFollower(const FollowedStep& of) const;
+  bool IsOfPresentStructure(const EditStep& step) const {
+    return !absent() && step.structure_step == layers_.structure_step();
+  }
   void CommitGestures(std::string_view editor_id, std::string_view except_gesture);
   EditStep TakeUndone(std::deque<UndoneStep>::iterator position);
   void ForgetUndone(std::string_view editor_id);
@@ -212,6 +249,10 @@ class EditHistory {
             .written_at = ++clock_,
             .editor_id = editor_id};
   }
+  void Push(EditStep step) {
+    touched_.made = step.id;
+    layers_.Push(std::move(step));
+  }
   void TrimHistory();
   size_t UndoBytes() const { return layers_.MemoryBytes() + undone_bytes_; }
 
@@ -220,6 +261,7 @@ class EditHistory {
   size_t undone_bytes_ = 0;
   EditorLedger ledger_;
   std::shared_ptr<const KnownFreedom> freedom_;
+  StepsTouched touched_;
   VertexWeights made_weights_;
   size_t vertices_ = 0;  // 0: not known
   uint64_t revision_ = 0;

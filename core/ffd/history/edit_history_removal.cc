@@ -22,7 +22,7 @@ absl::Status EditHistory::TakeAway(const std::string& editor_id, const Rules& ru
   ForgetUndone(editor_id);
   EditStep step = NewStep(editor_id);
   step.removes = true;
-  layers_.Push(std::move(step));
+  Push(std::move(step));
   ++structure_id_;
   return absl::OkStatus();
 }

@@ -16,11 +16,17 @@
 namespace latticed {
 namespace {
 
+std::string_view DoneBy(const EditStep& later) {
+  if (later.removes) return "removed the lattice";
+  return later.follows.has_value()
+             ? "edited another lattice, for which this one restored the volume"
+             : "changed the same control points";
+}
+
 absl::Status Conflict(std::string_view what, const EditStep& later) {
   return error::WithDetails(
       absl::AbortedError(
-          fmt::format("{}: editor '{}' has since {}", what, later.editor_id,
-                      later.removes ? "removed the lattice" : "changed the same control points")),
+          fmt::format("{}: editor '{}' has since {}", what, later.editor_id, DoneBy(later))),
       {.reason = "UNDO_CONFLICT", .metadata = {{"editor_id", later.editor_id}}});
 }
 
@@ -32,7 +38,7 @@ absl::Status EditHistory::UndoStep(std::string_view editor_id, UndoScope scope,
   std::optional<size_t> found;
   for (size_t n = steps.size(); n-- > 0 && !found.has_value();) {
     const bool mine = scope == UndoScope::kScene || steps[n].editor_id == editor_id;
-    if (mine) found = n;
+    if (mine && !steps[n].follows.has_value()) found = n;
   }
   if (!found.has_value()) {
     return error::FailedPrecondition(
@@ -40,7 +46,8 @@ absl::Status EditHistory::UndoStep(std::string_view editor_id, UndoScope scope,
                                                      : "the lattice has no step left to undo");
   }
   for (size_t n = *found + 1; n < steps.size(); ++n) {
-    if (steps[n].editor_id != editor_id && steps[n].Overlaps(steps[*found])) {
+    const bool others = steps[n].editor_id != editor_id || steps[n].follows.has_value();
+    if (others && steps[n].Overlaps(steps[*found])) {
       return Conflict("undo", steps[n]);
     }
   }
@@ -53,6 +60,7 @@ absl::Status EditHistory::UndoStep(std::string_view editor_id, UndoScope scope,
     CommitGestures("", "");
   }
   UndoneStep undone{layers_.Remove(*found), std::string(editor_id), ++clock_};
+  touched_.undone = undone.step.id;
   if (structural || weighs) ++structure_id_;
   undone.step.Close(false);
   undone_bytes_ += undone.step.MemoryBytes();
@@ -62,14 +70,15 @@ absl::Status EditHistory::UndoStep(std::string_view editor_id, UndoScope scope,
 
 absl::Status EditHistory::RedoStep(std::string_view editor_id, Restructurer restructured,
                                    const Rules& rules, EditSummary& summary) {
-  const auto found = std::find_if(undone_.rbegin(), undone_.rend(),
-                                  [&](const UndoneStep& u) { return u.undone_by == editor_id; });
+  const auto found = std::find_if(undone_.rbegin(), undone_.rend(), [&](const UndoneStep& u) {
+    return u.undone_by == editor_id && !u.step.follows.has_value();
+  });
   if (found == undone_.rend()) {
     return error::FailedPrecondition("NOTHING_TO_REDO", "this editor has no undone step left");
   }
   for (const EditStep& step : layers_.steps()) {
-    if (step.written_at > found->undone_at && step.editor_id != editor_id &&
-        step.Overlaps(found->step)) {
+    const bool others = step.editor_id != editor_id || step.follows.has_value();
+    if (step.written_at > found->undone_at && others && step.Overlaps(found->step)) {
       return Conflict("redo", step);
     }
   }
@@ -83,7 +92,7 @@ absl::Status EditHistory::RedoStep(std::string_view editor_id, Restructurer rest
       replace->lattice = {found->step.structural->structure, found->step.positions};
     }
     auto status = Restructure(found->step, std::move(edit), "edits[0].redo", restructured, summary);
-    if (status.ok()) TakeUndone(position);
+    if (status.ok()) touched_.redone = TakeUndone(position).id;
     return status;
   }
   if (found->step.structure_step != layers_.structure_step()) {
@@ -101,7 +110,8 @@ absl::Status EditHistory::RedoStep(std::string_view editor_id, Restructurer rest
   }
   EditStep step = TakeUndone(position);
   step.written_at = ++clock_;
-  layers_.Push(std::move(step));
+  touched_.redone = step.id;
+  Push(std::move(step));
   return absl::OkStatus();
 }
 

@@ -23,7 +23,7 @@ absl::Status EditHistory::Weigh(const EditBatch& batch, const SetWeights& change
   EditStep step = NewStep(batch.editor_id);
   step.weights = std::move(weights);
   WritePoints(target, step);
-  layers_.Push(std::move(step));
+  Push(std::move(step));
   ++structure_id_;
   return absl::OkStatus();
 }

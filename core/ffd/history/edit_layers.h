@@ -31,6 +31,13 @@
 
 namespace latticed {
 
+// A step in the history of another lattice of the scene.
+struct FollowedStep {
+  uint32_t lattice = 0;
+  uint64_t step = 0;  // its id
+  friend bool operator==(const FollowedStep&, const FollowedStep&) = default;
+};
+
 struct EditStep {
   // The structure that an edit made, and the edit, which a redo repeats. A replacement is kept without its lattice, which
   // is `structure` and `positions`.
@@ -64,6 +71,8 @@ struct EditStep {
   std::optional<VertexWeights> weights;
   // Whether it takes the lattice away.
   bool removes = false;
+  // The step of another lattice after which this one restores the volume. It comes and goes with that one alone.
+  std::optional<FollowedStep> follows;
 
   void Close(bool by_time_out);
   bool Overlaps(const EditStep& other) const;

@@ -18,6 +18,12 @@
 
 namespace latticed {
 
+// Control points of another lattice of the scene, which an edit moved to restore the volume that the lattice keeps.
+struct RestoredPoints {
+  uint32_t lattice = 0;
+  SetControlPoints moved;  // ascending
+};
+
 struct EditRecord {
   // The batch, with one SetControlPoints of all that it wrote in place of its edits, and a SetStrength if it set one. Undo,
   // redo, removals and changes of structure stay, a replacement without its lattice. A refused batch has no edits. expected_revision is not kept.
@@ -27,6 +33,7 @@ struct EditRecord {
   bool adds = false;
   // The lattice that a change of structure made, also if undone before and redone.
   std::optional<Lattice> made;
+  std::optional<RestoredPoints> restored;
   // The result that is kept for its editor.
   EditSummary result;
   // What was forgotten after it for want of memory, in this order.

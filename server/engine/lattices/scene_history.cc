@@ -3,12 +3,14 @@
 #include "server/engine/lattices/scene_history.h"
 
 #include <algorithm>
+#include <functional>
 #include <utility>
 #include <variant>
 
 #include "core/base/error.h"
 #include "core/base/limits.h"
 #include "core/base/status_macros.h"
+#include "core/ffd/control_point_range.h"
 #include "fmt/format.h"
 
 namespace latticed {
@@ -107,6 +109,18 @@ absl::StatusOr<EditOutcome> SceneHistory::Apply(const EditBatch& batch, TimePoin
                                                 const VolumeKeeper* keeper,
                                                 const AdmitWeights& admit_weights,
                                                 const AdmitRemoval& admit_removal) {
+  restored_.reset();
+  auto outcome = ApplyToOne(batch, now, admit, admit_points, keeper, admit_weights, admit_removal);
+  if (outcome.ok() && !outcome->repeated) outcome->also_moved = TakeFollowers(batch);
+  return outcome;
+}
+
+absl::StatusOr<EditOutcome> SceneHistory::ApplyToOne(const EditBatch& batch, TimePoint now,
+                                                     const AdmitStructure& admit,
+                                                     const AdmitPoints& admit_points,
+                                                     const VolumeKeeper* keeper,
+                                                     const AdmitWeights& admit_weights,
+                                                     const AdmitRemoval& admit_removal) {
   if (const size_t newest = NewestOf(batch.editor_id);
       histories_[newest].last_sequence(batch.editor_id) >= std::max<uint64_t>(batch.sequence, 1)) {
     // It gets its result there, or why it comes too late.
@@ -147,6 +161,7 @@ EditRecord SceneHistory::LastRecord(const EditBatch& batch, TimePoint now) const
   const EditHistory& history = histories_[batch.lattice];
   EditRecord record = history.LastRecord(batch, now);
   record.adds = history.records() == 1 && history.began_absent();
+  record.restored = restored_;
   return record;
 }
 
@@ -162,13 +177,76 @@ absl::Status SceneHistory::ApplyRecord(const EditRecord& record) {
     EditHistory added = MadeFor({structure, IdentityControlPoints(structure)}, record.adds);
     LATTICED_RETURN_IF_ERROR(added.ApplyRecord(record));
     Add(std::move(added));
-    return absl::OkStatus();
+  } else {
+    TurnTo(record.batch.lattice);
+    LATTICED_RETURN_IF_ERROR(histories_[last_].ApplyRecord(record));
+    if (structures().empty()) return absl::DataLossError("the record removes the last lattice");
+    GoOn();
   }
-  TurnTo(record.batch.lattice);
-  LATTICED_RETURN_IF_ERROR(histories_[last_].ApplyRecord(record));
-  if (structures().empty()) return absl::DataLossError("the record removes the last lattice");
-  GoOn();
+  if (!record.result.status.ok()) return absl::OkStatus();
+  TakeFollowers(record.batch);
+  if (!record.restored.has_value()) return absl::OkStatus();
+  LATTICED_RETURN_IF_ERROR(CheckRestored(record.batch, *record.restored));
+  EditOutcome ignored;
+  Restore(record.batch, *record.restored, ignored);
   return absl::OkStatus();
+}
+
+void SceneHistory::Restore(const EditBatch& batch, RestoredPoints restored, EditOutcome& outcome) {
+  histories_[restored.lattice].AddFollower(
+      batch.editor_id, {batch.lattice, histories_[batch.lattice].touched().made}, restored.moved);
+  if (std::ranges::find(outcome.also_moved, restored.lattice) == outcome.also_moved.end()) {
+    outcome.also_moved.push_back(restored.lattice);
+  }
+  restored_ = std::move(restored);
+}
+
+std::vector<uint32_t> SceneHistory::TakeFollowers(const EditBatch& batch) {
+  std::vector<uint32_t> moved;
+  const StepsTouched touched = histories_[batch.lattice].touched();
+  for (uint32_t k = 0; k < histories_.size(); ++k) {
+    if (k == batch.lattice) continue;
+    EditHistory& other = histories_[k];
+    bool has_moved = false;
+    if (touched.ended != 0) has_moved = other.TakeFollower({batch.lattice, touched.ended}, "");
+    if (touched.undone != 0) {
+      has_moved = other.TakeFollower({batch.lattice, touched.undone}, batch.editor_id);
+    }
+    if (touched.redone != 0) {
+      has_moved = other.RedoFollower({batch.lattice, touched.redone}, touched.made);
+    } else if (touched.made != 0) {
+      other.ForgetFollowers(batch.lattice, batch.editor_id);
+    }
+    if (has_moved) moved.push_back(k);
+  }
+  return moved;
+}
+
+absl::Status SceneHistory::CheckRestored(const EditBatch& batch,
+                                         const RestoredPoints& restored) const {
+  const auto& [lattice, moved] = restored;
+  const bool is_other = lattice != batch.lattice && lattice < histories_.size() &&
+                        !histories_[lattice].absent() && histories_[batch.lattice].touched().made;
+  const bool ascend =
+      std::ranges::adjacent_find(moved.indices, std::greater_equal<>()) == moved.indices.end();
+  if (!is_other || !ascend || moved.indices.empty() ||
+      moved.indices.back() >= histories_[lattice].lattice().control_points.size()) {
+    return absl::DataLossError("the record restores a volume by points that there are not");
+  }
+  for (const Vec3d position : moved.positions) {
+    if (!CheckControlPoint(position, "").ok()) {
+      return absl::DataLossError("the record restores a volume by points out of range");
+    }
+  }
+  return absl::OkStatus();
+}
+
+std::optional<std::vector<Vec3d>> SceneHistory::PointsBefore(const EditBatch& batch,
+                                                             uint32_t lattice) const {
+  if (lattice == batch.lattice || batch.lattice >= histories_.size()) return std::nullopt;
+  const uint64_t step = histories_[batch.lattice].GestureStep(batch);
+  if (step == 0) return std::nullopt;
+  return histories_[lattice].PointsWithoutFollower({batch.lattice, step});
 }
 
 void SceneHistory::CommitIdleGestures(TimePoint now) {

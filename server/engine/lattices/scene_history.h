@@ -9,6 +9,8 @@
 //           takes it away. A refused addition of a new number changes nothing, and no result of it is kept
 // Removing  the history of a lattice that was removed stays, with its number, for undo and for another lattice there. The
 //           caller's AdmitRemoval refuses to remove the last one
+// Volume    a lattice may restore the volume that it keeps after an edit of another one: RestoredPoints. This is a step of its
+//           history that comes and goes with the edit: by undo, redo, and updates and the end of a gesture
 // Records   in the order of batches, whichever lattice they are of (EditBatch::lattice)
 // Errors    those of EditHistory; kInvalidArgument, field "lattice", for one that the scene does not have
 // Threads   one thread at a time: the caller locks
@@ -19,6 +21,7 @@
 #include <cstdint>
 #include <deque>
 #include <map>
+#include <optional>
 #include <string_view>
 #include <vector>
 
@@ -54,6 +57,12 @@ class SceneHistory {
   }
   VertexWeights weights() const { return histories_[0].weights(); }
   void SetTouched(const EditBatch& batch, uint64_t boxes, uint64_t patches);
+  // Lets the batch, which was applied last, also move points of another lattice.
+  void Restore(const EditBatch& batch, RestoredPoints restored, EditOutcome& outcome);
+  // The control points of another lattice without what an earlier update of the batch's gesture moved there, which the batch
+  // takes back; nullopt if there is nothing.
+  [[nodiscard]] std::optional<std::vector<Vec3d>> PointsBefore(const EditBatch& batch,
+                                                               uint32_t lattice) const;
   [[nodiscard]] EditRecord LastRecord(const EditBatch& batch, TimePoint now) const;
   [[nodiscard]] absl::Status ApplyRecord(const EditRecord& record);
   // Of all lattices.
@@ -86,6 +95,16 @@ class SceneHistory {
   // The history of a lattice that is to be added, before its first batch.
   EditHistory MadeFor(Lattice at_rest, bool absent) const;
   void Add(EditHistory history);
+  absl::StatusOr<EditOutcome> ApplyToOne(const EditBatch& batch, TimePoint now,
+                                         const AdmitStructure& admit,
+                                         const AdmitPoints& admit_points,
+                                         const VolumeKeeper* keeper,
+                                         const AdmitWeights& admit_weights,
+                                         const AdmitRemoval& admit_removal);
+  // Lets steps of other lattices follow what the batch did to the steps of its own. Returns the lattices that moved.
+  std::vector<uint32_t> TakeFollowers(const EditBatch& batch);
+  // kDataLoss if a record cannot have restored this.
+  absl::Status CheckRestored(const EditBatch& batch, const RestoredPoints& restored) const;
   // Lets the next batch, which is of this lattice, follow upon the scene's revision.
   void TurnTo(size_t lattice);
   void GoOn();
@@ -94,6 +113,7 @@ class SceneHistory {
   size_t last_ = 0;                    // whose batch was the last
   uint64_t revision_ = 0;
   uint64_t structure_id_ = 1;
+  std::optional<RestoredPoints> restored_;  // by the last batch
 };
 
 }  // namespace latticed

@@ -15,6 +15,10 @@ namespace {
 constexpr size_t kMaxDeltas = 256;
 constexpr size_t kMaxPoints = 262'144;
 
+size_t PointsOf(const LatticeDelta& delta) {
+  return delta.indices.size() + (delta.also == nullptr ? 0 : PointsOf(*delta.also));
+}
+
 }  // namespace
 
 void EditLog::Add(const std::shared_ptr<const LatticeDelta>& delta, bool needs_whole) {
@@ -22,7 +26,7 @@ void EditLog::Add(const std::shared_ptr<const LatticeDelta>& delta, bool needs_w
     deltas_.clear();
     emptied_ = points_ = 0;
   } else {
-    points_ += delta->indices.size();
+    points_ += PointsOf(*delta);
     deltas_.push_back(delta);
   }
   while (deltas_.size() > kMaxDeltas) DropOldest();
@@ -33,7 +37,7 @@ void EditLog::Add(const std::shared_ptr<const LatticeDelta>& delta, bool needs_w
 
 void EditLog::ForgetPoints() {
   auto& delta = deltas_[emptied_++];
-  points_ -= delta->indices.size();
+  points_ -= PointsOf(*delta);
   delta = std::make_shared<const LatticeDelta>(LatticeDelta{.revision = delta->revision,
                                                             .structure_id = delta->structure_id,
                                                             .editor_id = delta->editor_id,
@@ -41,7 +45,7 @@ void EditLog::ForgetPoints() {
 }
 
 void EditLog::DropOldest() {
-  points_ -= deltas_.front()->indices.size();
+  points_ -= PointsOf(*deltas_.front());
   deltas_.pop_front();
   if (emptied_ > 0) --emptied_;
 }

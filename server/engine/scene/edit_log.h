@@ -30,6 +30,8 @@ struct LatticeDelta {
   std::vector<uint32_t> indices;
   std::vector<Vec3d> positions;
   std::optional<double> strength;  // of the scene, if the edit changed it
+  // Of a lattice with a higher number, which the same edit moved.
+  std::shared_ptr<const LatticeDelta> also;
 };
 
 class EditLog {

@@ -12,20 +12,21 @@
 #include "core/ffd/control_point_range.h"
 #include "core/ffd/direct_ffd.h"
 #include "core/ffd/plan/dirty_set.h"
+#include "server/engine/scene/volume_restorer.h"
 
 namespace latticed {
 namespace {
 
-std::shared_ptr<const LatticeDelta> MakeDelta(const EditBatch& batch, const SceneState& state,
-                                              bool strength_changed,
-                                              std::vector<uint32_t> changed) {
+std::shared_ptr<LatticeDelta> MakeDelta(const EditBatch& batch, uint32_t number,
+                                        const SceneState& state, bool strength_changed,
+                                        std::vector<uint32_t> changed) {
   auto delta = std::make_shared<LatticeDelta>();
-  delta->lattice = batch.lattice;
+  delta->lattice = number;
   delta->revision = state.revision;
   delta->structure_id = state.structure_id;
   delta->editor_id = batch.editor_id;
   delta->sequence = batch.sequence;
-  const size_t place = PlaceOf(state.lattices, batch.lattice);
+  const size_t place = PlaceOf(state.lattices, number);
   if (place == state.lattices.size()) return delta;  // it was removed
   const SceneLattice& lattice = state.lattices[place];
   delta->positions.reserve(changed.size());
@@ -33,6 +34,28 @@ std::shared_ptr<const LatticeDelta> MakeDelta(const EditBatch& batch, const Scen
   for (const uint32_t index : changed) delta->positions.push_back((*lattice.points)[index]);
   delta->indices = std::move(changed);
   return delta;
+}
+
+// Those of the batch's lattice, and of others that moved with it, by number. Where the structure has changed, of the first alone:
+// watchers get whole lattices then.
+std::shared_ptr<const LatticeDelta> MakeDeltas(const EditBatch& batch, const SceneState& before,
+                                               const SceneState& state, EditOutcome& outcome) {
+  auto own =
+      MakeDelta(batch, batch.lattice, state, outcome.strength_changed, std::move(outcome.changed));
+  if (outcome.structure_changed || outcome.also_moved.empty()) return own;
+  std::vector<std::shared_ptr<LatticeDelta>> all{std::move(own)};
+  for (const uint32_t number : outcome.also_moved) {
+    const size_t place = PlaceOf(state.lattices, number);
+    const auto &from = *before.lattices[place].points, &to = *state.lattices[place].points;
+    std::vector<uint32_t> changed;
+    for (uint32_t i = 0; i < to.size(); ++i) {
+      if (!SameBits(from[i], to[i])) changed.push_back(i);
+    }
+    all.push_back(MakeDelta(batch, number, state, false, std::move(changed)));
+  }
+  std::ranges::sort(all, {}, [](const auto& delta) { return delta->lattice; });
+  for (size_t n = all.size() - 1; n > 0; --n) all[n - 1]->also = all[n];
+  return all.front();
 }
 
 // The control points of the plan that an edit moved. `changed`: those of the lattice.
@@ -114,11 +137,27 @@ absl::StatusOr<EditCommit> SceneEditor::Apply(const EditBatch& batch, const Scen
     structures[batch.lattice] = structure;
     return plan({std::move(structures), history_.weights()});
   };
+  const std::optional<SceneState> unrestored = WithoutRestored(batch, before, history_);
+  const SceneState& base = unrestored.has_value() ? *unrestored : before;
+  const std::optional<uint32_t> restorer = RestorerOf(batch, base);
+  std::optional<RestoredPoints> restored;
+  // `planned`: as the batch alone leaves the lattices.
+  const auto restore = [&](SceneState planned) -> absl::Status {
+    LATTICED_ASSIGN_OR_RETURN(restored, RestoreVolume(*restorer, history_, planned));
+    return AdmitPlanned(batch.refuse_folds, before, planned.plan, *PlannedPoints(planned.lattices));
+  };
+  // Where no lattice's points are asked about: all lattices are as the history has them.
+  const auto admit_others = [&]() -> absl::Status {
+    if (!restorer.has_value()) return AdmitRemaining(batch.refuse_folds, before, *candidate->state);
+    SceneState planned = *candidate->state;
+    TakeLattices(planned, kNone);
+    return restore(std::move(planned));
+  };
   const auto admit_weights = [&](const VertexWeights& weights) -> absl::Status {
     LATTICED_RETURN_IF_ERROR(plan({history_.structures(), weights}));
     // The points of lattice 0 are asked about below, if there are any.
     if (!absent || LoneEdit<SetWeights>(batch) == nullptr) return absl::OkStatus();
-    return AdmitRemaining(batch.refuse_folds, before, *candidate->state);
+    return admit_others();
   };
   const auto admit_removal = [&]() -> absl::Status {
     auto structures = history_.structures();
@@ -128,13 +167,21 @@ absl::StatusOr<EditCommit> SceneEditor::Apply(const EditBatch& batch, const Scen
     }
     LATTICED_RETURN_IF_ERROR(plan({std::move(structures), history_.weights()}));
     if (LoneEdit<RemoveLattice>(batch) == nullptr) return absl::OkStatus();
-    return AdmitRemaining(batch.refuse_folds, before, *candidate->state);
+    return admit_others();
   };
-  const auto map = MapAmongOthers(before.lattices, absent ? 0 : place);
+  const auto map = MapAmongOthers(base.lattices, absent ? 0 : place);
   AdmitPoints admit_points;
   if (batch.refuse_folds || !map->is_identity() || candidate.has_value()) {
     admit_points = [&](const LatticeStructure& structure, std::span<const Vec3d> points,
                        double strength) {
+      if (restorer.has_value()) {
+        const bool replaced = absent || SetsWeights(batch) || structure != map->structure();
+        SceneState planned = replaced ? *candidate->state : base;
+        const size_t own = PlaceOf(planned.lattices, batch.lattice);
+        if (replaced) TakeLattices(planned, own);
+        TakePoints(planned.lattices, own, strength, {points.begin(), points.end()});
+        return restore(std::move(planned));
+      }
       // Weights make another surface of the same structures.
       if (!absent && !SetsWeights(batch) && structure == map->structure()) {
         return AdmitPointsOf(batch.refuse_folds, before, before.plan, *WithStrength(map, strength),
@@ -143,9 +190,17 @@ absl::StatusOr<EditCommit> SceneEditor::Apply(const EditBatch& batch, const Scen
       return AdmitReplaced(batch, before, *candidate->state, points, strength);
     };
   }
-  // The plan of new weights is admitted before its volume is restored.
-  const bool has_surface = SetsWeights(batch) && candidate.has_value() && candidate->state.ok();
-  const SceneVolumeKeeper keeper(has_surface ? candidate->state->measures : before.measures, map);
+  // The plan of new weights, or of another structure, is admitted before the volume is restored.
+  const LazyVolumeKeeper keeper([&] {
+    if (LoneEdit<ReplaceLattice>(batch) != nullptr) {
+      SceneState planned = *candidate->state;
+      const size_t own = PlaceOf(planned.lattices, batch.lattice);
+      TakeLattices(planned, own);
+      return SceneVolumeKeeper(planned.measures, MapAmongOthers(planned.lattices, own));
+    }
+    return SceneVolumeKeeper(SetsWeights(batch) ? candidate->state->measures : before.measures,
+                             map);
+  });
   std::optional<EditBatch> among_others;
   if (before.lattices.size() > 1) among_others = AmongOthers(batch, *before.plan, *map);
   auto outcome = history_.Apply(among_others.has_value() ? *among_others : batch, now, admit,
@@ -154,6 +209,9 @@ absl::StatusOr<EditCommit> SceneEditor::Apply(const EditBatch& batch, const Scen
   if (outcome->repeated) {
     if (!outcome->summary.status.ok()) return outcome->summary.status;
     return EditCommit{.summary = outcome->summary};
+  }
+  if (restored.has_value() && !restored->moved.indices.empty()) {
+    history_.Restore(batch, *std::move(restored), *outcome);
   }
   if (!outcome->structure_changed) {
     if (absent) return absl::InternalError("an edit of a lattice that the scene does not have");
@@ -171,6 +229,9 @@ EditCommit SceneEditor::Commit(const EditBatch& batch, const SceneState& before,
     TakeLattices(next, kNone);
   } else {
     TakeLattice(next, PlaceOf(before.lattices, batch.lattice));
+    for (const uint32_t number : outcome.also_moved) {
+      TakeLattice(next, PlaceOf(before.lattices, number));
+    }
   }
   next.control_points = PlannedPoints(next.lattices);
   if (!commit.structure_changed) commit.moved = MovedByEdit(before, next, outcome.changed);
@@ -187,7 +248,7 @@ EditCommit SceneEditor::Commit(const EditBatch& batch, const SceneState& before,
     auto folds = folds_.Follow(before, next, commit.moved);
     if (watch_folds_) commit.summary.folds = std::move(folds);
   }
-  commit.delta = MakeDelta(batch, next, outcome.strength_changed, std::move(outcome.changed));
+  commit.delta = MakeDeltas(batch, before, next, outcome);
   commit.state = std::make_shared<const SceneState>(std::move(next));
   return commit;
 }
@@ -214,11 +275,16 @@ absl::Status SceneEditor::AdmitPointsOf(bool refuse_folds, const SceneState& bef
   if (map.is_identity()) {
     return refuse_folds ? folds_.Admit(before, plan, points) : absl::OkStatus();
   }
-  const std::vector<Vec3d> continued = map.Continue(points);
-  for (const Vec3d point : continued) {
+  return AdmitPlanned(refuse_folds, before, plan, map.Continue(points));
+}
+
+absl::Status SceneEditor::AdmitPlanned(bool refuse_folds, const SceneState& before,
+                                       const std::shared_ptr<const DeformPlan>& plan,
+                                       std::span<const Vec3d> control_points) {
+  for (const Vec3d point : control_points) {
     LATTICED_RETURN_IF_ERROR(CheckControlPoint(point, "lattice.outside"));
   }
-  return refuse_folds ? folds_.Admit(before, plan, continued) : absl::OkStatus();
+  return refuse_folds ? folds_.Admit(before, plan, control_points) : absl::OkStatus();
 }
 
 SceneState SceneEditor::NextState(const EditBatch& batch, const SceneState& before, SceneState next,

@@ -103,6 +103,9 @@ class SceneEditor {
   absl::Status AdmitPointsOf(bool refuse_folds, const SceneState& before,
                              const std::shared_ptr<const DeformPlan>& plan, const OutsideMap& map,
                              std::span<const Vec3d> points);
+  absl::Status AdmitPlanned(bool refuse_folds, const SceneState& before,
+                            const std::shared_ptr<const DeformPlan>& plan,
+                            std::span<const Vec3d> control_points);
   // The same under the plan made for it: where the batch's lattice gets another structure or weights are set, and where the
   // lattice goes away or is.
   absl::Status AdmitReplaced(const EditBatch& batch, const SceneState& before, SceneState planned,

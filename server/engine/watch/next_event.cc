@@ -29,10 +29,16 @@ LatticeWhole NextWhole(ClientState& client) {
 
 WatchEvent NextLattice(ClientState& client, const WatchOffer& offer) {
   const EditLog::Deltas& news = offer.deltas;
+  if (client.also != nullptr) {
+    auto delta = std::exchange(client.also, nullptr);
+    client.also = delta->also;
+    return delta;
+  }
   if (client.wholes != nullptr) return NextWhole(client);
   if (client.lattice_revision.has_value() && news.complete &&
       news.deltas.front()->structure_id == client.lattice_structure) {
     client.lattice_revision = news.deltas.front()->revision;
+    client.also = news.deltas.front()->also;
     return news.deltas.front();
   }
   client.lattice_revision = client.lattice_from = offer.state->revision;
@@ -198,8 +204,8 @@ NextEvent NextOfUpdate(ClientState& client, const WatchOffer& offer) {
 }  // namespace
 
 bool LatticeIsDue(const ClientState& client, const EditLog::Deltas& deltas) {
-  return client.wholes != nullptr || !client.lattice_revision.has_value() || !deltas.complete ||
-         !deltas.deltas.empty();
+  return client.also != nullptr || client.wholes != nullptr ||
+         !client.lattice_revision.has_value() || !deltas.complete || !deltas.deltas.empty();
 }
 
 NextEvent Next(ClientState& client, const WatchOffer& offer) {

@@ -62,6 +62,7 @@ struct ClientState {
   std::optional<uint64_t> lattice_structure, lattice_revision;
   std::shared_ptr<const SceneState> wholes;  // whose lattices are being sent; null: none
   size_t next_whole = 0;                     // which is next
+  std::shared_ptr<const LatticeDelta> also;  // of the revision that was sent last; it is next
   uint64_t lattice_from = 0;                 // the lattices of revisions from here on were all sent
   std::string topology_id;
   std::optional<std::pair<uint64_t, ViewKey>> quantisation;  // id and view

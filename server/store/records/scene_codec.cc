@@ -199,6 +199,10 @@ void ToStored(const EditStep& step, store::Step& stored) {
   if (step.strength.has_value()) stored.set_strength(*step.strength);
   if (step.weights.has_value()) ToStored(*step.weights, *stored.mutable_weights());
   stored.set_removes(step.removes);
+  if (step.follows.has_value()) {
+    stored.mutable_follows()->set_lattice(step.follows->lattice);
+    stored.mutable_follows()->set_step(step.follows->step);
+  }
   if (step.constraints.has_value()) ToStored(*step.constraints, *stored.mutable_constraints());
   if (!step.structural.has_value()) {
     return ToStored(step.indices, step.positions, *stored.mutable_points());
@@ -224,6 +228,9 @@ absl::StatusOr<EditStep> FromStored(const store::Step& stored) {
     LATTICED_ASSIGN_OR_RETURN(step.constraints, ConstraintsFromStored(stored.constraints()));
   }
   if (stored.has_strength()) step.strength = stored.strength();
+  if (stored.has_follows()) {
+    step.follows = FollowedStep{stored.follows().lattice(), stored.follows().step()};
+  }
   if (stored.has_weights()) step.weights = FromStored(stored.weights());
   if (stored.has_structure()) {
     LATTICED_ASSIGN_OR_RETURN(auto lattice, LatticeFromStored(stored.structure()));
@@ -302,6 +309,10 @@ std::string EncodeRecord(const SceneRecord& record) {
   if (record.edit.made.has_value()) ToStored(*record.edit.made, *stored.mutable_made());
   ToStored(record.edit.result, *stored.mutable_result());
   stored.set_adds(record.edit.adds);
+  if (const auto& restored = record.edit.restored; restored.has_value()) {
+    stored.set_restorer(restored->lattice);
+    ToStored(restored->moved.indices, restored->moved.positions, *stored.mutable_restored());
+  }
   stored.set_steps_forgotten(record.edit.steps_forgotten);
   stored.set_editors_forgotten(record.edit.editors_forgotten);
   if (record.box.has_value()) ToStored(*record.box, *stored.mutable_box());
@@ -322,6 +333,10 @@ absl::StatusOr<SceneRecord> DecodeRecord(std::string_view bytes) {
   }
   record.edit.result = FromStored(stored.result());
   record.edit.adds = stored.adds();
+  if (stored.has_restored()) {
+    LATTICED_ASSIGN_OR_RETURN(auto moved, FromStored(stored.restored()));
+    record.edit.restored = {stored.restorer(), std::move(moved)};
+  }
   record.edit.steps_forgotten = stored.steps_forgotten();
   record.edit.editors_forgotten = stored.editors_forgotten();
   if (stored.has_box()) record.box = FromStored(stored.box());

@@ -123,6 +123,74 @@ TEST_F(ConstraintEditsTest, AllAreToldAndKeptThroughKnots) {
   EXPECT_EQ(kept.SerializeAsString(), constraints.SerializeAsString());
 }
 
+TEST_F(ConstraintEditsTest, AllAreKeptThroughAnotherFalloff) {
+  v1::Constraints constraints;
+  constraints.add_held(21);
+  auto& layers = *constraints.add_held_layers();
+  layers.set_axis(v1::LATTICE_AXIS_V);
+  layers.set_at_end(true);
+  layers.set_layers(1);
+  constraints.set_mirror(v1::LATTICE_AXIS_W);
+  constraints.mutable_volume();
+  ASSERT_OK(Apply(Pull(0.1)));
+  ASSERT_OK(Apply(Constrain(constraints)));
+  ASSERT_OK(Apply(Pull(0.2, 22)));
+  const v1::LatticeState before = Lattice();
+  const auto replace = [&](const v1::Lattice& lattice, bool keep_shape) {
+    v1::EditBatch batch = Pull(0);
+    auto& edit = *batch.mutable_edits(0)->mutable_replace_lattice();
+    *edit.mutable_lattice() = lattice;
+    edit.set_keep_shape(keep_shape);
+    batch.set_structure_id(Lattice().structure_id());
+    return Apply(batch);
+  };
+  const auto pull = [&](double x, uint32_t point) {
+    v1::EditBatch batch = Pull(x, point);
+    batch.set_structure_id(Lattice().structure_id());
+    return Apply(batch);
+  };
+  const auto at = [&](int point) {
+    const v1::LatticeState state = Lattice();
+    const auto& p = state.lattice().control_points();
+    return Vec3d{p[3 * point], p[3 * point + 1], p[3 * point + 2]};
+  };
+  const Vec3d held = at(21), layer = at(13);
+
+  v1::Lattice falloff = before.lattice();
+  falloff.clear_control_points();
+  falloff.mutable_outside()->set_mode(v1::OUTSIDE_MODE_FALLOFF);
+  for (const double width : {0.3, 0.5}) {
+    falloff.mutable_outside()->clear_widths();
+    falloff.mutable_outside()->add_widths(width);
+    ASSERT_OK(replace(falloff, true));
+    EXPECT_EQ(Lattice().constraints().SerializeAsString(), constraints.SerializeAsString());
+    EXPECT_EQ(at(21), held);
+    ExpectKept();
+    ASSERT_OK(pull(0.1, 22));  // and its image, 38
+    EXPECT_NEAR(at(22).x, at(38).x, 1e-12);
+    ASSERT_OK(pull(0.1, 21));
+    ASSERT_OK(pull(0.1, 13));
+    EXPECT_EQ(at(21), held);
+    EXPECT_EQ(at(13), layer);
+    ExpectKept();
+  }
+  ASSERT_OK(replace(falloff, false));  // at rest but for what is held
+  EXPECT_EQ(at(21), held);
+  // Another size lets single points go.
+  SetAxes(*falloff.mutable_size(), 5, 5, 5);
+  falloff.clear_knots_u();
+  falloff.clear_knots_v();
+  falloff.clear_knots_w();
+  ASSERT_OK(replace(falloff, true));
+  v1::Constraints left = constraints;
+  left.clear_held();
+  EXPECT_EQ(Lattice().constraints().SerializeAsString(), left.SerializeAsString());
+  ExpectKept();
+  ASSERT_OK(Apply(UndoMine("ann", ++sequence_)));
+  EXPECT_EQ(Lattice().constraints().SerializeAsString(), constraints.SerializeAsString());
+  EXPECT_EQ(at(21), held);
+}
+
 TEST_F(ConstraintEditsTest, WhatCannotBeKeptIsRefused) {
   v1::Constraints constraints;
   for (uint32_t i = 0; i < 64; ++i) {

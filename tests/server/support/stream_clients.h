@@ -58,6 +58,7 @@ class EventLog {
   void TakeBounds(const v1::Chunk& chunk);
 
   bool in_update_ = false;
+  uint32_t last_moved_ = 0;  // the lattice of the last delta
   std::map<uint32_t, v1::Chunk> staged_;
   std::vector<v1::Chunk> staged_bounds_;
 };
