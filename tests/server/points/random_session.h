@@ -32,7 +32,7 @@ class RandomSession : public SceneFixture, public ::testing::WithParamInterface<
  protected:
   // By the parameter: a lattice around the box, one around its half that goes on outside, vertex weights, and two lattices,
   // parallel or turned against each other, of which the session edits the second, which was added, and another editor the
-  // first. The last kind has both weights and turned lattices.
+  // first, which keeps the volume in some. The last kind has both weights and turned lattices.
   enum class Kind { kPlain, kFalloff, kLinear, kWeighted, kSeveral, kTurned, kWeightedTurned };
   static constexpr int kKinds = 7;
 
@@ -71,11 +71,29 @@ class RandomSession : public SceneFixture, public ::testing::WithParamInterface<
   void ExpectHeld() const;
   // Compares points of the surface, and a point set where the scene takes any.
   void ExpectDefinition();
+  // Whether the edited lattice keeps the volume, or the first of two, which then follows it.
   bool KeepsVolume(const v1::EditBatch& batch) const {
     return batch.has_keep_volume() || state_.constraints().has_volume();
   }
-  double Volume();
-  bool IsCertified();
+  bool IsFollowed(const v1::EditBatch& batch) const { return other_keeps_ && !KeepsVolume(batch); }
+  // The control points of the first of two lattices.
+  std::string OtherPoints() const { return other_.lattice().SerializeAsString(); }
+  double Volume() {
+    auto request = For<v1::MeasureSceneRequest>();
+    request.add_measures(v1::MEASURE_VOLUME);
+    v1::MeasureSceneResponse response;
+    EXPECT_OK(Call(&Scenes::MeasureScene, request, &response));
+    return response.volume();
+  }
+  void ExpectVolume() {
+    EXPECT_NEAR(Volume() / 2, 1, 1e-12 + 4e-16);  // and rounding
+    ++counts_["volumes kept"];
+  }
+  bool IsCertified() {
+    v1::FoldReport report;  // of the surface
+    EXPECT_OK(Call(&Scenes::CertifyFolds, For<v1::CertifyFoldsRequest>(), &report));
+    return report.certified();
+  }
 
   TemporaryFolder folder_;
   std::mt19937 random_;
@@ -108,6 +126,7 @@ class RandomSession : public SceneFixture, public ::testing::WithParamInterface<
   std::vector<Vec3d> world_;
   v1::LatticeState other_;  // the first of two lattices
   uint64_t other_sequence_ = 0;
+  bool other_keeps_ = false;  // the volume
 };
 
 }  // namespace latticed::testing

@@ -187,11 +187,47 @@ TEST_F(ConstraintsTest, InsertedKnotsKeepThem) {
   EXPECT_EQ(history_.constraints().held, std::vector<uint32_t>{21});
 }
 
-TEST_F(ConstraintsTest, AnotherLatticeEndsAllButTheVolume) {
+TEST_F(ConstraintsTest, AnotherLatticeKeepsWhatMeansTheSame) {
   const KeptVolume volume{.axis = 1, .volume = 3};
-  Constrain({.held = {21}, .mirror = 0, .volume = volume});
-  ASSERT_TRUE(Do("ann", ReplaceLattice{UnitLattice()}).ok());
-  EXPECT_EQ(history_.constraints(), Constraints{.volume = volume});
+  const Constraints all{.held = {21},
+                        .held_layers = {{.axis = 2, .at_end = true, .layers = 3}},
+                        .mirror = 0,
+                        .volume = volume};
+  Constrain(all);
+  // Of the same net: all.
+  Lattice moved = UnitLattice();
+  moved.structure.frame.origin = {1, 2, 3};
+  moved.control_points = IdentityControlPoints(moved.structure);
+  ASSERT_TRUE(Do("ann", ReplaceLattice{moved}).ok());
+  EXPECT_EQ(history_.constraints(), all);
+  // What is sheared has no mirror; what is smaller has fewer layers, and other points.
+  moved.structure.frame.edges[0] = {1, 0.1, 0};
+  ASSERT_TRUE(Do("ann", ReplaceLattice{moved}).ok());
+  EXPECT_EQ(history_.constraints(),
+            (Constraints{.held = {21}, .held_layers = all.held_layers, .volume = volume}));
+  ASSERT_TRUE(Do("ann", Undo{}).ok());
+  ASSERT_TRUE(Do("ann", ReplaceLattice{*FitLattice(UnitBounds(), {5, 4, 2}, {2, 2, 1}, 0)}).ok());
+  EXPECT_EQ(history_.constraints(),
+            (Constraints{.held_layers = {{.axis = 2, .at_end = true, .layers = 2}},
+                         .mirror = 0,
+                         .volume = volume}));
+  ASSERT_TRUE(Do("ann", Undo{}).ok());
+  EXPECT_EQ(history_.constraints(), all);
+}
+
+TEST_F(ConstraintsTest, InTheSameFrameAReplacementHonoursThem) {
+  Constrain({.held = {21}, .mirror = 0});
+  ASSERT_TRUE(Do("ann", MoveControlPoints{{0}, {0.1, 0.2, 0.3}}).ok());
+  const std::vector<Vec3d> before = history_.lattice().control_points;
+  Lattice wider = UnitLattice();
+  wider.structure.outside.widths = {};
+  ASSERT_TRUE(Do("ann", ReplaceLattice{wider, true}).ok());
+  EXPECT_EQ(history_.lattice().control_points, before);
+  for (Vec3d& p : wider.control_points) p += Vec3d{0.1, 0.2, 0};
+  ASSERT_TRUE(Do("ann", ReplaceLattice{wider}).ok());
+  EXPECT_EQ(history_.lattice().control_points[21], before[21]);
+  EXPECT_LE(Asymmetry(), 1e-15);
+  EXPECT_NE(history_.lattice().control_points[0], before[0]);
 }
 
 TEST_F(ConstraintsTest, RefusesWhatCannotBe) {
