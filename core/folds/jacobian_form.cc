@@ -67,11 +67,13 @@ double Minors(const Columns& a, const Columns& b) {
   return sum;
 }
 
-// A bound of the minors and of the determinant of sum_k t_k E_k, which are polynomials in t, by their coefficients.
-double HigherTerms(const std::array<Columns, 3>& e) {
+// How much the minors and the determinant of sum_k t_k E_k, which are polynomials in t, take from the bound, by their
+// coefficients. `negative`: their factor, det M, is below 0. The squares t_k^2 are not.
+double HigherTerms(const std::array<Columns, 3>& e, bool negative) {
   double most = 0;
   for (size_t k = 0; k < 3; ++k) {
-    most += std::max(0.0, -Minors(e[k], e[k]));
+    const double minors = Minors(e[k], e[k]);
+    most += std::max(0.0, negative ? minors : -minors);
     for (size_t m = 0; m < k; ++m) most += std::abs(Minors(e[k], e[m]) + Minors(e[m], e[k]));
   }
   // By how often t_0 and t_1 occur.
@@ -166,7 +168,7 @@ DeterminantBound BoundDeterminant(const JacobianForm& form, double rest,
     lost += radius[static_cast<int>(l)];
   }
   const double higher = HigherTermsOfModuli(reach);
-  lost += HigherTerms(slopes) + (higher - HigherTermsOfModuli(linear_reach));
+  lost += HigherTerms(slopes, ratio < 0) + (higher - HigherTermsOfModuli(linear_reach));
   bound.least = ratio + least.value - std::abs(ratio) * lost -
                 kSumRounding * (std::abs(ratio) * (1 + lost + higher) + moduli);
   constexpr double kMostResidual = 0.125;

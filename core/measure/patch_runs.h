@@ -89,11 +89,11 @@ class PatchRuns {
 inline constexpr size_t kRunsPerThread = 8;
 
 // result = body(run) for all runs, on the threads of `arena`, or on the caller's alone if it is null; then add(result), in
-// the order of runs. `stop` is called on the caller's thread, once in kRunsPerThread runs of a thread.
+// the order of runs. `stop` is called on the caller's thread, once in so many runs of a thread.
 template <class Body, class Add>
 absl::Status ForRuns(const PatchRuns& runs, CpuArena* arena, StopCheck stop, const Body& body,
-                     const Add& add) {
-  const size_t together = kRunsPerThread * (arena != nullptr ? arena->threads() : 1);
+                     const Add& add, size_t runs_per_thread = kRunsPerThread) {
+  const size_t together = runs_per_thread * (arena != nullptr ? arena->threads() : 1);
   for (size_t first = 0; first < runs.size(); first += together) {
     LATTICED_RETURN_IF_ERROR(stop());
     std::vector<decltype(body(first))> results(std::min(together, runs.size() - first));

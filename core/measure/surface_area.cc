@@ -71,7 +71,8 @@ class AreaSum {
             of_run.lattices[g].AddTransposed(
                 of_run.sums[g], [&](size_t i) -> Vec3d& { return result_.gradient[i]; });
           }
-        }));
+        },
+        1));
     return std::move(result_);
   }
 

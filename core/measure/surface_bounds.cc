@@ -221,7 +221,7 @@ class BoundsSearch {
           });
           return known;
         },
-        [&](const Bounds& known) { known_.Extend(known); }));
+        [&](const Bounds& known) { known_.Extend(known); }, 1));
     return known_;
   }
 

@@ -44,8 +44,13 @@ bool EditHistory::RedoFollower(const FollowedStep& of, uint64_t step) {
   const auto found =
       std::ranges::find_if(undone_, [&](const UndoneStep& u) { return u.step.follows == of; });
   if (found == undone_.end()) return false;
+  const uint64_t undone_at = found->undone_at;
   EditStep follower = TakeUndone(found);
   if (!IsOfPresentStructure(follower)) return false;
+  // What was written since stays. The next edit restores the volume.
+  for (const EditStep& later : layers_.steps()) {
+    if (later.written_at > undone_at && later.Overlaps(follower)) return false;
+  }
   follower.follows = FollowedStep{of.lattice, step};
   follower.written_at = ++clock_;
   layers_.Push(std::move(follower));

@@ -59,6 +59,15 @@ class Draws {
 };
 
 // The bound is below all values, and near the least one in a small cell.
+// det is -(1 + t)^2, whose square counts against the bound although the linear part is above 0 beside the plane.
+TEST(JacobianForm, MirroredPartsAreNotCertifiedBesideAPlane) {
+  JacobianForm form{.centre = {Vec3d{1, 0, 0}, {0, 1, 0}, {0, 0, -1}}};
+  form.slope[0][0] = {1, 0, 0};
+  form.slope[1][0] = {0, 1, 0};
+  const CellPlane plane{.normal = {1, 0, 0}, .bound = -0.9};
+  EXPECT_LE(BoundDeterminant(form, 1, {&plane, 1}).least, -0.01);
+}
+
 TEST(JacobianForm, TheBoundIsBelowAllValuesInsideThePlanes) {
   Draws draw(kFormSeed);
   uint32_t inside = 0;

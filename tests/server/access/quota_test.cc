@@ -291,13 +291,23 @@ TEST_F(QuotaTest, HeartbeatsDoNotWaitForBytes) {
   auto request = For<v1::WatchRequest>();
   request.mutable_view()->set_encoding(v1::ENCODING_RAW);
   request.mutable_view()->set_segments(16);
-  WatchClient watcher(*scenes_, request, As(kAcme));
-  const absl::Time start = absl::Now();
-  while (watcher.log.ends.empty()) ASSERT_TRUE(watcher.Read());
-
-  EXPECT_GT(absl::Now() - start, absl::Seconds(1.5))
-      << "the quota holds the end of the update back";
-  EXPECT_GT(watcher.log.heartbeats, 0u) << "one a second";
+  constexpr absl::Duration kMostSilence = absl::Seconds(1.8);  // there is a heartbeat a second
+  // The least of several attempts, because the machine may stall in one.
+  absl::Duration least = absl::InfiniteDuration();
+  for (int i = 0; i < 5 && least >= kMostSilence; ++i) {
+    WatchClient watcher(*scenes_, request, As(kAcme));
+    absl::Duration silence, all;
+    while (watcher.log.ends.empty()) {
+      const absl::Time before = absl::Now();
+      ASSERT_TRUE(watcher.Read());
+      silence = std::max(silence, absl::Now() - before);
+      all += absl::Now() - before;
+    }
+    EXPECT_GT(all, absl::Seconds(1.5)) << "the quota holds the end of the update back";
+    EXPECT_GT(watcher.log.heartbeats, 0u);
+    least = std::min(least, silence);
+  }
+  EXPECT_LT(least, kMostSilence);
 }
 
 TEST_F(QuotaTest, OperatorsAndTenantsSeeIt) {

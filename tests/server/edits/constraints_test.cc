@@ -133,6 +133,7 @@ TEST_F(ConstraintEditsTest, AllAreKeptThroughAnotherFalloff) {
   constraints.set_mirror(v1::LATTICE_AXIS_W);
   constraints.mutable_volume();
   ASSERT_OK(Apply(Pull(0.1)));
+  ASSERT_OK(Apply(Pull(0.15, 25)));  // and not its image, 41
   ASSERT_OK(Apply(Constrain(constraints)));
   ASSERT_OK(Apply(Pull(0.2, 22)));
   const v1::LatticeState before = Lattice();
@@ -162,7 +163,9 @@ TEST_F(ConstraintEditsTest, AllAreKeptThroughAnotherFalloff) {
   for (const double width : {0.3, 0.5}) {
     falloff.mutable_outside()->clear_widths();
     falloff.mutable_outside()->add_widths(width);
+    const Vec3d beside = at(25), image = at(41);
     ASSERT_OK(replace(falloff, true));
+    EXPECT_LE(Norm(at(25) - beside) + Norm(at(41) - image), 1e-12);
     EXPECT_EQ(Lattice().constraints().SerializeAsString(), constraints.SerializeAsString());
     EXPECT_EQ(at(21), held);
     ExpectKept();

@@ -114,6 +114,20 @@ TEST_P(KeptVolumesTest, UndoAndRedoTakeBothLattices) {
   ExpectRefused(Apply(Redo(0, "bob")), Code::kFailedPrecondition, "NOTHING_TO_REDO");
 }
 
+TEST_P(KeptVolumesTest, ARedoLeavesWhatOthersWroteSince) {
+  ASSERT_OK(Create(RequestOf({Whole(), Other()})));
+  ASSERT_OK(Apply(Keep(0)));
+  ApplyFollowed(Push(1, 21, {0, 0, -0.1}), "move");
+  ASSERT_OK(Apply(Undo(1)));
+  ASSERT_OK(Apply(Push(0, 25, {0, 0, 0.1}, "bob")));
+  const std::string after = Points(0);
+
+  ASSERT_OK(Apply(Redo(1)));
+  EXPECT_EQ(Points(0), after);
+  ASSERT_OK(Apply(Undo(0, "bob")));
+  ApplyFollowed(Push(1, 25, {0, 0, -0.1}), "the next edit");
+}
+
 TEST_P(KeptVolumesTest, AGestureIsFollowedFromItsBegin) {
   ASSERT_OK(Create(RequestOf({Whole(), Other()})));
   ASSERT_OK(Apply(Keep(0)));

@@ -43,7 +43,7 @@ struct PointsInput {
   std::optional<VtkFile> vtk;
 };
 
-absl::Status InFile(const std::string& path, const absl::Status& why) {
+absl::Status AboutFile(const std::string& path, const absl::Status& why) {
   return absl::InvalidArgumentError(fmt::format("{} {}", path, std::string(why.message())));
 }
 
@@ -56,7 +56,7 @@ absl::StatusOr<PointsInput> ReadPoints(const std::string& path) {
   LATTICED_ASSIGN_OR_RETURN(std::string bytes, ReadFile(path));
   auto file = VtkFile::Parse(std::move(bytes), IsXmlVtkFileName(path));
   if (file.ok() && file->points().empty()) file = absl::InvalidArgumentError("has no points");
-  if (!file.ok()) return InFile(path, file.status());
+  if (!file.ok()) return AboutFile(path, file.status());
   for (const Vec3d p : file->points()) {
     for (int axis = 0; axis < 3; ++axis) input.table.numbers.push_back(p[axis]);
   }
@@ -203,7 +203,7 @@ absl::Status RunVelocities(const PointsFlags& flags, Client& client, Console con
     std::string vtk;
     if (IsVtkFileName(flags.output)) {
       auto file = input.vtk.value().WithVectors(kVelocityName, moved.vectors);
-      if (!file.ok()) return InFile(flags.points, file.status());
+      if (!file.ok()) return AboutFile(flags.points, file.status());
       vtk = *std::move(file);
     }
     return Finish(flags, moved.vectors, table.columns, moved.header.revision(), "velocities",

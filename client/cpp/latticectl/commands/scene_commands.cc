@@ -117,7 +117,7 @@ absl::Status RunShow(const SceneFlags& flags, Client& client, Console console) {
   std::vector<v1::LatticeState> states;
   for (const auto& lattice : scene.lattices()) {
     auto state = client.GetLattice(flags.id, lattice.index());
-    if (error::DetailsOf(state.status()).reason == "LATTICE_REMOVED") continue;  // since then
+    if (error::DetailsOf(state.status()).reason == "OUT_OF_RANGE") continue;  // since then
     LATTICED_RETURN_IF_ERROR(state.status());
     states.push_back(*std::move(state));
   }
