@@ -291,7 +291,7 @@ TEST_F(QuotaTest, HeartbeatsDoNotWaitForBytes) {
   auto request = For<v1::WatchRequest>();
   request.mutable_view()->set_encoding(v1::ENCODING_RAW);
   request.mutable_view()->set_segments(16);
-  constexpr absl::Duration kMostSilence = absl::Seconds(1.8);  // there is a heartbeat a second
+  const absl::Duration kMostSilence = absl::Seconds(1.8);  // there is a heartbeat a second
   // The least of several attempts, because the machine may stall in one.
   absl::Duration least = absl::InfiniteDuration();
   for (int i = 0; i < 5 && least >= kMostSilence; ++i) {
