@@ -47,9 +47,10 @@ bool EditHistory::RedoFollower(const FollowedStep& of, uint64_t step) {
   const uint64_t undone_at = found->undone_at;
   EditStep follower = TakeUndone(found);
   if (!IsOfPresentStructure(follower)) return false;
-  // What was written since stays. The next edit restores the volume.
+  // What others have written since stays. The next edit restores the volume.
   for (const EditStep& later : layers_.steps()) {
-    if (later.written_at > undone_at && later.Overlaps(follower)) return false;
+    const bool others = later.editor_id != follower.editor_id;
+    if (others && later.written_at > undone_at && later.Overlaps(follower)) return false;
   }
   follower.follows = FollowedStep{of.lattice, step};
   follower.written_at = ++clock_;
