@@ -196,6 +196,8 @@ test('an added lattice may go on along straight lines, as far as the mesh reache
 });
 
 test('a lattice is added that is turned against the others, and what it moves adds up', async () => {
+  await page.evaluate(() => window.latticed.scene!.session.chooseLattice(0));
+  await page.waitForFunction(() => window.latticed.scene!.session.lattice.outside === undefined);
   const count = await page.evaluate(() => window.latticed.scene!.session.latticeCount);
   const { u } = await page.evaluate(() => window.latticed.scene!.session.lattice.frame);
   await page.evaluate(() => window.latticed.scene!.addLattice());

@@ -56,6 +56,14 @@ export function showAddLatticeDialog(session: LiveSession, handles: OutsideHandl
   const values = { size: DEFAULT_FIT.size, degree: DEFAULT_FIT.degree };
   const turn: [number, number, number] = [0, 0, 0];
   let reach: readonly number[] = new Array<number>(6).fill(FIRST);
+  const turns = AXES.map((axis) => numberField(
+    { label: `Turn about ${'xyz'[axis]}`, get: () => turn[axis], set: (degrees) => (turn[axis] = degrees) }, {
+      min: -360, max: 360, step: 5, live: true,
+      typed: () => {
+        handles.moveTo(turnedFrame(frame, turn));
+        check();
+      },
+    }));
   const confirm = button('Add', () => add(), { class: 'button primary' });
   const first = { mode: 'falloff', smooth: true, widths: new Array<number>(6).fill(0.5), steps: [] } as const;
   let hasAxes = true;
@@ -65,14 +73,6 @@ export function showAddLatticeDialog(session: LiveSession, handles: OutsideHandl
     hasAxes = isValid;
     check();
   });
-  const turns = AXES.map((axis) => numberField(
-    { label: `Turn about ${'xyz'[axis]}`, get: () => turn[axis], set: (degrees) => (turn[axis] = degrees) }, {
-      min: -360, max: 360, step: 5, live: true,
-      typed: () => {
-        handles.moveTo(turnedFrame(frame, turn));
-        check();
-      },
-    }));
   const problem = h('p', { class: 'note', role: 'alert' });
   const add = (): void => {
     if (confirm.disabled) return;
