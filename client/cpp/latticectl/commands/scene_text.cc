@@ -175,11 +175,4 @@ nlohmann::json SceneJson(const v1::Scene& scene, std::span<const v1::LatticeStat
   return json;
 }
 
-bool HasTurnedLattices(const v1::Scene& scene) {
-  for (const v1::LatticeSummary& lattice : scene.lattices()) {
-    if (!AreParallel(FrameOf(scene.lattices(0)), FrameOf(lattice))) return true;
-  }
-  return false;
-}
-
 }  // namespace latticed::client

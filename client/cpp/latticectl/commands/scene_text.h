@@ -24,8 +24,6 @@ namespace latticed::client {
 // The proto3 JSON of the scene. Each of its lattices with a state also has "strength", and "constraints" if it has any.
 [[nodiscard]] nlohmann::json SceneJson(const v1::Scene& scene,
                                        std::span<const v1::LatticeState> states);
-// Whether lattices of the scene are turned against its first one (core/ffd/sum/README.md).
-[[nodiscard]] bool HasTurnedLattices(const v1::Scene& scene);
 
 }  // namespace latticed::client
 
