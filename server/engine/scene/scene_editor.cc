@@ -36,6 +36,16 @@ std::shared_ptr<LatticeDelta> MakeDelta(const EditBatch& batch, uint32_t number,
   return delta;
 }
 
+// Of points that both have, those that differ in any bit.
+std::vector<uint32_t> ChangedPoints(const std::vector<Vec3d>& before,
+                                    const std::vector<Vec3d>& after) {
+  std::vector<uint32_t> changed;
+  for (uint32_t i = 0; i < after.size(); ++i) {
+    if (!SameBits(before[i], after[i])) changed.push_back(i);
+  }
+  return changed;
+}
+
 // Those of the batch's lattice, and of others that moved with it, by number. Where the structure has changed, of the first alone:
 // watchers get whole lattices then.
 std::shared_ptr<const LatticeDelta> MakeDeltas(const EditBatch& batch, const SceneState& before,
@@ -46,12 +56,9 @@ std::shared_ptr<const LatticeDelta> MakeDeltas(const EditBatch& batch, const Sce
   std::vector<std::shared_ptr<LatticeDelta>> all{std::move(own)};
   for (const uint32_t number : outcome.also_moved) {
     const size_t place = PlaceOf(state.lattices, number);
-    const auto &from = *before.lattices[place].points, &to = *state.lattices[place].points;
-    std::vector<uint32_t> changed;
-    for (uint32_t i = 0; i < to.size(); ++i) {
-      if (!SameBits(from[i], to[i])) changed.push_back(i);
-    }
-    all.push_back(MakeDelta(batch, number, state, false, std::move(changed)));
+    all.push_back(
+        MakeDelta(batch, number, state, false,
+                  ChangedPoints(*before.lattices[place].points, *state.lattices[place].points)));
   }
   std::ranges::sort(all, {}, [](const auto& delta) { return delta->lattice; });
   for (size_t n = all.size() - 1; n > 0; --n) all[n - 1]->also = all[n];
@@ -64,11 +71,7 @@ std::vector<uint32_t> MovedByEdit(const SceneState& before, const SceneState& af
   if (after.lattices[0].map->is_identity() && before.lattices[0].map->is_identity()) {
     return changed;
   }
-  std::vector<uint32_t> moved;
-  for (uint32_t i = 0; i < after.control_points->size(); ++i) {
-    if (!SameBits((*before.control_points)[i], (*after.control_points)[i])) moved.push_back(i);
-  }
-  return moved;
+  return ChangedPoints(*before.control_points, *after.control_points);
 }
 
 // The batch, whose drags then aim at what this lattice must do beside the others. `map`: its own, with what they move.
