@@ -10,7 +10,8 @@
 #define HWY_TARGET_INCLUDE "core/points/normal_kernel.cc"
 #define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_SSE4 | HWY_AVX3_DL)
 #include "hwy/foreach_target.h"  // IWYU pragma: keep
-// Highway requires this include to follow foreach_target.
+// Highway requires these includes to follow foreach_target.
+#include "core/points/lane_vectors-inl.h"
 #include "hwy/highway.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -18,39 +19,7 @@ namespace latticed::points {
 namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
-using D = hn::CappedTag<double, 8>;
-using V = hn::Vec<D>;
-
-// A vector in space of each lane's point.
-struct V3 {
-  V x, y, z;
-};
-
-HWY_INLINE V3 Load3(const BlockVec& from, size_t i) {
-  const D d;
-  return {hn::LoadU(d, from[0].data() + i), hn::LoadU(d, from[1].data() + i),
-          hn::LoadU(d, from[2].data() + i)};
-}
-HWY_INLINE void Store3(V3 v, BlockVec& to, size_t i) {
-  const D d;
-  hn::StoreU(v.x, d, to[0].data() + i);
-  hn::StoreU(v.y, d, to[1].data() + i);
-  hn::StoreU(v.z, d, to[2].data() + i);
-}
-HWY_INLINE V3 Zero3() { return {hn::Zero(D()), hn::Zero(D()), hn::Zero(D())}; }
-HWY_INLINE V Dot(V3 a, V3 b) {
-  return hn::MulAdd(a.x, b.x, hn::MulAdd(a.y, b.y, hn::Mul(a.z, b.z)));
-}
-HWY_INLINE V3 Cross(V3 a, V3 b) {
-  return {hn::MulSub(a.y, b.z, hn::Mul(a.z, b.y)), hn::MulSub(a.z, b.x, hn::Mul(a.x, b.z)),
-          hn::MulSub(a.x, b.y, hn::Mul(a.y, b.x))};
-}
-HWY_INLINE V3 Sum(V3 a, V3 b) { return {hn::Add(a.x, b.x), hn::Add(a.y, b.y), hn::Add(a.z, b.z)}; }
-HWY_INLINE V3 Times(V s, V3 a) { return {hn::Mul(s, a.x), hn::Mul(s, a.y), hn::Mul(s, a.z)}; }
-// s a + b
-HWY_INLINE V3 AddTimes(V s, V3 a, V3 b) {
-  return {hn::MulAdd(s, a.x, b.x), hn::MulAdd(s, a.y, b.y), hn::MulAdd(s, a.z, b.z)};
-}
+using namespace lanes;  // NOLINT(google-build-using-namespace)
 
 struct Columns {
   V3 a, b, c;

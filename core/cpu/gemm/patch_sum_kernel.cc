@@ -8,7 +8,8 @@
 #define HWY_TARGET_INCLUDE "core/cpu/gemm/patch_sum_kernel.cc"
 #define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_SSE4 | HWY_AVX3_DL)
 #include "hwy/foreach_target.h"  // IWYU pragma: keep
-// Highway requires this include to follow foreach_target.
+// Highway requires these includes to follow foreach_target.
+#include "core/points/lane_vectors-inl.h"
 #include "hwy/highway.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -16,48 +17,20 @@ namespace latticed::patch_sums {
 namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
-using D = hn::CappedTag<double, 8>;
-using V = hn::Vec<D>;
+using namespace points::HWY_NAMESPACE::lanes;  // NOLINT(google-build-using-namespace)
 
 constexpr int kMaxOrder = limits::kMaxDegree + 1;
 
-struct V3 {
-  V at[3];
-};
-
-HWY_INLINE V3 Zero3() { return {{hn::Zero(D()), hn::Zero(D()), hn::Zero(D())}}; }
-HWY_INLINE V3 Set3(Vec3d v) { return {{hn::Set(D(), v.x), hn::Set(D(), v.y), hn::Set(D(), v.z)}}; }
-HWY_INLINE V3 Set3(const double* v) {
-  return {{hn::Set(D(), v[0]), hn::Set(D(), v[1]), hn::Set(D(), v[2])}};
-}
-HWY_INLINE V3 Load3(const points::BlockVec& from, size_t i) {
-  const D d;
-  return {{hn::LoadU(d, from[0].data() + i), hn::LoadU(d, from[1].data() + i),
-           hn::LoadU(d, from[2].data() + i)}};
-}
-HWY_INLINE void Store3(const V3& v, points::BlockVec& to, size_t i) {
-  for (size_t c = 0; c < 3; ++c) hn::StoreU(v.at[c], D(), to[c].data() + i);
-}
-HWY_INLINE V3 Add3(const V3& a, const V3& b) {
-  return {{hn::Add(a.at[0], b.at[0]), hn::Add(a.at[1], b.at[1]), hn::Add(a.at[2], b.at[2])}};
-}
-HWY_INLINE V3 Sub3(const V3& a, const V3& b) {
-  return {{hn::Sub(a.at[0], b.at[0]), hn::Sub(a.at[1], b.at[1]), hn::Sub(a.at[2], b.at[2])}};
-}
-// sum += s v
-HWY_INLINE void AddTimes(V s, const V3& v, V3& sum) {
-  for (int c = 0; c < 3; ++c) sum.at[c] = hn::MulAdd(s, v.at[c], sum.at[c]);
-}
+HWY_INLINE V3 SetAll(Vec3d v) { return Set3(v.x, v.y, v.z); }
 HWY_INLINE V Blend(const V3& barycentrics, double a, double b, double c) {
   const D d;
-  const V sum =
-      hn::MulAdd(barycentrics.at[1], hn::Set(d, b), hn::Mul(barycentrics.at[0], hn::Set(d, a)));
-  return hn::MulAdd(barycentrics.at[2], hn::Set(d, c), sum);
+  const V sum = hn::MulAdd(barycentrics.y, hn::Set(d, b), hn::Mul(barycentrics.x, hn::Set(d, a)));
+  return hn::MulAdd(barycentrics.z, hn::Set(d, c), sum);
 }
 HWY_INLINE V3 Blend3(const V3& barycentrics, const Corners& corners) {
   const auto& [a, b, c] = corners;
-  return {{Blend(barycentrics, a.x, b.x, c.x), Blend(barycentrics, a.y, b.y, c.y),
-           Blend(barycentrics, a.z, b.z, c.z)}};
+  return {Blend(barycentrics, a.x, b.x, c.x), Blend(barycentrics, a.y, b.y, c.y),
+          Blend(barycentrics, a.z, b.z, c.z)};
 }
 
 // One over the differences of knots in bspline_basis.h: [degree of the functions][r], of one axis.
@@ -119,21 +92,21 @@ HWY_INLINE void SumPoints(const Volume& volume, const Basis (&basis)[3], Sums& s
     for (int j = 0; j <= volume.degree[1]; ++j) {
       V3 row = Zero3(), row_u = Zero3();
       for (int i = 0; i <= volume.degree[0]; ++i, p += 3) {
-        const V3 point = Set3(p);
-        AddTimes(basis[0].value[i], point, row);
-        if constexpr (kSlopes) AddTimes(basis[0].slope[i], point, row_u);
+        const V3 point = Set3(p[0], p[1], p[2]);
+        row = AddTimes(basis[0].value[i], point, row);
+        if constexpr (kSlopes) row_u = AddTimes(basis[0].slope[i], point, row_u);
       }
-      AddTimes(basis[1].value[j], row, plane);
+      plane = AddTimes(basis[1].value[j], row, plane);
       if constexpr (kSlopes) {
-        AddTimes(basis[1].value[j], row_u, plane_u);
-        AddTimes(basis[1].slope[j], row, plane_v);
+        plane_u = AddTimes(basis[1].value[j], row_u, plane_u);
+        plane_v = AddTimes(basis[1].slope[j], row, plane_v);
       }
     }
-    AddTimes(basis[2].value[k], plane, sums.value);
+    sums.value = AddTimes(basis[2].value[k], plane, sums.value);
     if constexpr (kSlopes) {
-      AddTimes(basis[2].value[k], plane_u, sums.by[0]);
-      AddTimes(basis[2].value[k], plane_v, sums.by[1]);
-      AddTimes(basis[2].slope[k], plane, sums.by[2]);
+      sums.by[0] = AddTimes(basis[2].value[k], plane_u, sums.by[0]);
+      sums.by[1] = AddTimes(basis[2].value[k], plane_v, sums.by[1]);
+      sums.by[2] = AddTimes(basis[2].slope[k], plane, sums.by[2]);
     }
   }
 }
@@ -144,10 +117,10 @@ HWY_INLINE void StoreDerivatives(const Volume& volume, const Rest& rest, const S
   for (size_t k = 0; k < rest.direction_count; ++k) {
     V3 along = Zero3();
     for (int axis = 0; axis < 3; ++axis) {
-      AddTimes(hn::Set(D(), volume.directions[k][axis]), sums.by[axis], along);
+      along = AddTimes(hn::Set(D(), volume.directions[k][axis]), sums.by[axis], along);
     }
     if constexpr (kAdd) {
-      along = Add3(Load3(values.along[k], i), Sub3(along, Set3(rest.directions[k])));
+      along = Sum(Load3(values.along[k], i), Difference(along, SetAll(rest.directions[k])));
     }
     Store3(along, values.along[k], i);
   }
@@ -160,18 +133,18 @@ void TakeVolumeOf(const Places& places, const Volume& volume, const Rest& rest, 
                                       {volume.span[2], volume.degree[2]}};
   for (size_t i = 0; i < places.count; i += hn::Lanes(D())) {
     const V3 barycentrics = Load3(places.barycentrics, i);
-    const V3 parameter = Blend3(barycentrics, volume.parameters);
+    const V3 at = Blend3(barycentrics, volume.parameters);
+    const V parameter[3] = {at.x, at.y, at.z};
     Basis basis[3];
     for (size_t a = 0; a < 3; ++a) {
-      SetBasis<kSlopes>(volume.span[a], volume.degree[a], reciprocals[a], parameter.at[a],
-                        basis[a]);
+      SetBasis<kSlopes>(volume.span[a], volume.degree[a], reciprocals[a], parameter[a], basis[a]);
     }
     Sums sums;
     SumPoints<kSlopes>(volume, basis, sums);
-    V3 position = Add3(sums.value, Set3(volume.origin));
+    V3 position = Sum(sums.value, SetAll(volume.origin));
     if constexpr (kAdd) {
       position =
-          Add3(Load3(values.position, i), Sub3(position, Blend3(barycentrics, rest.corners)));
+          Sum(Load3(values.position, i), Difference(position, Blend3(barycentrics, rest.corners)));
     }
     Store3(position, values.position, i);
     if constexpr (kSlopes) StoreDerivatives<kAdd>(volume, rest, sums, i, values);
@@ -195,7 +168,7 @@ void SetRestImpl(const Places& places, const Rest& rest, Values& values) {
   for (size_t i = 0; i < places.count; i += hn::Lanes(D())) {
     Store3(Blend3(Load3(places.barycentrics, i), rest.corners), values.position, i);
     for (size_t k = 0; k < rest.direction_count; ++k) {
-      Store3(Set3(rest.directions[k]), values.along[k], i);
+      Store3(SetAll(rest.directions[k]), values.along[k], i);
     }
   }
 }
@@ -207,15 +180,15 @@ void WeighImpl(const Places& places, const Weights& weights, const Rest& rest, V
     const auto& [a, b, c] = weights.corners;
     const V weight = Blend(barycentrics, a, b, c);
     const V3 at_rest = Blend3(barycentrics, rest.corners);
-    const V3 move = Sub3(Load3(values.position, i), at_rest);
+    const V3 move = Difference(Load3(values.position, i), at_rest);
     V3 position = at_rest;
-    AddTimes(weight, move, position);
+    position = AddTimes(weight, move, position);
     Store3(position, values.position, i);
     for (size_t k = 0; k < rest.direction_count; ++k) {
-      const V3 direction = Set3(rest.directions[k]);
+      const V3 direction = SetAll(rest.directions[k]);
       V3 along = direction;
-      AddTimes(weight, Sub3(Load3(values.along[k], i), direction), along);
-      AddTimes(hn::Set(d, weights.along[k]), move, along);
+      along = AddTimes(weight, Difference(Load3(values.along[k], i), direction), along);
+      along = AddTimes(hn::Set(d, weights.along[k]), move, along);
       Store3(along, values.along[k], i);
     }
   }
