@@ -3,11 +3,8 @@
 #include "tests/backend/conformance.h"
 
 #include <algorithm>
-#include <iterator>
-#include <map>
 #include <numeric>
 #include <random>
-#include <tuple>
 #include <utility>
 
 #include "core/ffd/box/bernstein.h"
@@ -117,7 +114,8 @@ std::vector<ViewPoint> Decode(const DeformPlan& plan, const ViewSpec& spec,
                               const std::vector<std::vector<uint8_t>>& chunks) {
   std::vector<ViewPoint> points;
   for (const std::vector<uint8_t>& chunk : chunks) {
-    std::ranges::copy(DecodePoints(plan, spec, box, chunk), std::back_inserter(points));
+    const std::vector<ViewPoint> decoded = DecodePoints(plan, spec, box, chunk);
+    points.insert(points.end(), decoded.begin(), decoded.end());
   }
   return points;
 }
@@ -126,28 +124,31 @@ size_t CountCracks(const DeformPlan& plan, std::span<const Vec3d> control_points
                    std::span<const ViewPoint> points) {
   const TessellationPattern& pattern = TessellationPattern::Get(segments);
   const std::vector<bool> attached = AttachedSeams(plan, control_points);
-  // The vertex or edge, the side of a detached seam, and the place along the edge.
-  using Place = std::tuple<uint32_t, bool, size_t>;
-  std::map<Place, Vec3d> corners, inner;
+  // The first point found at each place: of a vertex, or inside an edge, on each side of a detached seam.
+  const size_t inside = static_cast<size_t>(segments) - 1;
+  std::vector<const ViewPoint*> corners(2 * plan.vertices.size());
+  std::vector<const ViewPoint*> inner(2 * plan.edges.size() * inside);
   size_t cracks = 0;
   for (size_t p = 0; p < plan.patches.size(); ++p) {
     const Patch& patch = plan.patches[p];
     const bool outside = patch.box == plan.outside_box();
-    const auto apart = [&](uint32_t seam) {
+    const auto side = [&](uint32_t seam) -> size_t {
       return seam != kNoIndex && !attached[seam] && outside;
     };
-    const auto compare = [&](std::map<Place, Vec3d>& known, const Place& place, size_t point) {
-      const Vec3d position = points[p * pattern.points.size() + point].position;
-      cracks += known.try_emplace(place, position).first->second != position;
+    const auto compare = [&](const ViewPoint*& known, size_t point) {
+      const ViewPoint& found = points[p * pattern.points.size() + point];
+      if (known == nullptr) known = &found;
+      cracks += known->position != found.position;
     };
     for (size_t i = 0; i < 3; ++i) {
       const uint32_t v = patch.vertex[i], e = patch.edge[i];
       const auto& along = pattern.edge_points[i];
-      compare(corners, {v, apart(plan.vertices[v].seam), 0}, along[0]);
+      compare(corners[2 * v + side(plan.vertices[v].seam)], along[0]);
       // Both ends belong to the vertices, whose seams may differ from the edge's.
+      const size_t first = (2 * e + side(plan.edges[e].seam)) * inside;
       for (size_t k = 1; k + 1 < along.size(); ++k) {
         const size_t place = patch.edge_reversed[i] ? along.size() - 1 - k : k;
-        compare(inner, {e, apart(plan.edges[e].seam), place}, along[k]);
+        compare(inner[first + place - 1], along[k]);
       }
     }
   }
@@ -173,17 +174,28 @@ void BackendTest::SetUp() {
 void BackendTest::ExpectMatchesDefinition(const Plan& plan, std::span<const Vec3d> control_points,
                                           const ViewSpec& spec, size_t stride) {
   ASSERT_NE(plan, nullptr);
-  const std::vector<ViewPoint> all = EvaluateAll(plan, control_points, spec);
-  const size_t q = TessellationPattern::Get(spec.segments).points.size();
-  ASSERT_EQ(all.size(), plan->patches.size() * q);
+  ASSERT_EQ(spec.format, VertexFormat::kFloat32);
+  const auto view = MakeView(plan, spec);
+  ASSERT_NE(view, nullptr);
+  const QuantisationBox box = BoxFor(*plan, control_points);
+  ASSERT_OK(view->Evaluate(control_points, box, AllChunks(*plan)));
+  const size_t size = TessellationPattern::Get(spec.segments).points.size() * BytesPerPoint(spec);
   std::vector<uint32_t> patches;
-  std::vector<ViewPoint> points;
-  for (size_t p = 0; p < plan->patches.size(); p += stride) {
-    patches.push_back(static_cast<uint32_t>(p));
-    std::ranges::copy(std::span(all).subspan(p * q, q), std::back_inserter(points));
+  std::vector<uint8_t> chunk, compared;
+  for (uint32_t c = 0; c < plan->chunk_count(); ++c) {
+    const auto [first, last] = plan->ChunkPatches(c);
+    chunk.resize((last - first) * size);
+    ASSERT_EQ(ChunkPoints(*plan, c, spec.segments) * BytesPerPoint(spec), chunk.size());
+    ASSERT_OK(view->Read(c, chunk));
+    for (size_t p = (first + stride - 1) / stride * stride; p < last; p += stride) {
+      patches.push_back(static_cast<uint32_t>(p));
+      const auto bytes = std::span(chunk).subspan((p - first) * size, size);
+      compared.insert(compared.end(), bytes.begin(), bytes.end());
+    }
   }
+  ASSERT_EQ(patches.size(), (plan->patches.size() + stride - 1) / stride);
   ASSERT_OK(Definition(*plan, control_points, spec.segments, spec.normals, std::move(patches))
-                .Check(GetParam().pipeline, points));
+                .Check(GetParam().pipeline, DecodePoints(*plan, spec, box, compared)));
 }
 
 }  // namespace latticed::testing

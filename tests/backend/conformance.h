@@ -80,7 +80,7 @@ class BackendTest : public ::testing::TestWithParam<Subject> {
                                      const ViewSpec& spec) {
     return testing::EvaluateAll(*backend_, GetParam().pipeline, plan, control_points, spec);
   }
-  // Compares positions and normals of every `stride`-th patch with the definition.
+  // Compares positions and normals of every `stride`-th patch with the definition. Views of float32.
   void ExpectMatchesDefinition(const Plan& plan, std::span<const Vec3d> control_points,
                                const ViewSpec& spec, size_t stride = 1);
 

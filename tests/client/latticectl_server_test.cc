@@ -362,7 +362,7 @@ TEST_F(LatticectlServerTest, ApplyGivesTheSameAsInItsOwnProcessAndLeavesNothingT
 
 TEST_F(LatticectlServerTest, QuickstartWritesRestAndDeformed) {
   const auto report =
-      RunJson({"quickstart", "--sample", "vase", "--steps", "3", "--output", Path("q")});
+      RunJson({"quickstart", "--sample", "beam", "--steps", "3", "--output", Path("q")});
   EXPECT_EQ(report["updates"], 3);
   EXPECT_GT(report["ratioToRaw"], 2.0);
   for (const char* name : {"q/rest.ply", "q/rest.glb", "q/deformed.ply", "q/deformed.glb"}) {

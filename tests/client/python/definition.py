@@ -11,21 +11,22 @@ BOX_FACES = np.array([[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2
 BOX_AREA = 2 * (2 * 1 + 2 * 3 + 1 * 3)
 
 
-def basis(knots, degree, parameter):
-    """The values of all B-spline basis functions at one parameter of the domain, by the Cox-de Boor recursion."""
+def basis(knots, degree, parameters):
+    """(n, functions): the values of all B-spline basis functions at n parameters of the domain, by the Cox-de Boor
+    recursion."""
     count = len(knots) - degree - 1
-    span = min(np.searchsorted(knots, parameter, side="right") - 1, count - 1)
-    values = np.zeros(len(knots) - 1)
-    values[span] = 1.0
+    spans = np.minimum(np.searchsorted(knots, parameters, side="right") - 1, count - 1)
+    values = np.zeros((len(knots) - 1, len(parameters)))
+    values[spans, np.arange(len(parameters))] = 1.0
     for p in range(1, degree + 1):
         for i in range(len(knots) - 1 - p):
             left = right = 0.0
             if knots[i + p] > knots[i]:
-                left = (parameter - knots[i]) / (knots[i + p] - knots[i]) * values[i]
+                left = (parameters - knots[i]) / (knots[i + p] - knots[i]) * values[i]
             if knots[i + p + 1] > knots[i + 1]:
-                right = (knots[i + p + 1] - parameter) / (knots[i + p + 1] - knots[i + 1]) * values[i + 1]
+                right = (knots[i + p + 1] - parameters) / (knots[i + p + 1] - knots[i + 1]) * values[i + 1]
             values[i] = left + right
-    return values[:count]
+    return values[:count].T
 
 
 def deform(lattice, points):
@@ -35,15 +36,13 @@ def deform(lattice, points):
 
 def deform_shares(lattice, shares):
     """The same of points by their place in the frame, 0 to 1 along each of its edges."""
-    deformed = []
-    for share in shares:
-        n = []
-        for axis in range(3):
-            knots, degree = lattice.knots[axis], lattice.degree[axis]
-            begin, end = knots[degree], knots[len(knots) - degree - 1]
-            n.append(basis(knots, degree, begin + share[axis] * (end - begin)))
-        deformed.append(np.einsum("kjix,i,j,k->x", lattice.control_points, *n))
-    return np.array(deformed)
+    shares = np.asarray(shares)
+    u, v, w = (
+        basis(knots, degree, knots[degree] + share * (knots[len(knots) - degree - 1] - knots[degree]))
+        for knots, degree, share in zip(lattice.knots, lattice.degree, shares.T)
+    )
+    by_w_v = np.einsum("kjix,ni->nkjx", lattice.control_points, u)
+    return np.einsum("nkx,nk->nx", np.einsum("nkjx,nj->nkx", by_w_v, v), w)
 
 
 def area(update):

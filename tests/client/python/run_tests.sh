@@ -34,4 +34,5 @@ mkdir -p "$build/python"
 (cd "$root/client/python" && /usr/bin/python3 setup.py -q build --build-lib "$build/python/package" >"$build/python/build.txt" 2>&1) ||
   { cat "$build/python/build.txt"; exit 1; }
 export PYTHONPATH=$build/python/package:$root/client/blender PYTHONDONTWRITEBYTECODE=1 LATTICED_BUILD=$build LATTICED_ROOT=$root
+export OPENBLAS_NUM_THREADS=1  # matrices are small: threads would mostly wait for each other
 /usr/bin/python3 -m pytest -q -p no:cacheprovider --durations=5 "$@" "$root/tests/client/python"

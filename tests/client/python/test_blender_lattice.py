@@ -61,8 +61,8 @@ def test_an_axis_is_blenders_everywhere_on_the_mesh(interpolation, count, beyond
     assert axis.domain[0] <= low and high <= axis.domain[1]
     assert len(axis.knots) == len(axis.weights) + axis.degree + 1 and len(axis.weights) > axis.degree
     greville = [axis.knots[i + 1 : i + 1 + axis.degree].mean() for i in range(len(axis.weights))]
-    for x in np.linspace(low, high, 41):
-        shares = definition.basis(axis.knots, axis.degree, x)
+    places = np.linspace(low, high, 41)
+    for x, shares in zip(places, definition.basis(axis.knots, axis.degree, places)):
         np.testing.assert_allclose(shares @ axis.weights, blender_rows(interpolation, count, x), atol=1e-12)
         assert shares @ greville == pytest.approx(x, abs=1e-12)  # without displacements the point stays
 

@@ -87,8 +87,7 @@ def test_a_knot_belongs_to_the_interval_below_and_all_values_sum_to_one(degree):
 
     np.testing.assert_array_equal(first, [0, 0, 0, 1, 1, degree + 1, degree + 1])
     np.testing.assert_allclose(values.sum(axis=1), 1, atol=1e-15)
-    for parameter, index, some in zip(parameters, first, values):
-        all_values = definition.basis(knots, degree, parameter)
+    for all_values, index, some in zip(definition.basis(knots, degree, parameters), first, values):
         np.testing.assert_allclose(some, all_values[index : index + degree + 1], atol=1e-15)
 
 

@@ -78,7 +78,7 @@ def _control_points_of(lattice, shares):
         knots, degree = lattice.knots[axis], lattice.degree[axis]
         begin, end = knots[degree], knots[len(knots) - degree - 1]
         at = begin + np.clip(shares[:, axis], 0, 1) * (end - begin)
-        moving = np.array([definition.basis(knots, degree, parameter) for parameter in at]).any(axis=0)
+        moving = definition.basis(knots, degree, at).any(axis=0)
         ranges += [np.flatnonzero(moving).min(), np.flatnonzero(moving).max()]
     return tuple(int(number) for number in ranges)
 
