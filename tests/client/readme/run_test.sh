@@ -141,7 +141,7 @@ work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 mkdir -p "$work/build" "$work/client"
 cp -r "$root"/client/{blender,cpp,decoder,node,python} "$work/client"
-cp -r "$root/proto" "$work"
+cp -r "$root"/{core,proto} "$work"
 ln -s "$build"/{client,server,cmake_install.cmake} "$work/build"
 printf '#!/bin/sh\n[ "$*" = "build latticed_client" ]  # which is built\n' >"$work/dev"
 chmod +x "$work/dev"
