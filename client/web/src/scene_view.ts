@@ -70,6 +70,7 @@ export class SceneView {
   private closeDialog: (() => void) | undefined;
   private stale = false;
   private hasMoved = false;
+  private isShadowOld = true;
 
   constructor(
     private readonly viewport: Viewport,
@@ -135,6 +136,7 @@ export class SceneView {
     this.known = units;
     this.viewport.rig.setUp(units.up ?? 'z');
     if (isTurned) this.frameAll();
+    this.isShadowOld = true;
     this.refreshSoon();
   }
 
@@ -244,18 +246,20 @@ export class SceneView {
 
   private showFolds(folds: Folds | undefined): void {
     this.knownFolds = folds;
+    const { count } = this.foldedBoxes;
     this.foldedBoxes.setBoxes(folds?.places ?? [], this.session.lattice);
-    this.refreshSoon();
+    if (count > 0 || this.foldedBoxes.count > 0) this.refreshSoon();
+    else this.events.changed(); // the view stays as it is
   }
 
   private showPresence(): void {
     const { others, shownLatticeIndex } = this.session;
-    this.cage.setPresence([...others.values()].filter(({ lattice }) => lattice === shownLatticeIndex));
-    this.viewport.invalidate();
+    const isOther = this.cage.setPresence([...others.values()].filter(({ lattice }) => lattice === shownLatticeIndex));
+    if (isOther) this.viewport.invalidate(); // most news are of cameras, which are not drawn
   }
 
   private listen(): void {
-    const { session, editor } = this;
+    const { session, editor, viewport: { canvas } } = this;
     this.ends.push(
       session.on('points', (indices) => {
         this.cage.updatePoints(indices);
@@ -287,8 +291,16 @@ export class SceneView {
       }),
       this.settings.subscribe((settings) => this.applySettings(settings)),
       this.viewport.onFrame(() => this.frame()),
+      () => canvas.removeEventListener('webglcontextrestored', this.restored),
     );
+    canvas.addEventListener('webglcontextrestored', this.restored);
   }
+
+  /** The shadow's picture is lost. */
+  private readonly restored = (): void => {
+    this.isShadowOld = true;
+    this.refreshSoon();
+  };
 
   private applySettings(settings: Settings): void {
     const { surface } = this.session;
@@ -316,8 +328,9 @@ export class SceneView {
     this.knotBoxes.update(this.session.lattice);
     this.foldedBoxes.update(this.session.lattice);
     if (this.hasMoved) this.session.surface.compareAgain();
+    this.isShadowOld ||= this.hasMoved;
     this.hasMoved = false;
-    this.castShadow();
+    if (this.isShadowOld) this.castShadow();
     this.viewport.content.copy(this.bounds());
     this.placeGizmo();
     this.events.changed();
@@ -326,6 +339,7 @@ export class SceneView {
   private castShadow(): void {
     const { surface } = this.session;
     if (!this.shadow.object.visible || surface.bounds.isEmpty()) return;
+    this.isShadowOld = false;
     this.shadow.update(this.viewport.renderer, surface.bounds, uprightDirection([0, 0, 1], this.known.up ?? 'z'), surface.drawAlone);
   }
 

@@ -93,10 +93,10 @@ export class Cage {
     this.updateStates();
   }
 
-  /** Shows what others have selected of this lattice. */
-  setPresence(others: readonly Presence[]): void {
+  /** Shows what others have selected of this lattice. Returns whether that looks different than before. */
+  setPresence(others: readonly Presence[]): boolean {
     this.others = others;
-    this.updateRings();
+    return this.updateRings();
   }
 
   setStyle(style: CageStyle): void {
@@ -151,15 +151,18 @@ export class Cage {
     return index === this.selection.active ? 'active' : 'selected';
   }
 
-  private updateRings(): void {
+  private updateRings(): boolean {
     const ring = this.geometry.getAttribute('ring') as BufferAttribute;
     const array = ring.array as Uint8Array;
+    const before = array.slice();
     array.fill(0);
     for (const { colour, selected } of this.others) {
       const rgb = bytes(new Color(colour));
       for (const index of selected) if (index < this.lattice.count) array.set([...rgb, 255], 4 * index);
     }
+    if (array.every((byte, i) => byte === before[i])) return false;
     ring.needsUpdate = true;
+    return true;
   }
 }
 

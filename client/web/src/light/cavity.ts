@@ -4,18 +4,21 @@
 // What the shape itself does to the light, from the normals and distances in the picture: hollows are darker and ridges
 // lighter, and what hides a part of the sky leaves less light.
 import {
-  DataTexture, HalfFloatType, LinearFilter, NearestFilter, ShaderMaterial, Vector2, WebGLRenderTarget, type Camera, type Texture,
-  type WebGLRenderer,
+  DataTexture, HalfFloatType, LinearFilter, NearestFilter, ShaderMaterial, Vector2, Vector4, WebGLRenderTarget, type Box3, type Camera,
+  type Texture, type WebGLRenderer,
 } from 'three';
 import { FullScreenQuad } from 'three/examples/jsm/postprocessing/Pass.js';
 import { BLUR, HOLLOWS } from './cavity_shaders';
 import { FULL_SCREEN_VERTEX } from './full_screen';
+import { partSeen } from './part_seen';
 
 const COARSER = 2; // pixels of the view, along each side, for one of these pictures
+const MARGIN = 4; // pixels around the surface: the blur reads beyond it, and its picture is read between pixels
 
 export class Cavity {
   private readonly normals = new WebGLRenderTarget(1, 1, { type: HalfFloatType, minFilter: NearestFilter, magFilter: NearestFilter });
-  private readonly rough = new WebGLRenderTarget(1, 1, { depthBuffer: false, minFilter: NearestFilter, magFilter: NearestFilter });
+  private readonly rough = new WebGLRenderTarget(
+    1, 1, { type: HalfFloatType, depthBuffer: false, minFilter: NearestFilter, magFilter: NearestFilter });
   private readonly hollows = new WebGLRenderTarget(1, 1, { depthBuffer: false, minFilter: LinearFilter, magFilter: LinearFilter });
   private readonly texel = { value: new Vector2() };
   private readonly material = new ShaderMaterial({
@@ -30,7 +33,7 @@ export class Cavity {
   private readonly blur = new ShaderMaterial({
     vertexShader: FULL_SCREEN_VERTEX,
     fragmentShader: BLUR,
-    uniforms: { normals: { value: this.normals.texture }, picture: { value: this.rough.texture }, texel: this.texel },
+    uniforms: { picture: { value: this.rough.texture } },
     depthTest: false,
     depthWrite: false,
   });
@@ -38,24 +41,31 @@ export class Cavity {
   readonly none = new DataTexture(new Uint8Array([128, 0, 0, 0]), 1, 1);
   private readonly quad = new FullScreenQuad(this.material);
   private readonly drawn = new Vector2();
+  private readonly part = new Vector4();
 
   constructor() {
+    this.rough.scissorTest = this.hollows.scissorTest = true;
     this.none.needsUpdate = true;
   }
 
-  /** Over the view: the curvature, 0 in the deepest hollow, 0.5 where it is flat, 1 on the sharpest ridge; the share of the sky that is hidden. */
+  /**
+   * Over the view, where the surface is: the curvature, 0 in the deepest hollow, 0.5 where it is flat, 1 on the sharpest ridge;
+   * the share of the sky that is hidden.
+   */
   get texture(): Texture {
     return this.hollows.texture;
   }
 
   /**
-   * Draws it for a surface of `size`. May be called within a frame: the frame's target stays.
+   * Draws it for a surface of `size` within `bounds` of the world, and no pixels far from it. May be called within a frame: the frame's target stays.
    * @param drawNormals Draws normals and distances, like HOLLOWS reads them.
    */
-  draw(renderer: WebGLRenderer, camera: Camera, size: number, drawNormals: () => void): void {
+  draw(renderer: WebGLRenderer, camera: Camera, bounds: Box3, size: number, drawNormals: () => void): void {
     const target = renderer.getRenderTarget();
     renderer.getDrawingBufferSize(this.drawn).divideScalar(COARSER).ceil();
     for (const picture of [this.normals, this.rough, this.hollows]) picture.setSize(this.drawn.x, this.drawn.y);
+    partSeen(camera, bounds, this.drawn, MARGIN, this.part);
+    for (const picture of [this.rough, this.hollows]) picture.scissor.copy(this.part);
     const { zoom, isPerspective, size: sizeOf } = this.material.uniforms;
     this.texel.value.set(1 / this.drawn.x, 1 / this.drawn.y);
     zoom.value = camera.projectionMatrix.elements[5] / 2;

@@ -8,7 +8,7 @@
  * horizon-based ambient occlusion", doi:10.1145/1401032.1401061).
  *
  * `normals` holds x y of the normal in the view and the distance along the line of sight, in sizes; 0 where nothing is.
- * Writes the curvature, 0.5 for none, and the share of the sky that is hidden.
+ * Writes the curvature, 0.5 for none, the share of the sky that is hidden, and the distance.
  */
 export const HOLLOWS = /* glsl */ `
   uniform sampler2D normals;
@@ -79,24 +79,26 @@ export const HOLLOWS = /* glsl */ `
       hidden += (horizon - LOW) / 4.0 / (1.0 - LOW);
     }
     float curvature = bend / (radius * weights);
-    gl_FragColor = vec4(0.5 + 0.5 * curvature / (abs(curvature) + SHARP), hidden, 0.0, 0.0);
+    gl_FragColor = vec4(0.5 + 0.5 * curvature / (abs(curvature) + SHARP), hidden, here.z, 0.0);
   }`;
 
-/** The average of 4 x 4 pixels on the same surface. */
+/** The average of 4 x 4 pixels on the same surface. `picture` holds what HOLLOWS writes. */
 export const BLUR = /* glsl */ `
-  uniform sampler2D normals;
   uniform sampler2D picture;
-  uniform vec2 texel;
-  in vec2 place;
   void main() {
-    float z = texture(normals, place).z;
+    ivec2 place = ivec2(gl_FragCoord.xy);
+    ivec2 last = textureSize(picture, 0) - 1;
+    float z = texelFetch(picture, place, 0).z;
+    if (z == 0.0) {
+      gl_FragColor = vec4(0.5, 0.0, 0.0, 0.0);
+      return;
+    }
     vec2 sum = vec2(0.0);
     float weights = 1e-4;
     for (int i = 0; i < 16; ++i) {
-      vec2 at = place + (vec2(i % 4, i / 4) - 1.0) * texel;
-      float other = texture(normals, at).z;
-      float weight = other > 0.0 && abs(other - z) < 0.02 ? 1.0 : 1e-4;
-      sum += weight * texture(picture, at).rg;
+      vec3 other = texelFetch(picture, clamp(place + ivec2(i % 4, i / 4) - 1, ivec2(0), last), 0).xyz;
+      float weight = other.z > 0.0 && abs(other.z - z) < 0.02 ? 1.0 : 1e-4;
+      sum += weight * other.xy;
       weights += weight;
     }
     gl_FragColor = vec4(sum / weights, 0.0, 0.0);

@@ -30,6 +30,11 @@ const FROM_BELOW = {
     }`,
 };
 
+/** Weights of the picture's pixels beside one. A place between two of them reads both in one look, by their shares. */
+const SHARES = [0, 1, 2, 3, 4, 5, 6].map((i) => Math.exp(-i * i / 14));
+const LOOKS = [1, 3, 5].map((i) => ({ weight: SHARES[i] + SHARES[i + 1], at: i + SHARES[i + 1] / (SHARES[i] + SHARES[i + 1]) }));
+const WHOLE = LOOKS.reduce((sum, { weight }) => sum + 2 * weight, SHARES[0]);
+
 const BLUR = {
   vertexShader: FULL_SCREEN_VERTEX,
   fragmentShader: /* glsl */ `
@@ -37,14 +42,11 @@ const BLUR = {
     uniform vec2 along;
     in vec2 place;
     void main() {
-      float sum = 0.0;
-      float weights = 0.0;
-      for (int i = -6; i <= 6; ++i) {
-        float weight = exp(-float(i * i) / 14.0);
-        sum += weight * texture(picture, place + float(i) * along).r;
-        weights += weight;
-      }
-      gl_FragColor = vec4(sum / weights);
+      float sum = ${SHARES[0] / WHOLE} * texture(picture, place).r;
+      ${LOOKS.map(({ weight, at }) => `
+        sum += ${weight / WHOLE} * texture(picture, place + ${at} * along).r;
+        sum += ${weight / WHOLE} * texture(picture, place - ${at} * along).r;`).join('')}
+      gl_FragColor = vec4(sum);
     }`,
 };
 

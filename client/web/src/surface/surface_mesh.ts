@@ -7,6 +7,7 @@ import {
 import { EdgeBounds } from '../patches/levels/edge_bounds';
 import { Cavity } from '../light/cavity';
 import { Shadings } from '../light/shadings';
+import type { Shades } from '../viewport/motion';
 import { ChunkBounds } from './chunk_bounds';
 import type { EvaluatedPoints } from './evaluated_points';
 import { largestAtCorners, largestAtPoints, type DrawnPoints } from './largest_distance';
@@ -78,7 +79,7 @@ export class SurfaceMesh {
   /** The largest distance of the surface from the shape if only vertices moved, in world units; 0 if it is not compared. */
   largestDifference = 0;
   private hasNormals = false;
-  private isQuick = false;
+  private shades: Shades = 'new';
   private look: SurfaceLook = {};
 
   constructor(source: PatchSource) {
@@ -112,10 +113,10 @@ export class SurfaceMesh {
     return this.layout ? this.points.triangles : [0];
   }
 
-  /** Draws a detail of the patterns by its number, 0 with all points; `isQuick`: without cavities. */
-  setDetail(detail: number, isQuick: boolean): void {
+  /** Draws a detail of the patterns by its number, 0 with all points; `shades`: its cavities. */
+  setDetail(detail: number, shades: Shades): void {
     this.points.setDetail(detail);
-    this.isQuick = isQuick;
+    this.shades = shades;
   }
 
   /** Points of all patches. */
@@ -299,9 +300,9 @@ export class SurfaceMesh {
     renderer.getDrawingBufferSize(this.uniforms.viewSize.value);
     // Other targets hold no colours, like the depth of a pick.
     if (!this.hasNormals || renderer.getRenderTarget() !== null) return;
-    this.uniforms.hollows.value = this.isQuick ? this.cavity.none : this.cavity.texture;
-    if (this.isQuick) return;
-    this.cavity.draw(renderer, camera, this.uniforms.size.value, () => this.drawAlone(renderer, camera, this.normalsMaterial));
+    this.uniforms.hollows.value = this.shades === 'none' ? this.cavity.none : this.cavity.texture;
+    if (this.shades !== 'new') return;
+    this.cavity.draw(renderer, camera, this.bounds, this.uniforms.size.value, () => this.drawAlone(renderer, camera, this.normalsMaterial));
   }
 
   private takeLayout(layout: TopologyLayout): void {

@@ -8,12 +8,15 @@ const BUDGET_MS = 33; // of a frame, at 30 frames per second
 const RATIOS = [1, 0.7, 0.5]; // of the pixels along each side
 const PIXELS_PER_TRIANGLE = 5; // a triangle costs about as much as this number of pixels
 
+/** What only adds shades to the surface: drawn anew, as the frame before left it, or left out, which is quickest. */
+export type Shades = 'new' | 'kept' | 'none';
+
 /** A shape with fewer triangles at coarser details. */
 export interface Coarsened {
   /** The number of triangles of each detail, the finest first. */
   readonly triangles: readonly number[];
-  /** Draws this detail from the next frame on; `isQuick`: without what only adds shades to it. */
-  setDetail(detail: number, isQuick: boolean): void;
+  /** Draws this detail, with these shades, from the next frame on. */
+  setDetail(detail: number, shades: Shades): void;
 }
 
 /** Numbers of a detail and of a ratio of pixels; 0 is the finest. */

@@ -44,24 +44,30 @@ export class Supersampling {
     return this.count === SAMPLES.length;
   }
 
-  /** The picture has changed. */
-  restart(): void {
+  /** The picture has changed. `keeps`: it has just been drawn, and is the first sample. */
+  restart(keeps: boolean): void {
     this.count = 0;
+    if (keeps) this.keep();
   }
 
   /** Draws another sample, and shows the average of those so far. */
   draw(scene: Scene, camera: ViewCamera): void {
     const { x, y } = this.renderer.getDrawingBufferSize(this.size);
-    this.fit(x, y);
     const [right, up] = SAMPLES[this.count];
     camera.setViewOffset(x, y, right, up, x, y);
     this.renderer.render(scene, camera);
     camera.clearViewOffset();
-    this.renderer.copyFramebufferToTexture(this.textures[this.count]);
-    ++this.count;
+    this.keep();
     if (this.count === 1) return;
     this.material.uniforms['count'].value = this.count;
     this.quad.render(this.renderer);
+  }
+
+  private keep(): void {
+    const { x, y } = this.renderer.getDrawingBufferSize(this.size);
+    this.fit(x, y);
+    this.renderer.copyFramebufferToTexture(this.textures[this.count]);
+    ++this.count;
   }
 
   private fit(width: number, height: number): void {

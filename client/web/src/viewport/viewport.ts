@@ -197,22 +197,31 @@ export class Viewport {
     this.takePlan();
     this.frame.emit();
     this.rig.updateDepthRange(this.content);
-    if (isSample) {
-      this.supersampling!.draw(this.scene, this.rig.camera);
-    } else {
-      this.supersampling?.restart();
-      this.renderer.render(this.scene, this.rig.camera);
-    }
+    if (isSample) this.drawSample();
+    else this.drawFirst();
     const seen = this.frames.add();
     void this.measure(seen);
     this.drawn.emit(seen);
     this.tickSoon();
   }
 
+  /** A frame without antialiasing. At rest, samples will follow it. */
+  private drawFirst(): void {
+    this.renderer.render(this.scene, this.rig.camera);
+    this.supersampling?.restart(this.isFine && this.refinement.pace !== 'moving');
+  }
+
+  /** Nothing has changed since the frame before, which was fine. */
+  private drawSample(): void {
+    this.coarsened?.setDetail(this.plan.detail, 'kept');
+    this.supersampling!.draw(this.scene, this.rig.camera);
+    this.coarsened?.setDetail(this.plan.detail, 'new');
+  }
+
   private takePlan(): void {
     const { plan } = this.refinement;
     this.plan = plan;
-    this.coarsened?.setDetail(plan.detail, plan !== FINEST);
+    this.coarsened?.setDetail(plan.detail, plan === FINEST ? 'new' : 'none');
     const ratio = this.pixelRatio * pixelRatioOf(plan);
     if (ratio !== this.renderer.getPixelRatio()) this.renderer.setPixelRatio(ratio);
   }

@@ -5,15 +5,26 @@ import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import type { TestContext } from 'node:test';
 import { chromium, type Browser, type BrowserContext, type BrowserContextOptions, type Page } from 'playwright-core';
+import type {} from '@src/main'; // window.latticed
 
 const PATIENCE_MS = 120_000; // Playwright's timeout of 30 s is too short on a busy machine
 // Software OpenGL draws the canvas only. If it drew the rest of the page too, tests would take a quarter more of the processor.
+const SMALL = { width: 640, height: 420 }; // a window that software draws quickly
+// Each window of Chromium loads two hidden pages for its address bar, which take longer than the viewer: the last two features.
+// The switch replaces Playwright's, whose features are the others.
+const DISABLED = [
+  'AvoidUnnecessaryBeforeUnloadCheckSync', 'BoundaryEventDispatchTracksNodeRemoval', 'DestroyProfileOnBrowserClose',
+  'DialMediaRouteProvider', 'GlobalMediaControls', 'HttpsUpgrades', 'LensOverlay', 'MediaRouter', 'PaintHolding',
+  'ThirdPartyStoragePartitioning', 'Translate', 'AutoDeElevate', 'RenderDocument', 'OptimizationHints',
+  'WebUIOmniboxPopup', 'WebUIOmniboxAimPopup',
+];
 const OPTIONS = {
   executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium',
   timeout: PATIENCE_MS,
   args: ['--no-sandbox', '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--ignore-gpu-blocklist',
     '--disable-gpu', '--disable-gpu-compositing', '--disable-quic', '--no-first-run', '--disable-background-networking',
-    '--disable-component-update', '--disable-sync', '--disable-background-timer-throttling', '--disable-renderer-backgrounding'],
+    '--disable-component-update', '--disable-sync', '--disable-background-timer-throttling', '--disable-renderer-backgrounding',
+    `--disable-features=${DISABLED.join(',')}`],
 };
 
 /** Starts Debian's Chromium, or the program CHROMIUM, with software OpenGL. Its contexts store nothing on disk. */
@@ -40,11 +51,17 @@ export async function launchWithProfile(t: TestContext): Promise<BrowserContext>
   return context;
 }
 
+export interface PageOptions extends BrowserContextOptions {
+  /** Whether the viewer smooths edges at rest. Each time that takes software as long as several frames. */
+  readonly smooths?: boolean;
+}
+
 /** Opens a page and records its errors, on which tests fail. The page trusts self-signed certificates. */
 export async function openPage(
-  browser: Browser, address: string, context: BrowserContextOptions = {},
+  browser: Browser, address: string, { smooths = false, ...context }: PageOptions = {},
 ): Promise<{ page: Page; errors: string[] }> {
-  const page = await browser.newPage({ viewport: { width: 800, height: 600 }, ignoreHTTPSErrors: true, ...context });
+  const page = await browser.newPage({ viewport: SMALL, ignoreHTTPSErrors: true, ...context });
+  if (!smooths && !process.env.LATTICED_SHOTS) await page.addInitScript(leaveEdges);
   const errors: string[] = [];
   page.on('pageerror', (error) => errors.push(String(error)));
   page.on('console', (message) => {
@@ -52,6 +69,19 @@ export async function openPage(
   });
   await page.goto(address);
   return { page, errors };
+}
+
+/** In the page: once the viewer is there, it does not smooth edges. */
+function leaveEdges(): void {
+  let app: typeof window.latticed;
+  Object.defineProperty(window, 'latticed', {
+    get: () => app,
+    set: (made: typeof app) => {
+      app = made;
+      Object.assign(made.viewport, { supersampling: undefined });
+    },
+    configurable: true,
+  });
 }
 
 /** Makes every WebSocket of a context's pages fail, like a proxy that does not know WebSockets. */

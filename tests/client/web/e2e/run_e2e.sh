@@ -17,4 +17,4 @@ if [[ -z $CHROMIUM ]]; then
 fi
 [[ -z ${LATTICED_SHOTS:-} ]] || mkdir -p "$LATTICED_SHOTS"
 cd "$3"
-node --test --test-reporter=spec "tests/e2e/$5_e2e_test.mjs"
+node --test-reporter=spec "tests/e2e/$5_e2e_test.mjs"

@@ -4,13 +4,13 @@
 // The tests of a file share a server, a browser and a page. Each file is a process, so these are variables.
 import { join } from 'node:path';
 import { after, before } from 'node:test';
-import type { Browser, BrowserContextOptions, Page } from 'playwright-core';
+import type { Browser, Page } from 'playwright-core';
 import type { Vec3 } from '@src/lattice/vec';
 import type {} from '@src/main'; // window.latticed
 import type { StreamSettings } from '@src/session/scene_session';
 import { LatticedServer } from '@src/wire/latticed_server';
 import { until } from '../support/until';
-import { launch, openPage } from './browser';
+import { launch, openPage, type PageOptions } from './browser';
 import { ServerProcess } from './server_process';
 import { torusObj } from './torus';
 import { createScene, dropFiles, frames, segmentsCome } from './viewer_page';
@@ -30,7 +30,7 @@ export interface StageOptions {
   readonly serverOptions?: readonly string[];
   /** The address of the page, in place of the server's origin. */
   readonly address?: () => string | Promise<string>;
-  readonly context?: BrowserContextOptions;
+  readonly context?: PageOptions;
   /** Prepares the page before the first test. */
   readonly begin?: () => Promise<unknown>;
 }

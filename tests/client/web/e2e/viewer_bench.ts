@@ -103,7 +103,7 @@ const lines = [
 const orbits = ['', '| mesh | triangles | frames/s in an orbit | triangles then | pixels along a side then |', '|---|---|---|---|---|'];
 
 async function measure(subject: Subject): Promise<void> {
-  const { page } = await openPage(browser, server.origin);
+  const { page } = await openPage(browser, server.origin, { smooths: true });
   await page.setViewportSize(VIEWPORT);
   await openSubject(page, subject);
   const meter = await DragMeter.of(page);

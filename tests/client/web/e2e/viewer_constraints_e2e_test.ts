@@ -10,7 +10,7 @@ import { controlPoint } from './viewer_page';
 
 const POINT = 21;
 
-useStage({ context: { viewport: { width: 1000, height: 800 } }, begin: openTorus });
+useStage({ context: { viewport: { width: 920, height: 560 } }, begin: openTorus });
 
 function volume(): Promise<number> {
   return page.evaluate(() => window.latticed.scene!.session.measureVolume());

@@ -25,7 +25,7 @@ function drawn(): Promise<number> {
   return page.evaluate(() => (window.latticed.scene as unknown as { foldedBoxes: { count: number } }).foldedBoxes.count);
 }
 
-useStage({ context: { viewport: { width: 1000, height: 640 } }, begin: () => openTorus() });
+useStage({ context: { viewport: { width: 920, height: 560 } }, begin: () => openTorus() });
 
 beforeEach(async () => {
   await press('Escape'); // messages

@@ -13,7 +13,7 @@ import { colourAt, createScene, dropFiles, frames, placeOf } from './viewer_page
 
 const LEAST_CONTRAST = 3; // WCAG 2.2, 1.4.11: graphics that must be told apart
 
-useStage({ context: { viewport: { width: 1000, height: 600 }, colorScheme: 'dark' }, begin: async () => {
+useStage({ context: { viewport: { width: 1000, height: 600 }, colorScheme: 'dark', smooths: true }, begin: async () => {
   await page.addStyleTag({ content: '.hud { display: none }' }); // its figures are of software drawing
   await openTorus(10);
 } });
@@ -173,7 +173,7 @@ test('a wall hides light from the floor beside it, as much from near as from far
 
   await page.evaluate(() => {
     const { surface } = window.latticed.scene!.session;
-    surface.setDetail(0, true);
+    surface.setDetail(0, 'none');
     surface.setDetail = () => undefined; // the samples drawn at rest set the finest detail
   });
   const quick = await darkening();

@@ -64,6 +64,7 @@ function toggle(key: string): Promise<void> {
 }
 
 useStage({
+  context: { viewport: { width: 800, height: 600 } }, // single pixels are looked at
   begin: async () => {
     await dropFiles(page, [['sheet.obj', sheet()]]);
     await meshUploaded(page);

@@ -27,7 +27,7 @@ async function drawn(): Promise<{ geometries: number; textures: number }> {
 }
 
 useStage({
-  context: { viewport: { width: 480, height: 360 } }, // frames draw quickly
+  context: { viewport: { width: 480, height: 360 }, smooths: true }, // frames draw quickly
   begin: async () => {
     await openTorus();
     await select(CORNER);

@@ -26,7 +26,7 @@ interface Frame {
 
 type Recorded = Window & { recorded: Frame[]; movedAt: number };
 
-useStage({ context: { viewport: { width: 800, height: 600 }, colorScheme: 'dark' } });
+useStage({ context: { viewport: { width: 800, height: 600 }, colorScheme: 'dark', smooths: true } });
 
 /** Records frames, and the time of the last motion: of the camera, or of control points. */
 function record(): Promise<void> {

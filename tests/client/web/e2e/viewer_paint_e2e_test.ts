@@ -8,7 +8,7 @@ import { test } from 'node:test';
 import { errors, direct, openTorus, page, press, shot, until, useStage } from './stage';
 import { createScene, dropFiles, frames, meshUploaded } from './viewer_page';
 
-useStage({ context: { viewport: { width: 1000, height: 800 } }, begin: openTorus });
+useStage({ context: { viewport: { width: 920, height: 560 } }, begin: openTorus });
 
 /** A place of the page on the side of the torus near the camera. */
 function nearPlace(): Promise<[number, number]> {

@@ -10,7 +10,7 @@ import { controlPoint } from './viewer_page';
 
 const TOP = Array.from({ length: 16 }, (_, i) => 48 + i);  // the highest layer of 4 x 4 x 4
 
-useStage({ context: { viewport: { width: 1000, height: 800 } }, begin: openTorus });
+useStage({ context: { viewport: { width: 920, height: 560 } }, begin: openTorus });
 
 /** The surface's largest coordinates, as drawn. */
 function top(): Promise<number> {

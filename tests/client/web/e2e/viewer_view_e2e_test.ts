@@ -49,7 +49,7 @@ function assertNear(got: Vec3, wanted: Vec3, most: number, what: string): void {
 }
 
 useStage({
-  context: { viewport: { width: 640, height: 480 } },
+  context: { viewport: { width: 640, height: 480 }, smooths: true },
   begin: async () => {
     await dropFiles(page, [['torus.obj', OBJ]]);
     await meshUploaded(page);
