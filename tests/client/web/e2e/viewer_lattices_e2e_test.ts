@@ -9,7 +9,7 @@ import { openPage } from './browser';
 import { browser, errors, openTorus, page, press, select, shot, useStage } from './stage';
 import { live, segmentsCome } from './viewer_page';
 
-useStage({ context: { viewport: { width: 1000, height: 800 } }, begin: openTorus });
+useStage({ context: { viewport: { width: 920, height: 560 } }, begin: openTorus });
 
 /** Makes a scene of the page's mesh with a second lattice, of 3 x 3 x 3 control points, turned about w by an angle, and opens it. */
 async function openTwo(sceneId: string, turn: number): Promise<void> {
