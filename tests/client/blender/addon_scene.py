@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: The latticed authors
 # SPDX-License-Identifier: Apache-2.0
 """A torus and a lattice in Blender, connected to LATTICED_SERVER by the add-on, for the tests of the add-on."""
+import faulthandler
 import os
 import sys
 import time
@@ -10,7 +11,9 @@ import bpy
 import numpy as np
 
 TOLERANCE = 6e-4  # points at rest and results are both rounded to 16 bits over a range of 8 to 16 units
+GIVES_UP = 240  # seconds: what a test does then is printed, and Blender ends
 NAME = Path(sys.argv[sys.argv.index("--python") + 1]).stem  # of the test
+faulthandler.dump_traceback_later(GIVES_UP, exit=True)
 
 
 def install(addon):
