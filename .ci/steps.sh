@@ -16,7 +16,8 @@ readonly unsanitized="*RealMesh*:*ThousandEdits*:*LargeLattice*:*HundredThousand
 :*DevicesDoNotChangeABitOfAWholeEvaluation*:*EdgeBounds.AfterAnyEdits*/cpu_spanned_fused:*ToleranceEncoding.StreamsAreThose*\
 :*TurnedLattices*/cpu_gemm12:*TurnedLattices*/cpu_control_net:*TurnedLattices*/cpu_spanned_fused\
 :*Weighted.*/cpu_gemm12:*Weighted.*/cpu_control_net:*MeasuredDegrees*/???:*TablesOfManyBoxesWouldTakeTooMuchMemory\
-:*CertificatesEndWhereFoldsBegin:*Folds.ReportsAgreeWithSamplesOfTheDefinition"
+:*CertificatesEndWhereFoldsBegin:*Folds.ReportsAgreeWithSamplesOfTheDefinition:*NoCertificateIsWrong*\
+:MeasuresByPatches.HaveTheSameBitsOnAnyNumberOfThreads:*ARecordHasThePointsOfAStepThatCannotBeUndone"
 
 source .ci/node_18.sh
 
