@@ -8,7 +8,6 @@ import { chromium, type Browser, type BrowserContext, type BrowserContextOptions
 import type {} from '@src/main'; // window.latticed
 
 const PATIENCE_MS = 120_000; // Playwright's timeout of 30 s is too short on a busy machine
-// Software OpenGL draws the canvas only. If it drew the rest of the page too, tests would take a quarter more of the processor.
 const SMALL = { width: 640, height: 420 }; // a window that software draws quickly
 // Each window of Chromium loads two hidden pages for its address bar, which take longer than the viewer: the last two features.
 // The switch replaces Playwright's, whose features are the others.
@@ -18,6 +17,7 @@ const DISABLED = [
   'ThirdPartyStoragePartitioning', 'Translate', 'AutoDeElevate', 'RenderDocument', 'OptimizationHints',
   'WebUIOmniboxPopup', 'WebUIOmniboxAimPopup',
 ];
+// Software OpenGL draws the canvas only. If it drew the rest of the page too, tests would take a quarter more of the processor.
 const OPTIONS = {
   executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium',
   timeout: PATIENCE_MS,
