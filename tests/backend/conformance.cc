@@ -3,8 +3,11 @@
 #include "tests/backend/conformance.h"
 
 #include <algorithm>
+#include <iterator>
+#include <map>
 #include <numeric>
 #include <random>
+#include <tuple>
 #include <utility>
 
 #include "core/ffd/box/bernstein.h"
@@ -114,8 +117,7 @@ std::vector<ViewPoint> Decode(const DeformPlan& plan, const ViewSpec& spec,
                               const std::vector<std::vector<uint8_t>>& chunks) {
   std::vector<ViewPoint> points;
   for (const std::vector<uint8_t>& chunk : chunks) {
-    const std::vector<ViewPoint> decoded = DecodePoints(plan, spec, box, chunk);
-    points.insert(points.end(), decoded.begin(), decoded.end());
+    std::ranges::copy(DecodePoints(plan, spec, box, chunk), std::back_inserter(points));
   }
   return points;
 }
@@ -124,31 +126,28 @@ size_t CountCracks(const DeformPlan& plan, std::span<const Vec3d> control_points
                    std::span<const ViewPoint> points) {
   const TessellationPattern& pattern = TessellationPattern::Get(segments);
   const std::vector<bool> attached = AttachedSeams(plan, control_points);
-  // The first point found at each place: of a vertex, or inside an edge, on each side of a detached seam.
-  const size_t inside = static_cast<size_t>(segments) - 1;
-  std::vector<const ViewPoint*> corners(2 * plan.vertices.size());
-  std::vector<const ViewPoint*> inner(2 * plan.edges.size() * inside);
+  // The vertex or edge, the side of a detached seam, and the place along the edge.
+  using Place = std::tuple<uint32_t, bool, size_t>;
+  std::map<Place, Vec3d> corners, inner;
   size_t cracks = 0;
   for (size_t p = 0; p < plan.patches.size(); ++p) {
     const Patch& patch = plan.patches[p];
     const bool outside = patch.box == plan.outside_box();
-    const auto side = [&](uint32_t seam) -> size_t {
+    const auto apart = [&](uint32_t seam) {
       return seam != kNoIndex && !attached[seam] && outside;
     };
-    const auto compare = [&](const ViewPoint*& known, size_t point) {
-      const ViewPoint& found = points[p * pattern.points.size() + point];
-      if (known == nullptr) known = &found;
-      cracks += known->position != found.position;
+    const auto compare = [&](std::map<Place, Vec3d>& known, const Place& place, size_t point) {
+      const Vec3d position = points[p * pattern.points.size() + point].position;
+      cracks += known.try_emplace(place, position).first->second != position;
     };
     for (size_t i = 0; i < 3; ++i) {
       const uint32_t v = patch.vertex[i], e = patch.edge[i];
       const auto& along = pattern.edge_points[i];
-      compare(corners[2 * v + side(plan.vertices[v].seam)], along[0]);
+      compare(corners, {v, apart(plan.vertices[v].seam), 0}, along[0]);
       // Both ends belong to the vertices, whose seams may differ from the edge's.
-      const size_t first = (2 * e + side(plan.edges[e].seam)) * inside;
       for (size_t k = 1; k + 1 < along.size(); ++k) {
         const size_t place = patch.edge_reversed[i] ? along.size() - 1 - k : k;
-        compare(inner[first + place - 1], along[k]);
+        compare(inner, {e, apart(plan.edges[e].seam), place}, along[k]);
       }
     }
   }
