@@ -5,8 +5,9 @@
 # usage: pygeo_like.py [POINTS]; prints times of the CPU, the least of several runs
 # What `latticed_bench --benchmark_filter=^points` measures, as others do it, on one core: 10^6 points in an 8 x 8 x 8 lattice
 # of degree 2. pyGeo multiplies by a sparse matrix of basis values (scipy.sparse, made once per structure); a program of one's
-# own evaluates the volume with PyTorch and lets autograd differentiate it: without PyTorch, a line says so. Each is first
-# compared with the other.
+# own evaluates the volume with PyTorch and lets autograd differentiate it, both ways: without PyTorch, a line says so. Each is
+# first compared with the other.
+import ctypes
 import importlib.util
 import os
 import sys
@@ -65,6 +66,7 @@ def main(count):
     print(
         f"sparse matrix: made in {time.process_time() - begin:.1f} s, {matrix.data.nbytes * 1.5 / count:.0f} bytes a point"
     )
+    # Points are linear in the control points: a direction costs what the points cost.
     print("sparse matrix, forward:", best(lambda: matrix @ coefficients))
     print(
         "sparse matrix, reverse:",
@@ -76,14 +78,19 @@ def main(count):
         print("PyTorch: not measured, since it is not installed (python3-torch)")
         return
     import torch
+    from torch.autograd import forward_ad
 
+    # Without it, most of PyTorch's time is that of fresh pages: the allocator keeps freed memory (M_MMAP_MAX, M_TRIM_THRESHOLD).
+    libc = ctypes.CDLL(None)
+    assert libc.mallopt(-4, 0) and libc.mallopt(-1, -1)
     torch.set_num_threads(1)
     leaf = torch.tensor(coefficients, requires_grad=True)
     index, by_axis = torch.tensor(columns), [torch.tensor(values) for _, values in axes]
     given = torch.tensor(cotangents)
+    at, tangents = leaf.detach(), torch.tensor(random.normal(size=coefficients.shape))
 
-    def forward():
-        corners = leaf[index].reshape(count, DEGREE + 1, DEGREE + 1, DEGREE + 1, 3)
+    def forward(control_points=leaf):
+        corners = control_points[index].reshape(count, DEGREE + 1, DEGREE + 1, DEGREE + 1, 3)
         along = torch.einsum("ni,nkjic->nkjc", by_axis[0], corners)
         return torch.einsum("nk,nkc->nc", by_axis[2], torch.einsum("nj,nkjc->nkc", by_axis[1], along))
 
@@ -91,10 +98,16 @@ def main(count):
         leaf.grad = None
         forward().backward(given)
 
+    def direction():
+        with forward_ad.dual_level():
+            return forward_ad.unpack_dual(forward(forward_ad.make_dual(at, tangents))).tangent
+
     both()
     assert np.abs(forward().detach().numpy() - matrix @ coefficients).max() < 1e-12
     assert np.abs(leaf.grad.numpy() - matrix.T @ cotangents).max() < 1e-8
+    assert np.abs(direction().numpy() - matrix @ tangents.numpy()).max() < 1e-12
     print("PyTorch, forward:", best(forward, 3))
+    print("PyTorch, forward and one direction by autograd:", best(direction, 3))
     print("PyTorch, forward and reverse by autograd:", best(both, 3))
 
 
