@@ -181,8 +181,8 @@ class DeformView {
   virtual const ViewSpec& spec() const = 0;
 
   // Evaluates the vertices of `chunks` (sorted, distinct) for `control_points` and `box`. The first
-  // call, and each call with another box, must name all chunks. GEMM pipelines evaluate all
-  // patches of uniform views, whatever is named. kUnavailable when the device is lost.
+  // call, and each call with another box, must name all chunks. Others may be evaluated
+  // too: on CUDA, GEMM pipelines evaluate all patches of uniform views. kUnavailable when the device is lost.
   [[nodiscard]] virtual absl::Status Evaluate(std::span<const Vec3d> control_points,
                                               const QuantisationBox& box,
                                               std::span<const uint32_t> chunks) = 0;

@@ -138,7 +138,7 @@ class CpuTarget : public DeformTarget {
     }
     const auto stage = StageMatrices::Get(plan_->surface_degree(), spec.segments);
     if (stage.ok()) {
-      traits.host_bytes += GemmKernel::MostBytes(**stage, threads);
+      traits.host_bytes += GemmKernel::MostBytes(*plan_, **stage, threads);
     }
     return traits;
   }

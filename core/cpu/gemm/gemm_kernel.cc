@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/base/status_macros.h"
+#include "core/ffd/plan/dirty_set.h"
 #include "core/ffd/tessellation_pattern.h"
 #include "core/ffd/weights/weight_change.h"
 #include "core/view/view_layout.h"
@@ -15,62 +16,6 @@ namespace latticed {
 namespace {
 
 constexpr size_t kCopiesPerTask = 2'048;  // about 100 us
-
-// Copies every shared position from its owner, by the tables of core/ffd/plan/shared_points.h.
-void CopySharedPoints(const SharedPoints& shared, const DeformPlan& plan,
-                      std::span<const Vec3d> control_points, const DirectFfd& direct,
-                      const VertexLayout& layout, const VertexWriter& writer, int segments,
-                      std::span<uint8_t> vertices, CpuArena& arena) {
-  const std::vector<bool> attached = AttachedSeams(plan, control_points);
-  const TessellationPattern& pattern = TessellationPattern::Get(segments);
-  const auto s = static_cast<size_t>(segments);
-  const auto copy_one = [&](const SharedCopy& copy) {
-    const auto from = layout.Place(vertices.data(), copy.from_patch);
-    const auto to = layout.Place(vertices.data(), copy.to_patch);
-    if (copy.from_slot < kFirstEdgeSlot) {
-      layout.CopyPosition(from, pattern.edge_points[copy.from_slot][0], to,
-                          pattern.edge_points[copy.to_slot][0]);
-      return;
-    }
-    const auto& source = pattern.edge_points[copy.from_slot - size_t{kFirstEdgeSlot}];
-    const auto& target = pattern.edge_points[copy.to_slot - size_t{kFirstEdgeSlot}];
-    for (size_t k = 1; k < s; ++k) {
-      layout.CopyPosition(from, source[copy.reversed ? s - k : k], to, target[k]);
-    }
-  };
-  const auto evaluate_one = [&](const SharedPoints::Orphan& orphan) {
-    const auto to = layout.Place(vertices.data(), orphan.use.patch);
-    // At the place t from one vertex to another.
-    const auto write = [&](uint32_t box, std::array<uint32_t, 2> ends, double t, size_t point) {
-      writer.WritePosition(to, point, direct.OnEdge(box, ends, t) - plan.local_origin);
-    };
-    if (orphan.use.slot < kFirstEdgeSlot) {
-      write(plan.vertices[orphan.entity].box, {orphan.entity, orphan.entity}, 0,
-            pattern.edge_points[orphan.use.slot][0]);
-      return;
-    }
-    const PlanEdge& edge = plan.edges[orphan.entity];
-    const auto& target = pattern.edge_points[orphan.use.slot - size_t{kFirstEdgeSlot}];
-    for (size_t k = 1; k < s; ++k) {
-      const double t = static_cast<double>(k) / static_cast<double>(s);
-      write(edge.box, edge.vertex, t, target[orphan.use.reversed ? s - k : k]);
-    }
-  };
-  const auto copy_all = [&](size_t count, const auto& body) {
-    arena.ForEach(count, body, kCopiesPerTask);
-  };
-  copy_all(shared.always().size(), [&](size_t i) { copy_one(shared.always()[i]); });
-  copy_all(shared.when_attached().size(), [&](size_t i) {
-    if (attached[shared.when_attached()[i].seam]) copy_one(shared.when_attached()[i].copy);
-  });
-  copy_all(shared.when_detached().size(), [&](size_t i) {
-    if (!attached[shared.when_detached()[i].seam]) copy_one(shared.when_detached()[i].copy);
-  });
-  copy_all(shared.orphans().size(), [&](size_t i) {
-    if (shared.orphans()[i].seam == kNoIndex || !attached[shared.orphans()[i].seam])
-      evaluate_one(shared.orphans()[i]);
-  });
-}
 
 // Whether the surface's derivatives are those of the definition. In a patch whose source triangle is so thin that its weight
 // has no gradient, the corners' weights change the products all the same.
@@ -100,6 +45,7 @@ GemmKernel::GemmKernel(std::shared_ptr<const DeformPlan> plan,
     : owned_plan_(std::move(plan)),
       plan_(*owned_plan_),
       shared_(std::move(shared)),
+      is_old_(plan_.chunk_count(), true),
       stage_(stage),
       spec_(spec),
       layout_(MakeVertexLayout(plan_, spec)),
@@ -107,19 +53,108 @@ GemmKernel::GemmKernel(std::shared_ptr<const DeformPlan> plan,
       context_(std::move(context)) {}
 
 absl::Status GemmKernel::Evaluate(std::span<const Vec3d> control_points, const QuantisationBox& box,
-                                  std::span<const uint32_t> /*named: always all*/,
-                                  std::span<uint8_t> vertices) {
+                                  std::span<const uint32_t> chunks, std::span<uint8_t> vertices) {
   LATTICED_RETURN_IF_ERROR(stages_.Begin());
+  const std::vector<uint32_t> evaluated = Begin(control_points, chunks);
   const Frame frame{{plan_, stage_, control_points},
                     {plan_, control_points},
                     MakeVertexWriter(plan_, spec_, box),
                     vertices};
-  LATTICED_RETURN_IF_ERROR(context_->arena.TryEach(plan_.chunk_count(), [&](size_t chunk) {
-    return EvaluateChunk(frame, chunk, tiles_.local());
+  LATTICED_RETURN_IF_ERROR(context_->arena.TryEach(evaluated.size(), [&](size_t i) {
+    return EvaluateChunk(frame, evaluated[i], tiles_.local());
   }));
-  CopySharedPoints(*shared_, plan_, control_points, frame.direct, layout_, frame.writer,
-                   spec_.segments, vertices, context_->arena);
+  CopySharedPoints(frame, AttachedSeams(plan_, control_points), evaluated);
+  for (const uint32_t chunk : evaluated) is_old_[chunk] = false;
   return absl::OkStatus();
+}
+
+std::vector<uint32_t> GemmKernel::Begin(std::span<const Vec3d> control_points,
+                                        std::span<const uint32_t> named) {
+  const bool is_whole = named.size() == plan_.chunk_count();
+  std::vector<uint32_t> moved;
+  for (uint32_t i = 0; i < newest_.size() && !is_whole; ++i) {
+    if (newest_[i] != control_points[i]) moved.push_back(i);
+  }
+  newest_.assign(control_points.begin(), control_points.end());
+  for (const uint32_t chunk : DirtyByControlPoints(plan_, moved).chunks) is_old_[chunk] = true;
+  std::vector<bool> is_needed(plan_.chunk_count());
+  for (const uint32_t chunk : named) {
+    is_needed[chunk] = true;
+    for (const uint32_t owner : shared_->OwnerChunks(chunk)) {
+      if (is_old_[owner]) is_needed[owner] = true;
+    }
+  }
+  std::vector<uint32_t> chunks;
+  for (uint32_t chunk = 0; chunk < is_needed.size(); ++chunk) {
+    if (!is_needed[chunk]) continue;
+    is_old_[chunk] = true;
+    chunks.push_back(chunk);
+  }
+  return chunks;
+}
+
+void GemmKernel::CopySharedPoints(const Frame& frame, const std::vector<bool>& attached,
+                                  std::span<const uint32_t> chunks) const {
+  std::vector<bool> is_evaluated(plan_.chunk_count());
+  for (const uint32_t chunk : chunks) is_evaluated[chunk] = true;
+  const auto is_wanted = [&](uint32_t patch) {
+    return is_evaluated[patch / limits::kPatchesPerChunk];
+  };
+  const auto each = [&](const auto& items, const auto& body) {
+    context_->arena.ForEach(
+        items.size(), [&](size_t i) { body(items[i]); }, kCopiesPerTask);
+  };
+  each(shared_->always(), [&](const SharedCopy& copy) {
+    if (is_wanted(copy.to_patch)) CopyPoints(frame, copy);
+  });
+  each(shared_->when_attached(), [&](const SharedPoints::SeamCopy& of) {
+    if (attached[of.seam] && is_wanted(of.copy.to_patch)) CopyPoints(frame, of.copy);
+  });
+  each(shared_->when_detached(), [&](const SharedPoints::SeamCopy& of) {
+    if (!attached[of.seam] && is_wanted(of.copy.to_patch)) CopyPoints(frame, of.copy);
+  });
+  each(shared_->orphans(), [&](const SharedPoints::Orphan& orphan) {
+    const bool is_free = orphan.seam == kNoIndex || !attached[orphan.seam];
+    if (is_free && is_wanted(orphan.use.patch)) EvaluateOrphan(frame, orphan);
+  });
+}
+
+void GemmKernel::CopyPoints(const Frame& frame, const SharedCopy& copy) const {
+  const TessellationPattern& pattern = TessellationPattern::Get(spec_.segments);
+  const auto from = layout_.Place(frame.vertices.data(), copy.from_patch);
+  const auto to = layout_.Place(frame.vertices.data(), copy.to_patch);
+  if (copy.from_slot < kFirstEdgeSlot) {
+    layout_.CopyPosition(from, pattern.edge_points[copy.from_slot][0], to,
+                         pattern.edge_points[copy.to_slot][0]);
+    return;
+  }
+  const auto& source = pattern.edge_points[copy.from_slot - size_t{kFirstEdgeSlot}];
+  const auto& target = pattern.edge_points[copy.to_slot - size_t{kFirstEdgeSlot}];
+  const auto s = static_cast<size_t>(spec_.segments);
+  for (size_t k = 1; k < s; ++k) {
+    layout_.CopyPosition(from, source[copy.reversed ? s - k : k], to, target[k]);
+  }
+}
+
+void GemmKernel::EvaluateOrphan(const Frame& frame, const SharedPoints::Orphan& orphan) const {
+  const TessellationPattern& pattern = TessellationPattern::Get(spec_.segments);
+  const auto to = layout_.Place(frame.vertices.data(), orphan.use.patch);
+  // At the place t from one vertex to another.
+  const auto write = [&](uint32_t box, std::array<uint32_t, 2> ends, double t, size_t point) {
+    frame.writer.WritePosition(to, point, frame.direct.OnEdge(box, ends, t) - plan_.local_origin);
+  };
+  if (orphan.use.slot < kFirstEdgeSlot) {
+    write(plan_.vertices[orphan.entity].box, {orphan.entity, orphan.entity}, 0,
+          pattern.edge_points[orphan.use.slot][0]);
+    return;
+  }
+  const PlanEdge& edge = plan_.edges[orphan.entity];
+  const auto& target = pattern.edge_points[orphan.use.slot - size_t{kFirstEdgeSlot}];
+  const auto s = static_cast<size_t>(spec_.segments);
+  for (size_t k = 1; k < s; ++k) {
+    const double t = static_cast<double>(k) / static_cast<double>(s);
+    write(edge.box, edge.vertex, t, target[orphan.use.reversed ? s - k : k]);
+  }
 }
 
 absl::Status GemmKernel::EvaluateChunk(const Frame& frame, size_t chunk, Tile& tile) const {
@@ -215,14 +250,15 @@ Vec3d GemmKernel::NormalAt(const Frame& frame, const Tile& tile, size_t patch, s
   return DefinitionNormal(frame, patch, point);
 }
 
-uint64_t GemmKernel::MostBytes(const StageMatrices& stage, size_t threads) {
+uint64_t GemmKernel::MostBytes(const DeformPlan& plan, const StageMatrices& stage, size_t threads) {
   // A tile of a chunk: samples, by_normal and control points in double, at most nine products of
   // m x m; surface, rounded and across in float. Vectors grow to twice their size at most.
   constexpr uint64_t kColumns = 3 * limits::kPatchesPerChunk, kGrowth = 2;
   const uint64_t tile =
       kGrowth * kColumns *
       (12 * stage.m * sizeof(double) + 8 * stage.q * sizeof(float) + sizeof(Vec3d));
-  return threads * tile + 12 * stage.q * stage.m * sizeof(double);
+  return threads * tile + 12 * stage.q * stage.m * sizeof(double) +
+         plan.identity_points.size() * sizeof(Vec3d) + plan.chunk_count() / 8;
 }
 
 MemoryUse GemmKernel::memory() const {
@@ -235,6 +271,7 @@ MemoryUse GemmKernel::memory() const {
             sizeof(float) +
         tile.centres.capacity() * sizeof(Vec3d);
   }
+  staging += newest_.capacity() * sizeof(Vec3d) + is_old_.size() / 8;
   return {{"samples", staging}, {"stage_matrices", stages_.MemoryBytes()}};
 }
 

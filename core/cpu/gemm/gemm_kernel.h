@@ -13,6 +13,9 @@
 // A tile is always one chunk, for any request and any number of threads: a BLAS may round
 // differently for another shape, and the same control points must give the same bits.
 //
+// Beside the chunks that are named, those are evaluated that own shared points of theirs and are older than the control
+// points. So a call brings the named chunks to the given control points, whatever earlier calls named.
+//
 // Errors   kInternal from a product; nothing else once it is made
 // Threads  one thread at a time; uses those of the arena inside
 #ifndef LATTICED_CORE_CPU_GEMM_GEMM_KERNEL_H_
@@ -44,7 +47,8 @@ class GemmKernel : public VertexKernel {
                         std::span<const uint32_t> chunks, std::span<uint8_t> vertices) override;
   MemoryUse memory() const override;
   // The most that memory() returns for a kernel on `threads` threads.
-  [[nodiscard]] static uint64_t MostBytes(const StageMatrices& stage, size_t threads);
+  [[nodiscard]] static uint64_t MostBytes(const DeformPlan& plan, const StageMatrices& stage,
+                                          size_t threads);
 
  private:
   static constexpr double kMostCondition = 1e3;
@@ -58,7 +62,15 @@ class GemmKernel : public VertexKernel {
   };
   struct Frame;  // what one evaluation shares between its tiles
 
+  // Returns the chunks to evaluate, ascending, and marks them as old until they have been evaluated.
+  std::vector<uint32_t> Begin(std::span<const Vec3d> control_points,
+                              std::span<const uint32_t> named);
   absl::Status EvaluateChunk(const Frame& frame, size_t chunk, Tile& tile) const;
+  // Copies the shared points of all patches of `chunks` from their owners. `attached`: by seam.
+  void CopySharedPoints(const Frame& frame, const std::vector<bool>& attached,
+                        std::span<const uint32_t> chunks) const;
+  void CopyPoints(const Frame& frame, const SharedCopy& copy) const;
+  void EvaluateOrphan(const Frame& frame, const SharedPoints::Orphan& orphan) const;
   void WritePatch(const Frame& frame, const Tile& tile, size_t patch, size_t column,
                   size_t columns) const;
   Vec3d NormalAt(const Frame& frame, const Tile& tile, size_t patch, size_t column, size_t columns,
@@ -69,6 +81,8 @@ class GemmKernel : public VertexKernel {
   std::shared_ptr<const DeformPlan> owned_plan_;
   const DeformPlan& plan_;
   std::shared_ptr<const SharedPoints> shared_;
+  std::vector<Vec3d> newest_;  // control points of the last call
+  std::vector<bool> is_old_;   // by chunk: whether its vertices may be of others
   const StageMatrices& stage_;
   ViewSpec spec_;
   VertexLayout layout_;

@@ -3,6 +3,10 @@
 #include "core/ffd/plan/shared_points.h"
 
 #include <algorithm>
+#include <array>
+#include <numeric>
+
+#include "core/base/limits.h"
 
 namespace latticed {
 namespace {
@@ -117,12 +121,40 @@ SharedPoints::SharedPoints(const DeformPlan& plan) {
   for (size_t e = 0; e < plan.edges.size(); ++e) {
     builder.Add(edges.Of(e), static_cast<uint32_t>(e), plan.edges[e].box, plan.edges[e].seam);
   }
+  ListOwners(plan.chunk_count());
+}
+
+void SharedPoints::ListOwners(size_t chunk_count) {
+  constexpr uint32_t kPatches = limits::kPatchesPerChunk;
+  std::vector<std::array<uint32_t, 2>> pairs;  // a chunk, and an owner
+  const auto add = [&](const SharedCopy& copy) {
+    const uint32_t to = copy.to_patch / kPatches, from = copy.from_patch / kPatches;
+    if (from != to) pairs.push_back({to, from});
+  };
+  for (const SharedCopy& copy : always_) add(copy);
+  for (const SeamCopy& of : when_attached_) add(of.copy);
+  for (const SeamCopy& of : when_detached_) add(of.copy);
+  std::ranges::sort(pairs);
+  const auto repeated = std::ranges::unique(pairs);
+  pairs.erase(repeated.begin(), repeated.end());
+  owner_begin_.resize(chunk_count + 1);
+  for (const auto& [to, from] : pairs) {
+    ++owner_begin_[to + 1];
+    owner_chunks_.push_back(from);
+  }
+  std::partial_sum(owner_begin_.begin(), owner_begin_.end(), owner_begin_.begin());
+}
+
+std::span<const uint32_t> SharedPoints::OwnerChunks(size_t chunk) const {
+  return {owner_chunks_.data() + owner_begin_[chunk],
+          owner_chunks_.data() + owner_begin_[chunk + 1]};
 }
 
 size_t SharedPoints::MemoryBytes() const {
   return always_.capacity() * sizeof(SharedCopy) +
          (when_attached_.capacity() + when_detached_.capacity()) * sizeof(SeamCopy) +
-         orphans_.capacity() * sizeof(Orphan);
+         orphans_.capacity() * sizeof(Orphan) +
+         (owner_begin_.capacity() + owner_chunks_.capacity()) * sizeof(uint32_t);
 }
 
 }  // namespace latticed

@@ -15,6 +15,7 @@
 #ifndef LATTICED_CORE_FFD_PLAN_SHARED_POINTS_H_
 #define LATTICED_CORE_FFD_PLAN_SHARED_POINTS_H_
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -60,13 +61,18 @@ class SharedPoints {
   std::span<const SeamCopy> when_attached() const { return when_attached_; }
   std::span<const SeamCopy> when_detached() const { return when_detached_; }
   std::span<const Orphan> orphans() const { return orphans_; }
+  // The other chunks (core/base/limits.h) with a patch that owns a point of this chunk's patches; ascending.
+  [[nodiscard]] std::span<const uint32_t> OwnerChunks(size_t chunk) const;
   size_t MemoryBytes() const;
 
  private:
+  void ListOwners(size_t chunk_count);
+
   std::vector<SharedCopy> always_;
   std::vector<SeamCopy> when_attached_;
   std::vector<SeamCopy> when_detached_;
   std::vector<Orphan> orphans_;
+  std::vector<uint32_t> owner_chunks_, owner_begin_;  // of chunk c: from owner_begin_[c] to [c + 1]
 
   friend class SharedPointsBuilder;
 };

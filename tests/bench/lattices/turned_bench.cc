@@ -6,7 +6,7 @@
 //
 //   turned/torus-17k/uniform          all control points: to the vertices of all chunks, 10 segments
 //   turned/torus-17k/tolerance        the same with a tolerance, 1e-3 of the quantisation box
-//   turned/torus-17k/tolerance/edit   one control point of the first lattice: to the vertices of the chunks that it touches
+//   turned/torus-17k/…/edit           one control point of the first lattice: to the vertices of the chunks that it touches
 //
 //   turned_ms, one_ms, ratio     least times (turns.h)
 //   patches, one_patches         of the plans; chunks, one_chunks: evaluated
@@ -83,6 +83,8 @@ void RegisterTurnedBenches() {
   constexpr double kShare = 1e-3;
   RegisterTurns("turned/torus-17k/uniform",
                 [](benchmark::State& state) { BesideOne(state, 0, false); });
+  RegisterTurns("turned/torus-17k/uniform/edit",
+                [](benchmark::State& state) { BesideOne(state, 0, true); });
   RegisterTurns("turned/torus-17k/tolerance",
                 [](benchmark::State& state) { BesideOne(state, kShare, false); });
   RegisterTurns("turned/torus-17k/tolerance/edit",
