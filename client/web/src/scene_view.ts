@@ -22,6 +22,7 @@ import type { LiveSession } from './session/live_session';
 import type { Settings, SettingsStore } from './state/settings';
 import { uprightDirection, type Units } from './state/units';
 import { allowedReach, showAddLatticeDialog } from './ui/dialogs/add_lattice_dialog';
+import { showCarryDialog } from './ui/dialogs/carry_dialog';
 import { showKnotDialog } from './ui/dialogs/knot_dialog';
 import { showOutsideDialog } from './ui/dialogs/outside_dialog';
 import { showResizeDialog } from './ui/dialogs/resize_dialog';
@@ -199,6 +200,12 @@ export class SceneView {
     this.closeDialog?.();
     const { frame } = this.session.lattice;
     this.closeDialog = showAddLatticeDialog(this.session, new OutsideHandles(this.viewport, frame, allowedReach, 'Face'));
+  }
+
+  /** Asks for a parent lattice that carries control points. */
+  carryPoints(): void {
+    this.closeDialog?.();
+    this.closeDialog = showCarryDialog(this.editor);
   }
 
   /** Asks for another size or degree of the lattice. */

@@ -17,6 +17,7 @@ import { Lattice, type Outside, type Vec3 } from '@src/lattice/lattice';
 import { boxGrid, pointsOfBox } from '@src/lattice/box_grid';
 import { LatticeRemarks } from '@src/lattice/lattice_remarks';
 import { allowedWidth, continuedLattice, effectiveLattice, OutsideMap } from '@src/lattice/outside';
+import { carriedBy, isAtRest } from '@src/lattice/parent';
 import type { Folds } from '@src/wire/fold_message';
 import { toOutside } from '@src/wire/lattice_message';
 import { LatticedServer } from '@src/wire/latticed_server';
@@ -47,6 +48,7 @@ function at(lattice: Lattice, place: Vec3): Vec3 {
   }) as unknown as Vec3);
 }
 
+const rounded = (x: number): number => Math.round(x * 1e12) / 1e12 + 0; // no -0
 const distance = (a: Vec3, b: Vec3): number => Math.hypot(...a.map((x, i) => x - b[i]!));
 
 for (const degree of [[1, 2, 3], [2, 3, 1], [3, 1, 2], [2, 2, 2]] as const) {
@@ -156,6 +158,18 @@ test('points go that part of their way that the strength says, with and without 
     assert.deepEqual(map.points(lattice.points, 0), rest);
     lattice.strength = 0.25;
     assert.deepEqual(continuedLattice(lattice).points, part);
-    if (!outside) assert.deepEqual(effectiveLattice(lattice).points, part);
+    assert.deepEqual(continuedLattice(effectiveLattice(lattice)).points.map(rounded), part.map(rounded));
   }
+});
+
+test('a parent carries points in its frame and in what goes on outside of it, and moves nothing at rest', () => {
+  const points = Float64Array.from([-0.999, 0, 2, -1.2, 0.5, 2.25, -1.8, 0.5, 2.25, 1.2 + 1e-12, 0.5, 2.25]); // the frame begins and ends at x = -1.2 and 1.2
+  const parent = latticeOf([2, 2, 2], undefined, wave);
+  assert.deepEqual(carriedBy(parent, points, [0, 1, 2, 3]), [0, 1, 3]);
+  assert.deepEqual(carriedBy(parent, points, [2, 3]), [3]);
+  assert.deepEqual(carriedBy(latticeOf([2, 2, 2], falloff(true), wave), points, [0, 1, 2, 3]), [0, 1, 2, 3]);
+  assert.ok(!isAtRest(parent));
+  assert.ok(isAtRest(latticeOf([2, 2, 2], undefined, (p) => p)));
+  parent.strength = 0;
+  assert.ok(isAtRest(parent));
 });

@@ -324,3 +324,31 @@ test('a slide of the strength is shown at once, is one gesture, and goes back wh
     sequence: fixture.stream.edits[3].sequence, status: refusal(9, 'FOLD', 'folds'), revision: 3n } });
   assert.equal(session.lattice.strength, 1);
 });
+
+test('what a parent carries is shown with the server\'s answer, which whoever asked is told', async (t) => {
+  const fixture = await SessionFixture.live(t);
+  const parent = cubeLattice();
+  parent.points.set([7, 8, 9]);
+  const told: (string | undefined)[] = [];
+  const carry = (indices: number[]): void => fixture.session.carry(indices, parent, (refusal) => told.push(refusal));
+
+  carry([1]);
+  assert.equal(fixture.x(1), 0.5);
+  const [{ edits: [{ edit }], sequence, gestureId }] = fixture.stream.edits;
+  assert.ok(edit.case === 'carryControlPoints');
+  assert.deepEqual(edit.value.indices, [1]);
+  assert.deepEqual(edit.value.parent!.controlPoints.slice(0, 3), [7, 8, 9]);
+  assert.equal(gestureId, '');
+  fixture.delta(1n, [1], [0.75, 0, 0]);
+  assert.equal(fixture.x(1), 0.75);
+  assert.deepEqual(told, []);
+  fixture.accept(sequence, 1n);
+  assert.deepEqual(told, [undefined]);
+  assert.ok(fixture.session.canUndo);
+
+  carry([]);
+  const status = refusal(3, 'INVALID_ARGUMENT', 'edits[0].carry_control_points.parent: is wrong');
+  fixture.stream.event({ case: 'editResult', value: { sequence: fixture.stream.edits[1].sequence, status, revision: 1n } });
+  assert.deepEqual(told.slice(1), ['Edits[0].carry_control_points.parent: is wrong.']);
+  assert.deepEqual(fixture.said, told.slice(1));
+});

@@ -152,6 +152,7 @@ function editCommands(app: CommandTarget): Command[] {
     }),
     onEditable('reset', 'Reset to rest', ({ session }) => session.reset('identity'), { icon: 'reset' }),
     onEditable('reset-initial', 'Reset to the first lattice', ({ session }) => session.reset('initial')),
+    onEditable('carry', 'Carry by a parent lattice…', (scene) => scene.carryPoints()),
     onEditable('resize', 'Size and degree…', (scene) => scene.resizeLattice()),
     onEditable('outside', 'Outside the lattice…', (scene) => scene.chooseOutside()),
     onEditable('add-lattice', 'Add a lattice…', (scene) => scene.addLattice()),

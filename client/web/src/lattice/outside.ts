@@ -124,12 +124,12 @@ export function continuedLattice(lattice: Lattice): Lattice {
   return new Lattice(frame, degree, size, knots, map.points(lattice.points, lattice.strength));
 }
 
-/** The lattice of strength 1 that deforms the inside of the frame as this one. */
+/** The lattice of strength 1 that deforms as this one. */
 export function effectiveLattice(lattice: Lattice): Lattice {
   if (lattice.strength === 1) return lattice;
-  const { frame, degree, size, knots, points, strength } = lattice;
+  const { frame, degree, size, knots, points, outside, strength } = lattice;
   const rest = identityPoints(lattice);
-  return new Lattice(frame, degree, size, knots, points.map((x, i) => rest[i]! + strength * (x - rest[i]!)));
+  return new Lattice(frame, degree, size, knots, points.map((x, i) => rest[i]! + strength * (x - rest[i]!)), outside);
 }
 
 function continueAxis(structure: LatticeStructure, outside: Outside, axis: Axis): { knots: Float64Array; rows: Row[] } {

@@ -15,6 +15,7 @@ import type { DownloadedMesh } from '../wire/mesh_downloads';
 import type { LatticedServer } from '../wire/latticed_server';
 import { ServerError } from '../wire/server_error';
 import { targetsOf } from './edits/edit_targets';
+import type { OnAnswer } from './edits/edit_queue';
 import type { LatticeEdit, SurfacePoint } from './edits/lattice_edit';
 import { LatticeSync } from './edits/lattice_sync';
 import { Listeners } from './listeners';
@@ -203,6 +204,14 @@ export class LiveSession {
   /** All vertices follow the lattice again. */
   clearWeights(): void {
     this.sync.step(edits.clearWeights());
+  }
+
+  /**
+   * Moves control points, all without indices, as a parent lattice of strength 1 moves the world at their places. They are shown
+   * there once the server has answered.
+   */
+  carry(indices: Iterable<number>, parent: Lattice, answered: OnAnswer): void {
+    this.sync.step(edits.carry(indices, parent), undefined, answered);
   }
 
   /** All control points at once, x y z each. */

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 import {
-  Box3, type BufferGeometry, Color, DoubleSide, Group, Mesh, Scene, ShaderMaterial, Sphere, Vector2, Vector3, type Camera, type DataArrayTexture,
-  type Material, type Texture, type WebGLRenderer,
+  Box3, type BufferGeometry, DoubleSide, Group, Mesh, Scene, ShaderMaterial, Sphere, Vector3, type Camera, type DataArrayTexture,
+  type Material, type WebGLRenderer,
 } from 'three';
 import { EdgeBounds } from '../patches/levels/edge_bounds';
 import { Cavity } from '../light/cavity';
@@ -18,8 +18,9 @@ import type { PatchPlaces } from './patches/patch_places';
 import { PointBuffer } from './point_buffer';
 import type { SurfaceLook } from './surface_look';
 import type { Evaluation, Grid, SurfaceUpdate } from './surface_update';
-import { redefine } from './shader_defines';
+import { definesOf, redefine } from './shader_defines';
 import { FRAGMENT_SHADER, VERTEX_SHADER } from './surface_shader';
+import { overUniforms, surfaceUniforms } from './surface_uniforms';
 import type { TopologyLayout } from './topology_layout';
 import { TriangleSides } from './triangle_sides';
 
@@ -37,16 +38,7 @@ export class SurfaceMesh {
   readonly bounds = new Box3();
   private readonly streamed = new PointBuffer();
   private points: PointBuffer | EvaluatedPoints = this.streamed;
-  private readonly uniforms = {
-    whole: { value: 1 }, octahedralMax: { value: 1 }, step: { value: 1 },
-    toRest: { value: new Vector3() }, restCorners: { value: null as Texture | null },
-    flatCorners: { value: null as Texture | null }, divider: { value: 0 },
-    boxColours: { value: null as Texture | null }, patchUvs: { value: null as Texture | null }, patchWeights: { value: null as Texture | null }, map: { value: null as DataArrayTexture | null },
-    baseColour: { value: new Color(0xb9bec6) }, lineColour: { value: new Color(0x11151c) }, wireframe: { value: 0 },
-    patchEdges: { value: 0 }, opacity: { value: 1 }, displacementRange: { value: 1 },
-    shading: { value: null as Texture | null }, hollows: { value: null as Texture | null }, viewSize: { value: new Vector2() },
-    size: { value: 1 }, tones: { value: new Vector2(0.11, 0.24) },
-  };
+  private readonly uniforms = surfaceUniforms();
   private readonly material = this.materialOf({ side: DoubleSide, polygonOffsetFactor: 1, polygonOffsetUnits: 1 });
   private readonly ghostMaterial = this.materialOf({ side: DoubleSide, transparent: true, depthWrite: false, ...NEARER });
   private readonly mesh = new Mesh(undefined, this.material);
@@ -54,10 +46,7 @@ export class SurfaceMesh {
   private readonly flatMaterial = this.materialOf({ side: DoubleSide, ...NEARER });
   private readonly flat = new Mesh(undefined, this.flatMaterial);
   private readonly shadings = new Shadings();
-  private readonly overUniforms = {
-    baseColour: { value: new Color(0xff7a1a) }, opacity: { value: 0.5 }, shading: { value: this.shadings.of('studio') },
-    tones: { value: new Vector2(0, 10) }, // all: it must be told from the surface
-  };
+  private readonly overUniforms = overUniforms(this.shadings.of('studio'));
   private readonly normalsMaterial = this.materialOf({ side: DoubleSide });
   private readonly sides = new TriangleSides(this.materialOf({ transparent: true, depthWrite: false }));
   private readonly cavity = new Cavity();
@@ -287,12 +276,9 @@ export class SurfaceMesh {
     this.sides.dispose();
     this.streamed.dispose();
     this.patches.forget();
-    this.material.dispose();
-    this.ghostMaterial.dispose();
-    this.flatMaterial.dispose();
+    for (const material of [this.material, this.ghostMaterial, this.flatMaterial, this.normalsMaterial]) material.dispose();
     this.shadings.dispose();
     this.cavity.dispose();
-    this.normalsMaterial.dispose();
     this.object.removeFromParent();
   }
 
@@ -386,24 +372,18 @@ export class SurfaceMesh {
     const light = (look.colouring ?? 'plain') === 'plain' ? look.light ?? 'studio' : 'studio';
     this.uniforms.shading.value = this.shadings.of(light);
     const compare = flatCorners ? look.compare : 'off';
-    const points: Record<string, string> = this.points.float ? { FLOAT_POINTS: '' } : {};
-    const form = { ...points, ...(compare === 'split' && { SPLIT: '' }) };
-    const colours = {
-      ...form,
-      ...(light !== 'studio' && { OWN_COLOUR: '' }),
-      ...(look.colouring === 'boxes' && boxColours && { BOXES: '' }),
-      ...(look.colouring === 'displacement' && restCorners && { DISPLACEMENT: '' }),
-      ...(look.colouring === 'difference' && flatCorners && { DIFFERENCE: '' }),
-      ...(look.colouring === 'texture' && uvs && this.uniforms.map.value && { TEXTURED: '' }),
-      ...(look.colouring === 'weights' && painted && { WEIGHTS: '' }),
-      ...((look.wireframe || look.patchEdges) && { LINES: '' }),
-    };
-    redefine(this.material, { ...colours, ...(this.hasNormals && { HAS_NORMALS: '' }) });
-    // Not split: it is drawn with other pixels than the divider's, and hollows beside the divider need both sides.
-    redefine(this.normalsMaterial, { ...points, ...(this.hasNormals && { HAS_NORMALS: '' }), NORMALS: '' });
-    redefine(this.sides.object.material, { ...form, SIDES: '' });
-    redefine(this.ghostMaterial, { ...points, ...(light !== 'studio' && { OWN_COLOUR: '' }), GHOST: '' });
-    redefine(this.flatMaterial, compare === 'split' ? { ...colours, FLAT: '' } : { ...form, FLAT: '' });
+    const defines = definesOf({
+      look, light, compare, hasFloats: this.points.float, hasNormals: this.hasNormals,
+      known: {
+        boxes: Boolean(boxColours), displacement: Boolean(restCorners), difference: Boolean(flatCorners),
+        texture: Boolean(uvs && this.uniforms.map.value), weights: Boolean(painted),
+      },
+    });
+    redefine(this.material, defines.surface);
+    redefine(this.normalsMaterial, defines.normals);
+    redefine(this.sides.object.material, defines.sides);
+    redefine(this.ghostMaterial, defines.ghost);
+    redefine(this.flatMaterial, defines.flat);
     this.ghost.visible = Boolean(look.ghost && restCorners && this.mesh.visible);
     this.flat.visible = compare !== undefined && compare !== 'off' && this.mesh.visible;
     this.flatMaterial.transparent = this.flatMaterial.polygonOffset = compare === 'over';

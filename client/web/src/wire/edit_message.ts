@@ -50,6 +50,9 @@ export const edits = {
   clearWeights: () => made({ case: 'setWeights', value: { change: { case: 'clear', value: true } } }),
   setConstraints: (constraints: Constraints) =>
     made({ case: 'setConstraints', value: { constraints: fromConstraints(constraints) } }),
+  /** Without indices all control points are carried. */
+  carry: (indices: Iterable<number>, parent: Lattice) =>
+    made({ case: 'carryControlPoints', value: { indices: [...indices], parent: fromLattice(parent) } }),
   replace: (points: Float64Array) => made({ case: 'replaceControlPoints', value: { controlPoints: Array.from(points) } }),
 };
 

@@ -2,11 +2,19 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // A scene of two lattices in the viewer in Chromium: the panel chooses whose cage is shown and edited.
-// Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer.
+// Environment: LATTICED, LATTICECTL, CHROMIUM; LATTICED_VIEWER, the folder of the viewer.
 import assert from 'node:assert/strict';
+import { execFileSync } from 'node:child_process';
+import { mkdtempSync, rmSync, writeFileSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
 import { test } from 'node:test';
+import { latticeAtRest } from '@src/lattice/identity';
+import { scale } from '@src/lattice/vec';
+import { latticeToJson } from '@src/wire/lattice_json';
+import { toLattice } from '@src/wire/lattice_message';
 import { openPage } from './browser';
-import { browser, errors, openTorus, page, press, select, shot, useStage } from './stage';
+import { browser, CORNER, direct, errors, openTorus, page, press, select, server, shot, useStage } from './stage';
 import { live, segmentsCome } from './viewer_page';
 
 useStage({ context: { viewport: { width: 920, height: 560 } }, begin: openTorus });
@@ -63,6 +71,101 @@ test('each lattice has its cage, its edits and its undo steps, and the moves of 
   await page.waitForFunction(() => window.latticed.scene!.session.lattice.count === 64);
   await page.evaluate(() => window.latticed.scene!.session.undo());
   await page.waitForFunction((most) => window.latticed.scene!.session.surface.bounds.max.z < most, rest + 0.1);
+});
+
+/** Chooses a file in the dialog of parents, by its bytes. */
+async function chooseParent(name: string, text: string): Promise<void> {
+  const [chooser] = await Promise.all([
+    page.waitForEvent('filechooser'), page.locator('dialog.carry').getByRole('button', { name: 'Choose…' }).click()]);
+  await chooser.setFiles({ name, mimeType: 'application/json', buffer: Buffer.from(text) });
+  await page.locator('dialog.carry').getByText(name, { exact: true }).waitFor();
+}
+
+const pointsOf = async (scene: string): Promise<number[]> => (await direct.scenes.getLattice({ scene })).lattice!.controlPoints;
+
+test('a parent of a file carries the selected control points as latticectl does, and undo puts them back', async (t) => {
+  const folder = mkdtempSync(join(tmpdir(), 'latticed-parent-'));
+  t.after(() => rmSync(folder, { recursive: true }));
+  const { mesh } = await direct.scenes.getScene({ scene: 'two-lattices' });
+  const { lattice } = await direct.scenes.getLattice({ scene: 'two-lattices' });
+  await direct.scenes.createScene({ sceneId: 'twin', mesh, lattices: [{ source: { case: 'lattice', value: lattice! } }] });
+  const { frame } = toLattice(lattice!);
+  const parent = latticeAtRest({ ...frame, w: scale(frame.w, 0.8) }, [3, 3, 4], [2, 1, 3]);
+  const atRest = latticeToJson(parent);
+  parent.points.forEach((x, i) => (parent.points[i] = x + 0.3 * Math.cos(i)));
+  writeFileSync(join(folder, 'parent.json'), latticeToJson(parent));
+  execFileSync(process.env.LATTICECTL!, ['edit', 'carry', 'twin', '--lattice', 'parent.json', '--server', server.grpcAddress,
+    ...['1,1,1', '0,0,0', '2,3,0', '3,3,3'].flatMap((place) => ['--point', place])], { cwd: folder, stdio: 'ignore' });
+  const before = await pointsOf('two-lattices');
+  const expected = await pointsOf('twin');
+  assert.equal(expected.filter((x, i) => x !== before[i]).length, 9, 'three are inside the parent');
+  await select(21, 0, 14, CORNER);
+
+  await page.getByRole('button', { name: 'Edit', exact: true }).click();
+  await page.getByRole('menuitem', { name: 'Carry by a parent lattice…' }).click();
+  const dialog = page.locator('dialog.carry');
+  const carry = dialog.getByRole('button', { name: 'Carry', exact: true });
+  await dialog.getByText('All 4 selected points go along.').waitFor();
+  await chooseParent('notes.json', '{"frame": 1}');
+  await dialog.getByText('The file is not the JSON of a lattice').waitFor();
+  assert.ok(await carry.isDisabled());
+  await chooseParent('rest.json', atRest);
+  await dialog.getByText('The parent is at rest: it moves nothing.').waitFor();
+  assert.ok(await carry.isDisabled());
+  await chooseParent('endless.json', latticeToJson(parent).replace('{', '{ "outside": { "mode": "OUTSIDE_MODE_LINEAR" },'));
+  await carry.click();
+  await dialog.getByText('outside.widths').waitFor();
+  await chooseParent('parent.json', latticeToJson(parent));
+  await dialog.getByText('3 of 4 selected points go along.').waitFor();
+  await shot('viewer_carry');
+  await carry.click();
+
+  await dialog.waitFor({ state: 'detached' });
+  assert.deepEqual(await pointsOf('two-lattices'), expected);
+  await page.waitForFunction((x) => window.latticed.scene!.session.lattice.points[0] === x, expected[0]);
+  await page.evaluate(() => window.latticed.scene!.session.undo());
+  await page.waitForFunction((x) => window.latticed.scene!.session.lattice.points[0] === x, before[0]);
+  assert.deepEqual(await pointsOf('two-lattices'), before);
+});
+
+test('another lattice of the scene may be the parent, and without a selection all control points go along', async () => {
+  const choice = page.getByRole('combobox', { name: 'Lattice', exact: true });
+  const before = await pointsOf('two-lattices');
+  await choice.selectOption('2 of 2');
+  await page.waitForFunction(() => window.latticed.scene!.session.lattice.count === 27);
+  await page.evaluate(() => window.latticed.scene!.carryPoints());
+  const dialog = page.locator('dialog.carry');
+  await dialog.getByRole('combobox', { name: 'Parent' }).selectOption('Lattice 1 of 2');
+  await dialog.getByText('The parent is at rest: it moves nothing.').waitFor();
+  await choice.selectOption('1 of 2');
+  await dialog.waitFor({ state: 'detached' }); // it was about another lattice
+  await choice.selectOption('2 of 2');
+  await page.waitForFunction(() => window.latticed.scene!.session.lattice.count === 27);
+  await select(...Array.from({ length: 27 }, (_, i) => i));
+  await press('g', 'z', '1', 'Enter');
+  await page.waitForFunction(() => window.latticed.scene!.session.canUndo);
+  await choice.selectOption('1 of 2');
+  await page.waitForFunction(() => window.latticed.scene!.session.lattice.count === 64);
+  await page.evaluate(() => window.latticed.scene!.editor.selection.none());
+
+  await page.evaluate(() => window.latticed.scene!.carryPoints());
+  await dialog.getByText('All 64 control points go along.').waitFor();
+  await dialog.getByRole('combobox', { name: 'Parent' }).selectOption('Lattice 2 of 2');
+  assert.ok(await dialog.getByRole('button', { name: 'Carry', exact: true }).isEnabled());
+  await shot('viewer_carry_by_lattice');
+  await press('Enter');
+
+  await dialog.waitFor({ state: 'detached' });
+  const after = await pointsOf('two-lattices');
+  after.forEach((x, i) => assert.ok(Math.abs(x - before[i]! - (i % 3 === 2 ? 1 : 0)) < 1e-12, `coordinate ${i}: ${x}`));
+  await page.evaluate(() => window.latticed.scene!.session.undo());
+  await page.waitForFunction((z) => window.latticed.scene!.session.lattice.points[2] === z, before[2]);
+  await choice.selectOption('2 of 2');
+  await page.waitForFunction(() => window.latticed.scene!.session.lattice.count === 27);
+  await page.evaluate(() => window.latticed.scene!.session.undo());
+  await page.waitForFunction(() => !window.latticed.scene!.session.canUndo);
+  await choice.selectOption('1 of 2');
+  await page.waitForFunction(() => window.latticed.scene!.session.lattice.count === 64);
 });
 
 test('one is added in the middle of the frame, where its handles are dragged to, and undone', async () => {

@@ -6,7 +6,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { OBJ, openTorus, page, press, shot, useStage } from './stage';
-import { createScene, dropFiles, meshUploaded } from './viewer_page';
+import { createScene, dropFiles, frames, meshUploaded } from './viewer_page';
 
 useStage({ context: { viewport: { width: 1000, height: 800 } }, begin: openTorus });
 
@@ -77,6 +77,24 @@ test('an undo takes it back, and a cancelled dialog changes nothing', async () =
   assert.equal(await page.locator('.outside-handles').isHidden(), true);
   await page.getByRole('button', { name: 'Cancel' }).click();
   assert.equal(await outside(), undefined);
+});
+
+test('in a small window the dialog covers no handle', async () => {
+  const before = page.viewportSize()!;
+  await page.setViewportSize({ width: 920, height: 560 });
+  await page.evaluate(() => window.latticed.scene!.frameAll());
+  await openDialog();
+  await page.getByRole('radio', { name: 'Falloff' }).click();
+  await frames(page);
+  await shot('outside_small');
+  const covered = await page.locator('.outside-handle').evaluateAll((handles: HTMLElement[]) => handles.flatMap((handle) => {
+    const { left, top, width, height } = handle.getBoundingClientRect();
+    const found = document.elementFromPoint(left + width / 2, top + height / 2);
+    return found?.closest('dialog') ? [handle.title] : [];
+  }));
+  assert.deepEqual(covered, []);
+  await page.getByRole('button', { name: 'Cancel' }).click();
+  await page.setViewportSize(before);
 });
 
 /** Waits until the server has taken the first change of the scene. */

@@ -12,13 +12,18 @@ export interface NewBatch {
   readonly phase?: GesturePhase;
   /** The number of its lattice. Absent: the sender fills in the shown one. */
   readonly lattice?: number;
+  readonly answered?: OnAnswer | undefined;
 }
+
+/** Called with the server's answer to one batch: why it was refused, in words, or undefined. Never if the batch is dropped. */
+export type OnAnswer = (refusal: string | undefined) => void;
 
 interface Batch {
   readonly message: EditBatch;
   readonly targets: Targets | undefined;
   /** Whether the message's lattice is the batch's; else the sender fills in the shown one. */
   readonly namesLattice: boolean;
+  readonly onAnswer: OnAnswer | undefined;
   /** performance.now() of the edit. */
   readonly madeAt: number;
   /** The revision that the answer names; absent before the answer. */
@@ -33,6 +38,7 @@ export interface Answered {
   readonly targets?: Targets | undefined;
   /** Empty for an edit outside a gesture. */
   readonly gestureId?: string;
+  readonly onAnswer?: OnAnswer | undefined;
 }
 
 /**
@@ -115,8 +121,8 @@ export class EditQueue {
       this.answered.push(batch);
     }
     this.pump();
-    const { message, targets } = batch;
-    return refused ? { refused, message, targets } : { refused, message, gestureId: message.gestureId };
+    const { message, targets, onAnswer } = batch;
+    return refused ? { refused, message, targets, onAnswer } : { refused, message, gestureId: message.gestureId, onAnswer };
   }
 
   /** The server's lattice here is at `revision`: answered edits up to this revision are in it. */
@@ -152,12 +158,12 @@ export class EditQueue {
   }
 
   /** A batch without a sequence number, which it gets when it is sent. */
-  private made({ edits, targets, gestureId, phase, lattice }: NewBatch, structureId: bigint): Batch {
+  private made({ edits, targets, gestureId, phase, lattice, answered }: NewBatch, structureId: bigint): Batch {
     const message = create(EditBatchSchema, {
       structureId, edits: [...edits], refuseFolds: this.refuseFolds,
       ...(gestureId && { gestureId }), ...(phase && { gesturePhase: phase }), ...(lattice && { lattice }),
     });
-    return { targets, namesLattice: lattice !== undefined, madeAt: this.now(), message };
+    return { targets, namesLattice: lattice !== undefined, onAnswer: answered, madeAt: this.now(), message };
   }
 
   private pump(): void {

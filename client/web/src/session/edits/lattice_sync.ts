@@ -12,7 +12,7 @@ import { edits } from '../../wire/edit_message';
 import { toLattice } from '../../wire/lattice_message';
 import { ServerError } from '../../wire/server_error';
 import { inWords } from '../../wire/words';
-import { EditQueue } from './edit_queue';
+import { EditQueue, type OnAnswer } from './edit_queue';
 import type { Targets } from './edit_targets';
 import { LatticeModel } from './lattice_model';
 import { LatticeStates } from './lattice_states';
@@ -112,9 +112,9 @@ export class LatticeSync {
   }
 
   /** One edit that is an undo step of its own. `targets` are shown at once. */
-  step(edit: Edit, targets?: Targets): void {
+  step(edit: Edit, targets?: Targets, answered?: OnAnswer): void {
     this.openGesture?.giveWay();
-    this.queue.add({ edits: [edit], targets }, this.model!.structureId);
+    this.queue.add({ edits: [edit], targets, answered }, this.model!.structureId);
     if (targets) this.show(targets);
   }
 
@@ -219,7 +219,7 @@ export class LatticeSync {
   takeResult(result: EditResult): void {
     // A server that ends the stream did not take the edit. It stays in flight, and the next server gets it.
     if (['DRAINING', 'SCENE_MOVED'].includes(result.status ? ServerError.fromStatus(result.status).reason : '')) return;
-    const { refused, message, targets, gestureId } = this.queue.answer(result);
+    const { refused, message, targets, gestureId, onAnswer } = this.queue.answer(result);
     if (this.model) this.queue.reached(this.states.of(this.edited) ? this.model.revision : this.states.revision);
     if (!refused && gestureId) this.openGesture?.answered(gestureId, result.dragResidual);
     if (!refused) {
@@ -228,7 +228,8 @@ export class LatticeSync {
       if (message && !isOfWeights && isAdded(message, this.edited)) this.wanted = message.lattice;
       if (keepsShape(message)) this.listeners.emit('refitted', result.dragResidual);
       this.turn();
-      return this.listeners.emit('answered');
+      this.listeners.emit('answered');
+      return onAnswer?.(undefined);
     }
     if (targets) this.pointsMoved(this.model!.refresh(targets.indices));
     const error = ServerError.fromStatus(result.status!);
@@ -237,7 +238,9 @@ export class LatticeSync {
     if (error.reason === 'FOLD') this.endAtLastGood(message!);
     this.turn();
     this.listeners.emit('answered');
-    this.listeners.emit('refused', inWords(error), /^(NOTHING_TO_.*|FOLD)$/.test(error.reason));
+    const words = inWords(error);
+    this.listeners.emit('refused', words, /^(NOTHING_TO_.*|FOLD)$/.test(error.reason));
+    onAnswer?.(words);
   }
 
   /** A gesture whose last batch would have folded ends at the one before. */
