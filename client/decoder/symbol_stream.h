@@ -32,7 +32,8 @@ inline bool StartRans(const uint8_t* begin, const uint8_t* end, int precision, R
   return start->state < 1024u << precision;
 }
 
-// Calls visit(symbol) for each symbol of the coded bytes, by a wide table. False if visit is, or if they do not end where they began.
+// Calls visit(symbol) for each symbol of the coded bytes, by a wide table. False if visit is, or if they do not end where they
+// began.
 template <class Visit>
 bool DecodeWideStates(const uint8_t* begin, const uint8_t* end, uint32_t count,
                       const WideTable& table, const Visit& visit) {

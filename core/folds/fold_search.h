@@ -3,7 +3,8 @@
 //
 // Decides whether a Bernstein polynomial is above 0 everywhere in the unit cube.
 //
-// The search is that of cell_search.h; a cell is halved along its steepest axis. In 10,000 random lattices no box needed more than tests/bench/results/folds.md says.
+// The search is that of cell_search.h; a cell is halved along its steepest axis. In 10,000 random lattices no box needed more
+// than tests/bench/results/folds.md says.
 //
 // Errors   none; a polynomial with NaN is undecided
 // Threads  one at a time: the search keeps its memory from cube to cube

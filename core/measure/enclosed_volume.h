@@ -51,7 +51,8 @@ struct EnclosedCentroid {
   // For each control point, [i][j] = d centroid[j] / d coordinate i.
   std::vector<std::array<Vec3d, 3>> gradient;
 };
-// The moments must be of kCentroid, their plan without weights and turned lattices. A volume of 0 has no centroid: it is then not finite.
+// The moments must be of kCentroid, their plan without weights and turned lattices. A volume of 0 has no centroid: it is then
+// not finite.
 [[nodiscard]] EnclosedCentroid MeasureCentroid(const SurfaceMoments& moments,
                                                std::span<const Vec3d> control_points);
 // The same of any plan, by quadrature on patches; with weights and turned lattices the only way. Without `with_gradient`, the

@@ -5,8 +5,8 @@
 //
 // Reads all triangle primitives (list, strip, fan) of the default scene, or of all roots where there is none: POSITION,
 // NORMAL, TEXCOORD_0 and _WEIGHT, under the transforms of their nodes. A mirroring node reverses its triangles. Positions with
-// the same bits and the same weight become one vertex, because glTF doubles vertices at every seam. A primitive's group is its material,
-// else its mesh. Texture coordinates are flipped to have their origin at the lower left. Lines and points are skipped.
+// the same bits and the same weight become one vertex, because glTF doubles vertices at every seam. A primitive's group is its
+// material, else its mesh. Texture coordinates are flipped to have their origin at the lower left. Lines and points are skipped.
 // External buffers, sparse accessors, compressed geometry and unknown required extensions are refused. Skins, morph
 // targets and images are ignored.
 //

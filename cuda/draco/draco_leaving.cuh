@@ -10,8 +10,8 @@
 
 namespace latticed::kernels {
 
-// `one`, `two`: by symbol, whether one byte leaves, and whether two do. Returns the word of the first sixteen of 32 symbols, or of
-// the others where `half` is 1.
+// `one`, `two`: by symbol, whether one byte leaves, and whether two do. Returns the word of the first sixteen of 32 symbols,
+// or of the others where `half` is 1.
 __device__ __forceinline__ uint32_t LeavingWord(unsigned one, unsigned two, uint32_t half) {
   return half == 0 ? (one & 0xffff) | two << 16 : one >> 16 | (two & 0xffff0000);
 }

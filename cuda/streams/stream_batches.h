@@ -18,8 +18,8 @@
 
 namespace latticed {
 
-// Chunks of one batch. kMostStreamChunks keep all schedulers busy. Draco takes 0.3 GB of working memory for them at 10 segments. A batch
-// that does not fit is halved, if it has more than kFewestStreamChunks.
+// Chunks of one batch. kMostStreamChunks keep all schedulers busy. Draco takes 0.3 GB of working memory for them at 10
+// segments. A batch that does not fit is halved, if it has more than kFewestStreamChunks.
 inline constexpr size_t kMostStreamChunks = 4096, kFewestStreamChunks = 64;
 
 // Calls encode(first, count) for the batches of `chunks` chunks.

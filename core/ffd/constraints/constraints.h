@@ -68,7 +68,8 @@ struct Constraints {
 // Whether lattices of both structures have the same control points along the same knots. Frame and outside may differ.
 [[nodiscard]] bool HaveSameNet(const LatticeStructure& a, const LatticeStructure& b);
 // The constraints after a lattice of structure `after` took the place of one of `before`. The volume stays, and the layers, as
-// many as there are. Single held points stay if both have the same net. Mirror symmetry ends where the new lattice cannot have it.
+// many as there are. Single held points stay if both have the same net. Mirror symmetry ends where the new lattice cannot have
+// it.
 [[nodiscard]] Constraints AfterReplacement(const Constraints& constraints,
                                            const LatticeStructure& before,
                                            const LatticeStructure& after);

@@ -20,7 +20,8 @@ class VolumeKeeper {
  public:
   virtual ~VolumeKeeper() = default;
 
-  // Whether the surface under the control points, at the scene's strength, has a volume to be kept. kFailedPrecondition OPEN_SURFACE.
+  // Whether the surface under the control points, at the scene's strength, has a volume to be kept. kFailedPrecondition
+  // OPEN_SURFACE.
   [[nodiscard]] virtual absl::Status CheckEncloses(const std::vector<Vec3d>& control_points,
                                                    double strength) const = 0;
   // Restores the volume after an edit wrote the control points `named`: moves the others that are free, or where these

@@ -147,9 +147,9 @@ struct EditTarget {
 };
 
 // Applies one edit, as far as the target's freedom allows: held points stay, and images in the mirror move too. `field` is
-// its path, such as "edits[2]". Errors: kInvalidArgument, also for insert_knot, replace_lattice, remove_lattice, set_constraints, set_weights,
-// undo and redo, which need a history and must be alone in their batch; kFailedPrecondition NO_STRENGTH for a drag at strength 0.
-// `initial` is called for the lattice that kInitial means.
+// its path, such as "edits[2]". Errors: kInvalidArgument, also for insert_knot, replace_lattice, remove_lattice,
+// set_constraints, set_weights, undo and redo, which need a history and must be alone in their batch; kFailedPrecondition
+// NO_STRENGTH for a drag at strength 0. `initial` is called for the lattice that kInitial means.
 [[nodiscard]] absl::Status ApplyEdit(const Edit& edit, absl::FunctionRef<Lattice()> initial,
                                      std::string_view field, EditTarget& target);
 
@@ -173,7 +173,8 @@ using AdmitWeights = std::function<absl::Status(const VertexWeights&)>;
 // The same for an edit that takes the lattice away.
 using AdmitRemoval = std::function<absl::Status()>;
 
-// Called with the lattice and the strength that a batch leads to, before anything is changed; an error refuses the batch. It may be empty.
+// Called with the lattice and the strength that a batch leads to, before anything is changed; an error refuses the batch. It
+// may be empty.
 using AdmitPoints = std::function<absl::Status(
     const LatticeStructure&, std::span<const Vec3d> control_points, double strength)>;
 

@@ -34,8 +34,8 @@
 //           records in order has the same bits in everything: lattice, steps, undone steps, kept results, revisions.
 //
 // Errors    kInvalidArgument naming the field; kAborted OUT_OF_ORDER, STRUCTURE_CHANGED, REVISION_CHANGED,
-//           UNDO_CONFLICT; kFailedPrecondition NOTHING_TO_UNDO, NOTHING_TO_REDO, LATTICE_REMOVED; those of VolumeKeeper. A refused batch changes nothing but
-//           what is kept for replay.
+//           UNDO_CONFLICT; kFailedPrecondition NOTHING_TO_UNDO, NOTHING_TO_REDO, LATTICE_REMOVED; those of VolumeKeeper. A
+//           refused batch changes nothing but what is kept for replay.
 // Threads   one thread at a time: the caller locks
 #ifndef LATTICED_CORE_FFD_HISTORY_EDIT_HISTORY_H_
 #define LATTICED_CORE_FFD_HISTORY_EDIT_HISTORY_H_

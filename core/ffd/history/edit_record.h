@@ -26,7 +26,8 @@ struct RestoredPoints {
 
 struct EditRecord {
   // The batch, with one SetControlPoints of all that it wrote in place of its edits, and a SetStrength if it set one. Undo,
-  // redo, removals and changes of structure stay, a replacement without its lattice. A refused batch has no edits. expected_revision is not kept.
+  // redo, removals and changes of structure stay, a replacement without its lattice. A refused batch has no edits.
+  // expected_revision is not kept.
   EditBatch batch;
   std::chrono::steady_clock::time_point now;
   // Whether it adds the lattice to its scene, so that its undo takes it away again.

@@ -4,8 +4,8 @@
 // Cutting a mesh at the knot planes, watertight.
 //
 // All in double, in parameter space. Each source triangle is cut at the u planes, then v, then w, ascending, the six
-// faces of the frame included, and then at those of each lattice that is turned against the first. The part of it in a cell is a convex polygon. This is triangulated so that its worst
-// triangle is as good as possible.
+// faces of the frame included, and then at those of each lattice that is turned against the first. The part of it in a cell is
+// a convex polygon. This is triangulated so that its worst triangle is as good as possible.
 //
 // No crack can appear, because the two triangles of an edge name the same vertices. Mesh vertices at one position are
 // one vertex, which is snapped to planes once. A cut point is keyed by its edge's two vertices and the plane. It is

@@ -4,8 +4,8 @@
 // The materials of a GLB file, with their textures, samplers and pictures, to be written into another GLB as they are.
 //
 // Pictures that are more than the whole file, because they overlap, are not kept, and neither are the materials.
-// Of materials with the same name the first is taken, because groups are told by name. A texture of TEXCOORD_1 or higher is left out of its material, because only TEXCOORD_0 is kept. Names of extensions
-// are kept where a material or a texture has them.
+// Of materials with the same name the first is taken, because groups are told by name. A texture of TEXCOORD_1 or higher is
+// left out of its material, because only TEXCOORD_0 is kept. Names of extensions are kept where a material or a texture has them.
 //
 // Errors   none: what the source says wrongly is not there
 // Threads  not safe: AddTo empties it

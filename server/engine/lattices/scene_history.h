@@ -35,7 +35,8 @@ class SceneHistory {
  public:
   using TimePoint = EditHistory::TimePoint;
 
-  // The lattices must be valid, and at least one, the strength of all 0 to 1. The history begins at revision 0 and structure_id 1.
+  // The lattices must be valid, and at least one, the strength of all 0 to 1. The history begins at revision 0 and
+  // structure_id 1.
   explicit SceneHistory(std::vector<Lattice> initial, double strength = 1);
   // One image per lattice. kDataLoss naming what cannot be.
   [[nodiscard]] static absl::StatusOr<SceneHistory> FromImages(

@@ -8,8 +8,8 @@
 // There is no queue. After update_end at revision r a client has every chunk with a version at or below r.
 // So its view, structure, quantisation, revision and kept tolerance describe all that it has; they are also
 // the resume token. The lattice comes before the surface; what the client evaluates by itself needs the lattice of its
-// update's very revision, which of several lattices is their sum and comes in the update. An update whose snapshot was retired is begun again, with
-// restart set, from what the client had before it.
+// update's very revision, which of several lattices is their sum and comes in the update. An update whose snapshot was retired
+// is begun again, with restart set, from what the client had before it.
 //
 // Threads  pure: no clock, no lock, no scene
 #ifndef LATTICED_SERVER_ENGINE_WATCH_NEXT_EVENT_H_

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Meshes as objects of a bucket, under PREFIX and their names (mesh_names.h). The server is sent the hash of the bytes and refuses others;
-// what is read must have it too.
+// Meshes as objects of a bucket, under PREFIX and their names (mesh_names.h). The server is sent the hash of the bytes and
+// refuses others; what is read must have it too.
 //
 //   Write     PUT under the hash: an object is there as a whole or not at all
 //   Publish   HEAD: still there? Another server may have deleted the same mesh in between; then PUT again

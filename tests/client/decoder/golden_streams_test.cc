@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Streams that the writer wrote in November 2026, in tests/client/golden, decode for ever. KIND_POINTS_POSITIONBITS_NORMALBITS_K.drc
-// is a stream, and .points beside it what it must decode to: uint16 x y z 0 s t of each point. Of clouds there is a .meshopt too. The
-// viewer and the Python package read them too.
+// Streams that the writer wrote in November 2026, in tests/client/golden, decode for ever.
+// KIND_POINTS_POSITIONBITS_NORMALBITS_K.drc is a stream, and .points beside it what it must decode to: uint16 x y z 0 s t of
+// each point. Of clouds there is a .meshopt too. The viewer and the Python package read them too.
 #include <gtest/gtest.h>
 
 #include <cstdio>

@@ -130,8 +130,8 @@ TEST(GlbReaderTest, VerticesDoubledAtSeamsAreOne) {
   EXPECT_THAT(mesh.corner_vertices, ElementsAre(0, 1, 2, 0, 2, 3));
 }
 
-// The first and the fourth point have one place and one weight; the third and the fifth have one place and two weights. The second
-// primitive has none, so its vertices have the weight 1.
+// The first and the fourth point have one place and one weight; the third and the fifth have one place and two weights. The
+// second primitive has none, so its vertices have the weight 1.
 TEST(GlbReaderTest, WeightsKeepVerticesApart) {
   Triangle file = SixPoints({0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 0, 0, 1, 1, 0, 0, 1, 0});
   file.binary += Floats({0, 0.5f, 1, 0, 0.25f, 0.75f});

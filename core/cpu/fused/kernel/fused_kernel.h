@@ -46,8 +46,8 @@ struct alignas(64) EdgeLanes {
 };
 
 // point(x, t) = center + x * along + t * across, with x = b1 + shear * b2 - 1/2, t = b2 - 1/2. `along` is the edge
-// from corner 0 to corner 1, over which the patch lies: 0 <= shear <= 1. `across` is the perpendicular from that edge to corner 2,
-// in the plane of the source triangle.
+// from corner 0 to corner 1, over which the patch lies: 0 <= shear <= 1. `across` is the perpendicular from that edge to
+// corner 2, in the plane of the source triangle.
 struct alignas(64) PatchLanes {
   std::array<CornerLanes, 3> corners;
   // Of the facet normal; see BoxPolynomials::LocalConormal.
