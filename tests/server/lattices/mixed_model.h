@@ -57,6 +57,8 @@ class MixedModel {
   bool CanRedo(uint32_t number) { return !numbers_[number].undone.empty(); }
   void Undo(uint32_t number);
   void Redo(uint32_t number);
+  // As a cancelled gesture does.
+  void ForgetUndone(uint32_t number) { numbers_[number].undone.clear(); }
   // Whether any lattice is there after an undo or redo of the number.
   [[nodiscard]] bool LeavesAny(uint32_t number, bool undo) const;
 

@@ -130,17 +130,11 @@ latticed::Lattice MixedSession::DrawLattice(Kind kind, double turn) {
   return lattice;
 }
 
-bool MixedSession::Send(const v1::EditBatch& batch, const std::string& what, NumberState next,
-                        bool is_structural) {
-  const absl::Status status = Apply(batch);
-  if (!status.ok()) {
-    EXPECT_THAT(status, StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr(kTooLarge))) << what;
-    ++counts_[what + ", refused for too large a sum"];
-    return false;
-  }
+void MixedSession::TakeOver(uint32_t number, const std::string& what, NumberState next,
+                            bool is_structural) {
   ++counts_[what];
   if (next.present) {
-    const v1::LatticeState state = LatticeAt(batch.lattice());
+    const v1::LatticeState state = LatticeAt(number);
     const std::vector<Vec3d> points = LatticeOf(state).control_points;
     std::vector<Vec3d>& wanted = next.lattice.control_points;
     if (wanted.empty()) wanted = points;
@@ -151,8 +145,19 @@ bool MixedSession::Send(const v1::EditBatch& batch, const std::string& what, Num
     wanted = points;
     if (is_structural) next.held = HeldBy(state);
   }
-  model_.Do(batch.lattice(), std::move(next));
-  return true;
+  model_.Do(number, std::move(next));
+}
+
+bool MixedSession::Send(const v1::EditBatch& batch, const std::string& what, NumberState next,
+                        bool is_structural) {
+  const absl::Status status = Apply(batch);
+  if (status.ok()) {
+    TakeOver(batch.lattice(), what, std::move(next), is_structural);
+    return true;
+  }
+  EXPECT_THAT(status, StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr(kTooLarge))) << what;
+  ++counts_[what + ", refused for too large a sum"];
+  return false;
 }
 
 void MixedSession::SendRefined(const v1::EditBatch& batch, const std::string& what,

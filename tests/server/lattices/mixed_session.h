@@ -24,6 +24,7 @@ class MixedSession : public RemovedLatticesTest, public ::testing::WithParamInte
 
   // Random steps. Each is sent to the server and made in the model.
   void MovePoints();
+  void MakeGesture();
   void AddLattice();
   void RemoveAny();
   void ChangeOutside();
@@ -56,9 +57,12 @@ class MixedSession : public RemovedLatticesTest, public ::testing::WithParamInte
   // As a scene may have it beside any other lattices: each contains the cube, or fades out, or goes on along lines.
   Outside DrawOutside(const LatticeStructure& structure);
   latticed::Lattice DrawLattice(Kind kind, double turn);
-  // Sends the batch. Where it is applied, `next` becomes the state of its number, with what only the server tells: the last
-  // bits of control points, all of them where `next` has none, and after a change of structure which of them are held. A
-  // refusal is of too large a sum.
+  // Moves some points by one offset, also in `next`.
+  v1::EditBatch RandomMove(uint32_t number, NumberState& next);
+  // Makes `next` the number's state, with what only the server tells: the last bits of control points, all of them where
+  // `next` has none, and after a change of structure which of them are held.
+  void TakeOver(uint32_t number, const std::string& what, NumberState next, bool is_structural);
+  // Sends the batch and takes over `next`, unless it is refused for too large a sum.
   bool Send(const v1::EditBatch& batch, const std::string& what, NumberState next,
             bool is_structural = true);
   // The same, where the shape stays: `most` says how closely, at places from `low` to `high` of the frame's edges.

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Random sessions that mix several lattices, parallel and turned, with all that a scene can do to them: they come and go, go on
-// outside in other ways, take a part of the deformation, hold points, get knots and degrees; vertices get weights; steps are
-// undone and redone, and the server restarts on its folder. After each step:
+// outside in other ways, take a part of the deformation, hold points, get knots and degrees; vertices get weights; steps and
+// gestures are undone and redone, and the server restarts on its folder, also within a gesture. After each step:
 //
 //   lattices        numbers, structures, strengths, held points and control points are the model's, bit by bit; so a refused
 //                   batch changes nothing
@@ -33,7 +33,8 @@ class MixedSessions : public MixedSession {
       size_t count;
     };
     std::vector<Step> deck;
-    for (const auto& [step, count] : {Cards{&MixedSessions::MovePoints, 8},
+    for (const auto& [step, count] : {Cards{&MixedSessions::MovePoints, 6},
+                                      {&MixedSessions::MakeGesture, 3},
                                       {&MixedSessions::AddLattice, 4},
                                       {&MixedSessions::RemoveAny, 3},
                                       {&MixedSessions::ChangeOutside, 4},

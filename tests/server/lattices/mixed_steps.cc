@@ -7,6 +7,7 @@
 #include <set>
 #include <utility>
 
+#include "fmt/format.h"
 #include "server/wire/converters.h"
 #include "tests/server/lattices/mixed_session.h"
 
@@ -34,9 +35,7 @@ void RaiseDegree(LatticeStructure& s, size_t axis) {
 
 }  // namespace
 
-void MixedSession::MovePoints() {
-  const uint32_t number = AnyPresent();
-  NumberState next = model_.Now(number);
+v1::EditBatch MixedSession::RandomMove(uint32_t number, NumberState& next) {
   std::set<uint32_t> indices;
   for (int i = Below(3); i >= 0; --i) indices.insert(AnyPoint(number));
   const Vec3d offset{Number(-0.1, 0.1), Number(-0.1, 0.1), Number(-0.1, 0.1)};
@@ -48,7 +47,40 @@ void MixedSession::MovePoints() {
     if (std::ranges::binary_search(next.held, i)) continue;
     next.lattice.control_points[i] += offset;
   }
+  return batch;
+}
+
+void MixedSession::MovePoints() {
+  const uint32_t number = AnyPresent();
+  NumberState next = model_.Now(number);
+  const v1::EditBatch batch = RandomMove(number, next);
   Send(batch, "moves", std::move(next), /*is_structural=*/false);
+}
+
+// Each update is of the lattice at the begin. All are one step, or none if it is cancelled.
+void MixedSession::MakeGesture() {
+  const uint32_t number = AnyPresent();
+  const NumberState begin = model_.Now(number);
+  const std::string id = fmt::format("gesture {}", sequence_);
+  NumberState next;
+  for (int update = Below(3); update >= 0; --update) {
+    next = begin;
+    v1::EditBatch batch = RandomMove(number, next);
+    batch.set_gesture_id(id);
+    ASSERT_OK(Apply(batch));
+    if (Below(6) == 0) RestartServer();
+  }
+  const bool is_cancelled = Below(3) == 0;
+  v1::EditBatch end = Batch(number);
+  end.set_gesture_id(id);
+  end.set_gesture_phase(is_cancelled ? v1::GESTURE_PHASE_CANCEL : v1::GESTURE_PHASE_COMMIT);
+  ASSERT_OK(Apply(end));
+  if (is_cancelled) {
+    model_.ForgetUndone(number);  // by its first update
+    ++counts_["gestures cancelled"];
+  } else {
+    TakeOver(number, "gestures", std::move(next), /*is_structural=*/false);
+  }
 }
 
 void MixedSession::AddLattice() {
