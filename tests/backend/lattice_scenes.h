@@ -16,8 +16,8 @@
 namespace latticed::testing {
 
 inline constexpr uint32_t kLatticesSeed = 20261130;
-// Two ways to one number in double. Positions by the deformed mesh's diagonal: core/ffd/outside/README.md promises this inside, and
-// the functions that go on outside are no larger than a few. A derivative has a position's error over the shortest knot
+// Two ways to one number in double. Positions by the deformed mesh's diagonal: core/ffd/outside/README.md promises this inside,
+// and the functions that go on outside are no larger than a few. A derivative has a position's error over the shortest knot
 // span, which is above a hundredth of the meshes here.
 inline constexpr double kDoublePosition = 1e-14;
 inline constexpr double kDoubleJacobian = 100 * kDoublePosition;

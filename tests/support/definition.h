@@ -62,8 +62,8 @@ using PointOfPatch = std::function<DeformedPoint(size_t, const std::array<double
 
 class Definition {
  public:
-  // Evaluates the points of `patches`: by DirectFfd, or by `deformation` where it is given. Keeps references to the plan and the
-  // control points, of which the tolerances follow.
+  // Evaluates the points of `patches`: by DirectFfd, or by `deformation` where it is given. Keeps references to the plan and
+  // the control points, of which the tolerances follow.
   Definition(const DeformPlan& plan, std::span<const Vec3d> control_points, int segments,
              NormalMode normals, std::vector<uint32_t> patches,
              const PointOfPatch& deformation = nullptr);

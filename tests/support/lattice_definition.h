@@ -6,8 +6,8 @@
 //
 //   F(x) - x = s sum_ijk A_i(u) B_j(v) C_k(w) d_ijk        s: the strength, d: displacements of the control points
 //
-// Inside, A_i is the B-spline N_i of formula (1). At the distance y from a face of a side with the width W and the step S, where
-// a B-spline of degree n has the value f and the slope f', outwards:
+// Inside, A_i is the B-spline N_i of formula (1). At the distance y from a face of a side with the width W and the step S,
+// where a B-spline of degree n has the value f and the slope f', outwards:
 //
 //   fixed        0
 //   linear       f + y f'                             up to W

@@ -2,7 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // A random session on a scene of several lattices: random edits of all kinds, and comparisons with a model that the test keeps
-// (mixed_model.h). The sessions of ../points/random_session.h have gestures, kept volumes and folds, but one kind of scene each. LATTICED_SEED sets the seed of the random numbers.
+// (mixed_model.h). The sessions of ../points/random_session.h have drags, kept volumes and folds, but one kind of scene each.
+//
+// LATTICED_SEED sets the seed of the random numbers.
 #ifndef LATTICED_TESTS_SERVER_LATTICES_MIXED_SESSION_H_
 #define LATTICED_TESTS_SERVER_LATTICES_MIXED_SESSION_H_
 
