@@ -108,7 +108,8 @@ RoundingTolerance RoundingOf(const ViewSpec& spec, const QuantisationBox& box) {
 }
 
 Definition::Definition(const DeformPlan& plan, std::span<const Vec3d> control_points, int segments,
-                       NormalMode normals, std::vector<uint32_t> patches)
+                       NormalMode normals, std::vector<uint32_t> patches,
+                       const PointOfPatch& deformation)
     : plan_(plan),
       direct_(plan, control_points),
       normals_(normals),
@@ -123,7 +124,7 @@ Definition::Definition(const DeformPlan& plan, std::span<const Vec3d> control_po
   for (const uint32_t p : patches_) {
     Bounds of_patch;
     for (const auto& b : barycentrics_) {
-      points_.push_back(direct_.Evaluate(p, b, kind_));
+      points_.push_back(PointAt(deformation, p, b));
       of_patch.Extend(points_.back().position);
     }
     patch_diagonals_.push_back(of_patch.diagonal());
@@ -132,6 +133,17 @@ Definition::Definition(const DeformPlan& plan, std::span<const Vec3d> control_po
   scale_ = std::max(deformed.diagonal(), InfluencingControlPoints(plan, control_points).diagonal());
   // A surface collapsed to a point has no size. Then float32 must hold its distance from the origin.
   if (scale_ == 0) scale_ = Norm(deformed.center() - plan.local_origin);
+}
+
+// Where the normal would be replaced, nothing asks for it: its kappa is above kMostKappa.
+DirectFfd::SurfacePoint Definition::PointAt(const PointOfPatch& deformation, size_t patch,
+                                            const std::array<double, 3>& b) const {
+  if (!deformation) return direct_.Evaluate(patch, b, kind_);
+  const Vec3d rest = kind_ == DirectFfd::Normal::kSmooth ? direct_.RestSmoothNormal(patch, b)
+                                                         : direct_.RestFacetNormal(patch);
+  const DeformedPoint point = deformation(patch, b);
+  const CarriedNormal carried = CarryNormal(point.jacobian.data(), rest);
+  return {point.position, carried.direction, carried.kappa};
 }
 
 absl::Status Definition::Check(Pipeline pipeline, std::span<const ViewPoint> points,

@@ -17,6 +17,7 @@
 #define LATTICED_TESTS_SUPPORT_DEFINITION_H_
 
 #include <array>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -56,11 +57,16 @@ struct RoundingTolerance {
 };
 [[nodiscard]] RoundingTolerance RoundingOf(const ViewSpec& spec, const QuantisationBox& box);
 
+// The deformed point of a patch at barycentrics.
+using PointOfPatch = std::function<DeformedPoint(size_t, const std::array<double, 3>&)>;
+
 class Definition {
  public:
-  // Evaluates the points of `patches`. Keeps references to the plan and the control points.
+  // Evaluates the points of `patches`: by DirectFfd, or by `deformation` where it is given. Keeps references to the plan and
+  // the control points, of which the tolerances follow.
   Definition(const DeformPlan& plan, std::span<const Vec3d> control_points, int segments,
-             NormalMode normals, std::vector<uint32_t> patches);
+             NormalMode normals, std::vector<uint32_t> patches,
+             const PointOfPatch& deformation = nullptr);
 
   // Compares `points` of the patches, in their order. kInternal names the first point whose deviation
   // exceeds the pipeline's tolerance.
@@ -68,6 +74,8 @@ class Definition {
                                    RoundingTolerance rounding = {}) const;
 
  private:
+  DirectFfd::SurfacePoint PointAt(const PointOfPatch& deformation, size_t patch,
+                                  const std::array<double, 3>& barycentrics) const;
   double NormalTolerance(Pipeline pipeline, size_t at) const;
 
   const DeformPlan& plan_;
